@@ -1,0 +1,86 @@
+#pragma once
+
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <new>
+#include <vector>
+
+#include "base/expects.h"
+
+namespace mocap {
+
+/// A bounded lock-free queue for exactly one producer thread and one consumer thread.
+///
+/// The slots are built once and live as long as the queue; an item is copied into its slot and, by `try_pop`, out of
+/// it. `front` and `pop` let the consumer work on the item in its slot. Neither side allocates or waits, as long as
+/// copying a T does not.
+///
+/// Source: Lamport, "Specifying concurrent program modules" (1983); with the cached indices of Lee et al., "A
+/// lock-free, cache-efficient multi-core synchronization mechanism" (2009).
+template <class T>
+class SpscQueue {
+ public:
+  /// `capacity` items at most wait at a time; at least 1.
+  explicit SpscQueue(std::size_t capacity)
+      : slots_(std::bit_ceil(capacity)), mask_(slots_.size() - 1), capacity_(capacity) {
+    MOCAP_EXPECTS(capacity > 0);
+  }
+  SpscQueue(const SpscQueue&) = delete;
+  SpscQueue& operator=(const SpscQueue&) = delete;
+
+  std::size_t capacity() const noexcept { return capacity_; }
+
+  /// Producer. False when the queue is full; the producer counts its drop.
+  [[nodiscard]] bool try_push(const T& item) {
+    const std::size_t tail = tail_.load(std::memory_order_relaxed);
+    if (tail - head_seen_ >= capacity_) {
+      head_seen_ = head_.load(std::memory_order_acquire);
+      if (tail - head_seen_ >= capacity_) return false;
+    }
+    slots_[tail & mask_] = item;
+    tail_.store(tail + 1, std::memory_order_release);
+    return true;
+  }
+
+  /// Consumer. The oldest item, in place until `pop`; null when the queue is empty.
+  [[nodiscard]] T* front() noexcept {
+    const std::size_t head = head_.load(std::memory_order_relaxed);
+    if (head == tail_seen_) {
+      tail_seen_ = tail_.load(std::memory_order_acquire);
+      if (head == tail_seen_) return nullptr;
+    }
+    return &slots_[head & mask_];
+  }
+
+  /// Consumer. Gives the slot of `front` back.
+  void pop() noexcept { head_.store(head_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
+
+  /// Consumer. False when the queue is empty.
+  [[nodiscard]] bool try_pop(T& item) {
+    T* oldest = front();
+    if (oldest == nullptr) return false;
+    item = *oldest;
+    pop();
+    return true;
+  }
+
+  /// How many wait; exact for neither side while the other works.
+  std::size_t size() const noexcept {
+    const std::size_t head = head_.load(std::memory_order_acquire);
+    return tail_.load(std::memory_order_acquire) - head;
+  }
+
+ private:
+  static constexpr std::size_t kCacheLine = 64;
+
+  std::vector<T> slots_;
+  std::size_t mask_;
+  std::size_t capacity_;
+  alignas(kCacheLine) std::atomic<std::size_t> head_{0};
+  std::size_t tail_seen_ = 0;  // the consumer's last look at tail_
+  alignas(kCacheLine) std::atomic<std::size_t> tail_{0};
+  std::size_t head_seen_ = 0;  // the producer's last look at head_
+};
+
+}  // namespace mocap

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+
+#include "base/bounded_vector.h"
+#include "base/time.h"
+#include "model/bounds.h"
+#include "model/ids.h"
+#include "model/points.h"
+
+namespace mocap {
+
+/// A bright spot in one image.
+struct Blob {
+  PixelPoint centroid;     ///< intensity-weighted
+  double sigma_px = 0.1;   ///< standard deviation of the centroid, each axis
+  double area_px2 = 0.0;   ///< pixels over the threshold
+  double peak = 0.0;       ///< brightest pixel, 0 to 1 of the format's range
+  double roundness = 1.0;  ///< 1: a disc, towards 0: a line (ratio of the axes of inertia)
+  double saturated = 0.0;  ///< share of its pixels at the top of the range, 0 to 1
+  bool touches_border = false;
+  bool merged = false;  ///< more than one marker is likely in it
+  BlobTrackId track;    ///< its 2D track, where the camera's tracker knows it
+};
+
+using Blobs = BoundedVector<Blob, kMaxBlobs>;
+
+/// What one camera saw at one instant: all that leaves a camera thread.
+struct BlobFrame {
+  CameraId camera;
+  std::uint64_t number = 0;  ///< the camera's own count of exposures
+  Timestamp exposed_at;      ///< middle of the exposure
+  Timestamp received_at;     ///< the image was here
+  Timestamp detected_at;     ///< its blobs were found
+  Blobs blobs;
+};
+
+}  // namespace mocap

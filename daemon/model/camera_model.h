@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "model/transform.h"
+
+namespace mocap {
+
+enum class LensKind {
+  Pinhole,  ///< OpenCV's k1 k2 p1 p2 k3
+  Fisheye,  ///< OpenCV's fisheye (equidistant) k1 k2 k3 k4
+};
+
+/// How a camera turns rays into pixels.
+struct Lens {
+  LensKind kind = LensKind::Pinhole;
+  double fx_px = 1.0;
+  double fy_px = 1.0;
+  double cx_px = 0.0;
+  double cy_px = 0.0;
+  /// Pinhole: k1 k2 p1 p2 k3. Fisheye: k1 k2 k3 k4 and 0.
+  Eigen::Matrix<double, 5, 1> distortion = Eigen::Matrix<double, 5, 1>::Zero();
+};
+
+/// One calibrated camera.
+struct CameraModel {
+  std::string name;
+  int width_px = 0;
+  int height_px = 0;
+  Lens lens;
+  CameraFromWorld camera_from_world;
+
+  WorldPoint centre() const { return camera_from_world.inverse() * CameraPoint{}; }
+};
+
+/// The calibrated cameras, by CameraId.
+using Rig = std::vector<CameraModel>;
+
+}  // namespace mocap

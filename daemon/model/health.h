@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/time.h"
+
+namespace mocap {
+
+/// The ways from one instant to the next, in the order of Instants.
+enum class LatencyStage { Receive, Detect, Fuse, Send, Total };
+inline constexpr std::size_t kLatencyStages = 5;
+
+/// Of the last reporting second; zero counts when nothing passed.
+struct LatencyFigures {
+  std::uint64_t count = 0;
+  Duration p50{};
+  Duration p99{};
+  Duration max{};
+};
+
+enum class CameraPhase { Starting, Streaming, Silent, Reopening, Ended };
+
+/// One camera's counts since the start, and its state.
+struct CameraHealth {
+  std::string name;
+  CameraPhase phase = CameraPhase::Starting;
+  double rate_hz = 0.0;  ///< over the last second
+  std::uint64_t frames = 0;
+  std::uint64_t missing_frames = 0;  ///< gaps in the camera's own count
+  std::uint64_t failed_frames = 0;   ///< came, and were unusable
+  std::uint64_t dropped_queue_full = 0;
+  std::uint64_t dropped_blobs = 0;  ///< over kMaxBlobs
+  std::uint64_t reopened = 0;
+  std::string last_error;  ///< empty when none
+};
+
+/// How the service is, once a second.
+struct Health {
+  Timestamp at;
+  double set_rate_hz = 0.0;
+  std::uint64_t sets = 0;
+  std::uint64_t complete_sets = 0;
+  std::uint64_t passed_over_sets = 0;       ///< a newer set was waiting
+  std::uint64_t dropped_snapshots = 0;      ///< the publish queue was full
+  std::uint64_t passed_over_snapshots = 0;  ///< the publisher was late and took the newest
+  std::uint64_t sent_snapshots = 0;
+  std::array<LatencyFigures, kLatencyStages> latency;  ///< by LatencyStage
+  std::vector<CameraHealth> cameras;
+};
+
+}  // namespace mocap

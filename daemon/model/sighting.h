@@ -1,0 +1,91 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "base/bounded_vector.h"
+#include "base/time.h"
+#include "model/blob.h"
+#include "model/ids.h"
+#include "model/points.h"
+
+namespace mocap {
+
+/// What the cameras saw at one instant. The views are borrowed from the aligner until its next call.
+struct FrameSet {
+  std::uint64_t number = 0;                            ///< counts the sets of this run
+  Timestamp exposed_at;                                ///< mean of the views' exposures
+  BoundedVector<const BlobFrame*, kMaxCameras> views;  ///< at most one a camera, in the order of CameraId
+  std::uint32_t expected_views = 0;                    ///< cameras that should have delivered
+};
+
+/// A marker that is known to be somewhere: a living track, or a name whose place the body tells.
+struct ExpectedMarker {
+  WorldPoint position;
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
+  TrackId track;  ///< names nothing where only the body tells
+  Label label;    ///< names nothing where the track has no name
+};
+
+/// Where each known marker should be at one instant.
+struct Expected {
+  Timestamp at;
+  BoundedVector<ExpectedMarker, kMaxMarkers> markers;
+};
+
+/// A blob of a frame set: `views[view]->blobs[blob]`.
+struct BlobRef {
+  std::uint16_t view = 0;
+  std::uint16_t blob = 0;
+};
+
+/// The blobs that are one marker seen from several cameras.
+struct Match {
+  static constexpr std::uint32_t kNew = 0xFFFF'FFFF;
+
+  std::uint32_t expected = kNew;  ///< index in Expected::markers, or kNew
+  BoundedVector<BlobRef, kMaxCameras> sightings;
+};
+
+/// One instant's blobs, gathered by marker.
+struct Matches {
+  BoundedVector<Match, kMaxMarkers> matches;
+  std::uint32_t unmatched_blobs = 0;
+  std::uint32_t dropped = 0;  ///< over kMaxMarkers
+};
+
+/// A marker as triangulation found it.
+struct Marker {
+  WorldPoint position;
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
+  double residual_px = 0.0;              ///< rms over its sightings
+  std::uint32_t cameras = 0;             ///< that see it
+  std::uint32_t match = 0;               ///< index in Matches::matches
+  std::uint32_t expected = Match::kNew;  ///< index in Expected::markers, or kNew
+};
+
+using Markers = BoundedVector<Marker, kMaxMarkers>;
+
+enum class TrackState {
+  Tentative,  ///< seen too few times to be believed
+  Confirmed,  ///< seen in this set
+  Coasting,   ///< not seen in this set, carried on by its motion
+};
+
+/// A marker over time, named or not.
+struct TrackedMarker {
+  TrackId id;
+  TrackState state = TrackState::Tentative;
+  WorldPoint position;
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();  ///< of the position
+  double residual_px = 0.0;                                     ///< of this set's measurement
+  std::uint32_t cameras = 0;                                    ///< that see it now; 0 while coasting
+  std::uint32_t age_sets = 0;                                   ///< since it was born
+  std::uint32_t missed_sets = 0;                                ///< since it was last seen
+  Label expected_label;  ///< the name of the expectation that its measurement was matched to, where it had one
+};
+
+using TrackedMarkers = BoundedVector<TrackedMarker, kMaxMarkers>;
+
+}  // namespace mocap

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <optional>
+
+#include "model/sighting.h"
+#include "model/subject_state.h"
+
+namespace mocap {
+
+/// Gives markers their names: at first by the shape of the body, then by keeping them.
+class Labeller {
+ public:
+  virtual ~Labeller() = default;
+
+  /// The names at `expected.at`. The result is borrowed until the next call.
+  virtual const Labels& label(const TrackedMarkers& tracked, const Expected& expected) = 0;
+
+  /// The fit of a subject that was made since the last call; most calls have none. Its `description_version` is left
+  /// to the caller.
+  virtual std::optional<SubjectFit> take_fit() = 0;
+};
+
+}  // namespace mocap

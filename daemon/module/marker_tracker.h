@@ -1,0 +1,19 @@
+#pragma once
+
+#include "model/sighting.h"
+
+namespace mocap {
+
+/// Follows markers through the volume from set to set.
+class MarkerTracker {
+ public:
+  virtual ~MarkerTracker() = default;
+
+  /// Appends where each living track should be at `at`, with `track` set; changes nothing.
+  virtual void predict(Timestamp at, Expected& into) const = 0;
+
+  /// Moves all tracks on to `expected.at` with what was seen then. The result is borrowed until the next call.
+  virtual const TrackedMarkers& step(const Markers& markers, const Expected& expected) = 0;
+};
+
+}  // namespace mocap

@@ -1,0 +1,45 @@
+#include "base/wake_signal.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+namespace mocap {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+TEST(WakeSignal, DoesNotSleepWhenSignalledAfterTheTicket) {
+  WakeSignal wake;
+  const auto ticket = wake.ticket();
+  wake.signal();
+
+  const Timestamp before = host_now();
+  wake.wait(ticket, seconds(30));
+
+  EXPECT_LT(host_now() - before, seconds(10));
+}
+
+TEST(WakeSignal, GivesUpWhenPatienceEnds) {
+  WakeSignal wake;
+
+  const Timestamp before = host_now();
+  wake.wait(wake.ticket(), milliseconds(20));
+
+  EXPECT_GE(host_now() - before, milliseconds(20));
+}
+
+TEST(WakeSignal, WakesASleeper) {
+  WakeSignal wake;
+  const auto ticket = wake.ticket();
+  std::jthread other([&] { wake.signal(); });
+
+  const Timestamp before = host_now();
+  wake.wait(ticket, seconds(30));
+
+  EXPECT_LT(host_now() - before, seconds(10));
+}
+
+}  // namespace
+}  // namespace mocap
