@@ -1,0 +1,70 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "base/time.h"
+
+namespace mocap::cameras {
+
+/// A GigE Vision or USB3 Vision camera. Exactly one of `serial`, `device_name` and `address` says which. What is not
+/// set stays as the camera has it.
+struct AravisSettings {
+  std::string serial;       ///< as printed on the camera
+  std::string device_name;  ///< the user-defined name in the camera
+  std::string address;      ///< IP address
+  std::string pixel_format = "Mono8";
+  std::optional<int> x_px, y_px, width_px, height_px;  ///< region of the sensor
+  std::optional<double> rate_hz;
+  std::optional<double> exposure_us;
+  std::optional<double> gain_db;
+  std::string trigger = "free_run";      ///< free_run, software, or a line: Line0, Line1, ...
+  std::optional<int> packet_size_bytes;  ///< empty: negotiated
+  bool packet_socket = true;             ///< off on loopback, where it receives nothing
+  int stream_buffers = 16;
+  double delivery_us =
+      0.0;  ///< least time from the end of the exposure to its last byte here; part of the clock mapping
+};
+
+/// A camera of the Linux kernel's video API.
+struct V4l2Settings {
+  std::filesystem::path device;       ///< /dev/video0, or a stable link under /dev/v4l/by-path
+  std::string pixel_format = "GREY";  ///< GREY, Y10, YUYV, NV12, MJPEG
+  int width_px = 640;
+  int height_px = 480;
+  double rate_hz = 30.0;
+  std::optional<double> exposure_us;
+  std::optional<double> gain;  ///< the driver's own unit
+  int buffers = 4;
+};
+
+/// Images from files: a folder of numbered images or a video, with timestamps.csv beside them.
+struct ReplaySettings {
+  std::filesystem::path folder;  ///< <folder>/000000.pgm|png ... and <folder>/timestamps.csv
+  double rate_hz = 60.0;         ///< where there is no timestamps.csv
+  double speed = 1.0;            ///< 1: recorded pace, 2: twice it, 0: as fast as possible
+  bool loop = false;
+};
+
+/// A camera of the simulated volume, in this process.
+struct SyntheticSettings {
+  std::string motion = "tpose:2,walk";  ///< as mocap-sim's --motion
+  std::filesystem::path marker_set;     ///< worn by the simulated subject
+  int width_px = 640;
+  int height_px = 480;
+  double rate_hz = 60.0;
+  double exposure_us = 500.0;
+  double noise_grey = 2.0;  ///< read noise, standard deviation, grey levels
+  std::uint64_t seed = 1;
+  double speed = 1.0;  ///< as in replay
+};
+
+/// One [[camera]] of the configuration.
+struct CameraSettings {
+  std::string name;  ///< in the log, in the rig and on the wire
+  std::variant<AravisSettings, V4l2Settings, ReplaySettings, SyntheticSettings> driver;
+};
+
+}  // namespace mocap::cameras
