@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -59,6 +60,7 @@ struct SyntheticSettings {
   double noise_grey = 2.0;  ///< read noise, standard deviation, grey levels
   std::uint64_t seed = 1;
   double speed = 1.0;  ///< as in replay
+  Timestamp epoch;     ///< exposures are whole periods after it and the motion begins there; one for all cameras
 };
 
 /// One [[camera]] of the configuration.
