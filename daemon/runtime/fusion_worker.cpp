@@ -39,7 +39,7 @@ void FusionWorker::run(const std::stop_token& stop) {
     if (gathered || fused) continue;
     if (settings_.lossless && all_ended()) break;
     if (settings_.waiting == Waiting::Spin) continue;
-    const Duration until_patience_ends = aligner_.next_deadline().value_or(Timestamp::max()) - host_now();
+    const Duration until_patience_ends = aligner_.patience_ends().value_or(Timestamp::max()) - host_now();
     links_.wake->wait(ticket, std::min(settings_.lossless ? kLongestSleep : until_patience_ends, kLongestSleep));
   }
   for (SnapshotChannel* channel : {links_.publish, links_.side}) {
