@@ -69,7 +69,6 @@ void FrameAligner::add(const BlobFrame& frame) {
   }
 }
 
-<<<<<<< HEAD
 bool FrameAligner::ready(Timestamp now) const {
   const auto first = first_exposure();
   if (!first) return false;

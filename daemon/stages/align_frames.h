@@ -56,12 +56,6 @@ class FrameAligner {
   /// that has happened for eight in a row, the camera's clock was set back and is believed again.
   void add(const BlobFrame& frame);
 
-<<<<<<< HEAD
-=======
-  /// Whether `take` would give a set.
-  bool ready(Timestamp now) const;
-
->>>>>>> settings
   /// Whether `take` would give a set.
   bool ready(Timestamp now) const;
 
