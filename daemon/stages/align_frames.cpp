@@ -69,12 +69,16 @@ void FrameAligner::add(const BlobFrame& frame) {
   }
 }
 
-std::optional<FrameSet> FrameAligner::take(Timestamp now) {
+bool FrameAligner::ready(Timestamp now) const {
   const auto first = first_exposure();
-  if (!first) return std::nullopt;
+  if (!first) return false;
   const Timestamp end = *first + settings_.window;
-  if (!is_ready(end) && now < *first_arrival(end) + settings_.patience) return std::nullopt;
-  return gather(end);
+  return is_ready(end) || now >= *first_arrival(end) + settings_.patience;
+}
+
+std::optional<FrameSet> FrameAligner::take(Timestamp now) {
+  if (!ready(now)) return std::nullopt;
+  return gather(*first_exposure() + settings_.window);
 }
 
 std::optional<Timestamp> FrameAligner::patience_ends() const {

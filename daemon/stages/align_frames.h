@@ -56,6 +56,9 @@ class FrameAligner {
   /// that has happened for eight in a row, the camera's clock was set back and is believed again.
   void add(const BlobFrame& frame);
 
+  /// Whether `take` would give a set.
+  bool ready(Timestamp now) const;
+
   /// The oldest set, once it is ready at `now` (on the clock of the frames' received_at and detected_at;
   /// Timestamp::min(): patience never ends). One set a call. The views stay valid until the next `add` or `take`.
   std::optional<FrameSet> take(Timestamp now);
