@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "settings/temporary_folder.h"
+#include "support/temporary_folder.h"
 
 namespace mocap::settings {
 namespace {
@@ -46,7 +46,7 @@ class RigFile : public testing::Test {
     return rig ? "" : to_text(rig.error());
   }
 
-  test_support::TemporaryFolder folder_;
+  support::TemporaryFolder folder_;
 };
 
 CameraModel random_camera(std::mt19937& random, const std::string& name, double angle) {

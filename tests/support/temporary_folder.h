@@ -6,7 +6,7 @@
 #include <fstream>
 #include <string>
 
-namespace mocap::test_support {
+namespace mocap::support {
 
 /// A folder of this process that is gone with the object.
 class TemporaryFolder {
@@ -34,4 +34,4 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-}  // namespace mocap::test_support
+}  // namespace mocap::support
