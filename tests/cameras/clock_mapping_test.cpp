@@ -1,0 +1,149 @@
+#include "cameras/clock_mapping.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <random>
+
+namespace mocap::cameras {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+using std::chrono::seconds;
+
+// A camera whose clock is off and drifts, and a way to the host that adds an exponential delay.
+struct World {
+  double rate_hz = 120.0;
+  double drift = 50e-6;  // camera seconds too many in a second
+  Duration offset = milliseconds(5);
+  Duration least_delay{};
+  double jitter_s = 2e-3;
+  std::mt19937_64 random{17};
+
+  Timestamp truth(int k) const { return from_ns(1'000'000'000'000) + from_s(k / rate_hz); }
+  Duration stamp(int k) const { return from_s(k / rate_hz * (1.0 + drift)) + offset + seconds(100); }
+  Timestamp receipt(int k) {
+    return truth(k) + least_delay + from_s(std::exponential_distribution<>(1.0 / jitter_s)(random));
+  }
+};
+
+// Error of the mapped times against the truth from second `from` to second `to`.
+double rms_error_us(ClockMapping& mapping, World& world, double from_second, double to_second) {
+  double sum = 0.0;
+  int count = 0;
+  for (int k = 0; k < static_cast<int>(to_second * world.rate_hz); ++k) {
+    const Timestamp mapped = mapping.map(world.stamp(k), world.receipt(k));
+    if (k < from_second * world.rate_hz) continue;
+    const double error = to_us(mapped - world.truth(k));
+    sum += error * error;
+    ++count;
+  }
+  return std::sqrt(sum / count);
+}
+
+TEST(ClockMapping, FindsTheTruthUnderJitterAndDriftAfterTenSeconds) {
+  World world;
+  ClockMapping mapping;
+
+  const double rms_us = rms_error_us(mapping, world, 10.0, 60.0);
+
+  EXPECT_LT(rms_us, 50.0);  // two hundredths of the jitter; the goal for cameras without PTP
+  EXPECT_NEAR(mapping.drift(), -50e-6, 10e-6);
+  RecordProperty("rms_us", std::to_string(rms_us));
+}
+
+TEST(ClockMapping, LeavesTheLeastDelayToTheCaller) {
+  World world;
+  world.least_delay = microseconds(700);
+  ClockMapping mapping;
+
+  double sum_us = 0.0;
+  for (int k = 0; k < 3600; ++k) {
+    const Timestamp mapped = mapping.map(world.stamp(k), world.receipt(k));
+    if (k >= 1200) sum_us += to_us(mapped - world.truth(k)) / 2400.0;
+  }
+
+  EXPECT_NEAR(sum_us, 700.0, 50.0);
+}
+
+TEST(ClockMapping, IsExactFromTheFirstFrameWithoutJitter) {
+  World world{.rate_hz = 60.0, .drift = 0.0, .jitter_s = 1e-12};
+  ClockMapping mapping;
+
+  for (int k = 0; k < 6000; ++k) {
+    const Timestamp mapped = mapping.map(world.stamp(k), world.receipt(k));
+    ASSERT_NEAR(to_us(mapped - world.truth(k)), 0.0, 0.01) << k;  // rounding of doubles over 100 s
+  }
+}
+
+TEST(ClockMapping, NeverTellsATimeAfterTheReceipt) {
+  World world{.jitter_s = 5e-3};
+  ClockMapping mapping;
+
+  for (int k = 0; k < 5000; ++k) {
+    const Timestamp received = world.receipt(k);
+    ASSERT_LE(mapping.map(world.stamp(k), received), received);
+  }
+}
+
+TEST(ClockMapping, GivesTheTimeOfReceiptWhenTheClockStandsStill) {
+  World world;
+  ClockMapping mapping;
+
+  for (int k = 0; k < 100; ++k) {
+    const Timestamp received = world.receipt(k);
+    ASSERT_EQ(mapping.map(seconds(7), received), received);
+  }
+}
+
+TEST(ClockMapping, StartsAnewWhenTheCounterLeapsEitherWay) {
+  for (const Duration leap : {Duration(seconds(3600)), Duration(-seconds(50)), Duration(milliseconds(300))}) {
+    World world{.jitter_s = 1e-4};
+    ClockMapping mapping;
+    rms_error_us(mapping, world, 0.0, 20.0);
+
+    double worst_us = 0.0;
+    for (int k = 2400; k < 4800; ++k) {
+      const Timestamp mapped = mapping.map(world.stamp(k) + leap, world.receipt(k));
+      if (k >= 2400 + 600) worst_us = std::max(worst_us, std::abs(to_us(mapped - world.truth(k))));
+    }
+
+    EXPECT_LT(worst_us, 200.0) << to_s(leap) << " s: twice the mean jitter five seconds after the leap";
+  }
+}
+
+TEST(ClockMapping, StartsAnewWhenTheCounterFallsBehindForGood) {
+  // The frames' stamps jump back less than they advance: only the growing lateness tells.
+  World world{.rate_hz = 10.0, .jitter_s = 1e-4};
+  ClockMapping mapping;
+  rms_error_us(mapping, world, 0.0, 20.0);
+
+  double worst_us = 0.0;
+  for (int k = 200; k < 400; ++k) {
+    const Timestamp mapped = mapping.map(world.stamp(k) - milliseconds(60), world.receipt(k));
+    if (k >= 250) worst_us = std::max(worst_us, std::abs(to_us(mapped - world.truth(k))));
+  }
+
+  EXPECT_LT(worst_us, 500.0);
+}
+
+TEST(ClockMapping, SurvivesASecondOfStalledDelivery) {
+  World world{.jitter_s = 1e-4};
+  ClockMapping mapping;
+  rms_error_us(mapping, world, 0.0, 20.0);
+
+  double worst_us = 0.0;
+  for (int k = 2400; k < 2400 + 240; ++k) {
+    const Timestamp received = k < 2520 ? std::max(world.receipt(k), world.truth(2520)) : world.receipt(k);
+    const Timestamp mapped = mapping.map(world.stamp(k), received);
+    worst_us = std::max(worst_us, std::abs(to_us(mapped - world.truth(k))));
+  }
+
+  EXPECT_LT(worst_us, 50.0);
+}
+
+}  // namespace
+}  // namespace mocap::cameras
