@@ -1,6 +1,5 @@
-#include <utility>
-
 #include "wire/encode.h"
+#include "wire/utf8.h"
 
 namespace mocap::wire {
 namespace {
@@ -20,7 +19,7 @@ void encode_conventions(v1::Conventions& into) {
 }
 
 void encode_camera(const CameraModel& from, v1::Camera& into) {
-  into.set_name(from.name);
+  into.set_name(valid_utf8(from.name));
   into.set_width_px(static_cast<std::uint32_t>(from.width_px));
   into.set_height_px(static_cast<std::uint32_t>(from.height_px));
   into.set_lens_kind(from.lens.kind == LensKind::Fisheye ? v1::LENS_KIND_FISHEYE : v1::LENS_KIND_PINHOLE);
@@ -44,25 +43,25 @@ void encode_turn(const AngleRange& from, v1::AngleRange& into) {
 }
 
 void encode_bone(const Bone& from, v1::Bone& into) {
-  into.set_name(from.name);
+  into.set_name(valid_utf8(from.name));
   if (from.parent >= 0) into.set_parent(static_cast<std::uint32_t>(from.parent));
   encode_vector(from.rest_offset_m, *into.mutable_rest_offset_m());
   if (from.turns[0]) encode_turn(*from.turns[0], *into.mutable_turn_x());
   if (from.turns[1]) encode_turn(*from.turns[1], *into.mutable_turn_y());
   if (from.turns[2]) encode_turn(*from.turns[2], *into.mutable_turn_z());
-  into.set_unity_name(from.aliases.unity);
-  into.set_unreal_name(from.aliases.unreal);
-  into.set_vrm_name(from.aliases.vrm);
+  into.set_unity_name(valid_utf8(from.aliases.unity));
+  into.set_unreal_name(valid_utf8(from.aliases.unreal));
+  into.set_vrm_name(valid_utf8(from.aliases.vrm));
 }
 
 void encode_subject(const Subject& from, v1::Subject& into) {
-  into.set_name(from.name);
-  into.set_marker_set(from.marker_set.name);
-  into.set_skeleton(from.marker_set.skeleton.name);
+  into.set_name(valid_utf8(from.name));
+  into.set_marker_set(valid_utf8(from.marker_set.name));
+  into.set_skeleton(valid_utf8(from.marker_set.skeleton.name));
   for (const Bone& bone : from.marker_set.skeleton.bones) encode_bone(bone, *into.add_bones());
   for (const MarkerOnBone& marker : from.marker_set.markers) {
     v1::Marker& to = *into.add_markers();
-    to.set_name(marker.name);
+    to.set_name(valid_utf8(marker.name));
     to.set_bone(static_cast<std::uint32_t>(marker.bone));
     encode_vector(marker.offset_m, *to.mutable_offset_m());
     for (const float c : marker.colour) to.add_colour_rgb(c);
@@ -92,7 +91,7 @@ v1::CameraPhase code_of(CameraPhase phase) {
 }
 
 void encode_camera_health(const CameraHealth& from, v1::CameraHealth& into) {
-  into.set_name(from.name);
+  into.set_name(valid_utf8(from.name));
   into.set_phase(code_of(from.phase));
   into.set_rate_hz(from.rate_hz);
   into.set_frames(from.frames);
@@ -101,7 +100,7 @@ void encode_camera_health(const CameraHealth& from, v1::CameraHealth& into) {
   into.set_dropped_queue_full(from.dropped_queue_full);
   into.set_dropped_blobs(from.dropped_blobs);
   into.set_reopened(from.reopened);
-  into.set_last_error(from.last_error);
+  into.set_last_error(valid_utf8(from.last_error));
 }
 
 }  // namespace
@@ -110,8 +109,8 @@ v1::Description encode(const Description& from) {
   v1::Description into;
   into.set_protocol(kProtocol);
   into.set_version(from.version);
-  into.set_producer(from.producer);
-  into.set_session_id(from.session_id);
+  into.set_producer(valid_utf8(from.producer));
+  into.set_session_id(valid_utf8(from.session_id));
   encode_conventions(*into.mutable_conventions());
   into.set_nominal_rate_hz(from.nominal_rate_hz);
   for (const CameraModel& camera : from.cameras) encode_camera(camera, *into.add_cameras());

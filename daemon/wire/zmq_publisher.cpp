@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 #include <zmq.h>
 
+#include <bit>
 #include <cerrno>
 #include <cstring>
 #include <vector>
@@ -30,6 +31,8 @@ class Envelope {
 
   void hold(const google::protobuf::MessageLite& message) {
     const std::size_t size = message.ByteSizeLong();
+    // With room to spare: the numbers that count up take more bytes from time to time.
+    if (head_ + size > bytes_.capacity()) bytes_.reserve(std::bit_ceil(head_ + size + 64));
     bytes_.resize(head_ + size);
     message.SerializeWithCachedSizesToArray(bytes_.data() + head_);
   }
