@@ -13,6 +13,8 @@
 #include "model/skeleton.h"
 #include "runtime/pipeline.h"
 #include "settings/faults.h"
+#include "stages/detect_blobs.h"
+#include "wire/zmq_publisher.h"
 
 namespace mocap::settings {
 
@@ -30,7 +32,7 @@ struct SubjectSettings {
 
 /// [record]: what is kept of a run.
 struct RecordSettings {
-  std::filesystem::path snapshots;  ///< every snapshot; empty: not kept
+  std::filesystem::path snapshots;  ///< every snapshot, as .jsonl or .pb; empty: not kept
 };
 
 /// One configuration file and the files that it names, checked.
@@ -39,8 +41,10 @@ struct DaemonSettings {
   LogLevel log_level = LogLevel::Info;
   std::vector<cameras::CameraSettings> cameras;  ///< by CameraId
   std::vector<SubjectSettings> subjects;         ///< by SubjectId
+  stages::DetectSettings detect;
+  wire::PublisherSettings publish;
   RecordSettings record;
-  runtime::PipelineSettings pipeline;  ///< [capture], [align], [reopen], [queues], [realtime]
+  runtime::PipelineSettings pipeline;  ///< [capture], [align], [publish], [reopen], [queues], [realtime]
   bool lock_memory = false;
 
   Rig rig;                     ///< by CameraId: the rig file's entry of each camera
