@@ -51,7 +51,9 @@ struct Match {
 struct Matches {
   BoundedVector<Match, kMaxMarkers> matches;
   std::uint32_t unmatched_blobs = 0;
-  std::uint32_t dropped = 0;  ///< over kMaxMarkers
+  std::uint32_t dropped = 0;    ///< over kMaxMarkers
+  std::uint32_t seen_once = 0;  ///< expected markers of which one camera alone may have a blob
+  std::uint32_t skipped = 0;    ///< hypotheses left untried, because the work for one set is bounded
 };
 
 /// A marker as triangulation found it.

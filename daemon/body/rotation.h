@@ -1,0 +1,23 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace mocap::body {
+
+/// The turn about `rotation_rad`'s direction by its length.
+Eigen::Quaterniond turn_by(const Eigen::Vector3d& rotation_rad);
+
+/// The shortest turn that is this unit quaternion, as a rotation vector, rad; its length is at most pi.
+Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& turn);
+
+/// How the rotation vector of a turn changes when a small turn d comes before it: turn_by(d) * turn_by(phi) has the
+/// rotation vector phi + J d. This is J (the inverse of the left Jacobian of SO(3)).
+///
+/// Source: Barfoot, State Estimation for Robotics (2017), section 7.1.5.
+Eigen::Matrix3d change_of_rotation_vector(const Eigen::Vector3d& phi);
+
+/// The one of q and -q that is nearer to `last`: they are the same turn.
+Eigen::Quaterniond same_side(const Eigen::Quaterniond& q, const Eigen::Quaterniond& last);
+
+}  // namespace mocap::body

@@ -1,0 +1,131 @@
+#include "geometry/assignment.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "base/expects.h"
+
+namespace mocap::geometry {
+namespace {
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+
+constexpr auto kNearestOnTop = [](const auto& a, const auto& b) {
+  return a.distance != b.distance ? a.distance > b.distance : a.column > b.column;
+};
+
+}  // namespace
+
+Assigner::Assigner(std::size_t max_rows, std::size_t max_columns, std::size_t max_pairs)
+    : max_rows_(max_rows), max_columns_(max_columns), max_pairs_(max_pairs) {
+  first_edge_.reserve(max_rows + 2);
+  edges_.reserve(max_pairs);
+  column_of_row_.reserve(max_rows);
+  row_price_.reserve(max_rows);
+  row_of_column_.reserve(max_columns);
+  column_price_.reserve(max_columns);
+  distance_.assign(max_columns, kFar);
+  reached_from_.resize(max_columns);
+  done_.assign(max_columns, 0);
+  touched_.reserve(max_columns);
+  heap_.reserve(max_pairs + 1);  // each pair is looked at once a path
+}
+
+std::span<const std::uint32_t> Assigner::assign(std::size_t rows, std::size_t columns,
+                                                std::span<const AllowedPair> pairs, double cost_of_alone) {
+  MOCAP_EXPECTS(rows <= max_rows_ && columns <= max_columns_ && pairs.size() <= max_pairs_);
+  sort_by_row(rows, columns, pairs, cost_of_alone);
+  column_of_row_.assign(rows, kAlone);
+  row_of_column_.assign(columns, kAlone);
+  column_price_.assign(columns, 0.0);
+  row_price_.assign(rows, cost_of_alone);
+  for (std::size_t row = 0; row < rows; ++row) {
+    for (std::uint32_t e = first_edge_[row]; e < first_edge_[row + 1]; ++e) {
+      row_price_[row] = std::min(row_price_[row], edges_[e].cost);
+    }
+  }
+  for (std::uint32_t row = 0; row < rows; ++row) {
+    if (first_edge_[row] < first_edge_[row + 1]) augment(row, cost_of_alone);
+  }
+  return column_of_row_;
+}
+
+void Assigner::sort_by_row(std::size_t rows, std::size_t columns, std::span<const AllowedPair> pairs,
+                           double cost_of_alone) {
+  // Counting sort. Slot row + 2 counts, so that after the sums slot row + 1 is where the row's next edge goes, and in
+  // the end slot row is where the row begins.
+  first_edge_.assign(rows + 2, 0);
+  for (const AllowedPair& pair : pairs) {
+    MOCAP_EXPECTS(pair.row < rows && pair.column < columns);
+    if (pair.cost < cost_of_alone) ++first_edge_[pair.row + 2];
+  }
+  for (std::size_t i = 1; i < first_edge_.size(); ++i) first_edge_[i] += first_edge_[i - 1];
+  edges_.resize(first_edge_.back());
+  for (const AllowedPair& pair : pairs) {
+    if (pair.cost < cost_of_alone) edges_[first_edge_[pair.row + 1]++] = {pair.column, pair.cost};
+  }
+}
+
+void Assigner::augment(std::uint32_t start, double cost_of_alone) {
+  const End end = shortest_path(start, cost_of_alone);
+
+  // The prices move by what each settled column is nearer than the end of the path; reduced costs stay at least zero.
+  row_price_[start] += end.distance;
+  for (const std::uint32_t column : touched_) {
+    if (done_[column] != 0) {
+      const double nearer = end.distance - distance_[column];
+      column_price_[column] -= nearer;
+      row_price_[row_of_column_[column]] += nearer;
+    }
+    distance_[column] = kFar;
+    done_[column] = 0;
+  }
+  touched_.clear();
+
+  // Hand each column on the path to the row before it; the last row takes the free column, or stays alone.
+  std::uint32_t column = end.column;
+  std::uint32_t row = end.row;
+  while (true) {
+    const std::uint32_t given_up = column_of_row_[row];
+    column_of_row_[row] = column;
+    if (column != kAlone) row_of_column_[column] = row;
+    if (row == start) return;
+    column = given_up;
+    row = reached_from_[column];
+  }
+}
+
+Assigner::End Assigner::shortest_path(std::uint32_t start, double cost_of_alone) {
+  heap_.clear();
+  End alone{cost_of_alone - row_price_[start], start, kAlone};
+  relax(start, 0.0, alone.distance);
+  while (!heap_.empty()) {
+    const Reached top = heap_.front();
+    if (top.distance >= alone.distance) break;
+    std::pop_heap(heap_.begin(), heap_.end(), kNearestOnTop);
+    heap_.pop_back();
+    if (done_[top.column] != 0 || top.distance > distance_[top.column]) continue;
+    const std::uint32_t owner = row_of_column_[top.column];
+    if (owner == kAlone) return {top.distance, reached_from_[top.column], top.column};
+    done_[top.column] = 1;
+    const double owner_alone = top.distance + cost_of_alone - row_price_[owner];
+    if (owner_alone < alone.distance) alone = {owner_alone, owner, kAlone};
+    relax(owner, top.distance, alone.distance);
+  }
+  return alone;
+}
+
+void Assigner::relax(std::uint32_t row, double distance, double limit) {
+  for (std::uint32_t e = first_edge_[row]; e < first_edge_[row + 1]; ++e) {
+    const Edge& edge = edges_[e];
+    const double further = distance + std::max(0.0, edge.cost - row_price_[row] - column_price_[edge.column]);
+    if (further >= limit || done_[edge.column] != 0 || further >= distance_[edge.column]) continue;
+    if (distance_[edge.column] == kFar) touched_.push_back(edge.column);
+    distance_[edge.column] = further;
+    reached_from_[edge.column] = row;
+    heap_.push_back({further, edge.column});
+    std::push_heap(heap_.begin(), heap_.end(), kNearestOnTop);
+  }
+}
+
+}  // namespace mocap::geometry

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+
+#include "base/bounded_vector.h"
+#include "base/spsc_queue.h"
+#include "base/wake_signal.h"
+#include "model/blob.h"
+#include "model/health.h"
+#include "module/blob_tracker.h"
+#include "module/camera.h"
+#include "module/detector.h"
+#include "runtime/counters.h"
+#include "runtime/realtime.h"
+
+namespace mocap::runtime {
+
+/// Makes the detector for images like this one (format and size).
+using DetectorMaker = std::function<Result<std::unique_ptr<Detector>>(const Image& like)>;
+
+/// What one camera's thread works with.
+struct CameraParts {
+  std::string name;
+  std::unique_ptr<Camera> camera;
+  DetectorMaker make_detector;
+  std::unique_ptr<BlobTracker> tracker;
+  int expected_width_px = 0;  ///< the rig's; 0: any
+  int expected_height_px = 0;
+};
+
+struct CameraWorkerSettings {
+  Duration silent_after = std::chrono::milliseconds(500);   ///< no image for so long: the camera is opened anew
+  Duration first_image_within = std::chrono::seconds(5);    ///< the same, after it was started
+  Duration first_backoff = std::chrono::milliseconds(250);  ///< before the first try to reopen; doubles each time
+  Duration longest_backoff = std::chrono::milliseconds(2000);
+  bool lossless = false;  ///< waits for room instead of dropping (replay)
+  ThreadSettings thread;
+};
+
+/// A change of a camera's state, for the health report.
+struct CameraNote {
+  CameraPhase phase = CameraPhase::Starting;
+  BoundedVector<char, 255> error;  ///< empty when all is well
+};
+
+enum class Delivery { NotYet, Delivering, Ended };
+
+/// The way from one camera's thread to the others.
+struct CameraChannel {
+  CameraChannel(std::size_t queue_frames, WakeSignal& fusion) : frames(queue_frames), wake_fusion(fusion) {}
+
+  SpscQueue<BlobFrame> frames;                       ///< to the fusion thread
+  SpscQueue<CameraNote> notes{16};                   ///< to the publish thread; a note that finds no room is left out
+  std::atomic<Delivery> delivery{Delivery::NotYet};  ///< set by the camera's thread, after the frames it speaks of
+  WakeSignal room;                                   ///< signalled by the fusion thread when it took frames
+  WakeSignal& wake_fusion;
+  CameraCounters counters;
+};
+
+/// One camera's thread: image, blobs, 2D tracks, queue. A camera that fails or falls silent is opened anew, with
+/// backoff; the other cameras do not notice.
+class CameraWorker {
+ public:
+  /// The channel outlives the worker.
+  CameraWorker(CameraParts parts, CameraWorkerSettings settings, CameraChannel& channel);
+
+  /// The loop; returns when stopped, or when a finite source is through.
+  void run(const std::stop_token& stop);
+
+ private:
+  Status stream(const std::stop_token& stop);
+  Status take_in(const Frame& frame, const std::stop_token& stop);
+  Status prepare_for(const Image& image);
+  void push(const std::stop_token& stop);
+  void note(CameraPhase phase, const std::string& error = {});
+  void deliver(Delivery state);
+  void wait_before_retry(Duration span, const std::stop_token& stop);
+
+  CameraParts parts_;
+  CameraWorkerSettings settings_;
+  CameraChannel& channel_;
+  std::unique_ptr<Detector> detector_;
+  Image detector_made_for_;  // its pixels are never looked at
+  BlobFrame seen_;           // scratch of take_in
+  std::uint64_t next_number_ = 0;
+  bool streaming_ = false;  // since the last start, an image has come
+  WakeSignal nap_;
+};
+
+}  // namespace mocap::runtime

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "model/description.h"
+#include "module/publisher.h"
+#include "module/writer.h"
+#include "runtime/camera_worker.h"
+#include "runtime/fusion_worker.h"
+#include "runtime/publish_worker.h"
+#include "runtime/side_worker.h"
+#include "stages/align_frames.h"
+#include "stages/fuse.h"
+
+namespace mocap::runtime {
+
+struct PipelineSettings {
+  CameraWorkerSettings camera;                 ///< `lossless` is the pipeline's
+  std::vector<ThreadSettings> camera_threads;  ///< by CameraId; empty: camera.thread for all
+  FusionWorkerSettings fusion;
+  PublishWorkerSettings publish;
+  stages::AlignSettings align;
+  std::size_t camera_queue_frames = 8;
+  std::size_t publish_queue_snapshots = 8;
+  std::size_t side_queue_snapshots = 64;
+  /// A replay: nothing is dropped, everybody waits for room, time is the recording's. The snapshots depend on the
+  /// frames alone.
+  bool lossless = false;
+};
+
+struct PipelineParts {
+  std::vector<CameraParts> cameras;  ///< by CameraId
+  std::unique_ptr<stages::Fusion> fusion;
+  std::unique_ptr<Publisher> publisher;
+  std::vector<std::unique_ptr<Writer>> writers;  ///< none: no side thread
+  Description description;
+};
+
+/// All threads and the queues between them. They run from the constructor to `stop`.
+class Pipeline {
+ public:
+  Pipeline(PipelineSettings settings, PipelineParts parts);
+  ~Pipeline();
+  Pipeline(const Pipeline&) = delete;
+  Pipeline& operator=(const Pipeline&) = delete;
+
+  /// Whether a finite run is through: every camera at its end, all sent and written.
+  bool finished() const noexcept { return publish_ended_.load(std::memory_order_acquire); }
+
+  /// Whether every thread went round its loop, and sets came while images did, since the last call. Feeds the watchdog.
+  bool progressed();
+
+  /// Ends all threads and waits for them: the last snapshots are sent and written. Harmless when already stopped.
+  void stop();
+
+  const FusionCounters& fusion_counters() const noexcept { return fusion_counters_; }
+  const PublishCounters& publish_counters() const noexcept { return publish_counters_; }
+  const SideCounters& side_counters() const noexcept { return side_counters_; }
+  const CameraCounters& camera_counters(CameraId camera) const { return channels_[camera.value]->counters; }
+  std::size_t camera_count() const noexcept { return channels_.size(); }
+
+ private:
+  struct Progress {
+    std::uint64_t frames = 0, fusion_beats = 0, sets = 0, publish_beats = 0, side_beats = 0;
+  };
+  Progress progress() const;
+  std::vector<CameraChannel*> borrow_channels();
+  void start_threads();
+
+  WakeSignal wake_fusion_;
+  std::vector<std::unique_ptr<CameraChannel>> channels_;
+  SnapshotChannel to_publish_;
+  SnapshotChannel to_side_;
+  FusionCounters fusion_counters_;
+  PublishCounters publish_counters_;
+  SideCounters side_counters_;
+  std::vector<std::unique_ptr<CameraWorker>> camera_workers_;
+  std::unique_ptr<FusionWorker> fusion_worker_;
+  std::unique_ptr<PublishWorker> publish_worker_;
+  std::unique_ptr<SideWorker> side_worker_;
+  std::atomic<bool> publish_ended_{false};
+  Progress last_progress_;
+
+  std::vector<std::jthread> camera_threads_;
+  std::jthread fusion_thread_;
+  std::jthread publish_thread_;
+  std::jthread side_thread_;
+};
+
+}  // namespace mocap::runtime

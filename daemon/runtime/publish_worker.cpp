@@ -1,0 +1,140 @@
+#include "runtime/publish_worker.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/log.h"
+
+namespace mocap::runtime {
+namespace {
+
+constexpr Duration kLongestSleep = std::chrono::milliseconds(50);
+constexpr std::size_t kLongestError = 255;
+
+}  // namespace
+
+PublishWorker::PublishWorker(std::unique_ptr<Publisher> publisher, Description description,
+                             PublishWorkerSettings settings, Links links, PublishCounters& counters)
+    : publisher_(std::move(publisher)),
+      description_(std::move(description)),
+      settings_(std::move(settings)),
+      links_(std::move(links)),
+      counters_(counters),
+      frames_reported_(links_.cameras.size(), 0) {
+  health_.cameras.resize(links_.cameras.size());
+  for (std::size_t i = 0; i < health_.cameras.size(); ++i) {
+    health_.cameras[i].name = description_.cameras[i].name;
+    health_.cameras[i].last_error.reserve(kLongestError);  // filled in the loop without allocating
+  }
+}
+
+void PublishWorker::run() {
+  const Status allowed = apply_to_this_thread(settings_.thread);
+  if (!allowed) log_warn("publish", allowed.error().message);
+  const Status described = publisher_->describe(description_);
+  if (!described) log_error("publish", described.error().message);
+  reported_at_ = host_now();
+
+  for (;;) {
+    counters_.beats.add();
+    const WakeSignal::Ticket ticket = links_.snapshots->there_is_work.ticket();
+    const bool ended = links_.snapshots->ended.load(std::memory_order_acquire);
+    const bool sent = send_what_waits();
+    report_when_due();
+    if (sent) continue;
+    if (ended) break;
+    if (settings_.waiting == Waiting::Spin) continue;
+    const Duration until_report = reported_at_ + settings_.report_every - host_now();
+    links_.snapshots->there_is_work.wait(ticket, std::clamp(until_report, Duration{1}, kLongestSleep));
+  }
+}
+
+void PublishWorker::learn_fits() {
+  SubjectFit fit;
+  while (links_.snapshots->fits.try_pop(fit)) {
+    MarkerSet& set = description_.subjects[fit.subject.value].marker_set;
+    for (std::size_t i = 0; i < set.skeleton.bones.size(); ++i) {
+      set.skeleton.bones[i].rest_offset_m = fit.rest_offsets_m[i];
+    }
+    for (std::size_t i = 0; i < set.markers.size(); ++i) set.markers[i].offset_m = fit.marker_offsets_m[i];
+    description_.version = fit.description_version;
+    log_info("subject " + description_.subjects[fit.subject.value].name,
+             fmt::format("fitted, residual={:.1f}mm description={}", 1e3 * fit.residual_m, description_.version));
+    const Status described = publisher_->describe(description_);
+    if (!described) log_error("publish", described.error().message);
+  }
+}
+
+bool PublishWorker::send_what_waits() {
+  bool any = false;
+  SpscQueue<Snapshot>& queue = links_.snapshots->snapshots;
+  while (Snapshot* oldest = queue.front()) {
+    const bool newer_waits = !settings_.every_snapshot && !settings_.lossless && queue.size() > 1;
+    if (newer_waits) {
+      counters_.passed_over.add();
+    } else {
+      send(*oldest);
+    }
+    queue.pop();
+    any = true;
+    if (settings_.lossless) links_.snapshots->room.signal();
+  }
+  return any;
+}
+
+void PublishWorker::send(Snapshot& snapshot) {
+  if (snapshot.description_version != description_.version) learn_fits();
+  const Status sent = publisher_->publish(snapshot);
+  if (sent) {
+    counters_.sent.add();
+    latency_.add(snapshot.instants);
+  } else {
+    counters_.failed.add();
+    log_error("publish", sent.error().message);
+  }
+}
+
+void PublishWorker::report_when_due() {
+  const Timestamp now = host_now();
+  if (now - reported_at_ < settings_.report_every) return;
+  gather_health(now);
+  const Status reported = publisher_->report(health_);
+  if (!reported) log_error("publish", reported.error().message);
+}
+
+void PublishWorker::gather_health(Timestamp now) {
+  const double seconds = to_s(now - reported_at_);
+  reported_at_ = now;
+  health_.at = now;
+  health_.sets = links_.fusion->sets.read();
+  health_.complete_sets = links_.fusion->complete_sets.read();
+  health_.passed_over_sets = links_.fusion->passed_over_sets.read();
+  health_.dropped_snapshots = links_.fusion->dropped_publish_full.read();
+  health_.passed_over_snapshots = counters_.passed_over.read();
+  health_.sent_snapshots = counters_.sent.read();
+  health_.set_rate_hz = static_cast<double>(health_.sets - sets_reported_) / seconds;
+  sets_reported_ = health_.sets;
+  health_.latency = latency_.take();
+  for (std::size_t i = 0; i < links_.cameras.size(); ++i) gather_camera(i, seconds);
+}
+
+void PublishWorker::gather_camera(std::size_t camera, double seconds) {
+  CameraChannel& channel = *links_.cameras[camera];
+  CameraHealth& health = health_.cameras[camera];
+  CameraNote note;
+  while (channel.notes.try_pop(note)) {
+    health.phase = note.phase;
+    health.last_error.assign(note.error.begin(), note.error.end());
+  }
+  health.frames = channel.counters.frames.read();
+  health.missing_frames = channel.counters.missing_frames.read();
+  health.failed_frames = channel.counters.failed_frames.read();
+  health.dropped_queue_full = channel.counters.dropped_queue_full.read();
+  health.dropped_blobs = channel.counters.dropped_blobs.read();
+  health.reopened = channel.counters.reopened.read();
+  health.rate_hz = static_cast<double>(health.frames - frames_reported_[camera]) / seconds;
+  frames_reported_[camera] = health.frames;
+}
+
+}  // namespace mocap::runtime

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "model/description.h"
+#include "model/health.h"
+#include "module/publisher.h"
+#include "runtime/counters.h"
+#include "runtime/fusion_worker.h"
+#include "runtime/latency.h"
+
+namespace mocap::runtime {
+
+struct PublishWorkerSettings {
+  bool every_snapshot = false;  ///< a late publisher sends all that wait, not only the newest
+  bool lossless = false;        ///< a replay: all, and told when there is room
+  Waiting waiting = Waiting::Sleep;
+  Duration report_every = std::chrono::seconds(1);
+  ThreadSettings thread;
+};
+
+/// The publish thread: snapshots to the wire, the description when it changes, the state of the service once a second.
+class PublishWorker {
+ public:
+  /// All outlive the worker.
+  struct Links {
+    SnapshotChannel* snapshots = nullptr;
+    std::vector<CameraChannel*> cameras;  ///< by CameraId
+    const FusionCounters* fusion = nullptr;
+  };
+
+  PublishWorker(std::unique_ptr<Publisher> publisher, Description description, PublishWorkerSettings settings,
+                Links links, PublishCounters& counters);
+
+  /// The loop; returns when the fusion has ended and all that it handed on is sent.
+  void run();
+
+ private:
+  void learn_fits();
+  bool send_what_waits();
+  void send(Snapshot& snapshot);
+  void report_when_due();
+  void gather_health(Timestamp now);
+  void gather_camera(std::size_t camera, double seconds);
+
+  std::unique_ptr<Publisher> publisher_;
+  Description description_;
+  PublishWorkerSettings settings_;
+  Links links_;
+  PublishCounters& counters_;
+  StageLatency latency_;
+  Health health_;
+  Timestamp reported_at_;
+  std::uint64_t sets_reported_ = 0;
+  std::vector<std::uint64_t> frames_reported_;  // by camera
+};
+
+}  // namespace mocap::runtime

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <vector>
+
+#include "base/result.h"
+
+namespace mocap::runtime {
+
+/// How the operating system is to treat one thread.
+struct ThreadSettings {
+  int fifo_priority = 0;  ///< 1 to 99: SCHED_FIFO; 0: the ordinary scheduler
+  std::vector<int> cpus;  ///< that it may run on; empty: all
+};
+
+/// Applies the settings to the calling thread. Fails with what the system refused and how to allow it; what could be
+/// done is done all the same.
+Status apply_to_this_thread(const ThreadSettings& settings);
+
+/// Keeps all memory of this process, now and later, out of swap.
+Status lock_memory();
+
+/// The name that shows in top and gdb; at most 15 characters are kept.
+void name_this_thread(const char* name) noexcept;
+
+}  // namespace mocap::runtime

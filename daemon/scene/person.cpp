@@ -1,0 +1,188 @@
+#include "scene/person.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace mocap::scene {
+namespace {
+
+using std::numbers::pi;
+constexpr double kWalkSpeed_m_s = 0.9;
+constexpr double kStride_m = 1.05;      // two steps
+constexpr double kPathRadius_m = 0.55;  // of each loop of the eight: the hips stay within 1.1 m of the centre
+constexpr double kTurn_s = 3.0;         // one turn of a spin
+constexpr double kArmDown_rad = 1.3;    // an arm that hangs beside the body
+constexpr double kGravity_m_s2 = 9.81;
+
+Eigen::Quaterniond about_x(double rad) { return Eigen::Quaterniond(Eigen::AngleAxisd(rad, Eigen::Vector3d::UnitX())); }
+Eigen::Quaterniond about_y(double rad) { return Eigen::Quaterniond(Eigen::AngleAxisd(rad, Eigen::Vector3d::UnitY())); }
+Eigen::Quaterniond about_z(double rad) { return Eigen::Quaterniond(Eigen::AngleAxisd(rad, Eigen::Vector3d::UnitZ())); }
+
+Posture t_pose() {
+  Posture posture;
+  posture.turns.fill(Eigen::Quaterniond::Identity());
+  return posture;
+}
+
+// Arms hang and swing forward (positive) about the shoulders; elbows bend forward.
+void hang_arms(Posture& posture, double swing_left_rad, double swing_right_rad, double elbow_rad) {
+  posture.turn(Joint::LeftUpArm) = about_y(-swing_left_rad) * about_x(-kArmDown_rad);
+  posture.turn(Joint::RightUpArm) = about_y(-swing_right_rad) * about_x(kArmDown_rad);
+  posture.turn(Joint::LeftLowArm) = about_z(-elbow_rad);
+  posture.turn(Joint::RightLowArm) = about_z(elbow_rad);
+}
+
+// Bends both legs so that the feet stay under the hips and flat.
+void bend_knees(Posture& posture, double half_rad) {
+  for (const Joint thigh : {Joint::LeftUpLeg, Joint::RightUpLeg}) {
+    const auto first = static_cast<std::size_t>(thigh);
+    posture.turns[first] = about_y(-half_rad);
+    posture.turns[first + 1] = about_y(2.0 * half_rad);
+    posture.turns[first + 2] = about_y(-half_rad);
+  }
+}
+
+void step_leg(Posture& posture, Joint thigh, double phase_rad) {
+  const auto first = static_cast<std::size_t>(thigh);
+  const double swing = 0.5 * (1.0 + std::cos(phase_rad));  // 1 while the leg swings forward
+  const double hip_rad = 0.08 + 0.42 * std::sin(phase_rad);
+  const double knee_rad = 0.12 + 0.75 * swing * swing;
+  posture.turns[first] = about_y(-hip_rad);
+  posture.turns[first + 1] = about_y(knee_rad);
+  posture.turns[first + 2] = about_y(std::clamp(hip_rad - knee_rad, -0.6, 0.6) * 0.6);
+}
+
+Posture walk(double walked_s) {
+  Posture posture = t_pose();
+  const double phase_rad = 2.0 * pi * walked_s * kWalkSpeed_m_s / kStride_m;
+  step_leg(posture, Joint::LeftUpLeg, phase_rad);
+  step_leg(posture, Joint::RightUpLeg, phase_rad + pi);
+  const double swing_rad = 0.35 * std::sin(phase_rad);
+  hang_arms(posture, -swing_rad, swing_rad, 0.35 + 0.1 * std::sin(phase_rad));
+  posture.turn(Joint::Hips) = about_z(-0.08 * std::sin(phase_rad)) * about_x(0.04 * std::cos(phase_rad));
+  posture.turn(Joint::Chest) =
+      about_z(0.16 * std::sin(phase_rad)) * about_y(0.05) * about_x(-0.04 * std::cos(phase_rad));
+  posture.turn(Joint::Neck) = about_z(-0.08 * std::sin(phase_rad));
+  return posture;
+}
+
+Posture wave(double t_s) {
+  Posture posture = t_pose();
+  hang_arms(posture, 0.05, 0.0, 0.2);
+  const double beat_rad = 2.0 * pi * 1.1 * t_s;
+  // The upper arm to the side, turned so that the elbow bends upwards; the forearm waves.
+  posture.turn(Joint::RightUpArm) = about_x(-0.3) * about_y(-0.5 * pi);
+  posture.turn(Joint::RightLowArm) = about_z(1.3 + 0.5 * std::sin(beat_rad));
+  posture.turn(Joint::RightHand) = about_z(0.3 * std::sin(beat_rad - 0.6));
+  posture.turn(Joint::Head) = about_z(-0.25);
+  posture.turn(Joint::Chest) = about_x(0.04 * std::sin(0.5 * beat_rad));
+  return posture;
+}
+
+Posture jump(double t_s) {
+  constexpr double kHeight_m = 0.12, kDip_s = 0.5, kPush_s = 0.25, kLand_s = 0.45, kRest_s = 0.3;
+  const double up_m_s = std::sqrt(2.0 * kGravity_m_s2 * kHeight_m);
+  const double flight_s = 2.0 * up_m_s / kGravity_m_s2;
+  const double cycle_s = kDip_s + kPush_s + flight_s + kLand_s + kRest_s;
+  double t = std::fmod(t_s, cycle_s);
+
+  Posture posture = t_pose();
+  double dip = 0.0;  // how far down, 0 to 1
+  double away_s = t - kDip_s - kPush_s;
+  if (t < kDip_s) {
+    dip = 0.5 * (1.0 - std::cos(pi * t / kDip_s));
+  } else if (away_s < 0.0) {
+    dip = std::cos(0.5 * pi * (t - kDip_s) / kPush_s);
+  } else if (away_s < flight_s) {
+    posture.lift_m = up_m_s * away_s - 0.5 * kGravity_m_s2 * away_s * away_s;
+  } else if (away_s < flight_s + kLand_s) {
+    // Down fast, up slowly: the speed of landing is taken over by the knees.
+    const double u = (away_s - flight_s) / kLand_s;
+    dip = 0.8 * std::sin(pi * std::sqrt(u)) * (1.0 - u) * std::min(1.0, 8.0 * u);
+  }
+  // Height of a leg of two segments of 0.42 m each that is dipped by d: 2 l cos(half).
+  const double half_rad = std::acos(1.0 - (0.03 + 0.24 * dip) / 0.84);
+  bend_knees(posture, half_rad);
+  posture.turn(Joint::Hips) = about_y(0.35 * dip);
+  for (const Joint thigh : {Joint::LeftUpLeg, Joint::RightUpLeg}) {
+    posture.turn(thigh) = about_y(-0.35 * dip) * posture.turn(thigh);
+  }
+  hang_arms(posture, 0.7 - 1.4 * dip, 0.7 - 1.4 * dip, 0.5);
+  return posture;
+}
+
+Posture crouch(double t_s) {
+  const double down = 0.5 * (1.0 - std::cos(2.0 * pi * t_s / 4.0));
+  Posture posture = t_pose();
+  const double half_rad = 0.1 + 0.75 * down;
+  bend_knees(posture, half_rad);
+  const double lean_rad = 0.45 * down;
+  posture.turn(Joint::Hips) = about_y(lean_rad);
+  for (const Joint thigh : {Joint::LeftUpLeg, Joint::RightUpLeg}) {
+    posture.turn(thigh) = about_y(-lean_rad) * posture.turn(thigh);
+  }
+  posture.turn(Joint::Chest) = about_y(0.3 * down);
+  posture.turn(Joint::Neck) = about_y(-0.4 * down);
+  hang_arms(posture, 0.1 + 1.1 * down, 0.1 + 1.1 * down, 0.3);
+  return posture;
+}
+
+Posture spin(const ActShare& share) {
+  Posture posture = t_pose();
+  const double beat_rad = 2.0 * pi * share.spent_s / 0.75;  // small steps on the spot
+  hang_arms(posture, 0.1, 0.1, 0.4);
+  posture.turn(Joint::LeftUpArm) = about_x(-0.6);
+  posture.turn(Joint::RightUpArm) = about_x(0.6);
+  for (const auto& [thigh, side] : {std::pair{Joint::LeftUpLeg, 0.0}, std::pair{Joint::RightUpLeg, pi}}) {
+    const auto first = static_cast<std::size_t>(thigh);
+    const double lift = 0.08 + 0.22 * 0.5 * (1.0 + std::cos(beat_rad + side));
+    posture.turns[first] = about_y(-lift);
+    posture.turns[first + 1] = about_y(2.0 * lift);
+    posture.turns[first + 2] = about_y(-lift);
+  }
+  // Whole turns, so that whatever follows goes on as before.
+  const double turns = std::isinf(share.whole_s)
+                           ? share.spent_s / kTurn_s
+                           : std::max(1.0, std::round(share.whole_s / kTurn_s)) * share.spent_s / share.whole_s;
+  posture.heading_rad = 2.0 * pi * turns;
+  return posture;
+}
+
+Posture perform(const ActShare& share, double walked_s) {
+  switch (share.act) {
+    case Act::Walk: return walk(walked_s);
+    case Act::Wave: return wave(share.spent_s);
+    case Act::Jump: return jump(share.spent_s);
+    case Act::Spin: return spin(share);
+    case Act::Crouch: return crouch(share.spent_s);
+    case Act::TPose: break;
+  }
+  return t_pose();
+}
+
+// Two circles that touch in the centre of the volume, walked one after the other, heading +x where they touch.
+void put_on_path(Posture& posture, double walked_s) {
+  const double loop_rad = walked_s * kWalkSpeed_m_s / kPathRadius_m;
+  const double side = std::fmod(loop_rad, 4.0 * pi) < 2.0 * pi ? 1.0 : -1.0;
+  posture.place_m = {kPathRadius_m * std::sin(loop_rad), side * kPathRadius_m * (1.0 - std::cos(loop_rad))};
+  posture.heading_rad += side * std::fmod(loop_rad, 2.0 * pi);
+}
+
+}  // namespace
+
+Posture posture_at(const Program& program, double t_s) {
+  const ActMix mix = mix_at(program, t_s);
+  Posture posture = perform(mix.first, mix.walked_before_s);
+  if (mix.second.share > 0.0) {
+    const Posture other = perform(mix.second, mix.walked_before_s);
+    const double share = mix.second.share;
+    for (std::size_t i = 0; i < kJoints; ++i) posture.turns[i] = posture.turns[i].slerp(share, other.turns[i]);
+    posture.lift_m += share * (other.lift_m - posture.lift_m);
+    posture.heading_rad += other.heading_rad;  // a spin's share is in its turns already
+  }
+  put_on_path(posture, mix.walked_before_s);
+  return posture;
+}
+
+}  // namespace mocap::scene

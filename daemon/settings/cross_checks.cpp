@@ -1,0 +1,145 @@
+#include "settings/cross_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "model/bounds.h"
+#include "settings/camera_keys.h"
+#include "settings/suggestion.h"
+
+namespace mocap::settings {
+namespace {
+
+using cameras::CameraSettings;
+
+// A fault at the second of two that should differ.
+template <class Element, class Get>
+void expect_different(const std::vector<Element>& elements, std::vector<TomlTable>& tables, const char* key, Get get) {
+  for (std::size_t i = 1; i < elements.size(); ++i) {
+    const std::string mine = get(elements[i]);
+    if (mine.empty()) continue;
+    const auto same = [&](const Element& other) { return get(other) == mine; };
+    const auto end = elements.begin() + static_cast<std::ptrdiff_t>(i);
+    if (std::any_of(elements.begin(), end, same)) {
+      tables[i].fault(key, fmt::format("{} '{}' is there twice, expected a different one each", key, mine));
+    }
+  }
+}
+
+template <class Settings, class Field>
+auto field_of(Field Settings::*field) {
+  return [field](const CameraSettings& camera) -> std::string {
+    const auto* settings = std::get_if<Settings>(&camera.driver);
+    if (settings == nullptr) return {};
+    if constexpr (std::is_same_v<Field, std::filesystem::path>) {
+      return (settings->*field).string();
+    } else {
+      return settings->*field;
+    }
+  };
+}
+
+void check_cameras_differ(DaemonTables& tables, const DaemonSettings& settings) {
+  using cameras::AravisSettings;
+  auto& found = tables.cameras;
+  expect_different(settings.cameras, found, "name", [](const CameraSettings& camera) { return camera.name; });
+  expect_different(settings.cameras, found, "serial", field_of(&AravisSettings::serial));
+  expect_different(settings.cameras, found, "device_name", field_of(&AravisSettings::device_name));
+  expect_different(settings.cameras, found, "address", field_of(&AravisSettings::address));
+  expect_different(settings.cameras, found, "device", field_of(&cameras::V4l2Settings::device));
+  expect_different(settings.cameras, found, "folder", field_of(&cameras::ReplaySettings::folder));
+}
+
+std::optional<double> exposure_us_of(const CameraSettings& camera) {
+  if (const auto* aravis = std::get_if<cameras::AravisSettings>(&camera.driver)) return aravis->exposure_us;
+  if (const auto* v4l2 = std::get_if<cameras::V4l2Settings>(&camera.driver)) return v4l2->exposure_us;
+  if (const auto* synthetic = std::get_if<cameras::SyntheticSettings>(&camera.driver)) return synthetic->exposure_us;
+  return std::nullopt;
+}
+
+void check_camera(TomlTable& table, const CameraSettings& camera, const DaemonSettings& settings) {
+  const std::optional<double> rate_hz = rate_hz_of(camera);
+  const std::optional<double> exposure_us = exposure_us_of(camera);
+  if (rate_hz && exposure_us && *exposure_us >= 1e6 / *rate_hz) {
+    table.fault("exposure_us", fmt::format("exposure_us is {}, expected less than the period of {:.0f} us at {} Hz",
+                                           *exposure_us, 1e6 / *rate_hz, *rate_hz));
+  }
+  if (settings.pipeline.lossless && !can_wait(camera)) {
+    table.fault("driver",
+                fmt::format("driver is {}, but capture.lossless needs cameras that can wait: replay or synthetic",
+                            driver_of(camera)));
+  }
+}
+
+void check_times(DaemonTables& tables, const DaemonSettings& settings) {
+  double fastest_hz = 0.0;
+  for (const CameraSettings& camera : settings.cameras)
+    fastest_hz = std::max(fastest_hz, rate_hz_of(camera).value_or(0.0));
+  const double window_us = to_us(settings.pipeline.align.window);
+  if (fastest_hz > 0.0 && window_us >= 0.5e6 / fastest_hz) {
+    std::optional<TomlTable> align = tables.root.table("align", "align");
+    (align ? *align : tables.root)
+        .fault("window_us", fmt::format("window_us is {}, expected less than half a frame period, {:.0f} at {} Hz",
+                                        window_us, 0.5e6 / fastest_hz, fastest_hz));
+  }
+  const runtime::CameraWorkerSettings& reopen_times = settings.pipeline.camera;
+  if (reopen_times.first_backoff > reopen_times.longest_backoff) {
+    std::optional<TomlTable> reopen = tables.root.table("reopen", "reopen");
+    (reopen ? *reopen : tables.root)
+        .fault("first_backoff_ms",
+               fmt::format("first_backoff_ms is {}, over longest_backoff_ms = {}",
+                           to_s(reopen_times.first_backoff) * 1e3, to_s(reopen_times.longest_backoff) * 1e3));
+  }
+}
+
+std::vector<std::string> names_of(const Rig& rig) {
+  std::vector<std::string> names;
+  for (const CameraModel& camera : rig) names.push_back(camera.name);
+  return names;
+}
+
+}  // namespace
+
+void check_together(DaemonTables& tables, const DaemonSettings& settings) {
+  if (settings.cameras.empty()) tables.root.fault("no [[camera]], expected at least one");
+  if (settings.cameras.size() > kMaxCameras) {
+    tables.root.fault(fmt::format("{} [[camera]], expected {} at most", settings.cameras.size(), kMaxCameras));
+  }
+  if (settings.subjects.size() > kMaxSubjects) {
+    tables.root.fault(fmt::format("{} [[subject]], expected {} at most", settings.subjects.size(), kMaxSubjects));
+  }
+  check_cameras_differ(tables, settings);
+  expect_different(settings.subjects, tables.subjects, "name",
+                   [](const SubjectSettings& subject) { return subject.name; });
+  for (std::size_t i = 0; i < settings.cameras.size(); ++i)
+    check_camera(tables.cameras[i], settings.cameras[i], settings);
+  check_times(tables, settings);
+}
+
+Rig rig_for(DaemonTables& tables, const DaemonSettings& settings, const Rig& rig) {
+  Rig ordered;
+  for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
+    const CameraSettings& camera = settings.cameras[i];
+    if (camera.name.empty()) continue;  // told already
+    const auto is_it = [&](const CameraModel& model) { return model.name == camera.name; };
+    const auto found = std::find_if(rig.begin(), rig.end(), is_it);
+    if (found == rig.end()) {
+      const auto near = nearest_word(camera.name, names_of(rig));
+      tables.cameras[i].fault("name", fmt::format("is not in the rig {}{}", settings.capture.rig_file.string(),
+                                                  near ? fmt::format(", did you mean '{}'?", *near) : ""));
+      continue;
+    }
+    const std::optional<ImageSize> size = size_of(camera);
+    if (size && (size->width_px != found->width_px || size->height_px != found->height_px)) {
+      tables.cameras[i].fault(
+          "width_px", fmt::format("size is {}x{} px, but the rig {} was made at {}x{}", size->width_px, size->height_px,
+                                  settings.capture.rig_file.string(), found->width_px, found->height_px));
+    }
+    ordered.push_back(*found);
+  }
+  return ordered;
+}
+
+}  // namespace mocap::settings

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/log.h"
+#include "base/result.h"
+#include "cameras/camera_settings.h"
+#include "model/camera_model.h"
+#include "model/skeleton.h"
+#include "runtime/pipeline.h"
+#include "settings/faults.h"
+
+namespace mocap::settings {
+
+/// [capture]: the run as a whole.
+struct CaptureSettings {
+  std::filesystem::path rig_file;
+  double rate_hz = 0.0;  ///< sets a second that clients are told to expect; 0: the fastest camera's rate
+};
+
+/// [[subject]]
+struct SubjectSettings {
+  std::string name;
+  std::filesystem::path marker_set_file;
+};
+
+/// [record]: what is kept of a run.
+struct RecordSettings {
+  std::filesystem::path snapshots;  ///< every snapshot; empty: not kept
+};
+
+/// One configuration file and the files that it names, checked.
+struct DaemonSettings {
+  CaptureSettings capture;
+  LogLevel log_level = LogLevel::Info;
+  std::vector<cameras::CameraSettings> cameras;  ///< by CameraId
+  std::vector<SubjectSettings> subjects;         ///< by SubjectId
+  RecordSettings record;
+  runtime::PipelineSettings pipeline;  ///< [capture], [align], [reopen], [queues], [realtime]
+  bool lock_memory = false;
+
+  Rig rig;                     ///< by CameraId: the rig file's entry of each camera
+  std::vector<Subject> worn;   ///< by SubjectId: each subject with its marker set
+  double nominal_rate_hz = 0;  ///< capture.rate_hz, or what follows from the cameras; 0: nobody says
+};
+
+/// Reads and checks a configuration with the rig and the marker sets that it names. Fails with all that is wrong.
+Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path& path);
+
+/// What is in force, as pairs of "align.window_us" and "500"; those of a camera as "camera.north-east.driver". What is
+/// absent is left out.
+std::vector<std::pair<std::string, std::string>> list_settings(const DaemonSettings& settings);
+
+}  // namespace mocap::settings

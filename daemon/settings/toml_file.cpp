@@ -1,0 +1,327 @@
+#include "settings/toml_file.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <toml++/toml.h>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <unordered_set>
+
+#include "settings/suggestion.h"
+
+namespace mocap::settings {
+namespace {
+
+constexpr std::uintmax_t kMaxFileBytes = 16u << 20;  // a rig of 64 cameras has 40 kB
+
+std::string in_quotes(std::string_view word) { return fmt::format("'{}'", word); }
+
+std::string list_of(const std::vector<std::string>& words) { return fmt::format("{}", fmt::join(words, ", ")); }
+
+// How a value of the file stands in a fault.
+std::string shown(const toml::node& node) {
+  if (node.is_string()) return in_quotes(*node.value<std::string>());
+  if (node.is_boolean()) return *node.value<bool>() ? "true" : "false";
+  if (node.is_integer()) return fmt::format("{}", *node.value<std::int64_t>());
+  if (node.is_floating_point()) return fmt::format("{}", *node.value<double>());
+  if (node.is_array()) return fmt::format("a list of {}", node.as_array()->size());
+  if (node.is_table()) return "a table";
+  return "a date or time";
+}
+
+std::string shown(Range range) { return fmt::format("{} to {}", range.min, range.max); }
+
+bool within(double value, Range range) { return value >= range.min && value <= range.max; }  // false for NaN
+
+Result<std::string> read_all(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) return Error{ErrorCode::NotFound, "no such file"};
+  if (std::filesystem::is_directory(status)) return Error{ErrorCode::InvalidArgument, "is a folder, expected a file"};
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return Error{ErrorCode::Io, "cannot be read; check its permissions"};
+  std::string text;
+  char block[65536];
+  while (in.read(block, sizeof block), in.gcount() > 0) {
+    text.append(block, static_cast<std::size_t>(in.gcount()));
+    if (text.size() > kMaxFileBytes)
+      return Error{ErrorCode::InvalidArgument, "is over 16 MB, expected a settings file"};
+  }
+  return text;
+}
+
+}  // namespace
+
+struct TomlFile::Document {
+  toml::table root;
+  std::filesystem::path path;
+  Faults faults;
+
+  void fault(const toml::source_position& at, std::string message) {
+    faults.list.push_back({path, at.line, at.column, std::move(message)});
+  }
+};
+
+struct TomlTable::State {
+  TomlFile::Document* document;
+  const toml::table* table;
+  std::string who;
+  std::vector<std::string> known;
+
+  void learn(std::string_view key) {
+    if (std::find(known.begin(), known.end(), key) == known.end()) known.emplace_back(key);
+  }
+  const toml::node* find(std::string_view key) {
+    learn(key);
+    return table->get(key);
+  }
+  void fault(const toml::source_position& at, std::string_view message) const {
+    document->fault(at, who.empty() ? std::string(message) : fmt::format("{}: {}", who, message));
+  }
+  void unexpected(std::string_view key, const toml::node& node, std::string_view expected) const {
+    fault(node.source().begin, fmt::format("{} is {}, expected {}", key, shown(node), expected));
+  }
+};
+
+TomlTable::TomlTable(std::shared_ptr<State> state) : state_(std::move(state)) {}
+
+void TomlTable::flag(std::string_view key, bool& field) {
+  const toml::node* node = state_->find(key);
+  if (node == nullptr) return;
+  if (!node->is_boolean()) return state_->unexpected(key, *node, "true or false");
+  field = *node->value<bool>();
+}
+
+void TomlTable::text(std::string_view key, std::string& field) {
+  const toml::node* node = state_->find(key);
+  if (node == nullptr) return;
+  if (!node->is_string()) return state_->unexpected(key, *node, "a text in quotes");
+  field = *node->value<std::string>();
+}
+
+void TomlTable::path(std::string_view key, std::filesystem::path& field) {
+  const toml::node* node = state_->find(key);
+  if (node == nullptr) return;
+  if (!node->is_string()) return state_->unexpected(key, *node, "a path in quotes");
+  const std::filesystem::path path = *node->value<std::string>();
+  // An absolute path stays what it is.
+  field = path.empty() ? path : (state_->document->path.parent_path() / path).lexically_normal();
+}
+
+void TomlTable::one_of(std::string_view key, std::string& field, const std::vector<std::string>& words) {
+  const toml::node* node = state_->find(key);
+  if (node == nullptr) return;
+  const auto word = node->value<std::string>();
+  if (node->is_string() && std::find(words.begin(), words.end(), *word) != words.end()) {
+    field = *word;
+    return;
+  }
+  std::string expected = "one of " + list_of(words);
+  if (const auto near = word && node->is_string() ? nearest_word(*word, words) : std::nullopt) {
+    expected += fmt::format("; did you mean '{}'?", *near);
+  }
+  state_->unexpected(key, *node, expected);
+}
+
+void TomlTable::whole_numbers(std::string_view key, std::vector<int>& field, Range range) {
+  const toml::node* node = state_->find(key);
+  if (node == nullptr) return;
+  const std::string expected = "a list of whole numbers " + shown(range);
+  if (!node->is_array()) return state_->unexpected(key, *node, expected);
+  std::vector<int> found;
+  for (const toml::node& element : *node->as_array()) {
+    if (!element.is_integer() || !within(static_cast<double>(*element.value<std::int64_t>()), range)) {
+      return state_->fault(element.source().begin,
+                           fmt::format("{} has {}, expected {}", key, shown(element), expected));
+    }
+    found.push_back(static_cast<int>(*element.value<std::int64_t>()));
+  }
+  field = std::move(found);
+}
+
+void TomlTable::numbers(std::string_view key, double* fields, std::size_t count, Range range) {
+  const auto found = list(key, {count});
+  if (!found) return;
+  for (const double value : *found) {
+    if (!within(value, range)) return fault(key, fmt::format("{} has {}, expected {}", key, value, shown(range)));
+  }
+  std::copy(found->begin(), found->end(), fields);
+}
+
+void TomlTable::real(std::string_view key, std::optional<double>& value, Range range) {
+  const toml::node* node = state_->find(key);
+  if (node == nullptr) return;
+  const auto found = node->value<double>();
+  if (!node->is_number()) return state_->unexpected(key, *node, "a number, " + shown(range));
+  if (!within(*found, range)) return state_->unexpected(key, *node, shown(range));
+  value = found;
+}
+
+void TomlTable::whole(std::string_view key, std::optional<std::int64_t>& value, Range range) {
+  const toml::node* node = state_->find(key);
+  if (node == nullptr) return;
+  if (!node->is_integer()) return state_->unexpected(key, *node, "a whole number, " + shown(range));
+  const std::int64_t found = *node->value<std::int64_t>();
+  if (!within(static_cast<double>(found), range)) return state_->unexpected(key, *node, shown(range));
+  value = found;
+}
+
+std::optional<std::vector<double>> TomlTable::list(std::string_view key, std::initializer_list<std::size_t> lengths) {
+  const toml::node* node = state_->find(key);
+  if (node == nullptr) return std::nullopt;
+  std::vector<std::string> counts;
+  for (const std::size_t length : lengths) counts.push_back(std::to_string(length));
+  const std::string expected = fmt::format("a list of {} numbers", fmt::join(counts, " or "));
+  const toml::array* array = node->as_array();
+  if (array == nullptr || std::find(lengths.begin(), lengths.end(), array->size()) == lengths.end()) {
+    state_->unexpected(key, *node, expected);
+    return std::nullopt;
+  }
+  std::vector<double> found;
+  for (const toml::node& element : *array) {
+    const auto value = element.is_number() ? element.value<double>() : std::nullopt;
+    if (!value || !std::isfinite(*value)) {
+      state_->fault(element.source().begin, fmt::format("{} has {}, expected finite numbers", key, shown(element)));
+      return std::nullopt;
+    }
+    found.push_back(*value);
+  }
+  return found;
+}
+
+std::optional<std::vector<double>> TomlTable::matrix(std::string_view key, std::size_t rows, std::size_t columns) {
+  const toml::node* node = state_->find(key);
+  if (node == nullptr) return std::nullopt;
+  const std::string expected = fmt::format("{} lists of {} numbers", rows, columns);
+  const toml::array* array = node->as_array();
+  if (array == nullptr || array->size() != rows) {
+    state_->unexpected(key, *node, expected);
+    return std::nullopt;
+  }
+  std::vector<double> found;
+  for (const toml::node& row : *array) {
+    if (!row.is_array() || row.as_array()->size() != columns) {
+      state_->fault(row.source().begin, fmt::format("{} has {} as a row, expected {}", key, shown(row), expected));
+      return std::nullopt;
+    }
+    for (const toml::node& element : *row.as_array()) {
+      const auto value = element.is_number() ? element.value<double>() : std::nullopt;
+      if (!value || !std::isfinite(*value)) {
+        state_->fault(element.source().begin, fmt::format("{} has {}, expected finite numbers", key, shown(element)));
+        return std::nullopt;
+      }
+      found.push_back(*value);
+    }
+  }
+  return found;
+}
+
+bool TomlTable::has(std::string_view key) const { return state_->table->contains(key); }
+
+bool TomlTable::has_matrix(std::string_view key) const {
+  const toml::array* array = state_->table->get_as<toml::array>(key);
+  return array != nullptr && !array->empty() && (*array)[0].is_array();
+}
+
+std::optional<TomlTable> TomlTable::table(std::string_view key, std::string who) {
+  const toml::node* node = state_->find(key);
+  if (node == nullptr) return std::nullopt;
+  if (!node->is_table()) {
+    state_->unexpected(key, *node, fmt::format("a table: [{}]", key));
+    return std::nullopt;
+  }
+  return TomlTable(std::make_shared<State>(State{state_->document, node->as_table(), std::move(who), {}}));
+}
+
+std::vector<TomlTable> TomlTable::tables(std::string_view key, std::string_view who) {
+  std::vector<TomlTable> found;
+  const toml::node* node = state_->find(key);
+  if (node == nullptr) return found;
+  const toml::array* array = node->as_array();
+  const auto is_table = [](const toml::node& element) { return element.is_table(); };
+  if (array == nullptr || !std::all_of(array->begin(), array->end(), is_table)) {
+    state_->unexpected(key, *node, fmt::format("tables: [[{}]]", key));
+    return found;
+  }
+  for (const toml::node& element : *array) {
+    std::string name = fmt::format("{} {}", who, found.size() + 1);
+    found.push_back(TomlTable(std::make_shared<State>(State{state_->document, element.as_table(), name, {}})));
+  }
+  return found;
+}
+
+std::vector<std::string> TomlTable::keys() const {
+  std::vector<std::pair<toml::source_position, std::string>> placed;
+  for (const auto& [key, node] : *state_->table) placed.emplace_back(key.source().begin, std::string(key.str()));
+  std::sort(placed.begin(), placed.end());
+  std::vector<std::string> found;
+  for (auto& [place, key] : placed) found.push_back(std::move(key));
+  return found;
+}
+
+void TomlTable::ignore(std::string_view key) { state_->learn(key); }
+
+bool TomlTable::require(std::string_view key, std::string_view expected) {
+  state_->learn(key);
+  if (has(key)) return true;
+  fault(fmt::format("{} is missing, expected {}", key, expected));
+  return false;
+}
+
+void TomlTable::fault(std::string_view key, std::string_view message) {
+  const toml::node* node = state_->table->get(key);
+  state_->fault(node == nullptr ? state_->table->source().begin : node->source().begin, message);
+}
+
+void TomlTable::fault(std::string_view message) { state_->fault(state_->table->source().begin, message); }
+
+void TomlTable::done() {
+  for (const auto& [key, node] : *state_->table) {
+    const std::string name(key.str());
+    if (std::find(state_->known.begin(), state_->known.end(), name) != state_->known.end()) continue;
+    const auto near = nearest_word(name, state_->known);
+    const std::string advice =
+        near ? fmt::format(", did you mean '{}'?", *near) : fmt::format("; known are {}", list_of(state_->known));
+    state_->fault(key.source().begin, fmt::format("unknown key '{}'{}", name, advice));
+  }
+}
+
+void TomlTable::call(std::string who) { state_->who = std::move(who); }
+
+const std::string& TomlTable::who() const { return state_->who; }
+
+TomlFile::TomlFile(std::unique_ptr<Document> document) : document_(std::move(document)) {}
+TomlFile::TomlFile(TomlFile&&) noexcept = default;
+TomlFile& TomlFile::operator=(TomlFile&&) noexcept = default;
+TomlFile::~TomlFile() = default;
+
+Result<TomlFile, Faults> TomlFile::open(const std::filesystem::path& path) {
+  const Result<std::string> text = read_all(path);
+  if (!text) return Faults{path, {{path, 0, 0, text.error().message}}};
+  try {
+    auto document = std::make_unique<Document>();
+    document->root = toml::parse(*text, path.string());
+    document->path = path;
+    document->faults.file = path;
+    return TomlFile(std::move(document));
+  } catch (const toml::parse_error& error) {
+    const auto at = error.source().begin;
+    return Faults{path, {{path, at.line, at.column, std::string(error.description())}}};
+  }
+}
+
+TomlTable TomlFile::root() {
+  return TomlTable(std::make_shared<TomlTable::State>(TomlTable::State{document_.get(), &document_->root, {}, {}}));
+}
+
+const Faults& TomlFile::faults() const { return document_->faults; }
+
+void TomlFile::add(const Faults& faults) {
+  document_->faults.list.insert(document_->faults.list.end(), faults.list.begin(), faults.list.end());
+}
+
+}  // namespace mocap::settings

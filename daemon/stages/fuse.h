@@ -1,0 +1,61 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "base/bounded_vector.h"
+#include "model/sighting.h"
+#include "model/snapshot.h"
+#include "module/labeller.h"
+#include "module/marker_tracker.h"
+#include "module/matcher.h"
+#include "module/skeleton_solver.h"
+#include "module/triangulator.h"
+
+namespace mocap::stages {
+
+/// The parts of the row from blobs to skeleton.
+struct FusionParts {
+  std::unique_ptr<Matcher> matcher;
+  std::unique_ptr<Triangulator> triangulator;
+  std::unique_ptr<MarkerTracker> tracker;
+  std::unique_ptr<Labeller> labeller;
+  std::unique_ptr<SkeletonSolver> solver;
+};
+
+/// The whole row: one instant's blobs to one snapshot. What it believes of the markers, names and bodies lives from
+/// set to set, so that the next set starts from where each known marker should be.
+///
+/// One thread. Reads no clock and allocates nothing: the same sets give the same snapshots.
+class Fusion {
+ public:
+  /// `camera_count`: cameras of the configuration, of which a complete set has all.
+  Fusion(FusionParts parts, std::uint32_t camera_count);
+
+  /// Sets come in the order of their exposure. The snapshot is borrowed until the next call; of its instants, those
+  /// up to `detected_at` are set.
+  Snapshot& step(const FrameSet& frames);
+
+  /// The fit of a subject that the last step made, with the description version that its snapshot bears.
+  const std::optional<SubjectFit>& fit() const noexcept { return fit_; }
+
+ private:
+  using BornBy = std::pair<TrackId, Label>;
+
+  const Expected& expect(Timestamp at);
+  void name_the_tracks();
+  void learn_fit();
+  void learn_names();
+  void describe_views(const FrameSet& frames);
+  void list_the_unlabelled(const TrackedMarkers& tracked);
+
+  FusionParts parts_;
+  Expected expected_;
+  Expected told_by_bodies_;
+  BoundedVector<BornBy, kMaxMarkers> names_;  // sorted by track: who bore a name after the last step
+  std::optional<SubjectFit> fit_;
+  Snapshot snapshot_;
+};
+
+}  // namespace mocap::stages

@@ -1,0 +1,142 @@
+#include "stages/match_expected.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mocap::stages {
+namespace {
+
+constexpr std::uint32_t kNone = 0xFFFF'FFFF;
+// More blobs than that in the gates of all markers of one view: the gates tell nothing any more.
+constexpr std::size_t kMaxPairs = 16 * kMaxMarkers;
+
+bool is_usable(const ExpectedMarker& marker) {
+  return marker.position.v.allFinite() && marker.covariance_m2.allFinite() &&
+         (marker.covariance_m2.diagonal().array() >= 0.0).all();
+}
+
+// How much wider the gate is than its floor, as it enters the likelihood: of two markers that fit a blob equally well
+// the surer one has it.
+double width_of(const Shadow& shadow, double floor) {
+  const double xx = shadow.covariance(0, 0) + floor;
+  const double yy = shadow.covariance(1, 1) + floor;
+  const double xy = shadow.covariance(0, 1);
+  return std::log(std::max(1.0, (xx * yy - xy * xy) / (floor * floor)));
+}
+
+}  // namespace
+
+ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t camera_count)
+    : settings_(settings),
+      agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
+      assigner_(kMaxMarkers, kMaxBlobs, kMaxPairs),
+      view_count_(camera_count),
+      ray_of_(kMaxMarkers * camera_count, kNone),
+      found_(kMaxMarkers),
+      views_of_(kMaxMarkers, 0) {
+  pairs_.reserve(kMaxPairs);
+}
+
+void ExpectedMatcher::match(RayTable& rays, const Expected& expected, Matches& into) {
+  const std::size_t count = expected.markers.size();
+  view_count_ = rays.view_count();
+  std::fill_n(ray_of_.begin(), count * view_count_, kNone);
+  for (std::size_t view = 0; view < view_count_; ++view) assign_view(rays[view], view, expected);
+
+  for (std::size_t m = 0; m < count; ++m) {
+    views_of_[m] = static_cast<std::uint32_t>(agree(rays, m));
+    if (views_of_[m] == 1) ++into.seen_once;
+    if (views_of_[m] >= 2) mark(rays, m, 1);
+  }
+  for (std::size_t m = 0; m < count; ++m) {
+    if (views_of_[m] < 2) continue;
+    if (views_of_[m] < view_count_) recover(rays, m);
+    if (views_of_[m] >= 2) give(rays, m, into);
+  }
+}
+
+void ExpectedMatcher::mark(RayTable& rays, std::size_t marker, std::uint8_t taken) const {
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    const std::uint32_t ray = ray_of_[marker * view_count_ + view];
+    if (ray != kNone) rays[view].taken[ray] = taken;
+  }
+}
+
+void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& into) const {
+  Match match;
+  match.expected = static_cast<std::uint32_t>(marker);
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    const std::uint32_t ray = ray_of_[marker * view_count_ + view];
+    if (ray != kNone) match.sightings.push_back({static_cast<std::uint16_t>(view), rays[view].blob[ray]});
+  }
+  if (!into.matches.try_push_back(match)) ++into.dropped;
+}
+
+// All expected markers of one view at once: the exact assignment by likelihood.
+void ExpectedMatcher::assign_view(const ViewRays& view, std::size_t index, const Expected& expected) {
+  const double gate2 = settings_.gate_sigmas * settings_.gate_sigmas;
+  // A gate never shrinks below two standard deviations, however unsure the marker is.
+  const double widest = std::max(0.0, gate2 - 4.0);
+  const double floor = std::pow(settings_.gate_floor_px / view.focal_px, 2);
+
+  pairs_.clear();
+  for (std::size_t m = 0; m < expected.markers.size(); ++m) {
+    const ExpectedMarker& marker = expected.markers.data()[m];
+    if (!is_usable(marker)) continue;
+    const auto shadow = view.shadow(marker.position.v, marker.covariance_m2);
+    if (!shadow) continue;
+    const auto [first, last] = view.candidates(*shadow, settings_.gate_sigmas, settings_.gate_floor_px);
+    if (first == last) continue;
+    const double width = std::min(width_of(*shadow, floor), widest);
+    for (std::size_t ray = first; ray < last; ++ray) {
+      const double cost = view.distance2(*shadow, ray, settings_.gate_floor_px) + width;
+      if (!(cost < gate2) || pairs_.size() == kMaxPairs) continue;
+      pairs_.push_back({static_cast<std::uint32_t>(m), static_cast<std::uint32_t>(ray), cost});
+    }
+  }
+  if (pairs_.empty()) return;
+  const auto columns = assigner_.assign(expected.markers.size(), view.size(), pairs_, gate2);
+  for (std::size_t m = 0; m < columns.size(); ++m) {
+    if (columns[m] != geometry::Assigner::kAlone) ray_of_[m * view_count_ + index] = columns[m];
+  }
+}
+
+// How many of a marker's views agree; the others are given back.
+std::size_t ExpectedMatcher::agree(const RayTable& rays, std::size_t marker) {
+  sightings_.clear();
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    const std::uint32_t ray = ray_of_[marker * view_count_ + view];
+    if (ray != kNone) sightings_.push_back(rays[view].sighting(ray, static_cast<std::uint32_t>(view)));
+  }
+  if (sightings_.size() < 2) return sightings_.size();
+  const auto agreed = geometry::agree(sightings_, agreement_);
+  if (!agreed) return 0;
+  const auto& at = agreed->refined.point.v.array();
+  if ((at < settings_.volume_min_m.array()).any() || (at > settings_.volume_max_m.array()).any()) return 0;
+  found_[marker] = agreed->refined;
+  for (std::size_t i = agreed->kept; i < sightings_.size(); ++i) {
+    ray_of_[marker * view_count_ + sightings_[i].source] = kNone;
+  }
+  return agreed->kept;
+}
+
+// Where the point is known now, a view that gave no blob or a wrong one is asked again.
+void ExpectedMatcher::recover(RayTable& rays, std::size_t marker) {
+  const geometry::Refined found = found_[marker];
+  mark(rays, marker, 0);
+  bool added = false;
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    std::uint32_t& ray = ray_of_[marker * view_count_ + view];
+    if (ray != kNone) continue;
+    const auto shadow = rays[view].shadow(found.point.v, found.covariance_m2);
+    if (!shadow) continue;
+    const auto nearest = rays[view].nearest_free(*shadow, settings_.agree_sigmas, settings_.calibration_px);
+    if (!nearest) continue;
+    ray = static_cast<std::uint32_t>(*nearest);
+    added = true;
+  }
+  if (added) views_of_[marker] = static_cast<std::uint32_t>(agree(rays, marker));
+  if (views_of_[marker] >= 2) mark(rays, marker, 1);
+}
+
+}  // namespace mocap::stages

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <vector>
+
+#include "base/bounded_vector.h"
+#include "geometry/assignment.h"
+#include "geometry/triangulation.h"
+#include "stages/match_views.h"
+#include "stages/view_rays.h"
+
+namespace mocap::stages {
+
+/// The first half of matching: finds the blobs of markers whose place is known. Never allocates after construction.
+class ExpectedMatcher {
+ public:
+  /// `settings` must outlive it; `camera_count` views a set at most.
+  ExpectedMatcher(const MatchSettings& settings, std::size_t camera_count);
+
+  /// Appends a match for each expected marker that two or more views agree on, and takes its rays.
+  void match(RayTable& rays, const Expected& expected, Matches& into);
+
+ private:
+  using Sightings = BoundedVector<geometry::Sighting, kMaxCameras>;
+
+  void assign_view(const ViewRays& view, std::size_t index, const Expected& expected);
+  std::size_t agree(const RayTable& rays, std::size_t marker);
+  void recover(RayTable& rays, std::size_t marker);
+  void mark(RayTable& rays, std::size_t marker, std::uint8_t taken) const;
+  void give(const RayTable& rays, std::size_t marker, Matches& into) const;
+
+  const MatchSettings& settings_;
+  geometry::Agreement agreement_;
+  geometry::Assigner assigner_;
+  std::vector<geometry::AllowedPair> pairs_;
+  std::size_t view_count_ = 0;
+  std::vector<std::uint32_t> ray_of_;  // of marker * camera_count + view; kNone
+  std::vector<geometry::Refined> found_;
+  std::vector<std::uint32_t> views_of_;  // how many views of each marker agree
+  Sightings sightings_;
+};
+
+}  // namespace mocap::stages

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "base/bounded_vector.h"
+#include "geometry/triangulation.h"
+#include "stages/match_views.h"
+#include "stages/view_rays.h"
+
+namespace mocap::stages {
+
+/// The second half of matching: finds markers that nobody expected, among the rays that are not taken. Never allocates
+/// after construction.
+///
+/// Pairs of cameras are asked in rounds, in each of which a camera has one partner, the best suited first. A pair's
+/// rays near each other's epipolar lines give a hypothesis, which the other views support or not. What nearly all
+/// cameras support is believed at the end of the round, so that later rounds have little left; the rest is decided
+/// when all rounds are through.
+class NewMatcher {
+ public:
+  /// `settings` and `rig` must outlive it.
+  NewMatcher(const MatchSettings& settings, const Rig& rig);
+
+  /// Appends the markers found and takes their rays. `missing_views`: cameras whose view the set lacks; any of them
+  /// might have seen a marker.
+  void match(RayTable& rays, std::uint32_t missing_views, Matches& into);
+
+ private:
+  // A ray of a view.
+  struct Member {
+    std::uint16_t view;
+    std::uint16_t ray;
+  };
+  struct Hypothesis {
+    geometry::Refined at;
+    std::uint32_t could_see = 0;  // cameras in whose image the point lies, those without a view included
+    BoundedVector<Member, kMaxCameras> members;
+  };
+  using Sightings = BoundedVector<geometry::Sighting, kMaxCameras>;
+  // Two cameras, and the epipolar geometry from the first to the second.
+  struct Pair {
+    std::uint32_t a, b;
+    std::size_t round;
+    Eigen::Matrix3d essential;
+  };
+
+  void plan_rounds(const Rig& rig);
+  void ask_pair(const RayTable& rays, const Pair& pair);
+  void propose(const RayTable& rays, Member a, Member b);
+  bool is_explained(Member a, Member b) const;
+  bool start(const RayTable& rays, Member a, Member b);
+  void gather_support(const RayTable& rays, Hypothesis& from);
+  bool settle(const RayTable& rays, Hypothesis& hypothesis);
+  std::uint32_t needed(const Hypothesis& hypothesis) const;
+  void remember(const Hypothesis& hypothesis);
+  void forget(std::uint32_t index);
+  void decide(RayTable& rays, bool last_round, Matches& into);
+  bool lose_taken(const RayTable& rays, Hypothesis& hypothesis);
+  void believe(RayTable& rays, const Hypothesis& hypothesis, Matches& into);
+  void believe_lone_pairs(RayTable& rays, Matches& into);
+  bool is_better(std::size_t a, std::size_t b) const;
+  std::uint32_t& best_of(Member member) { return best_of_[member.view * kMaxBlobs + member.ray]; }
+  std::uint32_t best_of(Member member) const { return best_of_[member.view * kMaxBlobs + member.ray]; }
+
+  const MatchSettings& settings_;
+  geometry::Agreement agreement_;
+  double max_cos_angle_;
+  std::vector<Pair> pairs_;  // in the order of their rounds
+  std::uint32_t missing_views_ = 0;
+  std::size_t work_ = 0;
+  std::uint32_t skipped_ = 0;
+
+  std::vector<Hypothesis> hypotheses_;
+  std::vector<std::uint32_t> open_;  // a heap of hypotheses that wait for their decision
+  std::vector<std::uint32_t> undecided_;
+  std::vector<std::uint32_t> best_of_;  // of view * kMaxBlobs + ray: the best hypothesis that it is a member of
+  std::vector<std::uint32_t> rivals_;   // likewise: how many two-view hypotheses want it
+  Hypothesis trial_;
+  Sightings sightings_;
+};
+
+}  // namespace mocap::stages

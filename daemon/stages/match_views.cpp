@@ -1,0 +1,59 @@
+#include "stages/match_views.h"
+
+#include <utility>
+
+#include "base/expects.h"
+#include "stages/match_expected.h"
+#include "stages/match_new.h"
+#include "stages/view_rays.h"
+
+namespace mocap::stages {
+namespace {
+
+class ViewMatcher final : public Matcher {
+ public:
+  ViewMatcher(const MatchSettings& settings, Rig rig)
+      : settings_(settings),
+        rig_(std::move(rig)),
+        rays_(rig_),
+        expected_matcher_(settings_, rig_.size()),
+        new_matcher_(settings_, rig_) {}
+  ViewMatcher(const ViewMatcher&) = delete;
+  ViewMatcher& operator=(const ViewMatcher&) = delete;
+
+  const Matches& match(const FrameSet& frames, const Expected& expected) override {
+    matches_.matches.clear();
+    matches_.dropped = 0;
+    matches_.seen_once = 0;
+    matches_.skipped = 0;
+    const auto views = static_cast<std::uint32_t>(frames.views.size());
+    const std::uint32_t missing = frames.expected_views > views ? frames.expected_views - views : 0;
+
+    rays_.cast(frames);
+    expected_matcher_.match(rays_, expected, matches_);
+    new_matcher_.match(rays_, missing, matches_);
+
+    std::size_t unmatched = 0;
+    for (const BlobFrame* view : frames.views) unmatched += view->blobs.size();
+    for (const Match& match : matches_.matches) unmatched -= match.sightings.size();
+    matches_.unmatched_blobs = static_cast<std::uint32_t>(unmatched);
+    return matches_;
+  }
+
+ private:
+  MatchSettings settings_;
+  Rig rig_;
+  RayTable rays_;
+  ExpectedMatcher expected_matcher_;
+  NewMatcher new_matcher_;
+  Matches matches_;
+};
+
+}  // namespace
+
+std::unique_ptr<Matcher> make_matcher(const MatchSettings& settings, Rig rig) {
+  MOCAP_EXPECTS(!rig.empty() && rig.size() <= kMaxCameras);
+  return std::make_unique<ViewMatcher>(settings, std::move(rig));
+}
+
+}  // namespace mocap::stages

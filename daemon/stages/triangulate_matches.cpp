@@ -1,0 +1,80 @@
+#include "stages/triangulate_matches.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "base/expects.h"
+#include "geometry/ray_caster.h"
+#include "geometry/triangulation.h"
+
+namespace mocap::stages {
+namespace {
+
+// A detector that promises more than this promises too much; and nothing divides by zero.
+constexpr double kLeastSigma_px = 0.01;
+
+class MatchTriangulator final : public Triangulator {
+ public:
+  MatchTriangulator(const TriangulateSettings& settings, Rig rig)
+      : settings_(settings),
+        agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
+        rig_(std::move(rig)) {
+    for (const CameraModel& camera : rig_) casters_.emplace_back(camera.lens);
+  }
+
+  const Markers& triangulate(const FrameSet& frames, const Matches& matches) override {
+    markers_.clear();
+    for (std::size_t m = 0; m < matches.matches.size(); ++m) {
+      gather(frames, matches.matches[m]);
+      const auto agreed = geometry::agree(sightings_, agreement_);
+      if (!agreed || !is_sure(agreed->refined.covariance_m2)) continue;
+      markers_.push_back({agreed->refined.point, agreed->refined.covariance_m2, agreed->refined.rms_px,
+                          static_cast<std::uint32_t>(agreed->kept), static_cast<std::uint32_t>(m),
+                          matches.matches[m].expected});
+    }
+    return markers_;
+  }
+
+ private:
+  void gather(const FrameSet& frames, const Match& match) {
+    sightings_.clear();
+    for (const auto& [view, index] : match.sightings) {
+      const BlobFrame& frame = *frames.views[view];
+      MOCAP_EXPECTS(frame.camera.value < rig_.size());
+      const Blob& blob = frame.blobs[index];
+      const auto ray = casters_[frame.camera.value].cast(blob.centroid);
+      if (!ray) continue;
+      sightings_.push_back({&rig_[frame.camera.value].camera_from_world, ray->point, ray->px_from_ray,
+                            std::max(blob.sigma_px, kLeastSigma_px), view});
+    }
+  }
+
+  // The standard deviation in the worst direction.
+  bool is_sure(const Eigen::Matrix3d& covariance_m2) const {
+    // No direction is worse than all axes together; most points pass without the eigenvalues.
+    const double most = settings_.max_sigma_m * settings_.max_sigma_m;
+    if (covariance_m2.trace() < most) return true;
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen;
+    eigen.computeDirect(covariance_m2, Eigen::EigenvaluesOnly);
+    return eigen.eigenvalues()[2] < most;
+  }
+
+  TriangulateSettings settings_;
+  geometry::Agreement agreement_;
+  Rig rig_;
+  std::vector<geometry::RayCaster> casters_;
+  BoundedVector<geometry::Sighting, kMaxCameras> sightings_;
+  Markers markers_;
+};
+
+}  // namespace
+
+std::unique_ptr<Triangulator> make_triangulator(const TriangulateSettings& settings, Rig rig) {
+  MOCAP_EXPECTS(!rig.empty() && rig.size() <= kMaxCameras);
+  return std::make_unique<MatchTriangulator>(settings, std::move(rig));
+}
+
+}  // namespace mocap::stages

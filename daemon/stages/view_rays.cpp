@@ -1,0 +1,168 @@
+#include "stages/view_rays.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/expects.h"
+#include "geometry/lens.h"
+
+namespace mocap::stages {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr std::uint32_t kNoView = 0xFFFF'FFFF;
+// A detector that promises more than this promises too much; and nothing divides by zero.
+constexpr double kLeastSigma_px = 0.01;
+
+double reach_of(const CameraModel& camera) {
+  // The rays of the image's border, told at its corners and middles; a wide lens bends the middles out the farthest.
+  double reach = 0.0;
+  for (const double u : {0.0, 0.5, 1.0}) {
+    for (const double v : {0.0, 0.5, 1.0}) {
+      const auto ray = geometry::undistort(camera.lens, {{u * camera.width_px - 0.5, v * camera.height_px - 0.5}});
+      reach = std::max(reach, ray ? ray->v.norm() : 0.0);
+    }
+  }
+  return 1.05 * reach;
+}
+
+}  // namespace
+
+geometry::Sighting ViewRays::sighting(std::size_t ray, std::uint32_t source) const {
+  return {&camera->camera_from_world, {{x[ray], y[ray]}}, px_from_ray[ray], sigma_px[ray], source};
+}
+
+std::optional<Shadow> ViewRays::shadow(const Vector3d& point, const Matrix3d& covariance_m2) const {
+  constexpr double kNearest_m = 0.05;
+  const Matrix3d& r = camera->camera_from_world.rotation;
+  const Vector3d seen = r * point + camera->camera_from_world.translation;
+  if (!(seen.z() > kNearest_m)) return std::nullopt;
+  Shadow shadow;
+  const double inverse_z = 1.0 / seen.z();
+  shadow.centre = seen.head<2>() * inverse_z;
+  Eigen::Matrix<double, 2, 3> slope;
+  slope.row(0) = (r.row(0) - shadow.centre.x() * r.row(2)) * inverse_z;
+  slope.row(1) = (r.row(1) - shadow.centre.y() * r.row(2)) * inverse_z;
+  const Eigen::Matrix<double, 2, 3> spread = slope * covariance_m2;
+  shadow.covariance.noalias() = spread * slope.transpose();
+  return shadow;
+}
+
+double ViewRays::distance2(const Shadow& shadow, std::size_t ray, double floor_px) const {
+  const double own = (sigma_px[ray] * sigma_px[ray] + floor_px * floor_px) / (focal_px * focal_px);
+  const double xx = shadow.covariance(0, 0) + own;
+  const double yy = shadow.covariance(1, 1) + own;
+  const double xy = shadow.covariance(0, 1);
+  const double dx = x[ray] - shadow.centre.x();
+  const double dy = y[ray] - shadow.centre.y();
+  return (yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy);
+}
+
+std::pair<std::size_t, std::size_t> ViewRays::candidates(const Shadow& shadow, double sigmas, double floor_px) const {
+  const double own = (max_sigma_px_ * max_sigma_px_ + floor_px * floor_px) / (focal_px * focal_px);
+  const double half = sigmas * std::sqrt(shadow.covariance(0, 0) + own);
+  const auto first = std::lower_bound(x.begin(), x.end(), shadow.centre.x() - half);
+  const auto last = std::upper_bound(first, x.end(), shadow.centre.x() + half);
+  return {static_cast<std::size_t>(first - x.begin()), static_cast<std::size_t>(last - x.begin())};
+}
+
+std::optional<std::size_t> ViewRays::nearest_free(const Shadow& shadow, double sigmas, double floor_px) const {
+  std::optional<std::size_t> nearest;
+  double least = sigmas * sigmas;
+  const auto [first, last] = candidates(shadow, sigmas, floor_px);
+  for (std::size_t ray = first; ray < last; ++ray) {
+    if (taken[ray] != 0) continue;
+    const double d2 = distance2(shadow, ray, floor_px);
+    if (d2 < least) {
+      least = d2;
+      nearest = ray;
+    }
+  }
+  return nearest;
+}
+
+RayTable::RayTable(const Rig& rig) : rig_(rig), views_(rig.size()), view_of_(rig.size(), kNoView) {
+  MOCAP_EXPECTS(rig.size() <= kMaxCameras);
+  for (const CameraModel& camera : rig) {
+    casters_.emplace_back(camera.lens);
+    reach_.push_back(reach_of(camera));
+  }
+  for (ViewRays& view : views_) {
+    view.x.reserve(kMaxBlobs);
+    view.y.reserve(kMaxBlobs);
+    view.px_from_ray.reserve(kMaxBlobs);
+    view.sigma_px.reserve(kMaxBlobs);
+    view.blob.reserve(kMaxBlobs);
+    view.taken.reserve(kMaxBlobs);
+  }
+  scratch_.reserve(kMaxBlobs);
+}
+
+void RayTable::cast(const FrameSet& frames) {
+  MOCAP_EXPECTS(frames.views.size() <= views_.size());
+  std::ranges::fill(view_of_, kNoView);
+  view_count_ = frames.views.size();
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    const std::uint32_t camera = frames.views[view]->camera.value;
+    MOCAP_EXPECTS(camera < rig_.size());
+    view_of_[camera] = static_cast<std::uint32_t>(view);
+    cast_view(*frames.views[view], views_[view]);
+  }
+}
+
+void RayTable::cast_view(const BlobFrame& frame, ViewRays& rays) {
+  const std::size_t camera = frame.camera.value;
+  rays.camera = &rig_[camera];
+  rays.focal_px = std::sqrt(rig_[camera].lens.fx_px * rig_[camera].lens.fy_px);
+
+  scratch_.clear();
+  for (std::size_t b = 0; b < frame.blobs.size(); ++b) {
+    const Blob& blob = frame.blobs.data()[b];
+    if (!blob.centroid.v.allFinite() || !std::isfinite(blob.sigma_px)) continue;
+    const auto ray = casters_[camera].cast(blob.centroid);
+    if (!ray) continue;
+    scratch_.push_back({*ray, std::max(blob.sigma_px, kLeastSigma_px), static_cast<std::uint16_t>(b)});
+  }
+  std::ranges::sort(scratch_, [](const Cast& a, const Cast& b) {
+    const double ax = a.ray.point.v.x();
+    const double bx = b.ray.point.v.x();
+    return ax < bx || (ax == bx && a.blob < b.blob);
+  });
+
+  rays.x.clear();
+  rays.y.clear();
+  rays.px_from_ray.clear();
+  rays.sigma_px.clear();
+  rays.blob.clear();
+  rays.max_sigma_px_ = 0.0;
+  for (const Cast& cast : scratch_) {
+    rays.x.push_back(cast.ray.point.v.x());
+    rays.y.push_back(cast.ray.point.v.y());
+    rays.px_from_ray.push_back(cast.ray.px_from_ray);
+    rays.sigma_px.push_back(cast.sigma_px);
+    rays.blob.push_back(cast.blob);
+    rays.max_sigma_px_ = std::max(rays.max_sigma_px_, cast.sigma_px);
+  }
+  rays.taken.assign(rays.x.size(), 0);
+}
+
+std::optional<std::size_t> RayTable::view_of(std::size_t camera) const {
+  if (view_of_[camera] == kNoView) return std::nullopt;
+  return view_of_[camera];
+}
+
+bool RayTable::could_see(std::size_t view, const WorldPoint& point) const {
+  const CameraModel& camera = *views_[view].camera;
+  const CameraPoint seen = camera.camera_from_world * point;
+  if (!(seen.v.z() > 0.0)) return false;
+  const NormalizedPoint ray{seen.v.head<2>() / seen.v.z()};
+  // Far from the axis the polynomial of the distortion may fold back into the image.
+  const double reach = reach_[static_cast<std::size_t>(&camera - rig_.data())];
+  return ray.v.norm() <= reach && geometry::in_image(camera, geometry::distort(camera.lens, ray));
+}
+
+}  // namespace mocap::stages

@@ -1,0 +1,186 @@
+#include <fmt/core.h>
+
+#include <cmath>
+#include <string>
+
+#include "wire/decode.h"
+#include "wire/encode.h"
+
+namespace mocap::wire {
+namespace {
+
+Error wrong(std::string message) { return {ErrorCode::InvalidArgument, "description: " + std::move(message)}; }
+
+Eigen::Vector3d vector_of(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+Status check_conventions(const v1::Description& from) {
+  if (from.protocol() != kProtocol) {
+    return wrong(
+        fmt::format("protocol is '{}', expected '{}': take a client of that version", from.protocol(), kProtocol));
+  }
+  const v1::Conventions& c = from.conventions();
+  if (c.length_unit() != v1::LENGTH_UNIT_METRE || c.handedness() != v1::HANDEDNESS_RIGHT || c.up_axis() != v1::AXIS_Z ||
+      c.quaternion_order() != v1::QUATERNION_ORDER_XYZW || c.clock() != v1::CLOCK_HOST_MONOTONIC) {
+    return wrong("conventions are not metres, right-handed, z up, x y z w and the host's monotonic clock");
+  }
+  return {};
+}
+
+Result<CameraModel> decode_camera(const v1::Camera& from) {
+  constexpr std::uint32_t kMaxSide_px = 65536;  // no camera comes near
+  if (from.width_px() > kMaxSide_px || from.height_px() > kMaxSide_px) {
+    return wrong(fmt::format("camera '{}' is {} x {} px large", from.name(), from.width_px(), from.height_px()));
+  }
+  CameraModel into;
+  into.name = from.name();
+  into.width_px = static_cast<int>(from.width_px());
+  into.height_px = static_cast<int>(from.height_px());
+  into.lens.kind = from.lens_kind() == v1::LENS_KIND_FISHEYE ? LensKind::Fisheye : LensKind::Pinhole;
+  into.lens.fx_px = from.fx_px();
+  into.lens.fy_px = from.fy_px();
+  into.lens.cx_px = from.cx_px();
+  into.lens.cy_px = from.cy_px();
+  if (from.distortion_size() != 5) {
+    return wrong(fmt::format("camera '{}' has {} distortions, expected 5", from.name(), from.distortion_size()));
+  }
+  for (int i = 0; i < 5; ++i) into.lens.distortion[i] = from.distortion(i);
+  const v1::Quaternion& q = from.camera_from_world_rotation();
+  const Eigen::Quaterniond rotation(q.w(), q.x(), q.y(), q.z());
+  if (!(std::abs(rotation.norm() - 1.0) < 1e-6)) {
+    return wrong(fmt::format("camera '{}': rotation is no unit quaternion", from.name()));
+  }
+  into.camera_from_world = {rotation.normalized().toRotationMatrix(),
+                            vector_of(from.camera_from_world_translation_m())};
+  const Lens& lens = into.lens;
+  if (!(std::isfinite(lens.fx_px) && std::isfinite(lens.fy_px) && std::isfinite(lens.cx_px) &&
+        std::isfinite(lens.cy_px) && lens.distortion.allFinite() && into.camera_from_world.translation.allFinite())) {
+    return wrong(fmt::format("camera '{}' has a number that is none", from.name()));
+  }
+  return into;
+}
+
+std::optional<AngleRange> turn_of(bool there, const v1::AngleRange& range) {
+  if (!there) return std::nullopt;
+  return AngleRange{range.min_rad(), range.max_rad()};
+}
+
+Result<Bone> decode_bone(const v1::Bone& from, std::size_t index) {
+  if (from.has_parent() && from.parent() >= index) {
+    return wrong(fmt::format("bone '{}': its parent {} does not stand before it", from.name(), from.parent()));
+  }
+  Bone into;
+  into.name = from.name();
+  into.parent = from.has_parent() ? static_cast<int>(from.parent()) : -1;
+  into.rest_offset_m = vector_of(from.rest_offset_m());
+  into.turns = {turn_of(from.has_turn_x(), from.turn_x()), turn_of(from.has_turn_y(), from.turn_y()),
+                turn_of(from.has_turn_z(), from.turn_z())};
+  into.aliases = {from.unity_name(), from.unreal_name(), from.vrm_name()};
+  if (!into.rest_offset_m.allFinite()) return wrong(fmt::format("bone '{}': rest_offset_m is no number", from.name()));
+  return into;
+}
+
+Result<MarkerOnBone> decode_marker(const v1::Marker& from, std::size_t bones) {
+  if (from.bone() >= bones) {
+    return wrong(fmt::format("marker '{}' is on bone {}, expected less than {}", from.name(), from.bone(), bones));
+  }
+  if (from.colour_rgb_size() != 0 && from.colour_rgb_size() != 3) {
+    return wrong(fmt::format("marker '{}': colour has {} numbers, expected 3", from.name(), from.colour_rgb_size()));
+  }
+  MarkerOnBone into;
+  into.name = from.name();
+  into.bone = static_cast<int>(from.bone());
+  into.offset_m = vector_of(from.offset_m());
+  for (int i = 0; i < from.colour_rgb_size(); ++i) into.colour[static_cast<std::size_t>(i)] = from.colour_rgb(i);
+  if (!into.offset_m.allFinite()) return wrong(fmt::format("marker '{}': offset_m is no number", from.name()));
+  return into;
+}
+
+Result<Subject> decode_subject(const v1::Subject& from) {
+  if (static_cast<std::size_t>(from.bones_size()) > kMaxBones ||
+      static_cast<std::size_t>(from.markers_size()) > kMaxLabels) {
+    return wrong(fmt::format("subject '{}' has {} bones and {} markers, at most {} and {} are allowed", from.name(),
+                             from.bones_size(), from.markers_size(), kMaxBones, kMaxLabels));
+  }
+  Subject into;
+  into.name = from.name();
+  into.marker_set.name = from.marker_set();
+  into.marker_set.skeleton.name = from.skeleton();
+  std::vector<Bone>& bones = into.marker_set.skeleton.bones;
+  for (const v1::Bone& bone : from.bones()) {
+    Result<Bone> read = decode_bone(bone, bones.size());
+    if (!read) return read.error();
+    bones.push_back(std::move(*read));
+  }
+  for (const v1::Marker& marker : from.markers()) {
+    Result<MarkerOnBone> read = decode_marker(marker, bones.size());
+    if (!read) return read.error();
+    into.marker_set.markers.push_back(std::move(*read));
+  }
+  return into;
+}
+
+CameraPhase phase_of(v1::CameraPhase code) {
+  switch (code) {
+    case v1::CAMERA_PHASE_STREAMING: return CameraPhase::Streaming;
+    case v1::CAMERA_PHASE_SILENT: return CameraPhase::Silent;
+    case v1::CAMERA_PHASE_REOPENING: return CameraPhase::Reopening;
+    case v1::CAMERA_PHASE_ENDED: return CameraPhase::Ended;
+    default: return CameraPhase::Starting;
+  }
+}
+
+}  // namespace
+
+Result<Description> decode(const v1::Description& from) {
+  if (const Status ours = check_conventions(from); !ours) return ours.error();
+  if (static_cast<std::size_t>(from.cameras_size()) > kMaxCameras ||
+      static_cast<std::size_t>(from.subjects_size()) > kMaxSubjects) {
+    return wrong(fmt::format("{} cameras and {} subjects, at most {} and {} are allowed", from.cameras_size(),
+                             from.subjects_size(), kMaxCameras, kMaxSubjects));
+  }
+  Description into;
+  into.version = from.version();
+  into.producer = from.producer();
+  into.session_id = from.session_id();
+  into.nominal_rate_hz = from.nominal_rate_hz();
+  for (const v1::Camera& camera : from.cameras()) {
+    Result<CameraModel> read = decode_camera(camera);
+    if (!read) return read.error();
+    into.cameras.push_back(std::move(*read));
+  }
+  for (const v1::Subject& subject : from.subjects()) {
+    Result<Subject> read = decode_subject(subject);
+    if (!read) return read.error();
+    into.subjects.push_back(std::move(*read));
+  }
+  return into;
+}
+
+Result<Health> decode(const v1::Health& from) {
+  if (static_cast<std::size_t>(from.cameras_size()) > kMaxCameras) {
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("health: {} cameras, at most {} are allowed", from.cameras_size(), kMaxCameras)};
+  }
+  Health into;
+  into.at = from_ns(from.at_ns());
+  into.set_rate_hz = from.set_rate_hz();
+  into.sets = from.sets();
+  into.complete_sets = from.complete_sets();
+  into.passed_over_sets = from.passed_over_sets();
+  into.dropped_snapshots = from.dropped_snapshots();
+  into.passed_over_snapshots = from.passed_over_snapshots();
+  into.sent_snapshots = from.sent_snapshots();
+  for (const v1::StageLatency& stage : from.latencies()) {
+    const auto index = static_cast<std::size_t>(stage.stage() - v1::LATENCY_STAGE_RECEIVE);
+    if (stage.stage() < v1::LATENCY_STAGE_RECEIVE || index >= kLatencyStages) continue;
+    into.latency[index] = {stage.count(), Duration(stage.p50_ns()), Duration(stage.p99_ns()), Duration(stage.max_ns())};
+  }
+  for (const v1::CameraHealth& camera : from.cameras()) {
+    into.cameras.push_back({camera.name(), phase_of(camera.phase()), camera.rate_hz(), camera.frames(),
+                            camera.missing_frames(), camera.failed_frames(), camera.dropped_queue_full(),
+                            camera.dropped_blobs(), camera.reopened(), camera.last_error()});
+  }
+  return into;
+}
+
+}  // namespace mocap::wire

@@ -1,0 +1,196 @@
+#include "wire/encode.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mocap::wire {
+namespace {
+
+v1::SubjectPhase code_of(SubjectPhase phase) {
+  switch (phase) {
+    case SubjectPhase::Searching: return v1::SUBJECT_PHASE_SEARCHING;
+    case SubjectPhase::Tracking: return v1::SUBJECT_PHASE_TRACKING;
+    case SubjectPhase::Lost: return v1::SUBJECT_PHASE_LOST;
+  }
+  return v1::SUBJECT_PHASE_UNSPECIFIED;
+}
+
+v1::MarkerState code_of(LabelState state) {
+  switch (state) {
+    case LabelState::Lost: return v1::MARKER_STATE_LOST;
+    case LabelState::Measured: return v1::MARKER_STATE_MEASURED;
+    case LabelState::Filled: return v1::MARKER_STATE_FILLED;
+  }
+  return v1::MARKER_STATE_UNSPECIFIED;
+}
+
+v1::BoneState code_of(BoneState state) {
+  switch (state) {
+    case BoneState::Lost: return v1::BONE_STATE_LOST;
+    case BoneState::Measured: return v1::BONE_STATE_MEASURED;
+    case BoneState::Filled: return v1::BONE_STATE_FILLED;
+  }
+  return v1::BONE_STATE_UNSPECIFIED;
+}
+
+std::uint32_t percent(float share) {
+  return static_cast<std::uint32_t>(std::lround(100.0F * std::clamp(share, 0.0F, 1.0F)));
+}
+
+std::uint32_t plus_one(TrackId id) { return id.names_something() ? id.value + 1 : 0; }
+
+// Empties a column and makes room, so that what follows neither allocates (once warm) nor checks.
+template <class Column>
+Column& fresh(Column* column, std::size_t count) {
+  column->Clear();
+  column->Reserve(static_cast<int>(count));
+  return *column;
+}
+
+using Floats = google::protobuf::RepeatedField<float>;
+
+void add(Floats& column, const Eigen::Vector3d& v) {
+  for (const double x : v) column.AddAlreadyReserved(static_cast<float>(x));
+}
+
+void add(Floats& column, const Eigen::Quaterniond& q) {
+  for (const double x : q.coeffs()) column.AddAlreadyReserved(static_cast<float>(x));  // Eigen stores x y z w
+}
+
+void encode_instants(const Instants& from, v1::Instants& into) {
+  into.Clear();
+  into.set_exposed_at_ns(to_ns(from.exposed_at));
+  if (from.received_at) into.set_received_at_ns(to_ns(*from.received_at));
+  if (from.detected_at) into.set_detected_at_ns(to_ns(*from.detected_at));
+  if (from.fused_at) into.set_fused_at_ns(to_ns(*from.fused_at));
+  if (from.sent_at) into.set_sent_at_ns(to_ns(*from.sent_at));
+}
+
+void encode_views(const BoundedVector<ViewStatus, kMaxCameras>& from, v1::Views& into) {
+  auto& cameras = fresh(into.mutable_cameras(), from.size());
+  auto& frame_numbers = fresh(into.mutable_frame_numbers(), from.size());
+  auto& skews = fresh(into.mutable_skews_ns(), from.size());
+  auto& blobs = fresh(into.mutable_blobs(), from.size());
+  for (const ViewStatus& view : from) {
+    cameras.AddAlreadyReserved(view.camera.value);
+    frame_numbers.AddAlreadyReserved(view.frame_number);
+    skews.AddAlreadyReserved(view.skew.count());
+    blobs.AddAlreadyReserved(view.blobs);
+  }
+}
+
+void encode_markers(const BoundedVector<LabelledMarker, kMaxLabels>& from, v1::LabelledMarkers& into) {
+  auto& states = fresh(into.mutable_states(), from.size());
+  auto& positions = fresh(into.mutable_positions_m(), 3 * from.size());
+  auto& residuals = fresh(into.mutable_residuals_px(), from.size());
+  auto& cameras = fresh(into.mutable_cameras(), from.size());
+  auto& confidences = fresh(into.mutable_confidences_percent(), from.size());
+  auto& tracks = fresh(into.mutable_track_ids_plus_one(), from.size());
+  for (const LabelledMarker& marker : from) {
+    const bool lost = marker.state == LabelState::Lost;
+    states.AddAlreadyReserved(code_of(marker.state));
+    add(positions, lost ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : marker.position.v);
+    residuals.AddAlreadyReserved(lost ? 0.0F : static_cast<float>(marker.residual_px));
+    cameras.AddAlreadyReserved(lost ? 0 : marker.cameras);
+    confidences.AddAlreadyReserved(lost ? 0 : percent(marker.confidence));
+    tracks.AddAlreadyReserved(lost ? 0 : plus_one(marker.track));
+  }
+}
+
+void encode_bones(const BoundedVector<BonePose, kMaxBones>& from, v1::BonePoses& into) {
+  auto& states = fresh(into.mutable_states(), from.size());
+  auto& world_positions = fresh(into.mutable_world_positions_m(), 3 * from.size());
+  auto& world_rotations = fresh(into.mutable_world_rotations_xyzw(), 4 * from.size());
+  auto& local_positions = fresh(into.mutable_local_positions_m(), 3 * from.size());
+  auto& local_rotations = fresh(into.mutable_local_rotations_xyzw(), 4 * from.size());
+  auto& confidences = fresh(into.mutable_confidences_percent(), from.size());
+  const BonePose nothing{};
+  for (const BonePose& pose : from) {
+    const BonePose& bone = pose.state == BoneState::Lost ? nothing : pose;
+    states.AddAlreadyReserved(code_of(bone.state));
+    add(world_positions, bone.world_from_bone.position);
+    add(world_rotations, bone.world_from_bone.rotation);
+    add(local_positions, bone.parent_from_bone.position);
+    add(local_rotations, bone.parent_from_bone.rotation);
+    confidences.AddAlreadyReserved(percent(bone.confidence));
+  }
+}
+
+const SubjectPose* find(const Poses& poses, SubjectId subject) {
+  const auto found = std::find_if(poses.begin(), poses.end(), [&](const auto& p) { return p.subject == subject; });
+  return found == poses.end() ? nullptr : found;
+}
+
+const SubjectLabels* find(const Labels& labels, SubjectId subject) {
+  const auto found = std::find_if(labels.begin(), labels.end(), [&](const auto& l) { return l.subject == subject; });
+  return found == labels.end() ? nullptr : found;
+}
+
+void encode_subject(const SubjectLabels* labels, const SubjectPose* pose, v1::SubjectState& into) {
+  into.set_subject(labels != nullptr ? labels->subject.value : pose->subject.value);
+  if (labels != nullptr) {
+    into.set_phase(code_of(labels->phase));
+    encode_markers(labels->markers, *into.mutable_markers());
+  } else {
+    into.set_phase(v1::SUBJECT_PHASE_UNSPECIFIED);
+    into.clear_markers();
+  }
+  if (pose != nullptr) {
+    encode_bones(pose->bones, *into.mutable_bones());
+    into.set_residual_m(static_cast<float>(pose->residual_m));
+  } else {
+    into.clear_bones();
+    into.clear_residual_m();
+  }
+}
+
+// Elements that are taken away and added again keep their memory (RepeatedPtrField).
+void encode_subjects(const Snapshot& from, v1::Snapshot& into) {
+  auto& subjects = *into.mutable_subjects();
+  int used = 0;
+  const auto next = [&]() -> v1::SubjectState& {
+    return used < subjects.size() ? *subjects.Mutable(used++) : (++used, *subjects.Add());
+  };
+  for (const SubjectLabels& labels : from.labels) encode_subject(&labels, find(from.poses, labels.subject), next());
+  for (const SubjectPose& pose : from.poses) {
+    if (find(from.labels, pose.subject) == nullptr) encode_subject(nullptr, &pose, next());
+  }
+  while (subjects.size() > used) subjects.RemoveLast();
+}
+
+void encode_unlabelled(const BoundedVector<UnlabelledMarker, kMaxMarkers>& from, v1::UnlabelledMarkers& into) {
+  auto& tracks = fresh(into.mutable_track_ids_plus_one(), from.size());
+  auto& positions = fresh(into.mutable_positions_m(), 3 * from.size());
+  auto& residuals = fresh(into.mutable_residuals_px(), from.size());
+  auto& cameras = fresh(into.mutable_cameras(), from.size());
+  for (const UnlabelledMarker& marker : from) {
+    tracks.AddAlreadyReserved(plus_one(marker.track));
+    add(positions, marker.position.v);
+    residuals.AddAlreadyReserved(static_cast<float>(marker.residual_px));
+    cameras.AddAlreadyReserved(marker.cameras);
+  }
+}
+
+}  // namespace
+
+void encode(const Snapshot& from, v1::Snapshot& into) {
+  into.set_number(from.number);
+  into.clear_sequence();
+  into.set_description_version(from.description_version);
+  encode_instants(from.instants, *into.mutable_instants());
+  into.clear_utc_minus_host_ns();
+  into.set_expected_views(from.expected_views);
+  if (from.views.empty()) {
+    into.clear_views();
+  } else {
+    encode_views(from.views, *into.mutable_views());
+  }
+  encode_subjects(from, into);
+  if (from.unlabelled.empty()) {
+    into.clear_unlabelled();
+  } else {
+    encode_unlabelled(from.unlabelled, *into.mutable_unlabelled());
+  }
+}
+
+}  // namespace mocap::wire

@@ -1,0 +1,91 @@
+#include "wire/endpoint.h"
+
+#include <fmt/core.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+
+namespace mocap::wire {
+namespace {
+
+constexpr std::string_view kTcp = "tcp://";
+constexpr std::string_view kIpc = "ipc://";
+
+Error wrong(std::string message) { return {ErrorCode::InvalidArgument, std::move(message)}; }
+
+std::string_view host_of(std::string_view tcp_endpoint) {
+  const std::string_view rest = tcp_endpoint.substr(kTcp.size());
+  return rest.substr(0, rest.rfind(':'));
+}
+
+// "127." and three numbers: a name that merely begins so (127.example.org) may be anywhere.
+bool is_loopback_v4(std::string_view host) {
+  return host.starts_with("127.") && std::count(host.begin(), host.end(), '.') == 3 &&
+         host.find_first_not_of("0123456789.") == std::string_view::npos;
+}
+
+Status check_tcp(std::string_view endpoint) {
+  const std::string_view rest = endpoint.substr(kTcp.size());
+  const auto colon = rest.rfind(':');
+  const std::string_view port = colon == std::string_view::npos ? "" : rest.substr(colon + 1);
+  if (colon == 0 || colon == std::string_view::npos || port.empty()) {
+    return wrong(fmt::format("endpoint '{}': expected tcp://ADDRESS:PORT", endpoint));
+  }
+  if (port == "*") return {};
+  unsigned number = 0;
+  const auto [end, fault] = std::from_chars(port.data(), port.data() + port.size(), number);
+  if (fault != std::errc{} || end != port.data() + port.size() || number > 65535) {
+    return wrong(fmt::format("endpoint '{}': port is '{}', expected 0 to 65535 or * (a free one)", endpoint, port));
+  }
+  return {};
+}
+
+Status check_ipc(std::string_view endpoint) {
+  const std::string_view path = endpoint.substr(kIpc.size());
+  sockaddr_un address{};
+  if (path.empty() || path.size() >= sizeof(address.sun_path)) {
+    return wrong(fmt::format("endpoint '{}': the path has {} characters, expected 1 to {}", endpoint, path.size(),
+                             sizeof(address.sun_path) - 1));
+  }
+  if (path == "*" || path.front() == '@') return {};
+  address.sun_family = AF_UNIX;
+  std::memcpy(address.sun_path, path.data(), path.size());
+  const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (probe < 0) return {};  // the bind itself will tell
+  const bool taken = ::connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
+  ::close(probe);
+  if (!taken) return {};
+  return Error{ErrorCode::Busy,
+               fmt::format("endpoint '{}': another program listens there; end it or take another path", endpoint)};
+}
+
+}  // namespace
+
+bool is_local(std::string_view endpoint) {
+  if (endpoint.starts_with(kIpc)) return true;
+  if (!endpoint.starts_with(kTcp)) return false;
+  const std::string_view host = host_of(endpoint);
+  return host == "localhost" || host == "[::1]" || host == "lo" || is_loopback_v4(host);
+}
+
+Status check_endpoint(const std::string& endpoint, bool allow_remote) {
+  if (endpoint.find('\0') != std::string::npos) return wrong("endpoint has a zero byte");
+  const bool tcp = endpoint.starts_with(kTcp);
+  if (!tcp && !endpoint.starts_with(kIpc)) {
+    return wrong(fmt::format("endpoint '{}': expected tcp://ADDRESS:PORT or ipc://PATH", endpoint));
+  }
+  if (const Status shape = tcp ? check_tcp(endpoint) : check_ipc(endpoint); !shape) return shape;
+  if (!allow_remote && !is_local(endpoint)) {
+    return wrong(
+        fmt::format("endpoint '{}': other machines can reach it and nobody is asked who they are; listen at "
+                    "tcp://127.0.0.1:5570, or set allow_remote = true to say that you want this",
+                    endpoint));
+  }
+  return {};
+}
+
+}  // namespace mocap::wire

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace mocap::wire {
+
+/// The text with each byte that is no UTF-8 replaced by '?': one such byte (a message of a driver) would make listeners
+/// refuse the whole Protobuf message.
+std::string valid_utf8(std::string_view text);
+
+}  // namespace mocap::wire

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "base/result.h"
+#include "module/publisher.h"
+
+namespace mocap::wire {
+
+/// The topics of the feed. A message is one part: topic, a zero byte, Protobuf (proto/mocap/v1).
+inline constexpr const char* kSnapshotTopic = "snapshot";
+inline constexpr const char* kDescriptionTopic = "description";
+inline constexpr const char* kHealthTopic = "health";
+
+struct PublisherSettings {
+  std::string endpoint = "tcp://127.0.0.1:5570";  ///< tcp://ADDRESS:PORT (port * takes a free one) or ipc://PATH
+  bool allow_remote = false;  ///< listen where other machines can reach it, though nobody is asked who they are
+  int send_queue = 8;         ///< messages that wait for one slow listener, 1 to 1000; more are dropped for it alone
+};
+
+/// Sends the feed over a ZeroMQ XPUB socket. Listeners cost it a copy each and can never make it wait: what a slow one
+/// does not take is dropped for it alone, and a hostile one is cut off (see `open`).
+class ZmqPublisher final : public Publisher {
+ public:
+  /// Listens. Fails with InvalidArgument (an endpoint that is none, or that other machines can reach though
+  /// `allow_remote` is false), NotFound (no such address here), Busy (somebody else listens there) and Io.
+  static Result<std::unique_ptr<ZmqPublisher>> open(const PublisherSettings& settings);
+
+  /// Lets go of the endpoint; waits 100 ms at most for what is still on its way.
+  ~ZmqPublisher() override;
+
+  Status describe(const Description& description) override;
+  Status publish(Snapshot& snapshot) override;
+  Status report(const Health& health) override;
+
+  /// Where it listens, with the true port.
+  const std::string& endpoint() const;
+
+ private:
+  struct Impl;
+  explicit ZmqPublisher(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// `ZmqPublisher::open` for those who need no more than a Publisher.
+Result<std::unique_ptr<Publisher>> make_zmq_publisher(const PublisherSettings& settings);
+
+}  // namespace mocap::wire

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <toml++/toml.h>
+
+#include <random>
+#include <string>
+#include <vector>
+
+#include "body/pose_fit.h"
+#include "body/rotation.h"
+#include "model/skeleton.h"
+
+namespace mocap::test {
+
+/// A shipped marker set, read without checks: the rooms under test stand below settings/.
+inline MarkerSet person(const std::string& name) {
+  const std::string folder = std::string(MOCAP_SOURCE_DIR) + "/config/";
+  const toml::table markers = toml::parse_file(folder + "markersets/" + name + ".toml");
+  const toml::table skeleton =
+      toml::parse_file(folder + "markersets/" + markers["skeleton"].value<std::string>().value());
+  const auto three = [](const toml::node_view<const toml::node>& v) {
+    return Eigen::Vector3d(v[0].value_or(0.0), v[1].value_or(0.0), v[2].value_or(0.0));
+  };
+  const auto bone_named = [](const MarkerSet& set, const std::string& bone) {
+    for (std::size_t i = 0; i < set.skeleton.bones.size(); ++i) {
+      if (set.skeleton.bones[i].name == bone) return static_cast<int>(i);
+    }
+    return -1;
+  };
+  MarkerSet set;
+  set.name = name;
+  for (const toml::node& node : *skeleton["bone"].as_array()) {
+    const toml::node_view<const toml::node> view(node);
+    Bone bone;
+    bone.name = view["name"].value_or(std::string());
+    bone.parent = bone_named(set, view["parent"].value_or(std::string()));
+    bone.rest_offset_m = three(view["rest_offset_m"]);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto range = view["turns_deg"][std::string(1, static_cast<char>('x' + axis))];
+      bone.turns[axis] = AngleRange{range[0].value_or(0.0) * 0.0174532925, range[1].value_or(0.0) * 0.0174532925};
+    }
+    set.skeleton.bones.push_back(bone);
+  }
+  for (const toml::node& node : *markers["marker"].as_array()) {
+    const toml::node_view<const toml::node> view(node);
+    set.markers.push_back({view["name"].value_or(std::string()),
+                           bone_named(set, view["bone"].value_or(std::string())),
+                           three(view["offset_m"]),
+                           {}});
+  }
+  return set;
+}
+
+inline double angle_between(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
+  return body::rotation_vector(a * b.conjugate()).norm();
+}
+
+/// Joints turned at random within half of their range or `spread_rad`, whichever is less; the root anywhere, any yaw.
+inline std::vector<Pose> random_pose(const MarkerSet& set, double spread_rad, std::mt19937& random) {
+  std::vector<Pose> locals;
+  std::uniform_real_distribution<double> share(-1.0, 1.0);
+  for (const Bone& bone : set.skeleton.bones) {
+    Pose pose{bone.rest_offset_m, Eigen::Quaterniond::Identity()};
+    Eigen::Vector3d phi;
+    for (int axis = 0; axis < 3; ++axis) {
+      const AngleRange range = bone.turns[static_cast<std::size_t>(axis)].value_or(AngleRange{0.0, 0.0});
+      const double x = share(random);
+      phi[axis] = x * std::min(spread_rad, 0.5 * (x < 0.0 ? -range.min_rad : range.max_rad));
+    }
+    if (bone.parent < 0) {
+      pose.position = {share(random), share(random), 1.0};
+      phi = Eigen::Vector3d(0.2 * share(random), 0.2 * share(random), 3.1 * share(random));
+    }
+    pose.rotation = body::turn_by(phi);
+    locals.push_back(pose);
+  }
+  return locals;
+}
+
+/// All markers of a pose, exactly.
+inline std::vector<body::Observation> see(const body::PoseFit& truth) {
+  std::vector<body::Observation> seen;
+  for (std::size_t m = 0; m < truth.marker_set().markers.size(); ++m) {
+    seen.push_back({static_cast<int>(m), truth.marker_at(m), 0.005});
+  }
+  return seen;
+}
+
+}  // namespace mocap::test

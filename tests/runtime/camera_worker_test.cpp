@@ -1,0 +1,192 @@
+#include "runtime/camera_worker.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "support/scripted_camera.h"
+
+namespace mocap::runtime {
+namespace {
+
+using std::chrono::milliseconds;
+using support::Deliver;
+using support::ScriptedCamera;
+using support::Step;
+
+class NoBlobs : public Detector {
+ public:
+  Detection detect(const Image&) override { return {}; }
+};
+
+class NoTracks : public BlobTracker {
+ public:
+  void track(BlobFrame&) override {}
+};
+
+CameraParts parts(std::deque<std::vector<Step>> starts) {
+  CameraParts made;
+  made.name = "north";
+  made.camera = std::make_unique<ScriptedCamera>(CameraId{0}, std::move(starts));
+  made.make_detector = [](const Image&) -> Result<std::unique_ptr<Detector>> {
+    return std::unique_ptr<Detector>(std::make_unique<NoBlobs>());
+  };
+  made.tracker = std::make_unique<NoTracks>();
+  return made;
+}
+
+CameraWorkerSettings quick() {
+  CameraWorkerSettings settings;
+  settings.silent_after = milliseconds(60);
+  settings.first_backoff = milliseconds(1);
+  settings.longest_backoff = milliseconds(4);
+  return settings;
+}
+
+const Error kEnd{ErrorCode::EndOfStream, {}};
+const Error kGone{ErrorCode::DeviceLost, "cable pulled"};
+
+struct Rig {
+  WakeSignal wake;
+  CameraChannel channel{8, wake};
+
+  // Runs the worker until its camera is at its end.
+  void run(CameraParts camera, const CameraWorkerSettings& settings = quick()) {
+    CameraWorker worker(std::move(camera), settings, channel);
+    worker.run(std::stop_token{});
+  }
+
+  std::vector<std::uint64_t> delivered() {
+    std::vector<std::uint64_t> numbers;
+    BlobFrame frame;
+    while (channel.frames.try_pop(frame)) numbers.push_back(frame.number);
+    return numbers;
+  }
+};
+
+TEST(CameraWorker, DeliversEveryImageAndSaysWhenTheSourceIsThrough) {
+  Rig rig;
+
+  rig.run(parts({{Deliver{0}, Deliver{1}, Deliver{2}, kEnd}}));
+
+  EXPECT_EQ(rig.delivered(), (std::vector<std::uint64_t>{0, 1, 2}));
+  EXPECT_EQ(rig.channel.delivery.load(), Delivery::Ended);
+}
+
+TEST(CameraWorker, CountsTheGapsInTheCamerasOwnNumbers) {
+  Rig rig;
+
+  rig.run(parts({{Deliver{5}, Deliver{6}, Deliver{9}, Deliver{10}, kEnd}}));
+
+  EXPECT_EQ(rig.channel.counters.missing_frames.read(), 2U);
+}
+
+TEST(CameraWorker, OpensALostCameraAnewAndGoesOn) {
+  Rig rig;
+
+  rig.run(parts({{Deliver{0}, kGone}, {Deliver{0}, kEnd}}));
+
+  EXPECT_EQ(rig.channel.counters.reopened.read(), 1U);
+  EXPECT_EQ(rig.channel.counters.frames.read(), 2U);
+}
+
+TEST(CameraWorker, TellsWhyACameraWasLost) {
+  Rig rig;
+
+  rig.run(parts({{Deliver{0}, kGone}, {kEnd}}));
+
+  std::vector<std::string> errors;
+  CameraNote note;
+  while (rig.channel.notes.try_pop(note)) {
+    if (note.phase == CameraPhase::Reopening) errors.emplace_back(note.error.begin(), note.error.end());
+  }
+  EXPECT_EQ(errors, std::vector<std::string>{"cable pulled"});
+}
+
+TEST(CameraWorker, OpensASilentCameraAnew) {
+  Rig rig;
+
+  rig.run(parts({{Deliver{0}}, {Deliver{0}, kEnd}}));
+
+  EXPECT_EQ(rig.channel.counters.reopened.read(), 1U);
+}
+
+TEST(CameraWorker, CountsABrokenImageAndKeepsTheCamera) {
+  Rig rig;
+
+  rig.run(parts({{Deliver{0}, Error{ErrorCode::Io, "half an image"}, Deliver{2}, kEnd}}));
+
+  EXPECT_EQ(rig.channel.counters.failed_frames.read(), 1U);
+  EXPECT_EQ(rig.channel.counters.reopened.read(), 0U);
+  EXPECT_EQ(rig.delivered(), (std::vector<std::uint64_t>{0, 2}));
+}
+
+TEST(CameraWorker, RefusesImagesOfAnotherSizeThanTheRigs) {
+  Rig rig;
+  CameraParts camera = parts({{Deliver{0, 32, 32}}, {kEnd}});
+  camera.expected_width_px = 64;
+  camera.expected_height_px = 48;
+
+  rig.run(std::move(camera));
+
+  EXPECT_TRUE(rig.delivered().empty());
+  EXPECT_EQ(rig.channel.counters.reopened.read(), 1U);
+}
+
+TEST(CameraWorker, DropsTheNewImageAndCountsItWhenNobodyTakesThem) {
+  Rig rig;
+  std::vector<Step> list;
+  for (std::uint64_t i = 0; i < 20; ++i) list.push_back(Deliver{i});
+  list.push_back(kEnd);
+
+  rig.run(parts({list}));
+
+  EXPECT_EQ(rig.channel.counters.dropped_queue_full.read(), 12U);
+  EXPECT_EQ(rig.delivered().front(), 0U);
+}
+
+TEST(CameraWorker, LosesNothingWhenItMayWait) {
+  Rig rig;
+  std::vector<Step> list;
+  for (std::uint64_t i = 0; i < 500; ++i) list.push_back(Deliver{i});
+  list.push_back(kEnd);
+  CameraWorkerSettings settings = quick();
+  settings.lossless = true;
+
+  std::jthread worker([&] { rig.run(parts({list}), settings); });
+  std::uint64_t taken = 0;
+  while (taken < 500) {
+    const auto ticket = rig.wake.ticket();
+    if (rig.channel.frames.front() == nullptr) {
+      rig.wake.wait(ticket, std::chrono::seconds(10));
+      continue;
+    }
+    ASSERT_EQ(rig.channel.frames.front()->number, taken++);
+    rig.channel.frames.pop();
+    rig.channel.room.signal();
+  }
+
+  EXPECT_EQ(rig.channel.counters.dropped_queue_full.read(), 0U);
+}
+
+TEST(CameraWorker, EndsSoonWhenStoppedInTheMiddleOfALongBackoff) {
+  Rig rig;
+  CameraWorkerSettings settings = quick();
+  settings.first_backoff = settings.longest_backoff = std::chrono::seconds(60);
+  CameraWorker worker(parts({}), settings, rig.channel);
+
+  const Timestamp before = host_now();
+  {
+    std::jthread thread([&](const std::stop_token& stop) { worker.run(stop); });
+    CameraNote note;
+    while (note.phase != CameraPhase::Reopening) {
+      const auto ticket = rig.wake.ticket();
+      if (!rig.channel.notes.try_pop(note)) rig.wake.wait(ticket, milliseconds(10));
+    }
+  }
+
+  EXPECT_LT(host_now() - before, std::chrono::seconds(20));
+}
+
+}  // namespace
+}  // namespace mocap::runtime

@@ -1,0 +1,276 @@
+#include "settings/daemon_settings.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <regex>
+
+#include "settings/camera_keys.h"
+#include "settings/key_list.h"
+#include "settings/rig_file.h"
+#include "settings/stage_keys.h"
+#include "support/temporary_folder.h"
+
+namespace mocap::settings {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+const std::filesystem::path kConfig = std::filesystem::path(MOCAP_SOURCE_DIR) / "config";
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream in(path);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+class Configuration : public testing::Test {
+ protected:
+  Configuration() {
+    CameraModel camera;
+    camera.width_px = 640;
+    camera.height_px = 480;
+    camera.lens.fx_px = camera.lens.fy_px = 500.0;
+    Rig rig(2, camera);
+    rig[0].name = "west";
+    rig[1].name = "east";
+    EXPECT_TRUE(save_rig(folder_.path() / "rig.toml", rig, {}));
+    marker_set_ = (kConfig / "markersets/openmocap18.toml").string();
+  }
+
+  std::filesystem::path write(const std::string& text) { return folder_.write("daemon.toml", text); }
+
+  std::string faults_of(const std::string& text) {
+    const auto settings = load_daemon_settings(write(text));
+    return settings ? "" : to_text(settings.error());
+  }
+
+  std::string camera(const std::string& name, const std::string& more = "") const {
+    return "[[camera]]\nname = \"" + name + "\"\ndriver = \"synthetic\"\nmarker_set = \"" + marker_set_ + "\"\n" + more;
+  }
+
+  /// A file without a fault; `more` stands before its camera.
+  std::string good(const std::string& more = "") const {
+    return "[capture]\nrig = \"rig.toml\"\n" + more + camera("east");
+  }
+
+  support::TemporaryFolder folder_;
+  std::string marker_set_;
+};
+
+TEST_F(Configuration, IsReadWithTheRigInTheOrderOfTheCameras) {
+  const auto settings = load_daemon_settings(
+      write("[capture]\nrig = \"rig.toml\"\n[align]\nwindow_us = 250\n" + camera("east") + camera("west") +
+            "[[subject]]\nname = \"actor\"\nmarker_set = \"" + marker_set_ + "\"\n"));
+
+  ASSERT_TRUE(settings) << to_text(settings.error());
+  ASSERT_EQ(settings->rig.size(), 2U);
+  EXPECT_EQ(settings->rig[0].name, "east");
+  EXPECT_EQ(settings->rig[1].name, "west");
+  EXPECT_EQ(settings->pipeline.align.window, std::chrono::microseconds(250));
+  EXPECT_EQ(settings->nominal_rate_hz, 60.0);
+  ASSERT_EQ(settings->worn.size(), 1U);
+  EXPECT_EQ(settings->worn[0].marker_set.markers.size(), 18U);
+}
+
+TEST_F(Configuration, TellsAllFaultsAtOnceWithPlacesAndSuggestions) {
+  const std::string faults = faults_of(R"([capture]
+rig = "rig.toml"
+[algin]
+window_us = 1
+[align]
+windw_us = 500
+patience_us = "soon"
+[[camera]]
+name = "east"
+driver = "synthetic"
+motion = "walk"
+exposure_us = 0
+[[camera]]
+name = "weft"
+driver = "v4l"
+[[camera]]
+name = "east"
+driver = "aravis"
+)");
+
+  const std::string file = (folder_.path() / "daemon.toml").string();
+  EXPECT_EQ(faults,
+            file + ":3:2: unknown key 'algin', did you mean 'align'?\n" +                                      //
+                file + ":6:1: align: unknown key 'windw_us', did you mean 'window_us'?\n" +                    //
+                file + ":7:15: align: patience_us is 'soon', expected a number, 0 to 10000000\n" +             //
+                file + ":8:1: camera 'east': marker_set is missing, expected a file of config/markersets\n" +  //
+                file + ":12:15: camera 'east': exposure_us is 0, expected 1 to 1000000\n" +                    //
+                file + ":14:8: camera 'weft': is not in the rig " + (folder_.path() / "rig.toml").string() +   //
+                ", did you mean 'west'?\n" +                                                                   //
+                file +
+                ":15:10: camera 'weft': driver is 'v4l', expected one of aravis, v4l2, replay, synthetic; "  //
+                "did you mean 'v4l2'?\n" +                                                                   //
+                file +
+                ":16:1: camera 'east': 0 of serial, device_name and address are set, expected exactly one\n" +  //
+                file + ":17:8: camera 'east': name 'east' is there twice, expected a different one each\n" +    //
+                file + ": 9 faults, nothing started");
+}
+
+TEST_F(Configuration, IsRefusedWhereTimesDoNotGoTogether) {
+  EXPECT_THAT(faults_of(good("[align]\nwindow_us = 8334\n")),
+              HasSubstr(":4:13: align: window_us is 8334, expected less than half a frame period, 8333 at 60 Hz"));
+  EXPECT_EQ(faults_of(good("[align]\nwindow_us = 8000\n")), "");
+  EXPECT_THAT(faults_of("[capture]\nrig = \"rig.toml\"\n" + camera("east", "exposure_us = 16667\n")),
+              HasSubstr("exposure_us is 16667, expected less than the period of 16667 us at 60 Hz"));
+  EXPECT_THAT(faults_of(good("[reopen]\nfirst_backoff_ms = 3000\n")),
+              HasSubstr(":4:20: reopen: first_backoff_ms is 3000, over longest_backoff_ms = 2000"));
+}
+
+TEST_F(Configuration, IsRefusedWhereTheRigWasMadeAtAnotherSize) {
+  EXPECT_THAT(faults_of("[capture]\nrig = \"rig.toml\"\n" + camera("east", "width_px = 1280\n")),
+              AllOf(HasSubstr(":7:12: camera 'east': size is 1280x480 px"), HasSubstr("made at 640x480")));
+}
+
+TEST_F(Configuration, IsRefusedWithoutARig) {
+  EXPECT_THAT(faults_of(camera("east")), HasSubstr("rig is missing, expected the calibration file of the cameras"));
+  EXPECT_THAT(faults_of("[capture]\nrig = \"none.toml\"\n" + camera("east")), HasSubstr("none.toml: no such file"));
+}
+
+TEST_F(Configuration, TellsTheFaultsOfTheRigWithTheirPlaceThere) {
+  folder_.write("rig.toml", "[east]\nsize = [640, 480]\n");
+
+  EXPECT_THAT(faults_of(good()),
+              HasSubstr((folder_.path() / "rig.toml").string() + ":1:1: camera 'east': matrix is missing"));
+}
+
+TEST_F(Configuration, TellsTheFaultsOfAMarkerSetOnceWithTheirPlaceThere) {
+  const auto set = folder_.write("worn.toml", "name = \"worn\"\nskelton = \"x\"\n").string();
+  marker_set_ = set;
+  const std::string faults = faults_of("[capture]\nrig = \"rig.toml\"\n" + camera("east") + camera("west"));
+
+  const std::size_t first = faults.find(set + ":2:1: ");
+  EXPECT_NE(first, std::string::npos) << faults;
+  EXPECT_EQ(faults.find(set + ":2:1: ", first + 1), std::string::npos) << faults;
+  EXPECT_THAT(faults, HasSubstr("daemon.toml:6:14: camera 'east': marker_set is '" + set + "', which has faults"));
+}
+
+TEST_F(Configuration, RefusesALosslessRunOfCamerasThatCannotWait) {
+  EXPECT_THAT(
+      faults_of("[capture]\nrig = \"rig.toml\"\nlossless = true\n[[camera]]\nname = \"east\"\ndriver = \"v4l2\"\n"
+                "device = \"/dev/video0\"\n"),
+      HasSubstr(":6:10: camera 'east': driver is v4l2, but capture.lossless needs cameras that can wait"));
+  EXPECT_EQ(faults_of("[capture]\nrig = \"rig.toml\"\nlossless = true\n" + camera("east")), "");
+}
+
+TEST_F(Configuration, RefusesTwoCamerasThatAreOneDevice) {
+  const std::string aravis = "driver = \"aravis\"\nserial = \"DA1\"\n";
+  EXPECT_THAT(faults_of("[capture]\nrig = \"rig.toml\"\n[[camera]]\nname = \"east\"\n" + aravis +
+                        "[[camera]]\nname = \"west\"\n" + aravis),
+              HasSubstr(":10:10: camera 'west': serial 'DA1' is there twice"));
+}
+
+TEST_F(Configuration, WithoutACameraIsRefused) {
+  EXPECT_THAT(faults_of("[capture]\nrig = \"rig.toml\"\n"), HasSubstr("no [[camera]], expected at least one"));
+  EXPECT_THAT(faults_of(""), HasSubstr("no [[camera]], expected at least one"));
+}
+
+TEST_F(Configuration, ThatIsNoTomlIsAFaultWithItsPlace) {
+  EXPECT_THAT(faults_of("[capture]\nrig = rig.toml\n"), HasSubstr("daemon.toml:2:7: "));
+  EXPECT_THAT(faults_of("[capture]\nrig = \"a\"\nrig = \"b\"\n"), HasSubstr("daemon.toml:3:"));
+  EXPECT_THAT(faults_of(std::string("\xff\xfe\0\0", 4)), HasSubstr("daemon.toml:1:1: "));
+}
+
+TEST_F(Configuration, RefusesValuesThatAreNotNumbersWithinRange) {
+  EXPECT_THAT(faults_of(good("[align]\nwindow_us = nan\n")), HasSubstr("window_us is nan, expected 1 to 1000000"));
+  EXPECT_THAT(faults_of(good("[queues]\ncamera_frames = 8.5\n")),
+              HasSubstr("is 8.5, expected a whole number, 2 to 1024"));
+  EXPECT_THAT(faults_of(good("[queues]\ncamera_frames = 9223372036854775807\n")), HasSubstr("expected 2 to 1024"));
+  EXPECT_THAT(faults_of(good("[realtime]\ncamera_cpus = [0, -1]\n")),
+              HasSubstr(":4:19: realtime: camera_cpus has -1, expected a list of whole numbers 0 to 1023"));
+  EXPECT_THAT(faults_of(good("align = 3\n")), HasSubstr("unknown key 'align'"));
+}
+
+TEST(ShippedConfiguration, IsWithoutAFault) {
+  for (const char* name : {"mocapd.toml", "demo.toml"}) {
+    const auto settings = load_daemon_settings(kConfig / name);
+    EXPECT_TRUE(settings) << to_text(settings.error());
+  }
+}
+
+TEST(ExampleConfiguration, ShowsTheDefaults) {
+  const auto example = load_daemon_settings(kConfig / "mocapd.toml");
+  ASSERT_TRUE(example) << to_text(example.error());
+  std::map<std::string, std::string> defaults;
+  for (const auto& [key, value] : list_settings(DaemonSettings{})) defaults[key] = value;
+
+  for (const auto& [key, value] : list_settings(*example)) {
+    if (key.starts_with("camera.") || key.starts_with("subject.") || key == "capture.rig") continue;
+    EXPECT_EQ(value, defaults[key]) << key;
+  }
+}
+
+TEST(ExampleConfiguration, ShowsTheDefaultsOfEveryDriver) {
+  const auto example = load_daemon_settings(kConfig / "mocapd.toml");
+  ASSERT_TRUE(example) << to_text(example.error());
+  ASSERT_EQ(example->cameras.size(), std::variant_size_v<decltype(cameras::CameraSettings::driver)>);
+
+  for (cameras::CameraSettings shown : example->cameras) {
+    SCOPED_TRACE(shown.name);
+    cameras::CameraSettings blank = shown;
+    std::visit([](auto& driver) { driver = {}; }, blank.driver);
+    KeyList of_shown;
+    KeyList of_blank;
+    tell(of_shown, shown);
+    tell(of_blank, blank);
+    for (std::size_t i = 0; i < of_blank.entries().size(); ++i) {
+      const auto& [key, value] = of_blank.entries()[i];
+      if (value.empty() || value == "\"\"") continue;  // no default
+      EXPECT_EQ(of_shown.entries()[i].second, value) << key;
+    }
+  }
+}
+
+// "[align]" and "[[camera]]" of the example, each with its lines, the commented ones too.
+std::map<std::string, std::string> sections_of(const std::string& text) {
+  std::map<std::string, std::string> sections;
+  std::istringstream lines(text);
+  std::string section;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("[")) section = line.substr(0, line.find(']') + 1);
+    if (line.starts_with("driver = ")) section = line.substr(0, line.find('"', 10) + 1);
+    sections[section] += line + "\n";
+  }
+  return sections;
+}
+
+void expect_every_key(const std::string& lines, const KeyList& list) {
+  for (const auto& [key, value] : list.entries()) {
+    if (key == "name" || key == "driver") continue;
+    EXPECT_TRUE(std::regex_search(lines, std::regex("(^|\n)(# )?" + key + " = "))) << key << " is not in the example";
+  }
+}
+
+TEST(ExampleConfiguration, HasEveryKey) {
+  auto lines = sections_of(text_of(kConfig / "mocapd.toml"));
+  DaemonSettings defaults;
+
+  for (const Section& section : sections()) {
+    SCOPED_TRACE(section.name);
+    KeyList list;
+    section.tell(list, defaults);
+    expect_every_key(lines["[" + std::string(section.name) + "]"], list);
+  }
+  const auto check_driver = [&](auto driver) {
+    cameras::CameraSettings camera{"any", driver};
+    KeyList list;
+    tell(list, camera);
+    SCOPED_TRACE(driver_of(camera));
+    expect_every_key(lines["driver = \"" + std::string(driver_of(camera)) + "\""], list);
+  };
+  check_driver(cameras::AravisSettings{});
+  check_driver(cameras::V4l2Settings{});
+  check_driver(cameras::ReplaySettings{});
+  check_driver(cameras::SyntheticSettings{});
+}
+
+}  // namespace
+}  // namespace mocap::settings

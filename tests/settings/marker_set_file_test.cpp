@@ -1,0 +1,168 @@
+#include "settings/marker_set_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string>
+
+namespace mocap::settings {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+const fs::path kMarkerSets = fs::path(MOCAP_SOURCE_DIR) / "config" / "markersets";
+
+// A folder of its own for each test, gone afterwards.
+class MarkerSetFile : public ::testing::Test {
+ protected:
+  MarkerSetFile() {
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(::testing::TempDir()) / (std::string("marker_set_file_") + test->name());
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~MarkerSetFile() override { fs::remove_all(folder_); }
+
+  fs::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return folder_ / name;
+  }
+
+  fs::path folder_;
+};
+
+constexpr const char* kTwoBones = R"(name = "two"
+[[bone]]
+name = "Hips"
+[[bone]]
+name = "Chest"
+parent = "Hips"
+rest_offset_m = [0.0, 0.0, 0.25]
+turns_deg = { x = [-30, 30], y = [-90, 0] }
+aliases = { unity = "Spine" }
+)";
+
+TEST(ShippedMarkerSets, LoadWithTheirNumberOfMarkers) {
+  for (const auto& [name, count] :
+       {std::pair{"openmocap18", 18U}, {"baseline41", 41U}, {"pluginGait39", 39U}, {"rigid4", 4U}}) {
+    const auto set = load_marker_set(kMarkerSets / (std::string(name) + ".toml"));
+
+    ASSERT_TRUE(set) << set.error().message;
+    EXPECT_EQ(set->name, name);
+    EXPECT_EQ(set->markers.size(), count);
+    std::set<std::string> names;
+    for (const MarkerOnBone& marker : set->markers) names.insert(marker.name);
+    EXPECT_EQ(names.size(), count);
+  }
+}
+
+TEST(ShippedMarkerSets, StandUprightWithTheLeftHandTowardsPlusY) {
+  const auto set = load_marker_set(kMarkerSets / "openmocap18.toml");
+  ASSERT_TRUE(set) << set.error().message;
+
+  std::vector<Eigen::Vector3d> joints;
+  Eigen::Vector3d left_hand, right_hand, head, foot;
+  for (const Bone& bone : set->skeleton.bones) {
+    joints.push_back(bone.rest_offset_m +
+                     (bone.parent < 0 ? Eigen::Vector3d::Zero() : joints[static_cast<std::size_t>(bone.parent)]));
+    if (bone.name == "LeftHand") left_hand = joints.back();
+    if (bone.name == "RightHand") right_hand = joints.back();
+    if (bone.name == "Head") head = joints.back();
+    if (bone.name == "LeftFoot") foot = joints.back();
+  }
+
+  EXPECT_GT(left_hand.y(), 0.6);
+  EXPECT_LT(right_hand.y(), -0.6);
+  EXPECT_GT(head.z(), 0.5);
+  EXPECT_LT(foot.z(), -0.8);
+  EXPECT_EQ(set->skeleton.bones.front().aliases.unity, "Hips");
+}
+
+TEST_F(MarkerSetFile, FindsItsSkeletonFromItsOwnFolder) {
+  write("two.toml", kTwoBones);
+  const fs::path file = write("set.toml", R"(name = "set"
+skeleton = "two.toml"
+marker = [ { name = "C", bone = "Chest", offset_m = [0.1, 0, 0], colour = [1, 0.5, 0] } ]
+)");
+
+  const auto set = load_marker_set(file);
+
+  ASSERT_TRUE(set) << set.error().message;
+  ASSERT_EQ(set->skeleton.bones.size(), 2U);
+  EXPECT_EQ(set->skeleton.bones[1].parent, 0);
+  EXPECT_EQ(set->skeleton.bones[1].aliases.unity, "Spine");
+  ASSERT_TRUE(set->skeleton.bones[1].turns[1]);
+  EXPECT_NEAR(set->skeleton.bones[1].turns[1]->min_rad, -1.5707963, 1e-6);
+  EXPECT_FALSE(set->skeleton.bones[1].turns[2]);
+  EXPECT_EQ(set->markers[0].bone, 1);
+  EXPECT_DOUBLE_EQ(set->markers[0].offset_m.x(), 0.1);
+  EXPECT_FLOAT_EQ(set->markers[0].colour[1], 0.5F);
+}
+
+TEST_F(MarkerSetFile, TellsAllFaultsOfBothFilesWithTheirPlaces) {
+  write("two.toml", R"(name = "two"
+[[bone]]
+name = "Hips"
+[[bone]]
+name = "Chest"
+parent = "Hip"
+rest_ofset_m = [0.0, 0.0, 250]
+turns_deg = { x = [30, -30] }
+)");
+  const fs::path file = write("set.toml", R"(name = "set"
+skeleton = "two.toml"
+marker = [
+  { name = "C", bone = "Cheste", offset_m = [180, 0, 0] },
+  { name = "C", bone = "Chest", colour = [1, 2, 0] },
+]
+)");
+
+  const auto set = load_marker_set(file);
+
+  ASSERT_FALSE(set);
+  EXPECT_EQ(set.error().code, ErrorCode::InvalidArgument);
+  const std::string& told = set.error().message;
+  EXPECT_THAT(told, HasSubstr("two.toml:6:10: bone 'Chest': parent is 'Hip', expected a bone that stands above, did "
+                              "you mean 'Hips'?"));
+  EXPECT_THAT(told, HasSubstr("two.toml:7:1: bone 'Chest': unknown key 'rest_ofset_m', did you mean 'rest_offset_m'?"));
+  EXPECT_THAT(told, HasSubstr("two.toml:8:"));
+  EXPECT_THAT(told, HasSubstr("set.toml:4:24: marker 'C': bone is 'Cheste', expected a bone of skeleton 'two', did you "
+                              "mean 'Chest'?"));
+  EXPECT_THAT(told, HasSubstr("offset_m is [ 180, 0, 0 ], expected 3 numbers from -2 to 2"));
+  EXPECT_THAT(told, HasSubstr("the name stands twice"));
+  EXPECT_THAT(told, HasSubstr("colour is [ 1, 2, 0 ]"));
+  EXPECT_THAT(told, HasSubstr("set.toml: 8 faults"));
+}
+
+TEST_F(MarkerSetFile, NamesTheLineWhereTomlItselfIsBroken) {
+  const auto set = load_marker_set(write("set.toml", "name = \"set\"\nskeleton = \n"));
+
+  ASSERT_FALSE(set);
+  EXPECT_THAT(set.error().message, HasSubstr("set.toml:2:"));
+}
+
+TEST_F(MarkerSetFile, SaysWhichFileIsMissing) {
+  EXPECT_EQ(load_marker_set(folder_ / "none.toml").error().code, ErrorCode::NotFound);
+
+  const auto set = load_marker_set(write("set.toml", "name = \"s\"\nskeleton = \"gone.toml\"\nmarker = []\n"));
+
+  ASSERT_FALSE(set);
+  EXPECT_THAT(set.error().message, HasSubstr("set.toml:2:12: skeleton is 'gone.toml'"));
+  EXPECT_THAT(set.error().message, HasSubstr("gone.toml: no such file"));
+}
+
+TEST_F(MarkerSetFile, RefusesAFolderAndNumbersThatAreNone) {
+  EXPECT_FALSE(load_marker_set(folder_));
+
+  const auto skeleton = load_skeleton(write("s.toml", "name=\"s\"\n[[bone]]\nname=\"A\"\nrest_offset_m=[nan,0,0]\n"));
+
+  ASSERT_FALSE(skeleton);
+  EXPECT_THAT(skeleton.error().message, HasSubstr("s.toml:4:15: bone 'A': rest_offset_m"));
+}
+
+}  // namespace
+}  // namespace mocap::settings

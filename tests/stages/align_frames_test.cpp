@@ -1,0 +1,241 @@
+#include "stages/align_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <vector>
+
+namespace mocap::stages {
+namespace {
+
+using std::chrono::microseconds;
+
+Timestamp at(std::int64_t us) { return Timestamp{} + microseconds(us); }
+
+BlobFrame seen_by(std::uint32_t camera, std::int64_t us, std::int64_t delay_us = 0) {
+  BlobFrame frame;
+  frame.camera = CameraId{camera};
+  frame.exposed_at = at(us);
+  frame.received_at = at(us + delay_us);
+  frame.detected_at = at(us + delay_us);
+  return frame;
+}
+
+constexpr AlignSettings kSettings{.window = microseconds(500), .patience = microseconds(2000)};
+constexpr Timestamp kForever = Timestamp::min();  // patience never ends
+
+std::vector<std::uint32_t> cameras_of(const FrameSet& set) {
+  std::vector<std::uint32_t> ids;
+  for (const BlobFrame* view : set.views) ids.push_back(view->camera.value);
+  return ids;
+}
+
+TEST(FrameAligner, GivesASetAsSoonAsEveryCameraHasDelivered) {
+  FrameAligner aligner(kSettings, 2);
+  aligner.add(seen_by(1, 1100));
+  EXPECT_FALSE(aligner.take(kForever));
+
+  aligner.add(seen_by(0, 1000));
+  const auto set = aligner.take(kForever);
+
+  ASSERT_TRUE(set);
+  EXPECT_EQ(cameras_of(*set), (std::vector<std::uint32_t>{0, 1}));
+  EXPECT_EQ(set->exposed_at, at(1050));
+  EXPECT_EQ(set->expected_views, 2u);
+  EXPECT_EQ(set->number, 0u);
+  EXPECT_EQ(aligner.counts().complete, 1u);
+}
+
+TEST(FrameAligner, GoesOnWithoutTheLateCameraWhenPatienceEnds) {
+  FrameAligner aligner(kSettings, 2);
+  aligner.add(seen_by(0, 1000));
+
+  EXPECT_FALSE(aligner.take(at(2999)));
+  EXPECT_EQ(aligner.patience_ends(), at(3000));
+  EXPECT_TRUE(aligner.take(at(3000)));
+  EXPECT_EQ(aligner.patience_ends(), std::nullopt);
+}
+
+TEST(FrameAligner, CountsPatienceFromTheArrivalOfTheFirst) {
+  FrameAligner aligner(kSettings, 3);
+  aligner.add(seen_by(0, 1000, 9000));
+  aligner.add(seen_by(1, 1100, 7000));  // exposed later, here earlier
+
+  EXPECT_FALSE(aligner.take(at(1100 + 7000 + 1999)));
+  EXPECT_TRUE(aligner.take(at(1100 + 7000 + 2000)));
+}
+
+TEST(FrameAligner, DropsAndCountsTheLateFrameAndKeepsThatCamerasNext) {
+  FrameAligner aligner(kSettings, 2);
+  aligner.add(seen_by(0, 1000));
+  ASSERT_TRUE(aligner.take(at(3000)));
+
+  aligner.add(seen_by(1, 1000));
+  aligner.add(seen_by(0, 9000));
+  aligner.add(seen_by(1, 9000));
+  const auto set = aligner.take(kForever);
+
+  ASSERT_TRUE(set);
+  EXPECT_EQ(set->views.size(), 2u);
+  EXPECT_EQ(set->exposed_at, at(9000));
+  EXPECT_EQ(aligner.counts().late, 1u);
+}
+
+TEST(FrameAligner, DoesNotWaitForAFrameThatWasLost) {
+  FrameAligner aligner(kSettings, 2);
+  aligner.add(seen_by(0, 1000));
+  aligner.add(seen_by(1, 9000));  // camera 1 lost the image at 1000
+
+  const auto set = aligner.take(kForever);
+
+  ASSERT_TRUE(set);
+  EXPECT_EQ(cameras_of(*set), (std::vector<std::uint32_t>{0}));
+  EXPECT_FALSE(aligner.take(kForever));  // the set at 9000 waits for camera 0
+}
+
+TEST(FrameAligner, DropsAndCountsARepeatedFrame) {
+  FrameAligner aligner(kSettings, 2);
+  aligner.add(seen_by(0, 1000));
+  aligner.add(seen_by(0, 1000));
+  aligner.add(seen_by(0, 900));
+  aligner.add(seen_by(1, 1000));
+
+  ASSERT_TRUE(aligner.take(kForever));
+  EXPECT_FALSE(aligner.take(at(1'000'000)));
+  EXPECT_EQ(aligner.counts().repeated, 2u);
+}
+
+TEST(FrameAligner, BelievesACameraAgainWhoseClockLeaptAndCameBack) {
+  FrameAligner aligner(kSettings, 2);
+  aligner.add(seen_by(1, 1'000'000'000));  // nonsense
+  std::size_t with_both = 0;
+  for (int i = 0; i < 20; ++i) {
+    aligner.add(seen_by(0, 1000 + 8000 * i));
+    aligner.add(seen_by(1, 1000 + 8000 * i));
+    while (const auto set = aligner.take(at(8000 * i + 7000))) with_both += set->views.size() == 2 ? 1 : 0;
+  }
+
+  EXPECT_EQ(with_both, 20u - 7u);
+}
+
+TEST(FrameAligner, NeitherWaitsForNorForgetsAFinishedCamera) {
+  FrameAligner aligner(kSettings, 2);
+  aligner.add(seen_by(1, 1000));
+  aligner.finish(CameraId{1});
+  EXPECT_EQ(aligner.expected_cameras(), 1u);
+  EXPECT_FALSE(aligner.is_expected(CameraId{1}));
+
+  aligner.add(seen_by(0, 1000));
+  ASSERT_EQ(aligner.take(kForever)->views.size(), 2u);
+  aligner.add(seen_by(0, 9000));
+  const auto alone = aligner.take(kForever);
+  ASSERT_TRUE(alone);
+  EXPECT_EQ(alone->views.size(), 1u);
+  EXPECT_EQ(alone->expected_views, 1u);
+
+  aligner.rejoin(CameraId{1});
+  aligner.add(seen_by(0, 17000));
+  EXPECT_FALSE(aligner.take(kForever));
+  aligner.add(seen_by(1, 17000));
+  EXPECT_EQ(aligner.take(kForever)->views.size(), 2u);
+}
+
+TEST(FrameAligner, HasNoRoomForACameraFarAheadAndCountsWhatItDrops) {
+  FrameAligner aligner(kSettings, 2);
+  int kept = 0;
+  while (aligner.has_room(CameraId{0})) aligner.add(seen_by(0, 1000 + 8000 * kept++));
+  EXPECT_EQ(kept, 8);
+  EXPECT_TRUE(aligner.has_room(CameraId{1}));
+
+  aligner.add(seen_by(0, 1'000'000));
+
+  EXPECT_EQ(aligner.counts().overflow, 1u);
+}
+
+TEST(FrameAligner, TellsHowFarEachCameraIsOffTheMean) {
+  FrameAligner aligner(kSettings, 2);
+  for (int i = 0; i < 3; ++i) {
+    aligner.add(seen_by(0, 1000 + 8000 * i));
+    aligner.add(seen_by(1, 1200 + 8000 * i));
+    ASSERT_TRUE(aligner.take(kForever));
+  }
+
+  EXPECT_EQ(aligner.skew(CameraId{0}).mean(), microseconds(-100));
+  EXPECT_EQ(aligner.skew(CameraId{1}).mean(), microseconds(100));
+  EXPECT_EQ(aligner.skew(CameraId{1}).largest, microseconds(100));
+}
+
+TEST(FrameAligner, KeepsTheViewsOfASetUntilTheNextCall) {
+  FrameAligner aligner(kSettings, 2);
+  BlobFrame frame = seen_by(0, 1000);
+  frame.number = 77;
+  Blob blob;
+  blob.centroid = {{3.0, 4.0}};
+  frame.blobs.push_back(blob);
+  aligner.add(frame);
+  aligner.add(seen_by(1, 1000));
+
+  const auto set = aligner.take(kForever);
+  frame.blobs.clear();  // the aligner has its own copy
+
+  ASSERT_TRUE(set);
+  EXPECT_EQ(set->views[0]->number, 77u);
+  ASSERT_EQ(set->views[0]->blobs.size(), 1u);
+  EXPECT_EQ(set->views[0]->blobs[0].centroid.v.y(), 4.0);
+}
+
+// What a run of the aligner gave: exposure of the set, and whose views.
+struct Given {
+  Timestamp exposed_at;
+  std::vector<std::uint32_t> cameras;
+  bool operator==(const Given&) const = default;
+};
+
+// Feeds each camera's frames in order, the cameras mingled at random, as a replay does: nothing is dropped.
+std::vector<Given> replay(const std::vector<std::vector<BlobFrame>>& frames, unsigned seed) {
+  FrameAligner aligner(kSettings, frames.size());
+  std::vector<std::size_t> next(frames.size(), 0);
+  std::vector<Given> given;
+  std::mt19937 random(seed);
+  const auto drain = [&] {
+    while (const auto set = aligner.take(kForever)) given.push_back({set->exposed_at, cameras_of(*set)});
+  };
+  std::size_t left = frames.size();
+  while (left > 0) {
+    const std::size_t c = random() % frames.size();
+    const CameraId camera{static_cast<std::uint32_t>(c)};
+    if (next[c] > frames[c].size() || !aligner.has_room(camera)) continue;
+    if (next[c] == frames[c].size()) {
+      aligner.finish(camera);
+      --left;
+    } else {
+      aligner.add(frames[c][next[c]]);
+    }
+    ++next[c];
+    drain();
+  }
+  EXPECT_EQ(aligner.counts().overflow, 0u);
+  return given;
+}
+
+TEST(FrameAligner, GivesTheSameSetsHoweverTheDeliveriesMingle) {
+  std::mt19937 random(7);
+  std::vector<std::vector<BlobFrame>> frames(4);
+  for (std::uint32_t c = 0; c < 4; ++c) {
+    for (int i = 0; i < 200; ++i) {
+      if (random() % 10 == 0) continue;  // lost
+      frames[c].push_back(seen_by(c, 10'000 + 8333 * i + static_cast<int>(random() % 400)));
+      if (random() % 20 == 0) frames[c].push_back(frames[c].back());  // repeated
+    }
+  }
+
+  const auto first = replay(frames, 1);
+  const auto second = replay(frames, 2);
+
+  EXPECT_GT(first.size(), 195u);
+  EXPECT_EQ(first, second);
+}
+
+}  // namespace
+}  // namespace mocap::stages

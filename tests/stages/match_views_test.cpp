@@ -1,0 +1,334 @@
+#include "stages/match_views.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "support/marker_world.h"
+
+namespace mocap::stages {
+namespace {
+
+using namespace mocap::test;
+using Eigen::Vector3d;
+
+// Matches against the truth.
+struct Score {
+  int ghosts = 0;    // matches that are no one marker's
+  int doubles = 0;   // markers with more than one match
+  int foreign = 0;   // sightings of something else in a marker's match
+  int mistaken = 0;  // expected markers matched to another one's blobs
+  std::set<int> found;
+};
+
+// The marker that most sightings of a match show, and how many do.
+std::pair<int, std::size_t> shown_by(const SeenWorld& world, const Match& match) {
+  std::map<int, std::size_t> votes;
+  for (const auto& [view, blob] : match.sightings) {
+    ++votes[world.marker_of[view][blob]];
+    if (world.also_of[view][blob] >= 0) ++votes[world.also_of[view][blob]];
+  }
+  votes.erase(-1);
+  const auto most = std::ranges::max_element(votes, {}, [](const auto& vote) { return vote.second; });
+  return most == votes.end() ? std::pair<int, std::size_t>{-1, 0} : std::pair<int, std::size_t>(*most);
+}
+
+Score score(const SeenWorld& world, const Matches& matches) {
+  Score total;
+  for (const Match& match : matches.matches) {
+    const auto [marker, votes] = shown_by(world, match);
+    if (marker < 0 || 2 * votes <= match.sightings.size()) {
+      ++total.ghosts;
+      continue;
+    }
+    total.foreign += static_cast<int>(match.sightings.size() - votes);
+    if (!total.found.insert(marker).second) ++total.doubles;
+    if (match.expected != Match::kNew && static_cast<int>(match.expected) != marker) ++total.mistaken;
+  }
+  return total;
+}
+
+// The blobs of a match as (camera, blob) in order: independent of the order of views.
+std::set<std::set<std::pair<std::uint32_t, std::uint32_t>>> content(const FrameSet& set, const Matches& matches) {
+  std::set<std::set<std::pair<std::uint32_t, std::uint32_t>>> all;
+  for (const Match& match : matches.matches) {
+    std::set<std::pair<std::uint32_t, std::uint32_t>> blobs;
+    for (const auto& [view, blob] : match.sightings) blobs.insert({set.views[view]->camera.value, blob});
+    all.insert(blobs);
+  }
+  return all;
+}
+
+TEST(MatchViews, FindsEveryMarkerThatNobodyExpectsFromPerfectViews) {
+  std::mt19937 random(1);
+  const Rig rig = ring(8);
+  const auto markers = cloud(40, random);
+  const auto world = see(rig, markers, {.sigma_px = 0.1}, random);
+
+  const Matches& matches = make_matcher({}, rig)->match(world.set, {});
+
+  const Score result = score(world, matches);
+  EXPECT_EQ(result.found.size(), 40u);
+  EXPECT_EQ(result.ghosts + result.doubles + result.foreign, 0);
+  EXPECT_EQ(matches.unmatched_blobs, 0u);
+  EXPECT_EQ(matches.skipped, 0u);
+}
+
+struct Scene {
+  std::size_t cameras;
+  bool predicted;
+};
+
+class MatchViewsIn : public testing::TestWithParam<Scene> {};
+
+TEST_P(MatchViewsIn, FindsNearlyAllMarkersThatThreeCamerasSeeAndFewGhosts) {
+  std::mt19937 random(5);
+  const Rig rig = ring(GetParam().cameras);
+  const auto matcher = make_matcher({}, rig);
+  int visible = 0;
+  int found = 0;
+  Score sum;
+
+  for (int k = 0; k < 50; ++k) {
+    const auto markers = cloud(40, random);
+    const auto world =
+        see(rig, markers, {.sigma_px = 0.1, .missed = 0.3, .false_blobs = 0.1, .merge_below_px = 4.0}, random);
+    const auto expected = GetParam().predicted ? expect(markers, 0.005, random) : Expected{};
+    const Score result = score(world, matcher->match(world.set, expected));
+    for (int m = 0; m < 40; ++m) {
+      if (world.views_of(m) < 3) continue;
+      ++visible;
+      found += result.found.contains(m) ? 1 : 0;
+    }
+    sum.ghosts += result.ghosts;
+    sum.doubles += result.doubles;
+    sum.mistaken += result.mistaken;
+  }
+
+  EXPECT_GE(found, 0.995 * visible) << visible;
+  EXPECT_LE(sum.ghosts, 5);  // of about 2000 matches
+  EXPECT_LE(sum.doubles, 1);
+  EXPECT_LE(sum.mistaken, 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, MatchViewsIn,
+                         testing::Values(Scene{4, false}, Scene{4, true}, Scene{8, false}, Scene{8, true},
+                                         Scene{16, false}, Scene{16, true}));
+
+TEST(MatchViews, FollowsAWalkingFigureOf18MarkersWithFourCameras) {
+  std::mt19937 random(3);
+  const Rig rig = ring(4);
+  const auto matcher = make_matcher({}, rig);
+  for (int k = 0; k < 100; ++k) {
+    const auto markers = walker(k / 60.0);
+    const auto before = walker((k - 1) / 60.0);
+    const auto world = see(rig, markers, {.sigma_px = 0.05}, random);
+    Expected expected = expect(before, 0.001, random);  // one frame old: up to 20 mm off
+    for (auto& marker : expected.markers) marker.covariance_m2 = Eigen::Matrix3d::Identity() * 1e-4;
+
+    const Score cold = score(world, matcher->match(world.set, {}));
+    const Score known = score(world, matcher->match(world.set, expected));
+
+    EXPECT_EQ(cold.found.size(), 18u) << k;
+    EXPECT_EQ(cold.ghosts + cold.foreign, 0) << k;
+    EXPECT_EQ(known.found.size(), 18u) << k;
+    EXPECT_EQ(known.ghosts + known.foreign + known.mistaken, 0) << k;
+  }
+}
+
+TEST(MatchViews, NeedsTwoViewsForAKnownMarkerAndCountsTheOneSeenOnce) {
+  std::mt19937 random(2);
+  const Rig rig = ring(4);
+  const std::vector<Vector3d> markers{{0.0, 0.0, 1.0}, {0.4, 0.1, 1.2}};
+  auto world = see(rig, markers, {.sigma_px = 0.05}, random);
+  world.frames[1]->blobs.erase_unordered(1);  // the second marker is seen by cameras 0
+  world.frames[2]->blobs.erase_unordered(1);
+  const auto expected = expect(markers, 0.003, random);
+  const auto matcher = make_matcher({}, rig);
+
+  ASSERT_EQ(matcher->match(world.set, expected).matches.size(), 2u);
+
+  world.frames[3]->blobs.erase_unordered(1);
+  const Matches& matches = matcher->match(world.set, expected);
+  EXPECT_EQ(matches.matches.size(), 1u);
+  EXPECT_EQ(matches.seen_once, 1u);
+  EXPECT_EQ(matches.unmatched_blobs, 1u);
+}
+
+TEST(MatchViews, LeavesOutTheViewThatHasAFalseBlobInTheGate) {
+  std::mt19937 random(2);
+  const Rig rig = ring(5);
+  const std::vector<Vector3d> markers{{0.1, -0.2, 1.3}};
+  auto world = see(rig, markers, {.sigma_px = 0.05}, random);
+  world.frames[2]->blobs[0].centroid.v.x() += 5.0;  // the marker itself is hidden there
+  Expected expected = expect(markers, 0.02, random);
+
+  const Matches& matches = make_matcher({}, rig)->match(world.set, expected);
+
+  ASSERT_EQ(matches.matches.size(), 1u);
+  EXPECT_EQ(matches.matches[0].sightings.size(), 4u);
+  for (const auto& [view, blob] : matches.matches[0].sightings) EXPECT_NE(view, 2);
+}
+
+TEST(MatchViews, AssignsNearMarkersAsTheBruteForceOverAllAssignmentsDoes) {
+  std::mt19937 random(11);
+  const Rig rig = ring(3);
+  const MatchSettings settings;
+  const auto matcher = make_matcher(settings, rig);
+  for (int k = 0; k < 50; ++k) {
+    // Four markers within a few cm: every gate holds all blobs.
+    std::vector<Vector3d> markers;
+    std::uniform_real_distribution<double> near(-0.03, 0.03);
+    for (int m = 0; m < 4; ++m) markers.emplace_back(near(random), near(random), 1.0 + near(random));
+    const auto world = see(rig, markers, {.sigma_px = 0.05}, random);
+    const auto expected = expect(markers, 0.004, random);
+
+    const Matches& matches = matcher->match(world.set, expected);
+
+    // Equal covariances: the exact assignment of each view has the least sum of squared distances.
+    for (std::size_t view = 0; view < 3; ++view) {
+      std::array<std::size_t, 4> order{0, 1, 2, 3};
+      std::array<std::size_t, 4> best = order;
+      double least = std::numeric_limits<double>::infinity();
+      do {
+        double sum = 0.0;
+        for (std::size_t m = 0; m < 4; ++m) {
+          const auto pixel = geometry::project(rig[view], expected.markers[m].position);
+          sum += (pixel->v - world.frames[view]->blobs[order[m]].centroid.v).squaredNorm();
+        }
+        if (sum < least) {
+          least = sum;
+          best = order;
+        }
+      } while (std::ranges::next_permutation(order).found);
+      for (const Match& match : matches.matches) {
+        if (match.expected == Match::kNew || match.sightings.size() != 3) continue;
+        EXPECT_EQ(match.sightings[view].blob, best[match.expected]) << "set " << k << " view " << view;
+      }
+    }
+  }
+}
+
+TEST(MatchViews, GivesTheSameMatchesForCamerasInAnyOrder) {
+  std::mt19937 random(8);
+  const Rig rig = ring(6);
+  Rig turned;
+  for (std::size_t c = 0; c < rig.size(); ++c) turned.push_back(rig[(c * 5 + 2) % 6]);
+  const auto markers = cloud(30, random);
+  const auto world = see(rig, markers, {.sigma_px = 0.1, .missed = 0.2, .false_blobs = 0.1}, random);
+  const Matches first = make_matcher({}, rig)->match(world.set, {});
+
+  FrameSet set = world.set;
+  set.views.clear();
+  std::vector<BlobFrame> frames(6);
+  for (std::size_t c = 0; c < 6; ++c) {
+    frames[c] = *world.frames[(c * 5 + 2) % 6];
+    frames[c].camera = CameraId{static_cast<std::uint32_t>(c)};
+    set.views.push_back(&frames[c]);
+  }
+  const Matches second = make_matcher({}, turned)->match(set, {});
+
+  auto expected = content(world.set, first);
+  auto result = decltype(expected){};
+  for (const auto& match : content(set, second)) {
+    std::set<std::pair<std::uint32_t, std::uint32_t>> blobs;
+    for (const auto& [camera, blob] : match) blobs.insert({(camera * 5 + 2) % 6, blob});
+    result.insert(blobs);
+  }
+  EXPECT_EQ(result, expected);
+}
+
+TEST(MatchViews, FindsNothingByTwoCamerasThatFaceEachOther) {
+  std::mt19937 random(4);
+  const Rig rig{camera_at({4.0, 0.0, 1.0}), camera_at({-4.0, 0.0, 1.0})};
+  const std::vector<Vector3d> markers{{0.5, 0.02, 1.02}, {-0.5, -0.03, 0.98}, {0.1, 0.0, 1.0}, {0.0, 0.04, 1.0}};
+  const auto world = see(rig, markers, {.sigma_px = 0.1}, random);
+
+  EXPECT_EQ(make_matcher({}, rig)->match(world.set, {}).matches.size(), 0u);
+  EXPECT_EQ(make_matcher({}, rig)->match(world.set, expect(markers, 0.01, random)).matches.size(), 0u);
+}
+
+TEST(MatchViews, TakesTwoViewsForANewMarkerOnlyWhereNoThirdCameraCouldSeeIt) {
+  std::mt19937 random(4);
+  const std::vector<Vector3d> markers{{0.1, 0.2, 1.1}};
+  const Rig pair{camera_at({4.0, 0.0, 2.5}), camera_at({0.0, 4.0, 2.5})};
+  const auto seen_by_pair = see(pair, markers, {.sigma_px = 0.1}, random);
+  EXPECT_EQ(make_matcher({}, pair)->match(seen_by_pair.set, {}).matches.size(), 1u);
+
+  const Rig three = ring(3);
+  auto world = see(three, markers, {.sigma_px = 0.1}, random);
+  world.frames[2]->blobs.clear();
+  EXPECT_EQ(make_matcher({}, three)->match(world.set, {}).matches.size(), 0u);
+  EXPECT_EQ(make_matcher({.min_views_new = 2}, three)->match(world.set, {}).matches.size(), 1u);
+
+  world.set.views.pop_back();  // the third camera is late: it might have seen the marker
+  EXPECT_EQ(make_matcher({}, three)->match(world.set, {}).matches.size(), 0u);
+  world.set.expected_views = 2;  // it is known not to deliver
+  EXPECT_EQ(make_matcher({}, three)->match(world.set, {}).matches.size(), 1u);
+}
+
+TEST(MatchViews, BelievesNeitherOfTwoPairsThatShareABlob) {
+  std::mt19937 random(4);
+  const Rig rig{camera_at({4.0, 0.0, 1.0}), camera_at({0.0, 4.0, 1.0})};
+  // At one height: the epipolar lines of both are one.
+  const std::vector<Vector3d> markers{{0.2, 0.1, 1.0}, {-0.3, -0.2, 1.0}};
+  const auto world = see(rig, markers, {.sigma_px = 0.1}, random);
+
+  EXPECT_EQ(make_matcher({}, rig)->match(world.set, {}).matches.size(), 0u);
+}
+
+TEST(MatchViews, RefusesMarkersOutsideOfTheVolume) {
+  std::mt19937 random(4);
+  const Rig rig = ring(6);
+  const std::vector<Vector3d> markers{{0.0, 0.0, 0.5}, {0.0, 0.0, 1.6}};
+  const auto world = see(rig, markers, {.sigma_px = 0.05}, random);
+  MatchSettings settings;
+  settings.volume_max_m.z() = 1.0;
+
+  EXPECT_EQ(make_matcher(settings, rig)->match(world.set, {}).matches.size(), 1u);
+  EXPECT_EQ(make_matcher(settings, rig)->match(world.set, expect(markers, 0.005, random)).matches.size(), 1u);
+}
+
+TEST(MatchViews, OutlivesViewsFullOfJunkAndCountsWhatItSkipped) {
+  std::mt19937 random(4);
+  const Rig rig = ring(64);
+  const auto world = see(rig, cloud(10, random), {.false_blobs = 60.0}, random);
+  Expected expected = expect(cloud(kMaxMarkers, random), 0.02, random);
+  expected.markers[3].position.v.x() = std::numeric_limits<double>::quiet_NaN();
+  expected.markers[4].covariance_m2.setConstant(std::numeric_limits<double>::infinity());
+  const auto matcher = make_matcher({}, rig);
+
+  EXPECT_GT(matcher->match(world.set, {}).skipped, 0u);
+  EXPECT_LE(matcher->match(world.set, expected).matches.size(), kMaxMarkers);
+}
+
+TEST(MatchViews, TakesNonsenseBlobsForNoBlobs) {
+  std::mt19937 random(4);
+  const Rig rig = ring(3);
+  const std::vector<Vector3d> markers{{0.0, 0.0, 0.5}};
+  auto world = see(rig, markers, {}, random);
+  Blob nonsense;
+  nonsense.centroid.v.setConstant(std::numeric_limits<double>::quiet_NaN());
+  world.frames[0]->blobs.push_back(nonsense);
+  nonsense.centroid.v.setConstant(1e9);
+  world.frames[1]->blobs.push_back(nonsense);
+  nonsense = world.frames[2]->blobs[0];
+  nonsense.sigma_px = 0.0;
+  world.frames[2]->blobs[0] = nonsense;
+
+  EXPECT_EQ(make_matcher({}, rig)->match(world.set, {}).matches.size(), 1u);
+}
+
+TEST(MatchViews, FindsNothingInEmptyViews) {
+  const Rig rig = ring(2);
+  const auto matcher = make_matcher({}, rig);
+
+  EXPECT_EQ(matcher->match(FrameSet{}, {}).matches.size(), 0u);
+}
+
+}  // namespace
+}  // namespace mocap::stages

@@ -1,0 +1,80 @@
+// Counts what this program itself allocates; ZeroMQ's own buffers come from malloc and are not counted.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <new>
+#include <vector>
+
+#include "random_model.h"
+#include "wire/encode.h"
+#include "wire/zmq_publisher.h"
+
+namespace {
+thread_local std::size_t allocations = 0;
+
+void* counted(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+}  // namespace
+
+void* operator new(std::size_t size) { return counted(size); }
+void* operator new[](std::size_t size) { return counted(size); }
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace mocap::wire {
+namespace {
+
+Snapshot with_subjects(std::uint32_t count, testing::RandomModel& random) {
+  Snapshot snapshot;
+  snapshot.views.resize(8);
+  for (std::uint32_t s = 0; s < count; ++s) {
+    SubjectLabels& labels = snapshot.labels.push_back({});
+    labels.subject = SubjectId{s};
+    for (int i = 0; i < 41; ++i) labels.markers.push_back(random.label());
+    SubjectPose& pose = snapshot.poses.push_back({});
+    pose.subject = SubjectId{s};
+    pose.bones.resize(24);
+  }
+  snapshot.unlabelled.resize(10 * count);
+  return snapshot;
+}
+
+TEST(ZmqPublisher, AllocatesNothingOfItsOwnOnceWarm) {
+  testing::RandomModel random(31);
+  auto publisher = ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"});
+  ASSERT_TRUE(publisher) << publisher.error().message;
+  const Timestamp now = host_now();
+  Snapshot large = with_subjects(3, random);
+  large.instants = {now, now, now, now, std::nullopt};
+  Snapshot small = with_subjects(1, random);
+  Snapshot empty;
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE((*publisher)->publish(large));
+    ASSERT_TRUE((*publisher)->publish(empty));
+  }
+
+  const std::size_t before = allocations;
+  for (int i = 0; i < 10000; ++i) {
+    if (!(*publisher)->publish(large) || !(*publisher)->publish(small) || !(*publisher)->publish(empty)) break;
+  }
+  const std::size_t after = allocations;
+
+  EXPECT_EQ(after - before, 0U);
+}
+
+TEST(Allocations, AreCountedAtAll) {
+  const std::size_t before = allocations;
+  auto* number = new std::vector<int>(100);
+  const std::size_t after = allocations;
+  delete number;
+
+  EXPECT_EQ(after - before, 2U);
+}
+
+}  // namespace
+}  // namespace mocap::wire

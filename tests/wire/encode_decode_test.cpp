@@ -1,0 +1,383 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "random_model.h"
+#include "sample_description.h"
+#include "wire/decode.h"
+#include "wire/encode.h"
+
+namespace mocap::wire {
+namespace {
+
+using ::mocap::wire::testing::RandomModel;
+using ::mocap::wire::testing::sample_description;
+using ::testing::HasSubstr;
+
+void expect_same(const Instants& a, const Instants& b) {
+  EXPECT_EQ(a.exposed_at, b.exposed_at);
+  EXPECT_EQ(a.received_at, b.received_at);
+  EXPECT_EQ(a.detected_at, b.detected_at);
+  EXPECT_EQ(a.fused_at, b.fused_at);
+  EXPECT_EQ(a.sent_at, b.sent_at);
+}
+
+void expect_same(const LabelledMarker& a, const LabelledMarker& b) {
+  EXPECT_EQ(a.state, b.state);
+  EXPECT_EQ(a.position.v, b.position.v);
+  EXPECT_EQ(a.residual_px, b.residual_px);
+  EXPECT_EQ(a.cameras, b.cameras);
+  EXPECT_EQ(a.confidence, b.confidence);
+  EXPECT_EQ(a.track, b.track);
+}
+
+void expect_same(const Pose& a, const Pose& b) {
+  EXPECT_EQ(a.position, b.position);
+  EXPECT_EQ(a.rotation.coeffs(), b.rotation.coeffs());
+}
+
+void expect_same(const SubjectPose& a, const SubjectPose& b) {
+  EXPECT_EQ(a.subject, b.subject);
+  EXPECT_EQ(a.residual_m, b.residual_m);
+  ASSERT_EQ(a.bones.size(), b.bones.size());
+  for (std::size_t i = 0; i < a.bones.size(); ++i) {
+    EXPECT_EQ(a.bones[i].state, b.bones[i].state);
+    EXPECT_EQ(a.bones[i].confidence, b.bones[i].confidence);
+    expect_same(a.bones[i].world_from_bone, b.bones[i].world_from_bone);
+    expect_same(a.bones[i].parent_from_bone, b.bones[i].parent_from_bone);
+  }
+}
+
+void expect_same(const Snapshot& a, const Snapshot& b) {
+  EXPECT_EQ(a.number, b.number);
+  EXPECT_EQ(a.description_version, b.description_version);
+  EXPECT_EQ(a.expected_views, b.expected_views);
+  expect_same(a.instants, b.instants);
+  ASSERT_EQ(a.views.size(), b.views.size());
+  for (std::size_t i = 0; i < a.views.size(); ++i) {
+    EXPECT_EQ(a.views[i].camera, b.views[i].camera);
+    EXPECT_EQ(a.views[i].frame_number, b.views[i].frame_number);
+    EXPECT_EQ(a.views[i].skew, b.views[i].skew);
+    EXPECT_EQ(a.views[i].blobs, b.views[i].blobs);
+  }
+  ASSERT_EQ(a.labels.size(), b.labels.size());
+  for (std::size_t s = 0; s < a.labels.size(); ++s) {
+    EXPECT_EQ(a.labels[s].subject, b.labels[s].subject);
+    EXPECT_EQ(a.labels[s].phase, b.labels[s].phase);
+    ASSERT_EQ(a.labels[s].markers.size(), b.labels[s].markers.size());
+    for (std::size_t m = 0; m < a.labels[s].markers.size(); ++m) {
+      expect_same(a.labels[s].markers[m], b.labels[s].markers[m]);
+    }
+  }
+  ASSERT_EQ(a.poses.size(), b.poses.size());
+  for (std::size_t s = 0; s < a.poses.size(); ++s) expect_same(a.poses[s], b.poses[s]);
+  ASSERT_EQ(a.unlabelled.size(), b.unlabelled.size());
+  for (std::size_t i = 0; i < a.unlabelled.size(); ++i) {
+    EXPECT_EQ(a.unlabelled[i].track, b.unlabelled[i].track);
+    EXPECT_EQ(a.unlabelled[i].position.v, b.unlabelled[i].position.v);
+    EXPECT_EQ(a.unlabelled[i].residual_px, b.unlabelled[i].residual_px);
+    EXPECT_EQ(a.unlabelled[i].cameras, b.unlabelled[i].cameras);
+  }
+}
+
+v1::Snapshot over_the_wire(const v1::Snapshot& message) {
+  v1::Snapshot arrived;
+  EXPECT_TRUE(arrived.ParseFromString(message.SerializeAsString()));
+  return arrived;
+}
+
+TEST(EncodeSnapshot, ComesBackTheSameThroughOneReusedMessage) {
+  RandomModel random(1);
+  v1::Snapshot message;
+  for (int round = 0; round < 300; ++round) {
+    const Snapshot sent = random.snapshot();
+
+    encode(sent, message);
+    const Result<Snapshot> read = decode(over_the_wire(message));
+
+    ASSERT_TRUE(read) << read.error().message;
+    expect_same(sent, *read);
+    if (HasFatalFailure() || HasNonfatalFailure()) return;
+  }
+}
+
+TEST(EncodeSnapshot, CarriesASnapshotAtAllDesignBounds) {
+  RandomModel random(2);
+  Snapshot full;
+  for (std::uint32_t i = 0; i < kMaxCameras; ++i) full.views.push_back({CameraId{i}, i, Duration(i), i});
+  for (std::uint32_t s = 0; s < kMaxSubjects; ++s) {
+    SubjectLabels& labels = full.labels.push_back({});
+    labels.subject = SubjectId{s};
+    while (!labels.markers.full()) labels.markers.push_back(random.label());
+    SubjectPose& pose = full.poses.push_back({});
+    pose.subject = SubjectId{s};
+    pose.bones.resize(kMaxBones);
+  }
+  full.unlabelled.resize(kMaxMarkers);
+
+  v1::Snapshot message;
+  encode(full, message);
+  const Result<Snapshot> read = decode(over_the_wire(message));
+
+  ASSERT_TRUE(read) << read.error().message;
+  expect_same(full, *read);
+}
+
+TEST(EncodeSnapshot, LeavesAbsentWhatIsNotKnown) {
+  v1::Snapshot message;
+  RandomModel random(3);
+  encode(random.snapshot(), message);  // what stood there before must not shine through
+
+  encode(Snapshot{}, message);
+
+  EXPECT_TRUE(message.has_instants());
+  EXPECT_FALSE(message.instants().has_received_at_ns());
+  EXPECT_FALSE(message.instants().has_sent_at_ns());
+  EXPECT_FALSE(message.has_sequence());
+  EXPECT_FALSE(message.has_utc_minus_host_ns());
+  EXPECT_FALSE(message.has_views());
+  EXPECT_FALSE(message.has_unlabelled());
+  EXPECT_EQ(message.subjects_size(), 0);
+}
+
+TEST(EncodeSnapshot, SaysNothingOfWhereALostMarkerIs) {
+  Snapshot snapshot;
+  SubjectLabels& labels = snapshot.labels.push_back({});
+  labels.subject = SubjectId{0};
+  LabelledMarker& lost = labels.markers.push_back({});
+  lost.position.v = {1.0, std::numeric_limits<double>::quiet_NaN(), 3.0};
+
+  v1::Snapshot message;
+  encode(snapshot, message);
+
+  EXPECT_THAT(message.subjects(0).markers().positions_m(), ::testing::ElementsAre(0.0F, 0.0F, 0.0F));
+}
+
+TEST(EncodeSnapshot, FitsSixtyMarkersAndTwentyFourBonesIntoAFewKilobytes) {
+  RandomModel random(4);
+  Snapshot snapshot;
+  SubjectLabels& labels = snapshot.labels.push_back({});
+  labels.subject = SubjectId{0};
+  for (std::uint32_t i = 0; i < 60; ++i) {
+    LabelledMarker& marker = labels.markers.push_back({});
+    marker.state = LabelState::Measured;
+    marker.position.v = random.vector();
+    marker.track = TrackId{i + 200};
+    marker.residual_px = 0.1;
+  }
+  SubjectPose& pose = snapshot.poses.push_back({});
+  pose.subject = SubjectId{0};
+  pose.bones.resize(24);
+  for (BonePose& bone : pose.bones) bone.state = BoneState::Measured;
+
+  v1::Snapshot message;
+  encode(snapshot, message);
+
+  EXPECT_LT(message.ByteSizeLong(), 3000U);
+}
+
+TEST(DecodeSnapshot, NamesTheColumnThatHasTheWrongLength) {
+  RandomModel random(5);
+  Snapshot snapshot;
+  snapshot.unlabelled.resize(2);
+  v1::Snapshot message;
+  encode(snapshot, message);
+  message.mutable_unlabelled()->add_positions_m(1.0F);
+
+  const Result<Snapshot> read = decode(message);
+
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().code, ErrorCode::InvalidArgument);
+  EXPECT_THAT(read.error().message, HasSubstr("positions_m has 7 numbers, expected 6 for 2 entries"));
+}
+
+TEST(DecodeSnapshot, RefusesMoreThanTheBounds) {
+  v1::Snapshot message;
+  encode(Snapshot{}, message);
+  for (std::size_t i = 0; i <= kMaxSubjects; ++i) message.add_subjects()->set_subject(static_cast<std::uint32_t>(i));
+
+  ASSERT_FALSE(decode(message));
+  EXPECT_THAT(decode(message).error().message, HasSubstr("subjects has 17 entries"));
+}
+
+TEST(DecodeSnapshot, RefusesASubjectThatStandsTwice) {
+  Snapshot snapshot;
+  snapshot.labels.push_back({}).subject = SubjectId{3};
+  v1::Snapshot message;
+  encode(snapshot, message);
+  *message.add_subjects() = message.subjects(0);
+
+  ASSERT_FALSE(decode(message));
+  EXPECT_THAT(decode(message).error().message, HasSubstr("subject 3 stands twice"));
+}
+
+TEST(DecodeSnapshot, RefusesNumbersThatAreNone) {
+  Snapshot snapshot;
+  snapshot.unlabelled.resize(1);
+  v1::Snapshot message;
+  encode(snapshot, message);
+  message.mutable_unlabelled()->set_positions_m(1, std::numeric_limits<float>::quiet_NaN());
+
+  EXPECT_FALSE(decode(message));
+}
+
+TEST(DecodeSnapshot, RefusesARotationThatIsNoUnitQuaternion) {
+  Snapshot snapshot;
+  SubjectPose& pose = snapshot.poses.push_back({});
+  pose.subject = SubjectId{0};
+  pose.bones.resize(1);
+  v1::Snapshot message;
+  encode(snapshot, message);
+  message.mutable_subjects(0)->mutable_bones()->set_local_rotations_xyzw(3, 0.5F);
+
+  ASSERT_FALSE(decode(message));
+  EXPECT_THAT(decode(message).error().message, HasSubstr("local_rotations_xyzw: rotation 0 has length 0.5"));
+}
+
+TEST(DecodeSnapshot, TakesAStateOfALaterVersionForLost) {
+  Snapshot snapshot;
+  SubjectLabels& labels = snapshot.labels.push_back({});
+  labels.subject = SubjectId{0};
+  labels.markers.push_back({}).state = LabelState::Measured;
+  v1::Snapshot message;
+  encode(snapshot, message);
+  message.mutable_subjects(0)->mutable_markers()->set_states(0, static_cast<v1::MarkerState>(77));
+
+  const Result<Snapshot> read = decode(over_the_wire(message));
+
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->labels[0].markers[0].state, LabelState::Lost);
+}
+
+// Whatever bytes come: an error or a snapshot that can be encoded again, never a crash.
+TEST(DecodeSnapshot, SurvivesDamagedMessages) {
+  RandomModel random(6);
+  int accepted = 0;
+  for (int round = 0; round < 3000; ++round) {
+    v1::Snapshot message;
+    encode(random.snapshot(8), message);
+    std::string bytes = message.SerializeAsString();
+    for (std::uint32_t i = 0, n = 1 + random.up_to(7); i < n; ++i) {
+      bytes[random.up_to(static_cast<std::uint32_t>(bytes.size()) - 1)] = static_cast<char>(random.up_to(255));
+    }
+    if (random.coin()) bytes.resize(random.up_to(static_cast<std::uint32_t>(bytes.size())));
+
+    v1::Snapshot damaged;
+    if (!damaged.ParseFromString(bytes)) continue;
+    const Result<Snapshot> read = decode(damaged);
+
+    if (!read) continue;
+    ++accepted;
+    encode(*read, message);
+    EXPECT_TRUE(decode(message));
+  }
+  EXPECT_GT(accepted, 0);
+}
+
+TEST(DecodeSnapshot, SurvivesRandomBytes) {
+  RandomModel random(7);
+  for (int round = 0; round < 20000; ++round) {
+    std::string bytes(random.up_to(200), '\0');
+    for (char& byte : bytes) byte = static_cast<char>(random.up_to(255));
+    v1::Snapshot message;
+    if (message.ParseFromString(bytes)) (void)decode(message);
+    v1::Description description;
+    if (description.ParseFromString(bytes)) (void)decode(description);
+    v1::Health health;
+    if (health.ParseFromString(bytes)) (void)decode(health);
+  }
+}
+
+TEST(EncodeDescription, ComesBackTheSame) {
+  const Description sent = sample_description(7);
+
+  const Result<Description> read = decode(encode(sent));
+
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->version, 7U);
+  EXPECT_EQ(read->producer, sent.producer);
+  EXPECT_EQ(read->session_id, sent.session_id);
+  EXPECT_EQ(read->nominal_rate_hz, 120.0);
+  ASSERT_EQ(read->cameras.size(), 2U);
+  EXPECT_EQ(read->cameras[1].name, "south");
+  EXPECT_EQ(read->cameras[1].lens.kind, LensKind::Fisheye);
+  EXPECT_EQ(read->cameras[0].lens.distortion, sent.cameras[0].lens.distortion);
+  // A rotation goes as a quaternion: a few roundings of double precision.
+  EXPECT_TRUE(read->cameras[0].camera_from_world.rotation.isApprox(sent.cameras[0].camera_from_world.rotation, 1e-14));
+  EXPECT_EQ(read->cameras[0].camera_from_world.translation, sent.cameras[0].camera_from_world.translation);
+  const MarkerSet& set = read->subjects.at(0).marker_set;
+  ASSERT_EQ(set.skeleton.bones.size(), 2U);
+  EXPECT_EQ(set.skeleton.bones[0].parent, -1);
+  EXPECT_EQ(set.skeleton.bones[1].parent, 0);
+  EXPECT_EQ(set.skeleton.bones[0].aliases.unreal, "pelvis");
+  EXPECT_EQ(set.skeleton.bones[0].turns[1]->max_rad, 2.0);
+  EXPECT_FALSE(set.skeleton.bones[0].turns[2]);
+  EXPECT_EQ(set.markers.at(1).name, "ChestMarker");
+  EXPECT_EQ(set.markers.at(1).offset_m, Eigen::Vector3d(0.0, 0.2, 0.0));
+  EXPECT_EQ(set.markers.at(0).colour, (std::array<float, 3>{1.0F, 0.5F, 0.25F}));
+}
+
+TEST(EncodeDescription, SaysHowTheNumbersAreToBeRead) {
+  const v1::Description message = encode(sample_description());
+
+  EXPECT_EQ(message.protocol(), "mocap.v1");
+  EXPECT_EQ(message.conventions().length_unit(), v1::LENGTH_UNIT_METRE);
+  EXPECT_EQ(message.conventions().handedness(), v1::HANDEDNESS_RIGHT);
+  EXPECT_EQ(message.conventions().up_axis(), v1::AXIS_Z);
+  EXPECT_EQ(message.conventions().quaternion_order(), v1::QUATERNION_ORDER_XYZW);
+}
+
+TEST(DecodeDescription, RefusesAnotherProtocol) {
+  v1::Description message = encode(sample_description());
+  message.set_protocol("mocap.v2");
+
+  ASSERT_FALSE(decode(message));
+  EXPECT_THAT(decode(message).error().message, HasSubstr("protocol is 'mocap.v2', expected 'mocap.v1'"));
+}
+
+TEST(DecodeDescription, RefusesABoneThatStandsBeforeItsParent) {
+  v1::Description message = encode(sample_description());
+  message.mutable_subjects(0)->mutable_bones(0)->set_parent(1);
+
+  ASSERT_FALSE(decode(message));
+  EXPECT_THAT(decode(message).error().message, HasSubstr("bone 'Hips': its parent 1 does not stand before it"));
+}
+
+TEST(EncodeHealth, ComesBackTheSameAndLeavesOutStagesThatNothingPassed) {
+  Health sent;
+  sent.at = from_ns(123456789);
+  sent.set_rate_hz = 59.5;
+  sent.sets = 100;
+  sent.complete_sets = 99;
+  sent.latency[static_cast<std::size_t>(LatencyStage::Fuse)] = {60, Duration(1000), Duration(2000), Duration(3000)};
+  sent.cameras.push_back({"north", CameraPhase::Reopening, 59.9, 100, 1, 2, 3, 4, 5, "gone"});
+
+  const v1::Health message = encode(sent);
+  const Result<Health> read = decode(message);
+
+  EXPECT_EQ(message.latencies_size(), 1);
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->at, sent.at);
+  EXPECT_EQ(read->complete_sets, 99U);
+  EXPECT_EQ(read->latency[0].count, 0U);
+  EXPECT_EQ(read->latency[2].p99, Duration(2000));
+  ASSERT_EQ(read->cameras.size(), 1U);
+  EXPECT_EQ(read->cameras[0].phase, CameraPhase::Reopening);
+  EXPECT_EQ(read->cameras[0].dropped_blobs, 4U);
+  EXPECT_EQ(read->cameras[0].last_error, "gone");
+}
+
+TEST(EncodeHealth, KeepsTextReadableWhateverADriverSaid) {
+  Health sent;
+  sent.cameras.resize(1);
+  sent.cameras[0].last_error = "caf\xC3\xA9 \xFF\xC3 \xED\xA0\x80 end";
+
+  v1::Health arrived;
+  ASSERT_TRUE(arrived.ParseFromString(encode(sent).SerializeAsString()));
+
+  EXPECT_EQ(arrived.cameras(0).last_error(), "caf\xC3\xA9 ?\? ?\?? end");
+}
+
+}  // namespace
+}  // namespace mocap::wire

@@ -1,0 +1,41 @@
+#include "wire/endpoint.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace mocap::wire {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(Endpoint, IsLocalOnlyWhenNoOtherMachineCanReachIt) {
+  for (const char* local : {"tcp://127.0.0.1:5570", "tcp://127.3.2.1:*", "tcp://localhost:5570", "tcp://[::1]:5570",
+                            "ipc:///run/mocapd/feed"}) {
+    EXPECT_TRUE(is_local(local)) << local;
+  }
+  for (const char* open :
+       {"tcp://*:5570", "tcp://0.0.0.0:5570", "tcp://eth0:5570", "tcp://192.168.1.2:5570", "tcp://[::]:5570",
+        "tcp://127.example.org:5570", "tcp://127.0.0.1.example.org:1", "udp://127.0.0.1:1"}) {
+    EXPECT_FALSE(is_local(open)) << open;
+  }
+}
+
+TEST(Endpoint, BeyondThisMachineMustBeWantedInSoManyWords) {
+  EXPECT_TRUE(check_endpoint("tcp://127.0.0.1:5570", false));
+  EXPECT_TRUE(check_endpoint("tcp://*:5570", true));
+  ASSERT_FALSE(check_endpoint("tcp://*:5570", false));
+  EXPECT_THAT(check_endpoint("tcp://*:5570", false).error().message, HasSubstr("allow_remote = true"));
+}
+
+TEST(Endpoint, ThatIsNoneIsRefused) {
+  for (const char* wrong : {"", "5570", "tcp://", "tcp://127.0.0.1", "tcp://127.0.0.1:", "tcp://127.0.0.1:99999",
+                            "tcp://127.0.0.1:55x", "tcp://:5570", "ipc://", "http://127.0.0.1:80", "inproc://x"}) {
+    const Status checked = check_endpoint(wrong, true);
+    ASSERT_FALSE(checked) << wrong;
+    EXPECT_EQ(checked.error().code, ErrorCode::InvalidArgument) << wrong;
+  }
+  EXPECT_FALSE(check_endpoint("ipc://" + std::string(200, 'x'), false));
+}
+
+}  // namespace
+}  // namespace mocap::wire

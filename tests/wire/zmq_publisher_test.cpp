@@ -1,0 +1,270 @@
+#include "wire/zmq_publisher.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+#include <zmq.h>
+
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "mocap/v1/snapshot.pb.h"
+#include "random_model.h"
+#include "sample_description.h"
+#include "wire/decode.h"
+#include "wire/zmq_subscriber.h"
+
+namespace mocap::wire {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using ::testing::HasSubstr;
+using testing::RandomModel;
+using testing::sample_description;
+
+constexpr Duration kLong = seconds(20);  // never waited for when all is well
+
+std::unique_ptr<ZmqPublisher> publisher_at(const std::string& endpoint) {
+  auto opened = ZmqPublisher::open({.endpoint = endpoint});
+  EXPECT_TRUE(opened) << opened.error().message;
+  return std::move(*opened);
+}
+
+std::unique_ptr<ZmqSubscriber> subscriber_to(const std::string& endpoint, int queue = 1000) {
+  SubscriberSettings settings;
+  settings.endpoint = endpoint;
+  settings.receive_queue = queue;
+  auto opened = ZmqSubscriber::open(settings);
+  EXPECT_TRUE(opened) << opened.error().message;
+  return std::move(*opened);
+}
+
+// A daemon that sends until somebody got what they wanted.
+class Daemon {
+ public:
+  explicit Daemon(const std::string& endpoint = "tcp://127.0.0.1:*") : publisher_(publisher_at(endpoint)) {
+    EXPECT_TRUE(publisher_->describe(sample_description(5)));
+    thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+  }
+  const std::string& endpoint() const { return publisher_->endpoint(); }
+
+ private:
+  void run(const std::stop_token& stop) {
+    Snapshot snapshot;
+    while (!stop.stop_requested()) {
+      ++snapshot.number;
+      EXPECT_TRUE(publisher_->publish(snapshot));
+      if (snapshot.number % 50 == 0) {
+        EXPECT_TRUE(publisher_->report({}));
+      }
+      std::this_thread::sleep_for(milliseconds(2));  // the pace of a feed, nothing is awaited
+    }
+  }
+
+  std::unique_ptr<ZmqPublisher> publisher_;
+  std::jthread thread_;
+};
+
+Result<FeedMessage> first_of(ZmqSubscriber& subscriber, const std::string& topic) {
+  while (true) {
+    Result<FeedMessage> got = subscriber.next(kLong);
+    if (!got || got->topic == topic) return got;
+  }
+}
+
+v1::Snapshot snapshot_in(const FeedMessage& message) {
+  v1::Snapshot snapshot;
+  EXPECT_TRUE(snapshot.ParseFromString(message.payload));
+  return snapshot;
+}
+
+TEST(ZmqPublisher, TellsEachLateJoinerTheDescriptionFirst) {
+  Daemon daemon;
+
+  for (int join = 0; join < 100; ++join) {
+    const auto subscriber = subscriber_to(daemon.endpoint());
+    const Result<FeedMessage> first = subscriber->next(kLong);
+
+    ASSERT_TRUE(first) << "join " << join;
+    ASSERT_EQ(first->topic, "description") << "join " << join;
+    v1::Description description;
+    ASSERT_TRUE(description.ParseFromString(first->payload));
+    EXPECT_EQ(description.version(), 5U);
+  }
+}
+
+TEST(ZmqPublisher, WelcomesWithTheNewDescriptionOnceItChanged) {
+  const auto publisher = publisher_at("tcp://127.0.0.1:*");
+  ASSERT_TRUE(publisher->describe(sample_description(1)));
+  ASSERT_TRUE(publisher->describe(sample_description(2)));
+
+  const auto subscriber = subscriber_to(publisher->endpoint());
+  Result<FeedMessage> first = subscriber->next(milliseconds(1));
+  while (!first) {
+    ASSERT_TRUE(publisher->report({}));
+    first = subscriber->next(milliseconds(5));
+  }
+
+  v1::Description description;
+  ASSERT_TRUE(description.ParseFromString(first->payload));
+  EXPECT_EQ(description.version(), 2U);
+}
+
+TEST(ZmqPublisher, SendsWholeSnapshotsInOrder) {
+  Daemon daemon;
+  const auto subscriber = subscriber_to(daemon.endpoint());
+
+  const Result<FeedMessage> first = first_of(*subscriber, "snapshot");
+  ASSERT_TRUE(first);
+  std::uint64_t sequence = snapshot_in(*first).sequence();
+  for (int i = 0; i < 20; ++i) {
+    const Result<FeedMessage> next = first_of(*subscriber, "snapshot");
+    ASSERT_TRUE(next);
+    const v1::Snapshot snapshot = snapshot_in(*next);
+    EXPECT_EQ(snapshot.sequence(), ++sequence);
+    EXPECT_EQ(snapshot.number(), sequence + 1);
+    EXPECT_TRUE(snapshot.has_utc_minus_host_ns());
+  }
+}
+
+TEST(ZmqPublisher, WorksOverIpc) {
+  const std::string path = "/tmp/mocap_wire_test_" + std::to_string(::getpid());
+  {
+    Daemon daemon("ipc://" + path);
+    const auto subscriber = subscriber_to("ipc://" + path);
+    EXPECT_TRUE(first_of(*subscriber, "health"));
+    EXPECT_TRUE(first_of(*subscriber, "snapshot"));
+
+    const auto second = ZmqPublisher::open({.endpoint = "ipc://" + path});
+    ASSERT_FALSE(second);
+    EXPECT_EQ(second.error().code, ErrorCode::Busy);
+  }
+  ::unlink(path.c_str());
+}
+
+TEST(ZmqPublisher, SaysThatSomebodyElseListensThere) {
+  const auto first = publisher_at("tcp://127.0.0.1:*");
+
+  const auto second = ZmqPublisher::open({.endpoint = first->endpoint()});
+
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().code, ErrorCode::Busy);
+  EXPECT_THAT(second.error().message, HasSubstr(first->endpoint()));
+  EXPECT_THAT(second.error().message, HasSubstr("another program listens there"));
+}
+
+TEST(ZmqPublisher, SaysWhatIsWrongWithItsSettings) {
+  EXPECT_EQ(ZmqPublisher::open({.endpoint = "tcp://0.0.0.0:*"}).error().code, ErrorCode::InvalidArgument);
+  EXPECT_EQ(ZmqPublisher::open({.endpoint = "tcp://192.0.2.1:*", .allow_remote = true}).error().code,
+            ErrorCode::NotFound);
+  EXPECT_EQ(ZmqPublisher::open({.send_queue = 0}).error().code, ErrorCode::InvalidArgument);
+  EXPECT_EQ(make_zmq_publisher({.endpoint = "nonsense"}).error().code, ErrorCode::InvalidArgument);
+}
+
+TEST(ZmqPublisher, StampsWhenItSentOnlyWhereTheOtherInstantsAreKnown) {
+  const auto publisher = publisher_at("tcp://127.0.0.1:*");
+  Snapshot replayed;
+  Snapshot live;
+  const Timestamp now = host_now();
+  live.instants = {now, now, now, now, std::nullopt};
+
+  ASSERT_TRUE(publisher->publish(replayed));
+  ASSERT_TRUE(publisher->publish(live));
+
+  EXPECT_FALSE(replayed.instants.sent_at);
+  ASSERT_TRUE(live.instants.sent_at);
+  EXPECT_GE(*live.instants.sent_at, now);
+}
+
+TEST(ZmqPublisher, DoesNotWaitForAListenerThatDoesNotRead) {
+  const auto publisher = publisher_at("tcp://127.0.0.1:*");
+  ASSERT_TRUE(publisher->describe(sample_description()));
+  const auto stalled = subscriber_to(publisher->endpoint(), 1);
+  while (!stalled->next(milliseconds(5))) ASSERT_TRUE(publisher->report({}));  // it has joined
+  RandomModel random(21);
+  Snapshot large = random.snapshot(kMaxLabels);
+
+  const Timestamp start = host_now();
+  for (int i = 0; i < 5000; ++i) ASSERT_TRUE(publisher->publish(large));
+
+  // About 10 us each; a publisher that waited would never end.
+  EXPECT_LT(host_now() - start, seconds(30));
+  Result<FeedMessage> got = stalled->next(milliseconds(200));
+  int received = 0;
+  while (got) {
+    ++received;
+    got = stalled->next(milliseconds(200));
+  }
+  EXPECT_LT(received, 5000);  // the rest was dropped for it
+}
+
+// Peers that speak ZeroMQ and mean harm: subscriptions of random bytes, messages that are none, and far too long ones.
+TEST(ZmqPublisher, OutlivesHostilePeers) {
+  Daemon daemon;
+  const auto witness = subscriber_to(daemon.endpoint());
+  ASSERT_TRUE(first_of(*witness, "snapshot"));
+  RandomModel random(22);
+  void* context = zmq_ctx_new();
+  for (int peer = 0; peer < 20; ++peer) {
+    void* socket = zmq_socket(context, ZMQ_XSUB);
+    const int linger_ms = 100;
+    zmq_setsockopt(socket, ZMQ_LINGER, &linger_ms, sizeof(linger_ms));
+    ASSERT_EQ(zmq_connect(socket, daemon.endpoint().c_str()), 0);
+    for (int i = 0; i < 50; ++i) {
+      std::string bytes(random.up_to(i == 0 ? 100000 : 300), '\0');
+      for (char& byte : bytes) byte = static_cast<char>(random.up_to(255));
+      if (!bytes.empty() && random.coin()) bytes[0] = '\1';  // a subscription
+      zmq_send(socket, bytes.data(), bytes.size(), ZMQ_DONTWAIT);
+    }
+    zmq_close(socket);
+  }
+  zmq_ctx_term(context);
+
+  const auto newcomer = subscriber_to(daemon.endpoint());
+
+  EXPECT_EQ(newcomer->next(kLong)->topic, "description");
+  for (int i = 0; i < 50; ++i) EXPECT_TRUE(first_of(*witness, "snapshot"));
+}
+
+TEST(ZmqPublisher, GoesAwayAtOnceThoughAListenerIsStalled) {
+  auto publisher = publisher_at("tcp://127.0.0.1:*");
+  ASSERT_TRUE(publisher->describe(sample_description()));
+  const auto stalled = subscriber_to(publisher->endpoint(), 1);
+  while (!stalled->next(milliseconds(5))) ASSERT_TRUE(publisher->report({}));
+  RandomModel random(23);
+  Snapshot large = random.snapshot(kMaxLabels);
+  for (int i = 0; i < 2000; ++i) ASSERT_TRUE(publisher->publish(large));
+
+  const Timestamp start = host_now();
+  publisher.reset();
+
+  EXPECT_LT(host_now() - start, seconds(1));
+}
+
+TEST(ZmqSubscriber, KnowsWhetherItIsConnected) {
+  const auto publisher = publisher_at("tcp://127.0.0.1:*");
+  const auto subscriber = subscriber_to(publisher->endpoint());
+  while (!subscriber->link().connected) (void)subscriber->next(milliseconds(5));
+
+  EXPECT_EQ(subscriber->link().connections, 1U);
+  EXPECT_EQ(ZmqSubscriber::open({.endpoint = "nonsense"}).error().code, ErrorCode::InvalidArgument);
+}
+
+TEST(ZmqSubscriber, ComesBackWhenTheDaemonDoes) {
+  auto daemon = std::make_unique<Daemon>();
+  const std::string endpoint = daemon->endpoint();
+  const auto subscriber = subscriber_to(endpoint);
+  ASSERT_TRUE(first_of(*subscriber, "snapshot"));
+
+  daemon.reset();
+  while (subscriber->link().connected) (void)subscriber->next(milliseconds(5));
+  daemon = std::make_unique<Daemon>(endpoint);
+
+  EXPECT_TRUE(first_of(*subscriber, "snapshot"));
+  EXPECT_EQ(subscriber->link().connections, 2U);
+}
+
+}  // namespace
+}  // namespace mocap::wire

@@ -1,0 +1,76 @@
+#!/usr/bin/env bash
+# Shows the whole chain on this machine: simulated GigE Vision cameras, the daemon, the live feed; then scores the feed
+# against the simulator's truth. Exit 0 only if labelled skeleton frames came and match it.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+seconds=15
+usage() {
+  cat <<'TEXT'
+usage: tools/demo.sh [--seconds N]
+
+  --seconds N   how long to show the live feed (default 15, at least 5)
+
+Installs what is missing (as root), builds, starts 4 simulated GigE cameras (640x480, 60 fps) of a walking subject and
+mocapd with config/demo.toml, shows the feed, ends everything it started and prints how well the feed matched the truth.
+TEXT
+}
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --seconds) seconds="${2:-}"; shift 2 || { usage >&2; exit 64; } ;;
+    --seconds=*) seconds="${1#*=}"; shift ;;
+    -h|--help) usage; exit 0 ;;
+    *) echo "demo: unknown argument '$1'" >&2; usage >&2; exit 64 ;;
+  esac
+done
+case "$seconds" in ''|*[!0-9]*) echo "demo: --seconds is '$seconds', expected a whole number from 5" >&2; exit 64 ;; esac
+[ "$seconds" -ge 5 ] || { echo "demo: --seconds is $seconds, expected at least 5" >&2; exit 64; }
+
+tools/setup.sh
+[ -f build/release/build.ninja ] || cmake --preset release
+cmake --build --preset release --target mocapd mocap-sim mocap-watch mocap-eval
+
+bin=build/release/bin
+work=$(mktemp -d "${TMPDIR:-/tmp}/mocap-demo.XXXXXX")
+pids=()
+finish() {
+  for pid in "${pids[@]}"; do kill -TERM "$pid" 2>/dev/null || true; done
+  for pid in "${pids[@]}"; do wait "$pid" 2>/dev/null || true; done
+  rm -rf "$work"
+}
+trap finish EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+
+# Says why a program that should be running is not.
+must_run() {
+  kill -0 "$1" 2>/dev/null && return
+  echo "demo: $2 ended early; its last words:" >&2
+  tail -n 20 "$3" >&2
+  exit 70
+}
+
+endpoint=tcp://127.0.0.1:5570
+"$bin/mocap-sim" --serve --rig config/demo.rig.toml --motion tpose:2,walk --write-truth "$work/truth.jsonl" \
+  >"$work/sim.log" 2>&1 &
+sim=$!
+pids+=("$sim")
+"$bin/mocapd" --config config/demo.toml >"$work/daemon.log" 2>&1 &
+daemon=$!
+pids+=("$daemon")
+"$bin/mocap-watch" "$endpoint" --json --seconds "$((seconds + 30))" >"$work/stream.jsonl" 2>"$work/recorder.log" &
+recorder=$!
+pids+=("$recorder")
+
+must_run "$sim" mocap-sim "$work/sim.log"
+must_run "$daemon" mocapd "$work/daemon.log"
+echo "demo: 4 simulated GigE cameras -> mocapd -> $endpoint, for $seconds s"
+"$bin/mocap-watch" "$endpoint" --seconds "$seconds" || { must_run "$sim" mocap-sim "$work/sim.log"; must_run "$daemon" mocapd "$work/daemon.log"; }
+
+kill -TERM "$recorder" "$daemon" 2>/dev/null || true
+wait "$recorder" "$daemon" 2>/dev/null || true
+kill -TERM "$sim" 2>/dev/null || true
+wait "$sim" 2>/dev/null || true
+grep -E ' (warn |error) ' "$work/daemon.log" || true
+
+"$bin/mocap-eval" score --truth "$work/truth.jsonl" --stream "$work/stream.jsonl" --require-match
