@@ -75,7 +75,7 @@ Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& set
   parts.make_detector = [detect = settings.detect](const Image& like) {
     return stages::make_blob_detector(detect, like.format, like.width_px, like.height_px);
   };
-  parts.tracker = stages::make_blob_tracker(settings.track);
+  parts.tracker = stages::make_blob_tracker(settings.track_blobs);
   parts.expected_width_px = model.width_px;
   parts.expected_height_px = model.height_px;
   return parts;
