@@ -1,0 +1,173 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "scene/clip_actor.h"
+
+namespace mocap::scene {
+namespace {
+
+std::string read(const std::string& name) {
+  std::ifstream stream(std::filesystem::path(MOCAP_SHARED_DATA) / name, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+#define NEEDS(text) \
+  if ((text).empty()) GTEST_SKIP() << "no " << MOCAP_SHARED_DATA
+
+C3d c3d_of(const std::string& bytes) { return *parse_c3d(std::as_bytes(std::span(bytes))); }
+
+constexpr const char* kSmall =
+    "HIERARCHY\nROOT root\n{\n OFFSET 0 0 0\n CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n"
+    " JOINT arm\n {\n  OFFSET 0 10 0\n  CHANNELS 3 Zrotation Xrotation Yrotation\n  End Site\n  {\n   OFFSET 0 5 0\n  "
+    "}\n }\n}\n"
+    "MOTION\nFrames: 2\nFrame Time: 0.5\n1 2 3 0 0 0 0 0 0\n3 2 3 90 0 0 0 0 40\n";
+
+TEST(Bvh, TurnsEvenlyBetweenFrames) {
+  const auto bvh = parse_bvh(kSmall);
+  ASSERT_TRUE(bvh) << bvh.error().message;
+  BvhPosture posture;
+
+  posture_of(*bvh, 0.25, posture);
+
+  EXPECT_LT((posture.root - Eigen::Vector3d(2, 2, 3)).norm(), 1e-12);
+  const Eigen::AngleAxisd half_z(EIGEN_PI / 4.0, Eigen::Vector3d::UnitZ()),
+      half_y(EIGEN_PI / 9.0, Eigen::Vector3d::UnitY());
+  EXPECT_LT(posture.turns[0].angularDistance(Eigen::Quaterniond(half_z)), 1e-9);
+  EXPECT_LT(posture.turns[1].angularDistance(Eigen::Quaterniond(half_y)), 1e-9);
+}
+
+TEST(Bvh, RefusesEveryTruncationWithTheLine) {
+  const std::string text = kSmall;
+  for (std::size_t length = 0; length + 2 < text.size(); ++length) {
+    const auto bvh = parse_bvh(text.substr(0, length));
+    if (length < text.find(" 40")) ASSERT_FALSE(bvh) << length;
+    if (!bvh) EXPECT_EQ(bvh.error().message.substr(0, 8), "BVH line");
+  }
+}
+
+TEST(Bvh, ReadsRealFilesAndMovesThemOverTheFloor) {
+  for (const char* name : {"bvh/cmu_131_01.bvh", "bvh/cmu_18_01_walk_shakehands_A.bvh", "bvh/dm_walk.bvh"}) {
+    const std::string text = read(name);
+    NEEDS(text);
+    auto bvh = parse_bvh(text);
+    ASSERT_TRUE(bvh) << name << bvh.error().message;
+    const double length_s = bvh->frame_time_s * static_cast<double>(bvh->frames);
+    auto actor = make_bvh_actor(std::move(*bvh), std::nullopt, {});
+    ASSERT_TRUE(actor) << name;
+    ActorState state;
+    double low = 1e9, high = -1e9;
+    for (double t_s = 0.0; t_s < length_s + 3.0; t_s += 0.05) {
+      (*actor)->at(t_s, state);
+      for (const ActorMarker& marker : state.markers) {
+        low = std::min(low, marker.position.v.z());
+        high = std::max(high, marker.position.v.z());
+      }
+    }
+    EXPECT_NEAR(low, 0.05, 0.03) << name;  // the sole; frames between the sampled instants
+    EXPECT_NEAR(high, 1.65, 0.25) << name;
+  }
+}
+
+TEST(KnownJoint, KnowsWhatOtherProgramsCallThem) {
+  EXPECT_EQ(known_joint("mixamorig:LeftForeArm"), "LeftLowArm");
+  EXPECT_EQ(known_joint("right_hip"), "RightUpLeg");
+  EXPECT_EQ(known_joint("lfemur"), "LeftUpLeg");
+  EXPECT_EQ(known_joint("LeftHip"), "LeftUpLeg");
+  EXPECT_EQ(known_joint("hip"), "Hips");
+  EXPECT_EQ(known_joint("LHipJoint"), "");
+  EXPECT_EQ(known_joint("rclavicle"), "RightCollar");
+}
+
+// The first samples were read from the files by another program.
+TEST(C3d, ReadsFloatSamples) {
+  const std::string bytes = read("c3d/btk_pig_walk_static_100.c3d");
+  NEEDS(bytes);
+
+  const C3d c3d = c3d_of(bytes);
+
+  EXPECT_EQ(c3d.rate_hz, 100.0);
+  EXPECT_EQ(c3d.labels.size(), 137U);
+  EXPECT_EQ(c3d.frames, 94U);
+  EXPECT_EQ(c3d.labels[0], "LFHD");
+  EXPECT_LT((c3d.sample(0, 0).position_m - Eigen::Vector3d(-0.01736548614, 0.11624053192, 1.45884655762)).norm(), 1e-9);
+  EXPECT_TRUE(c3d.sample(0, 0).there);
+}
+
+TEST(C3d, TellsMarkersFromGhostsAndModelOutputs) {
+  const std::string ghosts = read("c3d/pycgm_movement_42unlabelled_120.c3d"),
+                    model = read("c3d/btk_pig_walk_fullbody_100.c3d");
+  NEEDS(ghosts);
+
+  const auto of_ghosts = kinds_of(c3d_of(ghosts).labels), of_model = kinds_of(c3d_of(model).labels);
+
+  EXPECT_EQ(std::ranges::count(of_ghosts, C3dPointKind::Ghost), 42);
+  EXPECT_EQ(std::ranges::count(of_ghosts, C3dPointKind::Marker), 39);
+  EXPECT_EQ(std::ranges::count(of_model, C3dPointKind::Marker), 35);
+}
+
+// The cleaned trial of the same capture, in another format, by another program.
+TEST(C3d, ReadsDecIntegersAsTheCleanedTrialHasThem) {
+  const std::string bytes = read("c3d/btk_gait_cammask_100.c3d"), trc = read("trc/btk_Gait.trc");
+  NEEDS(bytes);
+
+  const C3d c3d = c3d_of(bytes);
+
+  const auto shoulder = static_cast<std::size_t>(std::ranges::find(c3d.labels, "RSHO") - c3d.labels.begin());
+  ASSERT_LT(shoulder, c3d.labels.size());
+  std::istringstream lines(trc);
+  std::string line;
+  int compared = 0, near = 0;
+  for (int i = 0; std::getline(lines, line); ++i) {
+    std::istringstream fields(line);
+    std::size_t frame = 0;
+    double t_s = 0.0, x = 0.0, y = 0.0, z = 0.0;
+    if (i < 5 || !(fields >> frame >> t_s >> x >> y >> z) || frame > c3d.frames) continue;
+    const C3dSample& sample = c3d.sample(frame - 1, shoulder);
+    if (!sample.there) continue;
+    ++compared;
+    near += (sample.position_m - Eigen::Vector3d(x, y, z) / 1000.0).norm() < 0.005 ? 1 : 0;  // it was smoothed by mm
+    EXPECT_NE(sample.cameras, 0) << frame;
+  }
+  EXPECT_GT(compared, 100);
+  EXPECT_GT(near, compared * 9 / 10);
+}
+
+TEST(C3d, SurvivesEveryTruncationAndManyBrokenBytes) {
+  const std::string whole = read("c3d/btk_pig_walk_static_100.c3d");
+  NEEDS(whole);
+  for (std::size_t length = 0; length < whole.size(); length += 997) {
+    const std::string bytes = whole.substr(0, length);
+    (void)parse_c3d(std::as_bytes(std::span(bytes)));
+  }
+  std::string bytes = whole;
+  for (std::size_t i = 0; i < 20000; i += 7) bytes[i] = static_cast<char>(i * 31);
+  bytes[0] = 2;
+  bytes[1] = 0x50;
+  (void)parse_c3d(std::as_bytes(std::span(bytes)));
+}
+
+TEST(C3dActor, HidesWhatTheRecordingDidNotSee) {
+  const std::string bytes = read("c3d/pycgm_movement_42unlabelled_120.c3d");
+  NEEDS(bytes);
+  auto actor = make_c3d_actor(c3d_of(bytes));
+  ASSERT_TRUE(actor);
+  ActorState state;
+  int hidden = 0, ghosts = 0;
+
+  for (int i = 0; i < 300; ++i) {
+    (*actor)->at(i / 120.0, state);
+    hidden += static_cast<int>(std::ranges::count(state.markers, false, &ActorMarker::there));
+    ghosts += static_cast<int>(state.ghosts.size());
+  }
+
+  EXPECT_EQ(state.markers.size(), 39U);
+  EXPECT_GT(hidden, 0);
+  EXPECT_GT(ghosts, 0);
+}
+
+}  // namespace
+}  // namespace mocap::scene

@@ -1,0 +1,158 @@
+#include "options.h"
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "base/exit_codes.h"
+
+namespace mocap::sim {
+namespace {
+
+constexpr const char* kAbout =
+    "A simulated capture volume: somebody with markers moves, cameras see it, and the truth is written down.\n"
+    "It serves GigE Vision cameras on loopback addresses, or writes image folders.";
+
+constexpr const char* kExamples = R"(Examples:
+  mocap-sim --serve --ring 4 --write-rig rig.toml --write-truth truth.jsonl
+      four GigE Vision cameras SIM001.. at 127.0.0.2.., somebody walks once all of them stream
+  mocap-sim --folders /tmp/walk --ring 8 --seconds 10 --motion tpose:3,walk:20,wave --write-truth truth.jsonl
+      ten seconds of images, one folder a camera
+  mocap-sim --serve --rig rig.toml --only 2 --epoch 1000000000
+      the second camera alone; others with the same seed and epoch show the same scene)";
+
+void add_motion(CLI::App& app, Options& options) {
+  app.add_option("--motion", options.motion,
+                 "acts with seconds (tpose, walk, wave, jump, spin, crouch; the last goes on), or a .bvh or .c3d file")
+      ->capture_default_str()
+      ->group("Motion");
+  app.add_option("--marker-set", options.marker_set,
+                 "what the body wears; default: config/markersets/openmocap18.toml, and a BVH's own joints")
+      ->group("Motion");
+  app.add_option("--bvh-unit", options.bvh_unit_m, "metres of a BVH's unit; 0: so that the body is 1.75 m tall")
+      ->check(CLI::Range(0.0, 10.0))
+      ->group("Motion");
+  app.add_option("--tpose", options.t_pose_s, "seconds of T-pose before a BVH begins")
+      ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str()
+      ->group("Motion");
+}
+
+void add_rig(CLI::App& app, Options& options) {
+  auto* rig = app.add_option("--rig", options.rig, "cameras of a rig file")->check(CLI::ExistingFile)->group("Cameras");
+  app.add_option("--ring", options.ring.cameras, "so many cameras on a ring")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str()
+      ->excludes(rig)
+      ->group("Cameras");
+  app.add_option("--ring-radius", options.ring.radius_m, "m")->check(CLI::Range(1.0, 50.0))->group("Cameras");
+  app.add_option("--ring-height", options.ring.height_m, "m")->check(CLI::Range(0.1, 20.0))->group("Cameras");
+  app.add_option("--hfov", options.hfov_deg, "horizontal field of view of a ring's cameras, degrees")
+      ->check(CLI::Range(5.0, 150.0))
+      ->group("Cameras");
+  app.add_option("--size", options.size_px, "width and height of a ring's images, px")
+      ->check(CLI::Range(16, 8192))
+      ->capture_default_str()
+      ->group("Cameras");
+  app.add_option("--write-rig", options.write_rig, "writes the cameras down as a rig file")->group("Cameras");
+  app.add_option("--fps", options.rate_hz, "images a second")
+      ->check(CLI::Range(1.0, 1000.0))
+      ->capture_default_str()
+      ->group("Cameras");
+  app.add_option("--exposure-us", options.exposure_us, "exposure; a client that sets it is obeyed")
+      ->check(CLI::Range(1.0, 100000.0))
+      ->capture_default_str()
+      ->group("Cameras");
+}
+
+void add_image(CLI::App& app, Options& options) {
+  scene::ImageSettings& image = options.image;
+  app.add_option("--noise", image.read_noise_grey, "read noise, grey levels")
+      ->check(CLI::Range(0.0, 50.0))
+      ->group("Image");
+  app.add_option("--electrons-per-grey", image.electrons_per_grey, "sets the shot noise; 0: none")
+      ->check(CLI::Range(0.0, 1e6))
+      ->group("Image");
+  app.add_option("--background", image.background_grey, "grey level")->check(CLI::Range(0.0, 255.0))->group("Image");
+  app.add_option("--brightness", image.peak_grey, "grey level of a marker; over 255 saturates")
+      ->check(CLI::Range(1.0, 10000.0))
+      ->group("Image");
+  app.add_option("--blur", image.point_spread_px, "point spread of the lens, px")
+      ->check(CLI::Range(0.0, 5.0))
+      ->group("Image");
+  app.add_option("--marker-mm", options.marker_diameter_mm,
+                 "diameter of a marker; it is never shown with a radius under 1.5 px")
+      ->check(CLI::Range(1.0, 200.0))
+      ->capture_default_str()
+      ->group("Image");
+  app.add_option("--clutter", image.clutter, "lights that are nobody's marker")
+      ->check(CLI::Range(0, 200))
+      ->group("Image");
+  app.add_flag("--no-occlusion", options.no_occlusion, "the body hides no marker")->group("Image");
+  app.add_option("--seed", image.seed, "of all that is random")->capture_default_str()->group("Image");
+}
+
+void add_output(CLI::App& app, Options& options) {
+  auto* serve =
+      app.add_flag("--serve", options.serve, "serves GigE Vision cameras until SIGTERM or --seconds")->group("Output");
+  app.add_option("--folders", options.folders, "writes <folder>/<camera>/000000.pgm and timestamps.csv")
+      ->excludes(serve)
+      ->group("Output");
+  app.add_option("--write-truth", options.write_truth, "JSON lines, one an exposure")->group("Output");
+  app.add_option("--seconds", options.seconds, "ends after so long; --folders: 10 where not given")
+      ->check(CLI::Range(0.0, 1e6))
+      ->group("Output");
+  app.add_option("--first-address", options.first_address, "loopback address of the first camera; the others follow")
+      ->check(CLI::ValidIPV4)
+      ->capture_default_str()
+      ->group("Output");
+  app.add_option("--serial-prefix", options.serial_prefix, "serial numbers are this and 001, 002, ...")
+      ->capture_default_str()
+      ->group("Output");
+  app.add_option("--only", options.only, "serves this camera of the rig alone (1: the first), at its own address")
+      ->check(CLI::Range(1, 64))
+      ->needs(serve)
+      ->group("Output");
+  app.add_option("--epoch", options.epoch_ns,
+                 "ns on CLOCK_MONOTONIC when the motion begins; default: when all cameras stream, and until then its "
+                 "first instant is held (--start-on-stream)")
+      ->needs(serve)
+      ->group("Output");
+  app.add_flag("--start-on-stream", options.start_on_stream,
+               "the default of --serve: the motion begins when all cameras stream")
+      ->needs(serve)
+      ->group("Output");
+}
+
+}  // namespace
+
+CommandLine read_command_line(int argc, char** argv) {
+  CommandLine line;
+  Options& options = line.options;
+  CLI::App app(kAbout);
+  app.footer(kExamples);
+  add_motion(app, options);
+  add_rig(app, options);
+  add_image(app, options);
+  add_output(app, options);
+  try {
+    app.parse(argc, argv);
+    if (!options.serve && options.folders.empty() && options.write_rig.empty() && options.write_truth.empty()) {
+      throw CLI::ValidationError("nothing to do: say --serve, --folders DIR, --write-rig FILE or --write-truth FILE");
+    }
+  } catch (const CLI::ParseError& error) {
+    line.exit = app.exit(error) == 0 ? kExitOk : kExitUsage;
+    return line;
+  }
+  options.ring.width_px = options.size_px[0];
+  options.ring.height_px = options.size_px[1];
+  options.ring.hfov_rad = options.hfov_deg * std::numbers::pi / 180.0;
+  options.image.exposure_s = options.exposure_us * 1e-6;
+  options.image.marker_radius_m = 0.5e-3 * options.marker_diameter_mm;
+  options.image.occlusion = !options.no_occlusion;
+  return line;
+}
+
+}  // namespace mocap::sim
