@@ -87,7 +87,8 @@ TEST_F(MocapEval, ExitsWith1WhenADemandIsNotMet) {
 
   EXPECT_EQ(done.exit_code, 1);
   EXPECT_THAT(done.out, HasSubstr("marker_rms_mm is 3.0"));
-  EXPECT_EQ(run(files + " --max-joint-rms-mm 1000 2>&1").exit_code, 1);  // no joints at all
+  EXPECT_EQ(run(files + " --max-joint-rms-mm 1000 2>&1").exit_code, 1);                // no joints at all
+  EXPECT_EQ(run(files + " --require-match --max-marker-rms-mm 4 2>&1").exit_code, 1);  // the same
 }
 
 TEST_F(MocapEval, NamesTheLineThatCannotBeRead) {
