@@ -8,6 +8,7 @@
 #include "model/bounds.h"
 #include "settings/camera_keys.h"
 #include "settings/suggestion.h"
+#include "wire/endpoint.h"
 
 namespace mocap::settings {
 namespace {
@@ -73,24 +74,52 @@ void check_camera(TomlTable& table, const CameraSettings& camera, const DaemonSe
   }
 }
 
+// A fault at a key of a section, or at the section or file where the key is not said.
+void section_fault(DaemonTables& tables, const char* section, const char* key, const std::string& message) {
+  std::optional<TomlTable> table = tables.root.table(section, section);
+  (table ? *table : tables.root).fault(key, message);
+}
+
 void check_times(DaemonTables& tables, const DaemonSettings& settings) {
   double fastest_hz = 0.0;
   for (const CameraSettings& camera : settings.cameras)
     fastest_hz = std::max(fastest_hz, rate_hz_of(camera).value_or(0.0));
   const double window_us = to_us(settings.pipeline.align.window);
   if (fastest_hz > 0.0 && window_us >= 0.5e6 / fastest_hz) {
-    std::optional<TomlTable> align = tables.root.table("align", "align");
-    (align ? *align : tables.root)
-        .fault("window_us", fmt::format("window_us is {}, expected less than half a frame period, {:.0f} at {} Hz",
-                                        window_us, 0.5e6 / fastest_hz, fastest_hz));
+    section_fault(tables, "align", "window_us",
+                  fmt::format("window_us is {}, expected less than half a frame period, {:.0f} at {} Hz", window_us,
+                              0.5e6 / fastest_hz, fastest_hz));
   }
-  const runtime::CameraWorkerSettings& reopen_times = settings.pipeline.camera;
-  if (reopen_times.first_backoff > reopen_times.longest_backoff) {
-    std::optional<TomlTable> reopen = tables.root.table("reopen", "reopen");
-    (reopen ? *reopen : tables.root)
-        .fault("first_backoff_ms",
-               fmt::format("first_backoff_ms is {}, over longest_backoff_ms = {}",
-                           to_s(reopen_times.first_backoff) * 1e3, to_s(reopen_times.longest_backoff) * 1e3));
+  const runtime::CameraWorkerSettings& reopen = settings.pipeline.camera;
+  if (reopen.first_backoff > reopen.longest_backoff) {
+    section_fault(tables, "reopen", "first_backoff_ms",
+                  fmt::format("first_backoff_ms is {}, over longest_backoff_ms = {}", to_s(reopen.first_backoff) * 1e3,
+                              to_s(reopen.longest_backoff) * 1e3));
+  }
+}
+
+void check_row(DaemonTables& tables, const DaemonSettings& settings) {
+  const stages::DetectSettings& detect = settings.detect;
+  if (detect.min_area_px2 > detect.max_area_px2) {
+    section_fault(tables, "detect", "min_area_px2",
+                  fmt::format("min_area_px2 is {}, over max_area_px2 = {}", detect.min_area_px2, detect.max_area_px2));
+  }
+  if (detect.threshold && detect.low_threshold && *detect.low_threshold > *detect.threshold) {
+    section_fault(tables, "detect", "low_threshold",
+                  fmt::format("low_threshold is {}, over threshold = {}", *detect.low_threshold, *detect.threshold));
+  }
+}
+
+void check_outputs(DaemonTables& tables, const DaemonSettings& settings) {
+  const Status endpoint = wire::check_endpoint(settings.publish.endpoint, settings.publish.allow_remote);
+  // Busy is for who starts, not for the file.
+  if (!endpoint && endpoint.error().code == ErrorCode::InvalidArgument) {
+    section_fault(tables, "publish", "endpoint", endpoint.error().message);
+  }
+  const std::filesystem::path& file = settings.record.snapshots;
+  if (!file.empty() && file.extension() != ".jsonl" && file.extension() != ".pb") {
+    section_fault(tables, "record", "snapshots",
+                  fmt::format("snapshots is '{}', expected a file name that ends in .jsonl or .pb", file.string()));
   }
 }
 
@@ -116,6 +145,8 @@ void check_together(DaemonTables& tables, const DaemonSettings& settings) {
   for (std::size_t i = 0; i < settings.cameras.size(); ++i)
     check_camera(tables.cameras[i], settings.cameras[i], settings);
   check_times(tables, settings);
+  check_row(tables, settings);
+  check_outputs(tables, settings);
 }
 
 Rig rig_for(DaemonTables& tables, const DaemonSettings& settings, const Rig& rig) {

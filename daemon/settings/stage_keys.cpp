@@ -29,9 +29,26 @@ void tell_reopen(Keys& keys, DaemonSettings& all) {
   keys.time("longest_backoff_ms", camera.longest_backoff, Milliseconds, {1, 600000});
 }
 
+void tell_detect(Keys& keys, DaemonSettings& all) {
+  stages::DetectSettings& detect = all.detect;
+  keys.number("threshold", detect.threshold, {1, 255});
+  keys.number("low_threshold", detect.low_threshold, {0, 255});
+  keys.number("min_area_px2", detect.min_area_px2, {1, 1e6});
+  keys.number("max_area_px2", detect.max_area_px2, {1, 1e6});
+  keys.number("min_roundness", detect.min_roundness, {0, 1});
+  keys.number("grow_px", detect.grow_px, {0, 8});
+}
+
 void tell_align(Keys& keys, DaemonSettings& all) {
   keys.time("window_us", all.pipeline.align.window, Microseconds, {1, 1e6});
   keys.time("patience_us", all.pipeline.align.patience, Microseconds, {0, 1e7});
+}
+
+void tell_publish(Keys& keys, DaemonSettings& all) {
+  keys.text("endpoint", all.publish.endpoint);
+  keys.flag("allow_remote", all.publish.allow_remote);
+  keys.number("send_queue", all.publish.send_queue, {1, 1000});
+  keys.flag("every_snapshot", all.pipeline.publish.every_snapshot);
 }
 
 void tell_record(Keys& keys, DaemonSettings& all) { keys.path("snapshots", all.record.snapshots); }
@@ -59,8 +76,15 @@ void tell_realtime(Keys& keys, DaemonSettings& all) {
 }
 
 constexpr Section kSections[] = {
-    {"capture", tell_capture}, {"log", tell_log},       {"align", tell_align},       {"record", tell_record},
-    {"reopen", tell_reopen},   {"queues", tell_queues}, {"realtime", tell_realtime},
+    {"capture", tell_capture},  //
+    {"log", tell_log},          //
+    {"detect", tell_detect},    //
+    {"align", tell_align},      //
+    {"publish", tell_publish},  //
+    {"record", tell_record},    //
+    {"reopen", tell_reopen},    //
+    {"queues", tell_queues},    //
+    {"realtime", tell_realtime},
 };
 
 }  // namespace

@@ -168,6 +168,13 @@ TEST_F(Configuration, RefusesTwoCamerasThatAreOneDevice) {
               HasSubstr(":10:10: camera 'west': serial 'DA1' is there twice"));
 }
 
+TEST_F(Configuration, RefusesWhatOtherRoomsWouldRefuseAtTheStart) {
+  EXPECT_THAT(faults_of(good("[publish]\nendpoint = \"tcp://0.0.0.0:5570\"\n")), HasSubstr(":4:12: publish: "));
+  EXPECT_THAT(faults_of(good("[record]\nsnapshots = \"run.csv\"\n")), HasSubstr("that ends in .jsonl or .pb"));
+  EXPECT_THAT(faults_of(good("[detect]\nmin_area_px2 = 9\nmax_area_px2 = 8\n")),
+              HasSubstr(":4:16: detect: min_area_px2 is 9, over max_area_px2 = 8"));
+}
+
 TEST_F(Configuration, WithoutACameraIsRefused) {
   EXPECT_THAT(faults_of("[capture]\nrig = \"rig.toml\"\n"), HasSubstr("no [[camera]], expected at least one"));
   EXPECT_THAT(faults_of(""), HasSubstr("no [[camera]], expected at least one"));
