@@ -24,7 +24,7 @@ skip() {
 
 command -v qemu-system-x86_64 >/dev/null || skip "qemu-system-x86_64 is missing; apt-get install qemu-system-x86"
 busybox=$(command -v busybox) || skip "busybox is missing; apt-get install busybox-static"
-ldd "$busybox" 2>&1 | grep -q 'not a dynamic executable' || skip "busybox is not static; apt-get install busybox-static"
+{ ldd "$busybox" 2>&1 || true; } | grep -qE 'not a dynamic|statically linked' || skip "busybox is not static; apt-get install busybox-static"
 command -v cpio >/dev/null || packer="$busybox cpio"
 
 # The kernel: Debian's, unpacked and not installed.
