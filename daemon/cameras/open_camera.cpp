@@ -2,11 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <utility>
+#include <algorithm>
 #include <variant>
 
 #include "cameras/aravis_camera.h"
 #include "cameras/replay_camera.h"
+#include "cameras/synthetic_camera.h"
 #include "cameras/v4l2_camera.h"
 
 namespace mocap::cameras {
@@ -45,8 +46,14 @@ struct Open {
     if (settings.folder.empty()) return wrong("folder is empty, expected the folder of a recording");
     return make_replay_camera(id, name, settings);
   }
-  Opened operator()(const SyntheticSettings&) const {
-    return Error{ErrorCode::Unsupported, fmt::format("camera '{}': the synthetic driver is not built in", name)};
+  Opened operator()(const SyntheticSettings& settings) const {
+    if (around.marker_set == nullptr) return wrong("a synthetic camera needs the marker set of its subject");
+    const Rig none;
+    const Rig& rig = around.rig != nullptr ? *around.rig : none;
+    const auto model = std::find_if(rig.begin(), rig.end(), [&](const CameraModel& each) { return each.name == name; });
+    if (model == rig.end())
+      return wrong("a synthetic camera needs its lens and place, and the rig has no camera of this name");
+    return make_synthetic_camera(id, settings, *model, *around.marker_set);
   }
 };
 

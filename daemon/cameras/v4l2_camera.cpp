@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "base/log.h"
+#include "cameras/clock_mapping.h"
 #include "cameras/frame_counter.h"
 #include "cameras/image_layout.h"
 #include "cameras/jpeg_decoder.h"
@@ -71,7 +72,7 @@ class V4l2Camera : public Camera {
   std::string offered_formats() const;
   Status queue(std::uint32_t index);
   Result<Frame> frame_of(const v4l2_buffer& buffer, Timestamp received);
-  Timestamp exposed_at(const v4l2_buffer& buffer, Timestamp received) const;
+  Timestamp exposed_at(const v4l2_buffer& buffer, Timestamp received);
   Error broken(const v4l2_buffer& buffer, const std::string& what);
 
   // ioctl again and again while signals interrupt it; 0, or what errno says.
@@ -104,7 +105,9 @@ class V4l2Camera : public Camera {
   Duration exposure_{};
   std::vector<Mapped> buffers_;
   std::optional<std::uint32_t> lent_;  // the driver's buffer that is ours until the next call
-  bool stamp_told_ = false;
+  bool stamps_doubted_ = false;
+  ClockMapping clock_;
+  Timestamp last_exposed_;
   FrameCounter frames_;
   JpegDecoder jpeg_;
 };
@@ -124,7 +127,8 @@ Status V4l2Camera::begin() {
   if (Status done = map_buffers(); !done) return done;
   int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   if (const int reason = call(VIDIOC_STREAMON, &type)) return failed("VIDIOC_STREAMON", reason);
-  stamp_told_ = false;
+  stamps_doubted_ = false;
+  clock_.reset();
   log_info("camera " + name_, fmt::format("started driver=v4l2 device={} format={} size={}x{} exposure={:.0f}us",
                                           settings_.device.string(), format_.name, settings_.width_px,
                                           settings_.height_px, to_us(exposure_)));
@@ -333,12 +337,6 @@ Result<Frame> V4l2Camera::frame_of(const v4l2_buffer& buffer, Timestamp received
     const std::size_t needed = luminance_bytes(format_.format, stride_bytes_, settings_.width_px, settings_.height_px);
     if (bytes.size() < needed) return broken(buffer, fmt::format("{} bytes of {}", bytes.size(), needed));
   }
-  if (!std::exchange(stamp_told_, true) &&
-      (buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) != V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) {
-    log_warn("camera " + name_,
-             fmt::format("{} stamps by a clock that it does not name; going on with the time of receipt",
-                         settings_.device.string()));
-  }
   frame.camera = id_;
   frame.number = frames_.number_of(buffer.sequence);
   frame.received_at = received;
@@ -347,15 +345,26 @@ Result<Frame> V4l2Camera::frame_of(const v4l2_buffer& buffer, Timestamp received
   return frame;
 }
 
-Timestamp V4l2Camera::exposed_at(const v4l2_buffer& buffer, Timestamp received) const {
-  Timestamp stamp = received;
-  bool stamps_start = false;
-  if ((buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) {
-    stamp =
-        Timestamp{std::chrono::seconds(buffer.timestamp.tv_sec) + std::chrono::microseconds(buffer.timestamp.tv_usec)};
-    stamps_start = (buffer.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+Timestamp V4l2Camera::exposed_at(const v4l2_buffer& buffer, Timestamp received) {
+  Timestamp stamp{std::chrono::seconds(buffer.timestamp.tv_sec) + std::chrono::microseconds(buffer.timestamp.tv_usec)};
+  // The mapping learns from every frame, so that it is ready when a stamp turns out to be wrong.
+  const Timestamp mapped = clock_.map(stamp.time_since_epoch(), received);
+  const bool monotonic = (buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
+  if (!stamps_doubted_ && (!monotonic || stamp > received)) {
+    stamps_doubted_ = true;
+    log_warn("camera " + name_,
+             fmt::format("{} stamps {}; going on with times estimated from the receipt", settings_.device.string(),
+                         monotonic ? "a time that is yet to come" : "by a clock that it does not name"));
   }
-  return stamps_start ? stamp + exposure_ / 2 : stamp - exposure_ / 2;
+  // Estimated times end with the receipt, whatever was stamped.
+  const bool from_start =
+      !stamps_doubted_ && (buffer.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+  const Timestamp middle = from_start        ? stamp + exposure_ / 2
+                           : stamps_doubted_ ? mapped - exposure_ / 2
+                                             : stamp - exposure_ / 2;
+  // Images of one camera keep the order of their exposure, also while the mapping still learns.
+  last_exposed_ = std::max(middle, last_exposed_ + Duration{1});
+  return last_exposed_;
 }
 
 void V4l2Camera::stop() noexcept {

@@ -18,8 +18,9 @@ namespace mocap::cameras {
 ///
 /// The middle of the exposure is told by the driver's stamp where it is monotonic: half an exposure after a stamp of
 /// the start of the exposure, half an exposure before a stamp of the end of the frame (the way of the bytes is in it:
-/// these cameras do not tell it). Where the stamp's clock is unknown (v4l2loopback) the time of receipt takes its
-/// place. The exposure is what the driver's control says; 0 where it has none.
+/// these cameras do not tell it). Where the stamp's clock is not named (v4l2loopback), or a stamp is yet to come
+/// (vivid), the time is estimated from the receipts (ClockMapping). The exposure is what the driver's control says; 0
+/// where it has none.
 std::unique_ptr<Camera> make_v4l2_camera(CameraId id, std::string name, V4l2Settings settings,
                                          StreamCounters* counters = nullptr);
 
