@@ -57,9 +57,10 @@ struct DaemonSettings {
   runtime::PipelineSettings pipeline;  ///< [capture], [align], [publish], [reopen], [queues], [realtime]
   bool lock_memory = false;
 
-  Rig rig;                     ///< by CameraId: the rig file's entry of each camera
-  std::vector<Subject> worn;   ///< by SubjectId: each subject with its marker set
-  double nominal_rate_hz = 0;  ///< capture.rate_hz, or what follows from the cameras; 0: nobody says
+  Rig rig;                           ///< by CameraId: the rig file's entry of each camera
+  std::vector<Subject> worn;         ///< by SubjectId: each subject with its marker set
+  std::vector<MarkerSet> simulated;  ///< by CameraId: what a synthetic camera's subject wears; of the others empty
+  double nominal_rate_hz = 0;        ///< capture.rate_hz, or what follows from the cameras; 0: nobody says
 };
 
 /// Reads and checks a configuration with the rig and the marker sets that it names. Fails with all that is wrong.

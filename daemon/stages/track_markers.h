@@ -10,7 +10,7 @@ namespace mocap::stages {
 
 struct TrackMarkersSettings {
   double gate_sigmas = 4.0;        ///< 1 to 10; a marker further from where it should be is another one
-  double gate_floor_m = 0.002;     ///< standard deviation that the gate has at least, 0 to 0.1
+  double gate_floor_m = 0.004;     ///< standard deviation that the gate has at least, 0 to 0.1
   double gate_per_speed = 0.1;     ///< the same, for each m that the marker is expected to move, 0 to 2
   std::uint32_t confirm_sets = 3;  ///< consecutive sets until a track is believed, 1 to 100
   Duration max_coast = std::chrono::milliseconds(500);  ///< unseen for longer, a track ends

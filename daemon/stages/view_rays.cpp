@@ -36,6 +36,10 @@ geometry::Sighting ViewRays::sighting(std::size_t ray, std::uint32_t source) con
   return {&camera->camera_from_world, {{x[ray], y[ray]}}, px_from_ray[ray], sigma_px[ray], source};
 }
 
+Vector3d ViewRays::direction(std::size_t ray) const {
+  return (camera->camera_from_world.rotation.transpose() * Vector3d(x[ray], y[ray], 1.0)).normalized();
+}
+
 std::optional<Shadow> ViewRays::shadow(const Vector3d& point, const Matrix3d& covariance_m2) const {
   constexpr double kNearest_m = 0.05;
   const Matrix3d& r = camera->camera_from_world.rotation;

@@ -32,6 +32,8 @@ struct ViewRays {
 
   std::size_t size() const { return x.size(); }
   geometry::Sighting sighting(std::size_t ray, std::uint32_t source) const;
+  /// Where the ray points to in the world; unit.
+  Eigen::Vector3d direction(std::size_t ray) const;
 
   /// Where the camera would see the point; nothing where it is not in front of it.
   std::optional<Shadow> shadow(const Eigen::Vector3d& point, const Eigen::Matrix3d& covariance_m2) const;

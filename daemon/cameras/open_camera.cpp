@@ -1,0 +1,60 @@
+#include "cameras/open_camera.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+#include <variant>
+
+#include "cameras/aravis_camera.h"
+#include "cameras/replay_camera.h"
+#include "cameras/v4l2_camera.h"
+
+namespace mocap::cameras {
+namespace {
+
+using Opened = Result<std::unique_ptr<Camera>>;
+
+// One line a driver. A check here is for what cannot be right whatever is plugged in.
+struct Open {
+  CameraId id;
+  const std::string& name;
+  const CameraSurroundings& around;
+
+  Error wrong(const std::string& what) const {
+    return {ErrorCode::InvalidArgument, fmt::format("camera '{}': {}", name, what)};
+  }
+
+  Opened operator()(const AravisSettings& settings) const {
+    const int ways =
+        int{!settings.serial.empty()} + int{!settings.device_name.empty()} + int{!settings.address.empty()};
+    if (ways != 1)
+      return wrong(fmt::format("{} of serial, device_name and address are set, expected exactly one", ways));
+    if (settings.clock != "estimated" && settings.clock != "utc") {
+      return wrong(fmt::format("clock is '{}', expected estimated or utc", settings.clock));
+    }
+    if (settings.stamps != "start" && settings.stamps != "middle" && settings.stamps != "end") {
+      return wrong(fmt::format("stamps is '{}', expected start, middle or end", settings.stamps));
+    }
+    return make_aravis_camera(id, name, settings, around.counters);
+  }
+  Opened operator()(const V4l2Settings& settings) const {
+    if (settings.device.empty()) return wrong("device is empty, expected /dev/video0 or a link under /dev/v4l");
+    return make_v4l2_camera(id, name, settings, around.counters);
+  }
+  Opened operator()(const ReplaySettings& settings) const {
+    if (settings.folder.empty()) return wrong("folder is empty, expected the folder of a recording");
+    return make_replay_camera(id, name, settings);
+  }
+  Opened operator()(const SyntheticSettings&) const {
+    return Error{ErrorCode::Unsupported, fmt::format("camera '{}': the synthetic driver is not built in", name)};
+  }
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Camera>> open_camera(CameraId id, const CameraSettings& settings,
+                                            const CameraSurroundings& surroundings) {
+  return std::visit(Open{id, settings.name, surroundings}, settings.driver);
+}
+
+}  // namespace mocap::cameras
