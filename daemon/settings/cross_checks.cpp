@@ -108,6 +108,10 @@ void check_row(DaemonTables& tables, const DaemonSettings& settings) {
     section_fault(tables, "detect", "low_threshold",
                   fmt::format("low_threshold is {}, over threshold = {}", *detect.low_threshold, *detect.threshold));
   }
+  const stages::MatchSettings& match = settings.match;
+  if ((match.volume_min_m.array() >= match.volume_max_m.array()).any()) {
+    section_fault(tables, "match", "volume_min_m", "volume_min_m is not below volume_max_m on every axis");
+  }
 }
 
 void check_outputs(DaemonTables& tables, const DaemonSettings& settings) {

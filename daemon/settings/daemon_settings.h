@@ -14,6 +14,11 @@
 #include "runtime/pipeline.h"
 #include "settings/faults.h"
 #include "stages/detect_blobs.h"
+#include "stages/match_views.h"
+#include "stages/solve_skeleton.h"
+#include "stages/track_blobs.h"
+#include "stages/track_markers.h"
+#include "stages/triangulate_matches.h"
 #include "wire/zmq_publisher.h"
 
 namespace mocap::settings {
@@ -42,6 +47,11 @@ struct DaemonSettings {
   std::vector<cameras::CameraSettings> cameras;  ///< by CameraId
   std::vector<SubjectSettings> subjects;         ///< by SubjectId
   stages::DetectSettings detect;
+  stages::TrackBlobsSettings track_blobs;
+  stages::MatchSettings match;
+  stages::TriangulateSettings triangulate;
+  stages::TrackMarkersSettings track_markers;
+  stages::SolveSettings solve;
   wire::PublisherSettings publish;
   RecordSettings record;
   runtime::PipelineSettings pipeline;  ///< [capture], [align], [publish], [reopen], [queues], [realtime]
