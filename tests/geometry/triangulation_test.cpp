@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "geometry/lens.h"
-#include "geometry/ray_caster.h"
 #include "support/marker_world.h"
 
 namespace mocap::geometry {
@@ -30,8 +29,16 @@ Sighting sight(const CameraFromWorld& camera_from_world, const Vector3d& point) 
 
 // What a camera with a lens sees of `point`, its pixel moved by `off_px`.
 Sighting sight(const CameraModel& camera, const Vector3d& point, const Vector2d& off_px, double sigma_px) {
-  const Ray ray = *RayCaster(camera.lens).cast({project(camera, {point})->v + off_px});
-  return {&camera.camera_from_world, ray.point, ray.px_from_ray, sigma_px, 0};
+  const PixelPoint pixel{project(camera, {point})->v + off_px};
+  Sighting sighting;
+  sighting.camera_from_world = &camera.camera_from_world;
+  sighting.point = *undistort(camera.lens, pixel);
+  for (const int axis : {0, 1}) {
+    const Vector2d beside = sighting.point.v + 1e-4 * Vector2d::Unit(axis);
+    sighting.px_from_ray.col(axis) = (distort(camera.lens, {beside}).v - pixel.v) / 1e-4;
+  }
+  sighting.sigma_px = sigma_px;
+  return sighting;
 }
 
 std::vector<Sighting> sight_all(const Rig& rig, const Vector3d& point, double sigma_px, std::mt19937& random) {
