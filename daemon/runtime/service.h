@@ -14,7 +14,7 @@ class Service {
   Service();
 
   /// Everything is set up and the threads run; `status` as of now.
-  void ready(const std::string& status);
+  void ready(const std::string& status = "started");
 
   /// One line for `systemctl status`.
   void status(const std::string& line);

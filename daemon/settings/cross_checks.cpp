@@ -60,17 +60,12 @@ std::optional<double> exposure_us_of(const CameraSettings& camera) {
   return std::nullopt;
 }
 
-void check_camera(TomlTable& table, const CameraSettings& camera, const DaemonSettings& settings) {
+void check_camera(TomlTable& table, const CameraSettings& camera) {
   const std::optional<double> rate_hz = rate_hz_of(camera);
   const std::optional<double> exposure_us = exposure_us_of(camera);
   if (rate_hz && exposure_us && *exposure_us >= 1e6 / *rate_hz) {
     table.fault("exposure_us", fmt::format("exposure_us is {}, expected less than the period of {:.0f} us at {} Hz",
                                            *exposure_us, 1e6 / *rate_hz, *rate_hz));
-  }
-  if (settings.pipeline.lossless && !can_wait(camera)) {
-    table.fault("driver",
-                fmt::format("driver is {}, but capture.lossless needs cameras that can wait: replay or synthetic",
-                            driver_of(camera)));
   }
 }
 
@@ -146,8 +141,7 @@ void check_together(DaemonTables& tables, const DaemonSettings& settings) {
   check_cameras_differ(tables, settings);
   expect_different(settings.subjects, tables.subjects, "name",
                    [](const SubjectSettings& subject) { return subject.name; });
-  for (std::size_t i = 0; i < settings.cameras.size(); ++i)
-    check_camera(tables.cameras[i], settings.cameras[i], settings);
+  for (std::size_t i = 0; i < settings.cameras.size(); ++i) check_camera(tables.cameras[i], settings.cameras[i]);
   check_times(tables, settings);
   check_row(tables, settings);
   check_outputs(tables, settings);

@@ -14,6 +14,7 @@
 #include "runtime/pipeline.h"
 #include "settings/faults.h"
 #include "stages/detect_blobs.h"
+#include "stages/label_markers.h"
 #include "stages/match_views.h"
 #include "stages/solve_skeleton.h"
 #include "stages/track_blobs.h"
@@ -51,6 +52,7 @@ struct DaemonSettings {
   stages::MatchSettings match;
   stages::TriangulateSettings triangulate;
   stages::TrackMarkersSettings track_markers;
+  stages::LabelSettings label;
   stages::SolveSettings solve;
   wire::PublisherSettings publish;
   RecordSettings record;
@@ -59,7 +61,7 @@ struct DaemonSettings {
 
   Rig rig;                           ///< by CameraId: the rig file's entry of each camera
   std::vector<Subject> worn;         ///< by SubjectId: each subject with its marker set
-  std::vector<MarkerSet> simulated;  ///< by CameraId: what a synthetic camera's subject wears; of the others empty
+  std::vector<MarkerSet> simulated;  ///< by CameraId: what a synthetic camera's subject wears; empty for the others
   double nominal_rate_hz = 0;        ///< capture.rate_hz, or what follows from the cameras; 0: nobody says
 };
 

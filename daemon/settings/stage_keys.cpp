@@ -14,7 +14,6 @@ void tell_capture(Keys& keys, DaemonSettings& all) {
   keys.path("rig", all.capture.rig_file);
   keys.number("rate_hz", all.capture.rate_hz, {0, 10000});
   keys.flag("every_set", all.pipeline.fusion.every_set);
-  keys.flag("lossless", all.pipeline.lossless);
 }
 
 void tell_log(Keys& keys, DaemonSettings& all) {
@@ -101,6 +100,19 @@ void tell_track_markers(Keys& keys, DaemonSettings& all) {
   keys.millimetres("sighting_floor_mm", track.sighting_floor_m, {0, 100});
 }
 
+void tell_label(Keys& keys, DaemonSettings& all) {
+  stages::LabelSettings& label = all.label;
+  keys.time("still_for_ms", label.still_for, Milliseconds, {0, 10000});
+  keys.millimetres("still_radius_mm", label.still_radius_m, {0.1, 1000});
+  keys.time("search_every_ms", label.search_every, Milliseconds, {1, 10000});
+  keys.millimetres("most_rms_mm", label.most_rms_m, {0.1, 1000});
+  keys.number("least_share", label.least_share, {0.1, 1});
+  keys.millimetres("rigid_tolerance_mm", label.rigid_tolerance_m, {0.1, 1000});
+  keys.millimetres("tie_slack_mm", label.tie_slack_m, {0, 1000});
+  keys.millimetres("most_gate_mm", label.most_gate_m, {1, 5000});
+  keys.time("lost_after_ms", label.lost_after, Milliseconds, {1, 60000});
+}
+
 void tell_solve(Keys& keys, DaemonSettings& all) {
   stages::SolveSettings& solve = all.solve;
   keys.millimetres("marker_sigma_mm", solve.marker_sigma_m, {0.1, 100});
@@ -149,6 +161,7 @@ constexpr Section kSections[] = {
     {"match", tell_match},
     {"triangulate", tell_triangulate},
     {"track_markers", tell_track_markers},
+    {"label", tell_label},
     {"solve", tell_solve},
     {"publish", tell_publish},  //
     {"record", tell_record},    //

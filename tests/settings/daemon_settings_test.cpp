@@ -74,6 +74,8 @@ TEST_F(Configuration, IsReadWithTheRigInTheOrderOfTheCameras) {
   EXPECT_EQ(settings->nominal_rate_hz, 60.0);
   ASSERT_EQ(settings->worn.size(), 1U);
   EXPECT_EQ(settings->worn[0].marker_set.markers.size(), 18U);
+  ASSERT_EQ(settings->simulated.size(), 2U);
+  EXPECT_EQ(settings->simulated[1].markers.size(), 18U);
 }
 
 TEST_F(Configuration, TellsAllFaultsAtOnceWithPlacesAndSuggestions) {
@@ -151,14 +153,6 @@ TEST_F(Configuration, TellsTheFaultsOfAMarkerSetOnceWithTheirPlaceThere) {
   EXPECT_NE(first, std::string::npos) << faults;
   EXPECT_EQ(faults.find(set + ":2:1: ", first + 1), std::string::npos) << faults;
   EXPECT_THAT(faults, HasSubstr("daemon.toml:6:14: camera 'east': marker_set is '" + set + "', which has faults"));
-}
-
-TEST_F(Configuration, RefusesALosslessRunOfCamerasThatCannotWait) {
-  EXPECT_THAT(
-      faults_of("[capture]\nrig = \"rig.toml\"\nlossless = true\n[[camera]]\nname = \"east\"\ndriver = \"v4l2\"\n"
-                "device = \"/dev/video0\"\n"),
-      HasSubstr(":6:10: camera 'east': driver is v4l2, but capture.lossless needs cameras that can wait"));
-  EXPECT_EQ(faults_of("[capture]\nrig = \"rig.toml\"\nlossless = true\n" + camera("east")), "");
 }
 
 TEST_F(Configuration, RefusesTwoCamerasThatAreOneDevice) {
