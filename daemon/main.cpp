@@ -87,7 +87,7 @@ int serve(const settings::DaemonSettings& settings) {
   runtime::Pipeline pipeline(std::move(assembly->settings), std::move(assembly->parts));
   log_info("mocapd", fmt::format("started, cameras={} subjects={} feed={}", settings.cameras.size(),
                                  settings.subjects.size(), settings.publish.endpoint));
-  service.ready();
+  service.ready(status_line(pipeline));
   watch_over(pipeline, service, signals);
   service.stopping();
   pipeline.stop();
@@ -107,7 +107,7 @@ int start(const std::filesystem::path& config, bool only_check) {
     return kExitOk;
   }
   set_log_level(settings->log_level);
-  set_log_for_journal(std::getenv("JOURNAL_STREAM") != nullptr);
+  set_log_for_journal(runtime::Service{}.logs_to_journal());
   return serve(*settings);
 }
 
