@@ -108,7 +108,7 @@ Posture jump(double t_s) {
   for (const Joint thigh : {Joint::LeftUpLeg, Joint::RightUpLeg}) {
     posture.turn(thigh) = about_y(-0.35 * dip) * posture.turn(thigh);
   }
-  hang_arms(posture, 0.7 - 1.4 * dip, 0.7 - 1.4 * dip, 0.5);
+  hang_arms(posture, 0.6 - 1.1 * dip, 0.6 - 1.1 * dip, 0.5);
   return posture;
 }
 
