@@ -32,13 +32,26 @@ TEST(Bvh, TurnsEvenlyBetweenFrames) {
   ASSERT_TRUE(bvh) << bvh.error().message;
   BvhPosture posture;
 
-  posture_of(*bvh, 0.25, posture);
+  posture_of(*bvh, 0.125, posture);
 
-  EXPECT_LT((posture.root - Eigen::Vector3d(2, 2, 3)).norm(), 1e-12);
-  const Eigen::AngleAxisd half_z(std::numbers::pi / 4.0, Eigen::Vector3d::UnitZ()),
-      half_y(std::numbers::pi / 9.0, Eigen::Vector3d::UnitY());
-  EXPECT_LT(posture.turns[0].angularDistance(Eigen::Quaterniond(half_z)), 1e-9);
-  EXPECT_LT(posture.turns[1].angularDistance(Eigen::Quaterniond(half_y)), 1e-9);
+  EXPECT_LT((posture.root - Eigen::Vector3d(1.5, 2, 3)).norm(), 1e-12);
+  const Eigen::AngleAxisd quarter_z(std::numbers::pi / 8.0, Eigen::Vector3d::UnitZ()),
+      quarter_y(std::numbers::pi / 18.0, Eigen::Vector3d::UnitY());
+  EXPECT_LT(posture.turns[0].angularDistance(Eigen::Quaterniond(quarter_z)), 1e-9);
+  EXPECT_LT(posture.turns[1].angularDistance(Eigen::Quaterniond(quarter_y)), 1e-9);
+}
+
+TEST(Bvh, TurnsAboutItsChannelsInTheirOrder) {
+  std::string text = kSmall;
+  text.replace(text.find("1 2 3 0 0 0 0 0 0"), 17, "1 2 3 0 0 0 90 90 0");
+  const auto bvh = parse_bvh(text);
+  ASSERT_TRUE(bvh);
+  BvhPosture posture;
+
+  posture_of(*bvh, 0.0, posture);
+
+  // About x first (y becomes z), about z then, which leaves that in place.
+  EXPECT_LT((posture.turns[1] * Eigen::Vector3d::UnitY() - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
 }
 
 TEST(Bvh, RefusesEveryTruncationWithTheLine) {
