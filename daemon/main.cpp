@@ -1,57 +1,74 @@
 #include <fmt/format.h>
+#include <pthread.h>
 #include <signal.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
+#include <filesystem>
+#include <string>
 
 #include "assemble.h"
 #include "base/exit_codes.h"
 #include "base/log.h"
 #include "runtime/pipeline.h"
+#include "runtime/realtime.h"
 #include "runtime/service.h"
 #include "settings/daemon_settings.h"
 
 namespace mocap {
 namespace {
 
-constexpr Duration kLookAround = std::chrono::milliseconds(100);
+constexpr Duration kLookForSignals = std::chrono::milliseconds(100);
+// Between two looks at the threads: every loop that sleeps has gone round by then.
+constexpr Duration kLookAtProgress = std::chrono::milliseconds(500);
+constexpr Duration kSayStatus = std::chrono::seconds(1);
 
+// Before any thread starts, so that all inherit it: only the main loop takes these signals.
 sigset_t block_end_signals() {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGINT);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before any thread: all inherit it
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   return signals;
 }
 
-bool end_signal_within(const sigset_t& signals, Duration patience) {
+bool asked_to_end_within(const sigset_t& signals, Duration patience) {
   const timespec limit{0, static_cast<long>(patience.count())};
   return sigtimedwait(&signals, nullptr, &limit) > 0;
 }
 
 std::string status_line(const runtime::Pipeline& pipeline) {
-  const std::uint64_t sets = pipeline.fusion_counters().sets.read();
-  const std::uint64_t complete = pipeline.fusion_counters().complete_sets.read();
-  return fmt::format("sets={} complete={} sent={}", sets, complete, pipeline.publish_counters().sent.read());
+  return fmt::format("sets={} complete={} sent={}", pipeline.fusion_counters().sets.read(),
+                     pipeline.fusion_counters().complete_sets.read(), pipeline.publish_counters().sent.read());
 }
 
-void run(runtime::Pipeline& pipeline, runtime::Service& service, const sigset_t& signals) {
-  Timestamp said_at;
-  Timestamp looked_at;
-  while (!end_signal_within(signals, kLookAround) && !pipeline.finished()) {
+void watch_over(runtime::Pipeline& pipeline, runtime::Service& service, const sigset_t& signals) {
+  Timestamp looked_at = host_now();
+  Timestamp said_at = looked_at;
+  while (!asked_to_end_within(signals, kLookForSignals) && !pipeline.finished()) {
     const Timestamp now = host_now();
-    // Half a second between two looks, so that a thread that sleeps has gone round its loop.
-    if (now - looked_at >= std::chrono::milliseconds(500)) {
+    if (now - looked_at >= kLookAtProgress) {
       looked_at = now;
       if (pipeline.progressed()) service.alive();
     }
-    if (now - said_at >= std::chrono::seconds(1)) {
+    if (now - said_at >= kSayStatus) {
       said_at = now;
       service.status(status_line(pipeline));
     }
+  }
+}
+
+int exit_code_of(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::Busy:
+    case ErrorCode::NotFound:
+    case ErrorCode::DeviceLost: return kExitUnavailable;
+    case ErrorCode::InvalidArgument:
+    case ErrorCode::Unsupported: return kExitConfig;
+    default: return kExitSoftware;
   }
 }
 
@@ -62,19 +79,67 @@ int serve(const settings::DaemonSettings& settings) {
     log_error("mocapd", assembly.error().message);
     return exit_code_of(assembly.error().code);
   }
-  runtime::Service service;
-  if (settings.realtime.lock_memory) {
+  if (settings.lock_memory) {
     const Status locked = runtime::lock_memory();
     if (!locked) log_warn("mocapd", locked.error().message);
   }
+  runtime::Service service;
   runtime::Pipeline pipeline(std::move(assembly->settings), std::move(assembly->parts));
+  log_info("mocapd", fmt::format("started, cameras={} subjects={} feed={}", settings.cameras.size(),
+                                 settings.subjects.size(), settings.publish.endpoint));
   service.ready();
-  run(pipeline, service, signals);
+  watch_over(pipeline, service, signals);
   service.stopping();
   pipeline.stop();
-  log_info("mocapd", "ended; " + status_line(pipeline));
-  return exit_code::kOk;
+  log_info("mocapd", "ended, " + status_line(pipeline));
+  return kExitOk;
 }
+
+int start(const std::filesystem::path& config, bool only_check) {
+  Result<settings::DaemonSettings, settings::Faults> settings = settings::load_daemon_settings(config);
+  if (!settings) {
+    fmt::print(stderr, "{}\n", settings::to_text(settings.error()));
+    return kExitConfig;
+  }
+  if (only_check) {
+    fmt::print("{}: good, cameras={} subjects={}\n", config.string(), settings->cameras.size(),
+               settings->subjects.size());
+    return kExitOk;
+  }
+  set_log_level(settings->log_level);
+  set_log_for_journal(std::getenv("JOURNAL_STREAM") != nullptr);
+  return serve(*settings);
+}
+
+constexpr const char* kExamples = R"(examples:
+  mocapd --config config/demo.toml          run with the simulated cameras of mocap-sim
+  mocapd --config /etc/mocapd/mocapd.toml   run as the service does
+  mocapd --check-config my.toml             say what is wrong with a configuration, change nothing
+
+exit codes: 0 ended as asked, 64 wrong command line, 69 something needed is taken or missing (a port), 70 a fault of
+ours, 78 wrong configuration)";
 
 }  // namespace
 }  // namespace mocap
+
+int main(int argc, char** argv) {
+  using namespace mocap;  // NOLINT: the program
+  CLI::App app{"mocapd: real-time optical motion capture; cameras in, labelled skeletons out over ZeroMQ", "mocapd"};
+  app.footer(kExamples);
+  std::string config;
+  std::string check;
+  auto* config_option = app.add_option("--config", config, "TOML file to run with")->type_name("FILE");
+  auto* check_option = app.add_option("--check-config", check, "check this TOML file and exit (0 good, 78 faults)")
+                           ->type_name("FILE")
+                           ->excludes(config_option);
+  app.set_version_flag("--version", "mocapd " MOCAP_VERSION);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kExitOk : kExitUsage;
+  }
+  if (*check_option) return start(check, true);
+  if (*config_option) return start(config, false);
+  std::fputs("mocapd: nothing to do: give --config FILE; see --help\n", stderr);
+  return kExitUsage;
+}

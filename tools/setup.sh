@@ -1,5 +1,8 @@
 #!/usr/bin/env bash
-# Installs every Debian 12 package that the build, the demo and the tests need. Idempotent, asks nothing.
+# Installs every Debian 12 package that the build, the demo and the tests need. Idempotent, asks nothing, needs no
+# network where nothing is missing. Not run as root, it says what is missing and how to get it.
+#
+# usage: tools/setup.sh [--check]     --check: only say what is missing
 set -euo pipefail
 
 packages=(
@@ -10,23 +13,46 @@ packages=(
   libzmq3-dev libprotobuf-dev protobuf-compiler libspdlog-dev libfmt-dev libsystemd-dev
   libcli11-dev libtomlplusplus-dev nlohmann-json3-dev
   # tests and checks
-  libgtest-dev libgmock-dev clang-format clang-tidy iproute2
+  libgtest-dev libgmock-dev clang-format clang-tidy shellcheck iproute2 procps systemd
   python3 python3-zmq python3-protobuf
 )
 
+check=false
+case "${1:-}" in
+  "") ;;
+  --check) check=true ;;
+  *) echo "setup: unknown argument '$1', expected --check or nothing" >&2; exit 64 ;;
+esac
+
+if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
+  echo "setup: this is no Debian; install what tools/setup.sh lists by your system's own means" >&2
+  exit 69
+fi
+
+# One question for all: dpkg-query is slow to start. A package that was never known prints nothing.
+installed=$(dpkg-query -W -f='${Package} ${Status}\n' "${packages[@]}" 2>/dev/null || true)
 missing=()
 for package in "${packages[@]}"; do
-  dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")
+  grep -qF "$package install ok installed" <<<"$installed" || missing+=("$package")
 done
+
 if [ ${#missing[@]} -eq 0 ]; then
   exit 0
 fi
-if [ "$(id -u)" -ne 0 ]; then
-  echo "setup: these packages are missing: ${missing[*]}" >&2
-  echo "setup: run as root: apt-get install --no-install-recommends ${missing[*]}" >&2
-  exit 77
+if $check || [ "$(id -u)" -ne 0 ]; then
+  {
+    echo "setup: ${#missing[@]} packages are missing: ${missing[*]}"
+    echo "setup: install them with: sudo apt-get install --no-install-recommends ${missing[*]}"
+  } >&2
+  exit 69
 fi
+
 echo "setup: installing ${missing[*]}"
 export DEBIAN_FRONTEND=noninteractive
-apt-get update -qq
-apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+if ! { apt-get update -qq && apt-get install -y -qq --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
+  tail -n 20 "$log" >&2
+  echo "setup: apt-get failed; nothing was built" >&2
+  exit 69
+fi

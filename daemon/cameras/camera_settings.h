@@ -25,8 +25,13 @@ struct AravisSettings {
   std::optional<int> packet_size_bytes;  ///< empty: negotiated
   bool packet_socket = true;             ///< off on loopback, where it receives nothing
   int stream_buffers = 16;
-  double delivery_us =
-      0.0;  ///< least time from the end of the exposure to its last byte here; part of the clock mapping
+  double delivery_us = 0.0;  ///< least time from the end of the exposure to its last byte here; for `estimated`
+  /// How a stamp of the camera becomes the host's time. estimated: from the times of receipt (offset, drift). utc: the
+  /// camera counts nanoseconds of UTC as this host does (PTP, or a camera simulated on this host).
+  std::string clock = "estimated";
+  /// What instant the camera stamps: start, middle or end of the exposure. Only `utc` looks at it: `estimated` knows
+  /// the end of the exposure by the receipt, whatever is stamped.
+  std::string stamps = "start";
 };
 
 /// A camera of the Linux kernel's video API.
@@ -43,9 +48,11 @@ struct V4l2Settings {
 
 /// Images from files: a folder of numbered images or a video, with timestamps.csv beside them.
 struct ReplaySettings {
-  std::filesystem::path folder;  ///< <folder>/000000.pgm|png ... and <folder>/timestamps.csv
-  double rate_hz = 60.0;         ///< where there is no timestamps.csv
-  double speed = 1.0;            ///< 1: recorded pace, 2: twice it, 0: as fast as possible
+  /// The camera's own folder (numbered images or one video file, and timestamps.csv), or the folder in which that
+  /// folder stands under the camera's name.
+  std::filesystem::path folder;
+  double rate_hz = 60.0;  ///< where there is no timestamps.csv
+  double speed = 1.0;     ///< 1: recorded pace, 2: twice it, 0: as fast as possible
   bool loop = false;
 };
 

@@ -34,7 +34,10 @@ struct CameraHealth {
   std::uint64_t dropped_queue_full = 0;
   std::uint64_t dropped_blobs = 0;  ///< over kMaxBlobs
   std::uint64_t reopened = 0;
-  std::string last_error;  ///< empty when none
+  std::uint64_t underruns = 0;        ///< images that came when every buffer was in use
+  std::uint64_t resent_packets = 0;   ///< were lost, asked for again and came
+  std::uint64_t missing_packets = 0;  ///< never came
+  std::string last_error;             ///< empty when none
 };
 
 /// How the service is, once a second.

@@ -14,6 +14,7 @@
 #include "module/blob_tracker.h"
 #include "module/camera.h"
 #include "module/detector.h"
+#include "module/stream_counters.h"
 #include "runtime/counters.h"
 #include "runtime/realtime.h"
 
@@ -25,6 +26,7 @@ using DetectorMaker = std::function<Result<std::unique_ptr<Detector>>(const Imag
 /// What one camera's thread works with.
 struct CameraParts {
   std::string name;
+  std::unique_ptr<StreamCounters> stream;  ///< written by the camera, so it outlives it
   std::unique_ptr<Camera> camera;
   DetectorMaker make_detector;
   std::unique_ptr<BlobTracker> tracker;

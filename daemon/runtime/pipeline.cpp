@@ -16,7 +16,9 @@ Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
   MOCAP_EXPECTS(!parts.cameras.empty() && parts.cameras.size() <= kMaxCameras);
   MOCAP_EXPECTS(parts.description.cameras.size() == parts.cameras.size());
   settings.camera.lossless = settings.fusion.lossless = settings.publish.lossless = settings.lossless;
+  std::vector<const StreamCounters*> streams;
   for (std::size_t i = 0; i < parts.cameras.size(); ++i) {
+    streams.push_back(parts.cameras[i].stream.get());
     channels_.push_back(std::make_unique<CameraChannel>(at_least_one(settings.camera_queue_frames), wake_fusion_));
     CameraWorkerSettings camera = settings.camera;
     if (i < settings.camera_threads.size()) camera.thread = settings.camera_threads[i];
@@ -29,7 +31,7 @@ Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
       fusion_counters_);
   publish_worker_ = std::make_unique<PublishWorker>(
       std::move(parts.publisher), std::move(parts.description), settings.publish,
-      PublishWorker::Links{&to_publish_, borrow_channels(), &fusion_counters_}, publish_counters_);
+      PublishWorker::Links{&to_publish_, borrow_channels(), streams, &fusion_counters_}, publish_counters_);
   if (writes) {
     side_worker_ = std::make_unique<SideWorker>(std::move(parts.writers), settings.lossless, to_side_, side_counters_);
   }

@@ -133,6 +133,10 @@ void PublishWorker::gather_camera(std::size_t camera, double seconds) {
   health.dropped_queue_full = channel.counters.dropped_queue_full.read();
   health.dropped_blobs = channel.counters.dropped_blobs.read();
   health.reopened = channel.counters.reopened.read();
+  const StreamCounters& stream = *links_.streams[camera];
+  health.underruns = stream.underruns.load(std::memory_order_relaxed);
+  health.resent_packets = stream.resent_packets.load(std::memory_order_relaxed);
+  health.missing_packets = stream.missing_packets.load(std::memory_order_relaxed);
   health.rate_hz = static_cast<double>(health.frames - frames_reported_[camera]) / seconds;
   frames_reported_[camera] = health.frames;
 }

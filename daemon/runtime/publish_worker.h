@@ -27,7 +27,8 @@ class PublishWorker {
   /// All outlive the worker.
   struct Links {
     SnapshotChannel* snapshots = nullptr;
-    std::vector<CameraChannel*> cameras;  ///< by CameraId
+    std::vector<CameraChannel*> cameras;         ///< by CameraId
+    std::vector<const StreamCounters*> streams;  ///< by CameraId
     const FusionCounters* fusion = nullptr;
   };
 

@@ -173,9 +173,4 @@ std::optional<ImageSize> size_of(const CameraSettings& camera) {
   return std::nullopt;
 }
 
-bool can_wait(const CameraSettings& camera) {
-  return std::holds_alternative<ReplaySettings>(camera.driver) ||
-         std::holds_alternative<SyntheticSettings>(camera.driver);
-}
-
 }  // namespace mocap::settings

@@ -27,7 +27,4 @@ struct ImageSize {
 };
 std::optional<ImageSize> size_of(const cameras::CameraSettings& camera);
 
-/// Whether the camera's images come to an end or wait for their taker, as files and the simulation do.
-bool can_wait(const cameras::CameraSettings& camera);
-
 }  // namespace mocap::settings

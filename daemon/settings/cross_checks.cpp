@@ -8,6 +8,7 @@
 #include "model/bounds.h"
 #include "settings/camera_keys.h"
 #include "settings/suggestion.h"
+#include "wire/endpoint.h"
 
 namespace mocap::settings {
 namespace {
@@ -59,18 +60,19 @@ std::optional<double> exposure_us_of(const CameraSettings& camera) {
   return std::nullopt;
 }
 
-void check_camera(TomlTable& table, const CameraSettings& camera, const DaemonSettings& settings) {
+void check_camera(TomlTable& table, const CameraSettings& camera) {
   const std::optional<double> rate_hz = rate_hz_of(camera);
   const std::optional<double> exposure_us = exposure_us_of(camera);
   if (rate_hz && exposure_us && *exposure_us >= 1e6 / *rate_hz) {
     table.fault("exposure_us", fmt::format("exposure_us is {}, expected less than the period of {:.0f} us at {} Hz",
                                            *exposure_us, 1e6 / *rate_hz, *rate_hz));
   }
-  if (settings.pipeline.lossless && !can_wait(camera)) {
-    table.fault("driver",
-                fmt::format("driver is {}, but capture.lossless needs cameras that can wait: replay or synthetic",
-                            driver_of(camera)));
-  }
+}
+
+// A fault at a key of a section, or at the section or file where the key is not said.
+void section_fault(DaemonTables& tables, const char* section, const char* key, const std::string& message) {
+  std::optional<TomlTable> table = tables.root.table(section, section);
+  (table ? *table : tables.root).fault(key, message);
 }
 
 void check_times(DaemonTables& tables, const DaemonSettings& settings) {
@@ -79,18 +81,44 @@ void check_times(DaemonTables& tables, const DaemonSettings& settings) {
     fastest_hz = std::max(fastest_hz, rate_hz_of(camera).value_or(0.0));
   const double window_us = to_us(settings.pipeline.align.window);
   if (fastest_hz > 0.0 && window_us >= 0.5e6 / fastest_hz) {
-    std::optional<TomlTable> align = tables.root.table("align", "align");
-    (align ? *align : tables.root)
-        .fault("window_us", fmt::format("window_us is {}, expected less than half a frame period, {:.0f} at {} Hz",
-                                        window_us, 0.5e6 / fastest_hz, fastest_hz));
+    section_fault(tables, "align", "window_us",
+                  fmt::format("window_us is {}, expected less than half a frame period, {:.0f} at {} Hz", window_us,
+                              0.5e6 / fastest_hz, fastest_hz));
   }
-  const runtime::CameraWorkerSettings& reopen_times = settings.pipeline.camera;
-  if (reopen_times.first_backoff > reopen_times.longest_backoff) {
-    std::optional<TomlTable> reopen = tables.root.table("reopen", "reopen");
-    (reopen ? *reopen : tables.root)
-        .fault("first_backoff_ms",
-               fmt::format("first_backoff_ms is {}, over longest_backoff_ms = {}",
-                           to_s(reopen_times.first_backoff) * 1e3, to_s(reopen_times.longest_backoff) * 1e3));
+  const runtime::CameraWorkerSettings& reopen = settings.pipeline.camera;
+  if (reopen.first_backoff > reopen.longest_backoff) {
+    section_fault(tables, "reopen", "first_backoff_ms",
+                  fmt::format("first_backoff_ms is {}, over longest_backoff_ms = {}", to_s(reopen.first_backoff) * 1e3,
+                              to_s(reopen.longest_backoff) * 1e3));
+  }
+}
+
+void check_row(DaemonTables& tables, const DaemonSettings& settings) {
+  const stages::DetectSettings& detect = settings.detect;
+  if (detect.min_area_px2 > detect.max_area_px2) {
+    section_fault(tables, "detect", "min_area_px2",
+                  fmt::format("min_area_px2 is {}, over max_area_px2 = {}", detect.min_area_px2, detect.max_area_px2));
+  }
+  if (detect.threshold && detect.low_threshold && *detect.low_threshold > *detect.threshold) {
+    section_fault(tables, "detect", "low_threshold",
+                  fmt::format("low_threshold is {}, over threshold = {}", *detect.low_threshold, *detect.threshold));
+  }
+  const stages::MatchSettings& match = settings.match;
+  if ((match.volume_min_m.array() >= match.volume_max_m.array()).any()) {
+    section_fault(tables, "match", "volume_min_m", "volume_min_m is not below volume_max_m on every axis");
+  }
+}
+
+void check_outputs(DaemonTables& tables, const DaemonSettings& settings) {
+  const Status endpoint = wire::check_endpoint(settings.publish.endpoint, settings.publish.allow_remote);
+  // Busy is for who starts, not for the file.
+  if (!endpoint && endpoint.error().code == ErrorCode::InvalidArgument) {
+    section_fault(tables, "publish", "endpoint", endpoint.error().message);
+  }
+  const std::filesystem::path& file = settings.record.snapshots;
+  if (!file.empty() && file.extension() != ".jsonl" && file.extension() != ".pb") {
+    section_fault(tables, "record", "snapshots",
+                  fmt::format("snapshots is '{}', expected a file name that ends in .jsonl or .pb", file.string()));
   }
 }
 
@@ -113,9 +141,10 @@ void check_together(DaemonTables& tables, const DaemonSettings& settings) {
   check_cameras_differ(tables, settings);
   expect_different(settings.subjects, tables.subjects, "name",
                    [](const SubjectSettings& subject) { return subject.name; });
-  for (std::size_t i = 0; i < settings.cameras.size(); ++i)
-    check_camera(tables.cameras[i], settings.cameras[i], settings);
+  for (std::size_t i = 0; i < settings.cameras.size(); ++i) check_camera(tables.cameras[i], settings.cameras[i]);
   check_times(tables, settings);
+  check_row(tables, settings);
+  check_outputs(tables, settings);
 }
 
 Rig rig_for(DaemonTables& tables, const DaemonSettings& settings, const Rig& rig) {

@@ -104,10 +104,11 @@ void load_the_marker_sets(TomlFile& file, DaemonTables& tables, DaemonSettings& 
       settings.worn.push_back({subject.name, *std::move(worn)});
     }
   }
+  settings.simulated.resize(settings.cameras.size());
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
     const auto* synthetic = std::get_if<cameras::SyntheticSettings>(&settings.cameras[i].driver);
     if (synthetic == nullptr || synthetic->marker_set.empty()) continue;
-    static_cast<void>(sets.load(tables.cameras[i], synthetic->marker_set));
+    if (auto worn = sets.load(tables.cameras[i], synthetic->marker_set)) settings.simulated[i] = *std::move(worn);
   }
 }
 

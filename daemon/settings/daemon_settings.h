@@ -13,6 +13,14 @@
 #include "model/skeleton.h"
 #include "runtime/pipeline.h"
 #include "settings/faults.h"
+#include "stages/detect_blobs.h"
+#include "stages/label_markers.h"
+#include "stages/match_views.h"
+#include "stages/solve_skeleton.h"
+#include "stages/track_blobs.h"
+#include "stages/track_markers.h"
+#include "stages/triangulate_matches.h"
+#include "wire/zmq_publisher.h"
 
 namespace mocap::settings {
 
@@ -30,7 +38,7 @@ struct SubjectSettings {
 
 /// [record]: what is kept of a run.
 struct RecordSettings {
-  std::filesystem::path snapshots;  ///< every snapshot; empty: not kept
+  std::filesystem::path snapshots;  ///< every snapshot, as .jsonl or .pb; empty: not kept
 };
 
 /// One configuration file and the files that it names, checked.
@@ -39,13 +47,22 @@ struct DaemonSettings {
   LogLevel log_level = LogLevel::Info;
   std::vector<cameras::CameraSettings> cameras;  ///< by CameraId
   std::vector<SubjectSettings> subjects;         ///< by SubjectId
+  stages::DetectSettings detect;
+  stages::TrackBlobsSettings track_blobs;
+  stages::MatchSettings match;
+  stages::TriangulateSettings triangulate;
+  stages::TrackMarkersSettings track_markers;
+  stages::LabelSettings label;
+  stages::SolveSettings solve;
+  wire::PublisherSettings publish;
   RecordSettings record;
-  runtime::PipelineSettings pipeline;  ///< [capture], [align], [reopen], [queues], [realtime]
+  runtime::PipelineSettings pipeline;  ///< [capture], [align], [publish], [reopen], [queues], [realtime]
   bool lock_memory = false;
 
-  Rig rig;                     ///< by CameraId: the rig file's entry of each camera
-  std::vector<Subject> worn;   ///< by SubjectId: each subject with its marker set
-  double nominal_rate_hz = 0;  ///< capture.rate_hz, or what follows from the cameras; 0: nobody says
+  Rig rig;                           ///< by CameraId: the rig file's entry of each camera
+  std::vector<Subject> worn;         ///< by SubjectId: each subject with its marker set
+  std::vector<MarkerSet> simulated;  ///< by CameraId: what a synthetic camera's subject wears; empty for the others
+  double nominal_rate_hz = 0;        ///< capture.rate_hz, or what follows from the cameras; 0: nobody says
 };
 
 /// Reads and checks a configuration with the rig and the marker sets that it names. Fails with all that is wrong.

@@ -1,5 +1,7 @@
 #include "settings/stage_keys.h"
 
+#include "model/bounds.h"
+
 namespace mocap::settings {
 namespace {
 
@@ -12,7 +14,6 @@ void tell_capture(Keys& keys, DaemonSettings& all) {
   keys.path("rig", all.capture.rig_file);
   keys.number("rate_hz", all.capture.rate_hz, {0, 10000});
   keys.flag("every_set", all.pipeline.fusion.every_set);
-  keys.flag("lossless", all.pipeline.lossless);
 }
 
 void tell_log(Keys& keys, DaemonSettings& all) {
@@ -29,9 +30,102 @@ void tell_reopen(Keys& keys, DaemonSettings& all) {
   keys.time("longest_backoff_ms", camera.longest_backoff, Milliseconds, {1, 600000});
 }
 
+void tell_detect(Keys& keys, DaemonSettings& all) {
+  stages::DetectSettings& detect = all.detect;
+  keys.number("threshold", detect.threshold, {1, 255});
+  keys.number("low_threshold", detect.low_threshold, {0, 255});
+  keys.number("min_area_px2", detect.min_area_px2, {1, 1e6});
+  keys.number("max_area_px2", detect.max_area_px2, {1, 1e6});
+  keys.number("min_roundness", detect.min_roundness, {0, 1});
+  keys.number("grow_px", detect.grow_px, {0, 8});
+}
+
+void tell_track_blobs(Keys& keys, DaemonSettings& all) {
+  stages::TrackBlobsSettings& track = all.track_blobs;
+  keys.choice<stages::TrackMethod>("method", track.method,
+                                   {{"alpha_beta", stages::TrackMethod::AlphaBeta},
+                                    {"kalman", stages::TrackMethod::Kalman},
+                                    {"condensation", stages::TrackMethod::Condensation}});
+  keys.number("gate_sigmas", track.gate_sigmas, {1, 10});
+  keys.number("gate_floor_px", track.gate_floor_px, {0, 100});
+  keys.number("gate_per_speed", track.gate_per_speed, {0, 2});
+  keys.number("confirm_images", track.confirm_images, {1, 100});
+  keys.time("max_coast_ms", track.max_coast, Milliseconds, {0, 10000});
+  keys.number("acceleration_px_s2", track.acceleration_px_s2, {1, 1e6});
+  keys.number("acceleration_per_speed_1_s", track.acceleration_per_speed_1_s, {0, 100});
+  keys.number("birth_speed_px_s", track.birth_speed_px_s, {1, 1e5});
+  keys.number("alpha", track.alpha, {0, 1});
+  keys.number("beta", track.beta, {0, 2});
+  keys.number("particles", track.particles, {2, 256});
+  keys.number("seed", track.seed, {0, 9e15});
+}
+
 void tell_align(Keys& keys, DaemonSettings& all) {
   keys.time("window_us", all.pipeline.align.window, Microseconds, {1, 1e6});
   keys.time("patience_us", all.pipeline.align.patience, Microseconds, {0, 1e7});
+}
+
+void tell_match(Keys& keys, DaemonSettings& all) {
+  constexpr Range kPlace_m{-1000, 1000};
+  stages::MatchSettings& match = all.match;
+  keys.number("gate_sigmas", match.gate_sigmas, {1, 10});
+  keys.number("gate_floor_px", match.gate_floor_px, {0, 100});
+  keys.number("calibration_px", match.calibration_px, {0, 20});
+  keys.number("agree_sigmas", match.agree_sigmas, {1, 10});
+  keys.number("min_views_new", match.min_views_new, {2, kMaxCameras});
+  keys.number("min_ray_angle_deg", match.min_ray_angle_deg, {0.1, 45});
+  keys.numbers("volume_min_m", match.volume_min_m.data(), 3, kPlace_m);
+  keys.numbers("volume_max_m", match.volume_max_m.data(), 3, kPlace_m);
+}
+
+void tell_triangulate(Keys& keys, DaemonSettings& all) {
+  stages::TriangulateSettings& triangulate = all.triangulate;
+  keys.number("calibration_px", triangulate.calibration_px, {0, 20});
+  keys.number("agree_sigmas", triangulate.agree_sigmas, {1, 10});
+  keys.millimetres("max_sigma_mm", triangulate.max_sigma_m, {0.01, 1000});
+}
+
+void tell_track_markers(Keys& keys, DaemonSettings& all) {
+  stages::TrackMarkersSettings& track = all.track_markers;
+  keys.number("gate_sigmas", track.gate_sigmas, {1, 10});
+  keys.millimetres("gate_floor_mm", track.gate_floor_m, {0, 100});
+  keys.number("gate_per_speed", track.gate_per_speed, {0, 2});
+  keys.number("confirm_sets", track.confirm_sets, {1, 100});
+  keys.time("max_coast_ms", track.max_coast, Milliseconds, {0, 10000});
+  keys.number("acceleration_m_s2", track.acceleration_m_s2, {0.01, 1000});
+  keys.number("acceleration_per_speed_1_s", track.acceleration_per_speed_1_s, {0, 100});
+  keys.number("max_agility", track.max_agility, {1, 1000});
+  keys.number("birth_speed_m_s", track.birth_speed_m_s, {0.01, 100});
+  keys.time("coast_half_life_ms", track.coast_half_life, Milliseconds, {0, 10000});
+  keys.millimetres("sighting_floor_mm", track.sighting_floor_m, {0, 100});
+}
+
+void tell_label(Keys& keys, DaemonSettings& all) {
+  stages::LabelSettings& label = all.label;
+  keys.time("still_for_ms", label.still_for, Milliseconds, {0, 10000});
+  keys.millimetres("still_radius_mm", label.still_radius_m, {0.1, 1000});
+  keys.time("search_every_ms", label.search_every, Milliseconds, {1, 10000});
+  keys.millimetres("most_rms_mm", label.most_rms_m, {0.1, 1000});
+  keys.number("least_share", label.least_share, {0.1, 1});
+  keys.millimetres("rigid_tolerance_mm", label.rigid_tolerance_m, {0.1, 1000});
+  keys.millimetres("tie_slack_mm", label.tie_slack_m, {0, 1000});
+  keys.millimetres("most_gate_mm", label.most_gate_m, {1, 5000});
+  keys.time("lost_after_ms", label.lost_after, Milliseconds, {1, 60000});
+}
+
+void tell_solve(Keys& keys, DaemonSettings& all) {
+  stages::SolveSettings& solve = all.solve;
+  keys.millimetres("marker_sigma_mm", solve.marker_sigma_m, {0.1, 100});
+  keys.millimetres("outlier_mm", solve.outlier_m, {1, 1000});
+  keys.number("fill_for_s", solve.fill_for_s, {0, 60});
+  keys.number("max_iterations", solve.max_iterations, {1, 100});
+}
+
+void tell_publish(Keys& keys, DaemonSettings& all) {
+  keys.text("endpoint", all.publish.endpoint);
+  keys.flag("allow_remote", all.publish.allow_remote);
+  keys.number("send_queue", all.publish.send_queue, {1, 1000});
+  keys.flag("every_snapshot", all.pipeline.publish.every_snapshot);
 }
 
 void tell_record(Keys& keys, DaemonSettings& all) { keys.path("snapshots", all.record.snapshots); }
@@ -59,8 +153,21 @@ void tell_realtime(Keys& keys, DaemonSettings& all) {
 }
 
 constexpr Section kSections[] = {
-    {"capture", tell_capture}, {"log", tell_log},       {"align", tell_align},       {"record", tell_record},
-    {"reopen", tell_reopen},   {"queues", tell_queues}, {"realtime", tell_realtime},
+    {"capture", tell_capture},  //
+    {"log", tell_log},          //
+    {"detect", tell_detect},    //
+    {"track_blobs", tell_track_blobs},
+    {"align", tell_align},  //
+    {"match", tell_match},
+    {"triangulate", tell_triangulate},
+    {"track_markers", tell_track_markers},
+    {"label", tell_label},
+    {"solve", tell_solve},
+    {"publish", tell_publish},  //
+    {"record", tell_record},    //
+    {"reopen", tell_reopen},    //
+    {"queues", tell_queues},    //
+    {"realtime", tell_realtime},
 };
 
 }  // namespace

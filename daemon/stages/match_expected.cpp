@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace mocap::stages {
 namespace {
@@ -29,6 +30,7 @@ double width_of(const Shadow& shadow, double floor) {
 ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t camera_count)
     : settings_(settings),
       agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
+      max_cos_angle_(std::cos(settings.min_ray_angle_deg * std::numbers::pi / 180.0)),
       assigner_(kMaxMarkers, kMaxBlobs, kMaxPairs),
       view_count_(camera_count),
       ray_of_(kMaxMarkers * camera_count, kNone),
@@ -101,6 +103,15 @@ void ExpectedMatcher::assign_view(const ViewRays& view, std::size_t index, const
   }
 }
 
+// Whether the two sightings in front look from directions that differ enough.
+bool ExpectedMatcher::tell_depth(const RayTable& rays, std::size_t marker) const {
+  const auto direction = [&](std::size_t i) {
+    const std::uint32_t view = sightings_[i].source;
+    return rays[view].direction(ray_of_[marker * view_count_ + view]);
+  };
+  return std::abs(direction(0).dot(direction(1))) < max_cos_angle_;
+}
+
 // How many of a marker's views agree; the others are given back.
 std::size_t ExpectedMatcher::agree(const RayTable& rays, std::size_t marker) {
   sightings_.clear();
@@ -110,7 +121,7 @@ std::size_t ExpectedMatcher::agree(const RayTable& rays, std::size_t marker) {
   }
   if (sightings_.size() < 2) return sightings_.size();
   const auto agreed = geometry::agree(sightings_, agreement_);
-  if (!agreed) return 0;
+  if (!agreed || (agreed->kept == 2 && !tell_depth(rays, marker))) return 0;
   const auto& at = agreed->refined.point.v.array();
   if ((at < settings_.volume_min_m.array()).any() || (at > settings_.volume_max_m.array()).any()) return 0;
   found_[marker] = agreed->refined;

@@ -24,12 +24,14 @@ class ExpectedMatcher {
 
   void assign_view(const ViewRays& view, std::size_t index, const Expected& expected);
   std::size_t agree(const RayTable& rays, std::size_t marker);
+  bool tell_depth(const RayTable& rays, std::size_t marker) const;
   void recover(RayTable& rays, std::size_t marker);
   void mark(RayTable& rays, std::size_t marker, std::uint8_t taken) const;
   void give(const RayTable& rays, std::size_t marker, Matches& into) const;
 
   const MatchSettings& settings_;
   geometry::Agreement agreement_;
+  double max_cos_angle_;
   geometry::Assigner assigner_;
   std::vector<geometry::AllowedPair> pairs_;
   std::size_t view_count_ = 0;

@@ -33,10 +33,6 @@ Vector3d centre_of_view(const Rig& rig) {
   return normal.inverse() * rhs;
 }
 
-Vector3d direction(const ViewRays& view, std::size_t ray) {
-  return (view.camera->camera_from_world.rotation.transpose() * Vector3d(view.x[ray], view.y[ray], 1.0)).normalized();
-}
-
 }  // namespace
 
 NewMatcher::NewMatcher(const MatchSettings& settings, const Rig& rig)
@@ -164,7 +160,7 @@ void NewMatcher::propose(const RayTable& rays, Member a, Member b) {
 // Makes the trial of two rays, if they meet where a marker can be.
 bool NewMatcher::start(const RayTable& rays, Member a, Member b) {
   work_ += 2 * kWorkOfShadow;
-  const double cos_angle = direction(rays[a.view], a.ray).dot(direction(rays[b.view], b.ray));
+  const double cos_angle = rays[a.view].direction(a.ray).dot(rays[b.view].direction(b.ray));
   if (std::abs(cos_angle) > max_cos_angle_) return false;
   trial_.members.clear();
   trial_.members.push_back(a);

@@ -15,7 +15,7 @@ struct MatchSettings {
   double calibration_px = 0.5;      ///< standard deviation of what the rig may be wrong, added to each blob's own
   double agree_sigmas = 3.5;        ///< the views of one marker lie no farther than that from their common point
   std::uint32_t min_views_new = 3;  ///< of a marker nobody expects; 2 where only two cameras could see it
-  double min_ray_angle_deg = 2.0;   ///< two rays closer to parallel than that begin no new marker
+  double min_ray_angle_deg = 2.0;   ///< two views closer to parallel than that tell no depth
   Eigen::Vector3d volume_min_m{-20.0, -20.0, -1.0};  ///< no marker outside of this box
   Eigen::Vector3d volume_max_m{20.0, 20.0, 10.0};
 };

@@ -35,7 +35,6 @@ struct MarkerMemory {
   Timestamp seen_at;
   bool ever_seen = false;
   Eigen::Vector3d off_m = Eigen::Vector3d::Zero();  // from where the body puts it, in its bone's frame
-  TrackId track;
 };
 
 struct BoneMemory {
@@ -119,7 +118,6 @@ void OneSubject::gather(const SubjectLabels& labels, Timestamp at) {
   const MarkerSet& set = pose_.marker_set();
   for (std::size_t m = 0; m < labels.markers.size() && m < markers_.size(); ++m) {
     const LabelledMarker& label = labels.markers[m];
-    markers_[m].track = label.track;
     if (label.state != LabelState::Measured || !label.position.v.allFinite()) continue;
     const double noise = std::clamp(label.covariance_m2.trace() / 3.0, 0.0, 1.0);
     const double sigma =
@@ -300,14 +298,6 @@ void OneSubject::predict(SubjectId id, Timestamp at, Expected& into) {
   ahead_.set_locals(locals_);
   for (std::size_t m = 0; m < markers_.size(); ++m) {
     const Label label{id, static_cast<std::uint32_t>(m)};
-    const auto same = [&](const ExpectedMarker& one) { return one.track == markers_[m].track; };
-    const auto tracked = markers_[m].track.names_something()
-                             ? std::find_if(into.markers.begin(), into.markers.end(), same)
-                             : into.markers.end();
-    if (tracked != into.markers.end()) {
-      tracked->label = label;
-      continue;
-    }
     const double sigma = told_sigma(m, at);
     const ExpectedMarker expected{{told(m, ahead_)}, sigma * sigma * Eigen::Matrix3d::Identity(), {}, label};
     if (!into.markers.try_push_back(expected)) return;

@@ -18,8 +18,7 @@ struct SolveSettings {
 /// Inverse kinematics over each subject's tree: all named markers that were seen in this set pull on their bones at
 /// once, from the pose that the last set's motion leads to.
 ///
-/// A bone whose own markers were seen is Measured, every other one Filled. `predict` names an expectation that
-/// stands in `into` already, by its track, instead of appending a second one for the same marker.
+/// A bone whose own markers were seen is Measured, every other one Filled.
 ///
 /// Allocates here only. One thread owns it.
 std::unique_ptr<SkeletonSolver> make_skeleton_solver(const SolveSettings& settings, std::vector<Subject> subjects);

@@ -22,7 +22,7 @@ class MatchTriangulator final : public Triangulator {
       : settings_(settings),
         agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
         rig_(std::move(rig)) {
-    for (const CameraModel& camera : rig_) casters_.emplace_back(camera.lens);
+    for (const CameraModel& camera : rig_) casters_.emplace_back(camera);
   }
 
   const Markers& triangulate(const FrameSet& frames, const Matches& matches) override {

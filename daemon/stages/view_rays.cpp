@@ -36,6 +36,10 @@ geometry::Sighting ViewRays::sighting(std::size_t ray, std::uint32_t source) con
   return {&camera->camera_from_world, {{x[ray], y[ray]}}, px_from_ray[ray], sigma_px[ray], source};
 }
 
+Vector3d ViewRays::direction(std::size_t ray) const {
+  return (camera->camera_from_world.rotation.transpose() * Vector3d(x[ray], y[ray], 1.0)).normalized();
+}
+
 std::optional<Shadow> ViewRays::shadow(const Vector3d& point, const Matrix3d& covariance_m2) const {
   constexpr double kNearest_m = 0.05;
   const Matrix3d& r = camera->camera_from_world.rotation;
@@ -65,9 +69,26 @@ double ViewRays::distance2(const Shadow& shadow, std::size_t ray, double floor_p
 std::pair<std::size_t, std::size_t> ViewRays::candidates(const Shadow& shadow, double sigmas, double floor_px) const {
   const double own = (max_sigma_px_ * max_sigma_px_ + floor_px * floor_px) / (focal_px * focal_px);
   const double half = sigmas * std::sqrt(shadow.covariance(0, 0) + own);
-  const auto first = std::lower_bound(x.begin(), x.end(), shadow.centre.x() - half);
-  const auto last = std::upper_bound(first, x.end(), shadow.centre.x() + half);
-  return {static_cast<std::size_t>(first - x.begin()), static_cast<std::size_t>(last - x.begin())};
+  const double low = shadow.centre.x() - half;
+  const double high = shadow.centre.x() + half;
+  if (x.empty()) return {0, 0};
+  std::size_t first = first_of_bin_[bin_of(low)];
+  while (first < x.size() && x[first] < low) ++first;
+  std::size_t last = first;
+  while (last < x.size() && x[last] <= high) ++last;
+  return {first, last};
+}
+
+void ViewRays::index() {
+  if (x.empty()) return;
+  x_min_ = x.front();
+  const double width = x.back() - x.front();
+  bins_per_x_ = width > 0.0 ? static_cast<double>(kBins) / width : 0.0;
+  std::size_t ray = 0;
+  for (std::size_t bin = 0; bin < kBins; ++bin) {
+    while (ray < x.size() && bin_of(x[ray]) < bin) ++ray;
+    first_of_bin_[bin] = static_cast<std::uint16_t>(ray);
+  }
 }
 
 std::optional<std::size_t> ViewRays::nearest_free(const Shadow& shadow, double sigmas, double floor_px) const {
@@ -88,7 +109,7 @@ std::optional<std::size_t> ViewRays::nearest_free(const Shadow& shadow, double s
 RayTable::RayTable(const Rig& rig) : rig_(rig), views_(rig.size()), view_of_(rig.size(), kNoView) {
   MOCAP_EXPECTS(rig.size() <= kMaxCameras);
   for (const CameraModel& camera : rig) {
-    casters_.emplace_back(camera.lens);
+    casters_.emplace_back(camera);
     reach_.push_back(reach_of(camera));
   }
   for (ViewRays& view : views_) {
@@ -148,6 +169,7 @@ void RayTable::cast_view(const BlobFrame& frame, ViewRays& rays) {
     rays.max_sigma_px_ = std::max(rays.max_sigma_px_, cast.sigma_px);
   }
   rays.taken.assign(rays.x.size(), 0);
+  rays.index();
 }
 
 std::optional<std::size_t> RayTable::view_of(std::size_t camera) const {

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <optional>
-#include <span>
+#include <utility>
 #include <vector>
 
 #include "geometry/ray_caster.h"
@@ -32,6 +34,8 @@ struct ViewRays {
 
   std::size_t size() const { return x.size(); }
   geometry::Sighting sighting(std::size_t ray, std::uint32_t source) const;
+  /// Where the ray points to in the world; unit.
+  Eigen::Vector3d direction(std::size_t ray) const;
 
   /// Where the camera would see the point; nothing where it is not in front of it.
   std::optional<Shadow> shadow(const Eigen::Vector3d& point, const Eigen::Matrix3d& covariance_m2) const;
@@ -44,7 +48,19 @@ struct ViewRays {
 
  private:
   friend class RayTable;
+  static constexpr std::size_t kBins = 64;
+
+  std::size_t bin_of(double at_x) const {
+    const double bin = (at_x - x_min_) * bins_per_x_;
+    return bin > 0.0 ? std::min(static_cast<std::size_t>(std::min(bin, 1e6)), kBins - 1) : 0;
+  }
+  void index();
+
   double max_sigma_px_ = 0.0;
+  // Where to begin looking for an x: cheaper than a binary search, whose branches nobody can foretell.
+  double x_min_ = 0.0;
+  double bins_per_x_ = 0.0;
+  std::array<std::uint16_t, kBins> first_of_bin_{};
 };
 
 /// The rays of all blobs of one frame set: undistorted once, then asked often. Never allocates after construction.

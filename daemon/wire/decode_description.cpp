@@ -178,7 +178,8 @@ Result<Health> decode(const v1::Health& from) {
   for (const v1::CameraHealth& camera : from.cameras()) {
     into.cameras.push_back({camera.name(), phase_of(camera.phase()), camera.rate_hz(), camera.frames(),
                             camera.missing_frames(), camera.failed_frames(), camera.dropped_queue_full(),
-                            camera.dropped_blobs(), camera.reopened(), camera.last_error()});
+                            camera.dropped_blobs(), camera.reopened(), camera.underruns(), camera.resent_packets(),
+                            camera.missing_packets(), camera.last_error()});
   }
   return into;
 }

@@ -100,6 +100,9 @@ void encode_camera_health(const CameraHealth& from, v1::CameraHealth& into) {
   into.set_dropped_queue_full(from.dropped_queue_full);
   into.set_dropped_blobs(from.dropped_blobs);
   into.set_reopened(from.reopened);
+  into.set_underruns(from.underruns);
+  into.set_resent_packets(from.resent_packets);
+  into.set_missing_packets(from.missing_packets);
   into.set_last_error(valid_utf8(from.last_error));
 }
 

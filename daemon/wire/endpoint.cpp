@@ -46,21 +46,12 @@ Status check_tcp(std::string_view endpoint) {
 
 Status check_ipc(std::string_view endpoint) {
   const std::string_view path = endpoint.substr(kIpc.size());
-  sockaddr_un address{};
+  const sockaddr_un address{};
   if (path.empty() || path.size() >= sizeof(address.sun_path)) {
     return wrong(fmt::format("endpoint '{}': the path has {} characters, expected 1 to {}", endpoint, path.size(),
                              sizeof(address.sun_path) - 1));
   }
-  if (path == "*" || path.front() == '@') return {};
-  address.sun_family = AF_UNIX;
-  std::memcpy(address.sun_path, path.data(), path.size());
-  const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (probe < 0) return {};  // the bind itself will tell
-  const bool taken = ::connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
-  ::close(probe);
-  if (!taken) return {};
-  return Error{ErrorCode::Busy,
-               fmt::format("endpoint '{}': another program listens there; end it or take another path", endpoint)};
+  return {};
 }
 
 }  // namespace
@@ -86,6 +77,20 @@ Status check_endpoint(const std::string& endpoint, bool allow_remote) {
                     endpoint));
   }
   return {};
+}
+
+bool is_taken_ipc(const std::string& endpoint) {
+  if (!endpoint.starts_with(kIpc)) return false;
+  const std::string_view path = std::string_view(endpoint).substr(kIpc.size());
+  sockaddr_un address{};
+  if (path == "*" || path.starts_with('@') || path.size() >= sizeof(address.sun_path)) return false;
+  address.sun_family = AF_UNIX;
+  std::memcpy(address.sun_path, path.data(), path.size());
+  const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (probe < 0) return false;  // the bind itself will tell
+  const bool taken = ::connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
+  ::close(probe);
+  return taken;
 }
 
 }  // namespace mocap::wire

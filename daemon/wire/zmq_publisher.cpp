@@ -136,6 +136,10 @@ Result<std::unique_ptr<ZmqPublisher>> ZmqPublisher::open(const PublisherSettings
     return Error{ErrorCode::InvalidArgument, fmt::format("send_queue is {}, expected 1 to 1000", settings.send_queue)};
   }
   if (const Status allowed = check_endpoint(settings.endpoint, settings.allow_remote); !allowed) return allowed.error();
+  if (is_taken_ipc(settings.endpoint)) {
+    errno = EADDRINUSE;
+    return last_error(fmt::format("endpoint '{}'", settings.endpoint));
+  }
   auto impl = std::make_unique<Impl>();
   if (const Status listening = impl->listen(settings); !listening) return listening.error();
   log_info(kWho, fmt::format("listening endpoint={} send_queue={}", impl->endpoint, settings.send_queue));

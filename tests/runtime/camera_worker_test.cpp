@@ -27,6 +27,7 @@ class NoTracks : public BlobTracker {
 CameraParts parts(std::deque<std::vector<Step>> starts) {
   CameraParts made;
   made.name = "north";
+  made.stream = std::make_unique<StreamCounters>();
   made.camera = std::make_unique<ScriptedCamera>(CameraId{0}, std::move(starts));
   made.make_detector = [](const Image&) -> Result<std::unique_ptr<Detector>> {
     return std::unique_ptr<Detector>(std::make_unique<NoBlobs>());

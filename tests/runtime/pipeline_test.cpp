@@ -101,6 +101,7 @@ PipelineParts parts(std::vector<std::deque<std::vector<Step>>> scripts, Sent& se
   for (std::uint32_t i = 0; i < scripts.size(); ++i) {
     CameraParts camera;
     camera.name = "camera" + std::to_string(i);
+    camera.stream = std::make_unique<StreamCounters>();
     camera.camera = std::make_unique<ScriptedCamera>(CameraId{i}, std::move(scripts[i]));
     camera.make_detector = [](const Image&) -> Result<std::unique_ptr<Detector>> {
       return std::unique_ptr<Detector>(std::make_unique<NoBlobs>());

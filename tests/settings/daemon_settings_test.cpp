@@ -74,6 +74,8 @@ TEST_F(Configuration, IsReadWithTheRigInTheOrderOfTheCameras) {
   EXPECT_EQ(settings->nominal_rate_hz, 60.0);
   ASSERT_EQ(settings->worn.size(), 1U);
   EXPECT_EQ(settings->worn[0].marker_set.markers.size(), 18U);
+  ASSERT_EQ(settings->simulated.size(), 2U);
+  EXPECT_EQ(settings->simulated[1].markers.size(), 18U);
 }
 
 TEST_F(Configuration, TellsAllFaultsAtOnceWithPlacesAndSuggestions) {
@@ -153,19 +155,18 @@ TEST_F(Configuration, TellsTheFaultsOfAMarkerSetOnceWithTheirPlaceThere) {
   EXPECT_THAT(faults, HasSubstr("daemon.toml:6:14: camera 'east': marker_set is '" + set + "', which has faults"));
 }
 
-TEST_F(Configuration, RefusesALosslessRunOfCamerasThatCannotWait) {
-  EXPECT_THAT(
-      faults_of("[capture]\nrig = \"rig.toml\"\nlossless = true\n[[camera]]\nname = \"east\"\ndriver = \"v4l2\"\n"
-                "device = \"/dev/video0\"\n"),
-      HasSubstr(":6:10: camera 'east': driver is v4l2, but capture.lossless needs cameras that can wait"));
-  EXPECT_EQ(faults_of("[capture]\nrig = \"rig.toml\"\nlossless = true\n" + camera("east")), "");
-}
-
 TEST_F(Configuration, RefusesTwoCamerasThatAreOneDevice) {
   const std::string aravis = "driver = \"aravis\"\nserial = \"DA1\"\n";
   EXPECT_THAT(faults_of("[capture]\nrig = \"rig.toml\"\n[[camera]]\nname = \"east\"\n" + aravis +
                         "[[camera]]\nname = \"west\"\n" + aravis),
               HasSubstr(":10:10: camera 'west': serial 'DA1' is there twice"));
+}
+
+TEST_F(Configuration, RefusesWhatOtherRoomsWouldRefuseAtTheStart) {
+  EXPECT_THAT(faults_of(good("[publish]\nendpoint = \"tcp://0.0.0.0:5570\"\n")), HasSubstr(":4:12: publish: "));
+  EXPECT_THAT(faults_of(good("[record]\nsnapshots = \"run.csv\"\n")), HasSubstr("that ends in .jsonl or .pb"));
+  EXPECT_THAT(faults_of(good("[detect]\nmin_area_px2 = 9\nmax_area_px2 = 8\n")),
+              HasSubstr(":4:16: detect: min_area_px2 is 9, over max_area_px2 = 8"));
 }
 
 TEST_F(Configuration, WithoutACameraIsRefused) {

@@ -69,7 +69,8 @@ TEST(MatchViews, FindsEveryMarkerThatNobodyExpectsFromPerfectViews) {
   const auto markers = cloud(40, random);
   const auto world = see(rig, markers, {.sigma_px = 0.1}, random);
 
-  const Matches& matches = make_matcher({}, rig)->match(world.set, {});
+  const auto matcher = make_matcher({}, rig);
+  const Matches& matches = matcher->match(world.set, {});
 
   const Score result = score(world, matches);
   EXPECT_EQ(result.found.size(), 40u);
@@ -126,16 +127,18 @@ TEST(MatchViews, FollowsAWalkingFigureOf18MarkersWithFourCameras) {
   for (int k = 0; k < 100; ++k) {
     const auto markers = walker(k / 60.0);
     const auto before = walker((k - 1) / 60.0);
-    const auto world = see(rig, markers, {.sigma_px = 0.05}, random);
+    const auto world = see(rig, markers, {.sigma_px = 0.05, .merge_below_px = 4.0}, random);
     Expected expected = expect(before, 0.001, random);  // one frame old: up to 20 mm off
     for (auto& marker : expected.markers) marker.covariance_m2 = Eigen::Matrix3d::Identity() * 1e-4;
 
     const Score cold = score(world, matcher->match(world.set, {}));
     const Score known = score(world, matcher->match(world.set, expected));
 
-    EXPECT_EQ(cold.found.size(), 18u) << k;
+    for (int m = 0; m < 18; ++m) {
+      EXPECT_TRUE(cold.found.contains(m) || world.views_of(m) < 3) << k << " marker " << m;
+      EXPECT_TRUE(known.found.contains(m) || world.views_of(m) < 2) << k << " marker " << m;
+    }
     EXPECT_EQ(cold.ghosts + cold.foreign, 0) << k;
-    EXPECT_EQ(known.found.size(), 18u) << k;
     EXPECT_EQ(known.ghosts + known.foreign + known.mistaken, 0) << k;
   }
 }
@@ -167,7 +170,8 @@ TEST(MatchViews, LeavesOutTheViewThatHasAFalseBlobInTheGate) {
   world.frames[2]->blobs[0].centroid.v.x() += 5.0;  // the marker itself is hidden there
   Expected expected = expect(markers, 0.02, random);
 
-  const Matches& matches = make_matcher({}, rig)->match(world.set, expected);
+  const auto matcher = make_matcher({}, rig);
+  const Matches& matches = matcher->match(world.set, expected);
 
   ASSERT_EQ(matches.matches.size(), 1u);
   EXPECT_EQ(matches.matches[0].sightings.size(), 4u);

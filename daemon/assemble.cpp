@@ -1,0 +1,108 @@
+#include "assemble.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <random>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "cameras/open_camera.h"
+#include "record/snapshot_writer.h"
+#include "stages/detect_blobs.h"
+#include "stages/label_markers.h"
+#include "stages/match_views.h"
+#include "stages/solve_skeleton.h"
+#include "stages/track_blobs.h"
+#include "stages/track_markers.h"
+#include "stages/triangulate_matches.h"
+#include "wire/zmq_publisher.h"
+
+#ifndef MOCAP_VERSION
+#define MOCAP_VERSION "unknown"
+#endif
+
+namespace mocap {
+namespace {
+
+// Frames that come from files, or from a scene that does not keep to the clock, run by their own time.
+bool runs_by_recorded_time(const cameras::CameraSettings& camera) {
+  if (std::holds_alternative<cameras::ReplaySettings>(camera.driver)) return true;
+  const auto* synthetic = std::get_if<cameras::SyntheticSettings>(&camera.driver);
+  return synthetic != nullptr && synthetic->speed == 0.0;
+}
+
+// Of this run: lets a client see that the daemon was started anew. A replay's is fixed, so that its output is.
+std::string session_id(bool replay) {
+  if (replay) return "replay";
+  std::random_device entropy;
+  return fmt::format("{:08x}{:08x}", entropy(), entropy());
+}
+
+Description describe(const settings::DaemonSettings& settings, bool replay) {
+  Description description;
+  description.producer = "mocapd " MOCAP_VERSION;
+  description.session_id = session_id(replay);
+  description.nominal_rate_hz = settings.nominal_rate_hz;
+  description.cameras = settings.rig;
+  description.subjects = settings.worn;
+  return description;
+}
+
+}  // namespace
+
+std::unique_ptr<stages::Fusion> assemble_fusion(const settings::DaemonSettings& settings) {
+  stages::FusionParts row;
+  row.matcher = stages::make_matcher(settings.match, settings.rig);
+  row.triangulator = stages::make_triangulator(settings.triangulate, settings.rig);
+  row.tracker = stages::make_marker_tracker(settings.track_markers);
+  row.labeller = stages::make_labeller(settings.label, settings.worn);
+  row.solver = stages::make_skeleton_solver(settings.solve, settings.worn);
+  return std::make_unique<stages::Fusion>(std::move(row), static_cast<std::uint32_t>(settings.rig.size()));
+}
+
+Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id) {
+  const cameras::CameraSettings& wanted = settings.cameras[id.value];
+  const CameraModel& model = settings.rig[id.value];
+  runtime::CameraParts parts;
+  parts.name = wanted.name;
+  parts.stream = std::make_unique<StreamCounters>();
+  Result<std::unique_ptr<Camera>> camera = cameras::open_camera(
+      id, wanted, {.rig = &settings.rig, .marker_set = &settings.simulated[id.value], .counters = parts.stream.get()});
+  if (!camera) return camera.error();
+  parts.camera = std::move(*camera);
+  parts.make_detector = [detect = settings.detect](const Image& like) {
+    return stages::make_blob_detector(detect, like.format, like.width_px, like.height_px);
+  };
+  parts.tracker = stages::make_blob_tracker(settings.track_blobs);
+  parts.expected_width_px = model.width_px;
+  parts.expected_height_px = model.height_px;
+  return parts;
+}
+
+Result<Assembly> assemble(const settings::DaemonSettings& settings) {
+  Assembly made;
+  made.settings = settings.pipeline;
+  made.settings.lossless = std::ranges::all_of(settings.cameras, runs_by_recorded_time);
+  for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
+    Result<runtime::CameraParts> camera = assemble_camera(settings, CameraId{i});
+    if (!camera) return camera.error();
+    made.parts.cameras.push_back(std::move(*camera));
+  }
+  made.parts.fusion = assemble_fusion(settings);
+  made.parts.description = describe(settings, made.settings.lossless);
+
+  Result<std::unique_ptr<Publisher>> publisher = wire::make_zmq_publisher(settings.publish);
+  if (!publisher) return publisher.error();
+  made.parts.publisher = std::move(*publisher);
+
+  if (!settings.record.snapshots.empty()) {
+    Result<std::unique_ptr<Writer>> writer = record::make_snapshot_writer(settings.record.snapshots);
+    if (!writer) return writer.error();
+    made.parts.writers.push_back(std::move(*writer));
+  }
+  return made;
+}
+
+}  // namespace mocap

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "base/result.h"
+#include "runtime/pipeline.h"
+#include "settings/daemon_settings.h"
+#include "stages/fuse.h"
+
+namespace mocap {
+
+/// A pipeline that is ready to be started.
+struct Assembly {
+  runtime::PipelineSettings settings;
+  runtime::PipelineParts parts;
+};
+
+/// Makes all parts that the settings name, and opens the feed's port and the record's files. The only place that knows
+/// which makes exist. The settings outlive the assembly. Fails with what the first part that could not be made says.
+Result<Assembly> assemble(const settings::DaemonSettings& settings);
+
+/// The row from blobs to skeleton, as the settings tell it.
+std::unique_ptr<stages::Fusion> assemble_fusion(const settings::DaemonSettings& settings);
+
+/// One camera (which borrows from the settings: they outlive it) with its detector and its 2D tracker.
+Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id);
+
+}  // namespace mocap

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "filter/point_filter.h"
+#include "filter/random.h"
+
+namespace mocap::filter {
+
+inline constexpr int kMaxParticles = 256;
+
+/// u is the unit of length: px in an image, m in the volume.
+struct CondensationSettings {
+  int particles = 100;              ///< 2 to kMaxParticles
+  double acceleration_u_s2 = 10.0;  ///< standard deviation of what changes the motion, each axis
+  double birth_speed_u_s = 1.0;     ///< standard deviation of a new point's velocity, each axis
+  double sighting_u = 1.0;    ///< standard deviation added to a sighting's: a few particles cannot use a finer one
+  double gate_floor_u = 0.0;  ///< standard deviation that the gate has beyond the particles' own
+  std::uint64_t seed = 1;
+};
+
+/// Factored sampling: particles of point and velocity are selected by weight, moved on with noise, and weighted by how
+/// well they explain the sighting.
+///
+/// The same seed and sightings give the same belief. Where a sighting lies so far off that it gives no particle weight,
+/// the particles start anew around it.
+///
+/// Source: Isard and Blake, "CONDENSATION - conditional density propagation for visual tracking", Int. J. Computer
+/// Vision 29 (1998), figure 5; systematic selection: Kitagawa, J. Computational and Graphical Statistics 5 (1996),
+/// appendix.
+template <int N>
+class Condensation {
+ public:
+  Condensation(const CondensationSettings& settings, const Seen<N>& first);
+
+  void predict(double dt_s);
+  Gate<N> gate() const;
+  void update(const Seen<N>& seen);
+  void coast() {}  // diffusion alone spreads the particles
+  Belief<N> belief() const { return belief_; }
+
+ private:
+  struct Particle {
+    Vector<N> point;
+    Vector<N> velocity;
+  };
+
+  void scatter(const Seen<N>& around, const Vector<N>& velocity);
+  void select();
+  void sum_up();
+  Vector<N> normal();
+
+  CondensationSettings settings_;
+  Random random_;
+  std::size_t count_;
+  std::array<Particle, kMaxParticles> particles_;
+  std::array<double, kMaxParticles> weights_;  // they add up to 1
+  bool weighted_ = false;                      // a sighting has been taken in since the last selection
+  Belief<N> belief_;
+};
+
+extern template class Condensation<2>;
+extern template class Condensation<3>;
+
+}  // namespace mocap::filter

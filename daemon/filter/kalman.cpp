@@ -1,0 +1,71 @@
+#include "filter/kalman.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace mocap::filter {
+namespace {
+
+// How much the last innovation counts in the agility: about three steps are remembered.
+constexpr double kAgilityRate = 0.3;
+
+}  // namespace
+
+template <int N>
+Kalman<N>::Kalman(const KalmanSettings& settings, const Seen<N>& first)
+    : settings_(settings),
+      point_(first.point),
+      velocity_(Vector<N>::Zero()),
+      pp_(first.covariance),
+      pv_(Matrix<N>::Zero()),
+      vv_(Matrix<N>::Identity() * settings.birth_speed_u_s * settings.birth_speed_u_s) {}
+
+template <int N>
+void Kalman<N>::predict(double dt_s) {
+  const double sigma = settings_.acceleration_u_s2 + settings_.acceleration_per_speed * velocity_.norm();
+  const double noise = sigma * sigma * agility_;
+  const double dt2 = dt_s * dt_s;
+  point_ += velocity_ * dt_s;
+  pp_ += dt_s * (pv_ + pv_.transpose()) + dt2 * vv_;
+  pv_ += dt_s * vv_;
+  pp_.diagonal().array() += noise * dt2 * dt2 / 4.0;
+  pv_.diagonal().array() += noise * dt2 * dt_s / 2.0;
+  vv_.diagonal().array() += noise * dt2;
+  last_dt_s_ = dt_s;
+}
+
+template <int N>
+Gate<N> Kalman<N>::gate() const {
+  const double wider = settings_.gate_floor_u + settings_.gate_per_speed * velocity_.norm() * last_dt_s_;
+  return {point_, pp_ + Matrix<N>::Identity() * wider * wider};
+}
+
+template <int N>
+void Kalman<N>::update(const Seen<N>& seen) {
+  const Matrix<N> weight = (pp_ + seen.covariance).inverse();
+  const Vector<N> innovation = seen.point - point_;
+  const Matrix<N> gain_point = pp_ * weight;
+  const Matrix<N> gain_velocity = pv_.transpose() * weight;
+  point_ += gain_point * innovation;
+  velocity_ += gain_velocity * innovation;
+  vv_ -= gain_velocity * pv_;
+  pv_ -= gain_point * pv_;
+  pp_ -= gain_point * pp_;
+  pp_ = (0.5 * (pp_ + pp_.transpose())).eval();  // rounding must not make it lopsided
+  vv_ = (0.5 * (vv_ + vv_.transpose())).eval();
+  const double surprise = innovation.dot(weight * innovation) / N;
+  agility_ += kAgilityRate * (surprise - agility_);
+  agility_ = std::clamp(agility_, 1.0, std::max(1.0, settings_.max_agility));
+}
+
+template <int N>
+void Kalman<N>::coast() {
+  if (settings_.coast_half_life_s <= 0.0) return;
+  velocity_ *= std::exp2(-last_dt_s_ / settings_.coast_half_life_s);
+}
+
+template class Kalman<2>;
+template class Kalman<3>;
+
+}  // namespace mocap::filter

@@ -1,0 +1,201 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/expects.h"
+#include "base/time.h"
+#include "filter/point_filter.h"
+#include "geometry/assignment.h"
+
+namespace mocap::stages {
+
+/// How tracks are born, live and die. u is the unit of length: px in an image, m in the volume.
+struct TrackLife {
+  double gate_sigmas = 4.0;        ///< a sighting further from where it should be belongs to something else
+  std::uint32_t confirm_sets = 3;  ///< consecutive sightings until a track is believed; 1: at once
+  Duration max_coast{};            ///< unseen for longer, a track dies
+  double new_density = 1.0;        ///< sightings of unknown points to reckon with, for each u^N
+};
+
+/// The tracks of points in N dimensions, each with a filter F, and which of them each sighting of a set belongs to.
+///
+/// One set: `advance`, then `claim` for what others know, `assign` for the rest, `settle`. Tracks are in the order of
+/// their birth; ids are never used twice. All memory is taken in the constructor. One thread at a time.
+template <class F, int N>
+requires filter::PointFilter<F, N>
+class PointTracks {
+ public:
+  static constexpr std::uint32_t kNone = 0xFFFF'FFFF;
+
+  struct Track {
+    F filter;
+    filter::Gate<N> gate;  ///< at the time of the set
+    std::uint32_t id = kNone;
+    std::uint32_t age_sets = 1;
+    std::uint32_t missed_sets = 0;
+    std::uint32_t sighting = kNone;  ///< index in this set's sightings
+    bool confirmed = false;
+    Timestamp seen_at;
+  };
+
+  PointTracks(const TrackLife& life, std::size_t max_tracks, std::size_t max_sightings)
+      : life_(life),
+        max_tracks_(max_tracks),
+        max_sightings_(max_sightings),
+        assigner_(max_tracks, max_sightings, max_tracks * kMaxCandidates) {
+    tracks_.reserve(max_tracks);
+    taken_.reserve(max_sightings);
+    by_x_.reserve(max_sightings);
+    rows_.reserve(max_tracks);
+    pairs_.reserve(max_tracks * kMaxCandidates);
+  }
+
+  std::span<const Track> tracks() const { return tracks_; }
+  std::span<Track> tracks() { return tracks_; }
+  Timestamp at() const { return at_; }
+
+  /// The track of that id, or null.
+  Track* find(std::uint32_t id) {
+    const auto found = std::lower_bound(tracks_.begin(), tracks_.end(), id,
+                                        [](const Track& track, std::uint32_t value) { return track.id < value; });
+    return found != tracks_.end() && found->id == id ? &*found : nullptr;
+  }
+
+  /// Moves all tracks on to `at`; those unseen for too long are gone. `sightings` will come.
+  void advance(Timestamp at, std::size_t sightings) {
+    MOCAP_EXPECTS(sightings <= max_sightings_);
+    const double dt_s = tracks_.empty() ? 0.0 : std::max(0.0, to_s(at - at_));
+    at_ = at;
+    std::erase_if(tracks_, [&](const Track& track) { return at - track.seen_at > life_.max_coast; });
+    for (Track& track : tracks_) {
+      track.filter.predict(dt_s);
+      track.gate = track.filter.gate();
+      track.sighting = kNone;
+    }
+    taken_.assign(sightings, 0);
+  }
+
+  /// Gives a sighting to a track, where it lies in the track's gate and the track has none that fits better. A sighting
+  /// is claimed once at most.
+  void claim(Track& track, std::span<const filter::Seen<N>> sightings, std::uint32_t index) {
+    const auto fit = track.gate.fit(sightings[index]);
+    if (!(fit.distance2 <= life_.gate_sigmas * life_.gate_sigmas)) return;
+    if (track.sighting != kNone) {
+      if (track.gate.fit(sightings[track.sighting]).cost <= fit.cost) return;
+      taken_[track.sighting] = 0;
+    }
+    track.sighting = index;
+    taken_[index] = 1;
+  }
+
+  /// Leaves a sighting out of this set altogether.
+  void ignore(std::uint32_t index) { taken_[index] = 1; }
+
+  /// Gives the sightings that are left to the tracks that are left, best in sum: those that are believed first, then
+  /// the tentative ones.
+  void assign(std::span<const filter::Seen<N>> sightings) {
+    assign_to(true, sightings);
+    assign_to(false, sightings);
+  }
+
+  /// Updates what was seen, lets coast what was not, and gives birth to a track for each sighting that nobody took;
+  /// `birth` makes its filter. Over the bound sightings give no track.
+  template <class Birth>
+  void settle(std::span<const filter::Seen<N>> sightings, Birth&& birth) {
+    for (Track& track : tracks_) {
+      ++track.age_sets;
+      if (track.sighting == kNone) {
+        ++track.missed_sets;
+        track.filter.coast();
+        continue;
+      }
+      track.filter.update(sightings[track.sighting]);
+      track.missed_sets = 0;
+      track.seen_at = at_;
+      track.confirmed = track.confirmed || track.age_sets >= life_.confirm_sets;
+    }
+    std::erase_if(tracks_, [](const Track& track) { return !track.confirmed && track.missed_sets > 0; });
+    for (std::uint32_t i = 0; i < sightings.size() && tracks_.size() < max_tracks_ && next_id_ != kNone; ++i) {
+      if (taken_[i] != 0) continue;
+      const F filter = birth(sightings[i]);
+      tracks_.push_back({filter, filter.gate(), next_id_++, 1, 0, i, life_.confirm_sets <= 1, at_});
+    }
+  }
+
+ private:
+  // In a gate with more sightings than this the worst are not looked at.
+  static constexpr std::size_t kMaxCandidates = 32;
+
+  struct ByX {
+    double x;
+    std::uint32_t index;
+  };
+
+  void assign_to(bool confirmed, std::span<const filter::Seen<N>> sightings) {
+    rows_.clear();
+    for (std::uint32_t i = 0; i < tracks_.size(); ++i) {
+      if (tracks_[i].sighting == kNone && tracks_[i].confirmed == confirmed) rows_.push_back(i);
+    }
+    by_x_.clear();
+    double max_variance = 0.0;
+    for (std::uint32_t i = 0; i < sightings.size(); ++i) {
+      if (taken_[i] != 0) continue;
+      by_x_.push_back({sightings[i].point.x(), i});
+      max_variance = std::max(max_variance, sightings[i].covariance.diagonal().maxCoeff());
+    }
+    if (rows_.empty() || by_x_.empty()) return;
+    std::sort(by_x_.begin(), by_x_.end(),
+              [](const ByX& a, const ByX& b) { return a.x != b.x ? a.x < b.x : a.index < b.index; });
+    pairs_.clear();
+    for (std::uint32_t row = 0; row < rows_.size(); ++row) add_pairs(row, sightings, max_variance);
+    // A point that goes unseen (one in ten is reckoned with) beside a sighting of something unknown.
+    const double cost_of_alone = -2.0 * std::log(0.1 * life_.new_density);
+    const auto columns = assigner_.assign(rows_.size(), sightings.size(), pairs_, cost_of_alone);
+    for (std::size_t row = 0; row < rows_.size(); ++row) {
+      if (columns[row] == geometry::Assigner::kAlone) continue;
+      tracks_[rows_[row]].sighting = columns[row];
+      taken_[columns[row]] = 1;
+    }
+  }
+
+  void add_pairs(std::uint32_t row, std::span<const filter::Seen<N>> sightings, double max_variance) {
+    const filter::Gate<N>& gate = tracks_[rows_[row]].gate;
+    const filter::Vector<N> reach = gate.reach(life_.gate_sigmas, max_variance);
+    const std::size_t first_pair = pairs_.size();
+    auto near = std::lower_bound(by_x_.begin(), by_x_.end(), gate.centre.x() - reach.x(),
+                                 [](const ByX& entry, double x) { return entry.x < x; });
+    for (; near != by_x_.end() && near->x <= gate.centre.x() + reach.x(); ++near) {
+      const filter::Seen<N>& seen = sightings[near->index];
+      if (((seen.point - gate.centre).array().abs() > reach.array()).any()) continue;
+      const auto fit = gate.fit(seen);
+      if (!(fit.distance2 <= life_.gate_sigmas * life_.gate_sigmas)) continue;
+      const geometry::AllowedPair pair{row, near->index, fit.cost};
+      if (pairs_.size() - first_pair < kMaxCandidates) {
+        pairs_.push_back(pair);
+        continue;
+      }
+      const auto worst = std::max_element(pairs_.begin() + static_cast<std::ptrdiff_t>(first_pair), pairs_.end(),
+                                          [](const auto& a, const auto& b) { return a.cost < b.cost; });
+      if (pair.cost < worst->cost) *worst = pair;
+    }
+  }
+
+  TrackLife life_;
+  std::size_t max_tracks_;
+  std::size_t max_sightings_;
+  geometry::Assigner assigner_;
+  std::vector<Track> tracks_;
+  Timestamp at_;
+  std::uint32_t next_id_ = 0;
+  std::vector<std::uint8_t> taken_;  // of each sighting of this set
+  std::vector<ByX> by_x_;
+  std::vector<std::uint32_t> rows_;  // tracks that are being assigned
+  std::vector<geometry::AllowedPair> pairs_;
+};
+
+}  // namespace mocap::stages

@@ -1,0 +1,125 @@
+#include "stages/track_markers.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <vector>
+
+#include "filter/kalman.h"
+#include "model/bounds.h"
+#include "stages/point_tracks.h"
+
+namespace mocap::stages {
+namespace {
+
+// Sightings of unknown markers to reckon with: one a cubic metre.
+constexpr double kNewMarkers_1_m3 = 1.0;
+
+using Tracks = PointTracks<filter::Kalman<3>, 3>;
+
+filter::KalmanSettings kalman_settings(const TrackMarkersSettings& settings) {
+  filter::KalmanSettings kalman;
+  kalman.acceleration_u_s2 = settings.acceleration_m_s2;
+  kalman.acceleration_per_speed = settings.acceleration_per_speed_1_s;
+  kalman.birth_speed_u_s = settings.birth_speed_m_s;
+  kalman.gate_floor_u = settings.gate_floor_m;
+  kalman.gate_per_speed = settings.gate_per_speed;
+  kalman.max_agility = settings.max_agility;
+  kalman.coast_half_life_s = to_s(settings.coast_half_life);
+  return kalman;
+}
+
+class KalmanMarkerTracker final : public MarkerTracker {
+ public:
+  explicit KalmanMarkerTracker(const TrackMarkersSettings& settings)
+      : kalman_(kalman_settings(settings)),
+        sighting_floor_m2_(settings.sighting_floor_m * settings.sighting_floor_m),
+        tracks_({settings.gate_sigmas, settings.confirm_sets, settings.max_coast, kNewMarkers_1_m3}, kMaxMarkers,
+                kMaxMarkers) {
+    seen_.reserve(kMaxMarkers);
+  }
+
+  void predict(Timestamp at, Expected& into) const override {
+    const double dt_s = std::max(0.0, to_s(at - tracks_.at()));
+    for (const Tracks::Track& track : tracks_.tracks()) {
+      filter::Kalman<3> ahead = track.filter;
+      ahead.predict(dt_s);
+      const filter::Gate<3> gate = ahead.gate();
+      ExpectedMarker expected;
+      expected.position = {gate.centre};
+      expected.covariance_m2 = gate.covariance;
+      expected.track = {track.id};
+      if (!into.markers.try_push_back(expected)) return;
+    }
+  }
+
+  const TrackedMarkers& step(const Markers& markers, const Expected& expected) override {
+    seen_.clear();
+    for (const Marker& marker : markers) {
+      seen_.push_back({marker.position.v, marker.covariance_m2 + filter::Matrix<3>::Identity() * sighting_floor_m2_});
+    }
+    tracks_.advance(expected.at, seen_.size());
+    for (std::uint32_t i = 0; i < seen_.size(); ++i) {
+      if (!is_usable(seen_[i])) {
+        tracks_.ignore(i);
+      } else if (const ExpectedMarker* known = expectation_of(markers[i], expected)) {
+        Tracks::Track* track = known->track.names_something() ? tracks_.find(known->track.value) : nullptr;
+        if (track != nullptr) tracks_.claim(*track, seen_, i);
+      }
+    }
+    tracks_.assign(seen_);
+    tracks_.settle(seen_, [this](const filter::Seen<3>& seen) { return filter::Kalman<3>(kalman_, seen); });
+    tell(markers, expected);
+    return tracked_;
+  }
+
+ private:
+  /// Finite, with a covariance that is one (Sylvester's criterion).
+  static bool is_usable(const filter::Seen<3>& seen) {
+    const filter::Matrix<3>& c = seen.covariance;
+    return seen.point.allFinite() && c.allFinite() && c(0, 0) > 0.0 && c.topLeftCorner<2, 2>().determinant() > 0.0 &&
+           c.determinant() > 0.0;
+  }
+
+  static const ExpectedMarker* expectation_of(const Marker& marker, const Expected& expected) {
+    return marker.expected < expected.markers.size() ? &expected.markers[marker.expected] : nullptr;
+  }
+
+  void tell(const Markers& markers, const Expected& expected) {
+    tracked_.clear();
+    for (Tracks::Track& track : tracks_.tracks()) {
+      const bool seen = track.sighting != Tracks::kNone;
+      const ExpectedMarker* known = seen ? expectation_of(markers[track.sighting], expected) : nullptr;
+      const bool told_by_body = known != nullptr && !known->track.names_something() && known->label.names_something();
+      if (told_by_body && track.age_sets == 1) track.confirmed = true;
+
+      const filter::Belief<3> belief = track.filter.belief();
+      TrackedMarker& out = tracked_.push_back({});
+      out.id = {track.id};
+      out.state = !track.confirmed ? TrackState::Tentative : seen ? TrackState::Confirmed : TrackState::Coasting;
+      out.position = {belief.point};
+      out.velocity_m_s = belief.velocity;
+      out.covariance_m2 = belief.covariance;
+      out.age_sets = track.age_sets;
+      out.missed_sets = track.missed_sets;
+      if (!seen) continue;
+      out.residual_px = markers[track.sighting].residual_px;
+      out.cameras = markers[track.sighting].cameras;
+      // A sighting that was expected to be another track, and was refused there, brings no name with it.
+      if (known != nullptr && (told_by_body || known->track.value == track.id)) out.expected_label = known->label;
+    }
+  }
+
+  filter::KalmanSettings kalman_;
+  double sighting_floor_m2_;
+  Tracks tracks_;
+  std::vector<filter::Seen<3>> seen_;
+  TrackedMarkers tracked_;
+};
+
+}  // namespace
+
+std::unique_ptr<MarkerTracker> make_marker_tracker(const TrackMarkersSettings& settings) {
+  return std::make_unique<KalmanMarkerTracker>(settings);
+}
+
+}  // namespace mocap::stages

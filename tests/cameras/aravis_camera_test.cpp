@@ -1,0 +1,327 @@
+#include "cameras/aravis_camera.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstddef>
+#include <filesystem>
+#include <iterator>
+#include <optional>
+
+#include "cameras/fake_gige.h"
+#include "cameras/own_network.h"
+
+namespace mocap::cameras {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using testing::HasSubstr;
+
+// Loopback takes no packet socket.
+AravisSettings at_address(const std::string& address) {
+  AravisSettings settings;
+  settings.address = address;
+  settings.packet_socket = false;
+  settings.width_px = 320;
+  settings.height_px = 240;
+  settings.rate_hz = 100.0;
+  settings.packet_size_bytes = 9000;
+  return settings;
+}
+
+// The next whole frame within `patience`; passes over broken ones.
+std::optional<Frame> whole_frame(Camera& camera, Duration patience = seconds(5)) {
+  const Timestamp end = host_now() + patience;
+  while (host_now() < end) {
+    Result<Frame> frame = camera.next(milliseconds(100));
+    if (frame) return *frame;
+    if (frame.error().code != ErrorCode::Timeout && frame.error().code != ErrorCode::Io) return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+std::size_t open_files() {
+  using Iterator = std::filesystem::directory_iterator;
+  return static_cast<std::size_t>(std::distance(Iterator("/proc/self/fd"), Iterator()));
+}
+
+std::size_t threads() {
+  using Iterator = std::filesystem::directory_iterator;
+  return static_cast<std::size_t>(std::distance(Iterator("/proc/self/task"), Iterator()));
+}
+
+// In a network of their own: nobody else's cameras are found, and no port is in use.
+class AravisCamera : public testing::Test {
+ protected:
+  void SetUp() override {
+    static const std::string refusal = enter_own_network(3);
+    if (!refusal.empty()) GTEST_SKIP() << refusal;
+  }
+};
+
+TEST_F(AravisCamera, DeliversTheServedImagesByAddress) {
+  FakeGigE fake("127.0.0.2", "T71001");
+  ASSERT_TRUE(fake.running());
+  StreamCounters counters;
+  const auto camera = make_aravis_camera(CameraId{3}, "north", at_address("127.0.0.2"), &counters);
+
+  const Status started = camera->start();
+  ASSERT_TRUE(started) << started.error().message;
+  std::uint64_t last_number = 0;
+  Timestamp last_exposed;
+  for (int i = 0; i < 20; ++i) {
+    const std::optional<Frame> frame = whole_frame(*camera);
+
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->camera, CameraId{3});
+    EXPECT_EQ(frame->image.width_px, 320);
+    EXPECT_EQ(frame->image.height_px, 240);
+    EXPECT_EQ(frame->image.stride_bytes, 320U);
+    ASSERT_EQ(frame->image.bytes.size(), 320U * 240U);
+    EXPECT_EQ(frame->image.bytes.front(), static_cast<std::byte>(frame->number));
+    EXPECT_EQ(frame->image.bytes.back(), static_cast<std::byte>(frame->number));
+    EXPECT_GT(frame->number, last_number);
+    EXPECT_GT(frame->exposed_at, last_exposed);
+    EXPECT_LE(frame->exposed_at, frame->received_at);
+    EXPECT_LE(frame->received_at, host_now());
+    last_number = frame->number;
+    last_exposed = frame->exposed_at;
+  }
+  EXPECT_GE(counters.completed_frames.load(), 20U);
+}
+
+TEST_F(AravisCamera, IsFoundByItsSerialNumber) {
+  FakeGigE fake("127.0.0.1", "T71002");
+  ASSERT_TRUE(fake.running());
+  AravisSettings settings = at_address("");
+  settings.serial = "T71002";
+  const auto camera = make_aravis_camera(CameraId{0}, "north", settings);
+
+  const Status started = camera->start();
+
+  ASSERT_TRUE(started) << started.error().message;
+  EXPECT_TRUE(whole_frame(*camera));
+}
+
+TEST_F(AravisCamera, NamesTheSerialsThatAreThereWhenItsOwnIsNot) {
+  FakeGigE fake("127.0.0.1", "T71003");
+  ASSERT_TRUE(fake.running());
+  AravisSettings settings = at_address("");
+  settings.serial = "DA1234567";
+  const auto camera = make_aravis_camera(CameraId{0}, "north-east", settings);
+
+  const Status started = camera->start();
+
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().code, ErrorCode::NotFound);
+  EXPECT_THAT(started.error().message, HasSubstr("camera 'north-east': no Aravis camera with serial DA1234567; found"));
+  EXPECT_THAT(started.error().message, HasSubstr("T71003"));
+}
+
+TEST_F(AravisCamera, SaysThatNobodyAnswersAtAnAddress) {
+  const auto camera = make_aravis_camera(CameraId{0}, "north", at_address("127.0.0.4"));
+
+  const Status started = camera->start();
+
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().code, ErrorCode::NotFound) << started.error().message;
+  EXPECT_THAT(started.error().message, HasSubstr("127.0.0.4"));
+}
+
+TEST_F(AravisCamera, NamesThePixelFormatsThatTheCameraOffers) {
+  FakeGigE fake("127.0.0.2", "T71004");
+  ASSERT_TRUE(fake.running());
+  AravisSettings settings = at_address("127.0.0.2");
+  settings.pixel_format = "Mono14";
+  const auto camera = make_aravis_camera(CameraId{0}, "north", settings);
+
+  const Status started = camera->start();
+
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().code, ErrorCode::Unsupported);
+  EXPECT_THAT(started.error().message, HasSubstr("pixel_format Mono14 is refused"));
+  EXPECT_THAT(started.error().message, HasSubstr("Mono8"));
+}
+
+TEST_F(AravisCamera, RefusesAPixelFormatThatItCannotRead) {
+  FakeGigE fake("127.0.0.2", "T71005");
+  ASSERT_TRUE(fake.running());
+  AravisSettings settings = at_address("127.0.0.2");
+  settings.pixel_format = "RGB8";
+  const auto camera = make_aravis_camera(CameraId{0}, "north", settings);
+
+  const Status started = camera->start();
+
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().code, ErrorCode::Unsupported);
+  EXPECT_THAT(started.error().message, HasSubstr("use Mono8"));
+}
+
+TEST_F(AravisCamera, DeliversSixteenBitPixels) {
+  FakeGigE fake("127.0.0.2", "T71006");
+  ASSERT_TRUE(fake.running());
+  AravisSettings settings = at_address("127.0.0.2");
+  settings.pixel_format = "Mono16";
+  const auto camera = make_aravis_camera(CameraId{0}, "north", settings);
+
+  const Status started = camera->start();
+
+  // 16 bits say nothing about how many of them are used: not among the formats that the detectors read.
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().code, ErrorCode::Unsupported);
+}
+
+TEST_F(AravisCamera, TellsWhichRegionTheSensorHas) {
+  FakeGigE fake("127.0.0.2", "T71007");
+  ASSERT_TRUE(fake.running());
+  AravisSettings settings = at_address("127.0.0.2");
+  settings.width_px = 100000;
+  const auto camera = make_aravis_camera(CameraId{0}, "north", settings);
+
+  const Status started = camera->start();
+
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().code, ErrorCode::InvalidArgument);
+  EXPECT_THAT(started.error().message, HasSubstr("region 100000x240"));
+  EXPECT_THAT(started.error().message, HasSubstr("sensor of 2048x2048"));
+}
+
+TEST_F(AravisCamera, TellsTheRangeOfAnExposureThatIsRefused) {
+  FakeGigE fake("127.0.0.2", "T71008");
+  ASSERT_TRUE(fake.running());
+  AravisSettings settings = at_address("127.0.0.2");
+  settings.exposure_us = 1e12;
+  const auto camera = make_aravis_camera(CameraId{0}, "north", settings);
+
+  const Status started = camera->start();
+
+  ASSERT_FALSE(started);
+  EXPECT_THAT(started.error().message, HasSubstr("exposure_us"));
+  EXPECT_THAT(started.error().message, HasSubstr("expected 10 to"));
+}
+
+TEST_F(AravisCamera, RefusesATriggerThatTheCameraHasNot) {
+  FakeGigE fake("127.0.0.2", "T71009");
+  ASSERT_TRUE(fake.running());
+  AravisSettings settings = at_address("127.0.0.2");
+  settings.trigger = "Line77";
+  const auto camera = make_aravis_camera(CameraId{0}, "north", settings);
+
+  const Status started = camera->start();
+
+  ASSERT_FALSE(started);
+  EXPECT_THAT(started.error().message, HasSubstr("trigger Line77 is refused"));
+}
+
+TEST_F(AravisCamera, PutsTheMiddleOfTheExposureWhereAUtcClockSaysIt) {
+  FakeGigE fake("127.0.0.2", "T71010");  // stamps the host's UTC when it begins to fill an image
+  ASSERT_TRUE(fake.running());
+  AravisSettings settings = at_address("127.0.0.2");
+  settings.exposure_us = 4000.0;
+  settings.clock = "utc";
+  settings.stamps = "end";
+  const auto by_end = make_aravis_camera(CameraId{0}, "north", settings);
+
+  ASSERT_TRUE(by_end->start());
+  const std::optional<Frame> frame = whole_frame(*by_end);
+
+  ASSERT_TRUE(frame);
+  const Duration age = frame->received_at - frame->exposed_at;
+  EXPECT_GE(age, milliseconds(2));  // half of the exposure, and the way
+  EXPECT_LT(age, seconds(1));
+}
+
+TEST_F(AravisCamera, LosesTheDeviceThatIsUnpluggedAndFindsItAgain) {
+  std::optional<FakeGigE> fake;
+  fake.emplace("127.0.0.2", "T71011");
+  ASSERT_TRUE(fake->running());
+  const auto camera = make_aravis_camera(CameraId{0}, "north", at_address("127.0.0.2"));
+  ASSERT_TRUE(camera->start());
+  ASSERT_TRUE(whole_frame(*camera));
+
+  fake.reset();
+  const Timestamp unplugged = host_now();
+  ErrorCode code = ErrorCode::Timeout;
+  while (host_now() - unplugged < seconds(15) && code != ErrorCode::DeviceLost) {
+    const Result<Frame> frame = camera->next(milliseconds(50));
+    code = frame ? ErrorCode::Timeout : frame.error().code;
+  }
+  RecordProperty("lost_after_s", std::to_string(to_s(host_now() - unplugged)));
+  ASSERT_EQ(code, ErrorCode::DeviceLost);
+  EXPECT_EQ(camera->next(milliseconds(1)).error().code, ErrorCode::DeviceLost);  // and stays lost
+
+  EXPECT_EQ(camera->start().error().code, ErrorCode::NotFound);  // nothing there yet
+  fake.emplace("127.0.0.2", "T71011");
+  ASSERT_TRUE(fake->running());
+  const Status again = camera->start();
+
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_TRUE(whole_frame(*camera));
+}
+
+TEST_F(AravisCamera, IsBusyForASecondController) {
+  FakeGigE fake("127.0.0.2", "T71012");
+  ASSERT_TRUE(fake.running());
+  const auto first = make_aravis_camera(CameraId{0}, "first", at_address("127.0.0.2"));
+  const auto second = make_aravis_camera(CameraId{1}, "second", at_address("127.0.0.2"));
+  ASSERT_TRUE(first->start());
+
+  const Status started = second->start();
+
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().code, ErrorCode::Busy) << started.error().message;
+  EXPECT_TRUE(whole_frame(*first));
+}
+
+TEST_F(AravisCamera, LeaksNothingOverFiftyStarts) {
+  FakeGigE fake("127.0.0.2", "T71013");
+  ASSERT_TRUE(fake.running());
+  const auto camera = make_aravis_camera(CameraId{0}, "north", at_address("127.0.0.2"));
+  const auto once = [&] {
+    const Status started = camera->start();
+    ASSERT_TRUE(started) << started.error().message;
+    camera->stop();
+  };
+  once();
+  const std::size_t files = open_files();
+  const std::size_t running = threads();
+
+  for (int i = 0; i < 50; ++i) once();
+
+  EXPECT_LE(open_files(), files);
+  EXPECT_LE(threads(), running);
+}
+
+TEST_F(AravisCamera, StopsSoonWhenTheDeviceIsSilent) {
+  std::optional<FakeGigE> fake;
+  fake.emplace("127.0.0.2", "T71015");
+  ASSERT_TRUE(fake->running());
+  const auto camera = make_aravis_camera(CameraId{0}, "north", at_address("127.0.0.2"));
+  ASSERT_TRUE(camera->start());
+  ASSERT_TRUE(whole_frame(*camera));
+  fake.reset();
+  while (camera->next(milliseconds(200))) {
+  }
+
+  const Timestamp before = host_now();
+  camera->stop();
+  const Timestamp stopped = host_now();
+  EXPECT_EQ(camera->start().error().code, ErrorCode::NotFound);
+
+  // A service that is told to end has a second; Aravis alone would take 12 s and 3.5 s.
+  EXPECT_LT(to_s(stopped - before), 0.5);
+  EXPECT_LT(to_s(host_now() - stopped), 0.8);
+}
+
+TEST_F(AravisCamera, IsHarmlessWhenNeverStarted) {
+  const auto camera = make_aravis_camera(CameraId{0}, "north", at_address("127.0.0.2"));
+
+  camera->stop();
+
+  EXPECT_EQ(camera->next(milliseconds(1)).error().code, ErrorCode::DeviceLost);
+}
+
+}  // namespace
+}  // namespace mocap::cameras

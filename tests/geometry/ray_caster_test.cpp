@@ -1,0 +1,76 @@
+#include "geometry/ray_caster.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <random>
+
+#include "geometry/lens.h"
+#include "support/marker_world.h"
+
+namespace mocap::geometry {
+namespace {
+
+CameraModel camera_of(LensKind kind, double bend) {
+  CameraModel camera = test::camera_at({4.0, 0.0, 2.5});
+  camera.lens.kind = kind;
+  if (kind == LensKind::Fisheye) camera.lens.distortion << 0.05, -0.01, 0.004, -0.001, 0.0;
+  camera.lens.distortion *= bend;
+  return camera;
+}
+
+struct Bent {
+  LensKind kind;
+  double bend;
+};
+
+class RayCasterOf : public testing::TestWithParam<Bent> {};
+
+TEST_P(RayCasterOf, UndoesTheLensEverywhereInTheImageAndTellsItsSlope) {
+  const CameraModel camera = camera_of(GetParam().kind, GetParam().bend);
+  const RayCaster caster(camera);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> x(-5.0, camera.width_px + 4.0);  // a little outside too
+  std::uniform_real_distribution<double> y(-5.0, camera.height_px + 4.0);
+  for (int i = 0; i < 5000; ++i) {
+    const PixelPoint pixel{{x(random), y(random)}};
+
+    const auto ray = caster.cast(pixel);
+
+    ASSERT_TRUE(ray) << pixel.v.transpose();
+    EXPECT_LT((distort(camera.lens, ray->point).v - pixel.v).norm(), 1e-6) << pixel.v.transpose();
+    const Eigen::Vector2d turn(1e-4, -2e-4);
+    const Eigen::Vector2d moved = distort(camera.lens, {ray->point.v + turn}).v - pixel.v;
+    EXPECT_LT((ray->px_from_ray * turn - moved).norm(), 1e-3 * moved.norm()) << pixel.v.transpose();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Lenses, RayCasterOf,
+                         testing::Values(Bent{LensKind::Pinhole, 0.0}, Bent{LensKind::Pinhole, 1.0},
+                                         Bent{LensKind::Pinhole, 1.6}, Bent{LensKind::Fisheye, 1.0},
+                                         Bent{LensKind::Fisheye, 3.0}));
+
+TEST(RayCaster, GivesNoRayWhereTheImageFoldsOver) {
+  CameraModel camera;
+  camera.width_px = 640;
+  camera.height_px = 480;
+  camera.lens.fx_px = camera.lens.fy_px = 500.0;
+  camera.lens.cx_px = 320.0;
+  camera.lens.cy_px = 240.0;
+  camera.lens.distortion << -0.5, 0.0, 0.0, 0.0, 0.0;  // r (1 - r^2 / 2) never exceeds 0.544: 272 px
+  const RayCaster caster(camera);
+
+  EXPECT_FALSE(caster.cast({{320.0 + 300.0, 240.0}}));
+  ASSERT_TRUE(caster.cast({{320.0 + 250.0, 240.0}}));
+  EXPECT_LT((distort(camera.lens, caster.cast({{570.0, 240.0}})->point).v - Eigen::Vector2d(570.0, 240.0)).norm(),
+            1e-6);
+}
+
+TEST(RayCaster, GivesNoRayForNoPixel) {
+  const RayCaster caster(camera_of(LensKind::Pinhole, 1.0));
+
+  EXPECT_FALSE(caster.cast({{std::numeric_limits<double>::quiet_NaN(), 3.0}}));
+}
+
+}  // namespace
+}  // namespace mocap::geometry

@@ -1,0 +1,86 @@
+#!/usr/bin/python3
+"""The layers of the daemon, and whether the check of them finds what is wrong."""
+
+import pathlib
+import tempfile
+import unittest
+
+import layers
+
+DAEMON = pathlib.Path(__file__).parent.parent / "daemon"
+
+
+class TheDaemon(unittest.TestCase):
+    def test_has_no_include_that_runs_upward_or_sideways(self):
+        self.assertEqual(layers.faults_in(DAEMON), [])
+
+
+class TheCheck(unittest.TestCase):
+    def faults_of(self, name, include):
+        """Of a daemon that has this one file, with this one include."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(f"#pragma once\n\n#include {include}\n")
+            return [fault.replace(folder + "/", "") for fault in layers.faults_in(pathlib.Path(folder))]
+
+    def assert_fault(self, name, include, expected):
+        faults = self.faults_of(name, include)
+        self.assertEqual(len(faults), 1, faults)
+        self.assertTrue(faults[0].startswith(f"{name}:3: "), faults)
+        self.assertIn(expected, faults[0])
+
+    def assert_fine(self, name, include):
+        self.assertEqual(self.faults_of(name, include), [])
+
+    def test_finds_an_include_that_runs_upward(self):
+        self.assert_fault("geometry/lens.cpp", '"stages/fuse.h"', "runs upward or sideways")
+        self.assert_fault("module/camera.h", '"cameras/open_camera.h"', "runs upward or sideways")
+        self.assert_fault("base/log.h", '"model/ids.h"', "runs upward or sideways: base may include itself")
+
+    def test_finds_an_include_that_runs_sideways(self):
+        self.assert_fault("geometry/lens.cpp", '"filter/kalman.h"', "runs upward or sideways")
+        self.assert_fault("stages/fuse.cpp", '"cameras/open_camera.h"', "runs upward or sideways")
+        self.assert_fault("runtime/pipeline.cpp", '"settings/daemon_settings.h"', "runs upward or sideways")
+        self.assert_fault("runtime/pipeline.cpp", '"assemble.h"', "is in no room")
+
+    def test_finds_a_third_party_in_another_room(self):
+        self.assert_fault("stages/fuse.cpp", "<zmq.h>", "ZeroMQ is not for stages")
+        self.assert_fault("stages/fuse.cpp", "<opencv2/core.hpp>", "OpenCV is not for stages")
+        self.assert_fault("runtime/pipeline.cpp", "<systemd/sd-daemon.h>", "libsystemd is not for runtime")
+        self.assert_fault("base/time.h", "<Eigen/Core>", "Eigen is not for base")
+        self.assert_fault("model/ids.h", "<boost/any.hpp>", "no third party that the design knows")
+
+    def test_finds_a_third_party_in_a_header(self):
+        self.assert_fault("settings/rig_file.h", "<toml++/toml.h>", "toml++ is not for settings's headers")
+        self.assert_fault("cameras/aravis_camera.h", "<arv.h>", "Aravis is not for cameras's headers")
+        self.assert_fault("base/log.h", "<fmt/format.h>", "fmt is not for base's headers")
+
+    def test_finds_the_log_where_all_is_pure(self):
+        self.assert_fault("stages/fuse.cpp", '"base/log.h"', "it is pure")
+        self.assert_fault("calibration/solve.cpp", '"base/log.h"', "it is pure")
+
+    def test_finds_relative_paths_rooms_that_are_none_and_missing_guards(self):
+        self.assert_fault("stages/fuse.cpp", '"../model/ids.h"', "is a relative path")
+        self.assertIn("is no room of the design", self.faults_of("utils/misc.cpp", "<vector>")[0])
+        with tempfile.TemporaryDirectory() as folder:
+            header = pathlib.Path(folder) / "model" / "ids.h"
+            header.parent.mkdir()
+            header.write_text("struct Id {};\n")
+            self.assertIn("without #pragma once", layers.faults_in(pathlib.Path(folder))[0])
+
+    def test_lets_pass_what_runs_downward(self):
+        self.assert_fine("stages/fuse.cpp", '"geometry/lens.h"')
+        self.assert_fine("stages/fuse.h", "<Eigen/Core>")
+        self.assert_fine("settings/rig_file.cpp", "<toml++/toml.h>")
+        self.assert_fine("settings/daemon_settings.h", '"stages/align_frames.h"')
+        self.assert_fine("wire/encode.h", '"mocap/v1/snapshot.pb.h"')
+        self.assert_fine("runtime/service.cpp", "<systemd/sd-daemon.h>")
+        self.assert_fine("cameras/v4l2_camera.cpp", "<linux/videodev2.h>")
+        self.assert_fine("base/wake_signal.cpp", "<linux/futex.h>")
+        self.assert_fine("main.cpp", '"runtime/pipeline.h"')
+        self.assert_fine("model/ids.h", "<compare>")
+
+
+if __name__ == "__main__":
+    unittest.main()

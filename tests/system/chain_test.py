@@ -1,0 +1,139 @@
+"""The whole chain with real programs: served GigE Vision cameras, the daemon, the feed."""
+
+import json
+import pathlib
+import signal
+import time
+import unittest
+
+from harness import SOURCE, Desk
+
+CONFIG = """
+[capture]
+rig = "{source}/config/demo.rig.toml"
+
+[align]
+window_us = 4000
+
+[publish]
+endpoint = "{endpoint}"
+
+[[subject]]
+name = "actor"
+marker_set = "{source}/config/markersets/openmocap18.toml"
+"""
+
+CAMERA = """
+[[camera]]
+name = "cam{number}"
+driver = "aravis"
+address = "{address}"
+width_px = 640
+height_px = 480
+rate_hz = 60
+exposure_us = 500
+packet_socket = false
+packet_size_bytes = 8000
+"""
+
+
+def cameras_used(snapshot):
+    return len(snapshot.get("views", {}).get("camera", []))
+
+
+def tracking(snapshot):
+    return any(subject.get("state") == "SUBJECT_STATE_TRACKING" for subject in snapshot.get("subjects", []))
+
+
+class Chain(unittest.TestCase):
+    network = 11  # the simulated cameras of this file are 127.0.<network>.2 and on
+
+    def setUp(self):
+        self.desk = Desk()
+        self.addCleanup(self.desk.close)
+        Chain.network += 1
+
+    def address(self, number):
+        return f"127.0.{Chain.network}.{number + 1}"
+
+    def config(self):
+        text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint)
+        for number in range(1, 5):
+            text += CAMERA.format(number=number, address=self.address(number))
+        return self.desk.write("mocapd.toml", text)
+
+    def simulate(self, *more):
+        return self.desk.start("mocap-sim", "--serve", "--rig", SOURCE / "config/demo.rig.toml",
+                               "--first-address", self.address(1), "--motion", "tpose:2,walk", *more)
+
+    def test_a_killed_camera_comes_back_by_itself_and_the_others_go_on(self):
+        epoch = time.monotonic_ns() + 3_000_000_000
+        sims = {n: self.simulate("--only", str(n), "--epoch", str(epoch)) for n in range(1, 5)}
+        self.desk.start("mocapd", "--config", self.config())
+        feed = self.desk.watch()
+        feed.wait_for(lambda s: cameras_used(s) == 4 and tracking(s), 30, "four cameras and a subject")
+
+        sims[3].send(signal.SIGKILL)
+        feed.wait_for(lambda s: cameras_used(s) == 3 and tracking(s), 15, "the feed goes on with three")
+        self.simulate("--only", "3", "--epoch", str(epoch))
+        feed.wait_for(lambda s: cameras_used(s) == 4 and tracking(s), 30, "the fourth is back")
+
+    def test_nobody_notices_a_killed_subscriber(self):
+        self.simulate()
+        daemon = self.desk.start("mocapd", "--config", self.config())
+        feed, victim = self.desk.watch(), self.desk.watch()
+        feed.wait_for(tracking, 30, "a subject")
+        victim.wait_for(tracking, 30, "a subject for the other, too")
+
+        victim.program.send(signal.SIGKILL)
+        before = feed.wait_for(lambda s: True, 5, "the feed goes on")
+        after = feed.wait_for(lambda s: int(s["number"]) >= int(before["number"]) + 120, 10, "for two seconds")
+
+        self.assertIsNone(daemon.process.poll())
+        self.assertGreaterEqual(int(after["number"]), int(before["number"]) + 120)
+
+    def test_a_second_daemon_on_the_same_port_says_so_and_ends_with_69(self):
+        self.simulate()
+        config = self.config()
+        self.desk.start("mocapd", "--config", config)
+        self.desk.watch().wait_for(lambda s: True, 30, "a first snapshot")
+
+        second = self.desk.run("mocapd", "--config", config)
+
+        self.assertEqual(second.returncode, 69, second.stderr)
+        self.assertIn(self.desk.endpoint, second.stderr)
+
+    def test_sigterm_ends_it_within_a_second_with_exit_code_0(self):
+        self.simulate()
+        daemon = self.desk.start("mocapd", "--config", self.config())
+        self.desk.watch().wait_for(tracking, 30, "a subject")
+
+        begun = time.monotonic()
+        daemon.send(signal.SIGTERM)
+        code = daemon.wait(10)
+
+        self.assertEqual(code, 0, daemon.said())
+        self.assertLess(time.monotonic() - begun, 1.0)
+
+    def test_the_feed_matches_the_truth(self):
+        truth, stream = self.desk.folder / "truth.jsonl", self.desk.folder / "stream.jsonl"
+        sim = self.simulate("--write-truth", truth)
+        self.desk.start("mocapd", "--config", self.config())
+        self.desk.watch().wait_for(tracking, 30, "a subject")
+        with open(stream, "wb") as out:
+            from harness import Program
+            watch = Program(self.desk.folder, "mocap-watch", self.desk.endpoint, "--json", "--seconds", "5", stdout=out)
+            self.assertEqual(watch.wait(30), 0, watch.said())
+        sim.send(signal.SIGTERM)
+        sim.wait(10)
+
+        scored = self.desk.run("mocap-eval", "score", "--truth", truth, "--stream", stream, "--json")
+
+        figures = json.loads(scored.stdout)
+        self.assertEqual(figures["label_errors"], 0, figures)
+        self.assertLess(figures["marker_rms_mm"], 2.0, figures)
+        self.assertGreater(figures["frames"], 200, figures)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

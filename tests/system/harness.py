@@ -1,0 +1,121 @@
+"""Runs the project's programs as a user does: real processes, real sockets, files in a folder of their own."""
+
+import contextlib
+import json
+import os
+import pathlib
+import signal
+import socket
+import subprocess
+import tempfile
+import threading
+import time
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+BIN = pathlib.Path(os.environ.get("MOCAP_BIN_DIR", SOURCE / "build/release/bin"))
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Program:
+    """A running program; its output goes to a file, read when something is wrong."""
+
+    def __init__(self, folder, *arguments, stdout=None):
+        name = pathlib.Path(arguments[0]).name
+        self.log = folder / f"{name}.{time.monotonic_ns()}.log"
+        self._log_file = open(self.log, "wb")
+        self.process = subprocess.Popen(
+            [str(BIN / arguments[0]), *map(str, arguments[1:])],
+            stdout=stdout if stdout is not None else self._log_file,
+            stderr=self._log_file,
+            cwd=folder,
+        )
+
+    def send(self, number):
+        self.process.send_signal(number)
+
+    def wait(self, timeout_s):
+        return self.process.wait(timeout_s)
+
+    def end(self):
+        if self.process.poll() is None:
+            self.process.terminate()
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self.process.wait(5)
+            if self.process.poll() is None:
+                self.process.kill()
+                self.process.wait()
+        self._log_file.close()
+
+    def said(self):
+        return self.log.read_text(errors="replace")
+
+
+class Feed:
+    """Snapshots as `mocap-watch --json` prints them, newest kept."""
+
+    def __init__(self, folder, endpoint):
+        self.program = Program(folder, "mocap-watch", endpoint, "--json", "--seconds", "600", stdout=subprocess.PIPE)
+        self.count = 0
+        self.newest = None
+        self._changed = threading.Condition()
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self):
+        for line in self.program.process.stdout:
+            snapshot = json.loads(line)
+            with self._changed:
+                self.count += 1
+                self.newest = snapshot
+                self._changed.notify_all()
+
+    def wait_for(self, holds, timeout_s, what):
+        """The first snapshot from now on for which `holds` is true."""
+        limit = time.monotonic() + timeout_s
+        with self._changed:
+            seen = self.count
+            while True:
+                left = limit - time.monotonic()
+                if left <= 0 or not self._changed.wait(left):
+                    raise AssertionError(f"not within {timeout_s} s: {what}; {self.count - seen} snapshots came, last: {self.newest}")
+                if self.newest is not None and holds(self.newest):
+                    return self.newest
+
+    def end(self):
+        self.program.process.kill()
+        self.program.process.wait()
+        self.program._log_file.close()
+
+
+class Desk(contextlib.ExitStack):
+    """A folder and the programs started in it; all ended, and the folder gone, at its end."""
+
+    def __init__(self):
+        super().__init__()
+        self.folder = pathlib.Path(self.enter_context(tempfile.TemporaryDirectory(prefix="mocap-test-")))
+        self.endpoint = f"tcp://127.0.0.1:{free_port()}"
+
+    def start(self, *arguments):
+        program = Program(self.folder, *arguments)
+        self.callback(program.end)
+        return program
+
+    def watch(self):
+        feed = Feed(self.folder, self.endpoint)
+        self.callback(feed.end)
+        return feed
+
+    def run(self, *arguments, timeout_s=120):
+        return subprocess.run(
+            [str(BIN / arguments[0]), *map(str, arguments[1:])],
+            cwd=self.folder, capture_output=True, text=True, timeout=timeout_s,
+        )
+
+    def write(self, name, text):
+        path = self.folder / name
+        path.write_text(text)
+        return path

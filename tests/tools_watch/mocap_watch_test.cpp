@@ -1,0 +1,189 @@
+// mocap-watch, and the Python subscriber, as people run them, on a feed of this process.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "support/temporary_folder.h"
+#include "wire/json.h"
+#include "wire/sample_description.h"
+#include "wire/zmq_publisher.h"
+
+namespace mocap::watch {
+namespace {
+
+using ::testing::HasSubstr;
+
+struct Outcome {
+  int exit_code;
+  std::string out;
+};
+
+Outcome run(const std::string& command) {
+  std::FILE* pipe = ::popen(command.c_str(), "r");
+  EXPECT_NE(pipe, nullptr);
+  std::string out;
+  char piece[4096];
+  for (std::size_t n = 0; (n = std::fread(piece, 1, sizeof(piece), pipe)) > 0;) out.append(piece, n);
+  const int status = ::pclose(pipe);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, out};
+}
+
+Outcome watch(const std::string& arguments) { return run(std::string(MOCAP_BIN_DIR) + "/mocap-watch " + arguments); }
+
+// A feed of a subject of two markers, one of them lost; every tenth snapshot is left out of the wire by the daemon.
+class Feed {
+ public:
+  Feed() : publisher_(std::move(*wire::ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"}))) {
+    EXPECT_TRUE(publisher_->describe(wire::testing::sample_description()));
+    thread_ = std::jthread([this](const std::stop_token& stop) { send(stop); });
+  }
+  const std::string& endpoint() const { return publisher_->endpoint(); }
+
+ private:
+  void send(const std::stop_token& stop) {
+    Snapshot snapshot;
+    snapshot.expected_views = 2;
+    snapshot.views.push_back({CameraId{0}, 1, {}, 2});
+    snapshot.views.push_back({CameraId{1}, 1, {}, 2});
+    SubjectLabels& labels = snapshot.labels.push_back({});
+    labels.subject = SubjectId{0};
+    labels.phase = SubjectPhase::Tracking;
+    labels.markers.resize(2);
+    labels.markers[0].state = LabelState::Measured;
+    Health health;
+    health.latency[2] = {100, std::chrono::microseconds(400), std::chrono::microseconds(900),
+                         std::chrono::microseconds(1500)};
+    health.cameras.push_back({"north", CameraPhase::Streaming, 120.0, 1000, 3, 0, 0, 0, 1, ""});
+    while (!stop.stop_requested()) {
+      ++snapshot.number;
+      const Timestamp now = host_now();
+      snapshot.instants = {now, now, now, now, std::nullopt};
+      if (snapshot.number % 10 != 0) {
+        EXPECT_TRUE(publisher_->publish(snapshot));
+      } else {
+        EXPECT_TRUE(publisher_->report(health));
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(4));  // the pace of a feed, nothing is awaited
+    }
+  }
+
+  std::unique_ptr<wire::ZmqPublisher> publisher_;
+  std::jthread thread_;
+};
+
+TEST(MocapWatch, PrintsEveryFrameAsALineOfJson) {
+  Feed feed;
+
+  const Outcome done = watch(feed.endpoint() + " --json --frames 50");
+
+  EXPECT_EQ(done.exit_code, 0);
+  std::istringstream lines(done.out);
+  std::string line;
+  std::uint64_t count = 0;
+  std::uint64_t before = 0;
+  while (std::getline(lines, line)) {
+    const auto message = wire::message_from_json_line(line);
+    ASSERT_TRUE(message) << message.error().message;
+    if (count > 0) {
+      EXPECT_EQ(message->sequence(), before + 1);
+    }
+    before = message->sequence();
+    ++count;
+  }
+  EXPECT_EQ(count, 50U);
+}
+
+TEST(MocapWatch, TellsTheStateOfTheFeedInALine) {
+  Feed feed;
+
+  const Outcome done = watch(feed.endpoint() + " --seconds 2.5");
+
+  EXPECT_EQ(done.exit_code, 0);
+  EXPECT_THAT(done.out, HasSubstr("cameras 2 of 2"));
+  EXPECT_THAT(done.out, HasSubstr("markers 1 of 2"));
+  EXPECT_THAT(done.out, HasSubstr("actor=tracking"));
+  EXPECT_THAT(done.out, HasSubstr("fuse 0.4/0.9/1.5"));
+  EXPECT_THAT(done.out, HasSubstr("lost 0 drops 3"));
+}
+
+TEST(MocapWatch, SumsUpAsOneJsonObject) {
+  Feed feed;
+  const support::TemporaryFolder folder;
+  const std::string file = (folder.path() / "summary.json").string();
+
+  const Outcome done = watch(feed.endpoint() + " --json --frames 60 --summary " + file + " >/dev/null");
+
+  EXPECT_EQ(done.exit_code, 0);
+  const auto summary = nlohmann::json::parse(run("cat " + file).out);
+  EXPECT_EQ(summary.at("frames"), 60);
+  EXPECT_EQ(summary.at("lost"), 0);
+  EXPECT_GT(summary.at("passed_over"), 0);  // the daemon left some out
+  EXPECT_EQ(summary.at("complete_share"), 1.0);
+  EXPECT_EQ(summary.at("tracking_share"), 1.0);
+  EXPECT_EQ(summary.at("labelled_share"), 0.5);
+  EXPECT_EQ(summary.at("latency").at("fuse").at("p99_ms"), 0.9);
+  EXPECT_EQ(summary.at("cameras").at("north").at("missing_frames"), 3);
+  EXPECT_LT(summary.at("age_p50_ms"), 1000.0);
+}
+
+TEST(MocapWatch, SaysThatNothingListensAndExitsWith69) {
+  std::string endpoint;
+  {
+    const Feed feed;
+    endpoint = feed.endpoint();
+  }
+
+  const Outcome done = watch(endpoint + " --seconds 0.3 2>&1");
+
+  EXPECT_EQ(done.exit_code, 69);
+  EXPECT_THAT(done.out, HasSubstr("no data from " + endpoint));
+  EXPECT_THAT(done.out, HasSubstr("nothing listens there"));
+}
+
+TEST(MocapWatch, SaysThatTheDaemonIsThereAndSilent) {
+  const auto publisher = wire::ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"});
+  ASSERT_TRUE(publisher);
+
+  const Outcome done = watch((*publisher)->endpoint() + " --seconds 0.5 2>&1");
+
+  EXPECT_EQ(done.exit_code, 69);
+  EXPECT_THAT(done.out, HasSubstr("connected, and nothing was said yet"));
+}
+
+TEST(MocapWatch, EndsWhenNobodyReadsItsOutput) {
+  Feed feed;
+
+  const Outcome done = run("timeout 20 " + std::string(MOCAP_BIN_DIR) + "/mocap-watch " + feed.endpoint() +
+                           " --json | head -n 3 | wc -l");
+
+  EXPECT_EQ(done.out, "3\n");
+}
+
+TEST(MocapWatch, SaysWhatIsWrongWithItsArguments) {
+  EXPECT_EQ(watch("nonsense 2>&1").exit_code, 64);
+  EXPECT_EQ(watch("--frames 0 2>&1").exit_code, 64);
+  EXPECT_EQ(watch("--json --summary - 2>&1").exit_code, 64);
+  EXPECT_EQ(watch("--help").exit_code, 0);
+}
+
+TEST(PythonSubscriber, ReadsTheFeed) {
+  if (run("/usr/bin/python3 -c 'import zmq, google.protobuf' 2>&1").exit_code != 0) {
+    GTEST_SKIP() << "python3-zmq or python3-protobuf is missing";
+  }
+  Feed feed;
+
+  const Outcome done = run("PYTHONPATH=" MOCAP_BIN_DIR "/../python timeout 20 /usr/bin/python3 " MOCAP_SOURCE_DIR
+                           "/tools/clients/python/subscribe.py " +
+                           feed.endpoint() + " 2>&1 | head -n 5");
+
+  EXPECT_THAT(done.out, HasSubstr("HipsMarker"));
+}
+
+}  // namespace
+}  // namespace mocap::watch

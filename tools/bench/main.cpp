@@ -1,0 +1,82 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "base/exit_codes.h"
+#include "base/log.h"
+#include "pipeline_bench.h"
+
+namespace mocap::bench {
+namespace {
+
+constexpr const char* kExamples = R"(examples:
+  mocap-bench pipeline                          8 synthetic cameras at 120 Hz, 41 markers, as a table
+  mocap-bench pipeline --json                   the same as one JSON object
+  mocap-bench pipeline --cameras 4 --rate 60    less of it)";
+
+void print_pipeline(const PipelineBenchFigures& f, bool json) {
+  if (json) {
+    const nlohmann::json object{{"sets", f.sets},
+                                {"complete_share", f.complete_share},
+                                {"p50_us", f.p50_us},
+                                {"p99_us", f.p99_us},
+                                {"max_us", f.max_us},
+                                {"dropped", f.dropped},
+                                {"allocations", f.allocations},
+                                {"labelled_share", f.labelled_share}};
+    fmt::print("{}\n", object.dump());
+    return;
+  }
+  fmt::print("sets           {}\ncomplete       {:.2f} %\nlabelled       {:.2f} %\n", f.sets, 100.0 * f.complete_share,
+             100.0 * f.labelled_share);
+  fmt::print("latency p50    {:.0f} us\nlatency p99    {:.0f} us\nlatency max    {:.0f} us\n", f.p50_us, f.p99_us,
+             f.max_us);
+  fmt::print("dropped        {}\nallocations    {}\n", f.dropped, f.allocations);
+}
+
+int pipeline(const PipelineBenchSettings& settings, bool json) {
+  const Result<PipelineBenchFigures> figures = run_pipeline_bench(settings);
+  if (!figures) {
+    fmt::print(stderr, "mocap-bench: {}\n", figures.error().message);
+    return kExitUnavailable;
+  }
+  print_pipeline(*figures, json);
+  return kExitOk;
+}
+
+}  // namespace
+}  // namespace mocap::bench
+
+int main(int argc, char** argv) {
+  using namespace mocap;  // NOLINT: the program
+  CLI::App app{"mocap-bench: what the daemon's parts cost on this machine", "mocap-bench"};
+  app.footer(bench::kExamples);
+  app.require_subcommand(1);
+
+  bench::PipelineBenchSettings settings;
+  settings.marker_set = MOCAP_SOURCE_DIR "/config/markersets/baseline41.toml";
+  bool json = false;
+  CLI::App* pipeline = app.add_subcommand("pipeline", "latency from a set's last blob to its snapshot at ZeroMQ");
+  pipeline->add_option("--cameras", settings.cameras, "synthetic cameras in a ring")
+      ->check(CLI::Range(2, 64))
+      ->capture_default_str();
+  pipeline->add_option("--rate", settings.rate_hz, "images a second, Hz")
+      ->check(CLI::Range(1.0, 1000.0))
+      ->capture_default_str();
+  pipeline->add_option("--seconds", settings.seconds, "measured time, s")
+      ->check(CLI::Range(0.5, 3600.0))
+      ->capture_default_str();
+  pipeline->add_option("--marker-set", settings.marker_set, "worn by the subject")->capture_default_str();
+  pipeline->add_option("--seed", settings.seed, "of the images' noise")->capture_default_str();
+  pipeline->add_flag("--json", json, "one JSON object on standard output");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kExitOk : kExitUsage;
+  }
+  set_log_level(LogLevel::Warn);
+  return bench::pipeline(settings, json);
+}

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <span>
+
+namespace mocap::eval {
+
+/// One subcommand of mocap-eval. A new one is a file pair and one line in `commands`.
+struct Command {
+  const char* name;
+  const char* summary;
+  /// Runs with its own arguments (argv[0] is the subcommand) and gives the exit code of the program.
+  int (*run)(int argc, const char* const* argv);
+};
+
+/// All subcommands; the first is the one that is meant when none is named.
+std::span<const Command> commands();
+
+int run_score(int argc, const char* const* argv);
+
+}  // namespace mocap::eval

@@ -1,0 +1,181 @@
+// mocap-watch: shows a feed, or prints it as JSON lines.
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <optional>
+#include <string>
+
+#include "watch/feed_state.h"
+#include "watch/report.h"
+#include "wire/json.h"
+#include "wire/zmq_subscriber.h"
+
+namespace {
+
+using namespace mocap;
+
+constexpr int kUsage = 64;        // sysexits EX_USAGE
+constexpr int kUnavailable = 69;  // sysexits EX_UNAVAILABLE
+constexpr int kCannotWrite = 73;  // sysexits EX_CANTCREAT
+constexpr Duration kPatience = std::chrono::milliseconds(50);
+constexpr Duration kSilence = std::chrono::seconds(2);  // then say why
+constexpr int kQueueEveryFrame = 100000;                // who prints all frames may fall behind this far
+
+volatile std::sig_atomic_t stop_asked = 0;
+void ask_stop(int /*signal*/) { stop_asked = 1; }
+
+struct Options {
+  std::string endpoint = "tcp://127.0.0.1:5570";
+  bool json = false;
+  std::optional<double> seconds;
+  std::optional<std::uint64_t> frames;
+  std::string summary;
+};
+
+// One line that is written over on a terminal, one line after the other elsewhere.
+class Display {
+ public:
+  explicit Display(std::FILE* to) : to_(to), terminal_(::isatty(::fileno(to)) != 0) {}
+
+  Duration pace() const { return terminal_ ? std::chrono::milliseconds(200) : std::chrono::milliseconds(1000); }
+
+  void show(const std::string& line) {
+    std::fputs(terminal_ ? "\r\x1b[2K" : "", to_);
+    std::fputs(line.c_str(), to_);
+    if (!terminal_) std::fputc('\n', to_);
+    std::fflush(to_);
+    shown_ = true;
+  }
+  void end() {
+    if (terminal_ && shown_) std::fputc('\n', to_);
+    std::fflush(to_);
+  }
+
+ private:
+  std::FILE* to_;
+  bool terminal_;
+  bool shown_ = false;
+};
+
+class Watch {
+ public:
+  Watch(const Options& options, wire::ZmqSubscriber& subscriber)
+      : options_(options), subscriber_(subscriber), display_(options.json ? stderr : stdout), started_(host_now()) {}
+
+  // False when nobody can read what is printed.
+  bool run() {
+    Timestamp next_show = started_ + display_.pace();
+    while (!over()) {
+      if (!drain()) return false;
+      const Timestamp now = host_now();
+      if (now < next_show) continue;
+      next_show = now + display_.pace();
+      tell(now);
+    }
+    display_.end();
+    return true;
+  }
+
+  const watch::FeedState& feed() const { return feed_; }
+  Duration watched() const { return host_now() - started_; }
+
+ private:
+  bool enough() const { return options_.frames && feed_.frames() >= *options_.frames; }
+  bool over() const {
+    return stop_asked != 0 || enough() || (options_.seconds && to_s(host_now() - started_) >= *options_.seconds);
+  }
+
+  // Takes all that waits; the display then shows the newest.
+  bool drain() {
+    Result<wire::FeedMessage> message = subscriber_.next(kPatience);
+    while (message || message.error().code == ErrorCode::InvalidArgument) {
+      if (message) {
+        const v1::Snapshot* snapshot = feed_.take(*message, host_now());
+        if (snapshot != nullptr && options_.json && !print(*snapshot)) return false;
+      }
+      if (over()) return true;
+      message = subscriber_.next(Duration(0));
+    }
+    return !options_.json || std::fflush(stdout) == 0;
+  }
+
+  static bool print(const v1::Snapshot& snapshot) {
+    const std::string line = wire::to_json_line(snapshot);
+    return std::fwrite(line.data(), 1, line.size(), stdout) == line.size() && std::fputc('\n', stdout) != EOF;
+  }
+
+  void tell(Timestamp now) {
+    const Duration silent_for = now - std::max(started_, feed_.last_arrival());
+    if (silent_for >= kSilence) {
+      display_.show(watch::reason_for_silence(feed_, subscriber_.link(), options_.endpoint, silent_for));
+    } else if (!options_.json && feed_.last()) {
+      display_.show(watch::status_line(feed_, now));
+    }
+  }
+
+  const Options& options_;
+  wire::ZmqSubscriber& subscriber_;
+  Display display_;
+  watch::FeedState feed_;
+  Timestamp started_;
+};
+
+bool write_summary(const std::string& to, const std::string& summary) {
+  if (to == "-") return std::puts(summary.c_str()) >= 0 && std::fflush(stdout) == 0;
+  std::ofstream out(to);
+  out << summary << '\n';
+  return static_cast<bool>(out.flush());
+}
+
+int watch_feed(const Options& options) {
+  wire::SubscriberSettings settings;
+  settings.endpoint = options.endpoint;
+  settings.receive_queue = kQueueEveryFrame;
+  const auto subscriber = wire::ZmqSubscriber::open(settings);
+  if (!subscriber) {
+    fmt::print(stderr, "mocap-watch: {}\n", subscriber.error().message);
+    return kUsage;
+  }
+  Watch watch(options, **subscriber);
+  const bool written = watch.run();
+  if (watch.feed().frames() == 0) {
+    fmt::print(stderr, "mocap-watch: {}\n",
+               watch::reason_for_silence(watch.feed(), (*subscriber)->link(), options.endpoint, watch.watched()));
+  }
+  if (!options.summary.empty() &&
+      !write_summary(options.summary, watch::summary_json(watch.feed(), options.endpoint, watch.watched()))) {
+    fmt::print(stderr, "mocap-watch: the summary cannot be written to '{}'\n", options.summary);
+    return kCannotWrite;
+  }
+  if (!written) return kCannotWrite;
+  return watch.feed().frames() > 0 ? 0 : kUnavailable;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Shows the feed of a mocapd: exit 0 when data came, 69 when none did.", "mocap-watch");
+  app.add_option("endpoint", options.endpoint, "where it listens")->capture_default_str();
+  app.add_flag("--json", options.json, "print every snapshot as a line of JSON");
+  app.add_option("--seconds", options.seconds, "end after this time")->check(CLI::PositiveNumber);
+  app.add_option("--frames", options.frames, "end after this many snapshots")->check(CLI::PositiveNumber);
+  app.add_option("--summary", options.summary, "at the end, write one JSON object to this file (-: standard output)");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& fault) {
+    return app.exit(fault) == 0 ? 0 : kUsage;
+  }
+  if (options.json && options.summary == "-") {
+    fmt::print(stderr, "mocap-watch: --json already prints to standard output; give --summary a file\n");
+    return kUsage;
+  }
+  std::signal(SIGINT, ask_stop);
+  std::signal(SIGTERM, ask_stop);
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that left is an error of the write
+  return watch_feed(options);
+}

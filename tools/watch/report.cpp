@@ -1,0 +1,167 @@
+#include "watch/report.h"
+
+#include <fmt/core.h>
+
+#include <array>
+#include <nlohmann/json.hpp>
+
+namespace mocap::watch {
+namespace {
+
+constexpr Duration kSilent = std::chrono::seconds(1);
+constexpr std::array<const char*, kLatencyStages> kStageNames = {"receive", "detect", "fuse", "send", "total"};
+
+const char* word_of(SubjectPhase phase) {
+  switch (phase) {
+    case SubjectPhase::Searching: return "searching";
+    case SubjectPhase::Tracking: return "tracking";
+    case SubjectPhase::Lost: return "lost";
+  }
+  return "unknown";
+}
+
+const char* word_of(CameraPhase phase) {
+  switch (phase) {
+    case CameraPhase::Starting: return "starting";
+    case CameraPhase::Streaming: return "streaming";
+    case CameraPhase::Silent: return "silent";
+    case CameraPhase::Reopening: return "reopening";
+    case CameraPhase::Ended: return "ended";
+  }
+  return "unknown";
+}
+
+double ms(Duration span) { return to_us(span) / 1000.0; }
+
+std::string subjects_of(const FeedState& feed) {
+  std::string text;
+  const auto& phases = feed.last()->phases;
+  for (std::size_t i = 0; i < phases.size(); ++i) {
+    const bool known = feed.description() && i < feed.description()->subjects.size();
+    text += fmt::format(" {}={}", known ? feed.description()->subjects[i].name : fmt::format("subject {}", i),
+                        word_of(phases[i]));
+  }
+  return text.empty() ? " no subject" : text;
+}
+
+std::string latencies_of(const FeedState& feed) {
+  if (!feed.health()) return " | latency not told yet";
+  std::string text = " | ms p50/p99/max";
+  for (std::size_t i = 0; i < kLatencyStages; ++i) {
+    const LatencyFigures& f = feed.health()->latency[i];
+    if (f.count > 0) text += fmt::format(" {} {:.1f}/{:.1f}/{:.1f}", kStageNames[i], ms(f.p50), ms(f.p99), ms(f.max));
+  }
+  return text;
+}
+
+std::uint64_t drops_of(const Health& health) {
+  std::uint64_t drops = health.passed_over_sets + health.dropped_snapshots + health.passed_over_snapshots;
+  for (const CameraHealth& camera : health.cameras) {
+    drops += camera.missing_frames + camera.failed_frames + camera.dropped_queue_full;
+  }
+  return drops;
+}
+
+// Who of the cameras is not streaming, in words.
+std::string silent_cameras(const Health& health) {
+  std::string text;
+  for (const CameraHealth& camera : health.cameras) {
+    if (camera.phase == CameraPhase::Streaming) continue;
+    text += fmt::format("{}{} {}{}", text.empty() ? "" : ", ", camera.name, word_of(camera.phase),
+                        camera.last_error.empty() ? "" : " (" + camera.last_error + ")");
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string status_line(const FeedState& feed, Timestamp now) {
+  if (!feed.last()) return "waiting for the first snapshot";
+  const LastSnapshot& last = *feed.last();
+  std::string line = fmt::format("{:5.1f} Hz | cameras {} of {} | markers {} of {}", feed.rate_hz(now), last.views,
+                                 last.expected_views, last.labelled, last.labels);
+  if (last.unlabelled > 0) line += fmt::format(" +{}", last.unlabelled);
+  line += " |" + subjects_of(feed) + latencies_of(feed);
+  if (const auto age = feed.age(0.5)) line += fmt::format(" | age {:.1f} ms", ms(*age));
+  line += fmt::format(" | lost {}", feed.lost());
+  if (feed.health()) line += fmt::format(" drops {}", drops_of(*feed.health()));
+  if (feed.unreadable() > 0) line += fmt::format(" unreadable {} ({})", feed.unreadable(), feed.last_fault());
+  return line;
+}
+
+std::string reason_for_silence(const FeedState& feed, const wire::LinkStatus& link, const std::string& endpoint,
+                               Duration silent_for) {
+  std::string reason;
+  if (!link.connected && link.failed_handshakes > 0) {
+    reason = "somebody listens there who does not speak this feed's protocol";
+  } else if (!link.connected) {
+    reason =
+        link.connections > 0 ? "the connection is gone, trying again" : "nothing listens there; is mocapd running?";
+  } else if (feed.unreadable() > 0 && feed.frames() == 0) {
+    reason = "what comes cannot be read: " + feed.last_fault();
+  } else if (!feed.description() && !feed.health()) {
+    reason = "connected, and nothing was said yet";
+  } else if (feed.health() && !silent_cameras(*feed.health()).empty()) {
+    reason = "cameras: " + silent_cameras(*feed.health());
+  } else {
+    reason = "connected, but the daemon sends no snapshots";
+  }
+  return fmt::format("no data from {} for {:.0f} s: {}", endpoint, std::max(to_s(silent_for), to_s(kSilent)), reason);
+}
+
+namespace {
+
+nlohmann::ordered_json latency_object(const Health& health) {
+  nlohmann::ordered_json all = nlohmann::ordered_json::object();
+  for (std::size_t i = 0; i < kLatencyStages; ++i) {
+    const LatencyFigures& f = health.latency[i];
+    if (f.count == 0) continue;
+    all[kStageNames[i]] = {{"p50_ms", ms(f.p50)}, {"p99_ms", ms(f.p99)}, {"max_ms", ms(f.max)}};
+  }
+  return all;
+}
+
+nlohmann::ordered_json camera_object(const CameraHealth& camera) {
+  return {{"phase", word_of(camera.phase)},
+          {"rate_hz", camera.rate_hz},
+          {"frames", camera.frames},
+          {"missing_frames", camera.missing_frames},
+          {"failed_frames", camera.failed_frames},
+          {"dropped_queue_full", camera.dropped_queue_full},
+          {"reopened", camera.reopened}};
+}
+
+}  // namespace
+
+std::string summary_json(const FeedState& feed, const std::string& endpoint, Duration watched) {
+  const auto share = [](std::uint64_t part, std::uint64_t whole) -> nlohmann::ordered_json {
+    if (whole == 0) return nullptr;
+    return static_cast<double>(part) / static_cast<double>(whole);
+  };
+  const auto age_ms = [&](double p) -> nlohmann::ordered_json {
+    const auto age = feed.age(p);
+    if (!age) return nullptr;
+    return ms(*age);
+  };
+  nlohmann::ordered_json object = {{"endpoint", endpoint},
+                                   {"seconds", to_s(watched)},
+                                   {"frames", feed.frames()},
+                                   {"complete_share", share(feed.complete(), feed.frames())},
+                                   {"tracking_share", share(feed.tracking(), feed.frames())},
+                                   {"labelled_share", share(feed.labelled(), feed.labels_expected())},
+                                   {"lost", feed.lost()},
+                                   {"passed_over", feed.passed_over()},
+                                   {"restarts", feed.restarts()},
+                                   {"unreadable", feed.unreadable()},
+                                   {"age_p50_ms", age_ms(0.5)},
+                                   {"age_p99_ms", age_ms(0.99)}};
+  if (feed.description()) object["producer"] = feed.description()->producer;
+  if (feed.health()) {
+    object["latency"] = latency_object(*feed.health());
+    object["drops"] = drops_of(*feed.health());
+    for (const CameraHealth& camera : feed.health()->cameras) object["cameras"][camera.name] = camera_object(camera);
+  }
+  return object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace mocap::watch
