@@ -81,10 +81,10 @@ Posture wave(double t_s) {
 }
 
 Posture jump(double t_s) {
-  constexpr double kHeight_m = 0.12, kDip_s = 0.5, kPush_s = 0.25, kLand_s = 0.45, kRest_s = 0.3;
+  constexpr double kHeight_m = 0.12, kDip_s = 0.5, kPush_s = 0.28, kLand_s = 0.75, kDepth_m = 0.24;
   const double up_m_s = std::sqrt(2.0 * kGravity_m_s2 * kHeight_m);
   const double flight_s = 2.0 * up_m_s / kGravity_m_s2;
-  const double cycle_s = kDip_s + kPush_s + flight_s + kLand_s + kRest_s;
+  const double cycle_s = kDip_s + kPush_s + flight_s + kLand_s;
   double t = std::fmod(t_s, cycle_s);
 
   Posture posture = t_pose();
@@ -96,19 +96,22 @@ Posture jump(double t_s) {
     dip = std::cos(0.5 * pi * (t - kDip_s) / kPush_s);
   } else if (away_s < flight_s) {
     posture.lift_m = up_m_s * away_s - 0.5 * kGravity_m_s2 * away_s * away_s;
-  } else if (away_s < flight_s + kLand_s) {
-    // Down fast, up slowly: the speed of landing is taken over by the knees.
-    const double u = (away_s - flight_s) / kLand_s;
-    dip = 0.8 * std::sin(pi * std::sqrt(u)) * (1.0 - u) * std::min(1.0, 8.0 * u);
+  } else {
+    // The knees take over the speed of landing, and stretch again.
+    const double landed_s = away_s - flight_s, u = landed_s / kLand_s;
+    dip = up_m_s / kDepth_m * landed_s * std::exp(-landed_s / 0.13) * (1.0 - u * u);
   }
   // Height of a leg of two segments of 0.42 m each that is dipped by d: 2 l cos(half).
-  const double half_rad = std::acos(1.0 - (0.03 + 0.24 * dip) / 0.84);
+  const double half_rad = std::acos(1.0 - (0.05 + kDepth_m * dip) / 0.84);
   bend_knees(posture, half_rad);
   posture.turn(Joint::Hips) = about_y(0.35 * dip);
   for (const Joint thigh : {Joint::LeftUpLeg, Joint::RightUpLeg}) {
     posture.turn(thigh) = about_y(-0.35 * dip) * posture.turn(thigh);
   }
-  hang_arms(posture, 0.7 - 1.4 * dip, 0.7 - 1.4 * dip, 0.5);
+  // The arms swing all the time, foremost at the top of the flight.
+  const double top_s = kDip_s + kPush_s + 0.5 * flight_s;
+  const double swing_rad = 0.2 + 0.6 * std::cos(2.0 * pi * (t - top_s) / cycle_s);
+  hang_arms(posture, swing_rad, swing_rad, 0.5);
   return posture;
 }
 
