@@ -57,7 +57,7 @@ std::unique_ptr<stages::Fusion> assemble_fusion(const settings::DaemonSettings& 
   row.matcher = stages::make_matcher(settings.match, settings.rig);
   row.triangulator = stages::make_triangulator(settings.triangulate, settings.rig);
   row.tracker = stages::make_marker_tracker(settings.track_markers);
-  row.labeller = stages::make_labeller(stages::LabelSettings{}, settings.worn);
+  row.labeller = stages::make_labeller(settings.label, settings.worn);
   row.solver = stages::make_skeleton_solver(settings.solve, settings.worn);
   return std::make_unique<stages::Fusion>(std::move(row), static_cast<std::uint32_t>(settings.rig.size()));
 }
