@@ -26,9 +26,12 @@ done
 case "$seconds" in ''|*[!0-9]*) echo "demo: --seconds is '$seconds', expected a whole number from 5" >&2; exit 64 ;; esac
 [ "$seconds" -ge 5 ] || { echo "demo: --seconds is $seconds, expected at least 5" >&2; exit 64; }
 
-tools/setup.sh
-[ -f build/release/build.ninja ] || cmake --preset release
-cmake --build --preset release --target mocapd mocap-sim mocap-watch mocap-eval
+if [ "${MOCAP_DEMO:-}" != built ]; then
+  tools/setup.sh
+  [ -f build/release/build.ninja ] || cmake --preset release
+  cmake --build --preset release --target mocapd mocap-sim mocap-watch mocap-eval
+  MOCAP_DEMO=built exec tools/own_network.sh tools/demo.sh --seconds "$seconds"
+fi
 
 bin=build/release/bin
 work=$(mktemp -d "${TMPDIR:-/tmp}/mocap-demo.XXXXXX")

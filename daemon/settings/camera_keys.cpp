@@ -40,6 +40,8 @@ void tell(Keys& keys, AravisSettings& camera) {
   keys.flag("packet_socket", camera.packet_socket);
   keys.number("stream_buffers", camera.stream_buffers, {2, 1024});
   keys.number("delivery_us", camera.delivery_us, {0, 1e6});
+  keys.one_of("clock", camera.clock, {"estimated", "utc"});
+  keys.one_of("stamps", camera.stamps, {"start", "middle", "end"});
 }
 
 void tell(Keys& keys, V4l2Settings& camera) {
