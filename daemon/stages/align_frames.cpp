@@ -73,7 +73,7 @@ bool FrameAligner::ready(Timestamp now) const {
   const auto first = first_exposure();
   if (!first) return false;
   const Timestamp end = *first + settings_.window;
-  return is_ready(end) || now >= *first_arrival(end) + settings_.patience;
+  return nobody_is_awaited() || now >= *first_arrival(end) + settings_.patience;
 }
 
 std::optional<FrameSet> FrameAligner::take(Timestamp now) {
@@ -95,10 +95,9 @@ std::optional<Timestamp> FrameAligner::first_exposure() const {
   return first;
 }
 
-// Whether no expected camera can still bring a frame for the set that ends at `end`.
-bool FrameAligner::is_ready(Timestamp end) const {
-  return std::ranges::all_of(cameras_,
-                             [end](const Waiting& own) { return !own.expected || own.size > 0 || own.last > end; });
+// Whether no expected camera can still bring a frame for the set that waits: each has one that waits, in it or later.
+bool FrameAligner::nobody_is_awaited() const {
+  return std::ranges::all_of(cameras_, [](const Waiting& own) { return !own.expected || own.size > 0; });
 }
 
 // Of the frames that the set would hold now.

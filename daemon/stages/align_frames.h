@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -101,7 +100,7 @@ class FrameAligner {
   const Waiting& waiting(CameraId camera) const;
   Waiting& waiting(CameraId camera);
   std::optional<Timestamp> first_exposure() const;
-  bool is_ready(Timestamp end) const;
+  bool nobody_is_awaited() const;
   std::optional<Timestamp> first_arrival(Timestamp end) const;
   FrameSet gather(Timestamp end);
   void learn_skew(const FrameSet& set);

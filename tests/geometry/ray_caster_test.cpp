@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <ostream>
 #include <random>
 
 #include "geometry/lens.h"
@@ -23,6 +24,10 @@ struct Bent {
   LensKind kind;
   double bend;
 };
+
+std::ostream& operator<<(std::ostream& out, const Bent& lens) {
+  return out << (lens.kind == LensKind::Fisheye ? "fisheye " : "pinhole ") << lens.bend;
+}
 
 class RayCasterOf : public testing::TestWithParam<Bent> {};
 

@@ -218,6 +218,26 @@ TEST(Agree, LeavesOutTheOneOrTwoThatLookElsewhere) {
   }
 }
 
+TEST(Agree, FindsTheOneOfFourThatIsWrongThoughItDragsThePointAlong) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> angle(0.0, 6.28);
+  const Rig rig = ring(4);
+  int right = 0;
+  for (int k = 0; k < 200; ++k) {
+    auto sightings = sight_all(rig, {0.3, 0.1, 1.2}, 0.1, random);
+    const double turn = angle(random);
+    const auto wrong = static_cast<std::size_t>(k % 4);
+    sightings[wrong] = sight(rig[wrong], {0.3, 0.1, 1.2}, {15.0 * std::cos(turn), 15.0 * std::sin(turn)}, 0.1);
+    sightings[wrong].source = static_cast<std::uint32_t>(wrong);
+
+    const auto agreed = agree(sightings, {});
+
+    right += agreed && agreed->kept == 3 && sightings[3].source == wrong ? 1 : 0;
+  }
+
+  EXPECT_GE(right, 190);  // in few directions another choice agrees as well
+}
+
 TEST(Agree, FailsWhereTwoRaysPassEachOtherByFar) {
   const Rig rig{camera_at({4.0, 0.0, 2.5}), camera_at({0.0, 4.0, 2.5})};
   std::vector<Sighting> pair{sight(rig[0], {0.0, 0.0, 1.0}, {0.0, 0.0}, 0.1),

@@ -6,6 +6,7 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <ostream>
 #include <set>
 
 #include "support/marker_world.h"
@@ -83,6 +84,10 @@ struct Scene {
   std::size_t cameras;
   bool predicted;
 };
+
+std::ostream& operator<<(std::ostream& out, const Scene& scene) {
+  return out << scene.cameras << (scene.predicted ? " cameras, known" : " cameras, new");
+}
 
 class MatchViewsIn : public testing::TestWithParam<Scene> {};
 
