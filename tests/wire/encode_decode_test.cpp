@@ -353,7 +353,8 @@ TEST(EncodeHealth, ComesBackTheSameAndLeavesOutStagesThatNothingPassed) {
   sent.latency[static_cast<std::size_t>(LatencyStage::Fuse)] = {60, Duration(1000), Duration(2000), Duration(3000)};
   sent.cameras.push_back({"north", CameraPhase::Reopening, 59.9, 100, 1, 2, 3, 4, 5, "gone"});
 
-  const v1::Health message = encode(sent);
+  v1::Health message;
+  encode(sent, message);
   const Result<Health> read = decode(message);
 
   EXPECT_EQ(message.latencies_size(), 1);
