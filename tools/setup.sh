@@ -15,6 +15,8 @@ packages=(
   # tests and checks
   libgtest-dev libgmock-dev clang-format clang-tidy shellcheck iproute2 procps systemd
   python3 python3-zmq python3-protobuf
+  # a virtual machine, for a real V4L2 driver
+  qemu-system-x86 busybox-static
 )
 
 check=false
