@@ -17,10 +17,10 @@ bool is_usable(const ExpectedMarker& marker) {
 }
 
 // How much wider the gate is than its floor, as it enters the likelihood: of two markers that fit a blob equally well
-// the surer one has it.
-double width_of(const Shadow& shadow, double floor) {
-  const double xx = shadow.covariance(0, 0) + floor;
-  const double yy = shadow.covariance(1, 1) + floor;
+// the surer one has it, and of two blobs the surer one is had. `own` is what floor and blob add to the shadow.
+double width_of(const Shadow& shadow, double own, double floor) {
+  const double xx = shadow.covariance(0, 0) + own;
+  const double yy = shadow.covariance(1, 1) + own;
   const double xy = shadow.covariance(0, 1);
   return std::log(std::max(1.0, (xx * yy - xy * xy) / (floor * floor)));
 }
@@ -89,8 +89,11 @@ void ExpectedMatcher::assign_view(const ViewRays& view, std::size_t index, const
     if (!shadow) continue;
     const auto [first, last] = view.candidates(*shadow, settings_.gate_sigmas, settings_.gate_floor_px);
     if (first == last) continue;
-    const double width = std::min(width_of(*shadow, floor), widest);
+    const double usual_width = std::min(width_of(*shadow, floor, floor), widest);
     for (std::size_t ray = first; ray < last; ++ray) {
+      const double own = std::pow(view.sigma_px[ray] / view.focal_px, 2);
+      // The logarithm is dear, and most blobs are far surer than the floor.
+      const double width = own < 0.1 * floor ? usual_width : std::min(width_of(*shadow, floor + own, floor), widest);
       const double cost = view.distance2(*shadow, ray, settings_.gate_floor_px) + width;
       if (!(cost < gate2) || pairs_.size() == kMaxPairs) continue;
       pairs_.push_back({static_cast<std::uint32_t>(m), static_cast<std::uint32_t>(ray), cost});

@@ -9,12 +9,10 @@
 #include "base/expects.h"
 #include "geometry/ray_caster.h"
 #include "geometry/triangulation.h"
+#include "stages/blob_doubt.h"
 
 namespace mocap::stages {
 namespace {
-
-// A detector that promises more than this promises too much; and nothing divides by zero.
-constexpr double kLeastSigma_px = 0.01;
 
 class MatchTriangulator final : public Triangulator {
  public:
@@ -47,8 +45,8 @@ class MatchTriangulator final : public Triangulator {
       const Blob& blob = frame.blobs[index];
       const auto ray = casters_[frame.camera.value].cast(blob.centroid);
       if (!ray) continue;
-      sightings_.push_back({&rig_[frame.camera.value].camera_from_world, ray->point, ray->px_from_ray,
-                            std::max(blob.sigma_px, kLeastSigma_px), view});
+      sightings_.push_back(
+          {&rig_[frame.camera.value].camera_from_world, ray->point, ray->px_from_ray, doubt_px(blob), view});
     }
   }
 

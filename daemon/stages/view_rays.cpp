@@ -5,6 +5,7 @@
 
 #include "base/expects.h"
 #include "geometry/lens.h"
+#include "stages/blob_doubt.h"
 
 namespace mocap::stages {
 namespace {
@@ -15,8 +16,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr std::uint32_t kNoView = 0xFFFF'FFFF;
-// A detector that promises more than this promises too much; and nothing divides by zero.
-constexpr double kLeastSigma_px = 0.01;
 
 double reach_of(const CameraModel& camera) {
   // The rays of the image's border, told at its corners and middles; a wide lens bends the middles out the farthest.
@@ -146,7 +145,7 @@ void RayTable::cast_view(const BlobFrame& frame, ViewRays& rays) {
     if (!blob.centroid.v.allFinite() || !std::isfinite(blob.sigma_px)) continue;
     const auto ray = casters_[camera].cast(blob.centroid);
     if (!ray) continue;
-    scratch_.push_back({*ray, std::max(blob.sigma_px, kLeastSigma_px), static_cast<std::uint16_t>(b)});
+    scratch_.push_back({*ray, doubt_px(blob), static_cast<std::uint16_t>(b)});
   }
   std::ranges::sort(scratch_, [](const Cast& a, const Cast& b) {
     const double ax = a.ray.point.v.x();
