@@ -20,11 +20,15 @@ constexpr double kShare = 0.67;
 
 double doubt_px(const Blob& blob) {
   const double sigma_px = std::max(blob.sigma_px, kLeastSigma_px);
+  const double spread = spread_px(blob);
+  return spread > 0.0 ? std::sqrt(sigma_px * sigma_px + kShare * spread * spread) : sigma_px;
+}
+
+double spread_px(const Blob& blob) {
   // The ellipse with half axes a >= b has area pi a b and roundness b / a; its inertia along an axis is a^2 / 4.
   const double roundness = std::clamp(blob.roundness, 0.05, 1.0);
   const double longer_px2 = blob.area_px2 / std::numbers::pi * (1.0 / roundness - roundness);
-  if (!(longer_px2 > kGrid_px2)) return sigma_px;
-  return std::sqrt(sigma_px * sigma_px + kShare * 0.25 * (longer_px2 - kGrid_px2));
+  return longer_px2 > kGrid_px2 ? 0.5 * std::sqrt(longer_px2 - kGrid_px2) : 0.0;
 }
 
 }  // namespace mocap::stages

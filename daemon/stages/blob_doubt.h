@@ -11,4 +11,8 @@ namespace mocap::stages {
 /// is how far the centroid is off either marker. A lone marker is a disc but for the pixels' grid.
 double doubt_px(const Blob& blob);
 
+/// How far the markers of a merged blob lie from its centroid, px, root of the mean square, as far as its shape tells;
+/// 0 for a blob that is as round as a lone marker's.
+double spread_px(const Blob& blob);
+
 }  // namespace mocap::stages

@@ -39,14 +39,16 @@ class MatchTriangulator final : public Triangulator {
  private:
   void gather(const FrameSet& frames, const Match& match) {
     sightings_.clear();
-    for (const auto& [view, index] : match.sightings) {
-      const BlobFrame& frame = *frames.views[view];
+    for (const BlobRef& seen : match.sightings) {
+      const BlobFrame& frame = *frames.views[seen.view];
       MOCAP_EXPECTS(frame.camera.value < rig_.size());
-      const Blob& blob = frame.blobs[index];
-      const auto ray = casters_[frame.camera.value].cast(blob.centroid);
+      const Blob& blob = frame.blobs[seen.blob];
+      const Eigen::Vector2d off_px(seen.off_x_px, seen.off_y_px);
+      const auto ray = casters_[frame.camera.value].cast({blob.centroid.v + off_px});
       if (!ray) continue;
+      const double sigma_px = seen.sigma_px > 0.0F ? static_cast<double>(seen.sigma_px) : doubt_px(blob);
       sightings_.push_back(
-          {&rig_[frame.camera.value].camera_from_world, ray->point, ray->px_from_ray, doubt_px(blob), view});
+          {&rig_[frame.camera.value].camera_from_world, ray->point, ray->px_from_ray, sigma_px, seen.view});
     }
   }
 
