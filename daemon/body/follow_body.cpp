@@ -199,9 +199,8 @@ bool BodyFollower::weigh(std::span<const Observation> seen, Timestamp at) {
   see_bones(seen);
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     const double hidden_s = std::max(0.0, to_s(at - bones_[b].told_at));
-    hold_[b] = bones_[b].told == Told::Direct
-                   ? kHoldDirect_rad
-                   : std::min(kMostStray_rad, kHoldFurther_rad + kStray_rad_s * hidden_s);
+    hold_[b] = bones_[b].told == Told::Direct ? kHoldDirect_rad
+                                              : std::min(kMostStray_rad, kHoldFurther_rad + kStray_rad_s * hidden_s);
   }
   PosePrior prior = prior_of(3);
   prior.hold_root_sigma_m = seen.empty() ? 0.1 : 1.0;

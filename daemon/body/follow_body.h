@@ -68,8 +68,8 @@ class BodyFollower {
   struct MarkerMemory {
     Timestamp seen_at;
     bool ever_seen = false;
-    Eigen::Vector3d off_m = Eigen::Vector3d::Zero();     // from where the model puts it, in its bone's frame
-    Eigen::Vector3d place_m = Eigen::Vector3d::Zero();   // when last learnt
+    Eigen::Vector3d off_m = Eigen::Vector3d::Zero();    // from where the model puts it, in its bone's frame
+    Eigen::Vector3d place_m = Eigen::Vector3d::Zero();  // when last learnt
     Eigen::Vector3d moved_m_s = Eigen::Vector3d::Zero();
   };
   struct BoneMemory {

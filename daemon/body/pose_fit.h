@@ -20,9 +20,9 @@ struct Observation {
 
 /// What is taken for true where no marker tells otherwise.
 struct PosePrior {
-  double rest_sigma_rad = 3.0;               ///< of a joint from its rest pose
-  double rest_share = 0.0;                   ///< the same as a share of each axis's range, where that is less; 0: not so
-  double limit_sigma_rad = 0.1;              ///< of a joint beyond its range
+  double rest_sigma_rad = 3.0;   ///< of a joint from its rest pose
+  double rest_share = 0.0;       ///< the same as a share of each axis's range, where that is less; 0: not so
+  double limit_sigma_rad = 0.1;  ///< of a joint beyond its range
   std::span<const double> hold_sigma_rad{};  ///< by bone, from where it was before the call; empty: not held
   double hold_root_sigma_m = 1.0;            ///< of the root's place, likewise
   double stretch_sigma = 0.08;               ///< of a bone's length, share of it; only when lengths are free
