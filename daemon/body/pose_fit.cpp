@@ -30,6 +30,18 @@ Eigen::Vector3d beyond_limits(const Bone& bone, const Eigen::Vector3d& phi) {
   return beyond;
 }
 
+// One over the variance of each axis of a joint from rest: a joint that hardly turns is hardly turned.
+Eigen::Vector3d rest_weight(const Bone& bone, const PosePrior& prior) {
+  Eigen::Vector3d weight = Eigen::Vector3d::Constant(1.0 / squared(prior.rest_sigma_rad));
+  if (prior.rest_share <= 0.0) return weight;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto range = bone.turns[static_cast<std::size_t>(axis)].value_or(AngleRange{0.0, 0.0});
+    const double widest = std::max({-range.min_rad, range.max_rad, prior.limit_sigma_rad});
+    weight[axis] = std::max(weight[axis], 1.0 / squared(prior.rest_share * widest));
+  }
+  return weight;
+}
+
 // The weight of a bone's place about its model's: along it by its stretch, across by its bend.
 Eigen::Matrix3d place_weight(const Eigen::Vector3d& model, const PosePrior& prior) {
   const double length = model.norm();
@@ -85,6 +97,7 @@ PoseFit::PoseFit(const MarkerSet& set, Lengths lengths) : set_(set), equations_(
   kept_.resize(bones);
   step_.resize(equations_.size());
   columns_.resize(equations_.size());
+  row_.resize(equations_.size());
   place({});
 }
 
@@ -148,7 +161,7 @@ double PoseFit::cost_of(std::span<const Observation> seen, const PosePrior& prio
     const bool root = set_.skeleton.bones[b].parent < 0;
     if (!root) {
       const Eigen::Vector3d phi = rotation_vector(locals_[b].rotation);
-      sum += phi.squaredNorm() / squared(prior.rest_sigma_rad);
+      sum += rest_weight(set_.skeleton.bones[b], prior).dot(phi.cwiseAbs2());
       sum += beyond_limits(set_.skeleton.bones[b], phi).squaredNorm() / squared(prior.limit_sigma_rad);
     }
     if (!prior.hold_sigma_rad.empty()) {
@@ -165,12 +178,7 @@ double PoseFit::cost_of(std::span<const Observation> seen, const PosePrior& prio
 }
 
 // Unknowns are small moves and turns in the world's axes: a point at lever l from a joint moves by turn x l.
-void PoseFit::add_marker(const Observation& seen, const PosePrior& prior) {
-  const auto bone = static_cast<std::size_t>(set_.markers[static_cast<std::size_t>(seen.marker)].bone);
-  const Eigen::Vector3d point = marker_at(static_cast<std::size_t>(seen.marker));
-  const Eigen::Vector3d off = point - seen.position;
-  const double weight = robust_weight(off.squaredNorm(), prior.outlier_m) / squared(seen.sigma_m);
-  const Chain& chain = chains_[bone];
+void PoseFit::fill_columns(const Chain& chain, const Eigen::Vector3d& point) {
   for (std::size_t i = 0; i < chain.unknowns.size(); ++i) {
     const auto above = static_cast<std::size_t>(chain.bones[i]);
     const int turn_axis = chain.unknowns[i] - turn_unknown_[above];
@@ -179,6 +187,17 @@ void PoseFit::add_marker(const Observation& seen, const PosePrior& prior) {
     } else {
       columns_[i] = Eigen::Vector3d::Unit(chain.unknowns[i] - place_unknown_[above]);
     }
+  }
+}
+
+void PoseFit::add_marker(const Observation& seen, const PosePrior& prior) {
+  const auto bone = static_cast<std::size_t>(set_.markers[static_cast<std::size_t>(seen.marker)].bone);
+  const Eigen::Vector3d point = marker_at(static_cast<std::size_t>(seen.marker));
+  const Eigen::Vector3d off = point - seen.position;
+  const double weight = robust_weight(off.squaredNorm(), prior.outlier_m) / squared(seen.sigma_m);
+  const Chain& chain = chains_[bone];
+  fill_columns(chain, point);
+  for (std::size_t i = 0; i < chain.unknowns.size(); ++i) {
     const auto lower = static_cast<std::size_t>(chain.unknowns[i]);
     equations_.add_right(lower, -weight * columns_[i].dot(off));
     for (std::size_t j = 0; j <= i; ++j) {
@@ -209,7 +228,7 @@ void PoseFit::add_rotation_prior(std::size_t bone, const PosePrior& prior) {
     const Eigen::Vector3d phi = rotation_vector(locals_[bone].rotation);
     const Eigen::Vector3d beyond = beyond_limits(set_.skeleton.bones[bone], phi);
     const double limit = 1.0 / squared(prior.limit_sigma_rad);
-    Eigen::Vector3d by_axis = Eigen::Vector3d::Constant(1.0 / squared(prior.rest_sigma_rad));
+    Eigen::Vector3d by_axis = rest_weight(set_.skeleton.bones[bone], prior);
     Eigen::Vector3d pull = by_axis.cwiseProduct(phi) + limit * beyond;
     for (int axis = 0; axis < 3; ++axis) by_axis[axis] += beyond[axis] == 0.0 ? 0.0 : limit;
     const Eigen::Matrix3d change = change_of_rotation_vector(phi);
@@ -265,6 +284,38 @@ double PoseFit::rms_of(std::span<const Observation> seen) const {
   return count == 0 ? 0.0 : std::sqrt(sum / count);
 }
 
+void PoseFit::add_all(std::span<const Observation> seen, const PosePrior& prior) {
+  equations_.clear();
+  for (const Observation& one : seen) {
+    if (one.position.allFinite()) add_marker(one, prior);
+  }
+  for (std::size_t b = 0; b < locals_.size(); ++b) {
+    add_rotation_prior(b, prior);
+    add_place_prior(b, prior);
+  }
+}
+
+bool PoseFit::weigh(std::span<const Observation> seen, const PosePrior& prior) {
+  std::copy(locals_.begin(), locals_.end(), before_.begin());
+  add_all(seen, prior);
+  return equations_.factor();
+}
+
+Eigen::Matrix3d PoseFit::covariance_of(std::size_t marker) {
+  const Chain& chain = chains_[static_cast<std::size_t>(set_.markers[marker].bone)];
+  const std::size_t n = chain.unknowns.size();
+  fill_columns(chain, marker_at(marker));
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto row = std::span(row_).first(n);
+    for (std::size_t i = 0; i < n; ++i) row[i] = columns_[i][axis];
+    equations_.whiten(chain.unknowns, row);
+    for (std::size_t i = 0; i < n; ++i) columns_[i][axis] = row[i];
+  }
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < n; ++i) covariance += columns_[i] * columns_[i].transpose();
+  return covariance;
+}
+
 PoseFitResult PoseFit::solve(std::span<const Observation> seen, const PosePrior& prior, int max_iterations) {
   MOCAP_EXPECTS(prior.hold_sigma_rad.empty() || prior.hold_sigma_rad.size() == locals_.size());
   std::copy(locals_.begin(), locals_.end(), before_.begin());
@@ -273,14 +324,7 @@ PoseFitResult PoseFit::solve(std::span<const Observation> seen, const PosePrior&
   double damping = kFirstDamping;
   while (result.iterations < max_iterations && !result.settled) {
     ++result.iterations;
-    equations_.clear();
-    for (const Observation& one : seen) {
-      if (one.position.allFinite()) add_marker(one, prior);
-    }
-    for (std::size_t b = 0; b < locals_.size(); ++b) {
-      add_rotation_prior(b, prior);
-      add_place_prior(b, prior);
-    }
+    add_all(seen, prior);
     bool better = false;
     while (!better && damping <= kMostDamping) {
       std::copy(locals_.begin(), locals_.end(), kept_.begin());

@@ -20,8 +20,9 @@ struct Observation {
 
 /// What is taken for true where no marker tells otherwise.
 struct PosePrior {
-  double rest_sigma_rad = 3.0;               ///< of a joint from its rest pose
-  double limit_sigma_rad = 0.1;              ///< of a joint beyond its range
+  double rest_sigma_rad = 3.0;   ///< of a joint from its rest pose
+  double rest_share = 0.0;       ///< the same as a share of each axis's range, where that is less; 0: not so
+  double limit_sigma_rad = 0.1;  ///< of a joint beyond its range
   std::span<const double> hold_sigma_rad{};  ///< by bone, from where it was before the call; empty: not held
   double hold_root_sigma_m = 1.0;            ///< of the root's place, likewise
   double stretch_sigma = 0.08;               ///< of a bone's length, share of it; only when lengths are free
@@ -65,6 +66,12 @@ class PoseFit {
   /// Moves the pose to what explains the observations best. Observations that are not finite are left out.
   PoseFitResult solve(std::span<const Observation> seen, const PosePrior& prior, int max_iterations);
 
+  /// How surely these observations tell the pose it has, for `covariance_of`; the prior's hold is from that pose. False
+  /// when they do not.
+  [[nodiscard]] bool weigh(std::span<const Observation> seen, const PosePrior& prior);
+  /// Of a marker's place, m^2, by the last `weigh`.
+  Eigen::Matrix3d covariance_of(std::size_t marker);
+
  private:
   struct Chain {
     std::vector<int> unknowns;  // of a bone, from the root down
@@ -73,7 +80,9 @@ class PoseFit {
 
   void update_world();
   double cost_of(std::span<const Observation> seen, const PosePrior& prior) const;
+  void add_all(std::span<const Observation> seen, const PosePrior& prior);
   void add_marker(const Observation& seen, const PosePrior& prior);
+  void fill_columns(const Chain& chain, const Eigen::Vector3d& point);
   void add_rotation_prior(std::size_t bone, const PosePrior& prior);
   void add_place_prior(std::size_t bone, const PosePrior& prior);
   void add_block(std::size_t first_unknown, const Eigen::Matrix3d& weight, const Eigen::Vector3d& gradient,
@@ -94,6 +103,7 @@ class PoseFit {
   std::vector<Eigen::Vector3d> model_places_;  // rest offsets that free lengths are drawn to
   std::vector<double> step_;
   std::vector<Eigen::Vector3d> columns_;  // of one marker's Jacobian
+  std::vector<double> row_;               // of the same
   double scale_ = 1.0;
   Eigen::Quaterniond identity_ = Eigen::Quaterniond::Identity();
 };

@@ -21,12 +21,13 @@ void TreeEquations::clear() {
   std::fill(right_.begin(), right_.end(), 0.0);
 }
 
-bool TreeEquations::solve(double damping, std::span<double> x) {
-  MOCAP_EXPECTS(x.size() == size());
+bool TreeEquations::factor() { return factor_damped(0.0, 1e-9); }
+
+bool TreeEquations::factor_damped(double damping, double least) {
   const std::size_t n = size();
   const auto row = [&](int i) { return factor_.data() + static_cast<std::size_t>(i) * n; };
   factor_ = matrix_;
-  for (std::size_t i = 0; i < n; ++i) factor_[i * n + i] += damping * (matrix_[i * n + i] + 1.0);
+  for (std::size_t i = 0; i < n; ++i) factor_[i * n + i] += damping * matrix_[i * n + i] + least;
 
   for (int k = static_cast<int>(n) - 1; k >= 0; --k) {
     double* const rk = row(k);
@@ -40,6 +41,22 @@ bool TreeEquations::solve(double damping, std::span<double> x) {
       for (int j = i; j >= 0; j = parents_[static_cast<std::size_t>(j)]) ri[j] -= rk[i] * rk[j];
     }
   }
+  return true;
+}
+
+void TreeEquations::whiten(std::span<const int> chain, std::span<double> v) const {
+  for (std::size_t i = chain.size(); i-- > 0;) {
+    const double* const ri = factor_.data() + static_cast<std::size_t>(chain[i]) * size();
+    v[i] /= ri[chain[i]];
+    for (std::size_t j = 0; j < i; ++j) v[j] -= ri[chain[j]] * v[i];
+  }
+}
+
+bool TreeEquations::solve(double damping, std::span<double> x) {
+  MOCAP_EXPECTS(x.size() == size());
+  const std::size_t n = size();
+  const auto row = [&](int i) { return factor_.data() + static_cast<std::size_t>(i) * n; };
+  if (!factor_damped(damping, damping)) return false;
 
   // H = L^T L: first L^T y = b from the leaves up, then L x = y from the root down.
   std::copy(right_.begin(), right_.end(), x.begin());

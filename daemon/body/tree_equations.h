@@ -29,7 +29,16 @@ class TreeEquations {
   /// not positive definite.
   [[nodiscard]] bool solve(double damping, std::span<double> x);
 
+  /// Factors H + 1e-9 for `whiten`. False when H is not positive definite.
+  [[nodiscard]] bool factor();
+
+  /// Replaces v, which is nought but at `chain` (an unknown's ancestors and itself, from the root down), by L^-T v of
+  /// the last `factor`, H = L^T L: its squared length is v^T H^-1 v. `v` is by the place in the chain.
+  void whiten(std::span<const int> chain, std::span<double> v) const;
+
  private:
+  [[nodiscard]] bool factor_damped(double damping, double least);
+
   std::vector<int> parents_;
   std::vector<double> matrix_;  // row by row, ancestors only
   std::vector<double> right_;

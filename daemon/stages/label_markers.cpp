@@ -30,8 +30,7 @@ class BodyLabeller final : public Labeller {
     for (SubjectLabeller& subject : subjects_) subject.keep(tracks_);
     for (SubjectLabeller& subject : subjects_) {
       if (!subject.tracking()) continue;
-      subject.take_back(tracks_);
-      subject.claim(tracks_, expected);
+      subject.read(tracks_, expected.at);
       subject.judge(tracks_, expected.at);
     }
     search(expected.at);

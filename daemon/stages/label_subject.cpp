@@ -3,23 +3,41 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/LU>
+
 #include "base/expects.h"
 
 namespace mocap::stages {
 namespace {
 
 // A contradiction must last for as many sets before a name is taken back; a gross one counts as all of them.
-constexpr int kMostDoubt = 3;
+constexpr int kMostDoubt = 2;
+// How far off its body's place a named marker is that contradicts, and that contradicts grossly.
+constexpr double kOff_m = 0.03;
+constexpr double kFarOff_m = 0.06;
 // More points than any T-pose with its ghosts has; bounds the cost of a search.
 constexpr std::size_t kMostPoints = 160;
-constexpr std::size_t kMostClaims = 4096;
-// A place known to this is looked for no closer than this: what one set of motion may add.
-constexpr double kLeastGate_m = 0.05;
-// A claim must beat every rival by this much of the gate's square, or wait.
-constexpr double kClearMargin = 0.08;
+constexpr std::size_t kMostPairs = 8192;
+// A track that is not seen for longer leaves its name, which the body then knows better where to look for.
+constexpr std::uint32_t kMostMissed = 2;
+// What the body's motion is wrong by: at least, and for each m that a marker moves from set to set.
+constexpr double kSurprise_m = 0.012;
+constexpr double kSurprisePerStep = 0.3;
+constexpr double kGateSigmas = 4.0;
+// How surely a marker that took part in the fit is where the fit puts it.
+constexpr double kFitted_m = 0.008;
+// What a turn bends out of a straight line is a square's half over the limb's length.
+constexpr double kLimb_m = 0.35;
+// In squared sigmas: what a name's own track is preferred by, what leaving a name alone costs, and what a new claim
+// must be better by than any other reading.
+constexpr double kOwnBonus = 6.0;
+constexpr double kAlone = 30.0;
+constexpr double kClearMargin = 4.0;
 constexpr float kFreshConfidence = 0.6F;
 
 double slack_of(const body::Tie& tie, double base_m) { return base_m + 0.05 * tie.most_m; }
+
+Eigen::Matrix3d ball(double sigma_m) { return sigma_m * sigma_m * Eigen::Matrix3d::Identity(); }
 
 }  // namespace
 
@@ -43,10 +61,15 @@ SubjectLabeller::SubjectLabeller(const LabelSettings& settings, const Subject& s
       ties_(set_),
       tpose_(set_, {.least_share = settings.least_share, .most_rms_m = settings.most_rms_m}, kMostPoints),
       shape_(set_, settings.rigid_tolerance_m),
-      assigner_(set_.markers.size(), kMaxMarkers, kMostClaims) {
+      body_(set_, {.outlier_m = 0.04, .max_iterations = 4}),
+      assigner_(set_.markers.size(), kMaxMarkers, kMostPairs) {
   MOCAP_EXPECTS(set_.markers.size() <= kMaxLabels);
   names_.resize(set_.markers.size());
-  claims_.reserve(kMostClaims);
+  places_.resize(names_.size());
+  seen_.reserve(names_.size());
+  believed_.resize(names_.size());
+  pairs_.reserve(kMostPairs);
+  before_.resize(names_.size());
 }
 
 void SubjectLabeller::free(std::size_t marker, NamedTracks& tracks) {
@@ -70,7 +93,8 @@ void SubjectLabeller::keep(NamedTracks& tracks) {
   for (std::size_t m = 0; m < names_.size(); ++m) {
     Name& name = names_[m];
     name.index = name.track.names_something() ? tracks.find(name.track) : NamedTracks::kNone;
-    if (name.index < 0 || !(*tracks.tracked)[static_cast<std::size_t>(name.index)].position.v.allFinite()) {
+    const TrackedMarker* track = name.index < 0 ? nullptr : &(*tracks.tracked)[static_cast<std::size_t>(name.index)];
+    if (track == nullptr || !track->position.v.allFinite() || track->missed_sets > kMostMissed) {
       name = {};
     } else {
       tracks.named[static_cast<std::size_t>(name.index)] = true;
@@ -78,100 +102,161 @@ void SubjectLabeller::keep(NamedTracks& tracks) {
   }
 }
 
-SubjectLabeller::Agreement SubjectLabeller::agreement(std::size_t marker, const Eigen::Vector3d& at,
-                                                      const NamedTracks& tracks) const {
-  Agreement sum;
+// Whether the distances to the neighbours that are seen allow a marker to be there.
+bool SubjectLabeller::tied(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const {
+  int kept = 0;
+  int broken = 0;
   for (const body::Tie& tie : ties_.of(marker)) {
     const auto other = static_cast<std::size_t>(tie.other);
-    if (!seen(other, tracks)) continue;
+    if (!believed_[other] || !seen(other, tracks)) continue;
     const auto index = static_cast<std::size_t>(names_[other].index);
     const double apart = ((*tracks.tracked)[index].position.v - at).norm();
     const double over = std::max(tie.least_m - apart, apart - tie.most_m);
-    const double slack = slack_of(tie, settings_.tie_slack_m);
-    if (over > slack) {
-      ++sum.broken;
-      sum.badly = sum.badly || over > 2.0 * slack;
-    } else if (tie.rigid) {
-      ++sum.kept;
-    }
+    (over > slack_of(tie, settings_.tie_slack_m) ? broken : kept) += 1;
   }
-  return sum;
+  return broken <= kept / 3;
 }
 
-// The most contradicted name goes first: those it contradicted may then be right.
-void SubjectLabeller::take_back(NamedTracks& tracks) {
-  for (std::size_t round = 0; round < names_.size(); ++round) {
-    int worst = 0;
-    std::size_t who = names_.size();
-    for (std::size_t m = 0; m < names_.size(); ++m) {
-      if (!seen(m, tracks)) continue;
-      const auto index = static_cast<std::size_t>(names_[m].index);
-      const Agreement agrees = agreement(m, (*tracks.tracked)[index].position.v, tracks);
-      if (round == 0) {
-        const bool contradicted = agrees.broken > agrees.kept;
-        names_[m].doubt =
-            contradicted ? names_[m].doubt + (agrees.badly ? kMostDoubt : 1) : std::max(0, names_[m].doubt - 1);
-        const float goal = agrees.broken > 0 ? 0.3F : 1.0F;
-        names_[m].confidence += 0.1F * (goal - names_[m].confidence);
-      }
-      if (names_[m].doubt >= kMostDoubt && agrees.broken - agrees.kept > worst) {
-        worst = agrees.broken - agrees.kept;
-        who = m;
-      }
-    }
-    if (who == names_.size()) return;
-    free(who, tracks);
+body::Observation SubjectLabeller::observe(std::size_t marker, const NamedTracks& tracks) const {
+  const TrackedMarker& track = (*tracks.tracked)[static_cast<std::size_t>(names_[marker].index)];
+  const double noise = std::clamp(track.covariance_m2.trace() / 3.0, 0.0, 1.0);
+  return {static_cast<int>(marker), track.position.v, std::sqrt(0.003 * 0.003 + (std::isfinite(noise) ? noise : 1.0))};
+}
+
+// Believes the names that are where the body's motion leads to; where that is few, the motion is wrong, not they.
+void SubjectLabeller::trust(const NamedTracks& tracks, Timestamp at) {
+  seen_.clear();
+  const double step_s = to_s(at - body_.learnt_at());
+  std::size_t named = 0;
+  for (std::size_t m = 0; m < names_.size(); ++m) {
+    believed_[m] = false;
+    if (!seen(m, tracks)) continue;
+    ++named;
+    const body::Observation one = observe(m, tracks);
+    const double sigma = kSurprise_m + kSurprisePerStep * body_.speed_of(m) * step_s + one.sigma_m;
+    believed_[m] = (one.position - body_.told(m)).norm() < 3.0 * sigma;
+    if (believed_[m]) seen_.push_back(one);
+  }
+  if (2 * seen_.size() >= named) return;
+  seen_.clear();
+  for (std::size_t m = 0; m < names_.size(); ++m) {
+    believed_[m] = seen(m, tracks);
+    if (believed_[m]) seen_.push_back(observe(m, tracks));
   }
 }
 
-void SubjectLabeller::consider(std::size_t marker, const ExpectedMarker& expected, int index,
-                               const NamedTracks& tracks) {
-  const auto i = static_cast<std::size_t>(index);
-  const TrackedMarker& track = (*tracks.tracked)[i];
+// Where the body says that each marker is, and how surely.
+void SubjectLabeller::place(Timestamp at) {
+  const bool told = body_.weigh(seen_, at);
+  for (std::size_t m = 0; m < places_.size(); ++m) {
+    Place& place = places_[m];
+    place.at = body_.told(m);
+    place.known = told && place.at.allFinite();
+    if (believed_[m]) {
+      place.covariance_m2 = ball(kFitted_m);
+    } else if (place.known) {
+      place.covariance_m2 = body_.told_covariance(m) + ball(kFitted_m);
+      place.known = place.covariance_m2.allFinite();
+    }
+  }
+}
+
+void SubjectLabeller::consider(std::size_t marker, std::size_t index, const NamedTracks& tracks, double bonus) {
+  const TrackedMarker& track = (*tracks.tracked)[index];
+  const Place& place = places_[marker];
+  const Eigen::Vector3d off = track.position.v - place.at;
+  if (!(off.norm() < settings_.most_gate_m)) return;
+  const bool own = names_[marker].index == static_cast<int>(index);
   const bool called = track.expected_label == Label{id_, static_cast<std::uint32_t>(marker)};
-  if (track.state == TrackState::Coasting || (track.state == TrackState::Tentative && !called)) return;
-  const double sigma = std::sqrt(std::max(0.0, expected.covariance_m2.trace() / 3.0));
-  const double gate = std::clamp(4.0 * sigma, kLeastGate_m, settings_.most_gate_m);
-  const double off = (track.position.v - expected.position.v).norm();
-  if (!(off < gate)) return;
-  const Agreement agrees = agreement(marker, track.position.v, tracks);
-  // Where no neighbour is seen that could tell, only a place that is just right will do.
-  if (agrees.broken > 0 || (agrees.kept == 0 && off > 0.5 * gate)) return;
-  const double cost = off * off / (gate * gate) * (called ? 0.5 : 1.0);
-  if (claims_.size() < kMostClaims) {
-    claims_.push_back({static_cast<std::uint32_t>(marker), static_cast<std::uint32_t>(index), cost});
-  }
+  if (track.state == TrackState::Tentative && !called && !own) return;
+  const Eigen::Matrix3d spread =
+      place.covariance_m2 + track.covariance_m2 + ball(believed_[marker] ? 0.0 : off.squaredNorm() / (2.0 * kLimb_m));
+  const double apart = off.dot(spread.inverse() * off);
+  if (!(apart < kGateSigmas * kGateSigmas)) return;
+  if (!own && !tied(marker, track.position.v, tracks)) return;
+  const double width = std::log(spread.determinant() / std::pow(kFitted_m, 6));
+  const double cost = apart + std::max(0.0, width) - (own ? bonus : 0.0);
+  if (pairs_.size() < kMostPairs)
+    pairs_.push_back({static_cast<std::uint32_t>(marker), static_cast<std::uint32_t>(index), cost});
 }
 
-void SubjectLabeller::gather_claims(const NamedTracks& tracks, const Expected& expected) {
-  claims_.clear();
-  for (const ExpectedMarker& one : expected.markers) {
-    if (one.label.subject != id_ || one.label.marker >= names_.size()) continue;
-    const std::size_t marker = one.label.marker;
-    if (names_[marker].index >= 0) continue;
-    for (std::size_t i = 0; i < tracks.named.size(); ++i) {
-      if (!tracks.named[i]) consider(marker, one, static_cast<int>(i), tracks);
+void SubjectLabeller::propose(const NamedTracks& tracks, double bonus) {
+  pairs_.clear();
+  for (std::size_t m = 0; m < names_.size(); ++m) before_[m] = names_[m].index;
+  for (std::size_t i = 0; i < tracks.named.size(); ++i) {
+    const TrackedMarker& track = (*tracks.tracked)[i];
+    if (track.state == TrackState::Coasting || !track.position.v.allFinite() || !track.covariance_m2.allFinite())
+      continue;
+    const int index = static_cast<int>(i);
+    const bool others = tracks.named[i] && std::find(before_.begin(), before_.end(), index) == before_.end();
+    if (others) continue;
+    for (std::size_t m = 0; m < names_.size(); ++m) {
+      if (places_[m].known) consider(m, i, tracks, bonus);
     }
   }
 }
 
-// Whether no other free name wants this track, and this name no other track, about as much.
-bool SubjectLabeller::settled(std::uint32_t marker, std::uint32_t index, double cost) const {
-  return std::none_of(claims_.begin(), claims_.end(), [&](const geometry::AllowedPair& other) {
-    const bool same = other.row == marker && other.column == index;
-    const bool rival = other.row == marker || other.column == index;
-    return rival && !same && other.cost < cost + kClearMargin;
+// Whether no name that stays alone wants this track, and no track that stays alone suits this name, about as much.
+bool SubjectLabeller::settled(const geometry::AllowedPair& claim, std::span<const std::uint32_t> columns) const {
+  return std::none_of(pairs_.begin(), pairs_.end(), [&](const geometry::AllowedPair& other) {
+    if (other.cost > claim.cost + kClearMargin) return false;
+    if (other.column == claim.column && other.row != claim.row) return columns[other.row] == geometry::Assigner::kAlone;
+    if (other.row == claim.row && other.column != claim.column)
+      return std::find(columns.begin(), columns.end(), other.column) == columns.end();
+    return false;
   });
 }
 
-void SubjectLabeller::claim(NamedTracks& tracks, const Expected& expected) {
-  gather_claims(tracks, expected);
-  if (claims_.empty()) return;
-  const auto columns = assigner_.assign(names_.size(), tracks.named.size(), claims_, 1.0);
-  for (const geometry::AllowedPair& claim : claims_) {
-    if (columns[claim.row] != claim.column || !settled(claim.row, claim.column, claim.cost)) continue;
-    give(claim.row, static_cast<int>(claim.column), kFreshConfidence, tracks);
+void SubjectLabeller::assign(NamedTracks& tracks) {
+  const auto columns = assigner_.assign(names_.size(), tracks.named.size(), pairs_, kAlone);
+  // All that lose their track let go of it before others take it.
+  for (std::size_t m = 0; m < names_.size(); ++m) {
+    const bool stays = before_[m] >= 0 && columns[m] == static_cast<std::uint32_t>(before_[m]);
+    const bool coasts = before_[m] >= 0 && columns[m] == geometry::Assigner::kAlone && !seen(m, tracks);
+    if (!stays && !coasts) free(m, tracks);
   }
+  for (const geometry::AllowedPair& pair : pairs_) {
+    const bool taken = columns[pair.row] == pair.column;
+    if (!taken || before_[pair.row] == static_cast<int>(pair.column) || !settled(pair, columns)) continue;
+    give(pair.row, static_cast<int>(pair.column), kFreshConfidence, tracks);
+  }
+}
+
+// Names that the body, fitted to all of them, is still not at are doubted, then free.
+void SubjectLabeller::contradict(NamedTracks& tracks) {
+  seen_.clear();
+  for (std::size_t m = 0; m < names_.size(); ++m) {
+    believed_[m] = seen(m, tracks);
+    if (believed_[m]) seen_.push_back(observe(m, tracks));
+  }
+  (void)body_.fit(seen_);
+  for (const body::Observation& one : seen_) {
+    const auto m = static_cast<std::size_t>(one.marker);
+    Name& name = names_[m];
+    const double off = (one.position - body_.told(m)).norm();
+    name.doubt = off > kFarOff_m ? kMostDoubt : off > kOff_m ? name.doubt + 1 : std::max(0, name.doubt - 1);
+    name.confidence += 0.1F * ((off > kOff_m ? 0.3F : 1.0F) - name.confidence);
+    if (name.doubt < kMostDoubt) continue;
+    free(m, tracks);
+    believed_[m] = false;
+  }
+  const auto gone = std::remove_if(seen_.begin(), seen_.end(), [&](const body::Observation& one) {
+    return !believed_[static_cast<std::size_t>(one.marker)];
+  });
+  if (gone == seen_.end()) return;
+  seen_.erase(gone, seen_.end());
+  (void)body_.fit(seen_);
+}
+
+void SubjectLabeller::read(NamedTracks& tracks, Timestamp at) {
+  body_.predict(at);
+  trust(tracks, at);
+  (void)body_.fit(seen_);
+  place(at);
+  propose(tracks, kOwnBonus);
+  assign(tracks);
+  contradict(tracks);
+  body_.learn(seen_);
 }
 
 void SubjectLabeller::judge(NamedTracks& tracks, Timestamp at) {
@@ -193,6 +278,14 @@ bool SubjectLabeller::recognise(std::span<const Eigen::Vector3d> points, std::sp
     if (point >= 0) give(m, track_of_point[static_cast<std::size_t>(point)], kFreshConfidence, tracks);
   }
   learn(*found);
+  seen_.clear();
+  for (std::size_t m = 0; m < names_.size(); ++m) {
+    if (names_[m].index >= 0) seen_.push_back(observe(m, tracks));
+  }
+  if (!body_.start(seen_, at)) {
+    for (std::size_t m = 0; m < names_.size(); ++m) free(m, tracks);
+    return false;
+  }
   phase_ = SubjectPhase::Tracking;
   enough_at_ = at;
   return true;
@@ -205,6 +298,7 @@ void SubjectLabeller::learn(const body::FoundBody& found) {
   }
   for (std::size_t m = 0; m < names_.size(); ++m) set_.markers[m].offset_m = found.marker_offsets_m[m];
   ties_.refit(set_);
+  body_.refit(found.rest_offsets_m, found.marker_offsets_m);
   fit_.emplace();
   fit_->subject = id_;
   fit_->rest_offsets_m = found.rest_offsets_m;

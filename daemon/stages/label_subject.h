@@ -6,6 +6,7 @@
 
 #include "body/find_rigid.h"
 #include "body/find_tpose.h"
+#include "body/follow_body.h"
 #include "body/marker_ties.h"
 #include "geometry/assignment.h"
 #include "model/sighting.h"
@@ -27,7 +28,11 @@ struct NamedTracks {
   int find(TrackId id) const;
 };
 
-/// One subject's names. The parts of the labeller call it in the order: keep, take_back, claim; or recognise.
+/// One subject's names. The parts of the labeller call it in the order: keep, read; or recognise.
+///
+/// Names follow the body, not the tracks: where the body goes on to tells which track is which marker, all at once, and
+/// that a track bore a name before is one more hint. So a track that jumps, or two that exchange their markers, lose
+/// their names in the same set, and a marker that comes back has its name as soon as it is clear which it is.
 class SubjectLabeller {
  public:
   SubjectLabeller(const LabelSettings& settings, const Subject& subject, SubjectId id);
@@ -35,12 +40,10 @@ class SubjectLabeller {
   bool tracking() const noexcept { return phase_ == SubjectPhase::Tracking; }
   bool rigid() const noexcept { return set_.skeleton.bones.size() == 1; }
 
-  /// Names whose tracks live stay.
+  /// Finds the tracks of this set that bear the names.
   void keep(NamedTracks& tracks);
-  /// Names that the distances along the body contradict are free again.
-  void take_back(NamedTracks& tracks);
-  /// Free names go to unnamed tracks.
-  void claim(NamedTracks& tracks, const Expected& expected);
+  /// Gives each name to the track that the body tells, or to none.
+  void read(NamedTracks& tracks, Timestamp at);
   /// Decides whether enough is left to go on.
   void judge(NamedTracks& tracks, Timestamp at);
   /// Looks for the subject among points, of which `track_of_point` are the tracks; names them when it is there.
@@ -54,22 +57,27 @@ class SubjectLabeller {
   struct Name {
     TrackId track;
     int index = NamedTracks::kNone;  // in this instant's tracks
-    int doubt = 0;                   // grows while distances contradict
+    int doubt = 0;                   // grows while the body contradicts
     float confidence = 0.0F;
   };
-  struct Agreement {
-    int kept = 0;    // rigid ties that hold
-    int broken = 0;  // ties that do not
-    bool badly = false;
+  struct Place {
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
+    bool known = false;
   };
 
   void free(std::size_t marker, NamedTracks& tracks);
   void give(std::size_t marker, int index, float confidence, NamedTracks& tracks);
   bool seen(std::size_t marker, const NamedTracks& tracks) const;
-  Agreement agreement(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const;
-  void gather_claims(const NamedTracks& tracks, const Expected& expected);
-  void consider(std::size_t marker, const ExpectedMarker& expected, int index, const NamedTracks& tracks);
-  bool settled(std::uint32_t marker, std::uint32_t index, double cost) const;
+  bool tied(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const;
+  body::Observation observe(std::size_t marker, const NamedTracks& tracks) const;
+  void trust(const NamedTracks& tracks, Timestamp at);
+  void place(Timestamp at);
+  void propose(const NamedTracks& tracks, double bonus);
+  void consider(std::size_t marker, std::size_t index, const NamedTracks& tracks, double bonus);
+  void assign(NamedTracks& tracks);
+  bool settled(const geometry::AllowedPair& claim, std::span<const std::uint32_t> columns) const;
+  void contradict(NamedTracks& tracks);
   void learn(const body::FoundBody& found);
 
   LabelSettings settings_;
@@ -78,11 +86,16 @@ class SubjectLabeller {
   body::MarkerTies ties_;
   body::TPoseFinder tpose_;
   body::RigidFinder shape_;
+  body::BodyFollower body_;
   geometry::Assigner assigner_;
   SubjectPhase phase_ = SubjectPhase::Searching;
   Timestamp enough_at_;
   std::vector<Name> names_;
-  std::vector<geometry::AllowedPair> claims_;
+  std::vector<Place> places_;                 // where each marker should be
+  std::vector<body::Observation> seen_;       // names that are believed in this set
+  std::vector<bool> believed_;                // by marker: is in seen_
+  std::vector<geometry::AllowedPair> pairs_;  // what each name may be given to
+  std::vector<int> before_;                   // the track of each name before an assignment
   std::optional<SubjectFit> fit_;
 };
 

@@ -1,0 +1,214 @@
+#include "body/follow_body.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "body/rotation.h"
+
+namespace mocap::body {
+namespace {
+
+// A person's joint hardly turns by more than this from set to set against what its motion lets expect, rad.
+constexpr double kHoldDirect_rad = 0.3;
+// The same of a joint that is told by markers further down only: one more limb between lets it swing.
+constexpr double kHoldFurther_rad = 0.05;
+// Of a joint that no marker moves: it stays, and goes back to rest within seconds.
+constexpr double kHoldUnseen_rad = 0.02;
+// How fast a hidden joint leaves the way that it was on; and no further than anybody knows no more, rad.
+constexpr double kStray_rad_s = 2.5;
+constexpr double kMostStray_rad = 1.2;
+// A joint's rest as a share of its range: collar bones (20 degrees) stay within 10, elbows where they are.
+constexpr double kRestShare = 0.5;
+// Motion that nobody sees dies away with this time constant.
+constexpr double kCoast_s = 0.15;
+// A gap in the sets after which velocities mean nothing; and how far ahead a straight line says anything.
+constexpr double kLongGap_s = 0.25;
+// How surely a marker is where the body puts it: skin, and the fit.
+constexpr double kSkin_m = 0.005;
+constexpr double kInJoint_m = 1e-3;
+// What a marker is off its place is learnt slowly and within bounds, so that a wrong one does not get into it.
+constexpr double kLearnOff = 0.05;
+constexpr double kMostOff_m = 0.02;
+constexpr double kNever_s = 1e3;
+
+}  // namespace
+
+BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
+    : settings_(settings), pose_(set, PoseFit::Lengths::Fixed) {
+  const std::size_t bones = set.skeleton.bones.size();
+  bones_.resize(bones);
+  markers_.resize(set.markers.size());
+  for (const Bone& bone : set.skeleton.bones)
+    depth_.push_back(bone.parent < 0 ? 0 : depth_[static_cast<std::size_t>(bone.parent)] + 1);
+  learnt_.resize(bones);
+  predicted_.resize(bones);
+  hold_.resize(bones);
+  pairs_.reserve(set.markers.size());
+}
+
+void BodyFollower::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
+                         std::span<const Eigen::Vector3d> marker_offsets_m) {
+  pose_.refit(rest_offsets_m, marker_offsets_m);
+  for (MarkerMemory& marker : markers_) marker.off_m.setZero();
+}
+
+void BodyFollower::forget() {
+  following_ = false;
+  for (MarkerMemory& marker : markers_) marker.ever_seen = false;
+}
+
+// The rest pose laid on what was seen, the trunk's markers most, then bent to fit.
+bool BodyFollower::start(std::span<const Observation> seen, Timestamp at) {
+  forget();
+  pairs_.clear();
+  pose_.place({});
+  for (const Observation& one : seen) {
+    const auto m = static_cast<std::size_t>(one.marker);
+    const int depth = depth_[static_cast<std::size_t>(pose_.marker_set().markers[m].bone)];
+    pairs_.push_back({pose_.marker_at(m), one.position, std::pow(0.2, depth)});
+  }
+  const std::optional<geometry::RigidFit> laid = geometry::fit_rigid(pairs_);
+  if (!laid) return false;
+  pose_.place(laid->to_from);
+  const int patience = 5 * settings_.max_iterations;
+  (void)pose_.solve(seen, {.rest_share = kRestShare, .outlier_m = 0.5}, patience);
+  residual_m_ = pose_.solve(seen, {.rest_share = kRestShare, .outlier_m = settings_.outlier_m}, patience).rms_m;
+  velocity_m_s_.setZero();
+  see_bones(seen);
+  for (BoneMemory& bone : bones_) {
+    bone.spin_rad_s.setZero();
+    bone.told_at = at;
+  }
+  for (const Observation& one : seen) {
+    MarkerMemory& marker = markers_[static_cast<std::size_t>(one.marker)];
+    marker = {at, true, Eigen::Vector3d::Zero(), one.position, Eigen::Vector3d::Zero()};
+  }
+  std::copy(pose_.locals().begin(), pose_.locals().end(), learnt_.begin());
+  std::copy(learnt_.begin(), learnt_.end(), predicted_.begin());
+  learnt_at_ = at_ = at;
+  following_ = true;
+  return true;
+}
+
+void BodyFollower::predict(Timestamp at) {
+  at_ = at;
+  const double ahead_s = std::clamp(to_s(at - learnt_at_), 0.0, kLongGap_s);
+  // The way that a speed which dies away leads to.
+  const double dying_s = kCoast_s * (1.0 - std::exp(-ahead_s / kCoast_s));
+  std::copy(learnt_.begin(), learnt_.end(), predicted_.begin());
+  predicted_[0].position += ahead_s * velocity_m_s_;
+  for (std::size_t b = 0; b < bones_.size(); ++b) {
+    const double by_s = bones_[b].told == Told::Direct ? ahead_s : dying_s;
+    predicted_[b].rotation = (turn_by(by_s * bones_[b].spin_rad_s) * predicted_[b].rotation).normalized();
+  }
+  pose_.set_locals(predicted_);
+}
+
+void BodyFollower::see_bones(std::span<const Observation> seen) {
+  const MarkerSet& set = pose_.marker_set();
+  for (BoneMemory& bone : bones_) bone.told = Told::No;
+  for (const Observation& one : seen) {
+    const MarkerOnBone& marker = set.markers[static_cast<std::size_t>(one.marker)];
+    const bool in_joint = marker.offset_m.norm() < kInJoint_m;
+    int bone = marker.bone;
+    if (in_joint) bone = set.skeleton.bones[static_cast<std::size_t>(bone)].parent;
+    if (bone >= 0) bones_[static_cast<std::size_t>(bone)].told = Told::Direct;
+    while (bone >= 0) {
+      BoneMemory& above = bones_[static_cast<std::size_t>(bone)];
+      if (above.told == Told::No) above.told = Told::Further;
+      bone = set.skeleton.bones[static_cast<std::size_t>(bone)].parent;
+    }
+  }
+}
+
+PosePrior BodyFollower::prior_of(std::size_t seen) const {
+  PosePrior prior;
+  prior.rest_share = kRestShare;
+  prior.hold_sigma_rad = hold_;
+  // One or two markers cannot tell the root's place and turn at once.
+  prior.hold_root_sigma_m = seen < 3 ? 0.05 : 1.0;
+  prior.outlier_m = settings_.outlier_m;
+  return prior;
+}
+
+PoseFitResult BodyFollower::fit(std::span<const Observation> seen) {
+  pose_.set_locals(predicted_);
+  see_bones(seen);
+  if (seen.empty()) return {};
+  for (std::size_t b = 0; b < bones_.size(); ++b) {
+    const Told told = bones_[b].told;
+    hold_[b] = told == Told::Direct ? kHoldDirect_rad : told == Told::Further ? kHoldFurther_rad : kHoldUnseen_rad;
+  }
+  const PoseFitResult result = pose_.solve(seen, prior_of(seen.size()), settings_.max_iterations);
+  residual_m_ = result.rms_m;
+  return result;
+}
+
+void BodyFollower::learn(std::span<const Observation> seen) {
+  const double step_s = to_s(at_ - learnt_at_);
+  const double left = std::exp(-std::max(0.0, step_s) / kCoast_s);
+  const bool motion = step_s > 0.0 && step_s <= kLongGap_s;
+  // Half of the new, half of the old: noise of the pose is halved, a swing is followed within two sets.
+  constexpr double kNew = 0.5;
+  if (seen.empty()) {
+    velocity_m_s_ *= left;
+  } else if (motion) {
+    velocity_m_s_ += kNew * ((pose_.locals()[0].position - learnt_[0].position) / step_s - velocity_m_s_);
+  }
+  for (std::size_t b = 0; b < bones_.size(); ++b) {
+    BoneMemory& bone = bones_[b];
+    if (bone.told == Told::Direct && motion) {
+      const Eigen::Quaterniond turn = pose_.locals()[b].rotation * learnt_[b].rotation.conjugate();
+      bone.spin_rad_s += kNew * (rotation_vector(turn) / step_s - bone.spin_rad_s);
+    } else {
+      bone.spin_rad_s *= left;
+    }
+    if (bone.told == Told::Direct) bone.told_at = at_;
+  }
+  std::copy(pose_.locals().begin(), pose_.locals().end(), learnt_.begin());
+  for (std::size_t m = 0; m < markers_.size(); ++m) {
+    const Eigen::Vector3d place = told(m);
+    if (motion) markers_[m].moved_m_s = (place - markers_[m].place_m) / step_s;
+    markers_[m].place_m = place;
+  }
+  for (const Observation& one : seen) {
+    const auto m = static_cast<std::size_t>(one.marker);
+    MarkerMemory& marker = markers_[m];
+    const Pose& world = pose_.world()[static_cast<std::size_t>(pose_.marker_set().markers[m].bone)];
+    const Eigen::Vector3d off = world.rotation.conjugate() * (one.position - pose_.marker_at(m));
+    if (off.norm() < kMostOff_m) marker.off_m += kLearnOff * (off - marker.off_m);
+    marker.seen_at = at_;
+    marker.ever_seen = true;
+  }
+  learnt_at_ = at_;
+}
+
+Eigen::Vector3d BodyFollower::told(std::size_t marker) const {
+  const auto bone = static_cast<std::size_t>(pose_.marker_set().markers[marker].bone);
+  return pose_.marker_at(marker) + pose_.world()[bone].rotation * markers_[marker].off_m;
+}
+
+double BodyFollower::speed_of(std::size_t marker) const { return markers_[marker].moved_m_s.norm(); }
+
+double BodyFollower::unseen_s(std::size_t marker, Timestamp at) const {
+  return markers_[marker].ever_seen ? std::max(0.0, to_s(at - markers_[marker].seen_at)) : kNever_s;
+}
+
+bool BodyFollower::weigh(std::span<const Observation> seen, Timestamp at) {
+  see_bones(seen);
+  for (std::size_t b = 0; b < bones_.size(); ++b) {
+    const double hidden_s = std::max(0.0, to_s(at - bones_[b].told_at));
+    hold_[b] = bones_[b].told == Told::Direct ? kHoldDirect_rad
+                                              : std::min(kMostStray_rad, kHoldFurther_rad + kStray_rad_s * hidden_s);
+  }
+  PosePrior prior = prior_of(3);
+  prior.hold_root_sigma_m = seen.empty() ? 0.1 : 1.0;
+  return pose_.weigh(seen, prior);
+}
+
+Eigen::Matrix3d BodyFollower::told_covariance(std::size_t marker) {
+  return pose_.covariance_of(marker) + kSkin_m * kSkin_m * Eigen::Matrix3d::Identity();
+}
+
+}  // namespace mocap::body

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <span>
+#include <vector>
+
+#include "base/time.h"
+#include "body/pose_fit.h"
+#include "geometry/rigid_fit.h"
+#include "model/skeleton.h"
+
+namespace mocap::body {
+
+struct FollowSettings {
+  double outlier_m = 0.05;  ///< a marker further off its place than this hardly counts
+  int max_iterations = 6;   ///< of a fit; a first pose has ten times as many
+};
+
+/// Follows one body from instant to instant by the markers that are seen: where it goes on to, what pose explains what
+/// is seen, and where, how surely, the markers are that nobody sees.
+///
+/// One instant: `predict`, then as many tries of `fit` as one likes, then `learn` from the last of them. Hidden joints
+/// go on for a moment, then stay, and go back to rest slowly; joints that hardly turn hardly are turned.
+///
+/// Allocates in the constructor only. Reads no clock.
+class BodyFollower {
+ public:
+  BodyFollower(const MarkerSet& set, const FollowSettings& settings);
+
+  /// New bone offsets and marker offsets, by bone and by marker.
+  void refit(std::span<const Eigen::Vector3d> rest_offsets_m, std::span<const Eigen::Vector3d> marker_offsets_m);
+
+  bool following() const noexcept { return following_; }
+  void forget();
+
+  /// A first pose. False, and nobody followed, when too little is seen.
+  bool start(std::span<const Observation> seen, Timestamp at);
+
+  /// Goes to the pose that the motion leads to at `at`; may be asked for any instant, in any order.
+  void predict(Timestamp at);
+  /// The pose of the last `predict`, moved to what explains `seen`.
+  PoseFitResult fit(std::span<const Observation> seen);
+  /// Takes the last fit for the truth of its instant.
+  void learn(std::span<const Observation> seen);
+
+  const PoseFit& pose() const noexcept { return pose_; }
+  double residual_m() const noexcept { return residual_m_; }
+  Timestamp learnt_at() const noexcept { return learnt_at_; }
+
+  /// Where the pose at hand puts a marker, with what was learnt about where it sits.
+  Eigen::Vector3d told(std::size_t marker) const;
+  /// How fast its place moves, m/s.
+  double speed_of(std::size_t marker) const;
+  /// Prepares `told_covariance` for the pose at hand, of which `seen` tells. False when that tells nothing.
+  [[nodiscard]] bool weigh(std::span<const Observation> seen, Timestamp at);
+  /// Of a marker's place by the last `weigh`, m^2; grows with the time that its joints are hidden.
+  Eigen::Matrix3d told_covariance(std::size_t marker);
+
+  /// Whether `seen` of the last fit told the turn of a bone, by markers that it moves itself (Direct) or further down.
+  enum class Told { No, Further, Direct };
+  Told told_by_markers(std::size_t bone) const { return bones_[bone].told; }
+  bool ever_seen(std::size_t marker) const { return markers_[marker].ever_seen; }
+  /// Since a marker was last learnt of; a long time where it never was.
+  double unseen_s(std::size_t marker, Timestamp at) const;
+
+ private:
+  struct MarkerMemory {
+    Timestamp seen_at;
+    bool ever_seen = false;
+    Eigen::Vector3d off_m = Eigen::Vector3d::Zero();    // from where the model puts it, in its bone's frame
+    Eigen::Vector3d place_m = Eigen::Vector3d::Zero();  // when last learnt
+    Eigen::Vector3d moved_m_s = Eigen::Vector3d::Zero();
+  };
+  struct BoneMemory {
+    Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();  // of the local turn, in the parent's frame
+    Timestamp told_at;
+    Told told = Told::No;
+  };
+
+  void see_bones(std::span<const Observation> seen);
+  PosePrior prior_of(std::size_t seen) const;
+
+  FollowSettings settings_;
+  PoseFit pose_;
+  bool following_ = false;
+  Timestamp learnt_at_;
+  Timestamp at_;  // of the last predict
+  double residual_m_ = 0.0;
+  Eigen::Vector3d velocity_m_s_ = Eigen::Vector3d::Zero();
+  std::vector<BoneMemory> bones_;
+  std::vector<MarkerMemory> markers_;
+  std::vector<int> depth_;       // by bone
+  std::vector<Pose> learnt_;     // locals
+  std::vector<Pose> predicted_;  // locals
+  std::vector<double> hold_;
+  std::vector<geometry::PointPair> pairs_;
+};
+
+}  // namespace mocap::body
