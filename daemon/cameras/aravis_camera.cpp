@@ -87,6 +87,12 @@ std::optional<PixelFormat> pixel_format_of(ArvPixelFormat format) {
     case ARV_PIXEL_FORMAT_MONO_12: return PixelFormat::Mono12;
     case kMono10p: return PixelFormat::Mono10p;
     case kMono12p: return PixelFormat::Mono12p;
+    case ARV_PIXEL_FORMAT_MONO_10_PACKED: return PixelFormat::Mono10Packed;
+    case ARV_PIXEL_FORMAT_MONO_12_PACKED: return PixelFormat::Mono12Packed;
+    case ARV_PIXEL_FORMAT_BAYER_GR_8: return PixelFormat::BayerGr8;
+    case ARV_PIXEL_FORMAT_BAYER_RG_8: return PixelFormat::BayerRg8;
+    case ARV_PIXEL_FORMAT_BAYER_GB_8: return PixelFormat::BayerGb8;
+    case ARV_PIXEL_FORMAT_BAYER_BG_8: return PixelFormat::BayerBg8;
     default: return std::nullopt;
   }
 }

@@ -1,0 +1,83 @@
+#include "stages/detect_kernels_scalar.h"
+
+#include <algorithm>
+
+#include "stages/detect_row.h"
+
+namespace mocap::stages {
+namespace {
+
+template <int kBytes>
+std::uint32_t value(const std::byte* at, std::uint32_t kept) {
+  const auto low = std::to_integer<std::uint32_t>(at[0]);
+  if constexpr (kBytes == 1) return low;
+  return (low | std::to_integer<std::uint32_t>(at[1]) << 8U) & kept;
+}
+
+template <int kBytes>
+void scan(const ScanRows& rows, RunSink& sink) {
+  BrightWords words;
+  for (int y = 0; y < rows.rows; ++y) {
+    const std::byte* row = rows.bytes + static_cast<std::size_t>(y) * rows.stride_bytes;
+    for (int x = 0; x < rows.width_px; x += 64) {
+      const int n = std::min(64, rows.width_px - x);
+      std::uint64_t bits = 0;
+      for (int i = 0; i < n; ++i) {
+        const bool bright = value<kBytes>(row + (x + i) * kBytes, rows.kept) >= rows.threshold;
+        bits |= static_cast<std::uint64_t>(bright) << i;
+      }
+      if (bits != 0) words.add(x, bits);
+    }
+    if (!words.empty()) words.flush(rows.first_y + y, sink);
+  }
+}
+
+void widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels) {
+  for (int y = 0; y < box.height_px; ++y) {
+    for (int x = 0; x < box.width_px; ++x) {
+      const std::byte grey =
+          window.bytes[static_cast<std::size_t>(y) * window.stride_bytes + static_cast<std::size_t>(x)];
+      *pixels++ = x < window.width_px ? std::to_integer<std::uint16_t>(grey) : std::uint16_t{0};
+    }
+  }
+}
+
+BoxSurvey survey(const Box& box, std::uint32_t threshold, std::uint32_t top) {
+  BoxSurvey seen;
+  for (int i = 0; i < box.width_px * box.height_px; ++i) {
+    const std::uint32_t grey = box.pixels[i];
+    seen.peak = std::max(seen.peak, grey);
+    seen.bright += grey >= threshold;
+    seen.at_top += grey >= top;
+  }
+  return seen;
+}
+
+BoxSums weigh(const Box& box, const Weighing& weighing) {
+  BoxSums sums;
+  const std::int64_t scale = (std::int64_t{kUnit} << 16) / weighing.span;
+  for (int i = 0; i < box.width_px * box.height_px; ++i) {
+    const std::int64_t over = std::clamp<std::int64_t>(std::int64_t{box.pixels[i]} - weighing.low, 0, weighing.span);
+    const std::int64_t u = over * scale >> 16;
+    const std::int64_t weight = u * u * (3 * kUnit - 2 * u) >> 18;
+    const std::int64_t slope = u * (kUnit - u) >> 12;
+    const int x = i % box.width_px - box.width_px / 2;
+    const int y = i / box.width_px - box.height_px / 2;
+    sums.weight += weight;
+    sums.x += weight * x;
+    sums.y += weight * y;
+    sums.slope2 += slope * slope;
+    sums.xx += slope * slope * x * x;
+    sums.yy += slope * slope * y * y;
+  }
+  return sums;
+}
+
+}  // namespace
+
+const DetectKernels& scalar_kernels() {
+  static constexpr DetectKernels kKernels{"scalar", scan<1>, scan<2>, widen, survey, weigh};
+  return kKernels;
+}
+
+}  // namespace mocap::stages

@@ -1,0 +1,202 @@
+#include "stages/measure_blob.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "stages/pixel_rows.h"
+#include "stages/touching_discs.h"
+
+namespace mocap::stages {
+namespace {
+
+// The rim's weights begin and end a little within the noise of what is flat; tuned on rendered discs of 2 to 8 px.
+constexpr double kLowOverNoise = 1.0;
+constexpr double kPlateauUnderPeak = 2.0;
+// What the pixel grid leaves of the centroid of a disc of radius 1 px, in inverse proportion to the radius; measured on
+// rendered discs of 2 to 8 px.
+constexpr double kGridSigma_px = 0.004;
+// A blob cut by the border: its centre may be off by about this share of its radius. One cut from another marker: less.
+constexpr double kBorderSigma = 0.3;
+constexpr double kSplitSigma = 0.03;
+// The slope of the weights, 6 u (1 - u) / span, of the whole numbers that the kernels add up.
+constexpr double kSlopeOfSum = 6.0 * kFullWeight / (4.0 * kFullSlope);
+// Less round than that may be two discs.
+constexpr double kRound = 0.85;
+
+std::int64_t squares_below(std::int64_t n) { return (n - 1) * n * (2 * n - 1) / 6; }
+
+}  // namespace
+
+Shape shape_of(std::span<const Run> runs) {
+  Shape shape;
+  shape.begin_x = runs.front().begin;
+  shape.begin_y = runs.front().y;
+  shape.end_y = runs.back().y + 1;
+  for (const Run& run : runs) {
+    shape.begin_x = std::min<int>(shape.begin_x, run.begin);
+    shape.end_x = std::max<int>(shape.end_x, run.end);
+  }
+  std::int64_t n = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0;
+  for (const Run& run : runs) {
+    const std::int64_t begin = run.begin - shape.begin_x, end = run.end - shape.begin_x, dy = run.y - shape.begin_y;
+    const std::int64_t length = end - begin, sum = length * (begin + end - 1) / 2;
+    n += length;
+    x += sum;
+    y += dy * length;
+    xx += squares_below(end) - squares_below(begin);
+    yy += dy * dy * length;
+    xy += dy * sum;
+  }
+  const auto of = [n](std::int64_t value) { return static_cast<double>(value) / static_cast<double>(n); };
+  shape.area_px2 = static_cast<double>(n);
+  shape.x = of(x) + shape.begin_x;
+  shape.y = of(y) + shape.begin_y;
+  shape.xx = of(xx) - of(x) * of(x) + 1.0 / 12.0;
+  shape.yy = of(yy) - of(y) * of(y) + 1.0 / 12.0;
+  shape.xy = of(xy) - of(x) * of(y);
+  return shape;
+}
+
+double Shape::roundness() const {
+  const double mean = 0.5 * (xx + yy);
+  const double half_range = std::hypot(0.5 * (xx - yy), xy);
+  return std::sqrt(std::clamp((mean - half_range) / (mean + half_range), 0.0, 1.0));
+}
+
+BlobMeter::BlobMeter(const DetectKernels& kernels, int grow_px)
+    : kernels_(kernels),
+      grow_px_(grow_px),
+      pixels_(kMaxBox_px * kMaxBox_px),
+      saved_(kMaxBox_px * kMaxBox_px),
+      own_(kMaxBox_px * kMaxBox_px) {}
+
+Measured BlobMeter::measure(const Image& image, const Cut& cut, std::span<const Run> runs, const Shape& shape) {
+  Window window;
+  window.x = std::max(0, shape.begin_x - grow_px_);
+  window.y = std::max(0, shape.begin_y - grow_px_);
+  window.width_px = std::min(image.width_px, shape.end_x + grow_px_) - window.x;
+  window.height_px = std::min(image.height_px, shape.end_y + grow_px_) - window.y;
+  Measured measured;
+  Blob blob;
+  if (window.width_px > kMaxBox_px || window.height_px > kMaxBox_px) {
+    // No marker is that large; where it is, to a share of its size, is all that can be told.
+    blob.centroid = {{shape.x, shape.y}};
+    blob.sigma_px = kBorderSigma * std::sqrt(shape.area_px2 / M_PI);
+    blob.area_px2 = shape.area_px2;
+    blob.peak = static_cast<double>(cut.threshold) / cut.top;
+    blob.roundness = shape.roundness();
+    measured.push_back(blob);
+    return measured;
+  }
+  fetch(image, window);
+  BoxSurvey seen = kernels_.survey(box_, cut.threshold, cut.top);
+  if (seen.bright != static_cast<std::uint32_t>(shape.area_px2)) {
+    erase_others(cut, runs, window);
+    seen = kernels_.survey(box_, cut.threshold, cut.top);
+  }
+  blob = weigh(cut, window, seen);
+  blob.roundness = shape.roundness();
+  if (blob.roundness < kRound) return split(cut, window, shape, blob);
+  measured.push_back(blob);
+  return measured;
+}
+
+void BlobMeter::fetch(const Image& image, const Window& window) {
+  const int width = (window.width_px + kBoxStep_px - 1) / kBoxStep_px * kBoxStep_px;
+  box_ = {pixels_.data(), width, window.height_px};
+  const auto columns = static_cast<std::size_t>(width), rows = static_cast<std::size_t>(window.height_px);
+  const std::size_t from = static_cast<std::size_t>(window.y) * image.stride_bytes + static_cast<std::size_t>(window.x);
+  const bool bytes = bytes_in_place(image.format) == 1;
+  if (bytes && from + (rows - 1) * image.stride_bytes + columns <= image.bytes.size()) {
+    kernels_.widen({image.bytes.data() + from, image.stride_bytes, window.width_px}, box_, pixels_.data());
+    return;
+  }
+  for (std::size_t row = 0; row < rows; ++row) {
+    const auto line = std::span(pixels_).subspan(row * columns, columns);
+    read_pixels(image, window.y + static_cast<int>(row), window.x,
+                line.first(static_cast<std::size_t>(window.width_px)));
+    std::fill(line.begin() + window.width_px, line.end(), std::uint16_t{0});
+  }
+}
+
+// The light of a neighbour: its bright pixels, and what lies nearer to those than to the component's own.
+void BlobMeter::erase_others(const Cut& cut, std::span<const Run> runs, const Window& window) {
+  const int width = box_.width_px;
+  const auto at = [width](int x, int y) { return static_cast<std::size_t>(y * width + x); };
+  std::fill_n(own_.begin(), at(0, box_.height_px), std::uint8_t{0});
+  for (const Run& run : runs) {
+    std::fill_n(own_.begin() + static_cast<std::ptrdiff_t>(at(run.begin - window.x, run.y - window.y)),
+                run.end - run.begin, std::uint8_t{1});
+  }
+  const auto bright = [&](int x, int y) { return pixels_[at(x, y)] >= cut.threshold; };
+  // Squared distances to the nearest own and other bright pixel, within reach of the grown border.
+  const int reach = std::max(grow_px_, 1);
+  for (int y = 0; y < window.height_px; ++y) {
+    for (int x = 0; x < window.width_px; ++x) {
+      if (bright(x, y)) continue;
+      int own = 2 * reach * reach + 1, other = own;
+      for (int v = std::max(0, y - reach); v <= std::min(window.height_px - 1, y + reach); ++v) {
+        for (int u = std::max(0, x - reach); u <= std::min(window.width_px - 1, x + reach); ++u) {
+          if (!bright(u, v)) continue;
+          int& nearest = own_[at(u, v)] != 0 ? own : other;
+          nearest = std::min(nearest, (u - x) * (u - x) + (v - y) * (v - y));
+        }
+      }
+      if (other <= own && other <= 2 * reach * reach) own_[at(x, y)] = 2;
+    }
+  }
+  for (std::size_t i = 0; i < at(0, box_.height_px); ++i) {
+    const bool others = own_[i] == 2 || (own_[i] == 0 && pixels_[i] >= cut.threshold);
+    if (others) pixels_[i] = 0;
+  }
+}
+
+Blob BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& seen) const {
+  const double low = std::floor(cut.low.value_or(cut.background + kLowOverNoise * cut.noise));
+  Weighing weighing;
+  // Below the threshold, so that what is bright weighs something.
+  weighing.low = static_cast<std::uint32_t>(std::clamp(low, 0.0, cut.threshold - 1.0));
+  const double plateau = seen.peak >= cut.top ? seen.peak : seen.peak - kPlateauUnderPeak * cut.noise;
+  weighing.span = static_cast<std::uint32_t>(std::max(1.0, plateau - weighing.low));
+  const BoxSums sums = kernels_.weigh(box_, weighing);
+  const auto weight = static_cast<double>(sums.weight);
+  const double x = static_cast<double>(sums.x) / weight, y = static_cast<double>(sums.y) / weight;
+  Blob blob;
+  blob.centroid = {{x + window.x + box_.width_px / 2, y + window.y + box_.height_px / 2}};
+  blob.area_px2 = seen.bright;
+  blob.peak = std::min(1.0, static_cast<double>(seen.peak) / cut.top);
+  blob.saturated = static_cast<double>(seen.at_top) / seen.bright;
+  // Pixel i, off by the noise, moves the centroid by slope_i (x_i - x) noise / weight; the mean of both axes. The
+  // slopes balance about the middle as the weights do.
+  const double lever = static_cast<double>(sums.xx + sums.yy) - (x * x + y * y) * static_cast<double>(sums.slope2);
+  const double moved = cut.noise * kSlopeOfSum / weighing.span * std::sqrt(std::max(0.0, 0.5 * lever)) / weight;
+  blob.sigma_px = std::hypot(moved, kGridSigma_px / std::sqrt(blob.area_px2 / M_PI));
+  return blob;
+}
+
+Measured BlobMeter::split(const Cut& cut, const Window& window, const Shape& shape, const Blob& whole) {
+  Measured measured;
+  const Waist waist = find_waist(box_, cut.threshold, {shape.x - window.x, shape.y - window.y}, major_axis(shape));
+  if (!waist.splits) {
+    measured.push_back(whole);
+    measured.back().merged = waist.doubtful;
+    return measured;
+  }
+  const auto pixels = static_cast<std::ptrdiff_t>(box_.width_px) * box_.height_px;
+  std::copy_n(pixels_.begin(), pixels, saved_.begin());
+  for (const bool far_side : {false, true}) {
+    keep_side(pixels_, box_, {shape.x - window.x, shape.y - window.y}, major_axis(shape), waist.at_px, far_side);
+    const BoxSurvey seen = kernels_.survey(box_, cut.threshold, cut.top);
+    if (seen.bright > 0) {
+      Blob blob = weigh(cut, window, seen);
+      blob.roundness = roundness_of(box_, cut.threshold);
+      blob.sigma_px = std::hypot(blob.sigma_px, kSplitSigma * std::sqrt(blob.area_px2 / M_PI));
+      measured.push_back(blob);
+    }
+    std::copy_n(saved_.begin(), pixels, pixels_.begin());
+  }
+  return measured;
+}
+
+}  // namespace mocap::stages

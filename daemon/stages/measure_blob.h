@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/bounded_vector.h"
+#include "model/blob.h"
+#include "model/frame.h"
+#include "stages/detect_kernels.h"
+#include "stages/run_components.h"
+
+namespace mocap::stages {
+
+/// What is bright in an image, in the format's own levels.
+struct Cut {
+  std::uint32_t threshold = 1;
+  std::uint32_t top = 255;  ///< the brightest value of the format
+  double background = 0.0;
+  double noise = 0.0;         ///< standard deviation
+  std::optional<double> low;  ///< given by the operator, else from background and noise
+};
+
+/// Shape of a component, from its runs alone.
+struct Shape {
+  int begin_x = 0, end_x = 0, begin_y = 0, end_y = 0;  ///< its box
+  double area_px2 = 0.0;
+  double x = 0.0, y = 0.0;              ///< of its middle
+  double xx = 0.0, yy = 0.0, xy = 0.0;  ///< second moments about it; a pixel is a square, not a point
+
+  double roundness() const;  ///< the ratio of the axes of the ellipse with the same moments
+};
+
+Shape shape_of(std::span<const Run> runs);
+
+/// A component's blobs: one, or two where two markers touch.
+using Measured = BoundedVector<Blob, 2>;
+
+/// Measures components on the pixels of their image. One thread; allocates in the constructor only.
+///
+/// A pixel weighs by 3u^2 - 2u^3, u its grey from the low threshold (0) to the blob's plateau (1): what is flat, inside
+/// and outside of the disc, then adds no noise, and the rim counts as its slope does, which is close to what the
+/// likelihood asks for. The centroid of such weights is the middle of anything symmetric.
+class BlobMeter {
+ public:
+  BlobMeter(const DetectKernels& kernels, int grow_px);
+
+  Measured measure(const Image& image, const Cut& cut, std::span<const Run> runs, const Shape& shape);
+
+ private:
+  struct Window {
+    int x, y, width_px, height_px;  // in the image, without what fills the box up
+  };
+
+  void fetch(const Image& image, const Window& window);
+  void erase_others(const Cut& cut, std::span<const Run> runs, const Window& window);
+  Blob weigh(const Cut& cut, const Window& window, const BoxSurvey& seen) const;
+  Measured split(const Cut& cut, const Window& window, const Shape& shape, const Blob& whole);
+
+  const DetectKernels& kernels_;
+  int grow_px_;
+  std::vector<std::uint16_t> pixels_;
+  std::vector<std::uint16_t> saved_;
+  std::vector<std::uint8_t> own_;
+  Box box_;
+};
+
+}  // namespace mocap::stages

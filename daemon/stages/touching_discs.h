@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+
+#include "stages/detect_kernels.h"
+
+namespace mocap::stages {
+
+struct Shape;
+
+/// Direction of a component's long axis, in pixels of its image.
+Eigen::Vector2d major_axis(const Shape& shape);
+
+/// Where a long component is thin.
+struct Waist {
+  bool splits = false;    ///< two discs that touch
+  bool doubtful = false;  ///< may be more than one
+  double at_px = 0.0;     ///< along the axis, from the middle
+};
+
+/// Looks along the axis for a waist between two humps of light. A disc that motion drew out has none.
+Waist find_waist(const Box& box, std::uint32_t threshold, const Eigen::Vector2d& middle_px,
+                 const Eigen::Vector2d& axis);
+
+/// Sets all pixels to 0 that lie before `at_px` along the axis (far side kept), or from there on.
+void keep_side(std::span<std::uint16_t> pixels, const Box& box, const Eigen::Vector2d& middle_px,
+               const Eigen::Vector2d& axis, double at_px, bool far_side);
+
+/// Roundness of what is bright in a box.
+double roundness_of(const Box& box, std::uint32_t threshold);
+
+}  // namespace mocap::stages
