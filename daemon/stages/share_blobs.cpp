@@ -21,6 +21,8 @@ constexpr double kMostSlack_px = 4.0;
 // The shape tells the spread of markers to so much: pixels' grid, overlap, unlike distances.
 constexpr double kSpreadSigma_px = 0.4;
 constexpr double kSpreadShare = 0.15;
+// Discs that overlap or glare into each other look a little nearer to each other than they are.
+constexpr double kSpreadTold = 1.08;
 // Squared deviations of mean and spread together, 3 degrees of freedom: 1 in 1000 true ones is refused.
 constexpr double kMostMisfit = 16.0;
 
@@ -42,7 +44,7 @@ void BlobSharer::share(const ViewRays& view, std::span<const Foreseen> foreseen,
     if (group.size < 2) continue;
     if (view.spread_px[ray] > 0.0) {
       const std::uint32_t subset = best_subset(view, foreseen, ray, group);
-      if (subset != 0) split(foreseen, held, ray, group, subset, view.focal_px);
+      if (subset != 0) split(view, foreseen, held, ray, group, subset);
     } else if (group.has_owner) {
       overlay(foreseen, held, ray, group, view.focal_px);
     }
@@ -119,18 +121,26 @@ std::uint32_t BlobSharer::best_subset(const ViewRays& view, std::span<const Fore
   return best;
 }
 
-void BlobSharer::split(std::span<const Foreseen> foreseen, std::span<Held> held, std::uint32_t ray, const Group& group,
-                       std::uint32_t subset, double focal_px) {
+// The directions are foreseen, the distance is what the shape tells: a distance that was foreseen would confirm itself
+// from set to set.
+void BlobSharer::split(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<Held> held,
+                       std::uint32_t ray, const Group& group, std::uint32_t subset) {
+  const int count = std::popcount(subset);
   Vector2d mean = Vector2d::Zero();
   for (std::size_t i = 0; i < group.size; ++i) {
-    if ((subset >> i & 1U) != 0) mean += foreseen[group.markers[i]].centre / std::popcount(subset);
+    if ((subset >> i & 1U) != 0) mean += foreseen[group.markers[i]].centre / count;
   }
+  double square = 0.0;
+  for (std::size_t i = 0; i < group.size; ++i) {
+    if ((subset >> i & 1U) != 0) square += (foreseen[group.markers[i]].centre - mean).squaredNorm() / count;
+  }
+  const double scale = kSpreadTold * view.spread_px[ray] / std::max(0.1, view.focal_px * std::sqrt(square));
   for (std::size_t i = 0; i < group.size; ++i) {
     if ((subset >> i & 1U) == 0) continue;
     Held& own = held[group.markers[i]];
     own.ray = ray;
-    own.off = foreseen[group.markers[i]].centre - mean;
-    own.sigma_px = std::hypot(kLeastSigma_px, kSigmaShare * focal_px * own.off.norm());
+    own.off = scale * (foreseen[group.markers[i]].centre - mean);
+    own.sigma_px = std::hypot(kLeastSigma_px, kSigmaShare * view.focal_px * own.off.norm());
   }
 }
 
