@@ -51,8 +51,16 @@ class BlobSharer {
     bool has_owner = false;
   };
 
+  struct Layout {
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();         // on the image plane at distance 1
+    Eigen::Vector2d stretch_px2 = Eigen::Vector2d::Zero();  // elongation, mean over the markers
+    double sigma_px = 0.0;                                  // of a foreseen place, mean
+  };
+
   void gather_wishes(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<const Held> held);
   static Group group_of(std::span<const Wish> wishes, std::span<const Held> held);
+  static Layout layout_of(const ViewRays& view, std::span<const Foreseen> foreseen, const Group& group,
+                          std::uint32_t subset);
   static std::uint32_t best_subset(const ViewRays& view, std::span<const Foreseen> foreseen, std::uint32_t ray,
                                    const Group& group);
   static void split(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<Held> held, std::uint32_t ray,
