@@ -21,8 +21,6 @@ constexpr double kMostSlack_px = 4.0;
 // The shape tells the spread of markers to so much: pixels' grid, overlap, unlike distances.
 constexpr double kSpreadSigma_px = 0.4;
 constexpr double kSpreadShare = 0.15;
-// Discs that overlap or glare into each other look a little nearer to each other than they are.
-constexpr double kSpreadTold = 1.08;
 // Squared deviations of mean and spread together, 3 degrees of freedom: 1 in 1000 true ones is refused.
 constexpr double kMostMisfit = 16.0;
 
@@ -116,7 +114,7 @@ BlobSharer::Layout BlobSharer::layout_of(const ViewRays& view, std::span<const F
 std::uint32_t BlobSharer::best_subset(const ViewRays& view, std::span<const Foreseen> foreseen, std::uint32_t ray,
                                       const Group& group) {
   const Vector2d centroid(view.x[ray], view.y[ray]);
-  const double told_px = kSpreadTold * view.spread_px[ray];
+  const double told_px = view.spread_px[ray];
   const Vector2d told_px2 = told_px * told_px * view.axis[ray];
   const double told_sigma_px = std::hypot(kSpreadSigma_px, kSpreadShare * told_px);
   std::uint32_t best = 0;
@@ -145,7 +143,7 @@ void BlobSharer::split(const ViewRays& view, std::span<const Foreseen> foreseen,
                        std::uint32_t ray, const Group& group, std::uint32_t subset) {
   const Layout layout = layout_of(view, foreseen, group, subset);
   const double length_px = std::max(0.1, std::sqrt(layout.stretch_px2.norm()));
-  const double scale = kSpreadTold * view.spread_px[ray] / length_px;
+  const double scale = view.spread_px[ray] / length_px;
   // Half of the angle between the stretches, so at most a quarter turn.
   const Vector2d& told = view.axis[ray];
   const Vector2d& seen = layout.stretch_px2;

@@ -124,6 +124,7 @@ RayTable::RayTable(const Rig& rig) : rig_(rig), views_(rig.size()), view_of_(rig
     view.taken.reserve(kMaxBlobs);
   }
   scratch_.reserve(kMaxBlobs);
+  areas_.reserve(kMaxBlobs);
 }
 
 void RayTable::cast(const FrameSet& frames) {
@@ -143,6 +144,12 @@ void RayTable::cast_view(const BlobFrame& frame, ViewRays& rays) {
   rays.camera = &rig_[camera];
   rays.focal_px = std::sqrt(rig_[camera].lens.fx_px * rig_[camera].lens.fy_px);
 
+  areas_.clear();
+  for (const Blob& blob : frame.blobs) areas_.push_back(blob.area_px2);
+  const auto middle = areas_.begin() + static_cast<std::ptrdiff_t>(areas_.size() / 2);
+  std::ranges::nth_element(areas_, middle);
+  const double usual_px2 = areas_.empty() ? 0.0 : *middle;
+
   scratch_.clear();
   for (std::size_t b = 0; b < frame.blobs.size(); ++b) {
     const Blob& blob = frame.blobs.data()[b];
@@ -153,7 +160,8 @@ void RayTable::cast_view(const BlobFrame& frame, ViewRays& rays) {
     const bool told = spread > 0.0 && std::isfinite(blob.axis_rad);
     const Vector2d axis =
         told ? Vector2d(std::cos(2.0 * blob.axis_rad), std::sin(2.0 * blob.axis_rad)) : Vector2d(0.0, 0.0);
-    scratch_.push_back({*ray, doubt_px(blob), spread, axis, static_cast<std::uint16_t>(b)});
+    const double sigma_px = std::hypot(doubt_px(blob), crowd_px(blob, usual_px2));
+    scratch_.push_back({*ray, sigma_px, spread, axis, static_cast<std::uint16_t>(b)});
   }
   std::ranges::sort(scratch_, [](const Cast& a, const Cast& b) {
     const double ax = a.ray.point.v.x();

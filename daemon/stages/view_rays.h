@@ -108,6 +108,7 @@ class RayTable {
     std::uint16_t blob;
   };
   std::vector<Cast> scratch_;
+  std::vector<double> areas_;
 };
 
 }  // namespace mocap::stages
