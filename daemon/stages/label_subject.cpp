@@ -11,10 +11,10 @@ namespace mocap::stages {
 namespace {
 
 // A contradiction must last for as many sets before a name is taken back; a gross one counts as all of them.
-constexpr int kMostDoubt = 2;
-// How far off its body's place a named marker is that contradicts, and that contradicts grossly.
-constexpr double kOff_m = 0.03;
-constexpr double kFarOff_m = 0.06;
+constexpr int kMostDoubt = 3;
+// How far off its body's place a named marker is that contradicts, beside three times what markers commonly are.
+constexpr double kOutlier_m = 0.02;
+constexpr double kOff_m = 0.012;
 // More points than any T-pose with its ghosts has; bounds the cost of a search.
 constexpr std::size_t kMostPoints = 160;
 constexpr std::size_t kMostPairs = 8192;
@@ -61,7 +61,7 @@ SubjectLabeller::SubjectLabeller(const LabelSettings& settings, const Subject& s
       ties_(set_),
       tpose_(set_, {.least_share = settings.least_share, .most_rms_m = settings.most_rms_m}, kMostPoints),
       shape_(set_, settings.rigid_tolerance_m),
-      body_(set_, {.outlier_m = 0.04, .max_iterations = 4}),
+      body_(set_, {.outlier_m = kOutlier_m, .max_iterations = 4}),
       assigner_(set_.markers.size(), kMaxMarkers, kMostPairs) {
   MOCAP_EXPECTS(set_.markers.size() <= kMaxLabels);
   names_.resize(set_.markers.size());
@@ -222,29 +222,34 @@ void SubjectLabeller::assign(NamedTracks& tracks) {
   }
 }
 
-// Names that the body, fitted to all of them, is still not at are doubted, then free.
+// What is off its place by much more than the body's markers are commonly is not shown as seen, though the name may
+// stay; what stays off, or is off grossly, loses it.
+double SubjectLabeller::most_off() const { return kOff_m + 3.0 * usual_off_m_; }
+
 void SubjectLabeller::contradict(NamedTracks& tracks) {
   seen_.clear();
   for (std::size_t m = 0; m < names_.size(); ++m) {
-    believed_[m] = seen(m, tracks);
-    if (believed_[m]) seen_.push_back(observe(m, tracks));
+    if (seen(m, tracks)) seen_.push_back(observe(m, tracks));
   }
   (void)body_.fit(seen_);
+  const double most = most_off();
+  double sum = 0.0;
+  std::size_t left = 0;
   for (const body::Observation& one : seen_) {
     const auto m = static_cast<std::size_t>(one.marker);
     Name& name = names_[m];
     const double off = (one.position - body_.told(m)).norm();
-    name.doubt = off > kFarOff_m ? kMostDoubt : off > kOff_m ? name.doubt + 1 : std::max(0, name.doubt - 1);
-    name.confidence += 0.1F * ((off > kOff_m ? 0.3F : 1.0F) - name.confidence);
-    if (name.doubt < kMostDoubt) continue;
-    free(m, tracks);
-    believed_[m] = false;
+    believed_[m] = off < most;
+    name.doubt = off > 2.0 * most ? kMostDoubt : off > most ? name.doubt + 1 : std::max(0, name.doubt - 1);
+    name.confidence += 0.1F * ((believed_[m] ? 1.0F : 0.3F) - name.confidence);
+    if (name.doubt >= kMostDoubt) free(m, tracks);
+    if (!believed_[m]) continue;
+    sum += off;
+    seen_[left++] = one;
   }
-  const auto gone = std::remove_if(seen_.begin(), seen_.end(), [&](const body::Observation& one) {
-    return !believed_[static_cast<std::size_t>(one.marker)];
-  });
-  if (gone == seen_.end()) return;
-  seen_.erase(gone, seen_.end());
+  if (left > 0) usual_off_m_ += 0.05 * (sum / static_cast<double>(left) - usual_off_m_);
+  if (left == seen_.size()) return;
+  seen_.erase(seen_.begin() + static_cast<std::ptrdiff_t>(left), seen_.end());
   (void)body_.fit(seen_);
 }
 
@@ -280,7 +285,8 @@ bool SubjectLabeller::recognise(std::span<const Eigen::Vector3d> points, std::sp
   learn(*found);
   seen_.clear();
   for (std::size_t m = 0; m < names_.size(); ++m) {
-    if (names_[m].index >= 0) seen_.push_back(observe(m, tracks));
+    believed_[m] = names_[m].index >= 0;
+    if (believed_[m]) seen_.push_back(observe(m, tracks));
   }
   if (!body_.start(seen_, at)) {
     for (std::size_t m = 0; m < names_.size(); ++m) free(m, tracks);
@@ -315,7 +321,7 @@ void SubjectLabeller::show(const NamedTracks& tracks, SubjectLabels& into) const
     const Name& name = names_[m];
     if (name.index < 0) continue;
     const TrackedMarker& track = (*tracks.tracked)[static_cast<std::size_t>(name.index)];
-    label.state = track.state == TrackState::Coasting ? LabelState::Filled : LabelState::Measured;
+    label.state = track.state == TrackState::Coasting || !believed_[m] ? LabelState::Filled : LabelState::Measured;
     label.position = track.position;
     label.covariance_m2 = track.covariance_m2;
     label.residual_px = track.residual_px;

@@ -77,6 +77,7 @@ class SubjectLabeller {
   void consider(std::size_t marker, std::size_t index, const NamedTracks& tracks, double bonus);
   void assign(NamedTracks& tracks);
   bool settled(const geometry::AllowedPair& claim, std::span<const std::uint32_t> columns) const;
+  double most_off() const;
   void contradict(NamedTracks& tracks);
   void learn(const body::FoundBody& found);
 
@@ -95,6 +96,7 @@ class SubjectLabeller {
   std::vector<body::Observation> seen_;       // names that are believed in this set
   std::vector<bool> believed_;                // by marker: is in seen_
   std::vector<geometry::AllowedPair> pairs_;  // what each name may be given to
+  double usual_off_m_ = 0.003;                // mean of the believed names from their places
   std::vector<int> before_;                   // the track of each name before an assignment
   std::optional<SubjectFit> fit_;
 };
