@@ -32,6 +32,8 @@ constexpr double kLearnOff = 0.05;
 constexpr double kMostOff_m = 0.02;
 // Markers of a bone that are off by this, rms, may be on a bone that is turned the wrong way round.
 constexpr double kTurned_m = 0.025;
+// So far off a marker still pulls on its bone when others lead nowhere.
+constexpr double kFromAfar_m = 0.3;
 // Nobody turns a joint by more between two sets.
 constexpr double kMostTurn_rad = 0.8;
 constexpr double kNever_s = 1e3;
@@ -48,6 +50,7 @@ BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
   learnt_.resize(bones);
   predicted_.resize(bones);
   fitted_.resize(bones);
+  begun_.resize(bones);
   tried_.resize(bones);
   turned_.resize(bones);
   off_m2_.resize(bones);
@@ -161,12 +164,23 @@ PoseFitResult BodyFollower::explain(std::span<const Observation> seen) {
   return solve(seen, 2 * settings_.max_iterations);
 }
 
-// Small steps do not lead out of a limb that is turned the wrong way round: then it is laid on its markers anew.
+// Where markers stay off, small steps from the pose at hand may have led into the wrong valley: a limb came out from
+// behind the body elsewhere, or is turned the wrong way round. Then all markers pull from afar and limbs are laid on
+// theirs anew; the better of both explains.
 PoseFitResult BodyFollower::solve(std::span<const Observation> seen, int max_iterations) {
   const PosePrior prior = prior_of(seen.size());
+  std::copy(pose_.locals().begin(), pose_.locals().end(), begun_.begin());
   const PoseFitResult first = pose_.solve(seen, prior, max_iterations);
+  const bool off = std::any_of(seen.begin(), seen.end(), [&](const Observation& one) {
+    return !((pose_.marker_at(static_cast<std::size_t>(one.marker)) - one.position).norm() < settings_.outlier_m);
+  });
+  if (!off) return first;
   std::copy(pose_.locals().begin(), pose_.locals().end(), tried_.begin());
-  if (!turn_anew(seen)) return first;
+  pose_.set_locals(begun_);
+  PosePrior wide = prior;
+  wide.outlier_m = kFromAfar_m;
+  (void)pose_.solve(seen, wide, 2 * max_iterations);
+  (void)turn_anew(seen);
   const PoseFitResult second = pose_.solve(seen, prior, max_iterations);
   if (second.cost < first.cost) return second;
   pose_.set_locals(tried_);

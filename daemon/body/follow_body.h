@@ -101,6 +101,7 @@ class BodyFollower {
   std::vector<Pose> learnt_;     // locals
   std::vector<Pose> predicted_;  // locals
   std::vector<Pose> fitted_;     // locals of the last fit
+  std::vector<Pose> begun_;      // scratch: locals before a solve
   std::vector<Pose> tried_;      // scratch: locals before a limb is laid anew
   std::vector<Pose> turned_;     // scratch: locals while it is
   std::vector<double> off_m2_;   // by bone
