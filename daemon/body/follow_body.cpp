@@ -10,7 +10,7 @@ namespace mocap::body {
 namespace {
 
 // A person's joint hardly turns by more than this from set to set against what its motion lets expect, rad.
-constexpr double kHoldDirect_rad = 0.3;
+constexpr double kHoldDirect_rad = 0.15;
 // The same of a joint that is told by markers further down only: one more limb between lets it swing.
 constexpr double kHoldFurther_rad = 0.05;
 // Of a joint that no marker moves: it stays, and goes back to rest within seconds.

@@ -21,7 +21,7 @@ constexpr std::size_t kMostPairs = 8192;
 // A track that is not seen for longer leaves its name, which the body then knows better where to look for.
 constexpr std::uint32_t kMostMissed = 2;
 // What the body's motion is wrong by: at least, and for each m that a marker moves from set to set.
-constexpr double kSurprise_m = 0.012;
+constexpr double kSurprise_m = 0.007;
 constexpr double kSurprisePerStep = 0.3;
 constexpr double kGateSigmas = 4.0;
 // How surely a marker that took part in the fit is where the fit puts it.
@@ -157,7 +157,8 @@ void SubjectLabeller::trust(const NamedTracks& tracks, Timestamp at) {
 
 // Where the body says that each marker is, and how surely.
 void SubjectLabeller::place(Timestamp at) {
-  const bool told = body_.weigh(seen_, at);
+  const bool all = seen_.size() == names_.size();
+  const bool told = all || body_.weigh(seen_, at);
   for (std::size_t m = 0; m < places_.size(); ++m) {
     Place& place = places_[m];
     place.at = body_.told(m);
@@ -237,11 +238,14 @@ void SubjectLabeller::assign(NamedTracks& tracks) {
 double SubjectLabeller::most_off() const { return kOff_m + 3.0 * usual_off_m_; }
 
 void SubjectLabeller::contradict(NamedTracks& tracks) {
+  bool fitted = true;
   seen_.clear();
   for (std::size_t m = 0; m < names_.size(); ++m) {
-    if (seen(m, tracks)) seen_.push_back(observe(m, tracks));
+    const bool named = seen(m, tracks);
+    fitted = fitted && named == believed_[m] && (!named || names_[m].index == before_[m]);
+    if (named) seen_.push_back(observe(m, tracks));
   }
-  (void)body_.fit(seen_);
+  if (!fitted) (void)body_.fit(seen_);
   const double most = most_off();
   double sum = 0.0;
   std::size_t left = 0;
