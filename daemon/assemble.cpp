@@ -19,10 +19,6 @@
 #include "stages/triangulate_matches.h"
 #include "wire/zmq_publisher.h"
 
-#ifndef MOCAP_VERSION
-#define MOCAP_VERSION "unknown"
-#endif
-
 namespace mocap {
 namespace {
 
@@ -31,6 +27,17 @@ bool runs_by_recorded_time(const cameras::CameraSettings& camera) {
   if (std::holds_alternative<cameras::ReplaySettings>(camera.driver)) return true;
   const auto* synthetic = std::get_if<cameras::SyntheticSettings>(&camera.driver);
   return synthetic != nullptr && synthetic->speed == 0.0;
+}
+
+// From the making of the cameras to the first simulated exposure: all of them stand ready by then.
+constexpr Duration kReadyWithin = std::chrono::milliseconds(200);
+
+// Simulated cameras that keep to the clock see one world: its motion begins at one instant for all of them, and they
+// expose together. What has an epoch keeps it.
+cameras::CameraSettings in_step(cameras::CameraSettings camera, Timestamp epoch) {
+  auto* synthetic = std::get_if<cameras::SyntheticSettings>(&camera.driver);
+  if (synthetic != nullptr && synthetic->speed > 0.0 && synthetic->epoch == Timestamp{}) synthetic->epoch = epoch;
+  return camera;
 }
 
 // Of this run: lets a client see that the daemon was started anew. A replay's is fixed, so that its output is.
@@ -62,8 +69,8 @@ std::unique_ptr<stages::Fusion> assemble_fusion(const settings::DaemonSettings& 
   return std::make_unique<stages::Fusion>(std::move(row), static_cast<std::uint32_t>(settings.rig.size()));
 }
 
-Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id) {
-  const cameras::CameraSettings& wanted = settings.cameras[id.value];
+Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id, Timestamp epoch) {
+  const cameras::CameraSettings wanted = in_step(settings.cameras[id.value], epoch);
   const CameraModel& model = settings.rig[id.value];
   runtime::CameraParts parts;
   parts.name = wanted.name;
@@ -85,8 +92,9 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   Assembly made;
   made.settings = settings.pipeline;
   made.settings.lossless = std::ranges::all_of(settings.cameras, runs_by_recorded_time);
+  const Timestamp epoch = host_now() + kReadyWithin;
   for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
-    Result<runtime::CameraParts> camera = assemble_camera(settings, CameraId{i});
+    Result<runtime::CameraParts> camera = assemble_camera(settings, CameraId{i}, epoch);
     if (!camera) return camera.error();
     made.parts.cameras.push_back(std::move(*camera));
   }

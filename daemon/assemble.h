@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "base/time.h"
 #include "runtime/pipeline.h"
 #include "settings/daemon_settings.h"
 #include "stages/fuse.h"
@@ -23,7 +24,8 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings);
 /// The row from blobs to skeleton, as the settings tell it.
 std::unique_ptr<stages::Fusion> assemble_fusion(const settings::DaemonSettings& settings);
 
-/// One camera (which borrows from the settings: they outlive it) with its detector and its 2D tracker.
-Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id);
+/// One camera (which borrows from the settings: they outlive it) with its detector and its 2D tracker. A simulated
+/// camera that keeps to the clock begins its motion at `epoch`, unless its settings say when.
+Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id, Timestamp epoch);
 
 }  // namespace mocap

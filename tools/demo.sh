@@ -76,4 +76,10 @@ kill -TERM "$sim" 2>/dev/null || true
 wait "$sim" 2>/dev/null || true
 grep -E ' (warn |error) ' "$work/daemon.log" || true
 
-"$bin/mocap-eval" score --truth "$work/truth.jsonl" --stream "$work/stream.jsonl" --require-match
+if "$bin/mocap-eval" score --truth "$work/truth.jsonl" --stream "$work/stream.jsonl" --require-match \
+  --min-complete-share 0.99; then
+  echo "demo: labelled skeletons came, and match the truth"
+else
+  echo "demo: what came does not match the truth" >&2
+  exit 1
+fi

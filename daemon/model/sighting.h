@@ -33,10 +33,13 @@ struct Expected {
   BoundedVector<ExpectedMarker, kMaxMarkers> markers;
 };
 
-/// A blob of a frame set: `views[view]->blobs[blob]`.
+/// A blob of a frame set: `views[view]->blobs[blob]`; and where in it the marker is, when it is more than one's.
 struct BlobRef {
   std::uint16_t view = 0;
   std::uint16_t blob = 0;
+  float off_x_px = 0.0F;  ///< from the blob's centroid to the marker
+  float off_y_px = 0.0F;
+  float sigma_px = 0.0F;  ///< standard deviation of that place, each axis; 0: the blob's own
 };
 
 /// The blobs that are one marker seen from several cameras.

@@ -7,7 +7,7 @@
 namespace mocap::stages {
 namespace {
 
-constexpr std::uint32_t kNone = 0xFFFF'FFFF;
+constexpr std::uint32_t kNone = Held::kNone;
 // More blobs than that in the gates of all markers of one view: the gates tell nothing any more.
 constexpr std::size_t kMaxPairs = 16 * kMaxMarkers;
 
@@ -17,10 +17,10 @@ bool is_usable(const ExpectedMarker& marker) {
 }
 
 // How much wider the gate is than its floor, as it enters the likelihood: of two markers that fit a blob equally well
-// the surer one has it.
-double width_of(const Shadow& shadow, double floor) {
-  const double xx = shadow.covariance(0, 0) + floor;
-  const double yy = shadow.covariance(1, 1) + floor;
+// the surer one has it, and of two blobs the surer one is had. `own` is what floor and blob add to the shadow.
+double width_of(const Shadow& shadow, double own, double floor) {
+  const double xx = shadow.covariance(0, 0) + own;
+  const double yy = shadow.covariance(1, 1) + own;
   const double xy = shadow.covariance(0, 1);
   return std::log(std::max(1.0, (xx * yy - xy * xy) / (floor * floor)));
 }
@@ -32,8 +32,11 @@ ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t came
       agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
       max_cos_angle_(std::cos(settings.min_ray_angle_deg * std::numbers::pi / 180.0)),
       assigner_(kMaxMarkers, kMaxBlobs, kMaxPairs),
+      sharer_(kMaxMarkers),
       view_count_(camera_count),
-      ray_of_(kMaxMarkers * camera_count, kNone),
+      foreseen_(kMaxMarkers),
+      held_(kMaxMarkers * camera_count),
+      holders_(camera_count * kMaxBlobs, 0),
       found_(kMaxMarkers),
       views_of_(kMaxMarkers, 0) {
   pairs_.reserve(kMaxPairs);
@@ -42,13 +45,15 @@ ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t came
 void ExpectedMatcher::match(RayTable& rays, const Expected& expected, Matches& into) {
   const std::size_t count = expected.markers.size();
   view_count_ = rays.view_count();
-  std::fill_n(ray_of_.begin(), count * view_count_, kNone);
+  marker_count_ = count;
+  std::fill_n(held_.begin(), count * view_count_, Held{});
   for (std::size_t view = 0; view < view_count_; ++view) assign_view(rays[view], view, expected);
+  forsake_doubles(rays);
 
   for (std::size_t m = 0; m < count; ++m) {
     views_of_[m] = static_cast<std::uint32_t>(agree(rays, m));
     if (views_of_[m] == 1) ++into.seen_once;
-    if (views_of_[m] >= 2) mark(rays, m, 1);
+    if (views_of_[m] >= 2) mark(rays, m, +1);
   }
   for (std::size_t m = 0; m < count; ++m) {
     if (views_of_[m] < 2) continue;
@@ -57,10 +62,10 @@ void ExpectedMatcher::match(RayTable& rays, const Expected& expected, Matches& i
   }
 }
 
-void ExpectedMatcher::mark(RayTable& rays, std::size_t marker, std::uint8_t taken) const {
+void ExpectedMatcher::mark(RayTable& rays, std::size_t marker, int change) const {
   for (std::size_t view = 0; view < view_count_; ++view) {
-    const std::uint32_t ray = ray_of_[marker * view_count_ + view];
-    if (ray != kNone) rays[view].taken[ray] = taken;
+    const std::uint32_t ray = held(marker, view).ray;
+    if (ray != kNone) rays[view].taken[ray] = static_cast<std::uint8_t>(rays[view].taken[ray] + change);
   }
 }
 
@@ -68,10 +73,42 @@ void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& in
   Match match;
   match.expected = static_cast<std::uint32_t>(marker);
   for (std::size_t view = 0; view < view_count_; ++view) {
-    const std::uint32_t ray = ray_of_[marker * view_count_ + view];
-    if (ray != kNone) match.sightings.push_back({static_cast<std::uint16_t>(view), rays[view].blob[ray]});
+    const auto& [ray, off, sigma_px] = held(marker, view);
+    if (ray == kNone) continue;
+    const Eigen::Vector2f off_px = (rays[view].px_from_ray[ray] * off).cast<float>();
+    match.sightings.push_back({static_cast<std::uint16_t>(view), rays[view].blob[ray], off_px.x(), off_px.y(),
+                               static_cast<float>(sigma_px > 0.0 ? sigma_px : rays[view].sigma_px[ray])});
   }
   if (!into.matches.try_push_back(match)) ++into.dropped;
+}
+
+// Whether a view shows this marker and no other.
+bool ExpectedMatcher::has_own_ray(std::size_t marker) const {
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    const std::uint32_t ray = held(marker, view).ray;
+    if (ray != kNone && holders(view, ray) == 1) return true;
+  }
+  return false;
+}
+
+// A marker that shares all its blobs may be there or not; the others explain the blobs without it. The last born is the
+// first to go: two tracks of one marker must not live on each other's blobs.
+void ExpectedMatcher::forsake_doubles(const RayTable& rays) {
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    std::fill_n(holders_.begin() + static_cast<std::ptrdiff_t>(view * kMaxBlobs), rays[view].size(), std::uint8_t{0});
+    for (std::size_t m = 0; m < marker_count_; ++m) {
+      const std::uint32_t ray = held(m, view).ray;
+      if (ray != kNone) ++holders(view, ray);
+    }
+  }
+  for (std::size_t m = marker_count_; m-- > 0;) {
+    if (has_own_ray(m)) continue;
+    for (std::size_t view = 0; view < view_count_; ++view) {
+      Held& one = held(m, view);
+      if (one.ray != kNone) --holders(view, one.ray);
+      one = {};
+    }
+  }
 }
 
 // All expected markers of one view at once: the exact assignment by likelihood.
@@ -84,13 +121,18 @@ void ExpectedMatcher::assign_view(const ViewRays& view, std::size_t index, const
   pairs_.clear();
   for (std::size_t m = 0; m < expected.markers.size(); ++m) {
     const ExpectedMarker& marker = expected.markers.data()[m];
+    foreseen_[m].usable = false;
     if (!is_usable(marker)) continue;
     const auto shadow = view.shadow(marker.position.v, marker.covariance_m2);
     if (!shadow) continue;
+    foreseen_[m] = {shadow->centre, view.focal_px * std::sqrt(0.5 * shadow->covariance.trace()), true};
     const auto [first, last] = view.candidates(*shadow, settings_.gate_sigmas, settings_.gate_floor_px);
     if (first == last) continue;
-    const double width = std::min(width_of(*shadow, floor), widest);
+    const double usual_width = std::min(width_of(*shadow, floor, floor), widest);
     for (std::size_t ray = first; ray < last; ++ray) {
+      const double own = std::pow(view.sigma_px[ray] / view.focal_px, 2);
+      // The logarithm is dear, and most blobs are far surer than the floor.
+      const double width = own < 0.1 * floor ? usual_width : std::min(width_of(*shadow, floor + own, floor), widest);
       const double cost = view.distance2(*shadow, ray, settings_.gate_floor_px) + width;
       if (!(cost < gate2) || pairs_.size() == kMaxPairs) continue;
       pairs_.push_back({static_cast<std::uint32_t>(m), static_cast<std::uint32_t>(ray), cost});
@@ -99,15 +141,17 @@ void ExpectedMatcher::assign_view(const ViewRays& view, std::size_t index, const
   if (pairs_.empty()) return;
   const auto columns = assigner_.assign(expected.markers.size(), view.size(), pairs_, gate2);
   for (std::size_t m = 0; m < columns.size(); ++m) {
-    if (columns[m] != geometry::Assigner::kAlone) ray_of_[m * view_count_ + index] = columns[m];
+    if (columns[m] != geometry::Assigner::kAlone) held(m, index).ray = columns[m];
   }
+  sharer_.share(view, std::span(foreseen_).first(marker_count_),
+                std::span(held_).subspan(index * marker_count_, marker_count_));
 }
 
 // Whether the two sightings in front look from directions that differ enough.
 bool ExpectedMatcher::tell_depth(const RayTable& rays, std::size_t marker) const {
   const auto direction = [&](std::size_t i) {
     const std::uint32_t view = sightings_[i].source;
-    return rays[view].direction(ray_of_[marker * view_count_ + view]);
+    return rays[view].direction(held(marker, view).ray);
   };
   return std::abs(direction(0).dot(direction(1))) < max_cos_angle_;
 }
@@ -116,8 +160,12 @@ bool ExpectedMatcher::tell_depth(const RayTable& rays, std::size_t marker) const
 std::size_t ExpectedMatcher::agree(const RayTable& rays, std::size_t marker) {
   sightings_.clear();
   for (std::size_t view = 0; view < view_count_; ++view) {
-    const std::uint32_t ray = ray_of_[marker * view_count_ + view];
-    if (ray != kNone) sightings_.push_back(rays[view].sighting(ray, static_cast<std::uint32_t>(view)));
+    const auto& [ray, off, sigma_px] = held(marker, view);
+    if (ray == kNone) continue;
+    geometry::Sighting& sighting = sightings_.push_back(rays[view].sighting(ray, static_cast<std::uint32_t>(view)));
+    if (sigma_px == 0.0) continue;
+    sighting.point.v += off;
+    sighting.sigma_px = sigma_px;
   }
   if (sightings_.size() < 2) return sightings_.size();
   const auto agreed = geometry::agree(sightings_, agreement_);
@@ -126,18 +174,18 @@ std::size_t ExpectedMatcher::agree(const RayTable& rays, std::size_t marker) {
   if ((at < settings_.volume_min_m.array()).any() || (at > settings_.volume_max_m.array()).any()) return 0;
   found_[marker] = agreed->refined;
   for (std::size_t i = agreed->kept; i < sightings_.size(); ++i) {
-    ray_of_[marker * view_count_ + sightings_[i].source] = kNone;
+    held(marker, sightings_[i].source) = {};
   }
-  return agreed->kept;
+  return has_own_ray(marker) ? agreed->kept : 0;
 }
 
 // Where the point is known now, a view that gave no blob or a wrong one is asked again.
 void ExpectedMatcher::recover(RayTable& rays, std::size_t marker) {
   const geometry::Refined found = found_[marker];
-  mark(rays, marker, 0);
+  mark(rays, marker, -1);
   bool added = false;
   for (std::size_t view = 0; view < view_count_; ++view) {
-    std::uint32_t& ray = ray_of_[marker * view_count_ + view];
+    std::uint32_t& ray = held(marker, view).ray;
     if (ray != kNone) continue;
     const auto shadow = rays[view].shadow(found.point.v, found.covariance_m2);
     if (!shadow) continue;
@@ -147,7 +195,7 @@ void ExpectedMatcher::recover(RayTable& rays, std::size_t marker) {
     added = true;
   }
   if (added) views_of_[marker] = static_cast<std::uint32_t>(agree(rays, marker));
-  if (views_of_[marker] >= 2) mark(rays, marker, 1);
+  if (views_of_[marker] >= 2) mark(rays, marker, +1);
 }
 
 }  // namespace mocap::stages

@@ -1,5 +1,6 @@
 #include "stages/match_views.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "base/expects.h"
@@ -34,8 +35,10 @@ class ViewMatcher final : public Matcher {
     new_matcher_.match(rays_, missing, matches_);
 
     std::size_t unmatched = 0;
-    for (const BlobFrame* view : frames.views) unmatched += view->blobs.size();
-    for (const Match& match : matches_.matches) unmatched -= match.sightings.size();
+    for (std::size_t view = 0; view < frames.views.size(); ++view) {
+      unmatched += frames.views[view]->blobs.size() - rays_[view].size();
+      unmatched += static_cast<std::size_t>(std::ranges::count(rays_[view].taken, 0));
+    }
     matches_.unmatched_blobs = static_cast<std::uint32_t>(unmatched);
     return matches_;
   }

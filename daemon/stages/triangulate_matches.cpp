@@ -9,12 +9,10 @@
 #include "base/expects.h"
 #include "geometry/ray_caster.h"
 #include "geometry/triangulation.h"
+#include "stages/blob_doubt.h"
 
 namespace mocap::stages {
 namespace {
-
-// A detector that promises more than this promises too much; and nothing divides by zero.
-constexpr double kLeastSigma_px = 0.01;
 
 class MatchTriangulator final : public Triangulator {
  public:
@@ -41,14 +39,16 @@ class MatchTriangulator final : public Triangulator {
  private:
   void gather(const FrameSet& frames, const Match& match) {
     sightings_.clear();
-    for (const auto& [view, index] : match.sightings) {
-      const BlobFrame& frame = *frames.views[view];
+    for (const BlobRef& seen : match.sightings) {
+      const BlobFrame& frame = *frames.views[seen.view];
       MOCAP_EXPECTS(frame.camera.value < rig_.size());
-      const Blob& blob = frame.blobs[index];
-      const auto ray = casters_[frame.camera.value].cast(blob.centroid);
+      const Blob& blob = frame.blobs[seen.blob];
+      const Eigen::Vector2d off_px(seen.off_x_px, seen.off_y_px);
+      const auto ray = casters_[frame.camera.value].cast({blob.centroid.v + off_px});
       if (!ray) continue;
-      sightings_.push_back({&rig_[frame.camera.value].camera_from_world, ray->point, ray->px_from_ray,
-                            std::max(blob.sigma_px, kLeastSigma_px), view});
+      const double sigma_px = seen.sigma_px > 0.0F ? static_cast<double>(seen.sigma_px) : doubt_px(blob);
+      sightings_.push_back(
+          {&rig_[frame.camera.value].camera_from_world, ray->point, ray->px_from_ray, sigma_px, seen.view});
     }
   }
 

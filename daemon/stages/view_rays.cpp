@@ -5,6 +5,7 @@
 
 #include "base/expects.h"
 #include "geometry/lens.h"
+#include "stages/blob_doubt.h"
 
 namespace mocap::stages {
 namespace {
@@ -15,8 +16,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr std::uint32_t kNoView = 0xFFFF'FFFF;
-// A detector that promises more than this promises too much; and nothing divides by zero.
-constexpr double kLeastSigma_px = 0.01;
 
 double reach_of(const CameraModel& camera) {
   // The rays of the image's border, told at its corners and middles; a wide lens bends the middles out the farthest.
@@ -69,8 +68,10 @@ double ViewRays::distance2(const Shadow& shadow, std::size_t ray, double floor_p
 std::pair<std::size_t, std::size_t> ViewRays::candidates(const Shadow& shadow, double sigmas, double floor_px) const {
   const double own = (max_sigma_px_ * max_sigma_px_ + floor_px * floor_px) / (focal_px * focal_px);
   const double half = sigmas * std::sqrt(shadow.covariance(0, 0) + own);
-  const double low = shadow.centre.x() - half;
-  const double high = shadow.centre.x() + half;
+  return between(shadow.centre.x() - half, shadow.centre.x() + half);
+}
+
+std::pair<std::size_t, std::size_t> ViewRays::between(double low, double high) const {
   if (x.empty()) return {0, 0};
   std::size_t first = first_of_bin_[bin_of(low)];
   while (first < x.size() && x[first] < low) ++first;
@@ -117,10 +118,13 @@ RayTable::RayTable(const Rig& rig) : rig_(rig), views_(rig.size()), view_of_(rig
     view.y.reserve(kMaxBlobs);
     view.px_from_ray.reserve(kMaxBlobs);
     view.sigma_px.reserve(kMaxBlobs);
+    view.spread_px.reserve(kMaxBlobs);
+    view.axis.reserve(kMaxBlobs);
     view.blob.reserve(kMaxBlobs);
     view.taken.reserve(kMaxBlobs);
   }
   scratch_.reserve(kMaxBlobs);
+  areas_.reserve(kMaxBlobs);
 }
 
 void RayTable::cast(const FrameSet& frames) {
@@ -140,13 +144,24 @@ void RayTable::cast_view(const BlobFrame& frame, ViewRays& rays) {
   rays.camera = &rig_[camera];
   rays.focal_px = std::sqrt(rig_[camera].lens.fx_px * rig_[camera].lens.fy_px);
 
+  areas_.clear();
+  for (const Blob& blob : frame.blobs) areas_.push_back(blob.area_px2);
+  const auto middle = areas_.begin() + static_cast<std::ptrdiff_t>(areas_.size() / 2);
+  std::ranges::nth_element(areas_, middle);
+  const double usual_px2 = areas_.empty() ? 0.0 : *middle;
+
   scratch_.clear();
   for (std::size_t b = 0; b < frame.blobs.size(); ++b) {
     const Blob& blob = frame.blobs.data()[b];
     if (!blob.centroid.v.allFinite() || !std::isfinite(blob.sigma_px)) continue;
     const auto ray = casters_[camera].cast(blob.centroid);
     if (!ray) continue;
-    scratch_.push_back({*ray, std::max(blob.sigma_px, kLeastSigma_px), static_cast<std::uint16_t>(b)});
+    const double spread = spread_px(blob);
+    const bool told = spread > 0.0 && std::isfinite(blob.axis_rad);
+    const Vector2d axis =
+        told ? Vector2d(std::cos(2.0 * blob.axis_rad), std::sin(2.0 * blob.axis_rad)) : Vector2d(0.0, 0.0);
+    const double sigma_px = std::hypot(doubt_px(blob), crowd_px(blob, usual_px2));
+    scratch_.push_back({*ray, sigma_px, spread, axis, static_cast<std::uint16_t>(b)});
   }
   std::ranges::sort(scratch_, [](const Cast& a, const Cast& b) {
     const double ax = a.ray.point.v.x();
@@ -158,15 +173,21 @@ void RayTable::cast_view(const BlobFrame& frame, ViewRays& rays) {
   rays.y.clear();
   rays.px_from_ray.clear();
   rays.sigma_px.clear();
+  rays.spread_px.clear();
+  rays.axis.clear();
   rays.blob.clear();
   rays.max_sigma_px_ = 0.0;
+  rays.max_spread_px_ = 0.0;
   for (const Cast& cast : scratch_) {
     rays.x.push_back(cast.ray.point.v.x());
     rays.y.push_back(cast.ray.point.v.y());
     rays.px_from_ray.push_back(cast.ray.px_from_ray);
     rays.sigma_px.push_back(cast.sigma_px);
+    rays.spread_px.push_back(cast.spread_px);
+    rays.axis.push_back(cast.axis);
     rays.blob.push_back(cast.blob);
     rays.max_sigma_px_ = std::max(rays.max_sigma_px_, cast.sigma_px);
+    rays.max_spread_px_ = std::max(rays.max_spread_px_, cast.spread_px);
   }
   rays.taken.assign(rays.x.size(), 0);
   rays.index();

@@ -28,9 +28,12 @@ struct ViewRays {
   std::vector<double> x;
   std::vector<double> y;
   std::vector<Eigen::Matrix2d> px_from_ray;
-  std::vector<double> sigma_px;
+  std::vector<double> sigma_px;   ///< with the doubt that the blob's shape casts
+  std::vector<double> spread_px;  ///< over 0: more than one marker is likely in the blob, so far from its centroid
+  /// Where there is a spread: its direction, twice the angle of the longer axis as a unit vector; zero: not told.
+  std::vector<Eigen::Vector2d> axis;
   std::vector<std::uint16_t> blob;  ///< index in the BlobFrame
-  std::vector<std::uint8_t> taken;  ///< 1: belongs to a match
+  std::vector<std::uint8_t> taken;  ///< how many matches it belongs to
 
   std::size_t size() const { return x.size(); }
   geometry::Sighting sighting(std::size_t ray, std::uint32_t source) const;
@@ -43,6 +46,9 @@ struct ViewRays {
   double distance2(const Shadow& shadow, std::size_t ray, double floor_px) const;
   /// The rays whose x lies in the shadow's gate of `sigmas`: first and past-the-last.
   std::pair<std::size_t, std::size_t> candidates(const Shadow& shadow, double sigmas, double floor_px) const;
+  /// The rays whose x lies from `low` to `high`.
+  std::pair<std::size_t, std::size_t> between(double low, double high) const;
+  double max_spread_px() const { return max_spread_px_; }
   /// The nearest ray in the gate that is not taken.
   std::optional<std::size_t> nearest_free(const Shadow& shadow, double sigmas, double floor_px) const;
 
@@ -57,6 +63,7 @@ struct ViewRays {
   void index();
 
   double max_sigma_px_ = 0.0;
+  double max_spread_px_ = 0.0;
   // Where to begin looking for an x: cheaper than a binary search, whose branches nobody can foretell.
   double x_min_ = 0.0;
   double bins_per_x_ = 0.0;
@@ -96,9 +103,12 @@ class RayTable {
   struct Cast {
     geometry::Ray ray;
     double sigma_px;
+    double spread_px;
+    Eigen::Vector2d axis;
     std::uint16_t blob;
   };
   std::vector<Cast> scratch_;
+  std::vector<double> areas_;
 };
 
 }  // namespace mocap::stages

@@ -21,7 +21,7 @@ void encode(const Snapshot& from, v1::Snapshot& into);
 /// With the conventions of the whole feed. Rare; allocates.
 v1::Description encode(const Description& from);
 
-/// Stages that nothing passed are left out. Rare; allocates.
-v1::Health encode(const Health& from);
+/// Stages that nothing passed are left out. The same message given again and again keeps its memory.
+void encode(const Health& from, v1::Health& into);
 
 }  // namespace mocap::wire

@@ -91,7 +91,7 @@ v1::CameraPhase code_of(CameraPhase phase) {
 }
 
 void encode_camera_health(const CameraHealth& from, v1::CameraHealth& into) {
-  into.set_name(valid_utf8(from.name));
+  assign_valid_utf8(from.name, *into.mutable_name());
   into.set_phase(code_of(from.phase));
   into.set_rate_hz(from.rate_hz);
   into.set_frames(from.frames);
@@ -103,7 +103,7 @@ void encode_camera_health(const CameraHealth& from, v1::CameraHealth& into) {
   into.set_underruns(from.underruns);
   into.set_resent_packets(from.resent_packets);
   into.set_missing_packets(from.missing_packets);
-  into.set_last_error(valid_utf8(from.last_error));
+  assign_valid_utf8(from.last_error, *into.mutable_last_error());
 }
 
 }  // namespace
@@ -121,8 +121,8 @@ v1::Description encode(const Description& from) {
   return into;
 }
 
-v1::Health encode(const Health& from) {
-  v1::Health into;
+void encode(const Health& from, v1::Health& into) {
+  into.Clear();
   into.set_at_ns(to_ns(from.at));
   into.set_set_rate_hz(from.set_rate_hz);
   into.set_sets(from.sets);
@@ -142,7 +142,6 @@ v1::Health encode(const Health& from) {
     to.set_max_ns(figures.max.count());
   }
   for (const CameraHealth& camera : from.cameras) encode_camera_health(camera, *into.add_cameras());
-  return into;
 }
 
 }  // namespace mocap::wire

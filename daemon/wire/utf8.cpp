@@ -35,13 +35,18 @@ std::size_t sequence_at(std::string_view text, std::size_t i) {
 
 std::string valid_utf8(std::string_view text) {
   std::string valid;
-  valid.reserve(text.size());
+  assign_valid_utf8(text, valid);
+  return valid;
+}
+
+void assign_valid_utf8(std::string_view text, std::string& into) {
+  into.clear();
+  into.reserve(text.size());
   for (std::size_t i = 0; i < text.size();) {
     const std::size_t length = sequence_at(text, i);
-    valid.append(length == 0 ? std::string_view("?") : text.substr(i, length));
+    into.append(length == 0 ? std::string_view("?") : text.substr(i, length));
     i += std::max<std::size_t>(length, 1);
   }
-  return valid;
 }
 
 }  // namespace mocap::wire

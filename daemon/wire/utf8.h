@@ -9,4 +9,7 @@ namespace mocap::wire {
 /// refuse the whole Protobuf message.
 std::string valid_utf8(std::string_view text);
 
+/// The same into a text that keeps its memory.
+void assign_valid_utf8(std::string_view text, std::string& into);
+
 }  // namespace mocap::wire

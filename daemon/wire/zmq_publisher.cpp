@@ -64,6 +64,7 @@ struct ZmqPublisher::Impl {
   void* socket = nullptr;
   std::string endpoint;
   v1::Snapshot snapshot;
+  v1::Health health;
   Envelope snapshot_envelope{kSnapshotTopic};
   Envelope description_envelope{kDescriptionTopic};
   Envelope health_envelope{kHealthTopic};
@@ -175,9 +176,9 @@ Status ZmqPublisher::publish(Snapshot& snapshot) {
 Status ZmqPublisher::report(const Health& health) {
   impl_->utc_minus_host_ns = utc_minus_host().count();
   impl_->serve(kServedPerReport);
-  v1::Health message = encode(health);
-  message.set_utc_minus_host_ns(impl_->utc_minus_host_ns);
-  impl_->health_envelope.hold(message);
+  encode(health, impl_->health);
+  impl_->health.set_utc_minus_host_ns(impl_->utc_minus_host_ns);
+  impl_->health_envelope.hold(impl_->health);
   if (impl_->described) {
     if (Status sent = impl_->send(impl_->description_envelope); !sent) return sent;
   }

@@ -1,12 +1,12 @@
-"""The whole chain with real programs: served GigE Vision cameras, the daemon, the feed."""
+"""The whole chain with real programs: served GigE Vision cameras, the daemon, the feed. Runs in a network of its own
+(tools/own_network.sh), where the cameras have their addresses."""
 
 import json
-import pathlib
 import signal
 import time
 import unittest
 
-from harness import SOURCE, Desk
+from harness import SOURCE, Desk, Program
 
 CONFIG = """
 [capture]
@@ -34,37 +34,32 @@ rate_hz = 60
 exposure_us = 500
 packet_socket = false
 packet_size_bytes = 8000
+clock = "utc"
 """
 
 
 def cameras_used(snapshot):
-    return len(snapshot.get("views", {}).get("camera", []))
+    return len(snapshot.get("views", {}).get("cameras", []))
 
 
 def tracking(snapshot):
-    return any(subject.get("state") == "SUBJECT_STATE_TRACKING" for subject in snapshot.get("subjects", []))
+    return any(subject.get("phase") == "SUBJECT_PHASE_TRACKING" for subject in snapshot.get("subjects", []))
 
 
 class Chain(unittest.TestCase):
-    network = 11  # the simulated cameras of this file are 127.0.<network>.2 and on
-
     def setUp(self):
         self.desk = Desk()
         self.addCleanup(self.desk.close)
-        Chain.network += 1
-
-    def address(self, number):
-        return f"127.0.{Chain.network}.{number + 1}"
 
     def config(self):
         text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint)
         for number in range(1, 5):
-            text += CAMERA.format(number=number, address=self.address(number))
+            text += CAMERA.format(number=number, address=f"127.0.0.{number + 1}")
         return self.desk.write("mocapd.toml", text)
 
     def simulate(self, *more):
         return self.desk.start("mocap-sim", "--serve", "--rig", SOURCE / "config/demo.rig.toml",
-                               "--first-address", self.address(1), "--motion", "tpose:2,walk", *more)
+                               "--motion", "tpose:2,walk", *more)
 
     def test_a_killed_camera_comes_back_by_itself_and_the_others_go_on(self):
         epoch = time.monotonic_ns() + 3_000_000_000
@@ -121,8 +116,8 @@ class Chain(unittest.TestCase):
         self.desk.start("mocapd", "--config", self.config())
         self.desk.watch().wait_for(tracking, 30, "a subject")
         with open(stream, "wb") as out:
-            from harness import Program
             watch = Program(self.desk.folder, "mocap-watch", self.desk.endpoint, "--json", "--seconds", "5", stdout=out)
+            self.desk.callback(watch.end)
             self.assertEqual(watch.wait(30), 0, watch.said())
         sim.send(signal.SIGTERM)
         sim.wait(10)

@@ -63,7 +63,8 @@ class Feed:
         self.count = 0
         self.newest = None
         self._changed = threading.Condition()
-        threading.Thread(target=self._read, daemon=True).start()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
 
     def _read(self):
         for line in self.program.process.stdout:
@@ -87,8 +88,9 @@ class Feed:
 
     def end(self):
         self.program.process.kill()
-        self.program.process.wait()
-        self.program._log_file.close()
+        self._reader.join()
+        self.program.process.stdout.close()
+        self.program.end()
 
 
 class Desk(contextlib.ExitStack):

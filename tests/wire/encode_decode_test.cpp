@@ -351,9 +351,10 @@ TEST(EncodeHealth, ComesBackTheSameAndLeavesOutStagesThatNothingPassed) {
   sent.sets = 100;
   sent.complete_sets = 99;
   sent.latency[static_cast<std::size_t>(LatencyStage::Fuse)] = {60, Duration(1000), Duration(2000), Duration(3000)};
-  sent.cameras.push_back({"north", CameraPhase::Reopening, 59.9, 100, 1, 2, 3, 4, 5, "gone"});
+  sent.cameras.push_back({"north", CameraPhase::Reopening, 59.9, 100, 1, 2, 3, 4, 5, 6, 7, 8, "gone"});
 
-  const v1::Health message = encode(sent);
+  v1::Health message;
+  encode(sent, message);
   const Result<Health> read = decode(message);
 
   EXPECT_EQ(message.latencies_size(), 1);
@@ -365,6 +366,7 @@ TEST(EncodeHealth, ComesBackTheSameAndLeavesOutStagesThatNothingPassed) {
   ASSERT_EQ(read->cameras.size(), 1U);
   EXPECT_EQ(read->cameras[0].phase, CameraPhase::Reopening);
   EXPECT_EQ(read->cameras[0].dropped_blobs, 4U);
+  EXPECT_EQ(read->cameras[0].missing_packets, 8U);
   EXPECT_EQ(read->cameras[0].last_error, "gone");
 }
 
@@ -373,8 +375,10 @@ TEST(EncodeHealth, KeepsTextReadableWhateverADriverSaid) {
   sent.cameras.resize(1);
   sent.cameras[0].last_error = "caf\xC3\xA9 \xFF\xC3 \xED\xA0\x80 end";
 
+  v1::Health message;
+  encode(sent, message);
   v1::Health arrived;
-  ASSERT_TRUE(arrived.ParseFromString(encode(sent).SerializeAsString()));
+  ASSERT_TRUE(arrived.ParseFromString(message.SerializeAsString()));
 
   EXPECT_EQ(arrived.cameras(0).last_error(), "caf\xC3\xA9 ?\? ?\?? end");
 }

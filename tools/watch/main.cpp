@@ -1,5 +1,6 @@
 // mocap-watch: shows a feed, or prints it as JSON lines.
 #include <fmt/core.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -42,6 +43,13 @@ class Display {
   explicit Display(std::FILE* to) : to_(to), terminal_(::isatty(::fileno(to)) != 0) {}
 
   Duration pace() const { return terminal_ ? std::chrono::milliseconds(200) : std::chrono::milliseconds(1000); }
+
+  // A line that wraps could not be written over.
+  std::size_t columns() const {
+    winsize size{};
+    if (!terminal_ || ::ioctl(::fileno(to_), TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return std::string::npos;
+    return size.ws_col - std::size_t{1};
+  }
 
   void show(const std::string& line) {
     std::fputs(terminal_ ? "\r\x1b[2K" : "", to_);
@@ -111,9 +119,10 @@ class Watch {
   void tell(Timestamp now) {
     const Duration silent_for = now - std::max(started_, feed_.last_arrival());
     if (silent_for >= kSilence) {
-      display_.show(watch::reason_for_silence(feed_, subscriber_.link(), options_.endpoint, silent_for));
+      const std::string reason = watch::reason_for_silence(feed_, subscriber_.link(), options_.endpoint, silent_for);
+      display_.show(reason.substr(0, display_.columns()));
     } else if (!options_.json && feed_.last()) {
-      display_.show(watch::status_line(feed_, now));
+      display_.show(watch::status_line(feed_, now, display_.columns()));
     }
   }
 
@@ -160,6 +169,10 @@ int watch_feed(const Options& options) {
 int main(int argc, char** argv) {
   Options options;
   CLI::App app("Shows the feed of a mocapd: exit 0 when data came, 69 when none did.", "mocap-watch");
+  app.footer(R"(examples:
+  mocap-watch                                     the live state of the daemon on this machine
+  mocap-watch tcp://127.0.0.1:5570 --seconds 10   for ten seconds
+  mocap-watch --json > stream.jsonl               every snapshot as a line of JSON, until Ctrl-C)");
   app.add_option("endpoint", options.endpoint, "where it listens")->capture_default_str();
   app.add_flag("--json", options.json, "print every snapshot as a line of JSON");
   app.add_option("--seconds", options.seconds, "end after this time")->check(CLI::PositiveNumber);

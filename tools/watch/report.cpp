@@ -54,6 +54,13 @@ std::string latencies_of(const FeedState& feed) {
   return text;
 }
 
+// For narrow terminals.
+std::string whole_way_of(const FeedState& feed) {
+  if (!feed.health()) return {};
+  const LatencyFigures& f = feed.health()->latency[static_cast<std::size_t>(LatencyStage::Total)];
+  return fmt::format(" | {:.1f}/{:.1f}/{:.1f} ms", ms(f.p50), ms(f.p99), ms(f.max));
+}
+
 std::uint64_t drops_of(const Health& health) {
   std::uint64_t drops = health.passed_over_sets + health.dropped_snapshots + health.passed_over_snapshots;
   for (const CameraHealth& camera : health.cameras) {
@@ -75,18 +82,21 @@ std::string silent_cameras(const Health& health) {
 
 }  // namespace
 
-std::string status_line(const FeedState& feed, Timestamp now) {
-  if (!feed.last()) return "waiting for the first snapshot";
+std::string status_line(const FeedState& feed, Timestamp now, std::size_t columns) {
+  if (!feed.last()) return std::string("waiting for the first snapshot").substr(0, columns);
   const LastSnapshot& last = *feed.last();
   std::string line = fmt::format("{:5.1f} Hz | cameras {} of {} | markers {} of {}", feed.rate_hz(now), last.views,
                                  last.expected_views, last.labelled, last.labels);
   if (last.unlabelled > 0) line += fmt::format(" +{}", last.unlabelled);
-  line += " |" + subjects_of(feed) + latencies_of(feed);
+  line += " |" + subjects_of(feed);
   if (const auto age = feed.age(0.5)) line += fmt::format(" | age {:.1f} ms", ms(*age));
   line += fmt::format(" | lost {}", feed.lost());
   if (feed.health()) line += fmt::format(" drops {}", drops_of(*feed.health()));
   if (feed.unreadable() > 0) line += fmt::format(" unreadable {} ({})", feed.unreadable(), feed.last_fault());
-  return line;
+  for (const std::string& latency : {latencies_of(feed), whole_way_of(feed)}) {
+    if (line.size() + latency.size() <= columns) return line + latency;
+  }
+  return line.substr(0, columns);
 }
 
 std::string reason_for_silence(const FeedState& feed, const wire::LinkStatus& link, const std::string& endpoint,

@@ -1,0 +1,178 @@
+#include "stages/share_blobs.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace mocap::stages {
+namespace {
+
+using Eigen::Vector2d;
+
+// Standard deviation of where a marker is foreseen beside its neighbours: a share of their distance, and at least this.
+constexpr double kLeastSigma_px = 0.25;
+constexpr double kSigmaShare = 0.2;
+// Markers that nearly coincide make a blob as round as a lone one; within this they are taken for one.
+constexpr double kCoincide_px = 1.5;
+// How far a foreseen place may be off beyond the blob's own extent.
+constexpr double kLeastSlack_px = 1.0;
+constexpr double kMostSlack_px = 4.0;
+// The shape tells the spread of markers to so much: pixels' grid, overlap, unlike distances.
+constexpr double kSpreadSigma_px = 0.4;
+constexpr double kSpreadShare = 0.15;
+// Squared deviations of mean and spread together, 3 degrees of freedom: 1 in 1000 true ones is refused.
+constexpr double kMostMisfit = 16.0;
+
+// The inertia along a direction beyond that across it, with twice the angle: what stretches in opposite directions has
+// in common adds up, what is at right angles cancels.
+Vector2d elongation(const Vector2d& off_px) {
+  return {off_px.x() * off_px.x() - off_px.y() * off_px.y(), 2.0 * off_px.x() * off_px.y()};
+}
+
+// A blob of several like markers reaches no further from its centroid than twice their spread.
+double reach_px(double spread_px) { return 2.0 * spread_px; }
+
+}  // namespace
+
+BlobSharer::BlobSharer(std::size_t max_markers) { wishes_.reserve(max_markers); }
+
+void BlobSharer::share(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<Held> held) {
+  gather_wishes(view, foreseen, held);
+  for (std::size_t first = 0; first < wishes_.size();) {
+    const std::uint32_t ray = wishes_[first].ray;
+    std::size_t last = first;
+    while (last < wishes_.size() && wishes_[last].ray == ray) ++last;
+    const Group group = group_of(std::span(wishes_).subspan(first, last - first), held);
+    first = last;
+    if (group.size < 2) continue;
+    if (view.spread_px[ray] > 0.0) {
+      const std::uint32_t subset = best_subset(view, foreseen, ray, group);
+      if (subset != 0) split(view, foreseen, held, ray, group, subset);
+    } else if (group.has_owner) {
+      overlay(foreseen, held, ray, group, view.focal_px);
+    }
+  }
+}
+
+// Each marker without a ray wishes for the blob that it should lie in, or nearest to.
+void BlobSharer::gather_wishes(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<const Held> held) {
+  wishes_.clear();
+  for (std::uint32_t m = 0; m < held.size(); ++m) {
+    if (held[m].ray != Held::kNone || !foreseen[m].usable) continue;
+    const double slack_px = std::clamp(2.0 * foreseen[m].sigma_px, kLeastSlack_px, kMostSlack_px);
+    const double widest = std::max(kCoincide_px, reach_px(view.max_spread_px()) + slack_px) / view.focal_px;
+    const auto [first, last] = view.between(foreseen[m].centre.x() - widest, foreseen[m].centre.x() + widest);
+    std::uint32_t nearest = Held::kNone;
+    double least = 0.0;
+    for (std::size_t ray = first; ray < last; ++ray) {
+      const double off_px = view.focal_px * (Vector2d(view.x[ray], view.y[ray]) - foreseen[m].centre).norm();
+      const double spread = view.spread_px[ray];
+      const double over = off_px - (spread > 0.0 ? reach_px(spread) + slack_px : kCoincide_px);
+      if (over >= least) continue;
+      least = over;
+      nearest = static_cast<std::uint32_t>(ray);
+    }
+    if (nearest != Held::kNone && wishes_.size() < wishes_.capacity()) wishes_.push_back({nearest, m});
+  }
+  std::ranges::sort(wishes_,
+                    [](const Wish& a, const Wish& b) { return a.ray != b.ray ? a.ray < b.ray : a.marker < b.marker; });
+}
+
+// Those who wish for one ray, and before them who holds it.
+BlobSharer::Group BlobSharer::group_of(std::span<const Wish> wishes, std::span<const Held> held) {
+  Group group;
+  const auto owner = std::ranges::find(held, wishes.front().ray, &Held::ray);
+  group.has_owner = owner != held.end();
+  if (group.has_owner) group.markers[group.size++] = static_cast<std::uint32_t>(owner - held.begin());
+  for (const Wish& wish : wishes) {
+    if (group.size == kMaxSharers) break;
+    group.markers[group.size++] = wish.marker;
+  }
+  return group;
+}
+
+// How the foreseen markers of a subset lie.
+BlobSharer::Layout BlobSharer::layout_of(const ViewRays& view, std::span<const Foreseen> foreseen, const Group& group,
+                                         std::uint32_t subset) {
+  const int count = std::popcount(subset);
+  Layout layout;
+  for (std::size_t i = 0; i < group.size; ++i) {
+    if ((subset >> i & 1U) == 0) continue;
+    layout.mean += foreseen[group.markers[i]].centre / count;
+    layout.sigma_px += foreseen[group.markers[i]].sigma_px / count;
+  }
+  for (std::size_t i = 0; i < group.size; ++i) {
+    if ((subset >> i & 1U) == 0) continue;
+    const Vector2d off_px = view.focal_px * (foreseen[group.markers[i]].centre - layout.mean);
+    layout.stretch_px2 += elongation(off_px) / count;
+  }
+  return layout;
+}
+
+// The two or more of the group that explain the blob best, as a set of bits; none where none do.
+std::uint32_t BlobSharer::best_subset(const ViewRays& view, std::span<const Foreseen> foreseen, std::uint32_t ray,
+                                      const Group& group) {
+  const Vector2d centroid(view.x[ray], view.y[ray]);
+  const double told_px = view.spread_px[ray];
+  const Vector2d told_px2 = told_px * told_px * view.axis[ray];
+  const double told_sigma_px = std::hypot(kSpreadSigma_px, kSpreadShare * told_px);
+  std::uint32_t best = 0;
+  double least = kMostMisfit;
+  for (std::uint32_t subset = 1; subset < (1U << group.size); ++subset) {
+    if (std::popcount(subset) < 2 || (group.has_owner && (subset & 1U) == 0)) continue;
+    const Layout layout = layout_of(view, foreseen, group, subset);
+    const double mean_px = view.focal_px * (layout.mean - centroid).norm();
+    const double foreseen_px = std::sqrt(layout.stretch_px2.norm());
+    // Without an axis the length alone is compared; with one, the squares, whose errors are twice the length's.
+    const double off_px =
+        told_px2.isZero() ? foreseen_px - told_px : (layout.stretch_px2 - told_px2).norm() / (foreseen_px + told_px);
+    const double misfit =
+        mean_px * mean_px / (0.25 + layout.sigma_px * layout.sigma_px) + std::pow(off_px / told_sigma_px, 2);
+    if (misfit < least) {
+      least = misfit;
+      best = subset;
+    }
+  }
+  return best;
+}
+
+// Which of them is on which side is foreseen; how far apart and in which direction they are is what the shape tells. A
+// distance that was foreseen would confirm itself from set to set.
+void BlobSharer::split(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<Held> held,
+                       std::uint32_t ray, const Group& group, std::uint32_t subset) {
+  const Layout layout = layout_of(view, foreseen, group, subset);
+  const double length_px = std::max(0.1, std::sqrt(layout.stretch_px2.norm()));
+  const double scale = view.spread_px[ray] / length_px;
+  // Half of the angle between the stretches, so at most a quarter turn.
+  const Vector2d& told = view.axis[ray];
+  const Vector2d& seen = layout.stretch_px2;
+  const double turn_rad =
+      told.isZero() ? 0.0 : 0.5 * std::atan2(seen.x() * told.y() - seen.y() * told.x(), seen.dot(told));
+  const double sine = std::sin(turn_rad);
+  const double cosine = std::cos(turn_rad);
+  for (std::size_t i = 0; i < group.size; ++i) {
+    if ((subset >> i & 1U) == 0) continue;
+    const Vector2d off = foreseen[group.markers[i]].centre - layout.mean;
+    Held& own = held[group.markers[i]];
+    own.ray = ray;
+    own.off = scale * Vector2d(cosine * off.x() - sine * off.y(), sine * off.x() + cosine * off.y());
+    own.sigma_px = std::hypot(kLeastSigma_px, kSigmaShare * view.focal_px * own.off.norm());
+  }
+}
+
+// One marker hides behind its owner's light, or is not there at all: both have it, neither knows it well.
+void BlobSharer::overlay(std::span<const Foreseen> foreseen, std::span<Held> held, std::uint32_t ray,
+                         const Group& group, double focal_px) {
+  Held& owner = held[group.markers[0]];
+  for (std::size_t i = 1; i < group.size; ++i) {
+    const double apart_px = focal_px * (foreseen[group.markers[i]].centre - foreseen[group.markers[0]].centre).norm();
+    if (apart_px > kCoincide_px) continue;
+    Held& other = held[group.markers[i]];
+    other.ray = ray;
+    other.sigma_px = std::hypot(kLeastSigma_px, 0.5 * apart_px);
+    owner.sigma_px = std::max(owner.sigma_px, other.sigma_px);
+  }
+}
+
+}  // namespace mocap::stages

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "stages/view_rays.h"
+
+namespace mocap::stages {
+
+/// Where one view should see an expected marker.
+struct Foreseen {
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< on the image plane at distance 1
+  double sigma_px = 0.0;                             ///< standard deviation, mean of both axes
+  bool usable = false;
+};
+
+/// What one view holds of an expected marker: a ray, or kNone; and where the marker is in a blob that several share.
+struct Held {
+  static constexpr std::uint32_t kNone = 0xFFFF'FFFF;
+
+  std::uint32_t ray = kNone;
+  Eigen::Vector2d off = Eigen::Vector2d::Zero();  ///< from the ray, on the image plane at distance 1
+  double sigma_px = 0.0;                          ///< of that place; 0: the ray's own
+};
+
+/// Finds the expected markers that are one blob together in a view. Never allocates after construction.
+///
+/// A marker that has no ray of its own in the view, and should be within a blob, may be the other half of it. Markers
+/// are believed to share a blob when their foreseen places have the blob's centroid as their mean, and lie as far from
+/// it as the blob's shape tells. Each of them then is as far from the centroid as the shape tells, on the side on which
+/// it is foreseen: neighbours are foreseen with about the same error, so that this is far surer than their places.
+class BlobSharer {
+ public:
+  explicit BlobSharer(std::size_t max_markers);
+
+  /// `foreseen` and `held` are by marker.
+  void share(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<Held> held);
+
+ private:
+  static constexpr std::size_t kMaxSharers = 5;
+  struct Wish {
+    std::uint32_t ray;
+    std::uint32_t marker;
+  };
+  struct Group {
+    std::array<std::uint32_t, kMaxSharers> markers{};
+    std::size_t size = 0;
+    bool has_owner = false;
+  };
+
+  struct Layout {
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();         // on the image plane at distance 1
+    Eigen::Vector2d stretch_px2 = Eigen::Vector2d::Zero();  // elongation, mean over the markers
+    double sigma_px = 0.0;                                  // of a foreseen place, mean
+  };
+
+  void gather_wishes(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<const Held> held);
+  static Group group_of(std::span<const Wish> wishes, std::span<const Held> held);
+  static Layout layout_of(const ViewRays& view, std::span<const Foreseen> foreseen, const Group& group,
+                          std::uint32_t subset);
+  static std::uint32_t best_subset(const ViewRays& view, std::span<const Foreseen> foreseen, std::uint32_t ray,
+                                   const Group& group);
+  static void split(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<Held> held, std::uint32_t ray,
+                    const Group& group, std::uint32_t subset);
+  static void overlay(std::span<const Foreseen> foreseen, std::span<Held> held, std::uint32_t ray, const Group& group,
+                      double focal_px);
+
+  std::vector<Wish> wishes_;
+};
+
+}  // namespace mocap::stages
