@@ -181,12 +181,12 @@ class Measuring {
     blob.area_px2 = sums.area;
     blob.peak = std::min(1.0, static_cast<double>(sums.peak) / top_);
     blob.saturated = sums.saturated / sums.area;
-    blob.roundness = roundness(sums);
+    add_shape(sums, blob);
     return blob;
   }
 
-  /// The ratio of the axes of the ellipse with the same inertia; a pixel is a square, not a point (1/12).
-  static double roundness(const Sums& sums) {
+  /// The ratio and direction of the axes of the ellipse with the same inertia; a pixel is a square, not a point (1/12).
+  static void add_shape(const Sums& sums, Blob& blob) {
     const double mx = sums.ax / sums.area;
     const double my = sums.ay / sums.area;
     const double xx = sums.axx / sums.area - mx * mx + 1.0 / 12.0;
@@ -194,7 +194,8 @@ class Measuring {
     const double xy = sums.axy / sums.area - mx * my;
     const double mean = 0.5 * (xx + yy);
     const double half_range = std::hypot(0.5 * (xx - yy), xy);
-    return std::sqrt(std::clamp((mean - half_range) / (mean + half_range), 0.0, 1.0));
+    blob.roundness = std::sqrt(std::clamp((mean - half_range) / (mean + half_range), 0.0, 1.0));
+    blob.axis_rad = 0.5 * std::atan2(2.0 * xy, xx - yy);
   }
 
   const Image& image_;
