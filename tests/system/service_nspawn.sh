@@ -44,7 +44,8 @@ check_start() {
   systemctl start mocapd
   expect "active when start returns" [ "$(show ActiveState)" = active ]
   expect "says that it is ready before it has images" status_is 'waiting|cameras='
-  expect "the status tells cameras and rates: $(show StatusText)" within_s 10 status_is "$alive_with_all_cameras"
+  expect "the status tells cameras and rates" within_s 10 status_is "$alive_with_all_cameras"
+  echo "     $(show StatusText)"
   expect "the feed comes" mocap-watch --seconds 10 --frames 10 --summary /dev/null
   expect "start-up stands in the journal as information" journal_has info..info 'mocapd: started, cameras=4'
   expect "its id is its own" matches "$(stat -c %U /proc/"$(show MainPID)")" '^(mocapd|[0-9]+)$'
@@ -69,6 +70,23 @@ check_real_time() {
   expect "locked memory within the unit's walls" [ "$(locked_kb)" -gt 10000 ]
 }
 
+# Stops one thread of the daemon, as a debugger does, until the daemon is gone.
+hold_thread() {
+  local thread
+  thread=$(grep -lx "$1" /proc/"$(show MainPID)"/task/*/comm)
+  thread=${thread%/comm}
+  /usr/bin/python3 - "${thread##*/}" <<'END' &
+import ctypes, os, sys
+seize, interrupt = 0x4206, 0x4207  # PTRACE_SEIZE, PTRACE_INTERRUPT, ptrace(2)
+thread, libc = int(sys.argv[1]), ctypes.CDLL(None)
+assert libc.ptrace(seize, thread, None, None) == 0
+assert libc.ptrace(interrupt, thread, None, None) == 0
+wait_for_threads = 0x40000000  # __WALL
+while not os.WIFSIGNALED(os.waitpid(thread, wait_for_threads)[1]):
+    pass
+END
+}
+
 check_failures() {
   expect "all is well before it" within_s 10 status_is "$alive_with_all_cameras"
   local before=$SECONDS
@@ -76,8 +94,12 @@ check_failures() {
   expect "a daemon that stands still is ended and started anew" within_s 15 restarted 1
   expect "by the watchdog" journal_has warning 'Watchdog timeout|result .watchdog.'
   expect "not before its patience" [ $((SECONDS - before)) -ge 3 ]
+  expect "all is well again" within_s 10 status_is "$alive_with_all_cameras"
+  hold_thread mocap-fusion
+  expect "so is one whose fusion alone stands still" within_s 15 restarted 2
+  expect "all is well once more" within_s 10 status_is "$alive_with_all_cameras"
   kill -KILL "$(show MainPID)"
-  expect "a killed daemon is started anew" within_s 10 restarted 2
+  expect "a killed daemon is started anew" within_s 10 restarted 3
   expect "and has all cameras again" within_s 10 status_is "$alive_with_all_cameras"
 }
 
@@ -93,6 +115,7 @@ check_stop() {
 
 check_bad_settings() {
   echo 'treshold = 1' >>/etc/mocapd/mocapd.toml
+  systemctl reset-failed mocapd 2>/dev/null || true
   systemctl start mocapd 2>/dev/null || true
   expect "a wrong configuration ends with 78" [ "$(show ExecMainStatus)" = 78 ]
   expect "and is not tried again: $(show ActiveState), $(show NRestarts) restarts" [ "$(show ActiveState)" = failed ]
@@ -129,7 +152,7 @@ finish() {
   rmdir "$work" 2>/dev/null || true
   # nspawn leaves its empty groups behind.
   for group in /sys/fs/cgroup/*/{payload,supervisor} /sys/fs/cgroup/{payload,supervisor}; do
-    grep -qxF "$group" <<<"$groups_before" || rmdir "$group" 2>/dev/null || true
+    grep -qxF "$group" <<<"$groups_before" || find "$group" -depth -type d -exec rmdir {} + 2>/dev/null || true
   done
 }
 trap finish EXIT
@@ -148,6 +171,9 @@ cp "$bin"/mocapd "$bin"/mocap-watch "$root"/usr/bin/
 cp -r "$source"/config/{demo.rig.toml,markersets,skeletons} "$root"/etc/mocapd/
 cp "$source"/systemd/mocapd.service "$root"/etc/systemd/system/
 cp "$0" "$root"/usr/bin/mocapd-service-test
+# A dump would go to this machine's own collector.
+mkdir "$root"/etc/systemd/system/mocapd.service.d
+printf '[Service]\nLimitCORE=0\n' >"$root"/etc/systemd/system/mocapd.service.d/no-dump.conf
 {
   printf '[capture]\nrig = "demo.rig.toml"\n'
   printf '[[subject]]\nname = "actor"\nmarker_set = "markersets/openmocap18.toml"\n'
