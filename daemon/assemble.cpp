@@ -19,10 +19,6 @@
 #include "stages/triangulate_matches.h"
 #include "wire/zmq_publisher.h"
 
-#ifndef MOCAP_VERSION
-#define MOCAP_VERSION "unknown"
-#endif
-
 namespace mocap {
 namespace {
 

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
+#include <sstream>
 #include <string>
 
 #include "assemble.h"
@@ -15,6 +16,7 @@
 #include "runtime/pipeline.h"
 #include "runtime/realtime.h"
 #include "runtime/service.h"
+#include "runtime/status_line.h"
 #include "settings/daemon_settings.h"
 
 namespace mocap {
@@ -40,14 +42,10 @@ bool asked_to_end_within(const sigset_t& signals, Duration patience) {
   return sigtimedwait(&signals, nullptr, &limit) > 0;
 }
 
-std::string status_line(const runtime::Pipeline& pipeline) {
-  return fmt::format("sets={} complete={} sent={}", pipeline.fusion_counters().sets.read(),
-                     pipeline.fusion_counters().complete_sets.read(), pipeline.publish_counters().sent.read());
-}
-
 void watch_over(runtime::Pipeline& pipeline, runtime::Service& service, const sigset_t& signals) {
   Timestamp looked_at = host_now();
   Timestamp said_at = looked_at;
+  runtime::RunTotals said = runtime::totals_of(pipeline);
   while (!asked_to_end_within(signals, kLookForSignals) && !pipeline.finished()) {
     const Timestamp now = host_now();
     if (now - looked_at >= kLookAtProgress) {
@@ -55,8 +53,10 @@ void watch_over(runtime::Pipeline& pipeline, runtime::Service& service, const si
       if (pipeline.progressed()) service.alive();
     }
     if (now - said_at >= kSayStatus) {
+      runtime::RunTotals totals = runtime::totals_of(pipeline);
+      service.status(runtime::status_line(said, totals, now - said_at));
+      said = std::move(totals);
       said_at = now;
-      service.status(status_line(pipeline));
     }
   }
 }
@@ -65,6 +65,7 @@ int exit_code_of(ErrorCode code) {
   switch (code) {
     case ErrorCode::Busy:
     case ErrorCode::NotFound:
+    case ErrorCode::Io:
     case ErrorCode::DeviceLost: return kExitUnavailable;
     case ErrorCode::InvalidArgument:
     case ErrorCode::Unsupported: return kExitConfig;
@@ -87,18 +88,36 @@ int serve(const settings::DaemonSettings& settings) {
   runtime::Pipeline pipeline(std::move(assembly->settings), std::move(assembly->parts));
   log_info("mocapd", fmt::format("started, cameras={} subjects={} feed={}", settings.cameras.size(),
                                  settings.subjects.size(), settings.publish.endpoint));
-  service.ready(status_line(pipeline));
+  service.ready(fmt::format("waiting for the images of {} cameras", pipeline.camera_count()));
   watch_over(pipeline, service, signals);
   service.stopping();
   pipeline.stop();
-  log_info("mocapd", "ended, " + status_line(pipeline));
+  log_info("mocapd", "ended, " + runtime::summary_line(runtime::totals_of(pipeline)));
   return kExitOk;
+}
+
+// A line a fault, as compilers do, so that editors find the place. In the journal each is an error, sd-daemon(3).
+void tell_faults(const settings::Faults& faults) {
+  const bool journal = runtime::Service{}.logs_to_journal();
+  std::istringstream lines(settings::to_text(faults));
+  for (std::string line; std::getline(lines, line);) fmt::print(stderr, "{}{}\n", journal ? "<3>" : "", line);
+}
+
+// Makes each camera, which opens none, for what only its driver knows to be wrong.
+settings::Faults driver_faults(const settings::DaemonSettings& settings, const std::filesystem::path& config) {
+  settings::Faults faults{config, {}};
+  for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
+    const Result<runtime::CameraParts> made = assemble_camera(settings, CameraId{i}, Timestamp{});
+    if (!made) faults.list.push_back({config, 0, 0, made.error().message});
+  }
+  return faults;
 }
 
 int start(const std::filesystem::path& config, bool only_check) {
   Result<settings::DaemonSettings, settings::Faults> settings = settings::load_daemon_settings(config);
-  if (!settings) {
-    fmt::print(stderr, "{}\n", settings::to_text(settings.error()));
+  settings::Faults faults = settings ? driver_faults(*settings, config) : settings.error();
+  if (!faults.list.empty()) {
+    tell_faults(faults);
     return kExitConfig;
   }
   if (only_check) {
@@ -108,6 +127,8 @@ int start(const std::filesystem::path& config, bool only_check) {
   }
   set_log_level(settings->log_level);
   set_log_for_journal(runtime::Service{}.logs_to_journal());
+  log_info("mocapd", fmt::format("version {}, settings of {}", MOCAP_VERSION, config.string()));
+  for (const auto& [key, value] : settings::list_settings(*settings)) log_debug("settings", key + " = " + value);
   return serve(*settings);
 }
 
@@ -116,8 +137,8 @@ constexpr const char* kExamples = R"(examples:
   mocapd --config /etc/mocapd/mocapd.toml   run as the service does
   mocapd --check-config my.toml             say what is wrong with a configuration, change nothing
 
-exit codes: 0 ended as asked, 64 wrong command line, 69 something needed is taken or missing (a port), 70 a fault of
-ours, 78 wrong configuration)";
+exit codes: 0 ended as asked, 64 wrong command line, 69 something needed is taken or missing (a port, a
+folder), 70 a fault of ours, 78 wrong configuration)";
 
 }  // namespace
 }  // namespace mocap
@@ -140,6 +161,6 @@ int main(int argc, char** argv) {
   }
   if (*check_option) return start(check, true);
   if (*config_option) return start(config, false);
-  std::fputs("mocapd: nothing to do: give --config FILE; see --help\n", stderr);
+  std::fputs("mocapd: nothing to do: give --config FILE, or see mocapd --help\n", stderr);
   return kExitUsage;
 }

@@ -61,7 +61,9 @@ tidy() {
     echo "check: no changed source file for clang-tidy"
     return 0
   fi
-  printf '%s\n' "${sources[@]}" | xargs -P "$(nproc)" -n 1 clang-tidy --quiet -p build/release 2>/dev/null
+  echo "check: ${#sources[@]} source files, up to a minute each"
+  printf '%s\n' "${sources[@]}" | xargs -P "$(nproc)" -n 1 clang-tidy --quiet -p build/release 2>&1 |
+    sed -E '/^[0-9]+ warnings? (generated|treated as errors)|^Suppressed|^Use -header-filter/d'
 }
 
 shell_scripts() { files '*.sh' '.ci/run' | xargs shellcheck; }

@@ -14,6 +14,7 @@ packages=(
   libcli11-dev libtomlplusplus-dev nlohmann-json3-dev
   # tests and checks
   libgtest-dev libgmock-dev clang-format clang-tidy shellcheck iproute2 procps systemd
+  systemd-container
   python3 python3-zmq python3-protobuf
   # a virtual machine, for a real V4L2 driver
   qemu-system-x86 busybox-static

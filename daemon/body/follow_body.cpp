@@ -10,7 +10,7 @@ namespace mocap::body {
 namespace {
 
 // A person's joint hardly turns by more than this from set to set against what its motion lets expect, rad.
-constexpr double kHoldDirect_rad = 0.3;
+constexpr double kHoldDirect_rad = 0.15;
 // The same of a joint that is told by markers further down only: one more limb between lets it swing.
 constexpr double kHoldFurther_rad = 0.05;
 // Of a joint that no marker moves: it stays, and goes back to rest within seconds.
@@ -30,6 +30,12 @@ constexpr double kInJoint_m = 1e-3;
 // What a marker is off its place is learnt slowly and within bounds, so that a wrong one does not get into it.
 constexpr double kLearnOff = 0.05;
 constexpr double kMostOff_m = 0.02;
+// Markers of a bone that are off by this, rms, may be on a bone that is turned the wrong way round.
+constexpr double kTurned_m = 0.025;
+// So far off a marker still pulls on its bone when others lead nowhere.
+constexpr double kFromAfar_m = 0.3;
+// Nobody turns a joint by more between two sets.
+constexpr double kMostTurn_rad = 0.8;
 constexpr double kNever_s = 1e3;
 
 }  // namespace
@@ -43,6 +49,12 @@ BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
     depth_.push_back(bone.parent < 0 ? 0 : depth_[static_cast<std::size_t>(bone.parent)] + 1);
   learnt_.resize(bones);
   predicted_.resize(bones);
+  fitted_.resize(bones);
+  begun_.resize(bones);
+  tried_.resize(bones);
+  turned_.resize(bones);
+  off_m2_.resize(bones);
+  seen_of_.resize(bones);
   hold_.resize(bones);
   pairs_.reserve(set.markers.size());
 }
@@ -140,9 +152,76 @@ PoseFitResult BodyFollower::fit(std::span<const Observation> seen) {
     const Told told = bones_[b].told;
     hold_[b] = told == Told::Direct ? kHoldDirect_rad : told == Told::Further ? kHoldFurther_rad : kHoldUnseen_rad;
   }
-  const PoseFitResult result = pose_.solve(seen, prior_of(seen.size()), settings_.max_iterations);
+  const PoseFitResult result = solve(seen, settings_.max_iterations);
   residual_m_ = result.rms_m;
+  std::copy(pose_.locals().begin(), pose_.locals().end(), fitted_.begin());
   return result;
+}
+
+PoseFitResult BodyFollower::explain(std::span<const Observation> seen) {
+  pose_.set_locals(fitted_);
+  loosen(seen, at_);
+  return solve(seen, 2 * settings_.max_iterations);
+}
+
+// Where markers stay off, small steps from the pose at hand may have led into the wrong valley: a limb came out from
+// behind the body elsewhere, or is turned the wrong way round. Then all markers pull from afar and limbs are laid on
+// theirs anew; the better of both explains.
+PoseFitResult BodyFollower::solve(std::span<const Observation> seen, int max_iterations) {
+  const PosePrior prior = prior_of(seen.size());
+  std::copy(pose_.locals().begin(), pose_.locals().end(), begun_.begin());
+  const PoseFitResult first = pose_.solve(seen, prior, max_iterations);
+  const bool off = std::any_of(seen.begin(), seen.end(), [&](const Observation& one) {
+    return !((pose_.marker_at(static_cast<std::size_t>(one.marker)) - one.position).norm() < settings_.outlier_m);
+  });
+  if (!off) return first;
+  std::copy(pose_.locals().begin(), pose_.locals().end(), tried_.begin());
+  pose_.set_locals(begun_);
+  PosePrior wide = prior;
+  wide.outlier_m = kFromAfar_m;
+  (void)pose_.solve(seen, wide, 2 * max_iterations);
+  (void)turn_anew(seen);
+  const PoseFitResult second = pose_.solve(seen, prior, max_iterations);
+  if (second.cost < first.cost) return second;
+  pose_.set_locals(tried_);
+  return first;
+}
+
+// Turns the bones whose own markers, two or more, are off.
+bool BodyFollower::turn_anew(std::span<const Observation> seen) {
+  std::fill(off_m2_.begin(), off_m2_.end(), 0.0);
+  std::fill(seen_of_.begin(), seen_of_.end(), 0);
+  for (const Observation& one : seen) {
+    const auto m = static_cast<std::size_t>(one.marker);
+    const MarkerOnBone& marker = pose_.marker_set().markers[m];
+    if (marker.offset_m.norm() < kInJoint_m) continue;
+    off_m2_[static_cast<std::size_t>(marker.bone)] += (pose_.marker_at(m) - one.position).squaredNorm();
+    ++seen_of_[static_cast<std::size_t>(marker.bone)];
+  }
+  bool turned = false;
+  for (std::size_t b = 1; b < off_m2_.size(); ++b) {
+    const bool off = seen_of_[b] >= 2 && off_m2_[b] > kTurned_m * kTurned_m * seen_of_[b];
+    turned = (off && turn_anew(b, seen)) || turned;
+  }
+  return turned;
+}
+
+// By its own markers and the joints at its ends.
+bool BodyFollower::turn_anew(std::size_t bone, std::span<const Observation> seen) {
+  const auto& bones = pose_.marker_set().skeleton.bones;
+  pairs_.clear();
+  pairs_.push_back({Eigen::Vector3d::Zero(), pose_.world()[bone].position, 1.0});
+  for (const Observation& one : seen) {
+    const MarkerOnBone& marker = pose_.marker_set().markers[static_cast<std::size_t>(one.marker)];
+    if (marker.bone == static_cast<int>(bone)) pairs_.push_back({marker.offset_m, one.position, 1.0});
+  }
+  const std::optional<geometry::RigidFit> laid = geometry::fit_rigid(pairs_);
+  if (!laid) return false;
+  std::copy(pose_.locals().begin(), pose_.locals().end(), turned_.begin());
+  const Pose& above = pose_.world()[static_cast<std::size_t>(bones[bone].parent)];
+  turned_[bone].rotation = (above.rotation.conjugate() * laid->to_from.rotation).normalized();
+  pose_.set_locals(turned_);
+  return true;
 }
 
 void BodyFollower::learn(std::span<const Observation> seen) {
@@ -160,7 +239,13 @@ void BodyFollower::learn(std::span<const Observation> seen) {
     BoneMemory& bone = bones_[b];
     if (bone.told == Told::Direct && motion) {
       const Eigen::Quaterniond turn = pose_.locals()[b].rotation * learnt_[b].rotation.conjugate();
-      bone.spin_rad_s += kNew * (rotation_vector(turn) / step_s - bone.spin_rad_s);
+      const Eigen::Vector3d turned = rotation_vector(turn);
+      // A limb that was laid anew did not turn: it had been read wrongly.
+      if (turned.norm() > kMostTurn_rad) {
+        bone.spin_rad_s.setZero();
+      } else {
+        bone.spin_rad_s += kNew * (turned / step_s - bone.spin_rad_s);
+      }
     } else {
       bone.spin_rad_s *= left;
     }
@@ -195,13 +280,17 @@ double BodyFollower::unseen_s(std::size_t marker, Timestamp at) const {
   return markers_[marker].ever_seen ? std::max(0.0, to_s(at - markers_[marker].seen_at)) : kNever_s;
 }
 
-bool BodyFollower::weigh(std::span<const Observation> seen, Timestamp at) {
+void BodyFollower::loosen(std::span<const Observation> seen, Timestamp at) {
   see_bones(seen);
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     const double hidden_s = std::max(0.0, to_s(at - bones_[b].told_at));
     hold_[b] = bones_[b].told == Told::Direct ? kHoldDirect_rad
                                               : std::min(kMostStray_rad, kHoldFurther_rad + kStray_rad_s * hidden_s);
   }
+}
+
+bool BodyFollower::weigh(std::span<const Observation> seen, Timestamp at) {
+  loosen(seen, at);
   PosePrior prior = prior_of(3);
   prior.hold_root_sigma_m = seen.empty() ? 0.1 : 1.0;
   return pose_.weigh(seen, prior);

@@ -41,6 +41,9 @@ class BodyFollower {
   void predict(Timestamp at);
   /// The pose of the last `predict`, moved to what explains `seen`.
   PoseFitResult fit(std::span<const Observation> seen);
+  /// The same from the pose of the last `fit`, with hidden joints as free as they may be after the time that they are
+  /// hidden: what this reading of the markers costs, to be compared with that of another reading.
+  PoseFitResult explain(std::span<const Observation> seen);
   /// Takes the last fit for the truth of its instant.
   void learn(std::span<const Observation> seen);
 
@@ -80,6 +83,10 @@ class BodyFollower {
 
   void see_bones(std::span<const Observation> seen);
   PosePrior prior_of(std::size_t seen) const;
+  PoseFitResult solve(std::span<const Observation> seen, int max_iterations);
+  bool turn_anew(std::span<const Observation> seen);
+  bool turn_anew(std::size_t bone, std::span<const Observation> seen);
+  void loosen(std::span<const Observation> seen, Timestamp at);
 
   FollowSettings settings_;
   PoseFit pose_;
@@ -93,6 +100,12 @@ class BodyFollower {
   std::vector<int> depth_;       // by bone
   std::vector<Pose> learnt_;     // locals
   std::vector<Pose> predicted_;  // locals
+  std::vector<Pose> fitted_;     // locals of the last fit
+  std::vector<Pose> begun_;      // scratch: locals before a solve
+  std::vector<Pose> tried_;      // scratch: locals before a limb is laid anew
+  std::vector<Pose> turned_;     // scratch: locals while it is
+  std::vector<double> off_m2_;   // by bone
+  std::vector<int> seen_of_;     // by bone
   std::vector<double> hold_;
   std::vector<geometry::PointPair> pairs_;
 };

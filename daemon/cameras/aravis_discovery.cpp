@@ -55,18 +55,18 @@ bool acknowledged(int handle, Duration patience) {
 std::vector<DiscoveredCamera> discover_cameras() {
   static std::mutex one_at_a_time;  // Aravis keeps one list for the process
   static std::vector<DiscoveredCamera> answer;
-  static Timestamp asked_at;
+  static Timestamp answered_at;
 
   const Timestamp now = host_now();
   const std::lock_guard<std::mutex> lock(one_at_a_time);
-  if (asked_at > now) return answer;
-  asked_at = host_now();
+  if (answered_at > now) return answer;  // came while we waited for our turn
   arv_update_device_list();
   answer.clear();
   for (unsigned i = 0; i < arv_get_n_devices(); ++i) {
     answer.push_back(
         {text_of(arv_get_device_id(i)), text_of(arv_get_device_serial_nbr(i)), text_of(arv_get_device_address(i))});
   }
+  answered_at = host_now();
   return answer;
 }
 

@@ -15,7 +15,7 @@ struct DiscoveredCamera {
 };
 
 /// Asks all networks and the USB who is there; takes a second. Any thread, and cheap for many at once: who waits while
-/// another asks shares the answer where it is fresh enough.
+/// another asks shares the answer.
 std::vector<DiscoveredCamera> discover_cameras();
 
 /// "found DA1 (10.0.0.2), DA2 (10.0.0.3)", or "found none".

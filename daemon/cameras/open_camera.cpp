@@ -9,6 +9,7 @@
 #include "cameras/replay_camera.h"
 #include "cameras/synthetic_camera.h"
 #include "cameras/v4l2_camera.h"
+#include "scene/program.h"
 
 namespace mocap::cameras {
 namespace {
@@ -53,6 +54,7 @@ struct Open {
     const auto model = std::find_if(rig.begin(), rig.end(), [&](const CameraModel& each) { return each.name == name; });
     if (model == rig.end())
       return wrong("a synthetic camera needs its lens and place, and the rig has no camera of this name");
+    if (auto program = scene::parse_program(settings.motion); !program) return wrong(program.error().message);
     return make_synthetic_camera(id, settings, *model, *around.marker_set);
   }
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "base/bounded_vector.h"
 #include "base/time.h"
@@ -17,7 +18,8 @@ struct Blob {
   double area_px2 = 0.0;   ///< pixels over the threshold
   double peak = 0.0;       ///< brightest pixel, 0 to 1 of the format's range
   double roundness = 1.0;  ///< 1: a disc, towards 0: a line (ratio of the axes of inertia)
-  double saturated = 0.0;  ///< share of its pixels at the top of the range, 0 to 1
+  double axis_rad = std::numeric_limits<double>::quiet_NaN();  ///< of the longer one, from x towards y; NaN: not told
+  double saturated = 0.0;                                      ///< share of its pixels at the top of the range, 0 to 1
   bool touches_border = false;
   bool merged = false;  ///< more than one marker is likely in it
   BlobTrackId track;    ///< its 2D track, where the camera's tracker knows it

@@ -12,9 +12,17 @@ namespace {
 
 // How long the loop may sleep in a camera before it looks whether it is to stop.
 constexpr Duration kLookAtStop = std::chrono::milliseconds(50);
+constexpr Duration kTellAgain = std::chrono::minutes(1);
 
 bool alike(const Image& a, const Image& b) {
   return a.width_px == b.width_px && a.height_px == b.height_px && a.format == b.format;
+}
+
+// A camera's messages begin with its name; so does the log's line.
+std::string without_name(std::string message, const std::string& name) {
+  const std::string own = "camera '" + name + "': ";
+  if (message.rfind(own, 0) == 0) message.erase(0, own.size());
+  return message;
 }
 
 }  // namespace
@@ -44,9 +52,7 @@ void CameraWorker::run(const std::stop_token& stop) {
       return;
     }
     if (streaming_) backoff = settings_.first_backoff;
-    log_error(who, fmt::format("{}; the others go on, trying again in {} ms", end.error().message,
-                               std::chrono::duration_cast<std::chrono::milliseconds>(backoff).count()));
-    note(CameraPhase::Reopening, end.error().message);
+    tell_failure(without_name(end.error().message, parts_.name));
     wait_before_retry(backoff, stop);
     backoff = std::min(2 * backoff, settings_.longest_backoff);
     channel_.counters.reopened.add();
@@ -90,6 +96,7 @@ Status CameraWorker::take_in(const Frame& frame, const std::stop_token& stop) {
   }
   if (!streaming_) {
     streaming_ = true;
+    told_reason_.clear();
     next_number_ = frame.number;
     log_info("camera " + parts_.name, fmt::format("streaming size={}x{}", frame.image.width_px, frame.image.height_px));
     note(CameraPhase::Streaming);
@@ -139,6 +146,17 @@ void CameraWorker::push(const std::stop_token& stop) {
     channel_.room.wait(ticket, kLookAtStop);
   }
   deliver(Delivery::Delivering);
+}
+
+void CameraWorker::tell_failure(const std::string& reason) {
+  note(CameraPhase::Reopening, reason);
+  const Timestamp now = host_now();
+  // A camera that is away for a day does not fill the journal: each reason once, and again once a minute.
+  if (reason == told_reason_ && now - told_at_ < kTellAgain) return;
+  told_reason_ = reason;
+  told_at_ = now;
+  log_error("camera " + parts_.name, fmt::format("{}; the others go on, trying again every {:.3g} s until it is back",
+                                                 reason, to_s(settings_.longest_backoff)));
 }
 
 void CameraWorker::note(CameraPhase phase, const std::string& error) {

@@ -78,6 +78,7 @@ class CameraWorker {
   Status take_in(const Frame& frame, const std::stop_token& stop);
   Status prepare_for(const Image& image);
   void push(const std::stop_token& stop);
+  void tell_failure(const std::string& reason);
   void note(CameraPhase phase, const std::string& error = {});
   void deliver(Delivery state);
   void wait_before_retry(Duration span, const std::stop_token& stop);
@@ -89,7 +90,9 @@ class CameraWorker {
   Image detector_made_for_;  // its pixels are never looked at
   BlobFrame seen_;           // scratch of take_in
   std::uint64_t next_number_ = 0;
-  bool streaming_ = false;  // since the last start, an image has come
+  bool streaming_ = false;   // since the last start, an image has come
+  std::string told_reason_;  // of the last failure that the log has; empty since it streams
+  Timestamp told_at_;
   WakeSignal nap_;
 };
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <optional>
 
 #include "model/bounds.h"
@@ -42,6 +43,14 @@ auto field_of(Field Settings::*field) {
   };
 }
 
+// The folder of a recorded camera's own images; empty where they stand under its name in a folder for all.
+std::string images_of(const CameraSettings& camera) {
+  const auto* replay = std::get_if<cameras::ReplaySettings>(&camera.driver);
+  std::error_code ignored;
+  if (replay == nullptr || std::filesystem::is_directory(replay->folder / camera.name, ignored)) return {};
+  return replay->folder.string();
+}
+
 void check_cameras_differ(DaemonTables& tables, const DaemonSettings& settings) {
   using cameras::AravisSettings;
   auto& found = tables.cameras;
@@ -50,7 +59,7 @@ void check_cameras_differ(DaemonTables& tables, const DaemonSettings& settings) 
   expect_different(settings.cameras, found, "device_name", field_of(&AravisSettings::device_name));
   expect_different(settings.cameras, found, "address", field_of(&AravisSettings::address));
   expect_different(settings.cameras, found, "device", field_of(&cameras::V4l2Settings::device));
-  expect_different(settings.cameras, found, "folder", field_of(&cameras::ReplaySettings::folder));
+  expect_different(settings.cameras, found, "folder", images_of);
 }
 
 std::optional<double> exposure_us_of(const CameraSettings& camera) {

@@ -11,6 +11,10 @@ namespace mocap::stages {
 /// is how far the centroid is off either marker. A lone marker is a disc but for the pixels' grid.
 double doubt_px(const Blob& blob);
 
+/// How far off the centroid of a blob may be that is much larger than the blobs of lone markers in its image; 0 where
+/// it is not. A crowd of three or more may be as round as one.
+double crowd_px(const Blob& blob, double usual_area_px2);
+
 /// How far the markers of a merged blob lie from its centroid, px, root of the mean square, as far as its shape tells;
 /// 0 for a blob that is as round as a lone marker's.
 double spread_px(const Blob& blob);

@@ -11,17 +11,17 @@ namespace mocap::stages {
 namespace {
 
 // A contradiction must last for as many sets before a name is taken back; a gross one counts as all of them.
-constexpr int kMostDoubt = 2;
-// How far off its body's place a named marker is that contradicts, and that contradicts grossly.
-constexpr double kOff_m = 0.03;
-constexpr double kFarOff_m = 0.06;
+constexpr int kMostDoubt = 3;
+// How far off its body's place a named marker is that contradicts, beside three times what markers commonly are.
+constexpr double kOutlier_m = 0.02;
+constexpr double kOff_m = 0.012;
 // More points than any T-pose with its ghosts has; bounds the cost of a search.
 constexpr std::size_t kMostPoints = 160;
 constexpr std::size_t kMostPairs = 8192;
 // A track that is not seen for longer leaves its name, which the body then knows better where to look for.
 constexpr std::uint32_t kMostMissed = 2;
 // What the body's motion is wrong by: at least, and for each m that a marker moves from set to set.
-constexpr double kSurprise_m = 0.012;
+constexpr double kSurprise_m = 0.007;
 constexpr double kSurprisePerStep = 0.3;
 constexpr double kGateSigmas = 4.0;
 // How surely a marker that took part in the fit is where the fit puts it.
@@ -33,6 +33,13 @@ constexpr double kLimb_m = 0.35;
 constexpr double kOwnBonus = 6.0;
 constexpr double kAlone = 30.0;
 constexpr double kClearMargin = 4.0;
+// A reading of the whole body: how near a neighbour is whose name may be meant, how many are tried for a track, how
+// long that must have been there, and what half a sum of squared sigmas a further name is worth.
+constexpr double kNeighbour_m = 0.14;
+constexpr std::size_t kMostReadings = 6;
+constexpr std::uint32_t kLeastAge = 3;
+constexpr double kWorthAName = 12.0;
+constexpr double kMarkerSigma_m = 0.004;
 constexpr float kFreshConfidence = 0.6F;
 
 double slack_of(const body::Tie& tie, double base_m) { return base_m + 0.05 * tie.most_m; }
@@ -61,7 +68,7 @@ SubjectLabeller::SubjectLabeller(const LabelSettings& settings, const Subject& s
       ties_(set_),
       tpose_(set_, {.least_share = settings.least_share, .most_rms_m = settings.most_rms_m}, kMostPoints),
       shape_(set_, settings.rigid_tolerance_m),
-      body_(set_, {.outlier_m = 0.04, .max_iterations = 4}),
+      body_(set_, {.outlier_m = kOutlier_m, .max_iterations = 4}),
       assigner_(set_.markers.size(), kMaxMarkers, kMostPairs) {
   MOCAP_EXPECTS(set_.markers.size() <= kMaxLabels);
   names_.resize(set_.markers.size());
@@ -70,6 +77,8 @@ SubjectLabeller::SubjectLabeller(const LabelSettings& settings, const Subject& s
   believed_.resize(names_.size());
   pairs_.reserve(kMostPairs);
   before_.resize(names_.size());
+  readings_.reserve(kMostReadings);
+  tried_.reserve(names_.size());
 }
 
 void SubjectLabeller::free(std::size_t marker, NamedTracks& tracks) {
@@ -120,7 +129,8 @@ bool SubjectLabeller::tied(std::size_t marker, const Eigen::Vector3d& at, const 
 body::Observation SubjectLabeller::observe(std::size_t marker, const NamedTracks& tracks) const {
   const TrackedMarker& track = (*tracks.tracked)[static_cast<std::size_t>(names_[marker].index)];
   const double noise = std::clamp(track.covariance_m2.trace() / 3.0, 0.0, 1.0);
-  return {static_cast<int>(marker), track.position.v, std::sqrt(0.003 * 0.003 + (std::isfinite(noise) ? noise : 1.0))};
+  return {static_cast<int>(marker), track.position.v,
+          std::sqrt(kMarkerSigma_m * kMarkerSigma_m + (std::isfinite(noise) ? noise : 1.0))};
 }
 
 // Believes the names that are where the body's motion leads to; where that is few, the motion is wrong, not they.
@@ -147,7 +157,8 @@ void SubjectLabeller::trust(const NamedTracks& tracks, Timestamp at) {
 
 // Where the body says that each marker is, and how surely.
 void SubjectLabeller::place(Timestamp at) {
-  const bool told = body_.weigh(seen_, at);
+  const bool all = seen_.size() == names_.size();
+  const bool told = all || body_.weigh(seen_, at);
   for (std::size_t m = 0; m < places_.size(); ++m) {
     Place& place = places_[m];
     place.at = body_.told(m);
@@ -222,30 +233,123 @@ void SubjectLabeller::assign(NamedTracks& tracks) {
   }
 }
 
-// Names that the body, fitted to all of them, is still not at are doubted, then free.
+// What is off its place by much more than the body's markers are commonly is not shown as seen, though the name may
+// stay; what stays off, or is off grossly, loses it.
+double SubjectLabeller::most_off() const { return kOff_m + 3.0 * usual_off_m_; }
+
 void SubjectLabeller::contradict(NamedTracks& tracks) {
+  bool fitted = true;
   seen_.clear();
   for (std::size_t m = 0; m < names_.size(); ++m) {
-    believed_[m] = seen(m, tracks);
-    if (believed_[m]) seen_.push_back(observe(m, tracks));
+    const bool named = seen(m, tracks);
+    fitted = fitted && named == believed_[m] && (!named || names_[m].index == before_[m]);
+    if (named) seen_.push_back(observe(m, tracks));
   }
-  (void)body_.fit(seen_);
+  if (!fitted) (void)body_.fit(seen_);
+  const double most = most_off();
+  double sum = 0.0;
+  std::size_t left = 0;
   for (const body::Observation& one : seen_) {
     const auto m = static_cast<std::size_t>(one.marker);
     Name& name = names_[m];
     const double off = (one.position - body_.told(m)).norm();
-    name.doubt = off > kFarOff_m ? kMostDoubt : off > kOff_m ? name.doubt + 1 : std::max(0, name.doubt - 1);
-    name.confidence += 0.1F * ((off > kOff_m ? 0.3F : 1.0F) - name.confidence);
-    if (name.doubt < kMostDoubt) continue;
-    free(m, tracks);
-    believed_[m] = false;
+    believed_[m] = off < most;
+    name.doubt = off > 2.0 * most ? kMostDoubt : off > most ? name.doubt + 1 : std::max(0, name.doubt - 1);
+    name.confidence += 0.1F * ((believed_[m] ? 1.0F : 0.3F) - name.confidence);
+    if (name.doubt >= kMostDoubt) free(m, tracks);
+    if (!believed_[m]) continue;
+    sum += off;
+    seen_[left++] = one;
   }
-  const auto gone = std::remove_if(seen_.begin(), seen_.end(), [&](const body::Observation& one) {
-    return !believed_[static_cast<std::size_t>(one.marker)];
-  });
-  if (gone == seen_.end()) return;
-  seen_.erase(gone, seen_.end());
+  if (left > 0) usual_off_m_ += 0.05 * (sum / static_cast<double>(left) - usual_off_m_);
+  if (left == seen_.size()) return;
+  seen_.erase(seen_.begin() + static_cast<std::ptrdiff_t>(left), seen_.end());
   (void)body_.fit(seen_);
+}
+
+// What a track that nobody bears could be, where a name that is free might be it or might be what a neighbour bears.
+void SubjectLabeller::gather_readings(int track, const NamedTracks& tracks) {
+  readings_.clear();
+  const Eigen::Vector3d& at = (*tracks.tracked)[static_cast<std::size_t>(track)].position.v;
+  for (std::size_t f = 0; f < names_.size(); ++f) {
+    if (names_[f].index >= 0 || !places_[f].known) continue;
+    const auto may_be = [&](const Eigen::Vector3d& there) {
+      return (there - places_[f].at).norm() < settings_.most_gate_m && tied(f, there, tracks);
+    };
+    if (readings_.size() < kMostReadings && may_be(at)) readings_.push_back({f, f, track, 0.0});
+    for (const body::Observation& one : seen_) {
+      const auto g = static_cast<std::size_t>(one.marker);
+      const bool near = (one.position - at).norm() < kNeighbour_m;
+      if (readings_.size() < kMostReadings && near && may_be(one.position)) readings_.push_back({f, g, track, 0.0});
+    }
+  }
+}
+
+// Whether the body can be so, and what it costs.
+bool SubjectLabeller::judge_reading(Reading& reading, const NamedTracks& tracks) {
+  const TrackedMarker& track = (*tracks.tracked)[static_cast<std::size_t>(reading.track)];
+  tried_.clear();
+  body::Observation free{static_cast<int>(reading.name), track.position.v, kMarkerSigma_m};
+  for (const body::Observation& one : seen_) {
+    tried_.push_back(one);
+    if (static_cast<std::size_t>(one.marker) != reading.giver) continue;
+    tried_.back().position = track.position.v;
+    free.position = one.position;
+  }
+  tried_.push_back(free);
+  reading.cost = body_.explain(tried_).cost;
+  const double most = most_off();
+  return std::all_of(tried_.begin(), tried_.end(), [&](const body::Observation& one) {
+    const auto m = static_cast<std::size_t>(one.marker);
+    if (m != reading.name && m != reading.giver) return true;
+    return (one.position - body_.pose().marker_at(m)).norm() < most;
+  });
+}
+
+void SubjectLabeller::adopt(const Reading& reading, NamedTracks& tracks) {
+  int track = reading.track;
+  if (reading.giver != reading.name) {
+    track = names_[reading.giver].index;
+    free(reading.giver, tracks);
+    give(reading.giver, reading.track, kFreshConfidence, tracks);
+  }
+  give(reading.name, track, kFreshConfidence, tracks);
+  believed_[reading.name] = true;
+  for (body::Observation& one : seen_) {
+    if (static_cast<std::size_t>(one.marker) == reading.giver) one = observe(reading.giver, tracks);
+  }
+  seen_.push_back(observe(reading.name, tracks));
+  (void)body_.fit(seen_);
+}
+
+// A track near the body that nobody bears, while a name is free: the name was lost on the way, or a neighbour bears
+// the wrong one. One track a set, for a reading costs as much as a pose.
+void SubjectLabeller::reconsider(NamedTracks& tracks) {
+  const std::size_t count = tracks.named.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t t = (turn_ + i) % count;
+    const TrackedMarker& track = (*tracks.tracked)[t];
+    const bool there = track.state == TrackState::Confirmed && track.age_sets >= kLeastAge;
+    if (tracks.named[t] || !there || !track.position.v.allFinite()) continue;
+    gather_readings(static_cast<int>(t), tracks);
+    if (readings_.empty()) continue;
+    turn_ = t + 1;
+    const double now = body_.explain(seen_).cost;
+    const Reading* best = nullptr;
+    double next = now + kWorthAName;
+    for (Reading& reading : readings_) {
+      if (!judge_reading(reading, tracks)) continue;
+      if (best == nullptr || reading.cost < best->cost) {
+        if (best != nullptr) next = std::min(next, best->cost);
+        best = &reading;
+      } else {
+        next = std::min(next, reading.cost);
+      }
+    }
+    (void)body_.fit(seen_);
+    if (best != nullptr && best->cost + kClearMargin < next) adopt(*best, tracks);
+    return;
+  }
 }
 
 void SubjectLabeller::read(NamedTracks& tracks, Timestamp at) {
@@ -256,6 +360,7 @@ void SubjectLabeller::read(NamedTracks& tracks, Timestamp at) {
   propose(tracks, kOwnBonus);
   assign(tracks);
   contradict(tracks);
+  reconsider(tracks);
   body_.learn(seen_);
 }
 
@@ -280,7 +385,8 @@ bool SubjectLabeller::recognise(std::span<const Eigen::Vector3d> points, std::sp
   learn(*found);
   seen_.clear();
   for (std::size_t m = 0; m < names_.size(); ++m) {
-    if (names_[m].index >= 0) seen_.push_back(observe(m, tracks));
+    believed_[m] = names_[m].index >= 0;
+    if (believed_[m]) seen_.push_back(observe(m, tracks));
   }
   if (!body_.start(seen_, at)) {
     for (std::size_t m = 0; m < names_.size(); ++m) free(m, tracks);
@@ -315,7 +421,7 @@ void SubjectLabeller::show(const NamedTracks& tracks, SubjectLabels& into) const
     const Name& name = names_[m];
     if (name.index < 0) continue;
     const TrackedMarker& track = (*tracks.tracked)[static_cast<std::size_t>(name.index)];
-    label.state = track.state == TrackState::Coasting ? LabelState::Filled : LabelState::Measured;
+    label.state = track.state == TrackState::Coasting || !believed_[m] ? LabelState::Filled : LabelState::Measured;
     label.position = track.position;
     label.covariance_m2 = track.covariance_m2;
     label.residual_px = track.residual_px;

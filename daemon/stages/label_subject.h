@@ -77,6 +77,19 @@ class SubjectLabeller {
   void consider(std::size_t marker, std::size_t index, const NamedTracks& tracks, double bonus);
   void assign(NamedTracks& tracks);
   bool settled(const geometry::AllowedPair& claim, std::span<const std::uint32_t> columns) const;
+  /// Another reading of the markers: a free name gets a track, or gets that of a name which gets another one.
+  struct Reading {
+    std::size_t name = 0;   // that is free
+    std::size_t giver = 0;  // that gives its track to `name` and takes `track`; `name` itself: none
+    int track = -1;         // that nobody bears
+    double cost = 0.0;
+  };
+
+  double most_off() const;
+  void reconsider(NamedTracks& tracks);
+  void gather_readings(int track, const NamedTracks& tracks);
+  bool judge_reading(Reading& reading, const NamedTracks& tracks);
+  void adopt(const Reading& reading, NamedTracks& tracks);
   void contradict(NamedTracks& tracks);
   void learn(const body::FoundBody& found);
 
@@ -95,6 +108,10 @@ class SubjectLabeller {
   std::vector<body::Observation> seen_;       // names that are believed in this set
   std::vector<bool> believed_;                // by marker: is in seen_
   std::vector<geometry::AllowedPair> pairs_;  // what each name may be given to
+  double usual_off_m_ = 0.003;                // mean of the believed names from their places
+  std::vector<Reading> readings_;             // of one track
+  std::vector<body::Observation> tried_;      // names as a reading has them
+  std::size_t turn_ = 0;                      // whose it is to be reconsidered
   std::vector<int> before_;                   // the track of each name before an assignment
   std::optional<SubjectFit> fit_;
 };

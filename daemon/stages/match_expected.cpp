@@ -76,8 +76,8 @@ void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& in
     const auto& [ray, off, sigma_px] = held(marker, view);
     if (ray == kNone) continue;
     const Eigen::Vector2f off_px = (rays[view].px_from_ray[ray] * off).cast<float>();
-    match.sightings.push_back(
-        {static_cast<std::uint16_t>(view), rays[view].blob[ray], off_px.x(), off_px.y(), static_cast<float>(sigma_px)});
+    match.sightings.push_back({static_cast<std::uint16_t>(view), rays[view].blob[ray], off_px.x(), off_px.y(),
+                               static_cast<float>(sigma_px > 0.0 ? sigma_px : rays[view].sigma_px[ray])});
   }
   if (!into.matches.try_push_back(match)) ++into.dropped;
 }

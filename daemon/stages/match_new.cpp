@@ -282,7 +282,7 @@ void NewMatcher::believe(RayTable& rays, const Hypothesis& hypothesis, Matches& 
   Match match;
   for (const auto& [view, ray] : hypothesis.members) {
     rays[view].taken[ray] = 1;
-    match.sightings.push_back({view, rays[view].blob[ray]});
+    match.sightings.push_back({view, rays[view].blob[ray], 0.0F, 0.0F, static_cast<float>(rays[view].sigma_px[ray])});
   }
   std::ranges::sort(match.sightings, {}, &BlobRef::view);
   if (!into.matches.try_push_back(match)) ++into.dropped;

@@ -64,6 +64,8 @@ double Shape::roundness() const {
   return std::sqrt(std::clamp((mean - half_range) / (mean + half_range), 0.0, 1.0));
 }
 
+double Shape::axis_rad() const { return 0.5 * std::atan2(2.0 * xy, xx - yy); }
+
 BlobMeter::BlobMeter(const DetectKernels& kernels, int grow_px)
     : kernels_(kernels),
       grow_px_(grow_px),
@@ -86,6 +88,7 @@ Measured BlobMeter::measure(const Image& image, const Cut& cut, std::span<const 
     blob.area_px2 = shape.area_px2;
     blob.peak = static_cast<double>(cut.threshold) / cut.top;
     blob.roundness = shape.roundness();
+    blob.axis_rad = shape.axis_rad();
     measured.push_back(blob);
     return measured;
   }
@@ -97,6 +100,7 @@ Measured BlobMeter::measure(const Image& image, const Cut& cut, std::span<const 
   }
   blob = weigh(cut, window, seen);
   blob.roundness = shape.roundness();
+  blob.axis_rad = shape.axis_rad();
   if (blob.roundness < kRound) return split(cut, window, shape, blob);
   measured.push_back(blob);
   return measured;
@@ -177,7 +181,9 @@ Blob BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& see
 
 Measured BlobMeter::split(const Cut& cut, const Window& window, const Shape& shape, const Blob& whole) {
   Measured measured;
-  const Waist waist = find_waist(box_, cut.threshold, {shape.x - window.x, shape.y - window.y}, major_axis(shape));
+  const Eigen::Vector2d middle(shape.x - window.x, shape.y - window.y);
+  const Eigen::Vector2d axis(std::cos(whole.axis_rad), std::sin(whole.axis_rad));
+  const Waist waist = find_waist(box_, cut.threshold, middle, axis);
   if (!waist.splits) {
     measured.push_back(whole);
     measured.back().merged = waist.doubtful;
@@ -186,11 +192,17 @@ Measured BlobMeter::split(const Cut& cut, const Window& window, const Shape& sha
   const auto pixels = static_cast<std::ptrdiff_t>(box_.width_px) * box_.height_px;
   std::copy_n(pixels_.begin(), pixels, saved_.begin());
   for (const bool far_side : {false, true}) {
-    keep_side(pixels_, box_, {shape.x - window.x, shape.y - window.y}, major_axis(shape), waist.at_px, far_side);
+    keep_side(pixels_, box_, middle, axis, waist.at_px, far_side);
     const BoxSurvey seen = kernels_.survey(box_, cut.threshold, cut.top);
     if (seen.bright > 0) {
       Blob blob = weigh(cut, window, seen);
-      blob.roundness = roundness_of(box_, cut.threshold);
+      const Eigen::Vector3d moments = moments_of(box_, cut.threshold);
+      Shape side;
+      side.xx = moments[0];
+      side.yy = moments[1];
+      side.xy = moments[2];
+      blob.roundness = side.roundness();
+      blob.axis_rad = side.axis_rad();
       blob.sigma_px = std::hypot(blob.sigma_px, kSplitSigma * std::sqrt(blob.area_px2 / M_PI));
       measured.push_back(blob);
     }

@@ -30,6 +30,7 @@ struct Shape {
   double xx = 0.0, yy = 0.0, xy = 0.0;  ///< second moments about it; a pixel is a square, not a point
 
   double roundness() const;  ///< the ratio of the axes of the ellipse with the same moments
+  double axis_rad() const;   ///< direction of the longer one, from x to y
 };
 
 Shape shape_of(std::span<const Run> runs);

@@ -21,8 +21,14 @@ constexpr double kMostSlack_px = 4.0;
 // The shape tells the spread of markers to so much: pixels' grid, overlap, unlike distances.
 constexpr double kSpreadSigma_px = 0.4;
 constexpr double kSpreadShare = 0.15;
-// Squared deviations of mean and spread together, 3 degrees of freedom: 1 in 1000 true ones is refused.
-constexpr double kMostMisfit = 16.0;
+// Squared deviations of mean and spread together, 4 degrees of freedom: 1 in 25 true ones is refused.
+constexpr double kMostMisfit = 10.0;
+
+// The inertia along a direction beyond that across it, with twice the angle: what stretches in opposite directions has
+// in common adds up, what is at right angles cancels.
+Vector2d elongation(const Vector2d& off_px) {
+  return {off_px.x() * off_px.x() - off_px.y() * off_px.y(), 2.0 * off_px.x() * off_px.y()};
+}
 
 // A blob of several like markers reaches no further from its centroid than twice their spread.
 double reach_px(double spread_px) { return 2.0 * spread_px; }
@@ -42,7 +48,7 @@ void BlobSharer::share(const ViewRays& view, std::span<const Foreseen> foreseen,
     if (group.size < 2) continue;
     if (view.spread_px[ray] > 0.0) {
       const std::uint32_t subset = best_subset(view, foreseen, ray, group);
-      if (subset != 0) split(foreseen, held, ray, group, subset, view.focal_px);
+      if (subset != 0) split(view, foreseen, held, ray, group, subset);
     } else if (group.has_owner) {
       overlay(foreseen, held, ray, group, view.focal_px);
     }
@@ -86,31 +92,43 @@ BlobSharer::Group BlobSharer::group_of(std::span<const Wish> wishes, std::span<c
   return group;
 }
 
+// How the foreseen markers of a subset lie.
+BlobSharer::Layout BlobSharer::layout_of(const ViewRays& view, std::span<const Foreseen> foreseen, const Group& group,
+                                         std::uint32_t subset) {
+  const int count = std::popcount(subset);
+  Layout layout;
+  for (std::size_t i = 0; i < group.size; ++i) {
+    if ((subset >> i & 1U) == 0) continue;
+    layout.mean += foreseen[group.markers[i]].centre / count;
+    layout.sigma_px += foreseen[group.markers[i]].sigma_px / count;
+  }
+  for (std::size_t i = 0; i < group.size; ++i) {
+    if ((subset >> i & 1U) == 0) continue;
+    const Vector2d off_px = view.focal_px * (foreseen[group.markers[i]].centre - layout.mean);
+    layout.stretch_px2 += elongation(off_px) / count;
+  }
+  return layout;
+}
+
 // The two or more of the group that explain the blob best, as a set of bits; none where none do.
 std::uint32_t BlobSharer::best_subset(const ViewRays& view, std::span<const Foreseen> foreseen, std::uint32_t ray,
                                       const Group& group) {
   const Vector2d centroid(view.x[ray], view.y[ray]);
   const double told_px = view.spread_px[ray];
+  const Vector2d told_px2 = told_px * told_px * view.axis[ray];
   const double told_sigma_px = std::hypot(kSpreadSigma_px, kSpreadShare * told_px);
   std::uint32_t best = 0;
   double least = kMostMisfit;
   for (std::uint32_t subset = 1; subset < (1U << group.size); ++subset) {
-    const int count = std::popcount(subset);
-    if (count < 2 || (group.has_owner && (subset & 1U) == 0)) continue;
-    Vector2d mean = Vector2d::Zero();
-    double square = 0.0;
-    double sigma_px = 0.0;
-    for (std::size_t i = 0; i < group.size; ++i) {
-      if ((subset >> i & 1U) == 0) continue;
-      const Foreseen& one = foreseen[group.markers[i]];
-      mean += (one.centre - centroid) / count;
-      square += (one.centre - centroid).squaredNorm() / count;
-      sigma_px += one.sigma_px / count;
-    }
-    const double f2 = view.focal_px * view.focal_px;
-    const double spread_px = std::sqrt(std::max(0.0, f2 * (square - mean.squaredNorm())));
+    if (std::popcount(subset) < 2 || (group.has_owner && (subset & 1U) == 0)) continue;
+    const Layout layout = layout_of(view, foreseen, group, subset);
+    const double mean_px = view.focal_px * (layout.mean - centroid).norm();
+    const double foreseen_px = std::sqrt(layout.stretch_px2.norm());
+    // Without an axis the length alone is compared; with one, the squares, whose errors are twice the length's.
+    const double off_px =
+        told_px2.isZero() ? foreseen_px - told_px : (layout.stretch_px2 - told_px2).norm() / (foreseen_px + told_px);
     const double misfit =
-        f2 * mean.squaredNorm() / (0.25 + sigma_px * sigma_px) + std::pow((spread_px - told_px) / told_sigma_px, 2);
+        mean_px * mean_px / (0.25 + layout.sigma_px * layout.sigma_px) + std::pow(off_px / told_sigma_px, 2);
     if (misfit < least) {
       least = misfit;
       best = subset;
@@ -119,18 +137,27 @@ std::uint32_t BlobSharer::best_subset(const ViewRays& view, std::span<const Fore
   return best;
 }
 
-void BlobSharer::split(std::span<const Foreseen> foreseen, std::span<Held> held, std::uint32_t ray, const Group& group,
-                       std::uint32_t subset, double focal_px) {
-  Vector2d mean = Vector2d::Zero();
-  for (std::size_t i = 0; i < group.size; ++i) {
-    if ((subset >> i & 1U) != 0) mean += foreseen[group.markers[i]].centre / std::popcount(subset);
-  }
+// Which of them is on which side is foreseen; how far apart and in which direction they are is what the shape tells. A
+// distance that was foreseen would confirm itself from set to set.
+void BlobSharer::split(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<Held> held,
+                       std::uint32_t ray, const Group& group, std::uint32_t subset) {
+  const Layout layout = layout_of(view, foreseen, group, subset);
+  const double length_px = std::max(0.1, std::sqrt(layout.stretch_px2.norm()));
+  const double scale = view.spread_px[ray] / length_px;
+  // Half of the angle between the stretches, so at most a quarter turn.
+  const Vector2d& told = view.axis[ray];
+  const Vector2d& seen = layout.stretch_px2;
+  const double turn_rad =
+      told.isZero() ? 0.0 : 0.5 * std::atan2(seen.x() * told.y() - seen.y() * told.x(), seen.dot(told));
+  const double sine = std::sin(turn_rad);
+  const double cosine = std::cos(turn_rad);
   for (std::size_t i = 0; i < group.size; ++i) {
     if ((subset >> i & 1U) == 0) continue;
+    const Vector2d off = foreseen[group.markers[i]].centre - layout.mean;
     Held& own = held[group.markers[i]];
     own.ray = ray;
-    own.off = foreseen[group.markers[i]].centre - mean;
-    own.sigma_px = std::hypot(kLeastSigma_px, kSigmaShare * focal_px * own.off.norm());
+    own.off = scale * Vector2d(cosine * off.x() - sine * off.y(), sine * off.x() + cosine * off.y());
+    own.sigma_px = std::hypot(kLeastSigma_px, kSigmaShare * view.focal_px * own.off.norm());
   }
 }
 

@@ -30,8 +30,8 @@ struct Held {
 ///
 /// A marker that has no ray of its own in the view, and should be within a blob, may be the other half of it. Markers
 /// are believed to share a blob when their foreseen places have the blob's centroid as their mean, and lie as far from
-/// it as the blob's shape tells. Each of them then is as far from the centroid as it is foreseen to be from the others'
-/// mean: neighbours are foreseen with about the same error, so that this is far surer than the places themselves.
+/// it as the blob's shape tells. Each of them then is as far from the centroid as the shape tells, on the side on which
+/// it is foreseen: neighbours are foreseen with about the same error, so that this is far surer than their places.
 class BlobSharer {
  public:
   explicit BlobSharer(std::size_t max_markers);
@@ -51,12 +51,20 @@ class BlobSharer {
     bool has_owner = false;
   };
 
+  struct Layout {
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();         // on the image plane at distance 1
+    Eigen::Vector2d stretch_px2 = Eigen::Vector2d::Zero();  // elongation, mean over the markers
+    double sigma_px = 0.0;                                  // of a foreseen place, mean
+  };
+
   void gather_wishes(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<const Held> held);
   static Group group_of(std::span<const Wish> wishes, std::span<const Held> held);
+  static Layout layout_of(const ViewRays& view, std::span<const Foreseen> foreseen, const Group& group,
+                          std::uint32_t subset);
   static std::uint32_t best_subset(const ViewRays& view, std::span<const Foreseen> foreseen, std::uint32_t ray,
                                    const Group& group);
-  static void split(std::span<const Foreseen> foreseen, std::span<Held> held, std::uint32_t ray, const Group& group,
-                    std::uint32_t subset, double focal_px);
+  static void split(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<Held> held, std::uint32_t ray,
+                    const Group& group, std::uint32_t subset);
   static void overlay(std::span<const Foreseen> foreseen, std::span<Held> held, std::uint32_t ray, const Group& group,
                       double focal_px);
 

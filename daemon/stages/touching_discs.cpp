@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "stages/measure_blob.h"
-
 namespace mocap::stages {
 namespace {
 
@@ -16,11 +14,6 @@ constexpr double kDoubtfulDip = 0.12;
 constexpr int kBins = 2 * kMaxBox_px;
 
 }  // namespace
-
-Eigen::Vector2d major_axis(const Shape& shape) {
-  const double angle = 0.5 * std::atan2(2.0 * shape.xy, shape.xx - shape.yy);
-  return {std::cos(angle), std::sin(angle)};
-}
 
 Waist find_waist(const Box& box, std::uint32_t threshold, const Eigen::Vector2d& middle_px,
                  const Eigen::Vector2d& axis) {
@@ -66,7 +59,7 @@ void keep_side(std::span<std::uint16_t> pixels, const Box& box, const Eigen::Vec
   }
 }
 
-double roundness_of(const Box& box, std::uint32_t threshold) {
+Eigen::Vector3d moments_of(const Box& box, std::uint32_t threshold) {
   double n = 0.0;
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
@@ -79,13 +72,9 @@ double roundness_of(const Box& box, std::uint32_t threshold) {
       squares += at * at.transpose();
     }
   }
-  if (n == 0.0) return 1.0;
+  if (n == 0.0) return Eigen::Vector3d(1.0, 1.0, 0.0);
   const Eigen::Matrix2d moments = squares / n - sum / n * (sum / n).transpose() + Eigen::Matrix2d::Identity() / 12.0;
-  Shape shape;
-  shape.xx = moments(0, 0);
-  shape.yy = moments(1, 1);
-  shape.xy = moments(0, 1);
-  return shape.roundness();
+  return {moments(0, 0), moments(1, 1), moments(0, 1)};
 }
 
 }  // namespace mocap::stages

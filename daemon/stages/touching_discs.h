@@ -8,11 +8,6 @@
 
 namespace mocap::stages {
 
-struct Shape;
-
-/// Direction of a component's long axis, in pixels of its image.
-Eigen::Vector2d major_axis(const Shape& shape);
-
 /// Where a long component is thin.
 struct Waist {
   bool splits = false;    ///< two discs that touch
@@ -28,7 +23,7 @@ Waist find_waist(const Box& box, std::uint32_t threshold, const Eigen::Vector2d&
 void keep_side(std::span<std::uint16_t> pixels, const Box& box, const Eigen::Vector2d& middle_px,
                const Eigen::Vector2d& axis, double at_px, bool far_side);
 
-/// Roundness of what is bright in a box.
-double roundness_of(const Box& box, std::uint32_t threshold);
+/// Second moments of what is bright in a box: xx, yy and xy; a pixel is a square, not a point.
+Eigen::Vector3d moments_of(const Box& box, std::uint32_t threshold);
 
 }  // namespace mocap::stages

@@ -119,10 +119,12 @@ RayTable::RayTable(const Rig& rig) : rig_(rig), views_(rig.size()), view_of_(rig
     view.px_from_ray.reserve(kMaxBlobs);
     view.sigma_px.reserve(kMaxBlobs);
     view.spread_px.reserve(kMaxBlobs);
+    view.axis.reserve(kMaxBlobs);
     view.blob.reserve(kMaxBlobs);
     view.taken.reserve(kMaxBlobs);
   }
   scratch_.reserve(kMaxBlobs);
+  areas_.reserve(kMaxBlobs);
 }
 
 void RayTable::cast(const FrameSet& frames) {
@@ -142,13 +144,24 @@ void RayTable::cast_view(const BlobFrame& frame, ViewRays& rays) {
   rays.camera = &rig_[camera];
   rays.focal_px = std::sqrt(rig_[camera].lens.fx_px * rig_[camera].lens.fy_px);
 
+  areas_.clear();
+  for (const Blob& blob : frame.blobs) areas_.push_back(blob.area_px2);
+  const auto middle = areas_.begin() + static_cast<std::ptrdiff_t>(areas_.size() / 2);
+  std::ranges::nth_element(areas_, middle);
+  const double usual_px2 = areas_.empty() ? 0.0 : *middle;
+
   scratch_.clear();
   for (std::size_t b = 0; b < frame.blobs.size(); ++b) {
     const Blob& blob = frame.blobs.data()[b];
     if (!blob.centroid.v.allFinite() || !std::isfinite(blob.sigma_px)) continue;
     const auto ray = casters_[camera].cast(blob.centroid);
     if (!ray) continue;
-    scratch_.push_back({*ray, doubt_px(blob), spread_px(blob), static_cast<std::uint16_t>(b)});
+    const double spread = spread_px(blob);
+    const bool told = spread > 0.0 && std::isfinite(blob.axis_rad);
+    const Vector2d axis =
+        told ? Vector2d(std::cos(2.0 * blob.axis_rad), std::sin(2.0 * blob.axis_rad)) : Vector2d(0.0, 0.0);
+    const double sigma_px = std::hypot(doubt_px(blob), crowd_px(blob, usual_px2));
+    scratch_.push_back({*ray, sigma_px, spread, axis, static_cast<std::uint16_t>(b)});
   }
   std::ranges::sort(scratch_, [](const Cast& a, const Cast& b) {
     const double ax = a.ray.point.v.x();
@@ -161,6 +174,7 @@ void RayTable::cast_view(const BlobFrame& frame, ViewRays& rays) {
   rays.px_from_ray.clear();
   rays.sigma_px.clear();
   rays.spread_px.clear();
+  rays.axis.clear();
   rays.blob.clear();
   rays.max_sigma_px_ = 0.0;
   rays.max_spread_px_ = 0.0;
@@ -170,6 +184,7 @@ void RayTable::cast_view(const BlobFrame& frame, ViewRays& rays) {
     rays.px_from_ray.push_back(cast.ray.px_from_ray);
     rays.sigma_px.push_back(cast.sigma_px);
     rays.spread_px.push_back(cast.spread_px);
+    rays.axis.push_back(cast.axis);
     rays.blob.push_back(cast.blob);
     rays.max_sigma_px_ = std::max(rays.max_sigma_px_, cast.sigma_px);
     rays.max_spread_px_ = std::max(rays.max_spread_px_, cast.spread_px);

@@ -28,8 +28,10 @@ struct ViewRays {
   std::vector<double> x;
   std::vector<double> y;
   std::vector<Eigen::Matrix2d> px_from_ray;
-  std::vector<double> sigma_px;     ///< with the doubt that the blob's shape casts
-  std::vector<double> spread_px;    ///< over 0: more than one marker is likely in the blob, so far from its centroid
+  std::vector<double> sigma_px;   ///< with the doubt that the blob's shape casts
+  std::vector<double> spread_px;  ///< over 0: more than one marker is likely in the blob, so far from its centroid
+  /// Where there is a spread: its direction, twice the angle of the longer axis as a unit vector; zero: not told.
+  std::vector<Eigen::Vector2d> axis;
   std::vector<std::uint16_t> blob;  ///< index in the BlobFrame
   std::vector<std::uint8_t> taken;  ///< how many matches it belongs to
 
@@ -102,9 +104,11 @@ class RayTable {
     geometry::Ray ray;
     double sigma_px;
     double spread_px;
+    Eigen::Vector2d axis;
     std::uint16_t blob;
   };
   std::vector<Cast> scratch_;
+  std::vector<double> areas_;
 };
 
 }  // namespace mocap::stages

@@ -63,7 +63,8 @@ settings::DaemonSettings fast_synthetic_daemon(const MarkerSet& worn) {
   settings.subjects.push_back({"subject", {}});
   settings.worn.push_back({"subject", worn});
   settings.publish.endpoint = "tcp://127.0.0.1:*";
-  settings.pipeline.publish.report_every = std::chrono::milliseconds(20);  // many reports are measured, the first is not
+  settings.pipeline.publish.report_every =
+      std::chrono::milliseconds(20);  // many reports are measured, the first is not
   return settings;
 }
 

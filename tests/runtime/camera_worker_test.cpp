@@ -104,6 +104,30 @@ TEST(CameraWorker, TellsWhyACameraWasLost) {
   EXPECT_EQ(errors, std::vector<std::string>{"cable pulled"});
 }
 
+TEST(CameraWorker, LeavesTheNameThatTheLineBearsAlreadyOutOfTheReason) {
+  Rig rig;
+
+  rig.run(parts({{Error{ErrorCode::DeviceLost, "camera 'north': cable pulled"}}, {kEnd}}));
+
+  std::string told;
+  CameraNote note;
+  while (rig.channel.notes.try_pop(note)) told.append(note.error.begin(), note.error.end());
+  EXPECT_EQ(told, "cable pulled");
+}
+
+TEST(CameraWorker, LogsAReasonOnceHoweverOftenItTriesAndAgainAfterItStreamed) {
+  Rig rig;
+  testing::internal::CaptureStderr();
+
+  rig.run(parts({{kGone}, {kGone}, {kGone}, {Deliver{0}, kGone}, {kGone}, {kEnd}}));
+
+  const std::string log = testing::internal::GetCapturedStderr();
+  std::size_t told = 0;
+  for (std::size_t at = log.find("cable pulled"); at != std::string::npos; at = log.find("cable pulled", at + 1))
+    ++told;
+  EXPECT_EQ(told, 2U) << log;
+}
+
 TEST(CameraWorker, OpensASilentCameraAnew) {
   Rig rig;
 

@@ -29,9 +29,9 @@ struct Score {
 // The marker that most sightings of a match show, and how many do.
 std::pair<int, std::size_t> shown_by(const SeenWorld& world, const Match& match) {
   std::map<int, std::size_t> votes;
-  for (const auto& [view, blob] : match.sightings) {
-    ++votes[world.marker_of[view][blob]];
-    if (world.also_of[view][blob] >= 0) ++votes[world.also_of[view][blob]];
+  for (const BlobRef& seen : match.sightings) {
+    ++votes[world.marker_of[seen.view][seen.blob]];
+    if (world.also_of[seen.view][seen.blob] >= 0) ++votes[world.also_of[seen.view][seen.blob]];
   }
   votes.erase(-1);
   const auto most = std::ranges::max_element(votes, {}, [](const auto& vote) { return vote.second; });
@@ -58,7 +58,7 @@ std::set<std::set<std::pair<std::uint32_t, std::uint32_t>>> content(const FrameS
   std::set<std::set<std::pair<std::uint32_t, std::uint32_t>>> all;
   for (const Match& match : matches.matches) {
     std::set<std::pair<std::uint32_t, std::uint32_t>> blobs;
-    for (const auto& [view, blob] : match.sightings) blobs.insert({set.views[view]->camera.value, blob});
+    for (const BlobRef& seen : match.sightings) blobs.insert({set.views[seen.view]->camera.value, seen.blob});
     all.insert(blobs);
   }
   return all;
@@ -180,7 +180,7 @@ TEST(MatchViews, LeavesOutTheViewThatHasAFalseBlobInTheGate) {
 
   ASSERT_EQ(matches.matches.size(), 1u);
   EXPECT_EQ(matches.matches[0].sightings.size(), 4u);
-  for (const auto& [view, blob] : matches.matches[0].sightings) EXPECT_NE(view, 2);
+  for (const BlobRef& seen : matches.matches[0].sightings) EXPECT_NE(seen.view, 2);
 }
 
 TEST(MatchViews, AssignsNearMarkersAsTheBruteForceOverAllAssignmentsDoes) {

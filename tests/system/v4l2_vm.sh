@@ -40,7 +40,8 @@ if ! ls "$cache"/root/boot/vmlinuz-* >/dev/null 2>&1; then
   [ -s "$cache/unpacking/lib/modules/$release/modules.dep" ] || skip "cannot index the modules of $package"
   rm -rf "$cache/root" && mv "$cache/unpacking" "$cache/root"
 fi
-kernel=$(ls "$cache"/root/boot/vmlinuz-* | head -1)
+kernels=("$cache"/root/boot/vmlinuz-*)
+kernel=${kernels[0]}
 release=${kernel##*/vmlinuz-}
 modules=$cache/root/lib/modules/$release
 

@@ -1,13 +1,10 @@
-import sys, zmq
-from mocap.v1 import description_pb2, snapshot_pb2
-feed = zmq.Context.instance().socket(zmq.SUB)
-feed.connect(sys.argv[1] if len(sys.argv) > 1 else "tcp://127.0.0.1:5570")
-for topic in (b"description\0", b"snapshot\0"): feed.subscribe(topic)
+import zmq, mocap.v1.description_pb2 as description, mocap.v1.snapshot_pb2 as snapshot
+feed = zmq.Context().socket(zmq.SUB)
+feed.connect("tcp://127.0.0.1:5570")
+feed.subscribe("")
 while True:
-    topic, _, payload = feed.recv().partition(b"\0")
-    if topic == b"description":
-        names = [[m.name for m in s.markers] for s in description_pb2.Description.FromString(payload).subjects]
-    else:
-        for s in snapshot_pb2.Snapshot.FromString(payload).subjects:
-            at = s.markers.positions_m
-            print({n: tuple(at[3 * i:3 * i + 3]) for i, n in enumerate(names[s.subject]) if s.markers.states[i] != 1}, flush=True)
+    topic, message = feed.recv().split(b"\0", 1)
+    if topic == b"description":  # comes first to whoever joins
+        names = [marker.name for marker in description.Description.FromString(message).subjects[0].markers]
+    elif topic == b"snapshot" and (at := snapshot.Snapshot.FromString(message).subjects[0].markers.positions_m):
+        print({name: at[3 * i : 3 * i + 3] for i, name in enumerate(names) if any(at[3 * i : 3 * i + 3])}, flush=True)

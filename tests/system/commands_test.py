@@ -1,0 +1,106 @@
+"""What an operator who types mocapd gets: words and exit codes."""
+
+import os
+import unittest
+
+from harness import SOURCE, Desk
+
+GOOD = """
+[capture]
+rig = "{source}/config/demo.rig.toml"
+
+[[subject]]
+name = "actor"
+marker_set = "{source}/config/markersets/openmocap18.toml"
+
+[publish]
+endpoint = "tcp://127.0.0.1:*"
+
+[[camera]]
+name = "cam1"
+driver = "synthetic"
+marker_set = "{source}/config/markersets/openmocap18.toml"
+"""
+
+
+class Commands(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.desk = Desk()
+        cls.addClassCleanup(cls.desk.close)
+
+    def ended(self, *arguments):
+        return self.desk.run("mocapd", *arguments, timeout_s=30)
+
+    def config(self, more="", name="my.toml"):
+        return self.desk.write(name, GOOD.format(source=SOURCE) + more)
+
+    def faults(self, path):
+        ended = self.ended("--check-config", path)
+        self.assertEqual(ended.returncode, 78, ended.stderr)
+        self.assertEqual(ended.stdout, "")
+        return ended.stderr
+
+    def test_every_shipped_configuration_is_good(self):
+        for path in sorted((SOURCE / "config").glob("*.toml")):
+            if "rig" in path.name:
+                continue
+            ended = self.ended("--check-config", path)
+            self.assertEqual(ended.returncode, 0, ended.stderr)
+            self.assertIn("good", ended.stdout)
+
+    def test_a_wrong_command_line_ends_with_64_and_points_to_the_help(self):
+        for arguments in [(), ("--confg", "x"), ("x",), ("--config",), ("--config", "a", "--check-config", "b")]:
+            ended = self.ended(*arguments)
+            self.assertEqual(ended.returncode, 64, arguments)
+            self.assertIn("--help", ended.stderr)
+
+    def test_help_and_version_are_no_failures(self):
+        self.assertIn("examples:", self.ended("--help").stdout)
+        self.assertRegex(self.ended("--version").stdout, r"^mocapd \d+\.\d+\.\d+\n$")
+
+    def test_a_file_that_is_none_is_told_in_one_line(self):
+        (self.desk.folder / "folder.toml").mkdir(exist_ok=True)
+        junk = self.desk.folder / "junk.toml"
+        junk.write_bytes(bytes(range(256)) * 16)
+
+        self.assertIn("no such file", self.faults("nothere.toml"))
+        self.assertIn("is a folder", self.faults("folder.toml"))
+        self.assertIn("junk.toml:1:", self.faults(junk))
+        self.assertIn("expected at least one", self.faults(self.desk.write("empty.toml", "")))
+
+    def test_all_faults_are_told_at_once_each_with_its_place(self):
+        told = self.faults(self.config('[detect]\ntreshold = 1\n[log]\nlevel = "loud"\n'))
+
+        self.assertRegex(told, r"my\.toml:\d+:1: detect: unknown key 'treshold', did you mean 'threshold'\?")
+        self.assertRegex(told, r"my\.toml:\d+:9: log: level is 'loud', expected one of")
+        self.assertIn("2 faults", told)
+
+    def test_what_only_the_driver_knows_to_be_wrong_is_told_before_it_runs(self):
+        path = self.config('motion = "dance:2"\n')
+
+        self.assertIn("camera 'cam1': motion: 'dance:2'", self.faults(path))
+        self.assertEqual(self.ended("--config", path).returncode, 78)
+
+    def test_a_folder_that_is_not_there_is_no_fault_of_ours(self):
+        ended = self.ended("--config", self.config('[record]\nsnapshots = "/nothere/take.pb"\n'))
+
+        self.assertEqual(ended.returncode, 69, ended.stderr)
+        self.assertIn("'/nothere/take.pb'", ended.stderr)
+
+    def test_an_unknown_user_may_not_read_it(self):
+        if os.geteuid() == 0:
+            self.skipTest("root reads everything")
+        path = self.config(name="secret.toml")
+        path.chmod(0)
+        self.assertIn("Permission denied", self.faults(path))
+
+    def test_the_settings_in_force_are_logged_for_who_asks(self):
+        ended = self.ended("--config", self.config('speed = 0\n[log]\nlevel = "debug"\n[record]\nsnapshots = "/nothere/x.pb"\n'))
+
+        self.assertRegex(ended.stderr, r"debug settings: align\.window_us = 500\n")
+        self.assertRegex(ended.stderr, r"debug settings: camera\.cam1\.rate_hz = 60\n")
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
