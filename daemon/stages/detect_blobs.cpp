@@ -68,7 +68,12 @@ class BlobDetector final : public Detector {
     found.dropped = components_.dropped();
     found.too_small = components_.too_small();
     found.too_large = components_.too_large();
-    for (std::size_t i = 0; i < components_.count(); ++i) take_in(image, cut, components_.component(i), found);
+    shapes_.clear();
+    for (std::size_t i = 0; i < components_.count(); ++i) {
+      shapes_.push_back(shape_of(components_.component(i)));
+      meter_.prefetch(image, shapes_.back());
+    }
+    for (std::size_t i = 0; i < shapes_.size(); ++i) take_in(image, cut, i, found);
     found.filtered = found.too_small + found.too_large + found.not_round + found.too_dim;
     return found;
   }
@@ -115,8 +120,9 @@ class BlobDetector final : public Detector {
     return mask_.empty() ? sink.count : mask_.cut(sink.room.first(sink.count), components_.room());
   }
 
-  void take_in(const Image& image, const Cut& cut, std::span<const Run> runs, Detection& found) {
-    const Shape shape = shape_of(runs);
+  void take_in(const Image& image, const Cut& cut, std::size_t component, Detection& found) {
+    const Shape& shape = shapes_[component];
+    const std::span<const Run> runs = components_.component(component);
     const double roundness = shape.roundness();
     if (roundness < kTwoDiscs * settings_.min_roundness) {
       ++found.not_round;
@@ -152,6 +158,7 @@ class BlobDetector final : public Detector {
   const DetectKernels& kernels_;
   NoiseFloorReader floor_;
   RunComponents components_;
+  BoundedVector<Shape, kMaxBlobs> shapes_;
   BlobMeter meter_;
   RowMask mask_;
   std::vector<Run> uncut_;          // runs before the mask is applied

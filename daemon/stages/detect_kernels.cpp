@@ -129,71 +129,127 @@ void scan_rows(const ScanRows& rows, RunSink& sink) {
   (Pixels::kBytes == 1 ? scalar.scan_bytes : scalar.scan_words)(rows, sink);
 }
 
-// The loops below are plain: the compiler knows this target's vectors here.
+using D16 = hn::CappedTag<std::uint16_t, kBoxStep_px>;
+using D32 = hn::CappedTag<std::int32_t, kBoxStep_px>;
 
-void widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels) {
-  for (int row = 0; row < box.height_px; ++row) {
-    const std::byte* from = window.bytes + static_cast<std::size_t>(row) * window.stride_bytes;
-    for (int begin = 0; begin < box.width_px; begin += kBoxStep_px) {
-      const int n = window.width_px - begin;
-      for (int i = 0; i < kBoxStep_px; ++i) {
-        const auto grey = std::to_integer<std::uint16_t>(from[begin + i]);
-        pixels[i] = i < n ? grey : std::uint16_t{0};
-      }
-      pixels += kBoxStep_px;
+/// Adds pixels up to a survey.
+class Surveying {
+ public:
+  HWY_INLINE explicit Surveying(const Brightness& levels)
+      : threshold_(hn::Set(d_, static_cast<std::uint16_t>(levels.threshold))),
+        top_(hn::Set(d_, static_cast<std::uint16_t>(levels.top))),
+        peak_(hn::Zero(d_)),
+        bright_(hn::Zero(d_)),
+        at_top_(hn::Zero(d_)) {}
+
+  HWY_INLINE void add(hn::Vec<D16> grey) {
+    peak_ = hn::Max(peak_, grey);
+    // A mask is all ones: minus 1. At most 192 x 12 of them come together.
+    bright_ = hn::Sub(bright_, hn::VecFromMask(d_, hn::Eq(hn::Max(grey, threshold_), grey)));
+    at_top_ = hn::Sub(at_top_, hn::VecFromMask(d_, hn::Eq(hn::Max(grey, top_), grey)));
+  }
+
+  BoxSurvey seen() const {
+    constexpr std::size_t kLanes = hn::MaxLanes(D16());
+    std::uint16_t peak[kLanes], bright[kLanes], at_top[kLanes];
+    hn::StoreU(peak_, d_, peak);
+    hn::StoreU(bright_, d_, bright);
+    hn::StoreU(at_top_, d_, at_top);
+    BoxSurvey all;
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      all.peak = std::max<std::uint32_t>(all.peak, peak[i]);
+      all.bright += bright[i];
+      all.at_top += at_top[i];
+    }
+    return all;
+  }
+
+ private:
+  D16 d_;
+  hn::Vec<D16> threshold_, top_;
+  hn::Vec<D16> peak_, bright_, at_top_;
+};
+
+BoxSurvey widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels, const Brightness& levels) {
+  const D16 d;
+  const hn::Rebind<std::uint8_t, D16> d8;
+  constexpr int kLanes = static_cast<int>(hn::MaxLanes(D16()));
+  Surveying survey(levels);
+  for (int begin = 0; begin < box.width_px; begin += kLanes) {
+    const auto inside = hn::FirstN(d, static_cast<std::size_t>(std::clamp(window.width_px - begin, 0, kLanes)));
+    const auto* from = reinterpret_cast<const std::uint8_t*>(window.bytes) + begin;
+    std::uint16_t* to = pixels + begin;
+    for (int row = 0; row < box.height_px; ++row) {
+      const auto grey = hn::IfThenElseZero(inside, hn::PromoteTo(d, hn::LoadU(d8, from)));
+      hn::StoreU(grey, d, to);
+      survey.add(grey);
+      from += window.stride_bytes;
+      to += box.width_px;
     }
   }
+  return survey.seen();
 }
 
-BoxSurvey survey(const Box& box, std::uint32_t threshold, std::uint32_t top) {
-  std::uint32_t peak = 0, bright = 0, at_top = 0;
-  const int n = box.width_px * box.height_px;
-  for (int begin = 0; begin < n; begin += kBoxStep_px) {
-    const std::uint16_t* pixels = box.pixels + begin;
-    for (int i = 0; i < kBoxStep_px; ++i) {
-      const std::uint32_t grey = pixels[i];
-      peak = std::max(peak, grey);
-      bright += grey >= threshold;
-      at_top += grey >= top;
-    }
-  }
-  return {peak, bright, at_top};
+BoxSurvey survey(const Box& box, const Brightness& levels) {
+  const D16 d;
+  const int pixels = box.width_px * box.height_px;
+  Surveying survey(levels);
+  for (int i = 0; i < pixels; i += static_cast<int>(hn::MaxLanes(D16()))) survey.add(hn::LoadU(d, box.pixels + i));
+  return survey.seen();
 }
+
+/// Adds up lanes of 32 bits in 64.
+class Sum64 {
+ public:
+  HWY_INLINE Sum64() : sum_(hn::Zero(d64_)) {}
+  HWY_INLINE void add(hn::Vec<D32> v) {
+    sum_ = hn::Add(sum_,
+                   hn::Add(hn::PromoteTo(d64_, hn::LowerHalf(half_, v)), hn::PromoteTo(d64_, hn::UpperHalf(half_, v))));
+  }
+  std::int64_t all() const { return hn::GetLane(hn::SumOfLanes(d64_, sum_)); }
+
+ private:
+  hn::Half<D32> half_;
+  hn::Rebind<std::int64_t, hn::Half<D32>> d64_;
+  hn::Vec<hn::Rebind<std::int64_t, hn::Half<D32>>> sum_;
+};
 
 BoxSums weigh(const Box& box, const Weighing& weighing) {
-  BoxSums sums;
-  const auto low = static_cast<std::int32_t>(weighing.low);
-  const auto span = static_cast<std::int32_t>(weighing.span);
-  const std::int32_t scale = (kUnit << 16) / span;
-  for (int row = 0; row < box.height_px; ++row) {
-    const std::uint16_t* pixels = box.pixels + row * box.width_px;
-    // Of one row all sums fit: 4096 x 128 x 256 < 2^28 and 4096 x 128^2 x 16 a lane.
-    std::int32_t weight_sum = 0, x_sum = 0, slope_sum = 0;
-    std::int64_t xx_sum = 0;
-    for (int begin = 0; begin < box.width_px; begin += kBoxStep_px) {
-      std::int32_t xx_part = 0;
-      for (int i = 0; i < kBoxStep_px; ++i) {
-        const std::int32_t x = begin + i - box.width_px / 2;
-        const std::int32_t over = std::min(std::max(pixels[begin + i] - low, 0), span);
-        const std::int32_t u = over * scale >> 16;
-        const std::int32_t weight = u * u * (3 * kUnit - 2 * u) >> 18;
-        const std::int32_t slope = u * (kUnit - u) >> 12;
-        weight_sum += weight;
-        x_sum += weight * x;
-        slope_sum += slope * slope;
-        xx_part += slope * slope * x * x;
-      }
-      xx_sum += xx_part;
+  const D32 d;
+  const hn::Rebind<std::uint16_t, D32> d16;
+  constexpr int kLanes = static_cast<int>(hn::MaxLanes(D32()));
+  const auto low = hn::Set(d, static_cast<std::int32_t>(weighing.low));
+  const auto span = hn::Set(d, static_cast<std::int32_t>(weighing.span));
+  const auto scale = hn::Set(d, (kUnit << 16) / static_cast<std::int32_t>(weighing.span));
+  const auto zero = hn::Zero(d), one = hn::Set(d, 1), unit = hn::Set(d, kUnit), three = hn::Set(d, 3 * kUnit);
+  Sum64 weight_sum, x_sum, y_sum, slope2_sum, xx_sum, yy_sum;
+  for (int begin = 0; begin < box.width_px; begin += kLanes) {
+    auto weights = zero, weights_y = zero, slopes2 = zero, slopes2_yy = zero;  // of each column; all fit
+    auto y = hn::Set(d, -(box.height_px / 2));
+    const std::uint16_t* from = box.pixels + begin;
+    for (int row = 0; row < box.height_px; ++row) {
+      const auto grey = hn::PromoteTo(d, hn::LoadU(d16, from));
+      const auto over = hn::Min(hn::Max(hn::Sub(grey, low), zero), span);
+      const auto u = hn::ShiftRight<16>(hn::Mul(over, scale));
+      const auto weight = hn::ShiftRight<18>(hn::Mul(hn::Mul(u, u), hn::Sub(three, hn::Add(u, u))));
+      const auto slope = hn::ShiftRight<13>(hn::Add(hn::Mul(u, hn::Sub(unit, u)), hn::Set(d, 4096)));
+      const auto slope2 = hn::Mul(slope, slope);
+      weights = hn::Add(weights, weight);
+      weights_y = hn::Add(weights_y, hn::Mul(weight, y));
+      slopes2 = hn::Add(slopes2, slope2);
+      slopes2_yy = hn::Add(slopes2_yy, hn::Mul(slope2, hn::Mul(y, y)));
+      y = hn::Add(y, one);
+      from += box.width_px;
     }
-    const std::int64_t y = row - box.height_px / 2;
-    sums.weight += weight_sum;
-    sums.x += x_sum;
-    sums.y += y * weight_sum;
-    sums.slope2 += slope_sum;
-    sums.xx += xx_sum;
-    sums.yy += y * y * slope_sum;
+    const auto x = hn::Iota(d, begin - box.width_px / 2);
+    weight_sum.add(weights);
+    x_sum.add(hn::Mul(weights, x));
+    y_sum.add(weights_y);
+    slope2_sum.add(slopes2);
+    xx_sum.add(hn::Mul(slopes2, hn::Mul(x, x)));
+    yy_sum.add(slopes2_yy);
   }
-  return sums;
+  return {weight_sum.all(), x_sum.all(), y_sum.all(), slope2_sum.all(), xx_sum.all(), yy_sum.all()};
 }
 
 #endif

@@ -42,13 +42,19 @@ struct Box {
   int height_px = 0;
 };
 inline constexpr int kBoxStep_px = 16;
-inline constexpr int kMaxBox_px = 256;
+inline constexpr int kMaxBox_px = 192;  // so that the sums of a column fit 32 bits
 
 /// Pixels of one byte, as they lie in an image.
 struct ByteWindow {
   const std::byte* bytes = nullptr;  ///< of the first pixel
   std::size_t stride_bytes = 0;
   int width_px = 0;
+};
+
+/// What counts as bright, and as the top of the range.
+struct Brightness {
+  std::uint32_t threshold = 1;
+  std::uint32_t top = 255;
 };
 
 struct BoxSurvey {
@@ -72,16 +78,16 @@ struct BoxSums {
 };
 inline constexpr int kUnit = 1024;        ///< u = 1
 inline constexpr int kFullWeight = 4096;  ///< u^2 (3 - 2u) at u = 1
-inline constexpr int kFullSlope = 64;     ///< u (1 - u) at u = 1/2
+inline constexpr int kFullSlope = 32;     ///< u (1 - u) at u = 1/2
 
 /// The inner loops over pixels. All sets give the same results to the bit.
 struct DetectKernels {
   std::string_view name;                                    ///< scalar, sse4, avx2 or avx512
   void (*scan_bytes)(const ScanRows& rows, RunSink& sink);  ///< one byte a pixel
   void (*scan_words)(const ScanRows& rows, RunSink& sink);  ///< two bytes a pixel, little endian
-  /// Fills the box's pixels. Reads the box's width, also of the last row: those bytes are there.
-  void (*widen)(const ByteWindow& window, const Box& box, std::uint16_t* pixels);
-  BoxSurvey (*survey)(const Box& box, std::uint32_t threshold, std::uint32_t top);
+  /// Fills the box's pixels and surveys them. Reads the box's width, also of the last row: those bytes are there.
+  BoxSurvey (*widen)(const ByteWindow& window, const Box& box, std::uint16_t* pixels, const Brightness& levels);
+  BoxSurvey (*survey)(const Box& box, const Brightness& levels);
   BoxSums (*weigh)(const Box& box, const Weighing& weighing);
 };
 

@@ -32,25 +32,25 @@ void scan(const ScanRows& rows, RunSink& sink) {
   }
 }
 
-void widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels) {
-  for (int y = 0; y < box.height_px; ++y) {
-    for (int x = 0; x < box.width_px; ++x) {
-      const std::byte grey =
-          window.bytes[static_cast<std::size_t>(y) * window.stride_bytes + static_cast<std::size_t>(x)];
-      *pixels++ = x < window.width_px ? std::to_integer<std::uint16_t>(grey) : std::uint16_t{0};
-    }
-  }
-}
-
-BoxSurvey survey(const Box& box, std::uint32_t threshold, std::uint32_t top) {
+BoxSurvey survey(const Box& box, const Brightness& levels) {
   BoxSurvey seen;
   for (int i = 0; i < box.width_px * box.height_px; ++i) {
     const std::uint32_t grey = box.pixels[i];
     seen.peak = std::max(seen.peak, grey);
-    seen.bright += grey >= threshold;
-    seen.at_top += grey >= top;
+    seen.bright += grey >= levels.threshold;
+    seen.at_top += grey >= levels.top;
   }
   return seen;
+}
+
+BoxSurvey widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels, const Brightness& levels) {
+  for (int y = 0; y < box.height_px; ++y) {
+    const std::byte* row = window.bytes + static_cast<std::size_t>(y) * window.stride_bytes;
+    for (int x = 0; x < box.width_px; ++x) {
+      *pixels++ = x < window.width_px ? std::to_integer<std::uint16_t>(row[x]) : std::uint16_t{0};
+    }
+  }
+  return survey(box, levels);
 }
 
 BoxSums weigh(const Box& box, const Weighing& weighing) {
@@ -60,7 +60,7 @@ BoxSums weigh(const Box& box, const Weighing& weighing) {
     const std::int64_t over = std::clamp<std::int64_t>(std::int64_t{box.pixels[i]} - weighing.low, 0, weighing.span);
     const std::int64_t u = over * scale >> 16;
     const std::int64_t weight = u * u * (3 * kUnit - 2 * u) >> 18;
-    const std::int64_t slope = u * (kUnit - u) >> 12;
+    const std::int64_t slope = (u * (kUnit - u) + 4096) >> 13;
     const int x = i % box.width_px - box.width_px / 2;
     const int y = i / box.width_px - box.height_px / 2;
     sums.weight += weight;

@@ -60,7 +60,7 @@ Shape shape_of(std::span<const Run> runs) {
 
 double Shape::roundness() const {
   const double mean = 0.5 * (xx + yy);
-  const double half_range = std::hypot(0.5 * (xx - yy), xy);
+  const double half_range = std::sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy);
   return std::sqrt(std::clamp((mean - half_range) / (mean + half_range), 0.0, 1.0));
 }
 
@@ -74,11 +74,7 @@ BlobMeter::BlobMeter(const DetectKernels& kernels, int grow_px)
       own_(kMaxBox_px * kMaxBox_px) {}
 
 Measured BlobMeter::measure(const Image& image, const Cut& cut, std::span<const Run> runs, const Shape& shape) {
-  Window window;
-  window.x = std::max(0, shape.begin_x - grow_px_);
-  window.y = std::max(0, shape.begin_y - grow_px_);
-  window.width_px = std::min(image.width_px, shape.end_x + grow_px_) - window.x;
-  window.height_px = std::min(image.height_px, shape.end_y + grow_px_) - window.y;
+  const Window window = window_of(image, shape);
   Measured measured;
   Blob blob;
   if (window.width_px > kMaxBox_px || window.height_px > kMaxBox_px) {
@@ -92,11 +88,10 @@ Measured BlobMeter::measure(const Image& image, const Cut& cut, std::span<const 
     measured.push_back(blob);
     return measured;
   }
-  fetch(image, window);
-  BoxSurvey seen = kernels_.survey(box_, cut.threshold, cut.top);
+  BoxSurvey seen = fetch(image, cut, window);
   if (seen.bright != static_cast<std::uint32_t>(shape.area_px2)) {
     erase_others(cut, runs, window);
-    seen = kernels_.survey(box_, cut.threshold, cut.top);
+    seen = kernels_.survey(box_, {cut.threshold, cut.top});
   }
   blob = weigh(cut, window, seen);
   blob.roundness = shape.roundness();
@@ -106,15 +101,35 @@ Measured BlobMeter::measure(const Image& image, const Cut& cut, std::span<const 
   return measured;
 }
 
-void BlobMeter::fetch(const Image& image, const Window& window) {
+BlobMeter::Window BlobMeter::window_of(const Image& image, const Shape& shape) const {
+  const int x = std::max(0, shape.begin_x - grow_px_), y = std::max(0, shape.begin_y - grow_px_);
+  return {x, y, std::min(image.width_px, shape.end_x + grow_px_) - x,
+          std::min(image.height_px, shape.end_y + grow_px_) - y};
+}
+
+void BlobMeter::prefetch(const Image& image, const Shape& shape) const {
+  const std::size_t bytes = bytes_in_place(image.format);
+  if (bytes == 0) return;
+  const Window window = window_of(image, shape);
+  const std::byte* row = image.bytes.data() + static_cast<std::size_t>(window.y) * image.stride_bytes +
+                         static_cast<std::size_t>(window.x) * bytes;
+  const std::size_t last = static_cast<std::size_t>(window.width_px) * bytes - 1;
+  for (int y = 0; y < std::min(window.height_px, kMaxBox_px); ++y) {
+    __builtin_prefetch(row);
+    __builtin_prefetch(row + last);
+    row += image.stride_bytes;
+  }
+}
+
+BoxSurvey BlobMeter::fetch(const Image& image, const Cut& cut, const Window& window) {
   const int width = (window.width_px + kBoxStep_px - 1) / kBoxStep_px * kBoxStep_px;
   box_ = {pixels_.data(), width, window.height_px};
   const auto columns = static_cast<std::size_t>(width), rows = static_cast<std::size_t>(window.height_px);
   const std::size_t from = static_cast<std::size_t>(window.y) * image.stride_bytes + static_cast<std::size_t>(window.x);
   const bool bytes = bytes_in_place(image.format) == 1;
   if (bytes && from + (rows - 1) * image.stride_bytes + columns <= image.bytes.size()) {
-    kernels_.widen({image.bytes.data() + from, image.stride_bytes, window.width_px}, box_, pixels_.data());
-    return;
+    return kernels_.widen({image.bytes.data() + from, image.stride_bytes, window.width_px}, box_, pixels_.data(),
+                          {cut.threshold, cut.top});
   }
   for (std::size_t row = 0; row < rows; ++row) {
     const auto line = std::span(pixels_).subspan(row * columns, columns);
@@ -122,6 +137,7 @@ void BlobMeter::fetch(const Image& image, const Window& window) {
                 line.first(static_cast<std::size_t>(window.width_px)));
     std::fill(line.begin() + window.width_px, line.end(), std::uint16_t{0});
   }
+  return kernels_.survey(box_, {cut.threshold, cut.top});
 }
 
 // The light of a neighbour: its bright pixels, and what lies nearer to those than to the component's own.
@@ -193,7 +209,7 @@ Measured BlobMeter::split(const Cut& cut, const Window& window, const Shape& sha
   std::copy_n(pixels_.begin(), pixels, saved_.begin());
   for (const bool far_side : {false, true}) {
     keep_side(pixels_, box_, middle, axis, waist.at_px, far_side);
-    const BoxSurvey seen = kernels_.survey(box_, cut.threshold, cut.top);
+    const BoxSurvey seen = kernels_.survey(box_, {cut.threshold, cut.top});
     if (seen.bright > 0) {
       Blob blob = weigh(cut, window, seen);
       const Eigen::Vector3d moments = moments_of(box_, cut.threshold);

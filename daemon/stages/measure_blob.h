@@ -47,6 +47,9 @@ class BlobMeter {
  public:
   BlobMeter(const DetectKernels& kernels, int grow_px);
 
+  /// Asks for the memory of a component that is measured soon.
+  void prefetch(const Image& image, const Shape& shape) const;
+
   Measured measure(const Image& image, const Cut& cut, std::span<const Run> runs, const Shape& shape);
 
  private:
@@ -54,7 +57,8 @@ class BlobMeter {
     int x, y, width_px, height_px;  // in the image, without what fills the box up
   };
 
-  void fetch(const Image& image, const Window& window);
+  Window window_of(const Image& image, const Shape& shape) const;
+  BoxSurvey fetch(const Image& image, const Cut& cut, const Window& window);
   void erase_others(const Cut& cut, std::span<const Run> runs, const Window& window);
   Blob weigh(const Cut& cut, const Window& window, const BoxSurvey& seen) const;
   Measured split(const Cut& cut, const Window& window, const Shape& shape, const Blob& whole);
