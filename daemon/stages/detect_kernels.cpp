@@ -23,9 +23,6 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// How far ahead of the reading the memory is asked for: the processor's own prefetch stops at the end of each page.
-constexpr std::size_t kAhead_bytes = 2048;
-
 /// Reads pixels of one byte.
 struct BytePixels {
   using D = hn::CappedTag<std::uint8_t, 64>;
@@ -97,11 +94,9 @@ void scan(const ScanRows& rows, RunSink& sink) {
   for (int y = 0; y < rows.rows; ++y) {
     const std::byte* row = rows.bytes + static_cast<std::size_t>(y) * rows.stride_bytes;
     int word = 0;
+    // The processor's own prefetch feeds this loop; asking for memory ahead made it a tenth slower.
     for (; word + kGroup <= words; word += kGroup) {
       const std::byte* at = row + static_cast<std::size_t>(word) * kWordBytes;
-      for (std::size_t line = 0; line < kGroup * kWordBytes; line += 64) {
-        __builtin_prefetch(at + kAhead_bytes + line);
-      }
       if (!any_bright<kGroup>(pixels, at)) continue;
       for (int i = 0; i < kGroup; ++i) {
         const std::uint64_t bits = bright_bits(pixels, at + static_cast<std::size_t>(i) * kWordBytes);

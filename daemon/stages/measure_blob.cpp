@@ -10,12 +10,12 @@
 namespace mocap::stages {
 namespace {
 
-// The rim's weights begin and end a little within the noise of what is flat; tuned on rendered discs of 2 to 8 px.
-constexpr double kLowOverNoise = 1.0;
-constexpr double kPlateauUnderPeak = 2.0;
+// The weights of the rim end above the brightest pixel by this many standard deviations over the radius in px: a large
+// disc has a plateau whose noise is to be kept out, a small one is all rim. Tuned on rendered discs of 2 to 8 px.
+constexpr double kPlateauOverPeak_px = 12.0;
 // What the pixel grid leaves of the centroid of a disc of radius 1 px, in inverse proportion to the radius; measured on
 // rendered discs of 2 to 8 px.
-constexpr double kGridSigma_px = 0.004;
+constexpr double kGridSigma_px = 0.008;
 // A blob cut by the border: its centre may be off by about this share of its radius. One cut from another marker: less.
 constexpr double kBorderSigma = 0.3;
 constexpr double kSplitSigma = 0.03;
@@ -173,11 +173,13 @@ void BlobMeter::erase_others(const Cut& cut, std::span<const Run> runs, const Wi
 }
 
 Blob BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& seen) const {
-  const double low = std::floor(cut.low.value_or(cut.background + kLowOverNoise * cut.noise));
+  const double low = std::floor(cut.low.value_or(cut.background));
   Weighing weighing;
   // Below the threshold, so that what is bright weighs something.
   weighing.low = static_cast<std::uint32_t>(std::clamp(low, 0.0, cut.threshold - 1.0));
-  const double plateau = seen.peak >= cut.top ? seen.peak : seen.peak - kPlateauUnderPeak * cut.noise;
+  const double radius_px = std::sqrt(seen.bright / M_PI);
+  const double over = seen.peak >= cut.top ? 0.0 : kPlateauOverPeak_px * cut.noise / radius_px;
+  const double plateau = std::min<double>(cut.top, seen.peak + over);
   weighing.span = static_cast<std::uint32_t>(std::max(1.0, plateau - weighing.low));
   const BoxSums sums = kernels_.weigh(box_, weighing);
   const auto weight = static_cast<double>(sums.weight);
@@ -191,7 +193,7 @@ Blob BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& see
   // slopes balance about the middle as the weights do.
   const double lever = static_cast<double>(sums.xx + sums.yy) - (x * x + y * y) * static_cast<double>(sums.slope2);
   const double moved = cut.noise * kSlopeOfSum / weighing.span * std::sqrt(std::max(0.0, 0.5 * lever)) / weight;
-  blob.sigma_px = std::hypot(moved, kGridSigma_px / std::sqrt(blob.area_px2 / M_PI));
+  blob.sigma_px = std::hypot(moved, kGridSigma_px / radius_px);
   return blob;
 }
 
