@@ -19,8 +19,8 @@ namespace {
 constexpr int kMaxSize_px = 32767;
 // What an image, and a row, may bring at most; more is noise over the threshold, and the work stays bounded. A marker
 // of radius 4 px is 9 runs.
-constexpr std::size_t kPixelsPerRun = 32;
-constexpr std::size_t kLeastMaxRuns = 4096;
+constexpr std::size_t kPixelsPerRun = 16;
+constexpr std::size_t kLeastMaxRuns = 8192;
 constexpr std::size_t kRowPixelsPerRun = 8;
 constexpr std::size_t kLeastRowBound = 64;
 // Noise alone passes 8 standard deviations less than once in 10^14 pixels; the second figure keeps clear of clean
@@ -46,7 +46,7 @@ class BlobDetector final : public Detector {
         kernels_(kernels),
         floor_(top_),
         components_(max_runs(like.width_px, like.height_px)),
-        meter_(kernels, settings.grow_px),
+        meter_(kernels, settings.grow_px, settings.split_touching),
         mask_(masks, like.width_px, like.height_px) {
     if (!mask_.empty()) uncut_.resize(components_.room().size());
     if (in_place_ == 0) row_.resize(static_cast<std::size_t>(like.width_px));

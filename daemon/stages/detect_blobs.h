@@ -21,6 +21,7 @@ struct DetectSettings {
   double max_area_px2 = 5000.0;  ///< larger is a window or a lamp
   double min_roundness = 0.3;    ///< 0 to 1; less is a cable or an edge
   double min_peak_grey = 0.0;    ///< of the brightest pixel; less is a reflection, 0 to 255
+  bool split_touching = true;    ///< a blob with a waist is two markers
   int grow_px = 2;               ///< how far light outside of the threshold still counts, 0 to 8
 };
 
@@ -37,8 +38,8 @@ struct DetectKernels;
 /// `sigma_px` is the standard deviation that the image's noise gives the centroid, with a floor for the pixel grid; a
 /// blob cut by the border or a mask, or parted from another, knows its place less well, which is added.
 ///
-/// A row with more than a run for every 8 pixels (and 64), and rows after the image has brought a run for every 32
-/// pixels (and 4096), are noise: they are given up and counted.
+/// A row with more than a run for every 8 pixels (and 64), and rows after the image has brought a run for every 16
+/// pixels (and 8192), are noise: they are given up and counted.
 ///
 /// Formats: all but Mjpeg, which fails with Unsupported (cameras hand it on decoded). Fails with InvalidArgument for
 /// sizes outside of 1 to 32767 and settings outside of their ranges. `kernels` are for tests and benches; the fastest

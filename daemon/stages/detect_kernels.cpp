@@ -209,6 +209,7 @@ class Sum64 {
   hn::Vec<hn::Rebind<std::int64_t, hn::Half<D32>>> sum_;
 };
 
+template <bool kLinear>
 BoxSums weigh(const Box& box, const Weighing& weighing) {
   const D32 d;
   const hn::Rebind<std::uint16_t, D32> d16;
@@ -226,8 +227,12 @@ BoxSums weigh(const Box& box, const Weighing& weighing) {
       const auto grey = hn::PromoteTo(d, hn::LoadU(d16, from));
       const auto over = hn::Min(hn::Max(hn::Sub(grey, low), zero), span);
       const auto u = hn::ShiftRight<16>(hn::Mul(over, scale));
-      const auto weight = hn::ShiftRight<18>(hn::Mul(hn::Mul(u, u), hn::Sub(three, hn::Add(u, u))));
-      const auto slope = hn::ShiftRight<13>(hn::Add(hn::Mul(u, hn::Sub(unit, u)), hn::Set(d, 4096)));
+      auto weight = hn::ShiftLeft<2>(u);
+      auto slope = hn::IfThenElseZero(hn::And(hn::Gt(u, zero), hn::Lt(u, unit)), hn::Set(d, kLinearSlope));
+      if constexpr (!kLinear) {
+        weight = hn::ShiftRight<18>(hn::Mul(hn::Mul(u, u), hn::Sub(three, hn::Add(u, u))));
+        slope = hn::ShiftRight<13>(hn::Add(hn::Mul(u, hn::Sub(unit, u)), hn::Set(d, 4096)));
+      }
       const auto slope2 = hn::Mul(slope, slope);
       weights = hn::Add(weights, weight);
       weights_y = hn::Add(weights_y, hn::Mul(weight, y));
@@ -251,18 +256,22 @@ BoxSums weigh(const Box& box, const Weighing& weighing) {
 
 const DetectKernels* kernels() {
 #if HWY_TARGET == HWY_AVX3
-  static constexpr DetectKernels kKernels{"avx512", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh};
+  static constexpr DetectKernels kKernels{
+      "avx512", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh<false>, weigh<true>};
   return &kKernels;
 #elif HWY_TARGET == HWY_AVX2
-  static constexpr DetectKernels kKernels{"avx2", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh};
+  static constexpr DetectKernels kKernels{
+      "avx2", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh<false>, weigh<true>};
   return &kKernels;
 #elif HWY_TARGET == HWY_SSE4
-  static constexpr DetectKernels kKernels{"sse4", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh};
+  static constexpr DetectKernels kKernels{
+      "sse4", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh<false>, weigh<true>};
   return &kKernels;
 #elif HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128
   return &scalar_kernels();
 #else
-  static constexpr DetectKernels kKernels{"vector", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh};
+  static constexpr DetectKernels kKernels{
+      "vector", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh<false>, weigh<true>};
   return &kKernels;
 #endif
 }

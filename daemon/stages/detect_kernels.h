@@ -63,8 +63,8 @@ struct BoxSurvey {
   std::uint32_t at_top = 0;  ///< pixels at the top of the range
 };
 
-/// How a pixel weighs: nothing up to `low`, all from `low` + `span` on, and between them by 3u^2 - 2u^3, which is
-/// steepest half-way.
+/// How a pixel weighs: in proportion to u (linear), or smoothly: nothing up to `low`, all from `low` + `span` on, and
+/// between them by 3u^2 - 2u^3, which is steepest half-way.
 struct Weighing {
   std::uint32_t low = 0;
   std::uint32_t span = 1;  ///< 1 to 65535
@@ -79,6 +79,7 @@ struct BoxSums {
 inline constexpr int kUnit = 1024;        ///< u = 1
 inline constexpr int kFullWeight = 4096;  ///< u^2 (3 - 2u) at u = 1
 inline constexpr int kFullSlope = 32;     ///< u (1 - u) at u = 1/2
+inline constexpr int kLinearSlope = 21;   ///< of the linear weights: a sixth of 4 kFullSlope, as u is to u^2 (3 - 2u)
 
 /// The inner loops over pixels. All sets give the same results to the bit.
 struct DetectKernels {
@@ -88,7 +89,8 @@ struct DetectKernels {
   /// Fills the box's pixels and surveys them. Reads the box's width, also of the last row: those bytes are there.
   BoxSurvey (*widen)(const ByteWindow& window, const Box& box, std::uint16_t* pixels, const Brightness& levels);
   BoxSurvey (*survey)(const Box& box, const Brightness& levels);
-  BoxSums (*weigh)(const Box& box, const Weighing& weighing);
+  BoxSums (*weigh_smoothly)(const Box& box, const Weighing& weighing);
+  BoxSums (*weigh_linearly)(const Box& box, const Weighing& weighing);
 };
 
 /// The fastest that this processor runs.

@@ -16,6 +16,12 @@ constexpr double kPlateauOverPeak_px = 12.0;
 // What the pixel grid leaves of the centroid of a disc of radius 1 px, in inverse proportion to the radius; measured on
 // rendered discs of 2 to 8 px.
 constexpr double kGridSigma_px = 0.008;
+constexpr double kSharpGridSigma_px = 0.016;
+// Width of the rim, as the integral of the squared slopes over it: 0.53 px where the edge is a step and only the pixels
+// blur it, 0.70 px with a lens's blur of half a pixel.
+// The noise of the plateau adds to either.
+constexpr double kSharpEdge_px = 0.65;
+constexpr double kSharpEdgePerRadius = 0.018;
 // A blob cut by the border: its centre may be off by about this share of its radius. One cut from another marker: less.
 constexpr double kBorderSigma = 0.3;
 constexpr double kSplitSigma = 0.03;
@@ -66,9 +72,10 @@ double Shape::roundness() const {
 
 double Shape::axis_rad() const { return 0.5 * std::atan2(2.0 * xy, xx - yy); }
 
-BlobMeter::BlobMeter(const DetectKernels& kernels, int grow_px)
+BlobMeter::BlobMeter(const DetectKernels& kernels, int grow_px, bool split_touching)
     : kernels_(kernels),
       grow_px_(grow_px),
+      split_touching_(split_touching),
       pixels_(kMaxBox_px * kMaxBox_px),
       saved_(kMaxBox_px * kMaxBox_px),
       own_(kMaxBox_px * kMaxBox_px) {}
@@ -96,7 +103,7 @@ Measured BlobMeter::measure(const Image& image, const Cut& cut, std::span<const 
   blob = weigh(cut, window, seen);
   blob.roundness = shape.roundness();
   blob.axis_rad = shape.axis_rad();
-  if (blob.roundness < kRound) return split(cut, window, shape, blob);
+  if (blob.roundness < kRound && split_touching_) return split(cut, window, shape, blob);
   measured.push_back(blob);
   return measured;
 }
@@ -178,10 +185,15 @@ Blob BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& see
   // Below the threshold, so that what is bright weighs something.
   weighing.low = static_cast<std::uint32_t>(std::clamp(low, 0.0, cut.threshold - 1.0));
   const double radius_px = std::sqrt(seen.bright / M_PI);
-  const double over = seen.peak >= cut.top ? 0.0 : kPlateauOverPeak_px * cut.noise / radius_px;
+  const double room = seen.peak >= cut.top ? 0.0 : kPlateauOverPeak_px * cut.noise / radius_px;
+  const double over = std::min(room, 0.5 * (seen.peak - weighing.low));
   const double plateau = std::min<double>(cut.top, seen.peak + over);
   weighing.span = static_cast<std::uint32_t>(std::max(1.0, plateau - weighing.low));
-  const BoxSums sums = kernels_.weigh(box_, weighing);
+  BoxSums sums = kernels_.weigh_smoothly(box_, weighing);
+  // Of an edge sharper than a pixel the smooth weights make too much; linear ones add up what each pixel got of it.
+  const double edge_px = static_cast<double>(sums.slope2) / (2.0 * M_PI * radius_px * kFullSlope * kFullSlope);
+  const bool sharp = edge_px < kSharpEdge_px + kSharpEdgePerRadius * radius_px;
+  if (sharp) sums = kernels_.weigh_linearly(box_, weighing);
   const auto weight = static_cast<double>(sums.weight);
   const double x = static_cast<double>(sums.x) / weight, y = static_cast<double>(sums.y) / weight;
   Blob blob;
@@ -193,7 +205,7 @@ Blob BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& see
   // slopes balance about the middle as the weights do.
   const double lever = static_cast<double>(sums.xx + sums.yy) - (x * x + y * y) * static_cast<double>(sums.slope2);
   const double moved = cut.noise * kSlopeOfSum / weighing.span * std::sqrt(std::max(0.0, 0.5 * lever)) / weight;
-  blob.sigma_px = std::hypot(moved, kGridSigma_px / radius_px);
+  blob.sigma_px = std::hypot(moved, (sharp ? kSharpGridSigma_px : kGridSigma_px) / radius_px);
   return blob;
 }
 

@@ -45,7 +45,7 @@ using Measured = BoundedVector<Blob, 2>;
 /// likelihood asks for. The centroid of such weights is the middle of anything symmetric.
 class BlobMeter {
  public:
-  BlobMeter(const DetectKernels& kernels, int grow_px);
+  BlobMeter(const DetectKernels& kernels, int grow_px, bool split_touching);
 
   /// Asks for the memory of a component that is measured soon.
   void prefetch(const Image& image, const Shape& shape) const;
@@ -65,6 +65,7 @@ class BlobMeter {
 
   const DetectKernels& kernels_;
   int grow_px_;
+  bool split_touching_;
   std::vector<std::uint16_t> pixels_;
   std::vector<std::uint16_t> saved_;
   std::vector<std::uint8_t> own_;

@@ -52,7 +52,7 @@ TEST(PixelRows, ReadEveryPackedPixelAsItWasWritten) {
     for (const int width : {1, 2, 3, 5, 8, 31}) {
       constexpr int kHeight = 7;
       std::vector<std::uint32_t> values;
-      for (int i = 0; i < width * kHeight; ++i) values.push_back(random() & top_of(format));
+      for (int i = 0; i < width * kHeight; ++i) values.push_back(static_cast<std::uint32_t>(random()) & top_of(format));
       const std::vector<std::uint8_t> bytes = packed(format, values);
       const std::size_t bits = format == PixelFormat::Mono10p ? 10 : 12;
       const Image image{std::as_bytes(std::span(bytes)), (static_cast<std::size_t>(width) * bits + 7) / 8, width,
@@ -91,8 +91,8 @@ TEST(PixelRows, TakeTheGreenOfABayerImage) {
 TEST(RowMask, TakesOutWhatAPolygonCovers) {
   const std::vector<MaskPolygon> square{{{{10.0, 5.0}}, {{20.0, 5.0}}, {{20.0, 9.5}}, {{10.0, 9.5}}}};
   const RowMask mask(square, 40, 20);
-  const std::vector<Run> runs{{4, 0, 40}, {7, 0, 40}, {7, 12, 15}, {8, 15, 30}};
-  std::vector<Run> left(10);
+  const std::vector<stages::Run> runs{{4, 0, 40}, {7, 0, 40}, {7, 12, 15}, {8, 15, 30}};
+  std::vector<stages::Run> left(10);
 
   ASSERT_EQ(mask.cut(runs, left), 4U);
 

@@ -170,7 +170,7 @@ TEST(DetectKernels, GiveARowUpThatIsAllNoise) {
   for (std::size_t x = 0; x < 640; x += 2) pixels[x] = 255;
   for (std::size_t x = 100; x < 110; ++x) pixels[640 + x] = 255;
   for (const DetectKernels* kernels : all_kernels()) {
-    std::vector<Run> room(1000);
+    std::vector<stages::Run> room(1000);
     RunSink sink{room, 0, 80, 0};
 
     kernels->scan_bytes({std::as_bytes(std::span(pixels)).data(), 640, 640, 2, 5, 100}, sink);
