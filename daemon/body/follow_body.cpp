@@ -58,7 +58,7 @@ BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
   off_m2_.resize(bones);
   seen_of_.resize(bones);
   hold_.resize(bones);
-  pairs_.reserve(set.markers.size());
+  pairs_.reserve(set.markers.size() + 1);  // and a joint
 }
 
 void BodyFollower::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
