@@ -21,8 +21,8 @@ constexpr double kMostSlack_px = 4.0;
 // The shape tells the spread of markers to so much: pixels' grid, overlap, unlike distances.
 constexpr double kSpreadSigma_px = 0.4;
 constexpr double kSpreadShare = 0.15;
-// Squared deviations of mean and spread together, 3 degrees of freedom: 1 in 1000 true ones is refused.
-constexpr double kMostMisfit = 16.0;
+// Squared deviations of mean and spread together, 4 degrees of freedom: 1 in 25 true ones is refused.
+constexpr double kMostMisfit = 10.0;
 
 // The inertia along a direction beyond that across it, with twice the angle: what stretches in opposite directions has
 // in common adds up, what is at right angles cancels.

@@ -1,0 +1,123 @@
+#include "body/follow_body.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "body/rotation.h"
+#include "body/test_body.h"
+
+namespace mocap::body {
+namespace {
+
+using test::person;
+using test::see;
+
+constexpr double kStep_s = 1.0 / 60.0;
+
+Timestamp at(int set) { return from_ns(1'000'000'000) + from_s(set * kStep_s); }
+
+std::size_t marker_named(const MarkerSet& set, const std::string& name) {
+  std::size_t m = 0;
+  while (set.markers[m].name != name) ++m;
+  return m;
+}
+
+// Walks along x and swings both arms forth and back, down at the sides.
+std::vector<Pose> swinging(const MarkerSet& set, int step) {
+  const double t_s = step * kStep_s;
+  const double swing = 0.5 * std::sin(4.0 * t_s);
+  std::vector<Pose> locals;
+  for (const Bone& bone : set.skeleton.bones) {
+    Pose pose{bone.rest_offset_m, Eigen::Quaterniond::Identity()};
+    if (bone.parent < 0) pose.position = {0.8 * t_s, 0.0, 1.0};
+    if (bone.name == "LeftUpArm") pose.rotation = turn_by({0.0, 0.0, swing}) * turn_by({-1.1, 0.0, 0.0});
+    if (bone.name == "RightUpArm") pose.rotation = turn_by({0.0, 0.0, swing}) * turn_by({1.1, 0.0, 0.0});
+    if (bone.name == "LeftLowArm") pose.rotation = turn_by({0.0, 0.0, -0.4});
+    if (bone.name == "RightLowArm") pose.rotation = turn_by({0.0, 0.0, 0.4});
+    locals.push_back(pose);
+  }
+  return locals;
+}
+
+std::vector<Observation> without(std::vector<Observation> seen, std::size_t marker) {
+  std::erase_if(seen, [&](const Observation& one) { return static_cast<std::size_t>(one.marker) == marker; });
+  return seen;
+}
+
+TEST(BodyFollower, KeepsAHiddenShoulderWhereItIsForHalfASecond) {
+  const MarkerSet set = person("openmocap18");
+  const std::size_t hidden = marker_named(set, "LeftUpArm");
+  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  BodyFollower body(set, {});
+  truth.set_locals(swinging(set, 0));
+  ASSERT_TRUE(body.start(see(truth), at(0)));
+
+  for (int step = 1; step < 60; ++step) {
+    truth.set_locals(swinging(set, step));
+    const std::vector<Observation> seen = step < 30 ? see(truth) : without(see(truth), hidden);
+    body.predict(at(step));
+    (void)body.fit(seen);
+    body.learn(seen);
+
+    // What a person who sees the picture expects of a hidden joint.
+    EXPECT_LT((body.told(hidden) - truth.marker_at(hidden)).norm(), 0.03) << step;
+  }
+}
+
+TEST(BodyFollower, TellsAHiddenMarkerLessSurelyTheLongerItIsHidden) {
+  const MarkerSet set = person("openmocap18");
+  const std::size_t hand = marker_named(set, "LeftHand");
+  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  const std::vector<Observation> seen = without(see(truth), hand);
+  BodyFollower body(set, {});
+  ASSERT_TRUE(body.start(see(truth), at(0)));
+
+  body.predict(at(1));
+  (void)body.fit(seen);
+  ASSERT_TRUE(body.weigh(seen, at(1)));
+  const Eigen::Matrix3d soon = body.told_covariance(hand);
+  ASSERT_TRUE(body.weigh(seen, at(30)));
+  const Eigen::Matrix3d late = body.told_covariance(hand);
+
+  EXPECT_LT(soon.trace(), late.trace());
+  // The forearm, along y, does not stretch: sure along it, unsure where the elbow bends.
+  EXPECT_LT(std::sqrt(late(1, 1)), 0.02);
+  EXPECT_GT(std::sqrt(late(0, 0)), 0.10);
+}
+
+TEST(BodyFollower, FindsAHandThatComesOutElsewhere) {
+  const MarkerSet set = person("openmocap18");
+  const std::size_t hand = marker_named(set, "LeftHand");
+  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  BodyFollower body(set, {.outlier_m = 0.02});
+  ASSERT_TRUE(body.start(see(truth), at(0)));
+  std::vector<Pose> bent(truth.locals().begin(), truth.locals().end());
+  bent[static_cast<std::size_t>(set.markers[marker_named(set, "LeftLowArm")].bone)].rotation = turn_by({0, 0, -0.9});
+  truth.set_locals(bent);
+
+  body.predict(at(1));
+  (void)body.fit(see(truth));
+
+  EXPECT_LT((body.told(hand) - truth.marker_at(hand)).norm(), 0.005);
+}
+
+TEST(BodyFollower, LaysALimbAnewThatIsTurnedTheWrongWayRound) {
+  const MarkerSet set = person("baseline41");
+  const std::size_t in = marker_named(set, "LWristIn");
+  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  BodyFollower body(set, {});
+  std::vector<Observation> swapped = see(truth);
+  std::swap(swapped[in].position, swapped[marker_named(set, "LWristOut")].position);
+  ASSERT_TRUE(body.start(swapped, at(0)));
+
+  body.predict(at(1));
+  (void)body.fit(see(truth));
+
+  EXPECT_LT((body.told(in) - truth.marker_at(in)).norm(), 0.005);
+}
+
+}  // namespace
+}  // namespace mocap::body
