@@ -19,6 +19,8 @@ constexpr double kHoldUnseen_rad = 0.02;
 constexpr double kStray_rad_s = 2.5;
 constexpr double kMostStray_rad = 1.2;
 // A joint's rest as a share of its range: collar bones (20 degrees) stay within 10, elbows where they are.
+// How hard a joint's range is: people reach beyond it by a little, markers that are seen are believed more.
+constexpr double kLimit_rad = 0.3;
 constexpr double kRestShare = 0.5;
 // Motion that nobody sees dies away with this time constant.
 constexpr double kCoast_s = 0.15;
@@ -56,7 +58,7 @@ BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
   off_m2_.resize(bones);
   seen_of_.resize(bones);
   hold_.resize(bones);
-  pairs_.reserve(set.markers.size());
+  pairs_.reserve(set.markers.size() + 1);  // and a joint
 }
 
 void BodyFollower::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
@@ -137,6 +139,7 @@ void BodyFollower::see_bones(std::span<const Observation> seen) {
 PosePrior BodyFollower::prior_of(std::size_t seen) const {
   PosePrior prior;
   prior.rest_share = kRestShare;
+  prior.limit_sigma_rad = kLimit_rad;
   prior.hold_sigma_rad = hold_;
   // One or two markers cannot tell the root's place and turn at once.
   prior.hold_root_sigma_m = seen < 3 ? 0.05 : 1.0;

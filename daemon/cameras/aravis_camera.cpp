@@ -137,7 +137,7 @@ class AravisCamera : public Camera {
  public:
   AravisCamera(CameraId id, std::string name, AravisSettings settings, StreamCounters* counters)
       : id_(id), name_(std::move(name)), settings_(std::move(settings)), counters_(counters) {}
-  ~AravisCamera() override { stop(); }
+  ~AravisCamera() override { AravisCamera::stop(); }
   AravisCamera(const AravisCamera&) = delete;
   AravisCamera& operator=(const AravisCamera&) = delete;
 

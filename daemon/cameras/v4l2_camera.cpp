@@ -48,7 +48,7 @@ class V4l2Camera : public Camera {
  public:
   V4l2Camera(CameraId id, std::string name, V4l2Settings settings, StreamCounters* counters)
       : id_(id), name_(std::move(name)), settings_(std::move(settings)), counters_(counters) {}
-  ~V4l2Camera() override { stop(); }
+  ~V4l2Camera() override { V4l2Camera::stop(); }
   V4l2Camera(const V4l2Camera&) = delete;
   V4l2Camera& operator=(const V4l2Camera&) = delete;
 

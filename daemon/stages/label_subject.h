@@ -54,6 +54,12 @@ class SubjectLabeller {
   std::optional<SubjectFit> take_fit();
 
  private:
+  // What a new claim must be better by than any other reading, in squared sigmas.
+  static constexpr double kClearMargin = 4.0;
+  static constexpr std::size_t kMostReadings = 6;  // that are tried for one track
+  static constexpr double kMarkerSigma_m = 0.004;
+  static constexpr float kFreshConfidence = 0.6F;
+
   struct Name {
     TrackId track;
     int index = NamedTracks::kNone;  // in this instant's tracks

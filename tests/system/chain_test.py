@@ -2,6 +2,7 @@
 (tools/own_network.sh), where the cameras have their addresses."""
 
 import json
+import os
 import signal
 import time
 import unittest
@@ -110,6 +111,7 @@ class Chain(unittest.TestCase):
         self.assertEqual(code, 0, daemon.said())
         self.assertLess(time.monotonic() - begun, 1.0)
 
+    @unittest.skipIf(os.environ.get("MOCAP_SANITIZE"), "a sanitizer cannot keep the cameras' pace; replay_test scores there")
     def test_the_feed_matches_the_truth(self):
         truth, stream = self.desk.folder / "truth.jsonl", self.desk.folder / "stream.jsonl"
         sim = self.simulate("--write-truth", truth)

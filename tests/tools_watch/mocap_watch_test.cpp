@@ -172,18 +172,5 @@ TEST(MocapWatch, SaysWhatIsWrongWithItsArguments) {
   EXPECT_EQ(watch("--help").exit_code, 0);
 }
 
-TEST(PythonSubscriber, ReadsTheFeed) {
-  if (run("/usr/bin/python3 -c 'import zmq, google.protobuf' 2>&1").exit_code != 0) {
-    GTEST_SKIP() << "python3-zmq or python3-protobuf is missing";
-  }
-  Feed feed;
-
-  const Outcome done = run("PYTHONPATH=" MOCAP_BIN_DIR "/../python timeout 20 /usr/bin/python3 " MOCAP_SOURCE_DIR
-                           "/tools/clients/python/subscribe.py " +
-                           feed.endpoint() + " 2>&1 | head -n 5");
-
-  EXPECT_THAT(done.out, HasSubstr("HipsMarker"));
-}
-
 }  // namespace
 }  // namespace mocap::watch

@@ -21,7 +21,7 @@
 
 namespace {
 
-using namespace mocap;
+using namespace mocap;  // NOLINT: the program
 
 constexpr double kFolderSeconds = 10.0;
 std::atomic<bool> end_asked{false};

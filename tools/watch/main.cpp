@@ -17,7 +17,7 @@
 
 namespace {
 
-using namespace mocap;
+using namespace mocap;  // NOLINT: the program
 
 constexpr int kUsage = 64;        // sysexits EX_USAGE
 constexpr int kUnavailable = 69;  // sysexits EX_UNAVAILABLE
