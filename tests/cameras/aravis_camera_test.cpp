@@ -191,7 +191,9 @@ TEST_F(AravisCamera, EndsAtOnceWhileItIsLookedForAndLeavesTheDeviceFree) {
   FakeGigE fake("127.0.0.1", "T71018");
   ASSERT_TRUE(fake.running());
   auto gone = make_aravis_camera(CameraId{0}, "gone", with_serial("T71018"));
-  EXPECT_EQ(gone->start().error().code, ErrorCode::Timeout);  // looking around takes a second
+  const Status looking = gone->start();  // looking around takes a second
+  ASSERT_FALSE(looking);
+  EXPECT_EQ(looking.error().code, ErrorCode::Timeout);
 
   EXPECT_LT(seconds_of([&] { gone.reset(); }), kAtOnce_s);
 
