@@ -70,21 +70,24 @@ class PointTracks {
     return found != tracks_.end() && found->id == id ? &*found : nullptr;
   }
 
+  /// Whether a track has none of its life left, with that gate at that time.
+  bool has_ended(const Track& track, const filter::Gate<N>& gate, Timestamp at) const {
+    if (at - track.seen_at > life_.max_coast) return true;
+    const double most_trace = N * life_.max_coast_sigma_u * life_.max_coast_sigma_u;
+    return track.missed_sets > 0 && !(gate.covariance.trace() <= most_trace);
+  }
+
   /// Moves all tracks on to `at`; those unseen for too long, or known too badly since, are gone. `sightings` will come.
   void advance(Timestamp at, std::size_t sightings) {
     MOCAP_EXPECTS(sightings <= max_sightings_);
     const double dt_s = tracks_.empty() ? 0.0 : std::max(0.0, to_s(at - at_));
     at_ = at;
-    std::erase_if(tracks_, [&](const Track& track) { return at - track.seen_at > life_.max_coast; });
     for (Track& track : tracks_) {
       track.filter.predict(dt_s);
       track.gate = track.filter.gate();
       track.sighting = kNone;
     }
-    const double most_trace = N * life_.max_coast_sigma_u * life_.max_coast_sigma_u;
-    std::erase_if(tracks_, [&](const Track& track) {
-      return track.missed_sets > 0 && !(track.gate.covariance.trace() <= most_trace);
-    });
+    std::erase_if(tracks_, [&](const Track& track) { return has_ended(track, track.gate, at); });
     taken_.assign(sightings, 0);
   }
 

@@ -58,6 +58,7 @@ class KalmanMarkerTracker final : public MarkerTracker {
       filter::Kalman<3> ahead = track.filter;
       ahead.predict(dt_s);
       const filter::Gate<3> gate = ahead.gate();
+      if (tracks_.has_ended(track, gate, at)) continue;
       ExpectedMarker expected;
       expected.position = {gate.centre};
       expected.covariance_m2 = gate.covariance;
