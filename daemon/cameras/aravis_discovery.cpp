@@ -15,6 +15,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <mutex>
 
 namespace mocap::cameras {
@@ -53,21 +54,25 @@ bool acknowledged(int handle, Duration patience) {
 }  // namespace
 
 std::vector<DiscoveredCamera> discover_cameras() {
-  static std::mutex one_at_a_time;  // Aravis keeps one list for the process
-  static std::vector<DiscoveredCamera> answer;
-  static Timestamp answered_at;
+  // Never destroyed: a thread that opens a camera may still look around when the process ends.
+  struct Known {
+    std::mutex one_at_a_time;  // Aravis keeps one list for the process
+    std::vector<DiscoveredCamera> answer;
+    Timestamp answered_at;
+  };
+  static Known& known = *std::make_unique<Known>().release();
 
   const Timestamp now = host_now();
-  const std::lock_guard<std::mutex> lock(one_at_a_time);
-  if (answered_at > now) return answer;  // came while we waited for our turn
+  const std::lock_guard<std::mutex> lock(known.one_at_a_time);
+  if (known.answered_at > now) return known.answer;  // came while we waited for our turn
   arv_update_device_list();
-  answer.clear();
+  known.answer.clear();
   for (unsigned i = 0; i < arv_get_n_devices(); ++i) {
-    answer.push_back(
+    known.answer.push_back(
         {text_of(arv_get_device_id(i)), text_of(arv_get_device_serial_nbr(i)), text_of(arv_get_device_address(i))});
   }
-  answered_at = host_now();
-  return answer;
+  known.answered_at = host_now();
+  return known.answer;
 }
 
 std::string listed(const std::vector<DiscoveredCamera>& cameras) {

@@ -14,8 +14,8 @@ struct DiscoveredCamera {
   std::string address;
 };
 
-/// Asks all networks and the USB who is there; takes a second. Any thread, and cheap for many at once: who waits while
-/// another asks shares the answer.
+/// Asks all networks and the USB who is there; takes a second, in which Aravis opens no camera either. Any thread, and
+/// cheap for many at once: who waits while another asks shares the answer.
 std::vector<DiscoveredCamera> discover_cameras();
 
 /// "found DA1 (10.0.0.2), DA2 (10.0.0.3)", or "found none".

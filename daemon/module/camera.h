@@ -16,7 +16,8 @@ class Camera {
  public:
   virtual ~Camera() = default;
 
-  /// Begins to deliver. Fails with NotFound, Busy, Unsupported or Io; may be called again after stop().
+  /// Begins to deliver. Fails with NotFound, Busy, Unsupported or Io; may be called again after stop(). Fails with
+  /// Timeout when it waited some tenths of a second and is still looking for the device: call again for the answer.
   virtual Status start() = 0;
 
   /// Waits for the next image, `patience` at most. Fails with Timeout when none came, with DeviceLost when none will

@@ -63,7 +63,7 @@ void CameraWorker::run(const std::stop_token& stop) {
 Status CameraWorker::stream(const std::stop_token& stop) {
   streaming_ = false;
   note(CameraPhase::Starting);
-  const Status started = parts_.camera->start();
+  const Status started = start_camera(stop);
   if (!started) return started;
 
   Timestamp heard_at = host_now();
@@ -87,6 +87,17 @@ Status CameraWorker::stream(const std::stop_token& stop) {
     }
   }
   return {};
+}
+
+// A camera that is still being looked for is asked again, as long as one that sends nothing is waited for.
+Status CameraWorker::start_camera(const std::stop_token& stop) {
+  const Timestamp begun_at = host_now();
+  for (;;) {
+    const Status started = parts_.camera->start();
+    if (started || started.error().code != ErrorCode::Timeout) return started;
+    if (stop.stop_requested()) return {};
+    if (host_now() - begun_at > settings_.first_image_within) return started;
+  }
 }
 
 Status CameraWorker::take_in(const Frame& frame, const std::stop_token& stop) {

@@ -75,6 +75,7 @@ class CameraWorker {
 
  private:
   Status stream(const std::stop_token& stop);
+  Status start_camera(const std::stop_token& stop);
   Status take_in(const Frame& frame, const std::stop_token& stop);
   Status prepare_for(const Image& image);
   void push(const std::stop_token& stop);

@@ -94,6 +94,7 @@ void tell_track_markers(Keys& keys, DaemonSettings& all) {
   keys.number("gate_per_speed", track.gate_per_speed, {0, 2});
   keys.number("confirm_sets", track.confirm_sets, {1, 100});
   keys.time("max_coast_ms", track.max_coast, Milliseconds, {0, 10000});
+  keys.millimetres("max_coast_sigma_mm", track.max_coast_sigma_m, {1, 10000});
   keys.number("acceleration_m_s2", track.acceleration_m_s2, {0.01, 1000});
   keys.number("acceleration_per_speed_1_s", track.acceleration_per_speed_1_s, {0, 100});
   keys.number("max_agility", track.max_agility, {1, 1000});

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -20,6 +21,9 @@ struct TrackLife {
   std::uint32_t confirm_sets = 3;  ///< consecutive sightings until a track is believed; 1: at once
   Duration max_coast{};            ///< unseen for longer, a track dies
   double new_density = 1.0;        ///< sightings of unknown points to reckon with, for each u^N
+  double claim_sigmas = 4.0;       ///< the gate of a sighting that others know to be the track's
+  /// Known no better than that (standard deviation of an axis), an unseen track dies.
+  double max_coast_sigma_u = std::numeric_limits<double>::infinity();
 };
 
 /// The tracks of points in N dimensions, each with a filter F, and which of them each sighting of a set belongs to.
@@ -66,25 +70,32 @@ class PointTracks {
     return found != tracks_.end() && found->id == id ? &*found : nullptr;
   }
 
-  /// Moves all tracks on to `at`; those unseen for too long are gone. `sightings` will come.
+  /// Whether a track has none of its life left, with that gate at that time.
+  bool has_ended(const Track& track, const filter::Gate<N>& gate, Timestamp at) const {
+    if (at - track.seen_at > life_.max_coast) return true;
+    const double most_trace = N * life_.max_coast_sigma_u * life_.max_coast_sigma_u;
+    return track.missed_sets > 0 && !(gate.covariance.trace() <= most_trace);
+  }
+
+  /// Moves all tracks on to `at`; those unseen for too long, or known too badly since, are gone. `sightings` will come.
   void advance(Timestamp at, std::size_t sightings) {
     MOCAP_EXPECTS(sightings <= max_sightings_);
     const double dt_s = tracks_.empty() ? 0.0 : std::max(0.0, to_s(at - at_));
     at_ = at;
-    std::erase_if(tracks_, [&](const Track& track) { return at - track.seen_at > life_.max_coast; });
     for (Track& track : tracks_) {
       track.filter.predict(dt_s);
       track.gate = track.filter.gate();
       track.sighting = kNone;
     }
+    std::erase_if(tracks_, [&](const Track& track) { return has_ended(track, track.gate, at); });
     taken_.assign(sightings, 0);
   }
 
-  /// Gives a sighting to a track, where it lies in the track's gate and the track has none that fits better. A sighting
-  /// is claimed once at most.
+  /// Gives a sighting to a track, where it lies in the track's wider gate (`claim_sigmas`) and the track has none that
+  /// fits better. A sighting is claimed once at most.
   void claim(Track& track, std::span<const filter::Seen<N>> sightings, std::uint32_t index) {
     const auto fit = track.gate.fit(sightings[index]);
-    if (!(fit.distance2 <= life_.gate_sigmas * life_.gate_sigmas)) return;
+    if (!(fit.distance2 <= life_.claim_sigmas * life_.claim_sigmas)) return;
     if (track.sighting != kNone) {
       if (track.gate.fit(sightings[track.sighting]).cost <= fit.cost) return;
       taken_[track.sighting] = 0;

@@ -13,6 +13,10 @@ namespace {
 
 // Sightings of unknown markers to reckon with: one a cubic metre.
 constexpr double kNewMarkers_1_m3 = 1.0;
+// A marker that the views found where its track should be is that track: they weighed it against all others. Each view
+// has a gate of its own on two axes; two of them and their pixels' floor let pass what lies half as far again in 3D. A
+// narrower gate here would refuse the marker at a jerk, and a second track would be born in its place.
+constexpr double kClaimPerGate = 1.5;
 
 using Tracks = PointTracks<filter::Kalman<3>, 3>;
 
@@ -28,13 +32,23 @@ filter::KalmanSettings kalman_settings(const TrackMarkersSettings& settings) {
   return kalman;
 }
 
+TrackLife life_of(const TrackMarkersSettings& settings) {
+  TrackLife life;
+  life.gate_sigmas = settings.gate_sigmas;
+  life.confirm_sets = settings.confirm_sets;
+  life.max_coast = settings.max_coast;
+  life.new_density = kNewMarkers_1_m3;
+  life.claim_sigmas = kClaimPerGate * settings.gate_sigmas;
+  life.max_coast_sigma_u = settings.max_coast_sigma_m;
+  return life;
+}
+
 class KalmanMarkerTracker final : public MarkerTracker {
  public:
   explicit KalmanMarkerTracker(const TrackMarkersSettings& settings)
       : kalman_(kalman_settings(settings)),
         sighting_floor_m2_(settings.sighting_floor_m * settings.sighting_floor_m),
-        tracks_({settings.gate_sigmas, settings.confirm_sets, settings.max_coast, kNewMarkers_1_m3}, kMaxMarkers,
-                kMaxMarkers) {
+        tracks_(life_of(settings), kMaxMarkers, kMaxMarkers) {
     seen_.reserve(kMaxMarkers);
   }
 
@@ -44,6 +58,7 @@ class KalmanMarkerTracker final : public MarkerTracker {
       filter::Kalman<3> ahead = track.filter;
       ahead.predict(dt_s);
       const filter::Gate<3> gate = ahead.gate();
+      if (tracks_.has_ended(track, gate, at)) continue;
       ExpectedMarker expected;
       expected.position = {gate.centre};
       expected.covariance_m2 = gate.covariance;

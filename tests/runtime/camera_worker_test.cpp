@@ -128,6 +128,33 @@ TEST(CameraWorker, LogsAReasonOnceHoweverOftenItTriesAndAgainAfterItStreamed) {
   EXPECT_EQ(told, 2U) << log;
 }
 
+// Says twice that it is still being looked for.
+class SlowToFind : public ScriptedCamera {
+ public:
+  using ScriptedCamera::ScriptedCamera;
+
+  Status start() override {
+    if (++starts_ <= 2) return Error{ErrorCode::Timeout, "still looking"};
+    return ScriptedCamera::start();
+  }
+
+ private:
+  int starts_ = 0;
+};
+
+TEST(CameraWorker, AsksACameraThatIsStillLookedForAgainWithoutABackoffOrAnError) {
+  Rig rig;
+  CameraParts camera = parts({});
+  camera.camera = std::make_unique<SlowToFind>(CameraId{0}, std::deque<std::vector<Step>>{{Deliver{0}, kEnd}});
+
+  rig.run(std::move(camera));
+
+  EXPECT_EQ(rig.channel.counters.frames.read(), 1U);
+  EXPECT_EQ(rig.channel.counters.reopened.read(), 0U);
+  CameraNote note;
+  while (rig.channel.notes.try_pop(note)) EXPECT_NE(note.phase, CameraPhase::Reopening);
+}
+
 TEST(CameraWorker, OpensASilentCameraAnew) {
   Rig rig;
 

@@ -12,6 +12,7 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace mocap::stages {
@@ -236,6 +237,63 @@ TEST(TrackMarkers, RefusesAnExpectedMarkerFarOutsideOfItsGate) {
   EXPECT_NEAR(tracked[1].position.v.x(), 0.2, 0.01);
   EXPECT_EQ(tracked[2].state, TrackState::Tentative);
   EXPECT_FALSE(tracked[2].expected_label.names_something());
+}
+
+/// What a tracker expects of its first marker in the next set.
+Expected expected_next(const Watch& watch) {
+  Expected expected;
+  expected.at = watch.at();
+  watch.tracker->predict(expected.at, expected);
+  return expected;
+}
+
+/// How many tracks there are after a resting marker jerked aside, as many standard deviations as told, and the matcher
+/// found it; and which has the marker.
+std::pair<std::size_t, TrackId> tracks_after_a_jerk(double sigmas) {
+  Watch watch(120.0);
+  for (int k = 0; k < 60; ++k) (void)watch.see({marker_at({0, 0, 1})});
+  const Expected expected = expected_next(watch);
+  const double off_m = sigmas * std::sqrt(expected.markers[0].covariance_m2(0, 0) + kSigma_m * kSigma_m);
+  Markers markers;
+  markers.push_back(marker_at({off_m, 0, 1}, 0));
+  const TrackedMarkers& tracked = watch.tracker->step(markers, expected);
+  for (const TrackedMarker& track : tracked) {
+    if (track.cameras > 0) return {tracked.size(), track.id};
+  }
+  return {tracked.size(), {}};
+}
+
+TEST(TrackMarkers, KeepsAMarkerThatTheMatcherFoundAtTheEdgeOfItsOwnGate) {
+  // Four standard deviations are the gate of what nobody expected; a jerk goes beyond it, and nothing else is near.
+  EXPECT_EQ(tracks_after_a_jerk(5.0), (std::pair<std::size_t, TrackId>{1, TrackId{0}}));
+  EXPECT_EQ(tracks_after_a_jerk(7.0), (std::pair<std::size_t, TrackId>{2, TrackId{1}}));
+}
+
+TEST(TrackMarkers, EndsAHiddenTrackOnceItCouldBeAnywhere) {
+  // A hand that shakes at 3 Hz and 5.6 m/s, and a marker at rest; both go hidden.
+  Watch watch(100.0);
+  for (int k = 0; k < 200; ++k) {
+    const double x = 0.3 * std::sin(6.0 * M_PI * watch.t_s());
+    (void)watch.see({marker_at({x, 0, 1}), marker_at({3, 0, 1})});
+  }
+  ASSERT_EQ(expected_next(watch).markers.size(), 2U);
+
+  int sets = 0;
+  for (; sets < 50; ++sets) {
+    const std::size_t expected = expected_next(watch).markers.size();
+    const std::size_t left = watch.see({}).size();
+    ASSERT_EQ(left, expected) << "what is expected lives";
+    if (left == 1) break;
+  }
+
+  // Known to 150 mm it coasts, for a tenth of a second at least; 500 ms would be the end of any.
+  EXPECT_GE(sets, 8);
+  EXPECT_LE(sets, 40);
+  const TrackedMarkers& then = watch.see({marker_at({0.3, 0, 1})});
+  ASSERT_EQ(then.size(), 2U);
+  EXPECT_EQ(then[0].id, TrackId{1});
+  EXPECT_EQ(then[0].state, TrackState::Coasting);
+  EXPECT_EQ(then[1].id, TrackId{2});
 }
 
 TEST(TrackMarkers, BelievesAMarkerAtOnceWhereTheBodyToldItsPlace) {

@@ -39,6 +39,15 @@ clock = "utc"
 """
 
 
+ABSENT = """
+[[camera]]
+name = "cam{number}"
+driver = "aravis"
+{which}
+packet_socket = false
+"""
+
+
 def cameras_used(snapshot):
     return len(snapshot.get("views", {}).get("cameras", []))
 
@@ -110,6 +119,42 @@ class Chain(unittest.TestCase):
 
         self.assertEqual(code, 0, daemon.said())
         self.assertLess(time.monotonic() - begun, 1.0)
+
+    def test_sigterm_ends_it_within_a_second_whatever_it_does_about_cameras_that_are_not_there(self):
+        """Looking around takes a second, and more for several cameras; the end comes at each phase of that."""
+        ways = ['serial = "NOWHERE1"', 'device_name = "nowhere"', 'address = "127.0.0.4"', 'address = "127.0.0.77"']
+        for name, absent in {"one": ways[:1], "all": ways}.items():
+            text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint)
+            text += "".join(ABSENT.format(number=n, which=which) for n, which in enumerate(absent, 1))
+            config = self.desk.write(f"{name}.toml", text)
+            for phase_s in (0.1, 0.5, 0.9, 1.4, 2.3):
+                with self.subTest(absent=name, phase_s=phase_s):
+                    daemon = self.desk.start("mocapd", "--config", config)
+                    self.until_it_says(daemon, "started, cameras=")
+                    time.sleep(phase_s)  # the phase is what is tried here
+
+                    begun = time.monotonic()
+                    daemon.send(signal.SIGTERM)
+                    code = daemon.wait(10)
+
+                    self.assertEqual(code, 0, daemon.said())
+                    self.assertLess(time.monotonic() - begun, 1.0, daemon.said())
+
+    def test_it_tells_once_which_camera_is_not_there_and_not_that_it_still_looks(self):
+        text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint)
+        text += ABSENT.format(number=1, which='serial = "NOWHERE1"')
+        daemon = self.desk.start("mocapd", "--config", self.desk.write("absent.toml", text))
+
+        self.until_it_says(daemon, "no Aravis camera with serial NOWHERE1; found none")
+
+        self.assertNotIn("still looking", daemon.said())
+
+    def until_it_says(self, program, words, timeout_s=10):
+        limit = time.monotonic() + timeout_s
+        while words not in program.said():
+            self.assertIsNone(program.process.poll(), program.said())
+            self.assertLess(time.monotonic(), limit, f"not said within {timeout_s} s: {words}\n{program.said()}")
+            time.sleep(0.02)
 
     @unittest.skipIf(os.environ.get("MOCAP_SANITIZE"), "a sanitizer cannot keep the cameras' pace; replay_test scores there")
     def test_the_feed_matches_the_truth(self):

@@ -71,6 +71,8 @@ settings::DaemonSettings synthetic_daemon(const PipelineBenchSettings& wanted, c
   settings.subjects.push_back({"subject", wanted.marker_set});
   settings.worn.push_back({"subject", worn});
   settings.nominal_rate_hz = wanted.rate_hz;
+  // The cameras draw their images on the cores that are measured, one after the other: the last may come this late.
+  settings.pipeline.align.patience = from_s(0.5 / wanted.rate_hz);
   settings.publish.endpoint = "tcp://127.0.0.1:*";
   return settings;
 }

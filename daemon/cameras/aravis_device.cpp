@@ -1,0 +1,121 @@
+#include "cameras/aravis_device.h"
+
+#include <fmt/format.h>
+// Aravis's C headers do not keep our warnings.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpedantic"
+#pragma GCC diagnostic ignored "-Wconversion"
+#include <arv.h>
+#pragma GCC diagnostic pop
+
+#include <algorithm>
+#include <chrono>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cameras/aravis_discovery.h"
+#include "cameras/aravis_failure.h"
+
+namespace mocap::cameras {
+namespace {
+
+// What a GigE stream may fall behind before the kernel drops packets; the kernel caps it at net.core.rmem_max.
+constexpr int kSocketBuffer_bytes = 32 * 1024 * 1024;
+// A camera answers within a network's round trip; a busy one within some tens of milliseconds.
+constexpr Duration kAnswerPatience = std::chrono::milliseconds(400);
+
+template <class T>
+struct Unref {
+  void operator()(T* object) const noexcept { g_object_unref(object); }
+};
+template <class T>
+using Held = std::unique_ptr<T, Unref<T>>;
+
+GQuark lost_mark() {
+  static const GQuark mark = g_quark_from_static_string("mocap-control-lost");
+  return mark;
+}
+
+Result<Held<ArvCamera>> open_as(const std::string& device) {
+  AravisFailure failure;
+  Held<ArvCamera> camera(arv_camera_new(device.c_str(), failure));
+  if (!camera) return failure.error(fmt::format("cannot open {}", device));
+  if (arv_camera_is_gv_device(camera.get()) &&
+      !arv_gv_device_is_controller(ARV_GV_DEVICE(arv_camera_get_device(camera.get())))) {
+    return Error{ErrorCode::Busy, fmt::format("{} is controlled by another program; end that one", device)};
+  }
+  // The heartbeat's thread marks the device and not us: it may still be at it when we are gone.
+  g_signal_connect(arv_camera_get_device(camera.get()), "control-lost", G_CALLBACK(+[](ArvDevice* lost, gpointer) {
+                     g_object_set_qdata(G_OBJECT(lost), lost_mark(), GINT_TO_POINTER(1));
+                   }),
+                   nullptr);
+  return camera;
+}
+
+// An address is asked directly: that reaches cameras whose network takes no broadcast.
+Result<Held<ArvCamera>> open_at_address(const std::string& address, bool known) {
+  if (gige_camera_answers(address, kAnswerPatience)) return open_as(address);
+  // Who else is there helps the operator who mistyped; a camera that was there has lost its power or cable.
+  const std::string others = known ? "check its power and cable" : listed(discover_cameras());
+  return Error{ErrorCode::NotFound, fmt::format("no Aravis camera answers at {}; {}", address, others)};
+}
+
+Result<Held<ArvCamera>> open_by_serial(const std::string& serial) {
+  const std::vector<DiscoveredCamera> all = discover_cameras();
+  const auto found = std::find_if(all.begin(), all.end(), [&](const auto& each) { return each.serial == serial; });
+  if (found != all.end()) return open_as(found->id);
+  return Error{ErrorCode::NotFound, fmt::format("no Aravis camera with serial {}; {}", serial, listed(all))};
+}
+
+Result<Held<ArvCamera>> open_by_name(const std::string& name) {
+  const std::vector<DiscoveredCamera> all = discover_cameras();
+  Result<Held<ArvCamera>> opened = open_as(name);
+  if (opened || opened.error().code != ErrorCode::NotFound) return opened;
+  return Error{ErrorCode::NotFound, fmt::format("no Aravis camera named {}; {}", name, listed(all))};
+}
+
+Result<Held<ArvCamera>> open(const AravisSettings& settings, bool known) {
+  if (!settings.address.empty()) return open_at_address(settings.address, known);
+  if (!settings.serial.empty()) return open_by_serial(settings.serial);
+  if (!settings.device_name.empty()) return open_by_name(settings.device_name);
+  return Error{ErrorCode::InvalidArgument, "aravis needs one of serial, device_name and address"};
+}
+
+Result<Held<ArvStream>> open_stream(ArvCamera* camera, int buffers) {
+  AravisFailure failure;
+  Held<ArvStream> stream(arv_camera_create_stream(camera, nullptr, nullptr, failure));
+  if (!stream) return failure.error("cannot open the stream");
+  if (ARV_IS_GV_STREAM(stream.get())) {
+    g_object_set(stream.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
+                 kSocketBuffer_bytes, nullptr);
+  }
+  const guint payload = arv_camera_get_payload(camera, failure);
+  if (failure.happened() || payload == 0) return failure.error("cannot read the size of an image");
+  for (int i = 0; i < std::max(2, buffers); ++i) arv_stream_push_buffer(stream.get(), arv_buffer_new(payload, nullptr));
+  return stream;
+}
+
+}  // namespace
+
+AravisDevice::~AravisDevice() {
+  arv_camera_stop_acquisition(camera_, nullptr);
+  g_object_unref(stream_);
+  g_object_unref(camera_);
+}
+
+bool AravisDevice::lost() const {
+  return g_object_get_qdata(G_OBJECT(arv_camera_get_device(camera_)), lost_mark()) != nullptr;
+}
+
+Result<std::unique_ptr<AravisDevice>> open_aravis_device(const AravisSettings& settings, bool known) {
+  Result<Held<ArvCamera>> camera = open(settings, known);
+  if (!camera) return camera.error();
+  const Result<AravisFeatures> features = apply_settings(camera->get(), settings);
+  if (!features) return features.error();
+  Result<Held<ArvStream>> stream = open_stream(camera->get(), settings.stream_buffers);
+  if (!stream) return stream.error();
+  return std::make_unique<AravisDevice>(camera->release(), stream->release(), *features);
+}
+
+}  // namespace mocap::cameras

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <memory>
+
+#include "base/result.h"
+#include "cameras/aravis_features.h"
+#include "cameras/camera_settings.h"
+
+typedef struct _ArvStream ArvStream;  // NOLINT(bugprone-reserved-identifier): Aravis's own name, for pointers only
+
+namespace mocap::cameras {
+
+/// A camera that is open, controlled by us and set; its stream is there and its acquisition not yet begun. Its end
+/// stops and closes it, for which Aravis takes up to 12 s when the camera is gone. One thread at a time.
+class AravisDevice {
+ public:
+  /// Takes both over.
+  AravisDevice(ArvCamera* camera, ArvStream* stream, AravisFeatures features)
+      : camera_(camera), stream_(stream), features_(features) {}
+  ~AravisDevice();
+  AravisDevice(const AravisDevice&) = delete;
+  AravisDevice& operator=(const AravisDevice&) = delete;
+
+  ArvCamera* camera() const { return camera_; }
+  ArvStream* stream() const { return stream_; }
+  const AravisFeatures& features() const { return features_; }
+
+  /// Whether the camera stopped answering; after some 5 s without an answer.
+  bool lost() const;
+
+ private:
+  ArvCamera* camera_;
+  ArvStream* stream_;
+  AravisFeatures features_;
+};
+
+/// Looks for the camera that `settings` names, opens and sets it, and makes its stream. `known` says that it was there
+/// before: then who else is there is not asked when nobody answers at its address.
+///
+/// Takes a second for the looking and several when the camera falls silent meanwhile: for a thread that may wait. Fails
+/// with NotFound and what was found instead, Busy when another program controls the camera, and as apply_settings does.
+Result<std::unique_ptr<AravisDevice>> open_aravis_device(const AravisSettings& settings, bool known);
+
+}  // namespace mocap::cameras
