@@ -74,6 +74,9 @@ struct SyntheticSettings {
 struct CameraSettings {
   std::string name;  ///< in the log, in the rig and on the wire
   std::variant<AravisSettings, V4l2Settings, ReplaySettings, SyntheticSettings> driver;
+  // For who detects in its images, no matter of the camera itself; empty: as for all cameras.
+  std::optional<double> threshold = std::nullopt;  ///< grey level of 255; 0: from the noise
+  std::optional<double> low_threshold = std::nullopt;
 };
 
 }  // namespace mocap::cameras

@@ -140,6 +140,8 @@ void tell(Keys& keys, CameraSettings& camera) {
                        {"replay", Driver::Replay},
                        {"synthetic", Driver::Synthetic}});
   if (driver != driver_index(camera)) set_driver(camera, driver);
+  keys.number("threshold", camera.threshold, {0, 255});
+  keys.number("low_threshold", camera.low_threshold, {0, 255});
   std::visit([&](auto& settings) { tell(keys, settings); }, camera.driver);
 }
 
@@ -155,6 +157,10 @@ CameraSettings read_camera(TomlTable& table) {
   if (driver.empty()) return camera;  // of no known driver, no other key can be judged
   tell(table, camera);
   std::visit([&](const auto& settings) { check(table, settings); }, camera.driver);
+  if (camera.threshold && *camera.threshold > 0.0 && *camera.threshold < 1.0) {
+    table.fault("threshold",
+                fmt::format("threshold is {}, expected 1 to 255, or 0: from the noise", *camera.threshold));
+  }
   table.done();
   return camera;
 }
