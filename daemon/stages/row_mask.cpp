@@ -84,4 +84,10 @@ bool RowMask::touches(const Run& run) const {
 
 bool RowMask::masks(int x, int y) const { return meets(y, x, x + 1); }
 
+std::size_t RowMask::count() const {
+  std::size_t pixels = 0;
+  for (const Stretch& each : stretches_) pixels += static_cast<std::size_t>(each.end - each.begin);
+  return pixels;
+}
+
 }  // namespace mocap::stages

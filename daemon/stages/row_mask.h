@@ -27,6 +27,9 @@ class RowMask {
 
   bool masks(int x, int y) const;
 
+  /// How many pixels are masked.
+  std::size_t count() const;
+
  private:
   struct Stretch {
     std::uint16_t begin, end;
