@@ -37,7 +37,7 @@ struct AravisSettings {
 /// A camera of the Linux kernel's video API.
 struct V4l2Settings {
   std::filesystem::path device;       ///< /dev/video0, or a stable link under /dev/v4l/by-path
-  std::string pixel_format = "GREY";  ///< GREY, Y10, YUYV, NV12, MJPEG
+  std::string pixel_format = "GREY";  ///< GREY, Y10, Y12, GRBG, RGGB, GBRG, BA81, YUYV, NV12, MJPEG
   int width_px = 640;
   int height_px = 480;
   double rate_hz = 30.0;

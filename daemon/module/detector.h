@@ -19,6 +19,7 @@ struct Detection {
   std::uint32_t rows_given_up = 0;  ///< so full of bright runs that they are noise; their pixels were not looked at
   double threshold_grey = 0.0;      ///< in force in this image, 0 to 255
   double noise_grey = 0.0;          ///< standard deviation of the dark pixels; 0: not told
+  double background_grey = 0.0;     ///< of the dark pixels; 0: not told
 };
 
 /// Finds markers in an image. One thread owns a Detector; its memory is its own scratch only: the same image gives

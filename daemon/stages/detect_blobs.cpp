@@ -61,6 +61,7 @@ class BlobDetector final : public Detector {
     const Cut cut = cut_for(image);
     found.threshold_grey = cut.threshold * 255.0 / top_;
     found.noise_grey = cut.noise * 255.0 / top_;
+    found.background_grey = cut.background * 255.0 / top_;
     const std::size_t runs = gather_runs(image, cut, found);
     const auto min_area = static_cast<std::uint32_t>(std::ceil(settings_.min_area_px2));
     const auto max_area = static_cast<std::uint32_t>(std::min(settings_.max_area_px2, 4.0e9));
