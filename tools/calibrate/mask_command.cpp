@@ -143,7 +143,7 @@ bool tell(const Learner& learner, const stages::LearntMask& learnt, const MaskOp
         name, learnt.moved);
   }
   if (100.0 * learnt.covered_share <= options.most_percent) return true;
-  say("camera {}: {:.0f} % of the image would be masked, expected {:.0f} % at most; shade what shines, lower exposure "
+  say("camera {}: {:.1f} % of the image would be masked, expected {:.1f} % at most; shade what shines, lower exposure "
       "or "
       "gain, raise its threshold, or say --most-percent",
       name, 100.0 * learnt.covered_share, options.most_percent);
