@@ -193,6 +193,17 @@ TEST_F(Configuration, RefusesACamerasThresholdThatDoesNotGoWithTheOther) {
               HasSubstr(":10:13: camera 'east': threshold is 0.5, expected 1 to 255, or 0: from the noise"));
 }
 
+TEST_F(Configuration, RefusesAPixelFormatWithTheNamesOfThoseThatAreRead) {
+  const std::string rig = "[capture]\nrig = \"rig.toml\"\n[[camera]]\nname = \"east\"\n";
+  EXPECT_THAT(faults_of(rig + "driver = \"aravis\"\nserial = \"DA1\"\npixel_format = \"BayerRG12\"\n"),
+              HasSubstr(":7:16: camera 'east': pixel_format is 'BayerRG12', expected one of Mono8, Mono10, Mono12, "
+                        "Mono10p, Mono12p, Mono10Packed, Mono12Packed, BayerGR8, BayerRG8, BayerGB8, BayerBG8; did you "
+                        "mean 'BayerRG8'?"));
+  EXPECT_THAT(faults_of(rig + "driver = \"v4l2\"\ndevice = \"/dev/video0\"\npixel_format = \"H264\"\n"),
+              HasSubstr("expected one of GREY, Y10, Y12, GRBG, RGGB, GBRG, BA81, YUYV, NV12, MJPEG"));
+  EXPECT_EQ(faults_of(rig + "driver = \"aravis\"\nserial = \"DA1\"\npixel_format = \"Mono12Packed\"\n"), "");
+}
+
 TEST_F(Configuration, WithoutACameraIsRefused) {
   EXPECT_THAT(faults_of("[capture]\nrig = \"rig.toml\"\n"), HasSubstr("no [[camera]], expected at least one"));
   EXPECT_THAT(faults_of(""), HasSubstr("no [[camera]], expected at least one"));
