@@ -1,6 +1,7 @@
 #include "stages/detect_kernels.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 
 #include "stages/detect_kernels_scalar.h"
@@ -83,38 +84,68 @@ HWY_INLINE bool any_bright(const Pixels& pixels, const std::byte* at) {
   return !hn::AllFalse(d, pixels.bright(greatest));
 }
 
+constexpr int kGroup = 4;  // words that are looked at together while all is dark
+
+/// The bright pixels of some words of a row, which begin at its first pixel.
+template <class Pixels>
+HWY_NOINLINE void add_words(const Pixels& pixels, const std::byte* row, int begin, int end, BrightWords& found) {
+  for (int word = begin; word < end; ++word) {
+    const std::uint64_t bits = bright_bits(pixels, row + static_cast<std::size_t>(word) * 64 * Pixels::kBytes);
+    if (bits != 0) found.add(word * 64, bits);
+  }
+}
+
+/// Finds what is bright in a row, from a word on to its end or to another word.
+template <class Pixels>
+HWY_INLINE void scan_stretch(const Pixels& pixels, const std::byte* row, int begin, int end, BrightWords& found) {
+  // The processor's own prefetch feeds this loop; asking for memory ahead made it a tenth slower.
+  for (int word = begin; word + kGroup <= end; word += kGroup) {
+    const std::byte* at = row + static_cast<std::size_t>(word) * 64 * Pixels::kBytes;
+    if (any_bright<kGroup>(pixels, at)) add_words(pixels, row, word, word + kGroup, found);
+  }
+}
+
+/// The last pixels of a row, from a word on, which are less than a group and a word.
+template <class Pixels>
+HWY_INLINE void scan_end(const Pixels& pixels, const std::byte* row, int begin, int width_px, BrightWords& found) {
+  // All of it lies in the group, or in the word, that ends where the row does.
+  const auto before_end = [&](int pixels_before) {
+    return row + static_cast<std::size_t>(width_px - pixels_before) * Pixels::kBytes;
+  };
+  if (width_px >= kGroup * 64 && !any_bright<kGroup>(pixels, before_end(kGroup * 64))) return;
+  const int words = width_px / 64, rest = width_px % 64;
+  add_words(pixels, row, begin, words, found);
+  const std::uint64_t bits = rest == 0 ? 0 : bright_bits(pixels, before_end(64)) >> (64 - rest);
+  if (bits != 0) found.add(words * 64, bits);
+}
+
 template <class Pixels>
 void scan(const ScanRows& rows, RunSink& sink) {
-  constexpr std::size_t kWordBytes = 64 * Pixels::kBytes;
-  constexpr int kGroup = 4;  // words that are looked at together while all is dark
+  // Bands take turns after that many words of a row at most.
+  constexpr int kTurn = 1536 / (64 * static_cast<int>(Pixels::kBytes));
   const Pixels pixels(rows);
-  const int words = rows.width_px / 64;
-  const int rest = rows.width_px % 64;
-  BrightWords found;
-  for (int y = 0; y < rows.rows; ++y) {
-    const std::byte* row = rows.bytes + static_cast<std::size_t>(y) * rows.stride_bytes;
-    int word = 0;
-    // The processor's own prefetch feeds this loop; asking for memory ahead made it a tenth slower.
-    for (; word + kGroup <= words; word += kGroup) {
-      const std::byte* at = row + static_cast<std::size_t>(word) * kWordBytes;
-      if (!any_bright<kGroup>(pixels, at)) continue;
-      for (int i = 0; i < kGroup; ++i) {
-        const std::uint64_t bits = bright_bits(pixels, at + static_cast<std::size_t>(i) * kWordBytes);
-        if (bits != 0) found.add((word + i) * 64, bits);
+  const int words = rows.width_px / 64 / kGroup * kGroup;
+  const int turns = std::max(1, (words + kTurn - 1) / kTurn);
+  const int turn = (words / kGroup + turns - 1) / turns * kGroup;
+  const bool has_end = words * 64 < rows.width_px;
+  std::array<BrightWords, Bands::kCount> found;
+  Bands bands(rows, sink);
+  for (int at = 0; at < bands.height(); ++at) {
+    for (int i = 0; i < turns; ++i) {
+      const int begin = i * turn, end = std::min(words, begin + turn);
+      for (int band = 0; band < bands.count(); ++band) {
+        const int y = bands.row(band, at);
+        if (y < 0) continue;
+        const std::byte* row = rows.bytes + static_cast<std::size_t>(y) * rows.stride_bytes;
+        BrightWords& of_row = found[static_cast<std::size_t>(band)];
+        scan_stretch(pixels, row, begin, end, of_row);
+        if (i + 1 < turns) continue;
+        if (has_end) scan_end(pixels, row, words, rows.width_px, of_row);
+        if (!of_row.empty()) of_row.flush(rows.first_y + y, bands.sink(band));
       }
     }
-    for (; word < words; ++word) {
-      const std::uint64_t bits = bright_bits(pixels, row + static_cast<std::size_t>(word) * kWordBytes);
-      if (bits != 0) found.add(word * 64, bits);
-    }
-    if (rest != 0) {
-      // The last pixels lie at the end of a word that begins within the row.
-      const std::size_t begin = static_cast<std::size_t>(rows.width_px - 64) * Pixels::kBytes;
-      const std::uint64_t bits = bright_bits(pixels, row + begin) >> (64 - rest);
-      if (bits != 0) found.add(words * 64, bits);
-    }
-    if (!found.empty()) found.flush(rows.first_y + y, sink);
   }
+  bands.gather();
 }
 
 template <class Pixels>

@@ -17,19 +17,25 @@ std::uint32_t value(const std::byte* at, std::uint32_t kept) {
 template <int kBytes>
 void scan(const ScanRows& rows, RunSink& sink) {
   BrightWords words;
-  for (int y = 0; y < rows.rows; ++y) {
-    const std::byte* row = rows.bytes + static_cast<std::size_t>(y) * rows.stride_bytes;
-    for (int x = 0; x < rows.width_px; x += 64) {
-      const int n = std::min(64, rows.width_px - x);
-      std::uint64_t bits = 0;
-      for (int i = 0; i < n; ++i) {
-        const bool bright = value<kBytes>(row + (x + i) * kBytes, rows.kept) >= rows.threshold;
-        bits |= static_cast<std::uint64_t>(bright) << i;
+  Bands bands(rows, sink);
+  for (int band = 0; band < bands.count(); ++band) {
+    for (int at = 0; at < bands.height(); ++at) {
+      const int y = bands.row(band, at);
+      if (y < 0) break;
+      const std::byte* row = rows.bytes + static_cast<std::size_t>(y) * rows.stride_bytes;
+      for (int x = 0; x < rows.width_px; x += 64) {
+        const int n = std::min(64, rows.width_px - x);
+        std::uint64_t bits = 0;
+        for (int i = 0; i < n; ++i) {
+          const bool bright = value<kBytes>(row + (x + i) * kBytes, rows.kept) >= rows.threshold;
+          bits |= static_cast<std::uint64_t>(bright) << i;
+        }
+        if (bits != 0) words.add(x, bits);
       }
-      if (bits != 0) words.add(x, bits);
+      if (!words.empty()) words.flush(rows.first_y + y, bands.sink(band));
     }
-    if (!words.empty()) words.flush(rows.first_y + y, sink);
   }
+  bands.gather();
 }
 
 BoxSurvey survey(const Box& box, const Brightness& levels) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -79,6 +80,50 @@ class BrightWords {
   std::size_t runs_ = 0;
   std::array<std::uint16_t, kMaxWords> x_;
   std::array<std::uint64_t, kMaxWords> bits_;
+};
+
+/// The bands that an image is read in, row by row in turn: memory feeds a few streams faster than a single one. Each
+/// has its share of the room for runs.
+class Bands {
+ public:
+  Bands(const ScanRows& rows, RunSink& sink) : whole_(sink), rows_(rows.rows) {
+    count_ = rows.rows < kLeastRows ? 1 : kCount;
+    height_ = (rows.rows + count_ - 1) / count_;
+    const std::span<Run> free = sink.room.subspan(sink.count);
+    const std::size_t share = free.size() / static_cast<std::size_t>(count_);
+    for (int i = 0; i < count_; ++i) {
+      sinks_[static_cast<std::size_t>(i)].room = free.subspan(static_cast<std::size_t>(i) * share, share);
+      sinks_[static_cast<std::size_t>(i)].row_bound = sink.row_bound;
+    }
+  }
+
+  static constexpr int kCount = 4;
+  int count() const { return count_; }
+  int height() const { return height_; }  ///< of each; the last ones may be less
+  /// A row of a band, counted from its top; -1 where the image ends before it.
+  int row(int band, int at) const {
+    const int row = band * height_ + at;
+    return row < rows_ ? row : -1;
+  }
+  RunSink& sink(int band) { return sinks_[static_cast<std::size_t>(band)]; }
+
+  /// Moves all runs together, in the order of rows.
+  void gather() {
+    for (int i = 0; i < count_; ++i) {
+      const RunSink& from = sink(i);
+      Run* to = whole_.room.data() + whole_.count;
+      if (to != from.room.data()) std::copy_n(from.room.data(), from.count, to);
+      whole_.count += from.count;
+      whole_.rows_given_up += from.rows_given_up;
+    }
+  }
+
+ private:
+  static constexpr int kLeastRows = 16;
+
+  RunSink& whole_;
+  int rows_, count_, height_;
+  std::array<RunSink, kCount> sinks_;
 };
 
 }  // namespace mocap::stages

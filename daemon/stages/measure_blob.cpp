@@ -30,37 +30,41 @@ constexpr double kSlopeOfSum = 6.0 * kFullWeight / (4.0 * kFullSlope);
 // Less round than that may be two discs.
 constexpr double kRound = 0.85;
 
-std::int64_t squares_below(std::int64_t n) { return (n - 1) * n * (2 * n - 1) / 6; }
-
 }  // namespace
 
 Shape shape_of(std::span<const Run> runs) {
-  Shape shape;
-  shape.begin_x = runs.front().begin;
-  shape.begin_y = runs.front().y;
-  shape.end_y = runs.back().y + 1;
+  const Run& first = runs.front();
+  int begin_x = first.begin, end_x = first.end;
+  // From the first run's begin on. A run of `length` pixels about its middle, doubled to be whole.
+  std::int64_t n = 0, x = 0, y = 0, xx = 0, cubes = 0, yy = 0, xy = 0;
   for (const Run& run : runs) {
-    shape.begin_x = std::min<int>(shape.begin_x, run.begin);
-    shape.end_x = std::max<int>(shape.end_x, run.end);
-  }
-  std::int64_t n = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0;
-  for (const Run& run : runs) {
-    const std::int64_t begin = run.begin - shape.begin_x, end = run.end - shape.begin_x, dy = run.y - shape.begin_y;
-    const std::int64_t length = end - begin, sum = length * (begin + end - 1) / 2;
+    begin_x = std::min<int>(begin_x, run.begin);
+    end_x = std::max<int>(end_x, run.end);
+    const std::int64_t length = run.end - run.begin, middle = run.begin + run.end - 1 - 2 * first.begin;
+    const std::int64_t dy = run.y - first.y, sum = length * middle;
     n += length;
     x += sum;
     y += dy * length;
-    xx += squares_below(end) - squares_below(begin);
+    xx += sum * middle;
+    cubes += length * length * length;
     yy += dy * dy * length;
     xy += dy * sum;
   }
-  const auto of = [n](std::int64_t value) { return static_cast<double>(value) / static_cast<double>(n); };
+  const double each = 1.0 / static_cast<double>(n);
+  const auto of = [each](std::int64_t value) { return static_cast<double>(value) * each; };
+  const double mean_x = 0.5 * of(x), mean_y = of(y);
+  Shape shape;
+  shape.begin_x = begin_x;
+  shape.end_x = end_x;
+  shape.begin_y = first.y;
+  shape.end_y = runs.back().y + 1;
   shape.area_px2 = static_cast<double>(n);
-  shape.x = of(x) + shape.begin_x;
-  shape.y = of(y) + shape.begin_y;
-  shape.xx = of(xx) - of(x) * of(x) + 1.0 / 12.0;
-  shape.yy = of(yy) - of(y) * of(y) + 1.0 / 12.0;
-  shape.xy = of(xy) - of(x) * of(y);
+  shape.x = mean_x + first.begin;
+  shape.y = mean_y + first.y;
+  // The pixels of a run spread by (length^2 - 1) / 12; a pixel that is a square makes up for the one.
+  shape.xx = 0.25 * of(xx) + of(cubes) / 12.0 - mean_x * mean_x;
+  shape.yy = of(yy) - mean_y * mean_y + 1.0 / 12.0;
+  shape.xy = 0.5 * of(xy) - mean_x * mean_y;
   return shape;
 }
 
