@@ -209,7 +209,17 @@ class Sum64 {
   hn::Vec<hn::Rebind<std::int64_t, hn::Half<D32>>> sum_;
 };
 
-template <bool kLinear>
+/// Sums of one power of u, of a few columns.
+struct PowerSums {
+  hn::Vec<D32> weights, above;  // `above` adds up `weights` row after row: it tells y without a product
+
+  HWY_INLINE PowerSums() : weights(hn::Zero(D32())), above(hn::Zero(D32())) {}
+  HWY_INLINE void add(hn::Vec<D32> weight) {
+    weights = hn::Add(weights, weight);
+    above = hn::Add(above, weights);
+  }
+};
+
 BoxSums weigh(const Box& box, const Weighing& weighing) {
   const D32 d;
   const hn::Rebind<std::uint16_t, D32> d16;
@@ -217,61 +227,68 @@ BoxSums weigh(const Box& box, const Weighing& weighing) {
   const auto low = hn::Set(d, static_cast<std::int32_t>(weighing.low));
   const auto span = hn::Set(d, static_cast<std::int32_t>(weighing.span));
   const auto scale = hn::Set(d, (kUnit << 16) / static_cast<std::int32_t>(weighing.span));
-  const auto zero = hn::Zero(d), one = hn::Set(d, 1), unit = hn::Set(d, kUnit), three = hn::Set(d, 3 * kUnit);
-  Sum64 weight_sum, x_sum, y_sum, slope2_sum, xx_sum, yy_sum;
+  const auto zero = hn::Zero(d), half_step = hn::Set(d, 16);
+  Sum64 weight_sums[kPowers], x_sums[kPowers], above_sums[kPowers], slope2_sum, xx_sum, yy_sum;
   for (int begin = 0; begin < box.width_px; begin += kLanes) {
-    auto weights = zero, weights_y = zero, slopes2 = zero, slopes2_yy = zero;  // of each column; all fit
-    auto y = hn::Set(d, -(box.height_px / 2));
+    PowerSums first, second, third;          // of each column; all fit
+    auto slopes2 = zero, slopes2_yy = zero;  // likewise
+    std::int32_t y = -(box.height_px / 2);
     const std::uint16_t* from = box.pixels + begin;
     for (int row = 0; row < box.height_px; ++row) {
       const auto grey = hn::PromoteTo(d, hn::LoadU(d16, from));
       const auto over = hn::Min(hn::Max(hn::Sub(grey, low), zero), span);
       const auto u = hn::ShiftRight<16>(hn::Mul(over, scale));
-      auto weight = hn::ShiftLeft<2>(u);
-      auto slope = hn::IfThenElseZero(hn::And(hn::Gt(u, zero), hn::Lt(u, unit)), hn::Set(d, kLinearSlope));
-      if constexpr (!kLinear) {
-        weight = hn::ShiftRight<18>(hn::Mul(hn::Mul(u, u), hn::Sub(three, hn::Add(u, u))));
-        slope = hn::ShiftRight<13>(hn::Add(hn::Mul(u, hn::Sub(unit, u)), hn::Set(d, 4096)));
-      }
+      const auto u1 = hn::ShiftLeft<2>(u);
+      const auto u2 = hn::ShiftRight<8>(hn::Mul(u, u));
+      const auto slope = hn::ShiftRight<5>(hn::Add(hn::Sub(u1, u2), half_step));
       const auto slope2 = hn::Mul(slope, slope);
-      weights = hn::Add(weights, weight);
-      weights_y = hn::Add(weights_y, hn::Mul(weight, y));
+      first.add(u1);
+      second.add(u2);
+      third.add(hn::ShiftRight<10>(hn::Mul(u, u2)));
       slopes2 = hn::Add(slopes2, slope2);
-      slopes2_yy = hn::Add(slopes2_yy, hn::Mul(slope2, hn::Mul(y, y)));
-      y = hn::Add(y, one);
+      slopes2_yy = hn::Add(slopes2_yy, hn::Mul(slope2, hn::Set(d, y * y)));
+      ++y;
       from += box.width_px;
     }
     const auto x = hn::Iota(d, begin - box.width_px / 2);
-    weight_sum.add(weights);
-    x_sum.add(hn::Mul(weights, x));
-    y_sum.add(weights_y);
+    const PowerSums* const powers[kPowers] = {&first, &second, &third};
+    for (int i = 0; i < kPowers; ++i) {
+      weight_sums[i].add(powers[i]->weights);
+      x_sums[i].add(hn::Mul(powers[i]->weights, x));
+      above_sums[i].add(powers[i]->above);
+    }
     slope2_sum.add(slopes2);
     xx_sum.add(hn::Mul(slopes2, hn::Mul(x, x)));
     yy_sum.add(slopes2_yy);
   }
-  return {weight_sum.all(), x_sum.all(), y_sum.all(), slope2_sum.all(), xx_sum.all(), yy_sum.all()};
+  BoxSums sums;
+  for (int i = 0; i < kPowers; ++i) {
+    sums.weight[i] = weight_sums[i].all();
+    sums.x[i] = x_sums[i].all();
+    sums.y[i] = (box.height_px - box.height_px / 2) * sums.weight[i] - above_sums[i].all();
+  }
+  sums.slope2 = slope2_sum.all();
+  sums.xx = xx_sum.all();
+  sums.yy = yy_sum.all();
+  return sums;
 }
 
 #endif
 
 const DetectKernels* kernels() {
 #if HWY_TARGET == HWY_AVX3
-  static constexpr DetectKernels kKernels{
-      "avx512", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh<false>, weigh<true>};
+  static constexpr DetectKernels kKernels{"avx512", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh};
   return &kKernels;
 #elif HWY_TARGET == HWY_AVX2
-  static constexpr DetectKernels kKernels{
-      "avx2", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh<false>, weigh<true>};
+  static constexpr DetectKernels kKernels{"avx2", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh};
   return &kKernels;
 #elif HWY_TARGET == HWY_SSE4
-  static constexpr DetectKernels kKernels{
-      "sse4", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh<false>, weigh<true>};
+  static constexpr DetectKernels kKernels{"sse4", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh};
   return &kKernels;
 #elif HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128
   return &scalar_kernels();
 #else
-  static constexpr DetectKernels kKernels{
-      "vector", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh<false>, weigh<true>};
+  static constexpr DetectKernels kKernels{"vector", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh};
   return &kKernels;
 #endif
 }
