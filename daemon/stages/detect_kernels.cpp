@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 
 #include "stages/detect_kernels_scalar.h"
@@ -63,10 +64,10 @@ HWY_INLINE std::uint64_t bright_bits(const Pixels& pixels, const std::byte* at) 
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < 64; i += kLanes) {
     const auto mask = pixels.bright(pixels.load(at + i * Pixels::kBytes));
-    std::uint8_t packed[8] = {};
+    std::uint8_t packed[8];
     hn::StoreMaskBits(d, mask, packed);
     std::uint64_t part = 0;
-    std::memcpy(&part, packed, sizeof(part));
+    std::memcpy(&part, packed, kLanes / 8);
     bits |= part << i;
   }
   return bits;
@@ -84,67 +85,96 @@ HWY_INLINE bool any_bright(const Pixels& pixels, const std::byte* at) {
   return !hn::AllFalse(d, pixels.bright(greatest));
 }
 
-constexpr int kGroup = 4;  // words that are looked at together while all is dark
+constexpr int kGroup = 4;  // words that are looked at together
+constexpr int kGroup_px = kGroup * 64;
 
-/// The bright pixels of some words of a row, which begin at its first pixel.
+/// A stretch of a row that is read at once, and which of its groups are bright.
+struct Stretch {
+  const std::byte* row = nullptr;
+  int y = 0;
+  int band = 0;
+  int begin = 0;             // of its groups
+  int groups = 0;            // how many
+  bool ends_row = false;     // with the pixels after them
+  std::uint64_t bright = 0;  // a bit for each group, and one for the end
+};
+
+/// Looks for bright groups, without a branch that depends on them.
 template <class Pixels>
-HWY_NOINLINE void add_words(const Pixels& pixels, const std::byte* row, int begin, int end, BrightWords& found) {
+HWY_INLINE void look(const Pixels& pixels, int width_px, Stretch& stretch) {
+  const std::byte* at = stretch.row + static_cast<std::size_t>(stretch.begin * kGroup_px) * Pixels::kBytes;
+  for (int i = 0; i < stretch.groups; ++i) {
+    stretch.bright |= static_cast<std::uint64_t>(any_bright<kGroup>(pixels, at)) << i;
+    at += static_cast<std::size_t>(kGroup_px) * Pixels::kBytes;
+  }
+  if (!stretch.ends_row || width_px % kGroup_px == 0) return;
+  // The last pixels lie in the group that ends where the row does.
+  const std::byte* last = stretch.row + static_cast<std::size_t>(width_px - kGroup_px) * Pixels::kBytes;
+  const bool bright = width_px < kGroup_px || any_bright<kGroup>(pixels, last);
+  stretch.bright |= static_cast<std::uint64_t>(bright) << stretch.groups;
+}
+
+/// The bright pixels of some words of a row.
+template <class Pixels>
+HWY_INLINE void add_words(const Pixels& pixels, const std::byte* row, int begin, int end, BrightWords& found) {
   for (int word = begin; word < end; ++word) {
-    const std::uint64_t bits = bright_bits(pixels, row + static_cast<std::size_t>(word) * 64 * Pixels::kBytes);
-    if (bits != 0) found.add(word * 64, bits);
+    found.add(word * 64, bright_bits(pixels, row + static_cast<std::size_t>(word) * 64 * Pixels::kBytes));
   }
 }
 
-/// Finds what is bright in a row, from a word on to its end or to another word.
+/// The bright pixels of the stretch.
 template <class Pixels>
-HWY_INLINE void scan_stretch(const Pixels& pixels, const std::byte* row, int begin, int end, BrightWords& found) {
-  // The processor's own prefetch feeds this loop; asking for memory ahead made it a tenth slower.
-  for (int word = begin; word + kGroup <= end; word += kGroup) {
-    const std::byte* at = row + static_cast<std::size_t>(word) * 64 * Pixels::kBytes;
-    if (any_bright<kGroup>(pixels, at)) add_words(pixels, row, word, word + kGroup, found);
+HWY_INLINE void gather(const Pixels& pixels, int width_px, const Stretch& stretch, BrightWords& found) {
+  for (std::uint64_t left = stretch.bright; left != 0; left &= left - 1) {
+    const int i = std::countr_zero(left);
+    const int begin = (stretch.begin + i) * kGroup;
+    if (i < stretch.groups) {
+      add_words(pixels, stretch.row, begin, begin + kGroup, found);
+      continue;
+    }
+    const int words = width_px / 64, rest = width_px % 64;
+    add_words(pixels, stretch.row, begin, words, found);
+    if (rest == 0) continue;
+    const std::byte* last = stretch.row + static_cast<std::size_t>(width_px - 64) * Pixels::kBytes;
+    found.add(words * 64, bright_bits(pixels, last) >> (64 - rest));
   }
 }
 
-/// The last pixels of a row, from a word on, which are less than a group and a word.
-template <class Pixels>
-HWY_INLINE void scan_end(const Pixels& pixels, const std::byte* row, int begin, int width_px, BrightWords& found) {
-  // All of it lies in the group, or in the word, that ends where the row does.
-  const auto before_end = [&](int pixels_before) {
-    return row + static_cast<std::size_t>(width_px - pixels_before) * Pixels::kBytes;
-  };
-  if (width_px >= kGroup * 64 && !any_bright<kGroup>(pixels, before_end(kGroup * 64))) return;
-  const int words = width_px / 64, rest = width_px % 64;
-  add_words(pixels, row, begin, words, found);
-  const std::uint64_t bits = rest == 0 ? 0 : bright_bits(pixels, before_end(64)) >> (64 - rest);
-  if (bits != 0) found.add(words * 64, bits);
-}
-
+/// Reads the bands in turns, a stretch each. What is bright is gathered some turns after it was looked at: a branch
+/// that nobody foresees then finds its data there, and the memory that was asked for meanwhile is on its way.
 template <class Pixels>
 void scan(const ScanRows& rows, RunSink& sink) {
-  // Bands take turns after that many words of a row at most.
-  constexpr int kTurn = 1536 / (64 * static_cast<int>(Pixels::kBytes));
+  constexpr int kMostGroups = 1536 / (kGroup_px * static_cast<int>(Pixels::kBytes));
+  constexpr std::size_t kLag = 3, kRing = 4;
   const Pixels pixels(rows);
-  const int words = rows.width_px / 64 / kGroup * kGroup;
-  const int turns = std::max(1, (words + kTurn - 1) / kTurn);
-  const int turn = (words / kGroup + turns - 1) / turns * kGroup;
-  const bool has_end = words * 64 < rows.width_px;
+  const int groups = rows.width_px / kGroup_px;
+  const int turns = std::max(1, (groups + kMostGroups - 1) / kMostGroups);
+  const int most = (groups + turns - 1) / turns;
   std::array<BrightWords, Bands::kCount> found;
+  std::array<Stretch, kRing> ring;
   Bands bands(rows, sink);
+  const auto finish = [&](const Stretch& stretch) {
+    BrightWords& of_row = found[static_cast<std::size_t>(stretch.band)];
+    if (stretch.bright != 0) gather(pixels, rows.width_px, stretch, of_row);
+    if (stretch.ends_row && !of_row.empty()) of_row.flush(rows.first_y + stretch.y, bands.sink(stretch.band));
+  };
+  std::size_t looked = 0;
   for (int at = 0; at < bands.height(); ++at) {
-    for (int i = 0; i < turns; ++i) {
-      const int begin = i * turn, end = std::min(words, begin + turn);
+    for (int turn = 0; turn < turns; ++turn) {
       for (int band = 0; band < bands.count(); ++band) {
         const int y = bands.row(band, at);
         if (y < 0) continue;
-        const std::byte* row = rows.bytes + static_cast<std::size_t>(y) * rows.stride_bytes;
-        BrightWords& of_row = found[static_cast<std::size_t>(band)];
-        scan_stretch(pixels, row, begin, end, of_row);
-        if (i + 1 < turns) continue;
-        if (has_end) scan_end(pixels, row, words, rows.width_px, of_row);
-        if (!of_row.empty()) of_row.flush(rows.first_y + y, bands.sink(band));
+        Stretch& stretch = ring[looked % kRing];
+        stretch = {rows.bytes + static_cast<std::size_t>(y) * rows.stride_bytes, y, band,
+                   std::min(groups, turn * most)};
+        stretch.groups = std::min(groups, stretch.begin + most) - stretch.begin;
+        stretch.ends_row = turn + 1 == turns;
+        look(pixels, rows.width_px, stretch);
+        if (++looked > kLag) finish(ring[(looked - kLag - 1) % kRing]);
       }
     }
   }
+  for (std::size_t i = looked > kLag ? looked - kLag : 0; i < looked; ++i) finish(ring[i % kRing]);
   bands.gather();
 }
 

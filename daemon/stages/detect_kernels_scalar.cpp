@@ -30,7 +30,7 @@ void scan(const ScanRows& rows, RunSink& sink) {
           const bool bright = value<kBytes>(row + (x + i) * kBytes, rows.kept) >= rows.threshold;
           bits |= static_cast<std::uint64_t>(bright) << i;
         }
-        if (bits != 0) words.add(x, bits);
+        words.add(x, bits);
       }
       if (!words.empty()) words.flush(rows.first_y + y, bands.sink(band));
     }

@@ -12,17 +12,21 @@ namespace mocap::stages {
 
 inline constexpr std::size_t kMaxWords = 32768 / 64;
 
-/// The bright pixels of one row: words of 64 bits, those without any left out.
+/// The bright pixels of one row: words of 64 bits, those without any left out. Written to need few branches: which rows
+/// and words are bright no processor foresees, and each surprise costs as much as reading a thousand pixels.
 class BrightWords {
  public:
+  BrightWords() {
+    x_[0] = kNowhere;
+    bits_[0] = 0;
+  }
+
   /// `bits` of the pixels from x on, x a multiple of 64; in the order of x.
   void add(int x, std::uint64_t bits) {
-    x_[count_] = static_cast<std::uint16_t>(x);
-    bits_[count_] = bits;
-    const bool adjoins = count_ > 0 && x_[count_ - 1] + 64 == x;
-    const std::uint64_t carry = adjoins ? bits_[count_ - 1] >> 63U : 0U;
-    runs_ += static_cast<std::size_t>(std::popcount(bits & ~(bits << 1U | carry)));
-    ++count_;
+    x_[count_ + 1] = static_cast<std::uint16_t>(x);
+    bits_[count_ + 1] = bits;
+    runs_ += static_cast<std::size_t>(std::popcount(bits & ~shifted(count_ + 1)));
+    count_ += bits != 0 ? 1 : 0;
   }
   bool empty() const { return count_ == 0; }
   void clear() { count_ = runs_ = 0; }
@@ -32,54 +36,46 @@ class BrightWords {
     if (runs_ > sink.row_bound || runs_ > sink.room.size() - sink.count) {
       ++sink.rows_given_up;
     } else {
-      emit(y, sink);
+      emit(y, sink.room.data() + sink.count);
+      sink.count += runs_;
     }
     clear();
   }
 
  private:
-  void emit(int y, RunSink& sink) const {
-    Run* out = sink.room.data() + sink.count;
-    const Run* first = out;
-    int begin = -1;  // of the run that reaches the end of the word before
-    int next_x = -1;
-    for (std::size_t i = 0; i < count_; ++i) {
-      const int x = x_[i];
-      std::uint64_t bits = bits_[i];
-      if (begin >= 0) {
-        const int on = x == next_x ? std::countr_one(bits) : 0;
-        if (on == 64) {
-          next_x = x + 64;
-          continue;
-        }
-        *out++ = run(y, begin, next_x + on);
-        bits = bits >> on << on;
-        begin = -1;
-      }
-      while (bits != 0) {
-        const int from = std::countr_zero(bits);
-        const int to = from + std::countr_one(bits >> from);
-        if (to == 64) {
-          begin = x + from;
-          next_x = x + 64;
-          break;
-        }
-        *out++ = run(y, x + from, x + to);
-        bits = bits >> to << to;
-      }
-    }
-    if (begin >= 0) *out++ = run(y, begin, next_x);
-    sink.count += static_cast<std::size_t>(out - first);
+  static constexpr std::uint16_t kNowhere = 1;  // no word adjoins it
+
+  bool adjoins(std::size_t i) const { return x_[i - 1] + 64 == x_[i]; }
+
+  /// Word i, each bit one further, with the last bit of the word before.
+  std::uint64_t shifted(std::size_t i) const {
+    const std::uint64_t carry = adjoins(i) ? bits_[i - 1] >> 63U : 0U;
+    return bits_[i] << 1U | carry;
   }
 
-  static Run run(int y, int begin, int end) {
-    return {static_cast<std::uint16_t>(y), static_cast<std::uint16_t>(begin), static_cast<std::uint16_t>(end)};
+  void emit(int y, Run* out) const {
+    Run* begun = out;
+    Run* ended = out;
+    for (std::size_t i = 1; i <= count_; ++i) {
+      // A run that reaches the end of a word goes on in the next one, where there is one.
+      if ((bits_[i - 1] >> 63U) != 0 && !adjoins(i)) (ended++)->end = static_cast<std::uint16_t>(x_[i - 1] + 64);
+      const std::uint64_t bits = bits_[i], before = shifted(i);
+      for (std::uint64_t begins = bits & ~before; begins != 0; begins &= begins - 1, ++begun) {
+        begun->y = static_cast<std::uint16_t>(y);
+        begun->begin = static_cast<std::uint16_t>(x_[i] + std::countr_zero(begins));
+      }
+      for (std::uint64_t ends = before & ~bits; ends != 0; ends &= ends - 1) {
+        (ended++)->end = static_cast<std::uint16_t>(x_[i] + std::countr_zero(ends));
+      }
+    }
+    if ((bits_[count_] >> 63U) != 0) ended->end = static_cast<std::uint16_t>(x_[count_] + 64);
   }
 
   std::size_t count_ = 0;
   std::size_t runs_ = 0;
-  std::array<std::uint16_t, kMaxWords> x_;
-  std::array<std::uint64_t, kMaxWords> bits_;
+  // From 1 on; one more, for a word without any.
+  std::array<std::uint16_t, kMaxWords + 2> x_;
+  std::array<std::uint64_t, kMaxWords + 2> bits_;
 };
 
 /// The bands that an image is read in, row by row in turn: memory feeds a few streams faster than a single one. Each
