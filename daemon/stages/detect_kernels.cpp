@@ -114,29 +114,26 @@ HWY_INLINE void look(const Pixels& pixels, int width_px, Stretch& stretch) {
   stretch.bright |= static_cast<std::uint64_t>(bright) << stretch.groups;
 }
 
-/// The bright pixels of some words of a row.
-template <class Pixels>
-HWY_INLINE void add_words(const Pixels& pixels, const std::byte* row, int begin, int end, BrightWords& found) {
-  for (int word = begin; word < end; ++word) {
-    found.add(word * 64, bright_bits(pixels, row + static_cast<std::size_t>(word) * 64 * Pixels::kBytes));
-  }
-}
-
 /// The bright pixels of the stretch.
 template <class Pixels>
 HWY_INLINE void gather(const Pixels& pixels, int width_px, const Stretch& stretch, BrightWords& found) {
+  constexpr std::size_t kWordBytes = 64 * Pixels::kBytes;
   for (std::uint64_t left = stretch.bright; left != 0; left &= left - 1) {
     const int i = std::countr_zero(left);
-    const int begin = (stretch.begin + i) * kGroup;
+    int word = (stretch.begin + i) * kGroup;
+    const std::byte* at = stretch.row + static_cast<std::size_t>(word) * kWordBytes;
     if (i < stretch.groups) {
-      add_words(pixels, stretch.row, begin, begin + kGroup, found);
+      static_assert(kGroup == 4);
+      found.add<kGroup>(word * 64,
+                        {bright_bits(pixels, at), bright_bits(pixels, at + kWordBytes),
+                         bright_bits(pixels, at + 2 * kWordBytes), bright_bits(pixels, at + 3 * kWordBytes)});
       continue;
     }
     const int words = width_px / 64, rest = width_px % 64;
-    add_words(pixels, stretch.row, begin, words, found);
+    for (; word < words; ++word, at += kWordBytes) found.add<1>(word * 64, {bright_bits(pixels, at)});
     if (rest == 0) continue;
     const std::byte* last = stretch.row + static_cast<std::size_t>(width_px - 64) * Pixels::kBytes;
-    found.add(words * 64, bright_bits(pixels, last) >> (64 - rest));
+    found.add<1>(words * 64, {bright_bits(pixels, last) >> (64 - rest)});
   }
 }
 
@@ -156,7 +153,7 @@ void scan(const ScanRows& rows, RunSink& sink) {
   const auto finish = [&](const Stretch& stretch) {
     BrightWords& of_row = found[static_cast<std::size_t>(stretch.band)];
     if (stretch.bright != 0) gather(pixels, rows.width_px, stretch, of_row);
-    if (stretch.ends_row && !of_row.empty()) of_row.flush(rows.first_y + stretch.y, bands.sink(stretch.band));
+    if (stretch.ends_row) of_row.flush(rows.first_y + stretch.y, bands.sink(stretch.band));
   };
   std::size_t looked = 0;
   for (int at = 0; at < bands.height(); ++at) {

@@ -30,9 +30,9 @@ void scan(const ScanRows& rows, RunSink& sink) {
           const bool bright = value<kBytes>(row + (x + i) * kBytes, rows.kept) >= rows.threshold;
           bits |= static_cast<std::uint64_t>(bright) << i;
         }
-        words.add(x, bits);
+        words.add<1>(x, {bits});
       }
-      if (!words.empty()) words.flush(rows.first_y + y, bands.sink(band));
+      words.flush(rows.first_y + y, bands.sink(band));
     }
   }
   bands.gather();

@@ -12,70 +12,79 @@ namespace mocap::stages {
 
 inline constexpr std::size_t kMaxWords = 32768 / 64;
 
-/// The bright pixels of one row: words of 64 bits, those without any left out. Written to need few branches: which rows
-/// and words are bright no processor foresees, and each surprise costs as much as reading a thousand pixels.
+/// The bright pixels of one row, as the edges between bright and dark: words of 64 bits, a bit where the pixel differs
+/// from the one before; those without any left out. Written to need few branches: which words are bright no processor
+/// foresees, and each surprise costs as much as reading a thousand pixels.
 class BrightWords {
  public:
-  BrightWords() {
-    x_[0] = kNowhere;
-    bits_[0] = 0;
+  /// The bits of a few words of 64 pixels, from x on, a multiple of 64; in the order of x. What is left out is dark.
+  template <std::size_t kCount>
+  void add(int x, const std::array<std::uint64_t, kCount>& words) {
+    if (carry_ != 0 && x != next_x_) close();
+    for (const std::uint64_t bits : words) {
+      push(x, bits ^ (bits << 1U | carry_));
+      carry_ = bits >> 63U;
+      x += 64;
+    }
+    next_x_ = x;
   }
-
-  /// `bits` of the pixels from x on, x a multiple of 64; in the order of x.
-  void add(int x, std::uint64_t bits) {
-    x_[count_ + 1] = static_cast<std::uint16_t>(x);
-    bits_[count_ + 1] = bits;
-    runs_ += static_cast<std::size_t>(std::popcount(bits & ~shifted(count_ + 1)));
-    count_ += bits != 0 ? 1 : 0;
-  }
-  bool empty() const { return count_ == 0; }
-  void clear() { count_ = runs_ = 0; }
 
   /// Hands the row's runs on, or gives the row up.
   void flush(int y, RunSink& sink) {
-    if (runs_ > sink.row_bound || runs_ > sink.room.size() - sink.count) {
+    if (carry_ != 0) close();
+    if (edges_ == 0) return;
+    const std::size_t runs = edges_ / 2;
+    if (runs > sink.row_bound || runs + kAhead > sink.room.size() - sink.count) {
       ++sink.rows_given_up;
     } else {
-      emit(y, sink.room.data() + sink.count);
-      sink.count += runs_;
+      emit(static_cast<std::uint16_t>(y), sink.room.data() + sink.count);
+      sink.count += runs;
     }
-    clear();
+    count_ = edges_ = 0;
   }
 
  private:
-  static constexpr std::uint16_t kNowhere = 1;  // no word adjoins it
+  static constexpr std::size_t kAhead = 2;  // runs that are written before it is known whether they are
 
-  bool adjoins(std::size_t i) const { return x_[i - 1] + 64 == x_[i]; }
-
-  /// Word i, each bit one further, with the last bit of the word before.
-  std::uint64_t shifted(std::size_t i) const {
-    const std::uint64_t carry = adjoins(i) ? bits_[i - 1] >> 63U : 0U;
-    return bits_[i] << 1U | carry;
+  void push(int x, std::uint64_t edges) {
+    x_[count_] = static_cast<std::uint16_t>(x);
+    words_[count_] = edges;
+    edges_ += static_cast<std::size_t>(std::popcount(edges));
+    count_ += edges != 0 ? 1 : 0;
   }
 
-  void emit(int y, Run* out) const {
-    Run* begun = out;
-    Run* ended = out;
-    for (std::size_t i = 1; i <= count_; ++i) {
-      // A run that reaches the end of a word goes on in the next one, where there is one.
-      if ((bits_[i - 1] >> 63U) != 0 && !adjoins(i)) (ended++)->end = static_cast<std::uint16_t>(x_[i - 1] + 64);
-      const std::uint64_t bits = bits_[i], before = shifted(i);
-      for (std::uint64_t begins = bits & ~before; begins != 0; begins &= begins - 1, ++begun) {
-        begun->y = static_cast<std::uint16_t>(y);
-        begun->begin = static_cast<std::uint16_t>(x_[i] + std::countr_zero(begins));
-      }
-      for (std::uint64_t ends = before & ~bits; ends != 0; ends &= ends - 1) {
-        (ended++)->end = static_cast<std::uint16_t>(x_[i] + std::countr_zero(ends));
-      }
+  /// A run reached the end of a word, and ends there.
+  void close() {
+    push(next_x_, 1);
+    carry_ = 0;
+  }
+
+  void emit(std::uint16_t y, Run* out) const {
+    std::size_t k = 0;  // an even edge begins a run, an odd one ends it
+    const auto write = [&](std::size_t edge, int x) {
+      Run& run = out[edge / 2];
+      run.y = y;
+      (edge % 2 == 0 ? run.begin : run.end) = static_cast<std::uint16_t>(x);
+    };
+    for (std::size_t i = 0; i < count_; ++i) {
+      // The first two of a word are written without asking whether they are: what comes later overwrites them.
+      std::uint64_t left = words_[i];
+      const std::size_t end = k + static_cast<std::size_t>(std::popcount(left));
+      write(k, x_[i] + std::countr_zero(left));
+      left &= left - 1;
+      write(k + 1, x_[i] + std::countr_zero(left));
+      left &= left - 1;
+      for (k += 2; left != 0; left &= left - 1) write(k++, x_[i] + std::countr_zero(left));
+      k = end;
     }
-    if ((bits_[count_] >> 63U) != 0) ended->end = static_cast<std::uint16_t>(x_[count_] + 64);
   }
 
   std::size_t count_ = 0;
-  std::size_t runs_ = 0;
-  // From 1 on; one more, for a word without any.
+  std::size_t edges_ = 0;
+  std::uint64_t carry_ = 0;  // the last pixel so far
+  int next_x_ = 0;           // where it may go on
   std::array<std::uint16_t, kMaxWords + 2> x_;
-  std::array<std::uint64_t, kMaxWords + 2> bits_;
+  std::array<std::uint64_t, kMaxWords + 2> words_;
 };
 
 /// The bands that an image is read in, row by row in turn: memory feeds a few streams faster than a single one. Each
