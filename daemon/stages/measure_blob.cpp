@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "stages/fit_disc.h"
 #include "stages/pixel_rows.h"
 #include "stages/touching_discs.h"
 
@@ -13,9 +14,12 @@ namespace {
 
 // What is darker than this many standard deviations over the background weighs nothing.
 constexpr double kLowOverNoise = 2.0;
-// What the pixel grid leaves of the centroid of a disc of radius 1 px, in inverse proportion to the radius; measured on
-// rendered discs of 2 to 8 px.
-constexpr double kGridSigma_px = 0.008;
+// What the pixel grid leaves of the centroid of a disc of radius 1 px, for each px that its edge is narrower than an
+// edge which the grid samples well; in inverse proportion to the radius. Measured on rendered discs.
+constexpr double kGridSigma_px = 0.03;
+constexpr double kSampledEdge_px = 0.8;
+// By what share the weights do worse than 3u^2 - 2u^3 would without a grid, for each px of such narrowness.
+constexpr double kNarrowLoss = 0.3;
 // A blob cut by the border: its centre may be off by about this share of its radius. One cut from another marker: less.
 constexpr double kBorderSigma = 0.3;
 constexpr double kSplitSigma = 0.03;
@@ -24,11 +28,18 @@ constexpr double kSlopeOfSum = 6.0 * kFullWeight / (4.0 * kFullSlope);
 // How much of u^2 and of u^3 is in the weights, by 1, s, e, s^2, s e, e^2 of a blob with radius 1/s and an edge e px
 // wide; the rest is u. Such weights leave the centroid the least error by noise and grid together. Fitted to rendered
 // discs of radius 0.7 to 11 px, blurred by 0.05 to 1.2 px, of 4 brightnesses over noise.
-constexpr std::array<double, 6> kSquares{0.1957, -0.2838, -1.0942, -0.0081, 1.5068, 2.9772};
-constexpr std::array<double, 6> kCubes{0.0012, 0.1643, 0.2635, -0.1996, 0.5825, -1.9583};
+constexpr std::array<double, 6> kSquares{-0.0061, -0.3332, -0.6927, 0.1125, 1.5443, 3.0603};
+constexpr std::array<double, 6> kCubes{0.0629, 0.1792, 0.2587, -0.2701, 0.6469, -2.2417};
 constexpr double kLeastRadius_px = 0.6;
 constexpr double kLeastEdge_px = 0.2;
 constexpr double kMostEdge_px = 1.1;
+// Where the fit of a disc that the range cuts off begins.
+constexpr double kStartEdge_px = 0.58;  // of a lens that blurs by half a pixel
+constexpr double kWholeEdge_px = 0.66;  // what such an edge measures where the range cuts nothing off
+constexpr double kSigmaOfEdge = 0.88;
+constexpr double kFitRoundness = 0.7;  // what is longer is no disc
+// What the grid leaves of such a disc's centroid without the fit, radius 1 px.
+constexpr double kCutOffSigma_px = 0.04;
 // Less round than that may be two discs.
 constexpr double kRound = 0.85;
 
@@ -133,8 +144,7 @@ Measured BlobMeter::measure(const Image& image, const Cut& cut, std::span<const 
     erase_others(cut, runs, window);
     seen = kernels_.survey(box_, {cut.threshold, cut.top});
   }
-  blob = weigh(cut, window, seen);
-  blob.roundness = shape.roundness();
+  blob = weigh(cut, window, seen, shape.roundness());
   blob.axis_rad = shape.axis_rad();
   if (blob.roundness < kRound && split_touching_) return split(cut, window, shape, blob);
   measured.push_back(blob);
@@ -212,7 +222,7 @@ void BlobMeter::erase_others(const Cut& cut, std::span<const Run> runs, const Wi
   }
 }
 
-Blob BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& seen) const {
+Blob BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& seen, double roundness) {
   const double low = std::floor(cut.low.value_or(cut.background + kLowOverNoise * cut.noise));
   Weighing weighing;
   // Below the threshold, so that what is bright weighs something.
@@ -238,8 +248,34 @@ Blob BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& see
   const double lever = static_cast<double>(sums.lever) - (x * x + y * y) * static_cast<double>(sums.slope2);
   const double smooth = 3.0 * static_cast<double>(sums.weight[1]) - 2.0 * static_cast<double>(sums.weight[2]);
   const double moved = cut.noise * kSlopeOfSum / weighing.span * std::sqrt(std::max(0.0, 0.5 * lever)) / smooth;
-  blob.sigma_px = std::hypot(moved, kGridSigma_px / bright_radius_px);
+  const double narrow_px = std::max(0.0, kSampledEdge_px - edge_px);
+  blob.sigma_px = std::hypot((1.0 + kNarrowLoss * narrow_px) * moved, kGridSigma_px * narrow_px / radius_px);
+  blob.roundness = roundness;
+  if (seen.at_top > 0) refine(cut, window, radius_px, edge_px, blob);
   return blob;
+}
+
+// Of a disc that the range cuts off the rim is so steep that the grid spoils any weighted mean; a fit bears it.
+void BlobMeter::refine(const Cut& cut, const Window& window, double radius_px, double edge_px, Blob& blob) {
+  const bool fits = blob.roundness > kFitRoundness && fits_left_ > 0;
+  fits_left_ -= fits ? 1 : 0;
+  SoftDisc start;
+  const double first_x = window.x, first_y = window.y;
+  start.x = blob.centroid.v.x() - first_x;
+  start.y = blob.centroid.v.y() - first_y;
+  // The brighter the disc, the narrower is what the range leaves of its edge; half of the range is then the less of it.
+  const double times_range = std::clamp(1.05 + 4.0 * (kWholeEdge_px - edge_px), 1.05, 3.0);
+  start.height = times_range * (cut.top - cut.background);
+  start.edge_px = std::max(kStartEdge_px, kSigmaOfEdge * edge_px);
+  start.radius_px = std::max(0.5, radius_px - 0.6 * (times_range - 1.0) * start.edge_px);
+  const DiscFitLevels levels{cut.top, cut.background, cut.noise};
+  const auto fitted = fits ? fit_disc(box_, window.width_px, levels, start) : std::nullopt;
+  if (!fitted) {
+    blob.sigma_px = std::hypot(blob.sigma_px, kCutOffSigma_px / std::sqrt(radius_px));
+    return;
+  }
+  blob.centroid = {{fitted->disc.x + first_x, fitted->disc.y + first_y}};
+  blob.sigma_px = fitted->sigma_px;
 }
 
 Measured BlobMeter::split(const Cut& cut, const Window& window, const Shape& shape, const Blob& whole) {
@@ -258,13 +294,12 @@ Measured BlobMeter::split(const Cut& cut, const Window& window, const Shape& sha
     keep_side(pixels_, box_, middle, axis, waist.at_px, far_side);
     const BoxSurvey seen = kernels_.survey(box_, {cut.threshold, cut.top});
     if (seen.bright > 0) {
-      Blob blob = weigh(cut, window, seen);
       const Eigen::Vector3d moments = moments_of(box_, cut.threshold);
       Shape side;
       side.xx = moments[0];
       side.yy = moments[1];
       side.xy = moments[2];
-      blob.roundness = side.roundness();
+      Blob blob = weigh(cut, window, seen, side.roundness());
       blob.axis_rad = side.axis_rad();
       blob.sigma_px = std::hypot(blob.sigma_px, kSplitSigma * std::sqrt(blob.area_px2 / M_PI));
       measured.push_back(blob);
