@@ -13,25 +13,22 @@ namespace {
 
 // Places of a few neighbours each, a cache line a place: 512 pixels tell the background to a twentieth of the noise,
 // and the noise to 3 %. Each place is a wait for memory.
-constexpr int kAcross = 8;
-constexpr int kDown = 4;
 constexpr int kPlace_px = 16;
-constexpr int kPlaces = kAcross * kDown;
+constexpr int kPlaces = 32;
 
 struct Place {
   int x, y;
 };
 
+/// Each place has a row of its own, and steps of a golden section across: no pattern in the image meets them all.
 std::array<Place, kPlaces> places_of(const Image& image, int place_px) {
+  constexpr int kGolden = 40503;  // of 65536
   std::array<Place, kPlaces> places;
   const int steps = image.width_px / place_px;
-  for (int j = 0; j < kDown; ++j) {
-    for (int i = 0; i < kAcross; ++i) {
-      // Each row of places is shifted, so that no column of the sensor is read more than a few times.
-      const int step = (2 * i + 1) * steps / (2 * kAcross) + 3 * j;
-      places[static_cast<std::size_t>(j * kAcross + i)] = {step % steps * place_px,
-                                                           (2 * j + 1) * image.height_px / (2 * kDown)};
-    }
+  for (int k = 0; k < kPlaces; ++k) {
+    const int across = k * kGolden & 0xFFFF;
+    places[static_cast<std::size_t>(k)] = {(across * steps >> 16) * place_px,
+                                           (2 * k + 1) * image.height_px / (2 * kPlaces)};
   }
   return places;
 }
