@@ -18,6 +18,7 @@ constexpr int kMaxRounds = 10;
 constexpr double kSettledShare = 0.95;  // of the squares before
 constexpr double kSettled_px = 1e-3;    // the next step would be its square
 constexpr double kMostShift_px = 1.0;
+constexpr double kMostShiftShare = 0.3;  // of the radius
 constexpr std::size_t kMaxRim = 2048;
 constexpr double kOutside_px = 5.0;  // how far outside of the start's radius the rim's light may reach
 constexpr double kDarkOverNoise = 3.0;
@@ -207,7 +208,8 @@ std::optional<FittedDisc> fit_disc(const Box& box, int width_px, const DiscFitLe
   }
   const double left = normals.squares / std::max(1.0, normals.seen - kUnknowns);
   const double worst = levels.noise * levels.noise * 1.5 * 1.5 + kWorstModelError * kWorstModelError * range * range;
-  if (!(left < worst) || std::hypot(disc.x, disc.y) > kMostShift_px) return std::nullopt;
+  if (!(left < worst) || std::hypot(disc.x, disc.y) > std::max(kMostShift_px, kMostShiftShare * start.radius_px))
+    return std::nullopt;
   const Matrix inverse = normals.matrix.ldlt().solve(Matrix::Identity());
   const double told = 0.5 * (inverse(0, 0) + inverse(1, 1)) * std::max(left, levels.noise * levels.noise);
   if (!(told > 0.0)) return std::nullopt;

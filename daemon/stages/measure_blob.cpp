@@ -22,7 +22,10 @@ constexpr double kSampledEdge_px = 0.8;
 constexpr double kNarrowLoss = 0.3;
 // A blob cut by the border: its centre may be off by about this share of its radius. One cut from another marker: less.
 constexpr double kBorderSigma = 0.3;
-constexpr double kSplitSigma = 0.03;
+constexpr double kSplitSigma = 0.04;
+constexpr double kFittedSplitSigma = 0.002;
+constexpr double kSharedLight_px = 1.0;  // how far from the cut the other one's light is
+constexpr double kCutOffHeight = 1.5;
 // The slope of 3u^2 - 2u^3, which is 6 u (1 - u), of the whole numbers that the kernels add up.
 constexpr double kSlopeOfSum = 6.0 * kFullWeight / (4.0 * kFullSlope);
 // How much of u^2 and of u^3 is in the weights, by 1, s, e, s^2, s e, e^2 of a blob with radius 1/s and an edge e px
@@ -61,6 +64,8 @@ Cubic weights_for(double radius_px, double edge_px) {
   const double b = dot(kSquares), c = dot(kCubes);
   return {1.0 - b - c, b, c};
 }
+
+Eigen::Vector2d axis_of(const Shape& shape) { return {std::cos(shape.axis_rad()), std::sin(shape.axis_rad())}; }
 
 /// How far the brightest of the pixels on a disc's plateau is likely to be over it, in standard deviations.
 double peak_over_plateau(double radius_px) {
@@ -144,10 +149,17 @@ Measured BlobMeter::measure(const Image& image, const Cut& cut, std::span<const 
     erase_others(cut, runs, window);
     seen = kernels_.survey(box_, {cut.threshold, cut.top});
   }
-  blob = weigh(cut, window, seen, shape.roundness());
-  blob.axis_rad = shape.axis_rad();
-  if (blob.roundness < kRound && split_touching_) return split(cut, window, shape, blob);
-  measured.push_back(blob);
+  Weighed weighed = weigh(cut, window, seen);
+  weighed.blob.roundness = shape.roundness();
+  weighed.blob.axis_rad = shape.axis_rad();
+  Waist waist;
+  if (weighed.blob.roundness < kRound && split_touching_) {
+    waist = waist_of(cut, window, shape);
+    if (waist.splits) return split(cut, window, shape, waist);
+  }
+  if (seen.at_top > 0) refine(cut, window, weighed);
+  weighed.blob.merged = waist.doubtful;
+  measured.push_back(weighed.blob);
   return measured;
 }
 
@@ -222,7 +234,7 @@ void BlobMeter::erase_others(const Cut& cut, std::span<const Run> runs, const Wi
   }
 }
 
-Blob BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& seen, double roundness) {
+BlobMeter::Weighed BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& seen) const {
   const double low = std::floor(cut.low.value_or(cut.background + kLowOverNoise * cut.noise));
   Weighing weighing;
   // Below the threshold, so that what is bright weighs something.
@@ -250,13 +262,12 @@ Blob BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& see
   const double moved = cut.noise * kSlopeOfSum / weighing.span * std::sqrt(std::max(0.0, 0.5 * lever)) / smooth;
   const double narrow_px = std::max(0.0, kSampledEdge_px - edge_px);
   blob.sigma_px = std::hypot((1.0 + kNarrowLoss * narrow_px) * moved, kGridSigma_px * narrow_px / radius_px);
-  blob.roundness = roundness;
-  if (seen.at_top > 0) refine(cut, window, radius_px, edge_px, blob);
-  return blob;
+  return {blob, radius_px, edge_px};
 }
 
 // Of a disc that the range cuts off the rim is so steep that the grid spoils any weighted mean; a fit bears it.
-void BlobMeter::refine(const Cut& cut, const Window& window, double radius_px, double edge_px, Blob& blob) {
+void BlobMeter::refine(const Cut& cut, const Window& window, Weighed& weighed) {
+  auto& [blob, radius_px, edge_px] = weighed;
   const bool fits = blob.roundness > kFitRoundness && fits_left_ > 0;
   fits_left_ -= fits ? 1 : 0;
   SoftDisc start;
@@ -278,16 +289,36 @@ void BlobMeter::refine(const Cut& cut, const Window& window, double radius_px, d
   blob.sigma_px = fitted->sigma_px;
 }
 
-Measured BlobMeter::split(const Cut& cut, const Window& window, const Shape& shape, const Blob& whole) {
-  Measured measured;
-  const Eigen::Vector2d middle(shape.x - window.x, shape.y - window.y);
-  const Eigen::Vector2d axis(std::cos(whole.axis_rad), std::sin(whole.axis_rad));
-  const Waist waist = find_waist(box_, cut.threshold, middle, axis);
-  if (!waist.splits) {
-    measured.push_back(whole);
-    measured.back().merged = waist.doubtful;
-    return measured;
+// What is left of a disc beside another one has its middle elsewhere; the rim that is left still tells of the whole.
+bool BlobMeter::fit_side(const Cut& cut, const Window& window, const BoxSurvey& seen, Blob& blob) {
+  const double radius_px = std::sqrt(blob.area_px2 / M_PI);
+  const double first_x = window.x, first_y = window.y;
+  SoftDisc start;
+  start.x = blob.centroid.v.x() - first_x;
+  start.y = blob.centroid.v.y() - first_y;
+  start.radius_px = radius_px;
+  start.edge_px = kStartEdge_px;
+  start.height = (seen.at_top > 0 ? kCutOffHeight : 1.0) * (seen.peak - cut.background);
+  const DiscFitLevels levels{cut.top, cut.background, cut.noise};
+  const auto fitted = fits_left_-- > 0 ? fit_disc(box_, window.width_px, levels, start) : std::nullopt;
+  if (!fitted) {
+    fits_left_ = std::max(fits_left_, 0);
+    blob.sigma_px = std::hypot(blob.sigma_px, kSplitSigma * radius_px);
+    return false;
   }
+  blob.centroid = {{fitted->disc.x + first_x, fitted->disc.y + first_y}};
+  blob.sigma_px = std::hypot(fitted->sigma_px, kFittedSplitSigma * radius_px);
+  return true;
+}
+
+Waist BlobMeter::waist_of(const Cut& cut, const Window& window, const Shape& shape) const {
+  const Eigen::Vector2d middle(shape.x - window.x, shape.y - window.y);
+  return find_waist(box_, cut.threshold, middle, axis_of(shape));
+}
+
+Measured BlobMeter::split(const Cut& cut, const Window& window, const Shape& shape, const Waist& waist) {
+  Measured measured;
+  const Eigen::Vector2d middle(shape.x - window.x, shape.y - window.y), axis = axis_of(shape);
   const auto pixels = static_cast<std::ptrdiff_t>(box_.width_px) * box_.height_px;
   std::copy_n(pixels_.begin(), pixels, saved_.begin());
   for (const bool far_side : {false, true}) {
@@ -299,9 +330,12 @@ Measured BlobMeter::split(const Cut& cut, const Window& window, const Shape& sha
       side.xx = moments[0];
       side.yy = moments[1];
       side.xy = moments[2];
-      Blob blob = weigh(cut, window, seen, side.roundness());
+      Blob blob = weigh(cut, window, seen).blob;
+      blob.roundness = side.roundness();
       blob.axis_rad = side.axis_rad();
-      blob.sigma_px = std::hypot(blob.sigma_px, kSplitSigma * std::sqrt(blob.area_px2 / M_PI));
+      keep_side(pixels_, box_, middle, axis, waist.at_px + (far_side ? kSharedLight_px : -kSharedLight_px), far_side);
+      // A side that is long and no disc is two more.
+      blob.merged = !fit_side(cut, window, seen, blob) && blob.roundness < kFitRoundness;
       measured.push_back(blob);
     }
     std::copy_n(saved_.begin(), pixels, pixels_.begin());
