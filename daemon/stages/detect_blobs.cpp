@@ -70,6 +70,7 @@ class BlobDetector final : public Detector {
     found.too_small = components_.too_small();
     found.too_large = components_.too_large();
     shapes_.clear();
+    meter_.begin_image();
     for (std::size_t i = 0; i < components_.count(); ++i) {
       shapes_.push_back(shape_of(components_.component(i)));
       meter_.prefetch(image, shapes_.back());

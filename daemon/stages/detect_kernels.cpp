@@ -1,6 +1,8 @@
 #include "stages/detect_kernels.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstring>
 
 #include "stages/detect_kernels_scalar.h"
@@ -62,10 +64,10 @@ HWY_INLINE std::uint64_t bright_bits(const Pixels& pixels, const std::byte* at) 
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < 64; i += kLanes) {
     const auto mask = pixels.bright(pixels.load(at + i * Pixels::kBytes));
-    std::uint8_t packed[8] = {};
+    std::uint8_t packed[8];
     hn::StoreMaskBits(d, mask, packed);
     std::uint64_t part = 0;
-    std::memcpy(&part, packed, sizeof(part));
+    std::memcpy(&part, packed, kLanes / 8);
     bits |= part << i;
   }
   return bits;
@@ -83,38 +85,94 @@ HWY_INLINE bool any_bright(const Pixels& pixels, const std::byte* at) {
   return !hn::AllFalse(d, pixels.bright(greatest));
 }
 
+constexpr int kGroup = 4;  // words that are looked at together
+constexpr int kGroup_px = kGroup * 64;
+
+/// A stretch of a row that is read at once, and which of its groups are bright.
+struct Stretch {
+  const std::byte* row = nullptr;
+  int y = 0;
+  int band = 0;
+  int begin = 0;             // of its groups
+  int groups = 0;            // how many
+  bool ends_row = false;     // with the pixels after them
+  std::uint64_t bright = 0;  // a bit for each group, and one for the end
+};
+
+/// Looks for bright groups, without a branch that depends on them.
+template <class Pixels>
+HWY_INLINE void look(const Pixels& pixels, int width_px, Stretch& stretch) {
+  const std::byte* at = stretch.row + static_cast<std::size_t>(stretch.begin * kGroup_px) * Pixels::kBytes;
+  for (int i = 0; i < stretch.groups; ++i) {
+    stretch.bright |= static_cast<std::uint64_t>(any_bright<kGroup>(pixels, at)) << i;
+    at += static_cast<std::size_t>(kGroup_px) * Pixels::kBytes;
+  }
+  if (!stretch.ends_row || width_px % kGroup_px == 0) return;
+  // The last pixels lie in the group that ends where the row does.
+  const std::byte* last = stretch.row + static_cast<std::size_t>(width_px - kGroup_px) * Pixels::kBytes;
+  const bool bright = width_px < kGroup_px || any_bright<kGroup>(pixels, last);
+  stretch.bright |= static_cast<std::uint64_t>(bright) << stretch.groups;
+}
+
+/// The bright pixels of the stretch.
+template <class Pixels>
+HWY_INLINE void gather(const Pixels& pixels, int width_px, const Stretch& stretch, BrightWords& found) {
+  constexpr std::size_t kWordBytes = 64 * Pixels::kBytes;
+  for (std::uint64_t left = stretch.bright; left != 0; left &= left - 1) {
+    const int i = std::countr_zero(left);
+    int word = (stretch.begin + i) * kGroup;
+    const std::byte* at = stretch.row + static_cast<std::size_t>(word) * kWordBytes;
+    if (i < stretch.groups) {
+      static_assert(kGroup == 4);
+      found.add<kGroup>(word * 64,
+                        {bright_bits(pixels, at), bright_bits(pixels, at + kWordBytes),
+                         bright_bits(pixels, at + 2 * kWordBytes), bright_bits(pixels, at + 3 * kWordBytes)});
+      continue;
+    }
+    const int words = width_px / 64, rest = width_px % 64;
+    for (; word < words; ++word, at += kWordBytes) found.add<1>(word * 64, {bright_bits(pixels, at)});
+    if (rest == 0) continue;
+    const std::byte* last = stretch.row + static_cast<std::size_t>(width_px - 64) * Pixels::kBytes;
+    found.add<1>(words * 64, {bright_bits(pixels, last) >> (64 - rest)});
+  }
+}
+
+/// Reads the bands in turns, a stretch each. What is bright is gathered some turns after it was looked at: a branch
+/// that nobody foresees then finds its data there, and the memory that was asked for meanwhile is on its way.
 template <class Pixels>
 void scan(const ScanRows& rows, RunSink& sink) {
-  constexpr std::size_t kWordBytes = 64 * Pixels::kBytes;
-  constexpr int kGroup = 4;  // words that are looked at together while all is dark
+  constexpr int kMostGroups = 1536 / (kGroup_px * static_cast<int>(Pixels::kBytes));
+  constexpr std::size_t kLag = 3, kRing = 4;
   const Pixels pixels(rows);
-  const int words = rows.width_px / 64;
-  const int rest = rows.width_px % 64;
-  BrightWords found;
-  for (int y = 0; y < rows.rows; ++y) {
-    const std::byte* row = rows.bytes + static_cast<std::size_t>(y) * rows.stride_bytes;
-    int word = 0;
-    // The processor's own prefetch feeds this loop; asking for memory ahead made it a tenth slower.
-    for (; word + kGroup <= words; word += kGroup) {
-      const std::byte* at = row + static_cast<std::size_t>(word) * kWordBytes;
-      if (!any_bright<kGroup>(pixels, at)) continue;
-      for (int i = 0; i < kGroup; ++i) {
-        const std::uint64_t bits = bright_bits(pixels, at + static_cast<std::size_t>(i) * kWordBytes);
-        if (bits != 0) found.add((word + i) * 64, bits);
+  const int groups = rows.width_px / kGroup_px;
+  const int turns = std::max(1, (groups + kMostGroups - 1) / kMostGroups);
+  const int most = (groups + turns - 1) / turns;
+  std::array<BrightWords, Bands::kCount> found;
+  std::array<Stretch, kRing> ring;
+  Bands bands(rows, sink);
+  const auto finish = [&](const Stretch& stretch) {
+    BrightWords& of_row = found[static_cast<std::size_t>(stretch.band)];
+    if (stretch.bright != 0) gather(pixels, rows.width_px, stretch, of_row);
+    if (stretch.ends_row) of_row.flush(rows.first_y + stretch.y, bands.sink(stretch.band));
+  };
+  std::size_t looked = 0;
+  for (int at = 0; at < bands.height(); ++at) {
+    for (int turn = 0; turn < turns; ++turn) {
+      for (int band = 0; band < bands.count(); ++band) {
+        const int y = bands.row(band, at);
+        if (y < 0) continue;
+        Stretch& stretch = ring[looked % kRing];
+        stretch = {rows.bytes + static_cast<std::size_t>(y) * rows.stride_bytes, y, band,
+                   std::min(groups, turn * most)};
+        stretch.groups = std::min(groups, stretch.begin + most) - stretch.begin;
+        stretch.ends_row = turn + 1 == turns;
+        look(pixels, rows.width_px, stretch);
+        if (++looked > kLag) finish(ring[(looked - kLag - 1) % kRing]);
       }
     }
-    for (; word < words; ++word) {
-      const std::uint64_t bits = bright_bits(pixels, row + static_cast<std::size_t>(word) * kWordBytes);
-      if (bits != 0) found.add(word * 64, bits);
-    }
-    if (rest != 0) {
-      // The last pixels lie at the end of a word that begins within the row.
-      const std::size_t begin = static_cast<std::size_t>(rows.width_px - 64) * Pixels::kBytes;
-      const std::uint64_t bits = bright_bits(pixels, row + begin) >> (64 - rest);
-      if (bits != 0) found.add(words * 64, bits);
-    }
-    if (!found.empty()) found.flush(rows.first_y + y, sink);
   }
+  for (std::size_t i = looked > kLag ? looked - kLag : 0; i < looked; ++i) finish(ring[i % kRing]);
+  bands.gather();
 }
 
 template <class Pixels>
@@ -125,7 +183,35 @@ void scan_rows(const ScanRows& rows, RunSink& sink) {
 }
 
 using D16 = hn::CappedTag<std::uint16_t, kBoxStep_px>;
-using D32 = hn::CappedTag<std::int32_t, kBoxStep_px>;
+using S16 = hn::RebindToSigned<D16>;
+using S32 = hn::Repartition<std::int32_t, D16>;
+using V16 = hn::Vec<S16>;
+using V32 = hn::Vec<S32>;
+
+/// Adds products of lanes to sums; which lane of the sums gets which product is open.
+HWY_INLINE void add_products(V16 a, V16 b, V32& sums) {
+  auto rest = hn::Zero(S32());
+  sums = hn::ReorderWidenMulAccumulate(S32(), a, b, sums, rest);
+  sums = hn::Add(sums, rest);
+}
+
+/// The sums of the lanes of four vectors.
+HWY_INLINE void store_sums(V32 a, V32 b, V32 c, V32 d, std::int32_t (&sums)[4]) {
+  const S32 d32;
+  const hn::Repartition<std::int64_t, S32> d64;
+  // Transposes blocks of four lanes, and adds on the way.
+  const auto ab = hn::BitCast(d64, hn::Add(hn::InterleaveLower(d32, a, b), hn::InterleaveUpper(d32, a, b)));
+  const auto cd = hn::BitCast(d64, hn::Add(hn::InterleaveLower(d32, c, d), hn::InterleaveUpper(d32, c, d)));
+  const auto all =
+      hn::Add(hn::BitCast(d32, hn::InterleaveLower(d64, ab, cd)), hn::BitCast(d32, hn::InterleaveUpper(d64, ab, cd)));
+  // What is left: a block or two, each with all four.
+  std::int32_t blocks[hn::MaxLanes(S32())];
+  hn::StoreU(all, d32, blocks);
+  for (std::size_t i = 0; i < 4; ++i) {
+    sums[i] = blocks[i];
+    for (std::size_t lane = i + 4; lane < hn::MaxLanes(S32()); lane += 4) sums[i] += blocks[lane];
+  }
+}
 
 /// Adds pixels up to a survey.
 class Surveying {
@@ -145,18 +231,15 @@ class Surveying {
   }
 
   BoxSurvey seen() const {
-    constexpr std::size_t kLanes = hn::MaxLanes(D16());
-    std::uint16_t peak[kLanes], bright[kLanes], at_top[kLanes];
-    hn::StoreU(peak_, d_, peak);
-    hn::StoreU(bright_, d_, bright);
-    hn::StoreU(at_top_, d_, at_top);
-    BoxSurvey all;
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      all.peak = std::max<std::uint32_t>(all.peak, peak[i]);
-      all.bright += bright[i];
-      all.at_top += at_top[i];
-    }
-    return all;
+    const S16 signed16;
+    const auto one = hn::Set(signed16, 1);
+    auto bright = hn::Zero(S32()), at_top = bright;
+    add_products(hn::BitCast(signed16, bright_), one, bright);
+    add_products(hn::BitCast(signed16, at_top_), one, at_top);
+    std::int32_t sums[4];
+    store_sums(bright, at_top, hn::Zero(S32()), hn::Zero(S32()), sums);
+    return {hn::GetLane(hn::MaxOfLanes(d_, peak_)), static_cast<std::uint32_t>(sums[0]),
+            static_cast<std::uint32_t>(sums[1])};
   }
 
  private:
@@ -193,85 +276,120 @@ BoxSurvey survey(const Box& box, const Brightness& levels) {
   return survey.seen();
 }
 
-/// Adds up lanes of 32 bits in 64.
-class Sum64 {
+/// Sums of one power of u. Those of columns fit 16 bits for some rows, and are then folded.
+class PowerSums {
  public:
-  HWY_INLINE Sum64() : sum_(hn::Zero(d64_)) {}
-  HWY_INLINE void add(hn::Vec<D32> v) {
-    sum_ = hn::Add(sum_,
-                   hn::Add(hn::PromoteTo(d64_, hn::LowerHalf(half_, v)), hn::PromoteTo(d64_, hn::UpperHalf(half_, v))));
+  static constexpr int kRows = 16;  // times 2047 is less than 2^15
+
+  HWY_INLINE PowerSums() : column_(hn::Zero(S16())), weight(hn::Zero(S32())), x(weight), y(weight) {}
+  HWY_INLINE void add(V16 power, V16 at_y) {
+    column_ = hn::Add(column_, power);
+    add_products(power, at_y, y);
   }
-  std::int64_t all() const { return hn::GetLane(hn::SumOfLanes(d64_, sum_)); }
+  HWY_INLINE void fold(V16 at_x) {
+    add_products(column_, hn::Set(S16(), 1), weight);
+    add_products(column_, at_x, x);
+    column_ = hn::Zero(S16());
+  }
 
  private:
-  hn::Half<D32> half_;
-  hn::Rebind<std::int64_t, hn::Half<D32>> d64_;
-  hn::Vec<hn::Rebind<std::int64_t, hn::Half<D32>>> sum_;
+  V16 column_;
+
+ public:
+  V32 weight, x, y;
 };
 
-template <bool kLinear>
-BoxSums weigh(const Box& box, const Weighing& weighing) {
-  const D32 d;
-  const hn::Rebind<std::uint16_t, D32> d16;
-  constexpr int kLanes = static_cast<int>(hn::MaxLanes(D32()));
-  const auto low = hn::Set(d, static_cast<std::int32_t>(weighing.low));
-  const auto span = hn::Set(d, static_cast<std::int32_t>(weighing.span));
-  const auto scale = hn::Set(d, (kUnit << 16) / static_cast<std::int32_t>(weighing.span));
-  const auto zero = hn::Zero(d), one = hn::Set(d, 1), unit = hn::Set(d, kUnit), three = hn::Set(d, 3 * kUnit);
-  Sum64 weight_sum, x_sum, y_sum, slope2_sum, xx_sum, yy_sum;
-  for (int begin = 0; begin < box.width_px; begin += kLanes) {
-    auto weights = zero, weights_y = zero, slopes2 = zero, slopes2_yy = zero;  // of each column; all fit
-    auto y = hn::Set(d, -(box.height_px / 2));
-    const std::uint16_t* from = box.pixels + begin;
-    for (int row = 0; row < box.height_px; ++row) {
-      const auto grey = hn::PromoteTo(d, hn::LoadU(d16, from));
-      const auto over = hn::Min(hn::Max(hn::Sub(grey, low), zero), span);
-      const auto u = hn::ShiftRight<16>(hn::Mul(over, scale));
-      auto weight = hn::ShiftLeft<2>(u);
-      auto slope = hn::IfThenElseZero(hn::And(hn::Gt(u, zero), hn::Lt(u, unit)), hn::Set(d, kLinearSlope));
-      if constexpr (!kLinear) {
-        weight = hn::ShiftRight<18>(hn::Mul(hn::Mul(u, u), hn::Sub(three, hn::Add(u, u))));
-        slope = hn::ShiftRight<13>(hn::Add(hn::Mul(u, hn::Sub(unit, u)), hn::Set(d, 4096)));
-      }
-      const auto slope2 = hn::Mul(slope, slope);
-      weights = hn::Add(weights, weight);
-      weights_y = hn::Add(weights_y, hn::Mul(weight, y));
-      slopes2 = hn::Add(slopes2, slope2);
-      slopes2_yy = hn::Add(slopes2_yy, hn::Mul(slope2, hn::Mul(y, y)));
-      y = hn::Add(y, one);
-      from += box.width_px;
-    }
-    const auto x = hn::Iota(d, begin - box.width_px / 2);
-    weight_sum.add(weights);
-    x_sum.add(hn::Mul(weights, x));
-    y_sum.add(weights_y);
-    slope2_sum.add(slopes2);
-    xx_sum.add(hn::Mul(slopes2, hn::Mul(x, x)));
-    yy_sum.add(slopes2_yy);
+/// Of the squared slopes.
+class SlopeSums {
+ public:
+  HWY_INLINE SlopeSums() : slope2(hn::Zero(S32())), lever_(slope2), levers_(hn::Zero(d64_)) {}
+  HWY_INLINE void add(V16 squared, V16 radius2) {
+    add_products(squared, hn::Set(S16(), 1), slope2);
+    add_products(squared, radius2, lever_);
   }
-  return {weight_sum.all(), x_sum.all(), y_sum.all(), slope2_sum.all(), xx_sum.all(), yy_sum.all()};
+  HWY_INLINE void fold() {
+    const hn::Half<S32> half;
+    levers_ = hn::Add(levers_, hn::Add(hn::PromoteTo(d64_, hn::LowerHalf(half, lever_)),
+                                       hn::PromoteTo(d64_, hn::UpperHalf(half, lever_))));
+    lever_ = hn::Zero(S32());
+  }
+  std::int64_t lever() const { return hn::GetLane(hn::SumOfLanes(d64_, levers_)); }
+
+ private:
+  hn::Rebind<std::int64_t, hn::Half<S32>> d64_;
+
+ public:
+  V32 slope2;
+
+ private:
+  V32 lever_;
+  hn::Vec<hn::Rebind<std::int64_t, hn::Half<S32>>> levers_;
+};
+
+BoxSums weigh(const Box& box, const Weighing& weighing) {
+  const D16 d;
+  const S16 s;
+  constexpr int kLanes = static_cast<int>(hn::MaxLanes(D16()));
+  const Scale scale(weighing.span);
+  const auto low = hn::Set(d, static_cast<std::uint16_t>(weighing.low));
+  const auto span = hn::Set(d, static_cast<std::uint16_t>(weighing.span));
+  const auto factor = hn::Set(d, static_cast<std::uint16_t>(scale.factor));
+  PowerSums first, second, third;
+  SlopeSums slopes;
+  for (int begin = 0; begin < box.width_px; begin += kLanes) {
+    const auto x = hn::Iota(s, static_cast<std::int16_t>(begin - box.width_px / 2));
+    const auto x2 = hn::Mul(x, x);
+    const std::uint16_t* from = box.pixels + begin;
+    for (int top = 0; top < box.height_px; top += PowerSums::kRows) {
+      const int end = std::min(box.height_px, top + PowerSums::kRows);
+      for (int row = top; row < end; ++row, from += box.width_px) {
+        const int y = row - box.height_px / 2;
+        const auto at_y = hn::Set(s, static_cast<std::int16_t>(y));
+        const auto over = hn::Min(hn::SaturatedSub(hn::LoadU(d, from), low), span);
+        const auto u = hn::MulHigh(hn::ShiftLeftSame(over, scale.shift), factor);
+        const auto u2 = hn::MulHigh(hn::ShiftLeft<5>(u), u);
+        const auto u3 = hn::MulHigh(hn::ShiftLeft<5>(u2), u);
+        first.add(hn::BitCast(s, u), at_y);
+        second.add(hn::BitCast(s, u2), at_y);
+        third.add(hn::BitCast(s, u3), at_y);
+        const auto slope = hn::BitCast(s, hn::ShiftRight<4>(hn::Add(hn::Sub(u, u2), hn::Set(d, 8))));
+        slopes.add(hn::Mul(slope, slope), hn::Add(x2, hn::Set(s, static_cast<std::int16_t>(y * y))));
+      }
+      for (PowerSums* const power : {&first, &second, &third}) power->fold(x);
+      slopes.fold();
+    }
+  }
+  BoxSums sums;
+  std::int32_t weights[4], xs[4], ys[4];
+  store_sums(first.weight, second.weight, third.weight, slopes.slope2, weights);
+  store_sums(first.x, second.x, third.x, third.x, xs);
+  store_sums(first.y, second.y, third.y, third.y, ys);
+  for (int i = 0; i < kPowers; ++i) {
+    sums.weight[i] = weights[i];
+    sums.x[i] = xs[i];
+    sums.y[i] = ys[i];
+  }
+  sums.slope2 = weights[3];
+  sums.lever = slopes.lever();
+  return sums;
 }
 
 #endif
 
 const DetectKernels* kernels() {
 #if HWY_TARGET == HWY_AVX3
-  static constexpr DetectKernels kKernels{
-      "avx512", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh<false>, weigh<true>};
+  static constexpr DetectKernels kKernels{"avx512", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh};
   return &kKernels;
 #elif HWY_TARGET == HWY_AVX2
-  static constexpr DetectKernels kKernels{
-      "avx2", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh<false>, weigh<true>};
+  static constexpr DetectKernels kKernels{"avx2", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh};
   return &kKernels;
 #elif HWY_TARGET == HWY_SSE4
-  static constexpr DetectKernels kKernels{
-      "sse4", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh<false>, weigh<true>};
+  static constexpr DetectKernels kKernels{"sse4", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh};
   return &kKernels;
 #elif HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128
   return &scalar_kernels();
 #else
-  static constexpr DetectKernels kKernels{
-      "vector", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh<false>, weigh<true>};
+  static constexpr DetectKernels kKernels{"vector", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh};
   return &kKernels;
 #endif
 }

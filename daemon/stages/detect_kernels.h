@@ -42,7 +42,7 @@ struct Box {
   int height_px = 0;
 };
 inline constexpr int kBoxStep_px = 16;
-inline constexpr int kMaxBox_px = 192;  // so that the sums of a column fit 32 bits
+inline constexpr int kMaxBox_px = 192;  // so that the sums of powers fit 32 bits
 
 /// Pixels of one byte, as they lie in an image.
 struct ByteWindow {
@@ -63,23 +63,21 @@ struct BoxSurvey {
   std::uint32_t at_top = 0;  ///< pixels at the top of the range
 };
 
-/// How a pixel weighs: in proportion to u (linear), or smoothly: nothing up to `low`, all from `low` + `span` on, and
-/// between them by 3u^2 - 2u^3, which is steepest half-way.
+/// How a grey level becomes u: 0 up to `low`, 1 from `low` + `span` on, and in proportion between them.
 struct Weighing {
   std::uint32_t low = 0;
   std::uint32_t span = 1;  ///< 1 to 65535
 };
+inline constexpr int kPowers = 3;  ///< u, u^2 and u^3: weights of any cubic are sums of these
 
 /// Sums over a box, x and y from its middle (width / 2, height / 2). All are whole numbers, so that no order of adding
 /// changes them.
 struct BoxSums {
-  std::int64_t weight = 0, x = 0, y = 0;    ///< of the weights, each 0 to kFullWeight
-  std::int64_t slope2 = 0, xx = 0, yy = 0;  ///< of the squared slopes, each 0 to kFullSlope^2
+  std::int64_t weight[kPowers] = {}, x[kPowers] = {}, y[kPowers] = {};  ///< of the powers, each 0 to kFullWeight
+  std::int64_t slope2 = 0, lever = 0;  ///< of (u (1 - u))^2, each 0 to kFullSlope^2; and of that times x^2 + y^2
 };
-inline constexpr int kUnit = 1024;        ///< u = 1
-inline constexpr int kFullWeight = 4096;  ///< u^2 (3 - 2u) at u = 1
+inline constexpr int kFullWeight = 2048;  ///< a power of u at u = 1, to 2 units
 inline constexpr int kFullSlope = 32;     ///< u (1 - u) at u = 1/2
-inline constexpr int kLinearSlope = 21;   ///< of the linear weights: a sixth of 4 kFullSlope, as u is to u^2 (3 - 2u)
 
 /// The inner loops over pixels. All sets give the same results to the bit.
 struct DetectKernels {
@@ -89,8 +87,7 @@ struct DetectKernels {
   /// Fills the box's pixels and surveys them. Reads the box's width, also of the last row: those bytes are there.
   BoxSurvey (*widen)(const ByteWindow& window, const Box& box, std::uint16_t* pixels, const Brightness& levels);
   BoxSurvey (*survey)(const Box& box, const Brightness& levels);
-  BoxSums (*weigh_smoothly)(const Box& box, const Weighing& weighing);
-  BoxSums (*weigh_linearly)(const Box& box, const Weighing& weighing);
+  BoxSums (*weigh)(const Box& box, const Weighing& weighing);
 };
 
 /// The fastest that this processor runs.

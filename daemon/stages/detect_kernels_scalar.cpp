@@ -17,19 +17,25 @@ std::uint32_t value(const std::byte* at, std::uint32_t kept) {
 template <int kBytes>
 void scan(const ScanRows& rows, RunSink& sink) {
   BrightWords words;
-  for (int y = 0; y < rows.rows; ++y) {
-    const std::byte* row = rows.bytes + static_cast<std::size_t>(y) * rows.stride_bytes;
-    for (int x = 0; x < rows.width_px; x += 64) {
-      const int n = std::min(64, rows.width_px - x);
-      std::uint64_t bits = 0;
-      for (int i = 0; i < n; ++i) {
-        const bool bright = value<kBytes>(row + (x + i) * kBytes, rows.kept) >= rows.threshold;
-        bits |= static_cast<std::uint64_t>(bright) << i;
+  Bands bands(rows, sink);
+  for (int band = 0; band < bands.count(); ++band) {
+    for (int at = 0; at < bands.height(); ++at) {
+      const int y = bands.row(band, at);
+      if (y < 0) break;
+      const std::byte* row = rows.bytes + static_cast<std::size_t>(y) * rows.stride_bytes;
+      for (int x = 0; x < rows.width_px; x += 64) {
+        const int n = std::min(64, rows.width_px - x);
+        std::uint64_t bits = 0;
+        for (int i = 0; i < n; ++i) {
+          const bool bright = value<kBytes>(row + (x + i) * kBytes, rows.kept) >= rows.threshold;
+          bits |= static_cast<std::uint64_t>(bright) << i;
+        }
+        words.add<1>(x, {bits});
       }
-      if (bits != 0) words.add(x, bits);
+      words.flush(rows.first_y + y, bands.sink(band));
     }
-    if (!words.empty()) words.flush(rows.first_y + y, sink);
   }
+  bands.gather();
 }
 
 BoxSurvey survey(const Box& box, const Brightness& levels) {
@@ -53,24 +59,24 @@ BoxSurvey widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels,
   return survey(box, levels);
 }
 
-template <bool kLinear>
 BoxSums weigh(const Box& box, const Weighing& weighing) {
   BoxSums sums;
-  const std::int64_t scale = (std::int64_t{kUnit} << 16) / weighing.span;
+  const Scale scale(weighing.span);
   for (int i = 0; i < box.width_px * box.height_px; ++i) {
     const std::int64_t over = std::clamp<std::int64_t>(std::int64_t{box.pixels[i]} - weighing.low, 0, weighing.span);
-    const std::int64_t u = over * scale >> 16;
-    const std::int64_t weight = kLinear ? 4 * u : u * u * (3 * kUnit - 2 * u) >> 18;
-    const std::int64_t full = u > 0 && u < kUnit ? kLinearSlope : 0;
-    const std::int64_t slope = kLinear ? full : (u * (kUnit - u) + 4096) >> 13;
+    const std::int64_t u = (over << scale.shift) * scale.factor >> 16;
+    const std::int64_t u2 = u * u >> 11;
+    const std::int64_t powers[kPowers] = {u, u2, u * u2 >> 11};
+    const std::int64_t slope = (u - u2 + 8) >> 4;
     const int x = i % box.width_px - box.width_px / 2;
     const int y = i / box.width_px - box.height_px / 2;
-    sums.weight += weight;
-    sums.x += weight * x;
-    sums.y += weight * y;
+    for (int k = 0; k < kPowers; ++k) {
+      sums.weight[k] += powers[k];
+      sums.x[k] += powers[k] * x;
+      sums.y[k] += powers[k] * y;
+    }
     sums.slope2 += slope * slope;
-    sums.xx += slope * slope * x * x;
-    sums.yy += slope * slope * y * y;
+    sums.lever += slope * slope * (x * x + y * y);
   }
   return sums;
 }
@@ -78,7 +84,7 @@ BoxSums weigh(const Box& box, const Weighing& weighing) {
 }  // namespace
 
 const DetectKernels& scalar_kernels() {
-  static constexpr DetectKernels kKernels{"scalar", scan<1>, scan<2>, widen, survey, weigh<false>, weigh<true>};
+  static constexpr DetectKernels kKernels{"scalar", scan<1>, scan<2>, widen, survey, weigh};
   return kKernels;
 }
 

@@ -3,64 +3,113 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
+#include "stages/fit_disc.h"
 #include "stages/pixel_rows.h"
 #include "stages/touching_discs.h"
 
 namespace mocap::stages {
 namespace {
 
-// The weights of the rim end above the brightest pixel by this many standard deviations over the radius in px: a large
-// disc has a plateau whose noise is to be kept out, a small one is all rim. Tuned on rendered discs of 2 to 8 px.
-constexpr double kPlateauOverPeak_px = 12.0;
-// What the pixel grid leaves of the centroid of a disc of radius 1 px, in inverse proportion to the radius; measured on
-// rendered discs of 2 to 8 px.
-constexpr double kGridSigma_px = 0.008;
-constexpr double kSharpGridSigma_px = 0.016;
-// Width of the rim, as the integral of the squared slopes over it: 0.53 px where the edge is a step and only the pixels
-// blur it, 0.70 px with a lens's blur of half a pixel.
-// The noise of the plateau adds to either.
-constexpr double kSharpEdge_px = 0.65;
-constexpr double kSharpEdgePerRadius = 0.018;
+// What is darker than this many standard deviations over the background weighs nothing.
+constexpr double kLowOverNoise = 2.0;
+// What the pixel grid leaves of the centroid of a disc of radius 1 px, for each px that its edge is narrower than an
+// edge which the grid samples well; in inverse proportion to the radius. Measured on rendered discs.
+constexpr double kGridSigma_px = 0.03;
+constexpr double kSampledEdge_px = 0.8;
+// By what share the weights do worse than 3u^2 - 2u^3 would without a grid, for each px of such narrowness.
+constexpr double kNarrowLoss = 0.3;
 // A blob cut by the border: its centre may be off by about this share of its radius. One cut from another marker: less.
 constexpr double kBorderSigma = 0.3;
-constexpr double kSplitSigma = 0.03;
-// The slope of the weights, 6 u (1 - u) / span, of the whole numbers that the kernels add up.
+constexpr double kSplitSigma = 0.04;
+constexpr double kFittedSplitSigma = 0.002;
+constexpr double kSharedLight_px = 1.0;  // how far from the cut the other one's light is
+constexpr double kCutOffHeight = 1.5;
+// The slope of 3u^2 - 2u^3, which is 6 u (1 - u), of the whole numbers that the kernels add up.
 constexpr double kSlopeOfSum = 6.0 * kFullWeight / (4.0 * kFullSlope);
+// How much of u^2 and of u^3 is in the weights, by 1, s, e, s^2, s e, e^2 of a blob with radius 1/s and an edge e px
+// wide; the rest is u. Such weights leave the centroid the least error by noise and grid together. Fitted to rendered
+// discs of radius 0.7 to 11 px, blurred by 0.05 to 1.2 px, of 4 brightnesses over noise.
+constexpr std::array<double, 6> kSquares{-0.0061, -0.3332, -0.6927, 0.1125, 1.5443, 3.0603};
+constexpr std::array<double, 6> kCubes{0.0629, 0.1792, 0.2587, -0.2701, 0.6469, -2.2417};
+constexpr double kLeastRadius_px = 0.6;
+constexpr double kLeastEdge_px = 0.2;
+constexpr double kMostEdge_px = 1.1;
+// Where the fit of a disc that the range cuts off begins.
+constexpr double kStartEdge_px = 0.58;  // of a lens that blurs by half a pixel
+constexpr double kWholeEdge_px = 0.66;  // what such an edge measures where the range cuts nothing off
+constexpr double kSigmaOfEdge = 0.88;
+constexpr double kFitRoundness = 0.7;  // what is longer is no disc
+// What the grid leaves of such a disc's centroid without the fit, radius 1 px.
+constexpr double kCutOffSigma_px = 0.04;
 // Less round than that may be two discs.
 constexpr double kRound = 0.85;
 
-std::int64_t squares_below(std::int64_t n) { return (n - 1) * n * (2 * n - 1) / 6; }
+/// Weights a u + b u^2 + c u^3, a + b + c = 1.
+struct Cubic {
+  double a = 1.0, b = 0.0, c = 0.0;
+
+  double of(const std::int64_t (&sums)[kPowers]) const {
+    return a * static_cast<double>(sums[0]) + b * static_cast<double>(sums[1]) + c * static_cast<double>(sums[2]);
+  }
+};
+
+Cubic weights_for(double radius_px, double edge_px) {
+  const double s = 1.0 / std::max(radius_px, kLeastRadius_px), e = std::clamp(edge_px, kLeastEdge_px, kMostEdge_px);
+  const std::array<double, 6> terms{1.0, s, e, s * s, s * e, e * e};
+  const auto dot = [&terms](const std::array<double, 6>& with) {
+    return std::inner_product(terms.begin(), terms.end(), with.begin(), 0.0);
+  };
+  const double b = dot(kSquares), c = dot(kCubes);
+  return {1.0 - b - c, b, c};
+}
+
+Eigen::Vector2d axis_of(const Shape& shape) { return {std::cos(shape.axis_rad()), std::sin(shape.axis_rad())}; }
+
+/// How far the brightest of the pixels on a disc's plateau is likely to be over it, in standard deviations.
+double peak_over_plateau(double radius_px) {
+  constexpr double kRim_px = 1.2;
+  const double inside_px = std::max(0.0, radius_px - kRim_px);
+  // The greatest of n normal deviates is on average near 0.85 sqrt(2 ln n), for n up to some hundred.
+  return 0.85 * std::sqrt(2.0 * std::log(M_PI * inside_px * inside_px + 1.0));
+}
 
 }  // namespace
 
 Shape shape_of(std::span<const Run> runs) {
-  Shape shape;
-  shape.begin_x = runs.front().begin;
-  shape.begin_y = runs.front().y;
-  shape.end_y = runs.back().y + 1;
+  const Run& first = runs.front();
+  int begin_x = first.begin, end_x = first.end;
+  // From the first run's begin on. A run of `length` pixels about its middle, doubled to be whole.
+  std::int64_t n = 0, x = 0, y = 0, xx = 0, cubes = 0, yy = 0, xy = 0;
   for (const Run& run : runs) {
-    shape.begin_x = std::min<int>(shape.begin_x, run.begin);
-    shape.end_x = std::max<int>(shape.end_x, run.end);
-  }
-  std::int64_t n = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0;
-  for (const Run& run : runs) {
-    const std::int64_t begin = run.begin - shape.begin_x, end = run.end - shape.begin_x, dy = run.y - shape.begin_y;
-    const std::int64_t length = end - begin, sum = length * (begin + end - 1) / 2;
+    begin_x = std::min<int>(begin_x, run.begin);
+    end_x = std::max<int>(end_x, run.end);
+    const std::int64_t length = run.end - run.begin, middle = run.begin + run.end - 1 - 2 * first.begin;
+    const std::int64_t dy = run.y - first.y, sum = length * middle;
     n += length;
     x += sum;
     y += dy * length;
-    xx += squares_below(end) - squares_below(begin);
+    xx += sum * middle;
+    cubes += length * length * length;
     yy += dy * dy * length;
     xy += dy * sum;
   }
-  const auto of = [n](std::int64_t value) { return static_cast<double>(value) / static_cast<double>(n); };
+  const double each = 1.0 / static_cast<double>(n);
+  const auto of = [each](std::int64_t value) { return static_cast<double>(value) * each; };
+  const double mean_x = 0.5 * of(x), mean_y = of(y);
+  Shape shape;
+  shape.begin_x = begin_x;
+  shape.end_x = end_x;
+  shape.begin_y = first.y;
+  shape.end_y = runs.back().y + 1;
   shape.area_px2 = static_cast<double>(n);
-  shape.x = of(x) + shape.begin_x;
-  shape.y = of(y) + shape.begin_y;
-  shape.xx = of(xx) - of(x) * of(x) + 1.0 / 12.0;
-  shape.yy = of(yy) - of(y) * of(y) + 1.0 / 12.0;
-  shape.xy = of(xy) - of(x) * of(y);
+  shape.x = mean_x + first.begin;
+  shape.y = mean_y + first.y;
+  // The pixels of a run spread by (length^2 - 1) / 12; a pixel that is a square makes up for the one.
+  shape.xx = 0.25 * of(xx) + of(cubes) / 12.0 - mean_x * mean_x;
+  shape.yy = of(yy) - mean_y * mean_y + 1.0 / 12.0;
+  shape.xy = 0.5 * of(xy) - mean_x * mean_y;
   return shape;
 }
 
@@ -100,11 +149,17 @@ Measured BlobMeter::measure(const Image& image, const Cut& cut, std::span<const 
     erase_others(cut, runs, window);
     seen = kernels_.survey(box_, {cut.threshold, cut.top});
   }
-  blob = weigh(cut, window, seen);
-  blob.roundness = shape.roundness();
-  blob.axis_rad = shape.axis_rad();
-  if (blob.roundness < kRound && split_touching_) return split(cut, window, shape, blob);
-  measured.push_back(blob);
+  Weighed weighed = weigh(cut, window, seen);
+  weighed.blob.roundness = shape.roundness();
+  weighed.blob.axis_rad = shape.axis_rad();
+  Waist waist;
+  if (weighed.blob.roundness < kRound && split_touching_) {
+    waist = waist_of(cut, window, shape);
+    if (waist.splits) return split(cut, window, shape, waist);
+  }
+  if (seen.at_top > 0) refine(cut, window, weighed);
+  weighed.blob.merged = waist.doubtful;
+  measured.push_back(weighed.blob);
   return measured;
 }
 
@@ -179,61 +234,108 @@ void BlobMeter::erase_others(const Cut& cut, std::span<const Run> runs, const Wi
   }
 }
 
-Blob BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& seen) const {
-  const double low = std::floor(cut.low.value_or(cut.background));
+BlobMeter::Weighed BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& seen) const {
+  const double low = std::floor(cut.low.value_or(cut.background + kLowOverNoise * cut.noise));
   Weighing weighing;
   // Below the threshold, so that what is bright weighs something.
   weighing.low = static_cast<std::uint32_t>(std::clamp(low, 0.0, cut.threshold - 1.0));
-  const double radius_px = std::sqrt(seen.bright / M_PI);
-  const double room = seen.peak >= cut.top ? 0.0 : kPlateauOverPeak_px * cut.noise / radius_px;
-  const double over = std::min(room, 0.5 * (seen.peak - weighing.low));
-  const double plateau = std::min<double>(cut.top, seen.peak + over);
-  weighing.span = static_cast<std::uint32_t>(std::max(1.0, plateau - weighing.low));
-  BoxSums sums = kernels_.weigh_smoothly(box_, weighing);
-  // Of an edge sharper than a pixel the smooth weights make too much; linear ones add up what each pixel got of it.
-  const double edge_px = static_cast<double>(sums.slope2) / (2.0 * M_PI * radius_px * kFullSlope * kFullSlope);
-  const bool sharp = edge_px < kSharpEdge_px + kSharpEdgePerRadius * radius_px;
-  if (sharp) sums = kernels_.weigh_linearly(box_, weighing);
-  const auto weight = static_cast<double>(sums.weight);
-  const double x = static_cast<double>(sums.x) / weight, y = static_cast<double>(sums.y) / weight;
+  const double bright_radius_px = std::sqrt(seen.bright / M_PI);
+  const double over = seen.peak >= cut.top ? 0.0 : cut.noise * peak_over_plateau(bright_radius_px);
+  weighing.span = static_cast<std::uint32_t>(std::max(1.0, std::round(seen.peak - over - weighing.low)));
+  const BoxSums sums = kernels_.weigh(box_, weighing);
+  // The light as that of a disc as bright as the plateau; the edge is where u is neither 0 nor 1.
+  const auto first = static_cast<double>(sums.weight[0]);
+  const double radius_px = std::sqrt(first / (kFullWeight * M_PI));
+  const double edge_px = radius_px * (1.0 - static_cast<double>(sums.weight[1]) / first);
+  const Cubic cubic = weights_for(radius_px, edge_px);
+  const double weight = cubic.of(sums.weight), x = cubic.of(sums.x) / weight, y = cubic.of(sums.y) / weight;
   Blob blob;
   blob.centroid = {{x + window.x + box_.width_px / 2, y + window.y + box_.height_px / 2}};
   blob.area_px2 = seen.bright;
   blob.peak = std::min(1.0, static_cast<double>(seen.peak) / cut.top);
   blob.saturated = static_cast<double>(seen.at_top) / seen.bright;
   // Pixel i, off by the noise, moves the centroid by slope_i (x_i - x) noise / weight; the mean of both axes. The
-  // slopes balance about the middle as the weights do.
-  const double lever = static_cast<double>(sums.xx + sums.yy) - (x * x + y * y) * static_cast<double>(sums.slope2);
-  const double moved = cut.noise * kSlopeOfSum / weighing.span * std::sqrt(std::max(0.0, 0.5 * lever)) / weight;
-  blob.sigma_px = std::hypot(moved, (sharp ? kSharpGridSigma_px : kGridSigma_px) / radius_px);
-  return blob;
+  // slopes balance about the middle as the weights do. The weights in use do as well as 3u^2 - 2u^3 to some percent,
+  // whose slopes are simple.
+  const double lever = static_cast<double>(sums.lever) - (x * x + y * y) * static_cast<double>(sums.slope2);
+  const double smooth = 3.0 * static_cast<double>(sums.weight[1]) - 2.0 * static_cast<double>(sums.weight[2]);
+  const double moved = cut.noise * kSlopeOfSum / weighing.span * std::sqrt(std::max(0.0, 0.5 * lever)) / smooth;
+  const double narrow_px = std::max(0.0, kSampledEdge_px - edge_px);
+  blob.sigma_px = std::hypot((1.0 + kNarrowLoss * narrow_px) * moved, kGridSigma_px * narrow_px / radius_px);
+  return {blob, radius_px, edge_px};
 }
 
-Measured BlobMeter::split(const Cut& cut, const Window& window, const Shape& shape, const Blob& whole) {
-  Measured measured;
-  const Eigen::Vector2d middle(shape.x - window.x, shape.y - window.y);
-  const Eigen::Vector2d axis(std::cos(whole.axis_rad), std::sin(whole.axis_rad));
-  const Waist waist = find_waist(box_, cut.threshold, middle, axis);
-  if (!waist.splits) {
-    measured.push_back(whole);
-    measured.back().merged = waist.doubtful;
-    return measured;
+// Of a disc that the range cuts off the rim is so steep that the grid spoils any weighted mean; a fit bears it.
+void BlobMeter::refine(const Cut& cut, const Window& window, Weighed& weighed) {
+  auto& [blob, radius_px, edge_px] = weighed;
+  const bool fits = blob.roundness > kFitRoundness && fits_left_ > 0;
+  fits_left_ -= fits ? 1 : 0;
+  SoftDisc start;
+  const double first_x = window.x, first_y = window.y;
+  start.x = blob.centroid.v.x() - first_x;
+  start.y = blob.centroid.v.y() - first_y;
+  // The brighter the disc, the narrower is what the range leaves of its edge; half of the range is then the less of it.
+  const double times_range = std::clamp(1.05 + 4.0 * (kWholeEdge_px - edge_px), 1.05, 3.0);
+  start.height = times_range * (cut.top - cut.background);
+  start.edge_px = std::max(kStartEdge_px, kSigmaOfEdge * edge_px);
+  start.radius_px = std::max(0.5, radius_px - 0.6 * (times_range - 1.0) * start.edge_px);
+  const DiscFitLevels levels{cut.top, cut.background, cut.noise};
+  const auto fitted = fits ? fit_disc(box_, window.width_px, levels, start) : std::nullopt;
+  if (!fitted) {
+    blob.sigma_px = std::hypot(blob.sigma_px, kCutOffSigma_px / std::sqrt(radius_px));
+    return;
   }
+  blob.centroid = {{fitted->disc.x + first_x, fitted->disc.y + first_y}};
+  blob.sigma_px = fitted->sigma_px;
+}
+
+// What is left of a disc beside another one has its middle elsewhere; the rim that is left still tells of the whole.
+bool BlobMeter::fit_side(const Cut& cut, const Window& window, const BoxSurvey& seen, Blob& blob) {
+  const double radius_px = std::sqrt(blob.area_px2 / M_PI);
+  const double first_x = window.x, first_y = window.y;
+  SoftDisc start;
+  start.x = blob.centroid.v.x() - first_x;
+  start.y = blob.centroid.v.y() - first_y;
+  start.radius_px = radius_px;
+  start.edge_px = kStartEdge_px;
+  start.height = (seen.at_top > 0 ? kCutOffHeight : 1.0) * (seen.peak - cut.background);
+  const DiscFitLevels levels{cut.top, cut.background, cut.noise};
+  const auto fitted = fits_left_-- > 0 ? fit_disc(box_, window.width_px, levels, start) : std::nullopt;
+  if (!fitted) {
+    fits_left_ = std::max(fits_left_, 0);
+    blob.sigma_px = std::hypot(blob.sigma_px, kSplitSigma * radius_px);
+    return false;
+  }
+  blob.centroid = {{fitted->disc.x + first_x, fitted->disc.y + first_y}};
+  blob.sigma_px = std::hypot(fitted->sigma_px, kFittedSplitSigma * radius_px);
+  return true;
+}
+
+Waist BlobMeter::waist_of(const Cut& cut, const Window& window, const Shape& shape) const {
+  const Eigen::Vector2d middle(shape.x - window.x, shape.y - window.y);
+  return find_waist(box_, cut.threshold, middle, axis_of(shape));
+}
+
+Measured BlobMeter::split(const Cut& cut, const Window& window, const Shape& shape, const Waist& waist) {
+  Measured measured;
+  const Eigen::Vector2d middle(shape.x - window.x, shape.y - window.y), axis = axis_of(shape);
   const auto pixels = static_cast<std::ptrdiff_t>(box_.width_px) * box_.height_px;
   std::copy_n(pixels_.begin(), pixels, saved_.begin());
   for (const bool far_side : {false, true}) {
     keep_side(pixels_, box_, middle, axis, waist.at_px, far_side);
     const BoxSurvey seen = kernels_.survey(box_, {cut.threshold, cut.top});
     if (seen.bright > 0) {
-      Blob blob = weigh(cut, window, seen);
       const Eigen::Vector3d moments = moments_of(box_, cut.threshold);
       Shape side;
       side.xx = moments[0];
       side.yy = moments[1];
       side.xy = moments[2];
+      Blob blob = weigh(cut, window, seen).blob;
       blob.roundness = side.roundness();
       blob.axis_rad = side.axis_rad();
-      blob.sigma_px = std::hypot(blob.sigma_px, kSplitSigma * std::sqrt(blob.area_px2 / M_PI));
+      keep_side(pixels_, box_, middle, axis, waist.at_px + (far_side ? kSharedLight_px : -kSharedLight_px), far_side);
+      // A side that is long and no disc is two more.
+      blob.merged = !fit_side(cut, window, seen, blob) && blob.roundness < kFitRoundness;
       measured.push_back(blob);
     }
     std::copy_n(saved_.begin(), pixels, pixels_.begin());

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "model/frame.h"
 
@@ -14,7 +13,7 @@ struct NoiseFloor {
 };
 
 /// Reads the noise floor from a few hundred places of an image: all of it would cost as much as finding the blobs. The
-/// same image gives the same floor. One thread; allocates in the constructor only.
+/// same image gives the same floor. One thread.
 class NoiseFloorReader {
  public:
   /// `top` is the brightest value of the format.
@@ -24,7 +23,7 @@ class NoiseFloorReader {
   NoiseFloor read(const Image& image);
 
  private:
-  std::vector<std::uint16_t> histogram_;
+  int shift_;  // from the format's levels to 8 bits
 };
 
 }  // namespace mocap::stages

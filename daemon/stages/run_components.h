@@ -14,7 +14,7 @@ namespace mocap::stages {
 /// All memory is taken in the constructor. One thread at a time.
 ///
 /// Source: He, Chao, Suzuki, "A run-based two-scan labeling algorithm", IEEE Trans. Image Processing 17 (2008), with
-/// union by the smaller index and path halving.
+/// union by the smaller label and path halving.
 class RunComponents {
  public:
   explicit RunComponents(std::size_t max_runs);
@@ -27,7 +27,7 @@ class RunComponents {
   void join(std::size_t count, std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count);
 
   /// The components kept, in the order of their first pixel; each one's runs by row, then x.
-  std::size_t count() const { return first_run_.empty() ? 0 : first_run_.size() - 1; }
+  std::size_t count() const { return kept_.size(); }
   std::span<const Run> component(std::size_t i) const;
 
   std::uint32_t too_small() const { return too_small_; }  ///< components under the least area
@@ -35,19 +35,27 @@ class RunComponents {
   std::uint32_t dropped() const { return dropped_; }  ///< components over `max_count`
 
  private:
-  std::uint32_t root_of(std::uint32_t run);
-  void unite(std::uint32_t a, std::uint32_t b);
-  void join_all();
+  /// What is known of the runs with one label; of those that were united, at the smallest label.
+  struct Label {
+    std::uint32_t parent;
+    std::uint32_t area_px2;
+    std::uint32_t runs;
+  };
+
+  std::uint32_t root_of(std::uint32_t label);
+  std::uint32_t unite(std::uint32_t a, std::uint32_t b);
+  void join_all(std::span<const Run> runs);
   void choose(std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count);
-  void gather();
+  void gather(std::span<const Run> runs);
 
   std::vector<Run> runs_;
-  std::size_t count_ = 0;
-  std::vector<std::uint32_t> parent_;
-  std::vector<std::uint32_t> area_px2_;  // of the component, at its root; later its place among those kept
-  std::vector<std::uint32_t> kept_;      // roots
-  std::vector<Run> sorted_;              // the runs of those kept, component by component
-  std::vector<std::uint32_t> first_run_;
+  std::vector<std::uint32_t> label_of_;  // a run
+  std::vector<Label> labels_;
+  std::vector<std::uint32_t> next_;       // of each label: where its next run goes
+  std::vector<std::uint32_t> kept_;       // labels
+  std::vector<std::uint32_t> first_run_;  // of those kept, among the sorted
+  std::vector<Run> sorted_;               // the runs of those kept, component by component; the others' after them
+  std::size_t label_count_ = 0;
   std::uint32_t too_small_ = 0, too_large_ = 0;
   std::uint32_t dropped_ = 0;
 };

@@ -9,8 +9,8 @@ namespace {
 
 // A waist that much thinner than the smaller hump parts two discs; half of that is worth a warning. The light of discs
 // that just touch falls to about half of a hump's; noise and grid leave less than a tenth on a drawn-out disc.
-constexpr double kSplitDip = 0.25;
-constexpr double kDoubtfulDip = 0.12;
+constexpr double kSplitDip = 0.14;
+constexpr double kDoubtfulDip = 0.07;
 constexpr int kBins = 2 * kMaxBox_px;
 
 }  // namespace

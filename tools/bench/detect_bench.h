@@ -11,8 +11,8 @@ namespace mocap::bench {
 
 /// How well blobs of about one radius were measured.
 struct DetectRadiusFigures {
-  double radius_px = 0.0;  ///< from here, a pixel wide
-  int blobs = 0;
+  double radius_px = 0.0;        ///< from here, a pixel wide
+  int blobs = 0;                 ///< that were scored
   double centroid_rms_px = 0.0;  ///< per axis, against truth
   double crlb_px = 0.0;          ///< Cramer-Rao bound of the same discs
   double sigma_px = 0.0;         ///< as the detector predicts, root mean square

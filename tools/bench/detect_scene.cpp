@@ -130,6 +130,8 @@ std::vector<DetectImage> draw_images(const DetectSceneSettings& settings, int co
 
 double centroid_bound_px(const scene::Disc& disc, const DetectSceneSettings& settings) {
   constexpr double kStep_px = 1e-3;
+  // Half the diagonal of a pixel and 6 standard deviations of the blur from the edge, light is flat: it tells nothing.
+  constexpr double kRim_px = 0.71 + 6.0 * kPointSpread_px;
   const double sigma = std::sqrt(settings.noise_grey * settings.noise_grey + 1.0 / 12.0);
   const int reach = static_cast<int>(std::ceil(disc.radius_px + 5.0));
   const int middle_x = static_cast<int>(std::lround(disc.begin_px.x()));
@@ -138,6 +140,7 @@ double centroid_bound_px(const scene::Disc& disc, const DetectSceneSettings& set
   for (int y = middle_y - reach; y <= middle_y + reach; ++y) {
     for (int x = middle_x - reach; x <= middle_x + reach; ++x) {
       const double dx = disc.begin_px.x() - x, dy = disc.begin_px.y() - y;
+      if (std::abs(std::hypot(dx, dy) - disc.radius_px) > kRim_px) continue;
       const auto light = [&](double u, double v) { return settings.peak_grey * light_on_pixel(u, v, disc.radius_px); };
       const double slope_x = (light(dx + kStep_px, dy) - light(dx - kStep_px, dy)) / (2.0 * kStep_px);
       const double slope_y = (light(dx, dy + kStep_px) - light(dx, dy - kStep_px)) / (2.0 * kStep_px);
