@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "stages/fit_disc.h"
 #include "stages/pixel_rows.h"
@@ -57,11 +56,11 @@ struct Cubic {
 
 Cubic weights_for(double radius_px, double edge_px) {
   const double s = 1.0 / std::max(radius_px, kLeastRadius_px), e = std::clamp(edge_px, kLeastEdge_px, kMostEdge_px);
-  const std::array<double, 6> terms{1.0, s, e, s * s, s * e, e * e};
-  const auto dot = [&terms](const std::array<double, 6>& with) {
-    return std::inner_product(terms.begin(), terms.end(), with.begin(), 0.0);
+  // In pairs, so that no sum waits for more than two others.
+  const auto at = [s, e](const std::array<double, 6>& k) {
+    return (k[0] + k[1] * s) + (k[2] + k[4] * s) * e + (k[3] * (s * s) + k[5] * (e * e));
   };
-  const double b = dot(kSquares), c = dot(kCubes);
+  const double b = at(kSquares), c = at(kCubes);
   return {1.0 - b - c, b, c};
 }
 
@@ -241,7 +240,7 @@ BlobMeter::Weighed BlobMeter::weigh(const Cut& cut, const Window& window, const 
   weighing.low = static_cast<std::uint32_t>(std::clamp(low, 0.0, cut.threshold - 1.0));
   const double bright_radius_px = std::sqrt(seen.bright / M_PI);
   const double over = seen.peak >= cut.top ? 0.0 : cut.noise * peak_over_plateau(bright_radius_px);
-  weighing.span = static_cast<std::uint32_t>(std::max(1.0, std::round(seen.peak - over - weighing.low)));
+  weighing.span = static_cast<std::uint32_t>(std::max(1.0, seen.peak - over - weighing.low + 0.5));
   const BoxSums sums = kernels_.weigh(box_, weighing);
   // The light as that of a disc as bright as the plateau; the edge is where u is neither 0 nor 1.
   const auto first = static_cast<double>(sums.weight[0]);
@@ -261,7 +260,9 @@ BlobMeter::Weighed BlobMeter::weigh(const Cut& cut, const Window& window, const 
   const double smooth = 3.0 * static_cast<double>(sums.weight[1]) - 2.0 * static_cast<double>(sums.weight[2]);
   const double moved = cut.noise * kSlopeOfSum / weighing.span * std::sqrt(std::max(0.0, 0.5 * lever)) / smooth;
   const double narrow_px = std::max(0.0, kSampledEdge_px - edge_px);
-  blob.sigma_px = std::hypot((1.0 + kNarrowLoss * narrow_px) * moved, kGridSigma_px * narrow_px / radius_px);
+  const double by_noise_px = (1.0 + kNarrowLoss * narrow_px) * moved,
+               by_grid_px = kGridSigma_px * narrow_px / radius_px;
+  blob.sigma_px = std::sqrt(by_noise_px * by_noise_px + by_grid_px * by_grid_px);
   return {blob, radius_px, edge_px};
 }
 
