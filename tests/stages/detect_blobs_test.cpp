@@ -265,9 +265,10 @@ TEST(DetectBlobs, TellsTwoDiscsThatTouchApart) {
     ASSERT_EQ(found.blobs.size(), 2U) << radius;
     const bool first_is_left = found.blobs[0].centroid.v.x() < found.blobs[1].centroid.v.x();
     const Blob& left = found.blobs[first_is_left ? 0 : 1];
-    // The straight cut takes a little of one disc for the other.
-    EXPECT_NEAR(left.centroid.v.x(), 30.2, 0.05 * radius);
-    EXPECT_GT(left.sigma_px, 0.02 * radius);
+    // Each disc is fitted on the rim that is its own; 6 standard deviations of what noise leaves, and no less is told.
+    EXPECT_NEAR(left.centroid.v.x(), 30.2, 0.08);
+    EXPECT_NEAR(left.centroid.v.y(), 30.1, 0.08);
+    EXPECT_LT(std::abs(left.centroid.v.x() - 30.2), 4.0 * left.sigma_px);
   }
 }
 
