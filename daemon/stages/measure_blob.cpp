@@ -41,7 +41,7 @@ constexpr double kWholeEdge_px = 0.66;  // what such an edge measures where the 
 constexpr double kSigmaOfEdge = 0.88;
 constexpr double kFitRoundness = 0.7;  // what is longer is no disc
 // What the grid leaves of such a disc's centroid without the fit, radius 1 px.
-constexpr double kCutOffSigma_px = 0.04;
+constexpr double kCutOffSigma_px = 0.028;
 // Less round than that may be two discs.
 constexpr double kRound = 0.85;
 
