@@ -64,6 +64,11 @@ Cubic weights_for(double radius_px, double edge_px) {
   return {1.0 - b - c, b, c};
 }
 
+/// A fit of noise may end anywhere; a marker whose middle is out of its own pixels is none.
+bool is_within(int width_px, int height_px, const SoftDisc& disc) {
+  return disc.x >= -0.5 && disc.x <= width_px - 0.5 && disc.y >= -0.5 && disc.y <= height_px - 0.5;
+}
+
 Eigen::Vector2d axis_of(const Shape& shape) { return {std::cos(shape.axis_rad()), std::sin(shape.axis_rad())}; }
 
 /// How far the brightest of the pixels on a disc's plateau is likely to be over it, in standard deviations.
@@ -282,7 +287,7 @@ void BlobMeter::refine(const Cut& cut, const Window& window, Weighed& weighed) {
   start.radius_px = std::max(0.5, radius_px - 0.6 * (times_range - 1.0) * start.edge_px);
   const DiscFitLevels levels{cut.top, cut.background, cut.noise};
   const auto fitted = fits ? fit_disc(box_, window.width_px, levels, start) : std::nullopt;
-  if (!fitted) {
+  if (!fitted || !is_within(window.width_px, window.height_px, fitted->disc)) {
     blob.sigma_px = std::hypot(blob.sigma_px, kCutOffSigma_px / std::sqrt(radius_px));
     return;
   }
@@ -302,7 +307,7 @@ bool BlobMeter::fit_side(const Cut& cut, const Window& window, const BoxSurvey& 
   start.height = (seen.at_top > 0 ? kCutOffHeight : 1.0) * (seen.peak - cut.background);
   const DiscFitLevels levels{cut.top, cut.background, cut.noise};
   const auto fitted = fits_left_-- > 0 ? fit_disc(box_, window.width_px, levels, start) : std::nullopt;
-  if (!fitted) {
+  if (!fitted || !is_within(window.width_px, window.height_px, fitted->disc)) {
     fits_left_ = std::max(fits_left_, 0);
     blob.sigma_px = std::hypot(blob.sigma_px, kSplitSigma * radius_px);
     return false;
