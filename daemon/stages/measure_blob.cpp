@@ -252,7 +252,13 @@ BlobMeter::Weighed BlobMeter::weigh(const Cut& cut, const Window& window, const 
   const double radius_px = std::sqrt(first / (kFullWeight * M_PI));
   const double edge_px = radius_px * (1.0 - static_cast<double>(sums.weight[1]) / first);
   const Cubic cubic = weights_for(radius_px, edge_px);
-  const double weight = cubic.of(sums.weight), x = cubic.of(sums.x) / weight, y = cubic.of(sums.y) / weight;
+  double weight = cubic.of(sums.weight), x = cubic.of(sums.x) / weight, y = cubic.of(sums.y) / weight;
+  // A cubic that is below 0 somewhere may leave nothing of what is no disc; u itself always leaves a middle.
+  if (!(std::abs(x) <= 0.5 * box_.width_px && std::abs(y) <= 0.5 * box_.height_px)) {
+    weight = first;
+    x = static_cast<double>(sums.x[0]) / weight;
+    y = static_cast<double>(sums.y[0]) / weight;
+  }
   Blob blob;
   blob.centroid = {{x + window.x + box_.width_px / 2, y + window.y + box_.height_px / 2}};
   blob.area_px2 = seen.bright;
