@@ -274,6 +274,8 @@ BlobMeter::Weighed BlobMeter::weigh(const Cut& cut, const Window& window, const 
   const double by_noise_px = (1.0 + kNarrowLoss * narrow_px) * moved,
                by_grid_px = kGridSigma_px * narrow_px / radius_px;
   blob.sigma_px = std::sqrt(by_noise_px * by_noise_px + by_grid_px * by_grid_px);
+  // What is no disc may have no slope at all: then its size is all that is known.
+  if (!(blob.sigma_px > 0.0) || !std::isfinite(blob.sigma_px)) blob.sigma_px = kBorderSigma * bright_radius_px;
   return {blob, radius_px, edge_px};
 }
 
