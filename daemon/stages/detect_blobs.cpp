@@ -19,9 +19,9 @@ namespace {
 constexpr int kMaxSize_px = 32767;
 // What an image, and a row, may bring at most; more is noise over the threshold, and the work stays bounded. A marker
 // of radius 4 px is 9 runs.
-constexpr std::size_t kPixelsPerRun = 16;
+constexpr std::size_t kPixelsPerRun = 64;
 constexpr std::size_t kLeastMaxRuns = 8192;
-constexpr std::size_t kRowPixelsPerRun = 8;
+constexpr std::size_t kRowPixelsPerRun = 20;
 constexpr std::size_t kLeastRowBound = 64;
 // Noise alone passes 8 standard deviations less than once in 10^14 pixels; the second figure keeps clear of clean
 // images.

@@ -38,8 +38,8 @@ struct DetectKernels;
 /// `sigma_px` is the standard deviation that the image's noise gives the centroid, with a floor for the pixel grid; a
 /// blob cut by the border or a mask, or parted from another, knows its place less well, which is added.
 ///
-/// A row with more than a run for every 8 pixels (and 64), and rows after the image has brought a run for every 16
-/// pixels (and 8192), are noise: they are given up and counted.
+/// A row with more than a run for every 20 pixels (and 64), and rows after the image, or a quarter of its height, has
+/// brought its share of a run for every 64 pixels (and 8192), are noise: they are given up and counted.
 ///
 /// Formats: all but Mjpeg, which fails with Unsupported (cameras hand it on decoded). Fails with InvalidArgument for
 /// sizes outside of 1 to 32767 and settings outside of their ranges. `kernels` are for tests and benches; the fastest

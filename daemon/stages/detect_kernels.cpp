@@ -281,7 +281,7 @@ class PowerSums {
  public:
   static constexpr int kRows = 16;  // times 2047 is less than 2^15
 
-  HWY_INLINE PowerSums() : column_(hn::Zero(S16())), weight(hn::Zero(S32())), x(weight), y(weight) {}
+  HWY_INLINE PowerSums() : weight(hn::Zero(S32())), x(weight), y(weight), column_(hn::Zero(S16())) {}
   HWY_INLINE void add(V16 power, V16 at_y) {
     column_ = hn::Add(column_, power);
     add_products(power, at_y, y);
@@ -292,36 +292,35 @@ class PowerSums {
     column_ = hn::Zero(S16());
   }
 
+  V32 weight, x, y;
+
  private:
   V16 column_;
-
- public:
-  V32 weight, x, y;
 };
 
-/// Of the squared slopes.
+/// Sums of the squared slopes, 1024 at most, and of those times the squared distance from the middle.
 class SlopeSums {
  public:
-  HWY_INLINE SlopeSums() : slope2(hn::Zero(S32())), lever_(slope2), levers_(hn::Zero(d64_)) {}
+  HWY_INLINE SlopeSums() : slope2(hn::Zero(S32())), column_(hn::Zero(S16())), lever_(slope2), levers_(hn::Zero(d64_)) {}
   HWY_INLINE void add(V16 squared, V16 radius2) {
-    add_products(squared, hn::Set(S16(), 1), slope2);
+    column_ = hn::Add(column_, squared);
     add_products(squared, radius2, lever_);
   }
   HWY_INLINE void fold() {
     const hn::Half<S32> half;
+    add_products(column_, hn::Set(S16(), 1), slope2);
+    column_ = hn::Zero(S16());
     levers_ = hn::Add(levers_, hn::Add(hn::PromoteTo(d64_, hn::LowerHalf(half, lever_)),
                                        hn::PromoteTo(d64_, hn::UpperHalf(half, lever_))));
     lever_ = hn::Zero(S32());
   }
   std::int64_t lever() const { return hn::GetLane(hn::SumOfLanes(d64_, levers_)); }
 
- private:
-  hn::Rebind<std::int64_t, hn::Half<S32>> d64_;
-
- public:
   V32 slope2;
 
  private:
+  hn::Rebind<std::int64_t, hn::Half<S32>> d64_;
+  V16 column_;
   V32 lever_;
   hn::Vec<hn::Rebind<std::int64_t, hn::Half<S32>>> levers_;
 };
@@ -334,26 +333,31 @@ BoxSums weigh(const Box& box, const Weighing& weighing) {
   const auto low = hn::Set(d, static_cast<std::uint16_t>(weighing.low));
   const auto span = hn::Set(d, static_cast<std::uint16_t>(weighing.span));
   const auto factor = hn::Set(d, static_cast<std::uint16_t>(scale.factor));
+  const auto one = hn::Set(s, 1), two = hn::Set(s, 2);
   PowerSums first, second, third;
   SlopeSums slopes;
   for (int begin = 0; begin < box.width_px; begin += kLanes) {
     const auto x = hn::Iota(s, static_cast<std::int16_t>(begin - box.width_px / 2));
-    const auto x2 = hn::Mul(x, x);
+    const int top_y = -(box.height_px / 2);
+    auto y = hn::Set(s, static_cast<std::int16_t>(top_y));
+    auto radius2 = hn::Add(hn::Mul(x, x), hn::Mul(y, y));
+    auto step = hn::Add(hn::Add(y, y), one);  // to the next row's squared distance
     const std::uint16_t* from = box.pixels + begin;
     for (int top = 0; top < box.height_px; top += PowerSums::kRows) {
       const int end = std::min(box.height_px, top + PowerSums::kRows);
       for (int row = top; row < end; ++row, from += box.width_px) {
-        const int y = row - box.height_px / 2;
-        const auto at_y = hn::Set(s, static_cast<std::int16_t>(y));
         const auto over = hn::Min(hn::SaturatedSub(hn::LoadU(d, from), low), span);
         const auto u = hn::MulHigh(hn::ShiftLeftSame(over, scale.shift), factor);
         const auto u2 = hn::MulHigh(hn::ShiftLeft<5>(u), u);
         const auto u3 = hn::MulHigh(hn::ShiftLeft<5>(u2), u);
-        first.add(hn::BitCast(s, u), at_y);
-        second.add(hn::BitCast(s, u2), at_y);
-        third.add(hn::BitCast(s, u3), at_y);
+        first.add(hn::BitCast(s, u), y);
+        second.add(hn::BitCast(s, u2), y);
+        third.add(hn::BitCast(s, u3), y);
         const auto slope = hn::BitCast(s, hn::ShiftRight<4>(hn::Add(hn::Sub(u, u2), hn::Set(d, 8))));
-        slopes.add(hn::Mul(slope, slope), hn::Add(x2, hn::Set(s, static_cast<std::int16_t>(y * y))));
+        slopes.add(hn::Mul(slope, slope), radius2);
+        y = hn::Add(y, one);
+        radius2 = hn::Add(radius2, step);
+        step = hn::Add(step, two);
       }
       for (PowerSums* const power : {&first, &second, &third}) power->fold(x);
       slopes.fold();

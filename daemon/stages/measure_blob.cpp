@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "stages/fit_disc.h"
 #include "stages/pixel_rows.h"
@@ -42,7 +41,7 @@ constexpr double kWholeEdge_px = 0.66;  // what such an edge measures where the 
 constexpr double kSigmaOfEdge = 0.88;
 constexpr double kFitRoundness = 0.7;  // what is longer is no disc
 // What the grid leaves of such a disc's centroid without the fit, radius 1 px.
-constexpr double kCutOffSigma_px = 0.04;
+constexpr double kCutOffSigma_px = 0.028;
 // Less round than that may be two discs.
 constexpr double kRound = 0.85;
 
@@ -57,12 +56,17 @@ struct Cubic {
 
 Cubic weights_for(double radius_px, double edge_px) {
   const double s = 1.0 / std::max(radius_px, kLeastRadius_px), e = std::clamp(edge_px, kLeastEdge_px, kMostEdge_px);
-  const std::array<double, 6> terms{1.0, s, e, s * s, s * e, e * e};
-  const auto dot = [&terms](const std::array<double, 6>& with) {
-    return std::inner_product(terms.begin(), terms.end(), with.begin(), 0.0);
+  // In pairs, so that no sum waits for more than two others.
+  const auto at = [s, e](const std::array<double, 6>& k) {
+    return (k[0] + k[1] * s) + (k[2] + k[4] * s) * e + (k[3] * (s * s) + k[5] * (e * e));
   };
-  const double b = dot(kSquares), c = dot(kCubes);
+  const double b = at(kSquares), c = at(kCubes);
   return {1.0 - b - c, b, c};
+}
+
+/// A fit of noise may end anywhere; a marker whose middle is out of its own pixels is none.
+bool is_within(int width_px, int height_px, const SoftDisc& disc) {
+  return disc.x >= -0.5 && disc.x <= width_px - 0.5 && disc.y >= -0.5 && disc.y <= height_px - 0.5;
 }
 
 Eigen::Vector2d axis_of(const Shape& shape) { return {std::cos(shape.axis_rad()), std::sin(shape.axis_rad())}; }
@@ -241,14 +245,20 @@ BlobMeter::Weighed BlobMeter::weigh(const Cut& cut, const Window& window, const 
   weighing.low = static_cast<std::uint32_t>(std::clamp(low, 0.0, cut.threshold - 1.0));
   const double bright_radius_px = std::sqrt(seen.bright / M_PI);
   const double over = seen.peak >= cut.top ? 0.0 : cut.noise * peak_over_plateau(bright_radius_px);
-  weighing.span = static_cast<std::uint32_t>(std::max(1.0, std::round(seen.peak - over - weighing.low)));
+  weighing.span = static_cast<std::uint32_t>(std::max(1.0, seen.peak - over - weighing.low + 0.5));
   const BoxSums sums = kernels_.weigh(box_, weighing);
   // The light as that of a disc as bright as the plateau; the edge is where u is neither 0 nor 1.
   const auto first = static_cast<double>(sums.weight[0]);
   const double radius_px = std::sqrt(first / (kFullWeight * M_PI));
   const double edge_px = radius_px * (1.0 - static_cast<double>(sums.weight[1]) / first);
   const Cubic cubic = weights_for(radius_px, edge_px);
-  const double weight = cubic.of(sums.weight), x = cubic.of(sums.x) / weight, y = cubic.of(sums.y) / weight;
+  double weight = cubic.of(sums.weight), x = cubic.of(sums.x) / weight, y = cubic.of(sums.y) / weight;
+  // A cubic that is below 0 somewhere may leave nothing of what is no disc; u itself always leaves a middle.
+  if (!(std::abs(x) <= 0.5 * box_.width_px && std::abs(y) <= 0.5 * box_.height_px)) {
+    weight = first;
+    x = static_cast<double>(sums.x[0]) / weight;
+    y = static_cast<double>(sums.y[0]) / weight;
+  }
   Blob blob;
   blob.centroid = {{x + window.x + box_.width_px / 2, y + window.y + box_.height_px / 2}};
   blob.area_px2 = seen.bright;
@@ -261,7 +271,11 @@ BlobMeter::Weighed BlobMeter::weigh(const Cut& cut, const Window& window, const 
   const double smooth = 3.0 * static_cast<double>(sums.weight[1]) - 2.0 * static_cast<double>(sums.weight[2]);
   const double moved = cut.noise * kSlopeOfSum / weighing.span * std::sqrt(std::max(0.0, 0.5 * lever)) / smooth;
   const double narrow_px = std::max(0.0, kSampledEdge_px - edge_px);
-  blob.sigma_px = std::hypot((1.0 + kNarrowLoss * narrow_px) * moved, kGridSigma_px * narrow_px / radius_px);
+  const double by_noise_px = (1.0 + kNarrowLoss * narrow_px) * moved,
+               by_grid_px = kGridSigma_px * narrow_px / radius_px;
+  blob.sigma_px = std::sqrt(by_noise_px * by_noise_px + by_grid_px * by_grid_px);
+  // What is no disc may have no slope at all: then its size is all that is known.
+  if (!(blob.sigma_px > 0.0) || !std::isfinite(blob.sigma_px)) blob.sigma_px = kBorderSigma * bright_radius_px;
   return {blob, radius_px, edge_px};
 }
 
@@ -281,7 +295,7 @@ void BlobMeter::refine(const Cut& cut, const Window& window, Weighed& weighed) {
   start.radius_px = std::max(0.5, radius_px - 0.6 * (times_range - 1.0) * start.edge_px);
   const DiscFitLevels levels{cut.top, cut.background, cut.noise};
   const auto fitted = fits ? fit_disc(box_, window.width_px, levels, start) : std::nullopt;
-  if (!fitted) {
+  if (!fitted || !is_within(window.width_px, window.height_px, fitted->disc)) {
     blob.sigma_px = std::hypot(blob.sigma_px, kCutOffSigma_px / std::sqrt(radius_px));
     return;
   }
@@ -301,7 +315,7 @@ bool BlobMeter::fit_side(const Cut& cut, const Window& window, const BoxSurvey& 
   start.height = (seen.at_top > 0 ? kCutOffHeight : 1.0) * (seen.peak - cut.background);
   const DiscFitLevels levels{cut.top, cut.background, cut.noise};
   const auto fitted = fits_left_-- > 0 ? fit_disc(box_, window.width_px, levels, start) : std::nullopt;
-  if (!fitted) {
+  if (!fitted || !is_within(window.width_px, window.height_px, fitted->disc)) {
     fits_left_ = std::max(fits_left_, 0);
     blob.sigma_px = std::hypot(blob.sigma_px, kSplitSigma * radius_px);
     return false;
