@@ -17,6 +17,7 @@ constexpr double kLowOverNoise = 2.0;
 // edge which the grid samples well; in inverse proportion to the radius. Measured on rendered discs.
 constexpr double kGridSigma_px = 0.03;
 constexpr double kSampledEdge_px = 0.8;
+constexpr double kEdgeOfSmall_px2 = 0.2;
 // By what share the weights do worse than 3u^2 - 2u^3 would without a grid, for each px of such narrowness.
 constexpr double kNarrowLoss = 0.3;
 // A blob cut by the border: its centre may be off by about this share of its radius. One cut from another marker: less.
@@ -270,7 +271,8 @@ BlobMeter::Weighed BlobMeter::weigh(const Cut& cut, const Window& window, const 
   const double lever = static_cast<double>(sums.lever) - (x * x + y * y) * static_cast<double>(sums.slope2);
   const double smooth = 3.0 * static_cast<double>(sums.weight[1]) - 2.0 * static_cast<double>(sums.weight[2]);
   const double moved = cut.noise * kSlopeOfSum / weighing.span * std::sqrt(std::max(0.0, 0.5 * lever)) / smooth;
-  const double narrow_px = std::max(0.0, kSampledEdge_px - edge_px);
+  // The edge of a small disc measures less: there is more of it inside than the middle has room for.
+  const double narrow_px = std::max(0.0, kSampledEdge_px - kEdgeOfSmall_px2 / radius_px - edge_px);
   const double by_noise_px = (1.0 + kNarrowLoss * narrow_px) * moved,
                by_grid_px = kGridSigma_px * narrow_px / radius_px;
   blob.sigma_px = std::sqrt(by_noise_px * by_noise_px + by_grid_px * by_grid_px);
