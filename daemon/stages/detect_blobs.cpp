@@ -72,7 +72,7 @@ class BlobDetector final : public Detector {
     shapes_.clear();
     meter_.begin_image();
     for (std::size_t i = 0; i < components_.count(); ++i) {
-      shapes_.push_back(shape_of(components_.component(i)));
+      shapes_.push_back(components_.shape(i));
       meter_.prefetch(image, shapes_.back());
     }
     for (std::size_t i = 0; i < shapes_.size(); ++i) take_in(image, cut, i, found);
@@ -124,15 +124,14 @@ class BlobDetector final : public Detector {
 
   void take_in(const Image& image, const Cut& cut, std::size_t component, Detection& found) {
     const Shape& shape = shapes_[component];
-    const std::span<const Run> runs = components_.component(component);
     const double roundness = shape.roundness();
     if (roundness < kTwoDiscs * settings_.min_roundness) {
       ++found.not_round;
       return;
     }
     const bool is_cut = shape.begin_x == 0 || shape.begin_y == 0 || shape.end_x == image.width_px ||
-                        shape.end_y == image.height_px || touches_mask(runs);
-    for (Blob blob : meter_.measure(image, cut, runs, shape)) {
+                        shape.end_y == image.height_px || touches_mask(component);
+    for (Blob blob : meter_.measure(image, cut, components_, component, shape)) {
       if (blob.roundness < settings_.min_roundness) {
         ++found.not_round;
       } else if (blob.peak * 255.0 < settings_.min_peak_grey) {
@@ -145,9 +144,9 @@ class BlobDetector final : public Detector {
     }
   }
 
-  bool touches_mask(std::span<const Run> runs) const {
+  bool touches_mask(std::size_t component) {
     return !mask_.empty() &&
-           std::any_of(runs.begin(), runs.end(), [this](const Run& run) { return mask_.touches(run); });
+           std::ranges::any_of(components_.runs(component), [this](const Run& run) { return mask_.touches(run); });
   }
 
   // Two discs side by side are less round than each of them: they have to be measured first.

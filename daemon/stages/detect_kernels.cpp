@@ -216,43 +216,34 @@ HWY_INLINE void store_sums(V32 a, V32 b, V32 c, V32 d, std::int32_t (&sums)[4]) 
 /// Adds pixels up to a survey.
 class Surveying {
  public:
-  HWY_INLINE explicit Surveying(const Brightness& levels)
-      : threshold_(hn::Set(d_, static_cast<std::uint16_t>(levels.threshold))),
-        top_(hn::Set(d_, static_cast<std::uint16_t>(levels.top))),
-        peak_(hn::Zero(d_)),
-        bright_(hn::Zero(d_)),
-        at_top_(hn::Zero(d_)) {}
+  HWY_INLINE explicit Surveying(std::uint32_t threshold)
+      : threshold_(hn::Set(d_, static_cast<std::uint16_t>(threshold))), peak_(hn::Zero(d_)), bright_(hn::Zero(d_)) {}
 
   HWY_INLINE void add(hn::Vec<D16> grey) {
     peak_ = hn::Max(peak_, grey);
     // A mask is all ones: minus 1. At most 192 x 12 of them come together.
     bright_ = hn::Sub(bright_, hn::VecFromMask(d_, hn::Eq(hn::Max(grey, threshold_), grey)));
-    at_top_ = hn::Sub(at_top_, hn::VecFromMask(d_, hn::Eq(hn::Max(grey, top_), grey)));
   }
 
   BoxSurvey seen() const {
     const S16 signed16;
-    const auto one = hn::Set(signed16, 1);
-    auto bright = hn::Zero(S32()), at_top = bright;
-    add_products(hn::BitCast(signed16, bright_), one, bright);
-    add_products(hn::BitCast(signed16, at_top_), one, at_top);
-    std::int32_t sums[4];
-    store_sums(bright, at_top, hn::Zero(S32()), hn::Zero(S32()), sums);
-    return {hn::GetLane(hn::MaxOfLanes(d_, peak_)), static_cast<std::uint32_t>(sums[0]),
-            static_cast<std::uint32_t>(sums[1])};
+    auto bright = hn::Zero(S32());
+    add_products(hn::BitCast(signed16, bright_), hn::Set(signed16, 1), bright);
+    return {hn::GetLane(hn::MaxOfLanes(d_, peak_)),
+            static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(S32(), bright)))};
   }
 
  private:
   D16 d_;
-  hn::Vec<D16> threshold_, top_;
-  hn::Vec<D16> peak_, bright_, at_top_;
+  hn::Vec<D16> threshold_;
+  hn::Vec<D16> peak_, bright_;
 };
 
-BoxSurvey widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels, const Brightness& levels) {
+BoxSurvey widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels, std::uint32_t threshold) {
   const D16 d;
   const hn::Rebind<std::uint8_t, D16> d8;
   constexpr int kLanes = static_cast<int>(hn::MaxLanes(D16()));
-  Surveying survey(levels);
+  Surveying survey(threshold);
   for (int begin = 0; begin < box.width_px; begin += kLanes) {
     const auto inside = hn::FirstN(d, static_cast<std::size_t>(std::clamp(window.width_px - begin, 0, kLanes)));
     const auto* from = reinterpret_cast<const std::uint8_t*>(window.bytes) + begin;
@@ -268,10 +259,10 @@ BoxSurvey widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels,
   return survey.seen();
 }
 
-BoxSurvey survey(const Box& box, const Brightness& levels) {
+BoxSurvey survey(const Box& box, std::uint32_t threshold) {
   const D16 d;
   const int pixels = box.width_px * box.height_px;
-  Surveying survey(levels);
+  Surveying survey(threshold);
   for (int i = 0; i < pixels; i += static_cast<int>(hn::MaxLanes(D16()))) survey.add(hn::LoadU(d, box.pixels + i));
   return survey.seen();
 }
@@ -298,33 +289,6 @@ class PowerSums {
   V16 column_;
 };
 
-/// Sums of the squared slopes, 1024 at most, and of those times the squared distance from the middle.
-class SlopeSums {
- public:
-  HWY_INLINE SlopeSums() : slope2(hn::Zero(S32())), column_(hn::Zero(S16())), lever_(slope2), levers_(hn::Zero(d64_)) {}
-  HWY_INLINE void add(V16 squared, V16 radius2) {
-    column_ = hn::Add(column_, squared);
-    add_products(squared, radius2, lever_);
-  }
-  HWY_INLINE void fold() {
-    const hn::Half<S32> half;
-    add_products(column_, hn::Set(S16(), 1), slope2);
-    column_ = hn::Zero(S16());
-    levers_ = hn::Add(levers_, hn::Add(hn::PromoteTo(d64_, hn::LowerHalf(half, lever_)),
-                                       hn::PromoteTo(d64_, hn::UpperHalf(half, lever_))));
-    lever_ = hn::Zero(S32());
-  }
-  std::int64_t lever() const { return hn::GetLane(hn::SumOfLanes(d64_, levers_)); }
-
-  V32 slope2;
-
- private:
-  hn::Rebind<std::int64_t, hn::Half<S32>> d64_;
-  V16 column_;
-  V32 lever_;
-  hn::Vec<hn::Rebind<std::int64_t, hn::Half<S32>>> levers_;
-};
-
 BoxSums weigh(const Box& box, const Weighing& weighing) {
   const D16 d;
   const S16 s;
@@ -333,15 +297,13 @@ BoxSums weigh(const Box& box, const Weighing& weighing) {
   const auto low = hn::Set(d, static_cast<std::uint16_t>(weighing.low));
   const auto span = hn::Set(d, static_cast<std::uint16_t>(weighing.span));
   const auto factor = hn::Set(d, static_cast<std::uint16_t>(scale.factor));
-  const auto one = hn::Set(s, 1), two = hn::Set(s, 2);
+  const auto one = hn::Set(s, 1);
   PowerSums first, second, third;
-  SlopeSums slopes;
+  auto slopes2 = hn::Zero(S32());
   for (int begin = 0; begin < box.width_px; begin += kLanes) {
     const auto x = hn::Iota(s, static_cast<std::int16_t>(begin - box.width_px / 2));
     const int top_y = -(box.height_px / 2);
     auto y = hn::Set(s, static_cast<std::int16_t>(top_y));
-    auto radius2 = hn::Add(hn::Mul(x, x), hn::Mul(y, y));
-    auto step = hn::Add(hn::Add(y, y), one);  // to the next row's squared distance
     const std::uint16_t* from = box.pixels + begin;
     for (int top = 0; top < box.height_px; top += PowerSums::kRows) {
       const int end = std::min(box.height_px, top + PowerSums::kRows);
@@ -354,18 +316,15 @@ BoxSums weigh(const Box& box, const Weighing& weighing) {
         second.add(hn::BitCast(s, u2), y);
         third.add(hn::BitCast(s, u3), y);
         const auto slope = hn::BitCast(s, hn::ShiftRight<4>(hn::Add(hn::Sub(u, u2), hn::Set(d, 8))));
-        slopes.add(hn::Mul(slope, slope), radius2);
+        add_products(slope, slope, slopes2);
         y = hn::Add(y, one);
-        radius2 = hn::Add(radius2, step);
-        step = hn::Add(step, two);
       }
       for (PowerSums* const power : {&first, &second, &third}) power->fold(x);
-      slopes.fold();
     }
   }
   BoxSums sums;
   std::int32_t weights[4], xs[4], ys[4];
-  store_sums(first.weight, second.weight, third.weight, slopes.slope2, weights);
+  store_sums(first.weight, second.weight, third.weight, slopes2, weights);
   store_sums(first.x, second.x, third.x, third.x, xs);
   store_sums(first.y, second.y, third.y, third.y, ys);
   for (int i = 0; i < kPowers; ++i) {
@@ -374,7 +333,6 @@ BoxSums weigh(const Box& box, const Weighing& weighing) {
     sums.y[i] = ys[i];
   }
   sums.slope2 = weights[3];
-  sums.lever = slopes.lever();
   return sums;
 }
 

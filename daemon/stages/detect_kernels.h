@@ -51,16 +51,9 @@ struct ByteWindow {
   int width_px = 0;
 };
 
-/// What counts as bright, and as the top of the range.
-struct Brightness {
-  std::uint32_t threshold = 1;
-  std::uint32_t top = 255;
-};
-
 struct BoxSurvey {
   std::uint32_t peak = 0;
   std::uint32_t bright = 0;  ///< pixels at the threshold or over it
-  std::uint32_t at_top = 0;  ///< pixels at the top of the range
 };
 
 /// How a grey level becomes u: 0 up to `low`, 1 from `low` + `span` on, and in proportion between them.
@@ -74,7 +67,7 @@ inline constexpr int kPowers = 3;  ///< u, u^2 and u^3: weights of any cubic are
 /// changes them.
 struct BoxSums {
   std::int64_t weight[kPowers] = {}, x[kPowers] = {}, y[kPowers] = {};  ///< of the powers, each 0 to kFullWeight
-  std::int64_t slope2 = 0, lever = 0;  ///< of (u (1 - u))^2, each 0 to kFullSlope^2; and of that times x^2 + y^2
+  std::int64_t slope2 = 0;                                              ///< of (u (1 - u))^2, each 0 to kFullSlope^2
 };
 inline constexpr int kFullWeight = 2048;  ///< a power of u at u = 1, to 2 units
 inline constexpr int kFullSlope = 32;     ///< u (1 - u) at u = 1/2
@@ -85,8 +78,8 @@ struct DetectKernels {
   void (*scan_bytes)(const ScanRows& rows, RunSink& sink);  ///< one byte a pixel
   void (*scan_words)(const ScanRows& rows, RunSink& sink);  ///< two bytes a pixel, little endian
   /// Fills the box's pixels and surveys them. Reads the box's width, also of the last row: those bytes are there.
-  BoxSurvey (*widen)(const ByteWindow& window, const Box& box, std::uint16_t* pixels, const Brightness& levels);
-  BoxSurvey (*survey)(const Box& box, const Brightness& levels);
+  BoxSurvey (*widen)(const ByteWindow& window, const Box& box, std::uint16_t* pixels, std::uint32_t threshold);
+  BoxSurvey (*survey)(const Box& box, std::uint32_t threshold);
   BoxSums (*weigh)(const Box& box, const Weighing& weighing);
 };
 

@@ -38,25 +38,24 @@ void scan(const ScanRows& rows, RunSink& sink) {
   bands.gather();
 }
 
-BoxSurvey survey(const Box& box, const Brightness& levels) {
+BoxSurvey survey(const Box& box, std::uint32_t threshold) {
   BoxSurvey seen;
   for (int i = 0; i < box.width_px * box.height_px; ++i) {
     const std::uint32_t grey = box.pixels[i];
     seen.peak = std::max(seen.peak, grey);
-    seen.bright += grey >= levels.threshold;
-    seen.at_top += grey >= levels.top;
+    seen.bright += grey >= threshold;
   }
   return seen;
 }
 
-BoxSurvey widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels, const Brightness& levels) {
+BoxSurvey widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels, std::uint32_t threshold) {
   for (int y = 0; y < box.height_px; ++y) {
     const std::byte* row = window.bytes + static_cast<std::size_t>(y) * window.stride_bytes;
     for (int x = 0; x < box.width_px; ++x) {
       *pixels++ = x < window.width_px ? std::to_integer<std::uint16_t>(row[x]) : std::uint16_t{0};
     }
   }
-  return survey(box, levels);
+  return survey(box, threshold);
 }
 
 BoxSums weigh(const Box& box, const Weighing& weighing) {
@@ -76,7 +75,6 @@ BoxSums weigh(const Box& box, const Weighing& weighing) {
       sums.y[k] += powers[k] * y;
     }
     sums.slope2 += slope * slope;
-    sums.lever += slope * slope * (x * x + y * y);
   }
   return sums;
 }

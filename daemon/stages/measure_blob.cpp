@@ -45,6 +45,8 @@ constexpr double kFitRoundness = 0.7;  // what is longer is no disc
 constexpr double kCutOffSigma_px = 0.028;
 // Less round than that may be two discs.
 constexpr double kRound = 0.85;
+// Of a line, which has no other axis.
+constexpr double kLeastRoundness = 0.05;
 
 /// Weights a u + b u^2 + c u^3, a + b + c = 1.
 struct Cubic {
@@ -73,58 +75,14 @@ bool is_within(int width_px, int height_px, const SoftDisc& disc) {
 Eigen::Vector2d axis_of(const Shape& shape) { return {std::cos(shape.axis_rad()), std::sin(shape.axis_rad())}; }
 
 /// How far the brightest of the pixels on a disc's plateau is likely to be over it, in standard deviations.
-double peak_over_plateau(double radius_px) {
+double peak_over_plateau(double area_px2) {
   constexpr double kRim_px = 1.2;
-  const double inside_px = std::max(0.0, radius_px - kRim_px);
+  const double inside_px = std::max(0.0, std::sqrt(area_px2 / M_PI) - kRim_px);
   // The greatest of n normal deviates is on average near 0.85 sqrt(2 ln n), for n up to some hundred.
   return 0.85 * std::sqrt(2.0 * std::log(M_PI * inside_px * inside_px + 1.0));
 }
 
 }  // namespace
-
-Shape shape_of(std::span<const Run> runs) {
-  const Run& first = runs.front();
-  int begin_x = first.begin, end_x = first.end;
-  // From the first run's begin on. A run of `length` pixels about its middle, doubled to be whole.
-  std::int64_t n = 0, x = 0, y = 0, xx = 0, cubes = 0, yy = 0, xy = 0;
-  for (const Run& run : runs) {
-    begin_x = std::min<int>(begin_x, run.begin);
-    end_x = std::max<int>(end_x, run.end);
-    const std::int64_t length = run.end - run.begin, middle = run.begin + run.end - 1 - 2 * first.begin;
-    const std::int64_t dy = run.y - first.y, sum = length * middle;
-    n += length;
-    x += sum;
-    y += dy * length;
-    xx += sum * middle;
-    cubes += length * length * length;
-    yy += dy * dy * length;
-    xy += dy * sum;
-  }
-  const double each = 1.0 / static_cast<double>(n);
-  const auto of = [each](std::int64_t value) { return static_cast<double>(value) * each; };
-  const double mean_x = 0.5 * of(x), mean_y = of(y);
-  Shape shape;
-  shape.begin_x = begin_x;
-  shape.end_x = end_x;
-  shape.begin_y = first.y;
-  shape.end_y = runs.back().y + 1;
-  shape.area_px2 = static_cast<double>(n);
-  shape.x = mean_x + first.begin;
-  shape.y = mean_y + first.y;
-  // The pixels of a run spread by (length^2 - 1) / 12; a pixel that is a square makes up for the one.
-  shape.xx = 0.25 * of(xx) + of(cubes) / 12.0 - mean_x * mean_x;
-  shape.yy = of(yy) - mean_y * mean_y + 1.0 / 12.0;
-  shape.xy = 0.5 * of(xy) - mean_x * mean_y;
-  return shape;
-}
-
-double Shape::roundness() const {
-  const double mean = 0.5 * (xx + yy);
-  const double half_range = std::sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy);
-  return std::sqrt(std::clamp((mean - half_range) / (mean + half_range), 0.0, 1.0));
-}
-
-double Shape::axis_rad() const { return 0.5 * std::atan2(2.0 * xy, xx - yy); }
 
 BlobMeter::BlobMeter(const DetectKernels& kernels, int grow_px, bool split_touching)
     : kernels_(kernels),
@@ -132,9 +90,14 @@ BlobMeter::BlobMeter(const DetectKernels& kernels, int grow_px, bool split_touch
       split_touching_(split_touching),
       pixels_(kMaxBox_px * kMaxBox_px),
       saved_(kMaxBox_px * kMaxBox_px),
-      own_(kMaxBox_px * kMaxBox_px) {}
+      own_(kMaxBox_px * kMaxBox_px) {
+  for (std::size_t area = 0; area < peak_over_.size(); ++area) {
+    peak_over_[area] = peak_over_plateau(static_cast<double>(area));
+  }
+}
 
-Measured BlobMeter::measure(const Image& image, const Cut& cut, std::span<const Run> runs, const Shape& shape) {
+Measured BlobMeter::measure(const Image& image, const Cut& cut, RunComponents& components, std::size_t i,
+                            const Shape& shape) {
   const Window window = window_of(image, shape);
   Measured measured;
   Blob blob;
@@ -151,18 +114,17 @@ Measured BlobMeter::measure(const Image& image, const Cut& cut, std::span<const 
   }
   BoxSurvey seen = fetch(image, cut, window);
   if (seen.bright != static_cast<std::uint32_t>(shape.area_px2)) {
-    erase_others(cut, runs, window);
-    seen = kernels_.survey(box_, {cut.threshold, cut.top});
+    erase_others(cut, components.runs(i), window);
+    seen = kernels_.survey(box_, cut.threshold);
   }
-  Weighed weighed = weigh(cut, window, seen);
-  weighed.blob.roundness = shape.roundness();
+  Weighed weighed = weigh(cut, window, seen, shape.roundness());
   weighed.blob.axis_rad = shape.axis_rad();
   Waist waist;
   if (weighed.blob.roundness < kRound && split_touching_) {
     waist = waist_of(cut, window, shape);
     if (waist.splits) return split(cut, window, shape, waist);
   }
-  if (seen.at_top > 0) refine(cut, window, weighed);
+  if (seen.peak >= cut.top) refine(cut, window, weighed);
   weighed.blob.merged = waist.doubtful;
   measured.push_back(weighed.blob);
   return measured;
@@ -196,7 +158,7 @@ BoxSurvey BlobMeter::fetch(const Image& image, const Cut& cut, const Window& win
   const bool bytes = bytes_in_place(image.format) == 1;
   if (bytes && from + (rows - 1) * image.stride_bytes + columns <= image.bytes.size()) {
     return kernels_.widen({image.bytes.data() + from, image.stride_bytes, window.width_px}, box_, pixels_.data(),
-                          {cut.threshold, cut.top});
+                          cut.threshold);
   }
   for (std::size_t row = 0; row < rows; ++row) {
     const auto line = std::span(pixels_).subspan(row * columns, columns);
@@ -204,7 +166,7 @@ BoxSurvey BlobMeter::fetch(const Image& image, const Cut& cut, const Window& win
                 line.first(static_cast<std::size_t>(window.width_px)));
     std::fill(line.begin() + window.width_px, line.end(), std::uint16_t{0});
   }
-  return kernels_.survey(box_, {cut.threshold, cut.top});
+  return kernels_.survey(box_, cut.threshold);
 }
 
 // The light of a neighbour: its bright pixels, and what lies nearer to those than to the component's own.
@@ -239,13 +201,22 @@ void BlobMeter::erase_others(const Cut& cut, std::span<const Run> runs, const Wi
   }
 }
 
-BlobMeter::Weighed BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& seen) const {
+std::uint32_t BlobMeter::count_at_top(const Cut& cut, const BoxSurvey& seen) const {
+  if (seen.peak < cut.top) return 0;
+  const auto pixels = std::span(box_.pixels, static_cast<std::size_t>(box_.width_px * box_.height_px));
+  return static_cast<std::uint32_t>(
+      std::ranges::count_if(pixels, [&cut](std::uint16_t grey) { return grey >= cut.top; }));
+}
+
+BlobMeter::Weighed BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& seen,
+                                    double roundness) const {
   const double low = std::floor(cut.low.value_or(cut.background + kLowOverNoise * cut.noise));
   Weighing weighing;
   // Below the threshold, so that what is bright weighs something.
   weighing.low = static_cast<std::uint32_t>(std::clamp(low, 0.0, cut.threshold - 1.0));
   const double bright_radius_px = std::sqrt(seen.bright / M_PI);
-  const double over = seen.peak >= cut.top ? 0.0 : cut.noise * peak_over_plateau(bright_radius_px);
+  const double over =
+      seen.peak >= cut.top ? 0.0 : cut.noise * peak_over_[std::min<std::size_t>(seen.bright, peak_over_.size() - 1)];
   weighing.span = static_cast<std::uint32_t>(std::max(1.0, seen.peak - over - weighing.low + 0.5));
   const BoxSums sums = kernels_.weigh(box_, weighing);
   // The light as that of a disc as bright as the plateau; the edge is where u is neither 0 nor 1.
@@ -264,11 +235,13 @@ BlobMeter::Weighed BlobMeter::weigh(const Cut& cut, const Window& window, const 
   blob.centroid = {{x + window.x + box_.width_px / 2, y + window.y + box_.height_px / 2}};
   blob.area_px2 = seen.bright;
   blob.peak = std::min(1.0, static_cast<double>(seen.peak) / cut.top);
-  blob.saturated = static_cast<double>(seen.at_top) / seen.bright;
+  blob.saturated = static_cast<double>(count_at_top(cut, seen)) / seen.bright;
+  blob.roundness = roundness;
   // Pixel i, off by the noise, moves the centroid by slope_i (x_i - x) noise / weight; the mean of both axes. The
-  // slopes balance about the middle as the weights do. The weights in use do as well as 3u^2 - 2u^3 to some percent,
-  // whose slopes are simple.
-  const double lever = static_cast<double>(sums.lever) - (x * x + y * y) * static_cast<double>(sums.slope2);
+  // weights in use do as well as 3u^2 - 2u^3 to some percent, whose slopes are simple. What slopes lies about the
+  // radius from the middle: in the mean of squares over a rim, of an ellipse as large as the light.
+  const double stretch = 0.5 * (roundness + 1.0 / std::max(roundness, kLeastRoundness));
+  const double lever = static_cast<double>(sums.slope2) * radius_px * radius_px * stretch;
   const double smooth = 3.0 * static_cast<double>(sums.weight[1]) - 2.0 * static_cast<double>(sums.weight[2]);
   const double moved = cut.noise * kSlopeOfSum / weighing.span * std::sqrt(std::max(0.0, 0.5 * lever)) / smooth;
   // The edge of a small disc measures less: there is more of it inside than the middle has room for.
@@ -314,7 +287,7 @@ bool BlobMeter::fit_side(const Cut& cut, const Window& window, const BoxSurvey& 
   start.y = blob.centroid.v.y() - first_y;
   start.radius_px = radius_px;
   start.edge_px = kStartEdge_px;
-  start.height = (seen.at_top > 0 ? kCutOffHeight : 1.0) * (seen.peak - cut.background);
+  start.height = (seen.peak >= cut.top ? kCutOffHeight : 1.0) * (seen.peak - cut.background);
   const DiscFitLevels levels{cut.top, cut.background, cut.noise};
   const auto fitted = fits_left_-- > 0 ? fit_disc(box_, window.width_px, levels, start) : std::nullopt;
   if (!fitted || !is_within(window.width_px, window.height_px, fitted->disc)) {
@@ -339,15 +312,14 @@ Measured BlobMeter::split(const Cut& cut, const Window& window, const Shape& sha
   std::copy_n(pixels_.begin(), pixels, saved_.begin());
   for (const bool far_side : {false, true}) {
     keep_side(pixels_, box_, middle, axis, waist.at_px, far_side);
-    const BoxSurvey seen = kernels_.survey(box_, {cut.threshold, cut.top});
+    const BoxSurvey seen = kernels_.survey(box_, cut.threshold);
     if (seen.bright > 0) {
       const Eigen::Vector3d moments = moments_of(box_, cut.threshold);
       Shape side;
       side.xx = moments[0];
       side.yy = moments[1];
       side.xy = moments[2];
-      Blob blob = weigh(cut, window, seen).blob;
-      blob.roundness = side.roundness();
+      Blob blob = weigh(cut, window, seen, side.roundness()).blob;
       blob.axis_rad = side.axis_rad();
       keep_side(pixels_, box_, middle, axis, waist.at_px + (far_side ? kSharedLight_px : -kSharedLight_px), far_side);
       // A side that is long and no disc is two more.

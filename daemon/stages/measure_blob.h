@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -23,19 +24,6 @@ struct Cut {
   std::optional<double> low;  ///< given by the operator, else from background and noise
 };
 
-/// Shape of a component, from its runs alone.
-struct Shape {
-  int begin_x = 0, end_x = 0, begin_y = 0, end_y = 0;  ///< its box
-  double area_px2 = 0.0;
-  double x = 0.0, y = 0.0;              ///< of its middle
-  double xx = 0.0, yy = 0.0, xy = 0.0;  ///< second moments about it; a pixel is a square, not a point
-
-  double roundness() const;  ///< the ratio of the axes of the ellipse with the same moments
-  double axis_rad() const;   ///< direction of the longer one, from x to y
-};
-
-Shape shape_of(std::span<const Run> runs);
-
 /// A component's blobs: one, or two where two markers touch.
 using Measured = BoundedVector<Blob, 2>;
 
@@ -58,7 +46,8 @@ class BlobMeter {
   /// Asks for the memory of a component that is measured soon.
   void prefetch(const Image& image, const Shape& shape) const;
 
-  Measured measure(const Image& image, const Cut& cut, std::span<const Run> runs, const Shape& shape);
+  /// Measures component `i` of those joined, of that shape.
+  Measured measure(const Image& image, const Cut& cut, RunComponents& components, std::size_t i, const Shape& shape);
 
  private:
   struct Window {
@@ -73,7 +62,8 @@ class BlobMeter {
   Window window_of(const Image& image, const Shape& shape) const;
   BoxSurvey fetch(const Image& image, const Cut& cut, const Window& window);
   void erase_others(const Cut& cut, std::span<const Run> runs, const Window& window);
-  Weighed weigh(const Cut& cut, const Window& window, const BoxSurvey& seen) const;
+  std::uint32_t count_at_top(const Cut& cut, const BoxSurvey& seen) const;
+  Weighed weigh(const Cut& cut, const Window& window, const BoxSurvey& seen, double roundness) const;
   void refine(const Cut& cut, const Window& window, Weighed& weighed);
   bool fit_side(const Cut& cut, const Window& window, const BoxSurvey& seen, Blob& blob);
   Waist waist_of(const Cut& cut, const Window& window, const Shape& shape) const;
@@ -86,6 +76,7 @@ class BlobMeter {
   std::vector<std::uint16_t> pixels_;
   std::vector<std::uint16_t> saved_;
   std::vector<std::uint8_t> own_;
+  std::array<double, 2048> peak_over_;  // the plateau of a disc of so many pixels, in standard deviations
   Box box_;
 };
 

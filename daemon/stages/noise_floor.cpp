@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <span>
 
 #include "stages/pixel_rows.h"
@@ -34,6 +35,18 @@ std::array<Place, kPlaces> places_of(const Image& image, int place_px) {
 }
 
 using Pixels = std::array<std::uint16_t, kPlaces * kPlace_px>;
+
+/// What read_pixels would read, of pixels of one byte, in a fifth of the time.
+void gather_bytes(const Image& image, std::span<const Place> places, Pixels& pixels) {
+  std::array<std::uint8_t, kPlaces * kPlace_px> raw;
+  std::uint8_t* to = raw.data();
+  for (const Place& place : places) {
+    const std::size_t at = static_cast<std::size_t>(place.y) * image.stride_bytes + static_cast<std::size_t>(place.x);
+    std::memcpy(to, image.bytes.data() + at, kPlace_px);
+    to += kPlace_px;
+  }
+  std::copy(raw.begin(), raw.end(), pixels.begin());
+}
 
 /// Levels of 8 bits, counted in four tables: neighbours are alike, and one table would wait for its own sums.
 class Counts {
@@ -86,13 +99,16 @@ NoiseFloor NoiseFloorReader::read(const Image& image) {
   Counts counts;
   Pixels pixels;
   const auto grey = std::span(pixels).first(static_cast<std::size_t>(kPlaces * place_px));
-  std::uint16_t* to = grey.data();
-  for (const Place& place : places) {
-    const std::span<std::uint16_t> here(to, static_cast<std::size_t>(place_px));
-    read_pixels(image, place.y, place.x, here);
-    counts.add(here, shift_);
-    to += place_px;
+  if (bytes == 1 && place_px == kPlace_px) {
+    gather_bytes(image, places, pixels);
+  } else {
+    std::uint16_t* to = grey.data();
+    for (const Place& place : places) {
+      read_pixels(image, place.y, place.x, {to, static_cast<std::size_t>(place_px)});
+      to += place_px;
+    }
   }
+  counts.add(grey, shift_);
   // Median and upper quartile bound what is background; mean and deviation of that are the floor.
   const int total = static_cast<int>(grey.size());
   int seen = 0, median = -1, quartile = -1;

@@ -20,26 +20,26 @@ RunComponents::RunComponents(std::size_t max_runs)
 void RunComponents::join(std::size_t count, std::uint32_t min_area_px2, std::uint32_t max_area_px2,
                          std::size_t max_count) {
   MOCAP_EXPECTS(count <= runs_.size());
-  const auto runs = std::span<const Run>(runs_).first(count);
+  run_count_ = count;
   kept_.clear();
   first_run_.clear();
   too_small_ = too_large_ = dropped_ = 0;
-  join_all(runs);
+  join_all();
   choose(min_area_px2, max_area_px2, max_count);
-  gather(runs);
 }
 
-void RunComponents::join_all(std::span<const Run> runs) {
-  const auto count = static_cast<std::uint32_t>(runs.size());
+void RunComponents::join_all() {
+  const Run* const runs = runs_.data();
+  const auto count = static_cast<std::uint32_t>(run_count_);
   std::uint32_t labels = 0;
   std::uint32_t above = 0;      // the runs of the row above from here on may still touch
   std::uint32_t above_end = 0;  // and end where this row begins
   std::uint32_t row_begin = 0;
-  std::uint32_t row_y = 0;
+  std::uint32_t row_y = 0xFFFF'FFFE;  // of no row
   for (std::uint32_t index = 0; index < count; ++index) {
     const Run run = runs[index];
-    if (index == 0 || run.y != row_y) {
-      above = index > 0 && run.y == row_y + 1 ? row_begin : index;
+    if (run.y != row_y) {
+      above = run.y == row_y + 1 ? row_begin : index;
       above_end = row_begin = index;
       row_y = run.y;
     }
@@ -53,11 +53,11 @@ void RunComponents::join_all(std::span<const Run> runs) {
         label = unite(label, label_of_[i]);
     } else {
       label = labels++;
-      labels_[label] = {label, 0, 0};
+      labels_[label] = {label, 0, {.begin_x = run.begin, .begin_y = run.y}};
     }
-    label_of_[index] = label;
-    labels_[label].area_px2 += static_cast<std::uint32_t>(run.end - run.begin);
+    labels_[label].sums.add(run);
     ++labels_[label].runs;
+    label_of_[index] = label;
   }
   label_count_ = labels;
 }
@@ -75,7 +75,7 @@ std::uint32_t RunComponents::unite(std::uint32_t a, std::uint32_t b) {
   if (a == b) return a;
   const std::uint32_t root = std::min(a, b), other = std::max(a, b);
   labels_[other].parent = root;
-  labels_[root].area_px2 += labels_[other].area_px2;
+  labels_[root].sums.add(labels_[other].sums);
   labels_[root].runs += labels_[other].runs;
   return root;
 }
@@ -83,9 +83,9 @@ std::uint32_t RunComponents::unite(std::uint32_t a, std::uint32_t b) {
 void RunComponents::choose(std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count) {
   for (std::uint32_t i = 0; i < label_count_; ++i) {
     if (labels_[i].parent != i) continue;
-    if (labels_[i].area_px2 < min_area_px2) {
+    if (labels_[i].sums.n < min_area_px2) {
       ++too_small_;
-    } else if (labels_[i].area_px2 > max_area_px2) {
+    } else if (labels_[i].sums.n > max_area_px2) {
       ++too_large_;
     } else {
       kept_.push_back(i);
@@ -93,7 +93,7 @@ void RunComponents::choose(std::uint32_t min_area_px2, std::uint32_t max_area_px
   }
   if (kept_.size() <= max_count) return;
   const auto larger = [this](std::uint32_t a, std::uint32_t b) {
-    return labels_[a].area_px2 != labels_[b].area_px2 ? labels_[a].area_px2 > labels_[b].area_px2 : a < b;
+    return labels_[a].sums.n != labels_[b].sums.n ? labels_[a].sums.n > labels_[b].sums.n : a < b;
   };
   const auto bound = kept_.begin() + static_cast<std::ptrdiff_t>(max_count);
   std::nth_element(kept_.begin(), bound, kept_.end(), larger);
@@ -102,7 +102,7 @@ void RunComponents::choose(std::uint32_t min_area_px2, std::uint32_t max_area_px
   std::sort(kept_.begin(), kept_.end());
 }
 
-void RunComponents::gather(std::span<const Run> runs) {
+void RunComponents::gather() {
   // Counting sort of the runs by component. A label's parent is smaller than itself: one way through finds all roots.
   std::fill_n(next_.begin(), label_count_, kNotKept);
   std::uint32_t first = 0;
@@ -113,14 +113,15 @@ void RunComponents::gather(std::span<const Run> runs) {
   }
   first_run_.push_back(first);
   for (std::uint32_t i = 0; i < label_count_; ++i) labels_[i].parent = labels_[labels_[i].parent].parent;
-  for (std::size_t i = 0; i < runs.size(); ++i) {
+  for (std::size_t i = 0; i < run_count_; ++i) {
     std::uint32_t& next = next_[labels_[label_of_[i]].parent];
-    if (next != kNotKept) sorted_[next++] = runs[i];
+    if (next != kNotKept) sorted_[next++] = runs_[i];
   }
 }
 
-std::span<const Run> RunComponents::component(std::size_t i) const {
+std::span<const Run> RunComponents::runs(std::size_t i) {
   MOCAP_EXPECTS(i < count());
+  if (first_run_.empty()) gather();
   return std::span(sorted_).subspan(first_run_[i], first_run_[i + 1] - first_run_[i]);
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "stages/detect_kernels.h"
+#include "stages/shape.h"
 
 namespace mocap::stages {
 
@@ -26,9 +27,11 @@ class RunComponents {
   /// `max_count` largest at most.
   void join(std::size_t count, std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count);
 
-  /// The components kept, in the order of their first pixel; each one's runs by row, then x.
+  /// The components kept, in the order of their first pixel.
   std::size_t count() const { return kept_.size(); }
-  std::span<const Run> component(std::size_t i) const;
+  Shape shape(std::size_t i) const { return shape_of(labels_[kept_[i]].sums); }
+  /// A component's runs, by row, then x. Few are ever asked for: the first time after a join sorts the runs of all.
+  std::span<const Run> runs(std::size_t i);
 
   std::uint32_t too_small() const { return too_small_; }  ///< components under the least area
   std::uint32_t too_large() const { return too_large_; }
@@ -38,15 +41,15 @@ class RunComponents {
   /// What is known of the runs with one label; of those that were united, at the smallest label.
   struct Label {
     std::uint32_t parent;
-    std::uint32_t area_px2;
     std::uint32_t runs;
+    RunSums sums;
   };
 
   std::uint32_t root_of(std::uint32_t label);
   std::uint32_t unite(std::uint32_t a, std::uint32_t b);
-  void join_all(std::span<const Run> runs);
+  void join_all();
   void choose(std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count);
-  void gather(std::span<const Run> runs);
+  void gather();
 
   std::vector<Run> runs_;
   std::vector<std::uint32_t> label_of_;  // a run
@@ -55,7 +58,7 @@ class RunComponents {
   std::vector<std::uint32_t> kept_;       // labels
   std::vector<std::uint32_t> first_run_;  // of those kept, among the sorted
   std::vector<Run> sorted_;               // the runs of those kept, component by component; the others' after them
-  std::size_t label_count_ = 0;
+  std::size_t run_count_ = 0, label_count_ = 0;
   std::uint32_t too_small_ = 0, too_large_ = 0;
   std::uint32_t dropped_ = 0;
 };

@@ -116,7 +116,7 @@ std::vector<Flooded> joined(const Picture& picture, const DetectKernels& kernels
   components.join(sink.count, 1, 1000000, 4096);
   std::vector<Flooded> found;
   for (std::size_t i = 0; i < components.count(); ++i) {
-    const Shape shape = shape_of(components.component(i));
+    const Shape shape = components.shape(i);
     found.push_back({static_cast<int>(shape.area_px2), shape.begin_x, shape.begin_y, shape.end_x - 1, shape.end_y - 1});
   }
   std::sort(found.begin(), found.end());
