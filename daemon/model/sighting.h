@@ -50,9 +50,19 @@ struct Match {
   BoundedVector<BlobRef, kMaxCameras> sightings;
 };
 
+/// The blob of an expected marker that one camera alone sees: it tells a ray, and no depth.
+struct LoneSighting {
+  std::uint32_t expected = 0;  ///< index in Expected::markers
+  BlobRef sighting;
+  WorldPoint eye;                                        ///< where the ray begins: the camera's centre
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< of the ray, in the world; unit
+  double sigma_rad = 0.0;                                ///< standard deviation of each axis across it
+};
+
 /// One instant's blobs, gathered by marker.
 struct Matches {
   BoundedVector<Match, kMaxMarkers> matches;
+  BoundedVector<LoneSighting, kMaxMarkers> lone;  ///< expected markers of which no match is; in no match's blobs
   std::uint32_t unmatched_blobs = 0;
   std::uint32_t dropped = 0;    ///< over kMaxMarkers
   std::uint32_t seen_once = 0;  ///< expected markers of which one camera alone may have a blob

@@ -1,5 +1,6 @@
 #include "stages/match_expected.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -23,6 +24,20 @@ double width_of(const Shadow& shadow, double own, double floor) {
   const double yy = shadow.covariance(1, 1) + own;
   const double xy = shadow.covariance(0, 1);
   return std::log(std::max(1.0, (xx * yy - xy * xy) / (floor * floor)));
+}
+
+LoneSighting lone_sighting(const ViewRays& view, std::size_t ray, std::size_t marker, std::size_t index) {
+  // A patch of the plane at distance 1 is seen under its area over the cube of its distance.
+  const double solid_angle_1_px2 =
+      std::pow(1.0 + view.x[ray] * view.x[ray] + view.y[ray] * view.y[ray], -1.5) / view.px_from_ray[ray].determinant();
+  LoneSighting lone;
+  lone.expected = static_cast<std::uint32_t>(marker);
+  lone.sighting = {static_cast<std::uint16_t>(index), view.blob[ray], 0.0F, 0.0F,
+                   static_cast<float>(view.sigma_px[ray])};
+  lone.eye = view.camera->centre();
+  lone.direction = view.direction(ray);
+  lone.sigma_rad = view.sigma_px[ray] * std::sqrt(solid_angle_1_px2);
+  return lone;
 }
 
 }  // namespace
@@ -59,6 +74,17 @@ void ExpectedMatcher::match(RayTable& rays, const Expected& expected, Matches& i
     if (views_of_[m] < 2) continue;
     if (views_of_[m] < view_count_) recover(rays, m);
     if (views_of_[m] >= 2) give(rays, m, into);
+  }
+}
+
+void ExpectedMatcher::list_lone(const RayTable& rays, Matches& into) const {
+  for (std::size_t m = 0; m < marker_count_; ++m) {
+    if (views_of_[m] != 1) continue;
+    for (std::size_t view = 0; view < view_count_; ++view) {
+      const std::uint32_t ray = held(m, view).ray;
+      if (ray == kNone || rays[view].taken[ray] != 0 || holders(view, ray) != 1) continue;
+      if (!into.lone.try_push_back(lone_sighting(rays[view], ray, m, view))) return;
+    }
   }
 }
 

@@ -20,6 +20,10 @@ class ExpectedMatcher {
   /// Appends a match for each expected marker that two or more views agree on, and takes its rays.
   void match(RayTable& rays, const Expected& expected, Matches& into);
 
+  /// Appends the expected markers of the last `match` that one view alone has, where nothing else took their blob
+  /// since.
+  void list_lone(const RayTable& rays, Matches& into) const;
+
  private:
   using Sightings = BoundedVector<geometry::Sighting, kMaxCameras>;
 

@@ -24,7 +24,8 @@ struct MatchSettings {
 ///
 /// Known: each expected place is projected with its covariance into each view; in each view all expected markers are
 /// assigned to blobs at once, exactly; the views of a marker must then agree on one point, or the odd one is left out.
-/// Two views are enough. One view alone is left free and counted in Matches::seen_once.
+/// Two views are enough. One view alone is left free, counted in Matches::seen_once, and told in Matches::lone where
+/// no new marker needs its blob.
 ///
 /// New: two blobs near each other's epipolar lines and rays that meet inside the volume make a hypothesis; the other
 /// views support it or not; the best (most views, then least error) take their blobs first. Of two-view hypotheses

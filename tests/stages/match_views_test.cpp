@@ -167,6 +167,49 @@ TEST(MatchViews, NeedsTwoViewsForAKnownMarkerAndCountsTheOneSeenOnce) {
   EXPECT_EQ(matches.unmatched_blobs, 1u);
 }
 
+TEST(MatchViews, TellsTheRayOfAnExpectedMarkerThatOneCameraAloneSees) {
+  std::mt19937 random(2);
+  const Rig rig = ring(4);
+  const std::vector<Vector3d> markers{{0.0, 0.0, 1.0}, {0.4, 0.1, 1.2}};
+  auto world = see(rig, markers, {.sigma_px = 0.05}, random);
+  for (const std::size_t camera : {0u, 1u, 2u}) world.frames[camera]->blobs.erase_unordered(1);
+  const auto matcher = make_matcher({}, rig);
+
+  const Matches& matches = matcher->match(world.set, expect(markers, 0.003, random));
+
+  ASSERT_EQ(matches.lone.size(), 1u);
+  const LoneSighting& lone = matches.lone[0];
+  EXPECT_EQ(lone.expected, 1u);
+  EXPECT_EQ(lone.sighting.view, 3u);
+  EXPECT_EQ(lone.sighting.blob, 1u);
+  EXPECT_LT((lone.eye.v - rig[3].centre().v).norm(), 1e-12);
+  // The ray passes the marker within five of the standard deviations that it tells.
+  const Vector3d to_marker = markers[1] - lone.eye.v;
+  EXPECT_NEAR(lone.direction.norm(), 1.0, 1e-12);
+  EXPECT_LT(to_marker.cross(lone.direction).norm(), 5.0 * lone.sigma_rad * to_marker.norm());
+  EXPECT_NEAR(lone.sigma_rad, 0.05 / 900.0, 0.2 * 0.05 / 900.0);  // rad; the lens bends a little
+
+  EXPECT_TRUE(matcher->match(world.set, {}).lone.empty());  // nobody is expected
+}
+
+TEST(MatchViews, TellsNoRayWhoseBlobANewMarkerTook) {
+  std::mt19937 random(6);
+  const Rig rig = ring(4);
+  const std::vector<Vector3d> markers{{0.0, 0.0, 1.0}};
+  const auto world = see(rig, markers, {.sigma_px = 0.05}, random);
+  // Expected elsewhere, on the ray of camera 1: that view alone has the blob in its gate.
+  const Vector3d eye = rig[1].centre().v;
+  const std::vector<Vector3d> elsewhere{eye + 0.7 * (markers[0] - eye)};
+  const auto matcher = make_matcher({}, rig);
+
+  const Matches& matches = matcher->match(world.set, expect(elsewhere, 0.001, random));
+
+  ASSERT_EQ(matches.matches.size(), 1u);
+  EXPECT_EQ(matches.matches[0].expected, Match::kNew);
+  EXPECT_EQ(matches.seen_once, 1u);
+  EXPECT_TRUE(matches.lone.empty());
+}
+
 TEST(MatchViews, LeavesOutTheViewThatHasAFalseBlobInTheGate) {
   std::mt19937 random(2);
   const Rig rig = ring(5);
