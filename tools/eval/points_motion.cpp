@@ -23,66 +23,152 @@ namespace {
 
 using Eigen::Vector3d;
 
-struct Clip {
-  std::unique_ptr<scene::Actor> actor;
-  double length_s = 0.0;
-  double rate_hz = 0.0;
-};
-
 // People stand on a grid this wide, and each is this much later than the one before.
 constexpr double kApart_m = 0.9;
 constexpr double kOutOfStep_s = 0.73;
 
-class Crowd final : public PointMotion {
+// The lights of one recording, forth and back without end.
+class Clip {
  public:
-  Crowd(Clip clip, std::size_t markers) : clip_(std::move(clip)) {
-    clip_.actor->at(0.0, state_);
-    markers_of_one_ = state_.markers.size();
-    ghost_count_ = most_ghosts();
-    markers_ = markers == 0 ? markers_of_one_ : markers;
-    people_ = (markers_ + markers_of_one_ - 1) / markers_of_one_;
-  }
+  virtual ~Clip() = default;
 
-  std::size_t light_count() const override { return markers_ + ghost_count_; }
-  double length_s() const override { return clip_.length_s; }
-  double rate_hz() const override { return clip_.rate_hz; }
+  virtual double length_s() const = 0;
+  virtual double rate_hz() const = 0;
+  virtual void at(double t_s, std::vector<Light>& into) const = 0;
+};
 
-  void at(double t_s, std::vector<Light>& into) const override {
-    into.clear();
-    const auto columns = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(people_))));
-    for (std::size_t person = 0; person < people_; ++person) {
-      clip_.actor->at(t_s + static_cast<double>(person) * kOutOfStep_s, state_);
-      Vector3d place = Vector3d::Zero();
-      const double middle = 0.5 * static_cast<double>(columns - 1);
-      place.x() = kApart_m * (static_cast<double>(person % columns) - middle);
-      place.y() = kApart_m * (static_cast<double>(person / columns) - middle);
-      for (const scene::ActorMarker& marker : state_.markers) {
-        if (into.size() < markers_) into.push_back({marker.position.v + place, marker.there, true});
+// The points of a C3D or TRC file but those that a model computed; up along z, the middle of all places at the middle
+// of the volume.
+class PointClip final : public Clip {
+ public:
+  explicit PointClip(scene::C3d points) : points_(std::move(points)) {
+    const auto kinds = scene::kinds_of(points_.labels);
+    for (const auto kind : {scene::C3dPointKind::Marker, scene::C3dPointKind::Ghost}) {
+      for (std::size_t i = 0; i < kinds.size(); ++i) {
+        if (kinds[i] == kind) lights_.push_back({i, kind == scene::C3dPointKind::Marker});
       }
     }
-    clip_.actor->at(t_s, state_);
-    for (std::size_t i = 0; i < ghost_count_; ++i) {
-      const bool there = i < state_.ghosts.size();
-      into.push_back({there ? state_.ghosts[i].v : Vector3d::Zero(), there, false});
+    stand_up();
+  }
+
+  std::size_t light_count() const { return lights_.size(); }
+  double length_s() const override { return static_cast<double>(points_.frames - 1) / points_.rate_hz; }
+  double rate_hz() const override { return points_.rate_hz; }
+
+  void at(double t_s, std::vector<Light>& into) const override {
+    // Between samples only where it matters: at the recording's own rate every sample is met exactly.
+    const double last = static_cast<double>(points_.frames - 1);
+    double at = last > 0.0 ? std::fmod(t_s * points_.rate_hz, 2.0 * last) : 0.0;
+    at = at > last ? 2.0 * last - at : at;
+    if (std::abs(at - std::round(at)) < 1e-6) at = std::round(at);
+    const auto frame = static_cast<std::size_t>(at);
+    const double share = at - static_cast<double>(frame);
+    into.clear();
+    for (const auto& [point, named] : lights_) {
+      const scene::C3dSample& before = points_.sample(frame, point);
+      const scene::C3dSample& after = points_.sample(std::min(frame + 1, points_.frames - 1), point);
+      const bool there = before.there && (share == 0.0 || after.there);
+      const Vector3d place = (1.0 - share) * before.position_m + share * after.position_m;
+      into.push_back({there ? Vector3d(world_from_file_ * place + to_middle_) : Vector3d::Zero(), there, named});
     }
   }
 
  private:
-  std::size_t most_ghosts() const {
-    std::size_t most = 0;
-    for (double t_s = 0.0; t_s <= clip_.length_s; t_s += 1.0 / clip_.rate_hz) {
-      clip_.actor->at(t_s, state_);
-      most = std::max(most, state_.ghosts.size());
+  struct Source {
+    std::size_t point;
+    bool named;
+  };
+
+  // People are taller than wide: of y and z the axis along which the markers of one instant lie farther apart is up.
+  void stand_up() {
+    double spread_y = 0.0, spread_z = 0.0;
+    Vector3d low = Vector3d::Constant(1e9), high = -low;
+    for (std::size_t frame = 0; frame < points_.frames; ++frame) {
+      Vector3d sum = Vector3d::Zero(), squares = Vector3d::Zero();
+      double count = 0.0;
+      for (const auto& [point, named] : lights_) {
+        const scene::C3dSample& sample = points_.sample(frame, point);
+        if (!sample.there || !named) continue;
+        sum += sample.position_m;
+        squares += sample.position_m.cwiseAbs2();
+        low = low.cwiseMin(sample.position_m);
+        high = high.cwiseMax(sample.position_m);
+        count += 1.0;
+      }
+      if (count < 2.0) continue;
+      const Vector3d variance = squares / count - (sum / count).cwiseAbs2();
+      spread_y += variance.y();
+      spread_z += variance.z();
     }
-    return most;
+    if (spread_y > spread_z) world_from_file_ << 1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0;
+    if (high.x() >= low.x()) to_middle_ = -0.5 * (world_from_file_ * (low + high));
+    to_middle_.z() = 0.0;
   }
 
-  Clip clip_;
+  scene::C3d points_;
+  std::vector<Source> lights_;  // markers first
+  Eigen::Matrix3d world_from_file_ = Eigen::Matrix3d::Identity();
+  Vector3d to_middle_ = Vector3d::Zero();
+};
+
+// The joints of a BVH.
+class JointClip final : public Clip {
+ public:
+  JointClip(std::unique_ptr<scene::Actor> actor, double length_s, double rate_hz)
+      : actor_(std::move(actor)), length_s_(length_s), rate_hz_(rate_hz) {}
+
+  double length_s() const override { return length_s_; }
+  double rate_hz() const override { return rate_hz_; }
+  void at(double t_s, std::vector<Light>& into) const override {
+    actor_->at(t_s, state_);
+    into.clear();
+    for (const scene::ActorMarker& marker : state_.markers) into.push_back({marker.position.v, marker.there, true});
+  }
+
+ private:
+  std::unique_ptr<scene::Actor> actor_;
+  double length_s_;
+  double rate_hz_;
   mutable scene::ActorState state_;
-  std::size_t markers_of_one_ = 0;
+};
+
+class Crowd final : public PointMotion {
+ public:
+  Crowd(std::unique_ptr<Clip> clip, std::size_t markers) : clip_(std::move(clip)) {
+    clip_->at(0.0, one_);
+    const auto named = static_cast<std::size_t>(std::ranges::count(one_, true, &Light::named));
+    markers_ = markers == 0 ? named : markers;
+    people_ = (markers_ + named - 1) / named;
+    nameless_ = one_.size() - named;
+  }
+
+  std::size_t light_count() const override { return markers_ + nameless_; }
+  double length_s() const override { return clip_->length_s(); }
+  double rate_hz() const override { return clip_->rate_hz(); }
+
+  void at(double t_s, std::vector<Light>& into) const override {
+    into.clear();
+    const auto columns = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(people_))));
+    const double middle = 0.5 * static_cast<double>(columns - 1);
+    for (std::size_t person = 0; person < people_; ++person) {
+      clip_->at(t_s + static_cast<double>(person) * kOutOfStep_s, one_);
+      const Vector3d place(kApart_m * (static_cast<double>(person % columns) - middle),
+                           kApart_m * (static_cast<double>(person / columns) - middle), 0.0);
+      for (const Light& light : one_) {
+        if (light.named && into.size() < markers_) into.push_back({light.position + place, light.there, true});
+      }
+    }
+    if (nameless_ == 0) return;
+    clip_->at(t_s, one_);
+    std::ranges::copy_if(one_, std::back_inserter(into), [](const Light& light) { return !light.named; });
+  }
+
+ private:
+  std::unique_ptr<Clip> clip_;
+  mutable std::vector<Light> one_;
   std::size_t markers_ = 0;
   std::size_t people_ = 1;
-  std::size_t ghost_count_ = 0;
+  std::size_t nameless_ = 0;
 };
 
 class Swarm final : public PointMotion {
@@ -190,27 +276,28 @@ Result<scene::C3d> parse_trc(const std::string& text) {
   return clip;
 }
 
-Result<Clip> clip_of(scene::C3d points) {
-  Clip clip;
-  clip.rate_hz = points.rate_hz;
-  clip.length_s = static_cast<double>(points.frames - 1) / points.rate_hz;
-  auto actor = scene::make_c3d_actor(std::move(points));
-  if (!actor) return actor.error();
-  clip.actor = std::move(*actor);
-  return clip;
+Result<std::unique_ptr<Clip>> clip_of(scene::C3d points) {
+  const auto kinds = scene::kinds_of(points.labels);
+  if (points.frames == 0 || std::ranges::count(kinds, scene::C3dPointKind::Marker) == 0) {
+    return Error{ErrorCode::InvalidArgument, "it has no labelled markers"};
+  }
+  auto clip = std::make_unique<PointClip>(std::move(points));
+  if (clip->light_count() > kMaxMarkers / 2) {
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("it has {} points, expected {} at most", clip->light_count(), kMaxMarkers / 2)};
+  }
+  return std::unique_ptr<Clip>(std::move(clip));
 }
 
-Result<Clip> clip_of(scene::Bvh bvh) {
-  Clip clip;
-  clip.rate_hz = 1.0 / bvh.frame_time_s;
-  clip.length_s = static_cast<double>(bvh.frames - 1) * bvh.frame_time_s;
+Result<std::unique_ptr<Clip>> clip_of(scene::Bvh bvh) {
+  const double rate_hz = 1.0 / bvh.frame_time_s;
+  const double length_s = static_cast<double>(bvh.frames - 1) * bvh.frame_time_s;
   auto actor = scene::make_bvh_actor(std::move(bvh), std::nullopt, {.unit_m = 0.0, .t_pose_s = 0.0});
   if (!actor) return actor.error();
-  clip.actor = std::move(*actor);
-  return clip;
+  return std::unique_ptr<Clip>(std::make_unique<JointClip>(std::move(*actor), length_s, rate_hz));
 }
 
-Result<Clip> read_clip(const std::string& file) {
+Result<std::unique_ptr<Clip>> read_clip(const std::string& file) {
   const auto text = read_whole(file);
   if (!text) return text.error();
   const std::string extension = std::filesystem::path(file).extension().string();

@@ -15,7 +15,7 @@ namespace mocap::eval {
 struct Light {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m
   bool there = false;                                  ///< false: the recording has a gap here
-  bool named = true;                                   ///< a marker; its identity is judged
+  bool named = true;                                   ///< false: a nameless light of a recording
 };
 
 /// Lights that move: a recording's, worn by as many people as it takes, or a swarm made up.

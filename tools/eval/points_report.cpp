@@ -51,6 +51,7 @@ std::string to_json(const PointsScore& s, const std::string& motion, const World
                                          {"ghosts_per_1000", per_1000(s.ghosts, s.sets)},
                                          {"point_ghosts_per_1000", per_1000(s.point_ghosts, s.sets)},
                                          {"id_changes", s.id_changes},
+                                         {"id_changes_named", s.id_changes_named},
                                          {"id_changes_in_view", s.id_changes_in_view},
                                          {"births", s.births},
                                          {"nees", s.nees.mean()},
@@ -79,7 +80,8 @@ std::string to_text(const PointsScore& s) {
                       s.tracked.of, rms_mm(s.squared_error_track_m2), s.births);
   text += fmt::format("ghosts    {:.2f} tracks, {:.2f} points in 1000 sets\n", per_1000(s.ghosts, s.sets),
                       per_1000(s.point_ghosts, s.sets));
-  text += fmt::format("ids       {} changes, {} of them in view\n", s.id_changes, s.id_changes_in_view);
+  text += fmt::format("ids       {} changes, {} of them of named markers, {} in view\n", s.id_changes,
+                      s.id_changes_named, s.id_changes_in_view);
   if (s.skipped > 0) text += fmt::format("skipped   {} hypotheses: the work for one set is bounded\n", s.skipped);
   return text;
 }

@@ -148,8 +148,9 @@ void PointsScorer::score_tracks(const SeenInstant& truth, const TrackedMarkers& 
     if (!found) continue;
     ++right;
     const TrackedMarker& track = *seen[place_of_[i]];
-    if (truth.lights[i].named && last_track_[i] != kNobody && last_track_[i] != track.id.value) {
+    if (last_track_[i] != kNobody && last_track_[i] != track.id.value) {
       ++score_.id_changes;
+      score_.id_changes_named += truth.lights[i].named ? 1 : 0;
       score_.id_changes_in_view += last_set_[i] + 1 == set_ ? 1 : 0;
     }
     last_track_[i] = track.id.value;

@@ -50,7 +50,8 @@ struct PointsScore {
   Share tracked;                         ///< lights with two views or more that a confirmed track bears
   std::uint64_t point_ghosts = 0;        ///< triangulated where no light is
   std::uint64_t ghosts = 0;              ///< confirmed tracks, seen in the set, where no light is
-  std::uint64_t id_changes = 0;          ///< a named light bears another track than when it was last tracked
+  std::uint64_t id_changes = 0;          ///< a light bears another track than when it was last tracked
+  std::uint64_t id_changes_named = 0;    ///< of these, lights that have a name in the recording
   std::uint64_t id_changes_in_view = 0;  ///< of these, from one set to the next
   std::uint64_t births = 0;              ///< tracks
   std::uint64_t skipped = 0;             ///< hypotheses of new markers left untried for want of time
