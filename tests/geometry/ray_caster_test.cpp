@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <limits>
 #include <ostream>
 #include <random>
+#include <vector>
 
 #include "geometry/lens.h"
 #include "support/marker_world.h"
@@ -50,6 +52,30 @@ TEST_P(RayCasterOf, UndoesTheLensEverywhereInTheImageAndTellsItsSlope) {
   }
 }
 
+TEST_P(RayCasterOf, CastsManyAtOnceAsWellAsEachAlone) {
+  const CameraModel camera = camera_of(GetParam().kind, GetParam().bend);
+  const RayCaster caster(camera);
+  std::vector<double> u;
+  std::vector<double> v;
+  for (double y = -3.5; y < camera.height_px + 4.0; y += 20.25) {  // all along the border too, and a little outside
+    for (double x = -3.5; x < camera.width_px + 4.0; x += 20.25) {
+      u.push_back(x);
+      v.push_back(y);
+    }
+  }
+  RayColumns rays(u.size());
+
+  caster.cast(u, v, rays);
+
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    ASSERT_EQ(rays.exists[i], 1) << u[i] << " " << v[i];
+    EXPECT_LT((distort(camera.lens, rays[i].point).v - Eigen::Vector2d(u[i], v[i])).norm(), 1e-6)
+        << u[i] << " " << v[i];
+    const auto alone = caster.cast({{u[i], v[i]}});
+    EXPECT_LT((rays[i].px_from_ray - alone->px_from_ray).norm(), 1e-4 * alone->px_from_ray.norm());
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Lenses, RayCasterOf,
                          testing::Values(Bent{LensKind::Pinhole, 0.0}, Bent{LensKind::Pinhole, 1.0},
                                          Bent{LensKind::Pinhole, 1.6}, Bent{LensKind::Fisheye, 1.0},
@@ -66,6 +92,13 @@ TEST(RayCaster, GivesNoRayWhereTheImageFoldsOver) {
   const RayCaster caster(camera);
 
   EXPECT_FALSE(caster.cast({{320.0 + 300.0, 240.0}}));
+  RayColumns rays(2);
+  const std::array<double, 2> u{620.0, 570.0};
+  const std::array<double, 2> v{240.0, 240.0};
+  caster.cast(u, v, rays);
+  EXPECT_EQ(rays.exists[0], 0);
+  ASSERT_EQ(rays.exists[1], 1);
+  EXPECT_LT((distort(camera.lens, rays[1].point).v - Eigen::Vector2d(570.0, 240.0)).norm(), 1e-6);
   ASSERT_TRUE(caster.cast({{320.0 + 250.0, 240.0}}));
   EXPECT_LT((distort(camera.lens, caster.cast({{570.0, 240.0}})->point).v - Eigen::Vector2d(570.0, 240.0)).norm(),
             1e-6);
@@ -75,6 +108,11 @@ TEST(RayCaster, GivesNoRayForNoPixel) {
   const RayCaster caster(camera_of(LensKind::Pinhole, 1.0));
 
   EXPECT_FALSE(caster.cast({{std::numeric_limits<double>::quiet_NaN(), 3.0}}));
+  RayColumns rays(2);
+  const std::array<double, 2> u{std::numeric_limits<double>::quiet_NaN(), 1e300};
+  const std::array<double, 2> v{3.0, -std::numeric_limits<double>::infinity()};
+  caster.cast(u, v, rays);
+  EXPECT_EQ(rays.exists[0] + rays.exists[1], 0);
 }
 
 }  // namespace
