@@ -39,6 +39,8 @@ std::string to_json(const PointsScore& s, const std::string& motion, const World
                                          {"bound_mm", rms_mm(s.bound_m2)},
                                          {"rms_merged_mm", rms_mm(s.squared_error_merged_m2)},
                                          {"rms_track_mm", rms_mm(s.squared_error_track_m2)},
+                                         {"rms_coasting_mm", rms_mm(s.squared_error_coast_m2)},
+                                         {"coasting", s.squared_error_coast_m2.count},
                                          {"recall_3plus", s.seen_by_3plus.value()},
                                          {"seen_3plus", s.seen_by_3plus.of},
                                          {"recall_2", s.seen_by_2_known.value()},
@@ -76,8 +78,9 @@ std::string to_text(const PointsScore& s) {
   recall("exactly 2, known", s.seen_by_2_known);
   recall("exactly 2, not known", s.seen_by_2_new);
   recall("2 or more, by merged blobs", s.merged);
-  text += fmt::format("tracks    {:.4f} % of {} seen by 2 or more; rms {:.4f} mm; {} born\n", 100.0 * s.tracked.value(),
-                      s.tracked.of, rms_mm(s.squared_error_track_m2), s.births);
+  text += fmt::format("tracks    {:.4f} % of {} seen by 2 or more; rms {:.4f} mm, coasting {:.2f} mm; {} born\n",
+                      100.0 * s.tracked.value(), s.tracked.of, rms_mm(s.squared_error_track_m2),
+                      rms_mm(s.squared_error_coast_m2), s.births);
   text += fmt::format("ghosts    {:.2f} tracks, {:.2f} points in 1000 sets\n", per_1000(s.ghosts, s.sets),
                       per_1000(s.point_ghosts, s.sets));
   text += fmt::format("ids       {} changes, {} of them of named markers, {} in view\n", s.id_changes,

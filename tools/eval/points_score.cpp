@@ -91,9 +91,12 @@ void PointsScorer::pair_up(const SeenInstant& truth, const std::vector<Vector3d>
   place_of_.assign(columns.begin(), columns.end());
 }
 
-bool PointsScorer::is_known(std::size_t light, const Expected& expected) const {
-  return last_track_[light] != kNobody &&
-         std::ranges::any_of(expected.markers, [&](const auto& m) { return m.track.value == last_track_[light]; });
+// Whether a track bore it in the last set, or foretells it now within four standard deviations.
+bool PointsScorer::is_known(std::size_t light, const Vector3d& place, const Expected& expected) const {
+  const auto foretold =
+      std::ranges::find_if(expected.markers, [&](const auto& m) { return m.track.value == last_track_[light]; });
+  if (last_track_[light] == kNobody || foretold == expected.markers.end()) return false;
+  return last_set_[light] + 1 == set_ || nees_of(place - foretold->position.v, foretold->covariance_m2) < 16.0;
 }
 
 void PointsScorer::score_points(const SeenInstant& truth, const Markers& markers, const Expected& expected) {
@@ -109,7 +112,7 @@ void PointsScorer::score_points(const SeenInstant& truth, const Markers& markers
     if (alone >= 3) {
       score_.seen_by_3plus.count(found);
     } else if (alone == 2 && seen == 2) {
-      (is_known(i, expected) ? score_.seen_by_2_known : score_.seen_by_2_new).count(found);
+      (is_known(i, truth.lights[i].position, expected) ? score_.seen_by_2_known : score_.seen_by_2_new).count(found);
     } else if (seen >= 2) {
       score_.merged.count(found);
     }
@@ -161,6 +164,13 @@ void PointsScorer::score_tracks(const SeenInstant& truth, const TrackedMarkers& 
     score_.nees_track.add(nees_of(error, track.covariance_m2));
   }
   score_.ghosts += seen.size() - right;
+  for (const TrackedMarker& track : tracked) {
+    if (track.state != TrackState::Coasting) continue;
+    for (std::size_t i = 0; i < truth.lights.size(); ++i) {
+      if (!truth.lights[i].there || last_track_[i] != track.id.value) continue;
+      score_.squared_error_coast_m2.add((track.position.v - truth.lights[i].position).squaredNorm());
+    }
+  }
 }
 
 }  // namespace mocap::eval

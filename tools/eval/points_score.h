@@ -46,6 +46,7 @@ struct PointsScore {
   Sum squared_error_merged_m2;  ///< of the other points
   Sum squared_error_track_m2;   ///< of the confirmed tracks of the points in squared_error_m2
   Sum nees_track;
+  Sum squared_error_coast_m2;  ///< of tracks that coast, from the light that they bore
   Share seen_by_3plus, seen_by_2_known, seen_by_2_new, merged;
   Share tracked;                         ///< lights with two views or more that a confirmed track bears
   std::uint64_t point_ghosts = 0;        ///< triangulated where no light is
@@ -78,7 +79,7 @@ class PointsScorer {
   void pair_up(const SeenInstant& truth, const std::vector<Eigen::Vector3d>& places);
   void score_points(const SeenInstant& truth, const Markers& markers, const Expected& expected);
   void score_tracks(const SeenInstant& truth, const TrackedMarkers& tracked);
-  bool is_known(std::size_t light, const Expected& expected) const;
+  bool is_known(std::size_t light, const Eigen::Vector3d& place, const Expected& expected) const;
 
   const Rig& rig_;
   double noise_px_;
