@@ -38,6 +38,10 @@ struct CameraHealth {
   std::uint64_t resent_packets = 0;   ///< were lost, asked for again and came
   std::uint64_t missing_packets = 0;  ///< never came
   std::string last_error;             ///< empty when none
+  bool synchronised = true;           ///< exposes with most others; true too where that is not known yet
+  double offset_us = 0.0;             ///< its exposures after the mean of those that expose together
+  double drift_us_s = 0.0;            ///< how that grows
+  double jitter_us = 0.0;             ///< standard deviation of the offset about its drift
 };
 
 /// How the service is, once a second.
