@@ -8,6 +8,7 @@
 
 #include "base/expects.h"
 #include "geometry/ray_caster.h"
+#include "geometry/ray_quadric.h"
 #include "geometry/triangulation.h"
 #include "stages/blob_doubt.h"
 
@@ -26,8 +27,7 @@ class MatchTriangulator final : public Triangulator {
   const Markers& triangulate(const FrameSet& frames, const Matches& matches) override {
     markers_.clear();
     for (std::size_t m = 0; m < matches.matches.size(); ++m) {
-      gather(frames, matches.matches[m]);
-      const auto agreed = geometry::agree(sightings_, agreement_);
+      const auto agreed = point_of(frames, matches.matches.data()[m]);
       if (!agreed || !is_sure(agreed->refined.covariance_m2)) continue;
       markers_.push_back({agreed->refined.point, agreed->refined.covariance_m2, agreed->refined.rms_px,
                           static_cast<std::uint32_t>(agreed->kept), static_cast<std::uint32_t>(m),
@@ -37,6 +37,26 @@ class MatchTriangulator final : public Triangulator {
   }
 
  private:
+  // By what the matcher tells of the rays, or by the blobs themselves.
+  Result<geometry::Agreed, geometry::TriangulationFailure> point_of(const FrameSet& frames, const Match& match) {
+    if (match.start && gather_told(frames, match)) return geometry::agree(told_, *match.start, agreement_);
+    gather(frames, match);
+    return geometry::agree(sightings_, agreement_);
+  }
+
+  // False where a sighting does not tell its ray.
+  bool gather_told(const FrameSet& frames, const Match& match) {
+    told_.clear();
+    for (const BlobRef& seen : match.sightings) {
+      const std::uint32_t camera = frames.views[seen.view]->camera.value;
+      MOCAP_EXPECTS(camera < rig_.size());
+      if (seen.quadric == nullptr || !(seen.sigma_px > 0.0F)) return false;
+      told_.push_back(
+          {seen.quadric, &rig_[camera].camera_from_world, static_cast<double>(seen.sigma_px), 1.0, seen.view});
+    }
+    return true;
+  }
+
   void gather(const FrameSet& frames, const Match& match) {
     sightings_.clear();
     for (const BlobRef& seen : match.sightings) {
@@ -67,6 +87,7 @@ class MatchTriangulator final : public Triangulator {
   Rig rig_;
   std::vector<geometry::RayCaster> casters_;
   BoundedVector<geometry::Sighting, kMaxCameras> sightings_;
+  BoundedVector<geometry::QuadricSighting, kMaxCameras> told_;
   Markers markers_;
 };
 

@@ -5,11 +5,10 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "geometry/ray_caster.h"
-#include "geometry/triangulation.h"
+#include "geometry/ray_quadric.h"
 #include "model/camera_model.h"
 #include "model/sighting.h"
 
@@ -21,22 +20,25 @@ struct Shadow {
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
 };
 
-/// What one camera saw, as rays in the order of their x.
+/// What one camera saw, as rays in the order of its blobs.
 struct ViewRays {
   const CameraModel* camera = nullptr;
   double focal_px = 1.0;
   std::vector<double> x;
   std::vector<double> y;
   std::vector<Eigen::Matrix2d> px_from_ray;
-  std::vector<double> sigma_px;   ///< with the doubt that the blob's shape casts
-  std::vector<double> spread_px;  ///< over 0: more than one marker is likely in the blob, so far from its centroid
+  std::vector<RayQuadric> quadric;  ///< with sigma_px
+  std::vector<double> sigma_px;     ///< with the doubt that the blob's shape casts
+  std::vector<double> spread_px;    ///< over 0: more than one marker is likely in the blob, so far from its centroid
   /// Where there is a spread: its direction, twice the angle of the longer axis as a unit vector; zero: not told.
   std::vector<Eigen::Vector2d> axis;
   std::vector<std::uint16_t> blob;  ///< index in the BlobFrame
   std::vector<std::uint8_t> taken;  ///< how many matches it belongs to
 
   std::size_t size() const { return x.size(); }
-  geometry::Sighting sighting(std::size_t ray, std::uint32_t source) const;
+  geometry::QuadricSighting sighting(std::size_t ray, std::uint32_t source) const {
+    return {&quadric[ray], &camera->camera_from_world, sigma_px[ray], 1.0, source};
+  }
   /// Where the ray points to in the world; unit.
   Eigen::Vector3d direction(std::size_t ray) const;
 
@@ -44,30 +46,54 @@ struct ViewRays {
   std::optional<Shadow> shadow(const Eigen::Vector3d& point, const Eigen::Matrix3d& covariance_m2) const;
   /// Squared distance of a ray from a shadow in standard deviations of both, `floor_px` added to them.
   double distance2(const Shadow& shadow, std::size_t ray, double floor_px) const;
-  /// The rays whose x lies in the shadow's gate of `sigmas`: first and past-the-last.
-  std::pair<std::size_t, std::size_t> candidates(const Shadow& shadow, double sigmas, double floor_px) const;
-  /// The rays whose x lies from `low` to `high`.
-  std::pair<std::size_t, std::size_t> between(double low, double high) const;
+  /// What the least certain ray and `floor_px` add to the variance of a shadow.
+  double most_own(double floor_px) const {
+    return (max_sigma_px_ * max_sigma_px_ + floor_px * floor_px) / (focal_px * focal_px);
+  }
+  /// Calls `visit` with each ray that is at most `half_x` and `half_y` off a place, and a few others near it.
+  template <class Visit>
+  void near(double at_x, double at_y, double half_x, double half_y, Visit&& visit) const {
+    const double low_x = (at_x - half_x - min_x_) * cells_per_x_;
+    const double high_x = (at_x + half_x - min_x_) * cells_per_x_;
+    const double low_y = (at_y - half_y - min_y_) * cells_per_y_;
+    const double high_y = (at_y + half_y - min_y_) * cells_per_y_;
+    const double side = static_cast<double>(side_);
+    if (!(high_x >= 0.0 && high_y >= 0.0 && low_x <= side && low_y <= side)) return;
+    const std::size_t first_column = cell_of(low_x);
+    const std::size_t last_column = cell_of(high_x);
+    const std::size_t last_row = cell_of(high_y);
+    for (std::size_t row = cell_of(low_y); row <= last_row; ++row) {
+      const std::uint16_t* const first = &first_of_cell_[row * side_ + first_column];
+      const std::uint16_t* const last = &first_of_cell_[row * side_ + last_column + 1];
+      for (std::size_t k = *first; k < *last; ++k) visit(std::size_t{ray_of_cell_[k]});
+    }
+  }
   double max_spread_px() const { return max_spread_px_; }
-  /// The nearest ray in the gate that is not taken.
-  std::optional<std::size_t> nearest_free(const Shadow& shadow, double sigmas, double floor_px) const;
+  /// The nearest ray to the shadow of a point, in the gate, that is not taken.
+  std::optional<std::size_t> nearest_free(const Eigen::Vector3d& point, const Eigen::Matrix3d& covariance_m2,
+                                          double sigmas, double floor_px) const;
+  /// Makes `near` ready, when all rays are there.
+  void index();
 
  private:
   friend class RayTable;
-  static constexpr std::size_t kBins = 64;
+  static constexpr std::size_t kMostSide = 24;
 
-  std::size_t bin_of(double at_x) const {
-    const double bin = (at_x - x_min_) * bins_per_x_;
-    return bin > 0.0 ? std::min(static_cast<std::size_t>(std::min(bin, 1e6)), kBins - 1) : 0;
+  std::size_t cell_of(double at) const {
+    return at > 0.0 ? std::min(static_cast<std::size_t>(std::min(at, 1e6)), side_ - 1) : 0;
   }
-  void index();
 
   double max_sigma_px_ = 0.0;
   double max_spread_px_ = 0.0;
-  // Where to begin looking for an x: cheaper than a binary search, whose branches nobody can foretell.
-  double x_min_ = 0.0;
-  double bins_per_x_ = 0.0;
-  std::array<std::uint16_t, kBins> first_of_bin_{};
+  // A grid of side_ by side_ cells over all rays, about one ray a cell.
+  std::size_t side_ = 0;
+  double min_x_ = 0.0;
+  double min_y_ = 0.0;
+  double cells_per_x_ = 0.0;
+  double cells_per_y_ = 0.0;
+  std::array<std::uint16_t, kMostSide * kMostSide + 1> first_of_cell_{};
+  std::array<std::uint16_t, kMaxBlobs> ray_of_cell_{};
+  std::array<std::uint16_t, kMaxBlobs> cell_of_ray_{};
 };
 
 /// The rays of all blobs of one frame set: undistorted once, then asked often. Never allocates after construction.
@@ -100,15 +126,8 @@ class RayTable {
   std::vector<std::uint32_t> view_of_;  // by camera
   std::size_t view_count_ = 0;
 
-  struct Cast {
-    geometry::Ray ray;
-    double sigma_px;
-    double spread_px;
-    Eigen::Vector2d axis;
-    std::uint16_t blob;
-  };
-  std::vector<Cast> scratch_;
-  std::vector<double> areas_;
+  std::vector<double> u_px_, v_px_, areas_px2_;
+  geometry::RayColumns columns_;
 };
 
 }  // namespace mocap::stages

@@ -1,0 +1,217 @@
+#include "geometry/ray_quadric.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace mocap::geometry {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+using Form = Eigen::Matrix<double, 10, 1>;
+
+// Closer to a camera's plane than this is not in front of it.
+constexpr double kNearest_m = 0.01;
+// Information of a point that is known to 1 m.
+constexpr double kLeastInformation_m2 = 1.0;
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+// The products of a point's coordinates by which a form is multiplied.
+Form products_of(const Vector3d& p) {
+  Form m;
+  m << p.x() * p.x(), 2.0 * p.x() * p.y(), 2.0 * p.x() * p.z(), p.y() * p.y(), 2.0 * p.y() * p.z(), p.z() * p.z(),
+      2.0 * p.x(), 2.0 * p.y(), 2.0 * p.z(), 1.0;
+  return m;
+}
+
+double depth_of(const QuadricSighting& sighting, const Vector3d& at) {
+  const Matrix3d& r = sighting.camera_from_world->rotation;
+  return r(2, 0) * at.x() + r(2, 1) * at.y() + r(2, 2) * at.z() + sighting.camera_from_world->translation.z();
+}
+
+struct Solved {
+  Vector3d point;
+  Matrix3d covariance;
+  bool told = false;  // false: the rays are too nearly parallel
+};
+
+// The least of a form, and the inverse of its curvature.
+Solved least_of(const Form& sum) {
+  const double xx = sum[0], xy = sum[1], xz = sum[2], yy = sum[3], yz = sum[4], zz = sum[5];
+  const double c_xx = yy * zz - yz * yz;
+  const double c_xy = xz * yz - xy * zz;
+  const double c_xz = xy * yz - xz * yy;
+  const double c_yy = xx * zz - xz * xz;
+  const double c_yz = xy * xz - xx * yz;
+  const double c_zz = xx * yy - xy * xy;
+  const double determinant = xx * c_xx + xy * c_xy + xz * c_xz;
+  Solved solved;
+  // Determinant over principal minors bounds the least eigenvalue from below, tightly where that one is small.
+  if (!(determinant > kLeastInformation_m2 * (c_xx + c_yy + c_zz)) || !(determinant > 0.0)) return solved;
+  const double inverse = 1.0 / determinant;
+  solved.covariance << c_xx, c_xy, c_xz, c_xy, c_yy, c_yz, c_xz, c_yz, c_zz;
+  solved.covariance *= inverse;
+  solved.point.noalias() = -(solved.covariance * sum.segment<3>(6));
+  solved.told = true;
+  return solved;
+}
+
+// How a point fits the sightings.
+struct Fit {
+  double worst2 = 0.0;  // of the squared distances over what is allowed
+  std::size_t worst = 0;
+  double sum_px2 = 0.0;
+  double depth_change = 0.0;  // the largest, as a share
+};
+
+// What the sightings say together, each as heavy as its depth at the start says.
+class Sum {
+ public:
+  Sum(std::span<QuadricSighting> sightings, const Agreement& agreement)
+      : sightings_(sightings),
+        floor_px2_(agreement.floor_px * agreement.floor_px),
+        sigmas2_(agreement.sigmas * agreement.sigmas) {}
+
+  // Adds all up. A camera that the point is behind of cannot see it: its sighting goes to the end of the span and out.
+  void add_up(std::size_t count, const Vector3d& at) {
+    total_.setZero();
+    count_ = 0;
+    while (count_ < count) {
+      const double depth = depth_of(sightings_[count_], at);
+      if (!(depth > kNearest_m)) {
+        std::swap(sightings_[count_], sightings_[--count]);
+        continue;
+      }
+      depth_[count_] = depth;
+      weight_[count_] = sightings_[count_].trust / (depth * depth);
+      total_ += weight_[count_] * sightings_[count_].quadric->q;
+      ++count_;
+    }
+  }
+
+  std::size_t count() const { return count_; }
+  Solved solve() const { return least_of(total_); }
+  Solved solve_without(std::size_t i) const { return least_of(total_ - weight_[i] * sightings_[i].quadric->q); }
+
+  // All but the sighting `without`.
+  Fit fit(const Vector3d& point, std::size_t without) const {
+    const Form products = products_of(point);
+    Fit fit;
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (i == without) continue;
+      const QuadricSighting& s = sightings_[i];
+      const double sigma2 = s.sigma_px * s.sigma_px;
+      const double allowed_px2 = floor_px2_ + sigmas2_ * sigma2;
+      const double depth = depth_of(s, point);
+      // Rounding may leave a little less than nothing.
+      const double excess2 = depth > kNearest_m
+                                 ? std::max(0.0, products.dot(s.quadric->q)) * sigma2 / (allowed_px2 * depth * depth)
+                                 : kInfinite;
+      fit.sum_px2 += excess2 * allowed_px2;
+      fit.depth_change = std::max(fit.depth_change, std::abs(depth - depth_[i]) / depth_[i]);
+      if (excess2 <= fit.worst2) continue;
+      fit.worst2 = excess2;
+      fit.worst = i;
+    }
+    return fit;
+  }
+
+  // Of few sightings one that is wrong drags the point so far that another looks worse: try to do without each in turn.
+  std::size_t best_left_out() const {
+    std::size_t best = count_ - 1;
+    double least2 = kInfinite;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Solved others = solve_without(i);
+      if (!others.told) continue;
+      const double worst2 = fit(others.point, i).worst2;
+      if (worst2 >= least2) continue;
+      least2 = worst2;
+      best = i;
+    }
+    return best;
+  }
+
+ private:
+  std::span<QuadricSighting> sightings_;
+  double floor_px2_, sigmas2_;
+  Form total_ = Form::Zero();
+  std::size_t count_ = 0;
+  std::array<double, kMaxCameras> depth_;   // only the first count_ are set
+  std::array<double, kMaxCameras> weight_;  // likewise
+};
+
+constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
+
+// The point of all sightings of the sum, with depths that are right to 1 %.
+std::pair<Solved, Fit> settle(Sum& sum, std::size_t count, Vector3d at) {
+  constexpr int kMaxSteps = 3;
+  constexpr double kSmallChange = 0.01;
+
+  Solved solved;
+  Fit fit;
+  for (int step = 0; step < kMaxSteps; ++step) {
+    sum.add_up(count, at);
+    if (sum.count() < 2) return {};
+    solved = sum.solve();
+    if (!solved.told) break;
+    fit = sum.fit(solved.point, kNobody);
+    if (fit.depth_change < kSmallChange || !std::isfinite(fit.worst2)) break;
+    count = sum.count();
+    at = solved.point;
+  }
+  return {solved, fit};
+}
+
+}  // namespace
+
+RayQuadric quadric_of(const CameraFromWorld& camera_from_world, const Ray& ray, double sigma_px) {
+  const Matrix3d& r = camera_from_world.rotation;
+  const Vector3d& t = camera_from_world.translation;
+  const double x = ray.point.v.x();
+  const double y = ray.point.v.y();
+  const Eigen::Matrix2d weight = ray.px_from_ray / sigma_px;
+  Eigen::Vector4d along_x;
+  Eigen::Vector4d along_y;
+  along_x << r(0, 0) - x * r(2, 0), r(0, 1) - x * r(2, 1), r(0, 2) - x * r(2, 2), t[0] - x * t[2];
+  along_y << r(1, 0) - y * r(2, 0), r(1, 1) - y * r(2, 1), r(1, 2) - y * r(2, 2), t[1] - y * t[2];
+  const Eigen::Vector4d u = weight(0, 0) * along_x + weight(0, 1) * along_y;
+  const Eigen::Vector4d v = weight(1, 0) * along_x + weight(1, 1) * along_y;
+  RayQuadric quadric;
+  quadric.q << u[0] * u[0] + v[0] * v[0], u[0] * u[1] + v[0] * v[1], u[0] * u[2] + v[0] * v[2],
+      u[1] * u[1] + v[1] * v[1], u[1] * u[2] + v[1] * v[2], u[2] * u[2] + v[2] * v[2], u[0] * u[3] + v[0] * v[3],
+      u[1] * u[3] + v[1] * v[3], u[2] * u[3] + v[2] * v[3], u[3] * u[3] + v[3] * v[3];
+  return quadric;
+}
+
+Result<Agreed, TriangulationFailure> agree(std::span<QuadricSighting> sightings, const WorldPoint& start,
+                                           const Agreement& agreement) {
+  constexpr std::size_t kFew = 8;  // up to here every one is tried; with more, the worst stands out by itself
+
+  Sum sum(sightings, agreement);
+  std::size_t count = sightings.size();
+  Vector3d at = start.v;
+  TriangulationFailure failure = TriangulationFailure::TooFewSightings;
+  while (count >= 2) {
+    const auto [solved, fit] = settle(sum, count, at);
+    count = sum.count();
+    if (count < 2) return TriangulationFailure::BehindACamera;
+    if (solved.told && fit.worst2 <= 1.0) {
+      const double rms_px = std::sqrt(fit.sum_px2 / static_cast<double>(count));
+      return Agreed{{{solved.point}, solved.covariance, rms_px}, count};
+    }
+    failure = !solved.told                ? TriangulationFailure::RaysNearlyParallel
+              : std::isfinite(fit.worst2) ? TriangulationFailure::Disagreement
+                                          : TriangulationFailure::BehindACamera;
+    if (count == 2) break;
+    const std::size_t wrong = !solved.told || count <= kFew ? sum.best_left_out() : fit.worst;
+    std::swap(sightings[wrong], sightings[count - 1]);
+    --count;
+  }
+  return failure;
+}
+
+}  // namespace mocap::geometry
