@@ -46,9 +46,9 @@ bool may_crowd(std::span<const double> areas_px2) {
 double spread_px(const Blob& blob) {
   // The ellipse with half axes a >= b has area pi a b and roundness b / a; its inertia along an axis is a^2 / 4.
   const double roundness = std::clamp(blob.roundness, 0.05, 1.0);
+  // Most blobs are so round that neither root nor division is needed to tell.
+  if (!(blob.area_px2 * (1.0 - roundness * roundness) > std::numbers::pi * kGrid_px2 * roundness)) return 0.0;
   const double grid_px2 = kGrid_px2 * std::sqrt(std::max(1.0, blob.area_px2 / kSmall_px2));
-  // Most blobs are round: told without a division.
-  if (!(blob.area_px2 * (1.0 - roundness * roundness) > std::numbers::pi * grid_px2 * roundness)) return 0.0;
   const double longer_px2 = blob.area_px2 / std::numbers::pi * (1.0 / roundness - roundness);
   // What two discs cover is less than the ellipse of their inertia, the more so the farther they are apart.
   const double told_px = 0.5 * std::sqrt(longer_px2 - grid_px2);

@@ -63,36 +63,49 @@ double ViewRays::distance2(const Shadow& shadow, std::size_t ray, double floor_p
   return (yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy);
 }
 
-void ViewRays::index() {
-  max_sigma_px_ = sigma_px.empty() ? 0.0 : std::ranges::max(sigma_px);
-  max_spread_px_ = spread_px.empty() ? 0.0 : std::ranges::max(spread_px);
-  side_ = 0;
-  cells_per_x_ = cells_per_y_ = std::numeric_limits<double>::quiet_NaN();  // nothing is near
-  if (x.empty()) return;
-  const auto [min_x, max_x] = std::ranges::minmax(x);
-  const auto [min_y, max_y] = std::ranges::minmax(y);
-  side_ = std::clamp(static_cast<std::size_t>(std::sqrt(static_cast<double>(x.size()))), std::size_t{1}, kMostSide);
-  min_x_ = min_x;
-  min_y_ = min_y;
-  cells_per_x_ = static_cast<double>(side_) / std::max(1e-9, max_x - min_x);
-  cells_per_y_ = static_cast<double>(side_) / std::max(1e-9, max_y - min_y);
+void ViewRays::resize(std::size_t rays) {
+  x.resize(rays);
+  y.resize(rays);
+  px_from_ray.resize(rays);
+  quadric.resize(rays);
+  sigma_px.resize(rays);
+  spread_px.resize(rays);
+  axis.resize(rays);
+  blob.resize(rays);
+  taken.resize(rays);
+}
 
-  // Counting sort: slot cell + 1 counts, then slot cell is where the cell begins.
-  const std::size_t cells = side_ * side_;
-  std::fill_n(first_of_cell_.begin(), cells + 1, std::uint16_t{0});
+void ViewRays::index() {
+  max_sigma_px_ = max_spread_px_ = 0.0;
+  words_ = (x.size() + 63) / 64;
+  if (x.empty()) return;
+  double max_x = min_x_ = x[0];
+  double max_y = min_y_ = y[0];
   for (std::size_t ray = 0; ray < x.size(); ++ray) {
-    const std::size_t cell =
-        cell_of((y[ray] - min_y_) * cells_per_y_) * side_ + cell_of((x[ray] - min_x_) * cells_per_x_);
-    cell_of_ray_[ray] = static_cast<std::uint16_t>(cell);
-    ++first_of_cell_[cell];
+    min_x_ = std::min(min_x_, x[ray]);
+    max_x = std::max(max_x, x[ray]);
+    min_y_ = std::min(min_y_, y[ray]);
+    max_y = std::max(max_y, y[ray]);
+    max_sigma_px_ = std::max(max_sigma_px_, sigma_px[ray]);
+    max_spread_px_ = std::max(max_spread_px_, spread_px[ray]);
   }
-  std::uint16_t before = 0;
-  for (std::size_t cell = 0; cell <= cells; ++cell) {
-    before = static_cast<std::uint16_t>(before + first_of_cell_[cell]);
-    first_of_cell_[cell] = before;
+  // The last ray lies in the last bin, not past it.
+  constexpr double kAlmost = 1.0 - 1e-9;
+  bins_per_x_ = kAlmost * static_cast<double>(kBins) / std::max(1e-9, max_x - min_x_);
+  bins_per_y_ = kAlmost * static_cast<double>(kBins) / std::max(1e-9, max_y - min_y_);
+
+  for (Bits& bits : before_x_) std::fill_n(bits.begin(), words_, std::uint64_t{0});
+  for (Bits& bits : before_y_) std::fill_n(bits.begin(), words_, std::uint64_t{0});
+  for (std::size_t ray = 0; ray < x.size(); ++ray) {
+    const std::uint64_t bit = std::uint64_t{1} << (ray % 64);
+    before_x_[bin_of((x[ray] - min_x_) * bins_per_x_) + 1][ray / 64] |= bit;
+    before_y_[bin_of((y[ray] - min_y_) * bins_per_y_) + 1][ray / 64] |= bit;
   }
-  for (std::size_t ray = x.size(); ray-- > 0;) {
-    ray_of_cell_[--first_of_cell_[cell_of_ray_[ray]]] = static_cast<std::uint16_t>(ray);
+  for (std::size_t bin = 1; bin <= kBins; ++bin) {
+    for (std::size_t word = 0; word < words_; ++word) {
+      before_x_[bin][word] |= before_x_[bin - 1][word];
+      before_y_[bin][word] |= before_y_[bin - 1][word];
+    }
   }
 }
 
@@ -127,17 +140,7 @@ RayTable::RayTable(const Rig& rig) : rig_(rig), views_(rig.size()), view_of_(rig
     casters_.emplace_back(camera);
     reach_.push_back(reach_of(camera));
   }
-  for (ViewRays& view : views_) {
-    view.x.reserve(kMaxBlobs);
-    view.y.reserve(kMaxBlobs);
-    view.px_from_ray.reserve(kMaxBlobs);
-    view.quadric.reserve(kMaxBlobs);
-    view.sigma_px.reserve(kMaxBlobs);
-    view.spread_px.reserve(kMaxBlobs);
-    view.axis.reserve(kMaxBlobs);
-    view.blob.reserve(kMaxBlobs);
-    view.taken.reserve(kMaxBlobs);
-  }
+  for (ViewRays& view : views_) view.resize(kMaxBlobs);  // room for all that may come
   for (auto* scratch : {&u_px_, &v_px_, &areas_px2_}) scratch->reserve(kMaxBlobs);
 }
 
@@ -158,13 +161,12 @@ void RayTable::cast_view(const BlobFrame& frame, ViewRays& rays) {
   rays.camera = &rig_[camera];
   rays.focal_px = std::sqrt(rig_[camera].lens.fx_px * rig_[camera].lens.fy_px);
 
-  u_px_.clear();
-  v_px_.clear();
-  areas_px2_.clear();
-  for (const Blob& blob : frame.blobs) {
-    u_px_.push_back(blob.centroid.v.x());
-    v_px_.push_back(blob.centroid.v.y());
-    areas_px2_.push_back(blob.area_px2);
+  for (auto* column : {&u_px_, &v_px_, &areas_px2_}) column->resize(frame.blobs.size());
+  for (std::size_t b = 0; b < frame.blobs.size(); ++b) {
+    const Blob& blob = frame.blobs.data()[b];
+    u_px_[b] = blob.centroid.v.x();
+    v_px_[b] = blob.centroid.v.y();
+    areas_px2_[b] = blob.area_px2;
   }
   casters_[camera].cast(u_px_, v_px_, columns_);
   double usual_px2 = std::numeric_limits<double>::infinity();
@@ -174,34 +176,28 @@ void RayTable::cast_view(const BlobFrame& frame, ViewRays& rays) {
     usual_px2 = *middle;
   }
 
-  rays.x.clear();
-  rays.y.clear();
-  rays.px_from_ray.clear();
-  rays.quadric.clear();
-  rays.sigma_px.clear();
-  rays.spread_px.clear();
-  rays.axis.clear();
-  rays.blob.clear();
+  rays.resize(frame.blobs.size());
+  std::size_t ray = 0;
   for (std::size_t b = 0; b < frame.blobs.size(); ++b) {
     const Blob& blob = frame.blobs.data()[b];
     if (columns_.exists[b] == 0 || !std::isfinite(blob.sigma_px)) continue;
-    const geometry::Ray ray = columns_[b];
+    const geometry::Ray cast = columns_[b];
     const double spread = spread_px(blob);
     const bool told = spread > 0.0 && std::isfinite(blob.axis_rad);
     const double crowd = crowd_px(blob, usual_px2);
     const double doubt = doubt_px(blob, spread);
-    const double sigma_px = crowd > 0.0 ? std::hypot(doubt, crowd) : doubt;
-    rays.x.push_back(ray.point.v.x());
-    rays.y.push_back(ray.point.v.y());
-    rays.px_from_ray.push_back(ray.px_from_ray);
-    rays.quadric.push_back(geometry::quadric_of(rig_[camera].camera_from_world, ray, sigma_px));
-    rays.sigma_px.push_back(sigma_px);
-    rays.spread_px.push_back(spread);
-    rays.axis.push_back(told ? Vector2d(std::cos(2.0 * blob.axis_rad), std::sin(2.0 * blob.axis_rad))
-                             : Vector2d(0.0, 0.0));
-    rays.blob.push_back(static_cast<std::uint16_t>(b));
+    rays.x[ray] = cast.point.v.x();
+    rays.y[ray] = cast.point.v.y();
+    rays.px_from_ray[ray] = cast.px_from_ray;
+    rays.sigma_px[ray] = crowd > 0.0 ? std::hypot(doubt, crowd) : doubt;
+    rays.quadric[ray] = geometry::quadric_of(rig_[camera].camera_from_world, cast, rays.sigma_px[ray]);
+    rays.spread_px[ray] = spread;
+    rays.axis[ray] = told ? Vector2d(std::cos(2.0 * blob.axis_rad), std::sin(2.0 * blob.axis_rad)) : Vector2d(0.0, 0.0);
+    rays.blob[ray] = static_cast<std::uint16_t>(b);
+    ++ray;
   }
-  rays.taken.assign(rays.x.size(), 0);
+  rays.resize(ray);
+  std::ranges::fill(rays.taken, std::uint8_t{0});
   rays.index();
 }
 

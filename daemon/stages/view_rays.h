@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -53,47 +54,47 @@ struct ViewRays {
   /// Calls `visit` with each ray that is at most `half_x` and `half_y` off a place, and a few others near it.
   template <class Visit>
   void near(double at_x, double at_y, double half_x, double half_y, Visit&& visit) const {
-    const double low_x = (at_x - half_x - min_x_) * cells_per_x_;
-    const double high_x = (at_x + half_x - min_x_) * cells_per_x_;
-    const double low_y = (at_y - half_y - min_y_) * cells_per_y_;
-    const double high_y = (at_y + half_y - min_y_) * cells_per_y_;
-    const double side = static_cast<double>(side_);
-    if (!(high_x >= 0.0 && high_y >= 0.0 && low_x <= side && low_y <= side)) return;
-    const std::size_t first_column = cell_of(low_x);
-    const std::size_t last_column = cell_of(high_x);
-    const std::size_t last_row = cell_of(high_y);
-    for (std::size_t row = cell_of(low_y); row <= last_row; ++row) {
-      const std::uint16_t* const first = &first_of_cell_[row * side_ + first_column];
-      const std::uint16_t* const last = &first_of_cell_[row * side_ + last_column + 1];
-      for (std::size_t k = *first; k < *last; ++k) visit(std::size_t{ray_of_cell_[k]});
+    const std::size_t left = bin_of((at_x - half_x - min_x_) * bins_per_x_);
+    const std::size_t right = bin_of((at_x + half_x - min_x_) * bins_per_x_ + 1.0);
+    const std::size_t top = bin_of((at_y - half_y - min_y_) * bins_per_y_);
+    const std::size_t bottom = bin_of((at_y + half_y - min_y_) * bins_per_y_ + 1.0);
+    for (std::size_t word = 0; word < words_; ++word) {
+      // Those left of the right end and not left of the left one; likewise in y.
+      std::uint64_t rays =
+          (before_x_[right][word] & ~before_x_[left][word]) & (before_y_[bottom][word] & ~before_y_[top][word]);
+      for (; rays != 0; rays &= rays - 1) visit(64 * word + static_cast<std::size_t>(std::countr_zero(rays)));
     }
   }
   double max_spread_px() const { return max_spread_px_; }
   /// The nearest ray to the shadow of a point, in the gate, that is not taken.
   std::optional<std::size_t> nearest_free(const Eigen::Vector3d& point, const Eigen::Matrix3d& covariance_m2,
                                           double sigmas, double floor_px) const;
+  void resize(std::size_t rays);
   /// Makes `near` ready, when all rays are there.
   void index();
 
  private:
   friend class RayTable;
-  static constexpr std::size_t kMostSide = 24;
+  static constexpr std::size_t kBins = 64;
+  static constexpr std::size_t kWords = kMaxBlobs / 64;
+  using Bits = std::array<std::uint64_t, kWords>;  // one a ray
 
-  std::size_t cell_of(double at) const {
-    return at > 0.0 ? std::min(static_cast<std::size_t>(std::min(at, 1e6)), side_ - 1) : 0;
+  // Bins 0 to kBins: what is out of bounds on either side, or no number, goes to an end.
+  static std::size_t bin_of(double at) {
+    const double low = at > 0.0 ? at : 0.0;
+    return static_cast<std::size_t>(low < static_cast<double>(kBins) ? low : static_cast<double>(kBins));
   }
 
   double max_sigma_px_ = 0.0;
   double max_spread_px_ = 0.0;
-  // A grid of side_ by side_ cells over all rays, about one ray a cell.
-  std::size_t side_ = 0;
+  // The image's rays lie in kBins columns and rows; which rays lie before each of them.
+  std::size_t words_ = 0;
   double min_x_ = 0.0;
   double min_y_ = 0.0;
-  double cells_per_x_ = 0.0;
-  double cells_per_y_ = 0.0;
-  std::array<std::uint16_t, kMostSide * kMostSide + 1> first_of_cell_{};
-  std::array<std::uint16_t, kMaxBlobs> ray_of_cell_{};
-  std::array<std::uint16_t, kMaxBlobs> cell_of_ray_{};
+  double bins_per_x_ = 0.0;
+  double bins_per_y_ = 0.0;
+  std::array<Bits, kBins + 1> before_x_{};
+  std::array<Bits, kBins + 1> before_y_{};
 };
 
 /// The rays of all blobs of one frame set: undistorted once, then asked often. Never allocates after construction.
