@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/expects.h"
+#include "base/loops.h"
 #include "geometry/lens.h"
 
 namespace mocap::geometry {
@@ -13,14 +14,6 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr std::size_t kCells = 512;
-
-std::optional<Ray> iterate(const Lens& lens, const PixelPoint& pixel) {
-  const auto point = undistort(lens, pixel);
-  if (!point) return std::nullopt;
-  const Ray ray{*point, distort_with_slope(lens, *point).px_from_ray};
-  if (!(ray.px_from_ray.determinant() > 0.0)) return std::nullopt;  // where the image folds over
-  return ray;
-}
 
 void set(RayColumns& into, std::size_t i, const std::optional<Ray>& ray) {
   into.exists[i] = ray ? 1 : 0;
@@ -34,6 +27,14 @@ void set(RayColumns& into, std::size_t i, const std::optional<Ray>& ray) {
 }
 
 }  // namespace
+
+std::optional<Ray> ray_of(const Lens& lens, const PixelPoint& pixel) {
+  const auto point = undistort(lens, pixel);
+  if (!point) return std::nullopt;
+  const Ray ray{*point, distort_with_slope(lens, *point).px_from_ray};
+  if (!(ray.px_from_ray.determinant() > 0.0)) return std::nullopt;  // where the image folds over
+  return ray;
+}
 
 RayColumns::RayColumns(std::size_t max_rays) {
   for (auto* column : {&x, &y, &ux, &uy, &vx, &vy}) column->reserve(max_rays);
@@ -75,7 +76,7 @@ void RayCaster::tabulate() {
   scale_.assign(1, 1.0);
   for (std::size_t i = 1; i <= kCells + 1; ++i) {
     const double length = std::sqrt(static_cast<double>(i) / cells_per_length2_);
-    const auto ray = iterate(radial, {{length, 0.0}});
+    const auto ray = ray_of(radial, {{length, 0.0}});
     if (!ray) break;  // from here on the image folds over
     scale_.push_back(ray->point.v.x() / length);
   }
@@ -86,13 +87,17 @@ bool RayCaster::is_precise() const {
   constexpr double kPrecision_px = 0.5e-6;
   constexpr double kStep_px = 8.0;
 
-  RayColumns found(1);
-  for (double v = -0.5; v < height_px_ - 0.5; v += kStep_px) {
-    for (double u = -0.5; u < width_px_ - 0.5; u += kStep_px) {
-      cast(std::span(&u, 1), std::span(&v, 1), found);
-      const PixelPoint pixel{{u, v}};
-      if (found.exists[0] == 0) continue;
-      if (!((distort(lens_, found[0].point).v - pixel.v).norm() < kPrecision_px)) return false;
+  std::vector<double> u;
+  for (double at = -0.5; at < width_px_ - 0.5; at += kStep_px) u.push_back(at);
+  std::vector<double> v(u.size());
+  RayColumns found(u.size());
+  for (double at = -0.5; at < height_px_ - 0.5; at += kStep_px) {
+    std::ranges::fill(v, at);
+    cast(u, v, found);
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      if (found.exists[i] == 0) continue;
+      const Vector2d off_px = distort(lens_, found[i].point).v - Vector2d(u[i], v[i]);
+      if (!(off_px.norm() < kPrecision_px)) return false;
     }
   }
   return true;
@@ -104,8 +109,6 @@ bool RayCaster::in_table(double u_px, double v_px) const {
   const double y = (v_px - lens_.cy_px) / lens_.fy_px;
   return (x * x + y * y) * cells_per_length2_ < static_cast<double>(scale_.size()) - 2.0;
 }
-
-std::optional<Ray> RayCaster::cast(const PixelPoint& pixel) const { return iterate(lens_, pixel); }
 
 void RayCaster::cast(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
   MOCAP_EXPECTS(u_px.size() == v_px.size());
@@ -119,7 +122,7 @@ void RayCaster::cast(std::span<const double> u_px, std::span<const double> v_px,
     if (done) {
       into.exists[i] = 1;
     } else {
-      set(into, i, iterate(lens_, {{u_px[i], v_px[i]}}));
+      set(into, i, ray_of(lens_, {{u_px[i], v_px[i]}}));
     }
   }
 }
@@ -130,12 +133,14 @@ void RayCaster::look_up(std::span<const double> u_px, std::span<const double> v_
   const double last = static_cast<double>(scale_.size()) - 2.0;
   const double p1 = lens_.distortion[2];
   const double p2 = lens_.distortion[3];
+  const double inverse_fx = 1.0 / lens_.fx_px;
+  const double inverse_fy = 1.0 / lens_.fy_px;
   for (std::size_t i = 0; i < u_px.size(); ++i) {
-    const double x = (u_px[i] - lens_.cx_px) / lens_.fx_px;
-    const double y = (v_px[i] - lens_.cy_px) / lens_.fy_px;
+    const double x = (u_px[i] - lens_.cx_px) * inverse_fx;
+    const double y = (v_px[i] - lens_.cy_px) * inverse_fy;
     const double at = (x * x + y * y) * cells_per_length2_;
     const double cell = at > 0.0 ? std::min(at, last) : 0.0;
-    const auto index = static_cast<std::size_t>(std::max(cell, 0.0));
+    const auto index = static_cast<std::size_t>(cell);
     const double scale = scale_[index] + (cell - static_cast<double>(index)) * (scale_[index + 1] - scale_[index]);
     const double x0 = x * scale;
     const double y0 = y * scale;
@@ -147,7 +152,7 @@ void RayCaster::look_up(std::span<const double> u_px, std::span<const double> v_
 
 // Newton's steps from there. The slope is that of the point before the last step: the step is so small that the slope
 // does not change.
-void RayCaster::polish(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
+MOCAP_WIDE void RayCaster::polish(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
   const double k1 = lens_.distortion[0];
   const double k2 = lens_.distortion[1];
   const double k3 = lens_.distortion[4];
@@ -160,13 +165,14 @@ void RayCaster::polish(std::span<const double> u_px, std::span<const double> v_p
   const std::size_t count = u_px.size();
   const double* const u = u_px.data();
   const double* const v = v_px.data();
-  double* const __restrict px = into.x.data();
-  double* const __restrict py = into.y.data();
-  double* const __restrict ux = into.ux.data();
-  double* const __restrict uy = into.uy.data();
-  double* const __restrict vx = into.vx.data();
-  double* const __restrict vy = into.vy.data();
+  double* const px = into.x.data();
+  double* const py = into.y.data();
+  double* const ux = into.ux.data();
+  double* const uy = into.uy.data();
+  double* const vx = into.vx.data();
+  double* const vy = into.vy.data();
   for (int step = 0; step < steps_; ++step) {
+    MOCAP_INDEPENDENT_TURNS
     for (std::size_t i = 0; i < count; ++i) {
       const double x = px[i];
       const double y = py[i];

@@ -17,6 +17,9 @@ struct Ray {
   Eigen::Matrix2d px_from_ray;  ///< derivative of the pixel by the ray, px; carries errors on the ray back to px
 };
 
+/// By Newton's iteration, without a table; nothing where no ray leads to that pixel.
+std::optional<Ray> ray_of(const Lens& lens, const PixelPoint& pixel);
+
 /// Many rays, a column for each number, so that loops over them run several at a time.
 struct RayColumns {
   std::vector<double> x, y;
@@ -38,10 +41,7 @@ class RayCaster {
  public:
   explicit RayCaster(const CameraModel& camera);
 
-  /// Nothing where no ray leads to that pixel.
-  std::optional<Ray> cast(const PixelPoint& pixel) const;
-
-  /// All at once, several times as fast. `into` has had room for as many.
+  /// The rays of all these pixels. `into` has had room for as many.
   void cast(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const;
 
  private:

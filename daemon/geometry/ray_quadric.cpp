@@ -14,6 +14,7 @@ using Eigen::Vector3d;
 
 using Form = Eigen::Matrix<double, 10, 1>;
 
+constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
 // Closer to a camera's plane than this is not in front of it.
 constexpr double kNearest_m = 0.01;
 // Information of a point that is known to 1 m.
@@ -26,11 +27,6 @@ Form products_of(const Vector3d& p) {
   m << p.x() * p.x(), 2.0 * p.x() * p.y(), 2.0 * p.x() * p.z(), p.y() * p.y(), 2.0 * p.y() * p.z(), p.z() * p.z(),
       2.0 * p.x(), 2.0 * p.y(), 2.0 * p.z(), 1.0;
   return m;
-}
-
-double depth_of(const QuadricSighting& sighting, const Vector3d& at) {
-  const Matrix3d& r = sighting.camera_from_world->rotation;
-  return r(2, 0) * at.x() + r(2, 1) * at.y() + r(2, 2) * at.z() + sighting.camera_from_world->translation.z();
 }
 
 struct Solved {
@@ -61,11 +57,15 @@ Solved least_of(const Form& sum) {
 }
 
 // How a point fits the sightings.
-struct Fit {
-  double worst2 = 0.0;  // of the squared distances over what is allowed
-  std::size_t worst = 0;
-  double sum_px2 = 0.0;
-  double depth_change = 0.0;  // the largest, as a share
+struct Verdict {
+  bool all_fit = true;
+  bool depths_hold = true;  // to 1 %
+  double sum_px2 = 0.0;     // with the depths of the start
+};
+
+struct Worst {
+  std::size_t index = 0;
+  double excess2 = 0.0;
 };
 
 // What the sightings say together, each as heavy as its depth at the start says.
@@ -78,10 +78,11 @@ class Sum {
 
   // Adds all up. A camera that the point is behind of cannot see it: its sighting goes to the end of the span and out.
   void add_up(std::size_t count, const Vector3d& at) {
+    const Eigen::Vector4d h = at.homogeneous();
     total_.setZero();
     count_ = 0;
     while (count_ < count) {
-      const double depth = depth_of(sightings_[count_], at);
+      const double depth = sightings_[count_].depth->dot(h);
       if (!(depth > kNearest_m)) {
         std::swap(sightings_[count_], sightings_[--count]);
         continue;
@@ -97,27 +98,42 @@ class Sum {
   Solved solve() const { return least_of(total_); }
   Solved solve_without(std::size_t i) const { return least_of(total_ - weight_[i] * sightings_[i].quadric->q); }
 
-  // All but the sighting `without`.
-  Fit fit(const Vector3d& point, std::size_t without) const {
+  // Whether all sightings lie within what is allowed; without any division, as nearly all do.
+  Verdict judge(const Vector3d& point) const {
+    constexpr double kSmallChange = 0.01;
     const Form products = products_of(point);
-    Fit fit;
+    const Eigen::Vector4d h = point.homogeneous();
+    Verdict verdict;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const QuadricSighting& s = sightings_[i];
+      const double sigma2 = s.sigma_px * s.sigma_px;
+      const double depth = s.depth->dot(h);
+      // Rounding may leave a little less than nothing.
+      const double off2 = std::max(0.0, products.dot(s.quadric->q)) * sigma2;
+      const bool fits = depth > kNearest_m && off2 <= (floor_px2_ + sigmas2_ * sigma2) * depth * depth;
+      verdict.all_fit = verdict.all_fit && fits;
+      verdict.depths_hold = verdict.depths_hold && std::abs(depth - depth_[i]) <= kSmallChange * depth_[i];
+      verdict.sum_px2 += off2 / (depth_[i] * depth_[i]);
+    }
+    return verdict;
+  }
+
+  // The one farthest off, and the square of its distance over what is allowed; all but the sighting `without` are
+  // asked.
+  Worst worst(const Vector3d& point, std::size_t without) const {
+    const Form products = products_of(point);
+    const Eigen::Vector4d h = point.homogeneous();
+    Worst worst;
     for (std::size_t i = 0; i < count_; ++i) {
       if (i == without) continue;
       const QuadricSighting& s = sightings_[i];
       const double sigma2 = s.sigma_px * s.sigma_px;
-      const double allowed_px2 = floor_px2_ + sigmas2_ * sigma2;
-      const double depth = depth_of(s, point);
-      // Rounding may leave a little less than nothing.
-      const double excess2 = depth > kNearest_m
-                                 ? std::max(0.0, products.dot(s.quadric->q)) * sigma2 / (allowed_px2 * depth * depth)
-                                 : kInfinite;
-      fit.sum_px2 += excess2 * allowed_px2;
-      fit.depth_change = std::max(fit.depth_change, std::abs(depth - depth_[i]) / depth_[i]);
-      if (excess2 <= fit.worst2) continue;
-      fit.worst2 = excess2;
-      fit.worst = i;
+      const double depth = s.depth->dot(h);
+      const double off2 = std::max(0.0, products.dot(s.quadric->q)) * sigma2;
+      const double excess2 = depth > kNearest_m ? off2 / ((floor_px2_ + sigmas2_ * sigma2) * depth * depth) : kInfinite;
+      if (excess2 > worst.excess2) worst = {i, excess2};
     }
-    return fit;
+    return worst;
   }
 
   // Of few sightings one that is wrong drags the point so far that another looks worse: try to do without each in turn.
@@ -127,7 +143,7 @@ class Sum {
     for (std::size_t i = 0; i < count_; ++i) {
       const Solved others = solve_without(i);
       if (!others.told) continue;
-      const double worst2 = fit(others.point, i).worst2;
+      const double worst2 = worst(others.point, i).excess2;
       if (worst2 >= least2) continue;
       least2 = worst2;
       best = i;
@@ -144,42 +160,41 @@ class Sum {
   std::array<double, kMaxCameras> weight_;  // likewise
 };
 
-constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
-
 // The point of all sightings of the sum, with depths that are right to 1 %.
-std::pair<Solved, Fit> settle(Sum& sum, std::size_t count, Vector3d at) {
+std::pair<Solved, Verdict> settle(Sum& sum, std::size_t count, Vector3d at) {
   constexpr int kMaxSteps = 3;
-  constexpr double kSmallChange = 0.01;
 
   Solved solved;
-  Fit fit;
+  Verdict verdict;
   for (int step = 0; step < kMaxSteps; ++step) {
     sum.add_up(count, at);
     if (sum.count() < 2) return {};
     solved = sum.solve();
     if (!solved.told) break;
-    fit = sum.fit(solved.point, kNobody);
-    if (fit.depth_change < kSmallChange || !std::isfinite(fit.worst2)) break;
+    verdict = sum.judge(solved.point);
+    if (verdict.depths_hold) break;
     count = sum.count();
     at = solved.point;
   }
-  return {solved, fit};
+  return {solved, verdict};
 }
 
 }  // namespace
 
-RayQuadric quadric_of(const CameraFromWorld& camera_from_world, const Ray& ray, double sigma_px) {
+CameraRows::CameraRows(const CameraFromWorld& camera_from_world) {
   const Matrix3d& r = camera_from_world.rotation;
   const Vector3d& t = camera_from_world.translation;
-  const double x = ray.point.v.x();
-  const double y = ray.point.v.y();
-  const Eigen::Matrix2d weight = ray.px_from_ray / sigma_px;
-  Eigen::Vector4d along_x;
-  Eigen::Vector4d along_y;
-  along_x << r(0, 0) - x * r(2, 0), r(0, 1) - x * r(2, 1), r(0, 2) - x * r(2, 2), t[0] - x * t[2];
-  along_y << r(1, 0) - y * r(2, 0), r(1, 1) - y * r(2, 1), r(1, 2) - y * r(2, 2), t[1] - y * t[2];
-  const Eigen::Vector4d u = weight(0, 0) * along_x + weight(0, 1) * along_y;
-  const Eigen::Vector4d v = weight(1, 0) * along_x + weight(1, 1) * along_y;
+  x << r.row(0).transpose(), t.x();
+  y << r.row(1).transpose(), t.y();
+  depth << r.row(2).transpose(), t.z();
+}
+
+RayQuadric quadric_of(const CameraRows& camera, const Ray& ray, double sigma_px) {
+  const double inverse = 1.0 / sigma_px;
+  const Eigen::Vector4d along_x = camera.x - ray.point.v.x() * camera.depth;
+  const Eigen::Vector4d along_y = camera.y - ray.point.v.y() * camera.depth;
+  const Eigen::Vector4d u = inverse * ray.px_from_ray(0, 0) * along_x + inverse * ray.px_from_ray(0, 1) * along_y;
+  const Eigen::Vector4d v = inverse * ray.px_from_ray(1, 0) * along_x + inverse * ray.px_from_ray(1, 1) * along_y;
   RayQuadric quadric;
   quadric.q << u[0] * u[0] + v[0] * v[0], u[0] * u[1] + v[0] * v[1], u[0] * u[2] + v[0] * v[2],
       u[1] * u[1] + v[1] * v[1], u[1] * u[2] + v[1] * v[2], u[2] * u[2] + v[2] * v[2], u[0] * u[3] + v[0] * v[3],
@@ -193,21 +208,21 @@ Result<Agreed, TriangulationFailure> agree(std::span<QuadricSighting> sightings,
 
   Sum sum(sightings, agreement);
   std::size_t count = sightings.size();
-  Vector3d at = start.v;
   TriangulationFailure failure = TriangulationFailure::TooFewSightings;
   while (count >= 2) {
-    const auto [solved, fit] = settle(sum, count, at);
+    const auto [solved, verdict] = settle(sum, count, start.v);
     count = sum.count();
     if (count < 2) return TriangulationFailure::BehindACamera;
-    if (solved.told && fit.worst2 <= 1.0) {
-      const double rms_px = std::sqrt(fit.sum_px2 / static_cast<double>(count));
+    if (solved.told && verdict.all_fit) {
+      const double rms_px = std::sqrt(verdict.sum_px2 / static_cast<double>(count));
       return Agreed{{{solved.point}, solved.covariance, rms_px}, count};
     }
-    failure = !solved.told                ? TriangulationFailure::RaysNearlyParallel
-              : std::isfinite(fit.worst2) ? TriangulationFailure::Disagreement
-                                          : TriangulationFailure::BehindACamera;
+    const Worst worst = solved.told ? sum.worst(solved.point, kNobody) : Worst{};
+    failure = !solved.told                   ? TriangulationFailure::RaysNearlyParallel
+              : std::isfinite(worst.excess2) ? TriangulationFailure::Disagreement
+                                             : TriangulationFailure::BehindACamera;
     if (count == 2) break;
-    const std::size_t wrong = !solved.told || count <= kFew ? sum.best_left_out() : fit.worst;
+    const std::size_t wrong = !solved.told || count <= kFew ? sum.best_left_out() : worst.index;
     std::swap(sightings[wrong], sightings[count - 1]);
     --count;
   }

@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "base/loops.h"
+
 namespace mocap::stages {
 namespace {
 
@@ -173,7 +175,7 @@ void ExpectedMatcher::look_at(const Expected& expected) {
 }
 
 // Where a camera should see each of them: the place, and its covariance by the slope of the projection.
-void ExpectedMatcher::foresee(const CameraModel& camera) {
+MOCAP_WIDE void ExpectedMatcher::foresee(const CameraModel& camera) {
   const Eigen::Matrix3f r = camera.camera_from_world.rotation.cast<float>();
   const Eigen::Vector3f t = camera.camera_from_world.translation.cast<float>();
   const float r00 = r(0, 0), r01 = r(0, 1), r02 = r(0, 2), r10 = r(1, 0), r11 = r(1, 1), r12 = r(1, 2);
@@ -181,13 +183,14 @@ void ExpectedMatcher::foresee(const CameraModel& camera) {
   const auto& e = expected_;
   const float *px = e[0].data(), *py = e[1].data(), *pz = e[2].data(), *cxx = e[3].data(), *cxy = e[4].data(),
               *cxz = e[5].data(), *cyy = e[6].data(), *cyz = e[7].data(), *czz = e[8].data();
-  float* const __restrict to_x = foreseen_.x.data();
-  float* const __restrict to_y = foreseen_.y.data();
-  float* const __restrict to_xx = foreseen_.xx.data();
-  float* const __restrict to_xy = foreseen_.xy.data();
-  float* const __restrict to_yy = foreseen_.yy.data();
-  float* const __restrict to_depth = foreseen_.depth_m.data();
+  float* const to_x = foreseen_.x.data();
+  float* const to_y = foreseen_.y.data();
+  float* const to_xx = foreseen_.xx.data();
+  float* const to_xy = foreseen_.xy.data();
+  float* const to_yy = foreseen_.yy.data();
+  float* const to_depth = foreseen_.depth_m.data();
   const std::size_t count = marker_count_;
+  MOCAP_INDEPENDENT_TURNS
   for (std::size_t m = 0; m < count; ++m) {
     const float depth = r20 * px[m] + r21 * py[m] + r22 * pz[m] + t2;
     const float inverse = 1.0F / depth;
@@ -210,32 +213,60 @@ void ExpectedMatcher::foresee(const CameraModel& camera) {
   }
 }
 
+// The bins that each marker's gate covers in the view.
+MOCAP_WIDE void ExpectedMatcher::bound_gates(const ViewRays& view) {
+  const auto scale = view.bin_scale();
+  const auto min_x = static_cast<float>(scale.min_x);
+  const auto min_y = static_cast<float>(scale.min_y);
+  const auto per_x = static_cast<float>(scale.per_x);
+  const auto per_y = static_cast<float>(scale.per_y);
+  const auto own = static_cast<float>(view.most_own(settings_.gate_floor_px));
+  const auto sigmas = static_cast<float>(settings_.gate_sigmas);
+  constexpr auto kLast = static_cast<float>(ViewRays::kBins);
+  constexpr float kRounding = 0.01F;  // of a bin: single precision is finer than that
+  const float *x = foreseen_.x.data(), *y = foreseen_.y.data();
+  const float *xx = foreseen_.xx.data(), *yy = foreseen_.yy.data();
+  std::int32_t *left = foreseen_.left.data(), *right = foreseen_.right.data();
+  std::int32_t *top = foreseen_.top.data(), *bottom = foreseen_.bottom.data();
+  const auto bin = [](float at) {
+    const float low = at > 0.0F ? at : 0.0F;
+    return static_cast<std::int32_t>(low < kLast ? low : kLast);
+  };
+  const std::size_t count = marker_count_;
+  MOCAP_INDEPENDENT_TURNS
+  for (std::size_t m = 0; m < count; ++m) {
+    const float half_x = sigmas * std::sqrt(xx[m] + own);
+    const float half_y = sigmas * std::sqrt(yy[m] + own);
+    left[m] = bin((x[m] - half_x - min_x) * per_x - kRounding);
+    right[m] = bin((x[m] + half_x - min_x) * per_x + kRounding + 1.0F);
+    top[m] = bin((y[m] - half_y - min_y) * per_y - kRounding);
+    bottom[m] = bin((y[m] + half_y - min_y) * per_y + kRounding + 1.0F);
+  }
+}
+
 // The rays in each marker's gate.
 void ExpectedMatcher::gather_candidates(const ViewRays& view) {
   const double gate2 = settings_.gate_sigmas * settings_.gate_sigmas;
   const double floor = std::pow(settings_.gate_floor_px / view.focal_px, 2);
-  const double most_own = view.most_own(settings_.gate_floor_px);
+  const double inverse_floor2 = 1.0 / (floor * floor);
   const double px2 = 1.0 / (view.focal_px * view.focal_px);
 
   candidates_.clear();
   for (std::uint32_t m = 0; m < marker_count_; ++m) {
     if (!foreseen_.usable(m)) continue;
-    const double x = static_cast<double>(foreseen_.x[m]);
-    const double y = static_cast<double>(foreseen_.y[m]);
-    const double xx = static_cast<double>(foreseen_.xx[m]);
-    const double xy = static_cast<double>(foreseen_.xy[m]);
-    const double yy = static_cast<double>(foreseen_.yy[m]);
-    const double half_x2 = gate2 * (xx + most_own);
-    const double half_y2 = gate2 * (yy + most_own);
-    view.near(x, y, std::sqrt(half_x2), std::sqrt(half_y2), [&](std::size_t ray) {
-      const double dx = view.x[ray] - x;
-      const double dy = view.y[ray] - y;
-      if (dx * dx > half_x2 || dy * dy > half_y2) return;
+    const auto bins = [m](const std::vector<std::int32_t>& column) { return static_cast<std::size_t>(column[m]); };
+    const ViewRays::Bins gate{bins(foreseen_.left), bins(foreseen_.right), bins(foreseen_.top), bins(foreseen_.bottom)};
+    view.in_bins(gate, [&](std::size_t ray) {
+      const double dx = view.x[ray] - static_cast<double>(foreseen_.x[m]);
+      const double dy = view.y[ray] - static_cast<double>(foreseen_.y[m]);
       const double own = floor + view.sigma_px[ray] * view.sigma_px[ray] * px2;
-      const double area2 = (xx + own) * (yy + own) - xy * xy;
-      const double distance2 = ((yy + own) * dx * dx - 2.0 * xy * dx * dy + (xx + own) * dy * dy) / area2;
-      if (!(distance2 < gate2) || candidates_.size() == kMaxPairs) return;
-      candidates_.push_back({m, static_cast<std::uint32_t>(ray), distance2, area2 / (floor * floor)});
+      const double xx = static_cast<double>(foreseen_.xx[m]) + own;
+      const double yy = static_cast<double>(foreseen_.yy[m]) + own;
+      const double xy = static_cast<double>(foreseen_.xy[m]);
+      const double area2 = xx * yy - xy * xy;
+      const double off2 = yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy;
+      if (!(off2 < gate2 * area2) || candidates_.size() == kMaxPairs) return;
+      candidates_.push_back({m, static_cast<std::uint32_t>(ray), off2 / area2, area2 * inverse_floor2});
       ++wanted_by_[ray];
     });
   }
@@ -253,7 +284,9 @@ double ExpectedMatcher::cost_of(const Candidate& candidate) const {
 // else need no assignment.
 void ExpectedMatcher::assign_view(const ViewRays& view, std::size_t index) {
   const double gate2 = settings_.gate_sigmas * settings_.gate_sigmas;
+  if (view.size() == 0) return;
   foresee(*view.camera);
+  bound_gates(view);
   std::fill_n(wanted_by_.begin(), view.size(), std::uint16_t{0});
   gather_candidates(view);
   contested_.clear();
@@ -300,8 +333,8 @@ const RayQuadric& ExpectedMatcher::shared_quadric(const ViewRays& view, Held& on
     if (shared_quadrics_.size() == kMaxShared) return view.quadric[one.ray];
     const Eigen::Vector2d at = Eigen::Vector2d(view.x[one.ray], view.y[one.ray]) + one.off.cast<double>();
     one.quadric = static_cast<std::uint32_t>(shared_quadrics_.size());
-    shared_quadrics_.push_back(geometry::quadric_of(view.camera->camera_from_world, {{at}, view.px_from_ray[one.ray]},
-                                                    static_cast<double>(one.sigma_px)));
+    shared_quadrics_.push_back(
+        geometry::quadric_of(*view.rows, {{at}, view.px_from_ray[one.ray]}, static_cast<double>(one.sigma_px)));
   }
   return shared_quadrics_[one.quadric];
 }

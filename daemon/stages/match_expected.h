@@ -37,6 +37,7 @@ class ExpectedMatcher {
 
   void look_at(const Expected& expected);
   void foresee(const CameraModel& camera);
+  void bound_gates(const ViewRays& view);
   void gather_candidates(const ViewRays& view);
   void assign_view(const ViewRays& view, std::size_t index);
   void assign_contested(std::size_t index, double gate2);

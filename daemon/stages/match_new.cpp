@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/loops.h"
 #include "geometry/epipolar.h"
 
 namespace mocap::stages {
@@ -175,20 +176,25 @@ void NewMatcher::ask_ray(const RayTable& rays, const Pair& pair, std::size_t a, 
   }
 }
 
-void NewMatcher::find_near_line(const FreeRays& of_b, const Vector3d& line, double allowed) {
-  const Eigen::Vector3f n = line.cast<float>();
-  const auto limit = static_cast<float>(allowed);
-  const std::size_t count = of_b.ray.size();
+// The distance of each free ray from the line.
+MOCAP_WIDE void NewMatcher::measure_line(const FreeRays& of_b, const Vector3d& line) {
   const float* const x = of_b.x.data();
   const float* const y = of_b.y.data();
-  float* const __restrict off = off_.data();
-  const float nx = n.x();
-  const float ny = n.y();
-  const float nz = n.z();
+  float* const off = off_.data();
+  const auto nx = static_cast<float>(line.x());
+  const auto ny = static_cast<float>(line.y());
+  const auto nz = static_cast<float>(line.z());
+  const std::size_t count = of_b.ray.size();
+  MOCAP_INDEPENDENT_TURNS
   for (std::size_t j = 0; j < count; ++j) off[j] = std::abs(nx * x[j] + ny * y[j] + nz);
+}
+
+void NewMatcher::find_near_line(const FreeRays& of_b, const Vector3d& line, double allowed) {
+  measure_line(of_b, line);
+  const auto limit = static_cast<float>(allowed);
   near_line_.clear();
-  for (std::uint32_t j = 0; j < count; ++j) {
-    if (off[j] <= limit) near_line_.push_back({off[j], j});
+  for (std::uint32_t j = 0; j < of_b.ray.size(); ++j) {
+    if (off_[j] <= limit) near_line_.push_back({off_[j], j});
   }
   std::ranges::sort(near_line_, [](const NearLine& a, const NearLine& b) {
     return a.off < b.off || (a.off == b.off && a.index < b.index);

@@ -61,6 +61,7 @@ class NewMatcher {
   void gather_free(const RayTable& rays);
   void ask_pair(const RayTable& rays, const Pair& pair);
   void ask_ray(const RayTable& rays, const Pair& pair, std::size_t a, std::size_t i, std::size_t b);
+  void measure_line(const FreeRays& of_b, const Eigen::Vector3d& line);
   void find_near_line(const FreeRays& of_b, const Eigen::Vector3d& line, double allowed);
   void ask_again(RayTable& rays, Matches& into);
   void propose(const RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j);

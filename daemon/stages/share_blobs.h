@@ -14,12 +14,14 @@ namespace mocap::stages {
 /// Where one view should see each expected marker, a column for each number so that loops over them run several at a
 /// time. In single precision: to a thousandth of a pixel.
 struct Foreseen {
-  std::vector<float> x, y;        ///< on the image plane at distance 1
-  std::vector<float> xx, xy, yy;  ///< covariance of that place
-  std::vector<float> depth_m;     ///< in front of the camera's plane; not over 0: not to be seen
+  std::vector<float> x, y;                             ///< on the image plane at distance 1
+  std::vector<float> xx, xy, yy;                       ///< covariance of that place
+  std::vector<float> depth_m;                          ///< in front of the camera's plane; not over 0: not to be seen
+  std::vector<std::int32_t> left, right, top, bottom;  ///< its gate, as ViewRays::Bins
 
   void resize(std::size_t markers) {
     for (auto* column : {&x, &y, &xx, &xy, &yy, &depth_m}) column->resize(markers);
+    for (auto* column : {&left, &right, &top, &bottom}) column->resize(markers);
   }
   Eigen::Vector2d centre(std::size_t marker) const { return Eigen::Vector2f(x[marker], y[marker]).cast<double>(); }
   /// Standard deviation, mean of both axes.

@@ -21,7 +21,7 @@ class MatchTriangulator final : public Triangulator {
       : settings_(settings),
         agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
         rig_(std::move(rig)) {
-    for (const CameraModel& camera : rig_) casters_.emplace_back(camera);
+    for (const CameraModel& camera : rig_) rows_.emplace_back(camera.camera_from_world);
   }
 
   const Markers& triangulate(const FrameSet& frames, const Matches& matches) override {
@@ -51,8 +51,7 @@ class MatchTriangulator final : public Triangulator {
       const std::uint32_t camera = frames.views[seen.view]->camera.value;
       MOCAP_EXPECTS(camera < rig_.size());
       if (seen.quadric == nullptr || !(seen.sigma_px > 0.0F)) return false;
-      told_.push_back(
-          {seen.quadric, &rig_[camera].camera_from_world, static_cast<double>(seen.sigma_px), 1.0, seen.view});
+      told_.push_back({seen.quadric, &rows_[camera].depth, static_cast<double>(seen.sigma_px), 1.0, seen.view});
     }
     return true;
   }
@@ -64,7 +63,7 @@ class MatchTriangulator final : public Triangulator {
       MOCAP_EXPECTS(frame.camera.value < rig_.size());
       const Blob& blob = frame.blobs[seen.blob];
       const Eigen::Vector2d off_px(seen.off_x_px, seen.off_y_px);
-      const auto ray = casters_[frame.camera.value].cast({blob.centroid.v + off_px});
+      const auto ray = geometry::ray_of(rig_[frame.camera.value].lens, {blob.centroid.v + off_px});
       if (!ray) continue;
       const double sigma_px = seen.sigma_px > 0.0F ? static_cast<double>(seen.sigma_px) : doubt_px(blob);
       sightings_.push_back(
@@ -85,7 +84,7 @@ class MatchTriangulator final : public Triangulator {
   TriangulateSettings settings_;
   geometry::Agreement agreement_;
   Rig rig_;
-  std::vector<geometry::RayCaster> casters_;
+  std::vector<geometry::CameraRows> rows_;  // by camera
   BoundedVector<geometry::Sighting, kMaxCameras> sightings_;
   BoundedVector<geometry::QuadricSighting, kMaxCameras> told_;
   Markers markers_;

@@ -94,18 +94,17 @@ void ViewRays::index() {
   bins_per_x_ = kAlmost * static_cast<double>(kBins) / std::max(1e-9, max_x - min_x_);
   bins_per_y_ = kAlmost * static_cast<double>(kBins) / std::max(1e-9, max_y - min_y_);
 
-  for (Bits& bits : before_x_) std::fill_n(bits.begin(), words_, std::uint64_t{0});
-  for (Bits& bits : before_y_) std::fill_n(bits.begin(), words_, std::uint64_t{0});
+  const std::size_t size = (kBins + 1) * words_;
+  std::fill_n(before_x_.begin(), size, std::uint64_t{0});
+  std::fill_n(before_y_.begin(), size, std::uint64_t{0});
   for (std::size_t ray = 0; ray < x.size(); ++ray) {
     const std::uint64_t bit = std::uint64_t{1} << (ray % 64);
-    before_x_[bin_of((x[ray] - min_x_) * bins_per_x_) + 1][ray / 64] |= bit;
-    before_y_[bin_of((y[ray] - min_y_) * bins_per_y_) + 1][ray / 64] |= bit;
+    before_x_[(bin_of((x[ray] - min_x_) * bins_per_x_) + 1) * words_ + ray / 64] |= bit;
+    before_y_[(bin_of((y[ray] - min_y_) * bins_per_y_) + 1) * words_ + ray / 64] |= bit;
   }
-  for (std::size_t bin = 1; bin <= kBins; ++bin) {
-    for (std::size_t word = 0; word < words_; ++word) {
-      before_x_[bin][word] |= before_x_[bin - 1][word];
-      before_y_[bin][word] |= before_y_[bin - 1][word];
-    }
+  for (std::size_t slot = words_; slot < size; ++slot) {
+    before_x_[slot] |= before_x_[slot - words_];
+    before_y_[slot] |= before_y_[slot - words_];
   }
 }
 
@@ -138,6 +137,7 @@ RayTable::RayTable(const Rig& rig) : rig_(rig), views_(rig.size()), view_of_(rig
   MOCAP_EXPECTS(rig.size() <= kMaxCameras);
   for (const CameraModel& camera : rig) {
     casters_.emplace_back(camera);
+    rows_.emplace_back(camera.camera_from_world);
     reach_.push_back(reach_of(camera));
   }
   for (ViewRays& view : views_) view.resize(kMaxBlobs);  // room for all that may come
@@ -159,6 +159,7 @@ void RayTable::cast(const FrameSet& frames) {
 void RayTable::cast_view(const BlobFrame& frame, ViewRays& rays) {
   const std::size_t camera = frame.camera.value;
   rays.camera = &rig_[camera];
+  rays.rows = &rows_[camera];
   rays.focal_px = std::sqrt(rig_[camera].lens.fx_px * rig_[camera].lens.fy_px);
 
   for (auto* column : {&u_px_, &v_px_, &areas_px2_}) column->resize(frame.blobs.size());
@@ -190,7 +191,7 @@ void RayTable::cast_view(const BlobFrame& frame, ViewRays& rays) {
     rays.y[ray] = cast.point.v.y();
     rays.px_from_ray[ray] = cast.px_from_ray;
     rays.sigma_px[ray] = crowd > 0.0 ? std::hypot(doubt, crowd) : doubt;
-    rays.quadric[ray] = geometry::quadric_of(rig_[camera].camera_from_world, cast, rays.sigma_px[ray]);
+    rays.quadric[ray] = geometry::quadric_of(rows_[camera], cast, rays.sigma_px[ray]);
     rays.spread_px[ray] = spread;
     rays.axis[ray] = told ? Vector2d(std::cos(2.0 * blob.axis_rad), std::sin(2.0 * blob.axis_rad)) : Vector2d(0.0, 0.0);
     rays.blob[ray] = static_cast<std::uint16_t>(b);

@@ -24,6 +24,7 @@ struct Shadow {
 /// What one camera saw, as rays in the order of its blobs.
 struct ViewRays {
   const CameraModel* camera = nullptr;
+  const geometry::CameraRows* rows = nullptr;  ///< of the camera
   double focal_px = 1.0;
   std::vector<double> x;
   std::vector<double> y;
@@ -38,7 +39,7 @@ struct ViewRays {
 
   std::size_t size() const { return x.size(); }
   geometry::QuadricSighting sighting(std::size_t ray, std::uint32_t source) const {
-    return {&quadric[ray], &camera->camera_from_world, sigma_px[ray], 1.0, source};
+    return {&quadric[ray], &rows->depth, sigma_px[ray], 1.0, source};
   }
   /// Where the ray points to in the world; unit.
   Eigen::Vector3d direction(std::size_t ray) const;
@@ -58,13 +59,29 @@ struct ViewRays {
     const std::size_t right = bin_of((at_x + half_x - min_x_) * bins_per_x_ + 1.0);
     const std::size_t top = bin_of((at_y - half_y - min_y_) * bins_per_y_);
     const std::size_t bottom = bin_of((at_y + half_y - min_y_) * bins_per_y_ + 1.0);
+    in_bins({left, right, top, bottom}, visit);
+  }
+  /// Where a place's bounds lie among the columns and rows of bins: the first that counts, and the first that does not.
+  struct Bins {
+    std::size_t left, right, top, bottom;
+  };
+  /// As `near`, by bins.
+  template <class Visit>
+  void in_bins(const Bins& bins, Visit&& visit) const {
     for (std::size_t word = 0; word < words_; ++word) {
       // Those left of the right end and not left of the left one; likewise in y.
-      std::uint64_t rays =
-          (before_x_[right][word] & ~before_x_[left][word]) & (before_y_[bottom][word] & ~before_y_[top][word]);
+      std::uint64_t rays = before_x_[bins.right * words_ + word] & ~before_x_[bins.left * words_ + word] &
+                           before_y_[bins.bottom * words_ + word] & ~before_y_[bins.top * words_ + word];
       for (; rays != 0; rays &= rays - 1) visit(64 * word + static_cast<std::size_t>(std::countr_zero(rays)));
     }
   }
+  /// x lies in bin (x - min_x) * per_x, from 0 to kBins.
+  struct BinScale {
+    double min_x, min_y, per_x, per_y;
+  };
+  BinScale bin_scale() const { return {min_x_, min_y_, bins_per_x_, bins_per_y_}; }
+  static constexpr std::size_t kBins = 64;
+
   double max_spread_px() const { return max_spread_px_; }
   /// The nearest ray to the shadow of a point, in the gate, that is not taken.
   std::optional<std::size_t> nearest_free(const Eigen::Vector3d& point, const Eigen::Matrix3d& covariance_m2,
@@ -75,9 +92,7 @@ struct ViewRays {
 
  private:
   friend class RayTable;
-  static constexpr std::size_t kBins = 64;
   static constexpr std::size_t kWords = kMaxBlobs / 64;
-  using Bits = std::array<std::uint64_t, kWords>;  // one a ray
 
   // Bins 0 to kBins: what is out of bounds on either side, or no number, goes to an end.
   static std::size_t bin_of(double at) {
@@ -93,8 +108,8 @@ struct ViewRays {
   double min_y_ = 0.0;
   double bins_per_x_ = 0.0;
   double bins_per_y_ = 0.0;
-  std::array<Bits, kBins + 1> before_x_{};
-  std::array<Bits, kBins + 1> before_y_{};
+  std::array<std::uint64_t, (kBins + 1) * kWords> before_x_{};  // of bin * words_ + word, a bit a ray
+  std::array<std::uint64_t, (kBins + 1) * kWords> before_y_{};
 };
 
 /// The rays of all blobs of one frame set: undistorted once, then asked often. Never allocates after construction.
@@ -122,6 +137,7 @@ class RayTable {
 
   const Rig& rig_;
   std::vector<geometry::RayCaster> casters_;  // by camera
+  std::vector<geometry::CameraRows> rows_;    // by camera
   std::vector<double> reach_;                 // by camera: no pixel's ray lies farther from the axis
   std::vector<ViewRays> views_;
   std::vector<std::uint32_t> view_of_;  // by camera
