@@ -53,6 +53,16 @@ Ray RayColumns::operator[](std::size_t i) const {
   return ray;
 }
 
+void RayColumns::drop_missing() {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < exists.size(); ++i) {
+    if (exists[i] == 0) continue;
+    for (auto* column : {&x, &y, &ux, &uy, &vx, &vy}) (*column)[kept] = (*column)[i];
+    exists[kept++] = 1;
+  }
+  resize(kept);
+}
+
 RayCaster::RayCaster(const CameraModel& camera)
     : lens_(camera.lens), width_px_(camera.width_px), height_px_(camera.height_px) {
   constexpr int kMostSteps = 3;
@@ -103,55 +113,61 @@ bool RayCaster::is_precise() const {
   return true;
 }
 
-bool RayCaster::in_table(double u_px, double v_px) const {
-  if (!(u_px >= -0.5 && u_px < width_px_ - 0.5 && v_px >= -0.5 && v_px < height_px_ - 0.5)) return false;
-  const double x = (u_px - lens_.cx_px) / lens_.fx_px;
-  const double y = (v_px - lens_.cy_px) / lens_.fy_px;
-  return (x * x + y * y) * cells_per_length2_ < static_cast<double>(scale_.size()) - 2.0;
-}
-
 void RayCaster::cast(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
   MOCAP_EXPECTS(u_px.size() == v_px.size());
   into.resize(u_px.size());
   if (steps_ > 0) {
-    look_up(u_px, v_px, into);
+    find_cells(u_px, v_px, into);
+    look_up(into);
     polish(u_px, v_px, into);
+  } else {
+    std::ranges::fill(into.exists, std::uint8_t{0});
   }
   for (std::size_t i = 0; i < u_px.size(); ++i) {
-    const bool done = steps_ > 0 && in_table(u_px[i], v_px[i]) && into.ux[i] * into.vy[i] > into.uy[i] * into.vx[i];
-    if (done) {
-      into.exists[i] = 1;
-    } else {
-      set(into, i, ray_of(lens_, {{u_px[i], v_px[i]}}));
-    }
+    const bool done = into.exists[i] != 0 && into.ux[i] * into.vy[i] > into.uy[i] * into.vx[i];
+    if (!done) set(into, i, ray_of(lens_, {{u_px[i], v_px[i]}}));
   }
 }
 
-// A guess of each ray's x and y, off by what the table and the tangential part leave. What lies beside the table gets
-// any guess: it is done anew.
-void RayCaster::look_up(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
+// The distorted rays, and where in the table each is (for now in ux); `exists` says whether it is in the image and in
+// the table. What is not gets any place: it is done anew.
+MOCAP_WIDE void RayCaster::find_cells(std::span<const double> u_px, std::span<const double> v_px,
+                                      RayColumns& into) const {
   const double last = static_cast<double>(scale_.size()) - 2.0;
-  const double p1 = lens_.distortion[2];
-  const double p2 = lens_.distortion[3];
   const double inverse_fx = 1.0 / lens_.fx_px;
   const double inverse_fy = 1.0 / lens_.fy_px;
-  for (std::size_t i = 0; i < u_px.size(); ++i) {
-    const double x = (u_px[i] - lens_.cx_px) * inverse_fx;
-    const double y = (v_px[i] - lens_.cy_px) * inverse_fy;
-    const double at = (x * x + y * y) * cells_per_length2_;
-    const double cell = at > 0.0 ? std::min(at, last) : 0.0;
-    const auto index = static_cast<std::size_t>(cell);
-    const double scale = scale_[index] + (cell - static_cast<double>(index)) * (scale_[index + 1] - scale_[index]);
-    const double x0 = x * scale;
-    const double y0 = y * scale;
-    const double r2 = x0 * x0 + y0 * y0;
-    into.x[i] = (x - 2.0 * p1 * x0 * y0 - p2 * (r2 + 2.0 * x0 * x0)) * scale;
-    into.y[i] = (y - p1 * (r2 + 2.0 * y0 * y0) - 2.0 * p2 * x0 * y0) * scale;
+  const double cx = lens_.cx_px, cy = lens_.cy_px;
+  const double right = width_px_ - 0.5, down = height_px_ - 0.5;
+  const double cells = cells_per_length2_;
+  const double *u = u_px.data(), *v = v_px.data();
+  double *px = into.x.data(), *py = into.y.data(), *cell = into.ux.data();
+  const std::size_t count = u_px.size();
+  MOCAP_INDEPENDENT_TURNS
+  for (std::size_t i = 0; i < count; ++i) {
+    const double x = (u[i] - cx) * inverse_fx;
+    const double y = (v[i] - cy) * inverse_fy;
+    const double at = (x * x + y * y) * cells;
+    px[i] = x;
+    py[i] = y;
+    cell[i] = at < last ? at : last;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool in_image = (u[i] >= -0.5) & (u[i] < right) & (v[i] >= -0.5) & (v[i] < down);
+    into.exists[i] = static_cast<std::uint8_t>(in_image & (cell[i] < last));
   }
 }
 
-// Newton's steps from there. The slope is that of the point before the last step: the step is so small that the slope
-// does not change.
+// How long each ray is by the table (in uy).
+void RayCaster::look_up(RayColumns& into) const {
+  for (std::size_t i = 0; i < into.exists.size(); ++i) {
+    const double cell = into.exists[i] != 0 ? into.ux[i] : 0.0;
+    const auto index = static_cast<std::size_t>(cell);
+    into.uy[i] = scale_[index] + (cell - static_cast<double>(index)) * (scale_[index + 1] - scale_[index]);
+  }
+}
+
+// The tangential part is taken off at the table's guess; Newton's steps from there. The slope is that of the point
+// before the last step: the step is so small that the slope does not change.
 MOCAP_WIDE void RayCaster::polish(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
   const double k1 = lens_.distortion[0];
   const double k2 = lens_.distortion[1];
@@ -171,6 +187,15 @@ MOCAP_WIDE void RayCaster::polish(std::span<const double> u_px, std::span<const 
   double* const uy = into.uy.data();
   double* const vx = into.vx.data();
   double* const vy = into.vy.data();
+  MOCAP_INDEPENDENT_TURNS
+  for (std::size_t i = 0; i < count; ++i) {
+    const double scale = uy[i];
+    const double x = px[i] * scale;
+    const double y = py[i] * scale;
+    const double r2 = x * x + y * y;
+    px[i] = (px[i] - 2.0 * p1 * x * y - p2 * (r2 + 2.0 * x * x)) * scale;
+    py[i] = (py[i] - p1 * (r2 + 2.0 * y * y) - 2.0 * p2 * x * y) * scale;
+  }
   for (int step = 0; step < steps_; ++step) {
     MOCAP_INDEPENDENT_TURNS
     for (std::size_t i = 0; i < count; ++i) {

@@ -29,6 +29,8 @@ struct RayColumns {
   explicit RayColumns(std::size_t max_rays);
   void resize(std::size_t rays);
   Ray operator[](std::size_t i) const;
+  /// Takes those out that do not exist; the others keep their order.
+  void drop_missing();
 };
 
 /// Turns pixels of one camera into rays, lens distortion undone to 1e-6 px.
@@ -47,8 +49,8 @@ class RayCaster {
  private:
   void tabulate();
   bool is_precise() const;
-  bool in_table(double u_px, double v_px) const;
-  void look_up(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const;
+  void find_cells(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const;
+  void look_up(RayColumns& into) const;
   void polish(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const;
 
   Lens lens_;

@@ -24,6 +24,9 @@ struct CameraRows {
 /// The quadric of a ray: its squared reprojection error as a form of the point, so that what many rays say of one point
 /// is a sum of ten numbers each.
 RayQuadric quadric_of(const CameraRows& camera, const Ray& ray, double sigma_px);
+/// The same for many rays; as many of `into` are written as there are of `sigma_px`.
+void quadrics_of(const CameraRows& camera, const RayColumns& rays, std::span<const double> sigma_px,
+                 std::span<RayQuadric> into);
 
 /// One camera's view of a marker.
 struct QuadricSighting {

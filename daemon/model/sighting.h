@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <optional>
 
@@ -35,10 +36,10 @@ struct Expected {
 };
 
 /// What a ray says of the marker it leads to: a point X of the world, `depth` in front of the camera's plane, would be
-/// seen sqrt(h^T Q h) / depth standard deviations off the ray, h = (X, 1). Q is symmetric; of it xx xy xz yy yz zz x1
-/// y1 z1 11, m.
-struct RayQuadric {
-  Eigen::Matrix<double, 10, 1> q;
+/// seen sqrt(h^T Q h) / depth standard deviations off the ray, h = (X, 1). Of the symmetric Q, m: xx yy zz 11, then xy
+/// yz zx and a number without meaning, then x1 y1 z1 and another.
+struct alignas(32) RayQuadric {
+  std::array<double, 12> q;
 };
 
 /// A blob of a frame set: `views[view]->blobs[blob]`; and where in it the marker is, when it is more than one's.

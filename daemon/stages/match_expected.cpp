@@ -24,8 +24,8 @@ bool is_usable(const ExpectedMarker& marker) {
 
 LoneSighting lone_sighting(const ViewRays& view, std::size_t ray, std::size_t marker, std::size_t index) {
   // A patch of the plane at distance 1 is seen under its area over the cube of its distance.
-  const double solid_angle_1_px2 =
-      std::pow(1.0 + view.x[ray] * view.x[ray] + view.y[ray] * view.y[ray], -1.5) / view.px_from_ray[ray].determinant();
+  const double solid_angle_1_px2 = std::pow(1.0 + view.x(ray) * view.x(ray) + view.y(ray) * view.y(ray), -1.5) /
+                                   view.rays[ray].px_from_ray.determinant();
   LoneSighting lone;
   lone.expected = static_cast<std::uint32_t>(marker);
   lone.sighting = {static_cast<std::uint16_t>(index), view.blob[ray], 0.0F, 0.0F,
@@ -123,7 +123,7 @@ void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& in
     seen.sigma_px = static_cast<float>(rays[view].sigma_px[one.ray]);
     seen.quadric = quadric_of(rays, marker, view);
     if (one.sigma_px > 0.0F) {
-      const Eigen::Vector2f off_px = rays[view].px_from_ray[one.ray].cast<float>() * one.off;
+      const Eigen::Vector2f off_px = rays[view].rays[one.ray].px_from_ray.cast<float>() * one.off;
       seen.off_x_px = off_px.x();
       seen.off_y_px = off_px.y();
       seen.sigma_px = one.sigma_px;
@@ -257,8 +257,8 @@ void ExpectedMatcher::gather_candidates(const ViewRays& view) {
     const auto bins = [m](const std::vector<std::int32_t>& column) { return static_cast<std::size_t>(column[m]); };
     const ViewRays::Bins gate{bins(foreseen_.left), bins(foreseen_.right), bins(foreseen_.top), bins(foreseen_.bottom)};
     view.in_bins(gate, [&](std::size_t ray) {
-      const double dx = view.x[ray] - static_cast<double>(foreseen_.x[m]);
-      const double dy = view.y[ray] - static_cast<double>(foreseen_.y[m]);
+      const double dx = view.x(ray) - static_cast<double>(foreseen_.x[m]);
+      const double dy = view.y(ray) - static_cast<double>(foreseen_.y[m]);
       const double own = floor + view.sigma_px[ray] * view.sigma_px[ray] * px2;
       const double xx = static_cast<double>(foreseen_.xx[m]) + own;
       const double yy = static_cast<double>(foreseen_.yy[m]) + own;
@@ -331,10 +331,10 @@ void ExpectedMatcher::assign_contested(std::size_t index, double gate2) {
 const RayQuadric& ExpectedMatcher::shared_quadric(const ViewRays& view, Held& one) {
   if (one.quadric == kNone) {
     if (shared_quadrics_.size() == kMaxShared) return view.quadric[one.ray];
-    const Eigen::Vector2d at = Eigen::Vector2d(view.x[one.ray], view.y[one.ray]) + one.off.cast<double>();
+    const Eigen::Vector2d at = Eigen::Vector2d(view.x(one.ray), view.y(one.ray)) + one.off.cast<double>();
     one.quadric = static_cast<std::uint32_t>(shared_quadrics_.size());
     shared_quadrics_.push_back(
-        geometry::quadric_of(*view.rows, {{at}, view.px_from_ray[one.ray]}, static_cast<double>(one.sigma_px)));
+        geometry::quadric_of(*view.rows, {{at}, view.rays[one.ray].px_from_ray}, static_cast<double>(one.sigma_px)));
   }
   return shared_quadrics_[one.quadric];
 }

@@ -134,9 +134,9 @@ void NewMatcher::gather_free(const RayTable& rays) {
     for (std::size_t ray = 0; ray < from.size(); ++ray) {
       if (from.taken[ray] != 0) continue;
       free.ray.push_back(static_cast<std::uint16_t>(ray));
-      free.x.push_back(static_cast<float>(from.x[ray]));
-      free.y.push_back(static_cast<float>(from.y[ray]));
-      free.direction.push_back(world_from_camera * Vector3d(from.x[ray], from.y[ray], 1.0));
+      free.x.push_back(static_cast<float>(from.x(ray)));
+      free.y.push_back(static_cast<float>(from.y(ray)));
+      free.direction.push_back(world_from_camera * Vector3d(from.x(ray), from.y(ray), 1.0));
     }
     free_views_ += free.ray.empty() ? 0 : 1;
   }
@@ -159,7 +159,7 @@ void NewMatcher::ask_pair(const RayTable& rays, const Pair& pair) {
 // A ray of camera a, against all of b that lie near its epipolar line: the nearest first.
 void NewMatcher::ask_ray(const RayTable& rays, const Pair& pair, std::size_t a, std::size_t i, std::size_t b) {
   const Member of_a{static_cast<std::uint16_t>(a), free_[a].ray[i]};
-  const auto line = geometry::epipolar_line(pair.essential, {{rays[a].x[of_a.ray], rays[a].y[of_a.ray]}});
+  const auto line = geometry::epipolar_line(pair.essential, {{rays[a].x(of_a.ray), rays[a].y(of_a.ray)}});
   if (line.n.isZero()) return;  // looks right into the other camera
   work_ += free_[b].ray.size();
   // Both blobs' errors move them off the line, and so does the rig's.

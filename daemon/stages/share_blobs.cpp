@@ -70,7 +70,7 @@ void BlobSharer::gather_wishes(const ViewRays& view, const Foreseen& foreseen, s
     std::uint32_t nearest = Held::kNone;
     double least = 0.0;
     view.near(at.x(), at.y(), widest, widest, [&](std::size_t ray) {
-      const double off_px = view.focal_px * (Vector2d(view.x[ray], view.y[ray]) - at).norm();
+      const double off_px = view.focal_px * (Vector2d(view.x(ray), view.y(ray)) - at).norm();
       const double spread = view.spread_px[ray];
       const double over = off_px - (spread > 0.0 ? reach_px(spread) + slack_px : kCoincide_px);
       if (over >= least) return;
@@ -117,7 +117,7 @@ BlobSharer::Layout BlobSharer::layout_of(const ViewRays& view, const Foreseen& f
 // The two or more of the group that explain the blob best, as a set of bits; none where none do.
 std::uint32_t BlobSharer::best_subset(const ViewRays& view, const Foreseen& foreseen, std::uint32_t ray,
                                       const Group& group) {
-  const Vector2d centroid(view.x[ray], view.y[ray]);
+  const Vector2d centroid(view.x(ray), view.y(ray));
   const double told_px = view.spread_px[ray];
   const Vector2d told_px2 = told_px * told_px * view.axis[ray];
   const double told_sigma_px = std::hypot(kSpreadSigma_px, kSpreadShare * told_px);

@@ -35,7 +35,7 @@ double reach_of(const CameraModel& camera) {
 }  // namespace
 
 Vector3d ViewRays::direction(std::size_t ray) const {
-  return (camera->camera_from_world.rotation.transpose() * Vector3d(x[ray], y[ray], 1.0)).normalized();
+  return (camera->camera_from_world.rotation.transpose() * Vector3d(x(ray), y(ray), 1.0)).normalized();
 }
 
 std::optional<Shadow> ViewRays::shadow(const Vector3d& point, const Matrix3d& covariance_m2) const {
@@ -58,34 +58,22 @@ double ViewRays::distance2(const Shadow& shadow, std::size_t ray, double floor_p
   const double xx = shadow.covariance(0, 0) + own;
   const double yy = shadow.covariance(1, 1) + own;
   const double xy = shadow.covariance(0, 1);
-  const double dx = x[ray] - shadow.centre.x();
-  const double dy = y[ray] - shadow.centre.y();
+  const double dx = rays.x[ray] - shadow.centre.x();
+  const double dy = rays.y[ray] - shadow.centre.y();
   return (yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy);
-}
-
-void ViewRays::resize(std::size_t rays) {
-  x.resize(rays);
-  y.resize(rays);
-  px_from_ray.resize(rays);
-  quadric.resize(rays);
-  sigma_px.resize(rays);
-  spread_px.resize(rays);
-  axis.resize(rays);
-  blob.resize(rays);
-  taken.resize(rays);
 }
 
 void ViewRays::index() {
   max_sigma_px_ = max_spread_px_ = 0.0;
-  words_ = (x.size() + 63) / 64;
-  if (x.empty()) return;
-  double max_x = min_x_ = x[0];
-  double max_y = min_y_ = y[0];
-  for (std::size_t ray = 0; ray < x.size(); ++ray) {
-    min_x_ = std::min(min_x_, x[ray]);
-    max_x = std::max(max_x, x[ray]);
-    min_y_ = std::min(min_y_, y[ray]);
-    max_y = std::max(max_y, y[ray]);
+  words_ = (size() + 63) / 64;
+  if (size() == 0) return;
+  double max_x = min_x_ = rays.x[0];
+  double max_y = min_y_ = rays.y[0];
+  for (std::size_t ray = 0; ray < size(); ++ray) {
+    min_x_ = std::min(min_x_, rays.x[ray]);
+    max_x = std::max(max_x, rays.x[ray]);
+    min_y_ = std::min(min_y_, rays.y[ray]);
+    max_y = std::max(max_y, rays.y[ray]);
     max_sigma_px_ = std::max(max_sigma_px_, sigma_px[ray]);
     max_spread_px_ = std::max(max_spread_px_, spread_px[ray]);
   }
@@ -94,15 +82,15 @@ void ViewRays::index() {
   bins_per_x_ = kAlmost * static_cast<double>(kBins) / std::max(1e-9, max_x - min_x_);
   bins_per_y_ = kAlmost * static_cast<double>(kBins) / std::max(1e-9, max_y - min_y_);
 
-  const std::size_t size = (kBins + 1) * words_;
-  std::fill_n(before_x_.begin(), size, std::uint64_t{0});
-  std::fill_n(before_y_.begin(), size, std::uint64_t{0});
-  for (std::size_t ray = 0; ray < x.size(); ++ray) {
+  const std::size_t slots = (kBins + 1) * words_;
+  std::fill_n(before_x_.begin(), slots, std::uint64_t{0});
+  std::fill_n(before_y_.begin(), slots, std::uint64_t{0});
+  for (std::size_t ray = 0; ray < size(); ++ray) {
     const std::uint64_t bit = std::uint64_t{1} << (ray % 64);
-    before_x_[(bin_of((x[ray] - min_x_) * bins_per_x_) + 1) * words_ + ray / 64] |= bit;
-    before_y_[(bin_of((y[ray] - min_y_) * bins_per_y_) + 1) * words_ + ray / 64] |= bit;
+    before_x_[(bin_of((rays.x[ray] - min_x_) * bins_per_x_) + 1) * words_ + ray / 64] |= bit;
+    before_y_[(bin_of((rays.y[ray] - min_y_) * bins_per_y_) + 1) * words_ + ray / 64] |= bit;
   }
-  for (std::size_t slot = words_; slot < size; ++slot) {
+  for (std::size_t slot = words_; slot < slots; ++slot) {
     before_x_[slot] |= before_x_[slot - words_];
     before_y_[slot] |= before_y_[slot - words_];
   }
@@ -123,7 +111,7 @@ std::optional<std::size_t> ViewRays::nearest_free(const Vector3d& point, const M
   std::optional<Shadow> exactly;
   double least = sigmas * sigmas;
   near(at_x, at_y, half, half, [&](std::size_t ray) {
-    if (taken[ray] != 0 || std::abs(x[ray] - at_x) > half || std::abs(y[ray] - at_y) > half) return;
+    if (taken[ray] != 0 || std::abs(rays.x[ray] - at_x) > half || std::abs(rays.y[ray] - at_y) > half) return;
     if (!exactly) exactly = shadow(point, covariance_m2);
     const double d2 = distance2(*exactly, ray, floor_px);
     if (!(d2 < least)) return;
@@ -133,14 +121,21 @@ std::optional<std::size_t> ViewRays::nearest_free(const Vector3d& point, const M
   return nearest;
 }
 
-RayTable::RayTable(const Rig& rig) : rig_(rig), views_(rig.size()), view_of_(rig.size(), kNoView), columns_(kMaxBlobs) {
+RayTable::RayTable(const Rig& rig) : rig_(rig), views_(rig.size()), view_of_(rig.size(), kNoView) {
   MOCAP_EXPECTS(rig.size() <= kMaxCameras);
   for (const CameraModel& camera : rig) {
     casters_.emplace_back(camera);
     rows_.emplace_back(camera.camera_from_world);
     reach_.push_back(reach_of(camera));
   }
-  for (ViewRays& view : views_) view.resize(kMaxBlobs);  // room for all that may come
+  for (ViewRays& view : views_) {
+    view.quadric.reserve(kMaxBlobs);
+    view.sigma_px.reserve(kMaxBlobs);
+    view.spread_px.reserve(kMaxBlobs);
+    view.axis.reserve(kMaxBlobs);
+    view.blob.reserve(kMaxBlobs);
+    view.taken.reserve(kMaxBlobs);
+  }
   for (auto* scratch : {&u_px_, &v_px_, &areas_px2_}) scratch->reserve(kMaxBlobs);
 }
 
@@ -156,50 +151,54 @@ void RayTable::cast(const FrameSet& frames) {
   }
 }
 
-void RayTable::cast_view(const BlobFrame& frame, ViewRays& rays) {
+// The middle one of the blobs' areas, where any blob can be a crowd.
+double RayTable::usual_area_px2(const BlobFrame& frame) {
+  areas_px2_.clear();
+  for (const Blob& blob : frame.blobs) areas_px2_.push_back(blob.area_px2);
+  if (!may_crowd(areas_px2_)) return std::numeric_limits<double>::infinity();
+  const auto middle = areas_px2_.begin() + static_cast<std::ptrdiff_t>(areas_px2_.size() / 2);
+  std::ranges::nth_element(areas_px2_, middle);
+  return *middle;
+}
+
+void RayTable::cast_view(const BlobFrame& frame, ViewRays& view) {
   const std::size_t camera = frame.camera.value;
-  rays.camera = &rig_[camera];
-  rays.rows = &rows_[camera];
-  rays.focal_px = std::sqrt(rig_[camera].lens.fx_px * rig_[camera].lens.fy_px);
+  view.camera = &rig_[camera];
+  view.rows = &rows_[camera];
+  view.focal_px = std::sqrt(rig_[camera].lens.fx_px * rig_[camera].lens.fy_px);
 
-  for (auto* column : {&u_px_, &v_px_, &areas_px2_}) column->resize(frame.blobs.size());
+  u_px_.resize(frame.blobs.size());
+  v_px_.resize(frame.blobs.size());
   for (std::size_t b = 0; b < frame.blobs.size(); ++b) {
     const Blob& blob = frame.blobs.data()[b];
-    u_px_[b] = blob.centroid.v.x();
+    u_px_[b] = std::isfinite(blob.sigma_px) ? blob.centroid.v.x() : std::numeric_limits<double>::quiet_NaN();
     v_px_[b] = blob.centroid.v.y();
-    areas_px2_[b] = blob.area_px2;
   }
-  casters_[camera].cast(u_px_, v_px_, columns_);
-  double usual_px2 = std::numeric_limits<double>::infinity();
-  if (may_crowd(areas_px2_)) {
-    const auto middle = areas_px2_.begin() + static_cast<std::ptrdiff_t>(areas_px2_.size() / 2);
-    std::ranges::nth_element(areas_px2_, middle);
-    usual_px2 = *middle;
-  }
+  casters_[camera].cast(u_px_, v_px_, view.rays);
+  const double usual_px2 = usual_area_px2(frame);
 
-  rays.resize(frame.blobs.size());
-  std::size_t ray = 0;
+  view.sigma_px.clear();
+  view.spread_px.clear();
+  view.axis.clear();
+  view.blob.clear();
   for (std::size_t b = 0; b < frame.blobs.size(); ++b) {
     const Blob& blob = frame.blobs.data()[b];
-    if (columns_.exists[b] == 0 || !std::isfinite(blob.sigma_px)) continue;
-    const geometry::Ray cast = columns_[b];
+    if (view.rays.exists[b] == 0) continue;
     const double spread = spread_px(blob);
     const bool told = spread > 0.0 && std::isfinite(blob.axis_rad);
     const double crowd = crowd_px(blob, usual_px2);
     const double doubt = doubt_px(blob, spread);
-    rays.x[ray] = cast.point.v.x();
-    rays.y[ray] = cast.point.v.y();
-    rays.px_from_ray[ray] = cast.px_from_ray;
-    rays.sigma_px[ray] = crowd > 0.0 ? std::hypot(doubt, crowd) : doubt;
-    rays.quadric[ray] = geometry::quadric_of(rows_[camera], cast, rays.sigma_px[ray]);
-    rays.spread_px[ray] = spread;
-    rays.axis[ray] = told ? Vector2d(std::cos(2.0 * blob.axis_rad), std::sin(2.0 * blob.axis_rad)) : Vector2d(0.0, 0.0);
-    rays.blob[ray] = static_cast<std::uint16_t>(b);
-    ++ray;
+    view.sigma_px.push_back(crowd > 0.0 ? std::hypot(doubt, crowd) : doubt);
+    view.spread_px.push_back(spread);
+    view.axis.push_back(told ? Vector2d(std::cos(2.0 * blob.axis_rad), std::sin(2.0 * blob.axis_rad))
+                             : Vector2d(0.0, 0.0));
+    view.blob.push_back(static_cast<std::uint16_t>(b));
   }
-  rays.resize(ray);
-  std::ranges::fill(rays.taken, std::uint8_t{0});
-  rays.index();
+  if (view.blob.size() < view.rays.exists.size()) view.rays.drop_missing();
+  view.quadric.resize(view.size());
+  geometry::quadrics_of(rows_[camera], view.rays, view.sigma_px, view.quadric);
+  view.taken.assign(view.size(), 0);
+  view.index();
 }
 
 std::optional<std::size_t> RayTable::view_of(std::size_t camera) const {

@@ -26,9 +26,7 @@ struct ViewRays {
   const CameraModel* camera = nullptr;
   const geometry::CameraRows* rows = nullptr;  ///< of the camera
   double focal_px = 1.0;
-  std::vector<double> x;
-  std::vector<double> y;
-  std::vector<Eigen::Matrix2d> px_from_ray;
+  geometry::RayColumns rays{kMaxBlobs};
   std::vector<RayQuadric> quadric;  ///< with sigma_px
   std::vector<double> sigma_px;     ///< with the doubt that the blob's shape casts
   std::vector<double> spread_px;    ///< over 0: more than one marker is likely in the blob, so far from its centroid
@@ -37,7 +35,9 @@ struct ViewRays {
   std::vector<std::uint16_t> blob;  ///< index in the BlobFrame
   std::vector<std::uint8_t> taken;  ///< how many matches it belongs to
 
-  std::size_t size() const { return x.size(); }
+  std::size_t size() const { return rays.x.size(); }
+  double x(std::size_t ray) const { return rays.x[ray]; }
+  double y(std::size_t ray) const { return rays.y[ray]; }
   geometry::QuadricSighting sighting(std::size_t ray, std::uint32_t source) const {
     return {&quadric[ray], &rows->depth, sigma_px[ray], 1.0, source};
   }
@@ -70,9 +70,9 @@ struct ViewRays {
   void in_bins(const Bins& bins, Visit&& visit) const {
     for (std::size_t word = 0; word < words_; ++word) {
       // Those left of the right end and not left of the left one; likewise in y.
-      std::uint64_t rays = before_x_[bins.right * words_ + word] & ~before_x_[bins.left * words_ + word] &
+      std::uint64_t bits = before_x_[bins.right * words_ + word] & ~before_x_[bins.left * words_ + word] &
                            before_y_[bins.bottom * words_ + word] & ~before_y_[bins.top * words_ + word];
-      for (; rays != 0; rays &= rays - 1) visit(64 * word + static_cast<std::size_t>(std::countr_zero(rays)));
+      for (; bits != 0; bits &= bits - 1) visit(64 * word + static_cast<std::size_t>(std::countr_zero(bits)));
     }
   }
   /// x lies in bin (x - min_x) * per_x, from 0 to kBins.
@@ -86,7 +86,6 @@ struct ViewRays {
   /// The nearest ray to the shadow of a point, in the gate, that is not taken.
   std::optional<std::size_t> nearest_free(const Eigen::Vector3d& point, const Eigen::Matrix3d& covariance_m2,
                                           double sigmas, double floor_px) const;
-  void resize(std::size_t rays);
   /// Makes `near` ready, when all rays are there.
   void index();
 
@@ -133,7 +132,8 @@ class RayTable {
   bool could_see(std::size_t view, const WorldPoint& point) const;
 
  private:
-  void cast_view(const BlobFrame& frame, ViewRays& rays);
+  void cast_view(const BlobFrame& frame, ViewRays& view);
+  double usual_area_px2(const BlobFrame& frame);
 
   const Rig& rig_;
   std::vector<geometry::RayCaster> casters_;  // by camera
@@ -144,7 +144,6 @@ class RayTable {
   std::size_t view_count_ = 0;
 
   std::vector<double> u_px_, v_px_, areas_px2_;
-  geometry::RayColumns columns_;
 };
 
 }  // namespace mocap::stages

@@ -124,8 +124,9 @@ TEST(ShareBlobs, SharesNoBlobWhoseShapeDoesNotFit) {
   const CameraModel camera = camera_at({4.0, 0.0, 1.0});
   view.camera = &camera;
   view.focal_px = 900.0;
-  view.x = {0.0};
-  view.y = {0.0};
+  view.rays.resize(1);
+  view.rays.x = {0.0};
+  view.rays.y = {0.0};
   view.sigma_px = {1.0};
   view.spread_px = {1.0};
   view.axis = {{1.0, 0.0}};
