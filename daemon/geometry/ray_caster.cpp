@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/expects.h"
+#include "base/loops.h"
 #include "geometry/lens.h"
 
 namespace mocap::geometry {
@@ -13,14 +14,6 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr std::size_t kCells = 512;
-
-std::optional<Ray> iterate(const Lens& lens, const PixelPoint& pixel) {
-  const auto point = undistort(lens, pixel);
-  if (!point) return std::nullopt;
-  const Ray ray{*point, distort_with_slope(lens, *point).px_from_ray};
-  if (!(ray.px_from_ray.determinant() > 0.0)) return std::nullopt;  // where the image folds over
-  return ray;
-}
 
 void set(RayColumns& into, std::size_t i, const std::optional<Ray>& ray) {
   into.exists[i] = ray ? 1 : 0;
@@ -34,6 +27,14 @@ void set(RayColumns& into, std::size_t i, const std::optional<Ray>& ray) {
 }
 
 }  // namespace
+
+std::optional<Ray> ray_of(const Lens& lens, const PixelPoint& pixel) {
+  const auto point = undistort(lens, pixel);
+  if (!point) return std::nullopt;
+  const Ray ray{*point, distort_with_slope(lens, *point).px_from_ray};
+  if (!(ray.px_from_ray.determinant() > 0.0)) return std::nullopt;  // where the image folds over
+  return ray;
+}
 
 RayColumns::RayColumns(std::size_t max_rays) {
   for (auto* column : {&x, &y, &ux, &uy, &vx, &vy}) column->reserve(max_rays);
@@ -50,6 +51,16 @@ Ray RayColumns::operator[](std::size_t i) const {
   Ray ray{{{x[i], y[i]}}, {}};
   ray.px_from_ray << ux[i], uy[i], vx[i], vy[i];
   return ray;
+}
+
+void RayColumns::drop_missing() {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < exists.size(); ++i) {
+    if (exists[i] == 0) continue;
+    for (auto* column : {&x, &y, &ux, &uy, &vx, &vy}) (*column)[kept] = (*column)[i];
+    exists[kept++] = 1;
+  }
+  resize(kept);
 }
 
 RayCaster::RayCaster(const CameraModel& camera)
@@ -75,7 +86,7 @@ void RayCaster::tabulate() {
   scale_.assign(1, 1.0);
   for (std::size_t i = 1; i <= kCells + 1; ++i) {
     const double length = std::sqrt(static_cast<double>(i) / cells_per_length2_);
-    const auto ray = iterate(radial, {{length, 0.0}});
+    const auto ray = ray_of(radial, {{length, 0.0}});
     if (!ray) break;  // from here on the image folds over
     scale_.push_back(ray->point.v.x() / length);
   }
@@ -86,68 +97,78 @@ bool RayCaster::is_precise() const {
   constexpr double kPrecision_px = 0.5e-6;
   constexpr double kStep_px = 8.0;
 
-  RayColumns found(1);
-  for (double v = -0.5; v < height_px_ - 0.5; v += kStep_px) {
-    for (double u = -0.5; u < width_px_ - 0.5; u += kStep_px) {
-      cast(std::span(&u, 1), std::span(&v, 1), found);
-      const PixelPoint pixel{{u, v}};
-      if (found.exists[0] == 0) continue;
-      if (!((distort(lens_, found[0].point).v - pixel.v).norm() < kPrecision_px)) return false;
+  std::vector<double> u;
+  for (double at = -0.5; at < width_px_ - 0.5; at += kStep_px) u.push_back(at);
+  std::vector<double> v(u.size());
+  RayColumns found(u.size());
+  for (double at = -0.5; at < height_px_ - 0.5; at += kStep_px) {
+    std::ranges::fill(v, at);
+    cast(u, v, found);
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      if (found.exists[i] == 0) continue;
+      const Vector2d off_px = distort(lens_, found[i].point).v - Vector2d(u[i], v[i]);
+      if (!(off_px.norm() < kPrecision_px)) return false;
     }
   }
   return true;
 }
 
-bool RayCaster::in_table(double u_px, double v_px) const {
-  if (!(u_px >= -0.5 && u_px < width_px_ - 0.5 && v_px >= -0.5 && v_px < height_px_ - 0.5)) return false;
-  const double x = (u_px - lens_.cx_px) / lens_.fx_px;
-  const double y = (v_px - lens_.cy_px) / lens_.fy_px;
-  return (x * x + y * y) * cells_per_length2_ < static_cast<double>(scale_.size()) - 2.0;
-}
-
-std::optional<Ray> RayCaster::cast(const PixelPoint& pixel) const { return iterate(lens_, pixel); }
-
 void RayCaster::cast(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
   MOCAP_EXPECTS(u_px.size() == v_px.size());
   into.resize(u_px.size());
   if (steps_ > 0) {
-    look_up(u_px, v_px, into);
+    find_cells(u_px, v_px, into);
+    look_up(into);
     polish(u_px, v_px, into);
+  } else {
+    std::ranges::fill(into.exists, std::uint8_t{0});
   }
   for (std::size_t i = 0; i < u_px.size(); ++i) {
-    const bool done = steps_ > 0 && in_table(u_px[i], v_px[i]) && into.ux[i] * into.vy[i] > into.uy[i] * into.vx[i];
-    if (done) {
-      into.exists[i] = 1;
-    } else {
-      set(into, i, iterate(lens_, {{u_px[i], v_px[i]}}));
-    }
+    const bool done = into.exists[i] != 0 && into.ux[i] * into.vy[i] > into.uy[i] * into.vx[i];
+    if (!done) set(into, i, ray_of(lens_, {{u_px[i], v_px[i]}}));
   }
 }
 
-// A guess of each ray's x and y, off by what the table and the tangential part leave. What lies beside the table gets
-// any guess: it is done anew.
-void RayCaster::look_up(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
+// The distorted rays, and where in the table each is (for now in ux); `exists` says whether it is in the image and in
+// the table. What is not gets any place: it is done anew.
+MOCAP_WIDE void RayCaster::find_cells(std::span<const double> u_px, std::span<const double> v_px,
+                                      RayColumns& into) const {
   const double last = static_cast<double>(scale_.size()) - 2.0;
-  const double p1 = lens_.distortion[2];
-  const double p2 = lens_.distortion[3];
-  for (std::size_t i = 0; i < u_px.size(); ++i) {
-    const double x = (u_px[i] - lens_.cx_px) / lens_.fx_px;
-    const double y = (v_px[i] - lens_.cy_px) / lens_.fy_px;
-    const double at = (x * x + y * y) * cells_per_length2_;
-    const double cell = at > 0.0 ? std::min(at, last) : 0.0;
-    const auto index = static_cast<std::size_t>(std::max(cell, 0.0));
-    const double scale = scale_[index] + (cell - static_cast<double>(index)) * (scale_[index + 1] - scale_[index]);
-    const double x0 = x * scale;
-    const double y0 = y * scale;
-    const double r2 = x0 * x0 + y0 * y0;
-    into.x[i] = (x - 2.0 * p1 * x0 * y0 - p2 * (r2 + 2.0 * x0 * x0)) * scale;
-    into.y[i] = (y - p1 * (r2 + 2.0 * y0 * y0) - 2.0 * p2 * x0 * y0) * scale;
+  const double inverse_fx = 1.0 / lens_.fx_px;
+  const double inverse_fy = 1.0 / lens_.fy_px;
+  const double cx = lens_.cx_px, cy = lens_.cy_px;
+  const double right = width_px_ - 0.5, down = height_px_ - 0.5;
+  const double cells = cells_per_length2_;
+  const double *u = u_px.data(), *v = v_px.data();
+  double *px = into.x.data(), *py = into.y.data(), *cell = into.ux.data();
+  const std::size_t count = u_px.size();
+  MOCAP_INDEPENDENT_TURNS
+  for (std::size_t i = 0; i < count; ++i) {
+    const double x = (u[i] - cx) * inverse_fx;
+    const double y = (v[i] - cy) * inverse_fy;
+    const double at = (x * x + y * y) * cells;
+    px[i] = x;
+    py[i] = y;
+    cell[i] = at < last ? at : last;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool in_image = (u[i] >= -0.5) & (u[i] < right) & (v[i] >= -0.5) & (v[i] < down);
+    into.exists[i] = static_cast<std::uint8_t>(in_image & (cell[i] < last));
   }
 }
 
-// Newton's steps from there. The slope is that of the point before the last step: the step is so small that the slope
-// does not change.
-void RayCaster::polish(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
+// How long each ray is by the table (in uy).
+void RayCaster::look_up(RayColumns& into) const {
+  for (std::size_t i = 0; i < into.exists.size(); ++i) {
+    const double cell = into.exists[i] != 0 ? into.ux[i] : 0.0;
+    const auto index = static_cast<std::size_t>(cell);
+    into.uy[i] = scale_[index] + (cell - static_cast<double>(index)) * (scale_[index + 1] - scale_[index]);
+  }
+}
+
+// The tangential part is taken off at the table's guess; Newton's steps from there. The slope is that of the point
+// before the last step: the step is so small that the slope does not change.
+MOCAP_WIDE void RayCaster::polish(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
   const double k1 = lens_.distortion[0];
   const double k2 = lens_.distortion[1];
   const double k3 = lens_.distortion[4];
@@ -160,13 +181,23 @@ void RayCaster::polish(std::span<const double> u_px, std::span<const double> v_p
   const std::size_t count = u_px.size();
   const double* const u = u_px.data();
   const double* const v = v_px.data();
-  double* const __restrict px = into.x.data();
-  double* const __restrict py = into.y.data();
-  double* const __restrict ux = into.ux.data();
-  double* const __restrict uy = into.uy.data();
-  double* const __restrict vx = into.vx.data();
-  double* const __restrict vy = into.vy.data();
+  double* const px = into.x.data();
+  double* const py = into.y.data();
+  double* const ux = into.ux.data();
+  double* const uy = into.uy.data();
+  double* const vx = into.vx.data();
+  double* const vy = into.vy.data();
+  MOCAP_INDEPENDENT_TURNS
+  for (std::size_t i = 0; i < count; ++i) {
+    const double scale = uy[i];
+    const double x = px[i] * scale;
+    const double y = py[i] * scale;
+    const double r2 = x * x + y * y;
+    px[i] = (px[i] - 2.0 * p1 * x * y - p2 * (r2 + 2.0 * x * x)) * scale;
+    py[i] = (py[i] - p1 * (r2 + 2.0 * y * y) - 2.0 * p2 * x * y) * scale;
+  }
   for (int step = 0; step < steps_; ++step) {
+    MOCAP_INDEPENDENT_TURNS
     for (std::size_t i = 0; i < count; ++i) {
       const double x = px[i];
       const double y = py[i];

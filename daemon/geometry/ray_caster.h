@@ -17,6 +17,9 @@ struct Ray {
   Eigen::Matrix2d px_from_ray;  ///< derivative of the pixel by the ray, px; carries errors on the ray back to px
 };
 
+/// By Newton's iteration, without a table; nothing where no ray leads to that pixel.
+std::optional<Ray> ray_of(const Lens& lens, const PixelPoint& pixel);
+
 /// Many rays, a column for each number, so that loops over them run several at a time.
 struct RayColumns {
   std::vector<double> x, y;
@@ -26,6 +29,8 @@ struct RayColumns {
   explicit RayColumns(std::size_t max_rays);
   void resize(std::size_t rays);
   Ray operator[](std::size_t i) const;
+  /// Takes those out that do not exist; the others keep their order.
+  void drop_missing();
 };
 
 /// Turns pixels of one camera into rays, lens distortion undone to 1e-6 px.
@@ -38,17 +43,14 @@ class RayCaster {
  public:
   explicit RayCaster(const CameraModel& camera);
 
-  /// Nothing where no ray leads to that pixel.
-  std::optional<Ray> cast(const PixelPoint& pixel) const;
-
-  /// All at once, several times as fast. `into` has had room for as many.
+  /// The rays of all these pixels. `into` has had room for as many.
   void cast(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const;
 
  private:
   void tabulate();
   bool is_precise() const;
-  bool in_table(double u_px, double v_px) const;
-  void look_up(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const;
+  void find_cells(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const;
+  void look_up(RayColumns& into) const;
   void polish(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const;
 
   Lens lens_;
