@@ -23,7 +23,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// People stand on a grid this wide, and each is this much later than the one before.
+// People stand on a grid this wide, and each is this much ahead of the one before, or less where the recording is
+// short.
 constexpr double kApart_m = 0.9;
 constexpr double kOutOfStep_s = 0.73;
 
@@ -140,10 +141,12 @@ class Crowd final : public PointMotion {
     markers_ = markers == 0 ? named : markers;
     people_ = (markers_ + named - 1) / named;
     nameless_ = one_.size() - named;
+    step_s_ = std::min(kOutOfStep_s, 0.5 * clip_->length_s() / static_cast<double>(people_));
   }
 
   std::size_t light_count() const override { return markers_ + nameless_; }
-  double length_s() const override { return clip_->length_s(); }
+  // Until the first of them is at the end: who turns back there does so at once, as nobody can.
+  double length_s() const override { return clip_->length_s() - step_s_ * static_cast<double>(people_ - 1); }
   double rate_hz() const override { return clip_->rate_hz(); }
 
   void at(double t_s, std::vector<Light>& into) const override {
@@ -151,7 +154,7 @@ class Crowd final : public PointMotion {
     const auto columns = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(people_))));
     const double middle = 0.5 * static_cast<double>(columns - 1);
     for (std::size_t person = 0; person < people_; ++person) {
-      clip_->at(t_s + static_cast<double>(person) * kOutOfStep_s, one_);
+      clip_->at(t_s + static_cast<double>(person) * step_s_, one_);
       const Vector3d place(kApart_m * (static_cast<double>(person % columns) - middle),
                            kApart_m * (static_cast<double>(person / columns) - middle), 0.0);
       for (const Light& light : one_) {
@@ -169,6 +172,7 @@ class Crowd final : public PointMotion {
   std::size_t markers_ = 0;
   std::size_t people_ = 1;
   std::size_t nameless_ = 0;
+  double step_s_ = 0.0;
 };
 
 class Swarm final : public PointMotion {
