@@ -101,6 +101,7 @@ struct Verdict {
 struct Worst {
   std::size_t index = 0;
   double excess2 = 0.0;
+  double sum2 = 0.0;  // of all
 };
 
 // What the sightings say together, each as heavy as its depth at the start says.
@@ -175,7 +176,8 @@ class Sum {
       const double depth = depth_of(s, h);
       const double off2 = std::max(0.0, times(load(*s.quadric), products)) * sigma2;
       const double excess2 = depth > kNearest_m ? off2 / ((floor_px2_ + sigmas2_ * sigma2) * depth * depth) : kInfinite;
-      if (excess2 > worst.excess2) worst = {i, excess2};
+      worst.sum2 += excess2;
+      if (excess2 > worst.excess2) worst = {i, excess2, worst.sum2};
     }
     return worst;
   }
@@ -187,9 +189,9 @@ class Sum {
     for (std::size_t i = 0; i < count_; ++i) {
       const Solved others = solve_without(i);
       if (!others.told) continue;
-      const double worst2 = worst(others.point, i).excess2;
-      if (worst2 >= least2) continue;
-      least2 = worst2;
+      const double sum2 = worst(others.point, i).sum2;
+      if (sum2 >= least2) continue;
+      least2 = sum2;
       best = i;
     }
     return best;

@@ -42,8 +42,9 @@ struct QuadricSighting {
 /// With the depths of the start, the sum of squared reprojection errors is a quadratic form of the point, whose least
 /// is one 3x3 system away; again (3 times at most) while a depth changes by more than 1 %. What is left differs from
 /// the least of the true sum by a share of error over focal length of the standard deviation. While a sighting lies
-/// farther off than `agreement` allows, the one without which the others agree best is left out, by taking its part out
-/// of the sum. Of more than 8 it is the one farthest off.
+/// farther off than `agreement` allows, the one without which the others agree best (least sum of squares of what they
+/// are off over what they may be) is left out, by taking its part out of the sum. Of more than 8 it is the one farthest
+/// off.
 ///
 /// `rms_px` is told to 1 %. Reorders `sightings`: those that agree come first. Fails as `agree` does. Never allocates.
 Result<Agreed, TriangulationFailure> agree(std::span<QuadricSighting> sightings, const WorldPoint& start,

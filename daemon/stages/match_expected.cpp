@@ -249,20 +249,25 @@ void ExpectedMatcher::gather_candidates(const ViewRays& view) {
   const double gate2 = settings_.gate_sigmas * settings_.gate_sigmas;
   const double floor = std::pow(settings_.gate_floor_px / view.focal_px, 2);
   const double inverse_floor2 = 1.0 / (floor * floor);
+  const double most_own = view.most_own(settings_.gate_floor_px);
   const double px2 = 1.0 / (view.focal_px * view.focal_px);
 
   candidates_.clear();
   for (std::uint32_t m = 0; m < marker_count_; ++m) {
     if (!foreseen_.usable(m)) continue;
-    const auto bins = [m](const std::vector<std::int32_t>& column) { return static_cast<std::size_t>(column[m]); };
-    const ViewRays::Bins gate{bins(foreseen_.left), bins(foreseen_.right), bins(foreseen_.top), bins(foreseen_.bottom)};
+    const auto bin = [m](const std::vector<std::int32_t>& column) { return static_cast<std::size_t>(column[m]); };
+    const auto number = [m](const std::vector<float>& column) { return static_cast<double>(column[m]); };
+    const ViewRays::Bins gate{bin(foreseen_.left), bin(foreseen_.right), bin(foreseen_.top), bin(foreseen_.bottom)};
+    const double x = number(foreseen_.x), y = number(foreseen_.y);
+    const double shadow_xx = number(foreseen_.xx), xy = number(foreseen_.xy), shadow_yy = number(foreseen_.yy);
+    const double reach2 = gate2 * (shadow_xx + shadow_yy + most_own);
     view.in_bins(gate, [&](std::size_t ray) {
-      const double dx = view.x(ray) - static_cast<double>(foreseen_.x[m]);
-      const double dy = view.y(ray) - static_cast<double>(foreseen_.y[m]);
+      const double dx = view.x(ray) - x;
+      const double dy = view.y(ray) - y;
+      if (dx * dx + dy * dy > reach2) return;
       const double own = floor + view.sigma_px[ray] * view.sigma_px[ray] * px2;
-      const double xx = static_cast<double>(foreseen_.xx[m]) + own;
-      const double yy = static_cast<double>(foreseen_.yy[m]) + own;
-      const double xy = static_cast<double>(foreseen_.xy[m]);
+      const double xx = shadow_xx + own;
+      const double yy = shadow_yy + own;
       const double area2 = xx * yy - xy * xy;
       const double off2 = yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy;
       if (!(off2 < gate2 * area2) || candidates_.size() == kMaxPairs) return;

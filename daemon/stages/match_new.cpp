@@ -20,6 +20,9 @@ constexpr std::size_t kMaxHypotheses = 4096;
 // The bound on the work for one set, in steps of about a nanosecond.
 constexpr std::size_t kMaxWork = 4'000'000;
 constexpr std::size_t kWorkOfShadow = 40;
+// Rounds of pairs in a set: all of up to 16 cameras. Of more the first, which suit best, and the rest in turn.
+constexpr std::size_t kRoundsASet = 16;
+constexpr std::size_t kRoundsAlways = 4;
 
 // The point that all cameras look at, as well as one can say: nearest to their optical axes.
 Vector3d centre_of_view(const Rig& rig) {
@@ -87,6 +90,10 @@ void NewMatcher::plan_rounds(const Rig& rig) {
     pairs_.push_back({a, b, round, geometry::essential(rig[a].camera_from_world, rig[b].camera_from_world)});
   }
   std::ranges::stable_sort(pairs_, {}, &Pair::round);
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    if (pairs_[i].round == first_of_round_.size()) first_of_round_.push_back(i);
+  }
+  first_of_round_.push_back(pairs_.size());
 }
 
 void NewMatcher::match(RayTable& rays, std::uint32_t missing_views, Matches& into) {
@@ -105,19 +112,25 @@ void NewMatcher::match(RayTable& rays, std::uint32_t missing_views, Matches& int
     std::fill_n(put_off_.begin() + first, rays[view].size(), std::uint8_t{0});
   }
 
-  std::size_t round = 0;
-  for (const Pair& pair : pairs_) {
-    if (pair.round != round) {
-      decide(rays, false, into);
-      if (free_views_ < 2) break;
-      round = pair.round;
+  const bool few = rounds() <= kRoundsASet;
+  for (std::size_t asked = 0; asked < std::min(rounds(), kRoundsASet); ++asked) {
+    if (asked > 0) decide(rays, false, into);
+    if (free_views_ < 2) break;
+    if (few || asked < kRoundsAlways) {
+      ask_round(rays, asked);
+    } else {
+      ask_round(rays, kRoundsAlways + next_round_);
+      next_round_ = (next_round_ + 1) % (rounds() - kRoundsAlways);
     }
-    ask_pair(rays, pair);
   }
   decide(rays, true, into);
   ask_again(rays, into);
   believe_lone_pairs(rays, into);
   into.skipped += skipped_;
+}
+
+void NewMatcher::ask_round(const RayTable& rays, std::size_t round) {
+  for (std::size_t i = first_of_round_[round]; i < first_of_round_[round + 1]; ++i) ask_pair(rays, pairs_[i]);
 }
 
 void NewMatcher::gather_free(const RayTable& rays) {

@@ -64,6 +64,8 @@ class NewMatcher {
   void measure_line(const FreeRays& of_b, const Eigen::Vector3d& line);
   void find_near_line(const FreeRays& of_b, const Eigen::Vector3d& line, double allowed);
   void ask_again(RayTable& rays, Matches& into);
+  void ask_round(const RayTable& rays, std::size_t round);
+  std::size_t rounds() const { return first_of_round_.size() - 1; }
   void propose(const RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j);
   bool is_explained(Member a, Member b) const;
   bool put_off(Member member);
@@ -85,7 +87,9 @@ class NewMatcher {
   const MatchSettings& settings_;
   geometry::Agreement agreement_;
   double max_cos_angle_;
-  std::vector<Pair> pairs_;  // in the order of their rounds
+  std::vector<Pair> pairs_;                  // in the order of their rounds
+  std::vector<std::size_t> first_of_round_;  // in the pairs; one more at the end
+  std::size_t next_round_ = 0;               // of those that are not asked in every set
   std::uint32_t missing_views_ = 0;
   std::size_t work_ = 0;
   std::uint32_t skipped_ = 0;

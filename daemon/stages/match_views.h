@@ -30,7 +30,7 @@ struct MatchSettings {
 /// New: two blobs near each other's epipolar lines and rays that meet inside the volume make a hypothesis; the other
 /// views support it or not; the best (most views, then least error) take their blobs first. Of two-view hypotheses
 /// that share a blob none is believed. The work for one set is bounded; what was left untried is counted in
-/// Matches::skipped.
+/// Matches::skipped. Of more than 16 cameras not all pairs are asked in every set, but all within a few.
 ///
 /// Blobs are told by Blob::centroid and sigma_px. Cameras of the sets index `rig`. Never allocates after construction.
 std::unique_ptr<Matcher> make_matcher(const MatchSettings& settings, Rig rig);

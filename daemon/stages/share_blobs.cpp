@@ -62,6 +62,7 @@ bool BlobSharer::share(const ViewRays& view, const Foreseen& foreseen, std::span
 // Each marker without a ray wishes for the blob that it should lie in, or nearest to.
 void BlobSharer::gather_wishes(const ViewRays& view, const Foreseen& foreseen, std::span<const Held> held) {
   wishes_.clear();
+  const double coincide2 = kCoincide_px * kCoincide_px / (view.focal_px * view.focal_px);
   for (std::uint32_t m = 0; m < held.size(); ++m) {
     if (held[m].ray != Held::kNone || !foreseen.usable(m)) continue;
     const Vector2d at = foreseen.centre(m);
@@ -70,8 +71,10 @@ void BlobSharer::gather_wishes(const ViewRays& view, const Foreseen& foreseen, s
     std::uint32_t nearest = Held::kNone;
     double least = 0.0;
     view.near(at.x(), at.y(), widest, widest, [&](std::size_t ray) {
-      const double off_px = view.focal_px * (Vector2d(view.x(ray), view.y(ray)) - at).norm();
       const double spread = view.spread_px[ray];
+      const double off2 = (Vector2d(view.x(ray), view.y(ray)) - at).squaredNorm();
+      if (spread == 0.0 && off2 >= coincide2) return;  // most rays, without the root
+      const double off_px = view.focal_px * std::sqrt(off2);
       const double over = off_px - (spread > 0.0 ? reach_px(spread) + slack_px : kCoincide_px);
       if (over >= least) return;
       least = over;
