@@ -41,9 +41,11 @@ LoneSighting lone_sighting(const ViewRays& view, std::size_t ray, std::size_t ma
 ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t camera_count)
     : settings_(settings),
       agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
+      error_(settings.calibration_px, camera_count),
       max_cos_angle_(std::cos(settings.min_ray_angle_deg * std::numbers::pi / 180.0)),
       assigner_(kMaxMarkers, kMaxBlobs, kMaxPairs),
       sharer_(kMaxMarkers),
+      camera_count_(camera_count),
       view_count_(camera_count),
       wanted_by_(kMaxBlobs, 0),
       column_of_(kMaxBlobs, kNone),
@@ -83,6 +85,24 @@ void ExpectedMatcher::match(RayTable& rays, const Expected& expected, Matches& i
     if (views_of_[m] < view_count_) recover(rays, m);
     if (views_of_[m] >= 2) give(rays, m, into);
   }
+  learn_error(rays);
+}
+
+// From one marker a set, each in its turn: the rig changes slowly.
+void ExpectedMatcher::learn_error(const RayTable& rays) {
+  constexpr std::uint32_t kMany = 4;
+  const std::size_t m = turn_++ % marker_count_;
+  if (views_of_[m] < kMany || view_count_ != camera_count_) return;
+  const Eigen::Vector3d& point = found_[m].point.v;
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    const Held& one = held(m, view);
+    if (one.ray == kNone || one.sigma_px > 0.0F) continue;
+    const ViewRays& own = rays[view];
+    const Eigen::Vector3d seen = (own.camera->camera_from_world * WorldPoint{point}).v;
+    const Eigen::Vector2d off = seen.head<2>() / seen.z() - Eigen::Vector2d(own.x(one.ray), own.y(one.ray));
+    error_.learn(view, own.focal_px * off.norm(), views_of_[m]);
+  }
+  agreement_.floor_px = settings_.agree_sigmas * error_.px();
 }
 
 void ExpectedMatcher::list_lone(const RayTable& rays, Matches& into) const {

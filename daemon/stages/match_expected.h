@@ -7,6 +7,7 @@
 #include "geometry/assignment.h"
 #include "geometry/ray_quadric.h"
 #include "stages/match_views.h"
+#include "stages/rig_error.h"
 #include "stages/share_blobs.h"
 #include "stages/view_rays.h"
 
@@ -53,16 +54,20 @@ class ExpectedMatcher {
   std::size_t agree(const RayTable& rays, std::size_t marker, const WorldPoint& start);
   bool tell_depth(const RayTable& rays, std::size_t marker) const;
   void recover(RayTable& rays, std::size_t marker);
+  void learn_error(const RayTable& rays);
   void mark(RayTable& rays, std::size_t marker, int change) const;
   const RayQuadric* quadric_of(const RayTable& rays, std::size_t marker, std::size_t view) const;
   void give(const RayTable& rays, std::size_t marker, Matches& into) const;
 
   const MatchSettings& settings_;
   geometry::Agreement agreement_;
+  RigError error_;
+  std::size_t turn_ = 0;  // counts the sets
   double max_cos_angle_;
   geometry::Assigner assigner_;
   std::vector<geometry::AllowedPair> pairs_;
   BlobSharer sharer_;
+  std::size_t camera_count_;
   std::size_t view_count_ = 0;
   std::size_t marker_count_ = 0;
   // Place and covariance (xx xy xz yy yz zz) of each expected marker, by column; the place is NaN where not usable.
