@@ -29,7 +29,7 @@ void Kalman<N>::predict(double dt_s) {
   point_ += velocity_ * dt_s;
   pp_ += dt_s * (pv_ + pv_.transpose()) + dt2 * vv_;
   pv_ += dt_s * vv_;
-  pp_.diagonal().array() += noise * dt2 * dt2 / 4.0;
+  pp_.diagonal().array() += noise * dt2 * dt2 / (settings_.white_noise ? 3.0 : 4.0);
   pv_.diagonal().array() += noise * dt2 * dt_s / 2.0;
   vv_.diagonal().array() += noise * dt2;
   last_dt_s_ = dt_s;

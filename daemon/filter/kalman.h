@@ -13,19 +13,25 @@ struct KalmanSettings {
   double gate_per_speed = 0.0;          ///< the same, for each u that the point is expected to move
   double max_agility = 1.0;             ///< how many times the noise may grow while sightings surprise; 1: never
   double coast_half_life_s = 0.0;       ///< an unseen point's speed halves in this time; 0: it goes on
+  bool white_noise = false;             ///< within a step the acceleration changes too; false: it is constant there
 };
 
 /// Constant velocity, driven by a random acceleration that is constant over a step.
 ///
 ///   x' = x + v dt,  v' = v;   Q = s^2 [dt^4/4  dt^3/2; dt^3/2  dt^2] for each axis
 ///
+/// `white_noise` has dt^4/3 in place of dt^4/4. Where sightings are far better than the noise, the constant
+/// acceleration makes of place and velocity one and the same unknown: the velocity takes up twice what the place was
+/// off, and after a jerk it rings from set to set. White noise leaves it in doubt, and it settles.
+///
 /// Axes are coupled where the sightings' covariances couple them: a marker that two cameras see is known less well
 /// along their line of sight. Process noise follows the motion: with the speed, and with agility, the smoothed ratio of
 /// squared innovations to what the filter expected of them.
 ///
 /// Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001): the filter,
-/// section 5.2.3; the model (discrete white noise acceleration), section 6.3.2; adjustable process noise from
-/// the normalised innovation, section 11.2.2.
+/// section 5.2.3; the model (discrete white noise acceleration), section 6.3.2, or continuous white noise
+/// acceleration of intensity s^2 dt, section 6.2.2; adjustable process noise from the normalised innovation, section
+/// 11.2.2.
 template <int N>
 class Kalman {
  public:

@@ -41,10 +41,18 @@ std::pair<double, double> fisheye_angle(const Eigen::Matrix<double, 5, 1>& k, do
   return {value, slope};
 }
 
-Vector2d distort_fisheye(const Eigen::Matrix<double, 5, 1>& k, const Vector2d& ray) {
+Distorted distort_fisheye(const Eigen::Matrix<double, 5, 1>& k, const Vector2d& ray) {
   const double r = ray.norm();
-  if (r < 1e-12) return ray;
-  return ray * (fisheye_angle(k, std::atan(r)).first / r);
+  if (r < 1e-12) return {ray, Matrix2d::Identity()};
+  const auto [angle, slope] = fisheye_angle(k, std::atan(r));
+  const double scale = angle / r;
+  // Along the radius the image moves by d angle / d r, across it by the scale.
+  const double along = slope / (1.0 + r * r);
+  return {ray * scale, scale * Matrix2d::Identity() + (along - scale) / (r * r) * ray * ray.transpose()};
+}
+
+Distorted distort_ray(const Lens& lens, const Vector2d& ray) {
+  return lens.kind == LensKind::Fisheye ? distort_fisheye(lens.distortion, ray) : distort_pinhole(lens.distortion, ray);
 }
 
 constexpr int kMaxSteps = 30;
@@ -83,9 +91,14 @@ std::optional<Vector2d> undistort_fisheye(const Eigen::Matrix<double, 5, 1>& k, 
 }  // namespace
 
 PixelPoint distort(const Lens& lens, const NormalizedPoint& ray) {
-  const Vector2d d = lens.kind == LensKind::Fisheye ? distort_fisheye(lens.distortion, ray.v)
-                                                    : distort_pinhole(lens.distortion, ray.v).v;
+  const Vector2d d = distort_ray(lens, ray.v).v;
   return {{lens.fx_px * d.x() + lens.cx_px, lens.fy_px * d.y() + lens.cy_px}};
+}
+
+DistortedRay distort_with_slope(const Lens& lens, const NormalizedPoint& ray) {
+  const auto [d, jacobian] = distort_ray(lens, ray.v);
+  return {{{lens.fx_px * d.x() + lens.cx_px, lens.fy_px * d.y() + lens.cy_px}},
+          Vector2d(lens.fx_px, lens.fy_px).asDiagonal() * jacobian};
 }
 
 std::optional<NormalizedPoint> undistort(const Lens& lens, const PixelPoint& pixel) {

@@ -13,6 +13,15 @@ namespace mocap::geometry {
 /// Source: the OpenCV documentation, "Camera Calibration and 3D Reconstruction" and "Fisheye camera model".
 PixelPoint distort(const Lens& lens, const NormalizedPoint& ray);
 
+/// A pixel, and how it moves when its ray turns a little.
+struct DistortedRay {
+  PixelPoint pixel;
+  Eigen::Matrix2d px_from_ray;  ///< derivative of the pixel by the ray, px
+};
+
+/// As `distort`, with the slope.
+DistortedRay distort_with_slope(const Lens& lens, const NormalizedPoint& ray);
+
 /// The ray that a pixel sees, distortion undone to 1e-9 of the image plane at distance 1. Nothing where no ray leads
 /// to that pixel (outside of what the distortion's polynomial can express).
 std::optional<NormalizedPoint> undistort(const Lens& lens, const PixelPoint& pixel);

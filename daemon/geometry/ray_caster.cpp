@@ -1,146 +1,226 @@
 #include "geometry/ray_caster.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "base/expects.h"
+#include "base/loops.h"
 #include "geometry/lens.h"
 
 namespace mocap::geometry {
 namespace {
 
-using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-// By Newton's iteration, the slope by differences.
-std::optional<Ray> iterate(const Lens& lens, const PixelPoint& pixel) {
-  constexpr double kStep = 1e-5;  // truncation (its square) and rounding are both under 1e-9 of the slope
+constexpr std::size_t kCells = 512;
 
-  const auto point = undistort(lens, pixel);
-  if (!point) return std::nullopt;
-  Ray ray{*point, Matrix2d::Zero()};
-  for (const int axis : {0, 1}) {
-    NormalizedPoint before = *point;
-    NormalizedPoint after = *point;
-    before.v[axis] -= kStep;
-    after.v[axis] += kStep;
-    ray.px_from_ray.col(axis) = (distort(lens, after).v - distort(lens, before).v) / (2.0 * kStep);
-  }
-  if (!(ray.px_from_ray.determinant() > 0.0)) return std::nullopt;  // where the image folds over
-  return ray;
-}
-
-// The cubic Hermite polynomials at t, of the values and slopes at both ends; and their derivatives.
-struct Hermite {
-  double value0, slope0, value1, slope1;
-};
-
-Hermite hermite(double t) {
-  const double u = 1.0 - t;
-  return {u * u * (1.0 + 2.0 * t), t * u * u, t * t * (3.0 - 2.0 * t), -t * t * u};
-}
-
-Hermite hermite_slope(double t) {
-  const double u = 1.0 - t;
-  return {-6.0 * t * u, u * (1.0 - 3.0 * t), 6.0 * t * u, t * (3.0 * t - 2.0)};
+void set(RayColumns& into, std::size_t i, const std::optional<Ray>& ray) {
+  into.exists[i] = ray ? 1 : 0;
+  if (!ray) return;
+  into.x[i] = ray->point.v.x();
+  into.y[i] = ray->point.v.y();
+  into.ux[i] = ray->px_from_ray(0, 0);
+  into.uy[i] = ray->px_from_ray(0, 1);
+  into.vx[i] = ray->px_from_ray(1, 0);
+  into.vy[i] = ray->px_from_ray(1, 1);
 }
 
 }  // namespace
 
-RayCaster::RayCaster(const CameraModel& camera) : lens_(camera.lens) {
-  for (const double step_px : {32.0, 16.0}) {
-    build(camera.width_px, camera.height_px, step_px);
+std::optional<Ray> ray_of(const Lens& lens, const PixelPoint& pixel) {
+  const auto point = undistort(lens, pixel);
+  if (!point) return std::nullopt;
+  const Ray ray{*point, distort_with_slope(lens, *point).px_from_ray};
+  if (!(ray.px_from_ray.determinant() > 0.0)) return std::nullopt;  // where the image folds over
+  return ray;
+}
+
+RayColumns::RayColumns(std::size_t max_rays) {
+  for (auto* column : {&x, &y, &ux, &uy, &vx, &vy}) column->reserve(max_rays);
+  exists.reserve(max_rays);
+}
+
+void RayColumns::resize(std::size_t rays) {
+  MOCAP_EXPECTS(rays <= exists.capacity());
+  for (auto* column : {&x, &y, &ux, &uy, &vx, &vy}) column->resize(rays);
+  exists.resize(rays);
+}
+
+Ray RayColumns::operator[](std::size_t i) const {
+  Ray ray{{{x[i], y[i]}}, {}};
+  ray.px_from_ray << ux[i], uy[i], vx[i], vy[i];
+  return ray;
+}
+
+void RayColumns::drop_missing() {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < exists.size(); ++i) {
+    if (exists[i] == 0) continue;
+    for (auto* column : {&x, &y, &ux, &uy, &vx, &vy}) (*column)[kept] = (*column)[i];
+    exists[kept++] = 1;
+  }
+  resize(kept);
+}
+
+RayCaster::RayCaster(const CameraModel& camera)
+    : lens_(camera.lens), width_px_(camera.width_px), height_px_(camera.height_px) {
+  constexpr int kMostSteps = 3;
+  if (lens_.kind != LensKind::Pinhole) return;
+  tabulate();
+  for (steps_ = 1; steps_ <= kMostSteps; ++steps_) {
     if (is_precise()) return;
   }
-  nodes_.clear();
-  columns_ = rows_ = 0;
+  steps_ = 0;
 }
 
-std::optional<Ray> RayCaster::cast(const PixelPoint& pixel) const {
-  if (auto ray = look_up(pixel)) return ray;
-  return iterate(lens_, pixel);
-}
-
-RayCaster::Node RayCaster::node_at(const PixelPoint& pixel) const {
-  const Vector2d nowhere = Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
-  const Node none{nowhere, nowhere, nowhere, nowhere};
-  const auto ray = iterate(lens_, pixel);
-  if (!ray) return none;
-  Vector2d twist = Vector2d::Zero();
-  for (const double dx : {-1.0, 1.0}) {
-    for (const double dy : {-1.0, 1.0}) {
-      const auto corner = undistort(lens_, {pixel.v + Vector2d(dx, dy)});
-      if (!corner) return none;
-      twist += 0.25 * dx * dy * corner->v;
-    }
-  }
-  const Matrix2d ray_from_px = ray->px_from_ray.inverse();
-  return {ray->point.v, ray_from_px.col(0) * step_px_, ray_from_px.col(1) * step_px_, twist * step_px_ * step_px_};
-}
-
-void RayCaster::build(int width_px, int height_px, double step_px) {
-  step_px_ = step_px;
-  columns_ = static_cast<int>(std::ceil(width_px / step_px));
-  rows_ = static_cast<int>(std::ceil(height_px / step_px));
-  nodes_.clear();
-  nodes_.reserve(static_cast<std::size_t>((columns_ + 1) * (rows_ + 1)));
-  for (int row = 0; row <= rows_; ++row) {
-    for (int column = 0; column <= columns_; ++column) {
-      nodes_.push_back(node_at({{column * step_px - 0.5, row * step_px - 0.5}}));
-    }
+// How much longer than the distorted ray the ray is, by the radial part of the distortion alone.
+void RayCaster::tabulate() {
+  Lens radial;
+  radial.distortion = lens_.distortion;
+  radial.distortion[2] = radial.distortion[3] = 0.0;
+  const double right = std::max(lens_.cx_px + 0.5, width_px_ - 0.5 - lens_.cx_px) / lens_.fx_px;
+  const double down = std::max(lens_.cy_px + 0.5, height_px_ - 0.5 - lens_.cy_px) / lens_.fy_px;
+  const double farthest2 = std::max(1e-6, right * right + down * down);
+  cells_per_length2_ = static_cast<double>(kCells) / farthest2;
+  scale_.assign(1, 1.0);
+  for (std::size_t i = 1; i <= kCells + 1; ++i) {
+    const double length = std::sqrt(static_cast<double>(i) / cells_per_length2_);
+    const auto ray = ray_of(radial, {{length, 0.0}});
+    if (!ray) break;  // from here on the image folds over
+    scale_.push_back(ray->point.v.x() / length);
   }
 }
 
-// Whether the table is as good as promised in the middle of each cell, where it is worst.
-bool RayCaster::is_precise() {
+// Whether the table is as good as promised all over the image.
+bool RayCaster::is_precise() const {
   constexpr double kPrecision_px = 0.5e-6;
+  constexpr double kStep_px = 8.0;
 
-  for (int row = 0; row < rows_; ++row) {
-    for (int column = 0; column < columns_; ++column) {
-      const PixelPoint middle{{(column + 0.5) * step_px_ - 0.5, (row + 0.5) * step_px_ - 0.5}};
-      const auto ray = look_up(middle);
-      if (ray && !((distort(lens_, ray->point).v - middle.v).norm() < kPrecision_px)) return false;
+  std::vector<double> u;
+  for (double at = -0.5; at < width_px_ - 0.5; at += kStep_px) u.push_back(at);
+  std::vector<double> v(u.size());
+  RayColumns found(u.size());
+  for (double at = -0.5; at < height_px_ - 0.5; at += kStep_px) {
+    std::ranges::fill(v, at);
+    cast(u, v, found);
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      if (found.exists[i] == 0) continue;
+      const Vector2d off_px = distort(lens_, found[i].point).v - Vector2d(u[i], v[i]);
+      if (!(off_px.norm() < kPrecision_px)) return false;
     }
   }
   return true;
 }
 
-std::optional<Ray> RayCaster::look_up(const PixelPoint& pixel) const {
-  const double x = (pixel.v.x() + 0.5) / step_px_;
-  const double y = (pixel.v.y() + 0.5) / step_px_;
-  if (!(x >= 0.0 && x < columns_ && y >= 0.0 && y < rows_)) return std::nullopt;
-  const int column = static_cast<int>(x);
-  const int row = static_cast<int>(y);
-  const Hermite along = hermite(x - column);
-  const Hermite along_slope = hermite_slope(x - column);
-
-  // Along both rows of the cell first, then across them.
-  Vector2d value[2], by_x[2], by_y[2], by_xy[2];
-  for (const int k : {0, 1}) {
-    const Node& a = nodes_[static_cast<std::size_t>((row + k) * (columns_ + 1) + column)];
-    const Node& b = (&a)[1];
-    const auto mix = [](const Hermite& h, const Vector2d& a0, const Vector2d& a1, const Vector2d& b0,
-                        const Vector2d& b1) -> Vector2d {
-      return h.value0 * a0 + h.slope0 * a1 + h.value1 * b0 + h.slope1 * b1;
-    };
-    value[k] = mix(along, a.ray, a.by_x, b.ray, b.by_x);
-    by_x[k] = mix(along_slope, a.ray, a.by_x, b.ray, b.by_x);
-    by_y[k] = mix(along, a.by_y, a.by_xy, b.by_y, b.by_xy);
-    by_xy[k] = mix(along_slope, a.by_y, a.by_xy, b.by_y, b.by_xy);
+void RayCaster::cast(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
+  MOCAP_EXPECTS(u_px.size() == v_px.size());
+  into.resize(u_px.size());
+  if (steps_ > 0) {
+    find_cells(u_px, v_px, into);
+    look_up(into);
+    polish(u_px, v_px, into);
+  } else {
+    std::ranges::fill(into.exists, std::uint8_t{0});
   }
-  const Hermite across = hermite(y - row);
-  const Hermite across_slope = hermite_slope(y - row);
-  const auto mix = [](const Hermite& h, const Vector2d* v, const Vector2d* slope) -> Vector2d {
-    return h.value0 * v[0] + h.slope0 * slope[0] + h.value1 * v[1] + h.slope1 * slope[1];
-  };
-  Matrix2d ray_from_cell;
-  ray_from_cell.col(0) = mix(across, by_x, by_xy);
-  ray_from_cell.col(1) = mix(across_slope, value, by_y);
-  Ray ray{{mix(across, value, by_y)}, ray_from_cell.inverse() * step_px_};
-  if (!ray.point.v.allFinite()) return std::nullopt;  // a corner of the cell has no ray
-  // One step of Newton's makes of the table's 1e-4 px what was promised.
-  ray.point.v += ray_from_cell / step_px_ * (pixel.v - distort(lens_, ray.point).v);
-  return ray;
+  for (std::size_t i = 0; i < u_px.size(); ++i) {
+    const bool done = into.exists[i] != 0 && into.ux[i] * into.vy[i] > into.uy[i] * into.vx[i];
+    if (!done) set(into, i, ray_of(lens_, {{u_px[i], v_px[i]}}));
+  }
+}
+
+// The distorted rays, and where in the table each is (for now in ux); `exists` says whether it is in the image and in
+// the table. What is not gets any place: it is done anew.
+MOCAP_WIDE void RayCaster::find_cells(std::span<const double> u_px, std::span<const double> v_px,
+                                      RayColumns& into) const {
+  const double last = static_cast<double>(scale_.size()) - 2.0;
+  const double inverse_fx = 1.0 / lens_.fx_px;
+  const double inverse_fy = 1.0 / lens_.fy_px;
+  const double cx = lens_.cx_px, cy = lens_.cy_px;
+  const double right = width_px_ - 0.5, down = height_px_ - 0.5;
+  const double cells = cells_per_length2_;
+  const double *u = u_px.data(), *v = v_px.data();
+  double *px = into.x.data(), *py = into.y.data(), *cell = into.ux.data();
+  const std::size_t count = u_px.size();
+  MOCAP_INDEPENDENT_TURNS
+  for (std::size_t i = 0; i < count; ++i) {
+    const double x = (u[i] - cx) * inverse_fx;
+    const double y = (v[i] - cy) * inverse_fy;
+    const double at = (x * x + y * y) * cells;
+    px[i] = x;
+    py[i] = y;
+    cell[i] = at < last ? at : last;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool in_image = (u[i] >= -0.5) & (u[i] < right) & (v[i] >= -0.5) & (v[i] < down);
+    into.exists[i] = static_cast<std::uint8_t>(in_image & (cell[i] < last));
+  }
+}
+
+// How long each ray is by the table (in uy).
+void RayCaster::look_up(RayColumns& into) const {
+  for (std::size_t i = 0; i < into.exists.size(); ++i) {
+    const double cell = into.exists[i] != 0 ? into.ux[i] : 0.0;
+    const auto index = static_cast<std::size_t>(cell);
+    into.uy[i] = scale_[index] + (cell - static_cast<double>(index)) * (scale_[index + 1] - scale_[index]);
+  }
+}
+
+// The tangential part is taken off at the table's guess; Newton's steps from there. The slope is that of the point
+// before the last step: the step is so small that the slope does not change.
+MOCAP_WIDE void RayCaster::polish(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
+  const double k1 = lens_.distortion[0];
+  const double k2 = lens_.distortion[1];
+  const double k3 = lens_.distortion[4];
+  const double p1 = lens_.distortion[2];
+  const double p2 = lens_.distortion[3];
+  const double fx = lens_.fx_px;
+  const double fy = lens_.fy_px;
+  const double cx = lens_.cx_px;
+  const double cy = lens_.cy_px;
+  const std::size_t count = u_px.size();
+  const double* const u = u_px.data();
+  const double* const v = v_px.data();
+  double* const px = into.x.data();
+  double* const py = into.y.data();
+  double* const ux = into.ux.data();
+  double* const uy = into.uy.data();
+  double* const vx = into.vx.data();
+  double* const vy = into.vy.data();
+  MOCAP_INDEPENDENT_TURNS
+  for (std::size_t i = 0; i < count; ++i) {
+    const double scale = uy[i];
+    const double x = px[i] * scale;
+    const double y = py[i] * scale;
+    const double r2 = x * x + y * y;
+    px[i] = (px[i] - 2.0 * p1 * x * y - p2 * (r2 + 2.0 * x * x)) * scale;
+    py[i] = (py[i] - p1 * (r2 + 2.0 * y * y) - 2.0 * p2 * x * y) * scale;
+  }
+  for (int step = 0; step < steps_; ++step) {
+    MOCAP_INDEPENDENT_TURNS
+    for (std::size_t i = 0; i < count; ++i) {
+      const double x = px[i];
+      const double y = py[i];
+      const double xy = x * y;
+      const double r2 = x * x + y * y;
+      const double radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
+      const double slope2 = 2.0 * (k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3));  // twice d radial / d r2
+      const double off_u = u[i] - cx - fx * (x * radial + 2.0 * p1 * xy + p2 * (r2 + 2.0 * x * x));
+      const double off_v = v[i] - cy - fy * (y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * xy);
+      const double across = xy * slope2 + 2.0 * (p1 * x + p2 * y);
+      const double a = fx * (radial + x * x * slope2 + 2.0 * p1 * y + 6.0 * p2 * x);
+      const double b = fx * across;
+      const double c = fy * across;
+      const double d = fy * (radial + y * y * slope2 + 6.0 * p1 * y + 2.0 * p2 * x);
+      const double inverse = 1.0 / (a * d - b * c);
+      px[i] = x + (d * off_u - b * off_v) * inverse;
+      py[i] = y + (a * off_v - c * off_u) * inverse;
+      ux[i] = a;
+      uy[i] = b;
+      vx[i] = c;
+      vy[i] = d;
+    }
+  }
 }
 
 }  // namespace mocap::geometry

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
+#include <optional>
 
 #include "base/bounded_vector.h"
 #include "base/time.h"
@@ -33,26 +35,45 @@ struct Expected {
   BoundedVector<ExpectedMarker, kMaxMarkers> markers;
 };
 
+/// What a ray says of the marker it leads to: a point X of the world, `depth` in front of the camera's plane, would be
+/// seen sqrt(h^T Q h) / depth standard deviations off the ray, h = (X, 1). Of the symmetric Q, m: xx yy zz 11, then xy
+/// yz zx and a number without meaning, then x1 y1 z1 and another.
+struct alignas(32) RayQuadric {
+  std::array<double, 12> q;
+};
+
 /// A blob of a frame set: `views[view]->blobs[blob]`; and where in it the marker is, when it is more than one's.
 struct BlobRef {
   std::uint16_t view = 0;
   std::uint16_t blob = 0;
   float off_x_px = 0.0F;  ///< from the blob's centroid to the marker
   float off_y_px = 0.0F;
-  float sigma_px = 0.0F;  ///< standard deviation of that place, each axis; 0: the blob's own
+  float sigma_px = 0.0F;                ///< standard deviation of that place, each axis; 0: the blob's own
+  const RayQuadric* quadric = nullptr;  ///< that place as a ray, borrowed as the matches are; null: not told
 };
 
 /// The blobs that are one marker seen from several cameras.
 struct Match {
   static constexpr std::uint32_t kNew = 0xFFFF'FFFF;
 
-  std::uint32_t expected = kNew;  ///< index in Expected::markers, or kNew
+  std::uint32_t expected = kNew;    ///< index in Expected::markers, or kNew
+  std::optional<WorldPoint> start;  ///< about where the sightings meet, within a cm or so; nothing: not told
   BoundedVector<BlobRef, kMaxCameras> sightings;
+};
+
+/// The blob of an expected marker that one camera alone sees: it tells a ray, and no depth.
+struct LoneSighting {
+  std::uint32_t expected = 0;  ///< index in Expected::markers
+  BlobRef sighting;
+  WorldPoint eye;                                        ///< where the ray begins: the camera's centre
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< of the ray, in the world; unit
+  double sigma_rad = 0.0;                                ///< standard deviation of each axis across it
 };
 
 /// One instant's blobs, gathered by marker.
 struct Matches {
   BoundedVector<Match, kMaxMarkers> matches;
+  BoundedVector<LoneSighting, kMaxMarkers> lone;  ///< expected markers of which no match is; in no match's blobs
   std::uint32_t unmatched_blobs = 0;
   std::uint32_t dropped = 0;    ///< over kMaxMarkers
   std::uint32_t seen_once = 0;  ///< expected markers of which one camera alone may have a blob

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "model/sighting.h"
 
 namespace mocap {
@@ -12,8 +14,10 @@ class MarkerTracker {
   /// Appends where each living track should be at `at`, with `track` set; changes nothing.
   virtual void predict(Timestamp at, Expected& into) const = 0;
 
-  /// Moves all tracks on to `expected.at` with what was seen then. The result is borrowed until the next call.
-  virtual const TrackedMarkers& step(const Markers& markers, const Expected& expected) = 0;
+  /// Moves all tracks on to `expected.at` with what was seen then: points, and rays of markers that one camera alone
+  /// sees. The result is borrowed until the next call.
+  virtual const TrackedMarkers& step(const Markers& markers, const Expected& expected,
+                                     std::span<const LoneSighting> lone = {}) = 0;
 };
 
 }  // namespace mocap

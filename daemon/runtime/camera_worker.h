@@ -17,6 +17,7 @@
 #include "module/stream_counters.h"
 #include "runtime/counters.h"
 #include "runtime/realtime.h"
+#include "stages/exposure_watch.h"
 
 namespace mocap::runtime {
 
@@ -57,6 +58,7 @@ struct CameraChannel {
 
   SpscQueue<BlobFrame> frames;                       ///< to the fusion thread
   SpscQueue<CameraNote> notes{16};                   ///< to the publish thread; a note that finds no room is left out
+  SpscQueue<stages::CameraTiming> timings{4};        ///< fusion thread to publish thread, about one a second
   std::atomic<Delivery> delivery{Delivery::NotYet};  ///< set by the camera's thread, after the frames it speaks of
   WakeSignal room;                                   ///< signalled by the fusion thread when it took frames
   WakeSignal& wake_fusion;

@@ -10,6 +10,7 @@ namespace {
 
 // The longest sleep: the loop shows that it lives, and looks whether it is to stop.
 constexpr Duration kLongestSleep = std::chrono::milliseconds(50);
+constexpr Duration kTellTimingEvery = std::chrono::seconds(1);
 
 }  // namespace
 
@@ -36,6 +37,7 @@ void FusionWorker::run(const std::stop_token& stop) {
     const WakeSignal::Ticket ticket = links_.wake->ticket();
     const bool gathered = gather();
     const bool fused = fuse_what_is_ready(stop);
+    tell_timing();
     if (gathered || fused) continue;
     if (settings_.lossless && all_ended()) break;
     if (settings_.waiting == Waiting::Spin) continue;
@@ -123,6 +125,16 @@ bool FusionWorker::hand_on(const Snapshot& snapshot, SnapshotChannel& to, const 
   }
   to.there_is_work.signal();
   return true;
+}
+
+// To the publish thread, which tells the operator.
+void FusionWorker::tell_timing() {
+  if (settings_.lossless || host_now() - timing_told_at_ < kTellTimingEvery) return;
+  timing_told_at_ = host_now();
+  aligner_.assess_timing();
+  for (std::uint32_t i = 0; i < links_.cameras.size(); ++i) {
+    static_cast<void>(links_.cameras[i]->timings.try_push(aligner_.timing(CameraId{i})));
+  }
 }
 
 bool FusionWorker::all_ended() const {

@@ -61,6 +61,7 @@ class FusionWorker {
   bool fuse_what_is_ready(const std::stop_token& stop);
   void fuse(const FrameSet& frames, const std::stop_token& stop);
   bool hand_on(const Snapshot& snapshot, SnapshotChannel& to, const std::stop_token& stop);
+  void tell_timing();
   bool all_ended() const;
   Timestamp now() const;
 
@@ -70,6 +71,7 @@ class FusionWorker {
   Links links_;
   FusionCounters& counters_;
   std::vector<Delivery> delivery_;  // as last told to the aligner
+  Timestamp timing_told_at_;
 };
 
 }  // namespace mocap::runtime

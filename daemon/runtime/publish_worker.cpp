@@ -12,6 +12,29 @@ namespace {
 constexpr Duration kLongestSleep = std::chrono::milliseconds(50);
 constexpr std::size_t kLongestError = 255;
 
+std::string not_synchronised(const stages::CameraTiming& timing) {
+  return fmt::format(
+      "not synchronised: exposes {:.1f} ms off the others, drifting {:.0f} us/s, at {:.2f} Hz; its views are left out "
+      "of "
+      "most sets or blur them; trigger all cameras by one signal, or let one PTP clock drive them",
+      1e-3 * to_us(timing.offset), timing.drift_us_s, timing.rate_hz);
+}
+
+// Says it when it changes.
+void learn_timing(CameraHealth& health, const stages::CameraTiming& timing) {
+  if (!timing.told) return;
+  health.offset_us = to_us(timing.offset);
+  health.drift_us_s = timing.drift_us_s;
+  health.jitter_us = to_us(timing.jitter);
+  if (health.synchronised == timing.synchronised) return;
+  health.synchronised = timing.synchronised;
+  if (timing.synchronised) {
+    log_info("camera " + health.name, "exposes together with the others again");
+  } else {
+    log_warn("camera " + health.name, not_synchronised(timing));
+  }
+}
+
 }  // namespace
 
 PublishWorker::PublishWorker(std::unique_ptr<Publisher> publisher, Description description,
@@ -127,6 +150,8 @@ void PublishWorker::gather_camera(std::size_t camera, double seconds) {
     health.phase = note.phase;
     health.last_error.assign(note.error.begin(), note.error.end());
   }
+  stages::CameraTiming timing;
+  while (channel.timings.try_pop(timing)) learn_timing(health, timing);
   health.frames = channel.counters.frames.read();
   health.missing_frames = channel.counters.missing_frames.read();
   health.failed_frames = channel.counters.failed_frames.read();

@@ -15,7 +15,7 @@ Timestamp arrival_of(const BlobFrame& frame) {
 }  // namespace
 
 FrameAligner::FrameAligner(AlignSettings settings, std::size_t camera_count)
-    : settings_(settings), cameras_(camera_count) {
+    : settings_(settings), cameras_(camera_count), watch_(settings.window, camera_count) {
   MOCAP_EXPECTS(camera_count >= 1 && camera_count <= kMaxCameras);
   MOCAP_EXPECTS(settings.window.count() >= 0 && settings.patience.count() >= 0);
 }
@@ -48,6 +48,7 @@ void FrameAligner::rejoin(CameraId camera) {
   own.last = Timestamp::min();
   own.repeated_in_row = 0;
   while (own.size > 0) own.pop();
+  watch_.forget(camera);
 }
 
 void FrameAligner::add(const BlobFrame& frame) {
@@ -59,6 +60,7 @@ void FrameAligner::add(const BlobFrame& frame) {
   }
   own.repeated_in_row = 0;
   own.last = frame.exposed_at;
+  watch_.see(frame.camera, frame.exposed_at);
   if (frame.exposed_at <= passed_) {
     ++counts_.late;
   } else if (own.size == kPending) {

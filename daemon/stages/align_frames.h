@@ -8,6 +8,7 @@
 #include "model/blob.h"
 #include "model/bounds.h"
 #include "model/sighting.h"
+#include "stages/exposure_watch.h"
 
 namespace mocap::stages {
 
@@ -78,6 +79,11 @@ class FrameAligner {
   const AlignCounts& counts() const { return counts_; }
   const CameraSkew& skew(CameraId camera) const;
 
+  /// Tells anew which cameras expose together, by the frames since; about once a second.
+  void assess_timing() { watch_.assess(); }
+  /// As of the last `assess_timing`: also of a camera whose frames are in no set of the others.
+  const CameraTiming& timing(CameraId camera) const { return watch_.timing(camera); }
+
  private:
   static constexpr std::size_t kPending = 8;  // frames a camera may be ahead of the slowest
 
@@ -109,6 +115,7 @@ class FrameAligner {
   std::vector<Waiting> cameras_;
   Timestamp passed_ = Timestamp::min();  // frames up to here belong to sets that have left
   AlignCounts counts_;
+  ExposureWatch watch_;
 };
 
 }  // namespace mocap::stages

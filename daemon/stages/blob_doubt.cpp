@@ -25,9 +25,10 @@ constexpr double kCrowd = 2.2;
 
 }  // namespace
 
-double doubt_px(const Blob& blob) {
+double doubt_px(const Blob& blob) { return doubt_px(blob, spread_px(blob)); }
+
+double doubt_px(const Blob& blob, double spread) {
   const double sigma_px = std::max(blob.sigma_px, kLeastSigma_px);
-  const double spread = spread_px(blob);
   return spread > 0.0 ? std::sqrt(sigma_px * sigma_px + kShare * spread * spread) : sigma_px;
 }
 
@@ -36,12 +37,19 @@ double crowd_px(const Blob& blob, double usual_area_px2) {
   return std::sqrt(blob.area_px2 / std::numbers::pi) - std::sqrt(usual_area_px2 / std::numbers::pi);
 }
 
+bool may_crowd(std::span<const double> areas_px2) {
+  if (areas_px2.empty()) return false;
+  const auto [least, most] = std::ranges::minmax_element(areas_px2);
+  return *most > kCrowd * *least;
+}
+
 double spread_px(const Blob& blob) {
   // The ellipse with half axes a >= b has area pi a b and roundness b / a; its inertia along an axis is a^2 / 4.
   const double roundness = std::clamp(blob.roundness, 0.05, 1.0);
-  const double longer_px2 = blob.area_px2 / std::numbers::pi * (1.0 / roundness - roundness);
+  // Most blobs are so round that neither root nor division is needed to tell.
+  if (!(blob.area_px2 * (1.0 - roundness * roundness) > std::numbers::pi * kGrid_px2 * roundness)) return 0.0;
   const double grid_px2 = kGrid_px2 * std::sqrt(std::max(1.0, blob.area_px2 / kSmall_px2));
-  if (!(longer_px2 > grid_px2)) return 0.0;
+  const double longer_px2 = blob.area_px2 / std::numbers::pi * (1.0 / roundness - roundness);
   // What two discs cover is less than the ellipse of their inertia, the more so the farther they are apart.
   const double told_px = 0.5 * std::sqrt(longer_px2 - grid_px2);
   const double radius_px = std::sqrt(blob.area_px2 / (2.0 * std::numbers::pi));

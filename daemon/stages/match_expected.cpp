@@ -1,8 +1,12 @@
 #include "stages/match_expected.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+
+#include "base/loops.h"
 
 namespace mocap::stages {
 namespace {
@@ -10,19 +14,26 @@ namespace {
 constexpr std::uint32_t kNone = Held::kNone;
 // More blobs than that in the gates of all markers of one view: the gates tell nothing any more.
 constexpr std::size_t kMaxPairs = 16 * kMaxMarkers;
+// Places of markers in blobs that they share, in one set.
+constexpr std::size_t kMaxShared = 16 * kMaxMarkers;
 
 bool is_usable(const ExpectedMarker& marker) {
   return marker.position.v.allFinite() && marker.covariance_m2.allFinite() &&
          (marker.covariance_m2.diagonal().array() >= 0.0).all();
 }
 
-// How much wider the gate is than its floor, as it enters the likelihood: of two markers that fit a blob equally well
-// the surer one has it, and of two blobs the surer one is had. `own` is what floor and blob add to the shadow.
-double width_of(const Shadow& shadow, double own, double floor) {
-  const double xx = shadow.covariance(0, 0) + own;
-  const double yy = shadow.covariance(1, 1) + own;
-  const double xy = shadow.covariance(0, 1);
-  return std::log(std::max(1.0, (xx * yy - xy * xy) / (floor * floor)));
+LoneSighting lone_sighting(const ViewRays& view, std::size_t ray, std::size_t marker, std::size_t index) {
+  // A patch of the plane at distance 1 is seen under its area over the cube of its distance.
+  const double solid_angle_1_px2 = std::pow(1.0 + view.x(ray) * view.x(ray) + view.y(ray) * view.y(ray), -1.5) /
+                                   view.rays[ray].px_from_ray.determinant();
+  LoneSighting lone;
+  lone.expected = static_cast<std::uint32_t>(marker);
+  lone.sighting = {static_cast<std::uint16_t>(index), view.blob[ray], 0.0F, 0.0F,
+                   static_cast<float>(view.sigma_px[ray])};
+  lone.eye = view.camera->centre();
+  lone.direction = view.direction(ray);
+  lone.sigma_rad = view.sigma_px[ray] * std::sqrt(solid_angle_1_px2);
+  return lone;
 }
 
 }  // namespace
@@ -30,28 +41,42 @@ double width_of(const Shadow& shadow, double own, double floor) {
 ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t camera_count)
     : settings_(settings),
       agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
+      error_(settings.calibration_px, camera_count),
       max_cos_angle_(std::cos(settings.min_ray_angle_deg * std::numbers::pi / 180.0)),
       assigner_(kMaxMarkers, kMaxBlobs, kMaxPairs),
       sharer_(kMaxMarkers),
+      camera_count_(camera_count),
       view_count_(camera_count),
-      foreseen_(kMaxMarkers),
+      wanted_by_(kMaxBlobs, 0),
+      column_of_(kMaxBlobs, kNone),
       held_(kMaxMarkers * camera_count),
       holders_(camera_count * kMaxBlobs, 0),
       found_(kMaxMarkers),
       views_of_(kMaxMarkers, 0) {
   pairs_.reserve(kMaxPairs);
+  for (auto& column : expected_) column.resize(kMaxMarkers);
+  foreseen_.resize(kMaxMarkers);
+  candidates_.reserve(kMaxPairs);
+  contested_.reserve(kMaxPairs);
+  row_markers_.reserve(kMaxMarkers);
+  column_rays_.reserve(kMaxBlobs);
+  shared_quadrics_.reserve(kMaxShared);
 }
 
 void ExpectedMatcher::match(RayTable& rays, const Expected& expected, Matches& into) {
   const std::size_t count = expected.markers.size();
   view_count_ = rays.view_count();
   marker_count_ = count;
+  any_shared_ = false;
+  shared_quadrics_.clear();
   std::fill_n(held_.begin(), count * view_count_, Held{});
-  for (std::size_t view = 0; view < view_count_; ++view) assign_view(rays[view], view, expected);
-  forsake_doubles(rays);
+  if (count == 0) return;
+  look_at(expected);
+  for (std::size_t view = 0; view < view_count_; ++view) assign_view(rays[view], view);
+  if (any_shared_) forsake_doubles(rays);
 
   for (std::size_t m = 0; m < count; ++m) {
-    views_of_[m] = static_cast<std::uint32_t>(agree(rays, m));
+    views_of_[m] = static_cast<std::uint32_t>(agree(rays, m, expected.markers.data()[m].position));
     if (views_of_[m] == 1) ++into.seen_once;
     if (views_of_[m] >= 2) mark(rays, m, +1);
   }
@@ -59,6 +84,35 @@ void ExpectedMatcher::match(RayTable& rays, const Expected& expected, Matches& i
     if (views_of_[m] < 2) continue;
     if (views_of_[m] < view_count_) recover(rays, m);
     if (views_of_[m] >= 2) give(rays, m, into);
+  }
+  learn_error(rays);
+}
+
+// From one marker a set, each in its turn: the rig changes slowly.
+void ExpectedMatcher::learn_error(const RayTable& rays) {
+  constexpr std::uint32_t kMany = 4;
+  const std::size_t m = turn_++ % marker_count_;
+  if (views_of_[m] < kMany || view_count_ != camera_count_) return;
+  const Eigen::Vector3d& point = found_[m].point.v;
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    const Held& one = held(m, view);
+    if (one.ray == kNone || one.sigma_px > 0.0F) continue;
+    const ViewRays& own = rays[view];
+    const Eigen::Vector3d seen = (own.camera->camera_from_world * WorldPoint{point}).v;
+    const Eigen::Vector2d off = seen.head<2>() / seen.z() - Eigen::Vector2d(own.x(one.ray), own.y(one.ray));
+    error_.learn(view, own.focal_px * off.norm(), views_of_[m]);
+  }
+  agreement_.floor_px = settings_.agree_sigmas * error_.px();
+}
+
+void ExpectedMatcher::list_lone(const RayTable& rays, Matches& into) const {
+  for (std::size_t m = 0; m < marker_count_; ++m) {
+    if (views_of_[m] != 1) continue;
+    for (std::size_t view = 0; view < view_count_; ++view) {
+      const std::uint32_t ray = held(m, view).ray;
+      if (ray == kNone || rays[view].taken[ray] != 0 || !is_alone(view, ray)) continue;
+      if (!into.lone.try_push_back(lone_sighting(rays[view], ray, m, view))) return;
+    }
   }
 }
 
@@ -69,24 +123,40 @@ void ExpectedMatcher::mark(RayTable& rays, std::size_t marker, int change) const
   }
 }
 
+const RayQuadric* ExpectedMatcher::quadric_of(const RayTable& rays, std::size_t marker, std::size_t view) const {
+  const Held& one = held(marker, view);
+  return one.quadric != kNone ? &shared_quadrics_[one.quadric] : &rays[view].quadric[one.ray];
+}
+
 void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& into) const {
-  Match match;
-  match.expected = static_cast<std::uint32_t>(marker);
-  for (std::size_t view = 0; view < view_count_; ++view) {
-    const auto& [ray, off, sigma_px] = held(marker, view);
-    if (ray == kNone) continue;
-    const Eigen::Vector2f off_px = (rays[view].px_from_ray[ray] * off).cast<float>();
-    match.sightings.push_back({static_cast<std::uint16_t>(view), rays[view].blob[ray], off_px.x(), off_px.y(),
-                               static_cast<float>(sigma_px > 0.0 ? sigma_px : rays[view].sigma_px[ray])});
+  if (into.matches.full()) {
+    ++into.dropped;
+    return;
   }
-  if (!into.matches.try_push_back(match)) ++into.dropped;
+  Match& match = into.matches.push_back({});
+  match.expected = static_cast<std::uint32_t>(marker);
+  match.start = found_[marker].point;
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    const Held& one = held(marker, view);
+    if (one.ray == kNone) continue;
+    BlobRef seen{static_cast<std::uint16_t>(view), rays[view].blob[one.ray]};
+    seen.sigma_px = static_cast<float>(rays[view].sigma_px[one.ray]);
+    seen.quadric = quadric_of(rays, marker, view);
+    if (one.sigma_px > 0.0F) {
+      const Eigen::Vector2f off_px = rays[view].rays[one.ray].px_from_ray.cast<float>() * one.off;
+      seen.off_x_px = off_px.x();
+      seen.off_y_px = off_px.y();
+      seen.sigma_px = one.sigma_px;
+    }
+    match.sightings.push_back(seen);
+  }
 }
 
 // Whether a view shows this marker and no other.
 bool ExpectedMatcher::has_own_ray(std::size_t marker) const {
   for (std::size_t view = 0; view < view_count_; ++view) {
     const std::uint32_t ray = held(marker, view).ray;
-    if (ray != kNone && holders(view, ray) == 1) return true;
+    if (ray != kNone && is_alone(view, ray)) return true;
   }
   return false;
 }
@@ -111,40 +181,187 @@ void ExpectedMatcher::forsake_doubles(const RayTable& rays) {
   }
 }
 
-// All expected markers of one view at once: the exact assignment by likelihood.
-void ExpectedMatcher::assign_view(const ViewRays& view, std::size_t index, const Expected& expected) {
-  const double gate2 = settings_.gate_sigmas * settings_.gate_sigmas;
-  // A gate never shrinks below two standard deviations, however unsure the marker is.
-  const double widest = std::max(0.0, gate2 - 4.0);
-  const double floor = std::pow(settings_.gate_floor_px / view.focal_px, 2);
-
-  pairs_.clear();
-  for (std::size_t m = 0; m < expected.markers.size(); ++m) {
+// The expected markers by column.
+void ExpectedMatcher::look_at(const Expected& expected) {
+  for (std::size_t m = 0; m < marker_count_; ++m) {
     const ExpectedMarker& marker = expected.markers.data()[m];
-    foreseen_[m].usable = false;
-    if (!is_usable(marker)) continue;
-    const auto shadow = view.shadow(marker.position.v, marker.covariance_m2);
-    if (!shadow) continue;
-    foreseen_[m] = {shadow->centre, view.focal_px * std::sqrt(0.5 * shadow->covariance.trace()), true};
-    const auto [first, last] = view.candidates(*shadow, settings_.gate_sigmas, settings_.gate_floor_px);
-    if (first == last) continue;
-    const double usual_width = std::min(width_of(*shadow, floor, floor), widest);
-    for (std::size_t ray = first; ray < last; ++ray) {
-      const double own = std::pow(view.sigma_px[ray] / view.focal_px, 2);
-      // The logarithm is dear, and most blobs are far surer than the floor.
-      const double width = own < 0.1 * floor ? usual_width : std::min(width_of(*shadow, floor + own, floor), widest);
-      const double cost = view.distance2(*shadow, ray, settings_.gate_floor_px) + width;
-      if (!(cost < gate2) || pairs_.size() == kMaxPairs) continue;
-      pairs_.push_back({static_cast<std::uint32_t>(m), static_cast<std::uint32_t>(ray), cost});
+    const Eigen::Vector3f at = marker.position.v.cast<float>();
+    const Eigen::Matrix3f spread = marker.covariance_m2.cast<float>();
+    const float x = is_usable(marker) ? at.x() : std::numeric_limits<float>::quiet_NaN();
+    const std::array<float, 9> row{
+        x, at.y(), at.z(), spread(0, 0), spread(0, 1), spread(0, 2), spread(1, 1), spread(1, 2), spread(2, 2)};
+    for (std::size_t column = 0; column < row.size(); ++column) expected_[column][m] = row[column];
+  }
+}
+
+// Where a camera should see each of them: the place, and its covariance by the slope of the projection.
+MOCAP_WIDE void ExpectedMatcher::foresee(const CameraModel& camera) {
+  const Eigen::Matrix3f r = camera.camera_from_world.rotation.cast<float>();
+  const Eigen::Vector3f t = camera.camera_from_world.translation.cast<float>();
+  const float r00 = r(0, 0), r01 = r(0, 1), r02 = r(0, 2), r10 = r(1, 0), r11 = r(1, 1), r12 = r(1, 2);
+  const float r20 = r(2, 0), r21 = r(2, 1), r22 = r(2, 2), t0 = t[0], t1 = t[1], t2 = t[2];
+  const auto& e = expected_;
+  const float *px = e[0].data(), *py = e[1].data(), *pz = e[2].data(), *cxx = e[3].data(), *cxy = e[4].data(),
+              *cxz = e[5].data(), *cyy = e[6].data(), *cyz = e[7].data(), *czz = e[8].data();
+  float* const to_x = foreseen_.x.data();
+  float* const to_y = foreseen_.y.data();
+  float* const to_xx = foreseen_.xx.data();
+  float* const to_xy = foreseen_.xy.data();
+  float* const to_yy = foreseen_.yy.data();
+  float* const to_depth = foreseen_.depth_m.data();
+  const std::size_t count = marker_count_;
+  MOCAP_INDEPENDENT_TURNS
+  for (std::size_t m = 0; m < count; ++m) {
+    const float depth = r20 * px[m] + r21 * py[m] + r22 * pz[m] + t2;
+    const float inverse = 1.0F / depth;
+    const float x = (r00 * px[m] + r01 * py[m] + r02 * pz[m] + t0) * inverse;
+    const float y = (r10 * px[m] + r11 * py[m] + r12 * pz[m] + t1) * inverse;
+    const float ax = (r00 - x * r20) * inverse, ay = (r01 - x * r21) * inverse, az = (r02 - x * r22) * inverse;
+    const float bx = (r10 - y * r20) * inverse, by = (r11 - y * r21) * inverse, bz = (r12 - y * r22) * inverse;
+    const float cax = cxx[m] * ax + cxy[m] * ay + cxz[m] * az;
+    const float cay = cxy[m] * ax + cyy[m] * ay + cyz[m] * az;
+    const float caz = cxz[m] * ax + cyz[m] * ay + czz[m] * az;
+    const float cbx = cxx[m] * bx + cxy[m] * by + cxz[m] * bz;
+    const float cby = cxy[m] * bx + cyy[m] * by + cyz[m] * bz;
+    const float cbz = cxz[m] * bx + cyz[m] * by + czz[m] * bz;
+    to_x[m] = x;
+    to_y[m] = y;
+    to_xx[m] = ax * cax + ay * cay + az * caz;
+    to_xy[m] = bx * cax + by * cay + bz * caz;
+    to_yy[m] = bx * cbx + by * cby + bz * cbz;
+    to_depth[m] = depth;
+  }
+}
+
+// The bins that each marker's gate covers in the view.
+MOCAP_WIDE void ExpectedMatcher::bound_gates(const ViewRays& view) {
+  const auto scale = view.bin_scale();
+  const auto min_x = static_cast<float>(scale.min_x);
+  const auto min_y = static_cast<float>(scale.min_y);
+  const auto per_x = static_cast<float>(scale.per_x);
+  const auto per_y = static_cast<float>(scale.per_y);
+  const auto own = static_cast<float>(view.most_own(settings_.gate_floor_px));
+  const auto sigmas = static_cast<float>(settings_.gate_sigmas);
+  constexpr auto kLast = static_cast<float>(ViewRays::kBins);
+  constexpr float kRounding = 0.01F;  // of a bin: single precision is finer than that
+  const float *x = foreseen_.x.data(), *y = foreseen_.y.data();
+  const float *xx = foreseen_.xx.data(), *yy = foreseen_.yy.data();
+  std::int32_t *left = foreseen_.left.data(), *right = foreseen_.right.data();
+  std::int32_t *top = foreseen_.top.data(), *bottom = foreseen_.bottom.data();
+  const auto bin = [](float at) {
+    const float low = at > 0.0F ? at : 0.0F;
+    return static_cast<std::int32_t>(low < kLast ? low : kLast);
+  };
+  const std::size_t count = marker_count_;
+  MOCAP_INDEPENDENT_TURNS
+  for (std::size_t m = 0; m < count; ++m) {
+    const float half_x = sigmas * std::sqrt(xx[m] + own);
+    const float half_y = sigmas * std::sqrt(yy[m] + own);
+    left[m] = bin((x[m] - half_x - min_x) * per_x - kRounding);
+    right[m] = bin((x[m] + half_x - min_x) * per_x + kRounding + 1.0F);
+    top[m] = bin((y[m] - half_y - min_y) * per_y - kRounding);
+    bottom[m] = bin((y[m] + half_y - min_y) * per_y + kRounding + 1.0F);
+  }
+}
+
+// The rays in each marker's gate.
+void ExpectedMatcher::gather_candidates(const ViewRays& view) {
+  const double gate2 = settings_.gate_sigmas * settings_.gate_sigmas;
+  const double floor = std::pow(settings_.gate_floor_px / view.focal_px, 2);
+  const double inverse_floor2 = 1.0 / (floor * floor);
+  const double most_own = view.most_own(settings_.gate_floor_px);
+  const double px2 = 1.0 / (view.focal_px * view.focal_px);
+
+  candidates_.clear();
+  for (std::uint32_t m = 0; m < marker_count_; ++m) {
+    if (!foreseen_.usable(m)) continue;
+    const auto bin = [m](const std::vector<std::int32_t>& column) { return static_cast<std::size_t>(column[m]); };
+    const auto number = [m](const std::vector<float>& column) { return static_cast<double>(column[m]); };
+    const ViewRays::Bins gate{bin(foreseen_.left), bin(foreseen_.right), bin(foreseen_.top), bin(foreseen_.bottom)};
+    const double x = number(foreseen_.x), y = number(foreseen_.y);
+    const double shadow_xx = number(foreseen_.xx), xy = number(foreseen_.xy), shadow_yy = number(foreseen_.yy);
+    const double reach2 = gate2 * (shadow_xx + shadow_yy + most_own);
+    view.in_bins(gate, [&](std::size_t ray) {
+      const double dx = view.x(ray) - x;
+      const double dy = view.y(ray) - y;
+      if (dx * dx + dy * dy > reach2) return;
+      const double own = floor + view.sigma_px[ray] * view.sigma_px[ray] * px2;
+      const double xx = shadow_xx + own;
+      const double yy = shadow_yy + own;
+      const double area2 = xx * yy - xy * xy;
+      const double off2 = yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy;
+      if (!(off2 < gate2 * area2) || candidates_.size() == kMaxPairs) return;
+      candidates_.push_back({m, static_cast<std::uint32_t>(ray), off2 / area2, area2 * inverse_floor2});
+      ++wanted_by_[ray];
+    });
+  }
+}
+
+// How unlikely the pair is. How much wider the gate is than its floor enters: of two markers that fit a blob equally
+// well the surer one has it, and of two blobs the surer one is had. A gate never shrinks below two standard deviations,
+// however unsure the marker is.
+double ExpectedMatcher::cost_of(const Candidate& candidate) const {
+  const double widest = std::max(0.0, settings_.gate_sigmas * settings_.gate_sigmas - 4.0);
+  return candidate.distance2 + std::min(std::log(std::max(1.0, candidate.widening)), widest);
+}
+
+// All expected markers of one view at once: the exact assignment by likelihood. A marker and a ray that have nobody
+// else need no assignment.
+void ExpectedMatcher::assign_view(const ViewRays& view, std::size_t index) {
+  const double gate2 = settings_.gate_sigmas * settings_.gate_sigmas;
+  if (view.size() == 0) return;
+  foresee(*view.camera);
+  bound_gates(view);
+  std::fill_n(wanted_by_.begin(), view.size(), std::uint16_t{0});
+  gather_candidates(view);
+  contested_.clear();
+  for (std::uint32_t i = 0; i < candidates_.size(); ++i) {
+    const auto& [marker, ray, distance2, widening] = candidates_[i];
+    const bool marker_alone = (i == 0 || candidates_[i - 1].marker != marker) &&
+                              (i + 1 == candidates_.size() || candidates_[i + 1].marker != marker);
+    if (!marker_alone || wanted_by_[ray] != 1) {
+      contested_.push_back(i);
+      continue;
     }
+    // The logarithm is dear: where even 1 + log <= widening passes, it is not asked.
+    if (distance2 + widening - 1.0 < gate2 || cost_of(candidates_[i]) < gate2) held(marker, index).ray = ray;
   }
-  if (pairs_.empty()) return;
-  const auto columns = assigner_.assign(expected.markers.size(), view.size(), pairs_, gate2);
-  for (std::size_t m = 0; m < columns.size(); ++m) {
-    if (columns[m] != geometry::Assigner::kAlone) held(m, index).ray = columns[m];
+  if (!contested_.empty()) assign_contested(index, gate2);
+  const std::span<Held> of_view = std::span(held_).subspan(index * marker_count_, marker_count_);
+  any_shared_ = sharer_.share(view, foreseen_, of_view) || any_shared_;
+}
+
+void ExpectedMatcher::assign_contested(std::size_t index, double gate2) {
+  pairs_.clear();
+  row_markers_.clear();
+  column_rays_.clear();
+  for (const std::uint32_t i : contested_) {
+    const Candidate& candidate = candidates_[i];
+    if (row_markers_.empty() || row_markers_.back() != candidate.marker) row_markers_.push_back(candidate.marker);
+    std::uint32_t& column = column_of_[candidate.ray];
+    if (column == kNone) {
+      column = static_cast<std::uint32_t>(column_rays_.size());
+      column_rays_.push_back(candidate.ray);
+    }
+    pairs_.push_back({static_cast<std::uint32_t>(row_markers_.size() - 1), column, cost_of(candidate)});
   }
-  sharer_.share(view, std::span(foreseen_).first(marker_count_),
-                std::span(held_).subspan(index * marker_count_, marker_count_));
+  const auto columns = assigner_.assign(row_markers_.size(), column_rays_.size(), pairs_, gate2);
+  for (std::size_t row = 0; row < columns.size(); ++row) {
+    if (columns[row] != geometry::Assigner::kAlone) held(row_markers_[row], index).ray = column_rays_[columns[row]];
+  }
+  for (const std::uint32_t ray : column_rays_) column_of_[ray] = kNone;
+}
+
+// The place of a marker in a blob that it shares, as a ray; made once a set. Without room the whole blob stands for it.
+const RayQuadric& ExpectedMatcher::shared_quadric(const ViewRays& view, Held& one) {
+  if (one.quadric == kNone) {
+    if (shared_quadrics_.size() == kMaxShared) return view.quadric[one.ray];
+    const Eigen::Vector2d at = Eigen::Vector2d(view.x(one.ray), view.y(one.ray)) + one.off.cast<double>();
+    one.quadric = static_cast<std::uint32_t>(shared_quadrics_.size());
+    shared_quadrics_.push_back(
+        geometry::quadric_of(*view.rows, {{at}, view.rays[one.ray].px_from_ray}, static_cast<double>(one.sigma_px)));
+  }
+  return shared_quadrics_[one.quadric];
 }
 
 // Whether the two sightings in front look from directions that differ enough.
@@ -157,18 +374,18 @@ bool ExpectedMatcher::tell_depth(const RayTable& rays, std::size_t marker) const
 }
 
 // How many of a marker's views agree; the others are given back.
-std::size_t ExpectedMatcher::agree(const RayTable& rays, std::size_t marker) {
+std::size_t ExpectedMatcher::agree(const RayTable& rays, std::size_t marker, const WorldPoint& start) {
   sightings_.clear();
   for (std::size_t view = 0; view < view_count_; ++view) {
-    const auto& [ray, off, sigma_px] = held(marker, view);
-    if (ray == kNone) continue;
-    geometry::Sighting& sighting = sightings_.push_back(rays[view].sighting(ray, static_cast<std::uint32_t>(view)));
-    if (sigma_px == 0.0) continue;
-    sighting.point.v += off;
-    sighting.sigma_px = sigma_px;
+    Held& one = held(marker, view);
+    if (one.ray == kNone) continue;
+    auto& sighting = sightings_.push_back(rays[view].sighting(one.ray, static_cast<std::uint32_t>(view)));
+    if (one.sigma_px == 0.0F) continue;
+    sighting.quadric = &shared_quadric(rays[view], one);
+    if (one.quadric != kNone) sighting.sigma_px = static_cast<double>(one.sigma_px);
   }
   if (sightings_.size() < 2) return sightings_.size();
-  const auto agreed = geometry::agree(sightings_, agreement_);
+  const auto agreed = geometry::agree(sightings_, start, agreement_);
   if (!agreed || (agreed->kept == 2 && !tell_depth(rays, marker))) return 0;
   const auto& at = agreed->refined.point.v.array();
   if ((at < settings_.volume_min_m.array()).any() || (at > settings_.volume_max_m.array()).any()) return 0;
@@ -182,19 +399,20 @@ std::size_t ExpectedMatcher::agree(const RayTable& rays, std::size_t marker) {
 // Where the point is known now, a view that gave no blob or a wrong one is asked again.
 void ExpectedMatcher::recover(RayTable& rays, std::size_t marker) {
   const geometry::Refined found = found_[marker];
-  mark(rays, marker, -1);
   bool added = false;
   for (std::size_t view = 0; view < view_count_; ++view) {
-    std::uint32_t& ray = held(marker, view).ray;
-    if (ray != kNone) continue;
-    const auto shadow = rays[view].shadow(found.point.v, found.covariance_m2);
-    if (!shadow) continue;
-    const auto nearest = rays[view].nearest_free(*shadow, settings_.agree_sigmas, settings_.calibration_px);
+    Held& one = held(marker, view);
+    if (one.ray != kNone) continue;
+    const auto nearest =
+        rays[view].nearest_free(found.point.v, found.covariance_m2, settings_.agree_sigmas, settings_.calibration_px);
     if (!nearest) continue;
-    ray = static_cast<std::uint32_t>(*nearest);
+    if (!added) mark(rays, marker, -1);
+    one = {};
+    one.ray = static_cast<std::uint32_t>(*nearest);
     added = true;
   }
-  if (added) views_of_[marker] = static_cast<std::uint32_t>(agree(rays, marker));
+  if (!added) return;
+  views_of_[marker] = static_cast<std::uint32_t>(agree(rays, marker, found.point));
   if (views_of_[marker] >= 2) mark(rays, marker, +1);
 }
 

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "base/bounded_vector.h"
 #include "geometry/assignment.h"
-#include "geometry/triangulation.h"
+#include "geometry/ray_quadric.h"
 #include "stages/match_views.h"
+#include "stages/rig_error.h"
 #include "stages/share_blobs.h"
 #include "stages/view_rays.h"
 
@@ -20,33 +22,67 @@ class ExpectedMatcher {
   /// Appends a match for each expected marker that two or more views agree on, and takes its rays.
   void match(RayTable& rays, const Expected& expected, Matches& into);
 
- private:
-  using Sightings = BoundedVector<geometry::Sighting, kMaxCameras>;
+  /// Appends the expected markers of the last `match` that one view alone has, where nothing else took their blob
+  /// since.
+  void list_lone(const RayTable& rays, Matches& into) const;
 
+ private:
+  // A ray in the gate of an expected marker.
+  struct Candidate {
+    std::uint32_t marker;
+    std::uint32_t ray;
+    double distance2;
+    double widening;  // how much larger the gate's area is than its floor's
+  };
+  using Sightings = BoundedVector<geometry::QuadricSighting, kMaxCameras>;
+
+  void look_at(const Expected& expected);
+  void foresee(const CameraModel& camera);
+  void bound_gates(const ViewRays& view);
+  void gather_candidates(const ViewRays& view);
+  void assign_view(const ViewRays& view, std::size_t index);
+  void assign_contested(std::size_t index, double gate2);
+  double cost_of(const Candidate& candidate) const;
+  const RayQuadric& shared_quadric(const ViewRays& view, Held& held);
   void forsake_doubles(const RayTable& rays);
   bool has_own_ray(std::size_t marker) const;
+  bool is_alone(std::size_t view, std::uint32_t ray) const { return !any_shared_ || holders(view, ray) == 1; }
   std::uint8_t& holders(std::size_t view, std::uint32_t ray) { return holders_[view * kMaxBlobs + ray]; }
   std::uint8_t holders(std::size_t view, std::uint32_t ray) const { return holders_[view * kMaxBlobs + ray]; }
-  void assign_view(const ViewRays& view, std::size_t index, const Expected& expected);
   Held& held(std::size_t marker, std::size_t view) { return held_[view * marker_count_ + marker]; }
   const Held& held(std::size_t marker, std::size_t view) const { return held_[view * marker_count_ + marker]; }
-  std::size_t agree(const RayTable& rays, std::size_t marker);
+  std::size_t agree(const RayTable& rays, std::size_t marker, const WorldPoint& start);
   bool tell_depth(const RayTable& rays, std::size_t marker) const;
   void recover(RayTable& rays, std::size_t marker);
+  void learn_error(const RayTable& rays);
   void mark(RayTable& rays, std::size_t marker, int change) const;
+  const RayQuadric* quadric_of(const RayTable& rays, std::size_t marker, std::size_t view) const;
   void give(const RayTable& rays, std::size_t marker, Matches& into) const;
 
   const MatchSettings& settings_;
   geometry::Agreement agreement_;
+  RigError error_;
+  std::size_t turn_ = 0;  // counts the sets
   double max_cos_angle_;
   geometry::Assigner assigner_;
   std::vector<geometry::AllowedPair> pairs_;
   BlobSharer sharer_;
+  std::size_t camera_count_;
   std::size_t view_count_ = 0;
   std::size_t marker_count_ = 0;
-  std::vector<Foreseen> foreseen_;     // by marker, in the view that is being assigned
+  // Place and covariance (xx xy xz yy yz zz) of each expected marker, by column; the place is NaN where not usable.
+  std::array<std::vector<float>, 9> expected_;
+  Foreseen foreseen_;                       // in the view that is being assigned
+  std::vector<Candidate> candidates_;       // likewise, by marker
+  std::vector<std::uint16_t> wanted_by_;    // by ray: how many candidates it is
+  std::vector<std::uint32_t> column_of_;    // by ray: its column among the contested, or kNone
+  std::vector<std::uint32_t> contested_;    // candidates that are not alone
+  std::vector<std::uint32_t> row_markers_;  // of the contested: the marker of each row
+  std::vector<std::uint32_t> column_rays_;  // and the ray of each column
+  bool any_shared_ = false;
   std::vector<Held> held_;             // of view * marker count + marker
-  std::vector<std::uint8_t> holders_;  // of view * kMaxBlobs + ray: how many markers hold it
+  std::vector<std::uint8_t> holders_;  // of view * kMaxBlobs + ray: how many markers hold it; where any is shared
+  std::vector<RayQuadric> shared_quadrics_;
   std::vector<geometry::Refined> found_;
   std::vector<std::uint32_t> views_of_;  // how many views of each marker agree
   Sightings sightings_;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/loops.h"
 #include "geometry/epipolar.h"
 
 namespace mocap::stages {
@@ -19,6 +20,9 @@ constexpr std::size_t kMaxHypotheses = 4096;
 // The bound on the work for one set, in steps of about a nanosecond.
 constexpr std::size_t kMaxWork = 4'000'000;
 constexpr std::size_t kWorkOfShadow = 40;
+// Rounds of pairs in a set: all of up to 16 cameras. Of more the first, which suit best, and the rest in turn.
+constexpr std::size_t kRoundsASet = 16;
+constexpr std::size_t kRoundsAlways = 4;
 
 // The point that all cameras look at, as well as one can say: nearest to their optical axes.
 Vector3d centre_of_view(const Rig& rig) {
@@ -40,7 +44,17 @@ NewMatcher::NewMatcher(const MatchSettings& settings, const Rig& rig)
       agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
       max_cos_angle_(std::cos(settings.min_ray_angle_deg * std::numbers::pi / 180.0)),
       best_of_(rig.size() * kMaxBlobs, kNone),
-      rivals_(rig.size() * kMaxBlobs, 0) {
+      rivals_(rig.size() * kMaxBlobs, 0),
+      put_off_(rig.size() * kMaxBlobs, 0),
+      free_(rig.size()),
+      off_(kMaxBlobs) {
+  for (FreeRays& free : free_) {
+    free.ray.reserve(kMaxBlobs);
+    free.x.reserve(kMaxBlobs);
+    free.y.reserve(kMaxBlobs);
+    free.direction.reserve(kMaxBlobs);
+  }
+  near_line_.reserve(kMaxBlobs);
   hypotheses_.reserve(kMaxHypotheses);
   open_.reserve(kMaxHypotheses);
   undecided_.reserve(kMaxHypotheses);
@@ -76,70 +90,162 @@ void NewMatcher::plan_rounds(const Rig& rig) {
     pairs_.push_back({a, b, round, geometry::essential(rig[a].camera_from_world, rig[b].camera_from_world)});
   }
   std::ranges::stable_sort(pairs_, {}, &Pair::round);
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    if (pairs_[i].round == first_of_round_.size()) first_of_round_.push_back(i);
+  }
+  first_of_round_.push_back(pairs_.size());
 }
 
 void NewMatcher::match(RayTable& rays, std::uint32_t missing_views, Matches& into) {
   missing_views_ = missing_views;
   work_ = 0;
   skipped_ = 0;
+  asking_again_ = false;
   hypotheses_.clear();
   undecided_.clear();
+  gather_free(rays);
+  if (free_views_ < 2) return;
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
     const auto first = static_cast<std::ptrdiff_t>(view * kMaxBlobs);
     std::fill_n(best_of_.begin() + first, rays[view].size(), kNone);
     std::fill_n(rivals_.begin() + first, rays[view].size(), 0U);
+    std::fill_n(put_off_.begin() + first, rays[view].size(), std::uint8_t{0});
   }
 
-  std::size_t round = 0;
-  for (const Pair& pair : pairs_) {
-    if (pair.round != round) {
-      decide(rays, false, into);
-      round = pair.round;
+  const bool few = rounds() <= kRoundsASet;
+  for (std::size_t asked = 0; asked < std::min(rounds(), kRoundsASet); ++asked) {
+    if (asked > 0) decide(rays, false, into);
+    if (free_views_ < 2) break;
+    if (few || asked < kRoundsAlways) {
+      ask_round(rays, asked);
+    } else {
+      ask_round(rays, kRoundsAlways + next_round_);
+      next_round_ = (next_round_ + 1) % (rounds() - kRoundsAlways);
     }
-    ask_pair(rays, pair);
   }
   decide(rays, true, into);
+  ask_again(rays, into);
   believe_lone_pairs(rays, into);
   into.skipped += skipped_;
+}
+
+void NewMatcher::ask_round(const RayTable& rays, std::size_t round) {
+  for (std::size_t i = first_of_round_[round]; i < first_of_round_[round + 1]; ++i) ask_pair(rays, pairs_[i]);
+}
+
+void NewMatcher::gather_free(const RayTable& rays) {
+  free_views_ = 0;
+  for (std::size_t view = 0; view < rays.view_count(); ++view) {
+    const ViewRays& from = rays[view];
+    FreeRays& free = free_[view];
+    free.ray.clear();
+    free.x.clear();
+    free.y.clear();
+    free.direction.clear();
+    free.eye = from.camera->centre().v;
+    const Matrix3d world_from_camera = from.camera->camera_from_world.rotation.transpose();
+    for (std::size_t ray = 0; ray < from.size(); ++ray) {
+      if (from.taken[ray] != 0) continue;
+      free.ray.push_back(static_cast<std::uint16_t>(ray));
+      free.x.push_back(static_cast<float>(from.x(ray)));
+      free.y.push_back(static_cast<float>(from.y(ray)));
+      free.direction.push_back(world_from_camera * Vector3d(from.x(ray), from.y(ray), 1.0));
+    }
+    free_views_ += free.ray.empty() ? 0 : 1;
+  }
 }
 
 void NewMatcher::ask_pair(const RayTable& rays, const Pair& pair) {
   const auto a = rays.view_of(pair.a);
   const auto b = rays.view_of(pair.b);
-  if (!a || !b) return;
-  const ViewRays& of_a = rays[*a];
-  const ViewRays& of_b = rays[*b];
-  for (std::size_t i = 0; i < of_a.size(); ++i) {
-    if (of_a.taken[i] != 0) continue;
+  if (!a || !b || free_[*b].ray.empty()) return;
+  for (std::size_t i = 0; i < free_[*a].ray.size(); ++i) {
     if (work_ > kMaxWork) {
       ++skipped_;
       continue;
     }
-    const auto line = geometry::epipolar_line(pair.essential, {{of_a.x[i], of_a.y[i]}});
-    if (line.n.isZero()) continue;  // looks right into the other camera
-    work_ += of_b.size();
-    // Both blobs' errors move them off the line, and so does the rig's.
-    const double allowed_px = std::hypot(settings_.calibration_px, of_a.sigma_px[i]) * 2.0 * settings_.agree_sigmas;
-    const double allowed = allowed_px / std::min(of_a.focal_px, of_b.focal_px);
-    for (std::size_t j = 0; j < of_b.size(); ++j) {
-      const double off = line.n[0] * of_b.x[j] + line.n[1] * of_b.y[j] + line.n[2];
-      if (std::abs(off) > allowed || of_b.taken[j] != 0) continue;
-      propose(rays, {static_cast<std::uint16_t>(*a), static_cast<std::uint16_t>(i)},
-              {static_cast<std::uint16_t>(*b), static_cast<std::uint16_t>(j)});
-    }
+    if (!asking_again_ && put_off({static_cast<std::uint16_t>(*a), free_[*a].ray[i]})) continue;
+    ask_ray(rays, pair, *a, i, *b);
   }
 }
 
-// Whether both rays already are of one marker: asking again would give the same.
-bool NewMatcher::is_explained(Member a, Member b) const { return best_of(a) != kNone && best_of(a) == best_of(b); }
+// A ray of camera a, against all of b that lie near its epipolar line: the nearest first.
+void NewMatcher::ask_ray(const RayTable& rays, const Pair& pair, std::size_t a, std::size_t i, std::size_t b) {
+  const Member of_a{static_cast<std::uint16_t>(a), free_[a].ray[i]};
+  const auto line = geometry::epipolar_line(pair.essential, {{rays[a].x(of_a.ray), rays[a].y(of_a.ray)}});
+  if (line.n.isZero()) return;  // looks right into the other camera
+  work_ += free_[b].ray.size();
+  // Both blobs' errors move them off the line, and so does the rig's.
+  const double sigma_px = rays[a].sigma_px[of_a.ray];
+  const double allowed_px = std::sqrt(settings_.calibration_px * settings_.calibration_px + sigma_px * sigma_px) * 2.0 *
+                            settings_.agree_sigmas;
+  find_near_line(free_[b], line.n, allowed_px / std::min(rays[a].focal_px, rays[b].focal_px));
+  for (const auto& [off, j] : near_line_) {
+    const Member of_b{static_cast<std::uint16_t>(b), free_[b].ray[j]};
+    if (is_explained(of_a, of_b)) continue;
+    if (asking_again_ ? put_off_[slot(of_a)] == 0 && put_off_[slot(of_b)] == 0 : put_off(of_b)) continue;
+    propose(rays, a, i, b, j);
+    if (!asking_again_ && put_off(of_a)) return;
+  }
+}
 
-void NewMatcher::propose(const RayTable& rays, Member a, Member b) {
-  if (is_explained(a, b)) return;
+// The distance of each free ray from the line.
+MOCAP_WIDE void NewMatcher::measure_line(const FreeRays& of_b, const Vector3d& line) {
+  const float* const x = of_b.x.data();
+  const float* const y = of_b.y.data();
+  float* const off = off_.data();
+  const auto nx = static_cast<float>(line.x());
+  const auto ny = static_cast<float>(line.y());
+  const auto nz = static_cast<float>(line.z());
+  const std::size_t count = of_b.ray.size();
+  MOCAP_INDEPENDENT_TURNS
+  for (std::size_t j = 0; j < count; ++j) off[j] = std::abs(nx * x[j] + ny * y[j] + nz);
+}
+
+void NewMatcher::find_near_line(const FreeRays& of_b, const Vector3d& line, double allowed) {
+  measure_line(of_b, line);
+  const auto limit = static_cast<float>(allowed);
+  near_line_.clear();
+  for (std::uint32_t j = 0; j < of_b.ray.size(); ++j) {
+    if (off_[j] <= limit) near_line_.push_back({off_[j], j});
+  }
+  std::ranges::sort(near_line_, [](const NearLine& a, const NearLine& b) {
+    return a.off < b.off || (a.off == b.off && a.index < b.index);
+  });
+}
+
+// Rays of well supported hypotheses, which lost them when all was decided.
+void NewMatcher::ask_again(RayTable& rays, Matches& into) {
+  bool any = false;
+  for (std::size_t view = 0; view < rays.view_count(); ++view) {
+    for (const std::uint16_t ray : free_[view].ray)
+      any = any || put_off_[slot({static_cast<std::uint16_t>(view), ray})] != 0;
+  }
+  if (!any) return;
+  asking_again_ = true;
+  for (const Pair& pair : pairs_) ask_pair(rays, pair);
+  decide(rays, true, into);
+}
+
+// Whether both rays already are of one marker: asking again would give the same.
+bool NewMatcher::is_explained(Member a, Member b) const {
+  return best_of_[slot(a)] != kNone && best_of_[slot(a)] == best_of_[slot(b)];
+}
+
+// Whether a well supported hypothesis has the ray; then nobody asks about it for now.
+bool NewMatcher::put_off(Member member) {
+  const std::uint32_t best = best_of_[slot(member)];
+  if (best == kNone || !hypotheses_[best].strong) return false;
+  put_off_[slot(member)] = 1;
+  return true;
+}
+
+void NewMatcher::propose(const RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j) {
   if (work_ > kMaxWork || hypotheses_.size() == kMaxHypotheses) {
     ++skipped_;
     return;
   }
-  if (!start(rays, a, b)) return;
+  if (!start(rays, a, i, b, j)) return;
   gather_support(rays, trial_);
   if (trial_.members.size() > 2) {
     if (!settle(rays, trial_)) return;
@@ -150,21 +256,31 @@ void NewMatcher::propose(const RayTable& rays, Member a, Member b) {
       if (trial_.members.size() != before && !settle(rays, trial_)) return;
     }
   }
-  trial_.could_see = missing_views_;
-  for (std::size_t view = 0; view < rays.view_count(); ++view) {
-    trial_.could_see += rays.could_see(view, trial_.at.point) ? 1 : 0;
-  }
+  count_cameras(rays, trial_);
   if (trial_.members.size() >= needed(trial_)) remember(trial_);
 }
 
 // Makes the trial of two rays, if they meet where a marker can be.
-bool NewMatcher::start(const RayTable& rays, Member a, Member b) {
-  work_ += 2 * kWorkOfShadow;
-  const double cos_angle = rays[a.view].direction(a.ray).dot(rays[b.view].direction(b.ray));
-  if (std::abs(cos_angle) > max_cos_angle_) return false;
+bool NewMatcher::start(const RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j) {
+  work_ += kWorkOfShadow;
+  const Vector3d& along_a = free_[a].direction[i];
+  const Vector3d& along_b = free_[b].direction[j];
+  const Vector3d between = free_[b].eye - free_[a].eye;
+  const double aa = along_a.squaredNorm();
+  const double ab = along_a.dot(along_b);
+  const double bb = along_b.squaredNorm();
+  if (ab * ab > max_cos_angle_ * max_cos_angle_ * aa * bb) return false;
+  // Where the rays pass each other nearest; parameters are depths.
+  const double inverse = 1.0 / (aa * bb - ab * ab);
+  const double depth_a = (along_a.dot(between) * bb - along_b.dot(between) * ab) * inverse;
+  const double depth_b = (along_a.dot(between) * ab - along_b.dot(between) * aa) * inverse;
+  if (!(depth_a > 0.0 && depth_b > 0.0)) return false;
+  const Vector3d middle = 0.5 * (free_[a].eye + depth_a * along_a + free_[b].eye + depth_b * along_b);
+  if (!in_volume(middle)) return false;
+  trial_.at.point = {middle};
   trial_.members.clear();
-  trial_.members.push_back(a);
-  trial_.members.push_back(b);
+  trial_.members.push_back({static_cast<std::uint16_t>(a), free_[a].ray[i]});
+  trial_.members.push_back({static_cast<std::uint16_t>(b), free_[b].ray[j]});
   return settle(rays, trial_);
 }
 
@@ -172,12 +288,11 @@ bool NewMatcher::start(const RayTable& rays, Member a, Member b) {
 void NewMatcher::gather_support(const RayTable& rays, Hypothesis& from) {
   std::uint64_t has = 0;
   for (const Member& member : from.members) has |= std::uint64_t{1} << member.view;
+  work_ += (rays.view_count() - from.members.size()) * kWorkOfShadow / 4;
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
-    if ((has >> view & 1) != 0 || rays[view].size() == 0) continue;
-    work_ += kWorkOfShadow;
-    const auto shadow = rays[view].shadow(from.at.point.v, from.at.covariance_m2);
-    if (!shadow) continue;
-    const auto nearest = rays[view].nearest_free(*shadow, settings_.agree_sigmas, settings_.calibration_px);
+    if ((has >> view & 1) != 0 || free_[view].ray.empty()) continue;
+    const auto nearest = rays[view].nearest_free(from.at.point.v, from.at.covariance_m2, settings_.agree_sigmas,
+                                                 settings_.calibration_px);
     if (!nearest) continue;
     from.members.push_back({static_cast<std::uint16_t>(view), static_cast<std::uint16_t>(*nearest)});
   }
@@ -185,19 +300,19 @@ void NewMatcher::gather_support(const RayTable& rays, Hypothesis& from) {
 
 // Finds the point of the members, leaves out those that do not agree; false where nothing is left to believe.
 bool NewMatcher::settle(const RayTable& rays, Hypothesis& hypothesis) {
+  const double doubt_px2 = settings_.calibration_px * settings_.calibration_px;
   sightings_.clear();
   for (const auto& [view, ray] : hypothesis.members) {
-    geometry::Sighting sighting = rays[view].sighting(ray, static_cast<std::uint32_t>(view) << 16 | ray);
+    auto& sighting = sightings_.push_back(rays[view].sighting(ray, static_cast<std::uint32_t>(view) << 16 | ray));
     // The covariance of a point is used to look for more views: it must hold the error of the rig too.
-    sighting.sigma_px = std::hypot(sighting.sigma_px, settings_.calibration_px);
-    sightings_.push_back(sighting);
+    const double own_px2 = sighting.sigma_px * sighting.sigma_px;
+    sighting.trust = own_px2 / (own_px2 + doubt_px2);
   }
-  work_ += sightings_.size() * kWorkOfShadow;
-  const auto agreed = geometry::agree(sightings_, {0.0, settings_.agree_sigmas});
-  if (!agreed) return false;
-  const auto& at = agreed->refined.point.v.array();
-  if ((at < settings_.volume_min_m.array()).any() || (at > settings_.volume_max_m.array()).any()) return false;
+  work_ += sightings_.size() * kWorkOfShadow / 4;
+  const auto agreed = geometry::agree(sightings_, hypothesis.at.point, agreement_);
+  if (!agreed || !in_volume(agreed->refined.point.v)) return false;
   hypothesis.at = agreed->refined;
+  if (agreed->kept == hypothesis.members.size()) return true;
   hypothesis.members.clear();
   for (std::size_t i = 0; i < agreed->kept; ++i) {
     const std::uint32_t source = sightings_[i].source;
@@ -205,6 +320,28 @@ bool NewMatcher::settle(const RayTable& rays, Hypothesis& hypothesis) {
         {static_cast<std::uint16_t>(source >> 16), static_cast<std::uint16_t>(source & 0xFFFF)});
   }
   return true;
+}
+
+bool NewMatcher::in_volume(const Vector3d& point) const {
+  return (point.array() >= settings_.volume_min_m.array()).all() &&
+         (point.array() <= settings_.volume_max_m.array()).all();
+}
+
+// How many cameras could see the point; as far as anything hangs on it: of few views more than are needed are as good
+// as many, and what most cameras of the set see needs no count.
+void NewMatcher::count_cameras(const RayTable& rays, Hypothesis& hypothesis) const {
+  const std::size_t views = hypothesis.members.size();
+  const std::size_t most = rays.view_count() + missing_views_;
+  const bool few = views < settings_.min_views_new;
+  hypothesis.could_see = static_cast<std::uint32_t>(most);
+  if (few || 4 * views < 3 * most) {
+    hypothesis.could_see = missing_views_;
+    for (std::size_t view = 0; view < rays.view_count(); ++view) {
+      hypothesis.could_see += rays.could_see(view, hypothesis.at.point) ? 1 : 0;
+      if (few && hypothesis.could_see >= settings_.min_views_new) break;
+    }
+  }
+  hypothesis.strong = views > settings_.min_views_new && 2 * views >= hypothesis.could_see;
 }
 
 std::uint32_t NewMatcher::needed(const Hypothesis& hypothesis) const {
@@ -225,7 +362,7 @@ void NewMatcher::remember(const Hypothesis& hypothesis) {
   hypotheses_.push_back(hypothesis);
   undecided_.push_back(index);
   for (const Member& member : hypothesis.members) {
-    std::uint32_t& best = best_of(member);
+    std::uint32_t& best = best_of_[slot(member)];
     if (best == kNone || is_better(index, best)) best = index;
   }
 }
@@ -233,12 +370,13 @@ void NewMatcher::remember(const Hypothesis& hypothesis) {
 // Its rays may be asked about again.
 void NewMatcher::forget(std::uint32_t index) {
   for (const Member& member : hypotheses_[index].members) {
-    if (best_of(member) == index) best_of(member) = kNone;
+    if (best_of_[slot(member)] == index) best_of_[slot(member)] = kNone;
   }
 }
 
 // Believes the hypotheses best first, each without the rays that better ones took.
 void NewMatcher::decide(RayTable& rays, bool last_round, Matches& into) {
+  const std::size_t before_matches = into.matches.size() + into.dropped;
   const auto worse = [this](std::uint32_t a, std::uint32_t b) { return is_better(b, a); };
   open_.assign(undecided_.begin(), undecided_.end());
   undecided_.clear();
@@ -264,6 +402,7 @@ void NewMatcher::decide(RayTable& rays, bool last_round, Matches& into) {
       believe(rays, best, into);
     }
   }
+  if (into.matches.size() + into.dropped != before_matches) gather_free(rays);
 }
 
 // False when too little is left of the hypothesis.
@@ -279,24 +418,30 @@ bool NewMatcher::lose_taken(const RayTable& rays, Hypothesis& hypothesis) {
 }
 
 void NewMatcher::believe(RayTable& rays, const Hypothesis& hypothesis, Matches& into) {
-  Match match;
+  for (const auto& [view, ray] : hypothesis.members) rays[view].taken[ray] = 1;
+  if (into.matches.full()) {
+    ++into.dropped;
+    return;
+  }
+  Match& match = into.matches.push_back({});
+  match.start = hypothesis.at.point;
   for (const auto& [view, ray] : hypothesis.members) {
-    rays[view].taken[ray] = 1;
-    match.sightings.push_back({view, rays[view].blob[ray], 0.0F, 0.0F, static_cast<float>(rays[view].sigma_px[ray])});
+    BlobRef seen{view, rays[view].blob[ray]};
+    seen.sigma_px = static_cast<float>(rays[view].sigma_px[ray]);
+    seen.quadric = &rays[view].quadric[ray];
+    match.sightings.push_back(seen);
   }
   std::ranges::sort(match.sightings, {}, &BlobRef::view);
-  if (!into.matches.try_push_back(match)) ++into.dropped;
 }
 
 // Two rays meet by chance easily: believed where neither fits any other.
 void NewMatcher::believe_lone_pairs(RayTable& rays, Matches& into) {
   for (const std::uint32_t index : undecided_) {
-    for (const auto& [view, ray] : hypotheses_[index].members) ++rivals_[view * kMaxBlobs + ray];
+    for (const auto& [view, ray] : hypotheses_[index].members) ++rivals_[slot({view, ray})];
   }
   for (const std::uint32_t index : undecided_) {
     const Hypothesis& pair = hypotheses_[index];
-    const bool alone =
-        std::ranges::all_of(pair.members, [this](const Member& m) { return rivals_[m.view * kMaxBlobs + m.ray] == 1; });
+    const bool alone = std::ranges::all_of(pair.members, [this](const Member& m) { return rivals_[slot(m)] == 1; });
     if (alone) believe(rays, pair, into);
   }
 }

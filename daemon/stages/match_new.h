@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "base/bounded_vector.h"
-#include "geometry/triangulation.h"
+#include "geometry/ray_quadric.h"
 #include "stages/match_views.h"
 #include "stages/view_rays.h"
 
@@ -35,9 +35,21 @@ class NewMatcher {
   struct Hypothesis {
     geometry::Refined at;
     std::uint32_t could_see = 0;  // cameras in whose image the point lies, those without a view included
+    bool strong = false;          // nobody need ask about its rays for now
     BoundedVector<Member, kMaxCameras> members;
   };
-  using Sightings = BoundedVector<geometry::Sighting, kMaxCameras>;
+  using Sightings = BoundedVector<geometry::QuadricSighting, kMaxCameras>;
+  // The rays of a view that are not taken, by column.
+  struct FreeRays {
+    std::vector<std::uint16_t> ray;
+    std::vector<float> x, y;
+    std::vector<Eigen::Vector3d> direction;  // in the world, 1 m along the camera's axis
+    Eigen::Vector3d eye;
+  };
+  struct NearLine {
+    float off;
+    std::uint32_t index;  // in the free rays
+  };
   // Two cameras, and the epipolar geometry from the first to the second.
   struct Pair {
     std::uint32_t a, b;
@@ -46,12 +58,22 @@ class NewMatcher {
   };
 
   void plan_rounds(const Rig& rig);
+  void gather_free(const RayTable& rays);
   void ask_pair(const RayTable& rays, const Pair& pair);
-  void propose(const RayTable& rays, Member a, Member b);
+  void ask_ray(const RayTable& rays, const Pair& pair, std::size_t a, std::size_t i, std::size_t b);
+  void measure_line(const FreeRays& of_b, const Eigen::Vector3d& line);
+  void find_near_line(const FreeRays& of_b, const Eigen::Vector3d& line, double allowed);
+  void ask_again(RayTable& rays, Matches& into);
+  void ask_round(const RayTable& rays, std::size_t round);
+  std::size_t rounds() const { return first_of_round_.size() - 1; }
+  void propose(const RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j);
   bool is_explained(Member a, Member b) const;
-  bool start(const RayTable& rays, Member a, Member b);
+  bool put_off(Member member);
+  bool start(const RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j);
   void gather_support(const RayTable& rays, Hypothesis& from);
   bool settle(const RayTable& rays, Hypothesis& hypothesis);
+  bool in_volume(const Eigen::Vector3d& point) const;
+  void count_cameras(const RayTable& rays, Hypothesis& hypothesis) const;
   std::uint32_t needed(const Hypothesis& hypothesis) const;
   void remember(const Hypothesis& hypothesis);
   void forget(std::uint32_t index);
@@ -60,13 +82,14 @@ class NewMatcher {
   void believe(RayTable& rays, const Hypothesis& hypothesis, Matches& into);
   void believe_lone_pairs(RayTable& rays, Matches& into);
   bool is_better(std::size_t a, std::size_t b) const;
-  std::uint32_t& best_of(Member member) { return best_of_[member.view * kMaxBlobs + member.ray]; }
-  std::uint32_t best_of(Member member) const { return best_of_[member.view * kMaxBlobs + member.ray]; }
+  static std::size_t slot(Member member) { return member.view * kMaxBlobs + member.ray; }
 
   const MatchSettings& settings_;
   geometry::Agreement agreement_;
   double max_cos_angle_;
-  std::vector<Pair> pairs_;  // in the order of their rounds
+  std::vector<Pair> pairs_;                  // in the order of their rounds
+  std::vector<std::size_t> first_of_round_;  // in the pairs; one more at the end
+  std::size_t next_round_ = 0;               // of those that are not asked in every set
   std::uint32_t missing_views_ = 0;
   std::size_t work_ = 0;
   std::uint32_t skipped_ = 0;
@@ -76,6 +99,12 @@ class NewMatcher {
   std::vector<std::uint32_t> undecided_;
   std::vector<std::uint32_t> best_of_;  // of view * kMaxBlobs + ray: the best hypothesis that it is a member of
   std::vector<std::uint32_t> rivals_;   // likewise: how many two-view hypotheses want it
+  std::vector<std::uint8_t> put_off_;   // likewise: whether a question about it was put off
+  std::vector<FreeRays> free_;          // by view
+  std::size_t free_views_ = 0;          // that have any
+  bool asking_again_ = false;           // only about rays that were put off
+  std::vector<float> off_;
+  std::vector<NearLine> near_line_;
   Hypothesis trial_;
   Sightings sightings_;
 };

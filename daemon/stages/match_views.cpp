@@ -24,6 +24,7 @@ class ViewMatcher final : public Matcher {
 
   const Matches& match(const FrameSet& frames, const Expected& expected) override {
     matches_.matches.clear();
+    matches_.lone.clear();
     matches_.dropped = 0;
     matches_.seen_once = 0;
     matches_.skipped = 0;
@@ -33,6 +34,7 @@ class ViewMatcher final : public Matcher {
     rays_.cast(frames);
     expected_matcher_.match(rays_, expected, matches_);
     new_matcher_.match(rays_, missing, matches_);
+    expected_matcher_.list_lone(rays_, matches_);
 
     std::size_t unmatched = 0;
     for (std::size_t view = 0; view < frames.views.size(); ++view) {

@@ -24,6 +24,10 @@ struct TrackLife {
   double claim_sigmas = 4.0;       ///< the gate of a sighting that others know to be the track's
   /// Known no better than that (standard deviation of an axis), an unseen track dies.
   double max_coast_sigma_u = std::numeric_limits<double>::infinity();
+  /// Share of the sets in which a point does what nobody could foresee (it is hit, or an image is missing unnoticed);
+  /// it is then `surprise_scale` times as far from where it should be as usual. 0: never.
+  double surprise_share = 0.0;
+  double surprise_scale = 4.0;
 };
 
 /// The tracks of points in N dimensions, each with a filter F, and which of them each sighting of a set belongs to.
@@ -51,7 +55,8 @@ class PointTracks {
       : life_(life),
         max_tracks_(max_tracks),
         max_sightings_(max_sightings),
-        assigner_(max_tracks, max_sightings, max_tracks * kMaxCandidates) {
+        assigner_(max_tracks, max_sightings, max_tracks * kMaxCandidates),
+        cost_of_surprise_(-2.0 * std::log(life.surprise_share) + 2.0 * N * std::log(life.surprise_scale)) {
     tracks_.reserve(max_tracks);
     taken_.reserve(max_sightings);
     by_x_.reserve(max_sightings);
@@ -174,18 +179,32 @@ class PointTracks {
     }
   }
 
+  // What a sighting costs a track that may be surprised: the likelier of both tails. Infinite outside of the gate.
+  double cost_of(const typename filter::Gate<N>::Fit& fit, bool may_surprise) const {
+    const double gate2 = life_.gate_sigmas * life_.gate_sigmas;
+    const double infinite = std::numeric_limits<double>::infinity();
+    const double usual = fit.distance2 <= gate2 ? fit.cost : infinite;
+    const double scale2 = life_.surprise_scale * life_.surprise_scale;
+    if (!may_surprise || !(fit.distance2 <= gate2 * scale2)) return usual;
+    const double surprise = fit.cost - fit.distance2 + fit.distance2 / scale2 + cost_of_surprise_;
+    return std::min(usual, surprise);
+  }
+
   void add_pairs(std::uint32_t row, std::span<const filter::Seen<N>> sightings, double max_variance) {
-    const filter::Gate<N>& gate = tracks_[rows_[row]].gate;
-    const filter::Vector<N> reach = gate.reach(life_.gate_sigmas, max_variance);
+    const Track& track = tracks_[rows_[row]];
+    const filter::Gate<N>& gate = track.gate;
+    const bool may_surprise = life_.surprise_share > 0.0 && track.confirmed && track.missed_sets == 0;
+    const double sigmas = life_.gate_sigmas * (may_surprise ? life_.surprise_scale : 1.0);
+    const filter::Vector<N> reach = gate.reach(sigmas, max_variance);
     const std::size_t first_pair = pairs_.size();
     auto near = std::lower_bound(by_x_.begin(), by_x_.end(), gate.centre.x() - reach.x(),
                                  [](const ByX& entry, double x) { return entry.x < x; });
     for (; near != by_x_.end() && near->x <= gate.centre.x() + reach.x(); ++near) {
       const filter::Seen<N>& seen = sightings[near->index];
       if (((seen.point - gate.centre).array().abs() > reach.array()).any()) continue;
-      const auto fit = gate.fit(seen);
-      if (!(fit.distance2 <= life_.gate_sigmas * life_.gate_sigmas)) continue;
-      const geometry::AllowedPair pair{row, near->index, fit.cost};
+      const double cost = cost_of(gate.fit(seen), may_surprise);
+      if (!std::isfinite(cost)) continue;
+      const geometry::AllowedPair pair{row, near->index, cost};
       if (pairs_.size() - first_pair < kMaxCandidates) {
         pairs_.push_back(pair);
         continue;
@@ -200,6 +219,7 @@ class PointTracks {
   std::size_t max_tracks_;
   std::size_t max_sightings_;
   geometry::Assigner assigner_;
+  double cost_of_surprise_;  // beside what the distance costs
   std::vector<Track> tracks_;
   Timestamp at_;
   std::uint32_t next_id_ = 0;

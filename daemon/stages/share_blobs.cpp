@@ -37,7 +37,8 @@ double reach_px(double spread_px) { return 2.0 * spread_px; }
 
 BlobSharer::BlobSharer(std::size_t max_markers) { wishes_.reserve(max_markers); }
 
-void BlobSharer::share(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<Held> held) {
+bool BlobSharer::share(const ViewRays& view, const Foreseen& foreseen, std::span<Held> held) {
+  bool shared = false;
   gather_wishes(view, foreseen, held);
   for (std::size_t first = 0; first < wishes_.size();) {
     const std::uint32_t ray = wishes_[first].ray;
@@ -48,31 +49,37 @@ void BlobSharer::share(const ViewRays& view, std::span<const Foreseen> foreseen,
     if (group.size < 2) continue;
     if (view.spread_px[ray] > 0.0) {
       const std::uint32_t subset = best_subset(view, foreseen, ray, group);
-      if (subset != 0) split(view, foreseen, held, ray, group, subset);
+      if (subset == 0) continue;
+      split(view, foreseen, held, ray, group, subset);
+      shared = true;
     } else if (group.has_owner) {
-      overlay(foreseen, held, ray, group, view.focal_px);
+      shared = overlay(foreseen, held, ray, group, view.focal_px) || shared;
     }
   }
+  return shared;
 }
 
 // Each marker without a ray wishes for the blob that it should lie in, or nearest to.
-void BlobSharer::gather_wishes(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<const Held> held) {
+void BlobSharer::gather_wishes(const ViewRays& view, const Foreseen& foreseen, std::span<const Held> held) {
   wishes_.clear();
+  const double coincide2 = kCoincide_px * kCoincide_px / (view.focal_px * view.focal_px);
   for (std::uint32_t m = 0; m < held.size(); ++m) {
-    if (held[m].ray != Held::kNone || !foreseen[m].usable) continue;
-    const double slack_px = std::clamp(2.0 * foreseen[m].sigma_px, kLeastSlack_px, kMostSlack_px);
+    if (held[m].ray != Held::kNone || !foreseen.usable(m)) continue;
+    const Vector2d at = foreseen.centre(m);
+    const double slack_px = std::clamp(2.0 * foreseen.sigma_px(m, view.focal_px), kLeastSlack_px, kMostSlack_px);
     const double widest = std::max(kCoincide_px, reach_px(view.max_spread_px()) + slack_px) / view.focal_px;
-    const auto [first, last] = view.between(foreseen[m].centre.x() - widest, foreseen[m].centre.x() + widest);
     std::uint32_t nearest = Held::kNone;
     double least = 0.0;
-    for (std::size_t ray = first; ray < last; ++ray) {
-      const double off_px = view.focal_px * (Vector2d(view.x[ray], view.y[ray]) - foreseen[m].centre).norm();
+    view.near(at.x(), at.y(), widest, widest, [&](std::size_t ray) {
       const double spread = view.spread_px[ray];
+      const double off2 = (Vector2d(view.x(ray), view.y(ray)) - at).squaredNorm();
+      if (spread == 0.0 && off2 >= coincide2) return;  // most rays, without the root
+      const double off_px = view.focal_px * std::sqrt(off2);
       const double over = off_px - (spread > 0.0 ? reach_px(spread) + slack_px : kCoincide_px);
-      if (over >= least) continue;
+      if (over >= least) return;
       least = over;
       nearest = static_cast<std::uint32_t>(ray);
-    }
+    });
     if (nearest != Held::kNone && wishes_.size() < wishes_.capacity()) wishes_.push_back({nearest, m});
   }
   std::ranges::sort(wishes_,
@@ -93,27 +100,27 @@ BlobSharer::Group BlobSharer::group_of(std::span<const Wish> wishes, std::span<c
 }
 
 // How the foreseen markers of a subset lie.
-BlobSharer::Layout BlobSharer::layout_of(const ViewRays& view, std::span<const Foreseen> foreseen, const Group& group,
+BlobSharer::Layout BlobSharer::layout_of(const ViewRays& view, const Foreseen& foreseen, const Group& group,
                                          std::uint32_t subset) {
   const int count = std::popcount(subset);
   Layout layout;
   for (std::size_t i = 0; i < group.size; ++i) {
     if ((subset >> i & 1U) == 0) continue;
-    layout.mean += foreseen[group.markers[i]].centre / count;
-    layout.sigma_px += foreseen[group.markers[i]].sigma_px / count;
+    layout.mean += foreseen.centre(group.markers[i]) / count;
+    layout.sigma_px += foreseen.sigma_px(group.markers[i], view.focal_px) / count;
   }
   for (std::size_t i = 0; i < group.size; ++i) {
     if ((subset >> i & 1U) == 0) continue;
-    const Vector2d off_px = view.focal_px * (foreseen[group.markers[i]].centre - layout.mean);
+    const Vector2d off_px = view.focal_px * (foreseen.centre(group.markers[i]) - layout.mean);
     layout.stretch_px2 += elongation(off_px) / count;
   }
   return layout;
 }
 
 // The two or more of the group that explain the blob best, as a set of bits; none where none do.
-std::uint32_t BlobSharer::best_subset(const ViewRays& view, std::span<const Foreseen> foreseen, std::uint32_t ray,
+std::uint32_t BlobSharer::best_subset(const ViewRays& view, const Foreseen& foreseen, std::uint32_t ray,
                                       const Group& group) {
-  const Vector2d centroid(view.x[ray], view.y[ray]);
+  const Vector2d centroid(view.x(ray), view.y(ray));
   const double told_px = view.spread_px[ray];
   const Vector2d told_px2 = told_px * told_px * view.axis[ray];
   const double told_sigma_px = std::hypot(kSpreadSigma_px, kSpreadShare * told_px);
@@ -139,8 +146,8 @@ std::uint32_t BlobSharer::best_subset(const ViewRays& view, std::span<const Fore
 
 // Which of them is on which side is foreseen; how far apart and in which direction they are is what the shape tells. A
 // distance that was foreseen would confirm itself from set to set.
-void BlobSharer::split(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<Held> held,
-                       std::uint32_t ray, const Group& group, std::uint32_t subset) {
+void BlobSharer::split(const ViewRays& view, const Foreseen& foreseen, std::span<Held> held, std::uint32_t ray,
+                       const Group& group, std::uint32_t subset) {
   const Layout layout = layout_of(view, foreseen, group, subset);
   const double length_px = std::max(0.1, std::sqrt(layout.stretch_px2.norm()));
   const double scale = view.spread_px[ray] / length_px;
@@ -153,26 +160,30 @@ void BlobSharer::split(const ViewRays& view, std::span<const Foreseen> foreseen,
   const double cosine = std::cos(turn_rad);
   for (std::size_t i = 0; i < group.size; ++i) {
     if ((subset >> i & 1U) == 0) continue;
-    const Vector2d off = foreseen[group.markers[i]].centre - layout.mean;
+    const Vector2d off = foreseen.centre(group.markers[i]) - layout.mean;
     Held& own = held[group.markers[i]];
     own.ray = ray;
-    own.off = scale * Vector2d(cosine * off.x() - sine * off.y(), sine * off.x() + cosine * off.y());
-    own.sigma_px = std::hypot(kLeastSigma_px, kSigmaShare * view.focal_px * own.off.norm());
+    const Vector2d turned = scale * Vector2d(cosine * off.x() - sine * off.y(), sine * off.x() + cosine * off.y());
+    own.off = turned.cast<float>();
+    own.sigma_px = static_cast<float>(std::hypot(kLeastSigma_px, kSigmaShare * view.focal_px * turned.norm()));
   }
 }
 
 // One marker hides behind its owner's light, or is not there at all: both have it, neither knows it well.
-void BlobSharer::overlay(std::span<const Foreseen> foreseen, std::span<Held> held, std::uint32_t ray,
-                         const Group& group, double focal_px) {
+bool BlobSharer::overlay(const Foreseen& foreseen, std::span<Held> held, std::uint32_t ray, const Group& group,
+                         double focal_px) {
+  bool shared = false;
   Held& owner = held[group.markers[0]];
   for (std::size_t i = 1; i < group.size; ++i) {
-    const double apart_px = focal_px * (foreseen[group.markers[i]].centre - foreseen[group.markers[0]].centre).norm();
+    const double apart_px = focal_px * (foreseen.centre(group.markers[i]) - foreseen.centre(group.markers[0])).norm();
     if (apart_px > kCoincide_px) continue;
     Held& other = held[group.markers[i]];
     other.ray = ray;
-    other.sigma_px = std::hypot(kLeastSigma_px, 0.5 * apart_px);
+    other.sigma_px = static_cast<float>(std::hypot(kLeastSigma_px, 0.5 * apart_px));
     owner.sigma_px = std::max(owner.sigma_px, other.sigma_px);
+    shared = true;
   }
+  return shared;
 }
 
 }  // namespace mocap::stages

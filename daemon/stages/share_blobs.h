@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -10,11 +11,27 @@
 
 namespace mocap::stages {
 
-/// Where one view should see an expected marker.
+/// Where one view should see each expected marker, a column for each number so that loops over them run several at a
+/// time. In single precision: to a thousandth of a pixel.
 struct Foreseen {
-  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< on the image plane at distance 1
-  double sigma_px = 0.0;                             ///< standard deviation, mean of both axes
-  bool usable = false;
+  std::vector<float> x, y;                             ///< on the image plane at distance 1
+  std::vector<float> xx, xy, yy;                       ///< covariance of that place
+  std::vector<float> depth_m;                          ///< in front of the camera's plane; not over 0: not to be seen
+  std::vector<std::int32_t> left, right, top, bottom;  ///< its gate, as ViewRays::Bins
+
+  void resize(std::size_t markers) {
+    for (auto* column : {&x, &y, &xx, &xy, &yy, &depth_m}) column->resize(markers);
+    for (auto* column : {&left, &right, &top, &bottom}) column->resize(markers);
+  }
+  Eigen::Vector2d centre(std::size_t marker) const { return Eigen::Vector2f(x[marker], y[marker]).cast<double>(); }
+  /// Standard deviation, mean of both axes.
+  double sigma_px(std::size_t marker, double focal_px) const {
+    return focal_px * std::sqrt(0.5 * static_cast<double>(xx[marker] + yy[marker]));
+  }
+  bool usable(std::size_t marker) const { return depth_m[marker] > kNearest_m; }
+
+ private:
+  static constexpr float kNearest_m = 0.05F;
 };
 
 /// What one view holds of an expected marker: a ray, or kNone; and where the marker is in a blob that several share.
@@ -22,8 +39,9 @@ struct Held {
   static constexpr std::uint32_t kNone = 0xFFFF'FFFF;
 
   std::uint32_t ray = kNone;
-  Eigen::Vector2d off = Eigen::Vector2d::Zero();  ///< from the ray, on the image plane at distance 1
-  double sigma_px = 0.0;                          ///< of that place; 0: the ray's own
+  std::uint32_t quadric = kNone;                  ///< the holder's own number for that place as a ray
+  Eigen::Vector2f off = Eigen::Vector2f::Zero();  ///< from the ray, on the image plane at distance 1
+  float sigma_px = 0.0F;                          ///< of that place; 0: the ray's own
 };
 
 /// Finds the expected markers that are one blob together in a view. Never allocates after construction.
@@ -36,8 +54,8 @@ class BlobSharer {
  public:
   explicit BlobSharer(std::size_t max_markers);
 
-  /// `foreseen` and `held` are by marker.
-  void share(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<Held> held);
+  /// `foreseen` and `held` are by marker. Says whether any blob has more than one holder now.
+  bool share(const ViewRays& view, const Foreseen& foreseen, std::span<Held> held);
 
  private:
   static constexpr std::size_t kMaxSharers = 5;
@@ -57,15 +75,14 @@ class BlobSharer {
     double sigma_px = 0.0;                                  // of a foreseen place, mean
   };
 
-  void gather_wishes(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<const Held> held);
+  void gather_wishes(const ViewRays& view, const Foreseen& foreseen, std::span<const Held> held);
   static Group group_of(std::span<const Wish> wishes, std::span<const Held> held);
-  static Layout layout_of(const ViewRays& view, std::span<const Foreseen> foreseen, const Group& group,
-                          std::uint32_t subset);
-  static std::uint32_t best_subset(const ViewRays& view, std::span<const Foreseen> foreseen, std::uint32_t ray,
+  static Layout layout_of(const ViewRays& view, const Foreseen& foreseen, const Group& group, std::uint32_t subset);
+  static std::uint32_t best_subset(const ViewRays& view, const Foreseen& foreseen, std::uint32_t ray,
                                    const Group& group);
-  static void split(const ViewRays& view, std::span<const Foreseen> foreseen, std::span<Held> held, std::uint32_t ray,
+  static void split(const ViewRays& view, const Foreseen& foreseen, std::span<Held> held, std::uint32_t ray,
                     const Group& group, std::uint32_t subset);
-  static void overlay(std::span<const Foreseen> foreseen, std::span<Held> held, std::uint32_t ray, const Group& group,
+  static bool overlay(const Foreseen& foreseen, std::span<Held> held, std::uint32_t ray, const Group& group,
                       double focal_px);
 
   std::vector<Wish> wishes_;

@@ -2,6 +2,8 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
+#include <span>
 #include <vector>
 
 #include "filter/kalman.h"
@@ -18,7 +20,20 @@ constexpr double kNewMarkers_1_m3 = 1.0;
 // narrower gate here would refuse the marker at a jerk, and a second track would be born in its place.
 constexpr double kClaimPerGate = 1.5;
 
+// One set in a hundred a marker does what nobody could foresee.
+constexpr double kSurpriseShare = 0.01;
+// A ray tells nothing of how far away the marker is.
+constexpr double kDepthSigma_m = 1.0;
+
 using Tracks = PointTracks<filter::Kalman<3>, 3>;
+
+// A bound from below of the least eigenvalue, tight where that one is small against the others: determinant over the
+// sum of the principal 2x2 minors.
+double least_variance(const filter::Matrix<3>& c) {
+  const double minors = c(0, 0) * c(1, 1) - c(0, 1) * c(1, 0) + c(0, 0) * c(2, 2) - c(0, 2) * c(2, 0) +
+                        c(1, 1) * c(2, 2) - c(1, 2) * c(2, 1);
+  return minors > 0.0 ? c.determinant() / minors : 0.0;
+}
 
 filter::KalmanSettings kalman_settings(const TrackMarkersSettings& settings) {
   filter::KalmanSettings kalman;
@@ -29,6 +44,7 @@ filter::KalmanSettings kalman_settings(const TrackMarkersSettings& settings) {
   kalman.gate_per_speed = settings.gate_per_speed;
   kalman.max_agility = settings.max_agility;
   kalman.coast_half_life_s = to_s(settings.coast_half_life);
+  kalman.white_noise = true;
   return kalman;
 }
 
@@ -39,6 +55,7 @@ TrackLife life_of(const TrackMarkersSettings& settings) {
   life.max_coast = settings.max_coast;
   life.new_density = kNewMarkers_1_m3;
   life.claim_sigmas = kClaimPerGate * settings.gate_sigmas;
+  life.surprise_share = kSurpriseShare;
   life.max_coast_sigma_u = settings.max_coast_sigma_m;
   return life;
 }
@@ -48,6 +65,7 @@ class KalmanMarkerTracker final : public MarkerTracker {
   explicit KalmanMarkerTracker(const TrackMarkersSettings& settings)
       : kalman_(kalman_settings(settings)),
         sighting_floor_m2_(settings.sighting_floor_m * settings.sighting_floor_m),
+        gate2_(settings.gate_sigmas * settings.gate_sigmas),
         tracks_(life_of(settings), kMaxMarkers, kMaxMarkers) {
     seen_.reserve(kMaxMarkers);
   }
@@ -67,10 +85,14 @@ class KalmanMarkerTracker final : public MarkerTracker {
     }
   }
 
-  const TrackedMarkers& step(const Markers& markers, const Expected& expected) override {
+  const TrackedMarkers& step(const Markers& markers, const Expected& expected,
+                             std::span<const LoneSighting> lone) override {
     seen_.clear();
     for (const Marker& marker : markers) {
-      seen_.push_back({marker.position.v, marker.covariance_m2 + filter::Matrix<3>::Identity() * sighting_floor_m2_});
+      seen_.push_back({marker.position.v, marker.covariance_m2});
+      // No direction is more certain than the floor; where all are less, the covariance is believed as it is.
+      const double lacking = sighting_floor_m2_ - least_variance(marker.covariance_m2);
+      if (lacking > 0.0) seen_.back().covariance.diagonal().array() += lacking;
     }
     tracks_.advance(expected.at, seen_.size());
     for (std::uint32_t i = 0; i < seen_.size(); ++i) {
@@ -83,6 +105,7 @@ class KalmanMarkerTracker final : public MarkerTracker {
     }
     tracks_.assign(seen_);
     tracks_.settle(seen_, [this](const filter::Seen<3>& seen) { return filter::Kalman<3>(kalman_, seen); });
+    for (const LoneSighting& ray : lone) follow_ray(ray, expected);
     tell(markers, expected);
     return tracked_;
   }
@@ -97,6 +120,23 @@ class KalmanMarkerTracker final : public MarkerTracker {
 
   static const ExpectedMarker* expectation_of(const Marker& marker, const Expected& expected) {
     return marker.expected < expected.markers.size() ? &expected.markers[marker.expected] : nullptr;
+  }
+
+  // A marker that one camera sees is known across the ray as well as ever, and along it no better than before.
+  void follow_ray(const LoneSighting& lone, const Expected& expected) {
+    const ExpectedMarker& known = expected.markers[lone.expected];
+    Tracks::Track* track = known.track.names_something() ? tracks_.find(known.track.value) : nullptr;
+    if (track == nullptr || track->sighting != Tracks::kNone || !track->confirmed) return;
+    const double depth_m = (track->gate.centre - lone.eye.v).dot(lone.direction);
+    if (!(depth_m > 0.0)) return;
+    const filter::Matrix<3> along = lone.direction * lone.direction.transpose();
+    const double across_m = std::hypot(lone.sigma_rad * depth_m, std::sqrt(sighting_floor_m2_));
+    const filter::Matrix<3> across = filter::Matrix<3>::Identity() - along;
+    const filter::Seen<3> seen{lone.eye.v + depth_m * lone.direction,
+                               across * (across_m * across_m) + along * (kDepthSigma_m * kDepthSigma_m)};
+    if (!(track->gate.fit(seen).distance2 <= gate2_)) return;
+    track->filter.update(seen);
+    track->seen_at = expected.at;
   }
 
   void tell(const Markers& markers, const Expected& expected) {
@@ -126,6 +166,7 @@ class KalmanMarkerTracker final : public MarkerTracker {
 
   filter::KalmanSettings kalman_;
   double sighting_floor_m2_;
+  double gate2_;
   Tracks tracks_;
   std::vector<filter::Seen<3>> seen_;
   TrackedMarkers tracked_;

@@ -8,6 +8,7 @@
 
 #include "base/expects.h"
 #include "geometry/ray_caster.h"
+#include "geometry/ray_quadric.h"
 #include "geometry/triangulation.h"
 #include "stages/blob_doubt.h"
 
@@ -20,14 +21,13 @@ class MatchTriangulator final : public Triangulator {
       : settings_(settings),
         agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
         rig_(std::move(rig)) {
-    for (const CameraModel& camera : rig_) casters_.emplace_back(camera);
+    for (const CameraModel& camera : rig_) rows_.emplace_back(camera.camera_from_world);
   }
 
   const Markers& triangulate(const FrameSet& frames, const Matches& matches) override {
     markers_.clear();
     for (std::size_t m = 0; m < matches.matches.size(); ++m) {
-      gather(frames, matches.matches[m]);
-      const auto agreed = geometry::agree(sightings_, agreement_);
+      const auto agreed = point_of(frames, matches.matches.data()[m]);
       if (!agreed || !is_sure(agreed->refined.covariance_m2)) continue;
       markers_.push_back({agreed->refined.point, agreed->refined.covariance_m2, agreed->refined.rms_px,
                           static_cast<std::uint32_t>(agreed->kept), static_cast<std::uint32_t>(m),
@@ -37,6 +37,25 @@ class MatchTriangulator final : public Triangulator {
   }
 
  private:
+  // By what the matcher tells of the rays, or by the blobs themselves.
+  Result<geometry::Agreed, geometry::TriangulationFailure> point_of(const FrameSet& frames, const Match& match) {
+    if (match.start && gather_told(frames, match)) return geometry::agree(told_, *match.start, agreement_);
+    gather(frames, match);
+    return geometry::agree(sightings_, agreement_);
+  }
+
+  // False where a sighting does not tell its ray.
+  bool gather_told(const FrameSet& frames, const Match& match) {
+    told_.clear();
+    for (const BlobRef& seen : match.sightings) {
+      const std::uint32_t camera = frames.views[seen.view]->camera.value;
+      MOCAP_EXPECTS(camera < rig_.size());
+      if (seen.quadric == nullptr || !(seen.sigma_px > 0.0F)) return false;
+      told_.push_back({seen.quadric, &rows_[camera].depth, static_cast<double>(seen.sigma_px), 1.0, seen.view});
+    }
+    return true;
+  }
+
   void gather(const FrameSet& frames, const Match& match) {
     sightings_.clear();
     for (const BlobRef& seen : match.sightings) {
@@ -44,7 +63,7 @@ class MatchTriangulator final : public Triangulator {
       MOCAP_EXPECTS(frame.camera.value < rig_.size());
       const Blob& blob = frame.blobs[seen.blob];
       const Eigen::Vector2d off_px(seen.off_x_px, seen.off_y_px);
-      const auto ray = casters_[frame.camera.value].cast({blob.centroid.v + off_px});
+      const auto ray = geometry::ray_of(rig_[frame.camera.value].lens, {blob.centroid.v + off_px});
       if (!ray) continue;
       const double sigma_px = seen.sigma_px > 0.0F ? static_cast<double>(seen.sigma_px) : doubt_px(blob);
       sightings_.push_back(
@@ -65,8 +84,9 @@ class MatchTriangulator final : public Triangulator {
   TriangulateSettings settings_;
   geometry::Agreement agreement_;
   Rig rig_;
-  std::vector<geometry::RayCaster> casters_;
+  std::vector<geometry::CameraRows> rows_;  // by camera
   BoundedVector<geometry::Sighting, kMaxCameras> sightings_;
+  BoundedVector<geometry::QuadricSighting, kMaxCameras> told_;
   Markers markers_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/expects.h"
 #include "geometry/lens.h"
@@ -16,6 +17,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr std::uint32_t kNoView = 0xFFFF'FFFF;
+// A marker nearer to the camera's plane than that is not in front of it.
+constexpr double kNearest_m = 0.05;
 
 double reach_of(const CameraModel& camera) {
   // The rays of the image's border, told at its corners and middles; a wide lens bends the middles out the farthest.
@@ -31,16 +34,11 @@ double reach_of(const CameraModel& camera) {
 
 }  // namespace
 
-geometry::Sighting ViewRays::sighting(std::size_t ray, std::uint32_t source) const {
-  return {&camera->camera_from_world, {{x[ray], y[ray]}}, px_from_ray[ray], sigma_px[ray], source};
-}
-
 Vector3d ViewRays::direction(std::size_t ray) const {
-  return (camera->camera_from_world.rotation.transpose() * Vector3d(x[ray], y[ray], 1.0)).normalized();
+  return (camera->camera_from_world.rotation.transpose() * Vector3d(x(ray), y(ray), 1.0)).normalized();
 }
 
 std::optional<Shadow> ViewRays::shadow(const Vector3d& point, const Matrix3d& covariance_m2) const {
-  constexpr double kNearest_m = 0.05;
   const Matrix3d& r = camera->camera_from_world.rotation;
   const Vector3d seen = r * point + camera->camera_from_world.translation;
   if (!(seen.z() > kNearest_m)) return std::nullopt;
@@ -60,50 +58,66 @@ double ViewRays::distance2(const Shadow& shadow, std::size_t ray, double floor_p
   const double xx = shadow.covariance(0, 0) + own;
   const double yy = shadow.covariance(1, 1) + own;
   const double xy = shadow.covariance(0, 1);
-  const double dx = x[ray] - shadow.centre.x();
-  const double dy = y[ray] - shadow.centre.y();
+  const double dx = rays.x[ray] - shadow.centre.x();
+  const double dy = rays.y[ray] - shadow.centre.y();
   return (yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy);
 }
 
-std::pair<std::size_t, std::size_t> ViewRays::candidates(const Shadow& shadow, double sigmas, double floor_px) const {
-  const double own = (max_sigma_px_ * max_sigma_px_ + floor_px * floor_px) / (focal_px * focal_px);
-  const double half = sigmas * std::sqrt(shadow.covariance(0, 0) + own);
-  return between(shadow.centre.x() - half, shadow.centre.x() + half);
-}
-
-std::pair<std::size_t, std::size_t> ViewRays::between(double low, double high) const {
-  if (x.empty()) return {0, 0};
-  std::size_t first = first_of_bin_[bin_of(low)];
-  while (first < x.size() && x[first] < low) ++first;
-  std::size_t last = first;
-  while (last < x.size() && x[last] <= high) ++last;
-  return {first, last};
-}
-
 void ViewRays::index() {
-  if (x.empty()) return;
-  x_min_ = x.front();
-  const double width = x.back() - x.front();
-  bins_per_x_ = width > 0.0 ? static_cast<double>(kBins) / width : 0.0;
-  std::size_t ray = 0;
-  for (std::size_t bin = 0; bin < kBins; ++bin) {
-    while (ray < x.size() && bin_of(x[ray]) < bin) ++ray;
-    first_of_bin_[bin] = static_cast<std::uint16_t>(ray);
+  max_sigma_px_ = max_spread_px_ = 0.0;
+  words_ = (size() + 63) / 64;
+  if (size() == 0) return;
+  double max_x = min_x_ = rays.x[0];
+  double max_y = min_y_ = rays.y[0];
+  for (std::size_t ray = 0; ray < size(); ++ray) {
+    min_x_ = std::min(min_x_, rays.x[ray]);
+    max_x = std::max(max_x, rays.x[ray]);
+    min_y_ = std::min(min_y_, rays.y[ray]);
+    max_y = std::max(max_y, rays.y[ray]);
+    max_sigma_px_ = std::max(max_sigma_px_, sigma_px[ray]);
+    max_spread_px_ = std::max(max_spread_px_, spread_px[ray]);
+  }
+  // The last ray lies in the last bin, not past it.
+  constexpr double kAlmost = 1.0 - 1e-9;
+  bins_per_x_ = kAlmost * static_cast<double>(kBins) / std::max(1e-9, max_x - min_x_);
+  bins_per_y_ = kAlmost * static_cast<double>(kBins) / std::max(1e-9, max_y - min_y_);
+
+  const std::size_t slots = (kBins + 1) * words_;
+  std::fill_n(before_x_.begin(), slots, std::uint64_t{0});
+  std::fill_n(before_y_.begin(), slots, std::uint64_t{0});
+  for (std::size_t ray = 0; ray < size(); ++ray) {
+    const std::uint64_t bit = std::uint64_t{1} << (ray % 64);
+    before_x_[(bin_of((rays.x[ray] - min_x_) * bins_per_x_) + 1) * words_ + ray / 64] |= bit;
+    before_y_[(bin_of((rays.y[ray] - min_y_) * bins_per_y_) + 1) * words_ + ray / 64] |= bit;
+  }
+  for (std::size_t slot = words_; slot < slots; ++slot) {
+    before_x_[slot] |= before_x_[slot - words_];
+    before_y_[slot] |= before_y_[slot - words_];
   }
 }
 
-std::optional<std::size_t> ViewRays::nearest_free(const Shadow& shadow, double sigmas, double floor_px) const {
+std::optional<std::size_t> ViewRays::nearest_free(const Vector3d& point, const Matrix3d& covariance_m2, double sigmas,
+                                                  double floor_px) const {
+  const Matrix3d& r = camera->camera_from_world.rotation;
+  const Vector3d seen = r * point + camera->camera_from_world.translation;
+  if (!(seen.z() > kNearest_m)) return std::nullopt;
+  // The shadow is no wider than the point's variance in all axes together, seen aslant at the worst.
+  const double inverse_z = 1.0 / seen.z();
+  const double at_x = seen.x() * inverse_z;
+  const double at_y = seen.y() * inverse_z;
+  const double widest = covariance_m2.trace() * inverse_z * inverse_z * (1.0 + at_x * at_x + at_y * at_y);
+  const double half = sigmas * std::sqrt(widest + most_own(floor_px));
   std::optional<std::size_t> nearest;
+  std::optional<Shadow> exactly;
   double least = sigmas * sigmas;
-  const auto [first, last] = candidates(shadow, sigmas, floor_px);
-  for (std::size_t ray = first; ray < last; ++ray) {
-    if (taken[ray] != 0) continue;
-    const double d2 = distance2(shadow, ray, floor_px);
-    if (d2 < least) {
-      least = d2;
-      nearest = ray;
-    }
-  }
+  near(at_x, at_y, half, half, [&](std::size_t ray) {
+    if (taken[ray] != 0 || std::abs(rays.x[ray] - at_x) > half || std::abs(rays.y[ray] - at_y) > half) return;
+    if (!exactly) exactly = shadow(point, covariance_m2);
+    const double d2 = distance2(*exactly, ray, floor_px);
+    if (!(d2 < least)) return;
+    least = d2;
+    nearest = ray;
+  });
   return nearest;
 }
 
@@ -111,20 +125,18 @@ RayTable::RayTable(const Rig& rig) : rig_(rig), views_(rig.size()), view_of_(rig
   MOCAP_EXPECTS(rig.size() <= kMaxCameras);
   for (const CameraModel& camera : rig) {
     casters_.emplace_back(camera);
+    rows_.emplace_back(camera.camera_from_world);
     reach_.push_back(reach_of(camera));
   }
   for (ViewRays& view : views_) {
-    view.x.reserve(kMaxBlobs);
-    view.y.reserve(kMaxBlobs);
-    view.px_from_ray.reserve(kMaxBlobs);
+    view.quadric.reserve(kMaxBlobs);
     view.sigma_px.reserve(kMaxBlobs);
     view.spread_px.reserve(kMaxBlobs);
     view.axis.reserve(kMaxBlobs);
     view.blob.reserve(kMaxBlobs);
     view.taken.reserve(kMaxBlobs);
   }
-  scratch_.reserve(kMaxBlobs);
-  areas_.reserve(kMaxBlobs);
+  for (auto* scratch : {&u_px_, &v_px_, &areas_px2_}) scratch->reserve(kMaxBlobs);
 }
 
 void RayTable::cast(const FrameSet& frames) {
@@ -139,58 +151,54 @@ void RayTable::cast(const FrameSet& frames) {
   }
 }
 
-void RayTable::cast_view(const BlobFrame& frame, ViewRays& rays) {
+// The middle one of the blobs' areas, where any blob can be a crowd.
+double RayTable::usual_area_px2(const BlobFrame& frame) {
+  areas_px2_.clear();
+  for (const Blob& blob : frame.blobs) areas_px2_.push_back(blob.area_px2);
+  if (!may_crowd(areas_px2_)) return std::numeric_limits<double>::infinity();
+  const auto middle = areas_px2_.begin() + static_cast<std::ptrdiff_t>(areas_px2_.size() / 2);
+  std::ranges::nth_element(areas_px2_, middle);
+  return *middle;
+}
+
+void RayTable::cast_view(const BlobFrame& frame, ViewRays& view) {
   const std::size_t camera = frame.camera.value;
-  rays.camera = &rig_[camera];
-  rays.focal_px = std::sqrt(rig_[camera].lens.fx_px * rig_[camera].lens.fy_px);
+  view.camera = &rig_[camera];
+  view.rows = &rows_[camera];
+  view.focal_px = std::sqrt(rig_[camera].lens.fx_px * rig_[camera].lens.fy_px);
 
-  areas_.clear();
-  for (const Blob& blob : frame.blobs) areas_.push_back(blob.area_px2);
-  const auto middle = areas_.begin() + static_cast<std::ptrdiff_t>(areas_.size() / 2);
-  std::ranges::nth_element(areas_, middle);
-  const double usual_px2 = areas_.empty() ? 0.0 : *middle;
-
-  scratch_.clear();
+  u_px_.resize(frame.blobs.size());
+  v_px_.resize(frame.blobs.size());
   for (std::size_t b = 0; b < frame.blobs.size(); ++b) {
     const Blob& blob = frame.blobs.data()[b];
-    if (!blob.centroid.v.allFinite() || !std::isfinite(blob.sigma_px)) continue;
-    const auto ray = casters_[camera].cast(blob.centroid);
-    if (!ray) continue;
+    u_px_[b] = std::isfinite(blob.sigma_px) ? blob.centroid.v.x() : std::numeric_limits<double>::quiet_NaN();
+    v_px_[b] = blob.centroid.v.y();
+  }
+  casters_[camera].cast(u_px_, v_px_, view.rays);
+  const double usual_px2 = usual_area_px2(frame);
+
+  view.sigma_px.clear();
+  view.spread_px.clear();
+  view.axis.clear();
+  view.blob.clear();
+  for (std::size_t b = 0; b < frame.blobs.size(); ++b) {
+    const Blob& blob = frame.blobs.data()[b];
+    if (view.rays.exists[b] == 0) continue;
     const double spread = spread_px(blob);
     const bool told = spread > 0.0 && std::isfinite(blob.axis_rad);
-    const Vector2d axis =
-        told ? Vector2d(std::cos(2.0 * blob.axis_rad), std::sin(2.0 * blob.axis_rad)) : Vector2d(0.0, 0.0);
-    const double sigma_px = std::hypot(doubt_px(blob), crowd_px(blob, usual_px2));
-    scratch_.push_back({*ray, sigma_px, spread, axis, static_cast<std::uint16_t>(b)});
+    const double crowd = crowd_px(blob, usual_px2);
+    const double doubt = doubt_px(blob, spread);
+    view.sigma_px.push_back(crowd > 0.0 ? std::hypot(doubt, crowd) : doubt);
+    view.spread_px.push_back(spread);
+    view.axis.push_back(told ? Vector2d(std::cos(2.0 * blob.axis_rad), std::sin(2.0 * blob.axis_rad))
+                             : Vector2d(0.0, 0.0));
+    view.blob.push_back(static_cast<std::uint16_t>(b));
   }
-  std::ranges::sort(scratch_, [](const Cast& a, const Cast& b) {
-    const double ax = a.ray.point.v.x();
-    const double bx = b.ray.point.v.x();
-    return ax < bx || (ax == bx && a.blob < b.blob);
-  });
-
-  rays.x.clear();
-  rays.y.clear();
-  rays.px_from_ray.clear();
-  rays.sigma_px.clear();
-  rays.spread_px.clear();
-  rays.axis.clear();
-  rays.blob.clear();
-  rays.max_sigma_px_ = 0.0;
-  rays.max_spread_px_ = 0.0;
-  for (const Cast& cast : scratch_) {
-    rays.x.push_back(cast.ray.point.v.x());
-    rays.y.push_back(cast.ray.point.v.y());
-    rays.px_from_ray.push_back(cast.ray.px_from_ray);
-    rays.sigma_px.push_back(cast.sigma_px);
-    rays.spread_px.push_back(cast.spread_px);
-    rays.axis.push_back(cast.axis);
-    rays.blob.push_back(cast.blob);
-    rays.max_sigma_px_ = std::max(rays.max_sigma_px_, cast.sigma_px);
-    rays.max_spread_px_ = std::max(rays.max_spread_px_, cast.spread_px);
-  }
-  rays.taken.assign(rays.x.size(), 0);
-  rays.index();
+  if (view.blob.size() < view.rays.exists.size()) view.rays.drop_missing();
+  view.quadric.resize(view.size());
+  geometry::quadrics_of(rows_[camera], view.rays, view.sigma_px, view.quadric);
+  view.taken.assign(view.size(), 0);
+  view.index();
 }
 
 std::optional<std::size_t> RayTable::view_of(std::size_t camera) const {

@@ -3,13 +3,13 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "geometry/ray_caster.h"
-#include "geometry/triangulation.h"
+#include "geometry/ray_quadric.h"
 #include "model/camera_model.h"
 #include "model/sighting.h"
 
@@ -21,22 +21,26 @@ struct Shadow {
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
 };
 
-/// What one camera saw, as rays in the order of their x.
+/// What one camera saw, as rays in the order of its blobs.
 struct ViewRays {
   const CameraModel* camera = nullptr;
+  const geometry::CameraRows* rows = nullptr;  ///< of the camera
   double focal_px = 1.0;
-  std::vector<double> x;
-  std::vector<double> y;
-  std::vector<Eigen::Matrix2d> px_from_ray;
-  std::vector<double> sigma_px;   ///< with the doubt that the blob's shape casts
-  std::vector<double> spread_px;  ///< over 0: more than one marker is likely in the blob, so far from its centroid
+  geometry::RayColumns rays{kMaxBlobs};
+  std::vector<RayQuadric> quadric;  ///< with sigma_px
+  std::vector<double> sigma_px;     ///< with the doubt that the blob's shape casts
+  std::vector<double> spread_px;    ///< over 0: more than one marker is likely in the blob, so far from its centroid
   /// Where there is a spread: its direction, twice the angle of the longer axis as a unit vector; zero: not told.
   std::vector<Eigen::Vector2d> axis;
   std::vector<std::uint16_t> blob;  ///< index in the BlobFrame
   std::vector<std::uint8_t> taken;  ///< how many matches it belongs to
 
-  std::size_t size() const { return x.size(); }
-  geometry::Sighting sighting(std::size_t ray, std::uint32_t source) const;
+  std::size_t size() const { return rays.x.size(); }
+  double x(std::size_t ray) const { return rays.x[ray]; }
+  double y(std::size_t ray) const { return rays.y[ray]; }
+  geometry::QuadricSighting sighting(std::size_t ray, std::uint32_t source) const {
+    return {&quadric[ray], &rows->depth, sigma_px[ray], 1.0, source};
+  }
   /// Where the ray points to in the world; unit.
   Eigen::Vector3d direction(std::size_t ray) const;
 
@@ -44,30 +48,67 @@ struct ViewRays {
   std::optional<Shadow> shadow(const Eigen::Vector3d& point, const Eigen::Matrix3d& covariance_m2) const;
   /// Squared distance of a ray from a shadow in standard deviations of both, `floor_px` added to them.
   double distance2(const Shadow& shadow, std::size_t ray, double floor_px) const;
-  /// The rays whose x lies in the shadow's gate of `sigmas`: first and past-the-last.
-  std::pair<std::size_t, std::size_t> candidates(const Shadow& shadow, double sigmas, double floor_px) const;
-  /// The rays whose x lies from `low` to `high`.
-  std::pair<std::size_t, std::size_t> between(double low, double high) const;
+  /// What the least certain ray and `floor_px` add to the variance of a shadow.
+  double most_own(double floor_px) const {
+    return (max_sigma_px_ * max_sigma_px_ + floor_px * floor_px) / (focal_px * focal_px);
+  }
+  /// Calls `visit` with each ray that is at most `half_x` and `half_y` off a place, and a few others near it.
+  template <class Visit>
+  void near(double at_x, double at_y, double half_x, double half_y, Visit&& visit) const {
+    const std::size_t left = bin_of((at_x - half_x - min_x_) * bins_per_x_);
+    const std::size_t right = bin_of((at_x + half_x - min_x_) * bins_per_x_ + 1.0);
+    const std::size_t top = bin_of((at_y - half_y - min_y_) * bins_per_y_);
+    const std::size_t bottom = bin_of((at_y + half_y - min_y_) * bins_per_y_ + 1.0);
+    in_bins({left, right, top, bottom}, visit);
+  }
+  /// Where a place's bounds lie among the columns and rows of bins: the first that counts, and the first that does not.
+  struct Bins {
+    std::size_t left, right, top, bottom;
+  };
+  /// As `near`, by bins.
+  template <class Visit>
+  void in_bins(const Bins& bins, Visit&& visit) const {
+    for (std::size_t word = 0; word < words_; ++word) {
+      // Those left of the right end and not left of the left one; likewise in y.
+      std::uint64_t bits = before_x_[bins.right * words_ + word] & ~before_x_[bins.left * words_ + word] &
+                           before_y_[bins.bottom * words_ + word] & ~before_y_[bins.top * words_ + word];
+      for (; bits != 0; bits &= bits - 1) visit(64 * word + static_cast<std::size_t>(std::countr_zero(bits)));
+    }
+  }
+  /// x lies in bin (x - min_x) * per_x, from 0 to kBins.
+  struct BinScale {
+    double min_x, min_y, per_x, per_y;
+  };
+  BinScale bin_scale() const { return {min_x_, min_y_, bins_per_x_, bins_per_y_}; }
+  static constexpr std::size_t kBins = 64;
+
   double max_spread_px() const { return max_spread_px_; }
-  /// The nearest ray in the gate that is not taken.
-  std::optional<std::size_t> nearest_free(const Shadow& shadow, double sigmas, double floor_px) const;
+  /// The nearest ray to the shadow of a point, in the gate, that is not taken.
+  std::optional<std::size_t> nearest_free(const Eigen::Vector3d& point, const Eigen::Matrix3d& covariance_m2,
+                                          double sigmas, double floor_px) const;
+  /// Makes `near` ready, when all rays are there.
+  void index();
 
  private:
   friend class RayTable;
-  static constexpr std::size_t kBins = 64;
+  static constexpr std::size_t kWords = kMaxBlobs / 64;
 
-  std::size_t bin_of(double at_x) const {
-    const double bin = (at_x - x_min_) * bins_per_x_;
-    return bin > 0.0 ? std::min(static_cast<std::size_t>(std::min(bin, 1e6)), kBins - 1) : 0;
+  // Bins 0 to kBins: what is out of bounds on either side, or no number, goes to an end.
+  static std::size_t bin_of(double at) {
+    const double low = at > 0.0 ? at : 0.0;
+    return static_cast<std::size_t>(low < static_cast<double>(kBins) ? low : static_cast<double>(kBins));
   }
-  void index();
 
   double max_sigma_px_ = 0.0;
   double max_spread_px_ = 0.0;
-  // Where to begin looking for an x: cheaper than a binary search, whose branches nobody can foretell.
-  double x_min_ = 0.0;
+  // The image's rays lie in kBins columns and rows; which rays lie before each of them.
+  std::size_t words_ = 0;
+  double min_x_ = 0.0;
+  double min_y_ = 0.0;
   double bins_per_x_ = 0.0;
-  std::array<std::uint16_t, kBins> first_of_bin_{};
+  double bins_per_y_ = 0.0;
+  std::array<std::uint64_t, (kBins + 1) * kWords> before_x_{};  // of bin * words_ + word, a bit a ray
+  std::array<std::uint64_t, (kBins + 1) * kWords> before_y_{};
 };
 
 /// The rays of all blobs of one frame set: undistorted once, then asked often. Never allocates after construction.
@@ -91,24 +132,18 @@ class RayTable {
   bool could_see(std::size_t view, const WorldPoint& point) const;
 
  private:
-  void cast_view(const BlobFrame& frame, ViewRays& rays);
+  void cast_view(const BlobFrame& frame, ViewRays& view);
+  double usual_area_px2(const BlobFrame& frame);
 
   const Rig& rig_;
   std::vector<geometry::RayCaster> casters_;  // by camera
+  std::vector<geometry::CameraRows> rows_;    // by camera
   std::vector<double> reach_;                 // by camera: no pixel's ray lies farther from the axis
   std::vector<ViewRays> views_;
   std::vector<std::uint32_t> view_of_;  // by camera
   std::size_t view_count_ = 0;
 
-  struct Cast {
-    geometry::Ray ray;
-    double sigma_px;
-    double spread_px;
-    Eigen::Vector2d axis;
-    std::uint16_t blob;
-  };
-  std::vector<Cast> scratch_;
-  std::vector<double> areas_;
+  std::vector<double> u_px_, v_px_, areas_px2_;
 };
 
 }  // namespace mocap::stages

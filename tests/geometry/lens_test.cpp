@@ -57,6 +57,36 @@ TEST_P(BothLenses, UndistortFindsTheRayOfEveryPixelOfTheImage) {
   }
 }
 
+TEST_P(BothLenses, TellTheSlopeThatDifferencesShow) {
+  const Lens lens = bent(GetParam());
+  constexpr double kStep = 1e-5;
+  for (double x = -0.6; x <= 0.61; x += 0.2) {
+    for (double y = -0.5; y <= 0.51; y += 0.25) {
+      const DistortedRay at = distort_with_slope(lens, {{x, y}});
+
+      EXPECT_LT((at.pixel.v - distort(lens, {{x, y}}).v).norm(), 1e-12);
+      Eigen::Matrix2d by_differences;
+      by_differences << (distort(lens, {{x + kStep, y}}).v - distort(lens, {{x - kStep, y}}).v) / (2.0 * kStep),
+          (distort(lens, {{x, y + kStep}}).v - distort(lens, {{x, y - kStep}}).v) / (2.0 * kStep);
+      EXPECT_LT((at.px_from_ray - by_differences).norm(), 1e-5) << x << " " << y;  // px; of 900, the step squared
+    }
+  }
+}
+
+TEST_P(BothLenses, UndistortToAMillionthOfAPixelAtTheBorder) {
+  const Lens lens = bent(GetParam());
+  for (double along = 0.0; along <= 1.0; along += 0.05) {
+    const Eigen::Vector2d corner(1279.5, 1023.5);
+    for (const Eigen::Vector2d& at :
+         {Eigen::Vector2d(along * corner.x(), -0.5), Eigen::Vector2d(-0.5, along * corner.y()),
+          Eigen::Vector2d(along * corner.x(), corner.y()), Eigen::Vector2d(corner.x(), along * corner.y())}) {
+      const auto ray = undistort(lens, {at});
+      ASSERT_TRUE(ray) << at.transpose();
+      EXPECT_LT((distort(lens, *ray).v - at).norm(), 1e-6) << at.transpose();
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Lens, BothLenses, testing::Values(LensKind::Pinhole, LensKind::Fisheye));
 
 TEST(Undistort, GivesNoRayWhereTheImageFoldsOver) {

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <limits>
 #include <ostream>
 #include <random>
+#include <vector>
 
 #include "geometry/lens.h"
 #include "support/marker_world.h"
@@ -33,20 +35,43 @@ class RayCasterOf : public testing::TestWithParam<Bent> {};
 
 TEST_P(RayCasterOf, UndoesTheLensEverywhereInTheImageAndTellsItsSlope) {
   const CameraModel camera = camera_of(GetParam().kind, GetParam().bend);
-  const RayCaster caster(camera);
   std::mt19937 random(1);
   std::uniform_real_distribution<double> x(-5.0, camera.width_px + 4.0);  // a little outside too
   std::uniform_real_distribution<double> y(-5.0, camera.height_px + 4.0);
   for (int i = 0; i < 5000; ++i) {
     const PixelPoint pixel{{x(random), y(random)}};
 
-    const auto ray = caster.cast(pixel);
+    const auto ray = ray_of(camera.lens, pixel);
 
     ASSERT_TRUE(ray) << pixel.v.transpose();
     EXPECT_LT((distort(camera.lens, ray->point).v - pixel.v).norm(), 1e-6) << pixel.v.transpose();
     const Eigen::Vector2d turn(1e-4, -2e-4);
     const Eigen::Vector2d moved = distort(camera.lens, {ray->point.v + turn}).v - pixel.v;
     EXPECT_LT((ray->px_from_ray * turn - moved).norm(), 1e-3 * moved.norm()) << pixel.v.transpose();
+  }
+}
+
+TEST_P(RayCasterOf, CastsManyAtOnceAsWellAsEachAlone) {
+  const CameraModel camera = camera_of(GetParam().kind, GetParam().bend);
+  const RayCaster caster(camera);
+  std::vector<double> u;
+  std::vector<double> v;
+  for (double y = -3.5; y < camera.height_px + 4.0; y += 20.25) {  // all along the border too, and a little outside
+    for (double x = -3.5; x < camera.width_px + 4.0; x += 20.25) {
+      u.push_back(x);
+      v.push_back(y);
+    }
+  }
+  RayColumns rays(u.size());
+
+  caster.cast(u, v, rays);
+
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    ASSERT_EQ(rays.exists[i], 1) << u[i] << " " << v[i];
+    EXPECT_LT((distort(camera.lens, rays[i].point).v - Eigen::Vector2d(u[i], v[i])).norm(), 1e-6)
+        << u[i] << " " << v[i];
+    const auto alone = ray_of(camera.lens, {{u[i], v[i]}});
+    EXPECT_LT((rays[i].px_from_ray - alone->px_from_ray).norm(), 1e-4 * alone->px_from_ray.norm());
   }
 }
 
@@ -65,16 +90,29 @@ TEST(RayCaster, GivesNoRayWhereTheImageFoldsOver) {
   camera.lens.distortion << -0.5, 0.0, 0.0, 0.0, 0.0;  // r (1 - r^2 / 2) never exceeds 0.544: 272 px
   const RayCaster caster(camera);
 
-  EXPECT_FALSE(caster.cast({{320.0 + 300.0, 240.0}}));
-  ASSERT_TRUE(caster.cast({{320.0 + 250.0, 240.0}}));
-  EXPECT_LT((distort(camera.lens, caster.cast({{570.0, 240.0}})->point).v - Eigen::Vector2d(570.0, 240.0)).norm(),
-            1e-6);
+  EXPECT_FALSE(ray_of(camera.lens, {{320.0 + 300.0, 240.0}}));
+  RayColumns rays(2);
+  const std::array<double, 2> u{620.0, 570.0};
+  const std::array<double, 2> v{240.0, 240.0};
+  caster.cast(u, v, rays);
+  EXPECT_EQ(rays.exists[0], 0);
+  ASSERT_EQ(rays.exists[1], 1);
+  EXPECT_LT((distort(camera.lens, rays[1].point).v - Eigen::Vector2d(570.0, 240.0)).norm(), 1e-6);
+  ASSERT_TRUE(ray_of(camera.lens, {{320.0 + 250.0, 240.0}}));
+  EXPECT_LT(
+      (distort(camera.lens, ray_of(camera.lens, {{570.0, 240.0}})->point).v - Eigen::Vector2d(570.0, 240.0)).norm(),
+      1e-6);
 }
 
 TEST(RayCaster, GivesNoRayForNoPixel) {
   const RayCaster caster(camera_of(LensKind::Pinhole, 1.0));
 
-  EXPECT_FALSE(caster.cast({{std::numeric_limits<double>::quiet_NaN(), 3.0}}));
+  EXPECT_FALSE(ray_of(camera_of(LensKind::Pinhole, 1.0).lens, {{std::numeric_limits<double>::quiet_NaN(), 3.0}}));
+  RayColumns rays(2);
+  const std::array<double, 2> u{std::numeric_limits<double>::quiet_NaN(), 1e300};
+  const std::array<double, 2> v{3.0, -std::numeric_limits<double>::infinity()};
+  caster.cast(u, v, rays);
+  EXPECT_EQ(rays.exists[0] + rays.exists[1], 0);
 }
 
 }  // namespace

@@ -167,6 +167,49 @@ TEST(MatchViews, NeedsTwoViewsForAKnownMarkerAndCountsTheOneSeenOnce) {
   EXPECT_EQ(matches.unmatched_blobs, 1u);
 }
 
+TEST(MatchViews, TellsTheRayOfAnExpectedMarkerThatOneCameraAloneSees) {
+  std::mt19937 random(2);
+  const Rig rig = ring(4);
+  const std::vector<Vector3d> markers{{0.0, 0.0, 1.0}, {0.4, 0.1, 1.2}};
+  auto world = see(rig, markers, {.sigma_px = 0.05}, random);
+  for (const std::size_t camera : {0u, 1u, 2u}) world.frames[camera]->blobs.erase_unordered(1);
+  const auto matcher = make_matcher({}, rig);
+
+  const Matches& matches = matcher->match(world.set, expect(markers, 0.003, random));
+
+  ASSERT_EQ(matches.lone.size(), 1u);
+  const LoneSighting& lone = matches.lone[0];
+  EXPECT_EQ(lone.expected, 1u);
+  EXPECT_EQ(lone.sighting.view, 3u);
+  EXPECT_EQ(lone.sighting.blob, 1u);
+  EXPECT_LT((lone.eye.v - rig[3].centre().v).norm(), 1e-12);
+  // The ray passes the marker within five of the standard deviations that it tells.
+  const Vector3d to_marker = markers[1] - lone.eye.v;
+  EXPECT_NEAR(lone.direction.norm(), 1.0, 1e-12);
+  EXPECT_LT(to_marker.cross(lone.direction).norm(), 5.0 * lone.sigma_rad * to_marker.norm());
+  EXPECT_NEAR(lone.sigma_rad, 0.05 / 900.0, 0.2 * 0.05 / 900.0);  // rad; the lens bends a little
+
+  EXPECT_TRUE(matcher->match(world.set, {}).lone.empty());  // nobody is expected
+}
+
+TEST(MatchViews, TellsNoRayWhoseBlobANewMarkerTook) {
+  std::mt19937 random(6);
+  const Rig rig = ring(4);
+  const std::vector<Vector3d> markers{{0.0, 0.0, 1.0}};
+  const auto world = see(rig, markers, {.sigma_px = 0.05}, random);
+  // Expected elsewhere, on the ray of camera 1: that view alone has the blob in its gate.
+  const Vector3d eye = rig[1].centre().v;
+  const std::vector<Vector3d> elsewhere{eye + 0.7 * (markers[0] - eye)};
+  const auto matcher = make_matcher({}, rig);
+
+  const Matches& matches = matcher->match(world.set, expect(elsewhere, 0.001, random));
+
+  ASSERT_EQ(matches.matches.size(), 1u);
+  EXPECT_EQ(matches.matches[0].expected, Match::kNew);
+  EXPECT_EQ(matches.seen_once, 1u);
+  EXPECT_TRUE(matches.lone.empty());
+}
+
 TEST(MatchViews, LeavesOutTheViewThatHasAFalseBlobInTheGate) {
   std::mt19937 random(2);
   const Rig rig = ring(5);
@@ -288,6 +331,52 @@ TEST(MatchViews, BelievesNeitherOfTwoPairsThatShareABlob) {
   const auto world = see(rig, markers, {.sigma_px = 0.1}, random);
 
   EXPECT_EQ(make_matcher({}, rig)->match(world.set, {}).matches.size(), 0u);
+}
+
+TEST(MatchViews, MakesNoNewMarkerOfBlobsThatAKnownOneTook) {
+  std::mt19937 random(4);
+  const Rig rig = ring(4);
+  // In views 2 and 3 one of them hides the other: there is one blob for both.
+  const std::vector<Vector3d> markers{{0.0, 0.0, 1.0}, {0.3, 0.2, 1.3}};
+  auto world = see(rig, markers, {.sigma_px = 0.05}, random);
+  for (const std::size_t camera : {2u, 3u}) world.frames[camera]->blobs.erase_unordered(0);
+  const auto matcher = make_matcher({}, rig);
+  const auto known = expect(std::vector<Vector3d>{markers[1]}, 0.003, random);
+
+  const Matches& matches = matcher->match(world.set, known);
+
+  // The other has two blobs of its own, and four cameras could see it.
+  ASSERT_EQ(matches.matches.size(), 1u);
+  EXPECT_EQ(matches.matches[0].expected, 0u);
+  EXPECT_EQ(matches.unmatched_blobs, 2u);
+}
+
+TEST(MatchViews, FindsNothingWhereAllEpipolarLinesCoincide) {
+  std::mt19937 random(4);
+  // Three cameras in one line and all that they see on a line beside it: every blob is on every other's epipolar line.
+  const Rig rig{camera_at({4.0, -1.5, 1.0}, {0.0, 0.0, 1.0}), camera_at({4.0, 0.0, 1.0}, {0.0, 0.0, 1.0}),
+                camera_at({4.0, 1.5, 1.0}, {0.0, 0.0, 1.0})};
+  const std::vector<Vector3d> markers{{0.0, -0.4, 1.0}, {0.0, -0.1, 1.0}, {0.0, 0.2, 1.0}, {0.0, 0.5, 1.0}};
+  auto world = see(rig, markers, {.sigma_px = 0.05}, random);
+  world.frames[2]->blobs.clear();  // two views: any pair of blobs would do
+
+  EXPECT_EQ(make_matcher({.min_views_new = 2}, rig)->match(world.set, {}).matches.size(), 0u);
+}
+
+TEST(MatchViews, FindsWithinSomeSetsWhatThreeOfManyCamerasSee) {
+  std::mt19937 random(9);
+  const Rig rig = ring(40);
+  const auto markers = cloud(8, random);
+  auto world = see(rig, markers, {.sigma_px = 0.1}, random);
+  for (std::size_t c = 0; c < rig.size(); ++c) {
+    if (c != 3 && c != 11 && c != 30) world.frames[c]->blobs.clear();
+  }
+  const auto matcher = make_matcher({}, rig);
+
+  std::size_t found = 0;
+  for (int set = 0; set < 4; ++set) found = std::max(found, matcher->match(world.set, {}).matches.size());
+
+  EXPECT_EQ(found, 8u);
 }
 
 TEST(MatchViews, RefusesMarkersOutsideOfTheVolume) {

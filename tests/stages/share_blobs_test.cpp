@@ -124,15 +124,30 @@ TEST(ShareBlobs, SharesNoBlobWhoseShapeDoesNotFit) {
   const CameraModel camera = camera_at({4.0, 0.0, 1.0});
   view.camera = &camera;
   view.focal_px = 900.0;
-  view.x = {0.0};
-  view.y = {0.0};
+  view.rays.resize(1);
+  view.rays.x = {0.0};
+  view.rays.y = {0.0};
   view.sigma_px = {1.0};
   view.spread_px = {1.0};
   view.axis = {{1.0, 0.0}};
   view.taken = {0};
   const double px = 1.0 / view.focal_px;
-  const std::vector<Foreseen> along{{{1.0 * px, 0.0}, 0.3, true}, {{-1.0 * px, 0.0}, 0.3, true}};
-  const std::vector<Foreseen> across{{{0.0, 1.6 * px}, 0.3, true}, {{0.0, -1.6 * px}, 0.3, true}};
+  view.index();
+  // Two markers on either side of the blob, each known to 0.3 px.
+  const auto two_at = [&](const Vector2d& off_px) {
+    Foreseen two;
+    two.resize(2);
+    for (const std::size_t m : {0U, 1U}) {
+      const Vector2d at = (m == 0 ? 1.0 : -1.0) * px * off_px;
+      two.x[m] = static_cast<float>(at.x());
+      two.y[m] = static_cast<float>(at.y());
+      two.xx[m] = two.yy[m] = static_cast<float>(0.09 * px * px);
+      two.depth_m[m] = 4.0F;
+    }
+    return two;
+  };
+  const Foreseen along = two_at({1.0, 0.0});
+  const Foreseen across = two_at({0.0, 1.6});
   BlobSharer sharer(8);
 
   for (const auto& [foreseen, shared] : {std::pair{along, true}, std::pair{across, false}}) {

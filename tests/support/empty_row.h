@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
 #include "stages/fuse.h"
 
@@ -26,7 +27,9 @@ class EmptyTriangulator : public Triangulator {
 class EmptyTracker : public MarkerTracker {
  public:
   void predict(Timestamp, Expected&) const override {}
-  const TrackedMarkers& step(const Markers&, const Expected&) override { return nothing_; }
+  const TrackedMarkers& step(const Markers&, const Expected&, std::span<const LoneSighting>) override {
+    return nothing_;
+  }
 
  private:
   TrackedMarkers nothing_;

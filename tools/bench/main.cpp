@@ -5,10 +5,14 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "base/exit_codes.h"
 #include "base/log.h"
 #include "detect_report.h"
+#include "fuse_bench.h"
+#include "fuse_print.h"
 #include "pipeline_bench.h"
 
 namespace mocap::bench {
@@ -19,7 +23,10 @@ constexpr const char* kExamples = R"(examples:
   mocap-bench pipeline --json                   the same as one JSON object
   mocap-bench pipeline --cameras 4 --rate 60    less of it
   mocap-bench detect --size 1280x1024           blobs of 40 markers: time, and error against the bound of physics
-  mocap-bench detect --variant busy --markers 200)";
+  mocap-bench detect --variant busy --markers 200
+  mocap-bench fuse --cameras 8 --markers 40     blobs to tracks in one thread, known and unknown markers, as a table
+  mocap-bench fuse --json                       the same as a JSON array of both modes
+  mocap-bench fuse --growth                     over cameras and markers)";
 
 void print_pipeline(const PipelineBenchFigures& f, bool json) {
   if (json) {
@@ -76,6 +83,25 @@ void tell_detect(CLI::App& detect, DetectSceneSettings& settings) {
   detect.add_option("--seed", settings.seed, "of places and noise")->capture_default_str();
 }
 
+int fuse(FuseBenchSettings settings, bool json, bool growth) {
+  std::vector<std::pair<int, int>> sizes{{settings.world.cameras, settings.world.markers}};
+  if (growth)
+    sizes = {{4, 40}, {8, 20}, {8, 40}, {8, 80}, {8, 160}, {16, 40}, {16, 160}, {32, 160}, {64, 40}, {64, 300}};
+  std::vector<FuseBenchFigures> all;
+  for (const auto& [cameras, markers] : sizes) {
+    settings.world.cameras = cameras;
+    settings.world.markers = markers;
+    const auto figures = run_fuse_bench(settings);
+    if (!figures) {
+      fmt::print(stderr, "mocap-bench: {}\n", figures.error().message);
+      return kExitConfig;
+    }
+    all.insert(all.end(), figures->begin(), figures->end());
+  }
+  fmt::print("{}", json ? fuse_json(all) + "\n" : fuse_table(all));
+  return kExitOk;
+}
+
 }  // namespace
 }  // namespace mocap::bench
 
@@ -105,11 +131,38 @@ int main(int argc, char** argv) {
   CLI::App* detect = app.add_subcommand("detect", "blobs of an image in memory: time and precision");
   bench::tell_detect(*detect, scene);
   detect->add_flag("--json", json, "one JSON object on standard output");
+
+  bench::FuseBenchSettings fusing;
+  fusing.marker_set = settings.marker_set;
+  bool growth = false;
+  CLI::App* fuse = app.add_subcommand("fuse", "cost of a set from blobs to tracks, against OpenCV, in one thread");
+  fuse->add_option("--cameras", fusing.world.cameras, "in a ring")->check(CLI::Range(2, 64))->capture_default_str();
+  fuse->add_option("--markers", fusing.world.markers, "on people who walk")
+      ->check(CLI::Range(1, 320))
+      ->capture_default_str();
+  fuse->add_option("--sets", fusing.sets, "measured")->check(CLI::Range(10, 1000000))->capture_default_str();
+  fuse->add_option("--rate", fusing.world.rate_hz, "sets a second, Hz")
+      ->check(CLI::Range(1.0, 1000.0))
+      ->capture_default_str();
+  fuse->add_option("--missed", fusing.world.missed, "share of a marker's views that give no blob")
+      ->check(CLI::Range(0.0, 0.9))
+      ->capture_default_str();
+  fuse->add_option("--false-blobs", fusing.world.false_blobs, "for each marker and image")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  fuse->add_option("--sigma", fusing.world.sigma_px, "of the blobs' places, px")
+      ->check(CLI::Range(0.0, 2.0))
+      ->capture_default_str();
+  fuse->add_option("--seed", fusing.world.seed, "of noise, misses and false blobs")->capture_default_str();
+  fuse->add_flag("--growth", growth, "several numbers of cameras and markers, those of the options aside");
+  fuse->add_flag("--json", json, "one JSON array on standard output");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitOk : kExitUsage;
   }
   set_log_level(LogLevel::Warn);
-  return detect->parsed() ? bench::detect(scene, json) : bench::pipeline(settings, json);
+  if (detect->parsed()) return bench::detect(scene, json);
+  if (fuse->parsed()) return bench::fuse(fusing, json, growth);
+  return bench::pipeline(settings, json);
 }

@@ -1,0 +1,35 @@
+#include "eval/points_row.h"
+
+#include "stages/match_views.h"
+#include "stages/track_markers.h"
+#include "stages/triangulate_matches.h"
+
+namespace mocap::eval {
+namespace {
+
+constexpr stages::AlignSettings kAlign{};
+
+}  // namespace
+
+PointsRow::PointsRow(const Rig& rig)
+    : aligner_(kAlign, rig.size()),
+      matcher_(stages::make_matcher({}, rig)),
+      triangulator_(stages::make_triangulator({}, rig)),
+      tracker_(stages::make_marker_tracker({})) {}
+
+bool PointsRow::step(const SeenInstant& seen) {
+  for (const auto& frame : seen.frames) {
+    if (frame) aligner_.add(*frame);
+  }
+  const auto set = aligner_.take(seen.exposed_at + kAlign.window + kAlign.patience);
+  if (!set) return false;
+  expected_.at = set->exposed_at;
+  expected_.markers.clear();
+  tracker_->predict(set->exposed_at, expected_);
+  matches_ = &matcher_->match(*set, expected_);
+  markers_ = &triangulator_->triangulate(*set, *matches_);
+  tracked_ = &tracker_->step(*markers_, expected_, matches_->lone);
+  return true;
+}
+
+}  // namespace mocap::eval
