@@ -242,15 +242,15 @@ MOCAP_WIDE void ExpectedMatcher::bound_gates(const ViewRays& view) {
   const auto per_y = static_cast<float>(scale.per_y);
   const auto own = static_cast<float>(view.most_own(settings_.gate_floor_px));
   const auto sigmas = static_cast<float>(settings_.gate_sigmas);
-  constexpr auto kLast = static_cast<float>(ViewRays::kBins);
+  const auto last = static_cast<float>(scale.bins);
   constexpr float kRounding = 0.01F;  // of a bin: single precision is finer than that
   const float *x = foreseen_.x.data(), *y = foreseen_.y.data();
   const float *xx = foreseen_.xx.data(), *yy = foreseen_.yy.data();
   std::int32_t *left = foreseen_.left.data(), *right = foreseen_.right.data();
   std::int32_t *top = foreseen_.top.data(), *bottom = foreseen_.bottom.data();
-  const auto bin = [](float at) {
+  const auto bin = [last](float at) {
     const float low = at > 0.0F ? at : 0.0F;
-    return static_cast<std::int32_t>(low < kLast ? low : kLast);
+    return static_cast<std::int32_t>(low < last ? low : last);
   };
   const std::size_t count = marker_count_;
   MOCAP_INDEPENDENT_TURNS

@@ -66,6 +66,7 @@ double ViewRays::distance2(const Shadow& shadow, std::size_t ray, double floor_p
 void ViewRays::index() {
   max_sigma_px_ = max_spread_px_ = 0.0;
   words_ = (size() + 63) / 64;
+  bins_ = size() > 2 * 64 ? kMostBins : kMostBins / 2;  // many rays are worth finer bins
   if (size() == 0) return;
   double max_x = min_x_ = rays.x[0];
   double max_y = min_y_ = rays.y[0];
@@ -79,10 +80,10 @@ void ViewRays::index() {
   }
   // The last ray lies in the last bin, not past it.
   constexpr double kAlmost = 1.0 - 1e-9;
-  bins_per_x_ = kAlmost * static_cast<double>(kBins) / std::max(1e-9, max_x - min_x_);
-  bins_per_y_ = kAlmost * static_cast<double>(kBins) / std::max(1e-9, max_y - min_y_);
+  bins_per_x_ = kAlmost * static_cast<double>(bins_) / std::max(1e-9, max_x - min_x_);
+  bins_per_y_ = kAlmost * static_cast<double>(bins_) / std::max(1e-9, max_y - min_y_);
 
-  const std::size_t slots = (kBins + 1) * words_;
+  const std::size_t slots = (bins_ + 1) * words_;
   std::fill_n(before_x_.begin(), slots, std::uint64_t{0});
   std::fill_n(before_y_.begin(), slots, std::uint64_t{0});
   for (std::size_t ray = 0; ray < size(); ++ray) {

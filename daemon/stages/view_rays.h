@@ -75,12 +75,11 @@ struct ViewRays {
       for (; bits != 0; bits &= bits - 1) visit(64 * word + static_cast<std::size_t>(std::countr_zero(bits)));
     }
   }
-  /// x lies in bin (x - min_x) * per_x, from 0 to kBins.
+  /// x lies in bin (x - min_x) * per_x, from 0 to `bins`.
   struct BinScale {
-    double min_x, min_y, per_x, per_y;
+    double min_x, min_y, per_x, per_y, bins;
   };
-  BinScale bin_scale() const { return {min_x_, min_y_, bins_per_x_, bins_per_y_}; }
-  static constexpr std::size_t kBins = 64;
+  BinScale bin_scale() const { return {min_x_, min_y_, bins_per_x_, bins_per_y_, static_cast<double>(bins_)}; }
 
   double max_spread_px() const { return max_spread_px_; }
   /// The nearest ray to the shadow of a point, in the gate, that is not taken.
@@ -91,24 +90,27 @@ struct ViewRays {
 
  private:
   friend class RayTable;
+  static constexpr std::size_t kMostBins = 128;
   static constexpr std::size_t kWords = kMaxBlobs / 64;
 
-  // Bins 0 to kBins: what is out of bounds on either side, or no number, goes to an end.
-  static std::size_t bin_of(double at) {
+  // Bins 0 to bins_: what is out of bounds on either side, or no number, goes to an end.
+  std::size_t bin_of(double at) const {
     const double low = at > 0.0 ? at : 0.0;
-    return static_cast<std::size_t>(low < static_cast<double>(kBins) ? low : static_cast<double>(kBins));
+    const double most = static_cast<double>(bins_);
+    return static_cast<std::size_t>(low < most ? low : most);
   }
 
   double max_sigma_px_ = 0.0;
   double max_spread_px_ = 0.0;
-  // The image's rays lie in kBins columns and rows; which rays lie before each of them.
+  // The image's rays lie in bins_ columns and rows; which rays lie before each of them.
+  std::size_t bins_ = 0;
   std::size_t words_ = 0;
   double min_x_ = 0.0;
   double min_y_ = 0.0;
   double bins_per_x_ = 0.0;
   double bins_per_y_ = 0.0;
-  std::array<std::uint64_t, (kBins + 1) * kWords> before_x_{};  // of bin * words_ + word, a bit a ray
-  std::array<std::uint64_t, (kBins + 1) * kWords> before_y_{};
+  std::array<std::uint64_t, (kMostBins + 1) * kWords> before_x_{};  // of bin * words_ + word, a bit a ray
+  std::array<std::uint64_t, (kMostBins + 1) * kWords> before_y_{};
 };
 
 /// The rays of all blobs of one frame set: undistorted once, then asked often. Never allocates after construction.

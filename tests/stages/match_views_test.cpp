@@ -336,19 +336,25 @@ TEST(MatchViews, BelievesNeitherOfTwoPairsThatShareABlob) {
 TEST(MatchViews, MakesNoNewMarkerOfBlobsThatAKnownOneTook) {
   std::mt19937 random(4);
   const Rig rig = ring(4);
-  // In views 2 and 3 one of them hides the other: there is one blob for both.
-  const std::vector<Vector3d> markers{{0.0, 0.0, 1.0}, {0.3, 0.2, 1.3}};
+  // View 2 sees one before the other: one blob for both. View 3 misses the one behind, and view 2 has a false blob.
+  const Vector3d behind(0.0, 0.0, 1.0);
+  const Vector3d eye = rig[2].centre().v;
+  const std::vector<Vector3d> markers{behind, eye + 0.9 * (behind - eye)};
   auto world = see(rig, markers, {.sigma_px = 0.05}, random);
   for (const std::size_t camera : {2u, 3u}) world.frames[camera]->blobs.erase_unordered(0);
+  Blob elsewhere = world.frames[2]->blobs[0];
+  elsewhere.centroid.v = {100.0, 100.0};
+  world.frames[2]->blobs.push_back(elsewhere);
   const auto matcher = make_matcher({}, rig);
   const auto known = expect(std::vector<Vector3d>{markers[1]}, 0.003, random);
 
   const Matches& matches = matcher->match(world.set, known);
 
-  // The other has two blobs of its own, and four cameras could see it.
+  // The one behind has two blobs of its own, and four cameras could see it.
   ASSERT_EQ(matches.matches.size(), 1u);
   EXPECT_EQ(matches.matches[0].expected, 0u);
-  EXPECT_EQ(matches.unmatched_blobs, 2u);
+  EXPECT_EQ(matches.matches[0].sightings.size(), 4u);
+  EXPECT_EQ(matches.unmatched_blobs, 3u);
 }
 
 TEST(MatchViews, FindsNothingWhereAllEpipolarLinesCoincide) {

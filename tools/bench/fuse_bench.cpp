@@ -134,6 +134,7 @@ FuseBenchFigures figures_of(const Spans& spans, const Truth& truth, const FuseBe
   f.median_us = at_share(spans.whole_us, 0.5);
   f.p99_us = at_share(spans.whole_us, 0.99);
   f.max_us = at_share(spans.whole_us, 1.0);
+  f.median_cpu_us = at_share(spans.cpu_us, 0.5);
   f.p99_cpu_us = at_share(spans.cpu_us, 0.99);
   f.align_us = at_share(spans.part_us[kAlign], 0.5);
   f.match_us = at_share(spans.part_us[kMatch], 0.5);

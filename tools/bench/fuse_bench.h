@@ -24,8 +24,9 @@ struct FuseBenchFigures {
   double median_us = 0.0;  ///< align, match, triangulate and track, tracks' prediction included
   double p99_us = 0.0;
   double max_us = 0.0;
-  double p99_cpu_us = 0.0;  ///< in the thread's own time: what others on the machine take is not in it
-  double align_us = 0.0;    ///< median of each part
+  double median_cpu_us = 0.0;  ///< in the thread's own time: what others on the machine take is not in it
+  double p99_cpu_us = 0.0;     ///< likewise
+  double align_us = 0.0;       ///< median of each part
   double match_us = 0.0;
   double triangulate_us = 0.0;
   double track_us = 0.0;
