@@ -44,6 +44,7 @@ void tell_track_blobs(Keys& keys, DaemonSettings& all) {
   stages::TrackBlobsSettings& track = all.track_blobs;
   keys.choice<stages::TrackMethod>("method", track.method,
                                    {{"alpha_beta", stages::TrackMethod::AlphaBeta},
+                                    {"adaptive_alpha_beta", stages::TrackMethod::AdaptiveAlphaBeta},
                                     {"kalman", stages::TrackMethod::Kalman},
                                     {"condensation", stages::TrackMethod::Condensation}});
   keys.number("gate_sigmas", track.gate_sigmas, {1, 10});

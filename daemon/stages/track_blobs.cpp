@@ -22,10 +22,10 @@ constexpr double kMinSigma_px = 0.02;
 
 /// `Birth` makes the filter F of a new track from its first sighting.
 template <class F, class Birth>
-class FilteringBlobTracker final : public BlobTracker {
+class FilteringBlobTracker final : public OpenBlobTracker {
  public:
   FilteringBlobTracker(const TrackLife& life, Birth birth)
-      : birth_(std::move(birth)), tracks_(life, kMaxTracks, kMaxBlobs) {
+      : gate_sigmas_(life.gate_sigmas), birth_(std::move(birth)), tracks_(life, kMaxTracks, kMaxBlobs) {
     seen_.reserve(kMaxBlobs);
   }
 
@@ -47,14 +47,36 @@ class FilteringBlobTracker final : public BlobTracker {
     }
   }
 
+  std::vector<BlobTrackView> inspect() const override {
+    std::vector<BlobTrackView> views;
+    for (const auto& track : tracks_.tracks()) {
+      const bool seen = track.sighting != tracks_.kNone;
+      const filter::Belief<2> belief = track.filter.belief();
+      BlobTrackView view;
+      view.id = {track.id};
+      view.state = !track.confirmed ? BlobTrackState::Tentative
+                   : seen           ? BlobTrackState::Confirmed
+                                    : BlobTrackState::Coasting;
+      view.predicted = {track.gate.centre};
+      view.gate_px = gate_sigmas_ * std::sqrt(track.gate.covariance(0, 0));
+      view.position = {belief.point};
+      view.velocity_px_s = belief.velocity;
+      view.sigma_px = std::sqrt(belief.covariance(0, 0));
+      view.blob = track.sighting;
+      views.push_back(view);
+    }
+    return views;
+  }
+
  private:
+  double gate_sigmas_;
   Birth birth_;
   PointTracks<F, 2> tracks_;
   std::vector<filter::Seen<2>> seen_;
 };
 
 template <class F, class Birth>
-std::unique_ptr<BlobTracker> make(const TrackLife& life, Birth birth) {
+std::unique_ptr<OpenBlobTracker> make(const TrackLife& life, Birth birth) {
   return std::make_unique<FilteringBlobTracker<F, Birth>>(life, std::move(birth));
 }
 
@@ -71,17 +93,18 @@ filter::KalmanSettings kalman_settings(const TrackBlobsSettings& settings) {
 
 }  // namespace
 
-std::unique_ptr<BlobTracker> make_blob_tracker(const TrackBlobsSettings& settings) {
+std::unique_ptr<OpenBlobTracker> make_blob_tracker(const TrackBlobsSettings& settings) {
   const TrackLife life{settings.gate_sigmas, settings.confirm_images, settings.max_coast, kNewBlobs_1_px2};
   using Sighting = filter::Seen<2>;
   switch (settings.method) {
-    case TrackMethod::AlphaBeta: {
+    case TrackMethod::AlphaBeta:
+    case TrackMethod::AdaptiveAlphaBeta: {
       filter::AlphaBetaSettings alpha_beta;
       alpha_beta.alpha = settings.alpha;
       alpha_beta.beta = settings.beta;
       // No covariance tells this filter that a new track's speed is unknown: the floor must bear it.
       alpha_beta.gate_u = 2.0 * settings.gate_floor_px;
-      alpha_beta.gate_per_speed = settings.gate_per_speed;
+      if (settings.method == TrackMethod::AdaptiveAlphaBeta) alpha_beta.gate_per_speed = settings.gate_per_speed;
       alpha_beta.gate_per_miss_u = settings.gate_floor_px;
       return make<filter::AlphaBeta<2>>(
           life, [alpha_beta](const Sighting& seen) { return filter::AlphaBeta<2>(alpha_beta, seen); });

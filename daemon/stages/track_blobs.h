@@ -1,16 +1,18 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "base/time.h"
 #include "module/blob_tracker.h"
 
 namespace mocap::stages {
 
-enum class TrackMethod { AlphaBeta, Kalman, Condensation };
+enum class TrackMethod { AlphaBeta, AdaptiveAlphaBeta, Kalman, Condensation };
 
-/// Following blobs in one camera's images; the settings of all three methods.
+/// Following blobs in one camera's images; the settings of all methods.
 struct TrackBlobsSettings {
   TrackMethod method = TrackMethod::Kalman;
   double gate_sigmas = 4.0;          ///< 1 to 10; a blob further from where it should be is another marker
@@ -27,9 +29,37 @@ struct TrackBlobsSettings {
   std::uint64_t seed = 1;                               ///< CONDENSATION
 };
 
+enum class BlobTrackState {
+  Tentative,  ///< seen too few times to be believed
+  Confirmed,  ///< seen in this image
+  Coasting,   ///< not seen in this image, carried on by its motion
+  Lost,       ///< unseen for too long; told once, in the image where it ended
+};
+
+/// What a tracker holds for true of one marker in the image, for tests and studies.
+struct BlobTrackView {
+  static constexpr std::uint32_t kNone = 0xFFFF'FFFF;
+
+  BlobTrackId id;
+  BlobTrackState state = BlobTrackState::Tentative;
+  PixelPoint predicted;  ///< before the image was looked at
+  double gate_px = 0.0;  ///< no blob further than this from `predicted` was looked at
+  PixelPoint position;   ///< after
+  Eigen::Vector2d velocity_px_s = Eigen::Vector2d::Zero();
+  double sigma_px = 0.0;       ///< standard deviation of the position, each axis
+  std::uint32_t blob = kNone;  ///< index in the frame
+};
+
+/// A tracker that shows its tracks.
+class OpenBlobTracker : public BlobTracker {
+ public:
+  /// The tracks after the last frame, in the order of their birth. Allocates: not for the hot path.
+  virtual std::vector<BlobTrackView> inspect() const = 0;
+};
+
 /// Makes the tracker of one camera: each blob's `track` names the confirmed track that it belongs to; the blobs of
 /// tentative tracks stay without. The assignment is the best in sum over all tracks and blobs within their gates.
 /// Settings are in their ranges. `track` does not allocate.
-std::unique_ptr<BlobTracker> make_blob_tracker(const TrackBlobsSettings& settings);
+std::unique_ptr<OpenBlobTracker> make_blob_tracker(const TrackBlobsSettings& settings);
 
 }  // namespace mocap::stages

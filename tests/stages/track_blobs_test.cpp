@@ -130,10 +130,12 @@ TEST_P(EveryMethod, TakesFullFramesAndFramesOutOfOrderWithoutHarm) {
 }
 
 INSTANTIATE_TEST_SUITE_P(TrackBlobs, EveryMethod,
-                         testing::Values(TrackMethod::AlphaBeta, TrackMethod::Kalman, TrackMethod::Condensation),
+                         testing::Values(TrackMethod::AlphaBeta, TrackMethod::AdaptiveAlphaBeta, TrackMethod::Kalman,
+                                         TrackMethod::Condensation),
                          [](const auto& method) {
                            switch (method.param) {
                              case TrackMethod::AlphaBeta: return std::string("AlphaBeta");
+                             case TrackMethod::AdaptiveAlphaBeta: return std::string("AdaptiveAlphaBeta");
                              case TrackMethod::Kalman: return std::string("Kalman");
                              case TrackMethod::Condensation: return std::string("Condensation");
                            }
