@@ -1,6 +1,8 @@
 #include "stages/track_blobs.h"
 
+#include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -8,6 +10,7 @@
 #include "filter/condensation.h"
 #include "filter/kalman.h"
 #include "model/bounds.h"
+#include "stages/inspect_blob_tracks.h"
 #include "stages/point_tracks.h"
 
 namespace mocap::stages {
@@ -22,10 +25,10 @@ constexpr double kMinSigma_px = 0.02;
 
 /// `Birth` makes the filter F of a new track from its first sighting.
 template <class F, class Birth>
-class FilteringBlobTracker final : public BlobTracker {
+class FilteringBlobTracker final : public BlobTracker, public BlobTrackInspection {
  public:
   FilteringBlobTracker(const TrackLife& life, Birth birth)
-      : birth_(std::move(birth)), tracks_(life, kMaxTracks, kMaxBlobs) {
+      : gate_sigmas_(life.gate_sigmas), birth_(std::move(birth)), tracks_(life, kMaxTracks, kMaxBlobs) {
     seen_.reserve(kMaxBlobs);
   }
 
@@ -47,7 +50,18 @@ class FilteringBlobTracker final : public BlobTracker {
     }
   }
 
+  void look_ahead(Timestamp at, std::vector<BlobTrackBelief>& into) const override {
+    for (const auto& track : tracks_.tracks()) {
+      F filter = track.filter;
+      filter.predict(to_s(at - tracks_.at()));
+      const filter::Gate<2> gate = filter.gate();
+      const double sigma_px = std::pow(gate.covariance.determinant(), 0.25);
+      into.push_back({{track.id}, track.confirmed, {gate.centre}, gate_sigmas_ * sigma_px, track.sighting});
+    }
+  }
+
  private:
+  double gate_sigmas_;
   Birth birth_;
   PointTracks<F, 2> tracks_;
   std::vector<filter::Seen<2>> seen_;

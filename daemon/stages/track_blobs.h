@@ -29,7 +29,7 @@ struct TrackBlobsSettings {
 
 /// Makes the tracker of one camera: each blob's `track` names the confirmed track that it belongs to; the blobs of
 /// tentative tracks stay without. The assignment is the best in sum over all tracks and blobs within their gates.
-/// Settings are in their ranges. `track` does not allocate.
+/// Settings are in their ranges. `track` does not allocate. It implements BlobTrackInspection too.
 std::unique_ptr<BlobTracker> make_blob_tracker(const TrackBlobsSettings& settings);
 
 }  // namespace mocap::stages
