@@ -11,7 +11,7 @@ Condensation<N>::Condensation(const CondensationSettings& settings, const Seen<N
     : settings_(settings),
       random_(settings.seed),
       count_(static_cast<std::size_t>(std::clamp(settings.particles, 2, kMaxParticles))) {
-  scatter(first, Vector<N>::Zero());
+  scatter(first, Vector<N>::Zero(), settings.birth_speed_u_s);
 }
 
 template <int N>
@@ -22,12 +22,12 @@ Vector<N> Condensation<N>::normal() {
 }
 
 template <int N>
-void Condensation<N>::scatter(const Seen<N>& around, const Vector<N>& velocity) {
+void Condensation<N>::scatter(const Seen<N>& around, const Vector<N>& velocity, double velocity_sigma_u_s) {
   const Vector<N> sigma =
       (around.covariance.diagonal().array() + settings_.sighting_u * settings_.sighting_u).sqrt().matrix();
   for (std::size_t i = 0; i < count_; ++i) {
     particles_[i].point = around.point + sigma.cwiseProduct(normal());
-    particles_[i].velocity = velocity + settings_.birth_speed_u_s * normal();
+    particles_[i].velocity = velocity + velocity_sigma_u_s * normal();
     weights_[i] = 1.0 / static_cast<double>(count_);
   }
   weighted_ = false;
@@ -75,7 +75,7 @@ void Condensation<N>::update(const Seen<N>& seen) {
     total += weights_[i];
   }
   if (!(total > 1e-100)) {
-    scatter(seen, belief_.velocity);
+    scatter(seen, belief_.velocity, settings_.birth_speed_u_s);
     return;
   }
   for (std::size_t i = 0; i < count_; ++i) weights_[i] /= total;

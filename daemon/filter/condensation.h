@@ -38,6 +38,10 @@ class Condensation {
   Gate<N> gate() const;
   void update(const Seen<N>& seen);
   void coast() {}  // diffusion alone spreads the particles
+  /// Starts anew from what others found out.
+  void restart(const Seen<N>& point, const Vector<N>& velocity, double velocity_sigma_u_s) {
+    scatter(point, velocity, velocity_sigma_u_s);
+  }
   Belief<N> belief() const { return belief_; }
 
  private:
@@ -46,7 +50,7 @@ class Condensation {
     Vector<N> velocity;
   };
 
-  void scatter(const Seen<N>& around, const Vector<N>& velocity);
+  void scatter(const Seen<N>& around, const Vector<N>& velocity, double velocity_sigma_u_s);
   void select();
   void sum_up();
   Vector<N> normal();

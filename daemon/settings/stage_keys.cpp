@@ -53,7 +53,6 @@ void tell_track_blobs(Keys& keys, DaemonSettings& all) {
   keys.number("confirm_images", track.confirm_images, {1, 100});
   keys.time("max_coast_ms", track.max_coast, Milliseconds, {0, 10000});
   keys.number("acceleration_px_s2", track.acceleration_px_s2, {1, 1e6});
-  keys.number("acceleration_per_speed_1_s", track.acceleration_per_speed_1_s, {0, 100});
   keys.number("birth_speed_px_s", track.birth_speed_px_s, {1, 1e5});
   keys.number("alpha", track.alpha, {0, 1});
   keys.number("beta", track.beta, {0, 2});

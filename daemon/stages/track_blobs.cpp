@@ -1,131 +1,202 @@
 #include "stages/track_blobs.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
 #include "filter/alpha_beta.h"
 #include "filter/condensation.h"
-#include "filter/kalman.h"
-#include "model/bounds.h"
-#include "stages/point_tracks.h"
+#include "filter/isotropic_kalman.h"
+#include "stages/blob_tracks.h"
+#include "stages/inspect_blob_tracks.h"
 
 namespace mocap::stages {
 namespace {
 
-// Blobs of unknown markers to reckon with: some thirty in a 640x480 image.
-constexpr double kNewBlobs_1_px2 = 1e-4;
-// A track may live on while another takes its blob: twice as many tracks as blobs.
-constexpr std::size_t kMaxTracks = 2 * kMaxBlobs;
-// A blob knows its place no better, whatever its image says: calibration, shape, motion.
-constexpr double kMinSigma_px = 0.02;
+using filter::IsotropicKalman;
+using filter::Matrix;
+using filter::Vector;
 
-/// `Birth` makes the filter F of a new track from its first sighting.
-template <class F, class Birth>
-class FilteringBlobTracker final : public OpenBlobTracker {
- public:
-  FilteringBlobTracker(const TrackLife& life, Birth birth)
-      : gate_sigmas_(life.gate_sigmas), birth_(std::move(birth)), tracks_(life, kMaxTracks, kMaxBlobs) {
-    seen_.reserve(kMaxBlobs);
+// What a filter without a covariance of its own hands to a pair: how well it knows a marker's velocity, px/s.
+constexpr double kVelocitySigma_px_s = 30.0;
+constexpr double kPointSigma_px = 0.3;
+// A few particles cannot use a finer sighting.
+constexpr double kParticleSighting_px = 1.0;
+
+/// What all followers of one tracker share; it outlives them.
+struct Shared {
+  TrackBlobsSettings settings;
+  filter::IsotropicKalmanSettings kalman;
+  filter::AlphaBetaSettings alpha_beta;
+  filter::CondensationSettings condensation;
+
+  explicit Shared(const TrackBlobsSettings& from) : settings(from) {
+    kalman.acceleration_u_s2 = from.acceleration_px_s2;
+    kalman.birth_speed_u_s = from.birth_speed_px_s;
+    alpha_beta.alpha = from.alpha;
+    alpha_beta.beta = from.beta;
+    // No covariance tells this filter that a new track's speed is unknown: the floor must bear it.
+    alpha_beta.gate_u = 2.0 * from.gate_floor_px;
+    if (from.method == TrackMethod::AdaptiveAlphaBeta) alpha_beta.gate_per_speed = from.gate_per_speed;
+    alpha_beta.gate_per_miss_u = from.gate_floor_px;
+    condensation.particles = from.particles;
+    condensation.acceleration_u_s2 = from.acceleration_px_s2;
+    condensation.birth_speed_u_s = from.birth_speed_px_s;
+    condensation.sighting_u = kParticleSighting_px;
+    condensation.seed = from.seed;
   }
+
+  IsotropicKalman<2> kalman_of(const Vector<2>& point, const Vector<2>& velocity) const {
+    IsotropicKalman<2> made(kalman, point, 0.0);
+    made.restart({point, velocity, kPointSigma_px * kPointSigma_px, 0.0, kVelocitySigma_px_s * kVelocitySigma_px_s});
+    return made;
+  }
+};
+
+/// How far a track looks: `sigmas` times what its covariance, the floor and its speed give together.
+double reach_px(const TrackBlobsSettings& settings, double variance_px2, double step_px) {
+  const double wider = settings.gate_floor_px + settings.gate_per_speed * step_px;
+  return settings.gate_sigmas * std::sqrt(variance_px2 + wider * wider);
+}
+
+class KalmanFollower {
+ public:
+  KalmanFollower(Shared& shared, const Vector<2>& point, double variance_px2)
+      : shared_(&shared), kalman_(shared.kalman, point, variance_px2) {}
+
+  void predict(double dt_s) {
+    dt_s_ = dt_s;
+    kalman_.predict(dt_s);
+  }
+  BlobAim aim() const {
+    const filter::Motion<2>& motion = kalman_.motion();
+    return {motion.point, motion.pp, reach_px(shared_->settings, motion.pp, motion.velocity.norm() * dt_s_)};
+  }
+  void update(const Vector<2>& point, double variance_px2) { kalman_.update(point, variance_px2); }
+  void coast() { kalman_.coast(); }
+  const IsotropicKalman<2>& kalman() const { return kalman_; }
+  void restart(const IsotropicKalman<2>& known) { kalman_ = known; }
+  Vector<2> point() const { return kalman_.motion().point; }
+
+ private:
+  const Shared* shared_;
+  IsotropicKalman<2> kalman_;
+  double dt_s_ = 0.0;
+};
+
+class AlphaBetaFollower {
+ public:
+  AlphaBetaFollower(Shared& shared, const Vector<2>& point, double variance_px2)
+      : shared_(&shared), filter_(shared.alpha_beta, {point, Matrix<2>::Identity() * variance_px2}) {}
+
+  void predict(double dt_s) { filter_.predict(dt_s); }
+  BlobAim aim() const {
+    const filter::Gate<2> gate = filter_.gate();
+    const double variance_px2 = gate.covariance(0, 0);
+    return {gate.centre, variance_px2, shared_->settings.gate_sigmas * std::sqrt(variance_px2)};
+  }
+  void update(const Vector<2>& point, double variance_px2) {
+    filter_.update({point, Matrix<2>::Identity() * variance_px2});
+  }
+  void coast() { filter_.coast(); }
+  IsotropicKalman<2> kalman() const {
+    const filter::Belief<2> belief = filter_.belief();
+    return shared_->kalman_of(belief.point, belief.velocity);
+  }
+  void restart(const IsotropicKalman<2>& known) { filter_.restart(known.motion().point, known.motion().velocity); }
+  Vector<2> point() const { return filter_.belief().point; }
+
+ private:
+  const Shared* shared_;
+  filter::AlphaBeta<2> filter_;
+};
+
+class CondensationFollower {
+ public:
+  CondensationFollower(Shared& shared, const Vector<2>& point, double variance_px2)
+      : shared_(&shared), filter_(with_next_seed(shared.condensation), {point, Matrix<2>::Identity() * variance_px2}) {}
+
+  void predict(double dt_s) {
+    dt_s_ = dt_s;
+    filter_.predict(dt_s);
+  }
+  BlobAim aim() const {
+    const filter::Belief<2> belief = filter_.belief();
+    const double variance_px2 = 0.5 * belief.covariance.trace() + kParticleSighting_px * kParticleSighting_px;
+    return {belief.point, variance_px2, reach_px(shared_->settings, variance_px2, belief.velocity.norm() * dt_s_)};
+  }
+  void update(const Vector<2>& point, double variance_px2) {
+    filter_.update({point, Matrix<2>::Identity() * variance_px2});
+  }
+  void coast() { filter_.coast(); }
+  IsotropicKalman<2> kalman() const {
+    const filter::Belief<2> belief = filter_.belief();
+    return shared_->kalman_of(belief.point, belief.velocity);
+  }
+  void restart(const IsotropicKalman<2>& known) {
+    const filter::Motion<2>& motion = known.motion();
+    filter_.restart({motion.point, Matrix<2>::Identity() * motion.pp}, motion.velocity, std::sqrt(motion.vv));
+  }
+  Vector<2> point() const { return filter_.belief().point; }
+
+ private:
+  /// Each track has its own numbers.
+  static const filter::CondensationSettings& with_next_seed(filter::CondensationSettings& settings) {
+    ++settings.seed;
+    return settings;
+  }
+
+  const Shared* shared_;
+  filter::Condensation<2> filter_;
+  double dt_s_ = 0.0;
+};
+
+template <class F>
+class FollowingBlobTracker final : public BlobTracker, public BlobTrackInspection {
+ public:
+  explicit FollowingBlobTracker(const TrackBlobsSettings& settings)
+      : shared_(settings), tracks_({settings.confirm_images, settings.max_coast}, kMaxBlobs) {}
 
   void track(BlobFrame& frame) override {
-    seen_.clear();
-    for (const Blob& blob : frame.blobs) {
-      const double sigma = std::max(blob.sigma_px, kMinSigma_px);
-      seen_.push_back({blob.centroid.v, filter::Matrix<2>::Identity() * sigma * sigma});
-    }
-    tracks_.advance(frame.exposed_at, seen_.size());
-    for (std::uint32_t i = 0; i < seen_.size(); ++i) {
-      if (!seen_[i].point.allFinite() || !seen_[i].covariance.allFinite()) tracks_.ignore(i);
-      frame.blobs[i].track = {};
-    }
-    tracks_.assign(seen_);
-    tracks_.settle(seen_, birth_);
+    tracks_.step(frame.exposed_at, frame.blobs,
+                 [this](const Vector<2>& point, double variance_px2) { return F(shared_, point, variance_px2); });
+    for (Blob& blob : frame.blobs) blob.track = {};
     for (const auto& track : tracks_.tracks()) {
-      if (track.confirmed && track.sighting != tracks_.kNone) frame.blobs[track.sighting].track = {track.id};
+      if (track.confirmed && track.sure && track.blob != tracks_.kNone) frame.blobs[track.blob].track = {track.id};
     }
   }
 
-  std::vector<BlobTrackView> inspect() const override {
-    std::vector<BlobTrackView> views;
+  void look_ahead(Timestamp at, std::vector<BlobTrackBelief>& into) const override {
+    const double dt_s = to_s(at - tracks_.at());
     for (const auto& track : tracks_.tracks()) {
-      const bool seen = track.sighting != tracks_.kNone;
-      const filter::Belief<2> belief = track.filter.belief();
-      BlobTrackView view;
-      view.id = {track.id};
-      view.state = !track.confirmed ? BlobTrackState::Tentative
-                   : seen           ? BlobTrackState::Confirmed
-                                    : BlobTrackState::Coasting;
-      view.predicted = {track.gate.centre};
-      view.gate_px = gate_sigmas_ * std::sqrt(track.gate.covariance(0, 0));
-      view.position = {belief.point};
-      view.velocity_px_s = belief.velocity;
-      view.sigma_px = std::sqrt(belief.covariance(0, 0));
-      view.blob = track.sighting;
-      views.push_back(view);
+      F follower = track.follower;
+      if (track.pair != tracks_.kNone) {
+        const BlobPair& pair = tracks_.pairs()[track.pair];
+        const bool second = &tracks_.tracks()[pair.member(1).track] == &track;
+        follower.restart(pair.filter(second ? 1 : 0));
+      }
+      follower.predict(dt_s);
+      const BlobAim aim = follower.aim();
+      into.push_back({{track.id}, track.confirmed, {aim.centre_px}, aim.reach_px, track.blob});
     }
-    return views;
   }
 
  private:
-  double gate_sigmas_;
-  Birth birth_;
-  PointTracks<F, 2> tracks_;
-  std::vector<filter::Seen<2>> seen_;
+  Shared shared_;
+  BlobTracks<F> tracks_;
 };
-
-template <class F, class Birth>
-std::unique_ptr<OpenBlobTracker> make(const TrackLife& life, Birth birth) {
-  return std::make_unique<FilteringBlobTracker<F, Birth>>(life, std::move(birth));
-}
-
-filter::KalmanSettings kalman_settings(const TrackBlobsSettings& settings) {
-  filter::KalmanSettings kalman;
-  kalman.acceleration_u_s2 = settings.acceleration_px_s2;
-  kalman.acceleration_per_speed = settings.acceleration_per_speed_1_s;
-  kalman.birth_speed_u_s = settings.birth_speed_px_s;
-  kalman.gate_floor_u = settings.gate_floor_px;
-  kalman.gate_per_speed = settings.gate_per_speed;
-  kalman.max_agility = 25.0;
-  return kalman;
-}
 
 }  // namespace
 
-std::unique_ptr<OpenBlobTracker> make_blob_tracker(const TrackBlobsSettings& settings) {
-  const TrackLife life{settings.gate_sigmas, settings.confirm_images, settings.max_coast, kNewBlobs_1_px2};
-  using Sighting = filter::Seen<2>;
+std::unique_ptr<BlobTracker> make_blob_tracker(const TrackBlobsSettings& settings) {
   switch (settings.method) {
     case TrackMethod::AlphaBeta:
-    case TrackMethod::AdaptiveAlphaBeta: {
-      filter::AlphaBetaSettings alpha_beta;
-      alpha_beta.alpha = settings.alpha;
-      alpha_beta.beta = settings.beta;
-      // No covariance tells this filter that a new track's speed is unknown: the floor must bear it.
-      alpha_beta.gate_u = 2.0 * settings.gate_floor_px;
-      if (settings.method == TrackMethod::AdaptiveAlphaBeta) alpha_beta.gate_per_speed = settings.gate_per_speed;
-      alpha_beta.gate_per_miss_u = settings.gate_floor_px;
-      return make<filter::AlphaBeta<2>>(
-          life, [alpha_beta](const Sighting& seen) { return filter::AlphaBeta<2>(alpha_beta, seen); });
-    }
-    case TrackMethod::Condensation: {
-      filter::CondensationSettings condensation;
-      condensation.particles = settings.particles;
-      condensation.acceleration_u_s2 = settings.acceleration_px_s2;
-      condensation.birth_speed_u_s = settings.birth_speed_px_s;
-      condensation.sighting_u = 1.0;
-      condensation.gate_floor_u = settings.gate_floor_px;
-      condensation.seed = settings.seed;
-      return make<filter::Condensation<2>>(life, [condensation](const Sighting& seen) mutable {
-        ++condensation.seed;  // each track its own numbers
-        return filter::Condensation<2>(condensation, seen);
-      });
-    }
+    case TrackMethod::AdaptiveAlphaBeta: return std::make_unique<FollowingBlobTracker<AlphaBetaFollower>>(settings);
+    case TrackMethod::Condensation: return std::make_unique<FollowingBlobTracker<CondensationFollower>>(settings);
     case TrackMethod::Kalman: break;
   }
-  return make<filter::Kalman<2>>(
-      life, [kalman = kalman_settings(settings)](const Sighting& seen) { return filter::Kalman<2>(kalman, seen); });
+  return std::make_unique<FollowingBlobTracker<KalmanFollower>>(settings);
 }
 
 }  // namespace mocap::stages

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 #include "base/time.h"
 #include "module/blob_tracker.h"
@@ -17,49 +15,20 @@ struct TrackBlobsSettings {
   TrackMethod method = TrackMethod::Kalman;
   double gate_sigmas = 4.0;          ///< 1 to 10; a blob further from where it should be is another marker
   double gate_floor_px = 2.0;        ///< standard deviation that the gate has at least, 0 to 100
-  double gate_per_speed = 0.25;      ///< the same, for each px that the marker is expected to move, 0 to 2
+  double gate_per_speed = 0.5;       ///< the same, for each px that the marker is expected to move, 0 to 2
   std::uint32_t confirm_images = 3;  ///< consecutive images until a track is believed, 1 to 100
-  Duration max_coast = std::chrono::milliseconds(250);  ///< unseen for longer, a track ends
-  double acceleration_px_s2 = 2000.0;                   ///< standard deviation of what changes the motion
-  double acceleration_per_speed_1_s = 5.0;              ///< the same, for each px/s of speed (Kalman)
-  double birth_speed_px_s = 400.0;                      ///< standard deviation of a new marker's velocity
-  double alpha = 0.85;                                  ///< alpha-beta: share that moves the point, 0 to 1
-  double beta = 0.6;                                    ///< alpha-beta: share that changes the velocity, 0 to 2
-  int particles = 100;                                  ///< CONDENSATION: 2 to 256
-  std::uint64_t seed = 1;                               ///< CONDENSATION
-};
-
-enum class BlobTrackState {
-  Tentative,  ///< seen too few times to be believed
-  Confirmed,  ///< seen in this image
-  Coasting,   ///< not seen in this image, carried on by its motion
-  Lost,       ///< unseen for too long; told once, in the image where it ended
-};
-
-/// What a tracker holds for true of one marker in the image, for tests and studies.
-struct BlobTrackView {
-  static constexpr std::uint32_t kNone = 0xFFFF'FFFF;
-
-  BlobTrackId id;
-  BlobTrackState state = BlobTrackState::Tentative;
-  PixelPoint predicted;  ///< before the image was looked at
-  double gate_px = 0.0;  ///< no blob further than this from `predicted` was looked at
-  PixelPoint position;   ///< after
-  Eigen::Vector2d velocity_px_s = Eigen::Vector2d::Zero();
-  double sigma_px = 0.0;       ///< standard deviation of the position, each axis
-  std::uint32_t blob = kNone;  ///< index in the frame
-};
-
-/// A tracker that shows its tracks.
-class OpenBlobTracker : public BlobTracker {
- public:
-  /// The tracks after the last frame, in the order of their birth. Allocates: not for the hot path.
-  virtual std::vector<BlobTrackView> inspect() const = 0;
+  Duration max_coast = std::chrono::milliseconds(1500);  ///< unseen for longer, a track ends
+  double acceleration_px_s2 = 4000.0;                    ///< standard deviation of what changes the motion
+  double birth_speed_px_s = 400.0;                       ///< standard deviation of a new marker's velocity
+  double alpha = 0.85;                                   ///< alpha-beta: share that moves the point, 0 to 1
+  double beta = 0.6;                                     ///< alpha-beta: share that changes the velocity, 0 to 2
+  int particles = 100;                                   ///< CONDENSATION: 2 to 256
+  std::uint64_t seed = 1;                                ///< CONDENSATION
 };
 
 /// Makes the tracker of one camera: each blob's `track` names the confirmed track that it belongs to; the blobs of
 /// tentative tracks stay without. The assignment is the best in sum over all tracks and blobs within their gates.
-/// Settings are in their ranges. `track` does not allocate.
-std::unique_ptr<OpenBlobTracker> make_blob_tracker(const TrackBlobsSettings& settings);
+/// Settings are in their ranges. `track` does not allocate. It implements BlobTrackInspection too.
+std::unique_ptr<BlobTracker> make_blob_tracker(const TrackBlobsSettings& settings);
 
 }  // namespace mocap::stages

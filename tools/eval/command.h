@@ -16,5 +16,6 @@ struct Command {
 std::span<const Command> commands();
 
 int run_score(int argc, const char* const* argv);
+int run_paper(int argc, const char* const* argv);
 
 }  // namespace mocap::eval

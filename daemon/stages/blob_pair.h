@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "base/bounded_vector.h"
+#include "filter/isotropic_kalman.h"
+#include "geometry/two_discs.h"
+#include "model/blob.h"
+
+namespace mocap::stages {
+
+/// Two markers of one image that cannot be told apart for a while: their discs overlap, or both could be one blob.
+///
+/// Each hypothesis is a story of which marker was which part of what was seen, with a filter for each marker; its cost
+/// is -2 ln of the stories' likelihood, the sum over all innovations. Two blobs are the markers in either order. One
+/// blob is both, where its area and elongation tell how far apart they are, but not which is which; or it is one of
+/// them, and the other is hidden. So the sides of two markers that turn back, pass or cross behind each other are
+/// followed by their motion through the time that they are one blob. Near equal stories are one, the cheapest stay.
+///
+/// Source: Reid, "An algorithm for tracking multiple targets", IEEE Trans. Automatic Control 24 (1979), section III,
+/// for a cluster of two targets.
+class BlobPair {
+ public:
+  struct Member {
+    std::uint32_t track = 0;
+    double area_px2 = 0.0;  ///< of its blob while it is alone
+  };
+  struct Aim {
+    filter::Vector<2> centre_px;
+    double variance_px2 = 0.0;
+  };
+  static constexpr std::uint32_t kNone = 0xFFFF'FFFF;
+
+  BlobPair(const filter::IsotropicKalman<2>& first, const filter::IsotropicKalman<2>& second, const Member& one,
+           const Member& other);
+
+  void predict(double dt_s);
+
+  /// What the best story expects of member 0 or 1.
+  Aim aim(std::size_t member) const;
+
+  /// Takes in what was seen: no blob, one, or two, by their indices in the image.
+  void see_none();
+  void see_one(const Blob& blob, std::uint32_t index, const geometry::TwoDiscs& discs);
+  void see_two(std::span<const Blob* const, 2> blobs, std::span<const std::uint32_t, 2> indices);
+
+  /// Whether the last image showed both, each in a blob of its own.
+  bool apart() const { return images_apart_ > 0; }
+  std::uint32_t images_apart() const { return images_apart_; }
+  /// Whether the best story has both in one blob.
+  bool merged() const { return best().blob[0] != kNone && best().blob[0] == best().blob[1]; }
+  /// By how much the best story is cheaper than the best one that gives the blobs otherwise.
+  double lead() const { return lead_; }
+
+  const Member& member(std::size_t i) const { return members_[i]; }
+  Member& member(std::size_t i) { return members_[i]; }
+  /// Of the best story: index of the member's blob, or kNone; and its filter.
+  std::uint32_t blob(std::size_t i) const { return best().blob[i]; }
+  const filter::IsotropicKalman<2>& filter(std::size_t i) const { return best().filter[i]; }
+
+ private:
+  struct Story {
+    filter::IsotropicKalman<2> filter[2];
+    std::uint32_t blob[2];
+    double cost;
+  };
+  struct Sighting {
+    filter::Vector<2> point_px;
+    double variance_px2;
+    std::uint32_t blob;
+  };
+  static constexpr std::size_t kMaxStories = 8;
+
+  const Story& best() const { return stories_[0]; }
+  using Stories = BoundedVector<Story, 4 * kMaxStories>;
+
+  static void add(const Story& from, const Sighting* first, const Sighting* second, double cost, Stories& to);
+  void keep_the_best(const Stories& next);
+  bool same(const filter::IsotropicKalman<2>& a, const filter::IsotropicKalman<2>& b) const;
+
+  Member members_[2];
+  BoundedVector<Story, kMaxStories> stories_;  // the cheapest first
+  double dt_s_ = 0.0;                          // the last step
+  double lead_ = 0.0;
+  std::uint32_t images_apart_ = 0;
+};
+
+/// Standard deviation of a blob's centroid, where the blob is smaller than its marker's: half of a disc has its middle
+/// 0.42 radii off, a tenth less of it 0.08.
+double sigma_of_part_px(const Blob& blob, double whole_area_px2);
+
+}  // namespace mocap::stages
