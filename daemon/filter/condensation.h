@@ -23,8 +23,8 @@ struct CondensationSettings {
 /// Factored sampling: particles of point and velocity are selected by weight, moved on with noise, and weighted by how
 /// well they explain the sighting.
 ///
-/// The same seed and sightings give the same belief. Where a sighting lies so far off that it gives no particle weight,
-/// the particles start anew around it.
+/// The same seed and sightings give the same belief. Where a sighting lies so far off that no particle comes near it,
+/// the particles start anew around it, with the change of velocity that it tells of.
 ///
 /// Source: Isard and Blake, "CONDENSATION - conditional density propagation for visual tracking", Int. J. Computer
 /// Vision 29 (1998), figure 5; systematic selection: Kitagawa, J. Computational and Graphical Statistics 5 (1996),
@@ -60,7 +60,8 @@ class Condensation {
   std::size_t count_;
   std::array<Particle, kMaxParticles> particles_;
   std::array<double, kMaxParticles> weights_;  // they add up to 1
-  bool weighted_ = false;                      // a sighting has been taken in since the last selection
+  double since_seen_s_ = 0.0;
+  bool weighted_ = false;  // a sighting has been taken in since the last selection
   Belief<N> belief_;
 };
 

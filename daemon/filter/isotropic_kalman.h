@@ -38,19 +38,18 @@ inline double innovation_cost(double distance2, double variance) {
   return needed <= variance ? distance2 / variance + N * std::log(variance) : N + N * std::log(needed);
 }
 
-/// Constant velocity, driven by a change of velocity w at the beginning of each step; all axes share one covariance,
-/// which is exact where sightings are as certain on each axis as on the others.
+/// Constant velocity, driven by a change of velocity w at some time in each step, any time as likely; all axes share one
+/// covariance, which is exact where sightings are as certain on each axis as on the others.
 ///
-///   x' = x + (v + w) dt,  v' = v + w;   w ~ N(0, agility (a dt)^2)
+///   x' = x + v dt,  v' = v;   Q = W [dt^2/3  dt/2; dt/2  1] for each axis,  W = agility (a dt)^2
 ///
 /// The process noise follows the innovation r twice. Before a sighting is taken in, where r^2 / N is more than was
-/// expected, w is given the variance that makes it expected: a sharp turn is followed at once (gains 1 and 1 / dt), and
-/// the calm that follows is precise. And agility, the smoothed variance of w over its first guess, is remembered:
+/// expected, W is made as large as makes it expected: a sharp turn is followed at once (gains near 1 and 3/2 / dt). And agility, the smoothed W over its first guess, is remembered:
 /// steady motion makes the filter sharp. While the point is hidden the first guess is in force again, so that the
 /// covariance grows by what markers can do.
 ///
 /// Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001): the filter,
-/// equations 5.2.3-11 to 5.2.3-17; process noise from the innovation, section 11.2.2.
+/// equations 5.2.3-11 to 5.2.3-17; the noise, equation 6.2.2-12; process noise from the innovation, section 11.2.2.
 template <int N>
 class IsotropicKalman {
  public:
@@ -69,9 +68,9 @@ class IsotropicKalman {
     since_seen_s_ += dt_s;
     dt_s_ = dt_s;
     motion_.point += motion_.velocity * dt_s;
+    motion_.pp += dt_s * (2.0 * motion_.pv + dt_s * (motion_.vv + added_ / 3.0));
+    motion_.pv += dt_s * (motion_.vv + added_ / 2.0);
     motion_.vv += added_;
-    motion_.pp += dt_s * (2.0 * motion_.pv + dt_s * motion_.vv);
-    motion_.pv += dt_s * motion_.vv;
   }
 
   /// Takes in a sighting of that variance on each axis.
@@ -81,11 +80,11 @@ class IsotropicKalman {
     learn(needed - (motion_.pp + variance));
     const double missing = needed - (motion_.pp + variance);
     if (missing > 0.0 && since_seen_s_ > 0.0) {
-      // The motion changed when it was last seen at the earliest; that explains the innovation by the least change.
-      const double per_s = missing / since_seen_s_;
+      // The motion changed at some time since it was last seen.
+      const double change = 3.0 * missing / (since_seen_s_ * since_seen_s_);
       motion_.pp += missing;
-      motion_.pv += per_s;
-      motion_.vv += per_s / since_seen_s_;
+      motion_.pv += change * since_seen_s_ / 2.0;
+      motion_.vv += change;
     }
     const double total = motion_.pp + variance;
     const double point_gain = motion_.pp / total;
@@ -116,7 +115,7 @@ class IsotropicKalman {
   void learn(double more) {
     const double change = settings_->acceleration_u_s2 * dt_s_;
     if (!(change > 0.0) || since_seen_s_ > dt_s_) return;
-    const double found = (added_ + more / (dt_s_ * dt_s_)) / (change * change);
+    const double found = (added_ + 3.0 * more / (dt_s_ * dt_s_)) / (change * change);
     agility_ += kMemory * (std::clamp(found, 0.0, settings_->max_agility) - agility_);
     agility_ = std::max(agility_, settings_->least_agility);
   }

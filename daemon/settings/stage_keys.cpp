@@ -56,6 +56,7 @@ void tell_track_blobs(Keys& keys, DaemonSettings& all) {
   keys.number("birth_speed_px_s", track.birth_speed_px_s, {1, 1e5});
   keys.number("alpha", track.alpha, {0, 1});
   keys.number("beta", track.beta, {0, 2});
+  keys.number("alpha_beta_gate_px", track.alpha_beta_gate_px, {0.1, 100});
   keys.number("particles", track.particles, {2, 256});
   keys.number("seed", track.seed, {0, 9e15});
 }

@@ -36,9 +36,7 @@ struct Shared {
     kalman.birth_speed_u_s = from.birth_speed_px_s;
     alpha_beta.alpha = from.alpha;
     alpha_beta.beta = from.beta;
-    // No covariance tells this filter that a new track's speed is unknown: the floor must bear it.
-    alpha_beta.gate_u = 2.0 * from.gate_floor_px;
-    if (from.method == TrackMethod::AdaptiveAlphaBeta) alpha_beta.gate_per_speed = from.gate_per_speed;
+    alpha_beta.gate_u = from.method == TrackMethod::AlphaBeta ? from.alpha_beta_gate_px : from.gate_floor_px;
     alpha_beta.gate_per_miss_u = from.gate_floor_px;
     condensation.particles = from.particles;
     condensation.acceleration_u_s2 = from.acceleration_px_s2;
@@ -54,6 +52,28 @@ struct Shared {
   }
 };
 
+/// The greatest speed of late: a marker that turns seems slow in the image in which it does, and is not.
+class RecentSpeed {
+ public:
+  void advance(double dt_s) {
+    if (dt_s != dt_s_) {
+      dt_s_ = dt_s;
+      kept_ = std::exp2(-dt_s / kHalfLife_s);
+    }
+    px_s_ *= kept_;
+  }
+  void add(double px_s) { px_s_ = std::max(px_s_, px_s); }
+  /// The way in one image, at that speed or the greatest of late.
+  double step_px(double px_s) const { return std::max(px_s_, px_s) * dt_s_; }
+
+ private:
+  static constexpr double kHalfLife_s = 0.1;  // a limb that shakes turns ten times a second at most
+
+  double px_s_ = 0.0;
+  double dt_s_ = 0.0;
+  double kept_ = 1.0;
+};
+
 /// How far a track looks: `sigmas` times what its covariance, the floor and its speed give together.
 double reach_px(const TrackBlobsSettings& settings, double variance_px2, double step_px) {
   const double wider = settings.gate_floor_px + settings.gate_per_speed * step_px;
@@ -66,14 +86,17 @@ class KalmanFollower {
       : shared_(&shared), kalman_(shared.kalman, point, variance_px2) {}
 
   void predict(double dt_s) {
-    dt_s_ = dt_s;
     kalman_.predict(dt_s);
+    speed_.advance(dt_s);
   }
   BlobAim aim() const {
     const filter::Motion<2>& motion = kalman_.motion();
-    return {motion.point, motion.pp, reach_px(shared_->settings, motion.pp, motion.velocity.norm() * dt_s_)};
+    return {motion.point, motion.pp, reach_px(shared_->settings, motion.pp, speed_.step_px(motion.velocity.norm()))};
   }
-  void update(const Vector<2>& point, double variance_px2) { kalman_.update(point, variance_px2); }
+  void update(const Vector<2>& point, double variance_px2) {
+    kalman_.update(point, variance_px2);
+    speed_.add(kalman_.motion().velocity.norm());
+  }
   void coast() { kalman_.coast(); }
   const IsotropicKalman<2>& kalman() const { return kalman_; }
   void restart(const IsotropicKalman<2>& known) { kalman_ = known; }
@@ -82,7 +105,7 @@ class KalmanFollower {
  private:
   const Shared* shared_;
   IsotropicKalman<2> kalman_;
-  double dt_s_ = 0.0;
+  RecentSpeed speed_;
 };
 
 class AlphaBetaFollower {
@@ -90,14 +113,23 @@ class AlphaBetaFollower {
   AlphaBetaFollower(Shared& shared, const Vector<2>& point, double variance_px2)
       : shared_(&shared), filter_(shared.alpha_beta, {point, Matrix<2>::Identity() * variance_px2}) {}
 
-  void predict(double dt_s) { filter_.predict(dt_s); }
+  void predict(double dt_s) {
+    filter_.predict(dt_s);
+    speed_.advance(dt_s);
+    // No covariance tells that a new marker's velocity is unknown.
+    unknown_px_ = sightings_ < 2 ? unknown_px_ + shared_->settings.birth_speed_px_s * dt_s : 0.0;
+  }
   BlobAim aim() const {
     const filter::Gate<2> gate = filter_.gate();
-    const double variance_px2 = gate.covariance(0, 0);
-    return {gate.centre, variance_px2, shared_->settings.gate_sigmas * std::sqrt(variance_px2)};
+    const double variance_px2 = gate.covariance(0, 0) + unknown_px_ * unknown_px_;
+    const bool adaptive = shared_->settings.method == TrackMethod::AdaptiveAlphaBeta;
+    const double step_px = adaptive ? speed_.step_px(filter_.belief().velocity.norm()) : 0.0;
+    return {gate.centre, variance_px2, reach_px(shared_->settings, variance_px2, step_px)};
   }
   void update(const Vector<2>& point, double variance_px2) {
     filter_.update({point, Matrix<2>::Identity() * variance_px2});
+    speed_.add(filter_.belief().velocity.norm());
+    ++sightings_;
   }
   void coast() { filter_.coast(); }
   IsotropicKalman<2> kalman() const {
@@ -110,6 +142,9 @@ class AlphaBetaFollower {
  private:
   const Shared* shared_;
   filter::AlphaBeta<2> filter_;
+  RecentSpeed speed_;
+  double unknown_px_ = 0.0;
+  std::uint32_t sightings_ = 1;
 };
 
 class CondensationFollower {
@@ -118,16 +153,18 @@ class CondensationFollower {
       : shared_(&shared), filter_(with_next_seed(shared.condensation), {point, Matrix<2>::Identity() * variance_px2}) {}
 
   void predict(double dt_s) {
-    dt_s_ = dt_s;
     filter_.predict(dt_s);
+    speed_.advance(dt_s);
   }
   BlobAim aim() const {
     const filter::Belief<2> belief = filter_.belief();
     const double variance_px2 = 0.5 * belief.covariance.trace() + kParticleSighting_px * kParticleSighting_px;
-    return {belief.point, variance_px2, reach_px(shared_->settings, variance_px2, belief.velocity.norm() * dt_s_)};
+    return {belief.point, variance_px2,
+            reach_px(shared_->settings, variance_px2, speed_.step_px(belief.velocity.norm()))};
   }
   void update(const Vector<2>& point, double variance_px2) {
     filter_.update({point, Matrix<2>::Identity() * variance_px2});
+    speed_.add(filter_.belief().velocity.norm());
   }
   void coast() { filter_.coast(); }
   IsotropicKalman<2> kalman() const {
@@ -149,7 +186,7 @@ class CondensationFollower {
 
   const Shared* shared_;
   filter::Condensation<2> filter_;
-  double dt_s_ = 0.0;
+  RecentSpeed speed_;
 };
 
 template <class F>

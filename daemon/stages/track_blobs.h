@@ -22,8 +22,9 @@ struct TrackBlobsSettings {
   double birth_speed_px_s = 400.0;                       ///< standard deviation of a new marker's velocity
   double alpha = 0.85;                                   ///< alpha-beta: share that moves the point, 0 to 1
   double beta = 0.6;                                     ///< alpha-beta: share that changes the velocity, 0 to 2
-  int particles = 100;                                   ///< CONDENSATION: 2 to 256
-  std::uint64_t seed = 1;                                ///< CONDENSATION
+  double alpha_beta_gate_px = 10.0;  ///< alpha-beta: standard deviation of its fixed gate, 0.1 to 100
+  int particles = 100;               ///< CONDENSATION: 2 to 256
+  std::uint64_t seed = 1;            ///< CONDENSATION
 };
 
 /// Makes the tracker of one camera: each blob's `track` names the confirmed track that it belongs to; the blobs of
