@@ -12,6 +12,7 @@ namespace mocap::filter {
 struct IsotropicKalmanSettings {
   double acceleration_u_s2 = 10.0;  ///< standard deviation of what changes the motion, each axis, before any is seen
   double least_agility = 1e-3;      ///< share of its square that is left while the motion holds steady, 0 to 1
+  double hidden_agility = 5e-3;     ///< share of its square that is reckoned with at least while nothing is seen
   double max_agility = 4.0;         ///< how many times its square is remembered after sightings surprised
   double birth_speed_u_s = 1.0;     ///< standard deviation of a new point's velocity, each axis
 };
@@ -38,15 +39,15 @@ inline double innovation_cost(double distance2, double variance) {
   return needed <= variance ? distance2 / variance + N * std::log(variance) : N + N * std::log(needed);
 }
 
-/// Constant velocity, driven by a change of velocity w at some time in each step, any time as likely; all axes share one
-/// covariance, which is exact where sightings are as certain on each axis as on the others.
+/// Constant velocity, driven by a change of velocity w at some time in each step, any time as likely; all axes share
+/// one covariance, which is exact where sightings are as certain on each axis as on the others.
 ///
 ///   x' = x + v dt,  v' = v;   Q = W [dt^2/3  dt/2; dt/2  1] for each axis,  W = agility (a dt)^2
 ///
 /// The process noise follows the innovation r twice. Before a sighting is taken in, where r^2 / N is more than was
-/// expected, W is made as large as makes it expected: a sharp turn is followed at once (gains near 1 and 3/2 / dt). And agility, the smoothed W over its first guess, is remembered:
-/// steady motion makes the filter sharp. While the point is hidden the first guess is in force again, so that the
-/// covariance grows by what markers can do.
+/// expected, W is made as large as makes it expected: a sharp turn is followed at once (gains near 1 and 3/2 / dt). And
+/// agility, the smoothed W over its first guess, is remembered: steady motion makes the filter sharp, down to
+/// `least_agility`, or `hidden_agility` while the point is not seen.
 ///
 /// Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001): the filter,
 /// equations 5.2.3-11 to 5.2.3-17; the noise, equation 6.2.2-12; process noise from the innovation, section 11.2.2.
@@ -98,7 +99,7 @@ class IsotropicKalman {
   }
 
   /// Takes in that nothing was seen at the end of the last `predict`.
-  void coast() { agility_ = std::max(agility_, 1.0); }
+  void coast() { agility_ = std::max(agility_, settings_->hidden_agility); }
 
   const Motion<N>& motion() const { return motion_; }
   double agility() const { return agility_; }

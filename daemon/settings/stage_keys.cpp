@@ -50,6 +50,7 @@ void tell_track_blobs(Keys& keys, DaemonSettings& all) {
   keys.number("gate_sigmas", track.gate_sigmas, {1, 10});
   keys.number("gate_floor_px", track.gate_floor_px, {0, 100});
   keys.number("gate_per_speed", track.gate_per_speed, {0, 2});
+  keys.number("gate_growth_px_s", track.gate_growth_px_s, {0, 10000});
   keys.number("confirm_images", track.confirm_images, {1, 100});
   keys.time("max_coast_ms", track.max_coast, Milliseconds, {0, 10000});
   keys.number("acceleration_px_s2", track.acceleration_px_s2, {1, 1e6});

@@ -5,7 +5,7 @@
 
 #include "base/bounded_vector.h"
 #include "filter/isotropic_kalman.h"
-#include "geometry/two_discs.h"
+#include "geometry/disc_shapes.h"
 #include "model/blob.h"
 
 namespace mocap::stages {
@@ -26,19 +26,12 @@ class BlobPair {
     std::uint32_t track = 0;
     double area_px2 = 0.0;  ///< of its blob while it is alone
   };
-  struct Aim {
-    filter::Vector<2> centre_px;
-    double variance_px2 = 0.0;
-  };
   static constexpr std::uint32_t kNone = 0xFFFF'FFFF;
 
   BlobPair(const filter::IsotropicKalman<2>& first, const filter::IsotropicKalman<2>& second, const Member& one,
            const Member& other);
 
   void predict(double dt_s);
-
-  /// What the best story expects of member 0 or 1.
-  Aim aim(std::size_t member) const;
 
   /// Takes in what was seen: no blob, one, or two, by their indices in the image.
   void see_none();
@@ -86,8 +79,16 @@ class BlobPair {
   std::uint32_t images_apart_ = 0;
 };
 
-/// Standard deviation of a blob's centroid, where the blob is smaller than its marker's: half of a disc has its middle
-/// 0.42 radii off, a tenth less of it 0.08.
-double sigma_of_part_px(const Blob& blob, double whole_area_px2);
+/// Where a marker is, of which a blob shows a part.
+struct PartOfDisc {
+  filter::Vector<2> centre_px;
+  double sigma_px;  ///< standard deviation, each axis
+};
+
+/// Reads a blob that is smaller than its marker's, `whole_area_px2`: a straight edge has cut it where its elongation
+/// agrees with its area; the centre lies across the cut, on the side of `expected_px`. Otherwise the centre may be on
+/// any side, and the blob's own middle stands for it, as uncertain as that makes it.
+PartOfDisc part_of_disc(const Blob& blob, double whole_area_px2, const filter::Vector<2>& expected_px,
+                        const geometry::CutDisc& cut);
 
 }  // namespace mocap::stages

@@ -10,7 +10,7 @@
 #include "base/time.h"
 #include "filter/isotropic_kalman.h"
 #include "geometry/assignment.h"
-#include "geometry/two_discs.h"
+#include "geometry/disc_shapes.h"
 #include "model/blob.h"
 #include "stages/blob_grid.h"
 #include "stages/blob_pair.h"
@@ -108,6 +108,8 @@ class BlobTracks {
   static constexpr double kMinSigma_px = 0.02;
   // How much the newest blob counts in a track's area, where it is about as large.
   static constexpr double kAreaRate = 0.2;
+  // Less than that of its own area, and something hides a part of the marker.
+  static constexpr double kWhole = 0.95;
   // So much more than its own area, and a track's blob holds another marker.
   static constexpr double kLarger = 1.1;
 
@@ -119,14 +121,6 @@ class BlobTracks {
       track.blob = kNone;
       track.sure = true;
       track.settled = false;
-    }
-    for (const BlobPair& pair : pairs_) {
-      for (const std::size_t m : {std::size_t{0}, std::size_t{1}}) {
-        const BlobPair::Aim aim = pair.aim(m);
-        BlobAim& of_track = tracks_[pair.member(m).track].aim;
-        of_track.centre_px = aim.centre_px;
-        of_track.variance_px2 = aim.variance_px2;
-      }
     }
     erase_if([this](const Track& track) { return at_ - track.seen_at > life_.max_coast; });
   }
@@ -248,6 +242,7 @@ class BlobTracks {
         members[m]->blob = pair.blob(m);
         members[m]->sure = decided && !pair.merged();
         members[m]->settled = true;
+        members[m]->follower.restart(pair.filter(m));
         if (members[m]->blob != kNone) owner_[members[m]->blob] = pair.member(m).track;
       }
       const bool ends = pair.merged() ? false : decided || pair.images_apart() >= kDecideWithin;
@@ -293,13 +288,14 @@ class BlobTracks {
 
   void take_in(const Blob& blob, double variance, Track& track) {
     const double share = blob.area_px2 / track.area_px2;
-    if (share < 0.9) {
-      const double sigma = std::max(kMinSigma_px, sigma_of_part_px(blob, track.area_px2));
-      variance = sigma * sigma;
-    }
-    const bool alike = share > 0.9 && share < kLarger;
+    const bool alike = share > kWhole && share < kLarger;
     track.area_px2 += (alike ? kAreaRate : 0.1 * kAreaRate) * (blob.area_px2 - track.area_px2);
-    track.follower.update(blob.centroid.v, variance);
+    if (share > kWhole) {
+      track.follower.update(blob.centroid.v, variance);
+      return;
+    }
+    const PartOfDisc part = part_of_disc(blob, track.area_px2, track.aim.centre_px, cut_);
+    track.follower.update(part.centre_px, std::max(variance, part.sigma_px * part.sigma_px));
   }
 
   template <class Birth>
@@ -323,6 +319,7 @@ class BlobTracks {
   BlobGrid grid_;
   geometry::Assigner assigner_;
   geometry::TwoDiscs discs_;
+  geometry::CutDisc cut_;
   std::vector<Track> tracks_;
   std::vector<BlobPair> pairs_;
   Timestamp at_;

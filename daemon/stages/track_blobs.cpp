@@ -62,6 +62,7 @@ class RecentSpeed {
     }
     px_s_ *= kept_;
   }
+  double dt_s() const { return dt_s_; }  ///< of the last step
   void add(double px_s) { px_s_ = std::max(px_s_, px_s); }
   /// The way in one image, at that speed or the greatest of late.
   double step_px(double px_s) const { return std::max(px_s_, px_s) * dt_s_; }
@@ -91,7 +92,10 @@ class KalmanFollower {
   }
   BlobAim aim() const {
     const filter::Motion<2>& motion = kalman_.motion();
-    return {motion.point, motion.pp, reach_px(shared_->settings, motion.pp, speed_.step_px(motion.velocity.norm()))};
+    const double hidden_s = kalman_.since_seen_s() - speed_.dt_s();
+    return {motion.point, motion.pp,
+            reach_px(shared_->settings, motion.pp, speed_.step_px(motion.velocity.norm())) +
+                shared_->settings.gate_growth_px_s * std::max(0.0, hidden_s)};
   }
   void update(const Vector<2>& point, double variance_px2) {
     kalman_.update(point, variance_px2);

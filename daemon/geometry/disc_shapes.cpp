@@ -1,4 +1,4 @@
-#include "geometry/two_discs.h"
+#include "geometry/disc_shapes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -47,6 +47,38 @@ double TwoDiscs::distance_from_roundness(double roundness) const {
   if (below == roundness_.end()) return kMax;
   const double above = *(below - 1);
   return kStep * (static_cast<double>(below - roundness_.begin() - 1) + (above - roundness) / (above - *below));
+}
+
+CutDisc::CutDisc() {
+  shapes_.front() = {1.0, 0.0};
+  shapes_.back() = {0.0, 1.0};
+  double area = 0.0;
+  double first = 0.0;  // moments of what is seen: x from the rim to the edge
+  double along = 0.0;
+  double across = 0.0;
+  std::size_t next = 1;
+  for (int slice = 0; slice < 2 * kSlices && next + 1 < kSteps; ++slice) {
+    const double x = -1.0 + (slice + 0.5) / kSlices;
+    const double h = half_chord(x);
+    area += h;
+    first += h * x;
+    across += h * x * x;
+    along += h * h * h / 3.0;
+    if (area * 2.0 / kSlices / M_PI < static_cast<double>(next) / (kSteps - 1)) continue;
+    const double middle = first / area;
+    const double thin = across / area - middle * middle;
+    const double ratio = thin / (along / area);
+    shapes_[next++] = {-middle, std::sqrt(std::min(ratio, 1.0 / ratio))};
+  }
+}
+
+CutDisc::Shape CutDisc::shape(double share) const {
+  const double at = std::clamp(share, 0.0, 1.0) * (kSteps - 1);
+  const std::size_t below = std::min(static_cast<std::size_t>(at), kSteps - 2);
+  const double part = at - static_cast<double>(below);
+  const Shape& a = shapes_[below];
+  const Shape& b = shapes_[below + 1];
+  return {a.offset + part * (b.offset - a.offset), a.roundness + part * (b.roundness - a.roundness)};
 }
 
 }  // namespace mocap::geometry

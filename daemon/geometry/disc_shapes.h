@@ -28,4 +28,25 @@ class TwoDiscs {
   std::array<double, kSteps> roundness_;
 };
 
+/// The shape of a disc of which a straight edge hides a part, such as a barrier's or the image's.
+///
+/// Lengths are in radii of the disc.
+class CutDisc {
+ public:
+  struct Shape {
+    double offset;     ///< from the middle of what is seen to the centre of the disc, across the cut
+    double roundness;  ///< ratio of the axes of inertia; the cut is along the longer one
+  };
+
+  CutDisc();
+
+  /// From the share of the disc's area that is seen, 0 to 1.
+  Shape shape(double share) const;
+
+ private:
+  static constexpr std::size_t kSteps = 51;
+
+  std::array<Shape, kSteps> shapes_;  // of shares 0 to 1
+};
+
 }  // namespace mocap::geometry
