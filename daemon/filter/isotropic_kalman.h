@@ -62,6 +62,8 @@ class IsotropicKalman {
     motion_.vv = settings.birth_speed_u_s * settings.birth_speed_u_s;
   }
 
+  IsotropicKalman(IsotropicKalmanSettings&& settings, const Vector<N>& point, double variance) = delete;
+
   /// Moves on by `dt_s` (0 or more).
   void predict(double dt_s) {
     const double change = settings_->acceleration_u_s2 * dt_s;

@@ -65,6 +65,7 @@ class BlobTracks {
         grid_(max_blobs),
         assigner_(max_tracks_, max_blobs, max_tracks_ * kMaxCandidates) {
     tracks_.reserve(max_tracks_);
+    lost_.reserve(max_tracks_);
     pairs_.reserve(kMaxPairs);
     entries_.reserve(max_blobs);
     variance_.reserve(max_blobs);
@@ -75,6 +76,13 @@ class BlobTracks {
 
   std::span<const Track> tracks() const { return tracks_; }
   std::span<const BlobPair> pairs() const { return pairs_; }
+
+  struct Lost {
+    std::uint32_t id;
+    filter::Vector<2> expected_px;
+  };
+  /// The confirmed tracks that ended in the last image.
+  std::span<const Lost> lost() const { return lost_; }
   Timestamp at() const { return at_; }
 
   /// Takes in one image. `birth(point, variance)` makes the follower of a new track.
@@ -122,7 +130,12 @@ class BlobTracks {
       track.sure = true;
       track.settled = false;
     }
-    erase_if([this](const Track& track) { return at_ - track.seen_at > life_.max_coast; });
+    lost_.clear();
+    const auto ended = [this](const Track& track) { return at_ - track.seen_at > life_.max_coast; };
+    for (const Track& track : tracks_) {
+      if (track.confirmed && ended(track)) lost_.push_back({track.id, track.aim.centre_px});
+    }
+    erase_if(ended);
   }
 
   /// Erases tracks; the pairs that a track leaves go with it.
@@ -322,6 +335,7 @@ class BlobTracks {
   geometry::CutDisc cut_;
   std::vector<Track> tracks_;
   std::vector<BlobPair> pairs_;
+  std::vector<Lost> lost_;
   Timestamp at_;
   std::uint32_t next_id_ = 0;
   std::vector<BlobGrid::Entry> entries_;

@@ -104,7 +104,6 @@ class KalmanFollower {
   void coast() { kalman_.coast(); }
   const IsotropicKalman<2>& kalman() const { return kalman_; }
   void restart(const IsotropicKalman<2>& known) { kalman_ = known; }
-  Vector<2> point() const { return kalman_.motion().point; }
 
  private:
   const Shared* shared_;
@@ -141,7 +140,6 @@ class AlphaBetaFollower {
     return shared_->kalman_of(belief.point, belief.velocity);
   }
   void restart(const IsotropicKalman<2>& known) { filter_.restart(known.motion().point, known.motion().velocity); }
-  Vector<2> point() const { return filter_.belief().point; }
 
  private:
   const Shared* shared_;
@@ -179,7 +177,6 @@ class CondensationFollower {
     const filter::Motion<2>& motion = known.motion();
     filter_.restart({motion.point, Matrix<2>::Identity() * motion.pp}, motion.velocity, std::sqrt(motion.vv));
   }
-  Vector<2> point() const { return filter_.belief().point; }
 
  private:
   /// Each track has its own numbers.
@@ -212,14 +209,16 @@ class FollowingBlobTracker final : public BlobTracker, public BlobTrackInspectio
     const double dt_s = to_s(at - tracks_.at());
     for (const auto& track : tracks_.tracks()) {
       F follower = track.follower;
-      if (track.pair != tracks_.kNone) {
-        const BlobPair& pair = tracks_.pairs()[track.pair];
-        const bool second = &tracks_.tracks()[pair.member(1).track] == &track;
-        follower.restart(pair.filter(second ? 1 : 0));
-      }
       follower.predict(dt_s);
       const BlobAim aim = follower.aim();
-      into.push_back({{track.id}, track.confirmed, {aim.centre_px}, aim.reach_px, track.blob});
+      const bool seen = track.blob != tracks_.kNone;
+      const BlobTrackState state = !track.confirmed ? BlobTrackState::Tentative
+                                   : seen           ? BlobTrackState::Confirmed
+                                                    : BlobTrackState::Coasting;
+      into.push_back({{track.id}, track.confirmed, {aim.centre_px}, aim.reach_px, track.blob, state, track.sure});
+    }
+    for (const auto& lost : tracks_.lost()) {
+      into.push_back({{lost.id}, true, {lost.expected_px}, 0.0, tracks_.kNone, BlobTrackState::Lost, false});
     }
   }
 

@@ -89,7 +89,10 @@ TEST_P(EveryMethod, FindsABlobAgainBehindABarrier) {
 }
 
 TEST_P(EveryMethod, NeverGivesOneIdTwiceNorTheIdOfATrackThatEnded) {
-  const auto tracker = EveryMethod::tracker();
+  TrackBlobsSettings settings;
+  settings.method = GetParam();
+  settings.max_coast = std::chrono::milliseconds(250);
+  const auto tracker = make_blob_tracker(settings);
   std::set<std::uint32_t> ended;
   for (int stay = 0; stay < 20; ++stay) {
     std::mt19937 place(static_cast<unsigned>(stay));
