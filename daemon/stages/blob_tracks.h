@@ -222,17 +222,26 @@ class BlobTracks {
       double least = std::numeric_limits<double>::infinity();
       grid_.for_each_near(track.aim.centre_px, track.aim.reach_px, [&](std::uint32_t blob, double distance2) {
         const std::uint32_t owner = owner_[blob];
-        if (owner == kNone || !tracks_[owner].confirmed || tracks_[owner].pair != kNone) return;
+        if (owner == kNone || !tracks_[owner].confirmed || !is_free(tracks_[owner])) return;
         const double cost = cost_of(track, blob, distance2);
         if (cost >= least || !could_share(track, tracks_[owner], blobs[blob], cost, distance2)) return;
         least = cost;
         with = owner;
       });
-      if (with == kNone || pairs_.size() == kMaxPairs) continue;
+      if (with == kNone) continue;
+      if (tracks_[with].pair != kNone) dissolve(tracks_[with].pair);
+      if (pairs_.size() == kMaxPairs) continue;
       pairs_.push_back(BlobPair(tracks_[with].follower.kalman(), track.follower.kalman(),
                                 {with, tracks_[with].area_px2}, {i, track.area_px2}));
       tracks_[i].pair = tracks_[with].pair = static_cast<std::uint32_t>(pairs_.size() - 1);
     }
+  }
+
+  /// To become one of a pair: a pair whose members are apart gives way.
+  bool is_free(const Track& track) const {
+    if (track.pair == kNone) return true;
+    const BlobPair& pair = pairs_[track.pair];
+    return pair.apart() && tracks_[pair.member(0).track].blob != kNone && tracks_[pair.member(1).track].blob != kNone;
   }
 
   bool could_share(const Track& track, const Track& owner, const Blob& blob, double cost, double distance2) const {
@@ -240,6 +249,7 @@ class BlobTracks {
     if (cost - owners_cost < kSure) return true;
     const bool holds_two = blob.area_px2 > kLarger * owner.area_px2;
     if (track.missed_images > 0 && !holds_two) return false;
+    if (track.missed_images == 0 && holds_two) return true;  // within reach, and gone just now
     const double half_length = std::sqrt(blob.area_px2 / M_PI / std::max(0.1, blob.roundness));
     const double reach = half_length + 3.0 * std::sqrt(track.aim.variance_px2);
     return distance2 < reach * reach && blob.area_px2 > 0.8 * std::max(track.area_px2, owner.area_px2);
