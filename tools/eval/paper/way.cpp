@@ -62,28 +62,28 @@ Points zigzag(const ZigzagLaw& law, scene::Random& random) {
   const double speed_px = draw(random, law.min_speed_px, law.max_speed_px);
   const double mean_leg_px = draw(random, law.min_leg_px, law.max_leg_px);
   const double mean_turn_deg = draw(random, law.min_turn_deg, law.max_turn_deg);
-  const auto draw_leg = [&] { return mean_leg_px * draw(random, 0.7, 1.3); };
   Points way{draw_point(random)};
   Eigen::Vector2d point_px = way.front();
-  double angle_rad = draw_free_angle(random, point_px, speed_px);
-  double leg_px = draw_leg();
+  double leg_px = mean_leg_px * draw(random, 0.7, 1.3);
+  double angle_rad = draw_free_angle(random, point_px, leg_px);
   double side = draw_side(random);
+  double left_px = speed_px;  // of this frame's way
   while (way.size() < law.frames) {
-    double left_px = speed_px;
-    while (left_px > 0.0) {
-      const double room_px = free_way(point_px, angle_rad);
-      const double step_px = std::min({left_px, leg_px, room_px});
-      point_px += step_px * heading_of(angle_rad);
-      left_px -= step_px;
-      leg_px -= step_px;
-      if (leg_px > 0.0 && room_px > step_px) continue;
-      const bool anew = room_px <= step_px || happens(random, law.anew);
-      side = -side;
-      const double turn_deg = mean_turn_deg + draw(random, -kTurnJitter_deg, kTurnJitter_deg);
-      angle_rad = anew ? draw_free_angle(random, point_px, speed_px) : angle_rad + side * turn_deg * kDegree;
-      leg_px = draw_leg();
+    const double step_px = std::min(left_px, leg_px);
+    point_px += step_px * heading_of(angle_rad);
+    left_px -= step_px;
+    leg_px -= step_px;
+    if (left_px <= 0.0) {
+      way.push_back(point_px);
+      left_px = speed_px;
     }
-    way.push_back(point_px);
+    if (leg_px > 0.0) continue;
+    leg_px = mean_leg_px * draw(random, 0.7, 1.3);
+    side = -side;
+    angle_rad += side * (mean_turn_deg + draw(random, -kTurnJitter_deg, kTurnJitter_deg)) * kDegree;
+    if (happens(random, law.anew) || free_way(point_px, angle_rad) < leg_px) {
+      angle_rad = draw_free_angle(random, point_px, leg_px);
+    }
   }
   return way;
 }
