@@ -34,6 +34,33 @@ double draw_free_angle(scene::Random& random, const Eigen::Vector2d& from_px, do
   return angle_rad;
 }
 
+/// The heading after a turn; where it would lead out, to the other side, or else as much further as it must be.
+double turned(double angle_rad, double turn_rad, const Eigen::Vector2d& point_px, double leg_px) {
+  for (double more_rad = 0.0; more_rad < std::numbers::pi; more_rad += 5.0 * kDegree) {
+    for (const double side : {1.0, -1.0}) {
+      const double end_rad = angle_rad + side * (turn_rad + std::copysign(more_rad, turn_rad));
+      if (free_way(point_px, end_rad) >= leg_px) return end_rad;
+    }
+  }
+  return angle_rad + std::numbers::pi;
+}
+
+/// The first of many drawn directions with `room_px` before it, or else the one with the most.
+template <class Draw>
+double widest(const Eigen::Vector2d& from_px, double room_px, Draw draw_direction) {
+  double best_rad = draw_direction();
+  double best_px = free_way(from_px, best_rad);
+  for (int tries = 0; tries < 50 && best_px < room_px; ++tries) {
+    const double angle_rad = draw_direction();
+    const double room = free_way(from_px, angle_rad);
+    if (room > best_px) {
+      best_px = room;
+      best_rad = angle_rad;
+    }
+  }
+  return best_rad;
+}
+
 }  // namespace
 
 double draw(scene::Random& random, double low, double high) { return low + (high - low) * random.uniform(); }
@@ -69,7 +96,7 @@ Points zigzag(const ZigzagLaw& law, scene::Random& random) {
   double side = draw_side(random);
   double left_px = speed_px;  // of this frame's way
   while (way.size() < law.frames) {
-    const double step_px = std::min(left_px, leg_px);
+    const double step_px = left_px;
     point_px += step_px * heading_of(angle_rad);
     left_px -= step_px;
     leg_px -= step_px;
@@ -77,43 +104,33 @@ Points zigzag(const ZigzagLaw& law, scene::Random& random) {
       way.push_back(point_px);
       left_px = speed_px;
     }
-    if (leg_px > 0.0) continue;
+    if (leg_px > 0.5 * speed_px) continue;
     leg_px = mean_leg_px * draw(random, 0.7, 1.3);
-    side = -side;
-    angle_rad += side * (mean_turn_deg + draw(random, -kTurnJitter_deg, kTurnJitter_deg)) * kDegree;
-    if (happens(random, law.anew) || free_way(point_px, angle_rad) < leg_px) {
-      angle_rad = draw_free_angle(random, point_px, leg_px);
-    }
+    side = happens(random, law.anew) ? draw_side(random) : -side;
+    angle_rad = turned(angle_rad, side * (mean_turn_deg + draw(random, -kTurnJitter_deg, kTurnJitter_deg)) * kDegree,
+                       point_px, leg_px);
   }
   return way;
 }
 
 Points accelerated_zigzag(std::size_t frames, scene::Random& random) {
   Points way{draw_point(random)};
-  double angle_rad = 0.0, speed_px = 0.0, peak_px = 0.0, acceleration_px = 0.0;
+  double angle_rad = 0.0, speed_px = 0.0, peak_px = draw(random, 14.0, 34.0), acceleration_px = draw(random, 1.0, 3.5);
   bool rising = false;
+  const auto turn = [&] { return angle_rad + draw_side(random) * draw(random, 60.0, 180.0) * kDegree; };
   while (way.size() < frames) {
     if (!rising && speed_px <= kSlowEnd_px) {
-      angle_rad = draw_free_angle(random, way.back(), kSlowEnd_px);
       speed_px = kSlowEnd_px;
-      peak_px = draw(random, 14.0, 34.0);
-      acceleration_px = draw(random, 1.0, 3.5);
       rising = true;
+      angle_rad = widest(way.back(), peak_px * peak_px / acceleration_px, [&] { return draw_angle(random); });
     }
-    const auto turn = [&] { angle_rad += draw_side(random) * draw(random, 60.0, 180.0) * kDegree; };
-    if (rising && speed_px >= peak_px) {
+    const bool at_margin = free_way(way.back(), angle_rad) < speed_px;
+    if (at_margin || (rising && speed_px >= peak_px)) {
+      if (at_margin || happens(random, 0.2))
+        angle_rad = widest(way.back(), 0.5 * speed_px * speed_px / acceleration_px, turn);
       rising = false;
-      if (happens(random, 0.2)) turn();
     }
-    const double straight_rad = angle_rad;
-    for (int tries = 0; free_way(way.back(), angle_rad) < speed_px; ++tries) {
-      angle_rad = straight_rad;
-      if (tries < 100)
-        turn();
-      else
-        angle_rad = draw_free_angle(random, way.back(), speed_px);
-    }
-    way.push_back(way.back() + speed_px * heading_of(angle_rad));
+    way.push_back(way.back() + std::min(speed_px, free_way(way.back(), angle_rad)) * heading_of(angle_rad));
     speed_px =
         rising ? std::min(peak_px, speed_px + acceleration_px) : std::max(kSlowEnd_px, speed_px - acceleration_px);
   }
