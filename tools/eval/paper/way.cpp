@@ -10,7 +10,8 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kTurnJitter_deg = 15.0;
-constexpr double kSlowEnd_px = 0.5;  // speed per frame at the end of an accelerated leg
+constexpr double kMostTurn_deg = 170.0;  // of a direction drawn anew: any but straight back
+constexpr double kSlowEnd_px = 0.5;      // speed per frame at the end of an accelerated leg
 
 double draw_angle(scene::Random& random) { return draw(random, 0.0, 2.0 * std::numbers::pi); }
 double draw_side(scene::Random& random) { return happens(random, 0.5) ? 1.0 : -1.0; }
@@ -89,14 +90,15 @@ Points zigzag(const ZigzagLaw& law, scene::Random& random) {
   const double speed_px = draw(random, law.min_speed_px, law.max_speed_px);
   const double mean_leg_px = draw(random, law.min_leg_px, law.max_leg_px);
   const double mean_turn_deg = draw(random, law.min_turn_deg, law.max_turn_deg);
+  const auto draw_leg = [&] { return mean_leg_px * draw(random, 0.7, 1.3); };
   Points way{draw_point(random)};
   Eigen::Vector2d point_px = way.front();
-  double leg_px = mean_leg_px * draw(random, 0.7, 1.3);
+  double leg_px = draw_leg();  // what is left of it
   double angle_rad = draw_free_angle(random, point_px, leg_px);
   double side = draw_side(random);
   double left_px = speed_px;  // of this frame's way
   while (way.size() < law.frames) {
-    const double step_px = left_px;
+    const double step_px = std::min(left_px, leg_px);
     point_px += step_px * heading_of(angle_rad);
     left_px -= step_px;
     leg_px -= step_px;
@@ -104,11 +106,12 @@ Points zigzag(const ZigzagLaw& law, scene::Random& random) {
       way.push_back(point_px);
       left_px = speed_px;
     }
-    if (leg_px > 0.5 * speed_px) continue;
-    leg_px = mean_leg_px * draw(random, 0.7, 1.3);
-    side = happens(random, law.anew) ? draw_side(random) : -side;
-    angle_rad = turned(angle_rad, side * (mean_turn_deg + draw(random, -kTurnJitter_deg, kTurnJitter_deg)) * kDegree,
-                       point_px, leg_px);
+    if (leg_px > 0.0) continue;
+    leg_px = draw_leg();
+    side = -side;
+    const double turn_deg = side * (mean_turn_deg + draw(random, -kTurnJitter_deg, kTurnJitter_deg));
+    const double anew_deg = draw(random, -kMostTurn_deg, kMostTurn_deg);
+    angle_rad = turned(angle_rad, (happens(random, law.anew) ? anew_deg : turn_deg) * kDegree, point_px, leg_px);
   }
   return way;
 }
