@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kTurnJitter_deg = 15.0;
-constexpr double kMostTurn_deg = 170.0;  // of a direction drawn anew: any but straight back
+constexpr double kMostTurn_deg = 160.0;  // of a direction drawn anew: legs do not fall on each other
 constexpr double kSlowEnd_px = 0.5;      // speed per frame at the end of an accelerated leg
 
 double draw_angle(scene::Random& random) { return draw(random, 0.0, 2.0 * std::numbers::pi); }
