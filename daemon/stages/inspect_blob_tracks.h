@@ -9,6 +9,13 @@
 
 namespace mocap::stages {
 
+enum class BlobTrackState {
+  Tentative,  ///< seen too few times to be believed
+  Confirmed,  ///< seen in the last frame
+  Coasting,   ///< believed, not seen in the last frame
+  Lost,       ///< unseen for too long: it ended in the last frame
+};
+
 /// What a tracker of blobs holds for true about one of its tracks.
 struct BlobTrackBelief {
   static constexpr std::uint32_t kUnseen = 0xFFFF'FFFF;
@@ -18,6 +25,8 @@ struct BlobTrackBelief {
   PixelPoint point;              ///< where it should be
   double gate_radius_px = 0.0;   ///< of a circle of the gate's area, for a well-known blob
   std::uint32_t blob = kUnseen;  ///< index in the last frame; of a blob that two markers share both tracks have it
+  BlobTrackState state = BlobTrackState::Confirmed;
+  bool sure = true;  ///< that the blob is its own: else the frame does not bear its name
 };
 
 /// What a tracker thinks, beside what it says: for those who judge or draw trackers, not for the daemon. The trackers
@@ -26,8 +35,8 @@ class BlobTrackInspection {
  public:
   virtual ~BlobTrackInspection() = default;
 
-  /// Appends each living track, tentative ones too, as it will be expected at `at`; changes nothing. `at` is that of
-  /// the last frame or later.
+  /// Appends each track, tentative and just lost ones too, as it will be expected at `at`; changes nothing. `at` is
+  /// that of the last frame or later.
   virtual void look_ahead(Timestamp at, std::vector<BlobTrackBelief>& into) const = 0;
 };
 

@@ -31,6 +31,7 @@ std::span<const Method> methods() {
       {"paper_kalman", true, make_paper<TrackMethod::Kalman>},
       {"paper_condensation", true, make_paper<TrackMethod::Condensation>},
       {"mocap_alpha_beta", false, make_ours<TrackMethod::AlphaBeta>},
+      {"mocap_adaptive_alpha_beta", false, make_ours<TrackMethod::AdaptiveAlphaBeta>},
       {"mocap_kalman", false, make_ours<TrackMethod::Kalman>},
       {"mocap_condensation", false, make_ours<TrackMethod::Condensation>},
       {"default", false, make_default},
