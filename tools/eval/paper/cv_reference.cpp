@@ -6,7 +6,7 @@ namespace mocap::eval::paper {
 
 struct CvReference::Tracks {
   std::vector<cv::KalmanFilter> filters;
-  cv::Mat measured{2, 1, CV_32F};
+  cv::Mat measured = cv::Mat(2, 1, CV_32F);  // braces would make it a list
 };
 
 namespace {
