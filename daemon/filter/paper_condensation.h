@@ -15,7 +15,8 @@ namespace mocap::filter {
 /// was seen last, with their own spread for the scale, predicts their weighted mean, selects by weight, and moves each
 /// by a uniform step of up to width / 7.5 and height / 7.5 (a fifth of the bounds, width / 1.5 and height / 1.5). The
 /// prediction is thus about where the point was seen last. The gate is a circle: half of the summed standard deviations
-/// of x and y before the step. An unseen point stays where it is.
+/// of x and y before the step. An unseen point stays where it is. Selection begins with the first particle whatever its
+/// weight, so that one wanders off and the gate widens slowly: from 66 px after ten frames to twice that after 800.
 ///
 /// Source: as PaperAlphaBeta, section III.C; the step: Isard and Blake, "CONDENSATION" (1998), figure 5.
 class PaperCondensation {

@@ -41,10 +41,11 @@ double PaperKalman::radius_px() const { return std::trunc(kGatePerSigma * veloci
 void PaperKalman::correct(const Vector<2>& point) {
   Matrix<2> noise;
   noise << 0.2845, 0.0045, 0.0045, 0.0455;
-  const Eigen::Matrix<double, 4, 2> cross = covariance_.leftCols<2>();
-  const Eigen::Matrix<double, 4, 2> gain = cross * (covariance_.topLeftCorner<2, 2>() + noise).inverse();
+  const Eigen::Matrix<double, 4, 2> gain =
+      covariance_.leftCols<2>() * (covariance_.topLeftCorner<2, 2>() + noise).inverse();
   state_ += (gain * (point - state_.head<2>())).eval();
-  covariance_ = (covariance_ - gain * cross.transpose()).eval();
+  covariance_ = (covariance_ - gain * covariance_.topRows<2>()).eval();
+  covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();  // rounding must not make it lopsided
   shown_ = point;
 }
 

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/time.h"
+#include "model/blob.h"
 #include "model/ids.h"
 #include "model/points.h"
 
@@ -38,6 +40,10 @@ class BlobTrackInspection {
   /// Appends each track, tentative and just lost ones too, as it will be expected at `at`; changes nothing. `at` is
   /// that of the last frame or later.
   virtual void look_ahead(Timestamp at, std::vector<BlobTrackBelief>& into) const = 0;
+
+  /// As BlobTracker::track, for as many blobs as the tracker was made for: more than an image of the daemon has, where
+  /// costs are measured.
+  virtual void track_all(Timestamp at, std::span<Blob> blobs) = 0;
 };
 
 }  // namespace mocap::stages

@@ -23,13 +23,15 @@ class PaperBlobTracker final : public BlobTracker, public BlobTrackInspection {
  public:
   explicit PaperBlobTracker(Birth birth) : birth_(std::move(birth)) { labels_.reserve(kMaxBlobs); }
 
-  void track(BlobFrame& frame) override {
-    at_ = frame.exposed_at;
-    for (Blob& blob : frame.blobs) blob.track = {};
+  void track(BlobFrame& frame) override { track_all(frame.exposed_at, frame.blobs); }
+
+  void track_all(Timestamp at, std::span<Blob> blobs) override {
+    at_ = at;
+    for (Blob& blob : blobs) blob.track = {};
     if (labels_.empty()) {
-      name_all(frame);
+      name_all(blobs);
     } else {
-      for (std::uint32_t i = 0; i < labels_.size(); ++i) follow(i, frame);
+      for (std::uint32_t i = 0; i < labels_.size(); ++i) follow(i, blobs);
     }
   }
 
@@ -56,22 +58,22 @@ class PaperBlobTracker final : public BlobTracker, public BlobTrackInspection {
     return {blob.centroid.v, filter::Matrix<2>::Identity() * blob.sigma_px * blob.sigma_px};
   }
 
-  void name_all(BlobFrame& frame) {
-    for (std::uint32_t i = 0; i < frame.blobs.size(); ++i) {
-      labels_.push_back({birth_(seen(frame.blobs[i])), i});
-      frame.blobs[i].track = {i};
+  void name_all(std::span<Blob> blobs) {
+    for (std::uint32_t i = 0; i < blobs.size(); ++i) {
+      labels_.push_back({birth_(seen(blobs[i])), i});
+      blobs[i].track = {i};
     }
   }
 
-  void follow(std::uint32_t index, BlobFrame& frame) {
+  void follow(std::uint32_t index, std::span<Blob> blobs) {
     Label& label = labels_[index];
     label.filter.predict(kFrame);
     const filter::Vector<2> centre = label.filter.gate().centre;
     double nearest_px = label.filter.radius_px();
     label.blob = BlobTrackBelief::kUnseen;
-    for (std::uint32_t i = 0; i < frame.blobs.size(); ++i) {
-      if (frame.blobs[i].track.names_something()) continue;  // gone
-      const double distance_px = (frame.blobs[i].centroid.v - centre).norm();
+    for (std::uint32_t i = 0; i < blobs.size(); ++i) {
+      if (blobs[i].track.names_something()) continue;  // gone
+      const double distance_px = (blobs[i].centroid.v - centre).norm();
       if (!(distance_px < nearest_px)) continue;
       nearest_px = distance_px;
       label.blob = i;
@@ -79,8 +81,8 @@ class PaperBlobTracker final : public BlobTracker, public BlobTrackInspection {
     if (label.blob == BlobTrackBelief::kUnseen) {
       label.filter.coast();
     } else {
-      label.filter.update(seen(frame.blobs[label.blob]));
-      frame.blobs[label.blob].track = {index};
+      label.filter.update(seen(blobs[label.blob]));
+      blobs[label.blob].track = {index};
     }
   }
 

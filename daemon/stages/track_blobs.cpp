@@ -193,15 +193,17 @@ class CondensationFollower {
 template <class F>
 class FollowingBlobTracker final : public BlobTracker, public BlobTrackInspection {
  public:
-  explicit FollowingBlobTracker(const TrackBlobsSettings& settings)
-      : shared_(settings), tracks_({settings.confirm_images, settings.max_coast}, kMaxBlobs) {}
+  FollowingBlobTracker(const TrackBlobsSettings& settings, std::size_t max_blobs)
+      : shared_(settings), tracks_({settings.confirm_images, settings.max_coast}, max_blobs) {}
 
-  void track(BlobFrame& frame) override {
-    tracks_.step(frame.exposed_at, frame.blobs,
+  void track(BlobFrame& frame) override { track_all(frame.exposed_at, frame.blobs); }
+
+  void track_all(Timestamp at, std::span<Blob> blobs) override {
+    tracks_.step(at, blobs,
                  [this](const Vector<2>& point, double variance_px2) { return F(shared_, point, variance_px2); });
-    for (Blob& blob : frame.blobs) blob.track = {};
+    for (Blob& blob : blobs) blob.track = {};
     for (const auto& track : tracks_.tracks()) {
-      if (track.confirmed && track.sure && track.blob != tracks_.kNone) frame.blobs[track.blob].track = {track.id};
+      if (track.confirmed && track.sure && track.blob != tracks_.kNone) blobs[track.blob].track = {track.id};
     }
   }
 
@@ -229,14 +231,16 @@ class FollowingBlobTracker final : public BlobTracker, public BlobTrackInspectio
 
 }  // namespace
 
-std::unique_ptr<BlobTracker> make_blob_tracker(const TrackBlobsSettings& settings) {
+std::unique_ptr<BlobTracker> make_blob_tracker(const TrackBlobsSettings& settings, std::size_t max_blobs) {
   switch (settings.method) {
     case TrackMethod::AlphaBeta:
-    case TrackMethod::AdaptiveAlphaBeta: return std::make_unique<FollowingBlobTracker<AlphaBetaFollower>>(settings);
-    case TrackMethod::Condensation: return std::make_unique<FollowingBlobTracker<CondensationFollower>>(settings);
+    case TrackMethod::AdaptiveAlphaBeta:
+      return std::make_unique<FollowingBlobTracker<AlphaBetaFollower>>(settings, max_blobs);
+    case TrackMethod::Condensation:
+      return std::make_unique<FollowingBlobTracker<CondensationFollower>>(settings, max_blobs);
     case TrackMethod::Kalman: break;
   }
-  return std::make_unique<FollowingBlobTracker<KalmanFollower>>(settings);
+  return std::make_unique<FollowingBlobTracker<KalmanFollower>>(settings, max_blobs);
 }
 
 }  // namespace mocap::stages

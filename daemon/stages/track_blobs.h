@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 
 #include "base/time.h"
+#include "model/bounds.h"
 #include "module/blob_tracker.h"
 
 namespace mocap::stages {
@@ -28,9 +30,10 @@ struct TrackBlobsSettings {
   std::uint64_t seed = 1;            ///< CONDENSATION
 };
 
-/// Makes the tracker of one camera: each blob's `track` names the confirmed track that it belongs to; the blobs of
-/// tentative tracks stay without. The assignment is the best in sum over all tracks and blobs within their gates.
-/// Settings are in their ranges. `track` does not allocate. It implements BlobTrackInspection too.
-std::unique_ptr<BlobTracker> make_blob_tracker(const TrackBlobsSettings& settings);
+/// Makes the tracker of one camera, for images of `max_blobs` at most: each blob's `track` names the confirmed track
+/// that it belongs to; the blobs of tentative tracks stay without. The assignment is the best in sum over all tracks
+/// and blobs within their gates. Settings are in their ranges. `track` does not allocate. It implements
+/// BlobTrackInspection too.
+std::unique_ptr<BlobTracker> make_blob_tracker(const TrackBlobsSettings& settings, std::size_t max_blobs = kMaxBlobs);
 
 }  // namespace mocap::stages

@@ -36,6 +36,12 @@ bool ends_are_clear(const Points& way, const Barrier& barrier) {
   return true;
 }
 
+/// Along the image's rows or columns, whichever is nearer to the heading.
+Eigen::Vector2d nearest_axis(double angle_rad) {
+  const Eigen::Vector2d heading = heading_of(angle_rad);
+  return std::abs(heading.x()) >= std::abs(heading.y()) ? Eigen::Vector2d::UnitX() : Eigen::Vector2d::UnitY();
+}
+
 struct BehindBarrier {
   Points way;
   Barrier barrier;
@@ -50,7 +56,7 @@ BehindBarrier draw_behind(scene::Random& random) {
   for (;;) {
     const double angle_rad = draw(random, 0.0, 2.0 * std::numbers::pi);
     const Arc arc{draw_point(random), angle_rad, curvature};
-    const Barrier barrier{arc.through_px, heading_of(angle_rad), 0.5 * length_px, 0.5 * length_px + 19.0};
+    const Barrier barrier{arc.through_px, nearest_axis(angle_rad), 0.5 * length_px, 0.5 * length_px + 19.0};
     if (!inside_margin(arc.at(-speed_px * middle)) || !inside_margin(arc.at(speed_px * (kLast - middle)))) continue;
     Points way = walk(arc, speed_px, middle);
     if (all_inside(way)) return {std::move(way), barrier};

@@ -9,19 +9,22 @@ namespace {
 using stages::TrackMethod;
 
 template <TrackMethod kMethod>
-std::unique_ptr<BlobTracker> make_paper(std::uint64_t seed) {
-  return stages::make_paper_blob_tracker({.method = kMethod, .seed = seed});
+std::unique_ptr<BlobTracker> make_paper(const TrackerNeeds& needs) {
+  return stages::make_paper_blob_tracker(
+      {.method = kMethod, .width_px = needs.width_px, .height_px = needs.height_px, .seed = needs.seed});
 }
 
 template <TrackMethod kMethod>
-std::unique_ptr<BlobTracker> make_ours(std::uint64_t seed) {
+std::unique_ptr<BlobTracker> make_ours(const TrackerNeeds& needs) {
   stages::TrackBlobsSettings settings;
   settings.method = kMethod;
-  settings.seed = seed;
-  return stages::make_blob_tracker(settings);
+  settings.seed = needs.seed;
+  return stages::make_blob_tracker(settings, needs.max_blobs);
 }
 
-std::unique_ptr<BlobTracker> make_default(std::uint64_t) { return stages::make_blob_tracker({}); }
+std::unique_ptr<BlobTracker> make_default(const TrackerNeeds& needs) {
+  return stages::make_blob_tracker({}, needs.max_blobs);
+}
 
 }  // namespace
 
@@ -31,6 +34,7 @@ std::span<const Method> methods() {
       {"paper_kalman", true, make_paper<TrackMethod::Kalman>},
       {"paper_condensation", true, make_paper<TrackMethod::Condensation>},
       {"mocap_alpha_beta", false, make_ours<TrackMethod::AlphaBeta>},
+      {"mocap_adaptive_alpha_beta", false, make_ours<TrackMethod::AdaptiveAlphaBeta>},
       {"mocap_adaptive_alpha_beta", false, make_ours<TrackMethod::AdaptiveAlphaBeta>},
       {"mocap_kalman", false, make_ours<TrackMethod::Kalman>},
       {"mocap_condensation", false, make_ours<TrackMethod::Condensation>},

@@ -60,7 +60,8 @@ std::vector<SituationQuality> judge(const QualitySettings& settings, std::span<c
       const Sightings sightings = viewer.see(clip);
       for (std::size_t m = 0; m < methods().size(); ++m) {
         const Method& method = methods()[m];
-        gathered[m].add(follow(*method.make(seed), clip, method.paper_detector ? sightings.paper : sightings.ours));
+        gathered[m].add(
+            follow(*method.make({.seed = seed}), clip, method.paper_detector ? sightings.paper : sightings.ours));
       }
       progress(++done);
     }

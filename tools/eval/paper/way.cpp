@@ -10,7 +10,8 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kTurnJitter_deg = 15.0;
-constexpr double kSlowEnd_px = 0.5;  // speed per frame at the end of an accelerated leg
+constexpr double kMostTurn_deg = 160.0;  // of a direction drawn anew: legs do not fall on each other
+constexpr double kSlowEnd_px = 0.5;      // speed per frame at the end of an accelerated leg
 
 double draw_angle(scene::Random& random) { return draw(random, 0.0, 2.0 * std::numbers::pi); }
 double draw_side(scene::Random& random) { return happens(random, 0.5) ? 1.0 : -1.0; }
@@ -32,6 +33,33 @@ double draw_free_angle(scene::Random& random, const Eigen::Vector2d& from_px, do
   double angle_rad = draw_angle(random);
   while (free_way(from_px, angle_rad) < room_px) angle_rad = draw_angle(random);
   return angle_rad;
+}
+
+/// The heading after a turn; where it would lead out, to the other side, or else as much further as it must be.
+double turned(double angle_rad, double turn_rad, const Eigen::Vector2d& point_px, double leg_px) {
+  for (double more_rad = 0.0; more_rad < std::numbers::pi; more_rad += 5.0 * kDegree) {
+    for (const double side : {1.0, -1.0}) {
+      const double end_rad = angle_rad + side * (turn_rad + std::copysign(more_rad, turn_rad));
+      if (free_way(point_px, end_rad) >= leg_px) return end_rad;
+    }
+  }
+  return angle_rad + std::numbers::pi;
+}
+
+/// The first of many drawn directions with `room_px` before it, or else the one with the most.
+template <class Draw>
+double widest(const Eigen::Vector2d& from_px, double room_px, Draw draw_direction) {
+  double best_rad = draw_direction();
+  double best_px = free_way(from_px, best_rad);
+  for (int tries = 0; tries < 50 && best_px < room_px; ++tries) {
+    const double angle_rad = draw_direction();
+    const double room = free_way(from_px, angle_rad);
+    if (room > best_px) {
+      best_px = room;
+      best_rad = angle_rad;
+    }
+  }
+  return best_rad;
 }
 
 }  // namespace
@@ -65,55 +93,47 @@ Points zigzag(const ZigzagLaw& law, scene::Random& random) {
   const auto draw_leg = [&] { return mean_leg_px * draw(random, 0.7, 1.3); };
   Points way{draw_point(random)};
   Eigen::Vector2d point_px = way.front();
-  double angle_rad = draw_free_angle(random, point_px, speed_px);
-  double leg_px = draw_leg();
+  double leg_px = draw_leg();  // what is left of it
+  double angle_rad = draw_free_angle(random, point_px, leg_px);
   double side = draw_side(random);
+  double left_px = speed_px;  // of this frame's way
   while (way.size() < law.frames) {
-    double left_px = speed_px;
-    while (left_px > 0.0) {
-      const double room_px = free_way(point_px, angle_rad);
-      const double step_px = std::min({left_px, leg_px, room_px});
-      point_px += step_px * heading_of(angle_rad);
-      left_px -= step_px;
-      leg_px -= step_px;
-      if (leg_px > 0.0 && room_px > step_px) continue;
-      const bool anew = room_px <= step_px || happens(random, law.anew);
-      side = -side;
-      const double turn_deg = mean_turn_deg + draw(random, -kTurnJitter_deg, kTurnJitter_deg);
-      angle_rad = anew ? draw_free_angle(random, point_px, speed_px) : angle_rad + side * turn_deg * kDegree;
-      leg_px = draw_leg();
+    const double step_px = std::min(left_px, leg_px);
+    point_px += step_px * heading_of(angle_rad);
+    left_px -= step_px;
+    leg_px -= step_px;
+    if (left_px <= 0.0) {
+      way.push_back(point_px);
+      left_px = speed_px;
     }
-    way.push_back(point_px);
+    if (leg_px > 0.0) continue;
+    leg_px = draw_leg();
+    side = -side;
+    const double turn_deg = side * (mean_turn_deg + draw(random, -kTurnJitter_deg, kTurnJitter_deg));
+    const double anew_deg = draw(random, -kMostTurn_deg, kMostTurn_deg);
+    angle_rad = turned(angle_rad, (happens(random, law.anew) ? anew_deg : turn_deg) * kDegree, point_px, leg_px);
   }
   return way;
 }
 
 Points accelerated_zigzag(std::size_t frames, scene::Random& random) {
   Points way{draw_point(random)};
-  double angle_rad = 0.0, speed_px = 0.0, peak_px = 0.0, acceleration_px = 0.0;
+  double angle_rad = 0.0, speed_px = 0.0, peak_px = draw(random, 14.0, 34.0), acceleration_px = draw(random, 1.0, 3.5);
   bool rising = false;
+  const auto turn = [&] { return angle_rad + draw_side(random) * draw(random, 60.0, 180.0) * kDegree; };
   while (way.size() < frames) {
     if (!rising && speed_px <= kSlowEnd_px) {
-      angle_rad = draw_free_angle(random, way.back(), kSlowEnd_px);
       speed_px = kSlowEnd_px;
-      peak_px = draw(random, 14.0, 34.0);
-      acceleration_px = draw(random, 1.0, 3.5);
       rising = true;
+      angle_rad = widest(way.back(), peak_px * peak_px / acceleration_px, [&] { return draw_angle(random); });
     }
-    const auto turn = [&] { angle_rad += draw_side(random) * draw(random, 60.0, 180.0) * kDegree; };
-    if (rising && speed_px >= peak_px) {
+    const bool at_margin = free_way(way.back(), angle_rad) < speed_px;
+    if (at_margin || (rising && speed_px >= peak_px)) {
+      if (at_margin || happens(random, 0.2))
+        angle_rad = widest(way.back(), 0.5 * speed_px * speed_px / acceleration_px, turn);
       rising = false;
-      if (happens(random, 0.2)) turn();
     }
-    const double straight_rad = angle_rad;
-    for (int tries = 0; free_way(way.back(), angle_rad) < speed_px; ++tries) {
-      angle_rad = straight_rad;
-      if (tries < 100)
-        turn();
-      else
-        angle_rad = draw_free_angle(random, way.back(), speed_px);
-    }
-    way.push_back(way.back() + speed_px * heading_of(angle_rad));
+    way.push_back(way.back() + std::min(speed_px, free_way(way.back(), angle_rad)) * heading_of(angle_rad));
     speed_px =
         rising ? std::min(peak_px, speed_px + acceleration_px) : std::max(kSlowEnd_px, speed_px - acceleration_px);
   }
