@@ -30,6 +30,13 @@ Vector<N> Condensation<N>::normal() {
 }
 
 template <int N>
+Vector<N> Condensation<N>::nearly_normal() {
+  Vector<N> v;
+  for (int axis = 0; axis < N; ++axis) v[axis] = random_.nearly_normal();
+  return v;
+}
+
+template <int N>
 void Condensation<N>::scatter(const Seen<N>& around, const Vector<N>& velocity, double velocity_sigma_u_s) {
   const Vector<N> sigma =
       (around.covariance.diagonal().array() + settings_.sighting_u * settings_.sighting_u).sqrt().matrix();
@@ -48,7 +55,7 @@ void Condensation<N>::predict(double dt_s) {
   since_seen_s_ += dt_s;
   for (std::size_t i = 0; i < count_; ++i) {
     Particle& particle = particles_[i];
-    const Vector<N> change = settings_.acceleration_u_s2 * dt_s * normal();
+    const Vector<N> change = settings_.acceleration_u_s2 * dt_s * nearly_normal();
     particle.point += (particle.velocity + 0.5 * change) * dt_s;
     particle.velocity += change;
   }

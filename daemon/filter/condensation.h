@@ -54,6 +54,7 @@ class Condensation {
   void select();
   void sum_up();
   Vector<N> normal();
+  Vector<N> nearly_normal();
 
   CondensationSettings settings_;
   Random random_;
