@@ -10,6 +10,8 @@ using filter::Vector;
 
 // A marker disappears in one of a hundred images, and might be anywhere in some dozen px^2.
 constexpr double kHiddenCost = 12.0;
+// One that was hidden stays so in nineteen of twenty.
+constexpr double kStaysHiddenCost = kHiddenCost - 9.0;
 // An area tells that much of itself: pixel grid, blur, perspective.
 constexpr double kAreaShare = 0.08;
 // How far area and elongation of a union tell the distance of its discs, in radii.
@@ -98,7 +100,8 @@ void BlobPair::see_one(const Blob& blob, std::uint32_t index, const geometry::Tw
       const double whole = members_[seen].area_px2;
       const double part = sigma_of_part_px(blob, whole);
       const Sighting alone{blob.centroid.v, part * part, index};
-      const double cost = kHiddenCost + penalty(blob.area_px2 / whole - 1.0);
+      const bool was_hidden = story.filter[1 - seen].since_seen_s() > 1.5 * dt_s_;
+      const double cost = (was_hidden ? kStaysHiddenCost : kHiddenCost) + penalty(blob.area_px2 / whole - 1.0);
       add(story, seen == 0 ? &alone : nullptr, seen == 1 ? &alone : nullptr, cost, next);
     }
   }

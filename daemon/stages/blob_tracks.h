@@ -107,6 +107,8 @@ class BlobTracks {
   // A marker that goes unseen (one image in a hundred) beside something new (one in ten images, anywhere in a small
   // one): less likely than any change of motion within reach.
   static constexpr double kCostOfAlone = 33.0;
+  // What was hidden in the last image comes back in one of twenty; what was seen stays seen.
+  static constexpr double kReappears = 6.0;
   // Odds of twenty to one: less, and a blob is nobody's for sure.
   static constexpr double kSure = 6.0;
   // Odds of a hundred to one end a pair, or this many images apart: motion tells no more then.
@@ -177,7 +179,7 @@ class BlobTracks {
     candidates_.clear();
     for (std::uint32_t i = 0; i < tracks_.size(); ++i) {
       if (tracks_[i].confirmed != confirmed) continue;
-      add_candidates(static_cast<std::uint32_t>(rows_.size()), tracks_[i].aim);
+      add_candidates(static_cast<std::uint32_t>(rows_.size()), tracks_[i]);
       rows_.push_back(i);
     }
     if (candidates_.empty()) return;
@@ -189,11 +191,18 @@ class BlobTracks {
     }
   }
 
-  void add_candidates(std::uint32_t row, const BlobAim& aim) {
+  /// What it costs that a blob is the track's, -2 ln of the likelihood.
+  double cost_of(const Track& track, std::uint32_t blob, double distance2) const {
+    const double cost = filter::innovation_cost<2>(distance2, track.aim.variance_px2 + variance_[blob]);
+    return track.missed_images > 0 ? cost + kReappears : cost;
+  }
+
+  void add_candidates(std::uint32_t row, const Track& track) {
+    const BlobAim& aim = track.aim;
     const std::size_t first = candidates_.size();
     grid_.for_each_near(aim.centre_px, aim.reach_px, [&](std::uint32_t blob, double distance2) {
       if (owner_[blob] != kNone) return;
-      const double cost = filter::innovation_cost<2>(distance2, aim.variance_px2 + variance_[blob]);
+      const double cost = cost_of(track, blob, distance2);
       if (candidates_.size() - first < kMaxCandidates) {
         candidates_.push_back({row, blob, cost});
         return;
@@ -213,25 +222,34 @@ class BlobTracks {
       double least = std::numeric_limits<double>::infinity();
       grid_.for_each_near(track.aim.centre_px, track.aim.reach_px, [&](std::uint32_t blob, double distance2) {
         const std::uint32_t owner = owner_[blob];
-        if (owner == kNone || !tracks_[owner].confirmed || tracks_[owner].pair != kNone) return;
-        const double cost = filter::innovation_cost<2>(distance2, track.aim.variance_px2 + variance_[blob]);
+        if (owner == kNone || !tracks_[owner].confirmed || !is_free(tracks_[owner])) return;
+        const double cost = cost_of(track, blob, distance2);
         if (cost >= least || !could_share(track, tracks_[owner], blobs[blob], cost, distance2)) return;
         least = cost;
         with = owner;
       });
-      if (with == kNone || pairs_.size() == kMaxPairs) continue;
+      if (with == kNone) continue;
+      if (tracks_[with].pair != kNone) dissolve(tracks_[with].pair);
+      if (pairs_.size() == kMaxPairs) continue;
       pairs_.push_back(BlobPair(tracks_[with].follower.kalman(), track.follower.kalman(),
                                 {with, tracks_[with].area_px2}, {i, track.area_px2}));
       tracks_[i].pair = tracks_[with].pair = static_cast<std::uint32_t>(pairs_.size() - 1);
     }
   }
 
+  /// To become one of a pair: a pair whose members are apart gives way.
+  bool is_free(const Track& track) const {
+    if (track.pair == kNone) return true;
+    const BlobPair& pair = pairs_[track.pair];
+    return pair.apart() && tracks_[pair.member(0).track].blob != kNone && tracks_[pair.member(1).track].blob != kNone;
+  }
+
   bool could_share(const Track& track, const Track& owner, const Blob& blob, double cost, double distance2) const {
-    const double owners_cost = filter::innovation_cost<2>((blob.centroid.v - owner.aim.centre_px).squaredNorm(),
-                                                          owner.aim.variance_px2 + variance_[owner.blob]);
+    const double owners_cost = cost_of(owner, owner.blob, (blob.centroid.v - owner.aim.centre_px).squaredNorm());
     if (cost - owners_cost < kSure) return true;
     const bool holds_two = blob.area_px2 > kLarger * owner.area_px2;
     if (track.missed_images > 0 && !holds_two) return false;
+    if (track.missed_images == 0 && holds_two) return true;  // within reach, and gone just now
     const double half_length = std::sqrt(blob.area_px2 / M_PI / std::max(0.1, blob.roundness));
     const double reach = half_length + 3.0 * std::sqrt(track.aim.variance_px2);
     return distance2 < reach * reach && blob.area_px2 > 0.8 * std::max(track.area_px2, owner.area_px2);

@@ -68,7 +68,7 @@ class RecentSpeed {
   double step_px(double px_s) const { return std::max(px_s_, px_s) * dt_s_; }
 
  private:
-  static constexpr double kHalfLife_s = 0.1;  // a limb that shakes turns ten times a second at most
+  static constexpr double kHalfLife_s = 0.2;  // a limb that shakes turns some five times a second
 
   double px_s_ = 0.0;
   double dt_s_ = 0.0;
