@@ -29,7 +29,10 @@ class ScriptedTracker final : public BlobTracker, public stages::BlobTrackInspec
 
   void track(BlobFrame& frame) override {
     ++frame_;
-    for (Blob& blob : frame.blobs) blob.centroid.v.x() += label_off_px_;
+    for (Blob& blob : frame.blobs) {
+      blob.centroid.v.x() += label_off_px_;
+      if (!takes_back_) blob.track = {7};
+    }
   }
   void track_all(Timestamp, std::span<Blob>) override {}
   void look_ahead(Timestamp at, std::vector<stages::BlobTrackBelief>& into) const override {
@@ -44,6 +47,9 @@ class ScriptedTracker final : public BlobTracker, public stages::BlobTrackInspec
   int missed_frame_;
   double label_off_px_;
   int frame_ = -1;
+
+ public:
+  bool takes_back_ = false;  ///< knows its blob, and does not say so
 };
 
 TEST(Viewer, ShowsBothDetectorsEachDiscWhereItIs) {
@@ -125,6 +131,15 @@ TEST(Follow, CountsALabelMoreThanFifteenPixelsOffAsLost) {
 
   EXPECT_FALSE(follow(near, clip, sightings.ours).lost);
   EXPECT_TRUE(follow(far, clip, sightings.ours).lost);
+}
+
+TEST(Follow, CountsANameThatWasTakenBackAsLost) {
+  const Clip clip = straight(Situation::Occlusion, 10);
+  const Sightings sightings = Viewer().see(clip);
+  ScriptedTracker tracker(clip, 0.0, -1);
+  tracker.takes_back_ = true;
+
+  EXPECT_TRUE(follow(tracker, clip, sightings.ours).lost);
 }
 
 TEST(Follow, LosesNoMarkerThatGoesStraightOnWithAnyMethod) {

@@ -35,7 +35,7 @@ class Follower {
       followed.errors_px.push_back((last_.predicted_px - clip_.ways_px[0][k]).norm());
       if (loss_rule_of(clip_.situation) == LossRule::AnyMiss && !holds_marker(k)) followed.lost = true;
     }
-    if (!holds_marker(sightings.size() - 1)) followed.lost = true;
+    if (!last_.named || !holds_marker(sightings.size() - 1)) followed.lost = true;
     return followed;
   }
 
@@ -70,6 +70,7 @@ class Follower {
 
     const std::optional<BlobTrackBelief> now = belief_of(label_, seen.at);
     last_.held = now && now->blob != BlobTrackBelief::kUnseen;
+    last_.named = last_.held && frame_->blobs[now->blob].track == label_;
     if (last_.held) {
       last_.label_px = frame_->blobs[now->blob].centroid.v;
     } else if (now) {

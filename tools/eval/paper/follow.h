@@ -15,6 +15,7 @@ struct FollowedFrame {
   double gate_radius_px = 0.0;                             ///< 0: the track has ended
   Eigen::Vector2d label_px = Eigen::Vector2d::Zero();      ///< where the label stands after it
   bool held = false;                                       ///< the label took a blob
+  bool named = false;                                      ///< and the frame says so
 };
 
 /// How a tracker fared in one clip: all frames but the first, in which the label is given.

@@ -29,31 +29,37 @@ namespace mocap::eval::paper {
 namespace {
 
 constexpr double kMetresPerPixel = 0.005;
-constexpr double kMiddleHeight_m = 1.3;  // the plane reaches from 0.1 to 2.5 m
-constexpr double kWallOff_m = 0.15;      // from the plane of the ways
+constexpr double kMiddleHeight_m = 1.3;                    // the plane reaches from 0.1 to 2.5 m
+constexpr double kLeastDepth_m = 0.1, kMostDepth_m = 0.4;  // by which markers pass before or behind the labelled one
+constexpr double kWallOff_m = 0.5;                         // from the labelled marker's plane
 constexpr double kOnMarker_m = 0.03;
 constexpr double kOffMarker_m = 15.0 * kMetresPerPixel;
 constexpr std::size_t kLabelWithin = 8;  // frames
 constexpr std::uint64_t kPlaneSeed = 0x9A9E4;
 
-/// Where a clip's image plane stands in the volume.
+/// Where a clip's image plane stands in the volume: upright, facing one of the cameras, which sees about the clip.
 struct ClipPlane {
-  Eigen::Vector3d right, normal;
-  double wall_side;
+  Eigen::Vector3d right, normal;  // the normal points to that camera
+  std::vector<double> depths_m;   // of each marker, towards that camera
 
-  explicit ClipPlane(std::uint64_t seed) {
+  ClipPlane(const Rig& rig, std::size_t markers, std::uint64_t seed) {
     scene::Random random(seed ^ kPlaneSeed);
-    const double azimuth = draw(random, 0.0, 2.0 * std::numbers::pi);
-    right = {std::cos(azimuth), std::sin(azimuth), 0.0};
-    normal = right.cross(Eigen::Vector3d::UnitZ());
-    wall_side = happens(random, 0.5) ? 1.0 : -1.0;
+    const CameraModel& front = rig[random.bits() % rig.size()];
+    normal = front.centre().v;
+    normal.z() = 0.0;
+    normal.normalize();
+    right = Eigen::Vector3d::UnitZ().cross(normal);
+    depths_m.push_back(0.0);
+    while (depths_m.size() < markers) {
+      depths_m.push_back(draw(random, kLeastDepth_m, kMostDepth_m) * (happens(random, 0.5) ? 1.0 : -1.0));
+    }
   }
   Eigen::Vector3d direction(const Eigen::Vector2d& px) const {
     return kMetresPerPixel * (px.x() * right - px.y() * Eigen::Vector3d::UnitZ());
   }
-  WorldPoint at(const Eigen::Vector2d& px) const {
+  WorldPoint at(const Eigen::Vector2d& px, double depth_m) const {
     const Eigen::Vector2d middle_px(0.5 * (kWidth_px - 1), 0.5 * (kHeight_px - 1));
-    return {Eigen::Vector3d(0.0, 0.0, kMiddleHeight_m) + direction(px - middle_px)};
+    return {Eigen::Vector3d(0.0, 0.0, kMiddleHeight_m) + direction(px - middle_px) + depth_m * normal};
   }
 };
 
@@ -70,9 +76,8 @@ bool inside(const Quad& quad, const Eigen::Vector2d& point) {
 
 /// The wall as a camera sees it; none where it stands behind the markers or in the back of the camera.
 std::optional<Quad> wall_in(const CameraModel& camera, const ClipPlane& plane, const Barrier& barrier) {
-  const Eigen::Vector3d off = kWallOff_m * plane.wall_side * plane.normal;
-  const WorldPoint centre{plane.at(barrier.centre_px).v + off};
-  if ((camera.centre().v - centre.v).dot(off) <= 0.0) return std::nullopt;
+  const WorldPoint centre = plane.at(barrier.centre_px, kWallOff_m);
+  if ((camera.centre().v - centre.v).dot(plane.normal) <= 0.0) return std::nullopt;
   const Eigen::Vector3d along = plane.direction(barrier.half_length_px * barrier.along);
   const Eigen::Vector2d across_px(-barrier.along.y(), barrier.along.x());
   const Eigen::Vector3d across = plane.direction(barrier.half_height_px * across_px);
@@ -105,7 +110,7 @@ class Post {
 
   void see(const Clip& clip, const ClipPlane& plane, std::size_t frame, Timestamp at, BlobFrame& into) {
     discs_.clear();
-    for (const auto& way : clip.ways_px) add(plane.at(way[frame]));
+    for (std::size_t i = 0; i < clip.ways_px.size(); ++i) add(plane.at(clip.ways_px[i][frame], plane.depths_m[i]));
     renderer_.render(discs_, frame, pixels_);
     for (const Barrier& barrier : clip.barriers) {
       if (const auto wall = wall_in(model_, plane, barrier)) hide(*wall);
@@ -196,7 +201,7 @@ class Hall {
   }
 
   bool loses(const Clip& clip, std::uint64_t seed) {
-    const ClipPlane plane(seed);
+    const ClipPlane plane(rig_, clip.ways_px.size(), seed);
     const auto row = std::make_unique<stages::Fusion>(make_row(rig_));
     stages::FrameAligner aligner({}, rig_.size());
     for (Post& post : posts_) post.start_clip();
@@ -209,7 +214,7 @@ class Hall {
       }
       const std::optional<FrameSet> set = aligner.take(at);
       MOCAP_EXPECTS(set.has_value());
-      label.follow(row->step(*set), plane.at(clip.ways_px[0][frame]), frame, frame + 1 == clip.frames());
+      label.follow(row->step(*set), plane.at(clip.ways_px[0][frame], 0.0), frame, frame + 1 == clip.frames());
     }
     return label.lost();
   }

@@ -37,7 +37,8 @@ double draw_free_angle(scene::Random& random, const Eigen::Vector2d& from_px, do
 
 /// The heading after a turn; where it would lead out, to the other side, or else as much further as it must be.
 double turned(double angle_rad, double turn_rad, const Eigen::Vector2d& point_px, double leg_px) {
-  for (double more_rad = 0.0; more_rad < std::numbers::pi; more_rad += 5.0 * kDegree) {
+  for (int tries = 0; tries < 36; ++tries) {
+    const double more_rad = 5.0 * kDegree * tries;
     for (const double side : {1.0, -1.0}) {
       const double end_rad = angle_rad + side * (turn_rad + std::copysign(more_rad, turn_rad));
       if (free_way(point_px, end_rad) >= leg_px) return end_rad;
