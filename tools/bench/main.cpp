@@ -2,11 +2,13 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "base/exit_codes.h"
 #include "base/log.h"
+#include "detect_report.h"
 #include "pipeline_bench.h"
 
 namespace mocap::bench {
@@ -15,7 +17,9 @@ namespace {
 constexpr const char* kExamples = R"(examples:
   mocap-bench pipeline                          8 synthetic cameras at 120 Hz, 41 markers, as a table
   mocap-bench pipeline --json                   the same as one JSON object
-  mocap-bench pipeline --cameras 4 --rate 60    less of it)";
+  mocap-bench pipeline --cameras 4 --rate 60    less of it
+  mocap-bench detect --size 1280x1024           blobs of 40 markers: time, and error against the bound of physics
+  mocap-bench detect --variant busy --markers 200)";
 
 void print_pipeline(const PipelineBenchFigures& f, bool json) {
   if (json) {
@@ -47,6 +51,31 @@ int pipeline(const PipelineBenchSettings& settings, bool json) {
   return kExitOk;
 }
 
+void tell_detect(CLI::App& detect, DetectSceneSettings& settings) {
+  detect
+      .add_option_function<std::string>(
+          "--size",
+          [&settings](const std::string& size) {
+            int end = 0;
+            const int read = std::sscanf(size.c_str(), "%dx%d%n", &settings.width_px, &settings.height_px, &end);
+            const bool fits = read == 2 && static_cast<std::size_t>(end) == size.size() && settings.width_px >= 64 &&
+                              settings.height_px >= 64 && settings.width_px <= 16384 && settings.height_px <= 16384;
+            if (!fits) throw CLI::ValidationError("--size", size + ", expected WxH, each 64 to 16384");
+          },
+          "of the images, px, such as 1280x1024 (the default)")
+      ->type_name("WxH");
+  detect.add_option("--markers", settings.markers, "in an image")->check(CLI::Range(1, 512))->capture_default_str();
+  detect.add_option("--variant", settings.busy, "dark, or busy with bright clutter")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, bool>{{"dark", false}, {"busy", true}}));
+  detect.add_option("--peak", settings.peak_grey, "of a marker over the background, grey levels; over 240 saturates")
+      ->check(CLI::Range(30.0, 2000.0))
+      ->capture_default_str();
+  detect.add_option("--noise", settings.noise_grey, "standard deviation, grey levels")
+      ->check(CLI::Range(0.0, 30.0))
+      ->capture_default_str();
+  detect.add_option("--seed", settings.seed, "of places and noise")->capture_default_str();
+}
+
 }  // namespace
 }  // namespace mocap::bench
 
@@ -72,11 +101,15 @@ int main(int argc, char** argv) {
   pipeline->add_option("--marker-set", settings.marker_set, "worn by the subject")->capture_default_str();
   pipeline->add_option("--seed", settings.seed, "of the images' noise")->capture_default_str();
   pipeline->add_flag("--json", json, "one JSON object on standard output");
+  bench::DetectSceneSettings scene;
+  CLI::App* detect = app.add_subcommand("detect", "blobs of an image in memory: time and precision");
+  bench::tell_detect(*detect, scene);
+  detect->add_flag("--json", json, "one JSON object on standard output");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitOk : kExitUsage;
   }
   set_log_level(LogLevel::Warn);
-  return bench::pipeline(settings, json);
+  return detect->parsed() ? bench::detect(scene, json) : bench::pipeline(settings, json);
 }
