@@ -35,6 +35,14 @@ void AlphaBeta<N>::coast() {
   misses_ += 1.0;
 }
 
+template <int N>
+void AlphaBeta<N>::restart(const Vector<N>& point, const Vector<N>& velocity) {
+  point_ = point;
+  velocity_ = velocity;
+  since_seen_s_ = 0.0;
+  misses_ = 0.0;
+}
+
 template class AlphaBeta<2>;
 template class AlphaBeta<3>;
 

@@ -28,6 +28,8 @@ class AlphaBeta {
   Gate<N> gate() const;
   void update(const Seen<N>& seen);
   void coast();
+  /// Goes on from what others found out; the last step ended in a sighting.
+  void restart(const Vector<N>& point, const Vector<N>& velocity);
   /// The filter knows no covariance of its own; its gate stands for it.
   Belief<N> belief() const { return {point_, velocity_, gate().covariance}; }
 

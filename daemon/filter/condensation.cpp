@@ -3,15 +3,23 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace mocap::filter {
+namespace {
+
+// A sighting further than four standard deviations from every particle is none that diffusion could have led to.
+constexpr double kOutOfReach2 = 16.0;
+
+}  // namespace
 
 template <int N>
 Condensation<N>::Condensation(const CondensationSettings& settings, const Seen<N>& first)
     : settings_(settings),
       random_(settings.seed),
       count_(static_cast<std::size_t>(std::clamp(settings.particles, 2, kMaxParticles))) {
-  scatter(first, Vector<N>::Zero());
+  scatter(first, Vector<N>::Zero(), settings.birth_speed_u_s);
 }
 
 template <int N>
@@ -22,12 +30,19 @@ Vector<N> Condensation<N>::normal() {
 }
 
 template <int N>
-void Condensation<N>::scatter(const Seen<N>& around, const Vector<N>& velocity) {
+Vector<N> Condensation<N>::nearly_normal() {
+  Vector<N> v;
+  for (int axis = 0; axis < N; ++axis) v[axis] = random_.nearly_normal();
+  return v;
+}
+
+template <int N>
+void Condensation<N>::scatter(const Seen<N>& around, const Vector<N>& velocity, double velocity_sigma_u_s) {
   const Vector<N> sigma =
       (around.covariance.diagonal().array() + settings_.sighting_u * settings_.sighting_u).sqrt().matrix();
   for (std::size_t i = 0; i < count_; ++i) {
     particles_[i].point = around.point + sigma.cwiseProduct(normal());
-    particles_[i].velocity = velocity + settings_.birth_speed_u_s * normal();
+    particles_[i].velocity = velocity + velocity_sigma_u_s * normal();
     weights_[i] = 1.0 / static_cast<double>(count_);
   }
   weighted_ = false;
@@ -37,9 +52,10 @@ void Condensation<N>::scatter(const Seen<N>& around, const Vector<N>& velocity) 
 template <int N>
 void Condensation<N>::predict(double dt_s) {
   if (weighted_) select();
+  since_seen_s_ += dt_s;
   for (std::size_t i = 0; i < count_; ++i) {
     Particle& particle = particles_[i];
-    const Vector<N> change = settings_.acceleration_u_s2 * dt_s * normal();
+    const Vector<N> change = settings_.acceleration_u_s2 * dt_s * nearly_normal();
     particle.point += (particle.velocity + 0.5 * change) * dt_s;
     particle.velocity += change;
   }
@@ -69,13 +85,21 @@ void Condensation<N>::update(const Seen<N>& seen) {
   const Matrix<N> precision =
       (seen.covariance + Matrix<N>::Identity() * settings_.sighting_u * settings_.sighting_u).inverse();
   double total = 0.0;
+  double nearest2 = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < count_; ++i) {
     const Vector<N> off = seen.point - particles_[i].point;
-    weights_[i] *= std::exp(-0.5 * off.dot(precision * off));
+    const double distance2 = off.dot(precision * off);
+    nearest2 = std::min(nearest2, distance2);
+    weights_[i] *= std::exp(-0.5 * distance2);
     total += weights_[i];
   }
-  if (!(total > 1e-100)) {
-    scatter(seen, belief_.velocity);
+  const double since_seen_s = std::exchange(since_seen_s_, 0.0);
+  if (!(nearest2 < kOutOfReach2) || !(total > 1e-100)) {
+    // The motion changed at some time since the last sighting: by half as much again as it took the point away on
+    // average, and by as much as half of that more or less.
+    const Vector<N> change =
+        since_seen_s > 0.0 ? ((seen.point - belief_.point) / since_seen_s).eval() : Vector<N>::Zero();
+    scatter(seen, belief_.velocity + 1.5 * change, 0.5 * change.norm());
     return;
   }
   for (std::size_t i = 0; i < count_; ++i) weights_[i] /= total;

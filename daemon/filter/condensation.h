@@ -23,8 +23,8 @@ struct CondensationSettings {
 /// Factored sampling: particles of point and velocity are selected by weight, moved on with noise, and weighted by how
 /// well they explain the sighting.
 ///
-/// The same seed and sightings give the same belief. Where a sighting lies so far off that it gives no particle weight,
-/// the particles start anew around it.
+/// The same seed and sightings give the same belief. Where a sighting lies so far off that no particle comes near it,
+/// the particles start anew around it, with the change of velocity that it tells of.
 ///
 /// Source: Isard and Blake, "CONDENSATION - conditional density propagation for visual tracking", Int. J. Computer
 /// Vision 29 (1998), figure 5; systematic selection: Kitagawa, J. Computational and Graphical Statistics 5 (1996),
@@ -38,6 +38,10 @@ class Condensation {
   Gate<N> gate() const;
   void update(const Seen<N>& seen);
   void coast() {}  // diffusion alone spreads the particles
+  /// Starts anew from what others found out.
+  void restart(const Seen<N>& point, const Vector<N>& velocity, double velocity_sigma_u_s) {
+    scatter(point, velocity, velocity_sigma_u_s);
+  }
   Belief<N> belief() const { return belief_; }
 
  private:
@@ -46,17 +50,19 @@ class Condensation {
     Vector<N> velocity;
   };
 
-  void scatter(const Seen<N>& around, const Vector<N>& velocity);
+  void scatter(const Seen<N>& around, const Vector<N>& velocity, double velocity_sigma_u_s);
   void select();
   void sum_up();
   Vector<N> normal();
+  Vector<N> nearly_normal();
 
   CondensationSettings settings_;
   Random random_;
   std::size_t count_;
   std::array<Particle, kMaxParticles> particles_;
   std::array<double, kMaxParticles> weights_;  // they add up to 1
-  bool weighted_ = false;                      // a sighting has been taken in since the last selection
+  double since_seen_s_ = 0.0;
+  bool weighted_ = false;  // a sighting has been taken in since the last selection
   Belief<N> belief_;
 };
 

@@ -37,6 +37,15 @@ class Random {
     return radius * std::cos(angle);
   }
 
+  /// Nearly normal, mean 0, standard deviation 1, within 3.5, at a fifth of the cost: the sum of four uniform numbers
+  /// of 16 bits.
+  double nearly_normal() {
+    const std::uint64_t z = bits();
+    const std::uint64_t sum = (z & 0xFFFFU) + ((z >> 16U) & 0xFFFFU) + ((z >> 32U) & 0xFFFFU) + (z >> 48U);
+    constexpr double kScale = 2.6428960e-5;  // sqrt(12 / 4) / 65536
+    return (static_cast<double>(sum) - 131070.0) * kScale;
+  }
+
  private:
   std::uint64_t state_;
   double spare_ = 0.0;

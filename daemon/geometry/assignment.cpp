@@ -39,13 +39,20 @@ std::span<const std::uint32_t> Assigner::assign(std::size_t rows, std::size_t co
   row_of_column_.assign(columns, kAlone);
   column_price_.assign(columns, 0.0);
   row_price_.assign(rows, cost_of_alone);
-  for (std::size_t row = 0; row < rows; ++row) {
+  // Where each row's cheapest column is its alone, that is the end of it: all columns still cost nothing.
+  for (std::uint32_t row = 0; row < rows; ++row) {
+    std::uint32_t cheapest = kAlone;
     for (std::uint32_t e = first_edge_[row]; e < first_edge_[row + 1]; ++e) {
-      row_price_[row] = std::min(row_price_[row], edges_[e].cost);
+      if (edges_[e].cost >= row_price_[row]) continue;
+      row_price_[row] = edges_[e].cost;
+      cheapest = edges_[e].column;
     }
+    if (cheapest == kAlone || row_of_column_[cheapest] != kAlone) continue;
+    column_of_row_[row] = cheapest;
+    row_of_column_[cheapest] = row;
   }
   for (std::uint32_t row = 0; row < rows; ++row) {
-    if (first_edge_[row] < first_edge_[row + 1]) augment(row, cost_of_alone);
+    if (column_of_row_[row] == kAlone && first_edge_[row] < first_edge_[row + 1]) augment(row, cost_of_alone);
   }
   return column_of_row_;
 }

@@ -19,13 +19,14 @@ struct AllowedPair {
 ///
 /// Exact: no other assignment has a smaller sum of costs. Rows are added one after the other by shortest augmenting
 /// paths (Dijkstra on reduced costs); a path runs along allowed pairs only, so that each connected component is solved
-/// by itself and a lone pair costs next to nothing. A row that was displaced to stay alone stays so: further rows only
-/// make columns dearer. Ties are broken by order, so that the same input gives the same assignment.
+/// by itself; a row whose cheapest column is still free begins with it. A row that was displaced to stay alone stays
+/// so: further rows only make columns dearer. Ties are broken by order, so that the same input gives the same
+/// assignment.
 ///
 /// All memory is taken in the constructor. One thread at a time.
 ///
 /// Source: Jonker and Volgenant, "A shortest augmenting path algorithm for dense and sparse linear assignment
-/// problems", Computing 38 (1987), the augmentation of section 4; alone is a private column of each row.
+/// problems", Computing 38 (1987), sections 3 and 4; alone is a private column of each row.
 class Assigner {
  public:
   static constexpr std::uint32_t kAlone = 0xFFFF'FFFF;

@@ -46,18 +46,20 @@ void tell_track_blobs(Keys& keys, DaemonSettings& all) {
   stages::TrackBlobsSettings& track = all.track_blobs;
   keys.choice<stages::TrackMethod>("method", track.method,
                                    {{"alpha_beta", stages::TrackMethod::AlphaBeta},
+                                    {"adaptive_alpha_beta", stages::TrackMethod::AdaptiveAlphaBeta},
                                     {"kalman", stages::TrackMethod::Kalman},
                                     {"condensation", stages::TrackMethod::Condensation}});
   keys.number("gate_sigmas", track.gate_sigmas, {1, 10});
   keys.number("gate_floor_px", track.gate_floor_px, {0, 100});
   keys.number("gate_per_speed", track.gate_per_speed, {0, 2});
+  keys.number("gate_growth_px_s", track.gate_growth_px_s, {0, 10000});
   keys.number("confirm_images", track.confirm_images, {1, 100});
   keys.time("max_coast_ms", track.max_coast, Milliseconds, {0, 10000});
   keys.number("acceleration_px_s2", track.acceleration_px_s2, {1, 1e6});
-  keys.number("acceleration_per_speed_1_s", track.acceleration_per_speed_1_s, {0, 100});
   keys.number("birth_speed_px_s", track.birth_speed_px_s, {1, 1e5});
   keys.number("alpha", track.alpha, {0, 1});
   keys.number("beta", track.beta, {0, 2});
+  keys.number("alpha_beta_gate_px", track.alpha_beta_gate_px, {0.1, 100});
   keys.number("particles", track.particles, {2, 256});
   keys.number("seed", track.seed, {0, 9e15});
 }

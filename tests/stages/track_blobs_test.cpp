@@ -89,7 +89,10 @@ TEST_P(EveryMethod, FindsABlobAgainBehindABarrier) {
 }
 
 TEST_P(EveryMethod, NeverGivesOneIdTwiceNorTheIdOfATrackThatEnded) {
-  const auto tracker = EveryMethod::tracker();
+  TrackBlobsSettings settings;
+  settings.method = GetParam();
+  settings.max_coast = std::chrono::milliseconds(250);
+  const auto tracker = make_blob_tracker(settings);
   std::set<std::uint32_t> ended;
   for (int stay = 0; stay < 20; ++stay) {
     std::mt19937 place(static_cast<unsigned>(stay));
@@ -130,10 +133,12 @@ TEST_P(EveryMethod, TakesFullFramesAndFramesOutOfOrderWithoutHarm) {
 }
 
 INSTANTIATE_TEST_SUITE_P(TrackBlobs, EveryMethod,
-                         testing::Values(TrackMethod::AlphaBeta, TrackMethod::Kalman, TrackMethod::Condensation),
+                         testing::Values(TrackMethod::AlphaBeta, TrackMethod::AdaptiveAlphaBeta, TrackMethod::Kalman,
+                                         TrackMethod::Condensation),
                          [](const auto& method) {
                            switch (method.param) {
                              case TrackMethod::AlphaBeta: return std::string("AlphaBeta");
+                             case TrackMethod::AdaptiveAlphaBeta: return std::string("AdaptiveAlphaBeta");
                              case TrackMethod::Kalman: return std::string("Kalman");
                              case TrackMethod::Condensation: return std::string("Condensation");
                            }

@@ -1,0 +1,42 @@
+#pragma once
+
+#include "filter/point_filter.h"
+
+namespace mocap::filter {
+
+/// The size of the images that a filter of the study follows a point in; what it predicts stays within, 0 to the size.
+struct PaperImage {
+  double width_px = 640.0;
+  double height_px = 480.0;
+
+  Vector<2> clamped(const Vector<2>& point) const;
+};
+
+/// The Alpha-Beta filter of the study, its weaknesses included; px and frames: every step is one frame, whatever time
+/// passed.
+///
+///   x' = x + v;   r = z - x';   x = x' + 1.0 r;   v = v + 0.8 r     (equations 1 to 3)
+///
+/// The gate is a fixed circle of 5 % of the image diagonal. An unseen point goes on with its velocity, up to the border
+/// of the image.
+///
+/// Source: Queiroz, Gomide, de Albuquerque Araujo, "Evaluation of real time tracking methods for an open source motion
+/// capture system", section III.A.
+class PaperAlphaBeta {
+ public:
+  PaperAlphaBeta(const PaperImage& image, const Seen<2>& first) : image_(image), point_(first.point) {}
+
+  void predict(double dt_s);
+  Gate<2> gate() const { return {point_, Matrix<2>::Identity() * radius_px() * radius_px()}; }
+  double radius_px() const;
+  void update(const Seen<2>& seen);
+  void coast() {}
+  Belief<2> belief() const { return {point_, velocity_, gate().covariance}; }
+
+ private:
+  PaperImage image_;
+  Vector<2> point_;
+  Vector<2> velocity_ = Vector<2>::Zero();  // px per frame
+};
+
+}  // namespace mocap::filter
