@@ -103,6 +103,9 @@ class IsotropicKalman {
   /// Takes in that nothing was seen at the end of the last `predict`.
   void coast() { agility_ = std::max(agility_, settings_->hidden_agility); }
 
+  /// Reckons with changes of that agility at least; steadiness is learned anew.
+  void expect_changes(double agility) { agility_ = std::max(agility_, agility); }
+
   const Motion<N>& motion() const { return motion_; }
   double agility() const { return agility_; }
   double since_seen_s() const { return since_seen_s_; }

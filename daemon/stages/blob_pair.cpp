@@ -18,6 +18,8 @@ constexpr double kAreaShare = 0.08;
 constexpr double kShapeSigma = 0.08;
 // The middle of a union is the middle of its markers, save for their different sizes.
 constexpr double kMiddleSigma_px = 0.2;
+// Markers that meet may change their motion: a share of the first guess's variance.
+constexpr double kMeetingAgility = 0.05;
 // Stories that agree to that are one.
 constexpr double kSame_px = 0.3;
 
@@ -53,6 +55,7 @@ BlobPair::BlobPair(const filter::IsotropicKalman<2>& first, const filter::Isotro
                    const Member& other)
     : members_{one, other} {
   stories_.push_back({{first, second}, {kNone, kNone}, 0.0});
+  for (auto& filter : stories_[0].filter) filter.expect_changes(kMeetingAgility);
 }
 
 bool BlobPair::same(const filter::IsotropicKalman<2>& a, const filter::IsotropicKalman<2>& b) const {
