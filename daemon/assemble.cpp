@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "cameras/open_camera.h"
 #include "record/snapshot_writer.h"
@@ -57,6 +58,12 @@ Description describe(const settings::DaemonSettings& settings, bool replay) {
   return description;
 }
 
+std::vector<MaskPolygon> masks_of(const CameraModel& camera) {
+  std::vector<MaskPolygon> all = camera.masks;
+  all.insert(all.end(), camera.learnt_masks.begin(), camera.learnt_masks.end());
+  return all;
+}
+
 }  // namespace
 
 std::unique_ptr<stages::Fusion> assemble_fusion(const settings::DaemonSettings& settings) {
@@ -79,8 +86,8 @@ Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& set
       id, wanted, {.rig = &settings.rig, .marker_set = &settings.simulated[id.value], .counters = parts.stream.get()});
   if (!camera) return camera.error();
   parts.camera = std::move(*camera);
-  parts.make_detector = [detect = settings.detect](const Image& like) {
-    return stages::make_blob_detector(detect, like.format, like.width_px, like.height_px);
+  parts.make_detector = [detect = settings::detect_of(settings, id), masks = masks_of(model)](const Image& like) {
+    return stages::make_blob_detector(detect, like.format, like.width_px, like.height_px, masks);
   };
   parts.tracker = stages::make_blob_tracker(settings.track_blobs);
   parts.expected_width_px = model.width_px;

@@ -9,10 +9,13 @@
 #include <filesystem>
 #include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "assemble.h"
 #include "base/exit_codes.h"
 #include "base/log.h"
+#include "runtime/detection_report.h"
 #include "runtime/pipeline.h"
 #include "runtime/realtime.h"
 #include "runtime/service.h"
@@ -42,7 +45,30 @@ bool asked_to_end_within(const sigset_t& signals, Duration patience) {
   return sigtimedwait(&signals, nullptr, &limit) > 0;
 }
 
-void watch_over(runtime::Pipeline& pipeline, runtime::Service& service, const sigset_t& signals) {
+// What the detectors say, camera by camera.
+class Detectors {
+ public:
+  explicit Detectors(const settings::DaemonSettings& settings) {
+    for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
+      const bool automatic = !settings::detect_of(settings, CameraId{i}).threshold.has_value();
+      cameras_.push_back({"camera " + settings.cameras[i].name, runtime::DetectionReport(automatic)});
+    }
+  }
+
+  void log(const runtime::Pipeline& pipeline, Timestamp now) {
+    for (std::uint32_t i = 0; i < cameras_.size(); ++i) {
+      auto& [who, report] = cameras_[i];
+      for (const auto& line : report.look(runtime::detection_seen(pipeline, CameraId{i}), now)) {
+        line.level == LogLevel::Warn ? log_warn(who, line.what) : log_info(who, line.what);
+      }
+    }
+  }
+
+ private:
+  std::vector<std::pair<std::string, runtime::DetectionReport>> cameras_;
+};
+
+void watch_over(runtime::Pipeline& pipeline, Detectors& detectors, runtime::Service& service, const sigset_t& signals) {
   Timestamp looked_at = host_now();
   Timestamp said_at = looked_at;
   runtime::RunTotals said = runtime::totals_of(pipeline);
@@ -55,6 +81,7 @@ void watch_over(runtime::Pipeline& pipeline, runtime::Service& service, const si
     if (now - said_at >= kSayStatus) {
       runtime::RunTotals totals = runtime::totals_of(pipeline);
       service.status(runtime::status_line(said, totals, now - said_at));
+      detectors.log(pipeline, now);
       said = std::move(totals);
       said_at = now;
     }
@@ -89,7 +116,8 @@ int serve(const settings::DaemonSettings& settings) {
   log_info("mocapd", fmt::format("started, cameras={} subjects={} feed={}", settings.cameras.size(),
                                  settings.subjects.size(), settings.publish.endpoint));
   service.ready(fmt::format("waiting for the images of {} cameras", pipeline.camera_count()));
-  watch_over(pipeline, service, signals);
+  Detectors detectors(settings);
+  watch_over(pipeline, detectors, service, signals);
   service.stopping();
   pipeline.stop();
   log_info("mocapd", "ended, " + runtime::summary_line(runtime::totals_of(pipeline)));

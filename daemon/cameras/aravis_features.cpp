@@ -30,6 +30,12 @@ std::optional<PixelFormat> pixel_format_of(ArvPixelFormat format) {
     case ARV_PIXEL_FORMAT_MONO_12: return PixelFormat::Mono12;
     case kMono10p: return PixelFormat::Mono10p;
     case kMono12p: return PixelFormat::Mono12p;
+    case ARV_PIXEL_FORMAT_MONO_10_PACKED: return PixelFormat::Mono10Packed;
+    case ARV_PIXEL_FORMAT_MONO_12_PACKED: return PixelFormat::Mono12Packed;
+    case ARV_PIXEL_FORMAT_BAYER_GR_8: return PixelFormat::BayerGr8;
+    case ARV_PIXEL_FORMAT_BAYER_RG_8: return PixelFormat::BayerRg8;
+    case ARV_PIXEL_FORMAT_BAYER_GB_8: return PixelFormat::BayerGb8;
+    case ARV_PIXEL_FORMAT_BAYER_BG_8: return PixelFormat::BayerBg8;
     default: return std::nullopt;
   }
 }
@@ -50,7 +56,7 @@ Result<PixelFormat> set_pixel_format(ArvCamera* camera, const AravisSettings& se
   if (failure.happened()) return failure.error("cannot read the pixel format");
   if (!known) {
     return Error{ErrorCode::Unsupported, fmt::format("pixel_format {} is not understood; use Mono8, Mono10, Mono12, "
-                                                     "Mono10p or Mono12p",
+                                                     "Mono10p, Mono12p, Mono10Packed, Mono12Packed or Bayer 8",
                                                      settings.pixel_format)};
   }
   return *known;

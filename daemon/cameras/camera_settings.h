@@ -37,7 +37,7 @@ struct AravisSettings {
 /// A camera of the Linux kernel's video API.
 struct V4l2Settings {
   std::filesystem::path device;       ///< /dev/video0, or a stable link under /dev/v4l/by-path
-  std::string pixel_format = "GREY";  ///< GREY, Y10, YUYV, NV12, MJPEG
+  std::string pixel_format = "GREY";  ///< GREY, Y10, Y12, GRBG, RGGB, GBRG, BA81, YUYV, NV12, MJPEG
   int width_px = 640;
   int height_px = 480;
   double rate_hz = 30.0;
@@ -74,6 +74,9 @@ struct SyntheticSettings {
 struct CameraSettings {
   std::string name;  ///< in the log, in the rig and on the wire
   std::variant<AravisSettings, V4l2Settings, ReplaySettings, SyntheticSettings> driver;
+  // For who detects in its images, no matter of the camera itself; empty: as for all cameras.
+  std::optional<double> threshold = std::nullopt;  ///< grey level of 255; 0: from the noise
+  std::optional<double> low_threshold = std::nullopt;
 };
 
 }  // namespace mocap::cameras

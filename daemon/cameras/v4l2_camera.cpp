@@ -32,11 +32,12 @@ struct KnownFormat {
   std::uint32_t fourcc;
   PixelFormat format;
 };
-constexpr KnownFormat kFormats[] = {{"GREY", V4L2_PIX_FMT_GREY, PixelFormat::Mono8},
-                                    {"Y10", V4L2_PIX_FMT_Y10, PixelFormat::Mono10},
-                                    {"YUYV", V4L2_PIX_FMT_YUYV, PixelFormat::Yuyv},
-                                    {"NV12", V4L2_PIX_FMT_NV12, PixelFormat::Nv12},
-                                    {"MJPEG", V4L2_PIX_FMT_MJPEG, PixelFormat::Mjpeg}};
+constexpr KnownFormat kFormats[] = {
+    {"GREY", V4L2_PIX_FMT_GREY, PixelFormat::Mono8},      {"Y10", V4L2_PIX_FMT_Y10, PixelFormat::Mono10},
+    {"Y12", V4L2_PIX_FMT_Y12, PixelFormat::Mono12},       {"GRBG", V4L2_PIX_FMT_SGRBG8, PixelFormat::BayerGr8},
+    {"RGGB", V4L2_PIX_FMT_SRGGB8, PixelFormat::BayerRg8}, {"GBRG", V4L2_PIX_FMT_SGBRG8, PixelFormat::BayerGb8},
+    {"BA81", V4L2_PIX_FMT_SBGGR8, PixelFormat::BayerBg8}, {"YUYV", V4L2_PIX_FMT_YUYV, PixelFormat::Yuyv},
+    {"NV12", V4L2_PIX_FMT_NV12, PixelFormat::Nv12},       {"MJPEG", V4L2_PIX_FMT_MJPEG, PixelFormat::Mjpeg}};
 
 std::string text_of_fourcc(std::uint32_t fourcc) {
   std::string text;

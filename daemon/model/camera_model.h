@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "model/image_mask.h"
 #include "model/transform.h"
 
 namespace mocap {
@@ -31,6 +32,8 @@ struct CameraModel {
   int height_px = 0;
   Lens lens;
   CameraFromWorld camera_from_world;
+  std::vector<MaskPolygon> masks = {};         ///< where this camera's images show no markers, as somebody drew it
+  std::vector<MaskPolygon> learnt_masks = {};  ///< the same, as mocap-calibrate learnt it from an empty volume
 
   WorldPoint centre() const { return camera_from_world.inverse() * CameraPoint{}; }
 };

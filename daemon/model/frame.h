@@ -14,8 +14,14 @@ enum class PixelFormat {
   Mono8,
   Mono10,   ///< 16-bit little endian, the low 10 bits used
   Mono12,   ///< 16-bit little endian, the low 12 bits used
-  Mono10p,  ///< GenICam PFNC packing: 4 pixels in 5 bytes, least significant bit first
-  Mono12p,  ///< GenICam PFNC packing: 2 pixels in 3 bytes, least significant bit first
+  Mono10p,       ///< GenICam PFNC packing: 4 pixels in 5 bytes, least significant bit first
+  Mono12p,       ///< GenICam PFNC packing: 2 pixels in 3 bytes, least significant bit first
+  Mono10Packed,  ///< GigE Vision packing: 2 pixels in 3 bytes; high 8 bits, low bits of both, high 8 bits
+  Mono12Packed,  ///< the same with 12 bits
+  BayerGr8,      ///< one byte a site; the first row begins with green, red
+  BayerRg8,
+  BayerGb8,
+  BayerBg8,
   Yuyv,     ///< luminance is every second byte, from the first
   Nv12,     ///< luminance plane first
   Mjpeg,    ///< `bytes` is one JPEG; stride has no meaning
@@ -24,7 +30,9 @@ enum class PixelFormat {
 /// Pixels borrowed from whoever received them.
 struct Image {
   std::span<const std::byte> bytes;
-  std::size_t stride_bytes = 0;  ///< from one row to the next
+  /// From one row to the next. Where a packed format's is no longer than its row, the pixels run on from row to row
+  /// without a gap of even a bit.
+  std::size_t stride_bytes = 0;
   int width_px = 0;
   int height_px = 0;
   PixelFormat format = PixelFormat::Mono8;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/time.h"
+#include "model/detection_counts.h"
 
 namespace mocap {
 
@@ -32,12 +33,13 @@ struct CameraHealth {
   std::uint64_t missing_frames = 0;  ///< gaps in the camera's own count
   std::uint64_t failed_frames = 0;   ///< came, and were unusable
   std::uint64_t dropped_queue_full = 0;
-  std::uint64_t dropped_blobs = 0;  ///< over kMaxBlobs
   std::uint64_t reopened = 0;
   std::uint64_t underruns = 0;        ///< images that came when every buffer was in use
   std::uint64_t resent_packets = 0;   ///< were lost, asked for again and came
   std::uint64_t missing_packets = 0;  ///< never came
   std::string last_error;             ///< empty when none
+  DetectionCounts detection;
+  DetectionLevels levels;
 };
 
 /// How the service is, once a second.

@@ -11,7 +11,15 @@ namespace mocap {
 struct Detection {
   Blobs blobs;
   std::uint32_t dropped = 0;   ///< over kMaxBlobs; the largest were kept
-  std::uint32_t filtered = 0;  ///< too small, too large, not round enough
+  std::uint32_t filtered = 0;  ///< all that a filter took: the sum of the four below
+  std::uint32_t too_small = 0;
+  std::uint32_t too_large = 0;
+  std::uint32_t not_round = 0;
+  std::uint32_t too_dim = 0;
+  std::uint32_t rows_given_up = 0;  ///< so full of bright runs that they are noise; their pixels were not looked at
+  double threshold_grey = 0.0;      ///< in force in this image, 0 to 255
+  double noise_grey = 0.0;          ///< standard deviation of the dark pixels; 0: not told
+  double background_grey = 0.0;     ///< of the dark pixels; 0: not told
 };
 
 /// Finds markers in an image. One thread owns a Detector; its memory is its own scratch only: the same image gives

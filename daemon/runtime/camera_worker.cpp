@@ -117,7 +117,7 @@ Status CameraWorker::take_in(const Frame& frame, const std::stop_token& stop) {
   next_number_ = frame.number + 1;
 
   const Detection detection = detector_->detect(frame.image);
-  channel_.counters.dropped_blobs.add(detection.dropped);
+  channel_.counters.detection.add(detection);
   seen_.camera = frame.camera;
   seen_.number = frame.number;
   seen_.exposed_at = frame.exposed_at;

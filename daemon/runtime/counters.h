@@ -3,6 +3,9 @@
 #include <atomic>
 #include <cstdint>
 
+#include "model/detection_counts.h"
+#include "module/detector.h"
+
 namespace mocap::runtime {
 
 /// A count that one thread raises and any thread reads.
@@ -17,13 +20,33 @@ class Counter {
   std::atomic<std::uint64_t> value_{0};
 };
 
+/// A figure that one thread sets and any thread reads.
+class Gauge {
+ public:
+  void set(double value) noexcept { value_.store(value, std::memory_order_relaxed); }
+  double read() const noexcept { return value_.load(std::memory_order_relaxed); }
+
+ private:
+  std::atomic<double> value_{0.0};
+};
+
+/// What one camera's detector found and left out, as DetectionCounts and DetectionLevels; raised by its thread.
+struct DetectionCounters {
+  Counter blobs, too_small, too_large, not_round, too_dim, dropped, rows_given_up;
+  Gauge threshold_grey, noise_grey, background_grey;
+
+  void add(const Detection& detection) noexcept;
+  DetectionCounts counts() const noexcept;
+  DetectionLevels levels() const noexcept;
+};
+
 /// Raised by one camera's thread.
 struct CameraCounters {
   Counter frames;
   Counter missing_frames;      ///< gaps in the camera's own count
   Counter failed_frames;       ///< came, and were unusable
   Counter dropped_queue_full;  ///< blob frames that the fusion had no room for
-  Counter dropped_blobs;       ///< over kMaxBlobs
+  DetectionCounters detection;
   Counter reopened;
 };
 

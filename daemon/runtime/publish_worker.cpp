@@ -131,7 +131,8 @@ void PublishWorker::gather_camera(std::size_t camera, double seconds) {
   health.missing_frames = channel.counters.missing_frames.read();
   health.failed_frames = channel.counters.failed_frames.read();
   health.dropped_queue_full = channel.counters.dropped_queue_full.read();
-  health.dropped_blobs = channel.counters.dropped_blobs.read();
+  health.detection = channel.counters.detection.counts();
+  health.levels = channel.counters.detection.levels();
   health.reopened = channel.counters.reopened.read();
   const StreamCounters& stream = *links_.streams[camera];
   health.underruns = stream.underruns.load(std::memory_order_relaxed);

@@ -22,6 +22,7 @@ struct ImageSettings {
   double electrons_per_grey = 40.0;  ///< shot noise is sqrt(light / this); 0: none
   int clutter = 0;                   ///< lights that do not move and are nobody's marker
   bool occlusion = true;             ///< the body hides markers
+  bool nobody = false;               ///< the volume is empty: only clutter shines
   std::uint64_t seed = 1;
 };
 

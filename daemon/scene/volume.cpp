@@ -34,7 +34,7 @@ Volume::Volume(std::unique_ptr<Actor> actor, Rig rig, ImageSettings settings)
 }
 
 bool Volume::sees(std::size_t camera, const ActorState& state, std::size_t marker) const {
-  if (!state.markers[marker].there) return false;
+  if (settings_.nobody || !state.markers[marker].there) return false;
   const auto pixel = geometry::project(rig_[camera], state.markers[marker].position);
   if (!pixel || !geometry::in_image(rig_[camera], *pixel)) return false;
   return !settings_.occlusion || !flesh_.hides(state, marker, eyes_m_[camera]);
@@ -53,7 +53,7 @@ void Volume::truth(double t_s, Timestamp exposed_at, std::uint64_t number, Snaps
   into.labels.resize(1);
   SubjectLabels& labels = into.labels[0];
   labels.subject = SubjectId{0};
-  labels.phase = SubjectPhase::Tracking;
+  labels.phase = settings_.nobody ? SubjectPhase::Searching : SubjectPhase::Tracking;
   labels.markers.resize(state.markers.size());
   for (std::size_t i = 0; i < state.markers.size(); ++i) {
     LabelledMarker marker;
@@ -64,15 +64,14 @@ void Volume::truth(double t_s, Timestamp exposed_at, std::uint64_t number, Snaps
       ++marker.cameras;
       ++into.views[camera].blobs;
     }
-    marker.state = marker.cameras > 0       ? LabelState::Measured
-                   : state.markers[i].there ? LabelState::Filled
-                                            : LabelState::Lost;
-    marker.confidence = state.markers[i].there ? 1.0F : 0.0F;
+    const bool there = !settings_.nobody && state.markers[i].there;
+    marker.state = marker.cameras > 0 ? LabelState::Measured : there ? LabelState::Filled : LabelState::Lost;
+    marker.confidence = there ? 1.0F : 0.0F;
     labels.markers[i] = marker;
   }
 
   into.poses.clear();
-  if (!state.world_from_bone.empty()) {
+  if (!settings_.nobody && !state.world_from_bone.empty()) {
     into.poses.resize(1);
     into.poses[0].subject = SubjectId{0};
     into.poses[0].bones.resize(state.world_from_bone.size());
@@ -108,7 +107,9 @@ void Eye::see(double t_s, double exposure_s, std::uint64_t number, std::span<std
     const WorldPoint& middle = middle_.markers[i].position;
     add(steady ? begin_.markers[i].position : middle, middle, steady ? end_.markers[i].position : middle);
   }
-  for (const WorldPoint& ghost : middle_.ghosts) add(ghost, ghost, ghost);
+  if (!volume_.settings().nobody) {
+    for (const WorldPoint& ghost : middle_.ghosts) add(ghost, ghost, ghost);
+  }
   for (const WorldPoint& light : clutter_) add(light, light, light);
   renderer_.render(discs_, number, pixels);
 }

@@ -27,7 +27,9 @@ void tell(Keys& keys, AravisSettings& camera) {
   keys.text("serial", camera.serial);
   keys.text("device_name", camera.device_name);
   keys.text("address", camera.address);
-  keys.one_of("pixel_format", camera.pixel_format, {"Mono8", "Mono10", "Mono12", "Mono10p", "Mono12p"});
+  keys.one_of("pixel_format", camera.pixel_format,
+              {"Mono8", "Mono10", "Mono12", "Mono10p", "Mono12p", "Mono10Packed", "Mono12Packed", "BayerGR8",
+               "BayerRG8", "BayerGB8", "BayerBG8"});
   keys.number("x_px", camera.x_px, {0, kSide_px.max});
   keys.number("y_px", camera.y_px, {0, kSide_px.max});
   keys.number("width_px", camera.width_px, kSide_px);
@@ -46,7 +48,8 @@ void tell(Keys& keys, AravisSettings& camera) {
 
 void tell(Keys& keys, V4l2Settings& camera) {
   keys.path("device", camera.device);
-  keys.one_of("pixel_format", camera.pixel_format, {"GREY", "Y10", "YUYV", "NV12", "MJPEG"});
+  keys.one_of("pixel_format", camera.pixel_format,
+              {"GREY", "Y10", "Y12", "GRBG", "RGGB", "GBRG", "BA81", "YUYV", "NV12", "MJPEG"});
   keys.number("width_px", camera.width_px, kSide_px);
   keys.number("height_px", camera.height_px, kSide_px);
   keys.number("rate_hz", camera.rate_hz, kRate_hz);
@@ -140,6 +143,8 @@ void tell(Keys& keys, CameraSettings& camera) {
                        {"replay", Driver::Replay},
                        {"synthetic", Driver::Synthetic}});
   if (driver != driver_index(camera)) set_driver(camera, driver);
+  keys.number("threshold", camera.threshold, {0, 255});
+  keys.number("low_threshold", camera.low_threshold, {0, 255});
   std::visit([&](auto& settings) { tell(keys, settings); }, camera.driver);
 }
 
@@ -155,6 +160,10 @@ CameraSettings read_camera(TomlTable& table) {
   if (driver.empty()) return camera;  // of no known driver, no other key can be judged
   tell(table, camera);
   std::visit([&](const auto& settings) { check(table, settings); }, camera.driver);
+  if (camera.threshold && *camera.threshold > 0.0 && *camera.threshold < 1.0) {
+    table.fault("threshold",
+                fmt::format("threshold is {}, expected 1 to 255, or 0: from the noise", *camera.threshold));
+  }
   table.done();
   return camera;
 }

@@ -112,6 +112,15 @@ void check_row(DaemonTables& tables, const DaemonSettings& settings) {
     section_fault(tables, "detect", "low_threshold",
                   fmt::format("low_threshold is {}, over threshold = {}", *detect.low_threshold, *detect.threshold));
   }
+  for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
+    const CameraSettings& own = settings.cameras[i];
+    const stages::DetectSettings both = detect_of(settings, CameraId{i});
+    if (!(own.threshold || own.low_threshold) || !both.threshold || !both.low_threshold) continue;
+    if (*both.low_threshold <= *both.threshold) continue;
+    tables.cameras[i].fault(own.low_threshold ? "low_threshold" : "threshold",
+                            fmt::format("low_threshold is {} for this camera, over its threshold, {}",
+                                        *both.low_threshold, *both.threshold));
+  }
   const stages::MatchSettings& match = settings.match;
   if ((match.volume_min_m.array() >= match.volume_max_m.array()).any()) {
     section_fault(tables, "match", "volume_min_m", "volume_min_m is not below volume_max_m on every axis");

@@ -10,6 +10,7 @@
 #include "base/result.h"
 #include "cameras/camera_settings.h"
 #include "model/camera_model.h"
+#include "model/ids.h"
 #include "model/skeleton.h"
 #include "runtime/pipeline.h"
 #include "settings/faults.h"
@@ -67,6 +68,9 @@ struct DaemonSettings {
 
 /// Reads and checks a configuration with the rig and the marker sets that it names. Fails with all that is wrong.
 Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path& path);
+
+/// [detect] with what the camera's own table says instead.
+stages::DetectSettings detect_of(const DaemonSettings& settings, CameraId camera);
 
 /// What is in force, as pairs of "align.window_us" and "500"; those of a camera as "camera.north-east.driver". What is
 /// absent is left out.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "settings/replace_file.h"
+#include "settings/rig_text.h"
 #include "settings/toml_file.h"
 
 namespace mocap::settings {
@@ -115,6 +116,8 @@ CameraModel read_camera(TomlTable& table, const std::string& key) {
     if (const auto t = table.list("translation", {3}))
       camera.camera_from_world.translation = {(*t)[0], (*t)[1], (*t)[2]};
   }
+  if (auto masks = table.polygons("mask")) camera.masks = *std::move(masks);
+  if (auto masks = table.polygons(kLearntMask)) camera.learnt_masks = *std::move(masks);
   table.done();
   return camera;
 }
@@ -140,19 +143,8 @@ std::string text_of(const std::string& value) {
   return text + "\"";
 }
 
-// The shortest text that reads back as the same bits, with a point so that every reader takes it for a float.
-std::string text_of(double value) {
-  std::string text = fmt::format("{}", value);
-  if (text.find_first_of(".en") == std::string::npos) text += ".0";
-  return text;
-}
+std::string text_of(double value) { return number_text(value); }
 std::string text_of(bool value) { return value ? "true" : "false"; }
-
-std::string list_of(std::initializer_list<double> values) {
-  std::string text;
-  for (const double value : values) text += (text.empty() ? "" : ", ") + text_of(value);
-  return "[" + text + "]";
-}
 
 std::string text_of(const CameraModel& camera) {
   const Lens& lens = camera.lens;
@@ -163,13 +155,16 @@ std::string text_of(const CameraModel& camera) {
   std::string text = fmt::format("[{}]\n", text_of(camera.name));
   text += fmt::format("name = {}\n", text_of(camera.name));
   text += fmt::format("size = [{}, {}]\n", camera.width_px, camera.height_px);
-  text += fmt::format("matrix = [{}, {}, {}]\n", list_of({lens.fx_px, 0.0, lens.cx_px}),
-                      list_of({0.0, lens.fy_px, lens.cy_px}), list_of({0.0, 0.0, 1.0}));
+  text += fmt::format("matrix = [{}, {}, {}]\n", list_text({lens.fx_px, 0.0, lens.cx_px}),
+                      list_text({0.0, lens.fy_px, lens.cy_px}), list_text({0.0, 0.0, 1.0}));
   text += fmt::format("distortions = {}\n",
-                      fisheye ? list_of({d[0], d[1], d[2], d[3]}) : list_of({d[0], d[1], d[2], d[3], d[4]}));
-  text += fmt::format("rotation = {}\n", list_of({r[0], r[1], r[2]}));
-  text += fmt::format("translation = {}\n", list_of({t[0], t[1], t[2]}));
-  return text + fmt::format("fisheye = {}\n\n", text_of(fisheye));
+                      fisheye ? list_text({d[0], d[1], d[2], d[3]}) : list_text({d[0], d[1], d[2], d[3], d[4]}));
+  text += fmt::format("rotation = {}\n", list_text({r[0], r[1], r[2]}));
+  text += fmt::format("translation = {}\n", list_text({t[0], t[1], t[2]}));
+  text += fmt::format("fisheye = {}\n", text_of(fisheye));
+  if (!camera.masks.empty()) text += fmt::format("mask = {}\n", mask_text(camera.masks));
+  if (!camera.learnt_masks.empty()) text += fmt::format("{} = {}\n", kLearntMask, mask_text(camera.learnt_masks));
+  return text + "\n";
 }
 
 }  // namespace

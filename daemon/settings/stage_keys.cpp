@@ -37,6 +37,8 @@ void tell_detect(Keys& keys, DaemonSettings& all) {
   keys.number("min_area_px2", detect.min_area_px2, {1, 1e6});
   keys.number("max_area_px2", detect.max_area_px2, {1, 1e6});
   keys.number("min_roundness", detect.min_roundness, {0, 1});
+  keys.number("min_peak_grey", detect.min_peak_grey, {0, 255});
+  keys.flag("split_touching", detect.split_touching);
   keys.number("grow_px", detect.grow_px, {0, 8});
 }
 

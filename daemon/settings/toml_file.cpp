@@ -37,6 +37,22 @@ std::string shown(Range range) { return fmt::format("{} to {}", range.min, range
 
 bool within(double value, Range range) { return value >= range.min && value <= range.max; }  // false for NaN
 
+constexpr std::size_t kLeastCorners = 3;
+constexpr Range kCorner_px{-1e6, 1e6};  // a polygon may reach out of its image
+
+std::optional<PixelPoint> corner_of(const toml::node& node) {
+  const toml::array* pair = node.as_array();
+  if (pair == nullptr || pair->size() != 2) return std::nullopt;
+  PixelPoint corner;
+  for (const std::size_t axis : {0U, 1U}) {
+    const toml::node& number = (*pair)[axis];
+    const auto value = number.is_number() ? number.value<double>() : std::nullopt;
+    if (!value || !within(*value, kCorner_px)) return std::nullopt;
+    corner.v[static_cast<Eigen::Index>(axis)] = *value;
+  }
+  return corner;
+}
+
 Result<std::string> read_all(const std::filesystem::path& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
@@ -215,6 +231,35 @@ std::optional<std::vector<double>> TomlTable::matrix(std::string_view key, std::
         return std::nullopt;
       }
       found.push_back(*value);
+    }
+  }
+  return found;
+}
+
+std::optional<std::vector<MaskPolygon>> TomlTable::polygons(std::string_view key) {
+  const toml::node* node = state_->find(key);
+  if (node == nullptr) return std::nullopt;
+  if (!node->is_array()) {
+    state_->unexpected(key, *node, "a list of polygons: [[[x, y], [x, y], [x, y]], ...]");
+    return std::nullopt;
+  }
+  std::vector<MaskPolygon> found;
+  for (const toml::node& polygon : *node->as_array()) {
+    const toml::array* corners = polygon.as_array();
+    if (corners == nullptr || corners->size() < kLeastCorners) {
+      state_->fault(polygon.source().begin,
+                    fmt::format("{} has {} as a polygon, expected a list of at least 3 corners", key, shown(polygon)));
+      return std::nullopt;
+    }
+    MaskPolygon& into = found.emplace_back();
+    for (const toml::node& corner : *corners) {
+      const std::optional<PixelPoint> at = corner_of(corner);
+      if (!at) {
+        state_->fault(corner.source().begin, fmt::format("{} has {} as a corner, expected [x, y], px, each {}", key,
+                                                         shown(corner), shown(kCorner_px)));
+        return std::nullopt;
+      }
+      into.push_back(*at);
     }
   }
   return found;

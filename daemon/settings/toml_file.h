@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "model/image_mask.h"
 #include "settings/faults.h"
 #include "settings/keys.h"
 
@@ -33,6 +34,10 @@ class TomlTable final : public Keys {
 
   /// `rows` lists of `columns` finite numbers each, row by row; else as `list`.
   std::optional<std::vector<double>> matrix(std::string_view key, std::size_t rows, std::size_t columns);
+
+  /// A list of polygons, each a list of at least three corners [x, y], px. Nothing, and a fault, where it is not;
+  /// nothing where the key is absent.
+  std::optional<std::vector<MaskPolygon>> polygons(std::string_view key);
 
   bool has(std::string_view key) const;
   /// Whether the key's value is a list of lists.

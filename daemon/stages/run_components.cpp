@@ -1,7 +1,6 @@
 #include "stages/run_components.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "base/expects.h"
 
@@ -12,83 +11,89 @@ constexpr std::uint32_t kNotKept = 0xFFFF'FFFF;
 
 }  // namespace
 
-RunComponents::RunComponents(std::size_t max_runs) : max_runs_(max_runs) {
-  runs_.reserve(max_runs);
-  parent_.reserve(max_runs);
-  area_px2_.reserve(max_runs);
+RunComponents::RunComponents(std::size_t max_runs)
+    : runs_(max_runs), label_of_(max_runs), labels_(max_runs), next_(max_runs), sorted_(max_runs) {
   kept_.reserve(max_runs);
-  sorted_.reserve(max_runs);
   first_run_.reserve(max_runs + 1);
 }
 
-void RunComponents::clear() {
-  runs_.clear();
-  parent_.clear();
-  area_px2_.clear();
+void RunComponents::join(std::size_t count, std::uint32_t min_area_px2, std::uint32_t max_area_px2,
+                         std::size_t max_count) {
+  MOCAP_EXPECTS(count <= runs_.size());
+  run_count_ = count;
   kept_.clear();
-  sorted_.clear();
   first_run_.clear();
-  row_begin_ = above_ = above_end_ = 0;
-  filtered_ = dropped_ = 0;
-}
-
-void RunComponents::add(Run run) {
-  if (runs_.size() == max_runs_) {
-    ++dropped_;
-    return;
-  }
-  if (runs_.empty() || runs_.back().y != run.y) {
-    const bool next_row = !runs_.empty() && runs_.back().y + 1 == run.y;
-    above_ = next_row ? row_begin_ : runs_.size();
-    above_end_ = runs_.size();
-    row_begin_ = runs_.size();
-  }
-  const auto index = static_cast<std::uint32_t>(runs_.size());
-  runs_.push_back(run);
-  parent_.push_back(index);
-  area_px2_.push_back(static_cast<std::uint32_t>(run.end - run.begin));
-  // A corner touches: [begin - 1, end + 1) of this row against the runs above. Those that end before this run ends
-  // cannot touch the next one, which begins a pixel further at least; the last may.
-  while (above_ < above_end_ && runs_[above_].end < run.begin) ++above_;
-  for (std::size_t i = above_; i < above_end_ && runs_[i].begin <= run.end; ++i) {
-    join(index, static_cast<std::uint32_t>(i));
-  }
-}
-
-std::uint32_t RunComponents::root_of(std::uint32_t run) {
-  while (parent_[run] != run) {
-    parent_[run] = parent_[parent_[run]];
-    run = parent_[run];
-  }
-  return run;
-}
-
-void RunComponents::join(std::uint32_t a, std::uint32_t b) {
-  a = root_of(a);
-  b = root_of(b);
-  if (a == b) return;
-  if (b < a) std::swap(a, b);
-  parent_[b] = a;
-  area_px2_[a] += area_px2_[b];
-}
-
-void RunComponents::finish(std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count) {
+  too_small_ = too_large_ = dropped_ = 0;
+  join_all();
   choose(min_area_px2, max_area_px2, max_count);
-  gather();
+}
+
+void RunComponents::join_all() {
+  const Run* const runs = runs_.data();
+  const auto count = static_cast<std::uint32_t>(run_count_);
+  std::uint32_t labels = 0;
+  std::uint32_t above = 0;      // the runs of the row above from here on may still touch
+  std::uint32_t above_end = 0;  // and end where this row begins
+  std::uint32_t row_begin = 0;
+  std::uint32_t row_y = 0xFFFF'FFFE;  // of no row
+  for (std::uint32_t index = 0; index < count; ++index) {
+    const Run run = runs[index];
+    if (run.y != row_y) {
+      above = run.y == row_y + 1 ? row_begin : index;
+      above_end = row_begin = index;
+      row_y = run.y;
+    }
+    // A corner touches: [begin - 1, end + 1) of this row against the runs above. Those that end before this run begins
+    // cannot touch the next one either; the last that touches may.
+    while (above < above_end && runs[above].end < run.begin) ++above;
+    std::uint32_t label;
+    if (above < above_end && runs[above].begin <= run.end) {
+      label = root_of(label_of_[above]);
+      for (std::uint32_t i = above + 1; i < above_end && runs[i].begin <= run.end; ++i)
+        label = unite(label, label_of_[i]);
+    } else {
+      label = labels++;
+      labels_[label] = {label, 0, {.begin_x = run.begin, .begin_y = run.y}};
+    }
+    labels_[label].sums.add(run);
+    ++labels_[label].runs;
+    label_of_[index] = label;
+  }
+  label_count_ = labels;
+}
+
+std::uint32_t RunComponents::root_of(std::uint32_t label) {
+  while (labels_[label].parent != label) {
+    labels_[label].parent = labels_[labels_[label].parent].parent;
+    label = labels_[label].parent;
+  }
+  return label;
+}
+
+std::uint32_t RunComponents::unite(std::uint32_t a, std::uint32_t b) {
+  b = root_of(b);
+  if (a == b) return a;
+  const std::uint32_t root = std::min(a, b), other = std::max(a, b);
+  labels_[other].parent = root;
+  labels_[root].sums.add(labels_[other].sums);
+  labels_[root].runs += labels_[other].runs;
+  return root;
 }
 
 void RunComponents::choose(std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count) {
-  for (std::uint32_t i = 0; i < runs_.size(); ++i) {
-    if (parent_[i] != i) continue;
-    if (area_px2_[i] < min_area_px2 || area_px2_[i] > max_area_px2) {
-      ++filtered_;
+  for (std::uint32_t i = 0; i < label_count_; ++i) {
+    if (labels_[i].parent != i) continue;
+    if (labels_[i].sums.n < min_area_px2) {
+      ++too_small_;
+    } else if (labels_[i].sums.n > max_area_px2) {
+      ++too_large_;
     } else {
       kept_.push_back(i);
     }
   }
   if (kept_.size() <= max_count) return;
   const auto larger = [this](std::uint32_t a, std::uint32_t b) {
-    return area_px2_[a] != area_px2_[b] ? area_px2_[a] > area_px2_[b] : a < b;
+    return labels_[a].sums.n != labels_[b].sums.n ? labels_[a].sums.n > labels_[b].sums.n : a < b;
   };
   const auto bound = kept_.begin() + static_cast<std::ptrdiff_t>(max_count);
   std::nth_element(kept_.begin(), bound, kept_.end(), larger);
@@ -98,30 +103,25 @@ void RunComponents::choose(std::uint32_t min_area_px2, std::uint32_t max_area_px
 }
 
 void RunComponents::gather() {
-  // Counting sort of the runs by component; the area's slot of a root becomes its place among those kept.
-  std::fill(area_px2_.begin(), area_px2_.end(), kNotKept);
-  for (std::uint32_t place = 0; place < kept_.size(); ++place) area_px2_[kept_[place]] = place;
-  first_run_.assign(kept_.size() + 1, 0);
-  std::size_t total = 0;
-  for (std::uint32_t i = 0; i < runs_.size(); ++i) {
-    parent_[i] = root_of(i);
-    const std::uint32_t place = area_px2_[parent_[i]];
-    if (place == kNotKept) continue;
-    ++first_run_[place + 1];
-    ++total;
+  // Counting sort of the runs by component. A label's parent is smaller than itself: one way through finds all roots.
+  std::fill_n(next_.begin(), label_count_, kNotKept);
+  std::uint32_t first = 0;
+  for (const std::uint32_t root : kept_) {
+    first_run_.push_back(first);
+    next_[root] = first;
+    first += labels_[root].runs;
   }
-  for (std::size_t i = 1; i < first_run_.size(); ++i) first_run_[i] += first_run_[i - 1];
-  sorted_.resize(total);
-  for (std::uint32_t i = 0; i < runs_.size(); ++i) {
-    const std::uint32_t place = area_px2_[parent_[i]];
-    if (place != kNotKept) sorted_[first_run_[place]++] = runs_[i];
+  first_run_.push_back(first);
+  for (std::uint32_t i = 0; i < label_count_; ++i) labels_[i].parent = labels_[labels_[i].parent].parent;
+  for (std::size_t i = 0; i < run_count_; ++i) {
+    std::uint32_t& next = next_[labels_[label_of_[i]].parent];
+    if (next != kNotKept) sorted_[next++] = runs_[i];
   }
-  for (std::size_t i = first_run_.size() - 1; i > 0; --i) first_run_[i] = first_run_[i - 1];
-  first_run_[0] = 0;
 }
 
-std::span<const Run> RunComponents::component(std::size_t i) const {
+std::span<const Run> RunComponents::runs(std::size_t i) {
   MOCAP_EXPECTS(i < count());
+  if (first_run_.empty()) gather();
   return std::span(sorted_).subspan(first_run_[i], first_run_[i + 1] - first_run_[i]);
 }
 

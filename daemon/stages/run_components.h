@@ -5,57 +5,61 @@
 #include <span>
 #include <vector>
 
-namespace mocap::stages {
+#include "stages/detect_kernels.h"
+#include "stages/shape.h"
 
-/// A stretch of bright pixels in one row: begin <= x < end.
-struct Run {
-  std::uint16_t y = 0;
-  std::uint16_t begin = 0;
-  std::uint16_t end = 0;
-};
+namespace mocap::stages {
 
 /// Joins the bright runs of an image to components: runs of neighbouring rows that touch, also by a corner.
 ///
-/// Runs come in the order of rows and of x within a row. All memory is taken in the constructor; runs over its capacity
-/// are counted and left out. One thread at a time.
+/// All memory is taken in the constructor. One thread at a time.
 ///
 /// Source: He, Chao, Suzuki, "A run-based two-scan labeling algorithm", IEEE Trans. Image Processing 17 (2008), with
-/// union by the smaller index and path halving.
+/// union by the smaller label and path halving.
 class RunComponents {
  public:
   explicit RunComponents(std::size_t max_runs);
 
-  void clear();
-  void add(Run run);
+  /// Where the next image's runs are to be written, in the order of rows and of x within a row.
+  std::span<Run> room() { return runs_; }
 
-  /// Ends the image, and keeps the components whose area is within the bounds, the `max_count` largest at most. May be
-  /// called once after the last `add`.
-  void finish(std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count);
+  /// Joins the first `count` runs in the room, and keeps the components whose area is within the bounds, the
+  /// `max_count` largest at most.
+  void join(std::size_t count, std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count);
 
-  /// The components kept, in the order of their first pixel; each one's runs by row, then x.
-  std::size_t count() const { return first_run_.empty() ? 0 : first_run_.size() - 1; }
-  std::span<const Run> component(std::size_t i) const;
+  /// The components kept, in the order of their first pixel.
+  std::size_t count() const { return kept_.size(); }
+  Shape shape(std::size_t i) const { return shape_of(labels_[kept_[i]].sums); }
+  /// A component's runs, by row, then x. Few are ever asked for: the first time after a join sorts the runs of all.
+  std::span<const Run> runs(std::size_t i);
 
-  std::uint32_t filtered() const { return filtered_; }  ///< components outside of the bounds
-  std::uint32_t dropped() const { return dropped_; }    ///< components over `max_count`, and runs over capacity
+  std::uint32_t too_small() const { return too_small_; }  ///< components under the least area
+  std::uint32_t too_large() const { return too_large_; }
+  std::uint32_t dropped() const { return dropped_; }  ///< components over `max_count`
 
  private:
-  std::uint32_t root_of(std::uint32_t run);
-  void join(std::uint32_t a, std::uint32_t b);
+  /// What is known of the runs with one label; of those that were united, at the smallest label.
+  struct Label {
+    std::uint32_t parent;
+    std::uint32_t runs;
+    RunSums sums;
+  };
+
+  std::uint32_t root_of(std::uint32_t label);
+  std::uint32_t unite(std::uint32_t a, std::uint32_t b);
+  void join_all();
   void choose(std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count);
   void gather();
 
-  std::size_t max_runs_;
   std::vector<Run> runs_;
-  std::vector<std::uint32_t> parent_;
-  std::vector<std::uint32_t> area_px2_;  // of the component, at its root; later its place among those kept
-  std::size_t row_begin_ = 0;            // the runs of the row that is being added
-  std::size_t above_ = 0;                // the runs of the row above from here on may still touch
-  std::size_t above_end_ = 0;
-  std::vector<std::uint32_t> kept_;  // roots
-  std::vector<Run> sorted_;          // the runs of those kept, component by component
-  std::vector<std::uint32_t> first_run_;
-  std::uint32_t filtered_ = 0;
+  std::vector<std::uint32_t> label_of_;  // a run
+  std::vector<Label> labels_;
+  std::vector<std::uint32_t> next_;       // of each label: where its next run goes
+  std::vector<std::uint32_t> kept_;       // labels
+  std::vector<std::uint32_t> first_run_;  // of those kept, among the sorted
+  std::vector<Run> sorted_;               // the runs of those kept, component by component; the others' after them
+  std::size_t run_count_ = 0, label_count_ = 0;
+  std::uint32_t too_small_ = 0, too_large_ = 0;
   std::uint32_t dropped_ = 0;
 };
 

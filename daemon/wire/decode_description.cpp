@@ -129,6 +129,11 @@ CameraPhase phase_of(v1::CameraPhase code) {
   }
 }
 
+DetectionCounts detection_of(const v1::CameraHealth& from) {
+  return {from.blobs(),         from.blobs_too_small(), from.blobs_too_large(), from.blobs_not_round(),
+          from.blobs_too_dim(), from.dropped_blobs(),   from.rows_given_up()};
+}
+
 }  // namespace
 
 Result<Description> decode(const v1::Description& from) {
@@ -176,10 +181,20 @@ Result<Health> decode(const v1::Health& from) {
     into.latency[index] = {stage.count(), Duration(stage.p50_ns()), Duration(stage.p99_ns()), Duration(stage.max_ns())};
   }
   for (const v1::CameraHealth& camera : from.cameras()) {
-    into.cameras.push_back({camera.name(), phase_of(camera.phase()), camera.rate_hz(), camera.frames(),
-                            camera.missing_frames(), camera.failed_frames(), camera.dropped_queue_full(),
-                            camera.dropped_blobs(), camera.reopened(), camera.underruns(), camera.resent_packets(),
-                            camera.missing_packets(), camera.last_error()});
+    into.cameras.push_back({camera.name(),
+                            phase_of(camera.phase()),
+                            camera.rate_hz(),
+                            camera.frames(),
+                            camera.missing_frames(),
+                            camera.failed_frames(),
+                            camera.dropped_queue_full(),
+                            camera.reopened(),
+                            camera.underruns(),
+                            camera.resent_packets(),
+                            camera.missing_packets(),
+                            camera.last_error(),
+                            detection_of(camera),
+                            {camera.threshold_grey(), camera.noise_grey(), camera.background_grey()}});
   }
   return into;
 }

@@ -98,11 +98,22 @@ void encode_camera_health(const CameraHealth& from, v1::CameraHealth& into) {
   into.set_missing_frames(from.missing_frames);
   into.set_failed_frames(from.failed_frames);
   into.set_dropped_queue_full(from.dropped_queue_full);
-  into.set_dropped_blobs(from.dropped_blobs);
+  into.set_dropped_blobs(from.detection.dropped);
   into.set_reopened(from.reopened);
   into.set_underruns(from.underruns);
   into.set_resent_packets(from.resent_packets);
   into.set_missing_packets(from.missing_packets);
+  into.set_blobs(from.detection.blobs);
+  into.set_blobs_too_small(from.detection.too_small);
+  into.set_blobs_too_large(from.detection.too_large);
+  into.set_blobs_not_round(from.detection.not_round);
+  into.set_blobs_too_dim(from.detection.too_dim);
+  into.set_rows_given_up(from.detection.rows_given_up);
+  if (from.levels.threshold_grey > 0.0) {
+    into.set_threshold_grey(from.levels.threshold_grey);
+    into.set_noise_grey(from.levels.noise_grey);
+    into.set_background_grey(from.levels.background_grey);
+  }
   assign_valid_utf8(from.last_error, *into.mutable_last_error());
 }
 

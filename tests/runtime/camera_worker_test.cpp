@@ -82,6 +82,48 @@ TEST(CameraWorker, CountsTheGapsInTheCamerasOwnNumbers) {
   EXPECT_EQ(rig.channel.counters.missing_frames.read(), 2U);
 }
 
+/// One blob an image, and something for each filter.
+class BusyDetector : public Detector {
+ public:
+  Detection detect(const Image&) override {
+    Detection found;
+    found.blobs.push_back({});
+    found.dropped = 1;
+    found.too_small = 2;
+    found.too_large = 3;
+    found.not_round = 4;
+    found.too_dim = 5;
+    found.rows_given_up = 6;
+    found.threshold_grey = 38.0;
+    found.noise_grey = 2.1;
+    found.background_grey = 12.0;
+    return found;
+  }
+};
+
+TEST(CameraWorker, CountsWhatItsDetectorLeftOutAndByWhat) {
+  Rig rig;
+  CameraParts camera = parts({{Deliver{0}, Deliver{1}, kEnd}});
+  camera.make_detector = [](const Image&) -> Result<std::unique_ptr<Detector>> {
+    return std::unique_ptr<Detector>(std::make_unique<BusyDetector>());
+  };
+
+  rig.run(std::move(camera));
+
+  const DetectionCounts counts = rig.channel.counters.detection.counts();
+  EXPECT_EQ(counts.blobs, 2U);
+  EXPECT_EQ(counts.dropped, 2U);
+  EXPECT_EQ(counts.too_small, 4U);
+  EXPECT_EQ(counts.too_large, 6U);
+  EXPECT_EQ(counts.not_round, 8U);
+  EXPECT_EQ(counts.too_dim, 10U);
+  EXPECT_EQ(counts.rows_given_up, 12U);
+  const DetectionLevels levels = rig.channel.counters.detection.levels();
+  EXPECT_EQ(levels.threshold_grey, 38.0);
+  EXPECT_EQ(levels.noise_grey, 2.1);
+  EXPECT_EQ(levels.background_grey, 12.0);
+}
+
 TEST(CameraWorker, OpensALostCameraAnewAndGoesOn) {
   Rig rig;
 

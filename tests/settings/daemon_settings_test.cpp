@@ -169,6 +169,41 @@ TEST_F(Configuration, RefusesWhatOtherRoomsWouldRefuseAtTheStart) {
               HasSubstr(":4:16: detect: min_area_px2 is 9, over max_area_px2 = 8"));
 }
 
+TEST_F(Configuration, DetectsInACamerasImagesAsItsOwnTableSaysAndElseAsAllDo) {
+  const auto settings = load_daemon_settings(
+      write("[capture]\nrig = \"rig.toml\"\n[detect]\nthreshold = 100\nlow_threshold = 30\nmin_area_px2 = 7\n" +
+            camera("east", "threshold = 60\nlow_threshold = 20\n") + camera("west", "threshold = 0\n")));
+
+  ASSERT_TRUE(settings) << to_text(settings.error());
+  const stages::DetectSettings east = detect_of(*settings, CameraId{0});
+  const stages::DetectSettings west = detect_of(*settings, CameraId{1});
+  EXPECT_EQ(east.threshold, 60.0);
+  EXPECT_EQ(east.low_threshold, 20.0);
+  EXPECT_EQ(east.min_area_px2, 7.0);
+  EXPECT_EQ(west.threshold, std::nullopt) << "0: from the noise";
+  EXPECT_EQ(west.low_threshold, 30.0);
+}
+
+TEST_F(Configuration, RefusesACamerasThresholdThatDoesNotGoWithTheOther) {
+  const std::string both = "[capture]\nrig = \"rig.toml\"\n[detect]\nthreshold = 100\nlow_threshold = 50\n";
+  EXPECT_THAT(faults_of(both + camera("east", "threshold = 40\n")),
+              HasSubstr(":10:13: camera 'east': low_threshold is 50 for this camera, over its threshold, 40"));
+  EXPECT_EQ(faults_of(both + camera("east", "threshold = 40\nlow_threshold = 40\n")), "");
+  EXPECT_THAT(faults_of(both + camera("east", "threshold = 0.5\n")),
+              HasSubstr(":10:13: camera 'east': threshold is 0.5, expected 1 to 255, or 0: from the noise"));
+}
+
+TEST_F(Configuration, RefusesAPixelFormatWithTheNamesOfThoseThatAreRead) {
+  const std::string rig = "[capture]\nrig = \"rig.toml\"\n[[camera]]\nname = \"east\"\n";
+  EXPECT_THAT(faults_of(rig + "driver = \"aravis\"\nserial = \"DA1\"\npixel_format = \"BayerRG12\"\n"),
+              HasSubstr(":7:16: camera 'east': pixel_format is 'BayerRG12', expected one of Mono8, Mono10, Mono12, "
+                        "Mono10p, Mono12p, Mono10Packed, Mono12Packed, BayerGR8, BayerRG8, BayerGB8, BayerBG8; did you "
+                        "mean 'BayerRG8'?"));
+  EXPECT_THAT(faults_of(rig + "driver = \"v4l2\"\ndevice = \"/dev/video0\"\npixel_format = \"H264\"\n"),
+              HasSubstr("expected one of GREY, Y10, Y12, GRBG, RGGB, GBRG, BA81, YUYV, NV12, MJPEG"));
+  EXPECT_EQ(faults_of(rig + "driver = \"aravis\"\nserial = \"DA1\"\npixel_format = \"Mono12Packed\"\n"), "");
+}
+
 TEST_F(Configuration, WithoutACameraIsRefused) {
   EXPECT_THAT(faults_of("[capture]\nrig = \"rig.toml\"\n"), HasSubstr("no [[camera]], expected at least one"));
   EXPECT_THAT(faults_of(""), HasSubstr("no [[camera]], expected at least one"));

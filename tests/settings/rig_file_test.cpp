@@ -66,6 +66,14 @@ CameraModel random_camera(std::mt19937& random, const std::string& name, double 
   return camera;
 }
 
+void expect_same_masks(const std::vector<MaskPolygon>& found, const std::vector<MaskPolygon>& expected) {
+  ASSERT_EQ(found.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    ASSERT_EQ(found[i].size(), expected[i].size());
+    for (std::size_t k = 0; k < expected[i].size(); ++k) EXPECT_EQ(found[i][k].v, expected[i][k].v);
+  }
+}
+
 TEST_F(RigFile, OfAnotherProgramIsReadWhole) {
   const auto rig = load_rig(write(kFromPose2Sim));
 
@@ -170,9 +178,46 @@ INSTANTIATE_TEST_SUITE_P(
                ":7:1: camera 'M11139': unknown key 'translaton', did you mean 'translation'?"},
         BadRig{"translation", "translaton", ":1:1: camera 'M11139': translation is missing, expected [x, y, z] in m"},
         BadRig{"fisheye = false", "fisheye = 0", ":8:11: camera 'M11139': fisheye is 0, expected true or false"},
+        BadRig{"fisheye = false", "mask = [[1, 2], [3, 4], [5, 6]]",
+               ":8:9: camera 'M11139': mask has a list of 2 as a polygon, expected a list of at least 3 corners"},
+        BadRig{"fisheye = false", "mask = [[[1, 2], [3, 4], [5, nan]]]",
+               ":8:26: camera 'M11139': mask has a list of 2 as a corner, expected [x, y], px, each -1000000 to 1000000"},
+        BadRig{"fisheye = false", "mask = true", ":8:8: camera 'M11139': mask is true, expected a list of polygons"},
         BadRig{"[metadata]", "[cam_02]\nname = \"M11139\"\n[metadata]", "camera 'M11139': is in this rig twice"},
         BadRig{"[metadata]", "[metadata", ":10:10: "}),
     [](const auto& bad) { return "Case" + std::to_string(bad.index); });
+
+TEST_F(RigFile, ReadsTheMasksThatStandWithACamera) {
+  const auto rig = load_rig(write_with("fisheye = false", R"(fisheye = false
+mask = [[[10, 20.5], [30, 20], [30, 40]], [[0, 0], [5, 0], [5, 5], [0, 5]]]
+mask_learnt = [[[100.0, 100.0], [110.0, 100.0], [105.0, 108.0]]])"));
+
+  ASSERT_TRUE(rig) << to_text(rig.error());
+  const CameraModel& camera = rig->front();
+  ASSERT_EQ(camera.masks.size(), 2U);
+  EXPECT_EQ(camera.masks[0].size(), 3U);
+  EXPECT_EQ(camera.masks[0][0].v, Eigen::Vector2d(10.0, 20.5));
+  EXPECT_EQ(camera.masks[1].size(), 4U);
+  ASSERT_EQ(camera.learnt_masks.size(), 1U);
+  EXPECT_EQ(camera.learnt_masks[0][2].v, Eigen::Vector2d(105.0, 108.0));
+}
+
+TEST_F(RigFile, KeepsItsMasksWhenItIsWritten) {
+  std::mt19937 random(11);
+  Rig rig{random_camera(random, "a", 0.3), random_camera(random, "b", 0.4)};
+  rig[0].masks = {{{{0.1, 2.0}}, {{3.0, 4.0}}, {{5.5, 1.0 / 3.0}}}, {{{-9.0, 0.0}}, {{1.0, 0.0}}, {{1.0, 9.0}}}};
+  rig[1].learnt_masks = {{{{7.0, 2.0}}, {{3.0, 4.0}}, {{5.5, 6.0}}, {{5.5, 1.0}}}};
+  const std::filesystem::path path = folder_.path() / "masked.toml";
+
+  ASSERT_TRUE(save_rig(path, rig, {}));
+  const auto again = load_rig(path);
+
+  ASSERT_TRUE(again) << to_text(again.error());
+  for (std::size_t i = 0; i < rig.size(); ++i) {
+    expect_same_masks((*again)[i].masks, rig[i].masks);
+    expect_same_masks((*again)[i].learnt_masks, rig[i].learnt_masks);
+  }
+}
 
 TEST_F(RigFile, WithoutACameraIsAFault) {
   EXPECT_THAT(faults_of(write("[metadata]\nerror = 1.0\n")), HasSubstr("no camera in this rig"));

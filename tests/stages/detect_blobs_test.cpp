@@ -96,7 +96,8 @@ std::vector<double> flooded_areas(Picture picture, int threshold) {
 
 TEST(DetectBlobs, FindsTheComponentsThatAFloodFillFindsOnRandomImages) {
   std::mt19937 random(3);
-  const DetectSettings settings{.threshold = 128.0, .min_area_px2 = 1.0, .max_area_px2 = 1e9, .min_roundness = 0.0};
+  const DetectSettings settings{
+      .threshold = 128.0, .min_area_px2 = 1.0, .max_area_px2 = 1e9, .min_roundness = 0.0, .split_touching = false};
   for (int trial = 0; trial < 2000; ++trial) {
     const int width = trial % 7 == 0 ? 1 : static_cast<int>(random() % 70 + 1);
     const int height = trial % 11 == 0 ? 1 : static_cast<int>(random() % 24 + 1);
@@ -147,8 +148,9 @@ TEST(DetectBlobs, FindsCentroidsToAFiftiethOfAPixelAndKnowsHowWell) {
       const double rms_px = std::sqrt(squares / n);
       RecordProperty("rms_px_r" + std::to_string(radius) + "_noise" + std::to_string(noise), std::to_string(rms_px));
       EXPECT_LT(rms_px, 0.02) << "radius " << radius << " noise " << noise;
-      // 240 blobs of two axes tell the ratio to 3 %; the model of the noise (normal, not clipped) is rough to 40 %.
-      EXPECT_NEAR(std::sqrt(normalised / n), 1.0, 0.4)
+      // 240 blobs of two axes tell the ratio to 3 %; these edges are sharper than any lens, which the model bears to 30
+      // %.
+      EXPECT_NEAR(std::sqrt(normalised / n), 1.0, 0.3)
           << "radius " << radius << " noise " << noise << " rms " << rms_px;
     }
   }
@@ -176,8 +178,8 @@ TEST(DetectBlobs, ReadsTheSameBlobsFromEveryFormat) {
 
     ASSERT_EQ(found.blobs.size(), 2U);
     for (std::size_t i = 0; i < 2; ++i) {
-      // The levels scale, the noise's rounding does not: a thousandth of a pixel.
-      EXPECT_LT((found.blobs[i].centroid.v - reference.blobs[i].centroid.v).norm(), 2e-3);
+      // The levels scale, the rounding of thresholds and weights does not: some thousandths of a pixel.
+      EXPECT_LT((found.blobs[i].centroid.v - reference.blobs[i].centroid.v).norm(), 3e-3);
       EXPECT_NEAR(found.blobs[i].area_px2, reference.blobs[i].area_px2, 2.0);
     }
   }
@@ -254,6 +256,23 @@ TEST(DetectBlobs, KeepsANeighboursLightOutOfACentroid) {
   }
 }
 
+TEST(DetectBlobs, TellsTwoDiscsThatTouchApart) {
+  std::mt19937 random(6);
+  for (const double radius : {3.0, 5.0, 8.0}) {
+    const Picture picture = render(80, 60, {{30.2, 30.1, radius}, {30.2 + 1.9 * radius, 33.4, radius}}, 2.0, random);
+
+    const Detection found = detector_for(picture)->detect(picture.image());
+
+    ASSERT_EQ(found.blobs.size(), 2U) << radius;
+    const bool first_is_left = found.blobs[0].centroid.v.x() < found.blobs[1].centroid.v.x();
+    const Blob& left = found.blobs[first_is_left ? 0 : 1];
+    // Each disc is fitted on the rim that is its own; 6 standard deviations of what noise leaves, and no less is told.
+    EXPECT_NEAR(left.centroid.v.x(), 30.2, 0.08);
+    EXPECT_NEAR(left.centroid.v.y(), 30.1, 0.08);
+    EXPECT_LT(std::abs(left.centroid.v.x() - 30.2), 4.0 * left.sigma_px);
+  }
+}
+
 TEST(DetectBlobs, GivesNoBlobsForAnImageShorterThanItSays) {
   Picture picture(64, 64, 0, 255);
   const auto detector = detector_for(picture, {.threshold = 10.0, .max_area_px2 = 1e6});
@@ -270,7 +289,7 @@ TEST(DetectBlobs, GivesNoBlobsForAnImageShorterThanItSays) {
 
 TEST(DetectBlobs, RefusesWhatItCannotReadAndSettingsOutsideOfTheirRange) {
   EXPECT_EQ(make_blob_detector({}, PixelFormat::Mjpeg, 64, 64).error().code, ErrorCode::Unsupported);
-  EXPECT_EQ(make_blob_detector({}, PixelFormat::Mono12p, 64, 64).error().code, ErrorCode::Unsupported);
+
   EXPECT_EQ(make_blob_detector({}, PixelFormat::Mono8, 0, 64).error().code, ErrorCode::InvalidArgument);
   EXPECT_EQ(make_blob_detector({.threshold = 256.0}, PixelFormat::Mono8, 64, 64).error().code,
             ErrorCode::InvalidArgument);

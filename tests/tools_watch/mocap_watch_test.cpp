@@ -59,7 +59,7 @@ class Feed {
     Health health;
     health.latency[2] = {100, std::chrono::microseconds(400), std::chrono::microseconds(900),
                          std::chrono::microseconds(1500)};
-    health.cameras.push_back({"north", CameraPhase::Streaming, 120.0, 1000, 3, 0, 0, 0, 1, 0, 0, 0, ""});
+    health.cameras.push_back({"north", CameraPhase::Streaming, 120.0, 1000, 3, 0, 0, 1, 0, 0, 0, "", {}, {}});
     while (!stop.stop_requested()) {
       ++snapshot.number;
       const Timestamp now = host_now();

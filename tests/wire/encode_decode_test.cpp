@@ -351,7 +351,20 @@ TEST(EncodeHealth, ComesBackTheSameAndLeavesOutStagesThatNothingPassed) {
   sent.sets = 100;
   sent.complete_sets = 99;
   sent.latency[static_cast<std::size_t>(LatencyStage::Fuse)] = {60, Duration(1000), Duration(2000), Duration(3000)};
-  sent.cameras.push_back({"north", CameraPhase::Reopening, 59.9, 100, 1, 2, 3, 4, 5, 6, 7, 8, "gone"});
+  sent.cameras.push_back({"north",
+                          CameraPhase::Reopening,
+                          59.9,
+                          100,
+                          1,
+                          2,
+                          3,
+                          5,
+                          6,
+                          7,
+                          8,
+                          "gone",
+                          {10, 11, 12, 13, 14, 4, 15},
+                          {38.0, 2.5, 12.0}});
 
   v1::Health message;
   encode(sent, message);
@@ -365,7 +378,17 @@ TEST(EncodeHealth, ComesBackTheSameAndLeavesOutStagesThatNothingPassed) {
   EXPECT_EQ(read->latency[2].p99, Duration(2000));
   ASSERT_EQ(read->cameras.size(), 1U);
   EXPECT_EQ(read->cameras[0].phase, CameraPhase::Reopening);
-  EXPECT_EQ(read->cameras[0].dropped_blobs, 4U);
+  const DetectionCounts& detection = read->cameras[0].detection;
+  EXPECT_EQ(detection.blobs, 10U);
+  EXPECT_EQ(detection.too_small, 11U);
+  EXPECT_EQ(detection.too_large, 12U);
+  EXPECT_EQ(detection.not_round, 13U);
+  EXPECT_EQ(detection.too_dim, 14U);
+  EXPECT_EQ(detection.dropped, 4U);
+  EXPECT_EQ(detection.rows_given_up, 15U);
+  EXPECT_EQ(read->cameras[0].levels.threshold_grey, 38.0);
+  EXPECT_EQ(read->cameras[0].levels.noise_grey, 2.5);
+  EXPECT_EQ(read->cameras[0].levels.background_grey, 12.0);
   EXPECT_EQ(read->cameras[0].missing_packets, 8U);
   EXPECT_EQ(read->cameras[0].last_error, "gone");
 }

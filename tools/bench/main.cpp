@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -9,6 +10,7 @@
 
 #include "base/exit_codes.h"
 #include "base/log.h"
+#include "detect_report.h"
 #include "fuse_bench.h"
 #include "fuse_print.h"
 #include "pipeline_bench.h"
@@ -22,7 +24,9 @@ constexpr const char* kExamples = R"(examples:
   mocap-bench pipeline --cameras 4 --rate 60    less of it
   mocap-bench fuse --cameras 8 --markers 40     blobs to tracks in one thread, known and unknown markers, as a table
   mocap-bench fuse --json                       the same as a JSON array of both modes
-  mocap-bench fuse --growth                     over cameras and markers)";
+  mocap-bench fuse --growth                     over cameras and markers
+  mocap-bench detect --size 1280x1024           blobs of 40 markers: time, and error against the bound of physics
+  mocap-bench detect --variant busy --markers 200)";
 
 void print_pipeline(const PipelineBenchFigures& f, bool json) {
   if (json) {
@@ -73,6 +77,52 @@ int fuse(FuseBenchSettings settings, bool json, bool growth) {
   return kExitOk;
 }
 
+void tell_fuse(CLI::App& fuse, FuseBenchSettings& settings) {
+  fuse.add_option("--cameras", settings.world.cameras, "in a ring")->check(CLI::Range(2, 64))->capture_default_str();
+  fuse.add_option("--markers", settings.world.markers, "on people who walk")
+      ->check(CLI::Range(1, 320))
+      ->capture_default_str();
+  fuse.add_option("--sets", settings.sets, "measured")->check(CLI::Range(10, 1000000))->capture_default_str();
+  fuse.add_option("--rate", settings.world.rate_hz, "sets a second, Hz")
+      ->check(CLI::Range(1.0, 1000.0))
+      ->capture_default_str();
+  fuse.add_option("--missed", settings.world.missed, "share of a marker's views that give no blob")
+      ->check(CLI::Range(0.0, 0.9))
+      ->capture_default_str();
+  fuse.add_option("--false-blobs", settings.world.false_blobs, "for each marker and image")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  fuse.add_option("--sigma", settings.world.sigma_px, "of the blobs' places, px")
+      ->check(CLI::Range(0.0, 2.0))
+      ->capture_default_str();
+  fuse.add_option("--seed", settings.world.seed, "of noise, misses and false blobs")->capture_default_str();
+}
+
+void tell_detect(CLI::App& detect, DetectSceneSettings& settings) {
+  detect
+      .add_option_function<std::string>(
+          "--size",
+          [&settings](const std::string& size) {
+            int end = 0;
+            const int read = std::sscanf(size.c_str(), "%dx%d%n", &settings.width_px, &settings.height_px, &end);
+            const bool fits = read == 2 && static_cast<std::size_t>(end) == size.size() && settings.width_px >= 64 &&
+                              settings.height_px >= 64 && settings.width_px <= 16384 && settings.height_px <= 16384;
+            if (!fits) throw CLI::ValidationError("--size", size + ", expected WxH, each 64 to 16384");
+          },
+          "of the images, px, such as 1280x1024 (the default)")
+      ->type_name("WxH");
+  detect.add_option("--markers", settings.markers, "in an image")->check(CLI::Range(1, 512))->capture_default_str();
+  detect.add_option("--variant", settings.busy, "dark, or busy with bright clutter")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, bool>{{"dark", false}, {"busy", true}}));
+  detect.add_option("--peak", settings.peak_grey, "of a marker over the background, grey levels; over 240 saturates")
+      ->check(CLI::Range(30.0, 2000.0))
+      ->capture_default_str();
+  detect.add_option("--noise", settings.noise_grey, "standard deviation, grey levels")
+      ->check(CLI::Range(0.0, 30.0))
+      ->capture_default_str();
+  detect.add_option("--seed", settings.seed, "of places and noise")->capture_default_str();
+}
+
 }  // namespace
 }  // namespace mocap::bench
 
@@ -103,26 +153,14 @@ int main(int argc, char** argv) {
   fusing.marker_set = settings.marker_set;
   bool growth = false;
   CLI::App* fuse = app.add_subcommand("fuse", "cost of a set from blobs to tracks, against OpenCV, in one thread");
-  fuse->add_option("--cameras", fusing.world.cameras, "in a ring")->check(CLI::Range(2, 64))->capture_default_str();
-  fuse->add_option("--markers", fusing.world.markers, "on people who walk")
-      ->check(CLI::Range(1, 320))
-      ->capture_default_str();
-  fuse->add_option("--sets", fusing.sets, "measured")->check(CLI::Range(10, 1000000))->capture_default_str();
-  fuse->add_option("--rate", fusing.world.rate_hz, "sets a second, Hz")
-      ->check(CLI::Range(1.0, 1000.0))
-      ->capture_default_str();
-  fuse->add_option("--missed", fusing.world.missed, "share of a marker's views that give no blob")
-      ->check(CLI::Range(0.0, 0.9))
-      ->capture_default_str();
-  fuse->add_option("--false-blobs", fusing.world.false_blobs, "for each marker and image")
-      ->check(CLI::Range(0.0, 1.0))
-      ->capture_default_str();
-  fuse->add_option("--sigma", fusing.world.sigma_px, "of the blobs' places, px")
-      ->check(CLI::Range(0.0, 2.0))
-      ->capture_default_str();
-  fuse->add_option("--seed", fusing.world.seed, "of noise, misses and false blobs")->capture_default_str();
+  bench::tell_fuse(*fuse, fusing);
   fuse->add_flag("--growth", growth, "several numbers of cameras and markers, those of the options aside");
   fuse->add_flag("--json", json, "one JSON array on standard output");
+
+  bench::DetectSceneSettings scene;
+  CLI::App* detect = app.add_subcommand("detect", "blobs of an image in memory: time and precision");
+  bench::tell_detect(*detect, scene);
+  detect->add_flag("--json", json, "one JSON object on standard output");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -130,5 +168,5 @@ int main(int argc, char** argv) {
   }
   set_log_level(LogLevel::Warn);
   if (fuse->parsed()) return bench::fuse(fusing, json, growth);
-  return bench::pipeline(settings, json);
+  return detect->parsed() ? bench::detect(scene, json) : bench::pipeline(settings, json);
 }

@@ -90,6 +90,7 @@ void add_image(CLI::App& app, Options& options) {
   app.add_option("--clutter", image.clutter, "lights that are nobody's marker")
       ->check(CLI::Range(0, 200))
       ->group("Image");
+  app.add_flag("--empty", image.nobody, "nobody is in the volume: only --clutter shines")->group("Image");
   app.add_flag("--no-occlusion", options.no_occlusion, "the body hides no marker")->group("Image");
   app.add_option("--seed", image.seed, "of all that is random")->capture_default_str()->group("Image");
 }

@@ -97,6 +97,9 @@ void FeedState::take_health(const std::string& payload) {
   if (!message.ParseFromString(payload)) return note_fault("a health report that is no Protobuf message");
   Result<Health> read = wire::decode(message);
   if (!read) return note_fault(read.error().message);
+  // Counts that fall are another run's.
+  const bool same_run = health_ && health_->at < read->at && health_->cameras.size() == read->cameras.size();
+  health_before_ = same_run ? std::move(health_) : std::nullopt;
   health_ = std::move(*read);
 }
 

@@ -36,6 +36,8 @@ class FeedState {
 
   const std::optional<Description>& description() const { return description_; }
   const std::optional<Health>& health() const { return health_; }
+  /// The report before that, of the same run; absent until there are two.
+  const std::optional<Health>& health_before() const { return health_before_; }
   const std::optional<LastSnapshot>& last() const { return last_; }
   Timestamp last_arrival() const { return last_arrival_; }
 
@@ -65,6 +67,7 @@ class FeedState {
 
   std::optional<Description> description_;
   std::optional<Health> health_;
+  std::optional<Health> health_before_;
   std::optional<LastSnapshot> last_;
   Timestamp last_arrival_{};
   v1::Snapshot message_;

@@ -69,6 +69,20 @@ std::uint64_t drops_of(const Health& health) {
   return drops;
 }
 
+// Which cameras stream and see nothing, and why: "cam1: 0 blobs in 60 images: 212 too small (threshold 38 grey)".
+std::string blind_cameras(const FeedState& feed) {
+  if (!feed.health() || !feed.health_before()) return {};
+  std::string text;
+  for (std::size_t i = 0; i < feed.health()->cameras.size(); ++i) {
+    const CameraHealth& now = feed.health()->cameras[i];
+    const CameraHealth& before = feed.health_before()->cameras[i];
+    if (now.frames < before.frames) continue;
+    const std::string why = why_no_blobs(now.frames - before.frames, now.detection.since(before.detection), now.levels);
+    if (!why.empty()) text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", now.name, why);
+  }
+  return text;
+}
+
 // Who of the cameras is not streaming, in words.
 std::string silent_cameras(const Health& health) {
   std::string text;
@@ -92,6 +106,7 @@ std::string status_line(const FeedState& feed, Timestamp now, std::size_t column
   if (const auto age = feed.age(0.5)) line += fmt::format(" | age {:.1f} ms", ms(*age));
   line += fmt::format(" | lost {}", feed.lost());
   if (feed.health()) line += fmt::format(" drops {}", drops_of(*feed.health()));
+  if (const std::string blind = blind_cameras(feed); !blind.empty()) line += " | " + blind;
   if (feed.unreadable() > 0) line += fmt::format(" unreadable {} ({})", feed.unreadable(), feed.last_fault());
   for (const std::string& latency : {latencies_of(feed), whole_way_of(feed)}) {
     if (line.size() + latency.size() <= columns) return line + latency;
@@ -138,6 +153,16 @@ nlohmann::ordered_json camera_object(const CameraHealth& camera) {
           {"missing_frames", camera.missing_frames},
           {"failed_frames", camera.failed_frames},
           {"dropped_queue_full", camera.dropped_queue_full},
+          {"blobs", camera.detection.blobs},
+          {"blobs_too_small", camera.detection.too_small},
+          {"blobs_too_large", camera.detection.too_large},
+          {"blobs_not_round", camera.detection.not_round},
+          {"blobs_too_dim", camera.detection.too_dim},
+          {"blobs_dropped", camera.detection.dropped},
+          {"rows_given_up", camera.detection.rows_given_up},
+          {"threshold_grey", camera.levels.threshold_grey},
+          {"noise_grey", camera.levels.noise_grey},
+          {"background_grey", camera.levels.background_grey},
           {"reopened", camera.reopened}};
 }
 

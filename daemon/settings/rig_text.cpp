@@ -1,0 +1,31 @@
+#include "settings/rig_text.h"
+
+#include <fmt/format.h>
+
+namespace mocap::settings {
+
+std::string number_text(double value) {
+  std::string text = fmt::format("{}", value);
+  if (text.find_first_of(".en") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string list_text(std::initializer_list<double> values) {
+  std::string text;
+  for (const double value : values) text += (text.empty() ? "" : ", ") + number_text(value);
+  return "[" + text + "]";
+}
+
+std::string mask_text(std::span<const MaskPolygon> polygons) {
+  std::string text;
+  for (const MaskPolygon& polygon : polygons) {
+    std::string corners;
+    for (const PixelPoint& corner : polygon) {
+      corners += (corners.empty() ? "" : ", ") + list_text({corner.v.x(), corner.v.y()});
+    }
+    text += fmt::format("  [{}],\n", corners);
+  }
+  return text.empty() ? "[]" : "[\n" + text + "]";
+}
+
+}  // namespace mocap::settings

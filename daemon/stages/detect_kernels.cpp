@@ -1,0 +1,386 @@
+#include "stages/detect_kernels.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+
+#include "stages/detect_kernels_scalar.h"
+#include "stages/detect_row.h"
+
+// This file is compiled once for each target. SSE4 is x86-64-v2, AVX2 v3, AVX3 v4; what lies between them gains
+// nothing.
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_AVX3_DL)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "stages/detect_kernels.cpp"
+#include <hwy/foreach_target.h>  // must come before highway.h
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace mocap::stages::HWY_NAMESPACE {
+namespace {
+
+#if HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Reads pixels of one byte.
+struct BytePixels {
+  using D = hn::CappedTag<std::uint8_t, 64>;
+  using V = hn::Vec<D>;
+  static constexpr std::size_t kBytes = 1;
+
+  V threshold;
+  explicit BytePixels(const ScanRows& rows) : threshold(hn::Set(D(), static_cast<std::uint8_t>(rows.threshold))) {}
+
+  // v >= threshold; unsigned vectors have no such comparison.
+  HWY_INLINE hn::Mask<D> bright(V v) const { return hn::Eq(hn::Max(v, threshold), v); }
+  HWY_INLINE V load(const std::byte* at) const { return hn::LoadU(D(), reinterpret_cast<const std::uint8_t*>(at)); }
+};
+
+/// Reads pixels of two bytes.
+struct WordPixels {
+  using D = hn::CappedTag<std::uint16_t, 64>;
+  using V = hn::Vec<D>;
+  static constexpr std::size_t kBytes = 2;
+
+  V threshold, kept;
+  explicit WordPixels(const ScanRows& rows)
+      : threshold(hn::Set(D(), static_cast<std::uint16_t>(rows.threshold))), kept(hn::Set(D(), rows.kept)) {}
+
+  // v >= threshold; unsigned vectors have no such comparison.
+  HWY_INLINE hn::Mask<D> bright(V v) const { return hn::Eq(hn::Max(v, threshold), v); }
+  HWY_INLINE V load(const std::byte* at) const {
+    return hn::And(hn::LoadU(D(), reinterpret_cast<const std::uint16_t*>(at)), kept);
+  }
+};
+
+/// 64 pixels, one bit each.
+template <class Pixels>
+HWY_INLINE std::uint64_t bright_bits(const Pixels& pixels, const std::byte* at) {
+  const typename Pixels::D d;
+  constexpr std::size_t kLanes = hn::MaxLanes(typename Pixels::D());
+  std::uint64_t bits = 0;
+  for (std::size_t i = 0; i < 64; i += kLanes) {
+    const auto mask = pixels.bright(pixels.load(at + i * Pixels::kBytes));
+    std::uint8_t packed[8];
+    hn::StoreMaskBits(d, mask, packed);
+    std::uint64_t part = 0;
+    std::memcpy(&part, packed, kLanes / 8);
+    bits |= part << i;
+  }
+  return bits;
+}
+
+/// Whether any of `kCount` x 64 pixels is bright.
+template <int kCount, class Pixels>
+HWY_INLINE bool any_bright(const Pixels& pixels, const std::byte* at) {
+  const typename Pixels::D d;
+  constexpr std::size_t kLanes = hn::MaxLanes(typename Pixels::D());
+  auto greatest = pixels.load(at);
+  for (std::size_t i = kLanes; i < kCount * 64; i += kLanes) {
+    greatest = hn::Max(greatest, pixels.load(at + i * Pixels::kBytes));
+  }
+  return !hn::AllFalse(d, pixels.bright(greatest));
+}
+
+constexpr int kGroup = 4;  // words that are looked at together
+constexpr int kGroup_px = kGroup * 64;
+
+/// A stretch of a row that is read at once, and which of its groups are bright.
+struct Stretch {
+  const std::byte* row = nullptr;
+  int y = 0;
+  int band = 0;
+  int begin = 0;             // of its groups
+  int groups = 0;            // how many
+  bool ends_row = false;     // with the pixels after them
+  std::uint64_t bright = 0;  // a bit for each group, and one for the end
+};
+
+/// Looks for bright groups, without a branch that depends on them.
+template <class Pixels>
+HWY_INLINE void look(const Pixels& pixels, int width_px, Stretch& stretch) {
+  const std::byte* at = stretch.row + static_cast<std::size_t>(stretch.begin * kGroup_px) * Pixels::kBytes;
+  for (int i = 0; i < stretch.groups; ++i) {
+    stretch.bright |= static_cast<std::uint64_t>(any_bright<kGroup>(pixels, at)) << i;
+    at += static_cast<std::size_t>(kGroup_px) * Pixels::kBytes;
+  }
+  if (!stretch.ends_row || width_px % kGroup_px == 0) return;
+  // The last pixels lie in the group that ends where the row does.
+  const std::byte* last = stretch.row + static_cast<std::size_t>(width_px - kGroup_px) * Pixels::kBytes;
+  const bool bright = width_px < kGroup_px || any_bright<kGroup>(pixels, last);
+  stretch.bright |= static_cast<std::uint64_t>(bright) << stretch.groups;
+}
+
+/// The bright pixels of the stretch.
+template <class Pixels>
+HWY_INLINE void gather(const Pixels& pixels, int width_px, const Stretch& stretch, BrightWords& found) {
+  constexpr std::size_t kWordBytes = 64 * Pixels::kBytes;
+  for (std::uint64_t left = stretch.bright; left != 0; left &= left - 1) {
+    const int i = std::countr_zero(left);
+    int word = (stretch.begin + i) * kGroup;
+    const std::byte* at = stretch.row + static_cast<std::size_t>(word) * kWordBytes;
+    if (i < stretch.groups) {
+      static_assert(kGroup == 4);
+      found.add<kGroup>(word * 64,
+                        {bright_bits(pixels, at), bright_bits(pixels, at + kWordBytes),
+                         bright_bits(pixels, at + 2 * kWordBytes), bright_bits(pixels, at + 3 * kWordBytes)});
+      continue;
+    }
+    const int words = width_px / 64, rest = width_px % 64;
+    for (; word < words; ++word, at += kWordBytes) found.add<1>(word * 64, {bright_bits(pixels, at)});
+    if (rest == 0) continue;
+    const std::byte* last = stretch.row + static_cast<std::size_t>(width_px - 64) * Pixels::kBytes;
+    found.add<1>(words * 64, {bright_bits(pixels, last) >> (64 - rest)});
+  }
+}
+
+/// Reads the bands in turns, a stretch each. What is bright is gathered some turns after it was looked at: a branch
+/// that nobody foresees then finds its data there, and the memory that was asked for meanwhile is on its way.
+template <class Pixels>
+void scan(const ScanRows& rows, RunSink& sink) {
+  constexpr int kMostGroups = 1536 / (kGroup_px * static_cast<int>(Pixels::kBytes));
+  constexpr std::size_t kLag = 3, kRing = 4;
+  const Pixels pixels(rows);
+  const int groups = rows.width_px / kGroup_px;
+  const int turns = std::max(1, (groups + kMostGroups - 1) / kMostGroups);
+  const int most = (groups + turns - 1) / turns;
+  std::array<BrightWords, Bands::kCount> found;
+  std::array<Stretch, kRing> ring;
+  Bands bands(rows, sink);
+  const auto finish = [&](const Stretch& stretch) {
+    BrightWords& of_row = found[static_cast<std::size_t>(stretch.band)];
+    if (stretch.bright != 0) gather(pixels, rows.width_px, stretch, of_row);
+    if (stretch.ends_row) of_row.flush(rows.first_y + stretch.y, bands.sink(stretch.band));
+  };
+  std::size_t looked = 0;
+  for (int at = 0; at < bands.height(); ++at) {
+    for (int turn = 0; turn < turns; ++turn) {
+      for (int band = 0; band < bands.count(); ++band) {
+        const int y = bands.row(band, at);
+        if (y < 0) continue;
+        Stretch& stretch = ring[looked % kRing];
+        stretch = {rows.bytes + static_cast<std::size_t>(y) * rows.stride_bytes, y, band,
+                   std::min(groups, turn * most)};
+        stretch.groups = std::min(groups, stretch.begin + most) - stretch.begin;
+        stretch.ends_row = turn + 1 == turns;
+        look(pixels, rows.width_px, stretch);
+        if (++looked > kLag) finish(ring[(looked - kLag - 1) % kRing]);
+      }
+    }
+  }
+  for (std::size_t i = looked > kLag ? looked - kLag : 0; i < looked; ++i) finish(ring[i % kRing]);
+  bands.gather();
+}
+
+template <class Pixels>
+void scan_rows(const ScanRows& rows, RunSink& sink) {
+  if (rows.width_px >= 64) return scan<Pixels>(rows, sink);
+  const DetectKernels& scalar = scalar_kernels();
+  (Pixels::kBytes == 1 ? scalar.scan_bytes : scalar.scan_words)(rows, sink);
+}
+
+using D16 = hn::CappedTag<std::uint16_t, kBoxStep_px>;
+using S16 = hn::RebindToSigned<D16>;
+using S32 = hn::Repartition<std::int32_t, D16>;
+using V16 = hn::Vec<S16>;
+using V32 = hn::Vec<S32>;
+
+/// Adds products of lanes to sums; which lane of the sums gets which product is open.
+HWY_INLINE void add_products(V16 a, V16 b, V32& sums) {
+  auto rest = hn::Zero(S32());
+  sums = hn::ReorderWidenMulAccumulate(S32(), a, b, sums, rest);
+  sums = hn::Add(sums, rest);
+}
+
+/// The sums of the lanes of four vectors.
+HWY_INLINE void store_sums(V32 a, V32 b, V32 c, V32 d, std::int32_t (&sums)[4]) {
+  const S32 d32;
+  const hn::Repartition<std::int64_t, S32> d64;
+  // Transposes blocks of four lanes, and adds on the way.
+  const auto ab = hn::BitCast(d64, hn::Add(hn::InterleaveLower(d32, a, b), hn::InterleaveUpper(d32, a, b)));
+  const auto cd = hn::BitCast(d64, hn::Add(hn::InterleaveLower(d32, c, d), hn::InterleaveUpper(d32, c, d)));
+  const auto all =
+      hn::Add(hn::BitCast(d32, hn::InterleaveLower(d64, ab, cd)), hn::BitCast(d32, hn::InterleaveUpper(d64, ab, cd)));
+  // What is left: a block or two, each with all four.
+  std::int32_t blocks[hn::MaxLanes(S32())];
+  hn::StoreU(all, d32, blocks);
+  for (std::size_t i = 0; i < 4; ++i) {
+    sums[i] = blocks[i];
+    for (std::size_t lane = i + 4; lane < hn::MaxLanes(S32()); lane += 4) sums[i] += blocks[lane];
+  }
+}
+
+/// Adds pixels up to a survey.
+class Surveying {
+ public:
+  HWY_INLINE explicit Surveying(std::uint32_t threshold)
+      : threshold_(hn::Set(d_, static_cast<std::uint16_t>(threshold))), peak_(hn::Zero(d_)), bright_(hn::Zero(d_)) {}
+
+  HWY_INLINE void add(hn::Vec<D16> grey) {
+    peak_ = hn::Max(peak_, grey);
+    // A mask is all ones: minus 1. At most 192 x 12 of them come together.
+    bright_ = hn::Sub(bright_, hn::VecFromMask(d_, hn::Eq(hn::Max(grey, threshold_), grey)));
+  }
+
+  BoxSurvey seen() const {
+    const S16 signed16;
+    auto bright = hn::Zero(S32());
+    add_products(hn::BitCast(signed16, bright_), hn::Set(signed16, 1), bright);
+    return {hn::GetLane(hn::MaxOfLanes(d_, peak_)),
+            static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(S32(), bright)))};
+  }
+
+ private:
+  D16 d_;
+  hn::Vec<D16> threshold_;
+  hn::Vec<D16> peak_, bright_;
+};
+
+BoxSurvey widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels, std::uint32_t threshold) {
+  const D16 d;
+  const hn::Rebind<std::uint8_t, D16> d8;
+  constexpr int kLanes = static_cast<int>(hn::MaxLanes(D16()));
+  Surveying survey(threshold);
+  for (int begin = 0; begin < box.width_px; begin += kLanes) {
+    const auto inside = hn::FirstN(d, static_cast<std::size_t>(std::clamp(window.width_px - begin, 0, kLanes)));
+    const auto* from = reinterpret_cast<const std::uint8_t*>(window.bytes) + begin;
+    std::uint16_t* to = pixels + begin;
+    for (int row = 0; row < box.height_px; ++row) {
+      const auto grey = hn::IfThenElseZero(inside, hn::PromoteTo(d, hn::LoadU(d8, from)));
+      hn::StoreU(grey, d, to);
+      survey.add(grey);
+      from += window.stride_bytes;
+      to += box.width_px;
+    }
+  }
+  return survey.seen();
+}
+
+BoxSurvey survey(const Box& box, std::uint32_t threshold) {
+  const D16 d;
+  const int pixels = box.width_px * box.height_px;
+  Surveying survey(threshold);
+  for (int i = 0; i < pixels; i += static_cast<int>(hn::MaxLanes(D16()))) survey.add(hn::LoadU(d, box.pixels + i));
+  return survey.seen();
+}
+
+/// Sums of one power of u. Those of columns fit 16 bits for some rows, and are then folded.
+class PowerSums {
+ public:
+  static constexpr int kRows = 16;  // times 2047 is less than 2^15
+
+  HWY_INLINE PowerSums() : weight(hn::Zero(S32())), x(weight), y(weight), column_(hn::Zero(S16())) {}
+  HWY_INLINE void add(V16 power, V16 at_y) {
+    column_ = hn::Add(column_, power);
+    add_products(power, at_y, y);
+  }
+  HWY_INLINE void fold(V16 at_x) {
+    add_products(column_, hn::Set(S16(), 1), weight);
+    add_products(column_, at_x, x);
+    column_ = hn::Zero(S16());
+  }
+
+  V32 weight, x, y;
+
+ private:
+  V16 column_;
+};
+
+BoxSums weigh(const Box& box, const Weighing& weighing) {
+  const D16 d;
+  const S16 s;
+  constexpr int kLanes = static_cast<int>(hn::MaxLanes(D16()));
+  const Scale scale(weighing.span);
+  const auto low = hn::Set(d, static_cast<std::uint16_t>(weighing.low));
+  const auto span = hn::Set(d, static_cast<std::uint16_t>(weighing.span));
+  const auto factor = hn::Set(d, static_cast<std::uint16_t>(scale.factor));
+  const auto one = hn::Set(s, 1);
+  PowerSums first, second, third;
+  auto slopes2 = hn::Zero(S32());
+  for (int begin = 0; begin < box.width_px; begin += kLanes) {
+    const auto x = hn::Iota(s, static_cast<std::int16_t>(begin - box.width_px / 2));
+    const int top_y = -(box.height_px / 2);
+    auto y = hn::Set(s, static_cast<std::int16_t>(top_y));
+    const std::uint16_t* from = box.pixels + begin;
+    for (int top = 0; top < box.height_px; top += PowerSums::kRows) {
+      const int end = std::min(box.height_px, top + PowerSums::kRows);
+      for (int row = top; row < end; ++row, from += box.width_px) {
+        const auto over = hn::Min(hn::SaturatedSub(hn::LoadU(d, from), low), span);
+        const auto u = hn::MulHigh(hn::ShiftLeftSame(over, scale.shift), factor);
+        const auto u2 = hn::MulHigh(hn::ShiftLeft<5>(u), u);
+        const auto u3 = hn::MulHigh(hn::ShiftLeft<5>(u2), u);
+        first.add(hn::BitCast(s, u), y);
+        second.add(hn::BitCast(s, u2), y);
+        third.add(hn::BitCast(s, u3), y);
+        const auto slope = hn::BitCast(s, hn::ShiftRight<4>(hn::Add(hn::Sub(u, u2), hn::Set(d, 8))));
+        add_products(slope, slope, slopes2);
+        y = hn::Add(y, one);
+      }
+      for (PowerSums* const power : {&first, &second, &third}) power->fold(x);
+    }
+  }
+  BoxSums sums;
+  std::int32_t weights[4], xs[4], ys[4];
+  store_sums(first.weight, second.weight, third.weight, slopes2, weights);
+  store_sums(first.x, second.x, third.x, third.x, xs);
+  store_sums(first.y, second.y, third.y, third.y, ys);
+  for (int i = 0; i < kPowers; ++i) {
+    sums.weight[i] = weights[i];
+    sums.x[i] = xs[i];
+    sums.y[i] = ys[i];
+  }
+  sums.slope2 = weights[3];
+  return sums;
+}
+
+#endif
+
+const DetectKernels* kernels() {
+#if HWY_TARGET == HWY_AVX3
+  static constexpr DetectKernels kKernels{"avx512", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh};
+  return &kKernels;
+#elif HWY_TARGET == HWY_AVX2
+  static constexpr DetectKernels kKernels{"avx2", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh};
+  return &kKernels;
+#elif HWY_TARGET == HWY_SSE4
+  static constexpr DetectKernels kKernels{"sse4", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh};
+  return &kKernels;
+#elif HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128
+  return &scalar_kernels();
+#else
+  static constexpr DetectKernels kKernels{"vector", scan_rows<BytePixels>, scan_rows<WordPixels>, widen, survey, weigh};
+  return &kKernels;
+#endif
+}
+
+}  // namespace
+}  // namespace mocap::stages::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace mocap::stages {
+namespace {
+
+HWY_EXPORT(kernels);
+
+}  // namespace
+
+const DetectKernels& best_kernels() { return *HWY_DYNAMIC_DISPATCH(kernels)(); }
+
+std::vector<const DetectKernels*> all_kernels() {
+  std::vector<const DetectKernels*> all{&scalar_kernels()};
+  const std::int64_t supported = hwy::SupportedTargets();
+  for (const std::int64_t target : {HWY_SSE4, HWY_AVX2, HWY_AVX3}) {
+    if ((supported & target & HWY_TARGETS) == 0) continue;
+    hwy::GetChosenTarget().Update(target);
+    all.push_back(HWY_DYNAMIC_DISPATCH(kernels)());
+  }
+  hwy::GetChosenTarget().Update(supported);
+  return all;
+}
+
+}  // namespace mocap::stages
+#endif

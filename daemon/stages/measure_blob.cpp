@@ -1,0 +1,334 @@
+#include "stages/measure_blob.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "stages/fit_disc.h"
+#include "stages/pixel_rows.h"
+#include "stages/touching_discs.h"
+
+namespace mocap::stages {
+namespace {
+
+// What is darker than this many standard deviations over the background weighs nothing.
+constexpr double kLowOverNoise = 2.0;
+// What the pixel grid leaves of the centroid of a disc of radius 1 px, for each px that its edge is narrower than an
+// edge which the grid samples well; in inverse proportion to the radius. Measured on rendered discs.
+constexpr double kGridSigma_px = 0.03;
+constexpr double kSampledEdge_px = 0.8;
+constexpr double kEdgeOfSmall_px2 = 0.2;
+// By what share the weights do worse than 3u^2 - 2u^3 would without a grid, for each px of such narrowness.
+constexpr double kNarrowLoss = 0.3;
+// A blob cut by the border: its centre may be off by about this share of its radius. One cut from another marker: less.
+constexpr double kBorderSigma = 0.3;
+constexpr double kSplitSigma = 0.04;
+constexpr double kFittedSplitSigma = 0.002;
+constexpr double kSharedLight_px = 1.0;  // how far from the cut the other one's light is
+constexpr double kCutOffHeight = 1.5;
+// The slope of 3u^2 - 2u^3, which is 6 u (1 - u), of the whole numbers that the kernels add up.
+constexpr double kSlopeOfSum = 6.0 * kFullWeight / (4.0 * kFullSlope);
+// How much of u^2 and of u^3 is in the weights, by 1, s, e, s^2, s e, e^2 of a blob with radius 1/s and an edge e px
+// wide; the rest is u. Such weights leave the centroid the least error by noise and grid together. Fitted to rendered
+// discs of radius 0.7 to 11 px, blurred by 0.05 to 1.2 px, of 4 brightnesses over noise.
+constexpr std::array<double, 6> kSquares{-0.0061, -0.3332, -0.6927, 0.1125, 1.5443, 3.0603};
+constexpr std::array<double, 6> kCubes{0.0629, 0.1792, 0.2587, -0.2701, 0.6469, -2.2417};
+constexpr double kLeastRadius_px = 0.6;
+constexpr double kLeastEdge_px = 0.2;
+constexpr double kMostEdge_px = 1.1;
+// Where the fit of a disc that the range cuts off begins.
+constexpr double kStartEdge_px = 0.58;  // of a lens that blurs by half a pixel
+constexpr double kWholeEdge_px = 0.66;  // what such an edge measures where the range cuts nothing off
+constexpr double kSigmaOfEdge = 0.88;
+constexpr double kFitRoundness = 0.7;  // what is longer is no disc
+// What the grid leaves of such a disc's centroid without the fit, radius 1 px.
+constexpr double kCutOffSigma_px = 0.028;
+// Less round than that may be two discs.
+constexpr double kRound = 0.85;
+// Of a line, which has no other axis.
+constexpr double kLeastRoundness = 0.05;
+
+/// Weights a u + b u^2 + c u^3, a + b + c = 1.
+struct Cubic {
+  double a = 1.0, b = 0.0, c = 0.0;
+
+  double of(const std::int64_t (&sums)[kPowers]) const {
+    return a * static_cast<double>(sums[0]) + b * static_cast<double>(sums[1]) + c * static_cast<double>(sums[2]);
+  }
+};
+
+Cubic weights_for(double radius_px, double edge_px) {
+  const double s = 1.0 / std::max(radius_px, kLeastRadius_px), e = std::clamp(edge_px, kLeastEdge_px, kMostEdge_px);
+  // In pairs, so that no sum waits for more than two others.
+  const auto at = [s, e](const std::array<double, 6>& k) {
+    return (k[0] + k[1] * s) + (k[2] + k[4] * s) * e + (k[3] * (s * s) + k[5] * (e * e));
+  };
+  const double b = at(kSquares), c = at(kCubes);
+  return {1.0 - b - c, b, c};
+}
+
+/// A fit of noise may end anywhere; a marker whose middle is out of its own pixels is none.
+bool is_within(int width_px, int height_px, const SoftDisc& disc) {
+  return disc.x >= -0.5 && disc.x <= width_px - 0.5 && disc.y >= -0.5 && disc.y <= height_px - 0.5;
+}
+
+Eigen::Vector2d axis_of(const Shape& shape) { return {std::cos(shape.axis_rad()), std::sin(shape.axis_rad())}; }
+
+/// How far the brightest of the pixels on a disc's plateau is likely to be over it, in standard deviations.
+double peak_over_plateau(double area_px2) {
+  constexpr double kRim_px = 1.2;
+  const double inside_px = std::max(0.0, std::sqrt(area_px2 / M_PI) - kRim_px);
+  // The greatest of n normal deviates is on average near 0.85 sqrt(2 ln n), for n up to some hundred.
+  return 0.85 * std::sqrt(2.0 * std::log(M_PI * inside_px * inside_px + 1.0));
+}
+
+}  // namespace
+
+BlobMeter::BlobMeter(const DetectKernels& kernels, int grow_px, bool split_touching)
+    : kernels_(kernels),
+      grow_px_(grow_px),
+      split_touching_(split_touching),
+      pixels_(kMaxBox_px * kMaxBox_px),
+      saved_(kMaxBox_px * kMaxBox_px),
+      own_(kMaxBox_px * kMaxBox_px) {
+  for (std::size_t area = 0; area < peak_over_.size(); ++area) {
+    peak_over_[area] = peak_over_plateau(static_cast<double>(area));
+  }
+}
+
+Measured BlobMeter::measure(const Image& image, const Cut& cut, RunComponents& components, std::size_t i,
+                            const Shape& shape) {
+  const Window window = window_of(image, shape);
+  Measured measured;
+  Blob blob;
+  if (window.width_px > kMaxBox_px || window.height_px > kMaxBox_px) {
+    // No marker is that large; where it is, to a share of its size, is all that can be told.
+    blob.centroid = {{shape.x, shape.y}};
+    blob.sigma_px = kBorderSigma * std::sqrt(shape.area_px2 / M_PI);
+    blob.area_px2 = shape.area_px2;
+    blob.peak = static_cast<double>(cut.threshold) / cut.top;
+    blob.roundness = shape.roundness();
+    blob.axis_rad = shape.axis_rad();
+    measured.push_back(blob);
+    return measured;
+  }
+  BoxSurvey seen = fetch(image, cut, window);
+  if (seen.bright != static_cast<std::uint32_t>(shape.area_px2)) {
+    erase_others(cut, components.runs(i), window);
+    seen = kernels_.survey(box_, cut.threshold);
+  }
+  Weighed weighed = weigh(cut, window, seen, shape.roundness());
+  weighed.blob.axis_rad = shape.axis_rad();
+  Waist waist;
+  if (weighed.blob.roundness < kRound && split_touching_) {
+    waist = waist_of(cut, window, shape);
+    if (waist.splits) return split(cut, window, shape, waist);
+  }
+  if (seen.peak >= cut.top) refine(cut, window, weighed);
+  weighed.blob.merged = waist.doubtful;
+  measured.push_back(weighed.blob);
+  return measured;
+}
+
+BlobMeter::Window BlobMeter::window_of(const Image& image, const Shape& shape) const {
+  const int x = std::max(0, shape.begin_x - grow_px_), y = std::max(0, shape.begin_y - grow_px_);
+  return {x, y, std::min(image.width_px, shape.end_x + grow_px_) - x,
+          std::min(image.height_px, shape.end_y + grow_px_) - y};
+}
+
+void BlobMeter::prefetch(const Image& image, const Shape& shape) const {
+  const std::size_t bytes = bytes_in_place(image.format);
+  if (bytes == 0) return;
+  const Window window = window_of(image, shape);
+  const std::byte* row = image.bytes.data() + static_cast<std::size_t>(window.y) * image.stride_bytes +
+                         static_cast<std::size_t>(window.x) * bytes;
+  const std::size_t last = static_cast<std::size_t>(window.width_px) * bytes - 1;
+  for (int y = 0; y < std::min(window.height_px, kMaxBox_px); ++y) {
+    __builtin_prefetch(row);
+    __builtin_prefetch(row + last);
+    row += image.stride_bytes;
+  }
+}
+
+BoxSurvey BlobMeter::fetch(const Image& image, const Cut& cut, const Window& window) {
+  const int width = (window.width_px + kBoxStep_px - 1) / kBoxStep_px * kBoxStep_px;
+  box_ = {pixels_.data(), width, window.height_px};
+  const auto columns = static_cast<std::size_t>(width), rows = static_cast<std::size_t>(window.height_px);
+  const std::size_t from = static_cast<std::size_t>(window.y) * image.stride_bytes + static_cast<std::size_t>(window.x);
+  const bool bytes = bytes_in_place(image.format) == 1;
+  if (bytes && from + (rows - 1) * image.stride_bytes + columns <= image.bytes.size()) {
+    return kernels_.widen({image.bytes.data() + from, image.stride_bytes, window.width_px}, box_, pixels_.data(),
+                          cut.threshold);
+  }
+  for (std::size_t row = 0; row < rows; ++row) {
+    const auto line = std::span(pixels_).subspan(row * columns, columns);
+    read_pixels(image, window.y + static_cast<int>(row), window.x,
+                line.first(static_cast<std::size_t>(window.width_px)));
+    std::fill(line.begin() + window.width_px, line.end(), std::uint16_t{0});
+  }
+  return kernels_.survey(box_, cut.threshold);
+}
+
+// The light of a neighbour: its bright pixels, and what lies nearer to those than to the component's own.
+void BlobMeter::erase_others(const Cut& cut, std::span<const Run> runs, const Window& window) {
+  const int width = box_.width_px;
+  const auto at = [width](int x, int y) { return static_cast<std::size_t>(y * width + x); };
+  std::fill_n(own_.begin(), at(0, box_.height_px), std::uint8_t{0});
+  for (const Run& run : runs) {
+    std::fill_n(own_.begin() + static_cast<std::ptrdiff_t>(at(run.begin - window.x, run.y - window.y)),
+                run.end - run.begin, std::uint8_t{1});
+  }
+  const auto bright = [&](int x, int y) { return pixels_[at(x, y)] >= cut.threshold; };
+  // Squared distances to the nearest own and other bright pixel, within reach of the grown border.
+  const int reach = std::max(grow_px_, 1);
+  for (int y = 0; y < window.height_px; ++y) {
+    for (int x = 0; x < window.width_px; ++x) {
+      if (bright(x, y)) continue;
+      int own = 2 * reach * reach + 1, other = own;
+      for (int v = std::max(0, y - reach); v <= std::min(window.height_px - 1, y + reach); ++v) {
+        for (int u = std::max(0, x - reach); u <= std::min(window.width_px - 1, x + reach); ++u) {
+          if (!bright(u, v)) continue;
+          int& nearest = own_[at(u, v)] != 0 ? own : other;
+          nearest = std::min(nearest, (u - x) * (u - x) + (v - y) * (v - y));
+        }
+      }
+      if (other <= own && other <= 2 * reach * reach) own_[at(x, y)] = 2;
+    }
+  }
+  for (std::size_t i = 0; i < at(0, box_.height_px); ++i) {
+    const bool others = own_[i] == 2 || (own_[i] == 0 && pixels_[i] >= cut.threshold);
+    if (others) pixels_[i] = 0;
+  }
+}
+
+std::uint32_t BlobMeter::count_at_top(const Cut& cut, const BoxSurvey& seen) const {
+  if (seen.peak < cut.top) return 0;
+  const auto pixels = std::span(box_.pixels, static_cast<std::size_t>(box_.width_px * box_.height_px));
+  return static_cast<std::uint32_t>(
+      std::ranges::count_if(pixels, [&cut](std::uint16_t grey) { return grey >= cut.top; }));
+}
+
+BlobMeter::Weighed BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& seen,
+                                    double roundness) const {
+  const double low = std::floor(cut.low.value_or(cut.background + kLowOverNoise * cut.noise));
+  Weighing weighing;
+  // Below the threshold, so that what is bright weighs something.
+  weighing.low = static_cast<std::uint32_t>(std::clamp(low, 0.0, cut.threshold - 1.0));
+  const double bright_radius_px = std::sqrt(seen.bright / M_PI);
+  const double over =
+      seen.peak >= cut.top ? 0.0 : cut.noise * peak_over_[std::min<std::size_t>(seen.bright, peak_over_.size() - 1)];
+  weighing.span = static_cast<std::uint32_t>(std::max(1.0, seen.peak - over - weighing.low + 0.5));
+  const BoxSums sums = kernels_.weigh(box_, weighing);
+  // The light as that of a disc as bright as the plateau; the edge is where u is neither 0 nor 1.
+  const auto first = static_cast<double>(sums.weight[0]);
+  const double radius_px = std::sqrt(first / (kFullWeight * M_PI));
+  const double edge_px = radius_px * (1.0 - static_cast<double>(sums.weight[1]) / first);
+  const Cubic cubic = weights_for(radius_px, edge_px);
+  double weight = cubic.of(sums.weight), x = cubic.of(sums.x) / weight, y = cubic.of(sums.y) / weight;
+  // A cubic that is below 0 somewhere may leave nothing of what is no disc; u itself always leaves a middle.
+  if (!(std::abs(x) <= 0.5 * box_.width_px && std::abs(y) <= 0.5 * box_.height_px)) {
+    weight = first;
+    x = static_cast<double>(sums.x[0]) / weight;
+    y = static_cast<double>(sums.y[0]) / weight;
+  }
+  Blob blob;
+  blob.centroid = {{x + window.x + box_.width_px / 2, y + window.y + box_.height_px / 2}};
+  blob.area_px2 = seen.bright;
+  blob.peak = std::min(1.0, static_cast<double>(seen.peak) / cut.top);
+  blob.saturated = static_cast<double>(count_at_top(cut, seen)) / seen.bright;
+  blob.roundness = roundness;
+  // Pixel i, off by the noise, moves the centroid by slope_i (x_i - x) noise / weight; the mean of both axes. The
+  // weights in use do as well as 3u^2 - 2u^3 to some percent, whose slopes are simple. What slopes lies about the
+  // radius from the middle: in the mean of squares over a rim, of an ellipse as large as the light.
+  const double stretch = 0.5 * (roundness + 1.0 / std::max(roundness, kLeastRoundness));
+  const double lever = static_cast<double>(sums.slope2) * radius_px * radius_px * stretch;
+  const double smooth = 3.0 * static_cast<double>(sums.weight[1]) - 2.0 * static_cast<double>(sums.weight[2]);
+  const double moved = cut.noise * kSlopeOfSum / weighing.span * std::sqrt(std::max(0.0, 0.5 * lever)) / smooth;
+  // The edge of a small disc measures less: there is more of it inside than the middle has room for.
+  const double narrow_px = std::max(0.0, kSampledEdge_px - kEdgeOfSmall_px2 / radius_px - edge_px);
+  const double by_noise_px = (1.0 + kNarrowLoss * narrow_px) * moved,
+               by_grid_px = kGridSigma_px * narrow_px / radius_px;
+  blob.sigma_px = std::sqrt(by_noise_px * by_noise_px + by_grid_px * by_grid_px);
+  // What is no disc may have no slope at all: then its size is all that is known.
+  if (!(blob.sigma_px > 0.0) || !std::isfinite(blob.sigma_px)) blob.sigma_px = kBorderSigma * bright_radius_px;
+  return {blob, radius_px, edge_px};
+}
+
+// Of a disc that the range cuts off the rim is so steep that the grid spoils any weighted mean; a fit bears it.
+void BlobMeter::refine(const Cut& cut, const Window& window, Weighed& weighed) {
+  auto& [blob, radius_px, edge_px] = weighed;
+  const bool fits = blob.roundness > kFitRoundness && fits_left_ > 0;
+  fits_left_ -= fits ? 1 : 0;
+  SoftDisc start;
+  const double first_x = window.x, first_y = window.y;
+  start.x = blob.centroid.v.x() - first_x;
+  start.y = blob.centroid.v.y() - first_y;
+  // The brighter the disc, the narrower is what the range leaves of its edge; half of the range is then the less of it.
+  const double times_range = std::clamp(1.05 + 4.0 * (kWholeEdge_px - edge_px), 1.05, 3.0);
+  start.height = times_range * (cut.top - cut.background);
+  start.edge_px = std::max(kStartEdge_px, kSigmaOfEdge * edge_px);
+  start.radius_px = std::max(0.5, radius_px - 0.6 * (times_range - 1.0) * start.edge_px);
+  const DiscFitLevels levels{cut.top, cut.background, cut.noise};
+  const auto fitted = fits ? fit_disc(box_, window.width_px, levels, start) : std::nullopt;
+  if (!fitted || !is_within(window.width_px, window.height_px, fitted->disc)) {
+    blob.sigma_px = std::hypot(blob.sigma_px, kCutOffSigma_px / std::sqrt(radius_px));
+    return;
+  }
+  blob.centroid = {{fitted->disc.x + first_x, fitted->disc.y + first_y}};
+  blob.sigma_px = fitted->sigma_px;
+}
+
+// What is left of a disc beside another one has its middle elsewhere; the rim that is left still tells of the whole.
+bool BlobMeter::fit_side(const Cut& cut, const Window& window, const BoxSurvey& seen, Blob& blob) {
+  const double radius_px = std::sqrt(blob.area_px2 / M_PI);
+  const double first_x = window.x, first_y = window.y;
+  SoftDisc start;
+  start.x = blob.centroid.v.x() - first_x;
+  start.y = blob.centroid.v.y() - first_y;
+  start.radius_px = radius_px;
+  start.edge_px = kStartEdge_px;
+  start.height = (seen.peak >= cut.top ? kCutOffHeight : 1.0) * (seen.peak - cut.background);
+  const DiscFitLevels levels{cut.top, cut.background, cut.noise};
+  const auto fitted = fits_left_-- > 0 ? fit_disc(box_, window.width_px, levels, start) : std::nullopt;
+  if (!fitted || !is_within(window.width_px, window.height_px, fitted->disc)) {
+    fits_left_ = std::max(fits_left_, 0);
+    blob.sigma_px = std::hypot(blob.sigma_px, kSplitSigma * radius_px);
+    return false;
+  }
+  blob.centroid = {{fitted->disc.x + first_x, fitted->disc.y + first_y}};
+  blob.sigma_px = std::hypot(fitted->sigma_px, kFittedSplitSigma * radius_px);
+  return true;
+}
+
+Waist BlobMeter::waist_of(const Cut& cut, const Window& window, const Shape& shape) const {
+  const Eigen::Vector2d middle(shape.x - window.x, shape.y - window.y);
+  return find_waist(box_, cut.threshold, middle, axis_of(shape));
+}
+
+Measured BlobMeter::split(const Cut& cut, const Window& window, const Shape& shape, const Waist& waist) {
+  Measured measured;
+  const Eigen::Vector2d middle(shape.x - window.x, shape.y - window.y), axis = axis_of(shape);
+  const auto pixels = static_cast<std::ptrdiff_t>(box_.width_px) * box_.height_px;
+  std::copy_n(pixels_.begin(), pixels, saved_.begin());
+  for (const bool far_side : {false, true}) {
+    keep_side(pixels_, box_, middle, axis, waist.at_px, far_side);
+    const BoxSurvey seen = kernels_.survey(box_, cut.threshold);
+    if (seen.bright > 0) {
+      const Eigen::Vector3d moments = moments_of(box_, cut.threshold);
+      Shape side;
+      side.xx = moments[0];
+      side.yy = moments[1];
+      side.xy = moments[2];
+      Blob blob = weigh(cut, window, seen, side.roundness()).blob;
+      blob.axis_rad = side.axis_rad();
+      keep_side(pixels_, box_, middle, axis, waist.at_px + (far_side ? kSharedLight_px : -kSharedLight_px), far_side);
+      // A side that is long and no disc is two more.
+      blob.merged = !fit_side(cut, window, seen, blob) && blob.roundness < kFitRoundness;
+      measured.push_back(blob);
+    }
+    std::copy_n(saved_.begin(), pixels, pixels_.begin());
+  }
+  return measured;
+}
+
+}  // namespace mocap::stages

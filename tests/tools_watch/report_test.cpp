@@ -1,0 +1,73 @@
+#include "watch/report.h"
+
+#include <gmock/gmock.h>
+
+#include "watch/feed_state.h"
+#include "wire/encode.h"
+#include "wire/zmq_publisher.h"
+
+namespace mocap::watch {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr Timestamp kNow = from_ns(5'000'000'000);
+
+/// A feed of which one snapshot came, and health reports of a camera that counts as told.
+class Feed {
+ public:
+  Feed() {
+    v1::Snapshot message;
+    wire::encode(Snapshot{}, message);
+    state_.take({std::string(wire::kSnapshotTopic), message.SerializeAsString()}, kNow);
+  }
+
+  void report(std::int64_t at_s, std::uint64_t frames, const DetectionCounts& counts) {
+    Health health;
+    health.at = from_ns(at_s * 1'000'000'000);
+    health.cameras.resize(1);
+    health.cameras[0].name = "left";
+    health.cameras[0].frames = frames;
+    health.cameras[0].detection = counts;
+    health.cameras[0].levels = {38.0, 2.1, 12.0};
+    v1::Health message;
+    wire::encode(health, message);
+    state_.take({std::string(wire::kHealthTopic), message.SerializeAsString()}, kNow);
+  }
+
+  std::string line() const { return status_line(state_, kNow, std::string::npos); }
+
+ private:
+  FeedState state_;
+};
+
+DetectionCounts counts(std::uint64_t blobs, std::uint64_t too_small) {
+  DetectionCounts made;
+  made.blobs = blobs;
+  made.too_small = too_small;
+  return made;
+}
+
+TEST(StatusLine, SaysWhyACameraShowedNothingInTheLastSecond) {
+  Feed feed;
+  feed.report(1, 1000, counts(500, 100));
+  EXPECT_THAT(feed.line(), Not(HasSubstr("left")));
+
+  feed.report(2, 1060, counts(500, 312));
+  EXPECT_THAT(feed.line(), HasSubstr(" | left: 0 blobs in 60 images: 212 too small (threshold 38 grey)"));
+
+  feed.report(3, 1120, counts(560, 312));
+  EXPECT_THAT(feed.line(), Not(HasSubstr("left")));
+}
+
+TEST(StatusLine, TakesCountsThatBeganAnewForAnotherRun) {
+  Feed feed;
+  feed.report(9, 1000, counts(500, 100));
+  feed.report(1, 60, counts(0, 0));
+
+  EXPECT_THAT(feed.line(), Not(HasSubstr("left")));
+}
+
+}  // namespace
+}  // namespace mocap::watch

@@ -1,0 +1,193 @@
+#include "detect_bench.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <opencv2/core/utility.hpp>
+#include <random>
+#include <span>
+
+#include "stages/detect_blobs.h"
+#include "stages/detect_kernels.h"
+#include "stages/detect_opencv.h"
+
+namespace mocap::bench {
+namespace {
+
+// More than the last cache of any machine that runs this: what was read is gone when it is read again.
+constexpr std::size_t kSetBytes = 160U << 20U;
+constexpr int kRounds = 12;
+constexpr int kDrawn = 24;  // images that differ; the set repeats them at other addresses
+// The bound of a disc takes some ms: of more discs than that, only every second, third, ... is scored.
+constexpr std::size_t kScored = 1000;
+// Between dark (12) and marker (200), where OpenCV's contours are most precise.
+constexpr double kOpencvThreshold_grey = 100.0;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+template <class Work>
+double timed_us(Work&& work) {
+  const auto begin = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - begin).count();
+}
+
+/// The floor: every byte once, from the first to the last, in the widest loads that the processor has.
+__attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default"))) std::uint64_t plain_read(
+    const std::byte* bytes, std::size_t size) {
+  constexpr std::size_t kLanes = 32;
+  std::uint64_t sums[kLanes] = {};
+  for (std::size_t at = 0; at + sizeof(sums) <= size; at += sizeof(sums)) {
+    std::uint64_t words[kLanes];
+    std::memcpy(words, bytes + at, sizeof(words));
+    for (std::size_t i = 0; i < kLanes; ++i) sums[i] |= words[i];
+  }
+  std::uint64_t all = 0;
+  for (const std::uint64_t sum : sums) all |= sum;
+  return all;
+}
+
+Image view_of(std::span<const std::byte> pixels, const DetectSceneSettings& settings) {
+  Image image;
+  image.bytes = pixels;
+  image.stride_bytes = static_cast<std::size_t>(settings.width_px);
+  image.width_px = settings.width_px;
+  image.height_px = settings.height_px;
+  return image;
+}
+
+void time_all(const DetectSceneSettings& settings, std::span<const DetectImage> drawn, Detector& ours, Detector& opencv,
+              DetectBenchFigures& figures) {
+  const std::size_t bytes = drawn[0].pixels.size();
+  const std::size_t count = std::max<std::size_t>(3, kSetBytes / bytes);
+  std::vector<std::byte> set(count * bytes);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::copy(drawn[i % drawn.size()].pixels.begin(), drawn[i % drawn.size()].pixels.end(),
+              set.begin() + static_cast<std::ptrdiff_t>(i * bytes));
+  }
+  std::vector<double> read, detect, contours, to_read, to_contours;
+  volatile std::uint64_t keep = 0;
+  // A round goes over the set once for each; ratios are of one round, whatever else the machine does in another one.
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<double> a, b, c;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::byte* at = set.data() + i * bytes;
+      a.push_back(timed_us([&] { keep = keep | plain_read(at, bytes); }));
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const Image image = view_of(std::span(set).subspan(i * bytes, bytes), settings);
+      b.push_back(timed_us([&] { keep = keep + ours.detect(image).blobs.size(); }));
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const Image image = view_of(std::span(set).subspan(i * bytes, bytes), settings);
+      c.push_back(timed_us([&] { keep = keep + opencv.detect(image).blobs.size(); }));
+    }
+    if (round == 0) continue;  // first touch of memory and code
+    read.push_back(median(a));
+    detect.push_back(median(b));
+    contours.push_back(median(c));
+    to_read.push_back(detect.back() / read.back());
+    to_contours.push_back(contours.back() / detect.back());
+  }
+  figures.read_us = median(read);
+  figures.median_us = median(detect);
+  figures.opencv_us = median(contours);
+  figures.ratio_read = median(to_read);
+  figures.speedup_opencv = median(to_contours);
+}
+
+Status time_white_noise(const DetectSceneSettings& settings, DetectBenchFigures& figures) {
+  auto made =
+      stages::make_blob_detector({.threshold = 128.0}, PixelFormat::Mono8, settings.width_px, settings.height_px);
+  if (!made) return made.error();
+  Detector& detector = **made;
+  const std::size_t bytes = static_cast<std::size_t>(settings.width_px) * static_cast<std::size_t>(settings.height_px);
+  std::mt19937_64 random(settings.seed);
+  std::vector<std::byte> noise(bytes), dark(bytes);
+  for (std::byte& pixel : noise) pixel = static_cast<std::byte>(random() & 255U);
+  std::vector<double> noisy, quiet, ratios;
+  volatile std::size_t keep = 0;
+  for (int i = 0; i < 8 * kRounds; ++i) {
+    quiet.push_back(timed_us([&] { keep = keep + detector.detect(view_of(dark, settings)).blobs.size(); }));
+    noisy.push_back(timed_us([&] { keep = keep + detector.detect(view_of(noise, settings)).blobs.size(); }));
+    ratios.push_back(noisy.back() / quiet.back());
+  }
+  figures.white_noise_us = median(noisy);
+  figures.ratio_white_noise = median(ratios);
+  return {};
+}
+
+/// Adds up squares; `finished` makes root mean squares of them.
+void add(DetectRadiusFigures& to, const Blob& blob, const scene::Disc& disc, double bound_px) {
+  to.blobs += 1;
+  to.centroid_rms_px += 0.5 * (blob.centroid.v - disc.begin_px).squaredNorm();
+  to.crlb_px += bound_px * bound_px;
+  to.sigma_px += blob.sigma_px * blob.sigma_px;
+}
+
+void finish(DetectRadiusFigures& figures) {
+  const double n = std::max(1, figures.blobs);
+  for (double* each : {&figures.centroid_rms_px, &figures.crlb_px, &figures.sigma_px}) *each = std::sqrt(*each / n);
+}
+
+void score(const DetectSceneSettings& settings, std::span<const DetectImage> drawn, Detector& detector,
+           DetectBenchFigures& figures) {
+  const double first = std::floor(settings.least_radius_px);
+  for (double radius = first; radius < settings.most_radius_px; radius += 1.0) {
+    figures.by_radius.push_back({.radius_px = radius});
+  }
+  std::size_t markers = 0, found = 0, blobs = 0;
+  const auto drawn_discs = static_cast<std::size_t>(settings.markers) * drawn.size();
+  const std::size_t step = std::max<std::size_t>(1, (drawn_discs + kScored - 1) / kScored);
+  for (const DetectImage& image : drawn) {
+    const Detection seen = detector.detect(view_of(image.pixels, settings));
+    blobs += seen.blobs.size();
+    markers += image.discs.size();
+    for (const scene::Disc& disc : image.discs) {
+      const Blob* nearest = nullptr;
+      double least = 0.5 * disc.radius_px;
+      for (const Blob& blob : seen.blobs) {
+        const double distance = (blob.centroid.v - disc.begin_px).norm();
+        if (distance >= least) continue;
+        least = distance;
+        nearest = &blob;
+      }
+      if (nearest == nullptr) continue;
+      if (found++ % step != 0) continue;
+      const double bound_px = centroid_bound_px(disc, settings);
+      const auto bin = static_cast<std::size_t>(disc.radius_px - first);
+      add(figures.by_radius[std::min(bin, figures.by_radius.size() - 1)], *nearest, disc, bound_px);
+      add(figures.all, *nearest, disc, bound_px);
+    }
+  }
+  for (DetectRadiusFigures& each : figures.by_radius) finish(each);
+  finish(figures.all);
+  figures.recall = static_cast<double>(found) / static_cast<double>(std::max<std::size_t>(1, markers));
+  figures.false_per_frame = static_cast<double>(blobs - found) / static_cast<double>(drawn.size());
+}
+
+}  // namespace
+
+Result<DetectBenchFigures> run_detect_bench(const DetectSceneSettings& settings) {
+  auto ours = stages::make_blob_detector({}, PixelFormat::Mono8, settings.width_px, settings.height_px);
+  if (!ours) return ours.error();
+  auto opencv = stages::make_opencv_detector({.threshold = kOpencvThreshold_grey}, PixelFormat::Mono8,
+                                             settings.width_px, settings.height_px);
+  if (!opencv) return opencv.error();
+  cv::setNumThreads(1);  // as ours: its threshold would take all processors
+  const std::vector<DetectImage> drawn = draw_images(settings, kDrawn);
+  DetectBenchFigures figures;
+  figures.isa = stages::best_kernels().name;
+  score(settings, drawn, **ours, figures);
+  time_all(settings, drawn, **ours, **opencv, figures);
+  if (const Status timed = time_white_noise(settings, figures); !timed) return timed.error();
+  return figures;
+}
+
+}  // namespace mocap::bench

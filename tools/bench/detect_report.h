@@ -1,0 +1,10 @@
+#pragma once
+
+#include "detect_bench.h"
+
+namespace mocap::bench {
+
+/// Runs the detection bench and prints its figures, as a table or as one JSON object. Gives the exit code.
+int detect(const DetectSceneSettings& settings, bool json);
+
+}  // namespace mocap::bench
