@@ -5,6 +5,7 @@
 
 #include "base/expects.h"
 #include "stages/run_components.h"
+#include "stages/shape.h"
 
 namespace mocap::eval::paper {
 namespace {
@@ -22,40 +23,39 @@ class PaperDetector final : public Detector {
 
   Detection detect(const Image& image) override {
     MOCAP_EXPECTS(image.format == PixelFormat::Mono8 && image.width_px == width_px_ && image.height_px == height_px_);
-    components_.clear();
-    for (int y = 0; y < height_px_; ++y) add_row(image, y);
+    std::size_t runs = 0;
+    for (int y = 0; y < height_px_; ++y) runs = add_row(image, y, runs);
     const double pixels = static_cast<double>(width_px_) * height_px_;
-    components_.finish(static_cast<std::uint32_t>(std::ceil(kMinArea * pixels)),
-                       static_cast<std::uint32_t>(std::floor(kMaxArea * pixels)), kMaxBlobs);
+    components_.join(runs, static_cast<std::uint32_t>(std::ceil(kMinArea * pixels)),
+                     static_cast<std::uint32_t>(std::floor(kMaxArea * pixels)), kMaxBlobs);
     Detection found;
     found.dropped = components_.dropped();
-    found.filtered = components_.filtered();
-    for (std::size_t i = 0; i < components_.count(); ++i) found.blobs.push_back(blob_of(components_.component(i)));
+    found.too_small = components_.too_small();
+    found.too_large = components_.too_large();
+    found.filtered = found.too_small + found.too_large;
+    for (std::size_t i = 0; i < components_.count(); ++i) found.blobs.push_back(blob_of(components_.shape(i)));
     return found;
   }
 
  private:
-  void add_row(const Image& image, int y) {
+  /// Puts the row's runs behind those there are, and tells how many there are then.
+  std::size_t add_row(const Image& image, int y, std::size_t runs) {
     const std::byte* row = image.bytes.data() + static_cast<std::size_t>(y) * image.stride_bytes;
     const auto bright = [](std::byte grey) { return std::to_integer<int>(grey) >= kThreshold_grey; };
     const std::byte* const end = row + width_px_;
     for (const std::byte* at = std::find_if(row, end, bright); at != end;) {
       const std::byte* const dark = std::find_if_not(at, end, bright);
-      components_.add({static_cast<std::uint16_t>(y), static_cast<std::uint16_t>(at - row),
-                       static_cast<std::uint16_t>(dark - row)});
+      components_.room()[runs++] = {static_cast<std::uint16_t>(y), static_cast<std::uint16_t>(at - row),
+                                    static_cast<std::uint16_t>(dark - row)};
       at = std::find_if(dark, end, bright);
     }
+    return runs;
   }
 
-  static Blob blob_of(std::span<const stages::Run> runs) {
+  static Blob blob_of(const stages::Shape& shape) {
     Blob blob;
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    for (const stages::Run& run : runs) {
-      const double length = run.end - run.begin;
-      blob.area_px2 += length;
-      sum += length * Eigen::Vector2d(0.5 * (run.begin + run.end - 1), run.y);
-    }
-    blob.centroid.v = sum / blob.area_px2;
+    blob.centroid.v = {shape.x, shape.y};
+    blob.area_px2 = shape.area_px2;
     blob.sigma_px = 0.3;
     blob.peak = 1.0;
     return blob;
