@@ -1,10 +1,9 @@
 #include "eval/paper/paper_detector.h"
 
 #include <algorithm>
-#include <cmath>
+#include <vector>
 
 #include "base/expects.h"
-#include "stages/run_components.h"
 
 namespace mocap::eval::paper {
 namespace {
@@ -13,25 +12,27 @@ constexpr int kThreshold_grey = 230;
 constexpr double kMinArea = 0.005e-2;  // shares of the image
 constexpr double kMaxArea = 0.4e-2;
 
+/// A stretch of bright pixels in a row: begin <= x < end.
+struct Stretch {
+  int y, begin, end;
+  std::size_t parent;  // index of one that it hangs together with, not behind its own
+};
+
 class PaperDetector final : public Detector {
  public:
-  PaperDetector(int width_px, int height_px)
-      : width_px_(width_px),
-        height_px_(height_px),
-        components_(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px)) {}
+  PaperDetector(int width_px, int height_px) : width_px_(width_px), height_px_(height_px) {}
 
   Detection detect(const Image& image) override {
     MOCAP_EXPECTS(image.format == PixelFormat::Mono8 && image.width_px == width_px_ && image.height_px == height_px_);
-    components_.clear();
-    for (int y = 0; y < height_px_; ++y) add_row(image, y);
-    const double pixels = static_cast<double>(width_px_) * height_px_;
-    components_.finish(static_cast<std::uint32_t>(std::ceil(kMinArea * pixels)),
-                       static_cast<std::uint32_t>(std::floor(kMaxArea * pixels)), kMaxBlobs);
-    Detection found;
-    found.dropped = components_.dropped();
-    found.filtered = components_.filtered();
-    for (std::size_t i = 0; i < components_.count(); ++i) found.blobs.push_back(blob_of(components_.component(i)));
-    return found;
+    stretches_.clear();
+    std::size_t above = 0;  // the first stretch of the row above
+    for (int y = 0; y < height_px_; ++y) {
+      const std::size_t row = stretches_.size();
+      add_row(image, y);
+      join(above, row);
+      above = row;
+    }
+    return gather();
   }
 
  private:
@@ -41,28 +42,55 @@ class PaperDetector final : public Detector {
     const std::byte* const end = row + width_px_;
     for (const std::byte* at = std::find_if(row, end, bright); at != end;) {
       const std::byte* const dark = std::find_if_not(at, end, bright);
-      components_.add({static_cast<std::uint16_t>(y), static_cast<std::uint16_t>(at - row),
-                       static_cast<std::uint16_t>(dark - row)});
+      stretches_.push_back({y, static_cast<int>(at - row), static_cast<int>(dark - row), stretches_.size()});
       at = std::find_if(dark, end, bright);
     }
   }
 
-  static Blob blob_of(std::span<const stages::Run> runs) {
-    Blob blob;
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    for (const stages::Run& run : runs) {
-      const double length = run.end - run.begin;
-      blob.area_px2 += length;
-      sum += length * Eigen::Vector2d(0.5 * (run.begin + run.end - 1), run.y);
+  std::size_t root_of(std::size_t i) const {
+    while (stretches_[i].parent != i) i = stretches_[i].parent;
+    return i;
+  }
+
+  /// Joins the stretches of the last row, which begins at `row`, to those above that they touch, also by a corner.
+  void join(std::size_t above, std::size_t row) {
+    for (std::size_t i = row; i < stretches_.size(); ++i) {
+      for (std::size_t j = above; j < row; ++j) {
+        if (stretches_[j].begin > stretches_[i].end || stretches_[i].begin > stretches_[j].end) continue;
+        const std::size_t a = root_of(i), b = root_of(j);
+        stretches_[std::max(a, b)].parent = std::min(a, b);
+      }
     }
-    blob.centroid.v = sum / blob.area_px2;
-    blob.sigma_px = 0.3;
-    blob.peak = 1.0;
-    return blob;
+  }
+
+  Detection gather() {
+    sums_.assign(stretches_.size(), Eigen::Vector3d::Zero());
+    for (std::size_t i = 0; i < stretches_.size(); ++i) {
+      const Stretch& stretch = stretches_[i];
+      const double length = stretch.end - stretch.begin;
+      sums_[root_of(i)] += length * Eigen::Vector3d(0.5 * (stretch.begin + stretch.end - 1), stretch.y, 1.0);
+    }
+    const double pixels = static_cast<double>(width_px_) * height_px_;
+    Detection found;
+    for (const Eigen::Vector3d& sum : sums_) {
+      if (sum.z() == 0.0) continue;
+      Blob blob;
+      blob.area_px2 = sum.z();
+      blob.centroid.v = sum.head<2>() / sum.z();
+      blob.sigma_px = 0.3;
+      blob.peak = 1.0;
+      if (blob.area_px2 < kMinArea * pixels || blob.area_px2 > kMaxArea * pixels) {
+        ++found.filtered;
+      } else if (!found.blobs.try_push_back(blob)) {
+        ++found.dropped;
+      }
+    }
+    return found;
   }
 
   int width_px_, height_px_;
-  stages::RunComponents components_;
+  std::vector<Stretch> stretches_;
+  std::vector<Eigen::Vector3d> sums_;  // of x, y and area, at each component's root
 };
 
 }  // namespace
