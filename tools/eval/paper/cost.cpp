@@ -40,10 +40,11 @@ Stage make_stage(int markers, int frames) {
   for (int k = 0; k < frames; ++k) {
     std::vector<Blob> blobs;
     for (int i = 0; i < markers; ++i) {
+      const int column = i % across, row = i / across;
       const double angle = 2.0 * std::numbers::pi * (k / kFramesRound + 0.618 * i);
       Blob blob;
-      blob.centroid.v = {(i % across + 0.5) * stage.width_px / across + kRadius_px * std::cos(angle),
-                         (i / across + 0.5) * stage.height_px / down + kRadius_px * std::sin(angle)};
+      blob.centroid.v = {(column + 0.5) * stage.width_px / across + kRadius_px * std::cos(angle),
+                         (row + 0.5) * stage.height_px / down + kRadius_px * std::sin(angle)};
       blob.sigma_px = 0.02;
       blob.area_px2 = 154.0;
       blob.peak = 1.0;

@@ -135,7 +135,8 @@ class Post {
   void hide(const Quad& wall) {
     for (int y = 0; y < model_.height_px; ++y) {
       for (int x = 0; x < model_.width_px; ++x) {
-        std::byte& pixel = pixels_[static_cast<std::size_t>(y * model_.width_px + x)];
+        std::byte& pixel = pixels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(model_.width_px) +
+                                   static_cast<std::size_t>(x)];
         const bool bright = std::to_integer<int>(pixel) > image_.background_grey + 8.0 * image_.read_noise_grey;
         if (bright && inside(wall, {static_cast<double>(x), static_cast<double>(y)})) {
           pixel = static_cast<std::byte>(std::lround(image_.background_grey));
