@@ -161,7 +161,7 @@ constexpr Section kSections[] = {
     {"capture", tell_capture},  //
     {"log", tell_log},          //
     {"detect", tell_detect},    //
-    {"track_blobs", tell_track_blobs},
+    {"track", tell_track_blobs},
     {"align", tell_align},  //
     {"match", tell_match},
     {"triangulate", tell_triangulate},

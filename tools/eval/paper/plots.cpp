@@ -68,7 +68,7 @@ std::string plot(const Clip& clip, const Followed& followed, const std::string& 
       "2}}"
       " .other{{stroke:#bbb}} .barrier{{fill:#8888;stroke:#555}} .gate{{fill:none;stroke:#36c;stroke-opacity:.5}}"
       " .error{{stroke:#d33;stroke-opacity:.5}} .prediction{{fill:#d33}} .missed{{fill:none;stroke:#d33}}"
-      " .label{{fill:none;stroke:#080;stroke-width:3}}</style>\n"
+      " .label{{fill:none;stroke:#080;stroke-width:3}} .key{{font-size:10px;fill:#555}}</style>\n"
       "<rect width=\"{0}\" height=\"{1}\"/>\n",
       kWidth_px, kHeight_px);
   for (const Barrier& barrier : clip.barriers) add_barrier(svg, barrier);
@@ -81,7 +81,11 @@ std::string plot(const Clip& clip, const Followed& followed, const std::string& 
     const Eigen::Vector2d& label = followed.frames.back().label_px;
     svg += fmt::format("<circle class=\"label\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"9\"/>\n", label.x(), label.y());
   }
-  svg += fmt::format("<text x=\"8\" y=\"18\">{}{}</text>\n</svg>\n", title, followed.lost ? " - lost" : "");
+  svg += fmt::format("<text x=\"8\" y=\"18\">{}{}</text>\n", title, followed.lost ? " - lost" : "");
+  svg +=
+      "<text class=\"key\" x=\"8\" y=\"472\">red: predicted (open: no blob); blue: gate; green: the label's end; "
+      "dashed: ways; "
+      "grey: barrier</text>\n</svg>\n";
   return svg;
 }
 
