@@ -26,8 +26,8 @@ std::size_t packed_stride_bytes(PixelFormat format, int width_px) {
 std::size_t luminance_bytes(PixelFormat format, std::size_t stride_bytes, int width_px, int height_px) {
   const std::size_t pixels = static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
   if (format == PixelFormat::Mono10p) return (pixels * 10 + 7) / 8;
-  const bool twelve_bits = format == PixelFormat::Mono12p || format == PixelFormat::Mono10Packed ||
-                           format == PixelFormat::Mono12Packed;
+  const bool twelve_bits =
+      format == PixelFormat::Mono12p || format == PixelFormat::Mono10Packed || format == PixelFormat::Mono12Packed;
   if (twelve_bits) return (pixels * 12 + 7) / 8;
   if (height_px <= 0) return 0;
   // The last row may end where its pixels do.

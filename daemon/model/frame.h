@@ -12,8 +12,8 @@ namespace mocap {
 /// How the bytes of an image are to be read.
 enum class PixelFormat {
   Mono8,
-  Mono10,   ///< 16-bit little endian, the low 10 bits used
-  Mono12,   ///< 16-bit little endian, the low 12 bits used
+  Mono10,        ///< 16-bit little endian, the low 10 bits used
+  Mono12,        ///< 16-bit little endian, the low 12 bits used
   Mono10p,       ///< GenICam PFNC packing: 4 pixels in 5 bytes, least significant bit first
   Mono12p,       ///< GenICam PFNC packing: 2 pixels in 3 bytes, least significant bit first
   Mono10Packed,  ///< GigE Vision packing: 2 pixels in 3 bytes; high 8 bits, low bits of both, high 8 bits
@@ -22,9 +22,9 @@ enum class PixelFormat {
   BayerRg8,
   BayerGb8,
   BayerBg8,
-  Yuyv,     ///< luminance is every second byte, from the first
-  Nv12,     ///< luminance plane first
-  Mjpeg,    ///< `bytes` is one JPEG; stride has no meaning
+  Yuyv,   ///< luminance is every second byte, from the first
+  Nv12,   ///< luminance plane first
+  Mjpeg,  ///< `bytes` is one JPEG; stride has no meaning
 };
 
 /// Pixels borrowed from whoever received them.

@@ -40,10 +40,10 @@ struct CameraHealth {
   std::string last_error;             ///< empty when none
   DetectionCounts detection;
   DetectionLevels levels;
-  bool synchronised = true;           ///< exposes with most others; true too where that is not known yet
-  double offset_us = 0.0;             ///< its exposures after the mean of those that expose together
-  double drift_us_s = 0.0;            ///< how that grows
-  double jitter_us = 0.0;             ///< standard deviation of the offset about its drift
+  bool synchronised = true;  ///< exposes with most others; true too where that is not known yet
+  double offset_us = 0.0;    ///< its exposures after the mean of those that expose together
+  double drift_us_s = 0.0;   ///< how that grows
+  double jitter_us = 0.0;    ///< standard deviation of the offset about its drift
 };
 
 /// How the service is, once a second.

@@ -180,8 +180,9 @@ INSTANTIATE_TEST_SUITE_P(
         BadRig{"fisheye = false", "fisheye = 0", ":8:11: camera 'M11139': fisheye is 0, expected true or false"},
         BadRig{"fisheye = false", "mask = [[1, 2], [3, 4], [5, 6]]",
                ":8:9: camera 'M11139': mask has a list of 2 as a polygon, expected a list of at least 3 corners"},
-        BadRig{"fisheye = false", "mask = [[[1, 2], [3, 4], [5, nan]]]",
-               ":8:26: camera 'M11139': mask has a list of 2 as a corner, expected [x, y], px, each -1000000 to 1000000"},
+        BadRig{
+            "fisheye = false", "mask = [[[1, 2], [3, 4], [5, nan]]]",
+            ":8:26: camera 'M11139': mask has a list of 2 as a corner, expected [x, y], px, each -1000000 to 1000000"},
         BadRig{"fisheye = false", "mask = true", ":8:8: camera 'M11139': mask is true, expected a list of polygons"},
         BadRig{"[metadata]", "[cam_02]\nname = \"M11139\"\n[metadata]", "camera 'M11139': is in this rig twice"},
         BadRig{"[metadata]", "[metadata", ":10:10: "}),
