@@ -203,7 +203,8 @@ void BlobMeter::erase_others(const Cut& cut, std::span<const Run> runs, const Wi
 
 std::uint32_t BlobMeter::count_at_top(const Cut& cut, const BoxSurvey& seen) const {
   if (seen.peak < cut.top) return 0;
-  const auto pixels = std::span(box_.pixels, static_cast<std::size_t>(box_.width_px * box_.height_px));
+  const auto pixels =
+      std::span(box_.pixels, static_cast<std::size_t>(box_.width_px) * static_cast<std::size_t>(box_.height_px));
   return static_cast<std::uint32_t>(
       std::ranges::count_if(pixels, [&cut](std::uint16_t grey) { return grey >= cut.top; }));
 }
@@ -232,7 +233,8 @@ BlobMeter::Weighed BlobMeter::weigh(const Cut& cut, const Window& window, const 
     y = static_cast<double>(sums.y[0]) / weight;
   }
   Blob blob;
-  blob.centroid = {{x + window.x + box_.width_px / 2, y + window.y + box_.height_px / 2}};
+  const int middle_x = window.x + box_.width_px / 2, middle_y = window.y + box_.height_px / 2;
+  blob.centroid = {{x + middle_x, y + middle_y}};
   blob.area_px2 = seen.bright;
   blob.peak = std::min(1.0, static_cast<double>(seen.peak) / cut.top);
   blob.saturated = static_cast<double>(count_at_top(cut, seen)) / seen.bright;

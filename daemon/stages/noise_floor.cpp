@@ -98,7 +98,7 @@ NoiseFloor NoiseFloorReader::read(const Image& image) {
   }
   Counts counts;
   Pixels pixels;
-  const auto grey = std::span(pixels).first(static_cast<std::size_t>(kPlaces * place_px));
+  const auto grey = std::span(pixels).first(kPlaces * static_cast<std::size_t>(place_px));
   if (bytes == 1 && place_px == kPlace_px) {
     gather_bytes(image, places, pixels);
   } else {
