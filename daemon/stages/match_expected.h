@@ -1,11 +1,12 @@
 #pragma once
 
-#include <array>
+#include <span>
 #include <vector>
 
 #include "base/bounded_vector.h"
 #include "geometry/assignment.h"
 #include "geometry/ray_quadric.h"
+#include "stages/expected_gates.h"
 #include "stages/match_views.h"
 #include "stages/rig_error.h"
 #include "stages/share_blobs.h"
@@ -27,22 +28,11 @@ class ExpectedMatcher {
   void list_lone(const RayTable& rays, Matches& into) const;
 
  private:
-  // A ray in the gate of an expected marker.
-  struct Candidate {
-    std::uint32_t marker;
-    std::uint32_t ray;
-    double distance2;
-    double widening;  // how much larger the gate's area is than its floor's
-  };
   using Sightings = BoundedVector<geometry::QuadricSighting, kMaxCameras>;
 
-  void look_at(const Expected& expected);
-  void foresee(const CameraModel& camera);
-  void bound_gates(const ViewRays& view);
-  void gather_candidates(const ViewRays& view);
   void assign_view(const ViewRays& view, std::size_t index);
-  void assign_contested(std::size_t index, double gate2);
-  double cost_of(const Candidate& candidate) const;
+  void assign_contested(std::span<const GateCandidate> candidates, std::size_t index, double gate2);
+  double cost_of(const GateCandidate& candidate) const;
   const RayQuadric& shared_quadric(const ViewRays& view, Held& held);
   void forsake_doubles(const RayTable& rays);
   bool has_own_ray(std::size_t marker) const;
@@ -67,14 +57,10 @@ class ExpectedMatcher {
   geometry::Assigner assigner_;
   std::vector<geometry::AllowedPair> pairs_;
   BlobSharer sharer_;
+  ExpectedGates gates_;
   std::size_t camera_count_;
   std::size_t view_count_ = 0;
   std::size_t marker_count_ = 0;
-  // Place and covariance (xx xy xz yy yz zz) of each expected marker, by column; the place is NaN where not usable.
-  std::array<std::vector<float>, 9> expected_;
-  Foreseen foreseen_;                       // in the view that is being assigned
-  std::vector<Candidate> candidates_;       // likewise, by marker
-  std::vector<std::uint16_t> wanted_by_;    // by ray: how many candidates it is
   std::vector<std::uint32_t> column_of_;    // by ray: its column among the contested, or kNone
   std::vector<std::uint32_t> contested_;    // candidates that are not alone
   std::vector<std::uint32_t> row_markers_;  // of the contested: the marker of each row

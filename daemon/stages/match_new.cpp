@@ -1,7 +1,6 @@
 #include "stages/match_new.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -24,24 +23,12 @@ constexpr std::size_t kWorkOfShadow = 40;
 constexpr std::size_t kRoundsASet = 16;
 constexpr std::size_t kRoundsAlways = 4;
 
-// The point that all cameras look at, as well as one can say: nearest to their optical axes.
-Vector3d centre_of_view(const Rig& rig) {
-  Matrix3d normal = 1e-6 * Matrix3d::Identity();
-  Vector3d rhs = Vector3d::Zero();
-  for (const CameraModel& camera : rig) {
-    const Vector3d axis = camera.camera_from_world.rotation.row(2).transpose();
-    const Matrix3d across = Matrix3d::Identity() - axis * axis.transpose();
-    normal += across;
-    rhs += across * camera.centre().v;
-  }
-  return normal.inverse() * rhs;
-}
-
 }  // namespace
 
 NewMatcher::NewMatcher(const MatchSettings& settings, const Rig& rig)
     : settings_(settings),
       agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
+      rounds_(rig),
       max_cos_angle_(std::cos(settings.min_ray_angle_deg * std::numbers::pi / 180.0)),
       best_of_(rig.size() * kMaxBlobs, kNone),
       rivals_(rig.size() * kMaxBlobs, 0),
@@ -58,42 +45,6 @@ NewMatcher::NewMatcher(const MatchSettings& settings, const Rig& rig)
   hypotheses_.reserve(kMaxHypotheses);
   open_.reserve(kMaxHypotheses);
   undecided_.reserve(kMaxHypotheses);
-  plan_rounds(rig);
-}
-
-// Best suited are cameras that see the middle of the volume from 60 degrees apart: near enough to see the same side of
-// a body, far enough to tell depth.
-void NewMatcher::plan_rounds(const Rig& rig) {
-  constexpr double kBestAngle_rad = std::numbers::pi / 3.0;
-  struct Candidate {
-    double fault;
-    std::uint32_t a, b;
-  };
-  const Vector3d centre = centre_of_view(rig);
-  std::vector<Candidate> candidates;
-  for (std::uint32_t a = 0; a < rig.size(); ++a) {
-    for (std::uint32_t b = a + 1; b < rig.size(); ++b) {
-      const Vector3d to_a = (rig[a].centre().v - centre).normalized();
-      const Vector3d to_b = (rig[b].centre().v - centre).normalized();
-      const double angle = std::acos(std::clamp(to_a.dot(to_b), -1.0, 1.0));
-      candidates.push_back({std::abs(angle - kBestAngle_rad), a, b});
-    }
-  }
-  std::ranges::stable_sort(candidates, {}, &Candidate::fault);
-  std::vector<std::uint64_t> busy;  // by round: the cameras that have a partner
-  for (const auto& [fault, a, b] : candidates) {
-    const std::uint64_t both = (std::uint64_t{1} << a) | (std::uint64_t{1} << b);
-    std::size_t round = 0;
-    while (round < busy.size() && (busy[round] & both) != 0) ++round;
-    if (round == busy.size()) busy.push_back(0);
-    busy[round] |= both;
-    pairs_.push_back({a, b, round, geometry::essential(rig[a].camera_from_world, rig[b].camera_from_world)});
-  }
-  std::ranges::stable_sort(pairs_, {}, &Pair::round);
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    if (pairs_[i].round == first_of_round_.size()) first_of_round_.push_back(i);
-  }
-  first_of_round_.push_back(pairs_.size());
 }
 
 void NewMatcher::match(RayTable& rays, std::uint32_t missing_views, Matches& into) {
@@ -112,15 +63,15 @@ void NewMatcher::match(RayTable& rays, std::uint32_t missing_views, Matches& int
     std::fill_n(put_off_.begin() + first, rays[view].size(), std::uint8_t{0});
   }
 
-  const bool few = rounds() <= kRoundsASet;
-  for (std::size_t asked = 0; asked < std::min(rounds(), kRoundsASet); ++asked) {
+  const bool few = rounds_.size() <= kRoundsASet;
+  for (std::size_t asked = 0; asked < std::min(rounds_.size(), kRoundsASet); ++asked) {
     if (asked > 0) decide(rays, false, into);
     if (free_views_ < 2) break;
     if (few || asked < kRoundsAlways) {
       ask_round(rays, asked);
     } else {
       ask_round(rays, kRoundsAlways + next_round_);
-      next_round_ = (next_round_ + 1) % (rounds() - kRoundsAlways);
+      next_round_ = (next_round_ + 1) % (rounds_.size() - kRoundsAlways);
     }
   }
   decide(rays, true, into);
@@ -130,7 +81,7 @@ void NewMatcher::match(RayTable& rays, std::uint32_t missing_views, Matches& int
 }
 
 void NewMatcher::ask_round(const RayTable& rays, std::size_t round) {
-  for (std::size_t i = first_of_round_[round]; i < first_of_round_[round + 1]; ++i) ask_pair(rays, pairs_[i]);
+  for (const CameraPair& pair : rounds_.round(round)) ask_pair(rays, pair);
 }
 
 void NewMatcher::gather_free(const RayTable& rays) {
@@ -155,7 +106,7 @@ void NewMatcher::gather_free(const RayTable& rays) {
   }
 }
 
-void NewMatcher::ask_pair(const RayTable& rays, const Pair& pair) {
+void NewMatcher::ask_pair(const RayTable& rays, const CameraPair& pair) {
   const auto a = rays.view_of(pair.a);
   const auto b = rays.view_of(pair.b);
   if (!a || !b || free_[*b].ray.empty()) return;
@@ -170,7 +121,7 @@ void NewMatcher::ask_pair(const RayTable& rays, const Pair& pair) {
 }
 
 // A ray of camera a, against all of b that lie near its epipolar line: the nearest first.
-void NewMatcher::ask_ray(const RayTable& rays, const Pair& pair, std::size_t a, std::size_t i, std::size_t b) {
+void NewMatcher::ask_ray(const RayTable& rays, const CameraPair& pair, std::size_t a, std::size_t i, std::size_t b) {
   const Member of_a{static_cast<std::uint16_t>(a), free_[a].ray[i]};
   const auto line = geometry::epipolar_line(pair.essential, {{rays[a].x(of_a.ray), rays[a].y(of_a.ray)}});
   if (line.n.isZero()) return;  // looks right into the other camera
@@ -223,7 +174,7 @@ void NewMatcher::ask_again(RayTable& rays, Matches& into) {
   }
   if (!any) return;
   asking_again_ = true;
-  for (const Pair& pair : pairs_) ask_pair(rays, pair);
+  for (const CameraPair& pair : rounds_.all()) ask_pair(rays, pair);
   decide(rays, true, into);
 }
 

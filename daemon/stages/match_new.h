@@ -6,6 +6,7 @@
 #include "base/bounded_vector.h"
 #include "geometry/ray_quadric.h"
 #include "stages/match_views.h"
+#include "stages/pair_rounds.h"
 #include "stages/view_rays.h"
 
 namespace mocap::stages {
@@ -50,22 +51,14 @@ class NewMatcher {
     float off;
     std::uint32_t index;  // in the free rays
   };
-  // Two cameras, and the epipolar geometry from the first to the second.
-  struct Pair {
-    std::uint32_t a, b;
-    std::size_t round;
-    Eigen::Matrix3d essential;
-  };
 
-  void plan_rounds(const Rig& rig);
   void gather_free(const RayTable& rays);
-  void ask_pair(const RayTable& rays, const Pair& pair);
-  void ask_ray(const RayTable& rays, const Pair& pair, std::size_t a, std::size_t i, std::size_t b);
+  void ask_pair(const RayTable& rays, const CameraPair& pair);
+  void ask_ray(const RayTable& rays, const CameraPair& pair, std::size_t a, std::size_t i, std::size_t b);
   void measure_line(const FreeRays& of_b, const Eigen::Vector3d& line);
   void find_near_line(const FreeRays& of_b, const Eigen::Vector3d& line, double allowed);
   void ask_again(RayTable& rays, Matches& into);
   void ask_round(const RayTable& rays, std::size_t round);
-  std::size_t rounds() const { return first_of_round_.size() - 1; }
   void propose(const RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j);
   bool is_explained(Member a, Member b) const;
   bool put_off(Member member);
@@ -86,10 +79,9 @@ class NewMatcher {
 
   const MatchSettings& settings_;
   geometry::Agreement agreement_;
+  PairRounds rounds_;
   double max_cos_angle_;
-  std::vector<Pair> pairs_;                  // in the order of their rounds
-  std::vector<std::size_t> first_of_round_;  // in the pairs; one more at the end
-  std::size_t next_round_ = 0;               // of those that are not asked in every set
+  std::size_t next_round_ = 0;  // of those that are not asked in every set
   std::uint32_t missing_views_ = 0;
   std::size_t work_ = 0;
   std::uint32_t skipped_ = 0;

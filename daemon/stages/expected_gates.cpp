@@ -1,0 +1,150 @@
+#include "stages/expected_gates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/loops.h"
+
+namespace mocap::stages {
+namespace {
+
+bool is_usable(const ExpectedMarker& marker) {
+  return marker.position.v.allFinite() && marker.covariance_m2.allFinite() &&
+         (marker.covariance_m2.diagonal().array() >= 0.0).all();
+}
+
+}  // namespace
+
+ExpectedGates::ExpectedGates(const MatchSettings& settings) : settings_(settings), wanted_by_(kMaxBlobs, 0) {
+  for (auto& column : expected_) column.resize(kMaxMarkers);
+  foreseen_.resize(kMaxMarkers);
+  candidates_.reserve(kMaxGateCandidates);
+}
+
+std::span<const GateCandidate> ExpectedGates::candidates(const ViewRays& view) {
+  foresee(*view.camera);
+  bound_gates(view);
+  std::fill_n(wanted_by_.begin(), view.size(), std::uint16_t{0});
+  gather_candidates(view);
+  return candidates_;
+}
+
+// The expected markers by column.
+void ExpectedGates::expect(const Expected& expected) {
+  marker_count_ = expected.markers.size();
+  for (std::size_t m = 0; m < marker_count_; ++m) {
+    const ExpectedMarker& marker = expected.markers.data()[m];
+    const Eigen::Vector3f at = marker.position.v.cast<float>();
+    const Eigen::Matrix3f spread = marker.covariance_m2.cast<float>();
+    const float x = is_usable(marker) ? at.x() : std::numeric_limits<float>::quiet_NaN();
+    const std::array<float, 9> row{
+        x, at.y(), at.z(), spread(0, 0), spread(0, 1), spread(0, 2), spread(1, 1), spread(1, 2), spread(2, 2)};
+    for (std::size_t column = 0; column < row.size(); ++column) expected_[column][m] = row[column];
+  }
+}
+
+// Where a camera should see each of them: the place, and its covariance by the slope of the projection.
+MOCAP_WIDE void ExpectedGates::foresee(const CameraModel& camera) {
+  const Eigen::Matrix3f r = camera.camera_from_world.rotation.cast<float>();
+  const Eigen::Vector3f t = camera.camera_from_world.translation.cast<float>();
+  const float r00 = r(0, 0), r01 = r(0, 1), r02 = r(0, 2), r10 = r(1, 0), r11 = r(1, 1), r12 = r(1, 2);
+  const float r20 = r(2, 0), r21 = r(2, 1), r22 = r(2, 2), t0 = t[0], t1 = t[1], t2 = t[2];
+  const auto& e = expected_;
+  const float *px = e[0].data(), *py = e[1].data(), *pz = e[2].data(), *cxx = e[3].data(), *cxy = e[4].data(),
+              *cxz = e[5].data(), *cyy = e[6].data(), *cyz = e[7].data(), *czz = e[8].data();
+  float* const to_x = foreseen_.x.data();
+  float* const to_y = foreseen_.y.data();
+  float* const to_xx = foreseen_.xx.data();
+  float* const to_xy = foreseen_.xy.data();
+  float* const to_yy = foreseen_.yy.data();
+  float* const to_depth = foreseen_.depth_m.data();
+  const std::size_t count = marker_count_;
+  MOCAP_INDEPENDENT_TURNS
+  for (std::size_t m = 0; m < count; ++m) {
+    const float depth = r20 * px[m] + r21 * py[m] + r22 * pz[m] + t2;
+    const float inverse = 1.0F / depth;
+    const float x = (r00 * px[m] + r01 * py[m] + r02 * pz[m] + t0) * inverse;
+    const float y = (r10 * px[m] + r11 * py[m] + r12 * pz[m] + t1) * inverse;
+    const float ax = (r00 - x * r20) * inverse, ay = (r01 - x * r21) * inverse, az = (r02 - x * r22) * inverse;
+    const float bx = (r10 - y * r20) * inverse, by = (r11 - y * r21) * inverse, bz = (r12 - y * r22) * inverse;
+    const float cax = cxx[m] * ax + cxy[m] * ay + cxz[m] * az;
+    const float cay = cxy[m] * ax + cyy[m] * ay + cyz[m] * az;
+    const float caz = cxz[m] * ax + cyz[m] * ay + czz[m] * az;
+    const float cbx = cxx[m] * bx + cxy[m] * by + cxz[m] * bz;
+    const float cby = cxy[m] * bx + cyy[m] * by + cyz[m] * bz;
+    const float cbz = cxz[m] * bx + cyz[m] * by + czz[m] * bz;
+    to_x[m] = x;
+    to_y[m] = y;
+    to_xx[m] = ax * cax + ay * cay + az * caz;
+    to_xy[m] = bx * cax + by * cay + bz * caz;
+    to_yy[m] = bx * cbx + by * cby + bz * cbz;
+    to_depth[m] = depth;
+  }
+}
+
+// The bins that each marker's gate covers in the view.
+MOCAP_WIDE void ExpectedGates::bound_gates(const ViewRays& view) {
+  const auto scale = view.bin_scale();
+  const auto min_x = static_cast<float>(scale.min_x);
+  const auto min_y = static_cast<float>(scale.min_y);
+  const auto per_x = static_cast<float>(scale.per_x);
+  const auto per_y = static_cast<float>(scale.per_y);
+  const auto own = static_cast<float>(view.most_own(settings_.gate_floor_px));
+  const auto sigmas = static_cast<float>(settings_.gate_sigmas);
+  const auto last = static_cast<float>(scale.bins);
+  constexpr float kRounding = 0.01F;  // of a bin: single precision is finer than that
+  const float *x = foreseen_.x.data(), *y = foreseen_.y.data();
+  const float *xx = foreseen_.xx.data(), *yy = foreseen_.yy.data();
+  std::int32_t *left = foreseen_.left.data(), *right = foreseen_.right.data();
+  std::int32_t *top = foreseen_.top.data(), *bottom = foreseen_.bottom.data();
+  const auto bin = [last](float at) {
+    const float low = at > 0.0F ? at : 0.0F;
+    return static_cast<std::int32_t>(low < last ? low : last);
+  };
+  const std::size_t count = marker_count_;
+  MOCAP_INDEPENDENT_TURNS
+  for (std::size_t m = 0; m < count; ++m) {
+    const float half_x = sigmas * std::sqrt(xx[m] + own);
+    const float half_y = sigmas * std::sqrt(yy[m] + own);
+    left[m] = bin((x[m] - half_x - min_x) * per_x - kRounding);
+    right[m] = bin((x[m] + half_x - min_x) * per_x + kRounding + 1.0F);
+    top[m] = bin((y[m] - half_y - min_y) * per_y - kRounding);
+    bottom[m] = bin((y[m] + half_y - min_y) * per_y + kRounding + 1.0F);
+  }
+}
+
+// The rays in each marker's gate.
+void ExpectedGates::gather_candidates(const ViewRays& view) {
+  const double gate2 = settings_.gate_sigmas * settings_.gate_sigmas;
+  const double floor = std::pow(settings_.gate_floor_px / view.focal_px, 2);
+  const double inverse_floor2 = 1.0 / (floor * floor);
+  const double most_own = view.most_own(settings_.gate_floor_px);
+  const double px2 = 1.0 / (view.focal_px * view.focal_px);
+
+  candidates_.clear();
+  for (std::uint32_t m = 0; m < marker_count_; ++m) {
+    if (!foreseen_.usable(m)) continue;
+    const auto bin = [m](const std::vector<std::int32_t>& column) { return static_cast<std::size_t>(column[m]); };
+    const auto number = [m](const std::vector<float>& column) { return static_cast<double>(column[m]); };
+    const ViewRays::Bins gate{bin(foreseen_.left), bin(foreseen_.right), bin(foreseen_.top), bin(foreseen_.bottom)};
+    const double x = number(foreseen_.x), y = number(foreseen_.y);
+    const double shadow_xx = number(foreseen_.xx), xy = number(foreseen_.xy), shadow_yy = number(foreseen_.yy);
+    const double reach2 = gate2 * (shadow_xx + shadow_yy + most_own);
+    view.in_bins(gate, [&](std::size_t ray) {
+      const double dx = view.x(ray) - x;
+      const double dy = view.y(ray) - y;
+      if (dx * dx + dy * dy > reach2) return;
+      const double own = floor + view.sigma_px[ray] * view.sigma_px[ray] * px2;
+      const double xx = shadow_xx + own;
+      const double yy = shadow_yy + own;
+      const double area2 = xx * yy - xy * xy;
+      const double off2 = yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy;
+      if (!(off2 < gate2 * area2) || candidates_.size() == kMaxGateCandidates) return;
+      candidates_.push_back({m, static_cast<std::uint32_t>(ray), off2 / area2, area2 * inverse_floor2});
+      ++wanted_by_[ray];
+    });
+  }
+}
+
+}  // namespace mocap::stages
