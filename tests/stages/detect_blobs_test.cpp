@@ -256,6 +256,41 @@ TEST(DetectBlobs, KeepsANeighboursLightOutOfACentroid) {
   }
 }
 
+TEST(DetectBlobs, GivesAnImageTheSameBlobsWhateverCameBefore) {
+  // Neighbours so near that each one's light is erased from the other's box, at other places in each image.
+  std::mt19937 random(23);
+  std::uniform_real_distribution<double> place(20.0, 70.0), gap(1.5, 3.0);
+  const auto used = detector_for(Picture(100, 100));
+
+  for (int i = 0; i < 20; ++i) {
+    const Disc first{place(random), place(random), 5.0};
+    const Disc second{first.x + 9.0 + gap(random), first.y, 4.0};
+    const Picture picture = render(100, 100, {first, second}, 2.0, random);
+    const Detection again = used->detect(picture.image());
+    const Detection fresh = detector_for(picture)->detect(picture.image());
+
+    ASSERT_EQ(fresh.blobs.size(), 2U);
+    ASSERT_EQ(again.blobs.size(), 2U);
+    for (std::size_t k = 0; k < 2; ++k) {
+      EXPECT_EQ(again.blobs[k].centroid.v, fresh.blobs[k].centroid.v);
+      EXPECT_EQ(again.blobs[k].sigma_px, fresh.blobs[k].sigma_px);
+    }
+  }
+}
+
+TEST(DetectBlobs, TellsTheShareOfABlobAtTheTopOfTheRange) {
+  Picture picture(64, 64, 0, 10);
+  for (int y = 20; y < 30; ++y) {
+    for (int x = 20; x < 30; ++x) picture.at(x, y) = y < 23 ? 255 : 254;
+  }
+
+  const Detection found = detector_for(picture)->detect(picture.image());
+
+  ASSERT_EQ(found.blobs.size(), 1U);
+  EXPECT_DOUBLE_EQ(found.blobs[0].saturated, 0.3);
+  EXPECT_DOUBLE_EQ(found.blobs[0].peak, 1.0);
+}
+
 TEST(DetectBlobs, TellsTwoDiscsThatTouchApart) {
   std::mt19937 random(6);
   for (const double radius : {3.0, 5.0, 8.0}) {
