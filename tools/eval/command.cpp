@@ -6,6 +6,7 @@ std::span<const Command> commands() {
   static constexpr Command kAll[] = {
       {"score", "compare a stream of snapshots with the truth", run_score},
       {"points", "how well simulated cameras find markers in space", run_points},
+      {"wand", "how right a calibration by a wand is", run_wand},
       {"paper", "rebuild the tracking study, and judge our trackers on its clips", run_paper},
   };
   return kAll;
