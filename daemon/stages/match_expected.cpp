@@ -122,7 +122,9 @@ void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& in
   }
   Match& match = into.matches.push_back({});
   match.expected = static_cast<std::uint32_t>(marker);
-  match.start = found_[marker].point;
+  const geometry::Refined& found = found_[marker];
+  match.start = found.point;
+  match.meeting = {found.point, found.covariance_m2, found.rms_px, agreement_.floor_px, agreement_.sigmas};
   for (std::size_t view = 0; view < view_count_; ++view) {
     const Held& one = held(marker, view);
     if (one.ray == kNone) continue;
