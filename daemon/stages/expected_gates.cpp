@@ -116,32 +116,28 @@ MOCAP_WIDE void ExpectedGates::bound_gates(const ViewRays& view) {
 
 // The rays in each marker's gate.
 void ExpectedGates::gather_candidates(const ViewRays& view) {
-  const double gate2 = settings_.gate_sigmas * settings_.gate_sigmas;
-  const double floor = std::pow(settings_.gate_floor_px / view.focal_px, 2);
-  const double inverse_floor2 = 1.0 / (floor * floor);
-  const double most_own = view.most_own(settings_.gate_floor_px);
-  const double px2 = 1.0 / (view.focal_px * view.focal_px);
+  const auto gate2 = static_cast<float>(settings_.gate_sigmas * settings_.gate_sigmas);
+  const auto floor = static_cast<float>(std::pow(settings_.gate_floor_px / view.focal_px, 2));
+  const float inverse_floor2 = 1.0F / (floor * floor);
+  const float *ray_x = view.x_f.data(), *ray_y = view.y_f.data(), *ray_variance = view.variance_f.data();
 
   candidates_.clear();
   for (std::uint32_t m = 0; m < marker_count_; ++m) {
     if (!foreseen_.usable(m)) continue;
     const auto bin = [m](const std::vector<std::int32_t>& column) { return static_cast<std::size_t>(column[m]); };
-    const auto number = [m](const std::vector<float>& column) { return static_cast<double>(column[m]); };
     const ViewRays::Bins gate{bin(foreseen_.left), bin(foreseen_.right), bin(foreseen_.top), bin(foreseen_.bottom)};
-    const double x = number(foreseen_.x), y = number(foreseen_.y);
-    const double shadow_xx = number(foreseen_.xx), xy = number(foreseen_.xy), shadow_yy = number(foreseen_.yy);
-    const double reach2 = gate2 * (shadow_xx + shadow_yy + most_own);
+    const float x = foreseen_.x[m], y = foreseen_.y[m], xy = foreseen_.xy[m];
+    const float floor_xx = foreseen_.xx[m] + floor, floor_yy = foreseen_.yy[m] + floor;
     view.in_bins(gate, [&](std::size_t ray) {
-      const double dx = view.x(ray) - x;
-      const double dy = view.y(ray) - y;
-      if (dx * dx + dy * dy > reach2) return;
-      const double own = floor + view.sigma_px[ray] * view.sigma_px[ray] * px2;
-      const double xx = shadow_xx + own;
-      const double yy = shadow_yy + own;
-      const double area2 = xx * yy - xy * xy;
-      const double off2 = yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy;
+      const float dx = ray_x[ray] - x;
+      const float dy = ray_y[ray] - y;
+      const float xx = floor_xx + ray_variance[ray];
+      const float yy = floor_yy + ray_variance[ray];
+      const float area2 = xx * yy - xy * xy;
+      const float off2 = yy * dx * dx - 2.0F * xy * dx * dy + xx * dy * dy;
       if (!(off2 < gate2 * area2) || candidates_.size() == kMaxGateCandidates) return;
-      candidates_.push_back({m, static_cast<std::uint32_t>(ray), off2 / area2, area2 * inverse_floor2});
+      candidates_.push_back({m, static_cast<std::uint32_t>(ray), static_cast<double>(off2 / area2),
+                             static_cast<double>(area2 * inverse_floor2)});
       ++wanted_by_[ray];
     });
   }

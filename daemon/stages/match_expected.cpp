@@ -106,13 +106,20 @@ void ExpectedMatcher::list_lone(const RayTable& rays, Matches& into) const {
 void ExpectedMatcher::mark(RayTable& rays, std::size_t marker, int change) const {
   for (std::size_t view = 0; view < view_count_; ++view) {
     const std::uint32_t ray = held(marker, view).ray;
-    if (ray != kNone) rays[view].taken[ray] = static_cast<std::uint8_t>(rays[view].taken[ray] + change);
+    if (ray == kNone) continue;
+    if (change > 0) {
+      rays[view].take(ray);
+    } else {
+      rays[view].give_back(ray);
+    }
   }
 }
 
+// Where it was made.
 const RayQuadric* ExpectedMatcher::quadric_of(const RayTable& rays, std::size_t marker, std::size_t view) const {
   const Held& one = held(marker, view);
-  return one.quadric != kNone ? &shared_quadrics_[one.quadric] : &rays[view].quadric[one.ray];
+  if (one.quadric != kNone) return &shared_quadrics_[one.quadric];
+  return rays[view].has_quadric(one.ray) ? &rays[view].quadric[one.ray] : nullptr;
 }
 
 void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& into) const {
@@ -244,11 +251,12 @@ bool ExpectedMatcher::tell_depth(const RayTable& rays, std::size_t marker) const
 }
 
 // How many of a marker's views agree; the others are given back.
-std::size_t ExpectedMatcher::agree(const RayTable& rays, std::size_t marker, const WorldPoint& start) {
+std::size_t ExpectedMatcher::agree(RayTable& rays, std::size_t marker, const WorldPoint& start) {
   sightings_.clear();
   for (std::size_t view = 0; view < view_count_; ++view) {
     Held& one = held(marker, view);
     if (one.ray == kNone) continue;
+    rays[view].make_quadric(one.ray);
     auto& sighting = sightings_.push_back(rays[view].sighting(one.ray, static_cast<std::uint32_t>(view)));
     if (one.sigma_px == 0.0F) continue;
     sighting.quadric = &shared_quadric(rays[view], one);
@@ -270,11 +278,11 @@ std::size_t ExpectedMatcher::agree(const RayTable& rays, std::size_t marker, con
 void ExpectedMatcher::recover(RayTable& rays, std::size_t marker) {
   const geometry::Refined found = found_[marker];
   bool added = false;
+  rays.cast_shadows(found.point.v, found.covariance_m2, settings_.agree_sigmas, settings_.calibration_px);
   for (std::size_t view = 0; view < view_count_; ++view) {
     Held& one = held(marker, view);
     if (one.ray != kNone) continue;
-    const auto nearest =
-        rays[view].nearest_free(found.point.v, found.covariance_m2, settings_.agree_sigmas, settings_.calibration_px);
+    const auto nearest = rays.nearest_free(view);
     if (!nearest) continue;
     if (!added) mark(rays, marker, -1);
     one = {};

@@ -41,7 +41,7 @@ class ExpectedMatcher {
   std::uint8_t holders(std::size_t view, std::uint32_t ray) const { return holders_[view * kMaxBlobs + ray]; }
   Held& held(std::size_t marker, std::size_t view) { return held_[view * marker_count_ + marker]; }
   const Held& held(std::size_t marker, std::size_t view) const { return held_[view * marker_count_ + marker]; }
-  std::size_t agree(const RayTable& rays, std::size_t marker, const WorldPoint& start);
+  std::size_t agree(RayTable& rays, std::size_t marker, const WorldPoint& start);
   bool tell_depth(const RayTable& rays, std::size_t marker) const;
   void recover(RayTable& rays, std::size_t marker);
   void learn_error(const RayTable& rays);
