@@ -36,6 +36,7 @@ ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t came
       assigner_(kMaxMarkers, kMaxBlobs, kMaxGateCandidates),
       sharer_(kMaxMarkers),
       gates_(settings_),
+      meetings_(kMaxMarkers),
       camera_count_(camera_count),
       view_count_(camera_count),
       column_of_(kMaxBlobs, kNone),
@@ -62,8 +63,11 @@ void ExpectedMatcher::match(RayTable& rays, const Expected& expected, Matches& i
   for (std::size_t view = 0; view < view_count_; ++view) assign_view(rays[view], view);
   if (any_shared_) forsake_doubles(rays);
 
+  meet(rays, expected);
   for (std::size_t m = 0; m < count; ++m) {
-    views_of_[m] = static_cast<std::uint32_t>(agree(rays, m, expected.markers.data()[m].position));
+    const bool met = take_meeting(m);
+    views_of_[m] =
+        static_cast<std::uint32_t>(met ? meetings_.rays_of(m) : agree(rays, m, expected.markers.data()[m].position));
     if (views_of_[m] == 1) ++into.seen_once;
     if (views_of_[m] >= 2) mark(rays, m, +1);
   }
@@ -250,6 +254,29 @@ bool ExpectedMatcher::tell_depth(const RayTable& rays, std::size_t marker) const
   return std::abs(direction(0).dot(direction(1))) < max_cos_angle_;
 }
 
+// Where the rays of each marker meet, all markers at once.
+void ExpectedMatcher::meet(const RayTable& rays, const Expected& expected) {
+  const auto of_view = [this](std::size_t view) {
+    return std::span(held_).subspan(view * marker_count_, marker_count_);
+  };
+  meetings_.begin(expected);
+  for (std::size_t view = 0; view < view_count_; ++view) meetings_.add(rays[view], of_view(view));
+  meetings_.solve();
+  for (std::size_t view = 0; view < view_count_; ++view) meetings_.judge(rays[view], of_view(view), agreement_);
+}
+
+bool ExpectedMatcher::in_volume(const WorldPoint& point) const {
+  return (point.v.array() >= settings_.volume_min_m.array()).all() &&
+         (point.v.array() <= settings_.volume_max_m.array()).all();
+}
+
+// Whether a marker's rays, three or more, all agreed at once.
+bool ExpectedMatcher::take_meeting(std::size_t marker) {
+  if (meetings_.rays_of(marker) < 3 || !meetings_.agree_on(marker)) return false;
+  found_[marker] = meetings_.meeting(marker);
+  return in_volume(found_[marker].point) && (!any_shared_ || has_own_ray(marker));
+}
+
 // How many of a marker's views agree; the others are given back.
 std::size_t ExpectedMatcher::agree(RayTable& rays, std::size_t marker, const WorldPoint& start) {
   sightings_.clear();
@@ -265,8 +292,7 @@ std::size_t ExpectedMatcher::agree(RayTable& rays, std::size_t marker, const Wor
   if (sightings_.size() < 2) return sightings_.size();
   const auto agreed = geometry::agree(sightings_, start, agreement_);
   if (!agreed || (agreed->kept == 2 && !tell_depth(rays, marker))) return 0;
-  const auto& at = agreed->refined.point.v.array();
-  if ((at < settings_.volume_min_m.array()).any() || (at > settings_.volume_max_m.array()).any()) return 0;
+  if (!in_volume(agreed->refined.point)) return 0;
   found_[marker] = agreed->refined;
   for (std::size_t i = agreed->kept; i < sightings_.size(); ++i) {
     held(marker, sightings_[i].source) = {};

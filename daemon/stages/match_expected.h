@@ -8,6 +8,7 @@
 #include "geometry/ray_quadric.h"
 #include "stages/expected_gates.h"
 #include "stages/match_views.h"
+#include "stages/meeting_points.h"
 #include "stages/rig_error.h"
 #include "stages/share_blobs.h"
 #include "stages/view_rays.h"
@@ -42,6 +43,9 @@ class ExpectedMatcher {
   Held& held(std::size_t marker, std::size_t view) { return held_[view * marker_count_ + marker]; }
   const Held& held(std::size_t marker, std::size_t view) const { return held_[view * marker_count_ + marker]; }
   std::size_t agree(RayTable& rays, std::size_t marker, const WorldPoint& start);
+  void meet(const RayTable& rays, const Expected& expected);
+  bool take_meeting(std::size_t marker);
+  bool in_volume(const WorldPoint& point) const;
   bool tell_depth(const RayTable& rays, std::size_t marker) const;
   void recover(RayTable& rays, std::size_t marker);
   void learn_error(const RayTable& rays);
@@ -58,6 +62,7 @@ class ExpectedMatcher {
   std::vector<geometry::AllowedPair> pairs_;
   BlobSharer sharer_;
   ExpectedGates gates_;
+  MeetingPoints meetings_;
   std::size_t camera_count_;
   std::size_t view_count_ = 0;
   std::size_t marker_count_ = 0;

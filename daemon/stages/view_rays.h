@@ -99,7 +99,8 @@ struct ViewRays {
   template <class Visit>
   void in_bins(const Bins& bins, Visit&& visit) const {
     const std::size_t end = end_word_[bins.bottom];
-    for (std::size_t word = first_word_[bins.top]; word < end; ++word) visit_bits(word, in_bins_word(bins, word), visit);
+    for (std::size_t word = first_word_[bins.top]; word < end; ++word)
+      visit_bits(word, in_bins_word(bins, word), visit);
   }
   /// As `in_bins`, those only that no match has.
   template <class Visit>
