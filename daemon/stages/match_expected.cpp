@@ -186,7 +186,8 @@ void ExpectedMatcher::forsake_doubles(const RayTable& rays) {
 // however unsure the marker is.
 double ExpectedMatcher::cost_of(const GateCandidate& candidate) const {
   const double widest = std::max(0.0, settings_.gate_sigmas * settings_.gate_sigmas - 4.0);
-  return candidate.distance2 + std::min(std::log(std::max(1.0, candidate.widening)), widest);
+  return static_cast<double>(candidate.distance2) +
+         std::min(std::log(std::max(1.0, static_cast<double>(candidate.widening))), widest);
 }
 
 // All expected markers of one view at once: the exact assignment by likelihood. A marker and a ray that have nobody
@@ -205,7 +206,8 @@ void ExpectedMatcher::assign_view(const ViewRays& view, std::size_t index) {
       continue;
     }
     // The logarithm is dear: where even 1 + log <= widening passes, it is not asked.
-    if (distance2 + widening - 1.0 < gate2 || cost_of(candidates[i]) < gate2) held(marker, index).ray = ray;
+    if (static_cast<double>(distance2 + widening) - 1.0 < gate2 || cost_of(candidates[i]) < gate2)
+      held(marker, index).ray = ray;
   }
   if (!contested_.empty()) assign_contested(candidates, index, gate2);
   const std::span<Held> of_view = std::span(held_).subspan(index * marker_count_, marker_count_);

@@ -30,7 +30,6 @@ struct Foreseen {
   }
   bool usable(std::size_t marker) const { return depth_m[marker] > kNearest_m; }
 
- private:
   static constexpr float kNearest_m = 0.05F;
 };
 

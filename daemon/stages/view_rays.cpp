@@ -122,23 +122,34 @@ void ViewRays::fill_bins() {
   const std::size_t slots = (bins_ + 1) * words_;
   std::fill_n(before_x_.begin(), slots, std::uint64_t{0});
   std::fill_n(before_y_.begin(), slots, std::uint64_t{0});
-  std::fill_n(first_word_.begin(), bins_ + 1, static_cast<std::uint8_t>(words_));
   for (std::size_t ray = 0; ray < size(); ++ray) {
     const std::size_t word = ray / 64;
     const std::uint64_t bit = std::uint64_t{1} << (ray % 64);
-    const std::size_t row = bin_of((rays.y[ray] - min_y_) * bins_per_y_);
     before_x_[(bin_of((rays.x[ray] - min_x_) * bins_per_x_) + 1) * words_ + word] |= bit;
-    before_y_[(row + 1) * words_ + word] |= bit;
-    first_word_[row] = std::min(first_word_[row], static_cast<std::uint8_t>(word));
-    end_word_[row + 1] = static_cast<std::uint8_t>(word + 1);  // the words come in their order
+    before_y_[(bin_of((rays.y[ray] - min_y_) * bins_per_y_) + 1) * words_ + word] |= bit;
   }
-  for (std::size_t slot = words_; slot < slots; ++slot) {
-    before_x_[slot] |= before_x_[slot - words_];
-    before_y_[slot] |= before_y_[slot - words_];
+  for (std::size_t word = 0; word < words_; ++word) {
+    std::uint64_t x = 0, y = 0;
+    for (std::size_t slot = words_ + word; slot < slots; slot += words_) {
+      before_x_[slot] = x |= before_x_[slot];
+      before_y_[slot] = y |= before_y_[slot];
+    }
   }
-  for (std::size_t bin = 1; bin <= bins_; ++bin) {
-    end_word_[bin] = std::max(end_word_[bin], end_word_[bin - 1]);
-    first_word_[bins_ - bin] = std::min(first_word_[bins_ - bin], first_word_[bins_ - bin + 1]);
+  bound_words();
+}
+
+// Where the words begin and end that have rays from a bin on, or before it.
+void ViewRays::bound_words() {
+  const auto all = static_cast<std::uint8_t>(words_);
+  std::fill_n(first_word_.begin(), bins_ + 1, std::uint8_t{0});
+  std::fill_n(end_word_.begin(), bins_ + 1, all);
+  if (words_ == 1) return;
+  for (std::size_t bin = 0; bin <= bins_; ++bin) {
+    const std::uint64_t* before = &before_y_[bin * words_];
+    while (end_word_[bin] > 0 && before[end_word_[bin] - 1U] == 0) --end_word_[bin];
+    // A word is passed over when all its rays lie before the bin.
+    const std::uint64_t* every = &before_y_[bins_ * words_];
+    while (first_word_[bin] < all && before[first_word_[bin]] == every[first_word_[bin]]) ++first_word_[bin];
   }
 }
 

@@ -102,6 +102,12 @@ struct ViewRays {
     for (std::size_t word = first_word_[bins.top]; word < end; ++word)
       visit_bits(word, in_bins_word(bins, word), visit);
   }
+  /// The same by words: calls `visit` with a word's number and its bits, one for each ray from 64 times the number on.
+  template <class Visit>
+  void words_in_bins(const Bins& bins, Visit&& visit) const {
+    const std::size_t end = end_word_[bins.bottom];
+    for (std::size_t word = first_word_[bins.top]; word < end; ++word) visit(word, in_bins_word(bins, word));
+  }
   /// As `in_bins`, those only that no match has.
   template <class Visit>
   void free_in_bins(const Bins& bins, Visit&& visit) const {
@@ -139,6 +145,7 @@ struct ViewRays {
   void drop_missing();
   void bound();
   void fill_bins();
+  void bound_words();
 
   // Bins 0 to bins_: what is out of bounds on either side, or no number, goes to an end.
   std::size_t bin_of(double at) const {
