@@ -36,7 +36,7 @@ ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t came
       assigner_(kMaxMarkers, kMaxBlobs, kMaxGateCandidates),
       sharer_(kMaxMarkers),
       gates_(settings_),
-      meetings_(kMaxMarkers),
+      meetings_(kMaxMarkers, camera_count),
       camera_count_(camera_count),
       view_count_(camera_count),
       column_of_(kMaxBlobs, kNone),
@@ -58,12 +58,20 @@ void ExpectedMatcher::match(RayTable& rays, const Expected& expected, Matches& i
   any_shared_ = false;
   shared_quadrics_.clear();
   std::fill_n(held_.begin(), count * view_count_, Held{});
-  if (count == 0) return;
   gates_.expect(expected);
-  for (std::size_t view = 0; view < view_count_; ++view) assign_view(rays[view], view);
+  meetings_.begin(expected);
+  // All of a view at once: its numbers are in the cache then.
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    rays.cast(view);
+    if (count == 0) continue;
+    assign_view(rays[view], view);
+    meetings_.add(rays[view], held_of(view));
+  }
+  if (count == 0) return;
   if (any_shared_) forsake_doubles(rays);
+  meetings_.solve();
+  meetings_.judge(agreement_);
 
-  meet(rays, expected);
   for (std::size_t m = 0; m < count; ++m) {
     const bool met = take_meeting(m);
     views_of_[m] =
@@ -143,9 +151,10 @@ void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& in
     seen.sigma_px = static_cast<float>(rays[view].sigma_px[one.ray]);
     seen.quadric = quadric_of(rays, marker, view);
     if (one.sigma_px > 0.0F) {
-      const Eigen::Vector2f off_px = rays[view].rays[one.ray].px_from_ray.cast<float>() * one.off;
-      seen.off_x_px = off_px.x();
-      seen.off_y_px = off_px.y();
+      const geometry::RayColumns& slope = rays[view].rays;
+      const Eigen::Vector2d off = one.off.cast<double>();
+      seen.off_x_px = static_cast<float>(slope.ux[one.ray] * off.x() + slope.uy[one.ray] * off.y());
+      seen.off_y_px = static_cast<float>(slope.vx[one.ray] * off.x() + slope.vy[one.ray] * off.y());
       seen.sigma_px = one.sigma_px;
     }
     match.sightings.push_back(seen);
@@ -210,8 +219,7 @@ void ExpectedMatcher::assign_view(const ViewRays& view, std::size_t index) {
       held(marker, index).ray = ray;
   }
   if (!contested_.empty()) assign_contested(candidates, index, gate2);
-  const std::span<Held> of_view = std::span(held_).subspan(index * marker_count_, marker_count_);
-  any_shared_ = sharer_.share(view, gates_.foreseen(), of_view) || any_shared_;
+  any_shared_ = sharer_.share(view, gates_.foreseen(), held_of(index)) || any_shared_;
 }
 
 void ExpectedMatcher::assign_contested(std::span<const GateCandidate> candidates, std::size_t index, double gate2) {
@@ -254,17 +262,6 @@ bool ExpectedMatcher::tell_depth(const RayTable& rays, std::size_t marker) const
     return rays[view].direction(held(marker, view).ray);
   };
   return std::abs(direction(0).dot(direction(1))) < max_cos_angle_;
-}
-
-// Where the rays of each marker meet, all markers at once.
-void ExpectedMatcher::meet(const RayTable& rays, const Expected& expected) {
-  const auto of_view = [this](std::size_t view) {
-    return std::span(held_).subspan(view * marker_count_, marker_count_);
-  };
-  meetings_.begin(expected);
-  for (std::size_t view = 0; view < view_count_; ++view) meetings_.add(rays[view], of_view(view));
-  meetings_.solve();
-  for (std::size_t view = 0; view < view_count_; ++view) meetings_.judge(rays[view], of_view(view), agreement_);
 }
 
 bool ExpectedMatcher::in_volume(const WorldPoint& point) const {

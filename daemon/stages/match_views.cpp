@@ -30,7 +30,7 @@ class ViewMatcher final : public Matcher {
     const auto views = static_cast<std::uint32_t>(frames.views.size());
     const std::uint32_t missing = frames.expected_views > views ? frames.expected_views - views : 0;
 
-    rays_.cast(frames);
+    rays_.begin(frames);
     expected_matcher_.match(rays_, expected, matches_);
     new_matcher_.match(rays_, missing, matches_);
     expected_matcher_.list_lone(rays_, matches_);

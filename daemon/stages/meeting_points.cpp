@@ -1,6 +1,8 @@
 #include "stages/meeting_points.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/expects.h"
 #include "base/loops.h"
@@ -12,38 +14,40 @@ namespace {
 constexpr double kNearest_m = 0.01;
 // Information of a point that is known to 1 m.
 constexpr double kLeastInformation_m2 = 1.0;
-// Depths that change by more make the weights wrong.
+// Depths that change by more than this share make the weights wrong.
 constexpr double kSmallChange = 0.01;
 
 }  // namespace
 
-MeetingPoints::MeetingPoints(std::size_t max_markers) {
-  for (auto& column : start_) column.resize(max_markers);
-  for (auto& column : sum_) column.resize(max_markers);
-  for (auto& column : point_) column.resize(max_markers);
-  for (auto& column : covariance_) column.resize(max_markers);
-  for (auto* column :
-       {&told_, &odd_, &sum2_px_, &count_, &x_, &y_, &ux_, &uy_, &vx_, &vy_, &variance_px2_, &allowed_px2_}) {
+MeetingPoints::MeetingPoints(std::size_t max_markers, std::size_t max_views)
+    : odd_(max_markers), sum_px2_(max_markers), errors_(max_views * kErrorColumns * max_markers) {
+  const auto reserve = [&](auto& columns) {
+    for (Column& column : columns) column.resize(max_markers);
+  };
+  reserve(start_);
+  reserve(sum_);
+  reserve(move_);
+  reserve(covariance_);
+  for (Column* column : {&told_, &count_, &least_depth_m_, &x_, &y_, &ux_, &uy_, &vx_, &vy_, &variance_px2_}) {
     column->resize(max_markers);
   }
 }
 
 void MeetingPoints::begin(const Expected& expected) {
   marker_count_ = expected.markers.size();
+  view_count_ = 0;
   MOCAP_EXPECTS(marker_count_ <= count_.size());
   for (std::size_t m = 0; m < marker_count_; ++m) {
     const Eigen::Vector3d& at = expected.markers.data()[m].position.v;
     for (int axis = 0; axis < 3; ++axis) start_[static_cast<std::size_t>(axis)][m] = at[axis];
   }
-  const auto clear = [this](Column& column) { std::fill_n(column.begin(), marker_count_, 0.0); };
-  for (Column& column : sum_) clear(column);
-  for (Column* column : {&odd_, &sum2_px_, &count_}) clear(*column);
+  for (Column& column : sum_) std::fill_n(column.begin(), marker_count_, 0.0);
+  std::fill_n(count_.begin(), marker_count_, 0.0);
+  std::fill_n(least_depth_m_.begin(), marker_count_, std::numeric_limits<double>::max());
 }
 
 // A column for each number, so that the loops over them run several at a time.
-void MeetingPoints::gather(const ViewRays& view, std::span<const Held> held, const geometry::Agreement& agreement) {
-  const double floor_px2 = agreement.floor_px * agreement.floor_px;
-  const double sigmas2 = agreement.sigmas * agreement.sigmas;
+void MeetingPoints::gather(const ViewRays& view, std::span<const Held> held) {
   const geometry::RayColumns& rays = view.rays;
   const double *x = rays.x.data(), *y = rays.y.data(), *sigma_px = view.sigma_px.data();
   const double *ux = rays.ux.data(), *uy = rays.uy.data(), *vx = rays.vx.data(), *vy = rays.vy.data();
@@ -59,13 +63,12 @@ void MeetingPoints::gather(const ViewRays& view, std::span<const Held> held, con
     vx_[m] = vx[ray];
     vy_[m] = vy[ray];
     variance_px2_[m] = has ? sigma * sigma : 0.0;
-    allowed_px2_[m] = floor_px2 + sigmas2 * sigma * sigma;
   }
 }
 
 MOCAP_WIDE void MeetingPoints::add(const ViewRays& view, std::span<const Held> held) {
   if (view.size() == 0) return;
-  gather(view, held, {});
+  gather(view, held);
   const auto& [row_x, row_y, row_z] = *view.rows;
   const double r00 = row_x[0], r01 = row_x[1], r02 = row_x[2], t0 = row_x[3];
   const double r10 = row_y[0], r11 = row_y[1], r12 = row_y[2], t1 = row_y[3];
@@ -75,7 +78,11 @@ MOCAP_WIDE void MeetingPoints::add(const ViewRays& view, std::span<const Held> h
                *svy = vy_.data(), *variance = variance_px2_.data();
   double *xx = sum_[0].data(), *xy = sum_[1].data(), *xz = sum_[2].data(), *yy = sum_[3].data(), *yz = sum_[4].data(),
          *zz = sum_[5].data(), *gx = sum_[6].data(), *gy = sum_[7].data(), *gz = sum_[8].data(),
-         *counted = count_.data();
+         *counted = count_.data(), *least_depth = least_depth_m_.data();
+  float *at_u = error(view_count_, 0), *u_x = error(view_count_, 1), *u_y = error(view_count_, 2),
+        *u_z = error(view_count_, 3), *at_v = error(view_count_, 4), *v_x = error(view_count_, 5),
+        *v_y = error(view_count_, 6), *v_z = error(view_count_, 7), *own_px2 = error(view_count_, 8);
+  ++view_count_;
   const std::size_t count = marker_count_;
   MOCAP_INDEPENDENT_TURNS
   for (std::size_t m = 0; m < count; ++m) {
@@ -102,6 +109,16 @@ MOCAP_WIDE void MeetingPoints::add(const ViewRays& view, std::span<const Held> h
     gy[m] -= weight * (u1 * off_u + v1 * off_v);
     gz[m] -= weight * (u2 * off_u + v2 * off_v);
     counted[m] += has;
+    least_depth[m] = has > 0.0 && depth < least_depth[m] ? depth : least_depth[m];
+    at_u[m] = static_cast<float>(has * off_u);
+    u_x[m] = static_cast<float>(has * u0);
+    u_y[m] = static_cast<float>(has * u1);
+    u_z[m] = static_cast<float>(has * u2);
+    at_v[m] = static_cast<float>(has * off_v);
+    v_x[m] = static_cast<float>(has * v0);
+    v_y[m] = static_cast<float>(has * v1);
+    v_z[m] = static_cast<float>(has * v2);
+    own_px2[m] = static_cast<float>(variance[m]);
   }
 }
 
@@ -109,8 +126,8 @@ MOCAP_WIDE void MeetingPoints::solve() {
   const double *sxx = sum_[0].data(), *sxy = sum_[1].data(), *sxz = sum_[2].data(), *syy = sum_[3].data(),
                *syz = sum_[4].data(), *szz = sum_[5].data(), *gx = sum_[6].data(), *gy = sum_[7].data(),
                *gz = sum_[8].data();
-  const double *start_x = start_[0].data(), *start_y = start_[1].data(), *start_z = start_[2].data();
-  double *px = point_[0].data(), *py = point_[1].data(), *pz = point_[2].data(), *told = told_.data();
+  const double* least_depth = least_depth_m_.data();
+  double *to_x = move_[0].data(), *to_y = move_[1].data(), *to_z = move_[2].data(), *told = told_.data();
   double *cxx = covariance_[0].data(), *cxy = covariance_[1].data(), *cxz = covariance_[2].data(),
          *cyy = covariance_[3].data(), *cyz = covariance_[4].data(), *czz = covariance_[5].data();
   const std::size_t count = marker_count_;
@@ -124,57 +141,57 @@ MOCAP_WIDE void MeetingPoints::solve() {
     const double least = kLeastInformation_m2 * (ixx + iyy + izz);
     const bool is_told = (determinant > least) & (determinant > 0.0);
     const double inverse = 1.0 / (is_told ? determinant : 1.0);
-    told[m] = is_told ? 1.0 : 0.0;
     cxx[m] = ixx * inverse;
     cxy[m] = ixy * inverse;
     cxz[m] = ixz * inverse;
     cyy[m] = iyy * inverse;
     cyz[m] = iyz * inverse;
     czz[m] = izz * inverse;
-    px[m] = start_x[m] + (ixx * gx[m] + ixy * gy[m] + ixz * gz[m]) * inverse;
-    py[m] = start_y[m] + (ixy * gx[m] + iyy * gy[m] + iyz * gz[m]) * inverse;
-    pz[m] = start_z[m] + (ixz * gx[m] + iyz * gy[m] + izz * gz[m]) * inverse;
+    const double x = (ixx * gx[m] + ixy * gy[m] + ixz * gz[m]) * inverse;
+    const double y = (ixy * gx[m] + iyy * gy[m] + iyz * gz[m]) * inverse;
+    const double z = (ixz * gx[m] + iyz * gy[m] + izz * gz[m]) * inverse;
+    const double most = kSmallChange * least_depth[m];
+    told[m] = is_told & (least_depth[m] > kNearest_m) & (x * x + y * y + z * z <= most * most) ? 1.0 : 0.0;
+    to_x[m] = x;
+    to_y[m] = y;
+    to_z[m] = z;
   }
 }
 
-MOCAP_WIDE void MeetingPoints::judge(const ViewRays& view, std::span<const Held> held,
-                                     const geometry::Agreement& agreement) {
-  if (view.size() == 0) return;
-  gather(view, held, agreement);
-  const auto& [row_x, row_y, row_z] = *view.rows;
-  const double r00 = row_x[0], r01 = row_x[1], r02 = row_x[2], t0 = row_x[3];
-  const double r10 = row_y[0], r11 = row_y[1], r12 = row_y[2], t1 = row_y[3];
-  const double r20 = row_z[0], r21 = row_z[1], r22 = row_z[2], t2 = row_z[3];
-  const double *start_x = start_[0].data(), *start_y = start_[1].data(), *start_z = start_[2].data();
-  const double *px = point_[0].data(), *py = point_[1].data(), *pz = point_[2].data();
-  const double *sx = x_.data(), *sy = y_.data(), *sux = ux_.data(), *suy = uy_.data(), *svx = vx_.data(),
-               *svy = vy_.data(), *variance = variance_px2_.data(), *allowed = allowed_px2_.data();
-  double *odd = odd_.data(), *sum2 = sum2_px_.data();
+MOCAP_WIDE void MeetingPoints::judge(const geometry::Agreement& agreement) {
+  const auto floor_px2 = static_cast<float>(agreement.floor_px * agreement.floor_px);
+  const auto sigmas2 = static_cast<float>(agreement.sigmas * agreement.sigmas);
+  const double *to_x = move_[0].data(), *to_y = move_[1].data(), *to_z = move_[2].data();
+  float *odd = odd_.data(), *sum = sum_px2_.data();
   const std::size_t count = marker_count_;
-  MOCAP_INDEPENDENT_TURNS
-  for (std::size_t m = 0; m < count; ++m) {
-    const bool has = variance[m] > 0.0;
-    const double before = r20 * start_x[m] + r21 * start_y[m] + r22 * start_z[m] + t2;
-    const double depth = r20 * px[m] + r21 * py[m] + r22 * pz[m] + t2;
-    const double inverse = 1.0 / (has ? depth : 1.0);
-    const double off_x = (r00 * px[m] + r01 * py[m] + r02 * pz[m] + t0) * inverse - sx[m];
-    const double off_y = (r10 * px[m] + r11 * py[m] + r12 * pz[m] + t1) * inverse - sy[m];
-    const double off_u = sux[m] * off_x + suy[m] * off_y, off_v = svx[m] * off_x + svy[m] * off_y;
-    const double off2 = off_u * off_u + off_v * off_v;
-    const bool fits = (depth > kNearest_m) & (before > kNearest_m) & (off2 <= allowed[m]) &
-                      (std::abs(depth - before) <= kSmallChange * before);
-    odd[m] += has & !fits ? 1.0 : 0.0;
-    sum2[m] += has ? off2 : 0.0;
+  std::fill_n(odd, count, 0.0F);
+  std::fill_n(sum, count, 0.0F);
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    const float *at_u = error(view, 0), *u_x = error(view, 1), *u_y = error(view, 2), *u_z = error(view, 3);
+    const float *at_v = error(view, 4), *v_x = error(view, 5), *v_y = error(view, 6), *v_z = error(view, 7);
+    const float* own_px2 = error(view, 8);
+    MOCAP_INDEPENDENT_TURNS
+    for (std::size_t m = 0; m < count; ++m) {
+      const auto x = static_cast<float>(to_x[m]), y = static_cast<float>(to_y[m]), z = static_cast<float>(to_z[m]);
+      const float u = at_u[m] + u_x[m] * x + u_y[m] * y + u_z[m] * z;
+      const float v = at_v[m] + v_x[m] * x + v_y[m] * y + v_z[m] * z;
+      const float off_px2 = u * u + v * v;
+      odd[m] += off_px2 <= floor_px2 + sigmas2 * own_px2[m] ? 0.0F : 1.0F;
+      sum[m] += off_px2;
+    }
   }
 }
 
 geometry::Refined MeetingPoints::meeting(std::size_t marker) const {
   geometry::Refined met;
-  met.point.v = {point_[0][marker], point_[1][marker], point_[2][marker]};
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto column = static_cast<std::size_t>(axis);
+    met.point.v[axis] = start_[column][marker] + move_[column][marker];
+  }
   const auto& c = covariance_;
   met.covariance_m2 << c[0][marker], c[1][marker], c[2][marker], c[1][marker], c[3][marker], c[4][marker], c[2][marker],
       c[4][marker], c[5][marker];
-  met.rms_px = std::sqrt(sum2_px_[marker] / count_[marker]);
+  met.rms_px = std::sqrt(static_cast<double>(sum_px2_[marker]) / count_[marker]);
   return met;
 }
 

@@ -34,6 +34,11 @@ double reach_of(const CameraModel& camera) {
 
 }  // namespace
 
+Vector2d ViewRays::axis(std::size_t ray) const {
+  if (!(spread_px[ray] > 0.0) || !std::isfinite(axis_rad[ray])) return Vector2d::Zero();
+  return {std::cos(2.0 * axis_rad[ray]), std::sin(2.0 * axis_rad[ray])};
+}
+
 Vector3d ViewRays::direction(std::size_t ray) const {
   return (camera->camera_from_world.rotation.transpose() * Vector3d(x(ray), y(ray), 1.0)).normalized();
 }
@@ -166,14 +171,13 @@ RayTable::RayTable(const Rig& rig) : rig_(rig), views_(rig.size()), view_of_(rig
 
 void ViewRays::reserve() {
   quadric.reserve(kMaxBlobs);
-  axis.reserve(kMaxBlobs);
   blob.reserve(kMaxBlobs);
-  for (auto* column : {&sigma_px, &spread_px}) column->reserve(kMaxBlobs);
+  for (auto* column : {&sigma_px, &spread_px, &axis_rad}) column->reserve(kMaxBlobs);
   for (auto* column : {&x_f, &y_f, &variance_f}) column->reserve(kMaxBlobs);
   for (auto* column : {&taken, &has_quadric_}) column->reserve(kMaxBlobs);
 }
 
-void RayTable::cast(const FrameSet& frames) {
+void RayTable::begin(const FrameSet& frames) {
   MOCAP_EXPECTS(frames.views.size() <= views_.size());
   std::ranges::fill(view_of_, kNoView);
   view_count_ = frames.views.size();
@@ -181,9 +185,13 @@ void RayTable::cast(const FrameSet& frames) {
     const std::uint32_t camera = frames.views[view]->camera.value;
     MOCAP_EXPECTS(camera < rig_.size());
     view_of_[camera] = static_cast<std::uint32_t>(view);
-    cast_view(*frames.views[view], views_[view]);
-    shadows_.place(view, views_[view]);
+    frames_[view] = frames.views[view];
   }
+}
+
+void RayTable::cast(std::size_t view) {
+  cast_view(*frames_[view], views_[view]);
+  shadows_.place(view, views_[view]);
 }
 
 void RayTable::cast_view(const BlobFrame& frame, ViewRays& view) {
@@ -205,7 +213,7 @@ bool RayTable::read_blobs(const BlobFrame& frame, ViewRays& view) {
   const std::size_t count = frame.blobs.size();
   view.sigma_px.resize(count);
   view.spread_px.resize(count);
-  view.axis.resize(count);
+  view.axis_rad.resize(count);
   view.blob.resize(count);
   double least_px2 = std::numeric_limits<double>::infinity();
   double most_px2 = 0.0;
@@ -217,13 +225,10 @@ bool RayTable::read_blobs(const BlobFrame& frame, ViewRays& view) {
     least_px2 = std::min(least_px2, blob.area_px2);
     most_px2 = std::max(most_px2, blob.area_px2);
     view.blob[b] = static_cast<std::uint16_t>(b);
-    view.axis[b] = Vector2d(0.0, 0.0);
     const double spread = is_round(blob) ? 0.0 : spread_px(blob);
     view.spread_px[b] = spread;
     view.sigma_px[b] = doubt_px(blob, spread);
-    if (spread > 0.0 && std::isfinite(blob.axis_rad)) {
-      view.axis[b] = {std::cos(2.0 * blob.axis_rad), std::sin(2.0 * blob.axis_rad)};
-    }
+    view.axis_rad[b] = blob.axis_rad;
   }
   return may_crowd(least_px2, most_px2);
 }
@@ -248,12 +253,12 @@ void ViewRays::drop_missing() {
     if (exists[b] == 0) continue;
     sigma_px[kept] = sigma_px[b];
     spread_px[kept] = spread_px[b];
-    axis[kept] = axis[b];
+    axis_rad[kept] = axis_rad[b];
     blob[kept++] = blob[b];
   }
   sigma_px.resize(kept);
   spread_px.resize(kept);
-  axis.resize(kept);
+  axis_rad.resize(kept);
   blob.resize(kept);
   rays.drop_missing();
 }

@@ -31,8 +31,7 @@ struct ViewRays {
   std::vector<RayQuadric> quadric;  ///< with sigma_px; of those rays only for which it was made
   std::vector<double> sigma_px;     ///< with the doubt that the blob's shape casts
   std::vector<double> spread_px;    ///< over 0: more than one marker is likely in the blob, so far from its centroid
-  /// Where there is a spread: its direction, twice the angle of the longer axis as a unit vector; zero: not told.
-  std::vector<Eigen::Vector2d> axis;
+  std::vector<double> axis_rad;     ///< where there is a spread: of the longer axis; NaN: not told
   std::vector<std::uint16_t> blob;  ///< index in the BlobFrame
   std::vector<std::uint8_t> taken;  ///< how many matches it belongs to; `take` and `give_back` change it
   /// In single precision: place, and variance on the image plane at distance 1.
@@ -71,6 +70,8 @@ struct ViewRays {
     for (std::size_t word = 0; word < words_; ++word) visit_bits(word, free_[word], visit);
   }
 
+  /// Where there is a spread: its direction, twice the angle of the longer axis as a unit vector; zero: not told.
+  Eigen::Vector2d axis(std::size_t ray) const;
   /// Where the ray points to in the world; unit.
   Eigen::Vector3d direction(std::size_t ray) const;
 
@@ -179,9 +180,10 @@ class RayTable {
   /// `rig` must outlive the table.
   explicit RayTable(const Rig& rig);
 
-  /// Takes in a set. Views of cameras that the rig does not hold are empty; so are blobs that no ray leads to, or whose
-  /// numbers are not finite.
-  void cast(const FrameSet& frames);
+  /// Takes in a set, whose views must stay until the next; `cast` each of them before it is asked.
+  void begin(const FrameSet& frames);
+  /// The rays of a view's blobs. Blobs that no ray leads to, or whose numbers are not finite, are left out.
+  void cast(std::size_t view);
 
   std::size_t view_count() const { return view_count_; }
   ViewRays& operator[](std::size_t view) { return views_[view]; }
@@ -214,6 +216,7 @@ class RayTable {
   std::vector<ViewRays> views_;
   std::vector<std::uint32_t> view_of_;  // by camera
   std::size_t view_count_ = 0;
+  std::array<const BlobFrame*, kMaxCameras> frames_{};  // by view
 
   std::vector<double> u_px_, v_px_, areas_px2_;
   ViewShadows shadows_;
