@@ -26,7 +26,7 @@ class BodyLabeller final : public Labeller {
   const Labels& label(const TrackedMarkers& tracked, const Expected& expected) override {
     tracks_.take(tracked);
     still_.update(tracked, expected.at);
-    for (SubjectLabeller& subject : subjects_) subject.keep(tracks_);
+    for (SubjectLabeller& subject : subjects_) subject.keep(tracks_, expected.at);
     for (SubjectLabeller& subject : subjects_) {
       if (subject.tracking()) subject.expect(tracks_, expected.at);
     }
