@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <cstdio>
-#include <cstdlib>
 
 #include "base/expects.h"
 #include "body/rotation.h"
@@ -139,9 +137,8 @@ void AnyPoseFinder::begin(std::span<const Eigen::Vector3d> points) {
 void AnyPoseFinder::begin_round(const BodyKnown& known) {
   known_ = known;
   root_ = 0;
-  const double strays =
-      std::max(1.0, static_cast<double>(cloud_.size()) - 0.8 * static_cast<double>(set_.markers.size()));
-  layer_.begin(cloud_, known_, strays / kBodyRoom_m3);
+  // To a limb the markers of all others are strays, too.
+  layer_.begin(cloud_, known_, static_cast<double>(cloud_.size()) / kBodyRoom_m3);
   layer_.start(roots_[root_].bone, roots_[root_].plan);
   stage_ = Stage::Lay;
 }
@@ -276,7 +273,6 @@ void AnyPoseFinder::judge() {
   const auto end = fitted_.begin() + static_cast<std::ptrdiff_t>(fits_);
   const auto best =
       std::min_element(fitted_.begin(), end, [](const Fitted& a, const Fitted& b) { return a.cost < b.cost; });
-  if (getenv("DBG")) { printf("root %d sigma %.3f readings %zu:", roots_[root_].bone, known_.marker_sigma_m, layer_.readings().size()); for (std::size_t i = 0; i < fits_; ++i) printf(" [beam %.1f fit %.1f matched %d rms %.1f mm diff %d]", fitted_[i].reading.cost, fitted_[i].cost, fitted_[i].matched, 1000*fitted_[i].rms_m, differ(fitted_[i].point_of_marker, fitted_[0].point_of_marker)); puts(""); }
   if (best == end || !good(*best)) {
     go_on();
     return;
@@ -380,7 +376,6 @@ void AnyPoseFinder::challenge() {
   rival_.reading = rival;
   fit(rival_);
   const bool same = rival_.point_of_marker == best_.point_of_marker;
-  if (getenv("DBG")) { printf("  limb %zu challenge %zu beam %+.1f fit %+.1f same %d:", limb_, next_ - 1, rival.cost - own_cost_, rival_.cost - best_.cost, same); for (auto& [m, p] : difference_) printf(" %s:%d->%d", set_.markers[static_cast<std::size_t>(m)].name.c_str(), best_.reading.point_of_marker[static_cast<std::size_t>(m)], p); puts(""); }
   if (!same && rival_.cost < best_.cost && good(rival_) && changes_ < kMostChanges) {
     ++changes_;
     std::swap(best_, rival_);

@@ -21,7 +21,7 @@ struct FindAnyPoseSettings {
   BodyKnown roughly{0.007, 0.015};  ///< then this: skin that slides
   double least_share = 0.5;         ///< of the markers that must be named
   double most_rms = 2.0;            ///< of the markers from the body, in their sigmas
-  double sure = 7.0;                ///< by how much of log-likelihood another reading of a marker must be worse
+  double sure = 10.0;               ///< by how much of log-likelihood another reading of a marker must be worse
 };
 
 /// A body found in a pose.

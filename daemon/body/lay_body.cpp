@@ -15,8 +15,8 @@ constexpr double kMostBehind = 18.0;
 constexpr std::size_t kMostAlike = 6;
 constexpr std::size_t kMostSeeds = 24;
 constexpr std::size_t kMostGrowths = 320;
-// A joint that is less sure than this tells nothing of what hangs there.
-constexpr double kLostJoint_m = 0.12;
+// A joint that is less sure than this tells nothing of a bone with one marker, two markers, or more that tell its turn.
+constexpr double kLostJoint_m[] = {0.12, 0.20, 0.35};
 // By what share of its lever an unseen or half-seen bone's end is unsure: joints that turn by 35 degrees, rms.
 constexpr double kUnseenTurn = 0.6;
 // How hard a joint's range is: bones that are told by markers 8 cm apart are turned by 0.1 rad, and people reach beyond.
@@ -212,7 +212,8 @@ void BodyLayer::grow(std::size_t index) {
   const BoneShape& shape = shapes_.of(static_cast<std::size_t>(next.bone));
   const LayFrom from = hang(reading, next);
   Growth growth{reading.cost, index, from.sigma_m, {}};
-  if (from.sigma_m > kLostJoint_m) {
+  const std::size_t telling = shapes_.tells_turn(static_cast<std::size_t>(next.bone)) ? 2 : shape.points.size() > 1 ? 1 : 0;
+  if (from.sigma_m > kLostJoint_m[telling]) {
     growth.bone.world_from_bone = {from.place_m - from.rest * from.joint_m, from.rest};
     growth.bone.point_of.resize(shape.points.size());
     std::fill(growth.bone.point_of.begin(), growth.bone.point_of.end(), -1);

@@ -26,7 +26,19 @@ double flatness(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen:
   return longest < 1e-9 ? 0.0 : (b - a).cross(c - a).norm() / longest;
 }
 
+// How much room a normal distribution takes: in one place, on a sphere, on a circle.
 double ball(double sigma_m) { return std::pow(kRootTwoPi * sigma_m, 3); }
+double shell(double radius_m, double sigma_m) {
+  return 4.0 * std::numbers::pi * radius_m * radius_m * kRootTwoPi * sigma_m;
+}
+double ring(double radius_m, double sigma_m, double other_sigma_m) {
+  return 2.0 * std::numbers::pi * radius_m * kRootTwoPi * kRootTwoPi * sigma_m * other_sigma_m;
+}
+
+double off_line(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& at) {
+  const Eigen::Vector3d along = (b - a).normalized();
+  return (at - a - along * along.dot(at - a)).norm();
+}
 
 }  // namespace
 
@@ -116,6 +128,7 @@ void BoneLayer::weigh(const BoneShape& shape, const LayFrom* from, const BodyClo
   }
   Eigen::Vector3d first = from == nullptr ? Eigen::Vector3d::Zero() : from->joint_m;
   Eigen::Vector3d second = Eigen::Vector3d::Zero();
+  Eigen::Vector3d third = Eigen::Vector3d::Zero();
   int order = from == nullptr ? 0 : 1;
   for (std::size_t i = 0; i < shape.points.size(); ++i) {
     const int p = bone_.point_of[i];
@@ -125,17 +138,19 @@ void BoneLayer::weigh(const BoneShape& shape, const LayFrom* from, const BodyClo
     const double away = (at - first).norm();
     double volume = kRoom_m3;
     if (order == 1) {
-      volume = away < 2.0 * both ? ball(both)
-                                 : kAllowedShare * 4.0 * std::numbers::pi * away * away * kRootTwoPi * both;
+      volume = away < 2.0 * both ? ball(both) : kAllowedShare * shell(away, both);
     } else if (order == 2) {
-      const Eigen::Vector3d along = (second - first).normalized();
-      const double across = (at - first - along * along.dot(at - first)).norm();
-      volume = std::max(ball(both), kAllowedShare * 2.0 * std::numbers::pi * across * kRootTwoPi * kRootTwoPi * sigma * both);
+      const double across = off_line(first, second, at);
+      const double by_joint = kAllowedShare * ring(across, sigma, both);
+      volume = std::min(by_joint, shell((at - second).norm(), std::numbers::sqrt2 * sigma));
     } else if (order == 3) {
-      volume = ball(sigma) * both / sigma;
+      const double by_joint = ball(sigma) * both / sigma;
+      volume = std::min(by_joint, ring(off_line(second, third, at), sigma, std::numbers::sqrt2 * sigma));
     } else if (order > 3) {
       volume = ball(sigma);
     }
+    volume = std::max(volume, ball(sigma));
+    if (order == 2) third = at;
     if (order == 0) first = at;
     if (order == 1) second = at;
     ++order;
