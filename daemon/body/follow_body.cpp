@@ -58,6 +58,7 @@ BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
   off_m2_.resize(bones);
   seen_of_.resize(bones);
   hold_.resize(bones);
+  misread_.resize(bones);
   pairs_.reserve(set.markers.size() + 1);  // and a joint
 }
 
@@ -105,8 +106,11 @@ bool BodyFollower::start(std::span<const Observation> seen, Timestamp at) {
   return true;
 }
 
+void BodyFollower::misread(std::span<const char> bones) { std::copy(bones.begin(), bones.end(), misread_.begin()); }
+
 void BodyFollower::predict(Timestamp at) {
   at_ = at;
+  std::fill(misread_.begin(), misread_.end(), 0);
   const double ahead_s = std::clamp(to_s(at - learnt_at_), 0.0, kLongGap_s);
   // The way that a speed which dies away leads to.
   const double dying_s = kCoast_s * (1.0 - std::exp(-ahead_s / kCoast_s));
@@ -154,6 +158,7 @@ PoseFitResult BodyFollower::fit(std::span<const Observation> seen) {
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     const Told told = bones_[b].told;
     hold_[b] = told == Told::Direct ? kHoldDirect_rad : told == Told::Further ? kHoldFurther_rad : kHoldUnseen_rad;
+    if (misread_[b] != 0) hold_[b] = kMostStray_rad;
   }
   const PoseFitResult result = solve(seen, settings_.max_iterations);
   residual_m_ = result.rms_m;
@@ -289,6 +294,7 @@ void BodyFollower::loosen(std::span<const Observation> seen, Timestamp at) {
     const double hidden_s = std::max(0.0, to_s(at - bones_[b].told_at));
     hold_[b] = bones_[b].told == Told::Direct ? kHoldDirect_rad
                                               : std::min(kMostStray_rad, kHoldFurther_rad + kStray_rad_s * hidden_s);
+    if (misread_[b] != 0) hold_[b] = kMostStray_rad;
   }
 }
 
