@@ -10,6 +10,7 @@
 #include "base/expects.h"
 #include "body/kinematic_tree.h"
 #include "scene/clip_actor.h"
+#include "scene/there_and_back.h"
 
 namespace mocap::scene {
 namespace {
@@ -146,11 +147,7 @@ class BvhActor final : public Actor {
     return known == bvh_.joints.end() ? -1 : static_cast<int>(known - bvh_.joints.begin());
   }
 
-  double clip_s(double t_s) const {
-    if (length_s_ <= 0.0) return begin_s_;
-    const double there_and_back_s = std::fmod(t_s, 2.0 * length_s_);
-    return begin_s_ + (there_and_back_s > length_s_ ? 2.0 * length_s_ - there_and_back_s : there_and_back_s);
-  }
+  double clip_s(double t_s) const { return begin_s_ + there_and_back_s(t_s, length_s_); }
 
   // Our bones' turns and root at an instant of the file.
   void pose_at(double file_s, Eigen::Vector3d& root_m, Quaternions& turns) const {

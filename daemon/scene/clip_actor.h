@@ -16,7 +16,8 @@ struct BvhSettings {
 };
 
 /// Somebody who moves as a BVH file tells (from its second frame on: the first is often a rest pose), forth and back
-/// without end, in the middle of the volume, with the lowest joint of the whole motion on the floor.
+/// without end (turning round as there_and_back_s tells), in the middle of the volume, with the lowest joint of the
+/// whole motion on the floor.
 ///
 /// With a marker set its own skeleton is moved: the bones named as in human18 take the turns of the joints that are
 /// called so elsewhere (CMU, Mixamo, DeepMimic names), limbs point where the file's limbs point; the rest pose is the

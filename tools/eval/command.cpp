@@ -5,6 +5,7 @@ namespace mocap::eval {
 std::span<const Command> commands() {
   static constexpr Command kAll[] = {
       {"score", "compare a stream of snapshots with the truth", run_score},
+      {"scene", "how right names and skeletons are in a simulated scene", run_scene},
       {"points", "how well simulated cameras find markers in space", run_points},
       {"paper", "rebuild the tracking study, and judge our trackers on its clips", run_paper},
   };

@@ -17,6 +17,7 @@ std::span<const Command> commands();
 
 int run_score(int argc, const char* const* argv);
 int run_points(int argc, const char* const* argv);
+int run_scene(int argc, const char* const* argv);
 int run_paper(int argc, const char* const* argv);
 
 }  // namespace mocap::eval
