@@ -10,11 +10,13 @@ namespace {
 
 constexpr int kMostTurns = 25;
 constexpr int kMostRefused = 6;
-constexpr int kSteps = 2;        // of a pose in one piece of work
-constexpr int kFirstPieces = 5;  // of a pose that nobody has fitted to these offsets yet
+constexpr int kSteps = 3;        // of a pose in one piece of work
+constexpr int kFirstPieces = 3;  // of a pose that nobody has fitted to these offsets yet
 // A turn that moves no offset by more is the last.
 constexpr double kSmall_m = 5e-5;
+// Nor one that explains no more: as a share, and in squared sigmas.
 constexpr double kSmallGain = 1e-4;
+constexpr double kLeastGain = 0.05;
 // Multiplications of a piece of work: some 20 us.
 constexpr std::size_t kPiece = 40'000;
 // What is taken for the markers' noise before they tell it themselves, and for how many coordinates that stands.
@@ -99,7 +101,7 @@ void SubjectFitter::judge() {
   const double cost = sum_.cost(cost_) + prior;
   const double before = best_sum_.cost(cost_) + best_prior_;
   if (!std::isfinite(cost) || (turns_ > 0 && cost > before)) return reject();
-  const bool small = turns_ > 0 && (changed_m_ < kSmall_m || before - cost < kSmallGain * before);
+  const bool small = turns_ > 0 && (changed_m_ < kSmall_m || before - cost < kSmallGain * before + kLeastGain);
   best_prior_ = prior;
   accept();
   if (turns_ > kMostTurns || (small && turns_ > 3)) stage_ = Stage::Done;
@@ -146,8 +148,8 @@ void SubjectFitter::reject() {
 
 void SubjectFitter::gather_next() {
   if (part_ == 0) sum_.told += instant_equations_.eliminate(instants_[next_], best_, cost_).told;
-  // The root's rows meet all offsets; half of the limbs' rows are as much work.
-  const std::size_t half = part_ < 2 ? part_ + 1 : instant_equations_.parts();
+  // The root's rows meet all offsets: they are as much work as all the limbs'.
+  const std::size_t half = part_ < 2 ? 2 : instant_equations_.parts();
   while (part_ < half) instant_equations_.add_to(part_++, offset_equations_.matrix(), offset_equations_.gradient());
   if (part_ < instant_equations_.parts()) return;
   part_ = 0;

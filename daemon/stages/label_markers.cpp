@@ -46,6 +46,10 @@ class BodyLabeller final : public Labeller {
     return std::nullopt;
   }
 
+  void refit(const SubjectFit& fit) override {
+    if (fit.subject.value < subjects_.size()) subjects_[fit.subject.value].refit(fit);
+  }
+
  private:
   // One subject a call at most, so that a search never costs a set more than one of them.
   void search(Timestamp at) {

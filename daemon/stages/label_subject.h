@@ -52,6 +52,8 @@ class SubjectLabeller {
 
   void show(const NamedTracks& tracks, SubjectLabels& into) const;
   std::optional<SubjectFit> take_fit();
+  /// The body's bones and markers are known better.
+  void refit(const SubjectFit& fit);
 
  private:
   // What a new claim must be better by than any other reading, in squared sigmas.
