@@ -15,7 +15,10 @@ namespace {
 
 // A joint that stands nearer to the rest pose, down an unbroken line from the trunk, is meant to be in it.
 constexpr double kMeantAtRest_rad = 0.45;
-constexpr double kMeantUpright_rad = 0.3;
+// Somebody who stands stands upright, however low in front the markers of the pelvis sit.
+constexpr double kUprightHold_rad = 0.1;
+// In a pose of somebody who stands all names are right, and a marker may be anywhere on its bone.
+constexpr OutlierScale kAtRestOutliers{0.4, 0.4};
 // Of joints that hang as they like, and yet do not twist where the markers hardly tell.
 constexpr double kRoughRest_rad = 0.25;
 constexpr double kRoughSigma_m = 0.015;   // of a marker before the body is fitted: where people stick it
@@ -91,8 +94,7 @@ MarkerSet sized(const MarkerSet& file, double size) {
 
 // Which joints are meant to be at rest, in a pose that somebody holds.
 void find_rest(const Skeleton& skeleton, BodyInstant& instant) {
-  const Eigen::Vector3d up = instant.locals[0].rotation * Eigen::Vector3d::UnitZ();
-  instant.at_rest[0] = up.z() > std::cos(kMeantUpright_rad) ? 1 : 0;
+  instant.at_rest[0] = 1;
   for (std::size_t b = 1; b < skeleton.bones.size(); ++b) {
     const bool line = instant.at_rest[static_cast<std::size_t>(skeleton.bones[b].parent)] != 0;
     instant.at_rest[b] = line && rotation_vector(instant.locals[b].rotation).norm() < kMeantAtRest_rad ? 1 : 0;
@@ -111,8 +113,13 @@ std::optional<BodyInstant> instant_at_rest(const MarkerSet& rough, const Labelle
   const auto place = geometry::fit_upright(pairs);
   if (!place) return std::nullopt;
   pose.place({place->translation, Eigen::Quaterniond(Eigen::AngleAxisd(place->yaw_rad, Eigen::Vector3d::UnitZ()))});
-  (void)pose.solve(observations(middle, kRoughSigma_m),
-                   {.rest_sigma_rad = kRoughRest_rad, .outlier_m = 2.0 * kRoughOutlier_m}, 60);
+  std::vector<double> hold(rough.skeleton.bones.size(), 1e3);
+  if (hold.size() > 1) hold[0] = kUprightHold_rad;
+  const PosePrior prior{.rest_sigma_rad = kRoughRest_rad,
+                        .hold_sigma_rad = hold,
+                        .hold_root_sigma_m = 10.0,
+                        .outlier_m = 2.0 * kRoughOutlier_m};
+  (void)pose.solve(observations(middle, kRoughSigma_m), prior, 60);
   BodyInstant instant = empty_instant(rough);
   instant.seen_m = middle;
   instant.locals.assign(pose.locals().begin(), pose.locals().end());
@@ -217,7 +224,8 @@ Result<FittedSubject, FitFailure> fit_subject(const MarkerSet& file, const Label
   MOCAP_EXPECTS(moving.frames() == 0 || moving.markers == file.markers.size());
   double size = rough_size(file, at_rest.frames() > 0 ? at_rest : moving);
   MarkerSet rough = sized(file, size);
-  SubjectFitter fitter(file, settings.priors, settings.most_instants + 1);
+  SubjectFitter rest_fitter(file, settings.priors, 1, kAtRestOutliers);
+  SubjectFitter moving_fitter(file, settings.priors, settings.most_instants + 1);
   std::vector<BodyInstant> instants;
   FittedSubject fitted;
   if (at_rest.frames() > 0) {
@@ -226,15 +234,18 @@ Result<FittedSubject, FitFailure> fit_subject(const MarkerSet& file, const Label
   if (!instants.empty()) {
     fitted.from_rest =
         std::any_of(instants[0].at_rest.begin() + 1, instants[0].at_rest.end(), [](auto b) { return b != 0; });
-    fitter.begin(offsets_of(rough), size, instants);
-    while (!fitter.work()) continue;
-    wear(fitter.offsets(), rough);
-    size = fitter.size();
+    rest_fitter.begin(offsets_of(rough), size, instants);
+    while (!rest_fitter.work()) continue;
+    wear(rest_fitter.offsets(), rough);
+    size = rest_fitter.size();
   }
   if (moving.frames() > 0) add_different(rough, moving, settings, instants);
   if (instants.empty()) return FitFailure::NothingSeen;
-  fitter.begin(offsets_of(rough), size, instants);
-  while (!fitter.work()) continue;
+  SubjectFitter& fitter = moving.frames() > 0 ? moving_fitter : rest_fitter;
+  if (moving.frames() > 0) {
+    fitter.begin(offsets_of(rough), size, instants);
+    while (!fitter.work()) continue;
+  }
 
   fitted.marker_set = file;
   wear(fitter.offsets(), fitted.marker_set);

@@ -11,6 +11,9 @@ namespace mocap::body {
 namespace {
 
 constexpr double kInJoint_m = 1e-3;
+// Beyond so many sigmas a marker sits somewhere else than the file has it, as high or low on a thigh, and how far no
+// longer matters much (a Cauchy prior).
+constexpr double kElsewhere = 2.0;
 // Left and right differ by so much in any case: where a marker sits, where a joint's centre is taken to be.
 constexpr double kLeastAsymmetry_m = 0.003;
 
@@ -25,6 +28,11 @@ Eigen::Matrix3d bone_weight(const Eigen::Vector3d& rest_m, const OffsetPriors& p
   const double along = 1.0 / squared(std::max(priors.stretch_sigma * length, 0.3 * priors.bend_sigma_m));
   return across * Eigen::Matrix3d::Identity() + (along - across) * u * u.transpose();
 }
+
+double elsewhere_cost(double squared_sigmas) {
+  return squared(kElsewhere) * std::log1p(squared_sigmas / squared(kElsewhere));
+}
+double elsewhere_weight(double squared_sigmas) { return 1.0 / (1.0 + squared_sigmas / squared(kElsewhere)); }
 
 Eigen::Vector3d mirrored(const Eigen::Vector3d& v) { return {v.x(), -v.y(), v.z()}; }
 
@@ -62,7 +70,7 @@ OffsetEquations::OffsetEquations(const MarkerSet& file, const OffsetColumns& col
   factor_.resize(matrix_.size());
   gradient_.resize(count);
   change_.resize(count);
-  // The priors' matrix does not depend on where the offsets are.
+  // Their matrix is this one but for markers that sit elsewhere.
   add_priors(file_, 1.0);
   for (std::size_t i = 0; i < count; ++i) prior_diagonal_.push_back(matrix_[i * count + i]);
   clear();
@@ -82,7 +90,7 @@ double OffsetEquations::prior_cost(const BodyOffsets& offsets, double size) cons
     sum += off.dot(bone_weights_[b] * off);
   }
   for (std::size_t m = 0; m < file_.markers_m.size(); ++m) {
-    sum += marker_weights_[m] * (offsets.markers_m[m] - size * file_.markers_m[m]).squaredNorm();
+    sum += elsewhere_cost(marker_weights_[m] * (offsets.markers_m[m] - size * file_.markers_m[m]).squaredNorm());
   }
   for (const Pair& pair : pairs_) sum += pair.weight * mirrored_off(pair, offsets, size).squaredNorm();
   return sum;
@@ -125,8 +133,9 @@ void OffsetEquations::add_priors(const BodyOffsets& offsets, double size) {
     add_off(columns_.bone[b], bone_weights_[b], file_.bones_m[b], offsets.bones_m[b] - size * file_.bones_m[b]);
   }
   for (std::size_t m = 0; m < file_.markers_m.size(); ++m) {
-    add_off(columns_.marker[m], marker_weights_[m] * Eigen::Matrix3d::Identity(), file_.markers_m[m],
-            offsets.markers_m[m] - size * file_.markers_m[m]);
+    const Eigen::Vector3d off = offsets.markers_m[m] - size * file_.markers_m[m];
+    const double weight = marker_weights_[m] * elsewhere_weight(marker_weights_[m] * off.squaredNorm());
+    add_off(columns_.marker[m], weight * Eigen::Matrix3d::Identity(), file_.markers_m[m], off);
   }
   const Eigen::Matrix3d mirror = Eigen::Vector3d(1.0, -1.0, 1.0).asDiagonal();
   for (const Pair& pair : pairs_) {

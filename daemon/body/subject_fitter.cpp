@@ -23,15 +23,17 @@ constexpr std::size_t kPiece = 40'000;
 constexpr double kUsualSigma_m = 0.002;
 constexpr double kUsualSigmaCounts = 10.0;
 constexpr double kFirstSigma_m = 0.004;
-constexpr double kFirstOutlier_m = 0.08;
-constexpr double kOutlier_m = 0.02;
+constexpr double kMostSigma_m = 0.015;
+constexpr double kLeastFree = 0.15;  // share of the coordinates seen that poses and offsets cannot take up
 constexpr double kOutlierSigmas = 6.0;
 
 }  // namespace
 
-SubjectFitter::SubjectFitter(const MarkerSet& file, const OffsetPriors& priors, std::size_t most_instants)
+SubjectFitter::SubjectFitter(const MarkerSet& file, const OffsetPriors& priors, std::size_t most_instants,
+                             const OutlierScale& outliers)
     : instant_equations_(file),
       offset_equations_(file, instant_equations_.columns(), priors),
+      outliers_(outliers),
       tried_(offsets_of(file)),
       best_(tried_),
       best_poses_(most_instants, std::vector<Pose>(file.skeleton.bones.size())) {}
@@ -49,7 +51,7 @@ void SubjectFitter::begin(const BodyOffsets& offsets, double size, std::span<Bod
     }
   }
   cost_.sigma_m = kFirstSigma_m;
-  cost_.outlier_m = kFirstOutlier_m;
+  cost_.outlier_m = outliers_.first_m;
   sum_ = best_sum_ = {};
   next_ = part_ = 0;
   again_ = 0;
@@ -129,8 +131,11 @@ void SubjectFitter::accept() {
 void SubjectFitter::learn_noise() {
   const double free = std::max(0.0, 3.0 * best_sum_.weight - best_sum_.told - offset_equations_.told());
   const double usual = kUsualSigmaCounts * kUsualSigma_m * kUsualSigma_m;
-  cost_.sigma_m = std::sqrt((best_sum_.data_m2 + usual) / (free + kUsualSigmaCounts));
-  cost_.outlier_m = std::clamp(kOutlierSigmas * cost_.sigma_m, kOutlier_m, cost_.outlier_m);
+  const double learnt = std::sqrt((best_sum_.data_m2 + usual) / (free + kUsualSigmaCounts));
+  // What few instants leave is where the fit has not come to yet, not noise.
+  const bool enough = free > kLeastFree * 3.0 * best_sum_.weight;
+  cost_.sigma_m = enough ? std::min(learnt, kMostSigma_m) : kUsualSigma_m;
+  cost_.outlier_m = std::clamp(kOutlierSigmas * cost_.sigma_m, outliers_.least_m, cost_.outlier_m);
 }
 
 void SubjectFitter::reject() {

@@ -11,6 +11,12 @@
 
 namespace mocap::body {
 
+/// How far off a marker is that counts less and less, m: at first, when nobody knows where it sits, and in the end.
+struct OutlierScale {
+  double first_m = 0.08;
+  double least_m = 0.02;
+};
+
 /// How a fit takes turns, one piece of work at a time: all poses to the offsets at hand, the equations of the offsets
 /// from all poses, their solution, and again. So it may be spread over as many calls as one likes.
 ///
@@ -20,7 +26,8 @@ namespace mocap::body {
 class SubjectFitter {
  public:
   /// `file`: what the priors are about, and where the fit starts.
-  SubjectFitter(const MarkerSet& file, const OffsetPriors& priors, std::size_t most_instants);
+  SubjectFitter(const MarkerSet& file, const OffsetPriors& priors, std::size_t most_instants,
+                const OutlierScale& outliers = {});
 
   /// Begins anew at these offsets with these instants, which are borrowed until the fit has settled or begins anew;
   /// their poses are moved.
@@ -55,6 +62,7 @@ class SubjectFitter {
 
   InstantEquations instant_equations_;
   OffsetEquations offset_equations_;
+  OutlierScale outliers_;
   InstantCost cost_;
   std::span<BodyInstant> instants_;
   BodyOffsets tried_, best_;
