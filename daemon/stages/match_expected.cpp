@@ -127,13 +127,6 @@ void ExpectedMatcher::mark(RayTable& rays, std::size_t marker, int change) const
   }
 }
 
-// Where it was made.
-const RayQuadric* ExpectedMatcher::quadric_of(const RayTable& rays, std::size_t marker, std::size_t view) const {
-  const Held& one = held(marker, view);
-  if (one.quadric != kNone) return &shared_quadrics_[one.quadric];
-  return rays[view].has_quadric(one.ray) ? &rays[view].quadric[one.ray] : nullptr;
-}
-
 void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& into) const {
   if (into.matches.full()) {
     ++into.dropped;
@@ -149,7 +142,6 @@ void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& in
     if (one.ray == kNone) continue;
     BlobRef seen{static_cast<std::uint16_t>(view), rays[view].blob[one.ray]};
     seen.sigma_px = static_cast<float>(rays[view].sigma_px[one.ray]);
-    seen.quadric = quadric_of(rays, marker, view);
     if (one.sigma_px > 0.0F) {
       const geometry::RayColumns& slope = rays[view].rays;
       const Eigen::Vector2d off = one.off.cast<double>();

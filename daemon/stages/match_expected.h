@@ -51,7 +51,6 @@ class ExpectedMatcher {
   void recover(RayTable& rays, std::size_t marker);
   void learn_error(const RayTable& rays);
   void mark(RayTable& rays, std::size_t marker, int change) const;
-  const RayQuadric* quadric_of(const RayTable& rays, std::size_t marker, std::size_t view) const;
   void give(const RayTable& rays, std::size_t marker, Matches& into) const;
 
   const MatchSettings& settings_;

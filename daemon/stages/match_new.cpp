@@ -2,6 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -373,20 +375,27 @@ bool NewMatcher::lose_taken(const RayTable& rays, Hypothesis& hypothesis) {
 }
 
 void NewMatcher::believe(RayTable& rays, const Hypothesis& hypothesis, Matches& into) {
-  for (const auto& [view, ray] : hypothesis.members) rays[view].take(ray);
+  std::array<std::uint16_t, kMaxCameras> ray_of;  // only of those in `views`
+  std::uint64_t views = 0;
+  for (const auto& [view, ray] : hypothesis.members) {
+    rays[view].take(ray);
+    ray_of[view] = ray;
+    views |= std::uint64_t{1} << view;
+  }
   if (into.matches.full()) {
     ++into.dropped;
     return;
   }
   Match& match = into.matches.push_back({});
   match.start = hypothesis.at.point;
-  for (const auto& [view, ray] : hypothesis.members) {
+  for (; views != 0; views &= views - 1) {  // in their order
+    const auto view = static_cast<std::uint16_t>(std::countr_zero(views));
+    const std::uint16_t ray = ray_of[view];
     BlobRef seen{view, rays[view].blob[ray]};
     seen.sigma_px = static_cast<float>(rays[view].sigma_px[ray]);
     seen.quadric = &rays[view].quadric[ray];
     match.sightings.push_back(seen);
   }
-  std::ranges::sort(match.sightings, {}, &BlobRef::view);
 }
 
 // Two rays meet by chance easily: believed where neither fits any other.

@@ -172,6 +172,7 @@ struct ViewRays {
   std::array<std::uint8_t, kMostBins + 1> end_word_{};
   std::array<std::uint64_t, kWords> free_{};
   std::vector<std::uint8_t> has_quadric_;
+  std::vector<std::int32_t> column_, row_;  // the bin after the one that each ray lies in
 };
 
 /// The rays of all blobs of one frame set: undistorted once, then asked often. Never allocates after construction.
