@@ -74,7 +74,11 @@ void ViewRays::make_quadric(std::size_t ray) {
   has_quadric_[ray] = 1;
 }
 
-void ViewRays::make_quadrics() {
+void ViewRays::make_free_quadrics() {
+  if (free_count() < size()) {
+    for_free([this](std::size_t ray) { make_quadric(ray); });
+    return;
+  }
   geometry::quadrics_of(*rows, rays, sigma_px, quadric);
   std::ranges::fill(has_quadric_, std::uint8_t{1});
 }

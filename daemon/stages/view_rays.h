@@ -47,8 +47,8 @@ struct ViewRays {
   bool has_quadric(std::size_t ray) const { return has_quadric_[ray] != 0; }
   /// Makes a ray's quadric if it is not there.
   void make_quadric(std::size_t ray);
-  /// Makes all.
-  void make_quadrics();
+  /// Makes those of all rays that no match has.
+  void make_free_quadrics();
 
   /// One match more has the ray, or one less.
   void take(std::size_t ray) {
