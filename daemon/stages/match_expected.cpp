@@ -127,13 +127,6 @@ void ExpectedMatcher::mark(RayTable& rays, std::size_t marker, int change) const
   }
 }
 
-// Where it was made.
-const RayQuadric* ExpectedMatcher::quadric_of(const RayTable& rays, std::size_t marker, std::size_t view) const {
-  const Held& one = held(marker, view);
-  if (one.quadric != kNone) return &shared_quadrics_[one.quadric];
-  return rays[view].has_quadric(one.ray) ? &rays[view].quadric[one.ray] : nullptr;
-}
-
 void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& into) const {
   if (into.matches.full()) {
     ++into.dropped;
@@ -149,7 +142,6 @@ void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& in
     if (one.ray == kNone) continue;
     BlobRef seen{static_cast<std::uint16_t>(view), rays[view].blob[one.ray]};
     seen.sigma_px = static_cast<float>(rays[view].sigma_px[one.ray]);
-    seen.quadric = quadric_of(rays, marker, view);
     if (one.sigma_px > 0.0F) {
       const geometry::RayColumns& slope = rays[view].rays;
       const Eigen::Vector2d off = one.off.cast<double>();
@@ -264,16 +256,11 @@ bool ExpectedMatcher::tell_depth(const RayTable& rays, std::size_t marker) const
   return std::abs(direction(0).dot(direction(1))) < max_cos_angle_;
 }
 
-bool ExpectedMatcher::in_volume(const WorldPoint& point) const {
-  return (point.v.array() >= settings_.volume_min_m.array()).all() &&
-         (point.v.array() <= settings_.volume_max_m.array()).all();
-}
-
 // Whether a marker's rays, three or more, all agreed at once.
 bool ExpectedMatcher::take_meeting(std::size_t marker) {
   if (meetings_.rays_of(marker) < 3 || !meetings_.agree_on(marker)) return false;
   found_[marker] = meetings_.meeting(marker);
-  return in_volume(found_[marker].point) && (!any_shared_ || has_own_ray(marker));
+  return settings_.in_volume(found_[marker].point.v) && (!any_shared_ || has_own_ray(marker));
 }
 
 // How many of a marker's views agree; the others are given back.
@@ -291,7 +278,7 @@ std::size_t ExpectedMatcher::agree(RayTable& rays, std::size_t marker, const Wor
   if (sightings_.size() < 2) return sightings_.size();
   const auto agreed = geometry::agree(sightings_, start, agreement_);
   if (!agreed || (agreed->kept == 2 && !tell_depth(rays, marker))) return 0;
-  if (!in_volume(agreed->refined.point)) return 0;
+  if (!settings_.in_volume(agreed->refined.point.v)) return 0;
   found_[marker] = agreed->refined;
   for (std::size_t i = agreed->kept; i < sightings_.size(); ++i) {
     held(marker, sightings_[i].source) = {};

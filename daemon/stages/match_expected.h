@@ -46,12 +46,10 @@ class ExpectedMatcher {
   const Held& held(std::size_t marker, std::size_t view) const { return held_[view * marker_count_ + marker]; }
   std::size_t agree(RayTable& rays, std::size_t marker, const WorldPoint& start);
   bool take_meeting(std::size_t marker);
-  bool in_volume(const WorldPoint& point) const;
   bool tell_depth(const RayTable& rays, std::size_t marker) const;
   void recover(RayTable& rays, std::size_t marker);
   void learn_error(const RayTable& rays);
   void mark(RayTable& rays, std::size_t marker, int change) const;
-  const RayQuadric* quadric_of(const RayTable& rays, std::size_t marker, std::size_t view) const;
   void give(const RayTable& rays, std::size_t marker, Matches& into) const;
 
   const MatchSettings& settings_;

@@ -2,8 +2,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "base/loops.h"
 #include "geometry/epipolar.h"
@@ -57,11 +60,7 @@ void NewMatcher::match(RayTable& rays, std::uint32_t missing_views, Matches& int
   gather_free(rays);
   if (free_views_ < 2) return;
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
-    if (free_[view].ray.size() == rays[view].size()) {
-      rays[view].make_quadrics();
-    } else {
-      for (const std::uint16_t ray : free_[view].ray) rays[view].make_quadric(ray);
-    }
+    rays[view].make_free_quadrics();
     const auto first = static_cast<std::ptrdiff_t>(view * kMaxBlobs);
     std::fill_n(best_of_.begin() + first, rays[view].size(), kNone);
     std::fill_n(rivals_.begin() + first, rays[view].size(), 0U);
@@ -173,8 +172,7 @@ void NewMatcher::find_near_line(const FreeRays& of_b, const Vector3d& line, doub
 void NewMatcher::ask_again(RayTable& rays, Matches& into) {
   bool any = false;
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
-    for (const std::uint16_t ray : free_[view].ray)
-      any = any || put_off_[slot({static_cast<std::uint16_t>(view), ray})] != 0;
+    for (const std::uint16_t ray : free_[view].ray) any = any || put_off_[view * kMaxBlobs + ray] != 0;
   }
   if (!any) return;
   asking_again_ = true;
@@ -231,7 +229,7 @@ bool NewMatcher::start(const RayTable& rays, std::size_t a, std::size_t i, std::
   const double depth_b = (along_a.dot(between) * ab - along_b.dot(between) * aa) * inverse;
   if (!(depth_a > 0.0 && depth_b > 0.0)) return false;
   const Vector3d middle = 0.5 * (free_[a].eye + depth_a * along_a + free_[b].eye + depth_b * along_b);
-  if (!in_volume(middle)) return false;
+  if (!settings_.in_volume(middle)) return false;
   trial_.at.point = {middle};
   trial_.members.clear();
   trial_.members.push_back({static_cast<std::uint16_t>(a), free_[a].ray[i]});
@@ -265,7 +263,7 @@ bool NewMatcher::settle(const RayTable& rays, Hypothesis& hypothesis) {
   }
   work_ += sightings_.size() * kWorkOfShadow / 4;
   const auto agreed = geometry::agree(sightings_, hypothesis.at.point, agreement_);
-  if (!agreed || !in_volume(agreed->refined.point.v)) return false;
+  if (!agreed || !settings_.in_volume(agreed->refined.point.v)) return false;
   hypothesis.at = agreed->refined;
   if (agreed->kept == hypothesis.members.size()) return true;
   hypothesis.members.clear();
@@ -275,11 +273,6 @@ bool NewMatcher::settle(const RayTable& rays, Hypothesis& hypothesis) {
         {static_cast<std::uint16_t>(source >> 16), static_cast<std::uint16_t>(source & 0xFFFF)});
   }
   return true;
-}
-
-bool NewMatcher::in_volume(const Vector3d& point) const {
-  return (point.array() >= settings_.volume_min_m.array()).all() &&
-         (point.array() <= settings_.volume_max_m.array()).all();
 }
 
 // How many cameras could see the point; as far as anything hangs on it: of few views more than are needed are as good
@@ -307,9 +300,7 @@ bool NewMatcher::is_better(std::size_t a, std::size_t b) const {
   const std::size_t views_a = hypotheses_[a].members.size();
   const std::size_t views_b = hypotheses_[b].members.size();
   if (views_a != views_b) return views_a > views_b;
-  const double rms_a = hypotheses_[a].at.rms_px;
-  const double rms_b = hypotheses_[b].at.rms_px;
-  return rms_a < rms_b || (rms_a == rms_b && a < b);
+  return std::pair(hypotheses_[a].at.rms_px, a) < std::pair(hypotheses_[b].at.rms_px, b);
 }
 
 void NewMatcher::remember(const Hypothesis& hypothesis) {
@@ -373,20 +364,26 @@ bool NewMatcher::lose_taken(const RayTable& rays, Hypothesis& hypothesis) {
 }
 
 void NewMatcher::believe(RayTable& rays, const Hypothesis& hypothesis, Matches& into) {
-  for (const auto& [view, ray] : hypothesis.members) rays[view].take(ray);
+  std::array<std::uint16_t, kMaxCameras> ray_of;  // only of those in `views`
+  std::uint64_t views = 0;
+  for (const auto& [view, ray] : hypothesis.members) {
+    rays[view].take(ray);
+    ray_of[view] = ray;
+    views |= std::uint64_t{1} << view;
+  }
   if (into.matches.full()) {
     ++into.dropped;
     return;
   }
   Match& match = into.matches.push_back({});
   match.start = hypothesis.at.point;
-  for (const auto& [view, ray] : hypothesis.members) {
-    BlobRef seen{view, rays[view].blob[ray]};
-    seen.sigma_px = static_cast<float>(rays[view].sigma_px[ray]);
-    seen.quadric = &rays[view].quadric[ray];
-    match.sightings.push_back(seen);
+  for (; views != 0; views &= views - 1) {  // in their order
+    const auto view = static_cast<std::uint16_t>(std::countr_zero(views));
+    const std::uint16_t ray = ray_of[view];
+    const ViewRays& from = rays[view];
+    match.sightings.push_back(
+        {view, from.blob[ray], 0.0F, 0.0F, static_cast<float>(from.sigma_px[ray]), &from.quadric[ray]});
   }
-  std::ranges::sort(match.sightings, {}, &BlobRef::view);
 }
 
 // Two rays meet by chance easily: believed where neither fits any other.

@@ -65,7 +65,6 @@ class NewMatcher {
   bool start(const RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j);
   void gather_support(RayTable& rays, Hypothesis& from);
   bool settle(const RayTable& rays, Hypothesis& hypothesis);
-  bool in_volume(const Eigen::Vector3d& point) const;
   void count_cameras(const RayTable& rays, Hypothesis& hypothesis) const;
   std::uint32_t needed(const Hypothesis& hypothesis) const;
   void remember(const Hypothesis& hypothesis);
