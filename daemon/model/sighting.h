@@ -57,6 +57,7 @@ struct Match {
   static constexpr std::uint32_t kNew = 0xFFFF'FFFF;
 
   std::uint32_t expected = kNew;    ///< index in Expected::markers, or kNew
+  bool by_blob_tracks = false;      ///< the 2D tracks of two or more of its blobs were this expected marker's before
   std::optional<WorldPoint> start;  ///< about where the sightings meet, within a cm or so; nothing: not told
   BoundedVector<BlobRef, kMaxCameras> sightings;
 };
@@ -88,6 +89,7 @@ struct Marker {
   std::uint32_t cameras = 0;             ///< that see it
   std::uint32_t match = 0;               ///< index in Matches::matches
   std::uint32_t expected = Match::kNew;  ///< index in Expected::markers, or kNew
+  bool by_blob_tracks = false;           ///< as its match
 };
 
 using Markers = BoundedVector<Marker, kMaxMarkers>;

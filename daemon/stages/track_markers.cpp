@@ -100,7 +100,7 @@ class KalmanMarkerTracker final : public MarkerTracker {
         tracks_.ignore(i);
       } else if (const ExpectedMarker* known = expectation_of(markers[i], expected)) {
         Tracks::Track* track = known->track.names_something() ? tracks_.find(known->track.value) : nullptr;
-        if (track != nullptr) tracks_.claim(*track, seen_, i);
+        if (track != nullptr) tracks_.claim(*track, seen_, i, markers[i].by_blob_tracks);
       }
     }
     tracks_.assign(seen_);

@@ -31,7 +31,7 @@ class MatchTriangulator final : public Triangulator {
       if (!agreed || !is_sure(agreed->refined.covariance_m2)) continue;
       markers_.push_back({agreed->refined.point, agreed->refined.covariance_m2, agreed->refined.rms_px,
                           static_cast<std::uint32_t>(agreed->kept), static_cast<std::uint32_t>(m),
-                          matches.matches[m].expected});
+                          matches.matches[m].expected, matches.matches[m].by_blob_tracks});
     }
     return markers_;
   }
