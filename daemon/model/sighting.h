@@ -25,8 +25,9 @@ struct FrameSet {
 struct ExpectedMarker {
   WorldPoint position;
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
-  TrackId track;  ///< names nothing where only the body tells
-  Label label;    ///< names nothing where the track has no name
+  TrackId track;              ///< names nothing where only the body tells
+  Label label;                ///< names nothing where the track has no name
+  std::uint32_t cameras = 0;  ///< that saw it in the last set
 };
 
 /// Where each known marker should be at one instant.

@@ -12,30 +12,6 @@ constexpr std::uint32_t kNone = Held::kNone;
 // Places of markers in blobs that they share, in one set.
 constexpr std::size_t kMaxShared = 16 * kMaxMarkers;
 
-// A 2D track leaps to another marker in one of a thousand images; natural logarithm.
-constexpr double kLnTrust = 6.9;
-// In every second set or so a marker that one view alone shows meets a blob of something else within its gate: odds of
-// 150 to one let one such pair pass in some hundred sets, and 2D tracks hold most of these back.
-constexpr double kLnSurePair = 5.0;
-// One blob alone only keeps a track in place.
-constexpr double kLnSureLone = 4.6;
-// Points of two expected markers that lie farther apart are two markers.
-constexpr double kOne_m = 0.02;
-
-LoneSighting lone_sighting(const ViewRays& view, std::size_t ray, std::size_t marker, std::size_t index) {
-  // A patch of the plane at distance 1 is seen under its area over the cube of its distance.
-  const double solid_angle_1_px2 = std::pow(1.0 + view.x(ray) * view.x(ray) + view.y(ray) * view.y(ray), -1.5) /
-                                   view.rays[ray].px_from_ray.determinant();
-  LoneSighting lone;
-  lone.expected = static_cast<std::uint32_t>(marker);
-  lone.sighting = {static_cast<std::uint16_t>(index), view.blob[ray], 0.0F, 0.0F,
-                   static_cast<float>(view.sigma_px[ray])};
-  lone.eye = view.camera->centre();
-  lone.direction = view.direction(ray);
-  lone.sigma_rad = view.sigma_px[ray] * std::sqrt(solid_angle_1_px2);
-  return lone;
-}
-
 }  // namespace
 
 ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t camera_count, RigError& error)
@@ -83,85 +59,24 @@ void ExpectedMatcher::match(const FrameSet& frames, RayTable& rays, const Expect
     views_of_[m] = static_cast<std::uint32_t>(agree(rays, m, expected.markers.data()[m].position));
   }
   for (std::size_t m = count; m-- > 0;) join_older(rays, m);
+  // What three or more views tell goes before what two do.
   for (std::size_t m = 0; m < count; ++m) {
-    if (views_of_[m] >= 2) mark(rays, m, +1);
+    if (views_of_[m] >= 3) mark(rays, m, +1);
   }
   for (std::size_t m = 0; m < count; ++m) {
-    if (views_of_[m] >= 2 && views_of_[m] < view_count_) recover(rays, m);
+    if (views_of_[m] < 3 || views_of_[m] == view_count_) continue;
+    recover(rays, m);
+    if (views_of_[m] == 2) mark(rays, m, -1);  // a new view set others at odds
   }
   for (std::size_t m = 0; m < count; ++m) {
-    if (views_of_[m] == 2 && !is_believed(rays, m, expected.markers.data()[m])) {
-      mark(rays, m, -1);
-      keep_own(m);
-    }
+    if (views_of_[m] == 2) settle_pair(rays, m, expected.markers.data()[m]);
+  }
+  for (std::size_t m = 0; m < count; ++m) {
     if (views_of_[m] == 1) ++into.seen_once;
     if (views_of_[m] >= 2) give(rays, m, into);
   }
   learn_error(rays);
   learn_owners(frames, rays);
-}
-
-// Whose each blob is, by what its 2D track was before.
-void ExpectedMatcher::find_owners(const BlobFrame& frame, const ViewRays& view, std::size_t index) {
-  owners_.see(frame.camera);
-  for (std::size_t ray = 0; ray < view.size(); ++ray) {
-    owner(index, ray) = owners_.owner_of(frame.camera, frame.blobs.data()[view.blob[ray]].track);
-  }
-}
-
-bool ExpectedMatcher::is_own(std::size_t marker, std::size_t view) const {
-  const std::uint32_t ray = held(marker, view).ray;
-  return ray != kNone && owner(view, ray) == marker;
-}
-
-// Whether the 2D track of a blob was another marker's; unless that one is surely elsewhere, and the 2D track leapt.
-bool ExpectedMatcher::is_others(std::size_t marker, std::size_t view) const {
-  const std::uint32_t ray = held(marker, view).ray;
-  if (ray == kNone) return false;
-  const std::uint32_t whose = owner(view, ray);
-  if (whose == marker || whose == BlobOwners::kNobody) return false;
-  return whose == BlobOwners::kStranger || views_of_[whose] < 3;
-}
-
-std::size_t ExpectedMatcher::own_views(std::size_t marker) const {
-  std::size_t count = 0;
-  for (std::size_t view = 0; view < view_count_; ++view) count += is_own(marker, view) ? 1 : 0;
-  return count;
-}
-
-void ExpectedMatcher::learn_owners(const FrameSet& frames, const RayTable& rays) {
-  for (std::size_t m = 0; m < marker_count_; ++m) {
-    if (views_of_[m] < 3) continue;
-    for (std::size_t view = 0; view < view_count_; ++view) {
-      const Held& one = held(m, view);
-      if (one.ray == kNone || one.sigma_px > 0.0F || owner(view, one.ray) == m) continue;
-      const BlobFrame& frame = *frames.views[view];
-      owners_.learn(frame.camera, frame.blobs.data()[rays[view].blob[one.ray]].track, static_cast<std::uint32_t>(m));
-    }
-  }
-}
-
-// Whether both blobs of a marker that two views alone show are hardly anything else's.
-bool ExpectedMatcher::is_believed(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected) const {
-  BoundedVector<PairView, 2> pair;
-  for (std::size_t view = 0; view < view_count_; ++view) {
-    if (held(marker, view).ray == kNone) continue;
-    if (held(marker, view).hidden || is_others(marker, view)) return false;
-    PairView& one = pair.push_back(pair_view(rays[view], held(marker, view), found_[marker].point, error_.px()));
-    if (is_own(marker, view)) one.others_1_px2 *= std::exp(-kLnTrust);
-  }
-  const auto off2 = [](const PairView& view) { return view.off_px.squaredNorm() / (view.sigma_px * view.sigma_px); };
-  if (off2(pair[0]) + off2(pair[1]) > settings_.agree_sigmas * settings_.agree_sigmas) return false;
-  const Eigen::Vector3d ahead = expected.position.v - found_[marker].point.v;
-  return log_odds_of_pair(pair[0], pair[1], ahead, expected.covariance_m2) > kLnSurePair;
-}
-
-// Of a pair that is not believed, the view that was the marker's before.
-void ExpectedMatcher::keep_own(std::size_t marker) {
-  views_of_[marker] = own_views(marker) == 1 ? 1 : 0;
-  for (std::size_t view = 0; view < view_count_; ++view) {
-    if (views_of_[marker] == 0 || !is_own(marker, view)) held(marker, view) = {};
-  }
 }
 
 // From some markers a set, each in its turn: the rig changes slowly.
@@ -172,30 +87,14 @@ void ExpectedMatcher::learn_error(const RayTable& rays) {
   for (std::size_t i = 0; i < std::min(kMarkersASet, marker_count_); ++i) {
     const std::size_t m = turn_++ % marker_count_;
     if (views_of_[m] < kMany) continue;
-    const Eigen::Vector3d& point = found_[m].point.v;
     for (std::size_t view = 0; view < view_count_; ++view) {
       const Held& one = held(m, view);
       if (one.ray == kNone || one.sigma_px > 0.0F) continue;
       const ViewRays& own = rays[view];
-      const Eigen::Vector3d seen = (own.camera->camera_from_world * WorldPoint{point}).v;
-      const Eigen::Vector2d off = seen.head<2>() / seen.z() - Eigen::Vector2d(own.x(one.ray), own.y(one.ray));
-      error_.learn(view, own.focal_px * off.norm(), views_of_[m]);
+      error_.learn(view, own.off_px(one.ray, found_[m].point), own.sigma_px[one.ray], views_of_[m]);
     }
   }
   agreement_.floor_px = settings_.agree_sigmas * error_.px();
-}
-
-void ExpectedMatcher::list_lone(const RayTable& rays, const Expected& expected, Matches& into) const {
-  for (std::size_t m = 0; m < marker_count_; ++m) {
-    if (views_of_[m] != 1) continue;
-    for (std::size_t view = 0; view < view_count_; ++view) {
-      const std::uint32_t ray = held(m, view).ray;
-      if (ray == kNone || rays[view].taken[ray] != 0 || !is_alone(view, ray) || is_others(m, view)) continue;
-      const bool sure =
-          is_own(m, view) || log_odds_of_lone(rays[view], ray, expected.markers.data()[m], error_.px()) > kLnSureLone;
-      if (sure && !into.lone.try_push_back(lone_sighting(rays[view], ray, m, view))) return;
-    }
-  }
 }
 
 void ExpectedMatcher::mark(RayTable& rays, std::size_t marker, int change) const {
@@ -325,22 +224,6 @@ void ExpectedMatcher::assign_contested(std::span<const GateCandidate> candidates
   for (const std::uint32_t ray : column_rays_) column_of_[ray] = kNone;
 }
 
-// What the 2D track of a blob adds to the cost of its being the marker's.
-double ExpectedMatcher::odds_of_owner(std::size_t marker, std::size_t view, std::size_t ray) const {
-  const std::uint32_t whose = owner(view, ray);
-  if (whose == BlobOwners::kNobody) return 0.0;
-  return whose == marker ? -2.0 * kLnTrust : 2.0 * kLnTrust;
-}
-
-// A marker that leapt out of its gate is known by its 2D track; whether it really did the other views tell.
-void ExpectedMatcher::claim_own(const ViewRays& view, std::size_t index) {
-  for (std::uint32_t ray = 0; ray < view.size(); ++ray) {
-    const std::uint32_t whose = owner(index, ray);
-    if (whose >= marker_count_ || is_held_[ray] != 0 || held(whose, index).ray != kNone) continue;
-    held(whose, index).ray = ray;
-  }
-}
-
 // The place of a marker in a blob that it shares, as a ray; made once a set. Without room the whole blob stands for it.
 const RayQuadric& ExpectedMatcher::shared_quadric(const ViewRays& view, Held& one) {
   if (one.quadric == kNone) {
@@ -388,35 +271,6 @@ std::size_t ExpectedMatcher::agree(const RayTable& rays, std::size_t marker, con
     held(marker, sightings_[i].source) = {};
   }
   return has_own_ray(marker) ? agreed->kept : 0;
-}
-
-// Two tracks of one marker would share its views for ever, each with half of them: where all of both agree on one
-// point, the older has them.
-void ExpectedMatcher::join_older(const RayTable& rays, std::size_t marker) {
-  if (views_of_[marker] < 2 || 2 * views_of_[marker] > view_count_) return;
-  for (std::size_t older = 0; older < marker_count_; ++older) {
-    if (older == marker || views_of_[older] < 2 || views_of_[older] + views_of_[marker] > view_count_) continue;
-    if ((found_[older].point.v - found_[marker].point.v).squaredNorm() > kOne_m * kOne_m) continue;
-    bool apart = false;
-    for (std::size_t view = 0; view < view_count_; ++view) {
-      apart = apart || (held(older, view).ray != kNone && held(marker, view).ray != kNone);
-    }
-    if (apart) continue;
-    sightings_.clear();
-    add_sightings(rays, older);
-    add_sightings(rays, marker);
-    const auto agreed = geometry::agree(sightings_, found_[older].point, agreement_);
-    if (!agreed || agreed->kept != sightings_.size()) continue;
-    const std::size_t keeper = std::min(older, marker), other = std::max(older, marker);
-    for (std::size_t view = 0; view < view_count_; ++view) {
-      if (held(other, view).ray != kNone) held(keeper, view) = held(other, view);
-      held(other, view) = {};
-    }
-    found_[keeper] = agreed->refined;
-    views_of_[keeper] = static_cast<std::uint32_t>(agreed->kept);
-    views_of_[other] = 0;
-    return;
-  }
 }
 
 // Where the point is known now, a view that gave no blob or a wrong one is asked again.

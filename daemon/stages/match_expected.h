@@ -36,7 +36,8 @@ class ExpectedMatcher {
   std::uint32_t& owner(std::size_t view, std::size_t ray) { return owner_[view * kMaxBlobs + ray]; }
   std::uint32_t owner(std::size_t view, std::size_t ray) const { return owner_[view * kMaxBlobs + ray]; }
   bool is_own(std::size_t marker, std::size_t view) const;
-  bool is_others(std::size_t marker, std::size_t view) const;
+  bool is_others(const RayTable& rays, std::size_t marker, std::size_t view) const;
+  void settle_pair(RayTable& rays, std::size_t marker, const ExpectedMarker& expected);
   void claim_own(const ViewRays& view, std::size_t index);
   double odds_of_owner(std::size_t marker, std::size_t view, std::size_t ray) const;
   bool is_believed(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected) const;

@@ -67,7 +67,8 @@ double log_odds_of_pair(const PairView& a, const PairView& b, const Eigen::Vecto
   const double both = log_density<4>(off_px, covariance);
   const double a_alone = log_density<2>(off_px.head<2>(), covariance.topLeftCorner<2, 2>());
   const double b_alone = log_density<2>(off_px.tail<2>(), covariance.bottomRightCorner<2, 2>());
-  return both - std::max(a_alone + std::log(b.others_1_px2), b_alone + std::log(a.others_1_px2));
+  const double others_a = std::log(a.others_1_px2), others_b = std::log(b.others_1_px2);
+  return both - std::max({a_alone + others_b, b_alone + others_a, others_a + others_b});
 }
 
 double log_odds_of_lone(const ViewRays& view, std::size_t ray, const ExpectedMarker& expected, double rig_px) {

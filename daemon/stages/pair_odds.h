@@ -23,8 +23,8 @@ struct PairView {
 /// more, near the blob; near a blob that other markers share all rays count.
 PairView pair_view(const ViewRays& view, const Held& held, const WorldPoint& point, double rig_px);
 
-/// How much likelier it is that both blobs are the marker's than that one is and the other something else's: natural
-/// logarithm, of the less certain of both.
+/// How much likelier it is that both blobs are the marker's than that one is and the other something else's, or that
+/// both are something else's: natural logarithm, against the likeliest of these.
 ///
 /// `ahead_m` leads from the point of the pair to where the marker was expected, with that covariance. What a blob says
 /// is weighed against where it should be after what the other says: of two views only the distance from each other's

@@ -10,6 +10,7 @@ namespace mocap::stages {
 namespace {
 
 constexpr std::size_t kViews = 6;
+constexpr double kBlob_px = 0.04;
 
 /// Lets it learn of `sets` sets in which each camera is off by its sigma, and now and then by a wrong blob.
 void learn(RigError& error, const std::vector<double>& sigmas_px, int sets, double wrong, unsigned seed) {
@@ -20,8 +21,8 @@ void learn(RigError& error, const std::vector<double>& sigmas_px, int sets, doub
   const double lean = std::sqrt(1.0 - 1.5 / static_cast<double>(kViews));
   for (int set = 0; set < sets; ++set) {
     for (std::size_t camera = 0; camera < sigmas_px.size(); ++camera) {
-      const double off_px = lean * sigmas_px[camera] * std::hypot(normal(random), normal(random));
-      error.learn(camera, share(random) < wrong ? 1.5 : off_px, kViews);
+      const double off_px = lean * std::hypot(sigmas_px[camera], kBlob_px) * std::hypot(normal(random), normal(random));
+      error.learn(camera, share(random) < wrong ? 1.5 : off_px, kBlob_px, kViews);
     }
   }
 }
