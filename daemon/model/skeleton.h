@@ -58,6 +58,7 @@ struct MarkerSet {
 struct Subject {
   std::string name;
   MarkerSet marker_set;
+  bool fitted = false;  ///< the offsets are those of the body that wears it, so that it is known in any pose
 };
 
 }  // namespace mocap

@@ -155,7 +155,7 @@ void ExpectedMatcher::list_lone(const RayTable& rays, const Expected& expected, 
 
 // Two tracks of one marker would share its views for ever, each with half of them: where all of both agree on one
 // point, the older has them.
-void ExpectedMatcher::join_older(const RayTable& rays, std::size_t marker) {
+void ExpectedMatcher::join_older(RayTable& rays, std::size_t marker) {
   if (views_of_[marker] < 2 || 2 * views_of_[marker] > view_count_) return;
   for (std::size_t older = 0; older < marker_count_; ++older) {
     if (older == marker || views_of_[older] < 2 || views_of_[older] + views_of_[marker] > view_count_) continue;

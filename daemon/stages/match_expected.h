@@ -9,6 +9,7 @@
 #include "stages/blob_owners.h"
 #include "stages/expected_gates.h"
 #include "stages/match_views.h"
+#include "stages/meeting_points.h"
 #include "stages/pair_odds.h"
 #include "stages/rig_error.h"
 #include "stages/share_blobs.h"
@@ -22,7 +23,8 @@ class ExpectedMatcher {
   /// `settings` and `error` must outlive it; `camera_count` views a set at most.
   ExpectedMatcher(const MatchSettings& settings, std::size_t camera_count, RigError& error);
 
-  /// Appends a match for each expected marker that two or more views agree on, and takes its rays.
+  /// Casts the rays of all views, appends a match for each expected marker that two or more views agree on, and takes
+  /// its rays.
   void match(const FrameSet& frames, RayTable& rays, const Expected& expected, Matches& into);
 
   /// Appends the expected markers of the last `match` that one view alone has, where nothing else took their blob
@@ -53,10 +55,13 @@ class ExpectedMatcher {
   std::uint8_t& holders(std::size_t view, std::uint32_t ray) { return holders_[view * kMaxBlobs + ray]; }
   std::uint8_t holders(std::size_t view, std::uint32_t ray) const { return holders_[view * kMaxBlobs + ray]; }
   Held& held(std::size_t marker, std::size_t view) { return held_[view * marker_count_ + marker]; }
+  std::span<Held> held_of(std::size_t view) { return std::span(held_).subspan(view * marker_count_, marker_count_); }
   const Held& held(std::size_t marker, std::size_t view) const { return held_[view * marker_count_ + marker]; }
-  std::size_t agree(const RayTable& rays, std::size_t marker, const WorldPoint& start);
-  void add_sightings(const RayTable& rays, std::size_t marker);
-  void join_older(const RayTable& rays, std::size_t marker);
+  std::size_t agree(RayTable& rays, std::size_t marker, const WorldPoint& start);
+  bool take_meeting(std::size_t marker);
+  bool in_volume(const WorldPoint& point) const;
+  void add_sightings(RayTable& rays, std::size_t marker);
+  void join_older(RayTable& rays, std::size_t marker);
   bool tell_depth(const RayTable& rays, std::size_t marker) const;
   void recover(RayTable& rays, std::size_t marker);
   void learn_error(const RayTable& rays);
@@ -75,6 +80,7 @@ class ExpectedMatcher {
   BlobSharer sharer_;
   ExpectedGates gates_;
   BlobOwners owners_;
+  MeetingPoints meetings_;
   std::size_t camera_count_;
   std::size_t view_count_ = 0;
   std::size_t marker_count_ = 0;

@@ -20,8 +20,7 @@ constexpr double kLeastToSpare_px = 0.05;
 
 }  // namespace
 
-RigError::RigError(double most_px, std::size_t camera_count, double first_px)
-    : most_px_(most_px), sigma_px_(camera_count, std::min(first_px, most_px)) {
+RigError::RigError(double most_px, std::size_t camera_count) : most_px_(most_px), sigma_px_(camera_count, most_px) {
   MOCAP_EXPECTS(camera_count >= 1 && most_px >= 0.0);
 }
 
@@ -36,6 +35,16 @@ void RigError::learn(std::size_t camera, double error_px, double blob_px, std::s
 
 double RigError::px() const {
   return std::min(most_px_, kSpare * std::max(kLeastToSpare_px, *std::ranges::max_element(sigma_px_)));
+}
+
+void PointError::learn(double rms_px, double blob_px2, std::size_t views) {
+  MOCAP_EXPECTS(views >= 3);
+  const double n = static_cast<double>(views);
+  const double freedom = 2.0 * n - 3.0;
+  // The median of the chi-squared distribution, after Wilson and Hilferty.
+  const double median = freedom * std::pow(1.0 - 2.0 / (9.0 * freedom), 3);
+  const bool more = n * rms_px * rms_px > median * (sigma_px_ * sigma_px_ + blob_px2);
+  sigma_px_ = std::min(most_px_, std::max(kLeast_px, sigma_px_ * (more ? 1.0 + kRate : 1.0 - kRate)));
 }
 
 }  // namespace mocap::stages

@@ -14,9 +14,7 @@ namespace mocap::stages {
 class RigError {
  public:
   /// `most_px`: what is assumed at first, and never exceeded; standard deviation of each axis.
-  RigError(double most_px, std::size_t camera_count) : RigError(most_px, camera_count, most_px) {}
-  /// The same, where something else is assumed at first.
-  RigError(double most_px, std::size_t camera_count, double first_px);
+  RigError(double most_px, std::size_t camera_count);
 
   /// A view's distance from the point that `views` views (3 or more) agree on, and what its blob promises: standard
   /// deviation of each axis.
@@ -24,12 +22,29 @@ class RigError {
 
   /// Standard deviation of each axis, of the worst camera; with something to spare.
   double px() const;
-  /// Standard deviation of each axis, of one camera; nothing to spare.
-  double px(std::size_t camera) const { return sigma_px_[camera]; }
 
  private:
   double most_px_;
   std::vector<double> sigma_px_;  // by camera
+};
+
+/// Learns the same of all cameras together, from the points alone: what their covariance must hold beyond what the
+/// blobs promise. Never allocates.
+class PointError {
+ public:
+  /// `most_px`: never exceeded; standard deviation of each axis.
+  explicit PointError(double most_px) : most_px_(most_px) {}
+
+  /// Of a point of `views` views (3 or more): the root of their mean squared distance from it, and the variance of
+  /// their blobs, each axis.
+  void learn(double rms_px, double blob_px2, std::size_t views);
+
+  /// Variance of each axis; nothing to spare.
+  double px2() const { return sigma_px_ * sigma_px_; }
+
+ private:
+  double most_px_;
+  double sigma_px_ = 0.02;  // a rig that is worse shows it within a second
 };
 
 }  // namespace mocap::stages

@@ -1,9 +1,9 @@
 #include "stages/triangulate_matches.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -17,20 +17,8 @@
 namespace mocap::stages {
 namespace {
 
-// What the rig is taken to be off at first; a rig that is worse shows it within a second.
-constexpr double kFirstError_px = 0.02;
 constexpr std::size_t kLearnFrom = 4;  // markers a set
 constexpr std::size_t kMany = 4;       // views, which tell what one of them is off
-
-double off_px(const geometry::QuadricSighting& sighting, const WorldPoint& point) {
-  const Eigen::Vector3d& p = point.v;
-  const auto& q = sighting.quadric->q;
-  const double squares = q[0] * p.x() * p.x() + q[1] * p.y() * p.y() + q[2] * p.z() * p.z() + q[3];
-  const double products = q[4] * p.x() * p.y() + q[5] * p.y() * p.z() + q[6] * p.z() * p.x();
-  const double ends = q[8] * p.x() + q[9] * p.y() + q[10] * p.z();
-  const double sum = std::max(0.0, squares + 2.0 * (products + ends));  // rounding may leave less than nothing
-  return sighting.sigma_px * std::sqrt(sum) / sighting.depth->dot(p.homogeneous());
-}
 
 class MatchTriangulator final : public Triangulator {
  public:
@@ -38,7 +26,7 @@ class MatchTriangulator final : public Triangulator {
       : settings_(settings),
         agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
         rig_(std::move(rig)),
-        error_(settings.calibration_px, rig_.size(), kFirstError_px) {
+        error_(settings.calibration_px) {
     for (const CameraModel& camera : rig_) rows_.emplace_back(camera.camera_from_world);
   }
 
@@ -48,21 +36,35 @@ class MatchTriangulator final : public Triangulator {
     const std::size_t step = std::max<std::size_t>(1, matches.matches.size() / kLearnFrom);
     ++turn_;
     for (std::size_t m = 0; m < matches.matches.size(); ++m) {
-      const auto agreed = point_of(frames, matches.matches.data()[m]);
-      if (!agreed || !is_sure(agreed->refined.covariance_m2)) continue;
-      if (agreed->kept >= kMany && !told_.empty() && (m + turn_) % step == 0) learn_error(frames, *agreed);
-      markers_.push_back({agreed->refined.point, agreed->refined.covariance_m2, agreed->refined.rms_px,
-                          static_cast<std::uint32_t>(agreed->kept), static_cast<std::uint32_t>(m),
-                          matches.matches[m].expected, matches.matches[m].by_blob_tracks});
+      const Match& match = matches.matches.data()[m];
+      const auto agreed = point_of(frames, match);
+      if (!agreed) continue;
+      const BlobNoise noise = noise_of(frames, match);
+      if (agreed->kept >= kMany && noise.alike && (m + turn_) % step == 0) {
+        error_.learn(agreed->refined.rms_px, noise.variance_px2, agreed->kept);
+      }
+      const Eigen::Matrix3d covariance_m2 = agreed->refined.covariance_m2 * (1.0 + error_.px2() / noise.variance_px2);
+      if (!is_sure(covariance_m2)) continue;
+      markers_.push_back({agreed->refined.point, covariance_m2, agreed->refined.rms_px,
+                          static_cast<std::uint32_t>(agreed->kept), static_cast<std::uint32_t>(m), match.expected,
+                          match.by_blob_tracks});
     }
     return markers_;
   }
 
  private:
-  // By what the matcher tells of the rays, or by the blobs themselves.
+  // Whether nothing would be left out here.
+  bool is_as_strict(const Meeting& met) const {
+    return met.floor_px <= agreement_.floor_px && met.sigmas <= agreement_.sigmas;
+  }
+
+  // By what the matcher found, by what it tells of the rays, or by the blobs themselves.
   Result<geometry::Agreed, geometry::TriangulationFailure> point_of(const FrameSet& frames, const Match& match) {
+    if (match.meeting && is_as_strict(*match.meeting)) {
+      const Meeting& met = *match.meeting;
+      return geometry::Agreed{{met.point, met.covariance_m2, met.rms_px}, match.sightings.size()};
+    }
     if (match.start && gather_told(frames, match)) return geometry::agree(told_, *match.start, agreement_);
-    told_.clear();
     gather(frames, match);
     return geometry::agree(sightings_, agreement_);
   }
@@ -74,20 +76,9 @@ class MatchTriangulator final : public Triangulator {
       const std::uint32_t camera = frames.views[seen.view]->camera.value;
       MOCAP_EXPECTS(camera < rig_.size());
       if (seen.quadric == nullptr || !(seen.sigma_px > 0.0F)) return false;
-      const auto sigma_px = static_cast<double>(seen.sigma_px);
-      const double rig_px = error_.px(camera);
-      const double trust = sigma_px * sigma_px / (sigma_px * sigma_px + rig_px * rig_px);
-      told_.push_back({seen.quadric, &rows_[camera].depth, sigma_px, trust, seen.view});
+      told_.push_back({seen.quadric, &rows_[camera].depth, static_cast<double>(seen.sigma_px), 1.0, seen.view});
     }
     return true;
-  }
-
-  void learn_error(const FrameSet& frames, const geometry::Agreed& agreed) {
-    for (std::size_t i = 0; i < agreed.kept; ++i) {
-      const geometry::QuadricSighting& sighting = told_[i];
-      error_.learn(frames.views[sighting.source]->camera.value, off_px(sighting, agreed.refined.point),
-                   sighting.sigma_px, agreed.kept);
-    }
   }
 
   void gather(const FrameSet& frames, const Match& match) {
@@ -105,6 +96,25 @@ class MatchTriangulator final : public Triangulator {
     }
   }
 
+  // What the blobs of a match promise.
+  struct BlobNoise {
+    double variance_px2;  // as heavy as they weigh: the harmonic mean
+    bool alike;
+  };
+  static BlobNoise noise_of(const FrameSet& frames, const Match& match) {
+    constexpr double kUnlike = 4.0;
+    double sum_1_px2 = 0.0, least_1_px2 = std::numeric_limits<double>::infinity();
+    for (const BlobRef& seen : match.sightings) {
+      const double sigma_px = seen.sigma_px > 0.0F ? static_cast<double>(seen.sigma_px)
+                                                   : doubt_px(frames.views[seen.view]->blobs[seen.blob]);
+      const double weight = 1.0 / (sigma_px * sigma_px);
+      sum_1_px2 += weight;
+      least_1_px2 = std::min(least_1_px2, weight);
+    }
+    const double mean_1_px2 = sum_1_px2 / static_cast<double>(match.sightings.size());
+    return {1.0 / mean_1_px2, kUnlike * least_1_px2 > mean_1_px2};
+  }
+
   // The standard deviation in the worst direction.
   bool is_sure(const Eigen::Matrix3d& covariance_m2) const {
     // No direction is worse than all axes together; most points pass without the eigenvalues.
@@ -118,7 +128,7 @@ class MatchTriangulator final : public Triangulator {
   TriangulateSettings settings_;
   geometry::Agreement agreement_;
   Rig rig_;
-  RigError error_;
+  PointError error_;
   std::size_t turn_ = 0;                    // counts the sets
   std::vector<geometry::CameraRows> rows_;  // by camera
   BoundedVector<geometry::Sighting, kMaxCameras> sightings_;
