@@ -57,5 +57,35 @@ TEST(RigError, AllowsForTheWorstCameraAndForNoMoreThanTheSettingsDo) {
   EXPECT_EQ(error.px(), 0.5);
 }
 
+/// The root of the mean squared distance of so many views from their common point.
+double rms_of(double sigma_px, std::mt19937& random) {
+  std::normal_distribution<double> normal(0.0, sigma_px);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 2 * kViews - 3; ++i) sum += std::pow(normal(random), 2);
+  return std::sqrt(sum / static_cast<double>(kViews));
+}
+
+TEST(PointError, LearnsWhatPointsAreOffBeyondTheirBlobs) {
+  for (const double rig_px : {0.1, 0.3}) {
+    std::mt19937 random(5);
+    PointError error(0.5);
+    for (int i = 0; i < 2000; ++i)
+      error.learn(rms_of(std::hypot(rig_px, kBlob_px), random), kBlob_px * kBlob_px, kViews);
+    // The running median scatters by 5 %.
+    EXPECT_NEAR(std::sqrt(error.px2()), rig_px, 0.2 * rig_px);
+  }
+}
+
+TEST(PointError, IsNextToNothingWhereTheBlobsTellAll) {
+  std::mt19937 random(6);
+  PointError error(0.5);
+  double sum_px2 = 0.0;
+  for (int i = 0; i < 2000; ++i) {
+    error.learn(rms_of(0.1, random), 0.01, kViews);
+    if (i >= 500) sum_px2 += error.px2() / 1500.0;
+  }
+  EXPECT_LT(sum_px2, 0.15 * 0.01);  // of the blobs' variance
+}
+
 }  // namespace
 }  // namespace mocap::stages
