@@ -497,7 +497,7 @@ TEST(MatchViews, RefusesAPairOfBlobsThatMeetByChanceWhereTheMarkerIsHardlyKnown)
   std::mt19937 random(4);
   const Rig rig = ring(8);
   const auto markers = cloud(40, random);
-  auto world = see(rig, markers, {.sigma_px = 0.05}, random);
+  auto world = see(rig, markers, {.sigma_px = 0.05, .false_blobs = 1.0}, random);
   const auto matcher = make_matcher({}, rig);
   Expected expected = expect(markers, 0.001, random);
   // One more that nobody sees, known to 100 mm; two blobs meet 200 mm off.
