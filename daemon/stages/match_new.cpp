@@ -28,8 +28,9 @@ constexpr std::size_t kRoundsAlways = 4;
 
 }  // namespace
 
-NewMatcher::NewMatcher(const MatchSettings& settings, const Rig& rig)
+NewMatcher::NewMatcher(const MatchSettings& settings, const Rig& rig, RigError& error)
     : settings_(settings),
+      error_(error),
       agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
       rounds_(rig),
       max_cos_angle_(std::cos(settings.min_ray_angle_deg * std::numbers::pi / 180.0)),
@@ -52,6 +53,8 @@ NewMatcher::NewMatcher(const MatchSettings& settings, const Rig& rig)
 
 void NewMatcher::match(RayTable& rays, std::uint32_t missing_views, Matches& into) {
   missing_views_ = missing_views;
+  rig_px_ = error_.px();
+  agreement_.floor_px = settings_.agree_sigmas * rig_px_;
   work_ = 0;
   skipped_ = 0;
   asking_again_ = false;
@@ -131,8 +134,7 @@ void NewMatcher::ask_ray(RayTable& rays, const CameraPair& pair, std::size_t a, 
   work_ += free_[b].ray.size();
   // Both blobs' errors move them off the line, and so does the rig's.
   const double sigma_px = rays[a].sigma_px[of_a.ray];
-  const double allowed_px = std::sqrt(settings_.calibration_px * settings_.calibration_px + sigma_px * sigma_px) * 2.0 *
-                            settings_.agree_sigmas;
+  const double allowed_px = std::sqrt(rig_px_ * rig_px_ + sigma_px * sigma_px) * 2.0 * settings_.agree_sigmas;
   find_near_line(free_[b], line.n, allowed_px / std::min(rays[a].focal_px, rays[b].focal_px));
   for (const auto& [off, j] : near_line_) {
     const Member of_b{static_cast<std::uint16_t>(b), free_[b].ray[j]};
@@ -242,7 +244,7 @@ void NewMatcher::gather_support(RayTable& rays, Hypothesis& from) {
   std::uint64_t has = 0;
   for (const Member& member : from.members) has |= std::uint64_t{1} << member.view;
   work_ += (rays.view_count() - from.members.size()) * kWorkOfShadow / 4;
-  rays.cast_shadows(from.at.point.v, from.at.covariance_m2, settings_.agree_sigmas, settings_.calibration_px);
+  rays.cast_shadows(from.at.point.v, from.at.covariance_m2, settings_.agree_sigmas, rig_px_);
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
     if ((has >> view & 1) != 0 || free_[view].ray.empty()) continue;
     const auto nearest = rays.nearest_free(view);
@@ -253,7 +255,7 @@ void NewMatcher::gather_support(RayTable& rays, Hypothesis& from) {
 
 // Finds the point of the members, leaves out those that do not agree; false where nothing is left to believe.
 bool NewMatcher::settle(const RayTable& rays, Hypothesis& hypothesis) {
-  const double doubt_px2 = settings_.calibration_px * settings_.calibration_px;
+  const double doubt_px2 = rig_px_ * rig_px_;
   sightings_.clear();
   for (const auto& [view, ray] : hypothesis.members) {
     auto& sighting = sightings_.push_back(rays[view].sighting(ray, static_cast<std::uint32_t>(view) << 16 | ray));

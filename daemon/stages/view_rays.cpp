@@ -43,6 +43,11 @@ Vector3d ViewRays::direction(std::size_t ray) const {
   return (camera->camera_from_world.rotation.transpose() * Vector3d(x(ray), y(ray), 1.0)).normalized();
 }
 
+double ViewRays::off_px(std::size_t ray, const WorldPoint& point) const {
+  const Vector3d seen = (camera->camera_from_world * point).v;
+  return focal_px * (seen.head<2>() / seen.z() - Vector2d(x(ray), y(ray))).norm();
+}
+
 std::optional<Shadow> ViewRays::shadow(const Vector3d& point, const Matrix3d& covariance_m2) const {
   const Matrix3d& r = camera->camera_from_world.rotation;
   const Vector3d seen = r * point + camera->camera_from_world.translation;

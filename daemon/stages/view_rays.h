@@ -75,6 +75,8 @@ struct ViewRays {
   /// Where the ray points to in the world; unit.
   Eigen::Vector3d direction(std::size_t ray) const;
 
+  /// How far from a ray the camera would see the point.
+  double off_px(std::size_t ray, const WorldPoint& point) const;
   /// Where the camera would see the point; nothing where it is not in front of it.
   std::optional<Shadow> shadow(const Eigen::Vector3d& point, const Eigen::Matrix3d& covariance_m2) const;
   /// Squared distance of a ray from a shadow in standard deviations of both, `floor_px` added to them.
