@@ -14,6 +14,7 @@
 #include "stages/detect_blobs.h"
 #include "stages/label_markers.h"
 #include "stages/match_views.h"
+#include "stages/refine_subject.h"
 #include "stages/solve_skeleton.h"
 #include "stages/track_blobs.h"
 #include "stages/track_markers.h"
@@ -73,6 +74,9 @@ stages::FusionParts assemble_row(const settings::DaemonSettings& settings) {
   row.tracker = stages::make_marker_tracker(settings.track_markers);
   row.labeller = stages::make_labeller(settings.label, settings.worn);
   row.solver = stages::make_skeleton_solver(settings.solve, settings.worn);
+  if (settings.refine.instants > 0) {
+    row.refiner = std::make_unique<stages::SubjectRefiner>(settings.refine, settings.worn);
+  }
   return row;
 }
 
