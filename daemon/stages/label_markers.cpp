@@ -49,6 +49,10 @@ class BodyLabeller final : public Labeller {
     return std::nullopt;
   }
 
+  void refit(const SubjectFit& fit) override {
+    if (fit.subject.value < subjects_.size()) subjects_[fit.subject.value].refit(fit);
+  }
+
  private:
   static std::size_t names_of(const std::vector<Subject>& subjects) {
     std::size_t names = 0;

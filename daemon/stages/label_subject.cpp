@@ -269,6 +269,17 @@ void SubjectLabeller::show(const NamedTracks& tracks, SubjectLabels& into) const
   }
 }
 
+void SubjectLabeller::refit(const SubjectFit& fit) {
+  MOCAP_EXPECTS(fit.rest_offsets_m.size() == set_.skeleton.bones.size() &&
+                fit.marker_offsets_m.size() == set_.markers.size());
+  for (std::size_t b = 0; b < set_.skeleton.bones.size(); ++b) {
+    set_.skeleton.bones[b].rest_offset_m = fit.rest_offsets_m[b];
+  }
+  for (std::size_t m = 0; m < set_.markers.size(); ++m) set_.markers[m].offset_m = fit.marker_offsets_m[m];
+  ties_.refit(set_);
+  body_.refit(fit.rest_offsets_m, fit.marker_offsets_m);
+}
+
 std::optional<SubjectFit> SubjectLabeller::take_fit() {
   std::optional<SubjectFit> fit = fit_;
   fit_.reset();

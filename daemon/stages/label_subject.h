@@ -68,6 +68,8 @@ class SubjectLabeller {
 
   void show(const NamedTracks& tracks, SubjectLabels& into) const;
   std::optional<SubjectFit> take_fit();
+  /// The body's bones and markers are known better.
+  void refit(const SubjectFit& fit);
 
  private:
   static constexpr double kMarkerSigma_m = 0.004;
