@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "base/expects.h"
 
@@ -74,10 +75,18 @@ void SubjectLabeller::give(std::size_t marker, int index, float confidence, Name
   name.index = index;
   name.doubt = 0;
   name.confidence = confidence;
+  name.last = {};
   name.jumped = false;
   name.seen_at = at_;
   name.at = tracks[index].position.v;
   name.velocity_m_s = tracks[index].velocity_m_s;
+}
+
+// Whether the track bore the name in the last set, or until it was hidden.
+bool SubjectLabeller::hinted(std::size_t marker, int index, const NamedTracks& tracks) const {
+  if (before_[marker] == index) return !jumped_[marker];
+  const TrackId last = names_[marker].last;
+  return last.names_something() && last == tracks[index].id;
 }
 
 bool SubjectLabeller::seen(std::size_t marker, const NamedTracks& tracks) const {
@@ -104,6 +113,7 @@ void SubjectLabeller::keep(NamedTracks& tracks, Timestamp at) {
     name.index = name.track.names_something() ? tracks.find(name.track) : NamedTracks::kNone;
     const TrackedMarker* track = name.index < 0 ? nullptr : &tracks[name.index];
     if (track == nullptr || !track->position.v.allFinite() || track->missed_sets > kMostMissed) {
+      if (track != nullptr) name.last = name.track;
       free(m, tracks);
     } else {
       tracks.named[static_cast<std::size_t>(name.index)] = true;
@@ -193,11 +203,18 @@ void SubjectLabeller::settle(NamedTracks& tracks) {
   body_.learn(seen_);
 }
 
+// Many names are missing while nameless tracks stand where they could be: it is another body, or another pose.
+bool SubjectLabeller::followed_wrongly() const {
+  const auto troubled = static_cast<std::size_t>(std::accumulate(trouble_.begin(), trouble_.end(), 0));
+  return troubled >= 3 && 4 * troubled >= names_.size() && strays_.size() >= troubled;
+}
+
 void SubjectLabeller::judge(NamedTracks& tracks, Timestamp at) {
   std::size_t count = 0;
   for (std::size_t m = 0; m < names_.size(); ++m) count += seen(m, tracks) ? 1 : 0;
   if (4 * count >= names_.size() && count >= 3) enough_at_ = at;
-  if (at - enough_at_ <= settings_.lost_after) return;
+  if (!followed_wrongly()) calm_at_ = at;
+  if (at - enough_at_ <= settings_.lost_after && at - calm_at_ <= settings_.lost_after) return;
   for (std::size_t m = 0; m < names_.size(); ++m) free(m, tracks);
   phase_ = SubjectPhase::Lost;
 }
@@ -223,7 +240,7 @@ bool SubjectLabeller::recognise(std::span<const Eigen::Vector3d> points, std::sp
     return false;
   }
   phase_ = SubjectPhase::Tracking;
-  enough_at_ = at;
+  enough_at_ = calm_at_ = at;
   return true;
 }
 

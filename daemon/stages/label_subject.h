@@ -81,6 +81,7 @@ class SubjectLabeller {
     int doubt = 0;                   // grows while the body contradicts
     float confidence = 0.0F;
     double usual_off_m = 0.003;  // mean from its place
+    TrackId last;                // bore it until nobody saw it any more
     bool jumped = false;         // its track is not where its own motion led to
     Timestamp seen_at;           // the rest is of then
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
@@ -100,6 +101,7 @@ class SubjectLabeller {
   void free(std::size_t marker, NamedTracks& tracks);
   void give(std::size_t marker, int index, float confidence, NamedTracks& tracks);
   bool seen(std::size_t marker, const NamedTracks& tracks) const;
+  bool hinted(std::size_t marker, int index, const NamedTracks& tracks) const;
   bool stray(std::size_t track, const NamedTracks& tracks) const;
   bool tied(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const;
   body::Observation observe(std::size_t marker, const NamedTracks& tracks) const;
@@ -114,6 +116,7 @@ class SubjectLabeller {
   void contradict(NamedTracks& tracks);
   void learn(const body::FoundBody& found);
 
+  bool followed_wrongly() const;
   void reread(NamedTracks& tracks);
   int most_troubled_bone(const NamedTracks& tracks);
   bool gather_limb(std::size_t seed, const NamedTracks& tracks);
@@ -135,6 +138,7 @@ class SubjectLabeller {
   SubjectPhase phase_ = SubjectPhase::Searching;
   Timestamp at_;
   Timestamp enough_at_;
+  Timestamp calm_at_;  // when it was last not followed wrongly
   std::vector<Name> names_;
   std::vector<Place> places_;            // where each marker should be
   std::vector<body::Observation> seen_;  // names that are believed in this set
