@@ -23,9 +23,14 @@ JointPrior::JointPrior(const Bone& bone, bool root) : root_(root), locked_(false
 }
 
 void JointPrior::set(const PosePrior& prior, std::size_t bone) {
-  hold_ = prior.hold_sigma_rad.empty() ? 0.0 : 1.0 / squared(prior.hold_sigma_rad[bone]);
-  const double share = prior.joint_share.empty() ? 1.0 : prior.joint_share[bone];
-  limit_ = share / squared(prior.limit_sigma_rad);
+  held_ = holds(prior);
+  if (!prior.hold_weight.empty()) {
+    hold_ = prior.hold_weight[bone];
+  } else if (held_) {
+    hold_ = Eigen::Matrix3d::Identity() / squared(prior.hold_sigma_rad[bone]);
+  }
+  const double share = prior.rest_believed.empty() ? 1.0 : prior.rest_believed[bone];
+  limit_ = (prior.limit_believed.empty() ? 1.0 : prior.limit_believed[bone]) / squared(prior.limit_sigma_rad);
   for (int axis = 0; axis < 3; ++axis) {
     rest_[axis] = 1.0 / squared(prior.rest_sigma_rad);
     const double widest = std::max({-least_[axis], most_[axis], prior.limit_sigma_rad});
@@ -45,9 +50,9 @@ double JointPrior::evaluate(const Eigen::Quaterniond& local, const Eigen::Quater
     beyond_ = phi_ - phi_.cwiseMax(least_).cwiseMin(most_);
     sum += rest_.dot(phi_.cwiseAbs2()) + limit_ * beyond_.squaredNorm();
   }
-  if (hold_ > 0.0) {
+  if (held_) {
     off_hold_ = rotation_vector(local * held.conjugate());
-    sum += hold_ * off_hold_.squaredNorm();
+    sum += off_hold_.dot(hold_ * off_hold_);
   }
   return sum;
 }
@@ -56,10 +61,11 @@ void JointPrior::add(const Eigen::Matrix3d& parent, JointTerms& into) const {
   into.weight.setZero();
   into.pull.setZero();
   into.axes = parent;
-  if (hold_ > 0.0) {
+  if (held_) {
     const Eigen::Matrix3d change = change_of_rotation_vector(off_hold_);
-    into.weight.noalias() = hold_ * change.transpose() * change;
-    into.pull = hold_ * off_hold_;
+    const Eigen::Matrix3d weighted = hold_ * change;
+    into.weight.noalias() = change.transpose() * weighted;
+    into.pull.noalias() = weighted.transpose() * off_hold_;
   }
   if (root_) return;
   Eigen::Vector3d by_axis = rest_;

@@ -15,14 +15,19 @@ struct PosePrior {
   double rest_sigma_rad = 3.0;   ///< of a joint from its rest pose
   double rest_share = 0.0;       ///< the same as a share of each axis's range, where that is less; 0: not so
   double limit_sigma_rad = 0.1;  ///< of a joint beyond its range
-  /// By bone, 0 to 1: how much of both is believed where markers tell better; empty: all.
-  std::span<const double> joint_share{};
+  /// By bone, 0 to 1: how much of them is believed where markers tell better; empty: all.
+  std::span<const double> rest_believed{};
+  std::span<const double> limit_believed{};
   std::span<const double> hold_sigma_rad{};  ///< by bone, from where it was before the call; empty: not held
-  double hold_root_sigma_m = 1.0;            ///< of the root's place, likewise
-  double stretch_sigma = 0.08;               ///< of a bone's length, share of it; only when lengths are free
-  double bend_sigma_m = 0.015;               ///< of a bone's offset across its length; likewise
-  double outlier_m = 0.05;                   ///< a marker further off than this counts less and less
+  /// The same as one over the covariance in the parent's frame, 1/rad^2, and instead of it.
+  std::span<const Eigen::Matrix3d> hold_weight{};
+  double hold_root_sigma_m = 1.0;  ///< of the root's place, likewise
+  double stretch_sigma = 0.08;     ///< of a bone's length, share of it; only when lengths are free
+  double bend_sigma_m = 0.015;     ///< of a bone's offset across its length; likewise
+  double outlier_m = 0.05;         ///< a marker further off than this counts less and less
 };
+
+inline bool holds(const PosePrior& prior) { return !prior.hold_sigma_rad.empty() || !prior.hold_weight.empty(); }
 
 /// One joint's prior during a fit. The joint's unknown is a small turn before its own, in its parent's frame; where
 /// some axes do not turn, the change of its rotation vector along those that do.
@@ -33,7 +38,7 @@ class JointPrior {
  public:
   JointPrior(const Bone& bone, bool root);
 
-  /// Takes in how strong it is. `hold_sigma_rad` 0: not held.
+  /// Takes in how strong it is.
   void set(const PosePrior& prior, std::size_t bone);
   /// The nearest turn that its locked axes allow.
   Eigen::Quaterniond allowed(const Eigen::Quaterniond& local) const;
@@ -53,7 +58,8 @@ class JointPrior {
   bool locked_;  // an axis stays
   Eigen::Vector3d rest_ = Eigen::Vector3d::Zero();
   double limit_ = 0.0;
-  double hold_ = 0.0;
+  bool held_ = false;
+  Eigen::Matrix3d hold_ = Eigen::Matrix3d::Zero();
   Eigen::Vector3d phi_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d beyond_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d off_hold_ = Eigen::Vector3d::Zero();

@@ -96,7 +96,9 @@ void PoseFit::update_world() {
 
 void PoseFit::begin(std::span<const Observation> seen, const PosePrior& prior) {
   MOCAP_EXPECTS(prior.hold_sigma_rad.empty() || prior.hold_sigma_rad.size() == locals_.size());
-  MOCAP_EXPECTS(prior.joint_share.empty() || prior.joint_share.size() == locals_.size());
+  MOCAP_EXPECTS(prior.hold_weight.empty() || prior.hold_weight.size() == locals_.size());
+  MOCAP_EXPECTS(prior.rest_believed.empty() || prior.rest_believed.size() == locals_.size());
+  MOCAP_EXPECTS(prior.limit_believed.empty() || prior.limit_believed.size() == locals_.size());
   std::copy(locals_.begin(), locals_.end(), before_.begin());
   for (std::size_t b = 0; b < joints_.size(); ++b) joints_[b].set(prior, b);
   if (seen.size() > residuals_.size()) residuals_.resize(seen.size());
@@ -129,7 +131,7 @@ double PoseFit::evaluate(std::span<const Observation> seen, const PosePrior& pri
   }
   for (std::size_t b = 0; b < locals_.size(); ++b) {
     sum += joints_[b].evaluate(locals_[b].rotation, before_[b].rotation);
-    if (parents_[b] < 0 && !prior.hold_sigma_rad.empty()) {
+    if (parents_[b] < 0 && holds(prior)) {
       sum += (locals_[b].position - before_[b].position).squaredNorm() / squared(prior.hold_root_sigma_m);
     } else if (parents_[b] >= 0 && free_lengths_) {
       const Eigen::Vector3d off = locals_[b].position - model_places_[b];
@@ -154,7 +156,7 @@ void PoseFit::assemble(std::span<const Observation> seen, const PosePrior& prior
       place.weight = place_weight(model_places_[b], prior);
       place.pull = place.weight * (locals_[b].position - model_places_[b]);
     } else {
-      const double hold = prior.hold_sigma_rad.empty() ? 0.0 : 1.0 / squared(prior.hold_root_sigma_m);
+      const double hold = holds(prior) ? 1.0 / squared(prior.hold_root_sigma_m) : 0.0;
       place.weight = hold * level;
       place.pull = hold * (locals_[b].position - before_[b].position);
     }

@@ -66,6 +66,8 @@ class PoseFit {
   Eigen::Matrix3d covariance_of(std::size_t marker) const;
   Eigen::Matrix3d joint_covariance(std::size_t bone) const;
   const Eigen::Matrix3d& turn_covariance(std::size_t bone) const { return equations_.turn_covariance(bone); }
+  /// Likewise of a bone's turn in its parent, in the parent's frame.
+  const Eigen::Matrix3d& local_covariance(std::size_t bone) const { return equations_.turned_covariance(bone); }
 
  private:
   // An observation as the pose at hand stands to it.

@@ -59,6 +59,7 @@ TreeEquations::TreeEquations(std::vector<Link> links) : links_(std::move(links))
   w_.resize(n);
   v_.resize(n);
   covariances_.resize(n);
+  turned_covariances_.resize(n);
 }
 
 // From the information of three unknowns, in `inverse` and without what is known beforehand, to its inverse; and the
@@ -185,16 +186,18 @@ void TreeEquations::spread_move(std::size_t link, Covariance& c) const {
 }
 
 // The same with w.
-void TreeEquations::spread_turn(std::size_t link, Covariance& c) const {
+void TreeEquations::spread_turn(std::size_t link, Covariance& c) {
   const Solved& turn = solved_turns_[link];
   const Matrix3d& axes = turns_[link].axes;
-  const Matrix3d gain = axes * turn.inverse;
-  const Matrix3d gw = gain * turn.w.transpose();
-  const Matrix3d gv = gain * turn.v.transpose();
-  const Matrix3d with_old = c.ww - gw * c.ww - gv * c.vw;
-  const Matrix3d with_v = c.vw.transpose() - gw * c.vw.transpose() - gv * c.vv;
-  c.ww = with_old - with_old * gw.transpose() - with_v * gv.transpose() + gain * axes.transpose();
-  c.vw = with_v.transpose();
+  const Matrix3d follows_w = turn.inverse * turn.w.transpose();
+  const Matrix3d follows_v = turn.inverse * turn.v.transpose();
+  const Matrix3d with_w = follows_w * c.ww + follows_v * c.vw;
+  const Matrix3d with_v = follows_w * c.vw.transpose() + follows_v * c.vv;
+  Matrix3d& own = turned_covariances_[link];
+  own = turn.inverse + with_w * follows_w.transpose() + with_v * follows_v.transpose();
+  const Matrix3d shared = axes * with_w;
+  c.ww += axes * own * axes.transpose() - shared - shared.transpose();
+  c.vw -= (axes * with_v).transpose();
 }
 
 bool TreeEquations::weigh() {

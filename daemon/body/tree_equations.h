@@ -66,6 +66,8 @@ class TreeEquations {
   /// By the last `weigh`: of the place of a bone's point, `lever` from its joint, m^2, and of its turn, rad^2.
   Eigen::Matrix3d covariance_of(std::size_t link, const Eigen::Vector3d& lever) const;
   const Eigen::Matrix3d& turn_covariance(std::size_t link) const { return covariances_[link].ww; }
+  /// Likewise of the joint's own unknowns.
+  const Eigen::Matrix3d& turned_covariance(std::size_t link) const { return turned_covariances_[link]; }
 
  private:
   // Unknowns that were solved for in terms of the displacement that is left: x = inverse * (right - w^T dw - v^T dv).
@@ -87,7 +89,7 @@ class TreeEquations {
   void hand_up(std::size_t link, const BoneTerms& reduced);
   Covariance handed_down(std::size_t link) const;
   void spread_move(std::size_t link, Covariance& c) const;
-  void spread_turn(std::size_t link, Covariance& c) const;
+  void spread_turn(std::size_t link, Covariance& c);
 
   std::vector<Link> links_;
   std::vector<Eigen::Vector3d> joints_;
@@ -102,6 +104,7 @@ class TreeEquations {
   std::vector<Eigen::Vector3d> w_;  // displacement of each bone
   std::vector<Eigen::Vector3d> v_;
   std::vector<Covariance> covariances_;
+  std::vector<Eigen::Matrix3d> turned_covariances_;
 };
 
 }  // namespace mocap::body

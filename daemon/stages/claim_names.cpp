@@ -16,7 +16,13 @@ constexpr double kOff_m = 0.012;
 // A marker's own share of that is learnt slowly: where skin slides or a joint was placed wrongly it is off by more.
 constexpr double kMostUsual_m = 0.02;
 constexpr double kLearnUsual = 0.03;
+// A name that was held for about 20 sets is long held. Its bones may vouch for it up to a limb's thickness; they do not
+// where a distance is three sigmas off.
+constexpr float kLongHeld = 0.85F;
+constexpr double kMostVouched_m = 0.08;
+constexpr double kTieContradicts = 4.5;
 constexpr double kGateSigmas = 4.0;
+constexpr double kContestSigmas = 5.0;
 constexpr double kFitted_m = 0.008;
 // What a turn bends out of a straight line is a square's half over the limb's length.
 constexpr double kLimb_m = 0.35;
@@ -50,6 +56,18 @@ bool SubjectLabeller::stray(std::size_t track, const NamedTracks& tracks) const 
          one.covariance_m2.allFinite();
 }
 
+Eigen::Matrix3d SubjectLabeller::spread_of(std::size_t marker, const TrackedMarker& track) const {
+  const Place& place = places_[marker];
+  const double bent_m = believed_[marker] ? 0.0 : (track.position.v - place.at).squaredNorm() / (2.0 * kLimb_m);
+  return place.covariance_m2 + track.covariance_m2 + ball(bent_m);
+}
+
+bool SubjectLabeller::near(std::size_t marker, std::uint32_t track, const NamedTracks& tracks) const {
+  const TrackedMarker& one = (*tracks.tracked)[track];
+  const Eigen::Vector3d off = one.position.v - places_[marker].at;
+  return off.dot(spread_of(marker, one).inverse() * off) < kGateSigmas * kGateSigmas;
+}
+
 // The cost is infinite where the track cannot be the marker.
 void SubjectLabeller::consider(std::size_t marker, std::size_t index, const NamedTracks& tracks,
                                geometry::AllowedPair& into) const {
@@ -61,13 +79,12 @@ void SubjectLabeller::consider(std::size_t marker, std::size_t index, const Name
   const bool own = before_[marker] == static_cast<int>(index);
   const bool called = track.expected_label == Label{id_, static_cast<std::uint32_t>(marker)};
   if (track.state == TrackState::Tentative && !called && !own) return;
-  const Eigen::Matrix3d spread =
-      place.covariance_m2 + track.covariance_m2 + ball(believed_[marker] ? 0.0 : off.squaredNorm() / (2.0 * kLimb_m));
+  const Eigen::Matrix3d spread = spread_of(marker, track);
   const double apart = off.dot(spread.inverse() * off);
-  if (!(apart < kGateSigmas * kGateSigmas)) return;
+  if (!(apart < kContestSigmas * kContestSigmas)) return;
   if (!own && !tied(marker, track.position.v, tracks)) return;
   const double width = std::log(spread.determinant() / std::pow(kFitted_m, 6));
-  into.cost = apart + std::max(0.0, width) - (own ? kOwnBonus : 0.0);
+  into.cost = apart + std::max(0.0, width) - (own && !names_[marker].jumped ? kOwnBonus : 0.0);
 }
 
 void SubjectLabeller::claim(const NamedTracks& tracks, std::size_t first_row, std::size_t most,
@@ -113,11 +130,35 @@ double SubjectLabeller::most_off(std::size_t marker) const {
   return kOff_m + 2.0 * usual_off_m_ + 2.0 * std::min(kMostUsual_m, names_[marker].usual_off_m);
 }
 
+// Whether a name that was held for long is where its neighbours want it, though the pose does not reach: joints turn
+// farther than the model thinks, and fits go astray, but bones keep their lengths.
+bool SubjectLabeller::vouched(std::size_t marker, double off_m, const NamedTracks& tracks) const {
+  if (off_m > kMostVouched_m || names_[marker].confidence < kLongHeld) return false;
+  const Eigen::Vector3d& at = tracks[names_[marker].index].position.v;
+  int rigid = 0;
+  int kept = 0;
+  for (const body::Tie& tie : ties_.of(marker)) {
+    const auto other = static_cast<std::size_t>(tie.other);
+    if (!believed_[other] || !seen(other, tracks)) continue;
+    if (TieReader::cost_of(tie, (tracks[names_[other].index].position.v - at).norm()) > kTieContradicts) return false;
+    ++kept;
+    rigid += tie.rigid ? 1 : 0;
+  }
+  if (rigid < 1 || kept < 2) return false;
+  // Nobody vouches for two that may have exchanged their tracks.
+  return std::none_of(seen_.begin(), seen_.end(), [&](const body::Observation& other) {
+    const auto b = static_cast<std::size_t>(other.marker);
+    if (b == marker || (at - body_.told(b)).norm() >= off_m) return false;
+    return (other.position - body_.told(marker)).norm() < off_m;
+  });
+}
+
 void SubjectLabeller::contradict(NamedTracks& tracks) {
   bool fitted = true;
   seen_.clear();
   for (std::size_t m = 0; m < names_.size(); ++m) {
     const bool named = seen(m, tracks);
+    trusted_[m] = believed_[m] && names_[m].index == before_[m];
     fitted = fitted && named == believed_[m] && (!named || names_[m].index == before_[m]);
     believed_[m] = named;
     if (named) seen_.push_back(observe(m, tracks));
@@ -130,9 +171,10 @@ void SubjectLabeller::contradict(NamedTracks& tracks) {
     Name& name = names_[m];
     const double off = (one.position - body_.told(m)).norm();
     const double most = most_off(m);
-    believed_[m] = off < most;
-    name.doubt = off > 2.0 * most ? kMostDoubt : off > most ? name.doubt + 1 : std::max(0, name.doubt - 1);
-    name.confidence += 0.1F * ((believed_[m] ? 1.0F : 0.3F) - name.confidence);
+    const bool vouch = off >= most && trusted_[m] && vouched(m, off, tracks);
+    believed_[m] = off < most || vouch;
+    name.doubt = vouch ? 0 : off > 2.0 * most ? kMostDoubt : off > most ? name.doubt + 1 : std::max(0, name.doubt - 1);
+    name.confidence += 0.1F * ((vouch ? kLongHeld : believed_[m] ? 1.0F : 0.3F) - name.confidence);
     if (name.doubt >= kMostDoubt) {
       free(m, tracks);
       misread_[static_cast<std::size_t>(set_.markers[m].bone)] = 1;

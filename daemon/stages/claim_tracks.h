@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "geometry/assignment.h"
@@ -19,12 +20,21 @@ class TrackClaims {
   void settle(std::vector<SubjectLabeller>& subjects, NamedTracks& tracks);
 
  private:
-  bool clear(const geometry::AllowedPair& claim, std::span<const std::uint32_t> columns) const;
+  struct Suspect {
+    std::size_t subject = 0;
+    std::size_t marker = 0;
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();
+    Eigen::Vector3d told = Eigen::Vector3d::Zero();
+  };
+
+  void doubt_exchanged(std::vector<SubjectLabeller>& subjects, const NamedTracks& tracks);
+  bool is_clear(const geometry::AllowedPair& claim, std::span<const std::uint32_t> columns) const;
 
   std::size_t most_names_;
   geometry::Assigner assigner_;
   std::vector<geometry::AllowedPair> pairs_;
   std::vector<std::size_t> first_row_;  // by subject
+  std::vector<Suspect> suspects_;
 };
 
 }  // namespace mocap::stages

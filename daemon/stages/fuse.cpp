@@ -19,6 +19,9 @@ Snapshot& Fusion::step(const FrameSet& frames) {
   learn_fit();
   snapshot_.poses = parts_.solver->solve(snapshot_.labels, frames.exposed_at);
   learn_names();
+  if (parts_.refiner && !refined_) {
+    refined_ = parts_.refiner->step(snapshot_.labels, snapshot_.poses, frames.exposed_at);
+  }
 
   snapshot_.number = frames.number;
   describe_views(frames);
@@ -56,7 +59,16 @@ void Fusion::name_the_tracks() {
 
 void Fusion::learn_fit() {
   fit_ = parts_.labeller->take_fit();
-  if (!fit_) return;
+  if (fit_) {
+    if (parts_.refiner) parts_.refiner->recognised(*fit_);
+    if (refined_ && refined_->subject == fit_->subject) refined_.reset();
+  } else if (refined_) {
+    fit_ = refined_;
+    refined_.reset();
+    parts_.labeller->refit(*fit_);
+  } else {
+    return;
+  }
   fit_->description_version = ++snapshot_.description_version;
   parts_.solver->refit(*fit_);
 }

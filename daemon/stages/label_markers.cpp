@@ -30,7 +30,7 @@ class BodyLabeller final : public Labeller {
   const Labels& label(const TrackedMarkers& tracked, const Expected& expected) override {
     tracks_.take(tracked);
     still_.update(tracked, expected.at);
-    for (SubjectLabeller& subject : subjects_) subject.keep(tracks_);
+    for (SubjectLabeller& subject : subjects_) subject.keep(tracks_, expected.at);
     for (SubjectLabeller& subject : subjects_) {
       if (subject.tracking()) subject.expect(tracks_, expected.at);
     }
@@ -51,6 +51,10 @@ class BodyLabeller final : public Labeller {
       if (std::optional<SubjectFit> fit = subject.take_fit()) return fit;
     }
     return std::nullopt;
+  }
+
+  void refit(const SubjectFit& fit) override {
+    if (fit.subject.value < subjects_.size()) subjects_[fit.subject.value].refit(fit);
   }
 
  private:

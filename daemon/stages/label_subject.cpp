@@ -15,6 +15,10 @@ constexpr std::uint32_t kMostMissed = 2;
 // What the body's motion is wrong by: at least, and for each m that a marker moves from set to set.
 constexpr double kSurprise_m = 0.007;
 constexpr double kSurprisePerStep = 0.3;
+// A track's step is foreseen from the last by this much, and a share of the step; limbs are thrown that hard.
+constexpr double kJump_m = 0.02;
+constexpr double kJumpPerStep = 0.1;
+constexpr double kAcceleration_m_s2 = 100.0;
 // How surely a marker that took part in the fit is where the fit puts it.
 constexpr double kFitted_m = 0.008;
 
@@ -35,6 +39,8 @@ SubjectLabeller::SubjectLabeller(const LabelSettings& settings, const Subject& s
   places_.resize(markers);
   seen_.reserve(markers);
   believed_.resize(markers);
+  trusted_.resize(markers);
+  jumped_.resize(markers);
   before_.resize(markers);
   tried_.reserve(markers);
   strays_.reserve(kMaxMarkers);
@@ -54,11 +60,20 @@ void SubjectLabeller::free(std::size_t marker, NamedTracks& tracks) {
   name.index = NamedTracks::kNone;
   name.doubt = 0;
   name.confidence = 0.0F;
+  name.jumped = false;
 }
 
 void SubjectLabeller::give(std::size_t marker, int index, float confidence, NamedTracks& tracks) {
   tracks.named[static_cast<std::size_t>(index)] = true;
-  names_[marker] = {tracks[index].id, index, 0, confidence, names_[marker].usual_off_m};
+  Name& name = names_[marker];
+  name.track = tracks[index].id;
+  name.index = index;
+  name.doubt = 0;
+  name.confidence = confidence;
+  name.jumped = false;
+  name.seen_at = at_;
+  name.at = tracks[index].position.v;
+  name.velocity_m_s = tracks[index].velocity_m_s;
 }
 
 bool SubjectLabeller::seen(std::size_t marker, const NamedTracks& tracks) const {
@@ -66,7 +81,20 @@ bool SubjectLabeller::seen(std::size_t marker, const NamedTracks& tracks) const 
   return index >= 0 && tracks[index].state != TrackState::Coasting;
 }
 
-void SubjectLabeller::keep(NamedTracks& tracks) {
+// Whether the track goes on as it went. It may have taken another marker where it does not.
+void SubjectLabeller::watch(Name& name, const TrackedMarker& track, Timestamp at) const {
+  name.jumped = false;
+  if (track.state == TrackState::Coasting) return;
+  const double step_s = to_s(at - name.seen_at);
+  const Eigen::Vector3d way = step_s * name.velocity_m_s;
+  const double most_m = kJump_m + kJumpPerStep * way.norm() + 0.5 * kAcceleration_m_s2 * step_s * step_s;
+  name.jumped = !((track.position.v - name.at - way).norm() < most_m);
+  name.seen_at = at;
+  name.at = track.position.v;
+  name.velocity_m_s = track.velocity_m_s;
+}
+
+void SubjectLabeller::keep(NamedTracks& tracks, Timestamp at) {
   for (std::size_t m = 0; m < names_.size(); ++m) {
     Name& name = names_[m];
     name.index = name.track.names_something() ? tracks.find(name.track) : NamedTracks::kNone;
@@ -75,6 +103,7 @@ void SubjectLabeller::keep(NamedTracks& tracks) {
       free(m, tracks);
     } else {
       tracks.named[static_cast<std::size_t>(name.index)] = true;
+      watch(name, *track, at);
     }
   }
 }
@@ -99,7 +128,8 @@ void SubjectLabeller::trust(const NamedTracks& tracks, Timestamp at) {
     if (!seen(m, tracks)) continue;
     ++named;
     const body::Observation one = observe(m, tracks);
-    const double sigma = kSurprise_m + kSurprisePerStep * body_.speed_of(m) * step_s + one.sigma_m;
+    const double surprise = names_[m].jumped ? 0.0 : kSurprisePerStep * body_.speed_of(m) * step_s;
+    const double sigma = kSurprise_m + surprise + one.sigma_m;
     believed_[m] = (one.position - body_.told(m)).norm() < 3.0 * sigma;
     if (believed_[m]) seen_.push_back(one);
   }
@@ -111,13 +141,30 @@ void SubjectLabeller::trust(const NamedTracks& tracks, Timestamp at) {
   }
 }
 
-void SubjectLabeller::expect(NamedTracks& tracks, Timestamp at) {
+void SubjectLabeller::expect(const NamedTracks& tracks, Timestamp at) {
   at_ = at;
   body_.predict(at);
   trust(tracks, at);
-  (void)body_.fit(seen_);
   for (std::size_t m = 0; m < names_.size(); ++m) {
     before_[m] = names_[m].index;
+    jumped_[m] = names_[m].jumped;
+  }
+}
+
+std::optional<SubjectLabeller::Stand> SubjectLabeller::place_of(std::size_t marker, const NamedTracks& tracks) const {
+  if (!believed_[marker]) return std::nullopt;
+  return Stand{tracks[before_[marker]].position.v, body_.told(marker)};
+}
+
+void SubjectLabeller::doubt(std::size_t marker) {
+  believed_[marker] = false;
+  jumped_[marker] = true;
+}
+
+void SubjectLabeller::fit(NamedTracks& tracks) {
+  std::erase_if(seen_, [&](const body::Observation& one) { return !believed_[static_cast<std::size_t>(one.marker)]; });
+  (void)body_.fit(seen_);
+  for (std::size_t m = 0; m < names_.size(); ++m) {
     if (believed_[m]) tracks.sure[static_cast<std::size_t>(before_[m])] = true;
   }
 }
@@ -152,6 +199,7 @@ void SubjectLabeller::judge(NamedTracks& tracks, Timestamp at) {
 }
 
 bool SubjectLabeller::recognise(const Recognised& found, NamedTracks& tracks, Timestamp at) {
+  at_ = at;
   for (std::size_t m = 0; m < names_.size(); ++m) {
     const TrackId id = found.track_of_marker[m];
     const int index = id.names_something() ? tracks.find(id) : NamedTracks::kNone;
@@ -204,6 +252,17 @@ void SubjectLabeller::show(const NamedTracks& tracks, SubjectLabels& into) const
     label.confidence = name.confidence;
     label.track = track.id;
   }
+}
+
+void SubjectLabeller::refit(const SubjectFit& fit) {
+  MOCAP_EXPECTS(fit.rest_offsets_m.size() == set_.skeleton.bones.size() &&
+                fit.marker_offsets_m.size() == set_.markers.size());
+  for (std::size_t b = 0; b < set_.skeleton.bones.size(); ++b) {
+    set_.skeleton.bones[b].rest_offset_m = fit.rest_offsets_m[b];
+  }
+  for (std::size_t m = 0; m < set_.markers.size(); ++m) set_.markers[m].offset_m = fit.marker_offsets_m[m];
+  ties_.refit(set_);
+  body_.refit(fit.rest_offsets_m, fit.marker_offsets_m);
 }
 
 std::optional<SubjectFit> SubjectLabeller::take_fit() {

@@ -33,9 +33,18 @@ class SubjectLabeller {
   std::size_t names() const noexcept { return names_.size(); }
 
   /// Finds the tracks of this set that bear the names.
-  void keep(NamedTracks& tracks);
+  void keep(NamedTracks& tracks, Timestamp at);
   /// Moves the body on to `at`, with the names that are where its motion leads to.
-  void expect(NamedTracks& tracks, Timestamp at);
+  void expect(const NamedTracks& tracks, Timestamp at);
+  /// Where a believed name's track is, and where the body's motion puts it.
+  struct Stand {
+    Eigen::Vector3d at, told;
+  };
+  std::optional<Stand> place_of(std::size_t marker, const NamedTracks& tracks) const;
+  /// A name that may have exchanged its track with another.
+  void doubt(std::size_t marker);
+  /// Fits the body to the names that are believed.
+  void fit(NamedTracks& tracks);
   /// Appends what each name may be given to, rows from `first_row`; nothing where all names are as they should be.
   void claim(const NamedTracks& tracks, std::size_t first_row, std::size_t most,
              std::vector<geometry::AllowedPair>& pairs);
@@ -43,6 +52,10 @@ class SubjectLabeller {
   /// What the claims leave without its track is free again; `columns` by name.
   void let_go(std::span<const std::uint32_t> columns, NamedTracks& tracks);
   bool bears(std::size_t marker, std::uint32_t track) const { return before_[marker] == static_cast<int>(track); }
+  bool jumped(std::size_t marker) const { return jumped_[marker]; }
+  void drop(std::size_t marker, NamedTracks& tracks) { free(marker, tracks); }
+  /// Whether a track is within the gate of a claim; claims from farther away only contest others.
+  bool near(std::size_t marker, std::uint32_t track, const NamedTracks& tracks) const;
   void take(std::size_t marker, std::uint32_t track, NamedTracks& tracks);
   /// Takes names back that the body contradicts, reads limbs anew, and learns.
   void settle(NamedTracks& tracks);
@@ -53,6 +66,8 @@ class SubjectLabeller {
 
   void show(const NamedTracks& tracks, SubjectLabels& into) const;
   std::optional<SubjectFit> take_fit();
+  /// The body's bones and markers are known better.
+  void refit(const SubjectFit& fit);
 
  private:
   static constexpr double kMarkerSigma_m = 0.004;
@@ -64,6 +79,10 @@ class SubjectLabeller {
     int doubt = 0;                   // grows while the body contradicts
     float confidence = 0.0F;
     double usual_off_m = 0.003;  // mean from its place
+    bool jumped = false;         // its track is not where its own motion led to
+    Timestamp seen_at;           // the rest is of then
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();
+    Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
   };
   struct Place {
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
@@ -83,10 +102,13 @@ class SubjectLabeller {
   bool tied(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const;
   body::Observation observe(std::size_t marker, const NamedTracks& tracks) const;
   body::Observation observe(std::size_t marker, int index, const NamedTracks& tracks) const;
+  void watch(Name& name, const TrackedMarker& track, Timestamp at) const;
   void trust(const NamedTracks& tracks, Timestamp at);
   void place();
+  Eigen::Matrix3d spread_of(std::size_t marker, const TrackedMarker& track) const;
   void consider(std::size_t marker, std::size_t index, const NamedTracks& tracks, geometry::AllowedPair& into) const;
   double most_off(std::size_t marker) const;
+  bool vouched(std::size_t marker, double off_m, const NamedTracks& tracks) const;
   void contradict(NamedTracks& tracks);
   void learn(const Recognised& found);
 
@@ -113,6 +135,8 @@ class SubjectLabeller {
   std::vector<Place> places_;            // where each marker should be
   std::vector<body::Observation> seen_;  // names that are believed in this set
   std::vector<bool> believed_;           // by marker: is in seen_
+  std::vector<bool> jumped_;             // by marker: the track that it bore before did
+  std::vector<bool> trusted_;            // by marker: the body's motion led to the track that it bore before
   std::vector<int> before_;              // the track of each name before an assignment
   bool claims_ = false;                  // takes part in this set's assignment
   double usual_off_m_ = 0.003;           // mean of the believed names from their places

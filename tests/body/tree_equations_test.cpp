@@ -153,6 +153,8 @@ TEST(TreeEquations, GivesTheCovariancesThatTheDenseInverseGives) {
       const Eigen::MatrixXd turns = world.turns(i);
       EXPECT_LT((world.equations().covariance_of(i, lever) - moves * inverse * moves.transpose()).norm(), kRounding);
       EXPECT_LT((world.equations().turn_covariance(i) - turns * inverse * turns.transpose()).norm(), kRounding);
+      const Eigen::Matrix3d own = inverse.block<3, 3>(world.turn_of(i), world.turn_of(i));
+      EXPECT_LT((world.equations().turned_covariance(i) - own).norm(), kRounding);
     }
   }
 }

@@ -239,7 +239,8 @@ void LabelScorer::count_ghosts(const EvalFrame& truth, const EvalFrame& said) {
   unlabelled_ += said.unlabelled_m.size();
   for (const Eigen::Vector3d& found : said.unlabelled_m) {
     const auto near = [&](const NamedMarker& m) { return (found - m.position_m).norm() <= kGhostFrom_m; };
-    if (std::ranges::none_of(truth.markers, near)) ++ghosts_;
+    const auto near_nameless = [&](const Eigen::Vector3d& at) { return (found - at).norm() <= kGhostFrom_m; };
+    if (std::ranges::none_of(truth.markers, near) && std::ranges::none_of(truth.unlabelled_m, near_nameless)) ++ghosts_;
   }
 }
 

@@ -13,7 +13,7 @@ namespace mocap::eval {
 
 inline constexpr double kRightWithin_m = 0.020;   ///< a name this near to its marker is right
 inline constexpr std::uint32_t kVisibleFrom = 2;  ///< cameras that make a marker visible
-inline constexpr double kGhostFrom_m = 0.050;     ///< what is nameless and this far from all markers is none
+inline constexpr double kGhostFrom_m = 0.050;     ///< what is nameless and this far from all lights is none
 
 /// What is counted of a subject's names. Judged are the sets from the subject's first measured name on (all, where
 /// there never is one). A name that is shown Measured is

@@ -9,6 +9,7 @@
 
 #include "base/exit_codes.h"
 #include "eval/command.h"
+#include "eval/plots.h"
 #include "eval/scene_report.h"
 #include "eval/scene_run.h"
 
@@ -50,6 +51,26 @@ bool is_wanted(const Options& options, const std::string& clip) {
   return options.only.empty() || clip.find(options.only) != std::string::npos;
 }
 
+// A file a clip and subject, of names and of joints.
+Status draw(const std::string& folder, const SceneOutcome& clip) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  const std::string stem = clip.clip.empty() ? "scene" : std::filesystem::path(clip.clip).stem().string();
+  for (std::uint32_t id = 0; id < clip.subjects.size(); ++id) {
+    const std::string name = stem + "_" + clip.subjects[id];
+    if (const auto line = clip.timelines.find(id); line != clip.timelines.end()) {
+      const Status drawn =
+          plot_names(folder + "/" + name + "_names.svg", "names: " + name, line->second, clip.marker_names[id]);
+      if (!drawn) return drawn;
+    }
+    if (const auto errors = clip.errors.find(id); errors != clip.errors.end()) {
+      const Status drawn = plot_errors(folder + "/" + name + "_joints.svg", "joints: " + name, errors->second);
+      if (!drawn) return drawn;
+    }
+  }
+  return {};
+}
+
 int run(const Options& options) {
   auto scene = load_scene(options.file);
   if (!scene) {
@@ -74,6 +95,12 @@ int run(const Options& options) {
       return kBadData;
     }
     results.clips.push_back(std::move(*outcome));
+    if (!options.plots.empty()) {
+      if (const Status drawn = draw(options.plots, results.clips.back()); !drawn) {
+        fmt::print(stderr, "mocap-eval: {}\n", drawn.error().message);
+        return kNoInput;
+      }
+    }
     if (scene->only_camera.empty()) continue;
     auto blind = run_scene(*scene, clip, {wanted.seed, false, false});
     if (blind) results.without_rays.push_back(std::move(*blind));

@@ -97,9 +97,11 @@ void SceneWorld::look(std::uint32_t camera) {
 
 void SceneWorld::tell_truth() {
   for (const Light& light : lights_) {
-    if (light.marker == kGhost) continue;
+    const bool nobodys =
+        light.marker == kGhost || performers_[light.performer].marker_of[light.marker] == Performer::kNobodys;
+    if (nobodys) truth_.unlabelled_m.push_back(light.at_m);
+    if (nobodys) continue;
     const std::uint32_t marker = performers_[light.performer].marker_of[light.marker];
-    if (marker == Performer::kNobodys) continue;
     truth_.markers.push_back({light.performer, marker, light.cameras > 0 ? LabelState::Measured : LabelState::Filled,
                               light.at_m, light.cameras});
   }
