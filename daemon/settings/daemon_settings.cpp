@@ -12,6 +12,7 @@
 #include "settings/key_list.h"
 #include "settings/marker_set_file.h"
 #include "settings/rig_file.h"
+#include "settings/shape_checks.h"
 #include "settings/stage_keys.h"
 #include "settings/toml_file.h"
 
@@ -104,6 +105,7 @@ void load_the_marker_sets(TomlFile& file, DaemonTables& tables, DaemonSettings& 
       settings.worn.push_back({subject.name, *std::move(worn)});
     }
   }
+  if (settings.worn.size() == settings.subjects.size()) check_shapes(tables, settings);
   settings.simulated.resize(settings.cameras.size());
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
     const auto* synthetic = std::get_if<cameras::SyntheticSettings>(&settings.cameras[i].driver);

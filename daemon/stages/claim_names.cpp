@@ -175,6 +175,8 @@ void SubjectLabeller::contradict(NamedTracks& tracks) {
     believed_[m] = off < most || vouch;
     name.doubt = vouch ? 0 : off > 2.0 * most ? kMostDoubt : off > most ? name.doubt + 1 : std::max(0, name.doubt - 1);
     name.confidence += 0.1F * ((vouch ? kLongHeld : believed_[m] ? 1.0F : 0.3F) - name.confidence);
+    // What its own motion or the body's did not lead to must prove itself anew.
+    if (!trusted_[m]) name.confidence = std::min(name.confidence, kFreshConfidence);
     if (name.doubt >= kMostDoubt) {
       free(m, tracks);
       misread_[static_cast<std::size_t>(set_.markers[m].bone)] = 1;

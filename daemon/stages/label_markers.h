@@ -19,7 +19,8 @@ struct LabelSettings {
   double rigid_tolerance_m = 0.006;                        ///< a rigid body's markers from their places
   double tie_slack_m = 0.02;  ///< skin: by how much a distance on the body may change, beside 5 % of it
   double most_gate_m = 0.25;  ///< a lost marker is not looked for further than this from its place
-  Duration lost_after = std::chrono::milliseconds(500);  ///< with less than a quarter of the markers
+  /// With less than a quarter of the markers, or with a quarter missing while as many nameless tracks stand near.
+  Duration lost_after = std::chrono::milliseconds(500);
 };
 
 /// Names by T-pose at first, by its measures in any pose where these are known (a rigid body: always), then by keeping

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "base/expects.h"
 
@@ -189,11 +190,18 @@ void SubjectLabeller::settle(NamedTracks& tracks) {
   body_.learn(seen_);
 }
 
+// Many names are missing while nameless tracks stand where they could be: it is another body, or another pose.
+bool SubjectLabeller::followed_wrongly() const {
+  const auto troubled = static_cast<std::size_t>(std::accumulate(trouble_.begin(), trouble_.end(), 0));
+  return troubled >= 3 && 4 * troubled >= names_.size() && strays_.size() >= troubled;
+}
+
 void SubjectLabeller::judge(NamedTracks& tracks, Timestamp at) {
   std::size_t count = 0;
   for (std::size_t m = 0; m < names_.size(); ++m) count += seen(m, tracks) ? 1 : 0;
   if (4 * count >= names_.size() && count >= 3) enough_at_ = at;
-  if (at - enough_at_ <= settings_.lost_after) return;
+  if (!followed_wrongly()) calm_at_ = at;
+  if (at - enough_at_ <= settings_.lost_after && at - calm_at_ <= settings_.lost_after) return;
   for (std::size_t m = 0; m < names_.size(); ++m) free(m, tracks);
   phase_ = SubjectPhase::Lost;
 }
@@ -217,7 +225,7 @@ bool SubjectLabeller::recognise(const Recognised& found, NamedTracks& tracks, Ti
     return false;
   }
   phase_ = SubjectPhase::Tracking;
-  enough_at_ = at;
+  enough_at_ = calm_at_ = at;
   return true;
 }
 

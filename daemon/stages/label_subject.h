@@ -112,6 +112,7 @@ class SubjectLabeller {
   void contradict(NamedTracks& tracks);
   void learn(const Recognised& found);
 
+  bool followed_wrongly() const;
   void reread(NamedTracks& tracks);
   int most_troubled_bone(const NamedTracks& tracks);
   bool gather_limb(std::size_t seed, const NamedTracks& tracks);
@@ -131,6 +132,7 @@ class SubjectLabeller {
   SubjectPhase phase_ = SubjectPhase::Searching;
   Timestamp at_;
   Timestamp enough_at_;
+  Timestamp calm_at_;  // when it was last not followed wrongly
   std::vector<Name> names_;
   std::vector<Place> places_;            // where each marker should be
   std::vector<body::Observation> seen_;  // names that are believed in this set

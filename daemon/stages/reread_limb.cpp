@@ -244,6 +244,7 @@ bool SubjectLabeller::read_limb(NamedTracks& tracks) {
 
 void SubjectLabeller::reread(NamedTracks& tracks) {
   for (int& sets : rest_) sets = std::max(0, sets - 1);
+  std::fill(trouble_.begin(), trouble_.end(), 0);
   if (seen_.size() == names_.size()) {
     std::fill(misread_.begin(), misread_.end(), 0);
     return;
@@ -257,7 +258,7 @@ void SubjectLabeller::reread(NamedTracks& tracks) {
     for (std::size_t i = 0; i < tracks.named.size(); ++i) {
       if (stray(i, tracks)) strays_.push_back(static_cast<int>(i));
     }
-    const int bone = strays_.empty() ? -1 : most_troubled_bone(tracks);
+    const int bone = most_troubled_bone(tracks);
     if (bone < 0) return;
     rest_[static_cast<std::size_t>(bone)] = kPatience;
     if (gather_limb(static_cast<std::size_t>(bone), tracks)) (void)read_limb(tracks);

@@ -78,6 +78,21 @@ TEST_F(Configuration, IsReadWithTheRigInTheOrderOfTheCameras) {
   EXPECT_EQ(settings->simulated[1].markers.size(), 18U);
 }
 
+TEST_F(Configuration, RefusesThingsOfTheSameShapeAndAllowsPeopleInTheSameMarkerSet) {
+  const auto subject = [&](const std::string& name, const std::string& set) {
+    return "[[subject]]\nname = \"" + name + "\"\nmarker_set = \"" + (kConfig / "markersets" / set).string() + "\"\n";
+  };
+
+  const std::string things = faults_of(good() + subject("sword", "rigid4.toml") + subject("shield", "rigid4.toml"));
+  const std::string people = faults_of(good() + subject("ann", "baseline41.toml") + subject("bob", "baseline41.toml"));
+  const std::string one = faults_of(good() + subject("sword", "rigid4.toml") + subject("ann", "baseline41.toml"));
+
+  EXPECT_THAT(things,
+              AllOf(HasSubstr("subject 'shield' has the shape of subject 'sword'"), HasSubstr("move one marker")));
+  EXPECT_EQ(people, "");
+  EXPECT_EQ(one, "");
+}
+
 TEST_F(Configuration, TellsAllFaultsAtOnceWithPlacesAndSuggestions) {
   const std::string faults = faults_of(R"([capture]
 rig = "rig.toml"
