@@ -21,6 +21,7 @@ class BodyLabeller final : public Labeller {
     MOCAP_EXPECTS(subjects.size() <= kMaxSubjects);
     subjects_.reserve(subjects.size());
     searches_.reserve(subjects.size());
+    away_.resize(subjects.size());
     for (std::size_t i = 0; i < subjects.size(); ++i) {
       subjects_.emplace_back(settings, subjects[i], SubjectId{static_cast<std::uint32_t>(i)});
       searches_.emplace_back(settings, subjects[i]);
@@ -54,7 +55,22 @@ class BodyLabeller final : public Labeller {
   }
 
   void refit(const SubjectFit& fit) override {
-    if (fit.subject.value < subjects_.size()) subjects_[fit.subject.value].refit(fit);
+    if (fit.subject.value >= subjects_.size()) return;
+    subjects_[fit.subject.value].refit(fit);
+    searches_[fit.subject.value].refit(fit.rest_offsets_m, fit.marker_offsets_m);
+  }
+
+  void reset(SubjectId subject) override {
+    if (subject.value >= subjects_.size()) return;
+    subjects_[subject.value].forget();
+    searches_[subject.value].forget_body();
+  }
+
+  void set_away(SubjectId subject, bool away) override {
+    if (subject.value >= subjects_.size()) return;
+    if (away) subjects_[subject.value].forget();
+    searches_[subject.value].stop();
+    away_[subject.value] = away ? 1 : 0;
   }
 
  private:
@@ -68,7 +84,7 @@ class BodyLabeller final : public Labeller {
   void search(Timestamp at) {
     for (std::size_t tried = 0; tried < subjects_.size(); ++tried) {
       if (next_ >= subjects_.size()) next_ = 0;
-      if (subjects_[next_].tracking()) {
+      if (subjects_[next_].tracking() || away_[next_] != 0) {
         searches_[next_].stop();
         ++next_;
         continue;
@@ -90,7 +106,7 @@ class BodyLabeller final : public Labeller {
     const std::optional<double> own = searches_[who].explain(found, tracks_);
     if (!own) return false;
     for (std::size_t other = 0; other < subjects_.size(); ++other) {
-      if (other == who || subjects_[other].tracking()) continue;
+      if (other == who || subjects_[other].tracking() || away_[other] != 0) continue;
       const std::optional<double> cost = searches_[other].explain(found, tracks_);
       if (cost && *cost < *own + kClearlyBetter) return true;
     }
@@ -103,6 +119,7 @@ class BodyLabeller final : public Labeller {
   TrackClaims claims_;
   NamedTracks tracks_;
   std::vector<SubjectSearch> searches_;  // by subject
+  std::vector<char> away_;               // likewise
   std::size_t next_ = 0;                 // whose turn it is to be looked for
   Labels labels_;
 };

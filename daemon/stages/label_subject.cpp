@@ -206,6 +206,11 @@ void SubjectLabeller::judge(NamedTracks& tracks, Timestamp at) {
   phase_ = SubjectPhase::Lost;
 }
 
+void SubjectLabeller::forget() {
+  for (Name& name : names_) name = {};
+  phase_ = SubjectPhase::Searching;
+}
+
 bool SubjectLabeller::recognise(const Recognised& found, NamedTracks& tracks, Timestamp at) {
   at_ = at;
   for (std::size_t m = 0; m < names_.size(); ++m) {

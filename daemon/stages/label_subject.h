@@ -28,6 +28,8 @@ class SubjectLabeller {
  public:
   SubjectLabeller(const LabelSettings& settings, const Subject& subject, SubjectId id);
 
+  /// Nobody is known to be anywhere.
+  void forget();
   bool tracking() const noexcept { return phase_ == SubjectPhase::Tracking; }
   bool rigid() const noexcept { return set_.skeleton.bones.size() == 1; }
   std::size_t names() const noexcept { return names_.size(); }
