@@ -68,7 +68,7 @@ std::vector<MaskPolygon> masks_of(const CameraModel& camera) {
 
 }  // namespace
 
-std::unique_ptr<stages::Fusion> assemble_fusion(const settings::DaemonSettings& settings) {
+stages::FusionParts assemble_row(const settings::DaemonSettings& settings) {
   stages::FusionParts row;
   row.matcher = stages::make_matcher(settings.match, settings.rig);
   row.triangulator = stages::make_triangulator(settings.triangulate, settings.rig);
@@ -78,7 +78,11 @@ std::unique_ptr<stages::Fusion> assemble_fusion(const settings::DaemonSettings& 
   if (settings.refine.instants > 0) {
     row.refiner = std::make_unique<stages::SubjectRefiner>(settings.refine, settings.worn);
   }
-  return std::make_unique<stages::Fusion>(std::move(row), static_cast<std::uint32_t>(settings.rig.size()));
+  return row;
+}
+
+std::unique_ptr<stages::Fusion> assemble_fusion(const settings::DaemonSettings& settings) {
+  return std::make_unique<stages::Fusion>(assemble_row(settings), static_cast<std::uint32_t>(settings.rig.size()));
 }
 
 Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id, Timestamp epoch) {

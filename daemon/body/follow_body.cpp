@@ -4,15 +4,27 @@
 #include <cmath>
 #include <optional>
 
+#include <Eigen/LU>
+
 #include "body/rotation.h"
 
 namespace mocap::body {
 namespace {
 
 // A person's joint hardly turns by more than this from set to set against what its motion lets expect, rad.
-constexpr double kHoldDirect_rad = 0.15;
-// The same of a joint that is told by markers further down only: one more limb between lets it swing.
+constexpr double kHold_rad = 0.15;
+// The same of the turns about other axes than those that markers tell: a limb about itself, an elbow that is hidden
+// about the line from shoulder to wrist. They follow what the told ones lead to, and nothing drives them.
+constexpr double kHoldPart_rad = 0.1;
+// How unsure a joint is at first that no marker of its bone tells.
 constexpr double kHoldFurther_rad = 0.05;
+// What joints commonly do is believed so much where markers on both sides of a joint tell: a marker on skin of 3 mm, 6
+// cm from the joint's axis, tells a turn to 3 degrees, and what is common must not move that by more than a tenth of a
+// degree, even a radian beyond.
+constexpr double kShareTold = 0.05;
+// Steps under this leave less than a twentieth of a degree to be found: a step's square, and a share of what markers
+// are off.
+constexpr double kSmallStep = 5e-4;
 // Of a joint that no marker moves: it stays, and goes back to rest within seconds.
 constexpr double kHoldUnseen_rad = 0.02;
 // How fast a hidden joint leaves the way that it was on; and no further than anybody knows no more, rad.
@@ -36,6 +48,9 @@ constexpr double kMostOff_m = 0.02;
 constexpr double kTurned_m = 0.025;
 // So far off a marker still pulls on its bone when others lead nowhere.
 constexpr double kFromAfar_m = 0.3;
+constexpr double kAnywhere_m = 1e3;
+// So many fits by the same markers share one weighing of what they tell.
+constexpr int kWeighEvery = 8;
 // Nobody turns a joint by more between two sets.
 constexpr double kMostTurn_rad = 0.8;
 constexpr double kNever_s = 1e3;
@@ -58,6 +73,11 @@ BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
   off_m2_.resize(bones);
   seen_of_.resize(bones);
   hold_.resize(bones);
+  rest_believed_.resize(bones);
+  limit_believed_.resize(bones);
+  hold_weight_.resize(bones);
+  weighed_.reserve(2 * set.markers.size());
+  misread_.resize(bones);
   pairs_.reserve(set.markers.size() + 1);  // and a joint
 }
 
@@ -65,10 +85,12 @@ void BodyFollower::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
                          std::span<const Eigen::Vector3d> marker_offsets_m) {
   pose_.refit(rest_offsets_m, marker_offsets_m);
   for (MarkerMemory& marker : markers_) marker.off_m.setZero();
+  weighed_for_ = kWeighEvery;
 }
 
 void BodyFollower::forget() {
   following_ = false;
+  weighed_for_ = kWeighEvery;
   for (MarkerMemory& marker : markers_) marker.ever_seen = false;
 }
 
@@ -78,6 +100,7 @@ bool BodyFollower::start(std::span<const Observation> seen, Timestamp at) {
   pairs_.clear();
   pose_.place({});
   for (const Observation& one : seen) {
+    if (one.ray || !is_usable(one)) continue;
     const auto m = static_cast<std::size_t>(one.marker);
     const int depth = depth_[static_cast<std::size_t>(pose_.marker_set().markers[m].bone)];
     pairs_.push_back({pose_.marker_at(m), one.position, std::pow(0.2, depth)});
@@ -95,6 +118,7 @@ bool BodyFollower::start(std::span<const Observation> seen, Timestamp at) {
     bone.told_at = at;
   }
   for (const Observation& one : seen) {
+    if (one.ray || !is_usable(one)) continue;
     MarkerMemory& marker = markers_[static_cast<std::size_t>(one.marker)];
     marker = {at, true, Eigen::Vector3d::Zero(), one.position, Eigen::Vector3d::Zero()};
   }
@@ -105,16 +129,23 @@ bool BodyFollower::start(std::span<const Observation> seen, Timestamp at) {
   return true;
 }
 
+void BodyFollower::misread(std::span<const char> bones) { std::copy(bones.begin(), bones.end(), misread_.begin()); }
+
 void BodyFollower::predict(Timestamp at) {
   at_ = at;
+  std::fill(misread_.begin(), misread_.end(), 0);
   const double ahead_s = std::clamp(to_s(at - learnt_at_), 0.0, kLongGap_s);
   // The way that a speed which dies away leads to.
   const double dying_s = kCoast_s * (1.0 - std::exp(-ahead_s / kCoast_s));
   std::copy(learnt_.begin(), learnt_.end(), predicted_.begin());
   predicted_[0].position += ahead_s * velocity_m_s_;
   for (std::size_t b = 0; b < bones_.size(); ++b) {
-    const double by_s = bones_[b].told == Told::Direct ? ahead_s : dying_s;
-    predicted_[b].rotation = (turn_by(by_s * bones_[b].spin_rad_s) * predicted_[b].rotation).normalized();
+    const BoneMemory& bone = bones_[b];
+    if (bone.spin_rad_s.isZero()) continue;
+    predicted_[b].rotation =
+        (turn_by(dying_s * bone.spin_rad_s + (ahead_s - dying_s) * (bone.share * bone.spin_rad_s)) *
+         predicted_[b].rotation)
+            .normalized();
   }
   pose_.set_locals(predicted_);
 }
@@ -123,11 +154,15 @@ void BodyFollower::see_bones(std::span<const Observation> seen) {
   const MarkerSet& set = pose_.marker_set();
   for (BoneMemory& bone : bones_) bone.told = Told::No;
   for (const Observation& one : seen) {
+    if (!is_usable(one)) continue;
     const MarkerOnBone& marker = set.markers[static_cast<std::size_t>(one.marker)];
     const bool in_joint = marker.offset_m.norm() < kInJoint_m;
     int bone = marker.bone;
     if (in_joint) bone = set.skeleton.bones[static_cast<std::size_t>(bone)].parent;
-    if (bone >= 0) bones_[static_cast<std::size_t>(bone)].told = Told::Direct;
+    if (bone >= 0) {
+      Told& told = bones_[static_cast<std::size_t>(bone)].told;
+      told = std::max(told, one.ray ? Told::Ray : Told::Direct);
+    }
     while (bone >= 0) {
       BoneMemory& above = bones_[static_cast<std::size_t>(bone)];
       if (above.told == Told::No) above.told = Told::Further;
@@ -147,15 +182,54 @@ PosePrior BodyFollower::prior_of(std::size_t seen) const {
   return prior;
 }
 
+// What is left of a prior's covariance was told by markers. It changes with the markers, and slowly with the pose.
+void BodyFollower::weigh_turns(std::span<const Observation> seen) {
+  const auto same = [](const Observation& one, const Weighed& was) {
+    return one.marker == was.marker && one.ray == was.ray && is_usable(one) == was.usable;
+  };
+  if (weighed_for_ < kWeighEvery && std::equal(seen.begin(), seen.end(), weighed_.begin(), weighed_.end(), same)) {
+    ++weighed_for_;
+    return;
+  }
+  weighed_for_ = 1;
+  weighed_.clear();
+  for (const Observation& one : seen) weighed_.push_back({one.marker, one.ray, is_usable(one)});
+  std::fill(hold_.begin(), hold_.end(), kHold_rad);
+  std::fill(rest_believed_.begin(), rest_believed_.end(), 0.0);
+  PosePrior prior = prior_of(seen.size());
+  prior.rest_believed = rest_believed_;
+  prior.limit_believed = rest_believed_;
+  prior.outlier_m = kAnywhere_m;  // a marker tells of its bones however far they are from where it wants them
+  const bool told = pose_.weigh(seen, prior);
+  for (std::size_t b = 0; b < bones_.size(); ++b) {
+    bones_[b].share.setZero();
+    if (told) bones_[b].share = Eigen::Matrix3d::Identity() - pose_.local_covariance(b) / (kHold_rad * kHold_rad);
+  }
+}
+
 PoseFitResult BodyFollower::fit(std::span<const Observation> seen) {
   pose_.set_locals(predicted_);
   see_bones(seen);
   if (seen.empty()) return {};
+  weigh_turns(seen);
   for (std::size_t b = 0; b < bones_.size(); ++b) {
-    const Told told = bones_[b].told;
-    hold_[b] = told == Told::Direct ? kHoldDirect_rad : told == Told::Further ? kHoldFurther_rad : kHoldUnseen_rad;
+    const Eigen::Matrix3d& told = bones_[b].share;
+    const Eigen::Matrix3d untold = Eigen::Matrix3d::Identity() - told;
+    const double some = std::clamp(told.trace(), 0.0, 1.0);
+    const double all = std::max(0.0, 1.0 - untold.trace());
+    const double unseen_rad = some * kHoldPart_rad + (1.0 - some) * kHoldUnseen_rad;
+    hold_weight_[b] = (kHold_rad * kHold_rad * told + unseen_rad * unseen_rad * untold).inverse();
+    rest_believed_[b] = 1.0 - (1.0 - kShareTold) * all;
+    limit_believed_[b] = 1.0 - (1.0 - kShareTold) * some;
+    if (misread_[b] != 0) hold_weight_[b] = Eigen::Matrix3d::Identity() / (kMostStray_rad * kMostStray_rad);
   }
-  const PoseFitResult result = solve(seen, settings_.max_iterations);
+  PosePrior prior = prior_of(seen.size());
+  prior.hold_sigma_rad = {};
+  prior.hold_weight = hold_weight_;
+  prior.rest_believed = rest_believed_;
+  prior.limit_believed = limit_believed_;
+  const PoseFitResult result =
+      solve(seen, prior, {.max_iterations = settings_.max_iterations, .small_step = kSmallStep});
   residual_m_ = result.rms_m;
   std::copy(pose_.locals().begin(), pose_.locals().end(), fitted_.begin());
   return result;
@@ -164,27 +238,26 @@ PoseFitResult BodyFollower::fit(std::span<const Observation> seen) {
 PoseFitResult BodyFollower::explain(std::span<const Observation> seen) {
   pose_.set_locals(fitted_);
   loosen(seen, at_);
-  return solve(seen, 2 * settings_.max_iterations);
+  return solve(seen, prior_of(seen.size()), {.max_iterations = 2 * settings_.max_iterations, .small_step = kSmallStep});
 }
 
 // Where markers stay off, small steps from the pose at hand may have led into the wrong valley: a limb came out from
 // behind the body elsewhere, or is turned the wrong way round. Then all markers pull from afar and limbs are laid on
 // theirs anew; the better of both explains.
-PoseFitResult BodyFollower::solve(std::span<const Observation> seen, int max_iterations) {
-  const PosePrior prior = prior_of(seen.size());
+PoseFitResult BodyFollower::solve(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end) {
   std::copy(pose_.locals().begin(), pose_.locals().end(), begun_.begin());
-  const PoseFitResult first = pose_.solve(seen, prior, max_iterations);
+  const PoseFitResult first = pose_.solve(seen, prior, end);
   const bool off = std::any_of(seen.begin(), seen.end(), [&](const Observation& one) {
-    return !((pose_.marker_at(static_cast<std::size_t>(one.marker)) - one.position).norm() < settings_.outlier_m);
+    return is_usable(one) && !(off_m(one, pose_.marker_at(static_cast<std::size_t>(one.marker))) < settings_.outlier_m);
   });
   if (!off) return first;
   std::copy(pose_.locals().begin(), pose_.locals().end(), tried_.begin());
   pose_.set_locals(begun_);
   PosePrior wide = prior;
   wide.outlier_m = kFromAfar_m;
-  (void)pose_.solve(seen, wide, 2 * max_iterations);
+  (void)pose_.solve(seen, wide, {.max_iterations = 2 * end.max_iterations, .small_step = end.small_step});
   (void)turn_anew(seen);
-  const PoseFitResult second = pose_.solve(seen, prior, max_iterations);
+  const PoseFitResult second = pose_.solve(seen, prior, end);
   if (second.cost < first.cost) return second;
   pose_.set_locals(tried_);
   return first;
@@ -197,7 +270,7 @@ bool BodyFollower::turn_anew(std::span<const Observation> seen) {
   for (const Observation& one : seen) {
     const auto m = static_cast<std::size_t>(one.marker);
     const MarkerOnBone& marker = pose_.marker_set().markers[m];
-    if (marker.offset_m.norm() < kInJoint_m) continue;
+    if (marker.offset_m.norm() < kInJoint_m || one.ray || !is_usable(one)) continue;
     off_m2_[static_cast<std::size_t>(marker.bone)] += (pose_.marker_at(m) - one.position).squaredNorm();
     ++seen_of_[static_cast<std::size_t>(marker.bone)];
   }
@@ -216,7 +289,8 @@ bool BodyFollower::turn_anew(std::size_t bone, std::span<const Observation> seen
   pairs_.push_back({Eigen::Vector3d::Zero(), pose_.world()[bone].position, 1.0});
   for (const Observation& one : seen) {
     const MarkerOnBone& marker = pose_.marker_set().markers[static_cast<std::size_t>(one.marker)];
-    if (marker.bone == static_cast<int>(bone)) pairs_.push_back({marker.offset_m, one.position, 1.0});
+    if (marker.bone == static_cast<int>(bone) && !one.ray && is_usable(one))
+      pairs_.push_back({marker.offset_m, one.position, 1.0});
   }
   const std::optional<geometry::RigidFit> laid = geometry::fit_rigid(pairs_);
   if (!laid) return false;
@@ -240,19 +314,18 @@ void BodyFollower::learn(std::span<const Observation> seen) {
   }
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     BoneMemory& bone = bones_[b];
-    if (bone.told == Told::Direct && motion) {
-      const Eigen::Quaterniond turn = pose_.locals()[b].rotation * learnt_[b].rotation.conjugate();
-      const Eigen::Vector3d turned = rotation_vector(turn);
-      // A limb that was laid anew did not turn: it had been read wrongly.
-      if (turned.norm() > kMostTurn_rad) {
-        bone.spin_rad_s.setZero();
-      } else {
-        bone.spin_rad_s += kNew * (turned / step_s - bone.spin_rad_s);
-      }
+    const Eigen::Vector3d dying_rad_s = left * bone.spin_rad_s;
+    if (!motion) {
+      bone.spin_rad_s = dying_rad_s;
     } else {
-      bone.spin_rad_s *= left;
+      const Eigen::Vector3d turned = rotation_vector(pose_.locals()[b].rotation * learnt_[b].rotation.conjugate());
+      // A limb that was laid anew did not turn: it had been read wrongly.
+      const bool laid_anew = turned.norm() > kMostTurn_rad;
+      if (laid_anew) bone.spin_rad_s.setZero();
+      const Eigen::Vector3d known_rad_s = bone.spin_rad_s + kNew * (turned / step_s - bone.spin_rad_s);
+      if (!laid_anew) bone.spin_rad_s = dying_rad_s + bone.share * (known_rad_s - dying_rad_s);
     }
-    if (bone.told == Told::Direct) bone.told_at = at_;
+    if (bone.told >= Told::Ray) bone.told_at = at_;
   }
   std::copy(pose_.locals().begin(), pose_.locals().end(), learnt_.begin());
   for (std::size_t m = 0; m < markers_.size(); ++m) {
@@ -261,6 +334,7 @@ void BodyFollower::learn(std::span<const Observation> seen) {
     markers_[m].place_m = place;
   }
   for (const Observation& one : seen) {
+    if (one.ray || !is_usable(one)) continue;
     const auto m = static_cast<std::size_t>(one.marker);
     MarkerMemory& marker = markers_[m];
     const Pose& world = pose_.world()[static_cast<std::size_t>(pose_.marker_set().markers[m].bone)];
@@ -287,8 +361,9 @@ void BodyFollower::loosen(std::span<const Observation> seen, Timestamp at) {
   see_bones(seen);
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     const double hidden_s = std::max(0.0, to_s(at - bones_[b].told_at));
-    hold_[b] = bones_[b].told == Told::Direct ? kHoldDirect_rad
+    hold_[b] = bones_[b].told == Told::Direct ? kHold_rad
                                               : std::min(kMostStray_rad, kHoldFurther_rad + kStray_rad_s * hidden_s);
+    if (misread_[b] != 0) hold_[b] = kMostStray_rad;
   }
 }
 
@@ -299,7 +374,7 @@ bool BodyFollower::weigh(std::span<const Observation> seen, Timestamp at) {
   return pose_.weigh(seen, prior);
 }
 
-Eigen::Matrix3d BodyFollower::told_covariance(std::size_t marker) {
+Eigen::Matrix3d BodyFollower::told_covariance(std::size_t marker) const {
   return pose_.covariance_of(marker) + kSkin_m * kSkin_m * Eigen::Matrix3d::Identity();
 }
 

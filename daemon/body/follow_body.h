@@ -44,6 +44,8 @@ class BodyFollower {
   /// The same from the pose of the last `fit`, with hidden joints as free as they may be after the time that they are
   /// hidden: what this reading of the markers costs, to be compared with that of another reading.
   PoseFitResult explain(std::span<const Observation> seen);
+  /// Until the next `predict`, these bones (by bone; not 0) may be turned anyhow: they may have followed wrong markers.
+  void misread(std::span<const char> bones);
   /// Takes the last fit for the truth of its instant.
   void learn(std::span<const Observation> seen);
 
@@ -58,10 +60,11 @@ class BodyFollower {
   /// Prepares `told_covariance` for the pose at hand, of which `seen` tells. False when that tells nothing.
   [[nodiscard]] bool weigh(std::span<const Observation> seen, Timestamp at);
   /// Of a marker's place by the last `weigh`, m^2; grows with the time that its joints are hidden.
-  Eigen::Matrix3d told_covariance(std::size_t marker);
+  Eigen::Matrix3d told_covariance(std::size_t marker) const;
 
-  /// Whether `seen` of the last fit told the turn of a bone, by markers that it moves itself (Direct) or further down.
-  enum class Told { No, Further, Direct };
+  /// Whether `seen` of the last fit told the turn of a bone, by markers that it moves itself (Direct), of which one
+  /// camera alone sees any (Ray), or by markers further down.
+  enum class Told { No, Further, Ray, Direct };
   Told told_by_markers(std::size_t bone) const { return bones_[bone].told; }
   bool ever_seen(std::size_t marker) const { return markers_[marker].ever_seen; }
   /// Since a marker was last learnt of; a long time where it never was.
@@ -79,11 +82,15 @@ class BodyFollower {
     Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();  // of the local turn, in the parent's frame
     Timestamp told_at;
     Told told = Told::No;
+    // Which turns in the parent's frame the markers of the last fit told: 1 along an axis that they told alone, 0 along
+    // one that they told nothing of.
+    Eigen::Matrix3d share = Eigen::Matrix3d::Identity();
   };
 
   void see_bones(std::span<const Observation> seen);
+  void weigh_turns(std::span<const Observation> seen);
   PosePrior prior_of(std::size_t seen) const;
-  PoseFitResult solve(std::span<const Observation> seen, int max_iterations);
+  PoseFitResult solve(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end);
   bool turn_anew(std::span<const Observation> seen);
   bool turn_anew(std::size_t bone, std::span<const Observation> seen);
   void loosen(std::span<const Observation> seen, Timestamp at);
@@ -107,6 +114,17 @@ class BodyFollower {
   std::vector<double> off_m2_;   // by bone
   std::vector<int> seen_of_;     // by bone
   std::vector<double> hold_;
+  std::vector<double> rest_believed_;  // of this fit, by bone
+  std::vector<double> limit_believed_;
+  std::vector<Eigen::Matrix3d> hold_weight_;
+  struct Weighed {
+    int marker = 0;
+    bool ray = false;
+    bool usable = false;
+  };
+  std::vector<Weighed> weighed_;  // the observations that `share` of the bones is by
+  int weighed_for_ = 0;           // fits
+  std::vector<char> misread_;  // by bone
   std::vector<geometry::PointPair> pairs_;
 };
 

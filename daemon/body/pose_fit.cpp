@@ -9,95 +9,37 @@
 namespace mocap::body {
 namespace {
 
-// A step that moves no joint by more than this (m, rad) is not worth another: a hundredth of a marker's noise.
-constexpr double kSmallStep = 1e-5;
 constexpr double kFirstDamping = 1e-6;
 constexpr double kMostDamping = 1e3;
+constexpr std::size_t kUnusable = static_cast<std::size_t>(-1);
 
 double squared(double x) { return x * x; }
 
-// Geman and McClure's robust cost of a residual of squared length s, in m^2, and its weight.
-double robust(double s, double c) { return s * squared(c) / (squared(c) + s); }
-double robust_weight(double s, double c) { return squared(squared(c) / (squared(c) + s)); }
-
-// How far a joint's rotation vector is beyond its range; an axis without range counts as one that does not turn.
-Eigen::Vector3d beyond_limits(const Bone& bone, const Eigen::Vector3d& phi) {
-  Eigen::Vector3d beyond;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto range = bone.turns[static_cast<std::size_t>(axis)].value_or(AngleRange{0.0, 0.0});
-    beyond[axis] = phi[axis] - std::clamp(phi[axis], range.min_rad, range.max_rad);
-  }
-  return beyond;
-}
-
-// One over the variance of each axis of a joint from rest: a joint that hardly turns is hardly turned.
-Eigen::Vector3d rest_weight(const Bone& bone, const PosePrior& prior) {
-  Eigen::Vector3d weight = Eigen::Vector3d::Constant(1.0 / squared(prior.rest_sigma_rad));
-  if (prior.rest_share <= 0.0) return weight;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto range = bone.turns[static_cast<std::size_t>(axis)].value_or(AngleRange{0.0, 0.0});
-    const double widest = std::max({-range.min_rad, range.max_rad, prior.limit_sigma_rad});
-    weight[axis] = std::max(weight[axis], 1.0 / squared(prior.rest_share * widest));
-  }
-  return weight;
-}
-
-// The weight of a bone's place about its model's: along it by its stretch, across by its bend.
-Eigen::Matrix3d place_weight(const Eigen::Vector3d& model, const PosePrior& prior) {
-  const double length = model.norm();
-  const double across = 1.0 / squared(prior.bend_sigma_m);
-  if (length < 1e-6) return across * Eigen::Matrix3d::Identity();
-  const Eigen::Vector3d u = model / length;
-  const double along = 1.0 / squared(prior.stretch_sigma * length);
-  return across * Eigen::Matrix3d::Identity() + (along - across) * u * u.transpose();
-}
-
-std::vector<int> unknowns_above(const Skeleton& skeleton, PoseFit::Lengths lengths) {
-  std::vector<int> parents;
-  std::vector<int> last(skeleton.bones.size());
-  for (std::size_t b = 0; b < skeleton.bones.size(); ++b) {
-    const int parent = skeleton.bones[b].parent;
-    int above = parent < 0 ? -1 : last[static_cast<std::size_t>(parent)];
-    const int count = parent < 0 || lengths == PoseFit::Lengths::Free ? 6 : 3;
-    for (int i = 0; i < count; ++i) {
-      parents.push_back(above);
-      above = static_cast<int>(parents.size()) - 1;
-    }
-    last[b] = above;
-  }
-  return parents;
+std::vector<TreeEquations::Link> links_of(const Skeleton& skeleton, PoseFit::Lengths lengths) {
+  std::vector<TreeEquations::Link> links;
+  for (const Bone& bone : skeleton.bones)
+    links.push_back({bone.parent, bone.parent < 0 || lengths == PoseFit::Lengths::Free});
+  return links;
 }
 
 }  // namespace
 
-PoseFit::PoseFit(const MarkerSet& set, Lengths lengths) : set_(set), equations_(unknowns_above(set.skeleton, lengths)) {
+PoseFit::PoseFit(const MarkerSet& set, Lengths lengths)
+    : set_(set), equations_(links_of(set.skeleton, lengths)), free_lengths_(lengths == Lengths::Free) {
   const std::size_t bones = set_.skeleton.bones.size();
-  int next = 0;
-  for (std::size_t b = 0; b < bones; ++b) {
-    const int parent = set_.skeleton.bones[b].parent;
-    MOCAP_EXPECTS(parent < static_cast<int>(b));
-    const bool moves = parent < 0 || lengths == Lengths::Free;
-    place_unknown_.push_back(moves ? next : -1);
-    next += moves ? 3 : 0;
-    turn_unknown_.push_back(next);
-    next += 3;
-    Chain chain = parent < 0 ? Chain{} : chains_[static_cast<std::size_t>(parent)];
-    for (int i = place_unknown_[b] < 0 ? turn_unknown_[b] : place_unknown_[b]; i < next; ++i) {
-      chain.unknowns.push_back(i);
-      chain.bones.push_back(static_cast<int>(b));
-    }
-    chains_.push_back(std::move(chain));
-    model_places_.push_back(set_.skeleton.bones[b].rest_offset_m);
+  for (const Bone& bone : set_.skeleton.bones) {
+    parents_.push_back(bone.parent);
+    joints_.emplace_back(bone, bone.parent < 0);
+    model_places_.push_back(bone.rest_offset_m);
   }
   for (const MarkerOnBone& marker : set_.markers)
     MOCAP_EXPECTS(marker.bone >= 0 && marker.bone < static_cast<int>(bones));
   locals_.resize(bones);
   world_.resize(bones);
+  turned_.resize(bones);
   before_.resize(bones);
   kept_.resize(bones);
-  step_.resize(equations_.size());
-  columns_.resize(equations_.size());
-  row_.resize(equations_.size());
+  residuals_.resize(set_.markers.size());
   place({});
 }
 
@@ -107,7 +49,7 @@ void PoseFit::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
   for (std::size_t b = 0; b < locals_.size(); ++b) {
     set_.skeleton.bones[b].rest_offset_m = rest_offsets_m[b];
     model_places_[b] = rest_offsets_m[b];
-    if (set_.skeleton.bones[b].parent >= 0) locals_[b].position = rest_offsets_m[b];
+    if (parents_[b] >= 0) locals_[b].position = rest_offsets_m[b];
   }
   for (std::size_t m = 0; m < set_.markers.size(); ++m) set_.markers[m].offset_m = marker_offsets_m[m];
   scale_ = 1.0;
@@ -118,7 +60,7 @@ void PoseFit::place(const Pose& world_from_root, double scale) {
   scale_ = scale;
   for (std::size_t b = 0; b < locals_.size(); ++b) {
     model_places_[b] = scale * set_.skeleton.bones[b].rest_offset_m;
-    locals_[b] = set_.skeleton.bones[b].parent < 0 ? world_from_root : Pose{model_places_[b], identity_};
+    locals_[b] = parents_[b] < 0 ? world_from_root : Pose{model_places_[b], Eigen::Quaterniond::Identity()};
   }
   update_world();
 }
@@ -126,7 +68,7 @@ void PoseFit::place(const Pose& world_from_root, double scale) {
 void PoseFit::set_locals(std::span<const Pose> locals) {
   MOCAP_EXPECTS(locals.size() == locals_.size());
   for (std::size_t b = 0; b < locals_.size(); ++b) {
-    if (set_.skeleton.bones[b].parent < 0) locals_[b].position = locals[b].position;
+    if (parents_[b] < 0) locals_[b].position = locals[b].position;
     locals_[b].rotation = locals[b].rotation;
   }
   update_world();
@@ -134,42 +76,64 @@ void PoseFit::set_locals(std::span<const Pose> locals) {
 
 Eigen::Vector3d PoseFit::marker_at(std::size_t marker) const {
   const MarkerOnBone& on = set_.markers[marker];
-  return world_[static_cast<std::size_t>(on.bone)] * (scale_ * on.offset_m);
-}
-
-const Eigen::Quaterniond& PoseFit::parent_rotation(std::size_t bone) const {
-  const int parent = set_.skeleton.bones[bone].parent;
-  return parent < 0 ? identity_ : world_[static_cast<std::size_t>(parent)].rotation;
+  const auto bone = static_cast<std::size_t>(on.bone);
+  return turned_[bone] * (scale_ * on.offset_m) + world_[bone].position;
 }
 
 void PoseFit::update_world() {
   for (std::size_t b = 0; b < locals_.size(); ++b) {
-    const int parent = set_.skeleton.bones[b].parent;
-    world_[b] = parent < 0 ? locals_[b] : world_[static_cast<std::size_t>(parent)] * locals_[b];
+    if (parents_[b] < 0) {
+      world_[b] = locals_[b];
+    } else {
+      const auto parent = static_cast<std::size_t>(parents_[b]);
+      world_[b].position = turned_[parent] * locals_[b].position + world_[parent].position;
+      world_[b].rotation = world_[parent].rotation * locals_[b].rotation;
+    }
     world_[b].rotation.normalize();
+    turned_[b] = world_[b].rotation.toRotationMatrix();
   }
 }
 
-double PoseFit::cost_of(std::span<const Observation> seen, const PosePrior& prior) const {
+void PoseFit::begin(std::span<const Observation> seen, const PosePrior& prior) {
+  MOCAP_EXPECTS(prior.hold_sigma_rad.empty() || prior.hold_sigma_rad.size() == locals_.size());
+  MOCAP_EXPECTS(prior.hold_weight.empty() || prior.hold_weight.size() == locals_.size());
+  MOCAP_EXPECTS(prior.rest_believed.empty() || prior.rest_believed.size() == locals_.size());
+  MOCAP_EXPECTS(prior.limit_believed.empty() || prior.limit_believed.size() == locals_.size());
+  std::copy(locals_.begin(), locals_.end(), before_.begin());
+  for (std::size_t b = 0; b < joints_.size(); ++b) joints_[b].set(prior, b);
+  if (seen.size() > residuals_.size()) residuals_.resize(seen.size());
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const auto marker = static_cast<std::size_t>(seen[i].marker);
+    residuals_[i].bone = is_usable(seen[i]) ? static_cast<std::size_t>(set_.markers[marker].bone) : kUnusable;
+  }
+}
+
+// Twice Geman and McClure's robust cost of a marker: in standard deviations, and bounded where it is an outlier.
+double PoseFit::evaluate(const Observation& seen, double outlier_m, Residual& into) const {
+  const MarkerOnBone& on = set_.markers[static_cast<std::size_t>(seen.marker)];
+  into.lever = turned_[into.bone] * (scale_ * on.offset_m);
+  into.off = world_[into.bone].position + into.lever - seen.position;
+  const double information = seen.weight_1_m2.trace() / (seen.ray ? 2.0 : 3.0);
+  const bool alike = information == 0.0;
+  const double mean = alike ? 1.0 / squared(seen.sigma_m) : information;
+  const double cost = alike ? mean * into.off.squaredNorm() : into.off.dot(seen.weight_1_m2 * into.off);
+  const double most = mean * squared(outlier_m);
+  const double share = most / (most + cost);
+  into.robust = squared(share);
+  return cost * share;
+}
+
+// Half of the sum of squares of the pose at hand, and all that `assemble` needs of it.
+double PoseFit::evaluate(std::span<const Observation> seen, const PosePrior& prior) {
   double sum = 0.0;
-  for (const Observation& one : seen) {
-    if (!one.position.allFinite()) continue;
-    const double off = (marker_at(static_cast<std::size_t>(one.marker)) - one.position).squaredNorm();
-    sum += robust(off, prior.outlier_m) / squared(one.sigma_m);
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (residuals_[i].bone != kUnusable) sum += evaluate(seen[i], prior.outlier_m, residuals_[i]);
   }
   for (std::size_t b = 0; b < locals_.size(); ++b) {
-    const bool root = set_.skeleton.bones[b].parent < 0;
-    if (!root) {
-      const Eigen::Vector3d phi = rotation_vector(locals_[b].rotation);
-      sum += rest_weight(set_.skeleton.bones[b], prior).dot(phi.cwiseAbs2());
-      sum += beyond_limits(set_.skeleton.bones[b], phi).squaredNorm() / squared(prior.limit_sigma_rad);
-    }
-    if (!prior.hold_sigma_rad.empty()) {
-      const Eigen::Vector3d moved = rotation_vector(locals_[b].rotation * before_[b].rotation.conjugate());
-      sum += moved.squaredNorm() / squared(prior.hold_sigma_rad[b]);
-      if (root) sum += (locals_[b].position - before_[b].position).squaredNorm() / squared(prior.hold_root_sigma_m);
-    }
-    if (!root && place_unknown_[b] >= 0) {
+    sum += joints_[b].evaluate(locals_[b].rotation, before_[b].rotation);
+    if (parents_[b] < 0 && holds(prior)) {
+      sum += (locals_[b].position - before_[b].position).squaredNorm() / squared(prior.hold_root_sigma_m);
+    } else if (parents_[b] >= 0 && free_lengths_) {
       const Eigen::Vector3d off = locals_[b].position - model_places_[b];
       sum += off.dot(place_weight(model_places_[b], prior) * off);
     }
@@ -177,160 +141,96 @@ double PoseFit::cost_of(std::span<const Observation> seen, const PosePrior& prio
   return 0.5 * sum;
 }
 
-// Unknowns are small moves and turns in the world's axes: a point at lever l from a joint moves by turn x l.
-void PoseFit::fill_columns(const Chain& chain, const Eigen::Vector3d& point) {
-  for (std::size_t i = 0; i < chain.unknowns.size(); ++i) {
-    const auto above = static_cast<std::size_t>(chain.bones[i]);
-    const int turn_axis = chain.unknowns[i] - turn_unknown_[above];
-    if (turn_axis >= 0) {
-      columns_[i] = Eigen::Vector3d::Unit(turn_axis).cross(point - world_[above].position);
-    } else {
-      columns_[i] = Eigen::Vector3d::Unit(chain.unknowns[i] - place_unknown_[above]);
-    }
-  }
-}
-
-void PoseFit::add_marker(const Observation& seen, const PosePrior& prior) {
-  const auto bone = static_cast<std::size_t>(set_.markers[static_cast<std::size_t>(seen.marker)].bone);
-  const Eigen::Vector3d point = marker_at(static_cast<std::size_t>(seen.marker));
-  const Eigen::Vector3d off = point - seen.position;
-  const double weight = robust_weight(off.squaredNorm(), prior.outlier_m) / squared(seen.sigma_m);
-  const Chain& chain = chains_[bone];
-  fill_columns(chain, point);
-  for (std::size_t i = 0; i < chain.unknowns.size(); ++i) {
-    const auto lower = static_cast<std::size_t>(chain.unknowns[i]);
-    equations_.add_right(lower, -weight * columns_[i].dot(off));
-    for (std::size_t j = 0; j <= i; ++j) {
-      equations_.add(lower, static_cast<std::size_t>(chain.unknowns[j]), weight * columns_[i].dot(columns_[j]));
-    }
-  }
-}
-
-// A prior's weight and gradient, given in the frame of the bone's parent.
-void PoseFit::add_block(std::size_t first_unknown, const Eigen::Matrix3d& weight, const Eigen::Vector3d& gradient,
-                        std::size_t bone) {
-  const Eigen::Matrix3d turned = parent_rotation(bone).toRotationMatrix();
-  const Eigen::Matrix3d in_world = turned * weight * turned.transpose();
-  const Eigen::Vector3d right = turned * gradient;
-  for (int i = 0; i < 3; ++i) {
-    equations_.add_right(first_unknown + static_cast<std::size_t>(i), -right[i]);
-    for (int j = 0; j <= i; ++j) {
-      equations_.add(first_unknown + static_cast<std::size_t>(i), first_unknown + static_cast<std::size_t>(j),
-                     in_world(i, j));
-    }
-  }
-}
-
-void PoseFit::add_rotation_prior(std::size_t bone, const PosePrior& prior) {
-  Eigen::Matrix3d weight = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-  if (set_.skeleton.bones[bone].parent >= 0) {
-    const Eigen::Vector3d phi = rotation_vector(locals_[bone].rotation);
-    const Eigen::Vector3d beyond = beyond_limits(set_.skeleton.bones[bone], phi);
-    const double limit = 1.0 / squared(prior.limit_sigma_rad);
-    Eigen::Vector3d by_axis = rest_weight(set_.skeleton.bones[bone], prior);
-    Eigen::Vector3d pull = by_axis.cwiseProduct(phi) + limit * beyond;
-    for (int axis = 0; axis < 3; ++axis) by_axis[axis] += beyond[axis] == 0.0 ? 0.0 : limit;
-    const Eigen::Matrix3d change = change_of_rotation_vector(phi);
-    weight = change.transpose() * by_axis.asDiagonal() * change;
-    gradient = change.transpose() * pull;
-  }
-  if (!prior.hold_sigma_rad.empty()) {
-    const double hold = 1.0 / squared(prior.hold_sigma_rad[bone]);
-    const Eigen::Vector3d moved = rotation_vector(locals_[bone].rotation * before_[bone].rotation.conjugate());
-    const Eigen::Matrix3d change = change_of_rotation_vector(moved);
-    weight += hold * change.transpose() * change;
-    gradient += hold * moved;
-  }
-  add_block(static_cast<std::size_t>(turn_unknown_[bone]), weight, gradient, bone);
-}
-
-void PoseFit::add_place_prior(std::size_t bone, const PosePrior& prior) {
-  if (place_unknown_[bone] < 0) return;
-  const auto first = static_cast<std::size_t>(place_unknown_[bone]);
-  if (set_.skeleton.bones[bone].parent >= 0) {
-    const Eigen::Matrix3d weight = place_weight(model_places_[bone], prior);
-    add_block(first, weight, weight * (locals_[bone].position - model_places_[bone]), bone);
-  } else if (!prior.hold_sigma_rad.empty()) {
-    const double hold = 1.0 / squared(prior.hold_root_sigma_m);
-    add_block(first, hold * Eigen::Matrix3d::Identity(), hold * (locals_[bone].position - before_[bone].position),
-              bone);
-  }
-}
-
-void PoseFit::step(std::span<const double> by) {
+// Gauss and Newton's equations of the pose that was evaluated last.
+void PoseFit::assemble(std::span<const Observation> seen, const PosePrior& prior) {
+  const Eigen::Matrix3d level = Eigen::Matrix3d::Identity();
   for (std::size_t b = 0; b < locals_.size(); ++b) {
-    // world_ is still of the pose before the step, as the unknowns are.
-    const Eigen::Quaterniond to_parent = parent_rotation(b).conjugate();
-    if (place_unknown_[b] >= 0) {
-      const double* place = by.data() + place_unknown_[b];
-      locals_[b].position += to_parent * Eigen::Vector3d(place[0], place[1], place[2]);
+    equations_.joint(b) = world_[b].position;
+    equations_.bone(b) = {};
+    const Eigen::Matrix3d& parent = parents_[b] < 0 ? level : turned_[static_cast<std::size_t>(parents_[b])];
+    joints_[b].add(parent, equations_.turn(b));
+    JointTerms& place = equations_.place(b);
+    place.axes = parent;
+    if (parents_[b] >= 0) {
+      if (!free_lengths_) continue;
+      place.weight = place_weight(model_places_[b], prior);
+      place.pull = place.weight * (locals_[b].position - model_places_[b]);
+    } else {
+      const double hold = holds(prior) ? 1.0 / squared(prior.hold_root_sigma_m) : 0.0;
+      place.weight = hold * level;
+      place.pull = hold * (locals_[b].position - before_[b].position);
     }
-    const double* turn = by.data() + turn_unknown_[b];
-    const Eigen::Vector3d turned = to_parent * Eigen::Vector3d(turn[0], turn[1], turn[2]);
-    locals_[b].rotation = (turn_by(turned) * locals_[b].rotation).normalized();
+  }
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const Residual& one = residuals_[i];
+    if (one.bone == kUnusable) continue;
+    if (seen[i].weight_1_m2.trace() == 0.0) {
+      equations_.bone(one.bone).add_point(one.lever, one.robust / squared(seen[i].sigma_m), one.off);
+    } else {
+      equations_.bone(one.bone).add_point(one.lever, one.robust * seen[i].weight_1_m2, one.off);
+    }
+  }
+}
+
+void PoseFit::step() {
+  for (std::size_t b = 0; b < locals_.size(); ++b) {
+    if (parents_[b] < 0 || free_lengths_) locals_[b].position += equations_.moved(b);
+    locals_[b].rotation = joints_[b].stepped(locals_[b].rotation, equations_.turned(b));
   }
   update_world();
+}
+
+bool PoseFit::step_is_small(double small) const {
+  for (std::size_t b = 0; b < locals_.size(); ++b) {
+    if (!(equations_.turned(b).lpNorm<Eigen::Infinity>() < small)) return false;
+    if (!(equations_.moved(b).lpNorm<Eigen::Infinity>() < small)) return false;
+  }
+  return true;
 }
 
 double PoseFit::rms_of(std::span<const Observation> seen) const {
   double sum = 0.0;
   int count = 0;
-  for (const Observation& one : seen) {
-    if (!one.position.allFinite()) continue;
-    sum += (marker_at(static_cast<std::size_t>(one.marker)) - one.position).squaredNorm();
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (residuals_[i].bone == kUnusable || seen[i].ray) continue;
+    sum += (marker_at(static_cast<std::size_t>(seen[i].marker)) - seen[i].position).squaredNorm();
     ++count;
   }
   return count == 0 ? 0.0 : std::sqrt(sum / count);
 }
 
-void PoseFit::add_all(std::span<const Observation> seen, const PosePrior& prior) {
-  equations_.clear();
-  for (const Observation& one : seen) {
-    if (one.position.allFinite()) add_marker(one, prior);
-  }
-  for (std::size_t b = 0; b < locals_.size(); ++b) {
-    add_rotation_prior(b, prior);
-    add_place_prior(b, prior);
-  }
-}
-
 bool PoseFit::weigh(std::span<const Observation> seen, const PosePrior& prior) {
-  std::copy(locals_.begin(), locals_.end(), before_.begin());
-  add_all(seen, prior);
-  return equations_.factor();
+  begin(seen, prior);
+  (void)evaluate(seen, prior);
+  assemble(seen, prior);
+  return equations_.weigh();
 }
 
-Eigen::Matrix3d PoseFit::covariance_of(std::size_t marker) {
-  const Chain& chain = chains_[static_cast<std::size_t>(set_.markers[marker].bone)];
-  const std::size_t n = chain.unknowns.size();
-  fill_columns(chain, marker_at(marker));
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto row = std::span(row_).first(n);
-    for (std::size_t i = 0; i < n; ++i) row[i] = columns_[i][axis];
-    equations_.whiten(chain.unknowns, row);
-    for (std::size_t i = 0; i < n; ++i) columns_[i][axis] = row[i];
-  }
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < n; ++i) covariance += columns_[i] * columns_[i].transpose();
-  return covariance;
+Eigen::Matrix3d PoseFit::covariance_of(std::size_t marker) const {
+  const auto bone = static_cast<std::size_t>(set_.markers[marker].bone);
+  return equations_.covariance_of(bone, marker_at(marker) - world_[bone].position);
 }
 
-PoseFitResult PoseFit::solve(std::span<const Observation> seen, const PosePrior& prior, int max_iterations) {
-  MOCAP_EXPECTS(prior.hold_sigma_rad.empty() || prior.hold_sigma_rad.size() == locals_.size());
-  std::copy(locals_.begin(), locals_.end(), before_.begin());
+Eigen::Matrix3d PoseFit::joint_covariance(std::size_t bone) const {
+  return equations_.covariance_of(bone, Eigen::Vector3d::Zero());
+}
+
+PoseFitResult PoseFit::solve(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end) {
+  for (std::size_t b = 0; b < locals_.size(); ++b) locals_[b].rotation = joints_[b].allowed(locals_[b].rotation);
+  update_world();
+  begin(seen, prior);
   PoseFitResult result;
-  result.cost = cost_of(seen, prior);
+  result.cost = evaluate(seen, prior);
   double damping = kFirstDamping;
-  while (result.iterations < max_iterations && !result.settled) {
+  while (result.iterations < end.max_iterations && !result.settled) {
     ++result.iterations;
-    add_all(seen, prior);
+    assemble(seen, prior);
+    std::copy(locals_.begin(), locals_.end(), kept_.begin());
     bool better = false;
     while (!better && damping <= kMostDamping) {
-      std::copy(locals_.begin(), locals_.end(), kept_.begin());
-      if (equations_.solve(damping, step_)) {
-        step(step_);
-        const double cost = cost_of(seen, prior);
+      if (equations_.solve(damping)) {
+        step();
+        const double cost = evaluate(seen, prior);
         better = cost <= result.cost;  // false for nan, too
         if (better) result.cost = cost;
       }
@@ -341,8 +241,7 @@ PoseFitResult PoseFit::solve(std::span<const Observation> seen, const PosePrior&
       }
     }
     damping = std::max(kFirstDamping, damping * 0.1);
-    const bool small = std::all_of(step_.begin(), step_.end(), [](double by) { return std::abs(by) < kSmallStep; });
-    result.settled = !better || small;
+    result.settled = !better || step_is_small(end.small_step);
   }
   result.rms_m = rms_of(seen);
   return result;

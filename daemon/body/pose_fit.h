@@ -5,43 +5,33 @@
 #include <span>
 #include <vector>
 
+#include "body/joint_prior.h"
+#include "body/observation.h"
 #include "body/tree_equations.h"
 #include "model/skeleton.h"
 #include "model/transform.h"
 
 namespace mocap::body {
 
-/// Where one marker of the set was seen.
-struct Observation {
-  int marker = 0;
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, world
-  double sigma_m = 0.005;                              ///< of the measurement and of the skin under it
-};
-
-/// What is taken for true where no marker tells otherwise.
-struct PosePrior {
-  double rest_sigma_rad = 3.0;   ///< of a joint from its rest pose
-  double rest_share = 0.0;       ///< the same as a share of each axis's range, where that is less; 0: not so
-  double limit_sigma_rad = 0.1;  ///< of a joint beyond its range
-  std::span<const double> hold_sigma_rad{};  ///< by bone, from where it was before the call; empty: not held
-  double hold_root_sigma_m = 1.0;            ///< of the root's place, likewise
-  double stretch_sigma = 0.08;               ///< of a bone's length, share of it; only when lengths are free
-  double bend_sigma_m = 0.015;               ///< of a bone's offset across its length; likewise
-  double outlier_m = 0.05;                   ///< a marker further off than this counts less and less
-};
-
 struct PoseFitResult {
   double cost = 0.0;   ///< half the sum of squares, each over its sigma; of markers and priors
-  double rms_m = 0.0;  ///< of the markers
+  double rms_m = 0.0;  ///< of the markers; rays do not count
   int iterations = 0;
   bool settled = false;  ///< the last step was small
+};
+
+/// When a fit is good enough.
+struct PoseFitEnd {
+  int max_iterations = 20;
+  double small_step = 1e-5;  ///< m, rad: no joint moves or turns by more in the last step
 };
 
 /// Finds the pose of a skeleton, and on request its bone lengths, that explain where its markers were seen: robust
 /// Gauss-Newton with damping over all joints at once, from the pose it has (a warm start).
 ///
-/// Allocates in the constructor only. The same calls give the same pose, bit by bit. The pose is always finite and
-/// its quaternions are of unit length.
+/// Allocates in the constructor only, and where it is shown more observations than markers. The same calls give the
+/// same pose, bit by bit. The pose is always finite, its quaternions are of unit length, and axes that do not turn are
+/// at 0 after a solve.
 class PoseFit {
  public:
   enum class Lengths { Fixed, Free };
@@ -64,48 +54,52 @@ class PoseFit {
   Eigen::Vector3d marker_at(std::size_t marker) const;
 
   /// Moves the pose to what explains the observations best. Observations that are not finite are left out.
-  PoseFitResult solve(std::span<const Observation> seen, const PosePrior& prior, int max_iterations);
+  PoseFitResult solve(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end);
+  PoseFitResult solve(std::span<const Observation> seen, const PosePrior& prior, int max_iterations) {
+    return solve(seen, prior, PoseFitEnd{.max_iterations = max_iterations});
+  }
 
-  /// How surely these observations tell the pose it has, for `covariance_of`; the prior's hold is from that pose. False
+  /// How surely these observations tell the pose it has, for the covariances; the prior's hold is from that pose. False
   /// when they do not.
   [[nodiscard]] bool weigh(std::span<const Observation> seen, const PosePrior& prior);
-  /// Of a marker's place, m^2, by the last `weigh`.
-  Eigen::Matrix3d covariance_of(std::size_t marker);
+  /// By the last `weigh`: of a marker's place and a joint's, m^2, and of a bone's turn in the world, rad^2.
+  Eigen::Matrix3d covariance_of(std::size_t marker) const;
+  Eigen::Matrix3d joint_covariance(std::size_t bone) const;
+  const Eigen::Matrix3d& turn_covariance(std::size_t bone) const { return equations_.turn_covariance(bone); }
+  /// Likewise of a bone's turn in its parent, in the parent's frame.
+  const Eigen::Matrix3d& local_covariance(std::size_t bone) const { return equations_.turned_covariance(bone); }
 
  private:
-  struct Chain {
-    std::vector<int> unknowns;  // of a bone, from the root down
-    std::vector<int> bones;     // whose unknown each is
+  // An observation as the pose at hand stands to it.
+  struct Residual {
+    std::size_t bone = 0;
+    Eigen::Vector3d lever = Eigen::Vector3d::Zero();  // from the joint, world
+    Eigen::Vector3d off = Eigen::Vector3d::Zero();
+    double robust = 1.0;
   };
 
   void update_world();
-  double cost_of(std::span<const Observation> seen, const PosePrior& prior) const;
-  void add_all(std::span<const Observation> seen, const PosePrior& prior);
-  void add_marker(const Observation& seen, const PosePrior& prior);
-  void fill_columns(const Chain& chain, const Eigen::Vector3d& point);
-  void add_rotation_prior(std::size_t bone, const PosePrior& prior);
-  void add_place_prior(std::size_t bone, const PosePrior& prior);
-  void add_block(std::size_t first_unknown, const Eigen::Matrix3d& weight, const Eigen::Vector3d& gradient,
-                 std::size_t bone);
-  void step(std::span<const double> by);
-  const Eigen::Quaterniond& parent_rotation(std::size_t bone) const;
+  void begin(std::span<const Observation> seen, const PosePrior& prior);
+  double evaluate(std::span<const Observation> seen, const PosePrior& prior);
+  double evaluate(const Observation& seen, double outlier_m, Residual& into) const;
+  void assemble(std::span<const Observation> seen, const PosePrior& prior);
+  void step();
+  bool step_is_small(double small) const;
   double rms_of(std::span<const Observation> seen) const;
 
   MarkerSet set_;
-  std::vector<int> place_unknown_;  // first of three of a bone, or -1
-  std::vector<int> turn_unknown_;   // first of three of a bone
-  std::vector<Chain> chains_;       // by bone
+  std::vector<int> parents_;
+  std::vector<JointPrior> joints_;
   TreeEquations equations_;
   std::vector<Pose> locals_;
   std::vector<Pose> world_;
+  std::vector<Eigen::Matrix3d> turned_;        // the world's rotations
   std::vector<Pose> before_;                   // locals at the start of a solve
   std::vector<Pose> kept_;                     // locals before a step
   std::vector<Eigen::Vector3d> model_places_;  // rest offsets that free lengths are drawn to
-  std::vector<double> step_;
-  std::vector<Eigen::Vector3d> columns_;  // of one marker's Jacobian
-  std::vector<double> row_;               // of the same
+  std::vector<Residual> residuals_;            // by observation
   double scale_ = 1.0;
-  Eigen::Quaterniond identity_ = Eigen::Quaterniond::Identity();
+  bool free_lengths_;
 };
 
 }  // namespace mocap::body

@@ -17,6 +17,9 @@ Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& turn);
 /// Source: Barfoot, State Estimation for Robotics (2017), section 7.1.5.
 Eigen::Matrix3d change_of_rotation_vector(const Eigen::Vector3d& phi);
 
+/// The other way about, the left Jacobian of SO(3): turn_by(phi + d) = turn_by(J d) * turn_by(phi) for a small d.
+Eigen::Matrix3d turn_of_changed_vector(const Eigen::Vector3d& phi);
+
 /// The one of q and -q that is nearer to `last`: they are the same turn.
 Eigen::Quaterniond same_side(const Eigen::Quaterniond& q, const Eigen::Quaterniond& last);
 

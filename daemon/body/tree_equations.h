@@ -1,48 +1,110 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
-#include <span>
 #include <vector>
 
 namespace mocap::body {
 
-/// Normal equations H x = b of unknowns that hang in a tree: two unknowns meet only if one is an ancestor of the
-/// other. They are factored without fill-in, in time that grows with the sum of the squared depths.
+/// What is known of the small displacement (w, v) of one bone: the bone turns by w and the point of it that is in its
+/// joint moves by v, both in the world. The cost is half of x^T H x + g^T x for x = (w, v).
+struct BoneTerms {
+  Eigen::Matrix3d ww = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d vw = Eigen::Matrix3d::Zero();  ///< rows of v, columns of w
+  Eigen::Matrix3d vv = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d w = Eigen::Vector3d::Zero();  ///< of the gradient
+  Eigen::Vector3d v = Eigen::Vector3d::Zero();
+
+  /// A point of the bone, `lever` from the joint, is `off` from where it should be, of which `weight` is the
+  /// information, 1/m^2.
+  void add_point(const Eigen::Vector3d& lever, const Eigen::Matrix3d& weight, const Eigen::Vector3d& off);
+  /// The same where the weight is alike in all directions.
+  void add_point(const Eigen::Vector3d& lever, double weight, const Eigen::Vector3d& off);
+};
+
+/// Three unknowns of a joint, and what is known of them beforehand: half of x^T weight x, and pull^T x.
+struct JointTerms {
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< the world's from the unknowns
+  Eigen::Matrix3d weight = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d pull = Eigen::Vector3d::Zero();
+};
+
+/// Normal equations of bones that hang in a tree: each bone's displacement is its parent's and what its joint adds, a
+/// turn and, where it may, a move. Solved from the leaves to the root and back, in time that grows with the number of
+/// bones alone; a second way down gives how surely each bone is known.
 ///
 /// Allocates in the constructor only.
 ///
-/// Source: Featherstone, "Efficient factorization of the joint-space inertia matrix for branched kinematic trees"
-/// (2005), the L^T L method.
+/// Source: Featherstone, Rigid Body Dynamics Algorithms (2008), section 7.2, articulated bodies; covariances as in
+/// Rauch, Tung and Striebel's smoother, the tree in place of time.
 class TreeEquations {
  public:
-  /// `parents[i]` is the unknown above unknown i, less than i, or -1.
-  explicit TreeEquations(std::vector<int> parents);
+  struct Link {
+    int parent = -1;     ///< stands before this one; -1: hangs from the world
+    bool moves = false;  ///< has three unknowns more, of its joint's place
+  };
 
-  std::size_t size() const noexcept { return parents_.size(); }
-  void clear();
+  explicit TreeEquations(std::vector<Link> links);
 
-  /// Adds to H at (lower, upper), where `upper` is `lower` itself or an ancestor of it, and to b.
-  void add(std::size_t lower, std::size_t upper, double value) { matrix_[lower * size() + upper] += value; }
-  void add_right(std::size_t i, double value) { right_[i] += value; }
+  std::size_t size() const noexcept { return links_.size(); }
 
-  /// Solves (H + damping * (diag(H) + 1)) x = b; the equations stay as they were. False, and `x` undefined, when H is
-  /// not positive definite.
-  [[nodiscard]] bool solve(double damping, std::span<double> x);
+  /// To be set before each solve: where the bone's joint is, m, and all that is known.
+  Eigen::Vector3d& joint(std::size_t link) { return joints_[link]; }
+  BoneTerms& bone(std::size_t link) { return bones_[link]; }
+  JointTerms& turn(std::size_t link) { return turns_[link]; }
+  JointTerms& place(std::size_t link) { return places_[link]; }
 
-  /// Factors H + 1e-9 for `whiten`. False when H is not positive definite.
-  [[nodiscard]] bool factor();
+  /// Solves with each unknown's own information made larger by `damping` times (itself and 1). The terms stay as they
+  /// are. False when they do not tell the unknowns.
+  [[nodiscard]] bool solve(double damping);
+  /// Of the last `solve`.
+  const Eigen::Vector3d& turned(std::size_t link) const { return turned_[link]; }
+  const Eigen::Vector3d& moved(std::size_t link) const { return moved_[link]; }
 
-  /// Replaces v, which is nought but at `chain` (an unknown's ancestors and itself, from the root down), by L^-T v of
-  /// the last `factor`, H = L^T L: its squared length is v^T H^-1 v. `v` is by the place in the chain.
-  void whiten(std::span<const int> chain, std::span<double> v) const;
+  /// Prepares the covariances. False when the terms do not tell the unknowns.
+  [[nodiscard]] bool weigh();
+  /// By the last `weigh`: of the place of a bone's point, `lever` from its joint, m^2, and of its turn, rad^2.
+  Eigen::Matrix3d covariance_of(std::size_t link, const Eigen::Vector3d& lever) const;
+  const Eigen::Matrix3d& turn_covariance(std::size_t link) const { return covariances_[link].ww; }
+  /// Likewise of the joint's own unknowns.
+  const Eigen::Matrix3d& turned_covariance(std::size_t link) const { return turned_covariances_[link]; }
 
  private:
-  [[nodiscard]] bool factor_damped(double damping, double least);
+  // Unknowns that were solved for in terms of the displacement that is left: x = inverse * (right - w^T dw - v^T dv).
+  struct Solved {
+    Eigen::Matrix3d inverse;
+    Eigen::Matrix3d w;
+    Eigen::Matrix3d v;
+    Eigen::Vector3d right;
+  };
+  struct Covariance {
+    Eigen::Matrix3d ww;
+    Eigen::Matrix3d vw;
+    Eigen::Matrix3d vv;
+  };
 
-  std::vector<int> parents_;
-  std::vector<double> matrix_;  // row by row, ancestors only
-  std::vector<double> right_;
-  std::vector<double> factor_;
+  [[nodiscard]] bool eliminate(double damping, double least);
+  [[nodiscard]] static bool finish(Solved& solved, const JointTerms& terms, double damping, double least);
+  static void reduce(BoneTerms& bone, const Solved& solved);
+  void hand_up(std::size_t link, const BoneTerms& reduced);
+  Covariance handed_down(std::size_t link) const;
+  void spread_move(std::size_t link, Covariance& c) const;
+  void spread_turn(std::size_t link, Covariance& c);
+
+  std::vector<Link> links_;
+  std::vector<Eigen::Vector3d> joints_;
+  std::vector<BoneTerms> bones_;
+  std::vector<JointTerms> turns_;
+  std::vector<JointTerms> places_;
+  std::vector<BoneTerms> gathered_;  // of a bone and all that hangs from it
+  std::vector<Solved> solved_turns_;
+  std::vector<Solved> solved_places_;
+  std::vector<Eigen::Vector3d> turned_;
+  std::vector<Eigen::Vector3d> moved_;
+  std::vector<Eigen::Vector3d> w_;  // displacement of each bone
+  std::vector<Eigen::Vector3d> v_;
+  std::vector<Covariance> covariances_;
+  std::vector<Eigen::Matrix3d> turned_covariances_;
 };
 
 }  // namespace mocap::body
