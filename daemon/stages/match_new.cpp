@@ -382,9 +382,8 @@ void NewMatcher::believe(RayTable& rays, const Hypothesis& hypothesis, Matches& 
   for (; views != 0; views &= views - 1) {  // in their order
     const auto view = static_cast<std::uint16_t>(std::countr_zero(views));
     const std::uint16_t ray = ray_of[view];
-    const ViewRays& from = rays[view];
-    match.sightings.push_back(
-        {view, from.blob[ray], 0.0F, 0.0F, static_cast<float>(from.sigma_px[ray]), &from.quadric[ray]});
+    match.sightings.push_back({view, rays[view].blob[ray], 0.0F, 0.0F, static_cast<float>(rays[view].sigma_px[ray]),
+                               &rays[view].quadric[ray]});
   }
 }
 
