@@ -11,8 +11,6 @@ namespace {
 
 // How far off its body's place a named marker is that contradicts, beside three times what markers commonly are.
 constexpr double kOutlier_m = 0.02;
-// More points than any T-pose with its ghosts has; bounds the cost of a search.
-constexpr std::size_t kMostPoints = 160;
 // A track that is not seen for longer leaves its name, which the body then knows better where to look for.
 constexpr std::uint32_t kMostMissed = 2;
 // What the body's motion is wrong by: at least, and for each m that a marker moves from set to set.
@@ -34,8 +32,6 @@ SubjectLabeller::SubjectLabeller(const LabelSettings& settings, const Subject& s
       id_(id),
       set_(subject.marker_set),
       ties_(set_),
-      tpose_(set_, {.least_share = settings.least_share, .most_rms_m = settings.most_rms_m}, kMostPoints),
-      shape_(set_, settings.rigid_tolerance_m),
       body_(set_, {.outlier_m = kOutlier_m, .max_iterations = 4}) {
   const std::size_t markers = set_.markers.size();
   const std::size_t bones = set_.skeleton.bones.size();
@@ -219,17 +215,20 @@ void SubjectLabeller::judge(NamedTracks& tracks, Timestamp at) {
   phase_ = SubjectPhase::Lost;
 }
 
-bool SubjectLabeller::recognise(std::span<const Eigen::Vector3d> points, std::span<const int> track_of_point,
-                                NamedTracks& tracks, Timestamp at) {
+void SubjectLabeller::forget() {
+  for (Name& name : names_) name = {};
+  phase_ = SubjectPhase::Searching;
+}
+
+bool SubjectLabeller::recognise(const Recognised& found, NamedTracks& tracks, Timestamp at) {
   at_ = at;
-  const std::optional<body::FoundBody>& found = rigid() ? shape_.find(points) : tpose_.find(points);
-  if (!found) return false;
   for (std::size_t m = 0; m < names_.size(); ++m) {
-    const int point = found->point_of_marker[m];
+    const TrackId id = found.track_of_marker[m];
+    const int index = id.names_something() ? tracks.find(id) : NamedTracks::kNone;
     names_[m] = {};
-    if (point >= 0) give(m, track_of_point[static_cast<std::size_t>(point)], kFreshConfidence, tracks);
+    if (index >= 0 && !tracks.named[static_cast<std::size_t>(index)]) give(m, index, kFreshConfidence, tracks);
   }
-  learn(*found);
+  if (found.fitted_now) learn(found);
   seen_.clear();
   for (std::size_t m = 0; m < names_.size(); ++m) {
     believed_[m] = names_[m].index >= 0;
@@ -244,8 +243,7 @@ bool SubjectLabeller::recognise(std::span<const Eigen::Vector3d> points, std::sp
   return true;
 }
 
-void SubjectLabeller::learn(const body::FoundBody& found) {
-  if (rigid()) return;
+void SubjectLabeller::learn(const Recognised& found) {
   for (std::size_t b = 0; b < set_.skeleton.bones.size(); ++b) {
     set_.skeleton.bones[b].rest_offset_m = found.rest_offsets_m[b];
   }

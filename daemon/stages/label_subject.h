@@ -4,8 +4,6 @@
 #include <span>
 #include <vector>
 
-#include "body/find_rigid.h"
-#include "body/find_tpose.h"
 #include "body/follow_body.h"
 #include "body/marker_ties.h"
 #include "geometry/assignment.h"
@@ -15,6 +13,7 @@
 #include "stages/label_markers.h"
 #include "stages/named_tracks.h"
 #include "stages/read_by_ties.h"
+#include "stages/search_subject.h"
 
 namespace mocap::stages {
 
@@ -29,6 +28,8 @@ class SubjectLabeller {
  public:
   SubjectLabeller(const LabelSettings& settings, const Subject& subject, SubjectId id);
 
+  /// Nobody is known to be anywhere.
+  void forget();
   bool tracking() const noexcept { return phase_ == SubjectPhase::Tracking; }
   bool rigid() const noexcept { return set_.skeleton.bones.size() == 1; }
   std::size_t names() const noexcept { return names_.size(); }
@@ -62,9 +63,8 @@ class SubjectLabeller {
   void settle(NamedTracks& tracks);
   /// Decides whether enough is left to go on.
   void judge(NamedTracks& tracks, Timestamp at);
-  /// Looks for the subject among points, of which `track_of_point` are the tracks; names them when it is there.
-  bool recognise(std::span<const Eigen::Vector3d> points, std::span<const int> track_of_point, NamedTracks& tracks,
-                 Timestamp at);
+  /// Takes the names as they were found. False, and nobody tracked, when that tells no pose.
+  bool recognise(const Recognised& found, NamedTracks& tracks, Timestamp at);
 
   void show(const NamedTracks& tracks, SubjectLabels& into) const;
   std::optional<SubjectFit> take_fit();
@@ -114,7 +114,7 @@ class SubjectLabeller {
   double most_off(std::size_t marker) const;
   bool vouched(std::size_t marker, double off_m, const NamedTracks& tracks) const;
   void contradict(NamedTracks& tracks);
-  void learn(const body::FoundBody& found);
+  void learn(const Recognised& found);
 
   bool followed_wrongly() const;
   void reread(NamedTracks& tracks);
@@ -132,8 +132,6 @@ class SubjectLabeller {
   SubjectId id_;
   MarkerSet set_;
   body::MarkerTies ties_;
-  body::TPoseFinder tpose_;
-  body::RigidFinder shape_;
   body::BodyFollower body_;
   SubjectPhase phase_ = SubjectPhase::Searching;
   Timestamp at_;
