@@ -84,7 +84,7 @@ void SubjectLabeller::consider(std::size_t marker, std::size_t index, const Name
   if (!(apart < kContestSigmas * kContestSigmas)) return;
   if (!own && !tied(marker, track.position.v, tracks)) return;
   const double width = std::log(spread.determinant() / std::pow(kFitted_m, 6));
-  into.cost = apart + std::max(0.0, width) - (own && !names_[marker].jumped ? kOwnBonus : 0.0);
+  into.cost = apart + std::max(0.0, width) - (hinted(marker, static_cast<int>(index), tracks) ? kOwnBonus : 0.0);
 }
 
 void SubjectLabeller::claim(const NamedTracks& tracks, std::size_t first_row, std::size_t most,

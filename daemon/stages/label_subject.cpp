@@ -71,10 +71,18 @@ void SubjectLabeller::give(std::size_t marker, int index, float confidence, Name
   name.index = index;
   name.doubt = 0;
   name.confidence = confidence;
+  name.last = {};
   name.jumped = false;
   name.seen_at = at_;
   name.at = tracks[index].position.v;
   name.velocity_m_s = tracks[index].velocity_m_s;
+}
+
+// Whether the track bore the name in the last set, or until it was hidden.
+bool SubjectLabeller::hinted(std::size_t marker, int index, const NamedTracks& tracks) const {
+  if (before_[marker] == index) return !jumped_[marker];
+  const TrackId last = names_[marker].last;
+  return last.names_something() && last == tracks[index].id;
 }
 
 bool SubjectLabeller::seen(std::size_t marker, const NamedTracks& tracks) const {
@@ -101,6 +109,7 @@ void SubjectLabeller::keep(NamedTracks& tracks, Timestamp at) {
     name.index = name.track.names_something() ? tracks.find(name.track) : NamedTracks::kNone;
     const TrackedMarker* track = name.index < 0 ? nullptr : &tracks[name.index];
     if (track == nullptr || !track->position.v.allFinite() || track->missed_sets > kMostMissed) {
+      if (track != nullptr) name.last = name.track;
       free(m, tracks);
     } else {
       tracks.named[static_cast<std::size_t>(name.index)] = true;

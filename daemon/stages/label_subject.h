@@ -81,6 +81,7 @@ class SubjectLabeller {
     int doubt = 0;                   // grows while the body contradicts
     float confidence = 0.0F;
     double usual_off_m = 0.003;  // mean from its place
+    TrackId last;                // bore it until nobody saw it any more
     bool jumped = false;         // its track is not where its own motion led to
     Timestamp seen_at;           // the rest is of then
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
@@ -100,6 +101,7 @@ class SubjectLabeller {
   void free(std::size_t marker, NamedTracks& tracks);
   void give(std::size_t marker, int index, float confidence, NamedTracks& tracks);
   bool seen(std::size_t marker, const NamedTracks& tracks) const;
+  bool hinted(std::size_t marker, int index, const NamedTracks& tracks) const;
   bool stray(std::size_t track, const NamedTracks& tracks) const;
   bool tied(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const;
   body::Observation observe(std::size_t marker, const NamedTracks& tracks) const;
