@@ -125,7 +125,7 @@ void AnyPoseFinder::begin(std::span<const Eigen::Vector3d> points) {
   fit_work_ = 0;
   begun_at_ = layer_.work();
   stage_ = Stage::Idle;
-  const double needed = settings_.least_share * static_cast<double>(set_.markers.size());
+  const double needed = settings_.least_seen * static_cast<double>(set_.markers.size());
   if (roots_.empty() || static_cast<double>(cloud_.size()) < needed) return;
   rough_ = false;
   begin_round(settings_.well);
@@ -232,7 +232,7 @@ void AnyPoseFinder::fit(Fitted& into) {
 }
 
 bool AnyPoseFinder::good(const Fitted& one) const {
-  return one.matched >= settings_.least_share * static_cast<double>(set_.markers.size()) &&
+  return one.matched >= settings_.least_seen * static_cast<double>(set_.markers.size()) &&
          one.rms_m <= settings_.most_rms * known_.marker_sigma_m;
 }
 
