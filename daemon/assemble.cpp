@@ -14,6 +14,7 @@
 #include "stages/detect_blobs.h"
 #include "stages/label_markers.h"
 #include "stages/match_views.h"
+#include "stages/refine_subject.h"
 #include "stages/solve_skeleton.h"
 #include "stages/track_blobs.h"
 #include "stages/track_markers.h"
@@ -66,14 +67,21 @@ std::vector<MaskPolygon> masks_of(const CameraModel& camera) {
 
 }  // namespace
 
-std::unique_ptr<stages::Fusion> assemble_fusion(const settings::DaemonSettings& settings) {
+stages::FusionParts assemble_row(const settings::DaemonSettings& settings) {
   stages::FusionParts row;
   row.matcher = stages::make_matcher(settings.match, settings.rig);
   row.triangulator = stages::make_triangulator(settings.triangulate, settings.rig);
   row.tracker = stages::make_marker_tracker(settings.track_markers);
   row.labeller = stages::make_labeller(settings.label, settings.worn);
   row.solver = stages::make_skeleton_solver(settings.solve, settings.worn);
-  return std::make_unique<stages::Fusion>(std::move(row), static_cast<std::uint32_t>(settings.rig.size()));
+  if (settings.refine.instants > 0) {
+    row.refiner = std::make_unique<stages::SubjectRefiner>(settings.refine, settings.worn);
+  }
+  return row;
+}
+
+std::unique_ptr<stages::Fusion> assemble_fusion(const settings::DaemonSettings& settings) {
+  return std::make_unique<stages::Fusion>(assemble_row(settings), static_cast<std::uint32_t>(settings.rig.size()));
 }
 
 Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id, Timestamp epoch) {

@@ -21,6 +21,9 @@ struct Assembly {
 /// which makes exist. The settings outlive the assembly. Fails with what the first part that could not be made says.
 Result<Assembly> assemble(const settings::DaemonSettings& settings);
 
+/// The parts of the row from blobs to skeleton, as the settings tell them.
+stages::FusionParts assemble_row(const settings::DaemonSettings& settings);
+
 /// The row from blobs to skeleton, as the settings tell it.
 std::unique_ptr<stages::Fusion> assemble_fusion(const settings::DaemonSettings& settings);
 

@@ -77,6 +77,7 @@ BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
   limit_believed_.resize(bones);
   hold_weight_.resize(bones);
   weighed_.reserve(2 * set.markers.size());
+  misread_.resize(bones);
   pairs_.reserve(set.markers.size() + 1);  // and a joint
 }
 
@@ -128,8 +129,11 @@ bool BodyFollower::start(std::span<const Observation> seen, Timestamp at) {
   return true;
 }
 
+void BodyFollower::misread(std::span<const char> bones) { std::copy(bones.begin(), bones.end(), misread_.begin()); }
+
 void BodyFollower::predict(Timestamp at) {
   at_ = at;
+  std::fill(misread_.begin(), misread_.end(), 0);
   const double ahead_s = std::clamp(to_s(at - learnt_at_), 0.0, kLongGap_s);
   // The way that a speed which dies away leads to.
   const double dying_s = kCoast_s * (1.0 - std::exp(-ahead_s / kCoast_s));
@@ -217,6 +221,7 @@ PoseFitResult BodyFollower::fit(std::span<const Observation> seen) {
     hold_weight_[b] = (kHold_rad * kHold_rad * told + unseen_rad * unseen_rad * untold).inverse();
     rest_believed_[b] = 1.0 - (1.0 - kShareTold) * all;
     limit_believed_[b] = 1.0 - (1.0 - kShareTold) * some;
+    if (misread_[b] != 0) hold_weight_[b] = Eigen::Matrix3d::Identity() / (kMostStray_rad * kMostStray_rad);
   }
   PosePrior prior = prior_of(seen.size());
   prior.hold_sigma_rad = {};
@@ -361,6 +366,7 @@ void BodyFollower::loosen(std::span<const Observation> seen, Timestamp at) {
     const double hidden_s = std::max(0.0, to_s(at - bones_[b].told_at));
     hold_[b] = bones_[b].told == Told::Direct ? kHold_rad
                                               : std::min(kMostStray_rad, kHoldFurther_rad + kStray_rad_s * hidden_s);
+    if (misread_[b] != 0) hold_[b] = kMostStray_rad;
   }
 }
 

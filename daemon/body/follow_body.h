@@ -44,6 +44,8 @@ class BodyFollower {
   /// The same from the pose of the last `fit`, with hidden joints as free as they may be after the time that they are
   /// hidden: what this reading of the markers costs, to be compared with that of another reading.
   PoseFitResult explain(std::span<const Observation> seen);
+  /// Until the next `predict`, these bones (by bone; not 0) may be turned anyhow: they may have followed wrong markers.
+  void misread(std::span<const char> bones);
   /// Takes the last fit for the truth of its instant.
   void learn(std::span<const Observation> seen);
 
@@ -125,6 +127,7 @@ class BodyFollower {
   };
   std::vector<Weighed> weighed_;  // the observations that `share` of the bones is by
   int weighed_for_ = 0;           // fits
+  std::vector<char> misread_;  // by bone
   std::vector<geometry::PointPair> pairs_;
 };
 

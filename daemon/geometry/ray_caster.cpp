@@ -123,9 +123,14 @@ void RayCaster::cast(std::span<const double> u_px, std::span<const double> v_px,
   } else {
     std::ranges::fill(into.exists, std::uint8_t{0});
   }
+  const auto is_done = [&into](std::size_t i) {
+    return (into.exists[i] != 0) & (into.ux[i] * into.vy[i] > into.uy[i] * into.vx[i]);
+  };
+  std::size_t done = 0;
+  for (std::size_t i = 0; i < u_px.size(); ++i) done += is_done(i) ? 1 : 0;
+  if (done == u_px.size()) return;
   for (std::size_t i = 0; i < u_px.size(); ++i) {
-    const bool done = into.exists[i] != 0 && into.ux[i] * into.vy[i] > into.uy[i] * into.vx[i];
-    if (!done) set(into, i, ray_of(lens_, {{u_px[i], v_px[i]}}));
+    if (!is_done(i)) set(into, i, ray_of(lens_, {{u_px[i], v_px[i]}}));
   }
 }
 

@@ -52,12 +52,23 @@ struct BlobRef {
   const RayQuadric* quadric = nullptr;  ///< that place as a ray, borrowed as the matches are; null: not told
 };
 
+/// Where the sightings of a match meet, as the one who matched them found it.
+struct Meeting {
+  WorldPoint point;
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();  ///< as the sightings' sigma_px promise it
+  double rms_px = 0.0;                                          ///< over the sightings
+  /// No sighting lies farther off than the root of floor_px^2 + (sigmas sigma_px)^2.
+  double floor_px = 0.0;
+  double sigmas = 0.0;
+};
+
 /// The blobs that are one marker seen from several cameras.
 struct Match {
   static constexpr std::uint32_t kNew = 0xFFFF'FFFF;
 
   std::uint32_t expected = kNew;    ///< index in Expected::markers, or kNew
   std::optional<WorldPoint> start;  ///< about where the sightings meet, within a cm or so; nothing: not told
+  std::optional<Meeting> meeting;   ///< where they meet; nothing: not told
   BoundedVector<BlobRef, kMaxCameras> sightings;
 };
 

@@ -18,6 +18,9 @@ class Labeller {
   /// The fit of a subject that was made since the last call; most calls have none. Its `description_version` is left
   /// to the caller.
   virtual std::optional<SubjectFit> take_fit() = 0;
+
+  /// From now on this subject's bones and markers are as fitted by somebody else.
+  virtual void refit(const SubjectFit& fit) = 0;
 };
 
 }  // namespace mocap

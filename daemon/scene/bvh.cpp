@@ -191,18 +191,63 @@ Result<Bvh> parse_bvh(std::string_view text) {
   return bvh;
 }
 
+namespace {
+
+Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& turn) {
+  const Eigen::AngleAxisd angle_axis(turn);
+  const double angle = angle_axis.angle();
+  return (angle > std::numbers::pi ? angle - 2.0 * std::numbers::pi : angle) * angle_axis.axis();
+}
+
+Eigen::Quaterniond turn_by(const Eigen::Vector3d& vector) {
+  const double angle = vector.norm();
+  return angle > 1e-12 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, vector / angle)) : Eigen::Quaterniond::Identity();
+}
+
+// What `b` does after `a` on its way, where there is one before and one after (Catmull and Rom); at an end, the way
+// itself.
+Eigen::Vector3d pace(const Eigen::Vector3d* before, const Eigen::Vector3d* after) {
+  if (before == nullptr) return *after;
+  if (after == nullptr) return *before;
+  return 0.5 * (*before + *after);
+}
+
+// A cubic in Bezier's form, from b[0] to b[3]; and the same on turns, where straight means evenly turned.
+Eigen::Vector3d on_curve(const std::array<Eigen::Vector3d, 4>& b, double u) {
+  const double v = 1.0 - u;
+  return v * v * v * b[0] + 3.0 * u * v * v * b[1] + 3.0 * u * u * v * b[2] + u * u * u * b[3];
+}
+Eigen::Quaterniond on_curve(const std::array<Eigen::Quaterniond, 4>& b, double u) {
+  const Eigen::Quaterniond c0 = b[0].slerp(u, b[1]), c1 = b[1].slerp(u, b[2]), c2 = b[2].slerp(u, b[3]);
+  return c0.slerp(u, c1).slerp(u, c1.slerp(u, c2));
+}
+
+}  // namespace
+
 void posture_of(const Bvh& bvh, double t_s, BvhPosture& into) {
   const double at = std::clamp(t_s / bvh.frame_time_s, 0.0, static_cast<double>(bvh.frames - 1));
-  const auto first = static_cast<std::size_t>(at);
-  const std::size_t second = std::min(first + 1, bvh.frames - 1);
+  const std::size_t first = std::min(static_cast<std::size_t>(at), bvh.frames - 1 - (bvh.frames > 1 ? 1 : 0));
   const double share = at - static_cast<double>(first);
-  const double* before = bvh.values.data() + first * bvh.values_a_frame;
-  const double* after = bvh.values.data() + second * bvh.values_a_frame;
-  into.root = (1.0 - share) * place_of(bvh.joints[0], before) + share * place_of(bvh.joints[0], after);
+  const std::size_t second = std::min(first + 1, bvh.frames - 1);
+  const bool has_before = first > 0, has_after = second + 1 < bvh.frames && second > first;
+  const auto frame = [&](std::size_t i) { return bvh.values.data() + i * bvh.values_a_frame; };
+  const std::array<const double*, 4> around{frame(has_before ? first - 1 : first), frame(first), frame(second),
+                                            frame(has_after ? second + 1 : second)};
+  const auto root = [&](std::size_t i) { return place_of(bvh.joints[0], around[i]); };
+  const Eigen::Vector3d way = root(2) - root(1), before = root(1) - root(0), after = root(3) - root(2);
+  const Eigen::Vector3d out = pace(has_before ? &before : nullptr, &way);
+  const Eigen::Vector3d in = pace(&way, has_after ? &after : nullptr);
+  into.root = on_curve({root(1), root(1) + out / 3.0, root(2) - in / 3.0, root(2)}, share);
   into.turns.resize(bvh.joints.size());
   for (std::size_t i = 0; i < bvh.joints.size(); ++i) {
-    const BvhJoint& joint = bvh.joints[i];
-    into.turns[i] = turn_of(joint, before + joint.first_value).slerp(share, turn_of(joint, after + joint.first_value));
+    const auto turn = [&](std::size_t k) { return turn_of(bvh.joints[i], around[k] + bvh.joints[i].first_value); };
+    const Eigen::Quaterniond q1 = turn(1), q2 = turn(2);
+    const Eigen::Vector3d turned = rotation_vector(q1.conjugate() * q2);
+    const Eigen::Vector3d turned_before = rotation_vector(turn(0).conjugate() * q1);
+    const Eigen::Vector3d turned_after = rotation_vector(q2.conjugate() * turn(3));
+    const Eigen::Vector3d leaving = pace(has_before ? &turned_before : nullptr, &turned);
+    const Eigen::Vector3d coming = pace(&turned, has_after ? &turned_after : nullptr);
+    into.turns[i] = on_curve({q1, q1 * turn_by(leaving / 3.0), q2 * turn_by(-coming / 3.0), q2}, share);
   }
 }
 

@@ -38,7 +38,9 @@ struct BvhPosture {
 /// frame it is no motion.
 Result<Bvh> parse_bvh(std::string_view text);
 
-/// The posture at any instant from frame 0 on, turned evenly (slerp) between frames; clamped to the first and the last.
+/// The posture at any instant from frame 0 on; clamped to the first and the last. Between frames the way bends so that
+/// velocities have no jump at a frame (cubics through the frames, of Catmull and Rom's slopes; on turns by slerps):
+/// a body has mass, and evenly turned stretches between the frames of a recording of 30 Hz would knock at each of them.
 void posture_of(const Bvh& bvh, double t_s, BvhPosture& into);
 
 }  // namespace mocap::scene

@@ -10,6 +10,7 @@
 #include "base/expects.h"
 #include "body/kinematic_tree.h"
 #include "scene/clip_actor.h"
+#include "scene/there_and_back.h"
 
 namespace mocap::scene {
 namespace {
@@ -107,7 +108,10 @@ class BvhActor final : public Actor {
     root_m += to_middle_m_;
     if (settings_.t_pose_s > 0.0 && since_s < kBlend_s) {
       const double u = std::clamp(since_s / kBlend_s, 0.0, 1.0), share = u * u * (3.0 - 2.0 * u);
-      for (Eigen::Quaterniond& turn : turns) turn = Eigen::Quaterniond::Identity().slerp(share, turn);
+      turns[0] = heading_.slerp(share, turns[0]);
+      for (Eigen::Quaterniond& turn : std::span(turns).subspan(1)) {
+        turn = Eigen::Quaterniond::Identity().slerp(share, turn);
+      }
       root_m.z() = share * root_m.z() + (1.0 - share) * rest_height_m_;
     }
     set_out(root_m, turns, into);
@@ -146,11 +150,7 @@ class BvhActor final : public Actor {
     return known == bvh_.joints.end() ? -1 : static_cast<int>(known - bvh_.joints.begin());
   }
 
-  double clip_s(double t_s) const {
-    if (length_s_ <= 0.0) return begin_s_;
-    const double there_and_back_s = std::fmod(t_s, 2.0 * length_s_);
-    return begin_s_ + (there_and_back_s > length_s_ ? 2.0 * length_s_ - there_and_back_s : there_and_back_s);
-  }
+  double clip_s(double t_s) const { return begin_s_ + there_and_back_s(t_s, length_s_); }
 
   // Our bones' turns and root at an instant of the file.
   void pose_at(double file_s, Eigen::Vector3d& root_m, Quaternions& turns) const {
@@ -195,6 +195,13 @@ class BvhActor final : public Actor {
     }
   }
 
+  // Which way somebody faces whose hips are turned so, seen from above.
+  static Eigen::Quaterniond heading_of(const Eigen::Quaterniond& hips) {
+    const Eigen::Vector3d forward = hips * Eigen::Vector3d::UnitX(), left = hips * Eigen::Vector3d::UnitY();
+    const double heading_rad = std::atan2(forward.y() - left.x(), forward.x() + left.y());
+    return Eigen::Quaterniond(Eigen::AngleAxisd(heading_rad, Eigen::Vector3d::UnitZ()));
+  }
+
   static double lowest_m(const ActorState& state) {
     double low = std::numeric_limits<double>::max();
     for (const Pose& pose : state.world_from_bone) low = std::min(low, pose.position.z());
@@ -216,6 +223,9 @@ class BvhActor final : public Actor {
       low = low.cwiseMin(Eigen::Vector3d(root_m.x(), root_m.y(), lowest_m(state)));
       high = high.cwiseMax(root_m);
     }
+    Eigen::Vector3d at_first_m;
+    pose_at(begin_s_, at_first_m, turns);
+    heading_ = heading_of(turns[0]);
     to_middle_m_ = {-0.5 * (low.x() + high.x()), -0.5 * (low.y() + high.y()), kSoleHeight_m - low.z()};
   }
 
@@ -230,6 +240,7 @@ class BvhActor final : public Actor {
   double begin_s_ = 0.0, length_s_ = 0.0;
   Eigen::Vector3d to_middle_m_ = Eigen::Vector3d::Zero();
   double rest_height_m_ = 0.0;
+  Eigen::Quaterniond heading_ = Eigen::Quaterniond::Identity();  // of the T-pose: that of the motion's beginning
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "scene/clip_actor.h"
+#include "scene/there_and_back.h"
 
 namespace mocap::scene {
 namespace {
@@ -27,13 +28,9 @@ class C3dActor final : public Actor {
 
   void at(double t_s, ActorState& into) const override {
     const double last = static_cast<double>(c3d_.frames - 1);
-    double at = std::max(0.0, t_s) * c3d_.rate_hz;
-    if (last > 0.0) {  // forth and back
-      at = std::fmod(at, 2.0 * last);
-      at = at > last ? 2.0 * last - at : at;
-    } else {
-      at = 0.0;
-    }
+    // Between samples only where it matters: at the recording's own rate most are met exactly.
+    double at = there_and_back_s(t_s, last / c3d_.rate_hz) * c3d_.rate_hz;
+    if (std::abs(at - std::round(at)) < 1e-6) at = std::round(at);
     const auto frame = static_cast<std::size_t>(at);
     const double share = at - static_cast<double>(frame);
     into.world_from_bone.clear();

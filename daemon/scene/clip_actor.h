@@ -12,11 +12,12 @@ namespace mocap::scene {
 
 struct BvhSettings {
   double unit_m = 0.0;    ///< of the file; 0: so that its rest pose is 1.75 m tall (1.60 m without feet and crown)
-  double t_pose_s = 2.0;  ///< somebody stands in the rest pose before the motion begins, and gets into it within 1 s
+  double t_pose_s = 2.0;  ///< somebody stands in the rest pose first, facing as the motion begins; gets into it in 1 s
 };
 
 /// Somebody who moves as a BVH file tells (from its second frame on: the first is often a rest pose), forth and back
-/// without end, in the middle of the volume, with the lowest joint of the whole motion on the floor.
+/// without end (turning round as there_and_back_s tells), in the middle of the volume, with the lowest joint of the
+/// whole motion on the floor.
 ///
 /// With a marker set its own skeleton is moved: the bones named as in human18 take the turns of the joints that are
 /// called so elsewhere (CMU, Mixamo, DeepMimic names), limbs point where the file's limbs point; the rest pose is the

@@ -71,14 +71,24 @@ bool Flesh::hides(const ActorState& state, std::size_t marker, const Eigen::Vect
   for (const Limb& limb : limbs_) {
     const auto bone = static_cast<std::size_t>(limb.bone);
     if (limb.bone == own || parents_[bone] == own || parents_[static_cast<std::size_t>(own)] == limb.bone) continue;
-    const Pose& pose = state.world_from_bone[bone];
-    const Eigen::Vector3d end_m = limb.child >= 0
-                                      ? state.world_from_bone[static_cast<std::size_t>(limb.child)].position
-                                      : Eigen::Vector3d(pose * (kHeadBall_m * Eigen::Vector3d::Unit(kAxisUp)));
-    const Eigen::Vector3d begin_m = limb.child >= 0 ? pose.position : end_m;
-    if (segment_distance_m(light_m, eye_m, begin_m, end_m) < limb.radius_m) return true;
+    if (is_between(limb, state, light_m, eye_m)) return true;
   }
   return false;
+}
+
+bool Flesh::hides(const ActorState& state, const Eigen::Vector3d& light_m, const Eigen::Vector3d& eye_m) const {
+  if (state.world_from_bone.size() != parents_.size()) return false;
+  return std::ranges::any_of(limbs_, [&](const Limb& limb) { return is_between(limb, state, light_m, eye_m); });
+}
+
+bool Flesh::is_between(const Limb& limb, const ActorState& state, const Eigen::Vector3d& light_m,
+                       const Eigen::Vector3d& eye_m) const {
+  const Pose& pose = state.world_from_bone[static_cast<std::size_t>(limb.bone)];
+  const Eigen::Vector3d end_m = limb.child >= 0
+                                    ? state.world_from_bone[static_cast<std::size_t>(limb.child)].position
+                                    : Eigen::Vector3d(pose * (kHeadBall_m * Eigen::Vector3d::Unit(kAxisUp)));
+  const Eigen::Vector3d begin_m = limb.child >= 0 ? pose.position : end_m;
+  return segment_distance_m(light_m, eye_m, begin_m, end_m) < limb.radius_m;
 }
 
 }  // namespace mocap::scene

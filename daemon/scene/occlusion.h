@@ -21,12 +21,18 @@ class Flesh {
   /// the bone it hangs from, nor of the bones that hang from it: those sit on its skin. Without bones nothing hides.
   bool hides(const ActorState& state, std::size_t marker, const Eigen::Vector3d& eye_m) const;
 
+  /// Whether the body stands between an eye and somebody else's light.
+  bool hides(const ActorState& state, const Eigen::Vector3d& light_m, const Eigen::Vector3d& eye_m) const;
+
  private:
   struct Limb {
     int bone;
     int child;  ///< -1: the ball of the head
     double radius_m;
   };
+
+  bool is_between(const Limb& limb, const ActorState& state, const Eigen::Vector3d& light_m,
+                  const Eigen::Vector3d& eye_m) const;
 
   std::vector<int> parents_;
   std::vector<int> bone_of_marker_;

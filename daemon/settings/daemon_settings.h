@@ -17,6 +17,7 @@
 #include "stages/detect_blobs.h"
 #include "stages/label_markers.h"
 #include "stages/match_views.h"
+#include "stages/refine_subject.h"
 #include "stages/solve_skeleton.h"
 #include "stages/track_blobs.h"
 #include "stages/track_markers.h"
@@ -55,6 +56,7 @@ struct DaemonSettings {
   stages::TrackMarkersSettings track_markers;
   stages::LabelSettings label;
   stages::SolveSettings solve;
+  stages::RefineSettings refine;
   wire::PublisherSettings publish;
   RecordSettings record;
   runtime::PipelineSettings pipeline;  ///< [capture], [align], [publish], [reopen], [queues], [realtime]

@@ -128,6 +128,14 @@ void tell_solve(Keys& keys, DaemonSettings& all) {
   keys.number("smoothing_beta", solve.smoothing.beta, {0, 100});
 }
 
+void tell_refine(Keys& keys, DaemonSettings& all) {
+  stages::RefineSettings& refine = all.refine;
+  keys.number("instants", refine.instants, {0, 200});
+  keys.time("look_every_ms", refine.look_every, Milliseconds, {1, 10000});
+  keys.number("pieces", refine.pieces, {1, 100});
+  keys.number("least_gain", refine.least_gain, {0, 1});
+}
+
 void tell_publish(Keys& keys, DaemonSettings& all) {
   keys.text("endpoint", all.publish.endpoint);
   keys.flag("allow_remote", all.publish.allow_remote);
@@ -170,6 +178,7 @@ constexpr Section kSections[] = {
     {"track_markers", tell_track_markers},
     {"label", tell_label},
     {"solve", tell_solve},
+    {"refine", tell_refine},
     {"publish", tell_publish},  //
     {"record", tell_record},    //
     {"reopen", tell_reopen},    //

@@ -66,6 +66,7 @@ void FrameAligner::add(const BlobFrame& frame) {
   } else if (own.size == kPending) {
     ++counts_.overflow;
   } else {
+    if (own.size == 0) own.first = 0;  // the slot that is in the cache
     own.ring[(own.first + own.size) % kPending] = frame;
     ++own.size;
   }

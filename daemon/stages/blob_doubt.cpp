@@ -7,15 +7,8 @@
 namespace mocap::stages {
 namespace {
 
-// A detector that promises more than this promises too much; and nothing divides by zero.
-constexpr double kLeastSigma_px = 0.01;
-// By so much the grid of pixels lets the squared half axes of a disc differ: 99.9 % of a million lone discs of 15 px^2
-// had less than 2.2 px^2. Of discs over 25 px^2 it grows with the radius.
-constexpr double kGrid_px2 = 2.3;
+// Of discs over 25 px^2 the grid's share grows with the radius.
 constexpr double kSmall_px2 = 25.0;
-// Share of the squared offset that counts: the offset is nearly the same for every merged pair of its shape, so that
-// gates of 3.5 deviations need not hold three of it.
-constexpr double kShare = 0.67;
 // The shape's offset against the true one, by the offset over the radius of one disc: fitted to merged pairs of
 // rendered discs, 0.5 to 3 px off.
 constexpr double kNear = 0.84;
@@ -27,27 +20,17 @@ constexpr double kCrowd = 2.2;
 
 double doubt_px(const Blob& blob) { return doubt_px(blob, spread_px(blob)); }
 
-double doubt_px(const Blob& blob, double spread) {
-  const double sigma_px = std::max(blob.sigma_px, kLeastSigma_px);
-  return spread > 0.0 ? std::sqrt(sigma_px * sigma_px + kShare * spread * spread) : sigma_px;
-}
-
 double crowd_px(const Blob& blob, double usual_area_px2) {
   if (!(blob.area_px2 > kCrowd * usual_area_px2)) return 0.0;
   return std::sqrt(blob.area_px2 / std::numbers::pi) - std::sqrt(usual_area_px2 / std::numbers::pi);
 }
 
-bool may_crowd(std::span<const double> areas_px2) {
-  if (areas_px2.empty()) return false;
-  const auto [least, most] = std::ranges::minmax_element(areas_px2);
-  return *most > kCrowd * *least;
-}
+bool may_crowd(double least_area_px2, double most_area_px2) { return most_area_px2 > kCrowd * least_area_px2; }
 
 double spread_px(const Blob& blob) {
+  if (is_round(blob)) return 0.0;
   // The ellipse with half axes a >= b has area pi a b and roundness b / a; its inertia along an axis is a^2 / 4.
   const double roundness = std::clamp(blob.roundness, 0.05, 1.0);
-  // Most blobs are so round that neither root nor division is needed to tell.
-  if (!(blob.area_px2 * (1.0 - roundness * roundness) > std::numbers::pi * kGrid_px2 * roundness)) return 0.0;
   const double grid_px2 = kGrid_px2 * std::sqrt(std::max(1.0, blob.area_px2 / kSmall_px2));
   const double longer_px2 = blob.area_px2 / std::numbers::pi * (1.0 / roundness - roundness);
   // What two discs cover is less than the ellipse of their inertia, the more so the farther they are apart.

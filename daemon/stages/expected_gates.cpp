@@ -1,6 +1,7 @@
 #include "stages/expected_gates.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -20,6 +21,7 @@ ExpectedGates::ExpectedGates(const MatchSettings& settings) : settings_(settings
   for (auto& column : expected_) column.resize(kMaxMarkers);
   foreseen_.resize(kMaxMarkers);
   candidates_.reserve(kMaxGateCandidates);
+  near_.resize(8 * kMaxBlobs);
 }
 
 std::span<const GateCandidate> ExpectedGates::candidates(const ViewRays& view) {
@@ -95,7 +97,7 @@ MOCAP_WIDE void ExpectedGates::bound_gates(const ViewRays& view) {
   const auto last = static_cast<float>(scale.bins);
   constexpr float kRounding = 0.01F;  // of a bin: single precision is finer than that
   const float *x = foreseen_.x.data(), *y = foreseen_.y.data();
-  const float *xx = foreseen_.xx.data(), *yy = foreseen_.yy.data();
+  const float *xx = foreseen_.xx.data(), *yy = foreseen_.yy.data(), *depth = foreseen_.depth_m.data();
   std::int32_t *left = foreseen_.left.data(), *right = foreseen_.right.data();
   std::int32_t *top = foreseen_.top.data(), *bottom = foreseen_.bottom.data();
   const auto bin = [last](float at) {
@@ -107,44 +109,69 @@ MOCAP_WIDE void ExpectedGates::bound_gates(const ViewRays& view) {
   for (std::size_t m = 0; m < count; ++m) {
     const float half_x = sigmas * std::sqrt(xx[m] + own);
     const float half_y = sigmas * std::sqrt(yy[m] + own);
+    // Behind the camera the gate is empty.
+    const float width = depth[m] > Foreseen::kNearest_m ? 1.0F : 0.0F;
     left[m] = bin((x[m] - half_x - min_x) * per_x - kRounding);
-    right[m] = bin((x[m] + half_x - min_x) * per_x + kRounding + 1.0F);
+    right[m] = bin(width * ((x[m] + half_x - min_x) * per_x + kRounding + 1.0F));
     top[m] = bin((y[m] - half_y - min_y) * per_y - kRounding);
     bottom[m] = bin((y[m] + half_y - min_y) * per_y + kRounding + 1.0F);
   }
 }
 
-// The rays in each marker's gate.
+// The rays in each marker's gate: those in its bins, block by block, then those of them that lie near enough. How many
+// bins' rays there are nobody foresees; one or two are written down in any case, so that it seldom has to be asked.
 void ExpectedGates::gather_candidates(const ViewRays& view) {
-  const double gate2 = settings_.gate_sigmas * settings_.gate_sigmas;
-  const double floor = std::pow(settings_.gate_floor_px / view.focal_px, 2);
-  const double inverse_floor2 = 1.0 / (floor * floor);
-  const double most_own = view.most_own(settings_.gate_floor_px);
-  const double px2 = 1.0 / (view.focal_px * view.focal_px);
-
   candidates_.clear();
+  std::size_t near = 0;
+  const auto add = [&](std::uint32_t marker, std::size_t word, std::uint64_t bits) {
+    const auto next = [&] {
+      constexpr std::uint64_t kLast = std::uint64_t{1} << 63;
+      near_[near] = {
+          marker, static_cast<std::uint32_t>(64 * word) + static_cast<std::uint32_t>(std::countr_zero(bits | kLast))};
+      near += bits != 0 ? 1 : 0;
+      bits &= bits - 1;
+    };
+    next();
+    next();
+    while (bits != 0) next();
+  };
   for (std::uint32_t m = 0; m < marker_count_; ++m) {
-    if (!foreseen_.usable(m)) continue;
     const auto bin = [m](const std::vector<std::int32_t>& column) { return static_cast<std::size_t>(column[m]); };
-    const auto number = [m](const std::vector<float>& column) { return static_cast<double>(column[m]); };
-    const ViewRays::Bins gate{bin(foreseen_.left), bin(foreseen_.right), bin(foreseen_.top), bin(foreseen_.bottom)};
-    const double x = number(foreseen_.x), y = number(foreseen_.y);
-    const double shadow_xx = number(foreseen_.xx), xy = number(foreseen_.xy), shadow_yy = number(foreseen_.yy);
-    const double reach2 = gate2 * (shadow_xx + shadow_yy + most_own);
-    view.in_bins(gate, [&](std::size_t ray) {
-      const double dx = view.x(ray) - x;
-      const double dy = view.y(ray) - y;
-      if (dx * dx + dy * dy > reach2) return;
-      const double own = floor + view.sigma_px[ray] * view.sigma_px[ray] * px2;
-      const double xx = shadow_xx + own;
-      const double yy = shadow_yy + own;
-      const double area2 = xx * yy - xy * xy;
-      const double off2 = yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy;
-      if (!(off2 < gate2 * area2) || candidates_.size() == kMaxGateCandidates) return;
-      candidates_.push_back({m, static_cast<std::uint32_t>(ray), off2 / area2, area2 * inverse_floor2});
-      ++wanted_by_[ray];
-    });
+    view.words_in_bins({bin(foreseen_.left), bin(foreseen_.right), bin(foreseen_.top), bin(foreseen_.bottom)},
+                       [&](std::size_t word, std::uint64_t bits) { add(m, word, bits); });
+    if (near + kMaxBlobs + 2 * kMaxBlobs / 64 < near_.size()) continue;
+    measure_near(view, near);
+    near = 0;
   }
+  measure_near(view, near);
+}
+
+// Of the rays that lie near those in the gates.
+void ExpectedGates::measure_near(const ViewRays& view, std::size_t count) {
+  const auto gate2 = static_cast<float>(settings_.gate_sigmas * settings_.gate_sigmas);
+  const auto floor = static_cast<float>(std::pow(settings_.gate_floor_px / view.focal_px, 2));
+  const float inverse_floor2 = 1.0F / (floor * floor);
+  const float *ray_x = view.x_f.data(), *ray_y = view.y_f.data(), *ray_variance = view.variance_f.data();
+  const float *at_x = foreseen_.x.data(), *at_y = foreseen_.y.data(), *at_xx = foreseen_.xx.data(),
+              *at_xy = foreseen_.xy.data(), *at_yy = foreseen_.yy.data();
+  const std::size_t before = candidates_.size();
+  candidates_.resize(std::min(kMaxGateCandidates, before + count));
+  GateCandidate* next = candidates_.data() + before;
+  const GateCandidate* const end = candidates_.data() + candidates_.size();
+  for (std::size_t i = 0; i < count && next != end; ++i) {
+    const auto [m, ray] = near_[i];
+    const float dx = ray_x[ray] - at_x[m];
+    const float dy = ray_y[ray] - at_y[m];
+    const float own = floor + ray_variance[ray];
+    const float xx = at_xx[m] + own, xy = at_xy[m], yy = at_yy[m] + own;
+    const float area2 = xx * yy - xy * xy;
+    const float off2 = yy * dx * dx - 2.0F * xy * dx * dy + xx * dy * dy;
+    const bool inside = off2 < gate2 * area2;
+    *next = {m, ray, off2 / area2, area2 * inverse_floor2};
+    next += inside ? 1 : 0;
+    wanted_by_[ray] = static_cast<std::uint16_t>(wanted_by_[ray] + (inside ? 1 : 0));
+  }
+  candidates_.resize(static_cast<std::size_t>(next - candidates_.data()));
 }
 
 }  // namespace mocap::stages

@@ -16,8 +16,8 @@ namespace mocap::stages {
 struct GateCandidate {
   std::uint32_t marker;
   std::uint32_t ray;
-  double distance2;  ///< in standard deviations, squared
-  double widening;   ///< how much larger the gate's area is than its floor's
+  float distance2;  ///< in standard deviations, squared
+  float widening;   ///< how much larger the gate's area is than its floor's
 };
 
 /// More of them in one view: the gates tell nothing any more, and the rest is left out.
@@ -43,12 +43,17 @@ class ExpectedGates {
   void foresee(const CameraModel& camera);
   void bound_gates(const ViewRays& view);
   void gather_candidates(const ViewRays& view);
+  void measure_near(const ViewRays& view, std::size_t count);
 
   const MatchSettings& settings_;
   std::size_t marker_count_ = 0;
   // Place and covariance (xx xy xz yy yz zz) of each expected marker, by column; the place is NaN where not usable.
   std::array<std::vector<float>, 9> expected_;
   Foreseen foreseen_;
+  struct Near {
+    std::uint32_t marker, ray;
+  };
+  std::vector<Near> near_;  // by bins
   std::vector<GateCandidate> candidates_;
   std::vector<std::uint16_t> wanted_by_;
 };

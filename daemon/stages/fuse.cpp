@@ -32,6 +32,9 @@ Snapshot& Fusion::step(const FrameSet& frames) {
   snapshot_.poses = parts_.solver->solve(snapshot_.labels, frames.exposed_at, {rays_.data(), rays_.size()});
   learn_names();
   keep_names_of_rays(matches);
+  if (parts_.refiner && !refined_) {
+    refined_ = parts_.refiner->step(snapshot_.labels, snapshot_.poses, frames.exposed_at);
+  }
 
   snapshot_.number = frames.number;
   describe_views(frames);
@@ -98,7 +101,16 @@ void Fusion::keep_names_of_rays(const Matches& matches) {
 
 void Fusion::learn_fit() {
   fit_ = parts_.labeller->take_fit();
-  if (!fit_) return;
+  if (fit_) {
+    if (parts_.refiner) parts_.refiner->recognised(*fit_);
+    if (refined_ && refined_->subject == fit_->subject) refined_.reset();
+  } else if (refined_) {
+    fit_ = refined_;
+    refined_.reset();
+    parts_.labeller->refit(*fit_);
+  } else {
+    return;
+  }
   fit_->description_version = ++snapshot_.description_version;
   parts_.solver->refit(*fit_);
 }

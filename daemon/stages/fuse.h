@@ -12,6 +12,7 @@
 #include "module/matcher.h"
 #include "module/skeleton_solver.h"
 #include "module/triangulator.h"
+#include "stages/refine_subject.h"
 
 namespace mocap::stages {
 
@@ -22,6 +23,7 @@ struct FusionParts {
   std::unique_ptr<MarkerTracker> tracker;
   std::unique_ptr<Labeller> labeller;
   std::unique_ptr<SkeletonSolver> solver;
+  std::unique_ptr<SubjectRefiner> refiner;  ///< none: bodies stay as they were recognised
 };
 
 /// The whole row: one instant's blobs to one snapshot. What it believes of the markers, names and bodies lives from
@@ -37,7 +39,7 @@ class Fusion {
   /// up to `detected_at` are set.
   Snapshot& step(const FrameSet& frames);
 
-  /// The fit of a subject that the last step made, with the description version that its snapshot bears.
+  /// The fit of a subject that the last step began to use, with the description version that its snapshot bears.
   const std::optional<SubjectFit>& fit() const noexcept { return fit_; }
 
  private:
@@ -59,6 +61,7 @@ class Fusion {
   BoundedVector<BornBy, kMaxMarkers> kept_;   // tracks that one camera's rays keep in place, and their last names
   NamedRays rays_;
   std::optional<SubjectFit> fit_;
+  std::optional<SubjectFit> refined_;  // after the last set, to be worn from this one on
   Snapshot snapshot_;
 };
 

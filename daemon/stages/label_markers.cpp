@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "base/expects.h"
+#include "stages/claim_tracks.h"
 #include "stages/label_subject.h"
 #include "stages/still_tracks.h"
 
@@ -12,14 +13,12 @@ namespace {
 class BodyLabeller final : public Labeller {
  public:
   BodyLabeller(const LabelSettings& settings, const std::vector<Subject>& subjects)
-      : settings_(settings), still_(settings.still_radius_m) {
+      : settings_(settings), still_(settings.still_radius_m), claims_(names_of(subjects)) {
     MOCAP_EXPECTS(subjects.size() <= kMaxSubjects);
     subjects_.reserve(subjects.size());
     for (std::size_t i = 0; i < subjects.size(); ++i) {
       subjects_.emplace_back(settings, subjects[i], SubjectId{static_cast<std::uint32_t>(i)});
     }
-    tracks_.by_id.reserve(kMaxMarkers);
-    tracks_.named.reserve(kMaxMarkers);
     points_.reserve(kMaxMarkers);
     track_of_point_.reserve(kMaxMarkers);
   }
@@ -27,10 +26,14 @@ class BodyLabeller final : public Labeller {
   const Labels& label(const TrackedMarkers& tracked, const Expected& expected) override {
     tracks_.take(tracked);
     still_.update(tracked, expected.at);
-    for (SubjectLabeller& subject : subjects_) subject.keep(tracks_);
+    for (SubjectLabeller& subject : subjects_) subject.keep(tracks_, expected.at);
+    for (SubjectLabeller& subject : subjects_) {
+      if (subject.tracking()) subject.expect(tracks_, expected.at);
+    }
+    claims_.settle(subjects_, tracks_);
     for (SubjectLabeller& subject : subjects_) {
       if (!subject.tracking()) continue;
-      subject.read(tracks_, expected.at);
+      subject.settle(tracks_);
       subject.judge(tracks_, expected.at);
     }
     search(expected.at);
@@ -46,7 +49,17 @@ class BodyLabeller final : public Labeller {
     return std::nullopt;
   }
 
+  void refit(const SubjectFit& fit) override {
+    if (fit.subject.value < subjects_.size()) subjects_[fit.subject.value].refit(fit);
+  }
+
  private:
+  static std::size_t names_of(const std::vector<Subject>& subjects) {
+    std::size_t names = 0;
+    for (const Subject& subject : subjects) names += subject.marker_set.markers.size();
+    return names;
+  }
+
   // One subject a call at most, so that a search never costs a set more than one of them.
   void search(Timestamp at) {
     if (searched_ && at - *searched_ < settings_.search_every && at >= *searched_) return;
@@ -76,6 +89,7 @@ class BodyLabeller final : public Labeller {
   LabelSettings settings_;
   StillTracks still_;
   std::vector<SubjectLabeller> subjects_;
+  TrackClaims claims_;
   NamedTracks tracks_;
   std::vector<Eigen::Vector3d> points_;
   std::vector<int> track_of_point_;

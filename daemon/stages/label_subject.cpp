@@ -3,53 +3,30 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/LU>
-
 #include "base/expects.h"
 
 namespace mocap::stages {
 namespace {
 
-// A contradiction must last for as many sets before a name is taken back; a gross one counts as all of them.
-constexpr int kMostDoubt = 3;
 // How far off its body's place a named marker is that contradicts, beside three times what markers commonly are.
 constexpr double kOutlier_m = 0.02;
-constexpr double kOff_m = 0.012;
 // More points than any T-pose with its ghosts has; bounds the cost of a search.
 constexpr std::size_t kMostPoints = 160;
-constexpr std::size_t kMostPairs = 8192;
 // A track that is not seen for longer leaves its name, which the body then knows better where to look for.
 constexpr std::uint32_t kMostMissed = 2;
 // What the body's motion is wrong by: at least, and for each m that a marker moves from set to set.
 constexpr double kSurprise_m = 0.007;
 constexpr double kSurprisePerStep = 0.3;
-constexpr double kGateSigmas = 4.0;
+// A track's step is foreseen from the last by this much, and a share of the step; limbs are thrown that hard.
+constexpr double kJump_m = 0.02;
+constexpr double kJumpPerStep = 0.1;
+constexpr double kAcceleration_m_s2 = 100.0;
 // How surely a marker that took part in the fit is where the fit puts it.
 constexpr double kFitted_m = 0.008;
-// What a turn bends out of a straight line is a square's half over the limb's length.
-constexpr double kLimb_m = 0.35;
-// In squared sigmas: what a name's own track is preferred by, and what leaving a name alone costs.
-constexpr double kOwnBonus = 6.0;
-constexpr double kAlone = 30.0;
-
-double slack_of(const body::Tie& tie, double base_m) { return base_m + 0.05 * tie.most_m; }
 
 Eigen::Matrix3d ball(double sigma_m) { return sigma_m * sigma_m * Eigen::Matrix3d::Identity(); }
 
 }  // namespace
-
-void NamedTracks::take(const TrackedMarkers& from) {
-  tracked = &from;
-  by_id.clear();
-  for (std::size_t i = 0; i < from.size(); ++i) by_id.emplace_back(from[i].id, static_cast<int>(i));
-  std::sort(by_id.begin(), by_id.end());
-  named.assign(from.size(), false);
-}
-
-int NamedTracks::find(TrackId id) const {
-  const auto found = std::lower_bound(by_id.begin(), by_id.end(), std::pair{id, 0});
-  return found != by_id.end() && found->first == id ? found->second : kNone;
-}
 
 SubjectLabeller::SubjectLabeller(const LabelSettings& settings, const Subject& subject, SubjectId id)
     : settings_(settings),
@@ -58,69 +35,91 @@ SubjectLabeller::SubjectLabeller(const LabelSettings& settings, const Subject& s
       ties_(set_),
       tpose_(set_, {.least_share = settings.least_share, .most_rms_m = settings.most_rms_m}, kMostPoints),
       shape_(set_, settings.rigid_tolerance_m),
-      body_(set_, {.outlier_m = kOutlier_m, .max_iterations = 4}),
-      assigner_(set_.markers.size(), kMaxMarkers, kMostPairs) {
-  MOCAP_EXPECTS(set_.markers.size() <= kMaxLabels);
-  names_.resize(set_.markers.size());
-  places_.resize(names_.size());
-  seen_.reserve(names_.size());
-  believed_.resize(names_.size());
-  pairs_.reserve(kMostPairs);
-  before_.resize(names_.size());
-  readings_.reserve(kMostReadings);
-  tried_.reserve(names_.size());
+      body_(set_, {.outlier_m = kOutlier_m, .max_iterations = 4}) {
+  const std::size_t markers = set_.markers.size();
+  const std::size_t bones = set_.skeleton.bones.size();
+  MOCAP_EXPECTS(markers <= kMaxLabels);
+  names_.resize(markers);
+  places_.resize(markers);
+  seen_.reserve(markers);
+  believed_.resize(markers);
+  trusted_.resize(markers);
+  jumped_.resize(markers);
+  before_.resize(markers);
+  tried_.reserve(markers);
+  strays_.reserve(kMaxMarkers);
+  trouble_.resize(bones);
+  rest_.resize(bones);
+  in_limb_.resize(bones);
+  misread_.resize(bones);
+  loose_.resize(bones);
+  place_track_.reserve(TieReader::kMostPlaces);
+  readings_.reserve(TieReader::kMostReadings + 1);
 }
 
 void SubjectLabeller::free(std::size_t marker, NamedTracks& tracks) {
   Name& name = names_[marker];
   if (name.index >= 0) tracks.named[static_cast<std::size_t>(name.index)] = false;
-  name = {};
+  name.track = {};
+  name.index = NamedTracks::kNone;
+  name.doubt = 0;
+  name.confidence = 0.0F;
+  name.jumped = false;
 }
 
 void SubjectLabeller::give(std::size_t marker, int index, float confidence, NamedTracks& tracks) {
-  const auto i = static_cast<std::size_t>(index);
-  tracks.named[i] = true;
-  names_[marker] = {(*tracks.tracked)[i].id, index, 0, confidence};
+  tracks.named[static_cast<std::size_t>(index)] = true;
+  Name& name = names_[marker];
+  name.track = tracks[index].id;
+  name.index = index;
+  name.doubt = 0;
+  name.confidence = confidence;
+  name.jumped = false;
+  name.seen_at = at_;
+  name.at = tracks[index].position.v;
+  name.velocity_m_s = tracks[index].velocity_m_s;
 }
 
 bool SubjectLabeller::seen(std::size_t marker, const NamedTracks& tracks) const {
   const int index = names_[marker].index;
-  return index >= 0 && (*tracks.tracked)[static_cast<std::size_t>(index)].state != TrackState::Coasting;
+  return index >= 0 && tracks[index].state != TrackState::Coasting;
 }
 
-void SubjectLabeller::keep(NamedTracks& tracks) {
+// Whether the track goes on as it went. It may have taken another marker where it does not.
+void SubjectLabeller::watch(Name& name, const TrackedMarker& track, Timestamp at) const {
+  name.jumped = false;
+  if (track.state == TrackState::Coasting) return;
+  const double step_s = to_s(at - name.seen_at);
+  const Eigen::Vector3d way = step_s * name.velocity_m_s;
+  const double most_m = kJump_m + kJumpPerStep * way.norm() + 0.5 * kAcceleration_m_s2 * step_s * step_s;
+  name.jumped = !((track.position.v - name.at - way).norm() < most_m);
+  name.seen_at = at;
+  name.at = track.position.v;
+  name.velocity_m_s = track.velocity_m_s;
+}
+
+void SubjectLabeller::keep(NamedTracks& tracks, Timestamp at) {
   for (std::size_t m = 0; m < names_.size(); ++m) {
     Name& name = names_[m];
     name.index = name.track.names_something() ? tracks.find(name.track) : NamedTracks::kNone;
-    const TrackedMarker* track = name.index < 0 ? nullptr : &(*tracks.tracked)[static_cast<std::size_t>(name.index)];
+    const TrackedMarker* track = name.index < 0 ? nullptr : &tracks[name.index];
     if (track == nullptr || !track->position.v.allFinite() || track->missed_sets > kMostMissed) {
-      name = {};
+      free(m, tracks);
     } else {
       tracks.named[static_cast<std::size_t>(name.index)] = true;
+      watch(name, *track, at);
     }
   }
 }
 
-// Whether the distances to the neighbours that are seen allow a marker to be there.
-bool SubjectLabeller::tied(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const {
-  int kept = 0;
-  int broken = 0;
-  for (const body::Tie& tie : ties_.of(marker)) {
-    const auto other = static_cast<std::size_t>(tie.other);
-    if (!believed_[other] || !seen(other, tracks)) continue;
-    const auto index = static_cast<std::size_t>(names_[other].index);
-    const double apart = ((*tracks.tracked)[index].position.v - at).norm();
-    const double over = std::max(tie.least_m - apart, apart - tie.most_m);
-    (over > slack_of(tie, settings_.tie_slack_m) ? broken : kept) += 1;
-  }
-  return broken <= kept / 3;
+body::Observation SubjectLabeller::observe(std::size_t marker, int index, const NamedTracks& tracks) const {
+  const double noise = std::clamp(tracks[index].covariance_m2.trace() / 3.0, 0.0, 1.0);
+  return {static_cast<int>(marker), tracks[index].position.v,
+          std::sqrt(kMarkerSigma_m * kMarkerSigma_m + (std::isfinite(noise) ? noise : 1.0))};
 }
 
 body::Observation SubjectLabeller::observe(std::size_t marker, const NamedTracks& tracks) const {
-  const TrackedMarker& track = (*tracks.tracked)[static_cast<std::size_t>(names_[marker].index)];
-  const double noise = std::clamp(track.covariance_m2.trace() / 3.0, 0.0, 1.0);
-  return {static_cast<int>(marker), track.position.v,
-          std::sqrt(kMarkerSigma_m * kMarkerSigma_m + (std::isfinite(noise) ? noise : 1.0))};
+  return observe(marker, names_[marker].index, tracks);
 }
 
 // Believes the names that are where the body's motion leads to; where that is few, the motion is wrong, not they.
@@ -133,7 +132,8 @@ void SubjectLabeller::trust(const NamedTracks& tracks, Timestamp at) {
     if (!seen(m, tracks)) continue;
     ++named;
     const body::Observation one = observe(m, tracks);
-    const double sigma = kSurprise_m + kSurprisePerStep * body_.speed_of(m) * step_s + one.sigma_m;
+    const double surprise = names_[m].jumped ? 0.0 : kSurprisePerStep * body_.speed_of(m) * step_s;
+    const double sigma = kSurprise_m + surprise + one.sigma_m;
     believed_[m] = (one.position - body_.told(m)).norm() < 3.0 * sigma;
     if (believed_[m]) seen_.push_back(one);
   }
@@ -145,127 +145,51 @@ void SubjectLabeller::trust(const NamedTracks& tracks, Timestamp at) {
   }
 }
 
+void SubjectLabeller::expect(const NamedTracks& tracks, Timestamp at) {
+  at_ = at;
+  body_.predict(at);
+  trust(tracks, at);
+  for (std::size_t m = 0; m < names_.size(); ++m) {
+    before_[m] = names_[m].index;
+    jumped_[m] = names_[m].jumped;
+  }
+}
+
+std::optional<SubjectLabeller::Stand> SubjectLabeller::place_of(std::size_t marker, const NamedTracks& tracks) const {
+  if (!believed_[marker]) return std::nullopt;
+  return Stand{tracks[before_[marker]].position.v, body_.told(marker)};
+}
+
+void SubjectLabeller::doubt(std::size_t marker) {
+  believed_[marker] = false;
+  jumped_[marker] = true;
+}
+
+void SubjectLabeller::fit(NamedTracks& tracks) {
+  std::erase_if(seen_, [&](const body::Observation& one) { return !believed_[static_cast<std::size_t>(one.marker)]; });
+  (void)body_.fit(seen_);
+  for (std::size_t m = 0; m < names_.size(); ++m) {
+    if (believed_[m]) tracks.sure[static_cast<std::size_t>(before_[m])] = true;
+  }
+}
+
 // Where the body says that each marker is, and how surely.
-void SubjectLabeller::place(Timestamp at) {
-  const bool all = seen_.size() == names_.size();
-  const bool told = all || body_.weigh(seen_, at);
+void SubjectLabeller::place() {
+  const bool told = body_.weigh(seen_, at_);
   for (std::size_t m = 0; m < places_.size(); ++m) {
     Place& place = places_[m];
     place.at = body_.told(m);
     place.known = told && place.at.allFinite();
-    if (believed_[m]) {
-      place.covariance_m2 = ball(kFitted_m);
-    } else if (place.known) {
-      place.covariance_m2 = body_.told_covariance(m) + ball(kFitted_m);
-      place.known = place.covariance_m2.allFinite();
-    }
+    place.covariance_m2 = ball(kFitted_m);
+    if (believed_[m] || !place.known) continue;
+    place.covariance_m2 += body_.told_covariance(m);
+    place.known = place.covariance_m2.allFinite();
   }
 }
 
-void SubjectLabeller::consider(std::size_t marker, std::size_t index, const NamedTracks& tracks, double bonus) {
-  const TrackedMarker& track = (*tracks.tracked)[index];
-  const Place& place = places_[marker];
-  const Eigen::Vector3d off = track.position.v - place.at;
-  if (!(off.norm() < settings_.most_gate_m)) return;
-  const bool own = names_[marker].index == static_cast<int>(index);
-  const bool called = track.expected_label == Label{id_, static_cast<std::uint32_t>(marker)};
-  if (track.state == TrackState::Tentative && !called && !own) return;
-  const Eigen::Matrix3d spread =
-      place.covariance_m2 + track.covariance_m2 + ball(believed_[marker] ? 0.0 : off.squaredNorm() / (2.0 * kLimb_m));
-  const double apart = off.dot(spread.inverse() * off);
-  if (!(apart < kGateSigmas * kGateSigmas)) return;
-  if (!own && !tied(marker, track.position.v, tracks)) return;
-  const double width = std::log(spread.determinant() / std::pow(kFitted_m, 6));
-  const double cost = apart + std::max(0.0, width) - (own ? bonus : 0.0);
-  if (pairs_.size() < kMostPairs)
-    pairs_.push_back({static_cast<std::uint32_t>(marker), static_cast<std::uint32_t>(index), cost});
-}
-
-void SubjectLabeller::propose(const NamedTracks& tracks, double bonus) {
-  pairs_.clear();
-  for (std::size_t m = 0; m < names_.size(); ++m) before_[m] = names_[m].index;
-  for (std::size_t i = 0; i < tracks.named.size(); ++i) {
-    const TrackedMarker& track = (*tracks.tracked)[i];
-    if (track.state == TrackState::Coasting || !track.position.v.allFinite() || !track.covariance_m2.allFinite())
-      continue;
-    const int index = static_cast<int>(i);
-    const bool others = tracks.named[i] && std::find(before_.begin(), before_.end(), index) == before_.end();
-    if (others) continue;
-    for (std::size_t m = 0; m < names_.size(); ++m) {
-      if (places_[m].known) consider(m, i, tracks, bonus);
-    }
-  }
-}
-
-// Whether no name that stays alone wants this track, and no track that stays alone suits this name, about as much.
-bool SubjectLabeller::settled(const geometry::AllowedPair& claim, std::span<const std::uint32_t> columns) const {
-  return std::none_of(pairs_.begin(), pairs_.end(), [&](const geometry::AllowedPair& other) {
-    if (other.cost > claim.cost + kClearMargin) return false;
-    if (other.column == claim.column && other.row != claim.row) return columns[other.row] == geometry::Assigner::kAlone;
-    if (other.row == claim.row && other.column != claim.column)
-      return std::find(columns.begin(), columns.end(), other.column) == columns.end();
-    return false;
-  });
-}
-
-void SubjectLabeller::assign(NamedTracks& tracks) {
-  const auto columns = assigner_.assign(names_.size(), tracks.named.size(), pairs_, kAlone);
-  // All that lose their track let go of it before others take it.
-  for (std::size_t m = 0; m < names_.size(); ++m) {
-    const bool stays = before_[m] >= 0 && columns[m] == static_cast<std::uint32_t>(before_[m]);
-    const bool coasts = before_[m] >= 0 && columns[m] == geometry::Assigner::kAlone && !seen(m, tracks);
-    if (!stays && !coasts) free(m, tracks);
-  }
-  for (const geometry::AllowedPair& pair : pairs_) {
-    const bool taken = columns[pair.row] == pair.column;
-    if (!taken || before_[pair.row] == static_cast<int>(pair.column) || !settled(pair, columns)) continue;
-    give(pair.row, static_cast<int>(pair.column), kFreshConfidence, tracks);
-  }
-}
-
-// What is off its place by much more than the body's markers are commonly is not shown as seen, though the name may
-// stay; what stays off, or is off grossly, loses it.
-double SubjectLabeller::most_off() const { return kOff_m + 3.0 * usual_off_m_; }
-
-void SubjectLabeller::contradict(NamedTracks& tracks) {
-  bool fitted = true;
-  seen_.clear();
-  for (std::size_t m = 0; m < names_.size(); ++m) {
-    const bool named = seen(m, tracks);
-    fitted = fitted && named == believed_[m] && (!named || names_[m].index == before_[m]);
-    if (named) seen_.push_back(observe(m, tracks));
-  }
-  if (!fitted) (void)body_.fit(seen_);
-  const double most = most_off();
-  double sum = 0.0;
-  std::size_t left = 0;
-  for (const body::Observation& one : seen_) {
-    const auto m = static_cast<std::size_t>(one.marker);
-    Name& name = names_[m];
-    const double off = (one.position - body_.told(m)).norm();
-    believed_[m] = off < most;
-    name.doubt = off > 2.0 * most ? kMostDoubt : off > most ? name.doubt + 1 : std::max(0, name.doubt - 1);
-    name.confidence += 0.1F * ((believed_[m] ? 1.0F : 0.3F) - name.confidence);
-    if (name.doubt >= kMostDoubt) free(m, tracks);
-    if (!believed_[m]) continue;
-    sum += off;
-    seen_[left++] = one;
-  }
-  if (left > 0) usual_off_m_ += 0.05 * (sum / static_cast<double>(left) - usual_off_m_);
-  if (left == seen_.size()) return;
-  seen_.erase(seen_.begin() + static_cast<std::ptrdiff_t>(left), seen_.end());
-  (void)body_.fit(seen_);
-}
-
-void SubjectLabeller::read(NamedTracks& tracks, Timestamp at) {
-  body_.predict(at);
-  trust(tracks, at);
-  (void)body_.fit(seen_);
-  place(at);
-  propose(tracks, kOwnBonus);
-  assign(tracks);
+void SubjectLabeller::settle(NamedTracks& tracks) {
   contradict(tracks);
-  reconsider(tracks);
+  reread(tracks);
   body_.learn(seen_);
 }
 
@@ -280,6 +204,7 @@ void SubjectLabeller::judge(NamedTracks& tracks, Timestamp at) {
 
 bool SubjectLabeller::recognise(std::span<const Eigen::Vector3d> points, std::span<const int> track_of_point,
                                 NamedTracks& tracks, Timestamp at) {
+  at_ = at;
   const std::optional<body::FoundBody>& found = rigid() ? shape_.find(points) : tpose_.find(points);
   if (!found) return false;
   for (std::size_t m = 0; m < names_.size(); ++m) {
@@ -334,6 +259,17 @@ void SubjectLabeller::show(const NamedTracks& tracks, SubjectLabels& into) const
     label.confidence = name.confidence;
     label.track = track.id;
   }
+}
+
+void SubjectLabeller::refit(const SubjectFit& fit) {
+  MOCAP_EXPECTS(fit.rest_offsets_m.size() == set_.skeleton.bones.size() &&
+                fit.marker_offsets_m.size() == set_.markers.size());
+  for (std::size_t b = 0; b < set_.skeleton.bones.size(); ++b) {
+    set_.skeleton.bones[b].rest_offset_m = fit.rest_offsets_m[b];
+  }
+  for (std::size_t m = 0; m < set_.markers.size(); ++m) set_.markers[m].offset_m = fit.marker_offsets_m[m];
+  ties_.refit(set_);
+  body_.refit(fit.rest_offsets_m, fit.marker_offsets_m);
 }
 
 std::optional<SubjectFit> SubjectLabeller::take_fit() {

@@ -13,37 +13,53 @@
 #include "model/skeleton.h"
 #include "model/subject_state.h"
 #include "stages/label_markers.h"
+#include "stages/named_tracks.h"
+#include "stages/read_by_ties.h"
 
 namespace mocap::stages {
 
-/// The tracks of one instant, and who bears which.
-struct NamedTracks {
-  static constexpr int kNone = -1;
-
-  const TrackedMarkers* tracked = nullptr;
-  std::vector<std::pair<TrackId, int>> by_id;  ///< sorted; index in `tracked`
-  std::vector<bool> named;                     ///< by index in `tracked`
-
-  void take(const TrackedMarkers& from);
-  int find(TrackId id) const;
-};
-
-/// One subject's names. The parts of the labeller call it in the order: keep, read; or recognise.
+/// One subject's names. The parts of the labeller call it in the order: keep; expect, claim, let_go and take, settle,
+/// judge; or recognise.
 ///
 /// Names follow the body, not the tracks: where the body goes on to tells which track is which marker, all at once, and
 /// that a track bore a name before is one more hint. So a track that jumps, or two that exchange their markers, lose
-/// their names in the same set, and a marker that comes back has its name as soon as it is clear which it is.
+/// their names in the same set, and a marker that comes back has its name as soon as it is clear which it is. Where
+/// names are missing while nameless tracks stand near, the whole limb is read anew.
 class SubjectLabeller {
  public:
   SubjectLabeller(const LabelSettings& settings, const Subject& subject, SubjectId id);
 
   bool tracking() const noexcept { return phase_ == SubjectPhase::Tracking; }
   bool rigid() const noexcept { return set_.skeleton.bones.size() == 1; }
+  std::size_t names() const noexcept { return names_.size(); }
 
   /// Finds the tracks of this set that bear the names.
-  void keep(NamedTracks& tracks);
-  /// Gives each name to the track that the body tells, or to none.
-  void read(NamedTracks& tracks, Timestamp at);
+  void keep(NamedTracks& tracks, Timestamp at);
+  /// Moves the body on to `at`, with the names that are where its motion leads to.
+  void expect(const NamedTracks& tracks, Timestamp at);
+  /// Where a believed name's track is, and where the body's motion puts it.
+  struct Stand {
+    Eigen::Vector3d at, told;
+  };
+  std::optional<Stand> place_of(std::size_t marker, const NamedTracks& tracks) const;
+  /// A name that may have exchanged its track with another.
+  void doubt(std::size_t marker);
+  /// Fits the body to the names that are believed.
+  void fit(NamedTracks& tracks);
+  /// Appends what each name may be given to, rows from `first_row`; nothing where all names are as they should be.
+  void claim(const NamedTracks& tracks, std::size_t first_row, std::size_t most,
+             std::vector<geometry::AllowedPair>& pairs);
+  bool claims() const noexcept { return claims_; }
+  /// What the claims leave without its track is free again; `columns` by name.
+  void let_go(std::span<const std::uint32_t> columns, NamedTracks& tracks);
+  bool bears(std::size_t marker, std::uint32_t track) const { return before_[marker] == static_cast<int>(track); }
+  bool jumped(std::size_t marker) const { return jumped_[marker]; }
+  void drop(std::size_t marker, NamedTracks& tracks) { free(marker, tracks); }
+  /// Whether a track is within the gate of a claim; claims from farther away only contest others.
+  bool near(std::size_t marker, std::uint32_t track, const NamedTracks& tracks) const;
+  void take(std::size_t marker, std::uint32_t track, NamedTracks& tracks);
+  /// Takes names back that the body contradicts, reads limbs anew, and learns.
+  void settle(NamedTracks& tracks);
   /// Decides whether enough is left to go on.
   void judge(NamedTracks& tracks, Timestamp at);
   /// Looks for the subject among points, of which `track_of_point` are the tracks; names them when it is there.
@@ -52,11 +68,10 @@ class SubjectLabeller {
 
   void show(const NamedTracks& tracks, SubjectLabels& into) const;
   std::optional<SubjectFit> take_fit();
+  /// The body's bones and markers are known better.
+  void refit(const SubjectFit& fit);
 
  private:
-  // What a new claim must be better by than any other reading, in squared sigmas.
-  static constexpr double kClearMargin = 4.0;
-  static constexpr std::size_t kMostReadings = 6;  // that are tried for one track
   static constexpr double kMarkerSigma_m = 0.004;
   static constexpr float kFreshConfidence = 0.6F;
 
@@ -65,39 +80,50 @@ class SubjectLabeller {
     int index = NamedTracks::kNone;  // in this instant's tracks
     int doubt = 0;                   // grows while the body contradicts
     float confidence = 0.0F;
+    double usual_off_m = 0.003;  // mean from its place
+    bool jumped = false;         // its track is not where its own motion led to
+    Timestamp seen_at;           // the rest is of then
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();
+    Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
   };
   struct Place {
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
     Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
     bool known = false;
   };
+  // A limb's markers as they may be: which track each of the reader's names has.
+  struct Reading {
+    std::array<int, TieReader::kMostNames> track_of{};
+    double cost = 0.0;
+  };
 
   void free(std::size_t marker, NamedTracks& tracks);
   void give(std::size_t marker, int index, float confidence, NamedTracks& tracks);
   bool seen(std::size_t marker, const NamedTracks& tracks) const;
+  bool stray(std::size_t track, const NamedTracks& tracks) const;
   bool tied(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const;
   body::Observation observe(std::size_t marker, const NamedTracks& tracks) const;
+  body::Observation observe(std::size_t marker, int index, const NamedTracks& tracks) const;
+  void watch(Name& name, const TrackedMarker& track, Timestamp at) const;
   void trust(const NamedTracks& tracks, Timestamp at);
-  void place(Timestamp at);
-  void propose(const NamedTracks& tracks, double bonus);
-  void consider(std::size_t marker, std::size_t index, const NamedTracks& tracks, double bonus);
-  void assign(NamedTracks& tracks);
-  bool settled(const geometry::AllowedPair& claim, std::span<const std::uint32_t> columns) const;
-  /// Another reading of the markers: a free name gets a track, or gets that of a name which gets another one.
-  struct Reading {
-    std::size_t name = 0;   // that is free
-    std::size_t giver = 0;  // that gives its track to `name` and takes `track`; `name` itself: none
-    int track = -1;         // that nobody bears
-    double cost = 0.0;
-  };
-
-  double most_off() const;
-  void reconsider(NamedTracks& tracks);
-  void gather_readings(int track, const NamedTracks& tracks);
-  bool judge_reading(Reading& reading, const NamedTracks& tracks);
-  void adopt(const Reading& reading, NamedTracks& tracks);
+  void place();
+  Eigen::Matrix3d spread_of(std::size_t marker, const TrackedMarker& track) const;
+  void consider(std::size_t marker, std::size_t index, const NamedTracks& tracks, geometry::AllowedPair& into) const;
+  double most_off(std::size_t marker) const;
+  bool vouched(std::size_t marker, double off_m, const NamedTracks& tracks) const;
   void contradict(NamedTracks& tracks);
   void learn(const body::FoundBody& found);
+
+  void reread(NamedTracks& tracks);
+  int most_troubled_bone(const NamedTracks& tracks);
+  bool gather_limb(std::size_t seed, const NamedTracks& tracks);
+  bool add_bone(std::size_t bone);
+  void add_places(const NamedTracks& tracks);
+  void allow_places(const NamedTracks& tracks);
+  double anchored(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const;
+  bool read_limb(NamedTracks& tracks);
+  void judge_reading(Reading& reading, const Reading& now, const NamedTracks& tracks);
+  void adopt(const Reading& reading, NamedTracks& tracks);
 
   LabelSettings settings_;
   SubjectId id_;
@@ -106,19 +132,29 @@ class SubjectLabeller {
   body::TPoseFinder tpose_;
   body::RigidFinder shape_;
   body::BodyFollower body_;
-  geometry::Assigner assigner_;
   SubjectPhase phase_ = SubjectPhase::Searching;
+  Timestamp at_;
   Timestamp enough_at_;
   std::vector<Name> names_;
-  std::vector<Place> places_;                 // where each marker should be
-  std::vector<body::Observation> seen_;       // names that are believed in this set
-  std::vector<bool> believed_;                // by marker: is in seen_
-  std::vector<geometry::AllowedPair> pairs_;  // what each name may be given to
-  double usual_off_m_ = 0.003;                // mean of the believed names from their places
-  std::vector<Reading> readings_;             // of one track
-  std::vector<body::Observation> tried_;      // names as a reading has them
-  std::size_t turn_ = 0;                      // whose it is to be reconsidered
-  std::vector<int> before_;                   // the track of each name before an assignment
+  std::vector<Place> places_;            // where each marker should be
+  std::vector<body::Observation> seen_;  // names that are believed in this set
+  std::vector<bool> believed_;           // by marker: is in seen_
+  std::vector<bool> jumped_;             // by marker: the track that it bore before did
+  std::vector<bool> trusted_;            // by marker: the body's motion led to the track that it bore before
+  std::vector<int> before_;              // the track of each name before an assignment
+  bool claims_ = false;                  // takes part in this set's assignment
+  double usual_off_m_ = 0.003;           // mean of the believed names from their places
+
+  TieReader reader_;
+  std::vector<int> strays_;               // tracks that no believed name bears
+  std::vector<int> trouble_;              // by bone: its names that are missing while strays stand near
+  std::vector<int> rest_;                 // by bone: sets until it is read anew again
+  std::vector<bool> in_limb_;             // by bone
+  std::vector<char> misread_;             // by bone: names were taken back, the pose may have followed wrong ones
+  std::vector<char> loose_;               // by bone, of one reading
+  std::vector<int> place_track_;          // by the reader's places
+  std::vector<body::Observation> tried_;  // names as a reading has them
+  std::vector<Reading> readings_;
   std::optional<SubjectFit> fit_;
 };
 

@@ -36,6 +36,7 @@ ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t came
       assigner_(kMaxMarkers, kMaxBlobs, kMaxGateCandidates),
       sharer_(kMaxMarkers),
       gates_(settings_),
+      meetings_(kMaxMarkers, camera_count),
       camera_count_(camera_count),
       view_count_(camera_count),
       column_of_(kMaxBlobs, kNone),
@@ -57,13 +58,24 @@ void ExpectedMatcher::match(RayTable& rays, const Expected& expected, Matches& i
   any_shared_ = false;
   shared_quadrics_.clear();
   std::fill_n(held_.begin(), count * view_count_, Held{});
-  if (count == 0) return;
   gates_.expect(expected);
-  for (std::size_t view = 0; view < view_count_; ++view) assign_view(rays[view], view);
+  meetings_.begin(expected);
+  // All of a view at once: its numbers are in the cache then.
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    rays.cast(view);
+    if (count == 0) continue;
+    assign_view(rays[view], view);
+    meetings_.add(rays[view], held_of(view));
+  }
+  if (count == 0) return;
   if (any_shared_) forsake_doubles(rays);
+  meetings_.solve();
+  meetings_.judge(agreement_);
 
   for (std::size_t m = 0; m < count; ++m) {
-    views_of_[m] = static_cast<std::uint32_t>(agree(rays, m, expected.markers.data()[m].position));
+    const bool met = take_meeting(m);
+    views_of_[m] =
+        static_cast<std::uint32_t>(met ? meetings_.rays_of(m) : agree(rays, m, expected.markers.data()[m].position));
     if (views_of_[m] == 1) ++into.seen_once;
     if (views_of_[m] >= 2) mark(rays, m, +1);
   }
@@ -106,13 +118,20 @@ void ExpectedMatcher::list_lone(const RayTable& rays, Matches& into) const {
 void ExpectedMatcher::mark(RayTable& rays, std::size_t marker, int change) const {
   for (std::size_t view = 0; view < view_count_; ++view) {
     const std::uint32_t ray = held(marker, view).ray;
-    if (ray != kNone) rays[view].taken[ray] = static_cast<std::uint8_t>(rays[view].taken[ray] + change);
+    if (ray == kNone) continue;
+    if (change > 0) {
+      rays[view].take(ray);
+    } else {
+      rays[view].give_back(ray);
+    }
   }
 }
 
+// Where it was made.
 const RayQuadric* ExpectedMatcher::quadric_of(const RayTable& rays, std::size_t marker, std::size_t view) const {
   const Held& one = held(marker, view);
-  return one.quadric != kNone ? &shared_quadrics_[one.quadric] : &rays[view].quadric[one.ray];
+  if (one.quadric != kNone) return &shared_quadrics_[one.quadric];
+  return rays[view].has_quadric(one.ray) ? &rays[view].quadric[one.ray] : nullptr;
 }
 
 void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& into) const {
@@ -122,7 +141,9 @@ void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& in
   }
   Match& match = into.matches.push_back({});
   match.expected = static_cast<std::uint32_t>(marker);
-  match.start = found_[marker].point;
+  const geometry::Refined& found = found_[marker];
+  match.start = found.point;
+  match.meeting = {found.point, found.covariance_m2, found.rms_px, agreement_.floor_px, agreement_.sigmas};
   for (std::size_t view = 0; view < view_count_; ++view) {
     const Held& one = held(marker, view);
     if (one.ray == kNone) continue;
@@ -130,9 +151,10 @@ void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& in
     seen.sigma_px = static_cast<float>(rays[view].sigma_px[one.ray]);
     seen.quadric = quadric_of(rays, marker, view);
     if (one.sigma_px > 0.0F) {
-      const Eigen::Vector2f off_px = rays[view].rays[one.ray].px_from_ray.cast<float>() * one.off;
-      seen.off_x_px = off_px.x();
-      seen.off_y_px = off_px.y();
+      const geometry::RayColumns& slope = rays[view].rays;
+      const Eigen::Vector2d off = one.off.cast<double>();
+      seen.off_x_px = static_cast<float>(slope.ux[one.ray] * off.x() + slope.uy[one.ray] * off.y());
+      seen.off_y_px = static_cast<float>(slope.vx[one.ray] * off.x() + slope.vy[one.ray] * off.y());
       seen.sigma_px = one.sigma_px;
     }
     match.sightings.push_back(seen);
@@ -173,7 +195,8 @@ void ExpectedMatcher::forsake_doubles(const RayTable& rays) {
 // however unsure the marker is.
 double ExpectedMatcher::cost_of(const GateCandidate& candidate) const {
   const double widest = std::max(0.0, settings_.gate_sigmas * settings_.gate_sigmas - 4.0);
-  return candidate.distance2 + std::min(std::log(std::max(1.0, candidate.widening)), widest);
+  return static_cast<double>(candidate.distance2) +
+         std::min(std::log(std::max(1.0, static_cast<double>(candidate.widening))), widest);
 }
 
 // All expected markers of one view at once: the exact assignment by likelihood. A marker and a ray that have nobody
@@ -192,11 +215,11 @@ void ExpectedMatcher::assign_view(const ViewRays& view, std::size_t index) {
       continue;
     }
     // The logarithm is dear: where even 1 + log <= widening passes, it is not asked.
-    if (distance2 + widening - 1.0 < gate2 || cost_of(candidates[i]) < gate2) held(marker, index).ray = ray;
+    if (static_cast<double>(distance2 + widening) - 1.0 < gate2 || cost_of(candidates[i]) < gate2)
+      held(marker, index).ray = ray;
   }
   if (!contested_.empty()) assign_contested(candidates, index, gate2);
-  const std::span<Held> of_view = std::span(held_).subspan(index * marker_count_, marker_count_);
-  any_shared_ = sharer_.share(view, gates_.foreseen(), of_view) || any_shared_;
+  any_shared_ = sharer_.share(view, gates_.foreseen(), held_of(index)) || any_shared_;
 }
 
 void ExpectedMatcher::assign_contested(std::span<const GateCandidate> candidates, std::size_t index, double gate2) {
@@ -241,12 +264,25 @@ bool ExpectedMatcher::tell_depth(const RayTable& rays, std::size_t marker) const
   return std::abs(direction(0).dot(direction(1))) < max_cos_angle_;
 }
 
+bool ExpectedMatcher::in_volume(const WorldPoint& point) const {
+  return (point.v.array() >= settings_.volume_min_m.array()).all() &&
+         (point.v.array() <= settings_.volume_max_m.array()).all();
+}
+
+// Whether a marker's rays, three or more, all agreed at once.
+bool ExpectedMatcher::take_meeting(std::size_t marker) {
+  if (meetings_.rays_of(marker) < 3 || !meetings_.agree_on(marker)) return false;
+  found_[marker] = meetings_.meeting(marker);
+  return in_volume(found_[marker].point) && (!any_shared_ || has_own_ray(marker));
+}
+
 // How many of a marker's views agree; the others are given back.
-std::size_t ExpectedMatcher::agree(const RayTable& rays, std::size_t marker, const WorldPoint& start) {
+std::size_t ExpectedMatcher::agree(RayTable& rays, std::size_t marker, const WorldPoint& start) {
   sightings_.clear();
   for (std::size_t view = 0; view < view_count_; ++view) {
     Held& one = held(marker, view);
     if (one.ray == kNone) continue;
+    rays[view].make_quadric(one.ray);
     auto& sighting = sightings_.push_back(rays[view].sighting(one.ray, static_cast<std::uint32_t>(view)));
     if (one.sigma_px == 0.0F) continue;
     sighting.quadric = &shared_quadric(rays[view], one);
@@ -255,8 +291,7 @@ std::size_t ExpectedMatcher::agree(const RayTable& rays, std::size_t marker, con
   if (sightings_.size() < 2) return sightings_.size();
   const auto agreed = geometry::agree(sightings_, start, agreement_);
   if (!agreed || (agreed->kept == 2 && !tell_depth(rays, marker))) return 0;
-  const auto& at = agreed->refined.point.v.array();
-  if ((at < settings_.volume_min_m.array()).any() || (at > settings_.volume_max_m.array()).any()) return 0;
+  if (!in_volume(agreed->refined.point)) return 0;
   found_[marker] = agreed->refined;
   for (std::size_t i = agreed->kept; i < sightings_.size(); ++i) {
     held(marker, sightings_[i].source) = {};
@@ -268,11 +303,11 @@ std::size_t ExpectedMatcher::agree(const RayTable& rays, std::size_t marker, con
 void ExpectedMatcher::recover(RayTable& rays, std::size_t marker) {
   const geometry::Refined found = found_[marker];
   bool added = false;
+  rays.cast_shadows(found.point.v, found.covariance_m2, settings_.agree_sigmas, settings_.calibration_px);
   for (std::size_t view = 0; view < view_count_; ++view) {
     Held& one = held(marker, view);
     if (one.ray != kNone) continue;
-    const auto nearest =
-        rays[view].nearest_free(found.point.v, found.covariance_m2, settings_.agree_sigmas, settings_.calibration_px);
+    const auto nearest = rays.nearest_free(view);
     if (!nearest) continue;
     if (!added) mark(rays, marker, -1);
     one = {};

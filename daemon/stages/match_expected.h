@@ -8,6 +8,7 @@
 #include "geometry/ray_quadric.h"
 #include "stages/expected_gates.h"
 #include "stages/match_views.h"
+#include "stages/meeting_points.h"
 #include "stages/rig_error.h"
 #include "stages/share_blobs.h"
 #include "stages/view_rays.h"
@@ -20,7 +21,8 @@ class ExpectedMatcher {
   /// `settings` must outlive it; `camera_count` views a set at most.
   ExpectedMatcher(const MatchSettings& settings, std::size_t camera_count);
 
-  /// Appends a match for each expected marker that two or more views agree on, and takes its rays.
+  /// Casts the rays of all views, appends a match for each expected marker that two or more views agree on, and takes
+  /// its rays.
   void match(RayTable& rays, const Expected& expected, Matches& into);
 
   /// Appends the expected markers of the last `match` that one view alone has, where nothing else took their blob
@@ -40,8 +42,11 @@ class ExpectedMatcher {
   std::uint8_t& holders(std::size_t view, std::uint32_t ray) { return holders_[view * kMaxBlobs + ray]; }
   std::uint8_t holders(std::size_t view, std::uint32_t ray) const { return holders_[view * kMaxBlobs + ray]; }
   Held& held(std::size_t marker, std::size_t view) { return held_[view * marker_count_ + marker]; }
+  std::span<Held> held_of(std::size_t view) { return std::span(held_).subspan(view * marker_count_, marker_count_); }
   const Held& held(std::size_t marker, std::size_t view) const { return held_[view * marker_count_ + marker]; }
-  std::size_t agree(const RayTable& rays, std::size_t marker, const WorldPoint& start);
+  std::size_t agree(RayTable& rays, std::size_t marker, const WorldPoint& start);
+  bool take_meeting(std::size_t marker);
+  bool in_volume(const WorldPoint& point) const;
   bool tell_depth(const RayTable& rays, std::size_t marker) const;
   void recover(RayTable& rays, std::size_t marker);
   void learn_error(const RayTable& rays);
@@ -58,6 +63,7 @@ class ExpectedMatcher {
   std::vector<geometry::AllowedPair> pairs_;
   BlobSharer sharer_;
   ExpectedGates gates_;
+  MeetingPoints meetings_;
   std::size_t camera_count_;
   std::size_t view_count_ = 0;
   std::size_t marker_count_ = 0;

@@ -57,6 +57,11 @@ void NewMatcher::match(RayTable& rays, std::uint32_t missing_views, Matches& int
   gather_free(rays);
   if (free_views_ < 2) return;
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
+    if (free_[view].ray.size() == rays[view].size()) {
+      rays[view].make_quadrics();
+    } else {
+      for (const std::uint16_t ray : free_[view].ray) rays[view].make_quadric(ray);
+    }
     const auto first = static_cast<std::ptrdiff_t>(view * kMaxBlobs);
     std::fill_n(best_of_.begin() + first, rays[view].size(), kNone);
     std::fill_n(rivals_.begin() + first, rays[view].size(), 0U);
@@ -80,7 +85,7 @@ void NewMatcher::match(RayTable& rays, std::uint32_t missing_views, Matches& int
   into.skipped += skipped_;
 }
 
-void NewMatcher::ask_round(const RayTable& rays, std::size_t round) {
+void NewMatcher::ask_round(RayTable& rays, std::size_t round) {
   for (const CameraPair& pair : rounds_.round(round)) ask_pair(rays, pair);
 }
 
@@ -95,18 +100,17 @@ void NewMatcher::gather_free(const RayTable& rays) {
     free.direction.clear();
     free.eye = from.camera->centre().v;
     const Matrix3d world_from_camera = from.camera->camera_from_world.rotation.transpose();
-    for (std::size_t ray = 0; ray < from.size(); ++ray) {
-      if (from.taken[ray] != 0) continue;
+    from.for_free([&](std::size_t ray) {
       free.ray.push_back(static_cast<std::uint16_t>(ray));
-      free.x.push_back(static_cast<float>(from.x(ray)));
-      free.y.push_back(static_cast<float>(from.y(ray)));
+      free.x.push_back(from.x_f[ray]);
+      free.y.push_back(from.y_f[ray]);
       free.direction.push_back(world_from_camera * Vector3d(from.x(ray), from.y(ray), 1.0));
-    }
+    });
     free_views_ += free.ray.empty() ? 0 : 1;
   }
 }
 
-void NewMatcher::ask_pair(const RayTable& rays, const CameraPair& pair) {
+void NewMatcher::ask_pair(RayTable& rays, const CameraPair& pair) {
   const auto a = rays.view_of(pair.a);
   const auto b = rays.view_of(pair.b);
   if (!a || !b || free_[*b].ray.empty()) return;
@@ -121,7 +125,7 @@ void NewMatcher::ask_pair(const RayTable& rays, const CameraPair& pair) {
 }
 
 // A ray of camera a, against all of b that lie near its epipolar line: the nearest first.
-void NewMatcher::ask_ray(const RayTable& rays, const CameraPair& pair, std::size_t a, std::size_t i, std::size_t b) {
+void NewMatcher::ask_ray(RayTable& rays, const CameraPair& pair, std::size_t a, std::size_t i, std::size_t b) {
   const Member of_a{static_cast<std::uint16_t>(a), free_[a].ray[i]};
   const auto line = geometry::epipolar_line(pair.essential, {{rays[a].x(of_a.ray), rays[a].y(of_a.ray)}});
   if (line.n.isZero()) return;  // looks right into the other camera
@@ -191,7 +195,7 @@ bool NewMatcher::put_off(Member member) {
   return true;
 }
 
-void NewMatcher::propose(const RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j) {
+void NewMatcher::propose(RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j) {
   if (work_ > kMaxWork || hypotheses_.size() == kMaxHypotheses) {
     ++skipped_;
     return;
@@ -236,14 +240,14 @@ bool NewMatcher::start(const RayTable& rays, std::size_t a, std::size_t i, std::
 }
 
 // Adds the nearest free ray of each view that has none in the hypothesis.
-void NewMatcher::gather_support(const RayTable& rays, Hypothesis& from) {
+void NewMatcher::gather_support(RayTable& rays, Hypothesis& from) {
   std::uint64_t has = 0;
   for (const Member& member : from.members) has |= std::uint64_t{1} << member.view;
   work_ += (rays.view_count() - from.members.size()) * kWorkOfShadow / 4;
+  rays.cast_shadows(from.at.point.v, from.at.covariance_m2, settings_.agree_sigmas, settings_.calibration_px);
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
     if ((has >> view & 1) != 0 || free_[view].ray.empty()) continue;
-    const auto nearest = rays[view].nearest_free(from.at.point.v, from.at.covariance_m2, settings_.agree_sigmas,
-                                                 settings_.calibration_px);
+    const auto nearest = rays.nearest_free(view);
     if (!nearest) continue;
     from.members.push_back({static_cast<std::uint16_t>(view), static_cast<std::uint16_t>(*nearest)});
   }
@@ -369,7 +373,7 @@ bool NewMatcher::lose_taken(const RayTable& rays, Hypothesis& hypothesis) {
 }
 
 void NewMatcher::believe(RayTable& rays, const Hypothesis& hypothesis, Matches& into) {
-  for (const auto& [view, ray] : hypothesis.members) rays[view].taken[ray] = 1;
+  for (const auto& [view, ray] : hypothesis.members) rays[view].take(ray);
   if (into.matches.full()) {
     ++into.dropped;
     return;

@@ -53,17 +53,17 @@ class NewMatcher {
   };
 
   void gather_free(const RayTable& rays);
-  void ask_pair(const RayTable& rays, const CameraPair& pair);
-  void ask_ray(const RayTable& rays, const CameraPair& pair, std::size_t a, std::size_t i, std::size_t b);
+  void ask_pair(RayTable& rays, const CameraPair& pair);
+  void ask_ray(RayTable& rays, const CameraPair& pair, std::size_t a, std::size_t i, std::size_t b);
   void measure_line(const FreeRays& of_b, const Eigen::Vector3d& line);
   void find_near_line(const FreeRays& of_b, const Eigen::Vector3d& line, double allowed);
   void ask_again(RayTable& rays, Matches& into);
-  void ask_round(const RayTable& rays, std::size_t round);
-  void propose(const RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j);
+  void ask_round(RayTable& rays, std::size_t round);
+  void propose(RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j);
   bool is_explained(Member a, Member b) const;
   bool put_off(Member member);
   bool start(const RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j);
-  void gather_support(const RayTable& rays, Hypothesis& from);
+  void gather_support(RayTable& rays, Hypothesis& from);
   bool settle(const RayTable& rays, Hypothesis& hypothesis);
   bool in_volume(const Eigen::Vector3d& point) const;
   void count_cameras(const RayTable& rays, Hypothesis& hypothesis) const;

@@ -1,6 +1,5 @@
 #include "stages/match_views.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "base/expects.h"
@@ -31,7 +30,7 @@ class ViewMatcher final : public Matcher {
     const auto views = static_cast<std::uint32_t>(frames.views.size());
     const std::uint32_t missing = frames.expected_views > views ? frames.expected_views - views : 0;
 
-    rays_.cast(frames);
+    rays_.begin(frames);
     expected_matcher_.match(rays_, expected, matches_);
     new_matcher_.match(rays_, missing, matches_);
     expected_matcher_.list_lone(rays_, matches_);
@@ -39,7 +38,7 @@ class ViewMatcher final : public Matcher {
     std::size_t unmatched = 0;
     for (std::size_t view = 0; view < frames.views.size(); ++view) {
       unmatched += frames.views[view]->blobs.size() - rays_[view].size();
-      unmatched += static_cast<std::size_t>(std::ranges::count(rays_[view].taken, 0));
+      unmatched += rays_[view].free_count();
     }
     matches_.unmatched_blobs = static_cast<std::uint32_t>(unmatched);
     return matches_;

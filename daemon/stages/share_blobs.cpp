@@ -30,12 +30,26 @@ Vector2d elongation(const Vector2d& off_px) {
   return {off_px.x() * off_px.x() - off_px.y() * off_px.y(), 2.0 * off_px.x() * off_px.y()};
 }
 
+struct Turn {
+  double cosine = 1.0;
+  double sine = 0.0;
+};
+
+// Half of the angle from one stretch to another, so at most a quarter turn; none where a direction is not told.
+Turn half_turn(const Vector2d& from, const Vector2d& to) {
+  const double length = std::sqrt(from.squaredNorm() * to.squaredNorm());
+  if (!(length > 0.0)) return {};
+  const double cosine = std::clamp(from.dot(to) / length, -1.0, 1.0);
+  const double across = from.x() * to.y() - from.y() * to.x();
+  return {std::sqrt(0.5 * (1.0 + cosine)), std::copysign(std::sqrt(0.5 * (1.0 - cosine)), across)};
+}
+
 // A blob of several like markers reaches no further from its centroid than twice their spread.
 double reach_px(double spread_px) { return 2.0 * spread_px; }
 
 }  // namespace
 
-BlobSharer::BlobSharer(std::size_t max_markers) { wishes_.reserve(max_markers); }
+BlobSharer::BlobSharer(std::size_t max_markers) : owner_(kMaxBlobs) { wishes_.reserve(max_markers); }
 
 bool BlobSharer::share(const ViewRays& view, const Foreseen& foreseen, std::span<Held> held) {
   bool shared = false;
@@ -44,13 +58,14 @@ bool BlobSharer::share(const ViewRays& view, const Foreseen& foreseen, std::span
     const std::uint32_t ray = wishes_[first].ray;
     std::size_t last = first;
     while (last < wishes_.size() && wishes_[last].ray == ray) ++last;
-    const Group group = group_of(std::span(wishes_).subspan(first, last - first), held);
+    const Group group = group_of(std::span(wishes_).subspan(first, last - first));
     first = last;
     if (group.size < 2) continue;
     if (view.spread_px[ray] > 0.0) {
-      const std::uint32_t subset = best_subset(view, foreseen, ray, group);
+      const Told told{{view.x(ray), view.y(ray)}, view.axis(ray), view.spread_px[ray]};
+      const std::uint32_t subset = best_subset(view, foreseen, told, group);
       if (subset == 0) continue;
-      split(view, foreseen, held, ray, group, subset);
+      split(view, foreseen, held, ray, told, group, subset);
       shared = true;
     } else if (group.has_owner) {
       shared = overlay(foreseen, held, ray, group, view.focal_px) || shared;
@@ -62,9 +77,14 @@ bool BlobSharer::share(const ViewRays& view, const Foreseen& foreseen, std::span
 // Each marker without a ray wishes for the blob that it should lie in, or nearest to.
 void BlobSharer::gather_wishes(const ViewRays& view, const Foreseen& foreseen, std::span<const Held> held) {
   wishes_.clear();
+  std::fill_n(owner_.begin(), view.size(), Held::kNone);
   const double coincide2 = kCoincide_px * kCoincide_px / (view.focal_px * view.focal_px);
   for (std::uint32_t m = 0; m < held.size(); ++m) {
-    if (held[m].ray != Held::kNone || !foreseen.usable(m)) continue;
+    if (held[m].ray != Held::kNone) {
+      owner_[held[m].ray] = m;
+      continue;
+    }
+    if (!foreseen.usable(m)) continue;
     const Vector2d at = foreseen.centre(m);
     const double slack_px = std::clamp(2.0 * foreseen.sigma_px(m, view.focal_px), kLeastSlack_px, kMostSlack_px);
     const double widest = std::max(kCoincide_px, reach_px(view.max_spread_px()) + slack_px) / view.focal_px;
@@ -87,11 +107,11 @@ void BlobSharer::gather_wishes(const ViewRays& view, const Foreseen& foreseen, s
 }
 
 // Those who wish for one ray, and before them who holds it.
-BlobSharer::Group BlobSharer::group_of(std::span<const Wish> wishes, std::span<const Held> held) {
+BlobSharer::Group BlobSharer::group_of(std::span<const Wish> wishes) const {
   Group group;
-  const auto owner = std::ranges::find(held, wishes.front().ray, &Held::ray);
-  group.has_owner = owner != held.end();
-  if (group.has_owner) group.markers[group.size++] = static_cast<std::uint32_t>(owner - held.begin());
+  const std::uint32_t owner = owner_[wishes.front().ray];
+  group.has_owner = owner != Held::kNone;
+  if (group.has_owner) group.markers[group.size++] = owner;
   for (const Wish& wish : wishes) {
     if (group.size == kMaxSharers) break;
     group.markers[group.size++] = wish.marker;
@@ -102,40 +122,38 @@ BlobSharer::Group BlobSharer::group_of(std::span<const Wish> wishes, std::span<c
 // How the foreseen markers of a subset lie.
 BlobSharer::Layout BlobSharer::layout_of(const ViewRays& view, const Foreseen& foreseen, const Group& group,
                                          std::uint32_t subset) {
-  const int count = std::popcount(subset);
+  const double share = 1.0 / std::popcount(subset);
   Layout layout;
   for (std::size_t i = 0; i < group.size; ++i) {
     if ((subset >> i & 1U) == 0) continue;
-    layout.mean += foreseen.centre(group.markers[i]) / count;
-    layout.sigma_px += foreseen.sigma_px(group.markers[i], view.focal_px) / count;
+    layout.mean += share * foreseen.centre(group.markers[i]);
+    layout.sigma_px += share * foreseen.sigma_px(group.markers[i], view.focal_px);
   }
   for (std::size_t i = 0; i < group.size; ++i) {
     if ((subset >> i & 1U) == 0) continue;
     const Vector2d off_px = view.focal_px * (foreseen.centre(group.markers[i]) - layout.mean);
-    layout.stretch_px2 += elongation(off_px) / count;
+    layout.stretch_px2 += share * elongation(off_px);
   }
   return layout;
 }
 
 // The two or more of the group that explain the blob best, as a set of bits; none where none do.
-std::uint32_t BlobSharer::best_subset(const ViewRays& view, const Foreseen& foreseen, std::uint32_t ray,
+std::uint32_t BlobSharer::best_subset(const ViewRays& view, const Foreseen& foreseen, const Told& told,
                                       const Group& group) {
-  const Vector2d centroid(view.x(ray), view.y(ray));
-  const double told_px = view.spread_px[ray];
-  const Vector2d told_px2 = told_px * told_px * view.axis[ray];
-  const double told_sigma_px = std::hypot(kSpreadSigma_px, kSpreadShare * told_px);
+  const double told_px = told.spread_px;
+  const Vector2d told_px2 = told_px * told_px * told.axis;
+  const double told_sigma_px2 = kSpreadSigma_px * kSpreadSigma_px + std::pow(kSpreadShare * told_px, 2);
   std::uint32_t best = 0;
   double least = kMostMisfit;
   for (std::uint32_t subset = 1; subset < (1U << group.size); ++subset) {
     if (std::popcount(subset) < 2 || (group.has_owner && (subset & 1U) == 0)) continue;
     const Layout layout = layout_of(view, foreseen, group, subset);
-    const double mean_px = view.focal_px * (layout.mean - centroid).norm();
+    const double mean_px2 = view.focal_px * view.focal_px * (layout.mean - told.centroid).squaredNorm();
     const double foreseen_px = std::sqrt(layout.stretch_px2.norm());
     // Without an axis the length alone is compared; with one, the squares, whose errors are twice the length's.
     const double off_px =
         told_px2.isZero() ? foreseen_px - told_px : (layout.stretch_px2 - told_px2).norm() / (foreseen_px + told_px);
-    const double misfit =
-        mean_px * mean_px / (0.25 + layout.sigma_px * layout.sigma_px) + std::pow(off_px / told_sigma_px, 2);
+    const double misfit = mean_px2 / (0.25 + layout.sigma_px * layout.sigma_px) + off_px * off_px / told_sigma_px2;
     if (misfit < least) {
       least = misfit;
       best = subset;
@@ -147,17 +165,11 @@ std::uint32_t BlobSharer::best_subset(const ViewRays& view, const Foreseen& fore
 // Which of them is on which side is foreseen; how far apart and in which direction they are is what the shape tells. A
 // distance that was foreseen would confirm itself from set to set.
 void BlobSharer::split(const ViewRays& view, const Foreseen& foreseen, std::span<Held> held, std::uint32_t ray,
-                       const Group& group, std::uint32_t subset) {
+                       const Told& told, const Group& group, std::uint32_t subset) {
   const Layout layout = layout_of(view, foreseen, group, subset);
   const double length_px = std::max(0.1, std::sqrt(layout.stretch_px2.norm()));
-  const double scale = view.spread_px[ray] / length_px;
-  // Half of the angle between the stretches, so at most a quarter turn.
-  const Vector2d& told = view.axis[ray];
-  const Vector2d& seen = layout.stretch_px2;
-  const double turn_rad =
-      told.isZero() ? 0.0 : 0.5 * std::atan2(seen.x() * told.y() - seen.y() * told.x(), seen.dot(told));
-  const double sine = std::sin(turn_rad);
-  const double cosine = std::cos(turn_rad);
+  const double scale = told.spread_px / length_px;
+  const auto [cosine, sine] = half_turn(layout.stretch_px2, told.axis);
   for (std::size_t i = 0; i < group.size; ++i) {
     if ((subset >> i & 1U) == 0) continue;
     const Vector2d off = foreseen.centre(group.markers[i]) - layout.mean;
@@ -165,7 +177,9 @@ void BlobSharer::split(const ViewRays& view, const Foreseen& foreseen, std::span
     own.ray = ray;
     const Vector2d turned = scale * Vector2d(cosine * off.x() - sine * off.y(), sine * off.x() + cosine * off.y());
     own.off = turned.cast<float>();
-    own.sigma_px = static_cast<float>(std::hypot(kLeastSigma_px, kSigmaShare * view.focal_px * turned.norm()));
+    const double sigma_px2 = kLeastSigma_px * kLeastSigma_px +
+                             kSigmaShare * kSigmaShare * view.focal_px * view.focal_px * turned.squaredNorm();
+    own.sigma_px = static_cast<float>(std::sqrt(sigma_px2));
   }
 }
 

@@ -30,7 +30,6 @@ struct Foreseen {
   }
   bool usable(std::size_t marker) const { return depth_m[marker] > kNearest_m; }
 
- private:
   static constexpr float kNearest_m = 0.05F;
 };
 
@@ -69,6 +68,13 @@ class BlobSharer {
     bool has_owner = false;
   };
 
+  // What the blob that a group wishes for tells.
+  struct Told {
+    Eigen::Vector2d centroid;  // on the image plane at distance 1
+    Eigen::Vector2d axis;      // as ViewRays::axis
+    double spread_px;
+  };
+
   struct Layout {
     Eigen::Vector2d mean = Eigen::Vector2d::Zero();         // on the image plane at distance 1
     Eigen::Vector2d stretch_px2 = Eigen::Vector2d::Zero();  // elongation, mean over the markers
@@ -76,16 +82,17 @@ class BlobSharer {
   };
 
   void gather_wishes(const ViewRays& view, const Foreseen& foreseen, std::span<const Held> held);
-  static Group group_of(std::span<const Wish> wishes, std::span<const Held> held);
+  Group group_of(std::span<const Wish> wishes) const;
   static Layout layout_of(const ViewRays& view, const Foreseen& foreseen, const Group& group, std::uint32_t subset);
-  static std::uint32_t best_subset(const ViewRays& view, const Foreseen& foreseen, std::uint32_t ray,
+  static std::uint32_t best_subset(const ViewRays& view, const Foreseen& foreseen, const Told& told,
                                    const Group& group);
   static void split(const ViewRays& view, const Foreseen& foreseen, std::span<Held> held, std::uint32_t ray,
-                    const Group& group, std::uint32_t subset);
+                    const Told& told, const Group& group, std::uint32_t subset);
   static bool overlay(const Foreseen& foreseen, std::span<Held> held, std::uint32_t ray, const Group& group,
                       double focal_px);
 
   std::vector<Wish> wishes_;
+  std::vector<std::uint32_t> owner_;  // by ray
 };
 
 }  // namespace mocap::stages

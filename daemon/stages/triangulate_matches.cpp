@@ -37,8 +37,17 @@ class MatchTriangulator final : public Triangulator {
   }
 
  private:
-  // By what the matcher tells of the rays, or by the blobs themselves.
+  // Whether nothing would be left out here.
+  bool is_as_strict(const Meeting& met) const {
+    return met.floor_px <= agreement_.floor_px && met.sigmas <= agreement_.sigmas;
+  }
+
+  // By what the matcher found, by what it tells of the rays, or by the blobs themselves.
   Result<geometry::Agreed, geometry::TriangulationFailure> point_of(const FrameSet& frames, const Match& match) {
+    if (match.meeting && is_as_strict(*match.meeting)) {
+      const Meeting& met = *match.meeting;
+      return geometry::Agreed{{met.point, met.covariance_m2, met.rms_px}, match.sightings.size()};
+    }
     if (match.start && gather_told(frames, match)) return geometry::agree(told_, *match.start, agreement_);
     gather(frames, match);
     return geometry::agree(sightings_, agreement_);

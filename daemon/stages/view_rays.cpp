@@ -34,6 +34,11 @@ double reach_of(const CameraModel& camera) {
 
 }  // namespace
 
+Vector2d ViewRays::axis(std::size_t ray) const {
+  if (!(spread_px[ray] > 0.0) || !std::isfinite(axis_rad[ray])) return Vector2d::Zero();
+  return {std::cos(2.0 * axis_rad[ray]), std::sin(2.0 * axis_rad[ray])};
+}
+
 Vector3d ViewRays::direction(std::size_t ray) const {
   return (camera->camera_from_world.rotation.transpose() * Vector3d(x(ray), y(ray), 1.0)).normalized();
 }
@@ -63,63 +68,94 @@ double ViewRays::distance2(const Shadow& shadow, std::size_t ray, double floor_p
   return (yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy);
 }
 
+void ViewRays::make_quadric(std::size_t ray) {
+  if (has_quadric_[ray] != 0) return;
+  quadric[ray] = geometry::quadric_of(*rows, rays[ray], sigma_px[ray]);
+  has_quadric_[ray] = 1;
+}
+
+void ViewRays::make_quadrics() {
+  geometry::quadrics_of(*rows, rays, sigma_px, quadric);
+  std::ranges::fill(has_quadric_, std::uint8_t{1});
+}
+
 void ViewRays::index() {
-  max_sigma_px_ = max_spread_px_ = 0.0;
   words_ = (size() + 63) / 64;
   bins_ = size() > 2 * 64 ? kMostBins : kMostBins / 2;  // many rays are worth finer bins
+  taken.assign(size(), 0);
+  has_quadric_.assign(size(), 0);
+  quadric.resize(size());
+  for (std::size_t word = 0; word < words_; ++word) {
+    const std::size_t in_word = std::min<std::size_t>(64, size() - 64 * word);
+    free_[word] = ~std::uint64_t{0} >> (64 - in_word);
+  }
+  max_sigma_px_ = max_spread_px_ = 0.0;
+  first_word_.fill(0);
+  end_word_.fill(0);
   if (size() == 0) return;
+  bound();
+  fill_bins();
+}
+
+// The bounds of all rays, and their numbers in single precision.
+void ViewRays::bound() {
+  x_f.resize(size());
+  y_f.resize(size());
+  variance_f.resize(size());
+  const double px2 = 1.0 / (focal_px * focal_px);
   double max_x = min_x_ = rays.x[0];
   double max_y = min_y_ = rays.y[0];
   for (std::size_t ray = 0; ray < size(); ++ray) {
-    min_x_ = std::min(min_x_, rays.x[ray]);
-    max_x = std::max(max_x, rays.x[ray]);
-    min_y_ = std::min(min_y_, rays.y[ray]);
-    max_y = std::max(max_y, rays.y[ray]);
-    max_sigma_px_ = std::max(max_sigma_px_, sigma_px[ray]);
+    const double x = rays.x[ray], y = rays.y[ray], sigma = sigma_px[ray];
+    min_x_ = std::min(min_x_, x);
+    max_x = std::max(max_x, x);
+    min_y_ = std::min(min_y_, y);
+    max_y = std::max(max_y, y);
+    max_sigma_px_ = std::max(max_sigma_px_, sigma);
     max_spread_px_ = std::max(max_spread_px_, spread_px[ray]);
+    x_f[ray] = static_cast<float>(x);
+    y_f[ray] = static_cast<float>(y);
+    variance_f[ray] = static_cast<float>(sigma * sigma * px2);
   }
   // The last ray lies in the last bin, not past it.
   constexpr double kAlmost = 1.0 - 1e-9;
   bins_per_x_ = kAlmost * static_cast<double>(bins_) / std::max(1e-9, max_x - min_x_);
   bins_per_y_ = kAlmost * static_cast<double>(bins_) / std::max(1e-9, max_y - min_y_);
+}
 
+void ViewRays::fill_bins() {
   const std::size_t slots = (bins_ + 1) * words_;
   std::fill_n(before_x_.begin(), slots, std::uint64_t{0});
   std::fill_n(before_y_.begin(), slots, std::uint64_t{0});
   for (std::size_t ray = 0; ray < size(); ++ray) {
+    const std::size_t word = ray / 64;
     const std::uint64_t bit = std::uint64_t{1} << (ray % 64);
-    before_x_[(bin_of((rays.x[ray] - min_x_) * bins_per_x_) + 1) * words_ + ray / 64] |= bit;
-    before_y_[(bin_of((rays.y[ray] - min_y_) * bins_per_y_) + 1) * words_ + ray / 64] |= bit;
+    before_x_[(bin_of((rays.x[ray] - min_x_) * bins_per_x_) + 1) * words_ + word] |= bit;
+    before_y_[(bin_of((rays.y[ray] - min_y_) * bins_per_y_) + 1) * words_ + word] |= bit;
   }
-  for (std::size_t slot = words_; slot < slots; ++slot) {
-    before_x_[slot] |= before_x_[slot - words_];
-    before_y_[slot] |= before_y_[slot - words_];
+  for (std::size_t word = 0; word < words_; ++word) {
+    std::uint64_t x = 0, y = 0;
+    for (std::size_t slot = words_ + word; slot < slots; slot += words_) {
+      before_x_[slot] = x |= before_x_[slot];
+      before_y_[slot] = y |= before_y_[slot];
+    }
   }
+  bound_words();
 }
 
-std::optional<std::size_t> ViewRays::nearest_free(const Vector3d& point, const Matrix3d& covariance_m2, double sigmas,
-                                                  double floor_px) const {
-  const Matrix3d& r = camera->camera_from_world.rotation;
-  const Vector3d seen = r * point + camera->camera_from_world.translation;
-  if (!(seen.z() > kNearest_m)) return std::nullopt;
-  // The shadow is no wider than the point's variance in all axes together, seen aslant at the worst.
-  const double inverse_z = 1.0 / seen.z();
-  const double at_x = seen.x() * inverse_z;
-  const double at_y = seen.y() * inverse_z;
-  const double widest = covariance_m2.trace() * inverse_z * inverse_z * (1.0 + at_x * at_x + at_y * at_y);
-  const double half = sigmas * std::sqrt(widest + most_own(floor_px));
-  std::optional<std::size_t> nearest;
-  std::optional<Shadow> exactly;
-  double least = sigmas * sigmas;
-  near(at_x, at_y, half, half, [&](std::size_t ray) {
-    if (taken[ray] != 0 || std::abs(rays.x[ray] - at_x) > half || std::abs(rays.y[ray] - at_y) > half) return;
-    if (!exactly) exactly = shadow(point, covariance_m2);
-    const double d2 = distance2(*exactly, ray, floor_px);
-    if (!(d2 < least)) return;
-    least = d2;
-    nearest = ray;
-  });
-  return nearest;
+// Where the words begin and end that have rays from a bin on, or before it.
+void ViewRays::bound_words() {
+  const auto all = static_cast<std::uint8_t>(words_);
+  std::fill_n(first_word_.begin(), bins_ + 1, std::uint8_t{0});
+  std::fill_n(end_word_.begin(), bins_ + 1, all);
+  if (words_ == 1) return;
+  for (std::size_t bin = 0; bin <= bins_; ++bin) {
+    const std::uint64_t* before = &before_y_[bin * words_];
+    while (end_word_[bin] > 0 && before[end_word_[bin] - 1U] == 0) --end_word_[bin];
+    // A word is passed over when all its rays lie before the bin.
+    const std::uint64_t* every = &before_y_[bins_ * words_];
+    while (first_word_[bin] < all && before[first_word_[bin]] == every[first_word_[bin]]) ++first_word_[bin];
+  }
 }
 
 RayTable::RayTable(const Rig& rig) : rig_(rig), views_(rig.size()), view_of_(rig.size(), kNoView) {
@@ -129,18 +165,19 @@ RayTable::RayTable(const Rig& rig) : rig_(rig), views_(rig.size()), view_of_(rig
     rows_.emplace_back(camera.camera_from_world);
     reach_.push_back(reach_of(camera));
   }
-  for (ViewRays& view : views_) {
-    view.quadric.reserve(kMaxBlobs);
-    view.sigma_px.reserve(kMaxBlobs);
-    view.spread_px.reserve(kMaxBlobs);
-    view.axis.reserve(kMaxBlobs);
-    view.blob.reserve(kMaxBlobs);
-    view.taken.reserve(kMaxBlobs);
-  }
-  for (auto* scratch : {&u_px_, &v_px_, &areas_px2_}) scratch->reserve(kMaxBlobs);
+  for (ViewRays& view : views_) view.reserve();
+  for (auto* scratch : {&u_px_, &v_px_, &areas_px2_}) scratch->resize(kMaxBlobs);
 }
 
-void RayTable::cast(const FrameSet& frames) {
+void ViewRays::reserve() {
+  quadric.reserve(kMaxBlobs);
+  blob.reserve(kMaxBlobs);
+  for (auto* column : {&sigma_px, &spread_px, &axis_rad}) column->reserve(kMaxBlobs);
+  for (auto* column : {&x_f, &y_f, &variance_f}) column->reserve(kMaxBlobs);
+  for (auto* column : {&taken, &has_quadric_}) column->reserve(kMaxBlobs);
+}
+
+void RayTable::begin(const FrameSet& frames) {
   MOCAP_EXPECTS(frames.views.size() <= views_.size());
   std::ranges::fill(view_of_, kNoView);
   view_count_ = frames.views.size();
@@ -148,58 +185,82 @@ void RayTable::cast(const FrameSet& frames) {
     const std::uint32_t camera = frames.views[view]->camera.value;
     MOCAP_EXPECTS(camera < rig_.size());
     view_of_[camera] = static_cast<std::uint32_t>(view);
-    cast_view(*frames.views[view], views_[view]);
+    frames_[view] = frames.views[view];
   }
 }
 
-// The middle one of the blobs' areas, where any blob can be a crowd.
-double RayTable::usual_area_px2(const BlobFrame& frame) {
-  areas_px2_.clear();
-  for (const Blob& blob : frame.blobs) areas_px2_.push_back(blob.area_px2);
-  if (!may_crowd(areas_px2_)) return std::numeric_limits<double>::infinity();
-  const auto middle = areas_px2_.begin() + static_cast<std::ptrdiff_t>(areas_px2_.size() / 2);
-  std::ranges::nth_element(areas_px2_, middle);
-  return *middle;
+void RayTable::cast(std::size_t view) {
+  cast_view(*frames_[view], views_[view]);
+  shadows_.place(view, views_[view]);
 }
 
 void RayTable::cast_view(const BlobFrame& frame, ViewRays& view) {
   const std::size_t camera = frame.camera.value;
+  const std::size_t count = frame.blobs.size();
   view.camera = &rig_[camera];
   view.rows = &rows_[camera];
   view.focal_px = std::sqrt(rig_[camera].lens.fx_px * rig_[camera].lens.fy_px);
 
-  u_px_.resize(frame.blobs.size());
-  v_px_.resize(frame.blobs.size());
-  for (std::size_t b = 0; b < frame.blobs.size(); ++b) {
+  const bool crowds = read_blobs(frame, view);
+  casters_[camera].cast({u_px_.data(), count}, {v_px_.data(), count}, view.rays);
+  if (crowds) doubt_crowds(frame, view);
+  view.drop_missing();
+  view.index();
+}
+
+// What the blobs tell beside their rays. Says whether any of them can be a crowd.
+bool RayTable::read_blobs(const BlobFrame& frame, ViewRays& view) {
+  const std::size_t count = frame.blobs.size();
+  view.sigma_px.resize(count);
+  view.spread_px.resize(count);
+  view.axis_rad.resize(count);
+  view.blob.resize(count);
+  double least_px2 = std::numeric_limits<double>::infinity();
+  double most_px2 = 0.0;
+  for (std::size_t b = 0; b < count; ++b) {
     const Blob& blob = frame.blobs.data()[b];
     u_px_[b] = std::isfinite(blob.sigma_px) ? blob.centroid.v.x() : std::numeric_limits<double>::quiet_NaN();
     v_px_[b] = blob.centroid.v.y();
+    areas_px2_[b] = blob.area_px2;
+    least_px2 = std::min(least_px2, blob.area_px2);
+    most_px2 = std::max(most_px2, blob.area_px2);
+    view.blob[b] = static_cast<std::uint16_t>(b);
+    const double spread = is_round(blob) ? 0.0 : spread_px(blob);
+    view.spread_px[b] = spread;
+    view.sigma_px[b] = doubt_px(blob, spread);
+    view.axis_rad[b] = blob.axis_rad;
   }
-  casters_[camera].cast(u_px_, v_px_, view.rays);
-  const double usual_px2 = usual_area_px2(frame);
+  return may_crowd(least_px2, most_px2);
+}
 
-  view.sigma_px.clear();
-  view.spread_px.clear();
-  view.axis.clear();
-  view.blob.clear();
+// By the middle one of the blobs' areas.
+void RayTable::doubt_crowds(const BlobFrame& frame, ViewRays& view) {
+  const auto end = areas_px2_.begin() + static_cast<std::ptrdiff_t>(frame.blobs.size());
+  const auto middle = areas_px2_.begin() + static_cast<std::ptrdiff_t>(frame.blobs.size() / 2);
+  std::nth_element(areas_px2_.begin(), middle, end);
   for (std::size_t b = 0; b < frame.blobs.size(); ++b) {
-    const Blob& blob = frame.blobs.data()[b];
-    if (view.rays.exists[b] == 0) continue;
-    const double spread = spread_px(blob);
-    const bool told = spread > 0.0 && std::isfinite(blob.axis_rad);
-    const double crowd = crowd_px(blob, usual_px2);
-    const double doubt = doubt_px(blob, spread);
-    view.sigma_px.push_back(crowd > 0.0 ? std::hypot(doubt, crowd) : doubt);
-    view.spread_px.push_back(spread);
-    view.axis.push_back(told ? Vector2d(std::cos(2.0 * blob.axis_rad), std::sin(2.0 * blob.axis_rad))
-                             : Vector2d(0.0, 0.0));
-    view.blob.push_back(static_cast<std::uint16_t>(b));
+    const double crowd = crowd_px(frame.blobs.data()[b], *middle);
+    if (crowd > 0.0) view.sigma_px[b] = std::hypot(view.sigma_px[b], crowd);
   }
-  if (view.blob.size() < view.rays.exists.size()) view.rays.drop_missing();
-  view.quadric.resize(view.size());
-  geometry::quadrics_of(rows_[camera], view.rays, view.sigma_px, view.quadric);
-  view.taken.assign(view.size(), 0);
-  view.index();
+}
+
+// Takes out the blobs that no ray leads to.
+void ViewRays::drop_missing() {
+  const auto& exists = rays.exists;
+  if (std::ranges::find(exists, 0) == exists.end()) return;
+  std::size_t kept = 0;
+  for (std::size_t b = 0; b < exists.size(); ++b) {
+    if (exists[b] == 0) continue;
+    sigma_px[kept] = sigma_px[b];
+    spread_px[kept] = spread_px[b];
+    axis_rad[kept] = axis_rad[b];
+    blob[kept++] = blob[b];
+  }
+  sigma_px.resize(kept);
+  spread_px.resize(kept);
+  axis_rad.resize(kept);
+  blob.resize(kept);
+  rays.drop_missing();
 }
 
 std::optional<std::size_t> RayTable::view_of(std::size_t camera) const {

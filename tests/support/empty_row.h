@@ -39,6 +39,7 @@ class EmptyLabeller : public Labeller {
  public:
   const Labels& label(const TrackedMarkers&, const Expected&) override { return nothing_; }
   std::optional<SubjectFit> take_fit() override { return std::nullopt; }
+  void refit(const SubjectFit& /*fit*/) override {}
 
  private:
   Labels nothing_;

@@ -14,6 +14,7 @@
 #include "fuse_bench.h"
 #include "fuse_print.h"
 #include "pipeline_bench.h"
+#include "solve_bench.h"
 
 namespace mocap::bench {
 namespace {
@@ -26,7 +27,8 @@ constexpr const char* kExamples = R"(examples:
   mocap-bench detect --variant busy --markers 200
   mocap-bench fuse --cameras 8 --markers 40     blobs to tracks in one thread, known and unknown markers, as a table
   mocap-bench fuse --json                       the same as a JSON array of both modes
-  mocap-bench fuse --growth                     over cameras and markers)";
+  mocap-bench fuse --growth                     over cameras and markers
+  mocap-bench solve --subjects 3 --json         names and skeletons of three people who walk, against Ceres)";
 
 void print_pipeline(const PipelineBenchFigures& f, bool json) {
   if (json) {
@@ -102,6 +104,32 @@ int fuse(FuseBenchSettings settings, bool json, bool growth) {
   return kExitOk;
 }
 
+int solve(const SolveBenchSettings& settings, bool json) {
+  const Result<SolveBenchFigures> figures = run_solve_bench(settings);
+  if (!figures) {
+    fmt::print(stderr, "mocap-bench: {}\n", figures.error().message);
+    return kExitConfig;
+  }
+  const SolveBenchFigures& f = *figures;
+  if (json) {
+    const nlohmann::json object{{"subjects", f.subjects},       {"markers", f.markers},
+                                {"median_us", f.median_us},     {"p99_us", f.p99_us},
+                                {"max_us", f.max_us},           {"p99_over_median", f.p99_over_median},
+                                {"label_us", f.label_us},       {"solve_us", f.solve_us},
+                                {"ceres_us", f.ceres_us},       {"speedup_ceres", f.speedup_ceres},
+                                {"right_share", f.right_share}, {"tracked_share", f.tracked_share}};
+    fmt::print("{}\n", object.dump());
+    return kExitOk;
+  }
+  fmt::print("subjects       {} ({} markers)\nmedian         {:.1f} us (label {:.1f}, solve {:.1f})\n", f.subjects,
+             f.markers, f.median_us, f.label_us, f.solve_us);
+  fmt::print("p99            {:.1f} us, {:.1f} times the median\nmax            {:.1f} us\n", f.p99_us,
+             f.p99_over_median, f.max_us);
+  fmt::print("Ceres          {:.0f} us for the poses alone, {:.1f} times our solver\n", f.ceres_us, f.speedup_ceres);
+  fmt::print("named rightly  {:.2f} %\ntracked        {:.2f} %\n", 100.0 * f.right_share, 100.0 * f.tracked_share);
+  return kExitOk;
+}
+
 }  // namespace
 }  // namespace mocap::bench
 
@@ -156,6 +184,18 @@ int main(int argc, char** argv) {
   fuse->add_option("--seed", fusing.world.seed, "of noise, misses and false blobs")->capture_default_str();
   fuse->add_flag("--growth", growth, "several numbers of cameras and markers, those of the options aside");
   fuse->add_flag("--json", json, "one JSON array on standard output");
+
+  bench::SolveBenchSettings solving;
+  solving.marker_set = settings.marker_set;
+  CLI::App* solve = app.add_subcommand("solve", "names and skeletons: what the labeller and the solver cost in a set");
+  solve->add_option("--subjects", solving.subjects, "people who walk")->check(CLI::Range(1, 6))->capture_default_str();
+  solve->add_option("--sets", solving.sets, "measured")->check(CLI::Range(10, 1000000))->capture_default_str();
+  solve->add_option("--rate", solving.rate_hz, "sets a second, Hz")
+      ->check(CLI::Range(1.0, 1000.0))
+      ->capture_default_str();
+  solve->add_option("--marker-set", solving.marker_set, "worn by everybody")->capture_default_str();
+  solve->add_option("--seed", solving.seed, "of noise and false blobs")->capture_default_str();
+  solve->add_flag("--json", json, "one JSON object on standard output");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -164,5 +204,6 @@ int main(int argc, char** argv) {
   set_log_level(LogLevel::Warn);
   if (detect->parsed()) return bench::detect(scene, json);
   if (fuse->parsed()) return bench::fuse(fusing, json, growth);
+  if (solve->parsed()) return bench::solve(solving, json);
   return bench::pipeline(settings, json);
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -52,10 +53,11 @@ EvalFrame frame_of(const Snapshot& snapshot) {
     std::uint32_t index = 0;
     for (const LabelledMarker& marker : labels.markers) {
       if (marker.state != LabelState::Lost) {
-        frame.markers.push_back({labels.subject.value, index, marker.state, marker.position.v});
+        frame.markers.push_back({labels.subject.value, index, marker.state, marker.position.v, marker.cameras});
       }
       ++index;
     }
+    frame.subjects.push_back({labels.subject.value, labels.phase, false});
   }
   for (const SubjectPose& pose : snapshot.poses) {
     std::uint32_t index = 0;
@@ -66,6 +68,10 @@ EvalFrame frame_of(const Snapshot& snapshot) {
       }
       ++index;
     }
+    const bool whole = !pose.bones.empty() && std::ranges::none_of(pose.bones, [](const BonePose& bone) {
+      return bone.state == BoneState::Lost;
+    });
+    for (SubjectSaid& subject : frame.subjects) subject.whole |= subject.subject == pose.subject.value && whole;
   }
   for (const UnlabelledMarker& marker : snapshot.unlabelled) frame.unlabelled_m.push_back(marker.position.v);
   return frame;

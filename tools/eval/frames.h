@@ -14,6 +14,7 @@ struct NamedMarker {
   std::uint32_t marker;
   LabelState state;  ///< never Lost: those are left out
   Eigen::Vector3d position_m;
+  std::uint32_t cameras = 0;  ///< that see it
 };
 
 struct PosedBone {
@@ -22,6 +23,13 @@ struct PosedBone {
   BoneState state;  ///< never Lost: those are left out
   Eigen::Vector3d position_m;
   Eigen::Quaterniond rotation;
+};
+
+/// How a snapshot says that it stands with a subject.
+struct SubjectSaid {
+  std::uint32_t subject;
+  SubjectPhase phase;
+  bool whole;  ///< there is a pose, and every bone is in it
 };
 
 /// What scoring needs of a snapshot: a few kilobytes, so that long takes fit.
@@ -33,6 +41,7 @@ struct EvalFrame {
   std::vector<NamedMarker> markers;  ///< by subject, then by marker
   std::vector<PosedBone> bones;      ///< by subject, then by bone
   std::vector<Eigen::Vector3d> unlabelled_m;
+  std::vector<SubjectSaid> subjects;
 };
 
 /// Reads a file of JSON lines ("-": standard input), in the order in which it stands. Empty lines are passed over. A

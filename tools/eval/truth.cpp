@@ -74,6 +74,7 @@ std::optional<EvalFrame> Truth::at(Timestamp when) const {
     mixed.exposed_at = when;
     mixed.markers = between(before.markers, after->markers, share);
     mixed.bones = between(before.bones, after->bones, share);
+    mixed.subjects = before.subjects;
     return mixed;
   }
   if (has_before && when - (after - 1)->exposed_at <= period_ / 2) return *(after - 1);

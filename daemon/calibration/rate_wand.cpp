@@ -1,0 +1,123 @@
+#include "calibration/rate_wand.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "geometry/lens.h"
+#include "geometry/triangulation.h"
+
+namespace mocap::calibration {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kFields = 8;  // of an image, each way
+struct Sum {
+  double squares = 0.0;
+  std::size_t points = 0;
+  std::array<bool, kFields * kFields> fields{};
+};
+
+void add(const Bundle& bundle, const Sight& sight, Sum& sum) {
+  const auto residual = bundle.residual_px(sight);
+  if (!residual) return;
+  const CameraModel& camera = bundle.rig[static_cast<std::size_t>(sight.camera)];
+  sum.squares += residual->squaredNorm();
+  ++sum.points;
+  const int column = std::clamp(static_cast<int>(sight.px.x() * kFields / camera.width_px), 0, kFields - 1);
+  const int row = std::clamp(static_cast<int>(sight.px.y() * kFields / camera.height_px), 0, kFields - 1);
+  sum.fields[static_cast<std::size_t>(row * kFields + column)] = true;
+}
+
+// End to end at one place, by rays alone; nothing where two cameras do not see both ends.
+std::optional<double> length_of(const Bundle& bundle, std::span<const Sight> sights) {
+  const int last = static_cast<int>(bundle.wand.marks_m.size()) - 1;
+  std::array<std::optional<Vector3d>, 2> ends;
+  for (int end = 0; end < 2; ++end) {
+    std::vector<geometry::Sighting> rays;
+    for (const Sight& sight : sights) {
+      if (sight.mark != (end == 0 ? 0 : last)) continue;
+      const CameraModel& camera = bundle.rig[static_cast<std::size_t>(sight.camera)];
+      const auto ray = geometry::undistort(camera.lens, {sight.px});
+      if (!ray) continue;
+      geometry::Sighting sighting;
+      sighting.camera_from_world = &camera.camera_from_world;
+      sighting.point = *ray;
+      sighting.px_from_ray = geometry::distort_with_slope(camera.lens, *ray).px_from_ray;
+      sighting.sigma_px = sight.sigma_px;
+      rays.push_back(sighting);
+    }
+    const auto start = geometry::triangulate(rays);
+    if (!start) return std::nullopt;
+    const auto refined = geometry::refine(rays, *start);
+    if (!refined) return std::nullopt;
+    ends[static_cast<std::size_t>(end)] = refined->point.v;
+  }
+  return (*ends[1] - *ends[0]).norm();
+}
+
+void rate_length(WandSolution& solution) {
+  const std::vector<Sight>& sights = solution.bundle.sights;  // gathered place by place
+  std::vector<double> lengths;
+  for (std::size_t from = 0; from < sights.size();) {
+    std::size_t to = from;
+    while (to < sights.size() && sights[to].place == sights[from].place) ++to;
+    if (const auto length = length_of(solution.bundle, std::span(sights).subspan(from, to - from)))
+      lengths.push_back(*length);
+    from = to;
+  }
+  if (lengths.empty()) return;
+  double sum = 0.0;
+  for (const double length : lengths) sum += length;
+  solution.length_mean_m = sum / static_cast<double>(lengths.size());
+  double squares = 0.0;
+  for (const double length : lengths) squares += (length - solution.length_mean_m) * (length - solution.length_mean_m);
+  solution.length_std_m = std::sqrt(squares / static_cast<double>(lengths.size()));
+  const auto [least, most] = std::ranges::minmax_element(lengths);
+  solution.length_min_m = *least;
+  solution.length_max_m = *most;
+}
+
+}  // namespace
+
+WandSolution rate_wand(Bundle bundle, LensFreedom lens) {
+  WandSolution solution;
+  solution.bundle = std::move(bundle);
+  const Bundle& solved = solution.bundle;
+  std::vector<Sum> sums(solved.rig.size());
+  std::vector<bool> used(solved.places.size(), false);
+  double squares = 0.0;
+  double weighted = 0.0;
+  for (const Sight& sight : solved.sights) {
+    add(solved, sight, sums[static_cast<std::size_t>(sight.camera)]);
+    used[static_cast<std::size_t>(sight.place)] = true;
+    const auto residual = solved.residual_px(sight);
+    if (!residual) continue;
+    squares += residual->squaredNorm();
+    weighted += residual->squaredNorm() / (sight.sigma_px * sight.sigma_px);
+  }
+  solution.samples = static_cast<std::size_t>(std::ranges::count(used, true));
+  const double rows = 2.0 * static_cast<double>(solved.sights.size());
+  solution.rms_px = std::sqrt(squares / std::max(1.0, rows));
+  const double unknowns =
+      5.0 * static_cast<double>(solution.samples) + 6.0 * static_cast<double>(solved.rig.size() - 1);
+  const double variance = weighted / std::max(1.0, rows - unknowns);
+
+  RigDoubt doubt = doubt_of(solved, lens, variance);
+  solution.cameras.resize(solved.rig.size());
+  for (std::size_t c = 0; c < sums.size(); ++c) {
+    CameraQuality& quality = solution.cameras[c];
+    const Sum& sum = sums[c];
+    quality.points = sum.points;
+    if (sum.points > 0) quality.rms_px = std::sqrt(sum.squares / (2.0 * static_cast<double>(sum.points)));
+    quality.coverage = static_cast<double>(std::ranges::count(sum.fields, true)) / (kFields * kFields);
+    if (c < doubt.cameras.size()) quality.doubt = doubt.cameras[c];
+  }
+  solution.covariance = std::move(doubt.covariance);
+  rate_length(solution);
+  return solution;
+}
+
+}  // namespace mocap::calibration

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "geometry/triangulation.h"
+#include "model/sighting.h"
+#include "stages/share_blobs.h"
+#include "stages/view_rays.h"
+
+namespace mocap::stages {
+
+/// Finds where the rays of many expected markers meet: all markers at once, view by view, several markers at a time.
+///
+/// Depth times error on the image plane is linear in the point. With the depths of the expected places, the sum of the
+/// squared errors is a quadratic form, and one 3x3 system away is its least, as in geometry::agree. This does for
+/// nearly all markers; those whose rays do not agree, or that lie farther from their expected place than 1 % of a
+/// depth, are another's work. Never allocates after construction.
+///
+/// One set: `begin`, `add` each view, `solve`, `judge`.
+class MeetingPoints {
+ public:
+  MeetingPoints(std::size_t max_markers, std::size_t max_views);
+
+  void begin(const Expected& expected);
+  /// `held`, by marker: the rays that are theirs. Each view once.
+  void add(const ViewRays& view, std::span<const Held> held);
+  void solve();
+  void judge(const geometry::Agreement& agreement);
+
+  /// How many rays a marker has.
+  std::size_t rays_of(std::size_t marker) const { return static_cast<std::size_t>(count_[marker]); }
+  /// Whether all its rays agree on one point.
+  bool agree_on(std::size_t marker) const { return told_[marker] > 0.0 && odd_[marker] == 0.0F; }
+  geometry::Refined meeting(std::size_t marker) const;
+
+ private:
+  using Column = std::vector<double>;
+
+  void gather(const ViewRays& view, std::span<const Held> held);
+  float* error(std::size_t view, std::size_t column) {
+    return errors_.data() + (view * kErrorColumns + column) * marker_count_;
+  }
+
+  std::size_t marker_count_ = 0;
+  std::size_t view_count_ = 0;
+  // By marker: where it is expected; the rays' sum (xx xy xz yy yz zz of the information, then the pull); how far from
+  // there they meet, and the covariance of that.
+  std::array<Column, 3> start_;
+  std::array<Column, 9> sum_;
+  std::array<Column, 3> move_;
+  std::array<Column, 6> covariance_;
+  Column told_;   // 1: the rays tell the point, and it is near enough
+  Column count_;  // of rays
+  Column least_depth_m_;
+  std::vector<float> odd_;      // how many rays disagree
+  std::vector<float> sum_px2_;  // of the squared errors
+  // The rays of one view, by marker: place, slope (px), sigma_px^2 (0: no ray).
+  Column x_, y_, ux_, uy_, vx_, vy_, variance_px2_;
+  // The errors of all views, by marker: u and v where it is expected, how both change with the point's x, y and z, and
+  // sigma_px^2. Small numbers, for which single precision will do.
+  static constexpr std::size_t kErrorColumns = 9;
+  std::vector<float> errors_;
+};
+
+}  // namespace mocap::stages

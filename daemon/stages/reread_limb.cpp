@@ -1,0 +1,267 @@
+// The part of SubjectLabeller that reads a limb anew where names are missing while nameless tracks stand near.
+
+#include <algorithm>
+#include <cmath>
+
+#include "stages/label_subject.h"
+
+namespace mocap::stages {
+namespace {
+
+// A track farther from where a marker is thought to be is not that marker, unless the limb was misread: then it may be
+// anywhere that the limb reaches.
+constexpr double kNear_m = 0.3;
+constexpr double kLimbReach_m = 0.6;
+// In half squared sigmas: what a further name is worth, what a track's own name counts, how unlikely it is that a track
+// of one or two sets is a marker, that the body followed wrong names; and what a reading must be better by.
+constexpr double kWorthAName = 12.0;
+constexpr double kOwn = 3.0;
+constexpr double kTooYoung = 5.0;
+constexpr double kMisread = 6.0;
+constexpr double kClearMargin = 5.0;
+// Young tracks of fewer cameras may be where rays meet by chance.
+constexpr std::uint32_t kLeastCameras = 3;
+// Bounds what a set costs, and how often what did not come out is tried again.
+constexpr int kMostLimbs = 2;
+constexpr int kPatience = 2;
+
+}  // namespace
+
+// The bone with most names missing that strays near it could be; -1: none.
+int SubjectLabeller::most_troubled_bone(const NamedTracks& tracks) {
+  std::fill(trouble_.begin(), trouble_.end(), 0);
+  for (std::size_t m = 0; m < names_.size(); ++m) {
+    if (believed_[m]) continue;
+    const auto bone = static_cast<std::size_t>(set_.markers[m].bone);
+    const double near_m = misread_[bone] != 0 ? kLimbReach_m : kNear_m;
+    const Eigen::Vector3d at = body_.told(m);
+    const bool near = std::any_of(strays_.begin(), strays_.end(), [&](int track) {
+      return (tracks[track].position.v - at).squaredNorm() < near_m * near_m;
+    });
+    if (near) ++trouble_[bone];
+  }
+  int most = -1;
+  for (std::size_t b = 0; b < trouble_.size(); ++b) {
+    if (trouble_[b] == 0) misread_[b] = 0;
+    if (trouble_[b] == 0 || rest_[b] > 0) continue;
+    if (most < 0 || trouble_[b] > trouble_[static_cast<std::size_t>(most)]) most = static_cast<int>(b);
+  }
+  return most;
+}
+
+bool SubjectLabeller::add_bone(std::size_t bone) {
+  if (in_limb_[bone]) return true;
+  std::size_t count = 0;
+  for (const MarkerOnBone& marker : set_.markers) count += marker.bone == static_cast<int>(bone) ? 1 : 0;
+  if (reader_.names() + count > TieReader::kMostNames) return false;
+  in_limb_[bone] = true;
+  for (std::size_t m = 0; m < names_.size(); ++m) {
+    if (set_.markers[m].bone == static_cast<int>(bone)) (void)reader_.add_name(m);
+  }
+  return true;
+}
+
+// The bone, the bones in trouble that hang together with it, and those that hang on to these.
+bool SubjectLabeller::gather_limb(std::size_t seed, const NamedTracks& tracks) {
+  const auto& bones = set_.skeleton.bones;
+  reader_.clear();
+  std::fill(in_limb_.begin(), in_limb_.end(), false);
+  if (!add_bone(seed)) return false;
+  for (const bool troubled : {true, false}) {
+    bool grew = true;
+    while (grew) {
+      grew = false;
+      loose_.assign(in_limb_.begin(), in_limb_.end());  // the limb so far
+      for (std::size_t b = 0; b < bones.size(); ++b) {
+        if (bones[b].parent < 0) continue;
+        const auto parent = static_cast<std::size_t>(bones[b].parent);
+        if (in_limb_[b] == in_limb_[parent]) continue;
+        const std::size_t next = in_limb_[b] ? parent : b;
+        const bool from_now = loose_[in_limb_[b] ? b : parent] != 0;
+        if (!from_now || (troubled && trouble_[next] == 0)) continue;
+        grew = add_bone(next) || grew;
+      }
+      if (!troubled) break;
+    }
+  }
+  add_places(tracks);
+  allow_places(tracks);
+  return true;
+}
+
+void SubjectLabeller::add_places(const NamedTracks& tracks) {
+  place_track_.clear();
+  const auto add = [&](int track) {
+    if (reader_.add_place(tracks[track].position.v)) place_track_.push_back(track);
+  };
+  for (std::size_t n = 0; n < reader_.names(); ++n) {
+    const std::size_t m = reader_.marker(n);
+    if (believed_[m]) add(names_[m].index);
+  }
+  for (const int track : strays_) {
+    const Eigen::Vector3d& at = tracks[track].position.v;
+    for (std::size_t n = 0; n < reader_.names(); ++n) {
+      if ((body_.told(reader_.marker(n)) - at).squaredNorm() >= kLimbReach_m * kLimbReach_m) continue;
+      add(track);
+      break;
+    }
+  }
+}
+
+// What the ties to the names that are not read anew say against a place.
+double SubjectLabeller::anchored(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const {
+  double sum = 0.0;
+  for (const body::Tie& tie : ties_.of(marker)) {
+    const auto other = static_cast<std::size_t>(tie.other);
+    if (!believed_[other] || in_limb_[static_cast<std::size_t>(set_.markers[other].bone)]) continue;
+    sum += TieReader::cost_of(tie, (tracks[names_[other].index].position.v - at).norm());
+  }
+  const auto bone = static_cast<std::size_t>(set_.markers[marker].bone);
+  const int parent = set_.skeleton.bones[bone].parent;
+  if (parent < 0 || in_limb_[static_cast<std::size_t>(parent)]) return sum;
+  const double length_m = set_.markers[marker].offset_m.norm();
+  const body::Tie to_joint{0, length_m, length_m, true};
+  const auto told = body_.told_by_markers(static_cast<std::size_t>(parent));
+  if (told != body::BodyFollower::Told::Direct) return sum;
+  return sum + TieReader::cost_of(to_joint, (body_.pose().world()[bone].position - at).norm());
+}
+
+void SubjectLabeller::allow_places(const NamedTracks& tracks) {
+  for (std::size_t n = 0; n < reader_.names(); ++n) {
+    const std::size_t m = reader_.marker(n);
+    for (std::size_t p = 0; p < reader_.places(); ++p) {
+      const TrackedMarker& track = tracks[place_track_[p]];
+      const bool own = before_[m] == place_track_[p] && !jumped_[m];
+      const bool called = track.expected_label == Label{id_, static_cast<std::uint32_t>(m)};
+      const bool young = track.state == TrackState::Tentative && !own && !called;
+      if (young && track.cameras < kLeastCameras) continue;
+      const double cost = anchored(m, reader_.place(p), tracks) + (young ? kTooYoung : 0.0) - (own ? kOwn : 0.0);
+      reader_.allow(n, p, cost);
+    }
+  }
+}
+
+// What the body says to it, and the worth of the names that it leaves out.
+void SubjectLabeller::judge_reading(Reading& reading, const Reading& now, const NamedTracks& tracks) {
+  tried_.clear();
+  for (const body::Observation& one : seen_) {
+    if (!in_limb_[static_cast<std::size_t>(set_.markers[static_cast<std::size_t>(one.marker)].bone)])
+      tried_.push_back(one);
+  }
+  reading.cost = 0.0;
+  std::copy(misread_.begin(), misread_.end(), loose_.begin());
+  bool contradicts = false;
+  for (std::size_t n = 0; n < reader_.names(); ++n) {
+    const std::size_t m = reader_.marker(n);
+    const int track = reading.track_of[n];
+    if (now.track_of[n] >= 0 && track != now.track_of[n]) {
+      contradicts = true;
+      loose_[static_cast<std::size_t>(set_.markers[m].bone)] = 1;
+    }
+    if (track < 0) {
+      reading.cost += kWorthAName;
+      continue;
+    }
+    tried_.push_back(observe(m, track, tracks));
+    const bool own = before_[m] == track && !jumped_[m];
+    const bool called = tracks[track].expected_label == Label{id_, static_cast<std::uint32_t>(m)};
+    reading.cost += own ? -kOwn : tracks[track].state == TrackState::Tentative && !called ? kTooYoung : 0.0;
+  }
+  if (contradicts) reading.cost += kMisread;
+  body_.misread(loose_);
+  reading.cost += body_.explain(tried_).cost;
+}
+
+void SubjectLabeller::adopt(const Reading& reading, NamedTracks& tracks) {
+  std::copy(misread_.begin(), misread_.end(), loose_.begin());
+  for (std::size_t n = 0; n < reader_.names(); ++n) {
+    const std::size_t m = reader_.marker(n);
+    if (names_[m].index == reading.track_of[n] && names_[m].index >= 0) continue;
+    if (believed_[m]) loose_[static_cast<std::size_t>(set_.markers[m].bone)] = 1;
+    if (names_[m].index >= 0 && (seen(m, tracks) || reading.track_of[n] >= 0)) free(m, tracks);
+  }
+  for (std::size_t m = 0; m < names_.size(); ++m) {  // doubtful bearers of what the limb takes
+    if (names_[m].index < 0 || in_limb_[static_cast<std::size_t>(set_.markers[m].bone)]) continue;
+    const auto* end = reading.track_of.data() + reader_.names();
+    if (std::find(reading.track_of.data(), end, names_[m].index) != end) free(m, tracks);
+  }
+  for (std::size_t n = 0; n < reader_.names(); ++n) {
+    const std::size_t m = reader_.marker(n);
+    const int track = reading.track_of[n];
+    believed_[m] = track >= 0;
+    if (track >= 0 && names_[m].index != track) give(m, track, kFreshConfidence, tracks);
+  }
+  seen_.clear();
+  for (std::size_t m = 0; m < names_.size(); ++m) {
+    if (believed_[m]) seen_.push_back(observe(m, tracks));
+  }
+  body_.misread(loose_);
+  (void)body_.fit(seen_);
+  for (const body::Observation& one : seen_) {
+    const auto m = static_cast<std::size_t>(one.marker);
+    if ((one.position - body_.told(m)).norm() > most_off(m)) believed_[m] = false;
+  }
+  std::erase_if(seen_, [&](const body::Observation& one) { return !believed_[static_cast<std::size_t>(one.marker)]; });
+}
+
+// True when the limb is now read otherwise.
+bool SubjectLabeller::read_limb(NamedTracks& tracks) {
+  readings_.clear();
+  Reading& now = readings_.emplace_back();
+  for (std::size_t n = 0; n < reader_.names(); ++n) {
+    const std::size_t m = reader_.marker(n);
+    now.track_of[n] = believed_[m] ? names_[m].index : -1;
+  }
+  for (const TieReader::Reading& one : reader_.read(ties_, kWorthAName)) {
+    Reading other;
+    bool same = true;
+    for (std::size_t n = 0; n < reader_.names(); ++n) {
+      const int place = one.place_of[n];
+      other.track_of[n] = place < 0 ? -1 : place_track_[static_cast<std::size_t>(place)];
+      same = same && other.track_of[n] == readings_[0].track_of[n];
+    }
+    if (!same) readings_.push_back(other);
+  }
+  if (readings_.size() == 1) return false;
+  for (Reading& one : readings_) judge_reading(one, readings_[0], tracks);
+  Reading best = *std::min_element(readings_.begin(), readings_.end(),
+                                   [](const Reading& a, const Reading& b) { return a.cost < b.cost; });
+  if (!(best.cost + kClearMargin < readings_[0].cost)) {
+    body_.misread(misread_);
+    (void)body_.fit(seen_);
+    return false;
+  }
+  // On what other readings that are about as good say otherwise, nothing is said.
+  for (const Reading& other : readings_) {
+    if (other.cost > best.cost + kClearMargin) continue;
+    for (std::size_t n = 0; n < reader_.names(); ++n) {
+      if (other.track_of[n] != best.track_of[n]) best.track_of[n] = -1;
+    }
+  }
+  adopt(best, tracks);
+  return true;
+}
+
+void SubjectLabeller::reread(NamedTracks& tracks) {
+  for (int& sets : rest_) sets = std::max(0, sets - 1);
+  if (seen_.size() == names_.size()) {
+    std::fill(misread_.begin(), misread_.end(), 0);
+    return;
+  }
+  for (int limb = 0; limb < kMostLimbs; ++limb) {
+    for (std::size_t i = 0; i < tracks.sure.size(); ++i) tracks.sure[i] = tracks.named[i];
+    for (std::size_t m = 0; m < names_.size(); ++m) {
+      if (names_[m].index >= 0) tracks.sure[static_cast<std::size_t>(names_[m].index)] = believed_[m];
+    }
+    strays_.clear();
+    for (std::size_t i = 0; i < tracks.named.size(); ++i) {
+      if (stray(i, tracks)) strays_.push_back(static_cast<int>(i));
+    }
+    const int bone = strays_.empty() ? -1 : most_troubled_bone(tracks);
+    if (bone < 0) return;
+    rest_[static_cast<std::size_t>(bone)] = kPatience;
+    if (gather_limb(static_cast<std::size_t>(bone), tracks)) (void)read_limb(tracks);
+  }
+}
+
+}  // namespace mocap::stages

@@ -1,0 +1,215 @@
+#include "calibration/solve_wand.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "eval/wand_world.h"
+#include "geometry/rigid_fit.h"
+
+namespace mocap::calibration {
+namespace {
+
+using eval::WandWorld;
+using eval::WandWorldSettings;
+
+const Wand kWand{{0.0, 0.16, 0.5}};
+
+WandWorldSettings small_world() { return {.cameras = 5, .noise_px = 0.1, .seconds = 20.0, .rate_hz = 30.0}; }
+
+// Root mean square over the cameras of how far they are from the truth, which `rig` is turned and moved to, m.
+double position_error_m(const Rig& rig, const Rig& truth) {
+  std::vector<geometry::PointPair> pairs;
+  for (std::size_t c = 0; c < rig.size(); ++c) pairs.push_back({rig[c].centre().v, truth[c].centre().v});
+  return geometry::fit_rigid(pairs)->rms_m;
+}
+
+double doubt_m(const WandSolution& solution) {
+  double sum = 0.0;
+  for (const CameraQuality& camera : solution.cameras) sum += camera.doubt.position_m * camera.doubt.position_m;
+  return std::sqrt(sum / static_cast<double>(solution.cameras.size()));
+}
+
+TEST(SolveWand, FindsTheCamerasWithinWhatTheNoiseAllows) {
+  WandWorld world(small_world(), kWand, 1);
+
+  const auto solution = solve_wand(world.take(), world.truth(), kWand, {});
+
+  ASSERT_TRUE(solution) << solution.error().message;
+  EXPECT_LT(solution->rms_px, 0.105);
+  EXPECT_GT(solution->rms_px, 0.075);  // the solution takes part of the noise
+  EXPECT_LT(position_error_m(solution->bundle.rig, world.truth()), 1e-3);
+  EXPECT_NEAR(solution->length_mean_m, 0.5, 1e-4);
+}
+
+TEST(SolveWand, NeedsNoLensFiles) {
+  WandWorld world(small_world(), kWand, 2);
+  const Rig rough = world.rough_lenses(0.2);
+  WandSettings settings;
+  settings.lens_known = false;
+
+  const auto solution = solve_wand(world.take(), rough, kWand, settings);
+
+  ASSERT_TRUE(solution) << solution.error().message;
+  EXPECT_LT(solution->rms_px, 0.105);
+  EXPECT_GT(solution->rms_px, 0.075);  // the solution takes part of the noise
+  EXPECT_LT(position_error_m(solution->bundle.rig, world.truth()), 5e-3);
+  for (std::size_t c = 0; c < rough.size(); ++c) {
+    const double found = solution->bundle.rig[c].lens.fx_px;
+    EXPECT_NEAR(found / world.truth()[c].lens.fx_px, 1.0, 3e-3)
+        << "camera " << c << ", started at " << rough[c].lens.fx_px;
+  }
+}
+
+TEST(SolveWand, DoesWithTwoMarkersThatLookAlike) {
+  const Wand two{{0.0, 0.5}};
+  WandWorld world(small_world(), two, 3);
+
+  const auto solution = solve_wand(world.take(), world.truth(), two, {});
+
+  ASSERT_TRUE(solution) << solution.error().message;
+  EXPECT_LT(solution->rms_px, 0.105);
+  EXPECT_GT(solution->rms_px, 0.075);  // the solution takes part of the noise
+  EXPECT_LT(position_error_m(solution->bundle.rig, world.truth()), 1.5e-3);
+}
+
+TEST(SolveWand, GivesTheSameRigAgain) {
+  WandWorld world(small_world(), kWand, 4);
+  const Take take = world.take();
+
+  const auto one = solve_wand(take, world.truth(), kWand, {.threads = 1});
+  const auto other = solve_wand(take, world.truth(), kWand, {.threads = 1});
+
+  ASSERT_TRUE(one && other);
+  for (std::size_t c = 0; c < world.truth().size(); ++c)
+    EXPECT_EQ(one->bundle.rig[c].centre().v, other->bundle.rig[c].centre().v);
+}
+
+TEST(SolveWand, ForetellsItsOwnError) {
+  double foretold = 0.0;
+  double found = 0.0;
+  for (std::uint64_t seed = 10; seed < 22; ++seed) {
+    WandWorld world({.cameras = 4, .noise_px = 0.2, .seconds = 10.0, .rate_hz = 20.0}, kWand, seed);
+    const auto solution = solve_wand(world.take(), world.truth(), kWand, {});
+    ASSERT_TRUE(solution) << "seed " << seed << ": " << solution.error().message;
+    foretold += std::pow(doubt_m(*solution), 2);
+    found += std::pow(position_error_m(solution->bundle.rig, world.truth()), 2);
+  }
+  // 12 worlds of 24 - 6 free numbers: the estimate itself strays by 5 %.
+  EXPECT_NEAR(std::sqrt(foretold / found), 1.0, 0.25);
+}
+
+TEST(SolveWand, NamesTheCameraThatSharesNothing) {
+  WandWorld world(small_world(), kWand, 5);
+  Take take = world.take();
+  // The fourth camera sees the wand only while no other does.
+  for (std::size_t c = 0; c < take.cameras.size(); ++c) {
+    const std::size_t third = take.cameras[c].size() / 3;
+    for (std::size_t i = 0; i < take.cameras[c].size(); ++i) {
+      if ((c == 3) != (i < third)) take.cameras[c][i].spots.clear();
+    }
+  }
+
+  const auto solution = solve_wand(take, world.truth(), kWand, {});
+
+  ASSERT_FALSE(solution);
+  EXPECT_EQ(solution.error().fault, WandFault::NoOverlap);
+  EXPECT_NE(solution.error().message.find("'cam4'"), std::string::npos) << solution.error().message;
+}
+
+TEST(SolveWand, SaysHowManySamplesAreMissing) {
+  WandWorldSettings settings = small_world();
+  settings.seconds = 1.0;
+  WandWorld world(settings, kWand, 6);
+
+  const auto solution = solve_wand(world.take(), world.truth(), kWand, {});
+
+  ASSERT_FALSE(solution);
+  EXPECT_EQ(solution.error().fault, WandFault::TooFewSamples);
+}
+
+TEST(SolveWand, RefusesAnotherWandThanWasTold) {
+  WandWorld world(small_world(), Wand{{0.0, 0.25, 0.5}}, 7);
+
+  const auto solution = solve_wand(world.take(), world.truth(), kWand, {});
+
+  ASSERT_FALSE(solution);
+  EXPECT_EQ(solution.error().fault, WandFault::WrongWand);
+  EXPECT_NE(solution.error().message.find("expected 0.32"), std::string::npos) << solution.error().message;
+}
+
+TEST(SolveWand, RefusesTwoWands) {
+  WandWorld world(small_world(), kWand, 8);
+  WandWorld second(small_world(), kWand, 9);
+  Take take = world.take();
+  const Take other = second.take();
+  for (std::size_t c = 0; c < take.cameras.size(); ++c) {
+    for (std::size_t i = 0; i < take.cameras[c].size(); ++i) {
+      const auto& more = other.cameras[c][i].spots;
+      take.cameras[c][i].spots.insert(take.cameras[c][i].spots.end(), more.begin(), more.end());
+    }
+  }
+
+  const auto solution = solve_wand(take, world.truth(), kWand, {});
+
+  ASSERT_FALSE(solution);
+  EXPECT_EQ(solution.error().fault, WandFault::TwoWands);
+}
+
+TEST(SolveWand, RefusesAWandThatLiesStill) {
+  WandWorld world(small_world(), kWand, 10);
+  Take take = world.take();
+  for (auto& pictures : take.cameras) {
+    for (Picture& picture : pictures) picture.spots = pictures.front().spots;
+  }
+
+  const auto solution = solve_wand(take, world.truth(), kWand, {});
+
+  ASSERT_FALSE(solution);
+  EXPECT_EQ(solution.error().fault, WandFault::StillWand) << solution.error().message;
+}
+
+TEST(SolveWand, TellsHowFarACamerasTimeIsOff) {
+  WandWorldSettings settings = small_world();
+  settings.rate_hz = 60.0;
+  WandWorld world(settings, kWand, 11);
+  Take take = world.take();
+  // Its pictures are of 16.7 ms later than it says.
+  for (std::size_t i = 0; i + 1 < take.cameras[2].size(); ++i) take.cameras[2][i].spots = take.cameras[2][i + 1].spots;
+
+  const auto solution = solve_wand(take, world.truth(), kWand, {});
+
+  ASSERT_FALSE(solution);
+  EXPECT_EQ(solution.error().fault, WandFault::NotSynchronous) << solution.error().message;
+  // The cameras' places have taken part of it.
+  const std::string& message = solution.error().message;
+  const std::size_t at = message.find("'cam3': its pictures are about ");
+  ASSERT_NE(at, std::string::npos) << message;
+  EXPECT_NEAR(std::stod(message.substr(at + 31)), 14.0, 4.0) << message;
+}
+
+TEST(SolveWand, RefusesALensFileOfAnotherImageSize) {
+  WandWorld world(small_world(), kWand, 12);
+  Rig small = world.truth();
+  for (CameraModel& camera : small) {
+    camera.width_px /= 2;
+    camera.height_px /= 2;
+  }
+
+  const auto solution = solve_wand(world.take(), small, kWand, {});
+
+  ASSERT_FALSE(solution);
+  EXPECT_EQ(solution.error().fault, WandFault::WrongImageSize);
+}
+
+TEST(SolveWand, EndsWhenAskedTo) {
+  WandWorld world(small_world(), kWand, 13);
+
+  const auto solution = solve_wand(world.take(), world.truth(), kWand, {}, [](const char*, double) { return false; });
+
+  EXPECT_FALSE(solution);
+}
+
+}  // namespace
+}  // namespace mocap::calibration

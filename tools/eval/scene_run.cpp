@@ -1,0 +1,118 @@
+#include "eval/scene_run.h"
+
+#include <ctime>
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "assemble.h"
+#include "eval/recognition.h"
+#include "eval/scene_world.h"
+#include "settings/rig_file.h"
+#include "stages/align_frames.h"
+
+namespace mocap::eval {
+namespace {
+
+Result<Rig> rig_of(const SceneFile& scene) {
+  if (scene.rig_file.empty()) return scene::ring_rig(scene.ring);
+  Result<Rig, settings::Faults> rig = settings::load_rig(scene.rig_file);
+  if (!rig) return Error{ErrorCode::InvalidArgument, settings::to_text(rig.error())};
+  return *std::move(rig);
+}
+
+// The row from blobs to snapshots as the daemon makes it.
+class Row {
+ public:
+  explicit Row(const settings::DaemonSettings& settings)
+      : align_(settings.pipeline.align), aligner_(align_, settings.rig.size()), fusion_(assemble_fusion(settings)) {}
+
+  const Snapshot& step(const std::vector<BlobFrame>& frames) {
+    for (const BlobFrame& frame : frames) aligner_.add(frame);
+    const auto set = aligner_.take(frames.front().exposed_at + align_.window + align_.patience);
+    MOCAP_EXPECTS(set.has_value());
+    return fusion_->step(*set);
+  }
+
+ private:
+  stages::AlignSettings align_;
+  stages::FrameAligner aligner_;
+  std::unique_ptr<stages::Fusion> fusion_;
+};
+
+// What this thread has computed so far; what others on the machine take is not in it.
+double thread_s() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+void judge_watched(const std::vector<JointWatch>& watches, double t_s, const EvalFrame& truth, const EvalFrame& said,
+                   SceneOutcome& outcome) {
+  for (const JointWatch& watch : watches) {
+    if (!watch.span.has(t_s)) continue;
+    const auto is_it = [&](const PosedBone& b) { return b.subject == watch.subject && b.bone == watch.bone; };
+    const auto own = std::ranges::find_if(truth.bones, is_it);
+    const auto bone = std::ranges::find_if(said.bones, is_it);
+    if (own == truth.bones.end() || bone == said.bones.end()) continue;
+    outcome.watched_squares_m2 += (bone->position_m - own->position_m).squaredNorm();
+    ++outcome.watched;
+  }
+}
+
+SceneOutcome about(const std::string& clip, const std::vector<Performer>& performers) {
+  SceneOutcome outcome;
+  outcome.clip = clip;
+  for (const Performer& performer : performers) {
+    outcome.subjects.push_back(performer.subject.name);
+    std::vector<std::string>& names = outcome.marker_names.emplace_back();
+    for (const MarkerOnBone& marker : performer.subject.marker_set.markers) names.push_back(marker.name);
+  }
+  return outcome;
+}
+
+}  // namespace
+
+Result<SceneOutcome> run_scene(const SceneFile& scene, const std::string& clip, const SceneRunSettings& settings) {
+  auto performers = make_performers(scene, clip, settings.seed);
+  if (!performers) return performers.error();
+  const auto rig = rig_of(scene);
+  if (!rig) return rig.error();
+  auto events = SceneEvents::make(scene, *performers, rig->size(), settings.seed, settings.rays);
+  if (!events) return events.error();
+  const std::vector<JointWatch> watches = events->watches();
+
+  settings::DaemonSettings daemon = scene.daemon;
+  daemon.rig = *rig;
+  for (const Performer& performer : *performers) daemon.worn.push_back(performer.subject);
+  SceneOutcome outcome = about(clip, *performers);
+  Recognition recognition(*performers);
+  SceneWorld world(scene, *rig, std::move(*performers), std::move(*events), settings.seed);
+  Row row(daemon);
+  LabelScorer labels(settings.keeps_plots);
+  SkeletonScorer bones(settings.keeps_plots);
+  const auto sets = static_cast<std::uint64_t>(scene.seconds * scene.rate_hz + 0.5);
+  for (; outcome.sets < sets; ++outcome.sets) {
+    const double begun_s = thread_s();
+    world.step();
+    const double seen_s = thread_s();
+    outcome.world_s += seen_s - begun_s;
+    EvalFrame said = frame_of(row.step(world.frames()));
+    outcome.row_s += thread_s() - seen_s;
+    recognition.apply(world.truth(), said);
+    labels.add(world.truth(), said);
+    bones.add(world.truth(), said);
+    judge_watched(watches, world.t_s(), world.truth(), said, outcome);
+  }
+  outcome.labels = labels.finish();
+  outcome.bones = bones.counts();
+  outcome.timelines = labels.timelines();
+  outcome.errors = bones.errors();
+  outcome.mot = labels.mot();
+  outcome.unlabelled = labels.unlabelled();
+  outcome.ghosts = labels.ghosts();
+  return outcome;
+}
+
+}  // namespace mocap::eval

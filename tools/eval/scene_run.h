@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "eval/labels_score.h"
+#include "eval/scene_file.h"
+#include "eval/skeleton_score.h"
+
+namespace mocap::eval {
+
+/// How one clip of a scene went.
+struct SceneOutcome {
+  std::string clip;
+  std::vector<std::string> subjects;  ///< names, by SubjectId
+  std::vector<std::vector<std::string>> marker_names;
+  std::map<std::uint32_t, LabelCounts> labels;  ///< by subject
+  std::map<std::uint32_t, SkeletonCounts> bones;
+  std::map<std::uint32_t, Timeline> timelines;  ///< empty unless kept
+  std::map<std::uint32_t, std::vector<JointErrors>> errors;
+  ClearMot::Counts mot;
+  std::uint64_t sets = 0, unlabelled = 0, ghosts = 0;
+  double watched_squares_m2 = 0.0;  ///< of the joints that [[only_camera]] names, while it lasts
+  std::uint64_t watched = 0;
+  double world_s = 0.0, row_s = 0.0;  ///< what making the blobs took, and what the row took
+};
+
+struct SceneRunSettings {
+  std::uint64_t seed = 1;
+  bool rays = true;  ///< false: [[only_camera]] hides from that one, too
+  bool keeps_plots = false;
+};
+
+/// Runs one clip of a scene through the daemon's own row. The same arguments give the same outcome, times aside. Fails
+/// with NotFound where a motion is missing, else with what is wrong with a file that the scene names.
+Result<SceneOutcome> run_scene(const SceneFile& scene, const std::string& clip, const SceneRunSettings& settings);
+
+}  // namespace mocap::eval
