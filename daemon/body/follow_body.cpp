@@ -336,8 +336,11 @@ void BodyFollower::learn(std::span<const Observation> seen) {
       const bool laid_anew = turned.norm() > kMostTurn_rad;
       if (laid_anew) bone.spin_rad_s.setZero();
       const Eigen::Vector3d known_rad_s = bone.spin_rad_s + kNew * (turned / step_s - bone.spin_rad_s);
-      if (!laid_anew) bone.spin_rad_s = dying_rad_s + bone.share * (known_rad_s - dying_rad_s);
+      // What was not told before and is now comes from elsewhere, and is no motion.
+      const Eigen::Vector3d learnt_rad_s = bone.share * (bone.share_before * (known_rad_s - dying_rad_s));
+      if (!laid_anew) bone.spin_rad_s = dying_rad_s + learnt_rad_s;
     }
+    bone.share_before = bone.share;
     if (bone.told >= Told::Ray) bone.told_at = at_;
   }
   std::copy(pose_.locals().begin(), pose_.locals().end(), learnt_.begin());

@@ -83,6 +83,17 @@ struct LoneSighting {
   double sigma_rad = 0.0;                                ///< standard deviation of each axis across it
 };
 
+/// A ray of the one camera that sees a named marker: what it tells of a body.
+struct NamedRay {
+  Label label;
+  CameraId camera;
+  WorldPoint eye;
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< unit
+  double sigma_rad = 0.0;                                ///< standard deviation of each axis across it
+};
+
+using NamedRays = BoundedVector<NamedRay, kMaxMarkers>;
+
 /// One instant's blobs, gathered by marker.
 struct Matches {
   BoundedVector<Match, kMaxMarkers> matches;
