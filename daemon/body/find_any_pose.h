@@ -22,6 +22,7 @@ struct FindAnyPoseSettings {
   double least_share = 0.5;         ///< of the markers that must be named
   double most_rms = 2.0;            ///< of the markers from the body, in their sigmas
   double sure = 10.0;               ///< by how much of log-likelihood another reading of a marker must be worse
+  double surely_seen = 5.0;         ///< and that it is hidden, and its point a stray
 };
 
 /// A body found in a pose.
@@ -98,7 +99,6 @@ class AnyPoseFinder {
   bool good(const Fitted& one) const;
   void fit(Fitted& into);
   void solve(Fitted& into, int iterations);
-  void untwist(BodyReading& reading) const;
   void assign(Fitted& into);
   void relay();
   void begin_challenge();

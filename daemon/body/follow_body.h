@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/time.h"
+#include "body/lay_named.h"
 #include "body/pose_fit.h"
 #include "geometry/rigid_fit.h"
 #include "model/skeleton.h"
@@ -97,6 +98,7 @@ class BodyFollower {
 
   FollowSettings settings_;
   PoseFit pose_;
+  NamedLayer layer_;
   bool following_ = false;
   Timestamp learnt_at_;
   Timestamp at_;  // of the last predict

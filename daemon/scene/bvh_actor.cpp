@@ -115,6 +115,12 @@ class BvhActor final : public Actor {
       root_m.z() = share * root_m.z() + (1.0 - share) * rest_height_m_;
     }
     set_out(root_m, turns, into);
+    if (settings_.t_pose_s <= 0.0 || since_s >= kBlend_s) return;
+    // Between two poses that stand on the floor there are some that would sink into it.
+    const double sunk_m = kSoleHeight_m - lowest_m(into);
+    if (sunk_m <= 0.0) return;
+    for (Pose& pose : into.world_from_bone) pose.position.z() += sunk_m;
+    for (ActorMarker& marker : into.markers) marker.position.v.z() += sunk_m;
   }
 
  private:

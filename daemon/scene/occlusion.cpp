@@ -9,6 +9,7 @@ namespace mocap::scene {
 namespace {
 
 constexpr Eigen::Index kAxisUp = 2;
+constexpr double kSkin_m = 0.005;
 constexpr double kHeadBall_m = 0.10;  // from the head's joint up to the middle of the skull
 
 // Radii of an adult's limbs, m, by the end of the bone's name.
@@ -88,7 +89,10 @@ bool Flesh::is_between(const Limb& limb, const ActorState& state, const Eigen::V
                                     ? state.world_from_bone[static_cast<std::size_t>(limb.child)].position
                                     : Eigen::Vector3d(pose * (kHeadBall_m * Eigen::Vector3d::Unit(kAxisUp)));
   const Eigen::Vector3d begin_m = limb.child >= 0 ? pose.position : end_m;
-  return segment_distance_m(light_m, eye_m, begin_m, end_m) < limb.radius_m;
+  const double passes_m = segment_distance_m(light_m, eye_m, begin_m, end_m);
+  if (passes_m >= limb.radius_m) return false;
+  // Flesh gives way to what presses on it: a marker lies on the skin, however near to the bone a motion has it.
+  return passes_m < segment_distance_m(light_m, light_m, begin_m, end_m) - kSkin_m;
 }
 
 }  // namespace mocap::scene

@@ -18,7 +18,8 @@ class Flesh {
   explicit Flesh(const MarkerSet& marker_set);
 
   /// Whether the body stands between an eye and a marker of its set. A limb hides no marker of its own bone, nor of
-  /// the bone it hangs from, nor of the bones that hang from it: those sit on its skin. Without bones nothing hides.
+  /// the bone it hangs from, nor of the bones that hang from it: those sit on its skin. Nor does a limb hide a marker
+  /// that lies in it from the side on which it lies. Without bones nothing hides.
   bool hides(const ActorState& state, std::size_t marker, const Eigen::Vector3d& eye_m) const;
 
   /// Whether the body stands between an eye and somebody else's light.

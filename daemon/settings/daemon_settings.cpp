@@ -7,12 +7,12 @@
 #include <regex>
 #include <sstream>
 
-#include "body/find_rigid.h"
 #include "settings/camera_keys.h"
 #include "settings/cross_checks.h"
 #include "settings/key_list.h"
 #include "settings/marker_set_file.h"
 #include "settings/rig_file.h"
+#include "settings/shape_checks.h"
 #include "settings/stage_keys.h"
 #include "settings/subject_file.h"
 #include "settings/toml_file.h"
@@ -158,46 +158,12 @@ void load_the_subject(TomlFile& file, TomlTable& table, MarkerSets& sets, const 
   if (!subject.keep.empty()) settings.kept.push_back({id, subject.keep, std::move(known)});
 }
 
-// Things that look alike: the markers of one stand as those of the other, as near as a labeller tells.
-bool same_shape(const MarkerSet& a, const MarkerSet& b, double tolerance_m) {
-  if (a.skeleton.bones.size() != 1 || b.skeleton.bones.size() != 1) return false;
-  std::vector<Eigen::Vector3d> points;
-  for (const MarkerOnBone& marker : b.markers) points.push_back(marker.offset_m);
-  return body::RigidFinder(a, tolerance_m).find(points).has_value();
-}
-
-// Bodies that were fitted and are one: the same file, or a copy.
-bool same_body(const Subject& a, const Subject& b) {
-  if (!a.fitted || !b.fitted || !same_markers(a.marker_set, b.marker_set)) return false;
-  const auto same = [](const MarkerOnBone& one, const MarkerOnBone& other) { return one.offset_m == other.offset_m; };
-  return std::ranges::equal(a.marker_set.markers, b.marker_set.markers, same);
-}
-
-void check_bodies_differ(DaemonTables& tables, const DaemonSettings& settings) {
-  if (settings.worn.size() != settings.subjects.size()) return;  // told already
-  const double tolerance_m = settings.label.rigid_tolerance_m;
-  for (std::size_t i = 0; i < settings.worn.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      const Subject &a = settings.worn[j], &b = settings.worn[i];
-      if (same_shape(a.marker_set, b.marker_set, tolerance_m) || same_shape(b.marker_set, a.marker_set, tolerance_m)) {
-        tables.subjects[i].fault(
-            "marker_set",
-            fmt::format("its markers stand as those of '{}' to {:.0f} mm, expected things that can be "
-                        "told apart; stick one marker 2 cm elsewhere and say so in a marker set of its own",
-                        a.name, 1e3 * tolerance_m));
-      } else if (same_body(a, b)) {
-        tables.subjects[i].fault("file", fmt::format("is the body of '{}', expected a file of its own", a.name));
-      }
-    }
-  }
-}
-
 void load_the_marker_sets(TomlFile& file, DaemonTables& tables, DaemonSettings& settings) {
   MarkerSets sets(file);
   for (std::size_t i = 0; i < settings.subjects.size(); ++i) {
     load_the_subject(file, tables.subjects[i], sets, settings.subjects[i], settings);
   }
-  check_bodies_differ(tables, settings);
+  if (settings.worn.size() == settings.subjects.size()) check_shapes(tables, settings);
   settings.simulated.resize(settings.cameras.size());
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
     const auto* synthetic = std::get_if<cameras::SyntheticSettings>(&settings.cameras[i].driver);

@@ -176,7 +176,7 @@ void OneSubject::predict(SubjectId id, Timestamp at, Expected& into) {
   body_.predict(at);
   for (std::size_t m = 0; m < covariances_m2_.size(); ++m) {
     const Label label{id, static_cast<std::uint32_t>(m)};
-    if (!into.markers.try_push_back({{body_.told(m)}, covariances_m2_[m], {}, label})) return;
+    if (!into.markers.try_push_back({{body_.told(m)}, covariances_m2_[m], {}, label, 0})) return;
   }
 }
 

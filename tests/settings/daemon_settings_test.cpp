@@ -80,6 +80,21 @@ TEST_F(Configuration, IsReadWithTheRigInTheOrderOfTheCameras) {
   EXPECT_EQ(settings->simulated[1].markers.size(), 18U);
 }
 
+TEST_F(Configuration, RefusesThingsOfTheSameShapeAndAllowsPeopleInTheSameMarkerSet) {
+  const auto subject = [&](const std::string& name, const std::string& set) {
+    return "[[subject]]\nname = \"" + name + "\"\nmarker_set = \"" + (kConfig / "markersets" / set).string() + "\"\n";
+  };
+
+  const std::string things = faults_of(good() + subject("sword", "rigid4.toml") + subject("shield", "rigid4.toml"));
+  const std::string people = faults_of(good() + subject("ann", "baseline41.toml") + subject("bob", "baseline41.toml"));
+  const std::string one = faults_of(good() + subject("sword", "rigid4.toml") + subject("ann", "baseline41.toml"));
+
+  EXPECT_THAT(things,
+              AllOf(HasSubstr("subject 'shield' has the shape of subject 'sword'"), HasSubstr("move one marker")));
+  EXPECT_EQ(people, "");
+  EXPECT_EQ(one, "");
+}
+
 TEST_F(Configuration, TellsAllFaultsAtOnceWithPlacesAndSuggestions) {
   const std::string faults = faults_of(R"([capture]
 rig = "rig.toml"
@@ -261,7 +276,7 @@ TEST_F(Configuration, TakesABodyThatWasFittedBefore) {
               HasSubstr("was fitted with 'openmocap18'; expected one and the same"));
   EXPECT_THAT(faults_of(good(subject + "file = \"bert.toml\"\n")), HasSubstr("bert.toml"));
   EXPECT_THAT(faults_of(good(subject + "file = \"anna.toml\"\n[[subject]]\nname = \"twin\"\nfile = \"anna.toml\"\n")),
-              HasSubstr("subject 'twin': is the body of 'actor', expected a file of its own"));
+              HasSubstr("subject 'twin' is fitted to the same body as subject 'actor'"));
 }
 
 TEST_F(Configuration, RefusesThingsThatCannotBeToldApart) {
@@ -272,7 +287,7 @@ TEST_F(Configuration, RefusesThingsThatCannotBeToldApart) {
   EXPECT_EQ(faults_of(good(thing("ball", "rigid4.toml") + thing("stick", "rigid5.toml") + thing("box", "rigid3.toml"))),
             "");
   EXPECT_THAT(faults_of(good(thing("ball", "rigid4.toml") + thing("bat", "rigid4.toml"))),
-              HasSubstr("subject 'bat': its markers stand as those of 'ball' to 6 mm"));
+              HasSubstr("subject 'bat' has the shape of subject 'ball'"));
 }
 
 TEST(ShippedConfiguration, IsWithoutAFault) {

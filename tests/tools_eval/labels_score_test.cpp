@@ -43,7 +43,8 @@ std::map<std::uint32_t, LabelCounts> judge(int sets, Change change, LabelScorer&
 TEST(LabelScorer, GivesFullMarksToTheTruth) {
   LabelScorer scorer;
 
-  const auto counts = judge(100, [](int, EvalFrame&, EvalFrame&) {}, scorer);
+  const auto counts = judge(
+      100, [](int, EvalFrame&, EvalFrame&) {}, scorer);
 
   ASSERT_EQ(counts.size(), 2U);
   const LabelCounts& first = counts.at(0);
@@ -167,7 +168,9 @@ TEST(LabelScorer, BeginsWithTheFirstName) {
 TEST(LabelScorer, GivesNothingToWhoNeverNames) {
   LabelScorer scorer;
 
-  const LabelCounts counts = judge(100, [](int, EvalFrame&, EvalFrame& said) { said.markers.clear(); }, scorer).at(0);
+  const LabelCounts counts = judge(
+                                 100, [](int, EvalFrame&, EvalFrame& said) { said.markers.clear(); }, scorer)
+                                 .at(0);
 
   EXPECT_FALSE(counts.precision());
   EXPECT_EQ(*counts.recall(), 0.0);

@@ -45,7 +45,8 @@ TEST_F(SceneFileTest, KnowsTheUsualScene) {
 }
 
 TEST_F(SceneFileTest, TellsEveryFaultWithItsLine) {
-  const std::string told = faults(std::string(kActor) + "sise = 0.9\n\n[image]\nfalse_blobs = 11\n\n[hide]\nshare = 1\n");
+  const std::string told =
+      faults(std::string(kActor) + "sise = 0.9\n\n[image]\nfalse_blobs = 11\n\n[hide]\nshare = 1\n");
 
   EXPECT_THAT(told, HasSubstr("scene.toml:5:1: actor 'a': unknown key 'sise', did you mean 'size'?"));
   EXPECT_THAT(told, HasSubstr("scene.toml:8:15: image: false_blobs is 11"));

@@ -14,8 +14,11 @@ EvalFrame bones_at(int set) {
   EvalFrame frame;
   frame.exposed_at = from_ns(0) + set * std::chrono::milliseconds(10);
   for (std::uint32_t b = 0; b < 3; ++b) {
-    frame.bones.push_back(
-        {0, b, b == 2 ? BoneState::Filled : BoneState::Measured, {0.01 * set, 0.3 * b, 1.0}, Eigen::Quaterniond::Identity()});
+    frame.bones.push_back({0,
+                           b,
+                           b == 2 ? BoneState::Filled : BoneState::Measured,
+                           {0.01 * set, 0.3 * b, 1.0},
+                           Eigen::Quaterniond::Identity()});
   }
   return frame;
 }
