@@ -279,6 +279,17 @@ TEST_F(Configuration, TakesABodyThatWasFittedBefore) {
               HasSubstr("subject 'twin' is fitted to the same body as subject 'actor'"));
 }
 
+TEST_F(Configuration, RefusesThingsThatCannotBeToldApart) {
+  const auto thing = [](const std::string& name, const std::string& set) {
+    return "[[subject]]\nname = \"" + name + "\"\nmarker_set = \"" + (kConfig / "markersets" / set).string() + "\"\n";
+  };
+
+  EXPECT_EQ(faults_of(good(thing("ball", "rigid4.toml") + thing("stick", "rigid5.toml") + thing("box", "rigid3.toml"))),
+            "");
+  EXPECT_THAT(faults_of(good(thing("ball", "rigid4.toml") + thing("bat", "rigid4.toml"))),
+              HasSubstr("subject 'bat' has the shape of subject 'ball'"));
+}
+
 TEST(ShippedConfiguration, IsWithoutAFault) {
   for (const char* name : {"mocapd.toml", "demo.toml"}) {
     const auto settings = load_daemon_settings(kConfig / name);
