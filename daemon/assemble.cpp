@@ -11,6 +11,7 @@
 
 #include "cameras/open_camera.h"
 #include "record/snapshot_writer.h"
+#include "settings/subject_keeper.h"
 #include "stages/detect_blobs.h"
 #include "stages/label_markers.h"
 #include "stages/match_views.h"
@@ -125,6 +126,7 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
     if (!writer) return writer.error();
     made.parts.writers.push_back(std::move(*writer));
   }
+  if (!settings.kept.empty()) made.parts.writers.push_back(settings::make_subject_keeper(settings.kept));
   return made;
 }
 

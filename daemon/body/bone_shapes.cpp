@@ -26,9 +26,8 @@ void keep_the_widest(std::vector<ShapePoint>& points) {
       for (std::size_t i = 0; i < next; ++i) nearest = std::min(nearest, (point.at_m - points[i].at_m).norm());
       return nearest;
     };
-    const auto widest =
-        std::max_element(points.begin() + static_cast<std::ptrdiff_t>(next), points.end(),
-                         [&](const ShapePoint& a, const ShapePoint& b) { return apart(a) < apart(b); });
+    const auto widest = std::max_element(points.begin() + static_cast<std::ptrdiff_t>(next), points.end(),
+                                         [&](const ShapePoint& a, const ShapePoint& b) { return apart(a) < apart(b); });
     std::iter_swap(points.begin() + static_cast<std::ptrdiff_t>(next), widest);
   }
   if (points.size() > kMostShapePoints) points.resize(kMostShapePoints);
@@ -50,8 +49,7 @@ BoneShapes::BoneShapes(const MarkerSet& set) : shapes_(set.skeleton.bones.size()
     const int parent = bones[b].parent;
     if (parent < 0) continue;
     shapes_[b].joints.push_back({parent, Eigen::Vector3d::Zero(), bones[b].rest_offset_m});
-    shapes_[static_cast<std::size_t>(parent)].joints.push_back(
-        {bone, bones[b].rest_offset_m, Eigen::Vector3d::Zero()});
+    shapes_[static_cast<std::size_t>(parent)].joints.push_back({bone, bones[b].rest_offset_m, Eigen::Vector3d::Zero()});
   }
 }
 

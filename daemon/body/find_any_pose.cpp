@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "base/expects.h"
-#include "body/rotation.h"
 
 namespace mocap::body {
 namespace {
@@ -28,7 +26,6 @@ constexpr int kFirstIterations = 10;
 constexpr int kSecondIterations = 5;
 // What an iteration of the whole body costs, in fits of a bone.
 constexpr std::size_t kWorkOfIteration = 25;
-constexpr int kTwists = 16;
 // Points far off do not say how many lie about the body: they are reckoned to be in so much room.
 constexpr double kBodyRoom_m3 = 4.0;
 
@@ -128,7 +125,7 @@ void AnyPoseFinder::begin(std::span<const Eigen::Vector3d> points) {
   fit_work_ = 0;
   begun_at_ = layer_.work();
   stage_ = Stage::Idle;
-  const double needed = settings_.least_share * static_cast<double>(set_.markers.size());
+  const double needed = settings_.least_seen * static_cast<double>(set_.markers.size());
   if (roots_.empty() || static_cast<double>(cloud_.size()) < needed) return;
   rough_ = false;
   begin_round(settings_.well);
@@ -158,8 +155,7 @@ const std::optional<FoundPose>& AnyPoseFinder::find(std::span<const Eigen::Vecto
 void AnyPoseFinder::step() {
   ++fit_work_;
   switch (stage_) {
-    case Stage::Idle:
-      return;
+    case Stage::Idle: return;
     case Stage::Lay:
       if (layer_.grow()) choose_fits();
       return;
@@ -170,9 +166,7 @@ void AnyPoseFinder::step() {
     case Stage::Relay:
       if (layer_.grow()) begin_challenge();
       return;
-    case Stage::Challenge:
-      challenge();
-      return;
+    case Stage::Challenge: challenge(); return;
   }
 }
 
@@ -183,34 +177,13 @@ void AnyPoseFinder::choose_fits() {
   const int apart = std::max(2, static_cast<int>(set_.markers.size() / 8));
   for (const BodyReading& reading : layer_.readings()) {
     if (fits_ == kMostFits) break;
-    const bool same = std::any_of(fitted_.begin(), fitted_.begin() + static_cast<std::ptrdiff_t>(fits_),
-                                  [&](const Fitted& other) {
-                                    return differ(reading.point_of_marker, other.reading.point_of_marker) < apart;
-                                  });
+    const bool same = std::any_of(
+        fitted_.begin(), fitted_.begin() + static_cast<std::ptrdiff_t>(fits_),
+        [&](const Fitted& other) { return differ(reading.point_of_marker, other.reading.point_of_marker) < apart; });
     if (!same) fitted_[fits_++].reading = reading;
   }
   stage_ = Stage::Fit;
   if (fits_ == 0) judge();
-}
-
-// Bones that were swung on one point are turned about it to where their joints' ranges allow it best.
-void AnyPoseFinder::untwist(BodyReading& reading) const {
-  for (std::size_t b = 0; b < reading.bones.size(); ++b) {
-    BoneReading& bone = reading.bones[b];
-    const int parent = set_.skeleton.bones[b].parent;
-    if (bone.laid == Laid::Unseen && parent >= 0)
-      bone.world.rotation = reading.bones[static_cast<std::size_t>(parent)].world.rotation;
-    if (bone.laid != Laid::Swung) continue;
-    const Eigen::Quaterniond begin = bone.world.rotation;
-    double best = 1e9;
-    for (int i = 0; i < kTwists; ++i) {
-      const Eigen::Quaterniond turn = begin * turn_by(2.0 * std::numbers::pi * i / kTwists * bone.axis);
-      const double beyond = layer_.beyond_ranges(reading, b, turn);
-      if (beyond >= best - 1e-9) continue;
-      best = beyond;
-      bone.world.rotation = turn;
-    }
-  }
 }
 
 void AnyPoseFinder::assign(Fitted& into) {
@@ -246,14 +219,8 @@ void AnyPoseFinder::solve(Fitted& into, int iterations) {
 }
 
 void AnyPoseFinder::fit(Fitted& into) {
-  untwist(into.reading);
-  for (std::size_t b = 0; b < locals_.size(); ++b) {
-    const int parent = set_.skeleton.bones[b].parent;
-    locals_[b] = into.reading.bones[b].world;
-    if (parent < 0) continue;
-    const Eigen::Quaterniond& above = into.reading.bones[static_cast<std::size_t>(parent)].world.rotation;
-    locals_[b].rotation = (above.conjugate() * locals_[b].rotation).normalized();
-  }
+  untwist(set_.skeleton, into.reading.bones);
+  to_locals(set_.skeleton, into.reading.bones, locals_);
   fit_.set_locals(locals_);
   into.point_of_marker = into.reading.point_of_marker;
   solve(into, kFirstIterations);
@@ -265,7 +232,7 @@ void AnyPoseFinder::fit(Fitted& into) {
 }
 
 bool AnyPoseFinder::good(const Fitted& one) const {
-  return one.matched >= settings_.least_share * static_cast<double>(set_.markers.size()) &&
+  return one.matched >= settings_.least_seen * static_cast<double>(set_.markers.size()) &&
          one.rms_m <= settings_.most_rms * known_.marker_sigma_m;
 }
 
@@ -369,7 +336,7 @@ void AnyPoseFinder::challenge() {
   const bool other = tell_difference(rival.point_of_marker);
   if (difference_.empty() || dismissed()) return;
   if (!other || challenges_ >= kMostChallenges) {
-    if (rival.cost < own_cost_ + settings_.sure) doubt();
+    if (rival.cost < own_cost_ + (other ? settings_.sure : settings_.surely_seen)) doubt();
     return;
   }
   ++challenges_;

@@ -19,9 +19,11 @@ namespace mocap::body {
 struct FindAnyPoseSettings {
   BodyKnown well;                   ///< tried first: what fits so is soon clear
   BodyKnown roughly{0.007, 0.015};  ///< then this: skin that slides
-  double least_share = 0.5;         ///< of the markers that must be named
+  double least_seen = 0.7;          ///< share of the markers that must be there; of fewer, ghosts make limbs too easily
+  double least_share = 0.5;         ///< and that must be named
   double most_rms = 2.0;            ///< of the markers from the body, in their sigmas
   double sure = 10.0;               ///< by how much of log-likelihood another reading of a marker must be worse
+  double surely_seen = 5.0;         ///< and that it is hidden, and its point a stray
 };
 
 /// A body found in a pose.
@@ -60,7 +62,7 @@ class AnyPoseFinder {
   /// Begins a search; one that goes on is given up. At most kMostCloudPoints are looked at.
   void begin(std::span<const Eigen::Vector3d> points);
   bool searching() const noexcept { return stage_ != Stage::Idle; }
-  /// Goes on by about as many bone fits (1 to 2 us each) as `work`; true when the search has ended.
+  /// Goes on by about as many bone fits (half a microsecond each) as `work`; true when the search has ended.
   bool advance(std::size_t work);
   /// What the search that ended has found.
   const std::optional<FoundPose>& found() const noexcept { return found_; }
@@ -98,7 +100,6 @@ class AnyPoseFinder {
   bool good(const Fitted& one) const;
   void fit(Fitted& into);
   void solve(Fitted& into, int iterations);
-  void untwist(BodyReading& reading) const;
   void assign(Fitted& into);
   void relay();
   void begin_challenge();

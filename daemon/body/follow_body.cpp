@@ -58,7 +58,7 @@ constexpr double kNever_s = 1e3;
 }  // namespace
 
 BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
-    : settings_(settings), pose_(set, PoseFit::Lengths::Fixed) {
+    : settings_(settings), pose_(set, PoseFit::Lengths::Fixed), layer_(set) {
   const std::size_t bones = set.skeleton.bones.size();
   bones_.resize(bones);
   markers_.resize(set.markers.size());
@@ -110,7 +110,20 @@ bool BodyFollower::start(std::span<const Observation> seen, Timestamp at) {
   pose_.place(laid->to_from);
   const int patience = 5 * settings_.max_iterations;
   (void)pose_.solve(seen, {.rest_share = kRestShare, .outlier_m = 0.5}, patience);
-  residual_m_ = pose_.solve(seen, {.rest_share = kRestShare, .outlier_m = settings_.outlier_m}, patience).rms_m;
+  const PosePrior prior{.rest_share = kRestShare, .outlier_m = settings_.outlier_m};
+  PoseFitResult result = pose_.solve(seen, prior, patience);
+  // From the rest pose a body that is bent far may be led astray; laid bone by bone it is not. The better of both.
+  std::copy(pose_.locals().begin(), pose_.locals().end(), tried_.begin());
+  if (layer_.lay(pose_.marker_set(), seen, turned_)) {
+    pose_.set_locals(turned_);
+    const PoseFitResult laid_anew = pose_.solve(seen, prior, patience);
+    if (laid_anew.cost < result.cost) {
+      result = laid_anew;
+    } else {
+      pose_.set_locals(tried_);
+    }
+  }
+  residual_m_ = result.rms_m;
   velocity_m_s_.setZero();
   see_bones(seen);
   for (BoneMemory& bone : bones_) {
@@ -323,8 +336,11 @@ void BodyFollower::learn(std::span<const Observation> seen) {
       const bool laid_anew = turned.norm() > kMostTurn_rad;
       if (laid_anew) bone.spin_rad_s.setZero();
       const Eigen::Vector3d known_rad_s = bone.spin_rad_s + kNew * (turned / step_s - bone.spin_rad_s);
-      if (!laid_anew) bone.spin_rad_s = dying_rad_s + bone.share * (known_rad_s - dying_rad_s);
+      // What was not told before and is now comes from elsewhere, and is no motion.
+      const Eigen::Vector3d learnt_rad_s = bone.share * (bone.share_before * (known_rad_s - dying_rad_s));
+      if (!laid_anew) bone.spin_rad_s = dying_rad_s + learnt_rad_s;
     }
+    bone.share_before = bone.share;
     if (bone.told >= Told::Ray) bone.told_at = at_;
   }
   std::copy(pose_.locals().begin(), pose_.locals().end(), learnt_.begin());

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/time.h"
+#include "body/lay_named.h"
 #include "body/pose_fit.h"
 #include "geometry/rigid_fit.h"
 #include "model/skeleton.h"
@@ -50,6 +51,8 @@ class BodyFollower {
   void learn(std::span<const Observation> seen);
 
   const PoseFit& pose() const noexcept { return pose_; }
+  /// The local poses of the last `predict`.
+  std::span<const Pose> foreseen() const noexcept { return predicted_; }
   double residual_m() const noexcept { return residual_m_; }
   Timestamp learnt_at() const noexcept { return learnt_at_; }
 
@@ -85,6 +88,7 @@ class BodyFollower {
     // Which turns in the parent's frame the markers of the last fit told: 1 along an axis that they told alone, 0 along
     // one that they told nothing of.
     Eigen::Matrix3d share = Eigen::Matrix3d::Identity();
+    Eigen::Matrix3d share_before = Eigen::Matrix3d::Identity();  // when last learnt
   };
 
   void see_bones(std::span<const Observation> seen);
@@ -97,6 +101,7 @@ class BodyFollower {
 
   FollowSettings settings_;
   PoseFit pose_;
+  NamedLayer layer_;
   bool following_ = false;
   Timestamp learnt_at_;
   Timestamp at_;  // of the last predict

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "base/expects.h"
-#include "body/rotation.h"
 
 namespace mocap::body {
 namespace {
@@ -19,29 +18,16 @@ constexpr std::size_t kMostGrowths = 320;
 constexpr double kLostJoint_m[] = {0.12, 0.20, 0.35};
 // By what share of its lever an unseen or half-seen bone's end is unsure: joints that turn by 35 degrees, rms.
 constexpr double kUnseenTurn = 0.6;
-// How hard a joint's range is: bones that are told by markers 8 cm apart are turned by 0.1 rad, and people reach beyond.
+// How hard a joint's range is: bones that are told by markers 8 cm apart are turned by 0.1 rad, and people reach
+// beyond.
 constexpr double kRange_rad = 0.3;
 constexpr double kMostBeyond = 12.0;
 constexpr double kInJoint_m = 1e-3;
 
-// How far a turn is beyond a joint's ranges, squared, rad^2.
-double beyond2(const Bone& bone, const Eigen::Quaterniond& local) {
-  const Eigen::Vector3d phi = rotation_vector(local);
-  double sum = 0.0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto range = bone.turns[static_cast<std::size_t>(axis)].value_or(AngleRange{0.0, 0.0});
-    const double by = phi[axis] - std::clamp(phi[axis], range.min_rad, range.max_rad);
-    sum += by * by;
-  }
-  return sum;
-}
-
 }  // namespace
 
-BodyLayer::BodyLayer(const MarkerSet& set) : set_(set), shapes_(set), children_(set.skeleton.bones.size()) {
+BodyLayer::BodyLayer(const MarkerSet& set) : set_(set), shapes_(set) {
   const std::size_t bones = set.skeleton.bones.size();
-  for (std::size_t b = 1; b < bones; ++b)
-    children_[static_cast<std::size_t>(set.skeleton.bones[b].parent)].push_back(static_cast<int>(b));
   BodyReading reading;
   reading.point_of_marker.assign(set.markers.size(), -1);
   reading.bones.resize(bones);
@@ -186,24 +172,7 @@ double BodyLayer::beyond_range(const BodyReading& reading, const NextBone& next,
   const Eigen::Quaterniond& upper = down ? from.world.rotation : laid.world_from_bone.rotation;
   const Eigen::Quaterniond& lower = down ? laid.world_from_bone.rotation : from.world.rotation;
   const Bone& bone = set_.skeleton.bones[static_cast<std::size_t>(down ? next.bone : next.from)];
-  return 0.5 * beyond2(bone, upper.conjugate() * lower) / (kRange_rad * kRange_rad);
-}
-
-double BodyLayer::beyond_ranges(const BodyReading& reading, std::size_t bone, const Eigen::Quaterniond& turn) const {
-  double sum = 0.0;
-  const int parent = set_.skeleton.bones[bone].parent;
-  if (parent >= 0)
-    sum += beyond2(set_.skeleton.bones[bone],
-                   reading.bones[static_cast<std::size_t>(parent)].world.rotation.conjugate() * turn);
-  for (const int child : children_[bone]) {
-    const auto c = static_cast<std::size_t>(child);
-    const BoneReading& below = reading.bones[c];
-    if (below.laid == Laid::Unseen) continue;
-    Eigen::Quaterniond local = turn.conjugate() * below.world.rotation;
-    if (below.laid == Laid::Swung) local = Eigen::Quaterniond::FromTwoVectors(below.axis, local * below.axis);
-    sum += beyond2(set_.skeleton.bones[c], local);
-  }
-  return sum;
+  return 0.5 * beyond_range2(bone, upper.conjugate() * lower) / (kRange_rad * kRange_rad);
 }
 
 void BodyLayer::grow(std::size_t index) {
@@ -212,7 +181,9 @@ void BodyLayer::grow(std::size_t index) {
   const BoneShape& shape = shapes_.of(static_cast<std::size_t>(next.bone));
   const LayFrom from = hang(reading, next);
   Growth growth{reading.cost, index, from.sigma_m, {}};
-  const std::size_t telling = shapes_.tells_turn(static_cast<std::size_t>(next.bone)) ? 2 : shape.points.size() > 1 ? 1 : 0;
+  const std::size_t telling = shapes_.tells_turn(static_cast<std::size_t>(next.bone)) ? 2
+                              : shape.points.size() > 1                               ? 1
+                                                                                      : 0;
   if (from.sigma_m > kLostJoint_m[telling]) {
     growth.bone.world_from_bone = {from.place_m - from.rest * from.joint_m, from.rest};
     growth.bone.point_of.resize(shape.points.size());

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "body/body_cloud.h"
+#include "body/bone_reading.h"
 #include "body/bone_shapes.h"
 #include "body/lay_bone.h"
 #include "model/skeleton.h"
@@ -17,15 +18,6 @@ namespace mocap::body {
 struct BodyKnown {
   double marker_sigma_m = 0.003;  ///< of a marker from where the fitted body puts it
   double joint_sigma_m = 0.010;   ///< of a joint between two bones, as the fit has it
-};
-
-/// A bone as a reading has it.
-struct BoneReading {
-  Pose world;
-  Laid laid = Laid::Unseen;
-  Eigen::Vector3d axis = Eigen::Vector3d::Zero();     ///< of what is open, as LaidBone has it
-  Eigen::Vector3d joint_m = Eigen::Vector3d::Zero();  ///< where it hangs, in its frame
-  double joint_sigma_m = 0.0;                         ///< of that place
 };
 
 /// Some bones of a body laid on some points.
@@ -75,9 +67,6 @@ class BodyLayer {
   /// The likeliest first.
   std::span<const BodyReading> readings() const { return std::span(readings_).first(count_); }
 
-  /// How far a bone's turn in the world is beyond its joint's ranges and its neighbours', rad^2.
-  double beyond_ranges(const BodyReading& reading, std::size_t bone, const Eigen::Quaterniond& turn) const;
-
   /// Bone fits since it was made.
   std::size_t work() const noexcept { return layer_.work(); }
 
@@ -100,7 +89,6 @@ class BodyLayer {
   MarkerSet set_;
   BoneShapes shapes_;
   BoneLayer layer_;
-  std::vector<std::vector<int>> children_;  // by bone
   BodyKnown known_;
   const BodyCloud* cloud_ = nullptr;
   const LayPlan* plan_ = nullptr;

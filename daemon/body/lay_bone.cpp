@@ -73,8 +73,7 @@ bool BoneLayer::fit(const BoneShape& shape, const LayFrom* from, const BodyCloud
 }
 
 // By what is in bone_.point_of, then by what else lies where the bone then has its markers.
-void BoneLayer::propose(const BoneShape& shape, const LayFrom* from, const BodyCloud& cloud,
-                        const PointsTaken& taken) {
+void BoneLayer::propose(const BoneShape& shape, const LayFrom* from, const BodyCloud& cloud, const PointsTaken& taken) {
   bone_.cost = 1e9;
   if (!fit(shape, from, cloud)) return;
   const double gate = kGateSigmas * settings_.marker_sigma_m;
@@ -170,8 +169,8 @@ void BoneLayer::keep(std::vector<LaidBone>& into, std::size_t most) const {
     into.push_back(bone_);
     return;
   }
-  const auto worst = std::max_element(into.begin(), into.end(),
-                                      [](const LaidBone& a, const LaidBone& b) { return a.cost < b.cost; });
+  const auto worst =
+      std::max_element(into.begin(), into.end(), [](const LaidBone& a, const LaidBone& b) { return a.cost < b.cost; });
   if (bone_.cost < worst->cost) *worst = bone_;
 }
 
@@ -224,8 +223,8 @@ void BoneLayer::swing(const BoneShape& shape, const LayFrom& from, const BodyClo
   bone_.axis = lever.normalized();
   const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(from.rest * lever, seen) * from.rest;
   // Joint and marker share what the distance is wrong by.
-  const double share = from.sigma_m * from.sigma_m /
-                       (from.sigma_m * from.sigma_m + settings_.marker_sigma_m * settings_.marker_sigma_m);
+  const double share =
+      from.sigma_m * from.sigma_m / (from.sigma_m * from.sigma_m + settings_.marker_sigma_m * settings_.marker_sigma_m);
   const Eigen::Vector3d joint = from.place_m + share * (seen - turn * lever);
   bone_.world_from_bone = {joint - turn * from.joint_m, turn};
   weigh(shape, &from, cloud);

@@ -38,9 +38,9 @@ struct LaidBone {
 
 /// Where a bone hangs.
 struct LayFrom {
-  Eigen::Vector3d joint_m = Eigen::Vector3d::Zero();  ///< in the bone's frame
-  Eigen::Vector3d place_m = Eigen::Vector3d::Zero();  ///< in the world
-  double sigma_m = 0.01;                              ///< of that place
+  Eigen::Vector3d joint_m = Eigen::Vector3d::Zero();         ///< in the bone's frame
+  Eigen::Vector3d place_m = Eigen::Vector3d::Zero();         ///< in the world
+  double sigma_m = 0.01;                                     ///< of that place
   Eigen::Quaterniond rest = Eigen::Quaterniond::Identity();  ///< the bone's turn if the joint were stiff
 };
 

@@ -68,6 +68,7 @@ RayCaster::RayCaster(const CameraModel& camera)
   constexpr int kMostSteps = 3;
   if (lens_.kind != LensKind::Pinhole) return;
   tabulate();
+  if (scale_.size() < 3) return;
   for (steps_ = 1; steps_ <= kMostSteps; ++steps_) {
     if (is_precise()) return;
   }
@@ -117,114 +118,121 @@ void RayCaster::cast(std::span<const double> u_px, std::span<const double> v_px,
   MOCAP_EXPECTS(u_px.size() == v_px.size());
   into.resize(u_px.size());
   if (steps_ > 0) {
-    find_cells(u_px, v_px, into);
-    look_up(into);
-    polish(u_px, v_px, into);
-  } else {
-    std::ranges::fill(into.exists, std::uint8_t{0});
+    const bool all_told = look_up(u_px, v_px, into);
+    for (int step = 1; step < steps_; ++step) polish(u_px, v_px, into);
+    std::ranges::fill(into.exists, std::uint8_t{1});
+    if (all_told) return;
   }
-  const auto is_done = [&into](std::size_t i) {
-    return (into.exists[i] != 0) & (into.ux[i] * into.vy[i] > into.uy[i] * into.vx[i]);
-  };
-  std::size_t done = 0;
-  for (std::size_t i = 0; i < u_px.size(); ++i) done += is_done(i) ? 1 : 0;
-  if (done == u_px.size()) return;
   for (std::size_t i = 0; i < u_px.size(); ++i) {
-    if (!is_done(i)) set(into, i, ray_of(lens_, {{u_px[i], v_px[i]}}));
+    const bool told = steps_ > 0 && is_in_table(u_px[i], v_px[i]) && into.ux[i] * into.vy[i] > into.uy[i] * into.vx[i];
+    if (!told) set(into, i, ray_of(lens_, {{u_px[i], v_px[i]}}));
   }
 }
 
-// The distorted rays, and where in the table each is (for now in ux); `exists` says whether it is in the image and in
-// the table. What is not gets any place: it is done anew.
-MOCAP_WIDE void RayCaster::find_cells(std::span<const double> u_px, std::span<const double> v_px,
-                                      RayColumns& into) const {
-  const double last = static_cast<double>(scale_.size()) - 2.0;
+// Whether the pixel is in the image, and its distorted ray not longer than the table is.
+bool RayCaster::is_in_table(double u_px, double v_px) const {
+  const double x = (u_px - lens_.cx_px) / lens_.fx_px;
+  const double y = (v_px - lens_.cy_px) / lens_.fy_px;
+  const bool in_image = u_px >= -0.5 && u_px < width_px_ - 0.5 && v_px >= -0.5 && v_px < height_px_ - 0.5;
+  return in_image && (x * x + y * y) * cells_per_length2_ < static_cast<double>(scale_.size()) - 2.0;
+}
+
+namespace {
+
+// A pinhole's numbers, and one step of Newton's with them. The slope is that of the point before the step: the last
+// step is so small that the slope does not change.
+struct Step {
+  explicit Step(const Lens& lens)
+      : k1(lens.distortion[0]),
+        k2(lens.distortion[1]),
+        k3(lens.distortion[4]),
+        p1(lens.distortion[2]),
+        p2(lens.distortion[3]),
+        fx(lens.fx_px),
+        fy(lens.fy_px),
+        cx(lens.cx_px),
+        cy(lens.cy_px) {}
+
+  struct Polished {
+    double x, y, a, b, c, d;
+  };
+  [[gnu::always_inline]] Polished operator()(double x, double y, double u, double v) const {
+    const double xy = x * y;
+    const double r2 = x * x + y * y;
+    const double radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
+    const double slope2 = 2.0 * (k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3));  // twice d radial / d r2
+    const double off_u = u - cx - fx * (x * radial + 2.0 * p1 * xy + p2 * (r2 + 2.0 * x * x));
+    const double off_v = v - cy - fy * (y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * xy);
+    const double across = xy * slope2 + 2.0 * (p1 * x + p2 * y);
+    const double a = fx * (radial + x * x * slope2 + 2.0 * p1 * y + 6.0 * p2 * x);
+    const double b = fx * across;
+    const double c = fy * across;
+    const double d = fy * (radial + y * y * slope2 + 6.0 * p1 * y + 2.0 * p2 * x);
+    const double inverse = 1.0 / (a * d - b * c);
+    return {x + (d * off_u - b * off_v) * inverse, y + (a * off_v - c * off_u) * inverse, a, b, c, d};
+  }
+
+  double k1, k2, k3, p1, p2, fx, fy, cx, cy;
+};
+
+}  // namespace
+
+// The rays by the table, the tangential part taken off at that guess, and the first step. Says whether the table told
+// all of them.
+MOCAP_WIDE bool RayCaster::look_up(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
+  const Step step(lens_);
+  const double p1 = step.p1, p2 = step.p2, cx = step.cx, cy = step.cy;
   const double inverse_fx = 1.0 / lens_.fx_px;
   const double inverse_fy = 1.0 / lens_.fy_px;
-  const double cx = lens_.cx_px, cy = lens_.cy_px;
   const double right = width_px_ - 0.5, down = height_px_ - 0.5;
   const double cells = cells_per_length2_;
-  const double *u = u_px.data(), *v = v_px.data();
-  double *px = into.x.data(), *py = into.y.data(), *cell = into.ux.data();
+  const double last = static_cast<double>(scale_.size()) - 2.0;
+  const double *u = u_px.data(), *v = v_px.data(), *table = scale_.data();
+  double *px = into.x.data(), *py = into.y.data(), *ux = into.ux.data(), *uy = into.uy.data(), *vx = into.vx.data(),
+         *vy = into.vy.data();
   const std::size_t count = u_px.size();
+  std::int64_t told = 0;
   MOCAP_INDEPENDENT_TURNS
   for (std::size_t i = 0; i < count; ++i) {
-    const double x = (u[i] - cx) * inverse_fx;
-    const double y = (v[i] - cy) * inverse_fy;
-    const double at = (x * x + y * y) * cells;
-    px[i] = x;
-    py[i] = y;
-    cell[i] = at < last ? at : last;
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    const bool in_image = (u[i] >= -0.5) & (u[i] < right) & (v[i] >= -0.5) & (v[i] < down);
-    into.exists[i] = static_cast<std::uint8_t>(in_image & (cell[i] < last));
-  }
-}
-
-// How long each ray is by the table (in uy).
-void RayCaster::look_up(RayColumns& into) const {
-  for (std::size_t i = 0; i < into.exists.size(); ++i) {
-    const double cell = into.exists[i] != 0 ? into.ux[i] : 0.0;
-    const auto index = static_cast<std::size_t>(cell);
-    into.uy[i] = scale_[index] + (cell - static_cast<double>(index)) * (scale_[index + 1] - scale_[index]);
-  }
-}
-
-// The tangential part is taken off at the table's guess; Newton's steps from there. The slope is that of the point
-// before the last step: the step is so small that the slope does not change.
-MOCAP_WIDE void RayCaster::polish(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
-  const double k1 = lens_.distortion[0];
-  const double k2 = lens_.distortion[1];
-  const double k3 = lens_.distortion[4];
-  const double p1 = lens_.distortion[2];
-  const double p2 = lens_.distortion[3];
-  const double fx = lens_.fx_px;
-  const double fy = lens_.fy_px;
-  const double cx = lens_.cx_px;
-  const double cy = lens_.cy_px;
-  const std::size_t count = u_px.size();
-  const double* const u = u_px.data();
-  const double* const v = v_px.data();
-  double* const px = into.x.data();
-  double* const py = into.y.data();
-  double* const ux = into.ux.data();
-  double* const uy = into.uy.data();
-  double* const vx = into.vx.data();
-  double* const vy = into.vy.data();
-  MOCAP_INDEPENDENT_TURNS
-  for (std::size_t i = 0; i < count; ++i) {
-    const double scale = uy[i];
-    const double x = px[i] * scale;
-    const double y = py[i] * scale;
+    const double long_x = (u[i] - cx) * inverse_fx;
+    const double long_y = (v[i] - cy) * inverse_fy;
+    const double at = (long_x * long_x + long_y * long_y) * cells;
+    const double cell = at < last ? at : last;  // also of what is no number
+    const auto index = static_cast<std::int32_t>(cell);
+    const double scale = table[index] + (cell - static_cast<double>(index)) * (table[index + 1] - table[index]);
+    const double x = long_x * scale;
+    const double y = long_y * scale;
     const double r2 = x * x + y * y;
-    px[i] = (px[i] - 2.0 * p1 * x * y - p2 * (r2 + 2.0 * x * x)) * scale;
-    py[i] = (py[i] - p1 * (r2 + 2.0 * y * y) - 2.0 * p2 * x * y) * scale;
+    const auto polished = step((long_x - 2.0 * p1 * x * y - p2 * (r2 + 2.0 * x * x)) * scale,
+                               (long_y - p1 * (r2 + 2.0 * y * y) - 2.0 * p2 * x * y) * scale, u[i], v[i]);
+    px[i] = polished.x;
+    py[i] = polished.y;
+    ux[i] = polished.a;
+    uy[i] = polished.b;
+    vx[i] = polished.c;
+    vy[i] = polished.d;
+    const bool in_image = (u[i] >= -0.5) & (u[i] < right) & (v[i] >= -0.5) & (v[i] < down);
+    told += in_image & (at < last) & (polished.a * polished.d > polished.b * polished.c) ? 1 : 0;
   }
-  for (int step = 0; step < steps_; ++step) {
-    MOCAP_INDEPENDENT_TURNS
-    for (std::size_t i = 0; i < count; ++i) {
-      const double x = px[i];
-      const double y = py[i];
-      const double xy = x * y;
-      const double r2 = x * x + y * y;
-      const double radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
-      const double slope2 = 2.0 * (k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3));  // twice d radial / d r2
-      const double off_u = u[i] - cx - fx * (x * radial + 2.0 * p1 * xy + p2 * (r2 + 2.0 * x * x));
-      const double off_v = v[i] - cy - fy * (y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * xy);
-      const double across = xy * slope2 + 2.0 * (p1 * x + p2 * y);
-      const double a = fx * (radial + x * x * slope2 + 2.0 * p1 * y + 6.0 * p2 * x);
-      const double b = fx * across;
-      const double c = fy * across;
-      const double d = fy * (radial + y * y * slope2 + 6.0 * p1 * y + 2.0 * p2 * x);
-      const double inverse = 1.0 / (a * d - b * c);
-      px[i] = x + (d * off_u - b * off_v) * inverse;
-      py[i] = y + (a * off_v - c * off_u) * inverse;
-      ux[i] = a;
-      uy[i] = b;
-      vx[i] = c;
-      vy[i] = d;
-    }
+  return told == static_cast<std::int64_t>(count);
+}
+
+// One more step.
+MOCAP_WIDE void RayCaster::polish(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
+  const Step step(lens_);
+  const double *u = u_px.data(), *v = v_px.data();
+  double *px = into.x.data(), *py = into.y.data(), *ux = into.ux.data(), *uy = into.uy.data(), *vx = into.vx.data(),
+         *vy = into.vy.data();
+  const std::size_t count = u_px.size();
+  MOCAP_INDEPENDENT_TURNS
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto polished = step(px[i], py[i], u[i], v[i]);
+    px[i] = polished.x;
+    py[i] = polished.y;
+    ux[i] = polished.a;
+    uy[i] = polished.b;
+    vx[i] = polished.c;
+    vy[i] = polished.d;
   }
 }
 

@@ -49,8 +49,8 @@ class RayCaster {
  private:
   void tabulate();
   bool is_precise() const;
-  void find_cells(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const;
-  void look_up(RayColumns& into) const;
+  bool is_in_table(double u_px, double v_px) const;
+  bool look_up(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const;
   void polish(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const;
 
   Lens lens_;

@@ -25,8 +25,9 @@ struct FrameSet {
 struct ExpectedMarker {
   WorldPoint position;
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
-  TrackId track;  ///< names nothing where only the body tells
-  Label label;    ///< names nothing where the track has no name
+  TrackId track;              ///< names nothing where only the body tells
+  Label label;                ///< names nothing where the track has no name
+  std::uint32_t cameras = 0;  ///< that saw it in the last set
 };
 
 /// Where each known marker should be at one instant.
@@ -67,6 +68,7 @@ struct Match {
   static constexpr std::uint32_t kNew = 0xFFFF'FFFF;
 
   std::uint32_t expected = kNew;    ///< index in Expected::markers, or kNew
+  bool by_blob_tracks = false;      ///< the 2D tracks of two or more of its blobs were this expected marker's before
   std::optional<WorldPoint> start;  ///< about where the sightings meet, within a cm or so; nothing: not told
   std::optional<Meeting> meeting;   ///< where they meet; nothing: not told
   BoundedVector<BlobRef, kMaxCameras> sightings;
@@ -80,6 +82,17 @@ struct LoneSighting {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< of the ray, in the world; unit
   double sigma_rad = 0.0;                                ///< standard deviation of each axis across it
 };
+
+/// A ray of the one camera that sees a named marker: what it tells of a body.
+struct NamedRay {
+  Label label;
+  CameraId camera;
+  WorldPoint eye;
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< unit
+  double sigma_rad = 0.0;                                ///< standard deviation of each axis across it
+};
+
+using NamedRays = BoundedVector<NamedRay, kMaxMarkers>;
 
 /// One instant's blobs, gathered by marker.
 struct Matches {
@@ -99,6 +112,7 @@ struct Marker {
   std::uint32_t cameras = 0;             ///< that see it
   std::uint32_t match = 0;               ///< index in Matches::matches
   std::uint32_t expected = Match::kNew;  ///< index in Expected::markers, or kNew
+  bool by_blob_tracks = false;           ///< as its match
 };
 
 using Markers = BoundedVector<Marker, kMaxMarkers>;

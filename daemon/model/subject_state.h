@@ -20,7 +20,7 @@ enum class SubjectPhase {
 enum class LabelState {
   Lost,      ///< nobody knows where it is
   Measured,  ///< cameras saw it in this set
-  Filled,    ///< carried on by its motion, or told by the body
+  Filled,    ///< carried on by its motion, or told by the body; on the ray of the one camera that sees it, if one does
 };
 
 /// One named marker of one subject at one instant.
@@ -28,10 +28,11 @@ struct LabelledMarker {
   LabelState state = LabelState::Lost;
   WorldPoint position;  ///< means nothing when Lost
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
-  double residual_px = 0.0;   ///< 0 when not measured
-  std::uint32_t cameras = 0;  ///< that see it
-  float confidence = 0.0F;    ///< that the name is right, 0 to 1
-  TrackId track;              ///< that bears the name, while one does
+  double residual_px = 0.0;  ///< 0 when not measured
+  std::uint32_t cameras =
+      0;                    ///< that see it; 1 when Filled: a ray holds it in place across, the body tells how far off
+  float confidence = 0.0F;  ///< that the name is right, 0 to 1
+  TrackId track;            ///< that bears the name, while one does
 };
 
 /// The names of one subject at one instant, in the order of its marker set.
@@ -53,14 +54,17 @@ struct BonePose {
   Pose world_from_bone;
   Pose parent_from_bone;  ///< the root's parent is the world
   BoneState state = BoneState::Lost;
-  float confidence = 0.0F;  ///< 0 to 1
+  float confidence = 0.0F;  ///< 0 to 1: about the probability that it is within 30 mm of where it is told
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();  ///< of its joint in the world, over about 20 ms
+  Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();    ///< its turn in the world, about the world's axes, likewise
 };
 
 /// The skeleton of one subject at one instant, bones in the order of its skeleton; empty unless Tracking.
 struct SubjectPose {
   SubjectId subject;
   BoundedVector<BonePose, kMaxBones> bones;
-  double residual_m = 0.0;  ///< rms of the markers from where the skeleton puts them
+  double residual_m = 0.0;         ///< rms of the markers from where the skeleton puts them
+  double smoothing_delay_s = 0.0;  ///< by which smoothing made this pose late; 0 without
 };
 
 using Poses = BoundedVector<SubjectPose, kMaxSubjects>;

@@ -21,6 +21,13 @@ class Labeller {
 
   /// From now on this subject's bones and markers are as fitted by somebody else.
   virtual void refit(const SubjectFit& fit) = 0;
+
+  /// Forgets where this subject is and how it measures: the next T-pose tells. A labeller without memory need do
+  /// nothing.
+  virtual void reset(SubjectId) {}
+
+  /// A subject that is away bears no names and is not looked for. All are there at the start.
+  virtual void set_away(SubjectId, bool) {}
 };
 
 }  // namespace mocap

@@ -111,6 +111,9 @@ void FusionWorker::fuse(const FrameSet& frames, const std::stop_token& stop) {
     snapshot.instants.fused_at = host_now();
   }
   if (fusion_->fit() && !links_.publish->fits.try_push(*fusion_->fit())) counters_.dropped_fits.add();
+  if (fusion_->fit() && links_.side != nullptr && !links_.side->fits.try_push(*fusion_->fit())) {
+    counters_.dropped_fits.add();
+  }
   if (!hand_on(snapshot, *links_.publish, stop)) counters_.dropped_publish_full.add();
   if (links_.side != nullptr && !hand_on(snapshot, *links_.side, stop)) counters_.dropped_side_full.add();
 }

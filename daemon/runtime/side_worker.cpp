@@ -18,7 +18,7 @@ void SideWorker::run() {
     counters_.beats.add();
     const WakeSignal::Ticket ticket = channel_.there_is_work.ticket();
     const bool ended = channel_.ended.load(std::memory_order_acquire);
-    bool any = false;
+    bool any = learn_fits();
     while (const Snapshot* oldest = channel_.snapshots.front()) {
       write(*oldest);
       channel_.snapshots.pop();
@@ -26,7 +26,10 @@ void SideWorker::run() {
       if (lossless_) channel_.room.signal();
     }
     if (any) continue;
-    if (ended) break;
+    if (ended) {
+      (void)learn_fits();
+      break;
+    }
     channel_.there_is_work.wait(ticket, kLongestSleep);
   }
   for (const std::unique_ptr<Writer>& writer : writers_) {
@@ -35,8 +38,22 @@ void SideWorker::run() {
   }
 }
 
+bool SideWorker::learn_fits() {
+  SubjectFit fit;
+  bool any = false;
+  while (channel_.fits.try_pop(fit)) {
+    any = true;
+    for (const std::unique_ptr<Writer>& writer : writers_) {
+      const Status learnt = writer->learn(fit);
+      if (!learnt) log_error("record", learnt.error().message);
+    }
+  }
+  return any;
+}
+
 void SideWorker::write(const Snapshot& snapshot) {
   for (const std::unique_ptr<Writer>& writer : writers_) {
+    if (!writer->wants_snapshots()) continue;
     const Status written = writer->write(snapshot);
     if (written) {
       counters_.written.add();

@@ -9,8 +9,8 @@
 
 namespace mocap::runtime {
 
-/// The side thread: snapshots to files. A disk that is too slow costs snapshots of the file (counted by the fusion
-/// thread), never of the feed.
+/// The side thread: snapshots, and fits of subjects, to files. A disk that is too slow costs snapshots of the file
+/// (counted by the fusion thread), never of the feed.
 class SideWorker {
  public:
   /// The channel outlives the worker. `lossless`: the fusion waits for room and is told when there is some.
@@ -22,6 +22,7 @@ class SideWorker {
   void run();
 
  private:
+  bool learn_fits();
   void write(const Snapshot& snapshot);
 
   std::vector<std::unique_ptr<Writer>> writers_;

@@ -12,7 +12,9 @@
 #include "settings/key_list.h"
 #include "settings/marker_set_file.h"
 #include "settings/rig_file.h"
+#include "settings/shape_checks.h"
 #include "settings/stage_keys.h"
+#include "settings/subject_file.h"
 #include "settings/toml_file.h"
 
 namespace mocap::settings {
@@ -21,6 +23,8 @@ namespace {
 void tell(Keys& keys, SubjectSettings& subject) {
   keys.text("name", subject.name);
   keys.path("marker_set", subject.marker_set_file);
+  keys.path("file", subject.file);
+  keys.path("keep", subject.keep);
 }
 
 DaemonTables read_tables(TomlFile& file, DaemonSettings& settings) {
@@ -94,16 +98,72 @@ class MarkerSets {
   std::map<std::filesystem::path, std::optional<MarkerSet>> loaded_;
 };
 
+// What is known of a subject before it is seen: its file's body, else the one that was kept of an earlier run.
+std::filesystem::path stored_body(const SubjectSettings& subject) {
+  if (!subject.file.empty()) return subject.file;
+  std::error_code ignored;
+  return std::filesystem::exists(subject.keep, ignored) ? subject.keep : std::filesystem::path{};
+}
+
+bool same_markers(const MarkerSet& a, const MarkerSet& b) {
+  const auto same = [](const auto& one, const auto& other) { return one.name == other.name; };
+  return std::ranges::equal(a.markers, b.markers, same) && std::ranges::equal(a.skeleton.bones, b.skeleton.bones, same);
+}
+
+// A subject by its file, its marker set's offsets replaced by the body's. Nothing, and faults, where that is wrong.
+std::optional<SubjectFile> load_the_body(TomlFile& file, TomlTable& table, const SubjectSettings& subject,
+                                         const std::optional<MarkerSet>& worn) {
+  const std::filesystem::path path = stored_body(subject);
+  Result<SubjectFile, Faults> body = load_subject(path);
+  if (!body) {
+    file.add(body.error());
+    table.fault(subject.file.empty() ? "keep" : "file", fmt::format("'{}' has faults", path.string()));
+    return std::nullopt;
+  }
+  if (worn && !same_markers(*worn, body->marker_set)) {
+    table.fault("marker_set",
+                fmt::format("marker_set is '{}', but '{}' was fitted with '{}'; expected one and the same", worn->name,
+                            path.string(), body->marker_set.name));
+    return std::nullopt;
+  }
+  return *std::move(body);
+}
+
+void load_the_subject(TomlFile& file, TomlTable& table, MarkerSets& sets, const SubjectSettings& subject,
+                      DaemonSettings& settings) {
+  std::optional<MarkerSet> worn;
+  if (!subject.marker_set_file.empty()) {
+    worn = sets.load(table, subject.marker_set_file);
+    if (!worn) return;
+  }
+  SubjectFile known{.name = subject.name,
+                    .marker_set_file = subject.marker_set_file,
+                    .fitted_on = {},
+                    .marker_set = {},
+                    .bone_residuals_m = {},
+                    .marker_residuals_m = {}};
+  const bool stored = !stored_body(subject).empty();
+  if (stored) {
+    std::optional<SubjectFile> body = load_the_body(file, table, subject, worn);
+    if (!body) return;
+    known = *std::move(body);
+  } else if (worn) {
+    known.marker_set = *std::move(worn);
+  } else {
+    table.require("marker_set", "a file of config/markersets, or a subject's file");
+    return;
+  }
+  settings.worn.push_back({subject.name, known.marker_set, stored});
+  const SubjectId id{static_cast<std::uint32_t>(settings.worn.size() - 1)};
+  if (!subject.keep.empty()) settings.kept.push_back({id, subject.keep, std::move(known)});
+}
+
 void load_the_marker_sets(TomlFile& file, DaemonTables& tables, DaemonSettings& settings) {
   MarkerSets sets(file);
   for (std::size_t i = 0; i < settings.subjects.size(); ++i) {
-    const SubjectSettings& subject = settings.subjects[i];
-    if (subject.marker_set_file.empty()) {
-      tables.subjects[i].require("marker_set", "a file of config/markersets");
-    } else if (auto worn = sets.load(tables.subjects[i], subject.marker_set_file)) {
-      settings.worn.push_back({subject.name, *std::move(worn)});
-    }
+    load_the_subject(file, tables.subjects[i], sets, settings.subjects[i], settings);
   }
+  if (settings.worn.size() == settings.subjects.size()) check_shapes(tables, settings);
   settings.simulated.resize(settings.cameras.size());
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
     const auto* synthetic = std::get_if<cameras::SyntheticSettings>(&settings.cameras[i].driver);

@@ -14,6 +14,7 @@
 #include "model/skeleton.h"
 #include "runtime/pipeline.h"
 #include "settings/faults.h"
+#include "settings/subject_keeper.h"
 #include "stages/detect_blobs.h"
 #include "stages/label_markers.h"
 #include "stages/match_views.h"
@@ -36,6 +37,8 @@ struct CaptureSettings {
 struct SubjectSettings {
   std::string name;
   std::filesystem::path marker_set_file;
+  std::filesystem::path file;  ///< of the body as it was fitted before; empty: it is fitted when it is recognised
+  std::filesystem::path keep;  ///< where fits made while the daemon runs are kept; read at start where there is one
 };
 
 /// [record]: what is kept of a run.
@@ -64,6 +67,7 @@ struct DaemonSettings {
 
   Rig rig;                           ///< by CameraId: the rig file's entry of each camera
   std::vector<Subject> worn;         ///< by SubjectId: each subject with its marker set
+  std::vector<KeptSubject> kept;     ///< whose fits are kept
   std::vector<MarkerSet> simulated;  ///< by CameraId: what a synthetic camera's subject wears; empty for the others
   double nominal_rate_hz = 0;        ///< capture.rate_hz, or what follows from the cameras; 0: nobody says
 };

@@ -129,20 +129,7 @@ bool is_in(const Rig& rig, const std::string& name) {
   return false;
 }
 
-std::string text_of(const std::string& value) {
-  std::string text = "\"";
-  for (const char c : value) {
-    if (c == '"' || c == '\\') {
-      text += {'\\', c};
-    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
-      text += fmt::format("\\u{:04x}", static_cast<unsigned>(static_cast<unsigned char>(c)));
-    } else {
-      text += c;
-    }
-  }
-  return text + "\"";
-}
-
+std::string text_of(const std::string& value) { return quoted_text(value); }
 std::string text_of(double value) { return number_text(value); }
 std::string text_of(bool value) { return value ? "true" : "false"; }
 

@@ -124,6 +124,8 @@ void tell_solve(Keys& keys, DaemonSettings& all) {
   keys.millimetres("outlier_mm", solve.outlier_m, {1, 1000});
   keys.number("fill_for_s", solve.fill_for_s, {0, 60});
   keys.number("max_iterations", solve.max_iterations, {1, 100});
+  keys.number("smoothing_min_cutoff_hz", solve.smoothing.min_cutoff_hz, {0, 100});
+  keys.number("smoothing_beta", solve.smoothing.beta, {0, 100});
 }
 
 void tell_refine(Keys& keys, DaemonSettings& all) {

@@ -84,7 +84,7 @@ void SubjectLabeller::consider(std::size_t marker, std::size_t index, const Name
   if (!(apart < kContestSigmas * kContestSigmas)) return;
   if (!own && !tied(marker, track.position.v, tracks)) return;
   const double width = std::log(spread.determinant() / std::pow(kFitted_m, 6));
-  into.cost = apart + std::max(0.0, width) - (own && !names_[marker].jumped ? kOwnBonus : 0.0);
+  into.cost = apart + std::max(0.0, width) - (hinted(marker, static_cast<int>(index), tracks) ? kOwnBonus : 0.0);
 }
 
 void SubjectLabeller::claim(const NamedTracks& tracks, std::size_t first_row, std::size_t most,
@@ -175,6 +175,8 @@ void SubjectLabeller::contradict(NamedTracks& tracks) {
     believed_[m] = off < most || vouch;
     name.doubt = vouch ? 0 : off > 2.0 * most ? kMostDoubt : off > most ? name.doubt + 1 : std::max(0, name.doubt - 1);
     name.confidence += 0.1F * ((vouch ? kLongHeld : believed_[m] ? 1.0F : 0.3F) - name.confidence);
+    // What its own motion or the body's did not lead to must prove itself anew.
+    if (!trusted_[m]) name.confidence = std::min(name.confidence, kFreshConfidence);
     if (name.doubt >= kMostDoubt) {
       free(m, tracks);
       misread_[static_cast<std::size_t>(set_.markers[m].bone)] = 1;

@@ -6,11 +6,12 @@ namespace mocap::stages {
 namespace {
 
 constexpr std::size_t kMostPairs = 8192;
-// In squared sigmas: what leaving a name alone costs, and what a new claim must be better by than any other reading.
+// In squared sigmas: what leaving a name alone costs, and what a new claim must be better by than any other reading
+// (odds of 150 : 1); a closer one waits until its limb is read as a whole.
 constexpr double kAlone = 30.0;
+constexpr double kClearMargin = 10.0;
 // Motion foresees a marker better than that.
 constexpr double kSuspect_m = 0.008;
-constexpr double kClearMargin = 4.0;
 
 }  // namespace
 

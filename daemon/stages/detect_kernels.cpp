@@ -152,8 +152,16 @@ void scan(const ScanRows& rows, RunSink& sink) {
   Bands bands(rows, sink);
   const auto finish = [&](const Stretch& stretch) {
     BrightWords& of_row = found[static_cast<std::size_t>(stretch.band)];
-    if (stretch.bright != 0) gather(pixels, rows.width_px, stretch, of_row);
-    if (stretch.ends_row) of_row.flush(rows.first_y + stretch.y, bands.sink(stretch.band));
+    RunSink& of_band = bands.sink(stretch.band);
+    if (stretch.bright != 0) {
+      // Rows narrower than a group are not looked at before.
+      if (of_band.used_up && rows.width_px >= kGroup_px) {
+        of_row.skip();
+      } else {
+        gather(pixels, rows.width_px, stretch, of_row);
+      }
+    }
+    if (stretch.ends_row) of_row.flush(rows.first_y + stretch.y, of_band);
   };
   std::size_t looked = 0;
   for (int at = 0; at < bands.height(); ++at) {

@@ -32,6 +32,7 @@ struct RunSink {
   std::size_t count = 0;
   std::size_t row_bound = 0;        ///< a row with more runs is noise and gives none
   std::uint32_t rows_given_up = 0;  ///< for that, or because the room was used up
+  bool used_up = false;             ///< a row did not fit any more; those after it are given up unread
 };
 
 /// Pixels of a blob's surroundings, two bytes each, row after row; what is not the blob's is 0. The width is a multiple

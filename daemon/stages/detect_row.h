@@ -29,18 +29,24 @@ class BrightWords {
     next_x_ = x;
   }
 
+  /// The row has bright pixels, and nobody wants to know which.
+  void skip() { skipped_ = true; }
+
   /// Hands the row's runs on, or gives the row up.
   void flush(int y, RunSink& sink) {
     if (carry_ != 0) close();
-    if (edges_ == 0) return;
+    if (edges_ == 0 && !skipped_) return;
     const std::size_t runs = edges_ / 2;
-    if (runs > sink.row_bound || runs + kAhead > sink.room.size() - sink.count) {
+    const bool fits = runs + kAhead <= sink.room.size() - sink.count;
+    if (sink.used_up || skipped_ || runs > sink.row_bound || !fits) {
       ++sink.rows_given_up;
+      sink.used_up |= runs <= sink.row_bound && !fits;
     } else {
       emit(static_cast<std::uint16_t>(y), sink.room.data() + sink.count);
       sink.count += runs;
     }
     count_ = edges_ = 0;
+    skipped_ = false;
   }
 
  private:
@@ -81,6 +87,7 @@ class BrightWords {
 
   std::size_t count_ = 0;
   std::size_t edges_ = 0;
+  bool skipped_ = false;
   std::uint64_t carry_ = 0;  // the last pixel so far
   int next_x_ = 0;           // where it may go on
   std::array<std::uint16_t, kMaxWords + 2> x_;
@@ -99,6 +106,7 @@ class Bands {
     for (int i = 0; i < count_; ++i) {
       sinks_[static_cast<std::size_t>(i)].room = free.subspan(static_cast<std::size_t>(i) * share, share);
       sinks_[static_cast<std::size_t>(i)].row_bound = sink.row_bound;
+      sinks_[static_cast<std::size_t>(i)].used_up = sink.used_up;
     }
   }
 
@@ -120,6 +128,7 @@ class Bands {
       if (to != from.room.data()) std::copy_n(from.room.data(), from.count, to);
       whole_.count += from.count;
       whole_.rows_given_up += from.rows_given_up;
+      whole_.used_up |= from.used_up;
     }
   }
 

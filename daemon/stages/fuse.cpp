@@ -3,6 +3,17 @@
 #include <algorithm>
 
 namespace mocap::stages {
+namespace {
+
+// In a list that is sorted by track.
+template <class Names>
+auto find(const Names& names, TrackId track) -> decltype(names.data()) {
+  const auto by_track = [](const auto& name, TrackId sought) { return name.first < sought; };
+  const auto* found = std::lower_bound(names.begin(), names.end(), track, by_track);
+  return found != names.end() && found->first == track ? found : nullptr;
+}
+
+}  // namespace
 
 Fusion::Fusion(FusionParts parts, std::uint32_t camera_count) : parts_(std::move(parts)) {
   MOCAP_EXPECTS(parts_.matcher && parts_.triangulator && parts_.tracker && parts_.labeller && parts_.solver);
@@ -17,8 +28,10 @@ Snapshot& Fusion::step(const FrameSet& frames) {
   const TrackedMarkers& tracked = parts_.tracker->step(markers, expected, matches.lone);
   snapshot_.labels = parts_.labeller->label(tracked, expected);
   learn_fit();
-  snapshot_.poses = parts_.solver->solve(snapshot_.labels, frames.exposed_at);
+  name_the_rays(frames, matches);
+  snapshot_.poses = parts_.solver->solve(snapshot_.labels, frames.exposed_at, {rays_.data(), rays_.size()});
   learn_names();
+  keep_names_of_rays(matches);
   if (parts_.refiner && !refined_) {
     refined_ = parts_.refiner->step(snapshot_.labels, snapshot_.poses, frames.exposed_at);
   }
@@ -42,8 +55,13 @@ const Expected& Fusion::expect(Timestamp at) {
   const std::size_t tracks = expected_.markers.size();
   for (const ExpectedMarker& told : told_by_bodies_.markers) {
     const auto borne = [&](const ExpectedMarker& known) { return known.label == told.label; };
-    if (std::none_of(expected_.markers.begin(), expected_.markers.begin() + tracks, borne)) {
+    auto* const end = expected_.markers.begin() + tracks;
+    auto* const known = std::find_if(expected_.markers.begin(), end, borne);
+    if (known == end) {
       if (!expected_.markers.try_push_back(told)) break;
+    } else if (find(kept_, known->track) != nullptr) {
+      known->position = told.position;
+      known->covariance_m2 = told.covariance_m2;
     }
   }
   return expected_;
@@ -51,10 +69,34 @@ const Expected& Fusion::expect(Timestamp at) {
 
 void Fusion::name_the_tracks() {
   for (ExpectedMarker& known : expected_.markers) {
-    const auto by_track = [](const BornBy& name, TrackId track) { return name.first < track; };
-    const auto* found = std::lower_bound(names_.begin(), names_.end(), known.track, by_track);
-    if (found != names_.end() && found->first == known.track) known.label = found->second;
+    const BornBy* name = find(names_, known.track);
+    if (name == nullptr) name = find(kept_, known.track);
+    if (name != nullptr) known.label = name->second;
   }
+}
+
+void Fusion::name_the_rays(const FrameSet& frames, const Matches& matches) {
+  rays_.clear();
+  for (const LoneSighting& lone : matches.lone) {
+    const Label label = expected_.markers[lone.expected].label;
+    if (!label.names_something()) continue;
+    static_cast<void>(rays_.try_push_back(
+        {label, frames.views[lone.sighting.view]->camera, lone.eye, lone.direction, lone.sigma_rad}));
+  }
+}
+
+// A name that left its track, for nobody sees it from two sides, goes on as the name of that track's rays, until a
+// track bears it. Where the body is sets the place, which the track alone knows no better than its old motion.
+void Fusion::keep_names_of_rays(const Matches& matches) {
+  kept_.clear();
+  for (const LoneSighting& lone : matches.lone) {
+    const ExpectedMarker& seen = expected_.markers[lone.expected];
+    if (!seen.label.names_something() || !seen.track.names_something()) continue;
+    const auto bears = [&](const BornBy& name) { return name.second == seen.label || name.first == seen.track; };
+    if (std::any_of(names_.begin(), names_.end(), bears)) continue;
+    static_cast<void>(kept_.try_push_back({seen.track, seen.label}));
+  }
+  std::sort(kept_.begin(), kept_.end());
 }
 
 void Fusion::learn_fit() {
@@ -100,10 +142,7 @@ void Fusion::describe_views(const FrameSet& frames) {
 void Fusion::list_the_unlabelled(const TrackedMarkers& tracked) {
   snapshot_.unlabelled.clear();
   for (const TrackedMarker& marker : tracked) {
-    const auto by_track = [](const BornBy& name, TrackId track) { return name.first < track; };
-    const auto* found = std::lower_bound(names_.begin(), names_.end(), marker.id, by_track);
-    const bool named = found != names_.end() && found->first == marker.id;
-    if (named || marker.state != TrackState::Confirmed) continue;
+    if (find(names_, marker.id) != nullptr || marker.state != TrackState::Confirmed) continue;
     snapshot_.unlabelled.push_back({marker.id, marker.position, marker.residual_px, marker.cameras});
   }
 }

@@ -47,6 +47,8 @@ class Fusion {
 
   const Expected& expect(Timestamp at);
   void name_the_tracks();
+  void name_the_rays(const FrameSet& frames, const Matches& matches);
+  void keep_names_of_rays(const Matches& matches);
   void learn_fit();
   void learn_names();
   void describe_views(const FrameSet& frames);
@@ -56,6 +58,8 @@ class Fusion {
   Expected expected_;
   Expected told_by_bodies_;
   BoundedVector<BornBy, kMaxMarkers> names_;  // sorted by track: who bore a name after the last step
+  BoundedVector<BornBy, kMaxMarkers> kept_;   // tracks that one camera's rays keep in place, and their last names
+  NamedRays rays_;
   std::optional<SubjectFit> fit_;
   std::optional<SubjectFit> refined_;  // after the last set, to be worn from this one on
   Snapshot snapshot_;

@@ -5,10 +5,14 @@
 #include "base/expects.h"
 #include "stages/claim_tracks.h"
 #include "stages/label_subject.h"
+#include "stages/search_subject.h"
 #include "stages/still_tracks.h"
 
 namespace mocap::stages {
 namespace {
+
+// By how much of log-likelihood a body must suit the markers better than another subject's.
+constexpr double kClearlyBetter = 10.0;
 
 class BodyLabeller final : public Labeller {
  public:
@@ -16,11 +20,12 @@ class BodyLabeller final : public Labeller {
       : settings_(settings), still_(settings.still_radius_m), claims_(names_of(subjects)) {
     MOCAP_EXPECTS(subjects.size() <= kMaxSubjects);
     subjects_.reserve(subjects.size());
+    searches_.reserve(subjects.size());
+    away_.resize(subjects.size());
     for (std::size_t i = 0; i < subjects.size(); ++i) {
       subjects_.emplace_back(settings, subjects[i], SubjectId{static_cast<std::uint32_t>(i)});
+      searches_.emplace_back(settings, subjects[i]);
     }
-    points_.reserve(kMaxMarkers);
-    track_of_point_.reserve(kMaxMarkers);
   }
 
   const Labels& label(const TrackedMarkers& tracked, const Expected& expected) override {
@@ -50,7 +55,22 @@ class BodyLabeller final : public Labeller {
   }
 
   void refit(const SubjectFit& fit) override {
-    if (fit.subject.value < subjects_.size()) subjects_[fit.subject.value].refit(fit);
+    if (fit.subject.value >= subjects_.size()) return;
+    subjects_[fit.subject.value].refit(fit);
+    searches_[fit.subject.value].refit(fit.rest_offsets_m, fit.marker_offsets_m);
+  }
+
+  void reset(SubjectId subject) override {
+    if (subject.value >= subjects_.size()) return;
+    subjects_[subject.value].forget();
+    searches_[subject.value].forget_body();
+  }
+
+  void set_away(SubjectId subject, bool away) override {
+    if (subject.value >= subjects_.size()) return;
+    if (away) subjects_[subject.value].forget();
+    searches_[subject.value].stop();
+    away_[subject.value] = away ? 1 : 0;
   }
 
  private:
@@ -62,28 +82,35 @@ class BodyLabeller final : public Labeller {
 
   // One subject a call at most, so that a search never costs a set more than one of them.
   void search(Timestamp at) {
-    if (searched_ && at - *searched_ < settings_.search_every && at >= *searched_) return;
-    for (std::size_t i = 0; i < subjects_.size(); ++i) {
-      SubjectLabeller& subject = subjects_[(next_ + i) % subjects_.size()];
-      if (subject.tracking()) continue;
-      searched_ = at;
-      next_ = (next_ + i + 1) % subjects_.size();
-      gather(subject.rigid() ? Duration{0} : settings_.still_for);
-      subject.recognise(points_, track_of_point_, tracks_, at);
+    for (std::size_t tried = 0; tried < subjects_.size(); ++tried) {
+      if (next_ >= subjects_.size()) next_ = 0;
+      if (subjects_[next_].tracking() || away_[next_] != 0) {
+        searches_[next_].stop();
+        ++next_;
+        continue;
+      }
+      const Recognised* found = searches_[next_].step(tracks_, still_, at);
+      if (found != nullptr && !contested(next_, *found)) recognise(next_, *found, at);
+      if (!searches_[next_].busy()) ++next_;
       return;
     }
   }
 
-  void gather(Duration still_for) {
-    points_.clear();
-    track_of_point_.clear();
-    for (std::size_t i = 0; i < tracks_.tracked->size(); ++i) {
-      const TrackedMarker& track = (*tracks_.tracked)[i];
-      const bool there = track.state == TrackState::Confirmed && track.position.v.allFinite();
-      if (!there || tracks_.named[i] || still_.rested(i) < still_for) continue;
-      points_.push_back(still_for > Duration{0} ? still_.mean(i) : track.position.v);
-      track_of_point_.push_back(static_cast<int>(i));
+  void recognise(std::size_t who, const Recognised& found, Timestamp at) {
+    if (!subjects_[who].recognise(found, tracks_, at)) return;
+    if (found.fitted_now) searches_[who].refit(found.rest_offsets_m, found.marker_offsets_m);
+  }
+
+  // Whether another who is looked for, too, would fit there as well: then nobody is named.
+  bool contested(std::size_t who, const Recognised& found) {
+    const std::optional<double> own = searches_[who].explain(found, tracks_);
+    if (!own) return false;
+    for (std::size_t other = 0; other < subjects_.size(); ++other) {
+      if (other == who || subjects_[other].tracking() || away_[other] != 0) continue;
+      const std::optional<double> cost = searches_[other].explain(found, tracks_);
+      if (cost && *cost < *own + kClearlyBetter) return true;
     }
+    return false;
   }
 
   LabelSettings settings_;
@@ -91,10 +118,9 @@ class BodyLabeller final : public Labeller {
   std::vector<SubjectLabeller> subjects_;
   TrackClaims claims_;
   NamedTracks tracks_;
-  std::vector<Eigen::Vector3d> points_;
-  std::vector<int> track_of_point_;
-  std::optional<Timestamp> searched_;
-  std::size_t next_ = 0;
+  std::vector<SubjectSearch> searches_;  // by subject
+  std::vector<char> away_;               // likewise
+  std::size_t next_ = 0;                 // whose turn it is to be looked for
   Labels labels_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "base/expects.h"
 
@@ -10,8 +11,6 @@ namespace {
 
 // How far off its body's place a named marker is that contradicts, beside three times what markers commonly are.
 constexpr double kOutlier_m = 0.02;
-// More points than any T-pose with its ghosts has; bounds the cost of a search.
-constexpr std::size_t kMostPoints = 160;
 // A track that is not seen for longer leaves its name, which the body then knows better where to look for.
 constexpr std::uint32_t kMostMissed = 2;
 // What the body's motion is wrong by: at least, and for each m that a marker moves from set to set.
@@ -33,8 +32,6 @@ SubjectLabeller::SubjectLabeller(const LabelSettings& settings, const Subject& s
       id_(id),
       set_(subject.marker_set),
       ties_(set_),
-      tpose_(set_, {.least_share = settings.least_share, .most_rms_m = settings.most_rms_m}, kMostPoints),
-      shape_(set_, settings.rigid_tolerance_m),
       body_(set_, {.outlier_m = kOutlier_m, .max_iterations = 4}) {
   const std::size_t markers = set_.markers.size();
   const std::size_t bones = set_.skeleton.bones.size();
@@ -74,10 +71,18 @@ void SubjectLabeller::give(std::size_t marker, int index, float confidence, Name
   name.index = index;
   name.doubt = 0;
   name.confidence = confidence;
+  name.last = {};
   name.jumped = false;
   name.seen_at = at_;
   name.at = tracks[index].position.v;
   name.velocity_m_s = tracks[index].velocity_m_s;
+}
+
+// Whether the track bore the name in the last set, or until it was hidden.
+bool SubjectLabeller::hinted(std::size_t marker, int index, const NamedTracks& tracks) const {
+  if (before_[marker] == index) return !jumped_[marker];
+  const TrackId last = names_[marker].last;
+  return last.names_something() && last == tracks[index].id;
 }
 
 bool SubjectLabeller::seen(std::size_t marker, const NamedTracks& tracks) const {
@@ -104,6 +109,7 @@ void SubjectLabeller::keep(NamedTracks& tracks, Timestamp at) {
     name.index = name.track.names_something() ? tracks.find(name.track) : NamedTracks::kNone;
     const TrackedMarker* track = name.index < 0 ? nullptr : &tracks[name.index];
     if (track == nullptr || !track->position.v.allFinite() || track->missed_sets > kMostMissed) {
+      if (track != nullptr) name.last = name.track;
       free(m, tracks);
     } else {
       tracks.named[static_cast<std::size_t>(name.index)] = true;
@@ -193,26 +199,36 @@ void SubjectLabeller::settle(NamedTracks& tracks) {
   body_.learn(seen_);
 }
 
+// Many names are missing while nameless tracks stand where they could be: it is another body, or another pose.
+bool SubjectLabeller::followed_wrongly() const {
+  const auto troubled = static_cast<std::size_t>(std::accumulate(trouble_.begin(), trouble_.end(), 0));
+  return troubled >= 3 && 4 * troubled >= names_.size() && strays_.size() >= troubled;
+}
+
 void SubjectLabeller::judge(NamedTracks& tracks, Timestamp at) {
   std::size_t count = 0;
   for (std::size_t m = 0; m < names_.size(); ++m) count += seen(m, tracks) ? 1 : 0;
   if (4 * count >= names_.size() && count >= 3) enough_at_ = at;
-  if (at - enough_at_ <= settings_.lost_after) return;
+  if (!followed_wrongly()) calm_at_ = at;
+  if (at - enough_at_ <= settings_.lost_after && at - calm_at_ <= settings_.lost_after) return;
   for (std::size_t m = 0; m < names_.size(); ++m) free(m, tracks);
   phase_ = SubjectPhase::Lost;
 }
 
-bool SubjectLabeller::recognise(std::span<const Eigen::Vector3d> points, std::span<const int> track_of_point,
-                                NamedTracks& tracks, Timestamp at) {
+void SubjectLabeller::forget() {
+  for (Name& name : names_) name = {};
+  phase_ = SubjectPhase::Searching;
+}
+
+bool SubjectLabeller::recognise(const Recognised& found, NamedTracks& tracks, Timestamp at) {
   at_ = at;
-  const std::optional<body::FoundBody>& found = rigid() ? shape_.find(points) : tpose_.find(points);
-  if (!found) return false;
   for (std::size_t m = 0; m < names_.size(); ++m) {
-    const int point = found->point_of_marker[m];
+    const TrackId id = found.track_of_marker[m];
+    const int index = id.names_something() ? tracks.find(id) : NamedTracks::kNone;
     names_[m] = {};
-    if (point >= 0) give(m, track_of_point[static_cast<std::size_t>(point)], kFreshConfidence, tracks);
+    if (index >= 0 && !tracks.named[static_cast<std::size_t>(index)]) give(m, index, kFreshConfidence, tracks);
   }
-  learn(*found);
+  if (found.fitted_now) learn(found);
   seen_.clear();
   for (std::size_t m = 0; m < names_.size(); ++m) {
     believed_[m] = names_[m].index >= 0;
@@ -223,12 +239,11 @@ bool SubjectLabeller::recognise(std::span<const Eigen::Vector3d> points, std::sp
     return false;
   }
   phase_ = SubjectPhase::Tracking;
-  enough_at_ = at;
+  enough_at_ = calm_at_ = at;
   return true;
 }
 
-void SubjectLabeller::learn(const body::FoundBody& found) {
-  if (rigid()) return;
+void SubjectLabeller::learn(const Recognised& found) {
   for (std::size_t b = 0; b < set_.skeleton.bones.size(); ++b) {
     set_.skeleton.bones[b].rest_offset_m = found.rest_offsets_m[b];
   }

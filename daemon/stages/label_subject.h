@@ -4,8 +4,6 @@
 #include <span>
 #include <vector>
 
-#include "body/find_rigid.h"
-#include "body/find_tpose.h"
 #include "body/follow_body.h"
 #include "body/marker_ties.h"
 #include "geometry/assignment.h"
@@ -15,6 +13,7 @@
 #include "stages/label_markers.h"
 #include "stages/named_tracks.h"
 #include "stages/read_by_ties.h"
+#include "stages/search_subject.h"
 
 namespace mocap::stages {
 
@@ -29,6 +28,8 @@ class SubjectLabeller {
  public:
   SubjectLabeller(const LabelSettings& settings, const Subject& subject, SubjectId id);
 
+  /// Nobody is known to be anywhere.
+  void forget();
   bool tracking() const noexcept { return phase_ == SubjectPhase::Tracking; }
   bool rigid() const noexcept { return set_.skeleton.bones.size() == 1; }
   std::size_t names() const noexcept { return names_.size(); }
@@ -62,9 +63,8 @@ class SubjectLabeller {
   void settle(NamedTracks& tracks);
   /// Decides whether enough is left to go on.
   void judge(NamedTracks& tracks, Timestamp at);
-  /// Looks for the subject among points, of which `track_of_point` are the tracks; names them when it is there.
-  bool recognise(std::span<const Eigen::Vector3d> points, std::span<const int> track_of_point, NamedTracks& tracks,
-                 Timestamp at);
+  /// Takes the names as they were found. False, and nobody tracked, when that tells no pose.
+  bool recognise(const Recognised& found, NamedTracks& tracks, Timestamp at);
 
   void show(const NamedTracks& tracks, SubjectLabels& into) const;
   std::optional<SubjectFit> take_fit();
@@ -81,6 +81,7 @@ class SubjectLabeller {
     int doubt = 0;                   // grows while the body contradicts
     float confidence = 0.0F;
     double usual_off_m = 0.003;  // mean from its place
+    TrackId last;                // bore it until nobody saw it any more
     bool jumped = false;         // its track is not where its own motion led to
     Timestamp seen_at;           // the rest is of then
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
@@ -100,6 +101,7 @@ class SubjectLabeller {
   void free(std::size_t marker, NamedTracks& tracks);
   void give(std::size_t marker, int index, float confidence, NamedTracks& tracks);
   bool seen(std::size_t marker, const NamedTracks& tracks) const;
+  bool hinted(std::size_t marker, int index, const NamedTracks& tracks) const;
   bool stray(std::size_t track, const NamedTracks& tracks) const;
   bool tied(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const;
   body::Observation observe(std::size_t marker, const NamedTracks& tracks) const;
@@ -112,8 +114,9 @@ class SubjectLabeller {
   double most_off(std::size_t marker) const;
   bool vouched(std::size_t marker, double off_m, const NamedTracks& tracks) const;
   void contradict(NamedTracks& tracks);
-  void learn(const body::FoundBody& found);
+  void learn(const Recognised& found);
 
+  bool followed_wrongly() const;
   void reread(NamedTracks& tracks);
   int most_troubled_bone(const NamedTracks& tracks);
   bool gather_limb(std::size_t seed, const NamedTracks& tracks);
@@ -129,12 +132,11 @@ class SubjectLabeller {
   SubjectId id_;
   MarkerSet set_;
   body::MarkerTies ties_;
-  body::TPoseFinder tpose_;
-  body::RigidFinder shape_;
   body::BodyFollower body_;
   SubjectPhase phase_ = SubjectPhase::Searching;
   Timestamp at_;
   Timestamp enough_at_;
+  Timestamp calm_at_;  // when it was last not followed wrongly
   std::vector<Name> names_;
   std::vector<Place> places_;            // where each marker should be
   std::vector<body::Observation> seen_;  // names that are believed in this set

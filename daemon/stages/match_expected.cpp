@@ -12,35 +12,24 @@ constexpr std::uint32_t kNone = Held::kNone;
 // Places of markers in blobs that they share, in one set.
 constexpr std::size_t kMaxShared = 16 * kMaxMarkers;
 
-LoneSighting lone_sighting(const ViewRays& view, std::size_t ray, std::size_t marker, std::size_t index) {
-  // A patch of the plane at distance 1 is seen under its area over the cube of its distance.
-  const double solid_angle_1_px2 = std::pow(1.0 + view.x(ray) * view.x(ray) + view.y(ray) * view.y(ray), -1.5) /
-                                   view.rays[ray].px_from_ray.determinant();
-  LoneSighting lone;
-  lone.expected = static_cast<std::uint32_t>(marker);
-  lone.sighting = {static_cast<std::uint16_t>(index), view.blob[ray], 0.0F, 0.0F,
-                   static_cast<float>(view.sigma_px[ray])};
-  lone.eye = view.camera->centre();
-  lone.direction = view.direction(ray);
-  lone.sigma_rad = view.sigma_px[ray] * std::sqrt(solid_angle_1_px2);
-  return lone;
-}
-
 }  // namespace
 
-ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t camera_count)
+ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t camera_count, RigError& error)
     : settings_(settings),
       agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
-      error_(settings.calibration_px, camera_count),
+      error_(error),
       max_cos_angle_(std::cos(settings.min_ray_angle_deg * std::numbers::pi / 180.0)),
       assigner_(kMaxMarkers, kMaxBlobs, kMaxGateCandidates),
       sharer_(kMaxMarkers),
       gates_(settings_),
+      owners_(camera_count),
       meetings_(kMaxMarkers, camera_count),
       camera_count_(camera_count),
       view_count_(camera_count),
       column_of_(kMaxBlobs, kNone),
       held_(kMaxMarkers * camera_count),
+      owner_(camera_count * kMaxBlobs, BlobOwners::kNobody),
+      is_held_(kMaxBlobs, 0),
       holders_(camera_count * kMaxBlobs, 0),
       found_(kMaxMarkers),
       views_of_(kMaxMarkers, 0) {
@@ -51,7 +40,7 @@ ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t came
   shared_quadrics_.reserve(kMaxShared);
 }
 
-void ExpectedMatcher::match(RayTable& rays, const Expected& expected, Matches& into) {
+void ExpectedMatcher::match(const FrameSet& frames, RayTable& rays, const Expected& expected, Matches& into) {
   const std::size_t count = expected.markers.size();
   view_count_ = rays.view_count();
   marker_count_ = count;
@@ -59,11 +48,13 @@ void ExpectedMatcher::match(RayTable& rays, const Expected& expected, Matches& i
   shared_quadrics_.clear();
   std::fill_n(held_.begin(), count * view_count_, Held{});
   gates_.expect(expected);
+  owners_.expect(expected);
   meetings_.begin(expected);
   // All of a view at once: its numbers are in the cache then.
   for (std::size_t view = 0; view < view_count_; ++view) {
     rays.cast(view);
     if (count == 0) continue;
+    find_owners(*frames.views[view], rays[view], view);
     assign_view(rays[view], view);
     meetings_.add(rays[view], held_of(view));
   }
@@ -76,43 +67,44 @@ void ExpectedMatcher::match(RayTable& rays, const Expected& expected, Matches& i
     const bool met = take_meeting(m);
     views_of_[m] =
         static_cast<std::uint32_t>(met ? meetings_.rays_of(m) : agree(rays, m, expected.markers.data()[m].position));
-    if (views_of_[m] == 1) ++into.seen_once;
-    if (views_of_[m] >= 2) mark(rays, m, +1);
+  }
+  for (std::size_t m = count; m-- > 0;) join_older(rays, m);
+  // What three or more views tell goes before what two do.
+  for (std::size_t m = 0; m < count; ++m) {
+    if (views_of_[m] >= 3) mark(rays, m, +1);
   }
   for (std::size_t m = 0; m < count; ++m) {
-    if (views_of_[m] < 2) continue;
-    if (views_of_[m] < view_count_) recover(rays, m);
+    if (views_of_[m] < 3 || views_of_[m] == view_count_) continue;
+    recover(rays, m);
+    if (views_of_[m] == 2) mark(rays, m, -1);  // a new view set others at odds
+  }
+  for (std::size_t m = 0; m < count; ++m) {
+    if (views_of_[m] == 2) settle_pair(rays, m, expected.markers.data()[m]);
+  }
+  for (std::size_t m = 0; m < count; ++m) {
+    if (views_of_[m] == 1) ++into.seen_once;
     if (views_of_[m] >= 2) give(rays, m, into);
   }
   learn_error(rays);
+  learn_owners(frames, rays);
 }
 
-// From one marker a set, each in its turn: the rig changes slowly.
+// From some markers a set, each in its turn: the rig changes slowly.
 void ExpectedMatcher::learn_error(const RayTable& rays) {
+  constexpr std::size_t kMarkersASet = 4;
   constexpr std::uint32_t kMany = 4;
-  const std::size_t m = turn_++ % marker_count_;
-  if (views_of_[m] < kMany || view_count_ != camera_count_) return;
-  const Eigen::Vector3d& point = found_[m].point.v;
-  for (std::size_t view = 0; view < view_count_; ++view) {
-    const Held& one = held(m, view);
-    if (one.ray == kNone || one.sigma_px > 0.0F) continue;
-    const ViewRays& own = rays[view];
-    const Eigen::Vector3d seen = (own.camera->camera_from_world * WorldPoint{point}).v;
-    const Eigen::Vector2d off = seen.head<2>() / seen.z() - Eigen::Vector2d(own.x(one.ray), own.y(one.ray));
-    error_.learn(view, own.focal_px * off.norm(), views_of_[m]);
-  }
-  agreement_.floor_px = settings_.agree_sigmas * error_.px();
-}
-
-void ExpectedMatcher::list_lone(const RayTable& rays, Matches& into) const {
-  for (std::size_t m = 0; m < marker_count_; ++m) {
-    if (views_of_[m] != 1) continue;
+  if (view_count_ != camera_count_) return;
+  for (std::size_t i = 0; i < std::min(kMarkersASet, marker_count_); ++i) {
+    const std::size_t m = turn_++ % marker_count_;
+    if (views_of_[m] < kMany) continue;
     for (std::size_t view = 0; view < view_count_; ++view) {
-      const std::uint32_t ray = held(m, view).ray;
-      if (ray == kNone || rays[view].taken[ray] != 0 || !is_alone(view, ray)) continue;
-      if (!into.lone.try_push_back(lone_sighting(rays[view], ray, m, view))) return;
+      const Held& one = held(m, view);
+      if (one.ray == kNone || one.sigma_px > 0.0F) continue;
+      const ViewRays& own = rays[view];
+      error_.learn(view, own.off_px(one.ray, found_[m].point), own.sigma_px[one.ray], views_of_[m]);
     }
   }
+  agreement_.floor_px = settings_.agree_sigmas * error_.px();
 }
 
 void ExpectedMatcher::mark(RayTable& rays, std::size_t marker, int change) const {
@@ -127,13 +119,6 @@ void ExpectedMatcher::mark(RayTable& rays, std::size_t marker, int change) const
   }
 }
 
-// Where it was made.
-const RayQuadric* ExpectedMatcher::quadric_of(const RayTable& rays, std::size_t marker, std::size_t view) const {
-  const Held& one = held(marker, view);
-  if (one.quadric != kNone) return &shared_quadrics_[one.quadric];
-  return rays[view].has_quadric(one.ray) ? &rays[view].quadric[one.ray] : nullptr;
-}
-
 void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& into) const {
   if (into.matches.full()) {
     ++into.dropped;
@@ -141,6 +126,7 @@ void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& in
   }
   Match& match = into.matches.push_back({});
   match.expected = static_cast<std::uint32_t>(marker);
+  match.by_blob_tracks = own_views(marker) >= 2;
   const geometry::Refined& found = found_[marker];
   match.start = found.point;
   match.meeting = {found.point, found.covariance_m2, found.rms_px, agreement_.floor_px, agreement_.sigmas};
@@ -149,7 +135,6 @@ void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& in
     if (one.ray == kNone) continue;
     BlobRef seen{static_cast<std::uint16_t>(view), rays[view].blob[one.ray]};
     seen.sigma_px = static_cast<float>(rays[view].sigma_px[one.ray]);
-    seen.quadric = quadric_of(rays, marker, view);
     if (one.sigma_px > 0.0F) {
       const geometry::RayColumns& slope = rays[view].rays;
       const Eigen::Vector2d off = one.off.cast<double>();
@@ -206,8 +191,10 @@ void ExpectedMatcher::assign_view(const ViewRays& view, std::size_t index) {
   if (view.size() == 0) return;
   const std::span<const GateCandidate> candidates = gates_.candidates(view);
   contested_.clear();
+  std::fill_n(is_held_.begin(), view.size(), std::uint8_t{0});
   for (std::uint32_t i = 0; i < candidates.size(); ++i) {
     const auto& [marker, ray, distance2, widening] = candidates[i];
+    const double known = odds_of_owner(marker, index, ray);
     const bool marker_alone = (i == 0 || candidates[i - 1].marker != marker) &&
                               (i + 1 == candidates.size() || candidates[i + 1].marker != marker);
     if (!marker_alone || gates_.wanted_by(ray) != 1) {
@@ -215,10 +202,13 @@ void ExpectedMatcher::assign_view(const ViewRays& view, std::size_t index) {
       continue;
     }
     // The logarithm is dear: where even 1 + log <= widening passes, it is not asked.
-    if (static_cast<double>(distance2 + widening) - 1.0 < gate2 || cost_of(candidates[i]) < gate2)
+    if (static_cast<double>(distance2 + widening) - 1.0 + known < gate2 || cost_of(candidates[i]) + known < gate2) {
       held(marker, index).ray = ray;
+      is_held_[ray] = 1;
+    }
   }
   if (!contested_.empty()) assign_contested(candidates, index, gate2);
+  claim_own(view, index);
   any_shared_ = sharer_.share(view, gates_.foreseen(), held_of(index)) || any_shared_;
 }
 
@@ -234,11 +224,14 @@ void ExpectedMatcher::assign_contested(std::span<const GateCandidate> candidates
       column = static_cast<std::uint32_t>(column_rays_.size());
       column_rays_.push_back(candidate.ray);
     }
-    pairs_.push_back({static_cast<std::uint32_t>(row_markers_.size() - 1), column, cost_of(candidate)});
+    pairs_.push_back({static_cast<std::uint32_t>(row_markers_.size() - 1), column,
+                      cost_of(candidate) + odds_of_owner(candidate.marker, index, candidate.ray)});
   }
   const auto columns = assigner_.assign(row_markers_.size(), column_rays_.size(), pairs_, gate2);
   for (std::size_t row = 0; row < columns.size(); ++row) {
-    if (columns[row] != geometry::Assigner::kAlone) held(row_markers_[row], index).ray = column_rays_[columns[row]];
+    if (columns[row] == geometry::Assigner::kAlone) continue;
+    held(row_markers_[row], index).ray = column_rays_[columns[row]];
+    is_held_[column_rays_[columns[row]]] = 1;
   }
   for (const std::uint32_t ray : column_rays_) column_of_[ray] = kNone;
 }
@@ -264,21 +257,15 @@ bool ExpectedMatcher::tell_depth(const RayTable& rays, std::size_t marker) const
   return std::abs(direction(0).dot(direction(1))) < max_cos_angle_;
 }
 
-bool ExpectedMatcher::in_volume(const WorldPoint& point) const {
-  return (point.v.array() >= settings_.volume_min_m.array()).all() &&
-         (point.v.array() <= settings_.volume_max_m.array()).all();
-}
-
 // Whether a marker's rays, three or more, all agreed at once.
 bool ExpectedMatcher::take_meeting(std::size_t marker) {
   if (meetings_.rays_of(marker) < 3 || !meetings_.agree_on(marker)) return false;
   found_[marker] = meetings_.meeting(marker);
-  return in_volume(found_[marker].point) && (!any_shared_ || has_own_ray(marker));
+  return settings_.in_volume(found_[marker].point.v) && (!any_shared_ || has_own_ray(marker));
 }
 
-// How many of a marker's views agree; the others are given back.
-std::size_t ExpectedMatcher::agree(RayTable& rays, std::size_t marker, const WorldPoint& start) {
-  sightings_.clear();
+// Appends what the views hold of a marker.
+void ExpectedMatcher::add_sightings(RayTable& rays, std::size_t marker) {
   for (std::size_t view = 0; view < view_count_; ++view) {
     Held& one = held(marker, view);
     if (one.ray == kNone) continue;
@@ -288,10 +275,16 @@ std::size_t ExpectedMatcher::agree(RayTable& rays, std::size_t marker, const Wor
     sighting.quadric = &shared_quadric(rays[view], one);
     if (one.quadric != kNone) sighting.sigma_px = static_cast<double>(one.sigma_px);
   }
+}
+
+// How many of a marker's views agree; the others are given back.
+std::size_t ExpectedMatcher::agree(RayTable& rays, std::size_t marker, const WorldPoint& start) {
+  sightings_.clear();
+  add_sightings(rays, marker);
   if (sightings_.size() < 2) return sightings_.size();
   const auto agreed = geometry::agree(sightings_, start, agreement_);
   if (!agreed || (agreed->kept == 2 && !tell_depth(rays, marker))) return 0;
-  if (!in_volume(agreed->refined.point)) return 0;
+  if (!settings_.in_volume(agreed->refined.point.v)) return 0;
   found_[marker] = agreed->refined;
   for (std::size_t i = agreed->kept; i < sightings_.size(); ++i) {
     held(marker, sightings_[i].source) = {};

@@ -6,9 +6,11 @@
 #include "base/bounded_vector.h"
 #include "geometry/assignment.h"
 #include "geometry/ray_quadric.h"
+#include "stages/blob_owners.h"
 #include "stages/expected_gates.h"
 #include "stages/match_views.h"
 #include "stages/meeting_points.h"
+#include "stages/pair_odds.h"
 #include "stages/rig_error.h"
 #include "stages/share_blobs.h"
 #include "stages/view_rays.h"
@@ -18,20 +20,31 @@ namespace mocap::stages {
 /// The first half of matching: finds the blobs of markers whose place is known. Never allocates after construction.
 class ExpectedMatcher {
  public:
-  /// `settings` must outlive it; `camera_count` views a set at most.
-  ExpectedMatcher(const MatchSettings& settings, std::size_t camera_count);
+  /// `settings` and `error` must outlive it; `camera_count` views a set at most.
+  ExpectedMatcher(const MatchSettings& settings, std::size_t camera_count, RigError& error);
 
   /// Casts the rays of all views, appends a match for each expected marker that two or more views agree on, and takes
   /// its rays.
-  void match(RayTable& rays, const Expected& expected, Matches& into);
+  void match(const FrameSet& frames, RayTable& rays, const Expected& expected, Matches& into);
 
   /// Appends the expected markers of the last `match` that one view alone has, where nothing else took their blob
-  /// since.
-  void list_lone(const RayTable& rays, Matches& into) const;
+  /// since, and where it is hardly another's.
+  void list_lone(const RayTable& rays, const Expected& expected, Matches& into) const;
 
  private:
   using Sightings = BoundedVector<geometry::QuadricSighting, kMaxCameras>;
 
+  void find_owners(const BlobFrame& frame, const ViewRays& view, std::size_t index);
+  std::uint32_t& owner(std::size_t view, std::size_t ray) { return owner_[view * kMaxBlobs + ray]; }
+  std::uint32_t owner(std::size_t view, std::size_t ray) const { return owner_[view * kMaxBlobs + ray]; }
+  bool is_own(std::size_t marker, std::size_t view) const;
+  bool is_others(const RayTable& rays, std::size_t marker, std::size_t view) const;
+  void settle_pair(RayTable& rays, std::size_t marker, const ExpectedMarker& expected);
+  void claim_own(const ViewRays& view, std::size_t index);
+  double odds_of_owner(std::size_t marker, std::size_t view, std::size_t ray) const;
+  bool is_believed(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected) const;
+  void keep_own(std::size_t marker);
+  void learn_owners(const FrameSet& frames, const RayTable& rays);
   void assign_view(const ViewRays& view, std::size_t index);
   void assign_contested(std::span<const GateCandidate> candidates, std::size_t index, double gate2);
   double cost_of(const GateCandidate& candidate) const;
@@ -46,23 +59,26 @@ class ExpectedMatcher {
   const Held& held(std::size_t marker, std::size_t view) const { return held_[view * marker_count_ + marker]; }
   std::size_t agree(RayTable& rays, std::size_t marker, const WorldPoint& start);
   bool take_meeting(std::size_t marker);
-  bool in_volume(const WorldPoint& point) const;
+  void add_sightings(RayTable& rays, std::size_t marker);
+  void join_older(RayTable& rays, std::size_t marker);
   bool tell_depth(const RayTable& rays, std::size_t marker) const;
   void recover(RayTable& rays, std::size_t marker);
   void learn_error(const RayTable& rays);
   void mark(RayTable& rays, std::size_t marker, int change) const;
   const RayQuadric* quadric_of(const RayTable& rays, std::size_t marker, std::size_t view) const;
+  std::size_t own_views(std::size_t marker) const;
   void give(const RayTable& rays, std::size_t marker, Matches& into) const;
 
   const MatchSettings& settings_;
   geometry::Agreement agreement_;
-  RigError error_;
+  RigError& error_;
   std::size_t turn_ = 0;  // counts the sets
   double max_cos_angle_;
   geometry::Assigner assigner_;
   std::vector<geometry::AllowedPair> pairs_;
   BlobSharer sharer_;
   ExpectedGates gates_;
+  BlobOwners owners_;
   MeetingPoints meetings_;
   std::size_t camera_count_;
   std::size_t view_count_ = 0;
@@ -73,6 +89,8 @@ class ExpectedMatcher {
   std::vector<std::uint32_t> column_rays_;  // and the ray of each column
   bool any_shared_ = false;
   std::vector<Held> held_;             // of view * marker count + marker
+  std::vector<std::uint32_t> owner_;   // of view * kMaxBlobs + ray: as BlobOwners has it
+  std::vector<std::uint8_t> is_held_;  // by ray of the view that is being assigned
   std::vector<std::uint8_t> holders_;  // of view * kMaxBlobs + ray: how many markers hold it; where any is shared
   std::vector<RayQuadric> shared_quadrics_;
   std::vector<geometry::Refined> found_;

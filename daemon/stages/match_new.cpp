@@ -2,8 +2,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "base/loops.h"
 #include "geometry/epipolar.h"
@@ -25,8 +28,9 @@ constexpr std::size_t kRoundsAlways = 4;
 
 }  // namespace
 
-NewMatcher::NewMatcher(const MatchSettings& settings, const Rig& rig)
+NewMatcher::NewMatcher(const MatchSettings& settings, const Rig& rig, RigError& error)
     : settings_(settings),
+      error_(error),
       agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
       rounds_(rig),
       max_cos_angle_(std::cos(settings.min_ray_angle_deg * std::numbers::pi / 180.0)),
@@ -49,6 +53,8 @@ NewMatcher::NewMatcher(const MatchSettings& settings, const Rig& rig)
 
 void NewMatcher::match(RayTable& rays, std::uint32_t missing_views, Matches& into) {
   missing_views_ = missing_views;
+  rig_px_ = error_.px();
+  agreement_.floor_px = settings_.agree_sigmas * rig_px_;
   work_ = 0;
   skipped_ = 0;
   asking_again_ = false;
@@ -57,11 +63,7 @@ void NewMatcher::match(RayTable& rays, std::uint32_t missing_views, Matches& int
   gather_free(rays);
   if (free_views_ < 2) return;
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
-    if (free_[view].ray.size() == rays[view].size()) {
-      rays[view].make_quadrics();
-    } else {
-      for (const std::uint16_t ray : free_[view].ray) rays[view].make_quadric(ray);
-    }
+    rays[view].make_free_quadrics();
     const auto first = static_cast<std::ptrdiff_t>(view * kMaxBlobs);
     std::fill_n(best_of_.begin() + first, rays[view].size(), kNone);
     std::fill_n(rivals_.begin() + first, rays[view].size(), 0U);
@@ -132,8 +134,7 @@ void NewMatcher::ask_ray(RayTable& rays, const CameraPair& pair, std::size_t a, 
   work_ += free_[b].ray.size();
   // Both blobs' errors move them off the line, and so does the rig's.
   const double sigma_px = rays[a].sigma_px[of_a.ray];
-  const double allowed_px = std::sqrt(settings_.calibration_px * settings_.calibration_px + sigma_px * sigma_px) * 2.0 *
-                            settings_.agree_sigmas;
+  const double allowed_px = std::sqrt(rig_px_ * rig_px_ + sigma_px * sigma_px) * 2.0 * settings_.agree_sigmas;
   find_near_line(free_[b], line.n, allowed_px / std::min(rays[a].focal_px, rays[b].focal_px));
   for (const auto& [off, j] : near_line_) {
     const Member of_b{static_cast<std::uint16_t>(b), free_[b].ray[j]};
@@ -173,8 +174,7 @@ void NewMatcher::find_near_line(const FreeRays& of_b, const Vector3d& line, doub
 void NewMatcher::ask_again(RayTable& rays, Matches& into) {
   bool any = false;
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
-    for (const std::uint16_t ray : free_[view].ray)
-      any = any || put_off_[slot({static_cast<std::uint16_t>(view), ray})] != 0;
+    for (const std::uint16_t ray : free_[view].ray) any = any || put_off_[view * kMaxBlobs + ray] != 0;
   }
   if (!any) return;
   asking_again_ = true;
@@ -231,7 +231,7 @@ bool NewMatcher::start(const RayTable& rays, std::size_t a, std::size_t i, std::
   const double depth_b = (along_a.dot(between) * ab - along_b.dot(between) * aa) * inverse;
   if (!(depth_a > 0.0 && depth_b > 0.0)) return false;
   const Vector3d middle = 0.5 * (free_[a].eye + depth_a * along_a + free_[b].eye + depth_b * along_b);
-  if (!in_volume(middle)) return false;
+  if (!settings_.in_volume(middle)) return false;
   trial_.at.point = {middle};
   trial_.members.clear();
   trial_.members.push_back({static_cast<std::uint16_t>(a), free_[a].ray[i]});
@@ -244,7 +244,7 @@ void NewMatcher::gather_support(RayTable& rays, Hypothesis& from) {
   std::uint64_t has = 0;
   for (const Member& member : from.members) has |= std::uint64_t{1} << member.view;
   work_ += (rays.view_count() - from.members.size()) * kWorkOfShadow / 4;
-  rays.cast_shadows(from.at.point.v, from.at.covariance_m2, settings_.agree_sigmas, settings_.calibration_px);
+  rays.cast_shadows(from.at.point.v, from.at.covariance_m2, settings_.agree_sigmas, rig_px_);
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
     if ((has >> view & 1) != 0 || free_[view].ray.empty()) continue;
     const auto nearest = rays.nearest_free(view);
@@ -255,7 +255,7 @@ void NewMatcher::gather_support(RayTable& rays, Hypothesis& from) {
 
 // Finds the point of the members, leaves out those that do not agree; false where nothing is left to believe.
 bool NewMatcher::settle(const RayTable& rays, Hypothesis& hypothesis) {
-  const double doubt_px2 = settings_.calibration_px * settings_.calibration_px;
+  const double doubt_px2 = rig_px_ * rig_px_;
   sightings_.clear();
   for (const auto& [view, ray] : hypothesis.members) {
     auto& sighting = sightings_.push_back(rays[view].sighting(ray, static_cast<std::uint32_t>(view) << 16 | ray));
@@ -265,7 +265,7 @@ bool NewMatcher::settle(const RayTable& rays, Hypothesis& hypothesis) {
   }
   work_ += sightings_.size() * kWorkOfShadow / 4;
   const auto agreed = geometry::agree(sightings_, hypothesis.at.point, agreement_);
-  if (!agreed || !in_volume(agreed->refined.point.v)) return false;
+  if (!agreed || !settings_.in_volume(agreed->refined.point.v)) return false;
   hypothesis.at = agreed->refined;
   if (agreed->kept == hypothesis.members.size()) return true;
   hypothesis.members.clear();
@@ -275,11 +275,6 @@ bool NewMatcher::settle(const RayTable& rays, Hypothesis& hypothesis) {
         {static_cast<std::uint16_t>(source >> 16), static_cast<std::uint16_t>(source & 0xFFFF)});
   }
   return true;
-}
-
-bool NewMatcher::in_volume(const Vector3d& point) const {
-  return (point.array() >= settings_.volume_min_m.array()).all() &&
-         (point.array() <= settings_.volume_max_m.array()).all();
 }
 
 // How many cameras could see the point; as far as anything hangs on it: of few views more than are needed are as good
@@ -307,9 +302,7 @@ bool NewMatcher::is_better(std::size_t a, std::size_t b) const {
   const std::size_t views_a = hypotheses_[a].members.size();
   const std::size_t views_b = hypotheses_[b].members.size();
   if (views_a != views_b) return views_a > views_b;
-  const double rms_a = hypotheses_[a].at.rms_px;
-  const double rms_b = hypotheses_[b].at.rms_px;
-  return rms_a < rms_b || (rms_a == rms_b && a < b);
+  return std::pair(hypotheses_[a].at.rms_px, a) < std::pair(hypotheses_[b].at.rms_px, b);
 }
 
 void NewMatcher::remember(const Hypothesis& hypothesis) {
@@ -373,20 +366,25 @@ bool NewMatcher::lose_taken(const RayTable& rays, Hypothesis& hypothesis) {
 }
 
 void NewMatcher::believe(RayTable& rays, const Hypothesis& hypothesis, Matches& into) {
-  for (const auto& [view, ray] : hypothesis.members) rays[view].take(ray);
+  std::array<std::uint16_t, kMaxCameras> ray_of;  // only of those in `views`
+  std::uint64_t views = 0;
+  for (const auto& [view, ray] : hypothesis.members) {
+    rays[view].take(ray);
+    ray_of[view] = ray;
+    views |= std::uint64_t{1} << view;
+  }
   if (into.matches.full()) {
     ++into.dropped;
     return;
   }
   Match& match = into.matches.push_back({});
   match.start = hypothesis.at.point;
-  for (const auto& [view, ray] : hypothesis.members) {
-    BlobRef seen{view, rays[view].blob[ray]};
-    seen.sigma_px = static_cast<float>(rays[view].sigma_px[ray]);
-    seen.quadric = &rays[view].quadric[ray];
-    match.sightings.push_back(seen);
+  for (; views != 0; views &= views - 1) {  // in their order
+    const auto view = static_cast<std::uint16_t>(std::countr_zero(views));
+    const std::uint16_t ray = ray_of[view];
+    match.sightings.push_back({view, rays[view].blob[ray], 0.0F, 0.0F, static_cast<float>(rays[view].sigma_px[ray]),
+                               &rays[view].quadric[ray]});
   }
-  std::ranges::sort(match.sightings, {}, &BlobRef::view);
 }
 
 // Two rays meet by chance easily: believed where neither fits any other.

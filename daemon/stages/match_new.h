@@ -7,6 +7,7 @@
 #include "geometry/ray_quadric.h"
 #include "stages/match_views.h"
 #include "stages/pair_rounds.h"
+#include "stages/rig_error.h"
 #include "stages/view_rays.h"
 
 namespace mocap::stages {
@@ -20,8 +21,8 @@ namespace mocap::stages {
 /// when all rounds are through.
 class NewMatcher {
  public:
-  /// `settings` and `rig` must outlive it.
-  NewMatcher(const MatchSettings& settings, const Rig& rig);
+  /// All three must outlive it; `error` tells how far off a view of one marker may be.
+  NewMatcher(const MatchSettings& settings, const Rig& rig, RigError& error);
 
   /// Appends the markers found and takes their rays. `missing_views`: cameras whose view the set lacks; any of them
   /// might have seen a marker.
@@ -65,7 +66,6 @@ class NewMatcher {
   bool start(const RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j);
   void gather_support(RayTable& rays, Hypothesis& from);
   bool settle(const RayTable& rays, Hypothesis& hypothesis);
-  bool in_volume(const Eigen::Vector3d& point) const;
   void count_cameras(const RayTable& rays, Hypothesis& hypothesis) const;
   std::uint32_t needed(const Hypothesis& hypothesis) const;
   void remember(const Hypothesis& hypothesis);
@@ -78,6 +78,8 @@ class NewMatcher {
   static std::size_t slot(Member member) { return member.view * kMaxBlobs + member.ray; }
 
   const MatchSettings& settings_;
+  RigError& error_;
+  double rig_px_ = 0.0;  // of this set
   geometry::Agreement agreement_;
   PairRounds rounds_;
   double max_cos_angle_;

@@ -5,6 +5,7 @@
 #include "base/expects.h"
 #include "stages/match_expected.h"
 #include "stages/match_new.h"
+#include "stages/rig_error.h"
 #include "stages/view_rays.h"
 
 namespace mocap::stages {
@@ -16,8 +17,9 @@ class ViewMatcher final : public Matcher {
       : settings_(settings),
         rig_(std::move(rig)),
         rays_(rig_),
-        expected_matcher_(settings_, rig_.size()),
-        new_matcher_(settings_, rig_) {}
+        error_(settings_.calibration_px, rig_.size()),
+        expected_matcher_(settings_, rig_.size(), error_),
+        new_matcher_(settings_, rig_, error_) {}
   ViewMatcher(const ViewMatcher&) = delete;
   ViewMatcher& operator=(const ViewMatcher&) = delete;
 
@@ -31,9 +33,9 @@ class ViewMatcher final : public Matcher {
     const std::uint32_t missing = frames.expected_views > views ? frames.expected_views - views : 0;
 
     rays_.begin(frames);
-    expected_matcher_.match(rays_, expected, matches_);
+    expected_matcher_.match(frames, rays_, expected, matches_);
     new_matcher_.match(rays_, missing, matches_);
-    expected_matcher_.list_lone(rays_, matches_);
+    expected_matcher_.list_lone(rays_, expected, matches_);
 
     std::size_t unmatched = 0;
     for (std::size_t view = 0; view < frames.views.size(); ++view) {
@@ -48,6 +50,7 @@ class ViewMatcher final : public Matcher {
   MatchSettings settings_;
   Rig rig_;
   RayTable rays_;
+  RigError error_;
   ExpectedMatcher expected_matcher_;
   NewMatcher new_matcher_;
   Matches matches_;

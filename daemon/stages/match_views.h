@@ -20,6 +20,10 @@ struct MatchSettings {
   double min_ray_angle_deg = 2.0;   ///< two views closer to parallel than that tell no depth
   Eigen::Vector3d volume_min_m{-20.0, -20.0, -1.0};  ///< no marker outside of this box
   Eigen::Vector3d volume_max_m{20.0, 20.0, 10.0};
+
+  bool in_volume(const Eigen::Vector3d& point) const {
+    return (point.array() >= volume_min_m.array()).all() && (point.array() <= volume_max_m.array()).all();
+  }
 };
 
 /// A Matcher: the expected markers first, the rest by epipolar geometry.

@@ -90,19 +90,23 @@ BlobMeter::BlobMeter(const DetectKernels& kernels, int grow_px, bool split_touch
       split_touching_(split_touching),
       pixels_(kMaxBox_px * kMaxBox_px),
       saved_(kMaxBox_px * kMaxBox_px),
-      own_(kMaxBox_px * kMaxBox_px) {
+      own_(kMaxBox_px * kMaxBox_px),
+      entries_(kMaxBlobs) {
   for (std::size_t area = 0; area < peak_over_.size(); ++area) {
     peak_over_[area] = peak_over_plateau(static_cast<double>(area));
   }
 }
 
-Measured BlobMeter::measure(const Image& image, const Cut& cut, RunComponents& components, std::size_t i,
-                            const Shape& shape) {
+void BlobMeter::measure(const Image& image, const Cut& cut, RunComponents& components, std::size_t i,
+                        const Shape& shape, double roundness) {
   const Window window = window_of(image, shape);
-  Measured measured;
-  Blob blob;
+  Entry& entry = entries_[i];
+  entry.is_plain = false;
+  Measured& measured = entry.measured;
+  measured.clear();
   if (window.width_px > kMaxBox_px || window.height_px > kMaxBox_px) {
     // No marker is that large; where it is, to a share of its size, is all that can be told.
+    Blob blob;
     blob.centroid = {{shape.x, shape.y}};
     blob.sigma_px = kBorderSigma * std::sqrt(shape.area_px2 / M_PI);
     blob.area_px2 = shape.area_px2;
@@ -110,23 +114,38 @@ Measured BlobMeter::measure(const Image& image, const Cut& cut, RunComponents& c
     blob.roundness = shape.roundness();
     blob.axis_rad = shape.axis_rad();
     measured.push_back(blob);
-    return measured;
+    return;
   }
   BoxSurvey seen = fetch(image, cut, window);
   if (seen.bright != static_cast<std::uint32_t>(shape.area_px2)) {
     erase_others(cut, components.runs(i), window);
     seen = kernels_.survey(box_, cut.threshold);
   }
-  Weighed weighed = weigh(cut, window, seen, shape.roundness());
-  weighed.blob.axis_rad = shape.axis_rad();
+  const bool may_be_two = roundness < kRound && split_touching_;
+  entry.light = weigh(cut, window, seen);
+  entry.is_plain = !may_be_two && seen.peak < cut.top;
+  if (entry.is_plain) return;
+  Weighed found = weighed(cut, entry.light, roundness);
+  found.blob.axis_rad = shape.axis_rad();
   Waist waist;
-  if (weighed.blob.roundness < kRound && split_touching_) {
+  if (may_be_two) {
     waist = waist_of(cut, window, shape);
-    if (waist.splits) return split(cut, window, shape, waist);
+    if (waist.splits) {
+      measured = split(cut, window, shape, waist);
+      return;
+    }
   }
-  if (seen.peak >= cut.top) refine(cut, window, weighed);
-  weighed.blob.merged = waist.doubtful;
-  measured.push_back(weighed.blob);
+  if (seen.peak >= cut.top) refine(cut, window, found);
+  found.blob.merged = waist.doubtful;
+  measured.push_back(found.blob);
+}
+
+Measured BlobMeter::finish(const Cut& cut, std::size_t i, const Shape& shape, double roundness) const {
+  const Entry& entry = entries_[i];
+  if (!entry.is_plain) return entry.measured;
+  Measured measured;
+  Blob& blob = measured.push_back(weighed(cut, entry.light, roundness).blob);
+  blob.axis_rad = shape.axis_rad();
   return measured;
 }
 
@@ -209,17 +228,29 @@ std::uint32_t BlobMeter::count_at_top(const Cut& cut, const BoxSurvey& seen) con
       std::ranges::count_if(pixels, [&cut](std::uint16_t grey) { return grey >= cut.top; }));
 }
 
-BlobMeter::Weighed BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& seen,
-                                    double roundness) const {
+BlobMeter::Light BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& seen) const {
   const double low = std::floor(cut.low.value_or(cut.background + kLowOverNoise * cut.noise));
   Weighing weighing;
   // Below the threshold, so that what is bright weighs something.
   weighing.low = static_cast<std::uint32_t>(std::clamp(low, 0.0, cut.threshold - 1.0));
-  const double bright_radius_px = std::sqrt(seen.bright / M_PI);
   const double over =
       seen.peak >= cut.top ? 0.0 : cut.noise * peak_over_[std::min<std::size_t>(seen.bright, peak_over_.size() - 1)];
   weighing.span = static_cast<std::uint32_t>(std::max(1.0, seen.peak - over - weighing.low + 0.5));
-  const BoxSums sums = kernels_.weigh(box_, weighing);
+  Light light;
+  light.middle_x = window.x + box_.width_px / 2;
+  light.middle_y = window.y + box_.height_px / 2;
+  light.width_px = box_.width_px;
+  light.height_px = box_.height_px;
+  light.peak = seen.peak;
+  light.bright = seen.bright;
+  light.at_top = count_at_top(cut, seen);
+  light.span = weighing.span;
+  light.sums = kernels_.weigh(box_, weighing);
+  return light;
+}
+
+BlobMeter::Weighed BlobMeter::weighed(const Cut& cut, const Light& light, double roundness) {
+  const BoxSums& sums = light.sums;
   // The light as that of a disc as bright as the plateau; the edge is where u is neither 0 nor 1.
   const auto first = static_cast<double>(sums.weight[0]);
   const double radius_px = std::sqrt(first / (kFullWeight * M_PI));
@@ -227,17 +258,16 @@ BlobMeter::Weighed BlobMeter::weigh(const Cut& cut, const Window& window, const 
   const Cubic cubic = weights_for(radius_px, edge_px);
   double weight = cubic.of(sums.weight), x = cubic.of(sums.x) / weight, y = cubic.of(sums.y) / weight;
   // A cubic that is below 0 somewhere may leave nothing of what is no disc; u itself always leaves a middle.
-  if (!(std::abs(x) <= 0.5 * box_.width_px && std::abs(y) <= 0.5 * box_.height_px)) {
+  if (!(std::abs(x) <= 0.5 * light.width_px && std::abs(y) <= 0.5 * light.height_px)) {
     weight = first;
     x = static_cast<double>(sums.x[0]) / weight;
     y = static_cast<double>(sums.y[0]) / weight;
   }
   Blob blob;
-  const int middle_x = window.x + box_.width_px / 2, middle_y = window.y + box_.height_px / 2;
-  blob.centroid = {{x + middle_x, y + middle_y}};
-  blob.area_px2 = seen.bright;
-  blob.peak = std::min(1.0, static_cast<double>(seen.peak) / cut.top);
-  blob.saturated = static_cast<double>(count_at_top(cut, seen)) / seen.bright;
+  blob.centroid = {{x + light.middle_x, y + light.middle_y}};
+  blob.area_px2 = light.bright;
+  blob.peak = std::min(1.0, static_cast<double>(light.peak) / cut.top);
+  blob.saturated = static_cast<double>(light.at_top) / light.bright;
   blob.roundness = roundness;
   // Pixel i, off by the noise, moves the centroid by slope_i (x_i - x) noise / weight; the mean of both axes. The
   // weights in use do as well as 3u^2 - 2u^3 to some percent, whose slopes are simple. What slopes lies about the
@@ -245,14 +275,15 @@ BlobMeter::Weighed BlobMeter::weigh(const Cut& cut, const Window& window, const 
   const double stretch = 0.5 * (roundness + 1.0 / std::max(roundness, kLeastRoundness));
   const double lever = static_cast<double>(sums.slope2) * radius_px * radius_px * stretch;
   const double smooth = 3.0 * static_cast<double>(sums.weight[1]) - 2.0 * static_cast<double>(sums.weight[2]);
-  const double moved = cut.noise * kSlopeOfSum / weighing.span * std::sqrt(std::max(0.0, 0.5 * lever)) / smooth;
+  const double moved = cut.noise * kSlopeOfSum / light.span * std::sqrt(std::max(0.0, 0.5 * lever)) / smooth;
   // The edge of a small disc measures less: there is more of it inside than the middle has room for.
   const double narrow_px = std::max(0.0, kSampledEdge_px - kEdgeOfSmall_px2 / radius_px - edge_px);
   const double by_noise_px = (1.0 + kNarrowLoss * narrow_px) * moved,
                by_grid_px = kGridSigma_px * narrow_px / radius_px;
   blob.sigma_px = std::sqrt(by_noise_px * by_noise_px + by_grid_px * by_grid_px);
   // What is no disc may have no slope at all: then its size is all that is known.
-  if (!(blob.sigma_px > 0.0) || !std::isfinite(blob.sigma_px)) blob.sigma_px = kBorderSigma * bright_radius_px;
+  if (!(blob.sigma_px > 0.0) || !std::isfinite(blob.sigma_px))
+    blob.sigma_px = kBorderSigma * std::sqrt(light.bright / M_PI);
   return {blob, radius_px, edge_px};
 }
 
@@ -321,7 +352,7 @@ Measured BlobMeter::split(const Cut& cut, const Window& window, const Shape& sha
       side.xx = moments[0];
       side.yy = moments[1];
       side.xy = moments[2];
-      Blob blob = weigh(cut, window, seen, side.roundness()).blob;
+      Blob blob = weighed(cut, weigh(cut, window, seen), side.roundness()).blob;
       blob.axis_rad = side.axis_rad();
       keep_side(pixels_, box_, middle, axis, waist.at_px + (far_side ? kSharedLight_px : -kSharedLight_px), far_side);
       // A side that is long and no disc is two more.

@@ -46,12 +46,28 @@ class BlobMeter {
   /// Asks for the memory of a component that is measured soon.
   void prefetch(const Image& image, const Shape& shape) const;
 
-  /// Measures component `i` of those joined, of that shape.
-  Measured measure(const Image& image, const Cut& cut, RunComponents& components, std::size_t i, const Shape& shape);
+  /// Measures component `i` of those joined, of that shape and roundness, on the image. What is plain, alone and round,
+  /// is only weighed: finish() then tells its blob. To weigh all first lets the processor work on several blobs at
+  /// once.
+  void measure(const Image& image, const Cut& cut, RunComponents& components, std::size_t i, const Shape& shape,
+               double roundness);
+
+  /// The blobs of component `i`, which was measured.
+  Measured finish(const Cut& cut, std::size_t i, const Shape& shape, double roundness) const;
 
  private:
   struct Window {
     int x, y, width_px, height_px;  // in the image, without what fills the box up
+  };
+
+  /// A box, and the sums over it.
+  struct Light {
+    int middle_x, middle_y;      // of the box, in the image
+    int width_px, height_px;     // of the box
+    std::uint32_t peak, bright;  // of its pixels
+    std::uint32_t at_top;
+    std::uint32_t span;
+    BoxSums sums;
   };
 
   struct Weighed {
@@ -59,11 +75,18 @@ class BlobMeter {
     double radius_px, edge_px;  // of its light
   };
 
+  struct Entry {
+    bool is_plain;
+    Light light;        // of a plain one
+    Measured measured;  // else
+  };
+
   Window window_of(const Image& image, const Shape& shape) const;
   BoxSurvey fetch(const Image& image, const Cut& cut, const Window& window);
   void erase_others(const Cut& cut, std::span<const Run> runs, const Window& window);
   std::uint32_t count_at_top(const Cut& cut, const BoxSurvey& seen) const;
-  Weighed weigh(const Cut& cut, const Window& window, const BoxSurvey& seen, double roundness) const;
+  Light weigh(const Cut& cut, const Window& window, const BoxSurvey& seen) const;
+  static Weighed weighed(const Cut& cut, const Light& light, double roundness);
   void refine(const Cut& cut, const Window& window, Weighed& weighed);
   bool fit_side(const Cut& cut, const Window& window, const BoxSurvey& seen, Blob& blob);
   Waist waist_of(const Cut& cut, const Window& window, const Shape& shape) const;
@@ -78,6 +101,7 @@ class BlobMeter {
   std::vector<std::uint8_t> own_;
   std::array<double, 2048> peak_over_;  // the plateau of a disc of so many pixels, in standard deviations
   Box box_;
+  std::vector<Entry> entries_;
 };
 
 }  // namespace mocap::stages

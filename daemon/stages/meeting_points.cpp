@@ -86,10 +86,13 @@ MOCAP_WIDE void MeetingPoints::add(const ViewRays& view, std::span<const Held> h
   const std::size_t count = marker_count_;
   MOCAP_INDEPENDENT_TURNS
   for (std::size_t m = 0; m < count; ++m) {
-    const double has = variance[m] > 0.0 ? 1.0 : 0.0;
+    const bool is_held = variance[m] > 0.0;
+    const double has = is_held ? 1.0 : 0.0;
     const double depth = r20 * px[m] + r21 * py[m] + r22 * pz[m] + t2;
-    const double inverse = 1.0 / (has > 0.0 ? depth : 1.0);
-    const double weight = has / (variance[m] > 0.0 ? variance[m] : 1.0);
+    // One division tells both reciprocals.
+    const double reciprocal = 1.0 / (is_held ? depth * variance[m] : 1.0);
+    const double inverse = reciprocal * variance[m];
+    const double weight = is_held ? reciprocal * depth : 0.0;
     const double x = sx[m], y = sy[m];
     const double off_x = (r00 * px[m] + r01 * py[m] + r02 * pz[m] + t0) * inverse - x;
     const double off_y = (r10 * px[m] + r11 * py[m] + r12 * pz[m] + t1) * inverse - y;

@@ -97,10 +97,10 @@ class PointTracks {
   }
 
   /// Gives a sighting to a track, where it lies in the track's wider gate (`claim_sigmas`) and the track has none that
-  /// fits better. A sighting is claimed once at most.
-  void claim(Track& track, std::span<const filter::Seen<N>> sightings, std::uint32_t index) {
+  /// fits better. A sighting is claimed once at most. `surely`: wherever it lies.
+  void claim(Track& track, std::span<const filter::Seen<N>> sightings, std::uint32_t index, bool surely = false) {
     const auto fit = track.gate.fit(sightings[index]);
-    if (!(fit.distance2 <= life_.claim_sigmas * life_.claim_sigmas)) return;
+    if (!surely && !(fit.distance2 <= life_.claim_sigmas * life_.claim_sigmas)) return;
     if (track.sighting != kNone) {
       if (track.gate.fit(sightings[track.sighting]).cost <= fit.cost) return;
       taken_[track.sighting] = 0;

@@ -24,7 +24,9 @@ constexpr double kLeastShare = 0.6;  // of the markers that an instant must show
 constexpr double kNew = 0.018;
 // Noise of a place that counts in full; what cameras tell worse counts less.
 constexpr double kGoodPlace_m = 0.0005;
-constexpr double kMostResidual_m = 0.04;  // of a pose that is worth looking at
+constexpr double kCosOfHalfNearRest = 0.92;  // of a joint within 46 degrees of the rest pose, however markers are stuck
+constexpr double kMostAtRest = 0.8;          // share of the joints
+constexpr double kMostResidual_m = 0.04;     // of a pose that is worth looking at
 
 double apart(const std::vector<Pose>& a, const std::vector<Pose>& b) {
   double sum = 0.0;
@@ -133,9 +135,10 @@ class SubjectRefiner::OneSubject {
     looked_ = at;
     if (!take(labels, pose)) return;
     if (wait_for_rest_) {
+      wait_for_rest_ = false;
+      if (!stands_at_rest()) return;
       // It was recognised by its rest pose: what its joints seem to be turned by is where its markers are stuck.
       std::fill(seen_.at_rest.begin(), seen_.at_rest.end(), std::uint8_t{1});
-      wait_for_rest_ = false;
       rest_is_new_ = true;
       (void)poses_.offer(seen_);
       return;
@@ -198,6 +201,15 @@ class SubjectRefiner::OneSubject {
     for (std::size_t b = 0; b < seen_.locals.size(); ++b) seen_.locals[b] = pose.bones[b].parent_from_bone;
     std::fill(seen_.at_rest.begin(), seen_.at_rest.end(), std::uint8_t{0});
     return static_cast<double>(count) >= kLeastShare * static_cast<double>(seen_.seen_m.size());
+  }
+
+  // Whether most joints are about where the rest pose has them: somebody may have been recognised in another.
+  bool stands_at_rest() const {
+    std::size_t near = 0;
+    for (std::size_t b = 1; b < seen_.locals.size(); ++b) {
+      near += std::abs(seen_.locals[b].rotation.w()) > kCosOfHalfNearRest ? 1 : 0;
+    }
+    return static_cast<double>(near) >= kMostAtRest * static_cast<double>(seen_.locals.size() - 1);
   }
 
   void begin() {

@@ -19,6 +19,8 @@ constexpr double kOwn = 3.0;
 constexpr double kTooYoung = 5.0;
 constexpr double kMisread = 6.0;
 constexpr double kClearMargin = 5.0;
+// A name that was given in the last ten sets or so must still be the clear reading when its limb is read anew.
+constexpr float kHeld = 0.85F;
 // Young tracks of fewer cameras may be where rays meet by chance.
 constexpr std::uint32_t kLeastCameras = 3;
 // Bounds what a set costs, and how often what did not come out is tried again.
@@ -131,7 +133,7 @@ void SubjectLabeller::allow_places(const NamedTracks& tracks) {
     const std::size_t m = reader_.marker(n);
     for (std::size_t p = 0; p < reader_.places(); ++p) {
       const TrackedMarker& track = tracks[place_track_[p]];
-      const bool own = before_[m] == place_track_[p] && !jumped_[m];
+      const bool own = hinted(m, place_track_[p], tracks);
       const bool called = track.expected_label == Label{id_, static_cast<std::uint32_t>(m)};
       const bool young = track.state == TrackState::Tentative && !own && !called;
       if (young && track.cameras < kLeastCameras) continue;
@@ -163,7 +165,7 @@ void SubjectLabeller::judge_reading(Reading& reading, const Reading& now, const 
       continue;
     }
     tried_.push_back(observe(m, track, tracks));
-    const bool own = before_[m] == track && !jumped_[m];
+    const bool own = hinted(m, track, tracks);
     const bool called = tracks[track].expected_label == Label{id_, static_cast<std::uint32_t>(m)};
     reading.cost += own ? -kOwn : tracks[track].state == TrackState::Tentative && !called ? kTooYoung : 0.0;
   }
@@ -210,7 +212,7 @@ bool SubjectLabeller::read_limb(NamedTracks& tracks) {
   Reading& now = readings_.emplace_back();
   for (std::size_t n = 0; n < reader_.names(); ++n) {
     const std::size_t m = reader_.marker(n);
-    now.track_of[n] = believed_[m] ? names_[m].index : -1;
+    now.track_of[n] = believed_[m] && names_[m].confidence >= kHeld ? names_[m].index : -1;
   }
   for (const TieReader::Reading& one : reader_.read(ties_, kWorthAName)) {
     Reading other;
@@ -244,6 +246,7 @@ bool SubjectLabeller::read_limb(NamedTracks& tracks) {
 
 void SubjectLabeller::reread(NamedTracks& tracks) {
   for (int& sets : rest_) sets = std::max(0, sets - 1);
+  std::fill(trouble_.begin(), trouble_.end(), 0);
   if (seen_.size() == names_.size()) {
     std::fill(misread_.begin(), misread_.end(), 0);
     return;
@@ -257,7 +260,7 @@ void SubjectLabeller::reread(NamedTracks& tracks) {
     for (std::size_t i = 0; i < tracks.named.size(); ++i) {
       if (stray(i, tracks)) strays_.push_back(static_cast<int>(i));
     }
-    const int bone = strays_.empty() ? -1 : most_troubled_bone(tracks);
+    const int bone = most_troubled_bone(tracks);
     if (bone < 0) return;
     rest_[static_cast<std::size_t>(bone)] = kPatience;
     if (gather_limb(static_cast<std::size_t>(bone), tracks)) (void)read_limb(tracks);

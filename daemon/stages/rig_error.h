@@ -5,7 +5,7 @@
 
 namespace mocap::stages {
 
-/// Learns how far off a rig's views are, from markers that many views agree on: calibration and blobs together.
+/// Learns how far off a rig's views are beyond what their blobs promise, from markers that many views agree on.
 /// Settings say how bad a rig may be; most are far better, and then a blob that is off by as much as settings allow is
 /// another marker's.
 ///
@@ -16,8 +16,9 @@ class RigError {
   /// `most_px`: what is assumed at first, and never exceeded; standard deviation of each axis.
   RigError(double most_px, std::size_t camera_count);
 
-  /// A view's distance from the point that `views` views (3 or more) agree on.
-  void learn(std::size_t camera, double error_px, std::size_t views);
+  /// A view's distance from the point that `views` views (3 or more) agree on, and what its blob promises: standard
+  /// deviation of each axis.
+  void learn(std::size_t camera, double error_px, double blob_px, std::size_t views);
 
   /// Standard deviation of each axis, of the worst camera; with something to spare.
   double px() const;
@@ -25,6 +26,25 @@ class RigError {
  private:
   double most_px_;
   std::vector<double> sigma_px_;  // by camera
+};
+
+/// Learns the same of all cameras together, from the points alone: what their covariance must hold beyond what the
+/// blobs promise. Never allocates.
+class PointError {
+ public:
+  /// `most_px`: never exceeded; standard deviation of each axis.
+  explicit PointError(double most_px) : most_px_(most_px) {}
+
+  /// Of a point of `views` views (3 or more): the root of their mean squared distance from it, and the variance of
+  /// their blobs, each axis.
+  void learn(double rms_px, double blob_px2, std::size_t views);
+
+  /// Variance of each axis; nothing to spare.
+  double px2() const { return sigma_px_ * sigma_px_; }
+
+ private:
+  double most_px_;
+  double sigma_px_ = 0.02;  // a rig that is worse shows it within a second
 };
 
 }  // namespace mocap::stages

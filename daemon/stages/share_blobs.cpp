@@ -193,6 +193,7 @@ bool BlobSharer::overlay(const Foreseen& foreseen, std::span<Held> held, std::ui
     if (apart_px > kCoincide_px) continue;
     Held& other = held[group.markers[i]];
     other.ray = ray;
+    other.hidden = true;
     other.sigma_px = static_cast<float>(std::hypot(kLeastSigma_px, 0.5 * apart_px));
     owner.sigma_px = std::max(owner.sigma_px, other.sigma_px);
     shared = true;

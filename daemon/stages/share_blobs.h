@@ -41,6 +41,7 @@ struct Held {
   std::uint32_t quadric = kNone;                  ///< the holder's own number for that place as a ray
   Eigen::Vector2f off = Eigen::Vector2f::Zero();  ///< from the ray, on the image plane at distance 1
   float sigma_px = 0.0F;                          ///< of that place; 0: the ray's own
+  bool hidden = false;  ///< behind the light of the one whose ray it is, if it is there at all
 };
 
 /// Finds the expected markers that are one blob together in a view. Never allocates after construction.

@@ -72,7 +72,8 @@ class KalmanMarkerTracker final : public MarkerTracker {
 
   void predict(Timestamp at, Expected& into) const override {
     const double dt_s = std::max(0.0, to_s(at - tracks_.at()));
-    for (const Tracks::Track& track : tracks_.tracks()) {
+    for (std::size_t i = 0; i < tracks_.tracks().size(); ++i) {
+      const Tracks::Track& track = tracks_.tracks()[i];
       filter::Kalman<3> ahead = track.filter;
       ahead.predict(dt_s);
       const filter::Gate<3> gate = ahead.gate();
@@ -81,6 +82,7 @@ class KalmanMarkerTracker final : public MarkerTracker {
       expected.position = {gate.centre};
       expected.covariance_m2 = gate.covariance;
       expected.track = {track.id};
+      expected.cameras = tracked_[i].cameras;  // told in the same order
       if (!into.markers.try_push_back(expected)) return;
     }
   }
@@ -100,7 +102,7 @@ class KalmanMarkerTracker final : public MarkerTracker {
         tracks_.ignore(i);
       } else if (const ExpectedMarker* known = expectation_of(markers[i], expected)) {
         Tracks::Track* track = known->track.names_something() ? tracks_.find(known->track.value) : nullptr;
-        if (track != nullptr) tracks_.claim(*track, seen_, i);
+        if (track != nullptr) tracks_.claim(*track, seen_, i, markers[i].by_blob_tracks);
       }
     }
     tracks_.assign(seen_);

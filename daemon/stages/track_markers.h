@@ -20,7 +20,7 @@ struct TrackMarkersSettings {
   double max_agility = 25.0;     ///< how many times its square may grow while sightings surprise, 1 to 1000
   double birth_speed_m_s = 2.0;  ///< standard deviation of a new marker's velocity, 0.01 to 100
   Duration coast_half_life = std::chrono::milliseconds(200);  ///< an unseen marker's speed halves; 0: it goes on
-  double sighting_floor_m = 0.0001;  ///< no sighting is more certain, 0 to 0.1: calibration, the marker's own shape
+  double sighting_floor_m = 0.00002;  ///< no sighting is more certain, 0 to 0.1: the marker's own shape
 };
 
 /// Makes the tracker of markers in the volume: constant velocity with noise that follows the motion, and each marker's

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -11,27 +12,42 @@
 #include "geometry/ray_quadric.h"
 #include "geometry/triangulation.h"
 #include "stages/blob_doubt.h"
+#include "stages/rig_error.h"
 
 namespace mocap::stages {
 namespace {
+
+constexpr std::size_t kLearnFrom = 4;  // markers a set
+constexpr std::size_t kMany = 4;       // views, which tell what one of them is off
 
 class MatchTriangulator final : public Triangulator {
  public:
   MatchTriangulator(const TriangulateSettings& settings, Rig rig)
       : settings_(settings),
         agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
-        rig_(std::move(rig)) {
+        rig_(std::move(rig)),
+        error_(settings.calibration_px) {
     for (const CameraModel& camera : rig_) rows_.emplace_back(camera.camera_from_world);
   }
 
   const Markers& triangulate(const FrameSet& frames, const Matches& matches) override {
     markers_.clear();
+    // Some markers a set, each in its turn: the rig changes slowly.
+    const std::size_t step = std::max<std::size_t>(1, matches.matches.size() / kLearnFrom);
+    ++turn_;
     for (std::size_t m = 0; m < matches.matches.size(); ++m) {
-      const auto agreed = point_of(frames, matches.matches.data()[m]);
-      if (!agreed || !is_sure(agreed->refined.covariance_m2)) continue;
-      markers_.push_back({agreed->refined.point, agreed->refined.covariance_m2, agreed->refined.rms_px,
-                          static_cast<std::uint32_t>(agreed->kept), static_cast<std::uint32_t>(m),
-                          matches.matches[m].expected});
+      const Match& match = matches.matches.data()[m];
+      const auto agreed = point_of(frames, match);
+      if (!agreed) continue;
+      const BlobNoise noise = noise_of(frames, match);
+      if (agreed->kept >= kMany && noise.alike && (m + turn_) % step == 0) {
+        error_.learn(agreed->refined.rms_px, noise.variance_px2, agreed->kept);
+      }
+      const Eigen::Matrix3d covariance_m2 = agreed->refined.covariance_m2 * (1.0 + error_.px2() / noise.variance_px2);
+      if (!is_sure(covariance_m2)) continue;
+      markers_.push_back({agreed->refined.point, covariance_m2, agreed->refined.rms_px,
+                          static_cast<std::uint32_t>(agreed->kept), static_cast<std::uint32_t>(m), match.expected,
+                          match.by_blob_tracks});
     }
     return markers_;
   }
@@ -80,6 +96,25 @@ class MatchTriangulator final : public Triangulator {
     }
   }
 
+  // What the blobs of a match promise.
+  struct BlobNoise {
+    double variance_px2;  // as heavy as they weigh: the harmonic mean
+    bool alike;
+  };
+  static BlobNoise noise_of(const FrameSet& frames, const Match& match) {
+    constexpr double kUnlike = 4.0;
+    double sum_1_px2 = 0.0, least_1_px2 = std::numeric_limits<double>::infinity();
+    for (const BlobRef& seen : match.sightings) {
+      const double sigma_px = seen.sigma_px > 0.0F ? static_cast<double>(seen.sigma_px)
+                                                   : doubt_px(frames.views[seen.view]->blobs[seen.blob]);
+      const double weight = 1.0 / (sigma_px * sigma_px);
+      sum_1_px2 += weight;
+      least_1_px2 = std::min(least_1_px2, weight);
+    }
+    const double mean_1_px2 = sum_1_px2 / static_cast<double>(match.sightings.size());
+    return {1.0 / mean_1_px2, kUnlike * least_1_px2 > mean_1_px2};
+  }
+
   // The standard deviation in the worst direction.
   bool is_sure(const Eigen::Matrix3d& covariance_m2) const {
     // No direction is worse than all axes together; most points pass without the eigenvalues.
@@ -93,6 +128,8 @@ class MatchTriangulator final : public Triangulator {
   TriangulateSettings settings_;
   geometry::Agreement agreement_;
   Rig rig_;
+  PointError error_;
+  std::size_t turn_ = 0;                    // counts the sets
   std::vector<geometry::CameraRows> rows_;  // by camera
   BoundedVector<geometry::Sighting, kMaxCameras> sightings_;
   BoundedVector<geometry::QuadricSighting, kMaxCameras> told_;

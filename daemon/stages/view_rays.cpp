@@ -43,6 +43,11 @@ Vector3d ViewRays::direction(std::size_t ray) const {
   return (camera->camera_from_world.rotation.transpose() * Vector3d(x(ray), y(ray), 1.0)).normalized();
 }
 
+double ViewRays::off_px(std::size_t ray, const WorldPoint& point) const {
+  const Vector3d seen = (camera->camera_from_world * point).v;
+  return focal_px * (seen.head<2>() / seen.z() - Vector2d(x(ray), y(ray))).norm();
+}
+
 std::optional<Shadow> ViewRays::shadow(const Vector3d& point, const Matrix3d& covariance_m2) const {
   const Matrix3d& r = camera->camera_from_world.rotation;
   const Vector3d seen = r * point + camera->camera_from_world.translation;
@@ -74,7 +79,11 @@ void ViewRays::make_quadric(std::size_t ray) {
   has_quadric_[ray] = 1;
 }
 
-void ViewRays::make_quadrics() {
+void ViewRays::make_free_quadrics() {
+  if (free_count() < size()) {
+    for_free([this](std::size_t ray) { make_quadric(ray); });
+    return;
+  }
   geometry::quadrics_of(*rows, rays, sigma_px, quadric);
   std::ranges::fill(has_quadric_, std::uint8_t{1});
 }
@@ -127,11 +136,18 @@ void ViewRays::fill_bins() {
   const std::size_t slots = (bins_ + 1) * words_;
   std::fill_n(before_x_.begin(), slots, std::uint64_t{0});
   std::fill_n(before_y_.begin(), slots, std::uint64_t{0});
+  column_.resize(size());
+  row_.resize(size());
+  const double last = static_cast<double>(bins_) - 1.0;
+  for (std::size_t ray = 0; ray < size(); ++ray) {
+    column_[ray] = static_cast<std::int32_t>(std::min((rays.x[ray] - min_x_) * bins_per_x_, last)) + 1;
+    row_[ray] = static_cast<std::int32_t>(std::min((rays.y[ray] - min_y_) * bins_per_y_, last)) + 1;
+  }
   for (std::size_t ray = 0; ray < size(); ++ray) {
     const std::size_t word = ray / 64;
     const std::uint64_t bit = std::uint64_t{1} << (ray % 64);
-    before_x_[(bin_of((rays.x[ray] - min_x_) * bins_per_x_) + 1) * words_ + word] |= bit;
-    before_y_[(bin_of((rays.y[ray] - min_y_) * bins_per_y_) + 1) * words_ + word] |= bit;
+    before_x_[static_cast<std::size_t>(column_[ray]) * words_ + word] |= bit;
+    before_y_[static_cast<std::size_t>(row_[ray]) * words_ + word] |= bit;
   }
   for (std::size_t word = 0; word < words_; ++word) {
     std::uint64_t x = 0, y = 0;
@@ -174,6 +190,7 @@ void ViewRays::reserve() {
   blob.reserve(kMaxBlobs);
   for (auto* column : {&sigma_px, &spread_px, &axis_rad}) column->reserve(kMaxBlobs);
   for (auto* column : {&x_f, &y_f, &variance_f}) column->reserve(kMaxBlobs);
+  for (auto* column : {&column_, &row_}) column->reserve(kMaxBlobs);
   for (auto* column : {&taken, &has_quadric_}) column->reserve(kMaxBlobs);
 }
 

@@ -47,8 +47,8 @@ struct ViewRays {
   bool has_quadric(std::size_t ray) const { return has_quadric_[ray] != 0; }
   /// Makes a ray's quadric if it is not there.
   void make_quadric(std::size_t ray);
-  /// Makes all.
-  void make_quadrics();
+  /// Makes those of all rays that no match has.
+  void make_free_quadrics();
 
   /// One match more has the ray, or one less.
   void take(std::size_t ray) {
@@ -75,6 +75,8 @@ struct ViewRays {
   /// Where the ray points to in the world; unit.
   Eigen::Vector3d direction(std::size_t ray) const;
 
+  /// How far from a ray the camera would see the point.
+  double off_px(std::size_t ray, const WorldPoint& point) const;
   /// Where the camera would see the point; nothing where it is not in front of it.
   std::optional<Shadow> shadow(const Eigen::Vector3d& point, const Eigen::Matrix3d& covariance_m2) const;
   /// Squared distance of a ray from a shadow in standard deviations of both, `floor_px` added to them.
@@ -172,6 +174,7 @@ struct ViewRays {
   std::array<std::uint8_t, kMostBins + 1> end_word_{};
   std::array<std::uint64_t, kWords> free_{};
   std::vector<std::uint8_t> has_quadric_;
+  std::vector<std::int32_t> column_, row_;  // the bin after the one that each ray lies in
 };
 
 /// The rays of all blobs of one frame set: undistorted once, then asked often. Never allocates after construction.

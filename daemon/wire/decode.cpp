@@ -148,6 +148,11 @@ Status unit(const Floats& column, const char* name) {
   return {};
 }
 
+// A column that came later: absent, or one entry a bone.
+Status has_later(const Floats& column, int count, int width, const char* name) {
+  return column.empty() ? Status{} : all(has(column, count, width, name), finite(column, name));
+}
+
 Status check_bones(const v1::BonePoses& from) {
   const int count = from.states_size();
   const Status fits =
@@ -157,11 +162,12 @@ Status check_bones(const v1::BonePoses& from) {
           has(from.local_rotations_xyzw(), count, 4, "local_rotations_xyzw"),
           has(from.confidences_percent(), count, 1, "confidences_percent"));
   if (!fits) return fits;
-  return all(finite(from.world_positions_m(), "world_positions_m"),
-             finite(from.local_positions_m(), "local_positions_m"),
-             unit(from.world_rotations_xyzw(), "world_rotations_xyzw"),
-             unit(from.local_rotations_xyzw(), "local_rotations_xyzw"),
-             percents(from.confidences_percent(), "confidences_percent"));
+  return all(
+      has_later(from.velocities_m_s(), count, 3, "velocities_m_s"),
+      has_later(from.spins_rad_s(), count, 3, "spins_rad_s"), finite(from.world_positions_m(), "world_positions_m"),
+      finite(from.local_positions_m(), "local_positions_m"), unit(from.world_rotations_xyzw(), "world_rotations_xyzw"),
+      unit(from.local_rotations_xyzw(), "local_rotations_xyzw"),
+      percents(from.confidences_percent(), "confidences_percent"));
 }
 
 Status decode_bones(const v1::BonePoses& from, BoundedVector<BonePose, kMaxBones>& into) {
@@ -172,6 +178,8 @@ Status decode_bones(const v1::BonePoses& from, BoundedVector<BonePose, kMaxBones
     bone.world_from_bone = {vector_at(from.world_positions_m(), i), rotation_at(from.world_rotations_xyzw(), i)};
     bone.parent_from_bone = {vector_at(from.local_positions_m(), i), rotation_at(from.local_rotations_xyzw(), i)};
     bone.confidence = static_cast<float>(from.confidences_percent(i)) / 100.0F;
+    if (!from.velocities_m_s().empty()) bone.velocity_m_s = vector_at(from.velocities_m_s(), i);
+    if (!from.spins_rad_s().empty()) bone.spin_rad_s = vector_at(from.spins_rad_s(), i);
   }
   return {};
 }
@@ -200,6 +208,8 @@ Status decode_subject(const v1::SubjectState& from, Snapshot& into) {
     pose.subject = subject;
     if (!std::isfinite(from.residual_m())) return wrong("residual_m is not a number");
     pose.residual_m = from.residual_m();
+    if (!std::isfinite(from.smoothing_delay_s())) return wrong("smoothing_delay_s is not a number");
+    pose.smoothing_delay_s = from.smoothing_delay_s();
     if (const Status read = decode_bones(from.bones(), pose.bones); !read) return read;
   }
   return {};

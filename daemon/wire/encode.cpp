@@ -104,6 +104,8 @@ void encode_bones(const BoundedVector<BonePose, kMaxBones>& from, v1::BonePoses&
   auto& local_positions = fresh(into.mutable_local_positions_m(), 3 * from.size());
   auto& local_rotations = fresh(into.mutable_local_rotations_xyzw(), 4 * from.size());
   auto& confidences = fresh(into.mutable_confidences_percent(), from.size());
+  auto& velocities = fresh(into.mutable_velocities_m_s(), 3 * from.size());
+  auto& spins = fresh(into.mutable_spins_rad_s(), 3 * from.size());
   const BonePose nothing{};
   for (const BonePose& pose : from) {
     const BonePose& bone = pose.state == BoneState::Lost ? nothing : pose;
@@ -112,6 +114,8 @@ void encode_bones(const BoundedVector<BonePose, kMaxBones>& from, v1::BonePoses&
     add(world_rotations, bone.world_from_bone.rotation);
     add(local_positions, bone.parent_from_bone.position);
     add(local_rotations, bone.parent_from_bone.rotation);
+    add(velocities, bone.velocity_m_s);
+    add(spins, bone.spin_rad_s);
     confidences.AddAlreadyReserved(percent(bone.confidence));
   }
 }
@@ -138,9 +142,11 @@ void encode_subject(const SubjectLabels* labels, const SubjectPose* pose, v1::Su
   if (pose != nullptr) {
     encode_bones(pose->bones, *into.mutable_bones());
     into.set_residual_m(static_cast<float>(pose->residual_m));
+    into.set_smoothing_delay_s(static_cast<float>(pose->smoothing_delay_s));
   } else {
     into.clear_bones();
     into.clear_residual_m();
+    into.clear_smoothing_delay_s();
   }
 }
 

@@ -116,7 +116,8 @@ TEST(BodyFollower, LaysALimbAnewThatIsTurnedTheWrongWayRound) {
   body.predict(at(1));
   (void)body.fit(see(truth));
 
-  EXPECT_LT((body.told(in) - truth.marker_at(in)).norm(), 0.005);
+  // It was 80 mm off; what one set's hold leaves is gone with the next.
+  EXPECT_LT((body.told(in) - truth.marker_at(in)).norm(), 0.010);
 }
 
 }  // namespace

@@ -9,8 +9,10 @@
 
 #include "settings/camera_keys.h"
 #include "settings/key_list.h"
+#include "settings/marker_set_file.h"
 #include "settings/rig_file.h"
 #include "settings/stage_keys.h"
+#include "settings/subject_file.h"
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
@@ -76,6 +78,21 @@ TEST_F(Configuration, IsReadWithTheRigInTheOrderOfTheCameras) {
   EXPECT_EQ(settings->worn[0].marker_set.markers.size(), 18U);
   ASSERT_EQ(settings->simulated.size(), 2U);
   EXPECT_EQ(settings->simulated[1].markers.size(), 18U);
+}
+
+TEST_F(Configuration, RefusesThingsOfTheSameShapeAndAllowsPeopleInTheSameMarkerSet) {
+  const auto subject = [&](const std::string& name, const std::string& set) {
+    return "[[subject]]\nname = \"" + name + "\"\nmarker_set = \"" + (kConfig / "markersets" / set).string() + "\"\n";
+  };
+
+  const std::string things = faults_of(good() + subject("sword", "rigid4.toml") + subject("shield", "rigid4.toml"));
+  const std::string people = faults_of(good() + subject("ann", "baseline41.toml") + subject("bob", "baseline41.toml"));
+  const std::string one = faults_of(good() + subject("sword", "rigid4.toml") + subject("ann", "baseline41.toml"));
+
+  EXPECT_THAT(things,
+              AllOf(HasSubstr("subject 'shield' has the shape of subject 'sword'"), HasSubstr("move one marker")));
+  EXPECT_EQ(people, "");
+  EXPECT_EQ(one, "");
 }
 
 TEST_F(Configuration, TellsAllFaultsAtOnceWithPlacesAndSuggestions) {
@@ -223,6 +240,43 @@ TEST_F(Configuration, RefusesValuesThatAreNotNumbersWithinRange) {
   EXPECT_THAT(faults_of(good("[realtime]\ncamera_cpus = [0, -1]\n")),
               HasSubstr(":4:19: realtime: camera_cpus has -1, expected a list of whole numbers 0 to 1023"));
   EXPECT_THAT(faults_of(good("align = 3\n")), HasSubstr("unknown key 'align'"));
+}
+
+TEST_F(Configuration, TakesABodyThatWasFittedBefore) {
+  SubjectFile anna{.name = "anna",
+                   .marker_set_file = marker_set_,
+                   .fitted_on = "",
+                   .marker_set = {},
+                   .bone_residuals_m = {},
+                   .marker_residuals_m = {}};
+  anna.marker_set = *load_marker_set(marker_set_);
+  anna.marker_set.markers[2].offset_m.x() = 0.125;
+  ASSERT_TRUE(save_subject(folder_.path() / "anna.toml", anna));
+  const std::string subject = "[[subject]]\nname = \"actor\"\n";
+  const std::string set = "marker_set = \"" + marker_set_ + "\"\n";
+
+  const auto by_file = load_daemon_settings(write(good(subject + "file = \"anna.toml\"\n")));
+  const auto by_keep = load_daemon_settings(write(good(subject + "keep = \"anna.toml\"\n" + set)));
+  const auto to_be_kept = load_daemon_settings(write(good(subject + "keep = \"new.toml\"\n" + set)));
+
+  for (const auto* stored : {&by_file, &by_keep}) {
+    ASSERT_TRUE(*stored) << to_text(stored->error());
+    EXPECT_TRUE((*stored)->worn[0].fitted);
+    EXPECT_EQ((*stored)->worn[0].name, "actor");
+    EXPECT_EQ((*stored)->worn[0].marker_set.markers[2].offset_m.x(), 0.125);
+  }
+  EXPECT_TRUE(by_file->kept.empty());
+  ASSERT_TRUE(to_be_kept) << to_text(to_be_kept.error());
+  EXPECT_FALSE(to_be_kept->worn[0].fitted);
+  ASSERT_EQ(to_be_kept->kept.size(), 1U);
+  EXPECT_EQ(to_be_kept->kept[0].path, folder_.path() / "new.toml");
+
+  const std::string other = (kConfig / "markersets/baseline41.toml").string();
+  EXPECT_THAT(faults_of(good(subject + "file = \"anna.toml\"\nmarker_set = \"" + other + "\"\n")),
+              HasSubstr("was fitted with 'openmocap18'; expected one and the same"));
+  EXPECT_THAT(faults_of(good(subject + "file = \"bert.toml\"\n")), HasSubstr("bert.toml"));
+  EXPECT_THAT(faults_of(good(subject + "file = \"anna.toml\"\n[[subject]]\nname = \"twin\"\nfile = \"anna.toml\"\n")),
+              HasSubstr("subject 'twin' is fitted to the same body as subject 'actor'"));
 }
 
 TEST(ShippedConfiguration, IsWithoutAFault) {

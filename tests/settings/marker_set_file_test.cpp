@@ -47,8 +47,13 @@ aliases = { unity = "Spine" }
 )";
 
 TEST(ShippedMarkerSets, LoadWithTheirNumberOfMarkers) {
-  for (const auto& [name, count] :
-       {std::pair{"openmocap18", 18U}, {"baseline41", 41U}, {"pluginGait39", 39U}, {"rigid4", 4U}}) {
+  for (const auto& [name, count] : {std::pair{"openmocap18", 18U},
+                                    {"baseline41", 41U},
+                                    {"pluginGait39", 39U},
+                                    {"baseline51", 51U},
+                                    {"rigid3", 3U},
+                                    {"rigid4", 4U},
+                                    {"rigid5", 5U}}) {
     const auto set = load_marker_set(kMarkerSets / (std::string(name) + ".toml"));
 
     ASSERT_TRUE(set) << set.error().message;
@@ -57,6 +62,105 @@ TEST(ShippedMarkerSets, LoadWithTheirNumberOfMarkers) {
     std::set<std::string> names;
     for (const MarkerOnBone& marker : set->markers) names.insert(marker.name);
     EXPECT_EQ(names.size(), count);
+  }
+}
+
+// What Unity's HumanBodyBones, the bones of Unreal's Mannequin and VRM 1.0's humanoid call what our skeletons have.
+const std::set<std::string> kUnity{"Hips",
+                                   "Spine",
+                                   "Chest",
+                                   "UpperChest",
+                                   "Neck",
+                                   "Head",
+                                   "LeftShoulder",
+                                   "RightShoulder",
+                                   "LeftUpperArm",
+                                   "RightUpperArm",
+                                   "LeftLowerArm",
+                                   "RightLowerArm",
+                                   "LeftHand",
+                                   "RightHand",
+                                   "LeftUpperLeg",
+                                   "RightUpperLeg",
+                                   "LeftLowerLeg",
+                                   "RightLowerLeg",
+                                   "LeftFoot",
+                                   "RightFoot",
+                                   "LeftToes",
+                                   "RightToes",
+                                   "LeftThumbProximal",
+                                   "RightThumbProximal",
+                                   "LeftIndexProximal",
+                                   "RightIndexProximal",
+                                   "LeftMiddleProximal",
+                                   "RightMiddleProximal",
+                                   "LeftRingProximal",
+                                   "RightRingProximal",
+                                   "LeftLittleProximal",
+                                   "RightLittleProximal"};
+const std::set<std::string> kUnreal{
+    "root",        "pelvis",     "spine_01",   "spine_02",   "spine_03",   "neck_01",    "head",
+    "clavicle_l",  "clavicle_r", "upperarm_l", "upperarm_r", "lowerarm_l", "lowerarm_r", "hand_l",
+    "hand_r",      "thigh_l",    "thigh_r",    "calf_l",     "calf_r",     "foot_l",     "foot_r",
+    "ball_l",      "ball_r",     "thumb_01_l", "thumb_01_r", "index_01_l", "index_01_r", "middle_01_l",
+    "middle_01_r", "ring_01_l",  "ring_01_r",  "pinky_01_l", "pinky_01_r"};
+const std::set<std::string> kVrm{"hips",
+                                 "spine",
+                                 "chest",
+                                 "upperChest",
+                                 "neck",
+                                 "head",
+                                 "leftShoulder",
+                                 "rightShoulder",
+                                 "leftUpperArm",
+                                 "rightUpperArm",
+                                 "leftLowerArm",
+                                 "rightLowerArm",
+                                 "leftHand",
+                                 "rightHand",
+                                 "leftUpperLeg",
+                                 "rightUpperLeg",
+                                 "leftLowerLeg",
+                                 "rightLowerLeg",
+                                 "leftFoot",
+                                 "rightFoot",
+                                 "leftToes",
+                                 "rightToes",
+                                 "leftThumbMetacarpal",
+                                 "rightThumbMetacarpal",
+                                 "leftIndexProximal",
+                                 "rightIndexProximal",
+                                 "leftMiddleProximal",
+                                 "rightMiddleProximal",
+                                 "leftRingProximal",
+                                 "rightRingProximal",
+                                 "leftLittleProximal",
+                                 "rightLittleProximal"};
+
+TEST(ShippedSkeletons, BearNamesThatEachSchemeHasAndNoneTwice) {
+  int bodies = 0;
+  for (const fs::directory_entry& file : fs::directory_iterator(fs::path(MOCAP_SOURCE_DIR) / "config" / "skeletons")) {
+    SCOPED_TRACE(file.path().string());
+    const auto skeleton = load_skeleton(file.path());
+    ASSERT_TRUE(skeleton) << skeleton.error().message;
+    EXPECT_EQ(skeleton->name, file.path().stem());
+    if (skeleton->bones.size() == 1) continue;  // a thing
+    ++bodies;
+    std::set<std::string> unity, unreal, vrm;
+    for (const Bone& bone : skeleton->bones) {
+      EXPECT_TRUE(kUnity.contains(bone.aliases.unity) && unity.insert(bone.aliases.unity).second) << bone.name;
+      EXPECT_TRUE(kUnreal.contains(bone.aliases.unreal) && unreal.insert(bone.aliases.unreal).second) << bone.name;
+      EXPECT_TRUE(kVrm.contains(bone.aliases.vrm) && vrm.insert(bone.aliases.vrm).second) << bone.name;
+    }
+  }
+  EXPECT_GE(bodies, 2);
+}
+
+TEST(ShippedMarkerSets, AllLoadUnderTheNameOfTheirFile) {
+  for (const fs::directory_entry& file : fs::directory_iterator(kMarkerSets)) {
+    const auto set = load_marker_set(file.path());
+    ASSERT_TRUE(set) << set.error().message;
+    EXPECT_EQ(set->name, file.path().stem());
   }
 }
 

@@ -7,6 +7,8 @@
 #include <random>
 #include <vector>
 
+#include "stages/detect_kernels.h"
+
 namespace mocap::stages {
 namespace {
 
@@ -196,10 +198,10 @@ TEST(DetectBlobs, FindsNothingInBlackWhiteAndNoise) {
 }
 
 TEST(DetectBlobs, KeepsTheLargestAndCountsTheRest) {
-  Picture picture(400, 400);
+  Picture picture(200, 800);
   for (int i = 0; i < 40 * 40; ++i) {
     const int side = i % 3 == 0 ? 4 : 3;  // 534 of 16 px, the rest of 9 px
-    for (int k = 0; k < side * side; ++k) picture.at(10 * (i % 40) + k % side, 10 * (i / 40) + k / side) = 250;
+    for (int k = 0; k < side * side; ++k) picture.at(10 * (i % 20) + k % side, 10 * (i / 20) + k / side) = 250;
   }
 
   const Detection found = detector_for(picture)->detect(picture.image());
@@ -208,6 +210,29 @@ TEST(DetectBlobs, KeepsTheLargestAndCountsTheRest) {
   EXPECT_EQ(found.dropped, 40U * 40U - kMaxBlobs);
   EXPECT_TRUE(
       std::all_of(found.blobs.begin(), found.blobs.end(), [](const Blob& blob) { return blob.area_px2 == 16.0; }));
+}
+
+TEST(DetectBlobs, GivesUpWhatComesAfterARowThatItHasNoRoomFor) {
+  // 30 runs a row are no noise by themselves; 1500 such rows are more than 6144 runs by far.
+  Picture picture(1200, 1500);
+  for (int y = 0; y < 1500; ++y) {
+    for (int x = 5; x < 1200; x += 40) picture.at(x, y) = y % 4 < 3 ? 250 : 0;
+  }
+
+  const DetectSettings settings{.threshold = 100.0, .min_area_px2 = 1.0};
+  std::vector<std::uint32_t> given_up;
+  for (const DetectKernels* kernels : all_kernels()) {
+    const auto detector = std::move(make_blob_detector(settings, PixelFormat::Mono8, 1200, 1500, {}, kernels)).value();
+    const Detection found = detector->detect(picture.image());
+
+    given_up.push_back(found.rows_given_up);
+    EXPECT_GT(found.rows_given_up, 0U);
+    // A column of bright pixels is three rows high, or less where a quarter of the image begins or is given up.
+    const std::uint32_t rows = 1125U - found.rows_given_up;
+    EXPECT_GE(found.blobs.size() + found.dropped + found.filtered, rows / 3 * 30);
+    EXPECT_GT(rows * 30, 6144U);
+  }
+  EXPECT_EQ(std::ranges::count(given_up, given_up[0]), static_cast<std::ptrdiff_t>(given_up.size()));
 }
 
 TEST(DetectBlobs, FiltersByAreaAndRoundness) {

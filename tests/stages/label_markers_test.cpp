@@ -21,10 +21,10 @@ constexpr int kStill = 60;  // sets in T-pose
 // One person whose markers are tracked one track each, as good or as badly as a test wants.
 class World {
  public:
-  explicit World(const std::string& name)
+  explicit World(const std::string& name, bool fitted = false)
       : set_(test::person(name)),
         truth_(set_, body::PoseFit::Lengths::Fixed),
-        labeller_(make_labeller({}, {{"actor", set_}})) {
+        labeller_(make_labeller({}, {{"actor", set_, fitted}})) {
     for (std::size_t m = 0; m < set_.markers.size(); ++m) {
       tracks_.push_back({});
       tracks_[m].id = TrackId{next_id_++};
@@ -49,6 +49,21 @@ class World {
   void exchange(std::size_t a, std::size_t b) { std::swap(tracks_[a].id, tracks_[b].id); }
   void shift(std::size_t m, const Eigen::Vector3d& by) { tracks_[m].off = by; }
   void hide(std::size_t m) { tracks_[m].hidden = true; }
+  void hide_all() {
+    for (std::size_t m = 0; m < tracks_.size(); ++m) hide(m);
+  }
+  void bring_all_back() {
+    for (std::size_t m = 0; m < tracks_.size(); ++m) bring_back(m);
+  }
+  int rights() const {
+    int count = 0;
+    for (std::size_t m = 0; m < set_.markers.size(); ++m) count += right(m) ? 1 : 0;
+    return count;
+  }
+  Labeller& labeller() { return *labeller_; }
+  // Lets time pass that nobody sees.
+  void skip(int sets) { sets_ += sets; }
+
   // A new track, for the old one ended meanwhile.
   void bring_back(std::size_t m) { tracks_[m] = {TrackId{next_id_++}, false, Eigen::Vector3d::Zero()}; }
 
@@ -190,6 +205,64 @@ TEST(LabelMarkers, ReadsBothWristMarkersRightAfterBothWereHidden) {
 
   EXPECT_EQ(world.wrongs(), 0);
   EXPECT_TRUE(world.right(in) && world.right(out));
+}
+
+TEST(LabelMarkers, NamesABodyWhoseMeasuresAreKnownInMidMotion) {
+  for (const char* name : {"openmocap18", "baseline41"}) {
+    World world(name, true);
+    world.skip(kStill + 100);
+
+    for (int i = 0; i < 30; ++i) {
+      world.step();
+      EXPECT_EQ(world.wrongs(), 0) << name << i;
+    }
+
+    EXPECT_EQ(world.labels().phase, SubjectPhase::Tracking) << name;
+    // Some limbs may wait until their motion tells.
+    EXPECT_GE(world.rights(), static_cast<int>(world.labels().markers.size()) * 3 / 4) << name;
+  }
+}
+
+TEST(LabelMarkers, NamesABodyAgainWithinHalfASecondOfABlackout) {
+  for (const char* name : {"openmocap18", "baseline41"}) {
+    World world(name);
+    world.step(kStill + 70);
+    world.hide_all();
+    world.step(60);
+
+    world.bring_all_back();
+    for (int i = 0; i < 30; ++i) {
+      world.step();
+      EXPECT_EQ(world.wrongs(), 0) << name << i;
+    }
+
+    EXPECT_GE(world.rights(), static_cast<int>(world.labels().markers.size()) * 9 / 10) << name;
+  }
+}
+
+TEST(LabelMarkers, WaitsForATPoseAfterAReset) {
+  World world("baseline41");
+  world.step(kStill + 70);
+  ASSERT_EQ(world.labels().phase, SubjectPhase::Tracking);
+
+  world.labeller().reset(SubjectId{0});
+  world.step(60);
+
+  EXPECT_EQ(world.labels().phase, SubjectPhase::Searching);
+  EXPECT_EQ(world.rights(), 0);
+}
+
+TEST(LabelMarkers, GivesNoNamesToASubjectThatIsAway) {
+  World world("baseline41");
+  world.step(kStill + 70);
+
+  world.labeller().set_away(SubjectId{0}, true);
+  world.step(60);
+  EXPECT_EQ(world.rights() + world.wrongs(), 0);
+
+  world.labeller().set_away(SubjectId{0}, false);
+  world.step(30);
+  EXPECT_EQ(world.labels().phase, SubjectPhase::Tracking);
 }
 
 }  // namespace

@@ -27,6 +27,8 @@ class LabelWorld {
   struct Track {
     TrackId id;
     bool hidden = false;
+    bool coasts = false;  ///< nobody sees it; its track goes on
+    std::uint32_t missed_sets = 0;
     Eigen::Vector3d off = Eigen::Vector3d::Zero();
   };
   struct Person {
@@ -40,6 +42,8 @@ class LabelWorld {
     std::size_t subject = 0;
   };
 
+  LabelWorld() { people_.reserve(kMaxSubjects); }
+
   /// Adds a person who wears a shipped marker set, `scale` times as tall as it says.
   Person& add(const std::string& set, Moves moves, const Eigen::Vector3d& place_m = {0.0, 0.0, 1.0},
               double heading_rad = 0.0, double scale = 1.0) {
@@ -52,10 +56,14 @@ class LabelWorld {
     one.heading_rad = heading_rad;
     one.scale = scale;
     one.moves = std::move(moves);
-    for (std::size_t m = 0; m < one.set.markers.size(); ++m) one.tracks.push_back({TrackId{next_id_++}});
+    for (std::size_t m = 0; m < one.set.markers.size(); ++m) bring_back(one.tracks.emplace_back());
     subjects_.push_back({"actor" + std::to_string(subjects_.size()), person(set)});
     return one;
   }
+
+  const std::vector<Subject>& subjects() const { return subjects_; }
+  const Labels& labels() const { return *labels_; }
+  Timestamp at() const { return from_ns(1'000'000'000) + from_s((sets_ - 1) * kStep_s); }
 
   Person& one(std::size_t p = 0) { return people_[p]; }
   std::size_t marker(const std::string& name, std::size_t p = 0) const {
@@ -85,7 +93,10 @@ class LabelWorld {
 
   void exchange(Track& a, Track& b) { std::swap(a.id, b.id); }
   /// A new track, for the old one ended meanwhile.
-  void bring_back(Track& track) { track = {TrackId{next_id_++}}; }
+  void bring_back(Track& track) {
+    track = {};
+    track.id = TrackId{next_id_++};
+  }
 
   void step(int sets = 1) {
     for (int i = 0; i < sets; ++i) step_once();
@@ -140,6 +151,12 @@ class LabelWorld {
         for (int axis = 0; axis < 3; ++axis) track.position.v[axis] += noise_(random_);
         track.covariance_m2 = 1e-6 * Eigen::Matrix3d::Identity();
         track.cameras = 4;
+        one.tracks[m].missed_sets = one.tracks[m].coasts ? one.tracks[m].missed_sets + 1 : 0;
+        track.missed_sets = one.tracks[m].missed_sets;
+        if (one.tracks[m].coasts) {
+          track.state = TrackState::Coasting;
+          track.cameras = 0;
+        }
         track.age_sets = 10;
         tracked.push_back(track);
       }

@@ -6,6 +6,7 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <memory>
 #include <ostream>
 #include <set>
 
@@ -432,6 +433,126 @@ TEST(MatchViews, FindsNothingInEmptyViews) {
   const auto matcher = make_matcher({}, rig);
 
   EXPECT_EQ(matcher->match(FrameSet{}, {}).matches.size(), 0u);
+}
+
+/// Four markers that stand still, of whose blobs each bears a 2D track: the marker's number.
+struct Watched {
+  Watched() {
+    for (int set = 0; set < 5; ++set) {
+      auto world = look();
+      const Matches& matches = matcher->match(world.set, expected());
+      EXPECT_EQ(matches.matches.size(), markers.size());
+    }
+  }
+  SeenWorld look() {
+    auto world = see(rig, markers, {.sigma_px = 0.05}, random);
+    for (std::size_t view = 0; view < rig.size(); ++view) {
+      Blobs& blobs = world.frames[view]->blobs;
+      for (std::size_t b = 0; b < blobs.size(); ++b) {
+        blobs[b].track = BlobTrackId{static_cast<std::uint32_t>(world.marker_of[view][b])};
+      }
+    }
+    return world;
+  }
+  Expected expected(double sigma_m = 0.005) {
+    Expected all = expect(markers, 0.001, random);
+    for (ExpectedMarker& marker : all.markers) marker.covariance_m2 = Eigen::Matrix3d::Identity() * sigma_m * sigma_m;
+    return all;
+  }
+
+  std::mt19937 random{4};
+  Rig rig = ring(4);
+  std::vector<Vector3d> markers{{0.0, 0.0, 1.0}, {0.4, 0.1, 1.2}, {-0.3, 0.3, 0.8}, {0.2, -0.4, 1.4}};
+  std::unique_ptr<Matcher> matcher = make_matcher({}, rig);
+};
+
+const Match* match_of(const Matches& matches, std::uint32_t expected) {
+  const auto found = std::ranges::find(matches.matches, expected, &Match::expected);
+  return found == matches.matches.end() ? nullptr : &*found;
+}
+
+TEST(MatchViews, RefusesAPairOfWhichOneBlobWasAnothersBefore) {
+  Watched watched;
+  auto world = watched.look();
+  // Camera 0 sees the first marker, camera 1 the second where the first would be; the others see neither.
+  const Vector3d between = watched.markers[0] + Vector3d(0.004, 0.0, 0.0);
+  world.frames[0]->blobs[0].centroid = *geometry::project(watched.rig[0], {between});
+  world.frames[1]->blobs[0].centroid = *geometry::project(watched.rig[1], {between});
+  world.frames[1]->blobs[0].track = BlobTrackId{1};
+  world.frames[1]->blobs.erase_unordered(1);
+  for (const std::size_t view : {2u, 3u}) {
+    world.frames[view]->blobs.erase_unordered(1);
+    world.frames[view]->blobs.erase_unordered(0);
+  }
+
+  const Matches& matches = watched.matcher->match(world.set, watched.expected());
+
+  EXPECT_EQ(match_of(matches, 0), nullptr);
+  ASSERT_GE(matches.lone.size(), 1u);
+  EXPECT_EQ(matches.lone[0].expected, 0u);
+  EXPECT_EQ(matches.lone[0].sighting.view, 0u);
+}
+
+TEST(MatchViews, RefusesAPairOfBlobsThatMeetByChanceWhereTheMarkerIsHardlyKnown) {
+  std::mt19937 random(4);
+  const Rig rig = ring(8);
+  const auto markers = cloud(40, random);
+  auto world = see(rig, markers, {.sigma_px = 0.05, .false_blobs = 1.0}, random);
+  const auto matcher = make_matcher({}, rig);
+  Expected expected = expect(markers, 0.001, random);
+  // One more that nobody sees, known to 100 mm; two blobs meet 200 mm off.
+  ExpectedMarker lost;
+  lost.position.v = {0.0, 0.0, 1.0};
+  lost.covariance_m2 = Eigen::Matrix3d::Identity() * 0.01;
+  lost.track = TrackId{90};
+  expected.markers.push_back(lost);
+  const WorldPoint meeting{{0.16, 0.1, 1.08}};
+  for (const std::size_t view : {0u, 2u}) {
+    Blob blob = world.frames[view]->blobs[0];
+    blob.centroid = *geometry::project(rig[view], meeting);
+    world.frames[view]->blobs.push_back(blob);
+  }
+
+  EXPECT_EQ(match_of(matcher->match(world.set, expected), 40), nullptr);
+
+  // The same two are its own where it was expected just there.
+  expected.markers[40].position = meeting;
+  expected.markers[40].covariance_m2 = Eigen::Matrix3d::Identity() * 25e-6;
+  EXPECT_NE(match_of(matcher->match(world.set, expected), 40), nullptr);
+}
+
+TEST(MatchViews, KnowsAMarkerThatLeaptOutOfItsGateByThe2DTracksOfItsBlobs) {
+  Watched watched;
+  const Expected expected = watched.expected();
+  watched.markers[0] += Vector3d(0.1, -0.08, 0.1);
+  auto world = watched.look();
+
+  const Match* match = match_of(watched.matcher->match(world.set, expected), 0);
+
+  ASSERT_NE(match, nullptr);
+  EXPECT_EQ(match->sightings.size(), 4u);
+  EXPECT_TRUE(match->by_blob_tracks);
+}
+
+TEST(MatchViews, TakesTwoTracksOfOneMarkerForTheOlder) {
+  std::mt19937 random(4);
+  const Rig rig = ring(8);
+  const std::vector<Vector3d> markers{{0.0, 0.0, 1.0}, {0.4, 0.1, 1.2}, {-0.3, 0.3, 0.8}};
+  auto world = see(rig, markers, {.sigma_px = 0.05}, random);
+  const auto matcher = make_matcher({}, rig);
+  Expected expected = expect(markers, 0.0005, random);
+  ExpectedMarker twin = expected.markers[0];
+  twin.position.v += Vector3d(0.002, 0.001, 0.0);
+  twin.track = TrackId{99};
+  expected.markers.push_back(twin);
+
+  const Matches& matches = matcher->match(world.set, expected);
+
+  const Match* match = match_of(matches, 0);
+  ASSERT_NE(match, nullptr);
+  EXPECT_EQ(match->sightings.size(), 8u);
+  EXPECT_EQ(match_of(matches, 3), nullptr);
+  EXPECT_EQ(matches.matches.size(), 3u);
 }
 
 }  // namespace

@@ -129,7 +129,7 @@ TEST(ShareBlobs, SharesNoBlobWhoseShapeDoesNotFit) {
   view.rays.y = {0.0};
   view.sigma_px = {1.0};
   view.spread_px = {1.0};
-  view.axis = {{1.0, 0.0}};
+  view.axis_rad = {0.0};
   view.taken = {0};
   const double px = 1.0 / view.focal_px;
   view.index();

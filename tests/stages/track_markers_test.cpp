@@ -113,6 +113,28 @@ TEST(TrackMarkers, FollowsAHandThatIsThrownForward) {
   EXPECT_EQ(ids.size(), 1U);
 }
 
+TEST(TrackMarkers, TakesAMarkerThat2DTracksKnowWhereverItLies) {
+  for (const bool known : {false, true}) {
+    Watch watch(30.0);
+    TrackId id;
+    for (int k = 0; k < 20; ++k) id = watch.see({marker_at({0, 0, 1})})[0].id;
+    Expected expected;
+    expected.at = watch.at();
+    watch.tracker->predict(expected.at, expected);
+    ASSERT_EQ(expected.markers.size(), 1U);
+    EXPECT_EQ(expected.markers[0].cameras, 4U);
+    Markers markers;
+    markers.push_back(marker_at({0.5, 0, 1}, 0));
+    markers[0].by_blob_tracks = known;
+
+    const TrackedMarkers& tracked = watch.tracker->step(markers, expected);
+
+    const TrackedMarker* track = by_id(tracked, id);
+    ASSERT_NE(track, nullptr);
+    EXPECT_EQ(track->state, known ? TrackState::Confirmed : TrackState::Coasting);
+  }
+}
+
 TEST(TrackMarkers, FindsAnOccludedMarkerAgainWhereItComesOut) {
   Watch watch(100.0);
   const auto truth = [](double t) { return Eigen::Vector3d(0.6 * t, 0.0, 1.0 + 0.05 * std::sin(3.0 * t)); };

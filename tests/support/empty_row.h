@@ -47,7 +47,7 @@ class EmptyLabeller : public Labeller {
 
 class EmptySolver : public SkeletonSolver {
  public:
-  const Poses& solve(Labels&, Timestamp) override { return nothing_; }
+  const Poses& solve(Labels&, Timestamp, std::span<const NamedRay>) override { return nothing_; }
   void refit(const SubjectFit&) override {}
   void predict(Timestamp, Expected&) const override {}
 

@@ -71,6 +71,7 @@ class RandomModel {
     SubjectPose pose;
     pose.subject = subject;
     pose.residual_m = number();
+    pose.smoothing_delay_s = number();
     for (std::uint32_t b = 0, bones = up_to(most); b < bones; ++b) {
       BonePose& bone = pose.bones.push_back({});
       bone.state = static_cast<BoneState>(up_to(2));
@@ -78,6 +79,8 @@ class RandomModel {
       bone.world_from_bone = {vector(), rotation()};
       bone.parent_from_bone = {vector(), rotation()};
       bone.confidence = share();
+      bone.velocity_m_s = vector();
+      bone.spin_rad_s = vector();
     }
     return pose;
   }

@@ -102,24 +102,28 @@ void time_all(const DetectSceneSettings& settings, std::span<const DetectImage> 
   figures.speedup_opencv = median(to_contours);
 }
 
+/// The worst over thresholds: in the middle all rows are noise, high up noise is runs and blobs.
 Status time_white_noise(const DetectSceneSettings& settings, DetectBenchFigures& figures) {
-  auto made =
-      stages::make_blob_detector({.threshold = 128.0}, PixelFormat::Mono8, settings.width_px, settings.height_px);
-  if (!made) return made.error();
-  Detector& detector = **made;
   const std::size_t bytes = static_cast<std::size_t>(settings.width_px) * static_cast<std::size_t>(settings.height_px);
   std::mt19937_64 random(settings.seed);
   std::vector<std::byte> noise(bytes), dark(bytes);
   for (std::byte& pixel : noise) pixel = static_cast<std::byte>(random() & 255U);
-  std::vector<double> noisy, quiet, ratios;
   volatile std::size_t keep = 0;
-  for (int i = 0; i < 8 * kRounds; ++i) {
-    quiet.push_back(timed_us([&] { keep = keep + detector.detect(view_of(dark, settings)).blobs.size(); }));
-    noisy.push_back(timed_us([&] { keep = keep + detector.detect(view_of(noise, settings)).blobs.size(); }));
-    ratios.push_back(noisy.back() / quiet.back());
+  for (const double threshold_grey : {128.0, 224.0, 240.0, 248.0, 252.0, 255.0}) {
+    auto made = stages::make_blob_detector({.threshold = threshold_grey}, PixelFormat::Mono8, settings.width_px,
+                                           settings.height_px);
+    if (!made) return made.error();
+    Detector& detector = **made;
+    std::vector<double> noisy, ratios;
+    for (int i = 0; i < 4 * kRounds; ++i) {
+      const double quiet_us = timed_us([&] { keep = keep + detector.detect(view_of(dark, settings)).blobs.size(); });
+      noisy.push_back(timed_us([&] { keep = keep + detector.detect(view_of(noise, settings)).blobs.size(); }));
+      ratios.push_back(noisy.back() / quiet_us);
+    }
+    if (median(ratios) < figures.ratio_white_noise) continue;
+    figures.white_noise_us = median(noisy);
+    figures.ratio_white_noise = median(ratios);
   }
-  figures.white_noise_us = median(noisy);
-  figures.ratio_white_noise = median(ratios);
   return {};
 }
 

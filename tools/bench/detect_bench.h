@@ -24,7 +24,7 @@ struct DetectBenchFigures {
   double opencv_us = 0.0;          ///< threshold, contours, moments
   double ratio_read = 0.0;         ///< median_us / read_us
   double speedup_opencv = 0.0;     ///< opencv_us / median_us
-  double white_noise_us = 0.0;     ///< an image of white noise, fixed threshold in its middle
+  double white_noise_us = 0.0;     ///< an image of white noise, at the worst threshold
   double ratio_white_noise = 0.0;  ///< to a dark image
   DetectRadiusFigures all;
   std::vector<DetectRadiusFigures> by_radius;

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "eval/command.h"
+#include "eval/points_ghosts.h"
 #include "eval/points_motion.h"
 #include "eval/points_row.h"
 #include "eval/points_score.h"
@@ -48,6 +49,7 @@ struct Options {
   std::optional<double> seconds;
   std::optional<double> rate_hz;
   bool json = false;
+  bool list_faults = false;
 };
 
 int fail(const Error& error) {
@@ -83,6 +85,8 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   app.add_option("--first-seed", options.first_seed)->capture_default_str();
+  app.add_flag("--list-faults", options.list_faults,
+               "print what each ghost and each miss was made of, on standard error");
   app.add_flag("--json", options.json, "print one JSON object");
   app.footer(kExamples);
 }
@@ -97,7 +101,10 @@ void run_seed(const Options& options, const PointMotion& motion, int seed, Point
   for (int set = 0; set < sets; ++set) {
     const SeenInstant& seen = world.next();
     if (tell && set % 50 == 0) fmt::print(stderr, "\rseed {} of {}, set {} of {} ", seed + 1, options.seeds, set, sets);
-    if (row.step(seen)) scorer.add(seen, row.matches(), row.markers(), row.expected(), row.tracked());
+    if (!row.step(seen)) continue;
+    scorer.add(seen, row.matches(), row.markers(), row.expected(), row.tracked());
+    if (!options.list_faults) continue;
+    fmt::print(stderr, "{}{}", describe_ghosts(set, seen, row, scorer), describe_misses(set, seen, row, scorer));
   }
   if (tell) fmt::print(stderr, "\r{:40}\r", "");
 }

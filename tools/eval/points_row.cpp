@@ -1,6 +1,7 @@
 #include "eval/points_row.h"
 
 #include "stages/match_views.h"
+#include "stages/track_blobs.h"
 #include "stages/track_markers.h"
 #include "stages/triangulate_matches.h"
 
@@ -15,14 +16,20 @@ PointsRow::PointsRow(const Rig& rig)
     : aligner_(kAlign, rig.size()),
       matcher_(stages::make_matcher({}, rig)),
       triangulator_(stages::make_triangulator({}, rig)),
-      tracker_(stages::make_marker_tracker({})) {}
+      tracker_(stages::make_marker_tracker({})) {
+  for (std::size_t c = 0; c < rig.size(); ++c) blob_trackers_.push_back(stages::make_blob_tracker({}));
+}
 
 bool PointsRow::step(const SeenInstant& seen) {
   for (const auto& frame : seen.frames) {
-    if (frame) aligner_.add(*frame);
+    if (!frame) continue;
+    frame_ = *frame;
+    blob_trackers_[frame_.camera.value]->track(frame_);
+    aligner_.add(frame_);
   }
   const auto set = aligner_.take(seen.exposed_at + kAlign.window + kAlign.patience);
   if (!set) return false;
+  set_ = *set;
   expected_.at = set->exposed_at;
   expected_.markers.clear();
   tracker_->predict(set->exposed_at, expected_);

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "eval/points_world.h"
 #include "model/camera_model.h"
+#include "module/blob_tracker.h"
 #include "module/marker_tracker.h"
 #include "module/matcher.h"
 #include "module/triangulator.h"
@@ -19,16 +21,20 @@ class PointsRow {
   /// Takes in one instant; false where no image of it came. The results are borrowed until the next call.
   bool step(const SeenInstant& seen);
 
+  const FrameSet& set() const { return set_; }
   const Expected& expected() const { return expected_; }
   const Matches& matches() const { return *matches_; }
   const Markers& markers() const { return *markers_; }
   const TrackedMarkers& tracked() const { return *tracked_; }
 
  private:
+  std::vector<std::unique_ptr<BlobTracker>> blob_trackers_;  // by camera
+  BlobFrame frame_;
   stages::FrameAligner aligner_;
   std::unique_ptr<Matcher> matcher_;
   std::unique_ptr<Triangulator> triangulator_;
   std::unique_ptr<MarkerTracker> tracker_;
+  FrameSet set_;
   Expected expected_;
   const Matches* matches_ = nullptr;
   const Markers* markers_ = nullptr;

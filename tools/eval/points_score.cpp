@@ -103,6 +103,7 @@ void PointsScorer::score_points(const SeenInstant& truth, const Markers& markers
   std::vector<Vector3d> places;
   for (const Marker& marker : markers) places.push_back(marker.position.v);
   pair_up(truth, places);
+  missed_.clear();
   std::size_t right = 0;
   for (std::size_t i = 0; i < truth.lights.size(); ++i) {
     const bool found = place_of_[i] != kNobody;
@@ -112,7 +113,9 @@ void PointsScorer::score_points(const SeenInstant& truth, const Markers& markers
     if (alone >= 3) {
       score_.seen_by_3plus.count(found);
     } else if (alone == 2 && seen == 2) {
-      (is_known(i, truth.lights[i].position, expected) ? score_.seen_by_2_known : score_.seen_by_2_new).count(found);
+      const bool known = is_known(i, truth.lights[i].position, expected);
+      (known ? score_.seen_by_2_known : score_.seen_by_2_new).count(found);
+      if (known && !found) missed_.push_back(i);
     } else if (seen >= 2) {
       score_.merged.count(found);
     }
@@ -143,14 +146,14 @@ void PointsScorer::score_tracks(const SeenInstant& truth, const TrackedMarkers& 
     seen.push_back(&track);
   }
   pair_up(truth, places);
-  std::size_t right = 0;
+  ghosts_ = seen;
   for (std::size_t i = 0; i < truth.lights.size(); ++i) {
     const bool found = place_of_[i] != kNobody;
     const int views = std::popcount(truth.alone_in[i] | truth.merged_in[i]);
     if (views >= 2) score_.tracked.count(found);
     if (!found) continue;
-    ++right;
     const TrackedMarker& track = *seen[place_of_[i]];
+    ghosts_[place_of_[i]] = nullptr;
     if (last_track_[i] != kNobody && last_track_[i] != track.id.value) {
       ++score_.id_changes;
       score_.id_changes_named += truth.lights[i].named ? 1 : 0;
@@ -163,7 +166,8 @@ void PointsScorer::score_tracks(const SeenInstant& truth, const TrackedMarkers& 
     score_.squared_error_track_m2.add(error.squaredNorm());
     score_.nees_track.add(nees_of(error, track.covariance_m2));
   }
-  score_.ghosts += seen.size() - right;
+  std::erase(ghosts_, nullptr);
+  score_.ghosts += ghosts_.size();
   for (const TrackedMarker& track : tracked) {
     if (track.state != TrackState::Coasting) continue;
     for (std::size_t i = 0; i < truth.lights.size(); ++i) {

@@ -67,6 +67,13 @@ class PointsScorer {
   void add(const SeenInstant& truth, const Matches& matches, const Markers& markers, const Expected& expected,
            const TrackedMarkers& tracked);
 
+  /// Confirmed tracks, seen in the last set, where no light is.
+  const std::vector<const TrackedMarker*>& ghosts() const { return ghosts_; }
+  /// Lights that exactly two cameras see and a track foretold, in the last set, of which there is no point.
+  const std::vector<std::size_t>& missed() const { return missed_; }
+  /// The track that bears or bore a light last.
+  std::uint32_t last_track(std::size_t light) const { return last_track_[light]; }
+
  private:
   struct Bound {
     bool told = false;  ///< two views or more, that tell depth
@@ -88,6 +95,8 @@ class PointsScorer {
   std::vector<std::uint32_t> place_of_;    // by light: the output that it is, or kAlone
   std::vector<std::uint32_t> last_track_;  // by light
   std::vector<std::uint64_t> last_set_;    // by light: when it bore that
+  std::vector<const TrackedMarker*> ghosts_;
+  std::vector<std::size_t> missed_;
   std::uint64_t set_ = 0;
   std::uint32_t next_track_ = 0;
   std::vector<geometry::AllowedPair> pairs_;

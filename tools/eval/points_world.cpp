@@ -79,6 +79,7 @@ PointsWorld::PointsWorld(const WorldSettings& settings, const PointMotion& motio
       rig_(rig_around(extent_of(motion), settings.cameras, random_)),
       visibility_(settings.visibility, rig_.size(), motion.light_count(), random_.bits()) {
   now_.frames.resize(rig_.size());
+  now_.lights_in.resize(rig_.size());
 }
 
 Vector2d PointsWorld::noise() {
@@ -95,6 +96,7 @@ const SeenInstant& PointsWorld::next() {
   now_.merged_in.assign(now_.lights.size(), 0);
   for (std::uint32_t c = 0; c < rig_.size(); ++c) {
     now_.frames[c].reset();
+    now_.lights_in[c].clear();
     if (random_.uniform() < settings_.lost_frames) continue;
     BlobFrame& frame = now_.frames[c].emplace();
     frame.camera = CameraId{c};
@@ -204,6 +206,8 @@ void PointsWorld::give_blobs(std::uint32_t camera, BlobFrame& frame) {
     blob.centroid.v += noise();
     blob.sigma_px = settings_.noise_px;
     if (!frame.blobs.try_push_back(blob)) continue;
+    auto& lights = now_.lights_in[camera].emplace_back();
+    for (const Spot* disc : discs) lights.push_back(disc->light);
     auto& seen_in = discs.size() == 1 ? now_.alone_in : now_.merged_in;
     for (const Spot* disc : discs) seen_in[disc->light] |= std::uint64_t{1} << camera;
   }
@@ -217,7 +221,7 @@ void PointsWorld::add_false_blobs(const CameraModel& camera, BlobFrame& frame) {
     blob.centroid.v = {x, random_.uniform() * camera.height_px};
     blob.sigma_px = settings_.noise_px;
     blob.area_px2 = 6.0;
-    static_cast<void>(frame.blobs.try_push_back(blob));
+    if (frame.blobs.try_push_back(blob)) now_.lights_in[frame.camera.value].emplace_back();
   }
 }
 

@@ -34,6 +34,8 @@ struct SeenInstant {
   std::vector<std::uint64_t> alone_in;           ///< by light: the cameras that have a blob of it alone, a bit each
   std::vector<std::uint64_t> merged_in;          ///< by light: the cameras in which it shares a blob
   std::vector<std::optional<BlobFrame>> frames;  ///< by camera; nothing: lost
+  /// By camera, then by blob: the lights in it; none: a false blob.
+  std::vector<std::vector<std::vector<std::uint32_t>>> lights_in;
 };
 
 /// A simulated rig around a motion. The same seed gives the same world. Cameras stand on a ring that is wide enough

@@ -1,0 +1,45 @@
+#include "stages/blob_owners.h"
+
+#include <algorithm>
+
+#include "base/expects.h"
+
+namespace mocap::stages {
+
+BlobOwners::BlobOwners(std::size_t camera_count) : entries_(camera_count * kRemembered), images_(camera_count, 0) {
+  known_.reserve(kMaxMarkers);
+  track_of_.reserve(kMaxMarkers);
+}
+
+void BlobOwners::expect(const Expected& expected) {
+  known_.clear();
+  track_of_.clear();
+  for (std::uint32_t m = 0; m < expected.markers.size(); ++m) {
+    const TrackId track = expected.markers.data()[m].track;
+    track_of_.push_back(track);
+    if (track.names_something()) known_.push_back({track, m});
+  }
+  if (!std::ranges::is_sorted(known_, {}, &Known::track)) std::ranges::sort(known_, {}, &Known::track);
+}
+
+std::uint32_t BlobOwners::owner_of(CameraId camera, BlobTrackId blob) {
+  if (!blob.names_something()) return kNobody;
+  Entry& entry = entries_[camera.value * kRemembered + blob.value % kRemembered];
+  if (entry.blob != blob) return kNobody;
+  const bool went_on = entry.image + 1 == images_[camera.value];
+  entry.image = images_[camera.value];
+  if (!went_on) entry.sets = 0;
+  if (entry.sets < kBelieved) return kNobody;
+  const auto found = std::ranges::lower_bound(known_, entry.owner, {}, &Known::track);
+  return found != known_.end() && found->track == entry.owner ? found->marker : kStranger;
+}
+
+void BlobOwners::learn(CameraId camera, BlobTrackId blob, std::uint32_t marker) {
+  const TrackId owner = track_of_[marker];
+  if (!blob.names_something() || !owner.names_something()) return;
+  Entry& entry = entries_[camera.value * kRemembered + blob.value % kRemembered];
+  if (entry.blob != blob || entry.owner != owner) entry = {blob, owner, 0, images_[camera.value]};
+  entry.sets = std::min(entry.sets + 1, kBelieved);
+}
+
+}  // namespace mocap::stages

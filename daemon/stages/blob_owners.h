@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "model/blob.h"
+#include "model/sighting.h"
+
+namespace mocap::stages {
+
+/// Whose marker each 2D track of a camera was: the camera's own tracker tells that a blob is what it was in the last
+/// image, and the last sets told which marker that is. Never allocates after construction.
+///
+/// A 2D track may leap to another marker: the views that agree on a point have the last word.
+class BlobOwners {
+ public:
+  static constexpr std::uint32_t kNobody = 0xFFFF'FFFF;    ///< not known
+  static constexpr std::uint32_t kStranger = 0xFFFF'FFFE;  ///< of a marker that nobody expects now
+
+  explicit BlobOwners(std::size_t camera_count);
+
+  /// Takes in who is expected in this set. Tracks come in the order of their ids.
+  void expect(const Expected& expected);
+
+  /// Takes in that this camera's next image has come: before it is asked about its blobs.
+  void see(CameraId camera) { ++images_[camera.value]; }
+
+  /// Index in Expected::markers of the owner, or kNobody or kStranger. Asked once an image about each blob: a 2D track
+  /// that was not in the image before has found some blob again, nobody knows which.
+  std::uint32_t owner_of(CameraId camera, BlobTrackId blob);
+
+  /// Three or more views agree that the blob is this expected marker's.
+  void learn(CameraId camera, BlobTrackId blob, std::uint32_t marker);
+
+ private:
+  // A power of two; a newer 2D track takes the place of one that many older.
+  static constexpr std::size_t kRemembered = 1024;
+  // Sets in which the views agreed, until a 2D track is believed; more are not counted.
+  static constexpr std::uint32_t kBelieved = 3;
+
+  struct Entry {
+    BlobTrackId blob;
+    TrackId owner;
+    std::uint32_t sets = 0;
+    std::uint32_t image = 0;  // the last that it was in
+  };
+  struct Known {
+    TrackId track;
+    std::uint32_t marker;
+  };
+
+  std::vector<Entry> entries_;         // of camera * kRemembered + blob track's last bits
+  std::vector<std::uint32_t> images_;  // by camera: how many came
+  std::vector<Known> known_;           // by track
+  std::vector<TrackId> track_of_;      // by marker
+};
+
+}  // namespace mocap::stages

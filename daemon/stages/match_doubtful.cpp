@@ -1,0 +1,185 @@
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "stages/match_expected.h"
+#include "stages/pair_odds.h"
+
+// What is known of a marker by its blobs' 2D tracks, by two views alone, or by one.
+
+namespace mocap::stages {
+namespace {
+
+constexpr std::uint32_t kNone = Held::kNone;
+// A 2D track leaps to another marker in one of a thousand images; natural logarithm.
+constexpr double kLnTrust = 6.9;
+// In every second set or so a marker that one view alone shows, or none, meets a blob of something else within its
+// gate: of these, one in so many (33) for each view that might have one is believed, and 2D tracks hold back the most.
+constexpr double kLnSurePair = 3.5;
+// A camera that saw a marker sees it in the next set in nine cases of ten.
+constexpr double kLnLostView = 2.3;
+// One blob alone only keeps a track in place.
+constexpr double kLnSureLone = 4.6;
+// Points of two expected markers that lie farther apart are two markers.
+constexpr double kOne_m = 0.02;
+
+LoneSighting lone_sighting(const ViewRays& view, std::size_t ray, std::size_t marker, std::size_t index) {
+  // A patch of the plane at distance 1 is seen under its area over the cube of its distance.
+  const double solid_angle_1_px2 = std::pow(1.0 + view.x(ray) * view.x(ray) + view.y(ray) * view.y(ray), -1.5) /
+                                   view.rays[ray].px_from_ray.determinant();
+  LoneSighting lone;
+  lone.expected = static_cast<std::uint32_t>(marker);
+  lone.sighting = {static_cast<std::uint16_t>(index), view.blob[ray], 0.0F, 0.0F,
+                   static_cast<float>(view.sigma_px[ray])};
+  lone.eye = view.camera->centre();
+  lone.direction = view.direction(ray);
+  lone.sigma_rad = view.sigma_px[ray] * std::sqrt(solid_angle_1_px2);
+  return lone;
+}
+
+}  // namespace
+
+// Whose each blob is, by what its 2D track was before.
+void ExpectedMatcher::find_owners(const BlobFrame& frame, const ViewRays& view, std::size_t index) {
+  owners_.see(frame.camera);
+  for (std::size_t ray = 0; ray < view.size(); ++ray) {
+    owner(index, ray) = owners_.owner_of(frame.camera, frame.blobs.data()[view.blob[ray]].track);
+  }
+}
+
+bool ExpectedMatcher::is_own(std::size_t marker, std::size_t view) const {
+  const std::uint32_t ray = held(marker, view).ray;
+  return ray != kNone && owner(view, ray) == marker;
+}
+
+// Whether the 2D track of a blob was another marker's; unless that one surely lies elsewhere, and the 2D track leapt.
+bool ExpectedMatcher::is_others(const RayTable& rays, std::size_t marker, std::size_t view) const {
+  const std::uint32_t ray = held(marker, view).ray;
+  if (ray == kNone) return false;
+  const std::uint32_t whose = owner(view, ray);
+  if (whose == marker || whose == BlobOwners::kNobody) return false;
+  if (whose == BlobOwners::kStranger || views_of_[whose] < 3) return true;
+  return rays[view].off_px(ray, found_[whose].point) <
+         settings_.agree_sigmas * std::hypot(error_.px(), rays[view].sigma_px[ray]);
+}
+
+std::size_t ExpectedMatcher::own_views(std::size_t marker) const {
+  std::size_t count = 0;
+  for (std::size_t view = 0; view < view_count_; ++view) count += is_own(marker, view) ? 1 : 0;
+  return count;
+}
+
+void ExpectedMatcher::learn_owners(const FrameSet& frames, const RayTable& rays) {
+  for (std::size_t m = 0; m < marker_count_; ++m) {
+    if (views_of_[m] < 3) continue;
+    for (std::size_t view = 0; view < view_count_; ++view) {
+      const Held& one = held(m, view);
+      if (one.ray == kNone || one.sigma_px > 0.0F || owner(view, one.ray) == m) continue;
+      const BlobFrame& frame = *frames.views[view];
+      owners_.learn(frame.camera, frame.blobs.data()[rays[view].blob[one.ray]].track, static_cast<std::uint32_t>(m));
+    }
+  }
+}
+
+// A marker that two views alone show, where nothing that is known better has their blobs.
+void ExpectedMatcher::settle_pair(RayTable& rays, std::size_t marker, const ExpectedMarker& expected) {
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    const Held& one = held(marker, view);
+    if (one.ray == kNone || one.sigma_px > 0.0F || rays[view].taken[one.ray] == 0) continue;
+    held(marker, view) = {};
+    views_of_[marker] = 1;
+  }
+  if (views_of_[marker] == 2) {
+    mark(rays, marker, +1);
+    recover(rays, marker);
+    if (views_of_[marker] != 2 || is_believed(rays, marker, expected)) return;
+    mark(rays, marker, -1);
+  }
+  keep_own(marker);
+}
+
+// Whether both blobs of a marker that two views alone show are hardly anything else's.
+bool ExpectedMatcher::is_believed(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected) const {
+  BoundedVector<PairView, 2> pair;
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    if (held(marker, view).ray == kNone) continue;
+    if (held(marker, view).hidden || is_others(rays, marker, view)) return false;
+    PairView& one = pair.push_back(pair_view(rays[view], held(marker, view), found_[marker].point, error_.px()));
+    if (is_own(marker, view)) one.others_1_px2 *= std::exp(-kLnTrust);
+  }
+  const auto off2 = [](const PairView& view) { return view.off_px.squaredNorm() / (view.sigma_px * view.sigma_px); };
+  if (off2(pair[0]) + off2(pair[1]) > settings_.agree_sigmas * settings_.agree_sigmas) return false;
+  const Eigen::Vector3d ahead = expected.position.v - found_[marker].point.v;
+  // Any of the other views might have had a blob of something else; and where more saw it just now, it lies elsewhere.
+  const double chances = std::log(std::max(1.0, static_cast<double>(view_count_) - 1.0));
+  const double lost = expected.cameras > 2 ? kLnLostView * (expected.cameras - 2.0) : 0.0;
+  return log_odds_of_pair(pair[0], pair[1], ahead, expected.covariance_m2) > kLnSurePair + chances + lost;
+}
+
+// Of a pair that is not believed, the view that was the marker's before.
+void ExpectedMatcher::keep_own(std::size_t marker) {
+  views_of_[marker] = own_views(marker) == 1 ? 1 : 0;
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    if (views_of_[marker] == 0 || !is_own(marker, view)) held(marker, view) = {};
+  }
+}
+
+// What the 2D track of a blob adds to the cost of its being the marker's.
+double ExpectedMatcher::odds_of_owner(std::size_t marker, std::size_t view, std::size_t ray) const {
+  const std::uint32_t whose = owner(view, ray);
+  if (whose == BlobOwners::kNobody) return 0.0;
+  return whose == marker ? -2.0 * kLnTrust : 2.0 * kLnTrust;
+}
+
+// A marker that leapt out of its gate is known by its 2D track; whether it really did the other views tell.
+void ExpectedMatcher::claim_own(const ViewRays& view, std::size_t index) {
+  for (std::uint32_t ray = 0; ray < view.size(); ++ray) {
+    const std::uint32_t whose = owner(index, ray);
+    if (whose >= marker_count_ || is_held_[ray] != 0 || held(whose, index).ray != kNone) continue;
+    held(whose, index).ray = ray;
+  }
+}
+
+void ExpectedMatcher::list_lone(const RayTable& rays, const Expected& expected, Matches& into) const {
+  for (std::size_t m = 0; m < marker_count_; ++m) {
+    if (views_of_[m] != 1) continue;
+    for (std::size_t view = 0; view < view_count_; ++view) {
+      const std::uint32_t ray = held(m, view).ray;
+      if (ray == kNone || rays[view].taken[ray] != 0 || !is_alone(view, ray) || is_others(rays, m, view)) continue;
+      const bool sure =
+          is_own(m, view) || log_odds_of_lone(rays[view], ray, expected.markers.data()[m], error_.px()) > kLnSureLone;
+      if (sure && !into.lone.try_push_back(lone_sighting(rays[view], ray, m, view))) return;
+    }
+  }
+}
+
+// Two tracks of one marker would share its views for ever, each with half of them: where all of both agree on one
+// point, the older has them.
+void ExpectedMatcher::join_older(RayTable& rays, std::size_t marker) {
+  if (views_of_[marker] < 2 || 2 * views_of_[marker] > view_count_) return;
+  for (std::size_t older = 0; older < marker_count_; ++older) {
+    if (older == marker || views_of_[older] < 2 || views_of_[older] + views_of_[marker] > view_count_) continue;
+    if ((found_[older].point.v - found_[marker].point.v).squaredNorm() > kOne_m * kOne_m) continue;
+    bool apart = false;
+    for (std::size_t view = 0; view < view_count_; ++view) {
+      apart = apart || (held(older, view).ray != kNone && held(marker, view).ray != kNone);
+    }
+    if (apart) continue;
+    sightings_.clear();
+    add_sightings(rays, older);
+    add_sightings(rays, marker);
+    const auto agreed = geometry::agree(sightings_, found_[older].point, agreement_);
+    if (!agreed || agreed->kept != sightings_.size()) continue;
+    const std::size_t keeper = std::min(older, marker), other = std::max(older, marker);
+    for (std::size_t view = 0; view < view_count_; ++view) {
+      if (held(other, view).ray != kNone) held(keeper, view) = held(other, view);
+      held(other, view) = {};
+    }
+    found_[keeper] = agreed->refined;
+    views_of_[keeper] = static_cast<std::uint32_t>(agreed->kept);
+    views_of_[other] = 0;
+    return;
+  }
+}
+
+}  // namespace mocap::stages

@@ -1,0 +1,182 @@
+#include "stages/meeting_points.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "geometry/ray_quadric.h"
+#include "support/marker_world.h"
+
+namespace mocap::stages {
+namespace {
+
+using namespace mocap::test;
+using Eigen::Vector3d;
+
+constexpr geometry::Agreement kAgreement{.floor_px = 1.0, .sigmas = 4.0};
+
+/// Markers that cameras see, and which ray of each view is which marker's.
+struct MetMarkers {
+  explicit MetMarkers(std::size_t cameras, double sigma_px = 0.1, double missed = 0.2)
+      : rig(ring(cameras)), rays(std::make_unique<RayTable>(rig)) {
+    world = see(rig, markers, {.sigma_px = sigma_px, .missed = missed}, random);
+    expected = expect(markers, 0.005, random);
+    rays->begin(world.set);
+    for (std::size_t view = 0; view < cameras; ++view) {
+      rays->cast(view);
+      held.emplace_back(markers.size());
+      for (std::size_t ray = 0; ray < (*rays)[view].size(); ++ray) {
+        const int marker = world.marker_of[view][(*rays)[view].blob[ray]];
+        held[view][static_cast<std::size_t>(marker)].ray = static_cast<std::uint32_t>(ray);
+      }
+    }
+  }
+
+  void meet() {
+    meetings.begin(expected);
+    for (std::size_t view = 0; view < held.size(); ++view) meetings.add((*rays)[view], held[view]);
+    meetings.solve();
+    meetings.judge(kAgreement);
+  }
+
+  /// The same marker by itself.
+  Result<geometry::Agreed, geometry::TriangulationFailure> alone(std::size_t marker) {
+    BoundedVector<geometry::QuadricSighting, kMaxCameras> sightings;
+    for (std::size_t view = 0; view < held.size(); ++view) {
+      const std::uint32_t ray = held[view][marker].ray;
+      if (ray == Held::kNone) continue;
+      (*rays)[view].make_quadric(ray);
+      sightings.push_back((*rays)[view].sighting(ray, static_cast<std::uint32_t>(view)));
+    }
+    return geometry::agree(sightings, expected.markers[marker].position, kAgreement);
+  }
+
+  std::mt19937 random{11};
+  std::vector<Vector3d> markers = cloud(37, random);  // fills no register
+  Rig rig;
+  SeenWorld world;
+  std::unique_ptr<RayTable> rays;
+  Expected expected;
+  std::vector<std::vector<Held>> held;  // by view, by marker
+  MeetingPoints meetings{kMaxMarkers, kMaxCameras};
+};
+
+TEST(MeetingPoints, AreWhereEachMarkersRaysMeetByThemselves) {
+  MetMarkers given(6);
+
+  given.meet();
+
+  for (std::size_t m = 0; m < given.markers.size(); ++m) {
+    const auto alone = given.alone(m);
+    if (!alone || given.meetings.rays_of(m) < 2) continue;
+    ASSERT_TRUE(given.meetings.agree_on(m)) << m;
+    EXPECT_EQ(given.meetings.rays_of(m), alone->kept);
+    const geometry::Refined met = given.meetings.meeting(m);
+    // Both solve one and the same system: what differs is rounding, 1 um at most.
+    EXPECT_LT((met.point.v - alone->refined.point.v).norm(), 1e-6);
+    EXPECT_LT((met.covariance_m2 - alone->refined.covariance_m2).norm(), 1e-6 * alone->refined.covariance_m2.norm());
+    EXPECT_NEAR(met.rms_px, alone->refined.rms_px, 0.01 * alone->refined.rms_px);  // told to 1 %
+  }
+}
+
+TEST(MeetingPoints, AreAsFarFromTheMarkersAsTheyTell) {
+  MetMarkers given(8, 0.1, 0.0);
+
+  given.meet();
+
+  double sum = 0.0;
+  for (std::size_t m = 0; m < given.markers.size(); ++m) {
+    ASSERT_TRUE(given.meetings.agree_on(m));
+    const geometry::Refined met = given.meetings.meeting(m);
+    const Vector3d off = met.point.v - given.markers[m];
+    sum += off.dot(met.covariance_m2.inverse() * off);
+  }
+  // Of 37 markers with 3 degrees of freedom each the mean lies within 3 by 4 x 0.40.
+  EXPECT_NEAR(sum / static_cast<double>(given.markers.size()), 3.0, 1.6);
+}
+
+TEST(MeetingPoints, AreNotAgreedOnWhereOneRayIsAnothers) {
+  MetMarkers given(6, 0.05, 0.0);
+  std::swap(given.held[2][4].ray, given.held[2][9].ray);
+
+  given.meet();
+
+  for (std::size_t m = 0; m < given.markers.size(); ++m) EXPECT_EQ(given.meetings.agree_on(m), m != 4 && m != 9) << m;
+}
+
+TEST(MeetingPoints, AreNotToldByRaysThatAreNearlyParallelOrTooFew) {
+  MetMarkers given(6, 0.05, 0.0);
+  for (std::size_t view = 1; view < given.held.size(); ++view) given.held[view][3] = {};
+  for (auto& view : given.held) view[5] = {};
+
+  given.meet();
+
+  EXPECT_EQ(given.meetings.rays_of(3), 1U);
+  EXPECT_FALSE(given.meetings.agree_on(3));
+  EXPECT_EQ(given.meetings.rays_of(5), 0U);
+  EXPECT_FALSE(given.meetings.agree_on(5));
+  EXPECT_TRUE(given.meetings.agree_on(4));
+}
+
+TEST(MeetingPoints, AreNotAgreedOnFarFromWhereTheyWereExpected) {
+  MetMarkers given(6, 0.05, 0.0);
+  given.expected.markers[7].position.v.x() += 0.2;  // of 2 to 6 m of depth
+
+  given.meet();
+
+  EXPECT_FALSE(given.meetings.agree_on(7));
+  EXPECT_TRUE(given.meetings.agree_on(8));
+}
+
+TEST(ViewShadows, FindTheNearestFreeRayOfEachView) {
+  MetMarkers given(6, 0.05, 0.1);
+  const Eigen::Matrix3d covariance_m2 = 0.002 * 0.002 * Eigen::Matrix3d::Identity();
+  constexpr double kSigmas = 3.5, kFloor_px = 0.5;
+  for (std::size_t view = 0; view < given.held.size(); ++view) (*given.rays)[view].take(0);
+
+  std::size_t found = 0;
+  for (const ExpectedMarker& marker : given.expected.markers) {
+    given.rays->cast_shadows(marker.position.v, covariance_m2, kSigmas, kFloor_px);
+    for (std::size_t view = 0; view < given.held.size(); ++view) {
+      // All rays one by one, in double precision.
+      const ViewRays& rays = (*given.rays)[view];
+      const auto shadow = rays.shadow(marker.position.v, covariance_m2);
+      std::optional<std::size_t> nearest;
+      double least = kSigmas * kSigmas;
+      for (std::size_t ray = 1; shadow && ray < rays.size(); ++ray) {
+        const double distance2 = rays.distance2(*shadow, ray, kFloor_px);
+        if (distance2 >= least) continue;
+        least = distance2;
+        nearest = ray;
+      }
+      EXPECT_EQ(given.rays->nearest_free(view), nearest);
+      found += nearest ? 1 : 0;
+    }
+  }
+
+  EXPECT_GT(found, 100U);
+}
+
+TEST(ViewRays, CountsTheRaysThatNoMatchHas) {
+  MetMarkers given(2, 0.05, 0.0);
+  ViewRays& rays = (*given.rays)[0];
+  const std::size_t all = rays.size();
+
+  rays.take(3);
+  rays.take(3);
+  rays.take(5);
+  rays.give_back(3);
+  rays.give_back(5);
+
+  EXPECT_EQ(rays.free_count(), all - 1);
+  std::vector<std::size_t> free;
+  rays.for_free([&](std::size_t ray) { free.push_back(ray); });
+  EXPECT_EQ(free.size(), all - 1);
+  EXPECT_EQ(std::ranges::count(free, 3U), 0);
+}
+
+}  // namespace
+}  // namespace mocap::stages

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace mocap::ctl {
+
+struct SubjectOptions {
+  int (*run)(const SubjectOptions&) = nullptr;  ///< of the command that was named
+  std::filesystem::path file;
+  std::string name;
+  bool at_rest = false;            ///< import: the file is a static trial
+  std::filesystem::path skeleton;  ///< import; empty: human18 of the configuration folder nearest
+  std::filesystem::path out;       ///< import: a folder; fit: a file
+  std::filesystem::path stream, c3d, rest, marker_set;
+  double rest_s = 0.0;
+  std::uint32_t subject = 0;
+  std::string date;  ///< empty: now
+  bool json = false;
+};
+
+/// `mocapctl subject import`, `fit` and `show`; `options.run` is then the one that was named.
+void add_subject_command(CLI::App& app, SubjectOptions& options);
+
+int run_import(const SubjectOptions& options);
+int run_fit(const SubjectOptions& options);
+int run_show(const SubjectOptions& options);
+
+}  // namespace mocap::ctl
