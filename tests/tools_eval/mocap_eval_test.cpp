@@ -91,6 +91,58 @@ TEST_F(MocapEval, ExitsWith1WhenADemandIsNotMet) {
   EXPECT_EQ(run(files + " --require-match --max-marker-rms-mm 4 2>&1").exit_code, 1);  // the same
 }
 
+TEST_F(MocapEval, JudgesNamesAndBonesOfFilesAndDrawsThem) {
+  const std::string files = "--truth " + write("truth", 0.0) + " --stream " + write("stream", 0.001);
+  const std::string plots = " --json --plots " + (folder_ / "plots").string();
+
+  const Outcome names = run("labels " + files + plots), bones = run("skeleton " + files + plots);
+
+  EXPECT_EQ(names.exit_code, 0);
+  const auto json = nlohmann::json::parse(names.out);
+  for (const char* key : {"precision", "recall", "f1"}) EXPECT_EQ(json.at(key), 1.0) << key;
+  EXPECT_EQ(json.at("wrong_events"), 0);
+  EXPECT_EQ(json.at("longest_wrong_sets"), 0);
+  EXPECT_EQ(json.at("availability"), 0.0);  // the stream has names but no skeleton
+  EXPECT_EQ(json.at("first_label_s"), 0.0);
+  EXPECT_TRUE(json.at("reacquire_s").is_null());
+  EXPECT_EQ(json.at("mota"), 1.0);
+  EXPECT_NEAR(json.at("motp_mm").get<double>(), 1.0, 1e-3);
+  EXPECT_EQ(bones.exit_code, 0);
+  EXPECT_TRUE(nlohmann::json::parse(bones.out).at("joint_rms_mm").is_null());
+  EXPECT_TRUE(nlohmann::json::parse(bones.out).contains("jitter_mm"));
+  EXPECT_TRUE(fs::exists(folder_ / "plots" / "names_0.svg"));
+}
+
+TEST_F(MocapEval, RunsASceneThatAFileTells) {
+  const std::string scene = write_text("scene.toml",
+                                       "seconds = 2\n[goal]\nf1 = 0.9\n[[actor]]\nname = 'a'\nmotion = 'tpose'\n"
+                                       "marker_set = '" MOCAP_SOURCE_DIR "/config/markersets/baseline41.toml'\n");
+
+  const Outcome done = run("scene " + scene + " --json --require-goals --plots " + (folder_ / "plots").string());
+
+  EXPECT_EQ(done.exit_code, 0);
+  const auto json = nlohmann::json::parse(done.out);
+  EXPECT_GT(json.at("f1").get<double>(), 0.9);
+  EXPECT_EQ(json.at("goals").at(0).at("met"), true);
+  EXPECT_EQ(json.at("clips").at(0).at("subjects").at(0).at("subject"), "a");
+  EXPECT_TRUE(fs::exists(folder_ / "plots" / "scene_a_names.svg"));
+  EXPECT_TRUE(fs::exists(folder_ / "plots" / "scene_a_joints.svg"));
+}
+
+TEST_F(MocapEval, SaysWhichMotionIsNotThereAndWhatIsWrongWithAScene) {
+  const std::string actor =
+      "[[actor]]\nname = 'a'\nmarker_set = '" MOCAP_SOURCE_DIR "/config/markersets/baseline41.toml'\n";
+  const std::string missing = write_text("missing.toml", actor + "motion = 'no_such.bvh'\n");
+  const std::string faulty = write_text("faulty.toml", actor + "motion = 'walk'\nsecons = 3\n");
+
+  const Outcome skipped = run("scene " + missing), refused = run("scene " + faulty + " 2>&1");
+
+  EXPECT_EQ(skipped.exit_code, 66);
+  EXPECT_THAT(skipped.out, HasSubstr("skipped: motion 'no_such.bvh'"));
+  EXPECT_EQ(refused.exit_code, 65);
+  EXPECT_THAT(refused.out, HasSubstr("faulty.toml:5:1: actor 'a': unknown key 'secons'"));
+}
+
 TEST_F(MocapEval, NamesTheLineThatCannotBeRead) {
   const std::string truth = write("truth", 0.0);
   const std::string bad = write_text("bad", R"({"instants":{"exposedAtNs":"1"}})"

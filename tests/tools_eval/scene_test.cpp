@@ -152,6 +152,23 @@ struct World {
   std::unique_ptr<SceneWorld> world;
 };
 
+TEST(SceneWorld, SeesAsManyMarkersInDrawnImages) {
+  SceneFile scene = walker();
+  World computed(scene, true);
+  scene.drawn = true;
+  World drawn(scene, true);
+
+  computed.go_to(0.02);
+  drawn.go_to(0.02);
+
+  std::uint32_t sum = 0, drawn_sum = 0;
+  for (std::uint32_t m = 0; m < 41; ++m) {
+    sum += computed.cameras(m);
+    drawn_sum += drawn.cameras(m);
+  }
+  EXPECT_NEAR(drawn_sum, sum, 0.01 * sum);  // 8 cameras, about 30 markers each
+}
+
 TEST(SceneWorld, IsBlindInABlackout) {
   SceneFile scene = walker();
   scene.blackouts.push_back({.first_s = 1.0, .for_s = 0.5});
@@ -212,15 +229,20 @@ TEST(SceneEvents, RefuseMarkersAndBonesThatAreNotThere) {
   SceneFile scene = walker();
   const auto performers = make_performers(scene, "", 1);
   ASSERT_TRUE(performers);
-  const auto fails = [&](const SceneOnlyCamera& only) {
+  const auto fails = [&](const char* markers, const char* bone, int camera) {
+    SceneOnlyCamera only;
+    only.actor = "walker";
+    only.markers = markers;
+    only.bone = bone;
+    only.camera = camera;
     scene.only_camera = {only};
     return !SceneEvents::make(scene, *performers, 8, 1, true).has_value();
   };
 
-  EXPECT_TRUE(fails({.actor = "walker", .markers = "Nose"}));
-  EXPECT_TRUE(fails({.actor = "walker", .markers = "HeadTop", .bone = "Tail"}));
-  EXPECT_TRUE(fails({.actor = "walker", .markers = "HeadTop", .camera = 9}));
-  EXPECT_FALSE(fails({.actor = "walker", .markers = "HeadTop", .bone = "Head", .camera = 8}));
+  EXPECT_TRUE(fails("Nose", "", 1));
+  EXPECT_TRUE(fails("HeadTop", "Tail", 1));
+  EXPECT_TRUE(fails("HeadTop", "Head", 9));
+  EXPECT_FALSE(fails("HeadTop", "Head", 8));
 }
 
 TEST(Performers, MayBeOfAnotherSizeThanTheMarkerSet) {

@@ -11,6 +11,7 @@
 
 #include "assemble.h"
 #include "eval/labels_score.h"
+#include "eval/recognition.h"
 #include "eval/scene_world.h"
 #include "solve_reference.h"
 
@@ -19,7 +20,7 @@ namespace {
 
 constexpr double kWarmUp_s = 5.0;   // T-pose, names, and a second of walking
 constexpr int kReferenceSets = 60;  // the reference is slow, and hardly varies
-constexpr double kMostReferenceRms_m = 0.001;
+constexpr int kReferenceStep = 4;   // it follows the warm-up from the T-pose on, every so many sets
 
 // Where up to six people walk, each a figure of eight of 1.1 m, m; and the ring that sees them all.
 constexpr std::array<std::array<double, 2>, 6> kPlaces_m{
@@ -61,6 +62,7 @@ class TimedLabeller final : public Labeller {
     return labeller_->label(tracked, expected);
   }
   std::optional<SubjectFit> take_fit() override { return labeller_->take_fit(); }
+  void refit(const SubjectFit& fit) override { labeller_->refit(fit); }
 
  private:
   std::unique_ptr<Labeller> labeller_;
@@ -109,12 +111,13 @@ eval::SceneFile scene_of(const SolveBenchSettings& settings) {
 
 struct Spans {
   std::vector<double> both_us, label_us, solve_us, reference_us;
+  double reference_rms_m = 0.0;  // the worst
 };
 
 // The reference on the same bodies, from the true places of all markers.
 void time_reference(std::vector<SolveReference>& references, const std::vector<eval::Performer>& performers, double t_s,
-                    std::vector<double>& spans_us) {
-  double spent_us = 0.0;
+                    Spans& spans) {
+  double spent_us = 0.0, worst_rms_m = 0.0;
   scene::ActorState state;
   std::vector<WorldPoint> markers;
   for (std::size_t i = 0; i < references.size(); ++i) {
@@ -122,9 +125,10 @@ void time_reference(std::vector<SolveReference>& references, const std::vector<e
     markers.clear();
     for (const scene::ActorMarker& marker : state.markers) markers.push_back(marker.position);
     const Stopwatch watch(spent_us);
-    MOCAP_EXPECTS(references[i].solve(markers) < kMostReferenceRms_m);
+    worst_rms_m = std::max(worst_rms_m, references[i].solve(markers));
   }
-  spans_us.push_back(spent_us);
+  spans.reference_us.push_back(spent_us);
+  spans.reference_rms_m = std::max(spans.reference_rms_m, worst_rms_m);
 }
 
 SolveBenchFigures figures_of(const Spans& spans, const eval::LabelCounts& names, const SolveBenchSettings& settings) {
@@ -137,6 +141,7 @@ SolveBenchFigures figures_of(const Spans& spans, const eval::LabelCounts& names,
   f.label_us = at_share(spans.label_us, 0.5);
   f.solve_us = at_share(spans.solve_us, 0.5);
   f.ceres_us = at_share(spans.reference_us, 0.5);
+  f.ceres_rms_mm = 1000.0 * spans.reference_rms_m;
   f.speedup_ceres = f.ceres_us / f.solve_us;
   f.right_share = names.recall().value_or(0.0);
   f.tracked_share = names.availability().value_or(0.0);
@@ -162,6 +167,7 @@ Result<SolveBenchFigures> run_solve_bench(const SolveBenchSettings& settings) {
   if (!events) return events.error();
   eval::SceneWorld world(scene, daemon.rig, std::move(*performers), std::move(*events), settings.seed);
 
+  eval::Recognition recognition(world.performers());
   double label_us = 0.0, solve_us = 0.0;
   stages::FusionParts parts = assemble_row(daemon);
   parts.labeller = std::make_unique<TimedLabeller>(std::move(parts.labeller), label_us);
@@ -179,13 +185,19 @@ Result<SolveBenchFigures> run_solve_bench(const SolveBenchSettings& settings) {
     for (const BlobFrame& frame : world.frames()) frames.views.push_back(&frame);
     label_us = solve_us = 0.0;
     const Snapshot& snapshot = fusion.step(frames);
+    if (set < warm_up && set % kReferenceStep == 0) {
+      Spans before;
+      time_reference(references, world.performers(), world.t_s(), before);
+    }
     if (set < warm_up) continue;
     spans.both_us.push_back(label_us + solve_us);
     spans.label_us.push_back(label_us);
     spans.solve_us.push_back(solve_us);
-    names.add(world.truth(), eval::frame_of(snapshot));
+    eval::EvalFrame said = eval::frame_of(snapshot);
+    recognition.apply(world.truth(), said);
+    names.add(world.truth(), said);
     if (set - warm_up < kReferenceSets) {
-      time_reference(references, world.performers(), world.t_s(), spans.reference_us);
+      time_reference(references, world.performers(), world.t_s(), spans);
     }
   }
   eval::LabelCounts all;

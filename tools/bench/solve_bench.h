@@ -29,6 +29,7 @@ struct SolveBenchFigures {
   double label_us = 0.0;       ///< median of the labeller alone
   double solve_us = 0.0;       ///< median of the solver alone
   double ceres_us = 0.0;       ///< median of the reference: the same bodies' poses by Ceres, from the true markers
+  double ceres_rms_mm = 0.0;   ///< of the worst of its poses: whether it found them
   double speedup_ceres = 0.0;  ///< its median over that of our solver
   double right_share = 0.0;    ///< of the markers in view, those that bore their names
   double tracked_share = 0.0;  ///< of the sets and subjects, those with a whole skeleton

@@ -71,6 +71,7 @@ SolveReference::SolveReference(const MarkerSet& worn) : parts_(std::make_unique<
   parts_->problem.AddResidualBlock(cost, nullptr, blocks);
 }
 
+SolveReference::SolveReference(SolveReference&& other) noexcept = default;
 SolveReference::~SolveReference() = default;
 
 double SolveReference::solve(std::span<const WorldPoint> markers) {

@@ -14,6 +14,7 @@ namespace mocap::bench {
 class SolveReference {
  public:
   explicit SolveReference(const MarkerSet& worn);
+  SolveReference(SolveReference&& other) noexcept;
   ~SolveReference();
 
   /// The rms of the markers from where the pose has them, m. All markers of the set are there.

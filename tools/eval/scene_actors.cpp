@@ -10,9 +10,11 @@
 #include <span>
 #include <utility>
 
+#include "body/fit_subject.h"
 #include "scene/bvh.h"
 #include "scene/c3d.h"
 #include "scene/clip_actor.h"
+#include "scene/import_marker_set.h"
 #include "scene/placed_actor.h"
 #include "scene/procedural_actor.h"
 #include "scene/random.h"
@@ -55,21 +57,36 @@ Result<std::unique_ptr<scene::Actor>> bvh_actor(const fs::path& file, const Mark
   return actor;
 }
 
-Result<std::unique_ptr<scene::Actor>> c3d_actor(const fs::path& file) {
+Result<scene::C3d> read_c3d(const fs::path& file) {
   const auto bytes = read_whole(file);
   if (!bytes) return bytes.error();
   auto c3d = scene::parse_c3d(std::as_bytes(std::span(*bytes)));
   if (!c3d) return in_file(file, c3d.error());
+  return c3d;
+}
+
+Result<std::unique_ptr<scene::Actor>> c3d_actor(const fs::path& file) {
+  auto c3d = read_c3d(file);
+  if (!c3d) return c3d.error();
   return scene::make_c3d_actor(std::move(*c3d));
 }
 
-// "Anna:LFHD" is LFHD.
-std::string_view without_person(std::string_view label) { return label.substr(label.rfind(':') + 1); }
+// The body of a static trial: its labels tell the markers, their places the body.
+Result<MarkerSet> fitted(const fs::path& file, const MarkerSet& told) {
+  const auto c3d = read_c3d(file);
+  if (!c3d) return c3d.error();
+  auto imported = scene::import_marker_set(*c3d, told.skeleton, told.name);
+  if (!imported) return in_file(file, imported.error());
+  const MarkerSet& set = imported->marker_set;
+  auto fit = body::fit_subject(set, scene::take_of(*c3d, set), {}, {});
+  if (!fit) return Error{ErrorCode::InvalidArgument, fmt::format("fit '{}': it shows no markers", file.string())};
+  return std::move(fit->marker_set);
+}
 
 std::vector<std::uint32_t> markers_by_name(const MarkerSet& of, const MarkerSet& in) {
   std::vector<std::uint32_t> indices;
   for (const MarkerOnBone& marker : of.markers) {
-    const auto same = [&](const MarkerOnBone& other) { return other.name == without_person(marker.name); };
+    const auto same = [&](const MarkerOnBone& other) { return other.name == scene::without_subject(marker.name); };
     const auto found = std::ranges::find_if(in.markers, same);
     indices.push_back(found == in.markers.end() ? Performer::kNobodys
                                                 : static_cast<std::uint32_t>(found - in.markers.begin()));
@@ -98,8 +115,16 @@ Result<Performer> make_performer(const SceneFile& scene, const SceneActor& wante
     actor = scene::make_procedural_actor(body, std::move(*program));
   }
   Performer performer;
-  performer.marker_of = markers_by_name(actor->marker_set(), *told);
   performer.subject = {wanted.name, wanted.stored ? body : std::move(*told), wanted.stored};
+  if (!wanted.fit.empty()) {
+    const auto file = find_motion(scene, wanted.fit);
+    if (!file) return file.error();
+    auto set = fitted(*file, performer.subject.marker_set);
+    if (!set) return set.error();
+    performer.subject.marker_set = std::move(*set);
+    performer.subject.fitted = true;
+  }
+  performer.marker_of = markers_by_name(actor->marker_set(), performer.subject.marker_set);
   performer.actor =
       scene::make_placed_actor(std::move(actor), {.at_m = {wanted.place_m[0], wanted.place_m[1]},
                                                   .heading_rad = wanted.heading_deg * std::numbers::pi / 180.0,

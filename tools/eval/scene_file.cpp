@@ -33,6 +33,7 @@ void tell_image(TomlTable& table, SceneFile& scene) {
   table.number("noise", scene.noise, {0, 100});
   table.number("false_blobs", scene.false_blobs, {0, 10});
   table.flag("occlusion", scene.occlusion);
+  table.flag("drawn", scene.drawn);
 }
 
 SceneActor read_actor(TomlTable& table) {

@@ -77,6 +77,7 @@ struct SceneFile {
   double noise = 1.0;              ///< of blobs, times the detector's
   double false_blobs = 0.02;       ///< for each blob of a marker
   bool occlusion = true;           ///< bodies hide markers
+  bool drawn = false;              ///< images are drawn and the detector looks at them, which takes ten times as long
   std::vector<std::string> clips;  ///< the scene is run with each, for the actors without a motion
   std::vector<SceneActor> actors;
   std::vector<SceneBlackout> blackouts;

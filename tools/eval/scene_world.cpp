@@ -26,6 +26,7 @@ SceneWorld::SceneWorld(const SceneFile& scene, Rig rig, std::vector<Performer> p
       random_(seed),
       maker_(scene.noise),
       frames_(rig_.size()) {
+  if (scene.drawn) drawn_ = std::make_unique<DrawnBlobs>(rig_, seed);
   for (const CameraModel& camera : rig_) eyes_m_.push_back(camera.centre().v);
   for (const Performer& performer : performers_) flesh_.emplace_back(performer.actor->marker_set());
 }
@@ -74,6 +75,18 @@ bool SceneWorld::is_hidden(const Light& light, std::uint32_t camera) const {
   return false;
 }
 
+int SceneWorld::false_count(std::size_t lit) {
+  return static_cast<int>(false_blobs_ * static_cast<double>(lit) + random_.uniform());
+}
+
+void SceneWorld::add_false_spots(const CameraModel& model) {
+  const int extra = false_count(spots_.size());
+  for (int i = 0; i < extra; ++i) {
+    const double x_px = random_.uniform() * model.width_px;
+    spots_.push_back({{x_px, random_.uniform() * model.height_px}, kLeastRadius_px, 0});
+  }
+}
+
 void SceneWorld::look(std::uint32_t camera) {
   const CameraModel& model = rig_[camera];
   spots_.clear();
@@ -85,11 +98,14 @@ void SceneWorld::look(std::uint32_t camera) {
     spots_.push_back({pixel->v, std::max(kLeastRadius_px, model.lens.fx_px * radius_m_ / depth_m), i});
   }
   Blobs& blobs = frames_[camera].blobs;
-  const auto shown = maker_.see(spots_, random_, blobs);
-  for (std::size_t i = 0; i < spots_.size(); ++i) {
+  const std::size_t lit = spots_.size();
+  if (drawn_) add_false_spots(model);
+  const auto shown = drawn_ ? drawn_->see(camera, number_, spots_, blobs) : maker_.see(spots_, random_, blobs);
+  for (std::size_t i = 0; i < lit; ++i) {
     if (shown[i] != BlobMaker::kNone) ++lights_[spots_[i].light].cameras;
   }
-  const auto extra = static_cast<int>(false_blobs_ * static_cast<double>(blobs.size()) + random_.uniform());
+  if (drawn_) return;
+  const int extra = false_count(lit);
   for (int i = 0; i < extra; ++i) maker_.add_false(model.width_px, model.height_px, random_, blobs);
   // A detector gives blobs from the top of the image to the bottom.
   std::ranges::sort(blobs, {}, [](const Blob& blob) { return blob.centroid.v.y(); });

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "eval/drawn_blobs.h"
 #include "eval/frames.h"
 #include "eval/scene_actors.h"
 #include "eval/scene_blobs.h"
@@ -44,6 +45,8 @@ class SceneWorld {
 
   void move();
   void look(std::uint32_t camera);
+  int false_count(std::size_t lit);
+  void add_false_spots(const CameraModel& model);
   bool is_hidden(const Light& light, std::uint32_t camera) const;
   void tell_truth();
 
@@ -57,6 +60,7 @@ class SceneWorld {
   std::vector<scene::ActorState> states_;
   scene::Random random_;
   BlobMaker maker_;
+  std::unique_ptr<DrawnBlobs> drawn_;  // null: blobs are computed
   std::uint64_t number_ = 0;
   double t_s_ = 0.0;
   std::vector<Light> lights_;
