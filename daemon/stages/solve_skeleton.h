@@ -14,7 +14,7 @@ struct SolveSettings {
   double outlier_m = 0.05;        ///< a marker further off its place than this hardly counts
   double fill_for_s = 2.0;        ///< how long a marker that nobody sees is told by the body
   int max_iterations = 6;         ///< of a set; a first pose has ten times as many
-  body::SmoothSettings smoothing;
+  body::SmoothSettings smoothing{};
 };
 
 /// Inverse kinematics over each subject's tree: all named markers that were seen in this set pull on their bones at
