@@ -13,7 +13,7 @@ constexpr float kSure = 0.9F;
 TEST(LabelStates, AMarkerIsMeasuredThenFilledThenLostWhenNobodySeesIt) {
   LabelWorld world;
   world.add("baseline41", test::walking());
-  const auto solver = make_skeleton_solver({.fill_for_s = 0.5}, world.subjects());
+  const auto solver = make_skeleton_solver({.fill_for_s = 0.5, .smoothing = {}}, world.subjects());
   Labels labels;
   const auto step = [&](int sets) {
     for (int i = 0; i < sets; ++i) {
