@@ -94,7 +94,7 @@ TEST(LabelStates, ABodyThatItsTracksDoNotFitAnyMoreIsLetGo) {
     tracks[m].off = 0.25 * Eigen::Vector3d(std::sin(2.0 * away), std::cos(3.0 * away), std::sin(5.0 * away + 1.0));
   }
   bool let_go = false;
-  for (int i = 0; i < 90 && !let_go; ++i) {
+  for (int i = 0; i < 180 && !let_go; ++i) {
     world.step();
     let_go = world.phase() != SubjectPhase::Tracking;
   }
