@@ -21,7 +21,7 @@ constexpr int kMaxSize_px = 32767;
 // What an image, and a row, may bring at most; more is noise over the threshold, and the work stays bounded. A marker
 // of radius 4 px is 9 runs.
 constexpr std::size_t kPixelsPerRun = 160;
-constexpr std::size_t kLeastMaxRuns = 6144;
+constexpr std::size_t kLeastMaxRuns = 8192;
 constexpr std::size_t kRowPixelsPerRun = 40;
 constexpr std::size_t kLeastRowBound = 32;
 // Noise alone passes 8 standard deviations less than once in 10^14 pixels; the second figure keeps clear of clean

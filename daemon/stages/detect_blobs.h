@@ -39,7 +39,7 @@ struct DetectKernels;
 /// blob cut by the border or a mask, or parted from another, knows its place less well, which is added.
 ///
 /// A row with more than a run for every 40 pixels (and 32) is noise, and so is what comes after the row of a quarter of
-/// the image's height that has used up its share of a run for every 160 pixels (and 6144): such rows are given up and
+/// the image's height that has used up its share of a run for every 160 pixels (and 8192): such rows are given up and
 /// counted.
 ///
 /// Formats: all but Mjpeg, which fails with Unsupported (cameras hand it on decoded). Fails with InvalidArgument for

@@ -60,7 +60,7 @@ settings::DaemonSettings fast_synthetic_daemon(const MarkerSet& worn) {
     settings.cameras.push_back({camera.name, synthetic});
     settings.simulated.push_back(worn);
   }
-  settings.subjects.push_back({"subject", {}});
+  settings.subjects.push_back({"subject", {}, {}, {}});
   settings.worn.push_back({"subject", worn});
   settings.publish.endpoint = "tcp://127.0.0.1:*";
   settings.pipeline.publish.report_every =

@@ -13,7 +13,7 @@ constexpr float kSure = 0.9F;
 TEST(LabelStates, AMarkerIsMeasuredThenFilledThenLostWhenNobodySeesIt) {
   LabelWorld world;
   world.add("baseline41", test::walking());
-  const auto solver = make_skeleton_solver({.fill_for_s = 0.5}, world.subjects());
+  const auto solver = make_skeleton_solver({.fill_for_s = 0.5, .smoothing = {}}, world.subjects());
   Labels labels;
   const auto step = [&](int sets) {
     for (int i = 0; i < sets; ++i) {
@@ -94,7 +94,7 @@ TEST(LabelStates, ABodyThatItsTracksDoNotFitAnyMoreIsLetGo) {
     tracks[m].off = 0.25 * Eigen::Vector3d(std::sin(2.0 * away), std::cos(3.0 * away), std::sin(5.0 * away + 1.0));
   }
   bool let_go = false;
-  for (int i = 0; i < 90 && !let_go; ++i) {
+  for (int i = 0; i < 180 && !let_go; ++i) {
     world.step();
     let_go = world.phase() != SubjectPhase::Tracking;
   }

@@ -44,7 +44,8 @@ TEST(EvalPoints, FindsEveryMarkerOfASwarmAtTheBoundOfTheGeometry) {
     EXPECT_EQ(score.seen_by_3plus.found, score.seen_by_3plus.of);
     // 4500 points of three axes: the ratio scatters by 0.6 %.
     EXPECT_NEAR(ratio_to_bound(score), 1.0, 0.03) << noise_px << " px";
-    EXPECT_NEAR(score.nees.mean(), 3.0, 0.15) << noise_px << " px";
+    // Within the tenth that is the goal: what a rig shows to be off is learnt, and never learnt to be less than none.
+    EXPECT_NEAR(score.nees.mean(), 3.0, 0.3) << noise_px << " px";
     EXPECT_EQ(score.id_changes, 0U);
     EXPECT_EQ(score.ghosts, 0U);
   }

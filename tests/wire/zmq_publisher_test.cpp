@@ -263,6 +263,8 @@ TEST(ZmqSubscriber, ComesBackWhenTheDaemonDoes) {
   daemon = std::make_unique<Daemon>(endpoint);
 
   EXPECT_TRUE(first_of(*subscriber, "snapshot"));
+  // That it is connected may be told after what comes by the connection.
+  for (int i = 0; i < 400 && subscriber->link().connections < 2; ++i) (void)subscriber->next(milliseconds(5));
   EXPECT_EQ(subscriber->link().connections, 2U);
 }
 
