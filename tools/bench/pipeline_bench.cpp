@@ -68,7 +68,7 @@ settings::DaemonSettings synthetic_daemon(const PipelineBenchSettings& wanted, c
     settings.cameras.push_back({camera.name, synthetic});
     settings.simulated.push_back(worn);
   }
-  settings.subjects.push_back({"subject", wanted.marker_set});
+  settings.subjects.push_back({"subject", wanted.marker_set, {}, {}});
   settings.worn.push_back({"subject", worn});
   settings.nominal_rate_hz = wanted.rate_hz;
   // The cameras draw their images on the cores that are measured, one after the other: the last may come this late.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -74,9 +75,9 @@ class TimedSolver final : public SkeletonSolver {
   TimedSolver(std::unique_ptr<SkeletonSolver> solver, double& spent_us)
       : solver_(std::move(solver)), spent_us_(spent_us) {}
 
-  const Poses& solve(Labels& labels, Timestamp at) override {
+  const Poses& solve(Labels& labels, Timestamp at, std::span<const NamedRay> rays) override {
     const Stopwatch watch(spent_us_);
-    return solver_->solve(labels, at);
+    return solver_->solve(labels, at, rays);
   }
   void refit(const SubjectFit& fit) override { solver_->refit(fit); }
   void predict(Timestamp at, Expected& into) const override {
