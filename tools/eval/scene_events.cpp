@@ -117,4 +117,10 @@ bool SceneEvents::hides(std::uint32_t performer, std::uint32_t marker, std::uint
   });
 }
 
+bool SceneEvents::shows(std::uint32_t performer, std::uint32_t marker, std::uint32_t camera) const {
+  return std::ranges::any_of(single_views_, [&](const OneMarker& one) {
+    return one.performer == performer && one.marker == marker && one.camera == camera && one.span.has(t_s_);
+  });
+}
+
 }  // namespace mocap::eval

@@ -39,6 +39,8 @@ class SceneEvents {
 
   bool blind() const { return blind_; }
   bool hides(std::uint32_t performer, std::uint32_t marker, std::uint32_t camera) const;
+  /// Whether the marker is left to this camera, which then sees it whatever body is in between.
+  bool shows(std::uint32_t performer, std::uint32_t marker, std::uint32_t camera) const;
 
   const std::vector<Span>& blackouts() const { return blackouts_; }
   const std::vector<JointWatch>& watches() const { return watches_; }

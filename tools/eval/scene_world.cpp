@@ -66,6 +66,7 @@ void SceneWorld::move() {
 bool SceneWorld::is_hidden(const Light& light, std::uint32_t camera) const {
   if (light.marker != kGhost && events_.hides(light.performer, light.marker, camera)) return true;
   if (!occlusion_) return false;
+  if (light.marker != kGhost && events_.shows(light.performer, light.marker, camera)) return false;
   for (std::uint32_t p = 0; p < performers_.size(); ++p) {
     const bool own = p == light.performer && light.marker != kGhost;
     const bool hidden = own ? flesh_[p].hides(states_[p], light.marker, eyes_m_[camera])
