@@ -129,7 +129,7 @@ class BodyFollower {
   };
   std::vector<Weighed> weighed_;  // the observations that `share` of the bones is by
   int weighed_for_ = 0;           // fits
-  std::vector<char> misread_;  // by bone
+  std::vector<char> misread_;     // by bone
   std::vector<geometry::PointPair> pairs_;
 };
 
