@@ -30,9 +30,9 @@ constexpr double kHoldUnseen_rad = 0.02;
 // How fast a hidden joint leaves the way that it was on; and no further than anybody knows no more, rad.
 constexpr double kStray_rad_s = 2.5;
 constexpr double kMostStray_rad = 1.2;
-// A joint's rest as a share of its range: collar bones (20 degrees) stay within 10, elbows where they are.
 // How hard a joint's range is: people reach beyond it by a little, markers that are seen are believed more.
 constexpr double kLimit_rad = 0.3;
+// A joint's rest as a share of its range: collar bones (20 degrees) stay within 10, elbows where they are.
 constexpr double kRestShare = 0.5;
 // Motion that nobody sees dies away with this time constant.
 constexpr double kCoast_s = 0.15;

@@ -29,6 +29,7 @@ class NewMatcher {
   void match(RayTable& rays, std::uint32_t missing_views, Matches& into);
 
  private:
+  static constexpr std::uint32_t kNone = 0xFFFF'FFFF;  // no hypothesis
   // A ray of a view.
   struct Member {
     std::uint16_t view;

@@ -60,6 +60,20 @@ int pipeline(const PipelineBenchSettings& settings, bool json) {
   return kExitOk;
 }
 
+void tell_pipeline(CLI::App& pipeline, PipelineBenchSettings& settings) {
+  pipeline.add_option("--cameras", settings.cameras, "synthetic cameras in a ring")
+      ->check(CLI::Range(2, 64))
+      ->capture_default_str();
+  pipeline.add_option("--rate", settings.rate_hz, "images a second, Hz")
+      ->check(CLI::Range(1.0, 1000.0))
+      ->capture_default_str();
+  pipeline.add_option("--seconds", settings.seconds, "measured time, s")
+      ->check(CLI::Range(0.5, 3600.0))
+      ->capture_default_str();
+  pipeline.add_option("--marker-set", settings.marker_set, "worn by the subject")->capture_default_str();
+  pipeline.add_option("--seed", settings.seed, "of the images' noise")->capture_default_str();
+}
+
 void tell_detect(CLI::App& detect, DetectSceneSettings& settings) {
   detect
       .add_option_function<std::string>(
@@ -83,6 +97,38 @@ void tell_detect(CLI::App& detect, DetectSceneSettings& settings) {
       ->check(CLI::Range(0.0, 30.0))
       ->capture_default_str();
   detect.add_option("--seed", settings.seed, "of places and noise")->capture_default_str();
+}
+
+void tell_fuse(CLI::App& fuse, FuseBenchSettings& settings, bool& growth) {
+  fuse.add_option("--cameras", settings.world.cameras, "in a ring")->check(CLI::Range(2, 64))->capture_default_str();
+  fuse.add_option("--markers", settings.world.markers, "on people who walk")
+      ->check(CLI::Range(1, 320))
+      ->capture_default_str();
+  fuse.add_option("--sets", settings.sets, "measured")->check(CLI::Range(10, 1000000))->capture_default_str();
+  fuse.add_option("--rate", settings.world.rate_hz, "sets a second, Hz")
+      ->check(CLI::Range(1.0, 1000.0))
+      ->capture_default_str();
+  fuse.add_option("--missed", settings.world.missed, "share of a marker's views that give no blob")
+      ->check(CLI::Range(0.0, 0.9))
+      ->capture_default_str();
+  fuse.add_option("--false-blobs", settings.world.false_blobs, "for each marker and image")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  fuse.add_option("--sigma", settings.world.sigma_px, "of the blobs' places, px")
+      ->check(CLI::Range(0.0, 2.0))
+      ->capture_default_str();
+  fuse.add_option("--seed", settings.world.seed, "of noise, misses and false blobs")->capture_default_str();
+  fuse.add_flag("--growth", growth, "several numbers of cameras and markers, those of the options aside");
+}
+
+void tell_solve(CLI::App& solve, SolveBenchSettings& settings) {
+  solve.add_option("--subjects", settings.subjects, "people who walk")->check(CLI::Range(1, 6))->capture_default_str();
+  solve.add_option("--sets", settings.sets, "measured")->check(CLI::Range(10, 1000000))->capture_default_str();
+  solve.add_option("--rate", settings.rate_hz, "sets a second, Hz")
+      ->check(CLI::Range(1.0, 1000.0))
+      ->capture_default_str();
+  solve.add_option("--marker-set", settings.marker_set, "worn by everybody")->capture_default_str();
+  solve.add_option("--seed", settings.seed, "of noise and false blobs")->capture_default_str();
 }
 
 int fuse(FuseBenchSettings settings, bool json, bool growth) {
@@ -139,63 +185,28 @@ int main(int argc, char** argv) {
   app.footer(bench::kExamples);
   app.require_subcommand(1);
 
-  bench::PipelineBenchSettings settings;
-  settings.marker_set = MOCAP_SOURCE_DIR "/config/markersets/baseline41.toml";
+  const std::string marker_set = MOCAP_SOURCE_DIR "/config/markersets/baseline41.toml";
   bool json = false;
+  bool growth = false;
+  bench::PipelineBenchSettings running;
+  running.marker_set = marker_set;
   CLI::App* pipeline = app.add_subcommand("pipeline", "latency from a set's last blob to its snapshot at ZeroMQ");
-  pipeline->add_option("--cameras", settings.cameras, "synthetic cameras in a ring")
-      ->check(CLI::Range(2, 64))
-      ->capture_default_str();
-  pipeline->add_option("--rate", settings.rate_hz, "images a second, Hz")
-      ->check(CLI::Range(1.0, 1000.0))
-      ->capture_default_str();
-  pipeline->add_option("--seconds", settings.seconds, "measured time, s")
-      ->check(CLI::Range(0.5, 3600.0))
-      ->capture_default_str();
-  pipeline->add_option("--marker-set", settings.marker_set, "worn by the subject")->capture_default_str();
-  pipeline->add_option("--seed", settings.seed, "of the images' noise")->capture_default_str();
-  pipeline->add_flag("--json", json, "one JSON object on standard output");
+  bench::tell_pipeline(*pipeline, running);
   bench::DetectSceneSettings scene;
   CLI::App* detect = app.add_subcommand("detect", "blobs of an image in memory: time and precision");
   bench::tell_detect(*detect, scene);
-  detect->add_flag("--json", json, "one JSON object on standard output");
-
   bench::FuseBenchSettings fusing;
-  fusing.marker_set = settings.marker_set;
-  bool growth = false;
+  fusing.marker_set = marker_set;
   CLI::App* fuse = app.add_subcommand("fuse", "cost of a set from blobs to tracks, against OpenCV, in one thread");
-  fuse->add_option("--cameras", fusing.world.cameras, "in a ring")->check(CLI::Range(2, 64))->capture_default_str();
-  fuse->add_option("--markers", fusing.world.markers, "on people who walk")
-      ->check(CLI::Range(1, 320))
-      ->capture_default_str();
-  fuse->add_option("--sets", fusing.sets, "measured")->check(CLI::Range(10, 1000000))->capture_default_str();
-  fuse->add_option("--rate", fusing.world.rate_hz, "sets a second, Hz")
-      ->check(CLI::Range(1.0, 1000.0))
-      ->capture_default_str();
-  fuse->add_option("--missed", fusing.world.missed, "share of a marker's views that give no blob")
-      ->check(CLI::Range(0.0, 0.9))
-      ->capture_default_str();
-  fuse->add_option("--false-blobs", fusing.world.false_blobs, "for each marker and image")
-      ->check(CLI::Range(0.0, 1.0))
-      ->capture_default_str();
-  fuse->add_option("--sigma", fusing.world.sigma_px, "of the blobs' places, px")
-      ->check(CLI::Range(0.0, 2.0))
-      ->capture_default_str();
-  fuse->add_option("--seed", fusing.world.seed, "of noise, misses and false blobs")->capture_default_str();
-  fuse->add_flag("--growth", growth, "several numbers of cameras and markers, those of the options aside");
-  fuse->add_flag("--json", json, "one JSON array on standard output");
-
+  bench::tell_fuse(*fuse, fusing, growth);
   bench::SolveBenchSettings solving;
-  solving.marker_set = settings.marker_set;
+  solving.marker_set = marker_set;
   CLI::App* solve = app.add_subcommand("solve", "names and skeletons: what the labeller and the solver cost in a set");
-  solve->add_option("--subjects", solving.subjects, "people who walk")->check(CLI::Range(1, 6))->capture_default_str();
-  solve->add_option("--sets", solving.sets, "measured")->check(CLI::Range(10, 1000000))->capture_default_str();
-  solve->add_option("--rate", solving.rate_hz, "sets a second, Hz")
-      ->check(CLI::Range(1.0, 1000.0))
-      ->capture_default_str();
-  solve->add_option("--marker-set", solving.marker_set, "worn by everybody")->capture_default_str();
-  solve->add_option("--seed", solving.seed, "of noise and false blobs")->capture_default_str();
-  solve->add_flag("--json", json, "one JSON object on standard output");
+  bench::tell_solve(*solve, solving);
+  for (CLI::App* command : {pipeline, detect, fuse, solve}) {
+    command->add_flag("--json", json,
+                      command == fuse ? "one JSON array on standard output" : "one JSON object on standard output");
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -205,5 +216,5 @@ int main(int argc, char** argv) {
   if (detect->parsed()) return bench::detect(scene, json);
   if (fuse->parsed()) return bench::fuse(fusing, json, growth);
   if (solve->parsed()) return bench::solve(solving, json);
-  return bench::pipeline(settings, json);
+  return bench::pipeline(running, json);
 }
