@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "calibration/sighting_of.h"
 #include "geometry/lens.h"
 #include "geometry/triangulation.h"
 
@@ -17,15 +18,6 @@ using Eigen::Vector3d;
 // A wand longer or shorter than told by more is none.
 constexpr double kLengthSlack = 0.25;
 constexpr double kFewSigmas = 4.5;
-
-geometry::Sighting sighting(const CameraModel& camera, const Vector2d& ray, double sigma_px) {
-  geometry::Sighting sighting;
-  sighting.camera_from_world = &camera.camera_from_world;
-  sighting.point = {ray};
-  sighting.px_from_ray = geometry::distort_with_slope(camera.lens, {ray}).px_from_ray;
-  sighting.sigma_px = sigma_px;
-  return sighting;
-}
 
 class Placer {
  public:
@@ -100,7 +92,7 @@ class Placer {
     for (std::size_t m = 0; m < marks_; ++m) {
       sightings_.clear();
       for (std::size_t i = 0; i < cameras_.size(); ++i)
-        sightings_.push_back(sighting(bundle_.rig[cameras_[i]], rays_[i].ray[m], 0.1));
+        sightings_.push_back(sighting_of(bundle_.rig[cameras_[i]], {rays_[i].ray[m]}, 0.1));
       const auto agreed = geometry::agree(sightings_, {.floor_px = settings_.gate_px, .sigmas = 4.0});
       if (!agreed) return false;
       at[m] = agreed->refined.point.v;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "calibration/sighting_of.h"
 #include "geometry/lens.h"
 #include "geometry/triangulation.h"
 
@@ -42,12 +43,7 @@ std::optional<double> length_of(const Bundle& bundle, std::span<const Sight> sig
       const CameraModel& camera = bundle.rig[static_cast<std::size_t>(sight.camera)];
       const auto ray = geometry::undistort(camera.lens, {sight.px});
       if (!ray) continue;
-      geometry::Sighting sighting;
-      sighting.camera_from_world = &camera.camera_from_world;
-      sighting.point = *ray;
-      sighting.px_from_ray = geometry::distort_with_slope(camera.lens, *ray).px_from_ray;
-      sighting.sigma_px = sight.sigma_px;
-      rays.push_back(sighting);
+      rays.push_back(sighting_of(camera, *ray, sight.sigma_px));
     }
     const auto start = geometry::triangulate(rays);
     if (!start) return std::nullopt;

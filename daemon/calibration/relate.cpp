@@ -5,6 +5,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
+#include "calibration/median.h"
 #include "geometry/epipolar.h"
 
 namespace mocap::calibration {
@@ -28,12 +29,6 @@ Eigen::Vector2d middle_of(const WandRays& wand, std::size_t marks) { return 0.5 
 
 void turn_about(WandRays& wand, std::size_t marks) {
   std::reverse(wand.ray.begin(), wand.ray.begin() + static_cast<std::ptrdiff_t>(marks));
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 std::optional<Between> turn_and_direction(const Points& points, double reach) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "calibration/median.h"
 #include "geometry/lens.h"
 
 namespace mocap::calibration {
@@ -105,11 +106,6 @@ class Looker {
   std::vector<Vector2d> rays_;
   std::vector<int> index_;
 };
-
-double median(std::vector<double> values) {
-  std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2));
-  return values[values.size() / 2];
-}
 
 std::optional<WandRefusal> refuse(const CameraModel& camera, const CameraLook& look, const Wand& wand) {
   if (look.spots > 50 && 20 * look.outside > look.spots) {
