@@ -182,9 +182,8 @@ void place_wand(const WandViews& views, Bundle& bundle, const PlaceSettings& set
     if (cameras >= 2) worth.push_back(i);
   }
   Placer placer(views, bundle, settings);
-  const double step = std::max(1.0, static_cast<double>(worth.size()) / static_cast<double>(settings.most_samples));
-  for (double at = 0.0; at < static_cast<double>(worth.size()); at += step)
-    placer.place(worth[static_cast<std::size_t>(at)]);
+  const std::size_t count = std::min(worth.size(), settings.most_samples);
+  for (std::size_t i = 0; i < count; ++i) placer.place(worth[i * worth.size() / count]);  // evenly
 }
 
 std::size_t drop_outliers(Bundle& bundle) {

@@ -27,9 +27,10 @@ void add(const Bundle& bundle, const Sight& sight, Sum& sum) {
   const CameraModel& camera = bundle.rig[static_cast<std::size_t>(sight.camera)];
   sum.squares += residual->squaredNorm();
   ++sum.points;
-  const int column = std::clamp(static_cast<int>(sight.px.x() * kFields / camera.width_px), 0, kFields - 1);
-  const int row = std::clamp(static_cast<int>(sight.px.y() * kFields / camera.height_px), 0, kFields - 1);
-  sum.fields[static_cast<std::size_t>(row * kFields + column)] = true;
+  const auto field = [](double at, int size) {
+    return static_cast<std::size_t>(std::clamp(static_cast<int>(at * kFields / size), 0, kFields - 1));
+  };
+  sum.fields[field(sight.px.y(), camera.height_px) * kFields + field(sight.px.x(), camera.width_px)] = true;
 }
 
 // End to end at one place, by rays alone; nothing where two cameras do not see both ends.

@@ -187,6 +187,7 @@ TEST(SolveWand, TellsHowFarACamerasTimeIsOff) {
   const std::size_t at = message.find("'cam3': its pictures are about ");
   ASSERT_NE(at, std::string::npos) << message;
   EXPECT_NEAR(std::stod(message.substr(at + 31)), 14.0, 4.0) << message;
+  EXPECT_NE(message.find("ms later than"), std::string::npos) << message;
 }
 
 TEST(SolveWand, RefusesALensFileOfAnotherImageSize) {
