@@ -194,7 +194,14 @@ Result<Health> decode(const v1::Health& from) {
                             camera.missing_packets(),
                             camera.last_error(),
                             detection_of(camera),
-                            {camera.threshold_grey(), camera.noise_grey(), camera.background_grey()}});
+                            {camera.threshold_grey(), camera.noise_grey(), camera.background_grey()},
+                            !camera.free_running(),
+                            camera.offset_us(),
+                            camera.drift_us_s(),
+                            camera.jitter_us(),
+                            camera.repeated_frames(),
+                            camera.clock_leaps(),
+                            camera.clock_uncertainty_us()});
   }
   return into;
 }
