@@ -264,7 +264,8 @@ void AravisCamera::count_clock() {
   const std::uint64_t leaps = clock_.leaps();
   if (leaps > leaps_counted_) counters_->clock_leaps.fetch_add(leaps - leaps_counted_, std::memory_order_relaxed);
   leaps_counted_ = leaps;
-  counters_->clock_uncertainty_us.store(to_us(clock_.uncertainty()), std::memory_order_relaxed);
+  const bool told_by_camera = settings_.clock == "utc" && !utc_doubted_;
+  counters_->clock_uncertainty_us.store(told_by_camera ? 0.0 : to_us(clock_.uncertainty()), std::memory_order_relaxed);
 }
 
 void AravisCamera::count_stream() {
