@@ -6,6 +6,7 @@
 #include "base/exit_codes.h"
 #include "calibrate/files_command.h"
 #include "calibrate/mask_command.h"
+#include "calibrate/report_compare.h"
 
 namespace {
 
@@ -14,6 +15,7 @@ constexpr const char* kExamples = R"(examples:
   mocap-calibrate mask --config my.toml --dry-run  only say what it would mask
   mocap-calibrate mask --config my.toml --clear    forget what was learnt
   mocap-calibrate import Calib.qca.txt my.rig.toml       make a rig of another program's calibration
+  mocap-calibrate compare old.rig.toml new.rig.toml      camera by camera: what moved
   mocap-calibrate export --format kalibr my.rig.toml camchain.yaml
 
 exit codes: 0 done, 64 wrong command line, 65 what was seen is refused and nothing is written, 69 a camera is missing or
@@ -30,6 +32,8 @@ int main(int argc, char** argv) {
   calibrate::add_mask_command(app, mask);
   calibrate::FilesCommands files;
   files.add(app);
+  calibrate::CompareCommand compare;
+  compare.add(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -37,6 +41,7 @@ int main(int argc, char** argv) {
   }
   try {
     if (const auto exit = files.run()) return *exit;
+    if (const auto exit = compare.run()) return *exit;
     return calibrate::run_mask(mask);
   } catch (const std::exception& exception) {
     std::fprintf(stderr, "mocap-calibrate: %s\n", exception.what());
