@@ -113,7 +113,8 @@ class Page {
       y_ += 40.0;
     }
     body_ += words(x, y_, name, "class='s'") + words(x, y_ + 17.0, value, "font-size='15'");
-    x += std::max(120.0, 9.2 * static_cast<double>(value.size()) + 24.0);
+    // No font to measure with: some 6 px a letter at 10.5 px, 9 at 15.
+    x += 24.0 + std::max(6.0 * static_cast<double>(name.size()), 9.2 * static_cast<double>(value.size()));
   }
 
   void figures() {
@@ -265,7 +266,7 @@ class Page {
     constexpr int kBins = 30;
     const auto& wand = *judgement_.wand;
     body_ += words(x, y, "Wand length", "class='h'");
-    body_ += words(x + 110.0, y, fmt::format("{} samples, by rays alone", wand.samples), "class='s'");
+    body_ += words(x + 120.0, y, fmt::format("{} samples, by rays alone", wand.samples), "class='s'");
     const double top = y + 14.0;
     const double reach = std::max({4.0 * wand.std_m, std::abs(wand.mean_m - wand.told_m) * 1.3, 1e-6});
     std::array<int, kBins> bins{};
@@ -301,12 +302,18 @@ class Page {
     const VolumeUncertainty& volume = *judgement_.volume;
     const auto count = static_cast<double>(volume.sigma_m.size());
     body_ += words(x, y, "How well a marker is located", "class='h'");
-    body_ += words(x + 245.0, y, "one sigma, from above; grey: fewer than two cameras see it", "class='s'");
+    body_ +=
+        words(x + 260.0, y,
+              fmt::format("one sigma, from above; grey: fewer than two cameras see it;  x {:.1f} to {:.1f}, y {:.1f} "
+                          "to {:.1f} m{}",
+                          volume.from_m.x(), volume.to_m.x(), volume.from_m.y(), volume.to_m.y(),
+                          judgement_.floor ? "" : ", from amid the cameras"),
+              "class='s'");
     const double each = (width - kGap_px * (count - 1.0)) / count;
     const double cell = std::min(each / volume.columns, 200.0 / volume.rows);
     // The scale leaves out the worst tenth, which would make all else one colour.
-    const double low = lowest_sigma(volume);
-    const double high = std::max(volume.p90_m, 1.02 * low);
+    const double high = volume.p90_m;
+    const double low = std::min(lowest_sigma(volume), 0.5 * high);  // what hardly differs shall look alike
     double bottom = y;
     for (std::size_t slice = 0; slice < volume.sigma_m.size(); ++slice) {
       const double left = x + static_cast<double>(slice) * (each + kGap_px);
@@ -330,16 +337,13 @@ class Page {
         const std::string fill = std::isfinite(sigma) ? heat((sigma - low) / (high - low)) : "#d5d5d5";
         // y of the world points up the page.
         body_ += box(x + cell * column, y + cell * (volume.rows - 1 - row), cell + 0.4, cell + 0.4,
-                     fmt::format("fill='{}'", fill));
+                     fmt::format("fill='{}' shape-rendering='crispEdges'", fill));
       }
     }
     const double wide = cell * volume.columns;
     const double high_px = cell * volume.rows;
     body_ += box(x, y, wide, high_px, "fill='none' stroke='#888'");
-    body_ += words(x, y + high_px + 14.0,
-                   fmt::format("z {:.2f} m;  x {:.1f} to {:.1f},  y {:.1f} to {:.1f} m", volume.heights_m[slice],
-                               volume.from_m.x(), volume.to_m.x(), volume.from_m.y(), volume.to_m.y()),
-                   "class='s'");
+    body_ += words(x, y + high_px + 14.0, fmt::format("z {:.2f} m", volume.heights_m[slice]), "class='s'");
     return y + high_px + 20.0;
   }
 
