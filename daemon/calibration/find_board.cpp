@@ -2,12 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
+
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <opencv2/aruco.hpp>
 #include <opencv2/aruco/charuco.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <utility>
 
 namespace mocap::calibration {
@@ -17,6 +22,7 @@ using Eigen::Vector2d;
 
 constexpr std::size_t kLeastCorners = 6;
 constexpr int kMostSquares = 60;
+constexpr float kRim_px = 4.0F;
 // Corners closer to one line than this, as a share of their length, tell no plane.
 constexpr double kFlatness = 0.05;
 
@@ -74,6 +80,25 @@ struct BoardFinder::Made {
     return view;
   }
 
+  // OpenCV 4.6 gives corners half a pixel down and to the right of where they are. Only what lies between corner and
+  // markers is looked at.
+  void refine(const cv::Mat& image, std::vector<cv::Point2f>& corners) const {
+    if (corners.size() < 2) return;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 1; i < corners.size(); ++i) nearest = std::min(nearest, cv::norm(corners[i] - corners[i - 1]));
+    const double rim = 0.5 * (1.0 - board.marker_m / board.square_m) * nearest;
+    const int half = std::clamp(static_cast<int>(0.8 * rim), 2, 10);
+    for (cv::Point2f& corner : corners) corner -= cv::Point2f(0.5F, 0.5F);
+    cv::cornerSubPix(image, corners, {half, half}, {-1, -1},
+                     {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 40, 1e-4});
+  }
+
+  // Nearer to the image's rim a corner's surroundings are cut off.
+  static bool inside(const cv::Mat& image, const cv::Point2f& corner) {
+    return corner.x > kRim_px && corner.y > kRim_px && corner.x < static_cast<float>(image.cols) - 1.0F - kRim_px &&
+           corner.y < static_cast<float>(image.rows) - 1.0F - kRim_px;
+  }
+
   BoardView find_charuco(const cv::Mat& image) const {
     std::vector<std::vector<cv::Point2f>> markers;
     std::vector<std::vector<cv::Point2f>> rejected;
@@ -86,7 +111,9 @@ struct BoardFinder::Made {
     std::vector<cv::Point2f> corners;
     std::vector<int> corner_ids;
     cv::aruco::interpolateCornersCharuco(markers, ids, image, charuco, corners, corner_ids);
+    refine(image, corners);
     for (std::size_t i = 0; i < corners.size(); ++i) {
+      if (!inside(image, corners[i])) continue;
       const cv::Point3f& place = charuco->chessboardCorners[static_cast<std::size_t>(corner_ids[i])];
       view.seen_px.emplace_back(corners[i].x, corners[i].y);
       view.board_m.emplace_back(place.x, place.y);

@@ -188,6 +188,12 @@ class LensFitter {
     fit_.coverage = coverage_of(bundle_.views, width_px_, height_px_);
   }
 
+  LensParts all_parts() const {
+    LensParts all = focal_and_centre_;
+    for (const Part& part : parts_of(kind_)) all = with(all, part);
+    return all;
+  }
+
   // Focal length, centre and the first two terms: enough to tell a bad board from a good one.
   LensParts with_some() const {
     LensParts parts = focal_and_centre_;
@@ -285,7 +291,10 @@ class LensFitter {
                       "right kind of lens (--fisheye), and is the board flat?",
                       fit_.rms_px, kWorstFit_px));
     }
-    rate_mapping(covariance);
+    // A part that is left at 0 is not known to be 0: what it may do to the rays counts.
+    const auto all = lens_covariance(bundle_, all_parts());
+    rate_mapping(all ? LensMatrix(variance(residue_) * *all) : covariance);
+    if (!all) fit_.corner_sigma_px = std::numeric_limits<double>::infinity();
     return {};
   }
 
