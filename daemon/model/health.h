@@ -22,7 +22,7 @@ struct LatencyFigures {
   Duration max{};
 };
 
-enum class CameraPhase { Starting, Streaming, Silent, Reopening, Ended };
+enum class CameraPhase { Starting, Streaming, Silent, Reopening, Ended, Stopped };
 
 /// One camera's counts since the start, and its state.
 struct CameraHealth {
@@ -40,10 +40,25 @@ struct CameraHealth {
   std::string last_error;             ///< empty when none
   DetectionCounts detection;
   DetectionLevels levels;
-  bool synchronised = true;  ///< exposes with most others; true too where that is not known yet
-  double offset_us = 0.0;    ///< its exposures after the mean of those that expose together
-  double drift_us_s = 0.0;   ///< how that grows
-  double jitter_us = 0.0;    ///< standard deviation of the offset about its drift
+  bool synchronised = true;           ///< exposes with most others; true too where that is not known yet
+  double offset_us = 0.0;             ///< its exposures after the mean of those that expose together
+  double drift_us_s = 0.0;            ///< how that grows
+  double jitter_us = 0.0;             ///< standard deviation of the offset about its drift
+  std::uint64_t repeated_frames = 0;  ///< came a second time, and were left out
+  std::uint64_t clock_leaps = 0;      ///< its clock wrapped, leapt, ran back or stood still
+  double clock_uncertainty_us = 0.0;  ///< standard deviation of its exposures on the host's clock; 0: not told
+};
+
+/// The feed's own side of its connections. All but the first and the last but one run since the start.
+struct FeedHealth {
+  std::uint32_t listeners = 0;  ///< connected now, the handshake through
+  std::uint64_t connections = 0;
+  std::uint64_t disconnections = 0;
+  std::uint64_t failed_handshakes = 0;
+  std::uint64_t refused_clients = 0;  ///< whose key is not allowed
+  std::uint64_t cut_off = 0;          ///< by us: too many subscriptions or connections, a key that was revoked
+  std::uint32_t subscriptions = 0;    ///< topics that somebody listens to
+  std::uint64_t failed_accepts = 0;   ///< no file descriptor was free
 };
 
 /// How the service is, once a second.
@@ -58,6 +73,7 @@ struct Health {
   std::uint64_t sent_snapshots = 0;
   std::array<LatencyFigures, kLatencyStages> latency;  ///< by LatencyStage
   std::vector<CameraHealth> cameras;
+  FeedHealth feed;
 };
 
 }  // namespace mocap
