@@ -9,7 +9,7 @@ packages=(
   # build
   build-essential cmake ninja-build ccache pkg-config git
   # libraries
-  libaravis-dev libusb-1.0-0-dev libopencv-dev libeigen3-dev libceres-dev libhwy-dev libturbojpeg0-dev
+  libaravis-dev libusb-1.0-0-dev libopencv-dev libopencv-contrib-dev libeigen3-dev libceres-dev libhwy-dev libturbojpeg0-dev
   libzmq3-dev libprotobuf-dev protobuf-compiler libspdlog-dev libfmt-dev libsystemd-dev
   libcli11-dev libtomlplusplus-dev libyaml-cpp-dev nlohmann-json3-dev
   # tests and checks

@@ -56,15 +56,7 @@ std::optional<double> length_of(const Bundle& bundle, std::span<const Sight> sig
 }
 
 void rate_length(WandSolution& solution) {
-  const std::vector<Sight>& sights = solution.bundle.sights;  // gathered place by place
-  std::vector<double> lengths;
-  for (std::size_t from = 0; from < sights.size();) {
-    std::size_t to = from;
-    while (to < sights.size() && sights[to].place == sights[from].place) ++to;
-    if (const auto length = length_of(solution.bundle, std::span(sights).subspan(from, to - from)))
-      lengths.push_back(*length);
-    from = to;
-  }
+  const std::vector<double> lengths = wand_lengths_m(solution.bundle);
   if (lengths.empty()) return;
   double sum = 0.0;
   for (const double length : lengths) sum += length;
@@ -78,6 +70,18 @@ void rate_length(WandSolution& solution) {
 }
 
 }  // namespace
+
+std::vector<double> wand_lengths_m(const Bundle& bundle) {
+  const std::vector<Sight>& sights = bundle.sights;  // gathered place by place
+  std::vector<double> lengths;
+  for (std::size_t from = 0; from < sights.size();) {
+    std::size_t to = from;
+    while (to < sights.size() && sights[to].place == sights[from].place) ++to;
+    if (const auto length = length_of(bundle, std::span(sights).subspan(from, to - from))) lengths.push_back(*length);
+    from = to;
+  }
+  return lengths;
+}
 
 WandSolution rate_wand(Bundle bundle, LensFreedom lens) {
   WandSolution solution;

@@ -7,4 +7,8 @@ namespace mocap::calibration {
 /// How good a solution is, camera by camera, and what the wand's length says; all but the cameras' time.
 WandSolution rate_wand(Bundle bundle, LensFreedom lens);
 
+/// The wand's length, end to end, at each place where two cameras see both ends: by rays alone, not told how long it
+/// is.
+std::vector<double> wand_lengths_m(const Bundle& bundle);
+
 }  // namespace mocap::calibration

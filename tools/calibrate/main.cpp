@@ -5,7 +5,9 @@
 
 #include "base/exit_codes.h"
 #include "calibrate/files_command.h"
+#include "calibrate/lens_command.h"
 #include "calibrate/mask_command.h"
+#include "calibrate/report_compare.h"
 
 namespace {
 
@@ -13,7 +15,10 @@ constexpr const char* kExamples = R"(examples:
   mocap-calibrate mask --config my.toml            learn what shines while nobody is there, write it into the rig
   mocap-calibrate mask --config my.toml --dry-run  only say what it would mask
   mocap-calibrate mask --config my.toml --clear    forget what was learnt
+  mocap-calibrate lens --config my.toml --columns 8 --rows 6 --square-mm 40   show a ChArUco board to each camera
+  mocap-calibrate lens --images shots --board chessboard --columns 9 --rows 7 --square-mm 25 --rig my.rig.toml
   mocap-calibrate import Calib.qca.txt my.rig.toml       make a rig of another program's calibration
+  mocap-calibrate compare old.rig.toml new.rig.toml      camera by camera: what moved
   mocap-calibrate export --format kalibr my.rig.toml camchain.yaml
 
 exit codes: 0 done, 64 wrong command line, 65 what was seen is refused and nothing is written, 69 a camera is missing or
@@ -30,6 +35,10 @@ int main(int argc, char** argv) {
   calibrate::add_mask_command(app, mask);
   calibrate::FilesCommands files;
   files.add(app);
+  calibrate::LensCommand lens;
+  lens.add(app);
+  calibrate::CompareCommand compare;
+  compare.add(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -37,6 +46,8 @@ int main(int argc, char** argv) {
   }
   try {
     if (const auto exit = files.run()) return *exit;
+    if (const auto exit = lens.run()) return *exit;
+    if (const auto exit = compare.run()) return *exit;
     return calibrate::run_mask(mask);
   } catch (const std::exception& exception) {
     std::fprintf(stderr, "mocap-calibrate: %s\n", exception.what());
