@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "wire/encode.h"
+#include "wire/encode_numbers.h"
 #include "wire/utf8.h"
 
 namespace mocap::wire {
@@ -100,7 +101,7 @@ Result<ControlRequest> decode_capture(const v1::CaptureRequest& from) {
   }
 }
 
-v1::Code code_of(ControlCode code) {
+v1::Code answer_code_of(ControlCode code) {
   switch (code) {
     case ControlCode::Done: return v1::CODE_DONE;
     case ControlCode::Invalid: return v1::CODE_INVALID;
@@ -111,15 +112,6 @@ v1::Code code_of(ControlCode code) {
     case ControlCode::Failed: return v1::CODE_FAILED;
   }
   return v1::CODE_UNSPECIFIED;
-}
-
-v1::SubjectPhase code_of(SubjectPhase phase) {
-  switch (phase) {
-    case SubjectPhase::Searching: return v1::SUBJECT_PHASE_SEARCHING;
-    case SubjectPhase::Tracking: return v1::SUBJECT_PHASE_TRACKING;
-    case SubjectPhase::Lost: return v1::SUBJECT_PHASE_LOST;
-  }
-  return v1::SUBJECT_PHASE_UNSPECIFIED;
 }
 
 void encode_status(const ControlStatus& from, v1::Status& into) {
@@ -204,7 +196,7 @@ v1::Request encode(const ControlRequest& from) {
 
 v1::Answer encode(const ControlAnswer& from) {
   v1::Answer into;
-  into.set_code(code_of(from.code));
+  into.set_code(answer_code_of(from.code));
   into.set_message(valid_utf8(from.message));
   if (from.status) encode_status(*from.status, *into.mutable_status());
   if (from.description != nullptr) *into.mutable_description() = encode(*from.description);

@@ -5,12 +5,14 @@
 
 #include <bit>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "base/log.h"
 #include "wire/encode.h"
 #include "wire/event_watch.h"
 #include "wire/listener.h"
+#include "wire/snapshot_encoder.h"
 #include "wire/subscriptions.h"
 
 namespace mocap::wire {
@@ -35,7 +37,8 @@ class Envelope {
     message.SerializeWithCachedSizesToArray(bytes_.data() + head_);
   }
   const std::vector<std::uint8_t>& bytes() const { return bytes_; }
-  std::string topic() const { return {bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(head_)}; }
+  // With its zero byte.
+  std::string_view topic() const { return {reinterpret_cast<const char*>(bytes_.data()), head_}; }
 
  private:
   std::size_t head_;
@@ -65,7 +68,7 @@ struct ZmqPublisher::Impl {
   Subscriptions subscriptions;
   EventWatch events;
   std::vector<Channel> channels;  // by Topic
-  v1::Snapshot snapshot;
+  SnapshotEncoder encoder;
   v1::Health health;
   ZmqMessage request;
   std::int64_t utc_minus_host_ns = utc_minus_host().count();
@@ -81,7 +84,7 @@ struct ZmqPublisher::Impl {
 
   void list_topics() {
     std::vector<std::string> topics;
-    for (const Channel& channel : channels) topics.push_back(channel.envelope.topic());
+    for (const Channel& channel : channels) topics.emplace_back(channel.envelope.topic());
     subscriptions.set_topics(std::move(topics));
   }
 
@@ -97,8 +100,9 @@ struct ZmqPublisher::Impl {
     }
   }
 
-  Status send(const Channel& channel) {
-    const auto& bytes = channel.envelope.bytes();
+  Status send(const Channel& channel) { return send(channel.envelope.bytes()); }
+
+  Status send(std::span<const std::uint8_t> bytes) {
     if (zmq_send(listener.socket().get(), bytes.data(), bytes.size(), ZMQ_DONTWAIT) >= 0) return {};
     return zmq_failure("feed: cannot send");
   }
@@ -115,12 +119,7 @@ struct ZmqPublisher::Impl {
     Channel& channel = channels[topic];
     const std::uint64_t sequence = channel.sequence++;
     if (!subscriptions.wanted(topic)) return {};
-    encode(from, snapshot, parts);
-    snapshot.set_sequence(sequence);
-    snapshot.set_utc_minus_host_ns(utc_minus_host_ns);
-    if (synchronisation) snapshot.set_synchronisation(*synchronisation);
-    channel.envelope.hold(snapshot);
-    return send(channel);
+    return send(encoder.encode(channel.envelope.topic(), from, parts, {sequence, utc_minus_host_ns, synchronisation}));
   }
 
   Status send_snapshots(const Snapshot& from) {
