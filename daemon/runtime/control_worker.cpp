@@ -280,7 +280,9 @@ ControlAnswer ControlWorker::order_main(std::vector<std::vector<MaskPolygon>> ma
   if (!control.to_main.try_push({number, std::move(masks)})) return not_answered("the daemon");
   const Timestamp begun = host_now();
   MainDone answer;
-  while (!stop.stop_requested() && host_now() - begun < kMainPatience) {
+  // The daemon may end us right after it answered: look once more then.
+  for (bool ends = false; !ends;) {
+    ends = stop.stop_requested() || host_now() - begun >= kMainPatience;
     while (control.from_main.try_pop(answer)) {
       if (answer.order == number)
         return failure(answer.done ? ControlCode::Done : ControlCode::Invalid, answer.message);

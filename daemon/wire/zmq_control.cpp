@@ -1,6 +1,7 @@
 #include "wire/zmq_control.h"
 
 #include <fmt/format.h>
+#include <google/protobuf/stubs/logging.h>
 #include <zmq.h>
 
 #include <charconv>
@@ -122,6 +123,8 @@ ZmqControl::~ZmqControl() = default;
 const std::string& ZmqControl::endpoint() const { return impl_->listener.endpoints().front(); }
 
 Result<std::unique_ptr<ZmqControl>> ZmqControl::open(const ControlSettings& settings) {
+  // What strangers send and cannot be read is answered; Protobuf would write each such message to standard error, too.
+  google::protobuf::SetLogHandler(nullptr);
   auto impl = std::make_unique<Impl>();
   impl->role_without_keys = settings.role_without_keys;
   ListenSettings listen;
