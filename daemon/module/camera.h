@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "base/result.h"
 #include "base/time.h"
@@ -25,6 +26,12 @@ class Camera {
   /// when a finite source is through. The pixels are borrowed: they stay valid until the next call of any method. A
   /// Timeout bears no message, so that waiting allocates nothing.
   virtual Result<Frame> next(Duration patience) = 0;
+
+  /// Sets what is present while it delivers; images that are on their way may be of before. Fails with Unsupported
+  /// where the driver cannot, with InvalidArgument out of the camera's range, and with Io.
+  virtual Status adjust(std::optional<double> /*exposure_us*/, std::optional<double> /*gain_db*/) {
+    return Error{ErrorCode::Unsupported, "its driver cannot change exposure or gain while it runs"};
+  }
 
   /// Ends delivery. Harmless when already stopped.
   virtual void stop() noexcept = 0;

@@ -45,6 +45,10 @@ void CameraWorker::run(const std::stop_token& stop) {
     const Status end = stream(stop);
     parts_.camera->stop();
     deliver(Delivery::Ended);
+    if (end && stopped_) {
+      wait_until_started(stop);
+      continue;
+    }
     if (end) break;
     if (end.error().code == ErrorCode::EndOfStream) {
       log_info(who, fmt::format("ended after {} images", channel_.counters.frames.read()));
@@ -54,6 +58,7 @@ void CameraWorker::run(const std::stop_token& stop) {
     if (streaming_) backoff = settings_.first_backoff;
     tell_failure(without_name(end.error().message, parts_.name));
     wait_before_retry(backoff, stop);
+    if (stopped_) wait_until_started(stop);
     backoff = std::min(2 * backoff, settings_.longest_backoff);
     channel_.counters.reopened.add();
   }
@@ -69,6 +74,8 @@ Status CameraWorker::stream(const std::stop_token& stop) {
 
   Timestamp heard_at = host_now();
   while (!stop.stop_requested()) {
+    follow_orders();
+    if (stopped_) return {};
     const Result<Frame> frame = parts_.camera->next(kLookAtStop);
     if (frame) {
       heard_at = host_now();
@@ -123,6 +130,7 @@ Status CameraWorker::take_in(const Frame& frame, const std::stop_token& stop) {
 
   const Detection detection = detector_->detect(frame.image);
   channel_.counters.detection.add(detection);
+  if (mask_order_) learn_mask(frame.image, detection.threshold_grey);
   seen_.camera = frame.camera;
   seen_.number = frame.number;
   seen_.exposed_at = frame.exposed_at;
@@ -191,8 +199,9 @@ void CameraWorker::wait_before_retry(Duration span, const std::stop_token& stop)
   const Timestamp until = host_now() + span;
   for (Duration left = span; left > Duration::zero() && !stop.stop_requested(); left = until - host_now()) {
     const WakeSignal::Ticket ticket = nap_.ticket();
-    if (stop.stop_requested()) return;
-    nap_.wait(ticket, left);
+    follow_orders();
+    if (stop.stop_requested() || stopped_) return;
+    nap_.wait(ticket, std::min(left, kLookAtStop));
   }
 }
 

@@ -65,6 +65,7 @@ void PublishWorker::run() {
     const WakeSignal::Ticket ticket = links_.snapshots->there_is_work.ticket();
     const bool ended = links_.snapshots->ended.load(std::memory_order_acquire);
     const bool sent = send_what_waits();
+    if (!sent) publisher_->serve();
     report_when_due();
     if (sent) continue;
     if (ended) break;
@@ -87,6 +88,7 @@ void PublishWorker::learn_fits() {
              fmt::format("fitted, residual={:.1f}mm description={}", 1e3 * fit.residual_m, description_.version));
     const Status described = publisher_->describe(description_);
     if (!described) log_error("publish", described.error().message);
+    if (links_.control != nullptr) static_cast<void>(links_.control->descriptions.try_push(description_));
   }
 }
 
@@ -110,6 +112,7 @@ bool PublishWorker::send_what_waits() {
 void PublishWorker::send(Snapshot& snapshot) {
   if (snapshot.description_version != description_.version) learn_fits();
   const Status sent = publisher_->publish(snapshot);
+  if (links_.control != nullptr) tell_control(snapshot);
   if (sent) {
     counters_.sent.add();
     latency_.add(snapshot.instants);
@@ -119,10 +122,23 @@ void PublishWorker::send(Snapshot& snapshot) {
   }
 }
 
+void PublishWorker::tell_control(const Snapshot& snapshot) {
+  ControlChannel& control = *links_.control;
+  for (const SubjectLabels& labels : snapshot.labels) {
+    if (labels.subject.value >= kMaxSubjects) continue;
+    control.phases[labels.subject.value].store(static_cast<int>(labels.phase), std::memory_order_relaxed);
+  }
+  if (control.snapshot_wanted.load(std::memory_order_relaxed) &&
+      control.snapshot_wanted.exchange(false, std::memory_order_acq_rel)) {
+    static_cast<void>(control.snapshots.try_push(snapshot));
+  }
+}
+
 void PublishWorker::report_when_due() {
   const Timestamp now = host_now();
   if (now - reported_at_ < settings_.report_every) return;
   gather_health(now);
+  if (links_.control != nullptr) static_cast<void>(links_.control->health.try_push(health_));
   const Status reported = publisher_->report(health_);
   if (!reported) log_error("publish", reported.error().message);
 }
@@ -141,6 +157,7 @@ void PublishWorker::gather_health(Timestamp now) {
   sets_reported_ = health_.sets;
   health_.latency = latency_.take();
   for (std::size_t i = 0; i < links_.cameras.size(); ++i) gather_camera(i, seconds);
+  health_.feed = publisher_->feed();
 }
 
 void PublishWorker::gather_camera(std::size_t camera, double seconds) {

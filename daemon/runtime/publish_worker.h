@@ -31,6 +31,7 @@ class PublishWorker {
     std::vector<CameraChannel*> cameras;         ///< by CameraId
     std::vector<const StreamCounters*> streams;  ///< by CameraId
     const FusionCounters* fusion = nullptr;
+    ControlChannel* control = nullptr;  ///< may be null
   };
 
   PublishWorker(std::unique_ptr<Publisher> publisher, Description description, PublishWorkerSettings settings,
@@ -43,6 +44,7 @@ class PublishWorker {
   void learn_fits();
   bool send_what_waits();
   void send(Snapshot& snapshot);
+  void tell_control(const Snapshot& snapshot);
   void report_when_due();
   void gather_health(Timestamp now);
   void gather_camera(std::size_t camera, double seconds);

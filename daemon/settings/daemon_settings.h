@@ -23,6 +23,7 @@
 #include "stages/track_blobs.h"
 #include "stages/track_markers.h"
 #include "stages/triangulate_matches.h"
+#include "wire/zmq_control.h"
 #include "wire/zmq_publisher.h"
 
 namespace mocap::settings {
@@ -61,6 +62,7 @@ struct DaemonSettings {
   stages::SolveSettings solve;
   stages::RefineSettings refine;
   wire::PublisherSettings publish;
+  wire::ControlSettings control;  ///< its endpoint as it is in force
   RecordSettings record;
   runtime::PipelineSettings pipeline;  ///< [capture], [align], [publish], [reopen], [queues], [realtime]
   bool lock_memory = false;

@@ -25,6 +25,10 @@ void KeyList::whole_numbers(std::string_view key, std::vector<int>& field, Range
   add(key, fmt::format("[{}]", fmt::join(field, ", ")));
 }
 
+void KeyList::texts(std::string_view key, std::vector<std::string>& field) {
+  add(key, field.empty() ? "" : fmt::format("[\"{}\"]", fmt::join(field, "\", \"")));
+}
+
 void KeyList::numbers(std::string_view key, double* fields, std::size_t count, Range /*range*/) {
   add(key, fmt::format("[{}]", fmt::join(fields, fields + count, ", ")));
 }

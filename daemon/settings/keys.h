@@ -89,6 +89,8 @@ class Keys {
   virtual void one_of(std::string_view key, std::string& field, const std::vector<std::string>& words) = 0;
   /// A list of whole numbers, any length.
   virtual void whole_numbers(std::string_view key, std::vector<int>& field, Range range) = 0;
+  /// A list of texts, any length.
+  virtual void texts(std::string_view key, std::vector<std::string>& field) = 0;
   /// `count` numbers.
   virtual void numbers(std::string_view key, double* fields, std::size_t count, Range range) = 0;
 

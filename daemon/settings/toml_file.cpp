@@ -159,6 +159,22 @@ void TomlTable::whole_numbers(std::string_view key, std::vector<int>& field, Ran
   field = std::move(found);
 }
 
+void TomlTable::texts(std::string_view key, std::vector<std::string>& field) {
+  const toml::node* node = state_->find(key);
+  if (node == nullptr) return;
+  const std::string expected = "a list of texts";
+  if (!node->is_array()) return state_->unexpected(key, *node, expected);
+  std::vector<std::string> found;
+  for (const toml::node& element : *node->as_array()) {
+    if (!element.is_string()) {
+      return state_->fault(element.source().begin,
+                           fmt::format("{} has {}, expected {}", key, shown(element), expected));
+    }
+    found.push_back(*element.value<std::string>());
+  }
+  field = std::move(found);
+}
+
 void TomlTable::numbers(std::string_view key, double* fields, std::size_t count, Range range) {
   const auto found = list(key, {count});
   if (!found) return;

@@ -8,6 +8,7 @@
 #include "support/typical_snapshot.h"
 #include "wire/decode.h"
 #include "wire/encode.h"
+#include "wire/snapshot_encoder.h"
 
 namespace mocap::wire {
 namespace {
@@ -170,6 +171,62 @@ TEST(EncodeSnapshot, FitsSixtyMarkersAndTwentyFourBonesIntoTwoAndAHalfKilobytes)
   message.set_utc_minus_host_ns(1'790'000'000'000'000'000);
 
   EXPECT_LT(message.ByteSizeLong(), 2500U);
+}
+
+TEST(SnapshotEncoder, GivesTheVeryBytesThatProtobufMakes) {
+  RandomModel random(41);
+  SnapshotEncoder encoder;
+  v1::Snapshot message;
+  for (int round = 0; round < 300; ++round) {
+    const Snapshot snapshot = random.snapshot();
+    Parts parts;
+    parts.views = random.coin();
+    parts.markers = random.coin();
+    parts.bones = random.coin();
+    parts.local_positions = random.coin();
+    parts.velocities = random.coin();
+    parts.unlabelled = random.coin();
+    if (random.coin()) parts.subject = SubjectId{random.up_to(2)};
+    SenderFields sender;
+    encode(snapshot, message, parts);
+    if (random.coin()) message.set_sequence(*(sender.sequence = random.up_to(0xFFFF'FFFFU)));
+    if (random.coin()) message.set_utc_minus_host_ns(*(sender.utc_minus_host_ns = -std::int64_t{random.up_to(1000)}));
+    if (random.coin()) message.set_synchronisation(*(sender.synchronisation = v1::SYNCHRONISATION_SOME));
+
+    const auto bytes = encoder.encode("topic", snapshot, parts, sender);
+
+    ASSERT_EQ(std::string(bytes.begin(), bytes.end()), "topic" + message.SerializeAsString()) << "round " << round;
+  }
+}
+
+TEST(SnapshotEncoder, WritesASnapshotAtAllDesignBounds) {
+  Snapshot full;
+  full.number = std::numeric_limits<std::uint64_t>::max();
+  for (std::uint32_t i = 0; i < kMaxCameras; ++i) {
+    full.views.push_back({CameraId{i}, full.number, Duration(std::numeric_limits<std::int64_t>::min()), 0xFFFF'FFFF});
+  }
+  for (std::uint32_t s = 0; s < kMaxSubjects; ++s) {
+    SubjectLabels& labels = full.labels.push_back({});
+    labels.subject = SubjectId{s};
+    labels.markers.resize(kMaxLabels);
+    for (LabelledMarker& marker : labels.markers) {
+      marker.state = LabelState::Measured;
+      marker.residual_px = 1e9;
+      marker.cameras = 0xFFFF'FFFF;
+      marker.track = TrackId{0xFFFF'FFFE};
+    }
+    full.poses.push_back({}).subject = SubjectId{s};
+    full.poses[s].bones.resize(kMaxBones);
+  }
+  full.unlabelled.resize(kMaxMarkers);
+  for (UnlabelledMarker& marker : full.unlabelled) marker = {TrackId{0xFFFF'FFFE}, {}, 1e9, 0xFFFF'FFFF};
+  SnapshotEncoder encoder;
+  v1::Snapshot message;
+  encode(full, message);
+
+  const auto bytes = encoder.encode("", full, {}, {});
+
+  EXPECT_EQ(std::string(bytes.begin(), bytes.end()), message.SerializeAsString());
 }
 
 TEST(EncodeSnapshot, LeavesOutWhatIsNotWanted) {
