@@ -1,6 +1,7 @@
 /* Prints where the first subject's bones are, once a second. usage: mocap_example [ENDPOINT [SECONDS]] */
 #include <stdio.h>
 #include <stdlib.h>
+#include <time.h>
 
 #include "mocap_client.h"
 
@@ -33,10 +34,15 @@ int main(int argc, char** argv) {
     return 64;
   }
   mocap_frame* frame = mocap_frame_new();
+  const time_t end = time(NULL) + seconds;
+  time_t shown = 0;
   unsigned got = 0;
-  for (int second = 0; second < seconds; ++second) {
-    if (mocap_client_wait(client, frame, 1000) == 1) {
-      ++got;
+  while (time(NULL) < end) {
+    const int came = mocap_client_wait(client, frame, 1000);
+    if (came == 1) ++got;
+    if (came == 1 && time(NULL) == shown) continue;
+    shown = time(NULL);
+    if (came == 1) {
       print_frame(frame);
     } else {
       mocap_client_diagnose(client, text, sizeof text);

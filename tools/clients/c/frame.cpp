@@ -143,9 +143,9 @@ int32_t mocap_frame_bone_parent(const mocap_frame* frame, size_t subject, size_t
   return known == nullptr ? -1 : known->parent;
 }
 
-mocap_vec3 mocap_frame_bone_rest_offset(const mocap_frame* frame, size_t subject, size_t bone) {
+void mocap_frame_bone_rest_offset(const mocap_frame* frame, size_t subject, size_t bone, mocap_vec3* into) {
   const mocap_bone* known = bone_of(frame, subject, bone);
-  return known == nullptr ? mocap_vec3{} : known->rest_offset;
+  if (into != nullptr) *into = known == nullptr ? mocap_vec3{} : known->rest_offset;
 }
 
 const char* mocap_frame_marker_name(const mocap_frame* frame, size_t subject, size_t marker) {

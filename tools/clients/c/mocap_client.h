@@ -271,7 +271,7 @@ MOCAP_API const char* mocap_frame_subject_name(const mocap_frame* frame, size_t 
 MOCAP_API int32_t mocap_frame_subject_phase(const mocap_frame* frame, size_t subject);
 MOCAP_API const char* mocap_frame_bone_text(const mocap_frame* frame, size_t subject, size_t bone, int32_t what);
 MOCAP_API int32_t mocap_frame_bone_parent(const mocap_frame* frame, size_t subject, size_t bone);
-MOCAP_API mocap_vec3 mocap_frame_bone_rest_offset(const mocap_frame* frame, size_t subject, size_t bone);
+MOCAP_API void mocap_frame_bone_rest_offset(const mocap_frame* frame, size_t subject, size_t bone, mocap_vec3* into);
 MOCAP_API const char* mocap_frame_marker_name(const mocap_frame* frame, size_t subject, size_t marker);
 
 #ifdef __cplusplus

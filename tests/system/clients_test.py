@@ -1,0 +1,207 @@
+"""The clients as people run them: C, Python and C# (Mono) against feeds that say what a test wants, and a real daemon."""
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import time
+import unittest
+
+import zmq
+
+from fake_feed import SEARCHING, SILENT, FakeFeed
+from harness import BIN, SOURCE, Desk, free_port
+
+BUILD = BIN.parent
+AXES = ["mocap", "unity", "unreal", "godot", "gltf"]
+CASES = [json.loads(path.read_text()) for path in sorted((SOURCE / "proto/axes").glob("*.json"))]
+# Positions are fractions of a power of two and so exact; a quaternion's single precision is 6e-8.
+TOLERANCE = 1e-5
+
+WELL, NOTHING_LISTENS, KEY_MISSING, KEY_REFUSED, SERVER_KEY_WRONG, VERSION_TOO_NEW = 0, 1, 3, 4, 5, 7
+
+
+def commands():
+    known = {"c": [str(BIN / "clients_probe")], "python": ["/usr/bin/python3", str(SOURCE / "tests/clients/probe.py")]}
+    if shutil.which("mono") and (BUILD / "lib/csharp/Probe.exe").exists():
+        known["csharp"] = ["mono", str(BUILD / "lib/csharp/Probe.exe")]
+    return known
+
+
+COMMANDS = commands()
+ENVIRONMENT = {**os.environ, "PYTHONPATH": f"{BUILD / 'python'}:{SOURCE / 'tools/clients/python'}", "LD_LIBRARY_PATH": str(BUILD / "lib")}
+
+
+def start(client, endpoint, axes=0, rate_hz=60, seconds=1.0, keys=()):
+    return subprocess.Popen([*COMMANDS[client], endpoint, str(axes), str(rate_hz), str(seconds), *keys], stdout=subprocess.PIPE,
+                            stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
+
+
+def end(process):
+    out, errors = process.communicate(timeout=60)
+    if process.returncode != 0:
+        raise AssertionError(f"{process.args}: exit {process.returncode}\n{errors}")
+    return json.loads(out)
+
+
+def on_all(*arguments, **options):
+    """What each client saw, all run at once."""
+    running = {client: start(client, *arguments, **options) for client in COMMANDS}
+    return {client: end(process) for client, process in running.items()}
+
+
+class Clients(unittest.TestCase):
+    def feed(self, **options):
+        feed = FakeFeed(**options)
+        self.addCleanup(feed.close)
+        return feed
+
+    def assert_near(self, found, expected, what):
+        self.assertEqual(len(found), len(expected), what)
+        worst = max(abs(a - b) for a, b in zip(found, expected))
+        self.assertLessEqual(worst, TOLERANCE, f"{what}: {found}, expected {expected}")
+
+    def test_csharp_is_tested_where_mono_is(self):
+        if shutil.which("mono"):
+            self.assertIn("csharp", COMMANDS)
+
+    def test_every_client_gives_the_axis_vectors_in_every_engine(self):
+        self.assertEqual(len(CASES), 10)
+        feed = self.feed()
+        for case in CASES:
+            feed.pose, feed.bone = case["mocap"], case["bone"]
+            feed.version += 1  # another description, other poses after it
+            for axes, engine in enumerate(AXES):
+                if engine != "mocap" and case is not CASES[-1] and (CASES.index(case) + axes) % 2:
+                    continue  # C and Python go through all of them in tests/clients; a process each takes its time
+                for client, said in on_all(feed.endpoint, axes=axes, rate_hz=50, seconds=0.4).items():
+                    what = f"{client}, {case['name']}, {engine}"
+                    self.assertEqual(said["bone"], case["bone"], what)
+                    for name, expected in case[engine].items():
+                        self.assert_near(said[name], expected, f"{what}, {name}")
+                        if name in ("position", "rotation_xyzw"):
+                            self.assert_near(said["local_" + name], expected, f"{what}, local {name}")
+
+    def test_a_30_hz_reader_of_a_240_hz_feed_has_fresh_data(self):
+        feed = self.feed(rate_hz=240)
+        for client in COMMANDS:
+            said = end(start(client, feed.endpoint, rate_hz=30, seconds=10))
+            print(f"{client}: age p50 {said['age_p50_ms']:.2f} ms p99 {said['age_p99_ms']:.2f} ms of {said['frames']}, lost {said['lost']}",
+                  file=sys.stderr)
+            self.assertGreater(said["frames"], 200, client)
+            self.assertLess(said["age_p99_ms"], 10.0, client)
+
+    def test_every_client_survives_a_restart_of_the_daemon(self):
+        port = free_port()
+        first = FakeFeed(port=port, session="first")
+        running = {client: start(client, first.endpoint, seconds=5) for client in COMMANDS}
+        time.sleep(1.5)  # the feed's life, nothing is awaited
+        first.close()
+        time.sleep(0.5)
+        self.feed(port=port, session="second")
+        for client, process in running.items():
+            said = end(process)
+            self.assertEqual(said["session"], "second", client)
+            self.assertGreaterEqual(said["restarts"], 1, client)
+            self.assertEqual(said["diagnosis"], WELL, f"{client}: {said['sentence']}")
+            self.assertEqual(said["unreadable"], 0, client)
+
+    def test_every_client_follows_a_new_description(self):
+        feed = self.feed(bone="Hips")
+        running = {client: start(client, feed.endpoint, seconds=3) for client in COMMANDS}
+        time.sleep(1.5)
+        feed.bone = "Pelvis"
+        feed.version = 2
+        for client, process in running.items():
+            said = end(process)
+            self.assertEqual((said["version"], said["bone"]), (2, "Pelvis"), client)
+            self.assertEqual((said["unreadable"], said["lost"]), (0, 0), client)
+
+    def test_a_protocol_that_is_too_new_is_told_and_the_old_one_taken_up_again(self):
+        port = free_port()
+        new = FakeFeed(port=port, protocol="mocap.v2", session="new")
+        for client, said in on_all(new.endpoint, seconds=1.5).items():
+            self.assertEqual((said["diagnosis"], said["frames"]), (VERSION_TOO_NEW, 0), client)
+            self.assertIn("mocap.v2", said["sentence"])
+        running = {client: start(client, new.endpoint, seconds=5) for client in COMMANDS}
+        time.sleep(1.5)
+        new.close()
+        self.feed(port=port, session="old")
+        for client, process in running.items():
+            said = end(process)
+            self.assertEqual((said["diagnosis"], said["session"]), (WELL, "old"), client)
+
+    def test_nobody_there_is_told(self):
+        for client, said in on_all(f"tcp://127.0.0.1:{free_port()}", seconds=1).items():
+            self.assertEqual(said["diagnosis"], NOTHING_LISTENS, client)
+            self.assertIn("start mocapd", said["sentence"])
+
+    def test_keys_are_asked_for_and_each_fault_is_told_apart(self):
+        server, ours, others = (tuple(key.decode() for key in zmq.curve_keypair()) for _ in range(3))
+        feed = self.feed(keys=[key.encode() for key in server], allowed={ours[0].encode()})
+        self.assertEqual({said["diagnosis"] for said in on_all(feed.endpoint, keys=(server[0], *ours)).values()}, {WELL})
+        for keys, diagnosis in (((), KEY_MISSING), ((server[0], *others), KEY_REFUSED), ((others[0], *ours), SERVER_KEY_WRONG)):
+            for client, said in on_all(feed.endpoint, keys=keys).items():
+                self.assertEqual((said["diagnosis"], said["frames"]), (diagnosis, 0), f"{client}: {said['sentence']}")
+
+    def test_a_key_that_is_allowed_later_lets_the_client_in(self):
+        server, ours = (tuple(key.decode() for key in zmq.curve_keypair()) for _ in range(2))
+        feed = self.feed(keys=[key.encode() for key in server], allowed=set())
+        running = {client: start(client, feed.endpoint, seconds=5, keys=(server[0], *ours)) for client in COMMANDS}
+        time.sleep(2)
+        feed._allowed.add(ours[0].encode())
+        for client, process in running.items():
+            said = end(process)
+            self.assertEqual(said["diagnosis"], WELL, f"{client}: {said['sentence']}")
+
+    def test_random_bytes_are_counted_and_harm_nobody(self):
+        context = zmq.Context()
+        self.addCleanup(context.destroy, linger=0)
+        socket = context.socket(zmq.XPUB)
+        port = socket.bind_to_random_port("tcp://127.0.0.1")
+        running = {client: start(client, f"tcp://127.0.0.1:{port}", seconds=3) for client in COMMANDS}
+        limit = time.monotonic() + 2.5
+        while time.monotonic() < limit:
+            for topic in (b"snapshot\0", b"description\0", b"health\0"):
+                socket.send(topic + os.urandom(200))
+            time.sleep(0.01)
+        for client, process in running.items():
+            said = end(process)
+            self.assertGreater(said["unreadable"], 10, client)
+            self.assertEqual(said["frames"], 0, client)
+
+
+class RealDaemon(unittest.TestCase):
+    def test_every_client_reads_a_daemon_and_its_successor(self):
+        desk = Desk()
+        self.addCleanup(desk.close)
+        config = desk.write("my.toml", f"""
+[capture]
+rig = "{SOURCE}/config/demo.rig.toml"
+[[subject]]
+name = "actor"
+marker_set = "{SOURCE}/config/markersets/openmocap18.toml"
+[publish]
+endpoint = "{desk.endpoint}"
+""" + "".join(f"""
+[[camera]]
+name = "cam{n}"
+driver = "synthetic"
+rate_hz = 30
+marker_set = "{SOURCE}/config/markersets/openmocap18.toml"
+""" for n in range(1, 5)))
+        daemon = desk.start("mocapd", "--config", config)
+        running = {client: start(client, desk.endpoint, seconds=12) for client in COMMANDS}
+        time.sleep(5)
+        daemon.end()
+        desk.start("mocapd", "--config", config)
+        for client, process in running.items():
+            said = end(process)
+            self.assertGreater(said["frames"], 100, f"{client}: {said['sentence']}\n{daemon.said()}")
+            self.assertEqual((said["subject"], said["restarts"], said["unreadable"]), ("actor", 1, 0), client)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
