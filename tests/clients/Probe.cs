@@ -13,22 +13,28 @@ static class Probe {
     Out.Append('"').Append(name).Append("\": ").Append(string.Format(CultureInfo.InvariantCulture, "{0}", value));
   }
   static void SayText(string name, string value) { Say(name, "\"" + value + "\""); }
-  static void Say(string name, params float[] values) {
+  static void SayAll(string name, params float[] values) {
     Say(name, "[" + string.Join(", ", Array.ConvertAll(values, v => v.ToString("R", CultureInfo.InvariantCulture))) + "]");
   }
-  static void Say(string name, Mocap.Vec3 v) { Say(name, v.X, v.Y, v.Z); }
-  static void Say(string name, Mocap.Quat q) { Say(name, q.X, q.Y, q.Z, q.W); }
+  static void Say(string name, Mocap.Vec3 v) { SayAll(name, v.X, v.Y, v.Z); }
+  static void Say(string name, Mocap.Quat q) { SayAll(name, q.X, q.Y, q.Z, q.W); }
 
   static void Say(Mocap.Frame frame) {
     Say("number", frame.Info.Number);
     Say("version", frame.Info.DescriptionVersion);
     SayText("session", frame.Session);
-    if (frame.Subjects.Count == 0) return;
-    Mocap.Subject subject = frame.Subjects[0];
-    SayText("subject", subject.Name);
-    SayText("bone", subject.Description.Bones[0].Name);
-    if (subject.BoneCount == 0) return;
-    Mocap.BonePose pose = subject.BonePoses[0];
+    Out.Append(", \"subjects\": [");
+    for (int i = 0; i < frame.Subjects.Count; ++i) {
+      Mocap.Subject subject = frame.Subjects[i];
+      Out.Append(i > 0 ? ", {" : "{").Append("\"name\": \"" + subject.Name + "\"");
+      SayText("bone", subject.Description.Bones[0].Name);
+      if (subject.BoneCount > 0) Say(subject.BonePoses[0]);
+      Out.Append("}");
+    }
+    Out.Append("]");
+  }
+
+  static void Say(Mocap.BonePose pose) {
     Say("position", pose.Position);
     Say("rotation_xyzw", pose.Rotation);
     Say("local_position", pose.LocalPosition);

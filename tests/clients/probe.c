@@ -27,21 +27,30 @@ static void print_quat(const char* name, mocap_quat q) {
   printf(", \"%s\": [%.9g, %.9g, %.9g, %.9g]", name, (double)q.x, (double)q.y, (double)q.z, (double)q.w);
 }
 
+static void print_subject(const mocap_frame* frame, uint32_t index) {
+  mocap_subject subject;
+  if (!mocap_frame_get_subject(frame, index, &subject, sizeof subject)) return;
+  printf("%s{\"name\": \"%s\", \"bone\": \"%s\"", index > 0 ? ", " : "", subject.name,
+         subject.bone_count > 0 ? subject.bones[0].name : "");
+  if (subject.bone_pose_count > 0) {
+    print_vec("position", subject.bone_poses[0].position);
+    print_quat("rotation_xyzw", subject.bone_poses[0].rotation);
+    print_vec("local_position", subject.bone_poses[0].local_position);
+    print_quat("local_rotation_xyzw", subject.bone_poses[0].local_rotation);
+    print_vec("velocity", subject.bone_poses[0].velocity);
+    print_vec("spin", subject.bone_poses[0].spin);
+  }
+  printf("}");
+}
+
 static void print_frame(const mocap_frame* frame) {
   mocap_frame_info info;
   mocap_frame_get_info(frame, &info, sizeof info);
   printf(", \"number\": %llu, \"version\": %u, \"session\": \"%s\"", (unsigned long long)info.number,
          info.description_version, mocap_frame_session(frame));
-  mocap_subject subject;
-  if (!mocap_frame_get_subject(frame, 0, &subject, sizeof subject)) return;
-  printf(", \"subject\": \"%s\", \"bone\": \"%s\"", subject.name, subject.bone_count > 0 ? subject.bones[0].name : "");
-  if (subject.bone_pose_count == 0) return;
-  print_vec("position", subject.bone_poses[0].position);
-  print_quat("rotation_xyzw", subject.bone_poses[0].rotation);
-  print_vec("local_position", subject.bone_poses[0].local_position);
-  print_quat("local_rotation_xyzw", subject.bone_poses[0].local_rotation);
-  print_vec("velocity", subject.bone_poses[0].velocity);
-  print_vec("spin", subject.bone_poses[0].spin);
+  printf(", \"subjects\": [");
+  for (uint32_t i = 0; i < info.subject_count; ++i) print_subject(frame, i);
+  printf("]");
 }
 
 int main(int argc, char** argv) {

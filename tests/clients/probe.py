@@ -29,12 +29,14 @@ with Client(endpoint, axes=list(AXES)[int(axes)], keys=keys or None) as client:
             said[name] = value
 if frame is not None:
     said.update(number=frame.number, version=frame.description_version, session=frame.session)
-    for subject in list(frame.subjects.values())[:1]:
-        said.update(subject=subject.name, bone=subject.bones.names[0])
+    said["subjects"] = []
+    for subject in frame.subjects.values():
+        told = {"name": subject.name, "bone": subject.bones.names[0]}
         if len(subject.bones):
-            bone = subject.bone(said["bone"])
+            bone = subject.bone(told["bone"])
             columns = {"position": bone.position, "rotation_xyzw": bone.rotation, "local_position": bone.local_position,
                        "local_rotation_xyzw": bone.local_rotation, "velocity": subject.bones.velocities[0],
                        "spin": subject.bones.spins[0]}
-            said.update({name: [float(v) for v in values] for name, values in columns.items()})
+            told.update({name: [float(v) for v in values] for name, values in columns.items()})
+        said["subjects"].append(told)
 print(json.dumps(said))

@@ -2,7 +2,6 @@
 
 import json
 import os
-import pathlib
 import shutil
 import subprocess
 import sys
@@ -11,7 +10,7 @@ import unittest
 
 import zmq
 
-from fake_feed import SEARCHING, SILENT, FakeFeed
+from fake_feed import FakeFeed
 from harness import BIN, SOURCE, Desk, free_port
 
 BUILD = BIN.parent
@@ -69,20 +68,17 @@ class Clients(unittest.TestCase):
 
     def test_every_client_gives_the_axis_vectors_in_every_engine(self):
         self.assertEqual(len(CASES), 10)
-        feed = self.feed()
-        for case in CASES:
-            feed.pose, feed.bone = case["mocap"], case["bone"]
-            feed.version += 1  # another description, other poses after it
-            for axes, engine in enumerate(AXES):
-                if engine != "mocap" and case is not CASES[-1] and (CASES.index(case) + axes) % 2:
-                    continue  # C and Python go through all of them in tests/clients; a process each takes its time
-                for client, said in on_all(feed.endpoint, axes=axes, rate_hz=50, seconds=0.4).items():
+        # Each case is a subject of its own.
+        feed = self.feed(bones=[case["bone"] for case in CASES], poses=[case["mocap"] for case in CASES])
+        for axes, engine in enumerate(AXES):
+            for client, said in on_all(feed.endpoint, axes=axes, seconds=1).items():
+                for case, subject in zip(CASES, said["subjects"], strict=True):
                     what = f"{client}, {case['name']}, {engine}"
-                    self.assertEqual(said["bone"], case["bone"], what)
+                    self.assertEqual(subject["bone"], case["bone"], what)
                     for name, expected in case[engine].items():
-                        self.assert_near(said[name], expected, f"{what}, {name}")
+                        self.assert_near(subject[name], expected, f"{what}, {name}")
                         if name in ("position", "rotation_xyzw"):
-                            self.assert_near(said["local_" + name], expected, f"{what}, local {name}")
+                            self.assert_near(subject["local_" + name], expected, f"{what}, local {name}")
 
     def test_a_30_hz_reader_of_a_240_hz_feed_has_fresh_data(self):
         feed = self.feed(rate_hz=240)
@@ -91,7 +87,10 @@ class Clients(unittest.TestCase):
             print(f"{client}: age p50 {said['age_p50_ms']:.2f} ms p99 {said['age_p99_ms']:.2f} ms of {said['frames']}, lost {said['lost']}",
                   file=sys.stderr)
             self.assertGreater(said["frames"], 200, client)
-            self.assertLess(said["age_p99_ms"], 10.0, client)
+            # The goal is a p99 of 10 ms on a free machine, and printed. What queues build up where a client does not drain
+            # is 300 ms and more; 100 ms is what a busy machine does to a thread that sleeps.
+            self.assertLess(said["age_p50_ms"], 10.0, client)
+            self.assertLess(said["age_p99_ms"], 100.0, client)
 
     def test_every_client_survives_a_restart_of_the_daemon(self):
         port = free_port()
@@ -109,14 +108,14 @@ class Clients(unittest.TestCase):
             self.assertEqual(said["unreadable"], 0, client)
 
     def test_every_client_follows_a_new_description(self):
-        feed = self.feed(bone="Hips")
+        feed = self.feed(bones=["Hips"])
         running = {client: start(client, feed.endpoint, seconds=3) for client in COMMANDS}
         time.sleep(1.5)
-        feed.bone = "Pelvis"
+        feed.bones = ["Pelvis"]
         feed.version = 2
         for client, process in running.items():
             said = end(process)
-            self.assertEqual((said["version"], said["bone"]), (2, "Pelvis"), client)
+            self.assertEqual((said["version"], said["subjects"][0]["bone"]), (2, "Pelvis"), client)
             self.assertEqual((said["unreadable"], said["lost"]), (0, 0), client)
 
     def test_a_protocol_that_is_too_new_is_told_and_the_old_one_taken_up_again(self):
@@ -143,7 +142,7 @@ class Clients(unittest.TestCase):
         feed = self.feed(keys=[key.encode() for key in server], allowed={ours[0].encode()})
         self.assertEqual({said["diagnosis"] for said in on_all(feed.endpoint, keys=(server[0], *ours)).values()}, {WELL})
         for keys, diagnosis in (((), KEY_MISSING), ((server[0], *others), KEY_REFUSED), ((others[0], *ours), SERVER_KEY_WRONG)):
-            for client, said in on_all(feed.endpoint, keys=keys).items():
+            for client, said in on_all(feed.endpoint, keys=keys, seconds=2).items():
                 self.assertEqual((said["diagnosis"], said["frames"]), (diagnosis, 0), f"{client}: {said['sentence']}")
 
     def test_a_key_that_is_allowed_later_lets_the_client_in(self):
@@ -200,7 +199,7 @@ marker_set = "{SOURCE}/config/markersets/openmocap18.toml"
         for client, process in running.items():
             said = end(process)
             self.assertGreater(said["frames"], 100, f"{client}: {said['sentence']}\n{daemon.said()}")
-            self.assertEqual((said["subject"], said["restarts"], said["unreadable"]), ("actor", 1, 0), client)
+            self.assertEqual((said["subjects"][0]["name"], said["restarts"], said["unreadable"]), ("actor", 1, 0), client)
 
 
 if __name__ == "__main__":

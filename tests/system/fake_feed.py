@@ -18,21 +18,28 @@ import mocap.v1.snapshot_pb2 as snapshot_pb2  # noqa: E402
 
 STREAMING, SILENT, STOPPED = 2, 3, 6
 SEARCHING, TRACKING = 1, 2
-PERMANENT = {"position": [0.0, 0.0, 1.0], "rotation_xyzw": [0.0, 0.0, 0.0, 1.0]}
+STANDING = {"position": [0.0, 0.0, 1.0], "rotation_xyzw": [0.0, 0.0, 0.0, 1.0]}
 
 
-def description(protocol="mocap.v1", version=1, session="session", bone="Hips"):
+def description(protocol="mocap.v1", version=1, session="session", bones=("Hips",)):
     said = description_pb2.Description(protocol=protocol, version=version, producer="fake 1", session_id=session, nominal_rate_hz=100)
-    subject = said.subjects.add(name="actor", marker_set="one", skeleton="one")
-    subject.bones.add(name=bone, unity_name="Hips", unreal_name="pelvis", vrm_name="hips")
-    subject.markers.add(name="M", bone=0)
+    for i, bone in enumerate(bones):
+        subject = said.subjects.add(name=f"actor{i}" if i else "actor", marker_set="one", skeleton="one")
+        subject.bones.add(name=bone, unity_name="Hips", unreal_name="pelvis", vrm_name="hips")
+        subject.markers.add(name="M", bone=0)
     return said
 
 
-def snapshot(number, sequence, version=1, phase=TRACKING, pose=PERMANENT):
+def snapshot(number, sequence, version=1, phase=TRACKING, poses=(STANDING,)):
+    """Each pose is one subject's only bone."""
     said = snapshot_pb2.Snapshot(number=number, sequence=sequence, description_version=version, expected_views=4)
     said.views.cameras.extend(range(4))
-    subject = said.subjects.add(subject=0, phase=phase)
+    for i, pose in enumerate(poses):
+        add_subject(said.subjects.add(subject=i, phase=phase), phase, pose)
+    return said
+
+
+def add_subject(subject, phase, pose):
     subject.markers.states.append(2)
     subject.markers.positions_m.extend(pose["position"])
     subject.markers.cameras.append(3)
@@ -49,18 +56,17 @@ def snapshot(number, sequence, version=1, phase=TRACKING, pose=PERMANENT):
         if "velocity" in pose:
             bones.velocities_m_s.extend(pose["velocity"])
             bones.spins_rad_s.extend(pose["spin"])
-    return said
 
 
 class FakeFeed:
     """Sends from a thread of its own until it is closed. What it says may be changed while it runs."""
 
-    def __init__(self, port=None, rate_hz=100, keys=None, allowed=None, protocol="mocap.v1", version=1, session="session", bone="Hips",
-                 phase=TRACKING, pose=PERMANENT, cameras=None, describes=True, utc_error_ns=0):
+    def __init__(self, port=None, rate_hz=100, keys=None, allowed=None, protocol="mocap.v1", version=1, session="session", bones=("Hips",),
+                 phase=TRACKING, poses=(STANDING,), cameras=None, describes=True, utc_error_ns=0):
         self.port = port or free_port()
         self.endpoint = f"tcp://127.0.0.1:{self.port}"
-        self.rate_hz, self.protocol, self.version, self.session, self.bone = rate_hz, protocol, version, session, bone
-        self.phase, self.pose, self.describes, self.utc_error_ns = phase, pose, describes, utc_error_ns
+        self.rate_hz, self.protocol, self.version, self.session, self.bones = rate_hz, protocol, version, session, bones
+        self.phase, self.poses, self.describes, self.utc_error_ns = phase, poses, describes, utc_error_ns
         self.cameras = cameras if cameras is not None else {"north": STREAMING}
         self.sent = 0
         self._keys, self._allowed = keys, allowed
@@ -78,7 +84,7 @@ class FakeFeed:
         return time.time_ns() - time.monotonic_ns() + self.utc_error_ns
 
     def _description(self):
-        said = description(self.protocol, self.version, self.session, self.bone).SerializeToString()
+        said = description(self.protocol, self.version, self.session, self.bones).SerializeToString()
         return b"description\0" + said
 
     def _health(self):
@@ -123,7 +129,7 @@ class FakeFeed:
                 said_version = self.version
                 socket.send(self._health())
             if self.rate_hz > 0:
-                said = snapshot(sequence + 1, sequence, self.version, self.phase, self.pose)
+                said = snapshot(sequence + 1, sequence, self.version, self.phase, self.poses)
                 said.utc_minus_host_ns = self._utc_minus_host()
                 now = time.monotonic_ns()
                 instants = said.instants

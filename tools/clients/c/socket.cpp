@@ -17,8 +17,8 @@ constexpr int kQueue = 1000;         // messages that wait here while our thread
 // Descriptions of 16 subjects are 100 kB; whoever sends more than that fills our memory and no more.
 constexpr std::int64_t kMaxMessage_bytes = 8 << 20;
 constexpr int kMessagesATime = 1000;  // then the thread looks at the connection again
-constexpr std::int64_t kTryAnew_ns = 1'000'000'000;
-constexpr const char* kMonitor = "inproc://monitor";
+constexpr std::int64_t kTryAnew_ns = 500'000'000;
+constexpr const char* kMonitor = "inproc://monitor-";  // and a number: the last one may not be gone yet
 constexpr const char* kStop = "inproc://stop";
 constexpr std::size_t kKeyLength = 40;
 
@@ -54,6 +54,7 @@ struct Socket::Impl {
   void* stop_reader = nullptr;
   void* stop_writer = nullptr;
   Link link;
+  std::uint64_t attempts = 0;
   bool shaking_hands = false;       // connected, and neither through nor failed yet
   std::int64_t try_anew_at_ns = 0;  // ZeroMQ has given up; 0: it has not
 
@@ -123,12 +124,13 @@ struct Socket::Impl {
     constexpr int kEvents = ZMQ_EVENT_CONNECTED | ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_DISCONNECTED |
                             ZMQ_EVENT_CLOSED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
                             ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
-    if (zmq_socket_monitor(feed, kMonitor, kEvents) != 0) return;
+    const std::string at = kMonitor + std::to_string(++attempts);
+    if (zmq_socket_monitor(feed, at.c_str(), kEvents) != 0) return;
     monitor = zmq_socket(context, ZMQ_PAIR);
     if (monitor == nullptr) return;
     const int none = 0;
     zmq_setsockopt(monitor, ZMQ_LINGER, &none, sizeof(none));
-    if (zmq_connect(monitor, kMonitor) == 0) return;
+    if (zmq_connect(monitor, at.c_str()) == 0) return;
     zmq_close(monitor);
     monitor = nullptr;
   }
@@ -150,7 +152,10 @@ struct Socket::Impl {
   }
 
   void failed(std::int32_t why, bool given_up) {
-    link.handshake = why;
+    // Who hangs up first decides how much is told: what was told exactly is believed longer.
+    const bool vague = why == MOCAP_NOT_A_FEED || why == MOCAP_SERVER_KEY_WRONG;
+    const bool exact = link.handshake == MOCAP_KEY_MISSING || link.handshake == MOCAP_KEY_REFUSED;
+    if (!(vague && exact)) link.handshake = why;
     shaking_hands = false;
     if (given_up) try_anew_at_ns = now().host_ns + kTryAnew_ns;
   }

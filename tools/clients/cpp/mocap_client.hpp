@@ -25,9 +25,9 @@ struct ClientOptions {
   std::string topic = "snapshot";
   int axes = MOCAP_AXES_MOCAP;
   int keep = 1;
-  std::string server_key;
-  std::string public_key;
-  std::string secret_key;
+  std::string server_key = {};  // so that leaving it out is no warning
+  std::string public_key = {};
+  std::string secret_key = {};
 };
 
 /// One subject of a frame; borrows from it.

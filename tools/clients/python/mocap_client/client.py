@@ -19,7 +19,7 @@ from .diagnosis import Diagnosis, diagnose
 
 PROTOCOL = "mocap.v1"
 MAX_MESSAGE_BYTES = 8 << 20
-TRY_ANEW_S = 1.0
+TRY_ANEW_S = 0.5
 STALE_NS = 500_000_000
 MECHANISM_MISMATCH = 0x11000002  # ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH
 EPIPE = 32
@@ -196,7 +196,11 @@ class Client:
             self._note(*struct.unpack("=HI", event[:6]))
 
     def _failed(self, why, given_up):
-        self.handshake, self._shaking_hands = why, False
+        # Who hangs up first decides how much is told: what was told exactly is believed longer.
+        if not (why in (Diagnosis.NOT_A_FEED, Diagnosis.SERVER_KEY_WRONG)
+                and self.handshake in (Diagnosis.KEY_MISSING, Diagnosis.KEY_REFUSED)):
+            self.handshake = why
+        self._shaking_hands = False
         if given_up:  # ZeroMQ has; the operator may allow our key yet
             self._try_anew_at = time.monotonic() + TRY_ANEW_S
 
