@@ -172,6 +172,100 @@ class Clients(unittest.TestCase):
             self.assertEqual(said["frames"], 0, client)
 
 
+@unittest.skipUnless("csharp" in COMMANDS, "mono is not installed")
+class Unity(unittest.TestCase):
+    """MocapHumanoid on stand-ins for UnityEngine."""
+
+    def test_the_humanoid_takes_the_axis_vectors_however_it_stands(self):
+        feed = FakeFeed()
+        self.addCleanup(feed.close)
+        for case in CASES:
+            feed.poses = [case["mocap"]]
+            turned = CASES.index(case) % 2
+            out = subprocess.run(["mono", str(BUILD / "lib/csharp/Humanoid.exe"), feed.endpoint, str(turned)], check=True,
+                                 capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+            said = json.loads(out.stdout)
+            self.assertEqual(said["status"], "all is well")
+            x, y, z = (2 * v for v in case["unity"]["position"])
+            # A character at (1, 0, 0), turned by 90 degrees about up to the right: its forward is +x, its right -z.
+            expected = [1 + z, y, -x] if turned else [x, y, z]
+            for found, wanted in zip(said["position"] + said["rotation_xyzw"], expected + case["unity"]["rotation_xyzw"], strict=True):
+                self.assertAlmostEqual(found, wanted, delta=TOLERANCE, msg=case["name"])
+
+    def test_the_package_holds_what_unity_needs(self):
+        desk = Desk()
+        self.addCleanup(desk.close)
+        made = subprocess.run([SOURCE / "tools/clients/unity/pack.sh", desk.folder, BUILD / "lib/libmocap_client.so"], check=True,
+                              capture_output=True, text=True).stdout.strip()
+        names = subprocess.run(["tar", "-tzf", made], check=True, capture_output=True, text=True).stdout.split()
+        for name in ("package.json", "Runtime/Mocapd.asmdef", "Runtime/MocapClient.cs", "Runtime/MocapHumanoid.cs",
+                     "Runtime/HumanoidPose.cs", "Runtime/Plugins/libmocap_client.so"):
+            self.assertIn("package/" + name, names)
+
+
+class Packages(unittest.TestCase):
+    """What an author of plugins installs, outside the project's build."""
+
+    def setUp(self):
+        self.desk = Desk()
+        self.addCleanup(self.desk.close)
+        self.feed = FakeFeed()
+        self.addCleanup(self.feed.close)
+
+    def run_ok(self, *command, **options):
+        ended = subprocess.run([str(part) for part in command], capture_output=True, text=True, cwd=self.desk.folder, **options)
+        self.assertEqual(ended.returncode, 0, ended.stdout + ended.stderr)
+        return ended.stdout
+
+    def test_the_c_library_builds_by_itself_and_is_found_by_cmake_and_pkg_config(self):
+        prefix = self.desk.folder / "prefix"
+        self.run_ok("cmake", "-S", SOURCE / "tools/clients/c", "-B", "client", f"-DCMAKE_INSTALL_PREFIX={prefix}",
+                    "-DCMAKE_INSTALL_LIBDIR=lib", "-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
+        self.run_ok("cmake", "--build", "client")
+        self.run_ok("cmake", "--install", "client")
+        self.desk.write("CMakeLists.txt", """
+cmake_minimum_required(VERSION 3.21)
+project(plugin C CXX)
+find_package(mocap_client 0.1 REQUIRED)
+add_executable(shared example.c)
+target_link_libraries(shared PRIVATE mocap::mocap_client)
+add_executable(static example.c)
+set_target_properties(static PROPERTIES LINKER_LANGUAGE CXX)
+target_link_libraries(static PRIVATE mocap::mocap_client_static)
+""")
+        shutil.copy(SOURCE / "tools/clients/c/example.c", self.desk.folder)
+        self.run_ok("cmake", "-S", ".", "-B", "plugin", f"-DCMAKE_PREFIX_PATH={prefix}")
+        self.run_ok("cmake", "--build", "plugin")
+        flags = self.run_ok("pkg-config", "--cflags", "--libs", "mocap_client",
+                            env={**os.environ, "PKG_CONFIG_PATH": str(prefix / "lib/pkgconfig")}).split()
+        self.run_ok("cc", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "example.c", "-o", "by_pkg_config", *flags)
+
+        for program in ("plugin/shared", "plugin/static", "by_pkg_config"):
+            said = self.run_ok(f"./{program}", self.feed.endpoint, "2", env={**os.environ, "LD_LIBRARY_PATH": str(prefix / "lib")})
+            self.assertIn("Hips", said)
+
+    def test_the_library_needs_no_protobuf_and_shows_nothing_but_its_own_names(self):
+        needed = self.run_ok("readelf", "-d", BUILD / "lib/libmocap_client.so")
+        self.assertNotIn("protobuf", needed)
+        names = self.run_ok("nm", "-D", "--defined-only", BUILD / "lib/libmocap_client.so").splitlines()
+        foreign = [line for line in names if " T " in line and not line.split()[-1].startswith("mocap_")]
+        self.assertEqual(foreign, [])
+        self.assertGreater(len(names), 20)
+
+    def test_the_python_package_is_installed_by_pip_and_runs(self):
+        if subprocess.run(["/usr/bin/python3", "-c", "import pip, setuptools, wheel"], capture_output=True).returncode != 0:
+            self.skipTest("python3-pip, python3-setuptools or python3-wheel is not installed")
+        source = self.desk.folder / "clone/tools/clients/python"
+        shutil.copytree(SOURCE / "tools/clients/python", source)
+        shutil.copytree(SOURCE / "proto", self.desk.folder / "clone/proto")
+        self.run_ok("/usr/bin/python3", "-m", "pip", "install", "--quiet", "--no-build-isolation", "--no-deps", "--no-index",
+                    "--target", "site", source)
+
+        said = self.run_ok("/usr/bin/python3", SOURCE / "tools/clients/python/example.py", self.feed.endpoint, "2",
+                           env={**os.environ, "PYTHONPATH": str(self.desk.folder / "site")})
+        self.assertIn("actor's Hips at [0. 0. 1.]", said)
+
+
 class RealDaemon(unittest.TestCase):
     def test_every_client_reads_a_daemon_and_its_successor(self):
         desk = Desk()

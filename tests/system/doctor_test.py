@@ -54,7 +54,8 @@ class Doctor(unittest.TestCase):
     def test_another_kind_of_zeromq_socket_is_no_feed(self):
         context = zmq.Context()
         self.addCleanup(context.destroy, linger=0)
-        port = context.socket(zmq.REP).bind_to_random_port("tcp://127.0.0.1")
+        answers = context.socket(zmq.REP)
+        port = answers.bind_to_random_port("tcp://127.0.0.1")
         self.assert_says(f"tcp://127.0.0.1:{port}", 12, "is no mocapd")
 
     def test_each_fault_of_the_keys_is_told_apart(self):

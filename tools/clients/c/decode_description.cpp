@@ -14,7 +14,7 @@ mocap_vec3 read_vector(pbf_reader from) {
       default: from.skip();
     }
   }
-  return {finite(static_cast<float>(v[0])), finite(static_cast<float>(v[1])), finite(static_cast<float>(v[2]))};
+  return {finite(v[0]), finite(v[1]), finite(v[2])};
 }
 
 const char* keep_text(pbf_reader& from, Description& into) {

@@ -28,9 +28,12 @@ struct Fault {
   const char* what;
 };
 
-inline float finite(float value) {
-  if (!std::isfinite(value)) throw Fault{"a number that is not finite"};
-  return value;
+// No place, speed or turn is larger, and a hundred times as much (cm) is still a number.
+inline constexpr double kMaxNumber = 1e9;
+
+inline float finite(double value) {
+  if (!(std::abs(value) <= kMaxNumber)) throw Fault{"a number that is not finite, or beyond all bounds"};
+  return static_cast<float>(value);
 }
 
 template <typename Into, typename Read>

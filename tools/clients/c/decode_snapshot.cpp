@@ -38,7 +38,7 @@ void floats(pbf_reader& from, Rows& rows, std::vector<Thing>& things, std::size_
   float values[4] = {};
   std::size_t i = 0;
   for (const float value : column) {
-    values[i % width] = finite(value);
+    values[i % width] = finite(static_cast<double>(value));
     if (++i % width == 0) put(things[i / width - 1], values);
   }
 }
@@ -212,8 +212,8 @@ void read_subject(pbf_reader from, SubjectFrame& into) {
       }
       case part(3): read_markers(from.get_message(), into.markers); break;
       case part(4): read_bones(from.get_message(), into); break;
-      case single(5): into.residual_m = finite(from.get_float()); break;
-      case single(6): into.smoothing_delay_s = finite(from.get_float()); break;
+      case single(5): into.residual_m = finite(static_cast<double>(from.get_float())); break;
+      case single(6): into.smoothing_delay_s = finite(static_cast<double>(from.get_float())); break;
       default: from.skip();
     }
   }

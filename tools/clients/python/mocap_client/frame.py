@@ -6,6 +6,9 @@ import enum
 import numpy as np
 
 
+MAX_NUMBER = 1e9  # no place, speed or turn is larger
+
+
 class Phase(enum.IntEnum):
     SEARCHING = 1
     TRACKING = 2
@@ -115,8 +118,8 @@ class Frame:
 
 def _floats(column, width):
     array = np.fromiter(column, np.float32, len(column))
-    if len(array) % width or not np.isfinite(array).all():
-        raise Unreadable("a column that ends within a vector, or a number that is not finite")
+    if len(array) % width or not (np.abs(array) <= MAX_NUMBER).all():  # which also holds for none that is not finite
+        raise Unreadable("a column that ends within a vector, or a number beyond all bounds")
     return array.reshape(-1, width)
 
 
