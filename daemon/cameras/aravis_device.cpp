@@ -31,7 +31,7 @@ constexpr int kSocketBuffer_bytes = 32 * 1024 * 1024;
 // and those behind it too, since images are handed on in their order.
 constexpr guint kAskAfter_us = 1000;
 constexpr guint kAskAgain_us = 3000;
-constexpr guint kGiveUp_us = 40000;
+constexpr guint kGiveUp_us = 80000;
 // A camera answers within a network's round trip; a busy one within some tens of milliseconds.
 constexpr Duration kAnswerPatience = std::chrono::milliseconds(400);
 

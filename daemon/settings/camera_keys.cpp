@@ -93,21 +93,11 @@ void set_driver(CameraSettings& camera, Driver driver) {
   }
 }
 
-// An image is exposed before the next one is.
-void check_exposure(TomlTable& table, std::optional<double> exposure_us, std::optional<double> rate_hz) {
-  if (!exposure_us || !rate_hz || *exposure_us <= 1e6 / *rate_hz) return;
-  table.fault("exposure_us",
-              fmt::format("exposure_us is {}, longer than the {:.0f} us from image to image at rate_hz = "
-                          "{}; expected less",
-                          *exposure_us, 1e6 / *rate_hz, *rate_hz));
-}
-
 void check(TomlTable& table, const AravisSettings& camera) {
   const int said = !camera.serial.empty() + !camera.device_name.empty() + !camera.address.empty() + !camera.mac.empty();
   if (said != 1) {
     table.fault(fmt::format("{} of serial, device_name, address and mac are set, expected exactly one", said));
   }
-  check_exposure(table, camera.exposure_us, camera.rate_hz);
   const bool line =
       camera.trigger.starts_with("Line") && camera.trigger.size() > 4 &&
       std::all_of(camera.trigger.begin() + 4, camera.trigger.end(), [](char c) { return c >= '0' && c <= '9'; });
@@ -121,7 +111,6 @@ void check(TomlTable& table, const V4l2Settings& camera) {
   const int said = !camera.device.empty() + !camera.serial.empty() + !camera.bus.empty();
   if (said == 0) table.require("device", "/dev/video0, or a stable link under /dev/v4l/by-path (or serial, or bus)");
   if (said > 1) table.fault(fmt::format("{} of device, serial and bus are set, expected exactly one", said));
-  check_exposure(table, camera.exposure_us, camera.rate_hz);
 }
 
 void check(TomlTable& table, const ReplaySettings& camera) {

@@ -102,7 +102,7 @@ TEST_F(GigeFaults, TellsBrokenImagesWhereTheCameraSendsNothingAgain) {
   EXPECT_GT(counters.missing_packets.load(), 0U);
 }
 
-TEST_F(GigeFaults, LeavesAnImageOutThatComesTwiceAndCountsIt) {
+TEST_F(GigeFaults, LeavesAnImageOutThatComesTwice) {
   ServedGigE served(ServedGigE::at("127.0.0.2", "G3"), {.repeat_every = 3});
   ASSERT_TRUE(served.running());
   StreamCounters counters;
