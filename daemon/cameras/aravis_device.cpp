@@ -31,6 +31,8 @@ constexpr int kSocketBuffer_bytes = 32 * 1024 * 1024;
 // and those behind it too, since images are handed on in their order.
 constexpr guint kAskAfter_us = 1000;
 constexpr guint kAskAgain_us = 3000;
+// Of an image's packets: the first image comes before the socket has its room, so that most of them may be asked for.
+constexpr double kMostAsked = 1.0;
 constexpr guint kGiveUp_us = 80000;
 // A camera answers within a network's round trip; a busy one within some tens of milliseconds.
 constexpr Duration kAnswerPatience = std::chrono::milliseconds(400);
@@ -123,7 +125,7 @@ Result<Held<ArvStream>> open_stream(ArvCamera* camera, int buffers) {
   if (ARV_IS_GV_STREAM(stream.get())) {
     g_object_set(stream.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
                  kSocketBuffer_bytes, "initial-packet-timeout", kAskAfter_us, "packet-timeout", kAskAgain_us,
-                 "frame-retention", kGiveUp_us, nullptr);
+                 "frame-retention", kGiveUp_us, "packet-request-ratio", kMostAsked, nullptr);
   }
   const guint payload = arv_camera_get_payload(camera, failure);
   if (failure.happened() || payload == 0) return failure.error("cannot read the size of an image");
