@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace mocap::calibration {
 namespace {
 
 // Of the samples that two cameras share: with fewer that agree it is chance.
 constexpr double kLeastShare = 0.3;
+constexpr double kSureShare = 0.7;
 
 struct Edge {
   std::size_t a;
@@ -34,6 +36,28 @@ WandRefusal too_few(const Rig& rig, const std::vector<std::size_t>& shared, cons
                       "and another camera look",
                       rig[camera].name, *worst, settings.least_samples,
                       static_cast<std::size_t>(settings.least_samples) - *worst)};
+}
+
+// A camera that does not go with any other, unless its images are turned round as in a mirror.
+std::optional<WandRefusal> refuse_mirrored(const WandViews& views, const Rig& start, const std::vector<bool>& placed,
+                                           const Wand& wand, const WandSettings& settings, double reach_px) {
+  for (std::size_t c = 0; c < start.size(); ++c) {
+    for (std::size_t other = 0; other < start.size() && !placed[c]; ++other) {
+      std::vector<WandPair> pairs = other == c || !placed[other] ? std::vector<WandPair>{} : pairs_of(views, other, c);
+      if (pairs.size() < static_cast<std::size_t>(settings.least_samples)) continue;
+      for (WandPair& pair : pairs) {
+        for (Eigen::Vector2d& ray : pair.b.ray) ray.x() = -ray.x();
+      }
+      const auto relation = relate(pairs, wand, reach_px / std::min(start[c].lens.fx_px, start[other].lens.fx_px));
+      if (!relation || relation->share < kSureShare) continue;
+      return WandRefusal{
+          WandFault::Mirrored,
+          fmt::format("camera '{}': its images are mirrored: {:.0f} % of what it and '{}' saw agrees only "
+                      "with left and right exchanged; switch off its ReverseX or ReverseY, or the mirror",
+                      start[c].name, 100.0 * relation->share, start[other].name)};
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -81,6 +105,7 @@ Result<Rig, WandRefusal> join_cameras(const WandViews& views, const Rig& start, 
     }
     placed[best->a] = placed[best->b] = true;
   }
+  if (auto mirrored = refuse_mirrored(views, start, placed, wand, settings, reach_px)) return *mirrored;
   std::string missing;
   for (std::size_t c = 0; c < n; ++c) {
     if (!placed[c])

@@ -44,6 +44,7 @@ struct SubjectSettings {
 /// [record]: what is kept of a run.
 struct RecordSettings {
   std::filesystem::path snapshots;  ///< every snapshot, as .jsonl or .pb; empty: not kept
+  std::filesystem::path blobs;      ///< what every camera's detector finds, as .blobs; empty: not kept
 };
 
 /// One configuration file and the files that it names, checked.
@@ -72,8 +73,14 @@ struct DaemonSettings {
   double nominal_rate_hz = 0;        ///< capture.rate_hz, or what follows from the cameras; 0: nobody says
 };
 
+/// Whether a configuration goes without the rig that it names.
+enum class RigNeed {
+  Whole,    ///< it has every camera
+  AsFound,  ///< for whoever makes it: a camera that is in no rig file is one of its name alone, of size 0
+};
+
 /// Reads and checks a configuration with the rig and the marker sets that it names. Fails with all that is wrong.
-Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path& path);
+Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path& path, RigNeed need = RigNeed::Whole);
 
 /// [detect] with what the camera's own table says instead.
 stages::DetectSettings detect_of(const DaemonSettings& settings, CameraId camera);

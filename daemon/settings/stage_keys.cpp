@@ -143,7 +143,10 @@ void tell_publish(Keys& keys, DaemonSettings& all) {
   keys.flag("every_snapshot", all.pipeline.publish.every_snapshot);
 }
 
-void tell_record(Keys& keys, DaemonSettings& all) { keys.path("snapshots", all.record.snapshots); }
+void tell_record(Keys& keys, DaemonSettings& all) {
+  keys.path("snapshots", all.record.snapshots);
+  keys.path("blobs", all.record.blobs);
+}
 
 void tell_queues(Keys& keys, DaemonSettings& all) {
   keys.number("camera_frames", all.pipeline.camera_queue_frames, {2, 1024});

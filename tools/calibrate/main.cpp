@@ -5,16 +5,19 @@
 
 #include "base/exit_codes.h"
 #include "calibrate/mask_command.h"
+#include "calibrate/wand_command.h"
 
 namespace {
 
 constexpr const char* kExamples = R"(examples:
+  mocap-calibrate wand --config my.toml --wand 500           wave a wand of 500 mm; the rig is written when it is enough
+  mocap-calibrate wand --blobs take.blobs --fov 60 --out rig.toml   of a recording, without lens files
   mocap-calibrate mask --config my.toml            learn what shines while nobody is there, write it into the rig
   mocap-calibrate mask --config my.toml --dry-run  only say what it would mask
   mocap-calibrate mask --config my.toml --clear    forget what was learnt
 
-exit codes: 0 done, 64 wrong command line, 65 what was seen is refused and nothing is written, 69 a camera is missing or
-taken, 78 wrong configuration)";
+exit codes: 0 done, 64 wrong command line, 65 what was seen is refused and nothing is written, 66 a recording is not there,
+69 a camera is missing or taken, 78 wrong configuration)";
 
 }  // namespace
 
@@ -25,12 +28,15 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   calibrate::MaskOptions mask;
   calibrate::add_mask_command(app, mask);
+  calibrate::WandOptions wand;
+  calibrate::add_wand_command(app, wand);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitOk : kExitUsage;
   }
   try {
+    if (app.got_subcommand("wand")) return calibrate::run_wand(wand);
     return calibrate::run_mask(mask);
   } catch (const std::exception& exception) {
     std::fprintf(stderr, "mocap-calibrate: %s\n", exception.what());
