@@ -11,7 +11,7 @@ packages=(
   # libraries
   libaravis-dev libusb-1.0-0-dev libopencv-dev libeigen3-dev libceres-dev libhwy-dev libturbojpeg0-dev
   libzmq3-dev libprotobuf-dev protobuf-compiler libspdlog-dev libfmt-dev libsystemd-dev
-  libcli11-dev libtomlplusplus-dev nlohmann-json3-dev
+  libcli11-dev libtomlplusplus-dev libyaml-cpp-dev nlohmann-json3-dev
   # tests and checks
   libgtest-dev libgmock-dev clang-format clang-tidy shellcheck iproute2 procps systemd
   systemd-container

@@ -22,7 +22,7 @@ struct LatencyFigures {
   Duration max{};
 };
 
-enum class CameraPhase { Starting, Streaming, Silent, Reopening, Ended };
+enum class CameraPhase { Starting, Streaming, Silent, Reopening, Ended, Stopped };
 
 /// One camera's counts since the start, and its state.
 struct CameraHealth {
@@ -46,6 +46,18 @@ struct CameraHealth {
   double jitter_us = 0.0;    ///< standard deviation of the offset about its drift
 };
 
+/// The feed's own side of its connections. All but the first and the last but one run since the start.
+struct FeedHealth {
+  std::uint32_t listeners = 0;  ///< connected now, the handshake through
+  std::uint64_t connections = 0;
+  std::uint64_t disconnections = 0;
+  std::uint64_t failed_handshakes = 0;
+  std::uint64_t refused_clients = 0;  ///< whose key is not allowed
+  std::uint64_t cut_off = 0;          ///< by us: too many subscriptions or connections, a key that was revoked
+  std::uint32_t subscriptions = 0;    ///< topics that somebody listens to
+  std::uint64_t failed_accepts = 0;   ///< no file descriptor was free
+};
+
 /// How the service is, once a second.
 struct Health {
   Timestamp at;
@@ -58,6 +70,7 @@ struct Health {
   std::uint64_t sent_snapshots = 0;
   std::array<LatencyFigures, kLatencyStages> latency;  ///< by LatencyStage
   std::vector<CameraHealth> cameras;
+  FeedHealth feed;
 };
 
 }  // namespace mocap

@@ -140,6 +140,7 @@ void tell_publish(Keys& keys, DaemonSettings& all) {
   keys.text("endpoint", all.publish.endpoint);
   keys.flag("allow_remote", all.publish.allow_remote);
   keys.number("send_queue", all.publish.send_queue, {1, 1000});
+  keys.flag("velocities", all.publish.velocities);
   keys.flag("every_snapshot", all.pipeline.publish.every_snapshot);
 }
 

@@ -55,6 +55,16 @@ Status finite(const Floats& column, const char* name) {
   return {};
 }
 
+// A column that may be absent, or has one entry a thing.
+template <class Column>
+Status has_perhaps(const Column& column, int count, int width, const char* name) {
+  return column.empty() ? Status{} : has(column, count, width, name);
+}
+
+double residual_at(const google::protobuf::RepeatedField<std::uint32_t>& millipx, int i) {
+  return millipx.empty() ? 0.0 : 1e-3 * millipx[i];
+}
+
 Status within(int count, std::size_t bound, const char* name) {
   if (static_cast<std::size_t>(count) <= bound) return {};
   return wrong(fmt::format("{} has {} entries, at most {} are allowed", name, count, bound));
@@ -117,12 +127,12 @@ Status decode_views(const v1::Views& from, BoundedVector<ViewStatus, kMaxCameras
 
 Status decode_markers(const v1::LabelledMarkers& from, BoundedVector<LabelledMarker, kMaxLabels>& into) {
   const int count = from.states_size();
-  if (const Status fits =
-          all(within(count, kMaxLabels, "markers"), has(from.positions_m(), count, 3, "positions_m"),
-              has(from.residuals_px(), count, 1, "residuals_px"), has(from.cameras(), count, 1, "cameras"),
-              has(from.confidences_percent(), count, 1, "confidences_percent"),
-              has(from.track_ids_plus_one(), count, 1, "track_ids_plus_one"), finite(from.positions_m(), "positions_m"),
-              finite(from.residuals_px(), "residuals_px"), percents(from.confidences_percent(), "confidences_percent"));
+  if (const Status fits = all(
+          within(count, kMaxLabels, "markers"), has(from.positions_m(), count, 3, "positions_m"),
+          has_perhaps(from.residuals_millipx(), count, 1, "residuals_millipx"),
+          has(from.cameras(), count, 1, "cameras"), has(from.confidences_percent(), count, 1, "confidences_percent"),
+          has(from.track_ids_plus_one(), count, 1, "track_ids_plus_one"), finite(from.positions_m(), "positions_m"),
+          percents(from.confidences_percent(), "confidences_percent"));
       !fits) {
     return fits;
   }
@@ -130,7 +140,7 @@ Status decode_markers(const v1::LabelledMarkers& from, BoundedVector<LabelledMar
     LabelledMarker& marker = into.push_back({});
     marker.state = marker_state_of(from.states(i));
     marker.position.v = vector_at(from.positions_m(), i);
-    marker.residual_px = from.residuals_px(i);
+    marker.residual_px = residual_at(from.residuals_millipx(), i);
     marker.cameras = from.cameras(i);
     marker.confidence = static_cast<float>(from.confidences_percent(i)) / 100.0F;
     marker.track = track_of(from.track_ids_plus_one(i));
@@ -148,26 +158,22 @@ Status unit(const Floats& column, const char* name) {
   return {};
 }
 
-// A column that came later: absent, or one entry a bone.
-Status has_later(const Floats& column, int count, int width, const char* name) {
-  return column.empty() ? Status{} : all(has(column, count, width, name), finite(column, name));
-}
-
 Status check_bones(const v1::BonePoses& from) {
   const int count = from.states_size();
   const Status fits =
       all(within(count, kMaxBones, "bones"), has(from.world_positions_m(), count, 3, "world_positions_m"),
           has(from.world_rotations_xyzw(), count, 4, "world_rotations_xyzw"),
-          has(from.local_positions_m(), count, 3, "local_positions_m"),
           has(from.local_rotations_xyzw(), count, 4, "local_rotations_xyzw"),
           has(from.confidences_percent(), count, 1, "confidences_percent"));
   if (!fits) return fits;
-  return all(
-      has_later(from.velocities_m_s(), count, 3, "velocities_m_s"),
-      has_later(from.spins_rad_s(), count, 3, "spins_rad_s"), finite(from.world_positions_m(), "world_positions_m"),
-      finite(from.local_positions_m(), "local_positions_m"), unit(from.world_rotations_xyzw(), "world_rotations_xyzw"),
-      unit(from.local_rotations_xyzw(), "local_rotations_xyzw"),
-      percents(from.confidences_percent(), "confidences_percent"));
+  return all(has_perhaps(from.local_positions_m(), count, 3, "local_positions_m"),
+             has_perhaps(from.velocities_m_s(), count, 3, "velocities_m_s"),
+             has_perhaps(from.spins_rad_s(), count, 3, "spins_rad_s"),
+             finite(from.local_positions_m(), "local_positions_m"), finite(from.velocities_m_s(), "velocities_m_s"),
+             finite(from.spins_rad_s(), "spins_rad_s"), finite(from.world_positions_m(), "world_positions_m"),
+             unit(from.world_rotations_xyzw(), "world_rotations_xyzw"),
+             unit(from.local_rotations_xyzw(), "local_rotations_xyzw"),
+             percents(from.confidences_percent(), "confidences_percent"));
 }
 
 Status decode_bones(const v1::BonePoses& from, BoundedVector<BonePose, kMaxBones>& into) {
@@ -176,7 +182,8 @@ Status decode_bones(const v1::BonePoses& from, BoundedVector<BonePose, kMaxBones
     BonePose& bone = into.push_back({});
     bone.state = bone_state_of(from.states(i));
     bone.world_from_bone = {vector_at(from.world_positions_m(), i), rotation_at(from.world_rotations_xyzw(), i)};
-    bone.parent_from_bone = {vector_at(from.local_positions_m(), i), rotation_at(from.local_rotations_xyzw(), i)};
+    bone.parent_from_bone.rotation = rotation_at(from.local_rotations_xyzw(), i);
+    if (!from.local_positions_m().empty()) bone.parent_from_bone.position = vector_at(from.local_positions_m(), i);
     bone.confidence = static_cast<float>(from.confidences_percent(i)) / 100.0F;
     if (!from.velocities_m_s().empty()) bone.velocity_m_s = vector_at(from.velocities_m_s(), i);
     if (!from.spins_rad_s().empty()) bone.spin_rad_s = vector_at(from.spins_rad_s(), i);
@@ -219,14 +226,14 @@ Status decode_unlabelled(const v1::UnlabelledMarkers& from, BoundedVector<Unlabe
   const int count = from.track_ids_plus_one_size();
   if (const Status fits =
           all(within(count, kMaxMarkers, "unlabelled"), has(from.positions_m(), count, 3, "positions_m"),
-              has(from.residuals_px(), count, 1, "residuals_px"), has(from.cameras(), count, 1, "cameras"),
-              finite(from.positions_m(), "positions_m"), finite(from.residuals_px(), "residuals_px"));
+              has_perhaps(from.residuals_millipx(), count, 1, "residuals_millipx"),
+              has(from.cameras(), count, 1, "cameras"), finite(from.positions_m(), "positions_m"));
       !fits) {
     return fits;
   }
   for (int i = 0; i < count; ++i) {
     into.push_back({track_of(from.track_ids_plus_one(i)), WorldPoint{vector_at(from.positions_m(), i)},
-                    from.residuals_px(i), from.cameras(i)});
+                    residual_at(from.residuals_millipx(), i), from.cameras(i)});
   }
   return {};
 }
@@ -243,6 +250,21 @@ Status decode_into(const v1::Snapshot& from, Snapshot& into) {
 }
 
 }  // namespace
+
+void put_at_rest_offsets(const v1::Snapshot& from, const Description& description, Snapshot& into) {
+  for (const v1::SubjectState& subject : from.subjects()) {
+    if (!subject.bones().local_positions_m().empty() || subject.subject() >= description.subjects.size()) continue;
+    const auto& bones = description.subjects[subject.subject()].marker_set.skeleton.bones;
+    for (SubjectPose& pose : into.poses) {
+      if (pose.subject.value != subject.subject() || pose.bones.size() != bones.size()) continue;
+      for (std::size_t i = 0; i < bones.size(); ++i) {
+        BonePose& bone = pose.bones[i];
+        if (bone.state == BoneState::Lost) continue;
+        bone.parent_from_bone.position = bones[i].parent < 0 ? bone.world_from_bone.position : bones[i].rest_offset_m;
+      }
+    }
+  }
+}
 
 Result<Snapshot> decode(const v1::Snapshot& from) {
   const Result<Instants> instants = decode_instants(from);

@@ -125,6 +125,7 @@ CameraPhase phase_of(v1::CameraPhase code) {
     case v1::CAMERA_PHASE_SILENT: return CameraPhase::Silent;
     case v1::CAMERA_PHASE_REOPENING: return CameraPhase::Reopening;
     case v1::CAMERA_PHASE_ENDED: return CameraPhase::Ended;
+    case v1::CAMERA_PHASE_STOPPED: return CameraPhase::Stopped;
     default: return CameraPhase::Starting;
   }
 }
@@ -194,8 +195,15 @@ Result<Health> decode(const v1::Health& from) {
                             camera.missing_packets(),
                             camera.last_error(),
                             detection_of(camera),
-                            {camera.threshold_grey(), camera.noise_grey(), camera.background_grey()}});
+                            {camera.threshold_grey(), camera.noise_grey(), camera.background_grey()},
+                            !camera.has_synchronised() || camera.synchronised(),
+                            camera.offset_us(),
+                            camera.drift_us_s(),
+                            camera.jitter_us()});
   }
+  const v1::FeedHealth& feed = from.feed();
+  into.feed = {feed.listeners(),       feed.connections(), feed.disconnections(), feed.failed_handshakes(),
+               feed.refused_clients(), feed.cut_off(),     feed.subscriptions(),  feed.failed_accepts()};
   return into;
 }
 

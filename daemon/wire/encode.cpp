@@ -37,6 +37,11 @@ std::uint32_t percent(float share) {
   return static_cast<std::uint32_t>(std::lround(100.0F * std::clamp(share, 0.0F, 1.0F)));
 }
 
+// Thousandths of a pixel; what is beyond every image is cut.
+std::uint32_t millipx(double residual_px) {
+  return static_cast<std::uint32_t>(std::lround(1000.0 * std::clamp(residual_px, 0.0, 1e6)));
+}
+
 std::uint32_t plus_one(TrackId id) { return id.names_something() ? id.value + 1 : 0; }
 
 // Empties a column and makes room, so that what follows neither allocates (once warm) nor checks.
@@ -82,7 +87,7 @@ void encode_views(const BoundedVector<ViewStatus, kMaxCameras>& from, v1::Views&
 void encode_markers(const BoundedVector<LabelledMarker, kMaxLabels>& from, v1::LabelledMarkers& into) {
   auto& states = fresh(into.mutable_states(), from.size());
   auto& positions = fresh(into.mutable_positions_m(), 3 * from.size());
-  auto& residuals = fresh(into.mutable_residuals_px(), from.size());
+  auto& residuals = fresh(into.mutable_residuals_millipx(), from.size());
   auto& cameras = fresh(into.mutable_cameras(), from.size());
   auto& confidences = fresh(into.mutable_confidences_percent(), from.size());
   auto& tracks = fresh(into.mutable_track_ids_plus_one(), from.size());
@@ -90,34 +95,52 @@ void encode_markers(const BoundedVector<LabelledMarker, kMaxLabels>& from, v1::L
     const bool lost = marker.state == LabelState::Lost;
     states.AddAlreadyReserved(code_of(marker.state));
     add(positions, lost ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : marker.position.v);
-    residuals.AddAlreadyReserved(lost ? 0.0F : static_cast<float>(marker.residual_px));
+    residuals.AddAlreadyReserved(lost ? 0 : millipx(marker.residual_px));
     cameras.AddAlreadyReserved(lost ? 0 : marker.cameras);
     confidences.AddAlreadyReserved(lost ? 0 : percent(marker.confidence));
     tracks.AddAlreadyReserved(lost ? 0 : plus_one(marker.track));
   }
 }
 
-void encode_bones(const BoundedVector<BonePose, kMaxBones>& from, v1::BonePoses& into) {
+void encode_velocities(const BoundedVector<BonePose, kMaxBones>& from, v1::BonePoses& into) {
+  auto& velocities = fresh(into.mutable_velocities_m_s(), 3 * from.size());
+  auto& spins = fresh(into.mutable_spins_rad_s(), 3 * from.size());
+  const Eigen::Vector3d still = Eigen::Vector3d::Zero();
+  for (const BonePose& bone : from) {
+    const bool lost = bone.state == BoneState::Lost;
+    add(velocities, lost ? still : bone.velocity_m_s);
+    add(spins, lost ? still : bone.spin_rad_s);
+  }
+}
+
+void encode_local_positions(const BoundedVector<BonePose, kMaxBones>& from, v1::BonePoses& into) {
+  auto& positions = fresh(into.mutable_local_positions_m(), 3 * from.size());
+  const Eigen::Vector3d nowhere = Eigen::Vector3d::Zero();
+  for (const BonePose& bone : from) {
+    add(positions, bone.state == BoneState::Lost ? nowhere : bone.parent_from_bone.position);
+  }
+}
+
+void encode_bones(const BoundedVector<BonePose, kMaxBones>& from, const Parts& parts, v1::BonePoses& into) {
   auto& states = fresh(into.mutable_states(), from.size());
   auto& world_positions = fresh(into.mutable_world_positions_m(), 3 * from.size());
   auto& world_rotations = fresh(into.mutable_world_rotations_xyzw(), 4 * from.size());
-  auto& local_positions = fresh(into.mutable_local_positions_m(), 3 * from.size());
   auto& local_rotations = fresh(into.mutable_local_rotations_xyzw(), 4 * from.size());
   auto& confidences = fresh(into.mutable_confidences_percent(), from.size());
-  auto& velocities = fresh(into.mutable_velocities_m_s(), 3 * from.size());
-  auto& spins = fresh(into.mutable_spins_rad_s(), 3 * from.size());
   const BonePose nothing{};
   for (const BonePose& pose : from) {
     const BonePose& bone = pose.state == BoneState::Lost ? nothing : pose;
     states.AddAlreadyReserved(code_of(bone.state));
     add(world_positions, bone.world_from_bone.position);
     add(world_rotations, bone.world_from_bone.rotation);
-    add(local_positions, bone.parent_from_bone.position);
     add(local_rotations, bone.parent_from_bone.rotation);
-    add(velocities, bone.velocity_m_s);
-    add(spins, bone.spin_rad_s);
     confidences.AddAlreadyReserved(percent(bone.confidence));
   }
+  into.clear_local_positions_m();
+  into.clear_velocities_m_s();
+  into.clear_spins_rad_s();
+  if (parts.local_positions) encode_local_positions(from, into);
+  if (parts.velocities) encode_velocities(from, into);
 }
 
 const SubjectPose* find(const Poses& poses, SubjectId subject) {
@@ -130,17 +153,16 @@ const SubjectLabels* find(const Labels& labels, SubjectId subject) {
   return found == labels.end() ? nullptr : found;
 }
 
-void encode_subject(const SubjectLabels* labels, const SubjectPose* pose, v1::SubjectState& into) {
+void encode_subject(const SubjectLabels* labels, const SubjectPose* pose, const Parts& parts, v1::SubjectState& into) {
   into.set_subject(labels != nullptr ? labels->subject.value : pose->subject.value);
-  if (labels != nullptr) {
-    into.set_phase(code_of(labels->phase));
+  into.set_phase(labels != nullptr ? code_of(labels->phase) : v1::SUBJECT_PHASE_UNSPECIFIED);
+  if (labels != nullptr && parts.markers) {
     encode_markers(labels->markers, *into.mutable_markers());
   } else {
-    into.set_phase(v1::SUBJECT_PHASE_UNSPECIFIED);
     into.clear_markers();
   }
-  if (pose != nullptr) {
-    encode_bones(pose->bones, *into.mutable_bones());
+  if (pose != nullptr && parts.bones) {
+    encode_bones(pose->bones, parts, *into.mutable_bones());
     into.set_residual_m(static_cast<float>(pose->residual_m));
     into.set_smoothing_delay_s(static_cast<float>(pose->smoothing_delay_s));
   } else {
@@ -151,15 +173,20 @@ void encode_subject(const SubjectLabels* labels, const SubjectPose* pose, v1::Su
 }
 
 // Elements that are taken away and added again keep their memory (RepeatedPtrField).
-void encode_subjects(const Snapshot& from, v1::Snapshot& into) {
+void encode_subjects(const Snapshot& from, const Parts& parts, v1::Snapshot& into) {
   auto& subjects = *into.mutable_subjects();
   int used = 0;
   const auto next = [&]() -> v1::SubjectState& {
     return used < subjects.size() ? *subjects.Mutable(used++) : (++used, *subjects.Add());
   };
-  for (const SubjectLabels& labels : from.labels) encode_subject(&labels, find(from.poses, labels.subject), next());
+  const auto wanted = [&](SubjectId subject) { return !parts.subject || *parts.subject == subject; };
+  for (const SubjectLabels& labels : from.labels) {
+    if (wanted(labels.subject)) encode_subject(&labels, find(from.poses, labels.subject), parts, next());
+  }
   for (const SubjectPose& pose : from.poses) {
-    if (find(from.labels, pose.subject) == nullptr) encode_subject(nullptr, &pose, next());
+    if (wanted(pose.subject) && find(from.labels, pose.subject) == nullptr) {
+      encode_subject(nullptr, &pose, parts, next());
+    }
   }
   while (subjects.size() > used) subjects.RemoveLast();
 }
@@ -167,32 +194,56 @@ void encode_subjects(const Snapshot& from, v1::Snapshot& into) {
 void encode_unlabelled(const BoundedVector<UnlabelledMarker, kMaxMarkers>& from, v1::UnlabelledMarkers& into) {
   auto& tracks = fresh(into.mutable_track_ids_plus_one(), from.size());
   auto& positions = fresh(into.mutable_positions_m(), 3 * from.size());
-  auto& residuals = fresh(into.mutable_residuals_px(), from.size());
+  auto& residuals = fresh(into.mutable_residuals_millipx(), from.size());
   auto& cameras = fresh(into.mutable_cameras(), from.size());
   for (const UnlabelledMarker& marker : from) {
     tracks.AddAlreadyReserved(plus_one(marker.track));
     add(positions, marker.position.v);
-    residuals.AddAlreadyReserved(static_cast<float>(marker.residual_px));
+    residuals.AddAlreadyReserved(millipx(marker.residual_px));
     cameras.AddAlreadyReserved(marker.cameras);
   }
 }
 
+// Float positions are good to some 1e-6 m; a bone that is off by more than that glides.
+constexpr double kAtRest_m = 2e-6;
+
+bool stands_at_rest_offsets(const SubjectPose& pose, const Skeleton& skeleton) {
+  if (pose.bones.size() != skeleton.bones.size()) return pose.bones.empty();
+  for (std::size_t i = 0; i < pose.bones.size(); ++i) {
+    const BonePose& bone = pose.bones[i];
+    if (bone.state == BoneState::Lost) continue;
+    const bool root = skeleton.bones[i].parent < 0;
+    const Eigen::Vector3d& expected = root ? bone.world_from_bone.position : skeleton.bones[i].rest_offset_m;
+    if ((bone.parent_from_bone.position - expected).cwiseAbs().maxCoeff() > kAtRest_m) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
-void encode(const Snapshot& from, v1::Snapshot& into) {
+bool stands_at_rest_offsets(const Snapshot& snapshot, const Description& description) {
+  if (snapshot.description_version != description.version) return false;
+  return std::all_of(snapshot.poses.begin(), snapshot.poses.end(), [&](const SubjectPose& pose) {
+    return pose.subject.value < description.subjects.size() &&
+           stands_at_rest_offsets(pose, description.subjects[pose.subject.value].marker_set.skeleton);
+  });
+}
+
+void encode(const Snapshot& from, v1::Snapshot& into, const Parts& parts) {
   into.set_number(from.number);
   into.clear_sequence();
   into.set_description_version(from.description_version);
   encode_instants(from.instants, *into.mutable_instants());
   into.clear_utc_minus_host_ns();
+  into.clear_synchronisation();
   into.set_expected_views(from.expected_views);
-  if (from.views.empty()) {
+  if (from.views.empty() || !parts.views) {
     into.clear_views();
   } else {
     encode_views(from.views, *into.mutable_views());
   }
-  encode_subjects(from, into);
-  if (from.unlabelled.empty()) {
+  encode_subjects(from, parts, into);
+  if (from.unlabelled.empty() || !parts.unlabelled) {
     into.clear_unlabelled();
   } else {
     encode_unlabelled(from.unlabelled, *into.mutable_unlabelled());

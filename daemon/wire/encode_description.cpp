@@ -86,6 +86,7 @@ v1::CameraPhase code_of(CameraPhase phase) {
     case CameraPhase::Silent: return v1::CAMERA_PHASE_SILENT;
     case CameraPhase::Reopening: return v1::CAMERA_PHASE_REOPENING;
     case CameraPhase::Ended: return v1::CAMERA_PHASE_ENDED;
+    case CameraPhase::Stopped: return v1::CAMERA_PHASE_STOPPED;
   }
   return v1::CAMERA_PHASE_UNSPECIFIED;
 }
@@ -114,6 +115,10 @@ void encode_camera_health(const CameraHealth& from, v1::CameraHealth& into) {
     into.set_noise_grey(from.levels.noise_grey);
     into.set_background_grey(from.levels.background_grey);
   }
+  into.set_synchronised(from.synchronised);
+  into.set_offset_us(from.offset_us);
+  into.set_drift_us_s(from.drift_us_s);
+  into.set_jitter_us(from.jitter_us);
   assign_valid_utf8(from.last_error, *into.mutable_last_error());
 }
 
@@ -122,6 +127,7 @@ void encode_camera_health(const CameraHealth& from, v1::CameraHealth& into) {
 v1::Description encode(const Description& from) {
   v1::Description into;
   into.set_protocol(kProtocol);
+  into.set_protocol_revision(kProtocolRevision);
   into.set_version(from.version);
   into.set_producer(valid_utf8(from.producer));
   into.set_session_id(valid_utf8(from.session_id));
@@ -153,6 +159,15 @@ void encode(const Health& from, v1::Health& into) {
     to.set_max_ns(figures.max.count());
   }
   for (const CameraHealth& camera : from.cameras) encode_camera_health(camera, *into.add_cameras());
+  v1::FeedHealth& feed = *into.mutable_feed();
+  feed.set_listeners(from.feed.listeners);
+  feed.set_connections(from.feed.connections);
+  feed.set_disconnections(from.feed.disconnections);
+  feed.set_failed_handshakes(from.feed.failed_handshakes);
+  feed.set_refused_clients(from.feed.refused_clients);
+  feed.set_cut_off(from.feed.cut_off);
+  feed.set_subscriptions(from.feed.subscriptions);
+  feed.set_failed_accepts(from.feed.failed_accepts);
 }
 
 }  // namespace mocap::wire

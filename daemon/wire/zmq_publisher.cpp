@@ -6,6 +6,7 @@
 #include <bit>
 #include <cerrno>
 #include <cstring>
+#include <optional>
 #include <vector>
 
 #include "base/log.h"
@@ -70,7 +71,8 @@ struct ZmqPublisher::Impl {
   Envelope health_envelope{kHealthTopic};
   std::uint64_t sequence = 0;
   std::int64_t utc_minus_host_ns = utc_minus_host().count();
-  bool described = false;
+  std::optional<Description> described;
+  bool velocities = false;
 
   Impl() = default;
   Impl(const Impl&) = delete;
@@ -86,6 +88,7 @@ struct ZmqPublisher::Impl {
   }
 
   Status listen(const PublisherSettings& settings) {
+    velocities = settings.velocities;
     endpoint = settings.endpoint;
     if (context != nullptr) socket = zmq_socket(context, ZMQ_XPUB);
     if (socket == nullptr) return last_error(endpoint + ": no ZeroMQ socket");
@@ -109,6 +112,14 @@ struct ZmqPublisher::Impl {
     std::size_t size = sizeof(bound);
     if (zmq_getsockopt(socket, ZMQ_LAST_ENDPOINT, bound, &size) == 0) endpoint = bound;
     return {};
+  }
+
+  // What clients can tell for themselves by the description is left out.
+  Parts parts_of(const Snapshot& from) const {
+    Parts parts;
+    parts.local_positions = !described || !stands_at_rest_offsets(from, *described);
+    parts.velocities = velocities;
+    return parts;
   }
 
   // Takes in what listeners ask for. Without it ZeroMQ delivers neither welcome nor anything else.
@@ -153,7 +164,7 @@ Result<std::unique_ptr<ZmqPublisher>> ZmqPublisher::open(const PublisherSettings
 
 Status ZmqPublisher::describe(const Description& description) {
   impl_->description_envelope.hold(encode(description));
-  impl_->described = true;
+  impl_->described = description;
   const auto& bytes = impl_->description_envelope.bytes();
   if (zmq_setsockopt(impl_->socket, ZMQ_XPUB_WELCOME_MSG, bytes.data(), bytes.size()) != 0) {
     return last_error(impl_->endpoint + ": cannot set the welcome message");
@@ -166,7 +177,7 @@ Status ZmqPublisher::publish(Snapshot& snapshot) {
   impl_->serve(kServedPerSnapshot);
   Instants& instants = snapshot.instants;
   if (instants.received_at && instants.detected_at && instants.fused_at) instants.sent_at = host_now();
-  encode(snapshot, impl_->snapshot);
+  encode(snapshot, impl_->snapshot, impl_->parts_of(snapshot));
   impl_->snapshot.set_sequence(impl_->sequence++);
   impl_->snapshot.set_utc_minus_host_ns(impl_->utc_minus_host_ns);
   impl_->snapshot_envelope.hold(impl_->snapshot);

@@ -16,6 +16,7 @@ inline constexpr const char* kHealthTopic = "health";
 struct PublisherSettings {
   std::string endpoint = "tcp://127.0.0.1:5570";  ///< tcp://ADDRESS:PORT (port * takes a free one) or ipc://PATH
   bool allow_remote = false;  ///< listen where other machines can reach it, though nobody is asked who they are
+  bool velocities = false;    ///< of the bones go out, and their spins
   int send_queue = 8;         ///< messages that wait for one slow listener, 1 to 1000; more are dropped for it alone
 };
 

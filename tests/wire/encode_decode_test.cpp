@@ -5,6 +5,7 @@
 
 #include "random_model.h"
 #include "sample_description.h"
+#include "support/typical_snapshot.h"
 #include "wire/decode.h"
 #include "wire/encode.h"
 
@@ -157,27 +158,69 @@ TEST(EncodeSnapshot, SaysNothingOfWhereALostMarkerIs) {
   EXPECT_THAT(message.subjects(0).markers().positions_m(), ::testing::ElementsAre(0.0F, 0.0F, 0.0F));
 }
 
-TEST(EncodeSnapshot, FitsSixtyMarkersAndTwentyFourBonesIntoAFewKilobytes) {
-  RandomModel random(4);
-  Snapshot snapshot;
-  SubjectLabels& labels = snapshot.labels.push_back({});
-  labels.subject = SubjectId{0};
-  for (std::uint32_t i = 0; i < 60; ++i) {
-    LabelledMarker& marker = labels.markers.push_back({});
-    marker.state = LabelState::Measured;
-    marker.position.v = random.vector();
-    marker.track = TrackId{i + 200};
-    marker.residual_px = 0.1;
-  }
-  SubjectPose& pose = snapshot.poses.push_back({});
-  pose.subject = SubjectId{0};
-  pose.bones.resize(24);
-  for (BonePose& bone : pose.bones) bone.state = BoneState::Measured;
+// As the feed sends it: a client knows the rest offsets by the description.
+TEST(EncodeSnapshot, FitsSixtyMarkersAndTwentyFourBonesIntoTwoAndAHalfKilobytes) {
+  const Description description = support::typical_description();
+  const Snapshot snapshot = support::typical_snapshot(description);
+  ASSERT_TRUE(stands_at_rest_offsets(snapshot, description));
 
   v1::Snapshot message;
-  encode(snapshot, message);
+  encode(snapshot, message, {.local_positions = false, .velocities = false});
+  message.set_sequence(20'000'000);
+  message.set_utc_minus_host_ns(1'790'000'000'000'000'000);
 
-  EXPECT_LT(message.ByteSizeLong(), 3500U);
+  EXPECT_LT(message.ByteSizeLong(), 2500U);
+}
+
+TEST(EncodeSnapshot, LeavesOutWhatIsNotWanted) {
+  const Description description = support::typical_description();
+  const Snapshot snapshot = support::typical_snapshot(description);
+  v1::Snapshot message;
+  encode(snapshot, message);  // what stood there before must not shine through
+
+  encode(snapshot, message,
+         {.views = false, .markers = false, .local_positions = false, .velocities = false, .unlabelled = false});
+
+  EXPECT_FALSE(message.has_views());
+  EXPECT_FALSE(message.subjects(0).has_markers());
+  EXPECT_EQ(message.subjects(0).bones().states_size(), 24);
+  EXPECT_TRUE(message.subjects(0).bones().local_positions_m().empty());
+  EXPECT_TRUE(message.subjects(0).bones().velocities_m_s().empty());
+  EXPECT_TRUE(message.subjects(0).bones().spins_rad_s().empty());
+  encode(snapshot, message, {.bones = false});
+  EXPECT_FALSE(message.subjects(0).has_bones());
+  encode(snapshot, message, {.subject = SubjectId{3}});
+  EXPECT_EQ(message.subjects_size(), 0);
+}
+
+TEST(EncodeSnapshot, LeavesLocalPositionsToTheDescriptionOnlyWhereTheyAreItsOwn) {
+  const Description description = support::typical_description();
+  Snapshot snapshot = support::typical_snapshot(description);
+  EXPECT_TRUE(stands_at_rest_offsets(snapshot, description));
+
+  snapshot.description_version = 2;
+  EXPECT_FALSE(stands_at_rest_offsets(snapshot, description));
+  snapshot.description_version = 1;
+  snapshot.poses[0].bones[5].parent_from_bone.position.x() += 1e-4;
+  EXPECT_FALSE(stands_at_rest_offsets(snapshot, description));
+  snapshot.poses[0].bones[5].state = BoneState::Lost;
+  EXPECT_TRUE(stands_at_rest_offsets(snapshot, description));
+}
+
+TEST(DecodeSnapshot, TakesLocalPositionsThatWereLeftOutFromTheDescription) {
+  const Description description = support::typical_description();
+  const Snapshot sent = support::typical_snapshot(description);
+  v1::Snapshot message;
+  encode(sent, message, {.local_positions = false});
+
+  Result<Snapshot> read = decode(message);
+  ASSERT_TRUE(read) << read.error().message;
+  put_at_rest_offsets(message, description, *read);
+
+  for (std::size_t i = 0; i < sent.poses[0].bones.size(); ++i) {
+    const Eigen::Vector3d& was = sent.poses[0].bones[i].parent_from_bone.position;
+    EXPECT_LT((read->poses[0].bones[i].parent_from_bone.position - was).norm(), 1e-6) << "bone " << i;  // m, floats
+  }
 }
 
 TEST(DecodeSnapshot, NamesTheColumnThatHasTheWrongLength) {

@@ -43,8 +43,8 @@ TEST(JsonLine, IsTheCanonicalFormThatOtherProgramsWrite) {
   EXPECT_EQ(to_json_line(snapshot),
             R"({"number":"12","instants":{"exposedAtNs":"5000000000"},"subjects":[{"subject":1,)"
             R"("phase":"SUBJECT_PHASE_TRACKING","markers":{"states":["MARKER_STATE_MEASURED"],)"
-            R"("positionsM":[0.5,0.25,1],"residualsPx":[0],"cameras":[0],"confidencesPercent":[0],)"
-            R"("trackIdsPlusOne":[0]}}]})");
+            R"("positionsM":[0.5,0.25,1],"cameras":[0],"confidencesPercent":[0],)"
+            R"("trackIdsPlusOne":[0],"residualsMillipx":[0]}}]})");
 }
 
 TEST(JsonLine, SaysWhatIsWrong) {

@@ -10,7 +10,8 @@
 
 namespace mocap::wire::testing {
 
-/// Models full of numbers that the wire keeps exactly: single precision, whole percents.
+/// Models full of numbers that the wire keeps exactly: single precision, whole percents, thousandths
+/// of a pixel.
 class RandomModel {
  public:
   explicit RandomModel(std::uint32_t seed) : random_(seed) {}
@@ -28,6 +29,7 @@ class RandomModel {
     q.normalize();
     return Eigen::Quaterniond(q.cast<float>().cast<double>());
   }
+  double residual_px() { return 1e-3 * up_to(20000); }
   TrackId track() { return coin() ? TrackId{up_to(0xFFFF'FFFEU)} : TrackId{}; }
 
   Snapshot snapshot(std::uint32_t most = 40) {
@@ -50,7 +52,7 @@ class RandomModel {
       if (coin()) s.poses.push_back(pose(SubjectId{i}, std::min<std::uint32_t>(most, kMaxBones)));
     }
     for (std::uint32_t i = 0, n = up_to(most); i < n; ++i) {
-      s.unlabelled.push_back({track(), WorldPoint{vector()}, number(), up_to(64)});
+      s.unlabelled.push_back({track(), WorldPoint{vector()}, residual_px(), up_to(64)});
     }
     return s;
   }
@@ -60,7 +62,7 @@ class RandomModel {
     marker.state = static_cast<LabelState>(up_to(2));
     if (marker.state == LabelState::Lost) return marker;
     marker.position.v = vector();
-    marker.residual_px = number();
+    marker.residual_px = residual_px();
     marker.cameras = up_to(64);
     marker.confidence = share();
     marker.track = track();

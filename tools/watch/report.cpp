@@ -27,6 +27,7 @@ const char* word_of(CameraPhase phase) {
     case CameraPhase::Silent: return "silent";
     case CameraPhase::Reopening: return "reopening";
     case CameraPhase::Ended: return "ended";
+    case CameraPhase::Stopped: return "stopped";
   }
   return "unknown";
 }
