@@ -8,6 +8,7 @@
 #include <ctime>
 #include <filesystem>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -95,6 +96,37 @@ class Detectors {
   std::vector<std::pair<std::string, runtime::DetectionReport>> cameras_;
 };
 
+// Whether the cameras stand as the rig says; each change once.
+class Stands {
+ public:
+  explicit Stands(const settings::DaemonSettings& settings) : drifted_(settings.cameras.size(), false) {
+    for (const auto& camera : settings.cameras) names_.push_back("camera " + camera.name);
+  }
+
+  void log(const runtime::Pipeline& pipeline) {
+    for (std::uint32_t i = 0; i < names_.size(); ++i) {
+      const runtime::RigGauges& rig = pipeline.rig_gauges(CameraId{i});
+      const bool drifted = rig.drifted.read() > 0.0;
+      if (drifted == drifted_[i]) continue;
+      drifted_[i] = drifted;
+      if (!drifted) {
+        log_info(names_[i], "stands as the rig says again");
+        continue;
+      }
+      log_warn(
+          names_[i],
+          fmt::format("stands otherwise than the rig says: off={:.1f}px, as turned by {:.2f}deg and moved by "
+                      "{:.0f}mm; was it bumped? See mocap-calibrate verify, and mend the rig with "
+                      "mocap-calibrate refine",
+                      rig.off_px.read(), rig.turned_rad.read() * 180.0 / std::numbers::pi, 1e3 * rig.moved_m.read()));
+    }
+  }
+
+ private:
+  std::vector<std::string> names_;
+  std::vector<bool> drifted_;
+};
+
 // What the operator's order comes to: the configuration is read anew, after what was learnt is kept. The answer goes
 // to the operator. Gives the settings to start anew with; none: all goes on as it was.
 std::unique_ptr<settings::DaemonSettings> reload(const std::filesystem::path& config,
@@ -121,7 +153,7 @@ std::unique_ptr<settings::DaemonSettings> reload(const std::filesystem::path& co
 }
 
 // Until the end, or until there are new settings to start anew with.
-std::unique_ptr<settings::DaemonSettings> watch_over(runtime::Pipeline& pipeline, Detectors& detectors,
+std::unique_ptr<settings::DaemonSettings> watch_over(runtime::Pipeline& pipeline, Detectors& detectors, Stands& stands,
                                                      runtime::Service& service, const sigset_t& signals,
                                                      const Configuration& configuration) {
   Timestamp looked_at = host_now();
@@ -143,10 +175,12 @@ std::unique_ptr<settings::DaemonSettings> watch_over(runtime::Pipeline& pipeline
       runtime::RunTotals totals = runtime::totals_of(pipeline);
       service.status(runtime::status_line(said, totals, now - said_at));
       detectors.log(pipeline, now);
+      stands.log(pipeline);
       said = std::move(totals);
       said_at = now;
     }
   }
+  stands.log(pipeline);
   return nullptr;
 }
 
@@ -179,7 +213,8 @@ std::optional<int> serve_once(Configuration& configuration, runtime::Service& se
                                  settings.subjects.size(), settings.publish.endpoint));
   service.ready(fmt::format("waiting for the images of {} cameras", pipeline.camera_count()));
   Detectors detectors(settings);
-  std::unique_ptr<settings::DaemonSettings> anew = watch_over(pipeline, detectors, service, signals, configuration);
+  Stands stands(settings);
+  std::unique_ptr<settings::DaemonSettings> anew = watch_over(pipeline, detectors, stands, service, signals, configuration);
   if (anew == nullptr) service.stopping();
   pipeline.stop();
   log_info("mocapd", (anew ? "starts anew, " : "ended, ") + runtime::summary_line(runtime::totals_of(pipeline)));

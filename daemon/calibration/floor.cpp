@@ -91,6 +91,27 @@ std::optional<Found> try_frame(std::span<const Vector3d> points, std::array<std:
 
 }  // namespace
 
+namespace {
+
+// Seen in a mirror, cameras that hang upright hang head down under the floor; over a frame that lies on a ceiling, or
+// before one that is held up, they stay upright.
+Error under_the_floor(const Pose& world_from_rig, const Rig& rig) {
+  Vector3d up = Vector3d::Zero();
+  for (const CameraModel& camera : rig) up -= camera.camera_from_world.rotation.row(1).transpose();
+  if ((world_from_rig.rotation * up).z() < 0.0) {
+    return {ErrorCode::InvalidArgument,
+            "the world would be mirrored: the frame's short arm points to the wrong side, so the cameras would hang "
+            "head down under the floor; see that no camera mirrors its images, and that the short arm, seen from "
+            "above, is 90 degrees counter-clockwise of the long one"};
+  }
+  return {
+      ErrorCode::InvalidArgument,
+      "the world would be upside down: the cameras would look up at the floor frame from below; lay it on the floor, "
+      "its markers up"};
+}
+
+}  // namespace
+
 Result<Floor> floor_by_frame(std::span<const Vector3d> points_m, const FloorFrame& frame, const Rig& rig) {
   std::vector<Found> found;
   const std::size_t n = points_m.size();
@@ -119,11 +140,7 @@ Result<Floor> floor_by_frame(std::span<const Vector3d> points_m, const FloorFram
                     found.size(), n)};
   }
   const Pose& world_from_rig = best->fit.to_from;
-  if ((world_from_rig * middle_of_cameras(rig)).z() < 0.0) {
-    return Error{ErrorCode::InvalidArgument,
-                 "the cameras would stand under the floor: the rig is mirrored or upside down, or the frame's arms are "
-                 "exchanged (seen from above, the short arm is 90 degrees counter-clockwise of the long one)"};
-  }
+  if ((world_from_rig * middle_of_cameras(rig)).z() < 0.0) return under_the_floor(world_from_rig, rig);
   return Floor{world_from_rig, best->fit.rms_m};
 }
 
@@ -172,6 +189,18 @@ Result<Floor> floor_by_walk(std::span<const Vector3d> points_m, double height_m,
                     low.size())};
   }
   return Floor{world_on(plane, height_m, rig), plane.rms_m};
+}
+
+Floor floor_by_guess(std::span<const Vector3d> points_m, const Rig& rig) {
+  Plane plane;
+  plane.up.setZero();
+  for (const CameraModel& camera : rig) plane.up -= camera.camera_from_world.rotation.row(1).transpose();
+  if (plane.up.norm() < 1e-3) plane.up = Vector3d::UnitZ();
+  plane.up.normalize();
+  for (const Vector3d& point : points_m) {
+    if (plane.height(point) < 0.0 || plane.on.isZero()) plane.on = point;
+  }
+  return {world_on(plane, 0.0, rig), 0.0};
 }
 
 Rig laid_on(const Floor& floor, const Rig& rig) {

@@ -36,6 +36,10 @@ Result<Floor> floor_by_points(std::span<const Eigen::Vector3d> points_m, double 
 /// lowest marker's centre over the floor when a foot stands.
 Result<Floor> floor_by_walk(std::span<const Eigen::Vector3d> points_m, double height_m, const Rig& rig);
 
+/// A guess until the floor is measured: up is where the tops of most images look, and the floor lies under the lowest
+/// of `points_m` (of what moved in the volume).
+Floor floor_by_guess(std::span<const Eigen::Vector3d> points_m, const Rig& rig);
+
 /// The same cameras, in the world that `floor` lays out.
 Rig laid_on(const Floor& floor, const Rig& rig);
 

@@ -4,12 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+
+#include "geometry/lens.h"
 
 namespace mocap::calibration {
 namespace {
 
 // Of the samples that two cameras share: with fewer that agree it is chance.
 constexpr double kLeastShare = 0.3;
+constexpr double kSureShare = 0.7;
 
 struct Edge {
   std::size_t a;
@@ -34,6 +38,48 @@ WandRefusal too_few(const Rig& rig, const std::vector<std::size_t>& shared, cons
                       "and another camera look",
                       rig[camera].name, *worst, settings.least_samples,
                       static_cast<std::size_t>(settings.least_samples) - *worst)};
+}
+
+// As pairs_of, with b's images turned round as in a mirror.
+std::vector<WandPair> mirrored_pairs_of(const WandViews& views, const Rig& rig, std::size_t a, std::size_t b,
+                                        std::size_t marks) {
+  std::vector<WandPair> pairs;
+  for (std::size_t i = 0; i < views.instants.size(); ++i) {
+    if (!views.of[a][i] || !views.of[b][i]) continue;
+    WandPair pair{views.of[a][i]->rays, views.of[b][i]->rays};
+    bool told = true;
+    for (std::size_t m = 0; m < marks && told; ++m) {
+      const auto spot = static_cast<std::size_t>(views.of[b][i]->spots[m]);
+      PixelPoint at = views.picture(b, i)->spots[spot].at;
+      at.v.x() = rig[b].width_px - 1 - at.v.x();
+      const auto ray = geometry::undistort(rig[b].lens, at);
+      told = ray.has_value();
+      if (told) pair.b.ray[m] = ray->v;
+    }
+    if (told) pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+// A camera that does not go with any other, unless its images are turned round.
+std::optional<WandRefusal> refuse_mirrored(const WandViews& views, const Rig& start, const std::vector<bool>& placed,
+                                           const Wand& wand, const WandSettings& settings, double reach_px) {
+  for (std::size_t c = 0; c < start.size(); ++c) {
+    for (std::size_t other = 0; other < start.size(); ++other) {
+      if (placed[c] || !placed[other]) continue;
+      const std::vector<WandPair> pairs = mirrored_pairs_of(views, start, other, c, wand.marks_m.size());
+      if (pairs.size() < static_cast<std::size_t>(settings.least_samples)) continue;
+      const auto relation = relate(pairs, wand, reach_px / std::min(start[c].lens.fx_px, start[other].lens.fx_px));
+      if (!relation || relation->share < kSureShare) continue;
+      return WandRefusal{
+          WandFault::Mirrored,
+          fmt::format(
+              "camera '{}': its images are mirrored: {:.0f} % of what it and '{}' saw agrees only with left and "
+              "right exchanged; switch off its ReverseX or ReverseY, or take the mirror away",
+              start[c].name, 100.0 * relation->share, start[other].name)};
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -81,6 +127,7 @@ Result<Rig, WandRefusal> join_cameras(const WandViews& views, const Rig& start, 
     }
     placed[best->a] = placed[best->b] = true;
   }
+  if (auto mirrored = refuse_mirrored(views, start, placed, wand, settings, reach_px)) return *mirrored;
   std::string missing;
   for (std::size_t c = 0; c < n; ++c) {
     if (!placed[c])

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "calibration/median.h"
 #include "calibration/sighting_of.h"
 #include "geometry/lens.h"
 #include "geometry/triangulation.h"
@@ -33,26 +34,32 @@ void add(const Bundle& bundle, const Sight& sight, Sum& sum) {
   sum.fields[field(sight.px.y(), camera.height_px) * kFields + field(sight.px.x(), camera.width_px)] = true;
 }
 
-// End to end at one place, by rays alone; nothing where two cameras do not see both ends.
-std::optional<double> length_of(const Bundle& bundle, std::span<const Sight> sights) {
-  const int last = static_cast<int>(bundle.wand.marks_m.size()) - 1;
-  std::array<std::optional<Vector3d>, 2> ends;
-  for (int end = 0; end < 2; ++end) {
-    std::vector<geometry::Sighting> rays;
-    for (const Sight& sight : sights) {
-      if (sight.mark != (end == 0 ? 0 : last)) continue;
-      const CameraModel& camera = bundle.rig[static_cast<std::size_t>(sight.camera)];
-      const auto ray = geometry::undistort(camera.lens, {sight.px});
-      if (!ray) continue;
-      rays.push_back(sighting_of(camera, *ray, sight.sigma_px));
-    }
-    const auto start = geometry::triangulate(rays);
-    if (!start) return std::nullopt;
-    const auto refined = geometry::refine(rays, *start);
-    if (!refined) return std::nullopt;
-    ends[static_cast<std::size_t>(end)] = refined->point.v;
+// One marker at one place, by rays alone; nothing where two cameras do not see it.
+std::optional<Vector3d> point_of(const Bundle& bundle, std::span<const Sight> sights, int mark) {
+  std::vector<geometry::Sighting> rays;
+  for (const Sight& sight : sights) {
+    if (sight.mark != mark) continue;
+    const CameraModel& camera = bundle.rig[static_cast<std::size_t>(sight.camera)];
+    const auto ray = geometry::undistort(camera.lens, {sight.px});
+    if (!ray) continue;
+    rays.push_back(sighting_of(camera, *ray, sight.sigma_px));
   }
-  return (*ends[1] - *ends[0]).norm();
+  const auto start = geometry::triangulate(rays);
+  if (!start) return std::nullopt;
+  const auto refined = geometry::refine(rays, *start);
+  if (!refined) return std::nullopt;
+  return refined->point.v;
+}
+
+// The sights of each place; they stand together.
+void each_place(const Bundle& bundle, const auto& look) {
+  const std::span<const Sight> sights(bundle.sights);
+  for (std::size_t from = 0; from < sights.size();) {
+    std::size_t to = from;
+    while (to < sights.size() && sights[to].place == sights[from].place) ++to;
+    look(sights.subspan(from, to - from));
+    from = to;
+  }
 }
 
 void rate_length(WandSolution& solution) {
@@ -72,15 +79,33 @@ void rate_length(WandSolution& solution) {
 }  // namespace
 
 std::vector<double> wand_lengths_m(const Bundle& bundle) {
-  const std::vector<Sight>& sights = bundle.sights;  // gathered place by place
+  const int last = static_cast<int>(bundle.wand.marks_m.size()) - 1;
   std::vector<double> lengths;
-  for (std::size_t from = 0; from < sights.size();) {
-    std::size_t to = from;
-    while (to < sights.size() && sights[to].place == sights[from].place) ++to;
-    if (const auto length = length_of(bundle, std::span(sights).subspan(from, to - from))) lengths.push_back(*length);
-    from = to;
-  }
+  each_place(bundle, [&](std::span<const Sight> sights) {
+    const auto first = point_of(bundle, sights, 0);
+    const auto other = first ? point_of(bundle, sights, last) : std::nullopt;
+    if (other) lengths.push_back((*other - *first).norm());
+  });
   return lengths;
+}
+
+std::vector<double> measured_marks_m(const Bundle& bundle) {
+  const std::size_t marks = bundle.wand.marks_m.size();
+  std::vector<std::vector<double>> along(marks);
+  each_place(bundle, [&](std::span<const Sight> sights) {
+    std::vector<Vector3d> at;
+    for (std::size_t m = 0; m < marks; ++m) {
+      const auto point = point_of(bundle, sights, static_cast<int>(m));
+      if (!point) return;
+      at.push_back(*point);
+    }
+    const double length = (at.back() - at.front()).norm();
+    for (std::size_t m = 0; m < marks; ++m)
+      along[m].push_back((at[m] - at.front()).norm() / length * bundle.wand.length_m());
+  });
+  std::vector<double> measured;
+  for (std::size_t m = 0; m < marks && !along[m].empty(); ++m) measured.push_back(median(along[m]));
+  return measured;
 }
 
 WandSolution rate_wand(Bundle bundle, LensFreedom lens) {

@@ -11,4 +11,8 @@ WandSolution rate_wand(Bundle bundle, LensFreedom lens);
 /// is.
 std::vector<double> wand_lengths_m(const Bundle& bundle);
 
+/// Where the markers are along the wand, by rays alone but for its whole length, which is as told: medians over its
+/// places. Empty where no place has all markers in two cameras.
+std::vector<double> measured_marks_m(const Bundle& bundle);
+
 }  // namespace mocap::calibration

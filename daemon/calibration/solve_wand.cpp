@@ -55,6 +55,21 @@ std::optional<WandRefusal> refuse_time(const std::vector<TimeOffset>& offsets, c
                   worst->late_s > 0.0 ? "later than" : "earlier than")};
 }
 
+// Real wands are made to half a millimetre.
+constexpr double kMostOff_m = 2e-3;
+
+std::optional<WandRefusal> refuse_marks(const Bundle& bundle) {
+  const std::vector<double> measured = measured_marks_m(bundle);
+  const std::vector<double>& told = bundle.wand.marks_m;
+  if (measured.size() != 3 || std::abs(measured[1] - told[1]) <= kMostOff_m) return std::nullopt;
+  return WandRefusal{
+      WandFault::WrongWand,
+      fmt::format(
+          "the wand's middle marker is at {:.0f} mm of {:.0f}, told was {:.0f}; say the distances of yours, from "
+          "one end, with --wand",
+          1e3 * measured[1], 1e3 * measured[2], 1e3 * told[1])};
+}
+
 }  // namespace
 
 Result<WandSolution, WandRefusal> solve_wand(const Take& take, const Rig& start, const Wand& wand,
@@ -104,6 +119,7 @@ Result<WandSolution, WandRefusal> solve_wand(const Take& take, const Rig& start,
     // Before the gates get narrow and leave out what moves fast.
     if (r + 1 == rounds.size() / 2) {
       if (auto refusal = refuse_time(time_offsets(*views, bundle, 2.0 * round.gate_px), bundle.rig)) return *refusal;
+      if (auto refusal = refuse_marks(bundle)) return *refusal;
     }
   }
   const std::vector<TimeOffset> offsets = time_offsets(*views, bundle, rounds.back().gate_px);

@@ -28,6 +28,7 @@ enum class WandFault {
   StillWand,
   TooFewSamples,
   NoOverlap,       ///< a camera that shares too little with the others
+  Mirrored,        ///< a camera whose images are
   NotSynchronous,  ///< a camera's time is off
   WrongImageSize,  ///< spots where the lens file has no image
   NoSolution,

@@ -49,6 +49,15 @@ std::vector<Reading> readings_of_three(std::span<const Eigen::Vector2d> spots, c
 
 }  // namespace
 
+WandShape wand_shape(bool lens_known) {
+  WandShape shape;
+  if (!lens_known) {
+    shape.straight_px = 2.0;
+    shape.straight_share = 0.03;
+  }
+  return shape;
+}
+
 WandLook find_wand(std::span<const Eigen::Vector2d> spots_px, const Wand& wand, const WandShape& shape) {
   WandLook look;
   if (spots_px.size() > shape.most_spots) return look;

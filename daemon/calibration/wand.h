@@ -33,6 +33,9 @@ struct WandShape {
   std::size_t most_spots = 48;   ///< with more the picture tells nothing
 };
 
+/// As it fits lenses that are known, or that are only about as wide as is said.
+WandShape wand_shape(bool lens_known);
+
 /// What a picture shows.
 struct WandLook {
   bool seen = false;   ///< just one reading, or one that is clearly the best

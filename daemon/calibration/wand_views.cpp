@@ -29,19 +29,10 @@ struct CameraLook {
   Vector2d most = Vector2d::Constant(-1e9);
 };
 
-WandShape shape_of(const WandSettings& settings) {
-  WandShape shape;
-  if (!settings.lens_known) {
-    shape.straight_px = 2.0;
-    shape.straight_share = 0.03;
-  }
-  return shape;
-}
-
 class Looker {
  public:
   Looker(const CameraModel& camera, const Wand& wand, const WandSettings& settings)
-      : camera_(camera), wand_(wand), shape_(shape_of(settings)) {
+      : camera_(camera), wand_(wand), shape_(wand_shape(settings.lens_known)) {
     // The same stick with a marker anywhere between its ends: to tell a wrong wand from none.
     any_.marks_m = {0.0, 0.5, 1.0};
     any_shape_ = shape_;

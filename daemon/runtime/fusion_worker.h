@@ -64,6 +64,7 @@ class FusionWorker {
   bool hand_on(const Snapshot& snapshot, SnapshotChannel& to, const std::stop_token& stop);
   void follow_orders();
   void tell_timing();
+  void tell_rig();
   bool all_ended() const;
   Timestamp now() const;
 

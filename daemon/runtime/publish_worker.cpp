@@ -184,6 +184,10 @@ void PublishWorker::gather_camera(std::size_t camera, double seconds) {
   health.repeated_frames = stream.repeated_frames.load(std::memory_order_relaxed);
   health.clock_leaps = stream.clock_leaps.load(std::memory_order_relaxed);
   health.clock_uncertainty_us = stream.clock_uncertainty_us.load(std::memory_order_relaxed);
+  health.bumped = channel.rig.drifted.read() > 0.0;
+  health.rig_off_px = channel.rig.off_px.read();
+  health.rig_turned_rad = channel.rig.turned_rad.read();
+  health.rig_moved_m = channel.rig.moved_m.read();
   faults_[camera].tell(health, health_.at);
   health.rate_hz = static_cast<double>(health.frames - frames_reported_[camera]) / seconds;
   frames_reported_[camera] = health.frames;

@@ -161,6 +161,11 @@ void check_outputs(DaemonTables& tables, const DaemonSettings& settings) {
     section_fault(tables, "record", "snapshots",
                   fmt::format("snapshots is '{}', expected a file name that ends in .jsonl or .pb", file.string()));
   }
+  const std::filesystem::path& blobs = settings.record.blobs;
+  if (!blobs.empty() && blobs.extension() != ".blobs") {
+    section_fault(tables, "record", "blobs",
+                  fmt::format("blobs is '{}', expected a file name that ends in .blobs", blobs.string()));
+  }
 }
 
 std::vector<std::string> names_of(const Rig& rig) {

@@ -49,6 +49,25 @@ DaemonTables read_tables(TomlFile& file, DaemonSettings& settings) {
   return tables;
 }
 
+// The cameras as the rig file has them, and by their names alone where it is not there yet or has others.
+void load_what_there_is_of_the_rig(TomlFile& file, DaemonSettings& settings) {
+  Rig known;
+  std::error_code ignored;
+  if (!settings.capture.rig_file.empty() && std::filesystem::exists(settings.capture.rig_file, ignored)) {
+    Result<Rig, Faults> rig = load_rig(settings.capture.rig_file);
+    if (!rig) return file.add(rig.error());
+    known = *std::move(rig);
+  }
+  for (const auto& camera : settings.cameras) {
+    const auto found = std::ranges::find(known, camera.name, &CameraModel::name);
+    if (found != known.end()) {
+      settings.rig.push_back(*found);
+    } else {
+      settings.rig.emplace_back().name = camera.name;
+    }
+  }
+}
+
 void load_the_rig(TomlFile& file, DaemonTables& tables, DaemonSettings& settings) {
   std::optional<TomlTable> capture = tables.root.table("capture", "capture");
   if (settings.capture.rig_file.empty()) {
@@ -181,13 +200,17 @@ double nominal_rate_hz(const DaemonSettings& settings) {
 
 }  // namespace
 
-Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path& path) {
+Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path& path, RigNeed need) {
   Result<TomlFile, Faults> file = TomlFile::open(path);
   if (!file) return file.error();
   DaemonSettings settings;
   DaemonTables tables = read_tables(*file, settings);
   check_together(tables, settings);
-  load_the_rig(*file, tables, settings);
+  if (need == RigNeed::Whole) {
+    load_the_rig(*file, tables, settings);
+  } else {
+    load_what_there_is_of_the_rig(*file, settings);
+  }
   load_the_marker_sets(*file, tables, settings);
   if (!file->faults().list.empty()) return file->faults();
   settings.nominal_rate_hz = nominal_rate_hz(settings);

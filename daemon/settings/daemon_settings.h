@@ -23,6 +23,7 @@
 #include "stages/track_blobs.h"
 #include "stages/track_markers.h"
 #include "stages/triangulate_matches.h"
+#include "stages/watch_drift.h"
 #include "wire/zmq_control.h"
 #include "wire/zmq_publisher.h"
 
@@ -45,6 +46,7 @@ struct SubjectSettings {
 /// [record]: what is kept of a run.
 struct RecordSettings {
   std::filesystem::path snapshots;  ///< every snapshot, as .jsonl or .pb; empty: not kept
+  std::filesystem::path blobs;      ///< what every camera's detector finds, as .blobs; empty: not kept
 };
 
 /// One configuration file and the files that it names, checked.
@@ -61,6 +63,7 @@ struct DaemonSettings {
   stages::LabelSettings label;
   stages::SolveSettings solve;
   stages::RefineSettings refine;
+  stages::DriftSettings drift;  ///< [watch]; drift_px 0: off
   wire::PublisherSettings publish;
   wire::ControlSettings control;  ///< its endpoint as it is in force
   RecordSettings record;
@@ -74,8 +77,14 @@ struct DaemonSettings {
   double nominal_rate_hz = 0;        ///< capture.rate_hz, or what follows from the cameras; 0: nobody says
 };
 
+/// Whether a configuration goes without the rig that it names.
+enum class RigNeed {
+  Whole,    ///< it has every camera
+  AsFound,  ///< for whoever makes it: a camera that is in no rig file is one of its name alone, of size 0
+};
+
 /// Reads and checks a configuration with the rig and the marker sets that it names. Fails with all that is wrong.
-Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path& path);
+Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path& path, RigNeed need = RigNeed::Whole);
 
 /// [detect] with what the camera's own table says instead.
 stages::DetectSettings detect_of(const DaemonSettings& settings, CameraId camera);

@@ -136,6 +136,12 @@ void tell_refine(Keys& keys, DaemonSettings& all) {
   keys.number("least_gain", refine.least_gain, {0, 1});
 }
 
+void tell_watch(Keys& keys, DaemonSettings& all) {
+  keys.number("drift_px", all.drift.drift_px, {0, 100});
+  keys.number("reach_deg", all.drift.reach_deg, {0.1, 5});
+  keys.number("memory_s", all.drift.memory_s, {0.5, 600});
+}
+
 void tell_publish(Keys& keys, DaemonSettings& all) {
   keys.text("endpoint", all.publish.endpoint);
   keys.texts("more_endpoints", all.publish.more_endpoints);
@@ -160,7 +166,10 @@ void tell_security(Keys& keys, DaemonSettings& all) {
   all.control.curve = all.publish.curve;
 }
 
-void tell_record(Keys& keys, DaemonSettings& all) { keys.path("snapshots", all.record.snapshots); }
+void tell_record(Keys& keys, DaemonSettings& all) {
+  keys.path("snapshots", all.record.snapshots);
+  keys.path("blobs", all.record.blobs);
+}
 
 void tell_queues(Keys& keys, DaemonSettings& all) {
   keys.number("camera_frames", all.pipeline.camera_queue_frames, {2, 1024});
@@ -196,6 +205,7 @@ constexpr Section kSections[] = {
     {"label", tell_label},
     {"solve", tell_solve},
     {"refine", tell_refine},
+    {"watch", tell_watch},      //
     {"publish", tell_publish},  //
     {"control", tell_control},  //
     {"security", tell_security},

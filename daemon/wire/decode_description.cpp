@@ -202,7 +202,11 @@ Result<Health> decode(const v1::Health& from) {
                             camera.jitter_us(),
                              camera.repeated_frames(),
                              camera.clock_leaps(),
-                             camera.clock_uncertainty_us()});
+                             camera.clock_uncertainty_us(),
+                            camera.bumped(),
+                            camera.rig_off_px(),
+                            camera.rig_turned_rad(),
+                            camera.rig_moved_m()});
   }
   const v1::FeedHealth& feed = from.feed();
   into.feed = {feed.listeners(),       feed.connections(), feed.disconnections(), feed.failed_handshakes(),

@@ -5,13 +5,21 @@
 
 #include "base/exit_codes.h"
 #include "calibrate/files_command.h"
+#include "calibrate/floor_command.h"
 #include "calibrate/lens_command.h"
 #include "calibrate/mask_command.h"
 #include "calibrate/report_compare.h"
+#include "calibrate/verify_command.h"
+#include "calibrate/wand_command.h"
 
 namespace {
 
 constexpr const char* kExamples = R"(examples:
+  mocap-calibrate wand --config my.toml --wand 500           wave a wand of 500 mm; the rig is written when it is enough
+  mocap-calibrate wand --blobs take.blobs --fov 60 --out rig.toml   of a recording, without lens files
+  mocap-calibrate floor --config my.toml --frame 600,400     the floor frame lies where the origin shall be
+  mocap-calibrate verify --config my.toml                    move markers: does every camera stand as the rig says?
+  mocap-calibrate refine --config my.toml                    mend a rig of which a camera was bumped
   mocap-calibrate mask --config my.toml            learn what shines while nobody is there, write it into the rig
   mocap-calibrate mask --config my.toml --dry-run  only say what it would mask
   mocap-calibrate mask --config my.toml --clear    forget what was learnt
@@ -21,8 +29,8 @@ constexpr const char* kExamples = R"(examples:
   mocap-calibrate compare old.rig.toml new.rig.toml      camera by camera: what moved
   mocap-calibrate export --format kalibr my.rig.toml camchain.yaml
 
-exit codes: 0 done, 64 wrong command line, 65 what was seen is refused and nothing is written, 69 a camera is missing or
-taken, 78 wrong configuration)";
+exit codes: 0 done, 64 wrong command line, 65 what was seen is refused and nothing is written, 66 a recording is not there,
+69 a camera is missing or taken, 78 wrong configuration)";
 
 }  // namespace
 
@@ -33,6 +41,14 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   calibrate::MaskOptions mask;
   calibrate::add_mask_command(app, mask);
+  calibrate::WandOptions wand;
+  calibrate::add_wand_command(app, wand);
+  calibrate::FloorOptions floor;
+  calibrate::add_floor_command(app, floor);
+  calibrate::VerifyOptions verify;
+  calibrate::add_verify_command(app, verify);
+  calibrate::RefineOptions refine;
+  calibrate::add_refine_command(app, refine);
   calibrate::FilesCommands files;
   files.add(app);
   calibrate::LensCommand lens;
@@ -45,6 +61,10 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? kExitOk : kExitUsage;
   }
   try {
+    if (app.got_subcommand("wand")) return calibrate::run_wand(wand);
+    if (app.got_subcommand("floor")) return calibrate::run_floor(floor);
+    if (app.got_subcommand("verify")) return calibrate::run_verify(verify);
+    if (app.got_subcommand("refine")) return calibrate::run_refine(refine);
     if (const auto exit = files.run()) return *exit;
     if (const auto exit = lens.run()) return *exit;
     if (const auto exit = compare.run()) return *exit;

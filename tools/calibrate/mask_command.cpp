@@ -1,10 +1,8 @@
 #include "calibrate/mask_command.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -14,6 +12,7 @@
 #include "base/exit_codes.h"
 #include "base/log.h"
 #include "calibrate/run_cameras.h"
+#include "calibrate/say.h"
 #include "settings/learnt_masks.h"
 #include "settings/rig_file.h"
 #include "stages/detect_blobs.h"
@@ -21,16 +20,8 @@
 namespace mocap::calibrate {
 namespace {
 
-constexpr int kExitData = 65;  // sysexits EX_DATAERR
 // Fewer tell a lamp from a marker that stands for a moment no more.
 constexpr std::size_t kLeastFrames = 10;
-
-volatile std::sig_atomic_t end_asked = 0;
-
-template <class... Arguments>
-void say(fmt::format_string<Arguments...> text, Arguments&&... arguments) {
-  fmt::print(stderr, "mocap-calibrate: {}\n", fmt::format(text, std::forward<Arguments>(arguments)...));
-}
 
 /// Learns one camera's mask from its images.
 class Learner {
@@ -95,24 +86,21 @@ int exit_code_of(ErrorCode code) {
   return code == ErrorCode::InvalidArgument || code == ErrorCode::Unsupported ? kExitConfig : kExitUnavailable;
 }
 
-// One line that is written over on a terminal; elsewhere nothing.
-bool show_progress(const std::vector<CameraRun>& runs, std::size_t frames) {
-  if (::isatty(STDERR_FILENO) != 0) {
-    std::size_t done = 0;
-    for (const CameraRun& run : runs) done += std::min(run.images.load(std::memory_order_relaxed), frames);
-    fmt::print(stderr, "\r\x1b[2K{} of {} images", done, frames * runs.size());
-    if (done >= frames * runs.size()) fmt::print(stderr, "\r\x1b[2K");
-    std::fflush(stderr);
-  }
-  return end_asked == 0;
+bool tell_progress(const std::vector<CameraRun>& runs, std::size_t frames) {
+  std::size_t done = 0;
+  for (const CameraRun& run : runs) done += std::min(run.images.load(std::memory_order_relaxed), frames);
+  show_progress(done >= frames * runs.size() ? "" : fmt::format("{} of {} images", done, frames * runs.size()));
+  return ends_asked() == 0;
 }
 
 int gather(const settings::DaemonSettings& settings, std::vector<Learner>& learners, std::size_t frames) {
   std::vector<CameraRun> runs(learners.size());
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    runs[i].take = [&learner = learners[i]](const Image& image) { return learner.take(image); };
+    runs[i].take = [&learner = learners[i]](const Frame& frame, const runtime::CameraParts&) {
+      return learner.take(frame.image);
+    };
   }
-  run_cameras(settings, runs, [&] { return show_progress(runs, frames); });
+  run_cameras(settings, runs, [&] { return tell_progress(runs, frames); });
   int exit = kExitOk;
   for (std::size_t i = 0; i < runs.size(); ++i) {
     if (!runs[i].end) {
@@ -202,8 +190,7 @@ int run_mask(const MaskOptions& options) {
   for (CameraModel& camera : learnt_rig) camera.learnt_masks.clear();
   if (options.clear) return write(options, path, learnt_rig);
 
-  std::signal(SIGINT, [](int) { end_asked = 1; });
-  std::signal(SIGTERM, [](int) { end_asked = 1; });
+  catch_end();
   std::vector<Learner> learners;
   for (std::uint32_t i = 0; i < settings->cameras.size(); ++i) {
     learners.emplace_back(settings->rig[i], settings::detect_of(*settings, CameraId{i}), options.frames);

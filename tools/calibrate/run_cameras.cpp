@@ -14,6 +14,8 @@ constexpr Duration kPatience = std::chrono::milliseconds(50);
 constexpr Duration kWatchEvery = std::chrono::milliseconds(100);
 // A camera that is looked for, or that was just told to begin, takes its time.
 constexpr Duration kFirstImageWithin = std::chrono::seconds(10);
+// Simulated cameras show one world, which begins when all of them stand ready.
+constexpr Duration kReadyWithin = std::chrono::milliseconds(200);
 constexpr Duration kSilentAfter = std::chrono::seconds(2);
 
 Error silent(const std::string& name, Duration span) {
@@ -31,7 +33,9 @@ Status start(Camera& camera, const std::string& name, const std::stop_token& sto
   }
 }
 
-Status run(Camera& camera, const std::string& name, CameraRun& run, const std::stop_token& stop) {
+Status run(const runtime::CameraParts& parts, CameraRun& run, const std::stop_token& stop) {
+  Camera& camera = *parts.camera;
+  const std::string& name = parts.name;
   const Status started = start(camera, name, stop);
   if (!started) return started;
   Timestamp heard_at = host_now();
@@ -39,7 +43,7 @@ Status run(Camera& camera, const std::string& name, CameraRun& run, const std::s
     const Result<Frame> frame = camera.next(kPatience);
     if (frame) {
       heard_at = host_now();
-      const Result<Wish> wish = run.take(frame->image);
+      const Result<Wish> wish = run.take(*frame, parts);
       if (!wish) return wish.error();
       run.images.fetch_add(1, std::memory_order_relaxed);
       if (*wish == Wish::Enough) return {};
@@ -62,18 +66,19 @@ void run_cameras(const settings::DaemonSettings& settings, std::vector<CameraRun
   for (cameras::CameraSettings& camera : hurried.cameras) {
     if (auto* replay = std::get_if<cameras::ReplaySettings>(&camera.driver)) replay->speed = 0.0;
   }
+  const Timestamp epoch = host_now() + kReadyWithin;
   std::atomic<std::size_t> running{runs.size()};
   std::vector<std::jthread> threads;
   for (std::uint32_t i = 0; i < runs.size(); ++i) {
     threads.emplace_back([&, i](const std::stop_token& stop) {
-      const std::string& name = hurried.cameras[i].name;
-      Result<runtime::CameraParts> parts = assemble_camera(hurried, CameraId{i}, Timestamp{});
+      Result<runtime::CameraParts> parts = assemble_camera(hurried, CameraId{i}, epoch);
       if (parts) {
-        runs[i].end = run(*parts->camera, name, runs[i], stop);
+        runs[i].end = run(*parts, runs[i], stop);
         parts->camera->stop();
       } else {
         runs[i].end = parts.error();
       }
+      if (!runs[i].end) runs[i].failed.store(true);
       running.fetch_sub(1, std::memory_order_release);
     });
   }

@@ -7,19 +7,22 @@
 
 #include "base/result.h"
 #include "model/frame.h"
+#include "runtime/camera_worker.h"
 #include "settings/daemon_settings.h"
 
 namespace mocap::calibrate {
 
 enum class Wish { More, Enough };
 
-/// What is done with each image of a camera, on that camera's own thread. An error ends that camera's run.
-using TakeImage = std::function<Result<Wish>(const Image&)>;
+/// What is done with each image of a camera, on that camera's own thread; the parts make its detector. An error ends
+/// that camera's run.
+using TakeImage = std::function<Result<Wish>(const Frame&, const runtime::CameraParts&)>;
 
 /// One camera's run.
 struct CameraRun {
   TakeImage take;
   std::atomic<std::size_t> images{0};  ///< so far; any thread may read
+  std::atomic<bool> failed{false};     ///< it ended, and not well; any thread may read
   Status end;                          ///< why it ended; good when enough came or a recording is through
 };
 

@@ -13,6 +13,7 @@
 #include "scene/c3d.h"
 #include "scene/clip_actor.h"
 #include "scene/procedural_actor.h"
+#include "scene/prop_actor.h"
 #include "settings/marker_set_file.h"
 
 namespace mocap::sim {
@@ -49,6 +50,7 @@ Result<std::unique_ptr<scene::Actor>> make_actor(const Options& options) {
     if (!c3d) return in_file(options.motion, c3d.error());
     return scene::make_c3d_actor(std::move(*c3d));
   }
+  if (scene::is_prop(options.motion)) return scene::make_prop_actor(options.motion);
   std::optional<MarkerSet> marker_set;
   if (extension != ".bvh" || !options.marker_set.empty()) {
     auto loaded = settings::load_marker_set(options.marker_set.empty() ? default_marker_set() : options.marker_set);

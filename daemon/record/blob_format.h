@@ -1,0 +1,15 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace mocap::record {
+
+// How a blob recording begins, and what its numbers mean (proto/mocap/v1/blobs.proto).
+
+inline constexpr std::string_view kBlobMagic = "mocapblobs\n";
+inline constexpr std::uint32_t kBlobVersion = 1;
+inline constexpr std::uint32_t kTouchesBorder = 1;
+inline constexpr std::uint32_t kMerged = 2;
+
+}  // namespace mocap::record

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+
+#include "calibration/take.h"
+#include "model/camera_model.h"
+#include "record/blob_recording.h"
+
+namespace mocap::calibrate::testing {
+
+/// Writes a take as the blob recording that the same cameras would have given.
+inline void write_take(const std::filesystem::path& path, const calibration::Take& take, const Rig& rig) {
+  std::vector<record::RecordedCamera> cameras;
+  for (const CameraModel& camera : rig) cameras.push_back({camera.name, camera.width_px, camera.height_px});
+  auto writer = record::make_blob_writer(path, cameras);
+  MOCAP_EXPECTS(writer.has_value());
+  BlobFrame frame;
+  for (std::uint32_t c = 0; c < take.cameras.size(); ++c) {
+    for (std::size_t i = 0; i < take.cameras[c].size(); ++i) {
+      const calibration::Picture& picture = take.cameras[c][i];
+      frame.camera = CameraId{c};
+      frame.number = i;
+      frame.exposed_at = picture.exposed_at;
+      frame.blobs.clear();
+      for (const calibration::Spot& spot : picture.spots) {
+        Blob blob;
+        blob.centroid = spot.at;
+        blob.sigma_px = spot.sigma_px;
+        if (!frame.blobs.try_push_back(blob)) break;
+      }
+      MOCAP_EXPECTS((*writer)->write(frame).has_value());
+    }
+  }
+  MOCAP_EXPECTS((*writer)->finish().has_value());
+}
+
+}  // namespace mocap::calibrate::testing

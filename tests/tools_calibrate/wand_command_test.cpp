@@ -1,0 +1,297 @@
+#include "calibrate/wand_command.h"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Geometry>
+#include <fstream>
+#include <functional>
+#include <set>
+
+#include "eval/wand_world.h"
+#include "geometry/rigid_fit.h"
+#include "settings/rig_file.h"
+#include "support/temporary_folder.h"
+#include "take_file.h"
+
+namespace mocap::calibrate {
+namespace {
+
+using calibration::Take;
+using calibration::Wand;
+using eval::WandWorld;
+using ::testing::HasSubstr;
+
+const Wand kWand{{0.0, 0.16, 0.5}};
+
+struct Ran {
+  int exit = 0;
+  std::string said;
+};
+
+// The command as a user gives it.
+Ran run(std::vector<std::string> arguments) {
+  CLI::App app;
+  WandOptions options;
+  add_wand_command(app, options);
+  std::reverse(arguments.begin(), arguments.end());
+  arguments.emplace_back("wand");
+  ::testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStdout();
+  Ran ran;
+  try {
+    app.parse(arguments);
+    ran.exit = run_wand(options);
+  } catch (const CLI::ParseError& error) {
+    ran.exit = kExitUsage;
+    ran.said = error.what();
+  }
+  std::fflush(stdout);
+  ran.said += ::testing::internal::GetCapturedStderr() + ::testing::internal::GetCapturedStdout();
+  return ran;
+}
+
+class WandCommand : public ::testing::Test {
+ protected:
+  std::string path(const char* name) const { return (folder_.path() / name).string(); }
+
+  // Runs on a take, with the truth as the rig before.
+  Ran run_on(const Take& take, const Rig& truth, const Rig& before, std::vector<std::string> more = {}) const {
+    testing::write_take(path("take.blobs"), take, truth);
+    EXPECT_TRUE(settings::save_rig(path("before.toml"), before, {}));
+    std::vector<std::string> arguments{"--blobs", path("take.blobs"), "--rig", path("before.toml"),
+                                       "--out",   path("rig.toml")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run(arguments);
+  }
+  bool wrote() const { return std::filesystem::exists(path("rig.toml")); }
+
+  support::TemporaryFolder folder_;
+};
+
+eval::WandWorldSettings small_world() { return {.cameras = 5, .noise_px = 0.1, .seconds = 20.0, .rate_hz = 30.0}; }
+
+TEST_F(WandCommand, WritesARigInTheWorldOfTheOneBefore) {
+  WandWorld world(small_world(), kWand, 21);
+
+  const Ran ran = run_on(world.take(), world.truth(), world.truth());
+
+  ASSERT_EQ(ran.exit, kExitOk) << ran.said;
+  const auto rig = settings::load_rig(path("rig.toml"));
+  ASSERT_TRUE(rig);
+  for (std::size_t c = 0; c < rig->size(); ++c) {
+    EXPECT_EQ((*rig)[c].name, world.truth()[c].name);
+    EXPECT_LT(((*rig)[c].centre().v - world.truth()[c].centre().v).norm(), 2e-3) << "m, as the noise allows";
+  }
+}
+
+TEST_F(WandCommand, NeedsNoLensesAndThenGuessesTheFloor) {
+  WandWorld world(small_world(), kWand, 22);
+  testing::write_take(path("take.blobs"), world.take(), world.truth());
+
+  const Ran ran = run({"--blobs", path("take.blobs"), "--fov", "60", "--out", path("rig.toml")});
+
+  ASSERT_EQ(ran.exit, kExitOk) << ran.said;
+  EXPECT_THAT(ran.said, HasSubstr("floor: a guess"));
+  const auto rig = settings::load_rig(path("rig.toml"));
+  ASSERT_TRUE(rig);
+  for (const CameraModel& camera : *rig) EXPECT_GT(camera.centre().v.z(), 0.5) << "cameras hang over the floor";
+}
+
+TEST_F(WandCommand, WritesNothingInADryRun) {
+  WandWorld world(small_world(), kWand, 23);
+
+  const Ran ran = run_on(world.take(), world.truth(), world.truth(), {"--dry-run"});
+
+  EXPECT_EQ(ran.exit, kExitOk) << ran.said;
+  EXPECT_FALSE(wrote());
+}
+
+TEST_F(WandCommand, KeepsTheRigThatWasThereWhenATakeIsRefused) {
+  WandWorld world(small_world(), kWand, 24);
+  Take take = world.take();
+  for (auto& picture : take.cameras[2]) picture.spots.clear();
+  std::ofstream(path("rig.toml")) << "# mine\n";
+
+  const Ran ran = run_on(take, world.truth(), world.truth());
+
+  EXPECT_EQ(ran.exit, kExitData);
+  std::ifstream file(path("rig.toml"));
+  std::string text;
+  std::getline(file, text);
+  EXPECT_EQ(text, "# mine");
+}
+
+// --- what is refused -------------------------------------------------------------------------------------------------
+
+struct World {
+  WandWorld sim;
+  Take take;
+  Rig before;
+  std::vector<std::string> more;
+
+  explicit World(std::uint64_t seed, eval::WandWorldSettings settings = small_world(), const Wand& wand = kWand)
+      : sim(settings, wand, seed), take(sim.take()), before(sim.truth()) {}
+};
+
+struct Bad {
+  const char* name;
+  std::function<World()> world;
+  std::vector<const char*> told;  // parts of the message
+};
+
+World without_overlap() {
+  World world(31);
+  for (std::size_t c = 0; c < world.take.cameras.size(); ++c) {
+    const std::size_t third = world.take.cameras[c].size() / 3;
+    for (std::size_t i = 0; i < world.take.cameras[c].size(); ++i) {
+      if ((c == 3) != (i < third)) world.take.cameras[c][i].spots.clear();
+    }
+  }
+  return world;
+}
+
+World with_few_samples() {
+  auto settings = small_world();
+  settings.seconds = 1.5;
+  return World(32, settings);
+}
+
+World with_markers_in_another_order() {
+  World world(33);
+  world.more = {"--wand", "0,250,500"};
+  return world;
+}
+
+World with_a_middle_marker_a_little_off() {
+  World world(34, small_world(), Wand{{0.0, 0.17, 0.5}});
+  return world;
+}
+
+World with_a_wand_of_another_length() {
+  World world(35, small_world(), Wand{{0.0, 0.128, 0.4}});
+  return world;
+}
+
+World with_two_wands() {
+  World world(36);
+  WandWorld second(small_world(), kWand, 37);
+  const Take other = second.take();
+  for (std::size_t c = 0; c < other.cameras.size(); ++c) {
+    for (std::size_t i = 0; i < other.cameras[c].size(); ++i) {
+      auto& spots = world.take.cameras[c][i].spots;
+      spots.insert(spots.end(), other.cameras[c][i].spots.begin(), other.cameras[c][i].spots.end());
+    }
+  }
+  return world;
+}
+
+World with_a_still_wand() {
+  auto settings = small_world();
+  settings.body = false;
+  settings.false_blobs = 0.0;
+  World world(38, settings);
+  for (auto& camera : world.take.cameras) {
+    for (auto& picture : camera) picture.spots = camera.front().spots;
+  }
+  return world;
+}
+
+World with_a_late_camera() {
+  World world(39);
+  // Its stamps are 8 ms early: what it shows is where the wand was later.
+  auto settings = small_world();
+  settings.rate_hz = 500.0;
+  WandWorld fine(settings, kWand, 39);
+  const Take all = fine.take();
+  for (std::size_t c = 0; c < world.take.cameras.size(); ++c) {
+    for (std::size_t i = 0; i < world.take.cameras[c].size(); ++i) {
+      const auto at = static_cast<std::size_t>(std::llround(static_cast<double>(i) / 30.0 * 500.0)) + (c == 1 ? 4 : 0);
+      auto& picture = world.take.cameras[c][i];
+      picture.exposed_at =
+          all.cameras[c][std::min(at, all.cameras[c].size() - 1) - (c == 1 && at >= 4 ? 4 : 0)].exposed_at;
+      picture.spots = all.cameras[c][std::min(at, all.cameras[c].size() - 1)].spots;
+    }
+  }
+  return world;
+}
+
+World with_a_mirrored_camera() {
+  World world(40);
+  for (auto& picture : world.take.cameras[2]) {
+    for (auto& spot : picture.spots) spot.at.v.x() = world.before[2].width_px - 1 - spot.at.v.x();
+  }
+  return world;
+}
+
+World with_a_lens_file_of_another_size() {
+  World world(41);
+  world.before[1].width_px /= 2;
+  world.before[1].height_px /= 2;
+  return world;
+}
+
+World with_a_blind_camera() {
+  World world(42);
+  for (auto& picture : world.take.cameras[4]) picture.spots.clear();
+  return world;
+}
+
+World with_a_camera_that_is_in_no_rig() {
+  World world(43);
+  world.before[0].name = "another";
+  return world;
+}
+
+const std::vector<Bad> kBad{
+    {"no overlap", without_overlap, {"no overlap", "'cam4'"}},
+    {"few samples", with_few_samples, {"camera 'cam", "expected 60 at least; wave", "more where"}},
+    {"wrong order", with_markers_in_another_order, {"divides it at 0.32, expected 0.50"}},
+    {"middle marker off", with_a_middle_marker_a_little_off, {"middle marker is at 170 mm of 500, told was 160"}},
+    {"wrong length",
+     with_a_wand_of_another_length,
+     {"1.250 times as far apart", "the wand is 400 mm long, told was 500"}},
+    {"two wands", with_two_wands, {"two wands in"}},
+    {"still wand", with_a_still_wand, {"lies still"}},
+    {"not synchronised", with_a_late_camera, {"camera 'cam2'", "about 8.", "ms later than"}},
+    {"mirrored", with_a_mirrored_camera, {"camera 'cam3': its images are mirrored"}},
+    {"another size", with_a_lens_file_of_another_size, {"camera 'cam2'", "1280x1024", "640x512"}},
+    {"blind camera", with_a_blind_camera, {"camera 'cam5': no wand in any of 600 pictures"}},
+    {"unknown camera", with_a_camera_that_is_in_no_rig, {"camera 'cam1': its lens is not known"}},
+};
+
+class BadTake : public WandCommand, public ::testing::WithParamInterface<std::size_t> {};
+
+TEST_P(BadTake, GivesItsOwnMessageAndNoRig) {
+  const Bad& bad = kBad[GetParam()];
+  World world = bad.world();
+
+  const Ran ran = run_on(world.take, world.sim.truth(), world.before, world.more);
+
+  EXPECT_NE(ran.exit, kExitOk) << bad.name;
+  for (const char* part : bad.told) EXPECT_THAT(ran.said, HasSubstr(part)) << bad.name;
+  EXPECT_FALSE(wrote()) << bad.name;
+}
+
+INSTANTIATE_TEST_SUITE_P(All, BadTake, ::testing::Range(std::size_t{0}, kBad.size()));
+
+TEST_F(WandCommand, RefusesFilesThatAreNoRecordings) {
+  const auto garbage = folder_.write("garbage.blobs", "P5 640 480 255 ...").string();
+  const auto newer = folder_.write("newer.blobs", std::string("mocapblobs\n\x02\x08\x07", 14)).string();
+  const auto empty = folder_.write("empty.blobs", "").string();
+
+  EXPECT_THAT(run({"--blobs", garbage, "--out", path("rig.toml")}).said, HasSubstr("is no blob recording"));
+  EXPECT_THAT(run({"--blobs", newer, "--out", path("rig.toml")}).said, HasSubstr("has version 7, expected 1 to 1"));
+  EXPECT_THAT(run({"--blobs", empty, "--out", path("rig.toml")}).said, HasSubstr("is no blob recording"));
+  EXPECT_EQ(run({"--blobs", path("none.blobs"), "--out", path("rig.toml")}).exit, kExitNoInput);
+  EXPECT_FALSE(wrote());
+}
+
+TEST_F(WandCommand, RefusesWandsThatThereAreNot) {
+  for (const char* wand : {"600", "0,500,160", "0", "10,500", "0,a,500", "0,1,2,3", ""}) {
+    const Ran ran = run({"--blobs", "any.blobs", "--out", path("rig.toml"), "--wand", wand});
+    EXPECT_EQ(ran.exit, kExitUsage) << wand;
+  }
+}
+
+}  // namespace
+}  // namespace mocap::calibrate

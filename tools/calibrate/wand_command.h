@@ -1,0 +1,34 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "calibrate/gather_blobs.h"
+#include "calibration/wand.h"
+
+namespace mocap::calibrate {
+
+struct WandOptions {
+  TakeOptions take;
+  std::string wand = "500";
+  std::filesystem::path rig;      ///< names, lenses and, to keep the floor, places; empty: the configuration's
+  std::optional<double> fov_deg;  ///< instead of lenses: how wide the cameras look, about
+  bool refine_lens = false;
+  bool moved = false;         ///< the cameras do not stand where the rig says
+  std::filesystem::path out;  ///< empty: the configuration's rig file
+  bool dry_run = false;
+  int threads = 2;
+};
+
+/// A preset by its length in mm (250, 400, 500), or places of two or three markers in mm: "0,160,500".
+Result<calibration::Wand> parse_wand(const std::string& text);
+
+/// `mocap-calibrate wand`
+void add_wand_command(CLI::App& app, WandOptions& options);
+
+/// Gathers a take of a waved wand, solves for all cameras and writes the rig. Gives the program's exit code.
+int run_wand(const WandOptions& options);
+
+}  // namespace mocap::calibrate
