@@ -44,6 +44,10 @@ struct CameraHealth {
   double offset_us = 0.0;    ///< its exposures after the mean of those that expose together
   double drift_us_s = 0.0;   ///< how that grows
   double jitter_us = 0.0;    ///< standard deviation of the offset about its drift
+  bool bumped = false;       ///< it stands otherwise than the rig says, as the other cameras see it
+  double rig_off_px = 0.0;   ///< how far off its views are on the whole, by such a turn and move; 0: not told
+  double rig_turned_rad = 0.0;
+  double rig_moved_m = 0.0;
 };
 
 /// The feed's own side of its connections. All but the first and the last but one run since the start.

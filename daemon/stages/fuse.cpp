@@ -25,6 +25,7 @@ Snapshot& Fusion::step(const FrameSet& frames) {
   const Expected& expected = expect(frames.exposed_at);
   const Matches& matches = parts_.matcher->match(frames, expected);
   const Markers& markers = parts_.triangulator->triangulate(frames, matches);
+  if (parts_.drift) assessed_ = parts_.drift->look(frames, matches, markers);
   const TrackedMarkers& tracked = parts_.tracker->step(markers, expected, matches.lone);
   snapshot_.labels = parts_.labeller->label(tracked, expected);
   learn_fit();

@@ -13,6 +13,7 @@
 #include "module/skeleton_solver.h"
 #include "module/triangulator.h"
 #include "stages/refine_subject.h"
+#include "stages/watch_drift.h"
 
 namespace mocap::stages {
 
@@ -24,6 +25,7 @@ struct FusionParts {
   std::unique_ptr<Labeller> labeller;
   std::unique_ptr<SkeletonSolver> solver;
   std::unique_ptr<SubjectRefiner> refiner;  ///< none: bodies stay as they were recognised
+  std::unique_ptr<DriftWatch> drift;        ///< none: nobody looks whether the rig is still right
 };
 
 /// The whole row: one instant's blobs to one snapshot. What it believes of the markers, names and bodies lives from
@@ -41,6 +43,10 @@ class Fusion {
 
   /// The fit of a subject that the last step began to use, with the description version that its snapshot bears.
   const std::optional<SubjectFit>& fit() const noexcept { return fit_; }
+
+  /// The camera that was looked at anew in the last step, how it stands; null where nobody looks.
+  const CameraDrift* drift() const noexcept { return parts_.drift ? &parts_.drift->camera(assessed_) : nullptr; }
+  CameraId assessed() const noexcept { return assessed_; }
 
  private:
   using BornBy = std::pair<TrackId, Label>;
@@ -60,6 +66,7 @@ class Fusion {
   BoundedVector<BornBy, kMaxMarkers> names_;  // sorted by track: who bore a name after the last step
   BoundedVector<BornBy, kMaxMarkers> kept_;   // tracks that one camera's rays keep in place, and their last names
   NamedRays rays_;
+  CameraId assessed_{0};  // by the drift watch
   std::optional<SubjectFit> fit_;
   std::optional<SubjectFit> refined_;  // after the last set, to be worn from this one on
   Snapshot snapshot_;

@@ -199,7 +199,11 @@ Result<Health> decode(const v1::Health& from) {
                             !camera.has_synchronised() || camera.synchronised(),
                             camera.offset_us(),
                             camera.drift_us_s(),
-                            camera.jitter_us()});
+                            camera.jitter_us(),
+                            camera.bumped(),
+                            camera.rig_off_px(),
+                            camera.rig_turned_rad(),
+                            camera.rig_moved_m()});
   }
   const v1::FeedHealth& feed = from.feed();
   into.feed = {feed.listeners(),       feed.connections(), feed.disconnections(), feed.failed_handshakes(),

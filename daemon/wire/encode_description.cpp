@@ -119,6 +119,10 @@ void encode_camera_health(const CameraHealth& from, v1::CameraHealth& into) {
   into.set_offset_us(from.offset_us);
   into.set_drift_us_s(from.drift_us_s);
   into.set_jitter_us(from.jitter_us);
+  into.set_bumped(from.bumped);
+  into.set_rig_off_px(from.rig_off_px);
+  into.set_rig_turned_rad(from.rig_turned_rad);
+  into.set_rig_moved_m(from.rig_moved_m);
   assign_valid_utf8(from.last_error, *into.mutable_last_error());
 }
 
