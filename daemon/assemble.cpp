@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cameras/open_camera.h"
+#include "record/blob_recording.h"
 #include "record/snapshot_writer.h"
 #include "settings/subject_keeper.h"
 #include "stages/detect_blobs.h"
@@ -78,6 +79,7 @@ stages::FusionParts assemble_row(const settings::DaemonSettings& settings) {
   if (settings.refine.instants > 0) {
     row.refiner = std::make_unique<stages::SubjectRefiner>(settings.refine, settings.worn);
   }
+  if (settings.drift.drift_px > 0.0) row.drift = std::make_unique<stages::DriftWatch>(settings.drift, settings.rig);
   return row;
 }
 
@@ -125,6 +127,13 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
     Result<std::unique_ptr<Writer>> writer = record::make_snapshot_writer(settings.record.snapshots);
     if (!writer) return writer.error();
     made.parts.writers.push_back(std::move(*writer));
+  }
+  if (!settings.record.blobs.empty()) {
+    std::vector<record::RecordedCamera> cameras;
+    for (const CameraModel& camera : settings.rig) cameras.push_back({camera.name, camera.width_px, camera.height_px});
+    Result<std::unique_ptr<BlobWriter>> writer = record::make_blob_writer(settings.record.blobs, cameras);
+    if (!writer) return writer.error();
+    made.parts.blob_writer = std::move(*writer);
   }
   if (!settings.kept.empty()) made.parts.writers.push_back(settings::make_subject_keeper(settings.kept));
   return made;

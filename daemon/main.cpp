@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
+#include <numbers>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -68,7 +69,39 @@ class Detectors {
   std::vector<std::pair<std::string, runtime::DetectionReport>> cameras_;
 };
 
-void watch_over(runtime::Pipeline& pipeline, Detectors& detectors, runtime::Service& service, const sigset_t& signals) {
+// Whether the cameras stand as the rig says; each change once.
+class Stands {
+ public:
+  explicit Stands(const settings::DaemonSettings& settings) : drifted_(settings.cameras.size(), false) {
+    for (const auto& camera : settings.cameras) names_.push_back("camera " + camera.name);
+  }
+
+  void log(const runtime::Pipeline& pipeline) {
+    for (std::uint32_t i = 0; i < names_.size(); ++i) {
+      const runtime::RigGauges& rig = pipeline.rig_gauges(CameraId{i});
+      const bool drifted = rig.drifted.read() > 0.0;
+      if (drifted == drifted_[i]) continue;
+      drifted_[i] = drifted;
+      if (!drifted) {
+        log_info(names_[i], "stands as the rig says again");
+        continue;
+      }
+      log_warn(
+          names_[i],
+          fmt::format("stands otherwise than the rig says: off={:.1f}px, as turned by {:.2f}deg and moved by "
+                      "{:.0f}mm; was it bumped? See mocap-calibrate verify, and mend the rig with "
+                      "mocap-calibrate refine",
+                      rig.off_px.read(), rig.turned_rad.read() * 180.0 / std::numbers::pi, 1e3 * rig.moved_m.read()));
+    }
+  }
+
+ private:
+  std::vector<std::string> names_;
+  std::vector<bool> drifted_;
+};
+
+void watch_over(runtime::Pipeline& pipeline, Detectors& detectors, Stands& stands, runtime::Service& service,
+                const sigset_t& signals) {
   Timestamp looked_at = host_now();
   Timestamp said_at = looked_at;
   runtime::RunTotals said = runtime::totals_of(pipeline);
@@ -82,10 +115,12 @@ void watch_over(runtime::Pipeline& pipeline, Detectors& detectors, runtime::Serv
       runtime::RunTotals totals = runtime::totals_of(pipeline);
       service.status(runtime::status_line(said, totals, now - said_at));
       detectors.log(pipeline, now);
+      stands.log(pipeline);
       said = std::move(totals);
       said_at = now;
     }
   }
+  stands.log(pipeline);
 }
 
 int exit_code_of(ErrorCode code) {
@@ -117,7 +152,8 @@ int serve(const settings::DaemonSettings& settings) {
                                  settings.subjects.size(), settings.publish.endpoint));
   service.ready(fmt::format("waiting for the images of {} cameras", pipeline.camera_count()));
   Detectors detectors(settings);
-  watch_over(pipeline, detectors, service, signals);
+  Stands stands(settings);
+  watch_over(pipeline, detectors, stands, service, signals);
   service.stopping();
   pipeline.stop();
   log_info("mocapd", "ended, " + runtime::summary_line(runtime::totals_of(pipeline)));

@@ -125,6 +125,7 @@ Status CameraWorker::take_in(const Frame& frame, const std::stop_token& stop) {
   seen_.blobs = detection.blobs;
   parts_.tracker->track(seen_);
   seen_.detected_at = settings_.lossless ? frame.received_at : host_now();
+  record(stop);
   push(stop);
   return {};
 }
@@ -157,6 +158,21 @@ void CameraWorker::push(const std::stop_token& stop) {
     channel_.room.wait(ticket, kLookAtStop);
   }
   deliver(Delivery::Delivering);
+}
+
+void CameraWorker::record(const std::stop_token& stop) {
+  if (channel_.to_record == nullptr) return;
+  for (;;) {
+    const WakeSignal::Ticket ticket = channel_.record_room.ticket();
+    if (channel_.to_record->try_push(seen_)) break;
+    if (!settings_.lossless) {
+      channel_.counters.dropped_record_full.add();
+      return;
+    }
+    if (stop.stop_requested()) return;
+    channel_.record_room.wait(ticket, kLookAtStop);
+  }
+  channel_.wake_recorder->signal();
 }
 
 void CameraWorker::tell_failure(const std::string& reason) {

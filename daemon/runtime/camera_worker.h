@@ -59,9 +59,13 @@ struct CameraChannel {
   SpscQueue<BlobFrame> frames;                       ///< to the fusion thread
   SpscQueue<CameraNote> notes{16};                   ///< to the publish thread; a note that finds no room is left out
   SpscQueue<stages::CameraTiming> timings{4};        ///< fusion thread to publish thread, about one a second
+  std::unique_ptr<SpscQueue<BlobFrame>> to_record;   ///< to the blob recorder; null: blobs are not recorded
   std::atomic<Delivery> delivery{Delivery::NotYet};  ///< set by the camera's thread, after the frames it speaks of
   WakeSignal room;                                   ///< signalled by the fusion thread when it took frames
   WakeSignal& wake_fusion;
+  WakeSignal record_room;               ///< signalled by the blob recorder when it took frames
+  WakeSignal* wake_recorder = nullptr;  ///< where there is one
+  RigGauges rig;                        ///< set by the fusion thread
   CameraCounters counters;
 };
 
@@ -81,6 +85,7 @@ class CameraWorker {
   Status take_in(const Frame& frame, const std::stop_token& stop);
   Status prepare_for(const Image& image);
   void push(const std::stop_token& stop);
+  void record(const std::stop_token& stop);
   void tell_failure(const std::string& reason);
   void note(CameraPhase phase, const std::string& error = {});
   void deliver(Delivery state);

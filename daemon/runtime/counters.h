@@ -43,11 +43,18 @@ struct DetectionCounters {
 /// Raised by one camera's thread.
 struct CameraCounters {
   Counter frames;
-  Counter missing_frames;      ///< gaps in the camera's own count
-  Counter failed_frames;       ///< came, and were unusable
-  Counter dropped_queue_full;  ///< blob frames that the fusion had no room for
+  Counter missing_frames;       ///< gaps in the camera's own count
+  Counter failed_frames;        ///< came, and were unusable
+  Counter dropped_queue_full;   ///< blob frames that the fusion had no room for
+  Counter dropped_record_full;  ///< blob frames that the recording had no room for
   DetectionCounters detection;
   Counter reopened;
+};
+
+/// How a camera stands against what the rig says (stages::CameraDrift); set by the fusion thread.
+struct RigGauges {
+  Gauge drifted;  ///< 1: it stands otherwise
+  Gauge off_px, turned_rad, moved_m;
 };
 
 /// Raised by the fusion thread.

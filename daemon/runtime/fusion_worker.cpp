@@ -104,6 +104,7 @@ bool FusionWorker::fuse_what_is_ready(const std::stop_token& stop) {
 
 void FusionWorker::fuse(const FrameSet& frames, const std::stop_token& stop) {
   Snapshot& snapshot = fusion_->step(frames);
+  tell_rig();
   if (settings_.lossless) {
     snapshot.instants.received_at.reset();
     snapshot.instants.detected_at.reset();
@@ -128,6 +129,16 @@ bool FusionWorker::hand_on(const Snapshot& snapshot, SnapshotChannel& to, const 
   }
   to.there_is_work.signal();
   return true;
+}
+
+void FusionWorker::tell_rig() {
+  const stages::CameraDrift* drift = fusion_->drift();
+  if (drift == nullptr || fusion_->assessed().value >= links_.cameras.size()) return;
+  RigGauges& rig = links_.cameras[fusion_->assessed().value]->rig;
+  rig.off_px.set(drift->off_px);
+  rig.turned_rad.set(drift->turned_rad);
+  rig.moved_m.set(drift->moved_m);
+  rig.drifted.set(drift->drifted ? 1.0 : 0.0);
 }
 
 // To the publish thread, which tells the operator.

@@ -62,6 +62,7 @@ class FusionWorker {
   void fuse(const FrameSet& frames, const std::stop_token& stop);
   bool hand_on(const Snapshot& snapshot, SnapshotChannel& to, const std::stop_token& stop);
   void tell_timing();
+  void tell_rig();
   bool all_ended() const;
   Timestamp now() const;
 

@@ -20,6 +20,10 @@ Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
   for (std::size_t i = 0; i < parts.cameras.size(); ++i) {
     streams.push_back(parts.cameras[i].stream.get());
     channels_.push_back(std::make_unique<CameraChannel>(at_least_one(settings.camera_queue_frames), wake_fusion_));
+    if (parts.blob_writer) {
+      channels_.back()->to_record = std::make_unique<SpscQueue<BlobFrame>>(at_least_one(settings.record_queue_frames));
+      channels_.back()->wake_recorder = &wake_recorder_;
+    }
     CameraWorkerSettings camera = settings.camera;
     if (i < settings.camera_threads.size()) camera.thread = settings.camera_threads[i];
     camera_workers_.push_back(std::make_unique<CameraWorker>(std::move(parts.cameras[i]), camera, *channels_[i]));
@@ -34,6 +38,9 @@ Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
       PublishWorker::Links{&to_publish_, borrow_channels(), streams, &fusion_counters_}, publish_counters_);
   if (writes) {
     side_worker_ = std::make_unique<SideWorker>(std::move(parts.writers), settings.lossless, to_side_, side_counters_);
+  }
+  if (parts.blob_writer) {
+    blob_recorder_ = std::make_unique<BlobRecorder>(std::move(parts.blob_writer), borrow_channels(), wake_recorder_);
   }
   start_threads();
 }
@@ -52,6 +59,12 @@ void Pipeline::start_threads() {
     side_thread_ = std::jthread([this] {
       name_this_thread("mocap-side");
       side_worker_->run();
+    });
+  }
+  if (blob_recorder_) {
+    record_thread_ = std::jthread([this](const std::stop_token& token) {
+      name_this_thread("mocap-record");
+      blob_recorder_->run(token);
     });
   }
   publish_thread_ = std::jthread([this] {
@@ -77,6 +90,9 @@ void Pipeline::stop() {
   for (std::jthread& thread : camera_threads_) {
     if (thread.joinable()) thread.join();
   }
+  record_thread_.request_stop();
+  wake_recorder_.signal();
+  if (record_thread_.joinable()) record_thread_.join();
   fusion_thread_.request_stop();
   wake_fusion_.signal();
   if (fusion_thread_.joinable()) fusion_thread_.join();

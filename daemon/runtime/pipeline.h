@@ -5,8 +5,10 @@
 #include <vector>
 
 #include "model/description.h"
+#include "module/blob_writer.h"
 #include "module/publisher.h"
 #include "module/writer.h"
+#include "runtime/blob_recorder.h"
 #include "runtime/camera_worker.h"
 #include "runtime/fusion_worker.h"
 #include "runtime/publish_worker.h"
@@ -25,6 +27,7 @@ struct PipelineSettings {
   std::size_t camera_queue_frames = 8;
   std::size_t publish_queue_snapshots = 8;
   std::size_t side_queue_snapshots = 64;
+  std::size_t record_queue_frames = 64;  ///< of each camera, where blobs are recorded
   /// A replay: nothing is dropped, everybody waits for room, time is the recording's. The snapshots depend on the
   /// frames alone.
   bool lossless = false;
@@ -35,6 +38,7 @@ struct PipelineParts {
   std::unique_ptr<stages::Fusion> fusion;
   std::unique_ptr<Publisher> publisher;
   std::vector<std::unique_ptr<Writer>> writers;  ///< none: no side thread
+  std::unique_ptr<BlobWriter> blob_writer;       ///< none: blobs are not recorded
   Description description;
 };
 
@@ -59,6 +63,7 @@ class Pipeline {
   const PublishCounters& publish_counters() const noexcept { return publish_counters_; }
   const SideCounters& side_counters() const noexcept { return side_counters_; }
   const CameraCounters& camera_counters(CameraId camera) const { return channels_[camera.value]->counters; }
+  const RigGauges& rig_gauges(CameraId camera) const { return channels_[camera.value]->rig; }
   std::size_t camera_count() const noexcept { return channels_.size(); }
 
  private:
@@ -70,6 +75,7 @@ class Pipeline {
   void start_threads();
 
   WakeSignal wake_fusion_;
+  WakeSignal wake_recorder_;
   std::vector<std::unique_ptr<CameraChannel>> channels_;
   SnapshotChannel to_publish_;
   SnapshotChannel to_side_;
@@ -80,6 +86,7 @@ class Pipeline {
   std::unique_ptr<FusionWorker> fusion_worker_;
   std::unique_ptr<PublishWorker> publish_worker_;
   std::unique_ptr<SideWorker> side_worker_;
+  std::unique_ptr<BlobRecorder> blob_recorder_;
   std::atomic<bool> publish_ended_{false};
   Progress last_progress_;
 
@@ -87,6 +94,7 @@ class Pipeline {
   std::jthread fusion_thread_;
   std::jthread publish_thread_;
   std::jthread side_thread_;
+  std::jthread record_thread_;
 };
 
 }  // namespace mocap::runtime

@@ -163,6 +163,10 @@ void PublishWorker::gather_camera(std::size_t camera, double seconds) {
   health.underruns = stream.underruns.load(std::memory_order_relaxed);
   health.resent_packets = stream.resent_packets.load(std::memory_order_relaxed);
   health.missing_packets = stream.missing_packets.load(std::memory_order_relaxed);
+  health.bumped = channel.rig.drifted.read() > 0.0;
+  health.rig_off_px = channel.rig.off_px.read();
+  health.rig_turned_rad = channel.rig.turned_rad.read();
+  health.rig_moved_m = channel.rig.moved_m.read();
   health.rate_hz = static_cast<double>(health.frames - frames_reported_[camera]) / seconds;
   frames_reported_[camera] = health.frames;
 }

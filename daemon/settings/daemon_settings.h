@@ -23,6 +23,7 @@
 #include "stages/track_blobs.h"
 #include "stages/track_markers.h"
 #include "stages/triangulate_matches.h"
+#include "stages/watch_drift.h"
 #include "wire/zmq_publisher.h"
 
 namespace mocap::settings {
@@ -61,6 +62,7 @@ struct DaemonSettings {
   stages::LabelSettings label;
   stages::SolveSettings solve;
   stages::RefineSettings refine;
+  stages::DriftSettings drift;  ///< [watch]; drift_px 0: off
   wire::PublisherSettings publish;
   RecordSettings record;
   runtime::PipelineSettings pipeline;  ///< [capture], [align], [publish], [reopen], [queues], [realtime]

@@ -136,6 +136,12 @@ void tell_refine(Keys& keys, DaemonSettings& all) {
   keys.number("least_gain", refine.least_gain, {0, 1});
 }
 
+void tell_watch(Keys& keys, DaemonSettings& all) {
+  keys.number("drift_px", all.drift.drift_px, {0, 100});
+  keys.number("reach_deg", all.drift.reach_deg, {0.1, 5});
+  keys.number("memory_s", all.drift.memory_s, {0.5, 600});
+}
+
 void tell_publish(Keys& keys, DaemonSettings& all) {
   keys.text("endpoint", all.publish.endpoint);
   keys.flag("allow_remote", all.publish.allow_remote);
@@ -183,6 +189,7 @@ constexpr Section kSections[] = {
     {"label", tell_label},
     {"solve", tell_solve},
     {"refine", tell_refine},
+    {"watch", tell_watch},      //
     {"publish", tell_publish},  //
     {"record", tell_record},    //
     {"reopen", tell_reopen},    //
