@@ -6,6 +6,8 @@
 #include <cmath>
 #include <optional>
 
+#include "geometry/lens.h"
+
 namespace mocap::calibration {
 namespace {
 
@@ -38,29 +40,45 @@ WandRefusal too_few(const Rig& rig, const std::vector<std::size_t>& shared, cons
                       static_cast<std::size_t>(settings.least_samples) - *worst)};
 }
 
-// A camera that does not go with any other, unless its images are turned round as in a mirror.
-std::optional<WandRefusal> refuse_mirrored(const WandViews& views, const Rig& start, const std::vector<bool>& placed,
-                                           const Wand& wand, const WandSettings& settings, double reach_px) {
-  for (std::size_t c = 0; c < start.size(); ++c) {
-    for (std::size_t other = 0; other < start.size() && !placed[c]; ++other) {
-      std::vector<WandPair> pairs = other == c || !placed[other] ? std::vector<WandPair>{} : pairs_of(views, other, c);
-      if (pairs.size() < static_cast<std::size_t>(settings.least_samples)) continue;
-      for (WandPair& pair : pairs) {
-        for (Eigen::Vector2d& ray : pair.b.ray) ray.x() = -ray.x();
-      }
-      const auto relation = relate(pairs, wand, reach_px / std::min(start[c].lens.fx_px, start[other].lens.fx_px));
-      if (!relation || relation->share < kSureShare) continue;
-      return WandRefusal{
-          WandFault::Mirrored,
-          fmt::format("camera '{}': its images are mirrored: {:.0f} % of what it and '{}' saw agrees only "
-                      "with left and right exchanged; switch off its ReverseX or ReverseY, or the mirror",
-                      start[c].name, 100.0 * relation->share, start[other].name)};
+// As pairs_of, with b's images turned round as in a mirror.
+std::vector<WandPair> mirrored_pairs_of(const WandViews& views, const Rig& rig, std::size_t a, std::size_t b,
+                                        std::size_t marks) {
+  std::vector<WandPair> pairs;
+  for (std::size_t i = 0; i < views.instants.size(); ++i) {
+    if (!views.of[a][i] || !views.of[b][i]) continue;
+    WandPair pair{views.of[a][i]->rays, views.of[b][i]->rays};
+    bool told = true;
+    for (std::size_t m = 0; m < marks && told; ++m) {
+      const auto spot = static_cast<std::size_t>(views.of[b][i]->spots[m]);
+      PixelPoint at = views.picture(b, i)->spots[spot].at;
+      at.v.x() = rig[b].width_px - 1 - at.v.x();
+      const auto ray = geometry::undistort(rig[b].lens, at);
+      told = ray.has_value();
+      if (told) pair.b.ray[m] = ray->v;
     }
+    if (told) pairs.push_back(pair);
   }
-  return std::nullopt;
+  return pairs;
 }
 
 }  // namespace
+
+std::optional<WandRefusal> refuse_mirrored(const WandViews& views, const Rig& start, std::size_t camera,
+                                           const Wand& wand, const WandSettings& settings, double reach_px) {
+  for (std::size_t other = 0; other < start.size(); ++other) {
+    if (other == camera) continue;
+    const std::vector<WandPair> pairs = mirrored_pairs_of(views, start, other, camera, wand.marks_m.size());
+    if (pairs.size() < static_cast<std::size_t>(settings.least_samples)) continue;
+    const auto relation = relate(pairs, wand, reach_px / std::min(start[camera].lens.fx_px, start[other].lens.fx_px));
+    if (!relation || relation->share < kSureShare) continue;
+    return WandRefusal{
+        WandFault::Mirrored,
+        fmt::format("camera '{}': its images are mirrored: {:.0f} % of what it and '{}' saw agrees only with left and "
+                    "right exchanged; switch off its ReverseX or ReverseY, or take the mirror away",
+                    start[camera].name, 100.0 * relation->share, start[other].name)};
+  }
+  return std::nullopt;
+}
 
 Result<Rig, WandRefusal> join_cameras(const WandViews& views, const Rig& start, const Wand& wand,
                                       const WandSettings& settings, double reach_px, const Progress& progress) {
@@ -105,7 +123,10 @@ Result<Rig, WandRefusal> join_cameras(const WandViews& views, const Rig& start, 
     }
     placed[best->a] = placed[best->b] = true;
   }
-  if (auto mirrored = refuse_mirrored(views, start, placed, wand, settings, reach_px)) return *mirrored;
+  for (std::size_t c = 0; c < n; ++c) {
+    if (placed[c]) continue;
+    if (auto mirrored = refuse_mirrored(views, start, c, wand, settings, reach_px)) return *mirrored;
+  }
   std::string missing;
   for (std::size_t c = 0; c < n; ++c) {
     if (!placed[c])
