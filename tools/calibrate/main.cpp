@@ -5,7 +5,9 @@
 
 #include "base/exit_codes.h"
 #include "calibrate/files_command.h"
+#include "calibrate/floor_command.h"
 #include "calibrate/mask_command.h"
+#include "calibrate/verify_command.h"
 #include "calibrate/wand_command.h"
 
 namespace {
@@ -13,6 +15,9 @@ namespace {
 constexpr const char* kExamples = R"(examples:
   mocap-calibrate wand --config my.toml --wand 500           wave a wand of 500 mm; the rig is written when it is enough
   mocap-calibrate wand --blobs take.blobs --fov 60 --out rig.toml   of a recording, without lens files
+  mocap-calibrate floor --config my.toml --frame 600,400     the floor frame lies where the origin shall be
+  mocap-calibrate verify --config my.toml                    move markers: does every camera stand as the rig says?
+  mocap-calibrate refine --config my.toml                    mend a rig of which a camera was bumped
   mocap-calibrate mask --config my.toml            learn what shines while nobody is there, write it into the rig
   mocap-calibrate mask --config my.toml --dry-run  only say what it would mask
   mocap-calibrate mask --config my.toml --clear    forget what was learnt
@@ -33,6 +38,12 @@ int main(int argc, char** argv) {
   calibrate::add_mask_command(app, mask);
   calibrate::WandOptions wand;
   calibrate::add_wand_command(app, wand);
+  calibrate::FloorOptions floor;
+  calibrate::add_floor_command(app, floor);
+  calibrate::VerifyOptions verify;
+  calibrate::add_verify_command(app, verify);
+  calibrate::RefineOptions refine;
+  calibrate::add_refine_command(app, refine);
   calibrate::FilesCommands files;
   files.add(app);
   try {
@@ -42,6 +53,9 @@ int main(int argc, char** argv) {
   }
   try {
     if (app.got_subcommand("wand")) return calibrate::run_wand(wand);
+    if (app.got_subcommand("floor")) return calibrate::run_floor(floor);
+    if (app.got_subcommand("verify")) return calibrate::run_verify(verify);
+    if (app.got_subcommand("refine")) return calibrate::run_refine(refine);
     if (const auto exit = files.run()) return *exit;
     return calibrate::run_mask(mask);
   } catch (const std::exception& exception) {

@@ -1,0 +1,275 @@
+#include <gmock/gmock.h>
+
+#include <Eigen/Geometry>
+#include <numbers>
+
+#include "calibrate/floor_command.h"
+#include "calibrate/verify_command.h"
+#include "calibration/floor.h"
+#include "geometry/lens.h"
+#include "scene/random.h"
+#include "scene/ring_rig.h"
+#include "settings/rig_file.h"
+#include "support/temporary_folder.h"
+#include "take_file.h"
+
+namespace mocap::calibrate {
+namespace {
+
+using calibration::Take;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+Rig eight_cameras() {
+  return scene::ring_rig(
+      {.cameras = 8, .radius_m = 4.0, .height_m = 2.5, .width_px = 1280, .height_px = 1024, .hfov_rad = 1.1});
+}
+
+CameraModel bumped(CameraModel camera, double turn_rad, double move_m) {
+  const Eigen::Vector3d centre = camera.centre().v + move_m * Eigen::Vector3d(0.6, 0.0, 0.8);
+  camera.camera_from_world.rotation =
+      Eigen::AngleAxisd(turn_rad, Eigen::Vector3d(1.0, 2.0, 0.5).normalized()) * camera.camera_from_world.rotation;
+  camera.camera_from_world.translation = -(camera.camera_from_world.rotation * centre);
+  return camera;
+}
+
+void see(const Rig& rig, std::span<const Eigen::Vector3d> points, double t_s, scene::Random& random, Take& take) {
+  take.cameras.resize(rig.size());
+  for (std::size_t c = 0; c < rig.size(); ++c) {
+    calibration::Picture& picture = take.cameras[c].emplace_back();
+    picture.exposed_at = from_ns(0) + from_s(t_s);
+    for (const Eigen::Vector3d& point : points) {
+      const auto at = geometry::project(rig[c], {point});
+      if (!at || !geometry::in_image(rig[c], *at) || random.uniform() < 0.2) continue;
+      picture.spots.push_back({{at->v + 0.1 * Eigen::Vector2d(random.normal(), random.normal())}, 0.1});
+    }
+    for (int i = 0; i < 2; ++i)
+      picture.spots.push_back({{{1280.0 * random.uniform(), 1024.0 * random.uniform()}}, 0.1});
+  }
+}
+
+// Markers that wander through the volume for ten seconds.
+Take moving_markers(const Rig& rig, std::uint64_t seed, double seconds = 10.0) {
+  scene::Random random(seed);
+  Take take;
+  for (double t = 0.0; t < seconds; t += 1.0 / 60.0) {
+    std::vector<Eigen::Vector3d> points;
+    for (int m = 0; m < 20; ++m) {
+      const double phase = 1.7 * m;
+      points.emplace_back(1.2 * std::sin(0.5 * t + phase), 1.2 * std::cos(0.37 * t + 2.3 * phase),
+                          1.0 + 0.7 * std::sin(0.61 * t + 0.9 * phase));
+    }
+    see(rig, points, t, random, take);
+  }
+  return take;
+}
+
+Take still_points(const Rig& rig, std::span<const Eigen::Vector3d> points, std::uint64_t seed) {
+  scene::Random random(seed);
+  Take take;
+  for (double t = 0.0; t < 3.0; t += 1.0 / 60.0) see(rig, points, t, random, take);
+  return take;
+}
+
+struct Ran {
+  int exit = 0;
+  std::string said;
+};
+
+template <class Options>
+Ran run(void (*add)(CLI::App&, Options&), int (*run_it)(const Options&), const char* name,
+        std::vector<std::string> arguments) {
+  CLI::App app;
+  Options options;
+  add(app, options);
+  std::reverse(arguments.begin(), arguments.end());
+  arguments.emplace_back(name);
+  ::testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStdout();
+  Ran ran;
+  app.parse(arguments);
+  ran.exit = run_it(options);
+  std::fflush(stdout);
+  ran.said = ::testing::internal::GetCapturedStderr() + ::testing::internal::GetCapturedStdout();
+  return ran;
+}
+
+class OldRig : public ::testing::Test {
+ protected:
+  std::string path(const char* name) const { return (folder_.path() / name).string(); }
+
+  std::vector<std::string> files(const Take& take, const Rig& rig) const {
+    testing::write_take(path("take.blobs"), take, rig);
+    EXPECT_TRUE(settings::save_rig(path("rig.toml"), rig, {}));
+    return {"--blobs", path("take.blobs"), "--rig", path("rig.toml")};
+  }
+  Ran verify(std::vector<std::string> arguments) const {
+    return run<VerifyOptions>(add_verify_command, run_verify, "verify", std::move(arguments));
+  }
+  Ran refine(std::vector<std::string> arguments) const {
+    return run<RefineOptions>(add_refine_command, run_refine, "refine", std::move(arguments));
+  }
+  Ran floor(std::vector<std::string> arguments) const {
+    return run<FloorOptions>(add_floor_command, run_floor, "floor", std::move(arguments));
+  }
+
+  support::TemporaryFolder folder_;
+};
+
+TEST_F(OldRig, ThatIsRightIsSaidToBe) {
+  const Rig rig = eight_cameras();
+
+  const Ran ran = verify(files(moving_markers(rig, 1), rig));
+
+  EXPECT_EQ(ran.exit, kExitOk) << ran.said;
+  EXPECT_THAT(ran.said, Not(HasSubstr("otherwise")));
+}
+
+TEST_F(OldRig, WithABumpedCameraIsMendedToHalfAMillimetre) {
+  for (std::uint64_t seed = 2; seed < 5; ++seed) {
+    const Rig file = eight_cameras();
+    Rig truth = file;
+    const std::size_t c = (3 * seed) % 8;
+    truth[c] = bumped(truth[c], 0.3 * kDegree, 0.005);
+    const auto arguments = files(moving_markers(truth, seed), file);
+
+    const Ran before = verify(arguments);
+    const Ran mended = refine(arguments);
+    const Ran after = verify(arguments);
+
+    EXPECT_EQ(before.exit, kExitData);
+    EXPECT_THAT(before.said, HasSubstr("camera " + file[c].name + ": stands otherwise than the rig says"));
+    EXPECT_THAT(before.said, HasSubstr("1 of 8 cameras stand otherwise"));
+    ASSERT_EQ(mended.exit, kExitOk) << mended.said;
+    EXPECT_EQ(after.exit, kExitOk) << after.said;
+    const auto rig = settings::load_rig(path("rig.toml"));
+    ASSERT_TRUE(rig);
+    for (std::size_t i = 0; i < rig->size(); ++i)
+      EXPECT_LT(((*rig)[i].centre().v - truth[i].centre().v).norm(), 5e-4) << "m, camera " << i;
+  }
+}
+
+TEST_F(OldRig, ThatIsALittleOffAllOverIsImproved) {
+  const Rig truth = eight_cameras();
+  Rig file = truth;
+  scene::Random random(9);
+  for (CameraModel& camera : file) camera = bumped(camera, 0.02 * kDegree * random.normal(), 0.001 * random.normal());
+  const auto arguments = files(moving_markers(truth, 6), file);
+
+  const Ran ran = refine(arguments);
+
+  ASSERT_EQ(ran.exit, kExitOk) << ran.said;
+  const auto rig = settings::load_rig(path("rig.toml"));
+  ASSERT_TRUE(rig);
+  double turn_before = 0.0;
+  double turn_after = 0.0;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const auto off = [&](const Rig& one) {
+      return std::pow(Eigen::AngleAxisd(Eigen::Matrix3d(one[i].camera_from_world.rotation *
+                                                        truth[i].camera_from_world.rotation.transpose()))
+                          .angle(),
+                      2);
+    };
+    turn_before += off(file);
+    turn_after += off(*rig);
+  }
+  EXPECT_LT(turn_after, 0.3 * turn_before);
+}
+
+TEST_F(OldRig, IsNotTouchedWhereMarkersDoNotTell) {
+  const Rig rig = eight_cameras();
+  Take take = moving_markers(rig, 7, 2.0);
+  for (auto& camera : take.cameras) {
+    for (auto& picture : camera) picture.spots.clear();
+  }
+  const auto arguments = files(take, rig);
+
+  const Ran verified = verify(arguments);
+  const Ran refined = refine(arguments);
+
+  EXPECT_EQ(verified.exit, kExitData);
+  EXPECT_THAT(verified.said, HasSubstr("8 of 8 cameras are not told of"));
+  EXPECT_EQ(refined.exit, kExitData);
+  EXPECT_THAT(refined.said, HasSubstr("expected 50 at least"));
+}
+
+// --- the floor -------------------------------------------------------------------------------------------------------
+
+const std::vector<Eigen::Vector3d> kFrame{{0.0, 0.0, 0.0}, {0.6, 0.0, 0.0}, {0.0, 0.4, 0.0}};
+
+// The same cameras, in a frame of their own.
+Rig without_floor(const Rig& rig) {
+  Pose away;
+  away.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(2.0, Eigen::Vector3d(1.0, 0.3, -0.4).normalized()));
+  away.position = {1.0, -2.0, 0.5};
+  return calibration::laid_on({away, 0.0}, rig);
+}
+
+TEST_F(OldRig, IsLaidOnTheFloorFrame) {
+  const Rig truth = eight_cameras();
+  const auto arguments = files(still_points(truth, kFrame, 1), without_floor(truth));
+
+  const Ran ran = floor(arguments);
+
+  ASSERT_EQ(ran.exit, kExitOk) << ran.said;
+  const auto rig = settings::load_rig(path("rig.toml"));
+  ASSERT_TRUE(rig);
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    EXPECT_LT(((*rig)[i].centre().v - truth[i].centre().v).norm(), 2e-3) << "m, 4 m off a frame of 0.6 m";
+}
+
+TEST_F(OldRig, IsNotLaidOnAMirroredFloorNorOnACeiling) {
+  const Rig truth = eight_cameras();
+  const std::vector<Eigen::Vector3d> mirrored{{0.0, 0.0, 0.0}, {0.6, 0.0, 0.0}, {0.0, -0.4, 0.0}};
+  const Ran wrong_side = floor(files(still_points(truth, mirrored, 2), without_floor(truth)));
+  // Cameras that hang on the floor's side of the frame: its markers look down.
+  Rig under = truth;
+  for (CameraModel& camera : under)
+    camera.camera_from_world = scene::look_at({camera.centre().v.x(), camera.centre().v.y(), -2.5}, {0.0, 0.0, 0.0});
+  const Ran ceiling = floor(files(still_points(under, kFrame, 3), without_floor(under)));
+
+  EXPECT_EQ(wrong_side.exit, kExitData);
+  EXPECT_THAT(wrong_side.said, HasSubstr("the world would be mirrored"));
+  EXPECT_EQ(ceiling.exit, kExitData);
+  EXPECT_THAT(ceiling.said, HasSubstr("the world would be upside down"));
+}
+
+TEST_F(OldRig, OfAWandThatWasToldTooLongIsFoundOutByTheFrame) {
+  Rig truth = eight_cameras();
+  const Take take = still_points(truth, kFrame, 4);
+  for (CameraModel& camera : truth) camera.camera_from_world.translation *= 1.25;
+
+  const Ran ran = floor(files(take, truth));
+
+  EXPECT_EQ(ran.exit, kExitData);
+  EXPECT_THAT(ran.said, HasSubstr("a floor frame that is 1.250 times as large as told"));
+}
+
+TEST_F(OldRig, IsNotLaidOnWhatIsNoFrame) {
+  const Rig truth = eight_cameras();
+  const std::vector<Eigen::Vector3d> two{{0.0, 0.0, 0.0}, {0.6, 0.0, 0.0}};
+
+  const Ran ran = floor(files(still_points(truth, two, 5), truth));
+
+  EXPECT_EQ(ran.exit, kExitData);
+  EXPECT_THAT(ran.said, HasSubstr("no floor frame among 2 markers that lie still"));
+}
+
+TEST_F(OldRig, IsLaidOnMarkersOnTheFloor) {
+  const Rig truth = eight_cameras();
+  const std::vector<Eigen::Vector3d> four{{-0.9, 0.1, 0.01}, {0.8, -0.2, 0.01}, {0.1, 0.9, 0.01}, {0.3, -0.8, 0.01}};
+
+  auto arguments = files(still_points(truth, four, 6), without_floor(truth));
+  arguments.insert(arguments.end(), {"--markers", "--height", "10"});
+  const Ran ran = floor(arguments);
+
+  ASSERT_EQ(ran.exit, kExitOk) << ran.said;
+  const auto rig = settings::load_rig(path("rig.toml"));
+  ASSERT_TRUE(rig);
+  for (const CameraModel& camera : *rig) EXPECT_NEAR(camera.centre().v.z(), 2.5, 3e-3);
+}
+
+}  // namespace
+}  // namespace mocap::calibrate

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <vector>
+
+#include "calibrate/gather_blobs.h"
+
+namespace mocap::calibrate {
+
+struct FloorOptions {
+  TakeOptions take;
+  std::filesystem::path rig;  ///< empty: the configuration's
+  std::filesystem::path out;  ///< empty: the rig
+  std::vector<double> frame_mm{600.0, 400.0};
+  bool by_markers = false;
+  bool by_walk = false;
+  double height_mm = 0.0;
+  bool dry_run = false;
+};
+
+/// `mocap-calibrate floor`
+void add_floor_command(CLI::App& app, FloorOptions& options);
+
+/// Lays a rig's world on the floor that is seen. Gives the program's exit code.
+int run_floor(const FloorOptions& options);
+
+}  // namespace mocap::calibrate

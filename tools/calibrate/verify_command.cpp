@@ -1,0 +1,72 @@
+#include "calibrate/verify_command.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "calibrate/marker_row.h"
+
+namespace mocap::calibrate {
+namespace {
+
+constexpr double kSeconds = 10.0;
+// Of markers in views, weighted: fewer do not tell how a camera stands.
+constexpr double kLeastViews = 100.0;
+
+void tell(const CameraModel& camera, const stages::CameraDrift& drift) {
+  if (drift.views < kLeastViews) {
+    fmt::print("camera {}: not told; too few markers that it and three others see\n", camera.name);
+    return;
+  }
+  fmt::print("camera {}: {} ({:.2f} px rms; {:.2f} px by a turn of {:.3f} degrees and a move of {:.1f} mm)\n",
+             camera.name, drift.drifted ? "stands otherwise than the rig says" : "as the rig says", drift.rms_px,
+             drift.off_px, drift.turned_rad * 180.0 / std::numbers::pi, 1e3 * drift.moved_m);
+}
+
+}  // namespace
+
+std::vector<stages::CameraDrift> drift_of(const record::BlobRecording& recording, const Rig& rig, double drift_px) {
+  stages::DriftSettings settings;
+  settings.drift_px = drift_px;
+  settings.memory_s = 1e6;  // the whole recording counts
+  stages::DriftWatch watch(settings, rig);
+  run_row(recording, rig, {}, [&](const RowLook& look) { watch.look(look.frames, look.matches, look.markers); });
+  std::vector<stages::CameraDrift> drifts;
+  for (std::uint32_t c = 0; c < rig.size(); ++c) drifts.push_back(watch.camera(CameraId{c}));
+  return drifts;
+}
+
+void add_verify_command(CLI::App& app, VerifyOptions& options) {
+  CLI::App* verify = app.add_subcommand("verify", "move any markers: does every camera stand as the rig says?");
+  add_take_options(*verify, options.take);
+  verify->add_option("--rig", options.rig, "the rig; default: the configuration's")->type_name("FILE");
+  verify->add_option("--drift-px", options.drift_px, "a camera may be off by so much on the whole")
+      ->check(CLI::Range(0.05, 20.0))
+      ->capture_default_str();
+  verify->add_option("--seconds", options.take.seconds, "of live cameras; default 10")->check(CLI::Range(1.0, 3600.0));
+}
+
+int run_verify(const VerifyOptions& options) {
+  catch_end();
+  TakeOptions take = options.take;
+  if (take.seconds <= 0.0) take.seconds = kSeconds;
+  const auto gathered = gather_blobs(take);
+  if (!gathered) {
+    say("{}", gathered.error().message);
+    return gathered.error().exit;
+  }
+  const auto rig = with_lenses(*gathered, options.rig.empty() ? gathered->rig_file : options.rig, {});
+  if (!rig) {
+    say("{}", rig.error().message);
+    return rig.error().exit;
+  }
+  const auto drifts = drift_of(gathered->recording, *rig, options.drift_px);
+  for (std::size_t c = 0; c < rig->size(); ++c) tell((*rig)[c], drifts[c]);
+  std::fflush(stdout);
+  const auto wrong = std::ranges::count_if(drifts, &stages::CameraDrift::drifted);
+  const auto untold = std::ranges::count_if(drifts, [](const auto& drift) { return drift.views < kLeastViews; });
+  if (wrong > 0) say("{} of {} cameras stand otherwise; mend the rig with mocap-calibrate refine", wrong, rig->size());
+  if (untold > 0) say("{} of {} cameras are not told of; move markers where four cameras look", untold, rig->size());
+  return wrong > 0 || untold > 0 ? kExitData : kExitOk;
+}
+
+}  // namespace mocap::calibrate
