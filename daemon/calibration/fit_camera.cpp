@@ -76,7 +76,8 @@ CameraDoubt doubt_of_pose(ceres::Problem& problem, const Unknowns& unknowns, con
                           double variance) {
   ceres::Covariance covariance({});
   const double* pose = unknowns.pose.data();
-  if (!covariance.Compute({{pose, pose}}, &problem)) return {};
+  const std::vector<std::pair<const double*, const double*>> blocks{{pose, pose}};
+  if (!covariance.Compute(blocks, &problem)) return {};
   Eigen::Matrix<double, kPose, kPose, Eigen::RowMajor> all;
   if (!covariance.GetCovarianceBlock(pose, pose, all.data())) return {};
   // centre = -R^T t: by the turn it moves as R^T [t]x, near enough for a standard deviation.

@@ -61,28 +61,24 @@ std::vector<WandPair> mirrored_pairs_of(const WandViews& views, const Rig& rig, 
   return pairs;
 }
 
-// A camera that does not go with any other, unless its images are turned round.
-std::optional<WandRefusal> refuse_mirrored(const WandViews& views, const Rig& start, const std::vector<bool>& placed,
+}  // namespace
+
+std::optional<WandRefusal> refuse_mirrored(const WandViews& views, const Rig& start, std::size_t camera,
                                            const Wand& wand, const WandSettings& settings, double reach_px) {
-  for (std::size_t c = 0; c < start.size(); ++c) {
-    for (std::size_t other = 0; other < start.size(); ++other) {
-      if (placed[c] || !placed[other]) continue;
-      const std::vector<WandPair> pairs = mirrored_pairs_of(views, start, other, c, wand.marks_m.size());
-      if (pairs.size() < static_cast<std::size_t>(settings.least_samples)) continue;
-      const auto relation = relate(pairs, wand, reach_px / std::min(start[c].lens.fx_px, start[other].lens.fx_px));
-      if (!relation || relation->share < kSureShare) continue;
-      return WandRefusal{
-          WandFault::Mirrored,
-          fmt::format(
-              "camera '{}': its images are mirrored: {:.0f} % of what it and '{}' saw agrees only with left and "
-              "right exchanged; switch off its ReverseX or ReverseY, or take the mirror away",
-              start[c].name, 100.0 * relation->share, start[other].name)};
-    }
+  for (std::size_t other = 0; other < start.size(); ++other) {
+    if (other == camera) continue;
+    const std::vector<WandPair> pairs = mirrored_pairs_of(views, start, other, camera, wand.marks_m.size());
+    if (pairs.size() < static_cast<std::size_t>(settings.least_samples)) continue;
+    const auto relation = relate(pairs, wand, reach_px / std::min(start[camera].lens.fx_px, start[other].lens.fx_px));
+    if (!relation || relation->share < kSureShare) continue;
+    return WandRefusal{
+        WandFault::Mirrored,
+        fmt::format("camera '{}': its images are mirrored: {:.0f} % of what it and '{}' saw agrees only with left and "
+                    "right exchanged; switch off its ReverseX or ReverseY, or take the mirror away",
+                    start[camera].name, 100.0 * relation->share, start[other].name)};
   }
   return std::nullopt;
 }
-
-}  // namespace
 
 Result<Rig, WandRefusal> join_cameras(const WandViews& views, const Rig& start, const Wand& wand,
                                       const WandSettings& settings, double reach_px, const Progress& progress) {
@@ -127,7 +123,10 @@ Result<Rig, WandRefusal> join_cameras(const WandViews& views, const Rig& start, 
     }
     placed[best->a] = placed[best->b] = true;
   }
-  if (auto mirrored = refuse_mirrored(views, start, placed, wand, settings, reach_px)) return *mirrored;
+  for (std::size_t c = 0; c < n; ++c) {
+    if (placed[c]) continue;
+    if (auto mirrored = refuse_mirrored(views, start, c, wand, settings, reach_px)) return *mirrored;
+  }
   std::string missing;
   for (std::size_t c = 0; c < n; ++c) {
     if (!placed[c])

@@ -55,6 +55,36 @@ std::optional<WandRefusal> refuse_time(const std::vector<TimeOffset>& offsets, c
                   worst->late_s > 0.0 ? "later than" : "earlier than")};
 }
 
+// Of the markers that a camera sees of the wand, where the others say that it was: with less it goes with no other.
+constexpr double kLeastAgreeing = 0.3;
+
+// A camera that was joined by chance: what it sees is not where the solution puts it.
+std::optional<WandRefusal> refuse_odd(const WandViews& views, const Bundle& bundle, const WandSettings& settings,
+                                      double reach_px) {
+  std::vector<std::size_t> agreeing(bundle.rig.size(), 0);
+  std::vector<std::size_t> all(bundle.rig.size(), 0);
+  std::vector<int> instants(bundle.places.size(), -1);
+  for (const Sight& sight : bundle.sights) {
+    ++agreeing[static_cast<std::size_t>(sight.camera)];
+    instants[static_cast<std::size_t>(sight.place)] = sight.picture;
+  }
+  for (const int instant : instants) {
+    for (std::size_t c = 0; c < bundle.rig.size() && instant >= 0; ++c)
+      all[c] += views.of[c][static_cast<std::size_t>(instant)] ? bundle.wand.marks_m.size() : 0;
+  }
+  for (std::size_t c = 0; c < bundle.rig.size(); ++c) {
+    if (static_cast<double>(agreeing[c]) >= kLeastAgreeing * static_cast<double>(all[c])) continue;
+    if (auto mirrored = refuse_mirrored(views, bundle.rig, c, bundle.wand, settings, reach_px)) return mirrored;
+    return WandRefusal{
+        WandFault::NoOverlap,
+        fmt::format("camera '{}': only {} of {} markers that it saw of the wand are where the other cameras "
+                    "say; see that its lens file is right and that it is synchronised, and wave where it "
+                    "and others look",
+                    bundle.rig[c].name, agreeing[c], all[c])};
+  }
+  return std::nullopt;
+}
+
 // Real wands are made to half a millimetre.
 constexpr double kMostOff_m = 2e-3;
 
@@ -120,6 +150,9 @@ Result<WandSolution, WandRefusal> solve_wand(const Take& take, const Rig& start,
     if (r + 1 == rounds.size() / 2) {
       if (auto refusal = refuse_time(time_offsets(*views, bundle, 2.0 * round.gate_px), bundle.rig)) return *refusal;
       if (auto refusal = refuse_marks(bundle)) return *refusal;
+    }
+    if (last || (r == 0 && settings.lens_known)) {
+      if (auto refusal = refuse_odd(*views, bundle, settings, reach_px)) return *refusal;
     }
   }
   const std::vector<TimeOffset> offsets = time_offsets(*views, bundle, rounds.back().gate_px);

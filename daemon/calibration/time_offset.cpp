@@ -1,10 +1,12 @@
 #include "calibration/time_offset.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 
+#include "calibration/median.h"
 #include "calibration/place_wand.h"
 #include "geometry/lens.h"
 
@@ -19,10 +21,26 @@ constexpr std::size_t kLeastSamples = 30;
 constexpr double kStraight_s = 0.12;
 constexpr double kLeastMotion_px_s = 60.0;
 
-struct Lag {
-  double late_s;
-  double weight;  // squared motion
+// One sight: what a lag of a second, and a small turn and move of the camera, would make of it, px.
+struct Row {
+  Eigen::Matrix<double, 2, 7> slope;
+  Vector2d off;
 };
+
+// How a sight moves with the camera's pose: without it, a pose that was solved with late pictures hides part of the
+// lag.
+Eigen::Matrix<double, 2, 6> slope_of_pose(const CameraModel& camera, const WorldPoint& point) {
+  const Eigen::Vector3d at = (camera.camera_from_world * point).v;
+  const Vector2d ray = at.head<2>() / at.z();
+  Eigen::Matrix<double, 2, 3> move;
+  move << 1.0, 0.0, -ray.x(), 0.0, 1.0, -ray.y();
+  move = geometry::distort_with_slope(camera.lens, {ray}).px_from_ray * move / at.z();
+  Eigen::Matrix3d cross;
+  cross << 0.0, at.z(), -at.y(), -at.z(), 0.0, at.x(), at.y(), -at.x(), 0.0;
+  Eigen::Matrix<double, 2, 6> slope;
+  slope << move * cross, move;
+  return slope;
+}
 
 // Where the wand's motion at a place leads in a camera's image, px/s: from the places before and after.
 std::optional<Vector2d> motion_px_s(const WandViews& views, const Bundle& bundle, const Sight& sight,
@@ -39,23 +57,31 @@ std::optional<Vector2d> motion_px_s(const WandViews& views, const Bundle& bundle
   return (after->v - before->v) / span_s;
 }
 
-// The weighted median, which a wrong spot here and there does not move, and how far off it may be.
-TimeOffset offset_of(std::vector<Lag>& lags) {
-  if (lags.size() < kLeastSamples) return {0.0, std::numeric_limits<double>::infinity()};
-  std::ranges::sort(lags, {}, &Lag::late_s);
-  double total = 0.0;
-  for (const Lag& lag : lags) total += lag.weight;
-  const auto quantile = [&](double share) {
-    double sum = 0.0;
-    for (const Lag& lag : lags) {
-      sum += lag.weight;
-      if (sum >= share * total) return lag.late_s;
+// Least squares for lag and pose at once; what is far off counts less and less.
+TimeOffset offset_of(const std::vector<Row>& rows) {
+  if (rows.size() < kLeastSamples) return {0.0, std::numeric_limits<double>::infinity()};
+  Eigen::Matrix<double, 7, 1> change = Eigen::Matrix<double, 7, 1>::Zero();
+  Eigen::Matrix<double, 7, 7> curvature;
+  double spread = 0.0;
+  for (int round = 0; round < 8; ++round) {
+    std::vector<double> off;
+    for (const Row& row : rows) off.push_back((row.off - row.slope * change).norm());
+    spread = std::max(1e-3, median(off) / 1.1774);  // the median of a Rayleigh distribution
+    curvature.setZero();
+    Eigen::Matrix<double, 7, 1> pull = Eigen::Matrix<double, 7, 1>::Zero();
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const double weight = 1.0 / (1.0 + off[i] * off[i] / (9.0 * spread * spread));
+      curvature += weight * rows[i].slope.transpose() * rows[i].slope;
+      pull += weight * rows[i].slope.transpose() * rows[i].off;
     }
-    return lags.back().late_s;
-  };
-  // Half the middle two thirds stand for a standard deviation; a median is 1.25 times less sure than a mean.
-  const double spread = 0.5 * (quantile(0.8413) - quantile(0.1587));
-  return {quantile(0.5), 1.25 * spread / std::sqrt(static_cast<double>(lags.size()))};
+    // Scaled, since s, rad and m stand side by side.
+    const Eigen::Matrix<double, 7, 1> scale = curvature.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
+    curvature = scale.asDiagonal() * curvature * scale.asDiagonal();
+    curvature.diagonal().array() += 1e-9;
+    change = scale.asDiagonal() * curvature.ldlt().solve(scale.asDiagonal() * pull);
+    curvature = scale.asDiagonal() * curvature.inverse() * scale.asDiagonal();
+  }
+  return {change[0], spread * std::sqrt(curvature(0, 0))};
 }
 
 }  // namespace
@@ -67,15 +93,18 @@ std::vector<TimeOffset> time_offsets(const WandViews& views, const Bundle& bundl
     place_wand(views, placed, {.gate_px = gate_px, .most_samples = kMostSamples, .without = static_cast<int>(c)});
     std::vector<int> instant_of(placed.places.size(), 0);
     for (const Sight& sight : placed.sights) instant_of[static_cast<std::size_t>(sight.place)] = sight.picture;
-    std::vector<Lag> lags;
+    std::vector<Row> rows;
     for (const Sight& sight : placed.sights) {
       if (sight.camera != static_cast<int>(c)) continue;
       const auto motion = motion_px_s(views, placed, sight, instant_of);
       const auto residual = placed.residual_px(sight);
       if (!motion || !residual || motion->norm() < kLeastMotion_px_s) continue;
-      lags.push_back({motion->dot(*residual) / motion->squaredNorm(), motion->squaredNorm()});
+      const WorldPoint at = placed.marker(placed.places[static_cast<std::size_t>(sight.place)], sight.mark);
+      Row& row = rows.emplace_back();
+      row.slope << *motion, slope_of_pose(placed.rig[c], at);
+      row.off = *residual;
     }
-    offsets.push_back(offset_of(lags));
+    offsets.push_back(offset_of(rows));
   }
   return offsets;
 }

@@ -5,6 +5,7 @@
 
 #include "calibrate/floor_command.h"
 #include "calibrate/verify_command.h"
+#include "calibration/floor.h"
 #include "geometry/lens.h"
 #include "scene/random.h"
 #include "scene/ring_rig.h"

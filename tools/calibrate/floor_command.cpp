@@ -1,5 +1,8 @@
 #include "calibrate/floor_command.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "calibrate/marker_row.h"
 #include "calibrate/rig_output.h"
 #include "calibration/floor.h"
@@ -9,6 +12,8 @@ namespace mocap::calibrate {
 namespace {
 
 constexpr double kSeconds = 5.0;
+// Nearer to its size, a frame was refused for something else.
+constexpr double kOtherSize = 0.02;
 constexpr double kWalkSeconds = 30.0;
 
 Result<calibration::Floor> find_floor(const FloorOptions& options, const record::BlobRecording& recording,
@@ -22,7 +27,8 @@ Result<calibration::Floor> find_floor(const FloorOptions& options, const record:
   auto floor = calibration::floor_by_frame(points, frame, rig);
   if (floor) return floor;
   // A frame of the right shape and of another size: then the wand was not as long as was told.
-  if (const auto times = calibration::frame_times_larger(points, frame)) {
+  const auto times = calibration::frame_times_larger(points, frame);
+  if (times && std::abs(*times - 1.0) > kOtherSize) {
     return Error{
         ErrorCode::InvalidArgument,
         fmt::format("a floor frame that is {:.3f} times as large as told ({:.0f}, {:.0f} mm): the wand was told "

@@ -1,9 +1,10 @@
+#include "calibrate/verify_command.h"
+
 #include <algorithm>
 #include <numbers>
 
 #include "calibrate/marker_row.h"
 #include "calibrate/rig_output.h"
-#include "calibrate/verify_command.h"
 #include "calibration/refine_rig.h"
 #include "geometry/lens.h"
 

@@ -1,8 +1,9 @@
+#include "calibrate/verify_command.h"
+
 #include <algorithm>
 #include <numbers>
 
 #include "calibrate/marker_row.h"
-#include "calibrate/verify_command.h"
 
 namespace mocap::calibrate {
 namespace {
