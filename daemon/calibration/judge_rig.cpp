@@ -81,8 +81,11 @@ class Judge {
   }
 
  private:
-  void issue(Grade grade, std::string text) {
-    if (grade != Grade::Excellent) judgement_.issues.push_back({grade, std::move(text)});
+  void issue(Grade grade, const std::string& text) {
+    if (grade == Grade::Excellent) return;
+    RigIssue& issue = judgement_.issues.emplace_back();
+    issue.grade = grade;
+    issue.text = text;
   }
 
   void count_sights() {

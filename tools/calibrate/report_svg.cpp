@@ -302,31 +302,24 @@ class Page {
     const VolumeUncertainty& volume = *judgement_.volume;
     const auto count = static_cast<double>(volume.sigma_m.size());
     body_ += words(x, y, "How well a marker is located", "class='h'");
-    body_ +=
-        words(x + 260.0, y,
-              fmt::format("one sigma, from above; grey: fewer than two cameras see it;  x {:.1f} to {:.1f}, y {:.1f} "
-                          "to {:.1f} m{}",
-                          volume.from_m.x(), volume.to_m.x(), volume.from_m.y(), volume.to_m.y(),
-                          judgement_.floor ? "" : ", from amid the cameras"),
-              "class='s'");
+    body_ += words(x + 260.0, y, "one sigma, from above; grey: fewer than two cameras see it", "class='s'");
     const double each = (width - kGap_px * (count - 1.0)) / count;
     const double cell = std::min(each / volume.columns, 200.0 / volume.rows);
-    // The scale leaves out the worst tenth, which would make all else one colour.
-    const double high = volume.p90_m;
-    const double low = std::min(lowest_sigma(volume), 0.5 * high);  // what hardly differs shall look alike
+    // About the median, so that what hardly differs looks alike.
+    const double low = 0.5 * volume.median_m;
+    const double high = 2.0 * volume.median_m;
     double bottom = y;
     for (std::size_t slice = 0; slice < volume.sigma_m.size(); ++slice) {
       const double left = x + static_cast<double>(slice) * (each + kGap_px);
       bottom = std::max(bottom, one_slice(volume, slice, left, y + 14.0, cell, low, high));
     }
     legend(x, bottom + 8.0, width, low, high);
+    body_ += words(x + 330.0, bottom + 17.0,
+                   fmt::format("x {:.1f} to {:.1f} m, y {:.1f} to {:.1f} m{}", volume.from_m.x(), volume.to_m.x(),
+                               volume.from_m.y(), volume.to_m.y(),
+                               judgement_.floor ? "" : "; no floor yet: from the middle of the cameras"),
+                   "class='s'");
     return bottom + 40.0;
-  }
-
-  static double lowest_sigma(const VolumeUncertainty& volume) {
-    double low = volume.p90_m;
-    for (const auto& slice : volume.sigma_m) low = std::min(low, *std::ranges::min_element(slice));
-    return low;
   }
 
   double one_slice(const VolumeUncertainty& volume, std::size_t slice, double x, double y, double cell, double low,
