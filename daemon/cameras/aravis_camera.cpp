@@ -95,6 +95,14 @@ class AravisCamera : public Camera {
   Status start() override;
   Result<Frame> next(Duration patience) override;
   void stop() noexcept override;
+  std::optional<CameraAdjustment> adjustment() const override {
+    return CameraAdjustment{settings_.exposure_us, settings_.gain_db};
+  }
+  Status adjust(const CameraAdjustment& to) override {
+    settings_.exposure_us = to.exposure_us;
+    settings_.gain_db = to.gain_db;
+    return {};
+  }
 
  private:
   Status begin(std::unique_ptr<AravisDevice> device);

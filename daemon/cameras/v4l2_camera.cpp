@@ -40,6 +40,13 @@ class V4l2Camera : public Camera {
   Status start() override;
   Result<Frame> next(Duration patience) override;
   void stop() noexcept override;
+  std::optional<CameraAdjustment> adjustment() const override { return CameraAdjustment{settings_.exposure_us}; }
+  Status adjust(const CameraAdjustment& to) override {
+    if (to.gain_db)
+      return Error{ErrorCode::Unsupported, "its gain has the driver's own unit, no dB; set gain in the configuration"};
+    settings_.exposure_us = to.exposure_us;
+    return {};
+  }
 
  private:
   struct Mapped {

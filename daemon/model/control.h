@@ -29,7 +29,8 @@ enum class ControlAction {
 
 /// Whether it only looks.
 constexpr bool only_looks(ControlAction action) {
-  return action == ControlAction::GetStatus || action == ControlAction::GetDescription || action == ControlAction::GetSnapshot;
+  return action == ControlAction::GetStatus || action == ControlAction::GetDescription ||
+         action == ControlAction::GetSnapshot;
 }
 
 /// What somebody asks of the running daemon.

@@ -9,6 +9,12 @@
 
 namespace mocap {
 
+/// How much light a camera takes; absent: as the camera has it.
+struct CameraAdjustment {
+  std::optional<double> exposure_us = std::nullopt;
+  std::optional<double> gain_db = std::nullopt;
+};
+
 /// A source of images. A new kind of camera implements these three methods and one line in
 /// cameras/open_camera.cpp; nothing else changes.
 ///
@@ -27,9 +33,11 @@ class Camera {
   /// Timeout bears no message, so that waiting allocates nothing.
   virtual Result<Frame> next(Duration patience) = 0;
 
-  /// Sets what is present while it delivers; images that are on their way may be of before. Fails with Unsupported
-  /// where the driver cannot, with InvalidArgument out of the camera's range, and with Io.
-  virtual Status adjust(std::optional<double> /*exposure_us*/, std::optional<double> /*gain_db*/) {
+  /// What can be changed of it; nothing where its driver cannot.
+  virtual std::optional<CameraAdjustment> adjustment() const { return std::nullopt; }
+
+  /// Holds from the next start() on, which fails if the camera cannot. Fails with Unsupported where the driver cannot.
+  virtual Status adjust(const CameraAdjustment& /*to*/) {
     return Error{ErrorCode::Unsupported, "its driver cannot change exposure or gain while it runs"};
   }
 

@@ -11,6 +11,7 @@ namespace mocap::runtime {
 namespace {
 
 constexpr Duration kLookForOrders = std::chrono::milliseconds(20);
+constexpr int kStarts = 6;  // tries of 0.3 s of a camera that is still looked for
 
 OrderDone answer_to(const CameraOrder& order, const Status& end, std::string_view words) {
   OrderDone answer;
@@ -44,8 +45,8 @@ void CameraWorker::follow(const CameraOrder& order) {
       words = "stops";
       break;
     case CameraAction::Adjust:
-      end = parts_.camera->adjust(order.exposure_us, order.gain_db);
-      words = "set";
+      end = adjust(order);
+      words = "set, until the daemon is started again";
       break;
     case CameraAction::LearnMask:
       mask_order_ = order;  // answered by what is learnt
@@ -53,6 +54,30 @@ void CameraWorker::follow(const CameraOrder& order) {
       return;
   }
   static_cast<void>(channel_.orders_done.try_push(answer_to(order, end, words)));
+}
+
+// A camera takes it when it is started: some images are missing then. What it cannot is taken back.
+Status CameraWorker::adjust(const CameraOrder& order) {
+  const std::optional<CameraAdjustment> before = parts_.camera->adjustment();
+  if (!before) return parts_.camera->adjust({});
+  CameraAdjustment wanted = *before;
+  if (order.exposure_us) wanted.exposure_us = order.exposure_us;
+  if (order.gain_db) wanted.gain_db = order.gain_db;
+  if (Status set = parts_.camera->adjust(wanted); !set || stopped_ || !streaming_) return set;
+  const auto restart = [&] {
+    parts_.camera->stop();
+    Status started = parts_.camera->start();
+    for (int i = 0; i < kStarts && !started && started.error().code == ErrorCode::Timeout; ++i) {
+      started = parts_.camera->start();
+    }
+    return started;
+  };
+  const Status started = restart();
+  if (!started) {
+    static_cast<void>(parts_.camera->adjust(*before));
+    static_cast<void>(restart());  // if that fails, the loop finds out and opens it anew
+  }
+  return started;
 }
 
 void CameraWorker::wait_until_started(const std::stop_token& stop) {

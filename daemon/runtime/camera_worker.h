@@ -99,6 +99,7 @@ class CameraWorker {
   void deliver(Delivery state);
   void follow_orders();
   void follow(const CameraOrder& order);
+  Status adjust(const CameraOrder& order);
   void learn_mask(const Image& image, double threshold_grey);
   void wait_until_started(const std::stop_token& stop);
   void wait_before_retry(Duration span, const std::stop_token& stop);

@@ -129,6 +129,12 @@ class Control(unittest.TestCase):
         self.assertFalse(daemon.status()["subjects"][0]["away"])
         self.done(daemon.ctl("subject", "reset", "actor"))
 
+        self.assertIn("cam2", self.done(daemon.ctl("camera", "set", "cam2", "--exposure-us", "700")))
+        unsupported = daemon.ctl("camera", "set", "cam2", "--gain-db", "3")
+        self.assertEqual(unsupported.returncode, 69)
+        self.assertIn("no gain", unsupported.stderr)
+        self.done(daemon.ctl("snapshot", "--json"))
+
         self.done(daemon.ctl("capture", "stop"))
         until(lambda: all(c["phase"] == "CAMERA_PHASE_STOPPED" for c in daemon.status()["health"]["cameras"]), "rest")
         frames = [c["frames"] for c in daemon.status()["health"]["cameras"]]
@@ -189,6 +195,22 @@ class Control(unittest.TestCase):
         description = json.loads(self.done(daemon.ctl("description", "--json")))["description"]
         self.assertEqual(len(description["cameras"]), 3)
         self.assertNotEqual(anew["sessionId"], session)
+
+    def test_a_mask_is_learnt_kept_in_the_rig_and_used(self):
+        rig = self.desk.write("rig.toml", (SOURCE / "config/demo.rig.toml").read_text())
+        daemon = Daemon(self.desk)
+        text = daemon.text().replace(str(SOURCE / "config/demo.rig.toml"), str(rig))
+        self.desk.write("mocapd.toml", text)
+        session = until(daemon.status, "an answer")["sessionId"]
+        self.done(daemon.ctl("reload"))
+        session = until(lambda: (s := daemon.status()) and s["sessionId"] != session and s["sessionId"], "its own rig")
+        self.tracking(daemon)
+
+        told = self.done(daemon.ctl("mask", "learn", "--images", "10", "--timeout-s", "50"))
+
+        self.assertIn("camera 'cam4'", told)
+        until(lambda: (s := daemon.status()) and s["sessionId"] != session, "the daemon starts anew")
+        self.assertIn("mask_learnt", rig.read_text())
 
     def test_a_late_joiner_gets_the_description_first_and_a_snapshot_soon(self):
         daemon = Daemon(self.desk)
