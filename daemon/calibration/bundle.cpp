@@ -35,8 +35,12 @@ bool adjust(Bundle& bundle, const BundleSettings& settings, const std::function<
   BundleProblem problem(bundle, settings);
   Watch watch(progress);
   ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_SCHUR;
-  options.linear_solver_ordering = problem.places_first();
+  if (settings.hold_rig) {
+    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;  // places alone: blocks of five
+  } else {
+    options.linear_solver_type = ceres::DENSE_SCHUR;
+    options.linear_solver_ordering = problem.places_first();
+  }
   options.max_num_iterations = settings.most_steps;
   options.function_tolerance = settings.settled;
   options.gradient_tolerance = 1e-14;

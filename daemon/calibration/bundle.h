@@ -38,6 +38,7 @@ enum class LensFreedom {
 struct BundleSettings {
   LensFreedom lens = LensFreedom::Fixed;
   bool hold_first = true;       ///< the first camera stays where it is, and with it the frame
+  bool hold_rig = false;        ///< all cameras stay: only the wand's places are looked for
   double outlier_sigmas = 3.0;  ///< a sight further off than this counts less and less; 0: all count
   int most_steps = 50;
   double settled = 1e-9;  ///< ends when the cost falls by a smaller share than this

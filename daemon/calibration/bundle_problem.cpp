@@ -118,8 +118,11 @@ BundleProblem::BundleProblem(const Bundle& bundle, const BundleSettings& setting
     place_used_[p] = true;
   }
   if (bundle.sights.empty()) delete loss;
-  if (settings.hold_first && !poses_.empty() && camera_used_[0]) problem_->SetParameterBlockConstant(pose(0));
-  free_lenses(bundle, settings.lens);
+  for (std::size_t c = 0; c < poses_.size(); ++c) {
+    const bool held = settings.hold_rig || (settings.hold_first && c == 0);
+    if (held && camera_used_[c]) problem_->SetParameterBlockConstant(pose(c));
+  }
+  free_lenses(bundle, settings.hold_rig ? LensFreedom::Fixed : settings.lens);
   for (std::size_t p = 0; p < places_.size(); ++p) {
     if (!place_used_[p]) continue;
     problem_->SetManifold(place(p),

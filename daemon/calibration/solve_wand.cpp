@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/hold_out.h"
 #include "calibration/join_cameras.h"
 #include "calibration/place_wand.h"
 #include "calibration/rate_wand.h"
@@ -107,6 +108,8 @@ Result<WandSolution, WandRefusal> solve_wand(const Take& take, const Rig& start,
   }
   const std::vector<TimeOffset> offsets = time_offsets(*views, bundle, rounds.back().gate_px);
   WandSolution solution = rate_wand(std::move(bundle), rounds.back().lens);
+  if (!going_on("checking", 0.95)) return ended;
+  hold_out(solution, rounds.back().lens, settings.threads);
   for (std::size_t c = 0; c < offsets.size(); ++c) {
     solution.cameras[c].late_s = offsets[c].late_s;
     solution.cameras[c].late_sigma_s = offsets[c].sigma_s;

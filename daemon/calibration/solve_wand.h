@@ -38,11 +38,20 @@ struct WandRefusal {
   std::string message;  ///< names the camera, the figure, what was expected, what to do
 };
 
+/// How far off one marker of the wand was seen.
+struct SightResidual {
+  int camera = 0;
+  PixelPoint at;                                          ///< where it was seen
+  Eigen::Vector2d residual_px = Eigen::Vector2d::Zero();  ///< seen minus projected
+  bool held_out = false;  ///< its sample had no say in the rig that it is projected by, only in where the wand was
+};
+
 /// A camera's share in a solution.
 struct CameraQuality {
-  double rms_px = 0.0;     ///< per axis
-  std::size_t points = 0;  ///< markers that it saw and that count
-  double coverage = 0.0;   ///< share of its image's 8 x 8 fields with at least a point
+  double rms_px = 0.0;      ///< per axis
+  double heldout_px = 0.0;  ///< the same of samples that had no say in the rig; 0 where there were too few
+  std::size_t points = 0;   ///< markers that it saw and that count
+  double coverage = 0.0;    ///< share of its image's 8 x 8 fields with at least a point
   CameraDoubt doubt;
   double late_s = 0.0;  ///< its pictures are taken so long after those of the others
   double late_sigma_s = 0.0;
@@ -53,12 +62,15 @@ struct WandSolution {
   Bundle bundle;
   std::vector<CameraQuality> cameras;
   double rms_px = 0.0;         ///< per axis, of all
+  double heldout_px = 0.0;     ///< the same of samples that had no say in the rig; 0 where there were too few
   double length_mean_m = 0.0;  ///< end to end, triangulated without being told the length
   double length_std_m = 0.0;
   double length_min_m = 0.0;
   double length_max_m = 0.0;
   std::size_t samples = 0;     ///< instants
   Eigen::MatrixXd covariance;  ///< of centres and turns, as RigDoubt has it
+  /// Every sight of the solution, then those of each tenth sample again, by a rig that was solved without them.
+  std::vector<SightResidual> residuals;
 };
 
 /// What is being done, and which share of it is done. False ends it.

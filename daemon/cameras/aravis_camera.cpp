@@ -97,7 +97,9 @@ class AravisCamera : public Camera {
   Status begin(std::unique_ptr<AravisDevice> device);
   Result<Frame> frame_of(ArvBuffer* buffer, Timestamp received);
   Timestamp exposed_at(Duration stamp, Timestamp received);
+  bool came_before(ArvBuffer* buffer);
   void count_stream();
+  void count_clock();
   void give_back();
   Error error(ErrorCode code, std::string_view what) const {
     return {code, fmt::format("camera '{}': {}", name_, what)};
@@ -116,7 +118,10 @@ class AravisCamera : public Camera {
   bool utc_doubted_ = false;
   Timestamp last_exposed_;
   ClockMapping clock_;
+  std::uint64_t leaps_counted_ = 0;
   FrameCounter frames_;
+  std::uint64_t last_id_ = 0;
+  std::uint64_t last_stamp_ns_ = 0;
   std::array<std::uint64_t, 5> counted_{};  // of this stream: already in counters_
 };
 
@@ -188,7 +193,10 @@ Result<Frame> AravisCamera::next(Duration patience) {
   lent_ = buffer;
   trigger_due_ = device_->features().software_trigger;
   count_stream();
-  return frame_of(buffer, received);
+  if (came_before(buffer)) return Error{ErrorCode::Timeout, {}};
+  Result<Frame> frame = frame_of(buffer, received);
+  count_clock();
+  return frame;
 }
 
 Result<Frame> AravisCamera::frame_of(ArvBuffer* buffer, Timestamp received) {
@@ -237,6 +245,27 @@ Timestamp AravisCamera::exposed_at(Duration stamp, Timestamp received) {
   // Images of one camera keep the order of their exposure, also while the mapping still learns.
   last_exposed_ = std::max(middle, last_exposed_ + Duration{1});
   return last_exposed_;
+}
+
+// A network that doubles packets, or a camera that sends an image twice: it has shown nothing new. One without a clock
+// is told by its ids alone, which FrameCounter does.
+bool AravisCamera::came_before(ArvBuffer* buffer) {
+  const std::uint64_t stamp_ns = arv_buffer_get_timestamp(buffer);
+  const std::uint64_t id = arv_buffer_get_frame_id(buffer);
+  const bool again = stamp_ns != 0 && stamp_ns == last_stamp_ns_ && id == last_id_;
+  last_stamp_ns_ = stamp_ns;
+  last_id_ = id;
+  if (again && counters_ != nullptr) counters_->repeated_frames.fetch_add(1, std::memory_order_relaxed);
+  return again;
+}
+
+void AravisCamera::count_clock() {
+  if (counters_ == nullptr) return;
+  const std::uint64_t leaps = clock_.leaps();
+  if (leaps > leaps_counted_) counters_->clock_leaps.fetch_add(leaps - leaps_counted_, std::memory_order_relaxed);
+  leaps_counted_ = leaps;
+  const bool told_by_camera = settings_.clock == "utc" && !utc_doubted_;
+  counters_->clock_uncertainty_us.store(told_by_camera ? 0.0 : to_us(clock_.uncertainty()), std::memory_order_relaxed);
 }
 
 void AravisCamera::count_stream() {

@@ -22,6 +22,12 @@ namespace {
 
 // What a GigE stream may fall behind before the kernel drops packets; the kernel caps it at net.core.rmem_max.
 constexpr int kSocketBuffer_bytes = 32 * 1024 * 1024;
+// A packet is asked for again when later ones have been here for so long; then each so often; and an image from which
+// nothing came for so long is given up. Aravis's own 1, 20 and 100 ms make an image late by three periods at 120 Hz,
+// and those behind it too, since images are handed on in their order.
+constexpr guint kAskAfter_us = 1000;
+constexpr guint kAskAgain_us = 3000;
+constexpr guint kGiveUp_us = 40000;
 // A camera answers within a network's round trip; a busy one within some tens of milliseconds.
 constexpr Duration kAnswerPatience = std::chrono::milliseconds(400);
 
@@ -88,7 +94,8 @@ Result<Held<ArvStream>> open_stream(ArvCamera* camera, int buffers) {
   if (!stream) return failure.error("cannot open the stream");
   if (ARV_IS_GV_STREAM(stream.get())) {
     g_object_set(stream.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
-                 kSocketBuffer_bytes, nullptr);
+                 kSocketBuffer_bytes, "initial-packet-timeout", kAskAfter_us, "packet-timeout", kAskAgain_us,
+                 "frame-retention", kGiveUp_us, nullptr);
   }
   const guint payload = arv_camera_get_payload(camera, failure);
   if (failure.happened() || payload == 0) return failure.error("cannot read the size of an image");

@@ -61,8 +61,9 @@ void CameraWorker::run(const std::stop_token& stop) {
 }
 
 Status CameraWorker::stream(const std::stop_token& stop) {
-  streaming_ = false;
-  note(CameraPhase::Starting);
+  streaming_ = silent_ = false;
+  // While a camera that failed is tried again, health goes on saying why.
+  if (told_reason_.empty()) note(CameraPhase::Starting);
   const Status started = start_camera(stop);
   if (!started) return started;
 
@@ -77,7 +78,11 @@ Status CameraWorker::stream(const std::stop_token& stop) {
       const Duration allowed = streaming_ ? settings_.silent_after : settings_.first_image_within;
       const Duration silence = host_now() - heard_at;
       if (silence > allowed && !settings_.lossless) {
-        return Error{ErrorCode::DeviceLost, fmt::format("no image for {:.0f} ms", 1e3 * to_s(silence))};
+        silent_ = true;
+        return Error{ErrorCode::DeviceLost,
+                     fmt::format("open, but no image for {:.0f} ms; is it triggered, is its link up, is its period "
+                                 "shorter than that ([reopen] silent_after_ms)",
+                                 1e3 * to_s(allowed))};
       }
     } else if (frame.error().code == ErrorCode::Io) {
       heard_at = host_now();
@@ -160,7 +165,7 @@ void CameraWorker::push(const std::stop_token& stop) {
 }
 
 void CameraWorker::tell_failure(const std::string& reason) {
-  note(CameraPhase::Reopening, reason);
+  note(silent_ ? CameraPhase::Silent : CameraPhase::Reopening, reason);
   const Timestamp now = host_now();
   // A camera that is away for a day does not fill the journal: each reason once, and again once a minute.
   if (reason == told_reason_ && now - told_at_ < kTellAgain) return;

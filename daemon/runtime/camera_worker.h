@@ -94,6 +94,7 @@ class CameraWorker {
   BlobFrame seen_;           // scratch of take_in
   std::uint64_t next_number_ = 0;
   bool streaming_ = false;   // since the last start, an image has come
+  bool silent_ = false;      // the last stream ended because no image came
   std::string told_reason_;  // of the last failure that the log has; empty since it streams
   Timestamp told_at_;
   WakeSignal nap_;

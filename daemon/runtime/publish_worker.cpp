@@ -46,6 +46,7 @@ PublishWorker::PublishWorker(std::unique_ptr<Publisher> publisher, Description d
       counters_(counters),
       frames_reported_(links_.cameras.size(), 0) {
   health_.cameras.resize(links_.cameras.size());
+  faults_.resize(links_.cameras.size());
   for (std::size_t i = 0; i < health_.cameras.size(); ++i) {
     health_.cameras[i].name = description_.cameras[i].name;
     health_.cameras[i].last_error.reserve(kLongestError);  // filled in the loop without allocating
@@ -163,6 +164,10 @@ void PublishWorker::gather_camera(std::size_t camera, double seconds) {
   health.underruns = stream.underruns.load(std::memory_order_relaxed);
   health.resent_packets = stream.resent_packets.load(std::memory_order_relaxed);
   health.missing_packets = stream.missing_packets.load(std::memory_order_relaxed);
+  health.repeated_frames = stream.repeated_frames.load(std::memory_order_relaxed);
+  health.clock_leaps = stream.clock_leaps.load(std::memory_order_relaxed);
+  health.clock_uncertainty_us = stream.clock_uncertainty_us.load(std::memory_order_relaxed);
+  faults_[camera].tell(health, health_.at);
   health.rate_hz = static_cast<double>(health.frames - frames_reported_[camera]) / seconds;
   frames_reported_[camera] = health.frames;
 }

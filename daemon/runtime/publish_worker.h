@@ -7,6 +7,7 @@
 #include "model/description.h"
 #include "model/health.h"
 #include "module/publisher.h"
+#include "runtime/camera_faults.h"
 #include "runtime/counters.h"
 #include "runtime/fusion_worker.h"
 #include "runtime/latency.h"
@@ -56,6 +57,7 @@ class PublishWorker {
   Timestamp reported_at_;
   std::uint64_t sets_reported_ = 0;
   std::vector<std::uint64_t> frames_reported_;  // by camera
+  std::vector<CameraFaults> faults_;            // by camera
 };
 
 }  // namespace mocap::runtime

@@ -199,7 +199,10 @@ Result<Health> decode(const v1::Health& from) {
                             !camera.has_synchronised() || camera.synchronised(),
                             camera.offset_us(),
                             camera.drift_us_s(),
-                            camera.jitter_us()});
+                            camera.jitter_us(),
+                             camera.repeated_frames(),
+                             camera.clock_leaps(),
+                             camera.clock_uncertainty_us()});
   }
   const v1::FeedHealth& feed = from.feed();
   into.feed = {feed.listeners(),       feed.connections(), feed.disconnections(), feed.failed_handshakes(),

@@ -253,7 +253,7 @@ target_link_libraries(static PRIVATE mocap::mocap_client_static)
         self.assertGreater(len(names), 20)
 
     def test_the_python_package_is_installed_by_pip_and_runs(self):
-        if subprocess.run(["/usr/bin/python3", "-c", "import pip, setuptools, wheel"], capture_output=True).returncode != 0:
+        if subprocess.run(["/usr/bin/python3", "-c", "import setuptools, wheel, pip"], capture_output=True).returncode != 0:
             self.skipTest("python3-pip, python3-setuptools or python3-wheel is not installed")
         source = self.desk.folder / "clone/tools/clients/python"
         shutil.copytree(SOURCE / "tools/clients/python", source)

@@ -410,7 +410,14 @@ TEST(EncodeHealth, ComesBackTheSameAndLeavesOutStagesThatNothingPassed) {
                           8,
                           "gone",
                           {10, 11, 12, 13, 14, 4, 15},
-                          {38.0, 2.5, 12.0}});
+                          {38.0, 2.5, 12.0},
+                          false,
+                          1500.0,
+                          40.0,
+                          3.0,
+                          16,
+                          17,
+                          9.5});
 
   v1::Health message;
   encode(sent, message);
@@ -436,6 +443,13 @@ TEST(EncodeHealth, ComesBackTheSameAndLeavesOutStagesThatNothingPassed) {
   EXPECT_EQ(read->cameras[0].levels.noise_grey, 2.5);
   EXPECT_EQ(read->cameras[0].levels.background_grey, 12.0);
   EXPECT_EQ(read->cameras[0].missing_packets, 8U);
+  EXPECT_FALSE(read->cameras[0].synchronised);
+  EXPECT_EQ(read->cameras[0].offset_us, 1500.0);
+  EXPECT_EQ(read->cameras[0].drift_us_s, 40.0);
+  EXPECT_EQ(read->cameras[0].jitter_us, 3.0);
+  EXPECT_EQ(read->cameras[0].repeated_frames, 16U);
+  EXPECT_EQ(read->cameras[0].clock_leaps, 17U);
+  EXPECT_EQ(read->cameras[0].clock_uncertainty_us, 9.5);
   EXPECT_EQ(read->cameras[0].last_error, "gone");
 }
 

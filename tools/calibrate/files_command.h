@@ -1,0 +1,28 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace mocap::calibrate {
+
+/// `mocap-calibrate export` and `import`: rigs to and from the files of other programs.
+class FilesCommands {
+ public:
+  void add(CLI::App& app);
+  /// The exit code; nothing where neither was asked for.
+  std::optional<int> run() const;
+
+ private:
+  int run_export() const;
+  int run_import() const;
+
+  CLI::App* export_ = nullptr;
+  CLI::App* import_ = nullptr;
+  std::filesystem::path from_;
+  std::filesystem::path to_;
+  std::string format_;
+};
+
+}  // namespace mocap::calibrate
