@@ -35,6 +35,11 @@ constexpr Duration kStartPatience = std::chrono::milliseconds(300);
 constexpr Duration kClosePatience = std::chrono::milliseconds(250);
 // A clock said to be UTC may be this far from the receipt and still be believed.
 constexpr Duration kUtcBelievable = std::chrono::seconds(10);
+// From a packet's arrival until the thread runs that notes it: what waking a thread that sleeps takes on Linux.
+constexpr Duration kWaking = std::chrono::microseconds(40);
+constexpr Duration kTaiMinusUtc = std::chrono::seconds(37);  // since 2017; no leap second is planned
+// No image takes longer from its first byte to its last.
+constexpr Duration kLongestWay = std::chrono::seconds(1);
 
 std::string text_of(const char* text) { return text != nullptr ? text : ""; }
 
@@ -96,7 +101,8 @@ class AravisCamera : public Camera {
  private:
   Status begin(std::unique_ptr<AravisDevice> device);
   Result<Frame> frame_of(ArvBuffer* buffer, Timestamp received);
-  Timestamp exposed_at(Duration stamp, Timestamp received);
+  static Timestamp first_byte_at(ArvBuffer* buffer, Timestamp received);
+  Timestamp exposed_at(ArvBuffer* buffer, Timestamp received);
   bool came_before(ArvBuffer* buffer);
   void count_stream();
   void count_clock();
@@ -219,20 +225,32 @@ Result<Frame> AravisCamera::frame_of(ArvBuffer* buffer, Timestamp received) {
   frame.camera = id_;
   frame.number = frames_.number_of(frame_id);
   frame.received_at = received;
-  frame.exposed_at = exposed_at(Duration{static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer))}, received);
+  frame.exposed_at = exposed_at(buffer, received);
   frame.image = {{static_cast<const std::byte*>(data), needed}, stride, width, height, format};
   return frame;
 }
 
-Timestamp AravisCamera::exposed_at(Duration stamp, Timestamp received) {
+// When the image's first packet was here: the way of the other bytes says nothing of the camera's clock. Aravis tells
+// it on UTC, which may step meanwhile.
+Timestamp AravisCamera::first_byte_at(ArvBuffer* buffer, Timestamp received) {
+  const Timestamp first =
+      Timestamp{Duration{static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer))} - utc_minus_host()};
+  return first < received && received - first < kLongestWay ? first : received;
+}
+
+Timestamp AravisCamera::exposed_at(ArvBuffer* buffer, Timestamp received) {
+  const Duration stamp{static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer))};
   const Duration exposure = device_->features().exposure;
   // The mapping learns from every frame, so that it is ready when the camera's UTC turns out to be none.
-  Timestamp middle = clock_.map(stamp, received) - from_s(settings_.delivery_us * 1e-6) - exposure / 2;
+  Timestamp middle = clock_.map(stamp, first_byte_at(buffer, received)) - kWaking -
+                     from_s(settings_.delivery_us * 1e-6) - exposure / 2;
   if (settings_.clock == "utc") {
     const Duration into_exposure = settings_.stamps == "start"    ? exposure / 2
                                    : settings_.stamps == "middle" ? Duration::zero()
                                                                   : -exposure / 2;
-    const Timestamp told = Timestamp{stamp - utc_minus_host()} + into_exposure;
+    Timestamp told = Timestamp{stamp - utc_minus_host()} + into_exposure;
+    // A PTP master that keeps to the standard gives TAI, which is ahead of UTC by the leap seconds.
+    if (told - received > kTaiMinusUtc - kUtcBelievable) told -= kTaiMinusUtc;
     if (told <= received + exposure && told > received - kUtcBelievable) {
       middle = told;
     } else if (!std::exchange(utc_doubted_, true)) {

@@ -58,6 +58,9 @@ void check_cameras_differ(DaemonTables& tables, const DaemonSettings& settings) 
   expect_different(settings.cameras, found, "serial", field_of(&AravisSettings::serial));
   expect_different(settings.cameras, found, "device_name", field_of(&AravisSettings::device_name));
   expect_different(settings.cameras, found, "address", field_of(&AravisSettings::address));
+  expect_different(settings.cameras, found, "mac", field_of(&AravisSettings::mac));
+  expect_different(settings.cameras, found, "serial", field_of(&cameras::V4l2Settings::serial));
+  expect_different(settings.cameras, found, "bus", field_of(&cameras::V4l2Settings::bus));
   expect_different(settings.cameras, found, "device", field_of(&cameras::V4l2Settings::device));
   expect_different(settings.cameras, found, "folder", images_of);
 }

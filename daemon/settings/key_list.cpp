@@ -29,6 +29,12 @@ void KeyList::numbers(std::string_view key, double* fields, std::size_t count, R
   add(key, fmt::format("[{}]", fmt::join(fields, fields + count, ", ")));
 }
 
+void KeyList::pairs(std::string_view key, std::vector<std::pair<std::string, std::string>>& field) {
+  std::string text;
+  for (const auto& [name, value] : field) text += fmt::format("{}{} = \"{}\"", text.empty() ? "" : ", ", name, value);
+  add(key, text.empty() ? "{}" : fmt::format("{{ {} }}", text));
+}
+
 void KeyList::real(std::string_view key, std::optional<double>& value, Range /*range*/) {
   // Twelve digits: what a unit conversion leaves in the last ones is nobody's setting.
   add(key, value ? fmt::format("{:.12g}", *value) : "");

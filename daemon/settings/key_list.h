@@ -17,6 +17,7 @@ class KeyList final : public Keys {
   void one_of(std::string_view key, std::string& field, const std::vector<std::string>& words) override;
   void whole_numbers(std::string_view key, std::vector<int>& field, Range range) override;
   void numbers(std::string_view key, double* fields, std::size_t count, Range range) override;
+  void pairs(std::string_view key, std::vector<std::pair<std::string, std::string>>& field) override;
 
   const std::vector<std::pair<std::string, std::string>>& entries() const noexcept { return entries_; }
 

@@ -27,8 +27,9 @@ constexpr std::uint16_t kDiscovery = 0x0002, kResend = 0x0040, kReadRegister = 0
                         kReadMemory = 0x0084, kWriteMemory = 0x0086;
 constexpr std::uint8_t kRefused = 0x80, kAccessDenied = 0x06;
 // Bootstrap registers.
-constexpr std::uint32_t kDiscoveryBytes = 0xf8, kCapability = 0x0934, kHeartbeat_ms = 0x0938, kPrivilege = 0x0a00,
-                        kStreamPort = 0x0d00, kPacketSize = 0x0d04, kPacketDelay = 0x0d08, kStreamAddress = 0x0d18;
+constexpr std::uint32_t kMacHigh = 0x0008, kMacLow = 0x000c, kDiscoveryBytes = 0xf8, kCapability = 0x0934,
+                        kHeartbeat_ms = 0x0938, kPrivilege = 0x0a00, kStreamPort = 0x0d00, kPacketSize = 0x0d04,
+                        kPacketDelay = 0x0d08, kStreamAddress = 0x0d18;
 constexpr std::uint32_t kCanResend = 1U << 2, kCanWriteMemory = 1U << 1;
 constexpr std::uint32_t kFireTestPacket = 1U << 31;
 constexpr int kLookAtStop_ms = 20;
@@ -149,6 +150,10 @@ void GigeDevice::describe() {
   set(ARV_FAKE_CAMERA_REGISTER_EXPOSURE_TIME_US, settings_.exposure_us);
   set(kCapability, kCanWriteMemory | (settings_.resends ? kCanResend : 0U));
   set(kPtpStatus, kPtpDisabled);
+  in_addr own{};
+  inet_pton(AF_INET, settings_.address.c_str(), &own);
+  set(kMacHigh, 0x0200);  // locally administered
+  set(kMacLow, ntohl(own.s_addr));
   set(kTemperature, 41);
 }
 
