@@ -1,9 +1,12 @@
-// mocapctl: makes and shows what the daemon is told of subjects. See --help.
+// mocapctl: subjects, cameras, and the machine that they are on. See --help.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <functional>
 
 #include "base/exit_codes.h"
+#include "ctl/cameras_command.h"
+#include "ctl/doctor_command.h"
 #include "ctl/subject_command.h"
 
 namespace {
@@ -15,6 +18,13 @@ constexpr const char* kExamples = R"(examples:
   mocapctl subject fit --stream take.jsonl --rest-s 2 --marker-set config/markersets/baseline41.toml --out anna.toml
                                   from what mocap-watch --json or [record] wrote; the first 2 s are a T-pose
   mocapctl subject show anna.toml bones, lengths and residuals
+  mocapctl cameras list           the cameras that answer on the network, the USB and in the kernel
+  mocapctl cameras describe 192.168.10.2
+                                  its features, their values and ranges; what features = { ... } may name
+  mocapctl cameras shot north-east --config mocapd.toml --out north-east.png
+                                  one image with its blobs drawn in (mocapd must not have the camera)
+  mocapctl doctor --config mocapd.toml
+                                  what this machine lacks for these cameras, and the commands that mend it
 
 exit codes: 0 done, 64 wrong command line, 65 a recording that tells too little or cannot be read, 69 a file cannot be
 written, 78 wrong marker set, skeleton or subject file)";
@@ -23,18 +33,21 @@ written, 78 wrong marker set, skeleton or subject file)";
 
 int main(int argc, char** argv) {
   using namespace mocap;  // NOLINT: the program
-  CLI::App app{"mocapctl: makes and shows what the daemon is told of subjects", "mocapctl"};
+  CLI::App app{"mocapctl: subjects, cameras, and the machine they are on", "mocapctl"};
   app.footer(kExamples);
   app.require_subcommand(1);
   ctl::SubjectOptions options;
   ctl::add_subject_command(app, options);
+  std::function<int()> chosen;
+  ctl::add_cameras_command(app, chosen);
+  ctl::add_doctor_command(app, chosen);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitOk : kExitUsage;
   }
   try {
-    return options.run(options);
+    return chosen ? chosen() : options.run(options);
   } catch (const std::exception& exception) {
     std::fprintf(stderr, "mocapctl: %s\n", exception.what());
     return kExitSoftware;
