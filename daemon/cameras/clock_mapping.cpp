@@ -19,9 +19,10 @@ constexpr double kMinSpan_s = 1.0;
 constexpr double kRelearnSpan_s = 10.0;
 // With fewer buckets their lowest samples say nothing of how near they come to the line.
 constexpr std::size_t kLeastBuckets = 4;
-// The error of the line, in heights of the buckets' lowest samples over it shared by their number; by simulation of
-// exponential, uniform and half-normal delays at 30 to 200 Hz.
-constexpr double kErrorPerHeight = 6.0;
+// The error of the line, in the middle height of the buckets' lowest samples over it, shared by their number; by
+// simulation of exponential, uniform and half-normal delays at 30 to 200 Hz.
+constexpr double kErrorPerHeight = 9.0;
+constexpr double kUsualDrift = 50e-6;  // standard deviation of a crystal's, against the host's
 constexpr double kSpreadForgets = 1.0 / 64.0;
 
 }  // namespace
@@ -100,18 +101,36 @@ ClockMapping::Line ClockMapping::line_under_samples() const {
     while (i + 1 < hull.size() && hull[i].x < middle) ++i;
     line.slope = std::clamp((hull[i].y - hull[i - 1].y) / (hull[i].x - hull[i - 1].x), -kMaxDrift, kMaxDrift);
   }
-  line.height = std::numeric_limits<double>::infinity();
-  for (const Sample& s : hull) line.height = std::min(line.height, s.y - line.slope * s.x);
+  const auto lay_under = [&] {
+    line.height = std::numeric_limits<double>::infinity();
+    for (const Sample& s : hull) line.height = std::min(line.height, s.y - line.slope * s.x);
+  };
+  lay_under();
+  // Few late samples tell a slope that no two crystals have: what is known of crystals weighs against it.
+  const double span = hull.back().x - hull.front().x;
+  if (span >= kMinSpan_s) {
+    const double expected = slope_known_ ? known_slope_ : 0.0;
+    const double doubt = 2.0 * error_of(line) / span;
+    line.slope =
+        expected + (line.slope - expected) * kUsualDrift * kUsualDrift / (kUsualDrift * kUsualDrift + doubt * doubt);
+    lay_under();
+  }
   return line;
+}
+
+// s. By the middle height: a stall of delivery lifts a few buckets high.
+double ClockMapping::error_of(const Line& line) const {
+  BoundedVector<double, kWindow> heights;
+  for (const Bucket& bucket : buckets_) heights.push_back(bucket.lowest.y - line.at(bucket.lowest.x));
+  const auto middle = heights.begin() + heights.size() / 2;
+  std::nth_element(heights.begin(), middle, heights.end());
+  return kErrorPerHeight * *middle / static_cast<double>(heights.size());
 }
 
 Duration ClockMapping::judge(const Sample& newest) {
   spread_s_ += (newest.y - line_.at(newest.x) - spread_s_) * kSpreadForgets;
   if (buckets_.size() < kLeastBuckets) return from_s(std::max(spread_s_, 0.0));
-  double height_s = 0.0;
-  for (const Bucket& bucket : buckets_) height_s += bucket.lowest.y - line_.at(bucket.lowest.x);
-  const auto count = static_cast<double>(buckets_.size());
-  return from_s(kErrorPerHeight * height_s / (count * count));
+  return from_s(error_of(line_));
 }
 
 Timestamp ClockMapping::map(Duration camera_time, Timestamp received) {

@@ -70,6 +70,7 @@ class ClockMapping {
   bool leapt(const Sample& sample);
   void remember(const Sample& sample);
   Line line_under_samples() const;
+  double error_of(const Line& line) const;
   Duration judge(const Sample& newest);
 
   BoundedVector<Bucket, kWindow> buckets_;  // in the order of time
