@@ -35,6 +35,8 @@ constexpr Duration kStartPatience = std::chrono::milliseconds(300);
 constexpr Duration kClosePatience = std::chrono::milliseconds(250);
 // A clock said to be UTC may be this far from the receipt and still be believed.
 constexpr Duration kUtcBelievable = std::chrono::seconds(10);
+// From a packet's arrival until the thread runs that notes it: what waking a thread that sleeps takes on Linux.
+constexpr Duration kWaking = std::chrono::microseconds(40);
 constexpr Duration kTaiMinusUtc = std::chrono::seconds(37);  // since 2017; no leap second is planned
 // No image takes longer from its first byte to its last.
 constexpr Duration kLongestWay = std::chrono::seconds(1);
@@ -240,8 +242,8 @@ Timestamp AravisCamera::exposed_at(ArvBuffer* buffer, Timestamp received) {
   const Duration stamp{static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer))};
   const Duration exposure = device_->features().exposure;
   // The mapping learns from every frame, so that it is ready when the camera's UTC turns out to be none.
-  Timestamp middle =
-      clock_.map(stamp, first_byte_at(buffer, received)) - from_s(settings_.delivery_us * 1e-6) - exposure / 2;
+  Timestamp middle = clock_.map(stamp, first_byte_at(buffer, received)) - kWaking -
+                     from_s(settings_.delivery_us * 1e-6) - exposure / 2;
   if (settings_.clock == "utc") {
     const Duration into_exposure = settings_.stamps == "start"    ? exposure / 2
                                    : settings_.stamps == "middle" ? Duration::zero()

@@ -86,7 +86,7 @@ class V4l2Camera : public Camera {
 
   std::filesystem::path path_;  // of the node, as it was found when it was opened last
   int device_ = kNone;
-  KnownFormat format_ = kFormats[0];
+  KnownFormat format_ = known_video_formats()[0];
   std::size_t stride_bytes_ = 0;
   Duration exposure_{};
   std::vector<Mapped> buffers_;
@@ -162,9 +162,10 @@ std::string V4l2Camera::offered_formats() const {
 }
 
 Status V4l2Camera::set_format() {
-  const auto* known = std::find_if(std::begin(kFormats), std::end(kFormats),
-                                   [&](const KnownFormat& each) { return settings_.pixel_format == each.name; });
-  if (known == std::end(kFormats)) {
+  const std::span<const KnownFormat> all = known_video_formats();
+  const auto known = std::find_if(all.begin(), all.end(),
+                                  [&](const KnownFormat& each) { return settings_.pixel_format == each.name; });
+  if (known == all.end()) {
     return error(ErrorCode::InvalidArgument,
                  fmt::format("pixel_format is {}, expected GREY, Y10, YUYV, NV12 or MJPEG", settings_.pixel_format));
   }

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <linux/videodev2.h>
-
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "model/frame.h"
@@ -15,18 +14,10 @@ struct KnownFormat {
   std::uint32_t fourcc;
   PixelFormat format;
 };
-inline constexpr KnownFormat kFormats[] = {
-    {"GREY", V4L2_PIX_FMT_GREY, PixelFormat::Mono8},      {"Y10", V4L2_PIX_FMT_Y10, PixelFormat::Mono10},
-    {"Y12", V4L2_PIX_FMT_Y12, PixelFormat::Mono12},       {"GRBG", V4L2_PIX_FMT_SGRBG8, PixelFormat::BayerGr8},
-    {"RGGB", V4L2_PIX_FMT_SRGGB8, PixelFormat::BayerRg8}, {"GBRG", V4L2_PIX_FMT_SGBRG8, PixelFormat::BayerGb8},
-    {"BA81", V4L2_PIX_FMT_SBGGR8, PixelFormat::BayerBg8}, {"YUYV", V4L2_PIX_FMT_YUYV, PixelFormat::Yuyv},
-    {"NV12", V4L2_PIX_FMT_NV12, PixelFormat::Nv12},       {"MJPEG", V4L2_PIX_FMT_MJPEG, PixelFormat::Mjpeg}};
+/// All formats that we read.
+std::span<const KnownFormat> known_video_formats();
 
 /// The four letters of a format.
-inline std::string text_of_fourcc(std::uint32_t fourcc) {
-  std::string text;
-  for (int shift = 0; shift < 32; shift += 8) text += static_cast<char>((fourcc >> shift) & 0x7F);
-  return text;
-}
+std::string text_of_fourcc(std::uint32_t fourcc);
 
 }  // namespace mocap::cameras

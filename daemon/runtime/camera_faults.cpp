@@ -23,7 +23,7 @@ constexpr std::array<Words, CameraFaults::kKinds> kWords{{
      "packets are lost on the way: see what mocapctl doctor says of net.core.rmem_max, MTU and link speed"},
     {&CameraHealth::missing_packets, "packets never came, although they were asked for again",
      "look at cable and switch, and at what mocapctl doctor says of net.core.rmem_max"},
-    {&CameraHealth::underruns, "images found every buffer in use",
+    {&CameraHealth::underruns, "packets found every buffer in use",
      "a larger stream_buffers (or buffers), or fewer cameras a processor"},
     {&CameraHealth::dropped_queue_full, "images' blobs found no room on the way to the fusion",
      "the machine is too slow for these cameras: a lower rate_hz, or [queues] camera_frames"},
