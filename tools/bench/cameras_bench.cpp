@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "assemble.h"
+#include "base/log.h"
 #include "cameras/own_network.h"
 #include "scene/ring_rig.h"
 #include "settings/marker_set_file.h"
@@ -275,6 +276,7 @@ CamerasBenchFigures figures_of(const CamerasBenchSettings& wanted, const Counted
 }  // namespace
 
 Result<CamerasBenchFigures> run_cameras_bench(const CamerasBenchSettings& wanted) {
+  set_log_level(LogLevel::Error);  // what is lost is counted
   double load = 0.0;
   getloadavg(&load, 1);
   const bool served = wanted.bus == "gige";

@@ -159,7 +159,7 @@ class GigeCamera {
     std::this_thread::sleep_for(kLookForTrigger);
     if (!device_->take_software_trigger()) return;
     const std::int64_t period_us = device_->period_us();
-    send(expose(utc_ns() / 1000 / period_us, period_us), period_us);
+    send(expose(utc_ns() / 1000 / period_us, period_us));
   }
 
   // An exposure ends with a whole period of UTC, whether the camera runs free or a trigger box gives the beat. The
@@ -172,11 +172,12 @@ class GigeCamera {
     last_number_ = catches_up ? last_number_ + 1 : due;
     const ServedImage image = expose(last_number_, period_us);
     const std::int64_t end_ns = last_number_ * period_us * 1000;
-    while (utc_ns() < end_ns) {
+    const std::int64_t leaves_ns = end_ns + late_ns(period_us);
+    while (utc_ns() < leaves_ns) {
       if (stop.stop_requested() || !device_->acquiring()) return;
-      sleep_until_utc(std::min(end_ns, utc_ns() + kLookAtStop_ns));
+      sleep_until_utc(std::min(leaves_ns, utc_ns() + kLookAtStop_ns));
     }
-    send(image, period_us);
+    send(image);
   }
 
   ServedImage expose(std::int64_t number, std::int64_t period_us) {
@@ -198,11 +199,10 @@ class GigeCamera {
     return image;
   }
 
-  void send(const ServedImage& image, std::int64_t period_us) {
+  void send(const ServedImage& image) {
     ++images_;
     if (options_.silent_after > 0 && images_ > options_.silent_after) return;
     if (options_.skip_every > 0 && images_ % options_.skip_every == 0) return;
-    if (options_.delivery_jitter_us > 0.0) be_late(period_us);
     device_->send(image);
     if (options_.repeat_every > 0 && images_ % options_.repeat_every == 0) device_->send(image);
   }
@@ -216,10 +216,10 @@ class GigeCamera {
     return static_cast<std::uint64_t>(begin_utc_ns + std::llround(gained_ns));
   }
 
-  void be_late(std::int64_t period_us) {
+  std::int64_t late_ns(std::int64_t period_us) {
+    if (options_.delivery_jitter_us <= 0.0) return 0;
     const double late_us = std::exponential_distribution<>(1.0 / options_.delivery_jitter_us)(random_);
-    std::this_thread::sleep_for(
-        std::chrono::duration<double, std::micro>(std::min(late_us, 0.9 * static_cast<double>(period_us))));
+    return std::llround(1e3 * std::min(late_us, 0.9 * static_cast<double>(period_us)));
   }
 
   // The region that the client has chosen; what lies outside of the sensor is black.
