@@ -13,6 +13,7 @@
 #include <chrono>
 #include <fstream>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -37,17 +38,39 @@ constexpr guint kGiveUp_us = 80000;
 // A camera answers within a network's round trip; a busy one within some tens of milliseconds.
 constexpr Duration kAnswerPatience = std::chrono::milliseconds(400);
 
-template <class T>
-struct Unref {
-  void operator()(T* object) const noexcept { g_object_unref(object); }
-};
-template <class T>
-using Held = std::unique_ptr<T, Unref<T>>;
+constexpr Duration kEmissionEndsWithin = std::chrono::seconds(2);
 
 GQuark lost_mark() {
   static const GQuark mark = g_quark_from_static_string("mocap-control-lost");
   return mark;
 }
+
+void mark_lost(ArvDevice* lost, gpointer) { g_object_set_qdata(G_OBJECT(lost), lost_mark(), GINT_TO_POINTER(1)); }
+
+// Drops a camera, its stream before. The heartbeat's thread holds the device while it tells that control is lost; were
+// the last reference its own, the device would end on that thread, wait for that very thread, and GLib would end the
+// process. So nobody is told any more, and the last reference is ours, given up when the device has no other.
+void let_go(ArvCamera* camera, ArvStream* stream) {
+  auto* const device = G_OBJECT(g_object_ref(arv_camera_get_device(camera)));
+  g_signal_handlers_disconnect_by_func(device, reinterpret_cast<gpointer>(&mark_lost), nullptr);
+  if (stream != nullptr) g_object_unref(stream);
+  g_object_unref(camera);
+  const Timestamp end = host_now() + kEmissionEndsWithin;
+  const auto held_by_others = [device] { return g_atomic_int_get(&device->ref_count) > 1; };
+  while (held_by_others() && host_now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  if (!held_by_others()) g_object_unref(device);  // else a device is kept for good, which is less than a process lost
+}
+
+template <class T>
+struct Unref {
+  void operator()(T* object) const noexcept { g_object_unref(object); }
+};
+template <>
+struct Unref<ArvCamera> {
+  void operator()(ArvCamera* camera) const noexcept { let_go(camera, nullptr); }
+};
+template <class T>
+using Held = std::unique_ptr<T, Unref<T>>;
 
 Result<Held<ArvCamera>> open_as(const std::string& device) {
   AravisFailure failure;
@@ -58,10 +81,7 @@ Result<Held<ArvCamera>> open_as(const std::string& device) {
     return Error{ErrorCode::Busy, fmt::format("{} is controlled by another program; end that one", device)};
   }
   // The heartbeat's thread marks the device and not us: it may still be at it when we are gone.
-  g_signal_connect(arv_camera_get_device(camera.get()), "control-lost", G_CALLBACK(+[](ArvDevice* lost, gpointer) {
-                     g_object_set_qdata(G_OBJECT(lost), lost_mark(), GINT_TO_POINTER(1));
-                   }),
-                   nullptr);
+  g_signal_connect(arv_camera_get_device(camera.get()), "control-lost", G_CALLBACK(mark_lost), nullptr);
   return camera;
 }
 
@@ -138,8 +158,7 @@ Result<Held<ArvStream>> open_stream(ArvCamera* camera, int buffers) {
 
 AravisDevice::~AravisDevice() {
   arv_camera_stop_acquisition(camera_, nullptr);
-  g_object_unref(stream_);
-  g_object_unref(camera_);
+  let_go(camera_, stream_);
 }
 
 bool AravisDevice::lost() const {
