@@ -103,6 +103,7 @@ Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& set
   parts.tracker = stages::make_blob_tracker(settings.track_blobs);
   parts.expected_width_px = model.width_px;
   parts.expected_height_px = model.height_px;
+  parts.drawn_masks = model.masks;
   return parts;
 }
 
@@ -123,6 +124,11 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   if (!publisher) return publisher.error();
   made.parts.publisher = std::move(*publisher);
 
+  if (!settings.control.endpoint.empty()) {
+    Result<std::unique_ptr<wire::ZmqControl>> control = wire::ZmqControl::open(settings.control);
+    if (!control) return control.error();
+    made.parts.control = std::move(*control);
+  }
   if (!settings.record.snapshots.empty()) {
     Result<std::unique_ptr<Writer>> writer = record::make_snapshot_writer(settings.record.snapshots);
     if (!writer) return writer.error();

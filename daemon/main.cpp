@@ -7,7 +7,9 @@
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
+#include <memory>
 #include <numbers>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -22,6 +24,7 @@
 #include "runtime/service.h"
 #include "runtime/status_line.h"
 #include "settings/daemon_settings.h"
+#include "settings/learnt_masks.h"
 
 namespace mocap {
 namespace {
@@ -45,6 +48,30 @@ bool asked_to_end_within(const sigset_t& signals, Duration patience) {
   const timespec limit{0, static_cast<long>(patience.count())};
   return sigtimedwait(&signals, nullptr, &limit) > 0;
 }
+
+// Makes each camera, which opens none, for what only its driver knows to be wrong.
+settings::Faults driver_faults(const settings::DaemonSettings& settings, const std::filesystem::path& config) {
+  settings::Faults faults{config, {}};
+  for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
+    const Result<runtime::CameraParts> made = assemble_camera(settings, CameraId{i}, Timestamp{});
+    if (!made) faults.list.push_back({config, 0, 0, made.error().message});
+  }
+  return faults;
+}
+
+Result<settings::DaemonSettings, settings::Faults> load_checked(const std::filesystem::path& config) {
+  Result<settings::DaemonSettings, settings::Faults> settings = settings::load_daemon_settings(config);
+  if (!settings) return settings;
+  settings::Faults faults = driver_faults(*settings, config);
+  if (!faults.list.empty()) return faults;
+  return settings;
+}
+
+/// What the daemon runs with, and where that is from.
+struct Configuration {
+  std::filesystem::path file;
+  std::unique_ptr<settings::DaemonSettings> settings;
+};
 
 // What the detectors say, camera by camera.
 class Detectors {
@@ -100,12 +127,45 @@ class Stands {
   std::vector<bool> drifted_;
 };
 
-void watch_over(runtime::Pipeline& pipeline, Detectors& detectors, Stands& stands, runtime::Service& service,
-                const sigset_t& signals) {
+// What the operator's order comes to: the configuration is read anew, after what was learnt is kept. The answer goes
+// to the operator. Gives the settings to start anew with; none: all goes on as it was.
+std::unique_ptr<settings::DaemonSettings> reload(const std::filesystem::path& config,
+                                                 const settings::DaemonSettings& now, runtime::MainOrder& order,
+                                                 runtime::MainDone& answer) {
+  answer.order = order.number;
+  if (!order.masks.empty()) {
+    Rig rig = now.rig;
+    for (std::size_t i = 0; i < rig.size(); ++i) rig[i].learnt_masks = order.masks[i];
+    const Status kept = settings::save_learnt_masks(now.capture.rig_file, rig);
+    if (!kept) {
+      answer.message = kept.error().message;
+      return nullptr;
+    }
+  }
+  Result<settings::DaemonSettings, settings::Faults> read = load_checked(config);
+  if (!read) {
+    answer.message = settings::to_text(read.error());
+    return nullptr;
+  }
+  answer.done = true;
+  answer.message = config.string() + " is good; the daemon starts anew with it";
+  return std::make_unique<settings::DaemonSettings>(*std::move(read));
+}
+
+// Until the end, or until there are new settings to start anew with.
+std::unique_ptr<settings::DaemonSettings> watch_over(runtime::Pipeline& pipeline, Detectors& detectors, Stands& stands,
+                                                     runtime::Service& service, const sigset_t& signals,
+                                                     const Configuration& configuration) {
   Timestamp looked_at = host_now();
   Timestamp said_at = looked_at;
   runtime::RunTotals said = runtime::totals_of(pipeline);
   while (!asked_to_end_within(signals, kLookForSignals) && !pipeline.finished()) {
+    if (std::optional<runtime::MainOrder> order = pipeline.take_order()) {
+      runtime::MainDone answer;
+      auto anew = reload(configuration.file, *configuration.settings, *order, answer);
+      pipeline.answer(std::move(answer));
+      if (anew != nullptr) return anew;
+    }
     const Timestamp now = host_now();
     if (now - looked_at >= kLookAtProgress) {
       looked_at = now;
@@ -121,6 +181,7 @@ void watch_over(runtime::Pipeline& pipeline, Detectors& detectors, Stands& stand
     }
   }
   stands.log(pipeline);
+  return nullptr;
 }
 
 int exit_code_of(ErrorCode code) {
@@ -135,8 +196,9 @@ int exit_code_of(ErrorCode code) {
   }
 }
 
-int serve(const settings::DaemonSettings& settings) {
-  const sigset_t signals = block_end_signals();
+// One life of the pipeline: until the end, or until there are new settings in `configuration` (then nothing).
+std::optional<int> serve_once(Configuration& configuration, runtime::Service& service, const sigset_t& signals) {
+  const settings::DaemonSettings& settings = *configuration.settings;
   Result<Assembly> assembly = assemble(settings);
   if (!assembly) {
     log_error("mocapd", assembly.error().message);
@@ -146,18 +208,27 @@ int serve(const settings::DaemonSettings& settings) {
     const Status locked = runtime::lock_memory();
     if (!locked) log_warn("mocapd", locked.error().message);
   }
-  runtime::Service service;
   runtime::Pipeline pipeline(std::move(assembly->settings), std::move(assembly->parts));
   log_info("mocapd", fmt::format("started, cameras={} subjects={} feed={}", settings.cameras.size(),
                                  settings.subjects.size(), settings.publish.endpoint));
   service.ready(fmt::format("waiting for the images of {} cameras", pipeline.camera_count()));
   Detectors detectors(settings);
   Stands stands(settings);
-  watch_over(pipeline, detectors, stands, service, signals);
-  service.stopping();
+  std::unique_ptr<settings::DaemonSettings> anew = watch_over(pipeline, detectors, stands, service, signals, configuration);
+  if (anew == nullptr) service.stopping();
   pipeline.stop();
-  log_info("mocapd", "ended, " + runtime::summary_line(runtime::totals_of(pipeline)));
-  return kExitOk;
+  log_info("mocapd", (anew ? "starts anew, " : "ended, ") + runtime::summary_line(runtime::totals_of(pipeline)));
+  if (anew == nullptr) return kExitOk;
+  configuration.settings = std::move(anew);
+  return std::nullopt;
+}
+
+int serve(Configuration configuration) {
+  const sigset_t signals = block_end_signals();
+  runtime::Service service;
+  for (;;) {
+    if (const std::optional<int> exit = serve_once(configuration, service, signals)) return *exit;
+  }
 }
 
 // A line a fault, as compilers do, so that editors find the place. In the journal each is an error, sd-daemon(3).
@@ -167,21 +238,10 @@ void tell_faults(const settings::Faults& faults) {
   for (std::string line; std::getline(lines, line);) fmt::print(stderr, "{}{}\n", journal ? "<3>" : "", line);
 }
 
-// Makes each camera, which opens none, for what only its driver knows to be wrong.
-settings::Faults driver_faults(const settings::DaemonSettings& settings, const std::filesystem::path& config) {
-  settings::Faults faults{config, {}};
-  for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
-    const Result<runtime::CameraParts> made = assemble_camera(settings, CameraId{i}, Timestamp{});
-    if (!made) faults.list.push_back({config, 0, 0, made.error().message});
-  }
-  return faults;
-}
-
 int start(const std::filesystem::path& config, bool only_check) {
-  Result<settings::DaemonSettings, settings::Faults> settings = settings::load_daemon_settings(config);
-  settings::Faults faults = settings ? driver_faults(*settings, config) : settings.error();
-  if (!faults.list.empty()) {
-    tell_faults(faults);
+  Result<settings::DaemonSettings, settings::Faults> settings = load_checked(config);
+  if (!settings) {
+    tell_faults(settings.error());
     return kExitConfig;
   }
   if (only_check) {
@@ -193,7 +253,7 @@ int start(const std::filesystem::path& config, bool only_check) {
   set_log_for_journal(runtime::Service{}.logs_to_journal());
   log_info("mocapd", fmt::format("version {}, settings of {}", MOCAP_VERSION, config.string()));
   for (const auto& [key, value] : settings::list_settings(*settings)) log_debug("settings", key + " = " + value);
-  return serve(*settings);
+  return serve({config, std::make_unique<settings::DaemonSettings>(*std::move(settings))});
 }
 
 constexpr const char* kExamples = R"(examples:

@@ -9,13 +9,14 @@ packages=(
   # build
   build-essential cmake ninja-build ccache pkg-config git
   # libraries
-  libaravis-dev libusb-1.0-0-dev libopencv-dev libeigen3-dev libceres-dev libhwy-dev libturbojpeg0-dev
-  libzmq3-dev libprotobuf-dev protobuf-compiler libspdlog-dev libfmt-dev libsystemd-dev
+  libaravis-dev libusb-1.0-0-dev libopencv-dev libopencv-contrib-dev libeigen3-dev libceres-dev libhwy-dev libturbojpeg0-dev
+  libzmq3-dev libprotozero-dev libprotobuf-dev protobuf-compiler libspdlog-dev libfmt-dev libsystemd-dev
   libcli11-dev libtomlplusplus-dev libyaml-cpp-dev nlohmann-json3-dev
   # tests and checks
   libgtest-dev libgmock-dev clang-format clang-tidy shellcheck iproute2 procps systemd
   systemd-container
-  python3 python3-zmq python3-protobuf
+  python3 python3-zmq python3-protobuf python3-numpy python3-liblo
+  python3-pip python3-setuptools python3-wheel mono-mcs mono-runtime
   # a virtual machine, for a real V4L2 driver
   qemu-system-x86 busybox-static
 )

@@ -16,12 +16,18 @@ constexpr double kHold_rad = 0.15;
 // The same of the turns about other axes than those that markers tell: a limb about itself, an elbow that is hidden
 // about the line from shoulder to wrist. They follow what the told ones lead to, and nothing drives them.
 constexpr double kHoldPart_rad = 0.1;
+// A turn is told as far as markers tell more than this, rad: a marker on skin of 3 mm tells, 4 cm from the axis, 0.08.
+constexpr double kWeigh_rad = 0.5;
 // How unsure a joint is at first that no marker of its bone tells.
 constexpr double kHoldFurther_rad = 0.05;
-// What joints commonly do is believed so much where markers on both sides of a joint tell: a marker on skin of 3 mm, 6
-// cm from the joint's axis, tells a turn to 3 degrees, and what is common must not move that by more than a tenth of a
+// What joints commonly do is believed so much where markers tell how a joint is turned: a marker on skin of 3 mm, 6 cm
+// from the joint's axis, tells a turn to 3 degrees, and what is common must not move that by more than a tenth of a
 // degree, even a radian beyond.
 constexpr double kShareTold = 0.05;
+// A turn that markers told a moment ago is better known than by what is common, which takes over with this time
+// constant.
+constexpr double kRemembered_s = 20.0;
+constexpr double kAlmostAll = 0.8;
 // Steps under this leave less than a twentieth of a degree to be found: a step's square, and a share of what markers
 // are off.
 constexpr double kSmallStep = 5e-4;
@@ -86,6 +92,7 @@ void BodyFollower::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
   pose_.refit(rest_offsets_m, marker_offsets_m);
   for (MarkerMemory& marker : markers_) marker.off_m.setZero();
   weighed_for_ = kWeighEvery;
+  refitted_ = true;
 }
 
 void BodyFollower::forget() {
@@ -129,6 +136,7 @@ bool BodyFollower::start(std::span<const Observation> seen, Timestamp at) {
   for (BoneMemory& bone : bones_) {
     bone.spin_rad_s.setZero();
     bone.told_at = at;
+    bone.whole_at = at - from_s(kNever_s);
   }
   for (const Observation& one : seen) {
     if (one.ray || !is_usable(one)) continue;
@@ -139,6 +147,7 @@ bool BodyFollower::start(std::span<const Observation> seen, Timestamp at) {
   std::copy(learnt_.begin(), learnt_.end(), predicted_.begin());
   learnt_at_ = at_ = at;
   following_ = true;
+  refitted_ = false;
   return true;
 }
 
@@ -207,7 +216,7 @@ void BodyFollower::weigh_turns(std::span<const Observation> seen) {
   weighed_for_ = 1;
   weighed_.clear();
   for (const Observation& one : seen) weighed_.push_back({one.marker, one.ray, is_usable(one)});
-  std::fill(hold_.begin(), hold_.end(), kHold_rad);
+  std::fill(hold_.begin(), hold_.end(), kWeigh_rad);
   std::fill(rest_believed_.begin(), rest_believed_.end(), 0.0);
   PosePrior prior = prior_of(seen.size());
   prior.rest_believed = rest_believed_;
@@ -216,7 +225,7 @@ void BodyFollower::weigh_turns(std::span<const Observation> seen) {
   const bool told = pose_.weigh(seen, prior);
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     bones_[b].share.setZero();
-    if (told) bones_[b].share = Eigen::Matrix3d::Identity() - pose_.local_covariance(b) / (kHold_rad * kHold_rad);
+    if (told) bones_[b].share = Eigen::Matrix3d::Identity() - pose_.local_covariance(b) / (kWeigh_rad * kWeigh_rad);
   }
 }
 
@@ -229,10 +238,12 @@ PoseFitResult BodyFollower::fit(std::span<const Observation> seen) {
     const Eigen::Matrix3d& told = bones_[b].share;
     const Eigen::Matrix3d untold = Eigen::Matrix3d::Identity() - told;
     const double some = std::clamp(told.trace(), 0.0, 1.0);
-    const double all = std::max(0.0, 1.0 - untold.trace());
     const double unseen_rad = some * kHoldPart_rad + (1.0 - some) * kHoldUnseen_rad;
     hold_weight_[b] = (kHold_rad * kHold_rad * told + unseen_rad * unseen_rad * untold).inverse();
-    rest_believed_[b] = 1.0 - (1.0 - kShareTold) * all;
+    const double all = std::max(0.0, 1.0 - untold.trace());
+    if (all > kAlmostAll) bones_[b].whole_at = at_;
+    const double lately = some * std::exp(-std::max(0.0, to_s(at_ - bones_[b].whole_at)) / kRemembered_s);
+    rest_believed_[b] = 1.0 - (1.0 - kShareTold) * std::max(all, lately);
     limit_believed_[b] = 1.0 - (1.0 - kShareTold) * some;
     if (misread_[b] != 0) hold_weight_[b] = Eigen::Matrix3d::Identity() / (kMostStray_rad * kMostStray_rad);
   }
@@ -317,7 +328,8 @@ bool BodyFollower::turn_anew(std::size_t bone, std::span<const Observation> seen
 void BodyFollower::learn(std::span<const Observation> seen) {
   const double step_s = to_s(at_ - learnt_at_);
   const double left = std::exp(-std::max(0.0, step_s) / kCoast_s);
-  const bool motion = step_s > 0.0 && step_s <= kLongGap_s;
+  // What another body is turned by is no motion.
+  const bool motion = step_s > 0.0 && step_s <= kLongGap_s && !refitted_;
   // Half of the new, half of the old: noise of the pose is halved, a swing is followed within two sets.
   constexpr double kNew = 0.5;
   if (seen.empty()) {
@@ -360,6 +372,7 @@ void BodyFollower::learn(std::span<const Observation> seen) {
     marker.ever_seen = true;
   }
   learnt_at_ = at_;
+  refitted_ = false;
 }
 
 Eigen::Vector3d BodyFollower::told(std::size_t marker) const {

@@ -84,6 +84,7 @@ class BodyFollower {
   struct BoneMemory {
     Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();  // of the local turn, in the parent's frame
     Timestamp told_at;
+    Timestamp whole_at;  // when markers told all of its turn
     Told told = Told::No;
     // Which turns in the parent's frame the markers of the last fit told: 1 along an axis that they told alone, 0 along
     // one that they told nothing of.
@@ -103,6 +104,7 @@ class BodyFollower {
   PoseFit pose_;
   NamedLayer layer_;
   bool following_ = false;
+  bool refitted_ = false;  // since it last learnt
   Timestamp learnt_at_;
   Timestamp at_;  // of the last predict
   double residual_m_ = 0.0;

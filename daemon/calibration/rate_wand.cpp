@@ -63,14 +63,7 @@ void each_place(const Bundle& bundle, const auto& look) {
 }
 
 void rate_length(WandSolution& solution) {
-  const Bundle& bundle = solution.bundle;
-  const int last = static_cast<int>(bundle.wand.marks_m.size()) - 1;
-  std::vector<double> lengths;
-  each_place(bundle, [&](std::span<const Sight> sights) {
-    const auto first = point_of(bundle, sights, 0);
-    const auto other = first ? point_of(bundle, sights, last) : std::nullopt;
-    if (other) lengths.push_back((*other - *first).norm());
-  });
+  const std::vector<double> lengths = wand_lengths_m(solution.bundle);
   if (lengths.empty()) return;
   double sum = 0.0;
   for (const double length : lengths) sum += length;
@@ -84,6 +77,17 @@ void rate_length(WandSolution& solution) {
 }
 
 }  // namespace
+
+std::vector<double> wand_lengths_m(const Bundle& bundle) {
+  const int last = static_cast<int>(bundle.wand.marks_m.size()) - 1;
+  std::vector<double> lengths;
+  each_place(bundle, [&](std::span<const Sight> sights) {
+    const auto first = point_of(bundle, sights, 0);
+    const auto other = first ? point_of(bundle, sights, last) : std::nullopt;
+    if (other) lengths.push_back((*other - *first).norm());
+  });
+  return lengths;
+}
 
 std::vector<double> measured_marks_m(const Bundle& bundle) {
   const std::size_t marks = bundle.wand.marks_m.size();

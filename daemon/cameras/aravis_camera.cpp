@@ -35,6 +35,11 @@ constexpr Duration kStartPatience = std::chrono::milliseconds(300);
 constexpr Duration kClosePatience = std::chrono::milliseconds(250);
 // A clock said to be UTC may be this far from the receipt and still be believed.
 constexpr Duration kUtcBelievable = std::chrono::seconds(10);
+// From a packet's arrival until the thread runs that notes it: what waking a thread that sleeps takes on Linux.
+constexpr Duration kWaking = std::chrono::microseconds(40);
+constexpr Duration kTaiMinusUtc = std::chrono::seconds(37);  // since 2017; no leap second is planned
+// No image takes longer from its first byte to its last.
+constexpr Duration kLongestWay = std::chrono::seconds(1);
 
 std::string text_of(const char* text) { return text != nullptr ? text : ""; }
 
@@ -92,12 +97,23 @@ class AravisCamera : public Camera {
   Status start() override;
   Result<Frame> next(Duration patience) override;
   void stop() noexcept override;
+  std::optional<CameraAdjustment> adjustment() const override {
+    return CameraAdjustment{settings_.exposure_us, settings_.gain_db};
+  }
+  Status adjust(const CameraAdjustment& to) override {
+    settings_.exposure_us = to.exposure_us;
+    settings_.gain_db = to.gain_db;
+    return {};
+  }
 
  private:
   Status begin(std::unique_ptr<AravisDevice> device);
   Result<Frame> frame_of(ArvBuffer* buffer, Timestamp received);
-  Timestamp exposed_at(Duration stamp, Timestamp received);
+  static Timestamp first_byte_at(ArvBuffer* buffer, Timestamp received);
+  Timestamp exposed_at(ArvBuffer* buffer, Timestamp received);
+  bool came_before(ArvBuffer* buffer);
   void count_stream();
+  void count_clock();
   void give_back();
   Error error(ErrorCode code, std::string_view what) const {
     return {code, fmt::format("camera '{}': {}", name_, what)};
@@ -116,7 +132,10 @@ class AravisCamera : public Camera {
   bool utc_doubted_ = false;
   Timestamp last_exposed_;
   ClockMapping clock_;
+  std::uint64_t leaps_counted_ = 0;
   FrameCounter frames_;
+  std::uint64_t last_id_ = 0;
+  std::uint64_t last_stamp_ns_ = 0;
   std::array<std::uint64_t, 5> counted_{};  // of this stream: already in counters_
 };
 
@@ -188,7 +207,10 @@ Result<Frame> AravisCamera::next(Duration patience) {
   lent_ = buffer;
   trigger_due_ = device_->features().software_trigger;
   count_stream();
-  return frame_of(buffer, received);
+  if (came_before(buffer)) return Error{ErrorCode::Timeout, {}};
+  Result<Frame> frame = frame_of(buffer, received);
+  count_clock();
+  return frame;
 }
 
 Result<Frame> AravisCamera::frame_of(ArvBuffer* buffer, Timestamp received) {
@@ -211,20 +233,32 @@ Result<Frame> AravisCamera::frame_of(ArvBuffer* buffer, Timestamp received) {
   frame.camera = id_;
   frame.number = frames_.number_of(frame_id);
   frame.received_at = received;
-  frame.exposed_at = exposed_at(Duration{static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer))}, received);
+  frame.exposed_at = exposed_at(buffer, received);
   frame.image = {{static_cast<const std::byte*>(data), needed}, stride, width, height, format};
   return frame;
 }
 
-Timestamp AravisCamera::exposed_at(Duration stamp, Timestamp received) {
+// When the image's first packet was here: the way of the other bytes says nothing of the camera's clock. Aravis tells
+// it on UTC, which may step meanwhile.
+Timestamp AravisCamera::first_byte_at(ArvBuffer* buffer, Timestamp received) {
+  const Timestamp first =
+      Timestamp{Duration{static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer))} - utc_minus_host()};
+  return first < received && received - first < kLongestWay ? first : received;
+}
+
+Timestamp AravisCamera::exposed_at(ArvBuffer* buffer, Timestamp received) {
+  const Duration stamp{static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer))};
   const Duration exposure = device_->features().exposure;
   // The mapping learns from every frame, so that it is ready when the camera's UTC turns out to be none.
-  Timestamp middle = clock_.map(stamp, received) - from_s(settings_.delivery_us * 1e-6) - exposure / 2;
+  Timestamp middle = clock_.map(stamp, first_byte_at(buffer, received)) - kWaking -
+                     from_s(settings_.delivery_us * 1e-6) - exposure / 2;
   if (settings_.clock == "utc") {
     const Duration into_exposure = settings_.stamps == "start"    ? exposure / 2
                                    : settings_.stamps == "middle" ? Duration::zero()
                                                                   : -exposure / 2;
-    const Timestamp told = Timestamp{stamp - utc_minus_host()} + into_exposure;
+    Timestamp told = Timestamp{stamp - utc_minus_host()} + into_exposure;
+    // A PTP master that keeps to the standard gives TAI, which is ahead of UTC by the leap seconds.
+    if (told - received > kTaiMinusUtc - kUtcBelievable) told -= kTaiMinusUtc;
     if (told <= received + exposure && told > received - kUtcBelievable) {
       middle = told;
     } else if (!std::exchange(utc_doubted_, true)) {
@@ -237,6 +271,27 @@ Timestamp AravisCamera::exposed_at(Duration stamp, Timestamp received) {
   // Images of one camera keep the order of their exposure, also while the mapping still learns.
   last_exposed_ = std::max(middle, last_exposed_ + Duration{1});
   return last_exposed_;
+}
+
+// A network that doubles packets, or a camera that sends an image twice: it has shown nothing new. One without a clock
+// is told by its ids alone, which FrameCounter does.
+bool AravisCamera::came_before(ArvBuffer* buffer) {
+  const std::uint64_t stamp_ns = arv_buffer_get_timestamp(buffer);
+  const std::uint64_t id = arv_buffer_get_frame_id(buffer);
+  const bool again = stamp_ns != 0 && stamp_ns == last_stamp_ns_ && id == last_id_;
+  last_stamp_ns_ = stamp_ns;
+  last_id_ = id;
+  if (again && counters_ != nullptr) counters_->repeated_frames.fetch_add(1, std::memory_order_relaxed);
+  return again;
+}
+
+void AravisCamera::count_clock() {
+  if (counters_ == nullptr) return;
+  const std::uint64_t leaps = clock_.leaps();
+  if (leaps > leaps_counted_) counters_->clock_leaps.fetch_add(leaps - leaps_counted_, std::memory_order_relaxed);
+  leaps_counted_ = leaps;
+  const bool told_by_camera = settings_.clock == "utc" && !utc_doubted_;
+  counters_->clock_uncertainty_us.store(told_by_camera ? 0.0 : to_us(clock_.uncertainty()), std::memory_order_relaxed);
 }
 
 void AravisCamera::count_stream() {

@@ -9,19 +9,31 @@
 #pragma GCC diagnostic pop
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <fstream>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "base/log.h"
 #include "cameras/aravis_discovery.h"
 #include "cameras/aravis_failure.h"
+#include "cameras/aravis_ptp.h"
 
 namespace mocap::cameras {
 namespace {
 
 // What a GigE stream may fall behind before the kernel drops packets; the kernel caps it at net.core.rmem_max.
 constexpr int kSocketBuffer_bytes = 32 * 1024 * 1024;
+// A packet is asked for again when later ones have been here for so long; then each so often; and an image from which
+// nothing came for so long is given up. Aravis's own 1, 20 and 100 ms make an image late by three periods at 120 Hz,
+// and those behind it too, since images are handed on in their order.
+constexpr guint kAskAfter_us = 1000;
+constexpr guint kAskAgain_us = 3000;
+// Of an image's packets: the first image comes before the socket has its room, so that most of them may be asked for.
+constexpr double kMostAsked = 1.0;
+constexpr guint kGiveUp_us = 80000;
 // A camera answers within a network's round trip; a busy one within some tens of milliseconds.
 constexpr Duration kAnswerPatience = std::chrono::milliseconds(400);
 
@@ -68,6 +80,14 @@ Result<Held<ArvCamera>> open_by_serial(const std::string& serial) {
   return Error{ErrorCode::NotFound, fmt::format("no Aravis camera with serial {}; {}", serial, listed(all))};
 }
 
+Result<Held<ArvCamera>> open_by_mac(const std::string& mac) {
+  const std::vector<DiscoveredCamera> all = discover_cameras();
+  const auto found = std::find_if(
+      all.begin(), all.end(), [&](const auto& each) { return g_ascii_strcasecmp(each.mac.c_str(), mac.c_str()) == 0; });
+  if (found != all.end()) return open_as(found->id);
+  return Error{ErrorCode::NotFound, fmt::format("no Aravis camera with mac {}; {}", mac, listed(all))};
+}
+
 Result<Held<ArvCamera>> open_by_name(const std::string& name) {
   const std::vector<DiscoveredCamera> all = discover_cameras();
   Result<Held<ArvCamera>> opened = open_as(name);
@@ -79,7 +99,23 @@ Result<Held<ArvCamera>> open(const AravisSettings& settings, bool known) {
   if (!settings.address.empty()) return open_at_address(settings.address, known);
   if (!settings.serial.empty()) return open_by_serial(settings.serial);
   if (!settings.device_name.empty()) return open_by_name(settings.device_name);
-  return Error{ErrorCode::InvalidArgument, "aravis needs one of serial, device_name and address"};
+  if (!settings.mac.empty()) return open_by_mac(settings.mac);
+  return Error{ErrorCode::InvalidArgument, "aravis needs one of serial, device_name, address and mac"};
+}
+
+// Says once what the kernel must be told so that images wait and are not lost.
+void check_socket_room(guint payload_bytes) {
+  constexpr guint64 kImages = 8;
+  static std::atomic<bool> told{false};
+  std::uint64_t most = 0;
+  std::ifstream("/proc/sys/net/core/rmem_max") >> most;
+  const guint64 wanted = std::min<guint64>(kSocketBuffer_bytes, kImages * payload_bytes);
+  if (most == 0 || most >= wanted || told.exchange(true)) return;
+  log_warn(
+      "cameras",
+      fmt::format("net.core.rmem_max is {} bytes, room for {:.1f} images of {} bytes: packets are lost where their "
+                  "thread is late; sysctl -w net.core.rmem_max={}, and systemd/60-mocapd.conf to keep it",
+                  most, static_cast<double>(most) / payload_bytes, payload_bytes, kSocketBuffer_bytes));
 }
 
 Result<Held<ArvStream>> open_stream(ArvCamera* camera, int buffers) {
@@ -88,10 +124,12 @@ Result<Held<ArvStream>> open_stream(ArvCamera* camera, int buffers) {
   if (!stream) return failure.error("cannot open the stream");
   if (ARV_IS_GV_STREAM(stream.get())) {
     g_object_set(stream.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
-                 kSocketBuffer_bytes, nullptr);
+                 kSocketBuffer_bytes, "initial-packet-timeout", kAskAfter_us, "packet-timeout", kAskAgain_us,
+                 "frame-retention", kGiveUp_us, "packet-request-ratio", kMostAsked, nullptr);
   }
   const guint payload = arv_camera_get_payload(camera, failure);
   if (failure.happened() || payload == 0) return failure.error("cannot read the size of an image");
+  if (ARV_IS_GV_STREAM(stream.get())) check_socket_room(payload);
   for (int i = 0; i < std::max(2, buffers); ++i) arv_stream_push_buffer(stream.get(), arv_buffer_new(payload, nullptr));
   return stream;
 }
@@ -113,6 +151,9 @@ Result<std::unique_ptr<AravisDevice>> open_aravis_device(const AravisSettings& s
   if (!camera) return camera.error();
   const Result<AravisFeatures> features = apply_settings(camera->get(), settings);
   if (!features) return features.error();
+  if (settings.ptp) {
+    if (const Status kept = enable_ptp(camera->get()); !kept) return kept.error();
+  }
   Result<Held<ArvStream>> stream = open_stream(camera->get(), settings.stream_buffers);
   if (!stream) return stream.error();
   return std::make_unique<AravisDevice>(camera->release(), stream->release(), *features);

@@ -68,8 +68,10 @@ std::vector<DiscoveredCamera> discover_cameras() {
   arv_update_device_list();
   known.answer.clear();
   for (unsigned i = 0; i < arv_get_n_devices(); ++i) {
-    known.answer.push_back(
-        {text_of(arv_get_device_id(i)), text_of(arv_get_device_serial_nbr(i)), text_of(arv_get_device_address(i))});
+    known.answer.push_back({text_of(arv_get_device_id(i)), text_of(arv_get_device_serial_nbr(i)),
+                            text_of(arv_get_device_address(i)), text_of(arv_get_device_physical_id(i)),
+                            text_of(arv_get_device_vendor(i)), text_of(arv_get_device_model(i)),
+                            text_of(arv_get_device_protocol(i))});
   }
   known.answered_at = host_now();
   return known.answer;

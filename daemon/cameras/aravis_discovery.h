@@ -12,6 +12,10 @@ struct DiscoveredCamera {
   std::string id;  ///< what Aravis calls it
   std::string serial;
   std::string address;
+  std::string mac;  ///< of a GigE camera
+  std::string vendor;
+  std::string model;
+  std::string bus;  ///< GigEVision, USB3Vision
 };
 
 /// Asks all networks and the USB who is there; takes a second, in which Aravis opens no camera either. Any thread, and

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <string>
 
@@ -42,7 +43,9 @@ std::optional<PixelFormat> pixel_format_of(ArvPixelFormat format) {
 
 Result<PixelFormat> set_pixel_format(ArvCamera* camera, const AravisSettings& settings) {
   AravisFailure failure;
-  arv_camera_set_pixel_format_from_string(camera, settings.pixel_format.c_str(), failure);
+  if (!settings.pixel_format.empty()) {
+    arv_camera_set_pixel_format_from_string(camera, settings.pixel_format.c_str(), failure);
+  }
   if (failure.happened()) {
     guint count = 0;
     const char** names = arv_camera_dup_available_pixel_formats_as_strings(camera, &count, nullptr);
@@ -142,6 +145,42 @@ Status set_transport(ArvCamera* camera, const AravisSettings& settings) {
   return {};
 }
 
+// A feature selects what the next one means, so each is written and read back before the next.
+Status set_feature(ArvCamera* camera, const Feature& feature) {
+  const auto& [name, value] = feature;
+  ArvGcNode* const node = arv_device_get_feature(arv_camera_get_device(camera), name.c_str());
+  if (node == nullptr || !ARV_IS_GC_FEATURE_NODE(node)) {
+    return Error{ErrorCode::Unsupported,
+                 fmt::format("the camera has no feature {}; mocapctl cameras describe lists what it has", name)};
+  }
+  AravisFailure failure;
+  if (ARV_IS_GC_COMMAND(node)) {
+    arv_gc_command_execute(ARV_GC_COMMAND(node), failure);
+    return failure.happened() ? Status(failure.error(fmt::format("feature {} cannot be executed", name))) : Status{};
+  }
+  arv_gc_feature_node_set_value_from_string(ARV_GC_FEATURE_NODE(node), value.c_str(), failure);
+  if (failure.happened()) return failure.error(fmt::format("feature {} = {} is refused", name, value));
+  const char* const read = arv_gc_feature_node_get_value_as_string(ARV_GC_FEATURE_NODE(node), failure);
+  const std::string taken = read != nullptr ? read : "";
+  if (failure.happened() || taken == value) return {};  // some can only be written
+  double wanted = 0.0, got = 0.0;
+  const bool numbers = std::sscanf(value.c_str(), "%lf", &wanted) == 1 && std::sscanf(taken.c_str(), "%lf", &got) == 1;
+  if (numbers && std::abs(got - wanted) <= std::max(0.02 * std::abs(wanted), 1e-9)) return {};
+  return Error{ErrorCode::InvalidArgument, fmt::format("feature {} is {}, the camera has {}", name, value, taken)};
+}
+
+// Where a camera makes its rate slower for a long exposure, it says so by the rate that it has then.
+Status check_period(ArvCamera* camera, double exposure_us) {
+  AravisFailure failure;
+  const double rate_hz = arv_camera_get_frame_rate(camera, failure);
+  if (failure.happened() || rate_hz <= 0.0 || exposure_us <= 1e6 / rate_hz) return {};
+  return Error{
+      ErrorCode::InvalidArgument,
+      fmt::format("its exposure of {:.0f} us is longer than the {:.0f} us from image to image at {:.1f} Hz; set "
+                  "exposure_us lower, or rate_hz",
+                  exposure_us, 1e6 / rate_hz, rate_hz)};
+}
+
 Status set_numbers(ArvCamera* camera, const AravisSettings& settings) {
   if (settings.rate_hz) {
     if (Status set = set_number(camera, kRate, *settings.rate_hz); !set) return set;
@@ -169,8 +208,14 @@ Result<AravisFeatures> apply_settings(ArvCamera* camera, const AravisSettings& s
   AravisFailure failure;
   const double exposure_us = arv_camera_get_exposure_time(camera, failure);
   const Duration exposure = failure.happened() ? Duration::zero() : from_s(exposure_us * 1e-6);
+  if (settings.trigger == "free_run") {
+    if (const Status fits = check_period(camera, to_us(exposure)); !fits) return fits.error();
+  }
   if (const Status set = set_trigger(camera, settings); !set) return set.error();
   if (const Status set = set_transport(camera, settings); !set) return set.error();
+  for (const Feature& feature : settings.features) {
+    if (const Status set = set_feature(camera, feature); !set) return set.error();
+  }
   return AravisFeatures{*format, exposure, settings.trigger == kSoftware};
 }
 

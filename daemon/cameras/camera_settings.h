@@ -4,18 +4,24 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
+#include <vector>
 
 #include "base/time.h"
 
 namespace mocap::cameras {
 
-/// A GigE Vision or USB3 Vision camera. Exactly one of `serial`, `device_name` and `address` says which. What is not
-/// set stays as the camera has it.
+/// A feature of a camera by the name that its maker gave it (GenICam), and its value as text.
+using Feature = std::pair<std::string, std::string>;
+
+/// A GigE Vision or USB3 Vision camera. Exactly one of `serial`, `device_name`, `address` and `mac` says which. What is
+/// not set stays as the camera has it.
 struct AravisSettings {
   std::string serial;       ///< as printed on the camera
   std::string device_name;  ///< the user-defined name in the camera
   std::string address;      ///< IP address
+  std::string mac;          ///< of its network card, as 00:11:1c:f5:a0:01
   std::string pixel_format = "Mono8";
   std::optional<int> x_px, y_px, width_px, height_px;  ///< region of the sensor
   std::optional<double> rate_hz;
@@ -25,18 +31,22 @@ struct AravisSettings {
   std::optional<int> packet_size_bytes;  ///< empty: negotiated
   bool packet_socket = true;             ///< off on loopback, where it receives nothing
   int stream_buffers = 16;
-  double delivery_us = 0.0;  ///< least time from the end of the exposure to its last byte here; for `estimated`
+  double delivery_us = 0.0;  ///< least time from the end of the exposure to its first byte here; for `estimated`
   /// How a stamp of the camera becomes the host's time. estimated: from the times of receipt (offset, drift). utc: the
   /// camera counts nanoseconds of UTC as this host does (PTP, or a camera simulated on this host).
   std::string clock = "estimated";
+  bool ptp = false;  ///< the camera keeps PTP time (IEEE 1588): enabled, and its role waited for
   /// What instant the camera stamps: start, middle or end of the exposure. Only `utc` looks at it: `estimated` knows
   /// the end of the exposure by the receipt, whatever is stamped.
   std::string stamps = "start";
+  std::vector<Feature> features;  ///< any others, set in this order after all of the above
 };
 
-/// A camera of the Linux kernel's video API.
+/// A camera of the Linux kernel's video API. Exactly one of `device`, `serial` and `bus` says which.
 struct V4l2Settings {
   std::filesystem::path device;       ///< /dev/video0, or a stable link under /dev/v4l/by-path
+  std::string serial;                 ///< of the USB device
+  std::string bus;                    ///< where it is plugged in, as the driver tells it: usb-0000:00:14.0-2
   std::string pixel_format = "GREY";  ///< GREY, Y10, Y12, GRBG, RGGB, GBRG, BA81, YUYV, NV12, MJPEG
   int width_px = 640;
   int height_px = 480;

@@ -24,9 +24,9 @@ namespace mocap::cameras {
 /// 1999); the hull is Andrew's monotone chain.
 class ClockMapping {
  public:
-  /// Takes in one frame and tells the host's time of its stamp, plus the least delay. Starts anew when the camera's
-  /// clock stands still, runs back or leaps; a clock that stands still gives the time of receipt. Never later than
-  /// `received`.
+  /// Takes in one frame and tells the host's time of its stamp, plus the least delay. When the camera's clock wraps,
+  /// runs back or leaps, the offset is learnt anew and the drift is kept: a crystal does not change with its counter. A
+  /// clock that stands still gives the time of receipt. Never later than `received`.
   Timestamp map(Duration camera_time, Timestamp received);
 
   /// Forgets everything: after the camera was started again.
@@ -34,6 +34,16 @@ class ClockMapping {
 
   /// Seconds that the host's clock gains on the camera's in a second, as now estimated; within 500 ppm.
   double drift() const { return line_.slope; }
+
+  /// Standard deviation of the last mapped time about the truth plus the least delay, as the samples tell it: 1
+  /// to 2 times the error that is there, for delays of an exponential, uniform or half-normal law.
+  Duration uncertainty() const { return uncertainty_; }
+
+  /// How often the camera's clock wrapped, ran back, leapt or began to stand still; `reset` does not count.
+  std::uint64_t leaps() const { return leaps_; }
+
+  /// Whether the last frames all bore the same stamp.
+  bool stands_still() const { return still_ >= kStill; }
 
  private:
   static constexpr std::size_t kWindow = 64;
@@ -53,10 +63,15 @@ class ClockMapping {
     Sample lowest;
   };
 
+  static constexpr int kStill = 3;  // frames of one stamp: an image that was sent twice is no clock that stands still
+
   void begin(Duration camera_time, Timestamp received);
+  void begin_anew(Duration camera_time, Timestamp received);
   bool leapt(const Sample& sample);
   void remember(const Sample& sample);
   Line line_under_samples() const;
+  double error_of(const Line& line) const;
+  Duration judge(const Sample& newest);
 
   BoundedVector<Bucket, kWindow> buckets_;  // in the order of time
   Line line_;
@@ -65,6 +80,12 @@ class ClockMapping {
   Timestamp first_received_;
   Duration last_camera_time_{};
   double late_since_x_ = -1.0;  // since when every sample lies far above the line; negative: the last did not
+  double known_slope_ = 0.0;    // from before a leap
+  bool slope_known_ = false;
+  int still_ = 0;          // frames since that bore the stamp of the one before
+  double spread_s_ = 0.0;  // mean height of the samples over the line
+  Duration uncertainty_{};
+  std::uint64_t leaps_ = 0;
 };
 
 }  // namespace mocap::cameras

@@ -27,10 +27,10 @@ struct Open {
   }
 
   Opened operator()(const AravisSettings& settings) const {
-    const int ways =
-        int{!settings.serial.empty()} + int{!settings.device_name.empty()} + int{!settings.address.empty()};
+    const int ways = int{!settings.serial.empty()} + int{!settings.device_name.empty()} +
+                     int{!settings.address.empty()} + int{!settings.mac.empty()};
     if (ways != 1)
-      return wrong(fmt::format("{} of serial, device_name and address are set, expected exactly one", ways));
+      return wrong(fmt::format("{} of serial, device_name, address and mac are set, expected exactly one", ways));
     if (settings.clock != "estimated" && settings.clock != "utc") {
       return wrong(fmt::format("clock is '{}', expected estimated or utc", settings.clock));
     }
@@ -40,7 +40,9 @@ struct Open {
     return make_aravis_camera(id, name, settings, around.counters);
   }
   Opened operator()(const V4l2Settings& settings) const {
-    if (settings.device.empty()) return wrong("device is empty, expected /dev/video0 or a link under /dev/v4l");
+    if (settings.device.empty() && settings.serial.empty() && settings.bus.empty()) {
+      return wrong("device is empty, expected /dev/video0 or a link under /dev/v4l; or serial, or bus");
+    }
     return make_v4l2_camera(id, name, settings, around.counters);
   }
   Opened operator()(const ReplaySettings& settings) const {

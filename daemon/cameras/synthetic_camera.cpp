@@ -79,6 +79,12 @@ class SyntheticCamera final : public Camera {
   }
 
   void stop() noexcept override { running_ = false; }
+  std::optional<CameraAdjustment> adjustment() const override { return CameraAdjustment{settings_.exposure_us}; }
+  Status adjust(const CameraAdjustment& to) override {
+    if (to.gain_db) return Error{ErrorCode::Unsupported, "a simulated camera has no gain"};
+    settings_.exposure_us = to.exposure_us.value_or(settings_.exposure_us);
+    return {};
+  }
 
  private:
   // On the grid of the simulated world, which runs `speed` times as fast as the host's clock.

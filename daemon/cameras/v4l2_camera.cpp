@@ -21,29 +21,13 @@
 #include "cameras/frame_counter.h"
 #include "cameras/image_layout.h"
 #include "cameras/jpeg_decoder.h"
+#include "cameras/v4l2_discovery.h"
+#include "cameras/v4l2_formats.h"
 
 namespace mocap::cameras {
 namespace {
 
 constexpr int kNone = -1;
-
-struct KnownFormat {
-  const char* name;
-  std::uint32_t fourcc;
-  PixelFormat format;
-};
-constexpr KnownFormat kFormats[] = {
-    {"GREY", V4L2_PIX_FMT_GREY, PixelFormat::Mono8},      {"Y10", V4L2_PIX_FMT_Y10, PixelFormat::Mono10},
-    {"Y12", V4L2_PIX_FMT_Y12, PixelFormat::Mono12},       {"GRBG", V4L2_PIX_FMT_SGRBG8, PixelFormat::BayerGr8},
-    {"RGGB", V4L2_PIX_FMT_SRGGB8, PixelFormat::BayerRg8}, {"GBRG", V4L2_PIX_FMT_SGBRG8, PixelFormat::BayerGb8},
-    {"BA81", V4L2_PIX_FMT_SBGGR8, PixelFormat::BayerBg8}, {"YUYV", V4L2_PIX_FMT_YUYV, PixelFormat::Yuyv},
-    {"NV12", V4L2_PIX_FMT_NV12, PixelFormat::Nv12},       {"MJPEG", V4L2_PIX_FMT_MJPEG, PixelFormat::Mjpeg}};
-
-std::string text_of_fourcc(std::uint32_t fourcc) {
-  std::string text;
-  for (int shift = 0; shift < 32; shift += 8) text += static_cast<char>((fourcc >> shift) & 0x7F);
-  return text;
-}
 
 class V4l2Camera : public Camera {
  public:
@@ -56,6 +40,13 @@ class V4l2Camera : public Camera {
   Status start() override;
   Result<Frame> next(Duration patience) override;
   void stop() noexcept override;
+  std::optional<CameraAdjustment> adjustment() const override { return CameraAdjustment{settings_.exposure_us}; }
+  Status adjust(const CameraAdjustment& to) override {
+    if (to.gain_db)
+      return Error{ErrorCode::Unsupported, "its gain has the driver's own unit, no dB; set gain in the configuration"};
+    settings_.exposure_us = to.exposure_us;
+    return {};
+  }
 
  private:
   struct Mapped {
@@ -85,7 +76,7 @@ class V4l2Camera : public Camera {
     return done < 0 ? errno : 0;
   }
   Error error(ErrorCode code, const std::string& what) const {
-    return {code, fmt::format("camera '{}': {}: {}", name_, settings_.device.string(), what)};
+    return {code, fmt::format("camera '{}': {}: {}", name_, path_.string(), what)};
   }
   Error failed(const char* request, int reason) const {
     const ErrorCode code = reason == ENODEV                       ? ErrorCode::DeviceLost
@@ -100,8 +91,9 @@ class V4l2Camera : public Camera {
   V4l2Settings settings_;
   StreamCounters* counters_;
 
+  std::filesystem::path path_;  // of the node, as it was found when it was opened last
   int device_ = kNone;
-  KnownFormat format_ = kFormats[0];
+  KnownFormat format_ = known_video_formats()[0];
   std::size_t stride_bytes_ = 0;
   Duration exposure_{};
   std::vector<Mapped> buffers_;
@@ -110,6 +102,9 @@ class V4l2Camera : public Camera {
   ClockMapping clock_;
   Timestamp last_exposed_;
   FrameCounter frames_;
+  std::uint64_t frames_seen_ = 0;
+  Duration last_stamp_{};
+  std::uint32_t last_sequence_ = 0;
   JpegDecoder jpeg_;
 };
 
@@ -130,14 +125,17 @@ Status V4l2Camera::begin() {
   if (const int reason = call(VIDIOC_STREAMON, &type)) return failed("VIDIOC_STREAMON", reason);
   stamps_doubted_ = false;
   clock_.reset();
-  log_info("camera " + name_, fmt::format("started driver=v4l2 device={} format={} size={}x{} exposure={:.0f}us",
-                                          settings_.device.string(), format_.name, settings_.width_px,
-                                          settings_.height_px, to_us(exposure_)));
+  log_info("camera " + name_,
+           fmt::format("started driver=v4l2 device={} format={} size={}x{} exposure={:.0f}us", path_.string(),
+                       format_.name, settings_.width_px, settings_.height_px, to_us(exposure_)));
   return {};
 }
 
 Status V4l2Camera::open_device() {
-  device_ = ::open(settings_.device.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  const Result<std::filesystem::path> found = find_video_node(settings_);
+  if (!found) return Error{found.error().code, fmt::format("camera '{}': {}", name_, found.error().message)};
+  path_ = *found;
+  device_ = ::open(path_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
   if (device_ < 0) {
     const int reason = errno;
     const ErrorCode code = reason == ENOENT || reason == ENODEV || reason == ENXIO ? ErrorCode::NotFound
@@ -171,9 +169,10 @@ std::string V4l2Camera::offered_formats() const {
 }
 
 Status V4l2Camera::set_format() {
-  const auto* known = std::find_if(std::begin(kFormats), std::end(kFormats),
-                                   [&](const KnownFormat& each) { return settings_.pixel_format == each.name; });
-  if (known == std::end(kFormats)) {
+  const std::span<const KnownFormat> all = known_video_formats();
+  const auto known = std::find_if(all.begin(), all.end(),
+                                  [&](const KnownFormat& each) { return settings_.pixel_format == each.name; });
+  if (known == all.end()) {
     return error(ErrorCode::InvalidArgument,
                  fmt::format("pixel_format is {}, expected GREY, Y10, YUYV, NV12 or MJPEG", settings_.pixel_format));
   }
@@ -207,7 +206,7 @@ Status V4l2Camera::set_rate() {
   const int reason = call(VIDIOC_S_PARM, &wanted);
   const v4l2_captureparm& got = wanted.parm.capture;
   if (reason == ENOTTY || reason == EINVAL || (reason == 0 && (got.capability & V4L2_CAP_TIMEPERFRAME) == 0)) {
-    log_warn("camera " + name_, fmt::format("{} has no settable rate; it gives its own", settings_.device.string()));
+    log_warn("camera " + name_, fmt::format("{} has no settable rate; it gives its own", path_.string()));
     return {};
   }
   if (reason != 0) return failed("VIDIOC_S_PARM", reason);
@@ -326,6 +325,14 @@ Result<Frame> V4l2Camera::frame_of(const v4l2_buffer& buffer, Timestamp received
   if ((buffer.flags & V4L2_BUF_FLAG_ERROR) != 0) return broken(buffer, "the driver says so");
   const Mapped& mapped = buffers_[buffer.index];
   std::span<const std::byte> bytes(mapped.data, std::min<std::size_t>(mapped.size, buffer.bytesused));
+  const Duration stamp =
+      std::chrono::seconds(buffer.timestamp.tv_sec) + std::chrono::microseconds(buffer.timestamp.tv_usec);
+  if (frames_seen_++ > 0 && stamp == last_stamp_ && buffer.sequence == last_sequence_) {
+    if (counters_ != nullptr) counters_->repeated_frames.fetch_add(1, std::memory_order_relaxed);
+    return Error{ErrorCode::Timeout, {}};
+  }
+  last_stamp_ = stamp;
+  last_sequence_ = buffer.sequence;
   Frame frame;
   frame.image = {bytes, stride_bytes_, settings_.width_px, settings_.height_px, format_.format};
   if (format_.format == PixelFormat::Mjpeg) {
@@ -342,7 +349,11 @@ Result<Frame> V4l2Camera::frame_of(const v4l2_buffer& buffer, Timestamp received
   frame.number = frames_.number_of(buffer.sequence);
   frame.received_at = received;
   frame.exposed_at = exposed_at(buffer, received);
-  if (counters_ != nullptr) counters_->completed_frames.fetch_add(1, std::memory_order_relaxed);
+  if (counters_ != nullptr) {
+    counters_->completed_frames.fetch_add(1, std::memory_order_relaxed);
+    counters_->clock_uncertainty_us.store(stamps_doubted_ ? to_us(clock_.uncertainty()) : 0.0,
+                                          std::memory_order_relaxed);
+  }
   return frame;
 }
 
@@ -354,7 +365,7 @@ Timestamp V4l2Camera::exposed_at(const v4l2_buffer& buffer, Timestamp received) 
   if (!stamps_doubted_ && (!monotonic || stamp > received)) {
     stamps_doubted_ = true;
     log_warn("camera " + name_,
-             fmt::format("{} stamps {}; going on with times estimated from the receipt", settings_.device.string(),
+             fmt::format("{} stamps {}; going on with times estimated from the receipt", path_.string(),
                          monotonic ? "a time that is yet to come" : "by a clock that it does not name"));
   }
   // Estimated times end with the receipt, whatever was stamped.

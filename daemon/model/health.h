@@ -40,10 +40,13 @@ struct CameraHealth {
   std::string last_error;             ///< empty when none
   DetectionCounts detection;
   DetectionLevels levels;
-  bool synchronised = true;  ///< exposes with most others; true too where that is not known yet
-  double offset_us = 0.0;    ///< its exposures after the mean of those that expose together
-  double drift_us_s = 0.0;   ///< how that grows
-  double jitter_us = 0.0;    ///< standard deviation of the offset about its drift
+  bool synchronised = true;           ///< exposes with most others; true too where that is not known yet
+  double offset_us = 0.0;             ///< its exposures after the mean of those that expose together
+  double drift_us_s = 0.0;            ///< how that grows
+  double jitter_us = 0.0;             ///< standard deviation of the offset about its drift
+  std::uint64_t repeated_frames = 0;  ///< came a second time, and were left out
+  std::uint64_t clock_leaps = 0;      ///< its clock wrapped, leapt, ran back or stood still
+  double clock_uncertainty_us = 0.0;  ///< standard deviation of its exposures on the host's clock; 0: not told
   bool bumped = false;       ///< it stands otherwise than the rig says, as the other cameras see it
   double rig_off_px = 0.0;   ///< how far off its views are on the whole, by such a turn and move; 0: not told
   double rig_turned_rad = 0.0;

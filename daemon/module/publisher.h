@@ -21,6 +21,13 @@ class Publisher {
 
   /// Sends the state of the service, serves what listeners ask for; about once a second.
   virtual Status report(const Health& health) = 0;
+
+  /// Lets new listeners in and takes in what they ask for. The calls above do so, too; call it some twenty times a
+  /// second where they are rarer.
+  virtual void serve() {}
+
+  /// Who listens.
+  virtual FeedHealth feed() const { return {}; }
 };
 
 }  // namespace mocap

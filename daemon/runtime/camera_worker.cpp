@@ -45,6 +45,10 @@ void CameraWorker::run(const std::stop_token& stop) {
     const Status end = stream(stop);
     parts_.camera->stop();
     deliver(Delivery::Ended);
+    if (end && stopped_) {
+      wait_until_started(stop);
+      continue;
+    }
     if (end) break;
     if (end.error().code == ErrorCode::EndOfStream) {
       log_info(who, fmt::format("ended after {} images", channel_.counters.frames.read()));
@@ -54,6 +58,7 @@ void CameraWorker::run(const std::stop_token& stop) {
     if (streaming_) backoff = settings_.first_backoff;
     tell_failure(without_name(end.error().message, parts_.name));
     wait_before_retry(backoff, stop);
+    if (stopped_) wait_until_started(stop);
     backoff = std::min(2 * backoff, settings_.longest_backoff);
     channel_.counters.reopened.add();
   }
@@ -61,13 +66,16 @@ void CameraWorker::run(const std::stop_token& stop) {
 }
 
 Status CameraWorker::stream(const std::stop_token& stop) {
-  streaming_ = false;
-  note(CameraPhase::Starting);
+  streaming_ = silent_ = false;
+  // While a camera that failed is tried again, health goes on saying why.
+  if (told_reason_.empty()) note(CameraPhase::Starting);
   const Status started = start_camera(stop);
   if (!started) return started;
 
   Timestamp heard_at = host_now();
   while (!stop.stop_requested()) {
+    follow_orders();
+    if (stopped_) return {};
     const Result<Frame> frame = parts_.camera->next(kLookAtStop);
     if (frame) {
       heard_at = host_now();
@@ -77,7 +85,11 @@ Status CameraWorker::stream(const std::stop_token& stop) {
       const Duration allowed = streaming_ ? settings_.silent_after : settings_.first_image_within;
       const Duration silence = host_now() - heard_at;
       if (silence > allowed && !settings_.lossless) {
-        return Error{ErrorCode::DeviceLost, fmt::format("no image for {:.0f} ms", 1e3 * to_s(silence))};
+        silent_ = true;
+        return Error{ErrorCode::DeviceLost,
+                     fmt::format("open, but no image for {:.0f} ms; is it triggered, is its link up, is its period "
+                                 "shorter than that ([reopen] silent_after_ms)",
+                                 1e3 * to_s(allowed))};
       }
     } else if (frame.error().code == ErrorCode::Io) {
       heard_at = host_now();
@@ -118,6 +130,7 @@ Status CameraWorker::take_in(const Frame& frame, const std::stop_token& stop) {
 
   const Detection detection = detector_->detect(frame.image);
   channel_.counters.detection.add(detection);
+  if (mask_order_) learn_mask(frame.image, detection.threshold_grey);
   seen_.camera = frame.camera;
   seen_.number = frame.number;
   seen_.exposed_at = frame.exposed_at;
@@ -176,7 +189,7 @@ void CameraWorker::record(const std::stop_token& stop) {
 }
 
 void CameraWorker::tell_failure(const std::string& reason) {
-  note(CameraPhase::Reopening, reason);
+  note(silent_ ? CameraPhase::Silent : CameraPhase::Reopening, reason);
   const Timestamp now = host_now();
   // A camera that is away for a day does not fill the journal: each reason once, and again once a minute.
   if (reason == told_reason_ && now - told_at_ < kTellAgain) return;
@@ -202,8 +215,9 @@ void CameraWorker::wait_before_retry(Duration span, const std::stop_token& stop)
   const Timestamp until = host_now() + span;
   for (Duration left = span; left > Duration::zero() && !stop.stop_requested(); left = until - host_now()) {
     const WakeSignal::Ticket ticket = nap_.ticket();
-    if (stop.stop_requested()) return;
-    nap_.wait(ticket, left);
+    follow_orders();
+    if (stop.stop_requested() || stopped_) return;
+    nap_.wait(ticket, std::min(left, kLookAtStop));
   }
 }
 

@@ -3,8 +3,10 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "base/bounded_vector.h"
 #include "base/spsc_queue.h"
@@ -15,9 +17,11 @@
 #include "module/camera.h"
 #include "module/detector.h"
 #include "module/stream_counters.h"
+#include "runtime/control_channel.h"
 #include "runtime/counters.h"
 #include "runtime/realtime.h"
 #include "stages/exposure_watch.h"
+#include "stages/learn_mask.h"
 
 namespace mocap::runtime {
 
@@ -33,6 +37,7 @@ struct CameraParts {
   std::unique_ptr<BlobTracker> tracker;
   int expected_width_px = 0;  ///< the rig's; 0: any
   int expected_height_px = 0;
+  std::vector<MaskPolygon> drawn_masks = {};  ///< that a learnt mask leaves out
 };
 
 struct CameraWorkerSettings {
@@ -58,6 +63,9 @@ struct CameraChannel {
 
   SpscQueue<BlobFrame> frames;                       ///< to the fusion thread
   SpscQueue<CameraNote> notes{16};                   ///< to the publish thread; a note that finds no room is left out
+  SpscQueue<CameraOrder> orders{4};                  ///< from the control thread
+  SpscQueue<OrderDone> orders_done{4};               ///< to the control thread
+  SpscQueue<MaskLearnt> masks{2};                    ///< to the control thread
   SpscQueue<stages::CameraTiming> timings{4};        ///< fusion thread to publish thread, about one a second
   std::unique_ptr<SpscQueue<BlobFrame>> to_record;   ///< to the blob recorder; null: blobs are not recorded
   std::atomic<Delivery> delivery{Delivery::NotYet};  ///< set by the camera's thread, after the frames it speaks of
@@ -89,6 +97,11 @@ class CameraWorker {
   void tell_failure(const std::string& reason);
   void note(CameraPhase phase, const std::string& error = {});
   void deliver(Delivery state);
+  void follow_orders();
+  void follow(const CameraOrder& order);
+  Status adjust(const CameraOrder& order);
+  void learn_mask(const Image& image, double threshold_grey);
+  void wait_until_started(const std::stop_token& stop);
   void wait_before_retry(Duration span, const std::stop_token& stop);
 
   CameraParts parts_;
@@ -99,9 +112,13 @@ class CameraWorker {
   BlobFrame seen_;           // scratch of take_in
   std::uint64_t next_number_ = 0;
   bool streaming_ = false;   // since the last start, an image has come
+  bool silent_ = false;      // the last stream ended because no image came
   std::string told_reason_;  // of the last failure that the log has; empty since it streams
   Timestamp told_at_;
   WakeSignal nap_;
+  bool stopped_ = false;                        // by an operator
+  std::optional<CameraOrder> mask_order_;       // that is worked off
+  std::optional<stages::MaskLearner> learner_;  // of that order, since the first image
 };
 
 }  // namespace mocap::runtime

@@ -1,6 +1,7 @@
 #include "runtime/fusion_worker.h"
 
 #include <algorithm>
+#include <string_view>
 #include <thread>
 
 #include "base/log.h"
@@ -35,6 +36,7 @@ void FusionWorker::run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     counters_.beats.add();
     const WakeSignal::Ticket ticket = links_.wake->ticket();
+    follow_orders();
     const bool gathered = gather();
     const bool fused = fuse_what_is_ready(stop);
     tell_timing();
@@ -129,6 +131,38 @@ bool FusionWorker::hand_on(const Snapshot& snapshot, SnapshotChannel& to, const 
   }
   to.there_is_work.signal();
   return true;
+}
+
+// What an operator asks.
+void FusionWorker::follow_orders() {
+  if (links_.control == nullptr) return;
+  SubjectOrder order;
+  while (links_.control->to_fusion.try_pop(order)) {
+    std::string_view words;
+    switch (order.action) {
+      case SubjectAction::Add:
+        fusion_->set_away(order.subject, false);
+        words = "is looked for";
+        break;
+      case SubjectAction::Remove:
+        fusion_->set_away(order.subject, true);
+        words = "is away";
+        break;
+      case SubjectAction::Reset:
+        fusion_->reset(order.subject);
+        words = "forgotten; the next T-pose tells where it is and how it measures";
+        break;
+      case SubjectAction::Fit:
+        fusion_->refit(order.fit);
+        words = "measures as told from the next set on";
+        break;
+    }
+    OrderDone done;
+    done.order = order.number;
+    done.done = true;
+    for (const char c : words) done.message.push_back(c);
+    static_cast<void>(links_.control->from_fusion.try_push(done));
+  }
 }
 
 void FusionWorker::tell_rig() {

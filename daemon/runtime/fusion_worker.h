@@ -46,7 +46,8 @@ class FusionWorker {
     std::vector<CameraChannel*> cameras;  ///< by CameraId
     SnapshotChannel* publish = nullptr;
     SnapshotChannel* side = nullptr;
-    WakeSignal* wake = nullptr;  ///< the cameras signal it
+    WakeSignal* wake = nullptr;         ///< the cameras signal it
+    ControlChannel* control = nullptr;  ///< may be null
   };
 
   FusionWorker(stages::AlignSettings align, std::unique_ptr<stages::Fusion> fusion, FusionWorkerSettings settings,
@@ -61,6 +62,7 @@ class FusionWorker {
   bool fuse_what_is_ready(const std::stop_token& stop);
   void fuse(const FrameSet& frames, const std::stop_token& stop);
   bool hand_on(const Snapshot& snapshot, SnapshotChannel& to, const std::stop_token& stop);
+  void follow_orders();
   void tell_timing();
   void tell_rig();
   bool all_ended() const;

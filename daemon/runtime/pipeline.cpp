@@ -29,13 +29,20 @@ Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
     camera_workers_.push_back(std::make_unique<CameraWorker>(std::move(parts.cameras[i]), camera, *channels_[i]));
   }
   const bool writes = !parts.writers.empty();
+  if (parts.control != nullptr) {
+    control_ = std::make_unique<ControlChannel>();
+    control_->wake_fusion = &wake_fusion_;
+    control_worker_ = std::make_unique<ControlWorker>(std::move(parts.control), parts.description, settings.lossless,
+                                                      ControlWorker::Links{control_.get(), borrow_channels()});
+  }
   fusion_worker_ = std::make_unique<FusionWorker>(
       settings.align, std::move(parts.fusion), settings.fusion,
-      FusionWorker::Links{borrow_channels(), &to_publish_, writes ? &to_side_ : nullptr, &wake_fusion_},
+      FusionWorker::Links{borrow_channels(), &to_publish_, writes ? &to_side_ : nullptr, &wake_fusion_, control_.get()},
       fusion_counters_);
   publish_worker_ = std::make_unique<PublishWorker>(
       std::move(parts.publisher), std::move(parts.description), settings.publish,
-      PublishWorker::Links{&to_publish_, borrow_channels(), streams, &fusion_counters_}, publish_counters_);
+      PublishWorker::Links{&to_publish_, borrow_channels(), streams, &fusion_counters_, control_.get()},
+      publish_counters_);
   if (writes) {
     side_worker_ = std::make_unique<SideWorker>(std::move(parts.writers), settings.lossless, to_side_, side_counters_);
   }
@@ -82,9 +89,27 @@ void Pipeline::start_threads() {
       camera_workers_[i]->run(token);
     });
   }
+  if (control_worker_) {
+    control_thread_ = std::jthread([this](const std::stop_token& token) {
+      name_this_thread("mocap-control");
+      control_worker_->run(token);
+    });
+  }
+}
+
+std::optional<MainOrder> Pipeline::take_order() {
+  MainOrder order;
+  if (control_ == nullptr || !control_->to_main.try_pop(order)) return std::nullopt;
+  return order;
+}
+
+void Pipeline::answer(MainDone answer) {
+  if (control_ != nullptr) static_cast<void>(control_->from_main.try_push(answer));
 }
 
 void Pipeline::stop() {
+  control_thread_.request_stop();
+  if (control_thread_.joinable()) control_thread_.join();
   // Along the way of the data: each thread ends when nothing more can come to it.
   for (std::jthread& thread : camera_threads_) thread.request_stop();
   for (std::jthread& thread : camera_threads_) {

@@ -1,15 +1,19 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <thread>
 #include <vector>
 
 #include "model/description.h"
 #include "module/blob_writer.h"
+#include "module/control_server.h"
 #include "module/publisher.h"
 #include "module/writer.h"
 #include "runtime/blob_recorder.h"
 #include "runtime/camera_worker.h"
+#include "runtime/control_channel.h"
+#include "runtime/control_worker.h"
 #include "runtime/fusion_worker.h"
 #include "runtime/publish_worker.h"
 #include "runtime/side_worker.h"
@@ -40,6 +44,7 @@ struct PipelineParts {
   std::vector<std::unique_ptr<Writer>> writers;  ///< none: no side thread
   std::unique_ptr<BlobWriter> blob_writer;       ///< none: blobs are not recorded
   Description description;
+  std::unique_ptr<ControlServer> control;  ///< none: nobody is listened to
 };
 
 /// All threads and the queues between them. They run from the constructor to `stop`.
@@ -58,6 +63,10 @@ class Pipeline {
 
   /// Ends all threads and waits for them: the last snapshots are sent and written. Harmless when already stopped.
   void stop();
+
+  /// What operators ask of the daemon as a whole, for the thread that owns the pipeline: take it, and answer.
+  std::optional<MainOrder> take_order();
+  void answer(MainDone answer);
 
   const FusionCounters& fusion_counters() const noexcept { return fusion_counters_; }
   const PublishCounters& publish_counters() const noexcept { return publish_counters_; }
@@ -79,6 +88,7 @@ class Pipeline {
   std::vector<std::unique_ptr<CameraChannel>> channels_;
   SnapshotChannel to_publish_;
   SnapshotChannel to_side_;
+  std::unique_ptr<ControlChannel> control_;  // none: nobody is listened to
   FusionCounters fusion_counters_;
   PublishCounters publish_counters_;
   SideCounters side_counters_;
@@ -86,6 +96,7 @@ class Pipeline {
   std::unique_ptr<FusionWorker> fusion_worker_;
   std::unique_ptr<PublishWorker> publish_worker_;
   std::unique_ptr<SideWorker> side_worker_;
+  std::unique_ptr<ControlWorker> control_worker_;
   std::unique_ptr<BlobRecorder> blob_recorder_;
   std::atomic<bool> publish_ended_{false};
   Progress last_progress_;
@@ -94,6 +105,7 @@ class Pipeline {
   std::jthread fusion_thread_;
   std::jthread publish_thread_;
   std::jthread side_thread_;
+  std::jthread control_thread_;
   std::jthread record_thread_;
 };
 

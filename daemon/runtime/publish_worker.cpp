@@ -46,6 +46,7 @@ PublishWorker::PublishWorker(std::unique_ptr<Publisher> publisher, Description d
       counters_(counters),
       frames_reported_(links_.cameras.size(), 0) {
   health_.cameras.resize(links_.cameras.size());
+  faults_.resize(links_.cameras.size());
   for (std::size_t i = 0; i < health_.cameras.size(); ++i) {
     health_.cameras[i].name = description_.cameras[i].name;
     health_.cameras[i].last_error.reserve(kLongestError);  // filled in the loop without allocating
@@ -64,6 +65,7 @@ void PublishWorker::run() {
     const WakeSignal::Ticket ticket = links_.snapshots->there_is_work.ticket();
     const bool ended = links_.snapshots->ended.load(std::memory_order_acquire);
     const bool sent = send_what_waits();
+    if (!sent) publisher_->serve();
     report_when_due();
     if (sent) continue;
     if (ended) break;
@@ -86,6 +88,7 @@ void PublishWorker::learn_fits() {
              fmt::format("fitted, residual={:.1f}mm description={}", 1e3 * fit.residual_m, description_.version));
     const Status described = publisher_->describe(description_);
     if (!described) log_error("publish", described.error().message);
+    if (links_.control != nullptr) static_cast<void>(links_.control->descriptions.try_push(description_));
   }
 }
 
@@ -109,6 +112,7 @@ bool PublishWorker::send_what_waits() {
 void PublishWorker::send(Snapshot& snapshot) {
   if (snapshot.description_version != description_.version) learn_fits();
   const Status sent = publisher_->publish(snapshot);
+  if (links_.control != nullptr) tell_control(snapshot);
   if (sent) {
     counters_.sent.add();
     latency_.add(snapshot.instants);
@@ -118,10 +122,23 @@ void PublishWorker::send(Snapshot& snapshot) {
   }
 }
 
+void PublishWorker::tell_control(const Snapshot& snapshot) {
+  ControlChannel& control = *links_.control;
+  for (const SubjectLabels& labels : snapshot.labels) {
+    if (labels.subject.value >= kMaxSubjects) continue;
+    control.phases[labels.subject.value].store(static_cast<int>(labels.phase), std::memory_order_relaxed);
+  }
+  if (control.snapshot_wanted.load(std::memory_order_relaxed) &&
+      control.snapshot_wanted.exchange(false, std::memory_order_acq_rel)) {
+    static_cast<void>(control.snapshots.try_push(snapshot));
+  }
+}
+
 void PublishWorker::report_when_due() {
   const Timestamp now = host_now();
   if (now - reported_at_ < settings_.report_every) return;
   gather_health(now);
+  if (links_.control != nullptr) static_cast<void>(links_.control->health.try_push(health_));
   const Status reported = publisher_->report(health_);
   if (!reported) log_error("publish", reported.error().message);
 }
@@ -140,6 +157,7 @@ void PublishWorker::gather_health(Timestamp now) {
   sets_reported_ = health_.sets;
   health_.latency = latency_.take();
   for (std::size_t i = 0; i < links_.cameras.size(); ++i) gather_camera(i, seconds);
+  health_.feed = publisher_->feed();
 }
 
 void PublishWorker::gather_camera(std::size_t camera, double seconds) {
@@ -163,10 +181,14 @@ void PublishWorker::gather_camera(std::size_t camera, double seconds) {
   health.underruns = stream.underruns.load(std::memory_order_relaxed);
   health.resent_packets = stream.resent_packets.load(std::memory_order_relaxed);
   health.missing_packets = stream.missing_packets.load(std::memory_order_relaxed);
+  health.repeated_frames = stream.repeated_frames.load(std::memory_order_relaxed);
+  health.clock_leaps = stream.clock_leaps.load(std::memory_order_relaxed);
+  health.clock_uncertainty_us = stream.clock_uncertainty_us.load(std::memory_order_relaxed);
   health.bumped = channel.rig.drifted.read() > 0.0;
   health.rig_off_px = channel.rig.off_px.read();
   health.rig_turned_rad = channel.rig.turned_rad.read();
   health.rig_moved_m = channel.rig.moved_m.read();
+  faults_[camera].tell(health, health_.at);
   health.rate_hz = static_cast<double>(health.frames - frames_reported_[camera]) / seconds;
   frames_reported_[camera] = health.frames;
 }

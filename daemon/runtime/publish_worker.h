@@ -7,6 +7,7 @@
 #include "model/description.h"
 #include "model/health.h"
 #include "module/publisher.h"
+#include "runtime/camera_faults.h"
 #include "runtime/counters.h"
 #include "runtime/fusion_worker.h"
 #include "runtime/latency.h"
@@ -30,6 +31,7 @@ class PublishWorker {
     std::vector<CameraChannel*> cameras;         ///< by CameraId
     std::vector<const StreamCounters*> streams;  ///< by CameraId
     const FusionCounters* fusion = nullptr;
+    ControlChannel* control = nullptr;  ///< may be null
   };
 
   PublishWorker(std::unique_ptr<Publisher> publisher, Description description, PublishWorkerSettings settings,
@@ -42,6 +44,7 @@ class PublishWorker {
   void learn_fits();
   bool send_what_waits();
   void send(Snapshot& snapshot);
+  void tell_control(const Snapshot& snapshot);
   void report_when_due();
   void gather_health(Timestamp now);
   void gather_camera(std::size_t camera, double seconds);
@@ -56,6 +59,7 @@ class PublishWorker {
   Timestamp reported_at_;
   std::uint64_t sets_reported_ = 0;
   std::vector<std::uint64_t> frames_reported_;  // by camera
+  std::vector<CameraFaults> faults_;            // by camera
 };
 
 }  // namespace mocap::runtime

@@ -27,6 +27,7 @@ void tell(Keys& keys, AravisSettings& camera) {
   keys.text("serial", camera.serial);
   keys.text("device_name", camera.device_name);
   keys.text("address", camera.address);
+  keys.text("mac", camera.mac);
   keys.one_of("pixel_format", camera.pixel_format,
               {"Mono8", "Mono10", "Mono12", "Mono10p", "Mono12p", "Mono10Packed", "Mono12Packed", "BayerGR8",
                "BayerRG8", "BayerGB8", "BayerBG8"});
@@ -43,11 +44,15 @@ void tell(Keys& keys, AravisSettings& camera) {
   keys.number("stream_buffers", camera.stream_buffers, {2, 1024});
   keys.number("delivery_us", camera.delivery_us, {0, 1e6});
   keys.one_of("clock", camera.clock, {"estimated", "utc"});
+  keys.flag("ptp", camera.ptp);
   keys.one_of("stamps", camera.stamps, {"start", "middle", "end"});
+  keys.pairs("features", camera.features);
 }
 
 void tell(Keys& keys, V4l2Settings& camera) {
   keys.path("device", camera.device);
+  keys.text("serial", camera.serial);
+  keys.text("bus", camera.bus);
   keys.one_of("pixel_format", camera.pixel_format,
               {"GREY", "Y10", "Y12", "GRBG", "RGGB", "GBRG", "BA81", "YUYV", "NV12", "MJPEG"});
   keys.number("width_px", camera.width_px, kSide_px);
@@ -89,9 +94,9 @@ void set_driver(CameraSettings& camera, Driver driver) {
 }
 
 void check(TomlTable& table, const AravisSettings& camera) {
-  const int said = !camera.serial.empty() + !camera.device_name.empty() + !camera.address.empty();
+  const int said = !camera.serial.empty() + !camera.device_name.empty() + !camera.address.empty() + !camera.mac.empty();
   if (said != 1) {
-    table.fault(fmt::format("{} of serial, device_name and address are set, expected exactly one", said));
+    table.fault(fmt::format("{} of serial, device_name, address and mac are set, expected exactly one", said));
   }
   const bool line =
       camera.trigger.starts_with("Line") && camera.trigger.size() > 4 &&
@@ -103,7 +108,9 @@ void check(TomlTable& table, const AravisSettings& camera) {
 }
 
 void check(TomlTable& table, const V4l2Settings& camera) {
-  if (camera.device.empty()) table.require("device", "/dev/video0, or a stable link under /dev/v4l/by-path");
+  const int said = !camera.device.empty() + !camera.serial.empty() + !camera.bus.empty();
+  if (said == 0) table.require("device", "/dev/video0, or a stable link under /dev/v4l/by-path (or serial, or bus)");
+  if (said > 1) table.fault(fmt::format("{} of device, serial and bus are set, expected exactly one", said));
 }
 
 void check(TomlTable& table, const ReplaySettings& camera) {

@@ -58,6 +58,9 @@ void check_cameras_differ(DaemonTables& tables, const DaemonSettings& settings) 
   expect_different(settings.cameras, found, "serial", field_of(&AravisSettings::serial));
   expect_different(settings.cameras, found, "device_name", field_of(&AravisSettings::device_name));
   expect_different(settings.cameras, found, "address", field_of(&AravisSettings::address));
+  expect_different(settings.cameras, found, "mac", field_of(&AravisSettings::mac));
+  expect_different(settings.cameras, found, "serial", field_of(&cameras::V4l2Settings::serial));
+  expect_different(settings.cameras, found, "bus", field_of(&cameras::V4l2Settings::bus));
   expect_different(settings.cameras, found, "device", field_of(&cameras::V4l2Settings::device));
   expect_different(settings.cameras, found, "folder", images_of);
 }
@@ -127,11 +130,31 @@ void check_row(DaemonTables& tables, const DaemonSettings& settings) {
   }
 }
 
+// [publish] or [control]. With CURVE everybody is asked who they are, so other machines may come.
+template <class Listening>
+void check_endpoints(DaemonTables& tables, const char* section, const Listening& listening) {
+  const bool remote = listening.allow_remote || listening.curve.on();
+  const auto check = [&](const char* key, const std::string& endpoint) {
+    const Status good = wire::check_endpoint(endpoint, remote);
+    // Busy is for who starts, not for the file.
+    if (!good && good.error().code == ErrorCode::InvalidArgument) {
+      section_fault(tables, section, key, good.error().message);
+    }
+  };
+  check("endpoint", listening.endpoint);
+  for (const std::string& endpoint : listening.more_endpoints) check("more_endpoints", endpoint);
+}
+
 void check_outputs(DaemonTables& tables, const DaemonSettings& settings) {
-  const Status endpoint = wire::check_endpoint(settings.publish.endpoint, settings.publish.allow_remote);
-  // Busy is for who starts, not for the file.
-  if (!endpoint && endpoint.error().code == ErrorCode::InvalidArgument) {
-    section_fault(tables, "publish", "endpoint", endpoint.error().message);
+  check_endpoints(tables, "publish", settings.publish);
+  if (!settings.control.endpoint.empty() && settings.control.endpoint != "none") {
+    check_endpoints(tables, "control", settings.control);
+  }
+  const wire::CurveSettings& curve = settings.publish.curve;
+  if (curve.on() == curve.allowed.empty()) {
+    section_fault(tables, "security", curve.on() ? "server_key" : "allowed_keys",
+                  "server_key and allowed_keys go together: the server's own key, and the list of clients' keys; see "
+                  "mocapctl keys --help");
   }
   const std::filesystem::path& file = settings.record.snapshots;
   if (!file.empty() && file.extension() != ".jsonl" && file.extension() != ".pb") {

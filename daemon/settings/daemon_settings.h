@@ -24,6 +24,7 @@
 #include "stages/track_markers.h"
 #include "stages/triangulate_matches.h"
 #include "stages/watch_drift.h"
+#include "wire/zmq_control.h"
 #include "wire/zmq_publisher.h"
 
 namespace mocap::settings {
@@ -64,6 +65,7 @@ struct DaemonSettings {
   stages::RefineSettings refine;
   stages::DriftSettings drift;  ///< [watch]; drift_px 0: off
   wire::PublisherSettings publish;
+  wire::ControlSettings control;  ///< its endpoint as it is in force
   RecordSettings record;
   runtime::PipelineSettings pipeline;  ///< [capture], [align], [publish], [reopen], [queues], [realtime]
   bool lock_memory = false;

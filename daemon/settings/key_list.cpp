@@ -25,8 +25,18 @@ void KeyList::whole_numbers(std::string_view key, std::vector<int>& field, Range
   add(key, fmt::format("[{}]", fmt::join(field, ", ")));
 }
 
+void KeyList::texts(std::string_view key, std::vector<std::string>& field) {
+  add(key, field.empty() ? "" : fmt::format("[\"{}\"]", fmt::join(field, "\", \"")));
+}
+
 void KeyList::numbers(std::string_view key, double* fields, std::size_t count, Range /*range*/) {
   add(key, fmt::format("[{}]", fmt::join(fields, fields + count, ", ")));
+}
+
+void KeyList::pairs(std::string_view key, std::vector<std::pair<std::string, std::string>>& field) {
+  std::string text;
+  for (const auto& [name, value] : field) text += fmt::format("{}{} = \"{}\"", text.empty() ? "" : ", ", name, value);
+  add(key, text.empty() ? "{}" : fmt::format("{{ {} }}", text));
 }
 
 void KeyList::real(std::string_view key, std::optional<double>& value, Range /*range*/) {

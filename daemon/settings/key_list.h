@@ -16,7 +16,9 @@ class KeyList final : public Keys {
   void path(std::string_view key, std::filesystem::path& field) override;
   void one_of(std::string_view key, std::string& field, const std::vector<std::string>& words) override;
   void whole_numbers(std::string_view key, std::vector<int>& field, Range range) override;
+  void texts(std::string_view key, std::vector<std::string>& field) override;
   void numbers(std::string_view key, double* fields, std::size_t count, Range range) override;
+  void pairs(std::string_view key, std::vector<std::pair<std::string, std::string>>& field) override;
 
   const std::vector<std::pair<std::string, std::string>>& entries() const noexcept { return entries_; }
 

@@ -89,8 +89,12 @@ class Keys {
   virtual void one_of(std::string_view key, std::string& field, const std::vector<std::string>& words) = 0;
   /// A list of whole numbers, any length.
   virtual void whole_numbers(std::string_view key, std::vector<int>& field, Range range) = 0;
+  /// A list of texts, any length.
+  virtual void texts(std::string_view key, std::vector<std::string>& field) = 0;
   /// `count` numbers.
   virtual void numbers(std::string_view key, double* fields, std::size_t count, Range range) = 0;
+  /// A table of words, numbers and switches of any name, as text, in the order of the file.
+  virtual void pairs(std::string_view key, std::vector<std::pair<std::string, std::string>>& field) = 0;
 
  protected:
   virtual void real(std::string_view key, std::optional<double>& value, Range range) = 0;

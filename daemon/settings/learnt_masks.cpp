@@ -13,55 +13,34 @@
 
 #include "settings/replace_file.h"
 #include "settings/rig_text.h"
+#include "settings/text_edit.h"
 
 namespace mocap::settings {
 namespace {
 
-// A stretch of the text, and what comes in its place.
-struct Edit {
-  std::size_t begin;
-  std::size_t end;
-  std::string text;
-};
-
-class LineIndex {
- public:
-  explicit LineIndex(const std::string& text) : text_(text) {
-    for (std::size_t at = 0; at != std::string::npos; at = text.find('\n', at)) starts_.push_back(at == 0 ? 0 : ++at);
-  }
-  std::size_t offset_of(const toml::source_position& at) const {
-    return std::min(starts_[std::min<std::size_t>(at.line, starts_.size()) - 1] + at.column - 1, text_.size());
-  }
-  // Behind the newline of the line that `offset` is in.
-  std::size_t next_line(std::size_t offset) const {
-    const std::size_t newline = text_.find('\n', offset);
-    return newline == std::string::npos ? text_.size() : newline + 1;
-  }
-
- private:
-  const std::string& text_;
-  std::vector<std::size_t> starts_;
-};
+std::size_t offset_of(const LineIndex& lines, const toml::source_position& at) {
+  return lines.offset_of(at.line, at.column);
+}
 
 const CameraModel* find(const Rig& rig, const std::string& name) {
   const auto found = std::find_if(rig.begin(), rig.end(), [&](const CameraModel& each) { return each.name == name; });
   return found == rig.end() ? nullptr : &*found;
 }
 
-Edit edit_of(const toml::table& table, const CameraModel& camera, const std::string& text, const LineIndex& lines) {
+TextEdit edit_of(const toml::table& table, const CameraModel& camera, const std::string& text, const LineIndex& lines) {
   const std::span<const MaskPolygon> masks(camera.learnt_masks);
   const std::string line = masks.empty() ? "" : fmt::format("{} = {}", kLearntMask, mask_text(masks));
   toml::source_position last = table.source().begin;  // the header
   for (const auto& [key, node] : table) {
     const auto end = node.source().end;
     if (key.str() == kLearntMask) {
-      const std::size_t begin = lines.offset_of(key.source().begin);
-      const std::size_t behind = lines.offset_of(end);
+      const std::size_t begin = offset_of(lines, key.source().begin);
+      const std::size_t behind = offset_of(lines, end);
       return {begin, masks.empty() ? lines.next_line(behind) : behind, line};
     }
     if (std::tie(last.line, last.column) < std::tie(end.line, end.column)) last = end;
   }
-  const std::size_t at = lines.next_line(lines.offset_of(last));
+  const std::size_t at = lines.next_line(offset_of(lines, last));
   if (masks.empty()) return {at, at, ""};
   const bool open_end = at == text.size() && !text.empty() && text.back() != '\n';
   return {at, at, (open_end ? "\n" : "") + line + "\n"};
@@ -84,7 +63,7 @@ Status save_learnt_masks(const std::filesystem::path& path, const Rig& rig) {
   try {
     const toml::table root = toml::parse(text, path.string());
     const LineIndex lines(text);
-    std::vector<Edit> edits;
+    std::vector<TextEdit> edits;
     for (const auto& [key, node] : root) {
       const toml::table* table = node.as_table();
       if (table == nullptr || key.str() == "metadata") continue;
@@ -96,18 +75,15 @@ Status save_learnt_masks(const std::filesystem::path& path, const Rig& rig) {
       }
       edits.push_back(edit_of(*table, *camera, text, lines));
     }
-    // From the end, so that the places of the others stay right.
-    std::sort(edits.begin(), edits.end(), [](const Edit& a, const Edit& b) { return a.begin > b.begin; });
-    std::string edited = text;
-    for (const Edit& edit : edits) edited.replace(edit.begin, edit.end - edit.begin, edit.text);
-    if (rest_of(toml::parse(edited, path.string())) != rest_of(root)) {
+    const std::string result = edited(text, std::move(edits));
+    if (rest_of(toml::parse(result, path.string())) != rest_of(root)) {
       return Error{
           ErrorCode::InvalidArgument,
           fmt::format("{} cannot be edited without harm to the rest; write it with a table [name] a camera and "
                       "a line a key",
                       path.string())};
     }
-    return replace_file(path, edited);
+    return replace_file(path, result);
   } catch (const toml::parse_error& error) {
     return Error{ErrorCode::InvalidArgument, fmt::format("{}:{}:{}: {}", path.string(), error.source().begin.line,
                                                          error.source().begin.column, error.description())};

@@ -144,10 +144,26 @@ void tell_watch(Keys& keys, DaemonSettings& all) {
 
 void tell_publish(Keys& keys, DaemonSettings& all) {
   keys.text("endpoint", all.publish.endpoint);
+  keys.texts("more_endpoints", all.publish.more_endpoints);
   keys.flag("allow_remote", all.publish.allow_remote);
+  keys.number("max_connections", all.publish.max_connections, {1, 60000});
   keys.number("send_queue", all.publish.send_queue, {1, 1000});
   keys.flag("velocities", all.publish.velocities);
   keys.flag("every_snapshot", all.pipeline.publish.every_snapshot);
+}
+
+void tell_control(Keys& keys, DaemonSettings& all) {
+  keys.text("endpoint", all.control.endpoint);
+  keys.texts("more_endpoints", all.control.more_endpoints);
+  keys.flag("allow_remote", all.control.allow_remote);
+  keys.choice<wire::Role>("role_without_keys", all.control.role_without_keys,
+                          {{"viewer", wire::Role::Viewer}, {"operator", wire::Role::Operator}});
+}
+
+void tell_security(Keys& keys, DaemonSettings& all) {
+  keys.path("server_key", all.publish.curve.server_key);
+  keys.path("allowed_keys", all.publish.curve.allowed);
+  all.control.curve = all.publish.curve;
 }
 
 void tell_record(Keys& keys, DaemonSettings& all) {
@@ -191,9 +207,11 @@ constexpr Section kSections[] = {
     {"refine", tell_refine},
     {"watch", tell_watch},      //
     {"publish", tell_publish},  //
-    {"record", tell_record},    //
-    {"reopen", tell_reopen},    //
-    {"queues", tell_queues},    //
+    {"control", tell_control},  //
+    {"security", tell_security},
+    {"record", tell_record},  //
+    {"reopen", tell_reopen},  //
+    {"queues", tell_queues},  //
     {"realtime", tell_realtime},
 };
 

@@ -159,6 +159,22 @@ void TomlTable::whole_numbers(std::string_view key, std::vector<int>& field, Ran
   field = std::move(found);
 }
 
+void TomlTable::texts(std::string_view key, std::vector<std::string>& field) {
+  const toml::node* node = state_->find(key);
+  if (node == nullptr) return;
+  const std::string expected = "a list of texts";
+  if (!node->is_array()) return state_->unexpected(key, *node, expected);
+  std::vector<std::string> found;
+  for (const toml::node& element : *node->as_array()) {
+    if (!element.is_string()) {
+      return state_->fault(element.source().begin,
+                           fmt::format("{} has {}, expected {}", key, shown(element), expected));
+    }
+    found.push_back(*element.value<std::string>());
+  }
+  field = std::move(found);
+}
+
 void TomlTable::numbers(std::string_view key, double* fields, std::size_t count, Range range) {
   const auto found = list(key, {count});
   if (!found) return;
@@ -166,6 +182,29 @@ void TomlTable::numbers(std::string_view key, double* fields, std::size_t count,
     if (!within(value, range)) return fault(key, fmt::format("{} has {}, expected {}", key, value, shown(range)));
   }
   std::copy(found->begin(), found->end(), fields);
+}
+
+void TomlTable::pairs(std::string_view key, std::vector<std::pair<std::string, std::string>>& field) {
+  const toml::node* node = state_->find(key);
+  if (node == nullptr) return;
+  if (!node->is_table()) return state_->unexpected(key, *node, "a table, as { Name = 1, Other = \"On\" }");
+  struct Entry {
+    toml::source_position at;
+    std::string name, text;
+  };
+  std::vector<Entry> entries;
+  for (const auto& [name, value] : *node->as_table()) {
+    if (!value.is_string() && !value.is_number() && !value.is_boolean()) {
+      return state_->fault(value.source().begin, fmt::format("{}: {} is {}, expected a word, a number, true or false",
+                                                             key, name.str(), shown(value)));
+    }
+    entries.push_back(
+        {name.source().begin, std::string(name.str()), value.is_string() ? *value.value<std::string>() : shown(value)});
+  }
+  // One feature selects what another one means: their order is the file's.
+  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.at < b.at; });
+  field.clear();
+  for (Entry& each : entries) field.emplace_back(std::move(each.name), std::move(each.text));
 }
 
 void TomlTable::real(std::string_view key, std::optional<double>& value, Range range) {

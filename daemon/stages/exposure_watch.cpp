@@ -12,7 +12,6 @@ constexpr double kMemory_s = 5.0;   // what is older hardly counts
 constexpr double kLongest_s = 1.0;  // a clock that is silent for longer is replaced
 // Before so many frames and seconds nothing is told.
 constexpr std::uint64_t kFewFrames = 30;
-constexpr std::uint64_t kFirstFrames = 15;
 constexpr double kShort_s = 2.0;
 // Crystals differ by 5 to 100 us/s; cameras on one trigger or one PTP clock do not.
 constexpr double kSameDrift = 4e-6;
@@ -67,8 +66,15 @@ void ExposureWatch::follow_period(Own& own, Timestamp exposed_at) {
   constexpr double kRate = 0.05;
   if (own.last) {
     const double step_s = to_s(exposed_at - *own.last);
-    if (own.frames < kFirstFrames) {
-      own.period_s = own.period_s > 0.0 ? std::min(own.period_s, step_s) : step_s;
+    if (own.frames <= kFirstFrames) {
+      // The middle one: images are left out, and a clock that is still being learnt makes steps too short.
+      own.first_steps_s[own.frames - 1] = step_s;
+      const auto end = own.first_steps_s.begin() + static_cast<std::ptrdiff_t>(own.frames);
+      std::array<double, kFirstFrames> sorted{};
+      const auto sorted_end = std::copy(own.first_steps_s.begin(), end, sorted.begin());
+      const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>((own.frames - 1) / 2);
+      std::nth_element(sorted.begin(), middle, sorted_end);
+      own.period_s = *middle;
     } else {
       const double periods = std::max(1.0, std::round(step_s / own.period_s));
       own.period_s += kRate * (step_s / periods - own.period_s);

@@ -44,6 +44,8 @@ class ExposureWatch {
   const CameraTiming& timing(CameraId camera) const { return timings_[camera.value]; }
 
  private:
+  static constexpr std::size_t kFirstFrames = 15;  // that tell the period at first
+
   // A straight line through offsets over time, what is older counting less and less (weighted least squares).
   struct Line {
     std::uint64_t count = 0;
@@ -63,6 +65,7 @@ class ExposureWatch {
   struct Own {
     std::optional<Timestamp> last;
     double period_s = 0.0;
+    std::array<double, kFirstFrames> first_steps_s{};
     std::uint64_t frames = 0;
     Line line;
   };

@@ -21,6 +21,16 @@ Fusion::Fusion(FusionParts parts, std::uint32_t camera_count) : parts_(std::move
   snapshot_.description_version = 1;
 }
 
+void Fusion::refit(const SubjectFit& fit) {
+  if (parts_.refiner) parts_.refiner->recognised(fit);
+  refined_ = fit;
+}
+
+void Fusion::reset(SubjectId subject) {
+  if (refined_ && refined_->subject == subject) refined_.reset();
+  parts_.labeller->reset(subject);
+}
+
 Snapshot& Fusion::step(const FrameSet& frames) {
   const Expected& expected = expect(frames.exposed_at);
   const Matches& matches = parts_.matcher->match(frames, expected);

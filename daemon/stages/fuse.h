@@ -41,6 +41,12 @@ class Fusion {
   /// up to `detected_at` are set.
   Snapshot& step(const FrameSet& frames);
 
+  /// Somebody else fitted this subject: worn from the next step on. Offsets by bone and by marker, as the subject has.
+  void refit(const SubjectFit& fit);
+  /// As Labeller says.
+  void reset(SubjectId subject);
+  void set_away(SubjectId subject, bool away) { parts_.labeller->set_away(subject, away); }
+
   /// The fit of a subject that the last step began to use, with the description version that its snapshot bears.
   const std::optional<SubjectFit>& fit() const noexcept { return fit_; }
 

@@ -133,7 +133,9 @@ void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& in
   for (std::size_t view = 0; view < view_count_; ++view) {
     const Held& one = held(marker, view);
     if (one.ray == kNone) continue;
-    BlobRef seen{static_cast<std::uint16_t>(view), rays[view].blob[one.ray]};
+    BlobRef& seen = match.sightings.push_back({});
+    seen.view = static_cast<std::uint16_t>(view);
+    seen.blob = rays[view].blob[one.ray];
     seen.sigma_px = static_cast<float>(rays[view].sigma_px[one.ray]);
     if (one.sigma_px > 0.0F) {
       const geometry::RayColumns& slope = rays[view].rays;
@@ -142,7 +144,6 @@ void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& in
       seen.off_y_px = static_cast<float>(slope.vx[one.ray] * off.x() + slope.vy[one.ray] * off.y());
       seen.sigma_px = one.sigma_px;
     }
-    match.sightings.push_back(seen);
   }
 }
 

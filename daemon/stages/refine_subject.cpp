@@ -26,6 +26,7 @@ constexpr double kNew = 0.018;
 constexpr double kGoodPlace_m = 0.0005;
 constexpr double kCosOfHalfNearRest = 0.92;  // of a joint within 46 degrees of the rest pose, however markers are stuck
 constexpr double kMostAtRest = 0.8;          // share of the joints
+constexpr double kLeastGain_m = 1e-4;        // by which poses must be nearer, rms
 constexpr double kMostResidual_m = 0.04;     // of a pose that is worth looking at
 
 double apart(const std::vector<Pose>& a, const std::vector<Pose>& b) {
@@ -165,13 +166,13 @@ class SubjectRefiner::OneSubject {
         }
         stage_ = Stage::Judge;
         next_ = 0;
-        worn_m2_ = fitted_m2_ = 0.0;
+        worn_m2_ = fitted_m2_ = judged_markers_ = 0.0;
         break;
       case Stage::Judge:
         judge_next();
         if (next_ < 2 * held_out_.size()) break;
         stage_ = Stage::Gather;
-        if (fitted_m2_ < (1.0 - settings_.least_gain) * (1.0 - settings_.least_gain) * worn_m2_) return wear();
+        if (is_better()) return wear();
         break;
     }
     return std::nullopt;
@@ -228,7 +229,16 @@ class SubjectRefiner::OneSubject {
     const auto judged =
         fitter_.equations().settle(judged_, by_fit ? fitter_.offsets() : worn_, fitter_.cost(), kJudgeSteps);
     (by_fit ? fitted_m2_ : worn_m2_) += judged.data_m2;
+    if (!by_fit) judged_markers_ += judged.weight;
     ++next_;
+  }
+
+  // Nearer by a share, and by more than cameras and rounding tell: less says nothing about a body.
+  bool is_better() const {
+    const double share = 1.0 - settings_.least_gain;
+    const double count = std::max(1.0, judged_markers_);
+    return fitted_m2_ < share * share * worn_m2_ &&
+           std::sqrt(worn_m2_ / count) - std::sqrt(fitted_m2_ / count) > kLeastGain_m;
   }
 
   SubjectFit wear() {
@@ -265,6 +275,7 @@ class SubjectRefiner::OneSubject {
   std::size_t next_ = 0;  // judgement
   double worn_m2_ = 0.0;
   double fitted_m2_ = 0.0;
+  double judged_markers_ = 0.0;
 };
 
 SubjectRefiner::SubjectRefiner(const RefineSettings& settings, const std::vector<Subject>& subjects)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "base/expects.h"
 #include "body/rotation.h"
@@ -24,6 +25,12 @@ constexpr double kFastest_m_s = 12.0;
 constexpr double kRayGap_s = 0.1;
 // A limb may take so long to be found again where its markers came back.
 constexpr double kChangeLasts_s = 0.1;
+// A body whose markers commonly are nearer to their places than the settings say is believed to be so well known, at
+// least this well; over which time that is learnt.
+constexpr double kLeastSkin_m = 0.0005;
+constexpr double kOfResidual = 1.5;
+constexpr double kLearnSkin_s = 0.5;
+constexpr std::size_t kTellSkin = 6;  // fewer markers fit any body
 // Over which velocities are taken; and a gap in the sets after which they mean nothing.
 constexpr double kVelocity_s = 0.02;
 constexpr double kLongGap_s = 0.25;
@@ -68,12 +75,27 @@ SubjectSolver::SubjectSolver(const SolveSettings& settings, const Subject& subje
   changed_.resize(bones.size());
   changed_near_.resize(bones.size());
   world_.resize(bones.size());
+  as_before_.resize(bones.size());
   seen_.reserve(markers);
 }
 
+// Of a body that is followed, what is shown goes from the old one's pose to the new one's in the same set.
 void SubjectSolver::refit(const SubjectFit& fit) {
+  if (body_.following()) {
+    refit_ = fit;
+  } else {
+    body_.refit(fit.rest_offsets_m, fit.marker_offsets_m);
+  }
+}
+
+// The pose of the body as it is known now, after that of the one that it was taken for.
+void SubjectSolver::wear_refit() {
+  std::copy(body_.pose().locals().begin(), body_.pose().locals().end(), as_before_.begin());
+  const SubjectFit& fit = *refit_;
   body_.refit(fit.rest_offsets_m, fit.marker_offsets_m);
-  fit_anew_ = true;
+  refit_.reset();
+  (void)body_.fit(seen_);
+  refitted_ = true;
 }
 
 // A marker tells its bone, and the one above, whose far end it shows.
@@ -96,13 +118,23 @@ void SubjectSolver::gather(const SubjectLabels& labels, Timestamp at) {
   for (std::size_t m = 0; m < labels.markers.size() && m < how_seen_.size(); ++m) {
     const LabelledMarker& label = labels.markers[m];
     if (label.state != LabelState::Measured || !label.position.v.allFinite()) continue;
-    seen_.push_back(
-        body::observe_point(static_cast<int>(m), label.position.v, label.covariance_m2, settings_.marker_sigma_m));
+    seen_.push_back(body::observe_point(static_cast<int>(m), label.position.v, label.covariance_m2, skin_sigma_m_));
     note_seen(m, Seen::Measured);
     const auto bone = static_cast<std::size_t>(set.markers[m].bone);
     ++seen_markers_[bone];
     bones_[bone].seen_at = at;
   }
+}
+
+// How far markers stray from this body commonly: a prior must not bend what markers agree on to a tenth of that.
+void SubjectSolver::learn_skin(Timestamp at) {
+  if (seen_.size() < kTellSkin) return;
+  const double share = 1.0 - std::exp(-std::max(0.0, to_s(at - skin_at_)) / kLearnSkin_s);
+  // A larger residual is believed at once.
+  const double residual_m = body_.residual_m();
+  usual_residual_m_ += (residual_m > usual_residual_m_ ? 1.0 : share) * (residual_m - usual_residual_m_);
+  skin_at_ = at;
+  skin_sigma_m_ = std::min(settings_.marker_sigma_m, std::max(kLeastSkin_m, kOfResidual * usual_residual_m_));
 }
 
 // The rays of markers that are not measured, from where the motion led to.
@@ -112,7 +144,7 @@ void SubjectSolver::gather_rays(SubjectId id, std::span<const NamedRay> rays, Ti
     if (ray.label.subject != id || m >= how_seen_.size() || how_seen_[m] != Seen::No) continue;
     if (!believed(m, ray, at)) continue;
     seen_.push_back(body::observe_ray(static_cast<int>(m), ray.eye.v, ray.direction, ray.sigma_rad,
-                                      body_.pose().marker_at(m), settings_.marker_sigma_m));
+                                      body_.pose().marker_at(m), skin_sigma_m_));
     note_seen(m, Seen::Ray);
     ray_of_[m] = &ray;
   }
@@ -141,7 +173,7 @@ bool SubjectSolver::believed(std::size_t marker, const NamedRay& ray, Timestamp 
 void SubjectSolver::find_changes(Timestamp at) {
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     BoneMemory& bone = bones_[b];
-    const bool changed = fit_anew_ || bone.markers != bone.markers_now;
+    const bool changed = bone.markers != bone.markers_now;
     if (fresh_) bone.changed_at = at - 2 * from_s(kChangeLasts_s);
     if (changed && !fresh_) bone.changed_at = at;
     bone.markers = bone.markers_now;
@@ -157,7 +189,6 @@ void SubjectSolver::find_changes(Timestamp at) {
     }
     changed_.swap(changed_near_);
   }
-  fit_anew_ = false;
 }
 
 // Half of a bone's own markers tell it; a bone without any is told by its neighbours.
@@ -201,7 +232,10 @@ void SubjectSolver::show(Timestamp at, SubjectPose& into) {
     easer_.reset();
     smoother_.reset();
   }
-  const std::span<const Pose> eased = easer_.step(body_.pose().locals(), body_.foreseen(), changed_, step_s);
+  if (refitted_) std::fill(changed_.begin(), changed_.end(), std::uint8_t{1});
+  const std::span<const Pose> before = refitted_ ? std::span<const Pose>(as_before_) : body_.foreseen();
+  const std::span<const Pose> eased = easer_.step(body_.pose().locals(), before, changed_, step_s);
+  refitted_ = false;
   const std::span<const Pose> locals = smoother_.step(eased, step_s);
   into.residual_m = body_.residual_m();
   into.smoothing_delay_s = smoother_.delay_s();
@@ -273,6 +307,8 @@ void SubjectSolver::fill(SubjectLabels& labels, Timestamp at) {
 void SubjectSolver::begin_anew(Timestamp at) {
   for (BoneMemory& bone : bones_) bone.seen_at = at;
   for (RayMemory& ray : rays_) ray.sets = 0;
+  usual_residual_m_ = skin_sigma_m_ = settings_.marker_sigma_m;
+  skin_at_ = at;
   fresh_ = true;
 }
 
@@ -282,6 +318,7 @@ void SubjectSolver::solve(SubjectLabels& labels, std::span<const NamedRay> rays,
   into.smoothing_delay_s = 0.0;
   if (labels.phase != SubjectPhase::Tracking) {
     body_.forget();
+    if (const std::optional<SubjectFit> fit = std::exchange(refit_, std::nullopt)) refit(*fit);
     return;
   }
   gather(labels, at);
@@ -292,7 +329,9 @@ void SubjectSolver::solve(SubjectLabels& labels, std::span<const NamedRay> rays,
     body_.predict(at);
     gather_rays(labels.subject, rays, at);
     (void)body_.fit(seen_);
+    if (refit_) wear_refit();
     body_.learn(seen_);
+    learn_skin(at);
   }
   judge_places(at);
   show(at, into);

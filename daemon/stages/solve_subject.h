@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -62,6 +63,8 @@ class SubjectSolver {
   void show_motion(BoneMemory& memory, const Eigen::Quaterniond& turned_from, double step_s, BonePose& bone) const;
   float confidence_of(std::size_t bone) const;
   bool bone_seen(std::size_t bone) const;
+  void wear_refit();
+  void learn_skin(Timestamp at);
   void judge_places(Timestamp at);
   void fill(SubjectLabels& labels, Timestamp at);
 
@@ -83,9 +86,14 @@ class SubjectSolver {
   std::vector<body::Observation> seen_;
   std::vector<Pose> world_;  // as shown
   Timestamp shown_at_;
-  bool told_ = false;      // the last fit told the pose
-  bool fresh_ = true;      // nothing shown yet
-  bool fit_anew_ = false;  // the body is another than in the last set
+  Timestamp skin_at_;
+  double usual_residual_m_ = 0.0;
+  double skin_sigma_m_ = 0.0;        // of a marker on this body
+  bool told_ = false;                // the last fit told the pose
+  bool fresh_ = true;                // nothing shown yet
+  std::optional<SubjectFit> refit_;  // to be worn in the next set
+  std::vector<Pose> as_before_;      // locals of the body that was worn until this set
+  bool refitted_ = false;            // it is another in this set
 };
 
 }  // namespace mocap::stages

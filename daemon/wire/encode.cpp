@@ -1,48 +1,11 @@
 #include "wire/encode.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "wire/encode_numbers.h"
 
 namespace mocap::wire {
 namespace {
-
-v1::SubjectPhase code_of(SubjectPhase phase) {
-  switch (phase) {
-    case SubjectPhase::Searching: return v1::SUBJECT_PHASE_SEARCHING;
-    case SubjectPhase::Tracking: return v1::SUBJECT_PHASE_TRACKING;
-    case SubjectPhase::Lost: return v1::SUBJECT_PHASE_LOST;
-  }
-  return v1::SUBJECT_PHASE_UNSPECIFIED;
-}
-
-v1::MarkerState code_of(LabelState state) {
-  switch (state) {
-    case LabelState::Lost: return v1::MARKER_STATE_LOST;
-    case LabelState::Measured: return v1::MARKER_STATE_MEASURED;
-    case LabelState::Filled: return v1::MARKER_STATE_FILLED;
-  }
-  return v1::MARKER_STATE_UNSPECIFIED;
-}
-
-v1::BoneState code_of(BoneState state) {
-  switch (state) {
-    case BoneState::Lost: return v1::BONE_STATE_LOST;
-    case BoneState::Measured: return v1::BONE_STATE_MEASURED;
-    case BoneState::Filled: return v1::BONE_STATE_FILLED;
-  }
-  return v1::BONE_STATE_UNSPECIFIED;
-}
-
-std::uint32_t percent(float share) {
-  return static_cast<std::uint32_t>(std::lround(100.0F * std::clamp(share, 0.0F, 1.0F)));
-}
-
-// Thousandths of a pixel; what is beyond every image is cut.
-std::uint32_t millipx(double residual_px) {
-  return static_cast<std::uint32_t>(std::lround(1000.0 * std::clamp(residual_px, 0.0, 1e6)));
-}
-
-std::uint32_t plus_one(TrackId id) { return id.names_something() ? id.value + 1 : 0; }
 
 // Empties a column and makes room, so that what follows neither allocates (once warm) nor checks.
 template <class Column>

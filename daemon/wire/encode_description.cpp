@@ -119,6 +119,9 @@ void encode_camera_health(const CameraHealth& from, v1::CameraHealth& into) {
   into.set_offset_us(from.offset_us);
   into.set_drift_us_s(from.drift_us_s);
   into.set_jitter_us(from.jitter_us);
+  into.set_repeated_frames(from.repeated_frames);
+  into.set_clock_leaps(from.clock_leaps);
+  into.set_clock_uncertainty_us(from.clock_uncertainty_us);
   into.set_bumped(from.bumped);
   into.set_rig_off_px(from.rig_off_px);
   into.set_rig_turned_rad(from.rig_turned_rad);

@@ -73,7 +73,8 @@ Status check_endpoint(const std::string& endpoint, bool allow_remote) {
   if (!allow_remote && !is_local(endpoint)) {
     return wrong(
         fmt::format("endpoint '{}': other machines can reach it and nobody is asked who they are; listen at "
-                    "tcp://127.0.0.1:5570, or set allow_remote = true to say that you want this",
+                    "tcp://127.0.0.1:5570, let [security] ask who comes (mocapctl keys), or set allow_remote = true to "
+                    "say that you want this",
                     endpoint));
   }
   return {};

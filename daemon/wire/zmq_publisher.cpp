@@ -4,31 +4,30 @@
 #include <zmq.h>
 
 #include <bit>
-#include <cerrno>
-#include <cstring>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "base/log.h"
 #include "wire/encode.h"
-#include "wire/endpoint.h"
+#include "wire/event_watch.h"
+#include "wire/listener.h"
+#include "wire/snapshot_encoder.h"
+#include "wire/subscriptions.h"
 
 namespace mocap::wire {
 namespace {
 
 constexpr const char* kWho = "feed";
-constexpr int kLinger_ms = 100;           // the last message goes out; the end of the service does not wait for more
-constexpr int kMaxIncoming_bytes = 4096;  // a subscription is a topic; who sends more is cut off
-constexpr int kHandshake_ms = 2000;       // half-open connections end
-constexpr int kHeartbeat_ms = 1000;       // dead peers are noticed
 // How many subscriptions are worked off a call: a flood of them cannot hold the feed up.
-constexpr int kServedPerSnapshot = 64;
-constexpr int kServedPerReport = 4096;
+constexpr int kServedPerCall = 256;
 
 // Topic, zero byte, Protobuf. Grows to the largest message, then allocates no more.
 class Envelope {
  public:
-  explicit Envelope(const char* topic) : head_(std::strlen(topic) + 1), bytes_(topic, topic + head_) {}
+  explicit Envelope(std::string_view topic) : head_(topic.size() + 1), bytes_(topic.begin(), topic.end()) {
+    bytes_.push_back(0);
+  }
 
   void hold(const google::protobuf::MessageLite& message) {
     const std::size_t size = message.ByteSizeLong();
@@ -38,162 +37,192 @@ class Envelope {
     message.SerializeWithCachedSizesToArray(bytes_.data() + head_);
   }
   const std::vector<std::uint8_t>& bytes() const { return bytes_; }
+  // With its zero byte.
+  std::string_view topic() const { return {reinterpret_cast<const char*>(bytes_.data()), head_}; }
 
  private:
   std::size_t head_;
   std::vector<std::uint8_t> bytes_;
 };
 
-Error last_error(const std::string& what) {
-  const int code = zmq_errno();
-  switch (code) {
-    case EADDRINUSE:
-      return {ErrorCode::Busy,
-              what + ": another program listens there (another mocapd?); end it or take another endpoint"};
-    case EADDRNOTAVAIL:
-    case ENODEV: return {ErrorCode::NotFound, what + ": this machine has no such address"};
-    case EINVAL:
-    case EPROTONOSUPPORT: return {ErrorCode::InvalidArgument, what + ": " + zmq_strerror(code)};
-    default: return {ErrorCode::Io, what + ": " + zmq_strerror(code)};
+// The topics in the order of Subscriptions::set_topics; the subjects' follow.
+enum Topic : std::size_t { kDescription, kSnapshot, kHealth, kEvent, kMarkers, kFirstSubject };
+
+struct Channel {
+  explicit Channel(std::string_view topic) : envelope(topic) {}
+  Envelope envelope;
+  std::uint64_t sequence = 0;
+};
+
+v1::Synchronisation synchronisation_of(const Health& health) {
+  for (const CameraHealth& camera : health.cameras) {
+    if (!camera.synchronised) return v1::SYNCHRONISATION_SOME;
   }
+  return v1::SYNCHRONISATION_ALL;
 }
 
 }  // namespace
 
 struct ZmqPublisher::Impl {
-  void* context = zmq_ctx_new();
-  void* socket = nullptr;
-  std::string endpoint;
-  v1::Snapshot snapshot;
+  Listener listener{kWho};
+  Subscriptions subscriptions;
+  EventWatch events;
+  std::vector<Channel> channels;  // by Topic
+  SnapshotEncoder encoder;
   v1::Health health;
-  Envelope snapshot_envelope{kSnapshotTopic};
-  Envelope description_envelope{kDescriptionTopic};
-  Envelope health_envelope{kHealthTopic};
-  std::uint64_t sequence = 0;
+  ZmqMessage request;
   std::int64_t utc_minus_host_ns = utc_minus_host().count();
+  std::optional<v1::Synchronisation> synchronisation;
   std::optional<Description> described;
   bool velocities = false;
 
-  Impl() = default;
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
-  ~Impl() {
-    if (socket != nullptr) zmq_close(socket);
-    if (context != nullptr) zmq_ctx_term(context);
+  void name_topics() {
+    while (channels.size() > kFirstSubject) channels.pop_back();
+    for (const Subject& subject : described->subjects) channels.emplace_back(kSubjectTopic + subject.name);
+    list_topics();
   }
 
-  Status set(int option, int value, const char* name) {
-    if (zmq_setsockopt(socket, option, &value, sizeof(value)) == 0) return {};
-    return last_error(fmt::format("{}: cannot set {} to {}", endpoint, name, value));
+  void list_topics() {
+    std::vector<std::string> topics;
+    for (const Channel& channel : channels) topics.emplace_back(channel.envelope.topic());
+    subscriptions.set_topics(std::move(topics));
   }
 
-  Status listen(const PublisherSettings& settings) {
-    velocities = settings.velocities;
-    endpoint = settings.endpoint;
-    if (context != nullptr) socket = zmq_socket(context, ZMQ_XPUB);
-    if (socket == nullptr) return last_error(endpoint + ": no ZeroMQ socket");
-    const struct {
-      int option, value;
-      const char* name;
-    } options[] = {{ZMQ_SNDHWM, settings.send_queue, "ZMQ_SNDHWM"},
-                   {ZMQ_LINGER, kLinger_ms, "ZMQ_LINGER"},
-                   {ZMQ_HANDSHAKE_IVL, kHandshake_ms, "ZMQ_HANDSHAKE_IVL"},
-                   {ZMQ_HEARTBEAT_IVL, kHeartbeat_ms, "ZMQ_HEARTBEAT_IVL"},
-                   {ZMQ_IPV6, endpoint.starts_with("tcp://[") ? 1 : 0, "ZMQ_IPV6"}};
-    for (const auto& [option, value, name] : options) {
-      if (Status done = set(option, value, name); !done) return done;
+  // Takes in what listeners ask for. Without it ZeroMQ delivers neither welcome nor anything else.
+  void serve() {
+    listener.serve(host_now());
+    for (int i = 0; i < kServedPerCall && request.receive(listener.socket()); ++i) {
+      const int connection = request.connection();
+      if (!request.user().empty()) listener.note_user(connection, request.user());
+      if (subscriptions.take(request.bytes(), connection) == Subscriptions::Verdict::TooMany) {
+        listener.cut(connection, "more subscriptions than there are topics");
+      }
     }
-    const std::int64_t max_incoming = kMaxIncoming_bytes;
-    if (zmq_setsockopt(socket, ZMQ_MAXMSGSIZE, &max_incoming, sizeof(max_incoming)) != 0) {
-      return last_error(endpoint + ": cannot set ZMQ_MAXMSGSIZE");
-    }
-    if (zmq_bind(socket, endpoint.c_str()) != 0) return last_error(fmt::format("endpoint '{}'", endpoint));
-    char bound[512] = {};
-    std::size_t size = sizeof(bound);
-    if (zmq_getsockopt(socket, ZMQ_LAST_ENDPOINT, bound, &size) == 0) endpoint = bound;
-    return {};
+  }
+
+  Status send(const Channel& channel) { return send(channel.envelope.bytes()); }
+
+  Status send(std::span<const std::uint8_t> bytes) {
+    if (zmq_send(listener.socket().get(), bytes.data(), bytes.size(), ZMQ_DONTWAIT) >= 0) return {};
+    return zmq_failure("feed: cannot send");
   }
 
   // What clients can tell for themselves by the description is left out.
-  Parts parts_of(const Snapshot& from) const {
+  Parts feed_parts(const Snapshot& from) const {
     Parts parts;
     parts.local_positions = !described || !stands_at_rest_offsets(from, *described);
     parts.velocities = velocities;
     return parts;
   }
 
-  // Takes in what listeners ask for. Without it ZeroMQ delivers neither welcome nor anything else.
-  void serve(int at_most) {
-    zmq_msg_t message;
-    zmq_msg_init(&message);
-    while (at_most-- > 0 && zmq_msg_recv(&message, socket, ZMQ_DONTWAIT) >= 0) {
-    }
-    zmq_msg_close(&message);
+  Status send_snapshot(const Snapshot& from, std::size_t topic, const Parts& parts) {
+    Channel& channel = channels[topic];
+    const std::uint64_t sequence = channel.sequence++;
+    if (!subscriptions.wanted(topic)) return {};
+    return send(encoder.encode(channel.envelope.topic(), from, parts, {sequence, utc_minus_host_ns, synchronisation}));
   }
 
-  Status send(const Envelope& envelope) {
-    const auto& bytes = envelope.bytes();
-    if (zmq_send(socket, bytes.data(), bytes.size(), ZMQ_DONTWAIT) >= 0) return {};
-    return last_error(endpoint + ": cannot send");
+  Status send_snapshots(const Snapshot& from) {
+    const Parts whole = feed_parts(from);
+    if (Status sent = send_snapshot(from, kSnapshot, whole); !sent) return sent;
+    Parts markers = whole;
+    markers.views = markers.bones = false;
+    if (Status sent = send_snapshot(from, kMarkers, markers); !sent) return sent;
+    Parts one = whole;
+    one.views = one.unlabelled = false;
+    for (std::size_t topic = kFirstSubject; topic < channels.size(); ++topic) {
+      one.subject = SubjectId{static_cast<std::uint32_t>(topic - kFirstSubject)};
+      if (Status sent = send_snapshot(from, topic, one); !sent) return sent;
+    }
+    return {};
+  }
+
+  Status send_events() {
+    for (const v1::Event& event : events.untold()) {
+      channels[kEvent].envelope.hold(event);
+      if (Status sent = send(channels[kEvent]); !sent) return sent;
+    }
+    events.told();
+    return {};
   }
 };
 
 ZmqPublisher::ZmqPublisher(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 ZmqPublisher::~ZmqPublisher() = default;
 
-const std::string& ZmqPublisher::endpoint() const { return impl_->endpoint; }
+const std::string& ZmqPublisher::endpoint() const { return impl_->listener.endpoints().front(); }
+const std::vector<std::string>& ZmqPublisher::endpoints() const { return impl_->listener.endpoints(); }
 
 Result<std::unique_ptr<ZmqPublisher>> ZmqPublisher::open(const PublisherSettings& settings) {
   if (settings.send_queue < 1 || settings.send_queue > 1000) {
     return Error{ErrorCode::InvalidArgument, fmt::format("send_queue is {}, expected 1 to 1000", settings.send_queue)};
   }
-  if (const Status allowed = check_endpoint(settings.endpoint, settings.allow_remote); !allowed) return allowed.error();
-  if (is_taken_ipc(settings.endpoint)) {
-    errno = EADDRINUSE;
-    return last_error(fmt::format("endpoint '{}'", settings.endpoint));
-  }
   auto impl = std::make_unique<Impl>();
-  if (const Status listening = impl->listen(settings); !listening) return listening.error();
-  log_info(kWho, fmt::format("listening endpoint={} send_queue={}", impl->endpoint, settings.send_queue));
-  if (!is_local(settings.endpoint)) {
-    log_warn(kWho,
-             fmt::format("endpoint={} is open to other machines and nobody is asked who they are", impl->endpoint));
+  impl->velocities = settings.velocities;
+  for (const char* topic : {kDescriptionTopic, kSnapshotTopic, kHealthTopic, kEventTopic, kMarkersTopic}) {
+    impl->channels.emplace_back(topic);
   }
+  impl->list_topics();
+  ListenSettings listen;
+  listen.endpoints = {settings.endpoint};
+  listen.endpoints.insert(listen.endpoints.end(), settings.more_endpoints.begin(), settings.more_endpoints.end());
+  listen.allow_remote = settings.allow_remote;
+  listen.curve = settings.curve;
+  listen.max_connections = settings.max_connections;
+  if (const Status listening = impl->listener.open(ZMQ_XPUB, settings.send_queue, listen); !listening) {
+    return listening.error();
+  }
+  // Every subscription is told, so that it is known whose connection is whose.
+  if (const Status set = impl->listener.socket().set(ZMQ_XPUB_VERBOSE, 1); !set) return set.error();
   return std::unique_ptr<ZmqPublisher>(new ZmqPublisher(std::move(impl)));
 }
 
 Status ZmqPublisher::describe(const Description& description) {
-  impl_->description_envelope.hold(encode(description));
+  Channel& channel = impl_->channels[kDescription];
+  channel.envelope.hold(encode(description));
   impl_->described = description;
-  const auto& bytes = impl_->description_envelope.bytes();
-  if (zmq_setsockopt(impl_->socket, ZMQ_XPUB_WELCOME_MSG, bytes.data(), bytes.size()) != 0) {
-    return last_error(impl_->endpoint + ": cannot set the welcome message");
+  impl_->name_topics();
+  const auto& bytes = impl_->channels[kDescription].envelope.bytes();
+  if (zmq_setsockopt(impl_->listener.socket().get(), ZMQ_XPUB_WELCOME_MSG, bytes.data(), bytes.size()) != 0) {
+    return zmq_failure("feed: cannot set the welcome message");
   }
-  impl_->serve(kServedPerSnapshot);
-  return impl_->send(impl_->description_envelope);
+  impl_->serve();
+  impl_->events.look_at(description, host_now());
+  if (Status sent = impl_->send(impl_->channels[kDescription]); !sent) return sent;
+  return impl_->send_events();
 }
 
 Status ZmqPublisher::publish(Snapshot& snapshot) {
-  impl_->serve(kServedPerSnapshot);
+  impl_->serve();
   Instants& instants = snapshot.instants;
   if (instants.received_at && instants.detected_at && instants.fused_at) instants.sent_at = host_now();
-  encode(snapshot, impl_->snapshot, impl_->parts_of(snapshot));
-  impl_->snapshot.set_sequence(impl_->sequence++);
-  impl_->snapshot.set_utc_minus_host_ns(impl_->utc_minus_host_ns);
-  impl_->snapshot_envelope.hold(impl_->snapshot);
-  return impl_->send(impl_->snapshot_envelope);
+  if (Status sent = impl_->send_snapshots(snapshot); !sent) return sent;
+  impl_->events.look_at(snapshot);
+  return impl_->events.untold().empty() ? Status{} : impl_->send_events();
 }
 
 Status ZmqPublisher::report(const Health& health) {
   impl_->utc_minus_host_ns = utc_minus_host().count();
-  impl_->serve(kServedPerReport);
+  impl_->synchronisation = synchronisation_of(health);
+  impl_->serve();
+  impl_->subscriptions.refill();
+  if (impl_->described) {
+    if (Status sent = impl_->send(impl_->channels[kDescription]); !sent) return sent;
+  }
   encode(health, impl_->health);
   impl_->health.set_utc_minus_host_ns(impl_->utc_minus_host_ns);
-  impl_->health_envelope.hold(impl_->health);
-  if (impl_->described) {
-    if (Status sent = impl_->send(impl_->description_envelope); !sent) return sent;
-  }
-  return impl_->send(impl_->health_envelope);
+  impl_->channels[kHealth].envelope.hold(impl_->health);
+  if (Status sent = impl_->send(impl_->channels[kHealth]); !sent) return sent;
+  impl_->events.look_at(health);
+  return impl_->send_events();
+}
+
+void ZmqPublisher::serve() { impl_->serve(); }
+
+FeedHealth ZmqPublisher::feed() const {
+  FeedHealth figures = impl_->listener.figures();
+  figures.subscriptions = static_cast<std::uint32_t>(impl_->subscriptions.count());
+  return figures;
 }
 
 Result<std::unique_ptr<Publisher>> make_zmq_publisher(const PublisherSettings& settings) {

@@ -2,9 +2,11 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
 #include "module/publisher.h"
+#include "wire/gatekeeper.h"
 
 namespace mocap::wire {
 
@@ -12,31 +14,42 @@ namespace mocap::wire {
 inline constexpr const char* kSnapshotTopic = "snapshot";
 inline constexpr const char* kDescriptionTopic = "description";
 inline constexpr const char* kHealthTopic = "health";
+inline constexpr const char* kEventTopic = "event";
+inline constexpr const char* kMarkersTopic = "markers";
+inline constexpr const char* kSubjectTopic = "subject/";  ///< and the subject's name
 
 struct PublisherSettings {
   std::string endpoint = "tcp://127.0.0.1:5570";  ///< tcp://ADDRESS:PORT (port * takes a free one) or ipc://PATH
+  std::vector<std::string> more_endpoints = {};   ///< that it listens at, too
   bool allow_remote = false;  ///< listen where other machines can reach it, though nobody is asked who they are
-  bool velocities = false;    ///< of the bones go out, and their spins
-  int send_queue = 8;         ///< messages that wait for one slow listener, 1 to 1000; more are dropped for it alone
+  CurveSettings curve = {};
+  bool velocities = false;     ///< of the bones go out, and their spins
+  int send_queue = 8;          ///< messages that wait for one slow listener, 1 to 1000; more are dropped for it alone
+  int max_connections = 1000;  ///< 1 to 60000; the newest over that are cut off
 };
 
 /// Sends the feed over a ZeroMQ XPUB socket. Listeners cost it a copy each and can never make it wait: what a slow one
-/// does not take is dropped for it alone, and a hostile one is cut off (see `open`).
+/// does not take is dropped for it alone, and a hostile one is cut off (wire/listener.h). A topic that nobody listens
+/// to is not made.
 class ZmqPublisher final : public Publisher {
  public:
-  /// Listens. Fails with InvalidArgument (an endpoint that is none, or that other machines can reach though
-  /// `allow_remote` is false), NotFound (no such address here), Busy (somebody else listens there) and Io.
+  /// Listens. Fails with InvalidArgument (an endpoint that is none, or that other machines can reach though there is no
+  /// CURVE and `allow_remote` is false; a key file that is none), NotFound (no such address here, no such file), Busy
+  /// (somebody else listens there) and Io.
   static Result<std::unique_ptr<ZmqPublisher>> open(const PublisherSettings& settings);
 
-  /// Lets go of the endpoint; waits 100 ms at most for what is still on its way.
+  /// Lets go of the endpoints; waits 100 ms at most for what is still on its way.
   ~ZmqPublisher() override;
 
   Status describe(const Description& description) override;
   Status publish(Snapshot& snapshot) override;
   Status report(const Health& health) override;
+  void serve() override;
+  FeedHealth feed() const override;
 
-  /// Where it listens, with the true port.
+  /// Where it listens, with the true port: the first of them, and all.
   const std::string& endpoint() const;
+  const std::vector<std::string>& endpoints() const;
 
  private:
   struct Impl;

@@ -62,6 +62,14 @@ struct ZmqSubscriber::Impl {
     for (const auto& [option, value] : options) {
       if (zmq_setsockopt(socket, option, &value, sizeof(value)) != 0) return last_error(endpoint);
     }
+    if (!settings.server_key.empty()) {
+      const std::pair<int, const std::string*> keys[] = {{ZMQ_CURVE_SERVERKEY, &settings.server_key},
+                                                         {ZMQ_CURVE_PUBLICKEY, &settings.own_key.public_key},
+                                                         {ZMQ_CURVE_SECRETKEY, &settings.own_key.secret_key}};
+      for (const auto& [option, key] : keys) {
+        if (zmq_setsockopt(socket, option, key->data(), key->size()) != 0) return last_error(endpoint + ": key");
+      }
+    }
     for (const std::string& topic : settings.topics) {
       const std::string prefix = topic + '\0';
       if (zmq_setsockopt(socket, ZMQ_SUBSCRIBE, prefix.data(), prefix.size()) != 0) return last_error(endpoint);

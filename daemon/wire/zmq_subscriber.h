@@ -8,6 +8,7 @@
 
 #include "base/result.h"
 #include "base/time.h"
+#include "wire/curve_keys.h"
 
 namespace mocap::wire {
 
@@ -20,7 +21,9 @@ struct FeedMessage {
 struct SubscriberSettings {
   std::string endpoint = "tcp://127.0.0.1:5570";
   std::vector<std::string> topics = {"description", "snapshot", "health"};
-  int receive_queue = 1000;  ///< messages that wait here; who wants every message asks for more
+  std::string server_key = {};  ///< the server's public key; empty: no CURVE
+  KeyPair own_key = {};         ///< with CURVE: who we are
+  int receive_queue = 1000;     ///< messages that wait here; who wants every message asks for more
 };
 
 /// What is known of the other side.

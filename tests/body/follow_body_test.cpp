@@ -117,7 +117,7 @@ TEST(BodyFollower, LaysALimbAnewThatIsTurnedTheWrongWayRound) {
   (void)body.fit(see(truth));
 
   // It was 80 mm off; what one set's hold leaves is gone with the next.
-  EXPECT_LT((body.told(in) - truth.marker_at(in)).norm(), 0.010);
+  EXPECT_LT((body.told(in) - truth.marker_at(in)).norm(), 0.015);
 }
 
 }  // namespace

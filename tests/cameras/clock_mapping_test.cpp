@@ -55,6 +55,81 @@ TEST(ClockMapping, FindsTheTruthUnderJitterAndDriftAfterTenSeconds) {
   RecordProperty("rms_us", std::to_string(rms_us));
 }
 
+TEST(ClockMapping, HoldsUnderOtherLawsOfDelay) {
+  std::mt19937_64 random(23);
+  std::uniform_real_distribution<> even(0.0, 4e-3);
+  std::normal_distribution<> normal(0.0, 2e-3);
+  for (const bool uniform : {true, false}) {
+    World world;
+    ClockMapping mapping;
+    double sum = 0.0;
+    for (int k = 0; k < 7200; ++k) {
+      const double delay_s = uniform ? even(random) : std::abs(normal(random));
+      const double error_us = to_us(mapping.map(world.stamp(k), world.truth(k) + from_s(delay_s)) - world.truth(k));
+      if (k >= 1200) sum += error_us * error_us / 6000.0;
+    }
+    EXPECT_LT(std::sqrt(sum), 50.0) << (uniform ? "uniform" : "half-normal");
+  }
+}
+
+TEST(ClockMapping, KnowsHowUncertainItIs) {
+  for (const double rate_hz : {30.0, 120.0}) {
+    double error_square = 0.0, told_square = 0.0;
+    for (std::uint64_t run = 0; run < 20; ++run) {
+      World world{.rate_hz = rate_hz, .random = std::mt19937_64(100 + run)};
+      ClockMapping mapping;
+      for (int k = 0; k < static_cast<int>(12.0 * rate_hz); ++k) {
+        const double error_us = to_us(mapping.map(world.stamp(k), world.receipt(k)) - world.truth(k));
+        if (k < static_cast<int>(10.0 * rate_hz)) continue;
+        error_square += error_us * error_us;
+        told_square += std::pow(to_us(mapping.uncertainty()), 2);
+      }
+    }
+    const double told_over_true = std::sqrt(told_square / error_square);
+    EXPECT_GT(told_over_true, 0.7) << rate_hz;  // 20 runs tell the error to some 20 percent
+    EXPECT_LT(told_over_true, 3.0) << rate_hz;
+  }
+}
+
+TEST(ClockMapping, KeepsTheDriftOverAWrapOfTheCounter) {
+  World world;
+  ClockMapping mapping;
+  rms_error_us(mapping, world, 0.0, 30.0);
+  const Duration wrap = from_s(34.359738368);  // 2^32 ticks of 125 MHz
+
+  double sum = 0.0;
+  int count = 0;
+  for (int k = 3600; k < 3600 + 600; ++k) {
+    const double error_us = to_us(mapping.map(world.stamp(k) - wrap, world.receipt(k)) - world.truth(k));
+    if (k < 3600 + 120) continue;
+    sum += error_us * error_us;
+    ++count;
+  }
+
+  EXPECT_EQ(mapping.leaps(), 1U);
+  // A second after the wrap the least of 120 delays of 2 ms is some 17 us, and the drift adds nothing.
+  EXPECT_LT(std::sqrt(sum / count), 50.0);
+}
+
+TEST(ClockMapping, CountsACounterThatBeginsToStandStillOnceAndFindsItAgain) {
+  World world{.jitter_s = 1e-4};
+  ClockMapping mapping;
+  rms_error_us(mapping, world, 0.0, 20.0);
+
+  for (int k = 2400; k < 2600; ++k) mapping.map(world.stamp(2399), world.receipt(k));
+  EXPECT_TRUE(mapping.stands_still());
+  EXPECT_EQ(mapping.leaps(), 1U);
+  const Duration lost = world.stamp(2600) - world.stamp(2400);
+  double worst_us = 0.0;
+  for (int k = 2600; k < 3200; ++k) {
+    const Timestamp mapped = mapping.map(world.stamp(k) - lost, world.receipt(k));
+    if (k >= 2720) worst_us = std::max(worst_us, std::abs(to_us(mapped - world.truth(k))));
+  }
+
+  EXPECT_FALSE(mapping.stands_still());
+  EXPECT_LT(worst_us, 50.0);
+}
+
 TEST(ClockMapping, LeavesTheLeastDelayToTheCaller) {
   World world;
   world.least_delay = microseconds(700);

@@ -44,8 +44,8 @@ TEST(OpenCamera, WantsExactlyOneWayToFindAnAravisCamera) {
   two.address = "10.0.0.2";
 
   EXPECT_THAT(refusal_of({"north", AravisSettings{}}),
-              HasSubstr("camera 'north': 0 of serial, device_name and address"));
-  EXPECT_THAT(refusal_of({"north", two}), HasSubstr("2 of serial, device_name and address are set"));
+              HasSubstr("camera 'north': 0 of serial, device_name, address and mac"));
+  EXPECT_THAT(refusal_of({"north", two}), HasSubstr("2 of serial, device_name, address and mac are set"));
 }
 
 TEST(OpenCamera, RefusesAClockThatItDoesNotKnow) {

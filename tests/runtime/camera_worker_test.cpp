@@ -1,5 +1,6 @@
 #include "runtime/camera_worker.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <thread>
@@ -203,6 +204,22 @@ TEST(CameraWorker, OpensASilentCameraAnew) {
   rig.run(parts({{Deliver{0}}, {Deliver{0}, kEnd}}));
 
   EXPECT_EQ(rig.channel.counters.reopened.read(), 1U);
+}
+
+TEST(CameraWorker, SaysThatACameraIsSilentAndWhyUntilItStreamsAgain) {
+  Rig rig;
+
+  rig.run(parts({{Deliver{0}}, {kGone}, {Deliver{0}, kEnd}}));
+
+  std::vector<CameraPhase> phases;
+  CameraNote note;
+  while (rig.channel.notes.try_pop(note)) {
+    phases.push_back(note.phase);
+    if (note.phase != CameraPhase::Silent) continue;
+    EXPECT_THAT(std::string(note.error.begin(), note.error.end()), testing::HasSubstr("no image for 60 ms"));
+  }
+  EXPECT_EQ(phases, (std::vector{CameraPhase::Starting, CameraPhase::Streaming, CameraPhase::Silent,
+                                 CameraPhase::Reopening, CameraPhase::Streaming, CameraPhase::Ended}));
 }
 
 TEST(CameraWorker, CountsABrokenImageAndKeepsTheCamera) {

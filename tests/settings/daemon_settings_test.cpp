@@ -129,8 +129,8 @@ driver = "aravis"
                 ":15:10: camera 'weft': driver is 'v4l', expected one of aravis, v4l2, replay, synthetic; "  //
                 "did you mean 'v4l2'?\n" +                                                                   //
                 file +
-                ":16:1: camera 'east': 0 of serial, device_name and address are set, expected exactly one\n" +  //
-                file + ":17:8: camera 'east': name 'east' is there twice, expected a different one each\n" +    //
+                ":16:1: camera 'east': 0 of serial, device_name, address and mac are set, expected exactly one\n" +  //
+                file + ":17:8: camera 'east': name 'east' is there twice, expected a different one each\n" +         //
                 file + ": 9 faults, nothing started");
 }
 
@@ -170,6 +170,31 @@ TEST_F(Configuration, TellsTheFaultsOfAMarkerSetOnceWithTheirPlaceThere) {
   EXPECT_NE(first, std::string::npos) << faults;
   EXPECT_EQ(faults.find(set + ":2:1: ", first + 1), std::string::npos) << faults;
   EXPECT_THAT(faults, HasSubstr("daemon.toml:6:14: camera 'east': marker_set is '" + set + "', which has faults"));
+}
+
+TEST_F(Configuration, TakesAnyFeatureOfACameraInTheOrderOfTheFile) {
+  const std::string rig = "[capture]\nrig = \"rig.toml\"\n[[camera]]\nname = \"east\"\n";
+  const std::string aravis = rig + "driver = \"aravis\"\nmac = \"00:11:1c:f5:a0:01\"\n";
+
+  const auto settings = load_daemon_settings(write(
+      aravis + "features = { LineSelector = \"Line1\", LineMode = \"Output\", Delay = 2.5, Invert = true, N = 7 }\n"));
+
+  ASSERT_TRUE(settings) << to_text(settings.error());
+  const auto& camera = std::get<cameras::AravisSettings>(settings->cameras[0].driver);
+  const std::vector<cameras::Feature> expected{
+      {"LineSelector", "Line1"}, {"LineMode", "Output"}, {"Delay", "2.5"}, {"Invert", "true"}, {"N", "7"}};
+  EXPECT_EQ(camera.features, expected);
+  EXPECT_THAT(faults_of(aravis + "features = [1]\n"), HasSubstr("features is a list of 1, expected a table"));
+  EXPECT_THAT(faults_of(aravis + "features = { A = [1] }\n"), HasSubstr("A is a list of 1, expected a word"));
+}
+
+TEST_F(Configuration, TakesAVideoCameraByItsSerialNumberOrItsPlace) {
+  const std::string v4l2 = "[capture]\nrig = \"rig.toml\"\n[[camera]]\nname = \"east\"\ndriver = \"v4l2\"\n";
+  EXPECT_EQ(faults_of(v4l2 + "serial = \"3F2A11\"\n"), "");
+  EXPECT_EQ(faults_of(v4l2 + "bus = \"usb-0000:00:14.0-2\"\n"), "");
+  EXPECT_THAT(faults_of(v4l2 + "bus = \"a\"\nserial = \"b\"\n"),
+              HasSubstr("2 of device, serial and bus are set, expected exactly one"));
+  EXPECT_THAT(faults_of(v4l2), HasSubstr("device is missing"));
 }
 
 TEST_F(Configuration, RefusesTwoCamerasThatAreOneDevice) {

@@ -49,6 +49,16 @@ class World {
   void see_by_ray(std::size_t m, const Eigen::Vector3d& eye) { ray_eyes_.emplace_back(m, eye); }
   void see_no_rays() { ray_eyes_.clear(); }
   void noise(double sigma_m) { noise_m_ = sigma_m; }
+  /// How fast it moves, against what is usual.
+  void pace(double factor) { pace_ = factor; }
+  void bend_left_hand(const Eigen::Vector3d& phi) { left_hand_ = phi; }
+  /// The body is known anew, as it was known.
+  void refit() {
+    SubjectFit fit;
+    for (const Bone& one : set_.skeleton.bones) fit.rest_offsets_m.push_back(one.rest_offset_m);
+    for (const MarkerOnBone& one : set_.markers) fit.marker_offsets_m.push_back(one.offset_m);
+    solver_->refit(fit);
+  }
   void spoil(std::size_t m, const Eigen::Vector3d& place) { spoiled_.emplace_back(m, place); }
 
   Eigen::Vector3d true_marker(std::size_t m) const {
@@ -68,7 +78,8 @@ class World {
 
  private:
   void move() {
-    const double t = t_s();
+    const double t = moved_s_;
+    moved_s_ += pace_ * kStep_s;
     std::vector<Eigen::Quaterniond> turns;
     for (const Bone& one : set_.skeleton.bones) {
       Eigen::Vector3d phi = Eigen::Vector3d::Zero();
@@ -77,6 +88,7 @@ class World {
       if (one.name == "RightUpArm") phi = {0.9, 0.0, 0.5 * std::sin(4.0 * t)};
       if (one.name == "LeftLowArm") phi = {0.0, 0.0, -0.7 - 0.5 * std::sin(4.0 * t)};
       if (one.name == "RightLowArm") phi = {0.0, 0.0, 0.7 - 0.4 * std::sin(4.0 * t)};
+      if (one.name == "LeftHand") phi = left_hand_;
       if (one.name == "LeftUpLeg") phi = {0.0, 0.4 * std::sin(4.0 * t), 0.0};
       if (one.name == "RightUpLeg") phi = {0.0, -0.4 * std::sin(4.0 * t), 0.0};
       if (one.name == "LeftLowLeg") phi = {0.0, 0.5 + 0.4 * std::sin(4.0 * t), 0.0};
@@ -116,6 +128,9 @@ class World {
   Labels labels_;
   const SubjectPose* pose_ = nullptr;
   double noise_m_ = 0.0;
+  double pace_ = 1.0;
+  double moved_s_ = 0.0;
+  Eigen::Vector3d left_hand_ = Eigen::Vector3d::Zero();
   int sets_ = 0;
   std::mt19937 random_{11};
   std::normal_distribution<double> normal_;
@@ -139,6 +154,40 @@ TEST(SolveSkeleton, FindsJointsAndTurnsOfAMovingBody) {
   // 0.2 mm on levers of 6 cm and more, and the pull of priors; the issue asks for 3 mm and 1 degree.
   EXPECT_LT(std::sqrt(place2 / count), 0.0005);
   EXPECT_LT(std::sqrt(turn2 / count), 0.010);
+}
+
+TEST(SolveSkeleton, ABodyKnownAnewInTheMidstOfASwingDoesNotStray) {
+  for (const char* set : {"baseline41", "openmocap18"}) {
+    World world(set);
+    world.pace(0.0);
+    world.step(120);
+    world.pace(4.0);
+    world.step(4);
+    world.refit();
+
+    double most_m = 0.0;
+    for (int i = 0; i < 24; ++i) {
+      world.step();
+      for (std::size_t b = 0; b < world.set().skeleton.bones.size(); ++b) most_m = std::max(most_m, world.off_m(b));
+    }
+
+    // Nothing is known otherwise than before; the fit's own error is under a millimetre.
+    EXPECT_LT(most_m, 0.002) << set;
+  }
+}
+
+TEST(SolveSkeleton, AHandThatShowsOneMarkerKeepsItsTurn) {
+  World world("baseline41");
+  world.pace(0.0);
+  world.bend_left_hand({-0.4, 0.15, -0.95});  // farther than hands commonly are
+  world.step(60);
+  world.show(world.marker("LHandIn"), false);
+  world.step(84);  // 0.7 s
+
+  const std::size_t hand = world.bone("LeftHand");
+  const double off_rad = world.shown(hand).world_from_bone.rotation.angularDistance(world.true_bone(hand).rotation);
+  // What is common takes over within seconds, not at once.
+  EXPECT_LT(off_rad, 0.1);
 }
 
 TEST(SolveSkeleton, LocalPosesMakeUpTheWorldPoses) {

@@ -64,6 +64,7 @@ for path in $(in_order virtio_pci 9p 9pnet_virtio overlay); do
   cp "$modules/$path" "$image/modules/"
   echo "insmod /modules/$(basename "$path")" >>"$image/load"
 done
+vivid=$(with_needs vivid | tail -1)
 quoted=$(printf '%q ' "$program" "$@")
 cat >"$image/init" <<END
 #!/bin/busybox sh
@@ -86,6 +87,8 @@ device=\$(ls /dev/video* | head -1)
 cat >/root/tmp/run <<'RUN'
 cd /tmp
 export HOME=/tmp MOCAP_V4L2_DEVICE=\$1
+export MOCAP_VIVID_REMOVE="$busybox rmmod vivid"
+export MOCAP_VIVID_INSERT="$busybox insmod $modules/$vivid n_devs=1 node_types=0x1 no_error_inj=0 && while [ ! -e \$1 ]; do :; done"
 shift
 $quoted
 echo "v4l2_vm: exit \$?"

@@ -46,6 +46,24 @@ TEST(SkeletonScorer, MeasuresJointsTurnsAndHiddenJoints) {
   EXPECT_EQ(scorer.errors().at(0).size(), 50U);
 }
 
+TEST(SkeletonScorer, SetsBonesApartWhoseTurnNoMarkerTells) {
+  SkeletonScorer scorer(false, {{true, false}});  // what is not said of the third is told
+  EvalFrame said = bones_at(0);
+  const auto turned = [](double deg) {
+    return Eigen::Quaterniond(Eigen::AngleAxisd(deg * std::numbers::pi / 180.0, Eigen::Vector3d::UnitZ()));
+  };
+  said.bones[0].rotation = turned(3.0);
+  said.bones[1].rotation = turned(8.0);
+  scorer.add(bones_at(0), said);
+
+  const SkeletonCounts& counts = scorer.counts().at(0);
+
+  EXPECT_NEAR(*counts.rotation_untold_deg(), 8.0, 1e-6);
+  EXPECT_NEAR(*counts.rotation_told_deg(), 3.0 / std::sqrt(2.0), 1e-6);
+  EXPECT_NEAR(*counts.rotation_rms_deg(), std::sqrt((9.0 + 64.0) / 3.0), 1e-6);  // none is left out
+  EXPECT_NEAR(*scorer.bones().at(0).at(1).rotation_rms_deg(), 8.0, 1e-6);
+}
+
 TEST(SkeletonScorer, TellsTheSizeOfWhiteNoise) {
   SkeletonScorer scorer;
   scene::Random random(3);

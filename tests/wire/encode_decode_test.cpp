@@ -8,6 +8,7 @@
 #include "support/typical_snapshot.h"
 #include "wire/decode.h"
 #include "wire/encode.h"
+#include "wire/snapshot_encoder.h"
 
 namespace mocap::wire {
 namespace {
@@ -170,6 +171,62 @@ TEST(EncodeSnapshot, FitsSixtyMarkersAndTwentyFourBonesIntoTwoAndAHalfKilobytes)
   message.set_utc_minus_host_ns(1'790'000'000'000'000'000);
 
   EXPECT_LT(message.ByteSizeLong(), 2500U);
+}
+
+TEST(SnapshotEncoder, GivesTheVeryBytesThatProtobufMakes) {
+  RandomModel random(41);
+  SnapshotEncoder encoder;
+  v1::Snapshot message;
+  for (int round = 0; round < 300; ++round) {
+    const Snapshot snapshot = random.snapshot();
+    Parts parts;
+    parts.views = random.coin();
+    parts.markers = random.coin();
+    parts.bones = random.coin();
+    parts.local_positions = random.coin();
+    parts.velocities = random.coin();
+    parts.unlabelled = random.coin();
+    if (random.coin()) parts.subject = SubjectId{random.up_to(2)};
+    SenderFields sender;
+    encode(snapshot, message, parts);
+    if (random.coin()) message.set_sequence(*(sender.sequence = random.up_to(0xFFFF'FFFFU)));
+    if (random.coin()) message.set_utc_minus_host_ns(*(sender.utc_minus_host_ns = -std::int64_t{random.up_to(1000)}));
+    if (random.coin()) message.set_synchronisation(*(sender.synchronisation = v1::SYNCHRONISATION_SOME));
+
+    const auto bytes = encoder.encode("topic", snapshot, parts, sender);
+
+    ASSERT_EQ(std::string(bytes.begin(), bytes.end()), "topic" + message.SerializeAsString()) << "round " << round;
+  }
+}
+
+TEST(SnapshotEncoder, WritesASnapshotAtAllDesignBounds) {
+  Snapshot full;
+  full.number = std::numeric_limits<std::uint64_t>::max();
+  for (std::uint32_t i = 0; i < kMaxCameras; ++i) {
+    full.views.push_back({CameraId{i}, full.number, Duration(std::numeric_limits<std::int64_t>::min()), 0xFFFF'FFFF});
+  }
+  for (std::uint32_t s = 0; s < kMaxSubjects; ++s) {
+    SubjectLabels& labels = full.labels.push_back({});
+    labels.subject = SubjectId{s};
+    labels.markers.resize(kMaxLabels);
+    for (LabelledMarker& marker : labels.markers) {
+      marker.state = LabelState::Measured;
+      marker.residual_px = 1e9;
+      marker.cameras = 0xFFFF'FFFF;
+      marker.track = TrackId{0xFFFF'FFFE};
+    }
+    full.poses.push_back({}).subject = SubjectId{s};
+    full.poses[s].bones.resize(kMaxBones);
+  }
+  full.unlabelled.resize(kMaxMarkers);
+  for (UnlabelledMarker& marker : full.unlabelled) marker = {TrackId{0xFFFF'FFFE}, {}, 1e9, 0xFFFF'FFFF};
+  SnapshotEncoder encoder;
+  v1::Snapshot message;
+  encode(full, message);
+
+  const auto bytes = encoder.encode("", full, {}, {});
+
+  EXPECT_EQ(std::string(bytes.begin(), bytes.end()), message.SerializeAsString());
 }
 
 TEST(EncodeSnapshot, LeavesOutWhatIsNotWanted) {
@@ -410,7 +467,14 @@ TEST(EncodeHealth, ComesBackTheSameAndLeavesOutStagesThatNothingPassed) {
                           8,
                           "gone",
                           {10, 11, 12, 13, 14, 4, 15},
-                          {38.0, 2.5, 12.0}});
+                          {38.0, 2.5, 12.0},
+                          false,
+                          1500.0,
+                          40.0,
+                          3.0,
+                          16,
+                          17,
+                          9.5});
 
   v1::Health message;
   encode(sent, message);
@@ -436,6 +500,13 @@ TEST(EncodeHealth, ComesBackTheSameAndLeavesOutStagesThatNothingPassed) {
   EXPECT_EQ(read->cameras[0].levels.noise_grey, 2.5);
   EXPECT_EQ(read->cameras[0].levels.background_grey, 12.0);
   EXPECT_EQ(read->cameras[0].missing_packets, 8U);
+  EXPECT_FALSE(read->cameras[0].synchronised);
+  EXPECT_EQ(read->cameras[0].offset_us, 1500.0);
+  EXPECT_EQ(read->cameras[0].drift_us_s, 40.0);
+  EXPECT_EQ(read->cameras[0].jitter_us, 3.0);
+  EXPECT_EQ(read->cameras[0].repeated_frames, 16U);
+  EXPECT_EQ(read->cameras[0].clock_leaps, 17U);
+  EXPECT_EQ(read->cameras[0].clock_uncertainty_us, 9.5);
   EXPECT_EQ(read->cameras[0].last_error, "gone");
 }
 

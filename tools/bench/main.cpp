@@ -10,9 +10,12 @@
 
 #include "base/exit_codes.h"
 #include "base/log.h"
+#include "cameras_print.h"
 #include "detect_report.h"
+#include "feed_bench.h"
 #include "fuse_bench.h"
 #include "fuse_print.h"
+#include "hostile_bench.h"
 #include "pipeline_bench.h"
 #include "solve_bench.h"
 
@@ -28,7 +31,14 @@ constexpr const char* kExamples = R"(examples:
   mocap-bench fuse --cameras 8 --markers 40     blobs to tracks in one thread, known and unknown markers, as a table
   mocap-bench fuse --json                       the same as a JSON array of both modes
   mocap-bench fuse --growth                     over cameras and markers
-  mocap-bench solve --subjects 3 --json         names and skeletons of three people who walk, against Ceres)";
+  mocap-bench cameras --count 8 --rate 120      8 served GigE cameras of 640x480, from packet to feed
+  mocap-bench cameras --count 4 --size 1280x1024 --rate 100 --seconds 60 --json
+  mocap-bench cameras --clock-skew-us 5000 --clock-drift-ppm 50 --delivery-jitter-us 2000 --warm-up 10
+  mocap-bench cameras --bus v4l2 --count 2 --rate 30 --format MJPEG
+  mocap-bench solve --subjects 3 --json         names and skeletons of three people who walk, against Ceres
+  mocap-bench feed --subscribers 200 --rate 120 --seconds 5 --json
+                                                what all of them get, how old it is, what it costs
+  mocap-bench hostile --json                    a subscriber's worst gap while others stall, flood and lie)";
 
 void print_pipeline(const PipelineBenchFigures& f, bool json) {
   if (json) {
@@ -201,9 +211,17 @@ int main(int argc, char** argv) {
   bench::tell_fuse(*fuse, fusing, growth);
   bench::SolveBenchSettings solving;
   solving.marker_set = marker_set;
+  bench::CamerasBenchSettings served;
+  served.marker_set = marker_set;
+  CLI::App* cameras = app.add_subcommand("cameras", "real packets and drivers, from the camera to the feed");
+  bench::tell_cameras(*cameras, served);
   CLI::App* solve = app.add_subcommand("solve", "names and skeletons: what the labeller and the solver cost in a set");
   bench::tell_solve(*solve, solving);
-  for (CLI::App* command : {pipeline, detect, fuse, solve}) {
+  bench::FeedBenchSettings feeding;
+  CLI::App* feed = bench::add_feed_bench(app, feeding);
+  bench::HostileBenchSettings attacked;
+  CLI::App* hostile = bench::add_hostile_bench(app, attacked);
+  for (CLI::App* command : {pipeline, detect, fuse, solve, cameras, feed, hostile}) {
     command->add_flag("--json", json,
                       command == fuse ? "one JSON array on standard output" : "one JSON object on standard output");
   }
@@ -213,8 +231,14 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? kExitOk : kExitUsage;
   }
   set_log_level(LogLevel::Warn);
+  if (cameras->parsed()) return bench::cameras(served, json);
   if (detect->parsed()) return bench::detect(scene, json);
   if (fuse->parsed()) return bench::fuse(fusing, json, growth);
+  if (feed->parsed()) return bench::print_feed_bench(feeding, json);
+  if (hostile->parsed()) {
+    set_log_level(LogLevel::Error);  // the attacks are told as figures
+    return bench::print_hostile_bench(attacked, json);
+  }
   if (solve->parsed()) return bench::solve(solving, json);
   return bench::pipeline(running, json);
 }

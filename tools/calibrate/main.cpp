@@ -6,7 +6,9 @@
 #include "base/exit_codes.h"
 #include "calibrate/files_command.h"
 #include "calibrate/floor_command.h"
+#include "calibrate/lens_command.h"
 #include "calibrate/mask_command.h"
+#include "calibrate/report_compare.h"
 #include "calibrate/verify_command.h"
 #include "calibrate/wand_command.h"
 
@@ -21,7 +23,10 @@ constexpr const char* kExamples = R"(examples:
   mocap-calibrate mask --config my.toml            learn what shines while nobody is there, write it into the rig
   mocap-calibrate mask --config my.toml --dry-run  only say what it would mask
   mocap-calibrate mask --config my.toml --clear    forget what was learnt
+  mocap-calibrate lens --config my.toml --columns 8 --rows 6 --square-mm 40   show a ChArUco board to each camera
+  mocap-calibrate lens --images shots --board chessboard --columns 9 --rows 7 --square-mm 25 --rig my.rig.toml
   mocap-calibrate import Calib.qca.txt my.rig.toml       make a rig of another program's calibration
+  mocap-calibrate compare old.rig.toml new.rig.toml      camera by camera: what moved
   mocap-calibrate export --format kalibr my.rig.toml camchain.yaml
 
 exit codes: 0 done, 64 wrong command line, 65 what was seen is refused and nothing is written, 66 a recording is not there,
@@ -46,6 +51,10 @@ int main(int argc, char** argv) {
   calibrate::add_refine_command(app, refine);
   calibrate::FilesCommands files;
   files.add(app);
+  calibrate::LensCommand lens;
+  lens.add(app);
+  calibrate::CompareCommand compare;
+  compare.add(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -57,6 +66,8 @@ int main(int argc, char** argv) {
     if (app.got_subcommand("verify")) return calibrate::run_verify(verify);
     if (app.got_subcommand("refine")) return calibrate::run_refine(refine);
     if (const auto exit = files.run()) return *exit;
+    if (const auto exit = lens.run()) return *exit;
+    if (const auto exit = compare.run()) return *exit;
     return calibrate::run_mask(mask);
   } catch (const std::exception& exception) {
     std::fprintf(stderr, "mocap-calibrate: %s\n", exception.what());

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 using settings::TomlTable;
 
 // Sections of mocapd.toml that change how the row works.
-constexpr const char* kRowSections[] = {"align", "match", "triangulate", "track_markers", "label", "solve"};
+constexpr const char* kRowSections[] = {"align", "match", "triangulate", "track_markers", "label", "solve", "refine"};
 
 void tell_rig(TomlTable& table, SceneFile& scene) {
   table.number("cameras", scene.ring.cameras, {2, 64});

@@ -101,6 +101,17 @@ std::optional<double> worst_hidden_rms_mm(const SceneResults& r) {
   return worst(r, false, [](const SceneOutcome& c) { return all_bones(c).hidden_joint_rms_mm(); });
 }
 
+Json bones_json(const SceneOutcome& clip, std::uint32_t id) {
+  Json bones = Json::array();
+  for (const auto& [bone, counts] : clip.each_bone.at(id)) {
+    bones.push_back({{"bone", clip.bone_names[id][bone]},
+                     {"joint_rms_mm", or_null(counts.joint_rms_mm())},
+                     {"rotation_rms_deg", or_null(counts.rotation_rms_deg())},
+                     {"turn_told", bool{clip.turns_told[id][bone]}}});
+  }
+  return bones;
+}
+
 Json clip_json(const SceneOutcome& clip) {
   Json object;
   object["clip"] = clip.clip;
@@ -118,6 +129,7 @@ Json clip_json(const SceneOutcome& clip) {
     subject["subject"] = clip.subjects[id];
     if (clip.labels.contains(id)) put(subject, clip.labels.at(id));
     if (clip.bones.contains(id)) put(subject, clip.bones.at(id));
+    if (clip.each_bone.contains(id)) subject["bones"] = bones_json(clip, id);
     object["subjects"].push_back(std::move(subject));
   }
   return object;
@@ -129,6 +141,24 @@ std::string row_text(const std::string& who, const LabelCounts& l, const Skeleto
                      cell(l.availability(), 4), cell(first_label_s(l), 2), cell(l.reacquire_p95_s(), 2),
                      cell(b.joint_rms_mm(), 2), cell(b.rotation_rms_deg(), 2), cell(b.jitter_mm(), 3),
                      cell(b.hidden_joint_rms_mm(), 1), cell(l.marker_rms_mm(), 2), rest);
+}
+
+// The bones whose turn is left open, of whoever has such.
+std::string untold_text(const SceneResults& results) {
+  std::string text;
+  if (results.clips.empty()) return text;
+  const SceneOutcome& clip = results.clips.front();
+  for (std::size_t id = 0; id < clip.subjects.size(); ++id) {
+    std::string bones;
+    for (std::size_t b = 0; b < clip.bone_names[id].size(); ++b) {
+      if (!clip.turns_told[id][b]) bones += " " + clip.bone_names[id][b];
+    }
+    if (!bones.empty()) text += fmt::format("{}: no marker tells the whole turn of{}\n", clip.subjects[id], bones);
+  }
+  if (text.empty()) return text;
+  const SkeletonCounts all = all_bones(results);
+  return text + fmt::format("rotation: rms {} deg of the bones that are told, {} deg of the others\n",
+                            cell(all.rotation_told_deg(), 2), cell(all.rotation_untold_deg(), 2));
 }
 
 std::string short_name(const std::string& path) { return path.substr(path.rfind('/') + 1); }
@@ -209,6 +239,7 @@ std::string to_text(const SceneFile& scene, const SceneResults& results) {
     text += fmt::format("watched joint: rms {} mm, without the ray {} mm, {} times less\n", cell(with, 1),
                         cell(watched_rms_mm(results.without_rays), 1), cell(ray_gain(results), 2));
   }
+  text += untold_text(results);
   for (const std::string& motion : results.skipped) text += fmt::format("skipped: {}\n", motion);
   for (const GoalMet& goal : goals_of(scene, results)) {
     text +=

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "assemble.h"
+#include "body/told_turns.h"
 #include "eval/recognition.h"
 #include "eval/scene_world.h"
 #include "settings/rig_file.h"
@@ -68,6 +69,9 @@ SceneOutcome about(const std::string& clip, const std::vector<Performer>& perfor
     outcome.subjects.push_back(performer.subject.name);
     std::vector<std::string>& names = outcome.marker_names.emplace_back();
     for (const MarkerOnBone& marker : performer.subject.marker_set.markers) names.push_back(marker.name);
+    std::vector<std::string>& bones = outcome.bone_names.emplace_back();
+    for (const Bone& bone : performer.subject.marker_set.skeleton.bones) bones.push_back(bone.name);
+    outcome.turns_told.push_back(body::turns_told(performer.subject.marker_set));
   }
   return outcome;
 }
@@ -91,7 +95,7 @@ Result<SceneOutcome> run_scene(const SceneFile& scene, const std::string& clip, 
   SceneWorld world(scene, *rig, std::move(*performers), std::move(*events), settings.seed);
   Row row(daemon);
   LabelScorer labels(settings.keeps_plots);
-  SkeletonScorer bones(settings.keeps_plots);
+  SkeletonScorer bones(settings.keeps_plots, outcome.turns_told);
   const auto sets = static_cast<std::uint64_t>(scene.seconds * scene.rate_hz + 0.5);
   for (; outcome.sets < sets; ++outcome.sets) {
     const double begun_s = thread_s();
@@ -107,6 +111,7 @@ Result<SceneOutcome> run_scene(const SceneFile& scene, const std::string& clip, 
   }
   outcome.labels = labels.finish();
   outcome.bones = bones.counts();
+  outcome.each_bone = bones.bones();
   outcome.timelines = labels.timelines();
   outcome.errors = bones.errors();
   outcome.mot = labels.mot();

@@ -19,11 +19,22 @@ std::optional<double> SkeletonCounts::joint_rms_mm() const { return rms(squares_
 std::optional<double> SkeletonCounts::rotation_rms_deg() const {
   return rms(rotation_squares_rad2, joints, 180.0 / std::numbers::pi);
 }
+std::optional<double> SkeletonCounts::rotation_told_deg() const {
+  return rms(std::max(0.0, rotation_squares_rad2 - untold_squares_rad2), joints - untold, 180.0 / std::numbers::pi);
+}
+std::optional<double> SkeletonCounts::rotation_untold_deg() const {
+  return rms(untold_squares_rad2, untold, 180.0 / std::numbers::pi);
+}
 std::optional<double> SkeletonCounts::hidden_joint_rms_mm() const {
   return rms(hidden_squares_m2, hidden_joints, 1000.0);
 }
 std::optional<double> SkeletonCounts::jitter_mm() const {
   return rms(jitter_squares_m2, 3 * jitters, 1000.0 / std::sqrt(6.0));
+}
+
+std::optional<double> BoneCounts::joint_rms_mm() const { return rms(squares_m2, sets, 1000.0); }
+std::optional<double> BoneCounts::rotation_rms_deg() const {
+  return rms(rotation_squares_rad2, sets, 180.0 / std::numbers::pi);
 }
 
 void SkeletonCounts::add(const SkeletonCounts& other) {
@@ -32,6 +43,8 @@ void SkeletonCounts::add(const SkeletonCounts& other) {
   squares_m2 += other.squares_m2;
   max_m = std::max(max_m, other.max_m);
   rotation_squares_rad2 += other.rotation_squares_rad2;
+  untold += other.untold;
+  untold_squares_rad2 += other.untold_squares_rad2;
   hidden_joints += other.hidden_joints;
   hidden_squares_m2 += other.hidden_squares_m2;
   jitters += other.jitters;
@@ -68,6 +81,10 @@ void SkeletonScorer::add(const EvalFrame& truth, const EvalFrame& said) {
   close();
 }
 
+bool SkeletonScorer::tells(const PosedBone& bone) const {
+  return bone.subject >= told_.size() || bone.bone >= told_[bone.subject].size() || told_[bone.subject][bone.bone];
+}
+
 void SkeletonScorer::judge(const PosedBone& said, const PosedBone& own, SkeletonCounts& counts) {
   const Eigen::Vector3d off_m = said.position_m - own.position_m;
   const double turned_rad = said.rotation.angularDistance(own.rotation);
@@ -75,6 +92,14 @@ void SkeletonScorer::judge(const PosedBone& said, const PosedBone& own, Skeleton
   counts.squares_m2 += off_m.squaredNorm();
   counts.max_m = std::max(counts.max_m, off_m.norm());
   counts.rotation_squares_rad2 += turned_rad * turned_rad;
+  if (!tells(said)) {
+    ++counts.untold;
+    counts.untold_squares_rad2 += turned_rad * turned_rad;
+  }
+  BoneCounts& bone = bones_[said.subject][said.bone];
+  ++bone.sets;
+  bone.squares_m2 += off_m.squaredNorm();
+  bone.rotation_squares_rad2 += turned_rad * turned_rad;
   if (own.state == BoneState::Filled) {
     ++counts.hidden_joints;
     counts.hidden_squares_m2 += off_m.squaredNorm();

@@ -3,230 +3,260 @@
 #include <arpa/inet.h>
 #include <arv.h>
 #include <fmt/format.h>
+#include <sys/prctl.h>
+#include <time.h>
 
-#include <algorithm>
 #include <array>
-#include <condition_variable>
+#include <chrono>
+#include <cmath>
 #include <cstring>
-#include <deque>
-#include <limits>
 #include <memory>
-#include <mutex>
-#include <optional>
+#include <random>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "base/log.h"
-#include "base/time.h"
-#include "patient_poll.h"
+#include "gige_device.h"
+#include "stage.h"
 
 namespace mocap::sim {
 namespace {
 
-constexpr std::int64_t kHeld = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t kMostBehind = 24, kMostBehindDrawn = 2;  // images; drawing never catches up
+constexpr std::int64_t kLookAtStop_ns = 20'000'000;
+constexpr Duration kLookForClient = std::chrono::milliseconds(2);
+constexpr Duration kLookForTrigger = std::chrono::microseconds(200);
 
-/// One exposure: which period of UTC it ends with, and its middle on the host's clock.
-struct Exposure {
-  std::int64_t number = -1;
-  std::int64_t period_us = 0;
-  std::uint32_t length_us = 0;
-  Timestamp middle;
-};
+std::int64_t utc_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME, &now);
+  return now.tv_sec * 1'000'000'000 + now.tv_nsec;
+}
 
-/// What the cameras have in common: the motion's clock, the way from UTC to the host's clock, what was exposed.
-class Stage {
+void sleep_until_utc(std::int64_t at_ns) {
+  const timespec until{at_ns / 1'000'000'000, at_ns % 1'000'000'000};
+  clock_nanosleep(CLOCK_REALTIME, TIMER_ABSTIME, &until, nullptr);
+}
+
+// Writes pixels of 8 bits as a camera of another format would.
+class Packer {
  public:
-  Stage(std::size_t cameras, std::optional<std::int64_t> epoch_ns) : waiting_for_(cameras) {
-    if (epoch_ns) begin_ns_ = *epoch_ns;
-    follow_utc();
-  }
+  Packer(std::span<std::byte> to, std::uint32_t pixel_format) : to_(to), format_(pixel_format) {}
 
-  void follow_utc() { utc_minus_host_ns_ = utc_minus_host().count(); }
-
-  Exposure exposure(std::int64_t number, std::int64_t period_us, std::uint32_t length_us) const {
-    const std::int64_t middle_utc_ns = number * period_us * 1000 - std::int64_t{length_us} * 500;
-    return {number, period_us, length_us, from_ns(middle_utc_ns - utc_minus_host_ns_)};
-  }
-
-  /// Seconds in the motion; 0 until it has begun.
-  double motion_s(Timestamp at) const {
-    const std::int64_t begin_ns = begin_ns_;
-    return begin_ns == kHeld ? 0.0 : std::max(0.0, to_s(Duration{to_ns(at) - begin_ns}));
-  }
-
-  /// A camera's first image. With the last camera's the motion begins, late enough that no image of the time after
-  /// has been drawn yet.
-  void streams(const Exposure& exposure) {
-    if (--waiting_for_ != 0 || begin_ns_ != kHeld) return;
-    begin_ns_ = to_ns(exposure.middle) + 4 * exposure.period_us * 1000;
-    log_info("sim", "all cameras stream; the motion begins");
-  }
-
-  void exposed(const Exposure& exposure) {
-    const std::scoped_lock lock(mutex_);
-    // The same instant of another camera may differ by the jitter of reading two clocks.
-    if (exposure.middle <= newest_ + Duration{exposure.period_us * 500}) return;
-    newest_ = exposure.middle;
-    exposed_.push_back(exposure.middle);
-  }
-
-  std::deque<Timestamp> take_exposed() {
-    const std::scoped_lock lock(mutex_);
-    return std::exchange(exposed_, {});
+  void add(std::span<const std::byte> row) {
+    switch (format_) {
+      case 0x010a0046: return packed(row, 10);  // Mono10p
+      case 0x010c0047: return packed(row, 12);  // Mono12p
+      case 0x010c0004:
+      case 0x010c0006: return pairs(row);     // Mono10Packed, Mono12Packed
+      case 0x01100003: return words(row, 2);  // Mono10
+      case 0x01100005: return words(row, 4);  // Mono12
+      case 0x01100007: return words(row, 8);  // Mono16
+      default: break;
+    }
+    if (((format_ >> 16) & 0xff) != 8 || at_ + row.size() > to_.size()) return;
+    std::memcpy(to_.data() + at_, row.data(), row.size());
+    at_ += row.size();
   }
 
  private:
-  std::atomic<std::size_t> waiting_for_;
-  std::atomic<std::int64_t> begin_ns_{kHeld};
-  std::atomic<std::int64_t> utc_minus_host_ns_{0};
-  std::mutex mutex_;
-  Timestamp newest_;
-  std::deque<Timestamp> exposed_;
-};
-
-/// A thread that draws the next image while the last one is on its way.
-class Ahead {
- public:
-  Ahead(const scene::Volume& volume, std::size_t camera, const Stage& stage)
-      : eye_(volume, camera), stage_(stage), thread_([this](const std::stop_token& stop) { run(stop); }) {
-    const CameraModel& model = volume.rig()[camera];
-    pixels_.resize(static_cast<std::size_t>(model.width_px) * static_cast<std::size_t>(model.height_px));
-  }
-
-  /// Gives the image of `exposure`, drawn already if all went as foreseen, to `take`, and begins the next one.
-  /// Returns the exposure as it was drawn.
-  template <class Take>
-  Exposure deliver(const Exposure& exposure, Take take) {
-    std::unique_lock lock(mutex_);
-    const auto is_ready = [&] {
-      return ready_.number == exposure.number && ready_.period_us == exposure.period_us &&
-             ready_.length_us == exposure.length_us;
-    };
-    // What is being drawn may be it; if not, ask for it.
-    changed_.wait(lock, [&] { return !wanted_; });
-    if (!is_ready()) {
-      wanted_ = exposure;
-      changed_.notify_all();
-      changed_.wait(lock, [&] { return !wanted_; });
-    }
-    take(pixels_);
-    const Exposure drawn = ready_;
-    wanted_ = stage_.exposure(exposure.number + 1, exposure.period_us, exposure.length_us);
-    changed_.notify_all();
-    return drawn;
-  }
-
- private:
-  void run(const std::stop_token& stop) {
-    std::unique_lock lock(mutex_);
-    while (changed_.wait(lock, stop, [&] { return wanted_.has_value(); })) {
-      const Exposure exposure = *wanted_;
-      lock.unlock();
-      eye_.see(stage_.motion_s(exposure.middle), 1e-6 * exposure.length_us, static_cast<std::uint64_t>(exposure.number),
-               pixels_);
-      lock.lock();
-      ready_ = exposure;
-      wanted_.reset();
-      changed_.notify_all();
+  void words(std::span<const std::byte> row, int shift) {
+    for (const std::byte pixel : row) {
+      if (at_ + 2 > to_.size()) return;
+      const auto value = static_cast<std::uint16_t>(static_cast<unsigned>(pixel) << shift);
+      to_[at_++] = static_cast<std::byte>(value & 0xff);
+      to_[at_++] = static_cast<std::byte>(value >> 8);
     }
   }
 
-  scene::Eye eye_;
-  const Stage& stage_;
-  std::vector<std::byte> pixels_;
-  std::mutex mutex_;
-  std::condition_variable_any changed_;
-  std::optional<Exposure> wanted_;
-  Exposure ready_;
-  std::jthread thread_;
+  // Bits run on over the ends of rows.
+  void packed(std::span<const std::byte> row, unsigned bits) {
+    for (const std::byte pixel : row) {
+      held_ |= (static_cast<unsigned>(pixel) << (bits - 8)) << held_bits_;
+      for (held_bits_ += bits; held_bits_ >= 8 && at_ < to_.size(); held_bits_ -= 8, held_ >>= 8) {
+        to_[at_++] = static_cast<std::byte>(held_ & 0xff);
+      }
+    }
+    if (at_ < to_.size() && held_bits_ > 0) to_[at_] = static_cast<std::byte>(held_ & 0xff);
+  }
+
+  // Two pixels in three bytes: the high bits of both, and between them the low ones, which are 0 here.
+  void pairs(std::span<const std::byte> row) {
+    for (const std::byte pixel : row) {
+      if (second_ && at_ < to_.size()) to_[at_++] = std::byte{0};
+      if (at_ < to_.size()) to_[at_++] = pixel;
+      second_ = !second_;
+    }
+  }
+
+  std::span<std::byte> to_;
+  std::uint32_t format_;
+  std::size_t at_ = 0;
+  unsigned held_ = 0;
+  unsigned held_bits_ = 0;
+  bool second_ = false;
 };
 
-/// One GigE Vision camera. Aravis calls `fill` from the camera's own thread when an image is due.
+/// One GigE Vision camera: its device, and the thread that exposes and sends.
 class GigeCamera {
  public:
-  GigeCamera(const scene::Volume& volume, std::size_t camera, Stage& stage)
-      : model_(volume.rig()[camera]), stage_(stage), ahead_(volume, camera, stage) {}
-  GigeCamera(const GigeCamera&) = delete;
-  GigeCamera& operator=(const GigeCamera&) = delete;
-  ~GigeCamera() {
-    if (device_ != nullptr) g_object_unref(device_);  // joins its thread, which may still fill
+  GigeCamera(const Options& options, const scene::Volume& volume, std::size_t camera, Stage& stage)
+      : options_(options),
+        model_(volume.rig()[camera]),
+        stage_(stage),
+        sign_(camera % 2 == 0 ? 1.0 : -1.0),
+        random_(options.image.seed * 1009 + camera) {
+    if (options.loop_images > 0) {
+      loop_ = std::make_unique<Loop>(volume, camera, options.loop_images, options.rate_hz, 1e-6 * options.exposure_us);
+    } else {
+      ahead_ = std::make_unique<Ahead>(volume, camera, stage);
+    }
   }
 
-  Status open(const std::string& address, const std::string& serial, const Options& options) {
-    device_ = arv_gv_fake_camera_new(address.c_str(), serial.c_str());
-    if (device_ == nullptr || !arv_gv_fake_camera_is_running(device_)) {
-      return Error{ErrorCode::Busy,
-                   fmt::format("camera '{}': cannot serve at {} (UDP port 3956); another camera is simulated there, or "
-                               "no interface has this address: try --first-address, or ip addr add {}/8 dev lo",
-                               model_.name, address, address)};
-    }
-    fake_ = arv_gv_fake_camera_get_fake_camera(device_);
-    const auto write = [&](std::uint32_t address_of, double value) {
-      arv_fake_camera_write_register(fake_, address_of, static_cast<std::uint32_t>(value));
-    };
-    write(ARV_FAKE_CAMERA_REGISTER_SENSOR_WIDTH, model_.width_px);
-    write(ARV_FAKE_CAMERA_REGISTER_SENSOR_HEIGHT, model_.height_px);
-    write(ARV_FAKE_CAMERA_REGISTER_WIDTH, model_.width_px);
-    write(ARV_FAKE_CAMERA_REGISTER_HEIGHT, model_.height_px);
-    write(ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US, 1e6 / options.rate_hz);
-    write(ARV_FAKE_CAMERA_REGISTER_EXPOSURE_TIME_US, options.exposure_us);
-    arv_fake_camera_set_fill_pattern(fake_, &GigeCamera::fill, this);
+  Status open(const std::string& address, const std::string& serial, std::uint64_t seed) {
+    GigeDevice::Settings settings;
+    settings.address = address;
+    settings.serial = serial;
+    settings.width_px = static_cast<std::uint32_t>(model_.width_px);
+    settings.height_px = static_cast<std::uint32_t>(model_.height_px);
+    settings.rate_hz = options_.rate_hz;
+    settings.exposure_us = options_.exposure_us;
+    settings.lost_share = options_.packet_loss;
+    settings.resends = !options_.no_resend;
+    settings.seed = seed;
+    auto device = GigeDevice::serve(settings);
+    if (!device) return Error{device.error().code, fmt::format("camera '{}': {}", model_.name, device.error().message)};
+    device_ = std::move(*device);
+    thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
     log_info("camera " + model_.name, fmt::format("served address={} serial={} size={}x{} rate={:.1f}Hz", address,
-                                                  serial, model_.width_px, model_.height_px, options.rate_hz));
+                                                  serial, model_.width_px, model_.height_px, options_.rate_hz));
     return {};
   }
 
  private:
-  static void fill(ArvBuffer* buffer, void* self, guint32 exposure_us, guint32, ArvPixelFormat format) noexcept {
-    static_cast<GigeCamera*>(self)->fill(buffer, exposure_us, format);
-  }
-
-  std::uint32_t read(std::uint32_t address) const {
-    guint32 value = 0;
-    arv_fake_camera_read_register(fake_, address, &value);
-    return value;
-  }
-
-  void fill(ArvBuffer* buffer, std::uint32_t exposure_us, ArvPixelFormat format) noexcept {
-    const std::int64_t period_us = std::max(1U, read(ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US));
-    const std::int64_t number = g_get_real_time() / period_us;
-    const Exposure wanted = stage_.exposure(number, period_us, exposure_us);
-    const Exposure drawn =
-        ahead_.deliver(wanted, [&](const std::vector<std::byte>& pixels) { copy(pixels, buffer, format); });
-    arv_buffer_set_frame_id(buffer, static_cast<guint64>(1 + number % 65535));
-    arv_buffer_set_timestamp(buffer, static_cast<guint64>(1000 * (number * period_us - std::int64_t{exposure_us})));
-    if (!streams_) stage_.streams(drawn);
-    streams_ = true;
-    stage_.exposed(drawn);
-  }
-
-  // The region that the client has chosen; what lies outside of the sensor is black. The buffer does not know its size
-  // yet: the registers do.
-  void copy(const std::vector<std::byte>& pixels, ArvBuffer* buffer, ArvPixelFormat format) const {
-    const std::size_t width = read(ARV_FAKE_CAMERA_REGISTER_WIDTH), height = read(ARV_FAKE_CAMERA_REGISTER_HEIGHT);
-    const std::size_t left = read(ARV_FAKE_CAMERA_REGISTER_X_OFFSET), top = read(ARV_FAKE_CAMERA_REGISTER_Y_OFFSET);
-    const auto sensor_width = static_cast<std::size_t>(model_.width_px);
-    const auto sensor_height = static_cast<std::size_t>(model_.height_px);
-    std::size_t size = 0;
-    auto* const data = static_cast<std::byte*>(const_cast<void*>(arv_buffer_get_data(buffer, &size)));
-    if (data == nullptr) return;
-    const bool known = format == ARV_PIXEL_FORMAT_MONO_8 && left < sensor_width;
-    const std::size_t shown = known ? std::min(width, sensor_width - left) : 0;
-    for (std::size_t y = 0; y < height; ++y) {
-      const bool inside = y + top < sensor_height;
-      if (inside) std::memcpy(data + y * width, pixels.data() + (y + top) * sensor_width + (known ? left : 0), shown);
-      std::memset(data + y * width + (inside ? shown : 0), 0, width - (inside ? shown : 0));
+  void run(const std::stop_token& stop) {
+    prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);  // ns; the usual 50 us would be an error of every exposure
+    unsigned acquisition = 0;
+    while (!stop.stop_requested()) {
+      if (!device_->acquiring()) {
+        std::this_thread::sleep_for(kLookForClient);
+        continue;
+      }
+      if (acquisition != device_->acquisitions()) {
+        acquisition = device_->acquisitions();
+        images_ = 0;
+      }
+      if (device_->trigger() == GigeDevice::Trigger::Software) {
+        expose_when_triggered();
+      } else {
+        expose_by_the_clock(stop);
+      }
     }
   }
 
+  void expose_when_triggered() {
+    std::this_thread::sleep_for(kLookForTrigger);
+    if (!device_->take_software_trigger()) return;
+    const std::int64_t period_us = device_->period_us();
+    send(expose(utc_ns() / 1000 / period_us, period_us));
+  }
+
+  // An exposure ends with a whole period of UTC, whether the camera runs free or a trigger box gives the beat. The
+  // image is there before, so that it leaves at its time.
+  void expose_by_the_clock(const std::stop_token& stop) {
+    const std::int64_t period_us = device_->period_us();
+    // A host that is busy lets images leave late, as it would not with a camera; much too late, they are left out.
+    const std::int64_t due = utc_ns() / 1000 / period_us + 1;
+    const bool catches_up = due - last_number_ <= (loop_ ? kMostBehind : kMostBehindDrawn);
+    last_number_ = catches_up ? last_number_ + 1 : due;
+    const ServedImage image = expose(last_number_, period_us);
+    const std::int64_t end_ns = last_number_ * period_us * 1000;
+    const std::int64_t leaves_ns = end_ns + late_ns(period_us);
+    while (utc_ns() < leaves_ns) {
+      if (stop.stop_requested() || !device_->acquiring()) return;
+      sleep_until_utc(std::min(leaves_ns, utc_ns() + kLookAtStop_ns));
+    }
+    send(image);
+  }
+
+  ServedImage expose(std::int64_t number, std::int64_t period_us) {
+    const std::uint32_t exposure_us = device_->exposure_us();
+    const Exposure wanted = stage_.exposure(number, period_us, exposure_us);
+    ServedImage image = device_->layout();
+    Exposure drawn = wanted;
+    const auto fill = [&](const std::vector<std::byte>& pixels) { copy(pixels, image); };
+    if (loop_) {
+      fill(loop_->image(number));
+    } else {
+      drawn = ahead_->deliver(wanted, fill);
+    }
+    image.id = static_cast<std::uint16_t>(1 + number % 65535);
+    image.stamp_ns = stamp_ns(number * period_us * 1000 - std::int64_t{exposure_us} * 1000);
+    if (!streams_) stage_.streams(drawn);
+    streams_ = true;
+    stage_.exposed(drawn);
+    return image;
+  }
+
+  void send(const ServedImage& image) {
+    ++images_;
+    if (options_.silent_after > 0 && images_ > options_.silent_after) return;
+    if (options_.skip_every > 0 && images_ % options_.skip_every == 0) return;
+    device_->send(image);
+    if (options_.repeat_every > 0 && images_ % options_.repeat_every == 0) device_->send(image);
+  }
+
+  // What the camera's own clock says: it began somewhere else and runs at its own pace.
+  std::uint64_t stamp_ns(std::int64_t begin_utc_ns) {
+    if (!clock_began_ns_) clock_began_ns_ = begin_utc_ns;
+    const double gained_ns =
+        sign_ * (1e3 * options_.clock_skew_us +
+                 1e-6 * options_.clock_drift_ppm * static_cast<double>(begin_utc_ns - *clock_began_ns_));
+    return static_cast<std::uint64_t>(begin_utc_ns + std::llround(gained_ns));
+  }
+
+  std::int64_t late_ns(std::int64_t period_us) {
+    if (options_.delivery_jitter_us <= 0.0) return 0;
+    const double late_us = std::exponential_distribution<>(1.0 / options_.delivery_jitter_us)(random_);
+    return std::llround(1e3 * std::min(late_us, 0.9 * static_cast<double>(period_us)));
+  }
+
+  // The region that the client has chosen; what lies outside of the sensor is black.
+  void copy(const std::vector<std::byte>& pixels, const ServedImage& region) {
+    const std::size_t left = region.left, top = region.top;
+    const auto sensor_width = static_cast<std::size_t>(model_.width_px);
+    const auto sensor_height = static_cast<std::size_t>(model_.height_px);
+    const std::size_t shown = left < sensor_width ? std::min<std::size_t>(region.width, sensor_width - left) : 0;
+    Packer packer(device_->room(), region.pixel_format);
+    std::vector<std::byte>& row = row_;
+    row.assign(region.width, std::byte{0});
+    for (std::size_t y = 0; y < region.height; ++y) {
+      const bool inside = y + top < sensor_height;
+      if (inside && shown == region.width) {
+        packer.add(std::span(pixels).subspan((y + top) * sensor_width + left, shown));
+        continue;
+      }
+      std::fill(row.begin(), row.end(), std::byte{0});
+      if (inside) std::memcpy(row.data(), pixels.data() + (y + top) * sensor_width + left, shown);
+      packer.add(row);
+    }
+  }
+
+  const Options& options_;
   const CameraModel& model_;
   Stage& stage_;
-  Ahead ahead_;
-  ArvGvFakeCamera* device_ = nullptr;
-  ArvFakeCamera* fake_ = nullptr;
+  double sign_;  // clocks differ from camera to camera
+  std::mt19937_64 random_;
+  std::unique_ptr<Loop> loop_;
+  std::unique_ptr<Ahead> ahead_;
+  std::unique_ptr<GigeDevice> device_;
+  std::vector<std::byte> row_;
+  std::optional<std::int64_t> clock_began_ns_;
+  std::int64_t images_ = 0;  // since the client began
+  std::int64_t last_number_ = 0;
   bool streams_ = false;
+  std::jthread thread_;  // last: ended before what it uses
 };
 
 std::string address_after(const std::string& first, std::size_t steps) {
@@ -252,12 +282,11 @@ Status serve_gige(const Options& options, const scene::Volume& volume, TruthFile
   Stage stage(served.size(), options.epoch_ns);
   std::vector<std::unique_ptr<GigeCamera>> cameras;
   for (const std::size_t i : served) {
-    cameras.push_back(std::make_unique<GigeCamera>(volume, i, stage));
+    cameras.push_back(std::make_unique<GigeCamera>(options, volume, i, stage));
     const auto opened = cameras.back()->open(address_after(options.first_address, i),
-                                             fmt::format("{}{:03}", options.serial_prefix, i + 1), options);
+                                             fmt::format("{}{:03}", options.serial_prefix, i + 1), i + 1);
     if (!opened) return opened;
   }
-  poll_for_streams(true);
 
   const auto write_exposed = [&] {
     for (const Timestamp at : stage.take_exposed()) truth.write(stage.motion_s(at), at);
@@ -269,7 +298,6 @@ Status serve_gige(const Options& options, const scene::Volume& volume, TruthFile
     write_exposed();
   }
   cameras.clear();
-  poll_for_streams(false);
   write_exposed();
   return truth.finish();
 }

@@ -21,7 +21,9 @@ constexpr const char* kExamples = R"(Examples:
   mocap-sim --folders /tmp/walk --ring 8 --seconds 10 --motion tpose:3,walk:20,wave --write-truth truth.jsonl
       ten seconds of images, one folder a camera
   mocap-sim --serve --rig rig.toml --only 2 --epoch 1000000000
-      the second camera alone; others with the same seed and epoch show the same scene)";
+      the second camera alone; others with the same seed and epoch show the same scene
+  mocap-sim --serve --clock-skew-us 5000 --clock-drift-ppm 50 --delivery-jitter-us 2000 --packet-loss 0.01
+      cameras without PTP on a bad network)";
 
 void add_motion(CLI::App& app, Options& options) {
   app.add_option("--motion", options.motion,
@@ -129,6 +131,39 @@ void add_output(CLI::App& app, Options& options) {
       ->group("Output");
 }
 
+void add_faults(CLI::App& app, Options& options) {
+  app.add_option("--clock-skew-us", options.clock_skew_us,
+                 "the cameras' clocks are off by this, every second one the other way")
+      ->check(CLI::Range(-1e9, 1e9))
+      ->group("Faults");
+  app.add_option("--clock-drift-ppm", options.clock_drift_ppm, "and run too fast by this, or too slow")
+      ->check(CLI::Range(-1000.0, 1000.0))
+      ->group("Faults");
+  app.add_option("--delivery-jitter-us", options.delivery_jitter_us,
+                 "images leave late by a random time of this mean (exponential)")
+      ->check(CLI::Range(0.0, 1e6))
+      ->group("Faults");
+  app.add_option("--packet-loss", options.packet_loss, "share of the packets that never arrive, 0.01: one in a hundred")
+      ->check(CLI::Range(0.0, 0.9))
+      ->group("Faults");
+  app.add_flag("--no-resend", options.no_resend, "packets are not sent again")->group("Faults");
+  app.add_option("--skip-every", options.skip_every, "each n-th image is exposed and never sent")
+      ->check(CLI::Range(0, 1000000))
+      ->group("Faults");
+  app.add_option("--repeat-every", options.repeat_every, "each n-th image is sent twice")
+      ->check(CLI::Range(0, 1000000))
+      ->group("Faults");
+  app.add_option("--silent-after", options.silent_after,
+                 "so many images after a client began, no more are sent, without a word")
+      ->check(CLI::Range(0, 1000000))
+      ->group("Faults");
+  app.add_option("--loop-images", options.loop_images,
+                 "so many images are drawn beforehand and shown to and fro: spares the processor, fits no truth")
+      ->check(CLI::Range(0, 10000))
+      ->excludes(app.get_option("--write-truth"))
+      ->group("Output");
+}
+
 }  // namespace
 
 CommandLine read_command_line(int argc, char** argv) {
@@ -140,6 +175,7 @@ CommandLine read_command_line(int argc, char** argv) {
   add_rig(app, options);
   add_image(app, options);
   add_output(app, options);
+  add_faults(app, options);
   try {
     app.parse(argc, argv);
     if (!options.serve && options.folders.empty() && options.write_rig.empty() && options.write_truth.empty()) {

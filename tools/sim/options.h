@@ -38,6 +38,15 @@ struct Options {
   std::string first_address = "127.0.0.2";
   std::string serial_prefix = "SIM";
   std::optional<int> only;  ///< serve this camera of the rig alone, from 1
+  // What real cameras and networks do to images. Skew and drift are of each camera's own clock, of the odd ones (from
+  // 1) forwards and of the others backwards.
+  double clock_skew_us = 0.0;
+  double clock_drift_ppm = 0.0;
+  double delivery_jitter_us = 0.0;  ///< mean of an exponential delay
+  double packet_loss = 0.0;         ///< share of the packets
+  bool no_resend = false;
+  int skip_every = 0, repeat_every = 0, silent_after = 0;  ///< images; 0: never
+  int loop_images = 0;                                     ///< drawn beforehand and shown to and fro; 0: each is drawn
   bool start_on_stream = true;
   std::optional<std::int64_t> epoch_ns;  ///< the motion begins there on CLOCK_MONOTONIC
 };

@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 
+#include "watch/doctor.h"
 #include "watch/feed_state.h"
 #include "watch/report.h"
 #include "wire/json.h"
@@ -35,6 +36,10 @@ struct Options {
   std::optional<double> seconds;
   std::optional<std::uint64_t> frames;
   std::string summary;
+  bool doctor = false;
+  std::string server_key;
+  std::string public_key;
+  std::string secret_key;
 };
 
 // One line that is written over on a terminal, one line after the other elsewhere.
@@ -164,6 +169,14 @@ int watch_feed(const Options& options) {
   return watch.feed().frames() > 0 ? 0 : kUnavailable;
 }
 
+int doctor(const Options& options) {
+  watch::DoctorOptions asked{options.endpoint, options.server_key, options.public_key, options.secret_key};
+  if (options.seconds) asked.seconds = *options.seconds;
+  const watch::DoctorWord word = watch::ask_doctor(asked);
+  fmt::print(word.exit_code == 0 ? stdout : stderr, "mocap-watch: {}\n", word.sentence);
+  return word.exit_code;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -172,12 +185,20 @@ int main(int argc, char** argv) {
   app.footer(R"(examples:
   mocap-watch                                     the live state of the daemon on this machine
   mocap-watch tcp://127.0.0.1:5570 --seconds 10   for ten seconds
-  mocap-watch --json > stream.jsonl               every snapshot as a line of JSON, until Ctrl-C)");
+  mocap-watch --json > stream.jsonl               every snapshot as a line of JSON, until Ctrl-C
+  mocap-watch --doctor tcp://10.0.0.7:5570        why no data comes, in one line, and what helps
+exit codes of --doctor: 0 well, 11 nothing listens, 12 no feed, 13 a key is missing, 14 our key is refused, 15 the server's
+key is wrong, 16 no description, 17 version too new, 18 cameras silent, 19 no snapshots, 20 subject searching, 21 clock
+skew, 22 too early to say)");
   app.add_option("endpoint", options.endpoint, "where it listens")->capture_default_str();
   app.add_flag("--json", options.json, "print every snapshot as a line of JSON");
   app.add_option("--seconds", options.seconds, "end after this time")->check(CLI::PositiveNumber);
   app.add_option("--frames", options.frames, "end after this many snapshots")->check(CLI::PositiveNumber);
   app.add_option("--summary", options.summary, "at the end, write one JSON object to this file (-: standard output)");
+  app.add_flag("--doctor", options.doctor, "say why there is no data");
+  app.add_option("--server-key", options.server_key, "CURVE, for --doctor: the daemon's public key (Z85)");
+  app.add_option("--public-key", options.public_key, "CURVE, for --doctor: ours");
+  app.add_option("--secret-key", options.secret_key, "CURVE, for --doctor: ours");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& fault) {
@@ -187,6 +208,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "mocap-watch: --json already prints to standard output; give --summary a file\n");
     return kUsage;
   }
+  if (options.doctor) return doctor(options);
   std::signal(SIGINT, ask_stop);
   std::signal(SIGTERM, ask_stop);
   std::signal(SIGPIPE, SIG_IGN);  // a reader that left is an error of the write

@@ -164,7 +164,17 @@ nlohmann::ordered_json camera_object(const CameraHealth& camera) {
           {"threshold_grey", camera.levels.threshold_grey},
           {"noise_grey", camera.levels.noise_grey},
           {"background_grey", camera.levels.background_grey},
-          {"reopened", camera.reopened}};
+          {"reopened", camera.reopened},
+          {"resent_packets", camera.resent_packets},
+          {"missing_packets", camera.missing_packets},
+          {"repeated_frames", camera.repeated_frames},
+          {"last_error", camera.last_error},
+          {"synchronised", camera.synchronised},
+          {"offset_us", camera.offset_us},
+          {"drift_us_s", camera.drift_us_s},
+          {"jitter_us", camera.jitter_us},
+          {"clock_leaps", camera.clock_leaps},
+          {"clock_uncertainty_us", camera.clock_uncertainty_us}};
 }
 
 }  // namespace

@@ -1,0 +1,295 @@
+#include "runtime/control_worker.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <thread>
+
+#include "base/log.h"
+
+namespace mocap::runtime {
+namespace {
+
+constexpr const char* kWho = "control";
+constexpr Duration kLookAtStop = std::chrono::milliseconds(50);
+constexpr Duration kPatience = std::chrono::seconds(1);        // of an order to a thread that goes round every 50 ms
+constexpr Duration kMainPatience = std::chrono::seconds(5);    // it reads files
+constexpr Duration kCameraPatience = std::chrono::seconds(3);  // a camera's driver takes its time
+constexpr Duration kMaskPatience = std::chrono::seconds(60);
+constexpr Duration kLookForAnswer = std::chrono::milliseconds(1);
+constexpr std::uint32_t kMaskImages = 100;
+constexpr double kMostCovered = 0.2;  // of an image: a larger mask is a lamp that should be shaded
+
+ControlAnswer failure(ControlCode code, std::string message) {
+  ControlAnswer answer;
+  answer.code = code;
+  answer.message = std::move(message);
+  return answer;
+}
+
+ControlAnswer done(std::string message) { return failure(ControlCode::Done, std::move(message)); }
+
+std::string text_of(const OrderDone& done) { return {done.message.begin(), done.message.end()}; }
+
+template <class Things>
+std::string names_of(const Things& things) {
+  std::string all;
+  for (const auto& thing : things) all += (all.empty() ? "" : ", ") + thing.name;
+  return all.empty() ? "none" : all;
+}
+
+ControlAnswer not_answered(const std::string& who) {
+  return failure(ControlCode::Timeout, fmt::format("{} did not answer in time; it may be done yet", who));
+}
+
+}  // namespace
+
+ControlWorker::ControlWorker(std::unique_ptr<ControlServer> server, Description description, bool lossless, Links links)
+    : server_(std::move(server)),
+      description_(std::move(description)),
+      lossless_(lossless),
+      links_(std::move(links)),
+      snapshot_(std::make_unique<Snapshot>()),
+      away_(description_.subjects.size(), false) {}
+
+void ControlWorker::run(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    take_news();
+    const std::optional<ControlRequest> request = server_->next(kLookAtStop);
+    if (!request) continue;
+    take_news();
+    server_->answer(work_off(*request, stop));
+  }
+}
+
+void ControlWorker::take_news() {
+  ControlChannel& control = *links_.control;
+  while (const Health* health = control.health.front()) {
+    health_ = *health;
+    control.health.pop();
+  }
+  while (const Description* description = control.descriptions.front()) {
+    description_ = *description;
+    control.descriptions.pop();
+  }
+}
+
+ControlAnswer ControlWorker::work_off(const ControlRequest& request, const std::stop_token& stop) {
+  switch (request.action) {
+    case ControlAction::GetStatus: return status();
+    case ControlAction::GetDescription: {
+      ControlAnswer answer;
+      answer.description = &description_;
+      return answer;
+    }
+    case ControlAction::GetSnapshot: return next_snapshot(stop);
+    case ControlAction::StartCapture: return capture(true, stop);
+    case ControlAction::StopCapture: return capture(false, stop);
+    case ControlAction::AddSubject:
+    case ControlAction::RemoveSubject:
+    case ControlAction::ResetSubject:
+    case ControlAction::FitSubject: return order_subject(request, stop);
+    case ControlAction::AdjustCamera: return adjust_camera(request, stop);
+    case ControlAction::LearnMask: return learn_mask(request, stop);
+    case ControlAction::Reload: return order_main({}, stop);
+  }
+  return failure(ControlCode::Unsupported, "unknown request");
+}
+
+ControlAnswer ControlWorker::status() const {
+  ControlAnswer answer;
+  ControlStatus& status = answer.status.emplace();
+  status.producer = description_.producer;
+  status.session_id = description_.session_id;
+  status.capturing = capturing_;
+  status.health = health_;
+  for (std::size_t i = 0; i < description_.subjects.size(); ++i) {
+    const int phase = links_.control->phases[i].load(std::memory_order_relaxed);
+    status.subjects.push_back({description_.subjects[i].name, static_cast<SubjectPhase>(phase), away_[i]});
+  }
+  return answer;
+}
+
+ControlAnswer ControlWorker::next_snapshot(const std::stop_token& stop) {
+  ControlChannel& control = *links_.control;
+  if (control.snapshots.front() != nullptr) control.snapshots.pop();  // of a request that was not waited for
+  control.snapshot_wanted.store(true, std::memory_order_release);
+  const Timestamp begun = host_now();
+  while (!stop.stop_requested() && host_now() - begun < kPatience) {
+    if (const Snapshot* newest = control.snapshots.front()) {
+      *snapshot_ = *newest;
+      control.snapshots.pop();
+      ControlAnswer answer;
+      answer.snapshot = snapshot_.get();
+      return answer;
+    }
+    std::this_thread::sleep_for(kLookForAnswer);
+  }
+  control.snapshot_wanted.store(false, std::memory_order_release);
+  return failure(ControlCode::Timeout, capturing_ ? "no snapshot within 1 s; do the cameras deliver?"
+                                                  : "no snapshot: capture is stopped; mocapctl capture start");
+}
+
+std::optional<OrderDone> ControlWorker::wait_for(SpscQueue<OrderDone>& answers, std::uint64_t order, Duration patience,
+                                                 const std::stop_token& stop) {
+  const Timestamp begun = host_now();
+  OrderDone answer;
+  while (!stop.stop_requested() && host_now() - begun < patience) {
+    while (answers.try_pop(answer)) {
+      if (answer.order == order) return answer;  // older ones were given up
+    }
+    std::this_thread::sleep_for(kLookForAnswer);
+  }
+  return std::nullopt;
+}
+
+ControlAnswer ControlWorker::order_camera(std::size_t camera, CameraOrder order, const std::stop_token& stop) {
+  CameraChannel& channel = *links_.cameras[camera];
+  const std::string who = fmt::format("camera '{}'", description_.cameras[camera].name);
+  order.number = ++orders_;
+  if (!channel.orders.try_push(order)) return not_answered(who);
+  const std::optional<OrderDone> answered = wait_for(channel.orders_done, order.number, kCameraPatience, stop);
+  if (!answered) return not_answered(who);
+  if (answered->done) return done(fmt::format("{}: {}", who, text_of(*answered)));
+  return failure(answered->unsupported ? ControlCode::Unsupported : ControlCode::Failed,
+                 fmt::format("{}: {}", who, text_of(*answered)));
+}
+
+ControlAnswer ControlWorker::capture(bool on, const std::stop_token& stop) {
+  if (lossless_) return failure(ControlCode::Unsupported, "a replay runs to its end, it cannot be stopped and started");
+  if (on == capturing_) return done(on ? "capture runs already" : "capture is stopped already");
+  CameraOrder order;
+  order.action = on ? CameraAction::Start : CameraAction::Stop;
+  std::string late;
+  for (std::size_t i = 0; i < links_.cameras.size(); ++i) {
+    const ControlAnswer answer = order_camera(i, order, stop);
+    if (answer.code != ControlCode::Done) late += (late.empty() ? "" : "; ") + answer.message;
+  }
+  capturing_ = on;
+  log_info(kWho, on ? "capture started" : "capture stopped");
+  if (!late.empty()) return failure(ControlCode::Timeout, late);
+  return done(on ? "capture started" : "capture stopped");
+}
+
+ControlAnswer ControlWorker::order_subject(const ControlRequest& request, const std::stop_token& stop) {
+  const auto& subjects = description_.subjects;
+  const auto found = std::ranges::find(subjects, request.name, &Subject::name);
+  if (found == subjects.end()) {
+    return failure(
+        ControlCode::NotFound,
+        fmt::format("there is no subject '{}'; the daemon was configured with: {}. A new one is a [[subject]] "
+                    "of the configuration, and mocapctl reload",
+                    request.name, names_of(subjects)));
+  }
+  SubjectOrder order;
+  order.number = ++orders_;
+  order.subject = SubjectId{static_cast<std::uint32_t>(found - subjects.begin())};
+  const std::size_t bones = found->marker_set.skeleton.bones.size(), markers = found->marker_set.markers.size();
+  switch (request.action) {
+    case ControlAction::AddSubject: order.action = SubjectAction::Add; break;
+    case ControlAction::RemoveSubject: order.action = SubjectAction::Remove; break;
+    case ControlAction::ResetSubject: order.action = SubjectAction::Reset; break;
+    default: order.action = SubjectAction::Fit;
+  }
+  if (order.action == SubjectAction::Fit) {
+    if (request.rest_offsets_m.size() != bones || request.marker_offsets_m.size() != markers) {
+      return failure(ControlCode::Invalid,
+                     fmt::format("subject '{}' has {} bones and {} markers, the fit has {} and {}", request.name, bones,
+                                 markers, request.rest_offsets_m.size(), request.marker_offsets_m.size()));
+    }
+    order.fit.subject = order.subject;
+    order.fit.residual_m = request.residual_m;
+    for (const auto& offset : request.rest_offsets_m) order.fit.rest_offsets_m.push_back(offset);
+    for (const auto& offset : request.marker_offsets_m) order.fit.marker_offsets_m.push_back(offset);
+  }
+  ControlChannel& control = *links_.control;
+  if (!control.to_fusion.try_push(order)) return not_answered("the fusion");
+  control.wake_fusion->signal();
+  const auto answered = wait_for(control.from_fusion, order.number, kPatience, stop);
+  if (!answered) return not_answered("the fusion");
+  if (order.action == SubjectAction::Remove) away_[order.subject.value] = true;
+  if (order.action == SubjectAction::Add) away_[order.subject.value] = false;
+  log_info(kWho, fmt::format("subject {}: {}", request.name, text_of(*answered)));
+  return done(fmt::format("subject '{}': {}", request.name, text_of(*answered)));
+}
+
+std::optional<std::size_t> ControlWorker::find_camera(const std::string& name) const {
+  const auto found = std::ranges::find(description_.cameras, name, &CameraModel::name);
+  if (found == description_.cameras.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - description_.cameras.begin());
+}
+
+ControlAnswer ControlWorker::adjust_camera(const ControlRequest& request, const std::stop_token& stop) {
+  const auto camera = find_camera(request.name);
+  if (!camera) {
+    return failure(ControlCode::NotFound, fmt::format("there is no camera '{}'; the daemon was configured with: {}",
+                                                      request.name, names_of(description_.cameras)));
+  }
+  CameraOrder order;
+  order.action = CameraAction::Adjust;
+  order.exposure_us = request.exposure_us;
+  order.gain_db = request.gain_db;
+  return order_camera(*camera, order, stop);
+}
+
+ControlAnswer ControlWorker::learn_mask(const ControlRequest& request, const std::stop_token& stop) {
+  std::vector<std::size_t> cameras;
+  for (std::size_t i = 0; i < links_.cameras.size(); ++i) {
+    if (request.name.empty() || description_.cameras[i].name == request.name) cameras.push_back(i);
+  }
+  if (cameras.empty()) return failure(ControlCode::NotFound, fmt::format("there is no camera '{}'", request.name));
+  CameraOrder order;
+  order.action = CameraAction::LearnMask;
+  order.images = request.images == 0 ? kMaskImages : request.images;
+  order.number = ++orders_;
+  for (const std::size_t camera : cameras) static_cast<void>(links_.cameras[camera]->orders.try_push(order));
+  std::vector<std::vector<MaskPolygon>> masks(links_.cameras.size());
+  for (std::size_t i = 0; i < masks.size(); ++i) masks[i] = description_.cameras[i].learnt_masks;
+  std::string told;
+  const Timestamp begun = host_now();
+  for (const std::size_t camera : cameras) {
+    const std::string& name = description_.cameras[camera].name;
+    MaskLearnt learnt;
+    const auto came = [&] { return links_.cameras[camera]->masks.try_pop(learnt) && learnt.order == order.number; };
+    bool here = came();
+    while (!here && !stop.stop_requested() && host_now() - begun < kMaskPatience) {
+      std::this_thread::sleep_for(kLookForAnswer);
+      here = came();
+    }
+    if (!here) return not_answered(fmt::format("camera '{}'", name));
+    if (learnt.covered_share > kMostCovered) {
+      return failure(ControlCode::Failed,
+                     fmt::format("camera '{}': {:.1f} % of the image would be masked, expected {:.0f} % at most; shade "
+                                 "what shines or lower the exposure",
+                                 name, 100.0 * learnt.covered_share, 100.0 * kMostCovered));
+    }
+    told +=
+        fmt::format("camera '{}': {} polygons, {:.2f} % of the image{}\n", name, learnt.polygons.size(),
+                    100.0 * learnt.covered_share,
+                    learnt.moved > 0 ? fmt::format(", {} bright spots moved and are not masked", learnt.moved) : "");
+    masks[camera] = std::move(learnt.polygons);
+  }
+  ControlAnswer kept = order_main(std::move(masks), stop);
+  kept.message = told + kept.message;
+  return kept;
+}
+
+ControlAnswer ControlWorker::order_main(std::vector<std::vector<MaskPolygon>> masks, const std::stop_token& stop) {
+  ControlChannel& control = *links_.control;
+  const std::uint64_t number = ++orders_;
+  if (!control.to_main.try_push({number, std::move(masks)})) return not_answered("the daemon");
+  const Timestamp begun = host_now();
+  MainDone answer;
+  // The daemon may end us right after it answered: look once more then.
+  for (bool ends = false; !ends;) {
+    ends = stop.stop_requested() || host_now() - begun >= kMainPatience;
+    while (control.from_main.try_pop(answer)) {
+      if (answer.order == number)
+        return failure(answer.done ? ControlCode::Done : ControlCode::Invalid, answer.message);
+    }
+    std::this_thread::sleep_for(kLookForAnswer);
+  }
+  return not_answered("the daemon");
+}
+
+}  // namespace mocap::runtime

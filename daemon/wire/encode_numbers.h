@@ -1,0 +1,52 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "mocap/v1/snapshot.pb.h"
+#include "model/subject_state.h"
+
+namespace mocap::wire {
+
+// How the model's numbers stand on the wire, for both ways to write them.
+
+inline v1::SubjectPhase code_of(SubjectPhase phase) {
+  switch (phase) {
+    case SubjectPhase::Searching: return v1::SUBJECT_PHASE_SEARCHING;
+    case SubjectPhase::Tracking: return v1::SUBJECT_PHASE_TRACKING;
+    case SubjectPhase::Lost: return v1::SUBJECT_PHASE_LOST;
+  }
+  return v1::SUBJECT_PHASE_UNSPECIFIED;
+}
+
+inline v1::MarkerState code_of(LabelState state) {
+  switch (state) {
+    case LabelState::Lost: return v1::MARKER_STATE_LOST;
+    case LabelState::Measured: return v1::MARKER_STATE_MEASURED;
+    case LabelState::Filled: return v1::MARKER_STATE_FILLED;
+  }
+  return v1::MARKER_STATE_UNSPECIFIED;
+}
+
+inline v1::BoneState code_of(BoneState state) {
+  switch (state) {
+    case BoneState::Lost: return v1::BONE_STATE_LOST;
+    case BoneState::Measured: return v1::BONE_STATE_MEASURED;
+    case BoneState::Filled: return v1::BONE_STATE_FILLED;
+  }
+  return v1::BONE_STATE_UNSPECIFIED;
+}
+
+/// Whole percents, 0 to 100.
+inline std::uint32_t percent(float share) {
+  return static_cast<std::uint32_t>(100.0F * std::clamp(share, 0.0F, 1.0F) + 0.5F);
+}
+
+/// Whole thousandths of a pixel; what is beyond every image is cut.
+inline std::uint32_t millipx(double residual_px) {
+  return static_cast<std::uint32_t>(1000.0 * std::clamp(residual_px, 0.0, 1e6) + 0.5);
+}
+
+inline std::uint32_t plus_one(TrackId id) { return id.names_something() ? id.value + 1 : 0; }
+
+}  // namespace mocap::wire

@@ -1,0 +1,239 @@
+#include "wire/listener.h"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <zmq.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "base/log.h"
+#include "wire/endpoint.h"
+
+namespace mocap::wire {
+namespace {
+
+constexpr int kLinger_ms = 100;             // the last message goes out; the end of the service does not wait for more
+constexpr int kHandshake_ms = 2000;         // half-open connections end
+constexpr int kHeartbeat_ms = 1000;         // dead peers are noticed
+constexpr int kReceiveQueue = 100;          // of one peer: a flood of small messages waits in its own connection
+constexpr int kSendBuffer_bytes = 1 << 18;  // the kernel's, of one peer: what a stalled one may hold
+constexpr int kBacklog = 1024;              // connections that come at one moment
+constexpr int kEventsPerCall = 256;
+constexpr int kAskersPerCall = 16;  // each costs the daemon some 60 us of cryptography
+constexpr Duration kLookForRevoked = std::chrono::milliseconds(500);
+constexpr Duration kTellAgain = std::chrono::minutes(1);
+constexpr std::size_t kMostTold = 256;
+constexpr const char* kMonitor = "inproc://monitor";
+
+// "10.0.0.7:51234"; empty where it is no network's.
+std::string peer_of(int connection) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof(address);
+  char text[INET6_ADDRSTRLEN] = {};
+  if (::getpeername(connection, reinterpret_cast<sockaddr*>(&address), &size) != 0) return {};
+  if (address.ss_family == AF_INET) {
+    const auto* v4 = reinterpret_cast<const sockaddr_in*>(&address);
+    ::inet_ntop(AF_INET, &v4->sin_addr, text, sizeof(text));
+    return fmt::format("{}:{}", text, ntohs(v4->sin_port));
+  }
+  if (address.ss_family == AF_INET6) {
+    const auto* v6 = reinterpret_cast<const sockaddr_in6*>(&address);
+    ::inet_ntop(AF_INET6, &v6->sin6_addr, text, sizeof(text));
+    return fmt::format("[{}]:{}", text, ntohs(v6->sin6_port));
+  }
+  return {};
+}
+
+std::string without_port(const std::string& peer) { return peer.substr(0, peer.rfind(':')); }
+
+}  // namespace
+
+Listener::Listener(std::string who) : who_(std::move(who)) {}
+
+Listener::~Listener() {
+  if (socket_.get() != nullptr) zmq_socket_monitor(socket_.get(), nullptr, 0);
+}
+
+Status Listener::open(int kind, int send_queue, const ListenSettings& settings) {
+  for (const std::string& endpoint : settings.endpoints) {
+    const bool asks = settings.curve.on();
+    if (Status allowed = check_endpoint(endpoint, settings.allow_remote || asks); !allowed) return allowed;
+    if (is_taken_ipc(endpoint)) {
+      errno = EADDRINUSE;
+      return zmq_failure(fmt::format("endpoint '{}'", endpoint));
+    }
+  }
+  if (settings.curve.on()) {
+    Result<std::unique_ptr<Gatekeeper>> keeper = Gatekeeper::open(context_, settings.curve, who_);
+    if (!keeper) return keeper.error();
+    gatekeeper_ = *std::move(keeper);
+  }
+  max_connections_ = static_cast<std::size_t>(settings.max_connections);
+  if (Status opened = socket_.open(context_, kind, who_); !opened) return opened;
+  if (Status set = set_limits(send_queue, settings); !set) return set;
+  if (gatekeeper_ != nullptr) {
+    if (Status guarded = gatekeeper_->guard(socket_); !guarded) return guarded;
+  }
+  watch();
+  return bind(settings);
+}
+
+Status Listener::set_limits(int send_queue, const ListenSettings& settings) {
+  bool v6 = false;
+  for (const std::string& endpoint : settings.endpoints) v6 = v6 || endpoint.starts_with("tcp://[");
+  const struct {
+    int option, value;
+  } options[] = {{ZMQ_SNDHWM, send_queue},
+                 {ZMQ_RCVHWM, kReceiveQueue},
+                 {ZMQ_LINGER, kLinger_ms},
+                 {ZMQ_HANDSHAKE_IVL, kHandshake_ms},
+                 {ZMQ_HEARTBEAT_IVL, kHeartbeat_ms},
+                 {ZMQ_SNDBUF, kSendBuffer_bytes},
+                 {ZMQ_BACKLOG, kBacklog},
+                 {ZMQ_IPV6, v6 ? 1 : 0}};
+  for (const auto& [option, value] : options) {
+    if (Status set = socket_.set(option, value); !set) return set;
+  }
+  return socket_.set_wide(ZMQ_MAXMSGSIZE, settings.max_incoming_bytes);
+}
+
+Status Listener::bind(const ListenSettings& settings) {
+  for (const std::string& endpoint : settings.endpoints) {
+    if (zmq_bind(socket_.get(), endpoint.c_str()) != 0) return zmq_failure(fmt::format("endpoint '{}'", endpoint));
+    bound_.push_back(socket_.last_endpoint());
+    log_info(who_, fmt::format("listening endpoint={} curve={}", bound_.back(), gatekeeper_ ? "on" : "off"));
+    if (!gatekeeper_ && !is_local(endpoint)) {
+      log_warn(who_,
+               fmt::format("endpoint={} is open to other machines and nobody is asked who they are", bound_.back()));
+    }
+  }
+  return {};
+}
+
+// Without it all works, only nobody knows who is connected.
+void Listener::watch() {
+  constexpr int kEvents = ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_ACCEPT_FAILED | ZMQ_EVENT_DISCONNECTED |
+                          ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
+                          ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
+  if (zmq_socket_monitor(socket_.get(), kMonitor, kEvents) != 0) return;
+  if (!monitor_.open(context_, ZMQ_PAIR, who_)) return;
+  // Without a bound: a full queue would hold ZeroMQ's own thread up.
+  static_cast<void>(monitor_.set(ZMQ_RCVHWM, 0));
+  static_cast<void>(monitor_.set(ZMQ_LINGER, 0));
+  if (zmq_connect(monitor_.get(), kMonitor) != 0) monitor_.close();
+}
+
+void Listener::serve(Timestamp now) {
+  now_ = now;
+  for (int i = 0; i < kEventsPerCall && read_event(); ++i) {
+  }
+  if (gatekeeper_ == nullptr) return;
+  gatekeeper_->serve(kAskersPerCall, now);
+  cut_the_revoked(now);
+}
+
+bool Listener::read_event() {
+  if (monitor_.get() == nullptr) return false;
+  ZmqMessage event;
+  if (!event.receive(monitor_)) return false;
+  std::uint16_t kind = 0;
+  std::int32_t value = 0;
+  if (event.bytes().size() >= sizeof(kind) + sizeof(value)) {
+    std::memcpy(&kind, event.bytes().data(), sizeof(kind));
+    std::memcpy(&value, event.bytes().data() + sizeof(kind), sizeof(value));
+  }
+  if (event.has_more()) event.receive(monitor_);  // the endpoint of ours
+  switch (kind) {
+    case ZMQ_EVENT_ACCEPTED: note_accepted(value); break;
+    case ZMQ_EVENT_ACCEPT_FAILED: ++figures_.failed_accepts; break;
+    case ZMQ_EVENT_HANDSHAKE_SUCCEEDED: ++figures_.connections; break;
+    case ZMQ_EVENT_DISCONNECTED: note_gone(value); break;
+    case ZMQ_EVENT_HANDSHAKE_FAILED_AUTH: gatekeeper_told_ = true; [[fallthrough]];
+    default: handshake_failed_ = true;
+  }
+  return true;
+}
+
+void Listener::note_accepted(int connection) {
+  connections_[connection] = {peer_of(connection), {}};
+  if (!connections_[connection].peer.empty()) last_peer_ = without_port(connections_[connection].peer);
+  if (connections_.size() > max_connections_) {
+    cut(connection, fmt::format("there are {} connections already", max_connections_));
+  }
+}
+
+void Listener::note_gone(int connection) {
+  const auto found = connections_.find(connection);
+  if (handshake_failed_) {
+    ++figures_.failed_handshakes;
+    handshake_failed_ = false;
+    std::string peer = found == connections_.end() ? "" : without_port(found->second.peer);
+    if (peer.empty()) peer = last_peer_;  // it was gone before it could be asked
+    if (gatekeeper_ != nullptr && !std::exchange(gatekeeper_told_, false)) {
+      tell_once(
+          fmt::format("refused a client, address={}: it speaks no CURVE, has another server's key or none that is "
+                      "allowed, or is no ZeroMQ",
+                      peer));
+    }
+  } else {
+    ++figures_.disconnections;
+  }
+  if (found != connections_.end()) connections_.erase(found);
+}
+
+void Listener::note_user(int connection, std::string_view user) {
+  const auto found = connections_.find(connection);
+  if (found != connections_.end() && found->second.user != user) found->second.user = user;
+  if (gatekeeper_ != nullptr && !gatekeeper_->role_of(user)) cut(connection, "its key was revoked");
+}
+
+void Listener::cut_the_revoked(Timestamp now) {
+  if (now - looked_for_revoked_at_ < kLookForRevoked) return;
+  looked_for_revoked_at_ = now;
+  for (const std::string& key : gatekeeper_->look_for_revoked()) {
+    std::vector<int> theirs;
+    for (const auto& [connection, entry] : connections_) {
+      if (entry.user == key) theirs.push_back(connection);
+    }
+    for (const int connection : theirs) cut(connection, "its key was revoked");
+  }
+}
+
+// ZeroMQ has no call for this. The connection is shut down, not closed: ZeroMQ finds it ended and closes it itself. A
+// descriptor that is some other connection by now is told by its peer.
+void Listener::cut(int connection, std::string_view why) {
+  const auto found = connections_.find(connection);
+  if (found == connections_.end() || !is_ours(connection, found->second.peer)) return;
+  ::shutdown(connection, SHUT_RDWR);
+  ++figures_.cut_off;
+  tell_once(fmt::format("cut a client off, address={}: {}", without_port(found->second.peer), why));
+}
+
+bool Listener::is_ours(int connection, const std::string& peer) const {
+  sockaddr_storage own{};
+  socklen_t size = sizeof(own);
+  if (::getsockname(connection, reinterpret_cast<sockaddr*>(&own), &size) != 0) return false;
+  return peer_of(connection) == peer && (own.ss_family == AF_UNIX || !peer.empty());
+}
+
+void Listener::tell_once(const std::string& what) {
+  if (told_.size() >= kMostTold) told_.clear();
+  const auto [told, first] = told_.try_emplace(what, now_);
+  if (!first && now_ - told->second < kTellAgain) return;
+  told->second = now_;
+  log_warn(who_, what);
+}
+
+FeedHealth Listener::figures() const {
+  FeedHealth figures = figures_;
+  const std::uint64_t ended = std::min(figures.disconnections, figures.connections);
+  figures.listeners = static_cast<std::uint32_t>(figures.connections - ended);
+  if (gatekeeper_ != nullptr) figures.refused_clients = gatekeeper_->refused();
+  return figures;
+}
+
+}  // namespace mocap::wire

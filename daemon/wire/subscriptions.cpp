@@ -1,0 +1,48 @@
+#include "wire/subscriptions.h"
+
+namespace mocap::wire {
+namespace {
+
+constexpr std::size_t kMostKept = 4096;
+constexpr std::uint32_t kMostOfOne = 256;   // topics of 16 subjects, and room for who asks anew
+constexpr std::uint32_t kMostAtOnce = 512;  // messages in a second
+
+}  // namespace
+
+void Subscriptions::set_topics(std::vector<std::string> topics) {
+  topics_ = std::move(topics);
+  wanted_.assign(topics_.size(), 0);
+  for (const auto& [prefix, connection] : kept_) count_in(prefix, 1);
+}
+
+Subscriptions::Verdict Subscriptions::take(std::string_view message, int connection) {
+  if (message.empty() || (message[0] != '\0' && message[0] != '\1')) return Verdict::Fine;
+  const bool too_fast = connection >= 0 && ++asked_[connection] > kMostAtOnce;
+  const std::string_view prefix = message.substr(1);
+  const auto found = kept_.find(prefix);
+  if (message[0] == '\0') {
+    if (found == kept_.end()) return Verdict::Fine;
+    const auto owner = by_connection_.find(found->second);
+    if (owner != by_connection_.end() && --owner->second == 0) by_connection_.erase(owner);
+    count_in(prefix, -1);
+    kept_.erase(found);
+    return Verdict::Fine;
+  }
+  if (too_fast) return Verdict::TooMany;
+  if (found != kept_.end()) return Verdict::Fine;
+  if (kept_.size() >= kMostKept) return Verdict::TooMany;
+  std::uint32_t& own = by_connection_[connection];
+  if (own >= kMostOfOne) return Verdict::TooMany;
+  ++own;
+  kept_.emplace(prefix, connection);
+  count_in(prefix, 1);
+  return Verdict::Fine;
+}
+
+void Subscriptions::count_in(std::string_view prefix, int by) {
+  for (std::size_t i = 0; i < topics_.size(); ++i) {
+    if (std::string_view(topics_[i]).starts_with(prefix)) wanted_[i] += by;
+  }
+}
+
+}  // namespace mocap::wire

@@ -1,0 +1,184 @@
+#include "calibration/judge_rig.h"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <random>
+
+#include "calibration/sighting_of.h"
+#include "eval/wand_world.h"
+#include "geometry/lens.h"
+#include "geometry/rigid_fit.h"
+#include "geometry/triangulation.h"
+
+namespace mocap::calibration {
+namespace {
+
+using testing::Contains;
+using testing::Field;
+using testing::HasSubstr;
+
+const Wand kWand{{0.0, 0.16, 0.5}};
+constexpr double kNoise_px = 0.2;
+
+struct World {
+  Rig truth;
+  WandSolution solution;
+};
+
+World solve(std::uint64_t seed) {
+  eval::WandWorld world({.cameras = 5, .noise_px = kNoise_px, .seconds = 12.0, .rate_hz = 25.0}, kWand, seed);
+  auto solution = solve_wand(world.take(), world.truth(), kWand, {});
+  EXPECT_TRUE(solution) << solution.error().message;
+  return {world.truth(), *std::move(solution)};
+}
+
+bool has_issue(const RigJudgement& judgement, Grade at_least, const std::string& part) {
+  for (const RigIssue& issue : judgement.issues) {
+    if (issue.grade >= at_least && issue.text.find(part) != std::string::npos) return true;
+  }
+  return false;
+}
+
+TEST(JudgeRig, ForetellsHowWellPointsAreLocatedAgainstTheTruth) {
+  // Squares of errors over squares of what was foretold, over rigs and points: near 1. Within a rig the errors by the
+  // rig's own are one draw, so several rigs are needed; with 6 the ratio of the roots spreads by some 10 %.
+  double errors = 0.0;
+  double foretold = 0.0;
+  for (std::uint64_t seed = 21; seed <= 26; ++seed) {
+    const World world = solve(seed);
+    const RigEvidence evidence = evidence_of(world.solution, std::nullopt);
+    std::vector<geometry::PointPair> centres;
+    for (std::size_t c = 0; c < evidence.rig.size(); ++c) {
+      centres.push_back({evidence.rig[c].centre().v, world.truth[c].centre().v});
+    }
+    const Pose truth_from_rig = geometry::fit_rigid(centres)->to_from;
+    std::mt19937 random(static_cast<std::uint32_t>(seed));
+    std::normal_distribution<double> noise(0.0, kNoise_px);
+    for (std::size_t i = 0; i < evidence.points_m.size(); i += 5) {
+      const Eigen::Vector3d point = evidence.points_m[i];
+      std::vector<geometry::Sighting> rays;
+      for (std::size_t c = 0; c < evidence.rig.size(); ++c) {
+        const auto seen = geometry::project(world.truth[c], {truth_from_rig * point});
+        if (!seen || !geometry::in_image(world.truth[c], *seen)) continue;
+        const PixelPoint noisy{seen->v + Eigen::Vector2d(noise(random), noise(random))};
+        const auto ray = geometry::undistort(evidence.rig[c].lens, noisy);
+        if (ray) rays.push_back(sighting_of(evidence.rig[c], *ray, kNoise_px));
+      }
+      const auto sigma = position_sigma_m(evidence.rig, evidence.covariance, kNoise_px, point);
+      const auto start = geometry::triangulate(rays);
+      if (!start || !sigma) continue;
+      const auto found = geometry::refine(rays, *start);
+      ASSERT_TRUE(found);
+      errors += (found->point.v - point).squaredNorm();
+      foretold += *sigma * *sigma;
+    }
+  }
+  EXPECT_NEAR(std::sqrt(foretold / errors), 1.0, 0.25);
+}
+
+TEST(JudgeRig, CountsEachCamerasPointsFieldsAndResiduals) {
+  const World world = solve(1);
+  const RigEvidence evidence = evidence_of(world.solution, std::nullopt);
+
+  const RigJudgement judgement = judge_rig(evidence);
+
+  ASSERT_EQ(judgement.cameras.size(), world.solution.cameras.size());
+  for (std::size_t c = 0; c < judgement.cameras.size(); ++c) {
+    const CameraQuality& solved = world.solution.cameras[c];
+    EXPECT_EQ(judgement.cameras[c].points, solved.points);
+    EXPECT_NEAR(judgement.cameras[c].rms_px, solved.rms_px, 1e-9);
+    EXPECT_NEAR(judgement.cameras[c].heldout_px.value_or(0.0), solved.heldout_px, 1e-9);
+    EXPECT_NEAR(judgement.cameras[c].position_doubt_m, solved.doubt.position_m, 1e-9);
+    EXPECT_NEAR(judgement.cameras[c].rotation_doubt_rad, solved.doubt.rotation_rad, 1e-9);
+    EXPECT_LT(judgement.cameras[c].pattern_px, 0.05);  // a quarter of the noise: the lenses are right
+  }
+  EXPECT_NEAR(judgement.wand->mean_m, world.solution.length_mean_m, 1e-12);
+  EXPECT_NEAR(judgement.wand->std_m, world.solution.length_std_m, 1e-12);
+  EXPECT_EQ(judgement.wand->min_m, world.solution.length_min_m);
+  EXPECT_LE(judgement.grade, Grade::Good);
+}
+
+TEST(JudgeRig, NamesTheCameraWhoseLensDoesNotFit) {
+  const World world = solve(2);
+  RigEvidence evidence = evidence_of(world.solution, std::nullopt);
+  for (SightResidual& sight : evidence.residuals) {
+    const CameraModel& camera = evidence.rig[3];
+    const Eigen::Vector2d from_middle = sight.at.v - Eigen::Vector2d(camera.lens.cx_px, camera.lens.cy_px);
+    if (sight.camera == 3) sight.residual_px += 1.0 * from_middle / camera.lens.cx_px;  // 1 px at the rim
+  }
+
+  const RigJudgement judgement = judge_rig(evidence);
+
+  EXPECT_TRUE(has_issue(judgement, Grade::Fair, "camera '" + evidence.rig[3].name + "': residuals have a pattern"));
+  EXPECT_FALSE(has_issue(judgement, Grade::Good, "camera '" + evidence.rig[2].name + "': residuals have a pattern"));
+}
+
+TEST(JudgeRig, ARigThatOnlyFitsItsOwnSamplesIsPoor) {
+  const World world = solve(3);
+  RigEvidence evidence = evidence_of(world.solution, std::nullopt);
+  for (SightResidual& sight : evidence.residuals) {
+    if (sight.camera == 1 && sight.held_out) sight.residual_px *= 3.0;
+  }
+
+  const RigJudgement judgement = judge_rig(evidence);
+
+  EXPECT_EQ(judgement.grade, Grade::Poor);
+  EXPECT_TRUE(has_issue(judgement, Grade::Poor, "samples that it was not made of, ")) << judgement.issues[0].text;
+}
+
+TEST(JudgeRig, SaysWhichSideOfAnImageHasNoPoints) {
+  const World world = solve(4);
+  RigEvidence evidence = evidence_of(world.solution, std::nullopt);
+  const double third = evidence.rig[0].width_px / 3.0;
+  std::erase_if(evidence.residuals, [&](const SightResidual& s) { return s.camera == 0 && s.at.v.x() > third; });
+
+  const RigJudgement judgement = judge_rig(evidence);
+
+  EXPECT_TRUE(has_issue(judgement, Grade::Good, "none right")) << judgement.issues.size();
+}
+
+TEST(JudgeRig, AWandThatWasMeasuredWrongShowsInTheScale) {
+  const World world = solve(5);
+  RigEvidence evidence = evidence_of(world.solution, std::nullopt);
+  evidence.told_length_m *= 1.01;
+
+  const RigJudgement judgement = judge_rig(evidence);
+
+  EXPECT_NEAR(*judgement.scale_error, 1.0 / 1.01 - 1.0, 1e-3);
+  EXPECT_TRUE(has_issue(judgement, Grade::Poor, "measure the wand"));
+}
+
+TEST(JudgeRig, CamerasUnderTheFloorArePoor) {
+  const World world = solve(6);
+  Floor floor;
+  floor.world_from_rig.rotation = Eigen::AngleAxisd(3.14159265, Eigen::Vector3d::UnitX());
+  floor.world_from_rig.position = {0.0, 0.0, -3.0};
+  floor.rms_m = 0.001;
+
+  const RigJudgement judgement = judge_rig(evidence_of(world.solution, floor));
+
+  EXPECT_EQ(judgement.grade, Grade::Poor);
+  EXPECT_TRUE(has_issue(judgement, Grade::Poor, "upside down"));
+}
+
+TEST(JudgeRig, NoFigureDependsOnWhereTheWorldIsLaid) {
+  const World world = solve(7);
+  Floor floor;
+  floor.world_from_rig.rotation = Eigen::AngleAxisd(2.0, Eigen::Vector3d(0.3, -0.5, 0.8).normalized());
+  floor.world_from_rig.position = {1.0, 2.0, 30.0};
+  const RigEvidence a = evidence_of(world.solution, std::nullopt);
+  const RigEvidence b = evidence_of(world.solution, floor);
+
+  for (std::size_t i = 0; i < a.points_m.size(); i += 40) {
+    const auto here = position_sigma_m(a.rig, a.covariance, 0.1, a.points_m[i]);
+    const auto there = position_sigma_m(b.rig, b.covariance, 0.1, b.points_m[i]);
+    ASSERT_EQ(here.has_value(), there.has_value());
+    if (!here) continue;
+    EXPECT_NEAR(*here / *there, 1.0, 1e-6);  // the sums are added in other axes
+  }
+}
+
+}  // namespace
+}  // namespace mocap::calibration

@@ -1,0 +1,42 @@
+"""The Python client as tests see it; arguments and output as probe.c."""
+
+import json
+import math
+import sys
+import time
+
+from mocap_client import AXES, Client
+
+endpoint, axes, rate_hz, seconds, *keys = sys.argv[1:]
+said = {"frames": 0}
+frame = None
+with Client(endpoint, axes=list(AXES)[int(axes)], keys=keys or None) as client:
+    begin = time.monotonic()
+    at = begin
+    while at < begin + float(seconds):
+        time.sleep(max(0.0, at - time.monotonic()))
+        newer = client.poll()
+        if newer is not None:
+            frame = newer
+            said["frames"] += 1
+        at += 1 / float(rate_hz)
+    diagnosis, said["sentence"] = client.diagnose()
+    said["diagnosis"] = int(diagnosis)
+    statistics = client.statistics()
+    for name in ("received", "lost", "restarts", "unreadable", "rate_hz", "age_p50_ms", "age_p99_ms"):
+        value = getattr(statistics, name)
+        if not math.isnan(value):
+            said[name] = value
+if frame is not None:
+    said.update(number=frame.number, version=frame.description_version, session=frame.session)
+    said["subjects"] = []
+    for subject in frame.subjects.values():
+        told = {"name": subject.name, "bone": subject.bones.names[0]}
+        if len(subject.bones):
+            bone = subject.bone(told["bone"])
+            columns = {"position": bone.position, "rotation_xyzw": bone.rotation, "local_position": bone.local_position,
+                       "local_rotation_xyzw": bone.local_rotation, "velocity": subject.bones.velocities[0],
+                       "spin": subject.bones.spins[0]}
+            told.update({name: [float(v) for v in values] for name, values in columns.items()})
+        said["subjects"].append(told)
+print(json.dumps(said))

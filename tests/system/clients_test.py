@@ -1,0 +1,300 @@
+"""The clients as people run them: C, Python and C# (Mono) against feeds that say what a test wants, and a real daemon."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+import unittest
+
+import zmq
+
+from fake_feed import FakeFeed
+from harness import BIN, SOURCE, Desk, free_port
+
+BUILD = BIN.parent
+AXES = ["mocap", "unity", "unreal", "godot", "gltf"]
+CASES = [json.loads(path.read_text()) for path in sorted((SOURCE / "proto/axes").glob("*.json"))]
+# Positions are fractions of a power of two and so exact; a quaternion's single precision is 6e-8.
+TOLERANCE = 1e-5
+
+WELL, NOTHING_LISTENS, KEY_MISSING, KEY_REFUSED, SERVER_KEY_WRONG, VERSION_TOO_NEW = 0, 1, 3, 4, 5, 7
+
+
+def commands():
+    known = {"c": [str(BIN / "clients_probe")], "python": ["/usr/bin/python3", str(SOURCE / "tests/clients/probe.py")]}
+    if shutil.which("mono") and (BUILD / "lib/csharp/Probe.exe").exists():
+        known["csharp"] = ["mono", str(BUILD / "lib/csharp/Probe.exe")]
+    return known
+
+
+COMMANDS = commands()
+ENVIRONMENT = {**os.environ, "PYTHONPATH": f"{BUILD / 'python'}:{SOURCE / 'tools/clients/python'}", "LD_LIBRARY_PATH": str(BUILD / "lib")}
+
+
+def start(client, endpoint, axes=0, rate_hz=60, seconds=1.0, keys=()):
+    return subprocess.Popen([*COMMANDS[client], endpoint, str(axes), str(rate_hz), str(seconds), *keys], stdout=subprocess.PIPE,
+                            stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
+
+
+def end(process):
+    out, errors = process.communicate(timeout=60)
+    if process.returncode != 0:
+        raise AssertionError(f"{process.args}: exit {process.returncode}\n{errors}")
+    return json.loads(out)
+
+
+def on_all(*arguments, **options):
+    """What each client saw, all run at once."""
+    running = {client: start(client, *arguments, **options) for client in COMMANDS}
+    return {client: end(process) for client, process in running.items()}
+
+
+class Clients(unittest.TestCase):
+    def feed(self, **options):
+        feed = FakeFeed(**options)
+        self.addCleanup(feed.close)
+        return feed
+
+    def assert_near(self, found, expected, what):
+        self.assertEqual(len(found), len(expected), what)
+        worst = max(abs(a - b) for a, b in zip(found, expected))
+        self.assertLessEqual(worst, TOLERANCE, f"{what}: {found}, expected {expected}")
+
+    def test_csharp_is_tested_where_mono_is(self):
+        if shutil.which("mono"):
+            self.assertIn("csharp", COMMANDS)
+
+    def test_every_client_gives_the_axis_vectors_in_every_engine(self):
+        self.assertEqual(len(CASES), 10)
+        # Each case is a subject of its own.
+        feed = self.feed(bones=[case["bone"] for case in CASES], poses=[case["mocap"] for case in CASES])
+        for axes, engine in enumerate(AXES):
+            for client, said in on_all(feed.endpoint, axes=axes, seconds=1).items():
+                for case, subject in zip(CASES, said["subjects"], strict=True):
+                    what = f"{client}, {case['name']}, {engine}"
+                    self.assertEqual(subject["bone"], case["bone"], what)
+                    for name, expected in case[engine].items():
+                        self.assert_near(subject[name], expected, f"{what}, {name}")
+                        if name in ("position", "rotation_xyzw"):
+                            self.assert_near(subject["local_" + name], expected, f"{what}, local {name}")
+
+    def test_a_30_hz_reader_of_a_240_hz_feed_has_fresh_data(self):
+        feed = self.feed(rate_hz=240)
+        for client in COMMANDS:
+            said = end(start(client, feed.endpoint, rate_hz=30, seconds=10))
+            print(f"{client}: age p50 {said['age_p50_ms']:.2f} ms p99 {said['age_p99_ms']:.2f} ms of {said['frames']}, lost {said['lost']}",
+                  file=sys.stderr)
+            self.assertGreater(said["frames"], 200, client)
+            # The goal is a p99 of 10 ms on a free machine, and printed. What queues build up where a client does not drain
+            # is 300 ms and more; 100 ms is what a busy machine does to a thread that sleeps.
+            self.assertLess(said["age_p50_ms"], 10.0, client)
+            self.assertLess(said["age_p99_ms"], 100.0, client)
+
+    def test_every_client_survives_a_restart_of_the_daemon(self):
+        port = free_port()
+        first = FakeFeed(port=port, session="first")
+        running = {client: start(client, first.endpoint, seconds=5) for client in COMMANDS}
+        time.sleep(1.5)  # the feed's life, nothing is awaited
+        first.close()
+        time.sleep(0.5)
+        self.feed(port=port, session="second")
+        for client, process in running.items():
+            said = end(process)
+            self.assertEqual(said["session"], "second", client)
+            self.assertGreaterEqual(said["restarts"], 1, client)
+            self.assertEqual(said["diagnosis"], WELL, f"{client}: {said['sentence']}")
+            self.assertEqual(said["unreadable"], 0, client)
+
+    def test_every_client_follows_a_new_description(self):
+        feed = self.feed(bones=["Hips"])
+        running = {client: start(client, feed.endpoint, seconds=3) for client in COMMANDS}
+        time.sleep(1.5)
+        feed.bones = ["Pelvis"]
+        feed.version = 2
+        for client, process in running.items():
+            said = end(process)
+            self.assertEqual((said["version"], said["subjects"][0]["bone"]), (2, "Pelvis"), client)
+            self.assertEqual((said["unreadable"], said["lost"]), (0, 0), client)
+
+    def test_a_protocol_that_is_too_new_is_told_and_the_old_one_taken_up_again(self):
+        port = free_port()
+        new = FakeFeed(port=port, protocol="mocap.v2", session="new")
+        for client, said in on_all(new.endpoint, seconds=1.5).items():
+            self.assertEqual((said["diagnosis"], said["frames"]), (VERSION_TOO_NEW, 0), client)
+            self.assertIn("mocap.v2", said["sentence"])
+        running = {client: start(client, new.endpoint, seconds=5) for client in COMMANDS}
+        time.sleep(1.5)
+        new.close()
+        self.feed(port=port, session="old")
+        for client, process in running.items():
+            said = end(process)
+            self.assertEqual((said["diagnosis"], said["session"]), (WELL, "old"), client)
+
+    def test_nobody_there_is_told(self):
+        for client, said in on_all(f"tcp://127.0.0.1:{free_port()}", seconds=1).items():
+            self.assertEqual(said["diagnosis"], NOTHING_LISTENS, client)
+            self.assertIn("start mocapd", said["sentence"])
+
+    def test_keys_are_asked_for_and_each_fault_is_told_apart(self):
+        server, ours, others = (tuple(key.decode() for key in zmq.curve_keypair()) for _ in range(3))
+        feed = self.feed(keys=[key.encode() for key in server], allowed={ours[0].encode()})
+        self.assertEqual({said["diagnosis"] for said in on_all(feed.endpoint, keys=(server[0], *ours)).values()}, {WELL})
+        for keys, diagnosis in (((), KEY_MISSING), ((server[0], *others), KEY_REFUSED), ((others[0], *ours), SERVER_KEY_WRONG)):
+            for client, said in on_all(feed.endpoint, keys=keys, seconds=2).items():
+                self.assertEqual((said["diagnosis"], said["frames"]), (diagnosis, 0), f"{client}: {said['sentence']}")
+
+    def test_a_key_that_is_allowed_later_lets_the_client_in(self):
+        server, ours = (tuple(key.decode() for key in zmq.curve_keypair()) for _ in range(2))
+        feed = self.feed(keys=[key.encode() for key in server], allowed=set())
+        running = {client: start(client, feed.endpoint, seconds=5, keys=(server[0], *ours)) for client in COMMANDS}
+        time.sleep(2)
+        feed._allowed.add(ours[0].encode())
+        for client, process in running.items():
+            said = end(process)
+            self.assertEqual(said["diagnosis"], WELL, f"{client}: {said['sentence']}")
+
+    def test_random_bytes_are_counted_and_harm_nobody(self):
+        context = zmq.Context()
+        self.addCleanup(context.destroy, linger=0)
+        socket = context.socket(zmq.XPUB)
+        port = socket.bind_to_random_port("tcp://127.0.0.1")
+        running = {client: start(client, f"tcp://127.0.0.1:{port}", seconds=3) for client in COMMANDS}
+        limit = time.monotonic() + 2.5
+        while time.monotonic() < limit:
+            for topic in (b"snapshot\0", b"description\0", b"health\0"):
+                socket.send(topic + os.urandom(200))
+            time.sleep(0.01)
+        for client, process in running.items():
+            said = end(process)
+            self.assertGreater(said["unreadable"], 10, client)
+            self.assertEqual(said["frames"], 0, client)
+
+
+@unittest.skipUnless("csharp" in COMMANDS, "mono is not installed")
+class Unity(unittest.TestCase):
+    """MocapHumanoid on stand-ins for UnityEngine."""
+
+    def test_the_humanoid_takes_the_axis_vectors_however_it_stands(self):
+        feed = FakeFeed()
+        self.addCleanup(feed.close)
+        for case in CASES:
+            feed.poses = [case["mocap"]]
+            turned = CASES.index(case) % 2
+            out = subprocess.run(["mono", str(BUILD / "lib/csharp/Humanoid.exe"), feed.endpoint, str(turned)], check=True,
+                                 capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+            said = json.loads(out.stdout)
+            self.assertEqual(said["status"], "all is well")
+            x, y, z = (2 * v for v in case["unity"]["position"])
+            # A character at (1, 0, 0), turned by 90 degrees about up to the right: its forward is +x, its right -z.
+            expected = [1 + z, y, -x] if turned else [x, y, z]
+            for found, wanted in zip(said["position"] + said["rotation_xyzw"], expected + case["unity"]["rotation_xyzw"], strict=True):
+                self.assertAlmostEqual(found, wanted, delta=TOLERANCE, msg=case["name"])
+
+    def test_the_package_holds_what_unity_needs(self):
+        desk = Desk()
+        self.addCleanup(desk.close)
+        made = subprocess.run([SOURCE / "tools/clients/unity/pack.sh", desk.folder, BUILD / "lib/libmocap_client.so"], check=True,
+                              capture_output=True, text=True).stdout.strip()
+        names = subprocess.run(["tar", "-tzf", made], check=True, capture_output=True, text=True).stdout.split()
+        for name in ("package.json", "Runtime/Mocapd.asmdef", "Runtime/MocapClient.cs", "Runtime/MocapHumanoid.cs",
+                     "Runtime/HumanoidPose.cs", "Runtime/Plugins/libmocap_client.so"):
+            self.assertIn("package/" + name, names)
+
+
+class Packages(unittest.TestCase):
+    """What an author of plugins installs, outside the project's build."""
+
+    def setUp(self):
+        self.desk = Desk()
+        self.addCleanup(self.desk.close)
+        self.feed = FakeFeed()
+        self.addCleanup(self.feed.close)
+
+    def run_ok(self, *command, **options):
+        ended = subprocess.run([str(part) for part in command], capture_output=True, text=True, cwd=self.desk.folder, **options)
+        self.assertEqual(ended.returncode, 0, ended.stdout + ended.stderr)
+        return ended.stdout
+
+    def test_the_c_library_builds_by_itself_and_is_found_by_cmake_and_pkg_config(self):
+        prefix = self.desk.folder / "prefix"
+        self.run_ok("cmake", "-S", SOURCE / "tools/clients/c", "-B", "client", f"-DCMAKE_INSTALL_PREFIX={prefix}",
+                    "-DCMAKE_INSTALL_LIBDIR=lib", "-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
+        self.run_ok("cmake", "--build", "client")
+        self.run_ok("cmake", "--install", "client")
+        self.desk.write("CMakeLists.txt", """
+cmake_minimum_required(VERSION 3.21)
+project(plugin C CXX)
+find_package(mocap_client 0.1 REQUIRED)
+add_executable(shared example.c)
+target_link_libraries(shared PRIVATE mocap::mocap_client)
+add_executable(static example.c)
+set_target_properties(static PROPERTIES LINKER_LANGUAGE CXX)
+target_link_libraries(static PRIVATE mocap::mocap_client_static)
+""")
+        shutil.copy(SOURCE / "tools/clients/c/example.c", self.desk.folder)
+        self.run_ok("cmake", "-S", ".", "-B", "plugin", f"-DCMAKE_PREFIX_PATH={prefix}")
+        self.run_ok("cmake", "--build", "plugin")
+        flags = self.run_ok("pkg-config", "--cflags", "--libs", "mocap_client",
+                            env={**os.environ, "PKG_CONFIG_PATH": str(prefix / "lib/pkgconfig")}).split()
+        self.run_ok("cc", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "example.c", "-o", "by_pkg_config", *flags)
+
+        for program in ("plugin/shared", "plugin/static", "by_pkg_config"):
+            said = self.run_ok(f"./{program}", self.feed.endpoint, "2", env={**os.environ, "LD_LIBRARY_PATH": str(prefix / "lib")})
+            self.assertIn("Hips", said)
+
+    def test_the_library_needs_no_protobuf_and_shows_nothing_but_its_own_names(self):
+        needed = self.run_ok("readelf", "-d", BUILD / "lib/libmocap_client.so")
+        self.assertNotIn("protobuf", needed)
+        names = self.run_ok("nm", "-D", "--defined-only", BUILD / "lib/libmocap_client.so").splitlines()
+        foreign = [line for line in names if " T " in line and not line.split()[-1].startswith("mocap_")]
+        self.assertEqual(foreign, [])
+        self.assertGreater(len(names), 20)
+
+    def test_the_python_package_is_installed_by_pip_and_runs(self):
+        if subprocess.run(["/usr/bin/python3", "-c", "import setuptools, wheel, pip"], capture_output=True).returncode != 0:
+            self.skipTest("python3-pip, python3-setuptools or python3-wheel is not installed")
+        source = self.desk.folder / "clone/tools/clients/python"
+        shutil.copytree(SOURCE / "tools/clients/python", source)
+        shutil.copytree(SOURCE / "proto", self.desk.folder / "clone/proto")
+        self.run_ok("/usr/bin/python3", "-m", "pip", "install", "--quiet", "--no-build-isolation", "--no-deps", "--no-index",
+                    "--target", "site", source)
+
+        said = self.run_ok("/usr/bin/python3", SOURCE / "tools/clients/python/example.py", self.feed.endpoint, "2",
+                           env={**os.environ, "PYTHONPATH": str(self.desk.folder / "site")})
+        self.assertIn("actor's Hips at [0. 0. 1.]", said)
+
+
+class RealDaemon(unittest.TestCase):
+    def test_every_client_reads_a_daemon_and_its_successor(self):
+        desk = Desk()
+        self.addCleanup(desk.close)
+        config = desk.write("my.toml", f"""
+[capture]
+rig = "{SOURCE}/config/demo.rig.toml"
+[[subject]]
+name = "actor"
+marker_set = "{SOURCE}/config/markersets/openmocap18.toml"
+[publish]
+endpoint = "{desk.endpoint}"
+""" + "".join(f"""
+[[camera]]
+name = "cam{n}"
+driver = "synthetic"
+rate_hz = 30
+marker_set = "{SOURCE}/config/markersets/openmocap18.toml"
+""" for n in range(1, 5)))
+        daemon = desk.start("mocapd", "--config", config)
+        running = {client: start(client, desk.endpoint, seconds=12) for client in COMMANDS}
+        time.sleep(5)
+        daemon.end()
+        desk.start("mocapd", "--config", config)
+        for client, process in running.items():
+            said = end(process)
+            self.assertGreater(said["frames"], 100, f"{client}: {said['sentence']}\n{daemon.said()}")
+            self.assertEqual((said["subjects"][0]["name"], said["restarts"], said["unreadable"]), ("actor", 1, 0), client)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

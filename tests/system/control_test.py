@@ -1,0 +1,332 @@
+"""A running daemon and those who talk to it: mocapctl, keys, late joiners, topics. Runs in a network of its own."""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import time
+import unittest
+
+from harness import BIN, SOURCE, Desk
+
+sys.path.insert(0, str(pathlib.Path(os.environ.get("MOCAP_BUILD_DIR", SOURCE / "build/release")) / "python"))
+try:
+    import zmq
+    from mocap.v1 import control_pb2, description_pb2, event_pb2, snapshot_pb2
+except ImportError as missing:
+    print(f"skipped: {missing}; apt install python3-zmq python3-protobuf")
+    sys.exit(77)
+
+CONFIG = """
+[capture]
+rig = "{source}/config/demo.rig.toml"
+
+[publish]
+endpoint = "{endpoint}"
+{publish}
+
+[[subject]]
+name = "actor"
+marker_set = "{source}/config/markersets/openmocap18.toml"
+"""
+
+CAMERA = """
+[[camera]]
+name = "cam{number}"
+driver = "synthetic"
+marker_set = "{source}/config/markersets/openmocap18.toml"
+motion = "tpose:2,walk"
+rate_hz = 30
+"""
+
+LONG_S = 60  # never waited for when all is well
+
+
+def until(holds, what, timeout_s=LONG_S):
+    limit = time.monotonic() + timeout_s
+    while True:
+        value = holds()
+        if value:
+            return value
+        if time.monotonic() > limit:
+            raise AssertionError(f"not within {timeout_s} s: {what}")
+        time.sleep(0.05)
+
+
+class Daemon:
+    """mocapd with four simulated cameras, and those who talk to it."""
+
+    def __init__(self, desk, publish="", more=""):
+        self.desk = desk
+        self.context = zmq.Context()
+        desk.callback(self.context.destroy, 0)
+        host, port = desk.endpoint.rsplit(":", 1)
+        self.control = f"{host}:{int(port) + 1}"
+        self.config = desk.write("mocapd.toml", self.text(publish, more))
+        self.program = desk.start("mocapd", "--config", self.config)
+
+    def text(self, publish="", more="", cameras=4):
+        text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint, publish=publish)
+        return text + "".join(CAMERA.format(source=SOURCE, number=n) for n in range(1, cameras + 1)) + more
+
+    def subscriber(self, *topics, **keys):
+        socket = self.context.socket(zmq.SUB)
+        socket.linger = 0
+        for name, key in keys.items():
+            setattr(socket, name, key)
+        for topic in ("description", *topics):
+            socket.subscribe(topic.encode() + b"\0")
+        socket.connect(self.desk.endpoint)
+        return socket
+
+    def ctl(self, *arguments, keys=()):
+        return self.desk.run("mocapctl", *arguments, "--endpoint", self.control, *keys, timeout_s=60)
+
+    def status(self):
+        asked = self.ctl("status", "--json")
+        return json.loads(asked.stdout)["status"] if asked.returncode == 0 else None
+
+
+def receive(socket, timeout_ms=LONG_S * 1000):
+    if not socket.poll(timeout_ms):
+        return None, None
+    topic, payload = socket.recv().split(b"\0", 1)
+    return topic.decode(), payload
+
+
+class Control(unittest.TestCase):
+    def setUp(self):
+        self.desk = Desk()
+        self.addCleanup(self.desk.close)
+
+    def done(self, asked):
+        self.assertEqual(asked.returncode, 0, asked.stderr)
+        return asked.stdout
+
+    def tracking(self, daemon):
+        def tracked():
+            status = daemon.status()
+            return status and status["subjects"][0]["phase"] == "SUBJECT_PHASE_TRACKING"
+
+        until(tracked, "the subject is tracked")
+
+    def test_an_operator_looks_and_changes_things_while_it_runs(self):
+        daemon = Daemon(self.desk)
+        until(daemon.status, "an answer")
+        self.tracking(daemon)
+
+        description = json.loads(self.done(daemon.ctl("description", "--json")))["description"]
+        snapshot = json.loads(self.done(daemon.ctl("snapshot", "--json")))["snapshot"]
+        self.assertEqual([c["name"] for c in description["cameras"]], ["cam1", "cam2", "cam3", "cam4"])
+        self.assertEqual(len(snapshot["subjects"][0]["markers"]["states"]), 18)
+        self.assertIn("actor", self.done(daemon.ctl("status")))
+
+        self.done(daemon.ctl("subject", "remove", "actor"))
+        until(lambda: daemon.status()["subjects"][0]["phase"] == "SUBJECT_PHASE_SEARCHING", "it is away")
+        self.assertTrue(daemon.status()["subjects"][0]["away"])
+        self.done(daemon.ctl("subject", "add", "actor"))
+        self.assertFalse(daemon.status()["subjects"][0]["away"])
+        self.done(daemon.ctl("subject", "reset", "actor"))
+
+        self.assertIn("cam2", self.done(daemon.ctl("camera", "set", "cam2", "--exposure-us", "700")))
+        unsupported = daemon.ctl("camera", "set", "cam2", "--gain-db", "3")
+        self.assertEqual(unsupported.returncode, 69)
+        self.assertIn("no gain", unsupported.stderr)
+        self.done(daemon.ctl("snapshot", "--json"))
+
+        self.done(daemon.ctl("capture", "stop"))
+        until(lambda: all(c["phase"] == "CAMERA_PHASE_STOPPED" for c in daemon.status()["health"]["cameras"]), "rest")
+        frames = [c["frames"] for c in daemon.status()["health"]["cameras"]]
+        self.assertEqual(daemon.ctl("snapshot").returncode, 69)
+        self.assertEqual(frames, [c["frames"] for c in daemon.status()["health"]["cameras"]])
+        self.done(daemon.ctl("capture", "start"))
+        until(lambda: all(c["phase"] == "CAMERA_PHASE_STREAMING" for c in daemon.status()["health"]["cameras"]), "runs")
+        self.done(daemon.ctl("snapshot", "--json"))
+
+    def test_bad_requests_are_answered_and_never_fatal(self):
+        daemon = Daemon(self.desk)
+        until(daemon.status, "an answer")
+
+        self.assertEqual(daemon.ctl("subject", "reset", "nobody").returncode, 65)
+        self.assertIn("actor", daemon.ctl("subject", "reset", "nobody").stderr)
+        self.assertEqual(daemon.ctl("camera", "set", "cam9", "--gain-db", "3").returncode, 65)
+        asker = daemon.context.socket(zmq.DEALER)
+        asker.linger = 0
+        asker.connect(daemon.control)
+        for junk in [b"", b"\xff" * 100, b"\x00", os.urandom(5000)]:
+            asker.send(junk)
+            self.assertTrue(asker.poll(LONG_S * 1000))
+            answer = control_pb2.Answer.FromString(asker.recv())
+            self.assertIn(answer.code, (control_pb2.CODE_INVALID, control_pb2.CODE_DONE))
+        request = daemon.context.socket(zmq.REQ)
+        request.linger = 0
+        request.connect(daemon.control)
+        request.send(control_pb2.Request(id=5, status=control_pb2.StatusRequest()).SerializeToString())
+        self.assertEqual(control_pb2.Answer.FromString(request.recv()).id, 5)
+        self.assertIsNone(daemon.program.process.poll())
+
+    def test_many_operators_at_once_each_get_an_answer(self):
+        daemon = Daemon(self.desk)
+        until(daemon.status, "an answer")
+
+        asked = [subprocess.Popen([BIN / "mocapctl", *what, "--endpoint", daemon.control, "--timeout-s", "30"],
+                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+                 for what in [("status",), ("subject", "reset", "actor"), ("description",)] * 5]
+
+        self.assertEqual([one.wait(60) for one in asked], [0] * len(asked))
+        for one in asked:
+            one.stdout.close()
+            one.stderr.close()
+
+    def test_a_reload_takes_a_good_configuration_and_leaves_a_bad_one(self):
+        daemon = Daemon(self.desk)
+        session = until(daemon.status, "an answer")["sessionId"]
+
+        self.desk.write("mocapd.toml", daemon.text(more="\n[detect]\ntreshold = 1\n"))
+        bad = daemon.ctl("reload")
+        self.assertEqual(bad.returncode, 65)
+        self.assertIn("did you mean 'threshold'", bad.stderr)
+        self.assertEqual(daemon.status()["sessionId"], session)
+
+        self.desk.write("mocapd.toml", daemon.text(cameras=3))
+        self.done(daemon.ctl("reload"))
+        anew = until(lambda: (s := daemon.status()) and s["sessionId"] != session and s, "the daemon is back")
+        description = json.loads(self.done(daemon.ctl("description", "--json")))["description"]
+        self.assertEqual(len(description["cameras"]), 3)
+        self.assertNotEqual(anew["sessionId"], session)
+
+    def test_a_mask_is_learnt_kept_in_the_rig_and_used(self):
+        rig = self.desk.write("rig.toml", (SOURCE / "config/demo.rig.toml").read_text())
+        daemon = Daemon(self.desk)
+        text = daemon.text().replace(str(SOURCE / "config/demo.rig.toml"), str(rig))
+        self.desk.write("mocapd.toml", text)
+        session = until(daemon.status, "an answer")["sessionId"]
+        self.done(daemon.ctl("reload"))
+        session = until(lambda: (s := daemon.status()) and s["sessionId"] != session and s["sessionId"], "its own rig")
+        self.tracking(daemon)
+
+        told = self.done(daemon.ctl("mask", "learn", "--images", "10", "--timeout-s", "50"))
+
+        self.assertIn("camera 'cam4'", told)
+        until(lambda: (s := daemon.status()) and s["sessionId"] != session, "the daemon starts anew")
+        self.assertIn("mask_learnt", rig.read_text())
+
+    def test_a_late_joiner_gets_the_description_first_and_a_snapshot_soon(self):
+        daemon = Daemon(self.desk)
+        until(daemon.status, "an answer")
+        joins = 100 if os.environ.get("MOCAP_SANITIZE") else 1000
+
+        for join in range(joins):
+            listener = daemon.subscriber("snapshot")
+            topic, payload = receive(listener)
+            self.assertEqual(topic, "description", f"join {join}")
+            version = description_pb2.Description.FromString(payload).version
+            if join % 50 == 0:
+                while topic == "description":  # the one of each second may come between
+                    topic, payload = receive(listener)
+                self.assertEqual(topic, "snapshot")
+                self.assertEqual(snapshot_pb2.Snapshot.FromString(payload).description_version, version)
+            listener.close()
+
+    def test_a_topic_has_what_it_says_and_no_more(self):
+        daemon = Daemon(self.desk)
+        alone, markers, events = (daemon.subscriber(t) for t in ("subject/actor", "markers", "event"))
+        self.tracking(daemon)
+
+        def newest(socket, topic):
+            while True:
+                got, payload = receive(socket)
+                snapshot = snapshot_pb2.Snapshot.FromString(payload) if got == topic else None
+                if snapshot and any(s.phase == snapshot_pb2.SUBJECT_PHASE_TRACKING for s in snapshot.subjects):
+                    return snapshot
+
+        for _ in range(5):  # the order of things, whatever else comes
+            self.assertIn(receive(alone)[0], ("description", "subject/actor"))
+        one, points = newest(alone, "subject/actor"), newest(markers, "markers")
+        self.assertEqual(len(one.subjects), 1)
+        self.assertTrue(one.subjects[0].HasField("bones") and one.subjects[0].HasField("markers"))
+        self.assertFalse(one.HasField("views") or one.HasField("unlabelled"))
+        self.assertFalse(points.subjects[0].HasField("bones"))
+        self.assertEqual(len(points.subjects[0].markers.states), 18)
+        kinds = []
+        while event_pb2.EVENT_KIND_SUBJECT_FOUND not in kinds:
+            topic, payload = receive(events)
+            self.assertIsNotNone(topic)
+            if topic == "event":
+                kinds.append(event_pb2.Event.FromString(payload).kind)
+
+    def test_with_keys_strangers_hear_nothing_and_the_log_has_a_line(self):
+        def made(*arguments):
+            return self.done(self.desk.run("mocapctl", "keys", *arguments))
+
+        def pair(name):
+            lines = (self.desk.folder / f"{name}.key").read_text().split("\n")
+            return {word: value.encode() for word, value in (line.split() for line in lines if line[:1] in "ps" and line)}
+
+        for name in ("server", "anna", "ben", "stranger"):
+            made("new", f"{name}.key")
+        made("allow", "anna.key", "--name", "anna", "--role", "operator")
+        made("allow", "ben.key", "--name", "ben")
+        daemon = Daemon(self.desk, more='\n[security]\nserver_key = "server.key"\nallowed_keys = "allowed.keys"\n')
+
+        def listener(name, server="server"):
+            own = pair(name)
+            return daemon.subscriber("snapshot", curve_serverkey=pair(server)["public"], curve_publickey=own["public"],
+                                     curve_secretkey=own["secret"])
+
+        def keys(name):
+            return ("--server-key", "server.key", "--key", f"{name}.key")
+
+        anna, ben = listener("anna"), listener("ben")
+        strangers = [listener("stranger"), listener("anna", server="stranger"), daemon.subscriber("snapshot")]
+        self.assertEqual(receive(anna)[0], "description")
+        self.assertEqual(receive(ben)[0], "description")
+        for _ in range(60):
+            self.assertIsNotNone(receive(anna)[0])
+        for stranger in strangers:
+            self.assertFalse(stranger.poll(0))
+        self.done(daemon.ctl("subject", "reset", "actor", keys=keys("anna")))
+        self.done(daemon.ctl("status", keys=keys("ben")))
+        self.assertEqual(daemon.ctl("subject", "reset", "actor", keys=keys("ben")).returncode, 77)
+        self.assertEqual(daemon.ctl("status", "--timeout-s", "1").returncode, 69)
+
+        made("revoke", "ben")
+
+        def silent():
+            while ben.poll(0):
+                ben.recv()
+            return not ben.poll(500)
+
+        until(silent, "ben hears nothing any more")
+        self.assertIsNotNone(receive(anna)[0])
+        status = json.loads(self.done(daemon.ctl("status", "--json", keys=keys("anna"))))["status"]
+        feed = status["health"]["feed"]
+        self.assertGreaterEqual(int(feed["refusedClients"]), 1)
+        self.assertGreaterEqual(int(feed["failedHandshakes"]), 2)
+        self.assertGreaterEqual(int(feed["cutOff"]), 1)
+        said = daemon.program.said()
+        stranger_key = pair("stranger")["public"].decode()
+        self.assertEqual(sum("feed: refused a client" in l and stranger_key in l for l in said.splitlines()), 1, said)
+        self.assertIn("cut a client off", said)
+
+    def test_nobody_listens_where_other_machines_come_unless_keys_or_a_setting_say_so(self):
+        for publish, good in [("", False), ("allow_remote = true", True)]:
+            text = CONFIG.format(source=SOURCE, endpoint="tcp://0.0.0.0:5570", publish=publish)
+            text += CAMERA.format(source=SOURCE, number=1)
+            if good:
+                text += "\n[control]\nendpoint = \"none\"\n"
+            checked = self.desk.run("mocapd", "--check-config", self.desk.write("remote.toml", text))
+            self.assertEqual(checked.returncode == 0, good, checked.stderr)
+            if not good:
+                self.assertIn("allow_remote", checked.stderr)
+
+    def test_bash_completes_commands(self):
+        script = self.desk.run("mocapctl", "completion").stdout
+        ask = script + '\nCOMP_WORDS=(mocapctl subject re); COMP_CWORD=2; _mocapctl; echo "${COMPREPLY[@]}"'
+        completed = subprocess.run(["bash", "-c", ask], capture_output=True, text=True)
+        self.assertEqual(completed.stdout.split(), ["remove", "reset"], completed.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

@@ -1,0 +1,99 @@
+"""mocap-watch --doctor against real sockets, each with one fault: one line, what helps, its own exit code."""
+
+import contextlib
+import socket
+import threading
+import unittest
+
+import zmq
+
+from fake_feed import SEARCHING, SILENT, STOPPED, STREAMING, FakeFeed
+from harness import Desk, free_port
+
+
+class Doctor(unittest.TestCase):
+    def setUp(self):
+        self.desk = Desk()
+        self.addCleanup(self.desk.close)
+
+    def feed(self, **options):
+        feed = FakeFeed(**options)
+        self.addCleanup(feed.close)
+        return feed
+
+    def assert_says(self, endpoint, exit_code, *words, keys=()):
+        ended = self.desk.run("mocap-watch", "--doctor", endpoint, *keys, timeout_s=30)
+        said = ended.stdout + ended.stderr
+        self.assertEqual(ended.returncode, exit_code, said)
+        self.assertEqual(len(said.splitlines()), 1, said)
+        for word in words:
+            self.assertIn(word, said)
+
+    def test_all_is_well(self):
+        self.assert_says(self.feed().endpoint, 0, "all is well", "cameras 4 of 4")
+
+    def test_nothing_listens(self):
+        self.assert_says(f"tcp://127.0.0.1:{free_port()}", 11, "nothing listens", "start mocapd")
+
+    def test_who_listens_is_no_feed(self):
+        listener = socket.socket()
+        self.addCleanup(listener.close)
+        listener.bind(("127.0.0.1", 0))
+        listener.listen()
+
+        def hang_up():
+            with contextlib.suppress(OSError):
+                while True:
+                    peer, _ = listener.accept()
+                    peer.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n" + b" " * 100)
+                    peer.close()
+
+        threading.Thread(target=hang_up, daemon=True).start()
+        self.assert_says(f"tcp://127.0.0.1:{listener.getsockname()[1]}", 12, "is no mocapd", "check the port")
+
+    def test_another_kind_of_zeromq_socket_is_no_feed(self):
+        context = zmq.Context()
+        self.addCleanup(context.destroy, linger=0)
+        answers = context.socket(zmq.REP)
+        port = answers.bind_to_random_port("tcp://127.0.0.1")
+        self.assert_says(f"tcp://127.0.0.1:{port}", 12, "is no mocapd")
+
+    def test_each_fault_of_the_keys_is_told_apart(self):
+        server, ours, others = (tuple(key.decode() for key in zmq.curve_keypair()) for _ in range(3))
+        feed = self.feed(keys=[key.encode() for key in server], allowed={ours[0].encode()})
+
+        def keys(server_key, pair):
+            return "--server-key", server_key, "--public-key", pair[0], "--secret-key", pair[1]
+
+        self.assert_says(feed.endpoint, 0, "all is well", keys=keys(server[0], ours))
+        self.assert_says(feed.endpoint, 13, "wants a key", "mocapctl keys new")
+        self.assert_says(feed.endpoint, 14, "does not know our public key", "mocapctl keys allow", keys=keys(server[0], others))
+        self.assert_says(feed.endpoint, 15, "is not who our server key says", keys=keys(others[0], ours))
+        self.assert_says(feed.endpoint, 64, "40 characters", keys=("--server-key", "short"))
+
+    def test_no_description(self):
+        self.assert_says(self.feed(describes=False).endpoint, 16, "never says what it sends")
+
+    def test_version_too_new(self):
+        self.assert_says(self.feed(protocol="mocap.v2").endpoint, 17, "mocap.v2", "update this client")
+
+    def test_cameras_silent(self):
+        feed = self.feed(cameras={"north": STREAMING, "south-east": SILENT})
+        self.assert_says(feed.endpoint, 18, "no images from south-east", "cables")
+        feed = self.feed(cameras={"north": SILENT}, rate_hz=0)
+        self.assert_says(feed.endpoint, 18, "no images from north")
+
+    def test_capture_stopped(self):
+        feed = self.feed(cameras={"north": STOPPED}, rate_hz=0)
+        self.assert_says(feed.endpoint, 19, "capture was stopped", "start it again")
+
+    def test_subject_searching(self):
+        self.assert_says(self.feed(phase=SEARCHING).endpoint, 20, "nobody is recognised", "T-pose")
+
+    def test_clock_skew(self):
+        self.assert_says(self.feed(utc_error_ns=10_000_000_000).endpoint, 21, "ms ahead of ours", "time server")
+        self.assert_says(self.feed(utc_error_ns=-10_000_000_000).endpoint, 21, "time server")
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

@@ -1,0 +1,143 @@
+"""A feed that says what a test wants, faults included: real sockets, the real messages, no daemon."""
+
+import os
+import sys
+import threading
+import time
+
+import zmq
+import zmq.auth
+
+from harness import BIN, free_port
+
+sys.path.insert(0, str(BIN.parent / "python"))
+
+import mocap.v1.description_pb2 as description_pb2  # noqa: E402
+import mocap.v1.health_pb2 as health_pb2  # noqa: E402
+import mocap.v1.snapshot_pb2 as snapshot_pb2  # noqa: E402
+
+STREAMING, SILENT, STOPPED = 2, 3, 6
+SEARCHING, TRACKING = 1, 2
+STANDING = {"position": [0.0, 0.0, 1.0], "rotation_xyzw": [0.0, 0.0, 0.0, 1.0]}
+
+
+def description(protocol="mocap.v1", version=1, session="session", bones=("Hips",)):
+    said = description_pb2.Description(protocol=protocol, version=version, producer="fake 1", session_id=session, nominal_rate_hz=100)
+    for i, bone in enumerate(bones):
+        subject = said.subjects.add(name=f"actor{i}" if i else "actor", marker_set="one", skeleton="one")
+        subject.bones.add(name=bone, unity_name="Hips", unreal_name="pelvis", vrm_name="hips")
+        subject.markers.add(name="M", bone=0)
+    return said
+
+
+def snapshot(number, sequence, version=1, phase=TRACKING, poses=(STANDING,)):
+    """Each pose is one subject's only bone."""
+    said = snapshot_pb2.Snapshot(number=number, sequence=sequence, description_version=version, expected_views=4)
+    said.views.cameras.extend(range(4))
+    for i, pose in enumerate(poses):
+        add_subject(said.subjects.add(subject=i, phase=phase), phase, pose)
+    return said
+
+
+def add_subject(subject, phase, pose):
+    subject.markers.states.append(2)
+    subject.markers.positions_m.extend(pose["position"])
+    subject.markers.cameras.append(3)
+    subject.markers.confidences_percent.append(99)
+    subject.markers.track_ids_plus_one.append(5)
+    subject.markers.residuals_millipx.append(50)
+    if phase == TRACKING:
+        bones = subject.bones
+        bones.states.append(2)
+        bones.confidences_percent.append(98)
+        bones.world_positions_m.extend(pose["position"])
+        bones.world_rotations_xyzw.extend(pose["rotation_xyzw"])
+        bones.local_rotations_xyzw.extend(pose["rotation_xyzw"])
+        if "velocity" in pose:
+            bones.velocities_m_s.extend(pose["velocity"])
+            bones.spins_rad_s.extend(pose["spin"])
+
+
+class FakeFeed:
+    """Sends from a thread of its own until it is closed. What it says may be changed while it runs."""
+
+    def __init__(self, port=None, rate_hz=100, keys=None, allowed=None, protocol="mocap.v1", version=1, session="session", bones=("Hips",),
+                 phase=TRACKING, poses=(STANDING,), cameras=None, describes=True, utc_error_ns=0):
+        self.port = port or free_port()
+        self.endpoint = f"tcp://127.0.0.1:{self.port}"
+        self.rate_hz, self.protocol, self.version, self.session, self.bones = rate_hz, protocol, version, session, bones
+        self.phase, self.poses, self.describes, self.utc_error_ns = phase, poses, describes, utc_error_ns
+        self.cameras = cameras if cameras is not None else {"north": STREAMING}
+        self.sent = 0
+        self._keys, self._allowed = keys, allowed
+        self._stop = threading.Event()
+        self._ready = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+        self._ready.wait()
+
+    def close(self):
+        self._stop.set()
+        self._thread.join()
+
+    def _utc_minus_host(self):
+        return time.time_ns() - time.monotonic_ns() + self.utc_error_ns
+
+    def _description(self):
+        said = description(self.protocol, self.version, self.session, self.bones).SerializeToString()
+        return b"description\0" + said
+
+    def _health(self):
+        said = health_pb2.Health(at_ns=time.monotonic_ns(), utc_minus_host_ns=self._utc_minus_host())
+        for name, phase in self.cameras.items():
+            said.cameras.add(name=name, phase=phase)
+        return b"health\0" + said.SerializeToString()
+
+    def _answer_zap(self, zap):
+        while zap.poll(0):
+            version, request, _domain, _address, _identity, _mechanism, key = zap.recv_multipart()
+            known = zmq.utils.z85.encode(key) in self._allowed
+            zap.send_multipart([version, request, b"200" if known else b"400", b"OK" if known else b"unknown key", b"", b""])
+
+    def _run(self):
+        context = zmq.Context()
+        zap = context.socket(zmq.REP)
+        zap.bind("inproc://zeromq.zap.01")
+        socket = context.socket(zmq.XPUB)
+        for option, value in ((zmq.LINGER, 0), (zmq.SNDHWM, 8)):
+            socket.setsockopt(option, value)
+        if self._keys is not None:
+            socket.curve_server, socket.curve_secretkey, socket.zap_domain = True, self._keys[1], b"test"
+        if self.describes:
+            socket.setsockopt(zmq.XPUB_WELCOME_MSG, self._description())
+        socket.bind(self.endpoint)
+        self._ready.set()
+        sequence = 0
+        next_at = time.monotonic()
+        next_report = next_at
+        said_version = self.version
+        while not self._stop.is_set():
+            if self._allowed is not None:
+                self._answer_zap(zap)
+            while socket.poll(0):
+                socket.recv()
+            if time.monotonic() >= next_report or said_version != self.version:
+                next_report = time.monotonic() + 1
+                if self.describes:
+                    socket.setsockopt(zmq.XPUB_WELCOME_MSG, self._description())
+                    socket.send(self._description())
+                said_version = self.version
+                socket.send(self._health())
+            if self.rate_hz > 0:
+                said = snapshot(sequence + 1, sequence, self.version, self.phase, self.poses)
+                said.utc_minus_host_ns = self._utc_minus_host()
+                now = time.monotonic_ns()
+                instants = said.instants
+                instants.exposed_at_ns = instants.received_at_ns = instants.detected_at_ns = instants.fused_at_ns = now
+                instants.sent_at_ns = now
+                socket.send(b"snapshot\0" + said.SerializeToString())
+                sequence += 1
+                self.sent = sequence
+            next_at = max(next_at + 1 / (self.rate_hz or 100), time.monotonic() - 0.1)
+            time.sleep(max(0.0, next_at - time.monotonic()))
+        context.destroy(linger=0)

@@ -1,0 +1,201 @@
+"""What goes wrong with cameras on a network: each fault is told with its cure and shown in health, the other cameras go
+on, and the camera is back without a restart. Runs in a network of its own (tools/own_network.sh)."""
+
+import json
+import os
+import signal
+import time
+import unittest
+
+from harness import SOURCE, Desk
+
+CONFIG = """
+[capture]
+rig = "{source}/config/demo.rig.toml"
+
+[align]
+window_us = 4000
+patience_us = 10000
+
+[publish]
+endpoint = "{endpoint}"
+
+[[subject]]
+name = "actor"
+marker_set = "{source}/config/markersets/openmocap18.toml"
+"""
+
+CAMERA = """
+[[camera]]
+name = "cam{number}"
+driver = "aravis"
+address = "127.0.0.{host}"
+width_px = 640
+height_px = 480
+rate_hz = 30
+exposure_us = 500
+packet_socket = false
+packet_size_bytes = 8000
+{more}
+"""
+
+ROUNDS = int(os.environ.get("MOCAP_REPLUG_ROUNDS", "3"))
+
+
+class Faults(unittest.TestCase):
+    def setUp(self):
+        self.desk = Desk()
+        self.addCleanup(self.desk.close)
+
+    def daemon(self, more=None):
+        text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint)
+        for number in range(1, 5):
+            text += CAMERA.format(number=number, host=number + 1, more=(more or {}).get(number, ""))
+        return self.desk.start("mocapd", "--config", self.desk.write("mocapd.toml", text))
+
+    def simulate(self, *more):
+        return self.desk.start("mocap-sim", "--serve", "--rig", SOURCE / "config/demo.rig.toml", "--fps", "30",
+                               "--loop-images", "8", *more)
+
+    def each_alone(self, **more):
+        return {n: self.simulate("--only", str(n), *more.get(f"cam{n}", ())) for n in range(1, 5)}
+
+    def until_it_says(self, program, words, timeout_s=20, after=0):
+        limit = time.monotonic() + timeout_s
+        while words not in program.said()[after:]:
+            self.assertIsNone(program.process.poll(), program.said())
+            self.assertLess(time.monotonic(), limit, f"not said within {timeout_s} s: {words}\n{program.said()[after:]}")
+            time.sleep(0.02)
+
+    def until_all_stream(self, daemon):
+        for number in range(1, 5):
+            self.until_it_says(daemon, f"camera cam{number}: streaming")
+
+    def health(self, seconds=3):
+        path = self.desk.folder / "summary.json"
+        watched = self.desk.run("mocap-watch", self.desk.endpoint, "--seconds", str(seconds), "--summary", path)
+        self.assertEqual(watched.returncode, 0, watched.stderr)
+        return json.loads(path.read_text())["cameras"]
+
+    def resources(self, daemon):
+        proc = f"/proc/{daemon.process.pid}"
+        return len(os.listdir(f"{proc}/fd")), len(os.listdir(f"{proc}/task"))
+
+    def test_a_camera_that_is_unplugged_again_and_again_is_back_each_time_and_leaves_nothing_behind(self):
+        sims = self.each_alone()
+        daemon = self.daemon()
+        self.until_all_stream(daemon)
+        before, held = None, None
+        took = []
+        for round_number in range(ROUNDS):
+            seen = len(daemon.said())
+            sims[3].send(signal.SIGKILL)
+            sims[3].wait(5)
+            self.until_it_says(daemon, "error camera cam3:", after=seen)
+            begun = time.monotonic()
+            sims[3] = self.simulate("--only", "3")
+            self.until_it_says(sims[3], "served address")
+            self.until_it_says(daemon, "camera cam3: streaming", after=seen)
+            took.append(time.monotonic() - begun)
+            if round_number == 0:
+                before, held = self.health(), self.resources(daemon)
+        after = self.health()
+        print(f"back after {sorted(took)[len(took) // 2]:.2f} s in the median, {max(took):.2f} s at the most, of {ROUNDS}")
+
+        self.assertEqual(after["cam3"]["phase"], "streaming")
+        self.assertGreaterEqual(after["cam3"]["reopened"], ROUNDS)
+        for name in ("cam1", "cam2", "cam4"):
+            for count in ("failed_frames", "reopened"):
+                self.assertEqual(after[name][count], before[name][count], f"{name} {count}")
+        files, threads = self.resources(daemon)
+        self.assertLessEqual(files, held[0] + 2)
+        self.assertLessEqual(threads, held[1] + 2)  # one may still take its leave of the camera that is gone
+
+    def test_a_camera_that_falls_silent_is_told_and_opened_anew_and_the_others_go_on(self):
+        self.each_alone(cam2=("--silent-after", "60"))
+        daemon = self.daemon()
+        self.until_all_stream(daemon)
+
+        self.until_it_says(daemon, "camera cam2: open, but no image for 500 ms")
+        self.until_it_says(daemon, "camera cam2: streaming", after=daemon.said().index("open, but no image"))
+
+        cameras = self.health()
+        self.assertGreaterEqual(cameras["cam2"]["reopened"], 1)
+        for name in ("cam1", "cam3", "cam4"):
+            self.assertEqual(cameras[name]["reopened"], 0)
+
+    def test_lost_packets_come_again_and_missing_and_repeated_images_are_told_once_with_a_cure(self):
+        self.each_alone(cam1=("--packet-loss", "0.01"), cam2=("--skip-every", "15"), cam3=("--repeat-every", "15"))
+        daemon = self.daemon()
+        self.until_all_stream(daemon)
+        self.until_it_says(daemon, "images never came")
+
+        cameras = self.health(5)
+
+        self.assertGreater(cameras["cam1"]["resent_packets"], 0)
+        self.assertGreater(cameras["cam2"]["missing_frames"], 3)
+        told = [line for line in daemon.said().splitlines() if "cam2" in line and "images never came" in line]
+        self.assertEqual(len(told), 1, daemon.said())
+        self.assertIn("mocapctl doctor", daemon.said())
+
+    def test_wrong_settings_are_told_with_what_is_right_and_the_other_cameras_go_on(self):
+        self.each_alone()
+        daemon = self.daemon({2: 'features = { Nonsense = 1 }', 3: 'gain_db = 50.5\npixel_format = "Mono12"',
+                              4: "ptp = true"})
+
+        self.until_it_says(daemon, "camera cam1: streaming")
+        self.until_it_says(daemon, "camera cam2: the camera has no feature Nonsense")
+        self.until_it_says(daemon, "camera cam4: streaming")
+        self.until_it_says(daemon, "keeps PTP time: role=Slave")
+
+        cameras = self.health()
+        self.assertIn("Nonsense", cameras["cam2"]["last_error"])
+        self.assertEqual(cameras["cam2"]["phase"], "reopening")
+
+    def test_a_camera_that_another_program_controls_is_busy_until_it_lets_go(self):
+        self.each_alone()
+        first = self.daemon()
+        self.until_all_stream(first)
+        other = self.desk.write("other.toml", (self.desk.folder / "mocapd.toml").read_text().replace(
+            self.desk.endpoint, "tcp://127.0.0.1:*"))
+        second = self.desk.start("mocapd", "--config", other)
+        self.until_it_says(second, "is controlled by another program")
+
+        first.send(signal.SIGTERM)
+        first.wait(10)
+
+        self.until_all_stream(second)
+
+    def test_images_of_another_size_than_the_rigs_are_refused_with_both_sizes(self):
+        self.each_alone()
+        text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint)
+        for number in range(1, 5):
+            camera = CAMERA.format(number=number, host=number + 1, more="")
+            text += camera.replace("width_px = 640\nheight_px = 480\n", 'features = { Width = 320 }\n') if number == 2 else camera
+        daemon = self.desk.start("mocapd", "--config", self.desk.write("mocapd.toml", text))
+
+        self.until_it_says(daemon, "camera cam2: images are 320x480, the rig was calibrated at 640x480")
+        self.until_it_says(daemon, "camera cam1: streaming")
+
+    def test_mocapctl_lists_describes_and_shows_what_a_camera_sees(self):
+        self.each_alone()
+        text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint)
+        for number in range(1, 5):
+            text += CAMERA.format(number=number, host=number + 1, more="")
+        config = self.desk.write("mocapd.toml", text)
+
+        described = self.desk.run("mocapctl", "cameras", "describe", "127.0.0.2", "--json")
+        shot = self.desk.run("mocapctl", "cameras", "shot", "cam2", "--config", config, "--out", "cam2.png")
+        doctor = self.desk.run("mocapctl", "doctor", "--config", config, "--json")
+
+        self.assertEqual(described.returncode, 0, described.stderr)
+        self.assertIn("ExposureTimeAbs", {each["name"] for each in json.loads(described.stdout)})
+        self.assertEqual(shot.returncode, 0, shot.stderr)
+        self.assertRegex(shot.stdout, r"cam2.png: 640x480, [1-9][0-9]* blobs")
+        self.assertEqual((self.desk.folder / "cam2.png").read_bytes()[:4], b"\x89PNG")
+        found = {each["check"]: each for each in json.loads(doctor.stdout)}
+        self.assertEqual(found["camera cam2"]["verdict"], "good", found)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

@@ -1,0 +1,134 @@
+"""mocap-vmc, read by an OSC implementation that is not ours (liblo)."""
+
+import json
+import struct
+import socket
+import time
+import unittest
+
+try:
+    import liblo
+except ImportError:
+    raise SystemExit(77)
+
+from fake_feed import SEARCHING, FakeFeed
+from harness import SOURCE, Desk, free_port
+
+
+class Receiver:
+    """Hears VMC as a marionette does."""
+
+    def __init__(self):
+        self.port = free_port()
+        self.server = liblo.Server(self.port, liblo.UDP)
+        self.server.add_method(None, None, self._take)
+        self.said = {}
+        self.bones = {}
+
+    def _take(self, path, values, types, _source):
+        self.said[path] = (types, values)
+        if path == "/VMC/Ext/Bone/Pos":
+            self.bones[values[0]] = values[1:]
+
+    def hear(self, seconds, until=lambda: False):
+        limit = time.monotonic() + seconds
+        while time.monotonic() < limit and not until():
+            self.server.recv(50)
+
+
+class Vmc(unittest.TestCase):
+    def start(self, *more, **options):
+        feed = FakeFeed(**options)
+        self.addCleanup(feed.close)
+        desk = Desk()
+        self.addCleanup(desk.close)
+        receiver = Receiver()
+        program = desk.start("mocap-vmc", feed.endpoint, "--port", receiver.port, *more)
+        return feed, receiver, program
+
+    def test_says_the_axis_vectors_in_unitys_axes(self):
+        for path in sorted((SOURCE / "proto/axes").glob("*.json")):
+            case = json.loads(path.read_text())
+            with self.subTest(case["name"]):
+                feed = FakeFeed(poses=[case["mocap"]])
+                self.addCleanup(feed.close)
+                desk = Desk()
+                self.addCleanup(desk.close)
+                receiver = Receiver()
+                desk.start("mocap-vmc", feed.endpoint, "--port", receiver.port, "--seconds", 10)
+
+                receiver.hear(8, until=lambda: "Hips" in receiver.bones)
+
+                expected = case["unity"]["position"] + case["unity"]["rotation_xyzw"]
+                for found, wanted in zip(receiver.bones["Hips"], expected, strict=True):
+                    self.assertAlmostEqual(found, wanted, delta=1e-5)
+
+    def test_says_all_that_a_receiver_asks_for(self):
+        _, receiver, program = self.start()
+
+        receiver.hear(8, until=lambda: "/VMC/Ext/Bone/Pos" in receiver.said)
+
+        self.assertEqual(receiver.said.get("/VMC/Ext/OK"), ("iiii", [1, 3, 0, 1]), program.said())
+        self.assertEqual(receiver.said["/VMC/Ext/T"][0], "f")
+        self.assertEqual(receiver.said["/VMC/Ext/Root/Pos"], ("sfffffff", ["root", 0, 0, 0, 0, 0, 0, 1]))
+        self.assertEqual(receiver.said["/VMC/Ext/Bone/Pos"][0], "sfffffff")
+
+    def test_says_that_nobody_is_tracked(self):
+        _, receiver, _ = self.start(phase=SEARCHING)
+
+        receiver.hear(8, until=lambda: "/VMC/Ext/OK" in receiver.said)
+
+        self.assertEqual(receiver.said["/VMC/Ext/OK"][1], [1, 3, 0, 0])
+        self.assertEqual(receiver.bones, {})
+
+    def test_a_whole_body_fits_into_unsplit_packets_bones_told_from_their_parents(self):
+        desk = Desk()
+        self.addCleanup(desk.close)
+        port = free_port()
+        listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.addCleanup(listener.close)
+        listener.bind(("127.0.0.1", port))
+        listener.settimeout(30)
+        config = desk.write("my.toml", f"""
+[capture]
+rig = "{SOURCE}/config/demo.rig.toml"
+[[subject]]
+name = "actor"
+marker_set = "{SOURCE}/config/markersets/openmocap18.toml"
+[publish]
+endpoint = "{desk.endpoint}"
+""" + "".join(f"""
+[[camera]]
+name = "cam{n}"
+driver = "synthetic"
+rate_hz = 30
+marker_set = "{SOURCE}/config/markersets/openmocap18.toml"
+""" for n in range(1, 5)))
+        desk.start("mocapd", "--config", config)
+        desk.start("mocap-vmc", desk.endpoint, "--port", port)
+        bones, largest = {}, 0
+        limit = time.monotonic() + 40
+        while len(bones) < 18 and time.monotonic() < limit:
+            packet = listener.recv(65536)
+            largest = max(largest, len(packet))
+            self.assertEqual(packet[:8], b"#bundle\0")
+            at = 16
+            while at < len(packet):  # read by hand: the second independent look at the bytes
+                (size,) = struct.unpack(">i", packet[at:at + 4])
+                message = packet[at + 4:at + 4 + size]
+                if message.startswith(b"/VMC/Ext/Bone/Pos\0"):
+                    name = message[32:].split(b"\0")[0].decode()
+                    bones[name] = struct.unpack(">7f", message[-28:])
+                at += 4 + size
+
+        self.assertLessEqual(largest, 1400)
+        self.assertEqual(len(bones), 18)
+        # Hips in the world; a foot from its lower leg: 0.41 m below it whatever the pose.
+        self.assertGreater(bones["Hips"][1], 0.5)
+        self.assertAlmostEqual(sum(v * v for v in bones["LeftFoot"][:3]) ** 0.5, (0.045**2 + 0.41**2) ** 0.5, delta=0.05)
+        for name, values in bones.items():
+            self.assertAlmostEqual(sum(v * v for v in values[3:]), 1.0, delta=1e-3, msg=name)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

@@ -1,0 +1,135 @@
+#include "calibrate/lens_command.h"
+
+#include <gmock/gmock.h>
+
+#include <cstdint>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+
+#include "settings/rig_file.h"
+#include "support/board_images.h"
+#include "support/temporary_folder.h"
+
+namespace mocap::calibrate {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr int kWidth_px = 320;
+constexpr int kHeight_px = 240;
+const calibration::Board kBoard{calibration::BoardKind::Charuco, 6, 5, 0.04, 0.03, "4x4_50"};
+
+Lens truth() {
+  Lens lens{LensKind::Pinhole, 262.0, 261.0, 163.0, 117.0, {}};
+  lens.distortion << -0.15, 0.03, 0.0, 0.0, 0.0;
+  return lens;
+}
+
+void draw_boards(const std::filesystem::path& folder, int boards, double tilt_rad) {
+  std::filesystem::create_directories(folder);
+  support::BoardImages images(truth(), kWidth_px, kHeight_px, kBoard);
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  for (int i = 0; i < boards; ++i) {
+    const Eigen::Vector2d px(160.0 + 110.0 * unit(random), 120.0 + 80.0 * unit(random));
+    const auto pose = images.pose(px, 0.30 + 0.05 * unit(random), tilt_rad * std::abs(unit(random)), random);
+    const auto pixels = images.draw(pose, random);
+    cv::Mat image(kHeight_px, kWidth_px, CV_8UC1);
+    std::copy(pixels.begin(), pixels.end(), image.data);
+    cv::imwrite((folder / ("00000" + std::to_string(i) + ".png")).string(), image);
+  }
+}
+
+int run(std::vector<std::string> words) {
+  CLI::App app;
+  LensCommand lens;
+  lens.add(app);
+  std::ranges::reverse(words);  // as CLI11 takes them
+  words.emplace_back("lens");
+  app.parse(words);
+  return lens.run().value_or(-1);
+}
+
+std::vector<std::string> with_board(std::vector<std::string> words) {
+  for (const char* word : {"--columns", "6", "--rows", "5", "--square-mm", "40"}) words.emplace_back(word);
+  return words;
+}
+
+std::string read(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+constexpr const char* kRig = R"(# the north hall
+[door]           # moved in spring
+name = "door"
+size = [320, 240]
+matrix = [[300.0, 0.0, 160.0], [0.0, 300.0, 120.0], [0.0, 0.0, 1.0]]
+rotation = [0.1, 0.2, 0.3]
+translation = [1.0, 2.0, 3.0]
+fisheye = false
+mask = [[[1.0, 2.0], [3.0, 4.0], [5.0, 0.0]]]
+
+[metadata]
+who = "me"
+)";
+
+TEST(LensCommand, PutsTheLensOfImagesIntoTheRigAndLeavesTheRest) {
+  const support::TemporaryFolder folder;
+  draw_boards(folder.path() / "shots/door", 24, 0.8);
+  draw_boards(folder.path() / "shots/window", 24, 0.8);
+  const auto rig_file = folder.write("rig.toml", kRig);
+
+  const int exit = run(with_board({"--images", (folder.path() / "shots").string(), "--rig", rig_file.string()}));
+
+  ASSERT_EQ(exit, 0);
+  const auto rig = settings::load_rig(rig_file);
+  ASSERT_TRUE(rig) << settings::to_text(rig.error());
+  ASSERT_EQ(rig->size(), 2u);
+  for (const CameraModel& camera : *rig) {
+    EXPECT_NEAR(camera.lens.fx_px, truth().fx_px, 1.5) << camera.name;  // small images: corners to 0.05 px
+    EXPECT_NEAR(camera.lens.cx_px, truth().cx_px, 1.5) << camera.name;
+    EXPECT_NEAR(camera.lens.distortion[0], -0.15, 0.03) << camera.name;
+  }
+  EXPECT_EQ((*rig)[0].camera_from_world.translation, Eigen::Vector3d(1.0, 2.0, 3.0));
+  EXPECT_EQ((*rig)[0].masks.size(), 1u);
+  EXPECT_EQ((*rig)[1].name, "window");
+  const std::string text = read(rig_file);
+  EXPECT_THAT(text, HasSubstr("# the north hall\n[door]           # moved in spring\n"));
+  EXPECT_THAT(text, HasSubstr("who = \"me\""));
+}
+
+TEST(LensCommand, WritesNothingWhereTheBoardsDoNotTellTheLens) {
+  const support::TemporaryFolder folder;
+  draw_boards(folder.path() / "shots/door", 12, 0.0);
+  const auto rig_file = folder.write("rig.toml", kRig);
+
+  const int exit = run(with_board({"--images", (folder.path() / "shots").string(), "--rig", rig_file.string()}));
+
+  EXPECT_EQ(exit, 65);
+  EXPECT_EQ(read(rig_file), kRig);
+}
+
+TEST(LensCommand, WritesNothingWhereTheRigHasAnotherImageSize) {
+  const support::TemporaryFolder folder;
+  draw_boards(folder.path() / "shots/door", 24, 0.8);
+  std::string other = kRig;
+  other.replace(other.find("[320, 240]"), 10, "[640, 480]");
+  const auto rig_file = folder.write("rig.toml", other);
+
+  const int exit = run(with_board({"--images", (folder.path() / "shots").string(), "--rig", rig_file.string()}));
+
+  EXPECT_EQ(exit, 65);
+  EXPECT_EQ(read(rig_file), other);
+}
+
+TEST(LensCommand, RefusesAnEmptyFolderAndACommandLineThatSaysTooLittle) {
+  const support::TemporaryFolder folder;
+  EXPECT_EQ(run({"--images", folder.path().string(), "--dry-run"}), 69);
+  EXPECT_EQ(run({"--images", folder.path().string()}), 64);
+  EXPECT_EQ(run({"--dry-run"}), 64);
+  EXPECT_EQ(run({"--images", folder.path().string(), "--dry-run", "--marker-mm", "50"}), 64);
+}
+
+}  // namespace
+}  // namespace mocap::calibrate

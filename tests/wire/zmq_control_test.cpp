@@ -1,0 +1,212 @@
+// Control over real sockets: what is asked, who may, and what cannot be read.
+#include "wire/zmq_control.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "mocap/v1/control.pb.h"
+#include "sample_description.h"
+#include "support/temporary_folder.h"
+#include "wire/control_codec.h"
+
+namespace mocap::wire {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using ::testing::HasSubstr;
+
+constexpr Duration kLong = seconds(20);  // never waited for when all is well
+
+// Answers every request that gets through with the name of its subject or camera.
+class EchoingDaemon {
+ public:
+  explicit EchoingDaemon(ControlSettings settings = {}) {
+    settings.endpoint = "tcp://127.0.0.1:*";
+    auto opened = ZmqControl::open(settings);
+    EXPECT_TRUE(opened) << opened.error().message;
+    control_ = std::move(*opened);
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+        if (const auto request = control_->next(milliseconds(5))) {
+          ControlAnswer answer;
+          answer.message = request->name;
+          if (request->action == ControlAction::GetStatus) answer.status.emplace();
+          control_->answer(answer);
+        }
+      }
+    });
+  }
+  std::unique_ptr<ControlClient> client(const std::string& server_key = {}, const KeyPair& own = {}) {
+    return std::move(*ControlClient::open({control_->endpoint(), server_key, own}));
+  }
+
+ private:
+  std::unique_ptr<ZmqControl> control_;
+  std::jthread thread_;
+};
+
+v1::Answer ask(ControlClient& client, const std::string& bytes) {
+  v1::Answer answer;
+  const Result<std::string> came = client.ask(bytes, kLong);
+  EXPECT_TRUE(came) << came.error().message;
+  if (came) {
+    EXPECT_TRUE(answer.ParseFromString(*came));
+  }
+  return answer;
+}
+
+v1::Answer ask(ControlClient& client, const ControlRequest& request, std::uint64_t id = 7) {
+  v1::Request message = encode(request);
+  message.set_id(id);
+  return ask(client, message.SerializeAsString());
+}
+
+ControlRequest reset_of(const std::string& name) {
+  ControlRequest request;
+  request.action = ControlAction::ResetSubject;
+  request.name = name;
+  return request;
+}
+
+TEST(Control, AnswersWithTheRequestsId) {
+  EchoingDaemon daemon;
+  const auto client = daemon.client();
+
+  const v1::Answer answer = ask(*client, reset_of("anna"), 4711);
+
+  EXPECT_EQ(answer.code(), v1::CODE_DONE);
+  EXPECT_EQ(answer.id(), 4711U);
+  EXPECT_EQ(answer.message(), "anna");
+}
+
+TEST(Control, AnswersWhatItCannotReadAndGoesOn) {
+  EchoingDaemon daemon;
+  const auto client = daemon.client();
+
+  for (const std::string& bytes : {std::string(), std::string("\xff\xff\xff"), std::string(60000, 'x')}) {
+    EXPECT_EQ(ask(*client, bytes).code(), v1::CODE_INVALID);
+  }
+  v1::Request empty;
+  empty.set_id(9);
+  const v1::Answer answer = ask(*client, empty.SerializeAsString());
+  EXPECT_EQ(answer.code(), v1::CODE_INVALID);
+  EXPECT_EQ(answer.id(), 9U);
+  EXPECT_EQ(ask(*client, reset_of("anna")).code(), v1::CODE_DONE);
+}
+
+TEST(Control, CutsWhoSendsTooMuchAtOnceAndServesTheOthers) {
+  EchoingDaemon daemon;
+  const auto hostile = daemon.client();
+  const auto client = daemon.client();
+
+  EXPECT_FALSE(hostile->ask(std::string(1 << 20, 'x'), milliseconds(200)));
+
+  EXPECT_EQ(ask(*client, reset_of("anna")).code(), v1::CODE_DONE);
+}
+
+TEST(Control, ServesManyAtOnceEachWithTheirOwnAnswer) {
+  EchoingDaemon daemon;
+  std::vector<std::jthread> operators;
+  std::atomic<int> right{0};
+
+  for (int who = 0; who < 8; ++who) {
+    operators.emplace_back([&, who] {
+      const auto client = daemon.client();
+      for (std::uint64_t i = 0; i < 50; ++i) {
+        const std::string name = std::to_string(who) + "/" + std::to_string(i);
+        const v1::Answer answer = ask(*client, reset_of(name), i);
+        if (answer.message() == name && answer.id() == i) ++right;
+      }
+    });
+  }
+  operators.clear();
+
+  EXPECT_EQ(right, 8 * 50);
+}
+
+TEST(Control, LetsAViewerLookAndNoMore) {
+  EchoingDaemon daemon({.endpoint = {}, .role_without_keys = Role::Viewer});
+  const auto client = daemon.client();
+
+  const v1::Answer status = ask(*client, ControlRequest{});
+  const v1::Answer reset = ask(*client, reset_of("anna"));
+
+  EXPECT_EQ(status.code(), v1::CODE_DONE);
+  EXPECT_EQ(status.status().role(), "viewer");
+  EXPECT_EQ(reset.code(), v1::CODE_FORBIDDEN);
+}
+
+TEST(Control, KnowsTheRoleOfEachKeyAndNothingOfTheOthers) {
+  support::TemporaryFolder folder;
+  const KeyPair server = *new_key_pair(), anna = *new_key_pair(), ben = *new_key_pair();
+  ASSERT_TRUE(save_key_pair(folder.path() / "server.key", server));
+  ASSERT_TRUE(save_allowed_keys(folder.path() / "allowed",
+                                {{anna.public_key, Role::Operator, "anna"}, {ben.public_key, Role::Viewer, "ben"}}));
+  EchoingDaemon daemon({.endpoint = {}, .curve = {folder.path() / "server.key", folder.path() / "allowed"}});
+
+  EXPECT_EQ(ask(*daemon.client(server.public_key, anna), reset_of("x")).code(), v1::CODE_DONE);
+  EXPECT_EQ(ask(*daemon.client(server.public_key, ben), reset_of("x")).code(), v1::CODE_FORBIDDEN);
+  EXPECT_FALSE(daemon.client(server.public_key, *new_key_pair())->ask(std::string(), milliseconds(300)));
+  EXPECT_FALSE(daemon.client()->ask(std::string(), milliseconds(300)));
+}
+
+TEST(ControlCodec, ReadsWhatItWrote) {
+  ControlRequest fit;
+  fit.action = ControlAction::FitSubject;
+  fit.name = "anna";
+  fit.rest_offsets_m = {{0.0, 0.5, 1.0}, {0.25, 0.0, 0.0}};
+  fit.marker_offsets_m = {{0.125, 0.0, 0.0}};
+  fit.residual_m = 0.003;
+  ControlRequest camera;
+  camera.action = ControlAction::AdjustCamera;
+  camera.name = "north";
+  camera.exposure_us = 800.0;
+
+  const auto read_fit = decode(encode(fit));
+  const auto read_camera = decode(encode(camera));
+
+  ASSERT_TRUE(read_fit && read_camera);
+  EXPECT_EQ(read_fit->action, ControlAction::FitSubject);
+  EXPECT_EQ(read_fit->rest_offsets_m, fit.rest_offsets_m);
+  EXPECT_EQ(read_fit->marker_offsets_m, fit.marker_offsets_m);
+  EXPECT_EQ(read_camera->exposure_us, 800.0);
+  EXPECT_FALSE(read_camera->gain_db);
+  for (const auto action : {ControlAction::GetStatus, ControlAction::GetDescription, ControlAction::GetSnapshot,
+                            ControlAction::StartCapture, ControlAction::StopCapture, ControlAction::AddSubject,
+                            ControlAction::RemoveSubject, ControlAction::LearnMask, ControlAction::Reload}) {
+    ControlRequest request;
+    request.action = action;
+    EXPECT_EQ(decode(encode(request))->action, action);
+  }
+}
+
+TEST(ControlCodec, SaysWhatIsWrong) {
+  v1::Request request;
+  request.mutable_camera()->set_exposure_us(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_THAT(decode(request).error().message, HasSubstr("exposure_us is nan, expected 1 to"));
+  request.mutable_camera()->Clear();
+  EXPECT_THAT(decode(request).error().message, HasSubstr("nothing to set"));
+  request.mutable_capture();
+  EXPECT_THAT(decode(request).error().message, HasSubstr("expected start or stop"));
+  request.mutable_subject()->set_action(v1::SubjectRequest::ACTION_FIT);
+  request.mutable_subject()->add_rest_offsets_m(1.0);
+  EXPECT_THAT(decode(request).error().message, HasSubstr("rest_offsets_m has 1 numbers"));
+  request.mutable_mask()->set_images(1);
+  EXPECT_THAT(decode(request).error().message, HasSubstr("images is 1, expected 10 to"));
+}
+
+TEST(ControlEndpoint, StandsBesideTheFeeds) {
+  EXPECT_EQ(control_beside("tcp://127.0.0.1:5570"), "tcp://127.0.0.1:5571");
+  EXPECT_EQ(control_beside("tcp://[::1]:5570"), "tcp://[::1]:5571");
+  EXPECT_EQ(control_beside("tcp://127.0.0.1:*"), "tcp://127.0.0.1:*");
+  EXPECT_EQ(control_beside("ipc:///run/mocapd/feed"), "ipc:///run/mocapd/feed.control");
+}
+
+}  // namespace
+}  // namespace mocap::wire

@@ -1,0 +1,327 @@
+#include "cameras_bench.h"
+
+#include <fmt/format.h>
+#include <signal.h>
+#include <spawn.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "assemble.h"
+#include "base/log.h"
+#include "cameras/own_network.h"
+#include "scene/ring_rig.h"
+#include "settings/marker_set_file.h"
+#include "settings/rig_file.h"
+
+namespace mocap::bench {
+namespace {
+
+constexpr double kExposure_us = 500.0;
+constexpr int kLoopImages = 16;
+constexpr double kAllStreamWithin_s = 20.0;
+
+/// A folder for the rig, gone at the end.
+class Folder {
+ public:
+  Folder() {
+    std::array<char, 32> name{"/tmp/mocap-bench-XXXXXX"};
+    if (mkdtemp(name.data()) != nullptr) path_ = name.data();
+  }
+  ~Folder() {
+    std::error_code ignored;
+    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// mocap-sim as a process of its own, ended with us.
+class Server {
+ public:
+  explicit Server(const std::vector<std::string>& arguments) {
+    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "mocap-sim";
+    std::string own = program.string();
+    std::vector<std::string> all{own};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    std::vector<char*> raw;
+    for (std::string& each : all) raw.push_back(each.data());
+    raw.push_back(nullptr);
+    posix_spawn_file_actions_t quiet;
+    posix_spawn_file_actions_init(&quiet);
+    posix_spawn_file_actions_addopen(&quiet, STDERR_FILENO, "/dev/null", 1 /* O_WRONLY */, 0);
+    if (posix_spawn(&process_, own.c_str(), &quiet, nullptr, raw.data(), environ) != 0) process_ = 0;
+    posix_spawn_file_actions_destroy(&quiet);
+  }
+  ~Server() {
+    if (process_ <= 0) return;
+    kill(process_, SIGTERM);
+    waitpid(process_, nullptr, 0);
+  }
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+ private:
+  pid_t process_ = 0;
+};
+
+/// Sums up how far the exposures of all views are from those that the server made: an exposure ends with each whole
+/// period of UTC.
+class TimeErrors {
+ public:
+  explicit TimeErrors(double rate_hz) : period_ns_(1000 * static_cast<std::int64_t>(1e6 / rate_hz)) {}
+
+  void see(const Snapshot& snapshot) {
+    const std::int64_t offset_ns = utc_minus_host().count();
+    for (const ViewStatus& view : snapshot.views) {
+      const std::int64_t end_ns =
+          to_ns(snapshot.instants.exposed_at + view.skew) + offset_ns + std::llround(500.0 * kExposure_us);
+      std::int64_t off_ns = end_ns % period_ns_;
+      if (off_ns > period_ns_ / 2) off_ns -= period_ns_;
+      const double off_us = 1e-3 * static_cast<double>(off_ns);
+      const double skew_us = to_us(view.skew);
+      sum_us_ += off_us;
+      square_us2_ += off_us * off_us;
+      apart_us2_ += skew_us * skew_us;
+      ++count_;
+    }
+  }
+
+  void tell(CamerasBenchFigures& figures) const {
+    if (count_ == 0) return;
+    const auto count = static_cast<double>(count_);
+    figures.time_error_us = std::sqrt(square_us2_ / count);
+    figures.time_offset_us = sum_us_ / count;
+    figures.apart_us = std::sqrt(apart_us2_ / count);
+  }
+
+ private:
+  std::int64_t period_ns_;
+  double sum_us_ = 0.0, square_us2_ = 0.0, apart_us2_ = 0.0;
+  std::uint64_t count_ = 0;
+};
+
+class MeasuringPublisher : public Publisher {
+ public:
+  MeasuringPublisher(std::unique_ptr<Publisher> real, TimeErrors& errors, const std::atomic<bool>& measuring)
+      : real_(std::move(real)), errors_(errors), measuring_(measuring) {}
+
+  Status describe(const Description& description) override { return real_->describe(description); }
+  Status report(const Health& health) override { return real_->report(health); }
+  Status publish(Snapshot& snapshot) override {
+    if (measuring_.load(std::memory_order_relaxed)) errors_.see(snapshot);
+    return real_->publish(snapshot);
+  }
+
+ private:
+  std::unique_ptr<Publisher> real_;
+  TimeErrors& errors_;
+  const std::atomic<bool>& measuring_;
+};
+
+/// What all threads of this process have used, by kind.
+struct Used {
+  double receive_s = 0.0, camera_s = 0.0, all_s = 0.0;
+};
+
+Used used_so_far() {
+  Used used;
+  std::error_code ignored;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task", ignored)) {
+    std::string name;
+    std::uint64_t ns = 0;
+    std::getline(std::ifstream(task.path() / "comm"), name);
+    std::ifstream(task.path() / "schedstat") >> ns;
+    const double s = 1e-9 * static_cast<double>(ns);
+    used.all_s += s;
+    if (name.starts_with("mocap-cam")) used.camera_s += s;
+    if (name.starts_with("arv_gv_stream") || name.starts_with("arv_uv_stream")) used.receive_s += s;
+  }
+  return used;
+}
+
+struct Counted {
+  std::uint64_t sets = 0, complete = 0, frames = 0, lost = 0, resent = 0, missing = 0;
+};
+
+Counted counted_so_far(const runtime::Pipeline& pipeline, const std::vector<const StreamCounters*>& streams) {
+  Counted counted;
+  counted.sets = pipeline.fusion_counters().sets.read();
+  counted.complete = pipeline.fusion_counters().complete_sets.read();
+  for (std::uint32_t i = 0; i < pipeline.camera_count(); ++i) {
+    const runtime::CameraCounters& camera = pipeline.camera_counters(CameraId{i});
+    counted.frames += camera.frames.read();
+    // An image that came broken is a gap in the numbers, too.
+    counted.lost += std::max(camera.missing_frames.read(), camera.failed_frames.read());
+    counted.lost += camera.dropped_queue_full.read();
+    counted.resent += streams[i]->resent_packets.load(std::memory_order_relaxed);
+    counted.missing += streams[i]->missing_packets.load(std::memory_order_relaxed);
+  }
+  return counted;
+}
+
+bool all_stream(const runtime::Pipeline& pipeline) {
+  for (std::uint32_t i = 0; i < pipeline.camera_count(); ++i) {
+    if (pipeline.camera_counters(CameraId{i}).frames.read() == 0) return false;
+  }
+  return true;
+}
+
+cameras::CameraSettings camera_of(const CamerasBenchSettings& wanted, int index) {
+  const std::string name = fmt::format("cam{}", index + 1);
+  if (wanted.bus == "v4l2") {
+    cameras::V4l2Settings camera;
+    camera.device = fmt::format("/dev/video{}", index);
+    if (!wanted.pixel_format.empty()) camera.pixel_format = wanted.pixel_format;
+    camera.width_px = wanted.width_px;
+    camera.height_px = wanted.height_px;
+    camera.rate_hz = wanted.rate_hz;
+    return {name, camera};
+  }
+  cameras::AravisSettings camera;
+  camera.address = fmt::format("127.0.0.{}", index + 2);
+  if (!wanted.pixel_format.empty()) camera.pixel_format = wanted.pixel_format;
+  camera.width_px = wanted.width_px;
+  camera.height_px = wanted.height_px;
+  camera.rate_hz = wanted.rate_hz;
+  camera.exposure_us = kExposure_us;
+  camera.packet_socket = false;
+  camera.packet_size_bytes = wanted.packet_size_bytes;
+  camera.clock = wanted.clock;
+  return {name, camera};
+}
+
+settings::DaemonSettings daemon_of(const CamerasBenchSettings& wanted, const MarkerSet& worn) {
+  settings::DaemonSettings settings;
+  settings.rig = scene::ring_rig({.cameras = wanted.count, .width_px = wanted.width_px, .height_px = wanted.height_px});
+  for (int i = 0; i < wanted.count; ++i) {
+    settings.cameras.push_back(camera_of(wanted, i));
+    settings.rig[static_cast<std::size_t>(i)].name = settings.cameras.back().name;
+    settings.simulated.push_back(worn);
+  }
+  settings.subjects.push_back({.name = "subject", .marker_set_file = wanted.marker_set, .file = {}, .keep = {}});
+  settings.worn.push_back({"subject", worn});
+  settings.nominal_rate_hz = wanted.rate_hz;
+  settings.pipeline.align.window = from_s(0.4 / wanted.rate_hz);
+  settings.pipeline.align.patience =
+      wanted.patience_us > 0.0 ? from_s(1e-6 * wanted.patience_us) : from_s(0.75 / wanted.rate_hz);
+  settings.publish.endpoint = "tcp://127.0.0.1:*";
+  return settings;
+}
+
+std::vector<std::string> server_arguments(const CamerasBenchSettings& wanted, const std::filesystem::path& rig) {
+  return {"--serve",
+          "--rig",
+          rig.string(),
+          "--fps",
+          fmt::format("{}", wanted.rate_hz),
+          "--exposure-us",
+          fmt::format("{}", kExposure_us),
+          "--marker-set",
+          wanted.marker_set.string(),
+          "--loop-images",
+          std::to_string(kLoopImages),
+          "--clock-skew-us",
+          fmt::format("{}", wanted.clock_skew_us),
+          "--clock-drift-ppm",
+          fmt::format("{}", wanted.clock_drift_ppm),
+          "--delivery-jitter-us",
+          fmt::format("{}", wanted.delivery_jitter_us),
+          "--packet-loss",
+          fmt::format("{}", wanted.packet_loss)};
+}
+
+Status wait_for_cameras(const runtime::Pipeline& pipeline) {
+  WakeSignal nobody_calls;
+  const Timestamp end = host_now() + from_s(kAllStreamWithin_s);
+  while (!all_stream(pipeline)) {
+    if (host_now() > end) return Error{ErrorCode::Timeout, "not all cameras stream after 20 s; see the lines above"};
+    nobody_calls.wait(nobody_calls.ticket(), std::chrono::milliseconds(20));
+  }
+  return {};
+}
+
+CamerasBenchFigures figures_of(const CamerasBenchSettings& wanted, const Counted& before, const Counted& after,
+                               const Used& used_before, const Used& used_after, double seconds) {
+  CamerasBenchFigures figures;
+  figures.sets = after.sets - before.sets;
+  const double expected = std::max(static_cast<double>(figures.sets), std::floor(wanted.rate_hz * seconds) - 1.0);
+  figures.complete_share = static_cast<double>(after.complete - before.complete) / expected;
+  figures.frames = after.frames - before.frames;
+  figures.lost = after.lost - before.lost;
+  figures.frames_share =
+      static_cast<double>(figures.frames) / std::max<double>(1.0, static_cast<double>(figures.frames + figures.lost));
+  figures.resent_packets = after.resent - before.resent;
+  figures.missing_packets = after.missing - before.missing;
+  const double camera_seconds = seconds * wanted.count;
+  figures.receive_cpu_share = (used_after.receive_s - used_before.receive_s) / camera_seconds;
+  figures.detect_cpu_share = (used_after.camera_s - used_before.camera_s) / camera_seconds;
+  figures.daemon_cpu_share = (used_after.all_s - used_before.all_s) / camera_seconds;
+  return figures;
+}
+
+}  // namespace
+
+Result<CamerasBenchFigures> run_cameras_bench(const CamerasBenchSettings& wanted) {
+  set_log_level(LogLevel::Error);  // what is lost is counted
+  double load = 0.0;
+  getloadavg(&load, 1);
+  const bool served = wanted.bus == "gige";
+  if (served) {
+    const std::string refusal = cameras::enter_own_network(wanted.count);
+    if (!refusal.empty()) return Error{ErrorCode::Unsupported, refusal};
+  } else if (!std::filesystem::exists(fmt::format("/dev/video{}", wanted.count - 1))) {
+    return Error{ErrorCode::Unsupported, fmt::format("no /dev/video{}; load vivid with n_devs={}, or v4l2loopback",
+                                                     wanted.count - 1, wanted.count)};
+  }
+  const Result<MarkerSet> worn = settings::load_marker_set(wanted.marker_set);
+  if (!worn) return worn.error();
+  const settings::DaemonSettings daemon = daemon_of(wanted, *worn);
+  const Folder folder;
+  const std::filesystem::path rig = folder.path() / "rig.toml";
+  if (const Status saved = settings::save_rig(rig, daemon.rig, {}); !saved) return saved.error();
+  std::optional<Server> server;
+  if (served) server.emplace(server_arguments(wanted, rig));
+
+  Result<Assembly> assembly = assemble(daemon);
+  if (!assembly) return assembly.error();
+  TimeErrors errors(wanted.rate_hz);
+  std::atomic<bool> measuring{false};
+  assembly->parts.publisher =
+      std::make_unique<MeasuringPublisher>(std::move(assembly->parts.publisher), errors, measuring);
+  std::vector<const StreamCounters*> streams;
+  for (const runtime::CameraParts& camera : assembly->parts.cameras) streams.push_back(camera.stream.get());
+  runtime::Pipeline pipeline(std::move(assembly->settings), std::move(assembly->parts));
+  if (const Status streaming = wait_for_cameras(pipeline); !streaming) return streaming.error();
+
+  WakeSignal nobody_calls;
+  nobody_calls.wait(nobody_calls.ticket(), from_s(wanted.warm_up_s));
+  const Counted before = counted_so_far(pipeline, streams);
+  const Used used_before = used_so_far();
+  const Timestamp began = host_now();
+  measuring = true;
+  nobody_calls.wait(nobody_calls.ticket(), from_s(wanted.seconds));
+  measuring = false;
+  const double seconds = to_s(host_now() - began);
+  CamerasBenchFigures figures =
+      figures_of(wanted, before, counted_so_far(pipeline, streams), used_before, used_so_far(), seconds);
+  pipeline.stop();
+  figures.load = load;
+  if (served) errors.tell(figures);
+  return figures;
+}
+
+}  // namespace mocap::bench

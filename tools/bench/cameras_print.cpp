@@ -1,0 +1,99 @@
+#include "cameras_print.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "base/exit_codes.h"
+
+namespace mocap::bench {
+namespace {
+
+nlohmann::json number_or_null(const std::optional<double>& value) {
+  return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
+}
+
+std::string text_of(const std::optional<double>& value) {
+  return value ? fmt::format("{:.1f} us", *value) : "not told";
+}
+
+}  // namespace
+
+void tell_cameras(CLI::App& command, CamerasBenchSettings& settings) {
+  command.add_option("--bus", settings.bus, "gige: served by mocap-sim on loopback; v4l2: /dev/video0 and on")
+      ->check(CLI::IsMember({"gige", "v4l2"}))
+      ->capture_default_str();
+  command.add_option("--count", settings.count, "cameras")->check(CLI::Range(1, 64))->capture_default_str();
+  command
+      .add_option_function<std::string>(
+          "--size",
+          [&settings](const std::string& size) {
+            int end = 0;
+            const int read = std::sscanf(size.c_str(), "%dx%d%n", &settings.width_px, &settings.height_px, &end);
+            if (read != 2 || static_cast<std::size_t>(end) != size.size() || settings.width_px < 16 ||
+                settings.height_px < 16) {
+              throw CLI::ValidationError("--size", size + ", expected WxH");
+            }
+          },
+          "of the images, px, such as 640x480 (the default)")
+      ->type_name("WxH");
+  command.add_option("--rate", settings.rate_hz, "images a second, Hz")
+      ->check(CLI::Range(1.0, 1000.0))
+      ->capture_default_str();
+  command.add_option("--seconds", settings.seconds, "measured time, s")
+      ->check(CLI::Range(0.5, 3600.0))
+      ->capture_default_str();
+  command.add_option("--warm-up", settings.warm_up_s, "s before that, from when all cameras stream")
+      ->check(CLI::Range(0.0, 600.0))
+      ->capture_default_str();
+  command.add_option("--format", settings.pixel_format, "pixel format; default: Mono8, GREY");
+  command.add_option("--clock", settings.clock, "estimated or utc")
+      ->check(CLI::IsMember({"estimated", "utc"}))
+      ->capture_default_str();
+  command.add_option("--clock-skew-us", settings.clock_skew_us, "of the cameras' clocks (gige)");
+  command.add_option("--clock-drift-ppm", settings.clock_drift_ppm, "of the cameras' clocks (gige)");
+  command.add_option("--delivery-jitter-us", settings.delivery_jitter_us, "mean delay of an image (gige)");
+  command.add_option("--packet-loss", settings.packet_loss, "share of the packets that are lost (gige)");
+  command.add_option("--packet-size", settings.packet_size_bytes, "bytes (gige)")
+      ->check(CLI::Range(576, 65507))
+      ->capture_default_str();
+  command.add_option("--patience-us", settings.patience_us, "of a set for its last image; 0: 3/4 of a period");
+}
+
+int cameras(const CamerasBenchSettings& settings, bool json) {
+  const Result<CamerasBenchFigures> figures = run_cameras_bench(settings);
+  if (!figures) {
+    fmt::print(stderr, "mocap-bench: {}\n", figures.error().message);
+    return kExitUnavailable;
+  }
+  const CamerasBenchFigures& f = *figures;
+  if (json) {
+    const nlohmann::json object{{"sets", f.sets},
+                                {"complete_share", f.complete_share},
+                                {"frames", f.frames},
+                                {"lost", f.lost},
+                                {"frames_share", f.frames_share},
+                                {"resent_packets", f.resent_packets},
+                                {"missing_packets", f.missing_packets},
+                                {"receive_cpu_share", f.receive_cpu_share},
+                                {"detect_cpu_share", f.detect_cpu_share},
+                                {"daemon_cpu_share", f.daemon_cpu_share},
+                                {"load_before", f.load},
+                                {"time_error_us", number_or_null(f.time_error_us)},
+                                {"time_offset_us", number_or_null(f.time_offset_us)},
+                                {"apart_us", number_or_null(f.apart_us)}};
+    fmt::print("{}\n", object.dump());
+    return kExitOk;
+  }
+  fmt::print("sets           {}\ncomplete       {:.2f} %\nimages         {}, lost {} ({:.3f} % came)\n", f.sets,
+             100.0 * f.complete_share, f.frames, f.lost, 100.0 * f.frames_share);
+  fmt::print("packets        {} sent again, {} never came\n", f.resent_packets, f.missing_packets);
+  fmt::print("a camera costs {:.1f} % of a processor to receive, {:.1f} % to detect and track, {:.1f} % in all\n",
+             100.0 * f.receive_cpu_share, 100.0 * f.detect_cpu_share, 100.0 * f.daemon_cpu_share);
+  fmt::print("exposures      off by {} rms (mean {}), apart by {} rms\nload before    {:.1f}\n",
+             text_of(f.time_error_us), text_of(f.time_offset_us), text_of(f.apart_us), f.load);
+  return kExitOk;
+}
+
+}  // namespace mocap::bench

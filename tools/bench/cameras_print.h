@@ -1,0 +1,15 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "cameras_bench.h"
+
+namespace mocap::bench {
+
+/// The options of `mocap-bench cameras`.
+void tell_cameras(CLI::App& command, CamerasBenchSettings& settings);
+
+/// Runs it and prints the figures; the exit code.
+int cameras(const CamerasBenchSettings& settings, bool json);
+
+}  // namespace mocap::bench

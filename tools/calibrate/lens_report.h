@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calibrate/lens_views.h"
+#include "calibration/fit_lens.h"
+
+namespace mocap::calibrate {
+
+/// What came of one camera.
+struct LensOutcome {
+  std::string name;
+  std::size_t images = 0;
+  std::size_t found = 0;
+  int width_px = 0;
+  int height_px = 0;
+  calibration::LensCoverage coverage;
+  Result<calibration::LensFit> fit;
+};
+
+/// Lines for a terminal.
+std::string lens_text(const LensOutcome& outcome);
+
+/// One object: `cameras.<name>.{rms_px,heldout_px,coverage,...}`, or `refused` with the reason.
+std::string lens_json(const std::vector<LensOutcome>& outcomes);
+
+}  // namespace mocap::calibrate

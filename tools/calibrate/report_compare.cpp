@@ -1,0 +1,46 @@
+#include "calibrate/report_compare.h"
+
+#include <fmt/format.h>
+
+#include "base/exit_codes.h"
+#include "calibrate/report_rig.h"
+#include "calibration/compare_rigs.h"
+#include "settings/rig_file.h"
+
+namespace mocap::calibrate {
+namespace {
+
+constexpr int kExitData = 65;  // sysexits EX_DATAERR
+
+}  // namespace
+
+void CompareCommand::add(CLI::App& app) {
+  command_ = app.add_subcommand("compare", "how two rigs differ, camera by camera");
+  command_->add_option("old", old_, "the rig to compare with")->required()->type_name("OLD.toml");
+  command_->add_option("new", new_, "the rig that is looked at")->required()->type_name("NEW.toml");
+  command_->add_flag("--truth", truth_,
+                     "OLD is right: all cameras count alike when the frames are laid on each other; else those that "
+                     "stayed count most");
+  command_->add_flag("--json", json_, "print one JSON object");
+}
+
+std::optional<int> CompareCommand::run() const {
+  if (!command_->parsed()) return std::nullopt;
+  const auto old_rig = settings::load_rig(old_);
+  const auto new_rig = settings::load_rig(new_);
+  for (const auto* rig : {&old_rig, &new_rig}) {
+    if (*rig) continue;
+    fmt::print(stderr, "{}\n", settings::to_text(rig->error()));
+    return kExitConfig;
+  }
+  const auto change = calibration::compare_rigs(
+      *old_rig, *new_rig, truth_ ? calibration::RigAlignment::AllCameras : calibration::RigAlignment::MostStayed);
+  if (!change) {
+    fmt::print(stderr, "mocap-calibrate: {} and {}: {}\n", old_.string(), new_.string(), change.error().message);
+    return kExitData;
+  }
+  fmt::print("{}", json_ ? change_json(*change) : change_text(*change));
+  return kExitOk;
+}
+
+}  // namespace mocap::calibrate

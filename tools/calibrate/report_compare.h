@@ -1,0 +1,24 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <optional>
+
+namespace mocap::calibrate {
+
+/// `mocap-calibrate compare`: how two rigs differ, camera by camera.
+class CompareCommand {
+ public:
+  void add(CLI::App& app);
+  /// The exit code; nothing where it was not asked for.
+  std::optional<int> run() const;
+
+ private:
+  CLI::App* command_ = nullptr;
+  std::filesystem::path old_;
+  std::filesystem::path new_;
+  bool truth_ = false;
+  bool json_ = false;
+};
+
+}  // namespace mocap::calibrate

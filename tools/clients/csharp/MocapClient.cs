@@ -1,0 +1,355 @@
+// The feed of a mocapd for C#: P/Invoke on libmocap_client. C# 5, no unsafe code, runs on Mono, .NET and Unity.
+//
+//   using (var client = new Mocap.Client("tcp://127.0.0.1:5570", Mocap.Axes.Unity)) {
+//     var frame = new Mocap.Frame();
+//     if (client.Poll(frame)) Use(frame.FindSubject("actor"));
+//   }
+using System;
+using System.Collections.Generic;
+using System.Runtime.InteropServices;
+using System.Text;
+
+namespace Mocap {
+
+/// The axes in which positions and rotations come.
+public enum Axes { Mocap = 0, Unity = 1, Unreal = 2, Godot = 3, Gltf = 4 }
+
+public enum Phase { Searching = 1, Tracking = 2, Lost = 3 }
+
+/// Of a bone or a marker.
+public enum State { Lost = 1, Measured = 2, Filled = 3 }
+
+/// Why no data comes, or that all is well.
+public enum Diagnosis {
+  Well = 0, NothingListens = 1, NotAFeed = 2, KeyMissing = 3, KeyRefused = 4, ServerKeyWrong = 5, NoDescription = 6,
+  VersionTooNew = 7, CamerasSilent = 8, NoSnapshots = 9, SubjectSearching = 10, ClockSkew = 11, Connecting = 12
+}
+
+[StructLayout(LayoutKind.Sequential)]
+public struct Vec3 { public float X, Y, Z; }
+
+[StructLayout(LayoutKind.Sequential)]
+public struct Quat { public float X, Y, Z, W; }
+
+/// One bone at one instant, as mocap_bone_pose.
+[StructLayout(LayoutKind.Sequential)]
+public struct BonePose {
+  public Vec3 Position;
+  public Quat Rotation;
+  public Vec3 LocalPosition;
+  public Quat LocalRotation;
+  public Vec3 Velocity;
+  public Vec3 Spin;
+  public float Confidence;
+  public State State;
+}
+
+/// One named marker at one instant, as mocap_marker_pose.
+[StructLayout(LayoutKind.Sequential)]
+public struct MarkerPose {
+  public Vec3 Position;
+  public float ResidualPx;
+  public float Confidence;
+  public uint Cameras;
+  public uint Track;
+  public State State;
+}
+
+/// A marker without a name, as mocap_point.
+[StructLayout(LayoutKind.Sequential)]
+public struct Point {
+  public Vec3 Position;
+  public float ResidualPx;
+  public uint Cameras;
+  public uint Track;
+}
+
+/// As mocap_frame_info. An instant that is not known is Client.Absent.
+[StructLayout(LayoutKind.Sequential)]
+public struct FrameInfo {
+  public ulong Number, Sequence;
+  public uint DescriptionVersion, SubjectCount, PointCount, Cameras, ExpectedCameras, Synchronised;
+  public long ExposedAtNs, ReceivedAtNs, DetectedAtNs, FusedAtNs, SentAtNs, UtcMinusHostNs;
+  public uint TimecodeRate;
+  public byte TimecodeHours, TimecodeMinutes, TimecodeSeconds, TimecodeFrames;
+  public uint TimecodeDropFrame, Reserved;
+}
+
+/// As mocap_statistics.
+[StructLayout(LayoutKind.Sequential)]
+public struct Statistics {
+  public ulong Received, Lost, Skipped, Unreadable, Restarts, Connections, Bytes;
+  public double RateHz;
+  public long AgeNs, AgeP50Ns, AgeP99Ns;
+}
+
+/// What a bone is; strings are empty where it has no such name.
+public sealed class Bone {
+  public string Name, UnityName, UnrealName, VrmName;
+  public int Parent;  // -1: the root
+  public Vec3 RestOffset;
+}
+
+/// What a subject is. The same object from frame to frame until the daemon describes it anew.
+public sealed class SubjectDescription {
+  public string Name;
+  public Bone[] Bones;
+  public string[] Markers;
+}
+
+/// One subject of a frame. Its arrays are used again by the next Poll into the same frame.
+public sealed class Subject {
+  public SubjectDescription Description;
+  public Phase Phase;
+  public int BoneCount;  // of BonePoses; 0 while it is not tracked
+  public BonePose[] BonePoses = new BonePose[0];
+  public int MarkerCount;
+  public MarkerPose[] MarkerPoses = new MarkerPose[0];
+  public string Name { get { return Description.Name; } }
+}
+
+internal static class Native {
+  const string Library = "mocap_client";
+  public const int Abi = 1;
+
+  [StructLayout(LayoutKind.Sequential)]
+  public struct Options {
+    public UIntPtr Size;
+    public IntPtr Endpoint, Topic;
+    public int Axes, Keep;
+    public IntPtr ServerKey, PublicKey, SecretKey;
+  }
+
+  [DllImport(Library)] public static extern int mocap_client_abi();
+  [DllImport(Library)] public static extern void mocap_client_options_init(ref Options options, UIntPtr size);
+  [DllImport(Library)] public static extern IntPtr mocap_client_open(ref Options options, byte[] fault, UIntPtr size);
+  [DllImport(Library)] public static extern void mocap_client_close(IntPtr client);
+  [DllImport(Library)] public static extern IntPtr mocap_frame_new();
+  [DllImport(Library)] public static extern void mocap_frame_free(IntPtr frame);
+  [DllImport(Library)] public static extern int mocap_client_poll(IntPtr client, IntPtr frame);
+  [DllImport(Library)] public static extern int mocap_client_wait(IntPtr client, IntPtr frame, int timeoutMs);
+  [DllImport(Library)]
+  public static extern int mocap_client_get_statistics(IntPtr client, out Statistics into, UIntPtr size);
+  [DllImport(Library)] public static extern int mocap_client_diagnose(IntPtr client, byte[] sentence, UIntPtr size);
+  [DllImport(Library)] public static extern void mocap_frame_get_info(IntPtr frame, out FrameInfo into, UIntPtr size);
+  [DllImport(Library)] public static extern long mocap_frame_age_ns(IntPtr frame);
+  [DllImport(Library)] public static extern IntPtr mocap_frame_session(IntPtr frame);
+  [DllImport(Library)]
+  public static extern UIntPtr mocap_frame_copy_bone_poses(IntPtr frame, UIntPtr subject, [Out] BonePose[] into,
+                                                           UIntPtr capacity);
+  [DllImport(Library)]
+  public static extern UIntPtr mocap_frame_copy_marker_poses(IntPtr frame, UIntPtr subject, [Out] MarkerPose[] into,
+                                                             UIntPtr capacity);
+  [DllImport(Library)]
+  public static extern UIntPtr mocap_frame_copy_points(IntPtr frame, [Out] Point[] into, UIntPtr capacity);
+  [DllImport(Library)] public static extern UIntPtr mocap_frame_bone_count(IntPtr frame, UIntPtr subject);
+  [DllImport(Library)] public static extern UIntPtr mocap_frame_marker_count(IntPtr frame, UIntPtr subject);
+  [DllImport(Library)] public static extern IntPtr mocap_frame_subject_name(IntPtr frame, UIntPtr subject);
+  [DllImport(Library)] public static extern int mocap_frame_subject_phase(IntPtr frame, UIntPtr subject);
+  [DllImport(Library)]
+  public static extern IntPtr mocap_frame_bone_text(IntPtr frame, UIntPtr subject, UIntPtr bone, int what);
+  [DllImport(Library)] public static extern int mocap_frame_bone_parent(IntPtr frame, UIntPtr subject, UIntPtr bone);
+  [DllImport(Library)]
+  public static extern void mocap_frame_bone_rest_offset(IntPtr frame, UIntPtr subject, UIntPtr bone, out Vec3 into);
+  [DllImport(Library)]
+  public static extern IntPtr mocap_frame_marker_name(IntPtr frame, UIntPtr subject, UIntPtr marker);
+
+  public static UIntPtr SizeOf<T>() { return (UIntPtr)(uint)Marshal.SizeOf(typeof(T)); }
+  public static UIntPtr At(int index) { return (UIntPtr)(uint)index; }
+
+  public static string Text(IntPtr utf8) {
+    int length = 0;
+    while (Marshal.ReadByte(utf8, length) != 0) ++length;
+    var bytes = new byte[length];
+    Marshal.Copy(utf8, bytes, 0, length);
+    return Encoding.UTF8.GetString(bytes);
+  }
+
+  public static string Text(byte[] utf8) {
+    int length = Array.IndexOf(utf8, (byte)0);
+    return Encoding.UTF8.GetString(utf8, 0, length < 0 ? utf8.Length : length);
+  }
+
+  // NULL for null. To be freed with Marshal.FreeHGlobal.
+  public static IntPtr Utf8(string text) {
+    if (text == null) return IntPtr.Zero;
+    byte[] bytes = Encoding.UTF8.GetBytes(text + "\0");
+    IntPtr copy = Marshal.AllocHGlobal(bytes.Length);
+    Marshal.Copy(bytes, 0, copy, bytes.Length);
+    return copy;
+  }
+}
+
+/// Holds one frame; polled again and again it keeps its memory. Belongs to one thread at a time.
+public sealed class Frame : IDisposable {
+  IntPtr handle_ = Native.mocap_frame_new();
+  readonly List<Subject> subjects_ = new List<Subject>();
+  readonly Dictionary<string, SubjectDescription> described_ = new Dictionary<string, SubjectDescription>();
+  string session_ = "";
+  uint version_;
+  Point[] points_ = new Point[0];
+
+  internal IntPtr Handle {
+    get {
+      if (handle_ == IntPtr.Zero) throw new ObjectDisposedException("Mocap.Frame");
+      return handle_;
+    }
+  }
+
+  public FrameInfo Info { get; private set; }
+  public string Session { get { return session_; } }
+  public IList<Subject> Subjects { get { return subjects_; } }
+  /// The first Info.PointCount are markers without a name.
+  public Point[] Points { get { return points_; } }
+
+  /// Exposure to now; Client.Absent where nobody knows.
+  public long AgeNs { get { return Native.mocap_frame_age_ns(Handle); } }
+
+  public Subject FindSubject(string name) {
+    foreach (Subject subject in subjects_) {
+      if (subject.Name == name) return subject;
+    }
+    return null;
+  }
+
+  public void Dispose() {
+    if (handle_ != IntPtr.Zero) Native.mocap_frame_free(handle_);
+    handle_ = IntPtr.Zero;
+    GC.SuppressFinalize(this);
+  }
+  ~Frame() { Dispose(); }
+
+  // Takes over what the library put into the handle.
+  internal void Take() {
+    FrameInfo info;
+    Native.mocap_frame_get_info(Handle, out info, Native.SizeOf<FrameInfo>());
+    string session = Native.Text(Native.mocap_frame_session(Handle));
+    if (info.DescriptionVersion != version_ || session != session_) described_.Clear();
+    version_ = info.DescriptionVersion;
+    session_ = session;
+    Info = info;
+    while (subjects_.Count > info.SubjectCount) subjects_.RemoveAt(subjects_.Count - 1);
+    while (subjects_.Count < info.SubjectCount) subjects_.Add(new Subject());
+    for (int i = 0; i < subjects_.Count; ++i) Take(subjects_[i], Native.At(i));
+    if (points_.Length < info.PointCount) points_ = new Point[info.PointCount];
+    Native.mocap_frame_copy_points(Handle, points_, Native.At(points_.Length));
+  }
+
+  void Take(Subject into, UIntPtr index) {
+    into.Description = Describe(index);
+    into.Phase = (Phase)Native.mocap_frame_subject_phase(Handle, index);
+    if (into.BonePoses.Length < into.Description.Bones.Length) {
+      into.BonePoses = new BonePose[into.Description.Bones.Length];
+    }
+    into.BoneCount = (int)(uint)Native.mocap_frame_copy_bone_poses(Handle, index, into.BonePoses,
+                                                                   Native.At(into.BonePoses.Length));
+    if (into.MarkerPoses.Length < into.Description.Markers.Length) {
+      into.MarkerPoses = new MarkerPose[into.Description.Markers.Length];
+    }
+    into.MarkerCount = (int)(uint)Native.mocap_frame_copy_marker_poses(Handle, index, into.MarkerPoses,
+                                                                       Native.At(into.MarkerPoses.Length));
+  }
+
+  SubjectDescription Describe(UIntPtr index) {
+    string name = Native.Text(Native.mocap_frame_subject_name(Handle, index));
+    SubjectDescription known;
+    if (described_.TryGetValue(name, out known)) return known;
+    var made = new SubjectDescription {
+      Name = name,
+      Bones = new Bone[(int)(uint)Native.mocap_frame_bone_count(Handle, index)],
+      Markers = new string[(int)(uint)Native.mocap_frame_marker_count(Handle, index)]
+    };
+    for (int i = 0; i < made.Bones.Length; ++i) {
+      var bone = new Bone {
+        Name = Native.Text(Native.mocap_frame_bone_text(Handle, index, Native.At(i), 0)),
+        UnityName = Native.Text(Native.mocap_frame_bone_text(Handle, index, Native.At(i), 1)),
+        UnrealName = Native.Text(Native.mocap_frame_bone_text(Handle, index, Native.At(i), 2)),
+        VrmName = Native.Text(Native.mocap_frame_bone_text(Handle, index, Native.At(i), 3)),
+        Parent = Native.mocap_frame_bone_parent(Handle, index, Native.At(i))
+      };
+      Native.mocap_frame_bone_rest_offset(Handle, index, Native.At(i), out bone.RestOffset);
+      made.Bones[i] = bone;
+    }
+    for (int i = 0; i < made.Markers.Length; ++i) {
+      made.Markers[i] = Native.Text(Native.mocap_frame_marker_name(Handle, index, Native.At(i)));
+    }
+    described_[name] = made;
+    return made;
+  }
+}
+
+/// A feed. Connects, and connects again, by itself; each method may be called from any thread.
+public sealed class Client : IDisposable {
+  public const long Absent = long.MinValue;
+  IntPtr handle_;
+
+  /// Returns at once; nobody need be there yet. Throws ArgumentException when an argument is wrong. Keys are CURVE's,
+  /// 40 characters of Z85 each; all three or none.
+  public Client(string endpoint = "tcp://127.0.0.1:5570", Axes axes = Axes.Mocap, string topic = "snapshot", int keep = 1,
+                string serverKey = null, string publicKey = null, string secretKey = null) {
+    if (Native.mocap_client_abi() != Native.Abi) {
+      throw new DllNotFoundException("libmocap_client has ABI " + Native.mocap_client_abi() + ", expected " + Native.Abi);
+    }
+    var options = new Native.Options();
+    Native.mocap_client_options_init(ref options, Native.SizeOf<Native.Options>());
+    var texts = new[] { endpoint, topic, serverKey, publicKey, secretKey };
+    IntPtr[] copies = Array.ConvertAll<string, IntPtr>(texts, Native.Utf8);
+    options.Endpoint = copies[0];
+    options.Topic = copies[1];
+    options.Axes = (int)axes;
+    options.Keep = keep;
+    options.ServerKey = copies[2];
+    options.PublicKey = copies[3];
+    options.SecretKey = copies[4];
+    var fault = new byte[256];
+    handle_ = Native.mocap_client_open(ref options, fault, Native.At(fault.Length));
+    foreach (IntPtr copy in copies) Marshal.FreeHGlobal(copy);
+    if (handle_ == IntPtr.Zero) throw new ArgumentException(Native.Text(fault));
+  }
+
+  IntPtr Handle {
+    get {
+      if (handle_ == IntPtr.Zero) throw new ObjectDisposedException("Mocap.Client");
+      return handle_;
+    }
+  }
+
+  /// True: the frame holds a newer one now. Never waits.
+  public bool Poll(Frame frame) { return Took(Native.mocap_client_poll(Handle, frame.Handle), frame); }
+
+  /// The same, and waits for it. Not for a thread that draws.
+  public bool Wait(Frame frame, int timeoutMs) {
+    return Took(Native.mocap_client_wait(Handle, frame.Handle, timeoutMs), frame);
+  }
+
+  static bool Took(int result, Frame frame) {
+    if (result != 1) return false;
+    frame.Take();
+    return true;
+  }
+
+  public Statistics Statistics {
+    get {
+      Statistics into;
+      Native.mocap_client_get_statistics(Handle, out into, Native.SizeOf<Statistics>());
+      return into;
+    }
+  }
+
+  /// Why no data comes, in one line together with what helps.
+  public Diagnosis Diagnose(out string sentence) {
+    var text = new byte[512];
+    int code = Native.mocap_client_diagnose(Handle, text, Native.At(text.Length));
+    sentence = Native.Text(text);
+    return (Diagnosis)code;
+  }
+
+  public void Dispose() {
+    if (handle_ != IntPtr.Zero) Native.mocap_client_close(handle_);
+    handle_ = IntPtr.Zero;
+    GC.SuppressFinalize(this);
+  }
+  ~Client() { Dispose(); }
+}
+
+}  // namespace Mocap

@@ -1,0 +1,128 @@
+#include "ctl/keys_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "base/exit_codes.h"
+#include "wire/curve_keys.h"
+
+namespace mocap::ctl {
+namespace {
+
+constexpr int kExitData = 65;  // sysexits EX_DATAERR
+
+int fail(const Error& error) {
+  fmt::print(stderr, "mocapctl: {}\n", error.message);
+  return error.code == ErrorCode::InvalidArgument ? kExitData : kExitUnavailable;
+}
+
+int run_new(const KeysOptions& options) {
+  const Result<wire::KeyPair> pair = wire::new_key_pair();
+  if (!pair) return fail(pair.error());
+  if (const Status saved = wire::save_key_pair(options.file, *pair); !saved) return fail(saved.error());
+  if (options.json) {
+    fmt::print("{}\n", nlohmann::ordered_json{{"file", options.file.string()}, {"public", pair->public_key}}.dump());
+  } else {
+    fmt::print("{}: written, for its owner alone; its public key is\n{}\n", options.file.string(), pair->public_key);
+  }
+  return kExitOk;
+}
+
+// A list that is not there yet is empty.
+Result<std::vector<wire::AllowedKey>> read_list(const KeysOptions& options) {
+  auto keys = wire::load_allowed_keys(options.list);
+  if (!keys && keys.error().code == ErrorCode::NotFound && !std::filesystem::exists(options.list)) {
+    return std::vector<wire::AllowedKey>{};
+  }
+  return keys;
+}
+
+int run_allow(const KeysOptions& options) {
+  std::string key = options.who;
+  if (!wire::is_key(key)) {
+    Result<std::string> read = wire::load_public_key(options.who);
+    if (!read) return fail(read.error());
+    key = *read;
+  }
+  auto keys = read_list(options);
+  if (!keys) return fail(keys.error());
+  std::erase_if(*keys, [&](const wire::AllowedKey& known) { return known.public_key == key; });
+  const wire::Role role = options.role == "operator" ? wire::Role::Operator : wire::Role::Viewer;
+  keys->push_back({key, role, options.name});
+  if (const Status saved = wire::save_allowed_keys(options.list, *keys); !saved) return fail(saved.error());
+  fmt::print("{}: {} may connect as {}\n", options.list.string(), options.name.empty() ? key : options.name,
+             options.role);
+  return kExitOk;
+}
+
+int run_revoke(const KeysOptions& options) {
+  auto keys = wire::load_allowed_keys(options.list);
+  if (!keys) return fail(keys.error());
+  std::string key = options.who;
+  if (const auto read = wire::load_public_key(options.who); read) key = *read;
+  const auto gone = std::erase_if(
+      *keys, [&](const wire::AllowedKey& known) { return known.public_key == key || known.name == options.who; });
+  if (gone == 0) {
+    return fail({ErrorCode::InvalidArgument, fmt::format("{}: has no '{}'; mocapctl keys list shows who is in it",
+                                                         options.list.string(), options.who)});
+  }
+  if (const Status saved = wire::save_allowed_keys(options.list, *keys); !saved) return fail(saved.error());
+  fmt::print("{}: {} taken out; a daemon that runs cuts them off within a second\n", options.list.string(), gone);
+  return kExitOk;
+}
+
+int run_list(const KeysOptions& options) {
+  const auto keys = wire::load_allowed_keys(options.list);
+  if (!keys) return fail(keys.error());
+  if (options.json) {
+    auto all = nlohmann::ordered_json::array();
+    for (const auto& key : *keys) {
+      all.push_back({{"public", key.public_key}, {"role", name_of(key.role)}, {"name", key.name}});
+    }
+    fmt::print("{}\n", all.dump());
+    return kExitOk;
+  }
+  for (const auto& key : *keys) fmt::print("{}  {:8}  {}\n", key.public_key, name_of(key.role), key.name);
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_keys_command(CLI::App& app, KeysOptions& options) {
+  CLI::App* keys = app.add_subcommand("keys", "who may connect to a daemon that other machines reach (CURVE)");
+  keys->require_subcommand(1);
+  keys->footer(R"(examples:
+  mocapctl keys new server.key                       the daemon's own: [security] server_key = "server.key"
+  mocapctl keys new anna.key                         a client's; its public line may travel, its secret one never
+  mocapctl keys allow anna.key --name anna --role operator --list allowed.keys
+                                                     [security] allowed_keys = "allowed.keys"
+  mocapctl keys revoke anna --list allowed.keys      a daemon that runs cuts anna off within a second
+  mocapctl status --endpoint tcp://10.0.0.7:5571 --server-key server.key --key anna.key)");
+  CLI::App* make = keys->add_subcommand("new", "make a pair of keys");
+  make->add_option("file", options.file, "that gets it, for its owner alone; there must be none yet")->required();
+  make->callback([&options] { options.run = [&options] { return run_new(options); }; });
+  CLI::App* allow = keys->add_subcommand("allow", "put a client's key on the list, or change its role");
+  allow->add_option("key", options.who, "a public key, or the file of one")->required();
+  allow->add_option("--name", options.name, "whose it is: one word, for people and the log");
+  allow->add_option("--role", options.role, "viewer: watches and asks; operator: changes things, too")
+      ->check(CLI::IsMember({"viewer", "operator"}))
+      ->capture_default_str();
+  allow->callback([&options] { options.run = [&options] { return run_allow(options); }; });
+  CLI::App* revoke = keys->add_subcommand("revoke", "take a client's key from the list");
+  revoke->add_option("key", options.who, "a public key, the file of one, or a name")->required();
+  revoke->callback([&options] { options.run = [&options] { return run_revoke(options); }; });
+  CLI::App* list = keys->add_subcommand("list", "who may connect");
+  list->callback([&options] { options.run = [&options] { return run_list(options); }; });
+  for (CLI::App* command : {allow, revoke, list}) {
+    command->add_option("--list", options.list, "the list of those who may connect")
+        ->type_name("FILE")
+        ->capture_default_str();
+  }
+  for (CLI::App* command : {make, list}) command->add_flag("--json", options.json, "print JSON");
+}
+
+}  // namespace mocap::ctl

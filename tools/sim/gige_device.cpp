@@ -1,0 +1,320 @@
+#include "gige_device.h"
+
+#include <arpa/inet.h>
+#include <arv.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <utility>
+
+#include "gige_features.h"
+
+namespace mocap::sim {
+namespace {
+
+constexpr std::uint16_t kPort = 3956;
+constexpr std::uint8_t kKey = 0x42;
+// Commands; an acknowledge is the next number.
+constexpr std::uint16_t kDiscovery = 0x0002, kResend = 0x0040, kReadRegister = 0x0080, kWriteRegister = 0x0082,
+                        kReadMemory = 0x0084, kWriteMemory = 0x0086;
+constexpr std::uint8_t kRefused = 0x80, kAccessDenied = 0x06;
+// Bootstrap registers.
+constexpr std::uint32_t kMacHigh = 0x0008, kMacLow = 0x000c, kDiscoveryBytes = 0xf8, kCapability = 0x0934,
+                        kHeartbeat_ms = 0x0938, kPrivilege = 0x0a00, kStreamPort = 0x0d00, kPacketSize = 0x0d04,
+                        kPacketDelay = 0x0d08, kStreamAddress = 0x0d18;
+constexpr std::uint32_t kCanResend = 1U << 2, kCanWriteMemory = 1U << 1;
+constexpr std::uint32_t kFireTestPacket = 1U << 31;
+constexpr int kLookAtStop_ms = 20;
+
+std::uint16_t get16(const std::uint8_t* at) { return static_cast<std::uint16_t>(at[0] << 8 | at[1]); }
+std::uint32_t get32(const std::uint8_t* at) { return std::uint32_t{get16(at)} << 16 | get16(at + 2); }
+void put16(std::uint8_t* at, std::uint32_t value) {
+  at[0] = static_cast<std::uint8_t>(value >> 8);
+  at[1] = static_cast<std::uint8_t>(value);
+}
+void put32(std::uint8_t* at, std::uint32_t value) {
+  put16(at, value >> 16);
+  put16(at + 2, value);
+}
+
+bool same(const sockaddr_in& a, const sockaddr_in& b) {
+  return a.sin_addr.s_addr == b.sin_addr.s_addr && a.sin_port == b.sin_port;
+}
+
+int bound_socket(in_addr address, bool shared) {
+  const int handle = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (handle < 0) return -1;
+  const int yes = 1;
+  if (shared) setsockopt(handle, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  setsockopt(handle, SOL_SOCKET, SO_BROADCAST, &yes, sizeof yes);
+  sockaddr_in name{};
+  name.sin_family = AF_INET;
+  name.sin_port = htons(kPort);
+  name.sin_addr = address;
+  if (bind(handle, reinterpret_cast<const sockaddr*>(&name), sizeof name) == 0) return handle;
+  close(handle);
+  return -1;
+}
+
+}  // namespace
+
+/// One datagram of a client, and the socket that took it.
+struct GigeDevice::Command {
+  int socket = -1;
+  sockaddr_in from{};
+  std::uint16_t command = 0;
+  std::uint16_t request = 0;
+  std::span<const std::uint8_t> data;
+
+  void acknowledge(std::span<const std::uint8_t> payload) const {
+    std::array<std::uint8_t, 600> packet{};
+    put16(&packet[2], command + 1U);
+    put16(&packet[4], static_cast<std::uint32_t>(payload.size()));
+    put16(&packet[6], request);
+    std::copy(payload.begin(), payload.end(), packet.begin() + 8);
+    sendto(socket, packet.data(), 8 + payload.size(), 0, reinterpret_cast<const sockaddr*>(&from), sizeof from);
+  }
+};
+
+GigeDevice::GigeDevice(const Settings& settings) : settings_(settings), stream_(settings.lost_share, settings.seed) {}
+
+Result<std::unique_ptr<GigeDevice>> GigeDevice::serve(const Settings& settings) {
+  std::unique_ptr<GigeDevice> device(new GigeDevice(settings));
+  if (const Status opened = device->open(); !opened) return opened.error();
+  device->describe();
+  device->thread_ = std::jthread([raw = device.get()](const std::stop_token& stop) { raw->run(stop); });
+  return device;
+}
+
+GigeDevice::~GigeDevice() {
+  thread_ = {};  // ended and joined
+  for (const int each : sockets_) {
+    if (each >= 0) close(each);
+  }
+  if (registers_ != nullptr) g_object_unref(registers_);
+}
+
+Status GigeDevice::open() {
+  in_addr address{};
+  const bool is_address = inet_pton(AF_INET, settings_.address.c_str(), &address) == 1;
+  if (is_address) sockets_[0] = bound_socket(address, false);
+  if (sockets_[0] < 0 || !stream_.open(address)) {
+    return Error{ErrorCode::Busy,
+                 fmt::format("cannot serve at {} (UDP port {}): {}; another camera is simulated there, or no interface "
+                             "has this address: try --first-address, or ip addr add {}/8 dev lo",
+                             settings_.address, kPort, is_address ? std::strerror(errno) : "not an IPv4 address",
+                             settings_.address)};
+  }
+  in_addr everybody{};
+  everybody.s_addr = htonl(INADDR_BROADCAST);
+  sockets_[1] = bound_socket(everybody, true);
+  in_addr subnet{};
+  subnet.s_addr = address.s_addr | htonl(0x00ffffff);  // loopback's, where cameras are served
+  sockets_[2] = bound_socket(subnet, true);
+  return {};
+}
+
+void GigeDevice::describe() {
+  ArvFakeCamera* const stock = arv_fake_camera_new(settings_.serial.c_str());
+  std::size_t size = 0;
+  const char* const xml = arv_fake_camera_get_genicam_xml(stock, &size);
+  const std::string more = with_more_features(std::string(xml, size));
+  g_object_unref(stock);
+  std::array<char, 32> name{"/tmp/mocap-sim-XXXXXX"};
+  const int file = mkstemp(name.data());
+  const bool written = file >= 0 && ::write(file, more.data(), more.size()) == static_cast<ssize_t>(more.size());
+  registers_ = arv_fake_camera_new_full(settings_.serial.c_str(), written ? name.data() : nullptr);
+  if (file >= 0) {
+    close(file);
+    unlink(name.data());
+  }
+  GInetAddress* const address = g_inet_address_new_from_string(settings_.address.c_str());
+  arv_fake_camera_set_inet_address(registers_, address);
+  g_object_unref(address);
+  const auto set = [&](std::uint32_t at, double value) {
+    arv_fake_camera_write_register(registers_, at, static_cast<std::uint32_t>(value));
+  };
+  set(ARV_FAKE_CAMERA_REGISTER_SENSOR_WIDTH, settings_.width_px);
+  set(ARV_FAKE_CAMERA_REGISTER_SENSOR_HEIGHT, settings_.height_px);
+  set(ARV_FAKE_CAMERA_REGISTER_WIDTH, settings_.width_px);
+  set(ARV_FAKE_CAMERA_REGISTER_HEIGHT, settings_.height_px);
+  set(ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US, 1e6 / settings_.rate_hz);
+  set(ARV_FAKE_CAMERA_REGISTER_EXPOSURE_TIME_US, settings_.exposure_us);
+  set(kCapability, kCanWriteMemory | (settings_.resends ? kCanResend : 0U));
+  set(kPtpStatus, kPtpDisabled);
+  in_addr own{};
+  inet_pton(AF_INET, settings_.address.c_str(), &own);
+  set(kMacHigh, 0x0200);  // locally administered
+  set(kMacLow, ntohl(own.s_addr));
+  set(kTemperature, 41);
+}
+
+bool GigeDevice::acquiring() const {
+  return read(kPrivilege) != 0 && arv_fake_camera_get_acquisition_status(registers_) != 0;
+}
+
+GigeDevice::Trigger GigeDevice::trigger() const {
+  if (arv_fake_camera_is_in_software_trigger_mode(registers_)) return Trigger::Software;
+  return read(ARV_FAKE_CAMERA_REGISTER_TRIGGER_MODE) != 0 ? Trigger::Line : Trigger::Free;
+}
+
+bool GigeDevice::take_software_trigger() {
+  return arv_fake_camera_check_and_acknowledge_software_trigger(registers_) != 0;
+}
+
+std::uint32_t GigeDevice::read(std::uint32_t address) const {
+  guint32 value = 0;
+  arv_fake_camera_read_register(registers_, address, &value);
+  return value;
+}
+
+std::uint32_t GigeDevice::period_us() const {
+  return std::max(1U, read(ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US));
+}
+
+std::uint32_t GigeDevice::exposure_us() const { return read(ARV_FAKE_CAMERA_REGISTER_EXPOSURE_TIME_US); }
+
+ServedImage GigeDevice::layout() const {
+  ServedImage image;
+  image.pixel_format = read(ARV_FAKE_CAMERA_REGISTER_PIXEL_FORMAT);
+  image.width = read(ARV_FAKE_CAMERA_REGISTER_WIDTH);
+  image.height = read(ARV_FAKE_CAMERA_REGISTER_HEIGHT);
+  image.left = read(ARV_FAKE_CAMERA_REGISTER_X_OFFSET);
+  image.top = read(ARV_FAKE_CAMERA_REGISTER_Y_OFFSET);
+  return image;
+}
+
+std::size_t GigeDevice::payload_bytes() const {
+  const ServedImage image = layout();
+  const std::size_t bits = (image.pixel_format >> 16) & 0xff;
+  return std::size_t{image.width} * image.height * bits / 8;
+}
+
+StreamRoute GigeDevice::route() const {
+  StreamRoute route;
+  route.to.sin_family = AF_INET;
+  route.to.sin_addr.s_addr = htonl(read(kStreamAddress));
+  route.to.sin_port = htons(static_cast<std::uint16_t>(read(kStreamPort)));
+  route.packet_bytes = read(kPacketSize) & 0xffff;
+  route.packet_delay = Duration{read(kPacketDelay)};  // the clock counts ns
+  return route;
+}
+
+void GigeDevice::run(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    std::array<pollfd, 3> waiting{};
+    for (std::size_t i = 0; i < waiting.size(); ++i) waiting[i] = {sockets_[i], POLLIN, 0};
+    poll(waiting.data(), waiting.size(), kLookAtStop_ms);
+    for (const pollfd& each : waiting) {
+      if ((each.revents & POLLIN) != 0) answer(each.fd);
+    }
+    let_go_of_silent_client();
+  }
+}
+
+void GigeDevice::answer(int socket) {
+  std::array<std::uint8_t, 1500> packet{};
+  Command command;
+  command.socket = socket;
+  socklen_t length = sizeof command.from;
+  const ssize_t size =
+      recvfrom(socket, packet.data(), packet.size(), 0, reinterpret_cast<sockaddr*>(&command.from), &length);
+  if (size < 8 || packet[0] != kKey || get16(&packet[4]) + 8 > size) return;
+  command.command = get16(&packet[2]);
+  command.request = get16(&packet[6]);
+  command.data = std::span(packet).subspan(8, get16(&packet[4]));
+  if (client_ && same(*client_, command.from)) client_heard_at_ = host_now();
+  if (read_command(command) || write_command(command)) follow_control(command);
+}
+
+bool GigeDevice::read_command(const Command& command) {
+  const auto& data = command.data;
+  std::array<std::uint8_t, 580> payload{};
+  if (command.command == kDiscovery) {
+    arv_fake_camera_read_memory(registers_, 0, kDiscoveryBytes, payload.data());
+    command.acknowledge(std::span(payload).first(kDiscoveryBytes));
+  } else if (command.command == kReadRegister && data.size() >= 4) {
+    put32(payload.data(), read(get32(data.data())));
+    command.acknowledge(std::span(payload).first(4));
+  } else if (command.command == kReadMemory && data.size() >= 8) {
+    const std::uint32_t count = std::min<std::uint32_t>(get16(&data[6]), 512);
+    put32(payload.data(), get32(data.data()));
+    arv_fake_camera_read_memory(registers_, get32(data.data()), count, &payload[4]);
+    command.acknowledge(std::span(payload).first(4 + count));
+  } else if (command.command == kResend && data.size() >= 12) {
+    const std::uint32_t first = get32(&data[4]) & 0xffffff, last = get32(&data[8]) & 0xffffff;
+    if (settings_.resends) stream_.resend(get16(&data[2]), first, last);
+  } else {
+    return false;
+  }
+  return true;
+}
+
+bool GigeDevice::write_command(const Command& command) {
+  const auto& data = command.data;
+  const bool one = command.command == kWriteRegister && data.size() >= 8;
+  if (!one && !(command.command == kWriteMemory && data.size() > 4)) return false;
+  if (!may_write(command.from)) {
+    refuse(command);
+    return false;
+  }
+  std::array<std::uint8_t, 4> payload{};
+  if (one) {
+    arv_fake_camera_write_register(registers_, get32(data.data()), get32(&data[4]));
+    written(get32(data.data()), get32(&data[4]));
+    put32(payload.data(), 1);
+  } else {
+    std::array<std::uint8_t, 1500> bytes{};
+    std::copy(data.begin() + 4, data.end(), bytes.begin());
+    arv_fake_camera_write_memory(registers_, get32(data.data()), static_cast<std::uint32_t>(data.size() - 4),
+                                 bytes.data());
+    put32(payload.data(), get32(data.data()));
+  }
+  command.acknowledge(payload);
+  return true;
+}
+
+void GigeDevice::written(std::uint32_t address, std::uint32_t value) {
+  if (address == ARV_FAKE_CAMERA_REGISTER_ACQUISITION && value != 0) ++acquisitions_;
+  if (address == kPacketSize && (value & kFireTestPacket) != 0) stream_.send_test_packet(route());
+  const auto set = [&](std::uint32_t at, std::uint32_t to) { arv_fake_camera_write_register(registers_, at, to); };
+  if (address == kPtpEnable) set(kPtpStatus, value != 0 ? kPtpSlave : kPtpDisabled);
+  if (address == kPtpLatch) set(kPtpOffset_ns, static_cast<std::uint32_t>(settings_.ptp_offset_ns));
+}
+
+void GigeDevice::refuse(const Command& command) {
+  std::array<std::uint8_t, 8> packet{kRefused, kAccessDenied};
+  put16(&packet[2], command.command + 1U);
+  put16(&packet[6], command.request);
+  sendto(command.socket, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&command.from),
+         sizeof command.from);
+}
+
+bool GigeDevice::may_write(const sockaddr_in& from) const { return !client_ || same(*client_, from); }
+
+void GigeDevice::follow_control(const Command& command) {
+  const bool controlled = read(kPrivilege) != 0;
+  if (!client_ && controlled) {
+    client_ = command.from;
+    client_heard_at_ = host_now();
+  } else if (client_ && !controlled) {
+    client_.reset();
+  }
+}
+
+void GigeDevice::let_go_of_silent_client() {
+  if (!client_ || host_now() - client_heard_at_ < std::chrono::milliseconds(read(kHeartbeat_ms))) return;
+  client_.reset();
+  arv_fake_camera_write_register(registers_, kPrivilege, 0);
+  arv_fake_camera_write_register(registers_, ARV_FAKE_CAMERA_REGISTER_ACQUISITION, 0);
+}
+
+}  // namespace mocap::sim

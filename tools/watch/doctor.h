@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+namespace mocap::watch {
+
+struct DoctorOptions {
+  std::string endpoint;
+  std::string server_key;  ///< CURVE, Z85; empty: none
+  std::string public_key;
+  std::string secret_key;
+  double seconds = 4.0;  ///< how long it may look; ends sooner when the answer cannot change
+};
+
+struct DoctorWord {
+  int exit_code = 0;     ///< 0: well; 10 and the number of enum mocap_diagnosis; 64: an option is wrong
+  std::string sentence;  ///< what is wrong and what helps, in one line
+};
+
+/// Listens as a plugin would, through the C client, and says why it gets no data. Blocks.
+DoctorWord ask_doctor(const DoctorOptions& options);
+
+}  // namespace mocap::watch
