@@ -215,8 +215,7 @@ std::optional<CameraModel> by_dlt(const CameraModel& sizes, std::span<const Know
   camera.camera_from_world.rotation = r;
   camera.camera_from_world.translation = k.inverse() * projection.col(3);
   k /= k(2, 2);
-  camera.lens = {LensKind::Pinhole, k(0, 0), k(1, 1), k(0, 2), k(1, 2), {}};
-  camera.lens.distortion.setZero();
+  camera.lens = {LensKind::Pinhole, k(0, 0), k(1, 1), k(0, 2), k(1, 2)};
   return camera;
 }
 

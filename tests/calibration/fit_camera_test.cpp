@@ -21,7 +21,7 @@ CameraModel some_camera() {
   camera.name = "one";
   camera.width_px = 1280;
   camera.height_px = 1024;
-  camera.lens = {LensKind::Pinhole, 1150.0, 1148.0, 650.0, 500.0, {}};
+  camera.lens = {LensKind::Pinhole, 1150.0, 1148.0, 650.0, 500.0};
   camera.lens.distortion << -0.12, 0.06, 0.0004, -0.0006, 0.0;
   camera.camera_from_world = scene::look_at({3.0, 1.0, 2.2}, {0.0, 0.0, 1.0});
   return camera;
