@@ -124,8 +124,10 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   if (!publisher) return publisher.error();
   made.parts.publisher = std::move(*publisher);
 
-  if (!settings.control.endpoint.empty()) {
-    Result<std::unique_ptr<wire::ZmqControl>> control = wire::ZmqControl::open(settings.control);
+  if (settings.control.endpoint != "none") {
+    wire::ControlSettings listening = settings.control;
+    if (listening.endpoint.empty()) listening.endpoint = wire::control_beside(settings.publish.endpoint);
+    Result<std::unique_ptr<wire::ZmqControl>> control = wire::ZmqControl::open(listening);
     if (!control) return control.error();
     made.parts.control = std::move(*control);
   }

@@ -214,9 +214,6 @@ Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path&
   load_the_marker_sets(*file, tables, settings);
   if (!file->faults().list.empty()) return file->faults();
   settings.nominal_rate_hz = nominal_rate_hz(settings);
-  std::string& control = settings.control.endpoint;
-  if (control.empty()) control = wire::control_beside(settings.publish.endpoint);
-  if (control == "none") control.clear();
   return settings;
 }
 

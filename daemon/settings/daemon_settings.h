@@ -65,7 +65,7 @@ struct DaemonSettings {
   stages::RefineSettings refine;
   stages::DriftSettings drift;  ///< [watch]; drift_px 0: off
   wire::PublisherSettings publish;
-  wire::ControlSettings control;  ///< its endpoint as it is in force
+  wire::ControlSettings control;  ///< endpoint empty: beside the feed; "none": nobody is listened to
   RecordSettings record;
   runtime::PipelineSettings pipeline;  ///< [capture], [align], [publish], [reopen], [queues], [realtime]
   bool lock_memory = false;

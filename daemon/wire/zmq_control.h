@@ -11,7 +11,7 @@
 namespace mocap::wire {
 
 struct ControlSettings {
-  std::string endpoint;                          ///< tcp://ADDRESS:PORT or ipc://PATH; empty: nobody is listened to
+  std::string endpoint;                          ///< tcp://ADDRESS:PORT or ipc://PATH
   std::vector<std::string> more_endpoints = {};  ///< that it listens at, too
   bool allow_remote = false;  ///< listen where other machines can reach it, though nobody is asked who they are
   CurveSettings curve = {};
