@@ -63,13 +63,16 @@ class Doctor(unittest.TestCase):
         feed = self.feed(keys=[key.encode() for key in server], allowed={ours[0].encode()})
 
         def keys(server_key, pair):
-            return "--server-key", server_key, "--public-key", pair[0], "--secret-key", pair[1]
+            file = self.desk.write("own.key", f"# a comment\npublic {pair[0]}\nsecret {pair[1]}\n")
+            return "--server-key", server_key, "--key", file
 
+        in_a_file = self.desk.write("server.key", f"public {server[0]}\n")
         self.assert_says(feed.endpoint, 0, "all is well", keys=keys(server[0], ours))
+        self.assert_says(feed.endpoint, 0, "all is well", keys=keys(in_a_file, ours))
         self.assert_says(feed.endpoint, 13, "wants a key", "mocapctl keys new")
         self.assert_says(feed.endpoint, 14, "does not know our public key", "mocapctl keys allow", keys=keys(server[0], others))
         self.assert_says(feed.endpoint, 15, "is not who our server key says", keys=keys(others[0], ours))
-        self.assert_says(feed.endpoint, 64, "40 characters", keys=("--server-key", "short"))
+        self.assert_says(feed.endpoint, 64, "server_key is neither a key", keys=("--server-key", "short"))
 
     def test_no_description(self):
         self.assert_says(self.feed(describes=False).endpoint, 16, "never says what it sends")

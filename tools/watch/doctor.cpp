@@ -38,11 +38,8 @@ std::string figures_of(const Client& client, const ClientFrame& frame) {
 
 DoctorWord ask_doctor(const DoctorOptions& options) {
   std::string fault;
-  const auto client = Client::open({.endpoint = options.endpoint,
-                                    .server_key = options.server_key,
-                                    .public_key = options.public_key,
-                                    .secret_key = options.secret_key},
-                                   &fault);
+  const auto client =
+      Client::open({.endpoint = options.endpoint, .server_key = options.server_key, .secret_key = options.key}, &fault);
   if (!client) return {kUsage, fault};
   ClientFrame frame;
   ClientDiagnosis found;

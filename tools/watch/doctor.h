@@ -6,10 +6,9 @@ namespace mocap::watch {
 
 struct DoctorOptions {
   std::string endpoint;
-  std::string server_key;  ///< CURVE, Z85; empty: none
-  std::string public_key;
-  std::string secret_key;
-  double seconds = 4.0;  ///< how long it may look; ends sooner when the answer cannot change
+  std::string server_key;  ///< CURVE: the daemon's public key or a file with it; empty: none
+  std::string key;         ///< our own, a file of mocapctl keys new
+  double seconds = 4.0;    ///< how long it may look; ends sooner when the answer cannot change
 };
 
 struct DoctorWord {

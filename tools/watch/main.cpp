@@ -38,8 +38,7 @@ struct Options {
   std::string summary;
   bool doctor = false;
   std::string server_key;
-  std::string public_key;
-  std::string secret_key;
+  std::string key;
 };
 
 // One line that is written over on a terminal, one line after the other elsewhere.
@@ -170,7 +169,7 @@ int watch_feed(const Options& options) {
 }
 
 int doctor(const Options& options) {
-  watch::DoctorOptions asked{options.endpoint, options.server_key, options.public_key, options.secret_key};
+  watch::DoctorOptions asked{options.endpoint, options.server_key, options.key};
   if (options.seconds) asked.seconds = *options.seconds;
   const watch::DoctorWord word = watch::ask_doctor(asked);
   fmt::print(word.exit_code == 0 ? stdout : stderr, "mocap-watch: {}\n", word.sentence);
@@ -196,9 +195,8 @@ skew, 22 too early to say)");
   app.add_option("--frames", options.frames, "end after this many snapshots")->check(CLI::PositiveNumber);
   app.add_option("--summary", options.summary, "at the end, write one JSON object to this file (-: standard output)");
   app.add_flag("--doctor", options.doctor, "say why there is no data");
-  app.add_option("--server-key", options.server_key, "CURVE, for --doctor: the daemon's public key (Z85)");
-  app.add_option("--public-key", options.public_key, "CURVE, for --doctor: ours");
-  app.add_option("--secret-key", options.secret_key, "CURVE, for --doctor: ours");
+  app.add_option("--server-key", options.server_key, "for --doctor: the daemon's public key, or a file with it");
+  app.add_option("--key", options.key, "for --doctor: our own key, a file of mocapctl keys new");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& fault) {

@@ -14,6 +14,7 @@ using mocap::client::Axes;
 using mocap::client::Feed;
 using mocap::client::FeedSettings;
 using mocap::client::Frame;
+using mocap::client::read_keys;
 using mocap::client::Socket;
 using mocap::client::SocketSettings;
 
@@ -90,12 +91,16 @@ std::string fault_of(const mocap_client_options& options) {
 mocap_client* open_client(const mocap_client_options& options, std::string& fault) {
   fault = fault_of(options);
   if (!fault.empty()) return nullptr;
-  const SocketSettings socket_settings{text_of(options.endpoint), text_of(options.topic), text_of(options.server_key),
-                                       text_of(options.public_key), text_of(options.secret_key)};
+  SocketSettings socket_settings{
+      text_of(options.endpoint),
+      text_of(options.topic),
+      {text_of(options.server_key), text_of(options.public_key), text_of(options.secret_key)}};
+  fault = read_keys(socket_settings.keys);
+  if (!fault.empty()) return nullptr;
   std::unique_ptr<Socket> socket = Socket::open(socket_settings, fault);
   if (socket == nullptr) return nullptr;
   return new mocap_client({socket_settings.endpoint, socket_settings.topic, options.axes,
-                           static_cast<std::size_t>(options.keep), next_id++, !socket_settings.server_key.empty()},
+                           static_cast<std::size_t>(options.keep), next_id++, !socket_settings.keys.server.empty()},
                           std::move(socket));
 }
 

@@ -21,15 +21,16 @@ Diagnosis Feed::why_not_connected() const {
     case MOCAP_KEY_MISSING:
       if (settings_.has_keys) {
         return {MOCAP_KEY_MISSING,
-                at + " takes no keys and we have some: leave them out, or set [publish] curve there"};
+                at + " takes no keys and we have some: leave them out, or set [security] server_key there"};
       }
-      return {MOCAP_KEY_MISSING, at + " wants a key: make one with 'mocapctl keys new' and give it to this client"};
+      return {MOCAP_KEY_MISSING,
+              at + " wants a key: make one with 'mocapctl keys new', allow it there, and give it to this client"};
     case MOCAP_KEY_REFUSED:
       return {MOCAP_KEY_REFUSED,
               at + " does not know our public key: allow it there with 'mocapctl keys allow', or it was revoked"};
     case MOCAP_SERVER_KEY_WRONG:
-      return {MOCAP_SERVER_KEY_WRONG,
-              at + " is not who our server key says: take the server's public key from 'mocapctl keys list' there"};
+      return {MOCAP_SERVER_KEY_WRONG, at + " is not who our server key says: take the public key in the file that "
+                                           "[security] server_key names there"};
     case MOCAP_NOT_A_FEED:
       return {MOCAP_NOT_A_FEED, "who listens at " + at + " is no mocapd: check the port against [publish] endpoint"};
     default: break;

@@ -93,12 +93,14 @@ typedef struct mocap_quat {
 } mocap_quat;
 
 typedef struct mocap_client_options {
-  size_t size;            /* of this struct; set by mocap_client_options_init */
-  const char* endpoint;   /* tcp://ADDRESS:PORT or ipc://PATH; default tcp://127.0.0.1:5570 */
-  const char* topic;      /* default "snapshot", all; "subject/NAME" that one, without points; "markers" no bones */
-  int32_t axes;           /* enum mocap_axes */
-  int32_t keep;           /* frames kept for poll: 1 (default) the newest only; more: poll gives each, oldest first */
-  const char* server_key; /* CURVE, 40 characters of Z85 each; all three or none */
+  size_t size;          /* of this struct; set by mocap_client_options_init */
+  const char* endpoint; /* tcp://ADDRESS:PORT or ipc://PATH; default tcp://127.0.0.1:5570 */
+  const char* topic;    /* default "snapshot", all; "subject/NAME" that one, without points; "markers" no bones */
+  int32_t axes;         /* enum mocap_axes */
+  int32_t keep;         /* frames kept for poll: 1 (default) the newest only; more: poll gives each, oldest first */
+  /* CURVE; all or none. Each is 40 characters of Z85, or a file of `mocapctl keys new` that holds it; where secret_key
+     is such a file, public_key may be NULL. */
+  const char* server_key;
   const char* public_key;
   const char* secret_key;
 } mocap_client_options;

@@ -20,7 +20,6 @@ constexpr int kMessagesATime = 1000;  // then the thread looks at the connection
 constexpr std::int64_t kTryAnew_ns = 500'000'000;
 constexpr const char* kMonitor = "inproc://monitor-";  // and a number: the last one may not be gone yet
 constexpr const char* kStop = "inproc://stop";
-constexpr std::size_t kKeyLength = 40;
 
 // Closes itself.
 struct Message {
@@ -31,11 +30,6 @@ struct Message {
   ~Message() { zmq_msg_close(&raw); }
   std::string_view bytes() { return {static_cast<const char*>(zmq_msg_data(&raw)), zmq_msg_size(&raw)}; }
 };
-
-bool is_key(const std::string& text) {
-  std::uint8_t binary[32];
-  return text.size() == kKeyLength && zmq_z85_decode(binary, text.c_str()) != nullptr;
-}
 
 }  // namespace
 
@@ -84,12 +78,12 @@ struct Socket::Impl {
   }
 
   bool set_keys() {
-    if (settings.server_key.empty()) return true;
+    if (settings.keys.server.empty()) return true;
     const auto set = [this](int option, const std::string& key) {
       return zmq_setsockopt(feed, option, key.c_str(), key.size() + 1) == 0;
     };
-    return set(ZMQ_CURVE_SERVERKEY, settings.server_key) && set(ZMQ_CURVE_PUBLICKEY, settings.public_key) &&
-           set(ZMQ_CURVE_SECRETKEY, settings.secret_key);
+    return set(ZMQ_CURVE_SERVERKEY, settings.keys.server) && set(ZMQ_CURVE_PUBLICKEY, settings.keys.own_public) &&
+           set(ZMQ_CURVE_SECRETKEY, settings.keys.own_secret);
   }
 
   // Gives what is wrong, or nothing.
@@ -190,7 +184,8 @@ struct Socket::Impl {
         return failed(value == ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH ? MOCAP_KEY_MISSING : MOCAP_NOT_A_FEED, true);
       case ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL:
         // A server to whom our words are noise hangs up; one that speaks another language does so too.
-        return failed(settings.server_key.empty() || value != EPIPE ? MOCAP_NOT_A_FEED : MOCAP_SERVER_KEY_WRONG, false);
+        return failed(settings.keys.server.empty() || value != EPIPE ? MOCAP_NOT_A_FEED : MOCAP_SERVER_KEY_WRONG,
+                      false);
       default: return;
     }
   }
@@ -209,12 +204,6 @@ Socket::~Socket() = default;
 const Link& Socket::link() const { return impl_->link; }
 
 std::unique_ptr<Socket> Socket::open(const SocketSettings& settings, std::string& fault) {
-  const bool any = !settings.server_key.empty() || !settings.public_key.empty() || !settings.secret_key.empty();
-  for (const std::string* key : {&settings.server_key, &settings.public_key, &settings.secret_key}) {
-    if (!any || is_key(*key)) continue;
-    fault = "server_key, public_key and secret_key must be 40 characters of Z85 each, or all absent";
-    return nullptr;
-  }
   auto impl = std::make_unique<Impl>();
   impl->settings = settings;
   impl->link.since_ns = now().host_ns;

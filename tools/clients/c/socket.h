@@ -7,15 +7,14 @@
 #include <string_view>
 
 #include "feed.h"
+#include "keys.h"
 
 namespace mocap::client {
 
 struct SocketSettings {
   std::string endpoint;
   std::string topic;
-  std::string server_key;  ///< CURVE, Z85; empty: none
-  std::string public_key;
-  std::string secret_key;
+  Keys keys;
 };
 
 /// The connection to a feed. It is made again by itself, also after failures after which ZeroMQ gives up (a key that is

@@ -139,9 +139,8 @@ exit codes: 0 something was sent, 64 wrong command line, 69 the feed gave nothin
       ->check(CLI::Range(1.0, 1000.0))
       ->capture_default_str();
   app.add_option("--seconds", options.seconds, "end after this time")->check(CLI::PositiveNumber);
-  app.add_option("--server-key", options.feed.server_key, "CURVE: the daemon's public key (Z85)");
-  app.add_option("--public-key", options.feed.public_key, "CURVE: ours");
-  app.add_option("--secret-key", options.feed.secret_key, "CURVE: ours");
+  app.add_option("--server-key", options.feed.server_key, "the daemon's public key, or a file with it");
+  app.add_option("--key", options.feed.secret_key, "our own key, a file of mocapctl keys new");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& fault) {

@@ -43,6 +43,20 @@ def _is_local(endpoint):
     return endpoint.startswith(("ipc://", "tcp://127.", "tcp://localhost:", "tcp://[::1]:"))
 
 
+def _read_keys(keys):
+    if keys is None or len(keys) == 3:
+        return keys
+    words = {}
+    for path in keys:
+        with open(path, encoding="utf-8") as file:
+            words[path] = dict(line.split()[:2] for line in file if len(line.split()) >= 2)
+    server, own = keys
+    try:
+        return words[server]["public"], words[own]["public"], words[own]["secret"]
+    except KeyError as missing:
+        raise ValueError(f"keys: no line {missing} in {server} or {own}; expected files of mocapctl keys new") from None
+
+
 def _varints(payload):
     """Number and sequence, the first fields of a snapshot, without parsing the rest."""
     values = {}
@@ -65,7 +79,8 @@ class Client:
     """A feed. Any thread may call; they take turns.
 
     keep=1 (default): poll gives the newest frame. keep="all": poll gives every frame, oldest first.
-    keys: (server's public, our public, our secret), 40 characters of Z85 each.
+    keys: (server's public, our public, our secret), 40 characters of Z85 each; or (server's, ours), files of
+    `mocapctl keys new` that hold them.
     """
 
     def __init__(self, endpoint="tcp://127.0.0.1:5570", axes="mocap", topic="snapshot", keep=1, keys=None):
@@ -74,7 +89,7 @@ class Client:
         if keep not in (1, "all"):
             raise ValueError(f"keep is {keep!r}, expected 1 or 'all'")
         self.endpoint, self.topic = endpoint, topic
-        self._axes, self._keep, self._keys = AXES[axes], keep, keys
+        self._axes, self._keep, self._keys = AXES[axes], keep, _read_keys(keys)
         self._local = _is_local(endpoint)
         self._lock = threading.RLock()
         self._context = zmq.Context()

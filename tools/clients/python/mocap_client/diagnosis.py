@@ -25,9 +25,9 @@ class Diagnosis(enum.IntEnum):
 
 
 _HANDSHAKE = {
-    Diagnosis.KEY_MISSING: "{at}: one side wants keys and the other has none: make one with 'mocapctl keys new', or leave ours out",
+    Diagnosis.KEY_MISSING: "{at}: one side wants keys and the other has none: make one with 'mocapctl keys new' and allow it there, or leave ours out",
     Diagnosis.KEY_REFUSED: "{at} does not know our public key: allow it there with 'mocapctl keys allow', or it was revoked",
-    Diagnosis.SERVER_KEY_WRONG: "{at} is not who our server key says: take the server's public key from 'mocapctl keys list' there",
+    Diagnosis.SERVER_KEY_WRONG: "{at} is not who our server key says: take the public key in the file that [security] server_key names there",
     Diagnosis.NOT_A_FEED: "who listens at {at} is no mocapd: check the port against [publish] endpoint",
 }
 
