@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <fstream>
 #include <functional>
-#include <set>
+#include <iterator>
 
 #include "eval/wand_world.h"
 #include "geometry/rigid_fit.h"
@@ -82,6 +82,21 @@ TEST_F(WandCommand, WritesARigInTheWorldOfTheOneBefore) {
     EXPECT_EQ((*rig)[c].name, world.truth()[c].name);
     EXPECT_LT(((*rig)[c].centre().v - world.truth()[c].centre().v).norm(), 2e-3) << "m, as the noise allows";
   }
+}
+
+TEST_F(WandCommand, WritesReportsBesideTheRig) {
+  WandWorld world(small_world(), kWand, 25);
+
+  const Ran ran = run_on(world.take(), world.truth(), world.truth(),
+                         {"--report", path("report.svg"), "--report", path("report.json")});
+
+  ASSERT_EQ(ran.exit, kExitOk) << ran.said;
+  EXPECT_THAT(ran.said, HasSubstr("against the rig before"));
+  std::ifstream json(path("report.json"));
+  const std::string text{std::istreambuf_iterator<char>(json), {}};
+  for (const char* key : {"\"cam5\"", "\"heldout_px\"", "\"coverage\"", "\"std_mm\"", "\"scale_error\"", "\"grade\""})
+    EXPECT_THAT(text, HasSubstr(key));
+  EXPECT_TRUE(std::filesystem::exists(path("report.svg")));
 }
 
 TEST_F(WandCommand, NeedsNoLensesAndThenGuessesTheFloor) {

@@ -160,8 +160,8 @@ Result<std::vector<LensCommand::Seen>> LensCommand::watch_cameras(const calibrat
   std::vector<std::mutex> looking(cameras.size());  // boards are taken by camera threads, and shown by this one
   std::vector<CameraRun> runs(cameras.size());
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    runs[i].take = [&, i](const Image& image) -> Result<Wish> {
-      const auto grey = grey_of(image);
+    runs[i].take = [&, i](const Frame& frame, const runtime::CameraParts&) -> Result<Wish> {
+      const auto grey = grey_of(frame.image);
       if (!grey) return Error{grey.error().code, fmt::format("camera '{}': {}", cameras[i].name, grey.error().message)};
       const std::scoped_lock lock(looking[i]);
       const Status taken = cameras[i].views.take(*grey);

@@ -5,7 +5,9 @@
 #include <map>
 #include <sstream>
 
+#include "calibrate/report_rig.h"
 #include "calibrate/rig_output.h"
+#include "calibration/judge_rig.h"
 #include "calibration/old_rig.h"
 #include "calibration/solve_wand.h"
 #include "calibration/watch_wand.h"
@@ -110,20 +112,6 @@ Result<Gathered, Failure> gather(const WandOptions& options, const Wand& wand) {
   return gathered;
 }
 
-void tell(const WandSolution& solution) {
-  for (std::size_t c = 0; c < solution.cameras.size(); ++c) {
-    const calibration::CameraQuality& camera = solution.cameras[c];
-    fmt::print(
-        "camera {}: {:.3f} px rms, {:.3f} held out, {} points, {:.0f} % of its image, known to {:.2f} mm and "
-        "{:.4f} degrees\n",
-        solution.bundle.rig[c].name, camera.rms_px, camera.heldout_px, camera.points, 100.0 * camera.coverage,
-        1e3 * camera.doubt.position_m, camera.doubt.rotation_rad * 180.0 / M_PI);
-  }
-  fmt::print("wand: {:.3f} mm +- {:.3f}, {:.2f} to {:.2f}, {} samples, {:.3f} px rms\n", 1e3 * solution.length_mean_m,
-             1e3 * solution.length_std_m, 1e3 * solution.length_min_m, 1e3 * solution.length_max_m, solution.samples,
-             solution.rms_px);
-}
-
 settings::RigMetadata facts_of(const WandSolution& solution, const std::string& floor) {
   settings::RigMetadata facts;
   facts["rms_px"] = solution.rms_px;
@@ -142,15 +130,32 @@ settings::RigMetadata facts_of(const WandSolution& solution, const std::string& 
 /// The rig in the world that it was in before, where its cameras still stand so; else about upright.
 struct Laid {
   Rig rig;
+  std::optional<calibration::Floor> kept;
   std::string floor;
 };
 
 Laid lay(const WandSolution& solution, const Rig& before) {
   const Rig& rig = solution.bundle.rig;
-  if (const auto kept = calibration::floor_of_old(rig, before)) return {calibration::laid_on(*kept, rig), "kept"};
+  if (const auto kept = calibration::floor_of_old(rig, before)) return {calibration::laid_on(*kept, rig), kept, "kept"};
   std::vector<Eigen::Vector3d> points;
   for (const calibration::WandPlace& place : solution.bundle.places) points.push_back(place.middle_m);
-  return {calibration::laid_on(calibration::floor_by_guess(points, rig), rig), "guessed"};
+  return {calibration::laid_on(calibration::floor_by_guess(points, rig), rig), {}, "guessed"};
+}
+
+// The report to the terminal and to the files that were asked for.
+Status tell(const WandOptions& options, const WandSolution& solution, const Laid& laid, const Rig& before) {
+  const calibration::RigEvidence evidence = calibration::evidence_of(solution, laid.kept);
+  const calibration::RigJudgement judgement = calibration::judge_rig(evidence);
+  RigReport report{.title = "wand", .evidence = evidence, .judgement = judgement};
+  if (laid.kept) {
+    const auto change = calibration::compare_rigs(before, laid.rig, calibration::RigAlignment::MostStayed);
+    if (change) report.since_old = *change;
+  }
+  fmt::print("{}", report_text(report));
+  for (const std::filesystem::path& path : options.reports) {
+    if (const Status written = write_report(path, report); !written) return written;
+  }
+  return {};
 }
 
 std::optional<Failure> refuse_size(const WandSolution& solution, const Rig& before, const WandOptions& options) {
@@ -191,8 +196,11 @@ int solve_and_write(const WandOptions& options, const Gathered& gathered, const 
     say("{}", refused->message);
     return refused->exit;
   }
-  tell(*solution);
   const Laid laid = lay(*solution, *before);
+  if (const Status told = tell(options, *solution, laid, *before); !told) {
+    say("{}", told.error().message);
+    return kExitUnavailable;
+  }
   fmt::print("floor: {}\n",
              laid.floor == "kept" ? "where it was" : "a guess; lay the floor frame down and run mocap-calibrate floor");
   if (options.dry_run) {
@@ -254,6 +262,8 @@ void add_wand_command(CLI::App& app, WandOptions& options) {
                    "of live cameras at most; default 180, and less when it is enough")
       ->check(CLI::Range(1.0, 3600.0));
   wand->add_option("--out", options.out, "the rig file to write; default: the configuration's")->type_name("FILE");
+  wand->add_option("--report", options.reports, "writes the report, too, as the file's name ends: .svg, .json, or text")
+      ->type_name("FILE");
   wand->add_flag("--dry-run", options.dry_run, "say what comes out, write nothing");
   wand->add_option("--threads", options.threads)->check(CLI::Range(1, 64))->capture_default_str();
 }

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "calibrate/gather_blobs.h"
 #include "calibration/wand.h"
@@ -16,8 +17,9 @@ struct WandOptions {
   std::filesystem::path rig;      ///< names, lenses and, to keep the floor, places; empty: the configuration's
   std::optional<double> fov_deg;  ///< instead of lenses: how wide the cameras look, about
   bool refine_lens = false;
-  bool moved = false;         ///< the cameras do not stand where the rig says
-  std::filesystem::path out;  ///< empty: the configuration's rig file
+  bool moved = false;                          ///< the cameras do not stand where the rig says
+  std::filesystem::path out;                   ///< empty: the configuration's rig file
+  std::vector<std::filesystem::path> reports;  ///< .svg, .json or text, by their names
   bool dry_run = false;
   int threads = 2;
 };
