@@ -75,7 +75,8 @@ struct BoardFinder::Made {
     for (int i = 0; i < inner.area(); ++i) {
       const cv::Point2f& corner = corners[static_cast<std::size_t>(i)];
       view.seen_px.emplace_back(corner.x, corner.y);
-      view.board_m.emplace_back(board.square_m * (i % inner.width), board.square_m * (i / inner.width));
+      const int row = i / inner.width;
+      view.board_m.emplace_back(board.square_m * (i % inner.width), board.square_m * row);
     }
     return view;
   }

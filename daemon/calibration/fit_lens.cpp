@@ -382,11 +382,11 @@ LensCoverage coverage_of(const std::vector<BoardView>& views, int width_px, int 
   const Vector2d middle(0.5 * (width_px - 1), 0.5 * (height_px - 1));
   std::vector<double> reach;
   const auto field = [](double at, int size) {
-    return std::clamp(static_cast<int>((at + 0.5) * kLensFields / size), 0, kLensFields - 1);
+    return static_cast<std::size_t>(std::clamp(static_cast<int>((at + 0.5) * kLensFields / size), 0, kLensFields - 1));
   };
   for (const BoardView& view : views) {
     for (const Vector2d& px : view.seen_px) {
-      ++coverage.corners[static_cast<std::size_t>(field(px.y(), height_px) * kLensFields + field(px.x(), width_px))];
+      ++coverage.corners[field(px.y(), height_px) * kLensFields + field(px.x(), width_px)];
       reach.push_back((px - middle).norm() / middle.norm());
     }
   }

@@ -46,6 +46,11 @@ struct Sum {
   double rms() const { return points > 0 ? std::sqrt(squares / (2.0 * static_cast<double>(points))) : 0.0; }
 };
 
+// The index of a field; rows and columns are under kImageFields.
+std::size_t at_field(int row, int column) {
+  return static_cast<std::size_t>(row) * kImageFields + static_cast<std::size_t>(column);
+}
+
 int field_at(double at, int size) {
   return std::clamp(static_cast<int>(at * kImageFields / size), 0, kImageFields - 1);
 }
@@ -102,7 +107,7 @@ class Judge {
       const CameraModel& model = evidence_.rig[c];
       const int row = field_at(sight.at.v.y() + 0.5, model.height_px);
       const int column = field_at(sight.at.v.x() + 0.5, model.width_px);
-      ImageField& field = judgement_.cameras[c].fields[static_cast<std::size_t>(row * kImageFields + column)];
+      ImageField& field = judgement_.cameras[c].fields[at_field(row, column)];
       ++field.points;
       field.residual_px += (sight.residual_px - field.residual_px) / field.points;
     }
@@ -174,7 +179,7 @@ class Judge {
     std::array<int, 4> counts{};  // left, right, top, bottom
     for (int row = 0; row < kImageFields; ++row) {
       for (int column = 0; column < kImageFields; ++column) {
-        const int points = camera.fields[static_cast<std::size_t>(row * kImageFields + column)].points;
+        const int points = camera.fields[at_field(row, column)].points;
         counts[0] += column < kQuarter ? points : 0;
         counts[1] += column >= kImageFields - kQuarter ? points : 0;
         counts[2] += row < kQuarter ? points : 0;

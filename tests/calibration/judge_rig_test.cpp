@@ -78,6 +78,38 @@ TEST(JudgeRig, ForetellsHowWellPointsAreLocatedAgainstTheTruth) {
   EXPECT_NEAR(std::sqrt(foretold / errors), 1.0, 0.25);
 }
 
+TEST(JudgeRig, ARigThatIsOffByAKnownAmountMovesPointsAsFarAsItSays) {
+  const Rig truth = eval::WandWorld({.cameras = 5}, kWand, 31).truth();
+  std::mt19937 random(31);
+  std::normal_distribution<double> small(0.0, 1e-4);  // m and rad: so little that all is linear
+  Eigen::VectorXd off(30);
+  Rig rig = truth;
+  for (Eigen::Index c = 0; c < 5; ++c) {
+    for (Eigen::Index i = 0; i < 6; ++i) off[6 * c + i] = small(random);
+    CameraModel& camera = rig[static_cast<std::size_t>(c)];
+    const Eigen::Vector3d centre = camera.centre().v + off.segment<3>(6 * c);
+    const Eigen::Vector3d turn = off.segment<3>(6 * c + 3);  // of the camera, in the world
+    camera.camera_from_world.rotation *=
+        Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix().transpose();
+    camera.camera_from_world.translation = -(camera.camera_from_world.rotation * centre);
+  }
+  for (const Eigen::Vector3d& point : {Eigen::Vector3d(0.2, -0.3, 1.0), Eigen::Vector3d(-0.5, 0.4, 1.4)}) {
+    std::vector<geometry::Sighting> rays;
+    for (std::size_t c = 0; c < 5; ++c) {
+      const auto seen = geometry::project(truth[c], {point});
+      if (!seen || !geometry::in_image(truth[c], *seen)) continue;
+      rays.push_back(sighting_of(rig[c], *geometry::undistort(rig[c].lens, *seen), 0.1));
+    }
+    const auto found = geometry::refine(rays, *geometry::triangulate(rays));
+    ASSERT_TRUE(found);
+
+    const auto sigma = position_sigma_m(truth, off * off.transpose(), 1e-9, point);
+
+    ASSERT_TRUE(sigma);
+    EXPECT_NEAR(*sigma / (found->point.v - point).norm(), 1.0, 0.01);
+  }
+}
+
 TEST(JudgeRig, CountsEachCamerasPointsFieldsAndResiduals) {
   const World world = solve(1);
   const RigEvidence evidence = evidence_of(world.solution, std::nullopt);

@@ -326,7 +326,9 @@ class Page {
                    double high) {
     for (int row = 0; row < volume.rows; ++row) {
       for (int column = 0; column < volume.columns; ++column) {
-        const double sigma = volume.sigma_m[slice][static_cast<std::size_t>(row * volume.columns + column)];
+        const double sigma =
+            volume.sigma_m[slice][static_cast<std::size_t>(row) * static_cast<std::size_t>(volume.columns) +
+                                  static_cast<std::size_t>(column)];
         const std::string fill = std::isfinite(sigma) ? heat((sigma - low) / (high - low)) : "#d5d5d5";
         // y of the world points up the page.
         body_ += box(x + cell * column, y + cell * (volume.rows - 1 - row), cell + 0.4, cell + 0.4,
