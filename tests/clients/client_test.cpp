@@ -149,7 +149,9 @@ TEST(ClientFeed, RefusesWhatDoesNotFitAndGoesOn) {
             at(1.1));  // in cm: infinite
   feed.take(testing::two_bones_snapshot({0, 0, 0, 1, 0, 0, 0}), at(1.1));
 
-  EXPECT_EQ(feed.statistics(at(1.1)).unreadable, 6U);
+  feed.take(testing::snapshot_message(1, MOCAP_ABSENT), at(1.1));
+
+  EXPECT_EQ(feed.statistics(at(1.1)).unreadable, 7U);
   Frame frame;
   EXPECT_TRUE(feed.hand_out(frame, at(1.1)));
   EXPECT_EQ(frame.info.sequence, 0U);

@@ -102,7 +102,8 @@ int main(int argc, char** argv) {
     // A copy that ends with its last byte: what reads past it is found by the address sanitizer.
     const std::unique_ptr<char[]> exact(new char[message.size()]);
     message.copy(exact.get(), message.size());
-    const Now now{static_cast<std::int64_t>(tries) * 1'000'000, static_cast<std::int64_t>(random())};
+    const Now now{static_cast<std::int64_t>(tries) * 1'000'000,
+                  static_cast<std::int64_t>(random() % 3'000'000'000'000'000'000)};
     feed.take({exact.get(), message.size()}, now);
     if (feed.hand_out(frame, now)) {
       ++frames;

@@ -8,6 +8,8 @@ namespace {
 
 constexpr float kPercent = 100.0F;
 constexpr float kMilli = 1000.0F;
+constexpr std::int64_t kMaxInstant_ns =
+    3'000'000'000'000'000'000;  // UTC in 2065; three of them add up without overflow
 
 // Numbers of one column, one or more a thing, put where `put` says. How many things there are is told by the first
 // column that comes; all others must agree.
@@ -75,14 +77,20 @@ std::int32_t state_of(std::uint32_t code) {
                                                                     : MOCAP_STATE_LOST;
 }
 
+std::int64_t instant(pbf_reader& from) {
+  const std::int64_t ns = from.get_int64();
+  if (ns < -kMaxInstant_ns || ns > kMaxInstant_ns) throw Fault{"an instant beyond all bounds"};
+  return ns;
+}
+
 void read_instants(pbf_reader from, mocap_frame_info& into) {
   while (from.next()) {
     switch (from.tag_and_type()) {
-      case whole(1): into.exposed_at_ns = from.get_int64(); break;
-      case whole(2): into.received_at_ns = from.get_int64(); break;
-      case whole(3): into.detected_at_ns = from.get_int64(); break;
-      case whole(4): into.fused_at_ns = from.get_int64(); break;
-      case whole(5): into.sent_at_ns = from.get_int64(); break;
+      case whole(1): into.exposed_at_ns = instant(from); break;
+      case whole(2): into.received_at_ns = instant(from); break;
+      case whole(3): into.detected_at_ns = instant(from); break;
+      case whole(4): into.fused_at_ns = instant(from); break;
+      case whole(5): into.sent_at_ns = instant(from); break;
       default: from.skip();
     }
   }
@@ -255,7 +263,7 @@ void read_snapshot(pbf_reader from, Frame& into) {
       case whole(2): info.sequence = from.get_uint64(); break;
       case whole(3): info.description_version = from.get_uint32(); break;
       case part(4): read_instants(from.get_message(), info); break;
-      case whole(5): info.utc_minus_host_ns = from.get_int64(); break;
+      case whole(5): info.utc_minus_host_ns = instant(from); break;
       case whole(6): info.expected_cameras = from.get_uint32(); break;
       case part(7): info.cameras = count_views(from.get_message()); break;
       case part(8):

@@ -7,8 +7,6 @@
 #include "feed.h"
 #include "socket.h"
 
-using mocap::client::Description;
-using mocap::client::Frame;
 using mocap::client::SubjectDescription;
 using mocap::client::SubjectFrame;
 
