@@ -137,7 +137,7 @@ TEST(InstantEquations, GradientOfTheOffsetsAgreesWithFiniteDifferences) {
   instant.trust[9] = 0.3;
   instant.locals = take.locals.back();
   instant.at_rest[5] = 1;
-  const InstantCost by{.at_rest_sigma_rad = 0.3, .limit_sigma_rad = 0.2};
+  const InstantCost by{.at_rest_sigma_rad = 0.3};
   InstantEquations equations(file);
   const BodyOffsets offsets = offsets_of(file);
   (void)equations.settle(instant, offsets, by, 40);
