@@ -34,9 +34,9 @@ struct InstantCost {
   double sigma_m = 0.003;            ///< of a marker from its place on the body
   double outlier_m = 0.03;           ///< a marker further off than this counts less and less
   double rest_sigma_rad = 3.0;       ///< of a joint from rest pose, where no marker tells
-  double at_rest_sigma_rad = 0.01;   ///< the same of a joint that is held at rest
+  double at_rest_sigma_rad = 0.02;   ///< the same of a joint that is held at rest
   double upright_sigma_rad = 0.035;  ///< tilt of a root that is held upright
-  double limit_sigma_rad = 0.4;      ///< of a joint beyond its range: many instants must not outweigh that
+  double limit_sigma_rad = 0.2;      ///< of a joint beyond its range
 };
 
 }  // namespace mocap::body

@@ -16,8 +16,6 @@ constexpr double kHold_rad = 0.15;
 // The same of the turns about other axes than those that markers tell: a limb about itself, an elbow that is hidden
 // about the line from shoulder to wrist. They follow what the told ones lead to, and nothing drives them.
 constexpr double kHoldPart_rad = 0.1;
-// A turn is told as far as markers tell more than this, rad: a marker on skin of 3 mm tells, 4 cm from the axis, 0.08.
-constexpr double kWeigh_rad = 0.5;
 // How unsure a joint is at first that no marker of its bone tells.
 constexpr double kHoldFurther_rad = 0.05;
 // What joints commonly do is believed so much where markers tell how a joint is turned: a marker on skin of 3 mm, 6 cm
@@ -216,7 +214,7 @@ void BodyFollower::weigh_turns(std::span<const Observation> seen) {
   weighed_for_ = 1;
   weighed_.clear();
   for (const Observation& one : seen) weighed_.push_back({one.marker, one.ray, is_usable(one)});
-  std::fill(hold_.begin(), hold_.end(), kWeigh_rad);
+  std::fill(hold_.begin(), hold_.end(), settings_.told_rad);
   std::fill(rest_believed_.begin(), rest_believed_.end(), 0.0);
   PosePrior prior = prior_of(seen.size());
   prior.rest_believed = rest_believed_;
@@ -225,7 +223,9 @@ void BodyFollower::weigh_turns(std::span<const Observation> seen) {
   const bool told = pose_.weigh(seen, prior);
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     bones_[b].share.setZero();
-    if (told) bones_[b].share = Eigen::Matrix3d::Identity() - pose_.local_covariance(b) / (kWeigh_rad * kWeigh_rad);
+    if (told)
+      bones_[b].share =
+          Eigen::Matrix3d::Identity() - pose_.local_covariance(b) / (settings_.told_rad * settings_.told_rad);
   }
 }
 
@@ -242,7 +242,8 @@ PoseFitResult BodyFollower::fit(std::span<const Observation> seen) {
     hold_weight_[b] = (kHold_rad * kHold_rad * told + unseen_rad * unseen_rad * untold).inverse();
     const double all = std::max(0.0, 1.0 - untold.trace());
     if (all > kAlmostAll) bones_[b].whole_at = at_;
-    const double lately = some * std::exp(-std::max(0.0, to_s(at_ - bones_[b].whole_at)) / kRemembered_s);
+    const double hidden_s = std::max(0.0, to_s(at_ - bones_[b].whole_at));
+    const double lately = settings_.remembered_s > 0.0 ? some * std::exp(-hidden_s / settings_.remembered_s) : 0.0;
     rest_believed_[b] = 1.0 - (1.0 - kShareTold) * std::max(all, lately);
     limit_believed_[b] = 1.0 - (1.0 - kShareTold) * some;
     if (misread_[b] != 0) hold_weight_[b] = Eigen::Matrix3d::Identity() / (kMostStray_rad * kMostStray_rad);

@@ -20,6 +20,8 @@ constexpr double kSurprisePerStep = 0.3;
 constexpr double kJump_m = 0.02;
 constexpr double kJumpPerStep = 0.1;
 constexpr double kAcceleration_m_s2 = 100.0;
+// A pose that names are judged by is held more firmly than one that is shown: what is common speaks against wrong ones.
+constexpr double kTold_rad = 0.15;
 // How surely a marker that took part in the fit is where the fit puts it.
 constexpr double kFitted_m = 0.008;
 
@@ -32,7 +34,7 @@ SubjectLabeller::SubjectLabeller(const LabelSettings& settings, const Subject& s
       id_(id),
       set_(subject.marker_set),
       ties_(set_),
-      body_(set_, {.outlier_m = kOutlier_m, .max_iterations = 4}) {
+      body_(set_, {.outlier_m = kOutlier_m, .max_iterations = 4, .told_rad = kTold_rad, .remembered_s = 0.0}) {
   const std::size_t markers = set_.markers.size();
   const std::size_t bones = set_.skeleton.bones.size();
   MOCAP_EXPECTS(markers <= kMaxLabels);

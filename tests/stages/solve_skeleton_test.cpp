@@ -227,7 +227,7 @@ TEST(SolveSkeleton, OneCamerasRayHoldsAHiddenHand) {
 }
 
 TEST(SolveSkeleton, OneCamerasRayHoldsAHandWithoutItsWrist) {
-  const std::vector<std::string> hidden{"LWristIn", "LWristOut", "LHandOut"};
+  const std::vector<std::string> hidden{"LWristIn", "LWristOut", "LHandIn", "LHandOut"};
   const double without = wrist_off_m(false, "baseline41", hidden, "LHandOut");
   const double with = wrist_off_m(true, "baseline41", hidden, "LHandOut");
 
@@ -291,7 +291,7 @@ TEST(SolveSkeleton, NothingJumpsWhenMarkersComeAndGo) {
     // Twice in a second a whole forearm and hand are hidden for 0.3 s, and a marker every 50 ms for 0.5 s.
     if (i > 120 && i % 6 == 0) hidden_for[static_cast<std::size_t>(which(random))] = 60;
     if (i > 120 && i % 60 == 0) {
-      for (const char* name : {"LWristIn", "LWristOut", "LHandOut"}) hidden_for[world.marker(name)] = 36;
+      for (const char* name : {"LWristIn", "LWristOut", "LHandIn", "LHandOut"}) hidden_for[world.marker(name)] = 36;
     }
     world.step();
     for (std::size_t b = 0; b < 18; ++b) {
