@@ -478,7 +478,7 @@ int id_changes(const std::vector<std::vector<std::optional<Eigen::Vector3d>>>& f
 }
 
 TEST(TrackMarkers, KeepsMostIdsOfABalletDancerAt30Hz) {
-  const auto frames = read_trc(std::string(MOCAP_SHARED_DATA) + "/trc/btk_ballet_reduced.trc");
+  const auto frames = read_trc(MOCAP_SHARED_DATA "/trc/btk_ballet_reduced.trc");
   if (frames.empty()) GTEST_SKIP() << "no motion data at " << MOCAP_SHARED_DATA;
 
   const int changes = id_changes(frames, 30.0, 1, 41);
@@ -489,7 +489,7 @@ TEST(TrackMarkers, KeepsMostIdsOfABalletDancerAt30Hz) {
 }
 
 TEST(TrackMarkers, KeepsTheIdsOfARawWalkAt100And50HzButWhereItsMarkersJump) {
-  const auto frames = read_trc(std::string(MOCAP_SHARED_DATA) + "/trc/btk_Gait.trc");
+  const auto frames = read_trc(MOCAP_SHARED_DATA "/trc/btk_Gait.trc");
   if (frames.empty()) GTEST_SKIP() << "no motion data at " << MOCAP_SHARED_DATA;
 
   // 33 named markers; the columns after them hold nameless fragments, seen like all others. Some named markers jump by
