@@ -119,8 +119,9 @@ TEST(DriftWatch, NamesABumpedCameraWithinTenSecondsAndNoOther) {
     capture.run(10.0);
 
     for (std::uint32_t i = 0; i < file.size(); ++i) EXPECT_EQ(capture.camera(i).drifted, i == c) << "camera " << i;
-    EXPECT_NEAR(capture.camera(c).turned_rad / kDegree, 0.3, 0.03);
-    EXPECT_NEAR(capture.camera(c).moved_m, 0.005, 0.002);
+    // A turn of 0.05 degrees and a move of 4 mm look much alike from 4.5 m.
+    EXPECT_NEAR(capture.camera(c).turned_rad / kDegree, 0.3, 0.05);
+    EXPECT_NEAR(capture.camera(c).moved_m, 0.005, 0.004);
   }
 }
 
@@ -160,7 +161,8 @@ TEST(DriftWatch, TellsASmallDriftBeforeTheMatcherLosesTheCamera) {
 
   capture.run(15.0);
 
-  EXPECT_NEAR(capture.camera(4).turned_rad / kDegree, 0.06, 0.02);
+  EXPECT_NEAR(capture.camera(4).off_px, 1.1, 0.15);
+  EXPECT_NEAR(capture.camera(4).turned_rad / kDegree, 0.06, 0.05);  // a move of 4 mm looks much alike
   for (std::uint32_t i = 0; i < file.size(); ++i) {
     if (i == 4) continue;
     EXPECT_FALSE(capture.camera(i).drifted) << "camera " << i;
