@@ -214,7 +214,8 @@ std::optional<int> serve_once(Configuration& configuration, runtime::Service& se
   service.ready(fmt::format("waiting for the images of {} cameras", pipeline.camera_count()));
   Detectors detectors(settings);
   Stands stands(settings);
-  std::unique_ptr<settings::DaemonSettings> anew = watch_over(pipeline, detectors, stands, service, signals, configuration);
+  std::unique_ptr<settings::DaemonSettings> anew =
+      watch_over(pipeline, detectors, stands, service, signals, configuration);
   if (anew == nullptr) service.stopping();
   pipeline.stop();
   log_info("mocapd", (anew ? "starts anew, " : "ended, ") + runtime::summary_line(runtime::totals_of(pipeline)));
