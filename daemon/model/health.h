@@ -47,8 +47,8 @@ struct CameraHealth {
   std::uint64_t repeated_frames = 0;  ///< came a second time, and were left out
   std::uint64_t clock_leaps = 0;      ///< its clock wrapped, leapt, ran back or stood still
   double clock_uncertainty_us = 0.0;  ///< standard deviation of its exposures on the host's clock; 0: not told
-  bool bumped = false;       ///< it stands otherwise than the rig says, as the other cameras see it
-  double rig_off_px = 0.0;   ///< how far off its views are on the whole, by such a turn and move; 0: not told
+  bool bumped = false;                ///< it stands otherwise than the rig says, as the other cameras see it
+  double rig_off_px = 0.0;            ///< how far off its views are on the whole, by such a turn and move; 0: not told
   double rig_turned_rad = 0.0;
   double rig_moved_m = 0.0;
 };
