@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <optional>
 
 #include "calibration/hold_out.h"
 #include "calibration/join_cameras.h"
@@ -100,12 +102,44 @@ std::optional<WandRefusal> refuse_marks(const Bundle& bundle) {
           1e3 * measured[1], 1e3 * measured[2], 1e3 * told[1])};
 }
 
+constexpr const char* kEnded = "ended before there was a solution";
+
+// Places by the round's gate, then cameras and places adjusted to what lies within; the last round leaves out what is
+// far off for good.
+std::optional<WandRefusal> go_round(const WandViews& views, const Round& round, bool last, const WandSettings& settings,
+                                    const std::function<bool(int)>& steps, Bundle& bundle) {
+  place_wand(views, bundle, {.gate_px = round.gate_px, .most_samples = round.most_samples});
+  if (bundle.places.size() < static_cast<std::size_t>(settings.least_samples)) {
+    return WandRefusal{WandFault::TooFewSamples,
+                       fmt::format("only {} samples agree over two cameras or more, expected {} at least; wave the "
+                                   "wand longer, where several cameras see it",
+                                   bundle.places.size(), settings.least_samples)};
+  }
+  BundleSettings adjusting;
+  adjusting.lens = round.lens;
+  adjusting.outlier_sigmas = 0.5 * round.gate_px / bundle.sights.front().sigma_px;
+  adjusting.most_steps = round.most_steps;
+  adjusting.threads = settings.threads;
+  if (last) {
+    drop_outliers(bundle);
+    adjusting.outlier_sigmas = 0.0;
+  }
+  if (!adjust(bundle, adjusting, steps)) {
+    return WandRefusal{WandFault::NoSolution,
+                       "the cameras and the wand do not explain each other; see that the wand's "
+                       "lengths and the lens files are right"};
+  }
+  if (last && drop_outliers(bundle) > 0 && !adjust(bundle, adjusting, steps))
+    return WandRefusal{WandFault::NoSolution, kEnded};
+  return std::nullopt;
+}
+
 }  // namespace
 
 Result<WandSolution, WandRefusal> solve_wand(const Take& take, const Rig& start, const Wand& wand,
                                              const WandSettings& settings, const Progress& progress) {
   const auto going_on = [&](const char* doing, double share) { return !progress || progress(doing, share); };
-  const WandRefusal ended{WandFault::NoSolution, "ended before there was a solution"};
+  const WandRefusal ended{WandFault::NoSolution, kEnded};
   if (!going_on("looking for the wand", 0.0)) return ended;
   auto views = look_for_wand(take, start, wand, settings);
   if (!views) return views.error();
@@ -119,33 +153,12 @@ Result<WandSolution, WandRefusal> solve_wand(const Take& take, const Rig& start,
   const std::vector<Round> rounds = rounds_of(settings);
   for (std::size_t r = 0; r < rounds.size(); ++r) {
     const Round& round = rounds[r];
-    place_wand(*views, bundle, {.gate_px = round.gate_px, .most_samples = round.most_samples});
-    if (bundle.places.size() < static_cast<std::size_t>(settings.least_samples)) {
-      return WandRefusal{WandFault::TooFewSamples,
-                         fmt::format("only {} samples agree over two cameras or more, expected {} at least; wave the "
-                                     "wand longer, where several cameras see it",
-                                     bundle.places.size(), settings.least_samples)};
-    }
-    BundleSettings adjusting;
-    adjusting.lens = round.lens;
-    adjusting.outlier_sigmas = 0.5 * round.gate_px / bundle.sights.front().sigma_px;
-    adjusting.most_steps = round.most_steps;
-    adjusting.threads = settings.threads;
     const bool last = r + 1 == rounds.size();
-    if (last) {
-      drop_outliers(bundle);
-      adjusting.outlier_sigmas = 0.0;
-    }
     const auto steps = [&](int step) {
       return going_on("adjusting", (static_cast<double>(r) + static_cast<double>(step) / round.most_steps) /
                                        static_cast<double>(rounds.size()));
     };
-    if (!adjust(bundle, adjusting, steps)) {
-      return WandRefusal{WandFault::NoSolution,
-                         "the cameras and the wand do not explain each other; see that the wand's "
-                         "lengths and the lens files are right"};
-    }
-    if (last && drop_outliers(bundle) > 0 && !adjust(bundle, adjusting, steps)) return ended;
+    if (auto refusal = go_round(*views, round, last, settings, steps, bundle)) return *refusal;
     // Before the gates get narrow and leave out what moves fast.
     if (r + 1 == rounds.size() / 2) {
       if (auto refusal = refuse_time(time_offsets(*views, bundle, 2.0 * round.gate_px), bundle.rig)) return *refusal;
