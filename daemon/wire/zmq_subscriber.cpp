@@ -7,6 +7,8 @@
 #include <chrono>
 #include <cstring>
 
+#include "wire/zmq_socket.h"
+
 namespace mocap::wire {
 namespace {
 
@@ -15,28 +17,12 @@ constexpr int kMaxReconnect_ms = 1000;
 constexpr int kHeartbeat_ms = 1000;  // a host that vanished is noticed
 constexpr const char* kMonitor = "inproc://monitor";
 
-Error last_error(const std::string& what) {
-  const int code = zmq_errno();
-  const bool ours = code == EINVAL || code == EPROTONOSUPPORT;
-  return {ours ? ErrorCode::InvalidArgument : ErrorCode::Io, what + ": " + zmq_strerror(code)};
-}
-
-// Closes itself.
-struct Message {
-  zmq_msg_t raw;
-  Message() { zmq_msg_init(&raw); }
-  Message(const Message&) = delete;
-  Message& operator=(const Message&) = delete;
-  ~Message() { zmq_msg_close(&raw); }
-  std::string_view bytes() { return {static_cast<const char*>(zmq_msg_data(&raw)), zmq_msg_size(&raw)}; }
-};
-
 }  // namespace
 
 struct ZmqSubscriber::Impl {
-  void* context = zmq_ctx_new();
-  void* socket = nullptr;
-  void* monitor = nullptr;
+  ZmqContext context;
+  ZmqSocket socket;
+  ZmqSocket monitor;
   std::string endpoint;
   LinkStatus link;
 
@@ -44,39 +30,34 @@ struct ZmqSubscriber::Impl {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
   ~Impl() {
-    if (socket != nullptr) zmq_socket_monitor(socket, nullptr, 0);
-    if (monitor != nullptr) zmq_close(monitor);
-    if (socket != nullptr) zmq_close(socket);
-    if (context != nullptr) zmq_ctx_term(context);
+    if (socket.get() != nullptr) zmq_socket_monitor(socket.get(), nullptr, 0);
   }
 
   Status connect(const SubscriberSettings& settings) {
     endpoint = settings.endpoint;
-    if (context != nullptr) socket = zmq_socket(context, ZMQ_SUB);
-    if (socket == nullptr) return last_error(endpoint + ": no ZeroMQ socket");
+    if (Status opened = socket.open(context, ZMQ_SUB, endpoint); !opened) return opened;
     const struct {
       int option, value;
     } options[] = {{ZMQ_RCVHWM, settings.receive_queue}, {ZMQ_LINGER, 0},
                    {ZMQ_RECONNECT_IVL, kReconnect_ms},   {ZMQ_RECONNECT_IVL_MAX, kMaxReconnect_ms},
                    {ZMQ_HEARTBEAT_IVL, kHeartbeat_ms},   {ZMQ_IPV6, endpoint.starts_with("tcp://[") ? 1 : 0}};
     for (const auto& [option, value] : options) {
-      if (zmq_setsockopt(socket, option, &value, sizeof(value)) != 0) return last_error(endpoint);
+      if (Status set = socket.set(option, value); !set) return set;
     }
     if (!settings.server_key.empty()) {
       const std::pair<int, const std::string*> keys[] = {{ZMQ_CURVE_SERVERKEY, &settings.server_key},
                                                          {ZMQ_CURVE_PUBLICKEY, &settings.own_key.public_key},
                                                          {ZMQ_CURVE_SECRETKEY, &settings.own_key.secret_key}};
       for (const auto& [option, key] : keys) {
-        if (zmq_setsockopt(socket, option, key->data(), key->size()) != 0) return last_error(endpoint + ": key");
+        if (Status set = socket.set(option, *key); !set) return set;
       }
     }
     for (const std::string& topic : settings.topics) {
-      const std::string prefix = topic + '\0';
-      if (zmq_setsockopt(socket, ZMQ_SUBSCRIBE, prefix.data(), prefix.size()) != 0) return last_error(endpoint);
+      if (Status set = socket.set(ZMQ_SUBSCRIBE, topic + '\0'); !set) return set;
     }
     watch_link();
-    if (zmq_connect(socket, endpoint.c_str()) != 0) {
-      return last_error(fmt::format("endpoint '{}': expected tcp://ADDRESS:PORT or ipc://PATH", endpoint));
+    if (zmq_connect(socket.get(), endpoint.c_str()) != 0) {
+      return zmq_failure(fmt::format("endpoint '{}': expected tcp://ADDRESS:PORT or ipc://PATH", endpoint));
     }
     return {};
   }
@@ -86,24 +67,18 @@ struct ZmqSubscriber::Impl {
     constexpr int kEvents = ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_CLOSED |
                             ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL |
                             ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
-    if (zmq_socket_monitor(socket, kMonitor, kEvents) != 0) return;
-    monitor = zmq_socket(context, ZMQ_PAIR);
-    if (monitor == nullptr) return;
-    const int no_linger = 0;
-    zmq_setsockopt(monitor, ZMQ_LINGER, &no_linger, sizeof(no_linger));
-    if (zmq_connect(monitor, kMonitor) == 0) return;
-    zmq_close(monitor);
-    monitor = nullptr;
+    if (zmq_socket_monitor(socket.get(), kMonitor, kEvents) != 0) return;
+    const bool watching = monitor.open(context, ZMQ_PAIR, endpoint) && monitor.set(ZMQ_LINGER, 0) &&
+                          zmq_connect(monitor.get(), kMonitor) == 0;
+    if (!watching) monitor.close();
   }
 
   void read_link() {
-    while (monitor != nullptr) {
-      Message event;
-      if (zmq_msg_recv(&event.raw, monitor, ZMQ_DONTWAIT) < 0) return;
+    ZmqMessage event;
+    while (monitor.get() != nullptr && event.receive(monitor)) {
       std::uint16_t kind = 0;
       if (event.bytes().size() >= sizeof(kind)) std::memcpy(&kind, event.bytes().data(), sizeof(kind));
-      Message address;
-      zmq_msg_recv(&address.raw, monitor, ZMQ_DONTWAIT);
+      static_cast<void>(event.receive(monitor));  // the address
       note(kind);
     }
   }
@@ -134,15 +109,15 @@ Result<std::unique_ptr<ZmqSubscriber>> ZmqSubscriber::open(const SubscriberSetti
 
 Result<FeedMessage> ZmqSubscriber::next(Duration patience) {
   impl_->read_link();
-  Message message;
-  if (zmq_msg_recv(&message.raw, impl_->socket, ZMQ_DONTWAIT) < 0) {
-    zmq_pollitem_t item{impl_->socket, 0, ZMQ_POLLIN, 0};
+  ZmqMessage message;
+  if (!message.receive(impl_->socket)) {
+    zmq_pollitem_t item{impl_->socket.get(), 0, ZMQ_POLLIN, 0};
     const auto patience_ms = std::chrono::ceil<std::chrono::milliseconds>(patience).count();
     zmq_poll(&item, 1, static_cast<long>(patience_ms));
     impl_->read_link();
-    if (zmq_msg_recv(&message.raw, impl_->socket, ZMQ_DONTWAIT) < 0) {
+    if (!message.receive(impl_->socket)) {
       if (zmq_errno() == EAGAIN || zmq_errno() == EINTR) return Error{ErrorCode::Timeout, ""};
-      return last_error(impl_->endpoint);
+      return zmq_failure(impl_->endpoint);
     }
   }
   const std::string_view bytes = message.bytes();
