@@ -4,8 +4,6 @@
 
 #include <toml++/toml.h>
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -57,9 +55,9 @@ toml::table rest_of(toml::table root) {
 }  // namespace
 
 Status save_learnt_masks(const std::filesystem::path& path, const Rig& rig) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return Error{ErrorCode::Io, fmt::format("{} cannot be read; check its permissions", path.string())};
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const Result<std::string> read = read_text(path);
+  if (!read) return read.error();
+  const std::string& text = *read;
   try {
     const toml::table root = toml::parse(text, path.string());
     const LineIndex lines(text);

@@ -5,8 +5,6 @@
 #include <toml++/toml.h>
 #include <algorithm>
 #include <array>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -136,9 +134,9 @@ Status save_lenses(const std::filesystem::path& path, const Rig& cameras) {
     for (const CameraModel& camera : cameras) text += new_table(camera);
     return replace_file(path, text);
   }
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return Error{ErrorCode::Io, fmt::format("{} cannot be read; check its permissions", path.string())};
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const Result<std::string> read = read_text(path);
+  if (!read) return read.error();
+  const std::string& text = *read;
   try {
     const auto result = edited_rig(path, text, cameras);
     if (!result) return result.error();
