@@ -5,12 +5,11 @@
 
 #include <chrono>
 #include <cstddef>
-#include <filesystem>
 #include <functional>
-#include <iterator>
 #include <optional>
 #include <string>
 
+#include "cameras/camera_steps.h"
 #include "cameras/fake_gige.h"
 #include "cameras/own_network.h"
 
@@ -33,24 +32,6 @@ AravisSettings at_address(const std::string& address) {
   return settings;
 }
 
-// The next whole frame within `patience`; passes over broken ones.
-std::optional<Frame> whole_frame(Camera& camera, Duration patience = seconds(5)) {
-  const Timestamp end = host_now() + patience;
-  while (host_now() < end) {
-    Result<Frame> frame = camera.next(milliseconds(100));
-    if (frame) return *frame;
-    if (frame.error().code != ErrorCode::Timeout && frame.error().code != ErrorCode::Io) return std::nullopt;
-  }
-  return std::nullopt;
-}
-
-// Starts as the daemon does: a camera that is still being looked for is asked again.
-Status started(Camera& camera) {
-  Status begun = camera.start();
-  for (int i = 0; i < 50 && !begun && begun.error().code == ErrorCode::Timeout; ++i) begun = camera.start();
-  return begun;
-}
-
 AravisSettings with_serial(const std::string& serial) {
   AravisSettings settings = at_address("");
   settings.serial = serial;
@@ -65,16 +46,6 @@ double seconds_of(const std::function<void()>& what) {
 
 // A service that is told to end has a second, and a camera knows nothing of that: so much at once it may take.
 constexpr double kAtOnce_s = 0.5;
-
-std::size_t open_files() {
-  using Iterator = std::filesystem::directory_iterator;
-  return static_cast<std::size_t>(std::distance(Iterator("/proc/self/fd"), Iterator()));
-}
-
-std::size_t threads() {
-  using Iterator = std::filesystem::directory_iterator;
-  return static_cast<std::size_t>(std::distance(Iterator("/proc/self/task"), Iterator()));
-}
 
 // In a network of their own: nobody else's cameras are found, and no port is in use.
 class AravisCamera : public testing::Test {
@@ -370,16 +341,16 @@ TEST_F(AravisCamera, LeaksNothingOverFiftyStarts) {
     camera->stop();
   };
   once();
-  const std::size_t files = open_files();
-  const std::size_t running = threads();
+  const std::size_t files = entries("/proc/self/fd");
+  const std::size_t running = entries("/proc/self/task");
 
   for (int i = 0; i < 50; ++i) once();
 
   const Timestamp end = host_now() + seconds(5);  // a thread that has given its answer still has to end
-  while (threads() > running && host_now() < end) {
+  while (entries("/proc/self/task") > running && host_now() < end) {
   }
-  EXPECT_LE(open_files(), files);
-  EXPECT_LE(threads(), running);
+  EXPECT_LE(entries("/proc/self/fd"), files);
+  EXPECT_LE(entries("/proc/self/task"), running);
 }
 
 TEST_F(AravisCamera, StopsSoonWhenTheDeviceIsSilent) {

@@ -3,13 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <filesystem>
-#include <iterator>
 #include <optional>
 #include <string>
 
 #include "cameras/aravis_camera.h"
 #include "cameras/aravis_describe.h"
+#include "cameras/camera_steps.h"
 #include "cameras/own_network.h"
 #include "cameras/served_gige.h"
 
@@ -26,27 +25,6 @@ AravisSettings at_address(const std::string& address) {
   settings.packet_socket = false;
   settings.packet_size_bytes = 1400;
   return settings;
-}
-
-Status started(Camera& camera) {
-  Status begun = camera.start();
-  for (int i = 0; i < 50 && !begun && begun.error().code == ErrorCode::Timeout; ++i) begun = camera.start();
-  return begun;
-}
-
-std::optional<Frame> whole_frame(Camera& camera, Duration patience = seconds(5)) {
-  const Timestamp end = host_now() + patience;
-  while (host_now() < end) {
-    Result<Frame> frame = camera.next(milliseconds(100));
-    if (frame) return *frame;
-    if (frame.error().code != ErrorCode::Timeout && frame.error().code != ErrorCode::Io) return std::nullopt;
-  }
-  return std::nullopt;
-}
-
-std::size_t entries(const char* folder) {
-  using Iterator = std::filesystem::directory_iterator;
-  return static_cast<std::size_t>(std::distance(Iterator(folder), Iterator()));
 }
 
 class GigeFaults : public testing::Test {

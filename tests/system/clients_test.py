@@ -11,7 +11,7 @@ import unittest
 import zmq
 
 from fake_feed import FakeFeed
-from harness import BIN, SOURCE, Desk, free_port
+from harness import BIN, SOURCE, Desk, free_port, synthetic_volume
 
 BUILD = BIN.parent
 AXES = ["mocap", "unity", "unreal", "godot", "gltf"]
@@ -270,21 +270,7 @@ class RealDaemon(unittest.TestCase):
     def test_every_client_reads_a_daemon_and_its_successor(self):
         desk = Desk()
         self.addCleanup(desk.close)
-        config = desk.write("my.toml", f"""
-[capture]
-rig = "{SOURCE}/config/demo.rig.toml"
-[[subject]]
-name = "actor"
-marker_set = "{SOURCE}/config/markersets/openmocap18.toml"
-[publish]
-endpoint = "{desk.endpoint}"
-""" + "".join(f"""
-[[camera]]
-name = "cam{n}"
-driver = "synthetic"
-rate_hz = 30
-marker_set = "{SOURCE}/config/markersets/openmocap18.toml"
-""" for n in range(1, 5)))
+        config = desk.write("my.toml", synthetic_volume(desk.endpoint))
         daemon = desk.start("mocapd", "--config", config)
         running = {client: start(client, desk.endpoint, seconds=12) for client in COMMANDS}
         time.sleep(5)

@@ -15,6 +15,45 @@ SOURCE = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("MOCAP_BIN_DIR", SOURCE / "build/release/bin"))
 
 
+# Tables of cameras, one number each.
+REPLAY = """
+[[camera]]
+name = "cam{number}"
+driver = "replay"
+folder = "{folder}/cam{number}"
+speed = 0
+"""
+
+GIGE = """
+[[camera]]
+name = "cam{number}"
+driver = "aravis"
+address = "127.0.0.{address}"
+packet_socket = false
+packet_size_bytes = 8000
+"""
+
+
+def synthetic_volume(endpoint):
+    """A configuration: one actor, four cameras that need no network."""
+    marker_set = SOURCE / "config/markersets/openmocap18.toml"
+    return f"""
+[capture]
+rig = "{SOURCE}/config/demo.rig.toml"
+[[subject]]
+name = "actor"
+marker_set = "{marker_set}"
+[publish]
+endpoint = "{endpoint}"
+""" + "".join(f"""
+[[camera]]
+name = "cam{number}"
+driver = "synthetic"
+rate_hz = 30
+marker_set = "{marker_set}"
+""" for number in range(1, 5))
+
+
 def free_port():
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))

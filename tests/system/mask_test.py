@@ -5,7 +5,7 @@ import re
 import shutil
 import unittest
 
-from harness import SOURCE, Desk
+from harness import GIGE, REPLAY, SOURCE, Desk
 
 CONFIG = """
 [capture]
@@ -20,23 +20,6 @@ snapshots = "{record}"
 [[subject]]
 name = "actor"
 marker_set = "{source}/config/markersets/openmocap18.toml"
-"""
-
-REPLAY = """
-[[camera]]
-name = "cam{number}"
-driver = "replay"
-folder = "{folder}/cam{number}"
-speed = 0
-"""
-
-GIGE = """
-[[camera]]
-name = "cam{number}"
-driver = "aravis"
-address = "127.0.0.{address}"
-packet_socket = false
-packet_size_bytes = 8000
 """
 
 LIGHTS = ("--clutter", "8", "--seed", "5")

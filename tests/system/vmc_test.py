@@ -12,7 +12,7 @@ except ImportError:
     raise SystemExit(77)
 
 from fake_feed import SEARCHING, FakeFeed
-from harness import SOURCE, Desk, free_port
+from harness import SOURCE, Desk, free_port, synthetic_volume
 
 
 class Receiver:
@@ -89,21 +89,7 @@ class Vmc(unittest.TestCase):
         self.addCleanup(listener.close)
         listener.bind(("127.0.0.1", port))
         listener.settimeout(30)
-        config = desk.write("my.toml", f"""
-[capture]
-rig = "{SOURCE}/config/demo.rig.toml"
-[[subject]]
-name = "actor"
-marker_set = "{SOURCE}/config/markersets/openmocap18.toml"
-[publish]
-endpoint = "{desk.endpoint}"
-""" + "".join(f"""
-[[camera]]
-name = "cam{n}"
-driver = "synthetic"
-rate_hz = 30
-marker_set = "{SOURCE}/config/markersets/openmocap18.toml"
-""" for n in range(1, 5)))
+        config = desk.write("my.toml", synthetic_volume(desk.endpoint))
         desk.start("mocapd", "--config", config)
         desk.start("mocap-vmc", desk.endpoint, "--port", port)
         bones, largest = {}, 0

@@ -1,6 +1,5 @@
 #include <gmock/gmock.h>
 
-#include <Eigen/Geometry>
 #include <numbers>
 
 #include "calibrate/floor_command.h"
@@ -8,8 +7,8 @@
 #include "calibration/floor.h"
 #include "geometry/lens.h"
 #include "scene/random.h"
-#include "scene/ring_rig.h"
 #include "settings/rig_file.h"
+#include "support/bumped_camera.h"
 #include "support/temporary_folder.h"
 #include "take_file.h"
 
@@ -17,23 +16,12 @@ namespace mocap::calibrate {
 namespace {
 
 using calibration::Take;
+using test::bumped;
+using test::eight_cameras;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-
-Rig eight_cameras() {
-  return scene::ring_rig(
-      {.cameras = 8, .radius_m = 4.0, .height_m = 2.5, .width_px = 1280, .height_px = 1024, .hfov_rad = 1.1});
-}
-
-CameraModel bumped(CameraModel camera, double turn_rad, double move_m) {
-  const Eigen::Vector3d centre = camera.centre().v + move_m * Eigen::Vector3d(0.6, 0.0, 0.8);
-  camera.camera_from_world.rotation =
-      Eigen::AngleAxisd(turn_rad, Eigen::Vector3d(1.0, 2.0, 0.5).normalized()) * camera.camera_from_world.rotation;
-  camera.camera_from_world.translation = -(camera.camera_from_world.rotation * centre);
-  return camera;
-}
 
 void see(const Rig& rig, std::span<const Eigen::Vector3d> points, double t_s, scene::Random& random, Take& take) {
   take.cameras.resize(rig.size());
