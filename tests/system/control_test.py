@@ -84,6 +84,8 @@ class Daemon:
         return self.desk.run("mocapctl", *arguments, "--endpoint", self.control, *keys, timeout_s=60)
 
     def status(self):
+        if self.program.process.poll() is not None:
+            raise AssertionError(f"the daemon ended: {self.program.said()}")
         asked = self.ctl("status", "--json")
         return json.loads(asked.stdout)["status"] if asked.returncode == 0 else None
 

@@ -11,6 +11,7 @@ import tempfile
 import threading
 import time
 
+_PORTS = iter(range(20000, 30000, 2))
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("MOCAP_BIN_DIR", SOURCE / "build/release/bin"))
 
@@ -55,9 +56,14 @@ marker_set = "{marker_set}"
 
 
 def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+    """The lower of two neighbouring ports that nobody has: the feed's and the daemon's own choice for control. Below
+    those that the kernel gives to who connects: one of them, closed a minute ago, would keep the daemon from listening.
+    """
+    for port in _PORTS:
+        with socket.socket() as feed, socket.socket() as control, contextlib.suppress(OSError):
+            feed.bind(("127.0.0.1", port))
+            control.bind(("127.0.0.1", port + 1))
+            return port
 
 
 class Program:
