@@ -12,6 +12,7 @@
 #include "settings/replace_file.h"
 #include "settings/rig_text.h"
 #include "settings/text_edit.h"
+#include "settings/text_file.h"
 
 namespace mocap::settings {
 namespace {
@@ -55,8 +56,8 @@ toml::table rest_of(toml::table root) {
 }  // namespace
 
 Status save_learnt_masks(const std::filesystem::path& path, const Rig& rig) {
-  const Result<std::string> read = read_text(path);
-  if (!read) return read.error();
+  const Result<std::string, Fault> read = read_text(path);
+  if (!read) return Error{ErrorCode::Io, to_text(read.error())};
   const std::string& text = *read;
   try {
     const toml::table root = toml::parse(text, path.string());

@@ -13,6 +13,7 @@
 #include "settings/rig_file.h"
 #include "settings/rig_text.h"
 #include "settings/text_edit.h"
+#include "settings/text_file.h"
 
 namespace mocap::settings {
 namespace {
@@ -134,8 +135,8 @@ Status save_lenses(const std::filesystem::path& path, const Rig& cameras) {
     for (const CameraModel& camera : cameras) text += new_table(camera);
     return replace_file(path, text);
   }
-  const Result<std::string> read = read_text(path);
-  if (!read) return read.error();
+  const Result<std::string, Fault> read = read_text(path);
+  if (!read) return Error{ErrorCode::Io, to_text(read.error())};
   const std::string& text = *read;
   try {
     const auto result = edited_rig(path, text, cameras);

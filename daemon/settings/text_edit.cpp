@@ -1,18 +1,8 @@
 #include "settings/text_edit.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 
 namespace mocap::settings {
-
-Result<std::string> read_text(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return Error{ErrorCode::Io, fmt::format("{} cannot be read; check its permissions", path.string())};
-  return std::string{std::istreambuf_iterator<char>(in), {}};
-}
 
 LineIndex::LineIndex(const std::string& text) : text_(text) {
   for (std::size_t at = 0; at != std::string::npos; at = text.find('\n', at)) starts_.push_back(at == 0 ? 0 : ++at);

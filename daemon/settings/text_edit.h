@@ -2,16 +2,10 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "base/result.h"
-
 namespace mocap::settings {
-
-/// The text of a file that somebody keeps by hand.
-Result<std::string> read_text(const std::filesystem::path& path);
 
 /// A stretch of a text, and what comes in its place.
 struct TextEdit {

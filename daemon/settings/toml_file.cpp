@@ -6,17 +6,14 @@
 #include <toml++/toml.h>
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <unordered_set>
 
 #include "settings/suggestion.h"
+#include "settings/text_file.h"
 
 namespace mocap::settings {
 namespace {
-
-constexpr std::uintmax_t kMaxFileBytes = 16u << 20;  // a rig of 64 cameras has 40 kB
 
 std::string in_quotes(std::string_view word) { return fmt::format("'{}'", word); }
 
@@ -51,23 +48,6 @@ std::optional<PixelPoint> corner_of(const toml::node& node) {
     corner.v[static_cast<Eigen::Index>(axis)] = *value;
   }
   return corner;
-}
-
-Result<std::string> read_all(const std::filesystem::path& path) {
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) return Error{ErrorCode::NotFound, "no such file"};
-  if (std::filesystem::is_directory(status)) return Error{ErrorCode::InvalidArgument, "is a folder, expected a file"};
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return Error{ErrorCode::Io, "cannot be read; check its permissions"};
-  std::string text;
-  char block[65536];
-  while (in.read(block, sizeof block), in.gcount() > 0) {
-    text.append(block, static_cast<std::size_t>(in.gcount()));
-    if (text.size() > kMaxFileBytes)
-      return Error{ErrorCode::InvalidArgument, "is over 16 MB, expected a settings file"};
-  }
-  return text;
 }
 
 }  // namespace
@@ -384,8 +364,8 @@ TomlFile& TomlFile::operator=(TomlFile&&) noexcept = default;
 TomlFile::~TomlFile() = default;
 
 Result<TomlFile, Faults> TomlFile::open(const std::filesystem::path& path) {
-  const Result<std::string> text = read_all(path);
-  if (!text) return Faults{path, {{path, 0, 0, text.error().message}}};
+  const Result<std::string, Fault> text = read_text(path);
+  if (!text) return Faults{path, {text.error()}};
   try {
     auto document = std::make_unique<Document>();
     document->root = toml::parse(*text, path.string());

@@ -70,9 +70,6 @@ struct ForeignCamera {
 /// Adds the camera to the rig where it can be one; complains of image size, focal length and what is no rotation.
 void add_camera(const ForeignCamera& camera, Rig& rig, Complaints& complaints);
 
-/// The whole text; a fault where it cannot be read or is over 16 MB.
-Result<std::string, settings::Faults> read_text(const std::filesystem::path& path);
-
 /// A word as a finite number; nothing where it is none.
 std::optional<double> number_of(const std::string& word);
 

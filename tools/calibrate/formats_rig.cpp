@@ -6,12 +6,11 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 
 #include "calibrate/formats_reader.h"
 #include "settings/rig_file.h"
 #include "settings/rig_text.h"
+#include "settings/text_file.h"
 
 namespace mocap::calibrate {
 namespace {
@@ -25,7 +24,6 @@ constexpr std::array<Named, 4> kNames{{{RigFormat::OpenCv, "opencv"},
                                        {RigFormat::Pose2Sim, "pose2sim"},
                                        {RigFormat::Qca, "qca"}}};
 
-constexpr std::size_t kMostBytes = 16u << 20u;
 constexpr double kMostSize_px = 65536.0;
 // Other programs write 6 to 17 digits; what is further off is no rotation.
 constexpr double kRotationTolerance = 1e-4;
@@ -97,17 +95,6 @@ std::optional<double> number_of(const std::string& word) {
   return value;
 }
 
-Result<std::string, settings::Faults> read_text(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::error_code failed;
-  if (!in || std::filesystem::is_directory(path, failed)) {
-    return one_fault(path, "cannot be read; is it there, and is it a file?");
-  }
-  const auto size = std::filesystem::file_size(path, failed);
-  if (!failed && size > kMostBytes) return one_fault(path, fmt::format("is {} bytes, expected 16 MB at most", size));
-  return std::string{std::istreambuf_iterator<char>(in), {}};
-}
-
 void add_camera(const ForeignCamera& camera, Rig& rig, Complaints& complaints) {
   const auto complain = [&](const std::string& what) {
     complaints.add(camera.at, fmt::format("camera '{}': {}", camera.name, what));
@@ -165,8 +152,8 @@ std::string pose2sim_text(const Rig& rig) {
 }
 
 Result<ReadRig, settings::Faults> read_rig(const std::filesystem::path& path, std::optional<RigFormat> format) {
-  const auto text = read_text(path);
-  if (!text) return text.error();
+  const auto text = settings::read_text(path);
+  if (!text) return settings::Faults{path, {text.error()}};
   if (!format) format = guess(*text);
   if (!format) {
     return one_fault(path, "is in no format that it could be told from; say --format opencv, kalibr, pose2sim or qca");
