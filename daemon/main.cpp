@@ -23,6 +23,7 @@
 #include "runtime/realtime.h"
 #include "runtime/service.h"
 #include "runtime/status_line.h"
+#include "settings/add_subject.h"
 #include "settings/daemon_settings.h"
 #include "settings/learnt_masks.h"
 
@@ -139,6 +140,18 @@ std::unique_ptr<settings::DaemonSettings> reload(const std::filesystem::path& co
     const Status kept = settings::save_learnt_masks(now.capture.rig_file, rig);
     if (!kept) {
       answer.message = kept.error().message;
+      return nullptr;
+    }
+  }
+  if (!order.subject.empty()) {
+    const settings::NewSubject subject{order.subject, order.marker_set};
+    const auto check = [](const std::filesystem::path& file) {
+      const auto good = load_checked(file);
+      return good ? settings::Faults{} : good.error();
+    };
+    const Status added = settings::add_subject(config, subject, check);
+    if (!added) {
+      answer.message = added.error().message;
       return nullptr;
     }
   }

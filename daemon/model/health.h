@@ -63,6 +63,7 @@ struct FeedHealth {
   std::uint64_t cut_off = 0;          ///< by us: too many subscriptions or connections, a key that was revoked
   std::uint32_t subscriptions = 0;    ///< topics that somebody listens to
   std::uint64_t failed_accepts = 0;   ///< no file descriptor was free
+  std::uint32_t behind = 0;           ///< connections that do not take what they are sent, now
 };
 
 /// How the service is, once a second.

@@ -58,6 +58,8 @@ struct MaskLearnt {
 struct MainOrder {
   std::uint64_t number = 0;
   std::vector<std::vector<MaskPolygon>> masks;  ///< by CameraId: to be kept before the configuration is read anew
+  std::string subject;                          ///< a new one, to be added to the configuration
+  std::string marker_set;                       ///< what it wears: the absolute path of a file
 };
 
 /// What the main thread says: it may be more than a line.

@@ -174,12 +174,23 @@ ControlAnswer ControlWorker::capture(bool on, const std::stop_token& stop) {
 ControlAnswer ControlWorker::order_subject(const ControlRequest& request, const std::stop_token& stop) {
   const auto& subjects = description_.subjects;
   const auto found = std::ranges::find(subjects, request.name, &Subject::name);
+  if (found == subjects.end() && !request.marker_set.empty()) {
+    MainOrder order;
+    order.subject = request.name;
+    order.marker_set = request.marker_set;
+    return order_main(std::move(order), stop);
+  }
   if (found == subjects.end()) {
-    return failure(
-        ControlCode::NotFound,
-        fmt::format("there is no subject '{}'; the daemon was configured with: {}. A new one is a [[subject]] "
-                    "of the configuration, and mocapctl reload",
-                    request.name, names_of(subjects)));
+    return failure(ControlCode::NotFound,
+                   fmt::format("there is no subject '{}'; the daemon was configured with: {}; mocapctl subject add {} "
+                               "--marker-set FILE makes a new one",
+                               request.name, names_of(subjects), request.name));
+  }
+  if (!request.marker_set.empty()) {
+    return failure(ControlCode::Invalid,
+                   fmt::format("there is a subject '{}' already; without --marker-set it is looked "
+                               "for again",
+                               request.name));
   }
   SubjectOrder order;
   order.number = ++orders_;
@@ -269,15 +280,17 @@ ControlAnswer ControlWorker::learn_mask(const ControlRequest& request, const std
                     learnt.moved > 0 ? fmt::format(", {} bright spots moved and are not masked", learnt.moved) : "");
     masks[camera] = std::move(learnt.polygons);
   }
-  ControlAnswer kept = order_main(std::move(masks), stop);
+  MainOrder keep;
+  keep.masks = std::move(masks);
+  ControlAnswer kept = order_main(std::move(keep), stop);
   kept.message = told + kept.message;
   return kept;
 }
 
-ControlAnswer ControlWorker::order_main(std::vector<std::vector<MaskPolygon>> masks, const std::stop_token& stop) {
+ControlAnswer ControlWorker::order_main(MainOrder order, const std::stop_token& stop) {
   ControlChannel& control = *links_.control;
-  const std::uint64_t number = ++orders_;
-  if (!control.to_main.try_push({number, std::move(masks)})) return not_answered("the daemon");
+  const std::uint64_t number = order.number = ++orders_;
+  if (!control.to_main.try_push(std::move(order))) return not_answered("the daemon");
   const Timestamp begun = host_now();
   MainDone answer;
   // The daemon may end us right after it answered: look once more then.

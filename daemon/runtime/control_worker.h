@@ -38,7 +38,7 @@ class ControlWorker {
   ControlAnswer order_subject(const ControlRequest& request, const std::stop_token& stop);
   ControlAnswer adjust_camera(const ControlRequest& request, const std::stop_token& stop);
   ControlAnswer learn_mask(const ControlRequest& request, const std::stop_token& stop);
-  ControlAnswer order_main(std::vector<std::vector<MaskPolygon>> masks, const std::stop_token& stop);
+  ControlAnswer order_main(MainOrder order, const std::stop_token& stop);
   std::optional<std::size_t> find_camera(const std::string& name) const;
   std::optional<OrderDone> wait_for(SpscQueue<OrderDone>& answers, std::uint64_t order, Duration patience,
                                     const std::stop_token& stop);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -16,7 +17,7 @@ constexpr double kMostExposure_us = 1e6;  // as in the configuration
 constexpr double kMostGain_dB = 60.0;
 constexpr double kFarthestOffset_m = 10.0;  // no body is larger
 constexpr std::uint32_t kLeastImages = 10, kMostImages = 10000;
-constexpr std::size_t kLongestName = 255;
+constexpr std::size_t kLongestName = 255, kLongestPath = 4095;
 
 Error wrong(std::string what) { return {ErrorCode::InvalidArgument, std::move(what)}; }
 
@@ -37,6 +38,23 @@ Result<std::vector<Eigen::Vector3d>> vectors(const google::protobuf::RepeatedFie
   return all;
 }
 
+bool can_be_quoted(const std::string& text) {
+  return std::ranges::none_of(
+      text, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f || c == '"' || c == '\\'; });
+}
+
+// It comes to stand in the configuration.
+Status check_new_subject(const v1::SubjectRequest& from) {
+  const std::string& path = from.marker_set();
+  if (path.front() != '/' || path.size() > kLongestPath || !can_be_quoted(path)) {
+    return wrong("marker_set is no absolute path of a file on the daemon's machine, without quotes");
+  }
+  if (from.name().empty() || !can_be_quoted(from.name())) {
+    return wrong("name is empty or has quotes, expected a word for people");
+  }
+  return {};
+}
+
 Result<ControlRequest> decode_subject(const v1::SubjectRequest& from) {
   ControlRequest into;
   into.name = from.name();
@@ -46,6 +64,10 @@ Result<ControlRequest> decode_subject(const v1::SubjectRequest& from) {
     case v1::SubjectRequest::ACTION_RESET: into.action = ControlAction::ResetSubject; break;
     case v1::SubjectRequest::ACTION_FIT: into.action = ControlAction::FitSubject; break;
     default: return wrong("subject: action is missing, expected add, remove, reset or fit");
+  }
+  if (into.action == ControlAction::AddSubject && !from.marker_set().empty()) {
+    if (Status new_one = check_new_subject(from); !new_one) return new_one.error();
+    into.marker_set = from.marker_set();
   }
   if (into.action != ControlAction::FitSubject) return into;
   auto bones = vectors(from.rest_offsets_m(), kMaxBones, "rest_offsets_m");
@@ -140,6 +162,7 @@ void encode_fit(const ControlRequest& from, v1::SubjectRequest& into) {
 v1::SubjectRequest encode_subject(const ControlRequest& from) {
   v1::SubjectRequest into;
   into.set_name(valid_utf8(from.name));
+  into.set_marker_set(valid_utf8(from.marker_set));
   switch (from.action) {
     case ControlAction::AddSubject: into.set_action(v1::SubjectRequest::ACTION_ADD); break;
     case ControlAction::RemoveSubject: into.set_action(v1::SubjectRequest::ACTION_REMOVE); break;

@@ -209,8 +209,9 @@ Result<Health> decode(const v1::Health& from) {
                             camera.rig_moved_m()});
   }
   const v1::FeedHealth& feed = from.feed();
-  into.feed = {feed.listeners(),       feed.connections(), feed.disconnections(), feed.failed_handshakes(),
-               feed.refused_clients(), feed.cut_off(),     feed.subscriptions(),  feed.failed_accepts()};
+  into.feed = {feed.listeners(),         feed.connections(),     feed.disconnections(),
+               feed.failed_handshakes(), feed.refused_clients(), feed.cut_off(),
+               feed.subscriptions(),     feed.failed_accepts(),  feed.behind()};
   return into;
 }
 

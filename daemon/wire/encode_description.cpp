@@ -175,6 +175,7 @@ void encode(const Health& from, v1::Health& into) {
   feed.set_cut_off(from.feed.cut_off);
   feed.set_subscriptions(from.feed.subscriptions);
   feed.set_failed_accepts(from.feed.failed_accepts);
+  feed.set_behind(from.feed.behind);
 }
 
 }  // namespace mocap::wire

@@ -13,8 +13,7 @@ namespace mocap::wire {
 namespace {
 
 constexpr const char* kAddress = "inproc://zeromq.zap.01";
-constexpr const char* kDomain = "mocap";  // an empty one would turn authentication off without a word
-constexpr std::size_t kMostTold = 256;    // refused keys that are remembered
+constexpr std::size_t kMostTold = 256;  // refused keys that are remembered
 constexpr Duration kTellAgain = std::chrono::minutes(1);
 constexpr std::size_t kParts = 7;  // version, id, domain, address, identity, mechanism, key
 
@@ -48,8 +47,8 @@ Result<std::unique_ptr<Gatekeeper>> Gatekeeper::open(const ZmqContext& context, 
   return made;
 }
 
-Status Gatekeeper::guard(ZmqSocket& socket) const {
-  if (Status set = socket.set(ZMQ_ZAP_DOMAIN, std::string_view(kDomain)); !set) return set;
+Status Gatekeeper::guard(ZmqSocket& socket, std::string_view domain) const {
+  if (Status set = socket.set(ZMQ_ZAP_DOMAIN, domain); !set) return set;
   if (Status set = socket.set(ZMQ_CURVE_SERVER, 1); !set) return set;
   return socket.set(ZMQ_CURVE_SECRETKEY, server_.secret_key);
 }

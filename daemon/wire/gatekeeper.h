@@ -15,6 +15,9 @@
 
 namespace mocap::wire {
 
+/// By this name ZeroMQ asks us who may connect.
+inline constexpr std::string_view kAuthenticationDomain = "mocap";
+
 /// How a socket knows who its clients are.
 struct CurveSettings {
   std::filesystem::path server_key;  ///< of mocapctl keys new; empty: nobody is asked who they are
@@ -31,8 +34,8 @@ class Gatekeeper {
   static Result<std::unique_ptr<Gatekeeper>> open(const ZmqContext& context, const CurveSettings& settings,
                                                   std::string who);
 
-  /// Makes `socket` a CURVE server that asks us.
-  Status guard(ZmqSocket& socket) const;
+  /// Makes `socket` a CURVE server that asks us. ZeroMQ might ask nobody where `domain` is empty: fails then.
+  Status guard(ZmqSocket& socket, std::string_view domain = kAuthenticationDomain) const;
 
   /// Answers who asks, `at_most` of them.
   void serve(int at_most, Timestamp now);

@@ -2,10 +2,13 @@
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
+#include <linux/sockios.h>
 #include <netinet/in.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <zmq.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <utility>
@@ -21,9 +24,10 @@ constexpr int kHandshake_ms = 2000;         // half-open connections end
 constexpr int kHeartbeat_ms = 1000;         // dead peers are noticed
 constexpr int kReceiveQueue = 100;          // of one peer: a flood of small messages waits in its own connection
 constexpr int kSendBuffer_bytes = 1 << 18;  // the kernel's, of one peer: what a stalled one may hold
+constexpr int kBehind_bytes = 1 << 16;      // of it: over 100 ms of a feed at 240 Hz
 constexpr int kBacklog = 1024;              // connections that come at one moment
-constexpr int kEventsPerCall = 256;
-constexpr int kAskersPerCall = 16;  // each costs the daemon some 60 us of cryptography
+constexpr Duration kServeFor = std::chrono::microseconds(500);  // events of one call, some 3 us each
+constexpr int kAskersPerCall = 16;                              // each costs the daemon some 60 us of cryptography
 constexpr Duration kLookForRevoked = std::chrono::milliseconds(500);
 constexpr Duration kTellAgain = std::chrono::minutes(1);
 constexpr std::size_t kMostTold = 256;
@@ -46,6 +50,15 @@ std::string peer_of(int connection) {
     return fmt::format("[{}]:{}", text, ntohs(v6->sin6_port));
   }
   return {};
+}
+
+const char* fault_of(std::int32_t failure) {
+  switch (failure) {
+    case ZMQ_PROTOCOL_ERROR_ZMTP_CRYPTOGRAPHIC:
+      return "it has another server's key than ours; give it the public key in the file of [security] server_key";
+    // Who has no key often ends the connection before we do, and then looks like who is no ZeroMQ.
+    default: return "it has no key (mocapctl keys new makes one, keys allow lets it in), or is no ZeroMQ";
+  }
 }
 
 std::string without_port(const std::string& peer) { return peer.substr(0, peer.rfind(':')); }
@@ -77,6 +90,11 @@ Status Listener::open(int kind, int send_queue, const ListenSettings& settings) 
   if (Status set = set_limits(send_queue, settings); !set) return set;
   if (gatekeeper_ != nullptr) {
     if (Status guarded = gatekeeper_->guard(socket_); !guarded) return guarded;
+  }
+  // A name to ask for and nobody who answers: then ZeroMQ lets in all but peers of ZMTP 1 and 2. Those listen to
+  // everything unasked, and their messages do not tell by which connection they came.
+  if (gatekeeper_ == nullptr) {
+    if (Status set = socket_.set(ZMQ_ZAP_DOMAIN, kAuthenticationDomain); !set) return set;
   }
   watch();
   return bind(settings);
@@ -129,7 +147,7 @@ void Listener::watch() {
 
 void Listener::serve(Timestamp now) {
   now_ = now;
-  for (int i = 0; i < kEventsPerCall && read_event(); ++i) {
+  while (read_event() && host_now() - now < kServeFor) {
   }
   if (gatekeeper_ == nullptr) return;
   gatekeeper_->serve(kAskersPerCall, now);
@@ -152,15 +170,19 @@ bool Listener::read_event() {
     case ZMQ_EVENT_ACCEPT_FAILED: ++figures_.failed_accepts; break;
     case ZMQ_EVENT_HANDSHAKE_SUCCEEDED: ++figures_.connections; break;
     case ZMQ_EVENT_DISCONNECTED: note_gone(value); break;
+    case ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL: handshake_failure_ = value; break;
     case ZMQ_EVENT_HANDSHAKE_FAILED_AUTH: gatekeeper_told_ = true; [[fallthrough]];
-    default: handshake_failed_ = true;
+    default: handshake_failure_ = 0;
   }
   return true;
 }
 
 void Listener::note_accepted(int connection) {
-  connections_[connection] = {peer_of(connection), {}};
-  if (!connections_[connection].peer.empty()) last_peer_ = without_port(connections_[connection].peer);
+  Connection& entry = connections_[connection];
+  if (entry.heard) --heard_;
+  entry = Connection{};
+  entry.peer = peer_of(connection);
+  if (!entry.peer.empty()) last_peer_ = without_port(entry.peer);
   if (connections_.size() > max_connections_) {
     cut(connection, fmt::format("there are {} connections already", max_connections_));
   }
@@ -168,26 +190,41 @@ void Listener::note_accepted(int connection) {
 
 void Listener::note_gone(int connection) {
   const auto found = connections_.find(connection);
-  if (handshake_failed_) {
+  if (const auto failure = std::exchange(handshake_failure_, std::nullopt)) {
     ++figures_.failed_handshakes;
-    handshake_failed_ = false;
     std::string peer = found == connections_.end() ? "" : without_port(found->second.peer);
     if (peer.empty()) peer = last_peer_;  // it was gone before it could be asked
     if (gatekeeper_ != nullptr && !std::exchange(gatekeeper_told_, false)) {
-      tell_once(
-          fmt::format("refused a client, address={}: it speaks no CURVE, has another server's key or none that is "
-                      "allowed, or is no ZeroMQ",
-                      peer));
+      tell_refused(peer, fault_of(*failure));
     }
   } else {
-    ++figures_.disconnections;
+    count_end(found == connections_.end() ? Connection{} : found->second);
   }
-  if (found != connections_.end()) connections_.erase(found);
+  if (found == connections_.end()) return;
+  if (found->second.heard) --heard_;
+  connections_.erase(found);
+  gone_.insert(connection);
+}
+
+// ZeroMQ does not say of each end whether its handshake was through (a peer of ZMTP 1 is sent away without a word). It
+// was where we heard that peer, and may have been where more were let in than we heard of.
+void Listener::count_end(const Connection& connection) {
+  if (connection.heard || established() > heard_) {
+    ++figures_.disconnections;
+  } else {
+    ++figures_.failed_handshakes;
+  }
+}
+
+std::uint64_t Listener::established() const {
+  return figures_.connections - std::min(figures_.disconnections, figures_.connections);
 }
 
 void Listener::note_user(int connection, std::string_view user) {
   const auto found = connections_.find(connection);
-  if (found != connections_.end() && found->second.user != user) found->second.user = user;
+  if (found == connections_.end()) return;
+  if (!std::exchange(found->second.heard, true)) ++heard_;
+  if (found->second.user != user) found->second.user = user;
   if (gatekeeper_ != nullptr && !gatekeeper_->role_of(user)) cut(connection, "its key was revoked");
 }
 
@@ -207,7 +244,8 @@ void Listener::cut_the_revoked(Timestamp now) {
 // descriptor that is some other connection by now is told by its peer.
 void Listener::cut(int connection, std::string_view why) {
   const auto found = connections_.find(connection);
-  if (found == connections_.end() || !is_ours(connection, found->second.peer)) return;
+  if (found == connections_.end() || found->second.cut || !is_ours(connection, found->second.peer)) return;
+  found->second.cut = true;
   ::shutdown(connection, SHUT_RDWR);
   ++figures_.cut_off;
   tell_once(fmt::format("cut a client off, address={}: {}", without_port(found->second.peer), why));
@@ -228,12 +266,34 @@ void Listener::tell_once(const std::string& what) {
   log_warn(who_, what);
 }
 
+// One line for a peer that tries again and again, also where it was gone at first before it could be asked.
+void Listener::tell_refused(const std::string& peer, const char* why) {
+  const auto line = [&](const char* address) { return fmt::format("refused a client, address={}: {}", address, why); };
+  if (peer.empty()) {
+    tell_once(line("unknown"));
+  } else if (told_.erase(line("unknown")) > 0) {
+    told_[line(peer.c_str())] = now_;
+  } else {
+    tell_once(line(peer.c_str()));
+  }
+}
+
 FeedHealth Listener::figures() const {
   FeedHealth figures = figures_;
-  const std::uint64_t ended = std::min(figures.disconnections, figures.connections);
-  figures.listeners = static_cast<std::uint32_t>(figures.connections - ended);
+  figures.listeners = static_cast<std::uint32_t>(std::max<std::uint64_t>(established(), heard_));
   if (gatekeeper_ != nullptr) figures.refused_clients = gatekeeper_->refused();
+  figures.behind = behind();
   return figures;
+}
+
+// By what waits in the kernel: ZeroMQ does not tell for whom it drops.
+std::uint32_t Listener::behind() const {
+  std::uint32_t count = 0;
+  for (const auto& [connection, entry] : connections_) {
+    int waiting_bytes = 0;
+    if (::ioctl(connection, SIOCOUTQ, &waiting_bytes) == 0 && waiting_bytes > kBehind_bytes) ++count;
+  }
+  return count;
 }
 
 }  // namespace mocap::wire

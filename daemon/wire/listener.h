@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,14 +35,21 @@ class Listener {
   /// Binds to all endpoints, or to none. `kind`: ZMQ_XPUB and so on; `send_queue`: messages that wait for one peer.
   Status open(int kind, int send_queue, const ListenSettings& settings);
 
-  /// Lets in who waits, notes who came and went, throws out who is no longer allowed. Takes as long as a fixed number
-  /// of these costs; often, and at least some ten times a second, or nobody gets in.
+  /// Lets in who waits, notes who came and went, throws out who is no longer allowed. Takes a bounded time; often, and
+  /// at least some ten times a second, or nobody gets in.
   void serve(Timestamp now);
+
+  /// Connections that ended since the last call of `heard_all`. What is still read from one of them may be of whoever
+  /// has its descriptor now.
+  const std::set<int>& gone() const { return gone_; }
+  /// Nothing waits to be read.
+  void heard_all() { gone_.clear(); }
 
   /// Ends the connection of this file descriptor, if it is one of ours.
   void cut(int connection, std::string_view why);
 
-  /// A message came by this connection from this user: remembered, so that it can be cut when its key is revoked.
+  /// A message came by this connection from this user (empty: without keys): remembered, so that it can be cut when its
+  /// key is revoked.
   void note_user(int connection, std::string_view user);
 
   const ZmqSocket& socket() const { return socket_; }
@@ -49,13 +58,15 @@ class Listener {
   const Gatekeeper* gatekeeper() const { return gatekeeper_.get(); }
   /// The ZeroMQ socket that becomes readable when somebody asks to be let in; null where nobody is asked.
   void* asking_socket() const { return gatekeeper_ ? gatekeeper_->socket() : nullptr; }
-  /// All but subscriptions.
+  /// All but subscriptions. A system call a connection: once a second.
   FeedHealth figures() const;
 
  private:
   struct Connection {
     std::string peer;  // its address, empty where nobody knows (ipc)
     std::string user;
+    bool heard = false;  // it sent a message: its handshake was through
+    bool cut = false;
   };
   Status set_limits(int send_queue, const ListenSettings& settings);
   Status bind(const ListenSettings& settings);
@@ -63,7 +74,10 @@ class Listener {
   bool read_event();
   void note_accepted(int connection);
   void note_gone(int connection);
+  void count_end(const Connection& connection);
+  std::uint64_t established() const;
   void cut_the_revoked(Timestamp now);
+  std::uint32_t behind() const;
   bool is_ours(int connection, const std::string& peer) const;
 
   std::string who_;
@@ -73,16 +87,20 @@ class Listener {
   ZmqSocket monitor_;
   std::vector<std::string> bound_;
   std::map<int, Connection> connections_;  // by file descriptor
+  std::size_t heard_ = 0;                  // of them
+  std::set<int> gone_;
   std::size_t max_connections_ = 0;
   FeedHealth figures_;
-  std::string last_peer_;                  // of the newest connection whose address is known
-  bool gatekeeper_told_ = false;           // the log has why
-  bool handshake_failed_ = false;          // the next connection that is told to be gone is the one
+  std::string last_peer_;         // of the newest connection whose address is known
+  bool gatekeeper_told_ = false;  // the log has why
+  /// The handshake of the next connection that is told to be gone failed, and how: ZeroMQ's code, or 0.
+  std::optional<std::int32_t> handshake_failure_;
   std::map<std::string, Timestamp> told_;  // lines of the log, and when it had them
   Timestamp now_;
   Timestamp looked_for_revoked_at_;
 
   void tell_once(const std::string& what);
+  void tell_refused(const std::string& peer, const char* why);
 };
 
 }  // namespace mocap::wire

@@ -1,9 +1,11 @@
 #include "wire/subscriptions.h"
 
+#include <algorithm>
+
 namespace mocap::wire {
 namespace {
 
-constexpr std::size_t kMostKept = 4096;
+constexpr std::size_t kMostKept = 4096;     // and those that begin a topic that there is
 constexpr std::uint32_t kMostOfOne = 256;   // topics of 16 subjects, and room for who asks anew
 constexpr std::uint32_t kMostAtOnce = 512;  // messages in a second
 
@@ -16,7 +18,7 @@ void Subscriptions::set_topics(std::vector<std::string> topics) {
 }
 
 Subscriptions::Verdict Subscriptions::take(std::string_view message, int connection) {
-  if (message.empty() || (message[0] != '\0' && message[0] != '\1')) return Verdict::Fine;
+  if (message.empty() || (message[0] != '\0' && message[0] != '\1')) return Verdict::NoSubscription;
   const bool too_fast = connection >= 0 && ++asked_[connection] > kMostAtOnce;
   const std::string_view prefix = message.substr(1);
   const auto found = kept_.find(prefix);
@@ -30,13 +32,19 @@ Subscriptions::Verdict Subscriptions::take(std::string_view message, int connect
   }
   if (too_fast) return Verdict::TooMany;
   if (found != kept_.end()) return Verdict::Fine;
-  if (kept_.size() >= kMostKept) return Verdict::TooMany;
-  std::uint32_t& own = by_connection_[connection];
-  if (own >= kMostOfOne) return Verdict::TooMany;
-  ++own;
+  if (!has_room(prefix, connection)) return Verdict::TooMany;
+  ++by_connection_[connection];
   kept_.emplace(prefix, connection);
   count_in(prefix, 1);
   return Verdict::Fine;
+}
+
+// What begins a topic is kept, or that topic would not be made: there are only so many such prefixes.
+bool Subscriptions::has_room(std::string_view prefix, int connection) const {
+  const auto own = by_connection_.find(connection);
+  if (connection >= 0 && own != by_connection_.end() && own->second >= kMostOfOne) return false;
+  if (kept_.size() < kMostKept) return true;
+  return std::ranges::any_of(topics_, [&](const std::string& topic) { return topic.starts_with(prefix); });
 }
 
 void Subscriptions::count_in(std::string_view prefix, int by) {

@@ -54,7 +54,10 @@ struct ZmqControl::Impl {
   enum class Came { Nothing, Junk, Request };
   Came receive() {
     ZmqMessage part;
-    if (!part.receive(listener.socket())) return Came::Nothing;
+    if (!part.receive(listener.socket())) {
+      listener.heard_all();
+      return Came::Nothing;
+    }
     route.clear();
     bytes.clear();
     std::size_t frames = 1;
@@ -75,7 +78,7 @@ struct ZmqControl::Impl {
   void note_sender(const ZmqMessage& part) {
     const Gatekeeper* keeper = listener.gatekeeper();
     role = keeper == nullptr ? role_without_keys : keeper->role_of(part.user()).value_or(Role::Viewer);
-    if (keeper != nullptr) listener.note_user(part.connection(), part.user());
+    if (!listener.gone().contains(part.connection())) listener.note_user(part.connection(), part.user());
   }
 
   void send(v1::Answer& answer) {

@@ -19,8 +19,9 @@ namespace mocap::wire {
 namespace {
 
 constexpr const char* kWho = "feed";
-// How many subscriptions are worked off a call: a flood of them cannot hold the feed up.
-constexpr int kServedPerCall = 256;
+// How long subscriptions are worked off in a call: a flood of them neither holds the feed up nor piles up.
+constexpr Duration kServeFor = std::chrono::milliseconds(1);
+constexpr int kServedPerLook = 64;  // at the clock
 
 // Topic, zero byte, Protobuf. Grows to the largest message, then allocates no more.
 class Envelope {
@@ -90,13 +91,23 @@ struct ZmqPublisher::Impl {
 
   // Takes in what listeners ask for. Without it ZeroMQ delivers neither welcome nor anything else.
   void serve() {
-    listener.serve(host_now());
-    for (int i = 0; i < kServedPerCall && request.receive(listener.socket()); ++i) {
-      const int connection = request.connection();
-      if (!request.user().empty()) listener.note_user(connection, request.user());
-      if (subscriptions.take(request.bytes(), connection) == Subscriptions::Verdict::TooMany) {
-        listener.cut(connection, "more subscriptions than there are topics");
-      }
+    const Timestamp begun = host_now();
+    listener.serve(begun);
+    for (const int connection : listener.gone()) subscriptions.forget(connection);
+    for (int i = 1; i % kServedPerLook != 0 || host_now() - begun < kServeFor; ++i) {
+      if (!request.receive(listener.socket())) return listener.heard_all();
+      take_request();
+    }
+  }
+
+  void take_request() {
+    int connection = request.connection();
+    if (listener.gone().contains(connection)) connection = -1;
+    if (connection >= 0) listener.note_user(connection, request.user());
+    switch (subscriptions.take(request.bytes(), connection)) {
+      case Subscriptions::Verdict::Fine: return;
+      case Subscriptions::Verdict::TooMany: return listener.cut(connection, "more subscriptions than there are topics");
+      case Subscriptions::Verdict::NoSubscription: return listener.cut(connection, "it sends what is no subscription");
     }
   }
 

@@ -98,6 +98,26 @@ TEST(ControlWorker, RefusesWhatIsNotThereAndNamesWhatIs) {
   EXPECT_THAT(answers[1].message, HasSubstr("configured with: north"));
 }
 
+TEST(ControlWorker, LeavesANewSubjectToTheMainThread) {
+  World world;
+  MainOrder order;
+  std::jthread main([&](const std::stop_token& stop) {
+    while (!stop.stop_requested() && !world.control.to_main.try_pop(order)) std::this_thread::yield();
+    static_cast<void>(world.control.from_main.try_push({order.number, true, "starts anew"}));
+  });
+  ControlRequest ben = request(ControlAction::AddSubject, "ben"), anna = request(ControlAction::AddSubject, "anna");
+  ben.marker_set = anna.marker_set = "/sets/rigid3.toml";
+
+  const auto answers = world.ask({ben, anna});
+  main.join();
+
+  EXPECT_EQ(answers[0].message, "starts anew");
+  EXPECT_EQ(order.subject, "ben");
+  EXPECT_EQ(order.marker_set, "/sets/rigid3.toml");
+  EXPECT_EQ(answers[1].code, ControlCode::Invalid);
+  EXPECT_THAT(answers[1].message, HasSubstr("there is a subject 'anna' already"));
+}
+
 TEST(ControlWorker, RefusesAFitOfAnotherBody) {
   World world;
   ControlRequest fit = request(ControlAction::FitSubject, "anna");

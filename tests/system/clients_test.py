@@ -118,6 +118,13 @@ class Clients(unittest.TestCase):
             self.assertEqual((said["version"], said["subjects"][0]["bone"]), (2, "Pelvis"), client)
             self.assertEqual((said["unreadable"], said["lost"]), (0, 0), client)
 
+    def test_every_client_reads_a_later_revision_and_leaves_what_it_does_not_know(self):
+        feed = self.feed(later_revision=True)
+        for client, said in on_all(feed.endpoint, seconds=1.5).items():
+            self.assertEqual(said["diagnosis"], WELL, f"{client}: {said['sentence']}")
+            self.assertGreater(said["frames"], 20, client)
+            self.assertEqual((said["unreadable"], said["subjects"][0]["bone"]), (0, "Hips"), client)
+
     def test_a_protocol_that_is_too_new_is_told_and_the_old_one_taken_up_again(self):
         port = free_port()
         new = FakeFeed(port=port, protocol="mocap.v2", session="new")
@@ -201,6 +208,40 @@ class Unity(unittest.TestCase):
         for name in ("package.json", "Runtime/Mocapd.asmdef", "Runtime/MocapClient.cs", "Runtime/MocapHumanoid.cs",
                      "Runtime/HumanoidPose.cs", "Runtime/Plugins/libmocap_client.so"):
             self.assertIn("package/" + name, names)
+
+
+class Unreal(unittest.TestCase):
+    """The Live Link source on stand-ins for the engine."""
+
+    def run_source(self, endpoint, seconds):
+        out = subprocess.run([BIN / "clients_unreal", endpoint, str(seconds)], capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+        self.assertEqual(out.returncode, 0, out.stderr)
+        return json.loads(out.stdout), out.stderr
+
+    def test_live_link_gets_the_axis_vectors(self):
+        feed = FakeFeed(bones=[case["bone"] for case in CASES], poses=[case["mocap"] for case in CASES])
+        self.addCleanup(feed.close)
+        said, status = self.run_source(feed.endpoint, 1.5)
+        self.assertIn("all is well", status)
+        for i, case in enumerate(CASES):
+            pushed = said[f"actor{i}" if i else "actor"]
+            self.assertEqual((pushed["bone"], pushed["parent"], pushed["skeletons"]), ("pelvis", -1, 1))
+            self.assertGreater(pushed["frames"], 20)
+            self.assertTrue(0.0 <= pushed["age_s"] < 1.0, pushed)
+            for name in ("position", "rotation_xyzw"):
+                for found, wanted in zip(pushed[name], case["unreal"][name], strict=True):
+                    self.assertAlmostEqual(found, wanted, delta=TOLERANCE, msg=case["name"])
+
+    def test_live_link_is_told_the_skeleton_again_after_a_restart(self):
+        port = free_port()
+        first = FakeFeed(port=port, session="first")
+        source = subprocess.Popen([BIN / "clients_unreal", first.endpoint, "5"], stdout=subprocess.PIPE, text=True, env=ENVIRONMENT)
+        time.sleep(1.5)  # the feed's life, nothing is awaited
+        first.close()
+        second = FakeFeed(port=port, session="second", version=2)
+        self.addCleanup(second.close)
+        out, _ = source.communicate(timeout=60)
+        self.assertEqual(json.loads(out)["actor"]["skeletons"], 2)
 
 
 class Packages(unittest.TestCase):

@@ -198,6 +198,23 @@ class Control(unittest.TestCase):
         self.assertEqual(len(description["cameras"]), 3)
         self.assertNotEqual(anew["sessionId"], session)
 
+    def test_a_new_subject_is_added_while_it_runs(self):
+        daemon = Daemon(self.desk)
+        session = until(daemon.status, "an answer")["sessionId"]
+        before = daemon.config.read_text()
+        nonsense = self.desk.write("nonsense.toml", "what = 1\n")
+
+        bad = daemon.ctl("subject", "add", "wand", "--marker-set", nonsense)
+        self.assertEqual(bad.returncode, 65)
+        self.assertIn("nonsense.toml", bad.stderr)
+        self.assertEqual(daemon.config.read_text(), before)
+        self.assertEqual(daemon.status()["sessionId"], session)
+
+        self.done(daemon.ctl("subject", "add", "wand", "--marker-set", SOURCE / "config/markersets/rigid4.toml"))
+        anew = until(lambda: (s := daemon.status()) and s["sessionId"] != session and s, "the daemon is back")
+        self.assertEqual([s["name"] for s in anew["subjects"]], ["actor", "wand"])
+        self.assertTrue(daemon.config.read_text().startswith(before))
+
     def test_a_mask_is_learnt_kept_in_the_rig_and_used(self):
         rig = self.desk.write("rig.toml", (SOURCE / "config/demo.rig.toml").read_text())
         daemon = Daemon(self.desk)
@@ -313,7 +330,8 @@ class Control(unittest.TestCase):
         said = daemon.program.said()
         stranger_key = pair("stranger")["public"].decode()
         self.assertEqual(sum("feed: refused a client" in l and stranger_key in l for l in said.splitlines()), 1, said)
-        self.assertIn("cut a client off", said)
+        for line in ("it has no key (", "it has another server's key", "its key was revoked"):
+            self.assertEqual(sum("feed: " in l and line in l for l in said.splitlines()), 1, f"{line}: {said}")
 
     def test_nobody_listens_where_other_machines_come_unless_keys_or_a_setting_say_so(self):
         for publish, good in [("", False), ("allow_remote = true", True)]:

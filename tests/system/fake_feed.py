@@ -58,15 +58,21 @@ def add_subject(subject, phase, pose):
             bones.spins_rad_s.extend(pose["spin"])
 
 
+# Fields 3001 (bytes) and 3002 (varint), which this schema does not have.
+UNKNOWN = b"\xca\xbb\x01\x03new" + b"\xd0\xbb\x01\x07"
+
+
 class FakeFeed:
     """Sends from a thread of its own until it is closed. What it says may be changed while it runs."""
 
     def __init__(self, port=None, rate_hz=100, keys=None, allowed=None, protocol="mocap.v1", version=1, session="session", bones=("Hips",),
-                 phase=TRACKING, poses=(STANDING,), cameras=None, describes=True, utc_error_ns=0):
+                 phase=TRACKING, poses=(STANDING,), cameras=None, describes=True, utc_error_ns=0,
+                 later_revision=False):
         self.port = port or free_port()
         self.endpoint = f"tcp://127.0.0.1:{self.port}"
         self.rate_hz, self.protocol, self.version, self.session, self.bones = rate_hz, protocol, version, session, bones
         self.phase, self.poses, self.describes, self.utc_error_ns = phase, poses, describes, utc_error_ns
+        self._more = UNKNOWN if later_revision else b""
         self.cameras = cameras if cameras is not None else {"north": STREAMING}
         self.sent = 0
         self._keys, self._allowed = keys, allowed
@@ -84,14 +90,16 @@ class FakeFeed:
         return time.time_ns() - time.monotonic_ns() + self.utc_error_ns
 
     def _description(self):
-        said = description(self.protocol, self.version, self.session, self.bones).SerializeToString()
-        return b"description\0" + said
+        said = description(self.protocol, self.version, self.session, self.bones)
+        if self._more:
+            said.protocol_revision = 99
+        return b"description\0" + said.SerializeToString() + self._more
 
     def _health(self):
         said = health_pb2.Health(at_ns=time.monotonic_ns(), utc_minus_host_ns=self._utc_minus_host())
         for name, phase in self.cameras.items():
             said.cameras.add(name=name, phase=phase)
-        return b"health\0" + said.SerializeToString()
+        return b"health\0" + said.SerializeToString() + self._more
 
     def _answer_zap(self, zap):
         while zap.poll(0):
@@ -135,7 +143,7 @@ class FakeFeed:
                 instants = said.instants
                 instants.exposed_at_ns = instants.received_at_ns = instants.detected_at_ns = instants.fused_at_ns = now
                 instants.sent_at_ns = now
-                socket.send(b"snapshot\0" + said.SerializeToString())
+                socket.send(b"snapshot\0" + said.SerializeToString() + self._more)
                 sequence += 1
                 self.sent = sequence
             next_at = max(next_at + 1 / (self.rate_hz or 100), time.monotonic() - 0.1)

@@ -159,6 +159,24 @@ TEST(EncodeSnapshot, SaysNothingOfWhereALostMarkerIs) {
   EXPECT_THAT(message.subjects(0).markers().positions_m(), ::testing::ElementsAre(0.0F, 0.0F, 0.0F));
 }
 
+TEST(EncodeHealth, HasEachFigureOfTheFeedInItsPlace) {
+  Health health;
+  health.feed = {1, 2, 3, 4, 5, 6, 7, 8, 9};
+
+  v1::Health message;
+  encode(health, message);
+  const v1::FeedHealth& feed = message.feed();
+  const Result<Health> back = decode(message);
+
+  EXPECT_EQ(feed.listeners(), 1U);
+  EXPECT_EQ(feed.cut_off(), 6U);
+  EXPECT_EQ(feed.failed_accepts(), 8U);
+  EXPECT_EQ(feed.behind(), 9U);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->feed.failed_accepts, 8U);
+  EXPECT_EQ(back->feed.behind, 9U);
+}
+
 // As the feed sends it: a client knows the rest offsets by the description.
 TEST(EncodeSnapshot, FitsSixtyMarkersAndTwentyFourBonesIntoTwoAndAHalfKilobytes) {
   const Description description = support::typical_description();

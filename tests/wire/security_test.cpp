@@ -12,6 +12,7 @@
 #include "sample_description.h"
 #include "support/temporary_folder.h"
 #include "wire/curve_keys.h"
+#include "wire/gatekeeper.h"
 #include "wire/zmq_publisher.h"
 #include "wire/zmq_subscriber.h"
 
@@ -189,70 +190,18 @@ TEST(Publisher, ListensAtSeveralEndpointsAtOnce) {
   }
 }
 
-TEST(Publisher, CutsOffWhoSubscribesWithoutEnd) {
-  auto publisher = ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"});
-  ASSERT_TRUE(publisher) << publisher.error().message;
-  void* context = zmq_ctx_new();
-  void* hostile = zmq_socket(context, ZMQ_XSUB);
-  const int off = 0;
-  zmq_setsockopt(hostile, ZMQ_LINGER, &off, sizeof(off));
-  ASSERT_EQ(zmq_connect(hostile, (*publisher)->endpoint().c_str()), 0);
+TEST(GuardedFeed, DoesNotListenWhereZeroMQWouldAskNobody) {
+  support::TemporaryFolder folder;
+  ASSERT_TRUE(save_key_pair(folder.path() / "server.key", *new_key_pair()));
+  ASSERT_TRUE(save_allowed_keys(folder.path() / "allowed.keys", {}));
+  const ZmqContext context;
+  auto keeper = Gatekeeper::open(context, {folder.path() / "server.key", folder.path() / "allowed.keys"}, "feed");
+  ASSERT_TRUE(keeper) << keeper.error().message;
+  ZmqSocket socket;
+  ASSERT_TRUE(socket.open(context, ZMQ_XPUB, "feed"));
 
-  for (int i = 0; i < 20000 && (*publisher)->feed().cut_off == 0; ++i) {
-    const std::string message = '\1' + std::to_string(i);
-    zmq_send(hostile, message.data(), message.size(), ZMQ_DONTWAIT);
-    if (i % 100 == 0) (*publisher)->serve();
-  }
-  const Timestamp begun = host_now();
-  while ((*publisher)->feed().cut_off == 0 && host_now() - begun < kLong) (*publisher)->serve();
-
-  EXPECT_GE((*publisher)->feed().cut_off, 1U);
-  zmq_close(hostile);
-  zmq_ctx_term(context);
-}
-
-TEST(Publisher, CutsOffWhoSubscribesToOneThingWithoutEnd) {
-  auto publisher = ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"});
-  ASSERT_TRUE(publisher) << publisher.error().message;
-  void* context = zmq_ctx_new();
-  void* hostile = zmq_socket(context, ZMQ_XSUB);
-  const int off = 0;
-  zmq_setsockopt(hostile, ZMQ_LINGER, &off, sizeof(off));
-  ASSERT_EQ(zmq_connect(hostile, (*publisher)->endpoint().c_str()), 0);
-
-  const Timestamp begun = host_now();
-  while ((*publisher)->feed().cut_off == 0 && host_now() - begun < kLong) {
-    zmq_send(hostile, "\1snapshot", 9, ZMQ_DONTWAIT);
-    (*publisher)->serve();
-  }
-
-  EXPECT_GE((*publisher)->feed().cut_off, 1U);
-  EXPECT_LE((*publisher)->feed().subscriptions, 1U);
-  zmq_close(hostile);
-  zmq_ctx_term(context);
-}
-
-TEST(Publisher, CutsOffTheNewestOverItsConnections) {
-  auto publisher = ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*", .max_connections = 3});
-  ASSERT_TRUE(publisher) << publisher.error().message;
-  ASSERT_TRUE((*publisher)->describe(sample_description()));
-  std::vector<std::unique_ptr<ZmqSubscriber>> listeners;
-
-  for (int i = 0; i < 4; ++i) {
-    SubscriberSettings settings;
-    settings.endpoint = (*publisher)->endpoint();
-    listeners.push_back(std::move(*ZmqSubscriber::open(settings)));
-    const Timestamp begun = host_now();
-    const auto known = [&] { return listeners.back()->link().connected || (*publisher)->feed().cut_off > 0; };
-    while (!known() && host_now() - begun < kLong) {
-      (*publisher)->serve();
-      static_cast<void>(listeners.back()->next(milliseconds(1)));
-    }
-  }
-  const Timestamp begun = host_now();
-  while ((*publisher)->feed().cut_off == 0 && host_now() - begun < kLong) (*publisher)->serve();
-
-  EXPECT_GE((*publisher)->feed().cut_off, 1U);
+  EXPECT_EQ((*keeper)->guard(socket, "").error().code, ErrorCode::InvalidArgument);
+  EXPECT_TRUE((*keeper)->guard(socket));
 }
 
 TEST(CurveKeys, AreReadAsTheyWereWritten) {

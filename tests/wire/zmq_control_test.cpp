@@ -186,6 +186,27 @@ TEST(ControlCodec, ReadsWhatItWrote) {
   }
 }
 
+TEST(ControlCodec, TakesANewSubjectThatCanStandInAConfiguration) {
+  v1::Request request;
+  v1::SubjectRequest& subject = *request.mutable_subject();
+  subject.set_action(v1::SubjectRequest::ACTION_ADD);
+  subject.set_name("ben 2");
+  subject.set_marker_set("/sets/rigid3.toml");
+  ASSERT_TRUE(decode(request));
+  EXPECT_EQ(decode(request)->marker_set, "/sets/rigid3.toml");
+  EXPECT_EQ(decode(encode(*decode(request)))->marker_set, "/sets/rigid3.toml");
+
+  for (const char* path : {"sets/rigid3.toml", "/a\"\n[control]\nendpoint = \"tcp://0.0.0.0:1", "/a\\"}) {
+    subject.set_marker_set(path);
+    EXPECT_THAT(decode(request).error().message, HasSubstr("marker_set is no absolute path")) << path;
+  }
+  subject.set_marker_set("/sets/rigid3.toml");
+  for (const char* name : {"", "a\"b", "a\nb"}) {
+    subject.set_name(name);
+    EXPECT_THAT(decode(request).error().message, HasSubstr("name is empty or has quotes")) << name;
+  }
+}
+
 TEST(ControlCodec, SaysWhatIsWrong) {
   v1::Request request;
   request.mutable_camera()->set_exposure_us(std::numeric_limits<double>::quiet_NaN());

@@ -240,6 +240,11 @@ Result<FeedBenchFigures> run_feed_bench(const FeedBenchSettings& settings) {
   figures.age_p50_us = at(receivers.ages_us, 0.5);
   figures.age_p99_us = at(receivers.ages_us, 0.99);
   if (Status measured = measure_one_way(settings, description, snapshot, figures); !measured) return measured.error();
+  for (const bool keys : {false, true}) {
+    Result<JoinFigures> joins = measure_joins(settings.joins, settings.rate_hz, keys);
+    if (!joins) return joins.error();
+    (keys ? figures.key_joins : figures.open_joins) = *joins;
+  }
   return figures;
 }
 
@@ -254,8 +259,28 @@ CLI::App* add_feed_bench(CLI::App& app, FeedBenchSettings& settings) {
   feed->add_option("--seconds", settings.seconds, "measured time, s")
       ->check(CLI::Range(0.5, 600.0))
       ->capture_default_str();
+  feed->add_option("--joins", settings.joins, "late joins, one after the other, without keys and with")
+      ->check(CLI::Range(0, 100000))
+      ->capture_default_str();
   return feed;
 }
+
+namespace {
+
+nlohmann::ordered_json object_of(const JoinFigures& joins) {
+  return {{"joins", joins.joins},
+          {"described_first", joins.described_first},
+          {"snapshot_periods_p50", joins.periods_p50},
+          {"snapshot_periods_p99", joins.periods_p99},
+          {"snapshot_periods_max", joins.periods_max}};
+}
+
+void print_joins(const char* how, const JoinFigures& joins) {
+  fmt::print("{}   {} of {} described first; first snapshot p50 {:.2f}, p99 {:.2f}, max {:.2f} periods\n", how,
+             joins.described_first, joins.joins, joins.periods_p50, joins.periods_p99, joins.periods_max);
+}
+
+}  // namespace
 
 int print_feed_bench(const FeedBenchSettings& settings, bool json) {
   const Result<FeedBenchFigures> figures = run_feed_bench(settings);
@@ -266,11 +291,20 @@ int print_feed_bench(const FeedBenchSettings& settings, bool json) {
   const FeedBenchFigures& f = *figures;
   const double ratio = f.raw_p50_us > 0.0 ? f.one_way_p50_us / f.raw_p50_us : 0.0;
   if (json) {
-    const nlohmann::ordered_json object{
-        {"subscribers", settings.subscribers}, {"received_share", f.received_share}, {"least_share", f.least_share},
-        {"publish_p50_us", f.publish_p50_us},  {"publish_p99_us", f.publish_p99_us}, {"age_p50_us", f.age_p50_us},
-        {"age_p99_us", f.age_p99_us},          {"encode_us", f.encode_us},           {"bytes", f.bytes},
-        {"one_way_p50_us", f.one_way_p50_us},  {"raw_p50_us", f.raw_p50_us},         {"ratio_raw", ratio}};
+    const nlohmann::ordered_json object{{"subscribers", settings.subscribers},
+                                        {"received_share", f.received_share},
+                                        {"least_share", f.least_share},
+                                        {"publish_p50_us", f.publish_p50_us},
+                                        {"publish_p99_us", f.publish_p99_us},
+                                        {"age_p50_us", f.age_p50_us},
+                                        {"age_p99_us", f.age_p99_us},
+                                        {"encode_us", f.encode_us},
+                                        {"bytes", f.bytes},
+                                        {"one_way_p50_us", f.one_way_p50_us},
+                                        {"raw_p50_us", f.raw_p50_us},
+                                        {"ratio_raw", ratio},
+                                        {"late_joins", object_of(f.open_joins)},
+                                        {"late_joins_with_keys", object_of(f.key_joins)}};
     fmt::print("{}\n", object.dump());
     return kExitOk;
   }
@@ -279,6 +313,8 @@ int print_feed_bench(const FeedBenchSettings& settings, bool json) {
   fmt::print("age            p50 {:.0f} us, p99 {:.0f} us\nencode         {:.2f} us, {} bytes\n", f.age_p50_us,
              f.age_p99_us, f.encode_us, f.bytes);
   fmt::print("one way        {:.0f} us, raw ZeroMQ {:.0f} us, ratio {:.2f}\n", f.one_way_p50_us, f.raw_p50_us, ratio);
+  print_joins("joins       ", f.open_joins);
+  print_joins("with keys   ", f.key_joins);
   return kExitOk;
 }
 

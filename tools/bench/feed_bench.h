@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "base/result.h"
+#include "feed_joins.h"
 
 namespace mocap::bench {
 
@@ -11,6 +12,7 @@ struct FeedBenchSettings {
   int subscribers = 1;
   double rate_hz = 120.0;
   double seconds = 5.0;
+  int joins = 200;  ///< late ones, one after the other, without keys and with
 };
 
 struct FeedBenchFigures {
@@ -24,6 +26,8 @@ struct FeedBenchFigures {
   std::size_t bytes = 0;        ///< of a message
   double raw_p50_us = 0.0;      ///< a raw ZeroMQ message of the same size, from send to received, in the same run
   double one_way_p50_us = 0.0;  ///< a snapshot to a single subscriber, turn about with these
+  JoinFigures open_joins;
+  JoinFigures key_joins;
 };
 
 /// One subject of 60 markers and 24 bones, seen by 8 cameras, over TCP on loopback.

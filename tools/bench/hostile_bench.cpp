@@ -52,11 +52,17 @@ void raise_descriptor_limit() {
     std::this_thread::sleep_until(next += period);
     next = std::max(next, host_now() - period);  // what was missed is not made up for
     ++snapshot.number;
+    const Timestamp handed = host_now();
     static_cast<void>((*publisher)->publish(snapshot));
-    if (host_now() - reported < milliseconds(250)) continue;
-    reported = host_now();
+    const Timestamp done = host_now();
+    LatencyFigures& publishing = health.latency[static_cast<std::size_t>(LatencyStage::Send)];
+    ++publishing.count;
+    publishing.max = std::max(publishing.max, done - handed);
+    if (done - reported < milliseconds(250)) continue;
+    reported = done;
     health.feed = (*publisher)->feed();
     static_cast<void>((*publisher)->report(health));
+    publishing = {};
   }
 }
 
@@ -110,12 +116,16 @@ class Witness {
   void begin() {
     worst_gap_ns_ = 0;
     most_mb_ = 0.0;
+    publish_max_ms_ = 0.0;
+    most_behind_ = 0;
   }
   // With the gap that lasts.
   double worst_gap_ms() const {
     return 1e-6 * static_cast<double>(std::max(worst_gap_ns_.load(), to_ns(host_now()) - last_ns_.load()));
   }
   double most_mb() const { return most_mb_; }
+  double publish_max_ms() const { return publish_max_ms_; }
+  std::uint32_t most_behind() const { return most_behind_; }
   bool hears() const { return last_ns_ != 0; }
   FeedHealth health() const {
     const std::lock_guard lock(mutex_);
@@ -144,7 +154,11 @@ class Witness {
     if (!message.ParseFromString(payload)) return;
     const Result<Health> health = wire::decode(message);
     const std::lock_guard lock(mutex_);
-    if (health) health_ = health->feed;
+    if (!health) return;
+    health_ = health->feed;
+    most_behind_ = std::max(most_behind_.load(), health_.behind);
+    const Duration publishing = health->latency[static_cast<std::size_t>(LatencyStage::Send)].max;
+    publish_max_ms_ = std::max(publish_max_ms_.load(), 1e3 * to_s(publishing));
   }
 
   FeedProcess& feed_;
@@ -152,6 +166,8 @@ class Witness {
   std::atomic<std::int64_t> last_ns_{0};
   std::atomic<std::int64_t> worst_gap_ns_{0};
   std::atomic<double> most_mb_{0.0};
+  std::atomic<double> publish_max_ms_{0.0};
+  std::atomic<std::uint32_t> most_behind_{0};
   mutable std::mutex mutex_;
   FeedHealth health_;
   std::jthread thread_;
@@ -196,8 +212,10 @@ Result<HostileBenchFigures> run_hostile_bench(const HostileBenchSettings& settin
       attack->go_on(host_now() + from_s(settings.seconds));
       settle();
     }
-    figures.attacks.push_back(
-        {name, witness.worst_gap_ms(), witness.most_mb() - quiet_mb, growth(before, witness.health())});
+    AttackFigures& told = figures.attacks.emplace_back();
+    told = {name, witness.worst_gap_ms(), witness.publish_max_ms(), witness.most_mb() - quiet_mb,
+            growth(before, witness.health())};
+    told.counted.behind = witness.most_behind();
     figures.worst_gap_ms = std::max(figures.worst_gap_ms, figures.attacks.back().worst_gap_ms);
     figures.growth_mb = std::max(figures.growth_mb, figures.attacks.back().growth_mb);
     settle();
@@ -228,17 +246,21 @@ int print_hostile_bench(const HostileBenchSettings& settings, bool json) {
   for (const AttackFigures& a : figures->attacks) {
     attacks.push_back({{"name", a.name},
                        {"worst_gap_ms", a.worst_gap_ms},
+                       {"publish_max_ms", a.publish_max_ms},
                        {"growth_mb", a.growth_mb},
                        {"listeners", a.counted.listeners},
                        {"connections", a.counted.connections},
                        {"failed_handshakes", a.counted.failed_handshakes},
                        {"cut_off", a.counted.cut_off},
                        {"disconnections", a.counted.disconnections},
-                       {"failed_accepts", a.counted.failed_accepts}});
+                       {"failed_accepts", a.counted.failed_accepts},
+                       {"behind", a.counted.behind}});
     if (!json) {
-      fmt::print("{:20} worst gap {:7.1f} ms, growth {:6.1f} MB, connections {}, failed handshakes {}, cut off {}\n",
-                 a.name, a.worst_gap_ms, a.growth_mb, a.counted.connections, a.counted.failed_handshakes,
-                 a.counted.cut_off);
+      fmt::print(
+          "{:20} worst gap {:7.1f} ms, growth {:6.1f} MB, connections {}, ended {}, failed handshakes {}, "
+          "cut off {}, behind {}\n",
+          a.name, a.worst_gap_ms, a.growth_mb, a.counted.connections, a.counted.disconnections,
+          a.counted.failed_handshakes, a.counted.cut_off, a.counted.behind);
     }
   }
   if (json) {

@@ -18,9 +18,10 @@ struct HostileBenchSettings {
 
 struct AttackFigures {
   std::string name;
-  double worst_gap_ms = 0.0;  ///< between two snapshots at a subscriber that behaves; a period is part of it
-  double growth_mb = 0.0;     ///< of the feed's process, from before all attacks to the most during this one
-  FeedHealth counted;         ///< what the feed's own figures grew by
+  double worst_gap_ms = 0.0;    ///< between two snapshots at a subscriber that behaves; a period is part of it
+  double publish_max_ms = 0.0;  ///< the longest call of publish(): the rest of a gap is waiting for a processor
+  double growth_mb = 0.0;       ///< of the feed's process, from before all attacks to the most during this one
+  FeedHealth counted;           ///< what the feed's own figures grew by
 };
 
 struct HostileBenchFigures {

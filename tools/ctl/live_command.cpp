@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
+#include <filesystem>
 
 #include "base/exit_codes.h"
 #include "mocap/v1/control.pb.h"
@@ -65,8 +66,9 @@ void print_status(const v1::Status& status) {
   }
   fmt::print("sets    {:.1f}/s, complete {} of {}\n", health.set_rate_hz(), health.complete_sets(), health.sets());
   const v1::FeedHealth& feed = health.feed();
-  fmt::print("feed    listeners {}  refused {}  failed handshakes {}  cut off {}  sent {}\n", feed.listeners(),
-             feed.refused_clients(), feed.failed_handshakes(), feed.cut_off(), health.sent_snapshots());
+  fmt::print("feed    listeners {}  behind {}  refused {}  failed handshakes {}  cut off {}  sent {}\n",
+             feed.listeners(), feed.behind(), feed.refused_clients(), feed.failed_handshakes(), feed.cut_off(),
+             health.sent_snapshots());
 }
 
 void print_json(const google::protobuf::Message& message) {
@@ -187,7 +189,7 @@ void add_live_commands(CLI::App& app, LiveOptions& options) {
     const char *name, *what;
     ControlAction action;
   } subjects[] = {
-      {"add", "look for a subject again (running daemon)", ControlAction::AddSubject},
+      {"add", "look for a subject again, or for a new one (running daemon)", ControlAction::AddSubject},
       {"remove", "a subject is away: do not look for it (running daemon)", ControlAction::RemoveSubject},
       {"reset", "forget a subject's place and measures; the next T-pose tells (running daemon)",
        ControlAction::ResetSubject},
@@ -195,6 +197,15 @@ void add_live_commands(CLI::App& app, LiveOptions& options) {
   for (const auto& [name, what, action] : subjects) {
     CLI::App* command = add(subject, name, what, action, options);
     command->add_option("name", options.request.name, "of the subject, as the configuration has it")->required();
+    if (action == ControlAction::AddSubject) {
+      command
+          ->add_option("--marker-set", options.request.marker_set,
+                       "a new subject wears this; kept in the daemon's configuration, and the daemon starts anew")
+          ->type_name("FILE.toml")
+          ->check(CLI::ExistingFile)
+          ->transform(
+              [](const std::string& file) { return std::filesystem::absolute(file).lexically_normal().string(); });
+    }
     if (action != ControlAction::FitSubject) continue;
     command->add_option("file", options.subject_file, "of mocapctl subject fit")->required()->type_name("FILE.toml");
     command->callback([&options] {

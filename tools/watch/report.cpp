@@ -177,6 +177,18 @@ nlohmann::ordered_json camera_object(const CameraHealth& camera) {
           {"clock_uncertainty_us", camera.clock_uncertainty_us}};
 }
 
+nlohmann::ordered_json feed_object(const FeedHealth& feed) {
+  return {{"listeners", feed.listeners},
+          {"behind", feed.behind},
+          {"connections", feed.connections},
+          {"disconnections", feed.disconnections},
+          {"failed_handshakes", feed.failed_handshakes},
+          {"refused_clients", feed.refused_clients},
+          {"cut_off", feed.cut_off},
+          {"failed_accepts", feed.failed_accepts},
+          {"subscriptions", feed.subscriptions}};
+}
+
 }  // namespace
 
 std::string summary_json(const FeedState& feed, const std::string& endpoint, Duration watched) {
@@ -205,6 +217,7 @@ std::string summary_json(const FeedState& feed, const std::string& endpoint, Dur
   if (feed.health()) {
     object["latency"] = latency_object(*feed.health());
     object["drops"] = drops_of(*feed.health());
+    object["feed"] = feed_object(feed.health()->feed);
     for (const CameraHealth& camera : feed.health()->cameras) object["cameras"][camera.name] = camera_object(camera);
   }
   return object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);

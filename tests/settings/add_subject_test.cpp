@@ -1,0 +1,59 @@
+#include "settings/add_subject.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "support/temporary_folder.h"
+
+namespace mocap::settings {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr const char* kConfiguration = "[capture]  # our hall\nrig = \"hall.rig.toml\"";  // no newline at its end
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::size_t files_in(const std::filesystem::path& folder) {
+  return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder), {}));
+}
+
+TEST(AddSubject, AppendsATableAndLeavesAllElseAsItWas) {
+  support::TemporaryFolder folder;
+  const auto file = folder.write("mocapd.toml", kConfiguration);
+  std::filesystem::permissions(file, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+
+  const Status added = add_subject(file, {"ben", "/sets/rigid3.toml"}, [](const auto&) { return Faults{}; });
+
+  ASSERT_TRUE(added) << added.error().message;
+  EXPECT_EQ(text_of(file),
+            std::string(kConfiguration) + "\n[[subject]]\nname = \"ben\"\nmarker_set = \"/sets/rigid3.toml\"\n");
+  EXPECT_EQ(std::filesystem::status(file).permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+  EXPECT_EQ(files_in(folder.path()), 1U);
+}
+
+TEST(AddSubject, ChangesNothingWhereTheOutcomeHasFaults) {
+  support::TemporaryFolder folder;
+  const auto file = folder.write("mocapd.toml", kConfiguration);
+  std::string tried;
+
+  const Status added = add_subject(file, {"ben", "/nothere.toml"}, [&](const std::filesystem::path& path) {
+    tried = text_of(path);
+    return Faults{path, {{path, 5, 1, "there is no such file"}}};
+  });
+
+  ASSERT_FALSE(added);
+  EXPECT_THAT(added.error().message, HasSubstr("there is no such file"));
+  EXPECT_THAT(tried, HasSubstr("/nothere.toml"));
+  EXPECT_EQ(text_of(file), kConfiguration);
+  EXPECT_EQ(files_in(folder.path()), 1U);
+}
+
+}  // namespace
+}  // namespace mocap::settings

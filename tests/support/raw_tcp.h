@@ -1,0 +1,54 @@
+#pragma once
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace mocap::support {
+
+/// A TCP connection to a loopback port that says what a test wants.
+class RawTcp {
+ public:
+  /// `endpoint`: tcp://127.0.0.1:PORT
+  explicit RawTcp(const std::string& endpoint) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(std::stoi(endpoint.substr(endpoint.rfind(':') + 1))));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    open_ = ::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
+  }
+  RawTcp(const RawTcp&) = delete;
+  RawTcp& operator=(const RawTcp&) = delete;
+  ~RawTcp() { ::close(socket_); }
+
+  bool open() const { return open_; }
+  void send(std::string_view bytes) {
+    open_ = open_ && ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
+  }
+  /// What is here now; open() is false once the other side ended.
+  std::string receive() {
+    char bytes[4096];
+    const ssize_t count = ::recv(socket_, bytes, sizeof(bytes), MSG_DONTWAIT);
+    if (count == 0 || (count < 0 && errno != EAGAIN)) open_ = false;
+    return count > 0 ? std::string(bytes, static_cast<std::size_t>(count)) : std::string();
+  }
+
+ private:
+  int socket_;
+  bool open_ = false;
+};
+
+/// What a SUB socket without security says first (RFC 23, ZMTP 3.0): greeting and READY.
+inline std::string greeting_of_a_subscriber() {
+  std::string greeting("\xff\0\0\0\0\0\0\0\1\x7f\3\0NULL", 16);
+  greeting.resize(64, '\0');
+  return greeting + std::string("\4\x19\5READY\xbSocket-Type\0\0\0\3SUB", 27);
+}
+
+}  // namespace mocap::support
