@@ -31,9 +31,6 @@ constexpr double kAlmostAll = 0.8;
 constexpr double kSmallStep = 5e-4;
 // Of a joint that no marker moves: it stays, and goes back to rest within seconds.
 constexpr double kHoldUnseen_rad = 0.02;
-// How fast a hidden joint leaves the way that it was on; and no further than anybody knows no more, rad.
-constexpr double kStray_rad_s = 2.5;
-constexpr double kMostStray_rad = 1.2;
 // How hard a joint's range is: people reach beyond it by a little, markers that are seen are believed more.
 constexpr double kLimit_rad = 0.3;
 // A joint's rest as a share of its range: collar bones (20 degrees) stay within 10, elbows where they are.
@@ -48,8 +45,6 @@ constexpr double kInJoint_m = 1e-3;
 // What a marker is off its place is learnt slowly and within bounds, so that a wrong one does not get into it.
 constexpr double kLearnOff = 0.05;
 constexpr double kMostOff_m = 0.02;
-// Markers of a bone that are off by this, rms, may be on a bone that is turned the wrong way round.
-constexpr double kTurned_m = 0.025;
 // So far off a marker still pulls on its bone when others lead nowhere.
 constexpr double kFromAfar_m = 0.3;
 constexpr double kAnywhere_m = 1e3;
@@ -62,7 +57,7 @@ constexpr double kNever_s = 1e3;
 }  // namespace
 
 BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
-    : settings_(settings), pose_(set, PoseFit::Lengths::Fixed), layer_(set) {
+    : settings_(settings), pose_(set, PoseFit::Lengths::Fixed), layer_(set), hidden_(set.skeleton.bones.size()) {
   const std::size_t bones = set.skeleton.bones.size();
   bones_.resize(bones);
   markers_.resize(set.markers.size());
@@ -76,7 +71,6 @@ BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
   turned_.resize(bones);
   off_m2_.resize(bones);
   seen_of_.resize(bones);
-  hold_.resize(bones);
   rest_believed_.resize(bones);
   limit_believed_.resize(bones);
   hold_weight_.resize(bones);
@@ -131,9 +125,9 @@ bool BodyFollower::start(std::span<const Observation> seen, Timestamp at) {
   residual_m_ = result.rms_m;
   velocity_m_s_.setZero();
   see_bones(seen);
+  hidden_.reset();
   for (BoneMemory& bone : bones_) {
     bone.spin_rad_s.setZero();
-    bone.told_at = at;
     bone.whole_at = at - from_s(kNever_s);
   }
   for (const Observation& one : seen) {
@@ -195,7 +189,7 @@ PosePrior BodyFollower::prior_of(std::size_t seen) const {
   PosePrior prior;
   prior.rest_share = kRestShare;
   prior.limit_sigma_rad = kLimit_rad;
-  prior.hold_sigma_rad = hold_;
+  prior.hold_weight = hold_weight_;
   // One or two markers cannot tell the root's place and turn at once.
   prior.hold_root_sigma_m = seen < 3 ? 0.05 : 1.0;
   prior.outlier_m = settings_.outlier_m;
@@ -214,7 +208,8 @@ void BodyFollower::weigh_turns(std::span<const Observation> seen) {
   weighed_for_ = 1;
   weighed_.clear();
   for (const Observation& one : seen) weighed_.push_back({one.marker, one.ray, is_usable(one)});
-  std::fill(hold_.begin(), hold_.end(), settings_.told_rad);
+  std::fill(hold_weight_.begin(), hold_weight_.end(),
+            Eigen::Matrix3d::Identity() / (settings_.told_rad * settings_.told_rad));
   std::fill(rest_believed_.begin(), rest_believed_.end(), 0.0);
   PosePrior prior = prior_of(seen.size());
   prior.rest_believed = rest_believed_;
@@ -249,8 +244,6 @@ PoseFitResult BodyFollower::fit(std::span<const Observation> seen) {
     if (misread_[b] != 0) hold_weight_[b] = Eigen::Matrix3d::Identity() / (kMostStray_rad * kMostStray_rad);
   }
   PosePrior prior = prior_of(seen.size());
-  prior.hold_sigma_rad = {};
-  prior.hold_weight = hold_weight_;
   prior.rest_believed = rest_believed_;
   prior.limit_believed = limit_believed_;
   const PoseFitResult result =
@@ -288,44 +281,6 @@ PoseFitResult BodyFollower::solve(std::span<const Observation> seen, const PoseP
   return first;
 }
 
-// Turns the bones whose own markers, two or more, are off.
-bool BodyFollower::turn_anew(std::span<const Observation> seen) {
-  std::fill(off_m2_.begin(), off_m2_.end(), 0.0);
-  std::fill(seen_of_.begin(), seen_of_.end(), 0);
-  for (const Observation& one : seen) {
-    const auto m = static_cast<std::size_t>(one.marker);
-    const MarkerOnBone& marker = pose_.marker_set().markers[m];
-    if (marker.offset_m.norm() < kInJoint_m || one.ray || !is_usable(one)) continue;
-    off_m2_[static_cast<std::size_t>(marker.bone)] += (pose_.marker_at(m) - one.position).squaredNorm();
-    ++seen_of_[static_cast<std::size_t>(marker.bone)];
-  }
-  bool turned = false;
-  for (std::size_t b = 1; b < off_m2_.size(); ++b) {
-    const bool off = seen_of_[b] >= 2 && off_m2_[b] > kTurned_m * kTurned_m * seen_of_[b];
-    turned = (off && turn_anew(b, seen)) || turned;
-  }
-  return turned;
-}
-
-// By its own markers and the joints at its ends.
-bool BodyFollower::turn_anew(std::size_t bone, std::span<const Observation> seen) {
-  const auto& bones = pose_.marker_set().skeleton.bones;
-  pairs_.clear();
-  pairs_.push_back({Eigen::Vector3d::Zero(), pose_.world()[bone].position, 1.0});
-  for (const Observation& one : seen) {
-    const MarkerOnBone& marker = pose_.marker_set().markers[static_cast<std::size_t>(one.marker)];
-    if (marker.bone == static_cast<int>(bone) && !one.ray && is_usable(one))
-      pairs_.push_back({marker.offset_m, one.position, 1.0});
-  }
-  const std::optional<geometry::RigidFit> laid = geometry::fit_rigid(pairs_);
-  if (!laid) return false;
-  std::copy(pose_.locals().begin(), pose_.locals().end(), turned_.begin());
-  const Pose& above = pose_.world()[static_cast<std::size_t>(bones[bone].parent)];
-  turned_[bone].rotation = (above.rotation.conjugate() * laid->to_from.rotation).normalized();
-  pose_.set_locals(turned_);
-  return true;
-}
-
 void BodyFollower::learn(std::span<const Observation> seen) {
   const double step_s = to_s(at_ - learnt_at_);
   const double left = std::exp(-std::max(0.0, step_s) / kCoast_s);
@@ -354,7 +309,7 @@ void BodyFollower::learn(std::span<const Observation> seen) {
       if (!laid_anew) bone.spin_rad_s = dying_rad_s + learnt_rad_s;
     }
     bone.share_before = bone.share;
-    if (bone.told >= Told::Ray) bone.told_at = at_;
+    hidden_.step(b, seen.empty() ? Eigen::Matrix3d::Zero() : bone.share, step_s);
   }
   std::copy(pose_.locals().begin(), pose_.locals().end(), learnt_.begin());
   for (std::size_t m = 0; m < markers_.size(); ++m) {
@@ -390,10 +345,12 @@ double BodyFollower::unseen_s(std::size_t marker, Timestamp at) const {
 void BodyFollower::loosen(std::span<const Observation> seen, Timestamp at) {
   see_bones(seen);
   for (std::size_t b = 0; b < bones_.size(); ++b) {
-    const double hidden_s = std::max(0.0, to_s(at - bones_[b].told_at));
-    hold_[b] = bones_[b].told == Told::Direct ? kHold_rad
-                                              : std::min(kMostStray_rad, kHoldFurther_rad + kStray_rad_s * hidden_s);
-    if (misread_[b] != 0) hold_[b] = kMostStray_rad;
+    const double least_rad = bones_[b].told == Told::Direct ? kHold_rad : kHoldFurther_rad;
+    // What nothing tells in this instant strays from the last one on.
+    const double ahead_s = bones_[b].told == Told::Direct ? 0.0 : to_s(at - learnt_at_);
+    hold_weight_[b] = misread_[b] != 0
+                          ? Eigen::Matrix3d(Eigen::Matrix3d::Identity() / (kMostStray_rad * kMostStray_rad))
+                          : hidden_.hold_weight(b, least_rad, ahead_s);
   }
 }
 

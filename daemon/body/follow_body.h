@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/time.h"
+#include "body/hidden_turns.h"
 #include "body/lay_named.h"
 #include "body/pose_fit.h"
 #include "geometry/rigid_fit.h"
@@ -89,8 +90,7 @@ class BodyFollower {
   };
   struct BoneMemory {
     Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();  // of the local turn, in the parent's frame
-    Timestamp told_at;
-    Timestamp whole_at;  // when markers told all of its turn
+    Timestamp whole_at;                                    // when markers told all of its turn
     Told told = Told::No;
     // Which turns in the parent's frame the markers of the last fit told: 1 along an axis that they told alone, 0 along
     // one that they told nothing of.
@@ -126,7 +126,7 @@ class BodyFollower {
   std::vector<Pose> turned_;     // scratch: locals while it is
   std::vector<double> off_m2_;   // by bone
   std::vector<int> seen_of_;     // by bone
-  std::vector<double> hold_;
+  HiddenTurns hidden_;
   std::vector<double> rest_believed_;  // of this fit, by bone
   std::vector<double> limit_believed_;
   std::vector<Eigen::Matrix3d> hold_weight_;

@@ -1,6 +1,7 @@
 #include "stages/claim_tracks.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace mocap::stages {
 namespace {
@@ -20,6 +21,8 @@ TrackClaims::TrackClaims(std::size_t most_names)
   pairs_.reserve(kMostPairs);
   first_row_.reserve(kMaxSubjects);
   suspects_.reserve(most_names);
+  first_pair_.reserve(most_names + 1);
+  row_of_.reserve(kMaxMarkers);
 }
 
 // Two names that would each be nearer to their place with the other's track may have exchanged them: then neither is
@@ -58,6 +61,36 @@ bool TrackClaims::is_clear(const geometry::AllowedPair& claim, std::span<const s
   });
 }
 
+void TrackClaims::index(std::size_t rows, std::span<const std::uint32_t> columns) {
+  first_pair_.assign(rows + 1, 0);
+  row_of_.assign(kMaxMarkers, geometry::Assigner::kAlone);
+  for (const geometry::AllowedPair& pair : pairs_) ++first_pair_[pair.row + 1];
+  for (std::size_t row = 0; row < rows; ++row) {
+    first_pair_[row + 1] += first_pair_[row];
+    if (columns[row] != geometry::Assigner::kAlone) row_of_[columns[row]] = static_cast<std::uint32_t>(row);
+  }
+}
+
+double TrackClaims::cost_of(std::uint32_t row, std::uint32_t column) const {
+  for (std::size_t i = first_pair_[row]; i < first_pair_[row + 1]; ++i) {
+    if (pairs_[i].column == column) return pairs_[i].cost;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+// Whether this name and another may as well have each other's track. Where a limb is, no name knows by itself: two of
+// one bone are off alike, which of them is which is then for the whole limb to say.
+bool TrackClaims::may_exchange(const geometry::AllowedPair& claim, std::span<const std::uint32_t> columns) const {
+  for (std::size_t i = first_pair_[claim.row]; i < first_pair_[claim.row + 1]; ++i) {
+    const geometry::AllowedPair& instead = pairs_[i];
+    const std::uint32_t other = instead.column == claim.column ? geometry::Assigner::kAlone : row_of_[instead.column];
+    if (other == geometry::Assigner::kAlone) continue;
+    const double now = claim.cost + cost_of(other, columns[other]);
+    if (instead.cost + cost_of(other, claim.column) < now + kClearMargin) return true;
+  }
+  return false;
+}
+
 void TrackClaims::settle(std::vector<SubjectLabeller>& subjects, NamedTracks& tracks) {
   doubt_exchanged(subjects, tracks);
   for (SubjectLabeller& subject : subjects) {
@@ -74,6 +107,7 @@ void TrackClaims::settle(std::vector<SubjectLabeller>& subjects, NamedTracks& tr
   }
   if (pairs_.empty()) return;
   const auto columns = assigner_.assign(rows, tracks.named.size(), pairs_, kAlone);
+  index(rows, columns);
   // All that lose their track let go of it before others take it.
   for (std::size_t s = 0; s < subjects.size(); ++s) {
     if (subjects[s].claims()) subjects[s].let_go(columns.subspan(first_row_[s], subjects[s].names()), tracks);
@@ -85,7 +119,7 @@ void TrackClaims::settle(std::vector<SubjectLabeller>& subjects, NamedTracks& tr
     const std::size_t marker = pair.row - first_row_[s];
     const bool own = subjects[s].bears(marker, pair.column);
     if (own && !subjects[s].jumped(marker)) continue;
-    const bool clear = is_clear(pair, columns);
+    const bool clear = is_clear(pair, columns) && !may_exchange(pair, columns);
     if (own && !clear) subjects[s].drop(marker, tracks);
     if (!own && clear && subjects[s].near(marker, pair.column, tracks)) subjects[s].take(marker, pair.column, tracks);
   }

@@ -28,12 +28,17 @@ class TrackClaims {
   };
 
   void doubt_exchanged(std::vector<SubjectLabeller>& subjects, const NamedTracks& tracks);
+  void index(std::size_t rows, std::span<const std::uint32_t> columns);
   bool is_clear(const geometry::AllowedPair& claim, std::span<const std::uint32_t> columns) const;
+  bool may_exchange(const geometry::AllowedPair& claim, std::span<const std::uint32_t> columns) const;
+  double cost_of(std::uint32_t row, std::uint32_t column) const;
 
   std::size_t most_names_;
   geometry::Assigner assigner_;
-  std::vector<geometry::AllowedPair> pairs_;
-  std::vector<std::size_t> first_row_;  // by subject
+  std::vector<geometry::AllowedPair> pairs_;  // by row
+  std::vector<std::size_t> first_pair_;       // by row, and the end
+  std::vector<std::uint32_t> row_of_;         // by column, as assigned; kAlone
+  std::vector<std::size_t> first_row_;        // by subject
   std::vector<Suspect> suspects_;
 };
 

@@ -95,7 +95,7 @@ void ExpectedMatcher::settle_pair(RayTable& rays, std::size_t marker, const Expe
     if (views_of_[marker] != 2 || is_believed(rays, marker, expected)) return;
     mark(rays, marker, -1);
   }
-  keep_own(marker);
+  keep_own(rays, marker, expected);
 }
 
 // Whether both blobs of a marker that two views alone show are hardly anything else's.
@@ -116,12 +116,32 @@ bool ExpectedMatcher::is_believed(const RayTable& rays, std::size_t marker, cons
   return log_odds_of_pair(pair[0], pair[1], ahead, expected.covariance_m2) > kLnSurePair + chances + lost;
 }
 
-// Of a pair that is not believed, the view that was the marker's before.
-void ExpectedMatcher::keep_own(std::size_t marker) {
-  views_of_[marker] = own_views(marker) == 1 ? 1 : 0;
-  for (std::size_t view = 0; view < view_count_; ++view) {
-    if (views_of_[marker] == 0 || !is_own(marker, view)) held(marker, view) = {};
+// Of a pair that is not believed, the view that was the marker's before: by its 2D track, else because it alone has a
+// blob where the marker is foreseen. What one camera sees must not be lost because another sees something else nearby.
+void ExpectedMatcher::keep_own(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected) {
+  std::size_t kept = view_count_;
+  const std::size_t own = own_views(marker);
+  if (own == 0) kept = likely_view(rays, marker, expected);
+  for (std::size_t view = 0; view < view_count_ && own == 1; ++view) {
+    if (is_own(marker, view)) kept = view;
   }
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    if (view != kept) held(marker, view) = {};
+  }
+  views_of_[marker] = kept < view_count_ ? 1 : 0;
+}
+
+// The only view whose blob is surely no other's; the number of views where none is, or two are.
+std::size_t ExpectedMatcher::likely_view(const RayTable& rays, std::size_t marker,
+                                         const ExpectedMarker& expected) const {
+  std::size_t likely = view_count_;
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    const std::uint32_t ray = held(marker, view).ray;
+    if (ray == kNone || !(log_odds_of_lone(rays[view], ray, expected, error_.px()) > kLnSureLone)) continue;
+    if (likely < view_count_) return view_count_;
+    likely = view;
+  }
+  return likely;
 }
 
 // What the 2D track of a blob adds to the cost of its being the marker's.

@@ -43,7 +43,8 @@ class ExpectedMatcher {
   void claim_own(const ViewRays& view, std::size_t index);
   double odds_of_owner(std::size_t marker, std::size_t view, std::size_t ray) const;
   bool is_believed(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected) const;
-  void keep_own(std::size_t marker);
+  void keep_own(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected);
+  std::size_t likely_view(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected) const;
   void learn_owners(const FrameSet& frames, const RayTable& rays);
   void assign_view(const ViewRays& view, std::size_t index);
   void assign_contested(std::span<const GateCandidate> candidates, std::size_t index, double gate2);

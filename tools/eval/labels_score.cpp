@@ -27,13 +27,6 @@ const NamedMarker* find_own(const std::vector<NamedMarker>& markers, const Named
   return own == markers.end() ? nullptr : &*own;
 }
 
-void end_event(std::uint64_t& run, LabelCounts& counts) {
-  if (run == 0) return;
-  ++counts.wrong_events;
-  counts.longest_wrong_sets = std::max(counts.longest_wrong_sets, run);
-  run = 0;
-}
-
 std::uint64_t name_of(const NamedMarker& m) { return (std::uint64_t{m.subject} << 32) | m.marker; }
 
 }  // namespace
@@ -106,20 +99,38 @@ void LabelScorer::add(const EvalFrame& truth, const EvalFrame& said) {
   count_ghosts(truth, said);
 }
 
-NameState LabelScorer::judge_name(const NamedMarker& name, const EvalFrame& truth, LabelCounts& counts) const {
+void LabelScorer::end_event(WrongEvent& run, LabelCounts& counts) {
+  if (run.sets == 0) return;
+  ++counts.wrong_events;
+  counts.longest_wrong_sets = std::max(counts.longest_wrong_sets, run.sets);
+  wrong_.push_back(run);
+  run = {};
+}
+
+void LabelScorer::note_wrong(const NamedMarker& name, const Judged& judged, WrongEvent& run, double t_s) {
+  if (run.sets == 0) {
+    run = {name.subject, name.marker, t_s, 0, 0.0, std::nullopt};
+    if (judged.on != nullptr) run.on = MarkerOf{judged.on->subject, judged.on->marker};
+  }
+  ++run.sets;
+  run.farthest_m = std::max(run.farthest_m, judged.off_m);
+}
+
+LabelScorer::Judged LabelScorer::judge_name(const NamedMarker& name, const EvalFrame& truth,
+                                            LabelCounts& counts) const {
   const bool measured = name.state == LabelState::Measured;
   const NamedMarker* own = find_own(truth.markers, name);
   if (own == nullptr) {
     counts.unjudged += measured ? 1U : 0U;
-    return NameState::Unseen;
+    return {NameState::Unseen, 0.0, nullptr};
   }
   const double off_m = (name.position_m - own->position_m).norm();
   if (!measured) {
     ++counts.filled;
     counts.filled_squares_m2 += off_m * off_m;
-    if (off_m <= kRightWithin_m) return NameState::Filled;
+    if (off_m <= kRightWithin_m) return {NameState::Filled, off_m, nullptr};
     ++counts.filled_off;
-    return NameState::FilledOff;
+    return {NameState::FilledOff, off_m, nullptr};
   }
   double other_m = std::numeric_limits<double>::max();
   const NamedMarker* other = nullptr;
@@ -133,11 +144,11 @@ NameState LabelScorer::judge_name(const NamedMarker& name, const EvalFrame& trut
   if (off_m <= kRightWithin_m && !on_another) {
     ++counts.right;
     counts.squares_m2 += off_m * off_m;
-    return NameState::Right;
+    return {NameState::Right, off_m, nullptr};
   }
   ++counts.wrong;
   counts.exchanged += on_another && other->subject != name.subject ? 1U : 0U;
-  return NameState::Wrong;
+  return {NameState::Wrong, off_m, on_another ? other : nullptr};
 }
 
 LabelScorer::Verdicts LabelScorer::judge(std::uint32_t id, Subject& subject, const EvalFrame& truth,
@@ -148,7 +159,7 @@ LabelScorer::Verdicts LabelScorer::judge(std::uint32_t id, Subject& subject, con
   std::uint32_t markers = 0;
   for (const NamedMarker& m : truth.markers) markers = m.subject == id ? std::max(markers, m.marker + 1) : markers;
   for (const NamedMarker& m : said.markers) markers = m.subject == id ? std::max(markers, m.marker + 1) : markers;
-  if (subject.wrong_run.size() < markers) subject.wrong_run.resize(markers, 0);
+  if (subject.wrong_run.size() < markers) subject.wrong_run.resize(markers);
   std::vector<NameState> states(subject.wrong_run.size(), NameState::Unseen);
   for (const NamedMarker& m : truth.markers) {
     if (m.subject != id || !is_visible(m)) continue;
@@ -158,17 +169,16 @@ LabelScorer::Verdicts LabelScorer::judge(std::uint32_t id, Subject& subject, con
   for (const NamedMarker& name : said.markers) {
     if (name.subject != id) continue;
     const bool visible = states[name.marker] == NameState::Lost;
-    const NameState state = judge_name(name, truth, counts);
+    const Judged judged = judge_name(name, truth, counts);
+    const NameState state = judged.state;
     if (state != NameState::Unseen) states[name.marker] = state;
+    if (state == NameState::Wrong)
+      note_wrong(name, judged, subject.wrong_run[name.marker], to_s(said.exposed_at - *begun_at_));
     verdicts.right += visible && state == NameState::Right ? 1U : 0U;
     verdicts.wrong += state == NameState::Wrong ? 1U : 0U;
   }
   for (std::size_t m = 0; m < states.size(); ++m) {
-    if (states[m] == NameState::Wrong) {
-      ++subject.wrong_run[m];
-    } else {
-      end_event(subject.wrong_run[m], counts);
-    }
+    if (states[m] != NameState::Wrong) end_event(subject.wrong_run[m], counts);
   }
   counts.visible += verdicts.visible;
   counts.visible_right += verdicts.right;
@@ -179,15 +189,17 @@ LabelScorer::Verdicts LabelScorer::judge(std::uint32_t id, Subject& subject, con
     };
     counts.tracked_sets += std::ranges::any_of(said.subjects, whole) ? 1U : 0U;
   }
-  if (keeps_timeline_) {
-    Timeline& line = timelines_[id];
-    line.t_s.push_back(to_s(said.exposed_at - *begun_at_));
-    if (line.markers.size() < states.size()) {
-      line.markers.resize(states.size(), std::vector<NameState>(line.t_s.size() - 1, NameState::Unseen));
-    }
-    for (std::size_t m = 0; m < states.size(); ++m) line.markers[m].push_back(states[m]);
-  }
+  if (keeps_timeline_) keep(id, states, to_s(said.exposed_at - *begun_at_));
   return verdicts;
+}
+
+void LabelScorer::keep(std::uint32_t id, const std::vector<NameState>& states, double t_s) {
+  Timeline& line = timelines_[id];
+  line.t_s.push_back(t_s);
+  if (line.markers.size() < states.size()) {
+    line.markers.resize(states.size(), std::vector<NameState>(line.t_s.size() - 1, NameState::Unseen));
+  }
+  for (std::size_t m = 0; m < states.size(); ++m) line.markers[m].push_back(states[m]);
 }
 
 void LabelScorer::follow_outage(Subject& subject, const Verdicts& verdicts, Timestamp at) const {
@@ -247,7 +259,7 @@ void LabelScorer::count_ghosts(const EvalFrame& truth, const EvalFrame& said) {
 std::map<std::uint32_t, LabelCounts> LabelScorer::finish() {
   std::map<std::uint32_t, LabelCounts> all;
   for (auto& [id, subject] : subjects_) {
-    for (std::uint64_t& run : subject.wrong_run) end_event(run, subject.counts);
+    for (WrongEvent& run : subject.wrong_run) end_event(run, subject.counts);
     if (subject.reacquiring) subject.counts.reacquire_s.push_back(std::numeric_limits<double>::infinity());
     all[id] = subject.begun ? subject.counts : subject.before;
   }

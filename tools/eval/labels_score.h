@@ -57,8 +57,23 @@ struct LabelCounts {
   void add(const LabelCounts& other);
 };
 
+struct MarkerOf {
+  std::uint32_t subject = 0;
+  std::uint32_t marker = 0;
+};
+
 /// What one name was in one set, for the timeline.
 enum class NameState : std::uint8_t { Unseen, Lost, Right, Wrong, Filled, FilledOff };
+
+/// One name that was wrong for a run of sets.
+struct WrongEvent {
+  std::uint32_t subject = 0;
+  std::uint32_t marker = 0;
+  double from_s = 0.0;  ///< since the first set
+  std::uint64_t sets = 0;
+  double farthest_m = 0.0;     ///< from its own marker
+  std::optional<MarkerOf> on;  ///< whose marker it was on in the first set, if any
+};
 
 /// One subject's timeline: by marker, the states of all sets.
 struct Timeline {
@@ -82,21 +97,31 @@ class LabelScorer {
   std::uint64_t unlabelled() const { return unlabelled_; }
   std::uint64_t ghosts() const { return ghosts_; }
   const std::map<std::uint32_t, Timeline>& timelines() const { return timelines_; }
+  /// In the order of their ends; whole after `finish`.
+  const std::vector<WrongEvent>& wrong_events() const { return wrong_; }
 
  private:
   struct Subject {
     bool begun = false;  // a name was shown
     std::optional<Timestamp> dark_since, light_since;
     bool reacquiring = false;
-    std::vector<std::uint64_t> wrong_run;
-    LabelCounts before, counts;  // until the first name, and from then on
+    std::vector<WrongEvent> wrong_run;  // by marker, the one that goes on; without any: no sets
+    LabelCounts before, counts;         // until the first name, and from then on
   };
   struct Verdicts {
     std::uint64_t visible = 0, right = 0, wrong = 0;
   };
 
   Verdicts judge(std::uint32_t id, Subject& subject, const EvalFrame& truth, const EvalFrame& said);
-  NameState judge_name(const NamedMarker& name, const EvalFrame& truth, LabelCounts& counts) const;
+  struct Judged {
+    NameState state = NameState::Unseen;
+    double off_m = 0.0;
+    const NamedMarker* on = nullptr;  // another's marker
+  };
+  Judged judge_name(const NamedMarker& name, const EvalFrame& truth, LabelCounts& counts) const;
+  static void note_wrong(const NamedMarker& name, const Judged& judged, WrongEvent& run, double t_s);
+  void keep(std::uint32_t id, const std::vector<NameState>& states, double t_s);
+  void end_event(WrongEvent& run, LabelCounts& counts);
   void follow_outage(Subject& subject, const Verdicts& verdicts, Timestamp at) const;
   void count_mot(const EvalFrame& truth, const EvalFrame& said);
   void count_ghosts(const EvalFrame& truth, const EvalFrame& said);
@@ -105,6 +130,7 @@ class LabelScorer {
   std::optional<Timestamp> begun_at_;
   std::map<std::uint32_t, Subject> subjects_;
   std::map<std::uint32_t, Timeline> timelines_;
+  std::vector<WrongEvent> wrong_;
   ClearMot mot_;
   std::uint64_t unlabelled_ = 0, ghosts_ = 0;
   std::vector<std::uint64_t> objects_, tracks_;

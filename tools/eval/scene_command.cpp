@@ -35,7 +35,8 @@ constexpr const char* kHelp =
     "without a marker in view; jitter: mm, white noise that has the second difference which the error has.\n"
     "\n"
     "  mocap-eval scene config/scenes/bvh_baseline41.toml\n"
-    "  mocap-eval scene config/scenes/handshake.toml --seed 3 --json --plots /tmp/plots\n";
+    "  mocap-eval scene config/scenes/handshake.toml --seed 3 --json --plots /tmp/plots\n"
+    "  mocap-eval scene config/scenes/hidden30.toml --only dm_run --wrong 10\n";
 
 struct Options {
   std::string file;
@@ -43,6 +44,7 @@ struct Options {
   std::string only;
   std::string plots;
   std::optional<double> seconds;
+  std::size_t wrong = 0;
   bool json = false;
   bool demand = false;
 };
@@ -106,6 +108,7 @@ int run(const Options& options) {
     if (blind) results.without_rays.push_back(std::move(*blind));
   }
   fmt::print("{}{}", options.json ? to_json(*scene, results) : to_text(*scene, results), options.json ? "\n" : "");
+  if (!options.json) fmt::print("{}", wrong_text(results, options.wrong));
   if (results.clips.empty()) return kNoInput;
   const auto goals = goals_of(*scene, results);
   const bool missed = std::ranges::any_of(goals, [](const GoalMet& goal) { return !goal.met; });
@@ -122,6 +125,7 @@ int run_scene(int argc, const char* const* argv) {
   app.add_option("--only", options.only, "run only the clips whose names have this in them");
   app.add_option("--seconds", options.seconds, "of each clip; without it, the file's")->check(CLI::Range(0.1, 36000.0));
   app.add_option("--plots", options.plots, "draw what happened to the names, and the joints' errors, into this folder");
+  app.add_option("--wrong", options.wrong, "list so many of each clip's wrong names, the longest first");
   app.add_flag("--json", options.json, "print one JSON object");
   app.add_flag("--require-goals", options.demand, "exit 1 when a goal of the file is missed");
   app.footer(kHelp);

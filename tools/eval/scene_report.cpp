@@ -248,4 +248,23 @@ std::string to_text(const SceneFile& scene, const SceneResults& results) {
   return text;
 }
 
+std::string wrong_text(const SceneResults& results, std::size_t most) {
+  std::string text;
+  for (const SceneOutcome& clip : results.clips) {
+    std::vector<WrongEvent> events = clip.wrong;
+    std::ranges::stable_sort(events, [](const WrongEvent& a, const WrongEvent& b) { return a.sets > b.sets; });
+    if (events.size() > most) events.resize(most);
+    for (const WrongEvent& event : events) {
+      const std::string on =
+          event.on ? clip.subjects[event.on->subject] + "'s " + clip.marker_names[event.on->subject][event.on->marker]
+                   : "no marker";
+      text += fmt::format("wrong: {:<24} {} {} at {:.3f} s for {} sets, up to {:.0f} mm off, on {}\n",
+                          short_name(clip.clip), clip.subjects[event.subject],
+                          clip.marker_names[event.subject][event.marker], event.from_s, event.sets,
+                          1000.0 * event.farthest_m, on);
+    }
+  }
+  return text;
+}
+
 }  // namespace mocap::eval

@@ -30,4 +30,7 @@ std::string to_json(const SceneFile& scene, const SceneResults& results);
 /// For people: a line a clip and subject, the sum, the goals.
 std::string to_text(const SceneFile& scene, const SceneResults& results);
 
+/// The wrong names, a line each, the longest of each clip first, `most` a clip.
+std::string wrong_text(const SceneResults& results, std::size_t most);
+
 }  // namespace mocap::eval

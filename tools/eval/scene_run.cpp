@@ -114,6 +114,7 @@ Result<SceneOutcome> run_scene(const SceneFile& scene, const std::string& clip, 
   outcome.each_bone = bones.bones();
   outcome.timelines = labels.timelines();
   outcome.errors = bones.errors();
+  outcome.wrong = labels.wrong_events();
   outcome.mot = labels.mot();
   outcome.unlabelled = labels.unlabelled();
   outcome.ghosts = labels.ghosts();

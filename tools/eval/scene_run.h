@@ -24,6 +24,7 @@ struct SceneOutcome {
   std::map<std::uint32_t, std::map<std::uint32_t, BoneCounts>> each_bone;
   std::map<std::uint32_t, Timeline> timelines;  ///< empty unless kept
   std::map<std::uint32_t, std::vector<JointErrors>> errors;
+  std::vector<WrongEvent> wrong;  ///< names, in the order of their ends
   ClearMot::Counts mot;
   std::uint64_t sets = 0, unlabelled = 0, ghosts = 0;
   double watched_squares_m2 = 0.0;  ///< of the joints that [[only_camera]] names, while it lasts
