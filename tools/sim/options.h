@@ -33,6 +33,7 @@ struct Options {
   bool no_occlusion = false;
 
   bool serve = false;
+  bool usb3 = false;
   std::filesystem::path folders;
   double seconds = 0.0;  ///< 0: until told to end
   std::string first_address = "127.0.0.2";
