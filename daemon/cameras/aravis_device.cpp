@@ -21,6 +21,7 @@
 #include "cameras/aravis_discovery.h"
 #include "cameras/aravis_failure.h"
 #include "cameras/aravis_ptp.h"
+#include "cameras/usb_bandwidth.h"
 
 namespace mocap::cameras {
 namespace {
@@ -93,7 +94,20 @@ Result<Held<ArvCamera>> open_at_address(const std::string& address, bool known) 
   return Error{ErrorCode::NotFound, fmt::format("no Aravis camera answers at {}; {}", address, others)};
 }
 
+// What Aravis calls the USB3 Vision camera of this serial number; empty where none is plugged in.
+std::string name_on_usb(const std::string& serial) {
+  for (const UsbDevice& each : list_usb_devices()) {
+    if (each.usb3_vision && each.serial == serial) return each.manufacturer + "-" + serial;
+  }
+  return {};
+}
+
 Result<Held<ArvCamera>> open_by_serial(const std::string& serial) {
+  // On the USB without a look around, which waits a second for networks.
+  if (const std::string name = name_on_usb(serial); !name.empty()) {
+    Result<Held<ArvCamera>> opened = open_as(name);
+    if (opened || opened.error().code != ErrorCode::NotFound) return opened;
+  }
   const std::vector<DiscoveredCamera> all = discover_cameras();
   const auto found = std::find_if(all.begin(), all.end(), [&](const auto& each) { return each.serial == serial; });
   if (found != all.end()) return open_as(found->id);

@@ -168,8 +168,8 @@ chmod +x "$image/init"
 (cd "$image" && find . | ${packer:-cpio} -o -H newc 2>/dev/null) >"$image.cpio"
 
 output=$cache/output.$$
-nice timeout "${MOCAP_GUEST_LIMIT_S:-240}" qemu-system-x86_64 -cpu max -accel tcg,thread=multi -smp 2 -m 768 -nographic -no-reboot -nodefaults -serial stdio \
-  -kernel "$kernel" -initrd "$image.cpio" -append "console=ttyS0 quiet no_timer_check panic=-1 loglevel=3" \
+timeout -k 2 "${MOCAP_GUEST_LIMIT_S:-240}" qemu-system-x86_64 -cpu max -accel tcg -m 768 -nographic -no-reboot -nodefaults -serial stdio \
+  -kernel "$kernel" -initrd "$image.cpio" -append "console=ttyS0 quiet no_timer_check mitigations=off no5lvl panic=-1 loglevel=3" \
   -virtfs local,path=/,mount_tag=root9p,security_model=none,readonly=on,multidevs=remap </dev/null 2>&1 |
   tr -d '\r' | tee "$output" || true
 result=$(sed -n 's/^guest_vm: exit \([0-9]*\)$/\1/p' "$output" | tail -1)

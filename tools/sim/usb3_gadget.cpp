@@ -36,19 +36,29 @@ bool put(const fs::path& file, const std::string& text) {
   return to.good();
 }
 
+constexpr unsigned kSerialText = 3;  // manufacturer, product, serial number: as configfs counts them
+
+// Of bulk endpoints, bytes.
+constexpr unsigned kFullSpeedPacket = 64, kHighSpeedPacket = 512, kSuperSpeedPacket = 1024;
+
 // The descriptors that FunctionFS hands to the host: an interface and endpoints, for USB 2 and for USB 3.
 class Descriptors {
  public:
-  explicit Descriptors(bool super_speed) : super_speed_(super_speed) {}
+  explicit Descriptors(unsigned packet_bytes) : packet_bytes_(packet_bytes) {}
 
   // Device class "miscellaneous", subclass 05: USB3 Vision; protocols 0 control, 1 events, 2 stream.
   void interface(unsigned number, unsigned protocol, unsigned endpoints) {
     add({9, 4, number, 0, endpoints, 0xef, 5, protocol, 0});
   }
+  // FunctionFS hands on no descriptor of USB3 Vision's own, in which the 12th byte is the number of the text that tells
+  // one camera from another (GUID). Two interface associations have a byte there that is no use to anybody.
+  void number_of_guid(unsigned text) {
+    add({8, 0x0b, 1, 2, 0xef, 5, 0, 0});
+    add({8, 0x0b, 1, text, 0xef, 5, 0, 0});
+  }
   void bulk_endpoint(unsigned address) {
-    const unsigned packet = super_speed_ ? 1024 : 512;
-    add({7, 5, address, 2, packet & 0xff, packet >> 8, 0});
-    if (super_speed_) add({6, 0x30, 15, 0, 0, 0});  // companion: bursts of 16 packets
+    add({7, 5, address, 2, packet_bytes_ & 0xff, packet_bytes_ >> 8, 0});
+    if (packet_bytes_ == kSuperSpeedPacket) add({6, 0x30, 15, 0, 0, 0});  // companion: bursts of 16 packets
   }
   std::uint32_t count() const { return count_; }
   const std::vector<std::byte>& bytes() const { return bytes_; }
@@ -58,18 +68,19 @@ class Descriptors {
     for (const unsigned value : values) bytes_.push_back(static_cast<std::byte>(value));
     ++count_;
   }
-  bool super_speed_;
+  unsigned packet_bytes_;
   std::vector<std::byte> bytes_;
   std::uint32_t count_ = 0;
 };
 
 // dummy_hcd gives OUT endpoints the numbers 2, 7, 12 and only then 1, and the first IN endpoint 1. Aravis takes the
 // control channel's two for one number, so an interface that is no use to anybody takes the first three.
-Descriptors describe(bool super_speed) {
-  Descriptors all(super_speed);
+Descriptors describe(unsigned packet_bytes) {
+  Descriptors all(packet_bytes);
   all.interface(0, 1, 3);
   for (const unsigned address : {1U, 2U, 3U}) all.bulk_endpoint(address);
   all.interface(1, 0, 2);
+  all.number_of_guid(kSerialText);
   all.bulk_endpoint(0x84);
   all.bulk_endpoint(5);
   all.interface(2, 2, 1);
@@ -85,14 +96,16 @@ void append(std::vector<std::byte>& to, std::initializer_list<std::uint32_t> val
   }
 }
 
+// For all speeds: where those of full speed are missing, Linux 6.1 takes the address of an endpoint from nowhere.
 std::vector<std::byte> descriptors_for_kernel() {
-  const Descriptors high = describe(false), super = describe(true);
-  const auto length = static_cast<std::uint32_t>(5 * 4 + high.bytes().size() + super.bytes().size());
+  const Descriptors speeds[] = {describe(kFullSpeedPacket), describe(kHighSpeedPacket), describe(kSuperSpeedPacket)};
+  std::size_t length = 6 * sizeof(std::uint32_t);
+  for (const Descriptors& each : speeds) length += each.bytes().size();
   std::vector<std::byte> all;
-  append(all, {FUNCTIONFS_DESCRIPTORS_MAGIC_V2, length, FUNCTIONFS_HAS_HS_DESC | FUNCTIONFS_HAS_SS_DESC, high.count(),
-               super.count()});
-  all.insert(all.end(), high.bytes().begin(), high.bytes().end());
-  all.insert(all.end(), super.bytes().begin(), super.bytes().end());
+  append(all, {FUNCTIONFS_DESCRIPTORS_MAGIC_V2, static_cast<std::uint32_t>(length),
+               FUNCTIONFS_HAS_FS_DESC | FUNCTIONFS_HAS_HS_DESC | FUNCTIONFS_HAS_SS_DESC, speeds[0].count(),
+               speeds[1].count(), speeds[2].count()});
+  for (const Descriptors& each : speeds) all.insert(all.end(), each.bytes().begin(), each.bytes().end());
   return all;
 }
 
