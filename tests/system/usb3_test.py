@@ -34,6 +34,7 @@ class Usb3(Unplugging):
                              CAMERA.format(number=2, format="Mono10p", gain=0))
         self.said(daemon, "of controller dummy_hcd.0: cameras send 0.8 MB/s (cam1 0.8) of 400 MB/s")
         self.said(daemon, "camera cam1: started driver=aravis device=Usb3 exposure=400us")
+        self.addCleanup(lambda: print(daemon.said()[-2500:]))
         self.unplug_again_and_again(daemon, ROUNDS, lambda: SOCKET.write_text("\n"),
                                     lambda: SOCKET.write_text("dummy_udc.0\n"))
 

@@ -19,6 +19,7 @@
 #include "settings/rig_file.h"
 #include "truth_file.h"
 #include "usb3_server.h"
+#include "v4l2_server.h"
 
 namespace {
 
@@ -61,6 +62,10 @@ int run(const sim::Options& options) {
   }
   if (options.usb3) {
     const auto served = sim::serve_usb3(options, volume, end_asked);
+    return served ? kExitOk : fail(served.error());
+  }
+  if (!options.v4l2.empty()) {
+    const auto served = sim::serve_v4l2(options, volume, end_asked);
     return served ? kExitOk : fail(served.error());
   }
   const double seconds = options.seconds > 0.0 ? options.seconds : kFolderSeconds;
