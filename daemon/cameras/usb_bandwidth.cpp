@@ -93,6 +93,7 @@ std::vector<UsbDevice> list_usb_devices(const fs::path& sys) {
     device.folder = fs::canonical(entry.path(), gone);
     if (gone) continue;  // pulled out meanwhile
     device.manufacturer = text_in(device.folder / "manufacturer");
+    device.product = text_in(device.folder / "product");
     device.serial = text_in(device.folder / "serial");
     device.speed_mbps = std::atof(text_in(device.folder / "speed").c_str());
     device.usb3_vision = speaks_usb3_vision(device.folder);

@@ -14,6 +14,7 @@ namespace mocap::cameras {
 struct UsbDevice {
   std::filesystem::path folder;  ///< below /sys
   std::string manufacturer;
+  std::string product;
   std::string serial;
   double speed_mbps = 0.0;   ///< of its own link, Mbit/s
   std::string bus;           ///< usb2: the root hub; devices of one share what it gives
