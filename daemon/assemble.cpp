@@ -9,7 +9,9 @@
 #include <variant>
 #include <vector>
 
+#include "base/log.h"
 #include "cameras/open_camera.h"
+#include "cameras/usb_bandwidth.h"
 #include "record/blob_recording.h"
 #include "record/snapshot_writer.h"
 #include "settings/subject_keeper.h"
@@ -67,6 +69,17 @@ std::vector<MaskPolygon> masks_of(const CameraModel& camera) {
   return all;
 }
 
+// What the cameras that are plugged in by now ask of their USB.
+void tell_usb_loads(const settings::DaemonSettings& settings) {
+  for (const cameras::UsbLoad& load : cameras::usb_loads(settings.cameras, settings.rig)) {
+    if (load.too_much()) {
+      log_warn("cameras", load.text() + "; plug a camera into another controller or a faster port, or lower rate_hz");
+    } else {
+      log_info("cameras", load.text());
+    }
+  }
+}
+
 }  // namespace
 
 stages::FusionParts assemble_row(const settings::DaemonSettings& settings) {
@@ -117,6 +130,7 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
     if (!camera) return camera.error();
     made.parts.cameras.push_back(std::move(*camera));
   }
+  tell_usb_loads(settings);
   made.parts.fusion = assemble_fusion(settings);
   made.parts.description = describe(settings, made.settings.lossless);
 

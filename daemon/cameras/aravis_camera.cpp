@@ -58,12 +58,12 @@ using Opened = Result<std::unique_ptr<AravisDevice>>;
 
 // Opens a camera on a thread of its own, which knows nothing of us: Aravis looks around for a second and may wait for
 // an answer for several. Where nobody takes the answer any more, the thread closes again what it opened.
-std::future<Opened> open_aside(AravisSettings settings, bool known) {
+std::future<Opened> open_aside(AravisSettings settings, Seen seen) {
   std::promise<Opened> promise;
   std::future<Opened> answer = promise.get_future();
-  std::thread([settings = std::move(settings), known, promise = std::move(promise)]() mutable {
+  std::thread([settings = std::move(settings), seen, promise = std::move(promise)]() mutable {
     try {
-      promise.set_value(open_aravis_device(settings, known));
+      promise.set_value(open_aravis_device(settings, seen));
     } catch (const std::exception& failure) {
       promise.set_value(Error{ErrorCode::Io, failure.what()});
     }
@@ -127,7 +127,7 @@ class AravisCamera : public Camera {
   std::future<Opened> opening_;  // under way, or its answer not yet taken; outlives stop()
   std::unique_ptr<AravisDevice> device_;
   ArvBuffer* lent_ = nullptr;  // ours until the next call
-  bool known_ = false;         // was there before
+  Seen seen_ = Seen::Never;
   bool trigger_due_ = false;
   bool utc_doubted_ = false;
   Timestamp last_exposed_;
@@ -146,13 +146,13 @@ AravisCamera::~AravisCamera() {
 
 Status AravisCamera::start() try {
   stop();
-  if (!opening_.valid()) opening_ = open_aside(settings_, known_);
+  if (!opening_.valid()) opening_ = open_aside(settings_, seen_);
   if (opening_.wait_for(kStartPatience) != std::future_status::ready) {
     return error(ErrorCode::Timeout, "still looking for it and opening it; start again for the answer");
   }
   Opened opened = opening_.get();
   if (!opened) return error(opened.error().code, opened.error().message);
-  known_ = true;
+  seen_ = (*opened)->on_usb() ? Seen::OnUsb : Seen::OnNetwork;
   return begin(std::move(*opened));
 } catch (const std::exception& failure) {
   return error(ErrorCode::Io, fmt::format("no thread that opens it: {}", failure.what()));

@@ -77,7 +77,7 @@ void gather(ArvDevice* device, const char* name, const std::string& category, st
 Result<std::vector<FeatureValue>> describe_aravis_camera(const AravisSettings& settings) {
   AravisSettings as_it_is = settings;
   as_it_is.pixel_format.clear();
-  Result<std::unique_ptr<AravisDevice>> device = open_aravis_device(as_it_is, false);
+  Result<std::unique_ptr<AravisDevice>> device = open_aravis_device(as_it_is, Seen::Never);
   if (!device) return device.error();
   std::vector<FeatureValue> features;
   gather(arv_camera_get_device((*device)->camera()), "Root", "", features);

@@ -12,6 +12,7 @@
 #include <atomic>
 #include <chrono>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -21,6 +22,7 @@
 #include "cameras/aravis_discovery.h"
 #include "cameras/aravis_failure.h"
 #include "cameras/aravis_ptp.h"
+#include "cameras/usb_bandwidth.h"
 
 namespace mocap::cameras {
 namespace {
@@ -37,6 +39,10 @@ constexpr double kMostAsked = 1.0;
 constexpr guint kGiveUp_us = 80000;
 // A camera answers within a network's round trip; a busy one within some tens of milliseconds.
 constexpr Duration kAnswerPatience = std::chrono::milliseconds(400);
+
+// A camera that was pulled out is looked for so often, and for so long at a time.
+constexpr Duration kLookAtUsb = std::chrono::milliseconds(20);
+constexpr Duration kUsbPatience = std::chrono::milliseconds(1500);
 
 constexpr Duration kEmissionEndsWithin = std::chrono::seconds(2);
 
@@ -72,6 +78,13 @@ struct Unref<ArvCamera> {
 template <class T>
 using Held = std::unique_ptr<T, Unref<T>>;
 
+Result<Held<ArvCamera>> taken_over(ArvCamera* raw) {
+  Held<ArvCamera> camera(raw);
+  // The heartbeat's thread marks the device and not us: it may still be at it when we are gone.
+  g_signal_connect(arv_camera_get_device(camera.get()), "control-lost", G_CALLBACK(mark_lost), nullptr);
+  return camera;
+}
+
 Result<Held<ArvCamera>> open_as(const std::string& device) {
   AravisFailure failure;
   Held<ArvCamera> camera(arv_camera_new(device.c_str(), failure));
@@ -80,20 +93,53 @@ Result<Held<ArvCamera>> open_as(const std::string& device) {
       !arv_gv_device_is_controller(ARV_GV_DEVICE(arv_camera_get_device(camera.get())))) {
     return Error{ErrorCode::Busy, fmt::format("{} is controlled by another program; end that one", device)};
   }
-  // The heartbeat's thread marks the device and not us: it may still be at it when we are gone.
-  g_signal_connect(arv_camera_get_device(camera.get()), "control-lost", G_CALLBACK(mark_lost), nullptr);
-  return camera;
+  return taken_over(camera.release());
 }
 
 // An address is asked directly: that reaches cameras whose network takes no broadcast.
-Result<Held<ArvCamera>> open_at_address(const std::string& address, bool known) {
+Result<Held<ArvCamera>> open_at_address(const std::string& address, Seen seen) {
   if (gige_camera_answers(address, kAnswerPatience)) return open_as(address);
   // Who else is there helps the operator who mistyped; a camera that was there has lost its power or cable.
-  const std::string others = known ? "check its power and cable" : listed(discover_cameras());
+  const std::string others = seen != Seen::Never ? "check its power and cable" : listed(discover_cameras());
   return Error{ErrorCode::NotFound, fmt::format("no Aravis camera answers at {}; {}", address, others)};
 }
 
-Result<Held<ArvCamera>> open_by_serial(const std::string& serial) {
+std::optional<UsbDevice> usb3_camera(const std::string& serial, Duration patience) {
+  const Timestamp end = host_now() + patience;
+  for (;;) {
+    for (UsbDevice& each : list_usb_devices()) {
+      if (each.usb3_vision && each.serial == serial) return std::move(each);
+    }
+    if (host_now() >= end) return std::nullopt;
+    std::this_thread::sleep_for(kLookAtUsb);
+  }
+}
+
+// By the texts of its USB descriptor: what Aravis calls it is told only by a look around, which waits a second for
+// networks, and two cameras without a GUID are one to it.
+Result<Held<ArvCamera>> open_on_usb(const UsbDevice& found) {
+  AravisFailure failure;
+  const std::string what =
+      fmt::format("cannot open {} {} of serial {}", found.manufacturer, found.product, found.serial);
+  ArvDevice* const device =
+      arv_uv_device_new(found.manufacturer.c_str(), found.product.c_str(), found.serial.c_str(), failure);
+  if (failure.happened() || device == nullptr) {
+    if (device != nullptr) g_object_unref(device);
+    return failure.error(what);
+  }
+  ArvCamera* const camera = arv_camera_new_with_device(device, failure);
+  g_object_unref(device);  // the camera's by now
+  if (camera == nullptr) return failure.error(what);
+  return taken_over(camera);
+}
+
+Result<Held<ArvCamera>> open_by_serial(const std::string& serial, Seen seen) {
+  const std::optional<UsbDevice> on_usb = usb3_camera(serial, seen == Seen::OnUsb ? kUsbPatience : Duration::zero());
+  if (on_usb) return open_on_usb(*on_usb);
+  if (seen == Seen::OnUsb) {
+    return Error{ErrorCode::NotFound,
+                 fmt::format("no USB3 Vision camera with serial {} is plugged in; check its cable", serial)};
+  }
   const std::vector<DiscoveredCamera> all = discover_cameras();
   const auto found = std::find_if(all.begin(), all.end(), [&](const auto& each) { return each.serial == serial; });
   if (found != all.end()) return open_as(found->id);
@@ -115,9 +161,9 @@ Result<Held<ArvCamera>> open_by_name(const std::string& name) {
   return Error{ErrorCode::NotFound, fmt::format("no Aravis camera named {}; {}", name, listed(all))};
 }
 
-Result<Held<ArvCamera>> open(const AravisSettings& settings, bool known) {
-  if (!settings.address.empty()) return open_at_address(settings.address, known);
-  if (!settings.serial.empty()) return open_by_serial(settings.serial);
+Result<Held<ArvCamera>> open(const AravisSettings& settings, Seen seen) {
+  if (!settings.address.empty()) return open_at_address(settings.address, seen);
+  if (!settings.serial.empty()) return open_by_serial(settings.serial, seen);
   if (!settings.device_name.empty()) return open_by_name(settings.device_name);
   if (!settings.mac.empty()) return open_by_mac(settings.mac);
   return Error{ErrorCode::InvalidArgument, "aravis needs one of serial, device_name, address and mac"};
@@ -161,12 +207,14 @@ AravisDevice::~AravisDevice() {
   let_go(camera_, stream_);
 }
 
+bool AravisDevice::on_usb() const { return arv_camera_is_uv_device(camera_) != 0; }
+
 bool AravisDevice::lost() const {
   return g_object_get_qdata(G_OBJECT(arv_camera_get_device(camera_)), lost_mark()) != nullptr;
 }
 
-Result<std::unique_ptr<AravisDevice>> open_aravis_device(const AravisSettings& settings, bool known) {
-  Result<Held<ArvCamera>> camera = open(settings, known);
+Result<std::unique_ptr<AravisDevice>> open_aravis_device(const AravisSettings& settings, Seen seen) {
+  Result<Held<ArvCamera>> camera = open(settings, seen);
   if (!camera) return camera.error();
   const Result<AravisFeatures> features = apply_settings(camera->get(), settings);
   if (!features) return features.error();

@@ -27,6 +27,7 @@ class AravisDevice {
 
   /// Whether the camera stopped answering; after some 5 s without an answer.
   bool lost() const;
+  bool on_usb() const;
 
  private:
   ArvCamera* camera_;
@@ -34,11 +35,14 @@ class AravisDevice {
   AravisFeatures features_;
 };
 
-/// Looks for the camera that `settings` names, opens and sets it, and makes its stream. `known` says that it was there
-/// before: then who else is there is not asked when nobody answers at its address.
+/// Whether a camera was there before, and where.
+enum class Seen { Never, OnNetwork, OnUsb };
+
+/// Looks for the camera that `settings` names, opens and sets it, and makes its stream. One that was seen before is
+/// looked for where it was: at its address without asking who else is there, or on the USB, where it is waited for.
 ///
 /// Takes a second for the looking and several when the camera falls silent meanwhile: for a thread that may wait. Fails
 /// with NotFound and what was found instead, Busy when another program controls the camera, and as apply_settings does.
-Result<std::unique_ptr<AravisDevice>> open_aravis_device(const AravisSettings& settings, bool known);
+Result<std::unique_ptr<AravisDevice>> open_aravis_device(const AravisSettings& settings, Seen seen);
 
 }  // namespace mocap::cameras

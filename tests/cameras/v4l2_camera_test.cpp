@@ -59,12 +59,12 @@ TEST(V4l2Camera, IsHarmlessWhenNeverStarted) {
   EXPECT_EQ(camera->next(milliseconds(1)).error().code, ErrorCode::DeviceLost);
 }
 
-// On the kernel's driver vivid, which tests/system/v4l2_vm.sh provides.
+// On the kernel's driver vivid, which tests/system/guest_vm.sh provides.
 class V4l2Vivid : public testing::Test {
  protected:
   void SetUp() override {
     const char* device = std::getenv("MOCAP_V4L2_DEVICE");
-    if (device == nullptr) GTEST_SKIP() << "no vivid device; tests/system/v4l2_vm.sh runs this in a virtual machine";
+    if (device == nullptr) GTEST_SKIP() << "no vivid device; tests/system/guest_vm.sh runs this in a virtual machine";
     settings_ = settings_for(device);
   }
 

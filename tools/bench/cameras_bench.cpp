@@ -222,6 +222,22 @@ settings::DaemonSettings daemon_of(const CamerasBenchSettings& wanted, const Mar
   return settings;
 }
 
+// Whether /dev/video0 is a device of v4l2loopback, which shows what mocap-sim writes.
+bool loops_back() {
+  std::string name;
+  std::getline(std::ifstream("/sys/class/video4linux/video0/name"), name);
+  return name.starts_with("Dummy video device");
+}
+
+std::vector<std::string> loopback_arguments(const CamerasBenchSettings& wanted, const std::filesystem::path& rig) {
+  std::vector<std::string> arguments{"--rig",         rig.string(),
+                                     "--fps",         fmt::format("{}", wanted.rate_hz),
+                                     "--v4l2-format", wanted.pixel_format.empty() ? "GREY" : wanted.pixel_format,
+                                     "--v4l2"};
+  for (int i = 0; i < wanted.count; ++i) arguments.push_back(fmt::format("/dev/video{}", i));
+  return arguments;
+}
+
 std::vector<std::string> server_arguments(const CamerasBenchSettings& wanted, const std::filesystem::path& rig) {
   return {"--serve",
           "--rig",
@@ -295,6 +311,7 @@ Result<CamerasBenchFigures> run_cameras_bench(const CamerasBenchSettings& wanted
   if (const Status saved = settings::save_rig(rig, daemon.rig, {}); !saved) return saved.error();
   std::optional<Server> server;
   if (served) server.emplace(server_arguments(wanted, rig));
+  if (!served && loops_back()) server.emplace(loopback_arguments(wanted, rig));
 
   Result<Assembly> assembly = assemble(daemon);
   if (!assembly) return assembly.error();

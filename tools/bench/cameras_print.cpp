@@ -21,7 +21,11 @@ std::string text_of(const std::optional<double>& value) {
 }  // namespace
 
 void tell_cameras(CLI::App& command, CamerasBenchSettings& settings) {
-  command.add_option("--bus", settings.bus, "gige: served by mocap-sim on loopback; v4l2: /dev/video0 and on")
+  command
+      .add_option("--bus", settings.bus,
+                  "gige: served by mocap-sim on loopback; v4l2: /dev/video0 and on, of vivid, v4l2loopback (which "
+                  "mocap-sim then "
+                  "feeds) or real ones")
       ->check(CLI::IsMember({"gige", "v4l2"}))
       ->capture_default_str();
   command.add_option("--count", settings.count, "cameras")->check(CLI::Range(1, 64))->capture_default_str();

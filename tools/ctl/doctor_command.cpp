@@ -12,6 +12,7 @@
 
 #include "base/exit_codes.h"
 #include "cameras/aravis_discovery.h"
+#include "cameras/usb_bandwidth.h"
 #include "cameras/v4l2_discovery.h"
 #include "ctl/doctor.h"
 #include "settings/daemon_settings.h"
@@ -78,6 +79,15 @@ void look_for_cameras(const settings::DaemonSettings& settings, std::vector<Find
   }
 }
 
+void look_at_usb(const settings::DaemonSettings& settings, std::vector<Finding>& findings) {
+  for (const cameras::UsbLoad& load : cameras::usb_loads(settings.cameras, settings.rig)) {
+    findings.push_back({"bandwidth of " + load.bus, load.too_much() ? Verdict::Bad : Verdict::Good, load.text(),
+                        load.too_much() ? "plug a camera into another controller or a faster port; or lower rate_hz, "
+                                          "the region, or the bits of pixel_format"
+                                        : ""});
+  }
+}
+
 void print(const std::vector<Finding>& findings, bool json) {
   if (json) {
     nlohmann::json list = nlohmann::json::array();
@@ -108,6 +118,7 @@ int run(const DoctorOptions& options) {
     }
     findings = examine_machine(demands_of(*settings));
     look_for_cameras(*settings, findings);
+    look_at_usb(*settings, findings);
   }
   print(findings, options.json);
   const bool bad =

@@ -18,6 +18,8 @@
 #include "settings/faults.h"
 #include "settings/rig_file.h"
 #include "truth_file.h"
+#include "usb3_server.h"
+#include "v4l2_server.h"
 
 namespace {
 
@@ -56,6 +58,14 @@ int run(const sim::Options& options) {
 
   if (options.serve) {
     const auto served = sim::serve_gige(options, volume, **truth, end_asked);
+    return served ? kExitOk : fail(served.error());
+  }
+  if (options.usb3) {
+    const auto served = sim::serve_usb3(options, volume, end_asked);
+    return served ? kExitOk : fail(served.error());
+  }
+  if (!options.v4l2.empty()) {
+    const auto served = sim::serve_v4l2(options, volume, end_asked);
     return served ? kExitOk : fail(served.error());
   }
   const double seconds = options.seconds > 0.0 ? options.seconds : kFolderSeconds;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kAbout =
     "A simulated capture volume: somebody with markers moves, cameras see it, and the truth is written down.\n"
-    "It serves GigE Vision cameras on loopback addresses, or writes image folders.";
+    "It serves GigE Vision cameras on loopback addresses, plugs in USB3 Vision cameras, or writes image folders.";
 
 constexpr const char* kExamples = R"(Examples:
   mocap-sim --serve --ring 4 --write-rig rig.toml --write-truth truth.jsonl
@@ -22,6 +22,8 @@ constexpr const char* kExamples = R"(Examples:
       ten seconds of images, one folder a camera
   mocap-sim --serve --rig rig.toml --only 2 --epoch 1000000000
       the second camera alone; others with the same seed and epoch show the same scene
+  mocap-sim --v4l2 /dev/video0 /dev/video1 --ring 2 --fps 30
+      two cameras of the kernel, as MJPEG (modprobe v4l2loopback devices=2)
   mocap-sim --serve --clock-skew-us 5000 --clock-drift-ppm 50 --delivery-jitter-us 2000 --packet-loss 0.01
       cameras without PTP on a bad network)";
 
@@ -102,6 +104,21 @@ void add_image(CLI::App& app, Options& options) {
 void add_output(CLI::App& app, Options& options) {
   auto* serve =
       app.add_flag("--serve", options.serve, "serves GigE Vision cameras until SIGTERM or --seconds")->group("Output");
+  app.add_flag("--usb3", options.usb3,
+               "plugs in USB3 Vision cameras, one a controller dummy_udc.0, dummy_udc.1, ..., with images drawn "
+               "beforehand (8, or --loop-images), until SIGTERM or --seconds; needs root, dummy_hcd and usb_f_fs")
+      ->excludes(serve)
+      ->group("Output");
+  app.add_option(
+         "--v4l2", options.v4l2,
+         "shows the cameras on these devices of v4l2loopback, with images drawn beforehand (8, or --loop-images), "
+         "until SIGTERM or --seconds")
+      ->excludes(serve)
+      ->group("Output");
+  app.add_option("--v4l2-format", options.v4l2_format, "of --v4l2")
+      ->check(CLI::IsMember({"MJPEG", "GREY"}))
+      ->capture_default_str()
+      ->group("Output");
   app.add_option("--folders", options.folders, "writes <folder>/<camera>/000000.pgm and timestamps.csv")
       ->excludes(serve)
       ->group("Output");
@@ -178,8 +195,10 @@ CommandLine read_command_line(int argc, char** argv) {
   add_faults(app, options);
   try {
     app.parse(argc, argv);
-    if (!options.serve && options.folders.empty() && options.write_rig.empty() && options.write_truth.empty()) {
-      throw CLI::ValidationError("nothing to do: say --serve, --folders DIR, --write-rig FILE or --write-truth FILE");
+    if (!options.serve && !options.usb3 && options.v4l2.empty() && options.folders.empty() &&
+        options.write_rig.empty() && options.write_truth.empty()) {
+      throw CLI::ValidationError(
+          "nothing to do: say --serve, --usb3, --v4l2 DEVICE, --folders DIR, --write-rig FILE or --write-truth FILE");
     }
   } catch (const CLI::ParseError& error) {
     line.exit = app.exit(error) == 0 ? kExitOk : kExitUsage;

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
 #include "scene/render.h"
@@ -33,6 +34,9 @@ struct Options {
   bool no_occlusion = false;
 
   bool serve = false;
+  bool usb3 = false;
+  std::vector<std::string> v4l2;  ///< devices of v4l2loopback, one a camera
+  std::string v4l2_format = "MJPEG";
   std::filesystem::path folders;
   double seconds = 0.0;  ///< 0: until told to end
   std::string first_address = "127.0.0.2";

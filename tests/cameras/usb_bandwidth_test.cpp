@@ -1,0 +1,116 @@
+#include "cameras/usb_bandwidth.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <string>
+
+namespace mocap::cameras {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+// A folder as /sys is: two USB3 Vision cameras on one controller, one of them at the speed of USB 2, and a mouse.
+class UsbBandwidth : public testing::Test {
+ protected:
+  void SetUp() override {
+    fs::remove_all(sys_);
+    hub("usb1", "480");
+    hub("usb2", "5000");
+    device("usb2", "2-1", "5000", "A1", "ef", "05");
+    device("usb2", "2-2", "5000", "A2", "ef", "05");
+    device("usb1", "1-3", "480", "A3", "ef", "05");
+    device("usb1", "1-4", "12", "A1", "03", "01");  // a mouse with a camera's serial number
+  }
+  void TearDown() override { fs::remove_all(sys_); }
+
+  void put(const fs::path& file, const std::string& text) const {
+    fs::create_directories(file.parent_path());
+    std::ofstream(file) << text << "\n";
+  }
+  void hub(const std::string& name, const std::string& speed) const {
+    put(controller_ / name / "speed", speed);
+    fs::create_directories(sys_ / "bus/usb/devices");
+    fs::create_directory_symlink(controller_ / name, sys_ / "bus/usb/devices" / name);
+  }
+  void device(const std::string& hub, const std::string& name, const std::string& speed, const std::string& serial,
+              const std::string& interface_class, const std::string& subclass) const {
+    const fs::path folder = controller_ / hub / name;
+    put(folder / "speed", speed);
+    put(folder / "serial", serial);
+    put(folder / "manufacturer", "maker");
+    put(folder / (name + ":1.0") / "bInterfaceClass", interface_class);
+    put(folder / (name + ":1.0") / "bInterfaceSubClass", subclass);
+    fs::create_directory_symlink(folder, sys_ / "bus/usb/devices" / name);
+  }
+  static CameraSettings camera(const std::string& name, const std::string& serial, const std::string& format,
+                               double rate_hz) {
+    AravisSettings settings;
+    settings.serial = serial;
+    settings.pixel_format = format;
+    settings.width_px = 1920;
+    settings.height_px = 1080;
+    settings.rate_hz = rate_hz;
+    return {name, settings};
+  }
+
+  fs::path sys_ = fs::path(testing::TempDir()) / ("sys" + std::to_string(getpid()));
+  fs::path controller_ = sys_ / "devices/pci0000:00/0000:00:14.0";
+};
+
+TEST_F(UsbBandwidth, SumsWhatTheCamerasOfOneBusSend) {
+  const auto loads =
+      usb_loads({camera("left", "A1", "Mono8", 100.0), camera("right", "A2", "Mono12p", 50.0)}, {}, sys_);
+
+  ASSERT_EQ(loads.size(), 1U);
+  EXPECT_EQ(loads[0].bus, "usb2");
+  EXPECT_EQ(loads[0].controller, "0000:00:14.0");
+  // 1920 x 1080 is 2.0736 MB: a byte a pixel at 100 Hz, one and a half at 50 Hz.
+  EXPECT_NEAR(loads[0].needed_mb_per_s, 207.36 + 155.52, 1e-9);
+  EXPECT_EQ(loads[0].given_mb_per_s, 400.0);
+  EXPECT_FALSE(loads[0].too_much());
+  EXPECT_THAT(loads[0].text(), HasSubstr("left 207.4 + right 155.5"));
+}
+
+TEST_F(UsbBandwidth, SaysThatTwoCamerasAreTooMuchForOneBus) {
+  const auto loads = usb_loads({camera("left", "A1", "Mono8", 100.0), camera("right", "A2", "Mono8", 100.0)}, {}, sys_);
+
+  ASSERT_EQ(loads.size(), 1U);
+  EXPECT_TRUE(loads[0].too_much());
+}
+
+TEST_F(UsbBandwidth, NamesTheCameraWhoseCableIsSlow) {
+  const auto loads = usb_loads({camera("left", "A3", "Mono8", 30.0)}, {}, sys_);
+
+  ASSERT_EQ(loads.size(), 1U);
+  EXPECT_TRUE(loads[0].too_much());
+  EXPECT_THAT(loads[0].text(), HasSubstr("left is plugged in at 480 Mbit/s, which gives 40 MB/s"));
+}
+
+TEST_F(UsbBandwidth, TakesTheSizeFromTheRigAndSaysWhereTheRateIsNotTold) {
+  CameraSettings told = camera("left", "A1", "Mono8", 100.0), untold = camera("right", "A2", "Mono8", 100.0);
+  std::get<AravisSettings>(told.driver).width_px.reset();
+  std::get<AravisSettings>(untold.driver).rate_hz.reset();
+  CameraModel model;
+  model.name = "left";
+  model.width_px = 1000;
+  model.height_px = 1000;
+
+  const auto loads = usb_loads({told, untold}, {model}, sys_);
+
+  ASSERT_EQ(loads.size(), 1U);
+  EXPECT_NEAR(loads[0].needed_mb_per_s, 108.0, 1e-9);  // 1000 x 1080 at 100 Hz
+  EXPECT_THAT(loads[0].text(), HasSubstr("right ?"));
+}
+
+TEST_F(UsbBandwidth, PassesOverWhatIsNoCameraAndWhatIsNotPluggedIn) {
+  fs::remove(sys_ / "bus/usb/devices/2-1");  // pulled out; a mouse has its serial number
+
+  EXPECT_TRUE(usb_loads({camera("left", "A1", "Mono8", 100.0)}, {}, sys_).empty());
+}
+
+}  // namespace
+}  // namespace mocap::cameras

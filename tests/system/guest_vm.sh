@@ -1,0 +1,177 @@
+#!/usr/bin/env bash
+# Runs a program on a real kernel of its own with simulated cameras, in a virtual machine that needs no KVM and no root:
+# the host's own / is the guest's root (read-only, over 9p, under a tmpfs), so that built programs run there as they are.
+#
+#   guest_vm.sh [vivid=N] [loopback=N] [usb3=N] BUILD_DIR PROGRAM [ARGUMENT...]
+#
+#   vivid=N     N cameras /dev/video0.. of the kernel's test driver
+#   loopback=N  N devices /dev/video0.. of v4l2loopback, which show what another program writes
+#   usb3=N      N USB3 host controllers whose devices are made by programs (dummy_hcd, FunctionFS), and udev
+#
+# Exit: that of PROGRAM; 77 where no such machine can be had (says why). Kernel, headers and what else is needed are
+# fetched once into BUILD_DIR/guest_vm.
+set -euo pipefail
+
+skip() {
+  echo "guest_vm: skipped: $*"
+  exit 77
+}
+
+vivid=0 loopback=0 usb3=0
+while :; do
+  case "${1:-}" in
+    vivid=*) vivid=${1#*=} ;;
+    loopback=*) loopback=${1#*=} ;;
+    usb3=*) usb3=${1#*=} ;;
+    *) break ;;
+  esac
+  shift
+done
+build=$(realpath "$1")
+program=$(realpath "$2")
+shift 2
+here=$(realpath "$(dirname "$0")")
+cache=$build/guest_vm
+mkdir -p "$cache"
+exec 9>"$cache/lock"
+flock 9
+
+command -v qemu-system-x86_64 >/dev/null || skip "qemu-system-x86_64 is missing; apt-get install qemu-system-x86"
+busybox=$(command -v busybox) || skip "busybox is missing; apt-get install busybox-static"
+{ ldd "$busybox" 2>&1 || true; } | grep -qE 'not a dynamic|statically linked' || skip "busybox is not static; apt-get install busybox-static"
+command -v cpio >/dev/null || packer="$busybox cpio"
+
+# Unpacks Debian packages below $cache/NAME; nothing is installed.
+fetch() {
+  local name=$1
+  shift
+  [ -d "$cache/$name" ] && return
+  rm -rf "$cache/unpacking" && mkdir "$cache/unpacking"
+  for package in "$@"; do
+    (cd "$cache" && apt-get download -qq "$package" >/dev/null 2>&1) || skip "cannot download $package"
+    dpkg -x "$cache/$package"_*.deb "$cache/unpacking"
+    rm -f "$cache/$package"_*.deb
+  done
+}
+
+if [ ! -d "$cache/root" ]; then
+  package=$(apt-cache depends linux-image-amd64 2>/dev/null | sed -n 's/.*Depends: \(linux-image-[0-9][^ ]*-amd64\).*/\1/p' | head -1)
+  [ -n "$package" ] || skip "apt knows no linux-image-amd64"
+  fetch root "$package"
+  release=$(ls "$cache/unpacking/lib/modules")
+  "$busybox" depmod -b "$cache/unpacking" "$release" 2>/dev/null || true
+  [ -s "$cache/unpacking/lib/modules/$release/modules.dep" ] || skip "cannot index the modules of $package"
+  mv "$cache/unpacking" "$cache/root"
+fi
+kernels=("$cache"/root/boot/vmlinuz-*)
+kernel=${kernels[0]}
+release=${kernel##*/vmlinuz-}
+modules=$cache/root/lib/modules/$release
+
+if [ "$loopback" -gt 0 ] && [ ! -d "$cache/loopback" ]; then
+  fetch loopback v4l2loopback-dkms "linux-headers-$release" "linux-headers-${release%-*}-common" "linux-kbuild-${release%.*.*}"
+  headers=$cache/unpacking/usr/src/linux-headers-$release
+  sed -i "s#/usr/src#$cache/unpacking/usr/src#g" "$headers/Makefile"
+  mkdir "$cache/unpacking/built"
+  cp "$cache"/unpacking/usr/src/v4l2loopback-*/*.[ch] "$cache/unpacking/built/"
+  echo 'obj-m := v4l2loopback.o' >"$cache/unpacking/built/Makefile"
+  make -s -C "$headers" M="$cache/unpacking/built" modules >"$cache/loopback.log" 2>&1 || skip "v4l2loopback cannot be built, see $cache/loopback.log"
+  mkdir "$cache/loopback"
+  mv "$cache/unpacking/built/v4l2loopback.ko" "$cache/loopback/"
+  rm -rf "$cache/unpacking"
+fi
+# Who is plugged in is told to libusb by udev alone.
+if [ "$usb3" -gt 0 ] && [ ! -d "$cache/udev" ]; then
+  fetch udev udev
+  mv "$cache/unpacking" "$cache/udev"
+fi
+
+# Modules and, before each, all that it needs, as paths below $modules.
+in_order() {
+  local line
+  for module in "$@"; do
+    line=$(grep -E "(^|/)$module\.ko:" "$modules/modules.dep") || skip "the kernel has no module $module"
+    for path in $(echo "${line#*:}" | tr ' ' '\n' | tac) ${line%%:*}; do echo "$path"; done
+  done | awk '!seen[$0]++'
+}
+# WORD, as often as COUNT says, with commas.
+each() {
+  local list=
+  for ((i = 0; i < $2; i++)); do list+=${list:+,}$1; done
+  echo "$list"
+}
+wanted=()
+[ "$vivid" -eq 0 ] || wanted+=(vivid)
+[ "$loopback" -eq 0 ] || wanted+=(videodev)
+[ "$usb3" -eq 0 ] || wanted+=(dummy_hcd usb_f_fs)
+vivid_options="n_devs=$vivid node_types=$(each 0x1 "$vivid") no_error_inj=0"
+insert_vivid="$busybox insmod $(in_order vivid | tail -1 | sed "s#^#$modules/#") $vivid_options"
+
+image=$cache/initramfs.$$
+trap 'rm -rf "$image" "$image".cpio "$cache/output.$$"' EXIT
+mkdir -p "$image"/{bin,modules,proc,sys,dev,lower,upper,root}
+cp "$busybox" "$image/bin/busybox"
+for path in $(in_order virtio_pci 9p 9pnet_virtio overlay); do
+  cp "$modules/$path" "$image/modules/"
+  echo "insmod /modules/$(basename "$path")" >>"$image/load"
+done
+for path in $(in_order "${wanted[@]}"); do
+  case $path in
+    */vivid.ko) echo "${insert_vivid#* }" ;;
+    */dummy_hcd.ko) echo "insmod $modules/$path is_super_speed=1 num=$usb3" ;;
+    *) echo "insmod $modules/$path" ;;
+  esac
+done | sed -E 's#(insmod )#\1/root#' >"$image/insert"
+[ "$loopback" -eq 0 ] || echo "insmod /root$cache/loopback/v4l2loopback.ko devices=$loopback exclusive_caps=$(each 1 "$loopback")" >>"$image/insert"
+quoted=$(printf '%q ' "$program" "$@")
+cat >"$image/init" <<END
+#!/bin/busybox sh
+export PATH=/bin
+/bin/busybox --install -s /bin
+mount -t proc proc /proc; mount -t sysfs sysfs /sys; mount -t devtmpfs dev /dev
+. /load
+mount -t 9p -o trans=virtio,version=9p2000.L,ro,msize=262144,cache=loose root9p /lower
+mount -t tmpfs tmpfs /upper
+mkdir /upper/top /upper/work
+mount -t overlay -o lowerdir=/lower,upperdir=/upper/top,workdir=/upper/work overlay /root
+mount -t tmpfs tmpfs /root/tmp
+mount -t tmpfs tmpfs /root/run
+. /insert
+[ "$usb3" = 0 ] || mount -t configfs configfs /sys/kernel/config
+mkdir -p /dev/shm
+for each in proc sys dev; do mount -o rbind /\$each /root/\$each; done
+ip link set lo up
+cat >/root/tmp/run <<'RUN'
+cd /tmp
+export HOME=/tmp MOCAP_GUEST=1 MOCAP_BIN_DIR=$build/bin MOCAP_REPLUG_ROUNDS=${MOCAP_REPLUG_ROUNDS:-}
+export PATH=/usr/sbin:/usr/bin:/sbin:/bin PYTHONDONTWRITEBYTECODE=1
+if [ $vivid != 0 ]; then
+  export MOCAP_V4L2_DEVICE=\$(ls /dev/video* | head -1)
+  export MOCAP_VIVID_REMOVE="$busybox rmmod vivid"
+  export MOCAP_VIVID_INSERT="$insert_vivid && while [ ! -e \$MOCAP_V4L2_DEVICE ]; do :; done"
+fi
+if [ $usb3 != 0 ]; then
+  mkdir -p /etc/udev/rules.d /run/udev && mount -t tmpfs tmpfs /usr/lib/udev 2>/dev/null
+  mkdir -p /usr/lib/udev/rules.d
+  cp $cache/udev/lib/udev/rules.d/50-udev-default.rules /usr/lib/udev/rules.d/
+  cp $here/../../systemd/60-mocapd.rules /etc/udev/rules.d/
+  $cache/udev/bin/udevadm info --version >/dev/null || echo "guest_vm: no udevadm"
+  (exec -a systemd-udevd $cache/udev/bin/udevadm --daemon --resolve-names=early)
+fi
+$quoted
+echo "guest_vm: exit \$?"
+RUN
+chroot /root /bin/bash /tmp/run
+poweroff -f
+END
+chmod +x "$image/init"
+(cd "$image" && find . | ${packer:-cpio} -o -H newc 2>/dev/null) >"$image.cpio"
+
+output=$cache/output.$$
+timeout -k 2 "${MOCAP_GUEST_LIMIT_S:-240}" qemu-system-x86_64 -cpu max -accel tcg -m 768 -nographic -no-reboot -nodefaults -serial stdio \
+  -kernel "$kernel" -initrd "$image.cpio" -append "console=ttyS0 quiet no_timer_check mitigations=off no5lvl panic=-1 loglevel=3" \
+  -virtfs local,path=/,mount_tag=root9p,security_model=none,readonly=on,multidevs=remap </dev/null 2>&1 |
+  tr -d '\r' | tee "$output" || true
+result=$(sed -n 's/^guest_vm: exit \([0-9]*\)$/\1/p' "$output" | tail -1)
+[ -n "$result" ] || { echo "guest_vm: the machine ended without a result"; exit 1; }
+exit "$result"
