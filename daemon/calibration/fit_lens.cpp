@@ -9,19 +9,17 @@
 #include <numbers>
 
 #include "calibration/median.h"
-#include "geometry/lens.h"
+#include "calibration/rate_lens.h"
 
 namespace mocap::calibration {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using Matrix29 = Eigen::Matrix<double, 2, kLensParts>;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr std::size_t kLeastViews = 6;
 constexpr std::size_t kLeastPoints = 100;
-constexpr int kFolds = 5;
 constexpr int kManySteps = 60;
 constexpr std::size_t kStartViews = 12;
 // A board whose residuals are so many times those of its like was seen wrong, or is not flat.
@@ -82,7 +80,7 @@ class LensFitter {
     leave_out_bad_views();
     choose_parts();
     if (const Status good = check_fit(); !good) return good.error();
-    leave_some_out();
+    fit_.heldout_px = leave_some_out(bundle_, parts_);
     fit_.lens = bundle_.lens;
     fit_.views = bundle_.views.size();
     return std::move(fit_);
@@ -293,75 +291,11 @@ class LensFitter {
     }
     // A part that is left at 0 is not known to be 0: what it may do to the rays counts.
     const auto all = lens_covariance(bundle_, all_parts());
-    rate_mapping(all ? LensMatrix(variance(residue_) * *all) : covariance);
-    if (!all) fit_.corner_sigma_px = std::numeric_limits<double>::infinity();
+    const MappingSigma sure = rate_mapping(bundle_, all ? LensMatrix(variance(residue_) * *all) : covariance, width_px_,
+                                           height_px_, fit_.coverage.reach);
+    fit_.corner_sigma_px = all ? sure.corner_px : std::numeric_limits<double>::infinity();
+    fit_.rim_sigma_px = sure.rim_px;
     return {};
-  }
-
-  // How sure the lens is of where rays go, once the camera was turned to fit best where boards were.
-  void rate_mapping(const LensMatrix& covariance) {
-    using Matrix23 = Eigen::Matrix<double, 2, 3>;
-    Eigen::Matrix3d normal = 1e-9 * Eigen::Matrix3d::Identity();
-    Eigen::Matrix<double, 3, kLensParts> rhs = Eigen::Matrix<double, 3, kLensParts>::Zero();
-    const auto slopes = [&](const Vector2d& px) -> std::optional<std::pair<Matrix23, Matrix29>> {
-      const auto ray = geometry::undistort(bundle_.lens, {px});
-      if (!ray) return std::nullopt;
-      const double x = ray->v.x();
-      const double y = ray->v.y();
-      Matrix23 ray_by_turn;  // of the camera
-      ray_by_turn << x * y, -(1.0 + x * x), y, 1.0 + y * y, -x * y, -x;
-      return std::pair(Matrix23(geometry::distort_with_slope(bundle_.lens, *ray).px_from_ray * ray_by_turn),
-                       pixel_by_lens(bundle_.lens, ray->v));
-    };
-    for (const BoardView& view : bundle_.views) {
-      for (std::size_t i = 0; i < view.seen_px.size(); i += 5) {
-        const auto slope = slopes(view.seen_px[i]);
-        if (!slope) continue;
-        normal += slope->first.transpose() * slope->first;
-        rhs += slope->first.transpose() * slope->second;
-      }
-    }
-    const Eigen::Matrix<double, 3, kLensParts> turn = normal.ldlt().solve(rhs);
-    const Vector2d middle(0.5 * (width_px_ - 1), 0.5 * (height_px_ - 1));
-    for (const double x : {-1.0, 1.0}) {
-      for (const double y : {-1.0, 1.0}) {
-        for (const bool corner : {true, false}) {
-          const double share = corner ? 1.0 : std::min(1.0, fit_.coverage.reach);
-          const auto slope = slopes(middle + share * middle.cwiseProduct(Vector2d(x, y)));
-          // Where the polynomial has no ray, nothing is known.
-          double sigma = std::numeric_limits<double>::infinity();
-          if (slope) {
-            const Matrix29 left = slope->second - slope->first * turn;
-            sigma = std::sqrt(0.5 * (left * covariance * left.transpose()).trace());
-          }
-          double& worst = corner ? fit_.corner_sigma_px : fit_.rim_sigma_px;
-          worst = std::max(worst, sigma);
-        }
-      }
-    }
-  }
-
-  // Each fold's boards are placed by a lens that was fitted without them.
-  void leave_some_out() {
-    double sum = 0.0;
-    std::size_t points = 0;
-    for (int fold = 0; fold < kFolds; ++fold) {
-      LensBundle train;
-      LensBundle test;
-      train.lens = bundle_.lens;
-      for (std::size_t v = 0; v < bundle_.views.size(); ++v) {
-        LensBundle& side = static_cast<int>(v) % kFolds == fold ? test : train;
-        side.views.push_back(bundle_.views[v]);
-        side.camera_from_board.push_back(bundle_.camera_from_board[v]);
-      }
-      if (test.views.empty()) continue;
-      adjust_lens(train, parts_, kManySteps);
-      test.lens = train.lens;
-      const LensResidue residue = place_boards(test);
-      sum += residue.sum_px2;
-      points += residue.points;
-    }
-    fit_.heldout_px = points > 0 ? std::sqrt(sum / (2.0 * static_cast<double>(points))) : 0.0;
   }
 
   int width_px_;

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "calibration/emptiest_part.h"
 #include "geometry/lens.h"
 
 namespace mocap::calibration {
@@ -13,30 +14,6 @@ namespace {
 
 // Two cameras that share fewer samples are not related by them.
 constexpr std::size_t kLeastPairs = 60;
-
-// "top left": which ninth of the image has the fewest marked fields of those that touch it.
-std::string emptiest_part(const auto& fields, int n) {
-  static constexpr const char* kNames[9] = {"the top left",    "the top",    "the top right",
-                                            "the left",        "the middle", "the right",
-                                            "the bottom left", "the bottom", "the bottom right"};
-  double least = 0.5;
-  std::string name;
-  for (int part = 0; part < 9; ++part) {
-    int marked = 0;
-    int all = 0;
-    for (int y = (part / 3) * n / 3; y < (part / 3 + 1) * n / 3; ++y) {
-      for (int x = (part % 3) * n / 3; x < (part % 3 + 1) * n / 3; ++x) {
-        marked += fields[static_cast<std::size_t>(y * n + x)] > 0 ? 1 : 0;
-        ++all;
-      }
-    }
-    const double share = static_cast<double>(marked) / all;
-    if (share >= least) continue;
-    least = share;
-    name = kNames[part];
-  }
-  return name;
-}
 
 }  // namespace
 

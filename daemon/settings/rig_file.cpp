@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "settings/replace_file.h"
 #include "settings/rig_text.h"
@@ -154,24 +156,49 @@ std::string text_of(const CameraModel& camera) {
   return text + "\n";
 }
 
-}  // namespace
+constexpr const char* kCameraKeys[] = {"name",        "size",    "matrix", "distortions", "rotation",
+                                       "translation", "fisheye", "mask",   kLearntMask};
 
-Result<Rig, Faults> load_rig(const std::filesystem::path& path) {
+// Keys that another program has put into a camera's table.
+void leave_out_unknown(TomlTable& table, const std::string& key, std::vector<std::string>& left_out) {
+  for (const std::string& own : table.keys()) {
+    if (std::ranges::find(kCameraKeys, own) != std::end(kCameraKeys)) continue;
+    table.ignore(own);
+    left_out.push_back(fmt::format("[{}] has '{}', which a rig has no place for; it is left out", key, own));
+  }
+}
+
+Result<ForeignRig, Faults> read_rig(const std::filesystem::path& path, bool foreign) {
   Result<TomlFile, Faults> file = TomlFile::open(path);
   if (!file) return file.error();
   TomlTable root = file->root();
-  Rig rig;
+  ForeignRig read;
   for (const std::string& key : root.keys()) {
     std::optional<TomlTable> table = root.table(key, fmt::format("camera '{}'", key));
     if (!table || key == "metadata") continue;
+    if (foreign && !table->has("matrix") && !table->has("size")) {
+      read.left_out.push_back(fmt::format("[{}] is no camera; it is left out", key));
+      continue;
+    }
+    if (foreign) leave_out_unknown(*table, key, read.left_out);
     CameraModel camera = read_camera(*table, key);
-    if (is_in(rig, camera.name)) table->fault("name", "is in this rig twice, expected one table a camera");
-    rig.push_back(std::move(camera));
+    if (is_in(read.rig, camera.name)) table->fault("name", "is in this rig twice, expected one table a camera");
+    read.rig.push_back(std::move(camera));
   }
-  if (rig.empty()) root.fault("no camera in this rig, expected a table a camera");
+  if (read.rig.empty()) root.fault("no camera in this rig, expected a table a camera");
   if (!file->faults().list.empty()) return file->faults();
-  return rig;
+  return read;
 }
+
+}  // namespace
+
+Result<Rig, Faults> load_rig(const std::filesystem::path& path) {
+  auto read = read_rig(path, false);
+  if (!read) return read.error();
+  return std::move(read->rig);
+}
+
+Result<ForeignRig, Faults> load_foreign_rig(const std::filesystem::path& path) { return read_rig(path, true); }
 
 Status save_rig(const std::filesystem::path& path, const Rig& rig, const RigMetadata& metadata) {
   std::string text;

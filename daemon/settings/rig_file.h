@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "base/result.h"
 #include "model/camera_model.h"
@@ -22,6 +23,15 @@ using RigMetadata = std::map<std::string, std::variant<bool, double, std::string
 /// a camera that is there twice, a matrix that is no camera matrix or no rotation, a focal length that is not positive,
 /// a number that is not finite.
 Result<Rig, Faults> load_rig(const std::filesystem::path& path);
+
+/// A rig of another program, and what its file says that a rig has no place for.
+struct ForeignRig {
+  Rig rig;
+  std::vector<std::string> left_out;  ///< a sentence each, with file and camera
+};
+
+/// As load_rig, but keys that are not known, and tables that are no camera, are told of and left out.
+Result<ForeignRig, Faults> load_foreign_rig(const std::filesystem::path& path);
 
 /// Writes a rig file as above, exactly (reading it gives the same cameras to 1e-12). The file is replaced as a whole
 /// or, when that fails, not at all.

@@ -21,6 +21,8 @@ constexpr double kAlone = 2.0;
 // Views further off count less and less, px.
 constexpr double kFar_px = 5.0;
 constexpr double kLeastViews = 100.0;
+// So many may already show that another one is worse.
+constexpr double kFewViews = 20.0;
 // Of the squares of what it is off: a turn and a move explain a bump, and no chance.
 constexpr double kExplained = 0.5;
 // Told again as right when it is well below.
@@ -28,6 +30,25 @@ constexpr double kWellBelow = 0.7;
 // What bumps do, standard deviations: without them a turn and a move may not be told apart.
 constexpr double kUsualTurn_rad = 0.02;
 constexpr double kUsualMove_m = 0.02;
+
+// The turn and the move that explain most of what a camera sees elsewhere, and how much of it.
+template <class Camera>
+struct Bump {
+  explicit Bump(const Camera& camera) {
+    Eigen::Matrix<double, 6, 6> curvature = camera.curvature;
+    curvature.diagonal().template head<3>().array() += 1.0 / (kUsualTurn_rad * kUsualTurn_rad);
+    curvature.diagonal().template tail<3>().array() += 1.0 / (kUsualMove_m * kUsualMove_m);
+    change = curvature.ldlt().solve(camera.pull);
+    const double moved2 = change.dot(camera.curvature * change);
+    off_px = std::sqrt(std::max(0.0, moved2 / camera.views));
+    explained = 2.0 * change.dot(camera.pull) - moved2 > kExplained * camera.squares;
+  }
+  bool is_told(double drift_px) const { return off_px > drift_px && explained; }
+
+  Eigen::Matrix<double, 6, 1> change;
+  double off_px = 0.0;
+  bool explained = false;
+};
 
 }  // namespace
 
@@ -76,6 +97,12 @@ void DriftWatch::look_at(const Marker& marker, const Match& match, const FrameSe
     const std::size_t c = view.camera.value;
     const auto own = std::ranges::find(match.sightings, v, &BlobRef::view);
     if (own != match.sightings.end() && marker.cameras <= kLeastOthers) continue;
+    // A place that a camera which was moved has a say in tells nothing of the others.
+    const auto is_moved = [&](const BlobRef& ref) {
+      const std::size_t other = frames.views[ref.view]->camera.value;
+      return other != c && cameras_[other].drift.drifted;
+    };
+    if (std::ranges::any_of(match.sightings, is_moved)) continue;
     const auto at = geometry::project(rig_[c], marker.position);
     if (!at || !geometry::in_image(rig_[c], *at)) continue;
     const Eigen::Vector3d in_camera = (rig_[c].camera_from_world * marker.position).v;
@@ -141,12 +168,9 @@ void DriftWatch::assess(std::size_t camera) {
     drift = {.drifted = drift.drifted, .camera_from_world = drift.camera_from_world};
     return;
   }
-  Matrix6 curvature = own.curvature;
-  curvature.diagonal().head<3>().array() += 1.0 / (kUsualTurn_rad * kUsualTurn_rad);
-  curvature.diagonal().tail<3>().array() += 1.0 / (kUsualMove_m * kUsualMove_m);
-  const Vector6 change = curvature.ldlt().solve(own.pull);
-  const double moved2 = change.dot(own.curvature * change);
-  drift.off_px = std::sqrt(std::max(0.0, moved2 / own.views));
+  const Bump bump(own);
+  const Vector6& change = bump.change;
+  drift.off_px = bump.off_px;
   drift.rms_px = std::sqrt(0.5 * own.squares / own.views);
   drift.turned_rad = change.head<3>().norm();
   const CameraFromWorld& before = rig_[camera].camera_from_world;
@@ -156,10 +180,22 @@ void DriftWatch::assess(std::size_t camera) {
   drift.camera_from_world.rotation = turn * before.rotation;
   drift.camera_from_world.translation = turn * before.translation + change.tail<3>();
   drift.moved_m = ((drift.camera_from_world.inverse() * CameraPoint{}).v - rig_[camera].centre().v).norm();
-  const bool explained = 2.0 * change.dot(own.pull) - moved2 > kExplained * own.squares;
   if (own.views < kLeastViews) return;
-  if (drift.off_px > settings_.drift_px && explained) drift.drifted = true;
   if (drift.off_px < kWellBelow * settings_.drift_px) drift.drifted = false;
+  if (drift.drifted || !bump.is_told(settings_.drift_px)) return;
+  // Where there are few cameras, one that was moved makes others look wrong, but itself the most.
+  const auto is_worse = [&](const Camera& other) {
+    if (other.drift.drifted || other.views < kFewViews) return false;
+    const Bump its(other);
+    return its.off_px > bump.off_px && its.is_told(settings_.drift_px);
+  };
+  if (std::ranges::any_of(cameras_, is_worse)) return;
+  drift.drifted = true;
+  // What the others seemed to see is begun anew.
+  for (Camera& other : cameras_) {
+    if (&other == &own || other.drift.drifted) continue;
+    other = Camera{.drift = {.camera_from_world = other.drift.camera_from_world}};
+  }
 }
 
 }  // namespace mocap::stages

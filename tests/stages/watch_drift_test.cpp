@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <numbers>
+#include <set>
 
 #include "geometry/lens.h"
 #include "scene/random.h"
@@ -110,6 +111,30 @@ TEST(DriftWatch, NamesABumpedCameraWithinTenSecondsAndNoOther) {
     // A turn of 0.05 degrees and a move of 4 mm look much alike from 4.5 m.
     EXPECT_NEAR(capture.camera(c).turned_rad / kDegree, 0.3, 0.05);
     EXPECT_NEAR(capture.camera(c).moved_m, 0.005, 0.004);
+  }
+}
+
+TEST(DriftWatch, OfFourCamerasNamesTheOneThatWasBumpedAlone) {
+  for (std::uint64_t seed = 11; seed <= 14; ++seed) {
+    const Rig file = scene::ring_rig(
+        {.cameras = 4, .radius_m = 4.5, .height_m = 2.4, .width_px = 1280, .height_px = 1024, .hfov_rad = 1.1});
+    Capture capture(file, seed);
+    capture.run(3.0);
+    Rig truth = file;
+    const auto c = static_cast<std::uint32_t>(seed - 11);
+    truth[c] = bumped(truth[c], 0.3 * kDegree, 0.005);
+    capture.stand_as(truth);
+    std::set<std::uint32_t> named;
+
+    for (int second = 0; second < 20; ++second) {
+      capture.run(1.0);
+      for (std::uint32_t i = 0; i < file.size(); ++i) {
+        if (capture.camera(i).drifted) named.insert(i);
+      }
+      if (second == 9) EXPECT_TRUE(named.contains(c)) << "camera " << c;
+    }
+
+    EXPECT_EQ(named, std::set<std::uint32_t>{c});
   }
 }
 

@@ -224,6 +224,22 @@ TEST_F(Formats, LensesThatWeDoNotHaveAreRefused) {
   EXPECT_THAT(faults, HasSubstr("distortion_coefficients has 0.25 as its number 6, expected 0"));
 }
 
+TEST(ForeignRig, OfPose2SimWithKeysThatWeDoNotKnowIsReadAndTold) {
+  const support::TemporaryFolder folder;
+  std::string text = rig_text(random_rig(11), RigFormat::Pose2Sim)->text;
+  text.insert(text.find("size ="), "cam_id = 3\nerror = 0.2\n");
+  text += "\n[charuco]\ncolumns = 8\n";
+  const auto file = folder.write("Calib.toml", text);
+
+  const auto read = read_rig(file, RigFormat::Pose2Sim);
+
+  ASSERT_TRUE(read) << settings::to_text(read.error());
+  expect_same(read->rig, random_rig(11));
+  ASSERT_EQ(read->notices.size(), 3u);
+  EXPECT_THAT(read->notices[0], HasSubstr("[cam_01] has 'cam_id', which a rig has no place for"));
+  EXPECT_THAT(read->notices[2], HasSubstr("[charuco] is no camera"));
+}
+
 TEST(QcaFile, APointProjectedByHandAgrees) {
   const std::filesystem::path path = std::filesystem::path(MOCAP_SHARED_DATA) / "multiview/Calib.qca.txt";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";

@@ -1,5 +1,6 @@
 #include "calibrate/lens_command.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cstdint>
@@ -97,6 +98,28 @@ TEST(LensCommand, PutsTheLensOfImagesIntoTheRigAndLeavesTheRest) {
   const std::string text = read(rig_file);
   EXPECT_THAT(text, HasSubstr("# the north hall\n[door]           # moved in spring\n"));
   EXPECT_THAT(text, HasSubstr("who = \"me\""));
+}
+
+TEST(LensCommand, WatchesTheCamerasOfAConfigurationAndMakesTheRigFileWhereThereIsNone) {
+  const support::TemporaryFolder folder;
+  draw_boards(folder.path() / "door", 24, 0.8);
+  draw_boards(folder.path() / "window", 24, 0.8);
+  std::string text = "[capture]\nrig = \"new.toml\"\n";
+  for (const char* name : {"door", "window"})
+    text += fmt::format("[[camera]]\nname = \"{}\"\ndriver = \"replay\"\nfolder = \"{}\"\n", name,
+                        (folder.path() / name).string());
+  const auto config = folder.write("mocapd.toml", text);
+
+  const int exit = run(with_board({"--config", config.string()}));
+
+  ASSERT_EQ(exit, 0);
+  const auto rig = settings::load_rig(folder.path() / "new.toml");
+  ASSERT_TRUE(rig) << settings::to_text(rig.error());
+  ASSERT_EQ(rig->size(), 2u);
+  for (const CameraModel& camera : *rig) {
+    EXPECT_NEAR(camera.lens.fx_px, truth().fx_px, 1.5) << camera.name;  // small images: corners to 0.05 px
+    EXPECT_NEAR(camera.lens.distortion[0], -0.15, 0.03) << camera.name;
+  }
 }
 
 TEST(LensCommand, WritesNothingWhereTheBoardsDoNotTellTheLens) {

@@ -139,6 +139,37 @@ TEST_F(OldRig, WithABumpedCameraIsMendedToHalfAMillimetre) {
   }
 }
 
+// One take after the other, of the same cameras.
+Take then(Take first, const Take& second) {
+  const Duration later = first.cameras[0].back().exposed_at - from_ns(0) + from_s(1.0 / 60.0);
+  for (std::size_t c = 0; c < first.cameras.size(); ++c) {
+    for (calibration::Picture picture : second.cameras[c]) {
+      picture.exposed_at += later;
+      first.cameras[c].push_back(std::move(picture));
+    }
+  }
+  return first;
+}
+
+TEST_F(OldRig, OfWhichACameraIsBumpedMeanwhileIsMendedFromWhatCameAfter) {
+  const Rig file = eight_cameras();
+  Rig truth = file;
+  truth[5] = bumped(truth[5], 0.3 * kDegree, 0.005);
+  const auto arguments = files(then(moving_markers(file, 11, 6.0), moving_markers(truth, 12)), file);
+
+  const Ran before = verify(arguments);
+  const Ran mended = refine(arguments);
+
+  EXPECT_EQ(before.exit, kExitData);
+  EXPECT_THAT(before.said, HasSubstr("camera " + file[5].name + ": was moved within the first"));
+  EXPECT_THAT(before.said, HasSubstr("1 of 8 cameras stand otherwise"));
+  ASSERT_EQ(mended.exit, kExitOk) << mended.said;
+  const auto rig = settings::load_rig(path("rig.toml"));
+  ASSERT_TRUE(rig);
+  for (std::size_t i = 0; i < rig->size(); ++i)
+    EXPECT_LT(((*rig)[i].centre().v - truth[i].centre().v).norm(), 5e-4) << "m, camera " << i;
+}
+
 TEST_F(OldRig, ThatIsALittleOffAllOverIsImproved) {
   const Rig truth = eight_cameras();
   Rig file = truth;

@@ -55,9 +55,9 @@ Result<ReadRig, settings::Faults> read_as(RigFormat format, const std::filesyste
     case RigFormat::Qca: return read_qca(path, text);
     case RigFormat::Pose2Sim: break;
   }
-  auto rig = settings::load_rig(path);
-  if (!rig) return rig.error();
-  return ReadRig{*std::move(rig), {}};
+  auto read = settings::load_foreign_rig(path);
+  if (!read) return read.error();
+  return ReadRig{std::move(read->rig), std::move(read->left_out)};
 }
 
 bool is_twice(const Rig& rig, const std::string& name) {

@@ -10,6 +10,7 @@
 
 #include "base/log.h"
 #include "calibrate/run_cameras.h"
+#include "calibrate/standing.h"
 #include "settings/rig_file.h"
 
 namespace mocap::calibrate {
@@ -220,8 +221,19 @@ Result<Gathered, Failure> from_file(const TakeOptions& options) {
     model.width_px = camera.width_px;
     model.height_px = camera.height_px;
   }
-  gathered.recording = std::move(*recording);
+  gathered.recording = options.seconds > 0.0 ? last_of(*recording, options.seconds) : std::move(*recording);
   return gathered;
+}
+
+Lens about(const UnknownLens& unknown, int width_px, int height_px) {
+  const double half_rad = 0.5 * unknown.fov_deg * std::numbers::pi / 180.0;
+  Lens lens;
+  lens.kind = unknown.kind;
+  lens.fx_px = 0.5 * width_px / (unknown.kind == LensKind::Fisheye ? half_rad : std::tan(half_rad));
+  lens.fy_px = lens.fx_px;
+  lens.cx_px = 0.5 * (width_px - 1);
+  lens.cy_px = 0.5 * (height_px - 1);
+  return lens;
 }
 
 }  // namespace
@@ -267,7 +279,7 @@ calibration::Take take_of(const BlobRecording& recording) {
 }
 
 Result<Rig, Failure> with_lenses(const Gathered& gathered, const std::filesystem::path& lenses,
-                                 std::optional<double> fov_deg) {
+                                 const std::optional<UnknownLens>& unknown) {
   Rig given;
   if (!lenses.empty()) {
     auto loaded = settings::load_rig(lenses);
@@ -288,13 +300,7 @@ Result<Rig, Failure> with_lenses(const Gathered& gathered, const std::filesystem
                                  camera.name, seen.width_px, seen.height_px, camera.width_px, camera.height_px)};
     }
     if (camera.width_px == 0) camera.width_px = seen.width_px, camera.height_px = seen.height_px;
-    if (fov_deg && camera.width_px > 0) {
-      camera.lens = Lens{};
-      camera.lens.fx_px = 0.5 * camera.width_px / std::tan(0.5 * *fov_deg * std::numbers::pi / 180.0);
-      camera.lens.fy_px = camera.lens.fx_px;
-      camera.lens.cx_px = 0.5 * (camera.width_px - 1);
-      camera.lens.cy_px = 0.5 * (camera.height_px - 1);
-    }
+    if (unknown && camera.width_px > 0) camera.lens = about(*unknown, camera.width_px, camera.height_px);
     if (camera.lens.fx_px <= 1.0 || camera.width_px == 0) {
       return Failure{kExitConfig,
                      fmt::format("camera '{}': its lens is not known{}; give a rig or lens file with --rig, or say how "

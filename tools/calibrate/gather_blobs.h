@@ -18,7 +18,7 @@ struct TakeOptions {
   std::filesystem::path config;
   std::filesystem::path blobs;
   std::filesystem::path record;  ///< keeps what the cameras saw; empty: not kept
-  double seconds = 0.0;          ///< of live cameras, at most
+  double seconds = 0.0;          ///< of live cameras, at most; of a recording the last; 0: all of it
 };
 
 void add_take_options(CLI::App& command, TakeOptions& options);
@@ -42,10 +42,16 @@ Result<Gathered, Failure> gather_blobs(const TakeOptions& options, const LookOn&
 std::vector<calibration::Picture> pictures_of(const std::vector<record::RecordedPicture>& recorded);
 calibration::Take take_of(const record::BlobRecording& recording);
 
+/// Lenses of which only their kind is known, and about how wide they look from side to side.
+struct UnknownLens {
+  double fov_deg = 60.0;
+  LensKind kind = LensKind::Pinhole;
+};
+
 /// The cameras that were gathered with the lenses that are known of them: those of `lenses` (a rig file; empty: the
-/// configuration's), or as wide as `fov_deg` says. Fails with the camera that has none, and with one whose images are
+/// configuration's), or as `unknown` says. Fails with the camera that has none, and with one whose images are
 /// of another size.
 Result<Rig, Failure> with_lenses(const Gathered& gathered, const std::filesystem::path& lenses,
-                                 std::optional<double> fov_deg);
+                                 const std::optional<UnknownLens>& unknown);
 
 }  // namespace mocap::calibrate

@@ -9,8 +9,10 @@
 #include <mutex>
 
 #include "base/exit_codes.h"
+#include "base/time.h"
 #include "calibrate/lens_report.h"
 #include "calibrate/run_cameras.h"
+#include "calibration/emptiest_part.h"
 #include "settings/rig_file.h"
 #include "settings/rig_lenses.h"
 
@@ -24,6 +26,10 @@ constexpr double kUsualMarker = 0.75;
 constexpr std::size_t kEnoughViews = 25;
 constexpr double kEnoughCovered = 0.7;
 constexpr double kEnoughReach = 0.85;
+
+constexpr Duration kShowEvery = std::chrono::seconds(1);
+// Without a terminal progress is a line now and then.
+constexpr Duration kTellEvery = std::chrono::seconds(5);
 
 volatile std::sig_atomic_t end_asked = 0;
 
@@ -44,10 +50,21 @@ bool is_enough(const LensViews& views) {
   return coverage.share >= kEnoughCovered && coverage.reach >= kEnoughReach;
 }
 
+// What one camera has seen, and where the board should go next.
+std::string progress_of(const std::string& camera, const LensViews& views) {
+  const calibration::LensCoverage coverage = views.coverage();
+  std::string text = fmt::format("{}: {} boards in {} images, {:.0f} % covered", camera, views.views().size(),
+                                 views.images(), 100.0 * coverage.share);
+  if (is_enough(views)) return text + ", enough";
+  const std::string missing = calibration::emptiest_part(coverage.corners, calibration::kLensFields);
+  if (!missing.empty()) return text + ", show it in " + missing;
+  return text + (coverage.reach < kEnoughReach ? ", show it nearer to the corners" : ", tilt it to all sides");
+}
+
 }  // namespace
 
 void LensCommand::add(CLI::App& app) {
-  command_ = app.add_subcommand("lens", "lenses from images of a chessboard or a ChArUco board");
+  command_ = app.add_subcommand("lens", "lenses from a chessboard or a ChArUco board, shown to cameras or in images");
   auto* config =
       command_->add_option("--config", config_, "the daemon's configuration: its cameras are run")->type_name("FILE");
   command_->add_option("--images", images_, "a folder of images, or of one folder a camera")
@@ -145,7 +162,7 @@ Result<std::vector<LensCommand::Seen>> LensCommand::look_through_folders(const c
 }
 
 Result<std::vector<LensCommand::Seen>> LensCommand::watch_cameras(const calibration::BoardFinder& finder) {
-  auto settings = settings::load_daemon_settings(config_);
+  auto settings = settings::load_daemon_settings(config_, settings::RigNeed::AsFound);
   if (!settings) {
     fmt::print(stderr, "{}\n", settings::to_text(settings.error()));
     return Error{ErrorCode::Unsupported, fmt::format("{}: nothing was run", config_.string())};
@@ -172,22 +189,22 @@ Result<std::vector<LensCommand::Seen>> LensCommand::watch_cameras(const calibrat
   }
   end_asked = 0;
   const auto before = std::signal(SIGINT, [](int) { end_asked = 1; });
-  int turn = 0;
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  Timestamp told_at = host_now();
   run_cameras(*settings, runs, [&] {
-    if (isatty(STDERR_FILENO) != 0 && turn++ % 10 == 0) {
-      std::string line;
-      for (std::size_t i = 0; i < cameras.size(); ++i) {
-        const std::scoped_lock lock(looking[i]);
-        const LensViews& views = cameras[i].views;
-        line += fmt::format("{}{}: {} boards, {:.0f} %", line.empty() ? "" : "   ", cameras[i].name,
-                            views.views().size(), 100.0 * views.coverage().share);
-      }
-      fmt::print(stderr, "\r\x1b[2K{}   (Ctrl-C when it is enough)", line);
+    if (host_now() - told_at < (terminal ? kShowEvery : kTellEvery)) return end_asked == 0;
+    told_at = host_now();
+    std::string line;
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      const std::scoped_lock lock(looking[i]);
+      line += fmt::format("{}{}", line.empty() ? "" : "; ", progress_of(cameras[i].name, cameras[i].views));
     }
+    if (terminal) fmt::print(stderr, "\r\x1b[2K{}   (Ctrl-C when it is enough)", line);
+    if (!terminal) say(line);
     return end_asked == 0;
   });
   std::signal(SIGINT, before);
-  if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r\x1b[2K");
+  if (terminal) fmt::print(stderr, "\r\x1b[2K");
   for (const CameraRun& run : runs) {
     // Whoever asked for the end has what there is.
     if (!run.end && end_asked == 0) return run.end.error();

@@ -99,7 +99,7 @@ class Page {
  private:
   void header() {
     y_ = kMargin_px + 18.0;
-    body_ += words(kMargin_px, y_, report_.title, "font-size='22' font-weight='bold'");
+    body_ += words(kMargin_px, y_, "Rig calibration: " + report_.title, "font-size='22' font-weight='bold'");
     const std::string grade = calibration::name_of(judgement_.grade);
     body_ += box(kWide_px - kMargin_px - 130.0, y_ - 22.0, 130.0, 30.0,
                  fmt::format("rx='6' fill='{}'", colour_of(judgement_.grade)));

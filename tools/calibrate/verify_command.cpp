@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <numbers>
 
-#include "calibrate/marker_row.h"
+#include "calibrate/standing.h"
 
 namespace mocap::calibrate {
 namespace {
 
 constexpr double kSeconds = 10.0;
+// Of a recording, the last: how the cameras stand now.
+constexpr double kRecordedSeconds = 60.0;
 // Of markers in views, weighted: fewer do not tell how a camera stands.
 constexpr double kLeastViews = 100.0;
 
@@ -24,15 +26,9 @@ void tell(const CameraModel& camera, const stages::CameraDrift& drift) {
 
 }  // namespace
 
-std::vector<stages::CameraDrift> drift_of(const record::BlobRecording& recording, const Rig& rig, double drift_px) {
-  stages::DriftSettings settings;
-  settings.drift_px = drift_px;
-  settings.memory_s = 1e6;  // the whole recording counts
-  stages::DriftWatch watch(settings, rig);
-  run_row(recording, rig, {}, [&](const RowLook& look) { watch.look(look.frames, look.matches, look.markers); });
-  std::vector<stages::CameraDrift> drifts;
-  for (std::uint32_t c = 0; c < rig.size(); ++c) drifts.push_back(watch.camera(CameraId{c}));
-  return drifts;
+std::string words_of(const MovedMeanwhile& moved, const Rig& rig) {
+  return fmt::format("camera {}: was moved within the first {:.1f} s of the take; only what came after counts",
+                     rig[moved.camera].name, moved.after_s);
 }
 
 void add_verify_command(CLI::App& app, VerifyOptions& options) {
@@ -42,13 +38,16 @@ void add_verify_command(CLI::App& app, VerifyOptions& options) {
   verify->add_option("--drift-px", options.drift_px, "a camera may be off by so much on the whole")
       ->check(CLI::Range(0.05, 20.0))
       ->capture_default_str();
-  verify->add_option("--seconds", options.take.seconds, "of live cameras; default 10")->check(CLI::Range(1.0, 3600.0));
+  verify
+      ->add_option("--seconds", options.take.seconds,
+                   "of live cameras, default 10; or the last of a recording, default 60")
+      ->check(CLI::Range(1.0, 3600.0));
 }
 
 int run_verify(const VerifyOptions& options) {
   catch_end();
   TakeOptions take = options.take;
-  if (take.seconds <= 0.0) take.seconds = kSeconds;
+  if (take.seconds <= 0.0) take.seconds = take.blobs.empty() ? kSeconds : kRecordedSeconds;
   const auto gathered = gather_blobs(take);
   if (!gathered) {
     say("{}", gathered.error().message);
@@ -59,7 +58,9 @@ int run_verify(const VerifyOptions& options) {
     say("{}", rig.error().message);
     return rig.error().exit;
   }
-  const auto drifts = drift_of(gathered->recording, *rig, options.drift_px);
+  const Standing standing = standing_of(gathered->recording, *rig, options.drift_px);
+  const std::vector<stages::CameraDrift>& drifts = standing.drifts;
+  if (standing.moved) fmt::print("{}\n", words_of(*standing.moved, *rig));
   for (std::size_t c = 0; c < rig->size(); ++c) tell((*rig)[c], drifts[c]);
   std::fflush(stdout);
   const auto wrong = std::ranges::count_if(drifts, &stages::CameraDrift::drifted);

@@ -2,15 +2,15 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <vector>
+#include <string>
 
 #include "calibrate/gather_blobs.h"
-#include "stages/watch_drift.h"
+#include "calibrate/standing.h"
 
 namespace mocap::calibrate {
 
-/// How every camera of a rig stood while markers moved; by camera.
-std::vector<stages::CameraDrift> drift_of(const record::BlobRecording& recording, const Rig& rig, double drift_px);
+/// What to say of a camera that was bumped while a take was made.
+std::string words_of(const MovedMeanwhile& moved, const Rig& rig);
 
 struct VerifyOptions {
   TakeOptions take;

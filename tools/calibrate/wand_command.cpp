@@ -11,6 +11,7 @@
 #include "calibration/old_rig.h"
 #include "calibration/solve_wand.h"
 #include "calibration/watch_wand.h"
+#include "settings/rig_file.h"
 
 namespace mocap::calibrate {
 namespace {
@@ -92,14 +93,19 @@ std::filesystem::path lens_file(const WandOptions& options, const Gathered& gath
   return std::filesystem::exists(gathered.rig_file, ignored) ? gathered.rig_file : std::filesystem::path{};
 }
 
+std::optional<UnknownLens> unknown_lens(const WandOptions& options) {
+  if (!options.fov_deg) return std::nullopt;
+  return UnknownLens{*options.fov_deg, options.fisheye ? LensKind::Fisheye : LensKind::Pinhole};
+}
+
 Result<Gathered, Failure> gather(const WandOptions& options, const Wand& wand) {
   std::optional<WandCoach> coach;
   std::optional<Failure> failed;
   TakeOptions take = options.take;
-  if (take.seconds <= 0.0) take.seconds = kSeconds;
+  if (take.seconds <= 0.0 && take.blobs.empty()) take.seconds = kSeconds;
   auto gathered = gather_blobs(take, [&](const Gathered& so_far, const record::BlobRecording& since, double seconds) {
     if (!coach) {
-      auto rig = with_lenses(so_far, lens_file(options, so_far), options.fov_deg);
+      auto rig = with_lenses(so_far, lens_file(options, so_far), unknown_lens(options));
       if (!rig) {
         failed = rig.error();
         return false;
@@ -151,6 +157,13 @@ Status tell(const WandOptions& options, const WandSolution& solution, const Laid
     const auto change = calibration::compare_rigs(before, laid.rig, calibration::RigAlignment::MostStayed);
     if (change) report.since_old = *change;
   }
+  if (!options.truth.empty()) {
+    const auto truth = settings::load_rig(options.truth);
+    if (!truth) return Error{ErrorCode::InvalidArgument, settings::to_text(truth.error())};
+    const auto change = calibration::compare_rigs(*truth, laid.rig, calibration::RigAlignment::AllCameras);
+    if (!change) return change.error();
+    report.to_truth = *change;
+  }
   fmt::print("{}", report_text(report));
   for (const std::filesystem::path& path : options.reports) {
     if (const Status written = write_report(path, report); !written) return written;
@@ -171,7 +184,7 @@ std::optional<Failure> refuse_size(const WandSolution& solution, const Rig& befo
 }
 
 int solve_and_write(const WandOptions& options, const Gathered& gathered, const Wand& wand) {
-  const auto before = with_lenses(gathered, lens_file(options, gathered), options.fov_deg);
+  const auto before = with_lenses(gathered, lens_file(options, gathered), unknown_lens(options));
   if (!before) {
     say("{}", before.error().message);
     return before.error().exit;
@@ -256,6 +269,7 @@ void add_wand_command(CLI::App& app, WandOptions& options) {
   wand->add_option("--fov", options.fov_deg, "no lenses are known: the cameras look about so wide, degrees")
       ->check(CLI::Range(5.0, 150.0))
       ->excludes(rig);
+  wand->add_flag("--fisheye", options.fisheye, "with --fov: they are fisheye lenses (equidistant)");
   wand->add_flag("--refine-lens", options.refine_lens, "solve for the lenses, too, though they are known");
   wand->add_flag("--moved", options.moved, "the cameras, or the wand, are not as in the rig before");
   wand->add_option("--seconds", options.take.seconds,
@@ -263,6 +277,8 @@ void add_wand_command(CLI::App& app, WandOptions& options) {
       ->check(CLI::Range(1.0, 3600.0));
   wand->add_option("--out", options.out, "the rig file to write; default: the configuration's")->type_name("FILE");
   wand->add_option("--report", options.reports, "writes the report, too, as the file's name ends: .svg, .json, or text")
+      ->type_name("FILE");
+  wand->add_option("--truth", options.truth, "a rig that is known to be right; the report tells how far off it is")
       ->type_name("FILE");
   wand->add_flag("--dry-run", options.dry_run, "say what comes out, write nothing");
   wand->add_option("--threads", options.threads)->check(CLI::Range(1, 64))->capture_default_str();

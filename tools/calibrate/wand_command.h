@@ -16,10 +16,12 @@ struct WandOptions {
   std::string wand = "500";
   std::filesystem::path rig;      ///< names, lenses and, to keep the floor, places; empty: the configuration's
   std::optional<double> fov_deg;  ///< instead of lenses: how wide the cameras look, about
+  bool fisheye = false;           ///< lenses that are not known are fisheye ones
   bool refine_lens = false;
   bool moved = false;                          ///< the cameras do not stand where the rig says
   std::filesystem::path out;                   ///< empty: the configuration's rig file
   std::vector<std::filesystem::path> reports;  ///< .svg, .json or text, by their names
+  std::filesystem::path truth;                 ///< a rig that is known to be right, for the report; empty: none
   bool dry_run = false;
   int threads = 2;
 };

@@ -61,8 +61,10 @@ void print_status(const v1::Status& status) {
   if (!status.has_health()) return fmt::print("no report yet\n");
   const v1::Health& health = status.health();
   for (const auto& camera : health.cameras()) {
-    fmt::print("camera  {:20} {:10} {:6.1f} Hz  frames {}  missing {}  {}\n", camera.name(), word_of(camera.phase()),
-               camera.rate_hz(), camera.frames(), camera.missing_frames(), camera.last_error());
+    fmt::print("camera  {:20} {:10} {:6.1f} Hz  frames {}  missing {}  {}{}\n", camera.name(), word_of(camera.phase()),
+               camera.rate_hz(), camera.frames(), camera.missing_frames(), camera.last_error(),
+               camera.bumped() ? fmt::format("stands otherwise than the rig says: {:.1f} px off", camera.rig_off_px())
+                               : std::string());
   }
   fmt::print("sets    {:.1f}/s, complete {} of {}\n", health.set_rate_hz(), health.complete_sets(), health.sets());
   const v1::FeedHealth& feed = health.feed();

@@ -10,6 +10,7 @@ std::span<const Command> commands() {
       {"scene", "how right names and skeletons are in a simulated scene", run_scene},
       {"points", "how well simulated cameras find markers in space", run_points},
       {"wand", "how right a calibration by a wand is", run_wand},
+      {"drift", "whether a bumped camera is noticed, and mended", run_drift},
       {"paper", "rebuild the tracking study, and judge our trackers on its clips", run_paper},
   };
   return kAll;

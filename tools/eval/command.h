@@ -18,6 +18,7 @@ std::span<const Command> commands();
 int run_score(int argc, const char* const* argv);
 int run_points(int argc, const char* const* argv);
 int run_wand(int argc, const char* const* argv);
+int run_drift(int argc, const char* const* argv);
 int run_labels(int argc, const char* const* argv);
 int run_skeleton(int argc, const char* const* argv);
 int run_scene(int argc, const char* const* argv);

@@ -28,12 +28,20 @@ Vector3d phases(scene::Random& random) {
   return 2.0 * std::numbers::pi * Vector3d(random.uniform(), random.uniform(), random.uniform());
 }
 
-void bend(Lens& lens, scene::Random& random) {
+constexpr double kFisheyeView_rad = 2.2;
+
+void bend(Lens& lens, bool fisheye, int width_px, scene::Random& random) {
   const auto about_zero = [&](double most) { return most * (2.0 * random.uniform() - 1.0); };
+  if (fisheye) lens.fx_px = width_px / kFisheyeView_rad;
   lens.fx_px *= 1.0 + about_zero(0.05);
   lens.fy_px = lens.fx_px * (1.0 + about_zero(0.002));
   lens.cx_px += about_zero(12.0);
   lens.cy_px += about_zero(12.0);
+  if (fisheye) {
+    lens.kind = LensKind::Fisheye;
+    lens.distortion << -0.02 + about_zero(0.02), about_zero(0.01), about_zero(0.004), about_zero(0.001), 0.0;
+    return;
+  }
   lens.distortion << -0.12 + about_zero(0.06), 0.06 + about_zero(0.04), about_zero(0.0008), about_zero(0.0008), 0.0;
 }
 
@@ -52,7 +60,7 @@ WandWorld::WandWorld(const WandWorldSettings& settings, const calibration::Wand&
     const Vector3d target =
         Vector3d(0.0, 0.0, 1.0) + 0.2 * Vector3d(random_.normal(), random_.normal(), random_.normal());
     camera.camera_from_world = scene::look_at(eye, target);
-    bend(camera.lens, random_);
+    bend(camera.lens, settings.fisheye, camera.width_px, random_);
   }
   slow_ = {about(random_, {0.043, 0.057, 0.071}, 0.1), phases(random_)};
   quick_ = {about(random_, {0.31, 0.37, 0.43}, 0.1), phases(random_)};

@@ -17,6 +17,7 @@ struct WandWorldSettings {
   double rate_hz = 60.0;
   double false_blobs = 0.01;  ///< for each true one, anywhere in the image
   bool body = true;           ///< whoever waves the wand stands in the way of some views
+  bool fisheye = false;       ///< 126 degrees wide; else pinhole lenses, 63 degrees
 };
 
 /// Cameras on a ring of 4 m radius, 2.5 m high, not quite evenly, 1280x1024, lenses bent and not quite centred; a wand

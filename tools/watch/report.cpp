@@ -4,6 +4,7 @@
 
 #include <array>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 namespace mocap::watch {
 namespace {
@@ -95,6 +96,16 @@ std::string silent_cameras(const Health& health) {
   return text;
 }
 
+// Who of the cameras stands otherwise than the rig says.
+std::string bumped_cameras(const Health& health) {
+  std::string text;
+  for (const CameraHealth& camera : health.cameras) {
+    if (!camera.bumped) continue;
+    text += fmt::format("{}{} was moved: {:.1f} px off", text.empty() ? "" : ", ", camera.name, camera.rig_off_px);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string status_line(const FeedState& feed, Timestamp now, std::size_t columns) {
@@ -108,6 +119,7 @@ std::string status_line(const FeedState& feed, Timestamp now, std::size_t column
   line += fmt::format(" | lost {}", feed.lost());
   if (feed.health()) line += fmt::format(" drops {}", drops_of(*feed.health()));
   if (const std::string blind = blind_cameras(feed); !blind.empty()) line += " | " + blind;
+  if (feed.health() && !bumped_cameras(*feed.health()).empty()) line += " | " + bumped_cameras(*feed.health());
   if (feed.unreadable() > 0) line += fmt::format(" unreadable {} ({})", feed.unreadable(), feed.last_fault());
   for (const std::string& latency : {latencies_of(feed), whole_way_of(feed)}) {
     if (line.size() + latency.size() <= columns) return line + latency;
@@ -174,7 +186,11 @@ nlohmann::ordered_json camera_object(const CameraHealth& camera) {
           {"drift_us_s", camera.drift_us_s},
           {"jitter_us", camera.jitter_us},
           {"clock_leaps", camera.clock_leaps},
-          {"clock_uncertainty_us", camera.clock_uncertainty_us}};
+          {"clock_uncertainty_us", camera.clock_uncertainty_us},
+          {"bumped", camera.bumped},
+          {"rig_off_px", camera.rig_off_px},
+          {"rig_turned_deg", camera.rig_turned_rad * 180.0 / std::numbers::pi},
+          {"rig_moved_mm", 1e3 * camera.rig_moved_m}};
 }
 
 nlohmann::ordered_json feed_object(const FeedHealth& feed) {
