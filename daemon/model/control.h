@@ -36,7 +36,7 @@ constexpr bool only_looks(ControlAction action) {
 /// What somebody asks of the running daemon.
 struct ControlRequest {
   ControlAction action = ControlAction::GetStatus;
-  std::string name;  ///< of the subject or camera; empty: all cameras
+  std::string name;        ///< of the subject or camera; empty: all cameras
   std::string marker_set;  ///< AddSubject: the absolute path of what a new one wears; empty: it is configured
   std::optional<double> exposure_us;
   std::optional<double> gain_db;

@@ -15,12 +15,14 @@ namespace mocap::support {
 /// A TCP connection to a loopback port that says what a test wants.
 class RawTcp {
  public:
-  /// `endpoint`: tcp://127.0.0.1:PORT
+  /// `endpoint`: tcp://127.0.0.1:PORT. What comes waits in a small buffer, so that who sends soon notices.
   explicit RawTcp(const std::string& endpoint) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<std::uint16_t>(std::stoi(endpoint.substr(endpoint.rfind(':') + 1))));
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    const int small_bytes = 4096;
+    ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &small_bytes, sizeof(small_bytes));
     open_ = ::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
   }
   RawTcp(const RawTcp&) = delete;
@@ -31,6 +33,16 @@ class RawTcp {
   void send(std::string_view bytes) {
     open_ = open_ && ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
   }
+  /// What a SUB socket without security says first (RFC 23, ZMTP 3.0), greeting and READY. Who goes on before the other
+  /// side's READY is here may be sent away.
+  void subscribe_to_nothing_yet() {
+    std::string greeting("\xff\0\0\0\0\0\0\0\1\x7f\3\0NULL", 16);
+    greeting.resize(64, '\0');
+    send(greeting);
+    take(64);
+    send({"\4\x19\5READY\xbSocket-Type\0\0\0\3SUB", 27});
+    take(28);  // of an XPUB socket
+  }
   /// What is here now; open() is false once the other side ended.
   std::string receive() {
     char bytes[4096];
@@ -40,15 +52,13 @@ class RawTcp {
   }
 
  private:
+  void take(std::size_t count) {
+    char bytes[64];
+    open_ = open_ && ::recv(socket_, bytes, count, MSG_WAITALL) == static_cast<ssize_t>(count);
+  }
+
   int socket_;
   bool open_ = false;
 };
-
-/// What a SUB socket without security says first (RFC 23, ZMTP 3.0): greeting and READY.
-inline std::string greeting_of_a_subscriber() {
-  std::string greeting("\xff\0\0\0\0\0\0\0\1\x7f\3\0NULL", 16);
-  greeting.resize(64, '\0');
-  return greeting + std::string("\4\x19\5READY\xbSocket-Type\0\0\0\3SUB", 27);
-}
 
 }  // namespace mocap::support

@@ -31,8 +31,9 @@ class Tcp {
     address.sin_family = AF_INET;
     address.sin_port = htons(port);
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    const timeval patience{0, 200'000};  // of a send that nobody takes
+    const timeval patience{0, 200'000};  // of a send that nobody takes, an answer that nobody gives
     ::setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof(patience));
+    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
     open_ = ::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
   }
   Tcp(Tcp&& other) noexcept : socket_(std::exchange(other.socket_, -1)), open_(other.open_) {}
@@ -52,15 +53,21 @@ class Tcp {
     }
     return open_;
   }
-  // ZeroMQ's greeting and READY of a SUB socket without security (RFC 23, ZMTP 3.0).
+  // ZeroMQ's greeting and READY of a SUB socket without security (RFC 23, ZMTP 3.0), and the answers to them: who goes
+  // on before these are here is sent away before he can do harm.
   bool greet() {
     std::string greeting("\xff\0\0\0\0\0\0\0\1\x7f\3\0NULL", 16);
     greeting.resize(64, '\0');
     const std::string_view ready("\4\x19\5READY\xbSocket-Type\0\0\0\3SUB", 27);
-    return send(greeting) && send(ready);
+    return send(greeting) && take(64) && send(ready) && take(28);
   }
 
  private:
+  bool take(std::size_t count) {
+    char bytes[64];
+    return open_ = ::recv(socket_, bytes, count, MSG_WAITALL) == static_cast<ssize_t>(count);
+  }
+
   int socket_;
   bool open_ = false;
 };
