@@ -11,6 +11,9 @@ constexpr std::size_t kMostPairs = 8192;
 // (odds of 150 : 1); a closer one waits until its limb is read as a whole.
 constexpr double kAlone = 30.0;
 constexpr double kClearMargin = 10.0;
+// The same of two names that would have each other's track (odds of 12 : 1): where a limb is not known all its markers
+// are off alike, and which is which is nearly even; names of unlike limbs are told by far less.
+constexpr double kExchangeMargin = 5.0;
 // Motion foresees a marker better than that.
 constexpr double kSuspect_m = 0.008;
 
@@ -86,7 +89,7 @@ bool TrackClaims::may_exchange(const geometry::AllowedPair& claim, std::span<con
     const std::uint32_t other = instead.column == claim.column ? geometry::Assigner::kAlone : row_of_[instead.column];
     if (other == geometry::Assigner::kAlone) continue;
     const double now = claim.cost + cost_of(other, columns[other]);
-    if (instead.cost + cost_of(other, claim.column) < now + kClearMargin) return true;
+    if (instead.cost + cost_of(other, claim.column) < now + kExchangeMargin) return true;
   }
   return false;
 }

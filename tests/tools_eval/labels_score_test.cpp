@@ -73,6 +73,15 @@ TEST(LabelScorer, CountsASwapOfTwoNamesForThreeSets) {
   EXPECT_NEAR(*counts.recall(), 394.0 / 400.0, 1e-12);
   EXPECT_NEAR(*counts.f1(), 394.0 / 400.0, 1e-12);
   EXPECT_EQ(counts.wrong_events, 2U);
+  ASSERT_EQ(scorer.wrong_events().size(), 2U);
+  const WrongEvent& event = scorer.wrong_events().front();
+  EXPECT_EQ(event.subject, 0U);
+  EXPECT_EQ(event.marker, 1U);
+  EXPECT_EQ(event.sets, 3U);
+  EXPECT_NEAR(event.from_s, 0.1, 1e-9);
+  EXPECT_NEAR(event.farthest_m, 0.3, 1e-9);
+  ASSERT_TRUE(event.on.has_value());
+  EXPECT_EQ(event.on->marker, 2U);
   EXPECT_EQ(counts.longest_wrong_sets, 3U);
   EXPECT_EQ(counts.exchanged, 0U);
   EXPECT_EQ(scorer.mot().switches, 4U);  // there and back, two markers
