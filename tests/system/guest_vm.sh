@@ -69,7 +69,7 @@ release=${kernel##*/vmlinuz-}
 modules=$cache/root/lib/modules/$release
 
 if [ "$loopback" -gt 0 ] && [ ! -d "$cache/loopback" ]; then
-  fetch loopback v4l2loopback-dkms "linux-headers-$release" "linux-headers-${release%-*}-common" "linux-kbuild-${release%.*.*}"
+  fetch loopback v4l2loopback-dkms "linux-headers-$release" "linux-headers-${release%-*}-common" "linux-kbuild-$(cut -d. -f1,2 <<<"$release")"
   headers=$cache/unpacking/usr/src/linux-headers-$release
   sed -i "s#/usr/src#$cache/unpacking/usr/src#g" "$headers/Makefile"
   mkdir "$cache/unpacking/built"
