@@ -131,7 +131,9 @@ TEST(DriftWatch, OfFourCamerasNamesTheOneThatWasBumpedAlone) {
       for (std::uint32_t i = 0; i < file.size(); ++i) {
         if (capture.camera(i).drifted) named.insert(i);
       }
-      if (second == 9) EXPECT_TRUE(named.contains(c)) << "camera " << c;
+      if (second == 9) {
+        EXPECT_TRUE(named.contains(c)) << "camera " << c;
+      }
     }
 
     EXPECT_EQ(named, std::set<std::uint32_t>{c});
