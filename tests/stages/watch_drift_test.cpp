@@ -75,7 +75,8 @@ class Capture {
       if (!seen || !geometry::in_image(truth_[c], *seen) || random_.uniform() < 0.2) continue;
       add(view, seen->v + 0.1 * Eigen::Vector2d(random_.normal(), random_.normal()));
     }
-    for (int i = 0; i < 3; ++i) add(view, {1280.0 * random_.uniform(), 1024.0 * random_.uniform()});
+    for (int i = 0; i < 3; ++i)
+      add(view, {truth_[c].width_px * random_.uniform(), truth_[c].height_px * random_.uniform()});
   }
 
   static void add(BlobFrame& view, const Eigen::Vector2d& at) {
@@ -114,10 +115,11 @@ TEST(DriftWatch, NamesABumpedCameraWithinTenSecondsAndNoOther) {
   }
 }
 
+// With so wide pixels a bump of 2.6 px stays within the matcher's gates, and pulls markers along.
 TEST(DriftWatch, OfFourCamerasNamesTheOneThatWasBumpedAlone) {
   for (std::uint64_t seed = 11; seed <= 14; ++seed) {
     const Rig file = scene::ring_rig(
-        {.cameras = 4, .radius_m = 4.5, .height_m = 2.4, .width_px = 1280, .height_px = 1024, .hfov_rad = 1.1});
+        {.cameras = 4, .radius_m = 4.5, .height_m = 2.4, .width_px = 640, .height_px = 480, .hfov_rad = 1.13});
     Capture capture(file, seed);
     capture.run(3.0);
     Rig truth = file;
@@ -131,7 +133,9 @@ TEST(DriftWatch, OfFourCamerasNamesTheOneThatWasBumpedAlone) {
       for (std::uint32_t i = 0; i < file.size(); ++i) {
         if (capture.camera(i).drifted) named.insert(i);
       }
-      if (second == 9) EXPECT_TRUE(named.contains(c)) << "camera " << c;
+      if (second == 9) {
+        EXPECT_TRUE(named.contains(c)) << "camera " << c;
+      }
     }
 
     EXPECT_EQ(named, std::set<std::uint32_t>{c});
