@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <thread>
 
 #include "base/result.h"
 #include "cameras/aravis_features.h"
@@ -28,10 +29,14 @@ class AravisDevice {
   /// Whether the camera stopped answering; after some 5 s without an answer.
   bool lost() const;
 
+  /// From now on the state of its PTP clock is watched, on a thread that ends with the device.
+  void watch_ptp();
+
  private:
   ArvCamera* camera_;
   ArvStream* stream_;
   AravisFeatures features_;
+  std::jthread ptp_watch_;
 };
 
 /// Looks for the camera that `settings` names, opens and sets it, and makes its stream. `known` says that it was there
