@@ -1,5 +1,6 @@
 #include "gvsp_stream.h"
 
+#include <sched.h>
 #include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
@@ -133,7 +134,10 @@ void GvspStream::send(const ServedImage& image, const StreamRoute& route) {
     kept = &filled;
   }
   // Without the lock: only this thread changes the ring, and it does so in `room`.
-  transmit(*kept, 0, kept->last_packet());
+  // Cameras have a link each: that of the next one does not wait until this one's image is through.
+  transmit(*kept, 0, 0);
+  sched_yield();
+  transmit(*kept, 1, kept->last_packet());
 }
 
 void GvspStream::resend(std::uint16_t id, std::uint32_t first, std::uint32_t last) {
