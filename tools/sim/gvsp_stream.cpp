@@ -105,6 +105,8 @@ bool GvspStream::open(in_addr from) {
   address.sin_addr = from;
   const int room = 4 << 20;
   if (socket_ >= 0) setsockopt(socket_, SOL_SOCKET, SO_SNDBUF, &room, sizeof room);
+  const int whole = IP_PMTUDISC_DO;  // a packet that does not fit the link is not broken up: who negotiates finds out
+  if (socket_ >= 0) setsockopt(socket_, IPPROTO_IP, IP_MTU_DISCOVER, &whole, sizeof whole);
   return socket_ >= 0 && bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
 }
 
