@@ -12,6 +12,7 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cstring>
 #include <exception>
 #include <future>
 #include <optional>
@@ -23,6 +24,7 @@
 #include "base/log.h"
 #include "cameras/aravis_device.h"
 #include "cameras/aravis_failure.h"
+#include "cameras/arrival_stamps.h"
 #include "cameras/clock_mapping.h"
 #include "cameras/frame_counter.h"
 #include "cameras/image_layout.h"
@@ -35,7 +37,7 @@ constexpr Duration kStartPatience = std::chrono::milliseconds(300);
 constexpr Duration kClosePatience = std::chrono::milliseconds(250);
 // A clock said to be UTC may be this far from the receipt and still be believed.
 constexpr Duration kUtcBelievable = std::chrono::seconds(10);
-// From a packet's arrival until the thread runs that notes it: what waking a thread that sleeps takes on Linux.
+// From a packet's arrival until Aravis's thread runs and notes it: what waking a thread takes on Linux.
 constexpr Duration kWaking = std::chrono::microseconds(40);
 constexpr Duration kTaiMinusUtc = std::chrono::seconds(37);  // since 2017; no leap second is planned
 // No image takes longer from its first byte to its last.
@@ -109,7 +111,8 @@ class AravisCamera : public Camera {
  private:
   Status begin(std::unique_ptr<AravisDevice> device);
   Result<Frame> frame_of(ArvBuffer* buffer, Timestamp received);
-  static Timestamp first_byte_at(ArvBuffer* buffer, Timestamp received);
+  std::unique_ptr<ArrivalStamps> stamps_of_arrival() const;
+  Timestamp first_byte_at(ArvBuffer* buffer, Timestamp received);
   Timestamp exposed_at(ArvBuffer* buffer, Timestamp received);
   bool came_before(ArvBuffer* buffer);
   void count_stream();
@@ -132,6 +135,7 @@ class AravisCamera : public Camera {
   bool utc_doubted_ = false;
   Timestamp last_exposed_;
   ClockMapping clock_;
+  std::unique_ptr<ArrivalStamps> arrivals_;  // null: not allowed, or another bus
   std::uint64_t leaps_counted_ = 0;
   FrameCounter frames_;
   std::uint64_t last_id_ = 0;
@@ -162,6 +166,7 @@ Status AravisCamera::begin(std::unique_ptr<AravisDevice> device) {
   device_ = std::move(device);
   clock_.reset();
   counted_ = {};
+  arrivals_ = stamps_of_arrival();
   // Of an answer that waited long.
   Status begun = device_->lost() ? error(ErrorCode::DeviceLost, "the camera stopped answering") : Status{};
   AravisFailure failure;
@@ -238,11 +243,24 @@ Result<Frame> AravisCamera::frame_of(ArvBuffer* buffer, Timestamp received) {
   return frame;
 }
 
-// When the image's first packet was here: the way of the other bytes says nothing of the camera's clock. Aravis tells
-// it on UTC, which may step meanwhile.
+std::unique_ptr<ArrivalStamps> AravisCamera::stamps_of_arrival() const {
+  ArvDevice* const device = arv_camera_get_device(device_->camera());
+  if (!ARV_IS_GV_DEVICE(device) || !ARV_IS_GV_STREAM(device_->stream())) return nullptr;
+  auto* const at = G_INET_SOCKET_ADDRESS(arv_gv_device_get_device_address(ARV_GV_DEVICE(device)));
+  GInetAddress* const address = g_inet_socket_address_get_address(at);
+  if (g_inet_address_get_family(address) != G_SOCKET_FAMILY_IPV4) return nullptr;
+  in_addr camera{};
+  std::memcpy(&camera, g_inet_address_to_bytes(address), sizeof camera);
+  return ArrivalStamps::open(camera, arv_gv_stream_get_port(ARV_GV_STREAM(device_->stream())));
+}
+
+// When the image's first packet was here: the way of the other bytes says nothing of the camera's clock. The kernel
+// tells it, or Aravis, on UTC, which may step meanwhile.
 Timestamp AravisCamera::first_byte_at(ArvBuffer* buffer, Timestamp received) {
-  const Timestamp first =
-      Timestamp{Duration{static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer))} - utc_minus_host()};
+  std::optional<Duration> utc;
+  if (arrivals_) utc = arrivals_->arrival_utc(arv_buffer_get_frame_id(buffer));
+  if (!utc) utc = Duration{static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer))} - kWaking;
+  const Timestamp first{*utc - utc_minus_host()};
   return first < received && received - first < kLongestWay ? first : received;
 }
 
@@ -250,8 +268,8 @@ Timestamp AravisCamera::exposed_at(ArvBuffer* buffer, Timestamp received) {
   const Duration stamp{static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer))};
   const Duration exposure = device_->features().exposure;
   // The mapping learns from every frame, so that it is ready when the camera's UTC turns out to be none.
-  Timestamp middle = clock_.map(stamp, first_byte_at(buffer, received)) - kWaking -
-                     from_s(settings_.delivery_us * 1e-6) - exposure / 2;
+  Timestamp middle =
+      clock_.map(stamp, first_byte_at(buffer, received)) - from_s(settings_.delivery_us * 1e-6) - exposure / 2;
   if (settings_.clock == "utc") {
     const Duration into_exposure = settings_.stamps == "start"    ? exposure / 2
                                    : settings_.stamps == "middle" ? Duration::zero()

@@ -202,7 +202,15 @@ Result<Held<ArvStream>> open_stream(ArvCamera* camera, int buffers) {
 
 }  // namespace
 
+void AravisDevice::watch_ptp() {
+  const char* const serial = arv_camera_get_device_serial_number(camera_, nullptr);
+  const std::string who = fmt::format("camera of serial {}", serial != nullptr ? serial : "unknown");
+  ptp_watch_ = std::jthread(
+      [camera = camera_, who](const std::stop_token& stop) { mocap::cameras::watch_ptp(camera, who, stop); });
+}
+
 AravisDevice::~AravisDevice() {
+  ptp_watch_ = {};  // ended and joined before what it reads is closed
   arv_camera_stop_acquisition(camera_, nullptr);
   let_go(camera_, stream_);
 }
@@ -223,7 +231,9 @@ Result<std::unique_ptr<AravisDevice>> open_aravis_device(const AravisSettings& s
   }
   Result<Held<ArvStream>> stream = open_stream(camera->get(), settings.stream_buffers);
   if (!stream) return stream.error();
-  return std::make_unique<AravisDevice>(camera->release(), stream->release(), *features);
+  auto device = std::make_unique<AravisDevice>(camera->release(), stream->release(), *features);
+  if (settings.ptp) device->watch_ptp();
+  return device;
 }
 
 }  // namespace mocap::cameras

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <thread>
 
 #include "base/result.h"
 #include "cameras/aravis_features.h"
@@ -29,10 +30,14 @@ class AravisDevice {
   bool lost() const;
   bool on_usb() const;
 
+  /// From now on the state of its PTP clock is watched, on a thread that ends with the device.
+  void watch_ptp();
+
  private:
   ArvCamera* camera_;
   ArvStream* stream_;
   AravisFeatures features_;
+  std::jthread ptp_watch_;
 };
 
 /// Whether a camera was there before, and where.

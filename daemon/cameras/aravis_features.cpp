@@ -136,7 +136,10 @@ Status set_transport(ArvCamera* camera, const AravisSettings& settings) {
   if (!arv_camera_is_gv_device(camera)) return {};
   arv_camera_gv_set_stream_options(
       camera, settings.packet_socket ? ARV_GV_STREAM_OPTION_NONE : ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
-  if (!settings.packet_size_bytes) return {};  // the stream negotiates when it is made
+  if (!settings.packet_size_bytes) {  // the stream negotiates when it is made: the largest that comes through
+    arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_ALWAYS);
+    return {};
+  }
   AravisFailure failure;
   arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
   arv_camera_gv_set_packet_size(camera, *settings.packet_size_bytes, failure);

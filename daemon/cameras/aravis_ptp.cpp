@@ -9,7 +9,10 @@
 #pragma GCC diagnostic pop
 
 #include <chrono>
+#include <condition_variable>
+#include <mutex>
 #include <thread>
+#include <utility>
 
 #include "base/log.h"
 #include "cameras/aravis_failure.h"
@@ -20,6 +23,9 @@ namespace {
 // An election takes two announce intervals, of 2 s each by default.
 constexpr Duration kRolePatience = std::chrono::seconds(8);
 constexpr Duration kLookAgain = std::chrono::milliseconds(100);
+constexpr Duration kWatchEvery = std::chrono::seconds(2);
+// Hardware keeps 1 us, software some 10; farther, markers at 5 m/s are off by half a millimetre.
+constexpr Duration kFarOff = std::chrono::microseconds(100);
 
 // The features' names in the standard and before it.
 struct Names {
@@ -27,6 +33,8 @@ struct Names {
   const char* status;
 };
 constexpr Names kNames[] = {{"PtpEnable", "PtpStatus"}, {"GevIEEE1588", "GevIEEE1588Status"}};
+
+constexpr const char* kUnknown = "unknown";
 
 const Names* names_of(ArvCamera* camera) {
   for (const Names& names : kNames) {
@@ -47,7 +55,7 @@ std::optional<PtpState> read_ptp(ArvCamera* camera) {
   AravisFailure failure;
   state.enabled = arv_device_get_boolean_feature_value(device, names->enable, failure) != 0;
   const char* const role = arv_device_get_string_feature_value(device, names->status, failure);
-  state.role = failure.happened() || role == nullptr ? "unknown" : role;
+  state.role = failure.happened() || role == nullptr ? kUnknown : role;
   if (arv_device_get_feature(device, "PtpDataSetLatch") != nullptr) {
     arv_device_execute_command(device, "PtpDataSetLatch", failure);
   }
@@ -82,6 +90,38 @@ Status enable_ptp(ArvCamera* camera) {
   log_info("camera", fmt::format("{} keeps PTP time: role={} offset={}", serial != nullptr ? serial : "", state->role,
                                  state->offset ? fmt::format("{:.3f}us", to_us(*state->offset)) : "not told"));
   return {};
+}
+
+std::optional<std::string> PtpWatch::follow(const PtpState& state) {
+  const bool in_role = state.enabled && settled(state.role);
+  const bool near = !state.offset || (*state.offset<kFarOff&& * state.offset> - kFarOff);
+  if (std::exchange(well_, in_role && near) == well_) return std::nullopt;
+  const std::string offset = state.offset ? fmt::format("{:.3f}us", to_us(*state.offset)) : "not told";
+  if (well_) return fmt::format("keeps PTP time again: role={} offset={}", state.role, offset);
+  if (!in_role) {
+    return fmt::format(
+        "keeps PTP time no more: role={}, expected Slave or Master; its clock drifts away from the "
+        "others'. Look after the master (ptp4l) and the link",
+        state.enabled ? state.role : "Disabled");
+  }
+  return fmt::format(
+      "PTP clock is off its master's by {}, expected within {:.0f}us; look whether the master was "
+      "changed, and for other traffic on the link",
+      offset, to_us(kFarOff));
+}
+
+void watch_ptp(ArvCamera* camera, const std::string& who, const std::stop_token& stop) {
+  PtpWatch watch;
+  std::mutex mutex;
+  std::condition_variable_any nobody_calls;
+  std::unique_lock lock(mutex);
+  while (!stop.stop_requested()) {
+    if (const std::optional<PtpState> state = read_ptp(camera); state && state->role != kUnknown) {
+      const std::optional<std::string> words = watch.follow(*state);
+      if (words) watch.is_well() ? log_info(who, *words) : log_warn(who, *words);
+    }
+    nobody_calls.wait_for(lock, stop, kWatchEvery, [] { return false; });
+  }
 }
 
 }  // namespace mocap::cameras

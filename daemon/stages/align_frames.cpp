@@ -7,6 +7,12 @@
 namespace mocap::stages {
 namespace {
 
+// Of a camera's period: its next frame is not due sooner after its last.
+constexpr double kDueAfter = 0.6;
+
+// One or two images are lost now and then; who let patience end so often has stopped.
+constexpr std::size_t kStopped = 4;
+
 // When a frame was here: frames from files may lack some of the instants.
 Timestamp arrival_of(const BlobFrame& frame) {
   return std::max({frame.exposed_at, frame.received_at, frame.detected_at});
@@ -45,6 +51,7 @@ void FrameAligner::finish(CameraId camera) { waiting(camera).expected = false; }
 void FrameAligner::rejoin(CameraId camera) {
   Waiting& own = waiting(camera);
   own.expected = true;
+  own.missed_in_row = 0;
   own.last = Timestamp::min();
   own.repeated_in_row = 0;
   while (own.size > 0) own.pop();
@@ -61,6 +68,7 @@ void FrameAligner::add(const BlobFrame& frame) {
   own.repeated_in_row = 0;
   own.last = frame.exposed_at;
   watch_.see(frame.camera, frame.exposed_at);
+  if (would_be_awaited(frame)) own.missed_in_row = 0;
   if (frame.exposed_at <= passed_) {
     ++counts_.late;
   } else if (own.size == kPending) {
@@ -75,8 +83,11 @@ void FrameAligner::add(const BlobFrame& frame) {
 bool FrameAligner::ready(Timestamp now) const {
   const auto first = first_exposure();
   if (!first) return false;
+  const bool live = now != Timestamp::min();
   const Timestamp end = *first + settings_.window;
-  return nobody_is_awaited() || now >= *first_arrival(end) + settings_.patience;
+  if (nobody_is_awaited(end, live)) return true;
+  const auto is_full = [](const Waiting& own) { return own.size == kPending; };
+  return live && (now >= *first_arrival(end) + settings_.patience || std::ranges::any_of(cameras_, is_full));
 }
 
 std::optional<FrameSet> FrameAligner::take(Timestamp now) {
@@ -98,9 +109,26 @@ std::optional<Timestamp> FrameAligner::first_exposure() const {
   return first;
 }
 
+// Whether a camera may still bring a frame for the set, by the pace of its frames.
+bool FrameAligner::is_due(std::size_t camera, Timestamp end) const {
+  const CameraTiming& timing = watch_.timing(CameraId{static_cast<std::uint32_t>(camera)});
+  if (!timing.told || timing.rate_hz <= 0.0) return true;
+  return cameras_[camera].last + from_s(kDueAfter / timing.rate_hz) <= end;
+}
+
+// Whether its set would have waited for it, had it known of it.
+bool FrameAligner::would_be_awaited(const BlobFrame& frame) const {
+  return frame.exposed_at > passed_ || arrival_of(frame) - frame.exposed_at - first_delay_ < settings_.patience;
+}
+
 // Whether no expected camera can still bring a frame for the set that waits: each has one that waits, in it or later.
-bool FrameAligner::nobody_is_awaited() const {
-  return std::ranges::all_of(cameras_, [](const Waiting& own) { return !own.expected || own.size > 0; });
+bool FrameAligner::nobody_is_awaited(Timestamp end, bool live) const {
+  for (std::size_t c = 0; c < cameras_.size(); ++c) {
+    const Waiting& own = cameras_[c];
+    if (!own.expected || own.size > 0) continue;
+    if (!live || (own.missed_in_row < kStopped && is_due(c, end))) return false;
+  }
+  return true;
 }
 
 // Of the frames that the set would hold now.
@@ -120,7 +148,10 @@ FrameSet FrameAligner::gather(Timestamp end) {
   set.expected_views = expected_cameras();
   std::uint32_t expected_seen = 0;
   Duration after_first{0};
-  for (Waiting& own : cameras_) {
+  first_delay_ = *first_arrival(end) - *first_exposure();
+  for (std::size_t c = 0; c < cameras_.size(); ++c) {
+    Waiting& own = cameras_[c];
+    if (own.size == 0 && is_due(c, end)) ++own.missed_in_row;
     if (own.size == 0 || own.front().exposed_at > end) continue;
     set.views.push_back(&own.front());
     after_first += own.front().exposed_at - set.views.front()->exposed_at;

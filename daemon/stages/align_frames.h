@@ -13,8 +13,10 @@
 namespace mocap::stages {
 
 struct AlignSettings {
-  Duration window = std::chrono::microseconds(500);     ///< further apart is not one instant; under half a frame period
-  Duration patience = std::chrono::microseconds(2000);  ///< how long the first waits for the last
+  Duration window = std::chrono::microseconds(500);  ///< further apart is not one instant; under half a frame period
+  /// How long the first waits for the last. Paid only when an image is late, and by a camera that stops for four sets;
+  /// a host that takes the processor away does so for up to 20 ms, and what waited meanwhile is then worked off.
+  Duration patience = std::chrono::milliseconds(30);
 };
 
 /// What became of the frames of all cameras.
@@ -40,8 +42,11 @@ struct CameraSkew {
 ///
 /// A set begins with the earliest frame that waits and takes in each camera's next frame of the `window` after it. It
 /// is ready when every expected camera has a view in it or has already delivered something later, so that a lost image
-/// costs no waiting; or when its first frame has waited `patience`. As long as patience does not end, the sets depend
-/// on the frames alone and not on how the cameras' deliveries mingle.
+/// costs no waiting; or when its first frame has waited `patience`, or a camera's frames have no more room. As long as
+/// patience does not end, the sets depend on the frames alone and not on how the cameras' deliveries mingle.
+///
+/// Live, no set waits for a camera that let patience end four times in a row until a frame of it comes that a set would
+/// have waited for, nor for one whose next frame is not due, since it is slower than the others or runs by itself.
 ///
 /// One thread owns it. Nothing allocates after construction.
 class FrameAligner {
@@ -92,6 +97,7 @@ class FrameAligner {
     std::size_t first = 0;
     std::size_t size = 0;
     bool expected = true;
+    std::size_t missed_in_row = 0;      // sets that left without it; none since a frame of it was in time
     Timestamp last = Timestamp::min();  // exposure of the last frame that was kept
     std::size_t repeated_in_row = 0;
     CameraSkew skew;
@@ -106,7 +112,9 @@ class FrameAligner {
   const Waiting& waiting(CameraId camera) const;
   Waiting& waiting(CameraId camera);
   std::optional<Timestamp> first_exposure() const;
-  bool nobody_is_awaited() const;
+  bool is_due(std::size_t camera, Timestamp end) const;
+  bool would_be_awaited(const BlobFrame& frame) const;
+  bool nobody_is_awaited(Timestamp end, bool live) const;
   std::optional<Timestamp> first_arrival(Timestamp end) const;
   FrameSet gather(Timestamp end);
   void learn_skew(const FrameSet& set);
@@ -114,6 +122,7 @@ class FrameAligner {
   AlignSettings settings_;
   std::vector<Waiting> cameras_;
   Timestamp passed_ = Timestamp::min();  // frames up to here belong to sets that have left
+  Duration first_delay_{0};              // of the last set's first frame, from exposure to arrival
   AlignCounts counts_;
   ExposureWatch watch_;
 };

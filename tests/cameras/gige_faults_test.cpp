@@ -1,13 +1,21 @@
 // The Aravis camera against the simulator's own GigE Vision server: what networks and cameras do wrong.
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cameras/aravis_camera.h"
 #include "cameras/aravis_describe.h"
+#include "cameras/aravis_ptp.h"
+#include "cameras/arrival_stamps.h"
 #include "cameras/camera_steps.h"
 #include "cameras/own_network.h"
 #include "cameras/served_gige.h"
@@ -177,6 +185,78 @@ TEST_F(GigeFaults, EnablesPtpAndWaitsForTheRole) {
   const std::string log = testing::internal::GetCapturedStderr();
   ASSERT_TRUE(begun) << begun.error().message;
   EXPECT_THAT(log, HasSubstr("G8 keeps PTP time: role=Slave"));
+}
+
+TEST(PtpWatch, HasWordsWhenTheClockGoesWrongAndWhenItIsWellAgainAndNoneBetween) {
+  PtpWatch watch;
+  const PtpState well{.enabled = true, .role = "Slave", .offset = std::chrono::nanoseconds(-800)};
+  PtpState far = well;
+  far.offset = milliseconds(-3);
+  const PtpState listening{.enabled = true, .role = "Listening", .offset = {}};
+
+  EXPECT_FALSE(watch.follow(well));
+  EXPECT_THAT(watch.follow(far).value_or(""), HasSubstr("off its master's by -3000.000us, expected within 100us"));
+  EXPECT_FALSE(watch.follow(far));
+  EXPECT_FALSE(watch.is_well());
+  EXPECT_THAT(watch.follow(well).value_or(""), HasSubstr("keeps PTP time again: role=Slave"));
+  EXPECT_THAT(watch.follow(listening).value_or(""), HasSubstr("role=Listening, expected Slave or Master"));
+  EXPECT_FALSE(watch.is_well());
+}
+
+TEST_F(GigeFaults, TellsTheArrivalOfALeaderOnceAndOfNothingElse) {
+  in_addr camera{};
+  inet_pton(AF_INET, "127.0.0.3", &camera);
+  const auto stamps = ArrivalStamps::open(camera, 5005);
+  if (!stamps) GTEST_SKIP() << "no packet sockets here (CAP_NET_RAW)";
+  const int from = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in name{};
+  name.sin_family = AF_INET;
+  name.sin_addr = camera;
+  ASSERT_EQ(bind(from, reinterpret_cast<const sockaddr*>(&name), sizeof name), 0);
+  const auto send_to = [&](std::uint16_t port, std::uint8_t content, std::uint16_t id, bool extended) {
+    std::array<std::uint8_t, 60> packet{};
+    packet[4] = static_cast<std::uint8_t>(content | (extended ? 0x80 : 0));
+    const std::size_t at = extended ? 14 : 2;
+    packet[at] = static_cast<std::uint8_t>(id >> 8);
+    packet[at + 1] = static_cast<std::uint8_t>(id);
+    name.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    name.sin_port = htons(port);
+    sendto(from, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&name), sizeof name);
+  };
+  const auto utc_now = [] { return host_now().time_since_epoch() + utc_minus_host(); };
+
+  const Duration before = utc_now();
+  send_to(5005, 1, 700, false);
+  send_to(5005, 1, 701, true);
+  send_to(5005, 3, 702, false);  // payload
+  send_to(5006, 1, 703, false);  // another stream
+  const Duration after = utc_now();
+  const auto first = stamps->arrival_utc(700);
+  send_to(5005, 1, 700, false);  // sent again
+  close(from);
+
+  ASSERT_TRUE(first);
+  EXPECT_GT(*first, before - milliseconds(1));  // two readings of two clocks
+  EXPECT_LT(*first, after + milliseconds(1));
+  EXPECT_TRUE(stamps->arrival_utc(701));
+  EXPECT_TRUE(stamps->arrival_utc((std::uint64_t{5} << 32) + 701)) << "of a long id the low bits count";
+  EXPECT_FALSE(stamps->arrival_utc(702));
+  EXPECT_FALSE(stamps->arrival_utc(703));
+  EXPECT_EQ(stamps->arrival_utc(700), first);
+}
+
+TEST_F(GigeFaults, TakesAnImageForEachSoftwareTrigger) {
+  ServedGigE served("127.0.0.2", "G14");
+  ASSERT_TRUE(served.running());
+  AravisSettings settings = at_address("127.0.0.2");
+  settings.trigger = "software";
+  const auto camera = make_aravis_camera(CameraId{0}, "north", settings);
+  ASSERT_TRUE(started(*camera));
+
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(whole_frame(*camera)) << i;
+
+  // A trigger goes out with each call that asks for an image, and with no other.
+  EXPECT_LE(served.sent(), 20U);
 }
 
 TEST_F(GigeFaults, RefusesAnExposureThatIsLongerThanThePeriod) {

@@ -53,6 +53,8 @@ class ServedGigE {
     while (!stop.stop_requested()) {
       std::this_thread::sleep_for(std::chrono::microseconds(device_->period_us()));
       if (!device_->acquiring()) continue;
+      const bool triggered = device_->trigger() == sim::GigeDevice::Trigger::Software;
+      if (triggered && !device_->take_software_trigger()) continue;
       if (std::exchange(acquisition, device_->acquisitions()) != acquisition) number = 0;
       ++number;
       if (faults_.silent_after > 0 && number > static_cast<std::uint64_t>(faults_.silent_after)) continue;

@@ -154,13 +154,14 @@ Used used_so_far() {
 }
 
 struct Counted {
-  std::uint64_t sets = 0, complete = 0, frames = 0, lost = 0, resent = 0, missing = 0;
+  std::uint64_t sets = 0, complete = 0, passed_over = 0, frames = 0, lost = 0, resent = 0, missing = 0;
 };
 
 Counted counted_so_far(const runtime::Pipeline& pipeline, const std::vector<const StreamCounters*>& streams) {
   Counted counted;
   counted.sets = pipeline.fusion_counters().sets.read();
   counted.complete = pipeline.fusion_counters().complete_sets.read();
+  counted.passed_over = pipeline.fusion_counters().passed_over_sets.read();
   for (std::uint32_t i = 0; i < pipeline.camera_count(); ++i) {
     const runtime::CameraCounters& camera = pipeline.camera_counters(CameraId{i});
     counted.frames += camera.frames.read();
@@ -216,8 +217,7 @@ settings::DaemonSettings daemon_of(const CamerasBenchSettings& wanted, const Mar
   settings.worn.push_back({"subject", worn});
   settings.nominal_rate_hz = wanted.rate_hz;
   settings.pipeline.align.window = from_s(0.4 / wanted.rate_hz);
-  settings.pipeline.align.patience =
-      wanted.patience_us > 0.0 ? from_s(1e-6 * wanted.patience_us) : from_s(0.75 / wanted.rate_hz);
+  if (wanted.patience_us > 0.0) settings.pipeline.align.patience = from_s(1e-6 * wanted.patience_us);
   settings.publish.endpoint = "tcp://127.0.0.1:*";
   return settings;
 }
@@ -276,6 +276,7 @@ CamerasBenchFigures figures_of(const CamerasBenchSettings& wanted, const Counted
   figures.sets = after.sets - before.sets;
   const double expected = std::max(static_cast<double>(figures.sets), std::floor(wanted.rate_hz * seconds) - 1.0);
   figures.complete_share = static_cast<double>(after.complete - before.complete) / expected;
+  figures.passed_over = after.passed_over - before.passed_over;
   figures.frames = after.frames - before.frames;
   figures.lost = after.lost - before.lost;
   figures.frames_share =

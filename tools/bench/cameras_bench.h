@@ -24,14 +24,15 @@ struct CamerasBenchSettings {
   double packet_loss = 0.0;
   std::string clock = "estimated";
   int packet_size_bytes = 8000;
-  double patience_us = 0.0;          ///< 0: three quarters of a period
+  double patience_us = 0.0;          ///< 0: the daemon's own
   std::string pixel_format;          ///< empty: the bus's usual one
   std::filesystem::path marker_set;  ///< worn by the simulated subject
 };
 
 struct CamerasBenchFigures {
   std::uint64_t sets = 0;
-  double complete_share = 0.0;  ///< complete sets, of those that there should have been
+  double complete_share = 0.0;    ///< complete sets, of those that there should have been
+  std::uint64_t passed_over = 0;  ///< sets, since a newer one waited
   std::uint64_t frames = 0;
   std::uint64_t lost = 0;     ///< images that never came, came broken or found no room
   double frames_share = 0.0;  ///< frames, of those that there should have been

@@ -62,7 +62,7 @@ void tell_cameras(CLI::App& command, CamerasBenchSettings& settings) {
   command.add_option("--packet-size", settings.packet_size_bytes, "bytes (gige)")
       ->check(CLI::Range(576, 65507))
       ->capture_default_str();
-  command.add_option("--patience-us", settings.patience_us, "of a set for its last image; 0: 3/4 of a period");
+  command.add_option("--patience-us", settings.patience_us, "of a set for its last image; 0: the daemon's own");
 }
 
 int cameras(const CamerasBenchSettings& settings, bool json) {
@@ -75,6 +75,7 @@ int cameras(const CamerasBenchSettings& settings, bool json) {
   if (json) {
     const nlohmann::json object{{"sets", f.sets},
                                 {"complete_share", f.complete_share},
+                                {"passed_over", f.passed_over},
                                 {"frames", f.frames},
                                 {"lost", f.lost},
                                 {"frames_share", f.frames_share},
@@ -90,8 +91,10 @@ int cameras(const CamerasBenchSettings& settings, bool json) {
     fmt::print("{}\n", object.dump());
     return kExitOk;
   }
-  fmt::print("sets           {}\ncomplete       {:.2f} %\nimages         {}, lost {} ({:.3f} % came)\n", f.sets,
-             100.0 * f.complete_share, f.frames, f.lost, 100.0 * f.frames_share);
+  fmt::print(
+      "sets           {}, {} passed over for a newer one\ncomplete       {:.2f} %\nimages         {}, lost {} ({:.3f} "
+      "% came)\n",
+      f.sets, f.passed_over, 100.0 * f.complete_share, f.frames, f.lost, 100.0 * f.frames_share);
   fmt::print("packets        {} sent again, {} never came\n", f.resent_packets, f.missing_packets);
   fmt::print("a camera costs {:.1f} % of a processor to receive, {:.1f} % to detect and track, {:.1f} % in all\n",
              100.0 * f.receive_cpu_share, 100.0 * f.detect_cpu_share, 100.0 * f.daemon_cpu_share);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/statvfs.h>
 #include <sys/timex.h>
 #include <unistd.h>
@@ -49,6 +50,7 @@ class Examination {
       at_least("net.core.rmem_max", kSocketRoom_bytes, "packets are lost when their thread is late");
       at_least("net.core.netdev_max_backlog", kBacklog_packets, "packets are lost between card and socket");
       links();
+      raw_sockets();
     }
     if (demands_.usb3) usb();
     if (demands_.v4l2) video();
@@ -111,6 +113,17 @@ class Examination {
            fmt::format("{}, with cameras on it {} cost a sixth of the processor", mtu.value_or(0), kLargeFrames_bytes),
            fmt::format("ip link set {} mtu {}", name, kLargeFrames_bytes)});
     }
+  }
+
+  // Of this user, not of the tree: there is no file that says it.
+  void raw_sockets() {
+    const int handle = socket(AF_PACKET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    if (handle >= 0) close(handle);
+    found_.push_back(handle >= 0 ? good("packet sockets", "allowed")
+                                 : Finding{"packet sockets", Verdict::Warning,
+                                           "not allowed to this user (the service has it): exposures are told by when "
+                                           "a thread ran and not by when the kernel had the packet",
+                                           "setcap cap_net_raw+ep $(command -v mocapd)"});
   }
 
   void usb() {

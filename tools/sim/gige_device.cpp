@@ -284,8 +284,11 @@ bool GigeDevice::write_command(const Command& command) {
 
 void GigeDevice::written(std::uint32_t address, std::uint32_t value) {
   if (address == ARV_FAKE_CAMERA_REGISTER_ACQUISITION && value != 0) ++acquisitions_;
-  if (address == kPacketSize && (value & kFireTestPacket) != 0) stream_.send_test_packet(route());
   const auto set = [&](std::uint32_t at, std::uint32_t to) { arv_fake_camera_write_register(registers_, at, to); };
+  if (address == kPacketSize && (value & kFireTestPacket) != 0) {
+    stream_.send_test_packet(route());
+    set(kPacketSize, value & ~kFireTestPacket);
+  }
   if (address == kPtpEnable) set(kPtpStatus, value != 0 ? kPtpSlave : kPtpDisabled);
   if (address == kPtpLatch) set(kPtpOffset_ns, static_cast<std::uint32_t>(settings_.ptp_offset_ns));
 }

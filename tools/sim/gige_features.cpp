@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <string_view>
+#include <utility>
 
 namespace mocap::sim {
 namespace {
@@ -42,6 +43,20 @@ std::string ptp() {
          register_at("PtpStatusRegister", kPtpStatus, "RO") + integer("PtpOffsetFromMaster", kPtpOffset_ns, "RO");
 }
 
+// Bits of the register that holds the packets' size; the first is the highest (GigE Vision 2.0, SCPS).
+std::string test_packets() {
+  std::string text;
+  for (const auto& [name, bit] : {std::pair{"GevSCPSFireTestPacket", 0}, std::pair{"GevSCPSDoNotFragment", 1}}) {
+    text += fmt::format(
+        R"(<Boolean Name="{0}" NameSpace="Standard"><pValue>{0}Register</pValue><OnValue>1</OnValue>)"
+        R"(<OffValue>0</OffValue></Boolean><MaskedIntReg Name="{0}Register" NameSpace="Custom"><Address>0xd04</Address>)"
+        R"(<Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort><Cachable>NoCache</Cachable><Bit>{1}</Bit>)"
+        R"(<Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></MaskedIntReg>)",
+        name, bit);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string with_more_features(std::string xml) {
@@ -50,15 +65,16 @@ std::string with_more_features(std::string xml) {
                               entry("Mono12p", 0x010c0047) + entry("Mono10Packed", 0x010c0004) +
                               entry("Mono12Packed", 0x010c0006);
   insert_before(xml, R"(<EnumEntry Name="Mono8")", formats);
-  insert_before(
-      xml, "<!-- Port -->",
-      ptp() + integer("DeviceTemperature", kTemperature, "RO") + integer("TriggerDelay", kTriggerDelay_us, "RW"));
+  insert_before(xml, "<!-- Port -->",
+                test_packets() + ptp() + integer("DeviceTemperature", kTemperature, "RO") +
+                    integer("TriggerDelay", kTriggerDelay_us, "RW"));
   constexpr std::string_view kCategory = R"(<Category Name="TransportLayerControl" NameSpace="Standard">)";
   if (const auto at = xml.find(kCategory); at != std::string::npos) {
     xml.insert(at + kCategory.size(),
                "<pFeature>PtpEnable</pFeature><pFeature>PtpStatus</pFeature><pFeature>PtpDataSetLatch</pFeature>"
                "<pFeature>PtpOffsetFromMaster</pFeature><pFeature>DeviceTemperature</pFeature>"
-               "<pFeature>TriggerDelay</pFeature>");
+               "<pFeature>TriggerDelay</pFeature><pFeature>GevSCPSFireTestPacket</pFeature>"
+               "<pFeature>GevSCPSDoNotFragment</pFeature>");
   }
   return xml;
 }

@@ -26,6 +26,7 @@ namespace {
 
 constexpr std::int64_t kMostBehind = 24, kMostBehindDrawn = 2;  // images; drawing never catches up
 constexpr std::int64_t kLookAtStop_ns = 20'000'000;
+constexpr std::int64_t kMostEarly_ns = 150'000;
 constexpr Duration kLookForClient = std::chrono::milliseconds(2);
 constexpr Duration kLookForTrigger = std::chrono::microseconds(200);
 
@@ -39,6 +40,24 @@ void sleep_until_utc(std::int64_t at_ns) {
   const timespec until{at_ns / 1'000'000'000, at_ns % 1'000'000'000};
   clock_nanosleep(CLOCK_REALTIME, TIMER_ABSTIME, &until, nullptr);
 }
+
+/// Waits for an instant of UTC as an electronic circuit does: a thread that sleeps is woken some tens of microseconds
+/// late, so it asks to be woken earlier by what that took before, and looks at the clock for the rest.
+class Alarm {
+ public:
+  void wait_until(std::int64_t at_ns) {
+    const std::int64_t asked_ns = at_ns - early_ns_;
+    if (utc_ns() < asked_ns) {
+      sleep_until_utc(asked_ns);
+      const std::int64_t late_ns = utc_ns() - asked_ns;
+      early_ns_ = std::clamp<std::int64_t>(early_ns_ + (late_ns - early_ns_) / 8, 0, kMostEarly_ns);
+    }
+    while (utc_ns() < at_ns) continue;
+  }
+
+ private:
+  std::int64_t early_ns_ = 0;
+};
 
 /// One GigE Vision camera: its device, and the thread that exposes and sends.
 class GigeCamera {
@@ -115,10 +134,12 @@ class GigeCamera {
     const ServedImage image = expose(last_number_, period_us);
     const std::int64_t end_ns = last_number_ * period_us * 1000;
     const std::int64_t leaves_ns = end_ns + late_ns(period_us);
-    while (utc_ns() < leaves_ns) {
+    for (std::int64_t now_ns = utc_ns(); leaves_ns - now_ns > kLookAtStop_ns; now_ns = utc_ns()) {
+      sleep_until_utc(now_ns + kLookAtStop_ns / 2);
       if (stop.stop_requested() || !device_->acquiring()) return;
-      sleep_until_utc(std::min(leaves_ns, utc_ns() + kLookAtStop_ns));
     }
+    if (!device_->acquiring()) return;
+    alarm_.wait_until(leaves_ns);
     send(image);
   }
 
@@ -190,6 +211,7 @@ class GigeCamera {
   Stage& stage_;
   double sign_;  // clocks differ from camera to camera
   std::mt19937_64 random_;
+  Alarm alarm_;
   std::unique_ptr<Loop> loop_;
   std::unique_ptr<Ahead> ahead_;
   std::unique_ptr<GigeDevice> device_;

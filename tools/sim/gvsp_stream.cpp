@@ -1,5 +1,6 @@
 #include "gvsp_stream.h"
 
+#include <sched.h>
 #include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
@@ -104,6 +105,8 @@ bool GvspStream::open(in_addr from) {
   address.sin_addr = from;
   const int room = 4 << 20;
   if (socket_ >= 0) setsockopt(socket_, SOL_SOCKET, SO_SNDBUF, &room, sizeof room);
+  const int whole = IP_PMTUDISC_DO;  // a packet that does not fit the link is not broken up: who negotiates finds out
+  if (socket_ >= 0) setsockopt(socket_, IPPROTO_IP, IP_MTU_DISCOVER, &whole, sizeof whole);
   return socket_ >= 0 && bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
 }
 
@@ -133,7 +136,10 @@ void GvspStream::send(const ServedImage& image, const StreamRoute& route) {
     kept = &filled;
   }
   // Without the lock: only this thread changes the ring, and it does so in `room`.
-  transmit(*kept, 0, kept->last_packet());
+  // Cameras have a link each: that of the next one does not wait until this one's image is through.
+  transmit(*kept, 0, 0);
+  sched_yield();
+  transmit(*kept, 1, kept->last_packet());
 }
 
 void GvspStream::resend(std::uint16_t id, std::uint32_t first, std::uint32_t last) {
