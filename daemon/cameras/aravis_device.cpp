@@ -78,13 +78,6 @@ struct Unref<ArvCamera> {
 template <class T>
 using Held = std::unique_ptr<T, Unref<T>>;
 
-Result<Held<ArvCamera>> taken_over(ArvCamera* raw) {
-  Held<ArvCamera> camera(raw);
-  // The heartbeat's thread marks the device and not us: it may still be at it when we are gone.
-  g_signal_connect(arv_camera_get_device(camera.get()), "control-lost", G_CALLBACK(mark_lost), nullptr);
-  return camera;
-}
-
 Result<Held<ArvCamera>> open_as(const std::string& device) {
   AravisFailure failure;
   Held<ArvCamera> camera(arv_camera_new(device.c_str(), failure));
@@ -93,7 +86,9 @@ Result<Held<ArvCamera>> open_as(const std::string& device) {
       !arv_gv_device_is_controller(ARV_GV_DEVICE(arv_camera_get_device(camera.get())))) {
     return Error{ErrorCode::Busy, fmt::format("{} is controlled by another program; end that one", device)};
   }
-  return taken_over(camera.release());
+  // The heartbeat's thread marks the device and not us: it may still be at it when we are gone.
+  g_signal_connect(arv_camera_get_device(camera.get()), "control-lost", G_CALLBACK(mark_lost), nullptr);
+  return camera;
 }
 
 // An address is asked directly: that reaches cameras whose network takes no broadcast.
@@ -115,23 +110,9 @@ std::optional<UsbDevice> usb3_camera(const std::string& serial, Duration patienc
   }
 }
 
-// By the texts of its USB descriptor: what Aravis calls it is told only by a look around, which waits a second for
-// networks, and two cameras without a GUID are one to it.
-Result<Held<ArvCamera>> open_on_usb(const UsbDevice& found) {
-  AravisFailure failure;
-  const std::string what =
-      fmt::format("cannot open {} {} of serial {}", found.manufacturer, found.product, found.serial);
-  ArvDevice* const device =
-      arv_uv_device_new(found.manufacturer.c_str(), found.product.c_str(), found.serial.c_str(), failure);
-  if (failure.happened() || device == nullptr) {
-    if (device != nullptr) g_object_unref(device);
-    return failure.error(what);
-  }
-  ArvCamera* const camera = arv_camera_new_with_device(device, failure);
-  g_object_unref(device);  // the camera's by now
-  if (camera == nullptr) return failure.error(what);
-  return taken_over(camera);
-}
+// By the name that Aravis makes of the descriptor's texts, which it looks for on the USB first. Never by
+// arv_uv_device_new: two cameras that are opened at once without Aravis's own lock end the process.
+Result<Held<ArvCamera>> open_on_usb(const UsbDevice& found) { return open_as(found.manufacturer + "-" + found.serial); }
 
 Result<Held<ArvCamera>> open_by_serial(const std::string& serial, Seen seen) {
   const std::optional<UsbDevice> on_usb = usb3_camera(serial, seen == Seen::OnUsb ? kUsbPatience : Duration::zero());
