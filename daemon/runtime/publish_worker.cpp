@@ -9,14 +9,12 @@
 namespace mocap::runtime {
 namespace {
 
-constexpr Duration kLongestSleep = std::chrono::milliseconds(50);
 constexpr std::size_t kLongestError = 255;
 
 std::string not_synchronised(const stages::CameraTiming& timing) {
   return fmt::format(
       "not synchronised: exposes {:.1f} ms off the others, drifting {:.0f} us/s, at {:.2f} Hz; its views are left out "
-      "of "
-      "most sets or blur them; trigger all cameras by one signal, or let one PTP clock drive them",
+      "of most sets or blur them; trigger all cameras by one signal, or let one PTP clock drive them",
       1e-3 * to_us(timing.offset), timing.drift_us_s, timing.rate_hz);
 }
 
@@ -71,7 +69,7 @@ void PublishWorker::run() {
     if (ended) break;
     if (settings_.waiting == Waiting::Spin) continue;
     const Duration until_report = reported_at_ + settings_.report_every - host_now();
-    links_.snapshots->there_is_work.wait(ticket, std::clamp(until_report, Duration{1}, kLongestSleep));
+    links_.snapshots->there_is_work.wait(ticket, std::clamp(until_report, Duration{1}, kServeEvery));
   }
 }
 

@@ -14,6 +14,9 @@
 
 namespace mocap::runtime {
 
+/// Who joins is answered between snapshots, too: a handshake with keys and a subscription take a turn each.
+inline constexpr Duration kServeEvery = std::chrono::milliseconds(2);
+
 struct PublishWorkerSettings {
   bool every_snapshot = false;  ///< a late publisher sends all that wait, not only the newest
   bool lossless = false;        ///< a replay: all, and told when there is room

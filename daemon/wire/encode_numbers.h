@@ -39,11 +39,13 @@ inline v1::BoneState code_of(BoneState state) {
 
 /// Whole percents, 0 to 100.
 inline std::uint32_t percent(float share) {
+  // NOLINTNEXTLINE(bugprone-incorrect-roundings): never negative, and cheaper than a call
   return static_cast<std::uint32_t>(100.0F * std::clamp(share, 0.0F, 1.0F) + 0.5F);
 }
 
 /// Whole thousandths of a pixel; what is beyond every image is cut.
 inline std::uint32_t millipx(double residual_px) {
+  // NOLINTNEXTLINE(bugprone-incorrect-roundings): as above
   return static_cast<std::uint32_t>(1000.0 * std::clamp(residual_px, 0.0, 1e6) + 0.5);
 }
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/time.h"
+#include "runtime/publish_worker.h"
 #include "support/temporary_folder.h"
 #include "support/typical_snapshot.h"
 #include "wire/curve_keys.h"
@@ -27,7 +28,7 @@ using std::chrono::milliseconds;
 constexpr Duration kPatience = std::chrono::seconds(10);
 constexpr std::string_view kSnapshot{"snapshot\0", 9}, kDescription{"description\0", 12};
 
-// A feed at its pace, served as the daemon's publish thread does: with each snapshot and once more after it.
+// A feed at its pace, served as the daemon's publish thread does.
 class RunningFeed {
  public:
   static Result<std::unique_ptr<RunningFeed>> start(double rate_hz, bool keys) {
@@ -62,10 +63,13 @@ class RunningFeed {
     const Duration period = from_s(1.0 / rate_hz);
     Timestamp next = host_now();
     while (!stop.stop_requested()) {
-      std::this_thread::sleep_until(next += period);
+      next += period;
+      for (Timestamp now = host_now(); now < next; now = host_now()) {
+        publisher_->serve();
+        std::this_thread::sleep_until(std::min(next, now + runtime::kServeEvery));
+      }
       ++snapshot.number;
       static_cast<void>(publisher_->publish(snapshot));
-      publisher_->serve();
     }
   }
 
