@@ -8,24 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "stages/align_world.h"
+
 namespace mocap::stages {
 namespace {
 
 using std::chrono::microseconds;
-
-Timestamp at(std::int64_t us) { return Timestamp{} + microseconds(us); }
-
-BlobFrame seen_by(std::uint32_t camera, std::int64_t us, std::int64_t delay_us = 0) {
-  BlobFrame frame;
-  frame.camera = CameraId{camera};
-  frame.exposed_at = at(us);
-  frame.received_at = at(us + delay_us);
-  frame.detected_at = at(us + delay_us);
-  return frame;
-}
-
-constexpr AlignSettings kSettings{.window = microseconds(500), .patience = microseconds(2000)};
-constexpr Timestamp kForever = Timestamp::min();  // patience never ends
 
 std::vector<std::uint32_t> cameras_of(const FrameSet& set) {
   std::vector<std::uint32_t> ids;
