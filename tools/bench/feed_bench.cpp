@@ -183,6 +183,15 @@ void raise_descriptor_limit() {
   }
 }
 
+// Of a snapshot as it is sent, after days of a session.
+std::size_t message_bytes(const Snapshot& snapshot) {
+  v1::Snapshot message;
+  wire::encode(snapshot, message, {.local_positions = false, .velocities = false});
+  message.set_utc_minus_host_ns(1'790'000'000'000'000'000);
+  message.set_sequence(20'000'000);
+  return message.ByteSizeLong() + kTopic.size();
+}
+
 }  // namespace
 
 Result<FeedBenchFigures> run_feed_bench(const FeedBenchSettings& settings) {
@@ -191,11 +200,7 @@ Result<FeedBenchFigures> run_feed_bench(const FeedBenchSettings& settings) {
   Snapshot snapshot = support::typical_snapshot(description);
   FeedBenchFigures figures;
   figures.encode_us = measure_encode_us(description, snapshot);
-  v1::Snapshot message;
-  wire::encode(snapshot, message, {.local_positions = false, .velocities = false});
-  message.set_utc_minus_host_ns(1'790'000'000'000'000'000);
-  message.set_sequence(20'000'000);
-  figures.bytes = message.ByteSizeLong() + kTopic.size();
+  figures.bytes = message_bytes(snapshot);
 
   auto publisher = wire::ZmqPublisher::open(
       {.endpoint = "tcp://127.0.0.1:*", .max_connections = std::max(1000, settings.subscribers + 10)});
