@@ -4,6 +4,7 @@
 
 #include "scene/ring_rig.h"
 #include "settings/marker_set_file.h"
+#include "support/places.h"
 
 namespace mocap {
 namespace {
@@ -20,7 +21,7 @@ settings::DaemonSettings live_synthetic_daemon(const MarkerSet& worn) {
 }
 
 TEST(Assemble, LetsSimulatedCamerasBeginTheMotionTogether) {
-  const auto worn = settings::load_marker_set(MOCAP_SOURCE_DIR "/config/markersets/openmocap18.toml");
+  const auto worn = settings::load_marker_set(support::source_folder() + "/config/markersets/openmocap18.toml");
   ASSERT_TRUE(worn) << worn.error().message;
   const settings::DaemonSettings settings = live_synthetic_daemon(*worn);
 
@@ -40,7 +41,7 @@ TEST(Assemble, LetsSimulatedCamerasBeginTheMotionTogether) {
 }
 
 TEST(Assemble, TellsClientsWhichVersionItIs) {
-  const auto worn = settings::load_marker_set(MOCAP_SOURCE_DIR "/config/markersets/openmocap18.toml");
+  const auto worn = settings::load_marker_set(support::source_folder() + "/config/markersets/openmocap18.toml");
   ASSERT_TRUE(worn) << worn.error().message;
   const settings::DaemonSettings settings = live_synthetic_daemon(*worn);
 

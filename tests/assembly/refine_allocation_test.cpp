@@ -11,6 +11,7 @@
 #include "settings/marker_set_file.h"
 #include "stages/refine_subject.h"
 #include "support/allocation_counter.h"
+#include "support/places.h"
 
 namespace mocap::stages {
 namespace {
@@ -61,7 +62,7 @@ class Swinging {
 
 TEST(RefineSubject, AllocatesNothingOnceMade) {
   if (!support::allocations_can_be_counted()) GTEST_SKIP() << "the sanitizer owns the heap";
-  const auto set = settings::load_marker_set(std::string(MOCAP_SOURCE_DIR) + "/config/markersets/baseline41.toml");
+  const auto set = settings::load_marker_set(support::source_folder() + "/config/markersets/baseline41.toml");
   ASSERT_TRUE(set) << set.error().message;
   SubjectRefiner refiner({.pieces = 10}, {{"somebody", *set}});
   const auto body = std::make_unique<Swinging>(*set);

@@ -8,6 +8,7 @@
 #include "scene/ring_rig.h"
 #include "settings/marker_set_file.h"
 #include "support/allocation_counter.h"
+#include "support/places.h"
 
 namespace mocap {
 namespace {
@@ -70,7 +71,7 @@ settings::DaemonSettings fast_synthetic_daemon(const MarkerSet& worn) {
 
 TEST(SteadyState, AllocatesNothingInTenThousandFrames) {
   if (!support::allocations_can_be_counted()) GTEST_SKIP() << "the sanitizer owns the heap";
-  const auto worn = settings::load_marker_set(MOCAP_SOURCE_DIR "/config/markersets/openmocap18.toml");
+  const auto worn = settings::load_marker_set(support::source_folder() + "/config/markersets/openmocap18.toml");
   ASSERT_TRUE(worn) << worn.error().message;
   const settings::DaemonSettings settings = fast_synthetic_daemon(*worn);
   Result<Assembly> assembly = assemble(settings);

@@ -9,12 +9,13 @@
 #include "body/pose_fit.h"
 #include "body/rotation.h"
 #include "model/skeleton.h"
+#include "support/places.h"
 
 namespace mocap::test {
 
 /// A shipped marker set, read without checks: the rooms under test stand below settings/.
 inline MarkerSet person(const std::string& name) {
-  const std::string folder = std::string(MOCAP_SOURCE_DIR) + "/config/";
+  const std::string folder = support::source_folder() + "/config/";
   const toml::table markers = toml::parse_file(folder + "markersets/" + name + ".toml");
   const toml::table skeleton =
       toml::parse_file(folder + "markersets/" + markers["skeleton"].value<std::string>().value());

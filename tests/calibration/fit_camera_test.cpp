@@ -12,6 +12,7 @@
 #include "geometry/lens.h"
 #include "scene/random.h"
 #include "scene/ring_rig.h"
+#include "support/places.h"
 
 namespace mocap::calibration {
 namespace {
@@ -89,7 +90,7 @@ TEST(FitCamera, RefusesPointsInOnePlane) {
 
 // Points of a real rig: image x, y, world x, y, z in mm.
 TEST(FitCamera, ExplainsTheCamerasOfARealRigToHalfAPixel) {
-  const std::filesystem::path folder = MOCAP_SHARED_DATA "/multiview/particles";
+  const std::filesystem::path folder = support::shared_data_folder() + "/multiview/particles";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder;
   for (const char* name : {"cam1", "cam2", "cam3"}) {
     std::ifstream file(folder / (std::string(name) + "_cal_points.txt"));

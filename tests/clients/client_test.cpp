@@ -15,6 +15,7 @@
 #include "decode.h"
 #include "feed.h"
 #include "mocap_client.hpp"
+#include "support/places.h"
 
 namespace mocap::client {
 namespace {
@@ -279,7 +280,7 @@ TEST_P(AxisVectors, AreWhatTheClientGives) {
 
 std::vector<std::filesystem::path> vectors() {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(std::string(MOCAP_SOURCE_DIR) + "/proto/axes")) {
+  for (const auto& entry : std::filesystem::directory_iterator(support::source_folder() + "/proto/axes")) {
     if (entry.path().extension() == ".json") files.push_back(entry.path());
   }
   return files;

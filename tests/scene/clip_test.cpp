@@ -10,12 +10,13 @@
 #include <sstream>
 
 #include "scene/clip_actor.h"
+#include "support/places.h"
 
 namespace mocap::scene {
 namespace {
 
 std::string read(const std::string& name) {
-  std::ifstream stream(std::filesystem::path(MOCAP_SHARED_DATA) / name, std::ios::binary);
+  std::ifstream stream(std::filesystem::path(support::shared_data_folder()) / name, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
@@ -70,7 +71,7 @@ TEST(Bvh, RefusesEveryTruncationWithTheLine) {
 TEST(Bvh, ReadsRealFilesAndMovesThemOverTheFloor) {
   for (const char* name : {"bvh/cmu_131_01.bvh", "bvh/cmu_18_01_walk_shakehands_A.bvh", "bvh/dm_walk.bvh"}) {
     const std::string text = read(name);
-    if (text.empty()) GTEST_SKIP() << "no " << MOCAP_SHARED_DATA;
+    if (text.empty()) GTEST_SKIP() << "no " << support::shared_data_folder();
     auto bvh = parse_bvh(text);
     ASSERT_TRUE(bvh) << name << bvh.error().message;
     const double length_s = bvh->frame_time_s * static_cast<double>(bvh->frames);
@@ -103,7 +104,7 @@ TEST(KnownJoint, KnowsWhatOtherProgramsCallThem) {
 // The first samples were read from the files by another program.
 TEST(C3d, ReadsFloatSamples) {
   const std::string bytes = read("c3d/btk_pig_walk_static_100.c3d");
-  if (bytes.empty()) GTEST_SKIP() << "no " << MOCAP_SHARED_DATA;
+  if (bytes.empty()) GTEST_SKIP() << "no " << support::shared_data_folder();
 
   const C3d c3d = c3d_of(bytes);
 
@@ -118,7 +119,7 @@ TEST(C3d, ReadsFloatSamples) {
 TEST(C3d, TellsMarkersFromGhostsAndModelOutputs) {
   const std::string ghosts = read("c3d/pycgm_movement_42unlabelled_120.c3d"),
                     model = read("c3d/btk_pig_walk_fullbody_100.c3d");
-  if (ghosts.empty()) GTEST_SKIP() << "no " << MOCAP_SHARED_DATA;
+  if (ghosts.empty()) GTEST_SKIP() << "no " << support::shared_data_folder();
 
   const auto of_ghosts = kinds_of(c3d_of(ghosts).labels), of_model = kinds_of(c3d_of(model).labels);
 
@@ -130,7 +131,7 @@ TEST(C3d, TellsMarkersFromGhostsAndModelOutputs) {
 // The cleaned trial of the same capture, in another format, by another program.
 TEST(C3d, ReadsDecIntegersAsTheCleanedTrialHasThem) {
   const std::string bytes = read("c3d/btk_gait_cammask_100.c3d"), trc = read("trc/btk_Gait.trc");
-  if (bytes.empty()) GTEST_SKIP() << "no " << MOCAP_SHARED_DATA;
+  if (bytes.empty()) GTEST_SKIP() << "no " << support::shared_data_folder();
 
   const C3d c3d = c3d_of(bytes);
 
@@ -159,7 +160,7 @@ TEST(C3d, ReadsDecIntegersAsTheCleanedTrialHasThem) {
 
 TEST(C3d, SurvivesEveryTruncationAndManyBrokenBytes) {
   const std::string whole = read("c3d/btk_pig_walk_static_100.c3d");
-  if (whole.empty()) GTEST_SKIP() << "no " << MOCAP_SHARED_DATA;
+  if (whole.empty()) GTEST_SKIP() << "no " << support::shared_data_folder();
   for (std::size_t length = 0; length < whole.size(); length += 997) {
     const std::string bytes = whole.substr(0, length);
     (void)parse_c3d(std::as_bytes(std::span(bytes)));
@@ -174,7 +175,7 @@ TEST(C3d, SurvivesEveryTruncationAndManyBrokenBytes) {
 TEST(C3dActor, HidesWhatTheRecordingDidNotSeeAndShowsItsGhosts) {
   const std::string gaps = read("c3d/btk_gait_cammask_100.c3d"),
                     nameless = read("c3d/pycgm_movement_42unlabelled_120.c3d");
-  if (gaps.empty()) GTEST_SKIP() << "no " << MOCAP_SHARED_DATA;
+  if (gaps.empty()) GTEST_SKIP() << "no " << support::shared_data_folder();
   auto with_gaps = make_c3d_actor(c3d_of(gaps)), with_ghosts = make_c3d_actor(c3d_of(nameless));
   ASSERT_TRUE(with_gaps && with_ghosts);
   ActorState state;

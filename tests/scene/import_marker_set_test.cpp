@@ -9,12 +9,13 @@
 #include <string>
 
 #include "body/test_body.h"
+#include "support/places.h"
 
 namespace mocap::scene {
 namespace {
 
 std::optional<C3d> shared_c3d(const std::string& name) {
-  const std::filesystem::path path = std::filesystem::path(MOCAP_SHARED_DATA) / "c3d" / name;
+  const std::filesystem::path path = std::filesystem::path(support::shared_data_folder()) / "c3d" / name;
   std::ifstream in(path, std::ios::binary);
   if (!in) return std::nullopt;
   const std::string bytes(std::istreambuf_iterator<char>(in), {});
@@ -91,7 +92,7 @@ class RecordedSubject : public ::testing::TestWithParam<Trial> {};
 TEST_P(RecordedSubject, FittedToAStaticTrialExplainsAMovement) {
   const auto still = shared_c3d(GetParam().still);
   const auto moving = shared_c3d(GetParam().moving);
-  if (!still || !moving) GTEST_SKIP() << "no shared data at " MOCAP_SHARED_DATA;
+  if (!still || !moving) GTEST_SKIP() << "no shared data at " << support::shared_data_folder();
   const auto imported = import_marker_set(*still, human(), "somebody");
   ASSERT_TRUE(imported);
   EXPECT_EQ(imported->marker_set.markers.size(), GetParam().markers);

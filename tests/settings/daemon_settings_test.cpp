@@ -13,6 +13,7 @@
 #include "settings/rig_file.h"
 #include "settings/stage_keys.h"
 #include "settings/subject_file.h"
+#include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
@@ -22,7 +23,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-const std::filesystem::path kConfig = std::filesystem::path(MOCAP_SOURCE_DIR) / "config";
+const std::filesystem::path kConfig = std::filesystem::path(support::source_folder()) / "config";
 
 std::string text_of(const std::filesystem::path& path) {
   std::ifstream in(path);

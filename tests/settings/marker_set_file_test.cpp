@@ -1,4 +1,5 @@
 #include "settings/marker_set_file.h"
+#include "support/places.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,7 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
-const fs::path kMarkerSets = fs::path(MOCAP_SOURCE_DIR) / "config" / "markersets";
+const fs::path kMarkerSets = fs::path(support::source_folder()) / "config" / "markersets";
 
 // A folder of its own for each test, gone afterwards.
 class MarkerSetFile : public ::testing::Test {
@@ -139,7 +140,8 @@ const std::set<std::string> kVrm{"hips",
 
 TEST(ShippedSkeletons, BearNamesThatEachSchemeHasAndNoneTwice) {
   int bodies = 0;
-  for (const fs::directory_entry& file : fs::directory_iterator(fs::path(MOCAP_SOURCE_DIR) / "config" / "skeletons")) {
+  for (const fs::directory_entry& file :
+       fs::directory_iterator(fs::path(support::source_folder()) / "config" / "skeletons")) {
     SCOPED_TRACE(file.path().string());
     const auto skeleton = load_skeleton(file.path());
     ASSERT_TRUE(skeleton) << skeleton.error().message;

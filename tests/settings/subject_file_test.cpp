@@ -11,6 +11,7 @@
 
 #include "settings/marker_set_file.h"
 #include "settings/subject_keeper.h"
+#include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
@@ -19,7 +20,7 @@ namespace {
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
-const fs::path kMarkerSet = fs::path(MOCAP_SOURCE_DIR) / "config" / "markersets" / "baseline41.toml";
+const fs::path kMarkerSet = fs::path(support::source_folder()) / "config" / "markersets" / "baseline41.toml";
 
 SubjectFile somebody() {
   std::mt19937 random(1);
@@ -127,7 +128,7 @@ TEST_F(SubjectFileTest, IsWrittenAnewWithEachFit) {
 
 TEST_F(SubjectFileTest, MarkerSetIsReadAsItWasWritten) {
   const MarkerSet set = *load_marker_set(kMarkerSet);
-  const fs::path skeleton = fs::path(MOCAP_SOURCE_DIR) / "config" / "skeletons" / "human18.toml";
+  const fs::path skeleton = fs::path(support::source_folder()) / "config" / "skeletons" / "human18.toml";
   ASSERT_TRUE(save_marker_set(path_, set, skeleton));
 
   const auto read = load_marker_set(path_);

@@ -16,11 +16,12 @@
 #include "stages/detect_blobs.h"
 #include "stages/match_views.h"
 #include "stages/triangulate_matches.h"
+#include "support/places.h"
 
 namespace mocap::stages {
 namespace {
 
-const std::string kFolder = std::string(MOCAP_SHARED_DATA) + "/multiview/particles/";
+const std::string kFolder = support::shared_data_folder() + "/multiview/particles/";
 constexpr int kCameras = 3;
 constexpr int kWidth_px = 1280;
 constexpr int kHeight_px = 1024;

@@ -1,4 +1,5 @@
 #include "stages/track_markers.h"
+#include "support/places.h"
 
 #include <gtest/gtest.h>
 
@@ -478,8 +479,8 @@ int id_changes(const std::vector<std::vector<std::optional<Eigen::Vector3d>>>& f
 }
 
 TEST(TrackMarkers, KeepsMostIdsOfABalletDancerAt30Hz) {
-  const auto frames = read_trc(MOCAP_SHARED_DATA "/trc/btk_ballet_reduced.trc");
-  if (frames.empty()) GTEST_SKIP() << "no motion data at " << MOCAP_SHARED_DATA;
+  const auto frames = read_trc(support::shared_data_folder() + "/trc/btk_ballet_reduced.trc");
+  if (frames.empty()) GTEST_SKIP() << "no motion data at " << support::shared_data_folder();
 
   const int changes = id_changes(frames, 30.0, 1, 41);
 
@@ -489,8 +490,8 @@ TEST(TrackMarkers, KeepsMostIdsOfABalletDancerAt30Hz) {
 }
 
 TEST(TrackMarkers, KeepsTheIdsOfARawWalkAt100And50HzButWhereItsMarkersJump) {
-  const auto frames = read_trc(MOCAP_SHARED_DATA "/trc/btk_Gait.trc");
-  if (frames.empty()) GTEST_SKIP() << "no motion data at " << MOCAP_SHARED_DATA;
+  const auto frames = read_trc(support::shared_data_folder() + "/trc/btk_Gait.trc");
+  if (frames.empty()) GTEST_SKIP() << "no motion data at " << support::shared_data_folder();
 
   // 33 named markers; the columns after them hold nameless fragments, seen like all others. Some named markers jump by
   // 13 to 50 mm and back within one frame: each jump rightly ends one track and begins another.

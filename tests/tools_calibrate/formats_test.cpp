@@ -10,6 +10,7 @@
 
 #include "geometry/lens.h"
 #include "settings/rig_file.h"
+#include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace mocap::calibrate {
@@ -241,7 +242,7 @@ TEST(ForeignRig, OfPose2SimWithKeysThatWeDoNotKnowIsReadAndTold) {
 }
 
 TEST(QcaFile, APointProjectedByHandAgrees) {
-  const std::filesystem::path path = std::filesystem::path(MOCAP_SHARED_DATA) / "multiview/Calib.qca.txt";
+  const std::filesystem::path path = std::filesystem::path(support::shared_data_folder()) / "multiview/Calib.qca.txt";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
 
   const auto read = read_rig(path, std::nullopt);
@@ -275,7 +276,7 @@ TEST(QcaFile, APointProjectedByHandAgrees) {
 }
 
 TEST(QcaFile, ItsCamerasLookAtOneVolumeFromAbove) {
-  const std::filesystem::path path = std::filesystem::path(MOCAP_SHARED_DATA) / "multiview/Calib.qca.txt";
+  const std::filesystem::path path = std::filesystem::path(support::shared_data_folder()) / "multiview/Calib.qca.txt";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   const auto read = read_rig(path, RigFormat::Qca);
   ASSERT_TRUE(read);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace mocap::ctl {
@@ -16,8 +17,8 @@ namespace {
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
-const fs::path kC3d = fs::path(MOCAP_SHARED_DATA) / "c3d";
-const fs::path kConfig = fs::path(MOCAP_SOURCE_DIR) / "config";
+const fs::path kC3d = fs::path(support::shared_data_folder()) / "c3d";
+const fs::path kConfig = fs::path(support::source_folder()) / "config";
 
 struct Ended {
   int exit;
@@ -25,7 +26,7 @@ struct Ended {
 };
 
 Ended run(const std::string& arguments) {
-  const std::string command = std::string(MOCAP_BIN_DIR) + "/mocapctl " + arguments + " 2>&1";
+  const std::string command = support::program_folder() + "/mocapctl " + arguments + " 2>&1";
   FILE* pipe = ::popen(command.c_str(), "r");
   Ended ended{-1, {}};
   std::array<char, 4096> block;
@@ -36,7 +37,7 @@ Ended run(const std::string& arguments) {
 }
 
 TEST(Mocapctl, ImportsFitsAndShowsARecordedSubject) {
-  if (!fs::exists(kC3d)) GTEST_SKIP() << "no shared data at " MOCAP_SHARED_DATA;
+  if (!fs::exists(kC3d)) GTEST_SKIP() << "no shared data at " << support::shared_data_folder();
   const support::TemporaryFolder folder;
   const std::string out = folder.path().string();
   const std::string skeleton = " --skeleton " + (kConfig / "skeletons/human18.toml").string();

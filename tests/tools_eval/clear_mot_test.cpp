@@ -1,4 +1,5 @@
 #include "eval/clear_mot.h"
+#include "support/places.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +14,7 @@ namespace {
 std::vector<std::uint64_t> ids(const nlohmann::json& list) { return list.get<std::vector<std::uint64_t>>(); }
 
 TEST(ClearMot, AgreesWithTheWorkedExample) {
-  const std::filesystem::path file = MOCAP_SHARED_DATA "/metrics/clearmot_toy.json";
+  const std::filesystem::path file = support::shared_data_folder() + "/metrics/clearmot_toy.json";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";
   std::ifstream stream(file);
   const auto toy = nlohmann::json::parse(stream);

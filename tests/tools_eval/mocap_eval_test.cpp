@@ -9,6 +9,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "support/places.h"
 #include "wire/json.h"
 
 namespace mocap::eval {
@@ -23,7 +24,7 @@ struct Outcome {
 };
 
 Outcome run(const std::string& arguments) {
-  const std::string command = std::string(MOCAP_BIN_DIR) + "/mocap-eval " + arguments;
+  const std::string command = support::program_folder() + "/mocap-eval " + arguments;
   std::FILE* pipe = ::popen(command.c_str(), "r");
   EXPECT_NE(pipe, nullptr);
   std::string out;
@@ -116,7 +117,8 @@ TEST_F(MocapEval, JudgesNamesAndBonesOfFilesAndDrawsThem) {
 TEST_F(MocapEval, RunsASceneThatAFileTells) {
   const std::string scene = write_text("scene.toml",
                                        "seconds = 2\n[goal]\nf1 = 0.9\n[[actor]]\nname = 'a'\nmotion = 'tpose'\n"
-                                       "marker_set = '" MOCAP_SOURCE_DIR "/config/markersets/baseline41.toml'\n");
+                                       "marker_set = '" +
+                                           support::source_folder() + "/config/markersets/baseline41.toml'\n");
 
   const Outcome done = run("scene " + scene + " --json --require-goals --plots " + (folder_ / "plots").string());
 
@@ -131,7 +133,7 @@ TEST_F(MocapEval, RunsASceneThatAFileTells) {
 
 TEST_F(MocapEval, SaysWhichMotionIsNotThereAndWhatIsWrongWithAScene) {
   const std::string actor =
-      "[[actor]]\nname = 'a'\nmarker_set = '" MOCAP_SOURCE_DIR "/config/markersets/baseline41.toml'\n";
+      "[[actor]]\nname = 'a'\nmarker_set = '" + support::source_folder() + "/config/markersets/baseline41.toml'\n";
   const std::string missing = write_text("missing.toml", actor + "motion = 'no_such.bvh'\n");
   const std::string faulty = write_text("faulty.toml", actor + "motion = 'walk'\nsecons = 3\n");
 

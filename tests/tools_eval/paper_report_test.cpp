@@ -14,6 +14,7 @@
 #include "eval/paper/cv_reference.h"
 #include "eval/paper/plots.h"
 #include "eval/paper/published.h"
+#include "support/places.h"
 
 namespace mocap::eval::paper {
 namespace {
@@ -127,7 +128,7 @@ struct Outcome {
 };
 
 Outcome run(const std::string& arguments) {
-  const std::string command = std::string(MOCAP_BIN_DIR) + "/mocap-eval paper " + arguments;
+  const std::string command = support::program_folder() + "/mocap-eval paper " + arguments;
   std::FILE* pipe = ::popen(command.c_str(), "r");
   EXPECT_NE(pipe, nullptr);
   std::string out;

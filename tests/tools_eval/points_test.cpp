@@ -12,6 +12,7 @@
 #include "eval/points_score.h"
 #include "eval/points_visibility.h"
 #include "eval/points_world.h"
+#include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace mocap::eval {
@@ -174,7 +175,7 @@ TEST(EvalPoints, ReadsTrcAndSaysWhatIsWrongWithOtherFiles) {
 
 // Identity changes of real motion, every camera seeing every marker.
 std::uint64_t id_changes(const std::string& file, double rate_hz, std::uint64_t seed) {
-  const auto motion = load_motion(std::string(MOCAP_SHARED_DATA) + "/c3d/" + file, 0);
+  const auto motion = load_motion(support::shared_data_folder() + "/c3d/" + file, 0);
   if (!motion) return 9999;
   WorldSettings settings;
   settings.rate_hz = rate_hz;
@@ -182,8 +183,8 @@ std::uint64_t id_changes(const std::string& file, double rate_hz, std::uint64_t 
 }
 
 TEST(EvalPoints, NobodyChangesIdentityInRecordedMotionThatAllCamerasSee) {
-  if (!std::ifstream(std::string(MOCAP_SHARED_DATA) + "/c3d/btk_optitrack36_100.c3d")) {
-    GTEST_SKIP() << "no motion data at " << MOCAP_SHARED_DATA;
+  if (!std::ifstream(support::shared_data_folder() + "/c3d/btk_optitrack36_100.c3d")) {
+    GTEST_SKIP() << "no motion data at " << support::shared_data_folder();
   }
   for (const double rate_hz : {100.0, 25.0}) {
     EXPECT_EQ(id_changes("btk_pig_walk_fullbody_100.c3d", rate_hz, 21), 0U) << rate_hz << " Hz";

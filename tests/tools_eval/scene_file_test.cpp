@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace mocap::eval {
@@ -85,7 +86,7 @@ TEST_F(SceneFileTest, FindsAMotionBesideItself) {
 
 TEST(SceneFiles, OfTheProjectAreAllSound) {
   std::size_t count = 0;
-  for (const auto& entry : fs::directory_iterator(MOCAP_SOURCE_DIR "/config/scenes")) {
+  for (const auto& entry : fs::directory_iterator(support::source_folder() + "/config/scenes")) {
     const auto scene = load_scene(entry.path());
     EXPECT_TRUE(scene) << (scene ? "" : settings::to_text(scene.error()));
     ++count;

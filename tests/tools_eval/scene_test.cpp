@@ -10,6 +10,7 @@
 #include "scene/render.h"
 #include "settings/marker_set_file.h"
 #include "stages/detect_blobs.h"
+#include "support/places.h"
 
 namespace mocap::eval {
 namespace {
@@ -107,7 +108,7 @@ SceneFile walker() {
   SceneActor& actor = scene.actors.emplace_back();
   actor.name = "walker";
   actor.motion = "tpose:2,walk";
-  actor.marker_set = MOCAP_SOURCE_DIR "/config/markersets/baseline41.toml";
+  actor.marker_set = support::source_folder() + "/config/markersets/baseline41.toml";
   return scene;
 }
 

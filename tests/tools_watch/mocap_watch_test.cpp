@@ -9,6 +9,7 @@
 #include <sstream>
 #include <thread>
 
+#include "support/places.h"
 #include "support/temporary_folder.h"
 #include "wire/json.h"
 #include "wire/sample_description.h"
@@ -34,7 +35,7 @@ Outcome run(const std::string& command) {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, out};
 }
 
-Outcome watch(const std::string& arguments) { return run(std::string(MOCAP_BIN_DIR) + "/mocap-watch " + arguments); }
+Outcome watch(const std::string& arguments) { return run(support::program_folder() + "/mocap-watch " + arguments); }
 
 // A feed of a subject of two markers, one of them lost; every tenth snapshot is left out of the wire by the daemon.
 class Feed {
@@ -159,7 +160,7 @@ TEST(MocapWatch, SaysThatTheDaemonIsThereAndSilent) {
 TEST(MocapWatch, EndsWhenNobodyReadsItsOutput) {
   Feed feed;
 
-  const Outcome done = run("timeout 20 " + std::string(MOCAP_BIN_DIR) + "/mocap-watch " + feed.endpoint() +
+  const Outcome done = run("timeout 20 " + support::program_folder() + "/mocap-watch " + feed.endpoint() +
                            " --json | head -n 3 | wc -l");
 
   EXPECT_EQ(done.out, "3\n");

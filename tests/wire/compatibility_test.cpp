@@ -15,6 +15,7 @@
 #include "mocap/v1/event.pb.h"
 #include "mocap/v1/health.pb.h"
 #include "mocap/v1/snapshot.pb.h"
+#include "support/places.h"
 
 namespace mocap::wire {
 namespace {
@@ -110,7 +111,7 @@ FileDescriptorSet as_built() {
 }
 
 FileDescriptorSet as_released() {
-  std::ifstream in(MOCAP_SOURCE_DIR "/proto/baseline.binpb", std::ios::binary);
+  std::ifstream in(support::source_folder() + "/proto/baseline.binpb", std::ios::binary);
   FileDescriptorSet files;
   EXPECT_TRUE(files.ParseFromIstream(&in));
   return files;
@@ -179,7 +180,7 @@ TEST(Schema, KeepsToTheStyleGuide) {
 
 // The worked example of proto/README.md: its lines "OFFSET  HEX BYTES  what it is" make one message of the feed.
 TEST(Schema, TheReadmesHexDumpIsAMessageOfTheFeed) {
-  std::ifstream in(MOCAP_SOURCE_DIR "/proto/README.md");
+  std::ifstream in(support::source_folder() + "/proto/README.md");
   std::string bytes;
   bool inside = false;
   for (std::string line; std::getline(in, line);) {

@@ -18,6 +18,7 @@
 #include "hostile_bench.h"
 #include "pipeline_bench.h"
 #include "solve_bench.h"
+#include "support/places.h"
 
 namespace mocap::bench {
 namespace {
@@ -195,7 +196,7 @@ int main(int argc, char** argv) {
   app.footer(bench::kExamples);
   app.require_subcommand(1);
 
-  const std::string marker_set = MOCAP_SOURCE_DIR "/config/markersets/baseline41.toml";
+  const std::string marker_set = support::source_folder() + "/config/markersets/baseline41.toml";
   bool json = false;
   bool growth = false;
   bench::PipelineBenchSettings running;
