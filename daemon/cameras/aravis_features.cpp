@@ -266,9 +266,9 @@ Result<AravisFeatures> apply_settings(ArvCamera* camera, const AravisSettings& s
     if (const Status set = set_feature(camera, feature); !set) return set.error();
   }
   AravisFeatures features{*format, exposure, settings.trigger == kSoftware, std::nullopt};
-  // In whole microseconds, as cameras count their periods.
+  // In whole microseconds, as simulated cameras count their periods too.
   if (settings.trigger == kAction) {
-    features.action_period = std::chrono::microseconds(std::llround(1e6 / *settings.rate_hz));
+    features.action_period = std::chrono::microseconds(static_cast<std::int64_t>(1e6 / *settings.rate_hz));
   }
   return features;
 }

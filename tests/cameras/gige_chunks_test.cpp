@@ -117,7 +117,7 @@ TEST_F(GigeExposures, LosesNoChunkWithThePacketsThatAreSentAgain) {
 
 TEST_F(GigeExposures, TellsByTheReceiptsWhenTheCameraLosesItsMaster) {
   auto simulated = ServedGigE::at("127.0.0.2", "C4");
-  simulated.clock_drift_ppm = 100.0;
+  simulated.clock_drift_ppm = -100.0;  // ahead, it would be found out by showing the future
   ServedGigE served(simulated);
   ASSERT_TRUE(served.running());
   AravisSettings settings = at_address("127.0.0.2");

@@ -134,7 +134,12 @@ class GigeCamera {
     if (!begins_ns) return;
     const std::int64_t period_ns = std::int64_t{device_->period_us()} * 1000;
     const std::int64_t end_ns = *begins_ns + std::int64_t{device_->exposure_us()} * 1000;
-    const ServedImage image = expose((*begins_ns + period_ns / 2) / period_ns, end_ns);
+    // Near the clock's periods, so that all cameras show the same of a loop; then by what lies between.
+    last_number_ = told_ns_ == 0
+                       ? *begins_ns / period_ns
+                       : last_number_ + std::max<std::int64_t>(1, (*begins_ns - told_ns_ + period_ns / 2) / period_ns);
+    told_ns_ = *begins_ns;
+    const ServedImage image = expose(last_number_, end_ns);
     send_at(image, end_ns + late_ns(period_ns / 1000));
   }
 
@@ -236,6 +241,7 @@ class GigeCamera {
   std::int64_t images_ = 0;  // since the client began
   std::int64_t last_number_ = 0;
   std::int64_t sent_ns_ = 0;
+  std::int64_t told_ns_ = 0;  // by the last action
   bool streams_ = false;
   std::jthread thread_;  // last: ended before what it uses
 };
