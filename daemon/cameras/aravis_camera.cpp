@@ -22,10 +22,11 @@
 #include <vector>
 
 #include "base/log.h"
+#include "cameras/aravis_chunks.h"
 #include "cameras/aravis_device.h"
 #include "cameras/aravis_failure.h"
 #include "cameras/arrival_stamps.h"
-#include "cameras/clock_mapping.h"
+#include "cameras/exposure_clock.h"
 #include "cameras/frame_counter.h"
 #include "cameras/image_layout.h"
 
@@ -35,11 +36,8 @@ namespace {
 // start() answers within this, and close_aside() within that: a service that is told to end has a second for both.
 constexpr Duration kStartPatience = std::chrono::milliseconds(300);
 constexpr Duration kClosePatience = std::chrono::milliseconds(250);
-// A clock said to be UTC may be this far from the receipt and still be believed.
-constexpr Duration kUtcBelievable = std::chrono::seconds(10);
 // From a packet's arrival until Aravis's thread runs and notes it: what waking a thread takes on Linux.
 constexpr Duration kWaking = std::chrono::microseconds(40);
-constexpr Duration kTaiMinusUtc = std::chrono::seconds(37);  // since 2017; no leap second is planned
 // No image takes longer from its first byte to its last.
 constexpr Duration kLongestWay = std::chrono::seconds(1);
 
@@ -91,7 +89,11 @@ void close_aside(Holder holder) noexcept try {
 class AravisCamera : public Camera {
  public:
   AravisCamera(CameraId id, std::string name, AravisSettings settings, StreamCounters* counters)
-      : id_(id), name_(std::move(name)), settings_(std::move(settings)), counters_(counters) {}
+      : id_(id),
+        name_(std::move(name)),
+        settings_(std::move(settings)),
+        counters_(counters),
+        clock_(name_, settings_) {}
   ~AravisCamera() override;
   AravisCamera(const AravisCamera&) = delete;
   AravisCamera& operator=(const AravisCamera&) = delete;
@@ -110,10 +112,11 @@ class AravisCamera : public Camera {
 
  private:
   Status begin(std::unique_ptr<AravisDevice> device);
+  ArvBuffer* wait_for_buffer(Duration patience);
   Result<Frame> frame_of(ArvBuffer* buffer, Timestamp received);
   std::unique_ptr<ArrivalStamps> stamps_of_arrival() const;
   Timestamp first_byte_at(ArvBuffer* buffer, Timestamp received);
-  Timestamp exposed_at(ArvBuffer* buffer, Timestamp received);
+  ImageInstants instants_of(ArvBuffer* buffer, Timestamp received);
   bool came_before(ArvBuffer* buffer);
   void count_stream();
   void count_clock();
@@ -132,9 +135,8 @@ class AravisCamera : public Camera {
   ArvBuffer* lent_ = nullptr;  // ours until the next call
   Seen seen_ = Seen::Never;
   bool trigger_due_ = false;
-  bool utc_doubted_ = false;
-  Timestamp last_exposed_;
-  ClockMapping clock_;
+  ExposureClock clock_;
+  std::optional<Duration> chunk_ahead_;      // of the stamp in the leader, as of the last image with both
   std::unique_ptr<ArrivalStamps> arrivals_;  // null: not allowed, or another bus
   std::uint64_t leaps_counted_ = 0;
   FrameCounter frames_;
@@ -165,6 +167,7 @@ Status AravisCamera::start() try {
 Status AravisCamera::begin(std::unique_ptr<AravisDevice> device) {
   device_ = std::move(device);
   clock_.reset();
+  chunk_ahead_.reset();
   counted_ = {};
   arrivals_ = stamps_of_arrival();
   // Of an answer that waited long.
@@ -180,9 +183,10 @@ Status AravisCamera::begin(std::unique_ptr<AravisDevice> device) {
     return begun;
   }
   trigger_due_ = device_->features().software_trigger;
-  log_info("camera " + name_, fmt::format("started driver=aravis device={} exposure={:.0f}us",
+  const AravisChunks* const chunks = device_->chunks();
+  log_info("camera " + name_, fmt::format("started driver=aravis device={} exposure={:.0f}us chunks={}",
                                           text_of(arv_camera_get_model_name(device_->camera(), nullptr)),
-                                          to_us(device_->features().exposure)));
+                                          to_us(device_->features().exposure), chunks ? chunks->names() : "none"));
   return {};
 }
 
@@ -200,10 +204,7 @@ Result<Frame> AravisCamera::next(Duration patience) {
     }
     trigger_due_ = false;
   }
-  const auto patience_us = std::chrono::duration_cast<std::chrono::microseconds>(patience).count();
-  ArvBuffer* buffer = patience_us > 0
-                          ? arv_stream_timeout_pop_buffer(device_->stream(), static_cast<guint64>(patience_us))
-                          : arv_stream_try_pop_buffer(device_->stream());
+  ArvBuffer* const buffer = wait_for_buffer(patience);
   if (buffer == nullptr) {
     if (device_->lost()) return error(ErrorCode::DeviceLost, "the camera stopped answering");
     return Error{ErrorCode::Timeout, {}};
@@ -216,6 +217,24 @@ Result<Frame> AravisCamera::next(Duration patience) {
   Result<Frame> frame = frame_of(buffer, received);
   count_clock();
   return frame;
+}
+
+// Tells the camera meanwhile when to expose, where that is ours to tell.
+ArvBuffer* AravisCamera::wait_for_buffer(Duration patience) {
+  const auto pop = [this](Duration within) {
+    const auto us = std::chrono::duration_cast<std::chrono::microseconds>(within).count();
+    return us > 0 ? arv_stream_timeout_pop_buffer(device_->stream(), static_cast<guint64>(us))
+                  : arv_stream_try_pop_buffer(device_->stream());
+  };
+  ActionTrigger* const trigger = device_->action_trigger();
+  if (trigger == nullptr) return pop(patience);
+  const Timestamp end = host_now() + patience;
+  for (;;) {
+    const Timestamp now = host_now();
+    trigger->send_due(now, utc_minus_host(), settings_.ptp && device_->keeps_time());
+    ArvBuffer* const buffer = pop(std::min(end, trigger->next_due()) - now);
+    if (buffer != nullptr || host_now() >= end) return buffer;
+  }
 }
 
 Result<Frame> AravisCamera::frame_of(ArvBuffer* buffer, Timestamp received) {
@@ -238,7 +257,7 @@ Result<Frame> AravisCamera::frame_of(ArvBuffer* buffer, Timestamp received) {
   frame.camera = id_;
   frame.number = frames_.number_of(frame_id);
   frame.received_at = received;
-  frame.exposed_at = exposed_at(buffer, received);
+  frame.exposed_at = clock_.middle_of(instants_of(buffer, received), device_->keeps_time());
   frame.image = {{static_cast<const std::byte*>(data), needed}, stride, width, height, format};
   return frame;
 }
@@ -264,31 +283,26 @@ Timestamp AravisCamera::first_byte_at(ArvBuffer* buffer, Timestamp received) {
   return first < received && received - first < kLongestWay ? first : received;
 }
 
-Timestamp AravisCamera::exposed_at(ArvBuffer* buffer, Timestamp received) {
-  const Duration stamp{static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer))};
-  const Duration exposure = device_->features().exposure;
-  // The mapping learns from every frame, so that it is ready when the camera's UTC turns out to be none.
-  Timestamp middle =
-      clock_.map(stamp, first_byte_at(buffer, received)) - from_s(settings_.delivery_us * 1e-6) - exposure / 2;
-  if (settings_.clock == "utc") {
-    const Duration into_exposure = settings_.stamps == "start"    ? exposure / 2
-                                   : settings_.stamps == "middle" ? Duration::zero()
-                                                                  : -exposure / 2;
-    Timestamp told = Timestamp{stamp - utc_minus_host()} + into_exposure;
-    // A PTP master that keeps to the standard gives TAI, which is ahead of UTC by the leap seconds.
-    if (told - received > kTaiMinusUtc - kUtcBelievable) told -= kTaiMinusUtc;
-    if (told <= received + exposure && told > received - kUtcBelievable) {
-      middle = told;
-    } else if (!std::exchange(utc_doubted_, true)) {
-      log_warn("camera " + name_,
-               fmt::format("its clock is {:.3f}s off UTC; going on with clock = \"estimated\". Synchronise "
-                           "it (PTP) or set that",
-                           to_s(told - received)));
-    }
+// What the camera writes behind the image is the exposure's own; an image without it, where others have it, is told by
+// its leader and what lies between the two.
+ImageInstants AravisCamera::instants_of(ArvBuffer* buffer, Timestamp received) {
+  ImageInstants image{};
+  image.stamp = Duration{static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer))};
+  image.exposure = device_->features().exposure;
+  image.first_byte = first_byte_at(buffer, received);
+  image.received = received;
+  image.utc_minus_host = utc_minus_host();
+  if (AravisChunks* const chunks = device_->chunks()) {
+    const AravisChunks::Told told = chunks->read(buffer);
+    if (told.exposure) image.exposure = *told.exposure;
+    if (told.begin) chunk_ahead_ = *told.begin - image.stamp;
+    if (chunk_ahead_) image.stamp += *chunk_ahead_;
   }
-  // Images of one camera keep the order of their exposure, also while the mapping still learns.
-  last_exposed_ = std::max(middle, last_exposed_ + Duration{1});
-  return last_exposed_;
+  if (ActionTrigger* const trigger = device_->action_trigger()) {
+    trigger->set_clock(image.stamp - received.time_since_epoch());
+  }
+  image.stamp_tells_begin = chunk_ahead_.has_value();
+  return image;
 }
 
 // A network that doubles packets, or a camera that sends an image twice: it has shown nothing new. One without a clock
@@ -308,8 +322,9 @@ void AravisCamera::count_clock() {
   const std::uint64_t leaps = clock_.leaps();
   if (leaps > leaps_counted_) counters_->clock_leaps.fetch_add(leaps - leaps_counted_, std::memory_order_relaxed);
   leaps_counted_ = leaps;
-  const bool told_by_camera = settings_.clock == "utc" && !utc_doubted_;
-  counters_->clock_uncertainty_us.store(told_by_camera ? 0.0 : to_us(clock_.uncertainty()), std::memory_order_relaxed);
+  counters_->clock_uncertainty_us.store(to_us(clock_.uncertainty()), std::memory_order_relaxed);
+  counters_->clock_source.store(clock_.source(), std::memory_order_relaxed);
+  counters_->chunk_times.store(chunk_ahead_.has_value(), std::memory_order_relaxed);
 }
 
 void AravisCamera::count_stream() {

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstring>
 #include <fstream>
 #include <optional>
 #include <string>
@@ -181,13 +182,36 @@ Result<Held<ArvStream>> open_stream(ArvCamera* camera, int buffers) {
   return stream;
 }
 
+in_addr ipv4(GSocketAddress* address) {
+  in_addr raw{};
+  GInetAddress* const inet = g_inet_socket_address_get_address(G_INET_SOCKET_ADDRESS(address));
+  if (g_inet_address_get_family(inet) == G_SOCKET_FAMILY_IPV4) {
+    std::memcpy(&raw, g_inet_address_to_bytes(inet), sizeof raw);
+  }
+  return raw;
+}
+
+// Of the camera that keeps PTP time, its clock is read to know about which second it has; one that shows none has the
+// host's UTC.
+Result<std::unique_ptr<ActionTrigger>> open_action_trigger(ArvCamera* camera, Duration period, bool by_its_time) {
+  ArvGvDevice* const device = ARV_GV_DEVICE(arv_camera_get_device(camera));
+  auto trigger = ActionTrigger::open(ipv4(arv_gv_device_get_interface_address(device)),
+                                     ipv4(arv_gv_device_get_device_address(device)), period);
+  if (!trigger || !by_its_time) return trigger;
+  const std::optional<Duration> clock = read_clock(camera);
+  const Timestamp now = host_now();
+  (*trigger)->set_clock(clock ? *clock - now.time_since_epoch() : utc_minus_host());
+  if (const Status taken = (*trigger)->probe(now); !taken) return taken.error();
+  return trigger;
+}
+
 }  // namespace
 
 void AravisDevice::watch_ptp() {
   const char* const serial = arv_camera_get_device_serial_number(camera_, nullptr);
   const std::string who = fmt::format("camera of serial {}", serial != nullptr ? serial : "unknown");
   ptp_watch_ = std::jthread(
-      [camera = camera_, who](const std::stop_token& stop) { mocap::cameras::watch_ptp(camera, who, stop); });
+      [this, who](const std::stop_token& stop) { mocap::cameras::watch_ptp(camera_, who, keeps_time_, stop); });
 }
 
 AravisDevice::~AravisDevice() {
@@ -210,10 +234,21 @@ Result<std::unique_ptr<AravisDevice>> open_aravis_device(const AravisSettings& s
   if (settings.ptp) {
     if (const Status kept = enable_ptp(camera->get()); !kept) return kept.error();
   }
+  std::unique_ptr<AravisChunks> chunks;
+  if (settings.chunks) {
+    chunks = AravisChunks::turn_on(camera->get());
+  } else {
+    AravisChunks::turn_off(camera->get());
+  }
   Result<Held<ArvStream>> stream = open_stream(camera->get(), settings.stream_buffers);
   if (!stream) return stream.error();
-  auto device = std::make_unique<AravisDevice>(camera->release(), stream->release(), *features);
+  auto device = std::make_unique<AravisDevice>(camera->release(), stream->release(), *features, std::move(chunks));
   if (settings.ptp) device->watch_ptp();
+  if (features->action_period) {
+    auto trigger = open_action_trigger(device->camera(), *features->action_period, settings.ptp);
+    if (!trigger) return trigger.error();
+    device->be_triggered_by(std::move(*trigger));
+  }
   return device;
 }
 

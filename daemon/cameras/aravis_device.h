@@ -1,9 +1,13 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <thread>
+#include <utility>
 
 #include "base/result.h"
+#include "cameras/action_trigger.h"
+#include "cameras/aravis_chunks.h"
 #include "cameras/aravis_features.h"
 #include "cameras/camera_settings.h"
 
@@ -16,8 +20,9 @@ namespace mocap::cameras {
 class AravisDevice {
  public:
   /// Takes both over.
-  AravisDevice(ArvCamera* camera, ArvStream* stream, AravisFeatures features)
-      : camera_(camera), stream_(stream), features_(features) {}
+  AravisDevice(ArvCamera* camera, ArvStream* stream, const AravisFeatures& features,
+               std::unique_ptr<AravisChunks> chunks)
+      : camera_(camera), stream_(stream), features_(features), chunks_(std::move(chunks)) {}
   ~AravisDevice();
   AravisDevice(const AravisDevice&) = delete;
   AravisDevice& operator=(const AravisDevice&) = delete;
@@ -26,17 +31,29 @@ class AravisDevice {
   ArvStream* stream() const { return stream_; }
   const AravisFeatures& features() const { return features_; }
 
+  /// What it writes behind its images; null where nothing.
+  AravisChunks* chunks() const { return chunks_.get(); }
+
+  /// What tells it when to expose; null where something else does.
+  ActionTrigger* action_trigger() const { return action_trigger_.get(); }
+  void be_triggered_by(std::unique_ptr<ActionTrigger> trigger) { action_trigger_ = std::move(trigger); }
+
   /// Whether the camera stopped answering; after some 5 s without an answer.
   bool lost() const;
   bool on_usb() const;
 
   /// From now on the state of its PTP clock is watched, on a thread that ends with the device.
   void watch_ptp();
+  /// Whether it keeps its master's time, as it last said; true of one that is not watched. Any thread.
+  bool keeps_time() const { return keeps_time_; }
 
  private:
   ArvCamera* camera_;
   ArvStream* stream_;
   AravisFeatures features_;
+  std::unique_ptr<AravisChunks> chunks_;
+  std::unique_ptr<ActionTrigger> action_trigger_;
+  std::atomic<bool> keeps_time_{true};
   std::jthread ptp_watch_;
 };
 

@@ -1,6 +1,7 @@
 #include "cameras/aravis_features.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 // Aravis's C headers do not keep our warnings.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic"
@@ -10,17 +11,24 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
+#include "cameras/action_trigger.h"
 #include "cameras/aravis_failure.h"
 
 namespace mocap::cameras {
 namespace {
 
 constexpr const char* kSoftware = "software";  // of AravisSettings::trigger
+constexpr const char* kAction = "action";
 
 std::optional<PixelFormat> pixel_format_of(ArvPixelFormat format) {
   constexpr ArvPixelFormat kMono10p = 0x010a0046;  // GenICam PFNC 2.4
@@ -115,7 +123,48 @@ Status set_number(ArvCamera* camera, const Number& number, double value) {
                fmt::format("{} is {}, the camera took {}; expected {} to {}", number.name, value, taken, least, most)};
 }
 
+std::vector<std::string> trigger_sources(ArvCamera* camera) {
+  guint count = 0;
+  const char** names = arv_camera_dup_available_trigger_sources(camera, &count, nullptr);
+  std::vector<std::string> sources(names, names + count);
+  g_free(names);
+  return sources;
+}
+
+Status set_integer(ArvCamera* camera, const char* feature, gint64 value) {
+  AravisFailure failure;
+  arv_device_set_integer_feature_value(arv_camera_get_device(camera), feature, value, failure);
+  return failure.happened() ? Status(failure.error(fmt::format("feature {} = {} is refused", feature, value)))
+                            : Status{};
+}
+
+// The first action that the camera has, set to our keys. Its own rate would leave out commands that come a little
+// early.
+Status set_action(ArvCamera* camera, const AravisSettings& settings) {
+  if (!settings.rate_hz) return Error{ErrorCode::InvalidArgument, "trigger = \"action\" needs rate_hz"};
+  const std::vector<std::string> sources = trigger_sources(camera);
+  const auto action = std::ranges::find_if(sources, [](const std::string& each) { return each.starts_with("Action"); });
+  if (!arv_camera_is_gv_device(camera) || action == sources.end()) {
+    return Error{ErrorCode::Unsupported,
+                 fmt::format("trigger = \"action\": the camera takes no action commands (GigE Vision 2); it offers {}",
+                             fmt::join(sources, ", "))};
+  }
+  AravisFailure failure;
+  arv_camera_set_trigger(camera, action->c_str(), failure);
+  if (failure.happened()) return failure.error(fmt::format("trigger {} is refused", *action));
+  arv_camera_set_boolean(camera, "AcquisitionFrameRateEnable", FALSE, nullptr);  // many have none
+  const gint64 number = std::atoi(action->c_str() + std::string_view("Action").size());
+  for (const auto& [feature, value] : {std::pair<const char*, gint64>{"ActionDeviceKey", kActionDeviceKey},
+                                       {"ActionSelector", number},
+                                       {"ActionGroupKey", kActionGroupKey},
+                                       {"ActionGroupMask", kActionGroupMask}}) {
+    if (Status set = set_integer(camera, feature, value); !set) return set;
+  }
+  return {};
+}
+
 Status set_trigger(ArvCamera* camera, const AravisSettings& settings) {
+  if (settings.trigger == kAction) return set_action(camera, settings);
   AravisFailure failure;
   if (settings.trigger == "free_run") {
     arv_camera_clear_triggers(camera, nullptr);  // a camera without triggers runs free
@@ -123,13 +172,10 @@ Status set_trigger(ArvCamera* camera, const AravisSettings& settings) {
   }
   arv_camera_set_trigger(camera, settings.trigger == kSoftware ? "Software" : settings.trigger.c_str(), failure);
   if (!failure.happened()) return {};
-  guint count = 0;
-  const char** names = arv_camera_dup_available_trigger_sources(camera, &count, nullptr);
-  std::string offered;
-  for (guint i = 0; i < count; ++i) offered += fmt::format("{}{}", i == 0 ? "" : ", ", names[i]);
-  g_free(names);
-  return Error{ErrorCode::Unsupported, fmt::format("trigger {} is refused ({}); the camera offers {}", settings.trigger,
-                                                   failure.text(), offered.empty() ? "none" : offered)};
+  const std::vector<std::string> offered = trigger_sources(camera);
+  return Error{ErrorCode::Unsupported,
+               fmt::format("trigger {} is refused ({}); the camera offers {}", settings.trigger, failure.text(),
+                           offered.empty() ? "none" : fmt::format("{}", fmt::join(offered, ", ")))};
 }
 
 Status set_transport(ArvCamera* camera, const AravisSettings& settings) {
@@ -211,7 +257,7 @@ Result<AravisFeatures> apply_settings(ArvCamera* camera, const AravisSettings& s
   AravisFailure failure;
   const double exposure_us = arv_camera_get_exposure_time(camera, failure);
   const Duration exposure = failure.happened() ? Duration::zero() : from_s(exposure_us * 1e-6);
-  if (settings.trigger == "free_run") {
+  if (settings.trigger == "free_run" || settings.trigger == kAction) {
     if (const Status fits = check_period(camera, to_us(exposure)); !fits) return fits.error();
   }
   if (const Status set = set_trigger(camera, settings); !set) return set.error();
@@ -219,7 +265,12 @@ Result<AravisFeatures> apply_settings(ArvCamera* camera, const AravisSettings& s
   for (const Feature& feature : settings.features) {
     if (const Status set = set_feature(camera, feature); !set) return set.error();
   }
-  return AravisFeatures{*format, exposure, settings.trigger == kSoftware};
+  AravisFeatures features{*format, exposure, settings.trigger == kSoftware, std::nullopt};
+  // In whole microseconds, as simulated cameras count their periods too.
+  if (settings.trigger == kAction) {
+    features.action_period = std::chrono::microseconds(static_cast<std::int64_t>(1e6 / *settings.rate_hz));
+  }
+  return features;
 }
 
 }  // namespace mocap::cameras

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "base/result.h"
 #include "base/time.h"
 #include "cameras/camera_settings.h"
@@ -14,6 +16,7 @@ struct AravisFeatures {
   PixelFormat format = PixelFormat::Mono8;
   Duration exposure{};  ///< zero of a camera that cannot tell
   bool software_trigger = false;
+  std::optional<Duration> action_period;  ///< set: each image wants an action command, so often
 };
 
 /// Sets what `settings` asks for on an open camera that we control, and reads back whether the camera took it. Fails

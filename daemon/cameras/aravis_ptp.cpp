@@ -66,6 +66,20 @@ std::optional<PtpState> read_ptp(ArvCamera* camera) {
   return state;
 }
 
+std::optional<Duration> read_clock(ArvCamera* camera) {
+  ArvDevice* const device = arv_camera_get_device(camera);
+  for (const auto& [latch, value] : {std::pair{"TimestampLatch", "TimestampLatchValue"},
+                                     std::pair{"GevTimestampControlLatch", "GevTimestampValue"}}) {
+    if (arv_device_get_feature(device, latch) == nullptr || arv_device_get_feature(device, value) == nullptr) continue;
+    AravisFailure failure;
+    arv_device_execute_command(device, latch, failure);
+    if (failure.happened()) continue;
+    const gint64 shown_ns = arv_device_get_integer_feature_value(device, value, failure);
+    if (!failure.happened()) return Duration{shown_ns};
+  }
+  return std::nullopt;
+}
+
 Status enable_ptp(ArvCamera* camera) {
   const Names* const names = names_of(camera);
   if (names == nullptr) {
@@ -100,8 +114,8 @@ std::optional<std::string> PtpWatch::follow(const PtpState& state) {
   if (well_) return fmt::format("keeps PTP time again: role={} offset={}", state.role, offset);
   if (!in_role) {
     return fmt::format(
-        "keeps PTP time no more: role={}, expected Slave or Master; its clock drifts away from the "
-        "others'. Look after the master (ptp4l) and the link",
+        "keeps PTP time no more: role={}, expected Slave or Master; its times are learnt from the "
+        "receipts meanwhile. Look after the master (ptp4l) and the link",
         state.enabled ? state.role : "Disabled");
   }
   return fmt::format(
@@ -110,7 +124,7 @@ std::optional<std::string> PtpWatch::follow(const PtpState& state) {
       offset, to_us(kFarOff));
 }
 
-void watch_ptp(ArvCamera* camera, const std::string& who, const std::stop_token& stop) {
+void watch_ptp(ArvCamera* camera, const std::string& who, std::atomic<bool>& is_well, const std::stop_token& stop) {
   PtpWatch watch;
   std::mutex mutex;
   std::condition_variable_any nobody_calls;
@@ -118,6 +132,7 @@ void watch_ptp(ArvCamera* camera, const std::string& who, const std::stop_token&
   while (!stop.stop_requested()) {
     if (const std::optional<PtpState> state = read_ptp(camera); state && state->role != kUnknown) {
       const std::optional<std::string> words = watch.follow(*state);
+      is_well = watch.is_well();
       if (words) watch.is_well() ? log_info(who, *words) : log_warn(who, *words);
     }
     nobody_calls.wait_for(lock, stop, kWatchEvery, [] { return false; });

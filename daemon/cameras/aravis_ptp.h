@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -22,6 +23,10 @@ struct PtpState {
 /// (GevIEEE1588, GevIEEE1588Status). Nothing where the camera has neither.
 std::optional<PtpState> read_ptp(ArvCamera* camera);
 
+/// What the camera's clock shows now (SFNC: TimestampLatch, TimestampLatchValue, or GevTimestampControlLatch,
+/// GevTimestampValue). Nothing where it has neither.
+std::optional<Duration> read_clock(ArvCamera* camera);
+
 /// Enables PTP and waits, some seconds at most, until the camera is slave or master. Fails with Unsupported where it
 /// has no PTP, and with Timeout, naming the role that it has, where it finds none of those two.
 Status enable_ptp(ArvCamera* camera);
@@ -41,8 +46,8 @@ class PtpWatch {
   bool well_ = true;
 };
 
-/// Reads the camera's state every 2 s and logs as PtpWatch says, until stopped. For a thread of its own: a camera that
-/// is gone is waited for, for some seconds.
-void watch_ptp(ArvCamera* camera, const std::string& who, const std::stop_token& stop);
+/// Reads the camera's state every 2 s, logs as PtpWatch says and keeps `is_well`, until stopped. For a thread of its
+/// own: a camera that is gone is waited for, for some seconds.
+void watch_ptp(ArvCamera* camera, const std::string& who, std::atomic<bool>& is_well, const std::stop_token& stop);
 
 }  // namespace mocap::cameras

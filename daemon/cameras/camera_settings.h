@@ -27,7 +27,7 @@ struct AravisSettings {
   std::optional<double> rate_hz;
   std::optional<double> exposure_us;
   std::optional<double> gain_db;
-  std::string trigger = "free_run";      ///< free_run, software, or a line: Line0, Line1, ...
+  std::string trigger = "free_run";      ///< free_run, software, action, or a line: Line0, Line1, ...
   std::optional<int> packet_size_bytes;  ///< empty: negotiated
   bool packet_socket = true;             ///< off on loopback, where it receives nothing
   int stream_buffers = 16;
@@ -35,9 +35,10 @@ struct AravisSettings {
   /// How a stamp of the camera becomes the host's time. estimated: from the times of receipt (offset, drift). utc: the
   /// camera counts nanoseconds of UTC as this host does (PTP, or a camera simulated on this host).
   std::string clock = "estimated";
-  bool ptp = false;  ///< the camera keeps PTP time (IEEE 1588): enabled, and its role waited for
-  /// What instant the camera stamps: start, middle or end of the exposure. Only `utc` looks at it: `estimated` knows
-  /// the end of the exposure by the receipt, whatever is stamped.
+  bool ptp = false;    ///< the camera keeps PTP time (IEEE 1588): enabled, and its role waited for
+  bool chunks = true;  ///< takes the exposure's begin and length from each image where the camera can write them there
+  /// What instant the camera stamps: start, middle or end of the exposure. Only `utc` looks at it, and exposures that
+  /// vary: `estimated` knows the end of the exposure by the receipt, whatever is stamped. Chunks tell the start.
   std::string stamps = "start";
   std::vector<Feature> features;  ///< any others, set in this order after all of the above
 };

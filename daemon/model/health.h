@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/time.h"
+#include "model/clock_source.h"
 #include "model/detection_counts.h"
 
 namespace mocap {
@@ -51,6 +52,8 @@ struct CameraHealth {
   double rig_off_px = 0.0;            ///< how far off its views are on the whole, by such a turn and move; 0: not told
   double rig_turned_rad = 0.0;
   double rig_moved_m = 0.0;
+  ClockSource clock_source = ClockSource::Unknown;
+  bool chunk_times = false;  ///< it writes each exposure's begin into the image
 };
 
 /// The feed's own side of its connections. All but the first and the last but one run since the start.

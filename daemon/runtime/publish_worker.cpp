@@ -182,6 +182,8 @@ void PublishWorker::gather_camera(std::size_t camera, double seconds) {
   health.repeated_frames = stream.repeated_frames.load(std::memory_order_relaxed);
   health.clock_leaps = stream.clock_leaps.load(std::memory_order_relaxed);
   health.clock_uncertainty_us = stream.clock_uncertainty_us.load(std::memory_order_relaxed);
+  health.clock_source = stream.clock_source.load(std::memory_order_relaxed);
+  health.chunk_times = stream.chunk_times.load(std::memory_order_relaxed);
   health.bumped = channel.rig.drifted.read() > 0.0;
   health.rig_off_px = channel.rig.off_px.read();
   health.rig_turned_rad = channel.rig.turned_rad.read();

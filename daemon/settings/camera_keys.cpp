@@ -45,6 +45,7 @@ void tell(Keys& keys, AravisSettings& camera) {
   keys.number("delivery_us", camera.delivery_us, {0, 1e6});
   keys.one_of("clock", camera.clock, {"estimated", "utc"});
   keys.flag("ptp", camera.ptp);
+  keys.flag("chunks", camera.chunks);
   keys.one_of("stamps", camera.stamps, {"start", "middle", "end"});
   keys.pairs("features", camera.features);
 }

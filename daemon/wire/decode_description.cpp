@@ -130,6 +130,11 @@ CameraPhase phase_of(v1::CameraPhase code) {
   }
 }
 
+ClockSource clock_source_of(v1::ClockSource source) {
+  const bool known = source >= v1::CLOCK_SOURCE_UNSPECIFIED && source <= v1::CLOCK_SOURCE_LOST;
+  return known ? static_cast<ClockSource>(source) : ClockSource::Unknown;
+}
+
 DetectionCounts detection_of(const v1::CameraHealth& from) {
   return {from.blobs(),         from.blobs_too_small(), from.blobs_too_large(), from.blobs_not_round(),
           from.blobs_too_dim(), from.dropped_blobs(),   from.rows_given_up()};
@@ -206,7 +211,9 @@ Result<Health> decode(const v1::Health& from) {
                             camera.bumped(),
                             camera.rig_off_px(),
                             camera.rig_turned_rad(),
-                            camera.rig_moved_m()});
+                            camera.rig_moved_m(),
+                            clock_source_of(camera.clock_source()),
+                            camera.chunk_times()});
   }
   const v1::FeedHealth& feed = from.feed();
   into.feed = {feed.listeners(),         feed.connections(),     feed.disconnections(),

@@ -126,6 +126,8 @@ void encode_camera_health(const CameraHealth& from, v1::CameraHealth& into) {
   into.set_rig_off_px(from.rig_off_px);
   into.set_rig_turned_rad(from.rig_turned_rad);
   into.set_rig_moved_m(from.rig_moved_m);
+  into.set_clock_source(static_cast<v1::ClockSource>(from.clock_source));
+  into.set_chunk_times(from.chunk_times);
   assign_valid_utf8(from.last_error, *into.mutable_last_error());
 }
 

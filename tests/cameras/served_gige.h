@@ -1,11 +1,13 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -19,9 +21,11 @@ namespace mocap::cameras {
 class ServedGigE {
  public:
   struct Faults {
-    int repeat_every = 0;  ///< sends each n-th image twice
-    int skip_every = 0;    ///< never sends each n-th image
-    int silent_after = 0;  ///< sends no more than so many since the client began
+    int repeat_every = 0;                     ///< sends each n-th image twice
+    int skip_every = 0;                       ///< never sends each n-th image
+    int silent_after = 0;                     ///< sends no more than so many since the client began
+    bool varies = false;                      ///< image k is exposed for `varied_us(k)`
+    Duration leader_late = Duration::zero();  ///< the stamp in the leader, after the exposure's begin
   };
 
   ServedGigE(sim::GigeDevice::Settings settings, Faults faults) : faults_(faults) {
@@ -43,7 +47,12 @@ class ServedGigE {
     return settings;
   }
 
+  static double varied_us(std::uint64_t number) { return 200.0 + 150.0 * static_cast<double>(number % 12); }
+
   bool running() const { return device_ != nullptr; }
+  sim::GigeDevice& device() { return *device_; }
+  /// When image `number` (of the last 256) began to be exposed, UTC.
+  Duration began_utc(std::uint64_t number) const { return Duration{began_utc_ns_[number % 256]}; }
   std::uint64_t sent() const { return sent_; }
 
  private:
@@ -51,28 +60,50 @@ class ServedGigE {
     unsigned acquisition = 0;
     std::uint64_t number = 0;
     while (!stop.stop_requested()) {
-      std::this_thread::sleep_for(std::chrono::microseconds(device_->period_us()));
-      if (!device_->acquiring()) continue;
-      const bool triggered = device_->trigger() == sim::GigeDevice::Trigger::Software;
-      if (triggered && !device_->take_software_trigger()) continue;
+      const std::optional<std::int64_t> begins_utc_ns = next_exposure();
+      if (!begins_utc_ns || !device_->acquiring()) continue;
       if (std::exchange(acquisition, device_->acquisitions()) != acquisition) number = 0;
       ++number;
       if (faults_.silent_after > 0 && number > static_cast<std::uint64_t>(faults_.silent_after)) continue;
-      sim::ServedImage image = device_->layout();
-      image.id = static_cast<std::uint16_t>(1 + (number - 1) % 65535);
-      image.stamp_ns = static_cast<std::uint64_t>(to_ns(host_now()));
-      std::ranges::fill(device_->room(), static_cast<std::byte>(number));
-      if (faults_.skip_every > 0 && number % static_cast<std::uint64_t>(faults_.skip_every) == 0) continue;
-      device_->send(image);
-      if (faults_.repeat_every > 0 && number % static_cast<std::uint64_t>(faults_.repeat_every) == 0) {
-        device_->send(image);
-      }
-      ++sent_;
+      show(number, *begins_utc_ns);
     }
+  }
+
+  static std::int64_t utc_now_ns() { return to_ns(host_now()) + utc_minus_host().count(); }
+
+  // Waits for what makes the camera expose.
+  std::optional<std::int64_t> next_exposure() {
+    if (device_->acquiring() && device_->trigger() == sim::GigeDevice::Trigger::Action) {
+      const auto begins = device_->actions().next_utc_ns(std::chrono::milliseconds(20));
+      if (begins) std::this_thread::sleep_for(Duration{*begins - utc_now_ns()});
+      return begins;
+    }
+    std::this_thread::sleep_for(std::chrono::microseconds(device_->period_us()));
+    if (!device_->acquiring()) return std::nullopt;
+    const bool triggered = device_->trigger() == sim::GigeDevice::Trigger::Software;
+    if (triggered && !device_->take_software_trigger()) return std::nullopt;
+    return utc_now_ns();
+  }
+
+  void show(std::uint64_t number, std::int64_t begins_utc_ns) {
+    sim::ServedImage image = device_->layout();
+    image.id = static_cast<std::uint16_t>(1 + (number - 1) % 65535);
+    image.chunk_stamp_ns = device_->clock().stamp_ns(begins_utc_ns);
+    image.stamp_ns = image.chunk_stamp_ns + static_cast<std::uint64_t>(faults_.leader_late.count());
+    if (faults_.varies) image.exposure_us = varied_us(number);
+    began_utc_ns_[number % 256] = begins_utc_ns;
+    std::ranges::fill(device_->room(), static_cast<std::byte>(number));
+    if (faults_.skip_every > 0 && number % static_cast<std::uint64_t>(faults_.skip_every) == 0) return;
+    device_->send(image);
+    if (faults_.repeat_every > 0 && number % static_cast<std::uint64_t>(faults_.repeat_every) == 0) {
+      device_->send(image);
+    }
+    ++sent_;
   }
 
   Faults faults_;
   std::unique_ptr<sim::GigeDevice> device_;
+  std::array<std::atomic<std::int64_t>, 256> began_utc_ns_{};
   std::atomic<std::uint64_t> sent_{0};
   std::jthread thread_;
 };

@@ -492,7 +492,13 @@ TEST(EncodeHealth, ComesBackTheSameAndLeavesOutStagesThatNothingPassed) {
                           3.0,
                           16,
                           17,
-                          9.5});
+                          9.5,
+                          false,
+                          0.0,
+                          0.0,
+                          0.0,
+                          ClockSource::Lost,
+                          true});
 
   v1::Health message;
   encode(sent, message);
@@ -525,6 +531,8 @@ TEST(EncodeHealth, ComesBackTheSameAndLeavesOutStagesThatNothingPassed) {
   EXPECT_EQ(read->cameras[0].repeated_frames, 16U);
   EXPECT_EQ(read->cameras[0].clock_leaps, 17U);
   EXPECT_EQ(read->cameras[0].clock_uncertainty_us, 9.5);
+  EXPECT_EQ(read->cameras[0].clock_source, ClockSource::Lost);
+  EXPECT_TRUE(read->cameras[0].chunk_times);
   EXPECT_EQ(read->cameras[0].last_error, "gone");
 }
 

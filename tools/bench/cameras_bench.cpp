@@ -79,16 +79,18 @@ class Server {
 };
 
 /// Sums up how far the exposures of all views are from those that the server made: an exposure ends with each whole
-/// period of UTC.
+/// period of UTC, and by action commands begins with it.
 class TimeErrors {
  public:
-  explicit TimeErrors(double rate_hz) : period_ns_(1000 * static_cast<std::int64_t>(1e6 / rate_hz)) {}
+  TimeErrors(double rate_hz, bool begin_with_period)
+      : period_ns_(1000 * static_cast<std::int64_t>(1e6 / rate_hz)),
+        middle_us_((begin_with_period ? 0.5 : -0.5) * kExposure_us) {}
 
   void see(const Snapshot& snapshot) {
     const std::int64_t offset_ns = utc_minus_host().count();
     for (const ViewStatus& view : snapshot.views) {
       const std::int64_t end_ns =
-          to_ns(snapshot.instants.exposed_at + view.skew) + offset_ns + std::llround(500.0 * kExposure_us);
+          to_ns(snapshot.instants.exposed_at + view.skew) + offset_ns - std::llround(1e3 * middle_us_);
       std::int64_t off_ns = end_ns % period_ns_;
       if (off_ns > period_ns_ / 2) off_ns -= period_ns_;
       const double off_us = 1e-3 * static_cast<double>(off_ns);
@@ -110,6 +112,7 @@ class TimeErrors {
 
  private:
   std::int64_t period_ns_;
+  double middle_us_;
   double sum_us_ = 0.0, square_us2_ = 0.0, apart_us2_ = 0.0;
   std::uint64_t count_ = 0;
 };
@@ -202,6 +205,8 @@ cameras::CameraSettings camera_of(const CamerasBenchSettings& wanted, int index)
   camera.packet_socket = false;
   camera.packet_size_bytes = wanted.packet_size_bytes;
   camera.clock = wanted.clock;
+  camera.trigger = wanted.trigger;
+  camera.ptp = wanted.ptp;
   return {name, camera};
 }
 
@@ -316,7 +321,7 @@ Result<CamerasBenchFigures> run_cameras_bench(const CamerasBenchSettings& wanted
 
   Result<Assembly> assembly = assemble(daemon);
   if (!assembly) return assembly.error();
-  TimeErrors errors(wanted.rate_hz);
+  TimeErrors errors(wanted.rate_hz, wanted.trigger == "action");
   std::atomic<bool> measuring{false};
   assembly->parts.publisher =
       std::make_unique<MeasuringPublisher>(std::move(assembly->parts.publisher), errors, measuring);

@@ -18,6 +18,8 @@ struct CamerasBenchSettings {
   double seconds = 10.0;
   double warm_up_s = 1.0;  ///< after every camera streams
   // Of the served cameras, as mocap-sim has them.
+  std::string trigger = "free_run";  ///< or action, at the same rate
+  bool ptp = false;
   double clock_skew_us = 0.0;
   double clock_drift_ppm = 0.0;
   double delivery_jitter_us = 0.0;

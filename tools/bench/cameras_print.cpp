@@ -55,6 +55,10 @@ void tell_cameras(CLI::App& command, CamerasBenchSettings& settings) {
   command.add_option("--clock", settings.clock, "estimated or utc")
       ->check(CLI::IsMember({"estimated", "utc"}))
       ->capture_default_str();
+  command.add_option("--trigger", settings.trigger, "free_run, or action: told to expose by action commands (gige)")
+      ->check(CLI::IsMember({"free_run", "action"}))
+      ->capture_default_str();
+  command.add_flag("--ptp", settings.ptp, "the cameras keep PTP time (gige)");
   command.add_option("--clock-skew-us", settings.clock_skew_us, "of the cameras' clocks (gige)");
   command.add_option("--clock-drift-ppm", settings.clock_drift_ppm, "of the cameras' clocks (gige)");
   command.add_option("--delivery-jitter-us", settings.delivery_jitter_us, "mean delay of an image (gige)");

@@ -24,13 +24,14 @@ constexpr std::uint16_t kPort = 3956;
 constexpr std::uint8_t kKey = 0x42;
 // Commands; an acknowledge is the next number.
 constexpr std::uint16_t kDiscovery = 0x0002, kResend = 0x0040, kReadRegister = 0x0080, kWriteRegister = 0x0082,
-                        kReadMemory = 0x0084, kWriteMemory = 0x0086;
-constexpr std::uint8_t kRefused = 0x80, kAccessDenied = 0x06;
+                        kReadMemory = 0x0084, kWriteMemory = 0x0086, kAction = 0x0100;
+constexpr std::uint16_t kAccessDenied = 0x8006;
+constexpr std::uint8_t kAnswerWanted = 0x01;
 // Bootstrap registers.
 constexpr std::uint32_t kMacHigh = 0x0008, kMacLow = 0x000c, kDiscoveryBytes = 0xf8, kCapability = 0x0934,
                         kHeartbeat_ms = 0x0938, kPrivilege = 0x0a00, kStreamPort = 0x0d00, kPacketSize = 0x0d04,
                         kPacketDelay = 0x0d08, kStreamAddress = 0x0d18;
-constexpr std::uint32_t kCanResend = 1U << 2, kCanWriteMemory = 1U << 1;
+constexpr std::uint32_t kCanResend = 1U << 2, kCanWriteMemory = 1U << 1, kCanAct = 1U << 6, kCanSchedule = 1U << 14;
 constexpr std::uint32_t kFireTestPacket = 1U << 31;
 constexpr int kLookAtStop_ms = 20;
 
@@ -53,6 +54,7 @@ int bound_socket(in_addr address, bool shared) {
   const int handle = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (handle < 0) return -1;
   const int yes = 1;
+  setsockopt(handle, SOL_SOCKET, SO_TIMESTAMPNS, &yes, sizeof yes);
   if (shared) setsockopt(handle, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   setsockopt(handle, SOL_SOCKET, SO_BROADCAST, &yes, sizeof yes);
   sockaddr_in name{};
@@ -64,18 +66,34 @@ int bound_socket(in_addr address, bool shared) {
   return -1;
 }
 
+std::int64_t utc_now_ns() { return to_ns(host_now()) + utc_minus_host().count(); }
+
+// When the kernel took a datagram in: what a camera's hardware would go by.
+std::int64_t arrived_utc_ns(msghdr& message) {
+  for (cmsghdr* each = CMSG_FIRSTHDR(&message); each != nullptr; each = CMSG_NXTHDR(&message, each)) {
+    if (each->cmsg_level != SOL_SOCKET || each->cmsg_type != SCM_TIMESTAMPNS) continue;
+    timespec stamp{};
+    std::memcpy(&stamp, CMSG_DATA(each), sizeof stamp);
+    return stamp.tv_sec * 1'000'000'000 + stamp.tv_nsec;
+  }
+  return utc_now_ns();
+}
+
 }  // namespace
 
 /// One datagram of a client, and the socket that took it.
 struct GigeDevice::Command {
   int socket = -1;
   sockaddr_in from{};
+  std::int64_t arrived_utc_ns = 0;
+  std::uint8_t flags = 0;
   std::uint16_t command = 0;
   std::uint16_t request = 0;
   std::span<const std::uint8_t> data;
 
-  void acknowledge(std::span<const std::uint8_t> payload) const {
+  void acknowledge(std::span<const std::uint8_t> payload, std::uint16_t status = 0) const {
     std::array<std::uint8_t, 600> packet{};
+    put16(&packet[0], status);
     put16(&packet[2], command + 1U);
     put16(&packet[4], static_cast<std::uint32_t>(payload.size()));
     put16(&packet[6], request);
@@ -84,7 +102,10 @@ struct GigeDevice::Command {
   }
 };
 
-GigeDevice::GigeDevice(const Settings& settings) : settings_(settings), stream_(settings.lost_share, settings.seed) {}
+GigeDevice::GigeDevice(const Settings& settings)
+    : settings_(settings),
+      clock_(1e3 * settings.clock_skew_us, 1e-6 * settings.clock_drift_ppm, utc_now_ns()),
+      stream_(settings.lost_share, settings.seed) {}
 
 Result<std::unique_ptr<GigeDevice>> GigeDevice::serve(const Settings& settings) {
   std::unique_ptr<GigeDevice> device(new GigeDevice(settings));
@@ -148,7 +169,7 @@ void GigeDevice::describe() {
   set(ARV_FAKE_CAMERA_REGISTER_HEIGHT, settings_.height_px);
   set(ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US, 1e6 / settings_.rate_hz);
   set(ARV_FAKE_CAMERA_REGISTER_EXPOSURE_TIME_US, settings_.exposure_us);
-  set(kCapability, kCanWriteMemory | (settings_.resends ? kCanResend : 0U));
+  set(kCapability, kCanWriteMemory | kCanAct | kCanSchedule | (settings_.resends ? kCanResend : 0U));
   set(kPtpStatus, kPtpDisabled);
   in_addr own{};
   inet_pton(AF_INET, settings_.address.c_str(), &own);
@@ -163,7 +184,8 @@ bool GigeDevice::acquiring() const {
 
 GigeDevice::Trigger GigeDevice::trigger() const {
   if (arv_fake_camera_is_in_software_trigger_mode(registers_)) return Trigger::Software;
-  return read(ARV_FAKE_CAMERA_REGISTER_TRIGGER_MODE) != 0 ? Trigger::Line : Trigger::Free;
+  if (read(ARV_FAKE_CAMERA_REGISTER_TRIGGER_MODE) == 0) return Trigger::Free;
+  return read(ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOURCE) == kTriggeredByAction ? Trigger::Action : Trigger::Line;
 }
 
 bool GigeDevice::take_software_trigger() {
@@ -189,6 +211,8 @@ ServedImage GigeDevice::layout() const {
   image.height = read(ARV_FAKE_CAMERA_REGISTER_HEIGHT);
   image.left = read(ARV_FAKE_CAMERA_REGISTER_X_OFFSET);
   image.top = read(ARV_FAKE_CAMERA_REGISTER_Y_OFFSET);
+  image.chunks = read(kChunkMode) != 0;
+  image.exposure_us = exposure_us();
   return image;
 }
 
@@ -196,6 +220,18 @@ std::size_t GigeDevice::payload_bytes() const {
   const ServedImage image = layout();
   const std::size_t bits = (image.pixel_format >> 16) & 0xff;
   return std::size_t{image.width} * image.height * bits / 8;
+}
+
+WantedChunks GigeDevice::wanted_chunks() const {
+  return {read(kChunkTimestamp) != 0, read(kChunkExposureTime) != 0, read(kChunkFrameId) != 0};
+}
+
+void GigeDevice::send(const ServedImage& image) {
+  if (image.chunks) {
+    stream_.send(image, chunks_behind(image, payload_bytes(), wanted_chunks()), route());
+  } else {
+    stream_.send(image, {}, route());
+  }
 }
 
 StreamRoute GigeDevice::route() const {
@@ -224,10 +260,19 @@ void GigeDevice::answer(int socket) {
   std::array<std::uint8_t, 1500> packet{};
   Command command;
   command.socket = socket;
-  socklen_t length = sizeof command.from;
-  const ssize_t size =
-      recvfrom(socket, packet.data(), packet.size(), 0, reinterpret_cast<sockaddr*>(&command.from), &length);
+  alignas(cmsghdr) std::array<std::uint8_t, 128> more;
+  iovec place{packet.data(), packet.size()};
+  msghdr message{};
+  message.msg_name = &command.from;
+  message.msg_namelen = sizeof command.from;
+  message.msg_iov = &place;
+  message.msg_iovlen = 1;
+  message.msg_control = more.data();
+  message.msg_controllen = more.size();
+  const ssize_t size = recvmsg(socket, &message, 0);
   if (size < 8 || packet[0] != kKey || get16(&packet[4]) + 8 > size) return;
+  command.arrived_utc_ns = arrived_utc_ns(message);
+  command.flags = packet[1];
   command.command = get16(&packet[2]);
   command.request = get16(&packet[6]);
   command.data = std::span(packet).subspan(8, get16(&packet[4]));
@@ -252,6 +297,8 @@ bool GigeDevice::read_command(const Command& command) {
   } else if (command.command == kResend && data.size() >= 12) {
     const std::uint32_t first = get32(&data[4]) & 0xffffff, last = get32(&data[8]) & 0xffffff;
     if (settings_.resends) stream_.resend(get16(&data[2]), first, last);
+  } else if (command.command == kAction) {
+    take_action(command);
   } else {
     return false;
   }
@@ -282,24 +329,46 @@ bool GigeDevice::write_command(const Command& command) {
   return true;
 }
 
+// Only while a client controls the camera; who else knows the keys may send it too.
+void GigeDevice::take_action(const Command& command) {
+  if (!client_) return;
+  const ActionKeys keys{read(kActionDeviceKey), read(kActionGroupKey), read(kActionGroupMask)};
+  const auto answer = actions_.take(command.flags, command.data, keys, clock_, command.arrived_utc_ns);
+  if (answer == GigeActions::Answer::NotForUs || (command.flags & kAnswerWanted) == 0) return;
+  command.acknowledge({}, static_cast<std::uint16_t>(answer));
+}
+
+void GigeDevice::lose_ptp() {
+  clock_.run_free();
+  arv_fake_camera_write_register(registers_, kPtpStatus, kPtpListening);
+}
+
 void GigeDevice::written(std::uint32_t address, std::uint32_t value) {
-  if (address == ARV_FAKE_CAMERA_REGISTER_ACQUISITION && value != 0) ++acquisitions_;
+  if (address == ARV_FAKE_CAMERA_REGISTER_ACQUISITION && value != 0) {
+    actions_.clear();
+    ++acquisitions_;
+  }
   const auto set = [&](std::uint32_t at, std::uint32_t to) { arv_fake_camera_write_register(registers_, at, to); };
   if (address == kPacketSize && (value & kFireTestPacket) != 0) {
     stream_.send_test_packet(route());
     set(kPacketSize, value & ~kFireTestPacket);
   }
-  if (address == kPtpEnable) set(kPtpStatus, value != 0 ? kPtpSlave : kPtpDisabled);
+  if (address == kPtpEnable) {
+    set(kPtpStatus, value != 0 ? kPtpSlave : kPtpDisabled);
+    value != 0 ? clock_.follow_utc(settings_.ptp_offset_ns) : clock_.run_free();
+  }
+  if (address == kTimestampLatch) {
+    const std::uint64_t now_ns = clock_.stamp_ns(utc_now_ns());
+    set(kTimestampHigh, static_cast<std::uint32_t>(now_ns >> 32));
+    set(kTimestampLow, static_cast<std::uint32_t>(now_ns));
+  }
+  if (address >= kChunkMode && address <= kChunkFrameId) {
+    set(kChunkBytes, read(kChunkMode) != 0 ? static_cast<std::uint32_t>(chunk_bytes(wanted_chunks())) : 0U);
+  }
   if (address == kPtpLatch) set(kPtpOffset_ns, static_cast<std::uint32_t>(settings_.ptp_offset_ns));
 }
 
-void GigeDevice::refuse(const Command& command) {
-  std::array<std::uint8_t, 8> packet{kRefused, kAccessDenied};
-  put16(&packet[2], command.command + 1U);
-  put16(&packet[6], command.request);
-  sendto(command.socket, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&command.from),
-         sizeof command.from);
-}
+void GigeDevice::refuse(const Command& command) { command.acknowledge({}, kAccessDenied); }
 
 bool GigeDevice::may_write(const sockaddr_in& from) const { return !client_ || same(*client_, from); }
 

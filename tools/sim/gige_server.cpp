@@ -27,8 +27,10 @@ namespace {
 constexpr std::int64_t kMostBehind = 24, kMostBehindDrawn = 2;  // images; drawing never catches up
 constexpr std::int64_t kLookAtStop_ns = 20'000'000;
 constexpr std::int64_t kMostEarly_ns = 150'000;
+constexpr std::int64_t kForgets_ns = 12'000'000, kRehearsal_ns = 60'000;
 constexpr Duration kLookForClient = std::chrono::milliseconds(2);
 constexpr Duration kLookForTrigger = std::chrono::microseconds(200);
+constexpr Duration kLookForAction = std::chrono::milliseconds(20);
 
 std::int64_t utc_ns() {
   timespec now{};
@@ -85,6 +87,8 @@ class GigeCamera {
     settings.exposure_us = options_.exposure_us;
     settings.lost_share = options_.packet_loss;
     settings.resends = !options_.no_resend;
+    settings.clock_skew_us = sign_ * options_.clock_skew_us;
+    settings.clock_drift_ppm = sign_ * options_.clock_drift_ppm;
     settings.seed = seed;
     auto device = GigeDevice::serve(settings);
     if (!device) return Error{device.error().code, fmt::format("camera '{}': {}", model_.name, device.error().message)};
@@ -108,10 +112,10 @@ class GigeCamera {
         acquisition = device_->acquisitions();
         images_ = 0;
       }
-      if (device_->trigger() == GigeDevice::Trigger::Software) {
-        expose_when_triggered();
-      } else {
-        expose_by_the_clock(stop);
+      switch (device_->trigger()) {
+        case GigeDevice::Trigger::Software: expose_when_triggered(); break;
+        case GigeDevice::Trigger::Action: expose_when_told(); break;
+        default: expose_by_the_clock(stop);
       }
     }
   }
@@ -120,7 +124,23 @@ class GigeCamera {
     std::this_thread::sleep_for(kLookForTrigger);
     if (!device_->take_software_trigger()) return;
     const std::int64_t period_us = device_->period_us();
-    send(expose(utc_ns() / 1000 / period_us, period_us));
+    const std::int64_t number = utc_ns() / 1000 / period_us;
+    send(expose(number, number * period_us * 1000));
+  }
+
+  // An action command begins an exposure, when it came or at the instant that it names.
+  void expose_when_told() {
+    const auto begins_ns = device_->actions().next_utc_ns(kLookForAction);
+    if (!begins_ns) return;
+    const std::int64_t period_ns = std::int64_t{device_->period_us()} * 1000;
+    const std::int64_t end_ns = *begins_ns + std::int64_t{device_->exposure_us()} * 1000;
+    // Near the clock's periods, so that all cameras show the same of a loop; then by what lies between.
+    last_number_ = told_ns_ == 0
+                       ? *begins_ns / period_ns
+                       : last_number_ + std::max<std::int64_t>(1, (*begins_ns - told_ns_ + period_ns / 2) / period_ns);
+    told_ns_ = *begins_ns;
+    const ServedImage image = expose(last_number_, end_ns);
+    send_at(image, end_ns + late_ns(period_ns / 1000));
   }
 
   // An exposure ends with a whole period of UTC, whether the camera runs free or a trigger box gives the beat. The
@@ -131,21 +151,19 @@ class GigeCamera {
     const std::int64_t due = utc_ns() / 1000 / period_us + 1;
     const bool catches_up = due - last_number_ <= (loop_ ? kMostBehind : kMostBehindDrawn);
     last_number_ = catches_up ? last_number_ + 1 : due;
-    const ServedImage image = expose(last_number_, period_us);
     const std::int64_t end_ns = last_number_ * period_us * 1000;
+    const ServedImage image = expose(last_number_, end_ns);
     const std::int64_t leaves_ns = end_ns + late_ns(period_us);
     for (std::int64_t now_ns = utc_ns(); leaves_ns - now_ns > kLookAtStop_ns; now_ns = utc_ns()) {
       sleep_until_utc(now_ns + kLookAtStop_ns / 2);
       if (stop.stop_requested() || !device_->acquiring()) return;
     }
-    if (!device_->acquiring()) return;
-    alarm_.wait_until(leaves_ns);
-    send(image);
+    send_at(image, leaves_ns);
   }
 
-  ServedImage expose(std::int64_t number, std::int64_t period_us) {
+  ServedImage expose(std::int64_t number, std::int64_t end_utc_ns) {
     const std::uint32_t exposure_us = device_->exposure_us();
-    const Exposure wanted = stage_.exposure(number, period_us, exposure_us);
+    const Exposure wanted = stage_.exposure(number, device_->period_us(), exposure_us, end_utc_ns);
     ServedImage image = device_->layout();
     Exposure drawn = wanted;
     const auto fill = [&](const std::vector<std::byte>& pixels) { copy(pixels, image); };
@@ -155,11 +173,24 @@ class GigeCamera {
       drawn = ahead_->deliver(wanted, fill);
     }
     image.id = static_cast<std::uint16_t>(1 + number % 65535);
-    image.stamp_ns = stamp_ns(number * period_us * 1000 - std::int64_t{exposure_us} * 1000);
+    image.stamp_ns = device_->clock().stamp_ns(end_utc_ns - std::int64_t{exposure_us} * 1000);
+    image.chunk_stamp_ns = image.stamp_ns;
     if (!streams_) stage_.streams(drawn);
     streams_ = true;
     stage_.exposed(drawn);
     return image;
+  }
+
+  // A camera sends at its time however long it did nothing; a processor that slept is some 30 us late.
+  void send_at(const ServedImage& image, std::int64_t leaves_ns) {
+    if (leaves_ns - sent_ns_ > kForgets_ns) {
+      alarm_.wait_until(leaves_ns - kRehearsal_ns);
+      device_->rehearse(image);
+    }
+    alarm_.wait_until(leaves_ns);
+    if (!device_->acquiring()) return;
+    sent_ns_ = leaves_ns;
+    send(image);
   }
 
   void send(const ServedImage& image) {
@@ -168,15 +199,6 @@ class GigeCamera {
     if (options_.skip_every > 0 && images_ % options_.skip_every == 0) return;
     device_->send(image);
     if (options_.repeat_every > 0 && images_ % options_.repeat_every == 0) device_->send(image);
-  }
-
-  // What the camera's own clock says: it began somewhere else and runs at its own pace.
-  std::uint64_t stamp_ns(std::int64_t begin_utc_ns) {
-    if (!clock_began_ns_) clock_began_ns_ = begin_utc_ns;
-    const double gained_ns =
-        sign_ * (1e3 * options_.clock_skew_us +
-                 1e-6 * options_.clock_drift_ppm * static_cast<double>(begin_utc_ns - *clock_began_ns_));
-    return static_cast<std::uint64_t>(begin_utc_ns + std::llround(gained_ns));
   }
 
   std::int64_t late_ns(std::int64_t period_us) {
@@ -216,9 +238,10 @@ class GigeCamera {
   std::unique_ptr<Ahead> ahead_;
   std::unique_ptr<GigeDevice> device_;
   std::vector<std::byte> row_;
-  std::optional<std::int64_t> clock_began_ns_;
   std::int64_t images_ = 0;  // since the client began
   std::int64_t last_number_ = 0;
+  std::int64_t sent_ns_ = 0;
+  std::int64_t told_ns_ = 0;  // by the last action
   bool streams_ = false;
   std::jthread thread_;  // last: ended before what it uses
 };

@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint32_t kHeaders = 20 + 8 + 8;  // of IP, UDP and GVSP, which the size of a packet counts
 constexpr std::size_t kBatch = 16;              // packets of one system call
 constexpr std::uint32_t kLeader = 1, kTrailer = 2, kPayload = 3;
-constexpr std::uint16_t kImage = 1;  // payload type
+constexpr std::uint16_t kImage = 1, kWithChunks = 0x4000;  // payload type
 
 void put16(std::byte* at, std::uint16_t value) {
   const std::uint16_t net = htons(value);
@@ -34,17 +34,18 @@ struct Head {
 Head head_of(const ServedImage& image, std::uint32_t packet, std::uint32_t last) {
   Head head;
   const std::uint32_t content = packet == 0 ? kLeader : packet == last ? kTrailer : kPayload;
+  const auto payload = static_cast<std::uint16_t>(image.chunks ? kImage | kWithChunks : kImage);
   put16(&head.bytes[2], image.id);
   put32(&head.bytes[4], content << 24 | packet);
   if (content == kLeader) {
-    put16(&head.bytes[10], kImage);
+    put16(&head.bytes[10], payload);
     put32(&head.bytes[12], static_cast<std::uint32_t>(image.stamp_ns >> 32));
     put32(&head.bytes[16], static_cast<std::uint32_t>(image.stamp_ns));
     const std::uint32_t infos[] = {image.pixel_format, image.width, image.height, image.left, image.top};
     for (std::size_t i = 0; i < 5; ++i) put32(&head.bytes[20 + 4 * i], infos[i]);
     head.size = 44;
   } else if (content == kTrailer) {
-    put16(&head.bytes[10], kImage);
+    put16(&head.bytes[10], payload);
     put32(&head.bytes[12], image.height);
     head.size = 16;
   }
@@ -107,7 +108,9 @@ bool GvspStream::open(in_addr from) {
   if (socket_ >= 0) setsockopt(socket_, SOL_SOCKET, SO_SNDBUF, &room, sizeof room);
   const int whole = IP_PMTUDISC_DO;  // a packet that does not fit the link is not broken up: who negotiates finds out
   if (socket_ >= 0) setsockopt(socket_, IPPROTO_IP, IP_MTU_DISCOVER, &whole, sizeof whole);
-  return socket_ >= 0 && bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  socklen_t length = sizeof own_;
+  return socket_ >= 0 && bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
+         getsockname(socket_, reinterpret_cast<sockaddr*>(&own_), &length) == 0;
 }
 
 std::uint32_t GvspStream::Kept::payload_bytes() const { return std::max(route.packet_bytes, kHeaders + 64) - kHeaders; }
@@ -125,11 +128,12 @@ std::span<std::byte> GvspStream::room(std::size_t bytes) {
   return kept.payload;
 }
 
-void GvspStream::send(const ServedImage& image, const StreamRoute& route) {
+void GvspStream::send(const ServedImage& image, std::span<const std::byte> behind, const StreamRoute& route) {
   const Kept* kept = nullptr;
   {
     const std::scoped_lock lock(mutex_);
     Kept& filled = ring_[next_];
+    if (!filled.whole) filled.payload.insert(filled.payload.end(), behind.begin(), behind.end());
     filled.image = image;
     filled.route = route;
     filled.whole = true;
@@ -140,6 +144,15 @@ void GvspStream::send(const ServedImage& image, const StreamRoute& route) {
   transmit(*kept, 0, 0);
   sched_yield();
   transmit(*kept, 1, kept->last_packet());
+}
+
+void GvspStream::rehearse(const ServedImage& image, const StreamRoute& route) {
+  rehearsed_.image = image;
+  rehearsed_.route = route;
+  rehearsed_.route.to = own_;
+  transmit(rehearsed_, 0, 0);
+  std::array<std::byte, 64> nothing;
+  recv(socket_, nothing.data(), nothing.size(), MSG_DONTWAIT);
 }
 
 void GvspStream::resend(std::uint16_t id, std::uint32_t first, std::uint32_t last) {

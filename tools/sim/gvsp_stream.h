@@ -21,6 +21,9 @@ struct ServedImage {
   std::uint64_t stamp_ns = 0;
   std::uint32_t pixel_format = 0;  ///< GenICam PFNC
   std::uint32_t width = 0, height = 0, left = 0, top = 0;
+  bool chunks = false;               ///< more follows the pixels
+  std::uint64_t chunk_stamp_ns = 0;  ///< what stands there
+  double exposure_us = 0.0;          ///< the same
 };
 
 /// Where packets go, and how.
@@ -48,8 +51,12 @@ class GvspStream {
   /// Room for the next image, to be filled before `send`.
   std::span<std::byte> room(std::size_t bytes);
 
-  /// Sends what was filled in; may be called again for the same image. `room` makes place for the next.
-  void send(const ServedImage& image, const StreamRoute& route);
+  /// Sends what was filled in and `behind` it; may be called again for the same image. `room` makes place for the next.
+  void send(const ServedImage& image, std::span<const std::byte> behind, const StreamRoute& route);
+
+  /// Does what `send` will do first, to nobody: what the processor has forgotten of it since the last image makes no
+  /// image late.
+  void rehearse(const ServedImage& image, const StreamRoute& route);
 
   /// Sends packets `first` to `last` of an image again; nothing where it is forgotten already.
   void resend(std::uint16_t id, std::uint32_t first, std::uint32_t last);
@@ -76,8 +83,10 @@ class GvspStream {
   std::uint64_t seed_;
   std::atomic<std::uint64_t> sendings_{0};
   int socket_ = -1;
+  sockaddr_in own_{};
   std::mutex mutex_;  // for the ring
   std::array<Kept, kKept> ring_;
+  Kept rehearsed_;
   std::size_t next_ = 0;
 };
 

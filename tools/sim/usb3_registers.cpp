@@ -126,8 +126,11 @@ std::uint16_t Usb3Registers::write(std::uint64_t address, std::span<const std::b
   const auto inside = [&](std::size_t begin, std::size_t end) {
     return address >= begin && address + data.size() <= end;
   };
-  const bool ours = inside(usb3::kFeatures, usb3::kFeaturesEnd) && !inside(usb3::kSensorWidth, usb3::kPixelFormat) &&
-                    !inside(usb3::kPayload, usb3::kAcquisitionMode) && !inside(usb3::kAcquiring, usb3::kRate_hz);
+  const auto touches = [&](std::size_t begin, std::size_t end) {
+    return address < end && address + data.size() > begin;
+  };
+  const bool ours = inside(usb3::kFeatures, usb3::kFeaturesEnd) && !touches(usb3::kSensorWidth, usb3::kPixelFormat) &&
+                    !touches(usb3::kPayload, usb3::kAcquisitionMode) && !touches(usb3::kAcquiring, usb3::kRate_hz);
   if (!ours && !inside(usb3::kStreamEnable, usb3::kSirmEnd)) return kReadOnly;
   std::array<std::byte, kMostCommand_bytes> before{};
   if (data.size() > before.size()) return kWrongParameter;

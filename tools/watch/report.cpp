@@ -21,6 +21,16 @@ const char* word_of(SubjectPhase phase) {
   return "unknown";
 }
 
+const char* word_of(ClockSource source) {
+  switch (source) {
+    case ClockSource::Receipts: return "receipts";
+    case ClockSource::Camera: return "camera";
+    case ClockSource::Lost: return "lost";
+    case ClockSource::Unknown: break;
+  }
+  return "unknown";
+}
+
 const char* word_of(CameraPhase phase) {
   switch (phase) {
     case CameraPhase::Starting: return "starting";
@@ -187,6 +197,8 @@ nlohmann::ordered_json camera_object(const CameraHealth& camera) {
           {"jitter_us", camera.jitter_us},
           {"clock_leaps", camera.clock_leaps},
           {"clock_uncertainty_us", camera.clock_uncertainty_us},
+          {"clock_source", word_of(camera.clock_source)},
+          {"chunk_times", camera.chunk_times},
           {"bumped", camera.bumped},
           {"rig_off_px", camera.rig_off_px},
           {"rig_turned_deg", camera.rig_turned_rad * 180.0 / std::numbers::pi},
