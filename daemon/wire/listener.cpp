@@ -220,8 +220,18 @@ std::uint64_t Listener::established() const {
   return figures_.connections - std::min(figures_.disconnections, figures_.connections);
 }
 
+// What is heard of a connection may be read before the event that it was made, which came earlier.
+Listener::Connections::iterator Listener::find(int connection) {
+  auto found = connections_.find(connection);
+  const Timestamp begun = host_now();
+  while (connection >= 0 && found == connections_.end() && host_now() - begun < kServeFor && read_event()) {
+    found = connections_.find(connection);
+  }
+  return found;
+}
+
 void Listener::note_user(int connection, std::string_view user) {
-  const auto found = connections_.find(connection);
+  const auto found = find(connection);
   if (found == connections_.end()) return;
   if (!std::exchange(found->second.heard, true)) ++heard_;
   if (found->second.user != user) found->second.user = user;
@@ -243,7 +253,7 @@ void Listener::cut_the_revoked(Timestamp now) {
 // ZeroMQ has no call for this. The connection is shut down, not closed: ZeroMQ finds it ended and closes it itself. A
 // descriptor that is some other connection by now is told by its peer.
 void Listener::cut(int connection, std::string_view why) {
-  const auto found = connections_.find(connection);
+  const auto found = find(connection);
   if (found == connections_.end() || found->second.cut || !is_ours(connection, found->second.peer)) return;
   found->second.cut = true;
   ::shutdown(connection, SHUT_RDWR);

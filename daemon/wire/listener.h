@@ -68,10 +68,12 @@ class Listener {
     bool heard = false;  // it sent a message: its handshake was through
     bool cut = false;
   };
+  using Connections = std::map<int, Connection>;  // by file descriptor
   Status set_limits(int send_queue, const ListenSettings& settings);
   Status bind(const ListenSettings& settings);
   void watch();
   bool read_event();
+  Connections::iterator find(int connection);
   void note_accepted(int connection);
   void note_gone(int connection);
   void count_end(const Connection& connection);
@@ -86,8 +88,8 @@ class Listener {
   ZmqSocket socket_;
   ZmqSocket monitor_;
   std::vector<std::string> bound_;
-  std::map<int, Connection> connections_;  // by file descriptor
-  std::size_t heard_ = 0;                  // of them
+  Connections connections_;
+  std::size_t heard_ = 0;  // of them
   std::set<int> gone_;
   std::size_t max_connections_ = 0;
   FeedHealth figures_;

@@ -93,11 +93,18 @@ struct ZmqPublisher::Impl {
   void serve() {
     const Timestamp begun = host_now();
     listener.serve(begun);
-    for (const int connection : listener.gone()) subscriptions.forget(connection);
+    forget_gone();
     for (int i = 1; i % kServedPerLook != 0 || host_now() - begun < kServeFor; ++i) {
-      if (!request.receive(listener.socket())) return listener.heard_all();
+      if (!request.receive(listener.socket())) {
+        forget_gone();
+        return listener.heard_all();
+      }
       take_request();
     }
+  }
+
+  void forget_gone() {
+    for (const int connection : listener.gone()) subscriptions.forget(connection);
   }
 
   void take_request() {

@@ -9,6 +9,7 @@
 
 #include "sample_description.h"
 #include "support/raw_tcp.h"
+#include "wire/listener.h"
 #include "wire/zmq_publisher.h"
 #include "wire/zmq_subscriber.h"
 
@@ -103,6 +104,24 @@ TEST(Publisher, CutsOffWhoSendsWhatIsNoSubscription) {
   EXPECT_EQ((*publisher)->feed().disconnections, 1U);
   zmq_close(hostile);
   zmq_ctx_term(context);
+}
+
+TEST(Listener, CutsOffWhoseMessageIsReadBeforeItIsKnownToHaveCome) {
+  Listener listener("feed");
+  ListenSettings settings;
+  settings.endpoints = {"tcp://127.0.0.1:*"};
+  ASSERT_TRUE(listener.open(ZMQ_XPUB, 10, settings));
+  support::RawTcp hostile(listener.endpoints().front());
+  hostile.subscribe_to_nothing_yet();
+  hostile.send({"\0\1x", 3});
+  zmq_pollitem_t readable{listener.socket().get(), 0, ZMQ_POLLIN, 0};
+  ASSERT_EQ(zmq_poll(&readable, 1, 60'000), 1);
+  ZmqMessage message;
+  ASSERT_TRUE(message.receive(listener.socket()));
+
+  listener.cut(message.connection(), "a test");
+
+  EXPECT_EQ(listener.figures().cut_off, 1U);
 }
 
 TEST(Publisher, CountsWhoDoesNotTakeWhatItIsSent) {
