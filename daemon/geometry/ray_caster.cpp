@@ -199,12 +199,16 @@ MOCAP_WIDE bool RayCaster::look_up(std::span<const double> u_px, std::span<const
     const double at = (long_x * long_x + long_y * long_y) * cells;
     const double cell = at < last ? at : last;  // also of what is no number
     const auto index = static_cast<std::int32_t>(cell);
-    const double scale = table[index] + (cell - static_cast<double>(index)) * (table[index + 1] - table[index]);
-    const double x = long_x * scale;
-    const double y = long_y * scale;
+    const double slope = table[index + 1] - table[index];
+    const double guess = table[index] + (cell - static_cast<double>(index)) * slope;
+    const double x = long_x * guess;
+    const double y = long_y * guess;
     const double r2 = x * x + y * y;
-    const auto polished = step((long_x - 2.0 * p1 * x * y - p2 * (r2 + 2.0 * x * x)) * scale,
-                               (long_y - p1 * (r2 + 2.0 * y * y) - 2.0 * p2 * x * y) * scale, u[i], v[i]);
+    const double radial_x = long_x - 2.0 * p1 * x * y - p2 * (r2 + 2.0 * x * x);
+    const double radial_y = long_y - p1 * (r2 + 2.0 * y * y) - 2.0 * p2 * x * y;
+    // What was taken off changes the length, by a cell or two of the table.
+    const double scale = guess + ((radial_x * radial_x + radial_y * radial_y) * cells - at) * slope;
+    const auto polished = step(radial_x * scale, radial_y * scale, u[i], v[i]);
     px[i] = polished.x;
     py[i] = polished.y;
     ux[i] = polished.a;

@@ -74,16 +74,15 @@ class KalmanMarkerTracker final : public MarkerTracker {
     const double dt_s = std::max(0.0, to_s(at - tracks_.at()));
     for (std::size_t i = 0; i < tracks_.tracks().size(); ++i) {
       const Tracks::Track& track = tracks_.tracks()[i];
-      filter::Kalman<3> ahead = track.filter;
-      ahead.predict(dt_s);
-      const filter::Gate<3> gate = ahead.gate();
+      const filter::Gate<3> gate = track.filter.gate_in(dt_s);
       if (tracks_.has_ended(track, gate, at)) continue;
-      ExpectedMarker expected;
+      if (into.markers.full()) return;
+      into.markers.resize(into.markers.size() + 1);
+      ExpectedMarker& expected = into.markers.back();
       expected.position = {gate.centre};
       expected.covariance_m2 = gate.covariance;
       expected.track = {track.id};
       expected.cameras = tracked_[i].cameras;  // told in the same order
-      if (!into.markers.try_push_back(expected)) return;
     }
   }
 
@@ -101,7 +100,9 @@ class KalmanMarkerTracker final : public MarkerTracker {
       if (!is_usable(seen_[i])) {
         tracks_.ignore(i);
       } else if (const ExpectedMarker* known = expectation_of(markers[i], expected)) {
-        Tracks::Track* track = known->track.names_something() ? tracks_.find(known->track.value) : nullptr;
+        // Where no track ended, they are expected in the order in which they are.
+        Tracks::Track* track =
+            known->track.names_something() ? tracks_.find(known->track.value, markers[i].expected) : nullptr;
         if (track != nullptr) tracks_.claim(*track, seen_, i, markers[i].by_blob_tracks);
       }
     }
@@ -150,7 +151,8 @@ class KalmanMarkerTracker final : public MarkerTracker {
       if (told_by_body && track.age_sets == 1) track.confirmed = true;
 
       const filter::Belief<3> belief = track.filter.belief();
-      TrackedMarker& out = tracked_.push_back({});
+      tracked_.resize(tracked_.size() + 1);
+      TrackedMarker& out = tracked_.back();
       out.id = {track.id};
       out.state = !track.confirmed ? TrackState::Tentative : seen ? TrackState::Confirmed : TrackState::Coasting;
       out.position = {belief.point};
