@@ -37,7 +37,9 @@ double reach_of(const CameraModel& camera) {
 
 Vector2d ViewRays::axis(std::size_t ray) const {
   if (!(spread_px[ray] > 0.0) || !std::isfinite(axis_rad[ray])) return Vector2d::Zero();
-  return {std::cos(2.0 * axis_rad[ray]), std::sin(2.0 * axis_rad[ray])};
+  // A blob tells its axis to a thousandth at best.
+  const auto twice = static_cast<float>(2.0 * axis_rad[ray]);
+  return {static_cast<double>(std::cos(twice)), static_cast<double>(std::sin(twice))};
 }
 
 Vector3d ViewRays::direction(std::size_t ray) const {
@@ -124,8 +126,21 @@ struct Range {
     least[lane] = value < least[lane] ? value : least[lane];
     most[lane] = value > most[lane] ? value : most[lane];
   }
-  float min() const { return *std::ranges::min_element(least); }
-  float max() const { return *std::ranges::max_element(most); }
+  // Halved again and again: no branch that nobody foresees.
+  float min() const {
+    std::array<float, kLanes> left = least;
+    for (std::size_t half = kLanes / 2; half > 0; half /= 2) {
+      for (std::size_t i = 0; i < half; ++i) left[i] = left[i + half] < left[i] ? left[i + half] : left[i];
+    }
+    return left[0];
+  }
+  float max() const {
+    std::array<float, kLanes> left = most;
+    for (std::size_t half = kLanes / 2; half > 0; half /= 2) {
+      for (std::size_t i = 0; i < half; ++i) left[i] = left[i + half] > left[i] ? left[i + half] : left[i];
+    }
+    return left[0];
+  }
 };
 
 }  // namespace
@@ -279,7 +294,7 @@ bool RayTable::read_blobs(const BlobFrame& frame, ViewRays& view) {
   view.axis_rad.resize(count);
   view.blob.resize(count);
   view.track.resize(count);
-  view.any_track = false;
+  bool any_track = false;
   double least_px2 = std::numeric_limits<double>::infinity();
   double most_px2 = 0.0;
   for (std::size_t b = 0; b < count; ++b) {
@@ -291,12 +306,13 @@ bool RayTable::read_blobs(const BlobFrame& frame, ViewRays& view) {
     most_px2 = std::max(most_px2, blob.area_px2);
     view.blob[b] = static_cast<std::uint16_t>(b);
     view.track[b] = blob.track;
-    view.any_track |= blob.track.names_something();
+    any_track |= blob.track.names_something();
     const double spread = is_round(blob) ? 0.0 : spread_px(blob);
     view.spread_px[b] = spread;
     view.sigma_px[b] = doubt_px(blob, spread);
     view.axis_rad[b] = blob.axis_rad;
   }
+  view.any_track = any_track;
   return may_crowd(least_px2, most_px2);
 }
 
