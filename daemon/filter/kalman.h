@@ -39,6 +39,8 @@ class Kalman {
 
   void predict(double dt_s);
   Gate<N> gate() const;
+  /// What `gate` would be after `predict(dt_s)`; the belief stays.
+  Gate<N> gate_in(double dt_s) const;
   void update(const Seen<N>& seen);
   void coast();
   Belief<N> belief() const { return {point_, velocity_, pp_}; }
@@ -47,6 +49,8 @@ class Kalman {
   const Matrix<N>& cross_covariance() const { return pv_; }  ///< row: point, column: velocity
 
  private:
+  double noise() const;
+
   KalmanSettings settings_;
   Vector<N> point_;
   Vector<N> velocity_;

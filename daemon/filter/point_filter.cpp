@@ -1,7 +1,8 @@
 #include "filter/point_filter.h"
 
-#include <Eigen/LU>
 #include <cmath>
+
+#include "filter/symmetric.h"
 
 namespace mocap::filter {
 namespace {
@@ -18,10 +19,17 @@ Vector<N> Gate<N>::reach(double sigmas, double max_variance) const {
 
 template <int N>
 typename Gate<N>::Fit Gate<N>::fit(const Seen<N>& seen) const {
-  const Matrix<N> innovation = covariance + seen.covariance;
+  const Cofactors<N> innovation(covariance + seen.covariance);
   const Vector<N> off = seen.point - centre;
-  const double distance2 = off.dot(innovation.inverse() * off);
-  return {distance2, distance2 + std::log(innovation.determinant()) + N * kLn2Pi};
+  const double distance2 = off.dot(innovation.adjugate * off) / innovation.determinant;
+  return {distance2, distance2 + std::log(innovation.determinant) + N * kLn2Pi};
+}
+
+template <int N>
+double Gate<N>::distance2(const Seen<N>& seen) const {
+  const Cofactors<N> innovation(covariance + seen.covariance);
+  const Vector<N> off = seen.point - centre;
+  return off.dot(innovation.adjugate * off) / innovation.determinant;
 }
 
 template struct Gate<2>;

@@ -46,6 +46,8 @@ struct Gate {
   /// How well a sighting fits; the cost allows to compare the fit of sightings to several gates: a wide gate makes
   /// every sighting in it less likely than the narrow gate of a point that is well known.
   Fit fit(const Seen<N>& seen) const;
+  /// The same distance without the cost.
+  double distance2(const Seen<N>& seen) const;
 };
 
 /// What every filter does. A set of sightings at one time: predict, then gate, then update or coast.

@@ -118,8 +118,8 @@ void RayCaster::cast(std::span<const double> u_px, std::span<const double> v_px,
   MOCAP_EXPECTS(u_px.size() == v_px.size());
   into.resize(u_px.size());
   if (steps_ > 0) {
-    const bool all_told = look_up(u_px, v_px, into);
-    for (int step = 1; step < steps_; ++step) polish(u_px, v_px, into);
+    bool all_told = look_up(u_px, v_px, into);
+    for (int step = 0; step < steps_; ++step) all_told = polish(u_px, v_px, into) && all_told;
     std::ranges::fill(into.exists, std::uint8_t{1});
     if (all_told) return;
   }
@@ -177,8 +177,10 @@ struct Step {
 
 }  // namespace
 
-// The rays by the table, the tangential part taken off at that guess, and the first step. Says whether the table told
-// all of them.
+// The rays by the table, the tangential part taken off at that guess. Says whether the table told all of them.
+//
+// Steps are loops of their own: the numbers of one ray wait for each other all along, and a processor looks ahead to
+// other rays only where the loop is short.
 MOCAP_WIDE bool RayCaster::look_up(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
   const Step step(lens_);
   const double p1 = step.p1, p2 = step.p2, cx = step.cx, cy = step.cy;
@@ -188,8 +190,7 @@ MOCAP_WIDE bool RayCaster::look_up(std::span<const double> u_px, std::span<const
   const double cells = cells_per_length2_;
   const double last = static_cast<double>(scale_.size()) - 2.0;
   const double *u = u_px.data(), *v = v_px.data(), *table = scale_.data();
-  double *px = into.x.data(), *py = into.y.data(), *ux = into.ux.data(), *uy = into.uy.data(), *vx = into.vx.data(),
-         *vy = into.vy.data();
+  double *px = into.x.data(), *py = into.y.data();
   const std::size_t count = u_px.size();
   std::int64_t told = 0;
   MOCAP_INDEPENDENT_TURNS
@@ -199,31 +200,31 @@ MOCAP_WIDE bool RayCaster::look_up(std::span<const double> u_px, std::span<const
     const double at = (long_x * long_x + long_y * long_y) * cells;
     const double cell = at < last ? at : last;  // also of what is no number
     const auto index = static_cast<std::int32_t>(cell);
-    const double scale = table[index] + (cell - static_cast<double>(index)) * (table[index + 1] - table[index]);
-    const double x = long_x * scale;
-    const double y = long_y * scale;
+    const double slope = table[index + 1] - table[index];
+    const double guess = table[index] + (cell - static_cast<double>(index)) * slope;
+    const double x = long_x * guess;
+    const double y = long_y * guess;
     const double r2 = x * x + y * y;
-    const auto polished = step((long_x - 2.0 * p1 * x * y - p2 * (r2 + 2.0 * x * x)) * scale,
-                               (long_y - p1 * (r2 + 2.0 * y * y) - 2.0 * p2 * x * y) * scale, u[i], v[i]);
-    px[i] = polished.x;
-    py[i] = polished.y;
-    ux[i] = polished.a;
-    uy[i] = polished.b;
-    vx[i] = polished.c;
-    vy[i] = polished.d;
+    const double radial_x = long_x - 2.0 * p1 * x * y - p2 * (r2 + 2.0 * x * x);
+    const double radial_y = long_y - p1 * (r2 + 2.0 * y * y) - 2.0 * p2 * x * y;
+    // What was taken off changes the length, by a cell or two of the table.
+    const double scale = guess + ((radial_x * radial_x + radial_y * radial_y) * cells - at) * slope;
+    px[i] = radial_x * scale;
+    py[i] = radial_y * scale;
     const bool in_image = (u[i] >= -0.5) & (u[i] < right) & (v[i] >= -0.5) & (v[i] < down);
-    told += in_image & (at < last) & (polished.a * polished.d > polished.b * polished.c) ? 1 : 0;
+    told += in_image & (at < last) ? 1 : 0;
   }
   return told == static_cast<std::int64_t>(count);
 }
 
-// One more step.
-MOCAP_WIDE void RayCaster::polish(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
+// One step of Newton's. Says whether all rays lie where the image does not fold over.
+MOCAP_WIDE bool RayCaster::polish(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
   const Step step(lens_);
   const double *u = u_px.data(), *v = v_px.data();
   double *px = into.x.data(), *py = into.y.data(), *ux = into.ux.data(), *uy = into.uy.data(), *vx = into.vx.data(),
          *vy = into.vy.data();
   const std::size_t count = u_px.size();
+  std::int64_t upright = 0;
   MOCAP_INDEPENDENT_TURNS
   for (std::size_t i = 0; i < count; ++i) {
     const auto polished = step(px[i], py[i], u[i], v[i]);
@@ -233,7 +234,9 @@ MOCAP_WIDE void RayCaster::polish(std::span<const double> u_px, std::span<const 
     uy[i] = polished.b;
     vx[i] = polished.c;
     vy[i] = polished.d;
+    upright += polished.a * polished.d > polished.b * polished.c ? 1 : 0;
   }
+  return upright == static_cast<std::int64_t>(count);
 }
 
 }  // namespace mocap::geometry

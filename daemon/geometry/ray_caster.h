@@ -51,7 +51,7 @@ class RayCaster {
   bool is_precise() const;
   bool is_in_table(double u_px, double v_px) const;
   bool look_up(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const;
-  void polish(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const;
+  bool polish(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const;
 
   Lens lens_;
   double width_px_;

@@ -122,6 +122,7 @@ MOCAP_WIDE void ExpectedGates::bound_gates(const ViewRays& view) {
 // bins' rays there are nobody foresees; one or two are written down in any case, so that it seldom has to be asked.
 void ExpectedGates::gather_candidates(const ViewRays& view) {
   candidates_.clear();
+  const bool one_word = view.has_one_word();
   std::size_t near = 0;
   const auto add = [&](std::uint32_t marker, std::size_t word, std::uint64_t bits) {
     const auto next = [&] {
@@ -137,8 +138,12 @@ void ExpectedGates::gather_candidates(const ViewRays& view) {
   };
   for (std::uint32_t m = 0; m < marker_count_; ++m) {
     const auto bin = [m](const std::vector<std::int32_t>& column) { return static_cast<std::size_t>(column[m]); };
-    view.words_in_bins({bin(foreseen_.left), bin(foreseen_.right), bin(foreseen_.top), bin(foreseen_.bottom)},
-                       [&](std::size_t word, std::uint64_t bits) { add(m, word, bits); });
+    const ViewRays::Bins bins{bin(foreseen_.left), bin(foreseen_.right), bin(foreseen_.top), bin(foreseen_.bottom)};
+    if (one_word) {
+      add(m, 0, view.only_word_in_bins(bins));
+    } else {
+      view.words_in_bins(bins, [&](std::size_t word, std::uint64_t bits) { add(m, word, bits); });
+    }
     if (near + kMaxBlobs + 2 * kMaxBlobs / 64 < near_.size()) continue;
     measure_near(view, near);
     near = 0;

@@ -42,20 +42,21 @@ LoneSighting lone_sighting(const ViewRays& view, std::size_t ray, std::size_t ma
 // Whose each blob is, by what its 2D track was before.
 void ExpectedMatcher::find_owners(const BlobFrame& frame, const ViewRays& view, std::size_t index) {
   owners_.see(frame.camera);
+  has_owners_[index] = 0;
+  std::uint32_t* const owners = owner_.data() + index * kMaxBlobs;
+  std::fill_n(owners, view.size(), BlobOwners::kNobody);
+  if (!view.any_track) return;
   for (std::size_t ray = 0; ray < view.size(); ++ray) {
-    owner(index, ray) = owners_.owner_of(frame.camera, frame.blobs.data()[view.blob[ray]].track);
+    owners[ray] = owners_.owner_of(frame.camera, view.track[ray]);
+    if (owners[ray] != BlobOwners::kNobody) has_owners_[index] = 1;
   }
-}
-
-bool ExpectedMatcher::is_own(std::size_t marker, std::size_t view) const {
-  const std::uint32_t ray = held(marker, view).ray;
-  return ray != kNone && owner(view, ray) == marker;
 }
 
 // Whether the 2D track of a blob was another marker's; unless that one surely lies elsewhere, and the 2D track leapt.
 bool ExpectedMatcher::is_others(const RayTable& rays, std::size_t marker, std::size_t view) const {
-  const std::uint32_t ray = held(marker, view).ray;
-  if (ray == kNone) return false;
+  const Kept& kept = held_(marker, view);
+  if (!kept.has_ray()) return false;
+  const std::uint16_t ray = kept.ray;
   const std::uint32_t whose = owner(view, ray);
   if (whose == marker || whose == BlobOwners::kNobody) return false;
   if (whose == BlobOwners::kStranger || views_of_[whose] < 3) return true;
@@ -65,18 +66,18 @@ bool ExpectedMatcher::is_others(const RayTable& rays, std::size_t marker, std::s
 
 std::size_t ExpectedMatcher::own_views(std::size_t marker) const {
   std::size_t count = 0;
-  for (std::size_t view = 0; view < view_count_; ++view) count += is_own(marker, view) ? 1 : 0;
+  for (const Kept& kept : held_.of(marker)) count += kept.own ? 1 : 0;
   return count;
 }
 
 void ExpectedMatcher::learn_owners(const FrameSet& frames, const RayTable& rays) {
-  for (std::size_t m = 0; m < marker_count_; ++m) {
-    if (views_of_[m] < 3) continue;
-    for (std::size_t view = 0; view < view_count_; ++view) {
-      const Held& one = held(m, view);
-      if (one.ray == kNone || one.sigma_px > 0.0F || owner(view, one.ray) == m) continue;
-      const BlobFrame& frame = *frames.views[view];
-      owners_.learn(frame.camera, frame.blobs.data()[rays[view].blob[one.ray]].track, static_cast<std::uint32_t>(m));
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    const ViewRays& own = rays[view];
+    if (!own.any_track) continue;
+    for (std::size_t m = 0; m < marker_count_; ++m) {
+      const Kept& one = held_(m, view);
+      if (views_of_[m] < 3 || !one.has_ray() || one.is_shared() || one.own) continue;
+      owners_.learn(frames.views[view]->camera, own.track[one.ray], static_cast<std::uint32_t>(m));
     }
   }
 }
@@ -84,9 +85,9 @@ void ExpectedMatcher::learn_owners(const FrameSet& frames, const RayTable& rays)
 // A marker that two views alone show, where nothing that is known better has their blobs.
 void ExpectedMatcher::settle_pair(RayTable& rays, std::size_t marker, const ExpectedMarker& expected) {
   for (std::size_t view = 0; view < view_count_; ++view) {
-    const Held& one = held(marker, view);
-    if (one.ray == kNone || one.sigma_px > 0.0F || rays[view].taken[one.ray] == 0) continue;
-    held(marker, view) = {};
+    const Kept& one = held_(marker, view);
+    if (!one.has_ray() || one.is_shared() || rays[view].taken[one.ray] == 0) continue;
+    held_.drop(marker, view);
     views_of_[marker] = 1;
   }
   if (views_of_[marker] == 2) {
@@ -102,10 +103,11 @@ void ExpectedMatcher::settle_pair(RayTable& rays, std::size_t marker, const Expe
 bool ExpectedMatcher::is_believed(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected) const {
   BoundedVector<PairView, 2> pair;
   for (std::size_t view = 0; view < view_count_; ++view) {
-    if (held(marker, view).ray == kNone) continue;
-    if (held(marker, view).hidden || is_others(rays, marker, view)) return false;
-    PairView& one = pair.push_back(pair_view(rays[view], held(marker, view), found_[marker].point, error_.px()));
-    if (is_own(marker, view)) one.others_1_px2 *= std::exp(-kLnTrust);
+    const Held held = held_.held(marker, view);
+    if (held.ray == kNone) continue;
+    if (held.hidden || is_others(rays, marker, view)) return false;
+    PairView& one = pair.push_back(pair_view(rays[view], held, found_[marker].point, error_.px()));
+    if (held_(marker, view).own) one.others_1_px2 *= std::exp(-kLnTrust);
   }
   const auto off2 = [](const PairView& view) { return view.off_px.squaredNorm() / (view.sigma_px * view.sigma_px); };
   if (off2(pair[0]) + off2(pair[1]) > settings_.agree_sigmas * settings_.agree_sigmas) return false;
@@ -123,10 +125,10 @@ void ExpectedMatcher::keep_own(const RayTable& rays, std::size_t marker, const E
   const std::size_t own = own_views(marker);
   if (own == 0) kept = likely_view(rays, marker, expected);
   for (std::size_t view = 0; view < view_count_ && own == 1; ++view) {
-    if (is_own(marker, view)) kept = view;
+    if (held_(marker, view).own) kept = view;
   }
   for (std::size_t view = 0; view < view_count_; ++view) {
-    if (view != kept) held(marker, view) = {};
+    if (view != kept) held_.drop(marker, view);
   }
   views_of_[marker] = kept < view_count_ ? 1 : 0;
 }
@@ -136,8 +138,8 @@ std::size_t ExpectedMatcher::likely_view(const RayTable& rays, std::size_t marke
                                          const ExpectedMarker& expected) const {
   std::size_t likely = view_count_;
   for (std::size_t view = 0; view < view_count_; ++view) {
-    const std::uint32_t ray = held(marker, view).ray;
-    if (ray == kNone || !(log_odds_of_lone(rays[view], ray, expected, error_.px()) > kLnSureLone)) continue;
+    const Kept& one = held_(marker, view);
+    if (!one.has_ray() || !(log_odds_of_lone(rays[view], one.ray, expected, error_.px()) > kLnSureLone)) continue;
     if (likely < view_count_) return view_count_;
     likely = view;
   }
@@ -146,6 +148,7 @@ std::size_t ExpectedMatcher::likely_view(const RayTable& rays, std::size_t marke
 
 // What the 2D track of a blob adds to the cost of its being the marker's.
 double ExpectedMatcher::odds_of_owner(std::size_t marker, std::size_t view, std::size_t ray) const {
+  if (has_owners_[view] == 0) return 0.0;
   const std::uint32_t whose = owner(view, ray);
   if (whose == BlobOwners::kNobody) return 0.0;
   return whose == marker ? -2.0 * kLnTrust : 2.0 * kLnTrust;
@@ -155,8 +158,8 @@ double ExpectedMatcher::odds_of_owner(std::size_t marker, std::size_t view, std:
 void ExpectedMatcher::claim_own(const ViewRays& view, std::size_t index) {
   for (std::uint32_t ray = 0; ray < view.size(); ++ray) {
     const std::uint32_t whose = owner(index, ray);
-    if (whose >= marker_count_ || is_held_[ray] != 0 || held(whose, index).ray != kNone) continue;
-    held(whose, index).ray = ray;
+    if (whose >= marker_count_ || holder_[ray] != kNone || view_held_[whose].ray != kNone) continue;
+    view_held_[whose].ray = ray;
   }
 }
 
@@ -164,10 +167,13 @@ void ExpectedMatcher::list_lone(const RayTable& rays, const Expected& expected, 
   for (std::size_t m = 0; m < marker_count_; ++m) {
     if (views_of_[m] != 1) continue;
     for (std::size_t view = 0; view < view_count_; ++view) {
-      const std::uint32_t ray = held(m, view).ray;
-      if (ray == kNone || rays[view].taken[ray] != 0 || !is_alone(view, ray) || is_others(rays, m, view)) continue;
+      const Kept& one = held_(m, view);
+      const std::uint16_t ray = one.ray;
+      if (!one.has_ray() || rays[view].taken[ray] != 0 || !held_.is_alone(view, ray) || is_others(rays, m, view)) {
+        continue;
+      }
       const bool sure =
-          is_own(m, view) || log_odds_of_lone(rays[view], ray, expected.markers.data()[m], error_.px()) > kLnSureLone;
+          one.own || log_odds_of_lone(rays[view], ray, expected.markers.data()[m], error_.px()) > kLnSureLone;
       if (sure && !into.lone.try_push_back(lone_sighting(rays[view], ray, m, view))) return;
     }
   }
@@ -182,7 +188,7 @@ void ExpectedMatcher::join_older(RayTable& rays, std::size_t marker) {
     if ((found_[older].point.v - found_[marker].point.v).squaredNorm() > kOne_m * kOne_m) continue;
     bool apart = false;
     for (std::size_t view = 0; view < view_count_; ++view) {
-      apart = apart || (held(older, view).ray != kNone && held(marker, view).ray != kNone);
+      apart = apart || (held_(older, view).has_ray() && held_(marker, view).has_ray());
     }
     if (apart) continue;
     sightings_.clear();
@@ -192,8 +198,8 @@ void ExpectedMatcher::join_older(RayTable& rays, std::size_t marker) {
     if (!agreed || agreed->kept != sightings_.size()) continue;
     const std::size_t keeper = std::min(older, marker), other = std::max(older, marker);
     for (std::size_t view = 0; view < view_count_; ++view) {
-      if (held(other, view).ray != kNone) held(keeper, view) = held(other, view);
-      held(other, view) = {};
+      const Kept& given = held_(other, view);
+      held_.hand_over(keeper, other, view, given.has_ray() && owner(view, given.ray) == keeper);
     }
     found_[keeper] = agreed->refined;
     views_of_[keeper] = static_cast<std::uint32_t>(agreed->kept);

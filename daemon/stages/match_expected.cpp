@@ -19,6 +19,8 @@ ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t came
       agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
       error_(error),
       max_cos_angle_(std::cos(settings.min_ray_angle_deg * std::numbers::pi / 180.0)),
+      gate2_(settings.gate_sigmas * settings.gate_sigmas),
+      widest_(std::max(0.0, gate2_ - 4.0)),
       assigner_(kMaxMarkers, kMaxBlobs, kMaxGateCandidates),
       sharer_(kMaxMarkers),
       gates_(settings_),
@@ -27,13 +29,17 @@ ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t came
       camera_count_(camera_count),
       view_count_(camera_count),
       column_of_(kMaxBlobs, kNone),
-      held_(kMaxMarkers * camera_count),
+      view_held_(kMaxMarkers),
+      holder_(kMaxBlobs, kNone),
+      holder_cost_(kMaxBlobs, 0.0),
+      faithful_(kMaxBlobs, 0),
+      held_(kMaxMarkers, camera_count),
       owner_(camera_count * kMaxBlobs, BlobOwners::kNobody),
-      is_held_(kMaxBlobs, 0),
-      holders_(camera_count * kMaxBlobs, 0),
+      has_owners_(camera_count, 0),
       found_(kMaxMarkers),
       views_of_(kMaxMarkers, 0) {
   pairs_.reserve(kMaxGateCandidates);
+  several_.reserve(kMaxGateCandidates);
   contested_.reserve(kMaxGateCandidates);
   row_markers_.reserve(kMaxMarkers);
   column_rays_.reserve(kMaxBlobs);
@@ -44,9 +50,8 @@ void ExpectedMatcher::match(const FrameSet& frames, RayTable& rays, const Expect
   const std::size_t count = expected.markers.size();
   view_count_ = rays.view_count();
   marker_count_ = count;
-  any_shared_ = false;
   shared_quadrics_.clear();
-  std::fill_n(held_.begin(), count * view_count_, Held{});
+  held_.begin(count, view_count_);
   gates_.expect(expected);
   owners_.expect(expected);
   meetings_.begin(expected);
@@ -55,11 +60,13 @@ void ExpectedMatcher::match(const FrameSet& frames, RayTable& rays, const Expect
     rays.cast(view);
     if (count == 0) continue;
     find_owners(*frames.views[view], rays[view], view);
-    assign_view(rays[view], view);
-    meetings_.add(rays[view], held_of(view));
+    const bool shared = assign_view(rays[view], view);
+    const std::span<const Held> held(view_held_.data(), count);
+    held_.keep(view, rays[view], held, std::span(owner_).subspan(view * kMaxBlobs, kMaxBlobs), shared);
+    meetings_.add(rays[view], held);
   }
   if (count == 0) return;
-  if (any_shared_) forsake_doubles(rays);
+  if (held_.any_shared()) forsake_doubles();
   meetings_.solve();
   meetings_.judge(agreement_);
 
@@ -70,9 +77,7 @@ void ExpectedMatcher::match(const FrameSet& frames, RayTable& rays, const Expect
   }
   for (std::size_t m = count; m-- > 0;) join_older(rays, m);
   // What three or more views tell goes before what two do.
-  for (std::size_t m = 0; m < count; ++m) {
-    if (views_of_[m] >= 3) mark(rays, m, +1);
-  }
+  take_sure(rays);
   for (std::size_t m = 0; m < count; ++m) {
     if (views_of_[m] < 3 || views_of_[m] == view_count_) continue;
     recover(rays, m);
@@ -98,8 +103,8 @@ void ExpectedMatcher::learn_error(const RayTable& rays) {
     const std::size_t m = turn_++ % marker_count_;
     if (views_of_[m] < kMany) continue;
     for (std::size_t view = 0; view < view_count_; ++view) {
-      const Held& one = held(m, view);
-      if (one.ray == kNone || one.sigma_px > 0.0F) continue;
+      const Kept& one = held_(m, view);
+      if (!one.has_ray() || one.is_shared()) continue;
       const ViewRays& own = rays[view];
       error_.learn(view, own.off_px(one.ray, found_[m].point), own.sigma_px[one.ray], views_of_[m]);
     }
@@ -109,13 +114,23 @@ void ExpectedMatcher::learn_error(const RayTable& rays) {
 
 void ExpectedMatcher::mark(RayTable& rays, std::size_t marker, int change) const {
   for (std::size_t view = 0; view < view_count_; ++view) {
-    const std::uint32_t ray = held(marker, view).ray;
-    if (ray == kNone) continue;
+    const Kept& one = held_(marker, view);
+    if (!one.has_ray()) continue;
     if (change > 0) {
-      rays[view].take(ray);
+      rays[view].take(one.ray);
     } else {
-      rays[view].give_back(ray);
+      rays[view].give_back(one.ray);
     }
+  }
+}
+
+// The rays of all markers that three or more views agree on.
+void ExpectedMatcher::take_sure(RayTable& rays) const {
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    rays[view].take_all(marker_count_, [&](std::size_t m) -> std::uint32_t {
+      const std::uint16_t ray = held_(m, view).ray;
+      return ray != Kept::kNone && views_of_[m] >= 3 ? ray : kNone;
+    });
   }
 }
 
@@ -124,55 +139,32 @@ void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& in
     ++into.dropped;
     return;
   }
-  Match& match = into.matches.push_back({});
+  into.matches.resize(into.matches.size() + 1);  // made where it stays: it is large
+  Match& match = into.matches.back();
   match.expected = static_cast<std::uint32_t>(marker);
   match.by_blob_tracks = own_views(marker) >= 2;
   const geometry::Refined& found = found_[marker];
   match.start = found.point;
   match.meeting = {found.point, found.covariance_m2, found.rms_px, agreement_.floor_px, agreement_.sigmas};
-  for (std::size_t view = 0; view < view_count_; ++view) {
-    const Held& one = held(marker, view);
-    if (one.ray == kNone) continue;
-    BlobRef& seen = match.sightings.push_back({});
-    seen.view = static_cast<std::uint16_t>(view);
-    seen.blob = rays[view].blob[one.ray];
-    seen.sigma_px = static_cast<float>(rays[view].sigma_px[one.ray]);
-    if (one.sigma_px > 0.0F) {
-      const geometry::RayColumns& slope = rays[view].rays;
-      const Eigen::Vector2d off = one.off.cast<double>();
-      seen.off_x_px = static_cast<float>(slope.ux[one.ray] * off.x() + slope.uy[one.ray] * off.y());
-      seen.off_y_px = static_cast<float>(slope.vx[one.ray] * off.x() + slope.vy[one.ray] * off.y());
-      seen.sigma_px = one.sigma_px;
-    }
+  const std::span<const Kept> views = held_.of(marker);
+  for (std::size_t view = 0; view < views.size(); ++view) {
+    const Kept& one = views[view];
+    if (!one.has_ray()) continue;
+    BlobRef& seen =
+        match.sightings.push_back({static_cast<std::uint16_t>(view), one.blob, 0.0F, 0.0F, one.sigma_px, nullptr});
+    if (!one.is_shared()) continue;
+    const geometry::RayColumns& slope = rays[view].rays;
+    const Eigen::Vector2d off = held_.place(one).off.cast<double>();
+    seen.off_x_px = static_cast<float>(slope.ux[one.ray] * off.x() + slope.uy[one.ray] * off.y());
+    seen.off_y_px = static_cast<float>(slope.vx[one.ray] * off.x() + slope.vy[one.ray] * off.y());
   }
-}
-
-// Whether a view shows this marker and no other.
-bool ExpectedMatcher::has_own_ray(std::size_t marker) const {
-  for (std::size_t view = 0; view < view_count_; ++view) {
-    const std::uint32_t ray = held(marker, view).ray;
-    if (ray != kNone && is_alone(view, ray)) return true;
-  }
-  return false;
 }
 
 // A marker that shares all its blobs may be there or not; the others explain the blobs without it. The last born is the
 // first to go: two tracks of one marker must not live on each other's blobs.
-void ExpectedMatcher::forsake_doubles(const RayTable& rays) {
-  for (std::size_t view = 0; view < view_count_; ++view) {
-    std::fill_n(holders_.begin() + static_cast<std::ptrdiff_t>(view * kMaxBlobs), rays[view].size(), std::uint8_t{0});
-    for (std::size_t m = 0; m < marker_count_; ++m) {
-      const std::uint32_t ray = held(m, view).ray;
-      if (ray != kNone) ++holders(view, ray);
-    }
-  }
+void ExpectedMatcher::forsake_doubles() {
   for (std::size_t m = marker_count_; m-- > 0;) {
-    if (has_own_ray(m)) continue;
-    for (std::size_t view = 0; view < view_count_; ++view) {
-      Held& one = held(m, view);
-      if (one.ray != kNone) --holders(view, one.ray);
-      one = {};
-    }
+    if (!held_.has_own_ray(m)) held_.forsake(m);
   }
 }
 
@@ -180,40 +172,103 @@ void ExpectedMatcher::forsake_doubles(const RayTable& rays) {
 // well the surer one has it, and of two blobs the surer one is had. A gate never shrinks below two standard deviations,
 // however unsure the marker is.
 double ExpectedMatcher::cost_of(const GateCandidate& candidate) const {
-  const double widest = std::max(0.0, settings_.gate_sigmas * settings_.gate_sigmas - 4.0);
   return static_cast<double>(candidate.distance2) +
-         std::min(std::log(std::max(1.0, static_cast<double>(candidate.widening))), widest);
+         std::min(static_cast<double>(std::log(std::max(1.0F, candidate.widening))), widest_);
 }
 
-// All expected markers of one view at once: the exact assignment by likelihood. A marker and a ray that have nobody
-// else need no assignment.
-void ExpectedMatcher::assign_view(const ViewRays& view, std::size_t index) {
-  const double gate2 = settings_.gate_sigmas * settings_.gate_sigmas;
-  if (view.size() == 0) return;
+// All expected markers of one view at once: the exact assignment by likelihood. Most markers and rays have nobody else,
+// or several have one and the same alone: these need no assignment. Says whether any ray is shared.
+bool ExpectedMatcher::assign_view(const ViewRays& view, std::size_t index) {
+  std::fill_n(view_held_.begin(), marker_count_, Held{});
+  if (view.size() == 0) return false;
   const std::span<const GateCandidate> candidates = gates_.candidates(view);
-  contested_.clear();
-  std::fill_n(is_held_.begin(), view.size(), std::uint8_t{0});
-  for (std::uint32_t i = 0; i < candidates.size(); ++i) {
+  std::fill_n(holder_.begin(), view.size(), kNone);
+  assign_the_alone(candidates, index);
+  if (!several_.empty()) assign_several(candidates, index);
+  if (has_owners_[index] != 0) claim_own(view, index);
+  const bool shared = sharer_.share(view, gates_.foreseen(), std::span(view_held_).first(marker_count_));
+  return shared;
+}
+
+// A marker and a ray that have nobody else. The logarithm in the cost is dear: where even 1 + log <= widening passes,
+// it is not asked. Others are several.
+void ExpectedMatcher::assign_the_alone(std::span<const GateCandidate> candidates, std::size_t index) {
+  const auto passes = static_cast<float>(gate2_) + 1.0F;
+  const bool told = has_owners_[index] != 0;
+  const std::size_t count = candidates.size();
+  several_.clear();
+  std::uint32_t before = kNone;
+  for (std::uint32_t i = 0; i < count; ++i) {
     const auto& [marker, ray, distance2, widening] = candidates[i];
-    const double known = odds_of_owner(marker, index, ray);
-    const bool marker_alone = (i == 0 || candidates[i - 1].marker != marker) &&
-                              (i + 1 == candidates.size() || candidates[i + 1].marker != marker);
-    if (!marker_alone || gates_.wanted_by(ray) != 1) {
-      contested_.push_back(i);
+    const bool many = marker == before || (i + 1 < count && candidates[i + 1].marker == marker);
+    before = marker;
+    if (many | (gates_.wanted_by(ray) != 1) | told | !(distance2 + widening < passes)) {
+      several_.push_back(i);
       continue;
     }
-    // The logarithm is dear: where even 1 + log <= widening passes, it is not asked.
-    if (static_cast<double>(distance2 + widening) - 1.0 + known < gate2 || cost_of(candidates[i]) + known < gate2) {
-      held(marker, index).ray = ray;
-      is_held_[ray] = 1;
-    }
+    view_held_[marker].ray = ray;
+    holder_[ray] = marker;
   }
-  if (!contested_.empty()) assign_contested(candidates, index, gate2);
-  claim_own(view, index);
-  any_shared_ = sharer_.share(view, gates_.foreseen(), held_of(index)) || any_shared_;
 }
 
-void ExpectedMatcher::assign_contested(std::span<const GateCandidate> candidates, std::size_t index, double gate2) {
+// All other candidates, marker by marker.
+void ExpectedMatcher::assign_several(std::span<const GateCandidate> candidates, std::size_t index) {
+  const auto marker = [&](std::size_t i) { return candidates[several_[i]].marker; };
+  const auto last_of = [&](std::size_t first) {
+    std::size_t last = first + 1;
+    while (last < several_.size() && marker(last) == marker(first)) ++last;
+    return last;
+  };
+  for (const std::uint32_t i : several_) faithful_[candidates[i].ray] = 0;
+  for (std::size_t first = 0; first < several_.size();) {
+    const std::size_t last = last_of(first);
+    if (last - first == 1) ++faithful_[candidates[several_[first]].ray];
+    first = last;
+  }
+  contested_.clear();
+  for (std::size_t first = 0; first < several_.size();) {
+    const std::size_t last = last_of(first);
+    assign_marker(candidates, std::span(several_).subspan(first, last - first), index);
+    first = last;
+  }
+  if (!contested_.empty()) assign_contested(candidates, index);
+}
+
+// One marker's. Where one ray is wanted by such only as want nothing else, or one marker wants such only as nobody else
+// wants, the cheapest is the best.
+void ExpectedMatcher::assign_marker(std::span<const GateCandidate> candidates, std::span<const std::uint32_t> wanted,
+                                    std::size_t index) {
+  bool star = true;
+  for (const std::uint32_t i : wanted) {
+    const std::uint32_t ray = candidates[i].ray;
+    star = star && gates_.wanted_by(ray) == (wanted.size() == 1 ? faithful_[ray] : 1);
+  }
+  for (const std::uint32_t i : wanted) {
+    const GateCandidate& one = candidates[i];
+    if (star) {
+      offer(one, cost_of(one) + odds_of_owner(one.marker, index, one.ray));
+    } else {
+      contested_.push_back(i);
+    }
+  }
+}
+
+// Holds the cheaper of what a ray or a marker of a star has and what it is offered.
+void ExpectedMatcher::offer(const GateCandidate& candidate, double cost) {
+  const std::uint32_t had = view_held_[candidate.marker].ray;
+  const std::uint32_t holder = holder_[candidate.ray];
+  if (cost >= gate2_ || (had != kNone && holder_cost_[had] <= cost) ||
+      (holder != kNone && holder_cost_[candidate.ray] <= cost)) {
+    return;
+  }
+  if (had != kNone) holder_[had] = kNone;
+  if (holder != kNone) view_held_[holder].ray = kNone;
+  view_held_[candidate.marker].ray = candidate.ray;
+  holder_[candidate.ray] = candidate.marker;
+  holder_cost_[candidate.ray] = cost;
+}
+
+void ExpectedMatcher::assign_contested(std::span<const GateCandidate> candidates, std::size_t index) {
   pairs_.clear();
   row_markers_.clear();
   column_rays_.clear();
@@ -228,32 +283,32 @@ void ExpectedMatcher::assign_contested(std::span<const GateCandidate> candidates
     pairs_.push_back({static_cast<std::uint32_t>(row_markers_.size() - 1), column,
                       cost_of(candidate) + odds_of_owner(candidate.marker, index, candidate.ray)});
   }
-  const auto columns = assigner_.assign(row_markers_.size(), column_rays_.size(), pairs_, gate2);
+  const auto columns = assigner_.assign(row_markers_.size(), column_rays_.size(), pairs_, gate2_);
   for (std::size_t row = 0; row < columns.size(); ++row) {
     if (columns[row] == geometry::Assigner::kAlone) continue;
-    held(row_markers_[row], index).ray = column_rays_[columns[row]];
-    is_held_[column_rays_[columns[row]]] = 1;
+    view_held_[row_markers_[row]].ray = column_rays_[columns[row]];
+    holder_[column_rays_[columns[row]]] = row_markers_[row];
   }
   for (const std::uint32_t ray : column_rays_) column_of_[ray] = kNone;
 }
 
 // The place of a marker in a blob that it shares, as a ray; made once a set. Without room the whole blob stands for it.
-const RayQuadric& ExpectedMatcher::shared_quadric(const ViewRays& view, Held& one) {
-  if (one.quadric == kNone) {
-    if (shared_quadrics_.size() == kMaxShared) return view.quadric[one.ray];
-    const Eigen::Vector2d at = Eigen::Vector2d(view.x(one.ray), view.y(one.ray)) + one.off.cast<double>();
-    one.quadric = static_cast<std::uint32_t>(shared_quadrics_.size());
-    shared_quadrics_.push_back(
-        geometry::quadric_of(*view.rows, {{at}, view.rays[one.ray].px_from_ray}, static_cast<double>(one.sigma_px)));
+const RayQuadric& ExpectedMatcher::shared_quadric(const ViewRays& view, Held& place) {
+  if (place.quadric == kNone) {
+    if (shared_quadrics_.size() == kMaxShared) return view.quadric[place.ray];
+    const Eigen::Vector2d at = Eigen::Vector2d(view.x(place.ray), view.y(place.ray)) + place.off.cast<double>();
+    place.quadric = static_cast<std::uint32_t>(shared_quadrics_.size());
+    shared_quadrics_.push_back(geometry::quadric_of(*view.rows, {{at}, view.rays[place.ray].px_from_ray},
+                                                    static_cast<double>(place.sigma_px)));
   }
-  return shared_quadrics_[one.quadric];
+  return shared_quadrics_[place.quadric];
 }
 
 // Whether the two sightings in front look from directions that differ enough.
 bool ExpectedMatcher::tell_depth(const RayTable& rays, std::size_t marker) const {
   const auto direction = [&](std::size_t i) {
     const std::uint32_t view = sightings_[i].source;
-    return rays[view].direction(held(marker, view).ray);
+    return rays[view].direction(held_(marker, view).ray);
   };
   return std::abs(direction(0).dot(direction(1))) < max_cos_angle_;
 }
@@ -262,19 +317,20 @@ bool ExpectedMatcher::tell_depth(const RayTable& rays, std::size_t marker) const
 bool ExpectedMatcher::take_meeting(std::size_t marker) {
   if (meetings_.rays_of(marker) < 3 || !meetings_.agree_on(marker)) return false;
   found_[marker] = meetings_.meeting(marker);
-  return settings_.in_volume(found_[marker].point.v) && (!any_shared_ || has_own_ray(marker));
+  return settings_.in_volume(found_[marker].point.v) && (!held_.any_shared() || held_.has_own_ray(marker));
 }
 
 // Appends what the views hold of a marker.
 void ExpectedMatcher::add_sightings(RayTable& rays, std::size_t marker) {
   for (std::size_t view = 0; view < view_count_; ++view) {
-    Held& one = held(marker, view);
-    if (one.ray == kNone) continue;
+    const Kept& one = held_(marker, view);
+    if (!one.has_ray()) continue;
     rays[view].make_quadric(one.ray);
     auto& sighting = sightings_.push_back(rays[view].sighting(one.ray, static_cast<std::uint32_t>(view)));
-    if (one.sigma_px == 0.0F) continue;
-    sighting.quadric = &shared_quadric(rays[view], one);
-    if (one.quadric != kNone) sighting.sigma_px = static_cast<double>(one.sigma_px);
+    if (!one.is_shared()) continue;
+    Held& place = held_.place(one);
+    sighting.quadric = &shared_quadric(rays[view], place);
+    if (place.quadric != kNone) sighting.sigma_px = static_cast<double>(one.sigma_px);
   }
 }
 
@@ -288,9 +344,9 @@ std::size_t ExpectedMatcher::agree(RayTable& rays, std::size_t marker, const Wor
   if (!settings_.in_volume(agreed->refined.point.v)) return 0;
   found_[marker] = agreed->refined;
   for (std::size_t i = agreed->kept; i < sightings_.size(); ++i) {
-    held(marker, sightings_[i].source) = {};
+    held_.drop(marker, sightings_[i].source);
   }
-  return has_own_ray(marker) ? agreed->kept : 0;
+  return held_.has_own_ray(marker) ? agreed->kept : 0;
 }
 
 // Where the point is known now, a view that gave no blob or a wrong one is asked again.
@@ -299,13 +355,11 @@ void ExpectedMatcher::recover(RayTable& rays, std::size_t marker) {
   bool added = false;
   rays.cast_shadows(found.point.v, found.covariance_m2, settings_.agree_sigmas, settings_.calibration_px);
   for (std::size_t view = 0; view < view_count_; ++view) {
-    Held& one = held(marker, view);
-    if (one.ray != kNone) continue;
+    if (held_(marker, view).has_ray()) continue;
     const auto nearest = rays.nearest_free(view);
     if (!nearest) continue;
     if (!added) mark(rays, marker, -1);
-    one = {};
-    one.ray = static_cast<std::uint32_t>(*nearest);
+    held_.give(marker, view, rays[view], *nearest, owner(view, *nearest) == marker);
     added = true;
   }
   if (!added) return;

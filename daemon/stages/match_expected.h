@@ -8,6 +8,7 @@
 #include "geometry/ray_quadric.h"
 #include "stages/blob_owners.h"
 #include "stages/expected_gates.h"
+#include "stages/held_views.h"
 #include "stages/match_views.h"
 #include "stages/meeting_points.h"
 #include "stages/pair_odds.h"
@@ -37,7 +38,6 @@ class ExpectedMatcher {
   void find_owners(const BlobFrame& frame, const ViewRays& view, std::size_t index);
   std::uint32_t& owner(std::size_t view, std::size_t ray) { return owner_[view * kMaxBlobs + ray]; }
   std::uint32_t owner(std::size_t view, std::size_t ray) const { return owner_[view * kMaxBlobs + ray]; }
-  bool is_own(std::size_t marker, std::size_t view) const;
   bool is_others(const RayTable& rays, std::size_t marker, std::size_t view) const;
   void settle_pair(RayTable& rays, std::size_t marker, const ExpectedMarker& expected);
   void claim_own(const ViewRays& view, std::size_t index);
@@ -46,27 +46,25 @@ class ExpectedMatcher {
   void keep_own(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected);
   std::size_t likely_view(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected) const;
   void learn_owners(const FrameSet& frames, const RayTable& rays);
-  void assign_view(const ViewRays& view, std::size_t index);
-  void assign_contested(std::span<const GateCandidate> candidates, std::size_t index, double gate2);
+  bool assign_view(const ViewRays& view, std::size_t index);
+  void assign_the_alone(std::span<const GateCandidate> candidates, std::size_t index);
+  void assign_several(std::span<const GateCandidate> candidates, std::size_t index);
+  void assign_marker(std::span<const GateCandidate> candidates, std::span<const std::uint32_t> wanted,
+                     std::size_t index);
+  void offer(const GateCandidate& candidate, double cost);
+  void assign_contested(std::span<const GateCandidate> candidates, std::size_t index);
   double cost_of(const GateCandidate& candidate) const;
-  const RayQuadric& shared_quadric(const ViewRays& view, Held& held);
-  void forsake_doubles(const RayTable& rays);
-  bool has_own_ray(std::size_t marker) const;
-  bool is_alone(std::size_t view, std::uint32_t ray) const { return !any_shared_ || holders(view, ray) == 1; }
-  std::uint8_t& holders(std::size_t view, std::uint32_t ray) { return holders_[view * kMaxBlobs + ray]; }
-  std::uint8_t holders(std::size_t view, std::uint32_t ray) const { return holders_[view * kMaxBlobs + ray]; }
-  Held& held(std::size_t marker, std::size_t view) { return held_[view * marker_count_ + marker]; }
-  std::span<Held> held_of(std::size_t view) { return std::span(held_).subspan(view * marker_count_, marker_count_); }
-  const Held& held(std::size_t marker, std::size_t view) const { return held_[view * marker_count_ + marker]; }
+  const RayQuadric& shared_quadric(const ViewRays& view, Held& place);
+  void forsake_doubles();
   std::size_t agree(RayTable& rays, std::size_t marker, const WorldPoint& start);
   bool take_meeting(std::size_t marker);
   void add_sightings(RayTable& rays, std::size_t marker);
   void join_older(RayTable& rays, std::size_t marker);
   bool tell_depth(const RayTable& rays, std::size_t marker) const;
+  void take_sure(RayTable& rays) const;
   void recover(RayTable& rays, std::size_t marker);
   void learn_error(const RayTable& rays);
   void mark(RayTable& rays, std::size_t marker, int change) const;
-  const RayQuadric* quadric_of(const RayTable& rays, std::size_t marker, std::size_t view) const;
   std::size_t own_views(std::size_t marker) const;
   void give(const RayTable& rays, std::size_t marker, Matches& into) const;
 
@@ -75,6 +73,8 @@ class ExpectedMatcher {
   RigError& error_;
   std::size_t turn_ = 0;  // counts the sets
   double max_cos_angle_;
+  double gate2_;  // what it costs to hold no ray
+  double widest_;
   geometry::Assigner assigner_;
   std::vector<geometry::AllowedPair> pairs_;
   BlobSharer sharer_;
@@ -85,14 +85,19 @@ class ExpectedMatcher {
   std::size_t view_count_ = 0;
   std::size_t marker_count_ = 0;
   std::vector<std::uint32_t> column_of_;    // by ray: its column among the contested, or kNone
-  std::vector<std::uint32_t> contested_;    // candidates that are not alone
+  std::vector<std::uint32_t> several_;      // candidates that are not alone
+  std::vector<std::uint32_t> contested_;    // of these, those that need the assigner
   std::vector<std::uint32_t> row_markers_;  // of the contested: the marker of each row
   std::vector<std::uint32_t> column_rays_;  // and the ray of each column
-  bool any_shared_ = false;
-  std::vector<Held> held_;             // of view * marker count + marker
-  std::vector<std::uint32_t> owner_;   // of view * kMaxBlobs + ray: as BlobOwners has it
-  std::vector<std::uint8_t> is_held_;  // by ray of the view that is being assigned
-  std::vector<std::uint8_t> holders_;  // of view * kMaxBlobs + ray: how many markers hold it; where any is shared
+  // Of the view that is being assigned. By marker: what it holds; by ray: who holds it and at what cost, and how many
+  // want it who want nothing else.
+  std::vector<Held> view_held_;
+  std::vector<std::uint32_t> holder_;
+  std::vector<double> holder_cost_;
+  std::vector<std::uint16_t> faithful_;
+  HeldViews held_;
+  std::vector<std::uint32_t> owner_;      // of view * kMaxBlobs + ray: as BlobOwners has it
+  std::vector<std::uint8_t> has_owners_;  // by view: whether any is known
   std::vector<RayQuadric> shared_quadrics_;
   std::vector<geometry::Refined> found_;
   std::vector<std::uint32_t> views_of_;  // how many views of each marker agree

@@ -68,8 +68,9 @@ class PointTracks {
   std::span<Track> tracks() { return tracks_; }
   Timestamp at() const { return at_; }
 
-  /// The track of that id, or null.
-  Track* find(std::uint32_t id) {
+  /// The track of that id, or null. `likely`: the index that it may have.
+  Track* find(std::uint32_t id, std::size_t likely = 0) {
+    if (likely < tracks_.size() && tracks_[likely].id == id) return &tracks_[likely];
     const auto found = std::lower_bound(tracks_.begin(), tracks_.end(), id,
                                         [](const Track& track, std::uint32_t value) { return track.id < value; });
     return found != tracks_.end() && found->id == id ? &*found : nullptr;
@@ -99,10 +100,10 @@ class PointTracks {
   /// Gives a sighting to a track, where it lies in the track's wider gate (`claim_sigmas`) and the track has none that
   /// fits better. A sighting is claimed once at most. `surely`: wherever it lies.
   void claim(Track& track, std::span<const filter::Seen<N>> sightings, std::uint32_t index, bool surely = false) {
-    const auto fit = track.gate.fit(sightings[index]);
-    if (!surely && !(fit.distance2 <= life_.claim_sigmas * life_.claim_sigmas)) return;
+    const double most2 = life_.claim_sigmas * life_.claim_sigmas;
+    if (!surely && !(track.gate.distance2(sightings[index]) <= most2)) return;
     if (track.sighting != kNone) {
-      if (track.gate.fit(sightings[track.sighting]).cost <= fit.cost) return;
+      if (track.gate.fit(sightings[track.sighting]).cost <= track.gate.fit(sightings[index]).cost) return;
       taken_[track.sighting] = 0;
     }
     track.sighting = index;

@@ -27,9 +27,10 @@ RigError::RigError(double most_px, std::size_t camera_count) : most_px_(most_px)
 void RigError::learn(std::size_t camera, double error_px, double blob_px, std::size_t views) {
   MOCAP_EXPECTS(camera < sigma_px_.size() && views >= 3);
   // The point leans towards each view: of 2 n measurements 3 are used up.
-  const double lean = std::sqrt(1.0 - 1.5 / static_cast<double>(views));
+  const double lean2 = 1.0 - 1.5 / static_cast<double>(views);
   double& sigma_px = sigma_px_[camera];
-  sigma_px *= error_px > kMedian * lean * std::hypot(sigma_px, blob_px) ? 1.0 + kRate : 1.0 - kRate;
+  const double median_px2 = kMedian * kMedian * lean2 * (sigma_px * sigma_px + blob_px * blob_px);
+  sigma_px *= error_px * error_px > median_px2 ? 1.0 + kRate : 1.0 - kRate;
   sigma_px = std::clamp(sigma_px, std::min(kLeast_px, most_px_), most_px_);
 }
 

@@ -122,8 +122,17 @@ BlobSharer::Group BlobSharer::group_of(std::span<const Wish> wishes) const {
 // How the foreseen markers of a subset lie.
 BlobSharer::Layout BlobSharer::layout_of(const ViewRays& view, const Foreseen& foreseen, const Group& group,
                                          std::uint32_t subset) {
-  const double share = 1.0 / std::popcount(subset);
   Layout layout;
+  if (std::popcount(subset) == 2) {  // most are: both lie as far from the mean, to opposite sides
+    const std::uint32_t a = group.markers[static_cast<std::size_t>(std::countr_zero(subset))];
+    const std::uint32_t b = group.markers[static_cast<std::size_t>(std::bit_width(subset) - 1)];
+    const Vector2d at_a = foreseen.centre(a), at_b = foreseen.centre(b);
+    layout.mean = 0.5 * (at_a + at_b);
+    layout.stretch_px2 = elongation(0.5 * view.focal_px * (at_b - at_a));
+    layout.sigma_px = 0.5 * (foreseen.sigma_px(a, view.focal_px) + foreseen.sigma_px(b, view.focal_px));
+    return layout;
+  }
+  const double share = 1.0 / std::popcount(subset);
   for (std::size_t i = 0; i < group.size; ++i) {
     if ((subset >> i & 1U) == 0) continue;
     layout.mean += share * foreseen.centre(group.markers[i]);

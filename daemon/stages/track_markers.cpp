@@ -1,12 +1,12 @@
 #include "stages/track_markers.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <span>
 #include <vector>
 
 #include "filter/kalman.h"
+#include "filter/symmetric.h"
 #include "model/bounds.h"
 #include "stages/point_tracks.h"
 
@@ -26,14 +26,6 @@ constexpr double kSurpriseShare = 0.01;
 constexpr double kDepthSigma_m = 1.0;
 
 using Tracks = PointTracks<filter::Kalman<3>, 3>;
-
-// A bound from below of the least eigenvalue, tight where that one is small against the others: determinant over the
-// sum of the principal 2x2 minors.
-double least_variance(const filter::Matrix<3>& c) {
-  const double minors = c(0, 0) * c(1, 1) - c(0, 1) * c(1, 0) + c(0, 0) * c(2, 2) - c(0, 2) * c(2, 0) +
-                        c(1, 1) * c(2, 2) - c(1, 2) * c(2, 1);
-  return minors > 0.0 ? c.determinant() / minors : 0.0;
-}
 
 filter::KalmanSettings kalman_settings(const TrackMarkersSettings& settings) {
   filter::KalmanSettings kalman;
@@ -68,40 +60,37 @@ class KalmanMarkerTracker final : public MarkerTracker {
         gate2_(settings.gate_sigmas * settings.gate_sigmas),
         tracks_(life_of(settings), kMaxMarkers, kMaxMarkers) {
     seen_.reserve(kMaxMarkers);
+    usable_.resize(kMaxMarkers);
   }
 
   void predict(Timestamp at, Expected& into) const override {
     const double dt_s = std::max(0.0, to_s(at - tracks_.at()));
     for (std::size_t i = 0; i < tracks_.tracks().size(); ++i) {
       const Tracks::Track& track = tracks_.tracks()[i];
-      filter::Kalman<3> ahead = track.filter;
-      ahead.predict(dt_s);
-      const filter::Gate<3> gate = ahead.gate();
+      const filter::Gate<3> gate = track.filter.gate_in(dt_s);
       if (tracks_.has_ended(track, gate, at)) continue;
-      ExpectedMarker expected;
+      if (into.markers.full()) return;
+      into.markers.resize(into.markers.size() + 1);
+      ExpectedMarker& expected = into.markers.back();
       expected.position = {gate.centre};
       expected.covariance_m2 = gate.covariance;
       expected.track = {track.id};
       expected.cameras = tracked_[i].cameras;  // told in the same order
-      if (!into.markers.try_push_back(expected)) return;
     }
   }
 
   const TrackedMarkers& step(const Markers& markers, const Expected& expected,
                              std::span<const LoneSighting> lone) override {
     seen_.clear();
-    for (const Marker& marker : markers) {
-      seen_.push_back({marker.position.v, marker.covariance_m2});
-      // No direction is more certain than the floor; where all are less, the covariance is believed as it is.
-      const double lacking = sighting_floor_m2_ - least_variance(marker.covariance_m2);
-      if (lacking > 0.0) seen_.back().covariance.diagonal().array() += lacking;
-    }
+    for (const Marker& marker : markers) see(marker);
     tracks_.advance(expected.at, seen_.size());
     for (std::uint32_t i = 0; i < seen_.size(); ++i) {
-      if (!is_usable(seen_[i])) {
+      if (usable_[i] == 0) {
         tracks_.ignore(i);
       } else if (const ExpectedMarker* known = expectation_of(markers[i], expected)) {
-        Tracks::Track* track = known->track.names_something() ? tracks_.find(known->track.value) : nullptr;
+        // Where no track ended, they are expected in the order in which they are.
+        Tracks::Track* track =
+            known->track.names_something() ? tracks_.find(known->track.value, markers[i].expected) : nullptr;
         if (track != nullptr) tracks_.claim(*track, seen_, i, markers[i].by_blob_tracks);
       }
     }
@@ -113,11 +102,26 @@ class KalmanMarkerTracker final : public MarkerTracker {
   }
 
  private:
-  /// Finite, with a covariance that is one (Sylvester's criterion).
-  static bool is_usable(const filter::Seen<3>& seen) {
-    const filter::Matrix<3>& c = seen.covariance;
-    return seen.point.allFinite() && c.allFinite() && c(0, 0) > 0.0 && c.topLeftCorner<2, 2>().determinant() > 0.0 &&
-           c.determinant() > 0.0;
+  // Appends where a marker was seen, and whether that can be used.
+  void see(const Marker& marker) {
+    seen_.push_back({marker.position.v, marker.covariance_m2});
+    filter::Cofactors<3> cofactors(marker.covariance_m2);
+    // A bound from below of the least eigenvalue, tight where that one is small against the others: determinant over
+    // the sum of the principal 2x2 minors.
+    const double minors = cofactors.adjugate.trace();
+    const double least = minors > 0.0 ? cofactors.determinant / minors : 0.0;
+    // No direction is more certain than the floor; where all are less, the covariance is believed as it is.
+    if (sighting_floor_m2_ > least) {
+      seen_.back().covariance.diagonal().array() += sighting_floor_m2_ - least;
+      cofactors = filter::Cofactors<3>(seen_.back().covariance);
+    }
+    usable_[seen_.size() - 1] = is_usable(seen_.back(), cofactors) ? 1 : 0;
+  }
+
+  /// Finite, with a covariance that is one (Sylvester's criterion); what is not finite makes the determinant so too.
+  static bool is_usable(const filter::Seen<3>& seen, const filter::Cofactors<3>& cofactors) {
+    return seen.point.allFinite() && std::isfinite(cofactors.determinant) && cofactors.determinant > 0.0 &&
+           cofactors.adjugate(2, 2) > 0.0 && seen.covariance(0, 0) > 0.0;
   }
 
   static const ExpectedMarker* expectation_of(const Marker& marker, const Expected& expected) {
@@ -150,7 +154,8 @@ class KalmanMarkerTracker final : public MarkerTracker {
       if (told_by_body && track.age_sets == 1) track.confirmed = true;
 
       const filter::Belief<3> belief = track.filter.belief();
-      TrackedMarker& out = tracked_.push_back({});
+      tracked_.resize(tracked_.size() + 1);
+      TrackedMarker& out = tracked_.back();
       out.id = {track.id};
       out.state = !track.confirmed ? TrackState::Tentative : seen ? TrackState::Confirmed : TrackState::Coasting;
       out.position = {belief.point};
@@ -171,6 +176,7 @@ class KalmanMarkerTracker final : public MarkerTracker {
   double gate2_;
   Tracks tracks_;
   std::vector<filter::Seen<3>> seen_;
+  std::vector<std::uint8_t> usable_;  // by what was seen
   TrackedMarkers tracked_;
 };
 

@@ -103,16 +103,18 @@ class MatchTriangulator final : public Triangulator {
   };
   static BlobNoise noise_of(const FrameSet& frames, const Match& match) {
     constexpr double kUnlike = 4.0;
-    double sum_1_px2 = 0.0, least_1_px2 = std::numeric_limits<double>::infinity();
+    double sum_1_px2 = 0.0;
+    float least_1_px2 = std::numeric_limits<float>::infinity();
     for (const BlobRef& seen : match.sightings) {
-      const double sigma_px = seen.sigma_px > 0.0F ? static_cast<double>(seen.sigma_px)
-                                                   : doubt_px(frames.views[seen.view]->blobs[seen.blob]);
-      const double weight = 1.0 / (sigma_px * sigma_px);
-      sum_1_px2 += weight;
+      const float sigma_px = seen.sigma_px > 0.0F
+                                 ? seen.sigma_px
+                                 : static_cast<float>(doubt_px(frames.views[seen.view]->blobs[seen.blob]));
+      const float weight = 1.0F / (sigma_px * sigma_px);
+      sum_1_px2 += static_cast<double>(weight);
       least_1_px2 = std::min(least_1_px2, weight);
     }
     const double mean_1_px2 = sum_1_px2 / static_cast<double>(match.sightings.size());
-    return {1.0 / mean_1_px2, kUnlike * least_1_px2 > mean_1_px2};
+    return {1.0 / mean_1_px2, kUnlike * static_cast<double>(least_1_px2) > mean_1_px2};
   }
 
   // The standard deviation in the worst direction.

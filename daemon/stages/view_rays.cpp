@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/expects.h"
+#include "base/loops.h"
 #include "geometry/lens.h"
 #include "stages/blob_doubt.h"
 
@@ -36,7 +37,9 @@ double reach_of(const CameraModel& camera) {
 
 Vector2d ViewRays::axis(std::size_t ray) const {
   if (!(spread_px[ray] > 0.0) || !std::isfinite(axis_rad[ray])) return Vector2d::Zero();
-  return {std::cos(2.0 * axis_rad[ray]), std::sin(2.0 * axis_rad[ray])};
+  // A blob tells its axis to a thousandth at best.
+  const auto twice = static_cast<float>(2.0 * axis_rad[ray]);
+  return {static_cast<double>(std::cos(twice)), static_cast<double>(std::sin(twice))};
 }
 
 Vector3d ViewRays::direction(std::size_t ray) const {
@@ -98,51 +101,108 @@ void ViewRays::index() {
     const std::size_t in_word = std::min<std::size_t>(64, size() - 64 * word);
     free_[word] = ~std::uint64_t{0} >> (64 - in_word);
   }
-  max_sigma_px_ = max_spread_px_ = 0.0;
-  first_word_.fill(0);
-  end_word_.fill(0);
-  if (size() == 0) return;
+  if (size() == 0) {
+    max_sigma_px_ = max_spread_px_ = 0.0;
+    first_word_.fill(0);
+    end_word_.fill(0);
+    return;
+  }
   bound();
   fill_bins();
 }
 
-// The bounds of all rays, and their numbers in single precision.
-void ViewRays::bound() {
-  x_f.resize(size());
-  y_f.resize(size());
-  variance_f.resize(size());
-  const double px2 = 1.0 / (focal_px * focal_px);
-  double max_x = min_x_ = rays.x[0];
-  double max_y = min_y_ = rays.y[0];
-  for (std::size_t ray = 0; ray < size(); ++ray) {
-    const double x = rays.x[ray], y = rays.y[ray], sigma = sigma_px[ray];
-    min_x_ = std::min(min_x_, x);
-    max_x = std::max(max_x, x);
-    min_y_ = std::min(min_y_, y);
-    max_y = std::max(max_y, y);
-    max_sigma_px_ = std::max(max_sigma_px_, sigma);
-    max_spread_px_ = std::max(max_spread_px_, spread_px[ray]);
-    x_f[ray] = static_cast<float>(x);
-    y_f[ray] = static_cast<float>(y);
-    variance_f[ray] = static_cast<float>(sigma * sigma * px2);
+namespace {
+
+// The least and the greatest of many numbers, eight chains of them side by side.
+struct Range {
+  static constexpr std::size_t kLanes = 8;
+  std::array<float, kLanes> least, most;
+
+  explicit Range(float first) {
+    least.fill(first);
+    most.fill(first);
   }
-  // The last ray lies in the last bin, not past it.
-  constexpr double kAlmost = 1.0 - 1e-9;
-  bins_per_x_ = kAlmost * static_cast<double>(bins_) / std::max(1e-9, max_x - min_x_);
-  bins_per_y_ = kAlmost * static_cast<double>(bins_) / std::max(1e-9, max_y - min_y_);
+  [[gnu::always_inline]] void take(std::size_t lane, float value) {
+    least[lane] = value < least[lane] ? value : least[lane];
+    most[lane] = value > most[lane] ? value : most[lane];
+  }
+  // Halved again and again: no branch that nobody foresees.
+  float min() const {
+    std::array<float, kLanes> left = least;
+    for (std::size_t half = kLanes / 2; half > 0; half /= 2) {
+      for (std::size_t i = 0; i < half; ++i) left[i] = left[i + half] < left[i] ? left[i + half] : left[i];
+    }
+    return left[0];
+  }
+  float max() const {
+    std::array<float, kLanes> left = most;
+    for (std::size_t half = kLanes / 2; half > 0; half /= 2) {
+      for (std::size_t i = 0; i < half; ++i) left[i] = left[i + half] > left[i] ? left[i + half] : left[i];
+    }
+    return left[0];
+  }
+};
+
+}  // namespace
+
+// The bounds of all rays, and their numbers in single precision.
+MOCAP_WIDE void ViewRays::bound() {
+  const std::size_t count = size();
+  x_f.resize(count);
+  y_f.resize(count);
+  variance_f.resize(count);
+  const auto px2 = static_cast<float>(1.0 / (focal_px * focal_px));
+  const double *x = rays.x.data(), *y = rays.y.data(), *sigma = sigma_px.data(), *spread = spread_px.data();
+  float *to_x = x_f.data(), *to_y = y_f.data(), *to_variance = variance_f.data();
+  Range of_x(static_cast<float>(x[0])), of_y(static_cast<float>(y[0])), of_sigma(0.0F), of_spread(0.0F);
+  const auto take = [&](std::size_t i, std::size_t lane) __attribute__((always_inline)) {
+    to_x[i] = static_cast<float>(x[i]);
+    to_y[i] = static_cast<float>(y[i]);
+    const auto own = static_cast<float>(sigma[i]);
+    to_variance[i] = own * own * px2;
+    of_x.take(lane, to_x[i]);
+    of_y.take(lane, to_y[i]);
+    of_sigma.take(lane, own);
+    of_spread.take(lane, static_cast<float>(spread[i]));
+  };
+  const std::size_t whole = count / Range::kLanes * Range::kLanes;
+  for (std::size_t first = 0; first < whole; first += Range::kLanes) {
+    MOCAP_INDEPENDENT_TURNS
+    for (std::size_t lane = 0; lane < Range::kLanes; ++lane) take(first + lane, lane);
+  }
+  for (std::size_t i = whole; i < count; ++i) take(i, i - whole);
+  min_x_ = static_cast<double>(of_x.min());
+  min_y_ = static_cast<double>(of_y.min());
+  // Single precision may have rounded it down.
+  max_sigma_px_ = 1.000001 * static_cast<double>(of_sigma.max());
+  max_spread_px_ = 1.000001 * static_cast<double>(of_spread.max());
+  bins_per_x_ = static_cast<double>(bins_) / std::max(1e-9, static_cast<double>(of_x.max()) - min_x_);
+  bins_per_y_ = static_cast<double>(bins_) / std::max(1e-9, static_cast<double>(of_y.max()) - min_y_);
+}
+
+// The bin after the one that each ray lies in.
+MOCAP_WIDE void ViewRays::find_bins() {
+  const std::size_t count = size();
+  column_.resize(count);
+  row_.resize(count);
+  const auto last = static_cast<float>(bins_) - 1.0F;  // the farthest ray lies in the last bin, not past it
+  const auto min_x = static_cast<float>(min_x_), per_x = static_cast<float>(bins_per_x_);
+  const auto min_y = static_cast<float>(min_y_), per_y = static_cast<float>(bins_per_y_);
+  const float *x = x_f.data(), *y = y_f.data();
+  std::int32_t *column = column_.data(), *row = row_.data();
+  MOCAP_INDEPENDENT_TURNS
+  for (std::size_t ray = 0; ray < count; ++ray) {
+    const float at_x = (x[ray] - min_x) * per_x, at_y = (y[ray] - min_y) * per_y;
+    column[ray] = static_cast<std::int32_t>(at_x < last ? at_x : last) + 1;
+    row[ray] = static_cast<std::int32_t>(at_y < last ? at_y : last) + 1;
+  }
 }
 
 void ViewRays::fill_bins() {
   const std::size_t slots = (bins_ + 1) * words_;
   std::fill_n(before_x_.begin(), slots, std::uint64_t{0});
   std::fill_n(before_y_.begin(), slots, std::uint64_t{0});
-  column_.resize(size());
-  row_.resize(size());
-  const double last = static_cast<double>(bins_) - 1.0;
-  for (std::size_t ray = 0; ray < size(); ++ray) {
-    column_[ray] = static_cast<std::int32_t>(std::min((rays.x[ray] - min_x_) * bins_per_x_, last)) + 1;
-    row_[ray] = static_cast<std::int32_t>(std::min((rays.y[ray] - min_y_) * bins_per_y_, last)) + 1;
-  }
+  find_bins();
   for (std::size_t ray = 0; ray < size(); ++ray) {
     const std::size_t word = ray / 64;
     const std::uint64_t bit = std::uint64_t{1} << (ray % 64);
@@ -188,6 +248,7 @@ RayTable::RayTable(const Rig& rig) : rig_(rig), views_(rig.size()), view_of_(rig
 void ViewRays::reserve() {
   quadric.reserve(kMaxBlobs);
   blob.reserve(kMaxBlobs);
+  track.reserve(kMaxBlobs);
   for (auto* column : {&sigma_px, &spread_px, &axis_rad}) column->reserve(kMaxBlobs);
   for (auto* column : {&x_f, &y_f, &variance_f}) column->reserve(kMaxBlobs);
   for (auto* column : {&column_, &row_}) column->reserve(kMaxBlobs);
@@ -232,6 +293,8 @@ bool RayTable::read_blobs(const BlobFrame& frame, ViewRays& view) {
   view.spread_px.resize(count);
   view.axis_rad.resize(count);
   view.blob.resize(count);
+  view.track.resize(count);
+  bool any_track = false;
   double least_px2 = std::numeric_limits<double>::infinity();
   double most_px2 = 0.0;
   for (std::size_t b = 0; b < count; ++b) {
@@ -242,11 +305,14 @@ bool RayTable::read_blobs(const BlobFrame& frame, ViewRays& view) {
     least_px2 = std::min(least_px2, blob.area_px2);
     most_px2 = std::max(most_px2, blob.area_px2);
     view.blob[b] = static_cast<std::uint16_t>(b);
+    view.track[b] = blob.track;
+    any_track |= blob.track.names_something();
     const double spread = is_round(blob) ? 0.0 : spread_px(blob);
     view.spread_px[b] = spread;
     view.sigma_px[b] = doubt_px(blob, spread);
     view.axis_rad[b] = blob.axis_rad;
   }
+  view.any_track = any_track;
   return may_crowd(least_px2, most_px2);
 }
 
@@ -271,12 +337,14 @@ void ViewRays::drop_missing() {
     sigma_px[kept] = sigma_px[b];
     spread_px[kept] = spread_px[b];
     axis_rad[kept] = axis_rad[b];
+    track[kept] = track[b];
     blob[kept++] = blob[b];
   }
   sigma_px.resize(kept);
   spread_px.resize(kept);
   axis_rad.resize(kept);
   blob.resize(kept);
+  track.resize(kept);
   rays.drop_missing();
 }
 

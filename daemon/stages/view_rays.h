@@ -11,6 +11,7 @@
 #include "geometry/ray_caster.h"
 #include "geometry/ray_quadric.h"
 #include "model/camera_model.h"
+#include "model/ids.h"
 #include "model/sighting.h"
 #include "stages/view_shadows.h"
 
@@ -33,6 +34,8 @@ struct ViewRays {
   std::vector<double> spread_px;    ///< over 0: more than one marker is likely in the blob, so far from its centroid
   std::vector<double> axis_rad;     ///< where there is a spread: of the longer axis; NaN: not told
   std::vector<std::uint16_t> blob;  ///< index in the BlobFrame
+  std::vector<BlobTrackId> track;   ///< the blob's
+  bool any_track = false;           ///< whether any blob has one
   std::vector<std::uint8_t> taken;  ///< how many matches it belongs to; `take` and `give_back` change it
   /// In single precision: place, and variance on the image plane at distance 1.
   std::vector<float> x_f, y_f, variance_f;
@@ -54,6 +57,25 @@ struct ViewRays {
   void take(std::size_t ray) {
     ++taken[ray];
     free_[ray / 64] &= ~(std::uint64_t{1} << (ray % 64));
+  }
+  /// One match more has each of the rays that `ray_of` tells of 0 to `count`; 0xFFFFFFFF: none.
+  template <class RayOf>
+  void take_all(std::size_t count, RayOf&& ray_of) {
+    std::array<std::uint64_t, kWords> gone{};
+    std::uint64_t gone_first = 0;  // of the first word: what is in a register is at hand at once
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t ray = ray_of(i);
+      if (ray == 0xFFFF'FFFF) continue;
+      ++taken[ray];
+      const std::uint64_t bit = std::uint64_t{1} << (ray % 64);
+      if (ray < 64) {
+        gone_first |= bit;
+      } else {
+        gone[ray / 64] |= bit;
+      }
+    }
+    gone[0] = gone_first;
+    for (std::size_t word = 0; word < words_; ++word) free_[word] &= ~gone[word];
   }
   void give_back(std::size_t ray) {
     if (--taken[ray] == 0) free_[ray / 64] |= std::uint64_t{1} << (ray % 64);
@@ -88,10 +110,11 @@ struct ViewRays {
   /// Calls `visit` with each ray that is at most `half_x` and `half_y` off a place, and a few others near it.
   template <class Visit>
   void near(double at_x, double at_y, double half_x, double half_y, Visit&& visit) const {
-    const std::size_t left = bin_of((at_x - half_x - min_x_) * bins_per_x_);
-    const std::size_t right = bin_of((at_x + half_x - min_x_) * bins_per_x_ + 1.0);
-    const std::size_t top = bin_of((at_y - half_y - min_y_) * bins_per_y_);
-    const std::size_t bottom = bin_of((at_y + half_y - min_y_) * bins_per_y_ + 1.0);
+    constexpr double kRounding = 0.01;  // of a bin: rays are put into bins in single precision
+    const std::size_t left = bin_of((at_x - half_x - min_x_) * bins_per_x_ - kRounding);
+    const std::size_t right = bin_of((at_x + half_x - min_x_) * bins_per_x_ + (1.0 + kRounding));
+    const std::size_t top = bin_of((at_y - half_y - min_y_) * bins_per_y_ - kRounding);
+    const std::size_t bottom = bin_of((at_y + half_y - min_y_) * bins_per_y_ + (1.0 + kRounding));
     in_bins({left, right, top, bottom}, visit);
   }
   /// Where a place's bounds lie among the columns and rows of bins: the first that counts, and the first that does not.
@@ -104,6 +127,11 @@ struct ViewRays {
     const std::size_t end = end_word_[bins.bottom];
     for (std::size_t word = first_word_[bins.top]; word < end; ++word)
       visit_bits(word, in_bins_word(bins, word), visit);
+  }
+  /// The rays of the only word, of a view of at most 64.
+  bool has_one_word() const { return words_ == 1; }
+  std::uint64_t only_word_in_bins(const Bins& bins) const {
+    return before_x_[bins.right] & ~before_x_[bins.left] & before_y_[bins.bottom] & ~before_y_[bins.top];
   }
   /// The same by words: calls `visit` with a word's number and its bits, one for each ray from 64 times the number on.
   template <class Visit>
@@ -147,6 +175,7 @@ struct ViewRays {
   void reserve();
   void drop_missing();
   void bound();
+  void find_bins();
   void fill_bins();
   void bound_words();
 

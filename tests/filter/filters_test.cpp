@@ -56,6 +56,29 @@ Belief<3> batch(const std::vector<Seen<3>>& sightings, double dt, const KalmanSe
   return {last.head<3>(), last.tail<3>(), last_cov.topLeftCorner(3, 3)};
 }
 
+TEST(Kalman, ForetellsTheGateThatItHasAfterThePrediction) {
+  Random random(17);
+  KalmanSettings settings;
+  settings.acceleration_per_speed = 6.0;
+  settings.gate_floor_u = 0.004;
+  settings.gate_per_speed = 0.1;
+  settings.white_noise = true;
+  Kalman<3> filter(settings, seen3(random));
+  for (int step = 0; step < 5; ++step) {
+    filter.predict(0.02);
+    filter.update(seen3(random));
+  }
+
+  const Gate<3> foretold = filter.gate_in(0.03);
+  filter.predict(0.03);
+
+  // The same numbers in the same order, but for rounding.
+  EXPECT_LT((foretold.centre - filter.gate().centre).norm(), 1e-12);
+  EXPECT_LT((foretold.covariance - filter.gate().covariance).norm(), 1e-12 * foretold.covariance.norm());
+  const Seen<3> seen = seen3(random);
+  EXPECT_NEAR(foretold.distance2(seen), foretold.fit(seen).distance2, 1e-12 * foretold.fit(seen).distance2);
+}
+
 TEST(Kalman, GivesWhatLeastSquaresOverTheWholeHistoryGives) {
   Random random(4);
   const double dt = 0.1;
