@@ -219,7 +219,7 @@ class Control(unittest.TestCase):
         rig = self.desk.write("rig.toml", (SOURCE / "config/demo.rig.toml").read_text())
         daemon = Daemon(self.desk)
         text = daemon.text().replace(str(SOURCE / "config/demo.rig.toml"), str(rig))
-        self.desk.write("mocapd.toml", text)
+        self.desk.write("mocapd.toml", text.replace("tpose:2,walk", "tpose:600,walk"))  # what moves is not masked
         session = until(daemon.status, "an answer")["sessionId"]
         self.done(daemon.ctl("reload"))
         session = until(lambda: (s := daemon.status()) and s["sessionId"] != session and s["sessionId"], "its own rig")
@@ -228,6 +228,7 @@ class Control(unittest.TestCase):
         told = self.done(daemon.ctl("mask", "learn", "--images", "10", "--timeout-s", "50"))
 
         self.assertIn("camera 'cam4'", told)
+        self.assertNotIn(" 0 polygons", told)
         until(lambda: (s := daemon.status()) and s["sessionId"] != session, "the daemon starts anew")
         self.assertIn("mask_learnt", rig.read_text())
 
