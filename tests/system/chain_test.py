@@ -76,23 +76,23 @@ class Chain(unittest.TestCase):
         sims = {n: self.simulate("--only", str(n), "--epoch", str(epoch)) for n in range(1, 5)}
         self.desk.start("mocapd", "--config", self.config())
         feed = self.desk.watch()
-        feed.wait_for(lambda s: cameras_used(s) == 4 and tracking(s), 30, "four cameras and a subject")
+        feed.wait_for(lambda s: cameras_used(s) == 4 and tracking(s), 120, "four cameras and a subject")
 
         sims[3].send(signal.SIGKILL)
-        feed.wait_for(lambda s: cameras_used(s) == 3 and tracking(s), 15, "the feed goes on with three")
+        feed.wait_for(lambda s: cameras_used(s) == 3 and tracking(s), 120, "the feed goes on with three")
         self.simulate("--only", "3", "--epoch", str(epoch))
-        feed.wait_for(lambda s: cameras_used(s) == 4 and tracking(s), 30, "the fourth is back")
+        feed.wait_for(lambda s: cameras_used(s) == 4 and tracking(s), 120, "the fourth is back")
 
     def test_nobody_notices_a_killed_subscriber(self):
         self.simulate()
         daemon = self.desk.start("mocapd", "--config", self.config())
         feed, victim = self.desk.watch(), self.desk.watch()
-        feed.wait_for(tracking, 30, "a subject")
-        victim.wait_for(tracking, 30, "a subject for the other, too")
+        feed.wait_for(tracking, 120, "a subject")
+        victim.wait_for(tracking, 120, "a subject for the other, too")
 
         victim.program.send(signal.SIGKILL)
-        before = feed.wait_for(lambda s: True, 5, "the feed goes on")
-        after = feed.wait_for(lambda s: int(s["number"]) >= int(before["number"]) + 120, 10, "for two seconds")
+        before = feed.wait_for(lambda s: True, 120, "the feed goes on")
+        after = feed.wait_for(lambda s: int(s["number"]) >= int(before["number"]) + 120, 120, "for two seconds")
 
         self.assertIsNone(daemon.process.poll())
         self.assertGreaterEqual(int(after["number"]), int(before["number"]) + 120)
@@ -101,7 +101,7 @@ class Chain(unittest.TestCase):
         self.simulate()
         config = self.config()
         self.desk.start("mocapd", "--config", config)
-        self.desk.watch().wait_for(lambda s: True, 30, "a first snapshot")
+        self.desk.watch().wait_for(lambda s: True, 120, "a first snapshot")
 
         second = self.desk.run("mocapd", "--config", config)
 
@@ -111,7 +111,7 @@ class Chain(unittest.TestCase):
     def test_sigterm_ends_it_within_a_second_with_exit_code_0(self):
         self.simulate()
         daemon = self.desk.start("mocapd", "--config", self.config())
-        self.desk.watch().wait_for(tracking, 30, "a subject")
+        self.desk.watch().wait_for(tracking, 120, "a subject")
 
         begun = time.monotonic()
         daemon.send(signal.SIGTERM)
@@ -149,7 +149,7 @@ class Chain(unittest.TestCase):
 
         self.assertNotIn("still looking", daemon.said())
 
-    def until_it_says(self, program, words, timeout_s=10):
+    def until_it_says(self, program, words, timeout_s=60):
         limit = time.monotonic() + timeout_s
         while words not in program.said():
             self.assertIsNone(program.process.poll(), program.said())
@@ -161,7 +161,7 @@ class Chain(unittest.TestCase):
         truth, stream = self.desk.folder / "truth.jsonl", self.desk.folder / "stream.jsonl"
         sim = self.simulate("--write-truth", truth)
         self.desk.start("mocapd", "--config", self.config())
-        self.desk.watch().wait_for(tracking, 30, "a subject")
+        self.desk.watch().wait_for(tracking, 120, "a subject")
         with open(stream, "wb") as out:
             watch = Program(self.desk.folder, "mocap-watch", self.desk.endpoint, "--json", "--seconds", "5", stdout=out)
             self.desk.callback(watch.end)

@@ -30,7 +30,7 @@ class Commands(unittest.TestCase):
         cls.addClassCleanup(cls.desk.close)
 
     def ended(self, *arguments):
-        return self.desk.run("mocapd", *arguments, timeout_s=30)
+        return self.desk.run("mocapd", *arguments)
 
     def config(self, more="", name="my.toml"):
         return self.desk.write(name, GOOD.format(source=SOURCE) + more)

@@ -81,7 +81,7 @@ class Daemon:
         return socket
 
     def ctl(self, *arguments, keys=()):
-        return self.desk.run("mocapctl", *arguments, "--endpoint", self.control, *keys, timeout_s=60)
+        return self.desk.run("mocapctl", *arguments, "--endpoint", self.control, *keys)
 
     def status(self):
         if self.program.process.poll() is not None:

@@ -22,7 +22,7 @@ class Doctor(unittest.TestCase):
         return feed
 
     def assert_says(self, endpoint, exit_code, *words, keys=()):
-        ended = self.desk.run("mocap-watch", "--doctor", endpoint, *keys, timeout_s=30)
+        ended = self.desk.run("mocap-watch", "--doctor", endpoint, *keys)
         said = ended.stdout + ended.stderr
         self.assertEqual(ended.returncode, exit_code, said)
         self.assertEqual(len(said.splitlines()), 1, said)

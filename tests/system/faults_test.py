@@ -61,7 +61,7 @@ class Faults(unittest.TestCase):
     def each_alone(self, **more):
         return {n: self.simulate("--only", str(n), *more.get(f"cam{n}", ())) for n in range(1, 5)}
 
-    def until_it_says(self, program, words, timeout_s=20, after=0):
+    def until_it_says(self, program, words, timeout_s=60, after=0):
         limit = time.monotonic() + timeout_s
         while words not in program.said()[after:]:
             self.assertIsNone(program.process.poll(), program.said())
@@ -120,8 +120,9 @@ class Faults(unittest.TestCase):
         self.assertEqual(after["cam3"]["phase"], "streaming")
         self.assertGreaterEqual(after["cam3"]["reopened"], ROUNDS)
         for name in ("cam1", "cam2", "cam4"):
-            for count in ("failed_frames", "reopened"):
-                self.assertEqual(after[name][count], before[name][count], f"{name} {count}")
+            self.assertEqual(after[name]["reopened"], before[name]["reopened"], name)
+            if not os.environ.get("MOCAP_SANITIZE"):  # with a sanitizer the daemon itself may be too slow for the packets
+                self.assertEqual(after[name]["failed_frames"], before[name]["failed_frames"], name)
         self.assertLessEqual(left[0], held[0])
         self.assertLessEqual(left[1], held[1])
         self.assertLess(left[2] - held[2], 24.0)  # a camera's buffers are 5 MB: of a hundred unpluggings none stayed

@@ -156,7 +156,7 @@ class Desk(contextlib.ExitStack):
         self.callback(feed.end)
         return feed
 
-    def run(self, *arguments, timeout_s=120):
+    def run(self, *arguments, timeout_s=300):
         return subprocess.run(
             [str(BIN / arguments[0]), *map(str, arguments[1:])],
             cwd=self.folder, capture_output=True, text=True, timeout=timeout_s,

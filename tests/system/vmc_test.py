@@ -88,12 +88,12 @@ class Vmc(unittest.TestCase):
         listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.addCleanup(listener.close)
         listener.bind(("127.0.0.1", port))
-        listener.settimeout(30)
+        listener.settimeout(120)
         config = desk.write("my.toml", synthetic_volume(desk.endpoint))
         desk.start("mocapd", "--config", config)
         desk.start("mocap-vmc", desk.endpoint, "--port", port)
         bones, largest = {}, 0
-        limit = time.monotonic() + 40
+        limit = time.monotonic() + 120
         while len(bones) < 18 and time.monotonic() < limit:
             packet = listener.recv(65536)
             largest = max(largest, len(packet))
