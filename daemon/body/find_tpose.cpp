@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "base/expects.h"
+#include "body/rotation.h"
 
 namespace mocap::body {
 namespace {
@@ -236,6 +237,12 @@ bool TPoseFinder::same_body(const Reading& a, const Reading& b) const {
   return 2 * shared > std::min(a.matched, b.matched);
 }
 
+bool TPoseFinder::is_in_pose() const {
+  return std::all_of(fit_.locals().begin() + 1, fit_.locals().end(), [&](const Pose& local) {
+    return rotation_vector(local.rotation).norm() <= settings_.most_turn_rad;
+  });
+}
+
 void TPoseFinder::describe(const Reading& best, std::span<const Eigen::Vector3d> points, double margin) {
   found_.emplace();
   found_->rms_m = best.rms_m;
@@ -287,7 +294,7 @@ const std::optional<FoundBody>& TPoseFinder::find(std::span<const Eigen::Vector3
   if (chosen.matched < needed || chosen.rms_m > settings_.most_rms_m || margin < settings_.least_margin) return found_;
   if (margin < 0.25 * chosen.cost) return found_;
   fit_body(points, chosen);
-  describe(chosen, points, margin);
+  if (is_in_pose()) describe(chosen, points, margin);
   return found_;
 }
 

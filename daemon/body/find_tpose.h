@@ -17,9 +17,10 @@ namespace mocap::body {
 struct FindSettings {
   double least_scale = 0.75;  ///< of the body against the file's
   double most_scale = 1.25;
-  double least_share = 0.85;  ///< of the markers that must be there
-  double most_rms_m = 0.02;   ///< of the markers from the fitted body
-  double least_margin = 8.0;  ///< by how much of log-likelihood the next best reading must be worse
+  double least_share = 0.85;   ///< of the markers that must be there
+  double most_rms_m = 0.02;    ///< of the markers from the fitted body
+  double least_margin = 8.0;   ///< by how much of log-likelihood the next best reading must be worse
+  double most_turn_rad = 3.2;  ///< of a joint from the pose; where one is turned further it is another pose
 };
 
 /// A body found among points.
@@ -32,8 +33,9 @@ struct FoundBody {
   int matched = 0;
 };
 
-/// Finds a person in T-pose among points that hold still: upright, any heading, any size, bones of other lengths than
-/// the file's, some markers missing, some points that are no markers.
+/// Finds a person in T-pose, or the pose that is its set's rest pose (body/stance.h), among points that hold still:
+/// upright, any heading, any size, bones of other lengths than the file's, some markers missing, some points that are
+/// no markers.
 ///
 /// Wide pairs of markers (hands, elbows) propose where the body could stand; the best proposals are bent to the points
 /// and then judged by the fit of a whole body with free bone lengths. Which way it faces is told by what differs front
@@ -69,6 +71,7 @@ class TPoseFinder {
   void drop_strays(std::span<const Eigen::Vector3d> points, Reading& into);
   void fit_body(std::span<const Eigen::Vector3d> points, Reading& into);
   bool same_body(const Reading& a, const Reading& b) const;
+  bool is_in_pose() const;
   void describe(const Reading& best, std::span<const Eigen::Vector3d> points, double margin);
 
   FindSettings settings_;

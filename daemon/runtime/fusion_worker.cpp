@@ -150,7 +150,7 @@ void FusionWorker::follow_orders() {
         break;
       case SubjectAction::Reset:
         fusion_->reset(order.subject);
-        words = "forgotten; the next T-pose tells where it is and how it measures";
+        words = "forgotten; the next T-pose or A-pose tells where it is and how it measures";
         break;
       case SubjectAction::Fit:
         fusion_->refit(order.fit);

@@ -9,6 +9,7 @@
 
 #include "base/expects.h"
 #include "body/kinematic_tree.h"
+#include "body/stance.h"
 #include "scene/clip_actor.h"
 #include "scene/there_and_back.h"
 
@@ -95,6 +96,7 @@ class BvhActor final : public Actor {
     begin_s_ = bvh_.frames > 2 ? bvh_.frame_time_s : 0.0;
     length_s_ = bvh_.frame_time_s * static_cast<double>(bvh_.frames - 1) - begin_s_;
     put_in_the_middle();
+    stand();
   }
 
   bool moves() const { return joints_known_ >= 2; }
@@ -109,9 +111,7 @@ class BvhActor final : public Actor {
     if (settings_.t_pose_s > 0.0 && since_s < kBlend_s) {
       const double u = std::clamp(since_s / kBlend_s, 0.0, 1.0), share = u * u * (3.0 - 2.0 * u);
       turns[0] = heading_.slerp(share, turns[0]);
-      for (Eigen::Quaterniond& turn : std::span(turns).subspan(1)) {
-        turn = Eigen::Quaterniond::Identity().slerp(share, turn);
-      }
+      for (std::size_t b = 1; b < turns.size(); ++b) turns[b] = standing_[b].slerp(share, turns[b]);
       root_m.z() = share * root_m.z() + (1.0 - share) * rest_height_m_;
     }
     set_out(root_m, turns, into);
@@ -124,6 +124,17 @@ class BvhActor final : public Actor {
   }
 
  private:
+  // The pose that is held first, T-pose where the arms cannot be lowered.
+  void stand() {
+    standing_.fill(Eigen::Quaterniond::Identity());
+    const auto stance = body::a_pose(marker_set_, settings_.arms_lowered_rad);
+    if (!stance) return;
+    for (std::size_t b = 1; b < stance->turned.size(); ++b) {
+      const auto parent = static_cast<std::size_t>(marker_set_.skeleton.bones[b].parent);
+      standing_[b] = stance->turned[parent].conjugate() * stance->turned[b];
+    }
+  }
+
   // Which joint turns which bone, and how our limbs lie against the file's in the two rest poses.
   void wear(const std::vector<Eigen::Vector3d>& places, bool own) {
     const auto& bones = marker_set_.skeleton.bones;
@@ -242,11 +253,12 @@ class BvhActor final : public Actor {
   double unit_m_ = 1.0;
   std::vector<int> joint_of_;  // by bone; -1: goes with its parent
   Quaternions ours_from_theirs_;
+  Quaternions standing_;  // the pose that is held first
   int joints_known_ = 0;
   double begin_s_ = 0.0, length_s_ = 0.0;
   Eigen::Vector3d to_middle_m_ = Eigen::Vector3d::Zero();
   double rest_height_m_ = 0.0;
-  Eigen::Quaterniond heading_ = Eigen::Quaterniond::Identity();  // of the T-pose: that of the motion's beginning
+  Eigen::Quaterniond heading_ = Eigen::Quaterniond::Identity();  // of that pose: that of the motion's beginning
 };
 
 }  // namespace

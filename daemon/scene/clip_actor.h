@@ -13,6 +13,7 @@ namespace mocap::scene {
 struct BvhSettings {
   double unit_m = 0.0;    ///< of the file; 0: so that its rest pose is 1.75 m tall (1.60 m without feet and crown)
   double t_pose_s = 2.0;  ///< somebody stands in the rest pose first, facing as the motion begins; gets into it in 1 s
+  double arms_lowered_rad = 0.0;  ///< meanwhile: 0 is T-pose, a quarter of pi A-pose
 };
 
 /// Somebody who moves as a BVH file tells (from its second frame on: the first is often a rest pose), forth and back

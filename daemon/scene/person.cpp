@@ -25,6 +25,13 @@ Posture t_pose() {
   return posture;
 }
 
+Posture a_pose() {
+  Posture posture = t_pose();
+  posture.turn(Joint::LeftUpArm) = about_x(-0.25 * pi);
+  posture.turn(Joint::RightUpArm) = about_x(0.25 * pi);
+  return posture;
+}
+
 // Arms hang and swing forward (positive) about the shoulders; elbows bend forward.
 void hang_arms(Posture& posture, double swing_left_rad, double swing_right_rad, double elbow_rad) {
   posture.turn(Joint::LeftUpArm) = about_y(-swing_left_rad) * about_x(-kArmDown_rad);
@@ -159,6 +166,7 @@ Posture perform(const ActShare& share, double walked_s) {
     case Act::Jump: return jump(share.spent_s);
     case Act::Spin: return spin(share);
     case Act::Crouch: return crouch(share.spent_s);
+    case Act::APose: return a_pose();
     case Act::TPose: break;
   }
   return t_pose();

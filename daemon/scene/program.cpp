@@ -16,7 +16,8 @@ constexpr double kFade_s = 0.6;
 constexpr double kDefaultScene_s = 5.0;
 constexpr double kMaxScene_s = 86400.0;
 
-constexpr std::array<std::pair<std::string_view, Act>, 6> kActs{{{"tpose", Act::TPose},
+constexpr std::array<std::pair<std::string_view, Act>, 7> kActs{{{"tpose", Act::TPose},
+                                                                 {"apose", Act::APose},
                                                                  {"walk", Act::Walk},
                                                                  {"wave", Act::Wave},
                                                                  {"jump", Act::Jump},
@@ -25,8 +26,8 @@ constexpr std::array<std::pair<std::string_view, Act>, 6> kActs{{{"tpose", Act::
 
 Error bad_word(std::string_view word) {
   return {ErrorCode::InvalidArgument, "motion: '" + std::string(word) +
-                                          "' is no act; expected tpose, walk, wave, jump, spin or crouch with seconds "
-                                          "from 1 to 86400, as in tpose:3,walk:20,wave"};
+                                          "' is no act; expected tpose, apose, walk, wave, jump, spin or crouch with "
+                                          "seconds from 1 to 86400, as in tpose:3,walk:20,wave"};
 }
 
 Result<Scene> parse_scene(std::string_view word) {

@@ -26,6 +26,8 @@ constexpr double kNew = 0.018;
 constexpr double kGoodPlace_m = 0.0005;
 constexpr double kCosOfHalfNearRest = 0.92;  // of a joint within 46 degrees of the rest pose, however markers are stuck
 constexpr double kMostAtRest = 0.8;          // share of the joints
+constexpr double kCosOfMostOffRest = 0.94;   // of a bone's direction, 20 degrees from where it lies at rest
+constexpr double kShort_m = 0.2;             // what lies nearer to a joint tells no direction: markers are 2 cm off
 constexpr double kLeastGain_m = 1e-4;        // by which poses must be nearer, rms
 constexpr double kMostResidual_m = 0.04;     // of a pose that is worth looking at
 
@@ -116,6 +118,7 @@ class SubjectRefiner::OneSubject {
         instants_(settings.instants, body::empty_instant(set_)),
         seen_(body::empty_instant(set_)),
         judged_(body::empty_instant(set_)),
+        root_from_(set_.skeleton.bones.size()),
         known_(subject.fitted || set_.skeleton.bones.size() == 1) {}
 
   void recognised(const SubjectFit& fit) {
@@ -138,8 +141,9 @@ class SubjectRefiner::OneSubject {
     if (wait_for_rest_) {
       wait_for_rest_ = false;
       if (!stands_at_rest()) return;
-      // It was recognised by its rest pose: what its joints seem to be turned by is where its markers are stuck.
-      std::fill(seen_.at_rest.begin(), seen_.at_rest.end(), std::uint8_t{1});
+      // It was recognised by a pose that is known: what joints that are at rest in it seem to be turned by is where
+      // their markers are stuck.
+      mark_rest();
       rest_is_new_ = true;
       (void)poses_.offer(seen_);
       return;
@@ -213,6 +217,23 @@ class SubjectRefiner::OneSubject {
     return static_cast<double>(near) >= kMostAtRest * static_cast<double>(seen_.locals.size() - 1);
   }
 
+  // Which joints are held as in the rest pose: down from the trunk all bones that lie as they do there. In A-pose the
+  // arms do not. How a bone is turned about itself says nothing: that is what its markers' places tell wrongly.
+  void mark_rest() {
+    const auto& bones = set_.skeleton.bones;
+    std::fill(seen_.at_rest.begin(), seen_.at_rest.end(), std::uint8_t{1});
+    for (std::size_t b = 1; b < bones.size(); ++b) {
+      const auto above = static_cast<std::size_t>(bones[b].parent);
+      root_from_[b] = above == 0 ? seen_.locals[b].rotation : root_from_[above] * seen_.locals[b].rotation;
+      const Eigen::Vector3d& way_m = worn_.bones_m[b];
+      if (above == 0 || way_m.norm() < kShort_m) continue;
+      if (way_m.dot(root_from_[above] * way_m) < kCosOfMostOffRest * way_m.squaredNorm()) seen_.at_rest[above] = 0;
+    }
+    for (std::size_t b = 1; b < bones.size(); ++b) {
+      if (seen_.at_rest[static_cast<std::size_t>(bones[b].parent)] == 0) seen_.at_rest[b] = 0;
+    }
+  }
+
   void begin() {
     const auto kept = poses_.kept();
     for (std::size_t i = 0; i < kept.size(); ++i) copy(kept[i], instants_[i]);
@@ -265,7 +286,8 @@ class SubjectRefiner::OneSubject {
   std::vector<BodyInstant> instants_;  // that the fitter works on
   BodyInstant seen_;
   BodyInstant judged_;
-  bool known_;  // has offsets that are worth refining
+  std::vector<Eigen::Quaterniond> root_from_;  // scratch: by bone, how it lies in the root's frame
+  bool known_;                                 // has offsets that are worth refining
   bool wait_for_rest_ = false;
   bool rest_is_new_ = false;
   std::optional<Timestamp> looked_;

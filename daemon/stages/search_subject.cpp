@@ -20,6 +20,11 @@ constexpr double kRange_rad = 0.3;
 constexpr double kRestShare = 0.5;
 constexpr int kFitIterations = 12;
 constexpr int kHoldIterations = 4;
+// Arms of an A-pose, below T-pose; and how far from that, by any joint, it is none: 12 degrees. Readings of what is
+// further off begin to have wrong names.
+constexpr double kArmsLowered_rad = 0.785;
+constexpr double kMostOffAPose_rad = 0.2;
+constexpr double kLeastShareInAPose = 0.96;  // of the markers, likewise
 
 }  // namespace
 
@@ -28,12 +33,18 @@ SubjectSearch::SubjectSearch(const LabelSettings& settings, const Subject& subje
       set_(subject.marker_set),
       fitted_(subject.fitted),
       tpose_(set_, {.least_share = settings.least_share, .most_rms_m = settings.most_rms_m}, kMostPoints),
+      stance_(body::a_pose(set_, kArmsLowered_rad)),
       shape_(set_, settings.rigid_tolerance_m),
       any_(set_, {}),
       pose_(set_, body::PoseFit::Lengths::Fixed) {
   points_.reserve(kMaxMarkers);
   track_of_point_.reserve(kMaxMarkers);
   seen_.reserve(set_.markers.size());
+  if (!stance_) return;
+  const body::FindSettings find{.least_share = std::max(settings.least_share, kLeastShareInAPose),
+                                .most_rms_m = settings.most_rms_m,
+                                .most_turn_rad = kMostOffAPose_rad};
+  apose_.emplace(stance_->set, find, kMostPoints);
 }
 
 void SubjectSearch::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
@@ -81,9 +92,9 @@ const Recognised* SubjectSearch::step(const NamedTracks& tracks, const StillTrac
   if (due && (rigid() || !knows_body() || stranger)) {
     looked_at_ = at;
     gather(tracks, still, rigid() ? Duration{0} : settings_.still_for);
-    const std::optional<body::FoundBody>& found = rigid() ? shape_.find(points_) : tpose_.find(points_);
-    if (found) return find_standing(*found);
-    return nullptr;
+    if (!rigid()) return look_for_standing();
+    const std::optional<body::FoundBody>& found = shape_.find(points_);
+    return found ? take_standing(*found) : nullptr;
   }
   if (!knows_body() || rigid()) return nullptr;
   gather(tracks, still, Duration{0});
@@ -92,7 +103,29 @@ const Recognised* SubjectSearch::step(const NamedTracks& tracks, const StillTrac
   return nullptr;
 }
 
-const Recognised* SubjectSearch::find_standing(const body::FoundBody& found) {
+// T-pose and A-pose in turns: one search a set.
+const Recognised* SubjectSearch::look_for_standing() {
+  const bool apose = apose_ && look_for_apose_;
+  look_for_apose_ = !look_for_apose_;
+  const std::optional<body::FoundBody>& found = apose ? apose_->find(points_) : tpose_.find(points_);
+  if (!found) return nullptr;
+  const Recognised* const taken = take_standing(*found);
+  if (!apose) return taken;
+  // As seen from the bones of the rest pose.
+  for (std::size_t b = 0; b < found_.rest_offsets_m.size(); ++b) {
+    const int parent = set_.skeleton.bones[b].parent;
+    if (parent < 0) continue;
+    Eigen::Vector3d& offset_m = found_.rest_offsets_m[b];
+    offset_m = stance_->turned[static_cast<std::size_t>(parent)].conjugate() * offset_m;
+  }
+  for (std::size_t m = 0; m < found_.marker_offsets_m.size(); ++m) {
+    Eigen::Vector3d& offset_m = found_.marker_offsets_m[m];
+    offset_m = stance_->turned[static_cast<std::size_t>(set_.markers[m].bone)].conjugate() * offset_m;
+  }
+  return taken;
+}
+
+const Recognised* SubjectSearch::take_standing(const body::FoundBody& found) {
   found_.track_of_marker.clear();
   for (const int p : found.point_of_marker)
     found_.track_of_marker.push_back(p < 0 ? TrackId{} : track_of_point_[static_cast<std::size_t>(p)]);

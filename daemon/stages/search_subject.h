@@ -9,6 +9,7 @@
 #include "body/find_rigid.h"
 #include "body/find_tpose.h"
 #include "body/pose_fit.h"
+#include "body/stance.h"
 #include "model/sighting.h"
 #include "model/skeleton.h"
 #include "stages/label_markers.h"
@@ -59,7 +60,8 @@ class SubjectSearch {
 
  private:
   void gather(const NamedTracks& tracks, const StillTracks& still, Duration still_for);
-  const Recognised* find_standing(const body::FoundBody& found);
+  const Recognised* look_for_standing();
+  const Recognised* take_standing(const body::FoundBody& found);
   void begin_to_hold();
   const Recognised* hold(const NamedTracks& tracks);
   double fit(const NamedTracks& tracks, const Recognised& names, int iterations);
@@ -68,6 +70,9 @@ class SubjectSearch {
   MarkerSet set_;
   bool fitted_;
   body::TPoseFinder tpose_;
+  std::optional<body::Stance> stance_;  // A-pose, of bodies that can
+  std::optional<body::TPoseFinder> apose_;
+  bool look_for_apose_ = false;  // the next time
   body::RigidFinder shape_;
   body::AnyPoseFinder any_;
   body::PoseFit pose_;

@@ -89,7 +89,7 @@ TEST_P(EveryAct, MovesAsAPersonDoesAndStaysInTheVolume) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(All, EveryAct,
-                         testing::Values("tpose:2,walk", "wave", "jump", "spin", "crouch",
+                         testing::Values("tpose:2,walk", "apose:2,walk", "wave", "jump", "spin", "crouch",
                                          "tpose:2,walk:5,wave:3,jump:4,spin:4,crouch:3,walk"));
 
 TEST(Program, NamesTheWordThatIsNoAct) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <random>
 #include <string>
 #include <utility>
@@ -63,6 +64,7 @@ class LabelWorld {
 
   const std::vector<Subject>& subjects() const { return subjects_; }
   const Labels& labels() const { return *labels_; }
+  std::optional<SubjectFit> take_fit() { return labeller_->take_fit(); }
   Timestamp at() const { return from_ns(1'000'000'000) + from_s((sets_ - 1) * kStep_s); }
 
   Person& one(std::size_t p = 0) { return people_[p]; }

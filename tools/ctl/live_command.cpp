@@ -193,7 +193,7 @@ void add_live_commands(CLI::App& app, LiveOptions& options) {
   } subjects[] = {
       {"add", "look for a subject again, or for a new one (running daemon)", ControlAction::AddSubject},
       {"remove", "a subject is away: do not look for it (running daemon)", ControlAction::RemoveSubject},
-      {"reset", "forget a subject's place and measures; the next T-pose tells (running daemon)",
+      {"reset", "forget a subject's place and measures; the next T-pose or A-pose tells (running daemon)",
        ControlAction::ResetSubject},
       {"wear", "a subject measures as this file says from now on (running daemon)", ControlAction::FitSubject}};
   for (const auto& [name, what, action] : subjects) {

@@ -47,12 +47,15 @@ MarkerSet worn(MarkerSet set, const SceneActor& actor, scene::Random random) {
   return set;
 }
 
-Result<std::unique_ptr<scene::Actor>> bvh_actor(const fs::path& file, const MarkerSet& body, double t_pose_s) {
+Result<std::unique_ptr<scene::Actor>> bvh_actor(const fs::path& file, const MarkerSet& body, const SceneActor& wanted) {
   const auto text = read_whole(file);
   if (!text) return text.error();
   auto bvh = scene::parse_bvh(*text);
   if (!bvh) return in_file(file, bvh.error());
-  auto actor = scene::make_bvh_actor(std::move(*bvh), body, {.unit_m = 0.0, .t_pose_s = t_pose_s});
+  auto actor = scene::make_bvh_actor(std::move(*bvh), body,
+                                     {.unit_m = 0.0,
+                                      .t_pose_s = wanted.t_pose_s,
+                                      .arms_lowered_rad = wanted.arms_lowered_deg * std::numbers::pi / 180.0});
   if (!actor) return in_file(file, actor.error());
   return actor;
 }
@@ -106,7 +109,7 @@ Result<Performer> make_performer(const SceneFile& scene, const SceneActor& wante
   if (extension == ".bvh" || extension == ".c3d") {
     const auto file = find_motion(scene, motion);
     if (!file) return file.error();
-    auto made = extension == ".bvh" ? bvh_actor(*file, body, wanted.t_pose_s) : c3d_actor(*file);
+    auto made = extension == ".bvh" ? bvh_actor(*file, body, wanted) : c3d_actor(*file);
     if (!made) return made.error();
     actor = std::move(*made);
   } else {

@@ -19,6 +19,7 @@ struct SceneActor {
   std::string motion;                ///< a BVH or C3D file, or acts as "walk:5,wave"; empty: the clip's
   std::filesystem::path marker_set;  ///< as the daemon is told it
   double t_pose_s = 2.0;             ///< before a BVH begins; it takes another second to get into it
+  double arms_lowered_deg = 0.0;     ///< meanwhile: 0 is T-pose, 45 A-pose
   std::array<double, 2> place_m{0.0, 0.0};
   double heading_deg = 0.0;  ///< the motion turned, counter-clockwise
   double delay_s = 0.0;
