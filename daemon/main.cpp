@@ -283,6 +283,7 @@ folder), 70 a fault of ours, 78 wrong configuration)";
 
 int main(int argc, char** argv) {
   using namespace mocap;  // NOLINT: the program
+  runtime::use_one_heap();
   CLI::App app{"mocapd: real-time optical motion capture; cameras in, labelled skeletons out over ZeroMQ", "mocapd"};
   app.footer(kExamples);
   std::string config;
