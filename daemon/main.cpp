@@ -267,7 +267,8 @@ int start(const std::filesystem::path& config, bool only_check) {
   set_log_for_journal(runtime::Service{}.logs_to_journal());
   log_info("mocapd", fmt::format("version {}, settings of {}", MOCAP_VERSION, config.string()));
   for (const auto& [key, value] : settings::list_settings(*settings)) log_debug("settings", key + " = " + value);
-  return serve({config, std::make_unique<settings::DaemonSettings>(*std::move(settings))});
+  Configuration configuration{config, std::make_unique<settings::DaemonSettings>(*std::move(settings))};
+  return serve(std::move(configuration));
 }
 
 constexpr const char* kExamples = R"(examples:
@@ -283,6 +284,7 @@ folder), 70 a fault of ours, 78 wrong configuration)";
 
 int main(int argc, char** argv) {
   using namespace mocap;  // NOLINT: the program
+  runtime::use_one_heap();
   CLI::App app{"mocapd: real-time optical motion capture; cameras in, labelled skeletons out over ZeroMQ", "mocapd"};
   app.footer(kExamples);
   std::string config;

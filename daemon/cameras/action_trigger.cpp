@@ -25,6 +25,8 @@ constexpr int kMostAhead = 8;
 constexpr Duration kAhead = std::chrono::milliseconds(100);
 // By a network and a camera that are slow.
 constexpr Duration kLeastAhead = std::chrono::milliseconds(2);
+// A master gives UTC, or by the standard TAI; since 2017 they are so far apart. Farther off it has a time of its own.
+constexpr Duration kTaiMinusUtc = std::chrono::seconds(37), kNear = std::chrono::milliseconds(50);
 constexpr int kProbes = 4, kAnswerPatience_ms = 250;
 
 template <class T>
@@ -68,7 +70,10 @@ void ActionTrigger::send(std::uint8_t flags, Duration at) {
   put(&packet[8], htobe32(kActionDeviceKey));
   put(&packet[12], htobe32(kActionGroupKey));
   put(&packet[16], htobe32(kActionGroupMask));
-  if (scheduled) put(&packet[20], htobe64(static_cast<std::uint64_t>(at.count())));
+  if (scheduled) {
+    put(&packet[20], htobe64(static_cast<std::uint64_t>(at.count())));
+    told_[request_ % told_.size()] = {request_, at};
+  }
   // One that the system refuses is an image less, as one that is lost on the way.
   [[maybe_unused]] const ssize_t sent = ::send(socket_, packet.data(), size, MSG_NOSIGNAL);
 }
@@ -94,16 +99,43 @@ Status ActionTrigger::probe(Timestamp now) {
 // The first multiple after this.
 void ActionTrigger::skip_to(Duration clock) { next_ = (clock / period_ + 1) * period_; }
 
+// Whoever lost its master refuses this command and all later ones.
+void ActionTrigger::take_answers() {
+  std::array<std::uint8_t, 64> answer{};
+  for (ssize_t size; (size = recv(socket_, answer.data(), answer.size(), MSG_DONTWAIT)) >= 0;) {
+    if (size < 8 || get16(&answer[2]) != kActionAnswer || get16(&answer[0]) != kNoReferenceTime) continue;
+    const Told& told = told_[get16(&answer[6]) % told_.size()];
+    if (told.request != get16(&answer[6])) continue;
+    next_ = std::min(next_, told.at);
+    refused_ = true;
+  }
+}
+
+// What the camera shows of its clock, some milliseconds late, tells which one all cameras have.
+void ActionTrigger::learn_common_clock(Duration utc_minus_host) {
+  const Duration ahead_of_utc = camera_minus_host_ - utc_minus_host;
+  common_minus_utc_ = ahead_of_utc;
+  for (const Duration usual : {Duration::zero(), kTaiMinusUtc}) {
+    if (std::chrono::abs(ahead_of_utc - usual) < kNear) common_minus_utc_ = usual;
+  }
+}
+
 void ActionTrigger::send_due(Timestamp now, Duration utc_minus_host, bool ahead) {
-  const Duration clock_minus_host = ahead ? camera_minus_host_ : utc_minus_host;
+  take_answers();
+  if (!ahead) refused_ = false;
+  ahead = ahead && !refused_;
+  if (ahead && (!begun_ || !ahead_)) learn_common_clock(utc_minus_host);
+  const Duration clock_minus_host = ahead ? camera_minus_host_ : utc_minus_host + common_minus_utc_;
   const Duration clock = now.time_since_epoch() + clock_minus_host;
-  if (!begun_ || ahead != ahead_) skip_to(clock + (ahead ? kLeastAhead : Duration::zero()));
+  const Duration horizon = ahead ? std::min(kAhead, kMostAhead * period_) : Duration::zero();
+  const Duration first = clock + (ahead ? kLeastAhead : Duration::zero());
+  // From one way of telling to the other it goes on with what was not told yet, unless the clock leapt.
+  const bool leapt = next_ - clock > kAhead + period_;
+  const bool missed = ahead ? next_ < first : clock - next_ > period_ / 2;
+  if (!begun_ || leapt || missed) skip_to(first);
   begun_ = true;
   ahead_ = ahead;
-  const Duration horizon = ahead ? std::min(kAhead, kMostAhead * period_) : Duration::zero();
-  if (ahead && next_ < clock + kLeastAhead) skip_to(clock + kLeastAhead);
-  if (!ahead && clock - next_ > period_ / 2) skip_to(clock);
-  for (; next_ <= clock + horizon; next_ += period_) send(ahead ? kScheduled : 0, next_);
+  for (; next_ <= clock + horizon; next_ += period_) send(ahead ? kScheduled | kAnswerWanted : 0, next_);
   next_due_ = Timestamp{next_ - horizon - clock_minus_host};
 }
 

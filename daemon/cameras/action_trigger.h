@@ -2,6 +2,7 @@
 
 #include <netinet/in.h>
 
+#include <array>
 #include <cstdint>
 #include <memory>
 
@@ -21,6 +22,11 @@ inline constexpr std::uint32_t kActionGroupMask = 0xffffffff;
 /// A camera that keeps PTP time is told ahead, by that time: it exposes as precisely as it keeps the time. One that
 /// does not is told at the instant itself, by the host's UTC: as precisely as this thread is woken, some 0.1 ms.
 ///
+/// A camera that loses its master says so by refusing what it is told ahead, some 0.1 s before it would have exposed:
+/// from that exposure on it is told at the instant, by what the host knows of the master's time (UTC or TAI; of a
+/// master with a time of its own what this camera showed last, some milliseconds late). So none is left out, and none
+/// is told twice.
+///
 /// One thread. Source: GigE Vision 2.0, part "GVCP" (ACTION_CMD).
 class ActionTrigger {
  public:
@@ -32,6 +38,9 @@ class ActionTrigger {
 
   /// What the camera's clock is ahead of the host's, within some milliseconds: says which multiples are still to come.
   void set_clock(Duration camera_minus_host) { camera_minus_host_ = camera_minus_host; }
+
+  /// Whether the camera refuses to be told ahead, since it was last told at the instant for another reason.
+  bool refused() const { return refused_; }
 
   /// Asks the camera whether it takes an action by its own time. Waits for the answer, 1 s at most; a camera that gives
   /// none is believed. Fails with Unsupported.
@@ -48,13 +57,22 @@ class ActionTrigger {
   ActionTrigger(int socket, Duration period) : socket_(socket), period_(period) {}
   void send(std::uint8_t flags, Duration at);
   void skip_to(Duration clock);
+  void take_answers();
+  void learn_common_clock(Duration utc_minus_host);
 
   int socket_;
   Duration period_;
   Duration camera_minus_host_{};
-  Duration next_{};  // the next exposure, by the camera's clock or UTC
+  Duration common_minus_utc_{};  // of the clock by whose multiples all cameras expose
+  Duration next_{};              // the next exposure, by that clock
   bool ahead_ = false;
   bool begun_ = false;
+  bool refused_ = false;
+  struct Told {
+    std::uint16_t request = 0;
+    Duration at{};
+  };
+  std::array<Told, 16> told_{};  // ahead, by request
   Timestamp next_due_;
   std::uint16_t request_ = 0;
 };

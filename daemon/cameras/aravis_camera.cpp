@@ -117,6 +117,7 @@ class AravisCamera : public Camera {
   std::unique_ptr<ArrivalStamps> stamps_of_arrival() const;
   Timestamp first_byte_at(ArvBuffer* buffer, Timestamp received);
   ImageInstants instants_of(ArvBuffer* buffer, Timestamp received);
+  bool keeps_time() const;
   bool came_before(ArvBuffer* buffer);
   void count_stream();
   void count_clock();
@@ -257,7 +258,7 @@ Result<Frame> AravisCamera::frame_of(ArvBuffer* buffer, Timestamp received) {
   frame.camera = id_;
   frame.number = frames_.number_of(frame_id);
   frame.received_at = received;
-  frame.exposed_at = clock_.middle_of(instants_of(buffer, received), device_->keeps_time());
+  frame.exposed_at = clock_.middle_of(instants_of(buffer, received), keeps_time());
   frame.image = {{static_cast<const std::byte*>(data), needed}, stride, width, height, format};
   return frame;
 }
@@ -303,6 +304,12 @@ ImageInstants AravisCamera::instants_of(ArvBuffer* buffer, Timestamp received) {
   }
   image.stamp_tells_begin = chunk_ahead_.has_value();
   return image;
+}
+
+// Its PTP clock is looked at now and then; who is told when to expose says at once that it has no time to do so by.
+bool AravisCamera::keeps_time() const {
+  const ActionTrigger* const trigger = device_->action_trigger();
+  return device_->keeps_time() && (trigger == nullptr || !trigger->refused());
 }
 
 // A network that doubles packets, or a camera that sends an image twice: it has shown nothing new. One without a clock

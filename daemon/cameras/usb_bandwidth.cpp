@@ -1,10 +1,12 @@
 #include "cameras/usb_bandwidth.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <utility>
 
 #include "cameras/v4l2_discovery.h"
@@ -23,17 +25,25 @@ std::string text_in(const fs::path& file) {
 
 bool is_root_hub(const std::string& name) { return name.starts_with("usb"); }
 
-// Interfaces stand below their device as 2-1:1.0; USB3 Vision is class ef, subclass 05.
-bool speaks_usb3_vision(const fs::path& device) {
+// Interfaces stand below their device as 2-1:1.0; USB3 Vision is class ef, subclass 05; video that of UVC is 0e.
+void find_interfaces(UsbDevice& device) {
   std::error_code missing;
-  const std::string begin = device.filename().string() + ":";
-  for (const auto& entry : fs::directory_iterator(device, missing)) {
+  const std::string begin = device.folder.filename().string() + ":";
+  for (const auto& entry : fs::directory_iterator(device.folder, missing)) {
     if (!entry.path().filename().string().starts_with(begin)) continue;
-    if (text_in(entry.path() / "bInterfaceClass") == "ef" && text_in(entry.path() / "bInterfaceSubClass") == "05") {
-      return true;
-    }
+    const std::string kind = text_in(entry.path() / "bInterfaceClass");
+    if (kind == "ef" && text_in(entry.path() / "bInterfaceSubClass") == "05") device.usb3_vision = true;
+    if (kind == "0e") device.uvc = true;
   }
-  return false;
+}
+
+// PCIe to 5 GT/s is coded 8 in 10, above 128 in 130; packets of 128 bytes leave some 85 % of that. Controllers within
+// the processor have no such link, or one of width 0.
+double usable_pcie_mb_per_s(const fs::path& controller) {
+  const double gt_per_s = std::atof(text_in(controller / "current_link_speed").c_str());
+  const double lanes = std::atof(text_in(controller / "current_link_width").c_str());
+  const double coding = gt_per_s <= 5.0 ? 8.0 / 10.0 : 128.0 / 130.0;
+  return 0.85 * 1e3 / 8.0 * gt_per_s * coding * lanes;
 }
 
 // The bus is named by the root hub, the first folder usbN on the way down; the controller is what that hangs on.
@@ -43,6 +53,7 @@ void find_bus(UsbDevice& device) {
   device.bus = at.filename().string();
   device.controller = at.parent_path().filename().string();
   device.bus_mbps = std::atof(text_in(at / "speed").c_str());
+  device.pcie_mb_per_s = usable_pcie_mb_per_s(at.parent_path());
 }
 
 double bits_a_pixel(const std::string& format) {
@@ -80,6 +91,41 @@ const UsbDevice* device_of(const CameraSettings& camera, const std::vector<UsbDe
   return found != devices.end() ? &*found : nullptr;
 }
 
+// What lies between cameras and their bus, or between the controller and the processor, and is shared by those beyond
+// it.
+struct Link {
+  std::string what;  // "are plugged in at 480 Mbit/s"
+  std::string bus;   // in whose line it is told
+  double given_mb_per_s = 0.0;
+  double needed_mb_per_s = 0.0;
+  std::vector<std::string> cameras;
+
+  std::string text() const {
+    const std::string who =
+        cameras.size() == 1 ? cameras.front() + " is" : fmt::format("{} are", fmt::join(cameras, " and "));
+    return fmt::format("{} {}, which gives {:.0f} MB/s", who, what, given_mb_per_s);
+  }
+};
+
+// From the camera's own plug by all hubs, each a folder below the next one's, up to the controller.
+void add_to_links(std::map<fs::path, Link>& links, const UsbDevice& device, const std::string& camera, double needed) {
+  const auto add = [&](const fs::path& at, const std::string& what, double given) {
+    Link& link = links.try_emplace(at, Link{what, device.bus, given, 0.0, {}}).first->second;
+    link.needed_mb_per_s += needed;
+    link.cameras.push_back(camera);
+  };
+  fs::path at = device.folder;
+  for (; at.has_relative_path() && !is_root_hub(at.filename().string()); at = at.parent_path()) {
+    const double speed_mbps = std::atof(text_in(at / "speed").c_str());
+    const std::string hub = at == device.folder ? "" : fmt::format(" by hub {}", at.filename().string());
+    add(at, fmt::format("plugged in{} at {:.0f} Mbit/s", hub, speed_mbps), usable_mb_per_s(speed_mbps));
+  }
+  if (device.pcie_mb_per_s > 0.0) {
+    add(at.parent_path(), fmt::format("on controller {} with a narrow PCIe link", device.controller),
+        device.pcie_mb_per_s);
+  }
+}
+
 }  // namespace
 
 std::vector<UsbDevice> list_usb_devices(const fs::path& sys) {
@@ -96,7 +142,7 @@ std::vector<UsbDevice> list_usb_devices(const fs::path& sys) {
     device.product = text_in(device.folder / "product");
     device.serial = text_in(device.folder / "serial");
     device.speed_mbps = std::atof(text_in(device.folder / "speed").c_str());
-    device.usb3_vision = speaks_usb3_vision(device.folder);
+    find_interfaces(device);
     find_bus(device);
     devices.push_back(std::move(device));
   }
@@ -135,6 +181,7 @@ std::string UsbLoad::text() const {
 std::vector<UsbLoad> usb_loads(const std::vector<CameraSettings>& cameras, const Rig& rig, const fs::path& sys) {
   const std::vector<UsbDevice> devices = list_usb_devices(sys);
   std::vector<UsbLoad> loads;
+  std::map<fs::path, Link> links;
   for (const CameraSettings& camera : cameras) {
     const UsbDevice* const device = device_of(camera, devices, sys);
     if (device == nullptr) continue;
@@ -151,12 +198,39 @@ std::vector<UsbLoad> usb_loads(const std::vector<CameraSettings>& cameras, const
     const std::optional<double> needed = needed_mb_per_s(camera, model != rig.end() ? &*model : nullptr);
     load->cameras.push_back(needed ? fmt::format("{} {:.1f}", camera.name, *needed) : camera.name + " ?");
     load->needed_mb_per_s += needed.value_or(0.0);
-    if (needed && *needed > usable_mb_per_s(device->speed_mbps)) {
-      load->slow.push_back(fmt::format("{} is plugged in at {:.0f} Mbit/s, which gives {:.0f} MB/s", camera.name,
-                                       device->speed_mbps, usable_mb_per_s(device->speed_mbps)));
+    add_to_links(links, *device, camera.name, needed.value_or(0.0));
+  }
+  for (const auto& [folder, link] : links) {
+    if (link.needed_mb_per_s <= link.given_mb_per_s) continue;
+    for (UsbLoad& load : loads) {
+      if (load.bus == link.bus) load.slow.push_back(link.text());
     }
   }
   return loads;
+}
+
+std::vector<std::string> usb_buses_of_cameras(const fs::path& sys) {
+  struct Bus {
+    UsbDevice any;
+    std::vector<std::string> cameras;
+  };
+  std::map<std::string, Bus> buses;
+  for (const UsbDevice& each : list_usb_devices(sys)) {
+    if (!each.usb3_vision && !each.uvc) continue;
+    const bool slower = usable_mb_per_s(each.speed_mbps) < usable_mb_per_s(each.bus_mbps);
+    Bus& bus = buses[each.bus];
+    bus.any = each;
+    bus.cameras.push_back((each.serial.empty() ? each.product : each.serial) +
+                          (slower ? fmt::format(" (at {:.0f} Mbit/s)", each.speed_mbps) : ""));
+  }
+  std::vector<std::string> lines;
+  for (const auto& [name, bus] : buses) {
+    lines.push_back(fmt::format(
+        "{} of controller {} gives {:.0f} MB/s{}, {} {}", name, bus.any.controller, usable_mb_per_s(bus.any.bus_mbps),
+        bus.any.pcie_mb_per_s > 0.0 ? fmt::format(" (all its buses {:.0f} MB/s)", bus.any.pcie_mb_per_s) : "",
+        bus.cameras.size() > 1 ? "shared by" : "to", fmt::join(bus.cameras, " and ")));
+  }
+  return lines;
 }
 
 }  // namespace mocap::cameras

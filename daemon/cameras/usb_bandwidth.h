@@ -21,6 +21,9 @@ struct UsbDevice {
   std::string controller;    ///< 0000:00:14.0
   double bus_mbps = 0.0;     ///< of the root hub, Mbit/s
   bool usb3_vision = false;  ///< has USB3 Vision's interfaces
+  bool uvc = false;          ///< has those of a camera that V4L2 shows
+  /// What the controller's own link to the processor gives for all its buses, MB/s; 0 where that is not told.
+  double pcie_mb_per_s = 0.0;
 };
 
 /// All that is plugged in, from below `sys`; without hubs of the machine itself.
@@ -40,12 +43,17 @@ struct UsbLoad {
   double given_mb_per_s = 0.0;
   double needed_mb_per_s = 0.0;
   std::vector<std::string> cameras;  ///< "cam1 36.9", MB/s; "cam2 ?" where that is not told
-  /// Of cameras that need more than their own link gives: a port or cable that is slower than the bus.
+  /// Of what is narrower than the bus and too narrow for its cameras: a camera's own port or cable, a hub that several
+  /// share, the controller's link to the processor.
   std::vector<std::string> slow;
 
   bool too_much() const { return needed_mb_per_s > given_mb_per_s || !slow.empty(); }
   std::string text() const;
 };
+
+/// The cameras that are plugged in, a line for each bus, whatever a configuration says of them: "usb2 of controller
+/// 0000:00:14.0 gives 400 MB/s, shared by A1 and A2".
+std::vector<std::string> usb_buses_of_cameras(const std::filesystem::path& sys = "/sys");
 
 /// What the configured cameras that are plugged in ask of each bus. Reads /sys, opens nothing.
 std::vector<UsbLoad> usb_loads(const std::vector<CameraSettings>& cameras, const Rig& rig,

@@ -1,6 +1,7 @@
 #include "runtime/realtime.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -50,6 +51,16 @@ Status lock_memory() {
   return Error{ErrorCode::Unsupported,
                fmt::format("memory cannot be locked: {}; allow it with LimitMEMLOCK=infinity in the unit, or ulimit -l",
                            std::strerror(errno))};
+}
+
+// Aravis opens and closes each camera on new threads, and what one of them takes another gives back. With a heap for
+// each, all are left with holes, and the process grows with each camera that is unplugged. Frames take no memory, so
+// nobody waits for the one heap; each thread keeps small pieces at hand as before. The threshold is glibc's own, held:
+// it would rise to the size of an image at the first that is freed, and images would lie among the holes.
+void use_one_heap() noexcept {
+  constexpr int kOwnPages_bytes = 128 * 1024;
+  mallopt(M_ARENA_MAX, 1);
+  mallopt(M_MMAP_THRESHOLD, kOwnPages_bytes);
 }
 
 void name_this_thread(const char* name) noexcept {

@@ -19,6 +19,10 @@ Status apply_to_this_thread(const ThreadSettings& settings);
 /// Keeps all memory of this process, now and later, out of swap.
 Status lock_memory();
 
+/// What threads that come and go have freed goes back to the system, instead of staying behind in heaps of their own.
+/// For the whole process; before its first thread.
+void use_one_heap() noexcept;
+
 /// The name that shows in top and gdb; at most 15 characters are kept.
 void name_this_thread(const char* name) noexcept;
 

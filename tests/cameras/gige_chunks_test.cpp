@@ -206,6 +206,33 @@ TEST_F(GigeExposures, CamerasThatKeepPtpTimeExposeAtOneInstantByActionCommands) 
   }
 }
 
+TEST_F(GigeExposures, ACameraThatLosesItsMasterIsToldAtTheInstantFromThenOn) {
+  ServedGigE served("127.0.0.2", "C8");
+  ASSERT_TRUE(served.running());
+  AravisSettings settings = at_address("127.0.0.2");
+  settings.trigger = "action";
+  settings.rate_hz = 50.0;
+  settings.ptp = true;
+  StreamCounters counters;
+  const auto camera = make_aravis_camera(CameraId{0}, "north", settings, &counters);
+  ASSERT_TRUE(started(*camera));
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(whole_frame(*camera));
+  EXPECT_EQ(counters.clock_source.load(), ClockSource::Camera);
+
+  served.device().lose_ptp();
+  std::vector<Duration> exposed;
+  for (int i = 0; i < 60; ++i) {
+    const std::optional<Frame> frame = whole_frame(*camera);
+    ASSERT_TRUE(frame) << i;
+    exposed.push_back(served.began_utc(frame->number));
+  }
+
+  EXPECT_EQ(counters.clock_source.load(), ClockSource::Lost);
+  for (std::size_t i = 1; i < exposed.size(); ++i) {
+    EXPECT_GT(exposed[i] - exposed[i - 1], milliseconds(2)) << i;  // none is told twice
+  }
+}
+
 TEST_F(GigeExposures, CamerasWithoutPtpAreToldAtTheInstant) {
   AravisSettings settings = at_address("");
   settings.trigger = "action";

@@ -46,6 +46,12 @@ class UsbBandwidth : public testing::Test {
     put(folder / (name + ":1.0") / "bInterfaceSubClass", subclass);
     fs::create_directory_symlink(folder, sys_ / "bus/usb/devices" / name);
   }
+  // A hub, and what is plugged into it.
+  void hub_of_two(const std::string& hub_speed) const {
+    device("usb2", "2-4", hub_speed, "", "09", "00");
+    device("usb2/2-4", "2-4.1", "5000", "A5", "ef", "05");
+    device("usb2/2-4", "2-4.2", "5000", "A6", "ef", "05");
+  }
   static CameraSettings camera(const std::string& name, const std::string& serial, const std::string& format,
                                double rate_hz) {
     AravisSettings settings;
@@ -88,6 +94,58 @@ TEST_F(UsbBandwidth, NamesTheCameraWhoseCableIsSlow) {
   ASSERT_EQ(loads.size(), 1U);
   EXPECT_TRUE(loads[0].too_much());
   EXPECT_THAT(loads[0].text(), HasSubstr("left is plugged in at 480 Mbit/s, which gives 40 MB/s"));
+}
+
+TEST_F(UsbBandwidth, NamesTheHubThatIsTooNarrowForItsCamerasThoughTheBusIsNot) {
+  put(controller_ / "usb2/speed", "10000");
+  hub_of_two("5000");
+
+  const auto loads = usb_loads({camera("left", "A5", "Mono8", 100.0), camera("right", "A6", "Mono8", 100.0)}, {}, sys_);
+
+  ASSERT_EQ(loads.size(), 1U);
+  EXPECT_LT(loads[0].needed_mb_per_s, loads[0].given_mb_per_s);
+  EXPECT_TRUE(loads[0].too_much());
+  EXPECT_THAT(loads[0].text(),
+              HasSubstr("left and right are plugged in by hub 2-4 at 5000 Mbit/s, which gives 400 MB/s"));
+}
+
+TEST_F(UsbBandwidth, SumsAllBusesOfAControllerAgainstItsPcieLink) {
+  put(controller_ / "current_link_speed", "2.5 GT/s PCIe");
+  put(controller_ / "current_link_width", "1");
+  // 207.4 MB/s and 31.1 MB/s, each well within its own bus; one lane of 2.5 GT/s is 250 MB/s, less packets 212.
+  const auto loads = usb_loads({camera("left", "A1", "Mono8", 100.0), camera("right", "A3", "Mono8", 15.0)}, {}, sys_);
+  const auto alone = usb_loads({camera("left", "A1", "Mono8", 100.0)}, {}, sys_);
+
+  ASSERT_EQ(loads.size(), 2U);
+  EXPECT_TRUE(loads[0].too_much());
+  EXPECT_THAT(loads[0].text(), HasSubstr("left and right are on controller 0000:00:14.0 with a narrow PCIe link, which "
+                                         "gives 212 MB/s"));
+  ASSERT_EQ(alone.size(), 1U);
+  EXPECT_FALSE(alone[0].too_much());
+}
+
+TEST_F(UsbBandwidth, TakesNoPcieLinkOfWidthZeroForNarrow) {
+  put(controller_ / "current_link_speed", "Unknown");
+  put(controller_ / "current_link_width", "0");
+
+  const auto loads = usb_loads({camera("left", "A1", "Mono8", 100.0)}, {}, sys_);
+
+  ASSERT_EQ(loads.size(), 1U);
+  EXPECT_FALSE(loads[0].too_much());
+}
+
+TEST_F(UsbBandwidth, ListsTheCamerasOfEachBusWithoutAConfiguration) {
+  device("usb1", "1-5", "480", "", "0e", "01");  // UVC, without a serial number
+  put(controller_ / "usb1/1-5/product", "Webcam");
+
+  const auto lines = usb_buses_of_cameras(sys_);
+
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_THAT(lines[0], HasSubstr("usb1 of controller 0000:00:14.0 gives 40 MB/s, shared by"));
+  EXPECT_THAT(lines[0], HasSubstr("Webcam"));
+  EXPECT_THAT(lines[1], HasSubstr("usb2 of controller 0000:00:14.0 gives 400 MB/s, shared by"));
+  EXPECT_THAT(lines[1], HasSubstr("A1"));
+  EXPECT_THAT(lines[1], HasSubstr("A2"));
 }
 
 TEST_F(UsbBandwidth, TakesTheSizeFromTheRigAndSaysWhereTheRateIsNotTold) {

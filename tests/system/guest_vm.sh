@@ -2,11 +2,12 @@
 # Runs a program on a real kernel of its own with simulated cameras, in a virtual machine that needs no KVM and no root:
 # the host's own / is the guest's root (read-only, over 9p, under a tmpfs), so that built programs run there as they are.
 #
-#   guest_vm.sh [vivid=N] [loopback=N] [usb3=N] BUILD_DIR PROGRAM [ARGUMENT...]
+#   guest_vm.sh [vivid=N] [loopback=N] [usb3=N] [usbip=N] BUILD_DIR PROGRAM [ARGUMENT...]
 #
 #   vivid=N     N cameras /dev/video0.. of the kernel's test driver
 #   loopback=N  N devices /dev/video0.. of v4l2loopback, which show what another program writes
 #   usb3=N      N USB3 host controllers whose devices are made by programs (dummy_hcd, FunctionFS), and udev
+#   usbip=N     N devices that programs make, all on one USB2 host controller (vhci_hcd.0); with usb3
 #
 # Exit: that of PROGRAM; 77 where no such machine can be had (says why). Kernel, headers and what else is needed are
 # fetched once into BUILD_DIR/guest_vm.
@@ -17,12 +18,13 @@ skip() {
   exit 77
 }
 
-vivid=0 loopback=0 usb3=0
+vivid=0 loopback=0 usb3=0 usbip=0
 while :; do
   case "${1:-}" in
     vivid=*) vivid=${1#*=} ;;
     loopback=*) loopback=${1#*=} ;;
     usb3=*) usb3=${1#*=} ;;
+    usbip=*) usbip=${1#*=} ;;
     *) break ;;
   esac
   shift
@@ -104,6 +106,7 @@ wanted=()
 [ "$vivid" -eq 0 ] || wanted+=(vivid)
 [ "$loopback" -eq 0 ] || wanted+=(videodev)
 [ "$usb3" -eq 0 ] || wanted+=(dummy_hcd usb_f_fs)
+[ "$usbip" -eq 0 ] || wanted+=(vhci-hcd usbip-vudc)
 vivid_options="n_devs=$vivid node_types=$(each 0x1 "$vivid") no_error_inj=0"
 insert_vivid="$busybox insmod $(in_order vivid | tail -1 | sed "s#^#$modules/#") $vivid_options"
 
@@ -119,6 +122,7 @@ for path in $(in_order "${wanted[@]}"); do
   case $path in
     */vivid.ko) echo "${insert_vivid#* }" ;;
     */dummy_hcd.ko) echo "insmod $modules/$path is_super_speed=1 num=$usb3" ;;
+    */usbip-vudc.ko) echo "insmod $modules/$path num=$usbip" ;;
     *) echo "insmod $modules/$path" ;;
   esac
 done | sed -E 's#(insmod )#\1/root#' >"$image/insert"
@@ -137,6 +141,7 @@ mount -t overlay -o lowerdir=/lower,upperdir=/upper/top,workdir=/upper/work over
 mount -t tmpfs tmpfs /root/tmp
 mount -t tmpfs tmpfs /root/run
 . /insert
+echo never >/sys/kernel/mm/transparent_hugepage/enabled # a process has what it uses, and not what the kernel adds
 [ "$usb3" = 0 ] || mount -t configfs configfs /sys/kernel/config
 mkdir -p /dev/shm
 for each in proc sys dev; do mount -o rbind /\$each /root/\$each; done

@@ -1,10 +1,12 @@
-"""USB3 Vision on a real kernel: two simulated cameras on the host controllers of dummy_hcd. Run by guest_vm.sh usb3=2."""
+"""USB3 Vision on a real kernel: two simulated cameras on the host controllers of dummy_hcd, and two on the one of USB/IP.
+Run by guest_vm.sh usb3=2, and usb3=1 usbip=2: that host's hubs make the looking for cameras slower."""
 
 import os
 import pathlib
+import signal
 import unittest
 
-from unplugging import Unplugging
+from unplugging import LIMIT_S, Unplugging
 
 CAMERA = """
 [[camera]]
@@ -42,6 +44,37 @@ class Usb3(Unplugging):
         self.said(daemon, "camera cam1: started driver=aravis device=Usb3 exposure=400us")
         self.unplug_again_and_again(daemon, ROUNDS, lambda: SOCKET.write_text("\n"),
                                     self.plug_in)
+
+
+class OneController(Unplugging):
+    def setUp(self):
+        super().setUp()
+        self.sim = self.desk.start("mocap-sim", "--usb3", "--one-controller", "--serial-prefix", "ONE", "--ring", 2,
+                                   "--size", 320, 240, "--loop-images", 4)
+        self.said(self.sim, "camera cam2: plugged in")
+        self.until(lambda: sum(file.read_text().startswith("ONE") for file in DEVICES.glob("*/serial")) == 2, self.sim,
+                   "two cameras")
+
+    def cameras(self, rate_hz):
+        return [CAMERA.format(number=number, format="Mono8", gain=0).replace("SIM", "ONE")
+                .replace("rate_hz = 10", f"rate_hz = {rate_hz}") for number in (1, 2)]
+
+    def test_two_cameras_share_it_and_are_told_what_it_gives_and_when_that_is_too_little(self):
+        daemon = self.daemon(320, 240, *self.cameras(10))
+        self.said(daemon, "of controller vhci_hcd.0: cameras send 1.5 MB/s (cam1 0.8 + cam2 0.8) of 40 MB/s")
+        for name in ("cam1", "cam2"):
+            self.said(daemon, f"camera {name}: streaming")
+        cameras = self.health()
+        daemon.send(signal.SIGTERM)
+        daemon.wait(LIMIT_S)
+        listed = self.desk.run("mocapctl", "cameras", "list")
+        greedy = self.daemon(320, 240, *self.cameras(300))
+        self.said(greedy, "cameras send 46.1 MB/s (cam1 23.0 + cam2 23.0) of 40 MB/s that it gives; plug a camera into "
+                          "another controller")
+
+        for name, camera in cameras.items():
+            self.assertEqual((camera["phase"], camera["failed_frames"]), ("streaming", 0), name)
+        self.assertIn("of controller vhci_hcd.0 gives 40 MB/s, shared by ONE", listed.stdout)
 
 
 if __name__ == "__main__":

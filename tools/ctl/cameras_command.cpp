@@ -18,6 +18,7 @@
 #include "cameras/aravis_describe.h"
 #include "cameras/aravis_discovery.h"
 #include "cameras/open_camera.h"
+#include "cameras/usb_bandwidth.h"
 #include "cameras/v4l2_discovery.h"
 #include "ctl/shot.h"
 #include "settings/daemon_settings.h"
@@ -32,6 +33,7 @@ struct CamerasOptions {
   std::string camera;
   std::filesystem::path config;
   std::filesystem::path out = "shot.png";
+  std::filesystem::path sys = "/sys";
   bool json = false;
 };
 
@@ -40,34 +42,51 @@ int fail(const Error& error) {
   return error.code == ErrorCode::InvalidArgument ? kExitConfig : kExitUnavailable;
 }
 
+void print_as_json(const std::vector<cameras::DiscoveredCamera>& aravis, const std::vector<cameras::VideoNode>& nodes,
+                   const std::vector<std::string>& usb) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const auto& each : aravis) {
+    list.push_back({{"driver", "aravis"},
+                    {"bus", each.bus},
+                    {"serial", each.serial},
+                    {"address", each.address},
+                    {"mac", each.mac},
+                    {"vendor", each.vendor},
+                    {"model", each.model}});
+  }
+  for (const auto& each : nodes) {
+    list.push_back({{"driver", "v4l2"},
+                    {"device", each.device.string()},
+                    {"bus", each.bus},
+                    {"serial", each.serial},
+                    {"model", each.card}});
+  }
+  for (const std::string& each : usb) list.push_back({{"usb", each}});
+  fmt::print("{}\n", list.dump());
+}
+
+// What the cameras on each bus share; with a configuration, what they ask of it too.
+Result<std::vector<std::string>> usb_lines(const CamerasOptions& options) {
+  if (options.config.empty()) return cameras::usb_buses_of_cameras(options.sys);
+  const auto settings = settings::load_daemon_settings(options.config);
+  if (!settings) return Error{ErrorCode::InvalidArgument, settings::to_text(settings.error())};
+  std::vector<std::string> lines;
+  for (const auto& load : cameras::usb_loads(settings->cameras, settings->rig, options.sys)) {
+    lines.push_back(load.text() + (load.too_much() ? "; too much" : ""));
+  }
+  return lines;
+}
+
 int run_list(const CamerasOptions& options) {
+  const auto usb = usb_lines(options);
+  if (!usb) return fail(usb.error());
   const auto aravis = cameras::discover_cameras();
   const auto nodes = cameras::list_video_nodes();
   if (options.json) {
-    nlohmann::json list = nlohmann::json::array();
-    for (const auto& each : aravis) {
-      list.push_back({{"driver", "aravis"},
-                      {"bus", each.bus},
-                      {"serial", each.serial},
-                      {"address", each.address},
-                      {"mac", each.mac},
-                      {"vendor", each.vendor},
-                      {"model", each.model}});
-    }
-    for (const auto& each : nodes) {
-      list.push_back({{"driver", "v4l2"},
-                      {"device", each.device.string()},
-                      {"bus", each.bus},
-                      {"serial", each.serial},
-                      {"model", each.card}});
-    }
-    fmt::print("{}\n", list.dump());
+    print_as_json(aravis, nodes, *usb);
     return kExitOk;
   }
-  if (aravis.empty() && nodes.empty()) {
-    fmt::print("no camera answers; mocapctl doctor looks why\n");
-    return kExitOk;
-  }
+  if (aravis.empty() && nodes.empty()) fmt::print("no camera answers; mocapctl doctor looks why\n");
   for (const auto& each : aravis) {
     fmt::print("aravis  {:<12} serial {:<16} address {:<16} mac {:<18} {} {}\n", each.bus, each.serial, each.address,
                each.mac, each.vendor, each.model);
@@ -76,6 +95,7 @@ int run_list(const CamerasOptions& options) {
     fmt::print("v4l2    {:<12} serial {:<16} bus {} {}\n", each.device.string(),
                each.serial.empty() ? "-" : each.serial, each.bus, each.card);
   }
+  for (const std::string& each : *usb) fmt::print("usb     {}\n", each);
   return kExitOk;
 }
 
@@ -190,6 +210,8 @@ void add_cameras_command(CLI::App& app, std::function<int()>& chosen) {
   };
   CLI::App* const list = add("list", "all cameras on the network, the USB and in the kernel", run_list);
   list->add_flag("--json", options->json, "a JSON array");
+  list->add_option("--config", options->config, "also what its cameras ask of each USB bus")->check(CLI::ExistingFile);
+  list->add_option("--sys", options->sys, "where the kernel tells what is plugged in")->capture_default_str();
   CLI::App* const describe = add("describe", "each feature of a camera, its value and its range", run_describe);
   describe->add_option("camera", options->camera, "an address, a serial number or a MAC; with --config, a name")
       ->required();

@@ -86,9 +86,16 @@ class Batch {
   std::size_t count_ = 0;
 };
 
-void rest(Duration span) {
-  const timespec time{span.count() / 1'000'000'000, span.count() % 1'000'000'000};
-  nanosleep(&time, nullptr);
+// A thread that sleeps is woken some tens of microseconds late; packets are closer than that.
+void wait_until(Timestamp at) {
+  constexpr Duration kWaking = std::chrono::microseconds(80);
+  const Duration left = at - host_now();
+  if (left > kWaking) {
+    const Duration sleep = left - kWaking;
+    const timespec time{sleep.count() / 1'000'000'000, sleep.count() % 1'000'000'000};
+    nanosleep(&time, nullptr);
+  }
+  while (host_now() < at) continue;
 }
 
 }  // namespace
@@ -166,6 +173,9 @@ void GvspStream::transmit(const Kept& kept, std::uint32_t first, std::uint32_t l
   std::mt19937_64 random(seed_ * 1'000'003 + ++sendings_);  // of this sending alone: two threads share no generator
   std::bernoulli_distribution lost(lost_share_);
   Batch batch(socket_, kept.route.to);
+  // Each packet leaves at an instant of its own; what was late is made up for, as no camera's link is ever late.
+  const Duration delay = kept.route.packet_delay;
+  Timestamp leaves_at = delay > Duration::zero() ? host_now() : Timestamp{};
   for (std::uint32_t packet = first; packet <= last; ++packet) {
     if (lost_share_ > 0.0 && lost(random)) continue;
     std::span<const std::byte> data;
@@ -175,9 +185,10 @@ void GvspStream::transmit(const Kept& kept, std::uint32_t first, std::uint32_t l
                  .subspan(begin, std::min<std::size_t>(kept.payload_bytes(), kept.payload.size() - begin));
     }
     batch.add(head_of(kept.image, packet, kept.last_packet()), data);
-    if (!batch.full()) continue;
+    if (delay <= Duration::zero() && !batch.full()) continue;
+    if (delay > Duration::zero()) wait_until(leaves_at);
+    leaves_at += delay;
     batch.send();
-    if (kept.route.packet_delay > Duration::zero()) rest(kBatch * kept.route.packet_delay);
   }
   batch.send();
 }

@@ -105,10 +105,16 @@ void add_image(CLI::App& app, Options& options) {
 void add_output(CLI::App& app, Options& options) {
   auto* serve =
       app.add_flag("--serve", options.serve, "serves GigE Vision cameras until SIGTERM or --seconds")->group("Output");
-  app.add_flag("--usb3", options.usb3,
-               "plugs in USB3 Vision cameras, one a controller dummy_udc.0, dummy_udc.1, ..., with images drawn "
-               "beforehand (8, or --loop-images), until SIGTERM or --seconds; needs root, dummy_hcd and usb_f_fs")
-      ->excludes(serve)
+  auto* usb3 =
+      app.add_flag("--usb3", options.usb3,
+                   "plugs in USB3 Vision cameras, one a controller dummy_udc.0, dummy_udc.1, ..., with images drawn "
+                   "beforehand (8, or --loop-images), until SIGTERM or --seconds; needs root, dummy_hcd and usb_f_fs")
+          ->excludes(serve)
+          ->group("Output");
+  app.add_flag("--one-controller", options.usb_one_controller,
+               "all on one USB2 controller of the host, by usbip-vudc.0, usbip-vudc.1, ... and vhci_hcd.0; needs these "
+               "modules (usbip-vudc num=N, vhci-hcd) in place of dummy_hcd")
+      ->needs(usb3)
       ->group("Output");
   app.add_option(
          "--v4l2", options.v4l2,

@@ -35,6 +35,7 @@ struct Options {
 
   bool serve = false;
   bool usb3 = false;
+  bool usb_one_controller = false;
   std::vector<std::string> v4l2;  ///< devices of v4l2loopback, one a camera
   std::string v4l2_format = "MJPEG";
   std::filesystem::path folders;

@@ -5,6 +5,7 @@
 #include <linux/usb/functionfs.h>
 #include <poll.h>
 #include <sys/mount.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <time.h>
@@ -74,11 +75,14 @@ class Descriptors {
 };
 
 // dummy_hcd gives OUT endpoints the numbers 2, 7, 12 and only then 1, and the first IN endpoint 1. Aravis takes the
-// control channel's two for one number, so an interface that is no use to anybody takes the first three.
-Descriptors describe(unsigned packet_bytes) {
+// control channel's two for one number, so an interface that is no use to anybody takes the first three. usbip-vudc
+// counts both from 1.
+unsigned idle_endpoints(bool by_usbip) { return by_usbip ? 0 : 3; }
+
+Descriptors describe(unsigned packet_bytes, unsigned idle) {
   Descriptors all(packet_bytes);
-  all.interface(0, 1, 3);
-  for (const unsigned address : {1U, 2U, 3U}) all.bulk_endpoint(address);
+  all.interface(0, 1, idle);
+  for (unsigned address = 1; address <= idle; ++address) all.bulk_endpoint(address);
   all.interface(1, 0, 2);
   all.number_of_guid(kSerialText);
   all.bulk_endpoint(0x84);
@@ -97,8 +101,9 @@ void append(std::vector<std::byte>& to, std::initializer_list<std::uint32_t> val
 }
 
 // For all speeds: where those of full speed are missing, Linux 6.1 takes the address of an endpoint from nowhere.
-std::vector<std::byte> descriptors_for_kernel() {
-  const Descriptors speeds[] = {describe(kFullSpeedPacket), describe(kHighSpeedPacket), describe(kSuperSpeedPacket)};
+std::vector<std::byte> descriptors_for_kernel(unsigned idle) {
+  const Descriptors speeds[] = {describe(kFullSpeedPacket, idle), describe(kHighSpeedPacket, idle),
+                                describe(kSuperSpeedPacket, idle)};
   std::size_t length = 6 * sizeof(std::uint32_t);
   for (const Descriptors& each : speeds) length += each.bytes().size();
   std::vector<std::byte> all;
@@ -170,6 +175,9 @@ Result<std::unique_ptr<Usb3Gadget>> Usb3Gadget::plug_in(const Settings& settings
   gadget->event_thread_ = std::jthread([raw](const std::stop_token& stop) { raw->follow_events(stop); });
   gadget->command_thread_ = std::jthread([raw](const std::stop_token& stop) { raw->answer_commands(stop); });
   if (!put(gadget_folder(settings.name) / "UDC", settings.controller + "\n")) return failed(settings.controller);
+  if (gadget->by_usbip()) {
+    if (const Status connected = gadget->connect_by_usbip(); !connected) return connected.error();
+  }
   return gadget;
 }
 
@@ -203,15 +211,32 @@ Status Usb3Gadget::make_gadget() const {
 Status Usb3Gadget::open_function() {
   const std::string folder = function_folder(settings_.name).string();
   events_ = ::open((folder + "/ep0").c_str(), O_RDWR | O_CLOEXEC);
-  const std::vector<std::byte> descriptors = descriptors_for_kernel();
+  const unsigned idle = idle_endpoints(by_usbip());
+  const std::vector<std::byte> descriptors = descriptors_for_kernel(idle);
   if (events_ < 0 || ::write(events_, descriptors.data(), descriptors.size()) < 0) return failed(folder + "/ep0");
   std::vector<std::byte> no_texts;
   append(no_texts, {FUNCTIONFS_STRINGS_MAGIC, 16, 0, 0});
   if (::write(events_, no_texts.data(), no_texts.size()) < 0) return failed(folder + "/ep0");
-  // 1 to 3 are those of the idle interface.
-  if (const Status opened = answers_.open(folder + "/ep4"); !opened) return opened;
-  if (const Status opened = commands_.open(folder + "/ep5"); !opened) return opened;
-  return stream_.open(folder + "/ep6");
+  // The first are those of the idle interface.
+  const auto endpoint = [&](unsigned number) { return fmt::format("{}/ep{}", folder, idle + number); };
+  if (const Status opened = answers_.open(endpoint(1)); !opened) return opened;
+  if (const Status opened = commands_.open(endpoint(2)); !opened) return opened;
+  return stream_.open(endpoint(3));
+}
+
+// Device and host are two ends of one connection, which the kernel keeps. Source: Linux, drivers/usb/usbip
+// (vudc_sysfs.c, vhci_sysfs.c).
+Status Usb3Gadget::connect_by_usbip() const {
+  constexpr unsigned kHighSpeed = 3;  // USB_SPEED_HIGH: usbip-vudc has no faster
+  const fs::path platform = "/sys/devices/platform";
+  int ends[2] = {-1, -1};
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) return failed("socketpair");
+  const bool connected = put(platform / settings_.controller / "usbip_sockfd", fmt::format("{}\n", ends[0])) &&
+                         put(platform / "vhci_hcd.0/attach",
+                             fmt::format("{} {} {} {}\n", settings_.port, ends[1], settings_.port + 1, kHighSpeed));
+  const Status done = connected ? Status{} : failed(settings_.controller);
+  for (const int each : ends) close(each);
+  return done;
 }
 
 Usb3Gadget::~Usb3Gadget() {

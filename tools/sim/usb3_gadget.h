@@ -39,9 +39,10 @@ class UsbPipe {
   aio_context_t context_ = 0;
 };
 
-/// A USB3 Vision device that a USB device controller of this machine shows to the host at its other end: here
-/// dummy_hcd, whose host is this machine too. Needs root, configfs at /sys/kernel/config and the modules dummy_hcd
-/// (is_super_speed=1) and usb_f_fs.
+/// A USB3 Vision device that a USB device controller of this machine shows to the host at its other end, which is this
+/// machine too: dummy_hcd, each with a host's controller of its own at the speed of USB 3, or usbip-vudc, all on the
+/// one controller vhci_hcd.0 at the speed of USB 2. Needs root, configfs at /sys/kernel/config and the modules
+/// dummy_hcd (is_super_speed=1), or vhci-hcd and usbip-vudc, and usb_f_fs.
 ///
 /// Unplugged and plugged in again by what is written to /sys/kernel/config/usb_gadget/NAME/UDC.
 ///
@@ -51,7 +52,8 @@ class Usb3Gadget {
   struct Settings {
     std::string name;        ///< of the gadget in configfs
     std::string serial;      ///< in the USB's own descriptor
-    std::string controller;  ///< dummy_udc.0
+    std::string controller;  ///< dummy_udc.0; usbip-vudc.0
+    unsigned port = 0;       ///< of the host's controller, with usbip-vudc
   };
 
   /// Plugs it in; `registers` outlive it. Fails with Unsupported where the system has no such thing.
@@ -65,8 +67,10 @@ class Usb3Gadget {
 
  private:
   Usb3Gadget(const Settings& settings, Usb3Registers& registers) : settings_(settings), registers_(registers) {}
+  bool by_usbip() const { return settings_.controller.starts_with("usbip-vudc"); }
   Status make_gadget() const;
   Status open_function();
+  Status connect_by_usbip() const;
   void follow_events(const std::stop_token& stop);
   void answer_commands(const std::stop_token& stop);
 

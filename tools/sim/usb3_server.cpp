@@ -148,9 +148,12 @@ Status serve_usb3(const Options& options, const scene::Volume& volume, const std
   std::vector<std::unique_ptr<Usb3Camera>> cameras;
   for (std::size_t i = 0; i < volume.rig().size(); ++i) {
     cameras.push_back(std::make_unique<Usb3Camera>(options, volume, i));
-    const auto plugged = cameras.back()->plug_in({.name = fmt::format("mocap{}", i + 1),
-                                                  .serial = fmt::format("{}{:03}", options.serial_prefix, i + 1),
-                                                  .controller = fmt::format("dummy_udc.{}", i)});
+    const bool one = options.usb_one_controller;
+    const auto plugged =
+        cameras.back()->plug_in({.name = fmt::format("mocap{}{}", one ? "-one-" : "", i + 1),
+                                 .serial = fmt::format("{}{:03}", options.serial_prefix, i + 1),
+                                 .controller = fmt::format("{}.{}", one ? "usbip-vudc" : "dummy_udc", i),
+                                 .port = static_cast<unsigned>(i)});
     if (!plugged) return plugged;
   }
   const Timestamp began_at = host_now();
