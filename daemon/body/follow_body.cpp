@@ -76,6 +76,7 @@ BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
   hold_weight_.resize(bones);
   weighed_.reserve(2 * set.markers.size());
   misread_.resize(bones);
+  bent_back_.resize(bones);
   pairs_.reserve(set.markers.size() + 1);  // and a joint
 }
 
@@ -148,6 +149,7 @@ void BodyFollower::misread(std::span<const char> bones) { std::copy(bones.begin(
 void BodyFollower::predict(Timestamp at) {
   at_ = at;
   std::fill(misread_.begin(), misread_.end(), 0);
+  std::fill(bent_back_.begin(), bent_back_.end(), 0);
   const double ahead_s = std::clamp(to_s(at - learnt_at_), 0.0, kLongGap_s);
   // The way that a speed which dies away leads to.
   const double dying_s = kCoast_s * (1.0 - std::exp(-ahead_s / kCoast_s));
@@ -246,8 +248,8 @@ PoseFitResult BodyFollower::fit(std::span<const Observation> seen) {
   PosePrior prior = prior_of(seen.size());
   prior.rest_believed = rest_believed_;
   prior.limit_believed = limit_believed_;
-  const PoseFitResult result =
-      solve(seen, prior, {.max_iterations = settings_.max_iterations, .small_step = kSmallStep});
+  const PoseFitEnd end{.max_iterations = settings_.max_iterations, .small_step = kSmallStep};
+  const PoseFitResult result = bend_back(seen, prior, end, solve(seen, prior, end));
   residual_m_ = result.rms_m;
   std::copy(pose_.locals().begin(), pose_.locals().end(), fitted_.begin());
   return result;
@@ -301,7 +303,7 @@ void BodyFollower::learn(std::span<const Observation> seen) {
     } else {
       const Eigen::Vector3d turned = rotation_vector(pose_.locals()[b].rotation * learnt_[b].rotation.conjugate());
       // A limb that was laid anew did not turn: it had been read wrongly.
-      const bool laid_anew = turned.norm() > kMostTurn_rad;
+      const bool laid_anew = turned.norm() > kMostTurn_rad || bent_back_[b] != 0;
       if (laid_anew) bone.spin_rad_s.setZero();
       const Eigen::Vector3d known_rad_s = bone.spin_rad_s + kNew * (turned / step_s - bone.spin_rad_s);
       // What was not told before and is now comes from elsewhere, and is no motion.

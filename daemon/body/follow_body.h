@@ -102,6 +102,9 @@ class BodyFollower {
   void weigh_turns(std::span<const Observation> seen);
   PosePrior prior_of(std::size_t seen) const;
   PoseFitResult solve(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end);
+  PoseFitResult bend_back(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
+                          PoseFitResult first);
+  bool mirror(std::size_t lower);
   bool turn_anew(std::span<const Observation> seen);
   bool turn_anew(std::size_t bone, std::span<const Observation> seen);
   void loosen(std::span<const Observation> seen, Timestamp at);
@@ -138,6 +141,7 @@ class BodyFollower {
   std::vector<Weighed> weighed_;  // the observations that `share` of the bones is by
   int weighed_for_ = 0;           // fits
   std::vector<char> misread_;     // by bone
+  std::vector<char> bent_back_;   // by bone: in the last fit
   std::vector<geometry::PointPair> pairs_;
 };
 
