@@ -21,7 +21,7 @@ exposure_us = 400
 gain_db = {gain}
 """
 
-ROUNDS = int(os.environ.get("MOCAP_REPLUG_ROUNDS") or 10)
+ROUNDS = int(os.environ.get("MOCAP_REPLUG_ROUNDS") or 5)
 SOCKET = pathlib.Path("/sys/kernel/config/usb_gadget/mocap1/UDC")
 DEVICES = pathlib.Path("/sys/bus/usb/devices")
 
