@@ -31,8 +31,7 @@ void add_motion(CLI::App& app, Options& options) {
   app.add_option(
          "--motion", options.motion,
          "acts with seconds (tpose, apose, walk, wave, jump, spin, crouch; the last goes on), or a .bvh or .c3d file, "
-         "or wand:0,160,500 "
-         "or frame:600,400 (mm) to calibrate by")
+         "or wand:0,160,500 or frame:600,400 (mm) to calibrate by")
       ->capture_default_str()
       ->group("Motion");
   app.add_option("--marker-set", options.marker_set,
