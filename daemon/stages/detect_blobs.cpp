@@ -8,33 +8,21 @@
 #include <string>
 #include <vector>
 
+#include "stages/image_components.h"
 #include "stages/measure_blob.h"
 #include "stages/noise_floor.h"
 #include "stages/pixel_rows.h"
-#include "stages/row_mask.h"
-#include "stages/run_components.h"
 
 namespace mocap::stages {
 namespace {
 
 constexpr int kMaxSize_px = 32767;
-// What an image, and a row, may bring at most; more is noise over the threshold, and the work stays bounded. A marker
-// of radius 4 px is 9 runs.
-constexpr std::size_t kPixelsPerRun = 160;
-constexpr std::size_t kLeastMaxRuns = 8192;
-constexpr std::size_t kRowPixelsPerRun = 40;
-constexpr std::size_t kLeastRowBound = 32;
 // Noise alone passes 8 standard deviations less than once in 10^14 pixels; the second figure keeps clear of clean
 // images.
 constexpr double kThresholdOverNoise = 8.0;
 constexpr double kThresholdOverBackground_grey = 20.0;
 // A blob cut by the border or a mask: its centre may be off by about this share of its radius.
 constexpr double kCutSigma = 0.3;
-
-std::size_t max_runs(int width_px, int height_px) {
-  const std::size_t pixels = static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
-  return std::max(kLeastMaxRuns, pixels / kPixelsPerRun);
-}
 
 class BlobDetector final : public Detector {
  public:
@@ -46,10 +34,8 @@ class BlobDetector final : public Detector {
         in_place_(bytes_in_place(like.format)),
         kernels_(kernels),
         floor_(top_),
-        components_(max_runs(like.width_px, like.height_px)),
-        meter_(kernels, settings.grow_px, settings.split_touching),
-        mask_(masks, like.width_px, like.height_px) {
-    if (!mask_.empty()) uncut_.resize(components_.room().size());
+        components_(like.width_px, like.height_px, masks),
+        meter_(kernels, settings.grow_px, settings.split_touching) {
     if (in_place_ == 0) row_.resize(static_cast<std::size_t>(like.width_px));
   }
 
@@ -59,14 +45,16 @@ class BlobDetector final : public Detector {
         !is_whole(image)) {
       return found;
     }
+    if (in_place_ != 0) prefetch_parts(image);
     const Cut cut = cut_for(image);
     found.threshold_grey = cut.threshold * 255.0 / top_;
     found.noise_grey = cut.noise * 255.0 / top_;
     found.background_grey = cut.background * 255.0 / top_;
-    const std::size_t runs = gather_runs(image, cut, found);
+    scan(image, cut);
     const auto min_area = static_cast<std::uint32_t>(std::ceil(settings_.min_area_px2));
     const auto max_area = static_cast<std::uint32_t>(std::min(settings_.max_area_px2, 4.0e9));
-    components_.join(runs, min_area, max_area, kMaxBlobs);
+    components_.join(min_area, max_area, kMaxBlobs);
+    found.rows_given_up = components_.rows_given_up();
     found.dropped = components_.dropped();
     found.too_small = components_.too_small();
     found.too_large = components_.too_large();
@@ -101,11 +89,22 @@ class BlobDetector final : public Detector {
     return cut;
   }
 
-  /// Leaves the runs in the room of the components, and tells how many.
-  std::size_t gather_runs(const Image& image, const Cut& cut, Detection& found) {
-    RunSink sink;
-    sink.room = mask_.empty() ? components_.room() : std::span(uncut_);
-    sink.row_bound = std::max(kLeastRowBound, static_cast<std::size_t>(image.width_px) / kRowPixelsPerRun);
+  /// Asks for what the scan reads first, while the noise floor waits for its places.
+  void prefetch_parts(const Image& image) const {
+    constexpr std::size_t kLines = 8, kLineBytes = 64;
+    const std::size_t part_bytes = static_cast<std::size_t>(components_.room().part_rows()) * image.stride_bytes;
+    for (std::size_t part = 0; part < BrightWords::kParts; ++part) {
+      for (std::size_t line = 0; line < kLines; ++line) {
+        const std::size_t at = part * part_bytes + line * kLineBytes;
+        if (at < image.bytes.size()) __builtin_prefetch(image.bytes.data() + at);
+      }
+    }
+  }
+
+  /// Leaves the bright words in the room of the components.
+  void scan(const Image& image, const Cut& cut) {
+    BrightWords& words = components_.room();
+    words.clear();
     ScanRows rows;
     rows.width_px = image.width_px;
     rows.threshold = cut.threshold;
@@ -114,17 +113,15 @@ class BlobDetector final : public Detector {
       rows.stride_bytes = image.stride_bytes;
       rows.rows = image.height_px;
       rows.kept = kept_bits(image.format);
-      (in_place_ == 1 ? kernels_.scan_bytes : kernels_.scan_words)(rows, sink);
+      (in_place_ == 1 ? kernels_.scan_bytes : kernels_.scan_words)(rows, words);
     } else {
       rows.bytes = std::as_bytes(std::span(row_)).data();
       rows.rows = 1;
       for (rows.first_y = 0; rows.first_y < image.height_px; ++rows.first_y) {
         read_pixels(image, rows.first_y, 0, row_);
-        kernels_.scan_words(rows, sink);
+        kernels_.scan_words(rows, words);
       }
     }
-    found.rows_given_up = sink.rows_given_up;
-    return mask_.empty() ? sink.count : mask_.cut(sink.room.first(sink.count), components_.room());
   }
 
   void take_in(const Image& image, const Cut& cut, std::size_t component, Detection& found) {
@@ -134,7 +131,7 @@ class BlobDetector final : public Detector {
       return;
     }
     const bool is_cut = shape.begin_x == 0 || shape.begin_y == 0 || shape.end_x == image.width_px ||
-                        shape.end_y == image.height_px || touches_mask(component);
+                        shape.end_y == image.height_px || components_.touches_mask(component);
     for (Blob blob : meter_.finish(cut, component, shape, roundness_[component])) {
       if (blob.roundness < settings_.min_roundness) {
         ++found.not_round;
@@ -148,11 +145,6 @@ class BlobDetector final : public Detector {
     }
   }
 
-  bool touches_mask(std::size_t component) {
-    return !mask_.empty() &&
-           std::ranges::any_of(components_.runs(component), [this](const Run& run) { return mask_.touches(run); });
-  }
-
   bool may_be_round(std::size_t i) const { return roundness_[i] >= kTwoDiscs * settings_.min_roundness; }
 
   // Two discs side by side are less round than each of them: they have to be measured first.
@@ -164,12 +156,10 @@ class BlobDetector final : public Detector {
   std::size_t in_place_;
   const DetectKernels& kernels_;
   NoiseFloorReader floor_;
-  RunComponents components_;
+  ImageComponents components_;
   BoundedVector<Shape, kMaxBlobs> shapes_;
   std::array<double, kMaxBlobs> roundness_;  // of each
   BlobMeter meter_;
-  RowMask mask_;
-  std::vector<Run> uncut_;          // runs before the mask is applied
   std::vector<std::uint16_t> row_;  // of formats that must be unpacked
 };
 

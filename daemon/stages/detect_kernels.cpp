@@ -1,12 +1,9 @@
 #include "stages/detect_kernels.h"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cstring>
 
 #include "stages/detect_kernels_scalar.h"
-#include "stages/detect_row.h"
 
 // This file is compiled once for each target. SSE4 is x86-64-v2, AVX2 v3, AVX3 v4; what lies between them gains
 // nothing.
@@ -25,17 +22,27 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
+/// Compares pixels with the threshold. Unsigned vectors have no comparison: their greatest bit is flipped.
+template <class D, class S = hn::RebindToSigned<D>>
+struct Brightness {
+  hn::Vec<D> flip;
+  hn::Vec<S> darker;  // than the threshold, by one
+  explicit Brightness(std::uint32_t threshold)
+      : flip(hn::BitCast(D(), hn::Set(S(), hwy::LimitsMin<hn::TFromD<S>>()))),
+        darker(hn::BitCast(S(), hn::Xor(hn::Set(D(), static_cast<hn::TFromD<D>>(threshold - 1)), flip))) {}
+
+  HWY_INLINE hn::Mask<S> operator()(hn::Vec<D> v) const { return hn::Gt(hn::BitCast(S(), hn::Xor(v, flip)), darker); }
+};
+
 /// Reads pixels of one byte.
 struct BytePixels {
   using D = hn::CappedTag<std::uint8_t, 64>;
   using V = hn::Vec<D>;
   static constexpr std::size_t kBytes = 1;
 
-  V threshold;
-  explicit BytePixels(const ScanRows& rows) : threshold(hn::Set(D(), static_cast<std::uint8_t>(rows.threshold))) {}
+  Brightness<D> bright;
+  explicit BytePixels(const ScanRows& rows) : bright(rows.threshold) {}
 
-  // v >= threshold; unsigned vectors have no such comparison.
-  HWY_INLINE hn::Mask<D> bright(V v) const { return hn::Eq(hn::Max(v, threshold), v); }
   HWY_INLINE V load(const std::byte* at) const { return hn::LoadU(D(), reinterpret_cast<const std::uint8_t*>(at)); }
 };
 
@@ -45,12 +52,10 @@ struct WordPixels {
   using V = hn::Vec<D>;
   static constexpr std::size_t kBytes = 2;
 
-  V threshold, kept;
-  explicit WordPixels(const ScanRows& rows)
-      : threshold(hn::Set(D(), static_cast<std::uint16_t>(rows.threshold))), kept(hn::Set(D(), rows.kept)) {}
+  Brightness<D> bright;
+  V kept;
+  explicit WordPixels(const ScanRows& rows) : bright(rows.threshold), kept(hn::Set(D(), rows.kept)) {}
 
-  // v >= threshold; unsigned vectors have no such comparison.
-  HWY_INLINE hn::Mask<D> bright(V v) const { return hn::Eq(hn::Max(v, threshold), v); }
   HWY_INLINE V load(const std::byte* at) const {
     return hn::And(hn::LoadU(D(), reinterpret_cast<const std::uint16_t*>(at)), kept);
   }
@@ -59,7 +64,7 @@ struct WordPixels {
 /// 64 pixels, one bit each.
 template <class Pixels>
 HWY_INLINE std::uint64_t bright_bits(const Pixels& pixels, const std::byte* at) {
-  const typename Pixels::D d;
+  const hn::RebindToSigned<typename Pixels::D> d;
   constexpr std::size_t kLanes = hn::MaxLanes(typename Pixels::D());
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < 64; i += kLanes) {
@@ -73,121 +78,57 @@ HWY_INLINE std::uint64_t bright_bits(const Pixels& pixels, const std::byte* at) 
   return bits;
 }
 
-/// Whether any of `kCount` x 64 pixels is bright.
-template <int kCount, class Pixels>
-HWY_INLINE bool any_bright(const Pixels& pixels, const std::byte* at) {
-  const typename Pixels::D d;
-  constexpr std::size_t kLanes = hn::MaxLanes(typename Pixels::D());
-  auto greatest = pixels.load(at);
-  for (std::size_t i = kLanes; i < kCount * 64; i += kLanes) {
-    greatest = hn::Max(greatest, pixels.load(at + i * Pixels::kBytes));
-  }
-  return !hn::AllFalse(d, pixels.bright(greatest));
-}
-
-constexpr int kGroup = 4;  // words that are looked at together
-constexpr int kGroup_px = kGroup * 64;
-
-/// A stretch of a row that is read at once, and which of its groups are bright.
-struct Stretch {
-  const std::byte* row = nullptr;
-  int y = 0;
-  int band = 0;
-  int begin = 0;             // of its groups
-  int groups = 0;            // how many
-  bool ends_row = false;     // with the pixels after them
-  std::uint64_t bright = 0;  // a bit for each group, and one for the end
-};
-
-/// Looks for bright groups, without a branch that depends on them.
+/// Appends a row's bright words, without a branch that depends on the pixels: which words are bright no processor
+/// foresees, and each surprise costs as much as reading a thousand pixels.
 template <class Pixels>
-HWY_INLINE void look(const Pixels& pixels, int width_px, Stretch& stretch) {
-  const std::byte* at = stretch.row + static_cast<std::size_t>(stretch.begin * kGroup_px) * Pixels::kBytes;
-  for (int i = 0; i < stretch.groups; ++i) {
-    stretch.bright |= static_cast<std::uint64_t>(any_bright<kGroup>(pixels, at)) << i;
-    at += static_cast<std::size_t>(kGroup_px) * Pixels::kBytes;
-  }
-  if (!stretch.ends_row || width_px % kGroup_px == 0) return;
-  // The last pixels lie in the group that ends where the row does.
-  const std::byte* last = stretch.row + static_cast<std::size_t>(width_px - kGroup_px) * Pixels::kBytes;
-  const bool bright = width_px < kGroup_px || any_bright<kGroup>(pixels, last);
-  stretch.bright |= static_cast<std::uint64_t>(bright) << stretch.groups;
-}
-
-/// The bright pixels of the stretch.
-template <class Pixels>
-HWY_INLINE void gather(const Pixels& pixels, int width_px, const Stretch& stretch, BrightWords& found) {
+HWY_INLINE void scan_row(const Pixels& pixels, const std::byte* row, int y, int width_px, int part,
+                         BrightWords& found) {
   constexpr std::size_t kWordBytes = 64 * Pixels::kBytes;
-  for (std::uint64_t left = stretch.bright; left != 0; left &= left - 1) {
-    const int i = std::countr_zero(left);
-    int word = (stretch.begin + i) * kGroup;
-    const std::byte* at = stretch.row + static_cast<std::size_t>(word) * kWordBytes;
-    if (i < stretch.groups) {
-      static_assert(kGroup == 4);
-      found.add<kGroup>(word * 64,
-                        {bright_bits(pixels, at), bright_bits(pixels, at + kWordBytes),
-                         bright_bits(pixels, at + 2 * kWordBytes), bright_bits(pixels, at + 3 * kWordBytes)});
-      continue;
-    }
-    const int words = width_px / 64, rest = width_px % 64;
-    for (; word < words; ++word, at += kWordBytes) found.add<1>(word * 64, {bright_bits(pixels, at)});
-    if (rest == 0) continue;
-    const std::byte* last = stretch.row + static_cast<std::size_t>(width_px - 64) * Pixels::kBytes;
-    found.add<1>(words * 64, {bright_bits(pixels, last) >> (64 - rest)});
+  BrightWord* const begin = found.end(part);
+  BrightWord* to = begin;
+  std::uint32_t place = BrightWord::place_of(y, 0);
+  const std::byte* at = row;
+  const int words = width_px / 64, rest = width_px % 64;
+  for (int i = 0; i < words; ++i, at += kWordBytes, ++place) {
+    const std::uint64_t bits = bright_bits(pixels, at);
+    *to = {bits, place};
+    to += bits != 0 ? 1 : 0;
   }
+  if (rest != 0) {
+    // The last pixels lie in the word that ends where the row does.
+    const std::byte* last = row + static_cast<std::size_t>(width_px - 64) * Pixels::kBytes;
+    const std::uint64_t bits = bright_bits(pixels, last) >> (64 - rest);
+    *to = {bits, place};
+    to += bits != 0 ? 1 : 0;
+  }
+  found.count_row(begin, to);
+  found.end(part) = to;
 }
 
-/// Reads the bands in turns, a stretch each. What is bright is gathered some turns after it was looked at: a branch
-/// that nobody foresees then finds its data there, and the memory that was asked for meanwhile is on its way.
 template <class Pixels>
-void scan(const ScanRows& rows, RunSink& sink) {
-  constexpr int kMostGroups = 1536 / (kGroup_px * static_cast<int>(Pixels::kBytes));
-  constexpr std::size_t kLag = 3, kRing = 4;
+void scan(const ScanRows& rows, BrightWords& found) {
   const Pixels pixels(rows);
-  const int groups = rows.width_px / kGroup_px;
-  const int turns = std::max(1, (groups + kMostGroups - 1) / kMostGroups);
-  const int most = (groups + turns - 1) / turns;
-  std::array<BrightWords, Bands::kCount> found;
-  std::array<Stretch, kRing> ring;
-  Bands bands(rows, sink);
-  const auto finish = [&](const Stretch& stretch) {
-    BrightWords& of_row = found[static_cast<std::size_t>(stretch.band)];
-    RunSink& of_band = bands.sink(stretch.band);
-    if (stretch.bright != 0) {
-      // Rows narrower than a group are not looked at before.
-      if (of_band.used_up && rows.width_px >= kGroup_px) {
-        of_row.skip();
-      } else {
-        gather(pixels, rows.width_px, stretch, of_row);
-      }
-    }
-    if (stretch.ends_row) of_row.flush(rows.first_y + stretch.y, of_band);
+  const auto scan_y = [&](int y, int part) {
+    const std::byte* row = rows.bytes + static_cast<std::size_t>(y - rows.first_y) * rows.stride_bytes;
+    scan_row(pixels, row, y, rows.width_px, part, found);
   };
-  std::size_t looked = 0;
-  for (int at = 0; at < bands.height(); ++at) {
-    for (int turn = 0; turn < turns; ++turn) {
-      for (int band = 0; band < bands.count(); ++band) {
-        const int y = bands.row(band, at);
-        if (y < 0) continue;
-        Stretch& stretch = ring[looked % kRing];
-        stretch = {rows.bytes + static_cast<std::size_t>(y) * rows.stride_bytes, y, band,
-                   std::min(groups, turn * most)};
-        stretch.groups = std::min(groups, stretch.begin + most) - stretch.begin;
-        stretch.ends_row = turn + 1 == turns;
-        look(pixels, rows.width_px, stretch);
-        if (++looked > kLag) finish(ring[(looked - kLag - 1) % kRing]);
-      }
+  if (rows.rows < found.rows()) {
+    for (int y = rows.first_y; y < rows.first_y + rows.rows; ++y) scan_y(y, found.part_of(y));
+    return;
+  }
+  for (int i = 0; i < found.part_rows(); ++i) {
+    for (int part = 0; part < BrightWords::kParts; ++part) {
+      const int y = part * found.part_rows() + i;
+      if (y < rows.rows) scan_y(y, part);
     }
   }
-  for (std::size_t i = looked > kLag ? looked - kLag : 0; i < looked; ++i) finish(ring[i % kRing]);
-  bands.gather();
 }
 
 template <class Pixels>
-void scan_rows(const ScanRows& rows, RunSink& sink) {
-  if (rows.width_px >= 64) return scan<Pixels>(rows, sink);
+void scan_rows(const ScanRows& rows, BrightWords& found) {
+  if (rows.width_px >= 64) return scan<Pixels>(rows, found);
   const DetectKernels& scalar = scalar_kernels();
-  (Pixels::kBytes == 1 ? scalar.scan_bytes : scalar.scan_words)(rows, sink);
+  (Pixels::kBytes == 1 ? scalar.scan_bytes : scalar.scan_words)(rows, found);
 }
 
 using D16 = hn::CappedTag<std::uint16_t, kBoxStep_px>;

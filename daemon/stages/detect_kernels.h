@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "stages/bright_words.h"
+
 namespace mocap::stages {
 
 /// A stretch of bright pixels in one row: begin <= x < end.
@@ -21,18 +23,9 @@ struct ScanRows {
   std::size_t stride_bytes = 0;
   int width_px = 0;
   int rows = 0;
-  int first_y = 0;              ///< the y that the first row's runs get
+  int first_y = 0;              ///< the first row's
   std::uint32_t threshold = 1;  ///< 1 or more, at most what `kept` has
   std::uint16_t kept = 0xFFFF;  ///< the bits of a two-byte pixel that count
-};
-
-/// Where runs go, and its bounds.
-struct RunSink {
-  std::span<Run> room;
-  std::size_t count = 0;
-  std::size_t row_bound = 0;        ///< a row with more runs is noise and gives none
-  std::uint32_t rows_given_up = 0;  ///< for that, or because the room was used up
-  bool used_up = false;             ///< a row did not fit any more; those after it are given up unread
 };
 
 /// Pixels of a blob's surroundings, two bytes each, row after row; what is not the blob's is 0. The width is a multiple
@@ -75,9 +68,10 @@ inline constexpr int kFullSlope = 32;     ///< u (1 - u) at u = 1/2
 
 /// The inner loops over pixels. All sets give the same results to the bit.
 struct DetectKernels {
-  std::string_view name;                                    ///< scalar, sse4, avx2 or avx512
-  void (*scan_bytes)(const ScanRows& rows, RunSink& sink);  ///< one byte a pixel
-  void (*scan_words)(const ScanRows& rows, RunSink& sink);  ///< two bytes a pixel, little endian
+  std::string_view name;  ///< scalar, sse4, avx2 or avx512
+  /// Appends the rows' bright words. Rows come in order; all of the image's at once is fastest.
+  void (*scan_bytes)(const ScanRows& rows, BrightWords& found);  ///< one byte a pixel
+  void (*scan_words)(const ScanRows& rows, BrightWords& found);  ///< two bytes a pixel, little endian
   /// Fills the box's pixels and surveys them. Reads the box's width, also of the last row: those bytes are there.
   BoxSurvey (*widen)(const ByteWindow& window, const Box& box, std::uint16_t* pixels, std::uint32_t threshold);
   BoxSurvey (*survey)(const Box& box, std::uint32_t threshold);

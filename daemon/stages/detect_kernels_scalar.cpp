@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "stages/detect_row.h"
-
 namespace mocap::stages {
 namespace {
 
@@ -15,27 +13,23 @@ std::uint32_t value(const std::byte* at, std::uint32_t kept) {
 }
 
 template <int kBytes>
-void scan(const ScanRows& rows, RunSink& sink) {
-  BrightWords words;
-  Bands bands(rows, sink);
-  for (int band = 0; band < bands.count(); ++band) {
-    for (int at = 0; at < bands.height(); ++at) {
-      const int y = bands.row(band, at);
-      if (y < 0) break;
-      const std::byte* row = rows.bytes + static_cast<std::size_t>(y) * rows.stride_bytes;
-      for (int x = 0; x < rows.width_px; x += 64) {
-        const int n = std::min(64, rows.width_px - x);
-        std::uint64_t bits = 0;
-        for (int i = 0; i < n; ++i) {
-          const bool bright = value<kBytes>(row + (x + i) * kBytes, rows.kept) >= rows.threshold;
-          bits |= static_cast<std::uint64_t>(bright) << i;
-        }
-        words.add<1>(x, {bits});
+void scan(const ScanRows& rows, BrightWords& found) {
+  for (int i = 0; i < rows.rows; ++i) {
+    const std::byte* row = rows.bytes + static_cast<std::size_t>(i) * rows.stride_bytes;
+    const int y = rows.first_y + i;
+    BrightWord*& end = found.end(found.part_of(y));
+    const BrightWord* begin = end;
+    for (int x = 0; x < rows.width_px; x += 64) {
+      const int n = std::min(64, rows.width_px - x);
+      std::uint64_t bits = 0;
+      for (int k = 0; k < n; ++k) {
+        const bool bright = value<kBytes>(row + (x + k) * kBytes, rows.kept) >= rows.threshold;
+        bits |= static_cast<std::uint64_t>(bright) << k;
       }
-      words.flush(rows.first_y + y, bands.sink(band));
+      if (bits != 0) *end++ = {bits, BrightWord::place_of(y, x / 64)};
     }
+    found.count_row(begin, end);
   }
-  bands.gather();
 }
 
 BoxSurvey survey(const Box& box, std::uint32_t threshold) {

@@ -97,7 +97,7 @@ BlobMeter::BlobMeter(const DetectKernels& kernels, int grow_px, bool split_touch
   }
 }
 
-void BlobMeter::measure(const Image& image, const Cut& cut, RunComponents& components, std::size_t i,
+void BlobMeter::measure(const Image& image, const Cut& cut, ImageComponents& components, std::size_t i,
                         const Shape& shape, double roundness) {
   const Window window = window_of(image, shape);
   Entry& entry = entries_[i];

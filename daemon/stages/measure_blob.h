@@ -10,7 +10,7 @@
 #include "model/blob.h"
 #include "model/frame.h"
 #include "stages/detect_kernels.h"
-#include "stages/run_components.h"
+#include "stages/image_components.h"
 #include "stages/touching_discs.h"
 
 namespace mocap::stages {
@@ -49,7 +49,7 @@ class BlobMeter {
   /// Measures component `i` of those joined, of that shape and roundness, on the image. What is plain, alone and round,
   /// is only weighed: finish() then tells its blob. To weigh all first lets the processor work on several blobs at
   /// once.
-  void measure(const Image& image, const Cut& cut, RunComponents& components, std::size_t i, const Shape& shape,
+  void measure(const Image& image, const Cut& cut, ImageComponents& components, std::size_t i, const Shape& shape,
                double roundness);
 
   /// The blobs of component `i`, which was measured.

@@ -52,7 +52,14 @@ void gather_bytes(const Image& image, std::span<const Place> places, Pixels& pix
 class Counts {
  public:
   void add(std::span<const std::uint16_t> grey, int shift) {
-    for (std::size_t i = 0; i < grey.size(); ++i) ++tables_[i % 4][static_cast<std::size_t>(grey[i] >> shift)];
+    const auto count = [&](std::size_t table, std::size_t i) {
+      ++tables_[table][static_cast<std::size_t>(grey[i] >> shift)];
+    };
+    std::size_t i = 0;
+    for (; i + 4 <= grey.size(); i += 4) {
+      for (std::size_t k = 0; k < 4; ++k) count(k, i + k);
+    }
+    for (; i < grey.size(); ++i) count(0, i);
   }
   int of(std::size_t level) const {
     return tables_[0][level] + tables_[1][level] + tables_[2][level] + tables_[3][level];

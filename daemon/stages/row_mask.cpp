@@ -1,7 +1,10 @@
 #include "stages/row_mask.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+
+#include "stages/bit_rows.h"
 
 namespace mocap::stages {
 namespace {
@@ -22,57 +25,34 @@ std::vector<double> crossings(const MaskPolygon& polygon, double y) {
 
 }  // namespace
 
-RowMask::RowMask(std::span<const MaskPolygon> polygons, int width_px, int height_px) {
-  first_.push_back(0);
-  std::vector<Stretch> stretches;
+RowMask::RowMask(std::span<const MaskPolygon> polygons, int width_px, int height_px)
+    : width_px_(width_px), height_px_(height_px), words_(words_of(width_px)) {
+  if (polygons.empty()) return;
+  bits_.resize(static_cast<std::size_t>(words_) * static_cast<std::size_t>(height_px));
   for (int y = 0; y < height_px; ++y) {
-    stretches.clear();
     for (const MaskPolygon& polygon : polygons) {
       const std::vector<double> sides = crossings(polygon, y);
       for (std::size_t i = 0; i + 1 < sides.size(); i += 2) {
         const double begin = std::clamp(std::ceil(sides[i]), 0.0, static_cast<double>(width_px));
         const double end = std::clamp(std::floor(sides[i + 1]) + 1.0, 0.0, static_cast<double>(width_px));
-        if (begin < end) stretches.push_back({static_cast<std::uint16_t>(begin), static_cast<std::uint16_t>(end)});
+        fill(y, static_cast<int>(begin), static_cast<int>(end));
       }
     }
-    std::sort(stretches.begin(), stretches.end(), [](Stretch a, Stretch b) { return a.begin < b.begin; });
-    for (const Stretch& each : stretches) {
-      if (stretches_.size() > first_.back() && each.begin <= stretches_.back().end) {
-        stretches_.back().end = std::max(stretches_.back().end, each.end);
-      } else {
-        stretches_.push_back(each);
-      }
-    }
-    first_.push_back(static_cast<std::uint32_t>(stretches_.size()));
   }
 }
 
-std::span<const RowMask::Stretch> RowMask::row(int y) const {
-  if (y < 0 || static_cast<std::size_t>(y) + 1 >= first_.size()) return {};
-  const auto at = static_cast<std::size_t>(y);
-  return std::span(stretches_).subspan(first_[at], first_[at + 1] - first_[at]);
+void RowMask::fill(int y, int begin, int end) {
+  std::uint64_t* of_row = bits_.data() + first_word(y);
+  for (int x = begin; x < end; x = (x | 63) + 1) of_row[x >> 6] |= bits_between(x, end);
 }
 
-std::size_t RowMask::cut(std::span<const Run> runs, std::span<Run> left) const {
-  std::size_t count = 0;
-  for (const Run& run : runs) {
-    Run rest = run;
-    for (const Stretch& stretch : row(run.y)) {
-      if (stretch.end <= rest.begin) continue;
-      if (stretch.begin >= rest.end) break;
-      if (stretch.begin > rest.begin && count < left.size()) left[count++] = {rest.y, rest.begin, stretch.begin};
-      rest.begin = std::min(stretch.end, rest.end);
-      if (rest.begin == rest.end) break;
-    }
-    if (rest.begin < rest.end && count < left.size()) left[count++] = rest;
-  }
-  return count;
+void RowMask::cut(std::span<BrightWord> words) const {
+  for (BrightWord& each : words) each.bits &= ~bits_[first_word(each.y()) + static_cast<std::size_t>(each.word())];
 }
 
 bool RowMask::meets(int y, int begin, int end) const {
-  const auto stretches = row(y);
-  return std::any_of(stretches.begin(), stretches.end(),
-                     [&](const Stretch& each) { return each.begin < end && begin < each.end; });
+  if (empty() || y < 0 || y >= height_px_) return false;
+  return any_bright(bits_.data() + first_word(y), std::max(0, begin), std::min(end, width_px_));
 }
 
 bool RowMask::touches(const Run& run) const {
@@ -82,11 +62,9 @@ bool RowMask::touches(const Run& run) const {
   return false;
 }
 
-bool RowMask::masks(int x, int y) const { return meets(y, x, x + 1); }
-
 std::size_t RowMask::count() const {
   std::size_t pixels = 0;
-  for (const Stretch& each : stretches_) pixels += static_cast<std::size_t>(each.end - each.begin);
+  for (const std::uint64_t each : bits_) pixels += static_cast<std::size_t>(std::popcount(each));
   return pixels;
 }
 

@@ -6,39 +6,38 @@
 #include <vector>
 
 #include "model/image_mask.h"
+#include "stages/bright_words.h"
 #include "stages/detect_kernels.h"
 
 namespace mocap::stages {
 
-/// Masked stretches of every row. Costs nothing where nothing shines: runs are cut, not pixels.
+/// Masked pixels. Cost nothing where nothing shines: only words with a bright pixel are masked.
 class RowMask {
  public:
   /// Pixels whose centre is within one of the polygons; polygons may reach out of the image.
   RowMask(std::span<const MaskPolygon> polygons, int width_px, int height_px);
 
-  bool empty() const { return stretches_.empty(); }
+  bool empty() const { return bits_.empty(); }
 
-  /// Takes the masked pixels out of `runs`, which are in the order of rows and x. Gives what is left, in the same
-  /// order; what finds no room in `left` is lost.
-  std::size_t cut(std::span<const Run> runs, std::span<Run> left) const;
+  /// Takes the masked pixels out of `words`.
+  void cut(std::span<BrightWord> words) const;
 
   /// Whether a masked pixel is beside the run, also by a corner.
   bool touches(const Run& run) const;
 
-  bool masks(int x, int y) const;
+  bool masks(int x, int y) const { return meets(y, x, x + 1); }
 
   /// How many pixels are masked.
   std::size_t count() const;
 
  private:
-  struct Stretch {
-    std::uint16_t begin, end;
-  };
-  std::span<const Stretch> row(int y) const;
+  std::size_t first_word(int y) const { return static_cast<std::size_t>(y) * static_cast<std::size_t>(words_); }
+  void fill(int y, int begin, int end);
   bool meets(int y, int begin, int end) const;
 
-  std::vector<std::uint32_t> first_;  // of each row, among the stretches; one more at the end
-  std::vector<Stretch> stretches_;
+  int width_px_, height_px_;
+  int words_;                        // of a row
+  std::vector<std::uint64_t> bits_;  // empty: nothing is masked
 };
 
 }  // namespace mocap::stages

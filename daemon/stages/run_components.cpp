@@ -53,7 +53,7 @@ void RunComponents::join_all() {
         label = unite(label, label_of_[i]);
     } else {
       label = labels++;
-      labels_[label] = {label, 0, {.begin_x = run.begin, .begin_y = run.y}};
+      labels_[label] = {label, 0, run.begin, {.begin_x = run.begin, .begin_y = run.y}};
     }
     labels_[label].sums.add(run);
     ++labels_[label].runs;

@@ -29,7 +29,10 @@ class RunComponents {
 
   /// The components kept, in the order of their first pixel.
   std::size_t count() const { return kept_.size(); }
-  Shape shape(std::size_t i) const { return shape_of(labels_[kept_[i]].sums); }
+  const RunSums& sums(std::size_t i) const { return labels_[kept_[i]].sums; }
+  Shape shape(std::size_t i) const { return shape_of(sums(i)); }
+  /// The first run's.
+  int first_x(std::size_t i) const { return labels_[kept_[i]].first_x; }
   /// A component's runs, by row, then x. Few are ever asked for: the first time after a join sorts the runs of all.
   std::span<const Run> runs(std::size_t i);
 
@@ -42,6 +45,7 @@ class RunComponents {
   struct Label {
     std::uint32_t parent;
     std::uint32_t runs;
+    int first_x;  // of the first run
     RunSums sums;
   };
 

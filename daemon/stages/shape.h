@@ -32,6 +32,20 @@ struct RunSums {
     end_y = run.y + 1;
   }
 
+  /// Moves all that was added.
+  void move(std::int64_t by_x, std::int64_t by_y) {
+    const std::int64_t twice_x = 2 * by_x;
+    xx += twice_x * (2 * x + twice_x * n);
+    xy += by_y * x + twice_x * (y + by_y * n);
+    yy += by_y * (2 * y + by_y * n);
+    x += twice_x * n;
+    y += by_y * n;
+    begin_x += static_cast<int>(by_x);
+    end_x += static_cast<int>(by_x);
+    begin_y += static_cast<int>(by_y);
+    end_y += static_cast<int>(by_y);
+  }
+
   void add(const RunSums& other) {
     n += other.n;
     x += other.x;

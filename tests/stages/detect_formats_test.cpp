@@ -91,15 +91,22 @@ TEST(PixelRows, TakeTheGreenOfABayerImage) {
 TEST(RowMask, TakesOutWhatAPolygonCovers) {
   const std::vector<MaskPolygon> square{{{{10.0, 5.0}}, {{20.0, 5.0}}, {{20.0, 9.5}}, {{10.0, 9.5}}}};
   const RowMask mask(square, 40, 20);
-  const std::vector<stages::Run> runs{{4, 0, 40}, {7, 0, 40}, {7, 12, 15}, {8, 15, 30}};
-  std::vector<stages::Run> left(10);
+  const std::uint64_t all = (1ULL << 40U) - 1, square_bits = ((1ULL << 11U) - 1) << 10U;
+  std::vector<BrightWord> words{{all, BrightWord::place_of(4, 0)},
+                                {all, BrightWord::place_of(7, 0)},
+                                {square_bits, BrightWord::place_of(9, 0)},
+                                {all, BrightWord::place_of(10, 0)}};
 
-  ASSERT_EQ(mask.cut(runs, left), 4U);
+  mask.cut(words);
 
-  EXPECT_EQ(left[1].end, 10);
-  EXPECT_EQ(left[2].begin, 21);
-  EXPECT_EQ(left[3].begin, 21);
-  EXPECT_TRUE(mask.touches(left[1]));
+  EXPECT_EQ(words[0].bits, all);
+  EXPECT_EQ(words[1].bits, all & ~square_bits);
+  EXPECT_EQ(words[2].bits, 0U);
+  EXPECT_EQ(words[3].bits, all);
+  EXPECT_EQ(mask.count(), 11U * 5U);
+  EXPECT_TRUE(mask.touches({7, 0, 10}));
+  EXPECT_TRUE(mask.touches({10, 21, 30}));
+  EXPECT_FALSE(mask.touches({7, 0, 9}));
   EXPECT_FALSE(mask.touches({15, 0, 40}));
 }
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "stages/detect_blobs.h"
+#include "stages/image_components.h"
 #include "stages/measure_blob.h"
-#include "stages/run_components.h"
 
 namespace mocap::stages {
 namespace {
@@ -101,19 +101,21 @@ std::vector<Flooded> all_flooded(Picture picture) {
   return found;
 }
 
-std::vector<Flooded> joined(const Picture& picture, const DetectKernels& kernels) {
-  RunComponents components(4096);
-  RunSink sink;
-  sink.room = components.room();
-  sink.row_bound = 64;
+void scan(const Picture& picture, const DetectKernels& kernels, BrightWords& words) {
+  words.clear();
   ScanRows rows;
   rows.bytes = picture.image().bytes.data();
   rows.stride_bytes = picture.stride_bytes;
   rows.width_px = picture.width_px;
   rows.rows = picture.height_px;
   rows.threshold = kThreshold;
-  kernels.scan_bytes(rows, sink);
-  components.join(sink.count, 1, 1000000, 4096);
+  kernels.scan_bytes(rows, words);
+}
+
+std::vector<Flooded> joined(const Picture& picture, const DetectKernels& kernels) {
+  ImageComponents components(picture.width_px, picture.height_px, {});
+  scan(picture, kernels, components.room());
+  components.join(1, 1000000, 4096);
   std::vector<Flooded> found;
   for (std::size_t i = 0; i < components.count(); ++i) {
     const Shape shape = components.shape(i);
@@ -121,6 +123,32 @@ std::vector<Flooded> joined(const Picture& picture, const DetectKernels& kernels
   }
   std::sort(found.begin(), found.end());
   return found;
+}
+
+/// Discs, rings, arcs and lamps up to the size of the image; lines at all angles, some longer than any marker.
+Picture large_picture(std::mt19937& random) {
+  Picture picture;
+  picture.width_px = 200 + below(random, 300);
+  picture.height_px = 150 + below(random, 150);
+  picture.stride_bytes = static_cast<std::size_t>(picture.width_px + below(random, 7));
+  picture.pixels.assign(picture.stride_bytes * static_cast<std::size_t>(picture.height_px), std::uint8_t{0});
+  for (int i = 0; i < 12; ++i) {
+    const int kind = below(random, 4), size = 2 + below(random, i % 3 == 0 ? 110 : 25);
+    const int cx = below(random, picture.width_px), cy = below(random, picture.height_px);
+    const int slope = below(random, 9) - 4, half_angle = below(random, size + 1);
+    for (int y = std::max(0, cy - size); y < std::min(picture.height_px, cy + size); ++y) {
+      for (int x = std::max(0, cx - size); x < std::min(picture.width_px, cx + size); ++x) {
+        const int dx = x - cx, dy = y - cy, r2 = dx * dx + dy * dy;
+        const bool on_ring = r2 <= size * size && r2 >= (size - 3) * (size - 3);
+        const bool is_set = kind == 0   ? r2 <= size * size
+                            : kind == 1 ? on_ring && dy < half_angle
+                            : kind == 2 ? std::abs(4 * dx - slope * dy) < 6
+                                        : std::abs(dx) < half_angle;
+        if (is_set) picture.at(x, y) = 200;
+      }
+    }
+  }
+  return picture;
 }
 
 bool same_bits(double a, double b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
@@ -136,6 +164,55 @@ TEST(DetectKernels, FindTheComponentsThatAFloodFillFindsOnTenThousandImages) {
     for (const DetectKernels* kernels : all) {
       ASSERT_EQ(joined(picture, *kernels) == expected, true)
           << kernels->name << " trial " << trial << " " << picture.width_px << "x" << picture.height_px;
+    }
+  }
+}
+
+TEST(DetectKernels, FindTheComponentsThatAFloodFillFindsOnLargeImages) {
+  std::mt19937 random(5);
+  const auto all = all_kernels();
+  for (int trial = 0; trial < 150; ++trial) {
+    const Picture picture = large_picture(random);
+
+    const std::vector<Flooded> expected = all_flooded(picture);
+
+    for (const DetectKernels* kernels : all) {
+      ASSERT_EQ(joined(picture, *kernels) == expected, true) << kernels->name << " trial " << trial;
+    }
+  }
+}
+
+/// What runs add up to, one by one.
+RunSums added(std::span<const Run> runs) {
+  RunSums sums{.begin_x = runs[0].begin, .begin_y = runs[0].y};
+  for (const Run& run : runs) sums.add(run);
+  return sums;
+}
+
+TEST(ImageComponents, AddUpTheRunsThatTheyTell) {
+  std::mt19937 random(6);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Picture picture = large_picture(random);
+    ImageComponents components(picture.width_px, picture.height_px, {});
+    scan(picture, best_kernels(), components.room());
+
+    components.join(1, 1000000, 4096);
+
+    int last_first_px = -1;
+    for (std::size_t i = 0; i < components.count(); ++i) {
+      const Shape shape = components.shape(i), expected = shape_of(added(components.runs(i)));
+      ASSERT_TRUE(same_bits(shape.x, expected.x) && same_bits(shape.y, expected.y) &&
+                  same_bits(shape.xx, expected.xx) && same_bits(shape.yy, expected.yy) &&
+                  same_bits(shape.xy, expected.xy))
+          << "trial " << trial << " component " << i;
+      EXPECT_EQ(shape.begin_x, expected.begin_x);
+      EXPECT_EQ(shape.end_x, expected.end_x);
+      EXPECT_EQ(shape.begin_y, expected.begin_y);
+      EXPECT_EQ(shape.end_y, expected.end_y);
+      const stages::Run& first = components.runs(i)[0];
+      const int first_px = first.y * picture.width_px + first.begin;
+      EXPECT_GT(first_px, last_first_px);
+      last_first_px = first_px;
     }
   }
 }
@@ -165,21 +242,21 @@ TEST(DetectKernels, GiveTheSameBlobsToTheBit) {
   }
 }
 
-TEST(DetectKernels, GiveARowUpThatIsAllNoise) {
+TEST(ImageComponents, GiveARowUpThatIsAllNoise) {
   std::vector<std::uint8_t> pixels(2 * 640, 0);
   for (std::size_t x = 0; x < 640; x += 2) pixels[x] = 255;
   for (std::size_t x = 100; x < 110; ++x) pixels[640 + x] = 255;
   for (const DetectKernels* kernels : all_kernels()) {
-    std::vector<stages::Run> room(1000);
-    RunSink sink{room, 0, 80, 0};
+    ImageComponents components(640, 2, {});
+    kernels->scan_bytes({std::as_bytes(std::span(pixels)).data(), 640, 640, 2, 0, 100}, components.room());
 
-    kernels->scan_bytes({std::as_bytes(std::span(pixels)).data(), 640, 640, 2, 5, 100}, sink);
+    components.join(1, 1000, 100);
 
-    ASSERT_EQ(sink.count, 1U) << kernels->name;
-    EXPECT_EQ(sink.rows_given_up, 1U);
-    EXPECT_EQ(room[0].y, 6);
-    EXPECT_EQ(room[0].begin, 100);
-    EXPECT_EQ(room[0].end, 110);
+    ASSERT_EQ(components.count(), 1U) << kernels->name;
+    EXPECT_EQ(components.rows_given_up(), 1U);
+    EXPECT_EQ(components.runs(0)[0].y, 1);
+    EXPECT_EQ(components.runs(0)[0].begin, 100);
+    EXPECT_EQ(components.runs(0)[0].end, 110);
   }
 }
 

@@ -25,7 +25,7 @@ struct DetectBenchFigures {
   double ratio_read = 0.0;         ///< median_us / read_us
   double speedup_opencv = 0.0;     ///< opencv_us / median_us
   double white_noise_us = 0.0;     ///< an image of white noise, at the worst threshold
-  double ratio_white_noise = 0.0;  ///< to a dark image
+  double ratio_white_noise = 0.0;  ///< to a dark image with markers
   DetectRadiusFigures all;
   std::vector<DetectRadiusFigures> by_radius;
   double recall = 0.0;  ///< of the markers, found within half a radius

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace mocap::stages {
+
+/// 64 pixels of a row, a bit where one is bright.
+struct BrightWord {
+  std::uint64_t bits = 0;
+  std::uint32_t place = 0;
+
+  static constexpr std::uint32_t place_of(int y, int word) {
+    return static_cast<std::uint32_t>(y) << 16U | static_cast<std::uint32_t>(word);
+  }
+  int y() const { return static_cast<int>(place >> 16U); }
+  int word() const { return static_cast<int>(place & 0xFFFFU); }  ///< the first pixel's x is 64 times that
+};
+
+/// How many runs begin in the word after the `last` one; a run may go on from there.
+inline std::size_t runs_begun(const BrightWord& last, const BrightWord& word) {
+  const std::uint64_t goes_on = last.place + 1 == word.place ? last.bits >> 63U : 0;
+  return static_cast<std::size_t>(std::popcount(word.bits & ~(word.bits << 1U | goes_on)));
+}
+
+inline constexpr int words_of(int width_px) { return (width_px + 63) / 64; }
+
+/// The words of an image with a bright pixel, in the order of rows and x. An image has four parts, one above the other,
+/// each with its own room: all four are read in turns, row by row, as memory feeds a few streams faster than a single
+/// one.
+class BrightWords {
+ public:
+  static constexpr int kParts = 4;
+
+  /// Room for an image that is all bright; `room` outlives this.
+  BrightWords(std::span<BrightWord> room, int width_px, int height_px)
+      : part_rows_((height_px + kParts - 1) / kParts), rows_(height_px) {
+    const std::size_t share = static_cast<std::size_t>(part_rows_) * static_cast<std::size_t>(words_of(width_px));
+    for (std::size_t i = 0; i < kParts; ++i) first_[i] = end_[i] = room.data() + i * share;
+  }
+  static std::size_t room_for(int width_px, int height_px) {
+    const int rows = (height_px + kParts - 1) / kParts * kParts;
+    return static_cast<std::size_t>(rows) * static_cast<std::size_t>(words_of(width_px));
+  }
+
+  int rows() const { return rows_; }
+  int part_rows() const { return part_rows_; }
+  int part_of(int y) const { return y / part_rows_; }
+
+  void clear() {
+    end_ = first_;
+    most_in_row_ = 0;
+  }
+  /// Where the next word of a part goes: the caller writes, and moves it on.
+  BrightWord*& end(int part) { return end_[static_cast<std::size_t>(part)]; }
+  /// The words of the fullest row.
+  std::size_t most_in_row() const { return most_in_row_; }
+  void count_row(const BrightWord* begin, const BrightWord* end) {
+    most_in_row_ = std::max(most_in_row_, static_cast<std::size_t>(end - begin));
+  }
+  std::span<BrightWord> part(int i) const {
+    const auto at = static_cast<std::size_t>(i);
+    return {first_[at], end_[at]};
+  }
+
+ private:
+  int part_rows_, rows_;
+  std::array<BrightWord*, kParts> first_{}, end_{};
+  std::size_t most_in_row_ = 0;
+};
+
+}  // namespace mocap::stages
