@@ -68,7 +68,8 @@ class BlobDetector final : public Detector {
     for (std::size_t i = 0; i < shapes_.size(); ++i) {
       if (may_be_round(i)) meter_.measure(image, cut, components_, i, shapes_[i], roundness_[i]);
     }
-    for (std::size_t i = 0; i < shapes_.size(); ++i) take_in(image, cut, i, found);
+    meter_.finish(cut, {shapes_.begin(), shapes_.end()});
+    for (std::size_t i = 0; i < shapes_.size(); ++i) take_in(image, i, found);
     found.filtered = found.too_small + found.too_large + found.not_round + found.too_dim;
     return found;
   }
@@ -124,7 +125,7 @@ class BlobDetector final : public Detector {
     }
   }
 
-  void take_in(const Image& image, const Cut& cut, std::size_t component, Detection& found) {
+  void take_in(const Image& image, std::size_t component, Detection& found) {
     const Shape& shape = shapes_[component];
     if (!may_be_round(component)) {
       ++found.not_round;
@@ -132,16 +133,18 @@ class BlobDetector final : public Detector {
     }
     const bool is_cut = shape.begin_x == 0 || shape.begin_y == 0 || shape.end_x == image.width_px ||
                         shape.end_y == image.height_px || components_.touches_mask(component);
-    for (Blob blob : meter_.finish(cut, component, shape, roundness_[component])) {
-      if (blob.roundness < settings_.min_roundness) {
-        ++found.not_round;
-      } else if (blob.peak * 255.0 < settings_.min_peak_grey) {
-        ++found.too_dim;
-      } else {
-        blob.touches_border = is_cut;
-        if (is_cut) blob.sigma_px = std::hypot(blob.sigma_px, kCutSigma * std::sqrt(blob.area_px2 / M_PI));
-        if (!found.blobs.try_push_back(blob)) ++found.dropped;
-      }
+    for (const Blob& blob : meter_.blobs(component)) add(blob, is_cut, found);
+  }
+
+  void add(Blob blob, bool is_cut, Detection& found) const {
+    if (blob.roundness < settings_.min_roundness) {
+      ++found.not_round;
+    } else if (blob.peak * 255.0 < settings_.min_peak_grey) {
+      ++found.too_dim;
+    } else {
+      blob.touches_border = is_cut;
+      if (is_cut) blob.sigma_px = std::hypot(blob.sigma_px, kCutSigma * std::sqrt(blob.area_px2 / M_PI));
+      if (!found.blobs.try_push_back(blob)) ++found.dropped;
     }
   }
 

@@ -250,7 +250,7 @@ BoxSums weigh(const Box& box, const Weighing& weighing) {
   PowerSums first, second, third;
   auto slopes2 = hn::Zero(S32());
   for (int begin = 0; begin < box.width_px; begin += kLanes) {
-    const auto x = hn::Iota(s, static_cast<std::int16_t>(begin - box.width_px / 2));
+    const auto x = hn::Add(hn::Iota(s, 0), hn::Set(s, static_cast<std::int16_t>(begin - box.width_px / 2)));
     const int top_y = -(box.height_px / 2);
     auto y = hn::Set(s, static_cast<std::int16_t>(top_y));
     const std::uint16_t* from = box.pixels + begin;

@@ -13,29 +13,12 @@ namespace {
 
 // What is darker than this many standard deviations over the background weighs nothing.
 constexpr double kLowOverNoise = 2.0;
-// What the pixel grid leaves of the centroid of a disc of radius 1 px, for each px that its edge is narrower than an
-// edge which the grid samples well; in inverse proportion to the radius. Measured on rendered discs.
-constexpr double kGridSigma_px = 0.03;
-constexpr double kSampledEdge_px = 0.8;
-constexpr double kEdgeOfSmall_px2 = 0.2;
-// By what share the weights do worse than 3u^2 - 2u^3 would without a grid, for each px of such narrowness.
-constexpr double kNarrowLoss = 0.3;
 // A blob cut by the border: its centre may be off by about this share of its radius. One cut from another marker: less.
 constexpr double kBorderSigma = 0.3;
 constexpr double kSplitSigma = 0.04;
 constexpr double kFittedSplitSigma = 0.002;
 constexpr double kSharedLight_px = 1.0;  // how far from the cut the other one's light is
 constexpr double kCutOffHeight = 1.5;
-// The slope of 3u^2 - 2u^3, which is 6 u (1 - u), of the whole numbers that the kernels add up.
-constexpr double kSlopeOfSum = 6.0 * kFullWeight / (4.0 * kFullSlope);
-// How much of u^2 and of u^3 is in the weights, by 1, s, e, s^2, s e, e^2 of a blob with radius 1/s and an edge e px
-// wide; the rest is u. Such weights leave the centroid the least error by noise and grid together. Fitted to rendered
-// discs of radius 0.7 to 11 px, blurred by 0.05 to 1.2 px, of 4 brightnesses over noise.
-constexpr std::array<double, 6> kSquares{-0.0061, -0.3332, -0.6927, 0.1125, 1.5443, 3.0603};
-constexpr std::array<double, 6> kCubes{0.0629, 0.1792, 0.2587, -0.2701, 0.6469, -2.2417};
-constexpr double kLeastRadius_px = 0.6;
-constexpr double kLeastEdge_px = 0.2;
-constexpr double kMostEdge_px = 1.1;
 // Where the fit of a disc that the range cuts off begins.
 constexpr double kStartEdge_px = 0.58;  // of a lens that blurs by half a pixel
 constexpr double kWholeEdge_px = 0.66;  // what such an edge measures where the range cuts nothing off
@@ -45,27 +28,6 @@ constexpr double kFitRoundness = 0.7;  // what is longer is no disc
 constexpr double kCutOffSigma_px = 0.028;
 // Less round than that may be two discs.
 constexpr double kRound = 0.85;
-// Of a line, which has no other axis.
-constexpr double kLeastRoundness = 0.05;
-
-/// Weights a u + b u^2 + c u^3, a + b + c = 1.
-struct Cubic {
-  double a = 1.0, b = 0.0, c = 0.0;
-
-  double of(const std::int64_t (&sums)[kPowers]) const {
-    return a * static_cast<double>(sums[0]) + b * static_cast<double>(sums[1]) + c * static_cast<double>(sums[2]);
-  }
-};
-
-Cubic weights_for(double radius_px, double edge_px) {
-  const double s = 1.0 / std::max(radius_px, kLeastRadius_px), e = std::clamp(edge_px, kLeastEdge_px, kMostEdge_px);
-  // In pairs, so that no sum waits for more than two others.
-  const auto at = [s, e](const std::array<double, 6>& k) {
-    return (k[0] + k[1] * s) + (k[2] + k[4] * s) * e + (k[3] * (s * s) + k[5] * (e * e));
-  };
-  const double b = at(kSquares), c = at(kCubes);
-  return {1.0 - b - c, b, c};
-}
 
 /// A fit of noise may end anywhere; a marker whose middle is out of its own pixels is none.
 bool is_within(int width_px, int height_px, const SoftDisc& disc) {
@@ -91,7 +53,8 @@ BlobMeter::BlobMeter(const DetectKernels& kernels, int grow_px, bool split_touch
       pixels_(kMaxBox_px * kMaxBox_px),
       saved_(kMaxBox_px * kMaxBox_px),
       own_(kMaxBox_px * kMaxBox_px),
-      entries_(kMaxBlobs) {
+      measured_(kMaxBlobs) {
+  lights_.reserve(kMaxBlobs);
   for (std::size_t area = 0; area < peak_over_.size(); ++area) {
     peak_over_[area] = peak_over_plateau(static_cast<double>(area));
   }
@@ -100,9 +63,7 @@ BlobMeter::BlobMeter(const DetectKernels& kernels, int grow_px, bool split_touch
 void BlobMeter::measure(const Image& image, const Cut& cut, ImageComponents& components, std::size_t i,
                         const Shape& shape, double roundness) {
   const Window window = window_of(image, shape);
-  Entry& entry = entries_[i];
-  entry.is_plain = false;
-  Measured& measured = entry.measured;
+  Measured& measured = measured_[i];
   measured.clear();
   if (window.width_px > kMaxBox_px || window.height_px > kMaxBox_px) {
     // No marker is that large; where it is, to a share of its size, is all that can be told.
@@ -122,10 +83,13 @@ void BlobMeter::measure(const Image& image, const Cut& cut, ImageComponents& com
     seen = kernels_.survey(box_, cut.threshold);
   }
   const bool may_be_two = roundness < kRound && split_touching_;
-  entry.light = weigh(cut, window, seen);
-  entry.is_plain = !may_be_two && seen.peak < cut.top;
-  if (entry.is_plain) return;
-  Weighed found = weighed(cut, entry.light, roundness);
+  const Light light = weigh(cut, window, seen, roundness);
+  if (!may_be_two && seen.peak < cut.top) {
+    plain_.push_back(i);
+    lights_.push_back(light);
+    return;
+  }
+  WeighedLight found = tell_blob(cut, light);
   found.blob.axis_rad = shape.axis_rad();
   Waist waist;
   if (may_be_two) {
@@ -140,13 +104,17 @@ void BlobMeter::measure(const Image& image, const Cut& cut, ImageComponents& com
   measured.push_back(found.blob);
 }
 
-Measured BlobMeter::finish(const Cut& cut, std::size_t i, const Shape& shape, double roundness) const {
-  const Entry& entry = entries_[i];
-  if (!entry.is_plain) return entry.measured;
-  Measured measured;
-  Blob& blob = measured.push_back(weighed(cut, entry.light, roundness).blob);
-  blob.axis_rad = shape.axis_rad();
-  return measured;
+void BlobMeter::finish(const Cut& cut, std::span<const Shape> shapes) {
+  std::array<WeighedLight, kLightsAtOnce> found;
+  for (std::size_t first = 0; first < lights_.size(); first += kLightsAtOnce) {
+    const std::size_t count = std::min(kLightsAtOnce, lights_.size() - first);
+    tell_blobs(cut, std::span(lights_).subspan(first, count), found);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t component = plain_[first + k];
+      found[k].blob.axis_rad = shapes[component].axis_rad();
+      measured_[component].push_back(found[k].blob);
+    }
+  }
 }
 
 BlobMeter::Window BlobMeter::window_of(const Image& image, const Shape& shape) const {
@@ -228,7 +196,7 @@ std::uint32_t BlobMeter::count_at_top(const Cut& cut, const BoxSurvey& seen) con
       std::ranges::count_if(pixels, [&cut](std::uint16_t grey) { return grey >= cut.top; }));
 }
 
-BlobMeter::Light BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& seen) const {
+Light BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& seen, double roundness) const {
   const double low = std::floor(cut.low.value_or(cut.background + kLowOverNoise * cut.noise));
   Weighing weighing;
   // Below the threshold, so that what is bright weighs something.
@@ -245,50 +213,13 @@ BlobMeter::Light BlobMeter::weigh(const Cut& cut, const Window& window, const Bo
   light.bright = seen.bright;
   light.at_top = count_at_top(cut, seen);
   light.span = weighing.span;
+  light.roundness = roundness;
   light.sums = kernels_.weigh(box_, weighing);
   return light;
 }
 
-BlobMeter::Weighed BlobMeter::weighed(const Cut& cut, const Light& light, double roundness) {
-  const BoxSums& sums = light.sums;
-  // The light as that of a disc as bright as the plateau; the edge is where u is neither 0 nor 1.
-  const auto first = static_cast<double>(sums.weight[0]);
-  const double radius_px = std::sqrt(first / (kFullWeight * M_PI));
-  const double edge_px = radius_px * (1.0 - static_cast<double>(sums.weight[1]) / first);
-  const Cubic cubic = weights_for(radius_px, edge_px);
-  double weight = cubic.of(sums.weight), x = cubic.of(sums.x) / weight, y = cubic.of(sums.y) / weight;
-  // A cubic that is below 0 somewhere may leave nothing of what is no disc; u itself always leaves a middle.
-  if (!(std::abs(x) <= 0.5 * light.width_px && std::abs(y) <= 0.5 * light.height_px)) {
-    weight = first;
-    x = static_cast<double>(sums.x[0]) / weight;
-    y = static_cast<double>(sums.y[0]) / weight;
-  }
-  Blob blob;
-  blob.centroid = {{x + light.middle_x, y + light.middle_y}};
-  blob.area_px2 = light.bright;
-  blob.peak = std::min(1.0, static_cast<double>(light.peak) / cut.top);
-  blob.saturated = static_cast<double>(light.at_top) / light.bright;
-  blob.roundness = roundness;
-  // Pixel i, off by the noise, moves the centroid by slope_i (x_i - x) noise / weight; the mean of both axes. The
-  // weights in use do as well as 3u^2 - 2u^3 to some percent, whose slopes are simple. What slopes lies about the
-  // radius from the middle: in the mean of squares over a rim, of an ellipse as large as the light.
-  const double stretch = 0.5 * (roundness + 1.0 / std::max(roundness, kLeastRoundness));
-  const double lever = static_cast<double>(sums.slope2) * radius_px * radius_px * stretch;
-  const double smooth = 3.0 * static_cast<double>(sums.weight[1]) - 2.0 * static_cast<double>(sums.weight[2]);
-  const double moved = cut.noise * kSlopeOfSum / light.span * std::sqrt(std::max(0.0, 0.5 * lever)) / smooth;
-  // The edge of a small disc measures less: there is more of it inside than the middle has room for.
-  const double narrow_px = std::max(0.0, kSampledEdge_px - kEdgeOfSmall_px2 / radius_px - edge_px);
-  const double by_noise_px = (1.0 + kNarrowLoss * narrow_px) * moved,
-               by_grid_px = kGridSigma_px * narrow_px / radius_px;
-  blob.sigma_px = std::sqrt(by_noise_px * by_noise_px + by_grid_px * by_grid_px);
-  // What is no disc may have no slope at all: then its size is all that is known.
-  if (!(blob.sigma_px > 0.0) || !std::isfinite(blob.sigma_px))
-    blob.sigma_px = kBorderSigma * std::sqrt(light.bright / M_PI);
-  return {blob, radius_px, edge_px};
-}
-
 // Of a disc that the range cuts off the rim is so steep that the grid spoils any weighted mean; a fit bears it.
-void BlobMeter::refine(const Cut& cut, const Window& window, Weighed& weighed) {
+void BlobMeter::refine(const Cut& cut, const Window& window, WeighedLight& weighed) {
   auto& [blob, radius_px, edge_px] = weighed;
   const bool fits = blob.roundness > kFitRoundness && fits_left_ > 0;
   fits_left_ -= fits ? 1 : 0;
@@ -352,7 +283,7 @@ Measured BlobMeter::split(const Cut& cut, const Window& window, const Shape& sha
       side.xx = moments[0];
       side.yy = moments[1];
       side.xy = moments[2];
-      Blob blob = weighed(cut, weigh(cut, window, seen), side.roundness()).blob;
+      Blob blob = tell_blob(cut, weigh(cut, window, seen, side.roundness())).blob;
       blob.axis_rad = side.axis_rad();
       keep_side(pixels_, box_, middle, axis, waist.at_px + (far_side ? kSharedLight_px : -kSharedLight_px), far_side);
       // A side that is long and no disc is two more.

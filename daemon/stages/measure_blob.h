@@ -12,17 +12,9 @@
 #include "stages/detect_kernels.h"
 #include "stages/image_components.h"
 #include "stages/touching_discs.h"
+#include "stages/weigh_light.h"
 
 namespace mocap::stages {
-
-/// What is bright in an image, in the format's own levels.
-struct Cut {
-  std::uint32_t threshold = 1;
-  std::uint32_t top = 255;  ///< the brightest value of the format
-  double background = 0.0;
-  double noise = 0.0;         ///< standard deviation
-  std::optional<double> low;  ///< given by the operator, else from background and noise
-};
 
 /// A component's blobs: one, or two where two markers touch.
 using Measured = BoundedVector<Blob, 2>;
@@ -41,53 +33,38 @@ class BlobMeter {
 
   /// Begins an image: what is measured from now on is of that one. The first kMaxFits saturated discs of an image are
   /// fitted, which costs some microseconds each; further ones get the weighted mean and a sigma that says so.
-  void begin_image() { fits_left_ = kMaxFits; }
+  void begin_image() {
+    fits_left_ = kMaxFits;
+    plain_.clear();
+    lights_.clear();
+  }
 
   /// Asks for the memory of a component that is measured soon.
   void prefetch(const Image& image, const Shape& shape) const;
 
   /// Measures component `i` of those joined, of that shape and roundness, on the image. What is plain, alone and round,
-  /// is only weighed: finish() then tells its blob. To weigh all first lets the processor work on several blobs at
-  /// once.
+  /// is only weighed.
   void measure(const Image& image, const Cut& cut, ImageComponents& components, std::size_t i, const Shape& shape,
                double roundness);
 
+  /// Ends an image: tells the blobs of what was only weighed, several at once, as one waits for its own roots. Shapes
+  /// and roundness are those of all components.
+  void finish(const Cut& cut, std::span<const Shape> shapes);
+
   /// The blobs of component `i`, which was measured.
-  Measured finish(const Cut& cut, std::size_t i, const Shape& shape, double roundness) const;
+  std::span<const Blob> blobs(std::size_t i) const { return {measured_[i].begin(), measured_[i].end()}; }
 
  private:
   struct Window {
     int x, y, width_px, height_px;  // in the image, without what fills the box up
   };
 
-  /// A box, and the sums over it.
-  struct Light {
-    int middle_x, middle_y;      // of the box, in the image
-    int width_px, height_px;     // of the box
-    std::uint32_t peak, bright;  // of its pixels
-    std::uint32_t at_top;
-    std::uint32_t span;
-    BoxSums sums;
-  };
-
-  struct Weighed {
-    Blob blob;
-    double radius_px, edge_px;  // of its light
-  };
-
-  struct Entry {
-    bool is_plain;
-    Light light;        // of a plain one
-    Measured measured;  // else
-  };
-
   Window window_of(const Image& image, const Shape& shape) const;
   BoxSurvey fetch(const Image& image, const Cut& cut, const Window& window);
   void erase_others(const Cut& cut, std::span<const Run> runs, const Window& window);
   std::uint32_t count_at_top(const Cut& cut, const BoxSurvey& seen) const;
-  Light weigh(const Cut& cut, const Window& window, const BoxSurvey& seen) const;
-  static Weighed weighed(const Cut& cut, const Light& light, double roundness);
-  void refine(const Cut& cut, const Window& window, Weighed& weighed);
+  Light weigh(const Cut& cut, const Window& window, const BoxSurvey& seen, double roundness) const;
+  void refine(const Cut& cut, const Window& window, WeighedLight& weighed);
   bool fit_side(const Cut& cut, const Window& window, const BoxSurvey& seen, Blob& blob);
   Waist waist_of(const Cut& cut, const Window& window, const Shape& shape) const;
   Measured split(const Cut& cut, const Window& window, const Shape& shape, const Waist& waist);
@@ -101,7 +78,9 @@ class BlobMeter {
   std::vector<std::uint8_t> own_;
   std::array<double, 2048> peak_over_;  // the plateau of a disc of so many pixels, in standard deviations
   Box box_;
-  std::vector<Entry> entries_;
+  BoundedVector<std::size_t, kMaxBlobs> plain_;  // components that were only weighed
+  std::vector<Light> lights_;                    // of those
+  std::vector<Measured> measured_;
 };
 
 }  // namespace mocap::stages

@@ -45,8 +45,11 @@ double Shape::axis_rad() const {
   const double across = 2.0 * xy, along = xx - yy;
   const double low = std::min(std::abs(across), std::abs(along)), high = std::max(std::abs(across), std::abs(along));
   double angle_rad = high > 0.0 ? arctangent(low / high) : 0.0;
-  angle_rad = std::abs(across) > std::abs(along) ? 0.5 * M_PI - angle_rad : angle_rad;
-  angle_rad = along < 0.0 ? M_PI - angle_rad : angle_rad;
+  // Of a round blob which way it goes is chance: no branch would foresee it.
+  const auto is_steep = static_cast<double>(std::abs(across) > std::abs(along));
+  const auto is_back = static_cast<double>(along < 0.0);
+  angle_rad += is_steep * (0.5 * M_PI - 2.0 * angle_rad);
+  angle_rad += is_back * (M_PI - 2.0 * angle_rad);
   return std::copysign(0.5 * angle_rad, across);
 }
 
