@@ -10,7 +10,7 @@ namespace {
 // What an image, and a row, may bring at most; more is noise over the threshold, and the work stays bounded. A marker
 // of radius 4 px is 9 runs.
 constexpr std::size_t kPixelsPerRun = 160;
-constexpr std::size_t kLeastMaxRuns = 8192;
+constexpr std::size_t kLeastMaxRuns = 6144;  // of as many blobs as are kept, 12 rows each
 constexpr std::size_t kRowPixelsPerRun = 40;
 constexpr std::size_t kLeastRowBound = 32;
 constexpr std::size_t kLeastFewWords = 4;  // of a row, or three of four: noise is all over it
