@@ -50,15 +50,21 @@ class Kalman {
 
  private:
   double noise() const;
+  void take_in(const Vector<N>& innovation, const Matrix<N>& weight);
 
   KalmanSettings settings_;
   Vector<N> point_;
   Vector<N> velocity_;
   Matrix<N> pp_, pv_, vv_;
+  double speed_ = 0.0;
   double agility_ = 1.0;
   double last_dt_s_ = 0.0;
 };
 
+template <>
+void Kalman<2>::take_in(const Vector<2>& innovation, const Matrix<2>& weight);
+template <>
+void Kalman<3>::take_in(const Vector<3>& innovation, const Matrix<3>& weight);
 extern template class Kalman<2>;
 extern template class Kalman<3>;
 

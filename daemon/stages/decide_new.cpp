@@ -92,7 +92,7 @@ void NewMatcher::believe(RayTable& rays, const Hypothesis& hypothesis, Matches& 
     ++into.dropped;
     return;
   }
-  Match& match = into.matches.push_back({});
+  Match& match = into.matches.push_back(none_);
   match.start = hypothesis.at.point;
   for (; views != 0; views &= views - 1) {  // in their order
     const auto view = static_cast<std::uint16_t>(std::countr_zero(views));

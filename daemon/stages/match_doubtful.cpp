@@ -204,6 +204,7 @@ void ExpectedMatcher::join_older(RayTable& rays, std::size_t marker) {
     found_[keeper] = agreed->refined;
     views_of_[keeper] = static_cast<std::uint32_t>(agreed->kept);
     views_of_[other] = 0;
+    met_[keeper] = met_[other] = 0;
     return;
   }
 }

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -37,7 +38,8 @@ ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t came
       owner_(camera_count * kMaxBlobs, BlobOwners::kNobody),
       has_owners_(camera_count, 0),
       found_(kMaxMarkers),
-      views_of_(kMaxMarkers, 0) {
+      views_of_(kMaxMarkers, 0),
+      met_(kMaxMarkers, 0) {
   pairs_.reserve(kMaxGateCandidates);
   several_.reserve(kMaxGateCandidates);
   contested_.reserve(kMaxGateCandidates);
@@ -139,8 +141,7 @@ void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& in
     ++into.dropped;
     return;
   }
-  into.matches.resize(into.matches.size() + 1);  // made where it stays: it is large
-  Match& match = into.matches.back();
+  Match& match = into.matches.push_back(none_);
   match.expected = static_cast<std::uint32_t>(marker);
   match.by_blob_tracks = own_views(marker) >= 2;
   const geometry::Refined& found = found_[marker];
@@ -313,11 +314,24 @@ bool ExpectedMatcher::tell_depth(const RayTable& rays, std::size_t marker) const
   return std::abs(direction(0).dot(direction(1))) < max_cos_angle_;
 }
 
-// Whether a marker's rays, three or more, all agreed at once.
+// Whether a marker's rays, three or more, all agreed at once, or nearly all of many.
 bool ExpectedMatcher::take_meeting(std::size_t marker) {
-  if (meetings_.rays_of(marker) < 3 || !meetings_.agree_on(marker)) return false;
+  met_[marker] = 0;
+  if (meetings_.rays_of(marker) < 3) return false;
+  if (!meetings_.agree_on(marker) && !leave_out_worst(marker)) return false;
+  met_[marker] = 1;
   found_[marker] = meetings_.meeting(marker);
   return settings_.in_volume(found_[marker].point.v) && (!held_.any_shared() || held_.has_own_ray(marker));
+}
+
+// Whether the rays of a marker agree but for some that are odd, which are given back.
+bool ExpectedMatcher::leave_out_worst(std::size_t marker) {
+  const auto left_out = meetings_.settle(marker, agreement_);
+  if (!left_out) return false;
+  for (std::uint64_t views = *left_out; views != 0; views &= views - 1) {
+    held_.drop(marker, static_cast<std::size_t>(std::countr_zero(views)));
+  }
+  return true;
 }
 
 // Appends what the views hold of a marker.
@@ -360,10 +374,14 @@ void ExpectedMatcher::recover(RayTable& rays, std::size_t marker) {
     if (!nearest) continue;
     if (!added) mark(rays, marker, -1);
     held_.give(marker, view, rays[view], *nearest, owner(view, *nearest) == marker);
+    if (met_[marker] != 0) meetings_.add_ray(marker, view, rays[view], *nearest);
     added = true;
   }
   if (!added) return;
-  views_of_[marker] = static_cast<std::uint32_t>(agree(rays, marker, found.point));
+  const bool met = met_[marker] != 0 && leave_out_worst(marker);
+  if (met) found_[marker] = meetings_.meeting(marker);
+  const bool near = met && settings_.in_volume(found_[marker].point.v) && held_.has_own_ray(marker);
+  views_of_[marker] = static_cast<std::uint32_t>(near ? meetings_.rays_of(marker) : agree(rays, marker, found.point));
   if (views_of_[marker] >= 2) mark(rays, marker, +1);
 }
 

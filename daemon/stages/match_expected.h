@@ -58,6 +58,7 @@ class ExpectedMatcher {
   void forsake_doubles();
   std::size_t agree(RayTable& rays, std::size_t marker, const WorldPoint& start);
   bool take_meeting(std::size_t marker);
+  bool leave_out_worst(std::size_t marker);
   void add_sightings(RayTable& rays, std::size_t marker);
   void join_older(RayTable& rays, std::size_t marker);
   bool tell_depth(const RayTable& rays, std::size_t marker) const;
@@ -101,7 +102,10 @@ class ExpectedMatcher {
   std::vector<RayQuadric> shared_quadrics_;
   std::vector<geometry::Refined> found_;
   std::vector<std::uint32_t> views_of_;  // how many views of each marker agree
+  std::vector<std::uint8_t> met_;        // whether the meetings have just those rays of each marker
   Sightings sightings_;
+  // A copy costs what is in it; one made from nothing is cleared as a whole, with the room for all cameras.
+  const Match none_{};
 };
 
 }  // namespace mocap::stages

@@ -102,6 +102,8 @@ class NewMatcher {
   std::vector<NearLine> near_line_;
   Hypothesis trial_;
   Sightings sightings_;
+  // A copy costs what is in it; one made from nothing is cleared as a whole, with the room for all cameras.
+  const Match none_{};
 };
 
 }  // namespace mocap::stages

@@ -19,31 +19,30 @@ constexpr double kSmallChange = 0.01;
 
 }  // namespace
 
-MeetingPoints::MeetingPoints(std::size_t max_markers, std::size_t max_views)
-    : odd_(max_markers), sum_px2_(max_markers), errors_(max_views * kErrorColumns * max_markers) {
-  const auto reserve = [&](auto& columns) {
-    for (Column& column : columns) column.resize(max_markers);
-  };
-  reserve(start_);
-  reserve(sum_);
-  reserve(move_);
-  reserve(covariance_);
-  for (Column* column : {&told_, &count_, &least_depth_m_, &x_, &y_, &ux_, &uy_, &vx_, &vy_, &variance_px2_}) {
-    column->resize(max_markers);
-  }
+MeetingPoints::MeetingPoints(std::size_t max_markers, std::size_t max_views) {
+  const std::size_t lanes = (max_markers + kLanesAtOnce - 1) / kLanesAtOnce * kLanesAtOnce;
+  const auto resize = [&](auto&... columns) { (columns.resize(lanes), ...); };
+  for (auto& column : start_) resize(column);
+  for (auto& column : sum_) resize(column);
+  for (auto& column : move_) resize(column);
+  for (auto& column : covariance_) resize(column);
+  resize(told_, count_, least_depth_m_, odd_, sum_px2_, x_, y_, ux_, uy_, vx_, vy_, variance_px2_);
+  errors_.resize(max_views * kErrorColumns * lanes);
 }
 
 void MeetingPoints::begin(const Expected& expected) {
   marker_count_ = expected.markers.size();
+  lane_count_ = (marker_count_ + kLanesAtOnce - 1) / kLanesAtOnce * kLanesAtOnce;
   view_count_ = 0;
-  MOCAP_EXPECTS(marker_count_ <= count_.size());
+  MOCAP_EXPECTS(lane_count_ <= count_.size());
   for (std::size_t m = 0; m < marker_count_; ++m) {
     const Eigen::Vector3d& at = expected.markers.data()[m].position.v;
     for (int axis = 0; axis < 3; ++axis) start_[static_cast<std::size_t>(axis)][m] = at[axis];
   }
-  for (Column& column : sum_) std::fill_n(column.begin(), marker_count_, 0.0);
-  std::fill_n(count_.begin(), marker_count_, 0.0);
-  std::fill_n(least_depth_m_.begin(), marker_count_, std::numeric_limits<double>::max());
+  for (Floats& column : sum_) std::fill_n(column.begin(), lane_count_, 0.0F);
+  std::fill_n(count_.begin(), lane_count_, 0.0F);
+  std::fill_n(least_depth_m_.begin(), lane_count_, std::numeric_limits<float>::max());
+  std::fill(variance_px2_.begin() + static_cast<std::ptrdiff_t>(marker_count_), variance_px2_.end(), 0.0F);
 }
 
 // A column for each number, so that the loops over them run several at a time.
@@ -55,53 +54,61 @@ void MeetingPoints::gather(const ViewRays& view, std::span<const Held> held) {
     const Held& one = held[m];
     const bool has = one.ray != Held::kNone;
     const std::size_t ray = has ? one.ray : 0;
-    const double sigma = one.sigma_px > 0.0F ? static_cast<double>(one.sigma_px) : sigma_px[ray];
+    const float sigma = one.sigma_px > 0.0F ? one.sigma_px : static_cast<float>(sigma_px[ray]);
     x_[m] = x[ray] + static_cast<double>(one.off.x());
     y_[m] = y[ray] + static_cast<double>(one.off.y());
-    ux_[m] = ux[ray];
-    uy_[m] = uy[ray];
-    vx_[m] = vx[ray];
-    vy_[m] = vy[ray];
-    variance_px2_[m] = has ? sigma * sigma : 0.0;
+    ux_[m] = static_cast<float>(ux[ray]);
+    uy_[m] = static_cast<float>(uy[ray]);
+    vx_[m] = static_cast<float>(vx[ray]);
+    vy_[m] = static_cast<float>(vy[ray]);
+    variance_px2_[m] = has ? sigma * sigma : 0.0F;
   }
 }
 
 MOCAP_WIDE void MeetingPoints::add(const ViewRays& view, std::span<const Held> held) {
-  if (view.size() == 0) return;
+  if (view.size() == 0) {
+    std::fill_n(error(view_count_++, 0), kErrorColumns * lane_count_, 0.0F);
+    return;
+  }
   gather(view, held);
   const auto& [row_x, row_y, row_z] = *view.rows;
-  const double r00 = row_x[0], r01 = row_x[1], r02 = row_x[2], t0 = row_x[3];
-  const double r10 = row_y[0], r11 = row_y[1], r12 = row_y[2], t1 = row_y[3];
-  const double r20 = row_z[0], r21 = row_z[1], r22 = row_z[2], t2 = row_z[3];
-  const double *px = start_[0].data(), *py = start_[1].data(), *pz = start_[2].data();
-  const double *sx = x_.data(), *sy = y_.data(), *sux = ux_.data(), *suy = uy_.data(), *svx = vx_.data(),
-               *svy = vy_.data(), *variance = variance_px2_.data();
-  double *xx = sum_[0].data(), *xy = sum_[1].data(), *xz = sum_[2].data(), *yy = sum_[3].data(), *yz = sum_[4].data(),
-         *zz = sum_[5].data(), *gx = sum_[6].data(), *gy = sum_[7].data(), *gz = sum_[8].data(),
-         *counted = count_.data(), *least_depth = least_depth_m_.data();
+  const double r0 = row_x[0], r1 = row_x[1], r2 = row_x[2], t0 = row_x[3];
+  const double s0 = row_y[0], s1 = row_y[1], s2 = row_y[2], t1 = row_y[3];
+  const double d0 = row_z[0], d1 = row_z[1], d2 = row_z[2], t2 = row_z[3];
+  const auto r00 = static_cast<float>(r0), r01 = static_cast<float>(r1), r02 = static_cast<float>(r2);
+  const auto r10 = static_cast<float>(s0), r11 = static_cast<float>(s1), r12 = static_cast<float>(s2);
+  const auto r20 = static_cast<float>(d0), r21 = static_cast<float>(d1), r22 = static_cast<float>(d2);
+  const double *px = start_[0].data(), *py = start_[1].data(), *pz = start_[2].data(), *sx = x_.data(), *sy = y_.data();
+  const float *sux = ux_.data(), *suy = uy_.data(), *svx = vx_.data(), *svy = vy_.data(),
+              *variance = variance_px2_.data();
+  float *xx = sum_[0].data(), *xy = sum_[1].data(), *xz = sum_[2].data(), *yy = sum_[3].data(), *yz = sum_[4].data(),
+        *zz = sum_[5].data(), *gx = sum_[6].data(), *gy = sum_[7].data(), *gz = sum_[8].data(),
+        *counted = count_.data(), *least_depth = least_depth_m_.data();
   float *at_u = error(view_count_, 0), *u_x = error(view_count_, 1), *u_y = error(view_count_, 2),
         *u_z = error(view_count_, 3), *at_v = error(view_count_, 4), *v_x = error(view_count_, 5),
         *v_y = error(view_count_, 6), *v_z = error(view_count_, 7), *own_px2 = error(view_count_, 8);
   ++view_count_;
-  const std::size_t count = marker_count_;
+  const std::size_t count = lane_count_ / kLanesAtOnce * kLanesAtOnce;
   MOCAP_INDEPENDENT_TURNS
   for (std::size_t m = 0; m < count; ++m) {
-    const bool is_held = variance[m] > 0.0;
-    const double has = is_held ? 1.0 : 0.0;
-    const double depth = r20 * px[m] + r21 * py[m] + r22 * pz[m] + t2;
-    // One division tells both reciprocals.
-    const double reciprocal = 1.0 / (is_held ? depth * variance[m] : 1.0);
-    const double inverse = reciprocal * variance[m];
-    const double weight = is_held ? reciprocal * depth : 0.0;
-    const double x = sx[m], y = sy[m];
-    const double off_x = (r00 * px[m] + r01 * py[m] + r02 * pz[m] + t0) * inverse - x;
-    const double off_y = (r10 * px[m] + r11 * py[m] + r12 * pz[m] + t1) * inverse - y;
-    const double ax = (r00 - x * r20) * inverse, ay = (r01 - x * r21) * inverse, az = (r02 - x * r22) * inverse;
-    const double bx = (r10 - y * r20) * inverse, by = (r11 - y * r21) * inverse, bz = (r12 - y * r22) * inverse;
-    const double ux = sux[m], uy = suy[m], vx = svx[m], vy = svy[m];
-    const double u0 = ux * ax + uy * bx, u1 = ux * ay + uy * by, u2 = ux * az + uy * bz;
-    const double v0 = vx * ax + vy * bx, v1 = vx * ay + vy * by, v2 = vx * az + vy * bz;
-    const double off_u = ux * off_x + uy * off_y, off_v = vx * off_x + vy * off_y;
+    const bool is_held = variance[m] > 0.0F;
+    const float has = is_held ? 1.0F : 0.0F;
+    const double depth = d0 * px[m] + d1 * py[m] + d2 * pz[m] + t2;
+    const double inverse_depth = 1.0 / depth;
+    const auto to_x = static_cast<float>((r0 * px[m] + r1 * py[m] + r2 * pz[m] + t0) * inverse_depth - sx[m]);
+    const auto to_y = static_cast<float>((s0 * px[m] + s1 * py[m] + s2 * pz[m] + t1) * inverse_depth - sy[m]);
+    // What is not held may be anywhere, in the camera's plane too: nothing of it is added.
+    const float off_x = is_held ? to_x : 0.0F, off_y = is_held ? to_y : 0.0F;
+    const float inverse = is_held ? static_cast<float>(inverse_depth) : 0.0F;
+    const auto x = static_cast<float>(sx[m]), y = static_cast<float>(sy[m]);
+    const auto depth_m = static_cast<float>(depth);
+    const float weight = has / (is_held ? variance[m] : 1.0F);
+    const float ax = (r00 - x * r20) * inverse, ay = (r01 - x * r21) * inverse, az = (r02 - x * r22) * inverse;
+    const float bx = (r10 - y * r20) * inverse, by = (r11 - y * r21) * inverse, bz = (r12 - y * r22) * inverse;
+    const float ux = sux[m], uy = suy[m], vx = svx[m], vy = svy[m];
+    const float u0 = ux * ax + uy * bx, u1 = ux * ay + uy * by, u2 = ux * az + uy * bz;
+    const float v0 = vx * ax + vy * bx, v1 = vx * ay + vy * by, v2 = vx * az + vy * bz;
+    const float off_u = ux * off_x + uy * off_y, off_v = vx * off_x + vy * off_y;
     xx[m] += weight * (u0 * u0 + v0 * v0);
     xy[m] += weight * (u0 * u1 + v0 * v1);
     xz[m] += weight * (u0 * u2 + v0 * v2);
@@ -112,31 +119,35 @@ MOCAP_WIDE void MeetingPoints::add(const ViewRays& view, std::span<const Held> h
     gy[m] -= weight * (u1 * off_u + v1 * off_v);
     gz[m] -= weight * (u2 * off_u + v2 * off_v);
     counted[m] += has;
-    least_depth[m] = has > 0.0 && depth < least_depth[m] ? depth : least_depth[m];
-    at_u[m] = static_cast<float>(has * off_u);
-    u_x[m] = static_cast<float>(has * u0);
-    u_y[m] = static_cast<float>(has * u1);
-    u_z[m] = static_cast<float>(has * u2);
-    at_v[m] = static_cast<float>(has * off_v);
-    v_x[m] = static_cast<float>(has * v0);
-    v_y[m] = static_cast<float>(has * v1);
-    v_z[m] = static_cast<float>(has * v2);
-    own_px2[m] = static_cast<float>(variance[m]);
+    least_depth[m] = is_held & (depth_m < least_depth[m]) ? depth_m : least_depth[m];
+    at_u[m] = off_u;
+    u_x[m] = u0;
+    u_y[m] = u1;
+    u_z[m] = u2;
+    at_v[m] = off_v;
+    v_x[m] = v0;
+    v_y[m] = v1;
+    v_z[m] = v2;
+    own_px2[m] = variance[m];
   }
 }
 
-MOCAP_WIDE void MeetingPoints::solve() {
-  const double *sxx = sum_[0].data(), *sxy = sum_[1].data(), *sxz = sum_[2].data(), *syy = sum_[3].data(),
-               *syz = sum_[4].data(), *szz = sum_[5].data(), *gx = sum_[6].data(), *gy = sum_[7].data(),
-               *gz = sum_[8].data();
-  const double* least_depth = least_depth_m_.data();
+void MeetingPoints::solve() { solve(0, lane_count_); }
+
+// From and to a multiple of kLanesAtOnce.
+MOCAP_WIDE void MeetingPoints::solve(std::size_t first, std::size_t end) {
+  const float *sxx = sum_[0].data(), *sxy = sum_[1].data(), *sxz = sum_[2].data(), *syy = sum_[3].data(),
+              *syz = sum_[4].data(), *szz = sum_[5].data(), *sgx = sum_[6].data(), *sgy = sum_[7].data(),
+              *sgz = sum_[8].data();
+  const float* least_depth = least_depth_m_.data();
   double *to_x = move_[0].data(), *to_y = move_[1].data(), *to_z = move_[2].data(), *told = told_.data();
   double *cxx = covariance_[0].data(), *cxy = covariance_[1].data(), *cxz = covariance_[2].data(),
          *cyy = covariance_[3].data(), *cyz = covariance_[4].data(), *czz = covariance_[5].data();
-  const std::size_t count = marker_count_;
   MOCAP_INDEPENDENT_TURNS
-  for (std::size_t m = 0; m < count; ++m) {
-    const double xx = sxx[m], xy = sxy[m], xz = sxz[m], yy = syy[m], yz = syz[m], zz = szz[m];
+  for (std::size_t m = first; m < end; ++m) {
+    const double xx = static_cast<double>(sxx[m]), xy = static_cast<double>(sxy[m]), xz = static_cast<double>(sxz[m]);
+    const double yy = static_cast<double>(syy[m]), yz = static_cast<double>(syz[m]), zz = static_cast<double>(szz[m]);
+    const double gx = static_cast<double>(sgx[m]), gy = static_cast<double>(sgy[m]), gz = static_cast<double>(sgz[m]);
     const double ixx = yy * zz - yz * yz, ixy = xz * yz - xy * zz, ixz = xy * yz - xz * yy;
     const double iyy = xx * zz - xz * xz, iyz = xy * xz - xx * yz, izz = xx * yy - xy * xy;
     const double determinant = xx * ixx + xy * ixy + xz * ixz;
@@ -150,11 +161,12 @@ MOCAP_WIDE void MeetingPoints::solve() {
     cyy[m] = iyy * inverse;
     cyz[m] = iyz * inverse;
     czz[m] = izz * inverse;
-    const double x = (ixx * gx[m] + ixy * gy[m] + ixz * gz[m]) * inverse;
-    const double y = (ixy * gx[m] + iyy * gy[m] + iyz * gz[m]) * inverse;
-    const double z = (ixz * gx[m] + iyz * gy[m] + izz * gz[m]) * inverse;
-    const double most = kSmallChange * least_depth[m];
-    told[m] = is_told & (least_depth[m] > kNearest_m) & (x * x + y * y + z * z <= most * most) ? 1.0 : 0.0;
+    const double x = (ixx * gx + ixy * gy + ixz * gz) * inverse;
+    const double y = (ixy * gx + iyy * gy + iyz * gz) * inverse;
+    const double z = (ixz * gx + iyz * gy + izz * gz) * inverse;
+    const auto nearest = static_cast<double>(least_depth[m]);
+    const double most = kSmallChange * nearest;
+    told[m] = is_told & (nearest > kNearest_m) & (x * x + y * y + z * z <= most * most) ? 1.0 : 0.0;
     to_x[m] = x;
     to_y[m] = y;
     to_z[m] = z;
@@ -166,7 +178,7 @@ MOCAP_WIDE void MeetingPoints::judge(const geometry::Agreement& agreement) {
   const auto sigmas2 = static_cast<float>(agreement.sigmas * agreement.sigmas);
   const double *to_x = move_[0].data(), *to_y = move_[1].data(), *to_z = move_[2].data();
   float *odd = odd_.data(), *sum = sum_px2_.data();
-  const std::size_t count = marker_count_;
+  const std::size_t count = lane_count_ / kLanesAtOnce * kLanesAtOnce;
   std::fill_n(odd, count, 0.0F);
   std::fill_n(sum, count, 0.0F);
   for (std::size_t view = 0; view < view_count_; ++view) {
@@ -194,8 +206,94 @@ geometry::Refined MeetingPoints::meeting(std::size_t marker) const {
   const auto& c = covariance_;
   met.covariance_m2 << c[0][marker], c[1][marker], c[2][marker], c[1][marker], c[3][marker], c[4][marker], c[2][marker],
       c[4][marker], c[5][marker];
-  met.rms_px = std::sqrt(static_cast<double>(sum_px2_[marker]) / count_[marker]);
+  met.rms_px = std::sqrt(static_cast<double>(sum_px2_[marker] / count_[marker]));
   return met;
+}
+
+// What one marker's rays are off, side by side.
+void MeetingPoints::lift(std::size_t marker) {
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    const float* from = error(view, 0) + marker;
+    for (std::size_t column = 0; column < kErrorColumns; ++column) lifted_[column][view] = from[column * lane_count_];
+  }
+}
+
+// The ray that is farthest off for what it may be.
+MOCAP_WIDE MeetingPoints::Worst MeetingPoints::worst(std::size_t marker, const geometry::Agreement& agreement) {
+  const auto floor_px2 = static_cast<float>(agreement.floor_px * agreement.floor_px);
+  const auto sigmas2 = static_cast<float>(agreement.sigmas * agreement.sigmas);
+  const auto x = static_cast<float>(move_[0][marker]), y = static_cast<float>(move_[1][marker]),
+             z = static_cast<float>(move_[2][marker]);
+  const auto& e = lifted_;
+  std::array<float, kMaxCameras> off_px2, excess2;
+  MOCAP_INDEPENDENT_TURNS
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    const float u = e[0][view] + e[1][view] * x + e[2][view] * y + e[3][view] * z;
+    const float v = e[4][view] + e[5][view] * x + e[6][view] * y + e[7][view] * z;
+    off_px2[view] = u * u + v * v;
+    excess2[view] = off_px2[view] / (floor_px2 + sigmas2 * e[8][view]);
+  }
+  Worst worst{0, 0.0F, 0.0F};
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    worst.sum_px2 += off_px2[view];
+    if (excess2[view] <= worst.excess2) continue;
+    worst.view = view;
+    worst.excess2 = excess2[view];
+  }
+  return worst;
+}
+
+// Adds a ray to its marker's sums, or takes it out: `times` is 1 or -1.
+void MeetingPoints::count_in(std::size_t marker, std::size_t view, float times) {
+  std::array<float, kErrorColumns> e;
+  for (std::size_t column = 0; column < kErrorColumns; ++column) e[column] = error(view, column)[marker];
+  const auto& [u, ux, uy, uz, v, vx, vy, vz, own_px2] = e;
+  const float weight = times / own_px2;
+  const std::array<float, 9> parts{ux * ux + vx * vx,  ux * uy + vx * vy,  ux * uz + vx * vz,
+                                   uy * uy + vy * vy,  uy * uz + vy * vz,  uz * uz + vz * vz,
+                                   -(ux * u + vx * v), -(uy * u + vy * v), -(uz * u + vz * v)};
+  for (std::size_t i = 0; i < parts.size(); ++i) sum_[i][marker] += weight * parts[i];
+  count_[marker] += times;
+}
+
+void MeetingPoints::add_ray(std::size_t marker, std::size_t view, const ViewRays& rays, std::size_t ray) {
+  const auto& [row_x, row_y, row_z] = *rays.rows;
+  const Eigen::Vector4d at(start_[0][marker], start_[1][marker], start_[2][marker], 1.0);
+  const double depth = row_z.dot(at), x = rays.x(ray), y = rays.y(ray);
+  const Eigen::Vector4d along_x = (row_x - x * row_z) / depth, along_y = (row_y - y * row_z) / depth;
+  const geometry::RayColumns& slope = rays.rays;
+  const Eigen::Vector4d u = slope.ux[ray] * along_x + slope.uy[ray] * along_y;
+  const Eigen::Vector4d v = slope.vx[ray] * along_x + slope.vy[ray] * along_y;
+  const double own_px2 = rays.sigma_px[ray] * rays.sigma_px[ray];
+  const std::array<double, kErrorColumns> e{u.dot(at), u[0], u[1], u[2], v.dot(at), v[0], v[1], v[2], own_px2};
+  for (std::size_t column = 0; column < kErrorColumns; ++column) {
+    error(view, column)[marker] = static_cast<float>(e[column]);
+  }
+  count_in(marker, view, 1.0F);
+  least_depth_m_[marker] = std::min(least_depth_m_[marker], static_cast<float>(depth));
+}
+
+std::optional<std::uint64_t> MeetingPoints::settle(std::size_t marker, const geometry::Agreement& agreement) {
+  constexpr float kFew = 8.0F;  // of so few rays a wrong one drags the point so far that another may look worse
+  std::uint64_t left_out = 0;
+  lift(marker);
+  for (;;) {
+    const std::size_t first = marker / kLanesAtOnce * kLanesAtOnce;
+    solve(first, first + kLanesAtOnce);
+    if (!(told_[marker] > 0.0)) return std::nullopt;
+    const Worst far = worst(marker, agreement);
+    if (far.excess2 <= 1.0F) {
+      odd_[marker] = 0.0F;
+      sum_px2_[marker] = far.sum_px2;
+      return left_out;
+    }
+    if (count_[marker] <= kFew) return std::nullopt;
+    left_out |= std::uint64_t{1} << far.view;
+    count_in(marker, far.view, -1.0F);
+    for (std::size_t column = 0; column < kErrorColumns; ++column) {
+      error(far.view, column)[marker] = lifted_[column][far.view] = 0.0F;
+    }
+  }
 }
 
 }  // namespace mocap::stages

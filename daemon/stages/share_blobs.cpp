@@ -35,14 +35,18 @@ struct Turn {
   double sine = 0.0;
 };
 
-// Half of the angle from one stretch to another, so at most a quarter turn; none where a direction is not told.
-Turn half_turn(const Vector2d& from, const Vector2d& to) {
-  const double length = std::sqrt(from.squaredNorm() * to.squaredNorm());
-  if (!(length > 0.0)) return {};
+// Half of the angle from a stretch of that length to a direction (unit, or zero), so at most a quarter turn; none where
+// a direction is not told.
+Turn half_turn(const Vector2d& from, double length, const Vector2d& to) {
+  if (!(length > 0.0) || to.isZero()) return {};
   const double cosine = std::clamp(from.dot(to) / length, -1.0, 1.0);
   const double across = from.x() * to.y() - from.y() * to.x();
   return {std::sqrt(0.5 * (1.0 + cosine)), std::copysign(std::sqrt(0.5 * (1.0 - cosine)), across)};
 }
+
+// Sets of bits, one or more: of one, of two.
+bool is_one(std::uint32_t bits) { return (bits & (bits - 1)) == 0; }
+bool is_pair(std::uint32_t bits) { return !is_one(bits) && is_one(bits & (bits - 1)); }
 
 // A blob of several like markers reaches no further from its centroid than twice their spread.
 double reach_px(double spread_px) { return 2.0 * spread_px; }
@@ -63,9 +67,9 @@ bool BlobSharer::share(const ViewRays& view, const Foreseen& foreseen, std::span
     if (group.size < 2) continue;
     if (view.spread_px[ray] > 0.0) {
       const Told told{{view.x(ray), view.y(ray)}, view.axis(ray), view.spread_px[ray]};
-      const std::uint32_t subset = best_subset(view, foreseen, told, group);
-      if (subset == 0) continue;
-      split(view, foreseen, held, ray, told, group, subset);
+      const Explained explained = best_subset(view, foreseen, told, group);
+      if (explained.subset == 0) continue;
+      split(view, foreseen, held, ray, told, group, explained);
       shared = true;
     } else if (group.has_owner) {
       shared = overlay(foreseen, held, ray, group, view.focal_px) || shared;
@@ -78,6 +82,11 @@ bool BlobSharer::share(const ViewRays& view, const Foreseen& foreseen, std::span
 void BlobSharer::gather_wishes(const ViewRays& view, const Foreseen& foreseen, std::span<const Held> held) {
   wishes_.clear();
   std::fill_n(owner_.begin(), view.size(), Held::kNone);
+  const auto slack_px = [&](std::uint32_t m) {
+    return std::clamp(2.0 * foreseen.sigma_px(m, view.focal_px), kLeastSlack_px, kMostSlack_px);
+  };
+  const bool any_spread = view.max_spread_px() > 0.0;
+  const double widest = (any_spread ? reach_px(view.max_spread_px()) + kMostSlack_px : kCoincide_px) / view.focal_px;
   const double coincide2 = kCoincide_px * kCoincide_px / (view.focal_px * view.focal_px);
   for (std::uint32_t m = 0; m < held.size(); ++m) {
     if (held[m].ray != Held::kNone) {
@@ -86,8 +95,6 @@ void BlobSharer::gather_wishes(const ViewRays& view, const Foreseen& foreseen, s
     }
     if (!foreseen.usable(m)) continue;
     const Vector2d at = foreseen.centre(m);
-    const double slack_px = std::clamp(2.0 * foreseen.sigma_px(m, view.focal_px), kLeastSlack_px, kMostSlack_px);
-    const double widest = std::max(kCoincide_px, reach_px(view.max_spread_px()) + slack_px) / view.focal_px;
     std::uint32_t nearest = Held::kNone;
     double least = 0.0;
     view.near(at.x(), at.y(), widest, widest, [&](std::size_t ray) {
@@ -95,7 +102,7 @@ void BlobSharer::gather_wishes(const ViewRays& view, const Foreseen& foreseen, s
       const double off2 = (Vector2d(view.x(ray), view.y(ray)) - at).squaredNorm();
       if (spread == 0.0 && off2 >= coincide2) return;  // most rays, without the root
       const double off_px = view.focal_px * std::sqrt(off2);
-      const double over = off_px - (spread > 0.0 ? reach_px(spread) + slack_px : kCoincide_px);
+      const double over = off_px - (spread > 0.0 ? reach_px(spread) + slack_px(m) : kCoincide_px);
       if (over >= least) return;
       least = over;
       nearest = static_cast<std::uint32_t>(ray);
@@ -123,12 +130,14 @@ BlobSharer::Group BlobSharer::group_of(std::span<const Wish> wishes) const {
 BlobSharer::Layout BlobSharer::layout_of(const ViewRays& view, const Foreseen& foreseen, const Group& group,
                                          std::uint32_t subset) {
   Layout layout;
-  if (std::popcount(subset) == 2) {  // most are: both lie as far from the mean, to opposite sides
+  if (is_pair(subset)) {  // most are: both lie as far from the mean, to opposite sides
     const std::uint32_t a = group.markers[static_cast<std::size_t>(std::countr_zero(subset))];
     const std::uint32_t b = group.markers[static_cast<std::size_t>(std::bit_width(subset) - 1)];
     const Vector2d at_a = foreseen.centre(a), at_b = foreseen.centre(b);
     layout.mean = 0.5 * (at_a + at_b);
-    layout.stretch_px2 = elongation(0.5 * view.focal_px * (at_b - at_a));
+    const Vector2d off_px = 0.5 * view.focal_px * (at_b - at_a);
+    layout.stretch_px2 = elongation(off_px);
+    layout.length_px = off_px.norm();
     layout.sigma_px = 0.5 * (foreseen.sigma_px(a, view.focal_px) + foreseen.sigma_px(b, view.focal_px));
     return layout;
   }
@@ -143,29 +152,30 @@ BlobSharer::Layout BlobSharer::layout_of(const ViewRays& view, const Foreseen& f
     const Vector2d off_px = view.focal_px * (foreseen.centre(group.markers[i]) - layout.mean);
     layout.stretch_px2 += share * elongation(off_px);
   }
+  layout.length_px = std::sqrt(layout.stretch_px2.norm());
   return layout;
 }
 
 // The two or more of the group that explain the blob best, as a set of bits; none where none do.
-std::uint32_t BlobSharer::best_subset(const ViewRays& view, const Foreseen& foreseen, const Told& told,
-                                      const Group& group) {
+BlobSharer::Explained BlobSharer::best_subset(const ViewRays& view, const Foreseen& foreseen, const Told& told,
+                                              const Group& group) {
   const double told_px = told.spread_px;
   const Vector2d told_px2 = told_px * told_px * told.axis;
   const double told_sigma_px2 = kSpreadSigma_px * kSpreadSigma_px + std::pow(kSpreadShare * told_px, 2);
-  std::uint32_t best = 0;
+  Explained best;
   double least = kMostMisfit;
-  for (std::uint32_t subset = 1; subset < (1U << group.size); ++subset) {
-    if (std::popcount(subset) < 2 || (group.has_owner && (subset & 1U) == 0)) continue;
+  for (std::uint32_t subset = 3; subset < (1U << group.size); ++subset) {
+    if (is_one(subset) || (group.has_owner && (subset & 1U) == 0)) continue;
     const Layout layout = layout_of(view, foreseen, group, subset);
     const double mean_px2 = view.focal_px * view.focal_px * (layout.mean - told.centroid).squaredNorm();
-    const double foreseen_px = std::sqrt(layout.stretch_px2.norm());
+    const double foreseen_px = layout.length_px;
     // Without an axis the length alone is compared; with one, the squares, whose errors are twice the length's.
     const double off_px =
         told_px2.isZero() ? foreseen_px - told_px : (layout.stretch_px2 - told_px2).norm() / (foreseen_px + told_px);
     const double misfit = mean_px2 / (0.25 + layout.sigma_px * layout.sigma_px) + off_px * off_px / told_sigma_px2;
     if (misfit < least) {
       least = misfit;
-      best = subset;
+      best = {subset, layout};
     }
   }
   return best;
@@ -174,11 +184,10 @@ std::uint32_t BlobSharer::best_subset(const ViewRays& view, const Foreseen& fore
 // Which of them is on which side is foreseen; how far apart and in which direction they are is what the shape tells. A
 // distance that was foreseen would confirm itself from set to set.
 void BlobSharer::split(const ViewRays& view, const Foreseen& foreseen, std::span<Held> held, std::uint32_t ray,
-                       const Told& told, const Group& group, std::uint32_t subset) {
-  const Layout layout = layout_of(view, foreseen, group, subset);
-  const double length_px = std::max(0.1, std::sqrt(layout.stretch_px2.norm()));
-  const double scale = told.spread_px / length_px;
-  const auto [cosine, sine] = half_turn(layout.stretch_px2, told.axis);
+                       const Told& told, const Group& group, const Explained& explained) {
+  const auto& [subset, layout] = explained;
+  const double scale = told.spread_px / std::max(0.1, layout.length_px);
+  const auto [cosine, sine] = half_turn(layout.stretch_px2, layout.length_px * layout.length_px, told.axis);
   for (std::size_t i = 0; i < group.size; ++i) {
     if ((subset >> i & 1U) == 0) continue;
     const Vector2d off = foreseen.centre(group.markers[i]) - layout.mean;

@@ -79,16 +79,22 @@ class BlobSharer {
   struct Layout {
     Eigen::Vector2d mean = Eigen::Vector2d::Zero();         // on the image plane at distance 1
     Eigen::Vector2d stretch_px2 = Eigen::Vector2d::Zero();  // elongation, mean over the markers
+    double length_px = 0.0;                                 // root of its magnitude
     double sigma_px = 0.0;                                  // of a foreseen place, mean
+  };
+
+  // Which markers of a group explain its blob, a bit each, and how they are foreseen to lie.
+  struct Explained {
+    std::uint32_t subset = 0;
+    Layout layout;
   };
 
   void gather_wishes(const ViewRays& view, const Foreseen& foreseen, std::span<const Held> held);
   Group group_of(std::span<const Wish> wishes) const;
   static Layout layout_of(const ViewRays& view, const Foreseen& foreseen, const Group& group, std::uint32_t subset);
-  static std::uint32_t best_subset(const ViewRays& view, const Foreseen& foreseen, const Told& told,
-                                   const Group& group);
+  static Explained best_subset(const ViewRays& view, const Foreseen& foreseen, const Told& told, const Group& group);
   static void split(const ViewRays& view, const Foreseen& foreseen, std::span<Held> held, std::uint32_t ray,
-                    const Told& told, const Group& group, std::uint32_t subset);
+                    const Told& told, const Group& group, const Explained& explained);
   static bool overlay(const Foreseen& foreseen, std::span<Held> held, std::uint32_t ray, const Group& group,
                       double focal_px);
 

@@ -70,8 +70,7 @@ class KalmanMarkerTracker final : public MarkerTracker {
       const filter::Gate<3> gate = track.filter.gate_in(dt_s);
       if (tracks_.has_ended(track, gate, at)) continue;
       if (into.markers.full()) return;
-      into.markers.resize(into.markers.size() + 1);
-      ExpectedMarker& expected = into.markers.back();
+      ExpectedMarker& expected = into.markers.push_back(none_);
       expected.position = {gate.centre};
       expected.covariance_m2 = gate.covariance;
       expected.track = {track.id};
@@ -154,8 +153,7 @@ class KalmanMarkerTracker final : public MarkerTracker {
       if (told_by_body && track.age_sets == 1) track.confirmed = true;
 
       const filter::Belief<3> belief = track.filter.belief();
-      tracked_.resize(tracked_.size() + 1);
-      TrackedMarker& out = tracked_.back();
+      TrackedMarker& out = tracked_.push_back(unseen_);
       out.id = {track.id};
       out.state = !track.confirmed ? TrackState::Tentative : seen ? TrackState::Confirmed : TrackState::Coasting;
       out.position = {belief.point};
@@ -178,6 +176,9 @@ class KalmanMarkerTracker final : public MarkerTracker {
   std::vector<filter::Seen<3>> seen_;
   std::vector<std::uint8_t> usable_;  // by what was seen
   TrackedMarkers tracked_;
+  // A copy is made in one go; one made from nothing is cleared first.
+  const ExpectedMarker none_{};
+  const TrackedMarker unseen_{};
 };
 
 }  // namespace

@@ -222,15 +222,21 @@ void ViewRays::fill_bins() {
 // Where the words begin and end that have rays from a bin on, or before it.
 void ViewRays::bound_words() {
   const auto all = static_cast<std::uint8_t>(words_);
-  std::fill_n(first_word_.begin(), bins_ + 1, std::uint8_t{0});
-  std::fill_n(end_word_.begin(), bins_ + 1, all);
-  if (words_ == 1) return;
-  for (std::size_t bin = 0; bin <= bins_; ++bin) {
-    const std::uint64_t* before = &before_y_[bin * words_];
-    while (end_word_[bin] > 0 && before[end_word_[bin] - 1U] == 0) --end_word_[bin];
-    // A word is passed over when all its rays lie before the bin.
-    const std::uint64_t* every = &before_y_[bins_ * words_];
-    while (first_word_[bin] < all && before[first_word_[bin]] == every[first_word_[bin]]) ++first_word_[bin];
+  const bool one = words_ == 1;
+  std::fill_n(first_word_.begin(), bins_ + 1, one ? std::uint8_t{0} : all);
+  std::fill_n(end_word_.begin(), bins_ + 1, one ? all : std::uint8_t{0});
+  if (one) return;
+  // In the order of the rays the last one's word stays, against it the first one's.
+  for (std::size_t ray = 0; ray < size(); ++ray) {
+    end_word_[static_cast<std::size_t>(row_[ray])] = static_cast<std::uint8_t>(ray / 64 + 1);
+  }
+  for (std::size_t ray = size(); ray-- > 0;) {
+    first_word_[static_cast<std::size_t>(row_[ray]) - 1] = static_cast<std::uint8_t>(ray / 64);
+  }
+  std::uint8_t first = all, end = 0;
+  for (std::size_t i = 0; i <= bins_; ++i) {
+    end_word_[i] = end = std::max(end, end_word_[i]);
+    first_word_[bins_ - i] = first = std::min(first, first_word_[bins_ - i]);
   }
 }
 
@@ -301,7 +307,6 @@ bool RayTable::read_blobs(const BlobFrame& frame, ViewRays& view) {
     const Blob& blob = frame.blobs.data()[b];
     u_px_[b] = std::isfinite(blob.sigma_px) ? blob.centroid.v.x() : std::numeric_limits<double>::quiet_NaN();
     v_px_[b] = blob.centroid.v.y();
-    areas_px2_[b] = blob.area_px2;
     least_px2 = std::min(least_px2, blob.area_px2);
     most_px2 = std::max(most_px2, blob.area_px2);
     view.blob[b] = static_cast<std::uint16_t>(b);
@@ -318,6 +323,7 @@ bool RayTable::read_blobs(const BlobFrame& frame, ViewRays& view) {
 
 // By the middle one of the blobs' areas.
 void RayTable::doubt_crowds(const BlobFrame& frame, ViewRays& view) {
+  for (std::size_t b = 0; b < frame.blobs.size(); ++b) areas_px2_[b] = frame.blobs.data()[b].area_px2;
   const auto end = areas_px2_.begin() + static_cast<std::ptrdiff_t>(frame.blobs.size());
   const auto middle = areas_px2_.begin() + static_cast<std::ptrdiff_t>(frame.blobs.size() / 2);
   std::nth_element(areas_px2_.begin(), middle, end);

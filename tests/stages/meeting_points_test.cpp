@@ -131,6 +131,74 @@ TEST(MeetingPoints, AreNotAgreedOnFarFromWhereTheyWereExpected) {
   EXPECT_TRUE(given.meetings.agree_on(8));
 }
 
+TEST(MeetingPoints, LeaveOutTheRaysOfOthersWhereManyAgree) {
+  MetMarkers given(12, 0.05, 0.0);
+  for (const std::size_t view : {2, 7}) given.held[view][4].off.x() = 0.02F;  // some 20 px
+  given.meet();
+  const bool agreed_at_once = given.meetings.agree_on(4);
+
+  const auto left_out = given.meetings.settle(4, kAgreement);
+
+  ASSERT_TRUE(left_out);
+  EXPECT_FALSE(agreed_at_once);
+  EXPECT_EQ(*left_out, std::uint64_t{1} << 2 | std::uint64_t{1} << 7);
+  EXPECT_TRUE(given.meetings.agree_on(4));
+  given.held[2][4] = given.held[7][4] = {};
+  const auto alone = given.alone(4);
+  ASSERT_TRUE(alone);
+  EXPECT_EQ(given.meetings.rays_of(4), alone->kept);
+  const geometry::Refined met = given.meetings.meeting(4);
+  // What was taken out of the sums leaves its rounding in single precision there.
+  EXPECT_LT((met.point.v - alone->refined.point.v).norm(), 5e-6);
+  EXPECT_LT((met.covariance_m2 - alone->refined.covariance_m2).norm(), 1e-5 * alone->refined.covariance_m2.norm());
+  EXPECT_NEAR(met.rms_px, alone->refined.rms_px, 0.01 * alone->refined.rms_px);
+}
+
+TEST(MeetingPoints, TakeInARayThatWasFoundLater) {
+  MetMarkers given(12, 0.05, 0.0);
+  const auto whole = given.alone(6);
+  const std::size_t later = given.held[5][6].ray;
+  const std::size_t wrong = given.held[5][8].ray;
+  given.held[5][6] = given.held[5][8] = {};
+  given.meet();
+
+  given.meetings.add_ray(6, 5, (*given.rays)[5], later);
+  given.meetings.add_ray(8, 5, (*given.rays)[5], later);
+  const auto of_own = given.meetings.settle(6, kAgreement);
+  const auto of_others = given.meetings.settle(8, kAgreement);
+
+  ASSERT_TRUE(whole && of_own && of_others);
+  ASSERT_NE(later, wrong);
+  EXPECT_EQ(*of_own, 0U);
+  EXPECT_EQ(given.meetings.rays_of(6), 12U);
+  EXPECT_LT((given.meetings.meeting(6).point.v - whole->refined.point.v).norm(), 1e-6);
+  EXPECT_EQ(*of_others, std::uint64_t{1} << 5);
+  EXPECT_EQ(given.meetings.rays_of(8), 11U);
+}
+
+TEST(MeetingPoints, LeaveItToOthersWhereFewRaysDisagree) {
+  MetMarkers given(8, 0.05, 0.0);
+  given.held[2][4].off.x() = 0.02F;  // some 20 px
+  given.meet();
+
+  EXPECT_FALSE(given.meetings.settle(4, kAgreement));
+  EXPECT_FALSE(given.meetings.agree_on(4));
+}
+
+TEST(MeetingPoints, KeepTheirViewsInOrderWhereOneSawNothing) {
+  MetMarkers given(12, 0.05, 0.0);
+  given.world.frames[3]->blobs.clear();
+  given.rays->cast(3);
+  for (Held& one : given.held[3]) one = {};
+  given.held[7][4].off.y() = 0.02F;  // some 20 px
+  given.meet();
+
+  const auto left_out = given.meetings.settle(4, kAgreement);
+
+  ASSERT_TRUE(left_out);
+  EXPECT_EQ(*left_out, std::uint64_t{1} << 7);
+}
+
 TEST(ViewShadows, FindTheNearestFreeRayOfEachView) {
   MetMarkers given(6, 0.05, 0.1);
   const Eigen::Matrix3d covariance_m2 = 0.002 * 0.002 * Eigen::Matrix3d::Identity();

@@ -2,7 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
 
 namespace mocap::bench {
 namespace {
@@ -30,11 +36,61 @@ nlohmann::json object_of(const FuseBenchFigures& f) {
           {"skipped", f.skipped}};
 }
 
+std::string power(std::span<const FuseBenchFigures> figures, std::string_view mode, std::string_view over) {
+  const auto exponent = growth_exponent(figures, mode);
+  return exponent ? fmt::format(", {} blobs^{:.2f}", over, *exponent) : std::string{};
+}
+
+// How the cost of a mode grows: over all sizes, with the markers alone and with the cameras alone.
+std::string growth_line(std::span<const FuseBenchFigures> figures, std::string_view mode) {
+  if (!growth_exponent(figures, mode)) return {};
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  std::map<int, std::vector<FuseBenchFigures>> by_cameras, by_markers;
+  for (const FuseBenchFigures& f : figures) {
+    if (f.mode != mode) continue;
+    least = std::min(least, f.ns_per_blob);
+    most = std::max(most, f.ns_per_blob);
+    by_cameras[f.cameras].push_back(f);
+    by_markers[f.markers].push_back(f);
+  }
+  std::string text = fmt::format("{:<9} {:.0f} to {:.0f} ns a blob; grows as", mode, least, most);
+  text += power(figures, mode, "over all sizes").substr(1);
+  for (const auto& [cameras, of] : by_cameras) text += power(of, mode, fmt::format("of {} cameras", cameras));
+  for (const auto& [markers, of] : by_markers) text += power(of, mode, fmt::format("of {} markers", markers));
+  return text + "\n";
+}
+
 }  // namespace
+
+std::optional<double> growth_exponent(std::span<const FuseBenchFigures> figures, std::string_view mode) {
+  constexpr std::size_t kLeastSizes = 3;
+  std::vector<std::pair<double, double>> at;
+  std::vector<double> sizes;
+  for (const FuseBenchFigures& f : figures) {
+    if (f.mode != mode || !(f.blobs > 0.0) || !(f.median_us > 0.0)) continue;
+    at.emplace_back(std::log(f.blobs), std::log(f.median_us));
+    if (std::ranges::find(sizes, f.blobs) == sizes.end()) sizes.push_back(f.blobs);
+  }
+  if (sizes.size() < kLeastSizes) return std::nullopt;
+  double mean_x = 0.0, mean_y = 0.0;
+  for (const auto& [x, y] : at) {
+    mean_x += x / static_cast<double>(at.size());
+    mean_y += y / static_cast<double>(at.size());
+  }
+  double xx = 0.0, xy = 0.0;
+  for (const auto& [x, y] : at) {
+    xx += (x - mean_x) * (x - mean_x);
+    xy += (x - mean_x) * (y - mean_y);
+  }
+  return xy / xx;
+}
 
 std::string fuse_json(std::span<const FuseBenchFigures> figures) {
   nlohmann::json all = nlohmann::json::array();
-  for (const FuseBenchFigures& f : figures) all.push_back(object_of(f));
+  for (const FuseBenchFigures& f : figures) {
+    all.push_back(object_of(f));
+    if (const auto exponent = growth_exponent(figures, f.mode)) all.back()["growth_exponent"] = *exponent;
+  }
   return all.dump();
 }
 
@@ -54,6 +110,7 @@ std::string fuse_table(std::span<const FuseBenchFigures> figures) {
         f.align_us, f.match_us, f.triangulate_us, f.track_us, f.opencv_us, f.speedup_opencv, f.ns_per_blob, f.recall,
         f.ghosts_per_1000, f.rms_mm);
   }
+  for (const std::string_view mode : {"predicted", "cold"}) text += growth_line(figures, mode);
   return text;
 }
 

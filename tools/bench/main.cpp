@@ -31,7 +31,7 @@ constexpr const char* kExamples = R"(examples:
   mocap-bench detect --variant busy --markers 200
   mocap-bench fuse --cameras 8 --markers 40     blobs to tracks in one thread, known and unknown markers, as a table
   mocap-bench fuse --json                       the same as a JSON array of both modes
-  mocap-bench fuse --growth                     over cameras and markers
+  mocap-bench fuse --growth                     over cameras and markers: is the cost linear in the blobs?
   mocap-bench cameras --count 8 --rate 120      8 served GigE cameras of 640x480, from packet to feed
   mocap-bench cameras --count 4 --size 1280x1024 --rate 100 --seconds 60 --json
   mocap-bench cameras --clock-skew-us 5000 --clock-drift-ppm 50 --delivery-jitter-us 2000 --warm-up 10
@@ -129,7 +129,8 @@ void tell_fuse(CLI::App& fuse, FuseBenchSettings& settings, bool& growth) {
       ->check(CLI::Range(0.0, 2.0))
       ->capture_default_str();
   fuse.add_option("--seed", settings.world.seed, "of noise, misses and false blobs")->capture_default_str();
-  fuse.add_flag("--growth", growth, "several numbers of cameras and markers, those of the options aside");
+  fuse.add_flag("--growth", growth,
+                "several numbers of cameras and markers, and the power of the blobs that the cost grows with");
 }
 
 void tell_solve(CLI::App& solve, SolveBenchSettings& settings) {
