@@ -57,7 +57,11 @@ constexpr double kNever_s = 1e3;
 }  // namespace
 
 BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
-    : settings_(settings), pose_(set, PoseFit::Lengths::Fixed), layer_(set), hidden_(set.skeleton.bones.size()) {
+    : settings_(settings),
+      pose_(set, PoseFit::Lengths::Fixed),
+      layer_(set),
+      hidden_(set.skeleton.bones.size()),
+      leans_(set.skeleton) {
   const std::size_t bones = set.skeleton.bones.size();
   bones_.resize(bones);
   markers_.resize(set.markers.size());
@@ -92,6 +96,8 @@ void BodyFollower::forget() {
   following_ = false;
   weighed_for_ = kWeighEvery;
   for (MarkerMemory& marker : markers_) marker.ever_seen = false;
+  leans_.reset();
+  for (std::size_t b = 0; b < bones_.size(); ++b) pose_.lean(b, leans_.as_in_file(b));
 }
 
 // The rest pose laid on what was seen, the trunk's markers most, then bent to fit.
@@ -311,6 +317,8 @@ void BodyFollower::learn(std::span<const Observation> seen) {
       if (!laid_anew) bone.spin_rad_s = dying_rad_s + learnt_rad_s;
     }
     bone.share_before = bone.share;
+    if (!seen.empty() && leans_.learn(b, pose_.locals()[b].rotation, bone.share, step_s))
+      pose_.lean(b, leans_.as_in_file(b));
     hidden_.step(b, seen.empty() ? Eigen::Matrix3d::Zero() : bone.share, step_s);
   }
   std::copy(pose_.locals().begin(), pose_.locals().end(), learnt_.begin());

@@ -7,6 +7,7 @@
 
 #include "base/time.h"
 #include "body/hidden_turns.h"
+#include "body/hinge_leans.h"
 #include "body/lay_named.h"
 #include "body/pose_fit.h"
 #include "geometry/rigid_fit.h"
@@ -130,6 +131,7 @@ class BodyFollower {
   std::vector<double> off_m2_;   // by bone
   std::vector<int> seen_of_;     // by bone
   HiddenTurns hidden_;
+  HingeLeans leans_;
   std::vector<double> rest_believed_;  // of this fit, by bone
   std::vector<double> limit_believed_;
   std::vector<Eigen::Matrix3d> hold_weight_;

@@ -22,6 +22,12 @@ JointPrior::JointPrior(const Bone& bone, bool root) : root_(root), locked_(false
   }
 }
 
+void JointPrior::lean(const Eigen::Matrix3d& as_in_file) {
+  if (locked_) return;
+  as_in_file_ = as_in_file;
+  leans_ = !as_in_file.isIdentity();
+}
+
 void JointPrior::set(const PosePrior& prior, std::size_t bone) {
   held_ = holds(prior);
   if (!prior.hold_weight.empty()) {
@@ -46,7 +52,8 @@ Eigen::Quaterniond JointPrior::allowed(const Eigen::Quaterniond& local) const {
 double JointPrior::evaluate(const Eigen::Quaterniond& local, const Eigen::Quaterniond& held) {
   double sum = 0.0;
   if (!root_) {
-    phi_ = rotation_vector(local);
+    turned_ = rotation_vector(local);
+    phi_ = leans_ ? Eigen::Vector3d(as_in_file_ * turned_) : turned_;
     beyond_ = phi_ - phi_.cwiseMax(least_).cwiseMin(most_);
     sum += rest_.dot(phi_.cwiseAbs2()) + limit_ * beyond_.squaredNorm();
   }
@@ -72,7 +79,8 @@ void JointPrior::add(const Eigen::Matrix3d& parent, JointTerms& into) const {
   for (int axis = 0; axis < 3; ++axis) by_axis[axis] += beyond_[axis] == 0.0 ? 0.0 : limit_;
   const Eigen::Vector3d pull = rest_.cwiseProduct(phi_) + limit_ * beyond_;
   if (!locked_) {
-    const Eigen::Matrix3d change = change_of_rotation_vector(phi_);
+    const Eigen::Matrix3d turning = change_of_rotation_vector(turned_);
+    const Eigen::Matrix3d change = leans_ ? Eigen::Matrix3d(as_in_file_ * turning) : turning;
     into.weight.noalias() += change.transpose() * by_axis.asDiagonal() * change;
     into.pull.noalias() += change.transpose() * pull;
     return;

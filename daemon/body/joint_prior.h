@@ -38,6 +38,9 @@ class JointPrior {
  public:
   JointPrior(const Bone& bone, bool root);
 
+  /// From now on the turn's rotation vector stands in the box after this turn of it: an elbow's axis that leans. Not
+  /// for joints with an axis that does not turn.
+  void lean(const Eigen::Matrix3d& as_in_file);
   /// Takes in how strong it is.
   void set(const PosePrior& prior, std::size_t bone);
   /// The nearest turn that its locked axes allow.
@@ -60,7 +63,10 @@ class JointPrior {
   double limit_ = 0.0;
   bool held_ = false;
   Eigen::Matrix3d hold_ = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d phi_ = Eigen::Vector3d::Zero();
+  bool leans_ = false;
+  Eigen::Matrix3d as_in_file_ = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d turned_ = Eigen::Vector3d::Zero();  // the turn's rotation vector
+  Eigen::Vector3d phi_ = Eigen::Vector3d::Zero();     // the same as it stands in the box
   Eigen::Vector3d beyond_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d off_hold_ = Eigen::Vector3d::Zero();
 };

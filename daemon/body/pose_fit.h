@@ -42,6 +42,9 @@ class PoseFit {
   /// New bone offsets and marker offsets, by bone and by marker; the joints stay turned as they are.
   void refit(std::span<const Eigen::Vector3d> rest_offsets_m, std::span<const Eigen::Vector3d> marker_offsets_m);
 
+  /// A joint's range and rest from now on: of its rotation vector after this turn (see JointPrior).
+  void lean(std::size_t bone, const Eigen::Matrix3d& as_in_file) { joints_[bone].lean(as_in_file); }
+
   /// The rest pose, bones `scale` times as long, at `world_from_root`.
   void place(const Pose& world_from_root, double scale = 1.0);
   /// A pose by its local poses (of which, but for the root, only the turns are taken).

@@ -23,6 +23,7 @@ constexpr double kMostVouched_m = 0.08;
 constexpr double kTieContradicts = 4.5;
 constexpr double kGateSigmas = 4.0;
 constexpr double kContestSigmas = 5.0;
+constexpr double kContestGates = 2.0;
 constexpr double kFitted_m = 0.008;
 // What a turn bends out of a straight line is a square's half over the limb's length.
 constexpr double kLimb_m = 0.35;
@@ -65,6 +66,7 @@ Eigen::Matrix3d SubjectLabeller::spread_of(std::size_t marker, const TrackedMark
 bool SubjectLabeller::near(std::size_t marker, std::uint32_t track, const NamedTracks& tracks) const {
   const TrackedMarker& one = (*tracks.tracked)[track];
   const Eigen::Vector3d off = one.position.v - places_[marker].at;
+  if (!(off.norm() < settings_.most_gate_m)) return false;
   return off.dot(spread_of(marker, one).inverse() * off) < kGateSigmas * kGateSigmas;
 }
 
@@ -75,7 +77,7 @@ void SubjectLabeller::consider(std::size_t marker, std::size_t index, const Name
   const TrackedMarker& track = (*tracks.tracked)[index];
   const Place& place = places_[marker];
   const Eigen::Vector3d off = track.position.v - place.at;
-  if (!(off.squaredNorm() < settings_.most_gate_m * settings_.most_gate_m)) return;
+  if (!(off.norm() < kContestGates * settings_.most_gate_m)) return;
   const bool own = before_[marker] == static_cast<int>(index);
   const bool called = track.expected_label == Label{id_, static_cast<std::uint32_t>(marker)};
   if (track.state == TrackState::Tentative && !called && !own) return;

@@ -13,6 +13,8 @@ namespace {
 constexpr double kOutlier_m = 0.02;
 // A track that is not seen for longer leaves its name, which the body then knows better where to look for.
 constexpr std::uint32_t kMostMissed = 2;
+// A track that goes on for longer without being seen takes what is nearest then, and that may be another marker.
+constexpr double kRemembersName_s = 0.15;
 // What the body's motion is wrong by: at least, and for each m that a marker moves from set to set.
 constexpr double kSurprise_m = 0.007;
 constexpr double kSurprisePerStep = 0.3;
@@ -52,8 +54,9 @@ SubjectLabeller::SubjectLabeller(const LabelSettings& settings, const Subject& s
   in_limb_.resize(bones);
   misread_.resize(bones);
   loose_.resize(bones);
+  near_.reserve(kMaxMarkers);
   place_track_.reserve(TieReader::kMostPlaces);
-  readings_.reserve(TieReader::kMostReadings + 1);
+  readings_.reserve(1 + TieReader::kMostReadings + 2 * kChallenges * TieReader::kMostNames);
 }
 
 void SubjectLabeller::free(std::size_t marker, NamedTracks& tracks) {
@@ -83,8 +86,9 @@ void SubjectLabeller::give(std::size_t marker, int index, float confidence, Name
 // Whether the track bore the name in the last set, or until it was hidden.
 bool SubjectLabeller::hinted(std::size_t marker, int index, const NamedTracks& tracks) const {
   if (before_[marker] == index) return !jumped_[marker];
-  const TrackId last = names_[marker].last;
-  return last.names_something() && last == tracks[index].id;
+  const Name& name = names_[marker];
+  if (!name.last.names_something() || name.last != tracks[index].id) return false;
+  return to_s(at_ - name.seen_at) < kRemembersName_s;
 }
 
 bool SubjectLabeller::seen(std::size_t marker, const NamedTracks& tracks) const {

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "body/follow_body.h"
@@ -74,6 +75,7 @@ class SubjectLabeller {
  private:
   static constexpr double kMarkerSigma_m = 0.004;
   static constexpr float kFreshConfidence = 0.6F;
+  static constexpr std::size_t kChallenges = 3;  // of each name that a reading would give
 
   struct Name {
     TrackId track;
@@ -122,9 +124,14 @@ class SubjectLabeller {
   bool gather_limb(std::size_t seed, const NamedTracks& tracks);
   bool add_bone(std::size_t bone);
   void add_places(const NamedTracks& tracks);
+  bool too_young(int index, const NamedTracks& tracks) const;
   void allow_places(const NamedTracks& tracks);
   double anchored(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const;
+  bool wanted_elsewhere(int index, const NamedTracks& tracks) const;
   bool read_limb(NamedTracks& tracks);
+  void propose(std::span<const TieReader::Reading> found);
+  void challenge(const NamedTracks& tracks);
+  const Reading& best_reading() const;
   void judge_reading(Reading& reading, const Reading& now, const NamedTracks& tracks);
   void adopt(const Reading& reading, NamedTracks& tracks);
 
@@ -148,14 +155,15 @@ class SubjectLabeller {
   double usual_off_m_ = 0.003;           // mean of the believed names from their places
 
   TieReader reader_;
-  std::vector<int> strays_;               // tracks that no believed name bears
-  std::vector<int> trouble_;              // by bone: its names that are missing while strays stand near
-  std::vector<int> rest_;                 // by bone: sets until it is read anew again
-  std::vector<bool> in_limb_;             // by bone
-  std::vector<char> misread_;             // by bone: names were taken back, the pose may have followed wrong ones
-  std::vector<char> loose_;               // by bone, of one reading
-  std::vector<int> place_track_;          // by the reader's places
-  std::vector<body::Observation> tried_;  // names as a reading has them
+  std::vector<int> strays_;                   // tracks that no believed name bears
+  std::vector<int> trouble_;                  // by bone: its names that are missing while strays stand near
+  std::vector<int> rest_;                     // by bone: sets until it is read anew again
+  std::vector<bool> in_limb_;                 // by bone
+  std::vector<char> misread_;                 // by bone: names were taken back, the pose may have followed wrong ones
+  std::vector<char> loose_;                   // by bone, of one reading
+  std::vector<std::pair<double, int>> near_;  // strays by how far they are from the limb, squared
+  std::vector<int> place_track_;              // by the reader's places
+  std::vector<body::Observation> tried_;      // names as a reading has them
   std::vector<Reading> readings_;
   std::optional<SubjectFit> fit_;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace mocap::stages {
 namespace {
@@ -46,6 +47,11 @@ double TieReader::cost_of(const body::Tie& tie, double apart_m) {
   return std::min(0.5 * sigmas * sigmas, kMostTieCost);
 }
 
+bool TieReader::open(std::size_t name, std::size_t place, double nowhere) const {
+  if (!(costs_[name][place] < nowhere)) return false;
+  return but_ == nullptr || but_->place_of[name] == kNowhere || but_->place_of[name] == static_cast<int>(place);
+}
+
 // Names whose ties to those before them tell most come first, so that what cannot be ends early.
 void TieReader::prepare(const body::MarkerTies& ties, double nowhere) {
   for (std::size_t a = 0; a < names_; ++a) {
@@ -57,7 +63,7 @@ void TieReader::prepare(const body::MarkerTies& ties, double nowhere) {
     }
     choice_count_[a] = 0;
     for (std::size_t p = 0; p < places_; ++p) {
-      if (costs_[a][p] < nowhere) choices_[a][choice_count_[a]++] = {static_cast<std::int8_t>(p), costs_[a][p]};
+      if (open(a, p, nowhere)) choices_[a][choice_count_[a]++] = {static_cast<std::int8_t>(p), costs_[a][p]};
     }
     std::stable_sort(choices_[a].begin(), choices_[a].begin() + static_cast<std::ptrdiff_t>(choice_count_[a]),
                      [](const Choice& x, const Choice& y) { return x.cost < y.cost; });
@@ -96,12 +102,12 @@ void TieReader::keep(double cost) {
   const auto at = std::upper_bound(readings_.begin(), readings_.end(), cost,
                                    [](double value, const Reading& other) { return value < other.cost; });
   readings_.insert(at, Reading{cost, now_});
-  if (readings_.size() > kMostReadings) readings_.pop_back();
+  if (readings_.size() > most_) readings_.pop_back();
 }
 
 void TieReader::search(std::size_t depth, double cost, double nowhere) {
   if (--steps_left_ < 0) return;
-  if (readings_.size() == kMostReadings && cost >= readings_.back().cost) return;
+  if (readings_.size() == most_ && cost >= readings_.back().cost) return;
   if (depth == names_) {
     keep(cost);
     return;
@@ -129,6 +135,19 @@ std::span<const TieReader::Reading> TieReader::read(const body::MarkerTies& ties
   now_.fill(kNowhere);
   steps_left_ = kMostSteps;
   search(0, 0.0, nowhere);
+  return readings_;
+}
+
+std::span<const TieReader::Reading> TieReader::read_otherwise(const body::MarkerTies& ties, double nowhere,
+                                                              std::size_t name, const Reading& but, std::size_t most) {
+  double& own = costs_[name][static_cast<std::size_t>(but.place_of[name])];
+  const double cost = std::exchange(own, kNever);
+  most_ = std::min(most, kMostReadings);
+  but_ = &but;
+  (void)read(ties, nowhere);
+  but_ = nullptr;
+  most_ = kMostReadings;
+  own = cost;
   return readings_;
 }
 

@@ -18,7 +18,7 @@ namespace mocap::stages {
 class TieReader {
  public:
   static constexpr std::size_t kMostNames = 16;
-  static constexpr std::size_t kMostPlaces = 24;
+  static constexpr std::size_t kMostPlaces = 40;
   static constexpr std::size_t kMostReadings = 6;
   static constexpr int kNowhere = -1;
 
@@ -43,6 +43,10 @@ class TieReader {
 
   /// The cheapest readings, best first; a name that is nowhere costs `nowhere`. Borrowed until the next call.
   std::span<const Reading> read(const body::MarkerTies& ties, double nowhere);
+  /// Who else may be where `but` has a name: the cheapest `most` readings in which it is not there, all others as
+  /// before or, which were nowhere, anywhere.
+  std::span<const Reading> read_otherwise(const body::MarkerTies& ties, double nowhere, std::size_t name,
+                                          const Reading& but, std::size_t most);
 
   /// What it costs that two markers so tied are `apart_m`.
   static double cost_of(const body::Tie& tie, double apart_m);
@@ -53,6 +57,7 @@ class TieReader {
     double cost = 0.0;
   };
 
+  bool open(std::size_t name, std::size_t place, double nowhere) const;
   void prepare(const body::MarkerTies& ties, double nowhere);
   void search(std::size_t depth, double cost, double nowhere);
   void keep(double cost);
@@ -70,6 +75,8 @@ class TieReader {
   std::array<bool, kMostPlaces> taken_{};
   std::array<std::int8_t, kMostNames> now_{};
   int steps_left_ = 0;
+  std::size_t most_ = kMostReadings;
+  const Reading* but_ = nullptr;  // names that are somewhere there have no other place
   std::vector<Reading> readings_;
 };
 

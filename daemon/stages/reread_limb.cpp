@@ -1,5 +1,6 @@
 // The part of SubjectLabeller that reads a limb anew where names are missing while nameless tracks stand near.
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -21,6 +22,8 @@ constexpr double kMisread = 6.0;
 constexpr double kClearMargin = 5.0;
 // A name that was given in the last ten sets or so must still be the clear reading when its limb is read anew.
 constexpr float kHeld = 0.85F;
+// Within so many a missing name of another limb wants a track, too.
+constexpr double kWantedSigmas = 3.0;
 // Young tracks of fewer cameras may be where rays meet by chance.
 constexpr std::uint32_t kLeastCameras = 3;
 // Bounds what a set costs, and how often what did not come out is tried again.
@@ -100,14 +103,16 @@ void SubjectLabeller::add_places(const NamedTracks& tracks) {
     const std::size_t m = reader_.marker(n);
     if (believed_[m]) add(names_[m].index);
   }
+  near_.clear();
   for (const int track : strays_) {
     const Eigen::Vector3d& at = tracks[track].position.v;
-    for (std::size_t n = 0; n < reader_.names(); ++n) {
-      if ((body_.told(reader_.marker(n)) - at).squaredNorm() >= kLimbReach_m * kLimbReach_m) continue;
-      add(track);
-      break;
-    }
+    double nearest_m2 = kLimbReach_m * kLimbReach_m;
+    for (std::size_t n = 0; n < reader_.names(); ++n)
+      nearest_m2 = std::min(nearest_m2, (body_.told(reader_.marker(n)) - at).squaredNorm());
+    if (nearest_m2 < kLimbReach_m * kLimbReach_m) near_.emplace_back(nearest_m2, track);
   }
+  std::sort(near_.begin(), near_.end());
+  for (const auto& [far, track] : near_) add(track);
 }
 
 // What the ties to the names that are not read anew say against a place.
@@ -128,15 +133,25 @@ double SubjectLabeller::anchored(std::size_t marker, const Eigen::Vector3d& at, 
   return sum + TieReader::cost_of(to_joint, (body_.pose().world()[bone].position - at).norm());
 }
 
+// Whether a track may be where rays meet by chance. One that bore a name of the limb or was looked for as one is a
+// marker, whichever name it has now.
+bool SubjectLabeller::too_young(int index, const NamedTracks& tracks) const {
+  if (tracks[index].state != TrackState::Tentative) return false;
+  for (std::size_t n = 0; n < reader_.names(); ++n) {
+    const std::size_t m = reader_.marker(n);
+    const bool called = tracks[index].expected_label == Label{id_, static_cast<std::uint32_t>(m)};
+    if (called || hinted(m, index, tracks)) return false;
+  }
+  return true;
+}
+
 void SubjectLabeller::allow_places(const NamedTracks& tracks) {
   for (std::size_t n = 0; n < reader_.names(); ++n) {
     const std::size_t m = reader_.marker(n);
     for (std::size_t p = 0; p < reader_.places(); ++p) {
-      const TrackedMarker& track = tracks[place_track_[p]];
+      const bool young = too_young(place_track_[p], tracks);
+      if (young && tracks[place_track_[p]].cameras < kLeastCameras) continue;
       const bool own = hinted(m, place_track_[p], tracks);
-      const bool called = track.expected_label == Label{id_, static_cast<std::uint32_t>(m)};
-      const bool young = track.state == TrackState::Tentative && !own && !called;
-      if (young && track.cameras < kLeastCameras) continue;
       const double cost = anchored(m, reader_.place(p), tracks) + (young ? kTooYoung : 0.0) - (own ? kOwn : 0.0);
       reader_.allow(n, p, cost);
     }
@@ -165,9 +180,7 @@ void SubjectLabeller::judge_reading(Reading& reading, const Reading& now, const 
       continue;
     }
     tried_.push_back(observe(m, track, tracks));
-    const bool own = hinted(m, track, tracks);
-    const bool called = tracks[track].expected_label == Label{id_, static_cast<std::uint32_t>(m)};
-    reading.cost += own ? -kOwn : tracks[track].state == TrackState::Tentative && !called ? kTooYoung : 0.0;
+    reading.cost += (too_young(track, tracks) ? kTooYoung : 0.0) - (hinted(m, track, tracks) ? kOwn : 0.0);
   }
   if (contradicts) reading.cost += kMisread;
   body_.misread(loose_);
@@ -206,6 +219,69 @@ void SubjectLabeller::adopt(const Reading& reading, NamedTracks& tracks) {
   std::erase_if(seen_, [&](const body::Observation& one) { return !believed_[static_cast<std::size_t>(one.marker)]; });
 }
 
+// Appends those that are not there yet.
+void SubjectLabeller::propose(std::span<const TieReader::Reading> found) {
+  for (const TieReader::Reading& one : found) {
+    Reading other;
+    for (std::size_t n = 0; n < reader_.names(); ++n) {
+      const int place = one.place_of[n];
+      other.track_of[n] = place < 0 ? -1 : place_track_[static_cast<std::size_t>(place)];
+    }
+    const bool known = std::any_of(readings_.begin(), readings_.end(), [&](const Reading& there) {
+      return std::equal(there.track_of.begin(), there.track_of.begin() + static_cast<std::ptrdiff_t>(reader_.names()),
+                        other.track_of.begin());
+    });
+    if (!known) readings_.push_back(other);
+  }
+}
+
+const SubjectLabeller::Reading& SubjectLabeller::best_reading() const {
+  return *std::min_element(readings_.begin(), readings_.end(),
+                           [](const Reading& a, const Reading& b) { return a.cost < b.cost; });
+}
+
+// The cheapest readings by distances may all agree on a name because they differ in others: what speaks against each
+// new name is looked for on purpose.
+void SubjectLabeller::challenge(const NamedTracks& tracks) {
+  const Reading best = best_reading();
+  TieReader::Reading places;
+  for (std::size_t n = 0; n < reader_.names(); ++n) {
+    const auto found = std::find(place_track_.begin(), place_track_.end(), best.track_of[n]);
+    const bool there = best.track_of[n] >= 0 && found != place_track_.end();
+    places.place_of[n] = static_cast<std::int8_t>(there ? found - place_track_.begin() : TieReader::kNowhere);
+  }
+  for (std::size_t n = 0; n < reader_.names(); ++n) {
+    const int track = best.track_of[n];
+    if (track < 0 || track == readings_[0].track_of[n] || places.place_of[n] < 0) continue;
+    const bool doubted = std::any_of(readings_.begin(), readings_.end(), [&](const Reading& other) {
+      return other.track_of[n] != track && other.cost <= best.cost + kClearMargin;
+    });
+    if (doubted) continue;
+    const std::size_t before = readings_.size();
+    propose(reader_.read_otherwise(ties_, kWorthAName, n, places, kChallenges));
+    TieReader::Reading alone;
+    alone.place_of.fill(TieReader::kNowhere);
+    alone.place_of[n] = places.place_of[n];
+    propose(reader_.read_otherwise(ties_, kWorthAName, n, alone, kChallenges));
+    for (std::size_t i = before; i < readings_.size(); ++i) judge_reading(readings_[i], readings_[0], tracks);
+  }
+}
+
+// Whether a missing name that is no part of the limb may well be this track: two limbs that touch are told from each
+// other by claims, or by their motion.
+bool SubjectLabeller::wanted_elsewhere(int index, const NamedTracks& tracks) const {
+  if (!claims_) return false;
+  const TrackedMarker& track = tracks[index];
+  for (std::size_t m = 0; m < names_.size(); ++m) {
+    if (believed_[m] || !places_[m].known || in_limb_[static_cast<std::size_t>(set_.markers[m].bone)]) continue;
+    const Eigen::Vector3d off = track.position.v - places_[m].at;
+    if (!(off.squaredNorm() < kNear_m * kNear_m)) continue;
+    const Eigen::Matrix3d spread = spread_of(m, track);
+    if (off.dot(spread.inverse() * off) < kWantedSigmas * kWantedSigmas) return true;
+  }
+  return false;
+}
+
 // True when the limb is now read otherwise.
 bool SubjectLabeller::read_limb(NamedTracks& tracks) {
   readings_.clear();
@@ -214,20 +290,11 @@ bool SubjectLabeller::read_limb(NamedTracks& tracks) {
     const std::size_t m = reader_.marker(n);
     now.track_of[n] = believed_[m] && names_[m].confidence >= kHeld ? names_[m].index : -1;
   }
-  for (const TieReader::Reading& one : reader_.read(ties_, kWorthAName)) {
-    Reading other;
-    bool same = true;
-    for (std::size_t n = 0; n < reader_.names(); ++n) {
-      const int place = one.place_of[n];
-      other.track_of[n] = place < 0 ? -1 : place_track_[static_cast<std::size_t>(place)];
-      same = same && other.track_of[n] == readings_[0].track_of[n];
-    }
-    if (!same) readings_.push_back(other);
-  }
+  propose(reader_.read(ties_, kWorthAName));
   if (readings_.size() == 1) return false;
   for (Reading& one : readings_) judge_reading(one, readings_[0], tracks);
-  Reading best = *std::min_element(readings_.begin(), readings_.end(),
-                                   [](const Reading& a, const Reading& b) { return a.cost < b.cost; });
+  if (best_reading().cost + kClearMargin < readings_[0].cost) challenge(tracks);
+  Reading best = best_reading();
   if (!(best.cost + kClearMargin < readings_[0].cost)) {
     body_.misread(misread_);
     (void)body_.fit(seen_);
@@ -239,6 +306,11 @@ bool SubjectLabeller::read_limb(NamedTracks& tracks) {
     for (std::size_t n = 0; n < reader_.names(); ++n) {
       if (other.track_of[n] != best.track_of[n]) best.track_of[n] = -1;
     }
+  }
+  for (std::size_t n = 0; n < reader_.names(); ++n) {
+    if (best.track_of[n] >= 0 && best.track_of[n] != readings_[0].track_of[n] &&
+        wanted_elsewhere(best.track_of[n], tracks))
+      best.track_of[n] = -1;
   }
   adopt(best, tracks);
   return true;

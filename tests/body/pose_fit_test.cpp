@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "body/rotation.h"
@@ -160,8 +161,11 @@ TEST(JointPrior, HasTheSlopesThatFiniteDifferencesGive) {
   const PosePrior prior{.rest_sigma_rad = 0.7, .rest_share = 0.5, .limit_sigma_rad = 0.2, .hold_weight = hold};
   std::mt19937 random(8);
   std::normal_distribution<double> normal(0.0, 0.5);
-  for (const Bone& one : {bone, hinge}) {
+  const Eigen::Matrix3d level = Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d leaning = turn_by({0.0, 0.6, 0.0}).toRotationMatrix();
+  for (const auto& [one, as_in_file] : {std::pair(bone, level), std::pair(hinge, level), std::pair(bone, leaning)}) {
     JointPrior joint(one, false);
+    joint.lean(as_in_file);
     joint.set(prior, 0);
     for (int i = 0; i < 20; ++i) {
       const auto any = [&] { return turn_by({normal(random), normal(random), normal(random)}); };

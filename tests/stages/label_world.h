@@ -93,6 +93,9 @@ class LabelWorld {
     return static_cast<int>(sum);
   }
 
+  /// Lights that are nobody's marker, from the next set on; they stand before all others.
+  std::vector<Eigen::Vector3d> ghosts;
+
   void exchange(Track& a, Track& b) { std::swap(a.id, b.id); }
   /// A new track, for the old one ended meanwhile.
   void bring_back(Track& track) {
@@ -142,6 +145,16 @@ class LabelWorld {
   void step_once() {
     const double t_s = std::max(0, sets_ - kStill) * kStep_s;
     TrackedMarkers tracked;
+    for (std::size_t i = 0; i < ghosts.size(); ++i) {
+      TrackedMarker track;
+      track.id = TrackId{static_cast<std::uint32_t>(100'000 + i)};
+      track.state = TrackState::Confirmed;
+      track.position.v = ghosts[i];
+      track.covariance_m2 = 1e-6 * Eigen::Matrix3d::Identity();
+      track.cameras = 4;
+      track.age_sets = 10;
+      tracked.push_back(track);
+    }
     for (Person& one : people_) {
       pose(one, t_s);
       for (std::size_t m = 0; m < one.tracks.size(); ++m) {

@@ -102,5 +102,41 @@ TEST(TieReader, GivesNoPlaceTwice) {
   }
 }
 
+TEST(TieReader, SaysWhoElseMayBeWhereANameIs) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    Limb limb({"LeftLowArm", "LeftHand"}, seed);
+    limb.allow_all();
+    TieReader::Reading lone;
+    lone.place_of.fill(TieReader::kNowhere);
+    lone.place_of[1] = static_cast<std::int8_t>(limb.place_of[1]);
+
+    const auto others = limb.reader.read_otherwise(limb.ties, 2.0 * kNowhere, 1, lone, 3);
+
+    ASSERT_EQ(others.size(), 3U) << seed;
+    for (const auto& other : others) EXPECT_NE(other.place_of[1], lone.place_of[1]) << seed;
+    // The question leaves nothing behind.
+    const auto readings = limb.reader.read(limb.ties, kNowhere);
+    EXPECT_TRUE(std::any_of(readings.begin(), readings.end(), [&](const auto& one) { return limb.is_truth(one); }));
+  }
+}
+
+TEST(TieReader, MovesNoNameThatIsSomewhereToAskWhoElseIsThere) {
+  Limb limb({"LeftLowArm", "LeftHand"}, 4);
+  limb.allow_all();
+  TieReader::Reading truth;
+  truth.place_of.fill(TieReader::kNowhere);
+  const std::size_t names = std::min(limb.place_of.size(), TieReader::kMostNames);
+  for (std::size_t n = 0; n + 1 < names; ++n) truth.place_of[n] = static_cast<std::int8_t>(limb.place_of[n]);
+
+  const auto others = limb.reader.read_otherwise(limb.ties, kNowhere, 0, truth, 3);
+
+  ASSERT_FALSE(others.empty());
+  for (const auto& other : others) {
+    EXPECT_NE(other.place_of[0], truth.place_of[0]);
+    for (std::size_t n = 1; n + 1 < names; ++n)
+      EXPECT_TRUE(other.place_of[n] == truth.place_of[n] || other.place_of[n] == TieReader::kNowhere);
+  }
+}
+
 }  // namespace
 }  // namespace mocap::stages
