@@ -40,7 +40,7 @@ struct DetectKernels;
 ///
 /// A row with bright pixels all over it, in more than three of four words of 64 pixels (and 4), and with more than a
 /// run for every 40 pixels (and 32), is noise; so is what is left of a quarter of the image's height that has used up
-/// its share of a run for every 160 pixels (and 6144). Such rows are given up and counted.
+/// its share of a run for every 160 pixels (and 8192). Such rows are given up and counted.
 ///
 /// Formats: all but Mjpeg, which fails with Unsupported (cameras hand it on decoded). Fails with InvalidArgument for
 /// sizes outside of 1 to 32767 and settings outside of their ranges. `kernels` are for tests and benches; the fastest

@@ -4,13 +4,15 @@
 #include <bit>
 #include <limits>
 
+#include "base/loops.h"
+
 namespace mocap::stages {
 namespace {
 
 // What an image, and a row, may bring at most; more is noise over the threshold, and the work stays bounded. A marker
 // of radius 4 px is 9 runs.
 constexpr std::size_t kPixelsPerRun = 160;
-constexpr std::size_t kLeastMaxRuns = 6144;  // of as many blobs as are kept, 12 rows each
+constexpr std::size_t kLeastMaxRuns = 8192;  // of as many blobs as are kept, 16 rows each
 constexpr std::size_t kRowPixelsPerRun = 40;
 constexpr std::size_t kLeastRowBound = 32;
 constexpr std::size_t kLeastFewWords = 4;  // of a row, or three of four: noise is all over it
@@ -43,7 +45,7 @@ std::size_t write_runs(std::span<const BrightWord> words, Run* out) {
   return static_cast<std::size_t>(end - out);
 }
 
-std::size_t runs_in(std::span<const BrightWord> words) {
+MOCAP_BITS std::size_t runs_in(std::span<const BrightWord> words) {
   std::size_t runs = 0;
   BrightWord last;
   for (const BrightWord& each : words) {

@@ -118,7 +118,7 @@ ComponentWalker::ComponentWalker(int width_px, int height_px, std::size_t max_ru
     : pitch_(static_cast<std::size_t>(words_of(width_px)) + 3),
       bits_(pitch_ * (static_cast<std::size_t>(height_px) + 2)),
       runs_(max_runs + BrightWords::kParts * kWindowRows),  // the last one of a part may pass its share
-      found_(runs_.size() + 1) {}
+      found_(runs_.size()) {}
 
 void ComponentWalker::draw(std::span<const BrightWord> words) {
   std::uint64_t* const first = row(0);
@@ -135,15 +135,6 @@ void ComponentWalker::wipe(std::span<const BrightWord> words) {
 void ComponentWalker::begin_image() {
   run_count_ = count_ = walked_ = 0;
   too_small_ = 0;
-}
-
-inline void ComponentWalker::keep(const RunSums& sums, std::size_t runs) {
-  const bool is_small = sums.n < min_area_px2_;
-  found_[count_] = {sums, static_cast<std::uint32_t>(run_count_), static_cast<std::uint32_t>(runs)};
-  walked_ += runs;
-  too_small_ += is_small ? 1 : 0;
-  count_ += is_small ? 0 : 1;
-  run_count_ += is_small ? 0 : runs;
 }
 
 /// Takes the component whose first pixel is at (x, y), if it has one run a row; the pixel left of it is dark. False
@@ -185,23 +176,31 @@ template <class Bits>
   alignas(32) std::array<std::int32_t, kWindowRows + 8> begins, ends;
   Run* const out = runs_.data() + run_count_;
   Bits all = 0;
+  int area_px2 = 0;
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const Bits run = runs[i];
     const int begin = zeros_below(run), end = kWidth<Bits> - zeros_above(run);
     begins[i] = begin;
     ends[i] = end;
+    area_px2 += end - begin;
     out[i] = {static_cast<std::uint16_t>(y + static_cast<int>(i)), static_cast<std::uint16_t>(begin_x + begin),
               static_cast<std::uint16_t>(begin_x + end)};
     all |= run;
     window.wipe(run);
     window.move(pitch);
   }
+  walked_ += runs.size();
+  if (area_px2 < min_area_px2_) {
+    ++too_small_;
+    return;
+  }
   RunSums sums = sums_of(begins.data(), ends.data(), runs.size());
   sums.begin_x = zeros_below(all);
   sums.end_x = kWidth<Bits> - zeros_above(all);
   sums.end_y = static_cast<int>(runs.size());
   sums.move(begin_x, y);
-  keep(sums, runs.size());
+  found_[count_++] = {sums, static_cast<std::uint32_t>(run_count_), static_cast<std::uint32_t>(runs.size())};
+  run_count_ += runs.size();
 }
 
 /// Takes all components of a single pixel out of a word, those at its ends left; they are too small. Gives the rest.
@@ -220,7 +219,7 @@ template <class Bits>
 
 MOCAP_BITS ComponentWalker::Walked ComponentWalker::walk(std::span<BrightWord> words, std::uint32_t min_area_px2,
                                                          std::size_t max_runs) {
-  min_area_px2_ = min_area_px2;
+  min_area_px2_ = static_cast<std::int64_t>(min_area_px2);
   const std::size_t pitch = pitch_;
   std::uint64_t* const first = row(0);
   const std::size_t most_walked = walked_ + max_runs;

@@ -56,7 +56,6 @@ class ComponentWalker {
   bool walk_through(int y, int x);
   template <class Bits>
   void take(int begin_x, int y, std::span<const Bits> runs);
-  void keep(const RunSums& sums, std::size_t runs);
 
   std::size_t pitch_;                // words of a row, with some dark ones before and after it
   std::vector<std::uint64_t> bits_;  // rows, with a dark one above and below
