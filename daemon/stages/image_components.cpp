@@ -163,7 +163,9 @@ std::span<const Run> ImageComponents::runs(std::size_t i) {
 }
 
 bool ImageComponents::touches_mask(std::size_t i) {
-  return !mask_.empty() && std::ranges::any_of(runs(i), [this](const Run& run) { return mask_.touches(run); });
+  const RunSums& box = sums(kept_[i]);
+  return mask_.may_touch(box.begin_x, box.end_x, box.begin_y, box.end_y) &&
+         std::ranges::any_of(runs(i), [this](const Run& run) { return mask_.touches(run); });
 }
 
 }  // namespace mocap::stages

@@ -9,6 +9,8 @@
 namespace mocap::stages {
 namespace {
 
+constexpr int kBandRows = 16;
+
 /// Where the polygon's sides cross the line through a row's pixel centres, from left to right.
 std::vector<double> crossings(const MaskPolygon& polygon, double y) {
   std::vector<double> found;
@@ -28,7 +30,8 @@ std::vector<double> crossings(const MaskPolygon& polygon, double y) {
 RowMask::RowMask(std::span<const MaskPolygon> polygons, int width_px, int height_px)
     : width_px_(width_px), height_px_(height_px), words_(words_of(width_px)) {
   if (polygons.empty()) return;
-  bits_.resize(static_cast<std::size_t>(words_) * static_cast<std::size_t>(height_px));
+  bits_.resize(first_word(height_px));
+  bands_.resize(first_word(height_px / kBandRows + 1));
   for (int y = 0; y < height_px; ++y) {
     for (const MaskPolygon& polygon : polygons) {
       const std::vector<double> sides = crossings(polygon, y);
@@ -43,7 +46,11 @@ RowMask::RowMask(std::span<const MaskPolygon> polygons, int width_px, int height
 
 void RowMask::fill(int y, int begin, int end) {
   std::uint64_t* of_row = bits_.data() + first_word(y);
-  for (int x = begin; x < end; x = (x | 63) + 1) of_row[x >> 6] |= bits_between(x, end);
+  std::uint64_t* of_band = bands_.data() + first_word(y / kBandRows);
+  for (int x = begin; x < end; x = (x | 63) + 1) {
+    of_row[x >> 6] |= bits_between(x, end);
+    of_band[x >> 6] |= bits_between(x, end);
+  }
 }
 
 void RowMask::cut(std::span<BrightWord> words) const {
@@ -53,6 +60,16 @@ void RowMask::cut(std::span<BrightWord> words) const {
 bool RowMask::meets(int y, int begin, int end) const {
   if (empty() || y < 0 || y >= height_px_) return false;
   return any_bright(bits_.data() + first_word(y), std::max(0, begin), std::min(end, width_px_));
+}
+
+bool RowMask::may_touch(int begin_x, int end_x, int begin_y, int end_y) const {
+  if (empty()) return false;
+  const int begin = std::max(0, begin_x - 1), end = std::min(width_px_, end_x + 1);
+  const int last = std::min(height_px_ - 1, end_y) / kBandRows;
+  for (int band = std::max(0, begin_y - 1) / kBandRows; band <= last; ++band) {
+    if (any_bright(bands_.data() + first_word(band), begin, end)) return true;
+  }
+  return false;
 }
 
 bool RowMask::touches(const Run& run) const {

@@ -22,6 +22,10 @@ class RowMask {
   /// Takes the masked pixels out of `words`.
   void cut(std::span<BrightWord> words) const;
 
+  /// Whether a masked pixel may be beside or within the box, whose ends are exclusive. Most boxes are far from all
+  /// masks, which takes few steps to tell.
+  bool may_touch(int begin_x, int end_x, int begin_y, int end_y) const;
+
   /// Whether a masked pixel is beside the run, also by a corner.
   bool touches(const Run& run) const;
 
@@ -36,8 +40,9 @@ class RowMask {
   bool meets(int y, int begin, int end) const;
 
   int width_px_, height_px_;
-  int words_;                        // of a row
-  std::vector<std::uint64_t> bits_;  // empty: nothing is masked
+  int words_;                         // of a row
+  std::vector<std::uint64_t> bits_;   // empty: nothing is masked
+  std::vector<std::uint64_t> bands_;  // what is masked in any of kBandRows rows
 };
 
 }  // namespace mocap::stages

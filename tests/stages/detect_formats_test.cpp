@@ -110,6 +110,22 @@ TEST(RowMask, TakesOutWhatAPolygonCovers) {
   EXPECT_FALSE(mask.touches({15, 0, 40}));
 }
 
+TEST(RowMask, KnowsWhichBoxesAreFarFromIt) {
+  const std::vector<MaskPolygon> square{{{{70.0, 50.0}}, {{90.0, 50.0}}, {{90.0, 60.0}}, {{70.0, 60.0}}}};
+  const RowMask mask(square, 200, 130);
+  for (int y = 0; y < 130; ++y) {
+    for (int x = 0; x < 200; ++x) {
+      // A box of 5 by 4 pixels at (x, y).
+      const bool touches = x <= 91 && x + 5 >= 70 && y <= 61 && y + 4 >= 50;
+      EXPECT_TRUE(!touches || mask.may_touch(x, x + 5, y, y + 4)) << x << " " << y;
+    }
+  }
+  EXPECT_FALSE(mask.may_touch(70, 75, 10, 14));
+  EXPECT_FALSE(mask.may_touch(20, 25, 50, 54));
+  EXPECT_FALSE(mask.may_touch(100, 105, 50, 54));
+  EXPECT_FALSE(mask.may_touch(70, 75, 100, 130));
+}
+
 TEST(DetectBlobs, SeesNothingUnderAMaskAndTrustsAMarkerAtItsEdgeLess) {
   std::vector<std::uint8_t> pixels(100 * 60, 10);
   const auto disc = [&](int cx, int cy) {
