@@ -54,7 +54,11 @@ void RowMask::fill(int y, int begin, int end) {
 }
 
 void RowMask::cut(std::span<BrightWord> words) const {
-  for (BrightWord& each : words) each.bits &= ~bits_[first_word(each.y()) + static_cast<std::size_t>(each.word())];
+  for (BrightWord& each : words) {
+    const auto word = static_cast<std::size_t>(each.word());
+    if ((bands_[first_word(each.y() / kBandRows) + word] & each.bits) == 0) continue;  // most are far from all masks
+    each.bits &= ~bits_[first_word(each.y()) + word];
+  }
 }
 
 bool RowMask::meets(int y, int begin, int end) const {
