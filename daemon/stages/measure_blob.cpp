@@ -158,8 +158,8 @@ BoxSurvey BlobMeter::fetch(const Image& image, const Cut& cut, const Window& win
 
 // The light of a neighbour: its bright pixels, and what lies nearer to those than to the component's own.
 void BlobMeter::erase_others(const Cut& cut, std::span<const Run> runs, const Window& window) {
-  const int width = box_.width_px;
-  const auto at = [width](int x, int y) { return static_cast<std::size_t>(y * width + x); };
+  const auto width = static_cast<std::size_t>(box_.width_px);
+  const auto at = [width](int x, int y) { return static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x); };
   std::fill_n(own_.begin(), at(0, box_.height_px), std::uint8_t{0});
   for (const Run& run : runs) {
     std::fill_n(own_.begin() + static_cast<std::ptrdiff_t>(at(run.begin - window.x, run.y - window.y)),

@@ -25,10 +25,10 @@ inline int zeros_above(Bits128 bits) {
   return high != 0 ? std::countl_zero(high) : 64 + std::countl_zero(static_cast<std::uint64_t>(bits));
 }
 
-/// `count` bits from `first` on.
+/// `count` bits from `first` on; one or more.
 template <class Bits>
 inline Bits bits_at(int first, int count) {
-  return ~Bits{0} >> (kWidth<Bits> - count) << first;
+  return ~Bits{0} >> ((kWidth<Bits> - count) & (kWidth<Bits> - 1)) << first;
 }
 
 /// The pixels of a run, and those beside it.
