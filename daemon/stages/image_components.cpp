@@ -124,17 +124,18 @@ void ImageComponents::merge(std::uint32_t max_area_px2) {
     for (; next < joined_.count(); ++next) {
       const std::uint32_t at = BrightWord::place_of(joined_.sums(next).begin_y, joined_.first_x(next));
       if (at >= first_px) break;
-      kept_.push_back({next, false});
+      kept_.push_back({at, next, false});
     }
   };
   const std::span<const PlainComponent> plain = walker_.found();
   for (std::uint32_t i = 0; i < plain.size(); ++i) {
     const Run& first = walker_.runs(plain[i])[0];
-    take_joined_before(BrightWord::place_of(first.y, first.begin));
+    const std::uint32_t at = BrightWord::place_of(first.y, first.begin);
+    take_joined_before(at);
     if (plain[i].sums.n > max_area_px2) {
       ++too_large_;
     } else {
-      kept_.push_back({i, true});
+      kept_.push_back({at, i, true});
     }
   }
   take_joined_before(std::numeric_limits<std::uint64_t>::max());
@@ -143,11 +144,7 @@ void ImageComponents::merge(std::uint32_t max_area_px2) {
 void ImageComponents::keep_largest(std::size_t max_count) {
   if (kept_.size() <= max_count) return;
   dropped_ += static_cast<std::uint32_t>(kept_.size() - max_count);
-  const auto first_px = [this](const Kept& kept) {
-    return kept.is_plain ? BrightWord::place_of(sums(kept).begin_y, walker_.runs(walker_.found()[kept.index])[0].begin)
-                         : BrightWord::place_of(sums(kept).begin_y, joined_.first_x(kept.index));
-  };
-  const auto comes_first = [&](const Kept& a, const Kept& b) { return first_px(a) < first_px(b); };
+  const auto comes_first = [](const Kept& a, const Kept& b) { return a.first_px < b.first_px; };
   const auto larger = [&](const Kept& a, const Kept& b) {
     return sums(a).n != sums(b).n ? sums(a).n > sums(b).n : comes_first(a, b);
   };

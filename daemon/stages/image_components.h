@@ -44,7 +44,8 @@ class ImageComponents {
 
  private:
   struct Kept {
-    std::uint32_t index;  // among the plain ones, or those joined
+    std::uint32_t first_px;  // the place of its first pixel, in the order of rows and x
+    std::uint32_t index;     // among the plain ones, or those joined
     bool is_plain;
   };
 

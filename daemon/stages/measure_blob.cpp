@@ -13,8 +13,7 @@ namespace {
 
 // What is darker than this many standard deviations over the background weighs nothing.
 constexpr double kLowOverNoise = 2.0;
-// A blob cut by the border: its centre may be off by about this share of its radius. One cut from another marker: less.
-constexpr double kBorderSigma = 0.3;
+// The centre of a blob cut from another marker may be off by about this share of its radius.
 constexpr double kSplitSigma = 0.04;
 constexpr double kFittedSplitSigma = 0.002;
 constexpr double kSharedLight_px = 1.0;  // how far from the cut the other one's light is
@@ -69,7 +68,7 @@ void BlobMeter::measure(const Image& image, const Cut& cut, ImageComponents& com
     // No marker is that large; where it is, to a share of its size, is all that can be told.
     Blob blob;
     blob.centroid = {{shape.x, shape.y}};
-    blob.sigma_px = kBorderSigma * std::sqrt(shape.area_px2 / M_PI);
+    blob.sigma_px = kSizeSigma * std::sqrt(shape.area_px2 / M_PI);
     blob.area_px2 = shape.area_px2;
     blob.peak = static_cast<double>(cut.threshold) / cut.top;
     blob.roundness = shape.roundness();

@@ -65,12 +65,17 @@ void MeetingPoints::gather(const ViewRays& view, std::span<const Held> held) {
   }
 }
 
-MOCAP_WIDE void MeetingPoints::add(const ViewRays& view, std::span<const Held> held) {
+void MeetingPoints::add(const ViewRays& view, std::span<const Held> held) {
   if (view.size() == 0) {
-    std::fill_n(error(view_count_++, 0), kErrorColumns * lane_count_, 0.0F);
-    return;
+    std::fill_n(error(view_count_, 0), kErrorColumns * lane_count_, 0.0F);
+  } else {
+    gather(view, held);
+    add_gathered(view);
   }
-  gather(view, held);
+  ++view_count_;
+}
+
+MOCAP_WIDE void MeetingPoints::add_gathered(const ViewRays& view) {
   const auto& [row_x, row_y, row_z] = *view.rows;
   const double r0 = row_x[0], r1 = row_x[1], r2 = row_x[2], t0 = row_x[3];
   const double s0 = row_y[0], s1 = row_y[1], s2 = row_y[2], t1 = row_y[3];
@@ -87,7 +92,6 @@ MOCAP_WIDE void MeetingPoints::add(const ViewRays& view, std::span<const Held> h
   float *at_u = error(view_count_, 0), *u_x = error(view_count_, 1), *u_y = error(view_count_, 2),
         *u_z = error(view_count_, 3), *at_v = error(view_count_, 4), *v_x = error(view_count_, 5),
         *v_y = error(view_count_, 6), *v_z = error(view_count_, 7), *own_px2 = error(view_count_, 8);
-  ++view_count_;
   const std::size_t count = lane_count_ / kLanesAtOnce * kLanesAtOnce;
   MOCAP_INDEPENDENT_TURNS
   for (std::size_t m = 0; m < count; ++m) {

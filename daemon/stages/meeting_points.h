@@ -51,6 +51,7 @@ class MeetingPoints {
   using Floats = std::vector<float>;
 
   void gather(const ViewRays& view, std::span<const Held> held);
+  void add_gathered(const ViewRays& view);
   void solve(std::size_t first, std::size_t end);
   struct Worst {
     std::size_t view;

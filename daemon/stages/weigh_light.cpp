@@ -27,8 +27,6 @@ constexpr std::array<double, 6> kCubes{0.0629, 0.1792, 0.2587, -0.2701, 0.6469, 
 constexpr double kLeastRadius_px = 0.6;
 constexpr double kLeastEdge_px = 0.2;
 constexpr double kMostEdge_px = 1.1;
-// What has no slope to tell by may be off by about this share of its radius.
-constexpr double kSizeSigma = 0.3;
 // Of a line, which has no other axis.
 constexpr double kLeastRoundness = 0.05;
 

@@ -35,6 +35,9 @@ struct WeighedLight {
   double radius_px = 0.0, edge_px = 0.0;  ///< of a disc with that light, and how wide its edge is
 };
 
+/// Where nothing else tells, a middle may be off by about this share of the radius.
+inline constexpr double kSizeSigma = 0.3;
+
 inline constexpr std::size_t kLightsAtOnce = 8;
 
 /// Tells the blobs of up to kLightsAtOnce lights; `found` has room for as many. One root or quotient waits for another:
