@@ -9,16 +9,29 @@
 
 namespace mocap::stages {
 
+inline constexpr int words_of(int width_px) { return (width_px + 63) / 64; }
+
 /// 64 pixels of a row, a bit where one is bright.
 struct BrightWord {
   std::uint64_t bits = 0;
-  std::uint32_t place = 0;
+  std::uint32_t place = 0;  ///< as WordPlaces tells
+};
 
-  static constexpr std::uint32_t place_of(int y, int word) {
-    return static_cast<std::uint32_t>(y) << 16U | static_cast<std::uint32_t>(word);
-  }
-  int y() const { return static_cast<int>(place >> 16U); }
-  int word() const { return static_cast<int>(place & 0xFFFFU); }  ///< the first pixel's x is 64 times that
+/// Numbers the words of an image, row by row; between two rows some numbers are left out.
+class WordPlaces {
+ public:
+  static constexpr int kGap = 3;  ///< numbers left out
+
+  explicit WordPlaces(int width_px) : pitch_(words_of(width_px) + kGap) {}
+
+  std::uint32_t of(int y, int word) const { return static_cast<std::uint32_t>(y * pitch_ + word); }
+  int pitch() const { return pitch_; }
+  int y(const BrightWord& word) const { return static_cast<int>(word.place) / pitch_; }
+  /// The first pixel's x, of a word in row y.
+  int x(const BrightWord& word, int y) const { return 64 * (static_cast<int>(word.place) - y * pitch_); }
+
+ private:
+  int pitch_;
 };
 
 /// How many runs begin in the word after the `last` one; a run may go on from there.
@@ -26,8 +39,6 @@ inline std::size_t runs_begun(const BrightWord& last, const BrightWord& word) {
   const std::uint64_t goes_on = last.place + 1 == word.place ? last.bits >> 63U : 0;
   return static_cast<std::size_t>(std::popcount(word.bits & ~(word.bits << 1U | goes_on)));
 }
-
-inline constexpr int words_of(int width_px) { return (width_px + 63) / 64; }
 
 /// The words of an image with a bright pixel, in the order of rows and x. An image has four parts, one above the other,
 /// each with its own room: all four are read in turns, row by row, as memory feeds a few streams faster than a single
@@ -38,7 +49,7 @@ class BrightWords {
 
   /// Room for an image that is all bright; `room` outlives this.
   BrightWords(std::span<BrightWord> room, int width_px, int height_px)
-      : part_rows_((height_px + kParts - 1) / kParts), rows_(height_px) {
+      : places_(width_px), part_rows_((height_px + kParts - 1) / kParts), rows_(height_px) {
     const std::size_t share = static_cast<std::size_t>(part_rows_) * static_cast<std::size_t>(words_of(width_px));
     for (std::size_t i = 0; i < kParts; ++i) first_[i] = end_[i] = room.data() + i * share;
   }
@@ -47,6 +58,7 @@ class BrightWords {
     return static_cast<std::size_t>(rows) * static_cast<std::size_t>(words_of(width_px));
   }
 
+  const WordPlaces& places() const { return places_; }
   int rows() const { return rows_; }
   int part_rows() const { return part_rows_; }
   int part_of(int y) const { return y / part_rows_; }
@@ -68,6 +80,7 @@ class BrightWords {
   }
 
  private:
+  WordPlaces places_;
   int part_rows_, rows_;
   std::array<BrightWord*, kParts> first_{}, end_{};
   std::size_t most_in_row_ = 0;

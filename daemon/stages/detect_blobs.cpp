@@ -63,9 +63,10 @@ class BlobDetector final : public Detector {
     for (std::size_t i = 0; i < components_.count(); ++i) {
       shapes_.push_back(components_.shape(i));
       roundness_[i] = shapes_.back().roundness();
-      if (may_be_round(i)) meter_.prefetch(image, shapes_.back());
+      if (i < kAhead) prefetch(image, i);
     }
     for (std::size_t i = 0; i < shapes_.size(); ++i) {
+      if (i + kAhead < shapes_.size()) prefetch(image, i + kAhead);
       if (may_be_round(i)) meter_.measure(image, cut, components_, i, shapes_[i], roundness_[i]);
     }
     meter_.finish(cut, {shapes_.begin(), shapes_.end()});
@@ -100,6 +101,10 @@ class BlobDetector final : public Detector {
         if (at < image.bytes.size()) __builtin_prefetch(image.bytes.data() + at);
       }
     }
+  }
+
+  void prefetch(const Image& image, std::size_t component) const {
+    if (may_be_round(component)) meter_.prefetch(image, shapes_[component]);
   }
 
   /// Leaves the bright words in the room of the components.
@@ -150,6 +155,8 @@ class BlobDetector final : public Detector {
 
   bool may_be_round(std::size_t i) const { return roundness_[i] >= kTwoDiscs * settings_.min_roundness; }
 
+  // Components whose pixels are asked for before they are measured: more than these the first cache would lose again.
+  static constexpr std::size_t kAhead = 8;
   // Two discs side by side are less round than each of them: they have to be measured first.
   static constexpr double kTwoDiscs = 0.4;
 

@@ -86,9 +86,10 @@ HWY_INLINE void scan_row(const Pixels& pixels, const std::byte* row, int y, int 
   constexpr std::size_t kWordBytes = 64 * Pixels::kBytes;
   BrightWord* const begin = found.end(part);
   BrightWord* to = begin;
-  std::uint32_t place = BrightWord::place_of(y, 0);
+  std::uint32_t place = found.places().of(y, 0);
   const std::byte* at = row;
   const int words = width_px / 64, rest = width_px % 64;
+#pragma GCC unroll 4
   for (int i = 0; i < words; ++i, at += kWordBytes, ++place) {
     const std::uint64_t bits = bright_bits(pixels, at);
     *to = {bits, place};

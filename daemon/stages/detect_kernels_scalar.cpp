@@ -26,7 +26,7 @@ void scan(const ScanRows& rows, BrightWords& found) {
         const bool bright = value<kBytes>(row + (x + k) * kBytes, rows.kept) >= rows.threshold;
         bits |= static_cast<std::uint64_t>(bright) << k;
       }
-      if (bits != 0) *end++ = {bits, BrightWord::place_of(y, x / 64)};
+      if (bits != 0) *end++ = {bits, found.places().of(y, x / 64)};
     }
     found.count_row(begin, end);
   }

@@ -23,12 +23,12 @@ std::size_t max_runs(int width_px, int height_px) {
 }
 
 /// The runs of words that are in the order of rows and x. Gives how many.
-std::size_t write_runs(std::span<const BrightWord> words, Run* out) {
+std::size_t write_runs(const WordPlaces& places, std::span<const BrightWord> words, Run* out) {
   Run* end = out;
   std::uint32_t goes_on_at = std::numeric_limits<std::uint32_t>::max();  // the last run, if its first pixel is bright
   for (const BrightWord& each : words) {
-    const auto y = static_cast<std::uint16_t>(each.y());
-    const int x = 64 * each.word();
+    const auto y = static_cast<std::uint16_t>(places.y(each));
+    const int x = places.x(each, y);
     std::uint64_t bits = each.bits;
     end -= (bits & 1U) != 0 && each.place == goes_on_at ? 1 : 0;
     bool is_new = each.place != goes_on_at || (bits & 1U) == 0;
@@ -55,17 +55,20 @@ MOCAP_BITS std::size_t runs_in(std::span<const BrightWord> words) {
   return runs;
 }
 
-std::span<BrightWord> first_row(std::span<BrightWord> words) {
-  const int y = words.front().y();
-  const auto end = std::ranges::find_if(words, [y](const BrightWord& each) { return each.y() != y; });
+std::span<BrightWord> first_row(const WordPlaces& places, std::span<BrightWord> words) {
+  const std::uint32_t next_row = places.of(places.y(words.front()) + 1, 0);
+  const auto end = std::ranges::find_if(words, [=](const BrightWord& each) { return each.place >= next_row; });
   return words.first(static_cast<std::size_t>(end - words.begin()));
 }
 
-std::uint32_t rows_of(std::span<BrightWord> words) {
+std::uint32_t rows_of(const WordPlaces& places, std::span<BrightWord> words) {
   std::uint32_t rows = 0;
-  for (; !words.empty(); ++rows) words = words.subspan(first_row(words).size());
+  for (; !words.empty(); ++rows) words = words.subspan(first_row(places, words).size());
   return rows;
 }
+
+/// In the order of rows, then x.
+std::uint32_t pixel_place(int y, int x) { return static_cast<std::uint32_t>(y) << 16U | static_cast<std::uint32_t>(x); }
 
 }  // namespace
 
@@ -94,8 +97,8 @@ void ImageComponents::join(std::uint32_t min_area_px2, std::uint32_t max_area_px
   std::array<std::span<BrightWord>, BrightWords::kParts> left;
   for (int i = 0; i < BrightWords::kParts; ++i) {
     const auto walked = walker_.walk(words_.part(i), min_area_px2, max_runs_ / BrightWords::kParts);
-    rows_given_up_ += rows_of(walked.unread);
-    runs += write_runs(walked.left, joined_.room().data() + runs);
+    rows_given_up_ += rows_of(words_.places(), walked.unread);
+    runs += write_runs(words_.places(), walked.left, joined_.room().data() + runs);
     left[static_cast<std::size_t>(i)] = walked.left;
   }
   for (const auto& of_part : left) walker_.wipe(of_part);
@@ -109,7 +112,7 @@ void ImageComponents::join(std::uint32_t min_area_px2, std::uint32_t max_area_px
 
 void ImageComponents::give_up_noise(std::span<BrightWord> words) {
   while (!words.empty()) {
-    const std::span<BrightWord> row = first_row(words);
+    const std::span<BrightWord> row = first_row(words_.places(), words);
     words = words.subspan(row.size());
     if (row.size() <= few_words_ || runs_in(row) <= row_bound_) continue;
     ++rows_given_up_;
@@ -122,15 +125,14 @@ void ImageComponents::merge(std::uint32_t max_area_px2) {
   std::uint32_t next = 0;  // of the joined
   const auto take_joined_before = [&](std::uint64_t first_px) {
     for (; next < joined_.count(); ++next) {
-      const std::uint32_t at = BrightWord::place_of(joined_.sums(next).begin_y, joined_.first_x(next));
+      const std::uint32_t at = pixel_place(joined_.sums(next).begin_y, joined_.first_x(next));
       if (at >= first_px) break;
       kept_.push_back({at, next, false});
     }
   };
   const std::span<const PlainComponent> plain = walker_.found();
   for (std::uint32_t i = 0; i < plain.size(); ++i) {
-    const Run& first = walker_.runs(plain[i])[0];
-    const std::uint32_t at = BrightWord::place_of(first.y, first.begin);
+    const std::uint32_t at = pixel_place(plain[i].sums.begin_y, plain[i].first_x);
     take_joined_before(at);
     if (plain[i].sums.n > max_area_px2) {
       ++too_large_;

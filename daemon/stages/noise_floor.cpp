@@ -69,25 +69,46 @@ class Counts {
   std::array<std::array<std::uint16_t, 256>, 4> tables_{};
 };
 
-/// Mean and deviation of the pixels up to `limit`; `middle` is near the mean.
-NoiseFloor floor_of(std::span<const std::uint16_t> grey, int place_px, int middle, int limit) {
+/// Sums of pixels, and of their squares, from some level on.
+struct FloorSums {
   std::int64_t n = 0, sum = 0, squares = 0;
+};
+
+/// Of pixels up to `limit`.
+FloorSums sums_of(std::span<const std::uint16_t> grey, int place_px, int from, int limit) {
+  FloorSums sums;
   for (; !grey.empty(); grey = grey.subspan(static_cast<std::size_t>(place_px))) {
     std::int32_t count = 0, off = 0, off2 = 0;  // of one place all fits
     for (const std::uint16_t value : grey.first(static_cast<std::size_t>(place_px))) {
-      const auto from_middle = static_cast<std::int16_t>(value <= limit ? value - middle : 0);
+      const auto over = static_cast<std::int16_t>(value <= limit ? value - from : 0);
       count += value <= limit ? 1 : 0;
-      off += from_middle;
-      off2 += from_middle * from_middle;
+      off += over;
+      off2 += over * over;
     }
-    n += count;
-    sum += off;
-    squares += off2;
+    sums.n += count;
+    sums.sum += off;
+    sums.squares += off2;
   }
-  const double mean = static_cast<double>(sum) / static_cast<double>(n);
-  const double variance = static_cast<double>(squares) / static_cast<double>(n) - mean * mean;
+  return sums;
+}
+
+/// The same of pixels whose levels were counted one by one.
+FloorSums sums_of(const Counts& counts, int from, int limit) {
+  FloorSums sums;
+  for (int level = 0; level <= std::min(limit, 255); ++level) {
+    const int count = counts.of(static_cast<std::size_t>(level)), over = level - from;
+    sums.n += count;
+    sums.sum += std::int64_t{count} * over;
+    sums.squares += std::int64_t{count} * over * over;
+  }
+  return sums;
+}
+
+NoiseFloor floor_of(const FloorSums& sums, int from) {
+  const double mean = static_cast<double>(sums.sum) / static_cast<double>(sums.n);
+  const double variance = static_cast<double>(sums.squares) / static_cast<double>(sums.n) - mean * mean;
   // A twelfth: the deviation that rounding to whole levels has by itself.
-  return {middle + mean, std::sqrt(std::max(1.0 / 12.0, variance))};
+  return {from + mean, std::sqrt(std::max(1.0 / 12.0, variance))};
 }
 
 }  // namespace
@@ -126,7 +147,8 @@ NoiseFloor NoiseFloorReader::read(const Image& image) {
   }
   const double spread = 1.48 * std::max(1, quartile - median);
   const int limit = ((median + static_cast<int>(std::ceil(4.0 * spread)) + 1) << shift_) - 1;
-  return floor_of(grey, place_px, median << shift_, limit);
+  const int from = median << shift_;
+  return floor_of(shift_ == 0 ? sums_of(counts, from, limit) : sums_of(grey, place_px, from, limit), from);
 }
 
 }  // namespace mocap::stages

@@ -28,7 +28,7 @@ std::vector<double> crossings(const MaskPolygon& polygon, double y) {
 }  // namespace
 
 RowMask::RowMask(std::span<const MaskPolygon> polygons, int width_px, int height_px)
-    : width_px_(width_px), height_px_(height_px), words_(words_of(width_px)) {
+    : width_px_(width_px), height_px_(height_px), words_(words_of(width_px)), places_(width_px) {
   if (polygons.empty()) return;
   bits_.resize(first_word(height_px));
   bands_.resize(first_word(height_px / kBandRows + 1));
@@ -55,9 +55,10 @@ void RowMask::fill(int y, int begin, int end) {
 
 void RowMask::cut(std::span<BrightWord> words) const {
   for (BrightWord& each : words) {
-    const auto word = static_cast<std::size_t>(each.word());
-    if ((bands_[first_word(each.y() / kBandRows) + word] & each.bits) == 0) continue;  // most are far from all masks
-    each.bits &= ~bits_[first_word(each.y()) + word];
+    const int y = places_.y(each);
+    const auto word = static_cast<std::size_t>(places_.x(each, y) / 64);
+    if ((bands_[first_word(y / kBandRows) + word] & each.bits) == 0) continue;  // most are far from all masks
+    each.bits &= ~bits_[first_word(y) + word];
   }
 }
 

@@ -41,6 +41,7 @@ class RowMask {
 
   int width_px_, height_px_;
   int words_;                         // of a row
+  WordPlaces places_;                 // of an image
   std::vector<std::uint64_t> bits_;   // empty: nothing is masked
   std::vector<std::uint64_t> bands_;  // what is masked in any of kBandRows rows
 };

@@ -64,14 +64,13 @@ using Lanes = std::int32_t __attribute__((vector_size(32)));
 
 /// The sums over runs of consecutive rows from 0 on, without their box. There is room for 8 rows more; of 128 rows of
 /// 128 pixels all fits 32 bits.
-[[gnu::always_inline]] inline RunSums sums_of(std::int32_t* begins, std::int32_t* ends, std::size_t rows) {
-  std::memset(begins + rows, 0, sizeof(Lanes));  // a run of no length adds nothing
-  std::memset(ends + rows, 0, sizeof(Lanes));
+[[gnu::always_inline]] inline RunSums sums_of(std::uint32_t* spans, std::size_t rows) {
+  std::memset(spans + rows, 0, sizeof(Lanes));  // a run of no length adds nothing
   Lanes n{}, x{}, xx{}, cubes{}, y{}, yy{}, xy{}, at_y{0, 1, 2, 3, 4, 5, 6, 7};
   for (std::size_t i = 0; i < rows; i += 8) {
-    Lanes begin, end;
-    std::memcpy(&begin, begins + i, sizeof(begin));
-    std::memcpy(&end, ends + i, sizeof(end));
+    Lanes span;
+    std::memcpy(&span, spans + i, sizeof(span));
+    const Lanes begin = span & 0xFFFF, end = span >> 16;
     const Lanes length = end - begin, middle = begin + end - 1, sum = length * middle, at = length * at_y;
     n += length;
     x += sum;
@@ -90,9 +89,7 @@ template <class Bits>
 struct Window {
   std::uint64_t* at;
   int shift;
-  int begin_x;
 
-  Window(std::uint64_t* row, int x) : at(row + (x >> 6)), shift(x & 63), begin_x(x) {}
   void move(std::ptrdiff_t words) { at += words; }
   std::uint64_t read(int i) const { return at[i] >> shift | at[i + 1] << 1U << (63 - shift); }
   Bits read() const {
@@ -115,25 +112,35 @@ struct Window {
 }  // namespace
 
 ComponentWalker::ComponentWalker(int width_px, int height_px, std::size_t max_runs)
-    : pitch_(static_cast<std::size_t>(words_of(width_px)) + 3),
-      bits_(pitch_ * (static_cast<std::size_t>(height_px) + 2)),
-      runs_(max_runs + BrightWords::kParts * kWindowRows),  // the last one of a part may pass its share
-      found_(runs_.size()) {}
+    : places_(width_px),
+      bits_(static_cast<std::size_t>(places_.pitch()) * (static_cast<std::size_t>(height_px) + 2)),
+      words_(bits_.data() + places_.pitch() + 1),
+      // The last component of a part may pass its share, and sums are of 8 rows.
+      spans_(max_runs + BrightWords::kParts * kWindowRows + sizeof(Lanes) / sizeof(Span)),
+      runs_(kWindowRows),
+      found_(spans_.size()) {}
 
 void ComponentWalker::draw(std::span<const BrightWord> words) {
-  std::uint64_t* const first = row(0);
-  const std::size_t pitch = pitch_;
-  for (const BrightWord& each : words) {
-    first[static_cast<std::size_t>(each.y()) * pitch + static_cast<std::size_t>(each.word())] = each.bits;
-  }
+  std::uint64_t* const first = words_;
+  for (const BrightWord& each : words) first[each.place] = each.bits;
 }
 
 void ComponentWalker::wipe(std::span<const BrightWord> words) {
-  for (const BrightWord& each : words) row(each.y())[each.word()] = 0;
+  for (const BrightWord& each : words) words_[each.place] = 0;
+}
+
+std::span<const Run> ComponentWalker::runs(const PlainComponent& component) {
+  for (std::uint32_t i = 0; i < component.rows; ++i) {
+    const Span span = spans_[component.first_span + i];
+    runs_[i] = {static_cast<std::uint16_t>(component.sums.begin_y + static_cast<int>(i)),
+                static_cast<std::uint16_t>(component.window_x + static_cast<int>(span & 0xFFFFU)),
+                static_cast<std::uint16_t>(component.window_x + static_cast<int>(span >> 16U))};
+  }
+  return std::span(runs_).first(component.rows);
 }
 
 void ComponentWalker::begin_image() {
-  run_count_ = count_ = walked_ = 0;
+  span_count_ = count_ = walked_ = 0;
   too_small_ = 0;
 }
 
@@ -142,22 +149,23 @@ void ComponentWalker::begin_image() {
 template <class Bits>
 [[gnu::always_inline]] inline bool ComponentWalker::walk_through(int y, int x) {
   constexpr Bits kRim = Bits{1} | Bits{1} << (kWidth<Bits> - 1);
-  const auto pitch = static_cast<std::ptrdiff_t>(pitch_);
+  const std::ptrdiff_t pitch = places_.pitch();
   const int begin_x = x - kLead;
-  const Window<Bits> above(row(y - 1), begin_x), first(row(y), begin_x);
-  Bits bits = first.read();
+  const Window<Bits> above{at(y - 1, begin_x >> 6), begin_x & 63};
+  Window<Bits> window = above;
+  window.move(pitch);
+  Bits bits = window.read();
   Bits run = bits_at<Bits>(kLead, zeros_below(static_cast<Bits>(~(bits >> kLead))));
   Bits reach = grown(run);
   if ((above.read() & reach) != 0) return true;
   std::array<Bits, kWindowRows> runs;
   std::size_t count = 0;
-  Window<Bits> at = first;
   while (true) {
     if ((run & kRim) != 0 || count == kWindowRows) return false;
     runs[count++] = run;
     const Bits others = bits ^ run;
-    at.move(pitch);
-    bits = at.read();
+    window.move(pitch);
+    bits = window.read();
     const Bits touched = bits & reach;
     if (touched == 0) break;
     run = without_first_run(bits) == 0 ? bits : run_around(bits, zeros_below(touched));
@@ -171,20 +179,16 @@ template <class Bits>
 /// Wipes the runs seen through a window, and keeps them as a component.
 template <class Bits>
 [[gnu::always_inline]] inline void ComponentWalker::take(int begin_x, int y, std::span<const Bits> runs) {
-  const auto pitch = static_cast<std::ptrdiff_t>(pitch_);
-  Window<Bits> window(row(y), begin_x);
-  alignas(32) std::array<std::int32_t, kWindowRows + 8> begins, ends;
-  Run* const out = runs_.data() + run_count_;
+  const std::ptrdiff_t pitch = places_.pitch();
+  Window<Bits> window{at(y, begin_x >> 6), begin_x & 63};
+  Span* const spans = spans_.data() + span_count_;
   Bits all = 0;
-  int area_px2 = 0;
+  Span area_px2 = 0;
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const Bits run = runs[i];
-    const int begin = zeros_below(run), end = kWidth<Bits> - zeros_above(run);
-    begins[i] = begin;
-    ends[i] = end;
+    const auto begin = static_cast<Span>(zeros_below(run)), end = static_cast<Span>(kWidth<Bits> - zeros_above(run));
+    spans[i] = begin | end << 16U;
     area_px2 += end - begin;
-    out[i] = {static_cast<std::uint16_t>(y + static_cast<int>(i)), static_cast<std::uint16_t>(begin_x + begin),
-              static_cast<std::uint16_t>(begin_x + end)};
     all |= run;
     window.wipe(run);
     window.move(pitch);
@@ -194,20 +198,21 @@ template <class Bits>
     ++too_small_;
     return;
   }
-  RunSums sums = sums_of(begins.data(), ends.data(), runs.size());
+  RunSums sums = sums_of(spans, runs.size());
   sums.begin_x = zeros_below(all);
   sums.end_x = kWidth<Bits> - zeros_above(all);
   sums.end_y = static_cast<int>(runs.size());
   sums.move(begin_x, y);
-  found_[count_++] = {sums, static_cast<std::uint32_t>(run_count_), static_cast<std::uint32_t>(runs.size())};
-  run_count_ += runs.size();
+  found_[count_++] = {sums, begin_x + kLead, begin_x, static_cast<std::uint32_t>(span_count_),
+                      static_cast<std::uint32_t>(runs.size())};
+  span_count_ += runs.size();
 }
 
 /// Takes all components of a single pixel out of a word, those at its ends left; they are too small. Gives the rest.
 [[gnu::always_inline]] inline std::uint64_t ComponentWalker::take_single(std::uint64_t* at, std::uint64_t bits) {
   constexpr std::uint64_t kEnds = 1ULL | 1ULL << 63U;
-  const std::uint64_t beside = grown(at[-static_cast<std::ptrdiff_t>(pitch_)]) |
-                               grown(at[static_cast<std::ptrdiff_t>(pitch_)]) | bits << 1U | bits >> 1U;
+  const std::ptrdiff_t pitch = places_.pitch();
+  const std::uint64_t beside = grown(at[-pitch]) | grown(at[pitch]) | bits << 1U | bits >> 1U;
   const std::uint64_t single = bits & ~(beside | kEnds);
   if (single == 0) return bits;
   const int count = std::popcount(single);
@@ -219,16 +224,14 @@ template <class Bits>
 
 MOCAP_BITS ComponentWalker::Walked ComponentWalker::walk(std::span<BrightWord> words, std::uint32_t min_area_px2,
                                                          std::size_t max_runs) {
-  min_area_px2_ = static_cast<std::int64_t>(min_area_px2);
-  const std::size_t pitch = pitch_;
-  std::uint64_t* const first = row(0);
+  min_area_px2_ = min_area_px2;
+  std::uint64_t* const first = words_;
   const std::size_t most_walked = walked_ + max_runs;
   std::size_t runs_left = 0;
   BrightWord* left = words.data();
   for (std::size_t i = 0; i < words.size(); ++i) {
     const BrightWord each = words[i];
-    std::uint64_t* const at =
-        first + static_cast<std::size_t>(each.y()) * pitch + static_cast<std::size_t>(each.word());
+    std::uint64_t* const at = first + each.place;
     std::uint64_t bits = at[0];
     if (bits == 0) continue;  // walked down
     if (min_area_px2 > 1) {
@@ -238,8 +241,9 @@ MOCAP_BITS ComponentWalker::Walked ComponentWalker::walk(std::span<BrightWord> w
     // A run that comes from the word before has its first pixel there.
     const std::uint64_t goes_on = at[-1] >> 63U;
     if ((goes_on & bits) != 0) bits = without_first_run(bits);
+    const int y = places_.y(each), word_x = places_.x(each, y);
     for (; bits != 0 && walked_ + runs_left <= most_walked; bits = without_first_run(bits)) {
-      const int y = each.y(), x = 64 * each.word() + std::countr_zero(bits);
+      const int x = word_x + std::countr_zero(bits);
       if (!walk_through<std::uint64_t>(y, x)) walk_through<Bits128>(y, x);
     }
     const std::uint64_t rest = at[0];

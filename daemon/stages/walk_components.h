@@ -14,7 +14,9 @@ namespace mocap::stages {
 /// A component with one run in each of its rows.
 struct PlainComponent {
   RunSums sums;
-  std::uint32_t first_run = 0, runs = 0;
+  int first_x = 0;   // of its first run
+  int window_x = 0;  // of the window that it was seen through
+  std::uint32_t first_span = 0, rows = 0;
 };
 
 /// Finds the components of a binary image that have one run in each row, of up to 100 pixels, and up to 128 rows:
@@ -44,26 +46,30 @@ class ComponentWalker {
   Walked walk(std::span<BrightWord> words, std::uint32_t min_area_px2, std::size_t max_runs);
 
   std::span<const PlainComponent> found() const { return std::span(found_).first(count_); }
-  std::span<const Run> runs(const PlainComponent& component) const {
-    return std::span(runs_).subspan(component.first_run, component.runs);
-  }
+  /// A component's runs, until it is asked for those of another.
+  std::span<const Run> runs(const PlainComponent& component);
   std::uint32_t too_small() const { return too_small_; }
 
  private:
-  std::uint64_t* row(int y) { return bits_.data() + static_cast<std::size_t>(y + 1) * pitch_ + 1; }
+  /// A run in a window: its begin, and its end in the upper half.
+  using Span = std::uint32_t;
+
+  std::uint64_t* at(int y, int word) { return words_ + static_cast<std::ptrdiff_t>(places_.pitch()) * y + word; }
   std::uint64_t take_single(std::uint64_t* at, std::uint64_t bits);
   template <class Bits>
   bool walk_through(int y, int x);
   template <class Bits>
   void take(int begin_x, int y, std::span<const Bits> runs);
 
-  std::size_t pitch_;                // words of a row, with some dark ones before and after it
-  std::vector<std::uint64_t> bits_;  // rows, with a dark one above and below
-  std::vector<Run> runs_;
+  WordPlaces places_;
+  std::vector<std::uint64_t> bits_;  // rows with dark words between them, and a dark row above and below
+  std::uint64_t* words_;             // by place
+  std::vector<Span> spans_;
+  std::vector<Run> runs_;  // those asked for
   std::vector<PlainComponent> found_;
-  std::size_t run_count_ = 0, count_ = 0;
+  std::size_t span_count_ = 0, count_ = 0;
   std::size_t walked_ = 0;  // runs, with those of what is too small
-  std::int64_t min_area_px2_ = 1;
+  std::uint32_t min_area_px2_ = 1;
   std::uint32_t too_small_ = 0;
 };
 

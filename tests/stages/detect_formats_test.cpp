@@ -92,10 +92,9 @@ TEST(RowMask, TakesOutWhatAPolygonCovers) {
   const std::vector<MaskPolygon> square{{{{10.0, 5.0}}, {{20.0, 5.0}}, {{20.0, 9.5}}, {{10.0, 9.5}}}};
   const RowMask mask(square, 40, 20);
   const std::uint64_t all = (1ULL << 40U) - 1, square_bits = ((1ULL << 11U) - 1) << 10U;
-  std::vector<BrightWord> words{{all, BrightWord::place_of(4, 0)},
-                                {all, BrightWord::place_of(7, 0)},
-                                {square_bits, BrightWord::place_of(9, 0)},
-                                {all, BrightWord::place_of(10, 0)}};
+  const WordPlaces places(40);
+  std::vector<BrightWord> words{
+      {all, places.of(4, 0)}, {all, places.of(7, 0)}, {square_bits, places.of(9, 0)}, {all, places.of(10, 0)}};
 
   mask.cut(words);
 
