@@ -78,50 +78,60 @@ HWY_INLINE std::uint64_t bright_bits(const Pixels& pixels, const std::byte* at) 
   return bits;
 }
 
-/// Appends a row's bright words, without a branch that depends on the pixels: which words are bright no processor
-/// foresees, and each surprise costs as much as reading a thousand pixels.
-template <class Pixels>
-HWY_INLINE void scan_row(const Pixels& pixels, const std::byte* row, int y, int width_px, int part,
-                         BrightWords& found) {
+/// Appends the bright words of a row in each of some parts, from `part` on, without a branch that depends on the
+/// pixels: which words are bright no processor foresees, and each surprise costs as much as reading a thousand pixels.
+/// The rows are read in turns, word by word: memory feeds a few streams faster than one.
+template <std::size_t kRows, class Pixels>
+HWY_INLINE void scan_together(const Pixels& pixels, const ScanRows& rows, int y, int part, BrightWords& found) {
   constexpr std::size_t kWordBytes = 64 * Pixels::kBytes;
-  BrightWord* const begin = found.end(part);
-  BrightWord* to = begin;
-  std::uint32_t place = found.places().of(y, 0);
-  const std::byte* at = row;
-  const int words = width_px / 64, rest = width_px % 64;
+  const std::byte* at[kRows];
+  std::uint32_t place[kRows];
+  BrightWord *begin[kRows], *to[kRows];
+  for (std::size_t k = 0; k < kRows; ++k) {
+    const int row = y + static_cast<int>(k) * found.part_rows();
+    at[k] = rows.bytes + static_cast<std::size_t>(row - rows.first_y) * rows.stride_bytes;
+    place[k] = found.places().of(row, 0);
+    begin[k] = to[k] = found.end(part + static_cast<int>(k));
+  }
+  const auto words = static_cast<std::size_t>(rows.width_px / 64);
+  const int rest = rows.width_px % 64;
+  for (std::size_t i = 0; i < words; ++i) {
 #pragma GCC unroll 4
-  for (int i = 0; i < words; ++i, at += kWordBytes, ++place) {
-    const std::uint64_t bits = bright_bits(pixels, at);
-    *to = {bits, place};
-    to += bits != 0 ? 1 : 0;
+    for (std::size_t k = 0; k < kRows; ++k) {
+      const std::uint64_t bits = bright_bits(pixels, at[k] + i * kWordBytes);
+      *to[k] = {bits, place[k] + static_cast<std::uint32_t>(i)};
+      to[k] += bits != 0 ? 1 : 0;
+    }
   }
-  if (rest != 0) {
-    // The last pixels lie in the word that ends where the row does.
-    const std::byte* last = row + static_cast<std::size_t>(width_px - 64) * Pixels::kBytes;
-    const std::uint64_t bits = bright_bits(pixels, last) >> (64 - rest);
-    *to = {bits, place};
-    to += bits != 0 ? 1 : 0;
+  for (std::size_t k = 0; k < kRows; ++k) {
+    if (rest != 0) {
+      // The last pixels lie in the word that ends where the row does.
+      const std::byte* last = at[k] + static_cast<std::size_t>(rows.width_px - 64) * Pixels::kBytes;
+      const std::uint64_t bits = bright_bits(pixels, last) >> (64 - rest);
+      *to[k] = {bits, place[k] + static_cast<std::uint32_t>(words)};
+      to[k] += bits != 0 ? 1 : 0;
+    }
+    found.count_row(begin[k], to[k]);
+    found.end(part + static_cast<int>(k)) = to[k];
   }
-  found.count_row(begin, to);
-  found.end(part) = to;
 }
 
 template <class Pixels>
 void scan(const ScanRows& rows, BrightWords& found) {
   const Pixels pixels(rows);
-  const auto scan_y = [&](int y, int part) {
-    const std::byte* row = rows.bytes + static_cast<std::size_t>(y - rows.first_y) * rows.stride_bytes;
-    scan_row(pixels, row, y, rows.width_px, part, found);
-  };
+  const int part_rows = found.part_rows();
   if (rows.rows < found.rows()) {
-    for (int y = rows.first_y; y < rows.first_y + rows.rows; ++y) scan_y(y, found.part_of(y));
+    for (int y = rows.first_y; y < rows.first_y + rows.rows; ++y) {
+      scan_together<1>(pixels, rows, y, found.part_of(y), found);
+    }
     return;
   }
-  for (int i = 0; i < found.part_rows(); ++i) {
-    for (int part = 0; part < BrightWords::kParts; ++part) {
-      const int y = part * found.part_rows() + i;
-      if (y < rows.rows) scan_y(y, part);
-    }
+  // The last parts may have fewer rows than the first.
+  const int in_all = std::max(0, rows.rows - (BrightWords::kParts - 1) * part_rows);
+  for (int y = 0; y < in_all; ++y) scan_together<BrightWords::kParts>(pixels, rows, y, 0, found);
+  for (int part = 0; part < BrightWords::kParts; ++part) {
+    const int end = std::min(rows.rows, (part + 1) * part_rows);
+    for (int y = part * part_rows + in_all; y < end; ++y) scan_together<1>(pixels, rows, y, part, found);
   }
 }
 
