@@ -51,7 +51,7 @@ BlobMeter::BlobMeter(const DetectKernels& kernels, int grow_px, bool split_touch
       split_touching_(split_touching),
       pixels_(kMaxBox_px * kMaxBox_px),
       saved_(kMaxBox_px * kMaxBox_px),
-      own_(kMaxBox_px * kMaxBox_px),
+      eraser_(std::max(grow_px, 1)),
       measured_(kMaxBlobs) {
   lights_.reserve(kMaxBlobs);
   for (std::size_t area = 0; area < peak_over_.size(); ++area) {
@@ -78,7 +78,7 @@ void BlobMeter::measure(const Image& image, const Cut& cut, ImageComponents& com
   }
   BoxSurvey seen = fetch(image, cut, window);
   if (seen.bright != static_cast<std::uint32_t>(shape.area_px2)) {
-    erase_others(cut, components.runs(i), window);
+    eraser_.erase(components.runs(i), window.x, window.y, cut.threshold, box_, pixels_);
     seen = kernels_.survey(box_, cut.threshold);
   }
   const bool may_be_two = roundness < kRound && split_touching_;
@@ -153,38 +153,6 @@ BoxSurvey BlobMeter::fetch(const Image& image, const Cut& cut, const Window& win
     std::fill(line.begin() + window.width_px, line.end(), std::uint16_t{0});
   }
   return kernels_.survey(box_, cut.threshold);
-}
-
-// The light of a neighbour: its bright pixels, and what lies nearer to those than to the component's own.
-void BlobMeter::erase_others(const Cut& cut, std::span<const Run> runs, const Window& window) {
-  const auto width = static_cast<std::size_t>(box_.width_px);
-  const auto at = [width](int x, int y) { return static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x); };
-  std::fill_n(own_.begin(), at(0, box_.height_px), std::uint8_t{0});
-  for (const Run& run : runs) {
-    std::fill_n(own_.begin() + static_cast<std::ptrdiff_t>(at(run.begin - window.x, run.y - window.y)),
-                run.end - run.begin, std::uint8_t{1});
-  }
-  const auto bright = [&](int x, int y) { return pixels_[at(x, y)] >= cut.threshold; };
-  // Squared distances to the nearest own and other bright pixel, within reach of the grown border.
-  const int reach = std::max(grow_px_, 1);
-  for (int y = 0; y < window.height_px; ++y) {
-    for (int x = 0; x < window.width_px; ++x) {
-      if (bright(x, y)) continue;
-      int own = 2 * reach * reach + 1, other = own;
-      for (int v = std::max(0, y - reach); v <= std::min(window.height_px - 1, y + reach); ++v) {
-        for (int u = std::max(0, x - reach); u <= std::min(window.width_px - 1, x + reach); ++u) {
-          if (!bright(u, v)) continue;
-          int& nearest = own_[at(u, v)] != 0 ? own : other;
-          nearest = std::min(nearest, (u - x) * (u - x) + (v - y) * (v - y));
-        }
-      }
-      if (other <= own && other <= 2 * reach * reach) own_[at(x, y)] = 2;
-    }
-  }
-  for (std::size_t i = 0; i < at(0, box_.height_px); ++i) {
-    const bool others = own_[i] == 2 || (own_[i] == 0 && pixels_[i] >= cut.threshold);
-    if (others) pixels_[i] = 0;
-  }
 }
 
 std::uint32_t BlobMeter::count_at_top(const Cut& cut, const BoxSurvey& seen) const {

@@ -10,6 +10,7 @@
 #include "model/blob.h"
 #include "model/frame.h"
 #include "stages/detect_kernels.h"
+#include "stages/erase_neighbours.h"
 #include "stages/image_components.h"
 #include "stages/touching_discs.h"
 #include "stages/weigh_light.h"
@@ -61,7 +62,6 @@ class BlobMeter {
 
   Window window_of(const Image& image, const Shape& shape) const;
   BoxSurvey fetch(const Image& image, const Cut& cut, const Window& window);
-  void erase_others(const Cut& cut, std::span<const Run> runs, const Window& window);
   std::uint32_t count_at_top(const Cut& cut, const BoxSurvey& seen) const;
   Light weigh(const Cut& cut, const Window& window, const BoxSurvey& seen, double roundness) const;
   void refine(const Cut& cut, const Window& window, WeighedLight& weighed);
@@ -75,7 +75,7 @@ class BlobMeter {
   int fits_left_ = kMaxFits;
   std::vector<std::uint16_t> pixels_;
   std::vector<std::uint16_t> saved_;
-  std::vector<std::uint8_t> own_;
+  NeighbourEraser eraser_;
   std::array<double, 2048> peak_over_;  // the plateau of a disc of so many pixels, in standard deviations
   Box box_;
   BoundedVector<std::size_t, kMaxBlobs> plain_;  // components that were only weighed

@@ -17,8 +17,13 @@ constexpr int kBins = 2 * kMaxBox_px;
 
 Waist find_waist(const Box& box, std::uint32_t threshold, const Eigen::Vector2d& middle_px,
                  const Eigen::Vector2d& axis) {
+  // No pixel is farther from the middle than the box is long across; only these bins are in use, the outer ones dark.
+  const auto reach = static_cast<std::size_t>(std::hypot(box.width_px, box.height_px)) + 3;
+  const std::size_t first = kBins / 2 - std::min<std::size_t>(reach, kBins / 2);
+  const std::size_t end = std::min<std::size_t>(kBins / 2 + reach + 1, kBins);
   // Light along the axis, each pixel's shared between the two nearest bins.
-  std::array<double, kBins> light{};
+  std::array<double, kBins> light;
+  std::fill(light.begin() + first, light.begin() + end, 0.0);
   for (int y = 0; y < box.height_px; ++y) {
     for (int x = 0; x < box.width_px; ++x) {
       const std::uint32_t grey = box.pixels[y * box.width_px + x];
@@ -30,13 +35,15 @@ Waist find_waist(const Box& box, std::uint32_t threshold, const Eigen::Vector2d&
       light[bin + 1] += share * grey;
     }
   }
-  std::array<double, kBins> smooth{};
-  for (std::size_t i = 1; i + 1 < kBins; ++i) smooth[i] = 0.25 * (light[i - 1] + 2.0 * light[i] + light[i + 1]);
-  std::array<double, kBins> after{};  // the greatest from here on
-  for (std::size_t i = kBins - 1; i-- > 0;) after[i] = std::max(after[i + 1], smooth[i]);
+  std::array<double, kBins> smooth;
+  smooth[first] = smooth[end - 1] = 0.0;
+  for (std::size_t i = first + 1; i + 1 < end; ++i) smooth[i] = 0.25 * (light[i - 1] + 2.0 * light[i] + light[i + 1]);
+  std::array<double, kBins> after;  // the greatest from here on
+  after[end - 1] = 0.0;
+  for (std::size_t i = end - 1; i-- > first;) after[i] = std::max(after[i + 1], smooth[i]);
   double before = 0.0, best = 0.0;
   Waist waist;
-  for (std::size_t i = 0; i < kBins; ++i) {
+  for (std::size_t i = first; i < end; ++i) {
     before = std::max(before, smooth[i]);
     const double hump = std::min(before, after[i]);
     const double dip = hump > 0.0 ? (hump - smooth[i]) / hump : 0.0;
