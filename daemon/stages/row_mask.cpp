@@ -28,9 +28,10 @@ std::vector<double> crossings(const MaskPolygon& polygon, double y) {
 }  // namespace
 
 RowMask::RowMask(std::span<const MaskPolygon> polygons, int width_px, int height_px)
-    : width_px_(width_px), height_px_(height_px), words_(words_of(width_px)), places_(width_px) {
+    : width_px_(width_px), height_px_(height_px), places_(width_px) {
   if (polygons.empty()) return;
   bits_.resize(first_word(height_px));
+  words_.resize(bits_.size() / 64 + 1);
   bands_.resize(first_word(height_px / kBandRows + 1));
   for (int y = 0; y < height_px; ++y) {
     for (const MaskPolygon& polygon : polygons) {
@@ -50,15 +51,15 @@ void RowMask::fill(int y, int begin, int end) {
   for (int x = begin; x < end; x = (x | 63) + 1) {
     of_row[x >> 6] |= bits_between(x, end);
     of_band[x >> 6] |= bits_between(x, end);
+    const std::uint32_t place = places_.of(y, x >> 6);
+    words_[place / 64] |= 1ULL << place % 64;
   }
 }
 
 void RowMask::cut(std::span<BrightWord> words) const {
   for (BrightWord& each : words) {
-    const int y = places_.y(each);
-    const auto word = static_cast<std::size_t>(places_.x(each, y) / 64);
-    if ((bands_[first_word(y / kBandRows) + word] & each.bits) == 0) continue;  // most are far from all masks
-    each.bits &= ~bits_[first_word(y) + word];
+    // Most are far from all masks.
+    if ((words_[each.place / 64] >> each.place % 64 & 1U) != 0) each.bits &= ~bits_[each.place];
   }
 }
 

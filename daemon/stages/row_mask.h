@@ -35,15 +35,15 @@ class RowMask {
   std::size_t count() const;
 
  private:
-  std::size_t first_word(int y) const { return static_cast<std::size_t>(y) * static_cast<std::size_t>(words_); }
+  std::size_t first_word(int y) const { return places_.of(y, 0); }
   void fill(int y, int begin, int end);
   bool meets(int y, int begin, int end) const;
 
   int width_px_, height_px_;
-  int words_;                         // of a row
-  WordPlaces places_;                 // of an image
-  std::vector<std::uint64_t> bits_;   // empty: nothing is masked
-  std::vector<std::uint64_t> bands_;  // what is masked in any of kBandRows rows
+  WordPlaces places_;
+  std::vector<std::uint64_t> bits_;   // by place; empty: nothing is masked
+  std::vector<std::uint64_t> words_;  // which words have a masked pixel, a bit each, by place
+  std::vector<std::uint64_t> bands_;  // what is masked in any of kBandRows rows, by place of the band
 };
 
 }  // namespace mocap::stages
