@@ -20,16 +20,17 @@ bool is_usable(const ExpectedMarker& marker) {
 ExpectedGates::ExpectedGates(const MatchSettings& settings) : settings_(settings), wanted_by_(kMaxBlobs, 0) {
   for (auto& column : expected_) column.resize(kMaxMarkers);
   foreseen_.resize(kMaxMarkers);
-  candidates_.reserve(kMaxGateCandidates);
+  candidates_.resize(kMaxGateCandidates);
   near_.resize(8 * kMaxBlobs);
 }
 
 std::span<const GateCandidate> ExpectedGates::candidates(const ViewRays& view) {
   foresee(*view.camera);
-  bound_gates(view);
+  bins_.fill(view.places(), view.bounds(), view.usual_variance(), static_cast<float>(settings_.gate_sigmas));
+  bound_gates(view.focal_px);
   std::fill_n(wanted_by_.begin(), view.size(), std::uint16_t{0});
   gather_candidates(view);
-  return candidates_;
+  return std::span(candidates_).first(candidate_count_);
 }
 
 // The expected markers by column.
@@ -86,23 +87,19 @@ MOCAP_WIDE void ExpectedGates::foresee(const CameraModel& camera) {
 }
 
 // The bins that each marker's gate covers in the view.
-MOCAP_WIDE void ExpectedGates::bound_gates(const ViewRays& view) {
-  const auto scale = view.bin_scale();
-  const auto min_x = static_cast<float>(scale.min_x);
-  const auto min_y = static_cast<float>(scale.min_y);
-  const auto per_x = static_cast<float>(scale.per_x);
-  const auto per_y = static_cast<float>(scale.per_y);
-  const auto own = static_cast<float>(view.most_own(settings_.gate_floor_px));
+MOCAP_WIDE void ExpectedGates::bound_gates(double focal_px) {
+  const auto [min_x, min_y, per_x, per_y, last] = bins_.scale();
+  const auto floor = static_cast<float>(std::pow(settings_.gate_floor_px / focal_px, 2));
+  const float own = floor + bins_.variance();
   const auto sigmas = static_cast<float>(settings_.gate_sigmas);
-  const auto last = static_cast<float>(scale.bins);
-  constexpr float kRounding = 0.01F;  // of a bin: single precision is finer than that
+  constexpr float kRounding = RayBins::kRounding;
   const float *x = foreseen_.x.data(), *y = foreseen_.y.data();
   const float *xx = foreseen_.xx.data(), *yy = foreseen_.yy.data(), *depth = foreseen_.depth_m.data();
   std::int32_t *left = foreseen_.left.data(), *right = foreseen_.right.data();
   std::int32_t *top = foreseen_.top.data(), *bottom = foreseen_.bottom.data();
-  const auto bin = [last](float at) {
+  const auto bin = [most = last](float at) {
     const float low = at > 0.0F ? at : 0.0F;
-    return static_cast<std::int32_t>(low < last ? low : last);
+    return static_cast<std::int32_t>(low < most ? low : most);
   };
   const std::size_t count = marker_count_;
   MOCAP_INDEPENDENT_TURNS
@@ -121,8 +118,8 @@ MOCAP_WIDE void ExpectedGates::bound_gates(const ViewRays& view) {
 // The rays in each marker's gate: those in its bins, block by block, then those of them that lie near enough. How many
 // bins' rays there are nobody foresees; one or two are written down in any case, so that it seldom has to be asked.
 void ExpectedGates::gather_candidates(const ViewRays& view) {
-  candidates_.clear();
-  const bool one_word = view.has_one_word();
+  candidate_count_ = 0;
+  const bool one_word = bins_.has_one_word();
   std::size_t near = 0;
   const auto add = [&](std::uint32_t marker, std::size_t word, std::uint64_t bits) {
     const auto next = [&] {
@@ -138,11 +135,11 @@ void ExpectedGates::gather_candidates(const ViewRays& view) {
   };
   for (std::uint32_t m = 0; m < marker_count_; ++m) {
     const auto bin = [m](const std::vector<std::int32_t>& column) { return static_cast<std::size_t>(column[m]); };
-    const ViewRays::Bins bins{bin(foreseen_.left), bin(foreseen_.right), bin(foreseen_.top), bin(foreseen_.bottom)};
+    const RayBins::Gate gate{bin(foreseen_.left), bin(foreseen_.right), bin(foreseen_.top), bin(foreseen_.bottom)};
     if (one_word) {
-      add(m, 0, view.only_word_in_bins(bins));
+      add(m, 0, bins_.only_word_of(gate));
     } else {
-      view.words_in_bins(bins, [&](std::size_t word, std::uint64_t bits) { add(m, word, bits); });
+      bins_.visit_words(gate, [&](std::size_t word, std::uint64_t bits) { add(m, word, bits); });
     }
     if (near + kMaxBlobs + 2 * kMaxBlobs / 64 < near_.size()) continue;
     measure_near(view, near);
@@ -159,11 +156,9 @@ void ExpectedGates::measure_near(const ViewRays& view, std::size_t count) {
   const float *ray_x = view.x_f.data(), *ray_y = view.y_f.data(), *ray_variance = view.variance_f.data();
   const float *at_x = foreseen_.x.data(), *at_y = foreseen_.y.data(), *at_xx = foreseen_.xx.data(),
               *at_xy = foreseen_.xy.data(), *at_yy = foreseen_.yy.data();
-  const std::size_t before = candidates_.size();
-  candidates_.resize(std::min(kMaxGateCandidates, before + count));
-  GateCandidate* next = candidates_.data() + before;
-  const GateCandidate* const end = candidates_.data() + candidates_.size();
-  for (std::size_t i = 0; i < count && next != end; ++i) {
+  GateCandidate* next = candidates_.data() + candidate_count_;
+  count = std::min(count, kMaxGateCandidates - candidate_count_);
+  for (std::size_t i = 0; i < count; ++i) {
     const auto [m, ray] = near_[i];
     const float dx = ray_x[ray] - at_x[m];
     const float dy = ray_y[ray] - at_y[m];
@@ -176,7 +171,7 @@ void ExpectedGates::measure_near(const ViewRays& view, std::size_t count) {
     next += inside ? 1 : 0;
     wanted_by_[ray] = static_cast<std::uint16_t>(wanted_by_[ray] + (inside ? 1 : 0));
   }
-  candidates_.resize(static_cast<std::size_t>(next - candidates_.data()));
+  candidate_count_ = static_cast<std::size_t>(next - candidates_.data());
 }
 
 }  // namespace mocap::stages

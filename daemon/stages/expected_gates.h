@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "stages/match_views.h"
+#include "stages/ray_bins.h"
 #include "stages/share_blobs.h"
 #include "stages/view_rays.h"
 
@@ -38,10 +39,12 @@ class ExpectedGates {
   /// In how many gates of that view a ray lies.
   std::uint16_t wanted_by(std::size_t ray) const { return wanted_by_[ray]; }
   const Foreseen& foreseen() const { return foreseen_; }
+  /// Of the view's rays.
+  const RayBins& bins() const { return bins_; }
 
  private:
   void foresee(const CameraModel& camera);
-  void bound_gates(const ViewRays& view);
+  void bound_gates(double focal_px);
   void gather_candidates(const ViewRays& view);
   void measure_near(const ViewRays& view, std::size_t count);
 
@@ -53,8 +56,10 @@ class ExpectedGates {
   struct Near {
     std::uint32_t marker, ray;
   };
+  RayBins bins_;            // of the view: one for all of them stays in the cache
   std::vector<Near> near_;  // by bins
   std::vector<GateCandidate> candidates_;
+  std::size_t candidate_count_ = 0;
   std::vector<std::uint16_t> wanted_by_;
 };
 

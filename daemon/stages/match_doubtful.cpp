@@ -158,8 +158,8 @@ double ExpectedMatcher::odds_of_owner(std::size_t marker, std::size_t view, std:
 void ExpectedMatcher::claim_own(const ViewRays& view, std::size_t index) {
   for (std::uint32_t ray = 0; ray < view.size(); ++ray) {
     const std::uint32_t whose = owner(index, ray);
-    if (whose >= marker_count_ || holder_[ray] != kNone || view_held_[whose].ray != kNone) continue;
-    view_held_[whose].ray = ray;
+    if (whose >= marker_count_ || view_holds_.holder(ray) != kNone || view_holds_.rays()[whose] != kNone) continue;
+    view_holds_.hold(whose, ray);
   }
 }
 

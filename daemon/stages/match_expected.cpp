@@ -30,8 +30,7 @@ ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t came
       camera_count_(camera_count),
       view_count_(camera_count),
       column_of_(kMaxBlobs, kNone),
-      view_held_(kMaxMarkers),
-      holder_(kMaxBlobs, kNone),
+      view_holds_(kMaxMarkers),
       holder_cost_(kMaxBlobs, 0.0),
       faithful_(kMaxBlobs, 0),
       held_(kMaxMarkers, camera_count),
@@ -63,11 +62,13 @@ void ExpectedMatcher::match(const FrameSet& frames, RayTable& rays, const Expect
     if (count == 0) continue;
     find_owners(*frames.views[view], rays[view], view);
     const bool shared = assign_view(rays[view], view);
-    const std::span<const Held> held(view_held_.data(), count);
-    held_.keep(view, rays[view], held, std::span(owner_).subspan(view * kMaxBlobs, kMaxBlobs), shared);
-    meetings_.add(rays[view], held);
+    held_.keep(view, rays[view], view_holds_, std::span(owner_).subspan(view * kMaxBlobs, kMaxBlobs), shared);
+    meetings_.add(rays[view], view_holds_);
   }
-  if (count == 0) return;
+  if (count == 0) {
+    rays.list_free(settings_.agree_sigmas);
+    return;
+  }
   if (held_.any_shared()) forsake_doubles();
   meetings_.solve();
   meetings_.judge(agreement_);
@@ -80,6 +81,7 @@ void ExpectedMatcher::match(const FrameSet& frames, RayTable& rays, const Expect
   for (std::size_t m = count; m-- > 0;) join_older(rays, m);
   // What three or more views tell goes before what two do.
   take_sure(rays);
+  rays.list_free(settings_.agree_sigmas);
   for (std::size_t m = 0; m < count; ++m) {
     if (views_of_[m] < 3 || views_of_[m] == view_count_) continue;
     recover(rays, m);
@@ -115,24 +117,24 @@ void ExpectedMatcher::learn_error(const RayTable& rays) {
 }
 
 void ExpectedMatcher::mark(RayTable& rays, std::size_t marker, int change) const {
-  for (std::size_t view = 0; view < view_count_; ++view) {
-    const Kept& one = held_(marker, view);
-    if (!one.has_ray()) continue;
+  for (std::uint64_t views = held_.views(marker); views != 0; views &= views - 1) {
+    const auto view = static_cast<std::size_t>(std::countr_zero(views));
+    const std::uint16_t ray = held_(marker, view).ray;
     if (change > 0) {
-      rays[view].take(one.ray);
+      rays[view].take(ray);
     } else {
-      rays[view].give_back(one.ray);
+      rays[view].give_back(ray);
     }
   }
 }
 
-// The rays of all markers that three or more views agree on.
+// The rays of all markers that three or more views agree on: all that were held, but for those given up and those of
+// the few other markers.
 void ExpectedMatcher::take_sure(RayTable& rays) const {
-  for (std::size_t view = 0; view < view_count_; ++view) {
-    rays[view].take_all(marker_count_, [&](std::size_t m) -> std::uint32_t {
-      const std::uint16_t ray = held_(m, view).ray;
-      return ray != Kept::kNone && views_of_[m] >= 3 ? ray : kNone;
-    });
+  for (std::size_t view = 0; view < view_count_; ++view) rays[view].take_all(held_.holders(view));
+  for (const auto& [view, ray] : held_.given_up()) rays[view].give_back(ray);
+  for (std::size_t m = 0; m < marker_count_; ++m) {
+    if (views_of_[m] < 3) mark(rays, m, -1);
   }
 }
 
@@ -147,10 +149,9 @@ void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& in
   const geometry::Refined& found = found_[marker];
   match.start = found.point;
   match.meeting = {found.point, found.covariance_m2, found.rms_px, agreement_.floor_px, agreement_.sigmas};
-  const std::span<const Kept> views = held_.of(marker);
-  for (std::size_t view = 0; view < views.size(); ++view) {
-    const Kept& one = views[view];
-    if (!one.has_ray()) continue;
+  for (std::uint64_t views = held_.views(marker); views != 0; views &= views - 1) {
+    const auto view = static_cast<std::size_t>(std::countr_zero(views));
+    const Kept& one = held_(marker, view);
     BlobRef& seen =
         match.sightings.push_back({static_cast<std::uint16_t>(view), one.blob, 0.0F, 0.0F, one.sigma_px, nullptr});
     if (!one.is_shared()) continue;
@@ -180,15 +181,13 @@ double ExpectedMatcher::cost_of(const GateCandidate& candidate) const {
 // All expected markers of one view at once: the exact assignment by likelihood. Most markers and rays have nobody else,
 // or several have one and the same alone: these need no assignment. Says whether any ray is shared.
 bool ExpectedMatcher::assign_view(const ViewRays& view, std::size_t index) {
-  std::fill_n(view_held_.begin(), marker_count_, Held{});
+  view_holds_.begin(marker_count_, view.size());
   if (view.size() == 0) return false;
   const std::span<const GateCandidate> candidates = gates_.candidates(view);
-  std::fill_n(holder_.begin(), view.size(), kNone);
   assign_the_alone(candidates, index);
   if (!several_.empty()) assign_several(candidates, index);
   if (has_owners_[index] != 0) claim_own(view, index);
-  const bool shared = sharer_.share(view, gates_.foreseen(), std::span(view_held_).first(marker_count_));
-  return shared;
+  return sharer_.share(view, gates_.bins(), gates_.foreseen(), view_holds_);
 }
 
 // A marker and a ray that have nobody else. The logarithm in the cost is dear: where even 1 + log <= widening passes,
@@ -201,14 +200,14 @@ void ExpectedMatcher::assign_the_alone(std::span<const GateCandidate> candidates
   std::uint32_t before = kNone;
   for (std::uint32_t i = 0; i < count; ++i) {
     const auto& [marker, ray, distance2, widening] = candidates[i];
-    const bool many = marker == before || (i + 1 < count && candidates[i + 1].marker == marker);
+    const std::uint32_t after = i + 1 < count ? candidates[i + 1].marker : kNone;
+    const bool many = (marker == before) | (marker == after);
     before = marker;
     if (many | (gates_.wanted_by(ray) != 1) | told | !(distance2 + widening < passes)) {
       several_.push_back(i);
       continue;
     }
-    view_held_[marker].ray = ray;
-    holder_[ray] = marker;
+    view_holds_.hold(marker, ray);
   }
 }
 
@@ -256,16 +255,15 @@ void ExpectedMatcher::assign_marker(std::span<const GateCandidate> candidates, s
 
 // Holds the cheaper of what a ray or a marker of a star has and what it is offered.
 void ExpectedMatcher::offer(const GateCandidate& candidate, double cost) {
-  const std::uint32_t had = view_held_[candidate.marker].ray;
-  const std::uint32_t holder = holder_[candidate.ray];
+  const std::uint32_t had = view_holds_.rays()[candidate.marker];
+  const std::uint32_t holder = view_holds_.holder(candidate.ray);
   if (cost >= gate2_ || (had != kNone && holder_cost_[had] <= cost) ||
       (holder != kNone && holder_cost_[candidate.ray] <= cost)) {
     return;
   }
-  if (had != kNone) holder_[had] = kNone;
-  if (holder != kNone) view_held_[holder].ray = kNone;
-  view_held_[candidate.marker].ray = candidate.ray;
-  holder_[candidate.ray] = candidate.marker;
+  if (had != kNone) view_holds_.let_go(candidate.marker);
+  if (holder != kNone) view_holds_.let_go(holder);
+  view_holds_.hold(candidate.marker, candidate.ray);
   holder_cost_[candidate.ray] = cost;
 }
 
@@ -287,8 +285,7 @@ void ExpectedMatcher::assign_contested(std::span<const GateCandidate> candidates
   const auto columns = assigner_.assign(row_markers_.size(), column_rays_.size(), pairs_, gate2_);
   for (std::size_t row = 0; row < columns.size(); ++row) {
     if (columns[row] == geometry::Assigner::kAlone) continue;
-    view_held_[row_markers_[row]].ray = column_rays_[columns[row]];
-    holder_[column_rays_[columns[row]]] = row_markers_[row];
+    view_holds_.hold(row_markers_[row], column_rays_[columns[row]]);
   }
   for (const std::uint32_t ray : column_rays_) column_of_[ray] = kNone;
 }
@@ -336,9 +333,9 @@ bool ExpectedMatcher::leave_out_worst(std::size_t marker) {
 
 // Appends what the views hold of a marker.
 void ExpectedMatcher::add_sightings(RayTable& rays, std::size_t marker) {
-  for (std::size_t view = 0; view < view_count_; ++view) {
+  for (std::uint64_t views = held_.views(marker); views != 0; views &= views - 1) {
+    const auto view = static_cast<std::size_t>(std::countr_zero(views));
     const Kept& one = held_(marker, view);
-    if (!one.has_ray()) continue;
     rays[view].make_quadric(one.ray);
     auto& sighting = sightings_.push_back(rays[view].sighting(one.ray, static_cast<std::uint32_t>(view)));
     if (!one.is_shared()) continue;
@@ -366,13 +363,15 @@ std::size_t ExpectedMatcher::agree(RayTable& rays, std::size_t marker, const Wor
 // Where the point is known now, a view that gave no blob or a wrong one is asked again.
 void ExpectedMatcher::recover(RayTable& rays, std::size_t marker) {
   const geometry::Refined found = found_[marker];
+  const std::size_t given_up = held_.given_up().size();
   bool added = false;
   rays.cast_shadows(found.point.v, found.covariance_m2, settings_.agree_sigmas, settings_.calibration_px);
-  for (std::size_t view = 0; view < view_count_; ++view) {
-    if (held_(marker, view).has_ray()) continue;
+  const std::uint64_t all = ~std::uint64_t{0} >> (kMaxCameras - view_count_);
+  for (std::uint64_t lacking = all & ~held_.views(marker); lacking != 0; lacking &= lacking - 1) {
+    const auto view = static_cast<std::size_t>(std::countr_zero(lacking));
     const auto nearest = rays.nearest_free(view);
     if (!nearest) continue;
-    if (!added) mark(rays, marker, -1);
+    rays[view].take(*nearest);
     held_.give(marker, view, rays[view], *nearest, owner(view, *nearest) == marker);
     if (met_[marker] != 0) meetings_.add_ray(marker, view, rays[view], *nearest);
     added = true;
@@ -382,7 +381,8 @@ void ExpectedMatcher::recover(RayTable& rays, std::size_t marker) {
   if (met) found_[marker] = meetings_.meeting(marker);
   const bool near = met && settings_.in_volume(found_[marker].point.v) && held_.has_own_ray(marker);
   views_of_[marker] = static_cast<std::uint32_t>(near ? meetings_.rays_of(marker) : agree(rays, marker, found.point));
-  if (views_of_[marker] >= 2) mark(rays, marker, +1);
+  for (const auto& [view, ray] : held_.given_up().subspan(given_up)) rays[view].give_back(ray);
+  if (views_of_[marker] < 2) mark(rays, marker, -1);
 }
 
 }  // namespace mocap::stages

@@ -92,8 +92,7 @@ class ExpectedMatcher {
   std::vector<std::uint32_t> column_rays_;  // and the ray of each column
   // Of the view that is being assigned. By marker: what it holds; by ray: who holds it and at what cost, and how many
   // want it who want nothing else.
-  std::vector<Held> view_held_;
-  std::vector<std::uint32_t> holder_;
+  ViewHolds view_holds_;
   std::vector<double> holder_cost_;
   std::vector<std::uint16_t> faithful_;
   HeldViews held_;

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -22,6 +23,10 @@ constexpr std::size_t kWorkOfShadow = 40;
 // Rounds of pairs in a set: all of up to 16 cameras. Of more the first, which suit best, and the rest in turn.
 constexpr std::size_t kRoundsASet = 16;
 constexpr std::size_t kRoundsAlways = 4;
+// Of so few rays hardly any lies near another's line by chance: so many lines or more are asked at once whether one
+// does.
+constexpr std::size_t kFewRays = 16;
+constexpr std::size_t kFewLines = 4;
 
 }  // namespace
 
@@ -35,13 +40,9 @@ NewMatcher::NewMatcher(const MatchSettings& settings, const Rig& rig, RigError& 
       rivals_(rig.size() * kMaxBlobs, 0),
       put_off_(rig.size() * kMaxBlobs, 0),
       free_(rig.size()),
-      off_(kMaxBlobs) {
-  for (FreeRays& free : free_) {
-    free.ray.reserve(kMaxBlobs);
-    free.x.reserve(kMaxBlobs);
-    free.y.reserve(kMaxBlobs);
-    free.direction.reserve(kMaxBlobs);
-  }
+      off_(kMaxBlobs),
+      beyond_(kMaxBlobs) {
+  for (auto& column : lines_) column.resize(kMaxBlobs);
   near_line_.reserve(kMaxBlobs);
   hypotheses_.reserve(kMaxHypotheses);
   open_.reserve(kMaxHypotheses);
@@ -93,33 +94,76 @@ void NewMatcher::gather_free(const RayTable& rays) {
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
     const ViewRays& from = rays[view];
     FreeRays& free = free_[view];
-    free.ray.clear();
-    free.x.clear();
-    free.y.clear();
-    free.direction.clear();
     free.eye = from.camera->centre().v;
+    free.focal_px = from.focal_px;
     const Matrix3d world_from_camera = from.camera->camera_from_world.rotation.transpose();
+    free.count = 0;
     from.for_free([&](std::size_t ray) {
-      free.ray.push_back(static_cast<std::uint16_t>(ray));
-      free.x.push_back(from.x_f[ray]);
-      free.y.push_back(from.y_f[ray]);
-      free.direction.push_back(world_from_camera * Vector3d(from.x(ray), from.y(ray), 1.0));
+      free.ray[free.count] = static_cast<std::uint16_t>(ray);
+      free.x[free.count] = from.x_f[ray];
+      free.y[free.count] = from.y_f[ray];
+      free.sigma_px[free.count] = from.sigma_f[ray];
+      free.direction[free.count++] = world_from_camera * Vector3d(from.x(ray), from.y(ray), 1.0);
     });
-    free_views_ += free.ray.empty() ? 0 : 1;
+    free_views_ += free.count == 0 ? 0 : 1;
   }
 }
 
 void NewMatcher::ask_pair(RayTable& rays, const CameraPair& pair) {
   const auto a = rays.view_of(pair.a);
   const auto b = rays.view_of(pair.b);
-  if (!a || !b || free_[*b].ray.empty()) return;
-  for (std::size_t i = 0; i < free_[*a].ray.size(); ++i) {
+  if (!a || !b || free_[*b].count == 0) return;
+  const bool at_once = free_[*b].count <= kFewRays && free_[*a].count >= kFewLines;
+  bool told = false;
+  for (std::size_t i = 0; i < free_[*a].count; ++i) {
     if (work_ > kMaxWork) {
       ++skipped_;
       continue;
     }
     if (!asking_again_ && put_off({static_cast<std::uint16_t>(*a), free_[*a].ray[i]})) continue;
+    if (at_once && !told) find_nearest_to_lines(free_[*a], free_[*b], pair);
+    told = true;
+    if (at_once && beyond_[i] > 0.0F) continue;
     ask_ray(rays, pair, *a, i, *b);
+  }
+}
+
+// Both blobs' errors move them off the line, and so does the rig's.
+double NewMatcher::allowed_px(double sigma_px) const {
+  return std::sqrt(rig_px_ * rig_px_ + sigma_px * sigma_px) * 2.0 * settings_.agree_sigmas;
+}
+
+// Told a little too near rather than too far.
+MOCAP_WIDE void NewMatcher::find_nearest_to_lines(const FreeRays& of_a, const FreeRays& of_b, const CameraPair& pair) {
+  constexpr float kRounding = 1e-5F;  // of the baseline, and of what is allowed
+  const Eigen::Matrix3f e = pair.essential.cast<float>();
+  const float xx = e(0, 0), xy = e(0, 1), x1 = e(0, 2), yx = e(1, 0), yy = e(1, 1), y1 = e(1, 2);
+  const float zx = e(2, 0), zy = e(2, 1), z1 = e(2, 2), rounding = kRounding * e.norm();
+  const auto rig_px2 = static_cast<float>(rig_px_ * rig_px_);
+  const double allowed_sigmas = 2.0 * settings_.agree_sigmas / std::min(of_a.focal_px, of_b.focal_px);
+  const float allowed = (1.0F + kRounding) * static_cast<float>(allowed_sigmas);
+  const float *ax = of_a.x.data(), *ay = of_a.y.data(), *sigma_px = of_a.sigma_px.data();
+  float *lx = lines_[0].data(), *ly = lines_[1].data(), *l1 = lines_[2].data(), *beyond = beyond_.data();
+  const std::size_t count = of_a.count;
+  MOCAP_INDEPENDENT_TURNS
+  for (std::size_t i = 0; i < count; ++i) {
+    lx[i] = xx * ax[i] + xy * ay[i] + x1;
+    ly[i] = yx * ax[i] + yy * ay[i] + y1;
+    l1[i] = zx * ax[i] + zy * ay[i] + z1;
+    beyond[i] = std::numeric_limits<float>::max();
+  }
+  for (std::size_t j = 0; j < of_b.count; ++j) {
+    const float x = of_b.x[j], y = of_b.y[j];
+    MOCAP_INDEPENDENT_TURNS
+    for (std::size_t i = 0; i < count; ++i) {
+      const float off = std::abs(lx[i] * x + ly[i] * y + l1[i]);
+      beyond[i] = off < beyond[i] ? off : beyond[i];
+    }
+  }
+  MOCAP_INDEPENDENT_TURNS
+  for (std::size_t i = 0; i < count; ++i) {
+    const float off_px2 = rig_px2 + sigma_px[i] * sigma_px[i], slope2 = lx[i] * lx[i] + ly[i] * ly[i];
+    beyond[i] -= allowed * std::sqrt(off_px2 * slope2) + rounding;
   }
 }
 
@@ -128,11 +172,9 @@ void NewMatcher::ask_ray(RayTable& rays, const CameraPair& pair, std::size_t a, 
   const Member of_a{static_cast<std::uint16_t>(a), free_[a].ray[i]};
   const auto line = geometry::epipolar_line(pair.essential, {{rays[a].x(of_a.ray), rays[a].y(of_a.ray)}});
   if (line.n.isZero()) return;  // looks right into the other camera
-  work_ += free_[b].ray.size();
-  // Both blobs' errors move them off the line, and so does the rig's.
-  const double sigma_px = rays[a].sigma_px[of_a.ray];
-  const double allowed_px = std::sqrt(rig_px_ * rig_px_ + sigma_px * sigma_px) * 2.0 * settings_.agree_sigmas;
-  find_near_line(free_[b], line.n, allowed_px / std::min(rays[a].focal_px, rays[b].focal_px));
+  work_ += free_[b].count;
+  find_near_line(free_[b], line.n,
+                 allowed_px(rays[a].sigma_px[of_a.ray]) / std::min(rays[a].focal_px, rays[b].focal_px));
   for (const auto& [off, j] : near_line_) {
     const Member of_b{static_cast<std::uint16_t>(b), free_[b].ray[j]};
     if (is_explained(of_a, of_b)) continue;
@@ -150,7 +192,7 @@ MOCAP_WIDE void NewMatcher::measure_line(const FreeRays& of_b, const Vector3d& l
   const auto nx = static_cast<float>(line.x());
   const auto ny = static_cast<float>(line.y());
   const auto nz = static_cast<float>(line.z());
-  const std::size_t count = of_b.ray.size();
+  const std::size_t count = of_b.count;
   MOCAP_INDEPENDENT_TURNS
   for (std::size_t j = 0; j < count; ++j) off[j] = std::abs(nx * x[j] + ny * y[j] + nz);
 }
@@ -159,7 +201,7 @@ void NewMatcher::find_near_line(const FreeRays& of_b, const Vector3d& line, doub
   measure_line(of_b, line);
   const auto limit = static_cast<float>(allowed);
   near_line_.clear();
-  for (std::uint32_t j = 0; j < of_b.ray.size(); ++j) {
+  for (std::uint32_t j = 0; j < of_b.count; ++j) {
     if (off_[j] <= limit) near_line_.push_back({off_[j], j});
   }
   std::ranges::sort(near_line_, [](const NearLine& a, const NearLine& b) {
@@ -171,7 +213,7 @@ void NewMatcher::find_near_line(const FreeRays& of_b, const Vector3d& line, doub
 void NewMatcher::ask_again(RayTable& rays, Matches& into) {
   bool any = false;
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
-    for (const std::uint16_t ray : free_[view].ray) any = any || put_off_[view * kMaxBlobs + ray] != 0;
+    for (const std::uint16_t ray : free_[view].rays()) any = any || put_off_[view * kMaxBlobs + ray] != 0;
   }
   if (!any) return;
   asking_again_ = true;
@@ -243,7 +285,7 @@ void NewMatcher::gather_support(RayTable& rays, Hypothesis& from) {
   work_ += (rays.view_count() - from.members.size()) * kWorkOfShadow / 4;
   rays.cast_shadows(from.at.point.v, from.at.covariance_m2, settings_.agree_sigmas, rig_px_);
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
-    if ((has >> view & 1) != 0 || free_[view].ray.empty()) continue;
+    if ((has >> view & 1) != 0 || free_[view].count == 0) continue;
     const auto nearest = rays.nearest_free(view);
     if (!nearest) continue;
     from.members.push_back({static_cast<std::uint16_t>(view), static_cast<std::uint16_t>(*nearest)});

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <span>
 #include <vector>
 
 #include "base/bounded_vector.h"
@@ -44,10 +46,15 @@ class NewMatcher {
   using Sightings = BoundedVector<geometry::QuadricSighting, kMaxCameras>;
   // The rays of a view that are not taken, by column.
   struct FreeRays {
-    std::vector<std::uint16_t> ray;
-    std::vector<float> x, y;
-    std::vector<Eigen::Vector3d> direction;  // in the world, 1 m along the camera's axis
+    std::size_t count = 0;
+    std::vector<std::uint16_t> ray = std::vector<std::uint16_t>(kMaxBlobs);
+    std::vector<float> x = std::vector<float>(kMaxBlobs), y = x, sigma_px = x;
+    // In the world, 1 m along the camera's axis.
+    std::vector<Eigen::Vector3d> direction = std::vector<Eigen::Vector3d>(kMaxBlobs);
     Eigen::Vector3d eye;
+    double focal_px = 1.0;
+
+    std::span<const std::uint16_t> rays() const { return std::span(ray).first(count); }
   };
   struct NearLine {
     float off;
@@ -56,6 +63,8 @@ class NewMatcher {
 
   void gather_free(const RayTable& rays);
   void ask_pair(RayTable& rays, const CameraPair& pair);
+  void find_nearest_to_lines(const FreeRays& of_a, const FreeRays& of_b, const CameraPair& pair);
+  double allowed_px(double sigma_px) const;
   void ask_ray(RayTable& rays, const CameraPair& pair, std::size_t a, std::size_t i, std::size_t b);
   void measure_line(const FreeRays& of_b, const Eigen::Vector3d& line);
   void find_near_line(const FreeRays& of_b, const Eigen::Vector3d& line, double allowed);
@@ -99,6 +108,10 @@ class NewMatcher {
   std::size_t free_views_ = 0;          // that have any
   bool asking_again_ = false;           // only about rays that were put off
   std::vector<float> off_;
+  // Of a pair of cameras, by the first one's free rays: their lines, and how much farther off than allowed the nearest
+  // ray of the other is.
+  std::array<std::vector<float>, 3> lines_;
+  std::vector<float> beyond_;
   std::vector<NearLine> near_line_;
   Hypothesis trial_;
   Sightings sightings_;

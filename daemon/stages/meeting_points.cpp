@@ -46,26 +46,41 @@ void MeetingPoints::begin(const Expected& expected) {
 }
 
 // A column for each number, so that the loops over them run several at a time.
-void MeetingPoints::gather(const ViewRays& view, std::span<const Held> held) {
-  const geometry::RayColumns& rays = view.rays;
-  const double *x = rays.x.data(), *y = rays.y.data(), *sigma_px = view.sigma_px.data();
-  const double *ux = rays.ux.data(), *uy = rays.uy.data(), *vx = rays.vx.data(), *vy = rays.vy.data();
+void MeetingPoints::gather(const ViewRays& view, const ViewHolds& held) {
+  const std::uint32_t* const ray_of = held.rays().data();
+  const double *x = view.rays.x.data(), *y = view.rays.y.data();
+  const float* const sigma_px = view.sigma_f.data();
+  double *to_x = x_.data(), *to_y = y_.data();
+  float* const to_variance = variance_px2_.data();
   for (std::size_t m = 0; m < marker_count_; ++m) {
-    const Held& one = held[m];
-    const bool has = one.ray != Held::kNone;
-    const std::size_t ray = has ? one.ray : 0;
-    const float sigma = one.sigma_px > 0.0F ? one.sigma_px : static_cast<float>(sigma_px[ray]);
-    x_[m] = x[ray] + static_cast<double>(one.off.x());
-    y_[m] = y[ray] + static_cast<double>(one.off.y());
-    ux_[m] = static_cast<float>(ux[ray]);
-    uy_[m] = static_cast<float>(uy[ray]);
-    vx_[m] = static_cast<float>(vx[ray]);
-    vy_[m] = static_cast<float>(vy[ray]);
-    variance_px2_[m] = has ? sigma * sigma : 0.0F;
+    const bool has = ray_of[m] != Held::kNone;
+    const std::size_t ray = has ? ray_of[m] : 0;
+    const float sigma = has ? sigma_px[ray] : 0.0F;
+    to_x[m] = x[ray];
+    to_y[m] = y[ray];
+    to_variance[m] = sigma * sigma;
+  }
+  // Apart from the others: a processor has no more registers than these loops have columns.
+  const double *ux = view.rays.ux.data(), *uy = view.rays.uy.data(), *vx = view.rays.vx.data(),
+               *vy = view.rays.vy.data();
+  float *to_ux = ux_.data(), *to_uy = uy_.data(), *to_vx = vx_.data(), *to_vy = vy_.data();
+  for (std::size_t m = 0; m < marker_count_; ++m) {
+    const std::size_t ray = ray_of[m] != Held::kNone ? ray_of[m] : 0;
+    to_ux[m] = static_cast<float>(ux[ray]);
+    to_uy[m] = static_cast<float>(uy[ray]);
+    to_vx[m] = static_cast<float>(vx[ray]);
+    to_vy[m] = static_cast<float>(vy[ray]);
+  }
+  for (std::size_t i = 0; i < held.sharers().size(); ++i) {
+    const std::uint32_t m = held.sharers()[i];
+    const Held& place = held.places()[i];
+    x_[m] += static_cast<double>(place.off.x());
+    y_[m] += static_cast<double>(place.off.y());
+    if (place.sigma_px > 0.0F) variance_px2_[m] = place.sigma_px * place.sigma_px;
   }
 }
 
-void MeetingPoints::add(const ViewRays& view, std::span<const Held> held) {
+void MeetingPoints::add(const ViewRays& view, const ViewHolds& held) {
   if (view.size() == 0) {
     std::fill_n(error(view_count_, 0), kErrorColumns * lane_count_, 0.0F);
   } else {

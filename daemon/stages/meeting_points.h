@@ -10,7 +10,7 @@
 #include "geometry/triangulation.h"
 #include "model/bounds.h"
 #include "model/sighting.h"
-#include "stages/share_blobs.h"
+#include "stages/view_holds.h"
 #include "stages/view_rays.h"
 
 namespace mocap::stages {
@@ -28,8 +28,8 @@ class MeetingPoints {
   MeetingPoints(std::size_t max_markers, std::size_t max_views);
 
   void begin(const Expected& expected);
-  /// `held`, by marker: the rays that are theirs. Each view once.
-  void add(const ViewRays& view, std::span<const Held> held);
+  /// `held`: the rays that are the markers'. Each view once.
+  void add(const ViewRays& view, const ViewHolds& held);
   void solve();
   void judge(const geometry::Agreement& agreement);
 
@@ -50,7 +50,7 @@ class MeetingPoints {
   using Column = std::vector<double>;
   using Floats = std::vector<float>;
 
-  void gather(const ViewRays& view, std::span<const Held> held);
+  void gather(const ViewRays& view, const ViewHolds& held);
   void add_gathered(const ViewRays& view);
   void solve(std::size_t first, std::size_t end);
   struct Worst {

@@ -16,14 +16,15 @@ constexpr double kNear_px = 40.0;
 // Rays beside one that may be anything, per px^2. `taken`: those that belong to markers count too.
 double others_1_px2(const ViewRays& view, std::size_t ray, bool taken) {
   const auto counts = [&](std::size_t other) { return other != ray && (taken || view.taken[other] == 0); };
-  double all = 1.0;  // nobody knows that there is none
-  for (std::size_t other = 0; other < view.size(); ++other) all += counts(other) ? 1.0 : 0.0;
-  double near = 0.0;
   const double about = kNear_px / view.focal_px;
-  view.near(view.x(ray), view.y(ray), about, about, [&](std::size_t other) {
+  double all = 1.0;  // nobody knows that there is none
+  double near = 0.0;
+  for (std::size_t other = 0; other < view.size(); ++other) {
+    if (!counts(other)) continue;
     const double dx = std::abs(view.x(other) - view.x(ray)), dy = std::abs(view.y(other) - view.y(ray));
-    near += counts(other) && std::max(dx, dy) < about ? 1.0 : 0.0;
-  });
+    all += 1.0;
+    near += std::max(dx, dy) < about ? 1.0 : 0.0;
+  }
   const double image_px2 = static_cast<double>(view.camera->width_px) * static_cast<double>(view.camera->height_px);
   return all / image_px2 + near / (4.0 * kNear_px * kNear_px);
 }

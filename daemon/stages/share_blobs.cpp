@@ -53,16 +53,16 @@ double reach_px(double spread_px) { return 2.0 * spread_px; }
 
 }  // namespace
 
-BlobSharer::BlobSharer(std::size_t max_markers) : owner_(kMaxBlobs) { wishes_.reserve(max_markers); }
+BlobSharer::BlobSharer(std::size_t max_markers) { wishes_.reserve(max_markers); }
 
-bool BlobSharer::share(const ViewRays& view, const Foreseen& foreseen, std::span<Held> held) {
+bool BlobSharer::share(const ViewRays& view, const RayBins& bins, const Foreseen& foreseen, ViewHolds& held) {
   bool shared = false;
-  gather_wishes(view, foreseen, held);
+  gather_wishes(view, bins, foreseen, held);
   for (std::size_t first = 0; first < wishes_.size();) {
     const std::uint32_t ray = wishes_[first].ray;
     std::size_t last = first;
     while (last < wishes_.size() && wishes_[last].ray == ray) ++last;
-    const Group group = group_of(std::span(wishes_).subspan(first, last - first));
+    const Group group = group_of(std::span(wishes_).subspan(first, last - first), held);
     first = last;
     if (group.size < 2) continue;
     if (view.spread_px[ray] > 0.0) {
@@ -79,30 +79,34 @@ bool BlobSharer::share(const ViewRays& view, const Foreseen& foreseen, std::span
 }
 
 // Each marker without a ray wishes for the blob that it should lie in, or nearest to.
-void BlobSharer::gather_wishes(const ViewRays& view, const Foreseen& foreseen, std::span<const Held> held) {
+void BlobSharer::gather_wishes(const ViewRays& view, const RayBins& bins, const Foreseen& foreseen,
+                               const ViewHolds& held) {
   wishes_.clear();
-  std::fill_n(owner_.begin(), view.size(), Held::kNone);
   const auto slack_px = [&](std::uint32_t m) {
     return std::clamp(2.0 * foreseen.sigma_px(m, view.focal_px), kLeastSlack_px, kMostSlack_px);
   };
-  const bool any_spread = view.max_spread_px() > 0.0;
-  const double widest = (any_spread ? reach_px(view.max_spread_px()) + kMostSlack_px : kCoincide_px) / view.focal_px;
+  // How much farther any blob of several markers reaches than its ray does among the bins.
+  double beyond_px = 0.0;
+  for (std::size_t ray = 0; ray < view.size() && view.max_spread_px() > 0.0; ++ray) {
+    if (view.spread_px[ray] == 0.0) continue;
+    const double told_px = view.focal_px * static_cast<double>(bins.reach(view.variance_f[ray]));
+    beyond_px = std::max(beyond_px, reach_px(view.spread_px[ray]) - told_px);
+  }
   const double coincide2 = kCoincide_px * kCoincide_px / (view.focal_px * view.focal_px);
-  for (std::uint32_t m = 0; m < held.size(); ++m) {
-    if (held[m].ray != Held::kNone) {
-      owner_[held[m].ray] = m;
-      continue;
-    }
-    if (!foreseen.usable(m)) continue;
+  const std::span<const std::uint32_t> rays = held.rays();
+  for (std::uint32_t m = 0; m < rays.size(); ++m) {
+    if (rays[m] != Held::kNone || !foreseen.usable(m)) continue;
     const Vector2d at = foreseen.centre(m);
+    const double slack = slack_px(m);
+    const auto half = static_cast<float>(std::max(kCoincide_px, slack + beyond_px) / view.focal_px);
     std::uint32_t nearest = Held::kNone;
     double least = 0.0;
-    view.near(at.x(), at.y(), widest, widest, [&](std::size_t ray) {
+    bins.visit_near(foreseen.x[m], foreseen.y[m], half, [&](std::size_t ray) {
       const double spread = view.spread_px[ray];
       const double off2 = (Vector2d(view.x(ray), view.y(ray)) - at).squaredNorm();
       if (spread == 0.0 && off2 >= coincide2) return;  // most rays, without the root
       const double off_px = view.focal_px * std::sqrt(off2);
-      const double over = off_px - (spread > 0.0 ? reach_px(spread) + slack_px(m) : kCoincide_px);
+      const double over = off_px - (spread > 0.0 ? reach_px(spread) + slack : kCoincide_px);
       if (over >= least) return;
       least = over;
       nearest = static_cast<std::uint32_t>(ray);
@@ -114,9 +118,9 @@ void BlobSharer::gather_wishes(const ViewRays& view, const Foreseen& foreseen, s
 }
 
 // Those who wish for one ray, and before them who holds it.
-BlobSharer::Group BlobSharer::group_of(std::span<const Wish> wishes) const {
+BlobSharer::Group BlobSharer::group_of(std::span<const Wish> wishes, const ViewHolds& held) {
   Group group;
-  const std::uint32_t owner = owner_[wishes.front().ray];
+  const std::uint32_t owner = held.holder(wishes.front().ray);
   group.has_owner = owner != Held::kNone;
   if (group.has_owner) group.markers[group.size++] = owner;
   for (const Wish& wish : wishes) {
@@ -183,7 +187,7 @@ BlobSharer::Explained BlobSharer::best_subset(const ViewRays& view, const Forese
 
 // Which of them is on which side is foreseen; how far apart and in which direction they are is what the shape tells. A
 // distance that was foreseen would confirm itself from set to set.
-void BlobSharer::split(const ViewRays& view, const Foreseen& foreseen, std::span<Held> held, std::uint32_t ray,
+void BlobSharer::split(const ViewRays& view, const Foreseen& foreseen, ViewHolds& held, std::uint32_t ray,
                        const Told& told, const Group& group, const Explained& explained) {
   const auto& [subset, layout] = explained;
   const double scale = told.spread_px / std::max(0.1, layout.length_px);
@@ -191,8 +195,7 @@ void BlobSharer::split(const ViewRays& view, const Foreseen& foreseen, std::span
   for (std::size_t i = 0; i < group.size; ++i) {
     if ((subset >> i & 1U) == 0) continue;
     const Vector2d off = foreseen.centre(group.markers[i]) - layout.mean;
-    Held& own = held[group.markers[i]];
-    own.ray = ray;
+    Held& own = held.share(group.markers[i], ray);
     const Vector2d turned = scale * Vector2d(cosine * off.x() - sine * off.y(), sine * off.x() + cosine * off.y());
     own.off = turned.cast<float>();
     const double sigma_px2 = kLeastSigma_px * kLeastSigma_px +
@@ -202,21 +205,20 @@ void BlobSharer::split(const ViewRays& view, const Foreseen& foreseen, std::span
 }
 
 // One marker hides behind its owner's light, or is not there at all: both have it, neither knows it well.
-bool BlobSharer::overlay(const Foreseen& foreseen, std::span<Held> held, std::uint32_t ray, const Group& group,
+bool BlobSharer::overlay(const Foreseen& foreseen, ViewHolds& held, std::uint32_t ray, const Group& group,
                          double focal_px) {
-  bool shared = false;
-  Held& owner = held[group.markers[0]];
+  float widest_px = 0.0F;
   for (std::size_t i = 1; i < group.size; ++i) {
     const double apart_px = focal_px * (foreseen.centre(group.markers[i]) - foreseen.centre(group.markers[0])).norm();
     if (apart_px > kCoincide_px) continue;
-    Held& other = held[group.markers[i]];
-    other.ray = ray;
+    Held& other = held.share(group.markers[i], ray);
     other.hidden = true;
     other.sigma_px = static_cast<float>(std::hypot(kLeastSigma_px, 0.5 * apart_px));
-    owner.sigma_px = std::max(owner.sigma_px, other.sigma_px);
-    shared = true;
+    widest_px = std::max(widest_px, other.sigma_px);
   }
-  return shared;
+  if (!(widest_px > 0.0F)) return false;
+  held.share(group.markers[0], ray).sigma_px = widest_px;
+  return true;
 }
 
 }  // namespace mocap::stages

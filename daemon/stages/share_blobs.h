@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "stages/ray_bins.h"
+#include "stages/view_holds.h"
 #include "stages/view_rays.h"
 
 namespace mocap::stages {
@@ -17,7 +19,7 @@ struct Foreseen {
   std::vector<float> x, y;                             ///< on the image plane at distance 1
   std::vector<float> xx, xy, yy;                       ///< covariance of that place
   std::vector<float> depth_m;                          ///< in front of the camera's plane; not over 0: not to be seen
-  std::vector<std::int32_t> left, right, top, bottom;  ///< its gate, as ViewRays::Bins
+  std::vector<std::int32_t> left, right, top, bottom;  ///< its gate, as RayBins::Gate
 
   void resize(std::size_t markers) {
     for (auto* column : {&x, &y, &xx, &xy, &yy, &depth_m}) column->resize(markers);
@@ -33,17 +35,6 @@ struct Foreseen {
   static constexpr float kNearest_m = 0.05F;
 };
 
-/// What one view holds of an expected marker: a ray, or kNone; and where the marker is in a blob that several share.
-struct Held {
-  static constexpr std::uint32_t kNone = 0xFFFF'FFFF;
-
-  std::uint32_t ray = kNone;
-  std::uint32_t quadric = kNone;                  ///< the holder's own number for that place as a ray
-  Eigen::Vector2f off = Eigen::Vector2f::Zero();  ///< from the ray, on the image plane at distance 1
-  float sigma_px = 0.0F;                          ///< of that place; 0: the ray's own
-  bool hidden = false;  ///< behind the light of the one whose ray it is, if it is there at all
-};
-
 /// Finds the expected markers that are one blob together in a view. Never allocates after construction.
 ///
 /// A marker that has no ray of its own in the view, and should be within a blob, may be the other half of it. Markers
@@ -54,8 +45,8 @@ class BlobSharer {
  public:
   explicit BlobSharer(std::size_t max_markers);
 
-  /// `foreseen` and `held` are by marker. Says whether any blob has more than one holder now.
-  bool share(const ViewRays& view, const Foreseen& foreseen, std::span<Held> held);
+  /// `bins` are of the view's rays, `foreseen` is by marker. Says whether any blob has more than one holder now.
+  bool share(const ViewRays& view, const RayBins& bins, const Foreseen& foreseen, ViewHolds& held);
 
  private:
   static constexpr std::size_t kMaxSharers = 5;
@@ -89,17 +80,16 @@ class BlobSharer {
     Layout layout;
   };
 
-  void gather_wishes(const ViewRays& view, const Foreseen& foreseen, std::span<const Held> held);
-  Group group_of(std::span<const Wish> wishes) const;
+  void gather_wishes(const ViewRays& view, const RayBins& bins, const Foreseen& foreseen, const ViewHolds& held);
+  static Group group_of(std::span<const Wish> wishes, const ViewHolds& held);
   static Layout layout_of(const ViewRays& view, const Foreseen& foreseen, const Group& group, std::uint32_t subset);
   static Explained best_subset(const ViewRays& view, const Foreseen& foreseen, const Told& told, const Group& group);
-  static void split(const ViewRays& view, const Foreseen& foreseen, std::span<Held> held, std::uint32_t ray,
+  static void split(const ViewRays& view, const Foreseen& foreseen, ViewHolds& held, std::uint32_t ray,
                     const Told& told, const Group& group, const Explained& explained);
-  static bool overlay(const Foreseen& foreseen, std::span<Held> held, std::uint32_t ray, const Group& group,
+  static bool overlay(const Foreseen& foreseen, ViewHolds& held, std::uint32_t ray, const Group& group,
                       double focal_px);
 
   std::vector<Wish> wishes_;
-  std::vector<std::uint32_t> owner_;  // by ray
 };
 
 }  // namespace mocap::stages

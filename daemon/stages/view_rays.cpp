@@ -66,16 +66,6 @@ std::optional<Shadow> ViewRays::shadow(const Vector3d& point, const Matrix3d& co
   return shadow;
 }
 
-double ViewRays::distance2(const Shadow& shadow, std::size_t ray, double floor_px) const {
-  const double own = (sigma_px[ray] * sigma_px[ray] + floor_px * floor_px) / (focal_px * focal_px);
-  const double xx = shadow.covariance(0, 0) + own;
-  const double yy = shadow.covariance(1, 1) + own;
-  const double xy = shadow.covariance(0, 1);
-  const double dx = rays.x[ray] - shadow.centre.x();
-  const double dy = rays.y[ray] - shadow.centre.y();
-  return (yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy);
-}
-
 void ViewRays::make_quadric(std::size_t ray) {
   if (has_quadric_[ray] != 0) return;
   quadric[ray] = geometry::quadric_of(*rows, rays[ray], sigma_px[ray]);
@@ -92,23 +82,26 @@ void ViewRays::make_free_quadrics() {
 }
 
 void ViewRays::index() {
-  words_ = (size() + 63) / 64;
-  bins_ = size() > 2 * 64 ? kMostBins : kMostBins / 2;  // many rays are worth finer bins
-  taken.assign(size(), 0);
+  // A few more than there are rays: `for_free` looks at eight at once.
+  std::fill_n(taken.begin(), size(), std::uint8_t{0});
+  std::fill_n(taken.begin() + static_cast<std::ptrdiff_t>(size()), std::min<std::size_t>(8, kMaxBlobs - size()),
+              std::uint8_t{1});
   has_quadric_.assign(size(), 0);
   quadric.resize(size());
-  for (std::size_t word = 0; word < words_; ++word) {
-    const std::size_t in_word = std::min<std::size_t>(64, size() - 64 * word);
-    free_[word] = ~std::uint64_t{0} >> (64 - in_word);
+  listed_.clear();
+  max_spread_px_ = 0.0;
+  bounds_ = {};
+  if (size() > 0) bound();
+}
+
+void ViewRays::list_free(float sigmas) {
+  listed_.clear();
+  if (free_count() == size()) {
+    listed_.add_all(places());
+  } else {
+    for_free([this](std::size_t ray) { listed_.add(ray, place(ray)); });
   }
-  if (size() == 0) {
-    max_sigma_px_ = max_spread_px_ = 0.0;
-    first_word_.fill(0);
-    end_word_.fill(0);
-    return;
-  }
-  bound();
-  fill_bins();
+  listed_.bin(bounds_, usual_variance(), sigmas);
 }
 
 namespace {
@@ -148,21 +141,19 @@ struct Range {
 // The bounds of all rays, and their numbers in single precision.
 MOCAP_WIDE void ViewRays::bound() {
   const std::size_t count = size();
-  x_f.resize(count);
-  y_f.resize(count);
-  variance_f.resize(count);
+  for (auto* column : {&x_f, &y_f, &variance_f, &sigma_f}) column->resize(count);
   const auto px2 = static_cast<float>(1.0 / (focal_px * focal_px));
   const double *x = rays.x.data(), *y = rays.y.data(), *sigma = sigma_px.data(), *spread = spread_px.data();
-  float *to_x = x_f.data(), *to_y = y_f.data(), *to_variance = variance_f.data();
-  Range of_x(static_cast<float>(x[0])), of_y(static_cast<float>(y[0])), of_sigma(0.0F), of_spread(0.0F);
+  float *to_x = x_f.data(), *to_y = y_f.data(), *to_variance = variance_f.data(), *to_sigma = sigma_f.data();
+  Range of_x(static_cast<float>(x[0])), of_y(static_cast<float>(y[0])), of_variance(0.0F), of_spread(0.0F);
   const auto take = [&](std::size_t i, std::size_t lane) __attribute__((always_inline)) {
     to_x[i] = static_cast<float>(x[i]);
     to_y[i] = static_cast<float>(y[i]);
-    const auto own = static_cast<float>(sigma[i]);
-    to_variance[i] = own * own * px2;
+    to_sigma[i] = static_cast<float>(sigma[i]);
+    to_variance[i] = to_sigma[i] * to_sigma[i] * px2;
     of_x.take(lane, to_x[i]);
     of_y.take(lane, to_y[i]);
-    of_sigma.take(lane, own);
+    of_variance.take(lane, to_variance[i]);
     of_spread.take(lane, static_cast<float>(spread[i]));
   };
   const std::size_t whole = count / Range::kLanes * Range::kLanes;
@@ -171,73 +162,9 @@ MOCAP_WIDE void ViewRays::bound() {
     for (std::size_t lane = 0; lane < Range::kLanes; ++lane) take(first + lane, lane);
   }
   for (std::size_t i = whole; i < count; ++i) take(i, i - whole);
-  min_x_ = static_cast<double>(of_x.min());
-  min_y_ = static_cast<double>(of_y.min());
+  bounds_ = {of_x.min(), of_x.max(), of_y.min(), of_y.max(), of_variance.max()};
   // Single precision may have rounded it down.
-  max_sigma_px_ = 1.000001 * static_cast<double>(of_sigma.max());
   max_spread_px_ = 1.000001 * static_cast<double>(of_spread.max());
-  bins_per_x_ = static_cast<double>(bins_) / std::max(1e-9, static_cast<double>(of_x.max()) - min_x_);
-  bins_per_y_ = static_cast<double>(bins_) / std::max(1e-9, static_cast<double>(of_y.max()) - min_y_);
-}
-
-// The bin after the one that each ray lies in.
-MOCAP_WIDE void ViewRays::find_bins() {
-  const std::size_t count = size();
-  column_.resize(count);
-  row_.resize(count);
-  const auto last = static_cast<float>(bins_) - 1.0F;  // the farthest ray lies in the last bin, not past it
-  const auto min_x = static_cast<float>(min_x_), per_x = static_cast<float>(bins_per_x_);
-  const auto min_y = static_cast<float>(min_y_), per_y = static_cast<float>(bins_per_y_);
-  const float *x = x_f.data(), *y = y_f.data();
-  std::int32_t *column = column_.data(), *row = row_.data();
-  MOCAP_INDEPENDENT_TURNS
-  for (std::size_t ray = 0; ray < count; ++ray) {
-    const float at_x = (x[ray] - min_x) * per_x, at_y = (y[ray] - min_y) * per_y;
-    column[ray] = static_cast<std::int32_t>(at_x < last ? at_x : last) + 1;
-    row[ray] = static_cast<std::int32_t>(at_y < last ? at_y : last) + 1;
-  }
-}
-
-void ViewRays::fill_bins() {
-  const std::size_t slots = (bins_ + 1) * words_;
-  std::fill_n(before_x_.begin(), slots, std::uint64_t{0});
-  std::fill_n(before_y_.begin(), slots, std::uint64_t{0});
-  find_bins();
-  for (std::size_t ray = 0; ray < size(); ++ray) {
-    const std::size_t word = ray / 64;
-    const std::uint64_t bit = std::uint64_t{1} << (ray % 64);
-    before_x_[static_cast<std::size_t>(column_[ray]) * words_ + word] |= bit;
-    before_y_[static_cast<std::size_t>(row_[ray]) * words_ + word] |= bit;
-  }
-  for (std::size_t word = 0; word < words_; ++word) {
-    std::uint64_t x = 0, y = 0;
-    for (std::size_t slot = words_ + word; slot < slots; slot += words_) {
-      before_x_[slot] = x |= before_x_[slot];
-      before_y_[slot] = y |= before_y_[slot];
-    }
-  }
-  bound_words();
-}
-
-// Where the words begin and end that have rays from a bin on, or before it.
-void ViewRays::bound_words() {
-  const auto all = static_cast<std::uint8_t>(words_);
-  const bool one = words_ == 1;
-  std::fill_n(first_word_.begin(), bins_ + 1, one ? std::uint8_t{0} : all);
-  std::fill_n(end_word_.begin(), bins_ + 1, one ? all : std::uint8_t{0});
-  if (one) return;
-  // In the order of the rays the last one's word stays, against it the first one's.
-  for (std::size_t ray = 0; ray < size(); ++ray) {
-    end_word_[static_cast<std::size_t>(row_[ray])] = static_cast<std::uint8_t>(ray / 64 + 1);
-  }
-  for (std::size_t ray = size(); ray-- > 0;) {
-    first_word_[static_cast<std::size_t>(row_[ray]) - 1] = static_cast<std::uint8_t>(ray / 64);
-  }
-  std::uint8_t first = all, end = 0;
-  for (std::size_t i = 0; i <= bins_; ++i) {
-    end_word_[i] = end = std::max(end, end_word_[i]);
-    first_word_[bins_ - i] = first = std::min(first, first_word_[bins_ - i]);
-  }
 }
 
 RayTable::RayTable(const Rig& rig) : rig_(rig), views_(rig.size()), view_of_(rig.size(), kNoView) {
@@ -256,9 +183,8 @@ void ViewRays::reserve() {
   blob.reserve(kMaxBlobs);
   track.reserve(kMaxBlobs);
   for (auto* column : {&sigma_px, &spread_px, &axis_rad}) column->reserve(kMaxBlobs);
-  for (auto* column : {&x_f, &y_f, &variance_f}) column->reserve(kMaxBlobs);
-  for (auto* column : {&column_, &row_}) column->reserve(kMaxBlobs);
-  for (auto* column : {&taken, &has_quadric_}) column->reserve(kMaxBlobs);
+  for (auto* column : {&x_f, &y_f, &variance_f, &sigma_f}) column->reserve(kMaxBlobs);
+  has_quadric_.reserve(kMaxBlobs);
 }
 
 void RayTable::begin(const FrameSet& frames) {
@@ -273,9 +199,13 @@ void RayTable::begin(const FrameSet& frames) {
   }
 }
 
-void RayTable::cast(std::size_t view) {
-  cast_view(*frames_[view], views_[view]);
-  shadows_.place(view, views_[view]);
+void RayTable::cast(std::size_t view) { cast_view(*frames_[view], views_[view]); }
+
+void RayTable::list_free(double sigmas) {
+  for (std::size_t view = 0; view < view_count_; ++view) {
+    views_[view].list_free(static_cast<float>(sigmas));
+    shadows_.place(view, views_[view]);
+  }
 }
 
 void RayTable::cast_view(const BlobFrame& frame, ViewRays& view) {

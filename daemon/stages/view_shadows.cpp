@@ -21,15 +21,14 @@ void ViewShadows::place(std::size_t view, const ViewRays& rays) {
     rows_[4 + column][view] = static_cast<float>(y[i]);
     rows_[8 + column][view] = static_cast<float>(depth[i]);
   }
-  const auto scale = rays.bin_scale();
-  min_x_[view] = static_cast<float>(scale.min_x);
-  min_y_[view] = static_cast<float>(scale.min_y);
-  per_x_[view] = static_cast<float>(scale.per_x);
-  per_y_[view] = static_cast<float>(scale.per_y);
-  last_bin_[view] = static_cast<float>(scale.bins);
+  const RayBins::Scale& scale = rays.listed().scale();
+  min_x_[view] = scale.min_x;
+  min_y_[view] = scale.min_y;
+  per_x_[view] = scale.per_x;
+  per_y_[view] = scale.per_y;
+  last_bin_[view] = scale.bins;
   plane_from_px_[view] = static_cast<float>(1.0 / rays.focal_px);
-  const double most = rays.max_sigma_px() / rays.focal_px;
-  max_variance_[view] = static_cast<float>(most * most);
+  usual_variance_[view] = rays.usual_variance();
 }
 
 MOCAP_WIDE void ViewShadows::cast(const Point& point, std::size_t view_count) {
@@ -40,7 +39,7 @@ MOCAP_WIDE void ViewShadows::cast(const Point& point, std::size_t view_count) {
   const float cyy = spread(1, 1), cyz = spread(1, 2), czz = spread(2, 2);
   const auto sigmas = static_cast<float>(point.sigmas);
   const auto floor_px = static_cast<float>(point.floor_px);
-  constexpr float kRounding = 0.01F;  // of a bin: single precision is finer than that
+  constexpr float kRounding = RayBins::kRounding;
   gate2_ = sigmas * sigmas;
   const std::size_t count = (view_count + kLanes / 2 - 1) / (kLanes / 2) * (kLanes / 2);
   MOCAP_INDEPENDENT_TURNS
@@ -69,8 +68,8 @@ MOCAP_WIDE void ViewShadows::cast(const Point& point, std::size_t view_count) {
     xy_[v] = bx * cax + by * cay + bz * caz;
     yy_[v] = yy;
     depth_m_[v] = depth;
-    const float half_x = sigmas * std::sqrt(xx + max_variance_[v]);
-    const float half_y = sigmas * std::sqrt(yy + max_variance_[v]);
+    const float half_x = sigmas * std::sqrt(xx + usual_variance_[v]);
+    const float half_y = sigmas * std::sqrt(yy + usual_variance_[v]);
     const float last = last_bin_[v];
     const auto bin = [last](float to) {
       const float low = to > 0.0F ? to : 0.0F;
@@ -85,18 +84,18 @@ MOCAP_WIDE void ViewShadows::cast(const Point& point, std::size_t view_count) {
 
 std::optional<std::size_t> ViewShadows::nearest_free(std::size_t view, const ViewRays& rays) const {
   if (!(depth_m_[view] > kNearest_m)) return std::nullopt;
-  const ViewRays::Bins gate{static_cast<std::size_t>(left_[view]), static_cast<std::size_t>(right_[view]),
-                            static_cast<std::size_t>(top_[view]), static_cast<std::size_t>(bottom_[view])};
+  const RayBins::Gate gate{static_cast<std::size_t>(left_[view]), static_cast<std::size_t>(right_[view]),
+                           static_cast<std::size_t>(top_[view]), static_cast<std::size_t>(bottom_[view])};
   const float x = x_[view], y = y_[view], xy = xy_[view];
   float least = gate2_;
   std::optional<std::size_t> nearest;
-  rays.free_in_bins(gate, [&](std::size_t ray) {
-    const float dx = rays.x_f[ray] - x;
-    const float dy = rays.y_f[ray] - y;
-    const float xx = xx_[view] + rays.variance_f[ray];
-    const float yy = yy_[view] + rays.variance_f[ray];
+  rays.listed().visit(gate, [&](std::size_t ray, const ListedRays::Place& at) {
+    const float dx = at.x - x;
+    const float dy = at.y - y;
+    const float xx = xx_[view] + at.variance;
+    const float yy = yy_[view] + at.variance;
     const float distance2 = (yy * dx * dx - 2.0F * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy);
-    if (!(distance2 < least)) return;
+    if (!(distance2 < least) || rays.taken[ray] != 0) return;
     least = distance2;
     nearest = ray;
   });

@@ -23,7 +23,7 @@ class ViewShadows {
     double floor_px;  ///< standard deviation that is added to those of point and ray
   };
 
-  /// Takes in a view of the set, its rays ready.
+  /// Takes in a view of the set, those of its rays listed that are looked for.
   void place(std::size_t view, const ViewRays& rays);
 
   /// The shadows of a point in the first `view_count` views.
@@ -41,11 +41,11 @@ class ViewShadows {
   // Of the cameras: the rows x, y and depth, each by the point's x, y, z and 1; and of their views' bins.
   std::array<Column<float>, 12> rows_{};
   Column<float> min_x_{}, min_y_{}, per_x_{}, per_y_{}, last_bin_{};
-  Column<float> max_variance_{};  // of the rays, on the image plane at distance 1
+  Column<float> usual_variance_{};  // of the rays, on the image plane at distance 1: others reach farther
   Column<float> plane_from_px_{};
 
   Column<float> x_{}, y_{}, xx_{}, xy_{}, yy_{}, depth_m_{}, floor2_{};  // as Foreseen has them
-  Column<std::int32_t> left_{}, right_{}, top_{}, bottom_{};             // the gate, as ViewRays::Bins
+  Column<std::int32_t> left_{}, right_{}, top_{}, bottom_{};             // the gate, as RayBins::Gate
   float gate2_ = 0.0F;
 };
 

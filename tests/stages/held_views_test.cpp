@@ -23,11 +23,14 @@ struct TwoViews {
     world = see(rig, cloud(5, random), {.sigma_px = 0.1, .missed = 0.0}, random);
     rays->begin(world.set);
     held.begin(kMarkers, 2);
-    std::array<std::vector<Held>, 2> of{std::vector<Held>(kMarkers), std::vector<Held>(kMarkers)};
-    of[0][0].ray = of[1][0].ray = 0;
-    of[0][1].ray = of[0][2].ray = 1;
-    of[0][1].sigma_px = of[0][2].sigma_px = 0.5F;
-    of[0][1].off = {0.001F, 0.0F};
+    std::array<ViewHolds, 2> of{ViewHolds(kMarkers), ViewHolds(kMarkers)};
+    for (ViewHolds& view : of) {
+      view.begin(kMarkers, kMaxBlobs);
+      view.hold(0, 0);
+    }
+    of[0].hold(1, 1);
+    for (const std::uint32_t marker : {1U, 2U}) of[0].share(marker, 1).sigma_px = 0.5F;
+    of[0].share(1, 1).off = {0.001F, 0.0F};
     std::vector<std::uint32_t> owner(kMaxBlobs, 0xFFFF'FFFF);
     owner[1] = 2;  // the third's by its 2D track
     for (std::size_t view = 0; view < 2; ++view) {
@@ -59,6 +62,25 @@ TEST(HeldViews, TellWhatEachViewHoldsOfAMarker) {
   EXPECT_TRUE(given.held(2, 0).own);
 }
 
+TEST(ViewHolds, TellTheHolderOfARayUntilItLetsGo) {
+  ViewHolds holds(3);
+  holds.begin(3, 4);
+  holds.hold(1, 2);
+  holds.share(2, 2).sigma_px = 0.5F;
+  const std::uint32_t holder = holds.holder(2);
+
+  holds.let_go(1);
+
+  EXPECT_EQ(holder, 1U);
+  EXPECT_EQ(holds.holder(2), Held::kNone);
+  EXPECT_EQ(holds.rays()[1], Held::kNone);
+  EXPECT_EQ(holds.rays()[2], 2U);
+  EXPECT_EQ(holds.sharers().size(), 1U);
+  holds.begin(3, 4);
+  EXPECT_EQ(holds.rays()[2], Held::kNone);
+  EXPECT_TRUE(holds.places().empty());
+}
+
 TEST(HeldViews, LeaveASharedRayToTheOtherWhenOneForsakesIt) {
   TwoViews given;
   ASSERT_TRUE(given.held.has_own_ray(0));
@@ -71,17 +93,18 @@ TEST(HeldViews, LeaveASharedRayToTheOtherWhenOneForsakesIt) {
   EXPECT_TRUE(given.held.has_own_ray(1));
 }
 
-TEST(ViewRays, TakesManyRaysAsItTakesThemOneByOne) {
+TEST(ViewRays, TakesAllRaysThatAreHeldByAsMany) {
   TwoViews given;
   ViewRays& view = (*given.rays)[0];
   ASSERT_GE(view.size(), 4U);
-  const std::array<std::uint32_t, 4> wanted{3, 0xFFFF'FFFF, 1, 3};
 
-  view.take_all(wanted.size(), [&](std::size_t i) { return wanted[i]; });
+  view.take_all(given.held.holders(0));
+  given.held.drop(2, 0);
+  for (const auto& [of_view, ray] : given.held.given_up()) (*given.rays)[of_view].give_back(ray);
 
-  EXPECT_EQ(view.taken[3], 2);
+  EXPECT_EQ(view.taken[0], 1);
   EXPECT_EQ(view.taken[1], 1);
-  EXPECT_EQ(view.taken[0], 0);
+  EXPECT_EQ(view.taken[2], 0);
   EXPECT_EQ(view.free_count(), view.size() - 2);
 }
 

@@ -225,6 +225,7 @@ TEST(MatchViews, LeavesOutTheViewThatHasAFalseBlobInTheGate) {
   ASSERT_EQ(matches.matches.size(), 1u);
   EXPECT_EQ(matches.matches[0].sightings.size(), 4u);
   for (const BlobRef& seen : matches.matches[0].sightings) EXPECT_NE(seen.view, 2);
+  EXPECT_EQ(matches.unmatched_blobs, 1u);
 }
 
 TEST(MatchViews, AssignsNearMarkersAsTheBruteForceOverAllAssignmentsDoes) {
@@ -384,6 +385,20 @@ TEST(MatchViews, FindsWithinSomeSetsWhatThreeOfManyCamerasSee) {
   for (int set = 0; set < 4; ++set) found = std::max(found, matcher->match(world.set, {}).matches.size());
 
   EXPECT_EQ(found, 8u);
+}
+
+TEST(MatchViews, FindsNewMarkersAmongFewRaysThatLieOffTheirLines) {
+  // Of two views one must lie near the other's lines: blobs 0.8 px off lie some 1 px off these.
+  std::mt19937 random(23);
+  const Rig rig{camera_at({4.0, 0.0, 2.5}), camera_at({0.0, 4.0, 2.5})};
+  const std::vector<Vector3d> markers{
+      {0.1, 0.0, 0.3}, {-0.1, 0.1, 0.7}, {0.0, -0.1, 1.1}, {0.2, 0.2, 1.5}, {0.0, 0.0, 1.9}};
+  const SeenWorld world = see(rig, markers, {.sigma_px = 0.8, .missed = 0.0}, random);
+
+  const auto matcher = make_matcher({}, rig);
+  const Matches& matches = matcher->match(world.set, {});
+
+  EXPECT_EQ(score(world, matches).found.size(), markers.size());
 }
 
 TEST(MatchViews, RefusesMarkersOutsideOfTheVolume) {

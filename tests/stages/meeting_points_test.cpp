@@ -27,10 +27,10 @@ struct MetMarkers {
     rays->begin(world.set);
     for (std::size_t view = 0; view < cameras; ++view) {
       rays->cast(view);
-      held.emplace_back(markers.size());
+      held.emplace_back(markers.size()).begin(markers.size(), (*rays)[view].size());
       for (std::size_t ray = 0; ray < (*rays)[view].size(); ++ray) {
         const int marker = world.marker_of[view][(*rays)[view].blob[ray]];
-        held[view][static_cast<std::size_t>(marker)].ray = static_cast<std::uint32_t>(ray);
+        held[view].hold(static_cast<std::uint32_t>(marker), static_cast<std::uint32_t>(ray));
       }
     }
   }
@@ -42,11 +42,15 @@ struct MetMarkers {
     meetings.judge(kAgreement);
   }
 
+  std::uint32_t ray_of(std::size_t view, std::uint32_t marker) const { return held[view].rays()[marker]; }
+  /// Where the view holds a marker beside its ray.
+  Held& beside(std::size_t view, std::uint32_t marker) { return held[view].share(marker, ray_of(view, marker)); }
+
   /// The same marker by itself.
   Result<geometry::Agreed, geometry::TriangulationFailure> alone(std::size_t marker) {
     BoundedVector<geometry::QuadricSighting, kMaxCameras> sightings;
     for (std::size_t view = 0; view < held.size(); ++view) {
-      const std::uint32_t ray = held[view][marker].ray;
+      const std::uint32_t ray = held[view].rays()[marker];
       if (ray == Held::kNone) continue;
       (*rays)[view].make_quadric(ray);
       sightings.push_back((*rays)[view].sighting(ray, static_cast<std::uint32_t>(view)));
@@ -60,7 +64,7 @@ struct MetMarkers {
   SeenWorld world;
   std::unique_ptr<RayTable> rays;
   Expected expected;
-  std::vector<std::vector<Held>> held;  // by view, by marker
+  std::vector<ViewHolds> held;  // by view
   MeetingPoints meetings{kMaxMarkers, kMaxCameras};
 };
 
@@ -100,7 +104,9 @@ TEST(MeetingPoints, AreAsFarFromTheMarkersAsTheyTell) {
 
 TEST(MeetingPoints, AreNotAgreedOnWhereOneRayIsAnothers) {
   MetMarkers given(6, 0.05, 0.0);
-  std::swap(given.held[2][4].ray, given.held[2][9].ray);
+  const std::uint32_t fourth = given.ray_of(2, 4), ninth = given.ray_of(2, 9);
+  given.held[2].hold(4, ninth);
+  given.held[2].hold(9, fourth);
 
   given.meet();
 
@@ -109,8 +115,8 @@ TEST(MeetingPoints, AreNotAgreedOnWhereOneRayIsAnothers) {
 
 TEST(MeetingPoints, AreNotToldByRaysThatAreNearlyParallelOrTooFew) {
   MetMarkers given(6, 0.05, 0.0);
-  for (std::size_t view = 1; view < given.held.size(); ++view) given.held[view][3] = {};
-  for (auto& view : given.held) view[5] = {};
+  for (std::size_t view = 1; view < given.held.size(); ++view) given.held[view].let_go(3);
+  for (ViewHolds& view : given.held) view.let_go(5);
 
   given.meet();
 
@@ -133,7 +139,7 @@ TEST(MeetingPoints, AreNotAgreedOnFarFromWhereTheyWereExpected) {
 
 TEST(MeetingPoints, LeaveOutTheRaysOfOthersWhereManyAgree) {
   MetMarkers given(12, 0.05, 0.0);
-  for (const std::size_t view : {2, 7}) given.held[view][4].off.x() = 0.02F;  // some 20 px
+  for (const std::size_t view : {2, 7}) given.beside(view, 4).off.x() = 0.02F;  // some 20 px
   given.meet();
   const bool agreed_at_once = given.meetings.agree_on(4);
 
@@ -143,7 +149,8 @@ TEST(MeetingPoints, LeaveOutTheRaysOfOthersWhereManyAgree) {
   EXPECT_FALSE(agreed_at_once);
   EXPECT_EQ(*left_out, std::uint64_t{1} << 2 | std::uint64_t{1} << 7);
   EXPECT_TRUE(given.meetings.agree_on(4));
-  given.held[2][4] = given.held[7][4] = {};
+  given.held[2].let_go(4);
+  given.held[7].let_go(4);
   const auto alone = given.alone(4);
   ASSERT_TRUE(alone);
   EXPECT_EQ(given.meetings.rays_of(4), alone->kept);
@@ -157,9 +164,10 @@ TEST(MeetingPoints, LeaveOutTheRaysOfOthersWhereManyAgree) {
 TEST(MeetingPoints, TakeInARayThatWasFoundLater) {
   MetMarkers given(12, 0.05, 0.0);
   const auto whole = given.alone(6);
-  const std::size_t later = given.held[5][6].ray;
-  const std::size_t wrong = given.held[5][8].ray;
-  given.held[5][6] = given.held[5][8] = {};
+  const std::size_t later = given.ray_of(5, 6);
+  const std::size_t wrong = given.ray_of(5, 8);
+  given.held[5].let_go(6);
+  given.held[5].let_go(8);
   given.meet();
 
   given.meetings.add_ray(6, 5, (*given.rays)[5], later);
@@ -178,7 +186,7 @@ TEST(MeetingPoints, TakeInARayThatWasFoundLater) {
 
 TEST(MeetingPoints, LeaveItToOthersWhereFewRaysDisagree) {
   MetMarkers given(8, 0.05, 0.0);
-  given.held[2][4].off.x() = 0.02F;  // some 20 px
+  given.beside(2, 4).off.x() = 0.02F;  // some 20 px
   given.meet();
 
   EXPECT_FALSE(given.meetings.settle(4, kAgreement));
@@ -189,8 +197,8 @@ TEST(MeetingPoints, KeepTheirViewsInOrderWhereOneSawNothing) {
   MetMarkers given(12, 0.05, 0.0);
   given.world.frames[3]->blobs.clear();
   given.rays->cast(3);
-  for (Held& one : given.held[3]) one = {};
-  given.held[7][4].off.y() = 0.02F;  // some 20 px
+  given.held[3].begin(given.markers.size(), 0);
+  given.beside(7, 4).off.y() = 0.02F;  // some 20 px
   given.meet();
 
   const auto left_out = given.meetings.settle(4, kAgreement);
@@ -204,6 +212,7 @@ TEST(ViewShadows, FindTheNearestFreeRayOfEachView) {
   const Eigen::Matrix3d covariance_m2 = 0.002 * 0.002 * Eigen::Matrix3d::Identity();
   constexpr double kSigmas = 3.5, kFloor_px = 0.5;
   for (std::size_t view = 0; view < given.held.size(); ++view) (*given.rays)[view].take(0);
+  given.rays->list_free(kSigmas);
 
   std::size_t found = 0;
   for (const ExpectedMarker& marker : given.expected.markers) {
@@ -215,7 +224,11 @@ TEST(ViewShadows, FindTheNearestFreeRayOfEachView) {
       std::optional<std::size_t> nearest;
       double least = kSigmas * kSigmas;
       for (std::size_t ray = 1; shadow && ray < rays.size(); ++ray) {
-        const double distance2 = rays.distance2(*shadow, ray, kFloor_px);
+        const double own_px2 = rays.sigma_px[ray] * rays.sigma_px[ray] + kFloor_px * kFloor_px;
+        const Eigen::Matrix2d covariance =
+            shadow->covariance + Eigen::Matrix2d::Identity() * own_px2 / (rays.focal_px * rays.focal_px);
+        const Eigen::Vector2d off = Eigen::Vector2d(rays.x(ray), rays.y(ray)) - shadow->centre;
+        const double distance2 = off.dot(covariance.inverse() * off);
         if (distance2 >= least) continue;
         least = distance2;
         nearest = ray;

@@ -130,9 +130,10 @@ TEST(ShareBlobs, SharesNoBlobWhoseShapeDoesNotFit) {
   view.sigma_px = {1.0};
   view.spread_px = {1.0};
   view.axis_rad = {0.0};
-  view.taken = {0};
   const double px = 1.0 / view.focal_px;
   view.index();
+  RayBins bins;
+  bins.fill(view.places(), view.bounds(), view.usual_variance(), 4.0F);
   // Two markers on either side of the blob, each known to 0.3 px.
   const auto two_at = [&](const Vector2d& off_px) {
     Foreseen two;
@@ -151,10 +152,11 @@ TEST(ShareBlobs, SharesNoBlobWhoseShapeDoesNotFit) {
   BlobSharer sharer(8);
 
   for (const auto& [foreseen, shared] : {std::pair{along, true}, std::pair{across, false}}) {
-    std::vector<Held> held(2);
-    held[0].ray = 0;
-    sharer.share(view, foreseen, held);
-    EXPECT_EQ(held[1].ray == 0, shared);
+    ViewHolds held(2);
+    held.begin(2, 1);
+    held.hold(0, 0);
+    sharer.share(view, bins, foreseen, held);
+    EXPECT_EQ(held.rays()[1] == 0, shared);
   }
 }
 
