@@ -58,6 +58,11 @@ class AnyPoseFinder {
 
   /// Whether the set has a bone to begin with.
   bool can_find() const noexcept { return !roots_.empty(); }
+  /// How a joint of this body bends, as BodyFollower learnt it.
+  void bend(std::size_t bone, const Eigen::Matrix3d& as_in_file, const BendingPlane& plane) {
+    fit_.lean(bone, as_in_file);
+    fit_.bend_in(bone, plane);
+  }
 
   /// Begins a search; one that goes on is given up. At most kMostCloudPoints are looked at.
   void begin(std::span<const Eigen::Vector3d> points);

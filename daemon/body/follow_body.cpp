@@ -16,6 +16,9 @@ constexpr double kHold_rad = 0.15;
 // The same of the turns about other axes than those that markers tell: a limb about itself, an elbow that is hidden
 // about the line from shoulder to wrist. They follow what the told ones lead to, and nothing drives them.
 constexpr double kHoldPart_rad = 0.1;
+// The same where one camera's ray is all that tells of a bone's own markers: what it tells is first the turn of the
+// bone above, where that is hidden, too, and the bone lies as it commonly does.
+constexpr double kHoldRay_rad = 0.05;
 // How unsure a joint is at first that no marker of its bone tells.
 constexpr double kHoldFurther_rad = 0.05;
 // What joints commonly do is believed so much where markers tell how a joint is turned: a marker on skin of 3 mm, 6 cm
@@ -61,7 +64,8 @@ BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
       pose_(set, PoseFit::Lengths::Fixed),
       layer_(set),
       hidden_(set.skeleton.bones.size()),
-      leans_(set.skeleton) {
+      leans_(set.skeleton),
+      planes_(set.skeleton) {
   const std::size_t bones = set.skeleton.bones.size();
   bones_.resize(bones);
   markers_.resize(set.markers.size());
@@ -73,6 +77,8 @@ BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
   begun_.resize(bones);
   tried_.resize(bones);
   turned_.resize(bones);
+  unbent_.resize(bones);
+  below_.resize(bones);
   off_m2_.resize(bones);
   seen_of_.resize(bones);
   rest_believed_.resize(bones);
@@ -96,7 +102,11 @@ void BodyFollower::forget() {
   following_ = false;
   weighed_for_ = kWeighEvery;
   for (MarkerMemory& marker : markers_) marker.ever_seen = false;
+}
+
+void BodyFollower::forget_joints() {
   leans_.reset();
+  planes_.reset();
   for (std::size_t b = 0; b < bones_.size(); ++b) pose_.lean(b, leans_.as_in_file(b));
 }
 
@@ -236,6 +246,10 @@ PoseFitResult BodyFollower::fit(std::span<const Observation> seen) {
   pose_.set_locals(predicted_);
   see_bones(seen);
   if (seen.empty()) return {};
+  for (std::size_t b = 0; b < bones_.size(); ++b) {
+    const bool hangs = bones_[b].told == Told::Ray || bones_[b].told == Told::Further;
+    pose_.bend_in(b, hangs ? planes_.plane(b) : BendingPlane{});
+  }
   weigh_turns(seen);
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     const Eigen::Matrix3d& told = bones_[b].share;
@@ -249,13 +263,18 @@ PoseFitResult BodyFollower::fit(std::span<const Observation> seen) {
     const double lately = settings_.remembered_s > 0.0 ? some * std::exp(-hidden_s / settings_.remembered_s) : 0.0;
     rest_believed_[b] = 1.0 - (1.0 - kShareTold) * std::max(all, lately);
     limit_believed_[b] = 1.0 - (1.0 - kShareTold) * some;
+    if (bones_[b].told == Told::Ray && hangs_free(b)) {
+      rest_believed_[b] = limit_believed_[b] = 1.0;
+      const double least_rad = std::min(kHoldRay_rad, unseen_rad);
+      hold_weight_[b] = (kHoldRay_rad * kHoldRay_rad * told + least_rad * least_rad * untold).inverse();
+    }
     if (misread_[b] != 0) hold_weight_[b] = Eigen::Matrix3d::Identity() / (kMostStray_rad * kMostStray_rad);
   }
   PosePrior prior = prior_of(seen.size());
   prior.rest_believed = rest_believed_;
   prior.limit_believed = limit_believed_;
   const PoseFitEnd end{.max_iterations = settings_.max_iterations, .small_step = kSmallStep};
-  const PoseFitResult result = bend_back(seen, prior, end, solve(seen, prior, end));
+  const PoseFitResult result = cross_over(seen, prior, end, bend_back(seen, prior, end, solve(seen, prior, end)));
   residual_m_ = result.rms_m;
   std::copy(pose_.locals().begin(), pose_.locals().end(), fitted_.begin());
   return result;
@@ -319,6 +338,7 @@ void BodyFollower::learn(std::span<const Observation> seen) {
     bone.share_before = bone.share;
     if (!seen.empty() && leans_.learn(b, pose_.locals()[b].rotation, bone.share, step_s))
       pose_.lean(b, leans_.as_in_file(b));
+    if (!seen.empty()) planes_.learn(b, pose_.locals()[b].rotation, bone.share, step_s);
     hidden_.step(b, seen.empty() ? Eigen::Matrix3d::Zero() : bone.share, step_s);
   }
   std::copy(pose_.locals().begin(), pose_.locals().end(), learnt_.begin());

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/time.h"
+#include "body/bending_planes.h"
 #include "body/hidden_turns.h"
 #include "body/hinge_leans.h"
 #include "body/lay_named.h"
@@ -41,7 +42,12 @@ class BodyFollower {
   void refit(std::span<const Eigen::Vector3d> rest_offsets_m, std::span<const Eigen::Vector3d> marker_offsets_m);
 
   bool following() const noexcept { return following_; }
+  /// How the body's joints bend stays known: it may be lost, and found again.
   void forget();
+  /// It is another body.
+  void forget_joints();
+  const HingeLeans& leans() const noexcept { return leans_; }
+  const BendingPlanes& planes() const noexcept { return planes_; }
 
   /// A first pose. False, and nobody followed, when too little is seen.
   bool start(std::span<const Observation> seen, Timestamp at);
@@ -106,6 +112,13 @@ class BodyFollower {
   PoseFitResult bend_back(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
                           PoseFitResult first);
   bool mirror(std::size_t lower);
+  PoseFitResult cross_over(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
+                           PoseFitResult first);
+  bool hangs_free(std::size_t bone) const;
+  int limb_on_ray(std::span<const Observation> seen, const Observation& ray) const;
+  void unbend_below(std::size_t lower);
+  void swing_to(std::size_t lower, std::size_t marker, const Eigen::Vector3d& place);
+  double unheld_cost(std::span<const Observation> seen, int iterations);
   bool turn_anew(std::span<const Observation> seen);
   bool turn_anew(std::size_t bone, std::span<const Observation> seen);
   void loosen(std::span<const Observation> seen, Timestamp at);
@@ -128,10 +141,13 @@ class BodyFollower {
   std::vector<Pose> begun_;      // scratch: locals before a solve
   std::vector<Pose> tried_;      // scratch: locals before a limb is laid anew
   std::vector<Pose> turned_;     // scratch: locals while it is
+  std::vector<Pose> unbent_;     // scratch: locals of a limb that hangs on straight
+  std::vector<char> below_;      // scratch: by bone
   std::vector<double> off_m2_;   // by bone
   std::vector<int> seen_of_;     // by bone
   HiddenTurns hidden_;
   HingeLeans leans_;
+  BendingPlanes planes_;
   std::vector<double> rest_believed_;  // of this fit, by bone
   std::vector<double> limit_believed_;
   std::vector<Eigen::Matrix3d> hold_weight_;
@@ -143,7 +159,7 @@ class BodyFollower {
   std::vector<Weighed> weighed_;  // the observations that `share` of the bones is by
   int weighed_for_ = 0;           // fits
   std::vector<char> misread_;     // by bone
-  std::vector<char> bent_back_;   // by bone: in the last fit
+  std::vector<char> bent_back_;   // by bone: in the last fit it was laid elsewhere
   std::vector<geometry::PointPair> pairs_;
 };
 

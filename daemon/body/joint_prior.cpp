@@ -28,6 +28,10 @@ void JointPrior::lean(const Eigen::Matrix3d& as_in_file) {
   leans_ = !as_in_file.isIdentity();
 }
 
+void JointPrior::bend_in(const BendingPlane& plane) {
+  if (!locked_) plane_ = plane;
+}
+
 void JointPrior::set(const PosePrior& prior, std::size_t bone) {
   held_ = holds(prior);
   if (!prior.hold_weight.empty()) {
@@ -56,6 +60,10 @@ double JointPrior::evaluate(const Eigen::Quaterniond& local, const Eigen::Quater
     phi_ = leans_ ? Eigen::Vector3d(as_in_file_ * turned_) : turned_;
     beyond_ = phi_ - phi_.cwiseMax(least_).cwiseMin(most_);
     sum += rest_.dot(phi_.cwiseAbs2()) + limit_ * beyond_.squaredNorm();
+    if (plane_.weight_1_rad2 > 0.0) {
+      along_ = local * plane_.along;
+      sum += plane_.weight_1_rad2 * squared(plane_.across.dot(along_));
+    }
   }
   if (held_) {
     off_hold_ = rotation_vector(local * held.conjugate());
@@ -83,6 +91,10 @@ void JointPrior::add(const Eigen::Matrix3d& parent, JointTerms& into) const {
     const Eigen::Matrix3d change = leans_ ? Eigen::Matrix3d(as_in_file_ * turning) : turning;
     into.weight.noalias() += change.transpose() * by_axis.asDiagonal() * change;
     into.pull.noalias() += change.transpose() * pull;
+    if (!(plane_.weight_1_rad2 > 0.0)) return;
+    const Eigen::Vector3d tilt = along_.cross(plane_.across);
+    into.weight.noalias() += plane_.weight_1_rad2 * tilt * tilt.transpose();
+    into.pull += plane_.weight_1_rad2 * plane_.across.dot(along_) * tilt;
     return;
   }
   const Eigen::Matrix3d turns = turn_of_changed_vector(phi_) * free_.asDiagonal();

@@ -29,6 +29,13 @@ struct PosePrior {
 
 inline bool holds(const PosePrior& prior) { return !prior.hold_sigma_rad.empty() || !prior.hold_weight.empty(); }
 
+/// The plane that a bone stays in while its joint bends, in its parent's frame: an elbow's or a knee's.
+struct BendingPlane {
+  Eigen::Vector3d across = Eigen::Vector3d::Zero();  ///< unit, normal to it
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();   ///< unit, along the bone at rest
+  double weight_1_rad2 = 0.0;                        ///< one over the variance of the bone's angle to it; 0: not known
+};
+
 /// One joint's prior during a fit. The joint's unknown is a small turn before its own, in its parent's frame; where
 /// some axes do not turn, the change of its rotation vector along those that do.
 ///
@@ -41,6 +48,9 @@ class JointPrior {
   /// From now on the turn's rotation vector stands in the box after this turn of it: an elbow's axis that leans. Not
   /// for joints with an axis that does not turn.
   void lean(const Eigen::Matrix3d& as_in_file);
+  /// From now on the bone bends in this plane, whatever else is believed. Not for joints with an axis that does not
+  /// turn.
+  void bend_in(const BendingPlane& plane);
   /// Takes in how strong it is.
   void set(const PosePrior& prior, std::size_t bone);
   /// The nearest turn that its locked axes allow.
@@ -65,6 +75,8 @@ class JointPrior {
   Eigen::Matrix3d hold_ = Eigen::Matrix3d::Zero();
   bool leans_ = false;
   Eigen::Matrix3d as_in_file_ = Eigen::Matrix3d::Identity();
+  BendingPlane plane_;
+  Eigen::Vector3d along_ = Eigen::Vector3d::Zero();   // the plane's, turned
   Eigen::Vector3d turned_ = Eigen::Vector3d::Zero();  // the turn's rotation vector
   Eigen::Vector3d phi_ = Eigen::Vector3d::Zero();     // the same as it stands in the box
   Eigen::Vector3d beyond_ = Eigen::Vector3d::Zero();

@@ -44,6 +44,8 @@ class PoseFit {
 
   /// A joint's range and rest from now on: of its rotation vector after this turn (see JointPrior).
   void lean(std::size_t bone, const Eigen::Matrix3d& as_in_file) { joints_[bone].lean(as_in_file); }
+  /// The plane that a bone bends in from now on.
+  void bend_in(std::size_t bone, const BendingPlane& plane) { joints_[bone].bend_in(plane); }
 
   /// The rest pose, bones `scale` times as long, at `world_from_root`.
   void place(const Pose& world_from_root, double scale = 1.0);

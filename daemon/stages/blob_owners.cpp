@@ -9,14 +9,17 @@ namespace mocap::stages {
 BlobOwners::BlobOwners(std::size_t camera_count) : entries_(camera_count * kRemembered), images_(camera_count, 0) {
   known_.reserve(kMaxMarkers);
   track_of_.reserve(kMaxMarkers);
+  name_of_.reserve(kMaxMarkers);
 }
 
 void BlobOwners::expect(const Expected& expected) {
   known_.clear();
   track_of_.clear();
+  name_of_.clear();
   for (std::uint32_t m = 0; m < expected.markers.size(); ++m) {
     const TrackId track = expected.markers.data()[m].track;
     track_of_.push_back(track);
+    name_of_.push_back(expected.markers.data()[m].label);
     if (track.names_something()) known_.push_back({track, m});
   }
   if (!std::ranges::is_sorted(known_, {}, &Known::track)) std::ranges::sort(known_, {}, &Known::track);
@@ -31,14 +34,22 @@ std::uint32_t BlobOwners::owner_of(CameraId camera, BlobTrackId blob) {
   if (!went_on) entry.sets = 0;
   if (entry.sets < kBelieved) return kNobody;
   const auto found = std::ranges::lower_bound(known_, entry.owner, {}, &Known::track);
-  return found != known_.end() && found->track == entry.owner ? found->marker : kStranger;
+  if (found != known_.end() && found->track == entry.owner) return found->marker;
+  const auto named = std::ranges::find(name_of_, entry.name);
+  if (!entry.name.names_something() || named == name_of_.end()) return kStranger;
+  return static_cast<std::uint32_t>(named - name_of_.begin());
 }
 
 void BlobOwners::learn(CameraId camera, BlobTrackId blob, std::uint32_t marker) {
   const TrackId owner = track_of_[marker];
-  if (!blob.names_something() || !owner.names_something()) return;
+  const Label name = name_of_[marker];
+  if (!blob.names_something() || !(owner.names_something() || name.names_something())) return;
   Entry& entry = entries_[camera.value * kRemembered + blob.value % kRemembered];
-  if (entry.blob != blob || entry.owner != owner) entry = {blob, owner, 0, images_[camera.value]};
+  const bool same_owner = owner.names_something() && entry.owner == owner;
+  const bool same_name = name.names_something() && entry.name == name;
+  if (entry.blob != blob || !(same_owner || same_name)) entry = {blob, owner, name, 0, images_[camera.value]};
+  entry.owner = owner;
+  entry.name = name;
   entry.sets = std::min(entry.sets + 1, kBelieved);
 }
 

@@ -13,7 +13,8 @@ namespace mocap::stages {
 /// Whose marker each 2D track of a camera was: the camera's own tracker tells that a blob is what it was in the last
 /// image, and the last sets told which marker that is. Never allocates after construction.
 ///
-/// A 2D track may leap to another marker: the views that agree on a point have the last word.
+/// A 2D track may leap to another marker: the views that agree on a point have the last word. A marker whose 3D track
+/// ended, because one camera alone sees it, is known by its name.
 class BlobOwners {
  public:
   static constexpr std::uint32_t kNobody = 0xFFFF'FFFF;    ///< not known
@@ -31,7 +32,7 @@ class BlobOwners {
   /// that was not in the image before has found some blob again, nobody knows which.
   std::uint32_t owner_of(CameraId camera, BlobTrackId blob);
 
-  /// Three or more views agree that the blob is this expected marker's.
+  /// The blob is surely this expected marker's.
   void learn(CameraId camera, BlobTrackId blob, std::uint32_t marker);
 
  private:
@@ -42,7 +43,8 @@ class BlobOwners {
 
   struct Entry {
     BlobTrackId blob;
-    TrackId owner;
+    TrackId owner;  // and its name: either may be nobody's
+    Label name;
     std::uint32_t sets = 0;
     std::uint32_t image = 0;  // the last that it was in
   };
@@ -55,6 +57,7 @@ class BlobOwners {
   std::vector<std::uint32_t> images_;  // by camera: how many came
   std::vector<Known> known_;           // by track
   std::vector<TrackId> track_of_;      // by marker
+  std::vector<Label> name_of_;         // by marker
 };
 
 }  // namespace mocap::stages

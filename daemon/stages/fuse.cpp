@@ -5,6 +5,9 @@
 namespace mocap::stages {
 namespace {
 
+// A hidden marker's track that no camera has seen for so long may see another next.
+constexpr Duration kRemembers = std::chrono::milliseconds(150);
+
 // In a list that is sorted by track.
 template <class Names>
 auto find(const Names& names, TrackId track) -> decltype(names.data()) {
@@ -42,7 +45,7 @@ Snapshot& Fusion::step(const FrameSet& frames) {
   name_the_rays(frames, matches);
   snapshot_.poses = parts_.solver->solve(snapshot_.labels, frames.exposed_at, {rays_.data(), rays_.size()});
   learn_names();
-  keep_names_of_rays(matches);
+  keep_names_of_hidden(matches);
   if (parts_.refiner && !refined_) {
     refined_ = parts_.refiner->step(snapshot_.labels, snapshot_.poses, frames.exposed_at);
   }
@@ -70,7 +73,7 @@ const Expected& Fusion::expect(Timestamp at) {
     auto* const known = std::find_if(expected_.markers.begin(), end, borne);
     if (known == end) {
       if (!expected_.markers.try_push_back(told)) break;
-    } else if (find(kept_, known->track) != nullptr) {
+    } else if (find(kept_, known->track) != nullptr && told.covariance_m2.trace() < known->covariance_m2.trace()) {
       known->position = told.position;
       known->covariance_m2 = told.covariance_m2;
     }
@@ -80,9 +83,11 @@ const Expected& Fusion::expect(Timestamp at) {
 
 void Fusion::name_the_tracks() {
   for (ExpectedMarker& known : expected_.markers) {
-    const BornBy* name = find(names_, known.track);
-    if (name == nullptr) name = find(kept_, known.track);
-    if (name != nullptr) known.label = name->second;
+    if (const BornBy* name = find(names_, known.track)) {
+      known.label = name->second;
+    } else if (const KeptName* kept = find(kept_, known.track)) {
+      known.label = kept->second;
+    }
   }
 }
 
@@ -97,17 +102,25 @@ void Fusion::name_the_rays(const FrameSet& frames, const Matches& matches) {
 }
 
 // A name that left its track, for nobody sees it from two sides, goes on as the name of that track's rays, until a
-// track bears it. Where the body is sets the place, which the track alone knows no better than its old motion.
-void Fusion::keep_names_of_rays(const Matches& matches) {
-  kept_.clear();
-  for (const LoneSighting& lone : matches.lone) {
-    const ExpectedMarker& seen = expected_.markers[lone.expected];
-    if (!seen.label.names_something() || !seen.track.names_something()) continue;
-    const auto bears = [&](const BornBy& name) { return name.second == seen.label || name.first == seen.track; };
-    if (std::any_of(names_.begin(), names_.end(), bears)) continue;
-    static_cast<void>(kept_.try_push_back({seen.track, seen.label}));
+// track bears it; over a moment in which its blob is another's, too.
+void Fusion::keep_names_of_hidden(const Matches& matches) {
+  views_of_.fill(0);
+  for (const LoneSighting& lone : matches.lone) views_of_[lone.expected] = 1;
+  for (const Match& match : matches.matches) {
+    if (match.expected != Match::kNew) views_of_[match.expected] = 2;
   }
-  std::sort(kept_.begin(), kept_.end());
+  kept_before_ = kept_;
+  kept_.clear();
+  for (std::size_t i = 0; i < expected_.markers.size(); ++i) {
+    const ExpectedMarker& one = expected_.markers[i];
+    if (!one.label.names_something() || !one.track.names_something() || views_of_[i] == 2) continue;
+    const auto bears = [&](const BornBy& name) { return name.second == one.label || name.first == one.track; };
+    if (std::any_of(names_.begin(), names_.end(), bears)) continue;
+    const KeptName* before = find(kept_before_, one.track);
+    const Timestamp seen_at = before != nullptr && views_of_[i] == 0 ? before->seen_at : expected_.at;
+    if (expected_.at - seen_at < kRemembers) static_cast<void>(kept_.try_push_back({one.track, one.label, seen_at}));
+  }
+  std::sort(kept_.begin(), kept_.end(), [](const KeptName& a, const KeptName& b) { return a.first < b.first; });
 }
 
 void Fusion::learn_fit() {

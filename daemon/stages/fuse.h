@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -56,11 +58,16 @@ class Fusion {
 
  private:
   using BornBy = std::pair<TrackId, Label>;
+  struct KeptName {
+    TrackId first;  // and second: as BornBy
+    Label second;
+    Timestamp seen_at;  // by one camera
+  };
 
   const Expected& expect(Timestamp at);
   void name_the_tracks();
   void name_the_rays(const FrameSet& frames, const Matches& matches);
-  void keep_names_of_rays(const Matches& matches);
+  void keep_names_of_hidden(const Matches& matches);
   void learn_fit();
   void learn_names();
   void describe_views(const FrameSet& frames);
@@ -69,8 +76,10 @@ class Fusion {
   FusionParts parts_;
   Expected expected_;
   Expected told_by_bodies_;
-  BoundedVector<BornBy, kMaxMarkers> names_;  // sorted by track: who bore a name after the last step
-  BoundedVector<BornBy, kMaxMarkers> kept_;   // tracks that one camera's rays keep in place, and their last names
+  BoundedVector<BornBy, kMaxMarkers> names_;   // sorted by track: who bore a name after the last step
+  BoundedVector<KeptName, kMaxMarkers> kept_;  // by track: that nobody or one camera sees, and their last names
+  BoundedVector<KeptName, kMaxMarkers> kept_before_;
+  std::array<std::uint8_t, kMaxMarkers> views_of_{};  // by expected marker, in this set: 0, 1, 2 or more
   NamedRays rays_;
   CameraId assessed_{0};  // by the drift watch
   std::optional<SubjectFit> fit_;

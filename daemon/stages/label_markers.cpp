@@ -36,10 +36,11 @@ class BodyLabeller final : public Labeller {
       if (subject.tracking()) subject.expect(tracks_, expected.at);
     }
     claims_.settle(subjects_, tracks_);
-    for (SubjectLabeller& subject : subjects_) {
-      if (!subject.tracking()) continue;
-      subject.settle(tracks_);
-      subject.judge(tracks_, expected.at);
+    for (std::size_t i = 0; i < subjects_.size(); ++i) {
+      if (!subjects_[i].tracking()) continue;
+      subjects_[i].settle(tracks_);
+      subjects_[i].judge(tracks_, expected.at);
+      if (!subjects_[i].tracking()) searches_[i].know_joints(subjects_[i].body());
     }
     search(expected.at);
     labels_.resize(subjects_.size());

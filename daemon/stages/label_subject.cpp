@@ -256,6 +256,7 @@ void SubjectLabeller::learn(const Recognised& found) {
   for (std::size_t m = 0; m < names_.size(); ++m) set_.markers[m].offset_m = found.marker_offsets_m[m];
   ties_.refit(set_);
   body_.refit(found.rest_offsets_m, found.marker_offsets_m);
+  body_.forget_joints();
   fit_.emplace();
   fit_->subject = id_;
   fit_->rest_offsets_m = found.rest_offsets_m;

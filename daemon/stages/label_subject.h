@@ -67,6 +67,7 @@ class SubjectLabeller {
   /// Takes the names as they were found. False, and nobody tracked, when that tells no pose.
   bool recognise(const Recognised& found, NamedTracks& tracks, Timestamp at);
 
+  const body::BodyFollower& body() const noexcept { return body_; }
   void show(const NamedTracks& tracks, SubjectLabels& into) const;
   std::optional<SubjectFit> take_fit();
   /// The body's bones and markers are known better.

@@ -20,6 +20,8 @@ constexpr double kLnSurePair = 3.5;
 constexpr double kLnLostView = 2.3;
 // One blob alone only keeps a track in place.
 constexpr double kLnSureLone = 4.6;
+// And is another's if that is not less likely by this.
+constexpr double kLnRival = 3.0;
 // Points of two expected markers that lie farther apart are two markers.
 constexpr double kOne_m = 0.02;
 
@@ -163,7 +165,17 @@ void ExpectedMatcher::claim_own(const ViewRays& view, std::size_t index) {
   }
 }
 
-void ExpectedMatcher::list_lone(const RayTable& rays, const Expected& expected, Matches& into) const {
+// Whether no other marker that hardly any view shows may as well have made the blob.
+bool ExpectedMatcher::has_no_rival(const ViewRays& view, std::size_t ray, std::size_t marker, double odds,
+                                   const Expected& expected) const {
+  for (std::size_t other = 0; other < marker_count_; ++other) {
+    if (other == marker || views_of_[other] > 1) continue;
+    if (log_odds_of_lone(view, ray, expected.markers.data()[other], error_.px()) + kLnRival > odds) return false;
+  }
+  return true;
+}
+
+void ExpectedMatcher::list_lone(const FrameSet& frames, const RayTable& rays, const Expected& expected, Matches& into) {
   for (std::size_t m = 0; m < marker_count_; ++m) {
     if (views_of_[m] != 1) continue;
     for (std::size_t view = 0; view < view_count_; ++view) {
@@ -172,9 +184,11 @@ void ExpectedMatcher::list_lone(const RayTable& rays, const Expected& expected, 
       if (!one.has_ray() || rays[view].taken[ray] != 0 || !held_.is_alone(view, ray) || is_others(rays, m, view)) {
         continue;
       }
-      const bool sure =
-          one.own || log_odds_of_lone(rays[view], ray, expected.markers.data()[m], error_.px()) > kLnSureLone;
-      if (sure && !into.lone.try_push_back(lone_sighting(rays[view], ray, m, view))) return;
+      const double odds = log_odds_of_lone(rays[view], ray, expected.markers.data()[m], error_.px());
+      if (!one.own && !(odds > kLnSureLone)) continue;
+      if (!into.lone.try_push_back(lone_sighting(rays[view], ray, m, view))) return;
+      if (one.own || has_no_rival(rays[view], ray, m, odds, expected))
+        owners_.learn(frames.views[view]->camera, rays[view].track[ray], static_cast<std::uint32_t>(m));
     }
   }
 }

@@ -29,8 +29,8 @@ class ExpectedMatcher {
   void match(const FrameSet& frames, RayTable& rays, const Expected& expected, Matches& into);
 
   /// Appends the expected markers of the last `match` that one view alone has, where nothing else took their blob
-  /// since, and where it is hardly another's.
-  void list_lone(const RayTable& rays, const Expected& expected, Matches& into) const;
+  /// since, and where it is hardly another's. Who is clearly the only one that it may be keeps its 2D track.
+  void list_lone(const FrameSet& frames, const RayTable& rays, const Expected& expected, Matches& into);
 
  private:
   using Sightings = BoundedVector<geometry::QuadricSighting, kMaxCameras>;
@@ -46,6 +46,8 @@ class ExpectedMatcher {
   void keep_own(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected);
   std::size_t likely_view(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected) const;
   void learn_owners(const FrameSet& frames, const RayTable& rays);
+  bool has_no_rival(const ViewRays& view, std::size_t ray, std::size_t marker, double odds,
+                    const Expected& expected) const;
   bool assign_view(const ViewRays& view, std::size_t index);
   void assign_the_alone(std::span<const GateCandidate> candidates, std::size_t index);
   void assign_several(std::span<const GateCandidate> candidates, std::size_t index);

@@ -35,7 +35,7 @@ class ViewMatcher final : public Matcher {
     rays_.begin(frames);
     expected_matcher_.match(frames, rays_, expected, matches_);
     new_matcher_.match(rays_, missing, matches_);
-    expected_matcher_.list_lone(rays_, expected, matches_);
+    expected_matcher_.list_lone(frames, rays_, expected, matches_);
 
     std::size_t unmatched = 0;
     for (std::size_t view = 0; view < frames.views.size(); ++view) {

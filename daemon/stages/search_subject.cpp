@@ -55,6 +55,14 @@ void SubjectSearch::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
   stop();
 }
 
+void SubjectSearch::know_joints(const body::BodyFollower& body) {
+  for (std::size_t b = 0; b < set_.skeleton.bones.size(); ++b) {
+    any_.bend(b, body.leans().as_in_file(b), body.planes().plane(b));
+    pose_.lean(b, body.leans().as_in_file(b));
+    pose_.bend_in(b, body.planes().plane(b));
+  }
+}
+
 void SubjectSearch::forget_body() {
   fitted_ = false;
   stop();

@@ -8,6 +8,7 @@
 #include "body/find_any_pose.h"
 #include "body/find_rigid.h"
 #include "body/find_tpose.h"
+#include "body/follow_body.h"
 #include "body/pose_fit.h"
 #include "body/stance.h"
 #include "model/sighting.h"
@@ -44,6 +45,8 @@ class SubjectSearch {
 
   /// From now on this is its body.
   void refit(std::span<const Eigen::Vector3d> rest_offsets_m, std::span<const Eigen::Vector3d> marker_offsets_m);
+  /// How its joints bend, as was learnt while it was followed.
+  void know_joints(const body::BodyFollower& body);
   /// Its measures are as little known as at the start: the next T-pose tells them.
   void forget_body();
   /// Whether it is in the midst of something that takes more sets.

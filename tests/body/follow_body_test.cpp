@@ -144,6 +144,49 @@ TEST(BodyFollower, BendsAKneeForthOnlyOfWhichFootAndHipAloneAreSeen) {
   }
 }
 
+// The left elbow is stretched and bent again; while it is nearly straight all markers beyond it hide, save that one
+// camera sees one of the hand's. It looks on along the way on which the marker comes: the way back is on the same rays.
+TEST(BodyFollower, LaysALimbOnTheOtherPlaceWhereTheRayMeetsItsReach) {
+  const MarkerSet set = person("baseline41");
+  const auto elbow = static_cast<std::size_t>(bone_named(set, "LeftLowArm"));
+  const int hand = bone_named(set, "LeftHand");
+  const std::size_t on_hand = marker_named(set, "LHandOut");
+  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  std::vector<Pose> locals(truth.locals().begin(), truth.locals().end());
+  const auto bend = [&](double by_rad) {
+    locals[elbow].rotation = turn_by({0.0, 0.0, -by_rad});
+    truth.set_locals(locals);
+  };
+  bend(0.1);
+  const Eigen::Vector3d joint = truth.world()[elbow].position;
+  const Eigen::Vector3d nearest = truth.marker_at(on_hand);
+  const Eigen::Vector3d eye = nearest + 4.0 * (nearest - joint).cross(Eigen::Vector3d::UnitZ()).normalized();
+  BodyFollower body(set, {});
+
+  for (int step = 0; step <= 90; ++step) {
+    bend(0.6 + 0.55 * std::cos(step * 0.07));  // to 0.05 at 45
+    std::vector<Observation> seen;
+    for (const Observation& one : see(truth)) {
+      const int on = set.markers[static_cast<std::size_t>(one.marker)].bone;
+      if (step < 40 || (on != static_cast<int>(elbow) && on != hand)) seen.push_back(one);
+    }
+    if (!body.following()) {
+      ASSERT_TRUE(body.start(seen, at(step)));
+      continue;
+    }
+    body.predict(at(step));
+    if (step >= 40) {
+      const Eigen::Vector3d ray = (truth.marker_at(on_hand) - eye).normalized();
+      seen.push_back(observe_ray(static_cast<int>(on_hand), eye, ray, 1e-4, body.told(on_hand), 0.002));
+    }
+    (void)body.fit(seen);
+    body.learn(seen);
+  }
+
+  const auto wrist = static_cast<std::size_t>(hand);
+  EXPECT_LT((body.pose().world()[wrist].position - truth.world()[wrist].position).norm(), 0.05);
+}
+
 TEST(BodyFollower, LaysALimbAnewThatIsTurnedTheWrongWayRound) {
   const MarkerSet set = person("baseline41");
   const std::size_t in = marker_named(set, "LWristIn");

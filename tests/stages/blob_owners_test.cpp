@@ -63,6 +63,23 @@ TEST(BlobOwners, FollowsTheTrackWhereverItStandsAmongTheExpected) {
   EXPECT_EQ(see(owners), BlobOwners::kStranger);
 }
 
+TEST(BlobOwners, KnowsAMarkerWhose3DTrackEndedByItsName) {
+  constexpr Label kName{SubjectId{0}, 3};
+  Expected tracked = expect_tracks({40, 50});
+  tracked.markers[1].label = kName;
+  BlobOwners owners(2);
+  owners.expect(tracked);
+  teach(owners, 1);
+
+  Expected told = expect_tracks({40, TrackId::kNothing});
+  owners.expect(told);
+  EXPECT_EQ(see(owners), BlobOwners::kStranger);
+  told.markers[1].label = kName;
+  owners.expect(told);
+
+  EXPECT_EQ(see(owners), 1U);
+}
+
 TEST(BlobOwners, KnowsNothingOfA2DTrackThatWasAwayForAnImage) {
   BlobOwners owners(2);
   owners.expect(expect_tracks({40}));

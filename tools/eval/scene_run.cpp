@@ -12,6 +12,7 @@
 #include "eval/scene_world.h"
 #include "settings/rig_file.h"
 #include "stages/align_frames.h"
+#include "stages/track_blobs.h"
 
 namespace mocap::eval {
 namespace {
@@ -23,20 +24,30 @@ Result<Rig> rig_of(const SceneFile& scene) {
   return *std::move(rig);
 }
 
-// The row from blobs to snapshots as the daemon makes it.
+// The row from blobs to snapshots as the daemon makes it, with each camera's 2D tracks.
 class Row {
  public:
   explicit Row(const settings::DaemonSettings& settings)
-      : align_(settings.pipeline.align), aligner_(align_, settings.rig.size()), fusion_(assemble_fusion(settings)) {}
+      : align_(settings.pipeline.align), aligner_(align_, settings.rig.size()), fusion_(assemble_fusion(settings)) {
+    for (std::size_t c = 0; c < settings.rig.size(); ++c) {
+      blob_trackers_.push_back(stages::make_blob_tracker(settings.track_blobs));
+    }
+  }
 
   const Snapshot& step(const std::vector<BlobFrame>& frames) {
-    for (const BlobFrame& frame : frames) aligner_.add(frame);
+    for (const BlobFrame& frame : frames) {
+      frame_ = frame;
+      blob_trackers_[frame.camera.value]->track(frame_);
+      aligner_.add(frame_);
+    }
     const auto set = aligner_.take(frames.front().exposed_at + align_.window + align_.patience);
     MOCAP_EXPECTS(set.has_value());
     return fusion_->step(*set);
   }
 
  private:
+  std::vector<std::unique_ptr<BlobTracker>> blob_trackers_;  // by camera
+  BlobFrame frame_;
   stages::AlignSettings align_;
   stages::FrameAligner aligner_;
   std::unique_ptr<stages::Fusion> fusion_;

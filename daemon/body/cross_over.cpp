@@ -1,0 +1,130 @@
+// The part of BodyFollower that lays a limb on the other of the two places where a camera's ray meets its reach.
+
+#include <algorithm>
+#include <cmath>
+
+#include "body/follow_body.h"
+
+namespace mocap::body {
+namespace {
+
+// In half squared sigmas: what the other place must explain better.
+constexpr double kClearMargin = 2.0;
+constexpr double kRestShare = 0.5;
+constexpr double kLimit_rad = 0.3;
+constexpr double kSmallStep = 5e-4;
+constexpr double kInJoint_m = 1e-3;
+
+// Where a ray meets the sphere about a joint: two places, as far before and behind the middle.
+struct Crossing {
+  Eigen::Vector3d middle;
+  Eigen::Vector3d half;
+};
+
+// `marker` is on the sphere. Where the ray passes outside, both places are that of the ray next to it.
+Crossing crossing_of(const Observation& ray, const Eigen::Vector3d& joint, const Eigen::Vector3d& marker) {
+  const Eigen::Matrix3d along = Eigen::Matrix3d::Identity() - ray.sigma_m * ray.sigma_m * ray.weight_1_m2;
+  int most = 0;
+  along.diagonal().maxCoeff(&most);
+  const Eigen::Vector3d direction = along.col(most).normalized();
+  const Eigen::Vector3d middle = ray.position + (joint - ray.position).dot(direction) * direction;
+  const double half2_m2 = (marker - joint).squaredNorm() - (middle - joint).squaredNorm();
+  return {middle, std::sqrt(std::max(0.0, half2_m2)) * direction};
+}
+
+}  // namespace
+
+// A ray passes through what a limb reaches in two places; small steps do not lead from one to the other, and where both
+// are near each other motion may lead to the wrong one. Then joints are soon turned as they hardly ever are.
+PoseFitResult BodyFollower::cross_over(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
+                                       PoseFitResult first) {
+  for (const Observation& one : seen) {
+    if (!one.ray || !is_usable(one)) continue;
+    const int limb = limb_on_ray(seen, one);
+    if (limb < 0) continue;
+    const auto lower = static_cast<std::size_t>(limb);
+    const auto marker = static_cast<std::size_t>(one.marker);
+    std::copy(pose_.locals().begin(), pose_.locals().end(), tried_.begin());
+    double least = unheld_cost(seen, 0) - kClearMargin;
+    bool elsewhere = false;
+    unbend_below(lower);
+    const Crossing crossing = crossing_of(one, pose_.world()[lower].position, pose_.marker_at(marker));
+    for (const double side : {-1.0, 1.0}) {
+      pose_.set_locals(unbent_);
+      swing_to(lower, marker, crossing.middle + side * crossing.half);
+      const double cost = unheld_cost(seen, end.max_iterations);
+      if (!(cost < least)) continue;
+      least = cost;
+      elsewhere = true;
+      std::copy(pose_.locals().begin(), pose_.locals().end(), tried_.begin());
+    }
+    pose_.set_locals(tried_);
+    if (!elsewhere) continue;
+    first = pose_.solve(seen, prior, end);
+    for (std::size_t b = 0; b < below_.size(); ++b) bent_back_[b] |= below_[b];
+  }
+  return first;
+}
+
+// The uppermost bone that this ray alone tells of, of two or more in a row; -1 where there are none.
+int BodyFollower::limb_on_ray(std::span<const Observation> seen, const Observation& ray) const {
+  const auto& set = pose_.marker_set();
+  const auto parent_of = [&](int bone) { return set.skeleton.bones[static_cast<std::size_t>(bone)].parent; };
+  const auto told = [&](int bone) { return bones_[static_cast<std::size_t>(bone)].told; };
+  const int own = set.markers[static_cast<std::size_t>(ray.marker)].bone;
+  if (told(own) == Told::Direct || parent_of(own) < 0) return -1;
+  int lower = own;
+  while (told(parent_of(lower)) != Told::Direct) {
+    lower = parent_of(lower);
+    if (parent_of(lower) < 0) return -1;
+  }
+  if (lower == own) return -1;
+  for (const Observation& other : seen) {
+    if (other.marker == ray.marker) continue;
+    for (int bone = set.markers[static_cast<std::size_t>(other.marker)].bone; bone >= 0; bone = parent_of(bone)) {
+      if (bone == lower) return -1;
+    }
+  }
+  return lower;
+}
+
+// Whether the bone above is hidden, too, or the bone's end alone is seen.
+bool BodyFollower::hangs_free(std::size_t bone) const {
+  const MarkerSet& set = pose_.marker_set();
+  const int above = set.skeleton.bones[bone].parent;
+  return (above >= 0 && bones_[static_cast<std::size_t>(above)].told != Told::Direct) ||
+         std::none_of(set.markers.begin(), set.markers.end(), [&](const MarkerOnBone& one) {
+           return one.bone == static_cast<int>(bone) && one.offset_m.norm() > kInJoint_m;
+         });
+}
+
+// What hangs on the bone is as at rest.
+void BodyFollower::unbend_below(std::size_t lower) {
+  const auto& bones = pose_.marker_set().skeleton.bones;
+  std::copy(pose_.locals().begin(), pose_.locals().end(), unbent_.begin());
+  for (std::size_t b = 0; b < bones.size(); ++b) {
+    const bool hangs_on = bones[b].parent >= 0 && below_[static_cast<std::size_t>(bones[b].parent)] != 0;
+    below_[b] = b == lower || hangs_on ? 1 : 0;
+    if (hangs_on) unbent_[b].rotation.setIdentity();
+  }
+  pose_.set_locals(unbent_);
+}
+
+// The bone turns in its joint until the marker is where it should be.
+void BodyFollower::swing_to(std::size_t lower, std::size_t marker, const Eigen::Vector3d& place) {
+  const std::span<const Pose> world = pose_.world();
+  const Eigen::Vector3d& joint = world[lower].position;
+  const auto above = static_cast<std::size_t>(pose_.marker_set().skeleton.bones[lower].parent);
+  const Eigen::Quaterniond swung = Eigen::Quaterniond::FromTwoVectors(pose_.marker_at(marker) - joint, place - joint);
+  std::copy(pose_.locals().begin(), pose_.locals().end(), turned_.begin());
+  turned_[lower].rotation = (world[above].rotation.conjugate() * swung * world[lower].rotation).normalized();
+  pose_.set_locals(turned_);
+}
+
+// What the pose at hand costs, or the best near it, wherever it was before, with all that is usual believed.
+double BodyFollower::unheld_cost(std::span<const Observation> seen, int iterations) {
+  const PosePrior prior{.rest_share = kRestShare, .limit_sigma_rad = kLimit_rad, .outlier_m = settings_.outlier_m};
+  return pose_.solve(seen, prior, {.max_iterations = iterations, .small_step = kSmallStep}).cost;
+}
+
+}  // namespace mocap::body

@@ -1,0 +1,110 @@
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "stages/match_views.h"
+#include "support/marker_world.h"
+
+namespace mocap::stages {
+namespace {
+
+using Eigen::Vector3d;
+using namespace mocap::test;
+
+constexpr SubjectId kWho{0};
+
+/// A hand's markers, of whose blobs each bears a 2D track; all but the first hide, and of that one camera 0 has a blob.
+struct Hand {
+  Hand() {
+    for (int set = 0; set < 5; ++set) (void)matcher->match(look().set, expected(0.005));
+  }
+  SeenWorld look() {
+    auto world = see(rig, markers, {.sigma_px = 0.05}, random);
+    for (std::size_t view = 0; view < rig.size(); ++view) {
+      Blobs& blobs = world.frames[view]->blobs;
+      for (std::size_t b = 0; b < blobs.size(); ++b)
+        blobs[b].track = BlobTrackId{static_cast<std::uint32_t>(world.marker_of[view][b])};
+    }
+    return world;
+  }
+  SeenWorld hide() {
+    auto world = look();
+    for (std::size_t view = 0; view < rig.size(); ++view) {
+      Blobs& blobs = world.frames[view]->blobs;
+      for (std::size_t b = blobs.size(); b-- > 0;) {
+        if (view != 0 || world.marker_of[view][b] != 0) blobs.erase_unordered(b);
+      }
+    }
+    return world;
+  }
+  /// The body's guess of all, off by the same way: the third name is expected where the first marker is.
+  Expected expected(double sigma_m, const Vector3d& off = Vector3d::Zero(), bool tracked = true) {
+    Expected all;
+    for (std::uint32_t m = 0; m < markers.size(); ++m) {
+      ExpectedMarker& marker = all.markers.push_back({});
+      marker.position.v = markers[m] + off;
+      marker.covariance_m2 = sigma_m * sigma_m * Eigen::Matrix3d::Identity();
+      marker.label = {kWho, m};
+      if (tracked) marker.track = TrackId{40 + m};
+    }
+    return all;
+  }
+  Vector3d as_another() const { return markers[0] - markers[2]; }
+
+  std::mt19937 random{4};
+  Rig rig = ring(4);
+  std::vector<Vector3d> markers{{0.0, 0.0, 1.0}, {0.06, 0.02, 1.0}, {0.02, 0.07, 1.02}};
+  std::unique_ptr<Matcher> matcher = make_matcher({}, rig);
+};
+
+TEST(MatchLone, ABlobIsWhoseItsTrackWasThoughAnotherIsExpectedThere) {
+  Hand hand;
+  const auto world = hand.hide();
+
+  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, hand.as_another()));
+
+  ASSERT_EQ(matches.lone.size(), 1U);
+  EXPECT_EQ(matches.lone[0].expected, 0U);
+}
+
+TEST(MatchLone, AMarkerWhose3DTrackEndedIsKnownByItsName) {
+  Hand hand;
+  const auto world = hand.hide();
+
+  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, hand.as_another(), false));
+
+  ASSERT_EQ(matches.lone.size(), 1U);
+  EXPECT_EQ(matches.lone[0].expected, 0U);
+}
+
+TEST(MatchLone, ABlobThatOneCameraAloneSawWithoutDoubtStaysItsMarkers) {
+  Hand hand;
+  auto world = hand.hide();
+  world.frames[0]->blobs[0].track = BlobTrackId{77};  // this camera did not see it before
+  for (int set = 0; set < 4; ++set) {
+    ASSERT_EQ(hand.matcher->match(world.set, hand.expected(0.003)).lone.size(), 1U);
+  }
+
+  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, hand.as_another(), false));
+
+  ASSERT_EQ(matches.lone.size(), 1U);
+  EXPECT_EQ(matches.lone[0].expected, 0U);
+}
+
+TEST(MatchLone, ABlobThatMayBeAnyOfTheHandsIsNobodysForGood) {
+  Hand hand;
+  auto world = hand.hide();
+  world.frames[0]->blobs[0].track = BlobTrackId{77};
+  // All three may be there, and the first is a little nearer.
+  for (int set = 0; set < 4; ++set) (void)hand.matcher->match(world.set, hand.expected(0.1, Vector3d::Zero(), false));
+
+  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, hand.as_another(), false));
+
+  ASSERT_EQ(matches.lone.size(), 1U);
+  EXPECT_EQ(matches.lone[0].expected, 2U);
+}
+
+}  // namespace
+}  // namespace mocap::stages
