@@ -17,11 +17,10 @@ struct BrightWord {
   std::uint32_t place = 0;  ///< as WordPlaces tells
 };
 
-/// Numbers the words of an image, row by row; between two rows some numbers are left out.
+/// Numbers the words of an image, row by row; between two rows three numbers are left out, so that who reads a word or
+/// two beside a row reads no other.
 class WordPlaces {
  public:
-  static constexpr int kGap = 3;  ///< numbers left out
-
   explicit WordPlaces(int width_px) : pitch_(words_of(width_px) + kGap) {}
 
   std::uint32_t of(int y, int word) const { return static_cast<std::uint32_t>(y * pitch_ + word); }
@@ -31,6 +30,7 @@ class WordPlaces {
   int x(const BrightWord& word, int y) const { return 64 * (static_cast<int>(word.place) - y * pitch_); }
 
  private:
+  static constexpr int kGap = 3;
   int pitch_;
 };
 

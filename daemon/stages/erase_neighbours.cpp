@@ -66,7 +66,7 @@ std::uint64_t NeighbourEraser::erased(std::size_t word) const {
   for (const Step& step : steps_) {
     if (step.is_farther) {
       erased |= open & near_other;
-      open &= ~(near_own | near_other);
+      open &= ~near_own;
     }
     near_own |= shifted(own_, word, step);
     near_other |= shifted(others_, word, step);

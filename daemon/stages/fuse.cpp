@@ -1,6 +1,7 @@
 #include "stages/fuse.h"
 
 #include <algorithm>
+#include <tuple>
 
 namespace mocap::stages {
 namespace {
@@ -11,9 +12,15 @@ constexpr Duration kRemembers = std::chrono::milliseconds(150);
 // In a list that is sorted by track.
 template <class Names>
 auto find(const Names& names, TrackId track) -> decltype(names.data()) {
-  const auto by_track = [](const auto& name, TrackId sought) { return name.first < sought; };
+  const auto by_track = [](const auto& name, TrackId sought) { return name.track < sought; };
   const auto* found = std::lower_bound(names.begin(), names.end(), track, by_track);
-  return found != names.end() && found->first == track ? found : nullptr;
+  return found != names.end() && found->track == track ? found : nullptr;
+}
+
+template <class Names>
+void sort_by_track(Names& names) {
+  std::sort(names.begin(), names.end(),
+            [](const auto& a, const auto& b) { return std::tie(a.track, a.label) < std::tie(b.track, b.label); });
 }
 
 }  // namespace
@@ -84,9 +91,9 @@ const Expected& Fusion::expect(Timestamp at) {
 void Fusion::name_the_tracks() {
   for (ExpectedMarker& known : expected_.markers) {
     if (const BornBy* name = find(names_, known.track)) {
-      known.label = name->second;
+      known.label = name->label;
     } else if (const KeptName* kept = find(kept_, known.track)) {
-      known.label = kept->second;
+      known.label = kept->label;
     }
   }
 }
@@ -114,13 +121,13 @@ void Fusion::keep_names_of_hidden(const Matches& matches) {
   for (std::size_t i = 0; i < expected_.markers.size(); ++i) {
     const ExpectedMarker& one = expected_.markers[i];
     if (!one.label.names_something() || !one.track.names_something() || views_of_[i] == 2) continue;
-    const auto bears = [&](const BornBy& name) { return name.second == one.label || name.first == one.track; };
+    const auto bears = [&](const BornBy& name) { return name.label == one.label || name.track == one.track; };
     if (std::any_of(names_.begin(), names_.end(), bears)) continue;
     const KeptName* before = find(kept_before_, one.track);
     const Timestamp seen_at = before != nullptr && views_of_[i] == 0 ? before->seen_at : expected_.at;
-    if (expected_.at - seen_at < kRemembers) static_cast<void>(kept_.try_push_back({one.track, one.label, seen_at}));
+    if (expected_.at - seen_at < kRemembers) static_cast<void>(kept_.try_push_back({{one.track, one.label}, seen_at}));
   }
-  std::sort(kept_.begin(), kept_.end(), [](const KeptName& a, const KeptName& b) { return a.first < b.first; });
+  sort_by_track(kept_);
 }
 
 void Fusion::learn_fit() {
@@ -147,7 +154,7 @@ void Fusion::learn_names() {
       if (track.names_something()) static_cast<void>(names_.try_push_back({track, Label{subject.subject, i}}));
     }
   }
-  std::sort(names_.begin(), names_.end());
+  sort_by_track(names_);
 }
 
 void Fusion::describe_views(const FrameSet& frames) {

@@ -57,10 +57,11 @@ class Fusion {
   CameraId assessed() const noexcept { return assessed_; }
 
  private:
-  using BornBy = std::pair<TrackId, Label>;
-  struct KeptName {
-    TrackId first;  // and second: as BornBy
-    Label second;
+  struct BornBy {
+    TrackId track;
+    Label label;
+  };
+  struct KeptName : BornBy {
     Timestamp seen_at;  // by one camera
   };
 
