@@ -70,6 +70,18 @@ bool SubjectLabeller::near(std::size_t marker, std::uint32_t track, const NamedT
   return off.dot(spread_of(marker, one).inverse() * off) < kGateSigmas * kGateSigmas;
 }
 
+bool SubjectLabeller::may_be_neighbours(std::size_t marker, std::uint32_t track, double below,
+                                        const NamedTracks& tracks) const {
+  const std::span<const body::Tie> ties = ties_.of(marker);
+  return std::any_of(ties.begin(), ties.end(), [&](const body::Tie& tie) {
+    const auto other = static_cast<std::size_t>(tie.other);
+    if (names_[other].index >= 0 || !places_[other].known) return false;
+    geometry::AllowedPair pair;
+    consider(other, track, tracks, pair);
+    return pair.cost < below;
+  });
+}
+
 // The cost is infinite where the track cannot be the marker.
 void SubjectLabeller::consider(std::size_t marker, std::size_t index, const NamedTracks& tracks,
                                geometry::AllowedPair& into) const {
@@ -86,7 +98,7 @@ void SubjectLabeller::consider(std::size_t marker, std::size_t index, const Name
   if (!(apart < kContestSigmas * kContestSigmas)) return;
   if (!own && !tied(marker, track.position.v, tracks)) return;
   const double width = std::log(spread.determinant() / std::pow(kFitted_m, 6));
-  into.cost = apart + std::max(0.0, width) - (hinted(marker, static_cast<int>(index), tracks) ? kOwnBonus : 0.0);
+  into.cost = apart + std::max(0.0, width) - kOwnBonus * hint_of(marker, static_cast<int>(index), tracks);
 }
 
 void SubjectLabeller::claim(const NamedTracks& tracks, std::size_t first_row, std::size_t most,
@@ -179,6 +191,7 @@ void SubjectLabeller::contradict(NamedTracks& tracks) {
     name.confidence += 0.1F * ((vouch ? kLongHeld : believed_[m] ? 1.0F : 0.3F) - name.confidence);
     // What its own motion or the body's did not lead to must prove itself anew.
     if (!trusted_[m]) name.confidence = std::min(name.confidence, kFreshConfidence);
+    if (name.confidence >= kLongHeld) hold(m);
     if (name.doubt >= kMostDoubt) {
       free(m, tracks);
       misread_[static_cast<std::size_t>(set_.markers[m].bone)] = 1;

@@ -14,6 +14,11 @@ constexpr double kClearMargin = 10.0;
 // The same of two names that would have each other's track (odds of 12 : 1): where a limb is not known all its markers
 // are off alike, and which is which is nearly even; names of unlike limbs are told by far less.
 constexpr double kExchangeMargin = 5.0;
+// What costs more is not where its bone's other markers want it. All names of a limb that is not known are off alike,
+// and which of them is nearest to a track says little: a missing neighbour must then be worse by the second (odds of
+// 3000 : 1), or the whole limb says which it is.
+constexpr double kExact = 6.0;
+constexpr double kNeighbourMargin = 16.0;
 // Motion foresees a marker better than that.
 constexpr double kSuspect_m = 0.008;
 
@@ -124,7 +129,10 @@ void TrackClaims::settle(std::vector<SubjectLabeller>& subjects, NamedTracks& tr
     if (own && !subjects[s].jumped(marker)) continue;
     const bool clear = is_clear(pair, columns) && !may_exchange(pair, columns);
     if (own && !clear) subjects[s].drop(marker, tracks);
-    if (!own && clear && subjects[s].near(marker, pair.column, tracks)) subjects[s].take(marker, pair.column, tracks);
+    if (own || !clear) continue;
+    if (pair.cost > kExact && subjects[s].may_be_neighbours(marker, pair.column, pair.cost + kNeighbourMargin, tracks))
+      continue;
+    if (subjects[s].near(marker, pair.column, tracks)) subjects[s].take(marker, pair.column, tracks);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "base/expects.h"
 
@@ -15,6 +16,9 @@ constexpr double kOutlier_m = 0.02;
 constexpr std::uint32_t kMostMissed = 2;
 // A track that goes on for longer without being seen takes what is nearest then, and that may be another marker.
 constexpr double kRemembersName_s = 0.15;
+// What a track that leapt tells of whose it is, as a share of what one tells that did not: where a hand turns round
+// within a set its tracks leap and stay on their markers; of twenty that leap one has taken another marker.
+constexpr double kLeapt = 0.7;
 // What the body's motion is wrong by: at least, and for each m that a marker moves from set to set.
 constexpr double kSurprise_m = 0.007;
 constexpr double kSurprisePerStep = 0.3;
@@ -56,12 +60,18 @@ SubjectLabeller::SubjectLabeller(const LabelSettings& settings, const Subject& s
   loose_.resize(bones);
   near_.reserve(kMaxMarkers);
   place_track_.reserve(TieReader::kMostPlaces);
-  readings_.reserve(1 + TieReader::kMostReadings + 2 * kChallenges * TieReader::kMostNames);
+  readings_.reserve(1 + TieReader::kMostReadings + 2 * kChallenges * TieReader::kMostNames + kExchanges);
 }
 
 void SubjectLabeller::free(std::size_t marker, NamedTracks& tracks) {
   Name& name = names_[marker];
   if (name.index >= 0) tracks.named[static_cast<std::size_t>(name.index)] = false;
+  if (name.held) {
+    name.last = name.track;
+    name.leapt = jumped_[marker];
+    name.unbroken = true;
+  }
+  name.held = false;
   name.track = {};
   name.index = NamedTracks::kNone;
   name.doubt = 0;
@@ -76,6 +86,7 @@ void SubjectLabeller::give(std::size_t marker, int index, float confidence, Name
   name.index = index;
   name.doubt = 0;
   name.confidence = confidence;
+  name.held = name.last.names_something() && name.last == name.track && !name.leapt;
   name.last = {};
   name.jumped = false;
   name.seen_at = at_;
@@ -83,12 +94,39 @@ void SubjectLabeller::give(std::size_t marker, int index, float confidence, Name
   name.velocity_m_s = tracks[index].velocity_m_s;
 }
 
-// Whether the track bore the name in the last set, or until it was hidden.
-bool SubjectLabeller::hinted(std::size_t marker, int index, const NamedTracks& tracks) const {
-  if (before_[marker] == index) return !jumped_[marker];
+// How much it says for a name that the track bore it in the last set, or until it was lost or the name was taken back.
+double SubjectLabeller::hint_of(std::size_t marker, int index, const NamedTracks& tracks) const {
   const Name& name = names_[marker];
-  if (!name.last.names_something() || name.last != tracks[index].id) return false;
-  return to_s(at_ - name.seen_at) < kRemembersName_s;
+  if (name.last.names_something() && name.last == tracks[index].id) return name.leapt ? kLeapt : 1.0;
+  if (before_[marker] != index) return 0.0;
+  if (jumped_[marker]) return name.held ? kLeapt : 0.0;
+  return missed_by_neighbour(marker, tracks[index].id) ? 0.0 : 1.0;
+}
+
+bool SubjectLabeller::missed_by(std::size_t other, TrackId track) const {
+  const Name& name = names_[other];
+  return name.index < 0 && name.unbroken && name.last.names_something() && name.last == track;
+}
+
+bool SubjectLabeller::missed_by_neighbour(std::size_t marker, TrackId track) const {
+  const std::span<const body::Tie> ties = ties_.of(marker);
+  return std::any_of(ties.begin(), ties.end(),
+                     [&](const body::Tie& tie) { return missed_by(static_cast<std::size_t>(tie.other), track); });
+}
+
+// Whether its track bore a neighbour's name before, and that name is missing since.
+bool SubjectLabeller::contested(std::size_t marker) const {
+  const Name& name = names_[marker];
+  return name.index >= 0 && !name.held && missed_by_neighbour(marker, name.track);
+}
+
+// A name that was held for long is not taken for somebody else's any more.
+void SubjectLabeller::hold(std::size_t marker) {
+  if (names_[marker].held) return;
+  names_[marker].held = true;
+  for (Name& other : names_) {
+    if (other.index < 0 && other.last == names_[marker].track) other.last = {};
+  }
 }
 
 bool SubjectLabeller::seen(std::size_t marker, const NamedTracks& tracks) const {
@@ -109,14 +147,33 @@ void SubjectLabeller::watch(Name& name, const TrackedMarker& track, Timestamp at
   name.velocity_m_s = track.velocity_m_s;
 }
 
+// The track that a name was taken from says whose it is as long as it goes on being seen.
+void SubjectLabeller::watch_last(Name& name, const NamedTracks& tracks, Timestamp at) const {
+  if (!name.last.names_something()) return;
+  const int index = tracks.find(name.last);
+  if (index < 0 || !tracks[index].position.v.allFinite() || to_s(at - name.seen_at) >= kRemembersName_s) {
+    name.last = {};
+    return;
+  }
+  if (tracks[index].missed_sets > kMostMissed) name.unbroken = false;
+  if (!name.unbroken) return;
+  watch(name, tracks[index], at);
+  name.leapt = name.leapt || name.jumped;
+  name.jumped = false;
+}
+
 void SubjectLabeller::keep(NamedTracks& tracks, Timestamp at) {
   for (std::size_t m = 0; m < names_.size(); ++m) {
     Name& name = names_[m];
+    jumped_[m] = false;  // what is freed here was not seen
+    watch_last(name, tracks, at);
     name.index = name.track.names_something() ? tracks.find(name.track) : NamedTracks::kNone;
     const TrackedMarker* track = name.index < 0 ? nullptr : &tracks[name.index];
     if (track == nullptr || !track->position.v.allFinite() || track->missed_sets > kMostMissed) {
-      if (track != nullptr) name.last = name.track;
+      const TrackId lost = std::exchange(name.track, {});
       free(m, tracks);
+      if (lost.names_something()) name.unbroken = name.leapt = false;
+      if (track != nullptr) name.last = lost;
     } else {
       tracks.named[static_cast<std::size_t>(name.index)] = true;
       watch(name, *track, at);
@@ -175,6 +232,7 @@ std::optional<SubjectLabeller::Stand> SubjectLabeller::place_of(std::size_t mark
 void SubjectLabeller::doubt(std::size_t marker) {
   believed_[marker] = false;
   jumped_[marker] = true;
+  names_[marker].held = false;
 }
 
 void SubjectLabeller::fit(NamedTracks& tracks) {

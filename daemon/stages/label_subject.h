@@ -24,7 +24,8 @@ namespace mocap::stages {
 /// Names follow the body, not the tracks: where the body goes on to tells which track is which marker, all at once, and
 /// that a track bore a name before is one more hint. So a track that jumps, or two that exchange their markers, lose
 /// their names in the same set, and a marker that comes back has its name as soon as it is clear which it is. Where
-/// names are missing while nameless tracks stand near, the whole limb is read anew.
+/// names are missing while nameless tracks stand near, the whole limb is read anew; so is one that has a name on a
+/// track that bore a neighbour's, until that name is there again or the new one was held for long.
 class SubjectLabeller {
  public:
   SubjectLabeller(const LabelSettings& settings, const Subject& subject, SubjectId id);
@@ -59,6 +60,8 @@ class SubjectLabeller {
   void drop(std::size_t marker, NamedTracks& tracks) { free(marker, tracks); }
   /// Whether a track is within the gate of a claim; claims from farther away only contest others.
   bool near(std::size_t marker, std::uint32_t track, const NamedTracks& tracks) const;
+  /// Whether another missing name, of the same bone or one next to it, would have the track for less than `below`.
+  bool may_be_neighbours(std::size_t marker, std::uint32_t track, double below, const NamedTracks& tracks) const;
   void take(std::size_t marker, std::uint32_t track, NamedTracks& tracks);
   /// Takes names back that the body contradicts, reads limbs anew, and learns.
   void settle(NamedTracks& tracks);
@@ -77,6 +80,7 @@ class SubjectLabeller {
   static constexpr double kMarkerSigma_m = 0.004;
   static constexpr float kFreshConfidence = 0.6F;
   static constexpr std::size_t kChallenges = 3;  // of each name that a reading would give
+  static constexpr std::size_t kExchanges = 48;  // that one limb's readings are tried with
 
   struct Name {
     TrackId track;
@@ -84,7 +88,10 @@ class SubjectLabeller {
     int doubt = 0;                   // grows while the body contradicts
     float confidence = 0.0F;
     double usual_off_m = 0.003;  // mean from its place
-    TrackId last;                // bore it until nobody saw it any more
+    bool held = false;           // by this track for about 20 sets
+    TrackId last;                // bore it until it was lost or the name was taken back
+    bool leapt = false;          // that track did, then or since
+    bool unbroken = false;       // it was seen on and on since
     bool jumped = false;         // its track is not where its own motion led to
     Timestamp seen_at;           // the rest is of then
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
@@ -104,12 +111,17 @@ class SubjectLabeller {
   void free(std::size_t marker, NamedTracks& tracks);
   void give(std::size_t marker, int index, float confidence, NamedTracks& tracks);
   bool seen(std::size_t marker, const NamedTracks& tracks) const;
-  bool hinted(std::size_t marker, int index, const NamedTracks& tracks) const;
+  double hint_of(std::size_t marker, int index, const NamedTracks& tracks) const;
   bool stray(std::size_t track, const NamedTracks& tracks) const;
   bool tied(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const;
   body::Observation observe(std::size_t marker, const NamedTracks& tracks) const;
   body::Observation observe(std::size_t marker, int index, const NamedTracks& tracks) const;
   void watch(Name& name, const TrackedMarker& track, Timestamp at) const;
+  void watch_last(Name& name, const NamedTracks& tracks, Timestamp at) const;
+  void hold(std::size_t marker);
+  bool missed_by(std::size_t other, TrackId track) const;
+  bool missed_by_neighbour(std::size_t marker, TrackId track) const;
+  bool contested(std::size_t marker) const;
   void trust(const NamedTracks& tracks, Timestamp at);
   void place();
   Eigen::Matrix3d spread_of(std::size_t marker, const TrackedMarker& track) const;
@@ -123,6 +135,7 @@ class SubjectLabeller {
   void reread(NamedTracks& tracks);
   int most_troubled_bone(const NamedTracks& tracks);
   bool gather_limb(std::size_t seed, const NamedTracks& tracks);
+  bool blind(std::size_t bone) const;
   bool add_bone(std::size_t bone);
   void add_places(const NamedTracks& tracks);
   bool too_young(int index, const NamedTracks& tracks) const;
@@ -131,7 +144,9 @@ class SubjectLabeller {
   bool wanted_elsewhere(int index, const NamedTracks& tracks) const;
   bool read_limb(NamedTracks& tracks);
   void propose(std::span<const TieReader::Reading> found);
+  bool propose(const Reading& reading);
   void challenge(const NamedTracks& tracks);
+  void exchange_neighbours(const NamedTracks& tracks);
   const Reading& best_reading() const;
   void judge_reading(Reading& reading, const Reading& now, const NamedTracks& tracks);
   void adopt(const Reading& reading, NamedTracks& tracks);

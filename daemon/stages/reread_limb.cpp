@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "stages/label_subject.h"
 
@@ -20,6 +21,8 @@ constexpr double kOwn = 3.0;
 constexpr double kTooYoung = 5.0;
 constexpr double kMisread = 6.0;
 constexpr double kClearMargin = 5.0;
+// What readings that say otherwise must be worse by: one fit may stop short of where another ends.
+constexpr double kUndecided = 6.5;
 // A name that was given in the last ten sets or so must still be the clear reading when its limb is read anew.
 constexpr float kHeld = 0.85F;
 // Within so many a missing name of another limb wants a track, too.
@@ -45,6 +48,9 @@ int SubjectLabeller::most_troubled_bone(const NamedTracks& tracks) {
     });
     if (near) ++trouble_[bone];
   }
+  for (std::size_t m = 0; m < names_.size(); ++m) {
+    if (contested(m)) ++trouble_[static_cast<std::size_t>(set_.markers[m].bone)];
+  }
   int most = -1;
   for (std::size_t b = 0; b < trouble_.size(); ++b) {
     if (trouble_[b] == 0) misread_[b] = 0;
@@ -66,7 +72,19 @@ bool SubjectLabeller::add_bone(std::size_t bone) {
   return true;
 }
 
-// The bone, the bones in trouble that hang together with it, and those that hang on to these.
+// Whether a bone has names and none of them is believed.
+bool SubjectLabeller::blind(std::size_t bone) const {
+  bool any = false;
+  for (std::size_t m = 0; m < names_.size(); ++m) {
+    if (set_.markers[m].bone != static_cast<int>(bone)) continue;
+    if (believed_[m]) return false;
+    any = true;
+  }
+  return any;
+}
+
+// The bone, the bones in trouble that hang together with it, and those that hang on to these. Nobody knows where a bone
+// is whose names are missing, and that hangs on one whose names are missing, too.
 bool SubjectLabeller::gather_limb(std::size_t seed, const NamedTracks& tracks) {
   const auto& bones = set_.skeleton.bones;
   reader_.clear();
@@ -83,7 +101,9 @@ bool SubjectLabeller::gather_limb(std::size_t seed, const NamedTracks& tracks) {
         if (in_limb_[b] == in_limb_[parent]) continue;
         const std::size_t next = in_limb_[b] ? parent : b;
         const bool from_now = loose_[in_limb_[b] ? b : parent] != 0;
-        if (!from_now || (troubled && trouble_[next] == 0)) continue;
+        const bool unread = blind(in_limb_[b] ? b : parent) && blind(next);
+        const bool read = rest_[next] == kPatience;  // in this set, with another limb
+        if (!from_now || (troubled && (read || (trouble_[next] == 0 && !unread)))) continue;
         grew = add_bone(next) || grew;
       }
       if (!troubled) break;
@@ -140,7 +160,7 @@ bool SubjectLabeller::too_young(int index, const NamedTracks& tracks) const {
   for (std::size_t n = 0; n < reader_.names(); ++n) {
     const std::size_t m = reader_.marker(n);
     const bool called = tracks[index].expected_label == Label{id_, static_cast<std::uint32_t>(m)};
-    if (called || hinted(m, index, tracks)) return false;
+    if (called || hint_of(m, index, tracks) > 0.0) return false;
   }
   return true;
 }
@@ -151,9 +171,8 @@ void SubjectLabeller::allow_places(const NamedTracks& tracks) {
     for (std::size_t p = 0; p < reader_.places(); ++p) {
       const bool young = too_young(place_track_[p], tracks);
       if (young && tracks[place_track_[p]].cameras < kLeastCameras) continue;
-      const bool own = hinted(m, place_track_[p], tracks);
-      const double cost = anchored(m, reader_.place(p), tracks) + (young ? kTooYoung : 0.0) - (own ? kOwn : 0.0);
-      reader_.allow(n, p, cost);
+      const double own = kOwn * hint_of(m, place_track_[p], tracks);
+      reader_.allow(n, p, anchored(m, reader_.place(p), tracks) + (young ? kTooYoung : 0.0) - own);
     }
   }
 }
@@ -180,7 +199,7 @@ void SubjectLabeller::judge_reading(Reading& reading, const Reading& now, const 
       continue;
     }
     tried_.push_back(observe(m, track, tracks));
-    reading.cost += (too_young(track, tracks) ? kTooYoung : 0.0) - (hinted(m, track, tracks) ? kOwn : 0.0);
+    reading.cost += (too_young(track, tracks) ? kTooYoung : 0.0) - kOwn * hint_of(m, track, tracks);
   }
   if (contradicts) reading.cost += kMisread;
   body_.misread(loose_);
@@ -227,12 +246,17 @@ void SubjectLabeller::propose(std::span<const TieReader::Reading> found) {
       const int place = one.place_of[n];
       other.track_of[n] = place < 0 ? -1 : place_track_[static_cast<std::size_t>(place)];
     }
-    const bool known = std::any_of(readings_.begin(), readings_.end(), [&](const Reading& there) {
-      return std::equal(there.track_of.begin(), there.track_of.begin() + static_cast<std::ptrdiff_t>(reader_.names()),
-                        other.track_of.begin());
-    });
-    if (!known) readings_.push_back(other);
+    (void)propose(other);
   }
+}
+
+bool SubjectLabeller::propose(const Reading& reading) {
+  const auto names = static_cast<std::ptrdiff_t>(reader_.names());
+  const bool known = std::any_of(readings_.begin(), readings_.end(), [&](const Reading& there) {
+    return std::equal(there.track_of.begin(), there.track_of.begin() + names, reading.track_of.begin());
+  });
+  if (!known) readings_.push_back(reading);
+  return !known;
 }
 
 const SubjectLabeller::Reading& SubjectLabeller::best_reading() const {
@@ -254,7 +278,7 @@ void SubjectLabeller::challenge(const NamedTracks& tracks) {
     const int track = best.track_of[n];
     if (track < 0 || track == readings_[0].track_of[n] || places.place_of[n] < 0) continue;
     const bool doubted = std::any_of(readings_.begin(), readings_.end(), [&](const Reading& other) {
-      return other.track_of[n] != track && other.cost <= best.cost + kClearMargin;
+      return other.track_of[n] != track && other.cost <= best.cost + kUndecided;
     });
     if (doubted) continue;
     const std::size_t before = readings_.size();
@@ -264,6 +288,29 @@ void SubjectLabeller::challenge(const NamedTracks& tracks) {
     alone.place_of[n] = places.place_of[n];
     propose(reader_.read_otherwise(ties_, kWorthAName, n, alone, kChallenges));
     for (std::size_t i = before; i < readings_.size(); ++i) judge_reading(readings_[i], readings_[0], tracks);
+  }
+}
+
+// Many readings of a limb cost the same by distances, and a short list may lack the one that the pose likes best: from
+// the best that is known, each new name is moved to, or exchanged with, each neighbour that is not surely named.
+void SubjectLabeller::exchange_neighbours(const NamedTracks& tracks) {
+  const std::size_t most = readings_.size() + kExchanges;
+  bool better = true;
+  while (better) {
+    const Reading best = best_reading();
+    for (std::size_t a = 0; a < reader_.names(); ++a) {
+      if (best.track_of[a] < 0 || readings_[0].track_of[a] >= 0) continue;
+      for (const body::Tie& tie : ties_.of(reader_.marker(a))) {
+        std::size_t b = 0;
+        while (b < reader_.names() && reader_.marker(b) != static_cast<std::size_t>(tie.other)) ++b;
+        if (b == reader_.names() || readings_[0].track_of[b] >= 0) continue;
+        Reading other = best;
+        std::swap(other.track_of[a], other.track_of[b]);
+        if (readings_.size() == most || !propose(other)) continue;
+        judge_reading(readings_.back(), readings_[0], tracks);
+      }
+    }
+    better = best_reading().cost < best.cost && readings_.size() < most;
   }
 }
 
@@ -293,7 +340,10 @@ bool SubjectLabeller::read_limb(NamedTracks& tracks) {
   propose(reader_.read(ties_, kWorthAName));
   if (readings_.size() == 1) return false;
   for (Reading& one : readings_) judge_reading(one, readings_[0], tracks);
-  if (best_reading().cost + kClearMargin < readings_[0].cost) challenge(tracks);
+  if (best_reading().cost + kClearMargin < readings_[0].cost) {
+    exchange_neighbours(tracks);
+    challenge(tracks);
+  }
   Reading best = best_reading();
   if (!(best.cost + kClearMargin < readings_[0].cost)) {
     body_.misread(misread_);
@@ -302,7 +352,7 @@ bool SubjectLabeller::read_limb(NamedTracks& tracks) {
   }
   // On what other readings that are about as good say otherwise, nothing is said.
   for (const Reading& other : readings_) {
-    if (other.cost > best.cost + kClearMargin) continue;
+    if (other.cost > best.cost + kUndecided) continue;
     for (std::size_t n = 0; n < reader_.names(); ++n) {
       if (other.track_of[n] != best.track_of[n]) best.track_of[n] = -1;
     }
@@ -335,7 +385,11 @@ void SubjectLabeller::reread(NamedTracks& tracks) {
     const int bone = most_troubled_bone(tracks);
     if (bone < 0) return;
     rest_[static_cast<std::size_t>(bone)] = kPatience;
-    if (gather_limb(static_cast<std::size_t>(bone), tracks)) (void)read_limb(tracks);
+    if (!gather_limb(static_cast<std::size_t>(bone), tracks)) continue;
+    for (std::size_t b = 0; b < rest_.size(); ++b) {
+      if (loose_[b] != 0) rest_[b] = kPatience;  // read with it
+    }
+    (void)read_limb(tracks);
   }
 }
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <string>
 #include <string_view>
@@ -119,6 +120,39 @@ TEST(LabelLimbs, ALimbThatIsReadDoesNotTakeAMarkerThatMayWellBeAnothers) {
   for (int set = 0; set < 30; ++set) {
     world.step();
     ASSERT_EQ(world.wrongs(), 0) << "in set " << set;
+  }
+}
+
+// An arm that swings at `fast_rad_s` and turns round within a set, 2 s after the T-pose.
+test::Moves turning_round(double fast_rad_s) {
+  return [fast_rad_s](const std::string& bone, double t_s) -> Eigen::Quaterniond {
+    const double swung = fast_rad_s * (0.3 - std::abs(t_s - 2.0));
+    const double share = std::clamp(swung, 0.0, 2.0);
+    if (bone == "LeftUpArm") return body::turn_by({0.0, 0.2 * share, -0.5 * share});
+    if (bone == "LeftLowArm") return body::turn_by({0.0, 0.0, -share});
+    if (bone == "LeftHand") return body::turn_by({0.3 * share, 0.0, -0.3 * share});
+    return Eigen::Quaterniond::Identity();
+  };
+}
+
+// The tracks of a hand that turns round leap, and its neighbours' names are missing: none of these takes its track.
+TEST(LabelLimbs, AHandThatTurnsRoundWithinASetIsNotTakenForAHiddenNeighbour) {
+  for (const char* name : {"LWristIn", "LWristOut", "LHandIn", "LHandOut"}) {
+    for (const int sets_before : {15, 5}) {
+      LabelWorld world;
+      world.add("baseline41", turning_round(15.0));
+      world.begin();
+      world.step(240 - sets_before);
+      auto& one = world.one();
+      const std::size_t alone = world.marker(name);
+      for (const std::size_t m : markers_of(one, "LeftLowArm LeftHand")) one.tracks[m].hidden = m != alone;
+      int wrong = 0;
+      for (int set = 0; set < 50; ++set) {
+        world.step();
+        wrong += world.wrongs() > 0 ? 1 : 0;
+      }
+      EXPECT_EQ(wrong, 0) << name << " hidden " << sets_before << " sets before";
+    }
   }
 }
 
