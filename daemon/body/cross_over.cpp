@@ -10,8 +10,6 @@ namespace {
 
 // In half squared sigmas: what the other place must explain better.
 constexpr double kClearMargin = 2.0;
-constexpr double kRestShare = 0.5;
-constexpr double kLimit_rad = 0.3;
 constexpr double kSmallStep = 5e-4;
 constexpr double kInJoint_m = 1e-3;
 
@@ -45,14 +43,16 @@ PoseFitResult BodyFollower::cross_over(std::span<const Observation> seen, const 
     const auto lower = static_cast<std::size_t>(limb);
     const auto marker = static_cast<std::size_t>(one.marker);
     std::copy(pose_.locals().begin(), pose_.locals().end(), tried_.begin());
-    double least = unheld_cost(seen, 0) - kClearMargin;
-    bool elsewhere = false;
     unbend_below(lower);
+    pose_.set_locals(tried_);
+    double least = unheld_cost(lower, seen, end.max_iterations) - kClearMargin;
+    bool elsewhere = false;
+    pose_.set_locals(unbent_);
     const Crossing crossing = crossing_of(one, pose_.world()[lower].position, pose_.marker_at(marker));
     for (const double side : {-1.0, 1.0}) {
       pose_.set_locals(unbent_);
       swing_to(lower, marker, crossing.middle + side * crossing.half);
-      const double cost = unheld_cost(seen, end.max_iterations);
+      const double cost = unheld_cost(lower, seen, end.max_iterations);
       if (!(cost < least)) continue;
       least = cost;
       elsewhere = true;
@@ -121,9 +121,19 @@ void BodyFollower::swing_to(std::size_t lower, std::size_t marker, const Eigen::
   pose_.set_locals(turned_);
 }
 
-// What the pose at hand costs, or the best near it, wherever it was before, with all that is usual believed.
-double BodyFollower::unheld_cost(std::span<const Observation> seen, int iterations) {
-  const PosePrior prior{.rest_share = kRestShare, .limit_sigma_rad = kLimit_rad, .outlier_m = settings_.outlier_m};
+// What the pose at hand costs, or the best near it, wherever the limb was before, with all that is usual of it
+// believed.
+double BodyFollower::unheld_cost(std::size_t lower, std::span<const Observation> seen, int iterations) {
+  const auto above = static_cast<std::size_t>(pose_.marker_set().skeleton.bones[lower].parent);
+  for (std::size_t b = 0; b < below_.size(); ++b) {
+    unheld_weight_[b] = below_[b] != 0 || b == above ? Eigen::Matrix3d(Eigen::Matrix3d::Zero()) : hold_weight_[b];
+    unheld_rest_[b] = below_[b] != 0 ? 1.0 : rest_believed_[b];
+    unheld_limit_[b] = below_[b] != 0 ? 1.0 : limit_believed_[b];
+  }
+  PosePrior prior = prior_of(seen.size());
+  prior.hold_weight = unheld_weight_;
+  prior.rest_believed = unheld_rest_;
+  prior.limit_believed = unheld_limit_;
   return pose_.solve(seen, prior, {.max_iterations = iterations, .small_step = kSmallStep}).cost;
 }
 

@@ -84,6 +84,9 @@ BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
   rest_believed_.resize(bones);
   limit_believed_.resize(bones);
   hold_weight_.resize(bones);
+  unheld_rest_.resize(bones);
+  unheld_limit_.resize(bones);
+  unheld_weight_.resize(bones);
   weighed_.reserve(2 * set.markers.size());
   misread_.resize(bones);
   bent_back_.resize(bones);

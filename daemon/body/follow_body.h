@@ -118,7 +118,7 @@ class BodyFollower {
   int limb_on_ray(std::span<const Observation> seen, const Observation& ray) const;
   void unbend_below(std::size_t lower);
   void swing_to(std::size_t lower, std::size_t marker, const Eigen::Vector3d& place);
-  double unheld_cost(std::span<const Observation> seen, int iterations);
+  double unheld_cost(std::size_t lower, std::span<const Observation> seen, int iterations);
   bool turn_anew(std::span<const Observation> seen);
   bool turn_anew(std::size_t bone, std::span<const Observation> seen);
   void loosen(std::span<const Observation> seen, Timestamp at);
@@ -151,6 +151,9 @@ class BodyFollower {
   std::vector<double> rest_believed_;  // of this fit, by bone
   std::vector<double> limit_believed_;
   std::vector<Eigen::Matrix3d> hold_weight_;
+  std::vector<double> unheld_rest_;  // the same three while a limb is laid elsewhere
+  std::vector<double> unheld_limit_;
+  std::vector<Eigen::Matrix3d> unheld_weight_;
   struct Weighed {
     int marker = 0;
     bool ray = false;

@@ -5,8 +5,18 @@
 #include "base/expects.h"
 
 namespace mocap::stages {
+namespace {
 
-BlobOwners::BlobOwners(std::size_t camera_count) : entries_(camera_count * kRemembered), images_(camera_count, 0) {
+// A moment, in images: as long as blobs that cross hide each other.
+constexpr std::uint32_t kMoment = 24;
+constexpr std::size_t kNames = 64;  // of a camera
+
+}  // namespace
+
+BlobOwners::BlobOwners(std::size_t camera_count)
+    : entries_(camera_count * kRemembered), images_(camera_count, 0), alone_(camera_count) {
+  for (std::vector<Alone>& names : alone_) names.reserve(kNames);
+  seen_alone_.reserve(kNames);
   known_.reserve(kMaxMarkers);
   track_of_.reserve(kMaxMarkers);
   name_of_.reserve(kMaxMarkers);
@@ -23,6 +33,29 @@ void BlobOwners::expect(const Expected& expected) {
     if (track.names_something()) known_.push_back({track, m});
   }
   if (!std::ranges::is_sorted(known_, {}, &Known::track)) std::ranges::sort(known_, {}, &Known::track);
+}
+
+void BlobOwners::see_alone(CameraId camera, std::uint32_t marker) {
+  const Label name = name_of_[marker];
+  std::vector<Alone>& names = alone_[camera.value];
+  if (!name.names_something()) return;
+  const auto known = std::ranges::find(names, name, &Alone::name);
+  if (known != names.end()) {
+    known->image = images_[camera.value];
+  } else if (names.size() < names.capacity()) {
+    names.push_back({name, images_[camera.value]});
+  }
+}
+
+std::span<const std::uint32_t> BlobOwners::seen_alone(CameraId camera) {
+  const std::uint32_t image = images_[camera.value];
+  std::erase_if(alone_[camera.value], [&](const Alone& one) { return image - one.image > kMoment; });
+  seen_alone_.clear();
+  for (const Alone& one : alone_[camera.value]) {
+    const auto named = std::ranges::find(name_of_, one.name);
+    if (named != name_of_.end()) seen_alone_.push_back(static_cast<std::uint32_t>(named - name_of_.begin()));
+  }
+  return seen_alone_;
 }
 
 std::uint32_t BlobOwners::owner_of(CameraId camera, BlobTrackId blob) {

@@ -13,6 +13,9 @@ namespace mocap::stages {
 /// Whose marker each 2D track of a camera was: the camera's own tracker tells that a blob is what it was in the last
 /// image, and the last sets told which marker that is. Never allocates after construction.
 ///
+/// Where the 2D track of a marker that one camera alone sees breaks, the camera's next blob near by is rather that
+/// marker's than one that it has not seen for long.
+///
 /// A 2D track may leap to another marker: the views that agree on a point have the last word. A marker whose 3D track
 /// ended, because one camera alone sees it, is known by its name.
 class BlobOwners {
@@ -27,6 +30,11 @@ class BlobOwners {
 
   /// Takes in that this camera's next image has come: before it is asked about its blobs.
   void see(CameraId camera) { ++images_[camera.value]; }
+
+  /// Takes in that this camera alone sees this expected marker in its last image.
+  void see_alone(CameraId camera, std::uint32_t marker);
+  /// The expected markers that it alone saw a moment ago.
+  std::span<const std::uint32_t> seen_alone(CameraId camera);
 
   /// Index in Expected::markers of the owner, or kNobody or kStranger. Asked once an image about each blob: a 2D track
   /// that was not in the image before has found some blob again, nobody knows which.
@@ -48,16 +56,22 @@ class BlobOwners {
     std::uint32_t sets = 0;
     std::uint32_t image = 0;  // the last that it was in
   };
+  struct Alone {
+    Label name;
+    std::uint32_t image = 0;  // the last
+  };
   struct Known {
     TrackId track;
     std::uint32_t marker;
   };
 
-  std::vector<Entry> entries_;         // of camera * kRemembered + blob track's last bits
-  std::vector<std::uint32_t> images_;  // by camera: how many came
-  std::vector<Known> known_;           // by track
-  std::vector<TrackId> track_of_;      // by marker
-  std::vector<Label> name_of_;         // by marker
+  std::vector<Entry> entries_;             // of camera * kRemembered + blob track's last bits
+  std::vector<std::uint32_t> images_;      // by camera: how many came
+  std::vector<std::vector<Alone>> alone_;  // by camera
+  std::vector<std::uint32_t> seen_alone_;  // of the camera asked about last
+  std::vector<Known> known_;               // by track
+  std::vector<TrackId> track_of_;          // by marker
+  std::vector<Label> name_of_;             // by marker
 };
 
 }  // namespace mocap::stages

@@ -18,6 +18,9 @@ constexpr double kLnTrust = 6.9;
 constexpr double kLnSurePair = 3.5;
 // A camera that saw a marker sees it in the next set in nine cases of ten.
 constexpr double kLnLostView = 2.3;
+// Where the 2D track of a marker that a camera alone sees broke, the blob near by is the marker's in nine cases of ten;
+// hidden markers come into a camera's view once in a second or two.
+constexpr double kLnGoesOn = 4.0;
 // One blob alone only keeps a track in place.
 constexpr double kLnSureLone = 4.6;
 // And is another's if that is not less likely by this.
@@ -51,6 +54,12 @@ void ExpectedMatcher::find_owners(const BlobFrame& frame, const ViewRays& view, 
   for (std::size_t ray = 0; ray < view.size(); ++ray) {
     owners[ray] = owners_.owner_of(frame.camera, view.track[ray]);
     if (owners[ray] != BlobOwners::kNobody) has_owners_[index] = 1;
+  }
+  for (const std::uint32_t marker : owners_.seen_alone(frame.camera)) {
+    if (broken_.size() == broken_.capacity() || std::find(owners, owners + view.size(), marker) != owners + view.size())
+      continue;
+    broken_.push_back({static_cast<std::uint32_t>(index), marker});
+    has_owners_[index] = 1;
   }
 }
 
@@ -148,11 +157,17 @@ std::size_t ExpectedMatcher::likely_view(const RayTable& rays, std::size_t marke
   return likely;
 }
 
+// Whether this view alone saw the marker a moment ago by a 2D track that is gone.
+bool ExpectedMatcher::is_broken(std::size_t view, std::size_t marker) const {
+  return std::any_of(broken_.begin(), broken_.end(),
+                     [&](const Broken& one) { return one.view == view && one.marker == marker; });
+}
+
 // What the 2D track of a blob adds to the cost of its being the marker's.
 double ExpectedMatcher::odds_of_owner(std::size_t marker, std::size_t view, std::size_t ray) const {
   if (has_owners_[view] == 0) return 0.0;
   const std::uint32_t whose = owner(view, ray);
-  if (whose == BlobOwners::kNobody) return 0.0;
+  if (whose == BlobOwners::kNobody) return is_broken(view, marker) ? -2.0 * kLnGoesOn : 0.0;
   return whose == marker ? -2.0 * kLnTrust : 2.0 * kLnTrust;
 }
 
@@ -187,8 +202,10 @@ void ExpectedMatcher::list_lone(const FrameSet& frames, const RayTable& rays, co
       const double odds = log_odds_of_lone(rays[view], ray, expected.markers.data()[m], error_.px());
       if (!one.own && !(odds > kLnSureLone)) continue;
       if (!into.lone.try_push_back(lone_sighting(rays[view], ray, m, view))) return;
-      if (one.own || has_no_rival(rays[view], ray, m, odds, expected))
-        owners_.learn(frames.views[view]->camera, rays[view].track[ray], static_cast<std::uint32_t>(m));
+      if (!one.own && !is_broken(view, m) && !has_no_rival(rays[view], ray, m, odds, expected)) continue;
+      const auto marker = static_cast<std::uint32_t>(m);
+      owners_.see_alone(frames.views[view]->camera, marker);
+      owners_.learn(frames.views[view]->camera, rays[view].track[ray], marker);
     }
   }
 }

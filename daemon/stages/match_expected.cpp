@@ -45,6 +45,7 @@ ExpectedMatcher::ExpectedMatcher(const MatchSettings& settings, std::size_t came
   row_markers_.reserve(kMaxMarkers);
   column_rays_.reserve(kMaxBlobs);
   shared_quadrics_.reserve(kMaxShared);
+  broken_.reserve(kMaxMarkers);
 }
 
 void ExpectedMatcher::match(const FrameSet& frames, RayTable& rays, const Expected& expected, Matches& into) {
@@ -55,6 +56,7 @@ void ExpectedMatcher::match(const FrameSet& frames, RayTable& rays, const Expect
   held_.begin(count, view_count_);
   gates_.expect(expected);
   owners_.expect(expected);
+  broken_.clear();
   meetings_.begin(expected);
   // All of a view at once: its numbers are in the cache then.
   for (std::size_t view = 0; view < view_count_; ++view) {

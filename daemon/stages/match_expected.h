@@ -41,6 +41,7 @@ class ExpectedMatcher {
   bool is_others(const RayTable& rays, std::size_t marker, std::size_t view) const;
   void settle_pair(RayTable& rays, std::size_t marker, const ExpectedMarker& expected);
   void claim_own(const ViewRays& view, std::size_t index);
+  bool is_broken(std::size_t view, std::size_t marker) const;
   double odds_of_owner(std::size_t marker, std::size_t view, std::size_t ray) const;
   bool is_believed(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected) const;
   void keep_own(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected);
@@ -98,7 +99,11 @@ class ExpectedMatcher {
   std::vector<double> holder_cost_;
   std::vector<std::uint16_t> faithful_;
   HeldViews held_;
-  std::vector<std::uint32_t> owner_;      // of view * kMaxBlobs + ray: as BlobOwners has it
+  std::vector<std::uint32_t> owner_;  // of view * kMaxBlobs + ray: as BlobOwners has it
+  struct Broken {
+    std::uint32_t view, marker;
+  };
+  std::vector<Broken> broken_;            // whose 2D tracks broke in views that alone saw them
   std::vector<std::uint8_t> has_owners_;  // by view: whether any is known
   std::vector<RayQuadric> shared_quadrics_;
   std::vector<geometry::Refined> found_;

@@ -93,6 +93,34 @@ TEST(MatchLone, ABlobThatOneCameraAloneSawWithoutDoubtStaysItsMarkers) {
   EXPECT_EQ(matches.lone[0].expected, 0U);
 }
 
+// The 2D track breaks, and the next blob is a little nearer to where a name is expected that nobody saw.
+TEST(MatchLone, ABlobThatGoesOnAfterItsTrackBrokeIsRatherItsMarkers) {
+  Hand hand;
+  auto world = hand.hide();
+  ASSERT_EQ(hand.matcher->match(world.set, hand.expected(0.005)).lone.size(), 1U);
+  world.frames[0]->blobs[0].track = BlobTrackId{77};
+
+  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, 0.6 * hand.as_another(), false));
+
+  ASSERT_EQ(matches.lone.size(), 1U);
+  EXPECT_EQ(matches.lone[0].expected, 0U);
+}
+
+TEST(MatchLone, ABlobLongAfterATrackBrokeIsWhoseItMayBeBest) {
+  Hand hand;
+  auto world = hand.hide();
+  ASSERT_EQ(hand.matcher->match(world.set, hand.expected(0.005)).lone.size(), 1U);
+  world.frames[0]->blobs[0].track = BlobTrackId{77};
+  auto dark = hand.hide();
+  dark.frames[0]->blobs.clear();
+  for (int set = 0; set < 30; ++set) (void)hand.matcher->match(dark.set, hand.expected(0.005));
+
+  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, 0.6 * hand.as_another(), false));
+
+  ASSERT_EQ(matches.lone.size(), 1U);
+  EXPECT_EQ(matches.lone[0].expected, 2U);
+}
+
 TEST(MatchLone, ABlobThatMayBeAnyOfTheHandsIsNobodysForGood) {
   Hand hand;
   auto world = hand.hide();
