@@ -41,7 +41,7 @@ int SubjectLabeller::most_troubled_bone(const NamedTracks& tracks) {
   for (std::size_t m = 0; m < names_.size(); ++m) {
     if (believed_[m]) continue;
     const auto bone = static_cast<std::size_t>(set_.markers[m].bone);
-    const double near_m = misread_[bone] != 0 ? kLimbReach_m : kNear_m;
+    const double near_m = misread_[bone] != 0 || blind(bone) ? kLimbReach_m : kNear_m;
     const Eigen::Vector3d at = body_.told(m);
     const bool near = std::any_of(strays_.begin(), strays_.end(), [&](int track) {
       return (tracks[track].position.v - at).squaredNorm() < near_m * near_m;
