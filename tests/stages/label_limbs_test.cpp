@@ -56,6 +56,26 @@ TEST(LabelLimbs, ALegThatMovedUnseenIsReadAmongManyLightsThatStandFurtherOff) {
   for (const std::size_t m : leg) EXPECT_TRUE(world.right(m)) << one.set.markers[m].name;
 }
 
+// An arm that swung down while nobody saw it: its markers come back half a metre and more from where they are thought
+// to be.
+TEST(LabelLimbs, AnArmThatComesBackFarFromWhereItIsThoughtToBeIsNamed) {
+  LabelWorld world;
+  world.add("baseline41", moving_later({{"LeftUpArm", {1.2, 0.0, 0.0}}}));
+  world.begin();
+  world.step(110);
+  auto& one = world.one();
+  const auto far = markers_of(one, "LeftLowArm LeftHand");
+  const auto unseen = markers_of(one, "LeftUpArm LeftLowArm LeftHand");
+  for (const std::size_t m : unseen) one.tracks[m].hidden = true;
+  world.step(70);
+
+  for (const std::size_t m : far) world.bring_back(one.tracks[m]);
+  world.step(20);
+
+  EXPECT_EQ(world.wrongs(), 0);
+  for (const std::size_t m : far) EXPECT_TRUE(world.right(m)) << one.set.markers[m].name;
+}
+
 // One marker of a forearm that moved unseen may be any of its four: no name is given for a guess.
 TEST(LabelLimbs, ALoneMarkerThatMayBeAnyOfALimbGetsNoWrongName) {
   for (const char* name : {"LWristIn", "LWristOut", "LHandIn", "LHandOut"}) {
