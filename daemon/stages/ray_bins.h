@@ -46,9 +46,6 @@ class RayBins {
   /// What a gate must reckon with as a ray's own variance.
   float variance() const { return variance_; }
 
-  /// How far a ray of that variance reaches, so that a gate need not.
-  float reach(float variance) const { return sigmas_ * std::sqrt(std::max(0.0F, variance - usual_variance_)); }
-
   /// Calls `visit` with a word's number and its bits, one for each ray from 64 times the number on, which may be in the
   /// gate.
   template <class Visit>
@@ -102,6 +99,8 @@ class RayBins {
     const float low = at > 0.0F ? at : 0.0F;
     return static_cast<std::size_t>(low < scale_.bins ? low : scale_.bins);
   }
+  // How far a ray of that variance reaches, so that a gate need not.
+  float reach(float variance) const { return sigmas_ * std::sqrt(std::max(0.0F, variance - usual_variance_)); }
   void find_ends(const RayPlaces& rays);
   void mark_ends();
   void add_up();

@@ -85,20 +85,13 @@ void BlobSharer::gather_wishes(const ViewRays& view, const RayBins& bins, const 
   const auto slack_px = [&](std::uint32_t m) {
     return std::clamp(2.0 * foreseen.sigma_px(m, view.focal_px), kLeastSlack_px, kMostSlack_px);
   };
-  // How much farther any blob of several markers reaches than its ray does among the bins.
-  double beyond_px = 0.0;
-  for (std::size_t ray = 0; ray < view.size() && view.max_spread_px() > 0.0; ++ray) {
-    if (view.spread_px[ray] == 0.0) continue;
-    const double told_px = view.focal_px * static_cast<double>(bins.reach(view.variance_f[ray]));
-    beyond_px = std::max(beyond_px, reach_px(view.spread_px[ray]) - told_px);
-  }
   const double coincide2 = kCoincide_px * kCoincide_px / (view.focal_px * view.focal_px);
   const std::span<const std::uint32_t> rays = held.rays();
   for (std::uint32_t m = 0; m < rays.size(); ++m) {
     if (rays[m] != Held::kNone || !foreseen.usable(m)) continue;
     const Vector2d at = foreseen.centre(m);
     const double slack = slack_px(m);
-    const auto half = static_cast<float>(std::max(kCoincide_px, slack + beyond_px) / view.focal_px);
+    const auto half = static_cast<float>(std::max(kCoincide_px, slack + reach_px(view.max_spread_px())) / view.focal_px);
     std::uint32_t nearest = Held::kNone;
     double least = 0.0;
     bins.visit_near(foreseen.x[m], foreseen.y[m], half, [&](std::size_t ray) {
