@@ -81,12 +81,8 @@ BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
   below_.resize(bones);
   off_m2_.resize(bones);
   seen_of_.resize(bones);
-  rest_believed_.resize(bones);
-  limit_believed_.resize(bones);
-  hold_weight_.resize(bones);
-  unheld_rest_.resize(bones);
-  unheld_limit_.resize(bones);
-  unheld_weight_.resize(bones);
+  for (auto* believed : {&rest_believed_, &limit_believed_, &unheld_rest_, &unheld_limit_}) believed->resize(bones);
+  for (auto* weight : {&hold_weight_, &unheld_weight_}) weight->resize(bones);
   weighed_.reserve(2 * set.markers.size());
   misread_.resize(bones);
   bent_back_.resize(bones);

@@ -91,7 +91,8 @@ void BlobSharer::gather_wishes(const ViewRays& view, const RayBins& bins, const 
     if (rays[m] != Held::kNone || !foreseen.usable(m)) continue;
     const Vector2d at = foreseen.centre(m);
     const double slack = slack_px(m);
-    const auto half = static_cast<float>(std::max(kCoincide_px, slack + reach_px(view.max_spread_px())) / view.focal_px);
+    const auto half =
+        static_cast<float>(std::max(kCoincide_px, slack + reach_px(view.max_spread_px())) / view.focal_px);
     std::uint32_t nearest = Held::kNone;
     double least = 0.0;
     bins.visit_near(foreseen.x[m], foreseen.y[m], half, [&](std::size_t ray) {
