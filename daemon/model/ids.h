@@ -13,7 +13,7 @@ struct Id {
   std::uint32_t value = kNothing;
 
   constexpr bool names_something() const noexcept { return value != kNothing; }
-  constexpr auto operator<=>(const Id&) const noexcept = default;
+  constexpr auto operator<=>(const Id&) const noexcept = default;  // NOLINT(modernize-use-nullptr): misread
 };
 
 /// A camera: its index in the order of the configuration, from 0.

@@ -52,10 +52,16 @@ std::span<const std::uint32_t> BlobOwners::seen_alone(CameraId camera) {
   std::erase_if(alone_[camera.value], [&](const Alone& one) { return image - one.image > kMoment; });
   seen_alone_.clear();
   for (const Alone& one : alone_[camera.value]) {
-    const auto named = std::ranges::find(name_of_, one.name);
-    if (named != name_of_.end()) seen_alone_.push_back(static_cast<std::uint32_t>(named - name_of_.begin()));
+    const std::uint32_t marker = marker_of(one.name);
+    if (marker != kStranger) seen_alone_.push_back(marker);
   }
   return seen_alone_;
+}
+
+std::uint32_t BlobOwners::marker_of(Label name) const {
+  const auto named = std::ranges::find(name_of_, name);
+  if (!name.names_something() || named == name_of_.end()) return kStranger;
+  return static_cast<std::uint32_t>(named - name_of_.begin());
 }
 
 std::uint32_t BlobOwners::owner_of(CameraId camera, BlobTrackId blob) {
@@ -68,9 +74,7 @@ std::uint32_t BlobOwners::owner_of(CameraId camera, BlobTrackId blob) {
   if (entry.sets < kBelieved) return kNobody;
   const auto found = std::ranges::lower_bound(known_, entry.owner, {}, &Known::track);
   if (found != known_.end() && found->track == entry.owner) return found->marker;
-  const auto named = std::ranges::find(name_of_, entry.name);
-  if (!entry.name.names_something() || named == name_of_.end()) return kStranger;
-  return static_cast<std::uint32_t>(named - name_of_.begin());
+  return marker_of(entry.name);
 }
 
 void BlobOwners::learn(CameraId camera, BlobTrackId blob, std::uint32_t marker) {

@@ -65,6 +65,9 @@ class BlobOwners {
     std::uint32_t marker;
   };
 
+  // The expected marker of that name, or kStranger.
+  std::uint32_t marker_of(Label name) const;
+
   std::vector<Entry> entries_;             // of camera * kRemembered + blob track's last bits
   std::vector<std::uint32_t> images_;      // by camera: how many came
   std::vector<std::vector<Alone>> alone_;  // by camera

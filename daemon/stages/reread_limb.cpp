@@ -10,8 +10,8 @@
 namespace mocap::stages {
 namespace {
 
-// A track farther from where a marker is thought to be is not that marker, unless the limb was misread: then it may be
-// anywhere that the limb reaches.
+// A track farther from where a marker is thought to be is not that marker, unless its limb was misread or nobody sees
+// any of its bone: then it may be anywhere that the limb reaches.
 constexpr double kNear_m = 0.3;
 constexpr double kLimbReach_m = 0.6;
 // In half squared sigmas: what a further name is worth, what a track's own name counts, how unlikely it is that a track

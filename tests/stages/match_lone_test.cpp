@@ -39,6 +39,13 @@ struct Hand {
     }
     return world;
   }
+  /// The blob of the lone camera goes on as another 2D track.
+  SeenWorld hide_and_break() {
+    auto world = hide();
+    EXPECT_EQ(matcher->match(world.set, expected(0.005)).lone.size(), 1U);
+    world.frames[0]->blobs[0].track = BlobTrackId{77};
+    return world;
+  }
   /// The body's guess of all, off by the same way: the third name is expected where the first marker is.
   Expected expected(double sigma_m, const Vector3d& off = Vector3d::Zero(), bool tracked = true) {
     Expected all;
@@ -96,9 +103,7 @@ TEST(MatchLone, ABlobThatOneCameraAloneSawWithoutDoubtStaysItsMarkers) {
 // The 2D track breaks, and the next blob is a little nearer to where a name is expected that nobody saw.
 TEST(MatchLone, ABlobThatGoesOnAfterItsTrackBrokeIsRatherItsMarkers) {
   Hand hand;
-  auto world = hand.hide();
-  ASSERT_EQ(hand.matcher->match(world.set, hand.expected(0.005)).lone.size(), 1U);
-  world.frames[0]->blobs[0].track = BlobTrackId{77};
+  const auto world = hand.hide_and_break();
 
   const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, 0.6 * hand.as_another(), false));
 
@@ -108,9 +113,7 @@ TEST(MatchLone, ABlobThatGoesOnAfterItsTrackBrokeIsRatherItsMarkers) {
 
 TEST(MatchLone, ABlobLongAfterATrackBrokeIsWhoseItMayBeBest) {
   Hand hand;
-  auto world = hand.hide();
-  ASSERT_EQ(hand.matcher->match(world.set, hand.expected(0.005)).lone.size(), 1U);
-  world.frames[0]->blobs[0].track = BlobTrackId{77};
+  const auto world = hand.hide_and_break();
   auto dark = hand.hide();
   dark.frames[0]->blobs.clear();
   for (int set = 0; set < 30; ++set) (void)hand.matcher->match(dark.set, hand.expected(0.005));
