@@ -32,6 +32,7 @@ constexpr double kAlmostAll = 0.8;
 // Steps under this leave less than a twentieth of a degree to be found: a step's square, and a share of what markers
 // are off.
 constexpr double kSmallStep = 5e-4;
+constexpr double kSmallEnough = 5e-3;  // to tell readings from each other: their costs differ by far more
 // Of a joint that no marker moves: it stays, and goes back to rest within seconds.
 constexpr double kHoldUnseen_rad = 0.02;
 // How hard a joint's range is: people reach beyond it by a little, markers that are seen are believed more.
@@ -279,22 +280,27 @@ PoseFitResult BodyFollower::fit(std::span<const Observation> seen) {
   return result;
 }
 
-PoseFitResult BodyFollower::explain(std::span<const Observation> seen) {
+PoseFitResult BodyFollower::explain(std::span<const Observation> seen, double within) {
   pose_.set_locals(fitted_);
   loosen(seen, at_);
-  return solve(seen, prior_of(seen.size()), {.max_iterations = 2 * settings_.max_iterations, .small_step = kSmallStep});
+  const PoseFitEnd end{.max_iterations = 2 * settings_.max_iterations, .small_step = kSmallEnough};
+  return solve(seen, prior_of(seen.size()), end, within);
 }
 
 // Where markers stay off, small steps from the pose at hand may have led into the wrong valley: a limb came out from
 // behind the body elsewhere, or is turned the wrong way round. Then all markers pull from afar and limbs are laid on
-// theirs anew; the better of both explains.
-PoseFitResult BodyFollower::solve(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end) {
+// theirs anew; the better of both explains. Of the first's cost at most what these markers cost can be saved.
+PoseFitResult BodyFollower::solve(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
+                                  double within) {
   std::copy(pose_.locals().begin(), pose_.locals().end(), begun_.begin());
   const PoseFitResult first = pose_.solve(seen, prior, end);
-  const bool off = std::any_of(seen.begin(), seen.end(), [&](const Observation& one) {
-    return is_usable(one) && !(off_m(one, pose_.marker_at(static_cast<std::size_t>(one.marker))) < settings_.outlier_m);
-  });
-  if (!off) return first;
+  double off_cost = 0.0;
+  for (const Observation& one : seen) {
+    if (!is_usable(one) || off_m(one, pose_.marker_at(static_cast<std::size_t>(one.marker))) < settings_.outlier_m)
+      continue;
+    off_cost += 0.5 * information_1_m2(one) * prior.outlier_m * prior.outlier_m;
+  }
+  if (off_cost == 0.0 || first.cost - off_cost > within) return first;
   std::copy(pose_.locals().begin(), pose_.locals().end(), tried_.begin());
   pose_.set_locals(begun_);
   PosePrior wide = prior;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -57,8 +58,9 @@ class BodyFollower {
   /// The pose of the last `predict`, moved to what explains `seen`.
   PoseFitResult fit(std::span<const Observation> seen);
   /// The same from the pose of the last `fit`, with hidden joints as free as they may be after the time that they are
-  /// hidden: what this reading of the markers costs, to be compared with that of another reading.
-  PoseFitResult explain(std::span<const Observation> seen);
+  /// hidden: what this reading of the markers costs, to be compared with that of another reading. A cost over `within`
+  /// may be told as larger than it is: no more work is spent on a reading that cannot come below.
+  PoseFitResult explain(std::span<const Observation> seen, double within = std::numeric_limits<double>::infinity());
   /// Until the next `predict`, these bones (by bone; not 0) may be turned anyhow: they may have followed wrong markers.
   void misread(std::span<const char> bones);
   /// Takes the last fit for the truth of its instant.
@@ -108,7 +110,8 @@ class BodyFollower {
   void see_bones(std::span<const Observation> seen);
   void weigh_turns(std::span<const Observation> seen);
   PosePrior prior_of(std::size_t seen) const;
-  PoseFitResult solve(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end);
+  PoseFitResult solve(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
+                      double within = std::numeric_limits<double>::infinity());
   PoseFitResult bend_back(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
                           PoseFitResult first);
   bool mirror(std::size_t lower);

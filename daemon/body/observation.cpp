@@ -51,4 +51,9 @@ double off_m(const Observation& seen, const Eigen::Vector3d& place) {
   return seen.sigma_m * std::sqrt(std::max(0.0, off.dot(seen.weight_1_m2 * off)));
 }
 
+double information_1_m2(const Observation& seen) {
+  const double trace = seen.weight_1_m2.trace();
+  return trace == 0.0 ? 1.0 / (seen.sigma_m * seen.sigma_m) : trace / (seen.ray ? 2.0 : 3.0);
+}
+
 }  // namespace mocap::body

@@ -30,4 +30,7 @@ bool is_usable(const Observation& seen);
 /// How far `place` is from it, m; from the ray, of one.
 double off_m(const Observation& seen, const Eigen::Vector3d& place);
 
+/// Of a mean direction across which something is told, 1/m^2.
+double information_1_m2(const Observation& seen);
+
 }  // namespace mocap::body

@@ -113,9 +113,8 @@ double PoseFit::evaluate(const Observation& seen, double outlier_m, Residual& in
   const MarkerOnBone& on = set_.markers[static_cast<std::size_t>(seen.marker)];
   into.lever = turned_[into.bone] * (scale_ * on.offset_m);
   into.off = world_[into.bone].position + into.lever - seen.position;
-  const double information = seen.weight_1_m2.trace() / (seen.ray ? 2.0 : 3.0);
-  const bool alike = information == 0.0;
-  const double mean = alike ? 1.0 / squared(seen.sigma_m) : information;
+  const double mean = information_1_m2(seen);
+  const bool alike = seen.weight_1_m2.trace() == 0.0;
   const double cost = alike ? mean * into.off.squaredNorm() : into.off.dot(seen.weight_1_m2 * into.off);
   const double most = mean * squared(outlier_m);
   const double share = most / (most + cost);

@@ -60,7 +60,7 @@ SubjectLabeller::SubjectLabeller(const LabelSettings& settings, const Subject& s
   loose_.resize(bones);
   near_.reserve(kMaxMarkers);
   place_track_.reserve(TieReader::kMostPlaces);
-  readings_.reserve(1 + TieReader::kMostReadings + 2 * kChallenges * TieReader::kMostNames + kExchanges);
+  readings_.reserve(kMostJudged);
 }
 
 void SubjectLabeller::free(std::size_t marker, NamedTracks& tracks) {

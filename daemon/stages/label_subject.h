@@ -80,7 +80,8 @@ class SubjectLabeller {
   static constexpr double kMarkerSigma_m = 0.004;
   static constexpr float kFreshConfidence = 0.6F;
   static constexpr std::size_t kChallenges = 3;  // of each name that a reading would give
-  static constexpr std::size_t kExchanges = 48;  // that one limb's readings are tried with
+  static constexpr int kMostJudged = 40;         // readings of limbs in a set: a set is over before its successor comes
+  static constexpr int kMostExchanged = 16;      // of these, to better one limb's best
 
   struct Name {
     TrackId track;
@@ -145,7 +146,8 @@ class SubjectLabeller {
   bool read_limb(NamedTracks& tracks);
   void propose(std::span<const TieReader::Reading> found);
   bool propose(const Reading& reading);
-  void challenge(const NamedTracks& tracks);
+  /// The names for which no work was left.
+  std::bitset<TieReader::kMostNames> challenge(const NamedTracks& tracks);
   void exchange_neighbours(const NamedTracks& tracks);
   const Reading& best_reading() const;
   void judge_reading(Reading& reading, const Reading& now, const NamedTracks& tracks);
@@ -181,6 +183,7 @@ class SubjectLabeller {
   std::vector<int> place_track_;              // by the reader's places
   std::vector<body::Observation> tried_;      // names as a reading has them
   std::vector<Reading> readings_;
+  int judged_ = 0;  // readings of limbs in this set
   std::optional<SubjectFit> fit_;
 };
 

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "stages/label_subject.h"
@@ -31,6 +32,7 @@ constexpr double kWantedSigmas = 3.0;
 constexpr std::uint32_t kLeastCameras = 3;
 // Bounds what a set costs, and how often what did not come out is tried again.
 constexpr int kMostLimbs = 2;
+constexpr int kLeastJudged = 1 + static_cast<int>(TieReader::kMostReadings);
 constexpr int kPatience = 2;
 
 }  // namespace
@@ -179,6 +181,7 @@ void SubjectLabeller::allow_places(const NamedTracks& tracks) {
 
 // What the body says to it, and the worth of the names that it leaves out.
 void SubjectLabeller::judge_reading(Reading& reading, const Reading& now, const NamedTracks& tracks) {
+  ++judged_;
   tried_.clear();
   for (const body::Observation& one : seen_) {
     if (!in_limb_[static_cast<std::size_t>(set_.markers[static_cast<std::size_t>(one.marker)].bone)])
@@ -203,7 +206,9 @@ void SubjectLabeller::judge_reading(Reading& reading, const Reading& now, const 
   }
   if (contradicts) reading.cost += kMisread;
   body_.misread(loose_);
-  reading.cost += body_.explain(tried_).cost;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Reading* other = readings_.data(); other != &reading; ++other) least = std::min(least, other->cost);
+  reading.cost += body_.explain(tried_, least + kUndecided - reading.cost).cost;
 }
 
 void SubjectLabeller::adopt(const Reading& reading, NamedTracks& tracks) {
@@ -265,8 +270,9 @@ const SubjectLabeller::Reading& SubjectLabeller::best_reading() const {
 }
 
 // The cheapest readings by distances may all agree on a name because they differ in others: what speaks against each
-// new name is looked for on purpose.
-void SubjectLabeller::challenge(const NamedTracks& tracks) {
+// new name is looked for on purpose. A name for which no work is left is not given in this set.
+std::bitset<TieReader::kMostNames> SubjectLabeller::challenge(const NamedTracks& tracks) {
+  std::bitset<TieReader::kMostNames> unchallenged;
   const Reading best = best_reading();
   TieReader::Reading places;
   for (std::size_t n = 0; n < reader_.names(); ++n) {
@@ -281,6 +287,10 @@ void SubjectLabeller::challenge(const NamedTracks& tracks) {
       return other.track_of[n] != track && other.cost <= best.cost + kUndecided;
     });
     if (doubted) continue;
+    if (judged_ + 2 * static_cast<int>(kChallenges) > kMostJudged) {
+      unchallenged.set(n);
+      continue;
+    }
     const std::size_t before = readings_.size();
     propose(reader_.read_otherwise(ties_, kWorthAName, n, places, kChallenges));
     TieReader::Reading alone;
@@ -289,12 +299,13 @@ void SubjectLabeller::challenge(const NamedTracks& tracks) {
     propose(reader_.read_otherwise(ties_, kWorthAName, n, alone, kChallenges));
     for (std::size_t i = before; i < readings_.size(); ++i) judge_reading(readings_[i], readings_[0], tracks);
   }
+  return unchallenged;
 }
 
 // Many readings of a limb cost the same by distances, and a short list may lack the one that the pose likes best: from
 // the best that is known, each new name is moved to, or exchanged with, each neighbour that is not surely named.
 void SubjectLabeller::exchange_neighbours(const NamedTracks& tracks) {
-  const std::size_t most = readings_.size() + kExchanges;
+  const std::size_t most = readings_.size() + static_cast<std::size_t>(std::min(kMostExchanged, kMostJudged - judged_));
   bool better = true;
   while (better) {
     const Reading best = best_reading();
@@ -340,9 +351,10 @@ bool SubjectLabeller::read_limb(NamedTracks& tracks) {
   propose(reader_.read(ties_, kWorthAName));
   if (readings_.size() == 1) return false;
   for (Reading& one : readings_) judge_reading(one, readings_[0], tracks);
+  std::bitset<TieReader::kMostNames> unchallenged;
   if (best_reading().cost + kClearMargin < readings_[0].cost) {
     exchange_neighbours(tracks);
-    challenge(tracks);
+    unchallenged = challenge(tracks);
   }
   Reading best = best_reading();
   if (!(best.cost + kClearMargin < readings_[0].cost)) {
@@ -358,9 +370,8 @@ bool SubjectLabeller::read_limb(NamedTracks& tracks) {
     }
   }
   for (std::size_t n = 0; n < reader_.names(); ++n) {
-    if (best.track_of[n] >= 0 && best.track_of[n] != readings_[0].track_of[n] &&
-        wanted_elsewhere(best.track_of[n], tracks))
-      best.track_of[n] = -1;
+    if (best.track_of[n] < 0 || best.track_of[n] == readings_[0].track_of[n]) continue;
+    if (unchallenged[n] || wanted_elsewhere(best.track_of[n], tracks)) best.track_of[n] = -1;
   }
   adopt(best, tracks);
   return true;
@@ -369,6 +380,7 @@ bool SubjectLabeller::read_limb(NamedTracks& tracks) {
 void SubjectLabeller::reread(NamedTracks& tracks) {
   for (int& sets : rest_) sets = std::max(0, sets - 1);
   std::fill(trouble_.begin(), trouble_.end(), 0);
+  judged_ = 0;
   if (seen_.size() == names_.size()) {
     std::fill(misread_.begin(), misread_.end(), 0);
     return;
@@ -383,7 +395,7 @@ void SubjectLabeller::reread(NamedTracks& tracks) {
       if (stray(i, tracks)) strays_.push_back(static_cast<int>(i));
     }
     const int bone = most_troubled_bone(tracks);
-    if (bone < 0) return;
+    if (bone < 0 || judged_ + kLeastJudged > kMostJudged) return;
     rest_[static_cast<std::size_t>(bone)] = kPatience;
     if (!gather_limb(static_cast<std::size_t>(bone), tracks)) continue;
     for (std::size_t b = 0; b < rest_.size(); ++b) {
