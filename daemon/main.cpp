@@ -26,6 +26,7 @@
 #include "settings/add_subject.h"
 #include "settings/daemon_settings.h"
 #include "settings/learnt_masks.h"
+#include "settings/shape_checks.h"
 
 namespace mocap {
 namespace {
@@ -217,6 +218,7 @@ std::optional<int> serve_once(Configuration& configuration, runtime::Service& se
     log_error("mocapd", assembly.error().message);
     return exit_code_of(assembly.error().code);
   }
+  for (const std::string& doubt : settings::shape_doubts(settings)) log_warn("mocapd", doubt);
   if (settings.lock_memory) {
     const Status locked = runtime::lock_memory();
     if (!locked) log_warn("mocapd", locked.error().message);
@@ -259,6 +261,8 @@ int start(const std::filesystem::path& config, bool only_check) {
     return kExitConfig;
   }
   if (only_check) {
+    for (const std::string& doubt : settings::shape_doubts(*settings))
+      fmt::print(stderr, "{}: warning: {}\n", config.string(), doubt);
     fmt::print("{}: good, cameras={} subjects={}\n", config.string(), settings->cameras.size(),
                settings->subjects.size());
     return kExitOk;

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "base/expects.h"
+#include "body/asymmetry.h"
 #include "body/rotation.h"
 
 namespace mocap::body {
@@ -89,6 +90,10 @@ TPoseFinder::TPoseFinder(const MarkerSet& set, FindSettings settings, std::size_
       assigner_(set.markers.size(), max_points, set.markers.size() * max_points) {
   MOCAP_EXPECTS(set.markers.size() <= kMaxLabels && set.skeleton.bones.size() <= kMaxBones);
   for (std::size_t m = 0; m < set.markers.size(); ++m) model_.push_back(fit_.marker_at(m));
+  for (const MarkerPair& pair : set.asymmetric) {
+    const Eigen::Vector3d off_m = asymmetry_m(model_[pair.one], model_[pair.other]);
+    if (off_m.norm() >= kLeastAsymmetry_m) asymmetries_.push_back({pair, off_m});  // a fit may have less than the file
+  }
   anchors_ = wide_pairs(model_);
   readings_.resize(proposals_.capacity() + 1);
   for (Reading& reading : readings_) reading.point_of_marker.resize(model_.size());
@@ -216,7 +221,23 @@ void TPoseFinder::read(const UprightFit& place, std::span<const Eigen::Vector3d>
   for (std::size_t m = 0; m < model_.size(); ++m) bent_[m] = fit_.marker_at(m);
   assign(points, 0.06, into);
   fit_body(points, into);
+  into.sides_exchanged = exchanges_sides(points, into);
   drop_strays(points, into);
+}
+
+// Whether the pairs are off their mirror images more against than along the set's way. Measured across the body, not on
+// the bones: their free lengths would follow whatever is exchanged.
+bool TPoseFinder::exchanges_sides(std::span<const Eigen::Vector3d> points, const Reading& reading) const {
+  const Eigen::AngleAxisd body_from_world(-reading.place.yaw_rad, Eigen::Vector3d::UnitZ());
+  const auto in_body = [&](int point) {
+    return Eigen::Vector3d(body_from_world * (points[static_cast<std::size_t>(point)] - reading.place.translation));
+  };
+  double along_m2 = 0.0;
+  for (const auto& [pair, off_m] : asymmetries_) {
+    const int one = reading.point_of_marker[pair.one], other = reading.point_of_marker[pair.other];
+    if (one >= 0 && other >= 0) along_m2 += asymmetry_m(in_body(one), in_body(other)).dot(off_m);
+  }
+  return along_m2 < 0.0;
 }
 
 void TPoseFinder::drop_strays(std::span<const Eigen::Vector3d> points, Reading& into) {
@@ -290,6 +311,7 @@ const std::optional<FoundBody>& TPoseFinder::find(std::span<const Eigen::Vector3
     if (i != best && differs && same_body(other, readings_[best])) next = std::min(next, other.cost);
   }
   Reading& chosen = readings_[best];
+  if (chosen.sides_exchanged) return found_;
   const double margin = next - chosen.cost;
   if (chosen.matched < needed || chosen.rms_m > settings_.most_rms_m || margin < settings_.least_margin) return found_;
   if (margin < 0.25 * chosen.cost) return found_;

@@ -39,7 +39,8 @@ struct FoundBody {
 ///
 /// Wide pairs of markers (hands, elbows) propose where the body could stand; the best proposals are bent to the points
 /// and then judged by the fit of a whole body with free bone lengths. Which way it faces is told by what differs front
-/// from back; when the turned reading fits about as well, nothing is found rather than guessed.
+/// from back; when the turned reading fits about as well, nothing is found rather than guessed. Nor is anything where
+/// the best reading has the two of the set's asymmetric pairs exchanged, however well it fits.
 ///
 /// Allocates in the constructor only.
 class TPoseFinder {
@@ -60,6 +61,11 @@ class TPoseFinder {
     double cost = 0.0;
     double rms_m = 0.0;
     int matched = 0;
+    bool sides_exchanged = false;  // by the asymmetric pairs
+  };
+  struct Asymmetry {
+    MarkerPair pair;
+    Eigen::Vector3d off_m;
   };
 
   void propose(std::span<const Eigen::Vector3d> points);
@@ -70,6 +76,7 @@ class TPoseFinder {
   void bend(std::span<const Eigen::Vector3d> points, double reach_m, Reading& into);
   void drop_strays(std::span<const Eigen::Vector3d> points, Reading& into);
   void fit_body(std::span<const Eigen::Vector3d> points, Reading& into);
+  bool exchanges_sides(std::span<const Eigen::Vector3d> points, const Reading& reading) const;
   bool same_body(const Reading& a, const Reading& b) const;
   bool is_in_pose() const;
   void describe(const Reading& best, std::span<const Eigen::Vector3d> points, double margin);
@@ -79,6 +86,7 @@ class TPoseFinder {
   PoseFit fit_;
   geometry::Assigner assigner_;
   std::vector<Eigen::Vector3d> model_;  // markers in rest pose, root at the origin
+  std::vector<Asymmetry> asymmetries_;
   std::vector<std::pair<int, int>> anchors_;
   BoundedVector<Proposal, 4> proposals_;
   std::vector<Reading> readings_;

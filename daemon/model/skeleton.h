@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -47,11 +48,21 @@ struct MarkerOnBone {
   std::array<float, 3> colour{1.0F, 1.0F, 1.0F};       ///< red, green, blue, 0 to 1, for those who draw it
 };
 
+/// Two markers of opposite bones, or of one in the middle, by index in the set.
+struct MarkerPair {
+  std::size_t one = 0;
+  std::size_t other = 0;
+
+  bool operator==(const MarkerPair&) const = default;
+};
+
 /// The markers that a subject wears, and the skeleton they move with.
 struct MarkerSet {
   std::string name;
   Skeleton skeleton;
   std::vector<MarkerOnBone> markers;
+  /// On purpose no mirror images of each other: which of them is which tells left from right, however they are worn.
+  std::vector<MarkerPair> asymmetric = {};
 };
 
 /// Somebody (or something) to be captured. Its marker set starts as the file's and is then fitted to the body.

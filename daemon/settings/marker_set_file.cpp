@@ -9,7 +9,6 @@
 #include <fstream>
 #include <initializer_list>
 #include <numbers>
-#include <numeric>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -17,7 +16,9 @@
 #include <system_error>
 #include <vector>
 
+#include "body/asymmetry.h"
 #include "model/bounds.h"
+#include "settings/suggestion.h"
 
 namespace mocap::settings {
 namespace {
@@ -28,34 +29,10 @@ constexpr double kLongestOffset_m = 2.0;
 
 using Keys = std::initializer_list<std::string_view>;
 
-// How many single letters must change to make one word of the other.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, diagonal + 1, row[j] + 1});
-    }
-  }
-  return row.back();
-}
-
 // ", did you mean 'x'?" where one of the known words is near, or nothing.
 std::string suggestion(std::string_view word, const std::vector<std::string>& known) {
-  const std::string* best = nullptr;
-  std::size_t least = word.size() / 2 + 1;
-  for (const std::string& candidate : known) {
-    const std::size_t distance = edit_distance(word, candidate);
-    if (distance < least) {
-      least = distance;
-      best = &candidate;
-    }
-  }
-  return best == nullptr ? std::string{} : fmt::format(", did you mean '{}'?", *best);
+  const std::optional<std::string> nearest = nearest_word(word, known);
+  return nearest ? fmt::format(", did you mean '{}'?", *nearest) : std::string{};
 }
 
 // Collects the faults of one file while its values are read.
@@ -305,6 +282,66 @@ void read_markers(const toml::table& root, Reader& reader, MarkerSet& set) {
   }
 }
 
+// The two markers of a pair; nothing, with a fault, where it does not name two.
+std::optional<MarkerPair> read_pair(const toml::node& node, const std::vector<MarkerOnBone>& markers, Reader& reader) {
+  const toml::array* names = node.as_array();
+  if (names == nullptr || names->size() != 2) {
+    reader.fault(node.source(),
+                 fmt::format("asymmetric: {} is no pair, expected [\"LThigh\", \"RThigh\"]", Reader::shown(node)));
+    return std::nullopt;
+  }
+  std::vector<std::string> known;
+  for (const MarkerOnBone& marker : markers) known.push_back(marker.name);
+  std::array<std::size_t, 2> pair{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto name = names->get(i)->value_exact<std::string>();
+    pair[i] = static_cast<std::size_t>(std::find(known.begin(), known.end(), name.value_or("")) - known.begin());
+    if (name && pair[i] < known.size()) continue;
+    reader.fault(names->get(i)->source(),
+                 fmt::format("asymmetric: {} is no marker of this set{}", Reader::shown(*names->get(i)),
+                             suggestion(name.value_or(""), known)));
+    return std::nullopt;
+  }
+  return MarkerPair{pair[0], pair[1]};
+}
+
+// Of a set whose markers are all read: who is said to tell left from right must do so.
+void read_asymmetric(const toml::table& root, Reader& reader, MarkerSet& set) {
+  const toml::node* node = root.get("asymmetric");
+  if (node == nullptr) return;
+  if (!node->is_array()) {
+    reader.fault(node->source(),
+                 fmt::format("asymmetric is {}, expected pairs [[\"LThigh\", \"RThigh\"], ...]", Reader::shown(*node)));
+    return;
+  }
+  if (set.skeleton.bones.size() == 1) {
+    reader.fault(node->source(), "asymmetric: a thing of one bone has no sides, expected none; its distances tell it");
+    return;
+  }
+  const std::vector<int> opposite = body::opposite_bones(set.skeleton);
+  for (const toml::node& item : *node->as_array()) {
+    const std::optional<MarkerPair> pair = read_pair(item, set.markers, reader);
+    if (!pair) continue;
+    const MarkerOnBone &one = set.markers[pair->one], &other = set.markers[pair->other];
+    const double off_m = body::asymmetry_m(one.offset_m, other.offset_m).norm();
+    if (pair->one == pair->other || opposite[static_cast<std::size_t>(one.bone)] != other.bone) {
+      const auto name_of = [&](int bone) { return set.skeleton.bones[static_cast<std::size_t>(bone)].name; };
+      reader.fault(item.source(),
+                   fmt::format("asymmetric: '{}' sits on {} and '{}' on {}, expected two markers of opposite bones",
+                               one.name, name_of(one.bone), other.name, name_of(other.bone)));
+    } else if (off_m < body::kLeastAsymmetry_m) {
+      reader.fault(
+          item.source(),
+          fmt::format(
+              "asymmetric: '{}' is {:.0f} mm off the mirror image of '{}' as seen from the front, expected {:.0f} mm "
+              "or more; move one of them along its bone and measure its offset_m anew, or leave the pair out",
+              one.name, 1e3 * off_m, other.name, 1e3 * body::kLeastAsymmetry_m));
+    } else {
+      set.asymmetric.push_back(*pair);
+    }
+  }
+}
+
 }  // namespace
 
 Result<Skeleton> load_skeleton(const std::filesystem::path& file) {
@@ -321,7 +358,7 @@ Result<MarkerSet> load_marker_set(const std::filesystem::path& file) {
   const Result<toml::table> root = parse(file, reader);
   if (!root) return root.error();
   MarkerSet set;
-  reader.allow_only(*root, "marker set", {"name", "skeleton", "marker"});
+  reader.allow_only(*root, "marker set", {"name", "skeleton", "asymmetric", "marker"});
   set.name = reader.words(*root, "marker set", "name", true);
 
   const std::string named = reader.words(*root, "marker set", "skeleton", true);
@@ -338,6 +375,7 @@ Result<MarkerSet> load_marker_set(const std::filesystem::path& file) {
     reader.take(skeleton_reader.faults());
   }
   read_markers(*root, reader, set);
+  if (reader.clean()) read_asymmetric(*root, reader, set);
   if (!reader.clean()) return as_error(reader);
   return set;
 }

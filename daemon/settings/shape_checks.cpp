@@ -2,6 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <functional>
+#include <span>
+
+#include "body/asymmetry.h"
+#include "body/back_to_front.h"
 #include "body/same_shape.h"
 
 namespace mocap::settings {
@@ -45,7 +51,58 @@ void check_pair(TomlTable& table, const Subject& one, const Subject& other, doub
   }
 }
 
+// How far a bone reaches: to the furthest joint that hangs on it.
+double length_m(const Skeleton& skeleton, int bone) {
+  double longest_m = 0.0;
+  for (const Bone& other : skeleton.bones) {
+    if (other.parent == bone) longest_m = std::max(longest_m, other.rest_offset_m.norm());
+  }
+  return longest_m;
+}
+
+// As a marker set file has them.
+std::string text_of(const MarkerSet& set, std::span<const MarkerPair> pairs) {
+  std::string text;
+  for (const auto& [one, other] : pairs) {
+    text += fmt::format("{}[\"{}\", \"{}\"]", text.empty() ? "" : ", ", set.markers[one].name, set.markers[other].name);
+  }
+  return fmt::format("asymmetric = [{}]", text);
+}
+
+// What keeps a set from being read back to front: to name the pairs that are no mirror images, else to make some; on
+// long bones, where there is room.
+std::string cure_of(const MarkerSet& set, const body::FindSettings& find) {
+  MarkerSet told = set;
+  told.asymmetric = body::asymmetric_markers(set);
+  if (!body::is_read_back_to_front(told, find)) {
+    return "name the pairs that are no mirror images of each other seen from the front: " +
+           text_of(set, told.asymmetric);
+  }
+  std::vector<MarkerPair> pairs = body::opposite_markers(set);
+  std::erase_if(pairs, [&](const MarkerPair& pair) { return std::ranges::count(told.asymmetric, pair) > 0; });
+  std::ranges::stable_sort(pairs, std::ranges::greater{},
+                           [&](const MarkerPair& pair) { return length_m(set.skeleton, set.markers[pair.one].bone); });
+  pairs.resize(std::min<std::size_t>(3, pairs.size()));
+  return "move one marker of each of these pairs 50 mm along its bone, measure it anew, and name the pairs: " +
+         text_of(set, pairs);
+}
+
 }  // namespace
+
+std::vector<std::string> shape_doubts(const DaemonSettings& settings) {
+  const body::FindSettings find{.least_share = settings.label.least_share, .most_rms_m = settings.label.most_rms_m};
+  std::vector<std::string> doubts;
+  for (std::size_t i = 0; i < settings.worn.size(); ++i) {
+    const auto& [name, set, fitted] = settings.worn[i];
+    const bool measured_in_tpose = !fitted && set.skeleton.bones.size() > 1;
+    if (!measured_in_tpose || !body::is_read_back_to_front(set, find)) continue;
+    doubts.push_back(
+        fmt::format("subject '{}' is read back to front in T-pose if markers of arms and legs sit on the other face "
+                    "than marker set '{}' says; {}, in {}",
+                    name, set.name, cure_of(set, find), settings.subjects[i].marker_set_file.string()));
+  }
+  return doubts;
+}
 
 void check_shapes(DaemonTables& tables, const DaemonSettings& settings) {
   const double least_m = least_difference_m(settings);

@@ -164,6 +164,15 @@ Status save_subject(const fs::path& path, const SubjectFile& subject) {
 Status save_marker_set(const fs::path& path, const MarkerSet& set, const fs::path& skeleton_file) {
   std::string text = fmt::format("name = {}\nskeleton = {}  # from this file's folder\n\n", quoted_text(set.name),
                                  quoted_text(seen_from(path, skeleton_file)));
+  std::string pairs;
+  for (const auto& [one, other] : set.asymmetric) {
+    pairs += fmt::format("{}[{}, {}]", pairs.empty() ? "" : ", ", quoted_text(set.markers[one].name),
+                         quoted_text(set.markers[other].name));
+  }
+  text += fmt::format(
+      "# pairs that are no mirror images of each other seen from the front, and so tell the sides\nasymmetric = "
+      "[{}]\n\n",
+      pairs);
   text += "# offset_m: from the bone's joint, in the bone's frame; colour: red, green, blue, 0 to 1\nmarker = [\n";
   for (const MarkerOnBone& marker : set.markers) {
     const std::string& bone = set.skeleton.bones[static_cast<std::size_t>(marker.bone)].name;

@@ -2,6 +2,7 @@
 
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <random>
 #include <string>
 #include <vector>
@@ -48,6 +49,37 @@ inline MarkerSet person(const std::string& name) {
                            bone_named(set, view["bone"].value_or(std::string())),
                            three(view["offset_m"]),
                            {}});
+  }
+  const auto marker_named = [&set](const std::string& marker) {
+    return static_cast<std::size_t>(std::ranges::find(set.markers, marker, &MarkerOnBone::name) - set.markers.begin());
+  };
+  if (const toml::array* pairs = markers["asymmetric"].as_array()) {
+    for (const toml::node& node : *pairs) {
+      const toml::node_view<const toml::node> view(node);
+      set.asymmetric.push_back(
+          {marker_named(view[0].value_or(std::string())), marker_named(view[1].value_or(std::string()))});
+    }
+  }
+  return set;
+}
+
+/// Eighteen markers of baseline41, nearly all on limbs; the sides differ by `apart_m` along thighs, shins and upper
+/// arms. No pair is named asymmetric.
+inline MarkerSet sparse_person(double apart_m) {
+  MarkerSet set = person("baseline41");
+  set.asymmetric.clear();
+  const auto kept = [](const MarkerOnBone& marker) {
+    const std::string part = marker.name.substr(1);
+    const bool on_limb = part == "ShoulderTop" || part == "UArmHigh" || part == "ElbowOut" || part == "WristOut" ||
+                         part == "Thigh" || part == "KneeOut" || part == "Shin" || part == "AnkleOut";
+    return on_limb || marker.name == "HeadTop" || marker.name == "BackTop";
+  };
+  std::erase_if(set.markers, [&](const MarkerOnBone& marker) { return !kept(marker); });
+  for (MarkerOnBone& marker : set.markers) {
+    const double side = marker.name[0] == 'L' ? 1.0 : -1.0;
+    if (marker.name.ends_with("Thigh")) marker.offset_m.z() = -0.22 + 0.5 * side * apart_m;
+    if (marker.name.ends_with("Shin")) marker.offset_m.z() = -0.19 + 0.5 * side * apart_m;
+    if (marker.name.ends_with("UArmHigh")) marker.offset_m.y() = side * 0.13 - 0.5 * apart_m;
   }
   return set;
 }

@@ -244,6 +244,80 @@ marker = [
   EXPECT_THAT(told, HasSubstr("set.toml: 8 faults"));
 }
 
+constexpr const char* kLegs = R"(name = "legs"
+[[bone]]
+name = "Hips"
+[[bone]]
+name = "LeftUpLeg"
+parent = "Hips"
+rest_offset_m = [0.0, 0.09, -0.08]
+[[bone]]
+name = "RightUpLeg"
+parent = "Hips"
+rest_offset_m = [0.0, -0.09, -0.08]
+)";
+
+constexpr const char* kLegMarkers = R"(
+marker = [
+  { name = "Back", bone = "Hips" },
+  { name = "LThigh", bone = "LeftUpLeg", offset_m = [0.04, 0.07, -0.19] },
+  { name = "RThigh", bone = "RightUpLeg", offset_m = [0.04, -0.07, -0.25] },
+  { name = "LKnee", bone = "LeftUpLeg", offset_m = [0.00, 0.06, -0.42] },
+  { name = "RKnee", bone = "RightUpLeg", offset_m = [0.01, -0.06, -0.44] },
+]
+)";
+
+TEST_F(MarkerSetFile, NamesThePairsThatAreNoMirrorImages) {
+  write("legs.toml", kLegs);
+
+  const auto set = load_marker_set(write(
+      "set.toml",
+      std::string("name = \"s\"\nskeleton = \"legs.toml\"\nasymmetric = [[\"LThigh\", \"RThigh\"]]") + kLegMarkers));
+
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_EQ(set->asymmetric, (std::vector<MarkerPair>{{1, 2}}));
+}
+
+TEST_F(MarkerSetFile, RefusesPairsThatTellNoSides) {
+  write("legs.toml", kLegs);
+
+  const auto set = load_marker_set(write("set.toml", std::string(R"(name = "s"
+skeleton = "legs.toml"
+asymmetric = [
+  ["LKnee", "RKnee"],
+  ["LThigh", "LKnee"],
+  ["Back", "Back"],
+  ["LThigh", "RThig"],
+  ["LThigh"],
+  "RThigh",
+])") + kLegMarkers));
+
+  ASSERT_FALSE(set);
+  const std::string& told = set.error().message;
+  EXPECT_THAT(told, HasSubstr("set.toml:4:3: asymmetric: 'LKnee' is 20 mm off the mirror image of 'RKnee' as seen from "
+                              "the front, expected 35 mm or more; move one of them along its bone"));
+  EXPECT_THAT(told, HasSubstr("set.toml:5:3: asymmetric: 'LThigh' sits on LeftUpLeg and 'LKnee' on LeftUpLeg, expected "
+                              "two markers of opposite bones"));
+  EXPECT_THAT(told, HasSubstr("set.toml:6:3: asymmetric: 'Back' sits on Hips and 'Back' on Hips, expected two"));
+  EXPECT_THAT(told, HasSubstr("set.toml:7:14: asymmetric: 'RThig' is no marker of this set, did you mean 'RThigh'?"));
+  EXPECT_THAT(told, HasSubstr("set.toml:8:3: asymmetric: [ 'LThigh' ] is no pair, expected [\"LThigh\", \"RThigh\"]"));
+  EXPECT_THAT(told, HasSubstr("set.toml:9:3: asymmetric: 'RThigh' is no pair"));
+  EXPECT_THAT(told, HasSubstr("set.toml: 6 faults"));
+}
+
+TEST_F(MarkerSetFile, RefusesSidesOfAThing) {
+  write("thing.toml", "name = \"thing\"\n[[bone]]\nname = \"Body\"\n");
+
+  const auto set = load_marker_set(write("set.toml", R"(name = "s"
+skeleton = "thing.toml"
+asymmetric = [["A", "B"]]
+marker = [ { name = "A", bone = "Body" }, { name = "B", bone = "Body", offset_m = [0.1, 0, 0] } ]
+)"));
+
+  ASSERT_FALSE(set);
+  EXPECT_THAT(set.error().message, HasSubstr("set.toml:3:14: asymmetric: a thing of one bone has no sides"));
+}
+
 TEST_F(MarkerSetFile, NamesTheLineWhereTomlItselfIsBroken) {
   const auto set = load_marker_set(write("set.toml", "name = \"set\"\nskeleton = \n"));
 

@@ -140,6 +140,8 @@ TEST_F(SubjectFileTest, MarkerSetIsReadAsItWasWritten) {
     EXPECT_EQ(read->markers[m].bone, set.markers[m].bone);
     EXPECT_EQ(read->markers[m].offset_m, set.markers[m].offset_m);
   }
+  EXPECT_EQ(read->asymmetric, set.asymmetric);
+  EXPECT_FALSE(set.asymmetric.empty());
 }
 
 }  // namespace

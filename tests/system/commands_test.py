@@ -1,6 +1,7 @@
 """What an operator who types mocapd gets: words and exit codes."""
 
 import os
+import re
 import unittest
 
 from harness import SOURCE, Desk
@@ -75,6 +76,20 @@ class Commands(unittest.TestCase):
         self.assertRegex(told, r"my\.toml:\d+:1: detect: unknown key 'treshold', did you mean 'threshold'\?")
         self.assertRegex(told, r"my\.toml:\d+:9: log: level is 'loud', expected one of")
         self.assertIn("2 faults", told)
+
+    def test_a_marker_set_that_may_be_read_back_to_front_is_warned_of(self):
+        limbs = "ShoulderTop|UArmHigh|ElbowOut|WristOut|Thigh|KneeOut|Shin|AnkleOut"
+        kept = rf"(?!asym)(name = |skeleton = |marker = |\]$|.*(Head|Back)Top|.*({limbs}))"
+        text = (SOURCE / "config/markersets/baseline41.toml").read_text().replace("../", f"{SOURCE}/config/")
+        for right, as_left in (("-0.250]", "-0.190]"), ("-0.220]", "-0.160]"), ("-0.150, 0.060]", "-0.110, 0.060]")):
+            text = text.replace(right, as_left)
+        sparse = self.desk.write("sparse.toml", "\n".join(line for line in text.splitlines() if re.match(kept, line)))
+        worn = self.config().read_text().replace(f"{SOURCE}/config/markersets/openmocap18.toml", str(sparse), 1)
+
+        ended = self.ended("--check-config", self.desk.write("worn.toml", worn))
+
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        self.assertRegex(ended.stderr, r"worn\.toml: warning: subject 'actor' is read back to front .*LThigh.* in .*sparse")
 
     def test_what_only_the_driver_knows_to_be_wrong_is_told_before_it_runs(self):
         path = self.config('motion = "dance:2"\n')

@@ -49,6 +49,9 @@ TEST(Mocapctl, ImportsFitsAndShowsARecordedSubject) {
   EXPECT_EQ(json["markers"].size(), 39U);
   EXPECT_EQ(json["ghosts"], 38);
   EXPECT_LT(json["residual_mm"], 1.0);
+  // The forearms' markers sit 50 mm apart along them; its thigh wands differ to the fore only, which tells no side.
+  const std::vector<std::vector<std::string>> asymmetric{{"LFRM", "RFRM"}};
+  EXPECT_EQ(json["asymmetric"], asymmetric);
 
   const Ended fitted = run("subject fit --c3d " + (kC3d / "pycgm_movement_42unlabelled_120.c3d").string() + " --rest " +
                            (kC3d / "pycgm_static_38unlabelled_120.c3d").string() + " --marker-set " + out +

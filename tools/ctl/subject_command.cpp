@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cstdio>
 #include <ctime>
 #include <nlohmann/json.hpp>
@@ -11,6 +12,7 @@
 
 #include "base/exit_codes.h"
 #include "base/time.h"
+#include "body/asymmetry.h"
 #include "ctl/takes.h"
 #include "scene/import_marker_set.h"
 #include "settings/marker_set_file.h"
@@ -102,33 +104,49 @@ settings::SubjectFile file_of(const body::FittedSubject& fitted, const SubjectOp
           .marker_residuals_m = fitted.residuals.marker_rms_m};
 }
 
-// Fits, writes, and gives what was written; nothing, with words, where that fails.
-std::optional<settings::SubjectFile> fit_and_save(const MarkerSet& set, const body::LabelledTake& at_rest,
-                                                  const body::LabelledTake& moving, const SubjectOptions& options,
-                                                  const fs::path& marker_set, const fs::path& out, int& exit) {
+// Nothing, with words, where the takes tell too little.
+std::optional<body::FittedSubject> fit_body(const MarkerSet& set, const body::LabelledTake& at_rest,
+                                            const body::LabelledTake& moving) {
   const auto fitted = body::fit_subject(set, at_rest, moving, {});
   if (!fitted) {
     say("{} frames at rest and {} moving show too few of the {} markers of '{}' to fit a body to", at_rest.frames(),
         moving.frames(), set.markers.size(), set.name);
-    exit = kExitData;
-    return std::nullopt;
-  }
-  const settings::SubjectFile subject = file_of(*fitted, options, marker_set);
-  const Status saved = settings::save_subject(out, subject);
-  if (!saved) {
-    say("{}", saved.error().message);
-    exit = kExitUnavailable;
     return std::nullopt;
   }
   if (!fitted->from_rest && set.skeleton.bones.size() > 1) {
     say("no T-pose or A-pose told how the bones' frames lie: rotations are as the marker set has its markers");
   }
-  return subject;
+  return *fitted;
 }
 
 int exit_of(const Error& error) {
   say("{}", error.message);
   return error.code == ErrorCode::Io ? kExitUnavailable : kExitData;
+}
+
+// `worn`: the marker set that was written, beside the subject file `out`.
+void tell_import(const SubjectOptions& options, const scene::ImportedMarkerSet& imported, const MarkerSet& worn,
+                 const settings::SubjectFile& subject, const fs::path& out) {
+  std::vector<std::array<std::string, 2>> asymmetric;
+  for (const auto& [one, other] : worn.asymmetric)
+    asymmetric.push_back({worn.markers[one].name, worn.markers[other].name});
+  if (options.json) {
+    Json all = json_of(subject);
+    all["unknown"] = imported.unknown;
+    all["twice"] = imported.twice;
+    all["ghosts"] = imported.ghosts;
+    all["model_outputs"] = imported.model_outputs;
+    all["asymmetric"] = asymmetric;
+    all["marker_set_file"] = subject.marker_set_file.string();
+    all["subject_file"] = out.string();
+    fmt::print("{}\n", all.dump(2));
+  } else {
+    print(subject);
+    fmt::print("\n{} nameless points and {} outputs of models left out\n", imported.ghosts, imported.model_outputs);
+    for (const auto& [one, other] : asymmetric)
+      fmt::print("{} and {} are no mirror images of each other seen from the front: they tell the sides\n", one, other);
+    fmt::print("written: {} and {}\n", subject.marker_set_file.string(), out.string());
+  }
 }
 
 }  // namespace
@@ -151,35 +169,25 @@ int run_import(const SubjectOptions& options) {
   if (!imported)
     return exit_of({imported.error().code, fmt::format("{}: {}", options.file.string(), imported.error().message)});
 
-  std::error_code failed;
-  fs::create_directories(options.out, failed);
-  const fs::path marker_set = options.out / (options.name + ".markers.toml");
-  const Status saved = settings::save_marker_set(marker_set, imported->marker_set, *skeleton_file);
-  if (!saved) return exit_of(saved.error());
   for (const std::string& label : imported->unknown)
     say("label '{}' follows no convention that is known; left out", label);
   for (const std::string& label : imported->twice) say("label '{}' is there twice; the first counts", label);
 
   const body::LabelledTake take = scene::take_of(*c3d, imported->marker_set);
-  int exit = kExitOk;
+  const auto fitted = fit_body(imported->marker_set, options.at_rest ? take : body::LabelledTake{},
+                               options.at_rest ? body::LabelledTake{} : take);
+  const MarkerSet worn = fitted ? body::with_asymmetries(imported->marker_set, *fitted) : imported->marker_set;
+  std::error_code failed;
+  fs::create_directories(options.out, failed);
+  const fs::path marker_set = options.out / (options.name + ".markers.toml");
   const fs::path out = options.out / (options.name + ".subject.toml");
-  const auto subject = fit_and_save(imported->marker_set, options.at_rest ? take : body::LabelledTake{},
-                                    options.at_rest ? body::LabelledTake{} : take, options, marker_set, out, exit);
-  if (!subject) return exit;
-  if (options.json) {
-    Json all = json_of(*subject);
-    all["unknown"] = imported->unknown;
-    all["twice"] = imported->twice;
-    all["ghosts"] = imported->ghosts;
-    all["model_outputs"] = imported->model_outputs;
-    all["marker_set_file"] = marker_set.string();
-    all["subject_file"] = out.string();
-    fmt::print("{}\n", all.dump(2));
-  } else {
-    print(*subject);
-    fmt::print("\n{} nameless points and {} outputs of models left out\nwritten: {} and {}\n", imported->ghosts,
-               imported->model_outputs, marker_set.string(), out.string());
-  }
+  const Status set_saved = settings::save_marker_set(marker_set, worn, *skeleton_file);
+  if (!set_saved) return exit_of(set_saved.error());
+  if (!fitted) return kExitData;
+  const settings::SubjectFile subject = file_of(*fitted, options, marker_set);
+  const Status saved = settings::save_subject(out, subject);
+  if (!saved) return exit_of(saved.error());
+  tell_import(options, *imported, worn, subject, out);
   return kExitOk;
 }
 
@@ -206,13 +214,15 @@ int run_fit(const SubjectOptions& options) {
     if (!c3d) return exit_of(c3d.error());
     *take = scene::take_of(*c3d, *set);
   }
-  int exit = kExitOk;
-  const auto subject = fit_and_save(*set, takes.at_rest, takes.moving, options, options.marker_set, options.out, exit);
-  if (!subject) return exit;
+  const auto fitted = fit_body(*set, takes.at_rest, takes.moving);
+  if (!fitted) return kExitData;
+  const settings::SubjectFile subject = file_of(*fitted, options, options.marker_set);
+  const Status saved = settings::save_subject(options.out, subject);
+  if (!saved) return exit_of(saved.error());
   if (options.json) {
-    fmt::print("{}\n", json_of(*subject).dump(2));
+    fmt::print("{}\n", json_of(subject).dump(2));
   } else {
-    print(*subject);
+    print(subject);
     fmt::print("\nwritten: {}\n", options.out.string());
   }
   return kExitOk;
@@ -236,7 +246,8 @@ void add_subject_command(CLI::App& app, SubjectOptions& options) {
   CLI::App* subject = app.add_subcommand("subject", "bodies: import, fit, show");
   subject->require_subcommand(1);
 
-  CLI::App* import = subject->add_subcommand("import", "make a marker set of a C3D file's labels and fit the body");
+  CLI::App* import = subject->add_subcommand(
+      "import", "make a marker set of a C3D file's labels, with the pairs that tell the sides, and fit the body");
   import->add_option("file", options.file, "a C3D file")->required()->type_name("FILE.c3d");
   import->add_option("--name", options.name, "of the subject and its marker set")->required();
   import->add_flag("--static", options.at_rest, "it is a static trial: somebody stands in T-pose or A-pose");
