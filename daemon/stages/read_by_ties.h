@@ -43,8 +43,8 @@ class TieReader {
 
   /// The cheapest readings, best first; a name that is nowhere costs `nowhere`. Borrowed until the next call.
   std::span<const Reading> read(const body::MarkerTies& ties, double nowhere);
-  /// Who else may be where `but` has a name: the cheapest `most` readings in which it is not there, all others as
-  /// before or, which were nowhere, anywhere.
+  /// Who else may be where `but` has a name: the cheapest `most` readings in which it is nowhere, and all others as
+  /// before, nowhere or, which were nowhere, anywhere.
   std::span<const Reading> read_otherwise(const body::MarkerTies& ties, double nowhere, std::size_t name,
                                           const Reading& but, std::size_t most);
 

@@ -63,17 +63,53 @@ TEST(BendingPlanes, AreBelievedAsFarAsTheElbowKeepsToThem) {
   EXPECT_LT(stray_rad, 0.3);
 }
 
-TEST(BendingPlanes, AreNotKnownOfWhatNoMarkerTellsNorOfJointsThatTurnEveryWay) {
+// Its other turn, about itself, need not be told.
+TEST(BendingPlanes, AreNotKnownOfAnElbowOfWhichMarkersDoNotTellBothTurnsOfItsTip) {
+  for (int axis = 0; axis < 3; ++axis) {
+    Elbow elbow;
+    Eigen::Matrix3d untold = Eigen::Matrix3d::Identity();
+    untold(axis, axis) = 0.3;
+
+    elbow.bend(0.0, 0.0, untold);
+
+    EXPECT_EQ(elbow.planes.plane(elbow.bone).weight_1_rad2 > 0.0, axis == 1) << axis;
+  }
+}
+
+TEST(BendingPlanes, AreNotKnownOfJointsThatTurnEveryWay) {
   Elbow elbow;
   const std::size_t shoulder = bone_named(elbow.set, "LeftUpArm");
-  Eigen::Matrix3d aside_untold = Eigen::Matrix3d::Identity();
-  aside_untold(0, 0) = 0.3;
 
-  elbow.bend(0.0, 0.0, aside_untold);
   for (int i = 0; i < 480; ++i) elbow.planes.learn(shoulder, bent(1.0, 0.0, 0.0), Eigen::Matrix3d::Identity(), kStep_s);
 
-  EXPECT_EQ(elbow.planes.plane(elbow.bone).weight_1_rad2, 0.0);
   EXPECT_EQ(elbow.planes.plane(shoulder).weight_1_rad2, 0.0);
+}
+
+// A lower leg lies along z, and what bends both ways, as it turns about itself, is no hinge.
+TEST(BendingPlanes, OfAKneeAreThatOfTheLegAndTheWayOfTheFoot) {
+  Elbow elbow;
+  const std::size_t knee = bone_named(elbow.set, "LeftLowLeg");
+
+  for (int i = 0; i < 480; ++i)
+    elbow.planes.learn(knee, turn_by({0.0, 0.8, 0.0}), Eigen::Matrix3d::Identity(), kStep_s);
+
+  const BendingPlane& plane = elbow.planes.plane(knee);
+  EXPECT_NEAR(plane.along.dot(Eigen::Vector3d::UnitZ()), 1.0, 1e-12);
+  EXPECT_NEAR(std::abs(plane.across.dot(Eigen::Vector3d::UnitY())), 1.0, 1e-9);
+}
+
+TEST(BendingPlanes, AreKnownAfterHalfASecond) {
+  Elbow elbow;
+  const auto bend_for = [&](double time_s) {
+    for (double at_s = 0.0; at_s < time_s; at_s += kStep_s)
+      elbow.planes.learn(elbow.bone, bent(0.8, 0.0, 0.0), Eigen::Matrix3d::Identity(), kStep_s);
+  };
+
+  bend_for(0.4);
+  EXPECT_EQ(elbow.planes.plane(elbow.bone).weight_1_rad2, 0.0);
+
+  bend_for(0.3);
+  EXPECT_GT(elbow.planes.plane(elbow.bone).weight_1_rad2, 0.0);
 }
 
 TEST(BendingPlanes, AreNotKnownOfAnElbowThatHardlyBends) {
@@ -89,8 +125,17 @@ TEST(BendingPlanes, AreForgottenWithTheBody) {
   elbow.bend(0.0, 0.0);
 
   elbow.planes.reset();
-
   EXPECT_EQ(elbow.planes.plane(elbow.bone).weight_1_rad2, 0.0);
+
+  // The next body's elbow does not lean, and is known as late as the first one's.
+  const auto bend_for = [&](double time_s) {
+    for (double at_s = 0.0; at_s < time_s; at_s += kStep_s)
+      elbow.planes.learn(elbow.bone, turn_by({0.0, 0.0, -0.6}), Eigen::Matrix3d::Identity(), kStep_s);
+  };
+  bend_for(0.4);
+  EXPECT_EQ(elbow.planes.plane(elbow.bone).weight_1_rad2, 0.0);
+  bend_for(0.3);
+  EXPECT_NEAR(std::abs(elbow.planes.plane(elbow.bone).across.z()), 1.0, 1e-9);
 }
 
 // The slope of the cost is what the equations are told.

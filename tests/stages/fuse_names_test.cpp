@@ -1,5 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -11,13 +15,16 @@ namespace {
 
 constexpr TrackId kTrack{7};
 constexpr Label kName{SubjectId{0}, 2};
+const Eigen::Vector3d kTracked(0.0, 0.0, 1.0);  // where its track leads to, not surely
+const Eigen::Vector3d kTold(0.1, 0.0, 1.0);     // where the body says that it is, more surely
 
 /// What a test says of the one marker, and what the row made of it.
 struct Script {
-  bool lone = false;    // one camera sees it
-  bool named = false;   // its track bears the name
-  bool called = false;  // the matcher was told the name
-  bool ray = false;     // the solver was told a ray of that name
+  int cameras = 0;        // see it
+  TrackId bearer;         // the track that bears the name
+  bool called = false;    // the matcher was told the name
+  Eigen::Vector3d place;  // and where to look for the track
+  bool ray = false;       // the solver was told a ray of that name
 };
 
 class ScriptedMatcher : public Matcher {
@@ -25,8 +32,11 @@ class ScriptedMatcher : public Matcher {
   explicit ScriptedMatcher(Script& script) : script_(script) {}
   const Matches& match(const FrameSet&, const Expected& expected) override {
     script_.called = expected.markers[0].label == kName;
+    script_.place = expected.markers[0].position.v;
     matches_.lone.clear();
-    if (script_.lone) matches_.lone.push_back({});
+    matches_.matches.clear();
+    if (script_.cameras == 1) matches_.lone.push_back({});
+    if (script_.cameras > 1) matches_.matches.push_back({}).expected = 0;
     return matches_;
   }
 
@@ -40,6 +50,7 @@ class OneTrack : public support::EmptyTracker {
   void predict(Timestamp, Expected& into) const override {
     ExpectedMarker& one = into.markers.push_back({});
     one.track = kTrack;
+    one.position.v = kTracked;
   }
 };
 
@@ -51,7 +62,7 @@ class ScriptedLabeller : public support::EmptyLabeller {
     labels_[0].markers.resize(3);
   }
   const Labels& label(const TrackedMarkers&, const Expected&) override {
-    labels_[0].markers[kName.marker].track = script_.named ? kTrack : TrackId{};
+    labels_[0].markers[kName.marker].track = script_.bearer;
     return labels_;
   }
 
@@ -66,6 +77,12 @@ class ScriptedSolver : public support::EmptySolver {
   const Poses& solve(Labels& labels, Timestamp at, std::span<const NamedRay> rays) override {
     script_.ray = rays.size() == 1 && rays[0].label == kName;
     return EmptySolver::solve(labels, at, rays);
+  }
+  void predict(Timestamp, Expected& into) const override {
+    ExpectedMarker& one = into.markers.push_back({});
+    one.label = kName;
+    one.position.v = kTold;
+    one.covariance_m2 = 1e-4 * Eigen::Matrix3d::Identity();
   }
 
  private:
@@ -82,9 +99,9 @@ class FuseNames : public testing::Test {
     parts.solver = std::make_unique<ScriptedSolver>(script);
     fusion.emplace(std::move(parts), 1U);
     view_.camera = CameraId{0};
-    script.named = true;
+    script.bearer = kTrack;
     step(2);
-    script.named = false;
+    script.bearer = {};
   }
   void step(int sets = 1) {
     for (int i = 0; i < sets; ++i) {
@@ -105,7 +122,7 @@ class FuseNames : public testing::Test {
 };
 
 TEST_F(FuseNames, ARayOfAHiddenMarkerKeepsItsNameAsLongAsOneCameraSeesIt) {
-  script.lone = true;
+  script.cameras = 1;
 
   step(200);
 
@@ -116,7 +133,7 @@ TEST_F(FuseNames, ARayOfAHiddenMarkerKeepsItsNameAsLongAsOneCameraSeesIt) {
 TEST_F(FuseNames, ANameOutlivesAMomentInWhichNoCameraSeesTheMarker) {
   step(10);
   EXPECT_TRUE(script.called);
-  script.lone = true;
+  script.cameras = 1;
   step();
 
   EXPECT_TRUE(script.ray);
@@ -125,10 +142,52 @@ TEST_F(FuseNames, ANameOutlivesAMomentInWhichNoCameraSeesTheMarker) {
 TEST_F(FuseNames, ATrackThatNobodySawForLongHasNoNameAnyMore) {
   step(30);
   EXPECT_FALSE(script.called);
-  script.lone = true;
+  script.cameras = 1;
   step();
 
   EXPECT_FALSE(script.ray);
+}
+
+TEST_F(FuseNames, ANameOutlivesItsLastRayBy150Ms) {
+  script.cameras = 1;
+  step();
+  script.cameras = 0;
+
+  step(18);  // the last of them 150 ms after the ray
+  EXPECT_TRUE(script.called);
+
+  step(2);
+  EXPECT_FALSE(script.called);
+}
+
+TEST_F(FuseNames, ANameThatLeftATrackThatTwoCamerasSeeIsNotKept) {
+  script.cameras = 2;
+
+  step(2);
+
+  EXPECT_FALSE(script.called);
+}
+
+TEST_F(FuseNames, ANameThatAnotherTrackBearsIsNotKept) {
+  script.cameras = 1;
+  script.bearer = TrackId{8};
+
+  step(2);
+
+  EXPECT_FALSE(script.called);
+  EXPECT_FALSE(script.ray);
+}
+
+TEST_F(FuseNames, AMarkerThatOneCameraSeesIsSoughtWhereTheBodySaysIfThatIsSurer) {
+  script.bearer = kTrack;
+  step();
+  EXPECT_EQ(script.place, kTracked);
+  script.bearer = {};
+  script.cameras = 1;
+
+  step(2);
+
+  EXPECT_EQ(script.place, kTold);
 }
 
 }  // namespace

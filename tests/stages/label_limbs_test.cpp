@@ -4,7 +4,6 @@
 #include <cmath>
 #include <random>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -14,26 +13,8 @@ namespace mocap::stages {
 namespace {
 
 using test::LabelWorld;
-
-// Moves a limb's joint while nobody sees it: from 1 s after the T-pose on, within half a second.
-test::Moves moving_later(std::vector<std::pair<std::string, Eigen::Vector3d>> turns) {
-  return [turns = std::move(turns)](const std::string& bone, double t_s) -> Eigen::Quaterniond {
-    const double share = std::clamp((t_s - 1.0) / 0.5, 0.0, 1.0);
-    for (const auto& [name, turn] : turns) {
-      if (name == bone) return body::turn_by(share * turn);
-    }
-    return Eigen::Quaterniond::Identity();
-  };
-}
-
-std::vector<std::size_t> markers_of(const LabelWorld::Person& one, std::string_view bones) {
-  std::vector<std::size_t> markers;
-  for (std::size_t m = 0; m < one.set.markers.size(); ++m) {
-    const auto bone = static_cast<std::size_t>(one.set.markers[m].bone);
-    if (bones.find(one.set.skeleton.bones[bone].name) != std::string_view::npos) markers.push_back(m);
-  }
-  return markers;
-}
+using test::markers_of;
+using test::moving_later;
 
 TEST(LabelLimbs, ALegThatMovedUnseenIsReadAmongManyLightsThatStandFurtherOff) {
   LabelWorld world;

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <random>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -201,6 +203,27 @@ inline Moves into_posture(std::vector<std::pair<std::string, Eigen::Vector3d>> t
     }
     return Eigen::Quaterniond::Identity();
   };
+}
+
+/// Moves a limb's joints while nobody sees it: from 1 s after the T-pose on, within half a second.
+inline Moves moving_later(std::vector<std::pair<std::string, Eigen::Vector3d>> turns) {
+  return [turns = std::move(turns)](const std::string& bone, double t_s) -> Eigen::Quaterniond {
+    const double share = std::clamp((t_s - 1.0) / 0.5, 0.0, 1.0);
+    for (const auto& [name, turn] : turns) {
+      if (name == bone) return body::turn_by(share * turn);
+    }
+    return Eigen::Quaterniond::Identity();
+  };
+}
+
+/// The markers of some bones, whose names stand in `bones`.
+inline std::vector<std::size_t> markers_of(const LabelWorld::Person& one, std::string_view bones) {
+  std::vector<std::size_t> markers;
+  for (std::size_t m = 0; m < one.set.markers.size(); ++m) {
+    const auto bone = static_cast<std::size_t>(one.set.markers[m].bone);
+    if (bones.find(one.set.skeleton.bones[bone].name) != std::string_view::npos) markers.push_back(m);
+  }
+  return markers;
 }
 
 /// Swings arms and legs as one who walks on the spot.

@@ -2,7 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "body/pose_fit.h"
 #include "body/test_body.h"
@@ -117,6 +122,102 @@ TEST(TieReader, SaysWhoElseMayBeWhereANameIs) {
     // The question leaves nothing behind.
     const auto readings = limb.reader.read(limb.ties, kNowhere);
     EXPECT_TRUE(std::any_of(readings.begin(), readings.end(), [&](const auto& one) { return limb.is_truth(one); }));
+  }
+}
+
+// All readings of a limb whose names may be anywhere, tried one after the other.
+struct EveryReading {
+  const Limb& limb;
+  const std::vector<std::vector<double>>& costs;  // by name and place
+  std::size_t name;                               // is nowhere, where `but` is asked for
+  const TieReader::Reading* but;                  // null: of every name any place is asked for
+  std::vector<TieReader::Reading> found;
+
+  bool open(std::size_t n, int place) const {
+    if (but == nullptr || place == TieReader::kNowhere) return true;
+    if (n == name) return false;
+    return but->place_of[n] == TieReader::kNowhere || place == but->place_of[n];
+  }
+  double cost_of(const TieReader::Reading& reading) const {
+    double sum = 0.0;
+    for (std::size_t n = 0; n < limb.reader.names(); ++n) {
+      if (reading.place_of[n] == TieReader::kNowhere) {
+        sum += kNowhere;
+        continue;
+      }
+      const auto p = static_cast<std::size_t>(reading.place_of[n]);
+      sum += costs[n][p];
+      for (const body::Tie& tie : limb.ties.of(limb.reader.marker(n))) {
+        for (std::size_t o = 0; o < n; ++o) {
+          if (limb.reader.marker(o) != static_cast<std::size_t>(tie.other) || reading.place_of[o] < 0) continue;
+          const Eigen::Vector3d& at = limb.reader.place(static_cast<std::size_t>(reading.place_of[o]));
+          sum += TieReader::cost_of(tie, (limb.reader.place(p) - at).norm());
+        }
+      }
+    }
+    return sum;
+  }
+  void from(std::size_t n, TieReader::Reading& reading) {
+    if (n == limb.reader.names()) {
+      reading.cost = cost_of(reading);
+      found.push_back(reading);
+      return;
+    }
+    for (int place = TieReader::kNowhere; place < static_cast<int>(limb.reader.places()); ++place) {
+      const std::int8_t* end = reading.place_of.data() + n;
+      const bool taken = place >= 0 && std::find(std::as_const(reading).place_of.data(), end, place) != end;
+      if (taken || !open(n, place)) continue;
+      reading.place_of[n] = static_cast<std::int8_t>(place);
+      from(n + 1, reading);
+    }
+  }
+  std::vector<TieReader::Reading> cheapest(std::size_t most) {
+    TieReader::Reading reading;
+    reading.place_of.fill(TieReader::kNowhere);
+    from(0, reading);
+    std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });
+    found.resize(std::min(most, found.size()));
+    return found;
+  }
+};
+
+void expect_same(std::span<const TieReader::Reading> readings, const std::vector<TieReader::Reading>& oracle,
+                 std::size_t names) {
+  ASSERT_EQ(readings.size(), oracle.size());
+  for (std::size_t i = 0; i < oracle.size(); ++i) {
+    EXPECT_NEAR(readings[i].cost, oracle[i].cost, 1e-9) << i;
+    for (std::size_t n = 0; n < names; ++n) EXPECT_EQ(readings[i].place_of[n], oracle[i].place_of[n]) << i << ' ' << n;
+  }
+}
+
+// Beside each marker stands a light that may be it, and each name likes each place more or less.
+TEST(TieReader, SaysAsCheaplyAsCanBeWhoElseMayBeWhereANameIs) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    Limb limb({"LeftLowArm", "LeftHand"}, seed);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> any(-1.0, 1.0);
+    const std::size_t names = std::min(limb.reader.names(), TieReader::kMostNames);
+    for (std::size_t p = 0; p < names; ++p)
+      ASSERT_TRUE(limb.reader.add_place(limb.reader.place(p) + 0.02 * Eigen::Vector3d(any(random), any(random), 0.0)));
+    std::vector<std::vector<double>> costs(names, std::vector<double>(limb.reader.places()));
+    for (std::size_t n = 0; n < names; ++n) {
+      for (std::size_t p = 0; p < limb.reader.places(); ++p) {
+        costs[n][p] = 2.0 + 2.0 * any(random);
+        limb.reader.allow(n, p, costs[n][p]);
+      }
+    }
+    TieReader::Reading but;
+    for (std::size_t n = 0; n < names; ++n) but.place_of[n] = static_cast<std::int8_t>(limb.place_of[n]);
+    but.place_of[seed % names] = TieReader::kNowhere;
+    const std::size_t name = (seed + 1) % names;
+
+    const std::size_t most = 1 + seed % 4;
+    const auto others = limb.reader.read_otherwise(limb.ties, kNowhere, name, but, most);
+
+    expect_same(others, EveryReading{limb, costs, name, &but, {}}.cheapest(most), names);
+    // The question leaves nothing behind.
+    expect_same(limb.reader.read(limb.ties, kNowhere),
+                EveryReading{limb, costs, name, nullptr, {}}.cheapest(TieReader::kMostReadings), names);
   }
 }
 
