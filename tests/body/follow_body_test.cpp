@@ -211,5 +211,32 @@ TEST(BodyFollower, LaysALimbAnewThatIsTurnedTheWrongWayRound) {
   EXPECT_LT((body.told(in) - truth.marker_at(in)).norm(), 0.015);
 }
 
+TEST(BodyFollower, LaysALimbAnewOnlyForAReadingThatMayComeWithin) {
+  const MarkerSet set = person("baseline41");
+  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  BodyFollower body(set, {});
+  ASSERT_TRUE(body.start(see(truth), at(0)));
+  body.predict(at(1));
+  (void)body.fit(see(truth));
+  const auto with_arm_bent = [&](double rad) {
+    std::vector<Pose> bent(truth.locals().begin(), truth.locals().end());
+    bent[static_cast<std::size_t>(bone_named(set, "LeftLowArm"))].rotation = turn_by({0, 0, -rad});
+    truth.set_locals(bent);
+    return see(truth);
+  };
+
+  int laid_anew = 0;
+  for (int i = 1; i <= 20; ++i) {
+    const std::vector<Observation> seen = with_arm_bent(0.1 * i);
+    const double cost = body.explain(seen).cost;
+    const double at_once = body.explain(seen, -1e9).cost;
+    laid_anew += at_once > cost ? 1 : 0;
+
+    EXPECT_GE(at_once, cost) << i;
+    EXPECT_EQ(body.explain(seen, cost).cost, cost) << i;  // whatever may come within is told as it is
+  }
+  EXPECT_GT(laid_anew, 5);
+}
+
 }  // namespace
 }  // namespace mocap::body
