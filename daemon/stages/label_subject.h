@@ -80,8 +80,8 @@ class SubjectLabeller {
   static constexpr double kMarkerSigma_m = 0.004;
   static constexpr float kFreshConfidence = 0.6F;
   static constexpr std::size_t kChallenges = 3;  // of each name that a reading would give
-  static constexpr int kMostJudged = 40;         // readings of limbs in a set: a set is over before its successor comes
-  static constexpr int kMostExchanged = 16;      // of these, to better one limb's best
+  static constexpr int kMostJudged = 120;        // readings of limbs in a set: a set is over before its successor comes
+  static constexpr int kMostExchanged = 48;      // of these, to better one limb's best
   static constexpr int kPatience = 2;            // sets until what did not come out is tried again
 
   struct Name {
