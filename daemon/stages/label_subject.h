@@ -80,7 +80,8 @@ class SubjectLabeller {
   static constexpr double kMarkerSigma_m = 0.004;
   static constexpr float kFreshConfidence = 0.6F;
   static constexpr std::size_t kChallenges = 3;  // of each name that a reading would give
-  static constexpr int kMostJudged = 120;        // readings of limbs in a set: a set is over before its successor comes
+  static constexpr int kMostJudged = 120;        // readings of limbs in a set
+  static constexpr int kJudgedASet = 40;         // in the mean: after a set that judged many the next ones rest
   static constexpr int kMostExchanged = 48;      // of these, to better one limb's best
   static constexpr int kPatience = 2;            // sets until what did not come out is tried again
 
@@ -184,7 +185,7 @@ class SubjectLabeller {
   std::vector<int> place_track_;              // by the reader's places
   std::vector<body::Observation> tried_;      // names as a reading has them
   std::vector<Reading> readings_;
-  int judged_ = 0;  // readings of limbs in this set
+  int left_ = kMostJudged;  // readings of limbs that may yet be judged
   std::optional<SubjectFit> fit_;
 };
 

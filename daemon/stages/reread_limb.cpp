@@ -78,7 +78,7 @@ void SubjectLabeller::allow_places(const NamedTracks& tracks) {
 
 // What the body says to it, and the worth of the names that it leaves out.
 void SubjectLabeller::judge_reading(Reading& reading, const Reading& now, const NamedTracks& tracks) {
-  ++judged_;
+  --left_;
   tried_.clear();
   for (const body::Observation& one : seen_) {
     if (!in_limb_[static_cast<std::size_t>(set_.markers[static_cast<std::size_t>(one.marker)].bone)])
@@ -184,7 +184,7 @@ std::bitset<TieReader::kMostNames> SubjectLabeller::challenge(const NamedTracks&
       return other.track_of[n] != track && other.cost <= best.cost + kUndecided;
     });
     if (doubted) continue;
-    if (judged_ + 2 * static_cast<int>(kChallenges) > kMostJudged) {
+    if (left_ < 2 * static_cast<int>(kChallenges)) {
       unchallenged.set(n);
       continue;
     }
@@ -202,7 +202,7 @@ std::bitset<TieReader::kMostNames> SubjectLabeller::challenge(const NamedTracks&
 // Many readings of a limb cost the same by distances, and a short list may lack the one that the pose likes best: from
 // the best that is known, each new name is moved to, or exchanged with, each neighbour that is not surely named.
 void SubjectLabeller::exchange_neighbours(const NamedTracks& tracks) {
-  const std::size_t most = readings_.size() + static_cast<std::size_t>(std::min(kMostExchanged, kMostJudged - judged_));
+  const std::size_t most = readings_.size() + static_cast<std::size_t>(std::min(kMostExchanged, left_));
   bool better = true;
   while (better) {
     const Reading best = best_reading();
@@ -277,7 +277,7 @@ bool SubjectLabeller::read_limb(NamedTracks& tracks) {
 void SubjectLabeller::reread(NamedTracks& tracks) {
   for (int& sets : rest_) sets = std::max(0, sets - 1);
   std::fill(trouble_.begin(), trouble_.end(), 0);
-  judged_ = 0;
+  left_ = std::min(kMostJudged, left_ + kJudgedASet);
   if (seen_.size() == names_.size()) {
     std::fill(misread_.begin(), misread_.end(), 0);
     return;
@@ -292,7 +292,8 @@ void SubjectLabeller::reread(NamedTracks& tracks) {
       if (stray(i, tracks)) strays_.push_back(static_cast<int>(i));
     }
     const int bone = most_troubled_bone(tracks);
-    if (bone < 0 || judged_ + kLeastJudged > kMostJudged) return;
+    // A limb that is read in part is read in part again: it waits until there is work for all of it.
+    if (bone < 0 || left_ < (limb == 0 ? kMostJudged : kLeastJudged)) return;
     rest_[static_cast<std::size_t>(bone)] = kPatience;
     if (!gather_limb(static_cast<std::size_t>(bone), tracks)) continue;
     for (std::size_t b = 0; b < rest_.size(); ++b) {
