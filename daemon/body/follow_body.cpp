@@ -25,9 +25,7 @@ constexpr double kHoldFurther_rad = 0.05;
 // from the joint's axis, tells a turn to 3 degrees, and what is common must not move that by more than a tenth of a
 // degree, even a radian beyond.
 constexpr double kShareTold = 0.05;
-// A turn that markers told a moment ago is better known than by what is common, which takes over with this time
-// constant.
-constexpr double kRemembered_s = 20.0;
+// Markers that tell so much of a joint's turn tell it whole.
 constexpr double kAlmostAll = 0.8;
 // Steps under this leave less than a twentieth of a degree to be found: a step's square, and a share of what markers
 // are off.
