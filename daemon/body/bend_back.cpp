@@ -74,9 +74,9 @@ bool BodyFollower::mirror(std::size_t lower) {
   const Eigen::Vector3d out = world[lower].position - world[upper].position;
   const Eigen::Vector3d aside = out - out.dot(line) * line;
   if (!(aside.norm() > kInLine_m)) return false;
-  const Eigen::Quaterniond swung = Eigen::Quaterniond::FromTwoVectors(out, out - 2.0 * aside);
+  const Eigen::Quaterniond swung = turn_between(out, out - 2.0 * aside);
   const Eigen::Vector3d on = world[end].position - world[lower].position;
-  const Eigen::Quaterniond bent = Eigen::Quaterniond::FromTwoVectors(swung * on, on + 2.0 * aside);
+  const Eigen::Quaterniond bent = turn_between(swung * on, on + 2.0 * aside);
   const Eigen::Quaterniond upper_turn = swung * world[upper].rotation;
   const Eigen::Quaterniond lower_turn = bent * swung * world[lower].rotation;
   std::copy(pose_.locals().begin(), pose_.locals().end(), turned_.begin());

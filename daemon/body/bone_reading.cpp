@@ -23,7 +23,7 @@ double beyond_about(const Skeleton& skeleton, std::span<const BoneReading> bones
     const BoneReading& below = bones[c];
     if (skeleton.bones[c].parent != static_cast<int>(bone) || below.laid == Laid::Unseen) continue;
     Eigen::Quaterniond local = turn.conjugate() * below.world.rotation;
-    if (below.laid == Laid::Swung) local = Eigen::Quaterniond::FromTwoVectors(below.axis, local * below.axis);
+    if (below.laid == Laid::Swung) local = turn_between(below.axis, local * below.axis);
     sum += beyond_range2(skeleton.bones[c], local);
   }
   return sum;

@@ -5,6 +5,8 @@
 
 #include "body/follow_body.h"
 
+#include "body/rotation.h"
+
 namespace mocap::body {
 namespace {
 
@@ -115,7 +117,7 @@ void BodyFollower::swing_to(std::size_t lower, std::size_t marker, const Eigen::
   const std::span<const Pose> world = pose_.world();
   const Eigen::Vector3d& joint = world[lower].position;
   const auto above = static_cast<std::size_t>(pose_.marker_set().skeleton.bones[lower].parent);
-  const Eigen::Quaterniond swung = Eigen::Quaterniond::FromTwoVectors(pose_.marker_at(marker) - joint, place - joint);
+  const Eigen::Quaterniond swung = turn_between(pose_.marker_at(marker) - joint, place - joint);
   std::copy(pose_.locals().begin(), pose_.locals().end(), turned_.begin());
   turned_[lower].rotation = (world[above].rotation.conjugate() * swung * world[lower].rotation).normalized();
   pose_.set_locals(turned_);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "body/rotation.h"
+
 namespace mocap::body {
 namespace {
 
@@ -221,7 +223,7 @@ void BoneLayer::swing(const BoneShape& shape, const LayFrom& from, const BodyClo
   bone_.point_of[at] = static_cast<int>(point);
   bone_.laid = Laid::Swung;
   bone_.axis = lever.normalized();
-  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(from.rest * lever, seen) * from.rest;
+  const Eigen::Quaterniond turn = turn_between(from.rest * lever, seen) * from.rest;
   // Joint and marker share what the distance is wrong by.
   const double share =
       from.sigma_m * from.sigma_m / (from.sigma_m * from.sigma_m + settings_.marker_sigma_m * settings_.marker_sigma_m);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "body/rotation.h"
+
 namespace mocap::body {
 namespace {
 
@@ -96,7 +98,7 @@ void NamedLayer::hang(const MarkerSet& set, const Next& next) {
   const Eigen::Vector3d lever = furthest->from - here;
   const Eigen::Vector3d to = furthest->to - joint;
   if (lever.norm() < kFlat_m || to.norm() < kFlat_m) return;
-  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(rest * lever, to) * rest;
+  const Eigen::Quaterniond turn = turn_between(rest * lever, to) * rest;
   bone.world = {joint - turn * here, turn};
   bone.laid = Laid::Swung;
   bone.axis = lever.normalized();

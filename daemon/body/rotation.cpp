@@ -31,6 +31,18 @@ Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& turn) {
   return v * (2.0 * std::atan2(sine, side * turn.w()) / sine);
 }
 
+Eigen::Quaterniond turn_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Vector3d a = from.normalized(), b = to.normalized();
+  const double twice_cosine = (a + b).norm();  // of the half angle
+  constexpr double kOpposite = 1e-6;
+  if (!(twice_cosine > kOpposite)) {
+    const Eigen::Vector3d axis = a.unitOrthogonal();
+    return {0.0, axis.x(), axis.y(), axis.z()};
+  }
+  const Eigen::Vector3d v = a.cross(b) / twice_cosine;
+  return Eigen::Quaterniond(0.5 * twice_cosine, v.x(), v.y(), v.z()).normalized();
+}
+
 namespace {
 
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {

@@ -11,6 +11,11 @@ Eigen::Quaterniond turn_by(const Eigen::Vector3d& rotation_rad);
 /// The shortest turn that is this unit quaternion, as a rotation vector, rad; its length is at most pi.
 Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& turn);
 
+/// The shortest turn that takes one direction to another; of opposite ones, any half turn that does. Neither is 0.
+///
+/// Eigen's FromTwoVectors takes a singular value decomposition with it, which took compilers a minute in each file.
+Eigen::Quaterniond turn_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
 /// How the rotation vector of a turn changes when a small turn d comes before it: turn_by(d) * turn_by(phi) has the
 /// rotation vector phi + J d. This is J (the inverse of the left Jacobian of SO(3)).
 ///

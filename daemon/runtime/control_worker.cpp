@@ -12,9 +12,9 @@ namespace {
 
 constexpr const char* kWho = "control";
 constexpr Duration kLookAtStop = std::chrono::milliseconds(50);
-constexpr Duration kPatience = std::chrono::seconds(1);        // of an order to a thread that goes round every 50 ms
-constexpr Duration kMainPatience = std::chrono::seconds(5);    // it reads files
-constexpr Duration kCameraPatience = std::chrono::seconds(3);  // a camera's driver takes its time
+constexpr Duration kSnapshotPatience = std::chrono::seconds(1);
+constexpr Duration kMainPatience = std::chrono::seconds(5);   // it reads files
+constexpr Duration kOrderPatience = std::chrono::seconds(3);  // a driver takes its time, a machine may be overloaded
 constexpr Duration kMaskPatience = std::chrono::seconds(60);
 constexpr Duration kLookForAnswer = std::chrono::milliseconds(1);
 constexpr std::uint32_t kMaskImages = 100;
@@ -115,7 +115,7 @@ ControlAnswer ControlWorker::next_snapshot(const std::stop_token& stop) {
   if (control.snapshots.front() != nullptr) control.snapshots.pop();  // of a request that was not waited for
   control.snapshot_wanted.store(true, std::memory_order_release);
   const Timestamp begun = host_now();
-  while (!stop.stop_requested() && host_now() - begun < kPatience) {
+  while (!stop.stop_requested() && host_now() - begun < kSnapshotPatience) {
     if (const Snapshot* newest = control.snapshots.front()) {
       *snapshot_ = *newest;
       control.snapshots.pop();
@@ -148,7 +148,7 @@ ControlAnswer ControlWorker::order_camera(std::size_t camera, CameraOrder order,
   const std::string who = fmt::format("camera '{}'", description_.cameras[camera].name);
   order.number = ++orders_;
   if (!channel.orders.try_push(order)) return not_answered(who);
-  const std::optional<OrderDone> answered = wait_for(channel.orders_done, order.number, kCameraPatience, stop);
+  const std::optional<OrderDone> answered = wait_for(channel.orders_done, order.number, kOrderPatience, stop);
   if (!answered) return not_answered(who);
   if (answered->done) return done(fmt::format("{}: {}", who, text_of(*answered)));
   return failure(answered->unsupported ? ControlCode::Unsupported : ControlCode::Failed,
@@ -216,7 +216,7 @@ ControlAnswer ControlWorker::order_subject(const ControlRequest& request, const 
   ControlChannel& control = *links_.control;
   if (!control.to_fusion.try_push(order)) return not_answered("the fusion");
   control.wake_fusion->signal();
-  const auto answered = wait_for(control.from_fusion, order.number, kPatience, stop);
+  const auto answered = wait_for(control.from_fusion, order.number, kOrderPatience, stop);
   if (!answered) return not_answered("the fusion");
   if (order.action == SubjectAction::Remove) away_[order.subject.value] = true;
   if (order.action == SubjectAction::Add) away_[order.subject.value] = false;

@@ -9,6 +9,7 @@
 
 #include "base/expects.h"
 #include "body/kinematic_tree.h"
+#include "body/rotation.h"
 #include "body/stance.h"
 #include "scene/clip_actor.h"
 #include "scene/there_and_back.h"
@@ -155,7 +156,7 @@ class BvhActor final : public Actor {
       const Eigen::Vector3d way =
           ours_from_file_ * (places[static_cast<std::size_t>(to)] - places[static_cast<std::size_t>(from)]);
       if (way.norm() < 1e-6) continue;
-      const auto turn = Eigen::Quaterniond::FromTwoVectors(bones[child].rest_offset_m, way);
+      const auto turn = body::turn_between(bones[child].rest_offset_m, way);
       ours_from_theirs_[static_cast<std::size_t>(parent)] = turn;
       ours_from_theirs_[child] = turn;  // hands and feet go with the limb; a limb's own child overwrites it
     }

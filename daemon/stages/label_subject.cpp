@@ -27,7 +27,8 @@ constexpr double kJump_m = 0.02;
 constexpr double kJumpPerStep = 0.1;
 constexpr double kAcceleration_m_s2 = 100.0;
 // A pose that names are judged by is held more firmly than one that is shown: what is common speaks against wrong ones.
-constexpr double kTold_rad = 0.15;
+constexpr body::FollowSettings kFollow{
+    .outlier_m = kOutlier_m, .max_iterations = 4, .told_rad = 0.15, .remembered_s = 0.0};
 // How surely a marker that took part in the fit is where the fit puts it.
 constexpr double kFitted_m = 0.008;
 
@@ -36,11 +37,7 @@ Eigen::Matrix3d ball(double sigma_m) { return sigma_m * sigma_m * Eigen::Matrix3
 }  // namespace
 
 SubjectLabeller::SubjectLabeller(const LabelSettings& settings, const Subject& subject, SubjectId id)
-    : settings_(settings),
-      id_(id),
-      set_(subject.marker_set),
-      ties_(set_),
-      body_(set_, {.outlier_m = kOutlier_m, .max_iterations = 4, .told_rad = kTold_rad, .remembered_s = 0.0}) {
+    : settings_(settings), id_(id), set_(subject.marker_set), ties_(set_), body_(set_, kFollow), limb_(set_, kFollow) {
   const std::size_t markers = set_.markers.size();
   const std::size_t bones = set_.skeleton.bones.size();
   MOCAP_EXPECTS(markers <= kMaxLabels);
@@ -59,8 +56,6 @@ SubjectLabeller::SubjectLabeller(const LabelSettings& settings, const Subject& s
   misread_.resize(bones);
   loose_.resize(bones);
   near_.reserve(kMaxMarkers);
-  place_track_.reserve(TieReader::kMostPlaces);
-  readings_.reserve(kMostJudged);
 }
 
 void SubjectLabeller::free(std::size_t marker, NamedTracks& tracks) {
@@ -181,14 +176,14 @@ void SubjectLabeller::keep(NamedTracks& tracks, Timestamp at) {
   }
 }
 
-body::Observation SubjectLabeller::observe(std::size_t marker, int index, const NamedTracks& tracks) const {
+double SubjectLabeller::sigma_of(int index, const NamedTracks& tracks) {
   const double noise = std::clamp(tracks[index].covariance_m2.trace() / 3.0, 0.0, 1.0);
-  return {static_cast<int>(marker), tracks[index].position.v,
-          std::sqrt(kMarkerSigma_m * kMarkerSigma_m + (std::isfinite(noise) ? noise : 1.0))};
+  return std::sqrt(kMarkerSigma_m * kMarkerSigma_m + (std::isfinite(noise) ? noise : 1.0));
 }
 
 body::Observation SubjectLabeller::observe(std::size_t marker, const NamedTracks& tracks) const {
-  return observe(marker, names_[marker].index, tracks);
+  const int index = names_[marker].index;
+  return {static_cast<int>(marker), tracks[index].position.v, sigma_of(index, tracks)};
 }
 
 // Believes the names that are where the body's motion leads to; where that is few, the motion is wrong, not they.
@@ -276,11 +271,13 @@ void SubjectLabeller::judge(NamedTracks& tracks, Timestamp at) {
   if (!followed_wrongly()) calm_at_ = at;
   if (at - enough_at_ <= settings_.lost_after && at - calm_at_ <= settings_.lost_after) return;
   for (std::size_t m = 0; m < names_.size(); ++m) free(m, tracks);
+  limb_.stop();
   phase_ = SubjectPhase::Lost;
 }
 
 void SubjectLabeller::forget() {
   for (Name& name : names_) name = {};
+  limb_.stop();
   phase_ = SubjectPhase::Searching;
 }
 
@@ -348,6 +345,7 @@ void SubjectLabeller::refit(const SubjectFit& fit) {
     set_.skeleton.bones[b].rest_offset_m = fit.rest_offsets_m[b];
   }
   for (std::size_t m = 0; m < set_.markers.size(); ++m) set_.markers[m].offset_m = fit.marker_offsets_m[m];
+  limb_.stop();
   ties_.refit(set_);
   body_.refit(fit.rest_offsets_m, fit.marker_offsets_m);
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <utility>
@@ -13,7 +14,7 @@
 #include "model/subject_state.h"
 #include "stages/label_markers.h"
 #include "stages/named_tracks.h"
-#include "stages/read_by_ties.h"
+#include "stages/read_limb.h"
 #include "stages/search_subject.h"
 
 namespace mocap::stages {
@@ -79,11 +80,7 @@ class SubjectLabeller {
  private:
   static constexpr double kMarkerSigma_m = 0.004;
   static constexpr float kFreshConfidence = 0.6F;
-  static constexpr std::size_t kChallenges = 3;  // of each name that a reading would give
-  static constexpr int kMostJudged = 120;        // readings of limbs in a set
-  static constexpr int kJudgedASet = 40;         // in the mean: after a set that judged many the next ones rest
-  static constexpr int kMostExchanged = 48;      // of these, to better one limb's best
-  static constexpr int kPatience = 2;            // sets until what did not come out is tried again
+  static constexpr int kPatience = 2;  // sets until what did not come out is tried again
 
   struct Name {
     TrackId track;
@@ -105,11 +102,6 @@ class SubjectLabeller {
     Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
     bool known = false;
   };
-  // A limb's markers as they may be: which track each of the reader's names has.
-  struct Reading {
-    std::array<int, TieReader::kMostNames> track_of{};
-    double cost = 0.0;
-  };
 
   void free(std::size_t marker, NamedTracks& tracks);
   void give(std::size_t marker, int index, float confidence, NamedTracks& tracks);
@@ -118,7 +110,7 @@ class SubjectLabeller {
   bool stray(std::size_t track, const NamedTracks& tracks) const;
   bool tied(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const;
   body::Observation observe(std::size_t marker, const NamedTracks& tracks) const;
-  body::Observation observe(std::size_t marker, int index, const NamedTracks& tracks) const;
+  static double sigma_of(int index, const NamedTracks& tracks);
   void watch(Name& name, const TrackedMarker& track, Timestamp at) const;
   void watch_last(Name& name, const NamedTracks& tracks, Timestamp at) const;
   void hold(std::size_t marker);
@@ -136,7 +128,9 @@ class SubjectLabeller {
 
   bool followed_wrongly() const;
   void reread(NamedTracks& tracks);
-  int most_troubled_bone(const NamedTracks& tracks);
+  void count_trouble(NamedTracks& tracks);
+  int most_troubled_bone() const;
+  bool begin_limb(const NamedTracks& tracks);
   bool gather_limb(std::size_t seed, const NamedTracks& tracks);
   bool blind(std::size_t bone) const;
   bool add_bone(std::size_t bone);
@@ -144,16 +138,10 @@ class SubjectLabeller {
   bool too_young(int index, const NamedTracks& tracks) const;
   void allow_places(const NamedTracks& tracks);
   double anchored(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const;
+  bool find_read(const TieReader::Reading& found, const NamedTracks& tracks);
   bool wanted_elsewhere(int index, const NamedTracks& tracks) const;
-  bool read_limb(NamedTracks& tracks);
-  void propose(std::span<const TieReader::Reading> found);
-  bool propose(const Reading& reading);
-  /// The names for which no work was left.
-  std::bitset<TieReader::kMostNames> challenge(const NamedTracks& tracks);
-  void exchange_neighbours(const NamedTracks& tracks);
-  const Reading& best_reading() const;
-  void judge_reading(Reading& reading, const Reading& now, const NamedTracks& tracks);
-  void adopt(const Reading& reading, NamedTracks& tracks);
+  bool taken_elsewhere(int track) const;
+  void adopt(NamedTracks& tracks);
 
   LabelSettings settings_;
   SubjectId id_;
@@ -174,18 +162,17 @@ class SubjectLabeller {
   bool claims_ = false;                  // takes part in this set's assignment
   double usual_off_m_ = 0.003;           // mean of the believed names from their places
 
-  TieReader reader_;
-  std::vector<int> strays_;                   // tracks that no believed name bears
+  LimbReader limb_;
+  std::array<TrackId, TieReader::kMostNames> begun_with_;  // by the limb's names: their tracks when it was begun
+  std::array<int, TieReader::kMostNames> read_{};          // likewise: as the limb was read
+  std::vector<int> strays_;                                // tracks that no believed name bears
   std::vector<int> trouble_;                  // by bone: its names that are missing while strays stand near
   std::vector<int> rest_;                     // by bone: sets until it is read anew again
   std::vector<bool> in_limb_;                 // by bone
   std::vector<char> misread_;                 // by bone: names were taken back, the pose may have followed wrong ones
   std::vector<char> loose_;                   // by bone, of one reading
   std::vector<std::pair<double, int>> near_;  // strays by how far they are from the limb, squared
-  std::vector<int> place_track_;              // by the reader's places
-  std::vector<body::Observation> tried_;      // names as a reading has them
-  std::vector<Reading> readings_;
-  int left_ = kMostJudged;  // readings of limbs that may yet be judged
+  std::vector<body::Observation> tried_;      // names that are no part of the limb
   std::optional<SubjectFit> fit_;
 };
 

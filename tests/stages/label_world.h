@@ -95,6 +95,8 @@ class LabelWorld {
     return static_cast<int>(sum);
   }
 
+  stages::LabelSettings settings;  ///< from `begin` on
+
   /// Lights that are nobody's marker, from the next set on; they stand before all others.
   std::vector<Eigen::Vector3d> ghosts;
 
@@ -110,7 +112,7 @@ class LabelWorld {
   }
   /// Stands in T-pose until all are named; each person is then the subject that took most of the markers.
   void begin() {
-    labeller_ = stages::make_labeller({}, subjects_);
+    labeller_ = stages::make_labeller(settings, subjects_);
     step(kStill);
     for (std::size_t p = 0; p < people_.size(); ++p) {
       for (std::size_t s = 0; s < people_.size(); ++s) {
