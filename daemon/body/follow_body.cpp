@@ -351,7 +351,7 @@ void BodyFollower::learn(std::span<const Observation> seen) {
     markers_[m].place_m = place;
   }
   for (const Observation& one : seen) {
-    if (one.ray || !is_usable(one)) continue;
+    if (one.ray || one.surmised || !is_usable(one)) continue;
     const auto m = static_cast<std::size_t>(one.marker);
     MarkerMemory& marker = markers_[m];
     const Pose& world = pose_.world()[static_cast<std::size_t>(pose_.marker_set().markers[m].bone)];

@@ -12,7 +12,8 @@ struct Observation {
   double sigma_m = 0.005;                              ///< of the measurement and of the skin under it
   /// One over the covariance, 1/m^2, where that is not alike in all directions; nought: as sigma_m tells.
   Eigen::Matrix3d weight_1_m2 = Eigen::Matrix3d::Zero();
-  bool ray = false;  ///< of one camera: `position` is a point of the ray, along which nothing is told
+  bool surmised = false;  ///< perhaps of a neighbour: it tells the pose, not where the marker sits
+  bool ray = false;       ///< of one camera: `position` is a point of the ray, along which nothing is told
 };
 
 /// A marker whose place has a covariance, on skin that strays by `skin_sigma_m`.

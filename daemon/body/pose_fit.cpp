@@ -191,7 +191,7 @@ double PoseFit::rms_of(std::span<const Observation> seen) const {
   double sum = 0.0;
   int count = 0;
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    if (residuals_[i].bone == kUnusable || seen[i].ray) continue;
+    if (residuals_[i].bone == kUnusable || seen[i].ray || seen[i].surmised) continue;
     sum += (marker_at(static_cast<std::size_t>(seen[i].marker)) - seen[i].position).squaredNorm();
     ++count;
   }

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "model/sighting.h"
 #include "model/subject_state.h"
+#include "module/surmised_marker.h"
 
 namespace mocap {
 
@@ -14,6 +16,9 @@ class Labeller {
 
   /// The names at `expected.at`. The result is borrowed until the next call.
   virtual const Labels& label(const TrackedMarkers& tracked, const Expected& expected) = 0;
+
+  /// Of the last call, the tracks that are surely somebody's and bear no name. Borrowed until the next call.
+  virtual std::span<const SurmisedMarker> surmised() const { return {}; }
 
   /// The fit of a subject that was made since the last call; most calls have none. Its `description_version` is left
   /// to the caller.

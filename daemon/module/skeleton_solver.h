@@ -5,6 +5,7 @@
 #include "base/time.h"
 #include "model/sighting.h"
 #include "model/subject_state.h"
+#include "module/surmised_marker.h"
 
 namespace mocap {
 
@@ -13,10 +14,11 @@ class SkeletonSolver {
  public:
   virtual ~SkeletonSolver() = default;
 
-  /// The poses at `at`, told by the markers that `labels` has measured and by the rays of those that it has not, and,
-  /// in `labels`, the place of each marker that nobody saw but the body tells (Filled). The result is borrowed until
-  /// the next call.
-  virtual const Poses& solve(Labels& labels, Timestamp at, std::span<const NamedRay> rays = {}) = 0;
+  /// The poses at `at`, told by the markers that `labels` has measured, by the rays of those that it has not and by
+  /// those that are surmised, and, in `labels`, the place of each marker that nobody saw but the body tells (Filled).
+  /// The result is borrowed until the next call.
+  virtual const Poses& solve(Labels& labels, Timestamp at, std::span<const NamedRay> rays = {},
+                             std::span<const SurmisedMarker> surmised = {}) = 0;
 
   /// From now on this subject's bones and markers are as fitted.
   virtual void refit(const SubjectFit& fit) = 0;

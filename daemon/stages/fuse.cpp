@@ -50,7 +50,8 @@ Snapshot& Fusion::step(const FrameSet& frames) {
   snapshot_.labels = parts_.labeller->label(tracked, expected);
   learn_fit();
   name_the_rays(frames, matches);
-  snapshot_.poses = parts_.solver->solve(snapshot_.labels, frames.exposed_at, {rays_.data(), rays_.size()});
+  snapshot_.poses = parts_.solver->solve(snapshot_.labels, frames.exposed_at, {rays_.data(), rays_.size()},
+                                         parts_.labeller->surmised());
   learn_names();
   keep_names_of_hidden(matches);
   if (parts_.refiner && !refined_) {

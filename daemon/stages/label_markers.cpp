@@ -22,6 +22,7 @@ class BodyLabeller final : public Labeller {
     subjects_.reserve(subjects.size());
     searches_.reserve(subjects.size());
     away_.resize(subjects.size());
+    surmised_.reserve(kMaxMarkers);
     for (std::size_t i = 0; i < subjects.size(); ++i) {
       subjects_.emplace_back(settings, subjects[i], SubjectId{static_cast<std::uint32_t>(i)});
       searches_.emplace_back(settings, subjects[i]);
@@ -45,8 +46,14 @@ class BodyLabeller final : public Labeller {
     search(expected.at);
     labels_.resize(subjects_.size());
     for (std::size_t i = 0; i < subjects_.size(); ++i) subjects_[i].show(tracks_, labels_[i]);
+    surmised_.clear();
+    for (const SubjectLabeller& subject : subjects_) {
+      if (subject.tracking()) subject.show_surmised(tracks_, surmised_);
+    }
     return labels_;
   }
+
+  std::span<const SurmisedMarker> surmised() const override { return surmised_; }
 
   std::optional<SubjectFit> take_fit() override {
     for (SubjectLabeller& subject : subjects_) {
@@ -123,6 +130,7 @@ class BodyLabeller final : public Labeller {
   std::vector<char> away_;               // likewise
   std::size_t next_ = 0;                 // whose turn it is to be looked for
   Labels labels_;
+  std::vector<SurmisedMarker> surmised_;
 };
 
 }  // namespace

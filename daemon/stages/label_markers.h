@@ -14,7 +14,7 @@ struct LabelSettings {
   double still_radius_m = 0.02;                            ///< what moves less holds still
   Duration search_every = std::chrono::milliseconds(100);  ///< for a T-pose, which costs some milliseconds
   std::size_t search_work = 1200;                          ///< for any pose, each set: bone fits of under 1 us
-  int limb_work = 24;        ///< for limbs whose names were lost, each set and subject: readings, of a pose or two each
+  int limb_work = 40;        ///< for limbs whose names were lost, each set and subject: readings, of a pose or two each
   double most_rms_m = 0.02;  ///< a T-pose's markers from the body that is fitted to them
   double least_share = 0.85;         ///< of the markers that a T-pose must show
   double rigid_tolerance_m = 0.006;  ///< a rigid body's markers from their places

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <optional>
 #include <span>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "model/sighting.h"
 #include "model/skeleton.h"
 #include "model/subject_state.h"
+#include "module/surmised_marker.h"
 #include "stages/label_markers.h"
 #include "stages/named_tracks.h"
 #include "stages/read_limb.h"
@@ -73,6 +75,8 @@ class SubjectLabeller {
 
   const body::BodyFollower& body() const noexcept { return body_; }
   void show(const NamedTracks& tracks, SubjectLabels& into) const;
+  /// Appends what a limb's last reading left open, until it is read again.
+  void show_surmised(const NamedTracks& tracks, std::vector<SurmisedMarker>& into) const;
   std::optional<SubjectFit> take_fit();
   /// The body's bones and markers are known better.
   void refit(const SubjectFit& fit);
@@ -87,13 +91,16 @@ class SubjectLabeller {
     int index = NamedTracks::kNone;  // in this instant's tracks
     int doubt = 0;                   // grows while the body contradicts
     float confidence = 0.0F;
-    double usual_off_m = 0.003;  // mean from its place
-    bool held = false;           // by this track for about 20 sets
-    TrackId last;                // bore it until it was lost or the name was taken back
-    bool leapt = false;          // that track did, then or since
-    bool unbroken = false;       // it was seen on and on since
-    bool jumped = false;         // its track is not where its own motion led to
-    Timestamp seen_at;           // the rest is of then
+    double usual_off_m = 0.003;     // mean from its place
+    bool held = false;              // by this track for about 20 sets
+    TrackId last;                   // bore it until it was lost or the name was taken back
+    bool leapt = false;             // that track did, then or since
+    bool unbroken = false;          // it was seen on and on since
+    bool jumped = false;            // its track is not where its own motion led to
+    TrackId surmised;               // is likely its own, and may as well be that of another of
+    std::bitset<kMaxLabels> among;  // these markers
+    Timestamp surmised_at;
+    Timestamp seen_at;  // the rest is of then
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
     Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
   };
@@ -142,6 +149,7 @@ class SubjectLabeller {
   bool wanted_elsewhere(int index, const NamedTracks& tracks) const;
   bool taken_elsewhere(int track) const;
   void adopt(NamedTracks& tracks);
+  void surmise(const NamedTracks& tracks);
 
   LabelSettings settings_;
   SubjectId id_;

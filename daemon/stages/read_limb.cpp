@@ -198,13 +198,25 @@ void LimbReader::judge(std::size_t reading) {
 void LimbReader::decide() {
   best_ = best_judged();
   found_ = best_.cost + kClearMargin < readings_[0].cost;
-  const Reading best = best_;
+  likeliest_ = best_;
   for (const Reading& other : readings_) {
-    if (other.cost > best.cost + kUndecided) continue;
+    if (other.cost > likeliest_.cost + kUndecided) continue;
     for (std::size_t n = 0; n < names(); ++n) {
-      if (other.place_of[n] != best.place_of[n]) best_.place_of[n] = kNowhere;
+      if (other.place_of[n] != likeliest_.place_of[n]) best_.place_of[n] = kNowhere;
     }
   }
+}
+
+std::bitset<TieReader::kMostNames> LimbReader::names_at(int place) const {
+  std::bitset<TieReader::kMostNames> all;
+  for (const Reading& one : readings_) {
+    if (one.cost > likeliest_.cost + kUndecided) continue;
+    const auto end = one.place_of.begin() + static_cast<std::ptrdiff_t>(names());
+    const auto there = std::find(one.place_of.begin(), end, place);
+    if (there == end) return {};
+    all.set(static_cast<std::size_t>(there - one.place_of.begin()));
+  }
+  return all;
 }
 
 }  // namespace mocap::stages

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <bitset>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -64,6 +65,10 @@ class LimbReader {
   /// otherwise, kNowhere. Null where there is none.
   const TieReader::Reading* found() const noexcept { return found_ ? &best_ : nullptr; }
   int now(std::size_t name) const { return now_.place_of[name]; }
+  /// The best reading, clearly better or not.
+  const TieReader::Reading& likeliest() const noexcept { return likeliest_; }
+  /// The names that readings about as good as the best give to a place; empty where one of them gives it to none.
+  std::bitset<TieReader::kMostNames> names_at(int place) const;
 
  private:
   enum class Stage { First, Exchange, Challenge, Done };
@@ -94,6 +99,7 @@ class LimbReader {
   Stage stage_ = Stage::Done;
   std::size_t next_name_ = 0;  // to be challenged
   TieReader::Reading best_;    // when the present stage began; in the end, what is found
+  TieReader::Reading likeliest_;
   bool found_ = false;
 };
 

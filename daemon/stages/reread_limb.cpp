@@ -14,6 +14,10 @@ constexpr double kNear_m = 0.3;
 constexpr double kWantedSigmas = 3.0;
 // Bounds what a set costs.
 constexpr int kMostLimbs = 2;
+// A limb that is not clear is read again before that.
+constexpr double kSurmised_s = 0.05;
+// Which of markers that are farther apart it is, a track must tell before it tells where its limb is.
+constexpr double kMostApart_m = 0.2;
 
 }  // namespace
 
@@ -90,6 +94,51 @@ void SubjectLabeller::adopt(NamedTracks& tracks) {
   std::erase_if(seen_, [&](const body::Observation& one) { return !believed_[static_cast<std::size_t>(one.marker)]; });
 }
 
+// What the likeliest reading has and is not said: a track that is a marker of the limb in all that are about as good,
+// and stays one.
+void SubjectLabeller::surmise(const NamedTracks& tracks) {
+  const TieReader::Reading& likeliest = limb_.likeliest();
+  for (std::size_t n = 0; n < limb_.names(); ++n) {
+    const int place = likeliest.place_of[n];
+    const int said = limb_.found() != nullptr ? limb_.found()->place_of[n] : limb_.now(n);
+    if (place < 0 || place == said) continue;
+    const std::bitset<TieReader::kMostNames> all = limb_.names_at(place);
+    const TrackId id = limb_.place(static_cast<std::size_t>(place)).track;
+    const int track = tracks.find(id);
+    if (all.none() || track < 0 || wanted_elsewhere(track, tracks)) continue;
+    for (Name& other : names_) {
+      if (other.surmised == id) other.surmised = {};
+    }
+    Name& name = names_[limb_.marker(n)];
+    name.surmised = id;
+    name.surmised_at = at_;
+    name.among.reset();
+    for (std::size_t other = 0; other < limb_.names(); ++other) {
+      if (all[other]) name.among.set(limb_.marker(other));
+    }
+  }
+}
+
+void SubjectLabeller::show_surmised(const NamedTracks& tracks, std::vector<SurmisedMarker>& into) const {
+  for (std::size_t m = 0; m < names_.size(); ++m) {
+    const Name& name = names_[m];
+    if (name.index >= 0 || !name.surmised.names_something() || to_s(at_ - name.surmised_at) > kSurmised_s) continue;
+    const int index = tracks.find(name.surmised);
+    if (index < 0 || tracks.named[static_cast<std::size_t>(index)] || !stray(static_cast<std::size_t>(index), tracks))
+      continue;
+    Eigen::Vector3d off = Eigen::Vector3d::Zero();
+    double most_m = 0.0;
+    for (std::size_t other = 0; other < names_.size(); ++other) {
+      if (!name.among[other]) continue;
+      const Eigen::Vector3d apart = body_.told(m) - body_.told(other);
+      off += apart / static_cast<double>(name.among.count());
+      most_m = std::max(most_m, apart.norm());
+    }
+    if (most_m > kMostApart_m) continue;
+    into.push_back({{id_, static_cast<std::uint32_t>(m)}, {tracks[index].position.v + off}});
+  }
+}
+
 // Begins with the limb in most trouble. False where there is none.
 bool SubjectLabeller::begin_limb(const NamedTracks& tracks) {
   const int bone = most_troubled_bone();
@@ -127,6 +176,7 @@ void SubjectLabeller::reread(NamedTracks& tracks) {
     if (!limb_.busy() && !begin_limb(tracks)) return;
     left -= limb_.advance(ties_, left);
     if (limb_.busy()) return;
+    surmise(tracks);
     if (limb_.found() != nullptr && find_read(*limb_.found(), tracks)) {
       adopt(tracks);
     } else {

@@ -23,6 +23,8 @@ constexpr int kFollowedSets = 3;
 constexpr double kRaySigmas = 4.0;
 constexpr double kFastest_m_s = 12.0;
 constexpr double kRayGap_s = 0.1;
+// How surely a surmised marker tells its limb.
+constexpr double kSurmisedSigma_m = 0.01;
 // A limb may take so long to be found again where its markers came back.
 constexpr double kChangeLasts_s = 0.1;
 // A body whose markers commonly are nearer to their places than the settings say is believed to be so well known, at
@@ -123,6 +125,19 @@ void SubjectSolver::gather(const SubjectLabels& labels, Timestamp at) {
     const auto bone = static_cast<std::size_t>(set.markers[m].bone);
     ++seen_markers_[bone];
     bones_[bone].seen_at = at;
+  }
+}
+
+// A limb goes where a marker of its own is, whichever that is.
+void SubjectSolver::gather_surmised(SubjectId id, std::span<const SurmisedMarker> surmised) {
+  for (const SurmisedMarker& one : surmised) {
+    const std::size_t m = one.label.marker;
+    if (one.label.subject != id || m >= how_seen_.size() || how_seen_[m] != Seen::No) continue;
+    body::Observation& seen = seen_.emplace_back();
+    seen.marker = static_cast<int>(m);
+    seen.position = one.position.v;
+    seen.sigma_m = kSurmisedSigma_m;
+    seen.surmised = true;
   }
 }
 
@@ -312,7 +327,8 @@ void SubjectSolver::begin_anew(Timestamp at) {
   fresh_ = true;
 }
 
-void SubjectSolver::solve(SubjectLabels& labels, std::span<const NamedRay> rays, Timestamp at, SubjectPose& into) {
+void SubjectSolver::solve(SubjectLabels& labels, std::span<const NamedRay> rays,
+                          std::span<const SurmisedMarker> surmised, Timestamp at, SubjectPose& into) {
   into.bones.clear();
   into.residual_m = 0.0;
   into.smoothing_delay_s = 0.0;
@@ -328,6 +344,7 @@ void SubjectSolver::solve(SubjectLabels& labels, std::span<const NamedRay> rays,
   } else {
     body_.predict(at);
     gather_rays(labels.subject, rays, at);
+    gather_surmised(labels.subject, surmised);
     (void)body_.fit(seen_);
     if (refit_) wear_refit();
     body_.learn(seen_);

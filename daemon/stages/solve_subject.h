@@ -28,7 +28,8 @@ class SubjectSolver {
 
   /// The pose of this set, and the labels of markers that were not measured filled in. `rays` are those of this subject
   /// and of others.
-  void solve(SubjectLabels& labels, std::span<const NamedRay> rays, Timestamp at, SubjectPose& into);
+  void solve(SubjectLabels& labels, std::span<const NamedRay> rays, std::span<const SurmisedMarker> surmised,
+             Timestamp at, SubjectPose& into);
   void refit(const SubjectFit& fit);
   void predict(SubjectId id, Timestamp at, Expected& into);
 
@@ -54,6 +55,7 @@ class SubjectSolver {
   enum class Seen : std::uint8_t { No, Ray, Measured };
 
   void gather(const SubjectLabels& labels, Timestamp at);
+  void gather_surmised(SubjectId id, std::span<const SurmisedMarker> surmised);
   void gather_rays(SubjectId id, std::span<const NamedRay> rays, Timestamp at);
   bool believed(std::size_t marker, const NamedRay& ray, Timestamp at);
   void note_seen(std::size_t marker, Seen how);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <random>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -66,6 +67,7 @@ class LabelWorld {
 
   const std::vector<Subject>& subjects() const { return subjects_; }
   const Labels& labels() const { return *labels_; }
+  std::span<const SurmisedMarker> surmised() const { return labeller_->surmised(); }
   std::optional<SubjectFit> take_fit() { return labeller_->take_fit(); }
   Timestamp at() const { return from_ns(1'000'000'000) + from_s((sets_ - 1) * kStep_s); }
 

@@ -92,6 +92,16 @@ TEST_F(ReadLimb, WhatIsFoundDoesNotHangOnHowMuchIsDoneAtATime) {
   EXPECT_EQ(slow.found()->cost, limb.found()->cost);
 }
 
+TEST_F(ReadLimb, APlaceIsOfAllNamesThatGoodReadingsGiveIt) {
+  (void)limb.advance(ties, 1000);
+  for (std::size_t n = 0; n < limb.names(); ++n) {
+    const auto names = limb.names_at(static_cast<int>(limb.names() - 1 - n));
+    EXPECT_EQ(names.count(), 1U) << n;
+    EXPECT_TRUE(names[n]) << n;
+  }
+  EXPECT_TRUE(limb.names_at(static_cast<int>(limb.places())).none());  // no name is there
+}
+
 TEST_F(ReadLimb, StoppedItFindsNothing) {
   EXPECT_EQ(limb.advance(ties, 3), 3);
   EXPECT_TRUE(limb.busy());

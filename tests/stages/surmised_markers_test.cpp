@@ -1,0 +1,113 @@
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "stages/label_world.h"
+#include "stages/solve_skeleton.h"
+
+namespace mocap::stages {
+namespace {
+
+using test::LabelWorld;
+using test::markers_of;
+using test::moving_later;
+
+// A forearm that moves while nobody sees it and the hand; then a lone marker of theirs comes back, in sight to the end.
+struct LoneMarker : testing::Test {
+  LoneMarker() {
+    world.add("baseline41", moving_later({{"LeftUpArm", {0.0, 0.0, -0.4}}, {"LeftLowArm", {0.0, 0.3, -0.7}}}));
+    world.begin();
+    told = make_skeleton_solver({}, world.subjects());
+    blind = make_skeleton_solver({}, world.subjects());
+  }
+
+  void step(int sets) {
+    for (int i = 0; i < sets; ++i) {
+      world.step();
+      Labels labels = world.labels();
+      hand_told_m = off_m(told->solve(labels, world.at(), {}, world.surmised()));
+      labels = world.labels();
+      hand_blind_m = off_m(blind->solve(labels, world.at()));
+    }
+  }
+  double off_m(const Poses& poses) {
+    const auto& bones = world.one().set.skeleton.bones;
+    std::size_t hand = 0;
+    while (bones[hand].name != "LeftHand") ++hand;
+    return (poses[0].bones[hand].world_from_bone.position - world.one().truth->world()[hand].position).norm();
+  }
+  void hide(std::string_view bones) {
+    for (const std::size_t m : markers_of(world.one(), bones)) world.one().tracks[m].hidden = true;
+  }
+
+  LabelWorld world;
+  std::unique_ptr<SkeletonSolver> told, blind;
+  double hand_told_m = 0.0, hand_blind_m = 0.0;
+};
+
+TEST_F(LoneMarker, ThatMayBeEitherOfTwoIsSurmisedAndTellsWhereItsLimbIs) {
+  step(110);
+  hide("LeftLowArm LeftHand");
+  step(70);
+  EXPECT_TRUE(world.surmised().empty());
+  EXPECT_GT(hand_blind_m, 0.1);
+
+  world.bring_back(world.one().tracks[world.marker("LWristOut")]);
+  step(40);
+
+  ASSERT_EQ(world.surmised().size(), 1U);
+  const SurmisedMarker& one = world.surmised()[0];
+  EXPECT_EQ(one.label.subject, SubjectId{0});
+  EXPECT_LT((one.position.v - world.true_place(one.label.marker)).norm(), 0.1);
+  EXPECT_EQ(world.wrongs(), 0);
+  EXPECT_LT(hand_told_m, 0.5 * hand_blind_m);
+}
+
+TEST_F(LoneMarker, IsSurmisedNoMoreWhenItHasItsName) {
+  step(110);
+  hide("LeftLowArm LeftHand");
+  step(70);
+  world.bring_back(world.one().tracks[world.marker("LWristOut")]);
+  step(20);
+  ASSERT_FALSE(world.surmised().empty());
+
+  for (const std::size_t m : markers_of(world.one(), "LeftLowArm LeftHand")) {
+    if (world.one().tracks[m].hidden) world.bring_back(world.one().tracks[m]);
+  }
+  step(20);
+
+  EXPECT_EQ(world.rights(), world.markers());
+  EXPECT_TRUE(world.surmised().empty());
+}
+
+// Of a whole arm a lone marker may be at the shoulder or on the hand.
+TEST_F(LoneMarker, ThatMayBeAnywhereOnAnArmTellsNothing) {
+  step(110);
+  hide("LeftUpArm LeftLowArm LeftHand");
+  step(70);
+
+  world.bring_back(world.one().tracks[world.marker("LElbowOut")]);
+  for (int set = 0; set < 20; ++set) {
+    step(1);
+    EXPECT_TRUE(world.surmised().empty()) << set;
+  }
+}
+
+TEST_F(LoneMarker, ThatEndsIsSurmisedNoMore) {
+  step(110);
+  hide("LeftLowArm LeftHand");
+  step(70);
+  world.bring_back(world.one().tracks[world.marker("LWristOut")]);
+  step(20);
+  ASSERT_FALSE(world.surmised().empty());
+
+  hide("LeftLowArm LeftHand");
+  step(1);
+
+  EXPECT_TRUE(world.surmised().empty());
+}
+
+}  // namespace
+}  // namespace mocap::stages
