@@ -25,6 +25,7 @@ struct Script {
   bool called = false;    // the matcher was told the name
   Eigen::Vector3d place;  // and where to look for the track
   bool ray = false;       // the solver was told a ray of that name
+  bool surmised = false;  // and what the labeller surmised
 };
 
 class ScriptedMatcher : public Matcher {
@@ -65,18 +66,22 @@ class ScriptedLabeller : public support::EmptyLabeller {
     labels_[0].markers[kName.marker].track = script_.bearer;
     return labels_;
   }
+  std::span<const SurmisedMarker> surmised() const override { return {&surmised_, 1}; }
 
  private:
   Script& script_;
   Labels labels_;
+  SurmisedMarker surmised_{kName, {kTold}};
 };
 
 class ScriptedSolver : public support::EmptySolver {
  public:
   explicit ScriptedSolver(Script& script) : script_(script) {}
-  const Poses& solve(Labels& labels, Timestamp at, std::span<const NamedRay> rays) override {
+  const Poses& solve(Labels& labels, Timestamp at, std::span<const NamedRay> rays,
+                     std::span<const SurmisedMarker> surmised) override {
     script_.ray = rays.size() == 1 && rays[0].label == kName;
-    return EmptySolver::solve(labels, at, rays);
+    script_.surmised = surmised.size() == 1 && surmised[0].label == kName;
+    return EmptySolver::solve(labels, at, rays, surmised);
   }
   void predict(Timestamp, Expected& into) const override {
     ExpectedMarker& one = into.markers.push_back({});
@@ -129,6 +134,8 @@ TEST_F(FuseNames, ARayOfAHiddenMarkerKeepsItsNameAsLongAsOneCameraSeesIt) {
   EXPECT_TRUE(script.called);
   EXPECT_TRUE(script.ray);
 }
+
+TEST_F(FuseNames, WhatTheLabellerSurmisesReachesTheSolver) { EXPECT_TRUE(script.surmised); }
 
 TEST_F(FuseNames, ANameOutlivesAMomentInWhichNoCameraSeesTheMarker) {
   step(10);

@@ -38,6 +38,7 @@ class EmptyTracker : public MarkerTracker {
 class EmptyLabeller : public Labeller {
  public:
   const Labels& label(const TrackedMarkers&, const Expected&) override { return nothing_; }
+  std::span<const SurmisedMarker> surmised() const override { return {}; }
   std::optional<SubjectFit> take_fit() override { return std::nullopt; }
   void refit(const SubjectFit& /*fit*/) override {}
 
@@ -47,7 +48,9 @@ class EmptyLabeller : public Labeller {
 
 class EmptySolver : public SkeletonSolver {
  public:
-  const Poses& solve(Labels&, Timestamp, std::span<const NamedRay>) override { return nothing_; }
+  const Poses& solve(Labels&, Timestamp, std::span<const NamedRay>, std::span<const SurmisedMarker>) override {
+    return nothing_;
+  }
   void refit(const SubjectFit&) override {}
   void predict(Timestamp, Expected&) const override {}
 

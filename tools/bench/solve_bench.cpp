@@ -62,6 +62,7 @@ class TimedLabeller final : public Labeller {
     const Stopwatch watch(spent_us_);
     return labeller_->label(tracked, expected);
   }
+  std::span<const SurmisedMarker> surmised() const override { return labeller_->surmised(); }
   std::optional<SubjectFit> take_fit() override { return labeller_->take_fit(); }
   void refit(const SubjectFit& fit) override { labeller_->refit(fit); }
 
@@ -75,9 +76,10 @@ class TimedSolver final : public SkeletonSolver {
   TimedSolver(std::unique_ptr<SkeletonSolver> solver, double& spent_us)
       : solver_(std::move(solver)), spent_us_(spent_us) {}
 
-  const Poses& solve(Labels& labels, Timestamp at, std::span<const NamedRay> rays) override {
+  const Poses& solve(Labels& labels, Timestamp at, std::span<const NamedRay> rays,
+                     std::span<const SurmisedMarker> surmised) override {
     const Stopwatch watch(spent_us_);
-    return solver_->solve(labels, at, rays);
+    return solver_->solve(labels, at, rays, surmised);
   }
   void refit(const SubjectFit& fit) override { solver_->refit(fit); }
   void predict(Timestamp at, Expected& into) const override {
