@@ -128,11 +128,25 @@ void SubjectSolver::gather(const SubjectLabels& labels, Timestamp at) {
   }
 }
 
-// A limb goes where a marker of its own is, whichever that is.
+// Whether a ray tells the marker's bone, or the one above or below.
+bool SubjectSolver::told_by_ray(std::size_t marker) const {
+  const auto& markers = body_.pose().marker_set().markers;
+  const int bone = markers[marker].bone;
+  for (std::size_t m = 0; m < ray_of_.size(); ++m) {
+    if (ray_of_[m] == nullptr) continue;
+    const int other = markers[m].bone;
+    if (other == bone || parents_[static_cast<std::size_t>(other)] == bone ||
+        parents_[static_cast<std::size_t>(bone)] == other)
+      return true;
+  }
+  return false;
+}
+
+// A limb goes where a marker of its own is, whichever that is. A ray has a name, and tells more.
 void SubjectSolver::gather_surmised(SubjectId id, std::span<const SurmisedMarker> surmised) {
   for (const SurmisedMarker& one : surmised) {
     const std::size_t m = one.label.marker;
-    if (one.label.subject != id || m >= how_seen_.size() || how_seen_[m] != Seen::No) continue;
+    if (one.label.subject != id || m >= how_seen_.size() || how_seen_[m] != Seen::No || told_by_ray(m)) continue;
     body::Observation& seen = seen_.emplace_back();
     seen.marker = static_cast<int>(m);
     seen.position = one.position.v;

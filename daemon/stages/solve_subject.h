@@ -55,6 +55,7 @@ class SubjectSolver {
   enum class Seen : std::uint8_t { No, Ray, Measured };
 
   void gather(const SubjectLabels& labels, Timestamp at);
+  bool told_by_ray(std::size_t marker) const;
   void gather_surmised(SubjectId id, std::span<const SurmisedMarker> surmised);
   void gather_rays(SubjectId id, std::span<const NamedRay> rays, Timestamp at);
   bool believed(std::size_t marker, const NamedRay& ray, Timestamp at);

@@ -99,6 +99,31 @@ TEST_F(LoneMarker, ThatMayBeAnywhereOnAnArmTellsNothing) {
   }
 }
 
+TEST_F(LoneMarker, IsNotSurmisedWhereARayHasAName) {
+  step(110);
+  hide("LeftLowArm LeftHand");
+  const auto name = [&](const char* marker) {
+    return Label{SubjectId{0}, static_cast<std::uint32_t>(world.marker(marker))};
+  };
+  const WorldPoint eye{{4.0, 1.0, 2.5}};
+  for (const bool by_ray : {true, false}) {
+    for (int set = 0; set < 8; ++set) {
+      world.step();
+      const Eigen::Vector3d to = world.true_place(world.marker("LHandOut")) - eye.v;
+      std::vector<NamedRay> rays;
+      if (by_ray) rays.push_back({name("LHandOut"), CameraId{0}, eye, to.normalized(), 2e-4});
+      const Eigen::Vector3d aside(0.0, 0.0, set < 4 ? 0.0 : 0.06);  // the ray is believed after some sets
+      const std::vector<SurmisedMarker> surmised{
+          {name("LWristOut"), {world.true_place(world.marker("LWristOut")) + aside}}};
+      Labels labels = world.labels();
+      hand_told_m = off_m(told->solve(labels, world.at(), rays, surmised));
+      labels = world.labels();
+      hand_blind_m = off_m(blind->solve(labels, world.at(), rays));
+    }
+    EXPECT_EQ(hand_told_m - hand_blind_m < 0.01, by_ray) << hand_told_m << ' ' << hand_blind_m;
+  }
+}
+
 TEST_F(LoneMarker, ThatEndsIsSurmisedNoMore) {
   step(110);
   hide("LeftLowArm LeftHand");
