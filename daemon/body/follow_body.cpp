@@ -1,10 +1,9 @@
 #include "body/follow_body.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
-
-#include <Eigen/LU>
 
 #include "body/rotation.h"
 
