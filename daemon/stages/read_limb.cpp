@@ -4,8 +4,6 @@
 #include <limits>
 #include <utility>
 
-#include "base/expects.h"
-
 namespace mocap::stages {
 namespace {
 
@@ -42,6 +40,7 @@ void LimbReader::clear() {
   places_.clear();
   for (auto& hints : hint_) hints.fill(0.0);
   now_.place_of.fill(kNowhere);
+  likeliest_ = now_;
   stop();
   found_ = false;
 }

@@ -102,6 +102,20 @@ TEST_F(ReadLimb, APlaceIsOfAllNamesThatGoodReadingsGiveIt) {
   EXPECT_TRUE(limb.names_at(static_cast<int>(limb.places())).none());  // no name is there
 }
 
+TEST_F(ReadLimb, ALimbThatMayBeNowhereHasNoLikeliestPlaces) {
+  (void)limb.advance(ties, 1000);
+  ASSERT_GE(limb.likeliest().place_of[0], 0);
+
+  limb.clear();
+  EXPECT_TRUE(limb.add_name(0));
+  limb.begin(ties, body, {}, std::vector<char>(set.skeleton.bones.size(), 0));
+
+  EXPECT_EQ(limb.advance(ties, 1000), 0);
+  EXPECT_FALSE(limb.busy());
+  EXPECT_EQ(limb.found(), nullptr);
+  EXPECT_EQ(limb.likeliest().place_of[0], LimbReader::kNowhere);
+}
+
 TEST_F(ReadLimb, StoppedItFindsNothing) {
   EXPECT_EQ(limb.advance(ties, 3), 3);
   EXPECT_TRUE(limb.busy());
@@ -141,8 +155,8 @@ TEST_F(SlowLimbs, ALegIsNamedSomeSetsLater) {
   EXPECT_EQ(world.rights(), world.markers());
 }
 
-// What was read of tracks that ended or took other markers meanwhile is nothing.
-TEST_F(SlowLimbs, TracksThatEndOrExchangeWhileTheyAreReadLeaveNoWrongNames) {
+// What was read of tracks that ended meanwhile is nothing.
+TEST_F(SlowLimbs, TracksThatEndWhileTheyAreReadLeaveNoWrongNames) {
   auto& tracks = world.one().tracks;
   for (const std::size_t m : leg) world.bring_back(tracks[m]);
   for (int round = 0; round < 10; ++round) {
