@@ -89,8 +89,8 @@ class FakeFeed:
     def _utc_minus_host(self):
         return time.time_ns() - time.monotonic_ns() + self.utc_error_ns
 
-    def _description(self):
-        said = description(self.protocol, self.version, self.session, self.bones)
+    def _description(self, version):
+        said = description(self.protocol, version, self.session, self.bones)
         if self._more:
             said.protocol_revision = 99
         return b"description\0" + said.SerializeToString() + self._more
@@ -112,32 +112,34 @@ class FakeFeed:
         zap = context.socket(zmq.REP)
         zap.bind("inproc://zeromq.zap.01")
         socket = context.socket(zmq.XPUB)
-        for option, value in ((zmq.LINGER, 0), (zmq.SNDHWM, 8)):
+        # What a client lacks, it lost itself: after a pause of this thread its rounds come all at once.
+        for option, value in ((zmq.LINGER, 0), (zmq.SNDHWM, 1000)):
             socket.setsockopt(option, value)
         if self._keys is not None:
             socket.curve_server, socket.curve_secretkey, socket.zap_domain = True, self._keys[1], b"test"
+        said_version = self.version
         if self.describes:
-            socket.setsockopt(zmq.XPUB_WELCOME_MSG, self._description())
+            socket.setsockopt(zmq.XPUB_WELCOME_MSG, self._description(said_version))
         socket.bind(self.endpoint)
         self._ready.set()
         sequence = 0
         next_at = time.monotonic()
         next_report = next_at
-        said_version = self.version
         while not self._stop.is_set():
             if self._allowed is not None:
                 self._answer_zap(zap)
             while socket.poll(0):
                 socket.recv()
-            if time.monotonic() >= next_report or said_version != self.version:
+            version = self.version
+            if time.monotonic() >= next_report or said_version != version:
                 next_report = time.monotonic() + 1
                 if self.describes:
-                    socket.setsockopt(zmq.XPUB_WELCOME_MSG, self._description())
-                    socket.send(self._description())
-                said_version = self.version
+                    socket.setsockopt(zmq.XPUB_WELCOME_MSG, self._description(version))
+                    socket.send(self._description(version))
+                said_version = version
                 socket.send(self._health())
             if self.rate_hz > 0:
-                said = snapshot(sequence + 1, sequence, self.version, self.phase, self.poses)
+                said = snapshot(sequence + 1, sequence, version, self.phase, self.poses)
                 said.utc_minus_host_ns = self._utc_minus_host()
                 now = time.monotonic_ns()
                 instants = said.instants
