@@ -69,7 +69,7 @@ void NewMatcher::decide(RayTable& rays, bool last_round, Matches& into) {
 }
 
 // False when too little is left of the hypothesis.
-bool NewMatcher::lose_taken(const RayTable& rays, Hypothesis& hypothesis) {
+bool NewMatcher::lose_taken(RayTable& rays, Hypothesis& hypothesis) {
   const std::size_t before = hypothesis.members.size();
   for (std::size_t i = hypothesis.members.size(); i-- > 0;) {
     const auto [view, ray] = hypothesis.members[i];

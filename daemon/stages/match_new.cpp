@@ -61,7 +61,8 @@ void NewMatcher::match(RayTable& rays, std::uint32_t missing_views, Matches& int
   gather_free(rays);
   if (free_views_ < 2) return;
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
-    rays[view].make_free_quadrics();
+    // Where all are free all will be asked about, and many at once cost less; else few are.
+    if (free_[view].count == rays[view].size()) rays[view].make_all_quadrics();
     const auto first = static_cast<std::ptrdiff_t>(view * kMaxBlobs);
     std::fill_n(best_of_.begin() + first, rays[view].size(), kNone);
     std::fill_n(rivals_.begin() + first, rays[view].size(), 0U);
@@ -255,7 +256,7 @@ void NewMatcher::propose(RayTable& rays, std::size_t a, std::size_t i, std::size
 }
 
 // Makes the trial of two rays, if they meet where a marker can be.
-bool NewMatcher::start(const RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j) {
+bool NewMatcher::start(RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j) {
   work_ += kWorkOfShadow;
   const Vector3d& along_a = free_[a].direction[i];
   const Vector3d& along_b = free_[b].direction[j];
@@ -293,10 +294,11 @@ void NewMatcher::gather_support(RayTable& rays, Hypothesis& from) {
 }
 
 // Finds the point of the members, leaves out those that do not agree; false where nothing is left to believe.
-bool NewMatcher::settle(const RayTable& rays, Hypothesis& hypothesis) {
+bool NewMatcher::settle(RayTable& rays, Hypothesis& hypothesis) {
   const double doubt_px2 = rig_px_ * rig_px_;
   sightings_.clear();
   for (const auto& [view, ray] : hypothesis.members) {
+    rays[view].make_quadric(ray);
     auto& sighting = sightings_.push_back(rays[view].sighting(ray, static_cast<std::uint32_t>(view) << 16 | ray));
     // The covariance of a point is used to look for more views: it must hold the error of the rig too.
     const double own_px2 = sighting.sigma_px * sighting.sigma_px;

@@ -73,15 +73,15 @@ class NewMatcher {
   void propose(RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j);
   bool is_explained(Member a, Member b) const;
   bool put_off(Member member);
-  bool start(const RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j);
+  bool start(RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j);
   void gather_support(RayTable& rays, Hypothesis& from);
-  bool settle(const RayTable& rays, Hypothesis& hypothesis);
+  bool settle(RayTable& rays, Hypothesis& hypothesis);
   void count_cameras(const RayTable& rays, Hypothesis& hypothesis) const;
   std::uint32_t needed(const Hypothesis& hypothesis) const;
   void remember(const Hypothesis& hypothesis);
   void forget(std::uint32_t index);
   void decide(RayTable& rays, bool last_round, Matches& into);
-  bool lose_taken(const RayTable& rays, Hypothesis& hypothesis);
+  bool lose_taken(RayTable& rays, Hypothesis& hypothesis);
   void believe(RayTable& rays, const Hypothesis& hypothesis, Matches& into);
   void believe_lone_pairs(RayTable& rays, Matches& into);
   bool is_better(std::size_t a, std::size_t b) const;

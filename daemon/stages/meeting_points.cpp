@@ -42,7 +42,7 @@ void MeetingPoints::begin(const Expected& expected) {
   for (Floats& column : sum_) std::fill_n(column.begin(), lane_count_, 0.0F);
   std::fill_n(count_.begin(), lane_count_, 0.0F);
   std::fill_n(least_depth_m_.begin(), lane_count_, std::numeric_limits<float>::max());
-  std::fill(variance_px2_.begin() + static_cast<std::ptrdiff_t>(marker_count_), variance_px2_.end(), 0.0F);
+  std::fill_n(variance_px2_.begin() + static_cast<std::ptrdiff_t>(marker_count_), lane_count_ - marker_count_, 0.0F);
 }
 
 // A column for each number, so that the loops over them run several at a time.

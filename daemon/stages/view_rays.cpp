@@ -17,7 +17,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::uint32_t kNoView = 0xFFFF'FFFF;
 // A marker nearer to the camera's plane than that is not in front of it.
 constexpr double kNearest_m = 0.05;
 
@@ -66,17 +65,12 @@ std::optional<Shadow> ViewRays::shadow(const Vector3d& point, const Matrix3d& co
   return shadow;
 }
 
-void ViewRays::make_quadric(std::size_t ray) {
-  if (has_quadric_[ray] != 0) return;
+void ViewRays::write_quadric(std::size_t ray) {
   quadric[ray] = geometry::quadric_of(*rows, rays[ray], sigma_px[ray]);
   has_quadric_[ray] = 1;
 }
 
-void ViewRays::make_free_quadrics() {
-  if (free_count() < size()) {
-    for_free([this](std::size_t ray) { make_quadric(ray); });
-    return;
-  }
+void ViewRays::make_all_quadrics() {
   geometry::quadrics_of(*rows, rays, sigma_px, quadric);
   std::ranges::fill(has_quadric_, std::uint8_t{1});
 }
@@ -282,11 +276,6 @@ void ViewRays::drop_missing() {
   blob.resize(kept);
   track.resize(kept);
   rays.drop_missing();
-}
-
-std::optional<std::size_t> RayTable::view_of(std::size_t camera) const {
-  if (view_of_[camera] == kNoView) return std::nullopt;
-  return view_of_[camera];
 }
 
 bool RayTable::could_see(std::size_t view, const WorldPoint& point) const {

@@ -52,11 +52,12 @@ struct ViewRays {
   geometry::QuadricSighting sighting(std::size_t ray, std::uint32_t source) const {
     return {&quadric[ray], &rows->depth, sigma_px[ray], 1.0, source};
   }
-  bool has_quadric(std::size_t ray) const { return has_quadric_[ray] != 0; }
   /// Makes a ray's quadric if it is not there.
-  void make_quadric(std::size_t ray);
-  /// Makes those of all rays that no match has.
-  void make_free_quadrics();
+  void make_quadric(std::size_t ray) {
+    if (has_quadric_[ray] == 0) write_quadric(ray);
+  }
+  /// Makes those of all rays, many at a time.
+  void make_all_quadrics();
 
   /// One match more has the ray, or one less.
   void take(std::size_t ray) { ++taken[ray]; }
@@ -114,6 +115,7 @@ struct ViewRays {
   void reserve();
   void drop_missing();
   void bound();
+  void write_quadric(std::size_t ray);
   ListedRays::Place place(std::size_t ray) const { return {x_f[ray], y_f[ray], variance_f[ray]}; }
 
   double max_spread_px_ = 0.0;
@@ -149,12 +151,17 @@ class RayTable {
   std::optional<std::size_t> nearest_free(std::size_t view) const { return shadows_.nearest_free(view, views_[view]); }
 
   /// The view of a camera, or nothing when the set has none.
-  std::optional<std::size_t> view_of(std::size_t camera) const;
+  std::optional<std::size_t> view_of(std::size_t camera) const {
+    if (view_of_[camera] == kNoView) return std::nullopt;
+    return view_of_[camera];
+  }
 
   /// Whether the point lies in the image of this view's camera.
   bool could_see(std::size_t view, const WorldPoint& point) const;
 
  private:
+  static constexpr std::uint32_t kNoView = 0xFFFF'FFFF;
+
   void cast_view(const BlobFrame& frame, ViewRays& view);
   bool read_blobs(const BlobFrame& frame, ViewRays& view);
   void doubt_crowds(const BlobFrame& frame, ViewRays& view);
