@@ -124,7 +124,7 @@ class Sum {
         continue;
       }
       depth_[count_] = depth;
-      const double weight = sightings_[count_].trust / (depth * depth);
+      const double weight = 1.0 / (depth * depth);
       weight_[count_] = weight;
       const Form quadric = load(*sightings_[count_].quadric);
       total.squares += weight * quadric.squares;
@@ -158,7 +158,7 @@ class Sum {
       const bool fits = depth > kNearest_m && off2 <= (floor_px2_ + sigmas2_ * sigma2) * depth * depth;
       verdict.all_fit = verdict.all_fit && fits;
       verdict.depths_hold = verdict.depths_hold && std::abs(depth - depth_[i]) <= kSmallChange * depth_[i];
-      verdict.sum_px2 += off2 * (weight_[i] / s.trust);
+      verdict.sum_px2 += off2 * weight_[i];
     }
     return verdict;
   }

@@ -33,7 +33,6 @@ struct QuadricSighting {
   const RayQuadric* quadric = nullptr;     ///< borrowed for the call
   const Eigen::Vector4d* depth = nullptr;  ///< CameraRows::depth, borrowed for the call
   double sigma_px = 1.0;                   ///< that the quadric was made with
-  double trust = 1.0;                      ///< share of what it promises that is believed, over 0 to 1
   std::uint32_t source = 0;                ///< the caller's own number for it, carried along
 };
 

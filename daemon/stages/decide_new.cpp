@@ -93,7 +93,9 @@ void NewMatcher::believe(RayTable& rays, const Hypothesis& hypothesis, Matches& 
     return;
   }
   Match& match = into.matches.push_back(none_);
-  match.start = hypothesis.at.point;
+  const geometry::Refined& at = hypothesis.at;
+  match.start = at.point;
+  match.meeting = {at.point, at.covariance_m2, at.rms_px, agreement_.floor_px, agreement_.sigmas};
   for (; views != 0; views &= views - 1) {  // in their order
     const auto view = static_cast<std::uint16_t>(std::countr_zero(views));
     const std::uint16_t ray = ray_of[view];

@@ -279,12 +279,18 @@ bool NewMatcher::start(RayTable& rays, std::size_t a, std::size_t i, std::size_t
   return settle(rays, trial_);
 }
 
-// Adds the nearest free ray of each view that has none in the hypothesis.
+// Adds the nearest free ray of each view that has none in the hypothesis. The rig's error makes the point less certain
+// than its rays promise.
 void NewMatcher::gather_support(RayTable& rays, Hypothesis& from) {
   std::uint64_t has = 0;
-  for (const Member& member : from.members) has |= std::uint64_t{1} << member.view;
+  double sum_1_px2 = 0.0;
+  for (const auto& [view, ray] : from.members) {
+    has |= std::uint64_t{1} << view;
+    sum_1_px2 += 1.0 / (rays[view].sigma_px[ray] * rays[view].sigma_px[ray]);
+  }
+  const double times = 1.0 + rig_px_ * rig_px_ * sum_1_px2 / static_cast<double>(from.members.size());
   work_ += (rays.view_count() - from.members.size()) * kWorkOfShadow / 4;
-  rays.cast_shadows(from.at.point.v, from.at.covariance_m2, settings_.agree_sigmas, rig_px_);
+  rays.cast_shadows(from.at.point.v, times * from.at.covariance_m2, settings_.agree_sigmas, rig_px_);
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
     if ((has >> view & 1) != 0 || free_[view].count == 0) continue;
     const auto nearest = rays.nearest_free(view);
@@ -295,14 +301,10 @@ void NewMatcher::gather_support(RayTable& rays, Hypothesis& from) {
 
 // Finds the point of the members, leaves out those that do not agree; false where nothing is left to believe.
 bool NewMatcher::settle(RayTable& rays, Hypothesis& hypothesis) {
-  const double doubt_px2 = rig_px_ * rig_px_;
   sightings_.clear();
   for (const auto& [view, ray] : hypothesis.members) {
     rays[view].make_quadric(ray);
-    auto& sighting = sightings_.push_back(rays[view].sighting(ray, static_cast<std::uint32_t>(view) << 16 | ray));
-    // The covariance of a point is used to look for more views: it must hold the error of the rig too.
-    const double own_px2 = sighting.sigma_px * sighting.sigma_px;
-    sighting.trust = own_px2 / (own_px2 + doubt_px2);
+    sightings_.push_back(rays[view].sighting(ray, static_cast<std::uint32_t>(view) << 16 | ray));
   }
   work_ += sightings_.size() * kWorkOfShadow / 4;
   const auto agreed = geometry::agree(sightings_, hypothesis.at.point, agreement_);

@@ -76,7 +76,7 @@ class MatchTriangulator final : public Triangulator {
       const std::uint32_t camera = frames.views[seen.view]->camera.value;
       MOCAP_EXPECTS(camera < rig_.size());
       if (seen.quadric == nullptr || !(seen.sigma_px > 0.0F)) return false;
-      told_.push_back({seen.quadric, &rows_[camera].depth, static_cast<double>(seen.sigma_px), 1.0, seen.view});
+      told_.push_back({seen.quadric, &rows_[camera].depth, static_cast<double>(seen.sigma_px), seen.view});
     }
     return true;
   }

@@ -50,7 +50,7 @@ struct ViewRays {
   double y(std::size_t ray) const { return rays.y[ray]; }
   /// The ray's quadric has been made.
   geometry::QuadricSighting sighting(std::size_t ray, std::uint32_t source) const {
-    return {&quadric[ray], &rows->depth, sigma_px[ray], 1.0, source};
+    return {&quadric[ray], &rows->depth, sigma_px[ray], source};
   }
   /// Makes a ray's quadric if it is not there.
   void make_quadric(std::size_t ray) {

@@ -54,7 +54,7 @@ struct Seen {
   std::vector<QuadricSighting> sightings() const {
     std::vector<QuadricSighting> all;
     for (std::uint32_t c = 0; c < rig.size(); ++c) {
-      all.push_back({&quadrics[c], &rows[c].depth, sigma_px[c], 1.0, c});
+      all.push_back({&quadrics[c], &rows[c].depth, sigma_px[c], c});
     }
     return all;
   }
