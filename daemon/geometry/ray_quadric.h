@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -19,6 +20,13 @@ struct CameraRows {
   Eigen::Vector4d x = Eigen::Vector4d::Zero();
   Eigen::Vector4d y = Eigen::Vector4d::Zero();
   Eigen::Vector4d depth = Eigen::Vector4d::Zero();
+};
+
+/// What a ray says of the marker it leads to: a point X of the world, `depth` in front of the camera's plane, would be
+/// seen sqrt(h^T Q h) / depth standard deviations off the ray, h = (X, 1). Of the symmetric Q, m: xx yy zz 11, then xy
+/// yz zx and a number without meaning, then x1 y1 z1 and another.
+struct alignas(32) RayQuadric {
+  std::array<double, 12> q;
 };
 
 /// The quadric of a ray: its squared reprojection error as a form of the point, so that what many rays say of one point

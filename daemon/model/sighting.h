@@ -36,21 +36,13 @@ struct Expected {
   BoundedVector<ExpectedMarker, kMaxMarkers> markers;
 };
 
-/// What a ray says of the marker it leads to: a point X of the world, `depth` in front of the camera's plane, would be
-/// seen sqrt(h^T Q h) / depth standard deviations off the ray, h = (X, 1). Of the symmetric Q, m: xx yy zz 11, then xy
-/// yz zx and a number without meaning, then x1 y1 z1 and another.
-struct alignas(32) RayQuadric {
-  std::array<double, 12> q;
-};
-
 /// A blob of a frame set: `views[view]->blobs[blob]`; and where in it the marker is, when it is more than one's.
 struct BlobRef {
   std::uint16_t view = 0;
   std::uint16_t blob = 0;
   float off_x_px = 0.0F;  ///< from the blob's centroid to the marker
   float off_y_px = 0.0F;
-  float sigma_px = 0.0F;                ///< standard deviation of that place, each axis; 0: the blob's own
-  const RayQuadric* quadric = nullptr;  ///< that place as a ray, borrowed as the matches are; null: not told
+  float sigma_px = 0.0F;  ///< standard deviation of that place, each axis; 0: the blob's own
 };
 
 /// Where the sightings of a match meet, as the one who matched them found it.
@@ -67,10 +59,9 @@ struct Meeting {
 struct Match {
   static constexpr std::uint32_t kNew = 0xFFFF'FFFF;
 
-  std::uint32_t expected = kNew;    ///< index in Expected::markers, or kNew
-  bool by_blob_tracks = false;      ///< the 2D tracks of two or more of its blobs were this expected marker's before
-  std::optional<WorldPoint> start;  ///< about where the sightings meet, within a cm or so; nothing: not told
-  std::optional<Meeting> meeting;   ///< where they meet; nothing: not told
+  std::uint32_t expected = kNew;   ///< index in Expected::markers, or kNew
+  bool by_blob_tracks = false;     ///< the 2D tracks of two or more of its blobs were this expected marker's before
+  std::optional<Meeting> meeting;  ///< where the sightings meet; nothing: not told
   BoundedVector<BlobRef, kMaxCameras> sightings;
 };
 

@@ -94,13 +94,11 @@ void NewMatcher::believe(RayTable& rays, const Hypothesis& hypothesis, Matches& 
   }
   Match& match = into.matches.push_back(none_);
   const geometry::Refined& at = hypothesis.at;
-  match.start = at.point;
   match.meeting = {at.point, at.covariance_m2, at.rms_px, agreement_.floor_px, agreement_.sigmas};
   for (; views != 0; views &= views - 1) {  // in their order
     const auto view = static_cast<std::uint16_t>(std::countr_zero(views));
     const std::uint16_t ray = ray_of[view];
-    match.sightings.push_back({view, rays[view].blob[ray], 0.0F, 0.0F, static_cast<float>(rays[view].sigma_px[ray]),
-                               &rays[view].quadric[ray]});
+    match.sightings.push_back({view, rays[view].blob[ray], 0.0F, 0.0F, rays[view].sigma_f[ray]});
   }
 }
 

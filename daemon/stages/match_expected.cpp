@@ -149,13 +149,11 @@ void ExpectedMatcher::give(const RayTable& rays, std::size_t marker, Matches& in
   match.expected = static_cast<std::uint32_t>(marker);
   match.by_blob_tracks = own_views(marker) >= 2;
   const geometry::Refined& found = found_[marker];
-  match.start = found.point;
   match.meeting = {found.point, found.covariance_m2, found.rms_px, agreement_.floor_px, agreement_.sigmas};
   for (std::uint64_t views = held_.views(marker); views != 0; views &= views - 1) {
     const auto view = static_cast<std::size_t>(std::countr_zero(views));
     const Kept& one = held_(marker, view);
-    BlobRef& seen =
-        match.sightings.push_back({static_cast<std::uint16_t>(view), one.blob, 0.0F, 0.0F, one.sigma_px, nullptr});
+    BlobRef& seen = match.sightings.push_back({static_cast<std::uint16_t>(view), one.blob, 0.0F, 0.0F, one.sigma_px});
     if (!one.is_shared()) continue;
     const geometry::RayColumns& slope = rays[view].rays;
     const Eigen::Vector2d off = held_.place(one).off.cast<double>();
@@ -293,7 +291,7 @@ void ExpectedMatcher::assign_contested(std::span<const GateCandidate> candidates
 }
 
 // The place of a marker in a blob that it shares, as a ray; made once a set. Without room the whole blob stands for it.
-const RayQuadric& ExpectedMatcher::shared_quadric(const ViewRays& view, Held& place) {
+const geometry::RayQuadric& ExpectedMatcher::shared_quadric(const ViewRays& view, Held& place) {
   if (place.quadric == kNone) {
     if (shared_quadrics_.size() == kMaxShared) return view.quadric[place.ray];
     const Eigen::Vector2d at = Eigen::Vector2d(view.x(place.ray), view.y(place.ray)) + place.off.cast<double>();

@@ -57,7 +57,7 @@ class ExpectedMatcher {
   void offer(const GateCandidate& candidate, double cost);
   void assign_contested(std::span<const GateCandidate> candidates, std::size_t index);
   double cost_of(const GateCandidate& candidate) const;
-  const RayQuadric& shared_quadric(const ViewRays& view, Held& place);
+  const geometry::RayQuadric& shared_quadric(const ViewRays& view, Held& place);
   void forsake_doubles();
   std::size_t agree(RayTable& rays, std::size_t marker, const WorldPoint& start);
   bool take_meeting(std::size_t marker);
@@ -105,7 +105,7 @@ class ExpectedMatcher {
   };
   std::vector<Broken> broken_;            // whose 2D tracks broke in views that alone saw them
   std::vector<std::uint8_t> has_owners_;  // by view: whether any is known
-  std::vector<RayQuadric> shared_quadrics_;
+  std::vector<geometry::RayQuadric> shared_quadrics_;
   std::vector<geometry::Refined> found_;
   std::vector<std::uint32_t> views_of_;  // how many views of each marker agree
   std::vector<std::uint8_t> met_;        // whether the meetings have just those rays of each marker

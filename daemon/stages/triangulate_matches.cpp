@@ -9,7 +9,6 @@
 
 #include "base/expects.h"
 #include "geometry/ray_caster.h"
-#include "geometry/ray_quadric.h"
 #include "geometry/triangulation.h"
 #include "stages/blob_doubt.h"
 #include "stages/rig_error.h"
@@ -26,9 +25,7 @@ class MatchTriangulator final : public Triangulator {
       : settings_(settings),
         agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
         rig_(std::move(rig)),
-        error_(settings.calibration_px) {
-    for (const CameraModel& camera : rig_) rows_.emplace_back(camera.camera_from_world);
-  }
+        error_(settings.calibration_px) {}
 
   const Markers& triangulate(const FrameSet& frames, const Matches& matches) override {
     markers_.clear();
@@ -58,27 +55,14 @@ class MatchTriangulator final : public Triangulator {
     return met.floor_px <= agreement_.floor_px && met.sigmas <= agreement_.sigmas;
   }
 
-  // By what the matcher found, by what it tells of the rays, or by the blobs themselves.
+  // By what the matcher found, or by the blobs themselves.
   Result<geometry::Agreed, geometry::TriangulationFailure> point_of(const FrameSet& frames, const Match& match) {
     if (match.meeting && is_as_strict(*match.meeting)) {
       const Meeting& met = *match.meeting;
       return geometry::Agreed{{met.point, met.covariance_m2, met.rms_px}, match.sightings.size()};
     }
-    if (match.start && gather_told(frames, match)) return geometry::agree(told_, *match.start, agreement_);
     gather(frames, match);
     return geometry::agree(sightings_, agreement_);
-  }
-
-  // False where a sighting does not tell its ray.
-  bool gather_told(const FrameSet& frames, const Match& match) {
-    told_.clear();
-    for (const BlobRef& seen : match.sightings) {
-      const std::uint32_t camera = frames.views[seen.view]->camera.value;
-      MOCAP_EXPECTS(camera < rig_.size());
-      if (seen.quadric == nullptr || !(seen.sigma_px > 0.0F)) return false;
-      told_.push_back({seen.quadric, &rows_[camera].depth, static_cast<double>(seen.sigma_px), seen.view});
-    }
-    return true;
   }
 
   void gather(const FrameSet& frames, const Match& match) {
@@ -131,10 +115,8 @@ class MatchTriangulator final : public Triangulator {
   geometry::Agreement agreement_;
   Rig rig_;
   PointError error_;
-  std::size_t turn_ = 0;                    // counts the sets
-  std::vector<geometry::CameraRows> rows_;  // by camera
+  std::size_t turn_ = 0;  // counts the sets
   BoundedVector<geometry::Sighting, kMaxCameras> sightings_;
-  BoundedVector<geometry::QuadricSighting, kMaxCameras> told_;
   Markers markers_;
 };
 

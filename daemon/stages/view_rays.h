@@ -33,8 +33,8 @@ struct ViewRays {
   const geometry::CameraRows* rows = nullptr;  ///< of the camera
   double focal_px = 1.0;
   geometry::RayColumns rays{kMaxBlobs};
-  std::vector<RayQuadric> quadric;  ///< with sigma_px; of those rays only for which it was made
-  std::vector<double> sigma_px;     ///< with the doubt that the blob's shape casts
+  std::vector<geometry::RayQuadric> quadric;  ///< with sigma_px; of those rays only for which it was made
+  std::vector<double> sigma_px;               ///< with the doubt that the blob's shape casts
   std::vector<double> spread_px;    ///< over 0: more than one marker is likely in the blob, so far from its centroid
   std::vector<double> axis_rad;     ///< where there is a spread: of the longer axis; NaN: not told
   std::vector<std::uint16_t> blob;  ///< index in the BlobFrame
