@@ -8,6 +8,7 @@
 
 #include "base/expects.h"
 #include "base/loops.h"
+#include "model/bounds.h"
 
 namespace mocap::geometry {
 namespace {

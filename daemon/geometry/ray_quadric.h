@@ -8,7 +8,6 @@
 #include "base/result.h"
 #include "geometry/ray_caster.h"
 #include "geometry/triangulation.h"
-#include "model/sighting.h"
 
 namespace mocap::geometry {
 

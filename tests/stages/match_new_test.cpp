@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
+#include <random>
 #include <vector>
 
 #include "geometry/ray_caster.h"
