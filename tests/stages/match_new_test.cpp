@@ -51,5 +51,27 @@ TEST(MatchNew, TellsWhereTheRaysOfANewMarkerMeetAsCertainAsTheirBlobsAre) {
   }
 }
 
+TEST(MatchNew, FindsEachViewOfANewMarkerWhereTheRigIsWrongByMoreThanBlobsAre) {
+  std::mt19937 random(8);
+  const Rig rig = ring(8);
+  auto world = see(rig, cloud(30, random), {.sigma_px = 0.02}, random);
+  std::size_t blobs = 0;
+  for (const auto& frame : world.frames) {
+    std::uniform_real_distribution<double> off(-0.5, 0.5);
+    const Eigen::Vector2d wrong(off(random), off(random));
+    for (Blob& blob : frame->blobs) {
+      blob.centroid.v += wrong;
+      blob.sigma_px = 0.02;
+    }
+    blobs += frame->blobs.size();
+  }
+  const auto matcher = make_matcher({.calibration_px = 0.3}, rig);
+
+  std::size_t matched = 0;
+  for (const Match& match : matcher->match(world.set, {}).matches) matched += match.sightings.size();
+
+  EXPECT_GE(matched, blobs * 98 / 100);
+}
+
 }  // namespace
 }  // namespace mocap::stages
