@@ -25,6 +25,8 @@ constexpr double kLnGoesOn = 4.0;
 constexpr double kLnSureLone = 4.6;
 // And is another's if that is not less likely by this.
 constexpr double kLnRival = 3.0;
+// Of a marker that is known less well than hidden neighbours lie apart nobody can say which of them a lone blob is.
+constexpr double kUnknown_m = 0.02;
 // Points of two expected markers that lie farther apart are two markers.
 constexpr double kOne_m = 0.02;
 
@@ -180,32 +182,59 @@ void ExpectedMatcher::claim_own(const ViewRays& view, std::size_t index) {
   }
 }
 
-// Whether no other marker that hardly any view shows may as well have made the blob.
-bool ExpectedMatcher::has_no_rival(const ViewRays& view, std::size_t ray, std::size_t marker, double odds,
-                                   const Expected& expected) const {
+// What else may have made the blob: markers that hardly any view shows, by how likely each is.
+ExpectedMatcher::Rivals ExpectedMatcher::rivals_of(const ViewRays& view, std::size_t ray, std::size_t marker,
+                                                   double odds, const Expected& expected) const {
+  Rivals rivals;
+  double total = 1.0;
+  double square_m2 = 0.0;
   for (std::size_t other = 0; other < marker_count_; ++other) {
     if (other == marker || views_of_[other] > 1) continue;
-    if (log_odds_of_lone(view, ray, expected.markers.data()[other], error_.px()) + kLnRival > odds) return false;
+    const ExpectedMarker& one = expected.markers.data()[other];
+    const double ahead = log_odds_of_lone(view, ray, one, error_.px()) - odds;
+    if (!std::isfinite(ahead)) continue;
+    if (ahead > -kLnRival) rivals.none = false;
+    const Eigen::Vector3d apart = one.position.v - expected.markers.data()[marker].position.v;
+    const double share = std::exp(std::min(0.0, ahead));
+    total += share;
+    rivals.off_m += share * apart;
+    square_m2 += share * apart.squaredNorm();
   }
-  return true;
+  rivals.off_m /= total;
+  rivals.spread_m = std::sqrt(std::max(0.0, square_m2 / total - rivals.off_m.squaredNorm()) / 3.0);
+  return rivals;
+}
+
+// Whichever it is that is seen: the marker lies beside the ray by what those that it may be lie apart.
+void ExpectedMatcher::put_aside(const Rivals& rivals, const ExpectedMarker& expected, LoneSighting& lone) {
+  const double depth_m = (expected.position.v - lone.eye.v).dot(lone.direction);
+  if (!(depth_m > 0.0)) return;
+  lone.eye.v -= rivals.off_m;
+  lone.sigma_rad = std::hypot(lone.sigma_rad, rivals.spread_m / depth_m);
 }
 
 void ExpectedMatcher::list_lone(const FrameSet& frames, const RayTable& rays, const Expected& expected, Matches& into) {
   for (std::size_t m = 0; m < marker_count_; ++m) {
     if (views_of_[m] != 1) continue;
+    const ExpectedMarker& marker = expected.markers.data()[m];
     for (std::size_t view = 0; view < view_count_; ++view) {
       const Kept& one = held_(m, view);
       const std::uint16_t ray = one.ray;
       if (!one.has_ray() || rays[view].taken[ray] != 0 || !held_.is_alone(view, ray) || is_others(rays, m, view)) {
         continue;
       }
-      const double odds = log_odds_of_lone(rays[view], ray, expected.markers.data()[m], error_.px());
+      const double odds = log_odds_of_lone(rays[view], ray, marker, error_.px());
       if (!one.own && !(odds > kLnSureLone)) continue;
-      if (!into.lone.try_push_back(lone_sighting(rays[view], ray, m, view))) return;
-      if (!one.own && !is_broken(view, m) && !has_no_rival(rays[view], ray, m, odds, expected)) continue;
-      const auto marker = static_cast<std::uint32_t>(m);
-      owners_.see_alone(frames.views[view]->camera, marker);
-      owners_.learn(frames.views[view]->camera, rays[view].track[ray], marker);
+      LoneSighting lone = lone_sighting(rays[view], ray, m, view);
+      Rivals rivals;
+      if (!one.own && !is_broken(view, m)) rivals = rivals_of(rays[view], ray, m, odds, expected);
+      const bool unknown = marker.covariance_m2.trace() > 3.0 * kUnknown_m * kUnknown_m;
+      if (!rivals.none && unknown) put_aside(rivals, marker, lone);
+      if (!into.lone.try_push_back(lone)) return;
+      if (!rivals.none) continue;
+      const CameraId camera = frames.views[view]->camera;
+      owners_.see_alone(camera, lone.expected);
+      owners_.learn(camera, rays[view].track[ray], lone.expected);
     }
   }
 }

@@ -47,8 +47,15 @@ class ExpectedMatcher {
   void keep_own(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected);
   std::size_t likely_view(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected) const;
   void learn_owners(const FrameSet& frames, const RayTable& rays);
-  bool has_no_rival(const ViewRays& view, std::size_t ray, std::size_t marker, double odds,
-                    const Expected& expected) const;
+  // What else may have made a marker's lone blob.
+  struct Rivals {
+    bool none = true;
+    Eigen::Vector3d off_m = Eigen::Vector3d::Zero();  // from the marker's place to the mean of all that may be
+    double spread_m = 0.0;                            // of their places about it, each axis
+  };
+  Rivals rivals_of(const ViewRays& view, std::size_t ray, std::size_t marker, double odds,
+                   const Expected& expected) const;
+  static void put_aside(const Rivals& rivals, const ExpectedMarker& expected, LoneSighting& lone);
   bool assign_view(const ViewRays& view, std::size_t index);
   void assign_the_alone(std::span<const GateCandidate> candidates, std::size_t index);
   void assign_several(std::span<const GateCandidate> candidates, std::size_t index);

@@ -21,6 +21,10 @@ constexpr double kMostSigma_m = 0.15;
 constexpr double kSureAcross_m = 0.02;
 constexpr int kFollowedSets = 3;
 constexpr double kRaySigmas = 4.0;
+// What the body's motion is wrong by: at least, and for each m that a marker moves from set to set. A hand that is
+// thrown leaves what a set tells within the next.
+constexpr double kSurprise_m = 0.005;
+constexpr double kSurprisePerStep = 0.3;
 constexpr double kFastest_m_s = 12.0;
 constexpr double kRayGap_s = 0.1;
 // How surely a surmised marker tells its limb.
@@ -194,7 +198,10 @@ bool SubjectSolver::believed(std::size_t marker, const NamedRay& ray, Timestamp 
   const Eigen::Matrix3d& told = covariances_m2_[marker];
   const double across_m2 = std::max(0.0, 0.5 * (told.trace() - ray.direction.dot(told * ray.direction)));
   const double off_m = (from_eye - depth_m * ray.direction).norm();
-  if (off_m > kRaySigmas * std::sqrt(across_m2 + std::pow(ray.sigma_rad * depth_m, 2))) return false;
+  const double step_m = body_.speed_of(marker) * to_s(at - body_.learnt_at());
+  const double surprise_m = kSurprise_m + kSurprisePerStep * step_m;
+  const double off_m2 = across_m2 + surprise_m * surprise_m + std::pow(ray.sigma_rad * depth_m, 2);
+  if (off_m > kRaySigmas * std::sqrt(off_m2)) return false;
   return across_m2 < kSureAcross_m * kSureAcross_m || memory.sets >= kFollowedSets;
 }
 

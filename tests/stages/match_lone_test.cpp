@@ -137,5 +137,40 @@ TEST(MatchLone, ABlobThatMayBeAnyOfTheHandsIsNobodysForGood) {
   EXPECT_EQ(matches.lone[0].expected, 2U);
 }
 
+// How far the ray passes from a place.
+double off_m(const LoneSighting& lone, const Vector3d& place) {
+  return (place - lone.eye.v).cross(lone.direction).norm();
+}
+
+TEST(MatchLone, ABlobThatMayBeAnyOfTheHandsTellsWhereTheHandIs) {
+  Hand hand;
+  auto world = hand.hide();
+  world.frames[0]->blobs[0].track = BlobTrackId{77};
+  const Vector3d middle = (hand.markers[0] + hand.markers[1] + hand.markers[2]) / 3.0;
+
+  // Nobody knows which of the three it is: were it the middle of them, each would lie beside it as it does beside that.
+  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.1, Vector3d::Zero(), false));
+
+  ASSERT_EQ(matches.lone.size(), 1U);
+  const LoneSighting& lone = matches.lone[0];
+  const Vector3d& named = hand.markers[lone.expected];
+  EXPECT_LT(off_m(lone, hand.markers[0] + named - middle), 0.005);
+  const double sigma_m = lone.sigma_rad * (named - lone.eye.v).norm();
+  EXPECT_GT(sigma_m, 0.02);
+  EXPECT_LT(sigma_m, 0.05);
+}
+
+TEST(MatchLone, ABlobOfAHandThatIsWellKnownTellsWhereTheNamedMarkerIs) {
+  Hand hand;
+  auto world = hand.hide();
+  world.frames[0]->blobs[0].track = BlobTrackId{77};
+
+  // Several may have made it, none of which is known so badly that it could be where another is.
+  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.015, 0.45 * hand.as_another(), false));
+
+  ASSERT_EQ(matches.lone.size(), 1U);
+  EXPECT_LT(off_m(matches.lone[0], hand.markers[0]), 0.001);
+}
+
 }  // namespace
 }  // namespace mocap::stages
