@@ -59,7 +59,7 @@ class PointTracks {
         cost_of_surprise_(-2.0 * std::log(life.surprise_share) + 2.0 * N * std::log(life.surprise_scale)) {
     tracks_.reserve(max_tracks);
     taken_.reserve(max_sightings);
-    by_x_.reserve(max_sightings);
+    placed_.reserve(max_sightings);
     rows_.reserve(max_tracks);
     pairs_.reserve(max_tracks * kMaxCandidates);
   }
@@ -148,8 +148,8 @@ class PointTracks {
   // In a gate with more sightings than this the worst are not looked at.
   static constexpr std::size_t kMaxCandidates = 32;
 
-  struct ByX {
-    double x;
+  struct Placed {
+    filter::Vector<N> point;
     std::uint32_t index;
   };
 
@@ -158,16 +158,15 @@ class PointTracks {
     for (std::uint32_t i = 0; i < tracks_.size(); ++i) {
       if (tracks_[i].sighting == kNone && tracks_[i].confirmed == confirmed) rows_.push_back(i);
     }
-    by_x_.clear();
+    placed_.clear();
     double max_variance = 0.0;
     for (std::uint32_t i = 0; i < sightings.size(); ++i) {
       if (taken_[i] != 0) continue;
-      by_x_.push_back({sightings[i].point.x(), i});
+      placed_.push_back({sightings[i].point, i});
       max_variance = std::max(max_variance, sightings[i].covariance.diagonal().maxCoeff());
     }
-    if (rows_.empty() || by_x_.empty()) return;
-    std::sort(by_x_.begin(), by_x_.end(),
-              [](const ByX& a, const ByX& b) { return a.x != b.x ? a.x < b.x : a.index < b.index; });
+    if (rows_.empty() || placed_.empty()) return;
+    sort_placed();
     pairs_.clear();
     for (std::uint32_t row = 0; row < rows_.size(); ++row) add_pairs(row, sightings, max_variance);
     // A point that goes unseen (one in ten is reckoned with) beside a sighting of something unknown.
@@ -178,6 +177,19 @@ class PointTracks {
       tracks_[rows_[row]].sighting = columns[row];
       taken_[columns[row]] = 1;
     }
+  }
+
+  // Along the axis on which they lie farthest apart: there the fewest are near a track.
+  void sort_placed() {
+    filter::Vector<N> least = placed_.front().point, most = least;
+    for (const Placed& placed : placed_) {
+      least = least.cwiseMin(placed.point);
+      most = most.cwiseMax(placed.point);
+    }
+    (most - least).maxCoeff(&axis_);
+    std::ranges::sort(placed_, [axis = axis_](const Placed& a, const Placed& b) {
+      return a.point[axis] != b.point[axis] ? a.point[axis] < b.point[axis] : a.index < b.index;
+    });
   }
 
   // What a sighting costs a track that may be surprised: the likelier of both tails. Infinite outside of the gate.
@@ -198,11 +210,12 @@ class PointTracks {
     const double sigmas = life_.gate_sigmas * (may_surprise ? life_.surprise_scale : 1.0);
     const filter::Vector<N> reach = gate.reach(sigmas, max_variance);
     const std::size_t first_pair = pairs_.size();
-    auto near = std::lower_bound(by_x_.begin(), by_x_.end(), gate.centre.x() - reach.x(),
-                                 [](const ByX& entry, double x) { return entry.x < x; });
-    for (; near != by_x_.end() && near->x <= gate.centre.x() + reach.x(); ++near) {
+    const double first = gate.centre[axis_] - reach[axis_], last = gate.centre[axis_] + reach[axis_];
+    auto near = std::lower_bound(placed_.begin(), placed_.end(), first,
+                                 [this](const Placed& placed, double at) { return placed.point[axis_] < at; });
+    for (; near != placed_.end() && near->point[axis_] <= last; ++near) {
+      if (((near->point - gate.centre).array().abs() > reach.array()).any()) continue;
       const filter::Seen<N>& seen = sightings[near->index];
-      if (((seen.point - gate.centre).array().abs() > reach.array()).any()) continue;
       const double cost = cost_of(gate.fit(seen), may_surprise);
       if (!std::isfinite(cost)) continue;
       const geometry::AllowedPair pair{row, near->index, cost};
@@ -225,7 +238,8 @@ class PointTracks {
   Timestamp at_;
   std::uint32_t next_id_ = 0;
   std::vector<std::uint8_t> taken_;  // of each sighting of this set
-  std::vector<ByX> by_x_;
+  std::vector<Placed> placed_;       // those that nobody took, along an axis
+  Eigen::Index axis_ = 0;
   std::vector<std::uint32_t> rows_;  // tracks that are being assigned
   std::vector<geometry::AllowedPair> pairs_;
 };
