@@ -194,6 +194,29 @@ TEST(TrackMarkers, KeepsMarkersApartThatCross) {
   }
 }
 
+TEST(TrackMarkers, KeepsARowOfMarkersAlongAnyAxis) {
+  for (const Eigen::Vector3d& along : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(0, 0, 1)}) {
+    Watch watch(100.0);
+    std::vector<TrackId> ids;
+    for (int k = 0; k < 20; ++k) {
+      std::vector<Marker> seen;
+      const auto place = [&](int i, double t) { return Eigen::Vector3d((0.05 * i + t) * along); };
+      for (int i = 0; i < 30; ++i) seen.push_back(marker_at(place(i, watch.t_s())));
+      const double t = watch.t_s();
+      const TrackedMarkers& tracked = watch.see(seen);
+      ASSERT_EQ(tracked.size(), seen.size()) << along.transpose();
+      if (k == 0) {
+        for (const TrackedMarker& track : tracked) ids.push_back(track.id);
+      }
+      for (int i = 0; i < 30; ++i) {
+        const TrackedMarker* track = by_id(tracked, ids[static_cast<std::size_t>(i)]);
+        ASSERT_NE(track, nullptr);
+        EXPECT_LT((track->position.v - place(i, t)).norm(), 0.005) << along.transpose();
+      }
+    }
+  }
+}
+
 TEST(TrackMarkers, WeighsEachMarkerWithItsOwnCovariance) {
   Watch watch(100.0);
   for (int k = 0; k < 30; ++k) (void)watch.see({marker_at({0, 0, 1})});
