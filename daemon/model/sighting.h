@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <optional>
 
@@ -68,9 +69,9 @@ struct Match {
 struct LoneSighting {
   std::uint32_t expected = 0;  ///< index in Expected::markers
   BlobRef sighting;
-  WorldPoint eye;  ///< where the ray begins: the camera's centre; beside it, where another may as well be what is seen
+  WorldPoint eye;                                        ///< where the ray begins: the camera's centre
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< of the ray, in the world; unit
-  double sigma_rad = 0.0;  ///< standard deviation of each axis across it, and of how far apart those are that it may be
+  double sigma_rad = 0.0;                                ///< standard deviation of each axis across it
 };
 
 /// A ray of the one camera that sees a named marker: what it tells of a body.

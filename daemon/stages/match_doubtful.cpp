@@ -209,7 +209,7 @@ ExpectedMatcher::Rivals ExpectedMatcher::rivals_of(const ViewRays& view, std::si
 void ExpectedMatcher::put_aside(const Rivals& rivals, const ExpectedMarker& expected, LoneSighting& lone) {
   const double depth_m = (expected.position.v - lone.eye.v).dot(lone.direction);
   if (!(depth_m > 0.0)) return;
-  lone.eye.v -= rivals.off_m;
+  lone.direction = (depth_m * lone.direction - rivals.off_m).normalized();
   lone.sigma_rad = std::hypot(lone.sigma_rad, rivals.spread_m / depth_m);
 }
 
