@@ -35,11 +35,16 @@ void PoseEaser::Fading::fade(double step_s) {
   rate_1_s = share * (rate_1_s - step_s / kFade_s * moving);
 }
 
-void PoseEaser::Fading::meet(const Eigen::Vector3d& astray, bool changed, double least, double step_s) {
+void PoseEaser::Fading::meet(const Eigen::Vector3d& astray, const Eigen::Vector3d& behind, bool changed, double least,
+                             double step_s) {
   const double size = astray.norm();
   const double most = least + kUsuals * std::sqrt(usual2);
   if (changed && size > most) {
     left += astray;
+    if (behind.norm() < left.norm()) {
+      left = behind;
+      rate_1_s.setZero();
+    }
   } else {
     usual2 += std::min(1.0, step_s / kUsual_s) * (size * size - usual2);
   }
@@ -48,16 +53,18 @@ void PoseEaser::Fading::meet(const Eigen::Vector3d& astray, bool changed, double
 std::span<const Pose> PoseEaser::step(std::span<const Pose> poses, std::span<const Pose> foreseen,
                                       std::span<const std::uint8_t> changed, double step_s) {
   MOCAP_EXPECTS(poses.size() == shown_.size() && foreseen.size() == poses.size() && changed.size() == poses.size());
+  root_.fade(step_s);
+  const Eigen::Vector3d behind_m = shown_[0].position - poses[0].position;
   for (std::size_t b = 0; b < shown_.size(); ++b) {
     Fading& turn = turns_[b];
     turn.fade(step_s);
     const Eigen::Vector3d astray = rotation_vector(foreseen[b].rotation * poses[b].rotation.conjugate());
-    turn.meet(astray, changed[b] != 0, kLeastTurn_rad, step_s);
+    const Eigen::Vector3d behind = rotation_vector(shown_[b].rotation * poses[b].rotation.conjugate());
+    turn.meet(astray, behind, changed[b] != 0, kLeastTurn_rad, step_s);
     shown_[b].position = poses[b].position;
     shown_[b].rotation = (turn_by(turn.left) * poses[b].rotation).normalized();
   }
-  root_.fade(step_s);
-  root_.meet(foreseen[0].position - poses[0].position, changed[0] != 0, kLeastMove_m, step_s);
+  root_.meet(foreseen[0].position - poses[0].position, behind_m, changed[0] != 0, kLeastMove_m, step_s);
   shown_[0].position += root_.left;
   return shown_;
 }

@@ -10,8 +10,9 @@
 namespace mocap::body {
 
 /// Lets a pose that jumps because other markers tell it now glide to where it should be: a marker that comes back after
-/// a while shows that a limb is elsewhere than thought. What jumps is the difference to where the motion led to; it
-/// fades away as a critically damped spring does, so that neither place nor speed jumps, to a tenth within 0.16 s.
+/// a while shows that a limb is elsewhere than thought. What jumps is the difference to where the motion led to, or to
+/// what was shown last where that is nearer; it fades away as a critically damped spring does, so that neither place
+/// nor, by the first, speed jumps, to a tenth within 0.16 s.
 /// Where the same markers tell the pose, nothing is changed, however it moves.
 ///
 /// Allocates in the constructor only.
@@ -35,7 +36,8 @@ class PoseEaser {
     double usual2 = 0.0;  // mean square of how far the motion leads astray
 
     void fade(double step_s);
-    void meet(const Eigen::Vector3d& astray, bool changed, double least, double step_s);
+    // `astray`: from the pose to where the motion led; `behind`: to what was shown last.
+    void meet(const Eigen::Vector3d& astray, const Eigen::Vector3d& behind, bool changed, double least, double step_s);
   };
 
   std::vector<Fading> turns_;  // by bone, rotation vectors in the parent's frame

@@ -51,8 +51,9 @@ constexpr double kFromAfar_m = 0.3;
 constexpr double kAnywhere_m = 1e3;
 // So many fits by the same markers share one weighing of what they tell.
 constexpr int kWeighEvery = 8;
-// Nobody turns a joint by more between two sets.
+// Nobody turns a joint by more between two sets; or, where its bone's own markers are hidden, against its motion.
 constexpr double kMostTurn_rad = 0.8;
+constexpr double kMostAstray_rad = 0.25;
 constexpr double kNever_s = 1e3;
 
 }  // namespace
@@ -156,8 +157,6 @@ bool BodyFollower::start(std::span<const Observation> seen, Timestamp at) {
   refitted_ = false;
   return true;
 }
-
-void BodyFollower::misread(std::span<const char> bones) { std::copy(bones.begin(), bones.end(), misread_.begin()); }
 
 void BodyFollower::predict(Timestamp at) {
   at_ = at;
@@ -328,9 +327,12 @@ void BodyFollower::learn(std::span<const Observation> seen) {
     if (!motion) {
       bone.spin_rad_s = dying_rad_s;
     } else {
-      const Eigen::Vector3d turned = rotation_vector(pose_.locals()[b].rotation * learnt_[b].rotation.conjugate());
+      const Eigen::Quaterniond& now = pose_.locals()[b].rotation;
+      const Eigen::Vector3d turned = rotation_vector(now * learnt_[b].rotation.conjugate());
+      const double astray_rad = rotation_vector(now * predicted_[b].rotation.conjugate()).norm();
       // A limb that was laid anew did not turn: it had been read wrongly.
-      const bool laid_anew = turned.norm() > kMostTurn_rad || bent_back_[b] != 0;
+      const bool laid_anew = turned.norm() > kMostTurn_rad || bent_back_[b] != 0 ||
+                             (bone.told != Told::Direct && astray_rad > kMostAstray_rad);
       if (laid_anew) bone.spin_rad_s.setZero();
       const Eigen::Vector3d known_rad_s = bone.spin_rad_s + kNew * (turned / step_s - bone.spin_rad_s);
       // What was not told before and is now comes from elsewhere, and is no motion.
@@ -367,8 +369,6 @@ Eigen::Vector3d BodyFollower::told(std::size_t marker) const {
   const auto bone = static_cast<std::size_t>(pose_.marker_set().markers[marker].bone);
   return pose_.marker_at(marker) + pose_.world()[bone].rotation * markers_[marker].off_m;
 }
-
-double BodyFollower::speed_of(std::size_t marker) const { return markers_[marker].moved_m_s.norm(); }
 
 double BodyFollower::unseen_s(std::size_t marker, Timestamp at) const {
   return markers_[marker].ever_seen ? std::max(0.0, to_s(at - markers_[marker].seen_at)) : kNever_s;

@@ -62,7 +62,7 @@ class BodyFollower {
   /// may be told as larger than it is: no more work is spent on a reading that cannot come below.
   PoseFitResult explain(std::span<const Observation> seen, double within = std::numeric_limits<double>::infinity());
   /// Until the next `predict`, these bones (by bone; not 0) may be turned anyhow: they may have followed wrong markers.
-  void misread(std::span<const char> bones);
+  void misread(std::span<const char> bones) { misread_.assign(bones.begin(), bones.end()); }
   /// Takes the last fit for the truth of its instant.
   void learn(std::span<const Observation> seen);
 
@@ -75,7 +75,7 @@ class BodyFollower {
   /// Where the pose at hand puts a marker, with what was learnt about where it sits.
   Eigen::Vector3d told(std::size_t marker) const;
   /// How fast its place moves, m/s.
-  double speed_of(std::size_t marker) const;
+  double speed_of(std::size_t marker) const { return markers_[marker].moved_m_s.norm(); }
   /// Prepares `told_covariance` for the pose at hand, of which `seen` tells. False when that tells nothing.
   [[nodiscard]] bool weigh(std::span<const Observation> seen, Timestamp at);
   /// Of a marker's place by the last `weigh`, m^2; grows with the time that its joints are hidden.

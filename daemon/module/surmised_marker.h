@@ -9,7 +9,8 @@ namespace mocap {
 /// limb is.
 struct SurmisedMarker {
   Label label;
-  WorldPoint position;  ///< of the likeliest, in the middle of where it is by each marker that the track may be
+  WorldPoint position;   ///< of the likeliest: the mean of where it is by each marker that the track may be
+  double sigma_m = 0.0;  ///< of these places about their mean, each axis
 };
 
 }  // namespace mocap

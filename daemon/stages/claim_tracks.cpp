@@ -132,7 +132,8 @@ void TrackClaims::settle(std::vector<SubjectLabeller>& subjects, NamedTracks& tr
     if (own || !clear) continue;
     if (pair.cost > kExact && subjects[s].may_be_neighbours(marker, pair.column, pair.cost + kNeighbourMargin, tracks))
       continue;
-    if (subjects[s].near(marker, pair.column, tracks)) subjects[s].take(marker, pair.column, tracks);
+    if (!subjects[s].near(marker, pair.column, tracks) || subjects[s].left_open(marker, pair.column, tracks)) continue;
+    subjects[s].take(marker, pair.column, tracks);
   }
 }
 

@@ -1,12 +1,12 @@
 #pragma once
 
 #include <array>
-#include <bitset>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "base/bounded_vector.h"
 #include "body/follow_body.h"
 #include "body/marker_ties.h"
 #include "geometry/assignment.h"
@@ -65,6 +65,8 @@ class SubjectLabeller {
   bool near(std::size_t marker, std::uint32_t track, const NamedTracks& tracks) const;
   /// Whether another missing name, of the same bone or one next to it, would have the track for less than `below`.
   bool may_be_neighbours(std::size_t marker, std::uint32_t track, double below, const NamedTracks& tracks) const;
+  /// Whether the last reading of its limb said that the track is, or may be, another marker.
+  bool left_open(std::size_t marker, std::uint32_t track, const NamedTracks& tracks) const;
   void take(std::size_t marker, std::uint32_t track, NamedTracks& tracks);
   /// Takes names back that the body contradicts, reads limbs anew, and learns.
   void settle(NamedTracks& tracks);
@@ -86,19 +88,23 @@ class SubjectLabeller {
   static constexpr float kFreshConfidence = 0.6F;
   static constexpr int kPatience = 2;  // sets until what did not come out is tried again
 
+  struct Share {
+    std::uint16_t marker;
+    float share;
+  };
   struct Name {
     TrackId track;
     int index = NamedTracks::kNone;  // in this instant's tracks
     int doubt = 0;                   // grows while the body contradicts
     float confidence = 0.0F;
-    double usual_off_m = 0.003;     // mean from its place
-    bool held = false;              // by this track for about 20 sets
-    TrackId last;                   // bore it until it was lost or the name was taken back
-    bool leapt = false;             // that track did, then or since
-    bool unbroken = false;          // it was seen on and on since
-    bool jumped = false;            // its track is not where its own motion led to
-    TrackId surmised;               // is likely its own, and may as well be that of another of
-    std::bitset<kMaxLabels> among;  // these markers
+    double usual_off_m = 0.003;                         // mean from its place
+    bool held = false;                                  // by this track for about 20 sets
+    TrackId last;                                       // bore it until it was lost or the name was taken back
+    bool leapt = false;                                 // that track did, then or since
+    bool unbroken = false;                              // it was seen on and on since
+    bool jumped = false;                                // its track is not where its own motion led to
+    TrackId surmised;                                   // is likely its own, and may as well be that of another of
+    BoundedVector<Share, TieReader::kMostNames> among;  // these markers
     Timestamp surmised_at;
     Timestamp seen_at;  // the rest is of then
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
@@ -150,6 +156,7 @@ class SubjectLabeller {
   bool taken_elsewhere(int track) const;
   void adopt(NamedTracks& tracks);
   void surmise(const NamedTracks& tracks);
+  bool is_surmised(const Name& name) const;
 
   LabelSettings settings_;
   SubjectId id_;

@@ -1,6 +1,7 @@
 #include "stages/read_limb.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -16,8 +17,15 @@ constexpr double kOwn = 3.0;
 constexpr double kTooYoung = 5.0;
 constexpr double kMisread = 6.0;
 constexpr double kClearMargin = 5.0;
-// What readings that say otherwise must be worse by: one fit may stop short of where another ends.
+// What readings that say otherwise must be worse by: one fit may stop short of where another ends. The second where
+// they give a track to another name, the third where that is of the same bone: two markers of one bone are told from
+// each other by how it is turned about itself, of which the body knows least.
 constexpr double kUndecided = 6.5;
+constexpr double kRival = 7.5;
+constexpr double kTwin = 10.0;
+// Costs tell which reading is better more surely than they tell how much: one that is worse by so much has the e-th
+// part of the odds.
+constexpr double kTellsOdds = 2.0;
 constexpr std::size_t kChallenges = 3;      // of each name that a reading would give, twice
 constexpr std::size_t kMostExchanged = 48;  // readings, to better the best
 constexpr std::size_t kMostReadings =
@@ -150,9 +158,8 @@ bool LimbReader::challenge_next(const body::MarkerTies& ties) {
     const std::size_t name = next_name_++;
     const int place = best_.place_of[name];
     if (place < 0 || place == now_.place_of[name]) continue;
-    const bool doubted = std::any_of(readings_.begin(), readings_.end(), [&](const Reading& other) {
-      return other.place_of[name] != place && other.cost <= best_.cost + kUndecided;
-    });
+    const bool doubted = std::any_of(readings_.begin(), readings_.end(),
+                                     [&](const Reading& other) { return doubts(other, best_, name); });
     if (!doubted) challenge(name, ties);
   }
   return readings_.size() > before;
@@ -177,7 +184,7 @@ void LimbReader::judge(std::size_t reading) {
     const int at = one.place_of[n];
     if (now_.place_of[n] >= 0 && at != now_.place_of[n]) {
       contradicts = true;
-      loose_[static_cast<std::size_t>(bone_of_[marker(n)])] = 1;
+      loose_[static_cast<std::size_t>(bone_of(n))] = 1;
     }
     if (at < 0) {
       cost += kWorthAName;
@@ -191,7 +198,26 @@ void LimbReader::judge(std::size_t reading) {
   body_.misread(loose_);
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < reading; ++i) least = std::min(least, readings_[i].cost);
-  one.cost = cost + body_.explain(tried_, least + kUndecided - cost).cost;
+  one.cost = cost + body_.explain(tried_, least + kTwin - cost).cost;
+}
+
+// Whether another reading is nearly as good as the best, and has a name that the best gives, or its place, otherwise.
+bool LimbReader::doubts(const Reading& other, const Reading& best, std::size_t name) const {
+  const int place = best.place_of[name];
+  if (place < 0 || other.place_of[name] == place) return false;
+  return other.cost <= best.cost + margin(name, bearer(other, place));
+}
+
+// What a reading that gives a name's place to another, or to none, must be worse by.
+double LimbReader::margin(std::size_t name, std::size_t instead) const {
+  if (instead == names()) return kUndecided;
+  return bone_of(instead) == bone_of(name) ? kTwin : kRival;
+}
+
+// The name that a reading gives to a place; past all names: none.
+std::size_t LimbReader::bearer(const Reading& reading, int place) const {
+  const auto end = reading.place_of.begin() + static_cast<std::ptrdiff_t>(names());
+  return static_cast<std::size_t>(std::find(reading.place_of.begin(), end, place) - reading.place_of.begin());
 }
 
 void LimbReader::decide() {
@@ -199,23 +225,26 @@ void LimbReader::decide() {
   found_ = best_.cost + kClearMargin < readings_[0].cost;
   likeliest_ = best_;
   for (const Reading& other : readings_) {
-    if (other.cost > likeliest_.cost + kUndecided) continue;
     for (std::size_t n = 0; n < names(); ++n) {
-      if (other.place_of[n] != likeliest_.place_of[n]) best_.place_of[n] = kNowhere;
+      if (doubts(other, likeliest_, n)) best_.place_of[n] = kNowhere;
     }
   }
 }
 
-std::bitset<TieReader::kMostNames> LimbReader::names_at(int place) const {
-  std::bitset<TieReader::kMostNames> all;
+LimbReader::Shares LimbReader::shares_at(int place) const {
+  Shares shares{};
+  const std::size_t likeliest = bearer(likeliest_, place);
+  double sum = 0.0;
   for (const Reading& one : readings_) {
-    if (one.cost > likeliest_.cost + kUndecided) continue;
-    const auto end = one.place_of.begin() + static_cast<std::ptrdiff_t>(names());
-    const auto there = std::find(one.place_of.begin(), end, place);
-    if (there == end) return {};
-    all.set(static_cast<std::size_t>(there - one.place_of.begin()));
+    const std::size_t name = bearer(one, place);
+    if (likeliest == names() || one.cost > likeliest_.cost + margin(likeliest, name)) continue;
+    if (name == names()) return {};
+    const double share = std::exp((likeliest_.cost - one.cost) / kTellsOdds);
+    shares[name] += share;
+    sum += share;
   }
-  return all;
+  for (double& share : shares) share /= std::max(sum, 1.0);
+  return shares;
 }
 
 }  // namespace mocap::stages

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <bitset>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -67,8 +66,10 @@ class LimbReader {
   int now(std::size_t name) const { return now_.place_of[name]; }
   /// The best reading, clearly better or not.
   const TieReader::Reading& likeliest() const noexcept { return likeliest_; }
-  /// The names that readings about as good as the best give to a place; empty where one of them gives it to none.
-  std::bitset<TieReader::kMostNames> names_at(int place) const;
+  using Shares = std::array<double, TieReader::kMostNames>;
+  /// How likely it is of each name, by the readings that are about as good as the best, that a place is its own. All
+  /// zero where one of these gives the place to none.
+  Shares shares_at(int place) const;
 
  private:
   enum class Stage { First, Exchange, Challenge, Done };
@@ -80,7 +81,11 @@ class LimbReader {
   bool challenge_next(const body::MarkerTies& ties);
   void challenge(std::size_t name, const body::MarkerTies& ties);
   void judge(std::size_t reading);
+  int bone_of(std::size_t name) const { return bone_of_[marker(name)]; }
   const TieReader::Reading& best_judged() const;
+  bool doubts(const TieReader::Reading& other, const TieReader::Reading& best, std::size_t name) const;
+  double margin(std::size_t name, std::size_t instead) const;
+  std::size_t bearer(const TieReader::Reading& reading, int place) const;
   void decide();
 
   TieReader ties_;

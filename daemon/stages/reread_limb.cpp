@@ -1,7 +1,7 @@
 // The part of SubjectLabeller that has limbs read anew where names are missing while nameless tracks stand near.
 
-#include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 
 #include "stages/label_subject.h"
 
@@ -10,14 +10,15 @@ namespace {
 
 // A name of another limb that is farther away does not want a track.
 constexpr double kNear_m = 0.3;
-// Within so many a missing name of another limb wants a track, too.
-constexpr double kWantedSigmas = 3.0;
+// In squared sigmas, as claims have it: a missing name of another limb wants a track that is as near as that to where
+// it is thought to be; one whose place is hardly known wants none.
+constexpr double kWanted = 15.0;
 // Bounds what a set costs.
 constexpr int kMostLimbs = 2;
 // A limb that is not clear is read again before that.
 constexpr double kSurmised_s = 0.05;
-// Which of markers that are farther apart it is, a track must tell before it tells where its limb is.
-constexpr double kMostApart_m = 0.2;
+// How far apart, rms of an axis, the markers may be that a track may be, for it to tell where its limb is.
+constexpr double kMostApart_m = 0.1;
 
 }  // namespace
 
@@ -30,8 +31,9 @@ bool SubjectLabeller::wanted_elsewhere(int index, const NamedTracks& tracks) con
     if (believed_[m] || !places_[m].known || in_limb_[static_cast<std::size_t>(set_.markers[m].bone)]) continue;
     const Eigen::Vector3d off = track.position.v - places_[m].at;
     if (!(off.squaredNorm() < kNear_m * kNear_m)) continue;
-    const Eigen::Matrix3d spread = spread_of(m, track);
-    if (off.dot(spread.inverse() * off) < kWantedSigmas * kWantedSigmas) return true;
+    geometry::AllowedPair pair;
+    consider(m, static_cast<std::size_t>(index), tracks, pair);
+    if (pair.cost < kWanted) return true;
   }
   return false;
 }
@@ -102,40 +104,53 @@ void SubjectLabeller::surmise(const NamedTracks& tracks) {
     const int place = likeliest.place_of[n];
     const int said = limb_.found() != nullptr ? limb_.found()->place_of[n] : limb_.now(n);
     if (place < 0 || place == said) continue;
-    const std::bitset<TieReader::kMostNames> all = limb_.names_at(place);
+    const LimbReader::Shares shares = limb_.shares_at(place);
     const TrackId id = limb_.place(static_cast<std::size_t>(place)).track;
     const int track = tracks.find(id);
-    if (all.none() || track < 0 || wanted_elsewhere(track, tracks)) continue;
+    if (shares[n] == 0.0 || track < 0 || wanted_elsewhere(track, tracks)) continue;
     for (Name& other : names_) {
       if (other.surmised == id) other.surmised = {};
     }
     Name& name = names_[limb_.marker(n)];
     name.surmised = id;
     name.surmised_at = at_;
-    name.among.reset();
+    name.among.clear();
     for (std::size_t other = 0; other < limb_.names(); ++other) {
-      if (all[other]) name.among.set(limb_.marker(other));
+      if (shares[other] > 0.0)
+        name.among.push_back({static_cast<std::uint16_t>(limb_.marker(other)), static_cast<float>(shares[other])});
     }
   }
+}
+
+bool SubjectLabeller::is_surmised(const Name& name) const {
+  return name.surmised.names_something() && to_s(at_ - name.surmised_at) <= kSurmised_s;
+}
+
+bool SubjectLabeller::left_open(std::size_t marker, std::uint32_t track, const NamedTracks& tracks) const {
+  const TrackId id = tracks[static_cast<int>(track)].id;
+  return std::any_of(names_.begin(), names_.end(), [&](const Name& name) {
+    const bool alone = name.among.size() == 1 && name.among[0].marker == marker;
+    return name.surmised == id && !alone && is_surmised(name);
+  });
 }
 
 void SubjectLabeller::show_surmised(const NamedTracks& tracks, std::vector<SurmisedMarker>& into) const {
   for (std::size_t m = 0; m < names_.size(); ++m) {
     const Name& name = names_[m];
-    if (name.index >= 0 || !name.surmised.names_something() || to_s(at_ - name.surmised_at) > kSurmised_s) continue;
+    if (name.index >= 0 || !is_surmised(name)) continue;
     const int index = tracks.find(name.surmised);
     if (index < 0 || tracks.named[static_cast<std::size_t>(index)] || !stray(static_cast<std::size_t>(index), tracks))
       continue;
-    Eigen::Vector3d off = Eigen::Vector3d::Zero();
-    double most_m = 0.0;
-    for (std::size_t other = 0; other < names_.size(); ++other) {
-      if (!name.among[other]) continue;
-      const Eigen::Vector3d apart = body_.told(m) - body_.told(other);
-      off += apart / static_cast<double>(name.among.count());
-      most_m = std::max(most_m, apart.norm());
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    double square_m2 = 0.0;
+    for (const Share& other : name.among) {
+      const Eigen::Vector3d apart = body_.told(m) - body_.told(other.marker);
+      mean += static_cast<double>(other.share) * apart;
+      square_m2 += static_cast<double>(other.share) * apart.squaredNorm();
     }
-    if (most_m > kMostApart_m) continue;
-    into.push_back({{id_, static_cast<std::uint32_t>(m)}, {tracks[index].position.v + off}});
+    const double sigma_m = std::sqrt(std::max(0.0, square_m2 - mean.squaredNorm()) / 3.0);
+    if (sigma_m > kMostApart_m) continue;
+    into.push_back({{id_, static_cast<std::uint32_t>(m)}, {tracks[index].position.v + mean}, sigma_m});
   }
 }
 

@@ -154,7 +154,7 @@ void SubjectSolver::gather_surmised(SubjectId id, std::span<const SurmisedMarker
     body::Observation& seen = seen_.emplace_back();
     seen.marker = static_cast<int>(m);
     seen.position = one.position.v;
-    seen.sigma_m = kSurmisedSigma_m;
+    seen.sigma_m = std::hypot(kSurmisedSigma_m, one.sigma_m);
     seen.surmised = true;
   }
 }

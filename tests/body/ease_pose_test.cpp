@@ -51,6 +51,22 @@ TEST(PoseEaser, GlidesToAPlaceThatOtherMarkersTell) {
   EXPECT_LT(most, 0.8 * std::pow(kStep_s / 0.04, 2));
 }
 
+// Motion that led far astray is no place to begin from: what was shown last is nearer.
+TEST(PoseEaser, BeginsWhereItWasWhereThatIsNearerThanWhereTheMotionLed) {
+  PoseEaser easer(2);
+  for (int i = 0; i < 50; ++i) (void)easer.step(at(0.0, 0.0), at(0.0, 0.0), std::vector<std::uint8_t>{0, 0}, kStep_s);
+
+  const auto shown = easer.step(at(0.01, 0.05), at(0.6, 1.4), std::vector<std::uint8_t>{1, 1}, kStep_s);
+
+  EXPECT_NEAR(turn_of(shown), 0.0, 1e-9);
+  EXPECT_NEAR(shown[0].position.x(), 0.0, 1e-9);
+  for (int i = 0; i < 20; ++i) {
+    const auto later = easer.step(at(0.01, 0.05), at(0.01, 0.05), std::vector<std::uint8_t>{0, 0}, kStep_s);
+    EXPECT_GE(turn_of(later), -1e-9) << i;
+    EXPECT_LE(turn_of(later), 0.05 + 1e-9) << i;
+  }
+}
+
 TEST(PoseEaser, DoesNotTakeCommonMotionForAJump) {
   PoseEaser easer(2);
   for (int i = 0; i < 200; ++i) {

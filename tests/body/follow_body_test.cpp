@@ -238,5 +238,41 @@ TEST(BodyFollower, LaysALimbAnewOnlyForAReadingThatMayComeWithin) {
   EXPECT_GT(laid_anew, 5);
 }
 
+// A lone marker of an arm that is seen elsewhere than thought turns joints that no other marker tells of.
+TEST(BodyFollower, TakesForNoMotionThatALoneMarkerIsElsewhere) {
+  const MarkerSet set = person("baseline41");
+  const std::size_t wrist = marker_named(set, "LWristIn");
+  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  BodyFollower body(set, {});
+  truth.set_locals(swinging(set, 0));
+  ASSERT_TRUE(body.start(see(truth), at(0)));
+  std::vector<Observation> seen = see(truth);
+  int i = 1;
+  const auto step = [&] {
+    body.predict(at(i++));
+    (void)body.fit(seen);
+    body.learn(seen);
+  };
+  for (int n = 0; n < 10; ++n) step();
+  for (const char* hidden :
+       {"LShoulderTop", "LShoulderBack", "LUArmHigh", "LElbowOut", "LWristOut", "LHandIn", "LHandOut"})
+    seen = without(seen, marker_named(set, hidden));
+  for (int n = 0; n < 5; ++n) step();
+
+  for (Observation& one : seen) {
+    if (one.marker == static_cast<int>(wrist)) one.position += Eigen::Vector3d(0.25, 0.05, 0.1);
+  }
+  const auto off_m = [&] {
+    const auto own = std::ranges::find(seen, static_cast<int>(wrist), &Observation::marker);
+    return (body.told(wrist) - own->position).norm();
+  };
+  for (int n = 0; n < 20; ++n) {
+    step();
+    EXPECT_LT(off_m(), 0.03) << n;
+    body.predict(at(i));
+    EXPECT_LT(off_m(), 0.02) << n;
+  }
+}
+
 }  // namespace
 }  // namespace mocap::body

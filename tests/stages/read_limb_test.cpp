@@ -95,11 +95,12 @@ TEST_F(ReadLimb, WhatIsFoundDoesNotHangOnHowMuchIsDoneAtATime) {
 TEST_F(ReadLimb, APlaceIsOfAllNamesThatGoodReadingsGiveIt) {
   (void)limb.advance(ties, 1000);
   for (std::size_t n = 0; n < limb.names(); ++n) {
-    const auto names = limb.names_at(static_cast<int>(limb.names() - 1 - n));
-    EXPECT_EQ(names.count(), 1U) << n;
-    EXPECT_TRUE(names[n]) << n;
+    const LimbReader::Shares shares = limb.shares_at(static_cast<int>(limb.names() - 1 - n));
+    for (std::size_t other = 0; other < shares.size(); ++other)
+      EXPECT_NEAR(shares[other], other == n ? 1.0 : 0.0, 1e-12) << n << ' ' << other;
   }
-  EXPECT_TRUE(limb.names_at(static_cast<int>(limb.places())).none());  // no name is there
+  const LimbReader::Shares nobodys = limb.shares_at(static_cast<int>(limb.places()));
+  EXPECT_TRUE(std::ranges::all_of(nobodys, [](double share) { return share == 0.0; }));
 }
 
 TEST_F(ReadLimb, ALimbThatMayBeNowhereHasNoLikeliestPlaces) {

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
+#include <random>
 #include <string_view>
 #include <vector>
 
@@ -90,8 +92,56 @@ TEST_F(LoneMarker, IsSurmisedNoMoreWhenItHasItsName) {
   EXPECT_TRUE(world.surmised().empty());
 }
 
+// Of a hand and forearm some markers are seen; one of these hides as its neighbour on the bone comes out, and its track
+// takes that for it. A name that is given and taken back set by set is of no use to anybody.
+TEST(SurmisedMarkers, ATrackThatMayBeEitherOfTwoIsNotNamedAndUnnamedInTurns) {
+  const std::vector<const char*> arm{"LHandIn", "LHandOut", "LWristIn", "LWristOut", "LUArmHigh", "LElbowOut"};
+  for (unsigned seed = 0; seed < 24; ++seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> turn_rad(-1.0, 1.0);
+    const auto turn = [&] { return turn_rad(random); };
+    LabelWorld world;
+    world.add("baseline41", moving_later({{"LeftUpArm", {turn(), turn(), turn()}},
+                                          {"LeftLowArm", {turn(), 0.0, -1.0 + turn()}},
+                                          {"LeftHand", {turn(), turn(), 0.0}}}));
+    world.begin();
+    world.step(95);
+    auto& tracks = world.one().tracks;
+    const std::size_t hides = world.marker(arm[seed % 4]), comes = world.marker(arm[seed % 4 ^ 1]);
+    for (const char* name : arm) tracks[world.marker(name)].hidden = world.marker(name) != hides && turn() < 0.6;
+    tracks[comes].hidden = true;
+    world.step(22);
+    world.exchange(tracks[comes], tracks[hides]);
+    tracks[comes].hidden = false;
+    tracks[hides].hidden = true;
+
+    int changes = 0;
+    bool was_named = true;
+    for (int set = 0; set < 40; ++set) {
+      world.step();
+      const bool named = std::ranges::any_of(arm, [&](const char* name) {
+        const LabelledMarker& label = world.label(world.marker(name));
+        return label.state == LabelState::Measured && label.track == tracks[comes].id;
+      });
+      changes += named != was_named ? 1 : 0;
+      was_named = named;
+      EXPECT_EQ(world.wrongs(), 0) << seed << " set " << set;
+    }
+    EXPECT_LE(changes, 2) << seed;
+  }
+}
+
+TEST_F(LoneMarker, TellsWithTheShareOfEachThatItMayBe) {
+  ASSERT_TRUE(comes_back_alone());
+
+  const SurmisedMarker& one = world.surmised()[0];
+
+  EXPECT_GT(one.sigma_m, 0.005);
+  EXPECT_LT(one.sigma_m, 0.1);
+}
+
 // Of a whole arm a lone marker may be at the shoulder or on the hand.
-TEST_F(LoneMarker, ThatMayBeAnywhereOnAnArmTellsNothing) {
+TEST_F(LoneMarker, ThatMayBeAnywhereOnAnArmTellsAsSurelyAsItMay) {
   step(110);
   hide("LeftUpArm LeftLowArm LeftHand");
   step(70);
@@ -99,8 +149,13 @@ TEST_F(LoneMarker, ThatMayBeAnywhereOnAnArmTellsNothing) {
   world.bring_back(world.one().tracks[world.marker("LElbowOut")]);
   for (int set = 0; set < 20; ++set) {
     step(1);
-    EXPECT_TRUE(world.surmised().empty()) << set;
+    for (const SurmisedMarker& one : world.surmised()) {
+      const double off_m = (one.position.v - world.true_place(one.label.marker)).norm();
+      EXPECT_GT(one.sigma_m, 0.05) << set;
+      EXPECT_LT(off_m, 3.0 * one.sigma_m) << set;
+    }
   }
+  EXPECT_LT(hand_told_m, hand_blind_m);
 }
 
 TEST_F(LoneMarker, IsNotSurmisedWhereARayHasAName) {
