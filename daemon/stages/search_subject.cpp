@@ -8,6 +8,8 @@ namespace {
 
 // More points than any T-pose with its ghosts has; bounds the cost of a search.
 constexpr std::size_t kMostPoints = 160;
+// From one point of a crowd to the next that is looked about: of another person, mostly, and in the end all are.
+constexpr std::size_t kAboutStride = 67;
 // What is found must hold for so many sets: a person who moves at 1 m/s has gone 3 cm at 120 Hz, and a ghost has not.
 constexpr int kSetsToHold = 4;
 // Four standard deviations of a marker from its body, of which no fit knows less than 2.5 mm.
@@ -39,6 +41,7 @@ SubjectSearch::SubjectSearch(const LabelSettings& settings, const Subject& subje
       pose_(set_, body::PoseFit::Lengths::Fixed) {
   points_.reserve(kMaxMarkers);
   track_of_point_.reserve(kMaxMarkers);
+  nearest_.reserve(kMaxMarkers);
   seen_.reserve(set_.markers.size());
   if (!stance_) return;
   const body::FindSettings find{.least_share = std::max(settings.least_share, kLeastShareInAPose),
@@ -87,6 +90,26 @@ void SubjectSearch::gather(const NamedTracks& tracks, const StillTracks& still, 
   }
 }
 
+// A crowd is looked at in parts: the points about one of them, the next time about another. A person who stands there
+// is among them as a whole.
+void SubjectSearch::keep_those_about_one() {
+  if (points_.size() <= kMostPoints) return;
+  next_about_ = (next_about_ + kAboutStride) % points_.size();
+  const Eigen::Vector3d about = points_[next_about_];
+  nearest_.clear();
+  for (std::size_t p = 0; p < points_.size(); ++p) nearest_.emplace_back((points_[p] - about).squaredNorm(), p);
+  std::nth_element(nearest_.begin(), nearest_.begin() + kMostPoints, nearest_.end());
+  nearest_.resize(kMostPoints);
+  // In their order, so that each goes to a place that is not needed any more.
+  std::sort(nearest_.begin(), nearest_.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  for (std::size_t i = 0; i < nearest_.size(); ++i) {
+    points_[i] = points_[nearest_[i].second];
+    track_of_point_[i] = track_of_point_[nearest_[i].second];
+  }
+  points_.resize(kMostPoints);
+  track_of_point_.resize(kMostPoints);
+}
+
 const Recognised* SubjectSearch::step(const NamedTracks& tracks, const StillTracks& still, Timestamp at) {
   if (sets_to_hold_ > 0) return hold(tracks);
   if (any_.searching()) {
@@ -100,7 +123,10 @@ const Recognised* SubjectSearch::step(const NamedTracks& tracks, const StillTrac
   if (due && (rigid() || !knows_body() || stranger)) {
     looked_at_ = at;
     gather(tracks, still, rigid() ? Duration{0} : settings_.still_for);
-    if (!rigid()) return look_for_standing();
+    if (!rigid()) {
+      keep_those_about_one();
+      return look_for_standing();
+    }
     const std::optional<body::FoundBody>& found = shape_.find(points_);
     return found ? take_standing(*found) : nullptr;
   }

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/bounded_vector.h"
@@ -63,6 +64,7 @@ class SubjectSearch {
 
  private:
   void gather(const NamedTracks& tracks, const StillTracks& still, Duration still_for);
+  void keep_those_about_one();
   const Recognised* look_for_standing();
   const Recognised* take_standing(const body::FoundBody& found);
   void begin_to_hold();
@@ -81,6 +83,8 @@ class SubjectSearch {
   body::PoseFit pose_;
   std::vector<Eigen::Vector3d> points_;
   std::vector<TrackId> track_of_point_;
+  std::vector<std::pair<double, std::size_t>> nearest_;  // points by how far they are from one, squared
+  std::size_t next_about_ = 0;
   std::vector<body::Observation> seen_;
   std::optional<Timestamp> looked_at_;     // for a standing body
   std::optional<Timestamp> not_found_at_;  // in any pose, first

@@ -55,5 +55,18 @@ TEST_P(LabelStanding, MeasuresWhoStandsInAPoseInTheFramesOfTheRestPose) {
 INSTANTIATE_TEST_SUITE_P(ShippedSets, LabelStanding, ::testing::Values("openmocap18", "baseline41"),
                          [](const auto& set) { return std::string(set.param); });
 
+// More markers than are searched at once.
+TEST(LabelCrowd, AllWhoStandAtOnceAreNamed) {
+  for (const int people : {6, 16}) {
+    LabelWorld world;
+    for (int i = 0; i < people; ++i)
+      world.add("baseline41", test::walking(), {2.4 * (i / 4), 2.4 * (i % 4), 1.0}, 0.7 * i, 1.0 - 0.01 * i);
+
+    world.begin();
+
+    EXPECT_EQ(world.rights(), world.markers()) << people;
+  }
+}
+
 }  // namespace
 }  // namespace mocap::stages
