@@ -8,8 +8,6 @@ namespace {
 
 // More points than any T-pose with its ghosts has; bounds the cost of a search.
 constexpr std::size_t kMostPoints = 160;
-// From one point of a crowd to the next that is looked about: of another person, mostly, and in the end all are.
-constexpr std::size_t kAboutStride = 67;
 // What is found must hold for so many sets: a person who moves at 1 m/s has gone 3 cm at 120 Hz, and a ghost has not.
 constexpr int kSetsToHold = 4;
 // Four standard deviations of a marker from its body, of which no fit knows less than 2.5 mm.
@@ -90,12 +88,10 @@ void SubjectSearch::gather(const NamedTracks& tracks, const StillTracks& still, 
   }
 }
 
-// A crowd is looked at in parts: the points about one of them, the next time about another. A person who stands there
-// is among them as a whole.
+// A crowd is looked at in parts: the points about any one of them. A person who stands there is among them as a whole.
 void SubjectSearch::keep_those_about_one() {
   if (points_.size() <= kMostPoints) return;
-  next_about_ = (next_about_ + kAboutStride) % points_.size();
-  const Eigen::Vector3d about = points_[next_about_];
+  const Eigen::Vector3d about = points_[random_() % points_.size()];
   nearest_.clear();
   for (std::size_t p = 0; p < points_.size(); ++p) nearest_.emplace_back((points_[p] - about).squaredNorm(), p);
   std::nth_element(nearest_.begin(), nearest_.begin() + kMostPoints, nearest_.end());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <random>
 #include <span>
 #include <utility>
 #include <vector>
@@ -84,7 +85,7 @@ class SubjectSearch {
   std::vector<Eigen::Vector3d> points_;
   std::vector<TrackId> track_of_point_;
   std::vector<std::pair<double, std::size_t>> nearest_;  // points by how far they are from one, squared
-  std::size_t next_about_ = 0;
+  std::minstd_rand random_;                              // which it is; the same each time
   std::vector<body::Observation> seen_;
   std::optional<Timestamp> looked_at_;     // for a standing body
   std::optional<Timestamp> not_found_at_;  // in any pose, first

@@ -55,17 +55,15 @@ TEST_P(LabelStanding, MeasuresWhoStandsInAPoseInTheFramesOfTheRestPose) {
 INSTANTIATE_TEST_SUITE_P(ShippedSets, LabelStanding, ::testing::Values("openmocap18", "baseline41"),
                          [](const auto& set) { return std::string(set.param); });
 
-// More markers than are searched at once.
-TEST(LabelCrowd, AllWhoStandAtOnceAreNamed) {
-  for (const int people : {6, 16}) {
-    LabelWorld world;
-    for (int i = 0; i < people; ++i)
-      world.add("baseline41", test::walking(), {2.4 * (i / 4), 2.4 * (i % 4), 1.0}, 0.7 * i, 1.0 - 0.01 * i);
+// More than is searched at once. Lights that were there before anybody came are not all that is looked at.
+TEST(LabelCrowd, WhoStandsBeforeAWallOfLightsIsNamed) {
+  LabelWorld world;
+  world.add("baseline41", test::walking());
+  for (int i = 0; i < 170; ++i) world.ghosts.emplace_back(3.0, 0.1 * (i / 10) - 0.8, 0.2 * (i % 10));
 
-    world.begin();
+  world.begin();
 
-    EXPECT_EQ(world.rights(), world.markers()) << people;
-  }
+  EXPECT_EQ(world.rights(), world.markers());
 }
 
 }  // namespace
