@@ -89,21 +89,21 @@ void SubjectSearch::gather(const NamedTracks& tracks, const StillTracks& still, 
 }
 
 // A crowd is looked at in parts: the points about any one of them. A person who stands there is among them as a whole.
-void SubjectSearch::keep_those_about_one() {
-  if (points_.size() <= kMostPoints) return;
+void SubjectSearch::keep_those_about_one(std::size_t most) {
+  if (points_.size() <= most) return;
   const Eigen::Vector3d about = points_[random_() % points_.size()];
   nearest_.clear();
   for (std::size_t p = 0; p < points_.size(); ++p) nearest_.emplace_back((points_[p] - about).squaredNorm(), p);
-  std::nth_element(nearest_.begin(), nearest_.begin() + kMostPoints, nearest_.end());
-  nearest_.resize(kMostPoints);
+  std::nth_element(nearest_.begin(), nearest_.begin() + static_cast<std::ptrdiff_t>(most), nearest_.end());
+  nearest_.resize(most);
   // In their order, so that each goes to a place that is not needed any more.
   std::sort(nearest_.begin(), nearest_.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   for (std::size_t i = 0; i < nearest_.size(); ++i) {
     points_[i] = points_[nearest_[i].second];
     track_of_point_[i] = track_of_point_[nearest_[i].second];
   }
-  points_.resize(kMostPoints);
-  track_of_point_.resize(kMostPoints);
+  points_.resize(most);
+  track_of_point_.resize(most);
 }
 
 const Recognised* SubjectSearch::step(const NamedTracks& tracks, const StillTracks& still, Timestamp at) {
@@ -120,7 +120,7 @@ const Recognised* SubjectSearch::step(const NamedTracks& tracks, const StillTrac
     looked_at_ = at;
     gather(tracks, still, rigid() ? Duration{0} : settings_.still_for);
     if (!rigid()) {
-      keep_those_about_one();
+      keep_those_about_one(kMostPoints);
       return look_for_standing();
     }
     const std::optional<body::FoundBody>& found = shape_.find(points_);
@@ -128,6 +128,7 @@ const Recognised* SubjectSearch::step(const NamedTracks& tracks, const StillTrac
   }
   if (!knows_body() || rigid()) return nullptr;
   gather(tracks, still, Duration{0});
+  keep_those_about_one(body::kMostCloudPoints);
   any_.begin(points_);
   if (!any_.searching()) not_found_at_.reset();
   return nullptr;

@@ -65,7 +65,7 @@ class SubjectSearch {
 
  private:
   void gather(const NamedTracks& tracks, const StillTracks& still, Duration still_for);
-  void keep_those_about_one();
+  void keep_those_about_one(std::size_t most);
   const Recognised* look_for_standing();
   const Recognised* take_standing(const body::FoundBody& found);
   void begin_to_hold();
