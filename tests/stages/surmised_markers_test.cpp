@@ -192,5 +192,51 @@ TEST_F(LoneMarker, ThatEndsIsSurmisedNoMore) {
   EXPECT_TRUE(world.surmised().empty());
 }
 
+// The arms move all the time, and of their markers half are hidden, each for half a second.
+TEST(SurmisedMarkers, HiddenHandsAreSeldomNamedWrongly) {
+  int wrongs = 0, rights = 0, visible = 0;
+  for (unsigned seed = 0; seed < 12; ++seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> phase_rad(0.0, 6.28);
+    std::vector<double> phases(9);
+    for (double& phase : phases) phase = phase_rad(random);
+    LabelWorld world;
+    world.add("baseline41", [phases](const std::string& bone, double t_s) -> Eigen::Quaterniond {
+      const double share = std::min(1.0, t_s);
+      const auto swing = [&](std::size_t i, double most_rad) {
+        return share * most_rad * std::sin(5.0 * t_s + phases[i]);
+      };
+      if (bone == "LeftUpArm") return body::turn_by({swing(0, 0.8) - share, swing(1, 0.6), swing(2, 0.6)});
+      if (bone == "LeftLowArm") return body::turn_by({swing(3, 0.9), 0.0, swing(4, 0.6) - 0.9 * share});
+      if (bone == "LeftHand") return body::turn_by({swing(5, 0.5), swing(6, 0.4), swing(7, 0.4)});
+      return Eigen::Quaterniond::Identity();
+    });
+    world.begin();
+    world.step(150);
+    const auto arm = markers_of(world.one(), "LeftUpArm LeftLowArm LeftHand");
+    std::uniform_int_distribution<int> when(0, 59);
+    std::bernoulli_distribution hides(0.55);
+    std::vector<int> turns(arm.size());
+    for (int& turn : turns) turn = when(random);
+    for (int set = 0; set < 900; ++set) {
+      for (std::size_t i = 0; i < arm.size(); ++i) {
+        if (set % 60 != turns[i]) continue;
+        auto& track = world.one().tracks[arm[i]];
+        const bool was = track.hidden, now = hides(random);
+        if (was && !now) world.bring_back(track);
+        track.hidden = now;
+      }
+      world.step();
+      wrongs += world.wrongs();
+      for (const std::size_t m : arm) {
+        visible += world.one().tracks[m].hidden ? 0 : 1;
+        rights += world.right(m) ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_LT(wrongs, 100);
+  EXPECT_GT(rights, 0.7 * visible);
+}
+
 }  // namespace
 }  // namespace mocap::stages
