@@ -10,9 +10,9 @@
 namespace mocap::body {
 
 /// Lets a pose that jumps because other markers tell it now glide to where it should be: a marker that comes back after
-/// a while shows that a limb is elsewhere than thought. What jumps is the difference to where the motion led to, or to
-/// what was shown last where that is nearer; it fades away as a critically damped spring does, so that neither place
-/// nor, by the first, speed jumps, to a tenth within 0.16 s.
+/// a while shows that a limb is elsewhere than thought. What jumps is the difference to where the motion led to; it
+/// fades away as a critically damped spring does, so that neither place nor speed jumps, to a tenth within 0.16 s.
+/// Motion that led farther astray than what was shown last is not followed: then it is that which fades, from rest.
 /// Where the same markers tell the pose, nothing is changed, however it moves.
 ///
 /// Allocates in the constructor only.

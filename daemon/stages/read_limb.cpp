@@ -234,16 +234,17 @@ void LimbReader::decide() {
 LimbReader::Shares LimbReader::shares_at(int place) const {
   Shares shares{};
   const std::size_t likeliest = bearer(likeliest_, place);
+  if (likeliest == names()) return shares;
   double sum = 0.0;
   for (const Reading& one : readings_) {
     const std::size_t name = bearer(one, place);
-    if (likeliest == names() || one.cost > likeliest_.cost + margin(likeliest, name)) continue;
+    if (one.cost > likeliest_.cost + margin(likeliest, name)) continue;
     if (name == names()) return {};
     const double share = std::exp((likeliest_.cost - one.cost) / kTellsOdds);
     shares[name] += share;
     sum += share;
   }
-  for (double& share : shares) share /= std::max(sum, 1.0);
+  for (double& share : shares) share /= sum;
   return shares;
 }
 

@@ -85,7 +85,7 @@ class SubjectSearch {
   std::vector<Eigen::Vector3d> points_;
   std::vector<TrackId> track_of_point_;
   std::vector<std::pair<double, std::size_t>> nearest_;  // points by how far they are from one, squared
-  std::minstd_rand random_;                              // which it is; the same each time
+  std::minstd_rand random_{1};                           // which one it is
   std::vector<body::Observation> seen_;
   std::optional<Timestamp> looked_at_;     // for a standing body
   std::optional<Timestamp> not_found_at_;  // in any pose, first
