@@ -1,5 +1,6 @@
 // The part of BodyFollower that lays a limb on the other of the two places where a camera's ray meets its reach.
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -13,6 +14,8 @@ namespace {
 // In half squared sigmas: what the other place must explain better.
 constexpr double kClearMargin = 2.0;
 constexpr double kSmallStep = 5e-4;
+// What was told just now may be so far from where its motion led to, before it is laid elsewhere.
+constexpr double kJustTold_rad = 0.3;
 constexpr double kInJoint_m = 1e-3;
 
 // Where a ray meets the sphere about a joint: two places, as far before and behind the middle.
@@ -83,7 +86,9 @@ int BodyFollower::limb_on_ray(std::span<const Observation> seen, const Observati
   if (lower == own) return -1;
   for (const Observation& other : seen) {
     if (other.marker == ray.marker) continue;
-    for (int bone = set.markers[static_cast<std::size_t>(other.marker)].bone; bone >= 0; bone = parent_of(bone)) {
+    const MarkerOnBone& marker = set.markers[static_cast<std::size_t>(other.marker)];
+    const bool in_joint = marker.offset_m.norm() < kInJoint_m;
+    for (int bone = in_joint ? parent_of(marker.bone) : marker.bone; bone >= 0; bone = parent_of(bone)) {
       if (bone == lower) return -1;
     }
   }
@@ -123,17 +128,27 @@ void BodyFollower::swing_to(std::size_t lower, std::size_t marker, const Eigen::
   pose_.set_locals(turned_);
 }
 
-// What the pose at hand costs, or the best near it, wherever the limb was before, with all that is usual of it
-// believed.
+// What the pose at hand costs, or the best near it, with all that is usual of the limb believed, and what it may have
+// turned since it was told.
 double BodyFollower::unheld_cost(std::size_t lower, std::span<const Observation> seen, int iterations) {
   const auto above = static_cast<std::size_t>(pose_.marker_set().skeleton.bones[lower].parent);
+  const Eigen::Matrix3d level = Eigen::Matrix3d::Identity();
+  std::copy(predicted_.begin(), predicted_.end(), held_.begin());
   for (std::size_t b = 0; b < below_.size(); ++b) {
-    unheld_weight_[b] = below_[b] != 0 || b == above ? Eigen::Matrix3d(Eigen::Matrix3d::Zero()) : hold_weight_[b];
+    const bool loose = below_[b] != 0 || b == above;
+    unheld_weight_[b] = loose ? hidden_.hold_weight(b, kJustTold_rad, 0.0) : hold_weight_[b];
     unheld_rest_[b] = below_[b] != 0 ? 1.0 : rest_believed_[b];
     unheld_limit_[b] = below_[b] != 0 ? 1.0 : limit_believed_[b];
+    if (below_[b] == 0 || !usual_.known(b)) continue;
+    // From both at once: where it goes on to, and where it usually is.
+    const Eigen::Matrix3d usual = level / (kOffUsual_rad * kOffUsual_rad);
+    unheld_weight_[b] += usual;
+    const Eigen::Vector3d between = unheld_weight_[b].inverse() * (usual * usual_.turn_from(b, held_[b].rotation));
+    held_[b].rotation = (turn_by(between) * held_[b].rotation).normalized();
   }
   PosePrior prior = prior_of(seen.size());
   prior.hold_weight = unheld_weight_;
+  prior.hold_from = held_;
   prior.rest_believed = unheld_rest_;
   prior.limit_believed = unheld_limit_;
   return pose_.solve(seen, prior, {.max_iterations = iterations, .small_step = kSmallStep}).cost;

@@ -10,16 +10,12 @@
 namespace mocap::body {
 namespace {
 
-// A person's joint hardly turns by more than this from set to set against what its motion lets expect, rad.
-constexpr double kHold_rad = 0.15;
-// The same of the turns about other axes than those that markers tell: a limb about itself, an elbow that is hidden
-// about the line from shoulder to wrist. They follow what the told ones lead to, and nothing drives them.
+// As kHold_rad, of the turns about other axes than those that markers tell: a limb about itself, an elbow that is
+// hidden about the line from shoulder to wrist. They follow what the told ones lead to, and nothing drives them.
 constexpr double kHoldPart_rad = 0.1;
 // The same where one camera's ray is all that tells of a bone's own markers: what it tells is first the turn of the
 // bone above, where that is hidden, too, and the bone lies as it commonly does.
 constexpr double kHoldRay_rad = 0.05;
-// How unsure a joint is at first that no marker of its bone tells.
-constexpr double kHoldFurther_rad = 0.05;
 // What joints commonly do is believed so much where markers tell how a joint is turned: a marker on skin of 3 mm, 6 cm
 // from the joint's axis, tells a turn to 3 degrees, and what is common must not move that by more than a tenth of a
 // degree, even a radian beyond.
@@ -29,15 +25,16 @@ constexpr double kAlmostAll = 0.8;
 // Steps under this leave less than a twentieth of a degree to be found: a step's square, and a share of what markers
 // are off.
 constexpr double kSmallStep = 5e-4;
-constexpr double kSmallEnough = 5e-3;  // to tell readings from each other: their costs differ by far more
 // Of a joint that no marker moves: it stays, and goes back to rest within seconds.
 constexpr double kHoldUnseen_rad = 0.02;
 // How hard a joint's range is: people reach beyond it by a little, markers that are seen are believed more.
 constexpr double kLimit_rad = 0.3;
 // A joint's rest as a share of its range: collar bones (20 degrees) stay within 10, elbows where they are.
 constexpr double kRestShare = 0.5;
-// Motion that nobody sees dies away with this time constant.
-constexpr double kCoast_s = 0.15;
+// Motion that nobody sees dies away with this time constant, and a joint goes back to how it usually is with the
+// other. People's shoulders, elbows, hips and knees over 0.05 to 0.5 s: 0.05 to 0.1 s and 0.5 s lead nearest.
+constexpr double kCoast_s = 0.1;
+constexpr double kBack_s = 0.5;
 // A gap in the sets after which velocities mean nothing; and how far ahead a straight line says anything.
 constexpr double kLongGap_s = 0.25;
 // How surely a marker is where the body puts it: skin, and the fit.
@@ -63,6 +60,7 @@ BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
       pose_(set, PoseFit::Lengths::Fixed),
       layer_(set),
       hidden_(set.skeleton.bones.size()),
+      usual_(set.skeleton.bones.size()),
       leans_(set.skeleton),
       planes_(set.skeleton) {
   const std::size_t bones = set.skeleton.bones.size();
@@ -78,6 +76,7 @@ BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
   turned_.resize(bones);
   unbent_.resize(bones);
   below_.resize(bones);
+  held_.resize(bones);
   off_m2_.resize(bones);
   seen_of_.resize(bones);
   for (auto* believed : {&rest_believed_, &limit_believed_, &unheld_rest_, &unheld_limit_}) believed->resize(bones);
@@ -141,6 +140,7 @@ bool BodyFollower::start(std::span<const Observation> seen, Timestamp at) {
   velocity_m_s_.setZero();
   see_bones(seen);
   hidden_.reset();
+  usual_.reset();
   for (BoneMemory& bone : bones_) {
     bone.spin_rad_s.setZero();
     bone.whole_at = at - from_s(kNever_s);
@@ -165,15 +165,16 @@ void BodyFollower::predict(Timestamp at) {
   const double ahead_s = std::clamp(to_s(at - learnt_at_), 0.0, kLongGap_s);
   // The way that a speed which dies away leads to.
   const double dying_s = kCoast_s * (1.0 - std::exp(-ahead_s / kCoast_s));
+  const double back = 1.0 - std::exp(-ahead_s / kBack_s);
   std::copy(learnt_.begin(), learnt_.end(), predicted_.begin());
   predicted_[0].position += ahead_s * velocity_m_s_;
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     const BoneMemory& bone = bones_[b];
-    if (bone.spin_rad_s.isZero()) continue;
-    predicted_[b].rotation =
-        (turn_by(dying_s * bone.spin_rad_s + (ahead_s - dying_s) * (bone.share * bone.spin_rad_s)) *
-         predicted_[b].rotation)
-            .normalized();
+    Eigen::Vector3d turn = dying_s * bone.spin_rad_s + (ahead_s - dying_s) * (bone.share * bone.spin_rad_s);
+    const Eigen::Vector3d to_usual = usual_.turn_from(b, predicted_[b].rotation);
+    turn += back * (to_usual - bone.share * to_usual);
+    if (turn.isZero()) continue;
+    predicted_[b].rotation = (turn_by(turn) * predicted_[b].rotation).normalized();
   }
   pose_.set_locals(predicted_);
 }
@@ -276,13 +277,6 @@ PoseFitResult BodyFollower::fit(std::span<const Observation> seen) {
   return result;
 }
 
-PoseFitResult BodyFollower::explain(std::span<const Observation> seen, double within) {
-  pose_.set_locals(fitted_);
-  loosen(seen, at_);
-  const PoseFitEnd end{.max_iterations = 2 * settings_.max_iterations, .small_step = kSmallEnough};
-  return solve(seen, prior_of(seen.size()), end, within);
-}
-
 // Where markers stay off, small steps from the pose at hand may have led into the wrong valley: a limb came out from
 // behind the body elsewhere, or is turned the wrong way round. Then all markers pull from afar and limbs are laid on
 // theirs anew; the better of both explains. Of the first's cost at most what these markers cost can be saved.
@@ -303,7 +297,7 @@ PoseFitResult BodyFollower::solve(std::span<const Observation> seen, const PoseP
   wide.outlier_m = kFromAfar_m;
   (void)pose_.solve(seen, wide, {.max_iterations = 2 * end.max_iterations, .small_step = end.small_step});
   (void)turn_anew(seen);
-  const PoseFitResult second = pose_.solve(seen, prior, end);
+  const PoseFitResult second = solve_held_or_loose(seen, prior, end);
   if (second.cost < first.cost) return second;
   pose_.set_locals(tried_);
   return first;
@@ -340,6 +334,7 @@ void BodyFollower::learn(std::span<const Observation> seen) {
       if (!laid_anew) bone.spin_rad_s = dying_rad_s + learnt_rad_s;
     }
     bone.share_before = bone.share;
+    if (b > 0 && !seen.empty()) usual_.learn(b, pose_.locals()[b].rotation, bone.share, step_s);
     if (!seen.empty() && leans_.learn(b, pose_.locals()[b].rotation, bone.share, step_s))
       pose_.lean(b, leans_.as_in_file(b));
     if (!seen.empty()) planes_.learn(b, pose_.locals()[b].rotation, bone.share, step_s);
@@ -372,18 +367,6 @@ Eigen::Vector3d BodyFollower::told(std::size_t marker) const {
 
 double BodyFollower::unseen_s(std::size_t marker, Timestamp at) const {
   return markers_[marker].ever_seen ? std::max(0.0, to_s(at - markers_[marker].seen_at)) : kNever_s;
-}
-
-void BodyFollower::loosen(std::span<const Observation> seen, Timestamp at) {
-  see_bones(seen);
-  for (std::size_t b = 0; b < bones_.size(); ++b) {
-    const double least_rad = bones_[b].told == Told::Direct ? kHold_rad : kHoldFurther_rad;
-    // What nothing tells in this instant strays from the last one on.
-    const double ahead_s = bones_[b].told == Told::Direct ? 0.0 : to_s(at - learnt_at_);
-    hold_weight_[b] = misread_[b] != 0
-                          ? Eigen::Matrix3d(Eigen::Matrix3d::Identity() / (kMostStray_rad * kMostStray_rad))
-                          : hidden_.hold_weight(b, least_rad, ahead_s);
-  }
 }
 
 bool BodyFollower::weigh(std::span<const Observation> seen, Timestamp at) {

@@ -12,6 +12,7 @@
 #include "body/hinge_leans.h"
 #include "body/lay_named.h"
 #include "body/pose_fit.h"
+#include "body/usual_turns.h"
 #include "geometry/rigid_fit.h"
 #include "model/skeleton.h"
 
@@ -61,6 +62,14 @@ class BodyFollower {
   /// hidden: what this reading of the markers costs, to be compared with that of another reading. A cost over `within`
   /// may be told as larger than it is: no more work is spent on a reading that cannot come below.
   PoseFitResult explain(std::span<const Observation> seen, double within = std::numeric_limits<double>::infinity());
+  /// A marker goes to where another of its bone is.
+  struct Swing {
+    int marker = 0;
+    int onto = 0;
+  };
+  /// The same, looked for near another pose, by its locals, after these swings of bones in their joints (not of 0).
+  PoseFitResult explain_near(std::span<const Pose> locals, std::span<const Swing> swings,
+                             std::span<const Observation> seen, double within);
   /// Until the next `predict`, these bones (by bone; not 0) may be turned anyhow: they may have followed wrong markers.
   void misread(std::span<const char> bones) { misread_.assign(bones.begin(), bones.end()); }
   /// Takes the last fit for the truth of its instant.
@@ -107,11 +116,16 @@ class BodyFollower {
     Eigen::Matrix3d share_before = Eigen::Matrix3d::Identity();  // when last learnt
   };
 
+  // A person's joint hardly turns by more than this from set to set against what its motion lets expect, rad.
+  static constexpr double kHold_rad = 0.15;
+
   void see_bones(std::span<const Observation> seen);
   void weigh_turns(std::span<const Observation> seen);
   PosePrior prior_of(std::size_t seen) const;
   PoseFitResult solve(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
                       double within = std::numeric_limits<double>::infinity());
+  PoseFitResult explain_at_hand(std::span<const Observation> seen, double within);
+  PoseFitResult solve_held_or_loose(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end);
   PoseFitResult bend_back(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
                           PoseFitResult first);
   bool mirror(std::size_t lower);
@@ -146,9 +160,11 @@ class BodyFollower {
   std::vector<Pose> turned_;     // scratch: locals while it is
   std::vector<Pose> unbent_;     // scratch: locals of a limb that hangs on straight
   std::vector<char> below_;      // scratch: by bone
+  std::vector<Pose> held_;       // scratch: locals that a limb is held to while it is laid elsewhere
   std::vector<double> off_m2_;   // by bone
   std::vector<int> seen_of_;     // by bone
   HiddenTurns hidden_;
+  UsualTurns usual_;
   HingeLeans leans_;
   BendingPlanes planes_;
   std::vector<double> rest_believed_;  // of this fit, by bone

@@ -7,6 +7,7 @@
 
 #include "body/tree_equations.h"
 #include "model/skeleton.h"
+#include "model/transform.h"
 
 namespace mocap::body {
 
@@ -21,10 +22,11 @@ struct PosePrior {
   std::span<const double> hold_sigma_rad{};  ///< by bone, from where it was before the call; empty: not held
   /// The same as one over the covariance in the parent's frame, 1/rad^2, and instead of it.
   std::span<const Eigen::Matrix3d> hold_weight{};
-  double hold_root_sigma_m = 1.0;  ///< of the root's place, likewise
-  double stretch_sigma = 0.08;     ///< of a bone's length, share of it; only when lengths are free
-  double bend_sigma_m = 0.015;     ///< of a bone's offset across its length; likewise
-  double outlier_m = 0.05;         ///< a marker further off than this counts less and less
+  double hold_root_sigma_m = 1.0;     ///< of the root's place, likewise
+  std::span<const Pose> hold_from{};  ///< locals that it is all held to; empty: those from before the call
+  double stretch_sigma = 0.08;        ///< of a bone's length, share of it; only when lengths are free
+  double bend_sigma_m = 0.015;        ///< of a bone's offset across its length; likewise
+  double outlier_m = 0.05;            ///< a marker further off than this counts less and less
 };
 
 inline bool holds(const PosePrior& prior) { return !prior.hold_sigma_rad.empty() || !prior.hold_weight.empty(); }

@@ -99,7 +99,8 @@ void PoseFit::begin(std::span<const Observation> seen, const PosePrior& prior) {
   MOCAP_EXPECTS(prior.hold_weight.empty() || prior.hold_weight.size() == locals_.size());
   MOCAP_EXPECTS(prior.rest_believed.empty() || prior.rest_believed.size() == locals_.size());
   MOCAP_EXPECTS(prior.limit_believed.empty() || prior.limit_believed.size() == locals_.size());
-  std::copy(locals_.begin(), locals_.end(), before_.begin());
+  MOCAP_EXPECTS(prior.hold_from.empty() || prior.hold_from.size() == locals_.size());
+  std::ranges::copy(prior.hold_from.empty() ? std::span<const Pose>(locals_) : prior.hold_from, before_.begin());
   for (std::size_t b = 0; b < joints_.size(); ++b) joints_[b].set(prior, b);
   if (seen.size() > residuals_.size()) residuals_.resize(seen.size());
   for (std::size_t i = 0; i < seen.size(); ++i) {

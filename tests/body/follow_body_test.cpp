@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -271,6 +272,149 @@ TEST(BodyFollower, TakesForNoMotionThatALoneMarkerIsElsewhere) {
     EXPECT_LT(off_m(), 0.03) << n;
     body.predict(at(i));
     EXPECT_LT(off_m(), 0.02) << n;
+  }
+}
+
+// Of a hand one marker alone is seen, and it may be either of two: which of them turns the hand about itself.
+TEST(BodyFollower, ExplainsATwinNearWhereTheOtherLedTo) {
+  const MarkerSet set = person("baseline41");
+  const auto in = static_cast<int>(marker_named(set, "LHandIn"));
+  const auto out = static_cast<int>(marker_named(set, "LHandOut"));
+  const std::vector<BodyFollower::Swing> swings{{in, out}};
+  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  std::mt19937 random(5);
+  int better = 0;
+
+  for (int i = 0; i < 100; ++i) {
+    truth.set_locals(test::random_pose(set, 0.8, random));
+    const std::vector<Observation> all = see(truth);
+    BodyFollower body(set, {.outlier_m = 0.02, .max_iterations = 4});
+    ASSERT_TRUE(body.start(all, at(0)));
+    std::vector<Observation> seen = without(all, static_cast<std::size_t>(in));
+    for (const char* hidden : {"LWristIn", "LWristOut"}) seen = without(seen, marker_named(set, hidden));
+    for (int n = 1; n < 30; ++n) {
+      body.predict(at(n));
+      (void)body.fit(seen);
+      body.learn(seen);
+    }
+    std::vector<Observation> twin = seen;
+    for (Observation& one : twin) {
+      if (one.marker == out) one.marker = in;
+    }
+    (void)body.explain(seen);
+    const std::vector<Pose> led_to(body.pose().locals().begin(), body.pose().locals().end());
+
+    const double cost = body.explain(twin).cost;
+    better += body.explain_near(led_to, swings, twin, cost).cost < cost - 0.5 ? 1 : 0;
+  }
+
+  EXPECT_GT(better, 5);
+}
+
+// A knee that swings, and of which nobody sees anything from where it is bent far and fast on.
+TEST(BodyFollower, DoesNotBendOnAKneeThatHides) {
+  const MarkerSet set = person("baseline41");
+  const auto knee = static_cast<std::size_t>(bone_named(set, "LeftLowLeg"));
+  const auto foot = static_cast<std::size_t>(bone_named(set, "LeftFoot"));
+  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  BodyFollower body(set, {});
+  constexpr int kHidden = 64;
+
+  for (int step = 0; step <= kHidden + 24; ++step) {
+    std::vector<Pose> locals = swinging(set, step);
+    locals[knee].rotation = turn_by({0.0, 0.9 + 0.8 * std::sin(6.0 * (step - kHidden) * kStep_s + 0.7), 0.0});
+    truth.set_locals(locals);
+    std::vector<Observation> seen = see(truth);
+    if (step >= kHidden) {
+      std::erase_if(seen, [&](const Observation& one) {
+        const int on = set.markers[static_cast<std::size_t>(one.marker)].bone;
+        return on == static_cast<int>(knee) || on == static_cast<int>(foot);
+      });
+    }
+    if (!body.following()) {
+      ASSERT_TRUE(body.start(seen, at(step)));
+      continue;
+    }
+    body.predict(at(step));
+    (void)body.fit(seen);
+    body.learn(seen);
+    // A shin is 0.4 m long; 0.7 of it is what a straight line would end at.
+    EXPECT_LT((body.pose().world()[foot].position - truth.world()[foot].position).norm(), 0.2) << step - kHidden;
+  }
+}
+
+// An arm that runs, of which the forearm's one marker is seen: the collar bone must not follow it.
+TEST(BodyFollower, TurnsNoCollarBoneFarForALoneMarkerOfTheForearm) {
+  const MarkerSet set = person("baseline41");
+  const auto collar = static_cast<std::size_t>(bone_named(set, "RightCollar"));
+  const auto upper = static_cast<std::size_t>(bone_named(set, "RightUpArm"));
+  const auto lower = static_cast<std::size_t>(bone_named(set, "RightLowArm"));
+  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  BodyFollower body(set, {});
+
+  for (int step = 0; step < 240; ++step) {
+    std::vector<Pose> locals = swinging(set, step);
+    const double swing = 1.0 * std::sin(15.0 * step * kStep_s);
+    locals[upper].rotation = turn_by({0.0, 0.0, swing}) * turn_by({1.1, 0.0, 0.0});
+    locals[lower].rotation = turn_by({0.0, 0.0, 1.3});
+    truth.set_locals(locals);
+    std::vector<Observation> seen = see(truth);
+    if (step >= 60) {
+      for (const char* hidden :
+           {"RShoulderTop", "RShoulderBack", "RUArmHigh", "RElbowOut", "RWristOut", "RHandIn", "RHandOut"})
+        seen = without(seen, marker_named(set, hidden));
+    }
+    if (!body.following()) {
+      ASSERT_TRUE(body.start(seen, at(step)));
+      continue;
+    }
+    body.predict(at(step));
+    (void)body.fit(seen);
+    body.learn(seen);
+    EXPECT_LT(rotation_vector(body.pose().locals()[collar].rotation).norm(), 0.6) << step;
+    EXPECT_LT((body.pose().world()[lower].position - truth.world()[lower].position).norm(), 0.2) << step;
+  }
+}
+
+// An arm that stood still in sight of all a set ago is where it was, however strangely it is held.
+TEST(BodyFollower, LeavesALimbWhereItWasToldJustNowThoughARayMeetsItsReachElsewhere) {
+  const MarkerSet set = person("baseline41");
+  const std::size_t on_hand = marker_named(set, "LHandOut");
+  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> anywhere(-1.0, 1.0);
+
+  for (int i = 0; i < 100; ++i) {
+    std::vector<Pose> strange = test::random_pose(set, 1.5, random);
+    for (const char* joint : {"LeftUpArm", "LeftLowArm", "LeftHand"}) {
+      const auto bone = static_cast<std::size_t>(bone_named(set, joint));
+      Eigen::Vector3d turned;
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto& range = set.skeleton.bones[bone].turns[static_cast<std::size_t>(axis)];
+        turned[axis] = 0.8 * (anywhere(random) < 0.0 ? range->min_rad : range->max_rad);
+      }
+      strange[bone].rotation = turn_by(turned);
+    }
+    truth.set_locals(strange);
+    const Eigen::Vector3d hand = truth.marker_at(on_hand);
+    const Eigen::Vector3d eye =
+        hand + 4.0 * Eigen::Vector3d(anywhere(random), anywhere(random), 0.4 * anywhere(random)).normalized();
+    BodyFollower body(set, {});
+    ASSERT_TRUE(body.start(see(truth), at(0)));
+    for (int step = 1; step < 10; ++step) {
+      body.predict(at(step));
+      (void)body.fit(see(truth));
+      body.learn(see(truth));
+    }
+    std::vector<Observation> seen = see(truth);
+    for (const char* hidden : {"LUArmHigh", "LElbowOut", "LWristIn", "LWristOut", "LHandIn", "LHandOut"})
+      seen = without(seen, marker_named(set, hidden));
+    body.predict(at(10));
+    seen.push_back(
+        observe_ray(static_cast<int>(on_hand), eye, (hand - eye).normalized(), 1e-4, body.told(on_hand), 0.002));
+    (void)body.fit(seen);
+
+    EXPECT_LT((body.told(on_hand) - hand).norm(), 0.1) << i;
   }
 }
 
