@@ -22,7 +22,7 @@ constexpr float kLongHeld = 0.85F;
 constexpr double kMostVouched_m = 0.08;
 constexpr double kTieContradicts = 4.5;
 constexpr double kGateSigmas = 4.0;
-constexpr double kContestSigmas = 5.0;
+constexpr double kNeighbourSigmas = 7.0;  // a claim may be a neighbour's that is as far off as that
 constexpr double kContestGates = 2.0;
 constexpr double kFitted_m = 0.008;
 // What a turn bends out of a straight line is a square's half over the limb's length.
@@ -77,14 +77,14 @@ bool SubjectLabeller::may_be_neighbours(std::size_t marker, std::uint32_t track,
     const auto other = static_cast<std::size_t>(tie.other);
     if (names_[other].index >= 0 || !places_[other].known) return false;
     geometry::AllowedPair pair;
-    consider(other, track, tracks, pair);
+    consider(other, track, tracks, pair, kNeighbourSigmas);
     return pair.cost < below;
   });
 }
 
 // The cost is infinite where the track cannot be the marker.
 void SubjectLabeller::consider(std::size_t marker, std::size_t index, const NamedTracks& tracks,
-                               geometry::AllowedPair& into) const {
+                               geometry::AllowedPair& into, double most_sigmas) const {
   into.cost = std::numeric_limits<double>::infinity();
   const TrackedMarker& track = (*tracks.tracked)[index];
   const Place& place = places_[marker];
@@ -95,7 +95,7 @@ void SubjectLabeller::consider(std::size_t marker, std::size_t index, const Name
   if (track.state == TrackState::Tentative && !called && !own) return;
   const Eigen::Matrix3d spread = spread_of(marker, track);
   const double apart = off.dot(spread.inverse() * off);
-  if (!(apart < kContestSigmas * kContestSigmas)) return;
+  if (!(apart < most_sigmas * most_sigmas)) return;
   if (!own && !tied(marker, track.position.v, tracks)) return;
   const double width = std::log(spread.determinant() / std::pow(kFitted_m, 6));
   into.cost = apart + std::max(0.0, width) - kOwnBonus * hint_of(marker, static_cast<int>(index), tracks);

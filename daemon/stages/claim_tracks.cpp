@@ -15,10 +15,10 @@ constexpr double kClearMargin = 10.0;
 // are off alike, and which is which is nearly even; names of unlike limbs are told by far less.
 constexpr double kExchangeMargin = 5.0;
 // What costs more is not where its bone's other markers want it. All names of a limb that is not known are off alike,
-// and which of them is nearest to a track says little: a missing neighbour must then be worse by the second (odds of
-// 3000 : 1), or the whole limb says which it is.
+// and which of them is nearest to a track says little: a missing neighbour must then be worse by the second (a limb
+// that moves is seldom where it is thought to be as surely as it is thought), or the whole limb says which it is.
 constexpr double kExact = 6.0;
-constexpr double kNeighbourMargin = 16.0;
+constexpr double kNeighbourMargin = 24.0;
 // Motion foresees a marker better than that.
 constexpr double kSuspect_m = 0.008;
 

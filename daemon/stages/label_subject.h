@@ -133,7 +133,10 @@ class SubjectLabeller {
   void trust(const NamedTracks& tracks, Timestamp at);
   void place();
   Eigen::Matrix3d spread_of(std::size_t marker, const TrackedMarker& track) const;
-  void consider(std::size_t marker, std::size_t index, const NamedTracks& tracks, geometry::AllowedPair& into) const;
+  // A track farther than that from where a marker is thought to be does not contest its name.
+  static constexpr double kContestSigmas = 5.0;
+  void consider(std::size_t marker, std::size_t index, const NamedTracks& tracks, geometry::AllowedPair& into,
+                double most_sigmas = kContestSigmas) const;
   double most_off(std::size_t marker) const;
   bool vouched(std::size_t marker, double off_m, const NamedTracks& tracks) const;
   void contradict(NamedTracks& tracks);

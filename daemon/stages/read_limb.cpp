@@ -23,6 +23,8 @@ constexpr double kClearMargin = 5.0;
 constexpr double kUndecided = 6.5;
 constexpr double kRival = 7.5;
 constexpr double kTwin = 10.0;
+// What costs so much more than the best is not better for another turn of a bone.
+constexpr double kHopeless = 40.0;
 // Costs tell which reading is better more surely than they tell how much: one that is worse by so much has the e-th
 // part of the odds.
 constexpr double kTellsOdds = 2.0;
@@ -40,6 +42,8 @@ LimbReader::LimbReader(const MarkerSet& set, const body::FollowSettings& follow)
   tried_.reserve(set.markers.size());
   misread_.resize(set.skeleton.bones.size());
   loose_.resize(set.skeleton.bones.size());
+  best_pose_.reserve(set.skeleton.bones.size());
+  twins_.reserve(TieReader::kMostNames);
   readings_.reserve(kMostReadings);
 }
 
@@ -73,6 +77,7 @@ void LimbReader::begin(const body::MarkerTies& ties, const body::BodyFollower& b
   misread_.assign(misread.begin(), misread.end());
   found_ = false;
   judged_ = 0;
+  next_twin_ = 0;
   readings_.clear();
   readings_.push_back(now_);
   propose(ties_.read(ties, kWorthAName));
@@ -86,6 +91,9 @@ int LimbReader::advance(const body::MarkerTies& ties, int most) {
       if (done == most) break;
       judge(judged_++);
       ++done;
+    } else if (stage_ == Stage::Twins && next_twin_ < readings_.size()) {
+      if (done == most) break;
+      if (judge_anew(next_twin_++)) ++done;
     } else if (!propose_more(ties)) {
       stage_ = Stage::Done;
       decide();
@@ -99,7 +107,7 @@ const Reading& LimbReader::best_judged() const {
   return *std::min_element(readings_.begin(), end, [](const Reading& a, const Reading& b) { return a.cost < b.cost; });
 }
 
-// Whether there is more to be judged, when all is that was proposed.
+// Whether there is more to be judged, when all is that was proposed, or to be judged anew.
 bool LimbReader::propose_more(const body::MarkerTies& ties) {
   const std::size_t before = readings_.size();
   if (stage_ == Stage::First) {
@@ -118,7 +126,9 @@ bool LimbReader::propose_more(const body::MarkerTies& ties) {
     best_ = best_judged();
     next_name_ = 0;
   }
-  return challenge_next(ties);
+  if (stage_ == Stage::Twins) return false;
+  if (!challenge_next(ties)) stage_ = Stage::Twins;
+  return true;
 }
 
 bool LimbReader::propose(const Reading& reading) {
@@ -173,15 +183,15 @@ void LimbReader::challenge(std::size_t name, const body::MarkerTies& ties) {
   propose(ties_.read_otherwise(ties, kWorthAName, name, alone, kChallenges));
 }
 
-// What the body says to it, and the worth of the names that it leaves out.
-void LimbReader::judge(std::size_t reading) {
-  Reading& one = readings_[reading];
+// The markers as a reading has them, and what it costs beside what the body says to it: the worth of the names that it
+// leaves out, first of all.
+double LimbReader::put_together(const Reading& reading) {
   tried_.assign(others_.begin(), others_.end());
   std::copy(misread_.begin(), misread_.end(), loose_.begin());
   bool contradicts = false;
   double cost = 0.0;
   for (std::size_t n = 0; n < names(); ++n) {
-    const int at = one.place_of[n];
+    const int at = reading.place_of[n];
     if (now_.place_of[n] >= 0 && at != now_.place_of[n]) {
       contradicts = true;
       loose_[static_cast<std::size_t>(bone_of(n))] = 1;
@@ -196,9 +206,42 @@ void LimbReader::judge(std::size_t reading) {
   }
   if (contradicts) cost += kMisread;
   body_.misread(loose_);
+  return cost;
+}
+
+void LimbReader::judge(std::size_t reading) {
+  const double cost = put_together(readings_[reading]);
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < reading; ++i) least = std::min(least, readings_[i].cost);
-  one.cost = cost + body_.explain(tried_, least + kTwin - cost).cost;
+  readings_[reading].cost = cost + body_.explain(tried_, least + kTwin - cost).cost;
+  if (readings_[reading].cost < least) best_pose_.assign(body_.pose().locals().begin(), body_.pose().locals().end());
+}
+
+// From the pose at hand a fit may not find how a bone is turned about itself. A reading that has one marker of a bone
+// where the best one has another is judged from where that one led to, too, with the bone swung from marker to marker.
+// False where it is no such reading.
+bool LimbReader::judge_anew(std::size_t reading) {
+  Reading& one = readings_[reading];
+  const Reading& best = best_judged();
+  if (one.cost > best.cost + kHopeless) return false;
+  find_twins(one, best);
+  if (twins_.empty()) return false;
+  const double cost = put_together(one);
+  const double anew = cost + body_.explain_near(best_pose_, twins_, tried_, one.cost - cost).cost;
+  if (anew < best.cost) best_pose_.assign(body_.pose().locals().begin(), body_.pose().locals().end());
+  one.cost = std::min(one.cost, anew);
+  return true;
+}
+
+void LimbReader::find_twins(const Reading& reading, const Reading& best) {
+  twins_.clear();
+  for (std::size_t n = 0; n < names(); ++n) {
+    const int place = reading.place_of[n];
+    if (place < 0 || place == best.place_of[n] || bone_of(n) == 0) continue;
+    const std::size_t other = bearer(best, place);
+    if (other != names() && bone_of(other) == bone_of(n))
+      twins_.push_back({static_cast<int>(marker(n)), static_cast<int>(marker(other))});
+  }
 }
 
 // Whether another reading is nearly as good as the best, and has a name that the best gives, or its place, otherwise.

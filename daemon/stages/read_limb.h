@@ -72,7 +72,7 @@ class LimbReader {
   Shares shares_at(int place) const;
 
  private:
-  enum class Stage { First, Exchange, Challenge, Done };
+  enum class Stage { First, Exchange, Challenge, Twins, Done };
 
   bool propose_more(const body::MarkerTies& ties);
   bool propose(const TieReader::Reading& reading);
@@ -81,6 +81,9 @@ class LimbReader {
   bool challenge_next(const body::MarkerTies& ties);
   void challenge(std::size_t name, const body::MarkerTies& ties);
   void judge(std::size_t reading);
+  bool judge_anew(std::size_t reading);
+  double put_together(const TieReader::Reading& reading);
+  void find_twins(const TieReader::Reading& reading, const TieReader::Reading& best);
   int bone_of(std::size_t name) const { return bone_of_[marker(name)]; }
   const TieReader::Reading& best_judged() const;
   bool doubts(const TieReader::Reading& other, const TieReader::Reading& best, std::size_t name) const;
@@ -102,8 +105,11 @@ class LimbReader {
   std::size_t judged_ = 0;                    // of these
   std::size_t most_exchanged_ = 0;            // readings when no more are proposed by exchange
   Stage stage_ = Stage::Done;
-  std::size_t next_name_ = 0;  // to be challenged
-  TieReader::Reading best_;    // when the present stage began; in the end, what is found
+  std::size_t next_name_ = 0;                     // to be challenged
+  std::size_t next_twin_ = 0;                     // reading to be judged anew
+  std::vector<Pose> best_pose_;                   // locals that the best reading led to
+  std::vector<body::BodyFollower::Swing> twins_;  // of one reading: the names that the best has for each other's
+  TieReader::Reading best_;                       // when the present stage began; in the end, what is found
   TieReader::Reading likeliest_;
   bool found_ = false;
 };
