@@ -54,6 +54,16 @@ std::vector<Observation> without(std::vector<Observation> seen, std::size_t mark
   return seen;
 }
 
+void follow(BodyFollower& body, const std::vector<Observation>& seen, Timestamp when) {
+  if (!body.following()) {
+    ASSERT_TRUE(body.start(seen, when));
+    return;
+  }
+  body.predict(when);
+  (void)body.fit(seen);
+  body.learn(seen);
+}
+
 TEST(BodyFollower, KeepsAHiddenShoulderWhereItIsForHalfASecond) {
   const MarkerSet set = person("openmocap18");
   const std::size_t hidden = marker_named(set, "LeftUpArm");
@@ -331,13 +341,7 @@ TEST(BodyFollower, DoesNotBendOnAKneeThatHides) {
         return on == static_cast<int>(knee) || on == static_cast<int>(foot);
       });
     }
-    if (!body.following()) {
-      ASSERT_TRUE(body.start(seen, at(step)));
-      continue;
-    }
-    body.predict(at(step));
-    (void)body.fit(seen);
-    body.learn(seen);
+    follow(body, seen, at(step));
     // A shin is 0.4 m long; 0.7 of it is what a straight line would end at.
     EXPECT_LT((body.pose().world()[foot].position - truth.world()[foot].position).norm(), 0.2) << step - kHidden;
   }
@@ -364,13 +368,7 @@ TEST(BodyFollower, TurnsNoCollarBoneFarForALoneMarkerOfTheForearm) {
            {"RShoulderTop", "RShoulderBack", "RUArmHigh", "RElbowOut", "RWristOut", "RHandIn", "RHandOut"})
         seen = without(seen, marker_named(set, hidden));
     }
-    if (!body.following()) {
-      ASSERT_TRUE(body.start(seen, at(step)));
-      continue;
-    }
-    body.predict(at(step));
-    (void)body.fit(seen);
-    body.learn(seen);
+    follow(body, seen, at(step));
     EXPECT_LT(rotation_vector(body.pose().locals()[collar].rotation).norm(), 0.6) << step;
     EXPECT_LT((body.pose().world()[lower].position - truth.world()[lower].position).norm(), 0.2) << step;
   }
