@@ -62,12 +62,12 @@ class BodyFollower {
   /// hidden: what this reading of the markers costs, to be compared with that of another reading. A cost over `within`
   /// may be told as larger than it is: no more work is spent on a reading that cannot come below.
   PoseFitResult explain(std::span<const Observation> seen, double within = std::numeric_limits<double>::infinity());
-  /// A marker goes to where another of its bone is.
+  /// A bone turns in its joint until its `marker` is where its marker `onto` was.
   struct Swing {
     int marker = 0;
     int onto = 0;
   };
-  /// The same, looked for near another pose, by its locals, after these swings of bones in their joints (not of 0).
+  /// What `explain` tells, looked for near another pose, by its locals, after these swings (of bones but 0).
   PoseFitResult explain_near(std::span<const Pose> locals, std::span<const Swing> swings,
                              std::span<const Observation> seen, double within);
   /// Until the next `predict`, these bones (by bone; not 0) may be turned anyhow: they may have followed wrong markers.

@@ -285,6 +285,27 @@ TEST(BodyFollower, TakesForNoMotionThatALoneMarkerIsElsewhere) {
   }
 }
 
+// A forearm that nobody sees is where the last fit has it, wherever a reading's pose is looked for.
+TEST(BodyFollower, HoldsToItsLastFitWhereverTheSearchBegins) {
+  const MarkerSet set = person("baseline41");
+  const auto elbow = static_cast<std::size_t>(bone_named(set, "LeftLowArm"));
+  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  std::vector<Observation> seen = see(truth);
+  for (const char* hidden : {"LElbowOut", "LWristIn", "LWristOut", "LHandIn", "LHandOut"})
+    seen = without(seen, marker_named(set, hidden));
+  BodyFollower body(set, {});
+  ASSERT_TRUE(body.start(see(truth), at(0)));
+  body.predict(at(1));
+  (void)body.fit(seen);
+  std::vector<Pose> elsewhere(body.pose().locals().begin(), body.pose().locals().end());
+  const Eigen::Quaterniond fitted = elsewhere[elbow].rotation;
+  elsewhere[elbow].rotation = turn_by({0.0, 0.0, -0.4}) * fitted;
+
+  (void)body.explain_near(elsewhere, {}, seen, 1e9);
+
+  EXPECT_LT(test::angle_between(body.pose().locals()[elbow].rotation, fitted), 0.05);
+}
+
 // Of a hand one marker alone is seen, and it may be either of two: which of them turns the hand about itself.
 TEST(BodyFollower, ExplainsATwinNearWhereTheOtherLedTo) {
   const MarkerSet set = person("baseline41");
