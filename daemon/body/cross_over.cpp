@@ -17,58 +17,92 @@ constexpr double kSmallStep = 5e-4;
 // What was told just now may be so far from where its motion led to, before it is laid elsewhere.
 constexpr double kJustTold_rad = 0.3;
 constexpr double kInJoint_m = 1e-3;
+// A limb's reach is hardly known better, m.
+constexpr double kReach_m = 5e-5;
+constexpr double kFarApart_m = 0.1;
+
+}  // namespace
 
 // Where a ray meets the sphere about a joint: two places, as far before and behind the middle.
-struct Crossing {
+struct BodyFollower::Crossing {
   Eigen::Vector3d middle;
-  Eigen::Vector3d half;
+  Eigen::Vector3d direction;
+  double reach_m = 0.0;
+  double half2_m2 = 0.0;  // below 0 where the ray passes outside
+
+  // Outside, both places are that of the ray next to the sphere.
+  double half_m() const { return std::sqrt(std::max(0.0, half2_m2)); }
 };
 
-// `marker` is on the sphere. Where the ray passes outside, both places are that of the ray next to it.
-Crossing crossing_of(const Observation& ray, const Eigen::Vector3d& joint, const Eigen::Vector3d& marker) {
+// `marker` is on the sphere.
+BodyFollower::Crossing BodyFollower::crossing_of(const Observation& ray, const Eigen::Vector3d& joint,
+                                                 const Eigen::Vector3d& marker) {
   const Eigen::Matrix3d along = Eigen::Matrix3d::Identity() - ray.sigma_m * ray.sigma_m * ray.weight_1_m2;
   int most = 0;
   along.diagonal().maxCoeff(&most);
   const Eigen::Vector3d direction = along.col(most).normalized();
   const Eigen::Vector3d middle = ray.position + (joint - ray.position).dot(direction) * direction;
-  const double half2_m2 = (marker - joint).squaredNorm() - (middle - joint).squaredNorm();
-  return {middle, std::sqrt(std::max(0.0, half2_m2)) * direction};
+  const double reach_m = (marker - joint).norm();
+  return {middle, direction, reach_m, reach_m * reach_m - (middle - joint).squaredNorm()};
 }
 
-}  // namespace
-
 // A ray passes through what a limb reaches in two places; small steps do not lead from one to the other, and where both
-// are near each other motion may lead to the wrong one. Then joints are soon turned as they hardly ever are.
+// are near each other motion may lead to the wrong one. What the limb did there tells, and joints that are soon turned
+// as they hardly ever are.
 PoseFitResult BodyFollower::cross_over(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
                                        PoseFitResult first) {
   for (const Observation& one : seen) {
     if (!one.ray || !is_usable(one)) continue;
     const int limb = limb_on_ray(seen, one);
-    if (limb < 0) continue;
-    const auto lower = static_cast<std::size_t>(limb);
-    const auto marker = static_cast<std::size_t>(one.marker);
-    std::copy(pose_.locals().begin(), pose_.locals().end(), tried_.begin());
-    unbend_below(lower);
-    pose_.set_locals(tried_);
-    double least = unheld_cost(lower, seen, end.max_iterations) - kClearMargin;
-    bool elsewhere = false;
-    pose_.set_locals(unbent_);
-    const Crossing crossing = crossing_of(one, pose_.world()[lower].position, pose_.marker_at(marker));
-    for (const double side : {-1.0, 1.0}) {
-      pose_.set_locals(unbent_);
-      swing_to(lower, marker, crossing.middle + side * crossing.half);
-      const double cost = unheld_cost(lower, seen, end.max_iterations);
-      if (!(cost < least)) continue;
-      least = cost;
-      elsewhere = true;
-      std::copy(pose_.locals().begin(), pose_.locals().end(), tried_.begin());
-    }
-    pose_.set_locals(tried_);
-    if (!elsewhere) continue;
+    if (limb < 0 || !lay_elsewhere(static_cast<std::size_t>(limb), one, seen, end.max_iterations)) continue;
     first = pose_.solve(seen, prior, end);
     for (std::size_t b = 0; b < below_.size(); ++b) bent_back_[b] |= below_[b];
   }
   return first;
+}
+
+// Lays a limb on the likelier of the two places of its ray. False, and the pose as before, where it is there already.
+bool BodyFollower::lay_elsewhere(std::size_t lower, const Observation& ray, std::span<const Observation> seen,
+                                 int iterations) {
+  const auto marker = static_cast<std::size_t>(ray.marker);
+  std::copy(pose_.locals().begin(), pose_.locals().end(), tried_.begin());
+  const Eigen::Vector3d place = pose_.marker_at(marker);
+  unbend_below(lower);
+  const Crossing crossing = crossing_of(ray, pose_.world()[lower].position, pose_.marker_at(marker));
+  const double depth_m = (place - crossing.middle).dot(crossing.direction);
+  const bool exact = sits_in_joint(marker);
+  if (exact) weigh_depth(marker, crossing, depth_m);
+  const auto way_cost = [&](double at_m) {
+    return exact ? depths_[marker].cost(at_m < 0.0 ? RayDepth::Before : RayDepth::Behind) : 0.0;
+  };
+  pose_.set_locals(tried_);
+  // Where both places are near each other little is lost by going over.
+  const double margin = exact ? kClearMargin * std::min(1.0, crossing.half_m() / kFarApart_m) : kClearMargin;
+  double least = unheld_cost(lower, seen, iterations) + way_cost(depth_m) - margin;
+  bool elsewhere = false;
+  for (const double side : {-1.0, 1.0}) {
+    pose_.set_locals(unbent_);
+    swing_to(lower, marker, crossing.middle + side * crossing.half_m() * crossing.direction);
+    const double cost = unheld_cost(lower, seen, iterations) + way_cost(side);
+    if (!(cost < least)) continue;
+    least = cost;
+    elsewhere = true;
+    std::copy(pose_.locals().begin(), pose_.locals().end(), tried_.begin());
+  }
+  pose_.set_locals(tried_);
+  return elsewhere;
+}
+
+// What the limb did before tells on which side it is, where its end is seen itself and its reach so known.
+void BodyFollower::weigh_depth(std::size_t marker, const Crossing& crossing, double depth_m) {
+  RayDepth& depth = depths_[marker];
+  if (!depth.follows(crossing.direction, at_)) depth.begin(learnt_at_, crossing.direction, depth_m);
+  const double sigma_m2 = 2.0 * crossing.reach_m * std::max(kReach_m, residual_m_);
+  depth.weigh(at_, crossing.direction, crossing.half2_m2, sigma_m2);
+}
+
+bool BodyFollower::sits_in_joint(std::size_t marker) const {
+  return pose_.marker_set().markers[marker].offset_m.norm() < kInJoint_m;
 }
 
 // The uppermost bone that this ray alone tells of, of two or more in a row; -1 where there are none.

@@ -66,6 +66,7 @@ BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
   const std::size_t bones = set.skeleton.bones.size();
   bones_.resize(bones);
   markers_.resize(set.markers.size());
+  depths_.resize(set.markers.size());
   for (const Bone& bone : set.skeleton.bones)
     depth_.push_back(bone.parent < 0 ? 0 : depth_[static_cast<std::size_t>(bone.parent)] + 1);
   learnt_.resize(bones);
@@ -356,6 +357,7 @@ void BodyFollower::learn(std::span<const Observation> seen) {
     marker.seen_at = at_;
     marker.ever_seen = true;
   }
+  for (RayDepth& depth : depths_) depth.learn(at_);
   learnt_at_ = at_;
   refitted_ = false;
 }

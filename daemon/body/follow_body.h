@@ -12,6 +12,7 @@
 #include "body/hinge_leans.h"
 #include "body/lay_named.h"
 #include "body/pose_fit.h"
+#include "body/ray_depth.h"
 #include "body/usual_turns.h"
 #include "geometry/rigid_fit.h"
 #include "model/skeleton.h"
@@ -131,6 +132,11 @@ class BodyFollower {
   bool mirror(std::size_t lower);
   PoseFitResult cross_over(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
                            PoseFitResult first);
+  struct Crossing;
+  static Crossing crossing_of(const Observation& ray, const Eigen::Vector3d& joint, const Eigen::Vector3d& marker);
+  bool lay_elsewhere(std::size_t lower, const Observation& ray, std::span<const Observation> seen, int iterations);
+  void weigh_depth(std::size_t marker, const Crossing& crossing, double depth_m);
+  bool sits_in_joint(std::size_t marker) const;
   bool hangs_free(std::size_t bone) const;
   int limb_on_ray(std::span<const Observation> seen, const Observation& ray) const;
   void unbend_below(std::size_t lower);
@@ -165,6 +171,7 @@ class BodyFollower {
   std::vector<int> seen_of_;     // by bone
   HiddenTurns hidden_;
   UsualTurns usual_;
+  std::vector<RayDepth> depths_;  // by marker
   HingeLeans leans_;
   BendingPlanes planes_;
   std::vector<double> rest_believed_;  // of this fit, by bone

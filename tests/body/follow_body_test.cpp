@@ -13,24 +13,15 @@
 namespace mocap::body {
 namespace {
 
+using test::bone_named;
+using test::marker_named;
 using test::person;
 using test::see;
+using test::without;
 
 constexpr double kStep_s = 1.0 / 60.0;
 
 Timestamp at(int set) { return from_ns(1'000'000'000) + from_s(set * kStep_s); }
-
-std::size_t marker_named(const MarkerSet& set, const std::string& name) {
-  std::size_t m = 0;
-  while (set.markers[m].name != name) ++m;
-  return m;
-}
-
-int bone_named(const MarkerSet& set, const std::string& name) {
-  int b = 0;
-  while (set.skeleton.bones[static_cast<std::size_t>(b)].name != name) ++b;
-  return b;
-}
 
 // Walks along x and swings both arms forth and back, down at the sides.
 std::vector<Pose> swinging(const MarkerSet& set, int step) {
@@ -47,11 +38,6 @@ std::vector<Pose> swinging(const MarkerSet& set, int step) {
     locals.push_back(pose);
   }
   return locals;
-}
-
-std::vector<Observation> without(std::vector<Observation> seen, std::size_t marker) {
-  std::erase_if(seen, [&](const Observation& one) { return static_cast<std::size_t>(one.marker) == marker; });
-  return seen;
 }
 
 void follow(BodyFollower& body, const std::vector<Observation>& seen, Timestamp when) {
@@ -153,57 +139,6 @@ TEST(BodyFollower, BendsAKneeForthOnlyOfWhichFootAndHipAloneAreSeen) {
         body.pose().world()[bone("RightLowLeg")].position - truth.world()[bone("RightLowLeg")].position;
     EXPECT_LT(off.norm(), step < 17 ? 0.15 : 0.06) << step;
   }
-}
-
-// The left elbow is stretched and bent again; while it is nearly straight all markers beyond it hide, save that one
-// camera sees one of the hand's. It looks on along the way on which the marker comes: the way back is on the same rays.
-// The right forearm hides from all meanwhile, and that the left one is laid elsewhere must not move it.
-TEST(BodyFollower, LaysALimbOnTheOtherPlaceWhereTheRayMeetsItsReach) {
-  const MarkerSet set = person("baseline41");
-  const auto elbow = static_cast<std::size_t>(bone_named(set, "LeftLowArm"));
-  const int hand = bone_named(set, "LeftHand");
-  const auto right_elbow = static_cast<std::size_t>(bone_named(set, "RightLowArm"));
-  const int right_hand = bone_named(set, "RightHand");
-  const std::size_t on_hand = marker_named(set, "LHandOut");
-  PoseFit truth(set, PoseFit::Lengths::Fixed);
-  std::vector<Pose> locals(truth.locals().begin(), truth.locals().end());
-  locals[right_elbow].rotation = turn_by({0.0, 0.0, 1.5});
-  const auto bend = [&](double by_rad) {
-    locals[elbow].rotation = turn_by({0.0, 0.0, -by_rad});
-    truth.set_locals(locals);
-  };
-  bend(0.1);
-  const Eigen::Vector3d joint = truth.world()[elbow].position;
-  const Eigen::Vector3d nearest = truth.marker_at(on_hand);
-  const Eigen::Vector3d eye = nearest + 4.0 * (nearest - joint).cross(Eigen::Vector3d::UnitZ()).normalized();
-  BodyFollower body(set, {});
-
-  for (int step = 0; step <= 90; ++step) {
-    bend(0.6 + 0.55 * std::cos(step * 0.07));  // to 0.05 at 45
-    std::vector<Observation> seen;
-    for (const Observation& one : see(truth)) {
-      const int on = set.markers[static_cast<std::size_t>(one.marker)].bone;
-      const bool beyond_elbows = on == static_cast<int>(elbow) || on == hand ||  //
-                                 on == static_cast<int>(right_elbow) || on == right_hand;
-      if (step < 40 || !beyond_elbows) seen.push_back(one);
-    }
-    if (!body.following()) {
-      ASSERT_TRUE(body.start(seen, at(step)));
-      continue;
-    }
-    body.predict(at(step));
-    if (step >= 40) {
-      const Eigen::Vector3d ray = (truth.marker_at(on_hand) - eye).normalized();
-      seen.push_back(observe_ray(static_cast<int>(on_hand), eye, ray, 1e-4, body.told(on_hand), 0.002));
-    }
-    (void)body.fit(seen);
-    body.learn(seen);
-  }
-
-  const auto wrist = static_cast<std::size_t>(hand);
-  EXPECT_LT((body.pose().world()[wrist].position - truth.world()[wrist].position).norm(), 0.05);
-  const auto right_wrist = static_cast<std::size_t>(right_hand);
-  EXPECT_LT((body.pose().world()[right_wrist].position - truth.world()[right_wrist].position).norm(), 0.05);
 }
 
 TEST(BodyFollower, LaysALimbAnewThatIsTurnedTheWrongWayRound) {
@@ -392,48 +327,6 @@ TEST(BodyFollower, TurnsNoCollarBoneFarForALoneMarkerOfTheForearm) {
     follow(body, seen, at(step));
     EXPECT_LT(rotation_vector(body.pose().locals()[collar].rotation).norm(), 0.6) << step;
     EXPECT_LT((body.pose().world()[lower].position - truth.world()[lower].position).norm(), 0.2) << step;
-  }
-}
-
-// An arm that stood still in sight of all a set ago is where it was, however strangely it is held.
-TEST(BodyFollower, LeavesALimbWhereItWasToldJustNowThoughARayMeetsItsReachElsewhere) {
-  const MarkerSet set = person("baseline41");
-  const std::size_t on_hand = marker_named(set, "LHandOut");
-  PoseFit truth(set, PoseFit::Lengths::Fixed);
-  std::mt19937 random(7);
-  std::uniform_real_distribution<double> anywhere(-1.0, 1.0);
-
-  for (int i = 0; i < 100; ++i) {
-    std::vector<Pose> strange = test::random_pose(set, 1.5, random);
-    for (const char* joint : {"LeftUpArm", "LeftLowArm", "LeftHand"}) {
-      const auto bone = static_cast<std::size_t>(bone_named(set, joint));
-      Eigen::Vector3d turned;
-      for (int axis = 0; axis < 3; ++axis) {
-        const auto& range = set.skeleton.bones[bone].turns[static_cast<std::size_t>(axis)];
-        turned[axis] = 0.8 * (anywhere(random) < 0.0 ? range->min_rad : range->max_rad);
-      }
-      strange[bone].rotation = turn_by(turned);
-    }
-    truth.set_locals(strange);
-    const Eigen::Vector3d hand = truth.marker_at(on_hand);
-    const Eigen::Vector3d eye =
-        hand + 4.0 * Eigen::Vector3d(anywhere(random), anywhere(random), 0.4 * anywhere(random)).normalized();
-    BodyFollower body(set, {});
-    ASSERT_TRUE(body.start(see(truth), at(0)));
-    for (int step = 1; step < 10; ++step) {
-      body.predict(at(step));
-      (void)body.fit(see(truth));
-      body.learn(see(truth));
-    }
-    std::vector<Observation> seen = see(truth);
-    for (const char* hidden : {"LUArmHigh", "LElbowOut", "LWristIn", "LWristOut", "LHandIn", "LHandOut"})
-      seen = without(seen, marker_named(set, hidden));
-    body.predict(at(10));
-    seen.push_back(
-        observe_ray(static_cast<int>(on_hand), eye, (hand - eye).normalized(), 1e-4, body.told(on_hand), 0.002));
-    (void)body.fit(seen);
-
-    EXPECT_LT((body.told(on_hand) - hand).norm(), 0.1) << i;
   }
 }
 

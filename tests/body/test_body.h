@@ -84,6 +84,15 @@ inline MarkerSet sparse_person(double apart_m) {
   return set;
 }
 
+inline std::size_t bone_named(const MarkerSet& set, const std::string& name) {
+  return static_cast<std::size_t>(std::ranges::find(set.skeleton.bones, name, &Bone::name) -
+                                  set.skeleton.bones.begin());
+}
+
+inline std::size_t marker_named(const MarkerSet& set, const std::string& name) {
+  return static_cast<std::size_t>(std::ranges::find(set.markers, name, &MarkerOnBone::name) - set.markers.begin());
+}
+
 inline double angle_between(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
   return body::rotation_vector(a * b.conjugate()).norm();
 }
@@ -116,6 +125,11 @@ inline std::vector<body::Observation> see(const body::PoseFit& truth) {
   for (std::size_t m = 0; m < truth.marker_set().markers.size(); ++m) {
     seen.push_back({static_cast<int>(m), truth.marker_at(m), 0.005});
   }
+  return seen;
+}
+
+inline std::vector<body::Observation> without(std::vector<body::Observation> seen, std::size_t marker) {
+  std::erase_if(seen, [&](const body::Observation& one) { return static_cast<std::size_t>(one.marker) == marker; });
   return seen;
 }
 
