@@ -156,6 +156,7 @@ class SubjectLabeller {
   double anchored(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const;
   bool find_read(const TieReader::Reading& found, const NamedTracks& tracks);
   bool wanted_elsewhere(int index, const NamedTracks& tracks) const;
+  bool of_another_limb(TrackId track) const;
   bool taken_elsewhere(int track) const;
   void adopt(NamedTracks& tracks);
   void surmise(const NamedTracks& tracks);

@@ -50,9 +50,19 @@ bool SubjectLabeller::find_read(const TieReader::Reading& found, const NamedTrac
     if (read_[n] < 0) continue;
     const bool gone = tracks[read_[n]].state == TrackState::Coasting || taken_elsewhere(read_[n]);
     const bool new_there = place != limb_.now(n);
-    if (gone || (new_there && wanted_elsewhere(read_[n], tracks))) read_[n] = NamedTracks::kNone;
+    if (gone || (new_there && (wanted_elsewhere(read_[n], tracks) || of_another_limb(id))))
+      read_[n] = NamedTracks::kNone;
   }
   return true;
+}
+
+// Whether the last reading of another limb left open only which of that limb's markers it is.
+bool SubjectLabeller::of_another_limb(TrackId track) const {
+  for (std::size_t m = 0; m < names_.size(); ++m) {
+    const bool outside = !in_limb_[static_cast<std::size_t>(set_.markers[m].bone)];
+    if (outside && names_[m].index < 0 && names_[m].surmised == track && is_surmised(names_[m])) return true;
+  }
+  return false;
 }
 
 // Whether a believed name that is no part of the limb bears it.

@@ -89,6 +89,43 @@ TEST(LabelLostLimbs, AForearmIsReadWithTheUpperArmThatNobodySees) {
   }
 }
 
+// An arm hangs down beside a leg that is drawn up.
+Turns arm_by_a_leg(std::mt19937& random) {
+  std::uniform_real_distribution<double> any(-1.0, 1.0), share(0.0, 1.0);
+  return {{"LeftUpLeg", {0.3 * any(random), -1.5 * share(random), 0.3 * any(random)}},
+          {"LeftLowLeg", {0.0, 1.8 * share(random), 0.2 * any(random)}},
+          {"LeftUpArm", {-1.5 + 0.3 * any(random), 0.4 * any(random), 0.4 * any(random)}},
+          {"LeftLowArm", {0.0, 0.0, -0.8 * share(random)}}};
+}
+
+// Both reach the two wrist markers that come out: neither takes them, until enough is there to tell.
+TEST(LabelLostLimbs, ALegDoesNotTakeWhatTheArmThatIsLostTooLeftOpen) {
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    std::mt19937 random(seed);
+    LabelWorld world;
+    const Turns from = arm_by_a_leg(random), to = arm_by_a_leg(random);
+    world.add("baseline41", from_to(from, to));
+    world.begin();
+    world.step(kSeen);
+    const auto arm = markers_of(world.one(), "LeftUpArm LeftLowArm LeftHand");
+    const auto leg = markers_of(world.one(), "LeftUpLeg LeftLowLeg LeftFoot");
+    hide(world, arm);
+    hide(world, leg);
+    world.step(kUnseen);
+
+    bring_back(world, markers_of(world.one(), "LeftLowArm"));
+
+    for (int set = 0; set < 20; ++set) {
+      world.step();
+      EXPECT_EQ(world.wrongs(), 0) << seed << " set " << set;
+    }
+    bring_back(world, arm);
+    bring_back(world, leg);
+    world.step(20);
+    EXPECT_EQ(world.rights(), world.markers()) << seed;
+  }
+}
+
 struct LabelWaiting : testing::Test {
   LabelWaiting() {
     world.add("baseline41", test::walking());
