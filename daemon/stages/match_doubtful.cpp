@@ -114,11 +114,15 @@ void ExpectedMatcher::settle_pair(RayTable& rays, std::size_t marker, const Expe
 
 // Whether both blobs of a marker that two views alone show are hardly anything else's.
 bool ExpectedMatcher::is_believed(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected) const {
+  const bool was_lone = expected.cameras < 2 && own_views(marker) == 1;
   BoundedVector<PairView, 2> pair;
   for (std::size_t view = 0; view < view_count_; ++view) {
     const Held held = held_.held(marker, view);
     if (held.ray == kNone) continue;
     if (held.hidden || is_others(rays, marker, view)) return false;
+    // Whom one camera alone saw another one sees in more than one image.
+    const bool flashed = !held_(marker, view).own && !rays[view].track[held.ray].names_something();
+    if (was_lone && flashed) return false;
     PairView& one = pair.push_back(pair_view(rays[view], held, found_[marker].point, error_.px()));
     if (held_(marker, view).own) one.others_1_px2 *= std::exp(-kLnTrust);
   }

@@ -16,10 +16,10 @@ using body::BodyFollower;
 // A marker that the body tells is never surer than this, nor less sure than an arm's swing.
 constexpr double kLeastSigma_m = 0.005;
 constexpr double kMostSigma_m = 0.15;
-// A ray is that of the marker where the body tells the marker's place well; else when the same camera has seen it, as
-// far as a limb moves, in so many sets.
+// A ray is that of the marker where that was measured just before and its place is known well; else when the same
+// camera has seen it, as far as a limb moves, in so many sets: what is no marker flashes in one.
 constexpr double kSureAcross_m = 0.02;
-constexpr int kFollowedSets = 3;
+constexpr int kFollowedSets = 2;
 constexpr double kRaySigmas = 4.0;
 // What the body's motion is wrong by: at least, and for each m that a marker moves from set to set. A hand that is
 // thrown leaves what a set tells within the next.
@@ -202,7 +202,8 @@ bool SubjectSolver::believed(std::size_t marker, const NamedRay& ray, Timestamp 
   const double surprise_m = kSurprise_m + kSurprisePerStep * step_m;
   const double off_m2 = across_m2 + surprise_m * surprise_m + std::pow(ray.sigma_rad * depth_m, 2);
   if (off_m > kRaySigmas * std::sqrt(off_m2)) return false;
-  return across_m2 < kSureAcross_m * kSureAcross_m || memory.sets >= kFollowedSets;
+  const bool just_measured = body_.unseen_s(marker, body_.learnt_at()) == 0.0;
+  return (just_measured && across_m2 < kSureAcross_m * kSureAcross_m) || memory.sets >= kFollowedSets;
 }
 
 // Which bones other markers tell now, or their neighbours up to the second.

@@ -100,6 +100,31 @@ TEST(MatchLone, ABlobThatOneCameraAloneSawWithoutDoubtStaysItsMarkers) {
   EXPECT_EQ(matches.lone[0].expected, 0U);
 }
 
+// Another camera has a blob on the ray of the one that it is seen by, a little off in depth. What flashes in one image
+// has no 2D track; a marker that comes into that camera's view has one within a few images.
+TEST(MatchLone, AFlashOnTheRayOfAMarkerThatOneCameraSeesIsNoSecondSightOfIt) {
+  for (const bool flashes : {true, false}) {
+    Hand hand;
+    (void)hand.matcher->match(hand.hide().set, hand.expected(0.005));
+    auto world = hand.hide();
+    const Vector3d away = (hand.markers[0] - hand.rig[0].centre().v).normalized();
+    Hand farther;
+    farther.markers[0] += 0.01 * away;
+    const auto other = farther.look();
+    for (std::size_t b = 0; b < other.frames[1]->blobs.size(); ++b) {
+      if (other.marker_of[1][b] != 0) continue;
+      Blob& blob = world.frames[1]->blobs.push_back(other.frames[1]->blobs[b]);
+      blob.track = flashes ? BlobTrackId{} : BlobTrackId{88};
+    }
+    ASSERT_EQ(world.frames[1]->blobs.size(), 1U);
+
+    const Matches& matches = hand.matcher->match(world.set, hand.expected(0.01));
+
+    EXPECT_EQ(matches.lone.size(), flashes ? 1U : 0U);
+    EXPECT_EQ(matches.matches.size(), flashes ? 0U : 1U);
+  }
+}
+
 // The 2D track breaks, and the next blob is a little nearer to where a name is expected that nobody saw.
 TEST(MatchLone, ABlobThatGoesOnAfterItsTrackBrokeIsRatherItsMarkers) {
   Hand hand;

@@ -1,140 +1,20 @@
-#include "stages/solve_skeleton.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <memory>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "body/kinematic_tree.h"
 #include "body/rotation.h"
 #include "body/test_body.h"
+#include "stages/solve_world.h"
 
 namespace mocap::stages {
 namespace {
 
-constexpr double kStep_s = 1.0 / 120.0;
-
-// Somebody whose markers are named without fault; a test says which are seen. Truth comes by forward kinematics alone.
-class World {
- public:
-  explicit World(const std::string& name, const SolveSettings& settings = {})
-      : set_(test::person(name)),
-        solver_(make_skeleton_solver(settings, {{"actor", set_, true}})),
-        truth_(set_.skeleton.bones.size()),
-        shows_(set_.markers.size(), true) {
-    labels_.resize(1);
-    labels_[0].subject = SubjectId{0};
-    labels_[0].phase = SubjectPhase::Tracking;
-  }
-
-  std::size_t marker(const std::string& name) const {
-    std::size_t m = 0;
-    while (set_.markers[m].name != name) ++m;
-    return m;
-  }
-  std::size_t bone(const std::string& name) const {
-    std::size_t b = 0;
-    while (set_.skeleton.bones[b].name != name) ++b;
-    return b;
-  }
-  const MarkerSet& set() const { return set_; }
-  double t_s() const { return sets_ * kStep_s; }
-  void show(std::size_t m, bool shown) { shows_[m] = shown; }
-  void show_all(bool shown) { std::fill(shows_.begin(), shows_.end(), shown); }
-  void see_by_ray(std::size_t m, const Eigen::Vector3d& eye) { ray_eyes_.emplace_back(m, eye); }
-  void see_no_rays() { ray_eyes_.clear(); }
-  void noise(double sigma_m) { noise_m_ = sigma_m; }
-  /// How fast it moves, against what is usual.
-  void pace(double factor) { pace_ = factor; }
-  void bend_left_hand(const Eigen::Vector3d& phi) { left_hand_ = phi; }
-  /// The body is known anew, as it was known.
-  void refit() {
-    SubjectFit fit;
-    for (const Bone& one : set_.skeleton.bones) fit.rest_offsets_m.push_back(one.rest_offset_m);
-    for (const MarkerOnBone& one : set_.markers) fit.marker_offsets_m.push_back(one.offset_m);
-    solver_->refit(fit);
-  }
-  void spoil(std::size_t m, const Eigen::Vector3d& place) { spoiled_.emplace_back(m, place); }
-
-  Eigen::Vector3d true_marker(std::size_t m) const {
-    const MarkerOnBone& on = set_.markers[m];
-    return truth_[static_cast<std::size_t>(on.bone)] * on.offset_m;
-  }
-  const Pose& true_bone(std::size_t b) const { return truth_[b]; }
-  const SubjectPose& pose() const { return *pose_; }
-  const BonePose& shown(std::size_t b) const { return pose_->bones[b]; }
-  const LabelledMarker& label(std::size_t m) const { return labels_[0].markers[m]; }
-  double off_m(std::size_t b) const { return (shown(b).world_from_bone.position - truth_[b].position).norm(); }
-
-  /// Two arms that swing, an elbow that bends, a body that goes and turns.
-  void step(int count = 1) {
-    for (int i = 0; i < count; ++i) step_once();
-  }
-
- private:
-  void move() {
-    const double t = moved_s_;
-    moved_s_ += pace_ * kStep_s;
-    std::vector<Eigen::Quaterniond> turns;
-    for (const Bone& one : set_.skeleton.bones) {
-      Eigen::Vector3d phi = Eigen::Vector3d::Zero();
-      if (one.parent < 0) phi = {0.0, 0.05 * std::sin(2.0 * t), 0.3 * std::sin(0.8 * t)};
-      if (one.name == "LeftUpArm") phi = {-0.9, 0.0, 0.5 * std::sin(4.0 * t)};
-      if (one.name == "RightUpArm") phi = {0.9, 0.0, 0.5 * std::sin(4.0 * t)};
-      if (one.name == "LeftLowArm") phi = {0.0, 0.0, -0.7 - 0.5 * std::sin(4.0 * t)};
-      if (one.name == "RightLowArm") phi = {0.0, 0.0, 0.7 - 0.4 * std::sin(4.0 * t)};
-      if (one.name == "LeftHand") phi = left_hand_;
-      if (one.name == "LeftUpLeg") phi = {0.0, 0.4 * std::sin(4.0 * t), 0.0};
-      if (one.name == "RightUpLeg") phi = {0.0, -0.4 * std::sin(4.0 * t), 0.0};
-      if (one.name == "LeftLowLeg") phi = {0.0, 0.5 + 0.4 * std::sin(4.0 * t), 0.0};
-      turns.push_back(body::turn_by(phi));
-    }
-    body::forward(set_.skeleton, {0.3 * std::sin(t), 0.2 * t, 1.0}, turns, truth_);
-  }
-
-  void step_once() {
-    move();
-    labels_[0].markers.clear();
-    for (std::size_t m = 0; m < shows_.size(); ++m) {
-      LabelledMarker& label = labels_[0].markers.push_back({});
-      if (!shows_[m]) continue;
-      label.state = LabelState::Measured;
-      label.position.v = true_marker(m);
-      for (int axis = 0; axis < 3; ++axis) label.position.v[axis] += noise_m_ * normal_(random_);
-      label.covariance_m2 = (noise_m_ * noise_m_ + 1e-8) * Eigen::Matrix3d::Identity();
-      label.cameras = 4;
-    }
-    for (const auto& [m, place] : spoiled_) labels_[0].markers[m].position.v = place;
-    std::vector<NamedRay> rays;
-    for (const auto& [m, eye] : ray_eyes_) {
-      const Label label{SubjectId{0}, static_cast<std::uint32_t>(m)};
-      rays.push_back({label, CameraId{3}, {eye}, (true_marker(m) - eye).normalized(), 1e-4});
-    }
-    pose_ = &solver_->solve(labels_, from_ns(1'000'000'000) + from_s(t_s()), rays)[0];
-    ++sets_;
-  }
-
-  MarkerSet set_;
-  std::unique_ptr<SkeletonSolver> solver_;
-  std::vector<Pose> truth_;
-  std::vector<bool> shows_;
-  std::vector<std::pair<std::size_t, Eigen::Vector3d>> ray_eyes_;
-  std::vector<std::pair<std::size_t, Eigen::Vector3d>> spoiled_;
-  Labels labels_;
-  const SubjectPose* pose_ = nullptr;
-  double noise_m_ = 0.0;
-  double pace_ = 1.0;
-  double moved_s_ = 0.0;
-  Eigen::Vector3d left_hand_ = Eigen::Vector3d::Zero();
-  int sets_ = 0;
-  std::mt19937 random_{11};
-  std::normal_distribution<double> normal_;
-};
+using test::kStep_s;
+using World = test::SolveWorld;
 
 TEST(SolveSkeleton, FindsJointsAndTurnsOfAMovingBody) {
   World world("baseline41");
@@ -201,98 +81,6 @@ TEST(SolveSkeleton, LocalPosesMakeUpTheWorldPoses) {
     EXPECT_LT((made.position - world.shown(b).world_from_bone.position).norm(), 1e-9);
     EXPECT_LT(test::angle_between(made.rotation, world.shown(b).world_from_bone.rotation), 1e-9);
   }
-}
-
-/// How far off the wrist is, rms, over a second in which its markers are hidden but for one that one camera sees.
-double wrist_off_m(World& world, bool by_ray, const std::vector<std::string>& hidden, const std::string& seen) {
-  for (const std::string& name : hidden) world.show(world.marker(name), false);
-  if (by_ray) world.see_by_ray(world.marker(seen), {-3.0, 2.5, 2.5});
-  double sum = 0.0;
-  for (int i = 0; i < 120; ++i) {
-    world.step();
-    sum += std::pow(world.off_m(world.bone("LeftHand")), 2);
-  }
-  return std::sqrt(sum / 120);
-}
-
-/// The same without a ray and with one, of somebody who moved before.
-void expect_that_a_ray_helps(const std::function<World()>& moved, const std::vector<std::string>& hidden,
-                             const std::string& seen) {
-  World alone = moved();
-  World held = moved();
-  const double without = wrist_off_m(alone, false, hidden, seen);
-  const double with = wrist_off_m(held, true, hidden, seen);
-
-  EXPECT_GT(without, 0.05);
-  EXPECT_LT(with, without / 3.0);
-}
-
-TEST(SolveSkeleton, OneCamerasRayHoldsAHiddenHand) {
-  const auto moved = [] {
-    World world("openmocap18");
-    world.step(120);
-    return world;
-  };
-  expect_that_a_ray_helps(moved, {"LeftHand"}, "LeftHand");
-}
-
-TEST(SolveSkeleton, OneCamerasRayHoldsAHandWithoutItsWrist) {
-  const auto moved = [] {
-    World world("baseline41");
-    world.step(120);
-    return world;
-  };
-  expect_that_a_ray_helps(moved, {"LWristIn", "LWristOut", "LHandIn", "LHandOut"}, "LHandOut");
-}
-
-TEST(SolveSkeleton, OneCamerasRayHoldsAHandThatIsThrownWhenItHides) {
-  const auto moved = [] {
-    World world("baseline41");
-    world.step(110);
-    world.pace(12.0);
-    return world;
-  };
-  expect_that_a_ray_helps(moved, {"LWristIn", "LWristOut", "LHandIn", "LHandOut"}, "LHandOut");
-}
-
-TEST(SolveSkeleton, AMarkerOnARayIsFilledAndLiesOnIt) {
-  World world("openmocap18");
-  const std::size_t hand = world.marker("LeftHand");
-  const Eigen::Vector3d eye(-3.0, 2.5, 2.5);
-  world.step(60);
-  world.show(hand, false);
-  world.see_by_ray(hand, eye);
-
-  world.step(30);
-
-  const LabelledMarker& label = world.label(hand);
-  EXPECT_EQ(label.state, LabelState::Filled);
-  EXPECT_EQ(label.cameras, 1U);
-  const Eigen::Vector3d direction = (world.true_marker(hand) - eye).normalized();
-  EXPECT_LT((label.position.v - eye).cross(direction).norm(), 1e-6);
-  EXPECT_LT((label.position.v - world.true_marker(hand)).norm(), 0.03);
-  // Known across the ray to some 0.5 mm, along it worse.
-  EXPECT_GT(direction.dot(label.covariance_m2 * direction), 4.0 * 1e-4 * 1e-4 * 16.0);
-}
-
-TEST(SolveSkeleton, DoesNotFollowARayThatPassesFarFromItsMarker) {
-  World world("openmocap18");
-  const std::size_t hand = world.marker("LeftHand");
-  world.step(60);
-  world.show(hand, false);
-  // The ray of another place: it is named for the hand, and leads to the right foot.
-  world.step(5);
-  const double before = world.off_m(world.bone("LeftHand"));
-  World other("openmocap18");
-  other.step(60);
-  other.show(hand, false);
-  other.step(4);
-  const Eigen::Vector3d eye(-3.0, 2.5, 2.5);
-  const Eigen::Vector3d foot = other.true_marker(other.marker("RightFoot"));
-  other.see_by_ray(hand, eye + 1e3 * (eye - foot) + 1e3 * (foot - other.true_marker(hand)));
-  other.step();
-
-  EXPECT_NEAR(other.off_m(other.bone("LeftHand")), before, 0.01);
 }
 
 TEST(SolveSkeleton, NothingJumpsWhenMarkersComeAndGo) {
