@@ -63,25 +63,29 @@ TreeEquations::TreeEquations(std::vector<Link> links) : links_(std::move(links))
 }
 
 // From the information of three unknowns, in `inverse` and without what is known beforehand, to its inverse; and the
-// right side likewise. False where it is not positive definite (Sylvester's criterion).
+// right side likewise. False where it is not positive definite.
+//
+// By its factors L D L^T: one marker far out on a limb that bends tells one direction a million times as well as the
+// others, and the quotients of minors lose what little is known of these.
 bool TreeEquations::finish(Solved& solved, const JointTerms& terms, double damping, double least) {
   Matrix3d m = solved.inverse + terms.weight;
   m.diagonal() += damping * (m.diagonal().array() + 1.0).matrix();
   m.diagonal().array() += least;
-  const double c00 = m(1, 1) * m(2, 2) - m(1, 2) * m(2, 1);
-  const double c01 = m(1, 2) * m(2, 0) - m(1, 0) * m(2, 2);
-  const double c02 = m(1, 0) * m(2, 1) - m(1, 1) * m(2, 0);
-  const double determinant = m(0, 0) * c00 + m(0, 1) * c01 + m(0, 2) * c02;
-  const double minor = m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0);
-  if (!(m(0, 0) > 0.0 && minor > 0.0 && determinant > 0.0) || !std::isfinite(determinant)) return false;
-  const double scale = 1.0 / determinant;
+  const double l10 = m(1, 0) / m(0, 0), l20 = m(2, 0) / m(0, 0);
+  const double d1 = m(1, 1) - l10 * m(1, 0);
+  const double left = m(2, 1) - l20 * m(1, 0);
+  const double l21 = left / d1;
+  const double d2 = m(2, 2) - l20 * m(2, 0) - l21 * left;
+  if (!(m(0, 0) > 0.0 && d1 > 0.0 && d2 > 0.0)) return false;
+  const double i0 = 1.0 / m(0, 0), i1 = 1.0 / d1, i2 = 1.0 / d2;
+  const double below = l10 * l21 - l20;
   Matrix3d& inverse = solved.inverse;
-  inverse(0, 0) = scale * c00;
-  inverse(0, 1) = inverse(1, 0) = scale * c01;
-  inverse(0, 2) = inverse(2, 0) = scale * c02;
-  inverse(1, 1) = scale * (m(0, 0) * m(2, 2) - m(0, 2) * m(2, 0));
-  inverse(1, 2) = inverse(2, 1) = scale * (m(0, 2) * m(1, 0) - m(0, 0) * m(1, 2));
-  inverse(2, 2) = scale * minor;
+  inverse(0, 0) = i0 + l10 * l10 * i1 + below * below * i2;
+  inverse(0, 1) = inverse(1, 0) = -l10 * i1 - below * l21 * i2;
+  inverse(0, 2) = inverse(2, 0) = below * i2;
+  inverse(1, 1) = i1 + l21 * l21 * i2;
+  inverse(1, 2) = inverse(2, 1) = -l21 * i2;
+  inverse(2, 2) = i2;
   solved.right -= terms.pull;
   return inverse.allFinite();
 }
