@@ -18,6 +18,9 @@ constexpr double kLnTrust = 6.9;
 constexpr double kLnSurePair = 3.5;
 // A camera that saw a marker sees it in the next set in nine cases of ten.
 constexpr double kLnLostView = 2.3;
+// A marker that one camera alone saw comes into another's view in one set of a hundred, and has a 2D track there soon;
+// what flashes has none.
+constexpr double kLnComesIntoView = 4.6;
 // Where the 2D track of a marker that a camera alone sees broke, the blob near by is the marker's in nine cases of ten;
 // hidden markers come into a camera's view once in a second or two.
 constexpr double kLnGoesOn = 4.0;
@@ -115,24 +118,23 @@ void ExpectedMatcher::settle_pair(RayTable& rays, std::size_t marker, const Expe
 // Whether both blobs of a marker that two views alone show are hardly anything else's.
 bool ExpectedMatcher::is_believed(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected) const {
   const bool was_lone = expected.cameras < 2 && own_views(marker) == 1;
+  // Any of the other views might have had a blob of something else; and where more saw it just now, it lies elsewhere.
+  double against = std::log(std::max(1.0, static_cast<double>(view_count_) - 1.0));
+  if (expected.cameras > 2) against += kLnLostView * (expected.cameras - 2.0);
   BoundedVector<PairView, 2> pair;
   for (std::size_t view = 0; view < view_count_; ++view) {
     const Held held = held_.held(marker, view);
     if (held.ray == kNone) continue;
     if (held.hidden || is_others(rays, marker, view)) return false;
-    // Whom one camera alone saw another one sees in more than one image.
-    const bool flashed = !held_(marker, view).own && !rays[view].track[held.ray].names_something();
-    if (was_lone && flashed) return false;
+    const bool perhaps_flashed = !held_(marker, view).own && !rays[view].track[held.ray].names_something();
+    if (was_lone && perhaps_flashed) against += kLnComesIntoView;
     PairView& one = pair.push_back(pair_view(rays[view], held, found_[marker].point, error_.px()));
     if (held_(marker, view).own) one.others_1_px2 *= std::exp(-kLnTrust);
   }
   const auto off2 = [](const PairView& view) { return view.off_px.squaredNorm() / (view.sigma_px * view.sigma_px); };
   if (off2(pair[0]) + off2(pair[1]) > settings_.agree_sigmas * settings_.agree_sigmas) return false;
   const Eigen::Vector3d ahead = expected.position.v - found_[marker].point.v;
-  // Any of the other views might have had a blob of something else; and where more saw it just now, it lies elsewhere.
-  const double chances = std::log(std::max(1.0, static_cast<double>(view_count_) - 1.0));
-  const double lost = expected.cameras > 2 ? kLnLostView * (expected.cameras - 2.0) : 0.0;
-  return log_odds_of_pair(pair[0], pair[1], ahead, expected.covariance_m2) > kLnSurePair + chances + lost;
+  return log_odds_of_pair(pair[0], pair[1], ahead, expected.covariance_m2) > kLnSurePair + against;
 }
 
 // Of a pair that is not believed, the view that was the marker's before: by its 2D track, else because it alone has a
