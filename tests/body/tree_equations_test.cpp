@@ -160,8 +160,8 @@ TEST(TreeEquations, GivesTheCovariancesThatTheDenseInverseGives) {
   }
 }
 
-// Three joints in a row of which a marker beyond the last, known to a quarter of a millimetre, is all that is seen. As
-// many directions as it has not are known beforehand alone, and none worse than that.
+// Three joints in a row of which a marker beyond the last, known to a quarter of a millimetre, is all that is seen: it
+// tells three of nine unknowns, and none is known worse than before.
 TEST(TreeEquations, KnowsNoTurnWorseWithAMarkerThanWithout) {
   constexpr double kBefore_rad = 0.5;
   std::mt19937 random(8);
