@@ -17,9 +17,13 @@ constexpr double kSmallStep = 5e-4;
 // What was told just now may be so far from where its motion led to, before it is laid elsewhere.
 constexpr double kJustTold_rad = 0.3;
 constexpr double kInJoint_m = 1e-3;
-// A limb's reach is hardly known better, m.
+// A limb's reach is hardly known better, m; and places of a ray that lie so far on either side of its middle are wholly
+// different ones.
 constexpr double kReach_m = 5e-5;
 constexpr double kFarApart_m = 0.1;
+
+// Such a marker shows its joint's place, and nothing of its own bone's turn.
+bool sits_in_joint(const MarkerOnBone& marker) { return marker.offset_m.norm() < kInJoint_m; }
 
 }  // namespace
 
@@ -70,7 +74,7 @@ bool BodyFollower::lay_elsewhere(std::size_t lower, const Observation& ray, std:
   unbend_below(lower);
   const Crossing crossing = crossing_of(ray, pose_.world()[lower].position, pose_.marker_at(marker));
   const double depth_m = (place - crossing.middle).dot(crossing.direction);
-  const bool exact = sits_in_joint(marker);
+  const bool exact = sits_in_joint(pose_.marker_set().markers[marker]);
   if (exact) weigh_depth(marker, crossing, depth_m);
   const auto way_cost = [&](double at_m) {
     return exact ? depths_[marker].cost(at_m < 0.0 ? RayDepth::Before : RayDepth::Behind) : 0.0;
@@ -101,10 +105,6 @@ void BodyFollower::weigh_depth(std::size_t marker, const Crossing& crossing, dou
   depth.weigh(at_, crossing.direction, crossing.half2_m2, sigma_m2);
 }
 
-bool BodyFollower::sits_in_joint(std::size_t marker) const {
-  return pose_.marker_set().markers[marker].offset_m.norm() < kInJoint_m;
-}
-
 // The uppermost bone that this ray alone tells of, of two or more in a row; -1 where there are none.
 int BodyFollower::limb_on_ray(std::span<const Observation> seen, const Observation& ray) const {
   const auto& set = pose_.marker_set();
@@ -121,8 +121,7 @@ int BodyFollower::limb_on_ray(std::span<const Observation> seen, const Observati
   for (const Observation& other : seen) {
     if (other.marker == ray.marker) continue;
     const MarkerOnBone& marker = set.markers[static_cast<std::size_t>(other.marker)];
-    const bool in_joint = marker.offset_m.norm() < kInJoint_m;
-    for (int bone = in_joint ? parent_of(marker.bone) : marker.bone; bone >= 0; bone = parent_of(bone)) {
+    for (int bone = sits_in_joint(marker) ? parent_of(marker.bone) : marker.bone; bone >= 0; bone = parent_of(bone)) {
       if (bone == lower) return -1;
     }
   }
@@ -135,7 +134,7 @@ bool BodyFollower::hangs_free(std::size_t bone) const {
   const int above = set.skeleton.bones[bone].parent;
   return (above >= 0 && bones_[static_cast<std::size_t>(above)].told != Told::Direct) ||
          std::none_of(set.markers.begin(), set.markers.end(), [&](const MarkerOnBone& one) {
-           return one.bone == static_cast<int>(bone) && one.offset_m.norm() > kInJoint_m;
+           return one.bone == static_cast<int>(bone) && !sits_in_joint(one);
          });
 }
 

@@ -136,7 +136,6 @@ class BodyFollower {
   static Crossing crossing_of(const Observation& ray, const Eigen::Vector3d& joint, const Eigen::Vector3d& marker);
   bool lay_elsewhere(std::size_t lower, const Observation& ray, std::span<const Observation> seen, int iterations);
   void weigh_depth(std::size_t marker, const Crossing& crossing, double depth_m);
-  bool sits_in_joint(std::size_t marker) const;
   bool hangs_free(std::size_t bone) const;
   int limb_on_ray(std::span<const Observation> seen, const Observation& ray) const;
   void unbend_below(std::size_t lower);
