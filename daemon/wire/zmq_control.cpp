@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kWho = "control";
 constexpr int kMaxIncoming_bytes = 65536;  // a fit of all bones and markers has 6 kB
-constexpr int kSendQueue = 16;             // answers that wait for one client
+constexpr int kSendQueue = 16;             // answers that wait for one client; half of it may be asked ahead
 constexpr int kMaxConnections = 200;
 constexpr std::size_t kMostFrames = 4;  // who, perhaps REQ's empty one, the request
 constexpr Duration kLongestWait = std::chrono::milliseconds(50);
@@ -84,6 +84,7 @@ struct ZmqControl::Impl {
   void send(v1::Answer& answer) {
     answer.set_id(id);
     if (answer.has_status()) answer.mutable_status()->set_role(name_of(role));
+    listener.socket().catch_up();
     for (const std::string& frame : route) {
       if (zmq_send(listener.socket().get(), frame.data(), frame.size(), ZMQ_DONTWAIT | ZMQ_SNDMORE) < 0) return;
     }

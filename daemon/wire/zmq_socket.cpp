@@ -62,6 +62,12 @@ Status ZmqSocket::set_wide(int option, std::int64_t value) {
   return zmq_failure(who_ + ": cannot set option " + std::to_string(option) + " to " + std::to_string(value));
 }
 
+void ZmqSocket::catch_up() const {
+  int events = 0;
+  std::size_t size = sizeof(events);
+  zmq_getsockopt(socket_, ZMQ_EVENTS, &events, &size);
+}
+
 std::string ZmqSocket::last_endpoint() const {
   char bound[512] = {};
   std::size_t size = sizeof(bound);

@@ -42,6 +42,10 @@ class ZmqSocket {
   Status set(int option, std::string_view bytes);
   Status set_wide(int option, std::int64_t value);
 
+  /// Takes note of what ZeroMQ's own thread did, such as which messages it took away. By itself it does so after about
+  /// a millisecond of sending, or after 100 parts received; till then messages that are long gone count as waiting.
+  void catch_up() const;
+
   /// Where it is bound last, with the true port; empty when nowhere.
   std::string last_endpoint() const;
   void* get() const { return socket_; }

@@ -3,7 +3,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <zmq.h>
 
+#include <algorithm>
+#include <atomic>
 #include <memory>
 #include <string>
 #include <thread>
@@ -13,6 +16,7 @@
 #include "sample_description.h"
 #include "support/temporary_folder.h"
 #include "wire/control_codec.h"
+#include "wire/zmq_socket.h"
 
 namespace mocap::wire {
 namespace {
@@ -42,6 +46,7 @@ class EchoingDaemon {
       }
     });
   }
+  const std::string& endpoint() const { return control_->endpoint(); }
   std::unique_ptr<ControlClient> client(const std::string& server_key = {}, const KeyPair& own = {}) {
     return std::move(*ControlClient::open({control_->endpoint(), server_key, own}));
   }
@@ -128,6 +133,31 @@ TEST(Control, ServesManyAtOnceEachWithTheirOwnAnswer) {
   operators.clear();
 
   EXPECT_EQ(right, 8 * 50);
+}
+
+// Half of what may wait for a client is asked ahead, so something always waits to be worked off.
+TEST(Control, LosesNoAnswerOfWhoAsksAheadAndReads) {
+  constexpr std::uint64_t kAhead = 8, kAll = 2000;
+  EchoingDaemon daemon;
+  const ZmqContext context;
+  ZmqSocket client;
+  ASSERT_TRUE(client.open(context, ZMQ_DEALER, "client"));
+  ASSERT_TRUE(client.set(ZMQ_LINGER, 0));
+  ASSERT_EQ(zmq_connect(client.get(), daemon.endpoint().c_str()), 0);
+  const std::string request = encode(reset_of("anna")).SerializeAsString();
+
+  std::uint64_t asked = 0, answered = 0;
+  for (; answered < kAll; ++answered) {
+    for (; asked < std::min(answered + kAhead, kAll); ++asked) {
+      ASSERT_GE(zmq_send(client.get(), request.data(), request.size(), ZMQ_DONTWAIT), 0);
+    }
+    zmq_pollitem_t item{client.get(), 0, ZMQ_POLLIN, 0};
+    ZmqMessage answer;
+    if (zmq_poll(&item, 1, std::chrono::duration_cast<milliseconds>(kLong).count()) <= 0 || !answer.receive(client))
+      break;
+  }
+
+  EXPECT_EQ(answered, kAll);
 }
 
 TEST(Control, LetsAViewerLookAndNoMore) {
