@@ -134,7 +134,9 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   made.parts.fusion = assemble_fusion(settings);
   made.parts.description = describe(settings, made.settings.lossless);
 
-  Result<std::unique_ptr<Publisher>> publisher = wire::make_zmq_publisher(settings.publish);
+  wire::PublisherSettings feed = settings.publish;
+  feed.subjects = settings.subjects.size();
+  Result<std::unique_ptr<Publisher>> publisher = wire::make_zmq_publisher(feed);
   if (!publisher) return publisher.error();
   made.parts.publisher = std::move(*publisher);
 

@@ -5,11 +5,14 @@
 namespace mocap::wire {
 namespace {
 
+constexpr std::size_t kMostUntold = 256;
+
 bool is_gone(CameraPhase phase) { return phase == CameraPhase::Silent || phase == CameraPhase::Reopening; }
 
 }  // namespace
 
 v1::Event& EventWatch::add(v1::EventKind kind, Timestamp at) {
+  if (untold_.size() == kMostUntold) untold_.pop_front();
   v1::Event& event = untold_.emplace_back();
   event.set_sequence(sequence_++);
   event.set_at_ns(to_ns(at));

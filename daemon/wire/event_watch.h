@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <string>
 #include <vector>
 
@@ -19,14 +20,14 @@ class EventWatch {
   void look_at(const Description& description, Timestamp now);
   void look_at(const Health& health);
 
-  /// What happened since the last call of `told`, oldest first, numbered.
-  const std::vector<v1::Event>& untold() const { return untold_; }
-  void told() { untold_.clear(); }
+  /// What happened and was not told yet, oldest first, numbered. Of more than 256 the oldest are left out.
+  const std::deque<v1::Event>& untold() const { return untold_; }
+  void oldest_is_told() { untold_.pop_front(); }
 
  private:
   v1::Event& add(v1::EventKind kind, Timestamp at);
 
-  std::vector<v1::Event> untold_;
+  std::deque<v1::Event> untold_;
   std::uint64_t sequence_ = 0;
   std::uint32_t description_version_ = 0;
   std::vector<std::string> subject_names_;

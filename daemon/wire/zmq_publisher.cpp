@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 #include <zmq.h>
 
+#include <algorithm>
 #include <bit>
 #include <optional>
 #include <span>
@@ -54,6 +55,13 @@ struct Channel {
   Envelope envelope;
   std::uint64_t sequence = 0;
 };
+
+// ZeroMQ's queue counts messages, of all topics together, and what was taken away only by halves of the queue: with
+// less than two of each topic the last ones would never reach who listens to all. It is set once: when a queue that is
+// full grows, ZeroMQ never sends there again.
+int queue_for(const PublisherSettings& settings) {
+  return std::max(settings.send_queue, static_cast<int>(2 * (kFirstSubject + settings.subjects)));
+}
 
 v1::Synchronisation synchronisation_of(const Health& health) {
   for (const CameraHealth& camera : health.cameras) {
@@ -155,13 +163,12 @@ struct ZmqPublisher::Impl {
     return {};
   }
 
-  Status send_events() {
-    for (const v1::Event& event : events.untold()) {
-      channels[kEvent].envelope.hold(event);
-      if (Status sent = send(channels[kEvent]); !sent) return sent;
-    }
-    events.told();
-    return {};
+  // One at a time, so that many at once leave room for what else is sent.
+  Status send_event() {
+    if (events.untold().empty()) return {};
+    channels[kEvent].envelope.hold(events.untold().front());
+    events.oldest_is_told();
+    return send(channels[kEvent]);
   }
 };
 
@@ -187,7 +194,7 @@ Result<std::unique_ptr<ZmqPublisher>> ZmqPublisher::open(const PublisherSettings
   listen.allow_remote = settings.allow_remote;
   listen.curve = settings.curve;
   listen.max_connections = settings.max_connections;
-  if (const Status listening = impl->listener.open(ZMQ_XPUB, settings.send_queue, listen); !listening) {
+  if (const Status listening = impl->listener.open(ZMQ_XPUB, queue_for(settings), listen); !listening) {
     return listening.error();
   }
   // Every subscription is told, so that it is known whose connection is whose.
@@ -207,7 +214,7 @@ Status ZmqPublisher::describe(const Description& description) {
   impl_->serve();
   impl_->events.look_at(description, host_now());
   if (Status sent = impl_->send(impl_->channels[kDescription]); !sent) return sent;
-  return impl_->send_events();
+  return impl_->send_event();
 }
 
 Status ZmqPublisher::publish(Snapshot& snapshot) {
@@ -216,7 +223,7 @@ Status ZmqPublisher::publish(Snapshot& snapshot) {
   if (instants.received_at && instants.detected_at && instants.fused_at) instants.sent_at = host_now();
   if (Status sent = impl_->send_snapshots(snapshot); !sent) return sent;
   impl_->events.look_at(snapshot);
-  return impl_->events.untold().empty() ? Status{} : impl_->send_events();
+  return impl_->send_event();
 }
 
 Status ZmqPublisher::report(const Health& health) {
@@ -232,10 +239,13 @@ Status ZmqPublisher::report(const Health& health) {
   impl_->channels[kHealth].envelope.hold(impl_->health);
   if (Status sent = impl_->send(impl_->channels[kHealth]); !sent) return sent;
   impl_->events.look_at(health);
-  return impl_->send_events();
+  return impl_->send_event();
 }
 
-void ZmqPublisher::serve() { impl_->serve(); }
+void ZmqPublisher::serve() {
+  impl_->serve();
+  static_cast<void>(impl_->send_event());
+}
 
 FeedHealth ZmqPublisher::feed() const {
   FeedHealth figures = impl_->listener.figures();

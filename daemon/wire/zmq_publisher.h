@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,8 +24,10 @@ struct PublisherSettings {
   std::vector<std::string> more_endpoints = {};   ///< that it listens at, too
   bool allow_remote = false;  ///< listen where other machines can reach it, though nobody is asked who they are
   CurveSettings curve = {};
-  bool velocities = false;     ///< of the bones go out, and their spins
-  int send_queue = 8;          ///< messages that wait for one slow listener, 1 to 1000; more are dropped for it alone
+  bool velocities = false;   ///< of the bones go out, and their spins
+  std::size_t subjects = 1;  ///< that it will describe: each has a topic
+  int send_queue = 8;  ///< messages that wait for one slow listener, 1 to 1000, or two of each topic if that is more;
+                       ///< what is over is dropped for it alone
   int max_connections = 1000;  ///< 1 to 60000; the newest over that are cut off
 };
 

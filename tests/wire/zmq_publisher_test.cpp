@@ -6,9 +6,11 @@
 #include <zmq.h>
 
 #include <memory>
+#include <set>
 #include <string>
 #include <thread>
 
+#include "mocap/v1/event.pb.h"
 #include "mocap/v1/snapshot.pb.h"
 #include "random_model.h"
 #include "sample_description.h"
@@ -26,8 +28,14 @@ using testing::sample_description;
 
 constexpr Duration kLong = seconds(20);  // never waited for when all is well
 
-std::unique_ptr<ZmqPublisher> publisher_at(const std::string& endpoint) {
-  auto opened = ZmqPublisher::open({.endpoint = endpoint});
+std::unique_ptr<ZmqPublisher> publisher_at(const std::string& endpoint, std::size_t subjects = 1) {
+  auto opened = ZmqPublisher::open({.endpoint = endpoint, .subjects = subjects});
+  EXPECT_TRUE(opened) << opened.error().message;
+  return std::move(*opened);
+}
+
+std::unique_ptr<ZmqSubscriber> subscriber_with(const SubscriberSettings& settings) {
+  auto opened = ZmqSubscriber::open(settings);
   EXPECT_TRUE(opened) << opened.error().message;
   return std::move(*opened);
 }
@@ -36,9 +44,7 @@ std::unique_ptr<ZmqSubscriber> subscriber_to(const std::string& endpoint, int qu
   SubscriberSettings settings;
   settings.endpoint = endpoint;
   settings.receive_queue = queue;
-  auto opened = ZmqSubscriber::open(settings);
-  EXPECT_TRUE(opened) << opened.error().message;
-  return std::move(*opened);
+  return subscriber_with(settings);
 }
 
 // A daemon that sends until somebody got what they wanted.
@@ -198,6 +204,59 @@ TEST(ZmqPublisher, DoesNotWaitForAListenerThatDoesNotRead) {
     got = stalled->next(milliseconds(200));
   }
   EXPECT_LT(received, 5000);  // the rest was dropped for it
+}
+
+// All topics of a set together are more messages than wait for a listener to one of them.
+TEST(ZmqPublisher, LosesNoTopicOfWhoListensToAllAndReads) {
+  constexpr std::uint64_t kSets = 100;
+  const auto publisher = publisher_at("tcp://127.0.0.1:*", kMaxSubjects);
+  SubscriberSettings all{.endpoint = publisher->endpoint(), .topics = {"description", "snapshot", "markers"}};
+  Description crowd = sample_description();
+  crowd.subjects.resize(kMaxSubjects, crowd.subjects.front());
+  for (std::size_t i = 0; i < kMaxSubjects; ++i) {
+    crowd.subjects[i].name = "actor " + std::to_string(i);
+    all.topics.push_back(kSubjectTopic + crowd.subjects[i].name);
+  }
+  ASSERT_TRUE(publisher->describe(crowd));
+  const auto subscriber = subscriber_with(all);
+  while (!subscriber->next(milliseconds(5))) ASSERT_TRUE(publisher->report({}));
+  Snapshot snapshot = RandomModel(24).snapshot();
+
+  for (std::uint64_t set = 0; set < kSets; ++set) {
+    ASSERT_TRUE(publisher->publish(snapshot));
+    std::set<std::string> came;
+    while (came.size() < kMaxSubjects + 2) {
+      const Result<FeedMessage> got = subscriber->next(kLong);
+      ASSERT_TRUE(got) << "set " << set << ": " << came.size() << " topics";
+      if (got->topic == "description") continue;
+      ASSERT_EQ(snapshot_in(*got).sequence(), set) << got->topic;
+      came.insert(got->topic);
+    }
+  }
+}
+
+TEST(ZmqPublisher, LosesNoEventOfManyAtOnce) {
+  const auto publisher = publisher_at("tcp://127.0.0.1:*");
+  Description ring = sample_description();
+  ring.cameras.resize(kMaxCameras, ring.cameras.front());
+  ASSERT_TRUE(publisher->describe(ring));
+  const auto subscriber =
+      subscriber_with({.endpoint = publisher->endpoint(), .topics = {"description", "snapshot", "health", "event"}});
+  while (!subscriber->next(milliseconds(5))) ASSERT_TRUE(publisher->report({}));
+  Health dark;
+  dark.cameras.resize(kMaxCameras);
+  for (CameraHealth& camera : dark.cameras) camera.phase = CameraPhase::Silent;
+
+  ASSERT_TRUE(publisher->report(dark));
+  for (std::uint32_t camera = 0; camera < kMaxCameras; ++camera) {
+    const Result<FeedMessage> got = first_of(*subscriber, "event");
+    ASSERT_TRUE(got) << "camera " << camera;
+    v1::Event event;
+    ASSERT_TRUE(event.ParseFromString(got->payload));
+    EXPECT_EQ(event.kind(), v1::EVENT_KIND_CAMERA_LOST);
+    EXPECT_EQ(event.camera(), camera);
+    publisher->serve();
+  }
 }
 
 // Peers that speak ZeroMQ and mean harm: subscriptions of random bytes, messages that are none, and far too long ones.
