@@ -155,7 +155,8 @@ class SubjectLabeller {
   void allow_places(const NamedTracks& tracks);
   double anchored(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const;
   bool find_read(const TieReader::Reading& found, const NamedTracks& tracks);
-  bool wanted_elsewhere(int index, const NamedTracks& tracks) const;
+  double wanted_below(std::size_t marker, int index, const NamedTracks& tracks) const;
+  bool wanted_elsewhere(int index, double below, const NamedTracks& tracks) const;
   bool of_another_limb(TrackId track) const;
   bool taken_elsewhere(int track) const;
   void adopt(NamedTracks& tracks);

@@ -11,7 +11,7 @@ namespace {
 // A name of another limb that is farther away does not want a track.
 constexpr double kNear_m = 0.3;
 // In squared sigmas, as claims have it: a missing name of another limb wants a track that is as near as that to where
-// it is thought to be; one whose place is hardly known wants none.
+// it is thought to be; one whose place is hardly known, only what the limb's own marker is less likely to be.
 constexpr double kWanted = 15.0;
 // Bounds what a set costs.
 constexpr int kMostLimbs = 2;
@@ -22,9 +22,18 @@ constexpr double kMostApart_m = 0.1;
 
 }  // namespace
 
+// Below what cost another limb's missing name wants a track that this marker would have: of two limbs that are both
+// lost the farther one waits for the nearer.
+double SubjectLabeller::wanted_below(std::size_t marker, int index, const NamedTracks& tracks) const {
+  if (!claims_ || !places_[marker].known) return kWanted;
+  geometry::AllowedPair here;
+  consider(marker, static_cast<std::size_t>(index), tracks, here);
+  return std::isfinite(here.cost) ? std::max(kWanted, here.cost) : kWanted;
+}
+
 // Whether a missing name that is no part of the limb may well be this track: two limbs that touch are told from each
 // other by claims, or by their motion.
-bool SubjectLabeller::wanted_elsewhere(int index, const NamedTracks& tracks) const {
+bool SubjectLabeller::wanted_elsewhere(int index, double below, const NamedTracks& tracks) const {
   if (!claims_) return false;
   const TrackedMarker& track = tracks[index];
   for (std::size_t m = 0; m < names_.size(); ++m) {
@@ -33,7 +42,7 @@ bool SubjectLabeller::wanted_elsewhere(int index, const NamedTracks& tracks) con
     if (!(off.squaredNorm() < kNear_m * kNear_m)) continue;
     geometry::AllowedPair pair;
     consider(m, static_cast<std::size_t>(index), tracks, pair);
-    if (pair.cost < kWanted) return true;
+    if (pair.cost < below) return true;
   }
   return false;
 }
@@ -50,7 +59,8 @@ bool SubjectLabeller::find_read(const TieReader::Reading& found, const NamedTrac
     if (read_[n] < 0) continue;
     const bool gone = tracks[read_[n]].state == TrackState::Coasting || taken_elsewhere(read_[n]);
     const bool new_there = place != limb_.now(n);
-    if (gone || (new_there && (wanted_elsewhere(read_[n], tracks) || of_another_limb(id))))
+    if (gone ||
+        (new_there && (wanted_elsewhere(read_[n], wanted_below(m, read_[n], tracks), tracks) || of_another_limb(id))))
       read_[n] = NamedTracks::kNone;
   }
   return true;
@@ -117,7 +127,7 @@ void SubjectLabeller::surmise(const NamedTracks& tracks) {
     const LimbReader::Shares shares = limb_.shares_at(place);
     const TrackId id = limb_.place(static_cast<std::size_t>(place)).track;
     const int track = tracks.find(id);
-    if (shares[n] == 0.0 || track < 0 || wanted_elsewhere(track, tracks)) continue;
+    if (shares[n] == 0.0 || track < 0 || wanted_elsewhere(track, kWanted, tracks)) continue;
     for (Name& other : names_) {
       if (other.surmised == id) other.surmised = {};
     }
