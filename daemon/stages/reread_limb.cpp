@@ -25,14 +25,14 @@ constexpr double kMostApart_m = 0.1;
 // Below what cost another limb's missing name wants a track that this marker would have: of two limbs that are both
 // lost the farther one waits for the nearer.
 double SubjectLabeller::wanted_below(std::size_t marker, int index, const NamedTracks& tracks) const {
-  if (!claims_ || !places_[marker].known) return kWanted;
+  if (!places_[marker].known) return kWanted;
   geometry::AllowedPair here;
   consider(marker, static_cast<std::size_t>(index), tracks, here);
   return std::isfinite(here.cost) ? std::max(kWanted, here.cost) : kWanted;
 }
 
-// Whether a missing name that is no part of the limb may well be this track: two limbs that touch are told from each
-// other by claims, or by their motion.
+// Whether a missing name that is no part of the limb may well be this track, at a cost below that: two limbs that touch
+// are told from each other by claims, or by their motion.
 bool SubjectLabeller::wanted_elsewhere(int index, double below, const NamedTracks& tracks) const {
   if (!claims_) return false;
   const TrackedMarker& track = tracks[index];

@@ -167,8 +167,9 @@ struct ZmqPublisher::Impl {
   Status send_event() {
     if (events.untold().empty()) return {};
     channels[kEvent].envelope.hold(events.untold().front());
-    events.oldest_is_told();
-    return send(channels[kEvent]);
+    const Status sent = send(channels[kEvent]);
+    if (sent) events.oldest_is_told();
+    return sent;
   }
 };
 

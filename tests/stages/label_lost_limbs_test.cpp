@@ -137,7 +137,8 @@ Turns arms_before(std::mt19937& random) {
 }
 
 // One arm stays, the other moves, and nobody sees either: whose forearm comes out is told by where each is thought to
-// be. Five markers may have a wrong name in 20 sets of each of 50 postures, 5000 in all.
+// be. Five markers may have a wrong name in 20 sets of each of 50 postures, 5000 in all; if either hand may be
+// taken, 79.
 TEST(LabelLostLimbs, AnArmDoesNotTakeTheForearmOfTheOtherThatIsLostToo) {
   int wrongs = 0;
   for (unsigned seed = 1; seed <= 50; ++seed) {
