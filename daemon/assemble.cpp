@@ -9,20 +9,20 @@
 #include <variant>
 #include <vector>
 
+#include "associate/match_triangulator.h"
+#include "associate/multi_view_matcher.h"
 #include "base/log.h"
+#include "cameras/aravis/usb_bandwidth.h"
 #include "cameras/open_camera.h"
-#include "cameras/usb_bandwidth.h"
-#include "record/blob_recording.h"
-#include "record/snapshot_writer.h"
+#include "detect/blob_detector.h"
+#include "label/body_labeller.h"
 #include "settings/subject_keeper.h"
-#include "stages/detect_blobs.h"
-#include "stages/label_markers.h"
-#include "stages/match_views.h"
-#include "stages/refine_subject.h"
-#include "stages/solve_skeleton.h"
-#include "stages/track_blobs.h"
-#include "stages/track_markers.h"
-#include "stages/triangulate_matches.h"
+#include "solve/subject_refiner.h"
+#include "solve/tree_solver.h"
+#include "take/blob_recording.h"
+#include "take/snapshot_writer.h"
+#include "track2d/following_blob_tracker.h"
+#include "track3d/kalman_marker_tracker.h"
 #include "wire/zmq_publisher.h"
 
 namespace mocap {

@@ -5,9 +5,9 @@
 
 #include "base/result.h"
 #include "base/time.h"
+#include "fusion/fusion.h"
 #include "runtime/pipeline.h"
 #include "settings/daemon_settings.h"
-#include "stages/fuse.h"
 
 namespace mocap {
 

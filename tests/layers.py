@@ -1,62 +1,66 @@
 #!/usr/bin/python3
-"""Whether every include of the daemon runs downward, and third parties stay in the rooms that may know them.
+"""Checks that every include of the daemon points downward in the include table, and that third-party headers stay in the
+folders that may know them.
 
-usage: layers.py [DAEMON_FOLDER]      prints each fault as file:line: what, and ends with 1 if there is any
+usage: layers.py [DAEMON_FOLDER]      prints each fault as file:line: fault; exit code 1 if there is any
+
+The include table is the USES list of each `mocap_folder(...)` in daemon/CMakeLists.txt: the build and this check read the
+same lines.
 """
 
 import pathlib
 import re
 import sys
 
-# What each room may include beside itself. The map of the house; a change here is a change of the design.
-BELOW = {
-    "base": "",
-    "model": "base",
-    "geometry": "base model",
-    "filter": "base model",
-    "body": "base model geometry",
-    "module": "base model",
-    "stages": "base model geometry filter body module",
-    "scene": "base model geometry body",
-    "cameras": "base model geometry module scene",
-    "wire": "base model module",
-    "record": "base model module wire",  # wire: a record is written as the feed is
-    "calibration": "base model geometry",
-    "settings": "base model geometry filter body module stages scene cameras wire record calibration runtime",
-    "runtime": "base model module stages",
-}
-BELOW = {room: set(below.split()) for room, below in BELOW.items()}
+DAEMON = pathlib.Path(__file__).parent.parent / "daemon"
 
-# A third party: its headers, and the files that may include it. "room" stands for the room's .cpp files, "room/" for
-# its headers too.
+FOLDER_RULE = re.compile(r"^mocap_folder\(\s*(\w+)([^)]*)\)", re.MULTILINE)
+
+
+def include_table(cmake_lists):
+    """Folder -> set of the folders that it may include, from the text of daemon/CMakeLists.txt."""
+    table = {}
+    for folder, arguments in FOLDER_RULE.findall(cmake_lists):
+        uses = re.search(r"\bUSES\b([^()]*?)(?=\bWITH\b|\bHOT_LOOPS\b|$)", arguments, re.DOTALL)
+        table[folder] = set(uses.group(1).split()) if uses else set()
+    return table
+
+
+BELOW = include_table((DAEMON / "CMakeLists.txt").read_text(encoding="utf-8"))
+
+# The nouns of model/ are made of Eigen: a folder that includes model/ may include Eigen.
+EIGEN_USERS = " ".join(f"{folder}/" for folder, below in BELOW.items() if "model" in below or folder == "model")
+FMT_USERS = " ".join(folder for folder in BELOW if folder != "module")
+
+# A third party: the pattern of its headers, and the users that may include them. "folder" allows the folder's .cpp files,
+# "folder/" its headers too, "folder/part" the .cpp files below that path, "file.cpp" one file.
 THIRD_PARTIES = {
-    # The nouns of model/ are made of Eigen: who may include them may include it.
-    "Eigen": (r"(unsupported/)?Eigen/", "model/ geometry/ filter/ body/ module/ stages/ scene/ cameras/ wire/ record/ "
-              "calibration/ settings/ runtime/ main"),
-    "fmt": (r"fmt/", "base model geometry filter body stages scene cameras wire record calibration settings runtime main"),
+    "Eigen": (r"(unsupported/)?Eigen/", EIGEN_USERS + " main"),
+    "fmt": (r"fmt/", FMT_USERS + " main"),
     "spdlog": (r"spdlog/", "base/log.cpp"),
-    "OpenCV": (r"opencv2/", "cameras calibration stages/detect_opencv.cpp"),
-    "Highway": (r"hwy/", "stages/detect_kernels.cpp"),
-    "Aravis": (r"(arv\w*\.h|arv/|aravis|glib|gio/)", "cameras"),
-    "V4L2": (r"(linux/videodev2\.h|linux/v4l2|libv4l)", "cameras"),
+    "OpenCV": (r"opencv2/", "cameras calibration"),
+    "Highway": (r"hwy/", "detect/kernels"),
+    "Aravis": (r"(arv\w*\.h|arv/|aravis|glib|gio/)", "cameras/aravis"),
+    "V4L2": (r"(linux/videodev2\.h|linux/v4l2|libv4l)", "cameras/v4l2"),
     "turbojpeg": (r"(turbojpeg|jpeglib)", "cameras"),
-    "Protobuf": (r"(google/protobuf/|mocap/v\d+/)", "wire/ record/"),
+    "Protobuf": (r"(google/protobuf/|mocap/v\d+/)", "wire/ take/"),
     "ZeroMQ": (r"zmq", "wire"),
     "Ceres": (r"(ceres|glog)/", "calibration"),
     "toml++": (r"toml", "settings"),
     "libsystemd": (r"systemd/", "runtime/service.cpp"),
     "CLI11": (r"CLI/", "main"),
-    "JSON": (r"nlohmann/", "record wire"),
+    "JSON": (r"nlohmann/", "take wire"),
 }
 
-# The language and the system, which any room may use.
+# The language and the system, which any folder may use.
 SYSTEM = re.compile(
     r"^([a-z_0-9]+"  # <vector>, <cstdint>
     r"|(sys|linux|netinet|arpa|net)/[a-z_0-9]+\.h"
     r"|(unistd|fcntl|pthread|sched|poll|signal|dirent|dlfcn|endian|byteswap|[a-z]?mmintrin|immintrin|x86intrin|cpuid|malloc|stdlib|"
     r"string|errno|time|ifaddrs|execinfo|sysexits|syslog|netdb|cxxabi)\.h)$")
 
-NO_LOG = set("model geometry filter body module stages scene calibration".split())
+# Folders that may log. Every other folder is pure: it computes, and reports to its caller.
+MAY_LOG = set("base cameras wire take settings runtime".split())
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
@@ -68,60 +72,68 @@ def third_party_of(header):
     return None, []
 
 
-def fault_of(path, room, bracket, header):
-    """What is wrong with one include of `path` (relative to the daemon's folder), or None."""
-    is_header = path.suffix == ".h"
+def may_use(user, path, folder):
+    """Whether `path` (relative to the daemon's folder, in `folder`) is covered by one entry of a third party's users."""
+    if user.endswith("/"):
+        return user == folder + "/"
+    if user.endswith(".cpp"):
+        return user == str(path)
+    return path.suffix == ".cpp" and (user == folder or str(path).startswith(user + "/"))
+
+
+def fault_of(path, folder, bracket, header):
+    """The fault of one include in `path` (relative to the daemon's folder), or None."""
     party, users = third_party_of(header)
     if party:
-        at_home = any(user == str(path) or user == room + "/" or (user == room and not is_header) for user in users)
-        if at_home:
+        if any(may_use(user, path, folder) for user in users):
             return None
-        where = f"{room}'s headers" if room in users else room
+        where = f"{folder}'s headers" if path.suffix == ".h" and folder in users else folder
         return f"<{header}> of {party} is not for {where}; it is for {', '.join(users)}"
     if bracket == "<":
         return None if SYSTEM.match(header) else f"<{header}> is of no third party that the design knows"
     if header.startswith(".") or "/../" in header:
-        return f'"{header}" is a relative path, expected "room/name.h"'
+        return f'"{header}" is a relative path, expected "folder/name.h"'
     other = header.split("/")[0] if "/" in header else "main"
-    if other == room or room == "main":
+    if other == folder or folder == "main":
         pass
     elif other not in BELOW:
-        return f'"{header}" is in no room'
-    elif other not in BELOW[room]:
-        return f'"{header}" runs upward or sideways: {room} may include {" ".join(sorted(BELOW[room])) or "itself"}'
-    if header == "base/log.h" and room in NO_LOG:
-        return f'"{header}" is not for {room}: it is pure'
+        return f'"{header}" is in no folder of the design'
+    elif other not in BELOW[folder]:
+        return f'"{header}" points upward or sideways: {folder} may include {" ".join(sorted(BELOW[folder])) or "itself"}'
+    if header == "base/log.h" and folder not in MAY_LOG and folder != "main":
+        return f'"{header}" is not for {folder}: the folder is pure'
     return None
 
 
 def faults_in(daemon):
+    """Every fault below the folder `daemon`, as text."""
     faults = []
     for path in sorted(daemon.rglob("*")):
         if path.suffix not in (".h", ".cpp"):
             continue
         inside = path.relative_to(daemon)
-        room = inside.parts[0] if len(inside.parts) > 1 else "main"
-        if room not in BELOW and room != "main":
-            faults.append(f"{path}:1: '{room}' is no room of the design")
+        folder = inside.parts[0] if len(inside.parts) > 1 else "main"
+        if folder not in BELOW and folder != "main":
+            faults.append(f"{path}:1: '{folder}' is no folder of the design")
             continue
         text = path.read_text(encoding="utf-8")
         if path.suffix == ".h" and "#pragma once" not in text:
             faults.append(f"{path}:1: a header without #pragma once")
         for number, line in enumerate(text.splitlines(), 1):
             found = INCLUDE.match(line)
-            fault = found and fault_of(inside, room, *found.groups())
+            fault = found and fault_of(inside, folder, *found.groups())
             if fault:
                 faults.append(f"{path}:{number}: {fault}")
     return faults
 
 
 def main():
-    daemon = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else pathlib.Path(__file__).parent.parent / "daemon"
+    daemon = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else DAEMON
     if not daemon.is_dir():
         print(f"layers: {daemon} is no folder", file=sys.stderr)
         return 64
     faults = faults_in(daemon)
-    print("\n".join(faults) if faults else f"layers: every include of {daemon} runs downward")
+    print("\n".join(faults) if faults else f"layers: every include of {daemon} points downward")
     return 1 if faults else 0
 
 

@@ -11,7 +11,7 @@ DAEMON = pathlib.Path(__file__).parent.parent / "daemon"
 
 
 class TheDaemon(unittest.TestCase):
-    def test_has_no_include_that_runs_upward_or_sideways(self):
+    def test_has_no_include_that_points_upward_or_sideways(self):
         self.assertEqual(layers.faults_in(DAEMON), [])
 
 
@@ -33,50 +33,50 @@ class TheCheck(unittest.TestCase):
     def assert_fine(self, name, include):
         self.assertEqual(self.faults_of(name, include), [])
 
-    def test_finds_an_include_that_runs_upward(self):
-        self.assert_fault("geometry/lens.cpp", '"stages/fuse.h"', "runs upward or sideways")
-        self.assert_fault("module/camera.h", '"cameras/open_camera.h"', "runs upward or sideways")
-        self.assert_fault("base/log.h", '"model/ids.h"', "runs upward or sideways: base may include itself")
+    def test_finds_an_include_that_points_upward(self):
+        self.assert_fault("geometry/lens.cpp", '"fusion/fusion.h"', "points upward or sideways")
+        self.assert_fault("module/camera.h", '"cameras/open_camera.h"', "points upward or sideways")
+        self.assert_fault("base/log.h", '"model/ids.h"', "points upward or sideways: base may include itself")
 
-    def test_finds_an_include_that_runs_sideways(self):
-        self.assert_fault("geometry/lens.cpp", '"filter/kalman.h"', "runs upward or sideways")
-        self.assert_fault("stages/fuse.cpp", '"cameras/open_camera.h"', "runs upward or sideways")
-        self.assert_fault("runtime/pipeline.cpp", '"settings/daemon_settings.h"', "runs upward or sideways")
-        self.assert_fault("runtime/pipeline.cpp", '"assemble.h"', "is in no room")
+    def test_finds_an_include_that_points_sideways(self):
+        self.assert_fault("geometry/lens.cpp", '"filter/kalman.h"', "points upward or sideways")
+        self.assert_fault("fusion/fusion.cpp", '"cameras/open_camera.h"', "points upward or sideways")
+        self.assert_fault("runtime/pipeline.cpp", '"settings/daemon_settings.h"', "points upward or sideways")
+        self.assert_fault("runtime/pipeline.cpp", '"assemble.h"', "is in no folder")
 
     def test_finds_a_third_party_in_another_room(self):
-        self.assert_fault("stages/fuse.cpp", "<zmq.h>", "ZeroMQ is not for stages")
-        self.assert_fault("stages/fuse.cpp", "<opencv2/core.hpp>", "OpenCV is not for stages")
+        self.assert_fault("fusion/fusion.cpp", "<zmq.h>", "ZeroMQ is not for fusion")
+        self.assert_fault("fusion/fusion.cpp", "<opencv2/core.hpp>", "OpenCV is not for fusion")
         self.assert_fault("runtime/pipeline.cpp", "<systemd/sd-daemon.h>", "libsystemd is not for runtime")
         self.assert_fault("base/time.h", "<Eigen/Core>", "Eigen is not for base")
         self.assert_fault("model/ids.h", "<boost/any.hpp>", "no third party that the design knows")
 
     def test_finds_a_third_party_in_a_header(self):
         self.assert_fault("settings/rig_file.h", "<toml++/toml.h>", "toml++ is not for settings's headers")
-        self.assert_fault("cameras/aravis_camera.h", "<arv.h>", "Aravis is not for cameras's headers")
+        self.assert_fault("cameras/aravis/aravis_camera.h", "<arv.h>", "Aravis is not for cameras")
         self.assert_fault("base/log.h", "<fmt/format.h>", "fmt is not for base's headers")
 
-    def test_finds_the_log_where_all_is_pure(self):
-        self.assert_fault("stages/fuse.cpp", '"base/log.h"', "it is pure")
-        self.assert_fault("calibration/solve.cpp", '"base/log.h"', "it is pure")
+    def test_finds_the_log_in_a_pure_folder(self):
+        self.assert_fault("fusion/fusion.cpp", '"base/log.h"', "the folder is pure")
+        self.assert_fault("calibration/wand/solve_wand.cpp", '"base/log.h"', "the folder is pure")
 
-    def test_finds_relative_paths_rooms_that_are_none_and_missing_guards(self):
-        self.assert_fault("stages/fuse.cpp", '"../model/ids.h"', "is a relative path")
-        self.assertIn("is no room of the design", self.faults_of("utils/misc.cpp", "<vector>")[0])
+    def test_finds_relative_paths_unknown_folders_and_missing_guards(self):
+        self.assert_fault("fusion/fusion.cpp", '"../model/ids.h"', "is a relative path")
+        self.assertIn("is no folder of the design", self.faults_of("utils/misc.cpp", "<vector>")[0])
         with tempfile.TemporaryDirectory() as folder:
             header = pathlib.Path(folder) / "model" / "ids.h"
             header.parent.mkdir()
             header.write_text("struct Id {};\n")
             self.assertIn("without #pragma once", layers.faults_in(pathlib.Path(folder))[0])
 
-    def test_lets_pass_what_runs_downward(self):
-        self.assert_fine("stages/fuse.cpp", '"geometry/lens.h"')
-        self.assert_fine("stages/fuse.h", "<Eigen/Core>")
+    def test_accepts_an_include_that_points_downward(self):
+        self.assert_fine("fusion/fusion.cpp", '"drift/drift_watch.h"')
+        self.assert_fine("fusion/fusion.h", "<Eigen/Core>")
         self.assert_fine("settings/rig_file.cpp", "<toml++/toml.h>")
-        self.assert_fine("settings/daemon_settings.h", '"stages/align_frames.h"')
+        self.assert_fine("settings/daemon_settings.h", '"synchronise/frame_aligner.h"')
         self.assert_fine("wire/encode.h", '"mocap/v1/snapshot.pb.h"')
         self.assert_fine("runtime/service.cpp", "<systemd/sd-daemon.h>")
-        self.assert_fine("cameras/v4l2_camera.cpp", "<linux/videodev2.h>")
+        self.assert_fine("cameras/v4l2/v4l2_camera.cpp", "<linux/videodev2.h>")
         self.assert_fine("base/wake_signal.cpp", "<linux/futex.h>")
         self.assert_fine("main.cpp", '"runtime/pipeline.h"')
         self.assert_fine("model/ids.h", "<compare>")

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "calibration/wand.h"
+#include "calibration/wand/wand.h"
 #include "model/camera_model.h"
 
 namespace mocap::calibration {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <variant>
 
-#include "cameras/aravis_camera.h"
-#include "cameras/replay_camera.h"
-#include "cameras/synthetic_camera.h"
-#include "cameras/v4l2_camera.h"
+#include "cameras/aravis/aravis_camera.h"
+#include "cameras/replay/replay_camera.h"
+#include "cameras/synthetic/synthetic_camera.h"
+#include "cameras/v4l2/v4l2_camera.h"
 #include "scene/program.h"
 
 namespace mocap::cameras {

@@ -5,7 +5,7 @@
 
 #include "model/sighting.h"
 #include "model/subject_state.h"
-#include "module/surmised_marker.h"
+#include "module/ambiguous_observation.h"
 
 namespace mocap {
 

@@ -11,6 +11,7 @@
 #include "base/bounded_vector.h"
 #include "base/spsc_queue.h"
 #include "base/wake_signal.h"
+#include "detect/mask_learner.h"
 #include "model/blob.h"
 #include "model/health.h"
 #include "module/blob_tracker.h"
@@ -20,8 +21,7 @@
 #include "runtime/control_channel.h"
 #include "runtime/counters.h"
 #include "runtime/realtime.h"
-#include "stages/exposure_watch.h"
-#include "stages/learn_mask.h"
+#include "synchronise/exposure_watch.h"
 
 namespace mocap::runtime {
 

@@ -6,12 +6,12 @@
 
 #include "base/spsc_queue.h"
 #include "base/wake_signal.h"
+#include "fusion/fusion.h"
 #include "model/snapshot.h"
 #include "runtime/camera_worker.h"
 #include "runtime/counters.h"
 #include "runtime/realtime.h"
-#include "stages/align_frames.h"
-#include "stages/fuse.h"
+#include "synchronise/frame_aligner.h"
 
 namespace mocap::runtime {
 

@@ -5,6 +5,7 @@
 #include <thread>
 #include <vector>
 
+#include "fusion/fusion.h"
 #include "model/description.h"
 #include "module/blob_writer.h"
 #include "module/control_server.h"
@@ -17,8 +18,7 @@
 #include "runtime/fusion_worker.h"
 #include "runtime/publish_worker.h"
 #include "runtime/side_worker.h"
-#include "stages/align_frames.h"
-#include "stages/fuse.h"
+#include "synchronise/frame_aligner.h"
 
 namespace mocap::runtime {
 

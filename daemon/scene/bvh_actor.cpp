@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "base/expects.h"
-#include "body/kinematic_tree.h"
-#include "body/rotation.h"
-#include "body/stance.h"
+#include "identify/calibration_pose.h"
+#include "kinematics/kinematic_tree.h"
+#include "kinematics/rotation.h"
 #include "scene/clip_actor.h"
 #include "scene/there_and_back.h"
 

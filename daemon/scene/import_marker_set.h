@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "body/fit_subject.h"
+#include "bodyfit/fit_subject.h"
 #include "model/skeleton.h"
 #include "scene/c3d.h"
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/expects.h"
-#include "body/kinematic_tree.h"
+#include "kinematics/kinematic_tree.h"
 #include "scene/person.h"
 
 namespace mocap::scene {

@@ -16,7 +16,7 @@
 #include <system_error>
 #include <vector>
 
-#include "body/asymmetry.h"
+#include "identify/asymmetry.h"
 #include "model/bounds.h"
 #include "settings/suggestion.h"
 

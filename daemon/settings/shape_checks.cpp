@@ -6,9 +6,9 @@
 #include <functional>
 #include <span>
 
-#include "body/asymmetry.h"
-#include "body/back_to_front.h"
-#include "body/same_shape.h"
+#include "identify/asymmetry.h"
+#include "identify/front_back_ambiguity.h"
+#include "identify/shape_ambiguity.h"
 
 namespace mocap::settings {
 namespace {

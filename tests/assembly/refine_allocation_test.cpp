@@ -6,10 +6,10 @@
 #include <thread>
 #include <vector>
 
-#include "body/pose_fit.h"
-#include "body/rotation.h"
+#include "kinematics/pose_fit.h"
+#include "kinematics/rotation.h"
 #include "settings/marker_set_file.h"
-#include "stages/refine_subject.h"
+#include "solve/subject_refiner.h"
 #include "support/allocation_counter.h"
 #include "support/places.h"
 

@@ -6,8 +6,8 @@
 #include <random>
 #include <thread>
 
-#include "stages/track_blobs.h"
 #include "support/allocation_counter.h"
+#include "track2d/following_blob_tracker.h"
 
 namespace mocap::stages {
 namespace {

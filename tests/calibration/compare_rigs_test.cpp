@@ -1,11 +1,11 @@
-#include "calibration/compare_rigs.h"
+#include "calibration/rig/compare_rigs.h"
 
 #include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
 #include <numbers>
 
-#include "calibration/floor.h"
+#include "calibration/floor/floor.h"
 #include "eval/wand_world.h"
 
 namespace mocap::calibration {

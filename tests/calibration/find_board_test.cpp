@@ -1,4 +1,4 @@
-#include "calibration/find_board.h"
+#include "calibration/lens/find_board.h"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "calibration/fit_camera.h"
+#include "calibration/rig/fit_camera.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "calibration/fit_lens.h"
+#include "calibration/lens/fit_lens.h"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "calibration/floor.h"
+#include "calibration/floor/floor.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "calibration/judge_rig.h"
+#include "calibration/rig/judge_rig.h"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "calibration/solve_wand.h"
+#include "calibration/wand/solve_wand.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "calibration/wand.h"
+#include "calibration/wand/wand.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // What a camera is told over its exposures, with time as an argument: the camera is a socket of the test.
-#include "cameras/action_trigger.h"
+#include "cameras/aravis/action_trigger.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "cameras/aravis_camera.h"
+#include "cameras/aravis/aravis_camera.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "cameras/clock_mapping.h"
+#include "cameras/clock/clock_mapping.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "cameras/exposure_clock.h"
+#include "cameras/clock/exposure_clock.h"
 
 #include <gtest/gtest.h>
 

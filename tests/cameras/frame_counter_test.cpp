@@ -1,4 +1,4 @@
-#include "cameras/frame_counter.h"
+#include "cameras/clock/frame_counter.h"
 
 #include <gtest/gtest.h>
 

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "cameras/aravis_camera.h"
+#include "cameras/aravis/aravis_camera.h"
 #include "cameras/camera_steps.h"
 #include "cameras/own_network.h"
 #include "cameras/served_gige.h"

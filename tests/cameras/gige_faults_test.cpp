@@ -13,11 +13,11 @@
 #include <string>
 #include <vector>
 
-#include "cameras/aravis_camera.h"
-#include "cameras/aravis_describe.h"
-#include "cameras/aravis_ptp.h"
-#include "cameras/arrival_stamps.h"
+#include "cameras/aravis/aravis_camera.h"
+#include "cameras/aravis/aravis_describe.h"
+#include "cameras/aravis/aravis_ptp.h"
 #include "cameras/camera_steps.h"
+#include "cameras/clock/arrival_stamps.h"
 #include "cameras/own_network.h"
 #include "cameras/served_gige.h"
 

@@ -1,4 +1,4 @@
-#include "cameras/replay_camera.h"
+#include "cameras/replay/replay_camera.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "cameras/synthetic_camera.h"
+#include "cameras/synthetic/synthetic_camera.h"
 
 #include <gtest/gtest.h>
 

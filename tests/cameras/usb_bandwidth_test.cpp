@@ -1,4 +1,4 @@
-#include "cameras/usb_bandwidth.h"
+#include "cameras/aravis/usb_bandwidth.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

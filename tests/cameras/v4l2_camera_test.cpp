@@ -1,4 +1,4 @@
-#include "cameras/v4l2_camera.h"
+#include "cameras/v4l2/v4l2_camera.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "cameras/v4l2_discovery.h"
+#include "cameras/v4l2/v4l2_discovery.h"
 
 namespace mocap::cameras {
 namespace {

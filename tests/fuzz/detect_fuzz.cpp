@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "base/expects.h"
-#include "stages/detect_blobs.h"
-#include "stages/detect_kernels.h"
-#include "stages/pixel_rows.h"
+#include "detect/blob_detector.h"
+#include "detect/kernels/detect_kernels.h"
+#include "detect/pixel_rows.h"
 
 // Images of every format, of sizes and strides that fit and that lie, in memory that ends with their last byte: what
 // reads past it is found by the address sanitizer. Blobs must be finite and in the image.

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "body/kinematic_tree.h"
 #include "geometry/lens.h"
+#include "kinematics/kinematic_tree.h"
 #include "scene/person.h"
 #include "scene/procedural_actor.h"
 #include "scene/random.h"

@@ -1,8 +1,8 @@
 #include <gmock/gmock.h>
 
-#include "body/asymmetry.h"
-#include "body/test_body.h"
+#include "identify/asymmetry.h"
 #include "settings/shape_checks.h"
+#include "support/test_body.h"
 
 namespace mocap::settings {
 namespace {

@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "calibration/find_board.h"
+#include "calibration/lens/find_board.h"
 #include "geometry/lens.h"
 #include "model/camera_model.h"
 

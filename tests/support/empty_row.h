@@ -3,7 +3,7 @@
 #include <memory>
 #include <span>
 
-#include "stages/fuse.h"
+#include "fusion/fusion.h"
 
 namespace mocap::support {
 

@@ -4,7 +4,7 @@
 
 #include "calibrate/floor_command.h"
 #include "calibrate/verify_command.h"
-#include "calibration/floor.h"
+#include "calibration/floor/floor.h"
 #include "geometry/lens.h"
 #include "scene/random.h"
 #include "settings/rig_file.h"

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "calibration/solve_wand.h"
+#include "calibration/wand/solve_wand.h"
 #include "eval/wand_world.h"
 #include "support/temporary_folder.h"
 

@@ -2,9 +2,9 @@
 
 #include <filesystem>
 
-#include "calibration/take.h"
+#include "calibration/wand/wand_recording.h"
 #include "model/camera_model.h"
-#include "record/blob_recording.h"
+#include "take/blob_recording.h"
 
 namespace mocap::calibrate::testing {
 

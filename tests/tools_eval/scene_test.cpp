@@ -3,13 +3,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "detect/blob_detector.h"
 #include "eval/recognition.h"
 #include "eval/scene_blobs.h"
 #include "eval/scene_run.h"
 #include "eval/scene_world.h"
 #include "scene/render.h"
 #include "settings/marker_set_file.h"
-#include "stages/detect_blobs.h"
 #include "support/places.h"
 
 namespace mocap::eval {

@@ -9,9 +9,9 @@
 #include <random>
 #include <span>
 
-#include "stages/detect_blobs.h"
-#include "stages/detect_kernels.h"
-#include "stages/detect_opencv.h"
+#include "bench/opencv_detector.h"
+#include "detect/blob_detector.h"
+#include "detect/kernels/detect_kernels.h"
 
 namespace mocap::bench {
 namespace {

@@ -9,12 +9,12 @@
 #include <optional>
 #include <utility>
 
+#include "associate/match_triangulator.h"
+#include "associate/multi_view_matcher.h"
 #include "fuse_reference.h"
 #include "settings/marker_set_file.h"
-#include "stages/align_frames.h"
-#include "stages/match_views.h"
-#include "stages/track_markers.h"
-#include "stages/triangulate_matches.h"
+#include "synchronise/frame_aligner.h"
+#include "track3d/kalman_marker_tracker.h"
 
 namespace mocap::bench {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "calibrate/marker_row.h"
 #include "calibrate/rig_output.h"
-#include "calibration/floor.h"
-#include "calibration/frame_size.h"
+#include "calibration/floor/floor.h"
+#include "calibration/floor/frame_size.h"
 
 namespace mocap::calibrate {
 namespace {

@@ -6,10 +6,10 @@
 #include <optional>
 
 #include "calibrate/say.h"
-#include "calibration/take.h"
+#include "calibration/wand/wand_recording.h"
 #include "model/camera_model.h"
-#include "record/blob_recording.h"
 #include "settings/daemon_settings.h"
+#include "take/blob_recording.h"
 
 namespace mocap::calibrate {
 

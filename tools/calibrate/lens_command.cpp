@@ -12,7 +12,7 @@
 #include "base/time.h"
 #include "calibrate/lens_report.h"
 #include "calibrate/run_cameras.h"
-#include "calibration/emptiest_part.h"
+#include "calibration/wand/emptiest_part.h"
 #include "settings/rig_file.h"
 #include "settings/rig_lenses.h"
 

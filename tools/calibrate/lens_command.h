@@ -8,7 +8,7 @@
 
 #include "base/result.h"
 #include "calibrate/lens_views.h"
-#include "calibration/fit_lens.h"
+#include "calibration/lens/fit_lens.h"
 #include "settings/daemon_settings.h"
 
 namespace mocap::calibrate {

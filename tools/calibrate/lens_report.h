@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "calibrate/lens_views.h"
-#include "calibration/fit_lens.h"
+#include "calibration/lens/fit_lens.h"
 
 namespace mocap::calibrate {
 

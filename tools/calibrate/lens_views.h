@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "base/result.h"
-#include "calibration/find_board.h"
-#include "calibration/fit_lens.h"
+#include "calibration/lens/find_board.h"
+#include "calibration/lens/fit_lens.h"
 #include "model/frame.h"
 
 namespace mocap::calibrate {

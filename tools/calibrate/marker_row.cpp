@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <map>
 
+#include "associate/match_triangulator.h"
+#include "associate/multi_view_matcher.h"
 #include "calibrate/gather_blobs.h"
-#include "calibration/instants.h"
-#include "stages/match_views.h"
-#include "stages/track_markers.h"
-#include "stages/triangulate_matches.h"
+#include "calibration/wand/instants.h"
+#include "track3d/kalman_marker_tracker.h"
 
 namespace mocap::calibrate {
 namespace {

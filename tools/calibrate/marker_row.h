@@ -5,7 +5,7 @@
 
 #include "model/camera_model.h"
 #include "model/sighting.h"
-#include "record/blob_recording.h"
+#include "take/blob_recording.h"
 
 namespace mocap::calibrate {
 

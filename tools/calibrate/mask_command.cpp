@@ -13,9 +13,9 @@
 #include "base/log.h"
 #include "calibrate/run_cameras.h"
 #include "calibrate/say.h"
+#include "detect/blob_detector.h"
 #include "settings/learnt_masks.h"
 #include "settings/rig_file.h"
-#include "stages/detect_blobs.h"
 
 namespace mocap::calibrate {
 namespace {

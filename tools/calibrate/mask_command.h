@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 
-#include "stages/learn_mask.h"
+#include "detect/mask_learner.h"
 
 namespace mocap::calibrate {
 

@@ -10,7 +10,7 @@
 #include "base/exit_codes.h"
 #include "calibrate/marker_row.h"
 #include "calibration/median.h"
-#include "calibration/refine_rig.h"
+#include "calibration/rig/refine_rig.h"
 #include "geometry/lens.h"
 
 namespace mocap::calibrate {

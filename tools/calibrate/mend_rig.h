@@ -7,7 +7,7 @@
 #include "calibrate/say.h"
 #include "calibrate/standing.h"
 #include "model/camera_model.h"
-#include "record/blob_recording.h"
+#include "take/blob_recording.h"
 
 namespace mocap::calibrate {
 

@@ -4,7 +4,7 @@
 
 #include "base/exit_codes.h"
 #include "calibrate/report_rig.h"
-#include "calibration/compare_rigs.h"
+#include "calibration/rig/compare_rigs.h"
 #include "settings/rig_file.h"
 
 namespace mocap::calibrate {

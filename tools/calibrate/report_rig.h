@@ -5,8 +5,8 @@
 #include <string>
 
 #include "base/result.h"
-#include "calibration/compare_rigs.h"
-#include "calibration/judge_rig.h"
+#include "calibration/rig/compare_rigs.h"
+#include "calibration/rig/judge_rig.h"
 
 namespace mocap::calibrate {
 

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "base/time.h"
+#include "drift/drift_watch.h"
 #include "model/camera_model.h"
-#include "record/blob_recording.h"
-#include "stages/watch_drift.h"
+#include "take/blob_recording.h"
 
 namespace mocap::calibrate {
 

@@ -7,10 +7,10 @@
 
 #include "calibrate/report_rig.h"
 #include "calibrate/rig_output.h"
-#include "calibration/judge_rig.h"
-#include "calibration/old_rig.h"
-#include "calibration/solve_wand.h"
-#include "calibration/watch_wand.h"
+#include "calibration/rig/judge_rig.h"
+#include "calibration/rig/old_rig.h"
+#include "calibration/wand/solve_wand.h"
+#include "calibration/wand/watch_wand.h"
 #include "settings/rig_file.h"
 
 namespace mocap::calibrate {

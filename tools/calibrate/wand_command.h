@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "calibrate/gather_blobs.h"
-#include "calibration/wand.h"
+#include "calibration/wand/wand.h"
 
 namespace mocap::calibrate {
 

@@ -15,14 +15,14 @@
 
 #include "base/exit_codes.h"
 #include "base/log.h"
-#include "cameras/aravis_describe.h"
-#include "cameras/aravis_discovery.h"
+#include "cameras/aravis/aravis_describe.h"
+#include "cameras/aravis/aravis_discovery.h"
+#include "cameras/aravis/usb_bandwidth.h"
 #include "cameras/open_camera.h"
-#include "cameras/usb_bandwidth.h"
-#include "cameras/v4l2_discovery.h"
+#include "cameras/v4l2/v4l2_discovery.h"
 #include "ctl/shot.h"
+#include "detect/blob_detector.h"
 #include "settings/daemon_settings.h"
-#include "stages/detect_blobs.h"
 
 namespace mocap::ctl {
 namespace {

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "base/exit_codes.h"
-#include "cameras/aravis_discovery.h"
-#include "cameras/usb_bandwidth.h"
-#include "cameras/v4l2_discovery.h"
+#include "cameras/aravis/aravis_discovery.h"
+#include "cameras/aravis/usb_bandwidth.h"
+#include "cameras/v4l2/v4l2_discovery.h"
 #include "ctl/doctor.h"
 #include "settings/daemon_settings.h"
 

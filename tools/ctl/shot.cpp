@@ -10,7 +10,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "stages/pixel_rows.h"
+#include "detect/pixel_rows.h"
 
 namespace mocap::ctl {
 

@@ -12,8 +12,8 @@
 
 #include "base/exit_codes.h"
 #include "base/time.h"
-#include "body/asymmetry.h"
 #include "ctl/takes.h"
+#include "identify/asymmetry.h"
 #include "scene/import_marker_set.h"
 #include "settings/marker_set_file.h"
 #include "settings/subject_file.h"

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "body/fit_subject.h"
+#include "bodyfit/fit_subject.h"
 #include "model/skeleton.h"
 #include "scene/c3d.h"
 

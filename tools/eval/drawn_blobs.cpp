@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "stages/detect_blobs.h"
+#include "detect/blob_detector.h"
 
 namespace mocap::eval {
 

@@ -14,7 +14,7 @@
 #include "calibrate/mend_rig.h"
 #include "eval/command.h"
 #include "eval/drift_world.h"
-#include "stages/align_frames.h"
+#include "synchronise/frame_aligner.h"
 
 namespace mocap::eval {
 namespace {

@@ -1,9 +1,9 @@
 #include "eval/points_row.h"
 
-#include "stages/match_views.h"
-#include "stages/track_blobs.h"
-#include "stages/track_markers.h"
-#include "stages/triangulate_matches.h"
+#include "associate/match_triangulator.h"
+#include "associate/multi_view_matcher.h"
+#include "track2d/following_blob_tracker.h"
+#include "track3d/kalman_marker_tracker.h"
 
 namespace mocap::eval {
 namespace {

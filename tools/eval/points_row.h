@@ -9,7 +9,7 @@
 #include "module/marker_tracker.h"
 #include "module/matcher.h"
 #include "module/triangulator.h"
-#include "stages/align_frames.h"
+#include "synchronise/frame_aligner.h"
 
 namespace mocap::eval {
 

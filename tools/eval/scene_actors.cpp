@@ -10,7 +10,7 @@
 #include <span>
 #include <utility>
 
-#include "body/fit_subject.h"
+#include "bodyfit/fit_subject.h"
 #include "scene/bvh.h"
 #include "scene/c3d.h"
 #include "scene/clip_actor.h"

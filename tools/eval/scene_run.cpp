@@ -7,12 +7,12 @@
 #include <utility>
 
 #include "assemble.h"
-#include "body/told_turns.h"
 #include "eval/recognition.h"
 #include "eval/scene_world.h"
+#include "kinematics/rotation_observability.h"
 #include "settings/rig_file.h"
-#include "stages/align_frames.h"
-#include "stages/track_blobs.h"
+#include "synchronise/frame_aligner.h"
+#include "track2d/following_blob_tracker.h"
 
 namespace mocap::eval {
 namespace {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/solve_wand.h"
+#include "calibration/wand/solve_wand.h"
 #include "eval/command.h"
 #include "eval/wand_world.h"
 #include "geometry/rigid_fit.h"

@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "calibration/take.h"
-#include "calibration/wand.h"
+#include "calibration/wand/wand.h"
+#include "calibration/wand/wand_recording.h"
 #include "model/camera_model.h"
 #include "scene/random.h"
 

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "associate/rays/ray_bins.h"
+#include "model/bounds.h"
+
+namespace mocap::stages {
+
+/// Some of an image's rays, to look for near a place. Never allocates.
+class ListedRays {
+ public:
+  struct Place {
+    float x, y, variance;  ///< as RayPlaces has them
+  };
+
+  void clear();
+  void add(std::size_t ray, const Place& at);
+  /// Lists all of an image's rays, none of which is listed yet.
+  void add_all(const RayPlaces& rays);
+  bool has(std::size_t ray) const { return has_[ray] != 0; }
+  /// Puts those that are listed into bins; as RayBins::fill. A few others may be added after.
+  void bin(const RayBounds& bounds, float usual_variance, float sigmas);
+
+  const RayBins::Scale& scale() const { return bins_.scale(); }
+  /// Calls `visit` with each ray, and its place, that may be in a gate among the bins, and some others.
+  template <class Visit>
+  void visit(const RayBins::Gate& gate, Visit&& visit) const {
+    const auto tell = [&](std::size_t i) { visit(ray_[i], Place{x_[i], y_[i], variance_[i]}); };
+    if (binned_ > 0) bins_.visit_rays(gate, tell);
+    for (std::size_t i = binned_; i < count_; ++i) tell(i);
+  }
+
+ private:
+  std::size_t count_ = 0;
+  std::array<std::uint16_t, kMaxBlobs> ray_{};
+  std::array<float, kMaxBlobs> x_{}, y_{}, variance_{};
+  std::array<std::uint8_t, kMaxBlobs> has_{};  // by ray
+  std::size_t binned_ = 0;                     // so many, from the first on
+  RayBins bins_;
+};
+
+}  // namespace mocap::stages

@@ -1,0 +1,302 @@
+#include "bodyfit/instant_equations.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "base/expects.h"
+#include "kinematics/rotation.h"
+
+namespace mocap::body {
+namespace {
+
+constexpr double kFirstDamping = 1e-6;
+constexpr double kMostDamping = 1e3;
+constexpr double kSmallStep = 1e-6;  // m, rad: a hundredth of what the offsets are fitted to
+
+double squared(double x) { return x * x; }
+
+Eigen::Matrix3d cross(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return m;
+}
+
+AngleRange range_of(const Bone& bone, int axis) {
+  return bone.turns[static_cast<std::size_t>(axis)].value_or(AngleRange{0.0, 0.0});
+}
+
+// How far a turn is beyond what the joint does.
+Eigen::Vector3d beyond_limits(const Bone& bone, const Eigen::Vector3d& phi) {
+  Eigen::Vector3d beyond;
+  for (int axis = 0; axis < 3; ++axis) {
+    const AngleRange range = range_of(bone, axis);
+    beyond[axis] = phi[axis] - std::clamp(phi[axis], range.min_rad, range.max_rad);
+  }
+  return beyond;
+}
+
+}  // namespace
+
+OffsetColumns::OffsetColumns(const MarkerSet& set)
+    : bone(set.skeleton.bones.size(), -1), marker(set.markers.size(), -1) {
+  const auto& bones = set.skeleton.bones;
+  // A bone, its markers, then all that hangs on it: so the columns of a limb stand side by side.
+  const std::function<void(std::size_t)> lay_out = [&](std::size_t b) {
+    if (bones[b].parent >= 0) {
+      bone[b] = count;
+      count += 3;
+    }
+    for (std::size_t m = 0; m < set.markers.size(); ++m) {
+      if (set.markers[m].bone != static_cast<int>(b)) continue;
+      marker[m] = count;
+      count += 3;
+    }
+    for (std::size_t child = b + 1; child < bones.size(); ++child) {
+      if (bones[child].parent == static_cast<int>(b)) lay_out(child);
+    }
+  };
+  if (!bones.empty()) lay_out(0);
+  size_column = count++;
+}
+
+InstantEquations::InstantEquations(const MarkerSet& set) : bones_(set.skeleton.bones), columns_(set) {
+  MOCAP_EXPECTS(!bones_.empty() && bones_[0].parent < 0);
+  for (const MarkerOnBone& marker : set.markers) {
+    MOCAP_EXPECTS(marker.bone >= 0 && marker.bone < static_cast<int>(bones_.size()));
+    bone_of_.push_back(marker.bone);
+  }
+  above_.resize(nodes());
+  for (std::size_t n = 1; n < nodes(); ++n) {
+    const int parent = bones_[n - 1].parent;
+    MOCAP_EXPECTS(parent < static_cast<int>(n) - 1 && (parent >= 0 || n == 1));
+    above_[n] = {static_cast<std::size_t>(parent + 1)};
+    const auto& further = above_[static_cast<std::size_t>(parent + 1)];
+    above_[n].insert(above_[n].end(), further.begin(), further.end());
+  }
+  list_runs();
+  world_.resize(bones_.size());
+  kept_.resize(bones_.size());
+  moments_.resize(bones_.size());
+  places_.resize(bone_of_.size());
+  weights_.resize(bone_of_.size());
+  off_.resize(bone_of_.size());
+  matrix_.resize(nodes() * nodes());
+  factor_.resize(matrix_.size());
+  gradient_.resize(nodes());
+  step_.resize(nodes());
+  rows_.resize(nodes() * 3 * static_cast<std::size_t>(columns_.count));
+}
+
+// A node meets the markers below it, and the rest offsets of all bones above and below.
+void InstantEquations::list_runs() {
+  runs_.resize(nodes());
+  for (std::size_t n = 0; n < nodes(); ++n) {
+    const auto related = [&](std::size_t a, std::size_t b) {
+      return a == b || std::find(above_[a].begin(), above_[a].end(), b) != above_[a].end();
+    };
+    std::vector<int> firsts;
+    for (std::size_t b = 0; b < bones_.size(); ++b) {
+      if (columns_.bone[b] >= 0 && (related(n, b + 1) || related(b + 1, n))) firsts.push_back(columns_.bone[b]);
+    }
+    for (std::size_t m = 0; m < bone_of_.size(); ++m) {
+      if (related(static_cast<std::size_t>(bone_of_[m]) + 1, n)) firsts.push_back(columns_.marker[m]);
+    }
+    std::sort(firsts.begin(), firsts.end());
+    for (const int first : firsts) {
+      if (!runs_[n].empty() && runs_[n].back().end == first) {
+        runs_[n].back().end += 3;
+      } else {
+        runs_[n].push_back({first, first + 3});
+      }
+    }
+  }
+}
+
+void InstantEquations::pose(const BodyInstant& instant, const BodyOffsets& offsets) {
+  for (std::size_t b = 0; b < bones_.size(); ++b) {
+    const int parent = bones_[b].parent;
+    const Pose& local = instant.locals[b];
+    world_[b] =
+        parent < 0 ? local : world_[static_cast<std::size_t>(parent)] * Pose{offsets.bones_m[b], local.rotation};
+    world_[b].rotation.normalize();
+  }
+}
+
+InstantEquations::Judged InstantEquations::weigh_markers(const BodyInstant& instant, const BodyOffsets& offsets,
+                                                         const InstantCost& by) {
+  Judged judged;
+  marker_scale_ = 1.0 / squared(by.sigma_m);
+  const double c = squared(by.outlier_m);
+  for (Moments& moments : moments_) moments = {};
+  for (std::size_t m = 0; m < places_.size(); ++m) {
+    const auto bone = static_cast<std::size_t>(bone_of_[m]);
+    places_[m] = world_[bone] * offsets.markers_m[m];
+    weights_[m] = 0.0;
+    off_[m].setZero();
+    if (!instant.seen_m[m].allFinite() || !(instant.trust[m] > 0.0)) continue;
+    off_[m] = places_[m] - instant.seen_m[m];
+    const double s = off_[m].squaredNorm();
+    judged.data_m2 += instant.trust[m] * s * c / (c + s);  // Geman and McClure
+    const double weight = instant.trust[m] * squared(c / (c + s));
+    judged.weight += weight;
+    weights_[m] = marker_scale_ * weight;
+    Moments& moments = moments_[bone];
+    const Eigen::Vector3d at = places_[m] - world_[0].position;
+    moments.weight += weights_[m];
+    moments.first += weights_[m] * at;
+    moments.second += weights_[m] * at * at.transpose();
+    moments.pull += weights_[m] * off_[m];
+    moments.torque += weights_[m] * at.cross(off_[m]);
+  }
+  for (std::size_t b = bones_.size(); b-- > 1;) {
+    Moments& parent = moments_[static_cast<std::size_t>(bones_[b].parent)];
+    parent.weight += moments_[b].weight;
+    parent.first += moments_[b].first;
+    parent.second += moments_[b].second;
+    parent.pull += moments_[b].pull;
+    parent.torque += moments_[b].torque;
+  }
+  return judged;
+}
+
+double InstantEquations::weigh_turns(const BodyInstant& instant, const InstantCost& by) {
+  double prior = 0.0;
+  for (std::size_t b = 1; b < bones_.size(); ++b) {
+    const Eigen::Vector3d phi = rotation_vector(instant.locals[b].rotation);
+    const Eigen::Vector3d beyond = beyond_limits(bones_[b], phi);
+    const double rest = 1.0 / squared(instant.at_rest[b] != 0 ? by.at_rest_sigma_rad : by.rest_sigma_rad);
+    const double limit = 1.0 / squared(by.limit_sigma_rad);
+    prior += rest * phi.squaredNorm() + limit * beyond.squaredNorm();
+    Eigen::Vector3d weight = Eigen::Vector3d::Constant(rest);
+    for (int axis = 0; axis < 3; ++axis) weight[axis] += beyond[axis] == 0.0 ? 0.0 : limit;
+    const Eigen::Vector3d pull = rest * phi + limit * beyond;
+    // Unknowns are turns in the world's axes.
+    const Eigen::Matrix3d change =
+        change_of_rotation_vector(phi) *
+        world_[static_cast<std::size_t>(bones_[b].parent)].rotation.toRotationMatrix().transpose();
+    block(b + 1, b + 1) += change.transpose() * weight.asDiagonal() * change;
+    gradient_[b + 1] += change.transpose() * pull;
+  }
+  return prior;
+}
+
+double InstantEquations::weigh_tilt(const BodyInstant& instant, const InstantCost& by) {
+  if (instant.at_rest[0] == 0) return 0.0;
+  const Eigen::Vector3d up = world_[0].rotation * Eigen::Vector3d::UnitZ();
+  const double weight = 1.0 / squared(by.upright_sigma_rad);
+  const Eigen::Matrix<double, 2, 3> change = (-cross(up)).topRows<2>();
+  block(1, 1) += weight * change.transpose() * change;
+  gradient_[1] += weight * change.transpose() * up.head<2>();
+  return weight * up.head<2>().squaredNorm();
+}
+
+InstantEquations::Judged InstantEquations::linearise(const BodyInstant& instant, const BodyOffsets& offsets,
+                                                     const InstantCost& by) {
+  pose(instant, offsets);
+  Judged judged = weigh_markers(instant, offsets, by);
+  block(0, 0) = moments_[0].weight * Eigen::Matrix3d::Identity();
+  gradient_[0] = moments_[0].pull;
+  for (std::size_t b = 0; b < bones_.size(); ++b) {
+    const Moments& of = moments_[b];
+    const Eigen::Vector3d joint = world_[b].position - world_[0].position;
+    gradient_[b + 1] = of.torque - joint.cross(of.pull);
+    block(b + 1, 0) = cross(of.first - of.weight * joint);
+    for (int above = static_cast<int>(b); above >= 0; above = bones_[static_cast<std::size_t>(above)].parent) {
+      // The sum of w (x - p) (x - q)^T over the markers x that both joints, at p and q, move.
+      const Eigen::Vector3d other = world_[static_cast<std::size_t>(above)].position - world_[0].position;
+      const Eigen::Matrix3d levers = of.second - joint * of.first.transpose() - of.first * other.transpose() +
+                                     of.weight * joint * other.transpose();
+      block(b + 1, static_cast<std::size_t>(above) + 1) =
+          levers.trace() * Eigen::Matrix3d::Identity() - levers.transpose();
+    }
+  }
+  judged.prior = weigh_turns(instant, by) + weigh_tilt(instant, by);
+  return judged;
+}
+
+bool InstantEquations::factor(double damping) {
+  for (std::size_t n = 0; n < nodes(); ++n) {
+    factor_[n * nodes() + n] = block(n, n);
+    factor_[n * nodes() + n].diagonal() *= 1.0 + damping;
+    factor_[n * nodes() + n].diagonal().array() += 1e-9;
+    for (const std::size_t a : above_[n]) factor_[n * nodes() + a] = block(n, a);
+  }
+  for (std::size_t n = nodes(); n-- > 0;) {
+    // H_nn = U U^T with U upper, kept as L_nn = U^T: so H = L^T L by blocks.
+    Eigen::Matrix3d& own = factor_[n * nodes() + n];
+    const Eigen::Matrix3d reversed = own.reverse();
+    const Eigen::LLT<Eigen::Matrix3d> llt(reversed);
+    if (llt.info() != Eigen::Success) return false;
+    const Eigen::Matrix3d lower = llt.matrixL();
+    const Eigen::Matrix3d upper = lower.reverse();
+    own = upper.transpose();
+    if (!own.allFinite()) return false;
+    for (const std::size_t a : above_[n]) {
+      Eigen::Matrix3d& to = factor_[n * nodes() + a];
+      to = upper.triangularView<Eigen::Upper>().solve(to);
+    }
+    for (std::size_t i = 0; i < above_[n].size(); ++i) {
+      for (std::size_t j = i; j < above_[n].size(); ++j) {
+        const std::size_t lower_node = above_[n][i], upper_node = above_[n][j];
+        factor_[lower_node * nodes() + upper_node] -= factored(n, lower_node).transpose() * factored(n, upper_node);
+      }
+    }
+  }
+  return true;
+}
+
+// H step = -g by H = L^T L: from the leaves up, then from the root down.
+void InstantEquations::solve_step() {
+  for (std::size_t n = 0; n < nodes(); ++n) step_[n] = -gradient_[n];
+  for (std::size_t n = nodes(); n-- > 0;) {
+    step_[n] = factored(n, n).transpose().triangularView<Eigen::Upper>().solve(step_[n]);
+    for (const std::size_t a : above_[n]) step_[a] -= factored(n, a).transpose() * step_[n];
+  }
+  for (std::size_t n = 0; n < nodes(); ++n) {
+    for (const std::size_t a : above_[n]) step_[n] -= factored(n, a) * step_[a];
+    step_[n] = factored(n, n).triangularView<Eigen::Lower>().solve(step_[n]);
+  }
+}
+
+void InstantEquations::move(BodyInstant& instant) const {
+  instant.locals[0].position += step_[0];
+  for (std::size_t b = 0; b < bones_.size(); ++b) {
+    const int parent = bones_[b].parent;
+    const Eigen::Vector3d turn =
+        parent < 0 ? step_[b + 1]
+                   : Eigen::Vector3d(world_[static_cast<std::size_t>(parent)].rotation.conjugate() * step_[b + 1]);
+    instant.locals[b].rotation = (turn_by(turn) * instant.locals[b].rotation).normalized();
+  }
+}
+
+InstantEquations::Judged InstantEquations::settle(BodyInstant& instant, const BodyOffsets& offsets,
+                                                  const InstantCost& by, int steps) {
+  Judged best = linearise(instant, offsets, by);
+  double damping = kFirstDamping;
+  while (steps-- > 0 && damping <= kMostDamping) {
+    if (!factor(damping)) {
+      damping *= 10.0;
+      continue;
+    }
+    solve_step();
+    double most = 0.0;
+    for (const Eigen::Vector3d& step : step_) most = std::max(most, step.cwiseAbs().maxCoeff());
+    if (most < kSmallStep) break;
+    std::copy(instant.locals.begin(), instant.locals.end(), kept_.begin());
+    move(instant);
+    const Judged moved = linearise(instant, offsets, by);
+    if (moved.cost(by) <= best.cost(by)) {  // false for nan, too
+      best = moved;
+      damping = std::max(kFirstDamping, 0.1 * damping);
+    } else {
+      std::copy(kept_.begin(), kept_.end(), instant.locals.begin());
+      best = linearise(instant, offsets, by);
+      damping = std::max(1e-3, 10.0 * damping);
+    }
+  }
+  return best;
+}
+
+}  // namespace mocap::body

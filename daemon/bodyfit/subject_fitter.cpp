@@ -1,0 +1,168 @@
+#include "bodyfit/subject_fitter.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/expects.h"
+
+namespace mocap::body {
+namespace {
+
+constexpr int kMostTurns = 25;
+constexpr int kMostRefused = 6;
+constexpr int kSteps = 3;        // of a pose in one piece of work
+constexpr int kFirstPieces = 3;  // of a pose that nobody has fitted to these offsets yet
+// A turn that moves no offset by more is the last.
+constexpr double kSmall_m = 5e-5;
+// Nor one that explains no more: as a share, and in squared sigmas.
+constexpr double kSmallGain = 1e-4;
+constexpr double kLeastGain = 0.05;
+// Multiplications of a piece of work: some 20 us.
+constexpr std::size_t kPiece = 40'000;
+// What is taken for the markers' noise before they tell it themselves, and for how many coordinates that stands.
+constexpr double kUsualSigma_m = 0.002;
+constexpr double kUsualSigmaCounts = 10.0;
+constexpr double kFirstSigma_m = 0.004;
+constexpr double kMostSigma_m = 0.015;
+constexpr double kLeastFree = 0.15;  // share of the coordinates seen that poses and offsets cannot take up
+constexpr double kOutlierSigmas = 6.0;
+
+}  // namespace
+
+SubjectFitter::SubjectFitter(const MarkerSet& file, const OffsetPriors& priors, std::size_t most_instants,
+                             const OutlierScale& outliers)
+    : instant_equations_(file),
+      offset_equations_(file, instant_equations_.columns(), priors),
+      outliers_(outliers),
+      tried_(offsets_of(file)),
+      best_(tried_),
+      best_poses_(most_instants, std::vector<Pose>(file.skeleton.bones.size())) {}
+
+void SubjectFitter::begin(const BodyOffsets& offsets, double size, std::span<BodyInstant> instants) {
+  MOCAP_EXPECTS(instants.size() <= best_poses_.size());
+  instants_ = instants;
+  tried_.bones_m = offsets.bones_m;
+  tried_.markers_m = offsets.markers_m;
+  tried_size_ = size;
+  seen_ = 0;
+  for (const BodyInstant& instant : instants_) {
+    for (std::size_t m = 0; m < instant.seen_m.size(); ++m) {
+      seen_ += instant.seen_m[m].allFinite() && instant.trust[m] > 0.0 ? 3 : 0;
+    }
+  }
+  cost_.sigma_m = kFirstSigma_m;
+  cost_.outlier_m = outliers_.first_m;
+  sum_ = best_sum_ = {};
+  next_ = part_ = 0;
+  again_ = 0;
+  damping_ = 0.0;
+  turns_ = refused_ = 0;
+  improved_ = false;
+  stage_ = instants_.empty() ? Stage::Done : Stage::Settle;
+}
+
+bool SubjectFitter::work() {
+  improved_ = false;
+  switch (stage_) {
+    case Stage::Settle:
+      if (settle_next()) judge();
+      break;
+    case Stage::Gather: gather_next(); break;
+    case Stage::Solve:
+      if (!offset_equations_.work(kPiece)) break;
+      if (offset_equations_.solved()) {
+        if (refused_ == 0) learn_noise();
+        tried_ = best_;
+        tried_size_ = best_size_;
+        changed_m_ = offset_equations_.apply(tried_, tried_size_);
+        next_ = 0;
+        sum_ = {};
+        stage_ = Stage::Settle;
+      } else {
+        reject();
+      }
+      break;
+    case Stage::Done: break;
+  }
+  return stage_ == Stage::Done;
+}
+
+// True when it was the last one's turn.
+bool SubjectFitter::settle_next() {
+  const auto judged = instant_equations_.settle(instants_[next_], tried_, cost_, kSteps);
+  if (turns_ == 0 && ++again_ < kFirstPieces) return false;
+  again_ = 0;
+  sum_.data_m2 += judged.data_m2;
+  sum_.weight += judged.weight;
+  sum_.prior += judged.prior;
+  return ++next_ == instants_.size();
+}
+
+void SubjectFitter::judge() {
+  const double prior = offset_equations_.prior_cost(tried_, tried_size_);
+  const double cost = sum_.cost(cost_) + prior;
+  const double before = best_sum_.cost(cost_) + best_prior_;
+  if (!std::isfinite(cost) || (turns_ > 0 && cost > before)) return reject();
+  const bool small = turns_ > 0 && (changed_m_ < kSmall_m || before - cost < kSmallGain * before + kLeastGain);
+  best_prior_ = prior;
+  accept();
+  if (turns_ > kMostTurns || (small && turns_ > 3)) stage_ = Stage::Done;
+}
+
+void SubjectFitter::accept() {
+  improved_ = turns_ > 0;
+  ++turns_;
+  refused_ = 0;
+  damping_ = damping_ < 1e-4 ? 0.0 : 0.1 * damping_;
+  best_ = tried_;
+  best_size_ = tried_size_;
+  best_sum_ = sum_;
+  rms_m_ = std::sqrt(3.0 * sum_.data_m2 / static_cast<double>(std::max<std::size_t>(3, seen_)));
+  for (std::size_t i = 0; i < instants_.size(); ++i) {
+    std::copy(instants_[i].locals.begin(), instants_[i].locals.end(), best_poses_[i].begin());
+  }
+  offset_equations_.clear();
+  sum_ = {};
+  next_ = part_ = 0;
+  stage_ = Stage::Gather;
+}
+
+// The variance of what the fit cannot take up.
+void SubjectFitter::learn_noise() {
+  const double free = std::max(0.0, 3.0 * best_sum_.weight - best_sum_.told - offset_equations_.told());
+  const double usual = kUsualSigmaCounts * kUsualSigma_m * kUsualSigma_m;
+  const double learnt = std::sqrt((best_sum_.data_m2 + usual) / (free + kUsualSigmaCounts));
+  // What few instants leave is where the fit has not come to yet, not noise.
+  const bool enough = free > kLeastFree * 3.0 * best_sum_.weight;
+  cost_.sigma_m = enough ? std::min(learnt, kMostSigma_m) : kUsualSigma_m;
+  cost_.outlier_m = std::clamp(kOutlierSigmas * cost_.sigma_m, outliers_.least_m, cost_.outlier_m);
+}
+
+void SubjectFitter::reject() {
+  for (std::size_t i = 0; turns_ > 0 && i < instants_.size(); ++i) {
+    std::copy(best_poses_[i].begin(), best_poses_[i].end(), instants_[i].locals.begin());
+  }
+  damping_ = std::max(1e-3, 10.0 * damping_);
+  if (++refused_ > kMostRefused || turns_ == 0) {
+    stage_ = Stage::Done;
+    return;
+  }
+  offset_equations_.begin_solve(damping_);
+  stage_ = Stage::Solve;
+}
+
+void SubjectFitter::gather_next() {
+  if (part_ == 0) sum_.told += instant_equations_.eliminate(instants_[next_], best_, cost_).told;
+  // The root's rows meet all offsets: they are as much work as all the limbs'.
+  const std::size_t half = part_ < 2 ? 2 : instant_equations_.parts();
+  while (part_ < half) instant_equations_.add_to(part_++, offset_equations_.matrix(), offset_equations_.gradient());
+  if (part_ < instant_equations_.parts()) return;
+  part_ = 0;
+  if (++next_ < instants_.size()) return;
+  best_sum_.told = sum_.told;
+  offset_equations_.add_priors(best_, best_size_);
+  offset_equations_.begin_solve(damping_);
+  stage_ = Stage::Solve;
+}
+
+}  // namespace mocap::body

@@ -1,0 +1,150 @@
+#include "cameras/replay/replay_recording.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <fstream>
+#include <optional>
+#include <string_view>
+#include <system_error>
+
+namespace mocap::cameras {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array<std::string_view, 2> kImages{".pgm", ".png"};
+constexpr std::array<std::string_view, 5> kVideos{".avi", ".mkv", ".mp4", ".mov", ".mjpeg"};
+
+template <class Extensions>
+bool is_one_of(const fs::path& file, const Extensions& extensions) {
+  const std::string extension = file.extension().string();
+  return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
+}
+
+template <class Number>
+std::optional<Number> number_in(std::string_view text) {
+  Number value{};
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (failure != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+Error wrong(const fs::path& file, std::size_t line, const std::string& what) {
+  return {ErrorCode::InvalidArgument, fmt::format("{}:{}: {}", file.string(), line, what)};
+}
+
+struct Contents {
+  std::map<std::uint64_t, fs::path> images;
+  std::vector<fs::path> videos;
+  bool any() const { return !images.empty() || !videos.empty(); }
+};
+
+// Files that are neither images with a number nor videos are somebody else's.
+Contents contents_of(const fs::path& folder) {
+  Contents contents;
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    const fs::path& file = entry.path();
+    if (is_one_of(file, kVideos)) contents.videos.push_back(file);
+    if (!is_one_of(file, kImages)) continue;
+    if (const auto number = number_in<std::uint64_t>(file.stem().string())) contents.images.emplace(*number, file);
+  }
+  return contents;
+}
+
+Timestamp at_constant_rate(std::uint64_t number, double rate_hz) {
+  return Timestamp{from_s(static_cast<double>(number) / rate_hz)};
+}
+
+Result<std::vector<RecordedFrame>> timed(const Contents& contents, const std::optional<RecordedTimes>& times,
+                                         const fs::path& times_file, double rate_hz) {
+  std::vector<RecordedFrame> frames;
+  for (const auto& [number, file] : contents.images) {
+    Timestamp at = at_constant_rate(number, rate_hz);
+    if (times) {
+      const auto row = times->find(number);
+      if (row == times->end()) {
+        return Error{ErrorCode::InvalidArgument,
+                     fmt::format("{}: no row for frame {} ({})", times_file.string(), number, file.string())};
+      }
+      at = row->second;
+    }
+    frames.push_back({number, at, file});
+  }
+  return frames;
+}
+
+}  // namespace
+
+Result<RecordedTimes> read_recorded_times(const fs::path& file) {
+  std::ifstream in(file);
+  if (!in) return Error{ErrorCode::NotFound, fmt::format("cannot read {}", file.string())};
+  RecordedTimes times;
+  std::string text;
+  for (std::size_t line = 1; std::getline(in, text); ++line) {
+    if (!text.empty() && text.back() == '\r') text.pop_back();
+    if (line == 1) {
+      if (text != "frame,time_ns")
+        return wrong(file, line, fmt::format("the header is '{}', expected 'frame,time_ns'", text));
+      continue;
+    }
+    if (text.empty()) continue;
+    const std::string_view row = text;
+    const std::size_t comma = row.find(',');
+    const auto number = number_in<std::uint64_t>(row.substr(0, comma));
+    const auto time_ns =
+        comma == std::string_view::npos ? std::nullopt : number_in<std::int64_t>(row.substr(comma + 1));
+    if (!number || !time_ns) return wrong(file, line, fmt::format("'{}' is no row 'frame,time_ns'", text));
+    if (!times.empty() && *number <= times.rbegin()->first) {
+      return wrong(file, line,
+                   fmt::format("frame {} follows frame {}; numbers must grow", *number, times.rbegin()->first));
+    }
+    if (!times.empty() && *time_ns <= to_ns(times.rbegin()->second)) {
+      return wrong(file, line, fmt::format("frame {} is not later than the one before; times must grow", *number));
+    }
+    times.emplace_hint(times.end(), *number, from_ns(*time_ns));
+  }
+  return times;
+}
+
+Result<Recording> find_recording(const fs::path& folder, const std::string& camera, double rate_hz) {
+  std::error_code ignored;
+  const fs::path own = fs::is_directory(folder / camera, ignored) ? folder / camera : folder;
+  if (!fs::is_directory(own, ignored)) {
+    return Error{ErrorCode::NotFound,
+                 fmt::format("no folder {} (nor {})", folder.string(), (folder / camera).string())};
+  }
+  const Contents contents = contents_of(own);
+  if (!contents.any()) {
+    return Error{ErrorCode::NotFound, fmt::format("{} holds no numbered .pgm or .png and no video", own.string())};
+  }
+  if (contents.videos.size() + (contents.images.empty() ? 0 : 1) > 1) {
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("{} holds more than one recording; expected numbered images or one video", own.string())};
+  }
+
+  const fs::path times_file = own / "timestamps.csv";
+  std::optional<RecordedTimes> times;
+  if (fs::exists(times_file, ignored)) {
+    Result<RecordedTimes> read = read_recorded_times(times_file);
+    if (!read) return read.error();
+    times = *std::move(read);
+  }
+  Recording recording;
+  if (contents.images.empty()) {
+    recording.video = contents.videos.front();
+    if (times) {
+      for (const auto& [number, at] : *times) recording.frames.push_back({number, at, {}});
+    }
+    return recording;
+  }
+  Result<std::vector<RecordedFrame>> frames = timed(contents, times, times_file, rate_hz);
+  if (!frames) return frames.error();
+  recording.frames = *std::move(frames);
+  return recording;
+}
+
+}  // namespace mocap::cameras

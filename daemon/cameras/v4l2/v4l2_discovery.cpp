@@ -1,0 +1,95 @@
+#include "cameras/v4l2/v4l2_discovery.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <linux/videodev2.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <optional>
+
+namespace mocap::cameras {
+namespace {
+
+namespace fs = std::filesystem;
+
+template <std::size_t N>
+std::string text_of(const __u8 (&text)[N]) {
+  const char* const begin = reinterpret_cast<const char*>(text);
+  return {begin, std::find(begin, begin + N, '\0')};
+}
+
+// The file `serial` of the nearest device above, as the USB has it.
+std::string serial_of(const std::string& node) {
+  std::error_code missing;
+  fs::path device = fs::canonical(fs::path("/sys/class/video4linux") / node / "device", missing);
+  while (!missing && device.has_relative_path()) {
+    std::string serial;
+    if (std::ifstream file(device / "serial"); std::getline(file, serial)) return serial;
+    device = device.parent_path();
+  }
+  return {};
+}
+
+std::optional<VideoNode> node_of(const std::string& name) {
+  VideoNode node;
+  node.device = fs::path("/dev") / name;
+  const int handle = ::open(node.device.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  if (handle < 0) return std::nullopt;
+  v4l2_capability capability{};
+  const bool told = ioctl(handle, VIDIOC_QUERYCAP, &capability) == 0;
+  ::close(handle);
+  const std::uint32_t able =
+      (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? capability.device_caps : capability.capabilities;
+  if (!told || (able & V4L2_CAP_VIDEO_CAPTURE) == 0) return std::nullopt;
+  node.card = text_of(capability.card);
+  node.driver = text_of(capability.driver);
+  node.bus = text_of(capability.bus_info);
+  node.serial = serial_of(name);
+  return node;
+}
+
+int number_of(const std::string& name) { return std::atoi(name.c_str() + 5); }  // after "video"
+
+std::string listed(const std::vector<VideoNode>& nodes) {
+  std::string text;
+  for (const VideoNode& node : nodes) {
+    text += fmt::format("{}{} (bus {}{}{})", text.empty() ? "found " : ", ", node.device.string(), node.bus,
+                        node.serial.empty() ? "" : ", serial ", node.serial);
+  }
+  return text.empty() ? "found none" : text;
+}
+
+}  // namespace
+
+std::vector<VideoNode> list_video_nodes() {
+  std::vector<std::string> names;
+  std::error_code missing;
+  for (const auto& entry : fs::directory_iterator("/sys/class/video4linux", missing)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("video")) names.push_back(name);
+  }
+  std::sort(names.begin(), names.end(), [](const auto& a, const auto& b) { return number_of(a) < number_of(b); });
+  std::vector<VideoNode> nodes;
+  for (const std::string& name : names) {
+    if (std::optional<VideoNode> node = node_of(name)) nodes.push_back(std::move(*node));
+  }
+  return nodes;
+}
+
+Result<fs::path> find_video_node(const V4l2Settings& settings) {
+  if (!settings.device.empty()) return settings.device;
+  const std::vector<VideoNode> nodes = list_video_nodes();
+  for (const VideoNode& node : nodes) {
+    // A camera has several nodes of one serial; the first that captures is the one of the images.
+    if (!settings.serial.empty() ? node.serial == settings.serial : node.bus == settings.bus) return node.device;
+  }
+  return Error{ErrorCode::NotFound,
+               fmt::format("no video device with {} {}; {}", settings.serial.empty() ? "bus" : "serial",
+                           settings.serial.empty() ? settings.bus : settings.serial, listed(nodes))};
+}
+
+}  // namespace mocap::cameras

@@ -1,0 +1,224 @@
+#include "detect/blob_detector.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "detect/centroid/blob_measurer.h"
+#include "detect/components/image_components.h"
+#include "detect/noise_floor.h"
+#include "detect/pixel_rows.h"
+
+namespace mocap::stages {
+namespace {
+
+constexpr int kMaxSize_px = 32767;
+// Noise alone passes 8 standard deviations less than once in 10^14 pixels; the second figure keeps clear of clean
+// images.
+constexpr double kThresholdOverNoise = 8.0;
+constexpr double kThresholdOverBackground_grey = 20.0;
+// A blob cut by the border or a mask: its centre may be off by about this share of its radius.
+constexpr double kCutSigma = 0.3;
+
+class BlobDetector final : public Detector {
+ public:
+  BlobDetector(const DetectSettings& settings, const Image& like, std::span<const MaskPolygon> masks,
+               const DetectKernels& kernels)
+      : settings_(settings),
+        like_(like),
+        top_(top_of(like.format)),
+        in_place_(bytes_in_place(like.format)),
+        kernels_(kernels),
+        floor_(top_),
+        components_(like.width_px, like.height_px, masks),
+        meter_(kernels, settings.grow_px, settings.split_touching) {
+    if (in_place_ == 0) row_.resize(static_cast<std::size_t>(like.width_px));
+  }
+
+  Detection detect(const Image& image) override {
+    Detection found;
+    if (image.width_px != like_.width_px || image.height_px != like_.height_px || image.format != like_.format ||
+        !is_whole(image)) {
+      return found;
+    }
+    if (in_place_ != 0) prefetch_parts(image);
+    const Cut cut = cut_for(image);
+    found.threshold_grey = cut.threshold * 255.0 / top_;
+    found.noise_grey = cut.noise * 255.0 / top_;
+    found.background_grey = cut.background * 255.0 / top_;
+    scan(image, cut);
+    const auto min_area = static_cast<std::uint32_t>(std::ceil(settings_.min_area_px2));
+    const auto max_area = static_cast<std::uint32_t>(std::min(settings_.max_area_px2, 4.0e9));
+    components_.join(min_area, max_area, kMaxBlobs);
+    found.rows_given_up = components_.rows_given_up();
+    found.dropped = components_.dropped();
+    found.too_small = components_.too_small();
+    found.too_large = components_.too_large();
+    shapes_.clear();
+    meter_.begin_image();
+    for (std::size_t i = 0; i < components_.count(); ++i) {
+      shapes_.push_back(components_.shape(i));
+      roundness_[i] = shapes_.back().roundness();
+      if (i < kAhead) prefetch(image, i);
+    }
+    for (std::size_t i = 0; i < shapes_.size(); ++i) {
+      if (i + kAhead < shapes_.size()) prefetch(image, i + kAhead);
+      if (may_be_round(i)) meter_.measure(image, cut, components_, i, shapes_[i], roundness_[i]);
+    }
+    meter_.finish(cut, {shapes_.begin(), shapes_.end()});
+    for (std::size_t i = 0; i < shapes_.size(); ++i) take_in(image, i, found);
+    found.filtered = found.too_small + found.too_large + found.not_round + found.too_dim;
+    return found;
+  }
+
+ private:
+  Cut cut_for(const Image& image) {
+    const NoiseFloor floor = floor_.read(image);
+    const double per_grey = static_cast<double>(top_) / 255.0;
+    const double automatic =
+        floor.background + std::max(kThresholdOverNoise * floor.noise, kThresholdOverBackground_grey * per_grey);
+    const double threshold = settings_.threshold ? *settings_.threshold * per_grey : automatic;
+    Cut cut;
+    cut.threshold = static_cast<std::uint32_t>(std::clamp(std::ceil(threshold - 1e-9), 1.0, static_cast<double>(top_)));
+    cut.top = top_;
+    cut.background = floor.background;
+    cut.noise = floor.noise;
+    if (settings_.low_threshold) cut.low = *settings_.low_threshold * per_grey;
+    return cut;
+  }
+
+  /// Asks for what the scan reads first, while the noise floor waits for its places.
+  void prefetch_parts(const Image& image) const {
+    constexpr std::size_t kLines = 8, kLineBytes = 64;
+    const std::size_t part_bytes = static_cast<std::size_t>(components_.room().part_rows()) * image.stride_bytes;
+    for (std::size_t part = 0; part < BrightWords::kParts; ++part) {
+      for (std::size_t line = 0; line < kLines; ++line) {
+        const std::size_t at = part * part_bytes + line * kLineBytes;
+        if (at < image.bytes.size()) __builtin_prefetch(image.bytes.data() + at);
+      }
+    }
+  }
+
+  void prefetch(const Image& image, std::size_t component) const {
+    if (may_be_round(component)) meter_.prefetch(image, shapes_[component]);
+  }
+
+  /// Leaves the bright words in the room of the components.
+  void scan(const Image& image, const Cut& cut) {
+    BrightWords& words = components_.room();
+    words.clear();
+    ScanRows rows;
+    rows.width_px = image.width_px;
+    rows.threshold = cut.threshold;
+    if (in_place_ != 0) {
+      rows.bytes = image.bytes.data();
+      rows.stride_bytes = image.stride_bytes;
+      rows.rows = image.height_px;
+      rows.kept = kept_bits(image.format);
+      (in_place_ == 1 ? kernels_.scan_bytes : kernels_.scan_words)(rows, words);
+    } else {
+      rows.bytes = std::as_bytes(std::span(row_)).data();
+      rows.rows = 1;
+      for (rows.first_y = 0; rows.first_y < image.height_px; ++rows.first_y) {
+        read_pixels(image, rows.first_y, 0, row_);
+        kernels_.scan_words(rows, words);
+      }
+    }
+  }
+
+  void take_in(const Image& image, std::size_t component, Detection& found) {
+    const Shape& shape = shapes_[component];
+    if (!may_be_round(component)) {
+      ++found.not_round;
+      return;
+    }
+    const bool is_cut = shape.begin_x == 0 || shape.begin_y == 0 || shape.end_x == image.width_px ||
+                        shape.end_y == image.height_px || components_.touches_mask(component);
+    for (const Blob& blob : meter_.blobs(component)) add(blob, is_cut, found);
+  }
+
+  void add(Blob blob, bool is_cut, Detection& found) const {
+    if (blob.roundness < settings_.min_roundness) {
+      ++found.not_round;
+    } else if (blob.peak * 255.0 < settings_.min_peak_grey) {
+      ++found.too_dim;
+    } else {
+      blob.touches_border = is_cut;
+      if (is_cut) blob.sigma_px = std::hypot(blob.sigma_px, kCutSigma * std::sqrt(blob.area_px2 / M_PI));
+      if (!found.blobs.try_push_back(blob)) ++found.dropped;
+    }
+  }
+
+  bool may_be_round(std::size_t i) const { return roundness_[i] >= kTwoDiscs * settings_.min_roundness; }
+
+  // Components whose pixels are asked for before they are measured: more than these the first cache would lose again.
+  static constexpr std::size_t kAhead = 8;
+  // Two discs side by side are less round than each of them: they have to be measured first.
+  static constexpr double kTwoDiscs = 0.4;
+
+  DetectSettings settings_;
+  Image like_;
+  std::uint32_t top_;
+  std::size_t in_place_;
+  const DetectKernels& kernels_;
+  NoiseFloorReader floor_;
+  ImageComponents components_;
+  BoundedVector<Shape, kMaxBlobs> shapes_;
+  std::array<double, kMaxBlobs> roundness_;  // of each
+  BlobMeter meter_;
+  std::vector<std::uint16_t> row_;  // of formats that must be unpacked
+};
+
+std::optional<std::string> fault_of(const DetectSettings& settings) {
+  const auto outside = [](double value, double low, double high) { return !(value >= low && value <= high); };
+  if (settings.threshold && outside(*settings.threshold, 1.0, 255.0)) {
+    return fmt::format("threshold is {}, expected 1 to 255", *settings.threshold);
+  }
+  if (settings.low_threshold && outside(*settings.low_threshold, 0.0, settings.threshold.value_or(255.0))) {
+    return fmt::format("low_threshold is {}, expected 0 to the threshold", *settings.low_threshold);
+  }
+  if (!(settings.min_area_px2 >= 1.0 && settings.min_area_px2 <= 1e9)) {
+    return fmt::format("min_area_px2 is {}, expected 1 or more", settings.min_area_px2);
+  }
+  if (!(settings.max_area_px2 >= settings.min_area_px2)) {
+    return fmt::format("max_area_px2 is {}, expected min_area_px2 ({}) or more", settings.max_area_px2,
+                       settings.min_area_px2);
+  }
+  if (outside(settings.min_roundness, 0.0, 1.0)) {
+    return fmt::format("min_roundness is {}, expected 0 to 1", settings.min_roundness);
+  }
+  if (outside(settings.min_peak_grey, 0.0, 255.0)) {
+    return fmt::format("min_peak_grey is {}, expected 0 to 255", settings.min_peak_grey);
+  }
+  if (settings.grow_px < 0 || settings.grow_px > 8) {
+    return fmt::format("grow_px is {}, expected 0 to 8", settings.grow_px);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Detector>> make_blob_detector(const DetectSettings& settings, PixelFormat format, int width_px,
+                                                     int height_px, std::span<const MaskPolygon> masks,
+                                                     const DetectKernels* kernels) {
+  if (width_px < 1 || width_px > kMaxSize_px || height_px < 1 || height_px > kMaxSize_px) {
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("image size is {}x{} px, expected 1 to {} each", width_px, height_px, kMaxSize_px)};
+  }
+  if (const auto fault = fault_of(settings)) return Error{ErrorCode::InvalidArgument, "detect: " + *fault};
+  if (top_of(format) == 0) {
+    return Error{ErrorCode::Unsupported, "detect: a compressed image has no rows of pixels; decode it first"};
+  }
+  Image like;
+  like.width_px = width_px;
+  like.height_px = height_px;
+  like.format = format;
+  return std::unique_ptr<Detector>(
+      std::make_unique<BlobDetector>(settings, like, masks, kernels != nullptr ? *kernels : best_kernels()));
+}
+
+}  // namespace mocap::stages

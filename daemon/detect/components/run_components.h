@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "detect/components/shape.h"
+#include "detect/kernels/detect_kernels.h"
+
+namespace mocap::stages {
+
+/// Joins the bright runs of an image to components: runs of neighbouring rows that touch, also by a corner.
+///
+/// All memory is taken in the constructor. One thread at a time.
+///
+/// Source: He, Chao, Suzuki, "A run-based two-scan labeling algorithm", IEEE Trans. Image Processing 17 (2008), with
+/// union by the smaller label and path halving.
+class RunComponents {
+ public:
+  explicit RunComponents(std::size_t max_runs);
+
+  /// Where the next image's runs are to be written, in the order of rows and of x within a row.
+  std::span<Run> room() { return runs_; }
+
+  /// Joins the first `count` runs in the room, and keeps the components whose area is within the bounds, the
+  /// `max_count` largest at most.
+  void join(std::size_t count, std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count);
+
+  /// The components kept, in the order of their first pixel.
+  std::size_t count() const { return kept_.size(); }
+  const RunSums& sums(std::size_t i) const { return labels_[kept_[i]].sums; }
+  Shape shape(std::size_t i) const { return shape_of(sums(i)); }
+  /// The first run's.
+  int first_x(std::size_t i) const { return labels_[kept_[i]].first_x; }
+  /// A component's runs, by row, then x. Few are ever asked for: the first time after a join sorts the runs of all.
+  std::span<const Run> runs(std::size_t i);
+
+  std::uint32_t too_small() const { return too_small_; }  ///< components under the least area
+  std::uint32_t too_large() const { return too_large_; }
+  std::uint32_t dropped() const { return dropped_; }  ///< components over `max_count`
+
+ private:
+  /// What is known of the runs with one label; of those that were united, at the smallest label.
+  struct Label {
+    std::uint32_t parent;
+    std::uint32_t runs;
+    int first_x;  // of the first run
+    RunSums sums;
+  };
+
+  std::uint32_t root_of(std::uint32_t label);
+  std::uint32_t unite(std::uint32_t a, std::uint32_t b);
+  void join_all();
+  void choose(std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count);
+  void gather();
+
+  std::vector<Run> runs_;
+  std::vector<std::uint32_t> label_of_;  // a run
+  std::vector<Label> labels_;
+  std::vector<std::uint32_t> next_;       // of each label: where its next run goes
+  std::vector<std::uint32_t> kept_;       // labels
+  std::vector<std::uint32_t> first_run_;  // of those kept, among the sorted
+  std::vector<Run> sorted_;               // the runs of those kept, component by component; the others' after them
+  std::size_t run_count_ = 0, label_count_ = 0;
+  std::uint32_t too_small_ = 0, too_large_ = 0;
+  std::uint32_t dropped_ = 0;
+};
+
+}  // namespace mocap::stages

@@ -1,0 +1,179 @@
+#include "detect/pixel_rows.h"
+
+#include <cstring>
+
+namespace mocap::stages {
+namespace {
+
+enum class Layout { None, Byte, Word, WordsLowByte, PackedBits, PackedPairs, Bayer };
+
+struct Reading {
+  Layout layout = Layout::None;
+  std::uint32_t bits = 0;          // of a pixel's value
+  std::uint32_t green_parity = 0;  // Bayer: green where (x + y) % 2 is this
+};
+
+constexpr Reading reading_of(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::Mono8:
+    case PixelFormat::Nv12: return {Layout::Byte, 8};
+    case PixelFormat::Yuyv: return {Layout::WordsLowByte, 8};
+    case PixelFormat::Mono10: return {Layout::Word, 10};
+    case PixelFormat::Mono12: return {Layout::Word, 12};
+    case PixelFormat::Mono10p: return {Layout::PackedBits, 10};
+    case PixelFormat::Mono12p: return {Layout::PackedBits, 12};
+    case PixelFormat::Mono10Packed: return {Layout::PackedPairs, 10};
+    case PixelFormat::Mono12Packed: return {Layout::PackedPairs, 12};
+    case PixelFormat::BayerGr8:
+    case PixelFormat::BayerGb8: return {Layout::Bayer, 8, 0};
+    case PixelFormat::BayerRg8:
+    case PixelFormat::BayerBg8: return {Layout::Bayer, 8, 1};
+    case PixelFormat::Mjpeg: break;
+  }
+  return {};
+}
+
+/// Of packed formats: bits of a pixel, counted with what pairs leave unused.
+constexpr std::size_t packed_bits(const Reading& reading) {
+  return reading.layout == Layout::PackedPairs ? 12 : reading.bits;
+}
+
+std::size_t bytes_of_pixels(const Reading& reading, std::size_t pixels) {
+  switch (reading.layout) {
+    case Layout::None: return 0;
+    case Layout::Byte:
+    case Layout::Bayer: return pixels;
+    case Layout::Word:
+    case Layout::WordsLowByte: return 2 * pixels;
+    case Layout::PackedBits:
+    case Layout::PackedPairs: break;
+  }
+  return (pixels * packed_bits(reading) + 7) / 8;
+}
+
+/// Packed rows without padding run on over their ends: the next one begins within a byte.
+bool runs_on(const Reading& reading, const Image& image) {
+  const bool packed = reading.layout == Layout::PackedBits || reading.layout == Layout::PackedPairs;
+  return packed && image.stride_bytes == bytes_of_pixels(reading, static_cast<std::size_t>(image.width_px));
+}
+
+/// Where a row's pixels begin: a byte, and how many pixels after it.
+struct Place {
+  const std::byte* bytes;
+  std::size_t pixel;
+};
+
+Place row_place(const Reading& reading, const Image& image, int y) {
+  if (runs_on(reading, image)) {
+    return {image.bytes.data(), static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width_px)};
+  }
+  return {image.bytes.data() + static_cast<std::size_t>(y) * image.stride_bytes, 0};
+}
+
+std::uint32_t word_at(const std::byte* at) {
+  return std::to_integer<std::uint32_t>(at[0]) | std::to_integer<std::uint32_t>(at[1]) << 8U;
+}
+
+// 10 bits from an even bit, 12 from a fourth one: never more than two bytes.
+void read_bits(const std::byte* bytes, std::size_t first, std::uint32_t bits, std::span<std::uint16_t> grey) {
+  const std::uint32_t kept = (1U << bits) - 1U;
+  std::size_t bit = first * bits;
+  for (std::uint16_t& value : grey) {
+    value = static_cast<std::uint16_t>(word_at(bytes + bit / 8) >> bit % 8 & kept);
+    bit += bits;
+  }
+}
+
+// Three bytes for two pixels: high bits, both pixels' low bits in a nibble each, high bits.
+void read_pairs(const std::byte* bytes, std::size_t first, std::uint32_t bits, std::span<std::uint16_t> grey) {
+  const std::uint32_t low_bits = bits - 8;
+  const std::uint32_t kept = (1U << low_bits) - 1U;
+  for (std::size_t i = 0; i < grey.size(); ++i) {
+    const std::size_t pixel = first + i;
+    const std::byte* pair = bytes + pixel / 2 * 3;
+    const bool second = pixel % 2 != 0;
+    const auto high = std::to_integer<std::uint32_t>(pair[second ? 2 : 0]);
+    const auto low = std::to_integer<std::uint32_t>(pair[1]) >> (second ? 4U : 0U) & kept;
+    grey[i] = static_cast<std::uint16_t>(high << low_bits | low);
+  }
+}
+
+void read_green(const Image& image, int y, int x, std::uint32_t parity, std::span<std::uint16_t> grey) {
+  const auto at = [&](int column, int row) {
+    return std::to_integer<std::uint32_t>(
+        image.bytes[static_cast<std::size_t>(row) * image.stride_bytes + static_cast<std::size_t>(column)]);
+  };
+  for (std::size_t i = 0; i < grey.size(); ++i) {
+    const int column = x + static_cast<int>(i);
+    if ((static_cast<std::uint32_t>(column + y) & 1U) == parity) {
+      grey[i] = static_cast<std::uint16_t>(at(column, y));
+      continue;
+    }
+    // At the border the neighbour within stands for the one without.
+    const bool wide = image.width_px > 1, high = image.height_px > 1;
+    const int left = column > 0 ? column - 1 : column + 1,
+              right = column + 1 < image.width_px ? column + 1 : column - 1;
+    const int above = y > 0 ? y - 1 : y + 1, below = y + 1 < image.height_px ? y + 1 : y - 1;
+    std::uint32_t sum = wide ? at(left, y) + at(right, y) : 0U;
+    sum += high ? at(column, above) + at(column, below) : 0U;
+    const std::uint32_t neighbours = (wide ? 2U : 0U) + (high ? 2U : 0U);
+    grey[i] = static_cast<std::uint16_t>(neighbours == 0 ? at(column, y) : (sum + neighbours / 2) / neighbours);
+  }
+}
+
+}  // namespace
+
+std::uint32_t top_of(PixelFormat format) {
+  const std::uint32_t bits = reading_of(format).bits;
+  return bits == 0 ? 0U : (1U << bits) - 1U;
+}
+
+std::size_t bytes_in_place(PixelFormat format) {
+  switch (reading_of(format).layout) {
+    case Layout::Byte: return 1;
+    case Layout::Word:
+    case Layout::WordsLowByte: return 2;
+    default: return 0;
+  }
+}
+
+std::uint16_t kept_bits(PixelFormat format) {
+  return reading_of(format).layout == Layout::WordsLowByte ? 0x00FF : static_cast<std::uint16_t>(top_of(format));
+}
+
+bool is_whole(const Image& image) {
+  const Reading reading = reading_of(image.format);
+  if (reading.layout == Layout::None || image.width_px < 1 || image.height_px < 1) return false;
+  const auto width = static_cast<std::size_t>(image.width_px), height = static_cast<std::size_t>(image.height_px);
+  const std::size_t row_bytes = bytes_of_pixels(reading, width);
+  if (image.stride_bytes < row_bytes) return false;
+  if (runs_on(reading, image)) return image.bytes.size() >= bytes_of_pixels(reading, width * height);
+  return image.bytes.size() >= row_bytes && (image.bytes.size() - row_bytes) / image.stride_bytes >= height - 1;
+}
+
+void read_pixels(const Image& image, int y, int x, std::span<std::uint16_t> grey) {
+  const Reading reading = reading_of(image.format);
+  const auto [row, skip] = row_place(reading, image, y);
+  const auto first = static_cast<std::size_t>(x);
+  switch (reading.layout) {
+    case Layout::None: break;
+    case Layout::Byte:
+      for (std::size_t i = 0; i < grey.size(); ++i) grey[i] = std::to_integer<std::uint16_t>(row[first + i]);
+      break;
+    case Layout::Word: {
+      const auto kept = top_of(image.format);
+      for (std::size_t i = 0; i < grey.size(); ++i) {
+        grey[i] = static_cast<std::uint16_t>(word_at(row + 2 * (first + i)) & kept);
+      }
+      break;
+    }
+    case Layout::WordsLowByte:
+      for (std::size_t i = 0; i < grey.size(); ++i) grey[i] = std::to_integer<std::uint16_t>(row[2 * (first + i)]);
+      break;
+    case Layout::PackedBits: read_bits(row, skip + first, reading.bits, grey); break;
+    case Layout::PackedPairs: read_pairs(row, skip + first, reading.bits, grey); break;
+    case Layout::Bayer: read_green(image, y, x, reading.green_parity, grey); break;
+  }
+}
+
+}  // namespace mocap::stages

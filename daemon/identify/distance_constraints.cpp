@@ -1,0 +1,67 @@
+#include "identify/distance_constraints.h"
+
+#include <cmath>
+#include <optional>
+
+#include "base/expects.h"
+
+namespace mocap::body {
+namespace {
+
+// A marker nearer to its joint than this sits in it.
+constexpr double kInJoint_m = 1e-3;
+
+// Where a marker is in the frame of `bone`, if it does not move in it.
+std::optional<Eigen::Vector3d> place_in(const MarkerSet& set, std::size_t marker, int bone) {
+  const MarkerOnBone& on = set.markers[marker];
+  if (on.bone == bone) return on.offset_m;
+  const Bone& own = set.skeleton.bones[static_cast<std::size_t>(on.bone)];
+  if (own.parent == bone && on.offset_m.norm() < kInJoint_m) return own.rest_offset_m;
+  return std::nullopt;
+}
+
+// The tie of two markers as seen from one frame that neither moves in, or through the joint of `lower`'s bone.
+std::optional<Tie> tie_between(const MarkerSet& set, std::size_t lower, std::size_t upper) {
+  const int bone = set.markers[lower].bone;
+  const int parent = set.skeleton.bones[static_cast<std::size_t>(bone)].parent;
+  for (const int frame : {bone, parent}) {
+    const auto a = place_in(set, lower, frame);
+    const auto b = place_in(set, upper, frame);
+    if (frame >= 0 && a && b) return Tie{static_cast<int>(upper), (*a - *b).norm(), (*a - *b).norm(), true};
+  }
+  const auto above = parent < 0 ? std::nullopt : place_in(set, upper, parent);
+  if (!above) return std::nullopt;
+  const double from_joint = set.markers[lower].offset_m.norm();
+  const double to_joint = (*above - set.skeleton.bones[static_cast<std::size_t>(bone)].rest_offset_m).norm();
+  return Tie{static_cast<int>(upper), std::abs(from_joint - to_joint), from_joint + to_joint, false};
+}
+
+std::optional<Tie> tie_of(const MarkerSet& set, std::size_t a, std::size_t b) {
+  std::optional<Tie> tie = tie_between(set, a, b);
+  if (!tie || !tie->rigid) {
+    const std::optional<Tie> other = tie_between(set, b, a);
+    if (other && (!tie || other->rigid)) tie = other;
+  }
+  if (tie) tie->other = static_cast<int>(b);
+  return tie;
+}
+
+}  // namespace
+
+MarkerTies::MarkerTies(const MarkerSet& set) : ties_(set.markers.size()) {
+  for (std::size_t a = 0; a < ties_.size(); ++a) {
+    for (std::size_t b = 0; b < ties_.size(); ++b) {
+      const std::optional<Tie> tie = a == b ? std::nullopt : tie_of(set, a, b);
+      if (tie) ties_[a].push_back(*tie);
+    }
+  }
+}
+
+void MarkerTies::refit(const MarkerSet& set) {
+  MOCAP_EXPECTS(set.markers.size() == ties_.size());
+  for (std::size_t a = 0; a < ties_.size(); ++a) {
+    for (Tie& tie : ties_[a]) tie = tie_of(set, a, static_cast<std::size_t>(tie.other)).value_or(tie);
+  }
+}
+
+}  // namespace mocap::body

@@ -1,0 +1,32 @@
+#include "identify/front_back_ambiguity.h"
+
+#include <optional>
+#include <vector>
+
+#include "identify/asymmetry.h"
+#include "kinematics/pose_fit.h"
+
+namespace mocap::body {
+
+bool is_read_back_to_front(const MarkerSet& set, const FindSettings& settings) {
+  const std::vector<int> opposite = opposite_bones(set.skeleton);
+  MarkerSet worn = set;
+  for (MarkerOnBone& marker : worn.markers) {
+    const bool on_limb = opposite[static_cast<std::size_t>(marker.bone)] != marker.bone;
+    if (on_limb) marker.offset_m.x() = -marker.offset_m.x();
+  }
+  const PoseFit wearer(worn, PoseFit::Lengths::Fixed);
+  std::vector<Eigen::Vector3d> points;
+  for (std::size_t m = 0; m < worn.markers.size(); ++m) points.push_back(wearer.marker_at(m));
+
+  const std::optional<FoundBody> found = TPoseFinder(set, settings, points.size()).find(points);
+  if (!found) return false;
+  std::size_t wrong = 0;
+  for (std::size_t m = 0; m < points.size(); ++m) {
+    const int point = found->point_of_marker[m];
+    wrong += point >= 0 && point != static_cast<int>(m) ? 1 : 0;
+  }
+  return 2 * wrong > points.size();  // markers that change places with a neighbour are another matter
+}
+
+}  // namespace mocap::body

@@ -1,0 +1,223 @@
+#include "kinematics/tree_equations.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <utility>
+
+#include "base/expects.h"
+
+namespace mocap::body {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+Matrix3d cross_matrix(const Vector3d& v) {
+  Matrix3d cross;
+  cross << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return cross;
+}
+
+}  // namespace
+
+// A point at lever l moves by v - [l] w.
+void BoneTerms::add_point(const Vector3d& lever, const Matrix3d& weight, const Vector3d& off) {
+  const Matrix3d l = cross_matrix(lever);
+  const Matrix3d weighted = weight * l;
+  const Vector3d pull = weight * off;
+  vv += weight;
+  vw -= weighted;
+  ww.noalias() -= l * weighted;
+  w += lever.cross(pull);
+  v += pull;
+}
+
+void BoneTerms::add_point(const Vector3d& lever, double weight, const Vector3d& off) {
+  const Vector3d weighted = weight * lever;
+  const Vector3d pull = weight * off;
+  vv.diagonal().array() += weight;
+  vw -= cross_matrix(weighted);
+  ww.noalias() -= weighted * lever.transpose();
+  ww.diagonal().array() += weighted.dot(lever);
+  w += lever.cross(pull);
+  v += pull;
+}
+
+TreeEquations::TreeEquations(std::vector<Link> links) : links_(std::move(links)) {
+  const std::size_t n = links_.size();
+  for (std::size_t i = 0; i < n; ++i) MOCAP_EXPECTS(links_[i].parent < static_cast<int>(i));
+  joints_.resize(n, Vector3d::Zero());
+  bones_.resize(n);
+  turns_.resize(n);
+  places_.resize(n);
+  gathered_.resize(n);
+  solved_turns_.resize(n);
+  solved_places_.resize(n);
+  turned_.resize(n, Vector3d::Zero());
+  moved_.resize(n, Vector3d::Zero());
+  w_.resize(n);
+  v_.resize(n);
+  covariances_.resize(n);
+  turned_covariances_.resize(n);
+}
+
+// From the information of three unknowns, in `inverse` and without what is known beforehand, to its inverse; and the
+// right side likewise. False where it is not positive definite.
+//
+// By its factors L D L^T: one marker far out on a limb that bends tells one direction a million times as well as the
+// others, and the quotients of minors lose what little is known of these.
+bool TreeEquations::finish(Solved& solved, const JointTerms& terms, double damping, double least) {
+  Matrix3d m = solved.inverse + terms.weight;
+  m.diagonal() += damping * (m.diagonal().array() + 1.0).matrix();
+  m.diagonal().array() += least;
+  const double l10 = m(1, 0) / m(0, 0), l20 = m(2, 0) / m(0, 0);
+  const double d1 = m(1, 1) - l10 * m(1, 0);
+  const double left = m(2, 1) - l20 * m(1, 0);
+  const double l21 = left / d1;
+  const double d2 = m(2, 2) - l20 * m(2, 0) - l21 * left;
+  if (!(m(0, 0) > 0.0 && d1 > 0.0 && d2 > 0.0)) return false;
+  const double i0 = 1.0 / m(0, 0), i1 = 1.0 / d1, i2 = 1.0 / d2;
+  const double below = l10 * l21 - l20;
+  Matrix3d& inverse = solved.inverse;
+  inverse(0, 0) = i0 + l10 * l10 * i1 + below * below * i2;
+  inverse(0, 1) = inverse(1, 0) = -l10 * i1 - below * l21 * i2;
+  inverse(0, 2) = inverse(2, 0) = below * i2;
+  inverse(1, 1) = i1 + l21 * l21 * i2;
+  inverse(1, 2) = inverse(2, 1) = -l21 * i2;
+  inverse(2, 2) = i2;
+  solved.right -= terms.pull;
+  return inverse.allFinite();
+}
+
+void TreeEquations::reduce(BoneTerms& bone, const Solved& solved) {
+  const Matrix3d kw = solved.w * solved.inverse;
+  const Matrix3d kv = solved.v * solved.inverse;
+  bone.ww.noalias() -= kw * solved.w.transpose();
+  bone.vw.noalias() -= kv * solved.w.transpose();
+  bone.vv.noalias() -= kv * solved.v.transpose();
+  bone.w.noalias() += kw * solved.right;
+  bone.v.noalias() += kv * solved.right;
+}
+
+// What a bone's joint leaves is known of the parent, about the parent's joint.
+void TreeEquations::hand_up(std::size_t link, const BoneTerms& reduced) {
+  const auto parent = static_cast<std::size_t>(links_[link].parent);
+  const Vector3d lever = joints_[link] - joints_[parent];
+  const Matrix3d l = cross_matrix(lever);
+  BoneTerms& into = gathered_[parent];
+  const Matrix3d vw = reduced.vw - reduced.vv * l;
+  into.ww += reduced.ww;
+  into.ww.noalias() -= reduced.vw.transpose() * l;
+  into.ww.noalias() += l * vw;
+  into.vw += vw;
+  into.vv += reduced.vv;
+  into.w += reduced.w + lever.cross(reduced.v);
+  into.v += reduced.v;
+}
+
+bool TreeEquations::eliminate(double damping, double least) {
+  for (std::size_t i = 0; i < size(); ++i) gathered_[i] = bones_[i];
+  for (std::size_t i = size(); i-- > 0;) {
+    BoneTerms& bone = gathered_[i];
+    Solved& turn = solved_turns_[i];
+    const Matrix3d& axes = turns_[i].axes;
+    turn.w.noalias() = bone.ww * axes;
+    turn.v.noalias() = bone.vw * axes;
+    turn.inverse.noalias() = axes.transpose() * turn.w;
+    turn.right.noalias() = -(axes.transpose() * bone.w);
+    if (!finish(turn, turns_[i], damping, least)) return false;
+    reduce(bone, turn);
+    if (links_[i].moves) {
+      Solved& place = solved_places_[i];
+      const Matrix3d& along = places_[i].axes;
+      place.w.noalias() = bone.vw.transpose() * along;
+      place.v.noalias() = bone.vv * along;
+      place.inverse.noalias() = along.transpose() * place.v;
+      place.right.noalias() = -(along.transpose() * bone.v);
+      if (!finish(place, places_[i], damping, least)) return false;
+      if (links_[i].parent >= 0) reduce(bone, place);
+    }
+    if (links_[i].parent >= 0) hand_up(i, bone);
+  }
+  return true;
+}
+
+bool TreeEquations::solve(double damping) {
+  if (!eliminate(damping, damping)) return false;
+  bool finite = true;
+  for (std::size_t i = 0; i < size(); ++i) {
+    w_[i].setZero();
+    v_[i].setZero();
+    if (links_[i].parent >= 0) {
+      const auto parent = static_cast<std::size_t>(links_[i].parent);
+      w_[i] = w_[parent];
+      v_[i] = v_[parent] + w_[parent].cross(joints_[i] - joints_[parent]);
+    }
+    if (links_[i].moves) {
+      const Solved& place = solved_places_[i];
+      moved_[i] = place.inverse * (place.right - place.w.transpose() * w_[i] - place.v.transpose() * v_[i]);
+      v_[i] += places_[i].axes * moved_[i];
+    }
+    const Solved& turn = solved_turns_[i];
+    turned_[i] = turn.inverse * (turn.right - turn.w.transpose() * w_[i] - turn.v.transpose() * v_[i]);
+    w_[i] += turns_[i].axes * turned_[i];
+    finite = finite && turned_[i].allFinite() && moved_[i].allFinite();
+  }
+  return finite;
+}
+
+TreeEquations::Covariance TreeEquations::handed_down(std::size_t link) const {
+  if (links_[link].parent < 0) return {Matrix3d::Zero(), Matrix3d::Zero(), Matrix3d::Zero()};
+  const auto parent = static_cast<std::size_t>(links_[link].parent);
+  const Matrix3d l = cross_matrix(joints_[link] - joints_[parent]);
+  const Covariance& from = covariances_[parent];
+  const Matrix3d vw = from.vw - l * from.ww;
+  return {from.ww, vw, from.vv - l * from.vw.transpose() + vw * l};
+}
+
+// v becomes v - gw w - gv v and what the move itself is unsure of.
+void TreeEquations::spread_move(std::size_t link, Covariance& c) const {
+  const Solved& place = solved_places_[link];
+  const Matrix3d& axes = places_[link].axes;
+  const Matrix3d gain = axes * place.inverse;
+  const Matrix3d gw = gain * place.w.transpose();
+  const Matrix3d gv = gain * place.v.transpose();
+  const Matrix3d vw = c.vw - gw * c.ww - gv * c.vw;
+  const Matrix3d with_old = c.vv - gw * c.vw.transpose() - gv * c.vv;
+  c.vv = with_old - vw * gw.transpose() - with_old * gv.transpose() + gain * axes.transpose();
+  c.vw = vw;
+}
+
+// The same with w.
+void TreeEquations::spread_turn(std::size_t link, Covariance& c) {
+  const Solved& turn = solved_turns_[link];
+  const Matrix3d& axes = turns_[link].axes;
+  const Matrix3d follows_w = turn.inverse * turn.w.transpose();
+  const Matrix3d follows_v = turn.inverse * turn.v.transpose();
+  const Matrix3d with_w = follows_w * c.ww + follows_v * c.vw;
+  const Matrix3d with_v = follows_w * c.vw.transpose() + follows_v * c.vv;
+  Matrix3d& own = turned_covariances_[link];
+  own = turn.inverse + with_w * follows_w.transpose() + with_v * follows_v.transpose();
+  const Matrix3d shared = axes * with_w;
+  c.ww += axes * own * axes.transpose() - shared - shared.transpose();
+  c.vw -= (axes * with_v).transpose();
+}
+
+bool TreeEquations::weigh() {
+  if (!eliminate(0.0, 1e-9)) return false;
+  for (std::size_t i = 0; i < size(); ++i) {
+    covariances_[i] = handed_down(i);
+    if (links_[i].moves) spread_move(i, covariances_[i]);
+    spread_turn(i, covariances_[i]);
+  }
+  return true;
+}
+
+Matrix3d TreeEquations::covariance_of(std::size_t link, const Vector3d& lever) const {
+  const Matrix3d l = cross_matrix(lever);
+  const Covariance& c = covariances_[link];
+  const Matrix3d covariance = c.vv - l * c.vw.transpose() + (c.vw - l * c.ww) * l;
+  return 0.5 * (covariance + covariance.transpose());
+}
+
+}  // namespace mocap::body

@@ -1,0 +1,289 @@
+#include "pose/bone_pose_proposer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "kinematics/rotation.h"
+
+namespace mocap::body {
+namespace {
+
+// A point further off than so many standard deviations is not the marker.
+constexpr double kGateSigmas = 4.0;
+// Points whose distance tells are looked for within so many.
+constexpr double kLookSigmas = 3.0;
+// Twice the area of three points, over their longest side: flatter than this leaves the turn about it open.
+constexpr double kFlat_m = 0.03;
+// Readings of one bone from one joint that are followed.
+constexpr std::size_t kMostLaid = 8;
+// Where a first point may be at all: the volume of a room.
+constexpr double kRoom_m3 = 8.0;
+// Of all directions about a joint, those that it allows, to a rough half.
+constexpr double kAllowedShare = 0.5;
+constexpr double kRootTwoPi = 2.5066282746310002;
+
+double flatness(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  const double longest = std::max({(a - b).norm(), (a - c).norm(), (b - c).norm()});
+  return longest < 1e-9 ? 0.0 : (b - a).cross(c - a).norm() / longest;
+}
+
+// How much room a normal distribution takes: in one place, on a sphere, on a circle.
+double ball(double sigma_m) { return std::pow(kRootTwoPi * sigma_m, 3); }
+double shell(double radius_m, double sigma_m) {
+  return 4.0 * std::numbers::pi * radius_m * radius_m * kRootTwoPi * sigma_m;
+}
+double ring(double radius_m, double sigma_m, double other_sigma_m) {
+  return 2.0 * std::numbers::pi * radius_m * kRootTwoPi * kRootTwoPi * sigma_m * other_sigma_m;
+}
+
+double off_line(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& at) {
+  const Eigen::Vector3d along = (b - a).normalized();
+  return (at - a - along * along.dot(at - a)).norm();
+}
+
+}  // namespace
+
+BoneLayer::BoneLayer() : shells_(kMostShapePoints) {
+  laid_.reserve(kMostLaid + 2);
+  pairs_.reserve(kMostShapePoints + 1);
+  for (std::vector<int>& shell : shells_) shell.reserve(kMostCloudPoints);
+}
+
+// How likely a point that is no marker of this bone lies in a volume, against that the marker is seen.
+double BoneLayer::log_chance(double volume_m3) const {
+  return std::log(settings_.strays_1_m3 * volume_m3 * settings_.hidden_share / (1.0 - settings_.hidden_share));
+}
+
+bool BoneLayer::known(std::size_t a, int p, std::size_t b, int q, std::span<const LaidBone> among) const {
+  return std::any_of(among.begin(), among.end(),
+                     [&](const LaidBone& one) { return one.point_of[a] == p && one.point_of[b] == q; });
+}
+
+bool BoneLayer::fit(const BoneShape& shape, const LayFrom* from, const BodyCloud& cloud) {
+  ++work_;
+  pairs_.clear();
+  const double marker = 1.0 / (settings_.marker_sigma_m * settings_.marker_sigma_m);
+  if (from != nullptr) pairs_.push_back({from->joint_m, from->place_m, 1.0 / (from->sigma_m * from->sigma_m)});
+  for (std::size_t i = 0; i < shape.points.size(); ++i) {
+    const int p = bone_.point_of[i];
+    if (p >= 0) pairs_.push_back({shape.points[i].at_m, cloud[static_cast<std::size_t>(p)], marker});
+  }
+  const std::optional<geometry::RigidFit> laid = geometry::fit_rigid(pairs_);
+  if (laid) bone_.world_from_bone = laid->to_from;
+  return laid.has_value();
+}
+
+// By what is in bone_.point_of, then by what else lies where the bone then has its markers.
+void BoneLayer::propose(const BoneShape& shape, const LayFrom* from, const BodyCloud& cloud, const PointsTaken& taken) {
+  bone_.cost = 1e9;
+  if (!fit(shape, from, cloud)) return;
+  const double gate = kGateSigmas * settings_.marker_sigma_m;
+  const double reach = 1.5 * gate + (from == nullptr ? 0.0 : 0.5 * from->sigma_m);
+  bool more = false;
+  for (std::size_t i = 0; i < shape.points.size(); ++i) {
+    if (bone_.point_of[i] != -1) continue;
+    const Eigen::Vector3d at = bone_.world_from_bone * shape.points[i].at_m;
+    double nearest = reach * reach;
+    for (std::size_t p = 0; p < cloud.size(); ++p) {
+      const double off = (cloud[p] - at).squaredNorm();
+      if (off >= nearest || taken[p]) continue;
+      if (std::find(bone_.point_of.begin(), bone_.point_of.end(), static_cast<int>(p)) != bone_.point_of.end())
+        continue;
+      nearest = off;
+      bone_.point_of[i] = static_cast<int>(p);
+      more = true;
+    }
+  }
+  if (more && !fit(shape, from, cloud)) return;
+  // What is off is let go, the worst first.
+  for (int rounds = 0; rounds < 3; ++rounds) {
+    double worst = gate;
+    std::size_t off = shape.points.size();
+    for (std::size_t i = 0; i < shape.points.size(); ++i) {
+      const int p = bone_.point_of[i];
+      if (p < 0) continue;
+      const double by = (cloud[static_cast<std::size_t>(p)] - bone_.world_from_bone * shape.points[i].at_m).norm();
+      if (by <= worst) continue;
+      worst = by;
+      off = i;
+    }
+    if (off == shape.points.size()) break;
+    bone_.point_of[off] = -1;
+    if (!fit(shape, from, cloud)) return;
+  }
+  weigh(shape, from, cloud);
+}
+
+// Each further point is worth more: the first may be anywhere on a shell about the joint, the second on a ring about
+// the line through both, the next in one place only.
+void BoneLayer::weigh(const BoneShape& shape, const LayFrom* from, const BodyCloud& cloud) {
+  const double sigma = settings_.marker_sigma_m;
+  const double joint_sigma = from == nullptr ? sigma : from->sigma_m;
+  const double both = std::hypot(sigma, joint_sigma);
+  bone_.cost = 0.0;
+  bone_.seen = 0;
+  if (from != nullptr) {
+    const Eigen::Vector3d off = bone_.world_from_bone * from->joint_m - from->place_m;
+    bone_.cost += 0.5 * off.squaredNorm() / (joint_sigma * joint_sigma);
+  }
+  Eigen::Vector3d first = from == nullptr ? Eigen::Vector3d::Zero() : from->joint_m;
+  Eigen::Vector3d second = Eigen::Vector3d::Zero();
+  Eigen::Vector3d third = Eigen::Vector3d::Zero();
+  int order = from == nullptr ? 0 : 1;
+  for (std::size_t i = 0; i < shape.points.size(); ++i) {
+    const int p = bone_.point_of[i];
+    if (p < 0) continue;
+    const Eigen::Vector3d& at = shape.points[i].at_m;
+    const Eigen::Vector3d off = cloud[static_cast<std::size_t>(p)] - bone_.world_from_bone * at;
+    const double away = (at - first).norm();
+    double volume = kRoom_m3;
+    if (order == 1) {
+      volume = away < 2.0 * both ? ball(both) : kAllowedShare * shell(away, both);
+    } else if (order == 2) {
+      const double across = off_line(first, second, at);
+      const double by_joint = kAllowedShare * ring(across, sigma, both);
+      volume = std::min(by_joint, shell((at - second).norm(), std::numbers::sqrt2 * sigma));
+    } else if (order == 3) {
+      const double by_joint = ball(sigma) * both / sigma;
+      volume = std::min(by_joint, ring(off_line(second, third, at), sigma, std::numbers::sqrt2 * sigma));
+    } else if (order > 3) {
+      volume = ball(sigma);
+    }
+    volume = std::max(volume, ball(sigma));
+    if (order == 2) third = at;
+    if (order == 0) first = at;
+    if (order == 1) second = at;
+    ++order;
+    ++bone_.seen;
+    bone_.cost += 0.5 * off.squaredNorm() / (sigma * sigma) + log_chance(volume);
+  }
+}
+
+void BoneLayer::keep(std::vector<LaidBone>& into, std::size_t most) const {
+  if (!(bone_.cost < 1e8)) return;
+  for (LaidBone& one : into) {
+    if (!std::equal(one.point_of.begin(), one.point_of.end(), bone_.point_of.begin(), bone_.point_of.end())) continue;
+    if (bone_.cost < one.cost) one = bone_;
+    return;
+  }
+  if (into.size() < most) {
+    into.push_back(bone_);
+    return;
+  }
+  const auto worst =
+      std::max_element(into.begin(), into.end(), [](const LaidBone& a, const LaidBone& b) { return a.cost < b.cost; });
+  if (bone_.cost < worst->cost) *worst = bone_;
+}
+
+void BoneLayer::seed(const BoneShape& shape, const BodyCloud& cloud, std::size_t first, std::size_t most,
+                     std::vector<LaidBone>& into) {
+  const double look = kLookSigmas * std::numbers::sqrt2 * settings_.marker_sigma_m;
+  const auto& points = shape.points;
+  const PointsTaken none;
+  for (std::size_t a = 0; a + 2 < points.size(); ++a) {
+    for (std::size_t b = a + 1; b + 1 < points.size(); ++b) {
+      const double ab = (points[a].at_m - points[b].at_m).norm();
+      for (std::size_t j = 0; j < cloud.size(); ++j) {
+        if (j == first || std::abs(cloud.apart(first, j) - ab) > look) continue;
+        for (std::size_t c = b + 1; c < points.size(); ++c) {
+          if (flatness(points[a].at_m, points[b].at_m, points[c].at_m) < kFlat_m) continue;
+          const double ac = (points[a].at_m - points[c].at_m).norm();
+          const double bc = (points[b].at_m - points[c].at_m).norm();
+          for (std::size_t k = 0; k < cloud.size(); ++k) {
+            if (std::abs(cloud.apart(first, k) - ac) > look || std::abs(cloud.apart(j, k) - bc) > look) continue;
+            if (k == first || k == j) continue;
+            const bool had = std::any_of(into.begin(), into.end(), [&](const LaidBone& one) {
+              return one.point_of[a] == static_cast<int>(first) && one.point_of[b] == static_cast<int>(j) &&
+                     one.point_of[c] == static_cast<int>(k);
+            });
+            if (had) continue;
+            bone_.point_of.clear();
+            bone_.point_of.resize(points.size());
+            std::fill(bone_.point_of.begin(), bone_.point_of.end(), -1);
+            bone_.point_of[a] = static_cast<int>(first);
+            bone_.point_of[b] = static_cast<int>(j);
+            bone_.point_of[c] = static_cast<int>(k);
+            bone_.laid = Laid::Turned;
+            propose(shape, nullptr, cloud, none);
+            if (bone_.seen >= 3) keep(into, most);
+          }
+        }
+      }
+    }
+  }
+}
+
+void BoneLayer::swing(const BoneShape& shape, const LayFrom& from, const BodyCloud& cloud, std::size_t at,
+                      std::size_t point) {
+  const Eigen::Vector3d lever = shape.points[at].at_m - from.joint_m;
+  const Eigen::Vector3d seen = cloud[point] - from.place_m;
+  if (lever.norm() < 1e-3 || seen.norm() < 1e-3) return;
+  std::fill(bone_.point_of.begin(), bone_.point_of.end(), -1);
+  bone_.point_of[at] = static_cast<int>(point);
+  bone_.laid = Laid::Swung;
+  bone_.axis = lever.normalized();
+  const Eigen::Quaterniond turn = turn_between(from.rest * lever, seen) * from.rest;
+  // Joint and marker share what the distance is wrong by.
+  const double share =
+      from.sigma_m * from.sigma_m / (from.sigma_m * from.sigma_m + settings_.marker_sigma_m * settings_.marker_sigma_m);
+  const Eigen::Vector3d joint = from.place_m + share * (seen - turn * lever);
+  bone_.world_from_bone = {joint - turn * from.joint_m, turn};
+  weigh(shape, &from, cloud);
+  keep(laid_, kMostLaid);
+}
+
+std::span<const LaidBone> BoneLayer::lay(const BoneShape& shape, const LayFrom& from, const BodyCloud& cloud,
+                                         const PointsTaken& taken, std::span<const int> point_of_marker) {
+  laid_.clear();
+  const double both = std::hypot(settings_.marker_sigma_m, from.sigma_m);
+  const double look = kLookSigmas * std::numbers::sqrt2 * settings_.marker_sigma_m;
+  bone_.point_of.clear();
+  bone_.point_of.resize(shape.points.size());
+  for (std::size_t i = 0; i < shape.points.size(); ++i) {
+    shells_[i].clear();
+    if (point_of_marker[static_cast<std::size_t>(shape.points[i].marker)] >= 0) continue;
+    const double away = (shape.points[i].at_m - from.joint_m).norm();
+    for (std::size_t p = 0; p < cloud.size(); ++p) {
+      if (!taken[p] && std::abs((cloud[p] - from.place_m).norm() - away) < kLookSigmas * both)
+        shells_[i].push_back(static_cast<int>(p));
+    }
+  }
+  work_ += 1 + shape.points.size() * cloud.size() / 256;
+  for (std::size_t a = 0; a < shape.points.size(); ++a) {
+    for (std::size_t b = a + 1; b < shape.points.size(); ++b) {
+      if (shells_[a].empty() || shells_[b].empty()) continue;
+      if (flatness(from.joint_m, shape.points[a].at_m, shape.points[b].at_m) < kFlat_m) continue;
+      const double ab = (shape.points[a].at_m - shape.points[b].at_m).norm();
+      for (const int p : shells_[a]) {
+        for (const int q : shells_[b]) {
+          if (p == q) continue;
+          if (std::abs(cloud.apart(static_cast<std::size_t>(p), static_cast<std::size_t>(q)) - ab) > look) continue;
+          if (known(a, p, b, q, laid_)) continue;
+          std::fill(bone_.point_of.begin(), bone_.point_of.end(), -1);
+          for (std::size_t i = 0; i < shape.points.size(); ++i) {
+            // Taken by a neighbour: not to be looked for.
+            if (point_of_marker[static_cast<std::size_t>(shape.points[i].marker)] >= 0) bone_.point_of[i] = -2;
+          }
+          bone_.point_of[a] = p;
+          bone_.point_of[b] = q;
+          bone_.laid = Laid::Turned;
+          propose(shape, &from, cloud, taken);
+          if (bone_.seen >= 2) keep(laid_, kMostLaid);
+        }
+      }
+    }
+  }
+  for (std::size_t a = 0; a < shape.points.size(); ++a) {
+    for (const int p : shells_[a]) swing(shape, from, cloud, a, static_cast<std::size_t>(p));
+  }
+  bone_.laid = Laid::Unseen;
+  bone_.cost = 0.0;
+  bone_.seen = 0;
+  bone_.world_from_bone = {from.place_m - from.rest * from.joint_m, from.rest};
+  std::fill(bone_.point_of.begin(), bone_.point_of.end(), -1);
+  laid_.push_back(bone_);
+  return laid_;
+}
+
+}  // namespace mocap::body

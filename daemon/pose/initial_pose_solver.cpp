@@ -1,0 +1,129 @@
+#include "pose/initial_pose_solver.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "kinematics/rotation.h"
+
+namespace mocap::body {
+namespace {
+
+// How surely a joint is where its neighbour puts it, against a marker.
+constexpr double kJointWeight = 0.2;
+// Points that lie flatter than this about a line leave the turn about it open: the least side of a marker's noise.
+constexpr double kFlat_m = 0.02;
+
+// How far the points are off the line through the first and the one furthest from it.
+double off_line(std::span<const geometry::PointPair> pairs) {
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();
+  for (const auto& pair : pairs) {
+    const Eigen::Vector3d lever = pair.from - pairs[0].from;
+    if (lever.norm() > along.norm()) along = lever;
+  }
+  if (along.norm() < 1e-6) return 0.0;
+  along.normalize();
+  double most = 0.0;
+  for (const auto& pair : pairs) {
+    const Eigen::Vector3d lever = pair.from - pairs[0].from;
+    most = std::max(most, (lever - along * along.dot(lever)).norm());
+  }
+  return most;
+}
+
+}  // namespace
+
+NamedLayer::NamedLayer(const MarkerSet& set) : shapes_(set) {
+  const std::size_t bones = set.skeleton.bones.size();
+  plans_.resize(bones);
+  for (std::size_t root = 0; root < bones; ++root) {
+    std::vector<bool> laid(bones);
+    std::vector<std::size_t> ends{root};
+    laid[root] = true;
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+      for (const ShapeJoint& joint : shapes_.of(ends[i]).joints) {
+        const auto bone = static_cast<std::size_t>(joint.bone);
+        if (laid[bone]) continue;
+        laid[bone] = true;
+        plans_[root].push_back({bone, ends[i]});
+        ends.push_back(bone);
+      }
+    }
+  }
+  seen_.resize(set.markers.size());
+  bones_.resize(bones);
+  pairs_.reserve(set.markers.size() + 1);
+}
+
+void NamedLayer::gather(std::size_t bone) {
+  for (const ShapePoint& point : shapes_.of(bone).points) {
+    const Observation* one = seen_[static_cast<std::size_t>(point.marker)];
+    if (one != nullptr) pairs_.push_back({point.at_m, one->position, 1.0});
+  }
+}
+
+bool NamedLayer::begin(std::size_t root) {
+  pairs_.clear();
+  gather(root);
+  if (pairs_.size() < 3 || off_line(pairs_) < kFlat_m) return false;
+  const std::optional<geometry::RigidFit> laid = geometry::fit_rigid(pairs_);
+  if (!laid) return false;
+  bones_[root].world = laid->to_from;
+  bones_[root].laid = Laid::Turned;
+  return true;
+}
+
+void NamedLayer::hang(const MarkerSet& set, const Next& next) {
+  BoneReading& bone = bones_[next.bone];
+  const BoneReading& from = bones_[next.from];
+  const bool down = set.skeleton.bones[next.bone].parent == static_cast<int>(next.from);
+  const Eigen::Vector3d offset = set.skeleton.bones[down ? next.bone : next.from].rest_offset_m;
+  const Eigen::Vector3d here = down ? Eigen::Vector3d::Zero() : offset;
+  const Eigen::Vector3d joint = from.world * (down ? offset : Eigen::Vector3d::Zero());
+  pairs_.clear();
+  pairs_.push_back({here, joint, kJointWeight});
+  gather(next.bone);
+  const Eigen::Quaterniond& rest = from.world.rotation;
+  bone = {{joint - rest * here, rest}, Laid::Unseen, Eigen::Vector3d::Zero(), here, 0.0};
+  if (pairs_.size() >= 3 && off_line(pairs_) > kFlat_m) {
+    if (const std::optional<geometry::RigidFit> laid = geometry::fit_rigid(pairs_)) {
+      bone.world = laid->to_from;
+      bone.laid = Laid::Turned;
+      return;
+    }
+  }
+  // The furthest from the joint swings it.
+  const auto furthest = std::max_element(pairs_.begin(), pairs_.end(), [&](const auto& a, const auto& b) {
+    return (a.from - here).norm() < (b.from - here).norm();
+  });
+  const Eigen::Vector3d lever = furthest->from - here;
+  const Eigen::Vector3d to = furthest->to - joint;
+  if (lever.norm() < kFlat_m || to.norm() < kFlat_m) return;
+  const Eigen::Quaterniond turn = turn_between(rest * lever, to) * rest;
+  bone.world = {joint - turn * here, turn};
+  bone.laid = Laid::Swung;
+  bone.axis = lever.normalized();
+}
+
+bool NamedLayer::lay(const MarkerSet& set, std::span<const Observation> seen, std::span<Pose> locals) {
+  shapes_.refit(set);
+  std::fill(seen_.begin(), seen_.end(), nullptr);
+  for (const Observation& one : seen) {
+    if (!one.ray && one.position.allFinite()) seen_[static_cast<std::size_t>(one.marker)] = &one;
+  }
+  std::size_t root = bones_.size();
+  std::size_t most = 2;
+  for (std::size_t b = 0; b < bones_.size(); ++b) {
+    pairs_.clear();
+    gather(b);
+    if (pairs_.size() <= most || off_line(pairs_) < kFlat_m) continue;
+    most = pairs_.size();
+    root = b;
+  }
+  if (root == bones_.size() || !begin(root)) return false;
+  for (const Next& next : plans_[root]) hang(set, next);
+  untwist(set.skeleton, bones_);
+  to_locals(set.skeleton, bones_, locals);
+  return true;
+}
+
+}  // namespace mocap::body

@@ -1,0 +1,56 @@
+#include "pose/pose_smoother.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "base/expects.h"
+#include "kinematics/rotation.h"
+
+namespace mocap::body {
+namespace {
+
+// Of the speed that the cut-off follows, Hz: the paper's.
+constexpr double kSpeedCutoff_hz = 1.0;
+
+double share_of(double cutoff_hz, double step_s) {
+  const double w = 2.0 * std::numbers::pi * cutoff_hz * step_s;
+  return w / (1.0 + w);
+}
+
+}  // namespace
+
+PoseSmoother::PoseSmoother(const SmoothSettings& settings, std::size_t bones)
+    : settings_(settings), shown_(bones), raw_(bones), spins_rad_s_(bones, Eigen::Vector3d::Zero()) {}
+
+double PoseSmoother::share(const Eigen::Vector3d& raw_step, double step_s, Eigen::Vector3d& speed) {
+  speed += share_of(kSpeedCutoff_hz, step_s) * (raw_step / step_s - speed);
+  const double cutoff_hz = settings_.min_cutoff_hz + settings_.beta * speed.norm();
+  delay_s_ += 1.0 / (2.0 * std::numbers::pi * cutoff_hz);
+  return share_of(cutoff_hz, step_s);
+}
+
+std::span<const Pose> PoseSmoother::step(std::span<const Pose> locals, double step_s) {
+  MOCAP_EXPECTS(locals.size() == shown_.size());
+  delay_s_ = 0.0;
+  if (!on() || fresh_ || !(step_s > 0.0)) {
+    std::copy(locals.begin(), locals.end(), shown_.begin());
+    if (fresh_) std::fill(spins_rad_s_.begin(), spins_rad_s_.end(), Eigen::Vector3d::Zero());
+    if (fresh_) velocity_m_s_.setZero();
+    fresh_ = false;
+  } else {
+    for (std::size_t b = 0; b < shown_.size(); ++b) {
+      const Eigen::Vector3d raw_step = rotation_vector(locals[b].rotation * raw_[b].rotation.conjugate());
+      const double by = share(raw_step, step_s, spins_rad_s_[b]);
+      const Eigen::Vector3d behind = rotation_vector(locals[b].rotation * shown_[b].rotation.conjugate());
+      shown_[b].rotation = (turn_by(by * behind) * shown_[b].rotation).normalized();
+      if (b > 0) shown_[b].position = locals[b].position;
+    }
+    const double by = share(locals[0].position - raw_[0].position, step_s, velocity_m_s_);
+    shown_[0].position += by * (locals[0].position - shown_[0].position);
+    delay_s_ /= static_cast<double>(shown_.size() + 1);
+  }
+  std::copy(locals.begin(), locals.end(), raw_.begin());
+  return shown_;
+}
+
+}  // namespace mocap::body

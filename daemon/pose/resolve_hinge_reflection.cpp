@@ -1,0 +1,93 @@
+// The part of BodyFollower that bends a knee or an elbow back which went through straight to the wrong side.
+
+#include <algorithm>
+#include <cmath>
+
+#include "kinematics/rotation.h"
+#include "pose/skeleton_tracker.h"
+
+namespace mocap::body {
+namespace {
+
+// A joint that bends one way only: its range on the other side is at most this share.
+constexpr double kOneWay = 0.15;
+// So far beyond its range it did not stretch, it went on to the wrong side, rad.
+constexpr double kWrongSide_rad = 0.05;
+// In half squared sigmas: what explains the markers about as well.
+constexpr double kAlike = 0.5;
+// Of three joints in a line there are no sides.
+constexpr double kInLine_m = 0.005;
+
+bool bends_wrongly(const Bone& bone, const Eigen::Quaterniond& local) {
+  Eigen::Vector3d turned;
+  bool known = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto& range = bone.turns[static_cast<std::size_t>(axis)];
+    if (!range) continue;
+    const double up = std::max(0.0, range->max_rad), down = std::max(0.0, -range->min_rad);
+    if (std::min(up, down) > kOneWay * std::max(up, down)) continue;
+    if (!known) turned = rotation_vector(local);
+    known = true;
+    const double wrongly = up > down ? range->min_rad - turned[axis] : turned[axis] - range->max_rad;
+    if (wrongly > kWrongSide_rad) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+// Where a limb is stretched, its ends alone do not tell to which side its middle joint bends next, and motion may lead
+// it beyond its range. Both sides explain the ends alike; that which the joint can bend to is taken.
+PoseFitResult BodyFollower::bend_back(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
+                                      PoseFitResult first) {
+  const auto& bones = pose_.marker_set().skeleton.bones;
+  for (std::size_t lower = 0; lower < bones.size(); ++lower) {
+    const int upper = bones[lower].parent;
+    if (upper < 0 || bones[static_cast<std::size_t>(upper)].parent < 0) continue;
+    const auto above = static_cast<std::size_t>(upper);
+    if (bones_[lower].told == Told::Direct || bones_[above].told == Told::Direct) continue;
+    if (!bends_wrongly(bones[lower], pose_.locals()[lower].rotation)) continue;
+    std::copy(pose_.locals().begin(), pose_.locals().end(), tried_.begin());
+    if (!mirror(lower)) continue;
+    const PoseFitResult second = pose_.solve(seen, prior, end);
+    if (second.cost < first.cost + kAlike && !bends_wrongly(bones[lower], pose_.locals()[lower].rotation)) {
+      first = second;
+      bent_back_[lower] = bent_back_[above] = 1;
+    } else {
+      pose_.set_locals(tried_);
+    }
+  }
+  return first;
+}
+
+// The joint of `lower` goes to the other side of the line from the joint above to the one below; what hangs on stays.
+bool BodyFollower::mirror(std::size_t lower) {
+  const auto& bones = pose_.marker_set().skeleton.bones;
+  const auto upper = static_cast<std::size_t>(bones[lower].parent);
+  const auto root = static_cast<std::size_t>(bones[upper].parent);
+  const auto below = std::find_if(bones.begin(), bones.end(),
+                                  [&](const Bone& bone) { return bone.parent == static_cast<int>(lower); });
+  if (below == bones.end()) return false;
+  const auto end = static_cast<std::size_t>(below - bones.begin());
+  const std::span<const Pose> world = pose_.world();
+  const Eigen::Vector3d line = (world[end].position - world[upper].position).normalized();
+  const Eigen::Vector3d out = world[lower].position - world[upper].position;
+  const Eigen::Vector3d aside = out - out.dot(line) * line;
+  if (!(aside.norm() > kInLine_m)) return false;
+  const Eigen::Quaterniond swung = turn_between(out, out - 2.0 * aside);
+  const Eigen::Vector3d on = world[end].position - world[lower].position;
+  const Eigen::Quaterniond bent = turn_between(swung * on, on + 2.0 * aside);
+  const Eigen::Quaterniond upper_turn = swung * world[upper].rotation;
+  const Eigen::Quaterniond lower_turn = bent * swung * world[lower].rotation;
+  std::copy(pose_.locals().begin(), pose_.locals().end(), turned_.begin());
+  turned_[upper].rotation = (world[root].rotation.conjugate() * upper_turn).normalized();
+  turned_[lower].rotation = (upper_turn.conjugate() * lower_turn).normalized();
+  for (std::size_t b = 0; b < bones.size(); ++b) {
+    if (bones[b].parent == static_cast<int>(lower))
+      turned_[b].rotation = (lower_turn.conjugate() * world[b].rotation).normalized();
+  }
+  pose_.set_locals(turned_);
+  return true;
+}
+
+}  // namespace mocap::body

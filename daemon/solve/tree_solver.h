@@ -1,0 +1,31 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "model/skeleton.h"
+#include "module/skeleton_solver.h"
+#include "pose/pose_smoother.h"
+
+namespace mocap::stages {
+
+struct SolveSettings {
+  double marker_sigma_m = 0.003;  ///< how far a marker strays from its place on the bone: skin, suit
+  double outlier_m = 0.05;        ///< a marker further off its place than this hardly counts
+  double fill_for_s = 2.0;        ///< how long a marker that nobody sees is told by the body
+  int max_iterations = 6;         ///< of a set; a first pose has ten times as many
+  body::SmoothSettings smoothing{};
+};
+
+/// Inverse kinematics over each subject's tree: all named markers that were seen in this set pull on their bones at
+/// once, from the pose that the last set's motion leads to, each by its covariance and by the skin under it. A marker
+/// that one camera alone sees pulls along its ray; its label is Filled, on the ray, where the body has it.
+///
+/// A bone whose own markers were seen is Measured, every other one Filled. What no marker tells goes on for a moment
+/// and then stays. Where markers come and go and the body turns out to be elsewhere, the bones that are shown glide
+/// there within 0.2 s (body/ease_pose.h); labels do not.
+///
+/// Allocates here only. One thread owns it.
+std::unique_ptr<SkeletonSolver> make_skeleton_solver(const SolveSettings& settings, std::vector<Subject> subjects);
+
+}  // namespace mocap::stages

@@ -1,0 +1,146 @@
+#include <fmt/core.h>
+#include <google/protobuf/io/coded_stream.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+
+#include "mocap/v1/blobs.pb.h"
+#include "take/blob_format.h"
+#include "take/blob_recording.h"
+
+namespace mocap::record {
+namespace {
+
+constexpr int kLargestSide_px = 65536;
+
+class Reader {
+ public:
+  Reader(std::string name, std::string bytes) : name_(std::move(name)), bytes_(std::move(bytes)) {}
+
+  Result<BlobRecording> read() {
+    if (!std::string_view(bytes_).starts_with(kBlobMagic)) {
+      return Error{ErrorCode::InvalidArgument,
+                   fmt::format("'{}' is no blob recording: it does not begin as one; expected a file that mocapd "
+                               "([record] blobs) or mocap-calibrate (--record) wrote",
+                               name_)};
+    }
+    at_ = kBlobMagic.size();
+    if (const Status begun = read_header(); !begun) return begun.error();
+    v1::BlobPicture picture;
+    while (at_ < bytes_.size() && !recording_.cut_off) {
+      const std::size_t from = at_;
+      const auto message = next();
+      if (!message) break;
+      picture.Clear();
+      if (!picture.ParseFromArray(message->data(), static_cast<int>(message->size())))
+        return damaged(from, "a picture that cannot be read");
+      if (const Status taken = take(picture, from); !taken) return taken.error();
+    }
+    return std::move(recording_);
+  }
+
+ private:
+  Error damaged(std::size_t from, const std::string& what) const {
+    return {ErrorCode::InvalidArgument,
+            fmt::format("blob recording '{}' is damaged at byte {}: {}; record anew", name_, from, what)};
+  }
+
+  // The next message; nothing, and cut_off, where the file ends within it.
+  std::optional<std::string_view> next() {
+    google::protobuf::io::CodedInputStream stream(reinterpret_cast<const std::uint8_t*>(bytes_.data()) + at_,
+                                                  static_cast<int>(std::min<std::size_t>(10, bytes_.size() - at_)));
+    std::uint64_t size = 0;
+    if (!stream.ReadVarint64(&size) ||
+        size > bytes_.size() - at_ - static_cast<std::size_t>(stream.CurrentPosition())) {
+      recording_.cut_off = true;
+      return std::nullopt;
+    }
+    const std::size_t from = at_ + static_cast<std::size_t>(stream.CurrentPosition());
+    at_ = from + size;
+    return std::string_view(bytes_).substr(from, size);
+  }
+
+  Status read_header() {
+    const auto message = next();
+    v1::BlobRecording header;
+    if (!message || !header.ParseFromArray(message->data(), static_cast<int>(message->size())))
+      return damaged(kBlobMagic.size(), "its description cannot be read");
+    if (header.version() < 1 || header.version() > kBlobVersion) {
+      return Error{ErrorCode::Unsupported,
+                   fmt::format("blob recording '{}' has version {}, expected 1 to {}; use the mocapd that wrote it",
+                               name_, header.version(), kBlobVersion)};
+    }
+    if (header.cameras().empty() || header.cameras_size() > static_cast<int>(kMaxCameras))
+      return damaged(kBlobMagic.size(),
+                     fmt::format("{} cameras, expected 1 to {}", header.cameras_size(), kMaxCameras));
+    for (const auto& camera : header.cameras()) {
+      if (camera.name().empty() || camera.width_px() > kLargestSide_px || camera.height_px() > kLargestSide_px)
+        return damaged(kBlobMagic.size(), "a camera without name, or with an image of impossible size");
+      recording_.cameras.push_back(
+          {camera.name(), static_cast<int>(camera.width_px()), static_cast<int>(camera.height_px())});
+    }
+    recording_.pictures.resize(recording_.cameras.size());
+    return {};
+  }
+
+  Status take(const v1::BlobPicture& picture, std::size_t from) {
+    if (picture.camera() >= recording_.cameras.size())
+      return damaged(from, fmt::format("a picture of camera {} of {}", picture.camera(), recording_.cameras.size()));
+    const int n = picture.x_px_size();
+    const bool alike = picture.y_px_size() == n && picture.sigma_px_size() == n && picture.area_px2_size() == n &&
+                       picture.peak_size() == n && picture.roundness_size() == n && picture.axis_rad_size() == n &&
+                       picture.saturated_size() == n && picture.flags_size() == n;
+    if (!alike || n > static_cast<int>(kMaxBlobs))
+      return damaged(from, "columns of different length, or more blobs than an image may have");
+    auto& pictures = recording_.pictures[picture.camera()];
+    RecordedPicture one{picture.number(), from_ns(picture.exposed_at_ns()), {}};
+    if (!pictures.empty() && one.exposed_at <= pictures.back().exposed_at)
+      return damaged(from, fmt::format("a picture of camera '{}' that is not later than the one before",
+                                       recording_.cameras[picture.camera()].name));
+    for (int i = 0; i < n; ++i) {
+      Blob blob;
+      blob.centroid.v = {picture.x_px(i), picture.y_px(i)};
+      blob.sigma_px = picture.sigma_px(i);
+      blob.area_px2 = picture.area_px2(i);
+      blob.peak = picture.peak(i);
+      blob.roundness = picture.roundness(i);
+      blob.axis_rad = picture.axis_rad(i);
+      blob.saturated = picture.saturated(i);
+      blob.touches_border = (picture.flags(i) & kTouchesBorder) != 0;
+      blob.merged = (picture.flags(i) & kMerged) != 0;
+      if (!blob.centroid.v.allFinite() || !std::isfinite(blob.sigma_px) || !(blob.sigma_px > 0.0))
+        return damaged(from, "a blob without a place");
+      one.blobs.push_back(blob);
+    }
+    pictures.push_back(std::move(one));
+    return {};
+  }
+
+  std::string name_;
+  std::string bytes_;
+  std::size_t at_ = 0;
+  BlobRecording recording_;
+};
+
+}  // namespace
+
+Result<BlobRecording> read_blob_recording(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) {
+    return Error{ErrorCode::NotFound, fmt::format("blob recording '{}': no such file", path.string())};
+  }
+  std::ifstream stream(path, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream && !stream.eof()) {
+    return Error{ErrorCode::Io,
+                 fmt::format("blob recording '{}' cannot be read: {}", path.string(), std::strerror(errno))};
+  }
+  return Reader(path.string(), std::move(bytes)).read();
+}
+
+}  // namespace mocap::record

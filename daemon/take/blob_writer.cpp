@@ -1,0 +1,78 @@
+#include <fmt/core.h>
+
+#include "mocap/v1/blobs.pb.h"
+#include "take/blob_format.h"
+#include "take/blob_recording.h"
+#include "take/output_file.h"
+
+namespace mocap::record {
+namespace {
+
+class BlobFile final : public BlobWriter {
+ public:
+  explicit BlobFile(OutputFile file) : file_(std::move(file)) {}
+
+  Status begin(std::span<const RecordedCamera> cameras) {
+    v1::BlobRecording header;
+    header.set_version(kBlobVersion);
+    header.set_producer("mocapd");
+    header.set_utc_minus_host_ns(utc_minus_host().count());
+    for (const RecordedCamera& camera : cameras) {
+      auto* one = header.add_cameras();
+      one->set_name(camera.name);
+      one->set_width_px(static_cast<std::uint32_t>(camera.width_px));
+      one->set_height_px(static_cast<std::uint32_t>(camera.height_px));
+    }
+    if (const Status begun = file_.append(kBlobMagic); !begun) return begun;
+    return append(header);
+  }
+
+  Status write(const BlobFrame& frame) override {
+    picture_.Clear();
+    picture_.set_camera(frame.camera.value);
+    picture_.set_number(frame.number);
+    picture_.set_exposed_at_ns(to_ns(frame.exposed_at));
+    for (const Blob& blob : frame.blobs) {
+      picture_.add_x_px(blob.centroid.v.x());
+      picture_.add_y_px(blob.centroid.v.y());
+      picture_.add_sigma_px(static_cast<float>(blob.sigma_px));
+      picture_.add_area_px2(static_cast<float>(blob.area_px2));
+      picture_.add_peak(static_cast<float>(blob.peak));
+      picture_.add_roundness(static_cast<float>(blob.roundness));
+      picture_.add_axis_rad(static_cast<float>(blob.axis_rad));
+      picture_.add_saturated(static_cast<float>(blob.saturated));
+      picture_.add_flags((blob.touches_border ? kTouchesBorder : 0U) | (blob.merged ? kMerged : 0U));
+    }
+    return append(picture_);
+  }
+
+  Status finish() override { return file_.finish(); }
+
+ private:
+  template <class Message>
+  Status append(const Message& message) {
+    message.SerializeToString(&bytes_);
+    return file_.append_delimited(bytes_);
+  }
+
+  OutputFile file_;
+  std::string bytes_;
+  v1::BlobPicture picture_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<BlobWriter>> make_blob_writer(const std::filesystem::path& path,
+                                                     std::span<const RecordedCamera> cameras) {
+  if (path.extension() != ".blobs") {
+    return Error{ErrorCode::InvalidArgument, fmt::format("blob recording '{}': ends in '{}', expected .blobs",
+                                                         path.string(), path.extension().string())};
+  }
+  Result<OutputFile> file = OutputFile::create(path);
+  if (!file) return file.error();
+  auto writer = std::make_unique<BlobFile>(std::move(*file));
+  if (const Status begun = writer->begin(cameras); !begun) return begun.error();
+  return std::unique_ptr<BlobWriter>(std::move(writer));
+}
+
+}  // namespace mocap::record

@@ -1,0 +1,366 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "base/time.h"
+#include "filter/isotropic_kalman.h"
+#include "geometry/assignment.h"
+#include "geometry/disc_shapes.h"
+#include "model/blob.h"
+#include "track2d/blob_grid.h"
+#include "track2d/blob_pair.h"
+
+namespace mocap::stages {
+
+/// How tracks in an image are born, live and die.
+struct BlobTrackLife {
+  std::uint32_t confirm_images = 3;  ///< consecutive sightings until a track is believed; 1: at once
+  Duration max_coast{};              ///< unseen for longer, a track is lost
+};
+
+/// Where a track's next blob is looked for.
+struct BlobAim {
+  filter::Vector<2> centre_px;
+  double variance_px2;  ///< of the blob's place, each axis, beside the blob's own
+  double reach_px;      ///< nothing further off is looked at
+};
+
+/// The tracks of one camera's blobs, each with a follower F: a filter with
+///
+///   predict(dt_s), aim() -> BlobAim, update(point, variance), coast(),
+///   kalman() -> IsotropicKalman<2> and restart(IsotropicKalman<2>): what it knows, for a pair, and back
+///
+/// Tracks are in the order of their birth; ids are never used twice. The assignment is the best in sum over all pairs
+/// of tracks and blobs within reach (of 32 blobs in one reach the likeliest), confirmed tracks first. Two confirmed
+/// tracks that could both own a blob, because their markers' discs overlap in the image or because neither is clearly
+/// the likelier, become a BlobPair until it is decided. All memory is taken in the constructor. One thread at a time.
+template <class F>
+class BlobTracks {
+ public:
+  static constexpr std::uint32_t kNone = 0xFFFF'FFFF;
+
+  struct Track {
+    F follower;
+    BlobAim aim;
+    std::uint32_t id = kNone;
+    std::uint32_t age_images = 1;
+    std::uint32_t missed_images = 0;
+    std::uint32_t blob = kNone;  ///< index in the image; of a blob that two markers share both have it
+    std::uint32_t pair = kNone;  ///< index of the pair that it is in
+    bool confirmed = false;
+    bool sure = true;      ///< that the blob is its own, and its alone
+    bool settled = false;  ///< the follower knows this image already
+    double area_px2 = 0.0;
+    Timestamp seen_at{};
+  };
+
+  BlobTracks(const BlobTrackLife& life, std::size_t max_blobs)
+      : life_(life),
+        max_tracks_(2 * max_blobs),
+        grid_(max_blobs),
+        assigner_(max_tracks_, max_blobs, max_tracks_ * kMaxCandidates) {
+    tracks_.reserve(max_tracks_);
+    lost_.reserve(max_tracks_);
+    pairs_.reserve(kMaxPairs);
+    entries_.reserve(max_blobs);
+    variance_.reserve(max_blobs);
+    owner_.reserve(max_blobs);
+    rows_.reserve(max_tracks_);
+    candidates_.reserve(max_tracks_ * kMaxCandidates);
+  }
+
+  std::span<const Track> tracks() const { return tracks_; }
+  std::span<const BlobPair> pairs() const { return pairs_; }
+
+  struct Lost {
+    std::uint32_t id;
+    filter::Vector<2> expected_px;
+  };
+  /// The confirmed tracks that ended in the last image.
+  std::span<const Lost> lost() const { return lost_; }
+  Timestamp at() const { return at_; }
+
+  /// Takes in one image. `birth(point, variance)` makes the follower of a new track.
+  template <class Birth>
+  void step(Timestamp at, std::span<const Blob> blobs, Birth&& birth) {
+    const double dt_s = tracks_.empty() ? 0.0 : std::max(0.0, to_s(at - at_));
+    at_ = at;
+    predict(dt_s);
+    lay_out(blobs);
+    assign(true);
+    assign(false);
+    find_pairs(blobs);
+    settle_pairs(blobs);
+    settle(blobs);
+    give_birth(blobs, birth);
+  }
+
+ private:
+  // In a reach with more blobs than this the least likely are not looked at.
+  static constexpr std::size_t kMaxCandidates = 32;
+  static constexpr std::size_t kMaxPairs = 32;
+  // A marker that goes unseen (one image in a hundred) beside something new (one in ten images, anywhere in a small
+  // one): less likely than any change of motion within reach.
+  static constexpr double kCostOfAlone = 33.0;
+  // What was hidden in the last image comes back in one of twenty; what was seen stays seen.
+  static constexpr double kReappears = 6.0;
+  // Odds of twenty to one: less, and a blob is nobody's for sure.
+  static constexpr double kSure = 6.0;
+  // Odds of a hundred to one end a pair, or this many images apart: motion tells no more then.
+  static constexpr double kDecided = 9.2;
+  static constexpr std::uint32_t kDecideWithin = 8;
+  // A blob knows its place no better, whatever its image says: calibration, shape, motion.
+  static constexpr double kMinSigma_px = 0.02;
+  // How much the newest blob counts in a track's area, where it is about as large.
+  static constexpr double kAreaRate = 0.2;
+  // Less than that of its own area, and something hides a part of the marker.
+  static constexpr double kWhole = 0.95;
+  // So much more than its own area, and a track's blob holds another marker.
+  static constexpr double kLarger = 1.1;
+
+  void predict(double dt_s) {
+    for (BlobPair& pair : pairs_) pair.predict(dt_s);
+    for (Track& track : tracks_) {
+      track.follower.predict(dt_s);
+      track.aim = track.follower.aim();
+      track.blob = kNone;
+      track.sure = true;
+      track.settled = false;
+    }
+    lost_.clear();
+    const auto ended = [this](const Track& track) { return at_ - track.seen_at > life_.max_coast; };
+    for (const Track& track : tracks_) {
+      if (track.confirmed && ended(track)) lost_.push_back({track.id, track.aim.centre_px});
+    }
+    erase_if(ended);
+  }
+
+  /// Erases tracks; the pairs that a track leaves go with it.
+  template <class Is>
+  void erase_if(Is&& is) {
+    if (std::none_of(tracks_.begin(), tracks_.end(), is)) return;
+    for (std::size_t p = pairs_.size(); p-- > 0;) {
+      if (is(tracks_[pairs_[p].member(0).track]) || is(tracks_[pairs_[p].member(1).track])) dissolve(p);
+    }
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < tracks_.size(); ++i) {
+      if (is(tracks_[i])) continue;
+      if (const std::uint32_t pair = tracks_[i].pair; pair != kNone) {
+        for (const std::size_t m : {std::size_t{0}, std::size_t{1}}) {
+          if (pairs_[pair].member(m).track == i) pairs_[pair].member(m).track = static_cast<std::uint32_t>(kept);
+        }
+      }
+      if (kept != i) tracks_[kept] = tracks_[i];
+      ++kept;
+    }
+    tracks_.erase(tracks_.begin() + static_cast<std::ptrdiff_t>(kept), tracks_.end());
+  }
+
+  void lay_out(std::span<const Blob> blobs) {
+    entries_.clear();
+    variance_.clear();
+    for (std::uint32_t i = 0; i < blobs.size(); ++i) {
+      const double sigma = std::max(blobs[i].sigma_px, kMinSigma_px);
+      variance_.push_back(sigma * sigma);
+      const filter::Vector<2>& point = blobs[i].centroid.v;
+      if (std::isfinite(point.x() + point.y() + sigma)) entries_.push_back({point.x(), point.y(), i});
+    }
+    owner_.assign(blobs.size(), kNone);
+    grid_.build(entries_);
+  }
+
+  void assign(bool confirmed) {
+    rows_.clear();
+    candidates_.clear();
+    for (std::uint32_t i = 0; i < tracks_.size(); ++i) {
+      if (tracks_[i].confirmed != confirmed) continue;
+      add_candidates(static_cast<std::uint32_t>(rows_.size()), tracks_[i]);
+      rows_.push_back(i);
+    }
+    if (candidates_.empty()) return;
+    const auto columns = assigner_.assign(rows_.size(), variance_.size(), candidates_, kCostOfAlone);
+    for (std::size_t row = 0; row < rows_.size(); ++row) {
+      if (columns[row] == geometry::Assigner::kAlone) continue;
+      tracks_[rows_[row]].blob = columns[row];
+      owner_[columns[row]] = rows_[row];
+    }
+  }
+
+  /// What it costs that a blob is the track's, -2 ln of the likelihood.
+  double cost_of(const Track& track, std::uint32_t blob, double distance2) const {
+    const double cost = filter::innovation_cost<2>(distance2, track.aim.variance_px2 + variance_[blob]);
+    return track.missed_images > 0 ? cost + kReappears : cost;
+  }
+
+  void add_candidates(std::uint32_t row, const Track& track) {
+    const BlobAim& aim = track.aim;
+    const std::size_t first = candidates_.size();
+    grid_.for_each_near(aim.centre_px, aim.reach_px, [&](std::uint32_t blob, double distance2) {
+      if (owner_[blob] != kNone) return;
+      const double cost = cost_of(track, blob, distance2);
+      if (candidates_.size() - first < kMaxCandidates) {
+        candidates_.push_back({row, blob, cost});
+        return;
+      }
+      const auto worst = std::max_element(candidates_.begin() + static_cast<std::ptrdiff_t>(first), candidates_.end(),
+                                          [](const auto& a, const auto& b) { return a.cost < b.cost; });
+      if (cost < worst->cost) *worst = {row, blob, cost};
+    });
+  }
+
+  /// Looks for a blob that a confirmed track without one could own together with its owner, or in its place.
+  void find_pairs(std::span<const Blob> blobs) {
+    for (std::uint32_t i = 0; i < tracks_.size(); ++i) {
+      const Track& track = tracks_[i];
+      if (!track.confirmed || track.blob != kNone || track.pair != kNone) continue;
+      std::uint32_t with = kNone;
+      double least = std::numeric_limits<double>::infinity();
+      grid_.for_each_near(track.aim.centre_px, track.aim.reach_px, [&](std::uint32_t blob, double distance2) {
+        const std::uint32_t owner = owner_[blob];
+        if (owner == kNone || !tracks_[owner].confirmed || !is_free(tracks_[owner])) return;
+        const double cost = cost_of(track, blob, distance2);
+        if (cost >= least || !could_share(track, tracks_[owner], blobs[blob], cost, distance2)) return;
+        least = cost;
+        with = owner;
+      });
+      if (with == kNone) continue;
+      if (tracks_[with].pair != kNone) dissolve(tracks_[with].pair);
+      if (pairs_.size() == kMaxPairs) continue;
+      pairs_.push_back(BlobPair(tracks_[with].follower.kalman(), track.follower.kalman(),
+                                {with, tracks_[with].area_px2}, {i, track.area_px2}));
+      tracks_[i].pair = tracks_[with].pair = static_cast<std::uint32_t>(pairs_.size() - 1);
+    }
+  }
+
+  /// To become one of a pair: a pair whose members are apart gives way.
+  bool is_free(const Track& track) const {
+    if (track.pair == kNone) return true;
+    const BlobPair& pair = pairs_[track.pair];
+    return pair.apart() && tracks_[pair.member(0).track].blob != kNone && tracks_[pair.member(1).track].blob != kNone;
+  }
+
+  bool could_share(const Track& track, const Track& owner, const Blob& blob, double cost, double distance2) const {
+    const double owners_cost = cost_of(owner, owner.blob, (blob.centroid.v - owner.aim.centre_px).squaredNorm());
+    if (cost - owners_cost < kSure) return true;
+    const bool holds_two = blob.area_px2 > kLarger * owner.area_px2;
+    if (track.missed_images > 0 && !holds_two) return false;
+    if (track.missed_images == 0 && holds_two) return true;  // within reach, and gone just now
+    const double half_length = std::sqrt(blob.area_px2 / M_PI / std::max(0.1, blob.roundness));
+    const double reach = half_length + 3.0 * std::sqrt(track.aim.variance_px2);
+    return distance2 < reach * reach && blob.area_px2 > 0.8 * std::max(track.area_px2, owner.area_px2);
+  }
+
+  void settle_pairs(std::span<const Blob> blobs) {
+    for (std::size_t p = pairs_.size(); p-- > 0;) {
+      BlobPair& pair = pairs_[p];
+      Track* const members[2] = {&tracks_[pair.member(0).track], &tracks_[pair.member(1).track]};
+      const std::uint32_t seen[2] = {members[0]->blob, members[1]->blob};
+      if (seen[0] != kNone && seen[1] != kNone) {
+        const Blob* const both[2] = {&blobs[seen[0]], &blobs[seen[1]]};
+        pair.see_two(both, seen);
+      } else if (const std::uint32_t one = seen[0] != kNone ? seen[0] : seen[1]; one != kNone) {
+        pair.see_one(blobs[one], one, discs_);
+      } else {
+        pair.see_none();
+      }
+      const bool decided = pair.lead() >= kDecided;
+      for (const std::size_t m : {std::size_t{0}, std::size_t{1}}) {
+        members[m]->blob = pair.blob(m);
+        members[m]->sure = decided && !pair.merged();
+        members[m]->settled = true;
+        members[m]->follower.restart(pair.filter(m));
+        if (members[m]->blob != kNone) owner_[members[m]->blob] = pair.member(m).track;
+      }
+      const bool ends = pair.merged() ? false : decided || pair.images_apart() >= kDecideWithin;
+      if (ends) dissolve(p);
+    }
+  }
+
+  /// Its members go on alone, from what the best story holds for true.
+  void dissolve(std::size_t index) {
+    for (const std::size_t m : {std::size_t{0}, std::size_t{1}}) {
+      Track& track = tracks_[pairs_[index].member(m).track];
+      track.follower.restart(pairs_[index].filter(m));
+      track.pair = kNone;
+    }
+    if (index + 1 != pairs_.size()) {
+      pairs_[index] = pairs_.back();
+      for (const std::size_t m : {std::size_t{0}, std::size_t{1}}) {
+        tracks_[pairs_[index].member(m).track].pair = static_cast<std::uint32_t>(index);
+      }
+    }
+    pairs_.pop_back();
+  }
+
+  void settle(std::span<const Blob> blobs) {
+    bool any_ended = false;
+    for (Track& track : tracks_) {
+      ++track.age_images;
+      if (track.blob == kNone) {
+        ++track.missed_images;
+        any_ended = any_ended || !track.confirmed;
+        if (!track.settled) track.follower.coast();
+        continue;
+      }
+      track.seen_at = at_;
+      track.missed_images = 0;
+      track.confirmed = track.confirmed || track.age_images >= life_.confirm_images;
+      if (!track.settled) take_in(blobs[track.blob], variance_[track.blob], track);
+    }
+    if (any_ended) {
+      erase_if([](const Track& track) { return !track.confirmed && track.missed_images > 0; });
+    }
+  }
+
+  void take_in(const Blob& blob, double variance, Track& track) {
+    const double share = blob.area_px2 / track.area_px2;
+    const bool alike = share > kWhole && share < kLarger;
+    track.area_px2 += (alike ? kAreaRate : 0.1 * kAreaRate) * (blob.area_px2 - track.area_px2);
+    if (share > kWhole) {
+      track.follower.update(blob.centroid.v, variance);
+      return;
+    }
+    const PartOfDisc part = part_of_disc(blob, track.area_px2, track.aim.centre_px, cut_);
+    track.follower.update(part.centre_px, std::max(variance, part.sigma_px * part.sigma_px));
+  }
+
+  template <class Birth>
+  void give_birth(std::span<const Blob> blobs, Birth&& birth) {
+    for (const auto& entry : entries_) {
+      if (owner_[entry.index] != kNone) continue;
+      if (tracks_.size() == max_tracks_ || next_id_ == kNone) return;
+      const Blob& blob = blobs[entry.index];
+      Track track{birth(blob.centroid.v, variance_[entry.index]), {}, next_id_++};
+      track.aim = track.follower.aim();
+      track.blob = entry.index;
+      track.confirmed = life_.confirm_images <= 1;
+      track.area_px2 = std::max(1.0, blob.area_px2);
+      track.seen_at = at_;
+      tracks_.push_back(track);
+    }
+  }
+
+  BlobTrackLife life_;
+  std::size_t max_tracks_;
+  BlobGrid grid_;
+  geometry::Assigner assigner_;
+  geometry::TwoDiscs discs_;
+  geometry::CutDisc cut_;
+  std::vector<Track> tracks_;
+  std::vector<BlobPair> pairs_;
+  std::vector<Lost> lost_;
+  Timestamp at_;
+  std::uint32_t next_id_ = 0;
+  std::vector<BlobGrid::Entry> entries_;
+  std::vector<double> variance_;      // of each blob's place, each axis, px^2
+  std::vector<std::uint32_t> owner_;  // of each blob: index of its track
+  std::vector<std::uint32_t> rows_;   // tracks that are being assigned
+  std::vector<geometry::AllowedPair> candidates_;
+};
+
+}  // namespace mocap::stages

@@ -1,0 +1,201 @@
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "associate/multi_view_matcher.h"
+#include "support/marker_world.h"
+
+namespace mocap::stages {
+namespace {
+
+using Eigen::Vector3d;
+using namespace mocap::test;
+
+constexpr SubjectId kWho{0};
+
+/// A hand's markers, of whose blobs each bears a 2D track; all but the first hide, and of that one camera 0 has a blob.
+struct Hand {
+  Hand() {
+    for (int set = 0; set < 5; ++set) (void)matcher->match(look().set, expected(0.005));
+  }
+  SeenWorld look() {
+    auto world = see(rig, markers, {.sigma_px = 0.05}, random);
+    for (std::size_t view = 0; view < rig.size(); ++view) {
+      Blobs& blobs = world.frames[view]->blobs;
+      for (std::size_t b = 0; b < blobs.size(); ++b)
+        blobs[b].track = BlobTrackId{static_cast<std::uint32_t>(world.marker_of[view][b])};
+    }
+    return world;
+  }
+  SeenWorld hide() {
+    auto world = look();
+    for (std::size_t view = 0; view < rig.size(); ++view) {
+      Blobs& blobs = world.frames[view]->blobs;
+      for (std::size_t b = blobs.size(); b-- > 0;) {
+        if (view != 0 || world.marker_of[view][b] != 0) blobs.erase_unordered(b);
+      }
+    }
+    return world;
+  }
+  /// The blob of the lone camera goes on as another 2D track.
+  SeenWorld hide_and_break() {
+    auto world = hide();
+    EXPECT_EQ(matcher->match(world.set, expected(0.005)).lone.size(), 1U);
+    world.frames[0]->blobs[0].track = BlobTrackId{77};
+    return world;
+  }
+  /// The body's guess of all, off by the same way: the third name is expected where the first marker is.
+  Expected expected(double sigma_m, const Vector3d& off = Vector3d::Zero(), bool tracked = true) {
+    Expected all;
+    for (std::uint32_t m = 0; m < markers.size(); ++m) {
+      ExpectedMarker& marker = all.markers.push_back({});
+      marker.position.v = markers[m] + off;
+      marker.covariance_m2 = sigma_m * sigma_m * Eigen::Matrix3d::Identity();
+      marker.label = {kWho, m};
+      if (tracked) marker.track = TrackId{40 + m};
+    }
+    return all;
+  }
+  Vector3d as_another() const { return markers[0] - markers[2]; }
+
+  std::mt19937 random{4};
+  Rig rig = ring(4);
+  std::vector<Vector3d> markers{{0.0, 0.0, 1.0}, {0.06, 0.02, 1.0}, {0.02, 0.07, 1.02}};
+  std::unique_ptr<Matcher> matcher = make_matcher({}, rig);
+};
+
+TEST(MatchLone, ABlobIsWhoseItsTrackWasThoughAnotherIsExpectedThere) {
+  Hand hand;
+  const auto world = hand.hide();
+
+  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, hand.as_another()));
+
+  ASSERT_EQ(matches.lone.size(), 1U);
+  EXPECT_EQ(matches.lone[0].expected, 0U);
+}
+
+TEST(MatchLone, AMarkerWhose3DTrackEndedIsKnownByItsName) {
+  Hand hand;
+  const auto world = hand.hide();
+
+  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, hand.as_another(), false));
+
+  ASSERT_EQ(matches.lone.size(), 1U);
+  EXPECT_EQ(matches.lone[0].expected, 0U);
+}
+
+TEST(MatchLone, ABlobThatOneCameraAloneSawWithoutDoubtStaysItsMarkers) {
+  Hand hand;
+  auto world = hand.hide();
+  world.frames[0]->blobs[0].track = BlobTrackId{77};  // this camera did not see it before
+  for (int set = 0; set < 4; ++set) {
+    ASSERT_EQ(hand.matcher->match(world.set, hand.expected(0.003)).lone.size(), 1U);
+  }
+
+  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, hand.as_another(), false));
+
+  ASSERT_EQ(matches.lone.size(), 1U);
+  EXPECT_EQ(matches.lone[0].expected, 0U);
+}
+
+// Another camera has a blob on the ray of the one that it is seen by, three sigmas off in depth. What flashes in one
+// image has no 2D track; a marker that comes into that camera's view has one within a few images.
+TEST(MatchLone, AFlashOnTheRayOfAMarkerThatOneCameraSeesIsNoSecondSightOfIt) {
+  for (const bool flashes : {true, false}) {
+    Hand hand;
+    (void)hand.matcher->match(hand.hide().set, hand.expected(0.005));
+    auto world = hand.hide();
+    const Vector3d away = (hand.markers[0] - hand.rig[0].centre().v).normalized();
+    Hand farther;
+    farther.markers[0] += 0.03 * away;
+    const auto other = farther.look();
+    for (std::size_t b = 0; b < other.frames[1]->blobs.size(); ++b) {
+      if (other.marker_of[1][b] != 0) continue;
+      Blob& blob = world.frames[1]->blobs.push_back(other.frames[1]->blobs[b]);
+      blob.track = flashes ? BlobTrackId{} : BlobTrackId{88};
+    }
+    ASSERT_EQ(world.frames[1]->blobs.size(), 1U);
+
+    const Matches& matches = hand.matcher->match(world.set, hand.expected(0.01));
+
+    EXPECT_EQ(matches.lone.size(), flashes ? 1U : 0U);
+    EXPECT_EQ(matches.matches.size(), flashes ? 0U : 1U);
+  }
+}
+
+// The 2D track breaks, and the next blob is a little nearer to where a name is expected that nobody saw.
+TEST(MatchLone, ABlobThatGoesOnAfterItsTrackBrokeIsRatherItsMarkers) {
+  Hand hand;
+  const auto world = hand.hide_and_break();
+
+  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, 0.6 * hand.as_another(), false));
+
+  ASSERT_EQ(matches.lone.size(), 1U);
+  EXPECT_EQ(matches.lone[0].expected, 0U);
+}
+
+TEST(MatchLone, ABlobLongAfterATrackBrokeIsWhoseItMayBeBest) {
+  Hand hand;
+  const auto world = hand.hide_and_break();
+  auto dark = hand.hide();
+  dark.frames[0]->blobs.clear();
+  for (int set = 0; set < 30; ++set) (void)hand.matcher->match(dark.set, hand.expected(0.005));
+
+  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, 0.6 * hand.as_another(), false));
+
+  ASSERT_EQ(matches.lone.size(), 1U);
+  EXPECT_EQ(matches.lone[0].expected, 2U);
+}
+
+TEST(MatchLone, ABlobThatMayBeAnyOfTheHandsIsNobodysForGood) {
+  Hand hand;
+  auto world = hand.hide();
+  world.frames[0]->blobs[0].track = BlobTrackId{77};
+  // All three may be there, and the first is a little nearer.
+  for (int set = 0; set < 4; ++set) (void)hand.matcher->match(world.set, hand.expected(0.1, Vector3d::Zero(), false));
+
+  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, hand.as_another(), false));
+
+  ASSERT_EQ(matches.lone.size(), 1U);
+  EXPECT_EQ(matches.lone[0].expected, 2U);
+}
+
+// How far the ray passes from a place.
+double off_m(const LoneSighting& lone, const Vector3d& place) {
+  return (place - lone.eye.v).cross(lone.direction).norm();
+}
+
+TEST(MatchLone, ABlobThatMayBeAnyOfTheHandsTellsWhereTheHandIs) {
+  Hand hand;
+  auto world = hand.hide();
+  world.frames[0]->blobs[0].track = BlobTrackId{77};
+  const Vector3d middle = (hand.markers[0] + hand.markers[1] + hand.markers[2]) / 3.0;
+
+  // Nobody knows which of the three it is: were it the middle of them, each would lie beside it as it does beside that.
+  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.1, Vector3d::Zero(), false));
+
+  ASSERT_EQ(matches.lone.size(), 1U);
+  const LoneSighting& lone = matches.lone[0];
+  const Vector3d& named = hand.markers[lone.expected];
+  EXPECT_LT(off_m(lone, hand.markers[0] + named - middle), 0.005);
+  const double sigma_m = lone.sigma_rad * (named - lone.eye.v).norm();
+  EXPECT_GT(sigma_m, 0.02);
+  EXPECT_LT(sigma_m, 0.05);
+}
+
+TEST(MatchLone, ABlobOfAHandThatIsWellKnownTellsWhereTheNamedMarkerIs) {
+  Hand hand;
+  auto world = hand.hide();
+  world.frames[0]->blobs[0].track = BlobTrackId{77};
+
+  // Several may have made it, none of which is known so badly that it could be where another is.
+  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.015, 0.45 * hand.as_another(), false));
+
+  ASSERT_EQ(matches.lone.size(), 1U);
+  EXPECT_LT(off_m(matches.lone[0], hand.markers[0]), 0.001);
+}
+
+}  // namespace
+}  // namespace mocap::stages

@@ -1,0 +1,190 @@
+#include "drift/drift_watch.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <numbers>
+#include <set>
+
+#include "associate/match_triangulator.h"
+#include "associate/multi_view_matcher.h"
+#include "geometry/lens.h"
+#include "scene/random.h"
+#include "support/bumped_camera.h"
+#include "track3d/kalman_marker_tracker.h"
+
+namespace mocap::stages {
+namespace {
+
+using test::bumped;
+using test::eight_cameras;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+/// The row from blobs to markers on a rig file, while the cameras stand as `truth` says, with a watch.
+class Capture {
+ public:
+  Capture(Rig file, std::uint64_t seed) : file_(std::move(file)), truth_(file_), random_(seed), watch_({}, file_) {
+    matcher_ = make_matcher({}, file_);
+    triangulator_ = make_triangulator({}, file_);
+    tracker_ = make_marker_tracker({});
+    views_.resize(file_.size());
+  }
+
+  void stand_as(Rig truth) { truth_ = std::move(truth); }
+
+  void run(double seconds) {
+    for (int i = 0; i < static_cast<int>(seconds * kRate_hz); ++i) step();
+  }
+
+  const CameraDrift& camera(std::uint32_t c) const { return watch_.camera(CameraId{c}); }
+  double t_s() const { return t_s_; }
+
+ private:
+  static constexpr double kRate_hz = 60.0;
+
+  void step() {
+    t_s_ += 1.0 / kRate_hz;
+    FrameSet frames;
+    frames.exposed_at = from_ns(0) + from_s(t_s_);
+    frames.expected_views = static_cast<std::uint32_t>(file_.size());
+    for (std::uint32_t c = 0; c < views_.size(); ++c) {
+      see(c);
+      views_[c].exposed_at = frames.exposed_at;
+      frames.views.push_back(&views_[c]);
+    }
+    expected_->at = frames.exposed_at;
+    expected_->markers.clear();
+    tracker_->predict(frames.exposed_at, *expected_);
+    const Matches& matches = matcher_->match(frames, *expected_);
+    const Markers& markers = triangulator_->triangulate(frames, matches);
+    watch_.look(frames, matches, markers);
+    (void)tracker_->step(markers, *expected_, matches.lone);
+  }
+
+  // Twenty markers wander through the volume; each view is missing now and then, and some blobs are nobody's.
+  void see(std::uint32_t c) {
+    BlobFrame& view = views_[c];
+    view.camera = CameraId{c};
+    view.blobs.clear();
+    for (int m = 0; m < 20; ++m) {
+      const double phase = 1.7 * m;
+      const Eigen::Vector3d at(1.2 * std::sin(0.5 * t_s_ + phase), 1.2 * std::cos(0.37 * t_s_ + 2.3 * phase),
+                               1.0 + 0.7 * std::sin(0.61 * t_s_ + 0.9 * phase));
+      const auto seen = geometry::project(truth_[c], {at});
+      if (!seen || !geometry::in_image(truth_[c], *seen) || random_.uniform() < 0.2) continue;
+      add(view, seen->v + 0.1 * Eigen::Vector2d(random_.normal(), random_.normal()));
+    }
+    for (int i = 0; i < 3; ++i)
+      add(view, {truth_[c].width_px * random_.uniform(), truth_[c].height_px * random_.uniform()});
+  }
+
+  static void add(BlobFrame& view, const Eigen::Vector2d& at) {
+    Blob blob;
+    blob.centroid.v = at;
+    view.blobs.push_back(blob);
+  }
+
+  Rig file_, truth_;
+  scene::Random random_;
+  DriftWatch watch_;
+  std::unique_ptr<Matcher> matcher_;
+  std::unique_ptr<Triangulator> triangulator_;
+  std::unique_ptr<MarkerTracker> tracker_;
+  std::vector<BlobFrame> views_;
+  std::unique_ptr<Expected> expected_ = std::make_unique<Expected>();
+  double t_s_ = 0.0;
+};
+
+TEST(DriftWatch, NamesABumpedCameraWithinTenSecondsAndNoOther) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const Rig file = eight_cameras();
+    Capture capture(file, seed);
+    capture.run(3.0);
+    Rig truth = file;
+    const auto c = static_cast<std::uint32_t>(2 * seed);
+    truth[c] = bumped(truth[c], 0.3 * kDegree, 0.005);
+    capture.stand_as(truth);
+
+    capture.run(10.0);
+
+    for (std::uint32_t i = 0; i < file.size(); ++i) EXPECT_EQ(capture.camera(i).drifted, i == c) << "camera " << i;
+    // A turn of 0.05 degrees and a move of 4 mm look much alike from 4.5 m.
+    EXPECT_NEAR(capture.camera(c).turned_rad / kDegree, 0.3, 0.05);
+    EXPECT_NEAR(capture.camera(c).moved_m, 0.005, 0.004);
+  }
+}
+
+// With so wide pixels a bump of 2.6 px stays within the matcher's gates, and pulls markers along.
+TEST(DriftWatch, OfFourCamerasNamesTheOneThatWasBumpedAlone) {
+  for (std::uint64_t seed = 11; seed <= 14; ++seed) {
+    const Rig file = scene::ring_rig(
+        {.cameras = 4, .radius_m = 4.5, .height_m = 2.4, .width_px = 640, .height_px = 480, .hfov_rad = 1.13});
+    Capture capture(file, seed);
+    capture.run(3.0);
+    Rig truth = file;
+    const auto c = static_cast<std::uint32_t>(seed - 11);
+    truth[c] = bumped(truth[c], 0.3 * kDegree, 0.005);
+    capture.stand_as(truth);
+    std::set<std::uint32_t> named;
+
+    for (int second = 0; second < 20; ++second) {
+      capture.run(1.0);
+      for (std::uint32_t i = 0; i < file.size(); ++i) {
+        if (capture.camera(i).drifted) named.insert(i);
+      }
+      if (second == 9) {
+        EXPECT_TRUE(named.contains(c)) << "camera " << c;
+      }
+    }
+
+    EXPECT_EQ(named, std::set<std::uint32_t>{c});
+  }
+}
+
+TEST(DriftWatch, FindsNothingInARigThatIsRight) {
+  Capture capture(eight_cameras(), 5);
+
+  capture.run(20.0);
+
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    EXPECT_FALSE(capture.camera(i).drifted);
+    EXPECT_LT(capture.camera(i).off_px, 0.1);
+    EXPECT_GT(capture.camera(i).views, 100.0);
+  }
+}
+
+TEST(DriftWatch, TakesBackWhatIsRightAgain) {
+  const Rig file = eight_cameras();
+  Capture capture(file, 6);
+  Rig truth = file;
+  truth[1] = bumped(truth[1], 0.3 * kDegree, 0.0);
+  capture.stand_as(truth);
+  capture.run(10.0);
+  ASSERT_TRUE(capture.camera(1).drifted);
+  capture.stand_as(file);
+
+  capture.run(20.0);
+
+  EXPECT_FALSE(capture.camera(1).drifted);
+}
+
+TEST(DriftWatch, TellsASmallDriftBeforeTheMatcherLosesTheCamera) {
+  const Rig file = eight_cameras();
+  Capture capture(file, 7);
+  Rig truth = file;
+  truth[4] = bumped(truth[4], 0.06 * kDegree, 0.0);  // 1.1 px
+  capture.stand_as(truth);
+
+  capture.run(15.0);
+
+  EXPECT_NEAR(capture.camera(4).off_px, 1.1, 0.15);
+  EXPECT_NEAR(capture.camera(4).turned_rad / kDegree, 0.06, 0.05);  // a move of 4 mm looks much alike
+  for (std::uint32_t i = 0; i < file.size(); ++i) {
+    if (i == 4) continue;
+    EXPECT_FALSE(capture.camera(i).drifted) << "camera " << i;
+  }
+}
+
+}  // namespace
+}  // namespace mocap::stages

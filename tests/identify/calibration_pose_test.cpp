@@ -1,0 +1,103 @@
+#include "identify/calibration_pose.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "identify/t_pose_finder.h"
+#include "support/test_body.h"
+
+namespace mocap::body {
+namespace {
+
+using test::person;
+
+constexpr double kLowered_rad = 0.785;
+
+// Bones turned by their names, without any help of what is tested.
+std::vector<Pose> lowered(const PoseFit& body, double left_rad, double right_rad) {
+  std::vector<Pose> locals(body.locals().begin(), body.locals().end());
+  const auto& bones = body.marker_set().skeleton.bones;
+  for (std::size_t b = 0; b < bones.size(); ++b) {
+    if (bones[b].name == "LeftUpArm") locals[b].rotation = turn_by({-left_rad, 0.0, 0.0});
+    if (bones[b].name == "RightUpArm") locals[b].rotation = turn_by({right_rad, 0.0, 0.0});
+  }
+  return locals;
+}
+
+class ShippedSets : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(ShippedSets, StandInAPoseWhereTheirUpperArmsAreLowered) {
+  const MarkerSet set = person(GetParam());
+  PoseFit body(set, PoseFit::Lengths::Fixed);
+  body.set_locals(lowered(body, kLowered_rad, kLowered_rad));
+
+  const auto stance = a_pose(set, kLowered_rad);
+
+  ASSERT_TRUE(stance);
+  const PoseFit at_rest(stance->set, PoseFit::Lengths::Fixed);
+  for (std::size_t m = 0; m < set.markers.size(); ++m) {
+    EXPECT_LT((at_rest.marker_at(m) - body.marker_at(m)).norm(), 1e-12) << set.markers[m].name;
+  }
+  for (std::size_t b = 0; b < set.skeleton.bones.size(); ++b) {
+    EXPECT_LT(test::angle_between(stance->turned[b], body.world()[b].rotation), 1e-12) << set.skeleton.bones[b].name;
+  }
+}
+
+TEST_P(ShippedSets, AreFoundInAPoseByTheSetThatRestsInIt) {
+  const MarkerSet set = person(GetParam());
+  const auto stance = a_pose(set, kLowered_rad);
+  ASSERT_TRUE(stance);
+  TPoseFinder finder(stance->set, {.most_turn_rad = 0.2}, 128);
+  PoseFit body(set, PoseFit::Lengths::Fixed);
+  for (const double off_rad : {-0.18, -0.1, 0.0, 0.1, 0.18}) {
+    std::vector<Pose> locals = lowered(body, kLowered_rad + off_rad, kLowered_rad - 0.03);
+    locals[0] = {{0.4, -0.3, 0.95}, turn_by({0.0, 0.0, 5.0 * off_rad + 1.0})};
+    body.set_locals(locals);
+    std::vector<Eigen::Vector3d> points;
+    for (std::size_t m = 0; m < set.markers.size(); ++m) points.push_back(body.marker_at(m));
+
+    const auto& found = finder.find(points);
+
+    ASSERT_TRUE(found) << off_rad;
+    EXPECT_EQ(found->matched, static_cast<int>(set.markers.size())) << off_rad;
+    for (std::size_t m = 0; m < set.markers.size(); ++m) {
+      EXPECT_EQ(found->point_of_marker[m], static_cast<int>(m)) << off_rad << " " << set.markers[m].name;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Stance, ShippedSets, ::testing::Values("openmocap18", "baseline41"),
+                         [](const auto& set) { return std::string(set.param); });
+
+TEST(Stance, FindsNobodyInAPoseWhoseArmsHangFurtherDown) {
+  const MarkerSet set = person("baseline41");
+  const auto stance = a_pose(set, kLowered_rad);
+  ASSERT_TRUE(stance);
+  TPoseFinder finder(stance->set, {.most_turn_rad = 0.2}, 128);
+  PoseFit body(set, PoseFit::Lengths::Fixed);
+  for (const double lowered_rad : {1.15, 1.3, 1.5}) {
+    std::vector<Pose> locals = lowered(body, lowered_rad, lowered_rad);
+    locals[0].position = {0.0, 0.0, 0.95};
+    body.set_locals(locals);
+    std::vector<Eigen::Vector3d> points;
+    for (std::size_t m = 0; m < set.markers.size(); ++m) points.push_back(body.marker_at(m));
+
+    EXPECT_FALSE(finder.find(points)) << lowered_rad;
+  }
+}
+
+TEST(Stance, IsNothingForABodyWithoutArmsThatTurnSoFar) {
+  MarkerSet stiff = person("openmocap18");
+  for (Bone& bone : stiff.skeleton.bones) bone.turns[0] = AngleRange{-0.5, 0.5};
+  MarkerSet one_bone = person("openmocap18");
+  one_bone.skeleton.bones.resize(1);
+  one_bone.markers.clear();
+
+  EXPECT_FALSE(a_pose(stiff, kLowered_rad));
+  EXPECT_FALSE(a_pose(one_bone, kLowered_rad));
+  EXPECT_FALSE(a_pose({}, kLowered_rad));
+}
+
+}  // namespace
+}  // namespace mocap::body

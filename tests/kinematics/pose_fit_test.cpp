@@ -1,0 +1,256 @@
+#include "kinematics/pose_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "kinematics/rotation.h"
+#include "support/test_body.h"
+
+namespace mocap::body {
+namespace {
+
+using test::angle_between;
+using test::person;
+using test::random_pose;
+using test::see;
+
+TEST(RotationVector, AndTurnByAreEachOthersInverse) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal(0.0, 0.8);
+  for (int i = 0; i < 200; ++i) {
+    const Eigen::Vector3d phi(normal(random), normal(random), normal(random));
+    if (phi.norm() > 3.1) continue;
+
+    EXPECT_LT((rotation_vector(turn_by(phi)) - phi).norm(), 1e-9);
+  }
+}
+
+TEST(ChangeOfRotationVector, AgreesWithFiniteDifferences) {
+  std::mt19937 random(2);
+  std::normal_distribution<double> normal(0.0, 0.8);
+  for (int i = 0; i < 50; ++i) {
+    const Eigen::Vector3d phi(normal(random), normal(random), normal(random));
+    if (phi.norm() > 2.8) continue;
+    const Eigen::Matrix3d change = change_of_rotation_vector(phi);
+
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3d small = 1e-6 * Eigen::Vector3d::Unit(axis);
+      const Eigen::Vector3d slope =
+          (rotation_vector(turn_by(small) * turn_by(phi)) - rotation_vector(turn_by(-small) * turn_by(phi))) / 2e-6;
+      EXPECT_LT((slope - change.col(axis)).norm(), 1e-6);
+    }
+  }
+}
+
+TEST(PoseFit, FindsARandomPoseFromItsMarkersStartingAtRest) {
+  const MarkerSet set = person("baseline41");
+  std::mt19937 random(3);
+  for (int trial = 0; trial < 20; ++trial) {
+    PoseFit truth(set, PoseFit::Lengths::Fixed);
+    truth.set_locals(random_pose(set, 0.5, random));
+    PoseFit fit(set, PoseFit::Lengths::Fixed);
+    fit.place({truth.world()[0].position + Eigen::Vector3d(0.05, -0.03, 0.02), truth.world()[0].rotation});
+
+    const PoseFitResult result = fit.solve(see(truth), PosePrior{.outlier_m = 0.3}, 60);
+
+    // Priors of 3 rad bend an exact pose by less than a millimetre.
+    EXPECT_LT(result.rms_m, 0.001);
+    for (std::size_t b = 0; b < set.skeleton.bones.size(); ++b) {
+      EXPECT_LT((fit.world()[b].position - truth.world()[b].position).norm(), 0.005) << set.skeleton.bones[b].name;
+    }
+  }
+}
+
+TEST(PoseFit, IsNotPulledAwayByOneWrongMarker) {
+  const MarkerSet set = person("baseline41");
+  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  std::vector<Observation> seen = see(truth);
+  seen[20].position += Eigen::Vector3d(0.3, 0.1, 0.0);
+  PoseFit fit(set, PoseFit::Lengths::Fixed);
+
+  (void)fit.solve(seen, PosePrior{}, 30);
+
+  for (std::size_t b = 0; b < set.skeleton.bones.size(); ++b) {
+    EXPECT_LT((fit.world()[b].position - truth.world()[b].position).norm(), 0.004) << set.skeleton.bones[b].name;
+  }
+}
+
+TEST(PoseFit, FindsEveryJointOfOneMarkerAJoint) {
+  const MarkerSet set = person("openmocap18");
+  std::mt19937 random(4);
+  for (int trial = 0; trial < 20; ++trial) {
+    PoseFit truth(set, PoseFit::Lengths::Fixed);
+    truth.set_locals(random_pose(set, 0.4, random));
+    PoseFit fit(set, PoseFit::Lengths::Fixed);
+    fit.place(truth.world()[0]);
+
+    const PoseFitResult result = fit.solve(see(truth), PosePrior{.outlier_m = 0.5}, 60);
+
+    EXPECT_LT(result.rms_m, 0.001);
+  }
+}
+
+TEST(PoseFit, RecoversTheBoneLengthsOfAnotherBody) {
+  const MarkerSet model = person("openmocap18");
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0.0, 0.001);
+  std::uniform_real_distribution<double> stretch(0.9, 1.12);
+  for (int trial = 0; trial < 10; ++trial) {
+    MarkerSet other = model;
+    for (Bone& bone : other.skeleton.bones) bone.rest_offset_m *= stretch(random);
+    PoseFit truth(other, PoseFit::Lengths::Fixed);
+    std::vector<Observation> seen = see(truth);
+    for (Observation& one : seen) {
+      one.position += Eigen::Vector3d(noise(random), noise(random), noise(random));
+      one.sigma_m = 0.002;
+    }
+    PoseFit fit(model, PoseFit::Lengths::Free);
+
+    const PoseFitResult result = fit.solve(seen, PosePrior{.rest_sigma_rad = 0.15, .outlier_m = 0.3}, 60);
+
+    EXPECT_LT(result.rms_m, 0.002);
+    for (std::size_t b = 1; b < other.skeleton.bones.size(); ++b) {
+      // Two markers of 1 mm noise tell a length to 1.4 mm; four sigma, and the prior's pull.
+      EXPECT_NEAR(fit.locals()[b].position.norm(), other.skeleton.bones[b].rest_offset_m.norm(), 0.007)
+          << other.skeleton.bones[b].name;
+    }
+  }
+}
+
+TEST(PoseFit, StaysFiniteWhateverIsSeen) {
+  const MarkerSet set = person("baseline41");
+  PoseFit fit(set, PoseFit::Lengths::Fixed);
+  const double nan = std::nan("");
+  const std::vector<Observation> seen{{0, {nan, 0.0, 0.0}}, {1, {1e9, -1e9, 1e9}}, {2, {0.0, 0.0, 0.0}}};
+
+  const PoseFitResult result = fit.solve(seen, PosePrior{}, 20);
+
+  EXPECT_TRUE(std::isfinite(result.cost));
+  for (const Pose& pose : fit.world()) {
+    EXPECT_TRUE(pose.position.allFinite());
+    EXPECT_NEAR(pose.rotation.norm(), 1.0, 1e-9);
+  }
+}
+
+TEST(TurnOfChangedVector, IsTheInverseOfChangeOfRotationVector) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal(0.0, 0.8);
+  for (const double scale : {1e-3, 0.05, 1.0}) {
+    for (int i = 0; i < 50; ++i) {
+      const Eigen::Vector3d phi = scale * Eigen::Vector3d(normal(random), normal(random), normal(random));
+
+      EXPECT_LT((turn_of_changed_vector(phi) * change_of_rotation_vector(phi) - Eigen::Matrix3d::Identity()).norm(),
+                1e-9);
+    }
+  }
+}
+
+// Gauss and Newton's gradient of a joint's prior, by small turns either way.
+TEST(JointPrior, HasTheSlopesThatFiniteDifferencesGive) {
+  Bone bone;
+  bone.parent = 0;
+  bone.turns = {AngleRange{-0.3, 0.2}, AngleRange{-0.1, 1.0}, AngleRange{-1.5, 0.1}};
+  Bone hinge = bone;
+  hinge.turns[0] = hinge.turns[2] = std::nullopt;
+  const std::vector<Eigen::Matrix3d> hold{
+      (Eigen::Matrix3d() << 9.0, 1.0, 0.0, 1.0, 30.0, 2.0, 0.0, 2.0, 4.0).finished()};
+  const PosePrior prior{.rest_sigma_rad = 0.7, .rest_share = 0.5, .limit_sigma_rad = 0.2, .hold_weight = hold};
+  std::mt19937 random(8);
+  std::normal_distribution<double> normal(0.0, 0.5);
+  const Eigen::Matrix3d level = Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d leaning = turn_by({0.0, 0.6, 0.0}).toRotationMatrix();
+  for (const auto& [one, as_in_file] : {std::pair(bone, level), std::pair(hinge, level), std::pair(bone, leaning)}) {
+    JointPrior joint(one, false);
+    joint.lean(as_in_file);
+    joint.set(prior, 0);
+    for (int i = 0; i < 20; ++i) {
+      const auto any = [&] { return turn_by({normal(random), normal(random), normal(random)}); };
+      const Eigen::Quaterniond local = joint.allowed(any()), held = any();
+      (void)joint.evaluate(local, held);
+      JointTerms terms;
+      joint.add(Eigen::Matrix3d::Identity(), terms);
+
+      for (int axis = 0; axis < 3; ++axis) {
+        const Eigen::Vector3d small = 1e-6 * Eigen::Vector3d::Unit(axis);
+        const double slope =
+            0.5 *
+            (joint.evaluate(joint.stepped(local, small), held) - joint.evaluate(joint.stepped(local, -small), held)) /
+            2e-6;
+        EXPECT_NEAR(slope, terms.pull[axis], 1e-5 * std::max(1.0, std::abs(slope)));
+      }
+    }
+  }
+}
+
+TEST(PoseFit, LeavesAxesAloneThatDoNotTurn) {
+  MarkerSet set = person("baseline41");
+  for (Bone& bone : set.skeleton.bones) {
+    // Knees and elbows as hinges.
+    if (bone.name.ends_with("LowLeg")) bone.turns[0] = bone.turns[2] = std::nullopt;
+    if (bone.name.ends_with("LowArm")) bone.turns[0] = bone.turns[1] = std::nullopt;
+  }
+  std::mt19937 random(9);
+  std::normal_distribution<double> noise(0.0, 0.003);
+  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  truth.set_locals(random_pose(set, 0.5, random));
+  std::vector<Observation> seen = see(truth);
+  for (Observation& one : seen) one.position += Eigen::Vector3d(noise(random), noise(random), noise(random));
+  PoseFit fit(set, PoseFit::Lengths::Fixed);
+  fit.place(truth.world()[0]);
+
+  const PoseFitResult result = fit.solve(seen, PosePrior{.outlier_m = 0.3}, 60);
+
+  EXPECT_LT(result.rms_m, 0.006);  // the noise of three axes
+  for (std::size_t b = 0; b < set.skeleton.bones.size(); ++b) {
+    const Eigen::Vector3d phi = rotation_vector(fit.locals()[b].rotation);
+    const bool knee = set.skeleton.bones[b].name.ends_with("LowLeg");
+    const bool elbow = set.skeleton.bones[b].name.ends_with("LowArm");
+    EXPECT_LT(knee ? std::hypot(phi.x(), phi.z()) : elbow ? std::hypot(phi.x(), phi.y()) : 0.0, 1e-9);
+    // 3 mm on markers 5 cm beside the limb's axis.
+    const double turned = angle_between(fit.world()[b].rotation, truth.world()[b].rotation);
+    EXPECT_LT(knee || elbow ? turned : 0.0, 0.15);
+  }
+}
+
+// A ray tells nothing along itself: what is pulled along it costs nothing, what is moved across it does.
+TEST(PoseFit, IsDrawnToARayAndNotAlongIt) {
+  const MarkerSet set = person("rigid4");
+  PoseFit fit(set, PoseFit::Lengths::Fixed);
+  const Eigen::Vector3d marker = fit.marker_at(0);
+  const Eigen::Vector3d eye(0.0, -4.0, 0.5), direction = (marker + Eigen::Vector3d(0.05, 0.0, 0.0) - eye).normalized();
+  const double hold_rad = 1e-3;
+  const PosePrior prior{.hold_sigma_rad = {&hold_rad, 1}, .hold_root_sigma_m = 1.0, .outlier_m = 10.0};
+
+  const PoseFitResult result = fit.solve(std::vector{observe_ray(0, eye, direction, 1e-4, marker, 0.001)}, prior, 20);
+
+  EXPECT_TRUE(result.settled);
+  const Eigen::Vector3d off = fit.marker_at(0) - eye;
+  EXPECT_LT((off - direction * direction.dot(off)).norm(), 1e-5);
+  // The shortest way to the ray is across it.
+  EXPECT_LT(std::abs((fit.marker_at(0) - marker).dot(direction)), 1e-4);
+}
+
+// Two sightings of one marker, each sure of another axis, meet where the axes' own information says.
+TEST(PoseFit, BelievesEachDirectionOfASightingByItsOwnSigma) {
+  const MarkerSet set = person("rigid4");
+  PoseFit fit(set, PoseFit::Lengths::Fixed);
+  const Eigen::Vector3d place = fit.marker_at(0), right(0.02, 0.0, 0.0);
+  const auto covariance = [](double x_m, double y_m) {
+    return Eigen::Matrix3d(Eigen::Vector3d(x_m * x_m, y_m * y_m, 1e-6).asDiagonal());
+  };
+  const std::vector<Observation> seen{observe_point(0, place, covariance(0.03, 0.001), 1e-6),
+                                      observe_point(0, place + right, covariance(0.01, 0.001), 1e-6)};
+  const double hold_rad = 1e-4;
+
+  (void)fit.solve(seen, PosePrior{.hold_sigma_rad = {&hold_rad, 1}, .hold_root_sigma_m = 1e3, .outlier_m = 1e3}, 20);
+
+  // 9 : 1 in favour of the second.
+  EXPECT_NEAR((fit.marker_at(0) - place).x(), 0.9 * 0.02, 1e-5);
+}
+
+}  // namespace
+}  // namespace mocap::body

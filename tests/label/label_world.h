@@ -1,0 +1,254 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <random>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "kinematics/pose_fit.h"
+#include "kinematics/rotation.h"
+#include "label/body_labeller.h"
+#include "support/test_body.h"
+
+namespace mocap::test {
+
+/// How the joints of a person are turned; by the name of the bone, `t_s` after the T-pose.
+using Moves = std::function<Eigen::Quaterniond(const std::string& bone, double t_s)>;
+
+/// People whose markers are tracked one track each, as good or as badly as a test wants; and who gets which name.
+class LabelWorld {
+ public:
+  static constexpr double kStep_s = 1.0 / 120.0;
+  static constexpr int kStill = 90;  ///< sets in T-pose
+
+  struct Track {
+    TrackId id;
+    bool hidden = false;
+    bool coasts = false;  ///< nobody sees it; its track goes on
+    std::uint32_t missed_sets = 0;
+    Eigen::Vector3d off = Eigen::Vector3d::Zero();
+  };
+  struct Person {
+    MarkerSet set;
+    std::unique_ptr<body::PoseFit> truth;
+    std::vector<Track> tracks;
+    Eigen::Vector3d place_m = Eigen::Vector3d::Zero();
+    double heading_rad = 0.0;
+    double scale = 1.0;
+    Moves moves;
+    std::size_t subject = 0;
+  };
+
+  LabelWorld() { people_.reserve(kMaxSubjects); }
+
+  /// Adds a person who wears a shipped marker set, `scale` times as tall as it says.
+  Person& add(const std::string& set, Moves moves, const Eigen::Vector3d& place_m = {0.0, 0.0, 1.0},
+              double heading_rad = 0.0, double scale = 1.0) {
+    Person& one = people_.emplace_back();
+    one.set = person(set);
+    for (Bone& bone : one.set.skeleton.bones) bone.rest_offset_m *= scale;
+    for (MarkerOnBone& marker : one.set.markers) marker.offset_m *= scale;
+    one.truth = std::make_unique<body::PoseFit>(one.set, body::PoseFit::Lengths::Fixed);
+    one.place_m = place_m;
+    one.heading_rad = heading_rad;
+    one.scale = scale;
+    one.moves = std::move(moves);
+    for (std::size_t m = 0; m < one.set.markers.size(); ++m) bring_back(one.tracks.emplace_back());
+    subjects_.push_back({"actor" + std::to_string(subjects_.size()), person(set)});
+    return one;
+  }
+
+  const std::vector<Subject>& subjects() const { return subjects_; }
+  const Labels& labels() const { return *labels_; }
+  std::span<const SurmisedMarker> surmised() const { return labeller_->surmised(); }
+  std::optional<SubjectFit> take_fit() { return labeller_->take_fit(); }
+  Timestamp at() const { return from_ns(1'000'000'000) + from_s((sets_ - 1) * kStep_s); }
+
+  Person& one(std::size_t p = 0) { return people_[p]; }
+  std::size_t marker(const std::string& name, std::size_t p = 0) const {
+    std::size_t m = 0;
+    while (people_[p].set.markers[m].name != name) ++m;
+    return m;
+  }
+  Eigen::Vector3d true_place(std::size_t m, std::size_t p = 0) const { return people_[p].truth->marker_at(m); }
+  const LabelledMarker& label(std::size_t m, std::size_t p = 0) const {
+    return (*labels_)[people_[p].subject].markers[m];
+  }
+  SubjectPhase phase(std::size_t p = 0) const { return (*labels_)[people_[p].subject].phase; }
+  double off_m(std::size_t m, std::size_t p = 0) const { return (label(m, p).position.v - true_place(m, p)).norm(); }
+  bool right(std::size_t m, std::size_t p = 0) const {
+    return label(m, p).state == LabelState::Measured && off_m(m, p) < 0.02;
+  }
+  bool wrong(std::size_t m, std::size_t p = 0) const {
+    return label(m, p).state == LabelState::Measured && off_m(m, p) >= 0.02;
+  }
+  int wrongs() const { return count(&LabelWorld::wrong); }
+  int rights() const { return count(&LabelWorld::right); }
+  int markers() const {
+    std::size_t sum = 0;
+    for (const Person& one : people_) sum += one.tracks.size();
+    return static_cast<int>(sum);
+  }
+
+  stages::LabelSettings settings;  ///< from `begin` on
+
+  /// Lights that are nobody's marker, from the next set on; they stand before all others.
+  std::vector<Eigen::Vector3d> ghosts;
+
+  void exchange(Track& a, Track& b) { std::swap(a.id, b.id); }
+  /// A new track, for the old one ended meanwhile.
+  void bring_back(Track& track) {
+    track = {};
+    track.id = TrackId{next_id_++};
+  }
+
+  void step(int sets = 1) {
+    for (int i = 0; i < sets; ++i) step_once();
+  }
+  /// Stands in T-pose until all are named; each person is then the subject that took most of the markers.
+  void begin() {
+    labeller_ = stages::make_labeller(settings, subjects_);
+    step(kStill);
+    for (std::size_t p = 0; p < people_.size(); ++p) {
+      for (std::size_t s = 0; s < people_.size(); ++s) {
+        people_[p].subject = s;
+        int rights = 0;
+        for (std::size_t m = 0; m < people_[p].tracks.size(); ++m) rights += right(m, p) ? 1 : 0;
+        if (2 * rights > static_cast<int>(people_[p].tracks.size())) break;
+      }
+    }
+  }
+
+ private:
+  int count(bool (LabelWorld::*what)(std::size_t, std::size_t) const) const {
+    int sum = 0;
+    for (std::size_t p = 0; p < people_.size(); ++p) {
+      for (std::size_t m = 0; m < people_[p].tracks.size(); ++m) sum += (this->*what)(m, p) ? 1 : 0;
+    }
+    return sum;
+  }
+
+  void pose(Person& one, double t_s) {
+    std::vector<Pose> locals;
+    for (const Bone& bone : one.set.skeleton.bones) {
+      Pose pose{bone.rest_offset_m, one.moves(bone.name, t_s)};
+      if (bone.parent < 0) {
+        pose.position = one.place_m;
+        pose.rotation = body::turn_by({0.0, 0.0, one.heading_rad}) * pose.rotation;
+      }
+      locals.push_back(pose);
+    }
+    one.truth->set_locals(locals);
+  }
+
+  void step_once() {
+    const double t_s = std::max(0, sets_ - kStill) * kStep_s;
+    TrackedMarkers tracked;
+    for (std::size_t i = 0; i < ghosts.size(); ++i) {
+      TrackedMarker track;
+      track.id = TrackId{static_cast<std::uint32_t>(100'000 + i)};
+      track.state = TrackState::Confirmed;
+      track.position.v = ghosts[i];
+      track.covariance_m2 = 1e-6 * Eigen::Matrix3d::Identity();
+      track.cameras = 4;
+      track.age_sets = 10;
+      tracked.push_back(track);
+    }
+    for (Person& one : people_) {
+      pose(one, t_s);
+      for (std::size_t m = 0; m < one.tracks.size(); ++m) {
+        if (one.tracks[m].hidden) continue;
+        TrackedMarker track;
+        track.id = one.tracks[m].id;
+        track.state = TrackState::Confirmed;
+        track.position.v = one.truth->marker_at(m) + one.tracks[m].off;
+        for (int axis = 0; axis < 3; ++axis) track.position.v[axis] += noise_(random_);
+        track.covariance_m2 = 1e-6 * Eigen::Matrix3d::Identity();
+        track.cameras = 4;
+        one.tracks[m].missed_sets = one.tracks[m].coasts ? one.tracks[m].missed_sets + 1 : 0;
+        track.missed_sets = one.tracks[m].missed_sets;
+        if (one.tracks[m].coasts) {
+          track.state = TrackState::Coasting;
+          track.cameras = 0;
+        }
+        track.age_sets = 10;
+        tracked.push_back(track);
+      }
+    }
+    Expected expected;
+    expected.at = from_ns(1'000'000'000) + from_s(sets_++ * kStep_s);
+    labels_ = &labeller_->label(tracked, expected);
+  }
+
+  std::vector<Person> people_;
+  std::vector<Subject> subjects_;
+  std::unique_ptr<Labeller> labeller_;
+  const Labels* labels_ = nullptr;
+  std::uint32_t next_id_ = 100;
+  int sets_ = 0;
+  std::mt19937 random_{7};
+  std::normal_distribution<double> noise_{0.0, 0.0005};
+};
+
+/// Goes into a posture within a second and then sways in it a little.
+inline Moves into_posture(std::vector<std::pair<std::string, Eigen::Vector3d>> turns) {
+  return [turns = std::move(turns)](const std::string& bone, double t_s) {
+    const double share = std::min(1.0, t_s);
+    const double sway = 0.03 * std::sin(5.0 * t_s);
+    for (const auto& [name, turn] : turns) {
+      if (name == bone) return body::turn_by(share * (1.0 + sway) * turn);
+    }
+    return Eigen::Quaterniond::Identity();
+  };
+}
+
+/// Moves a limb's joints while nobody sees it: from 1 s after the T-pose on, within half a second.
+inline Moves moving_later(std::vector<std::pair<std::string, Eigen::Vector3d>> turns) {
+  return [turns = std::move(turns)](const std::string& bone, double t_s) -> Eigen::Quaterniond {
+    const double share = std::clamp((t_s - 1.0) / 0.5, 0.0, 1.0);
+    for (const auto& [name, turn] : turns) {
+      if (name == bone) return body::turn_by(share * turn);
+    }
+    return Eigen::Quaterniond::Identity();
+  };
+}
+
+/// The markers of some bones, whose names stand in `bones`.
+inline std::vector<std::size_t> markers_of(const LabelWorld::Person& one, std::string_view bones) {
+  std::vector<std::size_t> markers;
+  for (std::size_t m = 0; m < one.set.markers.size(); ++m) {
+    const auto bone = static_cast<std::size_t>(one.set.markers[m].bone);
+    if (bones.find(one.set.skeleton.bones[bone].name) != std::string_view::npos) markers.push_back(m);
+  }
+  return markers;
+}
+
+/// Swings arms and legs as one who walks on the spot.
+inline Moves walking() {
+  return [](const std::string& bone, double t_s) -> Eigen::Quaterniond {
+    const double down = 1.1 * std::min(1.0, t_s);
+    const double swing = 0.4 * std::sin(6.0 * t_s) * std::min(1.0, t_s);
+    if (bone == "LeftUpArm") return body::turn_by(Eigen::Vector3d(-down, 0.0, swing));
+    if (bone == "RightUpArm") return body::turn_by(Eigen::Vector3d(down, 0.0, swing));
+    if (bone == "LeftUpLeg") return body::turn_by(Eigen::Vector3d(0.0, swing, 0.0));
+    if (bone == "RightUpLeg") return body::turn_by(Eigen::Vector3d(0.0, -swing, 0.0));
+    return Eigen::Quaterniond::Identity();
+  };
+}
+
+/// Both hands together before the breast, both feet side by side.
+inline Moves hands_and_feet_together() {
+  return into_posture({{"LeftUpArm", {0.0, 0.0, -1.85}},
+                       {"RightUpArm", {0.0, 0.0, 1.85}},
+                       {"LeftUpLeg", {-0.05, 0.0, 0.0}},
+                       {"RightUpLeg", {0.05, 0.0, 0.0}}});
+}
+
+}  // namespace mocap::test

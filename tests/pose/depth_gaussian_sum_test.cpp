@@ -1,0 +1,88 @@
+#include "pose/depth_gaussian_sum.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace mocap::body {
+namespace {
+
+constexpr double kStep_s = 1.0 / 120.0;
+constexpr double kSigma_m2 = 2.0 * 0.25 * 5e-5;  // a reach of 25 cm, known to 0.05 mm
+const Eigen::Vector3d kRay = Eigen::Vector3d::UnitX();
+
+Timestamp at(int set) { return from_ns(1'000'000'000) + from_s(set * kStep_s); }
+
+// After half a second on the way `depth_m`, by time, of which only its square is seen, with noise.
+template <class Depth>
+RayDepth led(const Depth& depth_m, int sets = 60) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise_m2(0.0, kSigma_m2);
+  RayDepth ray;
+  ray.begin(at(0), kRay, depth_m(0.0));
+  for (int set = 1; set <= sets; ++set) {
+    const double m = depth_m(set * kStep_s);
+    ray.weigh(at(set), kRay, m * m + noise_m2(random), kSigma_m2);
+    ray.learn(at(set));
+  }
+  return ray;
+}
+
+TEST(RayDepth, GoesThroughWithItsSpeed) {
+  const RayDepth ray = led([](double t_s) { return -0.1 + 0.4 * t_s; });
+
+  EXPECT_LT(ray.cost(RayDepth::Behind), 0.1);
+  EXPECT_GT(ray.cost(RayDepth::Before), 4.0);
+}
+
+TEST(RayDepth, GoesThroughAndBack) {
+  const RayDepth ray = led([](double t_s) { return 0.06 * std::cos(12.6 * t_s); });
+
+  EXPECT_LT(ray.cost(RayDepth::Behind), 0.1);
+  EXPECT_GT(ray.cost(RayDepth::Before), 4.0);
+}
+
+TEST(RayDepth, TurnsBackThatComesNear) {
+  const RayDepth ray = led([](double t_s) { return -0.065 - 0.045 * std::cos(12.6 * t_s); });
+
+  EXPECT_LT(ray.cost(RayDepth::Before), 0.1);
+  EXPECT_GT(ray.cost(RayDepth::Behind), 4.0);
+}
+
+// Where nothing moves, both sides are alike; but it did not leave the one that it was on.
+TEST(RayDepth, StaysWhereItIsAndIsSureOfIt) {
+  const RayDepth ray = led([](double) { return 0.08; });
+
+  EXPECT_LT(ray.cost(RayDepth::Behind), 0.1);
+  EXPECT_GT(ray.cost(RayDepth::Before), 4.0);
+}
+
+TEST(RayDepth, IsUnsureOfWhatStayedAtTheTouch) {
+  const RayDepth ray = led([](double) { return -0.001; });
+
+  EXPECT_LT(ray.cost(RayDepth::Before), 1.0);
+  EXPECT_LT(ray.cost(RayDepth::Behind), 1.0);
+}
+
+TEST(RayDepth, ReadingsThatWereDroppedLeaveNoTrace) {
+  RayDepth ray = led([](double t_s) { return -0.1 + 0.4 * t_s; });
+  RayDepth same = ray;
+
+  ray.weigh(at(61), kRay, 0.04, kSigma_m2);
+  ray.weigh(at(61), kRay, 0.0121, kSigma_m2);
+  same.weigh(at(61), kRay, 0.0121, kSigma_m2);
+
+  EXPECT_EQ(ray.cost(RayDepth::Before), same.cost(RayDepth::Before));
+}
+
+TEST(RayDepth, FollowsOneRayForAMoment) {
+  const RayDepth ray = led([](double) { return 0.08; });
+
+  EXPECT_TRUE(ray.follows(kRay, at(61)));
+  EXPECT_FALSE(ray.follows(Eigen::Vector3d::UnitY(), at(61)));
+  EXPECT_FALSE(ray.follows(kRay, at(75)));
+}
+
+}  // namespace
+}  // namespace mocap::body

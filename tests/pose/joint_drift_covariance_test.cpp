@@ -1,0 +1,81 @@
+#include "pose/joint_drift_covariance.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "pose/skeleton_tracker.h"
+#include "support/test_body.h"
+
+namespace mocap::body {
+namespace {
+
+constexpr double kStep_s = 1.0 / 120.0;
+constexpr double kLeast_rad = 0.15;
+
+// How far the bone may have turned about an axis, rad.
+double sigma_rad(const HiddenTurns& turns, int axis) {
+  const Eigen::Matrix3d weight = turns.hold_weight(0, kLeast_rad, 0.0);
+  return 1.0 / std::sqrt(weight(axis, axis));
+}
+
+TEST(HiddenTurns, StrayAboutTheAxisAloneThatNoMarkerTells) {
+  HiddenTurns turns(1);
+  const Eigen::Matrix3d share = Eigen::Vector3d(1.0, 0.0, 1.0).asDiagonal();
+
+  for (int set = 0; set < 36; ++set) turns.step(0, share, kStep_s);
+
+  // 0.3 s at 2.5 rad/s, upon what is unsure in any case.
+  EXPECT_NEAR(sigma_rad(turns, 0), kLeast_rad, 1e-9);
+  EXPECT_NEAR(sigma_rad(turns, 1), kLeast_rad + 0.75, 1e-9);
+  EXPECT_NEAR(sigma_rad(turns, 2), kLeast_rad, 1e-9);
+}
+
+TEST(HiddenTurns, AreKnownAgainInTheSetThatTellsThem) {
+  HiddenTurns turns(1);
+  for (int set = 0; set < 60; ++set) turns.step(0, Eigen::Matrix3d::Zero(), kStep_s);
+
+  turns.step(0, Eigen::Matrix3d::Identity(), kStep_s);
+
+  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(sigma_rad(turns, axis), kLeast_rad, 1e-9);
+}
+
+TEST(HiddenTurns, AreNeverLessKnownThanAnywhere) {
+  HiddenTurns turns(1);
+
+  for (int set = 0; set < 10'000; ++set) turns.step(0, Eigen::Matrix3d::Zero(), kStep_s);
+
+  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(sigma_rad(turns, axis), kMostStray_rad, 1e-9);
+}
+
+// One marker of a hand tells how the hand points; where the other is, half a second later, it does not.
+TEST(BodyFollower, DoesNotTakeAHandForKnownBecauseOneOfItsMarkersIsSeen) {
+  const MarkerSet set = test::person("baseline41");
+  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  BodyFollower body(set, {});
+  const std::vector<Observation> all = test::see(truth);
+  const Timestamp begun = from_ns(1'000'000'000);
+  ASSERT_TRUE(body.start(all, begun));
+  std::size_t hidden = 0;
+  while (set.markers[hidden].name != "LHandIn") ++hidden;
+  std::vector<Observation> seen = all;
+  std::erase_if(seen, [&](const Observation& one) { return one.marker == static_cast<int>(hidden); });
+
+  std::vector<double> spread_m;
+  for (int step = 1; step <= 60; ++step) {
+    const Timestamp at = begun + from_s(step * kStep_s);
+    body.predict(at);
+    (void)body.fit(step == 1 ? all : seen);
+    ASSERT_TRUE(body.weigh(step == 1 ? all : seen, at));
+    spread_m.push_back(std::sqrt(body.told_covariance(hidden).trace()));
+    body.learn(step == 1 ? all : seen);
+  }
+
+  EXPECT_LT(spread_m.front(), 0.02);
+  EXPECT_GT(spread_m.back(), 0.03);  // it may be anywhere on a circle of some 30 mm about the one that is seen
+}
+
+}  // namespace
+}  // namespace mocap::body

@@ -1,0 +1,166 @@
+#include "pose/swivel_plane_prior.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "kinematics/rotation.h"
+#include "support/test_body.h"
+
+namespace mocap::body {
+namespace {
+
+constexpr double kStep_s = 1.0 / 120.0;
+constexpr double kLean_rad = 0.5;
+const Eigen::Vector3d kAxis(std::sin(kLean_rad), 0.0, -std::cos(kLean_rad));
+
+std::size_t bone_named(const MarkerSet& set, const std::string& name) {
+  std::size_t b = 0;
+  while (set.skeleton.bones[b].name != name) ++b;
+  return b;
+}
+
+// A left elbow bent about a line that leans, the forearm turned about itself and thrown out of the plane.
+Eigen::Quaterniond bent(double by_rad, double twist_rad, double out_rad) {
+  const Eigen::Vector3d out(-kAxis.z(), 0.0, kAxis.x());
+  return turn_by(out_rad * out) * turn_by(by_rad * kAxis) * turn_by({0.0, twist_rad, 0.0});
+}
+
+struct Elbow {
+  Elbow() : set(test::person("baseline41")), bone(bone_named(set, "LeftLowArm")), planes(set.skeleton) {}
+
+  void bend(double twist_rad, double stray_rad, const Eigen::Matrix3d& share = Eigen::Matrix3d::Identity()) {
+    for (int i = 0; i < 480; ++i) {
+      const double by_rad = 0.7 + 0.4 * std::sin(0.1 * i);
+      planes.learn(bone, bent(by_rad, twist_rad * std::sin(0.07 * i), stray_rad * std::sin(0.23 * i)), share, kStep_s);
+    }
+  }
+
+  MarkerSet set;
+  std::size_t bone;
+  BendingPlanes planes;
+};
+
+TEST(BendingPlanes, LearnInWhichPlaneAnElbowBendsHoweverTheForearmIsTurned) {
+  Elbow elbow;
+
+  elbow.bend(0.8, 0.0);
+
+  const BendingPlane& plane = elbow.planes.plane(elbow.bone);
+  EXPECT_NEAR(std::abs(plane.across.dot(kAxis)), 1.0, 1e-3);
+  EXPECT_NEAR(plane.along.dot(Eigen::Vector3d::UnitY()), 1.0, 1e-12);
+  EXPECT_GT(plane.weight_1_rad2, 1.0 / (0.04 * 0.04));
+}
+
+TEST(BendingPlanes, AreBelievedAsFarAsTheElbowKeepsToThem) {
+  Elbow elbow;
+
+  elbow.bend(0.0, 0.3);
+
+  const double stray_rad = 1.0 / std::sqrt(elbow.planes.plane(elbow.bone).weight_1_rad2);
+  EXPECT_GT(stray_rad, 0.1);
+  EXPECT_LT(stray_rad, 0.3);
+}
+
+// Its other turn, about itself, need not be told.
+TEST(BendingPlanes, AreNotKnownOfAnElbowOfWhichMarkersDoNotTellBothTurnsOfItsTip) {
+  for (int axis = 0; axis < 3; ++axis) {
+    Elbow elbow;
+    Eigen::Matrix3d untold = Eigen::Matrix3d::Identity();
+    untold(axis, axis) = 0.3;
+
+    elbow.bend(0.0, 0.0, untold);
+
+    EXPECT_EQ(elbow.planes.plane(elbow.bone).weight_1_rad2 > 0.0, axis == 1) << axis;
+  }
+}
+
+TEST(BendingPlanes, AreNotKnownOfJointsThatTurnEveryWay) {
+  Elbow elbow;
+  const std::size_t shoulder = bone_named(elbow.set, "LeftUpArm");
+
+  for (int i = 0; i < 480; ++i) elbow.planes.learn(shoulder, bent(1.0, 0.0, 0.0), Eigen::Matrix3d::Identity(), kStep_s);
+
+  EXPECT_EQ(elbow.planes.plane(shoulder).weight_1_rad2, 0.0);
+}
+
+// A lower leg lies along z, and what bends both ways, as it turns about itself, is no hinge.
+TEST(BendingPlanes, OfAKneeAreThatOfTheLegAndTheWayOfTheFoot) {
+  Elbow elbow;
+  const std::size_t knee = bone_named(elbow.set, "LeftLowLeg");
+
+  for (int i = 0; i < 480; ++i)
+    elbow.planes.learn(knee, turn_by({0.0, 0.8, 0.0}), Eigen::Matrix3d::Identity(), kStep_s);
+
+  const BendingPlane& plane = elbow.planes.plane(knee);
+  EXPECT_NEAR(plane.along.dot(Eigen::Vector3d::UnitZ()), 1.0, 1e-12);
+  EXPECT_NEAR(std::abs(plane.across.dot(Eigen::Vector3d::UnitY())), 1.0, 1e-9);
+}
+
+TEST(BendingPlanes, AreKnownAfterHalfASecond) {
+  Elbow elbow;
+  const auto bend_for = [&](double time_s) {
+    for (double at_s = 0.0; at_s < time_s; at_s += kStep_s)
+      elbow.planes.learn(elbow.bone, bent(0.8, 0.0, 0.0), Eigen::Matrix3d::Identity(), kStep_s);
+  };
+
+  bend_for(0.4);
+  EXPECT_EQ(elbow.planes.plane(elbow.bone).weight_1_rad2, 0.0);
+
+  bend_for(0.3);
+  EXPECT_GT(elbow.planes.plane(elbow.bone).weight_1_rad2, 0.0);
+}
+
+TEST(BendingPlanes, AreNotKnownOfAnElbowThatHardlyBends) {
+  Elbow elbow;
+  for (int i = 0; i < 480; ++i)
+    elbow.planes.learn(elbow.bone, bent(0.1, 0.0, 0.0), Eigen::Matrix3d::Identity(), kStep_s);
+
+  EXPECT_EQ(elbow.planes.plane(elbow.bone).weight_1_rad2, 0.0);
+}
+
+TEST(BendingPlanes, AreForgottenWithTheBody) {
+  Elbow elbow;
+  elbow.bend(0.0, 0.0);
+
+  elbow.planes.reset();
+  EXPECT_EQ(elbow.planes.plane(elbow.bone).weight_1_rad2, 0.0);
+
+  // The next body's elbow does not lean, and is known as late as the first one's.
+  const auto bend_for = [&](double time_s) {
+    for (double at_s = 0.0; at_s < time_s; at_s += kStep_s)
+      elbow.planes.learn(elbow.bone, turn_by({0.0, 0.0, -0.6}), Eigen::Matrix3d::Identity(), kStep_s);
+  };
+  bend_for(0.4);
+  EXPECT_EQ(elbow.planes.plane(elbow.bone).weight_1_rad2, 0.0);
+  bend_for(0.3);
+  EXPECT_NEAR(std::abs(elbow.planes.plane(elbow.bone).across.z()), 1.0, 1e-9);
+}
+
+// The slope of the cost is what the equations are told.
+TEST(BendingPlanes, DrawAnElbowBackIntoThemAndLeaveTheBendAlone) {
+  const MarkerSet set = test::person("baseline41");
+  const std::size_t bone = bone_named(set, "LeftLowArm");
+  PoseFit pose(set, PoseFit::Lengths::Fixed);
+  std::vector<Pose> locals(pose.locals().begin(), pose.locals().end());
+  locals[bone].rotation = bent(0.8, 0.0, 0.2);
+  pose.set_locals(locals);
+  pose.bend_in(bone, {kAxis, Eigen::Vector3d::UnitY(), 1e6});
+  std::vector<Observation> seen;  // all but the forearm's and the hand's
+  for (const Observation& one : test::see(pose)) {
+    const auto on = static_cast<std::size_t>(set.markers[static_cast<std::size_t>(one.marker)].bone);
+    if (on != bone && static_cast<std::size_t>(set.skeleton.bones[on].parent) != bone) seen.push_back(one);
+  }
+  const std::vector<double> held(set.skeleton.bones.size(), 0.5);
+
+  const PoseFitResult result = pose.solve(seen, {.limit_sigma_rad = 10.0, .hold_sigma_rad = held}, 30);
+
+  EXPECT_TRUE(result.settled);
+  const Eigen::Vector3d tip = pose.locals()[bone].rotation * Eigen::Vector3d::UnitY();
+  EXPECT_NEAR(tip.dot(kAxis), 0.0, 1e-3);
+  EXPECT_NEAR(std::acos(tip.y()), 0.8, 0.05);
+}
+
+}  // namespace
+}  // namespace mocap::body

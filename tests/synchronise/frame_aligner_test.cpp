@@ -1,0 +1,377 @@
+#include "synchronise/frame_aligner.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "synchronise/alignment_world.h"
+
+namespace mocap::stages {
+namespace {
+
+using std::chrono::microseconds;
+
+std::vector<std::uint32_t> cameras_of(const FrameSet& set) {
+  std::vector<std::uint32_t> ids;
+  for (const BlobFrame* view : set.views) ids.push_back(view->camera.value);
+  return ids;
+}
+
+TEST(FrameAligner, GivesASetAsSoonAsEveryCameraHasDelivered) {
+  FrameAligner aligner(kSettings, 2);
+  aligner.add(seen_by(1, 1100));
+  EXPECT_FALSE(aligner.take(kForever));
+
+  aligner.add(seen_by(0, 1000));
+  const auto set = aligner.take(kForever);
+
+  ASSERT_TRUE(set);
+  EXPECT_EQ(cameras_of(*set), (std::vector<std::uint32_t>{0, 1}));
+  EXPECT_EQ(set->exposed_at, at(1050));
+  EXPECT_EQ(set->expected_views, 2u);
+  EXPECT_EQ(set->number, 0u);
+  EXPECT_EQ(aligner.counts().complete, 1u);
+}
+
+TEST(FrameAligner, GoesOnWithoutTheLateCameraWhenPatienceEnds) {
+  FrameAligner aligner(kSettings, 2);
+  aligner.add(seen_by(0, 1000));
+
+  EXPECT_FALSE(aligner.take(at(2999)));
+  EXPECT_EQ(aligner.patience_ends(), at(3000));
+  EXPECT_TRUE(aligner.take(at(3000)));
+  EXPECT_EQ(aligner.patience_ends(), std::nullopt);
+}
+
+TEST(FrameAligner, CountsPatienceFromTheArrivalOfTheFirst) {
+  FrameAligner aligner(kSettings, 3);
+  aligner.add(seen_by(0, 1000, 9000));
+  aligner.add(seen_by(1, 1100, 7000));  // exposed later, here earlier
+
+  EXPECT_FALSE(aligner.take(at(1100 + 7000 + 1999)));
+  EXPECT_TRUE(aligner.take(at(1100 + 7000 + 2000)));
+}
+
+TEST(FrameAligner, DropsAndCountsTheLateFrameAndKeepsThatCamerasNext) {
+  FrameAligner aligner(kSettings, 2);
+  aligner.add(seen_by(0, 1000));
+  ASSERT_TRUE(aligner.take(at(3000)));
+
+  aligner.add(seen_by(1, 1000));
+  aligner.add(seen_by(0, 9000));
+  aligner.add(seen_by(1, 9000));
+  const auto set = aligner.take(kForever);
+
+  ASSERT_TRUE(set);
+  EXPECT_EQ(set->views.size(), 2u);
+  EXPECT_EQ(set->exposed_at, at(9000));
+  EXPECT_EQ(aligner.counts().late, 1u);
+}
+
+TEST(FrameAligner, DoesNotWaitForAFrameThatWasLost) {
+  FrameAligner aligner(kSettings, 2);
+  aligner.add(seen_by(0, 1000));
+  aligner.add(seen_by(1, 9000));  // camera 1 lost the image at 1000
+
+  const auto set = aligner.take(kForever);
+
+  ASSERT_TRUE(set);
+  EXPECT_EQ(cameras_of(*set), (std::vector<std::uint32_t>{0}));
+  EXPECT_FALSE(aligner.take(kForever));  // the set at 9000 waits for camera 0
+}
+
+TEST(FrameAligner, DropsAndCountsARepeatedFrame) {
+  FrameAligner aligner(kSettings, 2);
+  aligner.add(seen_by(0, 1000));
+  aligner.add(seen_by(0, 1000));
+  aligner.add(seen_by(0, 900));
+  aligner.add(seen_by(1, 1000));
+
+  ASSERT_TRUE(aligner.take(kForever));
+  EXPECT_FALSE(aligner.take(at(1'000'000)));
+  EXPECT_EQ(aligner.counts().repeated, 2u);
+}
+
+TEST(FrameAligner, BelievesACameraAgainWhoseClockLeaptAndCameBack) {
+  FrameAligner aligner(kSettings, 2);
+  aligner.add(seen_by(1, 1'000'000'000));  // nonsense
+  std::size_t with_both = 0;
+  for (int i = 0; i < 20; ++i) {
+    aligner.add(seen_by(0, 1000 + 8000 * i));
+    aligner.add(seen_by(1, 1000 + 8000 * i));
+    while (const auto set = aligner.take(at(8000 * i + 7000))) with_both += set->views.size() == 2 ? 1 : 0;
+  }
+
+  EXPECT_EQ(with_both, 20u - 7u);
+}
+
+TEST(FrameAligner, NeitherWaitsForNorForgetsAFinishedCamera) {
+  FrameAligner aligner(kSettings, 2);
+  aligner.add(seen_by(1, 1000));
+  aligner.finish(CameraId{1});
+  EXPECT_EQ(aligner.expected_cameras(), 1u);
+  EXPECT_FALSE(aligner.is_expected(CameraId{1}));
+
+  aligner.add(seen_by(0, 1000));
+  ASSERT_EQ(aligner.take(kForever)->views.size(), 2u);
+  aligner.add(seen_by(0, 9000));
+  const auto alone = aligner.take(kForever);
+  ASSERT_TRUE(alone);
+  EXPECT_EQ(alone->views.size(), 1u);
+  EXPECT_EQ(alone->expected_views, 1u);
+
+  aligner.rejoin(CameraId{1});
+  aligner.add(seen_by(0, 17000));
+  EXPECT_FALSE(aligner.take(kForever));
+  aligner.add(seen_by(1, 17000));
+  EXPECT_EQ(aligner.take(kForever)->views.size(), 2u);
+}
+
+TEST(FrameAligner, HasNoRoomForACameraFarAheadAndCountsWhatItDrops) {
+  FrameAligner aligner(kSettings, 2);
+  int kept = 0;
+  while (aligner.has_room(CameraId{0})) aligner.add(seen_by(0, 1000 + 8000 * kept++));
+  EXPECT_EQ(kept, 8);
+  EXPECT_TRUE(aligner.has_room(CameraId{1}));
+
+  aligner.add(seen_by(0, 1'000'000));
+
+  EXPECT_EQ(aligner.counts().overflow, 1u);
+}
+
+TEST(FrameAligner, TellsHowFarEachCameraIsOffTheMean) {
+  FrameAligner aligner(kSettings, 2);
+  for (int i = 0; i < 3; ++i) {
+    aligner.add(seen_by(0, 1000 + 8000 * i));
+    aligner.add(seen_by(1, 1200 + 8000 * i));
+    ASSERT_TRUE(aligner.take(kForever));
+  }
+
+  EXPECT_EQ(aligner.skew(CameraId{0}).mean(), microseconds(-100));
+  EXPECT_EQ(aligner.skew(CameraId{1}).mean(), microseconds(100));
+  EXPECT_EQ(aligner.skew(CameraId{1}).largest, microseconds(100));
+}
+
+TEST(FrameAligner, KeepsTheViewsOfASetUntilTheNextCall) {
+  FrameAligner aligner(kSettings, 2);
+  BlobFrame frame = seen_by(0, 1000);
+  frame.number = 77;
+  Blob blob;
+  blob.centroid = {{3.0, 4.0}};
+  frame.blobs.push_back(blob);
+  aligner.add(frame);
+  aligner.add(seen_by(1, 1000));
+
+  const auto set = aligner.take(kForever);
+  frame.blobs.clear();  // the aligner has its own copy
+
+  ASSERT_TRUE(set);
+  EXPECT_EQ(set->views[0]->number, 77u);
+  ASSERT_EQ(set->views[0]->blobs.size(), 1u);
+  EXPECT_EQ(set->views[0]->blobs[0].centroid.v.y(), 4.0);
+}
+
+// What a run of the aligner gave: exposure of the set, and whose views.
+struct Given {
+  Timestamp exposed_at;
+  std::vector<std::uint32_t> cameras;
+  bool operator==(const Given&) const = default;
+};
+
+// Feeds each camera's frames in order, the cameras mingled at random, as a replay does: nothing is dropped.
+std::vector<Given> replay(const std::vector<std::vector<BlobFrame>>& frames, unsigned seed) {
+  FrameAligner aligner(kSettings, frames.size());
+  std::vector<std::size_t> next(frames.size(), 0);
+  std::vector<Given> given;
+  std::mt19937 random(seed);
+  const auto drain = [&] {
+    while (const auto set = aligner.take(kForever)) given.push_back({set->exposed_at, cameras_of(*set)});
+  };
+  std::size_t left = frames.size();
+  while (left > 0) {
+    const std::size_t c = random() % frames.size();
+    const CameraId camera{static_cast<std::uint32_t>(c)};
+    if (next[c] > frames[c].size() || !aligner.has_room(camera)) continue;
+    if (next[c] == frames[c].size()) {
+      aligner.finish(camera);
+      --left;
+    } else {
+      aligner.add(frames[c][next[c]]);
+    }
+    ++next[c];
+    drain();
+  }
+  EXPECT_EQ(aligner.counts().overflow, 0u);
+  return given;
+}
+
+TEST(FrameAligner, GivesTheSameSetsHoweverTheDeliveriesMingle) {
+  std::mt19937 random(7);
+  std::vector<std::vector<BlobFrame>> frames(4);
+  for (std::uint32_t c = 0; c < 4; ++c) {
+    for (int i = 0; i < 200; ++i) {
+      if (random() % 10 == 0) continue;  // lost
+      frames[c].push_back(seen_by(c, 10'000 + 8333 * i + static_cast<int>(random() % 400)));
+      if (random() % 20 == 0) frames[c].push_back(frames[c].back());  // repeated
+    }
+  }
+
+  const auto first = replay(frames, 1);
+  const auto second = replay(frames, 2);
+
+  EXPECT_GT(first.size(), 195u);
+  EXPECT_EQ(first, second);
+}
+
+// Images on their way from cameras of unequal delay, in the order of their arrival.
+struct Delivery {
+  Timestamp arrives_at;
+  BlobFrame frame;
+  int instant = 0;
+};
+
+struct Network {
+  std::size_t cameras = 4;
+  int instants = 300;
+  double lost = 0.03;
+  double repeated = 0.02;
+  double straggles = 0.0;  ///< share of camera 0's images that come 15 ms late
+};
+
+constexpr std::int64_t kPeriod_us = 8333;
+constexpr std::int64_t kMostDelay_us = 1500;  // less than patience apart
+
+std::vector<Delivery> deliveries(const Network& network, std::mt19937& random) {
+  const auto chance = [&](double share) { return std::uniform_real_distribution<double>(0.0, 1.0)(random) < share; };
+  std::vector<Delivery> all;
+  for (std::uint32_t c = 0; c < network.cameras; ++c) {
+    const auto delay_us = static_cast<std::int64_t>(random() % kMostDelay_us);
+    // A clock that is off by a little, more and more: 60 us at the end.
+    const double drift = 0.2 * static_cast<double>(random() % 100) / 100.0;
+    for (int i = 0; i < network.instants; ++i) {
+      if (chance(network.lost)) continue;
+      const auto off_us = static_cast<std::int64_t>(drift * i) + static_cast<std::int64_t>(random() % 200);
+      const std::int64_t late_us = c == 0 && chance(network.straggles) ? 15'000 : 0;
+      Delivery one{{}, seen_by(c, 10'000 + kPeriod_us * i + off_us, delay_us + late_us), i};
+      one.frame.number = static_cast<std::uint64_t>(i);
+      one.arrives_at = one.frame.received_at;
+      all.push_back(one);
+      if (chance(network.repeated)) all.push_back(one);
+    }
+  }
+  std::ranges::stable_sort(all, {}, &Delivery::arrives_at);
+  // A camera hands its images over in order, late ones too.
+  for (std::uint32_t c = 0; c < network.cameras; ++c) {
+    std::vector<Delivery*> own;
+    for (Delivery& one : all) {
+      if (one.frame.camera.value == c) own.push_back(&one);
+    }
+    std::vector<Delivery> sorted;
+    for (const Delivery* one : own) sorted.push_back(*one);
+    std::ranges::stable_sort(sorted, {}, [](const Delivery& one) { return one.frame.exposed_at; });
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      const Timestamp arrives_at = own[i]->arrives_at;
+      *own[i] = sorted[i];
+      own[i]->arrives_at = own[i]->frame.received_at = own[i]->frame.detected_at = arrives_at;
+    }
+  }
+  return all;
+}
+
+// What a live run gives: a look at every arrival and when patience ends.
+struct LiveRun {
+  std::vector<std::vector<std::pair<std::uint32_t, std::uint64_t>>> sets;  // camera and number of each view
+  std::vector<Timestamp> exposures;
+  AlignCounts counts;
+};
+
+LiveRun run_live(const std::vector<Delivery>& all, std::size_t cameras) {
+  FrameAligner aligner(kSettings, cameras);
+  LiveRun run;
+  const auto look = [&](Timestamp now) {
+    while (const auto set = aligner.take(now)) {
+      auto& views = run.sets.emplace_back();
+      run.exposures.push_back(set->exposed_at);
+      for (const BlobFrame* view : set->views) {
+        views.emplace_back(view->camera.value, view->number);
+        EXPECT_LE(view->exposed_at - set->views.front()->exposed_at, kSettings.window);
+      }
+    }
+  };
+  for (const Delivery& one : all) {
+    while (aligner.patience_ends() && *aligner.patience_ends() < one.arrives_at) look(*aligner.patience_ends());
+    aligner.add(one.frame);
+    look(one.arrives_at);
+  }
+  look(all.back().arrives_at + std::chrono::seconds(1));
+  run.counts = aligner.counts();
+  return run;
+}
+
+TEST(FrameAligner, GivesEveryImageOnceWhateverTheDelays) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    std::mt19937 random(seed);
+    const Network network{.cameras = 2 + seed % 7};
+    const auto all = deliveries(network, random);
+
+    const LiveRun run = run_live(all, network.cameras);
+
+    EXPECT_TRUE(std::ranges::is_sorted(run.exposures));
+    std::size_t given = 0;
+    for (const auto& views : run.sets) {
+      given += views.size();
+      for (const auto& [camera, number] : views)
+        EXPECT_EQ(number, views.front().second) << "one instant, seed " << seed;
+    }
+    EXPECT_EQ(given + run.counts.repeated, all.size()) << "seed " << seed;
+    EXPECT_EQ(run.counts.late, 0U) << "all come within patience, seed " << seed;
+    std::set<int> seen;
+    for (const Delivery& one : all) seen.insert(one.instant);
+    EXPECT_EQ(run.sets.size(), seen.size()) << "one set an instant, seed " << seed;
+  }
+}
+
+TEST(FrameAligner, LosesOnlyTheViewOfTheCameraThatComesLate) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    std::mt19937 random(seed);
+    const Network network{.cameras = 4, .lost = 0.0, .repeated = 0.0, .straggles = 0.2};
+    const auto all = deliveries(network, random);
+
+    const LiveRun run = run_live(all, network.cameras);
+
+    std::vector<int> views_of_others(static_cast<std::size_t>(network.instants), 0);
+    for (const auto& views : run.sets) {
+      std::size_t others = 0;
+      for (const auto& [camera, number] : views) others += camera != 0 ? 1 : 0;
+      if (others == 0) continue;
+      EXPECT_EQ(others, 3U) << "the others are not torn apart, seed " << seed;
+      ++views_of_others[views.back().second];
+    }
+    for (const int times : views_of_others) EXPECT_EQ(times, 1) << "seed " << seed;
+    EXPECT_GT(run.counts.late, 10U);
+    EXPECT_EQ(run.counts.overflow, 0U);
+  }
+}
+
+TEST(FrameAligner, TellsACameraWhoseFramesAreInNoSetOfTheOthers) {
+  FrameAligner aligner(kSettings, 3);
+  for (int i = 0; i < 1000; ++i) {
+    aligner.add(seen_by(0, 10'000 + 10'000 * i));
+    aligner.add(seen_by(1, 10'050 + 10'000 * i));
+    aligner.add(seen_by(2, 13'100 + 10'000 * i + i / 3));
+    while (aligner.take(at(18'000 + 10'000 * i))) continue;
+  }
+  aligner.assess_timing();
+
+  EXPECT_TRUE(aligner.timing(CameraId{0}).synchronised);
+  EXPECT_TRUE(aligner.timing(CameraId{1}).synchronised);
+  EXPECT_FALSE(aligner.timing(CameraId{2}).synchronised);
+  EXPECT_NEAR(aligner.timing(CameraId{2}).drift_us_s, 33.3, 2.0);
+}
+
+}  // namespace
+}  // namespace mocap::stages

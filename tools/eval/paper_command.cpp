@@ -1,0 +1,115 @@
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "base/exit_codes.h"
+#include "eval/command.h"
+#include "paper_study/plots.h"
+#include "paper_study/report.h"
+
+namespace mocap::eval {
+namespace {
+
+constexpr const char* kExamples = R"(examples:
+  mocap-eval paper                        every method in every situation, 20 clips each
+  mocap-eval paper --markdown             tables I to VII: published, rebuilt, ours
+  mocap-eval paper --seed-base 7 --json   other clips, as one JSON object
+  mocap-eval paper --clips 3 --plots out  and a drawing of each clip in the folder out
+  mocap-eval paper --no-cost              losses and errors alone: the machine may be busy)";
+
+struct Options {
+  paper::QualitySettings quality;
+  std::string plots;
+  bool json = false;
+  bool markdown = false;
+  bool no_cost = false;
+  bool no_multiview = false;
+};
+
+void add_options(CLI::App& app, Options& options) {
+  app.add_option("--seed-base", options.quality.seed_base, "another base gives other clips")->capture_default_str();
+  app.add_option("--clips", options.quality.clips, "clips of each situation")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  auto* json = app.add_flag("--json", options.json, "print one JSON object");
+  app.add_flag("--markdown", options.markdown, "print the study's tables beside ours")->excludes(json);
+  app.add_option("--plots", options.plots, "folder for drawings of the clips (SVG); made where it is missing");
+  app.add_flag("--no-cost", options.no_cost, "do not measure costs");
+  app.add_flag("--no-multiview", options.no_multiview, "leave out the clips with four cameras");
+  app.footer(kExamples);
+}
+
+/// Percent done on a terminal's standard error; nothing where that is none.
+class ProgressBar {
+ public:
+  explicit ProgressBar(int all) : all_(all) {}
+  ~ProgressBar() {
+    if (terminal_) std::fputs("\r\033[K", stderr);
+  }
+  void show(const char* what, int done) {
+    if (!terminal_) return;
+    constexpr int kWidth = 40;
+    const int filled = kWidth * done / all_;
+    fmt::print(stderr, "\r[{}{}] {:3} % {:<12}", std::string(static_cast<std::size_t>(filled), '#'),
+               std::string(static_cast<std::size_t>(kWidth - filled), ' '), 100 * done / all_, what);
+    std::fflush(stderr);
+  }
+
+ private:
+  int all_;
+  bool terminal_ = ::isatty(STDERR_FILENO) != 0;
+};
+
+paper::Report run(const Options& options) {
+  using paper::Situation;
+  std::vector<Situation> situations(paper::kStudied.begin(), paper::kStudied.end());
+  situations.insert(situations.end(), paper::kHarder.begin(), paper::kHarder.end());
+  const paper::CostSettings costs;
+  const int one_camera = options.quality.clips * static_cast<int>(situations.size());
+  const int multiview = options.no_multiview ? 0 : options.quality.clips * static_cast<int>(paper::kStudied.size());
+  ProgressBar bar(one_camera + multiview + (options.no_cost ? 0 : cost_rows(costs)));
+
+  paper::Report report;
+  report.settings = options.quality;
+  report.one_camera = paper::judge(options.quality, situations, [&](int done) { bar.show("one camera", done); });
+  if (!options.no_multiview) {
+    report.multiview = paper::judge_multiview(options.quality, paper::kStudied,
+                                              [&](int done) { bar.show("four cameras", one_camera + done); });
+  }
+  if (!options.no_cost) {
+    report.costs = paper::measure_costs(costs, [&](int done) { bar.show("cost", one_camera + multiview + done); });
+  }
+  return report;
+}
+
+}  // namespace
+
+int run_paper(int argc, const char* const* argv) {
+  Options options;
+  CLI::App app("Rebuilds the tracking study and judges our trackers on its clips.", "mocap-eval paper");
+  add_options(app, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& fault) {
+    return app.exit(fault) == 0 ? kExitOk : kExitUsage;
+  }
+  if (!options.plots.empty()) {
+    if (const Status drawn = paper::draw_plots(options.quality, options.plots); !drawn) {
+      fmt::print(stderr, "mocap-eval: {}\n", drawn.error().message);
+      return kExitUnavailable;
+    }
+  }
+  const paper::Report report = run(options);
+  if (options.json) {
+    fmt::print("{}\n", to_json(report));
+  } else {
+    fmt::print("{}", options.markdown ? to_markdown(report) : to_text(report));
+  }
+  return kExitOk;
+}
+
+}  // namespace mocap::eval

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "filter/random.h"
+#include "paper_study/paper_alpha_beta.h"
+
+namespace mocap::filter {
+
+/// The CONDENSATION filter of the study, its weaknesses included; px and frames: every step is one frame, whatever time
+/// passed.
+///
+/// 100 particles of place alone, at first over the whole image. A step weighs them by their distance to where the point
+/// was seen last, with their own spread for the scale, predicts their weighted mean, selects by weight, and moves each
+/// by a uniform step of up to width / 7.5 and height / 7.5 (a fifth of the bounds, width / 1.5 and height / 1.5). The
+/// prediction is thus about where the point was seen last. The gate is a circle: half of the summed standard deviations
+/// of x and y before the step. An unseen point stays where it is. Selection begins with the first particle whatever its
+/// weight, so that one wanders off and the gate widens slowly: from 66 px after ten frames to twice that after 800.
+///
+/// Source: as PaperAlphaBeta, section III.C; the step: Isard and Blake, "CONDENSATION" (1998), figure 5.
+class PaperCondensation {
+ public:
+  struct Settings {
+    PaperImage image;
+    std::uint64_t seed = 1;
+  };
+
+  PaperCondensation(const Settings& settings, const Seen<2>& first);
+
+  void predict(double dt_s);
+  Gate<2> gate() const { return {predicted_, Matrix<2>::Identity() * radius_px_ * radius_px_}; }
+  double radius_px() const { return radius_px_; }
+  void update(const Seen<2>& seen) { seen_ = seen.point; }
+  void coast() {}
+  Belief<2> belief() const { return {seen_, Vector<2>::Zero(), gate().covariance}; }
+
+ private:
+  static constexpr std::size_t kParticles = 100;
+
+  void weigh();
+  void select_and_diffuse(double total);
+
+  PaperImage image_;
+  Random random_;
+  std::array<Vector<2>, kParticles> particles_;
+  std::array<double, kParticles> weights_{};
+  Vector<2> seen_;
+  Vector<2> predicted_;
+  double radius_px_ = 0.0;
+};
+
+}  // namespace mocap::filter

@@ -1,0 +1,41 @@
+#pragma once
+
+#include "paper_study/paper_alpha_beta.h"
+
+namespace mocap::filter {
+
+/// The Kalman filter of the study, its weaknesses included; px and frames: every step is one frame, whatever time
+/// passed.
+///
+///   state (x, y, vx, vy), constant velocity; R = [0.2845 0.0045; 0.0045 0.0455]; P0 = diag(0, 0, 100, 100)
+///   Q = diag(0, 0, q_x, q_y): 0.2 at first, then 0.06 + 0.013 |v| with each axis's velocity     (equations 4 to 8)
+///
+/// The predicted point is cut to whole pixels. The gate is a circle: 100 x the mean of the two predicted standard
+/// deviations of velocity. An unseen point takes its own prediction for a sighting, so that covariance and gate shrink
+/// while it is hidden.
+///
+/// Source: as PaperAlphaBeta, section III.B.
+class PaperKalman {
+ public:
+  PaperKalman(const PaperImage& image, const Seen<2>& first);
+
+  void predict(double dt_s);
+  Gate<2> gate() const { return {predicted_, Matrix<2>::Identity() * radius_px() * radius_px()}; }
+  double radius_px() const;
+  void update(const Seen<2>& seen) { correct(seen.point); }
+  void coast() { correct(predicted_); }
+  Belief<2> belief() const { return {shown_, state_.tail<2>(), covariance_.topLeftCorner<2, 2>()}; }
+
+ private:
+  void correct(const Vector<2>& point);
+
+  PaperImage image_;
+  Eigen::Vector4d state_;
+  Eigen::Matrix4d covariance_;
+  Eigen::Vector2d noise_;  // the diagonal of Q for the velocities
+  Vector<2> predicted_;    // whole pixels
+  Vector<2> shown_;        // where the label stands: the last sighting, or the prediction
+  double velocity_sigma_;  // of the last prediction, mean of both axes
+};
+
+}  // namespace mocap::filter
