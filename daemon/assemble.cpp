@@ -82,22 +82,22 @@ void tell_usb_loads(const settings::DaemonSettings& settings) {
 
 }  // namespace
 
-stages::FusionParts assemble_row(const settings::DaemonSettings& settings) {
-  stages::FusionParts row;
-  row.matcher = stages::make_matcher(settings.match, settings.rig);
-  row.triangulator = stages::make_triangulator(settings.triangulate, settings.rig);
-  row.tracker = stages::make_marker_tracker(settings.track_markers);
-  row.labeller = stages::make_labeller(settings.label, settings.worn);
-  row.solver = stages::make_skeleton_solver(settings.solve, settings.worn);
+fusion::FusionParts assemble_row(const settings::DaemonSettings& settings) {
+  fusion::FusionParts row;
+  row.matcher = associate::make_matcher(settings.match, settings.rig);
+  row.triangulator = associate::make_triangulator(settings.triangulate, settings.rig);
+  row.tracker = track3d::make_marker_tracker(settings.track_markers);
+  row.labeller = label::make_labeller(settings.label, settings.worn);
+  row.solver = solve::make_skeleton_solver(settings.solve, settings.worn);
   if (settings.refine.instants > 0) {
-    row.refiner = std::make_unique<stages::SubjectRefiner>(settings.refine, settings.worn);
+    row.refiner = std::make_unique<solve::SubjectRefiner>(settings.refine, settings.worn);
   }
-  if (settings.drift.drift_px > 0.0) row.drift = std::make_unique<stages::DriftWatch>(settings.drift, settings.rig);
+  if (settings.drift.drift_px > 0.0) row.drift = std::make_unique<drift::DriftWatch>(settings.drift, settings.rig);
   return row;
 }
 
-std::unique_ptr<stages::Fusion> assemble_fusion(const settings::DaemonSettings& settings) {
-  return std::make_unique<stages::Fusion>(assemble_row(settings), static_cast<std::uint32_t>(settings.rig.size()));
+std::unique_ptr<fusion::Fusion> assemble_fusion(const settings::DaemonSettings& settings) {
+  return std::make_unique<fusion::Fusion>(assemble_row(settings), static_cast<std::uint32_t>(settings.rig.size()));
 }
 
 Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id, Timestamp epoch) {
@@ -111,9 +111,9 @@ Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& set
   if (!camera) return camera.error();
   parts.camera = std::move(*camera);
   parts.make_detector = [detect = settings::detect_of(settings, id), masks = masks_of(model)](const Image& like) {
-    return stages::make_blob_detector(detect, like.format, like.width_px, like.height_px, masks);
+    return detect::make_blob_detector(detect, like.format, like.width_px, like.height_px, masks);
   };
-  parts.tracker = stages::make_blob_tracker(settings.track_blobs);
+  parts.tracker = track2d::make_blob_tracker(settings.track_blobs);
   parts.expected_width_px = model.width_px;
   parts.expected_height_px = model.height_px;
   parts.drawn_masks = model.masks;

@@ -22,10 +22,10 @@ struct Assembly {
 Result<Assembly> assemble(const settings::DaemonSettings& settings);
 
 /// The parts of the row from blobs to skeleton, as the settings tell them.
-stages::FusionParts assemble_row(const settings::DaemonSettings& settings);
+fusion::FusionParts assemble_row(const settings::DaemonSettings& settings);
 
 /// The row from blobs to skeleton, as the settings tell it.
-std::unique_ptr<stages::Fusion> assemble_fusion(const settings::DaemonSettings& settings);
+std::unique_ptr<fusion::Fusion> assemble_fusion(const settings::DaemonSettings& settings);
 
 /// One camera (which borrows from the settings: they outlive it) with its detector and its 2D tracker. A simulated
 /// camera that keeps to the clock begins its motion at `epoch`, unless its settings say when.

@@ -13,7 +13,7 @@
 #include "geometry/ray_caster.h"
 #include "geometry/triangulation.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 constexpr std::size_t kLearnFrom = 4;  // markers a set
@@ -127,4 +127,4 @@ std::unique_ptr<Triangulator> make_triangulator(const TriangulateSettings& setti
   return std::make_unique<MatchTriangulator>(settings, std::move(rig));
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -5,7 +5,7 @@
 #include "model/camera_model.h"
 #include "module/triangulator.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 struct TriangulateSettings {
   double calibration_px = 0.5;  ///< standard deviation of what the rig may be wrong; tells which view is the odd one
@@ -20,4 +20,4 @@ struct TriangulateSettings {
 /// agree on, `calibration_px` at most. Never allocates after construction.
 std::unique_ptr<Triangulator> make_triangulator(const TriangulateSettings& settings, Rig rig);
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -8,7 +8,7 @@
 #include "associate/unassigned/unassigned_matcher.h"
 #include "base/expects.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 class ViewMatcher final : public Matcher {
@@ -63,4 +63,4 @@ std::unique_ptr<Matcher> make_matcher(const MatchSettings& settings, Rig rig) {
   return std::make_unique<ViewMatcher>(settings, std::move(rig));
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

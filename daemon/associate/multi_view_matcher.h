@@ -7,7 +7,7 @@
 #include "model/camera_model.h"
 #include "module/matcher.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 struct MatchSettings {
   double gate_sigmas = 4.0;    ///< an expected marker's blob may lie that many standard deviations off
@@ -41,4 +41,4 @@ struct MatchSettings {
 /// Blobs are told by Blob::centroid and sigma_px. Cameras of the sets index `rig`. Never allocates after construction.
 std::unique_ptr<Matcher> make_matcher(const MatchSettings& settings, Rig rig);
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -5,7 +5,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 // Of a distance in two axes the median is so many standard deviations (Rayleigh).
@@ -48,4 +48,4 @@ void PointError::learn(double rms_px, double blob_px2, std::size_t views) {
   sigma_px_ = std::min(most_px_, std::max(kLeast_px, sigma_px_ * (more ? 1.0 + kRate : 1.0 - kRate)));
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 /// Learns how far off a rig's views are beyond what their blobs promise, from markers that many views agree on.
 /// Settings say how bad a rig may be; most are far better, and then a blob that is off by as much as settings allow is
@@ -47,4 +47,4 @@ class PointError {
   double sigma_px_ = 0.02;  // a rig that is worse shows it within a second
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

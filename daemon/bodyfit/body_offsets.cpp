@@ -4,7 +4,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::body {
+namespace mocap::bodyfit {
 
 BodyOffsets offsets_of(const MarkerSet& set) {
   BodyOffsets offsets;
@@ -28,4 +28,4 @@ BodyInstant empty_instant(const MarkerSet& set) {
   return instant;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::bodyfit

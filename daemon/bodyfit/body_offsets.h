@@ -7,7 +7,7 @@
 #include "model/skeleton.h"
 #include "model/transform.h"
 
-namespace mocap::body {
+namespace mocap::bodyfit {
 
 /// What a fit may change of a marker set: where joints and markers sit on the body.
 struct BodyOffsets {
@@ -39,4 +39,4 @@ struct InstantCost {
   double limit_sigma_rad = 0.2;      ///< of a joint beyond its range
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::bodyfit

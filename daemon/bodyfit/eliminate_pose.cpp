@@ -6,7 +6,7 @@
 
 // What is left of an instant's equations when its pose is eliminated from them.
 
-namespace mocap::body {
+namespace mocap::bodyfit {
 namespace {
 
 double squared(double x) { return x * x; }
@@ -181,4 +181,4 @@ void InstantEquations::add_to(std::size_t part, std::span<double> matrix, std::s
   }
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::bodyfit

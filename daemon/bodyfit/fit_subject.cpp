@@ -10,7 +10,7 @@
 #include "kinematics/rotation.h"
 #include "pose/skeleton_tracker.h"
 
-namespace mocap::body {
+namespace mocap::bodyfit {
 namespace {
 
 // A joint that stands nearer to the rest pose, down an unbroken line from the trunk, is meant to be in it.
@@ -33,8 +33,8 @@ std::size_t seen_in(std::span<const Eigen::Vector3d> frame) {
   return static_cast<std::size_t>(std::count_if(frame.begin(), frame.end(), there));
 }
 
-std::vector<Observation> observations(std::span<const Eigen::Vector3d> frame, double sigma_m) {
-  std::vector<Observation> seen;
+std::vector<kinematics::Observation> observations(std::span<const Eigen::Vector3d> frame, double sigma_m) {
+  std::vector<kinematics::Observation> seen;
   for (std::size_t m = 0; m < frame.size(); ++m) {
     if (there(frame[m])) seen.push_back({static_cast<int>(m), frame[m], sigma_m});
   }
@@ -65,7 +65,7 @@ std::vector<Eigen::Vector3d> middle_of(const LabelledTake& take) {
 
 // How large a body is against the file's, by the distances of markers that one joint at most parts.
 double rough_size(const MarkerSet& file, const LabelledTake& take) {
-  PoseFit rest(file, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit rest(file, kinematics::PoseFit::Lengths::Fixed);
   std::vector<double> ratios;
   const std::size_t step = std::max<std::size_t>(1, take.frames() / 50);
   for (std::size_t f = 0; f < take.frames(); f += step) {
@@ -97,7 +97,7 @@ void find_rest(const Skeleton& skeleton, BodyInstant& instant) {
   instant.at_rest[0] = 1;
   for (std::size_t b = 1; b < skeleton.bones.size(); ++b) {
     const bool line = instant.at_rest[static_cast<std::size_t>(skeleton.bones[b].parent)] != 0;
-    instant.at_rest[b] = line && rotation_vector(instant.locals[b].rotation).norm() < kMeantAtRest_rad ? 1 : 0;
+    instant.at_rest[b] = line && kinematics::rotation_vector(instant.locals[b].rotation).norm() < kMeantAtRest_rad ? 1 : 0;
   }
 }
 
@@ -105,7 +105,7 @@ void find_rest(const Skeleton& skeleton, BodyInstant& instant) {
 std::optional<BodyInstant> instant_at_rest(const MarkerSet& rough, const LabelledTake& take, double least_share) {
   const std::vector<Eigen::Vector3d> middle = middle_of(take);
   if (static_cast<double>(seen_in(middle)) < least_share * static_cast<double>(middle.size())) return std::nullopt;
-  PoseFit pose(rough, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit pose(rough, kinematics::PoseFit::Lengths::Fixed);
   std::vector<geometry::PointPair> pairs;
   for (std::size_t m = 0; m < middle.size(); ++m) {
     if (there(middle[m])) pairs.push_back({pose.marker_at(m), middle[m]});
@@ -115,7 +115,7 @@ std::optional<BodyInstant> instant_at_rest(const MarkerSet& rough, const Labelle
   pose.place({place->translation, Eigen::Quaterniond(Eigen::AngleAxisd(place->yaw_rad, Eigen::Vector3d::UnitZ()))});
   std::vector<double> hold(rough.skeleton.bones.size(), 1e3);
   if (hold.size() > 1) hold[0] = kUprightHold_rad;
-  const PosePrior prior{.rest_sigma_rad = kRoughRest_rad,
+  const kinematics::PosePrior prior{.rest_sigma_rad = kRoughRest_rad,
                         .hold_sigma_rad = hold,
                         .hold_root_sigma_m = 10.0,
                         .outlier_m = 2.0 * kRoughOutlier_m};
@@ -131,11 +131,11 @@ std::optional<BodyInstant> instant_at_rest(const MarkerSet& rough, const Labelle
 template <class Each>
 void follow(const MarkerSet& body, const LabelledTake& take, std::size_t step, double least_share, double outlier_m,
             const Each& each) {
-  BodyFollower follower(body, {.outlier_m = outlier_m, .max_iterations = 12});
+  pose::BodyFollower follower(body, {.outlier_m = outlier_m, .max_iterations = 12});
   for (std::size_t f = 0; f < take.frames(); f += step) {
     const auto frame = take.frame(f);
     if (static_cast<double>(seen_in(frame)) < least_share * static_cast<double>(frame.size())) continue;
-    const std::vector<Observation> seen = observations(frame, kRoughSigma_m);
+    const std::vector<kinematics::Observation> seen = observations(frame, kRoughSigma_m);
     const Timestamp at = from_ns(0) + from_s(kFrame_s * static_cast<double>(f));
     if (!follower.following()) {
       if (!follower.start(seen, at)) continue;
@@ -265,7 +265,7 @@ Result<FittedSubject, FitFailure> fit_subject(const MarkerSet& file, const Label
 
 FitResiduals residuals_of(const MarkerSet& body, const LabelledTake& take, std::size_t step) {
   ResidualSum sum(body);
-  PoseFit pose(body, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit pose(body, kinematics::PoseFit::Lengths::Fixed);
   follow(body, take, std::max<std::size_t>(1, step), 0.3, 0.05,
          [&](std::span<const Eigen::Vector3d> frame, std::span<const Pose> locals) {
            pose.set_locals(locals);
@@ -276,4 +276,4 @@ FitResiduals residuals_of(const MarkerSet& body, const LabelledTake& take, std::
   return sum.told();
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::bodyfit

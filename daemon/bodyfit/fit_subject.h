@@ -9,7 +9,7 @@
 #include "bodyfit/offset_equations.h"
 #include "model/skeleton.h"
 
-namespace mocap::body {
+namespace mocap::bodyfit {
 
 /// What a fit left unexplained.
 struct FitResiduals {
@@ -58,4 +58,4 @@ Result<FittedSubject, FitFailure> fit_subject(const MarkerSet& file, const Label
 /// How far the markers of a take are from a body, in the best pose of each frame; every `step`th frame is looked at.
 FitResiduals residuals_of(const MarkerSet& body, const LabelledTake& take, std::size_t step);
 
-}  // namespace mocap::body
+}  // namespace mocap::bodyfit

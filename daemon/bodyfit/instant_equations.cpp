@@ -8,7 +8,7 @@
 #include "base/expects.h"
 #include "kinematics/rotation.h"
 
-namespace mocap::body {
+namespace mocap::bodyfit {
 namespace {
 
 constexpr double kFirstDamping = 1e-6;
@@ -164,7 +164,7 @@ InstantEquations::Judged InstantEquations::weigh_markers(const BodyInstant& inst
 double InstantEquations::weigh_turns(const BodyInstant& instant, const InstantCost& by) {
   double prior = 0.0;
   for (std::size_t b = 1; b < bones_.size(); ++b) {
-    const Eigen::Vector3d phi = rotation_vector(instant.locals[b].rotation);
+    const Eigen::Vector3d phi = kinematics::rotation_vector(instant.locals[b].rotation);
     const Eigen::Vector3d beyond = beyond_limits(bones_[b], phi);
     const double rest = 1.0 / squared(instant.at_rest[b] != 0 ? by.at_rest_sigma_rad : by.rest_sigma_rad);
     const double limit = 1.0 / squared(by.limit_sigma_rad);
@@ -174,7 +174,7 @@ double InstantEquations::weigh_turns(const BodyInstant& instant, const InstantCo
     const Eigen::Vector3d pull = rest * phi + limit * beyond;
     // Unknowns are turns in the world's axes.
     const Eigen::Matrix3d change =
-        change_of_rotation_vector(phi) *
+        kinematics::change_of_rotation_vector(phi) *
         world_[static_cast<std::size_t>(bones_[b].parent)].rotation.toRotationMatrix().transpose();
     block(b + 1, b + 1) += change.transpose() * weight.asDiagonal() * change;
     gradient_[b + 1] += change.transpose() * pull;
@@ -267,7 +267,7 @@ void InstantEquations::move(BodyInstant& instant) const {
     const Eigen::Vector3d turn =
         parent < 0 ? step_[b + 1]
                    : Eigen::Vector3d(world_[static_cast<std::size_t>(parent)].rotation.conjugate() * step_[b + 1]);
-    instant.locals[b].rotation = (turn_by(turn) * instant.locals[b].rotation).normalized();
+    instant.locals[b].rotation = (kinematics::turn_by(turn) * instant.locals[b].rotation).normalized();
   }
 }
 
@@ -299,4 +299,4 @@ InstantEquations::Judged InstantEquations::settle(BodyInstant& instant, const Bo
   return best;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::bodyfit

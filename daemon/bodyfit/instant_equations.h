@@ -10,7 +10,7 @@
 #include "model/skeleton.h"
 #include "model/transform.h"
 
-namespace mocap::body {
+namespace mocap::bodyfit {
 
 /// Columns that stand side by side: [begin, end).
 struct ColumnRun {
@@ -116,4 +116,4 @@ class InstantEquations {
   std::vector<Pose> kept_;
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::bodyfit

@@ -7,7 +7,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::body {
+namespace mocap::bodyfit {
 namespace {
 
 constexpr double kInJoint_m = 1e-3;
@@ -15,7 +15,7 @@ constexpr double kInJoint_m = 1e-3;
 // longer matters much (a Cauchy prior).
 constexpr double kElsewhere = 2.0;
 // Left and right differ by so much in any case: where a marker sits, where a joint's centre is taken to be.
-constexpr double kLeastAsymmetry_m = 0.003;
+constexpr double identify::kLeastAsymmetry_m = 0.003;
 
 double squared(double x) { return x * x; }
 
@@ -61,7 +61,7 @@ OffsetEquations::OffsetEquations(const MarkerSet& file, const OffsetColumns& col
     const std::string other = "Right" + bones[b].name.substr(kLeft.size());
     for (std::size_t r = 1; r < bones.size(); ++r) {
       if (bones[r].name != other) continue;
-      const double sigma_m = kLeastAsymmetry_m + priors.symmetry_sigma * bones[b].rest_offset_m.norm();
+      const double sigma_m = identify::kLeastAsymmetry_m + priors.symmetry_sigma * bones[b].rest_offset_m.norm();
       pairs_.push_back({b, r, 1.0 / squared(sigma_m)});
     }
   }
@@ -219,4 +219,4 @@ double OffsetEquations::apply(BodyOffsets& offsets, double& size) const {
   return most;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::bodyfit

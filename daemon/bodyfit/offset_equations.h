@@ -9,7 +9,7 @@
 #include "bodyfit/instant_equations.h"
 #include "model/skeleton.h"
 
-namespace mocap::body {
+namespace mocap::bodyfit {
 
 /// What is known of a body before it is looked at: how far it may be from the file's.
 struct OffsetPriors {
@@ -74,4 +74,4 @@ class OffsetEquations {
   bool solved_ = false;
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::bodyfit

@@ -5,7 +5,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::body {
+namespace mocap::bodyfit {
 namespace {
 
 constexpr int kMostTurns = 25;
@@ -165,4 +165,4 @@ void SubjectFitter::gather_next() {
   stage_ = Stage::Solve;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::bodyfit

@@ -9,7 +9,7 @@
 #include "bodyfit/offset_equations.h"
 #include "model/skeleton.h"
 
-namespace mocap::body {
+namespace mocap::bodyfit {
 
 /// How far off a marker is that counts less and less, m: at first, when nobody knows where it sits, and in the end.
 struct OutlierScale {
@@ -83,4 +83,4 @@ class SubjectFitter {
   bool improved_ = false;
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::bodyfit

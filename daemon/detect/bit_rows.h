@@ -5,7 +5,7 @@
 #include <cstdint>
 
 /// Rows of pixels, a bit each, 64 a word: `row` is the word of x from 0 to 63.
-namespace mocap::stages {
+namespace mocap::detect {
 
 /// Of the word that x is in: x and what comes after it, before `end`, which is more than x.
 inline std::uint64_t bits_between(int x, int end) {
@@ -24,4 +24,4 @@ inline int first_bright(const std::uint64_t* row, int begin, int end) {
 
 inline bool any_bright(const std::uint64_t* row, int begin, int end) { return first_bright(row, begin, end) < end; }
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

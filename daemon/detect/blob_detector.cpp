@@ -13,7 +13,7 @@
 #include "detect/noise_floor.h"
 #include "detect/pixel_rows.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 constexpr int kMaxSize_px = 32767;
@@ -221,4 +221,4 @@ Result<std::unique_ptr<Detector>> make_blob_detector(const DetectSettings& setti
       std::make_unique<BlobDetector>(settings, like, masks, kernels != nullptr ? *kernels : best_kernels()));
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -9,7 +9,7 @@
 #include "model/image_mask.h"
 #include "module/detector.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 
 /// Grey levels are those of 8 bits, 0 to 255, whatever the format; deeper formats scale them.
 struct DetectSettings {
@@ -49,4 +49,4 @@ Result<std::unique_ptr<Detector>> make_blob_detector(const DetectSettings& setti
                                                      int height_px, std::span<const MaskPolygon> masks = {},
                                                      const DetectKernels* kernels = nullptr);
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

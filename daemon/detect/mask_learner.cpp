@@ -7,7 +7,7 @@
 
 #include "detect/pixel_rows.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 using Pixel = MaskLearner::Pixel;
@@ -185,4 +185,4 @@ LearntMask MaskLearner::learn(const LearnMaskSettings& settings) const {
   return learnt;
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -9,7 +9,7 @@
 #include "model/frame.h"
 #include "model/image_mask.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 
 struct LearnMaskSettings {
   double least_share = 0.25;  ///< of the images in which a pixel shines that is to be masked, more than 0 to 1
@@ -64,4 +64,4 @@ class MaskLearner {
   std::vector<std::uint16_t> row_;    // of the image that is taken in
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -9,7 +9,7 @@
 
 #include "detect/pixel_rows.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 // Places of a few neighbours each, a cache line a place: 512 pixels tell the background to a twentieth of the noise,
@@ -151,4 +151,4 @@ NoiseFloor NoiseFloorReader::read(const Image& image) {
   return floor_of(shift_ == 0 ? sums_of(counts, from, limit) : sums_of(grey, place_px, from, limit), from);
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -4,7 +4,7 @@
 
 #include "model/frame.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 
 /// How bright and how noisy what is dark is, in the format's own levels.
 struct NoiseFloor {
@@ -26,4 +26,4 @@ class NoiseFloorReader {
   int shift_;  // from the format's levels to 8 bits
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

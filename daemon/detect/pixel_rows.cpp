@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 enum class Layout { None, Byte, Word, WordsLowByte, PackedBits, PackedPairs, Bayer };
@@ -176,4 +176,4 @@ void read_pixels(const Image& image, int y, int x, std::span<std::uint16_t> grey
   }
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -6,7 +6,7 @@
 
 #include "model/frame.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 
 // How the bytes of each format become grey levels.
 
@@ -27,4 +27,4 @@ bool is_whole(const Image& image);
 /// Bayer: the green light at every site; where a site is red or blue, the mean of its green neighbours.
 void read_pixels(const Image& image, int y, int x, std::span<std::uint16_t> grey);
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -6,7 +6,7 @@
 
 #include "detect/bit_rows.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 constexpr int kBandRows = 16;
@@ -91,4 +91,4 @@ std::size_t RowMask::count() const {
   return pixels;
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -9,7 +9,7 @@
 #include "detect/kernels/detect_kernels.h"
 #include "model/image_mask.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 
 /// Masked pixels. Cost nothing where nothing shines: only words with a bright pixel are masked.
 class RowMask {
@@ -46,4 +46,4 @@ class RowMask {
   std::vector<std::uint64_t> bands_;  // what is masked in any of kBandRows rows, by place of the band
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -10,7 +10,7 @@
 #include "base/time.h"
 #include "geometry/lens.h"
 
-namespace mocap::stages {
+namespace mocap::drift {
 namespace {
 
 // A few markers of each set are enough, and keep the work small.
@@ -198,4 +198,4 @@ void DriftWatch::assess(std::size_t camera) {
   }
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::drift

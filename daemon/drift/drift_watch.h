@@ -8,7 +8,7 @@
 #include "model/camera_model.h"
 #include "model/sighting.h"
 
-namespace mocap::stages {
+namespace mocap::drift {
 
 struct DriftSettings {
   double drift_px = 1.0;   ///< a camera whose views are off by more, by a turn and a move that explain it, is told
@@ -71,4 +71,4 @@ class DriftWatch {
   std::size_t next_camera_ = 0;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::drift

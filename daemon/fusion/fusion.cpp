@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-namespace mocap::stages {
+namespace mocap::fusion {
 namespace {
 
 // A hidden marker's track that no camera has seen for so long may see another next.
@@ -179,4 +179,4 @@ void Fusion::list_the_unlabelled(const TrackedMarkers& tracked) {
   }
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::fusion

@@ -17,7 +17,7 @@
 #include "module/triangulator.h"
 #include "solve/subject_refiner.h"
 
-namespace mocap::stages {
+namespace mocap::fusion {
 
 /// The parts of the row from blobs to skeleton.
 struct FusionParts {
@@ -26,8 +26,8 @@ struct FusionParts {
   std::unique_ptr<MarkerTracker> tracker;
   std::unique_ptr<Labeller> labeller;
   std::unique_ptr<SkeletonSolver> solver;
-  std::unique_ptr<SubjectRefiner> refiner;  ///< none: bodies stay as they were recognised
-  std::unique_ptr<DriftWatch> drift;        ///< none: nobody looks whether the rig is still right
+  std::unique_ptr<solve::SubjectRefiner> refiner;  ///< none: bodies stay as they were recognised
+  std::unique_ptr<drift::DriftWatch> drift;        ///< none: nobody looks whether the rig is still right
 };
 
 /// The whole row: one instant's blobs to one snapshot. What it believes of the markers, names and bodies lives from
@@ -53,7 +53,7 @@ class Fusion {
   const std::optional<SubjectFit>& fit() const noexcept { return fit_; }
 
   /// The camera that was looked at anew in the last step, how it stands; null where nobody looks.
-  const CameraDrift* drift() const noexcept { return parts_.drift ? &parts_.drift->camera(assessed_) : nullptr; }
+  const drift::CameraDrift* drift() const noexcept { return parts_.drift ? &parts_.drift->camera(assessed_) : nullptr; }
   CameraId assessed() const noexcept { return assessed_; }
 
  private:
@@ -88,4 +88,4 @@ class Fusion {
   Snapshot snapshot_;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::fusion

@@ -5,7 +5,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 namespace {
 
 constexpr std::size_t kMostRoots = 4;
@@ -41,8 +41,8 @@ AnyPoseFinder::AnyPoseFinder(const MarkerSet& set, const FindAnyPoseSettings& se
     : settings_(settings),
       set_(set),
       layer_(set),
-      fit_(set, PoseFit::Lengths::Fixed),
-      assigner_(set.markers.size(), kMostCloudPoints, set.markers.size() * kMostCloudPoints) {
+      fit_(set, kinematics::PoseFit::Lengths::Fixed),
+      assigner_(set.markers.size(), pose::kMostCloudPoints, set.markers.size() * pose::kMostCloudPoints) {
   const std::size_t bones = set.skeleton.bones.size(), markers = set.markers.size();
   MOCAP_EXPECTS(markers <= kMaxLabels && bones <= kMaxBones);
   for (std::size_t b = 0; b < bones; ++b) {
@@ -50,7 +50,7 @@ AnyPoseFinder::AnyPoseFinder(const MarkerSet& set, const FindAnyPoseSettings& se
   }
   // The more markers, the surer; then the more bones hang there.
   const auto rank = [&](const Root& root) {
-    const BoneShape& shape = layer_.shapes().of(static_cast<std::size_t>(root.bone));
+    const kinematics::BoneShape& shape = layer_.shapes().of(static_cast<std::size_t>(root.bone));
     return std::min<std::size_t>(4, shape.points.size()) * 16 + shape.joints.size();
   };
   std::stable_sort(roots_.begin(), roots_.end(), [&](const Root& a, const Root& b) { return rank(a) > rank(b); });
@@ -72,7 +72,7 @@ AnyPoseFinder::AnyPoseFinder(const MarkerSet& set, const FindAnyPoseSettings& se
   for (Difference& difference : dismissed_) difference.reserve(markers);
   unsure_.resize(markers);
   seen_.reserve(markers);
-  pairs_.reserve(markers * kMostCloudPoints);
+  pairs_.reserve(markers * pose::kMostCloudPoints);
   locals_.resize(bones);
 }
 
@@ -207,11 +207,11 @@ void AnyPoseFinder::solve(Fitted& into, int iterations) {
     const int p = into.point_of_marker[m];
     if (p >= 0) seen_.push_back({static_cast<int>(m), cloud_[static_cast<std::size_t>(p)], known_.marker_sigma_m});
   }
-  PosePrior prior;
+  kinematics::PosePrior prior;
   prior.rest_share = kRestShare;
   prior.limit_sigma_rad = kRange_rad;
   prior.outlier_m = kOutlier_m;
-  const PoseFitResult result = fit_.solve(seen_, prior, iterations);
+  const kinematics::PoseFitResult result = fit_.solve(seen_, prior, iterations);
   fit_work_ += kWorkOfIteration * static_cast<std::size_t>(result.iterations);
   into.cost = result.cost + kCostOfMissing * static_cast<double>(set_.markers.size() - seen_.size());
   into.rms_m = result.rms_m;
@@ -219,8 +219,8 @@ void AnyPoseFinder::solve(Fitted& into, int iterations) {
 }
 
 void AnyPoseFinder::fit(Fitted& into) {
-  untwist(set_.skeleton, into.reading.bones);
-  to_locals(set_.skeleton, into.reading.bones, locals_);
+  pose::untwist(set_.skeleton, into.reading.bones);
+  pose::to_locals(set_.skeleton, into.reading.bones, locals_);
   fit_.set_locals(locals_);
   into.point_of_marker = into.reading.point_of_marker;
   solve(into, kFirstIterations);
@@ -279,7 +279,7 @@ void AnyPoseFinder::relay() {
   rest_ = best_.reading;
   rest_.cost = 0.0;
   for (const NextBone& next : roots_[root_].limbs[limb_]) {
-    for (const ShapePoint& point : layer_.shapes().of(static_cast<std::size_t>(next.bone)).points) {
+    for (const kinematics::ShapePoint& point : layer_.shapes().of(static_cast<std::size_t>(next.bone)).points) {
       if ((point.at_m - next.here_m).norm() < 1e-3) continue;  // belongs to what it hangs on, too
       rest_.point_of_marker[static_cast<std::size_t>(point.marker)] = -1;
     }
@@ -376,4 +376,4 @@ void AnyPoseFinder::describe() {
   if (found_->matched < settings_.least_share * static_cast<double>(set_.markers.size())) found_.reset();
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::identify

@@ -14,7 +14,7 @@
 #include "model/skeleton.h"
 #include "pose/point_cloud.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 
 struct FindAnyPoseSettings {
   BodyKnown well;                   ///< tried first: what fits so is soon clear
@@ -59,7 +59,7 @@ class AnyPoseFinder {
   /// Whether the set has a bone to begin with.
   bool can_find() const noexcept { return !roots_.empty(); }
   /// How a joint of this body bends, as BodyFollower learnt it.
-  void bend(std::size_t bone, const Eigen::Matrix3d& as_in_file, const BendingPlane& plane) {
+  void bend(std::size_t bone, const Eigen::Matrix3d& as_in_file, const kinematics::BendingPlane& plane) {
     fit_.lean(bone, as_in_file);
     fit_.bend_in(bone, plane);
   }
@@ -117,11 +117,11 @@ class AnyPoseFinder {
   FindAnyPoseSettings settings_;
   MarkerSet set_;
   BodyLayer layer_;
-  PoseFit fit_;
+  kinematics::PoseFit fit_;
   geometry::Assigner assigner_;
   std::vector<Root> roots_;  // the best first
 
-  BodyCloud cloud_;
+  pose::BodyCloud cloud_;
   Stage stage_ = Stage::Idle;
   BodyKnown known_;
   bool rough_ = false;  // the second round
@@ -137,10 +137,10 @@ class AnyPoseFinder {
   std::size_t dismissals_ = 0, challenges_ = 0, changes_ = 0;
   std::vector<bool> unsure_;  // by marker
   double margin_ = 0.0;
-  std::vector<Observation> seen_;
+  std::vector<kinematics::Observation> seen_;
   std::vector<geometry::AllowedPair> pairs_;
   std::vector<Pose> locals_;
   std::optional<FoundPose> found_;
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::identify

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-namespace mocap::body {
+namespace mocap::identify {
 namespace {
 
 // Joints of a file's body stand as mirror images to the millimetre, those of a fitted one nearly.
@@ -50,7 +50,7 @@ std::vector<int> opposite_bones(const Skeleton& skeleton) {
     const Eigen::Vector3d image(joint.x(), -joint.y(), joint.z());
     const auto off_m = [&](const Eigen::Vector3d& other) { return (other - image).norm(); };
     const auto nearest = std::ranges::min_element(joints, {}, off_m);
-    opposite.push_back(off_m(*nearest) < kSameJoint_m ? static_cast<int>(nearest - joints.begin()) : -1);
+    opposite.push_back(kinematics::off_m(*nearest) < kSameJoint_m ? static_cast<int>(nearest - joints.begin()) : -1);
   }
   return opposite;
 }
@@ -72,7 +72,7 @@ std::vector<MarkerPair> asymmetric_markers(const MarkerSet& set) {
   return pairs;
 }
 
-MarkerSet with_asymmetries(const MarkerSet& set, const FittedSubject& fitted) {
+MarkerSet with_asymmetries(const MarkerSet& set, const bodyfit::FittedSubject& fitted) {
   MarkerSet worn = set;
   if (!fitted.from_rest) return worn;
   const auto worn_m = [&](std::size_t m) {
@@ -88,4 +88,4 @@ MarkerSet with_asymmetries(const MarkerSet& set, const FittedSubject& fitted) {
   return worn;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::identify

@@ -6,7 +6,7 @@
 #include "bodyfit/fit_subject.h"
 #include "model/skeleton.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 
 /// Markers that are nearer than this to being mirror images of each other tell no sides: two that are placed to 10 mm
 /// each differ by 14 mm by chance, and so do people's legs.
@@ -34,6 +34,6 @@ std::vector<MarkerPair> asymmetric_markers(const MarkerSet& set);
 
 /// A body's set with the pairs that its fit shows to be asymmetric; these sit in it as they do on the body, the others
 /// where they are. The set as it is where no rest pose told how the fitted bones lie.
-MarkerSet with_asymmetries(const MarkerSet& set, const FittedSubject& fitted);
+MarkerSet with_asymmetries(const MarkerSet& set, const bodyfit::FittedSubject& fitted);
 
-}  // namespace mocap::body
+}  // namespace mocap::identify

@@ -5,7 +5,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 namespace {
 
 // Readings that are followed at once, and by how much of log-likelihood they may be worse than the best.
@@ -50,7 +50,7 @@ LayPlan BodyLayer::plan_from(int root) const {
   std::vector<NextBone> open;
   const auto open_neighbours = [&](int bone, int from) {
     for (const bool telling : {false, true}) {
-      for (const ShapeJoint& joint : shapes_.of(static_cast<std::size_t>(bone)).joints) {
+      for (const kinematics::ShapeJoint& joint : shapes_.of(static_cast<std::size_t>(bone)).joints) {
         if (joint.bone == from || shapes_.tells_turn(static_cast<std::size_t>(joint.bone)) != telling) continue;
         open.push_back({joint.bone, bone, joint.there_m, joint.here_m});
       }
@@ -68,7 +68,7 @@ LayPlan BodyLayer::plan_from(int root) const {
 
 void BodyLayer::refit(LayPlan& plan) const {
   for (NextBone& next : plan) {
-    for (const ShapeJoint& joint : shapes_.of(static_cast<std::size_t>(next.bone)).joints) {
+    for (const kinematics::ShapeJoint& joint : shapes_.of(static_cast<std::size_t>(next.bone)).joints) {
       if (joint.bone != next.from) continue;
       next.here_m = joint.here_m;
       next.there_m = joint.there_m;
@@ -76,7 +76,7 @@ void BodyLayer::refit(LayPlan& plan) const {
   }
 }
 
-void BodyLayer::begin(const BodyCloud& cloud, const BodyKnown& known, double strays_1_m3) {
+void BodyLayer::begin(const pose::BodyCloud& cloud, const BodyKnown& known, double strays_1_m3) {
   cloud_ = &cloud;
   known_ = known;
   layer_.set({.marker_sigma_m = known.marker_sigma_m, .strays_1_m3 = strays_1_m3});
@@ -116,8 +116,8 @@ bool BodyLayer::seed() {
     layer_.seed(shapes_.of(static_cast<std::size_t>(root_)), *cloud_, next_++, kMostSeeds, seeds_);
     return false;
   }
-  std::sort(seeds_.begin(), seeds_.end(), [](const LaidBone& a, const LaidBone& b) { return a.cost < b.cost; });
-  for (const LaidBone& seed : seeds_) {
+  std::sort(seeds_.begin(), seeds_.end(), [](const pose::LaidBone& a, const pose::LaidBone& b) { return a.cost < b.cost; });
+  for (const pose::LaidBone& seed : seeds_) {
     BodyReading& reading = readings_[count_++];
     reading.taken.reset();
     std::fill(reading.point_of_marker.begin(), reading.point_of_marker.end(), -1);
@@ -142,21 +142,21 @@ void BodyLayer::adopt(BodyReading& into, const Growth& growth, int bone, const E
 }
 
 // Where the joint is, and how surely; a marker that sits in it and was seen tells it.
-LayFrom BodyLayer::hang(const BodyReading& reading, const NextBone& next) const {
-  const BoneReading& from = reading.bones[static_cast<std::size_t>(next.from)];
-  LayFrom hang;
+pose::LayFrom BodyLayer::hang(const BodyReading& reading, const NextBone& next) const {
+  const pose::BoneReading& from = reading.bones[static_cast<std::size_t>(next.from)];
+  pose::LayFrom hang;
   hang.joint_m = next.here_m;
   hang.place_m = from.world * next.there_m;
   hang.rest = from.world.rotation;
   const Eigen::Vector3d lever = next.there_m - from.joint_m;
   hang.sigma_m = known_.joint_sigma_m;
-  if (from.laid == Laid::Swung) {
+  if (from.laid == pose::Laid::Swung) {
     const double across = (lever - from.axis * from.axis.dot(lever)).norm();
     hang.sigma_m = std::hypot(hang.sigma_m, kUnseenTurn * across);
-  } else if (from.laid == Laid::Unseen) {
+  } else if (from.laid == pose::Laid::Unseen) {
     hang.sigma_m = std::hypot(from.joint_sigma_m, kUnseenTurn * lever.norm());
   }
-  for (const ShapePoint& point : shapes_.of(static_cast<std::size_t>(next.bone)).points) {
+  for (const kinematics::ShapePoint& point : shapes_.of(static_cast<std::size_t>(next.bone)).points) {
     const int p = reading.point_of_marker[static_cast<std::size_t>(point.marker)];
     if (p < 0 || (point.at_m - next.here_m).norm() > kInJoint_m) continue;
     hang.place_m = (*cloud_)[static_cast<std::size_t>(p)];
@@ -165,21 +165,21 @@ LayFrom BodyLayer::hang(const BodyReading& reading, const NextBone& next) const 
   return hang;
 }
 
-double BodyLayer::beyond_range(const BodyReading& reading, const NextBone& next, const LaidBone& laid) const {
-  const BoneReading& from = reading.bones[static_cast<std::size_t>(next.from)];
-  if (from.laid != Laid::Turned || laid.laid != Laid::Turned) return 0.0;
+double BodyLayer::beyond_range(const BodyReading& reading, const NextBone& next, const pose::LaidBone& laid) const {
+  const pose::BoneReading& from = reading.bones[static_cast<std::size_t>(next.from)];
+  if (from.laid != pose::Laid::Turned || laid.laid != pose::Laid::Turned) return 0.0;
   const bool down = set_.skeleton.bones[static_cast<std::size_t>(next.bone)].parent == next.from;
   const Eigen::Quaterniond& upper = down ? from.world.rotation : laid.world_from_bone.rotation;
   const Eigen::Quaterniond& lower = down ? laid.world_from_bone.rotation : from.world.rotation;
   const Bone& bone = set_.skeleton.bones[static_cast<std::size_t>(down ? next.bone : next.from)];
-  return 0.5 * beyond_range2(bone, upper.conjugate() * lower) / (kRange_rad * kRange_rad);
+  return 0.5 * pose::beyond_range2(bone, upper.conjugate() * lower) / (kRange_rad * kRange_rad);
 }
 
 void BodyLayer::grow(std::size_t index) {
   const BodyReading& reading = readings_[index];
   const NextBone& next = (*plan_)[turn_];
-  const BoneShape& shape = shapes_.of(static_cast<std::size_t>(next.bone));
-  const LayFrom from = hang(reading, next);
+  const kinematics::BoneShape& shape = shapes_.of(static_cast<std::size_t>(next.bone));
+  const pose::LayFrom from = hang(reading, next);
   Growth growth{reading.cost, index, from.sigma_m, {}};
   const std::size_t telling = shapes_.tells_turn(static_cast<std::size_t>(next.bone)) ? 2
                               : shape.points.size() > 1                               ? 1
@@ -191,7 +191,7 @@ void BodyLayer::grow(std::size_t index) {
     if (growths_.size() < kMostGrowths) growths_.push_back(growth);
     return;
   }
-  for (const LaidBone& laid : layer_.lay(shape, from, *cloud_, reading.taken, reading.point_of_marker)) {
+  for (const pose::LaidBone& laid : layer_.lay(shape, from, *cloud_, reading.taken, reading.point_of_marker)) {
     const double beyond = beyond_range(reading, next, laid);
     if (beyond > kMostBeyond || growths_.size() == kMostGrowths) continue;
     growth.bone = laid;
@@ -208,7 +208,7 @@ bool BodyLayer::alike(const BodyReading& a, const BodyReading& b) const {
                                    plan_->begin() + static_cast<std::ptrdiff_t>(i),
                                    [&](const NextBone& next) { return next.bone == static_cast<int>(from); });
     if (later) continue;
-    for (const ShapePoint& point : shapes_.of(from).points) {
+    for (const kinematics::ShapePoint& point : shapes_.of(from).points) {
       const auto m = static_cast<std::size_t>(point.marker);
       if (a.point_of_marker[m] != b.point_of_marker[m]) return false;
     }
@@ -241,4 +241,4 @@ void BodyLayer::take_best() {
   ++turn_;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::identify

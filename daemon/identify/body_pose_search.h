@@ -12,7 +12,7 @@
 #include "pose/bone_pose_proposer.h"
 #include "pose/point_cloud.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 
 /// How well a body's measures are known.
 struct BodyKnown {
@@ -23,9 +23,9 @@ struct BodyKnown {
 /// Some bones of a body laid on some points.
 struct BodyReading {
   double cost = 0.0;  ///< minus log of how much likelier than that nothing of the body is seen
-  PointsTaken taken;
+  pose::PointsTaken taken;
   std::vector<int> point_of_marker;  ///< -1: none
-  std::vector<BoneReading> bones;    ///< those not laid yet mean nothing
+  std::vector<pose::BoneReading> bones;    ///< those not laid yet mean nothing
 };
 
 /// A bone to be laid next, and how it hangs on one that is laid.
@@ -50,13 +50,13 @@ class BodyLayer {
   /// `set` is the one of the constructor but for its offsets.
   void refit(const MarkerSet& set);
 
-  const BoneShapes& shapes() const noexcept { return shapes_; }
+  const kinematics::BoneShapes& shapes() const noexcept { return shapes_; }
   /// How the tree is laid from `root` on; and one with the offsets after a refit. For constructors, and for refits.
   LayPlan plan_from(int root) const;
   void refit(LayPlan& plan) const;
 
   /// Begins anew; `cloud` outlives the search.
-  void begin(const BodyCloud& cloud, const BodyKnown& known, double strays_1_m3);
+  void begin(const pose::BodyCloud& cloud, const BodyKnown& known, double strays_1_m3);
 
   /// Bone `root` wherever it may be, then the plan. Both outlive the growth.
   void start(int root, const LayPlan& plan);
@@ -75,29 +75,29 @@ class BodyLayer {
     double cost = 0.0;
     std::size_t reading = 0;
     double joint_sigma_m = 0.0;
-    LaidBone bone;
+    pose::LaidBone bone;
   };
 
   bool seed();
   void grow(std::size_t reading);
-  LayFrom hang(const BodyReading& reading, const NextBone& next) const;
-  double beyond_range(const BodyReading& reading, const NextBone& next, const LaidBone& laid) const;
+  pose::LayFrom hang(const BodyReading& reading, const NextBone& next) const;
+  double beyond_range(const BodyReading& reading, const NextBone& next, const pose::LaidBone& laid) const;
   void take_best();
   void adopt(BodyReading& into, const Growth& growth, int bone, const Eigen::Vector3d& joint_m) const;
   bool alike(const BodyReading& a, const BodyReading& b) const;
 
   MarkerSet set_;
-  BoneShapes shapes_;
-  BoneLayer layer_;
+  kinematics::BoneShapes shapes_;
+  pose::BoneLayer layer_;
   BodyKnown known_;
-  const BodyCloud* cloud_ = nullptr;
+  const pose::BodyCloud* cloud_ = nullptr;
   const LayPlan* plan_ = nullptr;
   int root_ = -1;  // while it is looked for
   std::size_t next_ = 0, turn_ = 0;
-  std::vector<LaidBone> seeds_;
+  std::vector<pose::LaidBone> seeds_;
   std::vector<BodyReading> readings_, before_;
   std::size_t count_ = 0;
   std::vector<Growth> growths_;
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::identify

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace mocap::body {
+namespace mocap::identify {
 namespace {
 
 // An arm's first bone against how far the arm reaches; collar bones are shorter.
@@ -75,4 +75,4 @@ std::optional<Stance> a_pose(const MarkerSet& set, double by_rad) {
   return stance;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::identify

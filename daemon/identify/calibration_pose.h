@@ -6,7 +6,7 @@
 
 #include "model/skeleton.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 
 /// A pose that a body holds before it is known, other than its rest pose.
 struct Stance {
@@ -18,4 +18,4 @@ struct Stance {
 /// has no two arms that can: limbs that reach to the left and to the right, with a joint that turns so far.
 std::optional<Stance> a_pose(const MarkerSet& set, double by_rad);
 
-}  // namespace mocap::body
+}  // namespace mocap::identify

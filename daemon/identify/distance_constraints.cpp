@@ -5,7 +5,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 namespace {
 
 // A marker nearer to its joint than this sits in it.
@@ -64,4 +64,4 @@ void MarkerTies::refit(const MarkerSet& set) {
   }
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::identify

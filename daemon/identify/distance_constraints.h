@@ -5,7 +5,7 @@
 
 #include "model/skeleton.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 
 /// How far apart two markers of one body may be, whatever its pose.
 struct Tie {
@@ -30,4 +30,4 @@ class MarkerTies {
   std::vector<std::vector<Tie>> ties_;  // by marker
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::identify

@@ -6,7 +6,7 @@
 #include "identify/asymmetry.h"
 #include "kinematics/pose_fit.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 
 bool is_read_back_to_front(const MarkerSet& set, const FindSettings& settings) {
   const std::vector<int> opposite = opposite_bones(set.skeleton);
@@ -15,7 +15,7 @@ bool is_read_back_to_front(const MarkerSet& set, const FindSettings& settings) {
     const bool on_limb = opposite[static_cast<std::size_t>(marker.bone)] != marker.bone;
     if (on_limb) marker.offset_m.x() = -marker.offset_m.x();
   }
-  const PoseFit wearer(worn, PoseFit::Lengths::Fixed);
+  const kinematics::PoseFit wearer(worn, kinematics::PoseFit::Lengths::Fixed);
   std::vector<Eigen::Vector3d> points;
   for (std::size_t m = 0; m < worn.markers.size(); ++m) points.push_back(wearer.marker_at(m));
 
@@ -29,4 +29,4 @@ bool is_read_back_to_front(const MarkerSet& set, const FindSettings& settings) {
   return 2 * wrong > points.size();  // markers that change places with a neighbour are another matter
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::identify

@@ -6,7 +6,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 
 RigidFinder::RigidFinder(const MarkerSet& set, double tolerance_m) : tolerance_m_(tolerance_m) {
   MOCAP_EXPECTS(set.markers.size() <= kMaxLabels);
@@ -77,4 +77,4 @@ const std::optional<FoundBody>& RigidFinder::find(std::span<const Eigen::Vector3
   return found_;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::identify

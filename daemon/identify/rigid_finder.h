@@ -9,7 +9,7 @@
 #include "identify/t_pose_finder.h"
 #include "model/skeleton.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 
 /// Finds a thing of one bone among points by the distances of its markers, in any pose: three markers propose, the
 /// others decide. Its mirror image is refused, as is what can be read in two ways.
@@ -34,4 +34,4 @@ class RigidFinder {
   bool ambiguous_ = false;
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::identify

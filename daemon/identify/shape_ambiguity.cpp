@@ -4,7 +4,7 @@
 
 #include "geometry/rigid_fit.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 namespace {
 
 // Maps one marker after the other, as long as the distances agree.
@@ -91,4 +91,4 @@ bool same_body(const MarkerSet& a, const MarkerSet& b, double tolerance_m) {
   return true;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::identify

@@ -5,7 +5,7 @@
 
 #include "model/skeleton.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 
 /// The markers of one thing as they could be read for another's: by marker of the first, the marker of the second.
 using MistakenFor = std::vector<std::size_t>;
@@ -19,4 +19,4 @@ std::optional<MistakenFor> mistaken_for(const MarkerSet& part, const MarkerSet& 
 /// Whether two bodies of several bones have the same bones and the same markers on them, to `tolerance_m` each.
 bool same_body(const MarkerSet& a, const MarkerSet& b, double tolerance_m);
 
-}  // namespace mocap::body
+}  // namespace mocap::identify

@@ -9,7 +9,7 @@
 #include "identify/asymmetry.h"
 #include "kinematics/rotation.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 namespace {
 
 using geometry::UprightFit;
@@ -32,7 +32,7 @@ constexpr int kFitIterations = 12;
 // Three sigma of a skin marker: what is further off from the fitted body is given no name, rather than a wrong one.
 constexpr double kStray_m = 0.03;
 
-PosePrior prior_of(std::span<const double> hold) {
+kinematics::PosePrior prior_of(std::span<const double> hold) {
   return {.rest_sigma_rad = kPoseSigma_rad, .hold_sigma_rad = hold, .hold_root_sigma_m = 10.0, .outlier_m = 0.10};
 }
 
@@ -86,7 +86,7 @@ Eigen::Vector3d mean_of(const std::vector<Eigen::Vector3d>& points) {
 TPoseFinder::TPoseFinder(const MarkerSet& set, FindSettings settings, std::size_t max_points)
     : settings_(settings),
       max_points_(max_points),
-      fit_(set, PoseFit::Lengths::Free),
+      fit_(set, kinematics::PoseFit::Lengths::Free),
       assigner_(set.markers.size(), max_points, set.markers.size() * max_points) {
   MOCAP_EXPECTS(set.markers.size() <= kMaxLabels && set.skeleton.bones.size() <= kMaxBones);
   for (std::size_t m = 0; m < set.markers.size(); ++m) model_.push_back(fit_.marker_at(m));
@@ -202,7 +202,7 @@ void TPoseFinder::fit_body(std::span<const Eigen::Vector3d> points, Reading& int
   }
   const Eigen::AngleAxisd heading(into.place.yaw_rad, Eigen::Vector3d::UnitZ());
   fit_.place({into.place.translation, Eigen::Quaterniond(heading)}, into.place.scale);
-  const PoseFitResult result = fit_.solve(seen_, prior_of(hold_), kFitIterations);
+  const kinematics::PoseFitResult result = fit_.solve(seen_, prior_of(hold_), kFitIterations);
   into.cost = result.cost + kCostOfMissing * static_cast<double>(model_.size() - seen_.size());
   into.rms_m = result.rms_m;
 }
@@ -260,7 +260,7 @@ bool TPoseFinder::same_body(const Reading& a, const Reading& b) const {
 
 bool TPoseFinder::is_in_pose() const {
   return std::all_of(fit_.locals().begin() + 1, fit_.locals().end(), [&](const Pose& local) {
-    return rotation_vector(local.rotation).norm() <= settings_.most_turn_rad;
+    return kinematics::rotation_vector(local.rotation).norm() <= settings_.most_turn_rad;
   });
 }
 
@@ -320,4 +320,4 @@ const std::optional<FoundBody>& TPoseFinder::find(std::span<const Eigen::Vector3
   return found_;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::identify

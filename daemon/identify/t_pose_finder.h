@@ -12,7 +12,7 @@
 #include "model/bounds.h"
 #include "model/skeleton.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 
 struct FindSettings {
   double least_scale = 0.75;  ///< of the body against the file's
@@ -83,7 +83,7 @@ class TPoseFinder {
 
   FindSettings settings_;
   std::size_t max_points_;
-  PoseFit fit_;
+  kinematics::PoseFit fit_;
   geometry::Assigner assigner_;
   std::vector<Eigen::Vector3d> model_;  // markers in rest pose, root at the origin
   std::vector<Asymmetry> asymmetries_;
@@ -93,9 +93,9 @@ class TPoseFinder {
   std::vector<Eigen::Vector3d> bent_;  // where the markers are looked for
   std::vector<geometry::AllowedPair> pairs_;
   std::vector<geometry::PointPair> matched_;
-  std::vector<Observation> seen_;
+  std::vector<kinematics::Observation> seen_;
   std::vector<double> hold_;
   std::optional<FoundBody> found_;
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::identify

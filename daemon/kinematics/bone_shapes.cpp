@@ -5,7 +5,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::body {
+namespace mocap::kinematics {
 namespace {
 
 // A marker nearer to its joint than this sits in it.
@@ -79,4 +79,4 @@ bool BoneShapes::tells_turn(std::size_t bone) const {
   return false;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

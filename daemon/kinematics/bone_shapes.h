@@ -5,7 +5,7 @@
 
 #include "model/skeleton.h"
 
-namespace mocap::body {
+namespace mocap::kinematics {
 
 /// More markers of one bone do not take part in laying it on points: the widest apart do.
 inline constexpr std::size_t kMostShapePoints = 8;
@@ -47,4 +47,4 @@ class BoneShapes {
   std::vector<BoneShape> shapes_;  // by bone
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

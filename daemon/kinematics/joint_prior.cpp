@@ -4,7 +4,7 @@
 
 #include "kinematics/rotation.h"
 
-namespace mocap::body {
+namespace mocap::kinematics {
 namespace {
 
 double squared(double x) { return x * x; }
@@ -119,4 +119,4 @@ Eigen::Matrix3d place_weight(const Eigen::Vector3d& model, const PosePrior& prio
   return across * Eigen::Matrix3d::Identity() + (along - across) * u * u.transpose();
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

@@ -9,7 +9,7 @@
 #include "model/skeleton.h"
 #include "model/transform.h"
 
-namespace mocap::body {
+namespace mocap::kinematics {
 
 /// What is taken for true where no marker tells otherwise.
 struct PosePrior {
@@ -88,4 +88,4 @@ class JointPrior {
 /// The information, 1/m^2, of a bone's place about its model's: along it by its stretch, across by its bend.
 Eigen::Matrix3d place_weight(const Eigen::Vector3d& model, const PosePrior& prior);
 
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

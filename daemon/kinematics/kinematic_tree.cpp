@@ -2,7 +2,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::body {
+namespace mocap::kinematics {
 
 JointState rest_state(const Skeleton& skeleton, const Eigen::Vector3d& root_m) {
   return {root_m, std::vector<Eigen::Quaterniond>(skeleton.bones.size(), Eigen::Quaterniond::Identity())};
@@ -25,4 +25,4 @@ WorldPoint marker_position(const MarkerOnBone& marker, const Pose& world_from_bo
   return {world_from_bone * marker.offset_m};
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

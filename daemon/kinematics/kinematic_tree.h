@@ -8,7 +8,7 @@
 #include "model/skeleton.h"
 #include "model/transform.h"
 
-namespace mocap::body {
+namespace mocap::kinematics {
 
 /// What moves a skeleton: where its root is, and how each bone is turned against its parent (unit quaternions, by
 /// bone; the root's against the world). All identity is the rest pose.
@@ -27,4 +27,4 @@ void forward(const Skeleton& skeleton, const Eigen::Vector3d& root_m, std::span<
 /// Where a marker is, when its bone is at `world_from_bone`.
 WorldPoint marker_position(const MarkerOnBone& marker, const Pose& world_from_bone);
 
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

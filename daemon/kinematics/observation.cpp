@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace mocap::body {
+namespace mocap::kinematics {
 namespace {
 
 // A covariance that is none counts as that of a marker that is anywhere within a metre.
@@ -56,4 +56,4 @@ double information_1_m2(const Observation& seen) {
   return trace == 0.0 ? 1.0 / (seen.sigma_m * seen.sigma_m) : trace / (seen.ray ? 2.0 : 3.0);
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

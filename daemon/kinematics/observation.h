@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-namespace mocap::body {
+namespace mocap::kinematics {
 
 /// Where one marker of the set was seen.
 struct Observation {
@@ -34,4 +34,4 @@ double off_m(const Observation& seen, const Eigen::Vector3d& place);
 /// Of a mean direction across which something is told, 1/m^2.
 double information_1_m2(const Observation& seen);
 
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

@@ -6,7 +6,7 @@
 #include "base/expects.h"
 #include "kinematics/rotation.h"
 
-namespace mocap::body {
+namespace mocap::kinematics {
 namespace {
 
 constexpr double kFirstDamping = 1e-6;
@@ -247,4 +247,4 @@ PoseFitResult PoseFit::solve(std::span<const Observation> seen, const PosePrior&
   return result;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

@@ -11,7 +11,7 @@
 #include "model/skeleton.h"
 #include "model/transform.h"
 
-namespace mocap::body {
+namespace mocap::kinematics {
 
 struct PoseFitResult {
   double cost = 0.0;   ///< half the sum of squares, each over its sigma; of markers and priors
@@ -107,4 +107,4 @@ class PoseFit {
   bool free_lengths_;
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

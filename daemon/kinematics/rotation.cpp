@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace mocap::body {
+namespace mocap::kinematics {
 
 Eigen::Quaterniond turn_by(const Eigen::Vector3d& rotation_rad) {
   const double squared = rotation_rad.squaredNorm();
@@ -86,4 +86,4 @@ Eigen::Quaterniond same_side(const Eigen::Quaterniond& q, const Eigen::Quaternio
   return q.coeffs().dot(last.coeffs()) < 0.0 ? Eigen::Quaterniond(-q.coeffs()) : q;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-namespace mocap::body {
+namespace mocap::kinematics {
 
 /// The turn about `rotation_rad`'s direction by its length.
 Eigen::Quaterniond turn_by(const Eigen::Vector3d& rotation_rad);
@@ -28,4 +28,4 @@ Eigen::Matrix3d turn_of_changed_vector(const Eigen::Vector3d& phi);
 /// The one of q and -q that is nearer to `last`: they are the same turn.
 Eigen::Quaterniond same_side(const Eigen::Quaterniond& q, const Eigen::Quaterniond& last);
 
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

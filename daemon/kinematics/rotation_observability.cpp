@@ -5,7 +5,7 @@
 #include "kinematics/pose_fit.h"
 #include "kinematics/rotation.h"
 
-namespace mocap::body {
+namespace mocap::kinematics {
 namespace {
 
 // A marker that cameras see well; what is then left of a joint that nothing else is known of, but for this.
@@ -41,4 +41,4 @@ std::vector<bool> turns_told(const MarkerSet& set) {
   return told;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

@@ -4,7 +4,7 @@
 
 #include "model/skeleton.h"
 
-namespace mocap::body {
+namespace mocap::kinematics {
 
 /// Of each bone: whether the markers, all of them seen, tell how it is turned. They do not where a bone carries no
 /// markers away from the line through its joints (a neck between a chest and a head that each have their own), or one
@@ -13,4 +13,4 @@ namespace mocap::body {
 /// Asked in the middle of all joints' ranges, where limbs are bent. Allocates.
 std::vector<bool> turns_told(const MarkerSet& set);
 
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

@@ -6,7 +6,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::body {
+namespace mocap::kinematics {
 namespace {
 
 using Eigen::Matrix3d;
@@ -220,4 +220,4 @@ Matrix3d TreeEquations::covariance_of(std::size_t link, const Vector3d& lever) c
   return 0.5 * (covariance + covariance.transpose());
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace mocap::body {
+namespace mocap::kinematics {
 
 /// What is known of the small displacement (w, v) of one bone: the bone turns by w and the point of it that is in its
 /// joint moves by v, both in the world. The cost is half of x^T H x + g^T x for x = (w, v).
@@ -107,4 +107,4 @@ class TreeEquations {
   std::vector<Eigen::Matrix3d> turned_covariances_;
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

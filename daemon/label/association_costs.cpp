@@ -7,7 +7,7 @@
 
 #include "label/subject_labeller.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 namespace {
 
 // A contradiction must last for as many sets before a name is taken back; a gross one counts as all of them.
@@ -30,7 +30,7 @@ constexpr double kLimb_m = 0.35;
 // In squared sigmas: what a name's own track is preferred by.
 constexpr double kOwnBonus = 6.0;
 
-double slack_of(const body::Tie& tie, double base_m) { return base_m + 0.05 * tie.most_m; }
+double slack_of(const identify::Tie& tie, double base_m) { return base_m + 0.05 * tie.most_m; }
 
 Eigen::Matrix3d ball(double sigma_m) { return sigma_m * sigma_m * Eigen::Matrix3d::Identity(); }
 
@@ -40,7 +40,7 @@ Eigen::Matrix3d ball(double sigma_m) { return sigma_m * sigma_m * Eigen::Matrix3
 bool SubjectLabeller::tied(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const {
   int kept = 0;
   int broken = 0;
-  for (const body::Tie& tie : ties_.of(marker)) {
+  for (const identify::Tie& tie : ties_.of(marker)) {
     const auto other = static_cast<std::size_t>(tie.other);
     if (!believed_[other] || !seen(other, tracks)) continue;
     const double apart = (tracks[names_[other].index].position.v - at).norm();
@@ -72,8 +72,8 @@ bool SubjectLabeller::near(std::size_t marker, std::uint32_t track, const NamedT
 
 bool SubjectLabeller::may_be_neighbours(std::size_t marker, std::uint32_t track, double below,
                                         const NamedTracks& tracks) const {
-  const std::span<const body::Tie> ties = ties_.of(marker);
-  return std::any_of(ties.begin(), ties.end(), [&](const body::Tie& tie) {
+  const std::span<const identify::Tie> ties = ties_.of(marker);
+  return std::any_of(ties.begin(), ties.end(), [&](const identify::Tie& tie) {
     const auto other = static_cast<std::size_t>(tie.other);
     if (names_[other].index >= 0 || !places_[other].known) return false;
     geometry::AllowedPair pair;
@@ -151,7 +151,7 @@ bool SubjectLabeller::vouched(std::size_t marker, double off_m, const NamedTrack
   const Eigen::Vector3d& at = tracks[names_[marker].index].position.v;
   int rigid = 0;
   int kept = 0;
-  for (const body::Tie& tie : ties_.of(marker)) {
+  for (const identify::Tie& tie : ties_.of(marker)) {
     const auto other = static_cast<std::size_t>(tie.other);
     if (!believed_[other] || !seen(other, tracks)) continue;
     if (TieReader::cost_of(tie, (tracks[names_[other].index].position.v - at).norm()) > kTieContradicts) return false;
@@ -160,7 +160,7 @@ bool SubjectLabeller::vouched(std::size_t marker, double off_m, const NamedTrack
   }
   if (rigid < 1 || kept < 2) return false;
   // Nobody vouches for two that may have exchanged their tracks.
-  return std::none_of(seen_.begin(), seen_.end(), [&](const body::Observation& other) {
+  return std::none_of(seen_.begin(), seen_.end(), [&](const kinematics::Observation& other) {
     const auto b = static_cast<std::size_t>(other.marker);
     if (b == marker || (at - body_.told(b)).norm() >= off_m) return false;
     return (other.position - body_.told(marker)).norm() < off_m;
@@ -180,7 +180,7 @@ void SubjectLabeller::contradict(NamedTracks& tracks) {
   if (!fitted) (void)body_.fit(seen_);
   double sum = 0.0;
   std::size_t left = 0;
-  for (const body::Observation& one : seen_) {
+  for (const kinematics::Observation& one : seen_) {
     const auto m = static_cast<std::size_t>(one.marker);
     Name& name = names_[m];
     const double off = (one.position - body_.told(m)).norm();
@@ -207,4 +207,4 @@ void SubjectLabeller::contradict(NamedTracks& tracks) {
   (void)body_.fit(seen_);
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

@@ -8,7 +8,7 @@
 #include "label/subject_search.h"
 #include "label/track_association.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 namespace {
 
 // By how much of log-likelihood a body must suit the markers better than another subject's.
@@ -139,4 +139,4 @@ std::unique_ptr<Labeller> make_labeller(const LabelSettings& settings, std::vect
   return std::make_unique<BodyLabeller>(settings, subjects);
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

@@ -7,7 +7,7 @@
 #include "model/skeleton.h"
 #include "module/labeller.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 
 struct LabelSettings {
   Duration still_for = std::chrono::milliseconds(400);     ///< how long a T-pose is held before it is named
@@ -34,4 +34,4 @@ struct LabelSettings {
 /// Allocates here only. One thread owns it.
 std::unique_ptr<Labeller> make_labeller(const LabelSettings& settings, std::vector<Subject> subjects);
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

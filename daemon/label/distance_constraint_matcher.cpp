@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-namespace mocap::stages {
+namespace mocap::label {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -41,7 +41,7 @@ bool TieReader::add_place(const Eigen::Vector3d& at) {
 
 void TieReader::allow(std::size_t name, std::size_t place, double cost) { costs_[name][place] = cost; }
 
-double TieReader::cost_of(const body::Tie& tie, double apart_m) {
+double TieReader::cost_of(const identify::Tie& tie, double apart_m) {
   const double over = std::max({tie.least_m - apart_m, apart_m - tie.most_m, 0.0});
   const double sigmas = over / (kTieSigma_m + kTieSigmaShare * tie.most_m);
   return std::min(0.5 * sigmas * sigmas, kMostTieCost);
@@ -53,10 +53,10 @@ bool TieReader::open(std::size_t name, std::size_t place, double nowhere) const 
 }
 
 // Names whose ties to those before them tell most come first, so that what cannot be ends early.
-void TieReader::prepare(const body::MarkerTies& ties, double nowhere) {
+void TieReader::prepare(const identify::MarkerTies& ties, double nowhere) {
   for (std::size_t a = 0; a < names_; ++a) {
     tie_[a].fill(nullptr);
-    for (const body::Tie& tie : ties.of(markers_[a])) {
+    for (const identify::Tie& tie : ties.of(markers_[a])) {
       for (std::size_t b = 0; b < names_; ++b) {
         if (markers_[b] == static_cast<std::size_t>(tie.other)) tie_[a][b] = &tie;
       }
@@ -75,7 +75,7 @@ void TieReader::prepare(const body::MarkerTies& ties, double nowhere) {
       if (ordered[n]) continue;
       double score = -0.1 * static_cast<double>(choice_count_[n]);
       for (std::size_t k = 0; k < i; ++k) {
-        const body::Tie* tie = tie_[n][order_[k]];
+        const identify::Tie* tie = tie_[n][order_[k]];
         if (tie != nullptr) score += tie->rigid ? 1.0 : 0.25;
       }
       if (score > best_score) {
@@ -91,7 +91,7 @@ double TieReader::tied(std::size_t depth, std::size_t place) const {
   double sum = 0.0;
   for (std::size_t k = 0; k < depth; ++k) {
     const std::size_t other = order_[k];
-    const body::Tie* tie = tie_[order_[depth]][other];
+    const identify::Tie* tie = tie_[order_[depth]][other];
     if (tie == nullptr || now_[other] == kNowhere) continue;
     sum += cost_of(*tie, (at_[place] - at_[static_cast<std::size_t>(now_[other])]).norm());
   }
@@ -128,7 +128,7 @@ void TieReader::search(std::size_t depth, double cost, double nowhere) {
   search(depth + 1, cost + nowhere, nowhere);
 }
 
-std::span<const TieReader::Reading> TieReader::read(const body::MarkerTies& ties, double nowhere) {
+std::span<const TieReader::Reading> TieReader::read(const identify::MarkerTies& ties, double nowhere) {
   readings_.clear();
   prepare(ties, nowhere);
   taken_.fill(false);
@@ -138,7 +138,7 @@ std::span<const TieReader::Reading> TieReader::read(const body::MarkerTies& ties
   return readings_;
 }
 
-std::span<const TieReader::Reading> TieReader::read_otherwise(const body::MarkerTies& ties, double nowhere,
+std::span<const TieReader::Reading> TieReader::read_otherwise(const identify::MarkerTies& ties, double nowhere,
                                                               std::size_t name, const Reading& but, std::size_t most) {
   double& own = costs_[name][static_cast<std::size_t>(but.place_of[name])];
   const double cost = std::exchange(own, kNever);
@@ -151,4 +151,4 @@ std::span<const TieReader::Reading> TieReader::read_otherwise(const body::Marker
   return readings_;
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

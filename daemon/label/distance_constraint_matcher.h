@@ -9,7 +9,7 @@
 
 #include "identify/distance_constraints.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 
 /// Finds which of a few places are which of a few markers, by the distances that the body keeps: the cheapest readings
 /// of a limb, mirrored ones among them, for somebody to judge who knows how joints turn.
@@ -42,14 +42,14 @@ class TieReader {
   void allow(std::size_t name, std::size_t place, double cost);
 
   /// The cheapest readings, best first; a name that is nowhere costs `nowhere`. Borrowed until the next call.
-  std::span<const Reading> read(const body::MarkerTies& ties, double nowhere);
+  std::span<const Reading> read(const identify::MarkerTies& ties, double nowhere);
   /// Who else may be where `but` has a name: the cheapest `most` readings in which it is nowhere, and all others as
   /// before, nowhere or, which were nowhere, anywhere.
-  std::span<const Reading> read_otherwise(const body::MarkerTies& ties, double nowhere, std::size_t name,
+  std::span<const Reading> read_otherwise(const identify::MarkerTies& ties, double nowhere, std::size_t name,
                                           const Reading& but, std::size_t most);
 
   /// What it costs that two markers so tied are `apart_m`.
-  static double cost_of(const body::Tie& tie, double apart_m);
+  static double cost_of(const identify::Tie& tie, double apart_m);
 
  private:
   struct Choice {
@@ -58,7 +58,7 @@ class TieReader {
   };
 
   bool open(std::size_t name, std::size_t place, double nowhere) const;
-  void prepare(const body::MarkerTies& ties, double nowhere);
+  void prepare(const identify::MarkerTies& ties, double nowhere);
   void search(std::size_t depth, double cost, double nowhere);
   void keep(double cost);
   double tied(std::size_t depth, std::size_t place) const;
@@ -68,7 +68,7 @@ class TieReader {
   std::array<std::size_t, kMostNames> markers_{};
   std::array<Eigen::Vector3d, kMostPlaces> at_;
   std::array<std::array<double, kMostPlaces>, kMostNames> costs_{};
-  std::array<std::array<const body::Tie*, kMostNames>, kMostNames> tie_{};  // null: none
+  std::array<std::array<const identify::Tie*, kMostNames>, kMostNames> tie_{};  // null: none
   std::array<std::array<Choice, kMostPlaces>, kMostNames> choices_{};       // by name, cheapest first
   std::array<std::size_t, kMostNames> choice_count_{};
   std::array<std::size_t, kMostNames> order_{};
@@ -80,4 +80,4 @@ class TieReader {
   std::vector<Reading> readings_;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

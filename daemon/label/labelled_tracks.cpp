@@ -4,7 +4,7 @@
 
 #include "model/bounds.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 
 NamedTracks::NamedTracks() {
   by_id.reserve(kMaxMarkers);
@@ -26,4 +26,4 @@ int NamedTracks::find(TrackId id) const {
   return found != by_id.end() && found->first == id ? found->second : kNone;
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

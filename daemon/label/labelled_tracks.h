@@ -5,7 +5,7 @@
 
 #include "model/sighting.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 
 /// The tracks of one instant, and who bears which.
 struct NamedTracks {
@@ -22,4 +22,4 @@ struct NamedTracks {
   const TrackedMarker& operator[](int index) const { return (*tracked)[static_cast<std::size_t>(index)]; }
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

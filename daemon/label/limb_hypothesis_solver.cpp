@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-namespace mocap::stages {
+namespace mocap::label {
 namespace {
 
 using Reading = TieReader::Reading;
@@ -35,7 +35,7 @@ constexpr std::size_t kMostReadings =
 
 }  // namespace
 
-LimbReader::LimbReader(const MarkerSet& set, const body::FollowSettings& follow) : body_(set, follow) {
+LimbReader::LimbReader(const MarkerSet& set, const pose::FollowSettings& follow) : body_(set, follow) {
   for (const MarkerOnBone& marker : set.markers) bone_of_.push_back(marker.bone);
   places_.reserve(TieReader::kMostPlaces);
   others_.reserve(set.markers.size());
@@ -70,8 +70,8 @@ void LimbReader::allow(std::size_t name, std::size_t place, double cost, double 
   ties_.allow(name, place, cost + (places_[place].young ? kTooYoung : 0.0) - kOwn * hint);
 }
 
-void LimbReader::begin(const body::MarkerTies& ties, const body::BodyFollower& body,
-                       std::span<const body::Observation> others, std::span<const char> misread) {
+void LimbReader::begin(const identify::MarkerTies& ties, const pose::BodyFollower& body,
+                       std::span<const kinematics::Observation> others, std::span<const char> misread) {
   body_ = body;
   others_.assign(others.begin(), others.end());
   misread_.assign(misread.begin(), misread.end());
@@ -84,7 +84,7 @@ void LimbReader::begin(const body::MarkerTies& ties, const body::BodyFollower& b
   stage_ = readings_.size() > 1 ? Stage::First : Stage::Done;
 }
 
-int LimbReader::advance(const body::MarkerTies& ties, int most) {
+int LimbReader::advance(const identify::MarkerTies& ties, int most) {
   int done = 0;
   while (busy()) {
     if (judged_ < readings_.size()) {
@@ -108,7 +108,7 @@ const Reading& LimbReader::best_judged() const {
 }
 
 // Whether there is more to be judged, when all is that was proposed, or to be judged anew.
-bool LimbReader::propose_more(const body::MarkerTies& ties) {
+bool LimbReader::propose_more(const identify::MarkerTies& ties) {
   const std::size_t before = readings_.size();
   if (stage_ == Stage::First) {
     if (!(best_judged().cost + kClearMargin < readings_[0].cost)) return false;
@@ -146,10 +146,10 @@ void LimbReader::propose(std::span<const Reading> found) {
 
 // Many readings of a limb cost the same by distances, and a short list may lack the one that the pose likes best: from
 // the best that is known, each new name is moved to, or exchanged with, each neighbour that is not surely named.
-void LimbReader::exchange_neighbours(const body::MarkerTies& ties) {
+void LimbReader::exchange_neighbours(const identify::MarkerTies& ties) {
   for (std::size_t a = 0; a < names(); ++a) {
     if (best_.place_of[a] < 0 || now_.place_of[a] >= 0) continue;
-    for (const body::Tie& tie : ties.of(marker(a))) {
+    for (const identify::Tie& tie : ties.of(marker(a))) {
       std::size_t b = 0;
       while (b < names() && marker(b) != static_cast<std::size_t>(tie.other)) ++b;
       if (b == names() || now_.place_of[b] >= 0) continue;
@@ -162,7 +162,7 @@ void LimbReader::exchange_neighbours(const body::MarkerTies& ties) {
 
 // The cheapest readings by distances may all agree on a name because they differ in others: what speaks against each
 // new name is looked for on purpose.
-bool LimbReader::challenge_next(const body::MarkerTies& ties) {
+bool LimbReader::challenge_next(const identify::MarkerTies& ties) {
   const std::size_t before = readings_.size();
   while (next_name_ < names() && readings_.size() == before) {
     const std::size_t name = next_name_++;
@@ -175,7 +175,7 @@ bool LimbReader::challenge_next(const body::MarkerTies& ties) {
   return readings_.size() > before;
 }
 
-void LimbReader::challenge(std::size_t name, const body::MarkerTies& ties) {
+void LimbReader::challenge(std::size_t name, const identify::MarkerTies& ties) {
   propose(ties_.read_otherwise(ties, kWorthAName, name, best_, kChallenges));
   Reading alone;
   alone.place_of.fill(kNowhere);
@@ -291,4 +291,4 @@ LimbReader::Shares LimbReader::shares_at(int place) const {
   return shares;
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

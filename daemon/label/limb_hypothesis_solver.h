@@ -13,7 +13,7 @@
 #include "model/skeleton.h"
 #include "pose/skeleton_tracker.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 
 /// Which of a few tracks bear the names of one limb, as it was at one instant: the likely readings by the distances
 /// that the body keeps, each judged by the pose that it leads to.
@@ -34,7 +34,7 @@ class LimbReader {
     bool young = false;  ///< rays may meet there by chance
   };
 
-  LimbReader(const MarkerSet& set, const body::FollowSettings& follow);
+  LimbReader(const MarkerSet& set, const pose::FollowSettings& follow);
 
   void clear();
   /// False when there are too many already.
@@ -53,12 +53,12 @@ class LimbReader {
 
   /// From here on the limb is read: of this body, which `others` tell beside the limb; the bones that followed wrong
   /// markers may be turned anyhow.
-  void begin(const body::MarkerTies& ties, const body::BodyFollower& body, std::span<const body::Observation> others,
+  void begin(const identify::MarkerTies& ties, const pose::BodyFollower& body, std::span<const kinematics::Observation> others,
              std::span<const char> misread);
   bool busy() const noexcept { return stage_ != Stage::Done; }
   void stop() noexcept { stage_ = Stage::Done; }
   /// Judges `most` readings or fewer, and says how many. `ties` are those of `begin`.
-  int advance(const body::MarkerTies& ties, int most);
+  int advance(const identify::MarkerTies& ties, int most);
 
   /// Where a clearly better reading than that of now has the names; on which others that are about as good say
   /// otherwise, kNowhere. Null where there is none.
@@ -74,12 +74,12 @@ class LimbReader {
  private:
   enum class Stage { First, Exchange, Challenge, Twins, Done };
 
-  bool propose_more(const body::MarkerTies& ties);
+  bool propose_more(const identify::MarkerTies& ties);
   bool propose(const TieReader::Reading& reading);
   void propose(std::span<const TieReader::Reading> found);
-  void exchange_neighbours(const body::MarkerTies& ties);
-  bool challenge_next(const body::MarkerTies& ties);
-  void challenge(std::size_t name, const body::MarkerTies& ties);
+  void exchange_neighbours(const identify::MarkerTies& ties);
+  bool challenge_next(const identify::MarkerTies& ties);
+  void challenge(std::size_t name, const identify::MarkerTies& ties);
   void judge(std::size_t reading);
   bool judge_anew(std::size_t reading);
   double put_together(const TieReader::Reading& reading);
@@ -96,11 +96,11 @@ class LimbReader {
   std::vector<Place> places_;
   std::array<std::array<double, TieReader::kMostPlaces>, TieReader::kMostNames> hint_{};
   TieReader::Reading now_;
-  body::BodyFollower body_;
-  std::vector<body::Observation> others_;
+  pose::BodyFollower body_;
+  std::vector<kinematics::Observation> others_;
   std::vector<char> misread_;                 // by bone
   std::vector<char> loose_;                   // by bone, of one reading
-  std::vector<body::Observation> tried_;      // markers as a reading has them
+  std::vector<kinematics::Observation> tried_;      // markers as a reading has them
   std::vector<TieReader::Reading> readings_;  // the first is that of now
   std::size_t judged_ = 0;                    // of these
   std::size_t most_exchanged_ = 0;            // readings when no more are proposed by exchange
@@ -108,10 +108,10 @@ class LimbReader {
   std::size_t next_name_ = 0;                     // to be challenged
   std::size_t next_twin_ = 0;                     // reading to be judged anew
   std::vector<Pose> best_pose_;                   // locals that the best reading led to
-  std::vector<body::BodyFollower::Swing> twins_;  // of one reading: the names that the best has for each other's
+  std::vector<pose::BodyFollower::Swing> twins_;  // of one reading: the names that the best has for each other's
   TieReader::Reading best_;                       // when the present stage began; in the end, what is found
   TieReader::Reading likeliest_;
   bool found_ = false;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

@@ -4,7 +4,7 @@
 
 #include "label/subject_labeller.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 namespace {
 
 // A track farther from where a marker is thought to be is not that marker, unless its limb was misread or nobody sees
@@ -136,7 +136,7 @@ void SubjectLabeller::add_places(const NamedTracks& tracks) {
 // What the ties to the names that are not read anew say against a place.
 double SubjectLabeller::anchored(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const {
   double sum = 0.0;
-  for (const body::Tie& tie : ties_.of(marker)) {
+  for (const identify::Tie& tie : ties_.of(marker)) {
     const auto other = static_cast<std::size_t>(tie.other);
     if (!believed_[other] || in_limb_[static_cast<std::size_t>(set_.markers[other].bone)]) continue;
     sum += TieReader::cost_of(tie, (tracks[names_[other].index].position.v - at).norm());
@@ -145,9 +145,9 @@ double SubjectLabeller::anchored(std::size_t marker, const Eigen::Vector3d& at, 
   const int parent = set_.skeleton.bones[bone].parent;
   if (parent < 0 || in_limb_[static_cast<std::size_t>(parent)]) return sum;
   const double length_m = set_.markers[marker].offset_m.norm();
-  const body::Tie to_joint{0, length_m, length_m, true};
+  const identify::Tie to_joint{0, length_m, length_m, true};
   const auto told = body_.told_by_markers(static_cast<std::size_t>(parent));
-  if (told != body::BodyFollower::Told::Direct) return sum;
+  if (told != pose::BodyFollower::Told::Direct) return sum;
   return sum + TieReader::cost_of(to_joint, (body_.pose().world()[bone].position - at).norm());
 }
 
@@ -175,4 +175,4 @@ void SubjectLabeller::allow_places(const NamedTracks& tracks) {
   }
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

@@ -5,7 +5,7 @@
 
 #include "label/subject_labeller.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 namespace {
 
 // A name of another limb that is farther away does not want a track.
@@ -109,11 +109,11 @@ void SubjectLabeller::adopt(NamedTracks& tracks) {
   }
   body_.misread(loose_);
   (void)body_.fit(seen_);
-  for (const body::Observation& one : seen_) {
+  for (const kinematics::Observation& one : seen_) {
     const auto m = static_cast<std::size_t>(one.marker);
     if ((one.position - body_.told(m)).norm() > most_off(m)) believed_[m] = false;
   }
-  std::erase_if(seen_, [&](const body::Observation& one) { return !believed_[static_cast<std::size_t>(one.marker)]; });
+  std::erase_if(seen_, [&](const kinematics::Observation& one) { return !believed_[static_cast<std::size_t>(one.marker)]; });
 }
 
 // What the likeliest reading has and is not said: a track that is a marker of the limb in all that are about as good,
@@ -184,7 +184,7 @@ bool SubjectLabeller::begin_limb(const NamedTracks& tracks) {
     if (loose_[b] != 0) rest_[b] = kPatience;  // read with it
   }
   tried_.clear();
-  for (const body::Observation& one : seen_) {
+  for (const kinematics::Observation& one : seen_) {
     if (!in_limb_[static_cast<std::size_t>(set_.markers[static_cast<std::size_t>(one.marker)].bone)])
       tried_.push_back(one);
   }
@@ -221,4 +221,4 @@ void SubjectLabeller::reread(NamedTracks& tracks) {
   }
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

@@ -4,7 +4,7 @@
 
 #include "model/bounds.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 
 StillTracks::StillTracks(double radius_m) : radius_m_(radius_m) {
   now_.reserve(kMaxMarkers);
@@ -32,4 +32,4 @@ void StillTracks::update(const TrackedMarkers& tracked, Timestamp at) {
   }
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

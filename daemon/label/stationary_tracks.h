@@ -6,7 +6,7 @@
 #include "base/time.h"
 #include "model/sighting.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 
 /// Knows which tracks hold still, how long, and where on average.
 ///
@@ -38,4 +38,4 @@ class StillTracks {
   std::vector<Rest> before_;  // by track
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

@@ -7,7 +7,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 namespace {
 
 // How far off its body's place a named marker is that contradicts, beside three times what markers commonly are.
@@ -27,7 +27,7 @@ constexpr double kJump_m = 0.02;
 constexpr double kJumpPerStep = 0.1;
 constexpr double kAcceleration_m_s2 = 100.0;
 // A pose that names are judged by is held more firmly than one that is shown: what is common speaks against wrong ones.
-constexpr body::FollowSettings kFollow{
+constexpr pose::FollowSettings kFollow{
     .outlier_m = kOutlier_m, .max_iterations = 4, .told_rad = 0.15, .remembered_s = 0.0};
 // How surely a marker that took part in the fit is where the fit puts it.
 constexpr double kFitted_m = 0.008;
@@ -104,9 +104,9 @@ bool SubjectLabeller::missed_by(std::size_t other, TrackId track) const {
 }
 
 bool SubjectLabeller::missed_by_neighbour(std::size_t marker, TrackId track) const {
-  const std::span<const body::Tie> ties = ties_.of(marker);
+  const std::span<const identify::Tie> ties = ties_.of(marker);
   return std::any_of(ties.begin(), ties.end(),
-                     [&](const body::Tie& tie) { return missed_by(static_cast<std::size_t>(tie.other), track); });
+                     [&](const identify::Tie& tie) { return missed_by(static_cast<std::size_t>(tie.other), track); });
 }
 
 // Whether its track bore a neighbour's name before, and that name is missing since.
@@ -181,7 +181,7 @@ double SubjectLabeller::sigma_of(int index, const NamedTracks& tracks) {
   return std::sqrt(kMarkerSigma_m * kMarkerSigma_m + (std::isfinite(noise) ? noise : 1.0));
 }
 
-body::Observation SubjectLabeller::observe(std::size_t marker, const NamedTracks& tracks) const {
+kinematics::Observation SubjectLabeller::observe(std::size_t marker, const NamedTracks& tracks) const {
   const int index = names_[marker].index;
   return {static_cast<int>(marker), tracks[index].position.v, sigma_of(index, tracks)};
 }
@@ -195,7 +195,7 @@ void SubjectLabeller::trust(const NamedTracks& tracks, Timestamp at) {
     believed_[m] = false;
     if (!seen(m, tracks)) continue;
     ++named;
-    const body::Observation one = observe(m, tracks);
+    const kinematics::Observation one = observe(m, tracks);
     const double surprise = names_[m].jumped ? 0.0 : kSurprisePerStep * body_.speed_of(m) * step_s;
     const double sigma = kSurprise_m + surprise + one.sigma_m;
     believed_[m] = (one.position - body_.told(m)).norm() < 3.0 * sigma;
@@ -231,7 +231,7 @@ void SubjectLabeller::doubt(std::size_t marker) {
 }
 
 void SubjectLabeller::fit(NamedTracks& tracks) {
-  std::erase_if(seen_, [&](const body::Observation& one) { return !believed_[static_cast<std::size_t>(one.marker)]; });
+  std::erase_if(seen_, [&](const kinematics::Observation& one) { return !believed_[static_cast<std::size_t>(one.marker)]; });
   (void)body_.fit(seen_);
   for (std::size_t m = 0; m < names_.size(); ++m) {
     if (believed_[m]) tracks.sure[static_cast<std::size_t>(before_[m])] = true;
@@ -356,4 +356,4 @@ std::optional<SubjectFit> SubjectLabeller::take_fit() {
   return fit;
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

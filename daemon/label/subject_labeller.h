@@ -19,7 +19,7 @@
 #include "module/ambiguous_observation.h"
 #include "pose/skeleton_tracker.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 
 /// One subject's names. The parts of the labeller call it in the order: keep; expect, claim, let_go and take, settle,
 /// judge; or recognise.
@@ -75,7 +75,7 @@ class SubjectLabeller {
   /// Takes the names as they were found. False, and nobody tracked, when that tells no pose.
   bool recognise(const Recognised& found, NamedTracks& tracks, Timestamp at);
 
-  const body::BodyFollower& body() const noexcept { return body_; }
+  const pose::BodyFollower& body() const noexcept { return body_; }
   void show(const NamedTracks& tracks, SubjectLabels& into) const;
   /// Appends what a limb's last reading left open, until it is read again.
   void show_surmised(const NamedTracks& tracks, std::vector<SurmisedMarker>& into) const;
@@ -122,7 +122,7 @@ class SubjectLabeller {
   double hint_of(std::size_t marker, int index, const NamedTracks& tracks) const;
   bool stray(std::size_t track, const NamedTracks& tracks) const;
   bool tied(std::size_t marker, const Eigen::Vector3d& at, const NamedTracks& tracks) const;
-  body::Observation observe(std::size_t marker, const NamedTracks& tracks) const;
+  kinematics::Observation observe(std::size_t marker, const NamedTracks& tracks) const;
   static double sigma_of(int index, const NamedTracks& tracks);
   void watch(Name& name, const TrackedMarker& track, Timestamp at) const;
   void watch_last(Name& name, const NamedTracks& tracks, Timestamp at) const;
@@ -166,15 +166,15 @@ class SubjectLabeller {
   LabelSettings settings_;
   SubjectId id_;
   MarkerSet set_;
-  body::MarkerTies ties_;
-  body::BodyFollower body_;
+  identify::MarkerTies ties_;
+  pose::BodyFollower body_;
   SubjectPhase phase_ = SubjectPhase::Searching;
   Timestamp at_;
   Timestamp enough_at_;
   Timestamp calm_at_;  // when it was last not followed wrongly
   std::vector<Name> names_;
   std::vector<Place> places_;            // where each marker should be
-  std::vector<body::Observation> seen_;  // names that are believed in this set
+  std::vector<kinematics::Observation> seen_;  // names that are believed in this set
   std::vector<bool> believed_;           // by marker: is in seen_
   std::vector<bool> jumped_;             // by marker: the track that it bore before did
   std::vector<bool> trusted_;            // by marker: the body's motion led to the track that it bore before
@@ -192,8 +192,8 @@ class SubjectLabeller {
   std::vector<char> misread_;                 // by bone: names were taken back, the pose may have followed wrong ones
   std::vector<char> loose_;                   // by bone, of one reading
   std::vector<std::pair<double, int>> near_;  // strays by how far they are from the limb, squared
-  std::vector<body::Observation> tried_;      // names that are no part of the limb
+  std::vector<kinematics::Observation> tried_;      // names that are no part of the limb
   std::optional<SubjectFit> fit_;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace mocap::stages {
+namespace mocap::label {
 namespace {
 
 // More points than any T-pose with its ghosts has; bounds the cost of a search.
@@ -33,16 +33,16 @@ SubjectSearch::SubjectSearch(const LabelSettings& settings, const Subject& subje
       set_(subject.marker_set),
       fitted_(subject.fitted),
       tpose_(set_, {.least_share = settings.least_share, .most_rms_m = settings.most_rms_m}, kMostPoints),
-      stance_(body::a_pose(set_, kArmsLowered_rad)),
+      stance_(identify::a_pose(set_, kArmsLowered_rad)),
       shape_(set_, settings.rigid_tolerance_m),
       any_(set_, {}),
-      pose_(set_, body::PoseFit::Lengths::Fixed) {
+      pose_(set_, kinematics::PoseFit::Lengths::Fixed) {
   points_.reserve(kMaxMarkers);
   track_of_point_.reserve(kMaxMarkers);
   nearest_.reserve(kMaxMarkers);
   seen_.reserve(set_.markers.size());
   if (!stance_) return;
-  const body::FindSettings find{.least_share = std::max(settings.least_share, kLeastShareInAPose),
+  const identify::FindSettings find{.least_share = std::max(settings.least_share, kLeastShareInAPose),
                                 .most_rms_m = settings.most_rms_m,
                                 .most_turn_rad = kMostOffAPose_rad};
   apose_.emplace(stance_->set, find, kMostPoints);
@@ -56,7 +56,7 @@ void SubjectSearch::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
   stop();
 }
 
-void SubjectSearch::know_joints(const body::BodyFollower& body) {
+void SubjectSearch::know_joints(const pose::BodyFollower& body) {
   for (std::size_t b = 0; b < set_.skeleton.bones.size(); ++b) {
     any_.bend(b, body.leans().as_in_file(b), body.planes().plane(b));
     pose_.lean(b, body.leans().as_in_file(b));
@@ -123,12 +123,12 @@ const Recognised* SubjectSearch::step(const NamedTracks& tracks, const StillTrac
       keep_those_about_one(kMostPoints);
       return look_for_standing();
     }
-    const std::optional<body::FoundBody>& found = shape_.find(points_);
+    const std::optional<identify::FoundBody>& found = shape_.find(points_);
     return found ? take_standing(*found) : nullptr;
   }
   if (!knows_body() || rigid()) return nullptr;
   gather(tracks, still, Duration{0});
-  keep_those_about_one(body::kMostCloudPoints);
+  keep_those_about_one(pose::kMostCloudPoints);
   any_.begin(points_);
   if (!any_.searching()) not_found_at_.reset();
   return nullptr;
@@ -138,7 +138,7 @@ const Recognised* SubjectSearch::step(const NamedTracks& tracks, const StillTrac
 const Recognised* SubjectSearch::look_for_standing() {
   const bool apose = apose_ && look_for_apose_;
   look_for_apose_ = !look_for_apose_;
-  const std::optional<body::FoundBody>& found = apose ? apose_->find(points_) : tpose_.find(points_);
+  const std::optional<identify::FoundBody>& found = apose ? apose_->find(points_) : tpose_.find(points_);
   if (!found) return nullptr;
   const Recognised* const taken = take_standing(*found);
   if (!apose) return taken;
@@ -156,7 +156,7 @@ const Recognised* SubjectSearch::look_for_standing() {
   return taken;
 }
 
-const Recognised* SubjectSearch::take_standing(const body::FoundBody& found) {
+const Recognised* SubjectSearch::take_standing(const identify::FoundBody& found) {
   found_.track_of_marker.clear();
   for (const int p : found.point_of_marker)
     found_.track_of_marker.push_back(p < 0 ? TrackId{} : track_of_point_[static_cast<std::size_t>(p)]);
@@ -169,7 +169,7 @@ const Recognised* SubjectSearch::take_standing(const body::FoundBody& found) {
 }
 
 void SubjectSearch::begin_to_hold() {
-  const body::FoundPose& found = *any_.found();
+  const identify::FoundPose& found = *any_.found();
   found_.track_of_marker.clear();
   for (const int p : found.point_of_marker)
     found_.track_of_marker.push_back(p < 0 ? TrackId{} : track_of_point_[static_cast<std::size_t>(p)]);
@@ -188,7 +188,7 @@ double SubjectSearch::fit(const NamedTracks& tracks, const Recognised& names, in
     if (index < 0 || tracks[index].state == TrackState::Coasting) continue;
     seen_.push_back({static_cast<int>(m), tracks[index].position.v, kMarkerSigma_m});
   }
-  body::PosePrior prior;
+  kinematics::PosePrior prior;
   prior.rest_share = kRestShare;
   prior.limit_sigma_rad = kRange_rad;
   pose_.set_locals(names.locals);
@@ -199,7 +199,7 @@ double SubjectSearch::fit(const NamedTracks& tracks, const Recognised& names, in
 const Recognised* SubjectSearch::hold(const NamedTracks& tracks) {
   (void)fit(tracks, found_, kHoldIterations);
   std::size_t kept = 0;
-  for (const body::Observation& one : seen_) {
+  for (const kinematics::Observation& one : seen_) {
     const auto m = static_cast<std::size_t>(one.marker);
     const bool off = !((pose_.marker_at(m) - one.position).norm() < most_off_m_);
     const int index = tracks.find(found_.track_of_marker[m]);
@@ -224,4 +224,4 @@ std::optional<double> SubjectSearch::explain(const Recognised& other, const Name
   return fit(tracks, other, kFitIterations);
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

@@ -19,7 +19,7 @@
 #include "model/skeleton.h"
 #include "pose/skeleton_tracker.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 
 /// A subject that was found: who bears its names, in which pose, and its measures where they were fitted now.
 struct Recognised {
@@ -48,7 +48,7 @@ class SubjectSearch {
   /// From now on this is its body.
   void refit(std::span<const Eigen::Vector3d> rest_offsets_m, std::span<const Eigen::Vector3d> marker_offsets_m);
   /// How its joints bend, as was learnt while it was followed.
-  void know_joints(const body::BodyFollower& body);
+  void know_joints(const pose::BodyFollower& body);
   /// Its measures are as little known as at the start: the next T-pose tells them.
   void forget_body();
   /// Whether it is in the midst of something that takes more sets.
@@ -67,7 +67,7 @@ class SubjectSearch {
   void gather(const NamedTracks& tracks, const StillTracks& still, Duration still_for);
   void keep_those_about_one(std::size_t most);
   const Recognised* look_for_standing();
-  const Recognised* take_standing(const body::FoundBody& found);
+  const Recognised* take_standing(const identify::FoundBody& found);
   void begin_to_hold();
   const Recognised* hold(const NamedTracks& tracks);
   double fit(const NamedTracks& tracks, const Recognised& names, int iterations);
@@ -75,18 +75,18 @@ class SubjectSearch {
   LabelSettings settings_;
   MarkerSet set_;
   bool fitted_;
-  body::TPoseFinder tpose_;
-  std::optional<body::Stance> stance_;  // A-pose, of bodies that can
-  std::optional<body::TPoseFinder> apose_;
+  identify::TPoseFinder tpose_;
+  std::optional<identify::Stance> stance_;  // A-pose, of bodies that can
+  std::optional<identify::TPoseFinder> apose_;
   bool look_for_apose_ = false;  // the next time
-  body::RigidFinder shape_;
-  body::AnyPoseFinder any_;
-  body::PoseFit pose_;
+  identify::RigidFinder shape_;
+  identify::AnyPoseFinder any_;
+  kinematics::PoseFit pose_;
   std::vector<Eigen::Vector3d> points_;
   std::vector<TrackId> track_of_point_;
   std::vector<std::pair<double, std::size_t>> nearest_;  // points by how far they are from one, squared
   std::minstd_rand random_{1};                           // which one it is
-  std::vector<body::Observation> seen_;
+  std::vector<kinematics::Observation> seen_;
   std::optional<Timestamp> looked_at_;     // for a standing body
   std::optional<Timestamp> not_found_at_;  // in any pose, first
   int sets_to_hold_ = 0;
@@ -94,4 +94,4 @@ class SubjectSearch {
   Recognised found_;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

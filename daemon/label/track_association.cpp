@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace mocap::stages {
+namespace mocap::label {
 namespace {
 
 constexpr std::size_t kMostPairs = 8192;
@@ -137,4 +137,4 @@ void TrackClaims::settle(std::vector<SubjectLabeller>& subjects, NamedTracks& tr
   }
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

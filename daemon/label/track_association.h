@@ -6,7 +6,7 @@
 #include "geometry/assignment.h"
 #include "label/subject_labeller.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 
 /// Which name of which subject bears which track: all claims of all bodies at once, so that two bodies that touch
 /// compete for a track by where each of them should be.
@@ -42,4 +42,4 @@ class TrackClaims {
   std::vector<Suspect> suspects_;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::label

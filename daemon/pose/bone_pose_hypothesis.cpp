@@ -5,7 +5,7 @@
 
 #include "kinematics/rotation.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 constexpr int kTwists = 16;
@@ -23,7 +23,7 @@ double beyond_about(const Skeleton& skeleton, std::span<const BoneReading> bones
     const BoneReading& below = bones[c];
     if (skeleton.bones[c].parent != static_cast<int>(bone) || below.laid == Laid::Unseen) continue;
     Eigen::Quaterniond local = turn.conjugate() * below.world.rotation;
-    if (below.laid == Laid::Swung) local = turn_between(below.axis, local * below.axis);
+    if (below.laid == Laid::Swung) local = kinematics::turn_between(below.axis, local * below.axis);
     sum += beyond_range2(skeleton.bones[c], local);
   }
   return sum;
@@ -32,7 +32,7 @@ double beyond_about(const Skeleton& skeleton, std::span<const BoneReading> bones
 }  // namespace
 
 double beyond_range2(const Bone& bone, const Eigen::Quaterniond& local) {
-  const Eigen::Vector3d phi = rotation_vector(local);
+  const Eigen::Vector3d phi = kinematics::rotation_vector(local);
   double sum = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
     const auto range = bone.turns[static_cast<std::size_t>(axis)].value_or(AngleRange{0.0, 0.0});
@@ -52,7 +52,7 @@ void untwist(const Skeleton& skeleton, std::span<BoneReading> bones) {
     const Eigen::Quaterniond begin = bone.world.rotation;
     double best = 1e9;
     for (int i = 0; i < kTwists; ++i) {
-      const Eigen::Quaterniond turn = begin * turn_by(2.0 * std::numbers::pi * i / kTwists * bone.axis);
+      const Eigen::Quaterniond turn = begin * kinematics::turn_by(2.0 * std::numbers::pi * i / kTwists * bone.axis);
       const double beyond = beyond_about(skeleton, bones, b, turn);
       if (beyond >= best - 1e-9) continue;
       best = beyond;
@@ -71,4 +71,4 @@ void to_locals(const Skeleton& skeleton, std::span<const BoneReading> bones, std
   }
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

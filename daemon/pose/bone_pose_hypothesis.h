@@ -7,7 +7,7 @@
 #include "model/transform.h"
 #include "pose/bone_pose_proposer.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 
 /// A bone as a reading of the points has it.
 struct BoneReading {
@@ -28,4 +28,4 @@ void untwist(const Skeleton& skeleton, std::span<BoneReading> bones);
 /// The same bones as poses in their parents' frames, as PoseFit has them.
 void to_locals(const Skeleton& skeleton, std::span<const BoneReading> bones, std::span<Pose> locals);
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

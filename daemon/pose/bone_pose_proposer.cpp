@@ -6,7 +6,7 @@
 
 #include "kinematics/rotation.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 // A point further off than so many standard deviations is not the marker.
@@ -44,9 +44,9 @@ double off_line(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen:
 
 }  // namespace
 
-BoneLayer::BoneLayer() : shells_(kMostShapePoints) {
+BoneLayer::BoneLayer() : shells_(kinematics::kMostShapePoints) {
   laid_.reserve(kMostLaid + 2);
-  pairs_.reserve(kMostShapePoints + 1);
+  pairs_.reserve(kinematics::kMostShapePoints + 1);
   for (std::vector<int>& shell : shells_) shell.reserve(kMostCloudPoints);
 }
 
@@ -60,7 +60,7 @@ bool BoneLayer::known(std::size_t a, int p, std::size_t b, int q, std::span<cons
                      [&](const LaidBone& one) { return one.point_of[a] == p && one.point_of[b] == q; });
 }
 
-bool BoneLayer::fit(const BoneShape& shape, const LayFrom* from, const BodyCloud& cloud) {
+bool BoneLayer::fit(const kinematics::BoneShape& shape, const LayFrom* from, const BodyCloud& cloud) {
   ++work_;
   pairs_.clear();
   const double marker = 1.0 / (settings_.marker_sigma_m * settings_.marker_sigma_m);
@@ -75,7 +75,7 @@ bool BoneLayer::fit(const BoneShape& shape, const LayFrom* from, const BodyCloud
 }
 
 // By what is in bone_.point_of, then by what else lies where the bone then has its markers.
-void BoneLayer::propose(const BoneShape& shape, const LayFrom* from, const BodyCloud& cloud, const PointsTaken& taken) {
+void BoneLayer::propose(const kinematics::BoneShape& shape, const LayFrom* from, const BodyCloud& cloud, const PointsTaken& taken) {
   bone_.cost = 1e9;
   if (!fit(shape, from, cloud)) return;
   const double gate = kGateSigmas * settings_.marker_sigma_m;
@@ -117,7 +117,7 @@ void BoneLayer::propose(const BoneShape& shape, const LayFrom* from, const BodyC
 
 // Each further point is worth more: the first may be anywhere on a shell about the joint, the second on a ring about
 // the line through both, the next in one place only.
-void BoneLayer::weigh(const BoneShape& shape, const LayFrom* from, const BodyCloud& cloud) {
+void BoneLayer::weigh(const kinematics::BoneShape& shape, const LayFrom* from, const BodyCloud& cloud) {
   const double sigma = settings_.marker_sigma_m;
   const double joint_sigma = from == nullptr ? sigma : from->sigma_m;
   const double both = std::hypot(sigma, joint_sigma);
@@ -176,7 +176,7 @@ void BoneLayer::keep(std::vector<LaidBone>& into, std::size_t most) const {
   if (bone_.cost < worst->cost) *worst = bone_;
 }
 
-void BoneLayer::seed(const BoneShape& shape, const BodyCloud& cloud, std::size_t first, std::size_t most,
+void BoneLayer::seed(const kinematics::BoneShape& shape, const BodyCloud& cloud, std::size_t first, std::size_t most,
                      std::vector<LaidBone>& into) {
   const double look = kLookSigmas * std::numbers::sqrt2 * settings_.marker_sigma_m;
   const auto& points = shape.points;
@@ -214,7 +214,7 @@ void BoneLayer::seed(const BoneShape& shape, const BodyCloud& cloud, std::size_t
   }
 }
 
-void BoneLayer::swing(const BoneShape& shape, const LayFrom& from, const BodyCloud& cloud, std::size_t at,
+void BoneLayer::swing(const kinematics::BoneShape& shape, const LayFrom& from, const BodyCloud& cloud, std::size_t at,
                       std::size_t point) {
   const Eigen::Vector3d lever = shape.points[at].at_m - from.joint_m;
   const Eigen::Vector3d seen = cloud[point] - from.place_m;
@@ -223,7 +223,7 @@ void BoneLayer::swing(const BoneShape& shape, const LayFrom& from, const BodyClo
   bone_.point_of[at] = static_cast<int>(point);
   bone_.laid = Laid::Swung;
   bone_.axis = lever.normalized();
-  const Eigen::Quaterniond turn = turn_between(from.rest * lever, seen) * from.rest;
+  const Eigen::Quaterniond turn = kinematics::turn_between(from.rest * lever, seen) * from.rest;
   // Joint and marker share what the distance is wrong by.
   const double share =
       from.sigma_m * from.sigma_m / (from.sigma_m * from.sigma_m + settings_.marker_sigma_m * settings_.marker_sigma_m);
@@ -233,7 +233,7 @@ void BoneLayer::swing(const BoneShape& shape, const LayFrom& from, const BodyClo
   keep(laid_, kMostLaid);
 }
 
-std::span<const LaidBone> BoneLayer::lay(const BoneShape& shape, const LayFrom& from, const BodyCloud& cloud,
+std::span<const LaidBone> BoneLayer::lay(const kinematics::BoneShape& shape, const LayFrom& from, const BodyCloud& cloud,
                                          const PointsTaken& taken, std::span<const int> point_of_marker) {
   laid_.clear();
   const double both = std::hypot(settings_.marker_sigma_m, from.sigma_m);
@@ -286,4 +286,4 @@ std::span<const LaidBone> BoneLayer::lay(const BoneShape& shape, const LayFrom& 
   return laid_;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

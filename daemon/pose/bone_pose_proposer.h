@@ -11,7 +11,7 @@
 #include "model/transform.h"
 #include "pose/point_cloud.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 
 struct LaySettings {
   double marker_sigma_m = 0.006;  ///< of a marker from its place on its bone
@@ -33,7 +33,7 @@ struct LaidBone {
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< of what is open, in the bone's frame, through its joint
   double cost = 0.0;                               ///< minus log of how much likelier than that nothing of it is seen
   int seen = 0;
-  BoundedVector<int, kMostShapePoints> point_of;  ///< by point of the shape; -1: not seen
+  BoundedVector<int, kinematics::kMostShapePoints> point_of;  ///< by point of the shape; -1: not seen
 };
 
 /// Where a bone hangs.
@@ -57,22 +57,22 @@ class BoneLayer {
 
   /// From nothing, begun by the point `first` alone, to be called for each; appends the readings to `into`, of which
   /// the best `most` are kept.
-  void seed(const BoneShape& shape, const BodyCloud& cloud, std::size_t first, std::size_t most,
+  void seed(const kinematics::BoneShape& shape, const BodyCloud& cloud, std::size_t first, std::size_t most,
             std::vector<LaidBone>& into);
 
   /// From a joint. Markers that already have a point (`point_of_marker`) are not looked for. Borrowed until the next
   /// call; the last is that nothing of the bone is seen.
-  std::span<const LaidBone> lay(const BoneShape& shape, const LayFrom& from, const BodyCloud& cloud,
+  std::span<const LaidBone> lay(const kinematics::BoneShape& shape, const LayFrom& from, const BodyCloud& cloud,
                                 const PointsTaken& taken, std::span<const int> point_of_marker);
 
   /// Fits and looks since the start, for a bound on work.
   std::size_t work() const noexcept { return work_; }
 
  private:
-  void propose(const BoneShape& shape, const LayFrom* from, const BodyCloud& cloud, const PointsTaken& taken);
-  void swing(const BoneShape& shape, const LayFrom& from, const BodyCloud& cloud, std::size_t at, std::size_t point);
-  bool fit(const BoneShape& shape, const LayFrom* from, const BodyCloud& cloud);
-  void weigh(const BoneShape& shape, const LayFrom* from, const BodyCloud& cloud);
+  void propose(const kinematics::BoneShape& shape, const LayFrom* from, const BodyCloud& cloud, const PointsTaken& taken);
+  void swing(const kinematics::BoneShape& shape, const LayFrom& from, const BodyCloud& cloud, std::size_t at, std::size_t point);
+  bool fit(const kinematics::BoneShape& shape, const LayFrom* from, const BodyCloud& cloud);
+  void weigh(const kinematics::BoneShape& shape, const LayFrom* from, const BodyCloud& cloud);
   bool known(std::size_t a, int p, std::size_t b, int q, std::span<const LaidBone> among) const;
   void keep(std::vector<LaidBone>& into, std::size_t most) const;
   double log_chance(double volume_m3) const;
@@ -85,4 +85,4 @@ class BoneLayer {
   std::size_t work_ = 0;
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

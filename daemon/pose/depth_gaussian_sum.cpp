@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 // A ray that turned by more is that of another camera; and after such a gap speed tells nothing.
@@ -139,4 +139,4 @@ void RayDepth::learn(Timestamp at) {
   learnt_at_ = at;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -6,7 +6,7 @@
 
 #include "base/time.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 
 /// Follows how deep in a camera's view the end of a limb is that this camera alone sees. Its ray meets what the limb
 /// reaches in two places, as far before and behind the ray's point nearest to the joint. Where the ray only touches the
@@ -55,4 +55,4 @@ class RayDepth {
   Eigen::Vector3d direction_ = Eigen::Vector3d::Zero();
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -4,7 +4,7 @@
 
 #include "pose/skeleton_tracker.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 // How unsure a joint is at first that no marker of its bone tells.
@@ -14,13 +14,13 @@ constexpr double kSmallEnough = 5e-3;
 
 }  // namespace
 
-PoseFitResult BodyFollower::explain(std::span<const Observation> seen, double within) {
+kinematics::PoseFitResult BodyFollower::explain(std::span<const kinematics::Observation> seen, double within) {
   pose_.set_locals(fitted_);
   return explain_at_hand(seen, within);
 }
 
-PoseFitResult BodyFollower::explain_near(std::span<const Pose> locals, std::span<const Swing> swings,
-                                         std::span<const Observation> seen, double within) {
+kinematics::PoseFitResult BodyFollower::explain_near(std::span<const Pose> locals, std::span<const Swing> swings,
+                                         std::span<const kinematics::Observation> seen, double within) {
   pose_.set_locals(locals);
   for (const Swing& swing : swings) {
     const auto marker = static_cast<std::size_t>(swing.marker);
@@ -31,33 +31,33 @@ PoseFitResult BodyFollower::explain_near(std::span<const Pose> locals, std::span
 }
 
 // Wherever the search begins, joints are held to the last fit.
-PoseFitResult BodyFollower::explain_at_hand(std::span<const Observation> seen, double within) {
+kinematics::PoseFitResult BodyFollower::explain_at_hand(std::span<const kinematics::Observation> seen, double within) {
   loosen(seen, at_);
-  const PoseFitEnd end{.max_iterations = 2 * settings_.max_iterations, .small_step = kSmallEnough};
-  PosePrior prior = prior_of(seen.size());
+  const kinematics::PoseFitEnd end{.max_iterations = 2 * settings_.max_iterations, .small_step = kSmallEnough};
+  kinematics::PosePrior prior = prior_of(seen.size());
   prior.hold_from = fitted_;
   return solve(seen, prior, end, within);
 }
 
 // From the pose at hand. Where the prior holds joints to another pose they may stay near that one, or have leapt: hands
 // do, in recordings and where sets are missing. The better of both explains.
-PoseFitResult BodyFollower::solve_held_or_loose(std::span<const Observation> seen, const PosePrior& prior,
-                                                const PoseFitEnd& end) {
+kinematics::PoseFitResult BodyFollower::solve_held_or_loose(std::span<const kinematics::Observation> seen, const kinematics::PosePrior& prior,
+                                                const kinematics::PoseFitEnd& end) {
   std::copy(pose_.locals().begin(), pose_.locals().end(), begun_.begin());
-  const PoseFitResult held = pose_.solve(seen, prior, end);
+  const kinematics::PoseFitResult held = pose_.solve(seen, prior, end);
   if (prior.hold_from.empty()) return held;
   std::copy(pose_.locals().begin(), pose_.locals().end(), turned_.begin());
   pose_.set_locals(begun_);
-  PosePrior loose = prior;
+  kinematics::PosePrior loose = prior;
   loose.hold_from = {};
-  const PoseFitResult leapt = pose_.solve(seen, loose, end);
+  const kinematics::PoseFitResult leapt = pose_.solve(seen, loose, end);
   if (leapt.cost < held.cost) return leapt;
   pose_.set_locals(turned_);
   return held;
 }
 
 // How far joints may have turned since they were told.
-void BodyFollower::loosen(std::span<const Observation> seen, Timestamp at) {
+void BodyFollower::loosen(std::span<const kinematics::Observation> seen, Timestamp at) {
   see_bones(seen);
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     const double least_rad = bones_[b].told == Told::Direct ? kHold_rad : kHoldFurther_rad;
@@ -69,4 +69,4 @@ void BodyFollower::loosen(std::span<const Observation> seen, Timestamp at) {
   }
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -5,7 +5,7 @@
 
 #include "kinematics/rotation.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 // A hinge's range on the wrong side is at most this share of that on the right one; so is that across.
@@ -54,7 +54,7 @@ bool HingeLeans::learn(std::size_t bone, const Eigen::Quaterniond& local, const 
   Hinge& hinge = hinges_[bone];
   if (hinge.bends < 0 || !(step_s > 0.0)) return false;
   if (!(share(hinge.bends, hinge.bends) > kTold && share(hinge.across, hinge.across) > kTold)) return false;
-  const Eigen::Vector3d turned = rotation_vector(local);
+  const Eigen::Vector3d turned = kinematics::rotation_vector(local);
   const double bend = hinge.sign * turned[hinge.bends], aside = turned[hinge.across];
   const double size = std::hypot(bend, aside);
   const double left = std::exp(-step_s / kForget_s);
@@ -81,4 +81,4 @@ Eigen::Matrix3d HingeLeans::as_in_file(std::size_t bone) const {
   return turn;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -7,7 +7,7 @@
 
 #include "model/skeleton.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 
 /// Which way the joints bend that bend one way only. Nobody holds the arms in T-pose turned about themselves as the
 /// file has them, so a body's elbow bends about another line than the file's: one that leans, about the limb, by an
@@ -41,4 +41,4 @@ class HingeLeans {
   std::vector<Hinge> hinges_;  // by bone
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -5,7 +5,7 @@
 
 #include "kinematics/rotation.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 // How surely a joint is where its neighbour puts it, against a marker.
@@ -40,7 +40,7 @@ NamedLayer::NamedLayer(const MarkerSet& set) : shapes_(set) {
     std::vector<std::size_t> ends{root};
     laid[root] = true;
     for (std::size_t i = 0; i < ends.size(); ++i) {
-      for (const ShapeJoint& joint : shapes_.of(ends[i]).joints) {
+      for (const kinematics::ShapeJoint& joint : shapes_.of(ends[i]).joints) {
         const auto bone = static_cast<std::size_t>(joint.bone);
         if (laid[bone]) continue;
         laid[bone] = true;
@@ -55,8 +55,8 @@ NamedLayer::NamedLayer(const MarkerSet& set) : shapes_(set) {
 }
 
 void NamedLayer::gather(std::size_t bone) {
-  for (const ShapePoint& point : shapes_.of(bone).points) {
-    const Observation* one = seen_[static_cast<std::size_t>(point.marker)];
+  for (const kinematics::ShapePoint& point : shapes_.of(bone).points) {
+    const kinematics::Observation* one = seen_[static_cast<std::size_t>(point.marker)];
     if (one != nullptr) pairs_.push_back({point.at_m, one->position, 1.0});
   }
 }
@@ -98,16 +98,16 @@ void NamedLayer::hang(const MarkerSet& set, const Next& next) {
   const Eigen::Vector3d lever = furthest->from - here;
   const Eigen::Vector3d to = furthest->to - joint;
   if (lever.norm() < kFlat_m || to.norm() < kFlat_m) return;
-  const Eigen::Quaterniond turn = turn_between(rest * lever, to) * rest;
+  const Eigen::Quaterniond turn = kinematics::turn_between(rest * lever, to) * rest;
   bone.world = {joint - turn * here, turn};
   bone.laid = Laid::Swung;
   bone.axis = lever.normalized();
 }
 
-bool NamedLayer::lay(const MarkerSet& set, std::span<const Observation> seen, std::span<Pose> locals) {
+bool NamedLayer::lay(const MarkerSet& set, std::span<const kinematics::Observation> seen, std::span<Pose> locals) {
   shapes_.refit(set);
   std::fill(seen_.begin(), seen_.end(), nullptr);
-  for (const Observation& one : seen) {
+  for (const kinematics::Observation& one : seen) {
     if (!one.ray && one.position.allFinite()) seen_[static_cast<std::size_t>(one.marker)] = &one;
   }
   std::size_t root = bones_.size();
@@ -126,4 +126,4 @@ bool NamedLayer::lay(const MarkerSet& set, std::span<const Observation> seen, st
   return true;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -10,7 +10,7 @@
 #include "model/skeleton.h"
 #include "pose/bone_pose_hypothesis.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 
 /// Lays a body on named markers, bone by bone from the one that most of them tell: a first pose for a fit, whatever
 /// the body does. Allocates in the constructor only.
@@ -20,7 +20,7 @@ class NamedLayer {
 
   /// `set` is the one of the constructor but for its offsets. The poses go into `locals`, as PoseFit has them. False
   /// when no bone has three markers to begin with.
-  bool lay(const MarkerSet& set, std::span<const Observation> seen, std::span<Pose> locals);
+  bool lay(const MarkerSet& set, std::span<const kinematics::Observation> seen, std::span<Pose> locals);
 
  private:
   struct Next {
@@ -31,11 +31,11 @@ class NamedLayer {
   void hang(const MarkerSet& set, const Next& next);
   void gather(std::size_t bone);
 
-  BoneShapes shapes_;
+  kinematics::BoneShapes shapes_;
   std::vector<std::vector<Next>> plans_;  // by root
-  std::vector<const Observation*> seen_;  // by marker
+  std::vector<const kinematics::Observation*> seen_;  // by marker
   std::vector<BoneReading> bones_;
   std::vector<geometry::PointPair> pairs_;
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 // Less than that is nothing to speak of: a sixth of a set at 120 Hz.
@@ -40,4 +40,4 @@ Eigen::Matrix3d HiddenTurns::hold_weight(std::size_t bone, double least_rad, dou
   return axes.eigenvectors() * sigma.square().inverse().matrix().asDiagonal() * axes.eigenvectors().transpose();
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace mocap::body {
+namespace mocap::pose {
 
 /// For how long which turns of each joint have been hidden: one marker on a hand tells how the hand points, and nothing
 /// of its turn about that line, which may have gone on since another marker told it.
@@ -32,4 +32,4 @@ class HiddenTurns {
 inline constexpr double kStray_rad_s = 2.5;
 inline constexpr double kMostStray_rad = 1.2;
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace mocap::body {
+namespace mocap::pose {
 
 BodyCloud::BodyCloud() {
   points_.reserve(kMostCloudPoints);
@@ -20,4 +20,4 @@ void BodyCloud::take(std::span<const Eigen::Vector3d> points) {
   }
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

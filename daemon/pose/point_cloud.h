@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-namespace mocap::body {
+namespace mocap::pose {
 
 /// More points are not looked at in one search.
 inline constexpr std::size_t kMostCloudPoints = 192;
@@ -29,4 +29,4 @@ class BodyCloud {
   std::vector<float> apart_;
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -6,7 +6,7 @@
 #include "base/expects.h"
 #include "kinematics/rotation.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 // Of the speed that the cut-off follows, Hz: the paper's.
@@ -39,10 +39,10 @@ std::span<const Pose> PoseSmoother::step(std::span<const Pose> locals, double st
     fresh_ = false;
   } else {
     for (std::size_t b = 0; b < shown_.size(); ++b) {
-      const Eigen::Vector3d raw_step = rotation_vector(locals[b].rotation * raw_[b].rotation.conjugate());
+      const Eigen::Vector3d raw_step = kinematics::rotation_vector(locals[b].rotation * raw_[b].rotation.conjugate());
       const double by = share(raw_step, step_s, spins_rad_s_[b]);
-      const Eigen::Vector3d behind = rotation_vector(locals[b].rotation * shown_[b].rotation.conjugate());
-      shown_[b].rotation = (turn_by(by * behind) * shown_[b].rotation).normalized();
+      const Eigen::Vector3d behind = kinematics::rotation_vector(locals[b].rotation * shown_[b].rotation.conjugate());
+      shown_[b].rotation = (kinematics::turn_by(by * behind) * shown_[b].rotation).normalized();
       if (b > 0) shown_[b].position = locals[b].position;
     }
     const double by = share(locals[0].position - raw_[0].position, step_s, velocity_m_s_);
@@ -53,4 +53,4 @@ std::span<const Pose> PoseSmoother::step(std::span<const Pose> locals, double st
   return shown_;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

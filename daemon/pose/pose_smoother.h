@@ -6,7 +6,7 @@
 
 #include "model/transform.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 
 struct SmoothSettings {
   double min_cutoff_hz = 0.0;  ///< of what is at rest, 0.1 to 100; 0: nothing is smoothed
@@ -46,4 +46,4 @@ class PoseSmoother {
   Eigen::Vector3d velocity_m_s_ = Eigen::Vector3d::Zero();
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

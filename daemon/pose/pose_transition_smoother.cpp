@@ -6,7 +6,7 @@
 #include "base/expects.h"
 #include "kinematics/rotation.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 // Of the spring: a person who watches takes 0.1 to 0.2 s for one movement.
@@ -58,15 +58,15 @@ std::span<const Pose> PoseEaser::step(std::span<const Pose> poses, std::span<con
   for (std::size_t b = 0; b < shown_.size(); ++b) {
     Fading& turn = turns_[b];
     turn.fade(step_s);
-    const Eigen::Vector3d astray = rotation_vector(foreseen[b].rotation * poses[b].rotation.conjugate());
-    const Eigen::Vector3d behind = rotation_vector(shown_[b].rotation * poses[b].rotation.conjugate());
+    const Eigen::Vector3d astray = kinematics::rotation_vector(foreseen[b].rotation * poses[b].rotation.conjugate());
+    const Eigen::Vector3d behind = kinematics::rotation_vector(shown_[b].rotation * poses[b].rotation.conjugate());
     turn.meet(astray, behind, changed[b] != 0, kLeastTurn_rad, step_s);
     shown_[b].position = poses[b].position;
-    shown_[b].rotation = (turn_by(turn.left) * poses[b].rotation).normalized();
+    shown_[b].rotation = (kinematics::turn_by(turn.left) * poses[b].rotation).normalized();
   }
   root_.meet(foreseen[0].position - poses[0].position, behind_m, changed[0] != 0, kLeastMove_m, step_s);
   shown_[0].position += root_.left;
   return shown_;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -7,7 +7,7 @@
 
 #include "model/transform.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 
 /// Lets a pose that jumps because other markers tell it now glide to where it should be: a marker that comes back after
 /// a while shows that a limb is elsewhere than thought. What jumps is the difference to where the motion led to; it
@@ -45,4 +45,4 @@ class PoseEaser {
   std::vector<Pose> shown_;
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -5,7 +5,7 @@
 
 #include "pose/skeleton_tracker.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 // Markers of a bone that are off by this, rms, may be on a bone that is turned the wrong way round.
@@ -16,13 +16,13 @@ constexpr double kInJoint_m = 1e-3;
 }  // namespace
 
 // Turns the bones whose own markers, two or more, are off.
-bool BodyFollower::turn_anew(std::span<const Observation> seen) {
+bool BodyFollower::turn_anew(std::span<const kinematics::Observation> seen) {
   std::fill(off_m2_.begin(), off_m2_.end(), 0.0);
   std::fill(seen_of_.begin(), seen_of_.end(), 0);
-  for (const Observation& one : seen) {
+  for (const kinematics::Observation& one : seen) {
     const auto m = static_cast<std::size_t>(one.marker);
     const MarkerOnBone& marker = pose_.marker_set().markers[m];
-    if (marker.offset_m.norm() < kInJoint_m || one.ray || !is_usable(one)) continue;
+    if (marker.offset_m.norm() < kInJoint_m || one.ray || !kinematics::is_usable(one)) continue;
     off_m2_[static_cast<std::size_t>(marker.bone)] += (pose_.marker_at(m) - one.position).squaredNorm();
     ++seen_of_[static_cast<std::size_t>(marker.bone)];
   }
@@ -35,13 +35,13 @@ bool BodyFollower::turn_anew(std::span<const Observation> seen) {
 }
 
 // By its own markers and the joints at its ends.
-bool BodyFollower::turn_anew(std::size_t bone, std::span<const Observation> seen) {
+bool BodyFollower::turn_anew(std::size_t bone, std::span<const kinematics::Observation> seen) {
   const auto& bones = pose_.marker_set().skeleton.bones;
   pairs_.clear();
   pairs_.push_back({Eigen::Vector3d::Zero(), pose_.world()[bone].position, 1.0});
-  for (const Observation& one : seen) {
+  for (const kinematics::Observation& one : seen) {
     const MarkerOnBone& marker = pose_.marker_set().markers[static_cast<std::size_t>(one.marker)];
-    if (marker.bone == static_cast<int>(bone) && !one.ray && is_usable(one))
+    if (marker.bone == static_cast<int>(bone) && !one.ray && kinematics::is_usable(one))
       pairs_.push_back({marker.offset_m, one.position, 1.0});
   }
   const std::optional<geometry::RigidFit> laid = geometry::fit_rigid(pairs_);
@@ -53,4 +53,4 @@ bool BodyFollower::turn_anew(std::size_t bone, std::span<const Observation> seen
   return true;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -8,7 +8,7 @@
 
 #include "kinematics/rotation.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 // In half squared sigmas: what the other place must explain better.
@@ -39,7 +39,7 @@ struct BodyFollower::Crossing {
 };
 
 // `marker` is on the sphere.
-BodyFollower::Crossing BodyFollower::crossing_of(const Observation& ray, const Eigen::Vector3d& joint,
+BodyFollower::Crossing BodyFollower::crossing_of(const kinematics::Observation& ray, const Eigen::Vector3d& joint,
                                                  const Eigen::Vector3d& marker) {
   const Eigen::Matrix3d along = Eigen::Matrix3d::Identity() - ray.sigma_m * ray.sigma_m * ray.weight_1_m2;
   int most = 0;
@@ -53,10 +53,10 @@ BodyFollower::Crossing BodyFollower::crossing_of(const Observation& ray, const E
 // A ray passes through what a limb reaches in two places; small steps do not lead from one to the other, and where both
 // are near each other motion may lead to the wrong one. What the limb did there tells, and joints that are soon turned
 // as they hardly ever are.
-PoseFitResult BodyFollower::cross_over(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
-                                       PoseFitResult first) {
-  for (const Observation& one : seen) {
-    if (!one.ray || !is_usable(one)) continue;
+kinematics::PoseFitResult BodyFollower::cross_over(std::span<const kinematics::Observation> seen, const kinematics::PosePrior& prior, const kinematics::PoseFitEnd& end,
+                                       kinematics::PoseFitResult first) {
+  for (const kinematics::Observation& one : seen) {
+    if (!one.ray || !kinematics::is_usable(one)) continue;
     const int limb = limb_on_ray(seen, one);
     if (limb < 0 || !lay_elsewhere(static_cast<std::size_t>(limb), one, seen, end.max_iterations)) continue;
     first = pose_.solve(seen, prior, end);
@@ -66,7 +66,7 @@ PoseFitResult BodyFollower::cross_over(std::span<const Observation> seen, const 
 }
 
 // Lays a limb on the likelier of the two places of its ray. False, and the pose as before, where it is there already.
-bool BodyFollower::lay_elsewhere(std::size_t lower, const Observation& ray, std::span<const Observation> seen,
+bool BodyFollower::lay_elsewhere(std::size_t lower, const kinematics::Observation& ray, std::span<const kinematics::Observation> seen,
                                  int iterations) {
   const auto marker = static_cast<std::size_t>(ray.marker);
   std::copy(pose_.locals().begin(), pose_.locals().end(), tried_.begin());
@@ -106,7 +106,7 @@ void BodyFollower::weigh_depth(std::size_t marker, const Crossing& crossing, dou
 }
 
 // The uppermost bone that this ray alone tells of, of two or more in a row; -1 where there are none.
-int BodyFollower::limb_on_ray(std::span<const Observation> seen, const Observation& ray) const {
+int BodyFollower::limb_on_ray(std::span<const kinematics::Observation> seen, const kinematics::Observation& ray) const {
   const auto& set = pose_.marker_set();
   const auto parent_of = [&](int bone) { return set.skeleton.bones[static_cast<std::size_t>(bone)].parent; };
   const auto told = [&](int bone) { return bones_[static_cast<std::size_t>(bone)].told; };
@@ -118,7 +118,7 @@ int BodyFollower::limb_on_ray(std::span<const Observation> seen, const Observati
     if (parent_of(lower) < 0) return -1;
   }
   if (lower == own) return -1;
-  for (const Observation& other : seen) {
+  for (const kinematics::Observation& other : seen) {
     if (other.marker == ray.marker) continue;
     const MarkerOnBone& marker = set.markers[static_cast<std::size_t>(other.marker)];
     for (int bone = sits_in_joint(marker) ? parent_of(marker.bone) : marker.bone; bone >= 0; bone = parent_of(bone)) {
@@ -155,7 +155,7 @@ void BodyFollower::swing_to(std::size_t lower, std::size_t marker, const Eigen::
   const std::span<const Pose> world = pose_.world();
   const Eigen::Vector3d& joint = world[lower].position;
   const auto above = static_cast<std::size_t>(pose_.marker_set().skeleton.bones[lower].parent);
-  const Eigen::Quaterniond swung = turn_between(pose_.marker_at(marker) - joint, place - joint);
+  const Eigen::Quaterniond swung = kinematics::turn_between(pose_.marker_at(marker) - joint, place - joint);
   std::copy(pose_.locals().begin(), pose_.locals().end(), turned_.begin());
   turned_[lower].rotation = (world[above].rotation.conjugate() * swung * world[lower].rotation).normalized();
   pose_.set_locals(turned_);
@@ -163,7 +163,7 @@ void BodyFollower::swing_to(std::size_t lower, std::size_t marker, const Eigen::
 
 // What the pose at hand costs, or the best near it, with all that is usual of the limb believed, and what it may have
 // turned since it was told.
-double BodyFollower::unheld_cost(std::size_t lower, std::span<const Observation> seen, int iterations) {
+double BodyFollower::unheld_cost(std::size_t lower, std::span<const kinematics::Observation> seen, int iterations) {
   const auto above = static_cast<std::size_t>(pose_.marker_set().skeleton.bones[lower].parent);
   const Eigen::Matrix3d level = Eigen::Matrix3d::Identity();
   std::copy(predicted_.begin(), predicted_.end(), held_.begin());
@@ -177,9 +177,9 @@ double BodyFollower::unheld_cost(std::size_t lower, std::span<const Observation>
     const Eigen::Matrix3d usual = level / (kOffUsual_rad * kOffUsual_rad);
     unheld_weight_[b] += usual;
     const Eigen::Vector3d between = unheld_weight_[b].inverse() * (usual * usual_.turn_from(b, held_[b].rotation));
-    held_[b].rotation = (turn_by(between) * held_[b].rotation).normalized();
+    held_[b].rotation = (kinematics::turn_by(between) * held_[b].rotation).normalized();
   }
-  PosePrior prior = prior_of(seen.size());
+  kinematics::PosePrior prior = prior_of(seen.size());
   prior.hold_weight = unheld_weight_;
   prior.hold_from = held_;
   prior.rest_believed = unheld_rest_;
@@ -187,4 +187,4 @@ double BodyFollower::unheld_cost(std::size_t lower, std::span<const Observation>
   return pose_.solve(seen, prior, {.max_iterations = iterations, .small_step = kSmallStep}).cost;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -6,7 +6,7 @@
 #include "kinematics/rotation.h"
 #include "pose/skeleton_tracker.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 // A joint that bends one way only: its range on the other side is at most this share.
@@ -26,7 +26,7 @@ bool bends_wrongly(const Bone& bone, const Eigen::Quaterniond& local) {
     if (!range) continue;
     const double up = std::max(0.0, range->max_rad), down = std::max(0.0, -range->min_rad);
     if (std::min(up, down) > kOneWay * std::max(up, down)) continue;
-    if (!known) turned = rotation_vector(local);
+    if (!known) turned = kinematics::rotation_vector(local);
     known = true;
     const double wrongly = up > down ? range->min_rad - turned[axis] : turned[axis] - range->max_rad;
     if (wrongly > kWrongSide_rad) return true;
@@ -38,8 +38,8 @@ bool bends_wrongly(const Bone& bone, const Eigen::Quaterniond& local) {
 
 // Where a limb is stretched, its ends alone do not tell to which side its middle joint bends next, and motion may lead
 // it beyond its range. Both sides explain the ends alike; that which the joint can bend to is taken.
-PoseFitResult BodyFollower::bend_back(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
-                                      PoseFitResult first) {
+kinematics::PoseFitResult BodyFollower::bend_back(std::span<const kinematics::Observation> seen, const kinematics::PosePrior& prior, const kinematics::PoseFitEnd& end,
+                                      kinematics::PoseFitResult first) {
   const auto& bones = pose_.marker_set().skeleton.bones;
   for (std::size_t lower = 0; lower < bones.size(); ++lower) {
     const int upper = bones[lower].parent;
@@ -49,7 +49,7 @@ PoseFitResult BodyFollower::bend_back(std::span<const Observation> seen, const P
     if (!bends_wrongly(bones[lower], pose_.locals()[lower].rotation)) continue;
     std::copy(pose_.locals().begin(), pose_.locals().end(), tried_.begin());
     if (!mirror(lower)) continue;
-    const PoseFitResult second = pose_.solve(seen, prior, end);
+    const kinematics::PoseFitResult second = pose_.solve(seen, prior, end);
     if (second.cost < first.cost + kAlike && !bends_wrongly(bones[lower], pose_.locals()[lower].rotation)) {
       first = second;
       bent_back_[lower] = bent_back_[above] = 1;
@@ -74,9 +74,9 @@ bool BodyFollower::mirror(std::size_t lower) {
   const Eigen::Vector3d out = world[lower].position - world[upper].position;
   const Eigen::Vector3d aside = out - out.dot(line) * line;
   if (!(aside.norm() > kInLine_m)) return false;
-  const Eigen::Quaterniond swung = turn_between(out, out - 2.0 * aside);
+  const Eigen::Quaterniond swung = kinematics::turn_between(out, out - 2.0 * aside);
   const Eigen::Vector3d on = world[end].position - world[lower].position;
-  const Eigen::Quaterniond bent = turn_between(swung * on, on + 2.0 * aside);
+  const Eigen::Quaterniond bent = kinematics::turn_between(swung * on, on + 2.0 * aside);
   const Eigen::Quaterniond upper_turn = swung * world[upper].rotation;
   const Eigen::Quaterniond lower_turn = bent * swung * world[lower].rotation;
   std::copy(pose_.locals().begin(), pose_.locals().end(), turned_.begin());
@@ -90,4 +90,4 @@ bool BodyFollower::mirror(std::size_t lower) {
   return true;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -4,7 +4,7 @@
 
 #include "kinematics/rotation.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 // A mean over so long, with weights that die away.
@@ -22,12 +22,12 @@ void UsualTurns::learn(std::size_t bone, const Eigen::Quaterniond& local, const 
   if (usual.seen_s == 0.0) usual.local = local;
   usual.seen_s = std::min(kOver_s, usual.seen_s + step_s);
   const double weight = std::min(1.0, step_s / usual.seen_s);
-  usual.local = (turn_by(weight * rotation_vector(local * usual.local.conjugate())) * usual.local).normalized();
+  usual.local = (kinematics::turn_by(weight * kinematics::rotation_vector(local * usual.local.conjugate())) * usual.local).normalized();
 }
 
 Eigen::Vector3d UsualTurns::turn_from(std::size_t bone, const Eigen::Quaterniond& local) const {
   if (!known(bone)) return Eigen::Vector3d::Zero();
-  return rotation_vector(bones_[bone].local * local.conjugate());
+  return kinematics::rotation_vector(bones_[bone].local * local.conjugate());
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

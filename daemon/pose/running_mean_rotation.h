@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace mocap::body {
+namespace mocap::pose {
 
 /// How each joint was turned in the last second, in the mean. A limb that nobody sees does not go on for long, nor does
 /// it stop: over half a second it is nearer to the middle of what it did than to where it was last seen.
@@ -37,4 +37,4 @@ class UsualTurns {
 /// How far a joint commonly is from its usual turn, about any axis, rad.
 inline constexpr double kOffUsual_rad = 0.4;
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

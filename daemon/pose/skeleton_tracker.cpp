@@ -7,7 +7,7 @@
 
 #include "kinematics/rotation.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 // As kHold_rad, of the turns about other axes than those that markers tell: a limb about itself, an elbow that is
@@ -57,7 +57,7 @@ constexpr double kNever_s = 1e3;
 
 BodyFollower::BodyFollower(const MarkerSet& set, const FollowSettings& settings)
     : settings_(settings),
-      pose_(set, PoseFit::Lengths::Fixed),
+      pose_(set, kinematics::PoseFit::Lengths::Fixed),
       layer_(set),
       hidden_(set.skeleton.bones.size()),
       usual_(set.skeleton.bones.size()),
@@ -109,12 +109,12 @@ void BodyFollower::forget_joints() {
 }
 
 // The rest pose laid on what was seen, the trunk's markers most, then bent to fit.
-bool BodyFollower::start(std::span<const Observation> seen, Timestamp at) {
+bool BodyFollower::start(std::span<const kinematics::Observation> seen, Timestamp at) {
   forget();
   pairs_.clear();
   pose_.place({});
-  for (const Observation& one : seen) {
-    if (one.ray || !is_usable(one)) continue;
+  for (const kinematics::Observation& one : seen) {
+    if (one.ray || !kinematics::is_usable(one)) continue;
     const auto m = static_cast<std::size_t>(one.marker);
     const int depth = depth_[static_cast<std::size_t>(pose_.marker_set().markers[m].bone)];
     pairs_.push_back({pose_.marker_at(m), one.position, std::pow(0.2, depth)});
@@ -124,13 +124,13 @@ bool BodyFollower::start(std::span<const Observation> seen, Timestamp at) {
   pose_.place(laid->to_from);
   const int patience = 5 * settings_.max_iterations;
   (void)pose_.solve(seen, {.rest_share = kRestShare, .outlier_m = 0.5}, patience);
-  const PosePrior prior{.rest_share = kRestShare, .outlier_m = settings_.outlier_m};
-  PoseFitResult result = pose_.solve(seen, prior, patience);
+  const kinematics::PosePrior prior{.rest_share = kRestShare, .outlier_m = settings_.outlier_m};
+  kinematics::PoseFitResult result = pose_.solve(seen, prior, patience);
   // From the rest pose a body that is bent far may be led astray; laid bone by bone it is not. The better of both.
   std::copy(pose_.locals().begin(), pose_.locals().end(), tried_.begin());
   if (layer_.lay(pose_.marker_set(), seen, turned_)) {
     pose_.set_locals(turned_);
-    const PoseFitResult laid_anew = pose_.solve(seen, prior, patience);
+    const kinematics::PoseFitResult laid_anew = pose_.solve(seen, prior, patience);
     if (laid_anew.cost < result.cost) {
       result = laid_anew;
     } else {
@@ -146,8 +146,8 @@ bool BodyFollower::start(std::span<const Observation> seen, Timestamp at) {
     bone.spin_rad_s.setZero();
     bone.whole_at = at - from_s(kNever_s);
   }
-  for (const Observation& one : seen) {
-    if (one.ray || !is_usable(one)) continue;
+  for (const kinematics::Observation& one : seen) {
+    if (one.ray || !kinematics::is_usable(one)) continue;
     MarkerMemory& marker = markers_[static_cast<std::size_t>(one.marker)];
     marker = {at, true, Eigen::Vector3d::Zero(), one.position, Eigen::Vector3d::Zero()};
   }
@@ -175,16 +175,16 @@ void BodyFollower::predict(Timestamp at) {
     const Eigen::Vector3d to_usual = usual_.turn_from(b, predicted_[b].rotation);
     turn += back * (to_usual - bone.share * to_usual);
     if (turn.isZero()) continue;
-    predicted_[b].rotation = (turn_by(turn) * predicted_[b].rotation).normalized();
+    predicted_[b].rotation = (kinematics::turn_by(turn) * predicted_[b].rotation).normalized();
   }
   pose_.set_locals(predicted_);
 }
 
-void BodyFollower::see_bones(std::span<const Observation> seen) {
+void BodyFollower::see_bones(std::span<const kinematics::Observation> seen) {
   const MarkerSet& set = pose_.marker_set();
   for (BoneMemory& bone : bones_) bone.told = Told::No;
-  for (const Observation& one : seen) {
-    if (!is_usable(one)) continue;
+  for (const kinematics::Observation& one : seen) {
+    if (!kinematics::is_usable(one)) continue;
     const MarkerOnBone& marker = set.markers[static_cast<std::size_t>(one.marker)];
     const bool in_joint = marker.offset_m.norm() < kInJoint_m;
     int bone = marker.bone;
@@ -201,8 +201,8 @@ void BodyFollower::see_bones(std::span<const Observation> seen) {
   }
 }
 
-PosePrior BodyFollower::prior_of(std::size_t seen) const {
-  PosePrior prior;
+kinematics::PosePrior BodyFollower::prior_of(std::size_t seen) const {
+  kinematics::PosePrior prior;
   prior.rest_share = kRestShare;
   prior.limit_sigma_rad = kLimit_rad;
   prior.hold_weight = hold_weight_;
@@ -213,9 +213,9 @@ PosePrior BodyFollower::prior_of(std::size_t seen) const {
 }
 
 // What is left of a prior's covariance was told by markers. It changes with the markers, and slowly with the pose.
-void BodyFollower::weigh_turns(std::span<const Observation> seen) {
-  const auto same = [](const Observation& one, const Weighed& was) {
-    return one.marker == was.marker && one.ray == was.ray && is_usable(one) == was.usable;
+void BodyFollower::weigh_turns(std::span<const kinematics::Observation> seen) {
+  const auto same = [](const kinematics::Observation& one, const Weighed& was) {
+    return one.marker == was.marker && one.ray == was.ray && kinematics::is_usable(one) == was.usable;
   };
   if (weighed_for_ < kWeighEvery && std::equal(seen.begin(), seen.end(), weighed_.begin(), weighed_.end(), same)) {
     ++weighed_for_;
@@ -223,11 +223,11 @@ void BodyFollower::weigh_turns(std::span<const Observation> seen) {
   }
   weighed_for_ = 1;
   weighed_.clear();
-  for (const Observation& one : seen) weighed_.push_back({one.marker, one.ray, is_usable(one)});
+  for (const kinematics::Observation& one : seen) weighed_.push_back({one.marker, one.ray, kinematics::is_usable(one)});
   std::fill(hold_weight_.begin(), hold_weight_.end(),
             Eigen::Matrix3d::Identity() / (settings_.told_rad * settings_.told_rad));
   std::fill(rest_believed_.begin(), rest_believed_.end(), 0.0);
-  PosePrior prior = prior_of(seen.size());
+  kinematics::PosePrior prior = prior_of(seen.size());
   prior.rest_believed = rest_believed_;
   prior.limit_believed = rest_believed_;
   prior.outlier_m = kAnywhere_m;  // a marker tells of its bones however far they are from where it wants them
@@ -240,13 +240,13 @@ void BodyFollower::weigh_turns(std::span<const Observation> seen) {
   }
 }
 
-PoseFitResult BodyFollower::fit(std::span<const Observation> seen) {
+kinematics::PoseFitResult BodyFollower::fit(std::span<const kinematics::Observation> seen) {
   pose_.set_locals(predicted_);
   see_bones(seen);
   if (seen.empty()) return {};
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     const bool hangs = bones_[b].told == Told::Ray || bones_[b].told == Told::Further;
-    pose_.bend_in(b, hangs ? planes_.plane(b) : BendingPlane{});
+    pose_.bend_in(b, hangs ? planes_.plane(b) : kinematics::BendingPlane{});
   }
   weigh_turns(seen);
   for (std::size_t b = 0; b < bones_.size(); ++b) {
@@ -268,11 +268,11 @@ PoseFitResult BodyFollower::fit(std::span<const Observation> seen) {
     }
     if (misread_[b] != 0) hold_weight_[b] = Eigen::Matrix3d::Identity() / (kMostStray_rad * kMostStray_rad);
   }
-  PosePrior prior = prior_of(seen.size());
+  kinematics::PosePrior prior = prior_of(seen.size());
   prior.rest_believed = rest_believed_;
   prior.limit_believed = limit_believed_;
-  const PoseFitEnd end{.max_iterations = settings_.max_iterations, .small_step = kSmallStep};
-  const PoseFitResult result = cross_over(seen, prior, end, bend_back(seen, prior, end, solve(seen, prior, end)));
+  const kinematics::PoseFitEnd end{.max_iterations = settings_.max_iterations, .small_step = kSmallStep};
+  const kinematics::PoseFitResult result = cross_over(seen, prior, end, bend_back(seen, prior, end, solve(seen, prior, end)));
   residual_m_ = result.rms_m;
   std::copy(pose_.locals().begin(), pose_.locals().end(), fitted_.begin());
   return result;
@@ -281,30 +281,30 @@ PoseFitResult BodyFollower::fit(std::span<const Observation> seen) {
 // Where markers stay off, small steps from the pose at hand may have led into the wrong valley: a limb came out from
 // behind the body elsewhere, or is turned the wrong way round. Then all markers pull from afar and limbs are laid on
 // theirs anew; the better of both explains. Of the first's cost at most what these markers cost can be saved.
-PoseFitResult BodyFollower::solve(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
+kinematics::PoseFitResult BodyFollower::solve(std::span<const kinematics::Observation> seen, const kinematics::PosePrior& prior, const kinematics::PoseFitEnd& end,
                                   double within) {
   std::copy(pose_.locals().begin(), pose_.locals().end(), begun_.begin());
-  const PoseFitResult first = pose_.solve(seen, prior, end);
+  const kinematics::PoseFitResult first = pose_.solve(seen, prior, end);
   double off_cost = 0.0;
-  for (const Observation& one : seen) {
-    if (!is_usable(one) || off_m(one, pose_.marker_at(static_cast<std::size_t>(one.marker))) < settings_.outlier_m)
+  for (const kinematics::Observation& one : seen) {
+    if (!kinematics::is_usable(one) || kinematics::off_m(one, pose_.marker_at(static_cast<std::size_t>(one.marker))) < settings_.outlier_m)
       continue;
-    off_cost += 0.5 * information_1_m2(one) * prior.outlier_m * prior.outlier_m;
+    off_cost += 0.5 * kinematics::information_1_m2(one) * prior.outlier_m * prior.outlier_m;
   }
   if (off_cost == 0.0 || first.cost - off_cost > within) return first;
   std::copy(pose_.locals().begin(), pose_.locals().end(), tried_.begin());
   pose_.set_locals(begun_);
-  PosePrior wide = prior;
+  kinematics::PosePrior wide = prior;
   wide.outlier_m = kFromAfar_m;
   (void)pose_.solve(seen, wide, {.max_iterations = 2 * end.max_iterations, .small_step = end.small_step});
   (void)turn_anew(seen);
-  const PoseFitResult second = solve_held_or_loose(seen, prior, end);
+  const kinematics::PoseFitResult second = solve_held_or_loose(seen, prior, end);
   if (second.cost < first.cost) return second;
   pose_.set_locals(tried_);
   return first;
 }
 
-void BodyFollower::learn(std::span<const Observation> seen) {
+void BodyFollower::learn(std::span<const kinematics::Observation> seen) {
   const double step_s = to_s(at_ - learnt_at_);
   const double left = std::exp(-std::max(0.0, step_s) / kCoast_s);
   // What another body is turned by is no motion.
@@ -323,8 +323,8 @@ void BodyFollower::learn(std::span<const Observation> seen) {
       bone.spin_rad_s = dying_rad_s;
     } else {
       const Eigen::Quaterniond& now = pose_.locals()[b].rotation;
-      const Eigen::Vector3d turned = rotation_vector(now * learnt_[b].rotation.conjugate());
-      const double astray_rad = rotation_vector(now * predicted_[b].rotation.conjugate()).norm();
+      const Eigen::Vector3d turned = kinematics::rotation_vector(now * learnt_[b].rotation.conjugate());
+      const double astray_rad = kinematics::rotation_vector(now * predicted_[b].rotation.conjugate()).norm();
       // A limb that was laid anew did not turn: it had been read wrongly.
       const bool laid_anew = turned.norm() > kMostTurn_rad || bent_back_[b] != 0 ||
                              (bone.told != Told::Direct && astray_rad > kMostAstray_rad);
@@ -347,8 +347,8 @@ void BodyFollower::learn(std::span<const Observation> seen) {
     if (motion) markers_[m].moved_m_s = (place - markers_[m].place_m) / step_s;
     markers_[m].place_m = place;
   }
-  for (const Observation& one : seen) {
-    if (one.ray || one.surmised || !is_usable(one)) continue;
+  for (const kinematics::Observation& one : seen) {
+    if (one.ray || one.surmised || !kinematics::is_usable(one)) continue;
     const auto m = static_cast<std::size_t>(one.marker);
     MarkerMemory& marker = markers_[m];
     const Pose& world = pose_.world()[static_cast<std::size_t>(pose_.marker_set().markers[m].bone)];
@@ -371,9 +371,9 @@ double BodyFollower::unseen_s(std::size_t marker, Timestamp at) const {
   return markers_[marker].ever_seen ? std::max(0.0, to_s(at - markers_[marker].seen_at)) : kNever_s;
 }
 
-bool BodyFollower::weigh(std::span<const Observation> seen, Timestamp at) {
+bool BodyFollower::weigh(std::span<const kinematics::Observation> seen, Timestamp at) {
   loosen(seen, at);
-  PosePrior prior = prior_of(3);
+  kinematics::PosePrior prior = prior_of(3);
   prior.hold_root_sigma_m = seen.empty() ? 0.1 : 1.0;
   return pose_.weigh(seen, prior);
 }
@@ -382,4 +382,4 @@ Eigen::Matrix3d BodyFollower::told_covariance(std::size_t marker) const {
   return pose_.covariance_of(marker) + kSkin_m * kSkin_m * Eigen::Matrix3d::Identity();
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -17,7 +17,7 @@
 #include "pose/running_mean_rotation.h"
 #include "pose/swivel_plane_prior.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 
 struct FollowSettings {
   double outlier_m = 0.05;  ///< a marker further off its place than this hardly counts
@@ -53,30 +53,30 @@ class BodyFollower {
   const BendingPlanes& planes() const noexcept { return planes_; }
 
   /// A first pose. False, and nobody followed, when too little is seen.
-  bool start(std::span<const Observation> seen, Timestamp at);
+  bool start(std::span<const kinematics::Observation> seen, Timestamp at);
 
   /// Goes to the pose that the motion leads to at `at`; may be asked for any instant, in any order.
   void predict(Timestamp at);
   /// The pose of the last `predict`, moved to what explains `seen`.
-  PoseFitResult fit(std::span<const Observation> seen);
+  kinematics::PoseFitResult fit(std::span<const kinematics::Observation> seen);
   /// The same from the pose of the last `fit`, with hidden joints as free as they may be after the time that they are
   /// hidden: what this reading of the markers costs, to be compared with that of another reading. A cost over `within`
   /// may be told as larger than it is: no more work is spent on a reading that cannot come below.
-  PoseFitResult explain(std::span<const Observation> seen, double within = std::numeric_limits<double>::infinity());
+  kinematics::PoseFitResult explain(std::span<const kinematics::Observation> seen, double within = std::numeric_limits<double>::infinity());
   /// A bone turns in its joint until its `marker` is where its marker `onto` was.
   struct Swing {
     int marker = 0;
     int onto = 0;
   };
   /// What `explain` tells, looked for near another pose, by its locals, after these swings (of bones but 0).
-  PoseFitResult explain_near(std::span<const Pose> locals, std::span<const Swing> swings,
-                             std::span<const Observation> seen, double within);
+  kinematics::PoseFitResult explain_near(std::span<const Pose> locals, std::span<const Swing> swings,
+                             std::span<const kinematics::Observation> seen, double within);
   /// Until the next `predict`, these bones (by bone; not 0) may be turned anyhow: they may have followed wrong markers.
   void misread(std::span<const char> bones) { misread_.assign(bones.begin(), bones.end()); }
   /// Takes the last fit for the truth of its instant.
-  void learn(std::span<const Observation> seen);
+  void learn(std::span<const kinematics::Observation> seen);
 
-  const PoseFit& pose() const noexcept { return pose_; }
+  const kinematics::PoseFit& pose() const noexcept { return pose_; }
   /// The local poses of the last `predict`.
   std::span<const Pose> foreseen() const noexcept { return predicted_; }
   double residual_m() const noexcept { return residual_m_; }
@@ -87,7 +87,7 @@ class BodyFollower {
   /// How fast its place moves, m/s.
   double speed_of(std::size_t marker) const { return markers_[marker].moved_m_s.norm(); }
   /// Prepares `told_covariance` for the pose at hand, of which `seen` tells. False when that tells nothing.
-  [[nodiscard]] bool weigh(std::span<const Observation> seen, Timestamp at);
+  [[nodiscard]] bool weigh(std::span<const kinematics::Observation> seen, Timestamp at);
   /// Of a marker's place by the last `weigh`, m^2; grows with the time that its joints are hidden.
   Eigen::Matrix3d told_covariance(std::size_t marker) const;
 
@@ -120,33 +120,33 @@ class BodyFollower {
   // A person's joint hardly turns by more than this from set to set against what its motion lets expect, rad.
   static constexpr double kHold_rad = 0.15;
 
-  void see_bones(std::span<const Observation> seen);
-  void weigh_turns(std::span<const Observation> seen);
-  PosePrior prior_of(std::size_t seen) const;
-  PoseFitResult solve(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
+  void see_bones(std::span<const kinematics::Observation> seen);
+  void weigh_turns(std::span<const kinematics::Observation> seen);
+  kinematics::PosePrior prior_of(std::size_t seen) const;
+  kinematics::PoseFitResult solve(std::span<const kinematics::Observation> seen, const kinematics::PosePrior& prior, const kinematics::PoseFitEnd& end,
                       double within = std::numeric_limits<double>::infinity());
-  PoseFitResult explain_at_hand(std::span<const Observation> seen, double within);
-  PoseFitResult solve_held_or_loose(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end);
-  PoseFitResult bend_back(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
-                          PoseFitResult first);
+  kinematics::PoseFitResult explain_at_hand(std::span<const kinematics::Observation> seen, double within);
+  kinematics::PoseFitResult solve_held_or_loose(std::span<const kinematics::Observation> seen, const kinematics::PosePrior& prior, const kinematics::PoseFitEnd& end);
+  kinematics::PoseFitResult bend_back(std::span<const kinematics::Observation> seen, const kinematics::PosePrior& prior, const kinematics::PoseFitEnd& end,
+                          kinematics::PoseFitResult first);
   bool mirror(std::size_t lower);
-  PoseFitResult cross_over(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end,
-                           PoseFitResult first);
+  kinematics::PoseFitResult cross_over(std::span<const kinematics::Observation> seen, const kinematics::PosePrior& prior, const kinematics::PoseFitEnd& end,
+                           kinematics::PoseFitResult first);
   struct Crossing;
-  static Crossing crossing_of(const Observation& ray, const Eigen::Vector3d& joint, const Eigen::Vector3d& marker);
-  bool lay_elsewhere(std::size_t lower, const Observation& ray, std::span<const Observation> seen, int iterations);
+  static Crossing crossing_of(const kinematics::Observation& ray, const Eigen::Vector3d& joint, const Eigen::Vector3d& marker);
+  bool lay_elsewhere(std::size_t lower, const kinematics::Observation& ray, std::span<const kinematics::Observation> seen, int iterations);
   void weigh_depth(std::size_t marker, const Crossing& crossing, double depth_m);
   bool hangs_free(std::size_t bone) const;
-  int limb_on_ray(std::span<const Observation> seen, const Observation& ray) const;
+  int limb_on_ray(std::span<const kinematics::Observation> seen, const kinematics::Observation& ray) const;
   void unbend_below(std::size_t lower);
   void swing_to(std::size_t lower, std::size_t marker, const Eigen::Vector3d& place);
-  double unheld_cost(std::size_t lower, std::span<const Observation> seen, int iterations);
-  bool turn_anew(std::span<const Observation> seen);
-  bool turn_anew(std::size_t bone, std::span<const Observation> seen);
-  void loosen(std::span<const Observation> seen, Timestamp at);
+  double unheld_cost(std::size_t lower, std::span<const kinematics::Observation> seen, int iterations);
+  bool turn_anew(std::span<const kinematics::Observation> seen);
+  bool turn_anew(std::size_t bone, std::span<const kinematics::Observation> seen);
+  void loosen(std::span<const kinematics::Observation> seen, Timestamp at);
 
   FollowSettings settings_;
-  PoseFit pose_;
+  kinematics::PoseFit pose_;
   NamedLayer layer_;
   bool following_ = false;
   bool refitted_ = false;  // since it last learnt
@@ -191,4 +191,4 @@ class BodyFollower {
   std::vector<geometry::PointPair> pairs_;
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 // A hinge's range on the wrong side is at most this share of that on the right one; so is that across, rad.
@@ -80,4 +80,4 @@ void BendingPlanes::learn(std::size_t bone, const Eigen::Quaterniond& local, con
   hinge.plane.weight_1_rad2 = 1.0 / stray2;
 }
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

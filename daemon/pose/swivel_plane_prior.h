@@ -8,7 +8,7 @@
 #include "kinematics/joint_prior.h"
 #include "model/skeleton.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 
 /// In which plane each body's elbows and knees bend, and how far they stray from it: learnt while markers tell the
 /// joint, for the time when one camera's ray is all that tells of it. How the bone is turned about itself is free.
@@ -25,7 +25,7 @@ class BendingPlanes {
   void learn(std::size_t bone, const Eigen::Quaterniond& local, const Eigen::Matrix3d& share, double step_s);
 
   /// In the parent's frame. Weightless where not known.
-  const BendingPlane& plane(std::size_t bone) const { return hinges_[bone].plane; }
+  const kinematics::BendingPlane& plane(std::size_t bone) const { return hinges_[bone].plane; }
 
  private:
   struct Hinge {
@@ -35,10 +35,10 @@ class BendingPlanes {
     double told_s = 0.0;
     Eigen::Matrix2d swung = Eigen::Matrix2d::Zero();  // of the bone's tip on `bends` and `across`: rad^2 s
     double since_s = 0.0;                             // the plane was told
-    BendingPlane plane;
+    kinematics::BendingPlane plane;
   };
 
   std::vector<Hinge> hinges_;  // by bone
 };
 
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -95,7 +95,7 @@ void CameraWorker::wait_until_started(const std::stop_token& stop) {
 void CameraWorker::learn_mask(const Image& image, double threshold_grey) {
   if (!learner_) learner_.emplace(image.width_px, image.height_px, parts_.drawn_masks);
   if (!learner_->add(image, threshold_grey) || learner_->images() < mask_order_->images) return;
-  const stages::LearntMask learnt = learner_->learn({});
+  const detect::LearntMask learnt = learner_->learn({});
   static_cast<void>(
       channel_.masks.try_push({mask_order_->number, learnt.polygons, learnt.moved, learnt.covered_share}));
   learner_.reset();

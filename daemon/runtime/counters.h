@@ -51,7 +51,7 @@ struct CameraCounters {
   Counter reopened;
 };
 
-/// How a camera stands against what the rig says (stages::CameraDrift); set by the fusion thread.
+/// How a camera stands against what the rig says (drift::CameraDrift); set by the fusion thread.
 struct RigGauges {
   Gauge drifted;  ///< 1: it stands otherwise
   Gauge off_px, turned_rad, moved_m;

@@ -15,7 +15,7 @@ constexpr Duration kTellTimingEvery = std::chrono::seconds(1);
 
 }  // namespace
 
-FusionWorker::FusionWorker(stages::AlignSettings align, std::unique_ptr<stages::Fusion> fusion,
+FusionWorker::FusionWorker(synchronise::AlignSettings align, std::unique_ptr<fusion::Fusion> fusion,
                            FusionWorkerSettings settings, Links links, FusionCounters& counters)
     : aligner_(align, links.cameras.size()),
       fusion_(std::move(fusion)),
@@ -166,7 +166,7 @@ void FusionWorker::follow_orders() {
 }
 
 void FusionWorker::tell_rig() {
-  const stages::CameraDrift* drift = fusion_->drift();
+  const drift::CameraDrift* drift = fusion_->drift();
   if (drift == nullptr || fusion_->assessed().value >= links_.cameras.size()) return;
   RigGauges& rig = links_.cameras[fusion_->assessed().value]->rig;
   rig.off_px.set(drift->off_px);

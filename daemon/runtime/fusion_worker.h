@@ -50,7 +50,7 @@ class FusionWorker {
     ControlChannel* control = nullptr;  ///< may be null
   };
 
-  FusionWorker(stages::AlignSettings align, std::unique_ptr<stages::Fusion> fusion, FusionWorkerSettings settings,
+  FusionWorker(synchronise::AlignSettings align, std::unique_ptr<fusion::Fusion> fusion, FusionWorkerSettings settings,
                Links links, FusionCounters& counters);
 
   /// The loop; returns when stopped, or when all cameras have ended and (lossless only) all is handed on.
@@ -68,8 +68,8 @@ class FusionWorker {
   bool all_ended() const;
   Timestamp now() const;
 
-  stages::FrameAligner aligner_;
-  std::unique_ptr<stages::Fusion> fusion_;
+  synchronise::FrameAligner aligner_;
+  std::unique_ptr<fusion::Fusion> fusion_;
   FusionWorkerSettings settings_;
   Links links_;
   FusionCounters& counters_;

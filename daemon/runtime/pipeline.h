@@ -27,7 +27,7 @@ struct PipelineSettings {
   std::vector<ThreadSettings> camera_threads;  ///< by CameraId; empty: camera.thread for all
   FusionWorkerSettings fusion;
   PublishWorkerSettings publish;
-  stages::AlignSettings align;
+  synchronise::AlignSettings align;
   std::size_t camera_queue_frames = 8;
   std::size_t publish_queue_snapshots = 8;
   std::size_t side_queue_snapshots = 64;
@@ -39,7 +39,7 @@ struct PipelineSettings {
 
 struct PipelineParts {
   std::vector<CameraParts> cameras;  ///< by CameraId
-  std::unique_ptr<stages::Fusion> fusion;
+  std::unique_ptr<fusion::Fusion> fusion;
   std::unique_ptr<Publisher> publisher;
   std::vector<std::unique_ptr<Writer>> writers;  ///< none: no side thread
   std::unique_ptr<BlobWriter> blob_writer;       ///< none: blobs are not recorded

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kLongestError = 255;
 
-std::string not_synchronised(const stages::CameraTiming& timing) {
+std::string not_synchronised(const synchronise::CameraTiming& timing) {
   return fmt::format(
       "not synchronised: exposes {:.1f} ms off the others, drifting {:.0f} us/s, at {:.2f} Hz; its views are left out "
       "of most sets or blur them; trigger all cameras by one signal, or let one PTP clock drive them",
@@ -19,7 +19,7 @@ std::string not_synchronised(const stages::CameraTiming& timing) {
 }
 
 // Says it when it changes.
-void learn_timing(CameraHealth& health, const stages::CameraTiming& timing) {
+void learn_timing(CameraHealth& health, const synchronise::CameraTiming& timing) {
   if (!timing.told) return;
   health.offset_us = to_us(timing.offset);
   health.drift_us_s = timing.drift_us_s;
@@ -166,7 +166,7 @@ void PublishWorker::gather_camera(std::size_t camera, double seconds) {
     health.phase = note.phase;
     health.last_error.assign(note.error.begin(), note.error.end());
   }
-  stages::CameraTiming timing;
+  synchronise::CameraTiming timing;
   while (channel.timings.try_pop(timing)) learn_timing(health, timing);
   health.frames = channel.counters.frames.read();
   health.missing_frames = channel.counters.missing_frames.read();

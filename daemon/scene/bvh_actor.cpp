@@ -128,7 +128,7 @@ class BvhActor final : public Actor {
   // The pose that is held first, T-pose where the arms cannot be lowered.
   void stand() {
     standing_.fill(Eigen::Quaterniond::Identity());
-    const auto stance = body::a_pose(marker_set_, settings_.arms_lowered_rad);
+    const auto stance = identify::a_pose(marker_set_, settings_.arms_lowered_rad);
     if (!stance) return;
     for (std::size_t b = 1; b < stance->turned.size(); ++b) {
       const auto parent = static_cast<std::size_t>(marker_set_.skeleton.bones[b].parent);
@@ -156,7 +156,7 @@ class BvhActor final : public Actor {
       const Eigen::Vector3d way =
           ours_from_file_ * (places[static_cast<std::size_t>(to)] - places[static_cast<std::size_t>(from)]);
       if (way.norm() < 1e-6) continue;
-      const auto turn = body::turn_between(bones[child].rest_offset_m, way);
+      const auto turn = kinematics::turn_between(bones[child].rest_offset_m, way);
       ours_from_theirs_[static_cast<std::size_t>(parent)] = turn;
       ours_from_theirs_[child] = turn;  // hands and feet go with the limb; a limb's own child overwrites it
     }
@@ -206,10 +206,10 @@ class BvhActor final : public Actor {
     into.ghosts.clear();
     into.markers.clear();
     into.world_from_bone.resize(skeleton.bones.size());
-    body::forward(skeleton, root_m, std::span(turns).first(skeleton.bones.size()), into.world_from_bone);
+    kinematics::forward(skeleton, root_m, std::span(turns).first(skeleton.bones.size()), into.world_from_bone);
     for (const MarkerOnBone& marker : marker_set_.markers) {
       into.markers.push_back(
-          {body::marker_position(marker, into.world_from_bone[static_cast<std::size_t>(marker.bone)]), true});
+          {kinematics::marker_position(marker, into.world_from_bone[static_cast<std::size_t>(marker.bone)]), true});
     }
   }
 

@@ -180,7 +180,7 @@ Result<ImportedMarkerSet> import_marker_set(const C3d& c3d, const Skeleton& skel
   return imported;
 }
 
-body::LabelledTake take_of(const C3d& c3d, const MarkerSet& set) {
+bodyfit::LabelledTake take_of(const C3d& c3d, const MarkerSet& set) {
   std::vector<int> points;
   for (const MarkerOnBone& marker : set.markers) {
     int point = -1;
@@ -190,7 +190,7 @@ body::LabelledTake take_of(const C3d& c3d, const MarkerSet& set) {
     points.push_back(point);
   }
   const Eigen::Matrix3d world_from_file = upright(c3d, points);
-  body::LabelledTake take{set.markers.size(), {}};
+  bodyfit::LabelledTake take{set.markers.size(), {}};
   take.places_m.reserve(c3d.frames * points.size());
   for (std::size_t frame = 0; frame < c3d.frames; ++frame) {
     for (const int point : points) {

@@ -42,6 +42,6 @@ Result<ImportedMarkerSet> import_marker_set(const C3d& c3d, const Skeleton& skel
 
 /// The places of a set's markers in a C3D file by their names, z up: the axis along which the markers lie furthest
 /// apart is taken for up, as people are taller than wide.
-body::LabelledTake take_of(const C3d& c3d, const MarkerSet& set);
+bodyfit::LabelledTake take_of(const C3d& c3d, const MarkerSet& set);
 
 }  // namespace mocap::scene

@@ -51,7 +51,7 @@ class ProceduralActor final : public Actor {
     const Skeleton& skeleton = marker_set_.skeleton;
     into.world_from_bone.resize(skeleton.bones.size());
     const Eigen::Vector3d place_m(posture.place_m.x(), posture.place_m.y(), 0.0);
-    body::forward(skeleton, place_m, std::span(turns).first(skeleton.bones.size()), into.world_from_bone);
+    kinematics::forward(skeleton, place_m, std::span(turns).first(skeleton.bones.size()), into.world_from_bone);
     const double up_m = posture.lift_m + height_of_root_m(into);
     for (Pose& pose : into.world_from_bone) pose.position.z() += up_m;
 
@@ -59,7 +59,7 @@ class ProceduralActor final : public Actor {
     into.markers.clear();
     for (const MarkerOnBone& marker : marker_set_.markers) {
       const Pose& world_from_bone = into.world_from_bone[static_cast<std::size_t>(marker.bone)];
-      into.markers.push_back({body::marker_position(marker, world_from_bone), true});
+      into.markers.push_back({kinematics::marker_position(marker, world_from_bone), true});
     }
   }
 

@@ -106,7 +106,7 @@ void check_times(DaemonTables& tables, const DaemonSettings& settings) {
 }
 
 void check_row(DaemonTables& tables, const DaemonSettings& settings) {
-  const stages::DetectSettings& detect = settings.detect;
+  const detect::DetectSettings& detect = settings.detect;
   if (detect.min_area_px2 > detect.max_area_px2) {
     section_fault(tables, "detect", "min_area_px2",
                   fmt::format("min_area_px2 is {}, over max_area_px2 = {}", detect.min_area_px2, detect.max_area_px2));
@@ -117,14 +117,14 @@ void check_row(DaemonTables& tables, const DaemonSettings& settings) {
   }
   for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
     const CameraSettings& own = settings.cameras[i];
-    const stages::DetectSettings both = detect_of(settings, CameraId{i});
+    const detect::DetectSettings both = detect_of(settings, CameraId{i});
     if (!(own.threshold || own.low_threshold) || !both.threshold || !both.low_threshold) continue;
     if (*both.low_threshold <= *both.threshold) continue;
     tables.cameras[i].fault(own.low_threshold ? "low_threshold" : "threshold",
                             fmt::format("low_threshold is {} for this camera, over its threshold, {}",
                                         *both.low_threshold, *both.threshold));
   }
-  const stages::MatchSettings& match = settings.match;
+  const associate::MatchSettings& match = settings.match;
   if ((match.volume_min_m.array() >= match.volume_max_m.array()).any()) {
     section_fault(tables, "match", "volume_min_m", "volume_min_m is not below volume_max_m on every axis");
   }

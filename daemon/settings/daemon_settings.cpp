@@ -217,8 +217,8 @@ Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path&
   return settings;
 }
 
-stages::DetectSettings detect_of(const DaemonSettings& settings, CameraId camera) {
-  stages::DetectSettings detect = settings.detect;
+detect::DetectSettings detect_of(const DaemonSettings& settings, CameraId camera) {
+  detect::DetectSettings detect = settings.detect;
   const cameras::CameraSettings& own = settings.cameras[camera.value];
   if (own.threshold) detect.threshold = *own.threshold > 0.0 ? own.threshold : std::nullopt;
   if (own.low_threshold) detect.low_threshold = own.low_threshold;

@@ -55,15 +55,15 @@ struct DaemonSettings {
   LogLevel log_level = LogLevel::Info;
   std::vector<cameras::CameraSettings> cameras;  ///< by CameraId
   std::vector<SubjectSettings> subjects;         ///< by SubjectId
-  stages::DetectSettings detect;
-  stages::TrackBlobsSettings track_blobs;
-  stages::MatchSettings match;
-  stages::TriangulateSettings triangulate;
-  stages::TrackMarkersSettings track_markers;
-  stages::LabelSettings label;
-  stages::SolveSettings solve;
-  stages::RefineSettings refine;
-  stages::DriftSettings drift;  ///< [watch]; drift_px 0: off
+  detect::DetectSettings detect;
+  track2d::TrackBlobsSettings track_blobs;
+  associate::MatchSettings match;
+  associate::TriangulateSettings triangulate;
+  track3d::TrackMarkersSettings track_markers;
+  label::LabelSettings label;
+  solve::SolveSettings solve;
+  solve::RefineSettings refine;
+  drift::DriftSettings drift;  ///< [watch]; drift_px 0: off
   wire::PublisherSettings publish;
   wire::ControlSettings control;  ///< endpoint empty: beside the feed; "none": nobody is listened to
   RecordSettings record;
@@ -87,7 +87,7 @@ enum class RigNeed {
 Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path& path, RigNeed need = RigNeed::Whole);
 
 /// [detect] with what the camera's own table says instead.
-stages::DetectSettings detect_of(const DaemonSettings& settings, CameraId camera);
+detect::DetectSettings detect_of(const DaemonSettings& settings, CameraId camera);
 
 /// What is in force, as pairs of "align.window_us" and "500"; those of a camera as "camera.north-east.driver". What is
 /// absent is left out.

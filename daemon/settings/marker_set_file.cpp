@@ -318,24 +318,24 @@ void read_asymmetric(const toml::table& root, Reader& reader, MarkerSet& set) {
     reader.fault(node->source(), "asymmetric: a thing of one bone has no sides, expected none; its distances tell it");
     return;
   }
-  const std::vector<int> opposite = body::opposite_bones(set.skeleton);
+  const std::vector<int> opposite = identify::opposite_bones(set.skeleton);
   for (const toml::node& item : *node->as_array()) {
     const std::optional<MarkerPair> pair = read_pair(item, set.markers, reader);
     if (!pair) continue;
     const MarkerOnBone &one = set.markers[pair->one], &other = set.markers[pair->other];
-    const double off_m = body::asymmetry_m(one.offset_m, other.offset_m).norm();
+    const double off_m = identify::asymmetry_m(one.offset_m, other.offset_m).norm();
     if (pair->one == pair->other || opposite[static_cast<std::size_t>(one.bone)] != other.bone) {
       const auto name_of = [&](int bone) { return set.skeleton.bones[static_cast<std::size_t>(bone)].name; };
       reader.fault(item.source(),
                    fmt::format("asymmetric: '{}' sits on {} and '{}' on {}, expected two markers of opposite bones",
                                one.name, name_of(one.bone), other.name, name_of(other.bone)));
-    } else if (off_m < body::kLeastAsymmetry_m) {
+    } else if (off_m < identify::kLeastAsymmetry_m) {
       reader.fault(
           item.source(),
           fmt::format(
               "asymmetric: '{}' is {:.0f} mm off the mirror image of '{}' as seen from the front, expected {:.0f} mm "
               "or more; move one of them along its bone and measure its offset_m anew, or leave the pair out",
-              one.name, 1e3 * off_m, other.name, 1e3 * body::kLeastAsymmetry_m));
+              one.name, 1e3 * off_m, other.name, 1e3 * identify::kLeastAsymmetry_m));
     } else {
       set.asymmetric.push_back(*pair);
     }

@@ -31,7 +31,7 @@ void tell_reopen(Keys& keys, DaemonSettings& all) {
 }
 
 void tell_detect(Keys& keys, DaemonSettings& all) {
-  stages::DetectSettings& detect = all.detect;
+  detect::DetectSettings& detect = all.detect;
   keys.number("threshold", detect.threshold, {1, 255});
   keys.number("low_threshold", detect.low_threshold, {0, 255});
   keys.number("min_area_px2", detect.min_area_px2, {1, 1e6});
@@ -43,12 +43,12 @@ void tell_detect(Keys& keys, DaemonSettings& all) {
 }
 
 void tell_track_blobs(Keys& keys, DaemonSettings& all) {
-  stages::TrackBlobsSettings& track = all.track_blobs;
-  keys.choice<stages::TrackMethod>("method", track.method,
-                                   {{"alpha_beta", stages::TrackMethod::AlphaBeta},
-                                    {"adaptive_alpha_beta", stages::TrackMethod::AdaptiveAlphaBeta},
-                                    {"kalman", stages::TrackMethod::Kalman},
-                                    {"condensation", stages::TrackMethod::Condensation}});
+  track2d::TrackBlobsSettings& track = all.track_blobs;
+  keys.choice<track2d::TrackMethod>("method", track.method,
+                                   {{"alpha_beta", track2d::TrackMethod::AlphaBeta},
+                                    {"adaptive_alpha_beta", track2d::TrackMethod::AdaptiveAlphaBeta},
+                                    {"kalman", track2d::TrackMethod::Kalman},
+                                    {"condensation", track2d::TrackMethod::Condensation}});
   keys.number("gate_sigmas", track.gate_sigmas, {1, 10});
   keys.number("gate_floor_px", track.gate_floor_px, {0, 100});
   keys.number("gate_per_speed", track.gate_per_speed, {0, 2});
@@ -71,7 +71,7 @@ void tell_align(Keys& keys, DaemonSettings& all) {
 
 void tell_match(Keys& keys, DaemonSettings& all) {
   constexpr Range kPlace_m{-1000, 1000};
-  stages::MatchSettings& match = all.match;
+  associate::MatchSettings& match = all.match;
   keys.number("gate_sigmas", match.gate_sigmas, {1, 10});
   keys.number("gate_floor_px", match.gate_floor_px, {0, 100});
   keys.number("calibration_px", match.calibration_px, {0, 20});
@@ -83,14 +83,14 @@ void tell_match(Keys& keys, DaemonSettings& all) {
 }
 
 void tell_triangulate(Keys& keys, DaemonSettings& all) {
-  stages::TriangulateSettings& triangulate = all.triangulate;
+  associate::TriangulateSettings& triangulate = all.triangulate;
   keys.number("calibration_px", triangulate.calibration_px, {0, 20});
   keys.number("agree_sigmas", triangulate.agree_sigmas, {1, 10});
   keys.millimetres("max_sigma_mm", triangulate.max_sigma_m, {0.01, 1000});
 }
 
 void tell_track_markers(Keys& keys, DaemonSettings& all) {
-  stages::TrackMarkersSettings& track = all.track_markers;
+  track3d::TrackMarkersSettings& track = all.track_markers;
   keys.number("gate_sigmas", track.gate_sigmas, {1, 10});
   keys.millimetres("gate_floor_mm", track.gate_floor_m, {0, 100});
   keys.number("gate_per_speed", track.gate_per_speed, {0, 2});
@@ -106,7 +106,7 @@ void tell_track_markers(Keys& keys, DaemonSettings& all) {
 }
 
 void tell_label(Keys& keys, DaemonSettings& all) {
-  stages::LabelSettings& label = all.label;
+  label::LabelSettings& label = all.label;
   keys.time("still_for_ms", label.still_for, Milliseconds, {0, 10000});
   keys.millimetres("still_radius_mm", label.still_radius_m, {0.1, 1000});
   keys.time("search_every_ms", label.search_every, Milliseconds, {1, 10000});
@@ -119,7 +119,7 @@ void tell_label(Keys& keys, DaemonSettings& all) {
 }
 
 void tell_solve(Keys& keys, DaemonSettings& all) {
-  stages::SolveSettings& solve = all.solve;
+  solve::SolveSettings& solve = all.solve;
   keys.millimetres("marker_sigma_mm", solve.marker_sigma_m, {0.1, 100});
   keys.millimetres("outlier_mm", solve.outlier_m, {1, 1000});
   keys.number("fill_for_s", solve.fill_for_s, {0, 60});
@@ -129,7 +129,7 @@ void tell_solve(Keys& keys, DaemonSettings& all) {
 }
 
 void tell_refine(Keys& keys, DaemonSettings& all) {
-  stages::RefineSettings& refine = all.refine;
+  solve::RefineSettings& refine = all.refine;
   keys.number("instants", refine.instants, {0, 200});
   keys.time("look_every_ms", refine.look_every, Milliseconds, {1, 10000});
   keys.number("pieces", refine.pieces, {1, 100});

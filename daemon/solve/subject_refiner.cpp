@@ -6,11 +6,11 @@
 
 #include "base/expects.h"
 
-namespace mocap::stages {
+namespace mocap::solve {
 namespace {
 
-using body::BodyInstant;
-using body::BodyOffsets;
+using bodyfit::BodyInstant;
+using bodyfit::BodyOffsets;
 
 // Fewer poses tell less than the rest pose and the file.
 constexpr std::size_t kLeastInstants = 8;
@@ -53,7 +53,7 @@ void copy(const BodyInstant& from, BodyInstant& to) {
 class PoseCollection {
  public:
   PoseCollection(const MarkerSet& set, std::size_t capacity)
-      : kept_(capacity, body::empty_instant(set)), apart_(capacity * capacity) {}
+      : kept_(capacity, bodyfit::empty_instant(set)), apart_(capacity * capacity) {}
 
   std::size_t size() const { return size_; }
   std::span<const BodyInstant> kept() const { return std::span(kept_).first(size_); }
@@ -109,15 +109,15 @@ class SubjectRefiner::OneSubject {
       : settings_(settings),
         id_(id),
         set_(subject.marker_set),
-        worn_(body::offsets_of(set_)),
+        worn_(bodyfit::offsets_of(set_)),
         fitter_(set_,
-                subject.fitted || set_.skeleton.bones.size() == 1 ? body::priors_of_fitted() : body::OffsetPriors{},
+                subject.fitted || set_.skeleton.bones.size() == 1 ? bodyfit::priors_of_fitted() : bodyfit::OffsetPriors{},
                 settings.instants),
         poses_(set_, settings.instants),
         held_out_(set_, kHeldOut),
-        instants_(settings.instants, body::empty_instant(set_)),
-        seen_(body::empty_instant(set_)),
-        judged_(body::empty_instant(set_)),
+        instants_(settings.instants, bodyfit::empty_instant(set_)),
+        seen_(bodyfit::empty_instant(set_)),
+        judged_(bodyfit::empty_instant(set_)),
         root_from_(set_.skeleton.bones.size()),
         known_(subject.fitted || set_.skeleton.bones.size() == 1) {}
 
@@ -280,7 +280,7 @@ class SubjectRefiner::OneSubject {
   MarkerSet set_;
   BodyOffsets worn_;
   double worn_size_ = 1.0;
-  body::SubjectFitter fitter_;
+  bodyfit::SubjectFitter fitter_;
   PoseCollection poses_;
   PoseCollection held_out_;
   std::vector<BodyInstant> instants_;  // that the fitter works on
@@ -333,4 +333,4 @@ std::optional<SubjectFit> SubjectRefiner::step(const Labels& labels, const Poses
   return std::nullopt;
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::solve

@@ -10,7 +10,7 @@
 #include "model/skeleton.h"
 #include "model/subject_state.h"
 
-namespace mocap::stages {
+namespace mocap::solve {
 
 struct RefineSettings {
   std::size_t instants = 40;  ///< that a body is fitted to, of the most different poses; 0: none
@@ -50,4 +50,4 @@ class SubjectRefiner {
   std::size_t turn_ = 0;  // whose work it is
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::solve

@@ -8,10 +8,10 @@
 #include "base/expects.h"
 #include "kinematics/rotation.h"
 
-namespace mocap::stages {
+namespace mocap::solve {
 namespace {
 
-using body::BodyFollower;
+using pose::BodyFollower;
 
 // A marker that the body tells is never surer than this, nor less sure than an arm's swing.
 constexpr double kLeastSigma_m = 0.005;
@@ -124,7 +124,7 @@ void SubjectSolver::gather(const SubjectLabels& labels, Timestamp at) {
   for (std::size_t m = 0; m < labels.markers.size() && m < how_seen_.size(); ++m) {
     const LabelledMarker& label = labels.markers[m];
     if (label.state != LabelState::Measured || !label.position.v.allFinite()) continue;
-    seen_.push_back(body::observe_point(static_cast<int>(m), label.position.v, label.covariance_m2, skin_sigma_m_));
+    seen_.push_back(kinematics::observe_point(static_cast<int>(m), label.position.v, label.covariance_m2, skin_sigma_m_));
     note_seen(m, Seen::Measured);
     const auto bone = static_cast<std::size_t>(set.markers[m].bone);
     ++seen_markers_[bone];
@@ -151,7 +151,7 @@ void SubjectSolver::gather_surmised(SubjectId id, std::span<const SurmisedMarker
   for (const SurmisedMarker& one : surmised) {
     const std::size_t m = one.label.marker;
     if (one.label.subject != id || m >= how_seen_.size() || how_seen_[m] != Seen::No || told_by_ray(m)) continue;
-    body::Observation& seen = seen_.emplace_back();
+    kinematics::Observation& seen = seen_.emplace_back();
     seen.marker = static_cast<int>(m);
     seen.position = one.position.v;
     seen.sigma_m = std::hypot(kSurmisedSigma_m, one.sigma_m);
@@ -176,7 +176,7 @@ void SubjectSolver::gather_rays(SubjectId id, std::span<const NamedRay> rays, Ti
     const std::size_t m = ray.label.marker;
     if (ray.label.subject != id || m >= how_seen_.size() || how_seen_[m] != Seen::No) continue;
     if (!believed(m, ray, at)) continue;
-    seen_.push_back(body::observe_ray(static_cast<int>(m), ray.eye.v, ray.direction, ray.sigma_rad,
+    seen_.push_back(kinematics::observe_ray(static_cast<int>(m), ray.eye.v, ray.direction, ray.sigma_rad,
                                       body_.pose().marker_at(m), skin_sigma_m_));
     note_seen(m, Seen::Ray);
     ray_of_[m] = &ray;
@@ -253,7 +253,7 @@ void SubjectSolver::show_motion(BoneMemory& memory, const Eigen::Quaterniond& tu
     memory.spin_rad_s.setZero();
   } else if (step_s > 0.0) {
     const double share = 1.0 - std::exp(-step_s / kVelocity_s);
-    const Eigen::Vector3d turned = body::rotation_vector(now.rotation * turned_from.conjugate());
+    const Eigen::Vector3d turned = kinematics::rotation_vector(now.rotation * turned_from.conjugate());
     memory.velocity_m_s += share * ((now.position - memory.position) / step_s - memory.velocity_m_s);
     memory.spin_rad_s += share * (turned / step_s - memory.spin_rad_s);
   }
@@ -281,8 +281,8 @@ void SubjectSolver::show(Timestamp at, SubjectPose& into) {
     world_[b] = parents_[b] < 0 ? locals[b] : world_[static_cast<std::size_t>(parents_[b])] * locals[b];
     world_[b].rotation.normalize();
     const Eigen::Quaterniond turned_from = memory.shown_world;
-    memory.shown_world = body::same_side(world_[b].rotation, memory.shown_world);
-    memory.shown_local = body::same_side(locals[b].rotation, memory.shown_local);
+    memory.shown_world = kinematics::same_side(world_[b].rotation, memory.shown_world);
+    memory.shown_local = kinematics::same_side(locals[b].rotation, memory.shown_local);
     BonePose& bone = into.bones.push_back({});
     bone.world_from_bone = {world_[b].position, memory.shown_world};
     bone.parent_from_bone = {locals[b].position, memory.shown_local};
@@ -386,4 +386,4 @@ void SubjectSolver::predict(SubjectId id, Timestamp at, Expected& into) {
   }
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::solve

@@ -16,7 +16,7 @@
 #include "pose/skeleton_tracker.h"
 #include "solve/tree_solver.h"
 
-namespace mocap::stages {
+namespace mocap::solve {
 
 /// The solver of one subject: its body is followed from set to set, and what is shown of it neither jumps nor, where
 /// that is wished for, trembles.
@@ -52,7 +52,7 @@ class SubjectSolver {
     Timestamp at;
     int sets = 0;  // that it was followed for
   };
-  enum class Seen : std::uint8_t { No, Ray, Measured };
+  enum class Seen : std::uint8_t { No, Ray, detect::Measured };
 
   void gather(const SubjectLabels& labels, Timestamp at);
   bool told_by_ray(std::size_t marker) const;
@@ -72,9 +72,9 @@ class SubjectSolver {
   void fill(SubjectLabels& labels, Timestamp at);
 
   SolveSettings settings_;
-  body::BodyFollower body_;
-  body::PoseEaser easer_;
-  body::PoseSmoother smoother_;
+  pose::BodyFollower body_;
+  pose::PoseEaser easer_;
+  pose::PoseSmoother smoother_;
   std::vector<int> parents_;
   std::vector<BoneMemory> bones_;
   std::vector<RayMemory> rays_;                  // by marker
@@ -86,7 +86,7 @@ class SubjectSolver {
   std::vector<int> seen_markers_;                // by bone, in this set
   std::vector<std::uint8_t> changed_;            // by bone: other markers tell it now
   std::vector<std::uint8_t> changed_near_;
-  std::vector<body::Observation> seen_;
+  std::vector<kinematics::Observation> seen_;
   std::vector<Pose> world_;  // as shown
   Timestamp shown_at_;
   Timestamp skin_at_;
@@ -99,4 +99,4 @@ class SubjectSolver {
   bool refitted_ = false;            // it is another in this set
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::solve

@@ -5,7 +5,7 @@
 #include "base/expects.h"
 #include "solve/subject_solver.h"
 
-namespace mocap::stages {
+namespace mocap::solve {
 namespace {
 
 class TreeSolver final : public SkeletonSolver {
@@ -49,4 +49,4 @@ std::unique_ptr<SkeletonSolver> make_skeleton_solver(const SolveSettings& settin
   return std::make_unique<TreeSolver>(settings, subjects);
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::solve

@@ -7,14 +7,14 @@
 #include "module/skeleton_solver.h"
 #include "pose/pose_smoother.h"
 
-namespace mocap::stages {
+namespace mocap::solve {
 
 struct SolveSettings {
   double marker_sigma_m = 0.003;  ///< how far a marker strays from its place on the bone: skin, suit
   double outlier_m = 0.05;        ///< a marker further off its place than this hardly counts
   double fill_for_s = 2.0;        ///< how long a marker that nobody sees is told by the body
   int max_iterations = 6;         ///< of a set; a first pose has ten times as many
-  body::SmoothSettings smoothing{};
+  pose::SmoothSettings smoothing{};
 };
 
 /// Inverse kinematics over each subject's tree: all named markers that were seen in this set pull on their bones at
@@ -28,4 +28,4 @@ struct SolveSettings {
 /// Allocates here only. One thread owns it.
 std::unique_ptr<SkeletonSolver> make_skeleton_solver(const SolveSettings& settings, std::vector<Subject> subjects);
 
-}  // namespace mocap::stages
+}  // namespace mocap::solve

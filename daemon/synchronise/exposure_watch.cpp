@@ -5,7 +5,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::stages {
+namespace mocap::synchronise {
 namespace {
 
 constexpr double kMemory_s = 5.0;   // what is older hardly counts
@@ -161,4 +161,4 @@ void ExposureWatch::assess() {
   }
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::synchronise

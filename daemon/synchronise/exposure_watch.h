@@ -9,7 +9,7 @@
 #include "model/bounds.h"
 #include "model/ids.h"
 
-namespace mocap::stages {
+namespace mocap::synchronise {
 
 /// How a camera's exposures lie against those of the others.
 struct CameraTiming {
@@ -86,4 +86,4 @@ class ExposureWatch {
   Timestamp now_;                       // the latest exposure
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::synchronise

@@ -4,7 +4,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::stages {
+namespace mocap::synchronise {
 namespace {
 
 // Of a camera's period: its next frame is not due sooner after its last.
@@ -181,4 +181,4 @@ void FrameAligner::learn_skew(const FrameSet& set) {
   }
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::synchronise

@@ -10,7 +10,7 @@
 #include "model/sighting.h"
 #include "synchronise/exposure_watch.h"
 
-namespace mocap::stages {
+namespace mocap::synchronise {
 
 struct AlignSettings {
   Duration window = std::chrono::microseconds(500);  ///< further apart is not one instant; under half a frame period
@@ -127,4 +127,4 @@ class FrameAligner {
   ExposureWatch watch_;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::synchronise

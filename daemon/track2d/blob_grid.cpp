@@ -2,7 +2,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::stages {
+namespace mocap::track2d {
 namespace {
 
 // Fewer are looked through one by one.
@@ -53,4 +53,4 @@ void BlobGrid::build(std::span<const Entry> entries) {
   for (std::size_t i = 0; i < entries.size(); ++i) sorted_[first_[cell_[i] + 1]++] = entries[i];
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::track2d

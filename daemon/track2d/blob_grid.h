@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace mocap::stages {
+namespace mocap::track2d {
 
 /// The blobs of one image in square cells, about one each, so that a search looks at what is near alone: building costs
 /// in proportion to the blobs, a search to the cells and blobs in its reach. All memory is taken in the constructor.
@@ -57,4 +57,4 @@ class BlobGrid {
   std::vector<std::uint32_t> cell_;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::track2d

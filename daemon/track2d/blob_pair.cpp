@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace mocap::stages {
+namespace mocap::track2d {
 namespace {
 
 using filter::Vector;
@@ -172,4 +172,4 @@ void BlobPair::keep_the_best(const Stories& next) {
   for (Story& story : stories_) story.cost -= least;
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::track2d

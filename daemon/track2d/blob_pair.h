@@ -8,7 +8,7 @@
 #include "geometry/disc_shapes.h"
 #include "model/blob.h"
 
-namespace mocap::stages {
+namespace mocap::track2d {
 
 /// Two markers of one image that cannot be told apart for a while: their discs overlap, or both could be one blob.
 ///
@@ -91,4 +91,4 @@ struct PartOfDisc {
 PartOfDisc part_of_disc(const Blob& blob, double whole_area_px2, const filter::Vector<2>& expected_px,
                         const geometry::CutDisc& cut);
 
-}  // namespace mocap::stages
+}  // namespace mocap::track2d

@@ -9,7 +9,7 @@
 #include "model/ids.h"
 #include "model/points.h"
 
-namespace mocap::stages {
+namespace mocap::track2d {
 
 enum class BlobTrackState {
   Tentative,  ///< seen too few times to be believed
@@ -46,4 +46,4 @@ class BlobTrackInspection {
   virtual void track_all(Timestamp at, std::span<Blob> blobs) = 0;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::track2d

@@ -15,7 +15,7 @@
 #include "track2d/blob_grid.h"
 #include "track2d/blob_pair.h"
 
-namespace mocap::stages {
+namespace mocap::track2d {
 
 /// How tracks in an image are born, live and die.
 struct BlobTrackLife {
@@ -363,4 +363,4 @@ class BlobTracks {
   std::vector<geometry::AllowedPair> candidates_;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::track2d

@@ -11,7 +11,7 @@
 #include "track2d/blob_track_inspection.h"
 #include "track2d/blob_tracks.h"
 
-namespace mocap::stages {
+namespace mocap::track2d {
 namespace {
 
 using filter::IsotropicKalman;
@@ -243,4 +243,4 @@ std::unique_ptr<BlobTracker> make_blob_tracker(const TrackBlobsSettings& setting
   return std::make_unique<FollowingBlobTracker<KalmanFollower>>(settings, max_blobs);
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::track2d

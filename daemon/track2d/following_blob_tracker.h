@@ -8,7 +8,7 @@
 #include "model/bounds.h"
 #include "module/blob_tracker.h"
 
-namespace mocap::stages {
+namespace mocap::track2d {
 
 enum class TrackMethod { AlphaBeta, AdaptiveAlphaBeta, Kalman, Condensation };
 
@@ -37,4 +37,4 @@ struct TrackBlobsSettings {
 /// BlobTrackInspection too.
 std::unique_ptr<BlobTracker> make_blob_tracker(const TrackBlobsSettings& settings, std::size_t max_blobs = kMaxBlobs);
 
-}  // namespace mocap::stages
+}  // namespace mocap::track2d

@@ -10,7 +10,7 @@
 #include "model/bounds.h"
 #include "track3d/point_tracks.h"
 
-namespace mocap::stages {
+namespace mocap::track3d {
 namespace {
 
 // Sightings of unknown markers to reckon with: one a cubic metre.
@@ -187,4 +187,4 @@ std::unique_ptr<MarkerTracker> make_marker_tracker(const TrackMarkersSettings& s
   return std::make_unique<KalmanMarkerTracker>(settings);
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::track3d

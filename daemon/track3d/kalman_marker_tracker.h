@@ -6,7 +6,7 @@
 #include "base/time.h"
 #include "module/marker_tracker.h"
 
-namespace mocap::stages {
+namespace mocap::track3d {
 
 struct TrackMarkersSettings {
   double gate_sigmas = 4.0;        ///< 1 to 10; a marker further from where it should be is another one
@@ -39,4 +39,4 @@ struct TrackMarkersSettings {
 /// `predict` do not allocate; one thread at a time.
 std::unique_ptr<MarkerTracker> make_marker_tracker(const TrackMarkersSettings& settings);
 
-}  // namespace mocap::stages
+}  // namespace mocap::track3d

@@ -13,7 +13,7 @@
 #include "filter/point_filter.h"
 #include "geometry/assignment.h"
 
-namespace mocap::stages {
+namespace mocap::track3d {
 
 /// How tracks are born, live and die. u is the unit of length: px in an image, m in the volume.
 struct TrackLife {
@@ -244,4 +244,4 @@ class PointTracks {
   std::vector<geometry::AllowedPair> pairs_;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::track3d

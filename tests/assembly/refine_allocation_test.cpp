@@ -13,13 +13,13 @@
 #include "support/allocation_counter.h"
 #include "support/places.h"
 
-namespace mocap::stages {
+namespace mocap::assembly {
 namespace {
 
 /// A body that swings all its joints, each at its own pace; its markers sit 10 mm off.
 class Swinging {
  public:
-  explicit Swinging(const MarkerSet& set) : body_(moved(set), body::PoseFit::Lengths::Fixed) {
+  explicit Swinging(const MarkerSet& set) : body_(moved(set), kinematics::PoseFit::Lengths::Fixed) {
     locals_.assign(body_.locals().begin(), body_.locals().end());
     labels_.push_back({SubjectId{0}, SubjectPhase::Tracking, {}});
     poses_.push_back({SubjectId{0}, {}, 0.0});
@@ -30,7 +30,7 @@ class Swinging {
   void at(int set) {
     for (std::size_t b = 0; b < locals_.size(); ++b) {
       const double swing = 0.5 * std::sin(0.002 * set * static_cast<double>(b + 3)) * std::min(1.0, set / 100.0);
-      locals_[b].rotation = body::turn_by({0.4 * swing, swing, 0.3 * swing});
+      locals_[b].rotation = kinematics::turn_by({0.4 * swing, swing, 0.3 * swing});
     }
     body_.set_locals(locals_);
     for (std::size_t m = 0; m < labels_[0].markers.size(); ++m) {
@@ -54,7 +54,7 @@ class Swinging {
     return set;
   }
 
-  body::PoseFit body_;
+  kinematics::PoseFit body_;
   std::vector<Pose> locals_;
   Labels labels_;
   Poses poses_;
@@ -64,7 +64,7 @@ TEST(RefineSubject, AllocatesNothingOnceMade) {
   if (!support::allocations_can_be_counted()) GTEST_SKIP() << "the sanitizer owns the heap";
   const auto set = settings::load_marker_set(support::source_folder() + "/config/markersets/baseline41.toml");
   ASSERT_TRUE(set) << set.error().message;
-  SubjectRefiner refiner({.pieces = 10}, {{"somebody", *set}});
+  solve::SubjectRefiner refiner({.pieces = 10}, {{"somebody", *set}});
   const auto body = std::make_unique<Swinging>(*set);
   SubjectFit fit;
   fit.subject = SubjectId{0};
@@ -91,4 +91,4 @@ TEST(RefineSubject, AllocatesNothingOnceMade) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::assembly

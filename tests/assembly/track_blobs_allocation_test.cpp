@@ -9,7 +9,7 @@
 #include "support/allocation_counter.h"
 #include "track2d/following_blob_tracker.h"
 
-namespace mocap::stages {
+namespace mocap::assembly {
 namespace {
 
 /// Wanderers that meet, merge, disappear and come back.
@@ -30,11 +30,11 @@ void fill(BlobFrame& frame, int image, std::mt19937& random) {
 
 TEST(TrackBlobs, AllocatesNothingOnceMade) {
   if (!support::allocations_can_be_counted()) GTEST_SKIP() << "the sanitizer owns the heap";
-  for (const TrackMethod method :
-       {TrackMethod::AlphaBeta, TrackMethod::AdaptiveAlphaBeta, TrackMethod::Kalman, TrackMethod::Condensation}) {
-    TrackBlobsSettings settings;
+  for (const track2d::TrackMethod method :
+       {track2d::TrackMethod::AlphaBeta, track2d::TrackMethod::AdaptiveAlphaBeta, track2d::TrackMethod::Kalman, track2d::TrackMethod::Condensation}) {
+    track2d::TrackBlobsSettings settings;
     settings.method = method;
-    const auto tracker = make_blob_tracker(settings);
+    const auto tracker = track2d::make_blob_tracker(settings);
     const auto frame = std::make_unique<BlobFrame>();
     support::AllocationCount count;
     std::thread thread([&] {
@@ -55,4 +55,4 @@ TEST(TrackBlobs, AllocatesNothingOnceMade) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::assembly

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 using Eigen::Matrix3d;
@@ -95,4 +95,4 @@ TEST(PairOdds, FallWhereTheMarkerIsKnownBadlyAndWhereMuchElseIsSeen) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -10,7 +10,7 @@
 #include "geometry/ray_quadric.h"
 #include "support/marker_world.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 using namespace mocap::test;
@@ -260,4 +260,4 @@ TEST(ViewRays, CountsTheRaysThatNoMatchHas) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::associate

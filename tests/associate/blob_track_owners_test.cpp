@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 constexpr CameraId kCamera{1};
@@ -108,4 +108,4 @@ TEST(BlobOwners, BelievesTheViewsThatAgreeOnAnotherOwner) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -10,7 +10,7 @@
 #include "detect/blob_detector.h"
 #include "scene/render.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 constexpr int kSize_px = 64;
@@ -26,7 +26,7 @@ class DiscImages {
  private:
   scene::Renderer renderer_{kSize_px, kSize_px, {}, 0};
   std::unique_ptr<Detector> detector_ =
-      std::move(make_blob_detector({}, PixelFormat::Mono8, kSize_px, kSize_px)).value();
+      std::move(detect::make_blob_detector({}, PixelFormat::Mono8, kSize_px, kSize_px)).value();
   std::vector<std::byte> pixels_ = std::vector<std::byte>(kSize_px * kSize_px);
   std::uint64_t number_ = 0;
 };
@@ -85,4 +85,4 @@ TEST(BlobDoubt, TakesABlobMuchLargerThanItsFellowsForACrowd) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::associate

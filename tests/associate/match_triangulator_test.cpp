@@ -9,7 +9,7 @@
 #include "associate/multi_view_matcher.h"
 #include "support/marker_world.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 using namespace mocap::test;
@@ -142,4 +142,4 @@ TEST(TriangulateMatches, PromisesWhatTheRigIsOffToo) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::associate

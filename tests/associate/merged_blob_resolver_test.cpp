@@ -12,7 +12,7 @@
 #include "associate/multi_view_matcher.h"
 #include "support/marker_world.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 using namespace mocap::test;
@@ -161,4 +161,4 @@ TEST(ShareBlobs, SharesNoBlobWhoseShapeDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -12,7 +12,7 @@
 
 #include "support/marker_world.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 using namespace mocap::test;
@@ -571,4 +571,4 @@ TEST(MatchViews, TakesTwoTracksOfOneMarkerForTheOlder) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -18,7 +18,7 @@
 #include "detect/blob_detector.h"
 #include "support/places.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 const std::string kFolder = support::shared_data_folder() + "/multiview/particles/";
@@ -95,12 +95,12 @@ BlobFrame see(int number, int instant) {
   const cv::Mat pixels = flattened(cv::imread(
       kFolder + "cam" + std::to_string(number) + "/0" + std::to_string(instant) + ".png", cv::IMREAD_GRAYSCALE));
   EXPECT_EQ(pixels.cols, kWidth_px);
-  DetectSettings settings;
+  detect::DetectSettings settings;
   settings.threshold = 20.0;  // some three times the noise that is left
   settings.low_threshold = 10.0;
   settings.min_area_px2 = 3.0;
   settings.grow_px = 1;
-  auto detector = make_blob_detector(settings, PixelFormat::Mono8, kWidth_px, kHeight_px);
+  auto detector = detect::make_blob_detector(settings, PixelFormat::Mono8, kWidth_px, kHeight_px);
   EXPECT_TRUE(detector);
   Image image;
   image.format = PixelFormat::Mono8;
@@ -171,4 +171,4 @@ TEST(Particles, AreFoundWhereAnotherProgramFoundThemOnARealRig) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::associate

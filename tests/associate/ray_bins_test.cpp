@@ -11,7 +11,7 @@
 
 #include "associate/rays/listed_rays.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 constexpr float kSigmas = 4.0F;
@@ -122,4 +122,4 @@ TEST(ListedRays, TellThoseListedFirstAndThoseAddedLater) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::associate

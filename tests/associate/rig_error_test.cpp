@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 constexpr std::size_t kViews = 6;
@@ -88,4 +88,4 @@ TEST(PointError, IsNextToNothingWhereTheBlobsTellAll) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -7,7 +7,7 @@
 #include "associate/multi_view_matcher.h"
 #include "support/marker_world.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 using Eigen::Vector3d;
@@ -198,4 +198,4 @@ TEST(MatchLone, ABlobOfAHandThatIsWellKnownTellsWhereTheNamedMarkerIs) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -11,7 +11,7 @@
 #include "geometry/triangulation.h"
 #include "support/marker_world.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 using namespace mocap::test;
@@ -74,4 +74,4 @@ TEST(MatchNew, FindsEachViewOfANewMarkerWhereTheRigIsWrongByMoreThanBlobsAre) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -9,7 +9,7 @@
 
 #include "support/marker_world.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 using namespace mocap::test;
@@ -109,4 +109,4 @@ TEST(ViewRays, TakesAllRaysThatAreHeldByAsMany) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -10,7 +10,7 @@
 #include "bodyfit/subject_fitter.h"
 #include "support/test_body.h"
 
-namespace mocap::body {
+namespace mocap::bodyfit {
 namespace {
 
 using test::angle_between;
@@ -40,7 +40,7 @@ struct Take {
   std::vector<std::vector<Pose>> locals;
 };
 
-void add(const PoseFit& body, double noise_m, std::mt19937& random, Take& take) {
+void add(const kinematics::PoseFit& body, double noise_m, std::mt19937& random, Take& take) {
   std::normal_distribution<double> normal(0.0, noise_m);
   take.seen.markers = body.marker_set().markers.size();
   for (std::size_t m = 0; m < take.seen.markers; ++m) {
@@ -50,8 +50,8 @@ void add(const PoseFit& body, double noise_m, std::mt19937& random, Take& take) 
 }
 
 Take stands(const MarkerSet& set, double yaw_rad, double noise_m, std::mt19937& random) {
-  PoseFit body(set, PoseFit::Lengths::Fixed);
-  body.place({{0.3, -0.2, 0.95}, turn_by({0.0, 0.0, yaw_rad})});
+  kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
+  body.place({{0.3, -0.2, 0.95}, kinematics::turn_by({0.0, 0.0, yaw_rad})});
   Take take;
   for (int i = 0; i < 30; ++i) add(body, noise_m, random, take);
   return take;
@@ -59,7 +59,7 @@ Take stands(const MarkerSet& set, double yaw_rad, double noise_m, std::mt19937& 
 
 // From pose to pose, evenly.
 Take moves(const MarkerSet& set, int poses, double spread_rad, double noise_m, std::mt19937& random) {
-  PoseFit body(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
   std::vector<Pose> from(body.locals().begin(), body.locals().end());
   Take take;
   for (int i = 0; i < poses; ++i) {
@@ -94,13 +94,13 @@ bool told(const MarkerSet& set, std::size_t bone) {
 
 // How wrong a fitted body shows a motion that it was not fitted to.
 Errors errors_of(const MarkerSet& fitted, const MarkerSet& truth, const Take& motion) {
-  PoseFit shown(fitted, PoseFit::Lengths::Fixed), real(truth, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit shown(fitted, kinematics::PoseFit::Lengths::Fixed), real(truth, kinematics::PoseFit::Lengths::Fixed);
   double joints = 0.0, turns = 0.0;
   int count = 0;
   for (std::size_t f = 0; f < motion.seen.frames(); f += 10) {
     real.set_locals(motion.locals[f]);
     shown.set_locals(motion.locals[f]);
-    std::vector<Observation> seen;
+    std::vector<kinematics::Observation> seen;
     for (std::size_t m = 0; m < motion.seen.markers; ++m)
       seen.push_back({static_cast<int>(m), motion.seen.frame(f)[m], 0.001});
     (void)shown.solve(seen, {}, 30);
@@ -200,4 +200,4 @@ INSTANTIATE_TEST_SUITE_P(ShippedSets, FitSubject, ::testing::Values("openmocap18
                          [](const auto& set) { return std::string(set.param); });
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::bodyfit

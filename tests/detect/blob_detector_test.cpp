@@ -9,7 +9,7 @@
 
 #include "detect/kernels/detect_kernels.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 /// An image of one byte a pixel with its own pixels.
@@ -359,4 +359,4 @@ TEST(DetectBlobs, RefusesWhatItCannotReadAndSettingsOutsideOfTheirRange) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -11,7 +11,7 @@
 #include "detect/centroid/blob_measurer.h"
 #include "detect/components/image_components.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 constexpr int kThreshold = 128;
@@ -213,7 +213,7 @@ TEST(ImageComponents, AddUpTheRunsThatTheyTell) {
       EXPECT_EQ(shape.end_x, expected.end_x);
       EXPECT_EQ(shape.begin_y, expected.begin_y);
       EXPECT_EQ(shape.end_y, expected.end_y);
-      const stages::Run& first = components.runs(i)[0];
+      const Run& first = components.runs(i)[0];
       const int first_px = first.y * picture.width_px + first.begin;
       EXPECT_GT(first_px, last_first_px);
       last_first_px = first_px;
@@ -265,4 +265,4 @@ TEST(ImageComponents, GiveARowUpThatIsAllNoise) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::detect

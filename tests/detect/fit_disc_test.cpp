@@ -11,7 +11,7 @@
 #include "detect/blob_detector.h"
 #include "scene/render.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 constexpr int kSide = 48;
@@ -161,4 +161,4 @@ TEST(FitDisc, StaysWhereItIsOnADiscWithoutNoise) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -8,7 +8,7 @@
 
 #include "detect/blob_detector.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 constexpr int kWidth = 160;
@@ -186,4 +186,4 @@ TEST(MaskLearner, ADetectorWithWhatWasLearntSeesTheMarkerAndNotTheLamp) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 constexpr std::uint32_t kThreshold = 100;
@@ -82,4 +82,4 @@ TEST(NeighbourEraser, TakesWhatIsNoFurtherFromANeighbour) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::detect

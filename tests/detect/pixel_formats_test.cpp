@@ -8,7 +8,7 @@
 #include "detect/blob_detector.h"
 #include "detect/row_mask.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 struct Bits {
@@ -145,4 +145,4 @@ TEST(DetectBlobs, SeesNothingUnderAMaskAndTrustsAMarkerAtItsEdgeLess) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 TEST(Shape, TellsTheAxisAsTheLibrarysArctangentDoes) {
@@ -25,4 +25,4 @@ TEST(Shape, TellsTheAxisAsTheLibrarysArctangentDoes) {
 TEST(Shape, HasAnAxisOf0WhereItIsRound) { EXPECT_EQ(Shape{}.axis_rad(), 0.0); }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <random>
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 /// Sums as of a disc, and of what is none.
@@ -58,4 +58,4 @@ TEST(WeighLight, TellsABlobTheSameWhateverIsBesideIt) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::detect

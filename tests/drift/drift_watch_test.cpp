@@ -13,7 +13,7 @@
 #include "support/bumped_camera.h"
 #include "track3d/kalman_marker_tracker.h"
 
-namespace mocap::stages {
+namespace mocap::drift {
 namespace {
 
 using test::bumped;
@@ -25,9 +25,9 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 class Capture {
  public:
   Capture(Rig file, std::uint64_t seed) : file_(std::move(file)), truth_(file_), random_(seed), watch_({}, file_) {
-    matcher_ = make_matcher({}, file_);
-    triangulator_ = make_triangulator({}, file_);
-    tracker_ = make_marker_tracker({});
+    matcher_ = associate::make_matcher({}, file_);
+    triangulator_ = associate::make_triangulator({}, file_);
+    tracker_ = track3d::make_marker_tracker({});
     views_.resize(file_.size());
   }
 
@@ -187,4 +187,4 @@ TEST(DriftWatch, TellsASmallDriftBeforeTheMatcherLosesTheCamera) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::drift

@@ -10,7 +10,7 @@
 #include "fusion/fusion.h"
 #include "support/empty_row.h"
 
-namespace mocap::stages {
+namespace mocap::fusion {
 namespace {
 
 constexpr TrackId kTrack{7};
@@ -198,4 +198,4 @@ TEST_F(FuseNames, AMarkerThatOneCameraSeesIsSoughtWhereTheBodySaysIfThatIsSurer)
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::fusion

@@ -17,7 +17,7 @@
 //
 // usage: detect_fuzz [SECONDS [SEED]]
 
-namespace mocap::stages {
+namespace mocap::fuzz {
 namespace {
 
 constexpr PixelFormat kFormats[] = {PixelFormat::Mono8,        PixelFormat::Mono10,   PixelFormat::Mono12,
@@ -62,10 +62,10 @@ void check(const Detection& found, const Image& image) {
   }
 }
 
-void try_once(std::mt19937_64& random, const std::vector<const DetectKernels*>& kernels) {
+void try_once(std::mt19937_64& random, const std::vector<const detect::DetectKernels*>& kernels) {
   const PixelFormat format = kFormats[random() % std::size(kFormats)];
   const int width = 1 + below(random, below(random, 4) == 0 ? 700 : 90), height = 1 + below(random, 60);
-  DetectSettings settings;
+  detect::DetectSettings settings;
   if (below(random, 2) == 0) settings.threshold = 1.0 + below(random, 255);
   settings.min_area_px2 = 1.0 + below(random, 6);
   settings.max_area_px2 = 1e6;
@@ -76,7 +76,7 @@ void try_once(std::mt19937_64& random, const std::vector<const DetectKernels*>& 
     masks.emplace_back();
     for (int i = 0; i < 5; ++i) masks[0].push_back({{below(random, 200) - 50.0, below(random, 200) - 50.0}});
   }
-  auto made = make_blob_detector(settings, format, width, height, masks, kernels[random() % kernels.size()]);
+  auto made = detect::make_blob_detector(settings, format, width, height, masks, kernels[random() % kernels.size()]);
   if (!made) return;
   const std::size_t least = row_bytes(format, width);
   Image image;
@@ -95,12 +95,12 @@ void try_once(std::mt19937_64& random, const std::vector<const DetectKernels*>& 
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::fuzz
 
 int main(int argc, char** argv) {
   const double seconds = argc > 1 ? std::atof(argv[1]) : 60.0;
   std::mt19937_64 random(argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1);
-  const auto kernels = mocap::stages::all_kernels();
+  const auto kernels = detect::all_kernels();
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   unsigned long count = 0;
   while (std::chrono::steady_clock::now() < end) {

@@ -8,7 +8,7 @@
 
 #include "support/test_body.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 namespace {
 
 using test::person;
@@ -22,7 +22,7 @@ struct Cloud {
 Cloud stand(const MarkerSet& set, int hidden, int ghosts, std::mt19937& random) {
   std::normal_distribution<double> normal(0.0, 0.0005);
   std::uniform_real_distribution<double> flat(-1.0, 1.0);
-  PoseFit body(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
   body.set_locals(test::random_pose(set, 1.0, random));
   std::vector<int> markers(set.markers.size());
   for (std::size_t m = 0; m < markers.size(); ++m) markers[m] = static_cast<int>(m);
@@ -190,4 +190,4 @@ TEST(AnyPoseFinder, FindsItsOwnBodyBesideAnotherOfTheSameSet) {
 }
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::identify

@@ -10,7 +10,7 @@
 #include "identify/front_back_ambiguity.h"
 #include "support/test_body.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 namespace {
 
 using test::person;
@@ -79,7 +79,7 @@ TEST(ShippedMarkerSets, NameAllPairsThatTellTheSides) {
 
 TEST(WithAsymmetries, PutsPairsWhereTheBodyWearsThemAndLeavesTheRest) {
   const MarkerSet set = test::sparse_person(0.0);
-  FittedSubject fitted{.marker_set = test::sparse_person(0.04), .size = 1.1, .residuals = {}, .from_rest = true};
+  bodyfit::FittedSubject fitted{.marker_set = test::sparse_person(0.04), .size = 1.1, .residuals = {}, .from_rest = true};
   for (MarkerOnBone& marker : fitted.marker_set.markers) marker.offset_m *= 1.1;
   fitted.marker_set.markers[0].offset_m.x() += 0.05;
 
@@ -108,4 +108,4 @@ TEST(ReadBackToFront, IsWhoseLimbsAloneTellTheFaceUnlessPairsTellTheSides) {
 }
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::identify

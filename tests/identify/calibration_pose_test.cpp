@@ -7,7 +7,7 @@
 #include "identify/t_pose_finder.h"
 #include "support/test_body.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 namespace {
 
 using test::person;
@@ -15,12 +15,12 @@ using test::person;
 constexpr double kLowered_rad = 0.785;
 
 // Bones turned by their names, without any help of what is tested.
-std::vector<Pose> lowered(const PoseFit& body, double left_rad, double right_rad) {
+std::vector<Pose> lowered(const kinematics::PoseFit& body, double left_rad, double right_rad) {
   std::vector<Pose> locals(body.locals().begin(), body.locals().end());
   const auto& bones = body.marker_set().skeleton.bones;
   for (std::size_t b = 0; b < bones.size(); ++b) {
-    if (bones[b].name == "LeftUpArm") locals[b].rotation = turn_by({-left_rad, 0.0, 0.0});
-    if (bones[b].name == "RightUpArm") locals[b].rotation = turn_by({right_rad, 0.0, 0.0});
+    if (bones[b].name == "LeftUpArm") locals[b].rotation = kinematics::turn_by({-left_rad, 0.0, 0.0});
+    if (bones[b].name == "RightUpArm") locals[b].rotation = kinematics::turn_by({right_rad, 0.0, 0.0});
   }
   return locals;
 }
@@ -29,13 +29,13 @@ class ShippedSets : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(ShippedSets, StandInAPoseWhereTheirUpperArmsAreLowered) {
   const MarkerSet set = person(GetParam());
-  PoseFit body(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
   body.set_locals(lowered(body, kLowered_rad, kLowered_rad));
 
   const auto stance = a_pose(set, kLowered_rad);
 
   ASSERT_TRUE(stance);
-  const PoseFit at_rest(stance->set, PoseFit::Lengths::Fixed);
+  const kinematics::PoseFit at_rest(stance->set, kinematics::PoseFit::Lengths::Fixed);
   for (std::size_t m = 0; m < set.markers.size(); ++m) {
     EXPECT_LT((at_rest.marker_at(m) - body.marker_at(m)).norm(), 1e-12) << set.markers[m].name;
   }
@@ -49,10 +49,10 @@ TEST_P(ShippedSets, AreFoundInAPoseByTheSetThatRestsInIt) {
   const auto stance = a_pose(set, kLowered_rad);
   ASSERT_TRUE(stance);
   TPoseFinder finder(stance->set, {.most_turn_rad = 0.2}, 128);
-  PoseFit body(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
   for (const double off_rad : {-0.18, -0.1, 0.0, 0.1, 0.18}) {
     std::vector<Pose> locals = lowered(body, kLowered_rad + off_rad, kLowered_rad - 0.03);
-    locals[0] = {{0.4, -0.3, 0.95}, turn_by({0.0, 0.0, 5.0 * off_rad + 1.0})};
+    locals[0] = {{0.4, -0.3, 0.95}, kinematics::turn_by({0.0, 0.0, 5.0 * off_rad + 1.0})};
     body.set_locals(locals);
     std::vector<Eigen::Vector3d> points;
     for (std::size_t m = 0; m < set.markers.size(); ++m) points.push_back(body.marker_at(m));
@@ -75,7 +75,7 @@ TEST(Stance, FindsNobodyInAPoseWhoseArmsHangFurtherDown) {
   const auto stance = a_pose(set, kLowered_rad);
   ASSERT_TRUE(stance);
   TPoseFinder finder(stance->set, {.most_turn_rad = 0.2}, 128);
-  PoseFit body(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
   for (const double lowered_rad : {1.15, 1.3, 1.5}) {
     std::vector<Pose> locals = lowered(body, lowered_rad, lowered_rad);
     locals[0].position = {0.0, 0.0, 0.95};
@@ -100,4 +100,4 @@ TEST(Stance, IsNothingForABodyWithoutArmsThatTurnSoFar) {
 }
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::identify

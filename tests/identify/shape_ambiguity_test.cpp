@@ -5,7 +5,7 @@
 #include "kinematics/rotation.h"
 #include "support/test_body.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 namespace {
 
 constexpr double kTolerance_m = 0.012;
@@ -20,7 +20,7 @@ MarkerSet thing(const std::vector<Eigen::Vector3d>& places_m) {
 TEST(SameShape, ATurnedAndReorderedThingIsMistakenForTheFirst) {
   const MarkerSet first = test::person("rigid4");
   MarkerSet second = first;
-  const Eigen::Quaterniond turn = turn_by({0.4, -1.0, 2.0});
+  const Eigen::Quaterniond turn = kinematics::turn_by({0.4, -1.0, 2.0});
   for (MarkerOnBone& marker : second.markers) marker.offset_m = turn * marker.offset_m + Eigen::Vector3d(0.1, 0.2, 0.3);
   std::swap(second.markers[0], second.markers[2]);
 
@@ -68,4 +68,4 @@ TEST(SameShape, BodiesAreTheSameUntilABoneOrAMarkerIsElsewhere) {
 }
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::identify

@@ -8,7 +8,7 @@
 #include "identify/asymmetry.h"
 #include "support/test_body.h"
 
-namespace mocap::body {
+namespace mocap::identify {
 namespace {
 
 using test::person;
@@ -26,11 +26,11 @@ Cloud stand(const MarkerSet& model, double yaw_rad, int missing, int ghosts, std
   const double size = 1.0 + 0.12 * flat(random);
   for (Bone& bone : other.skeleton.bones) bone.rest_offset_m *= size * (1.0 + 0.05 * flat(random));
   for (MarkerOnBone& marker : other.markers) marker.offset_m *= size;
-  PoseFit body(other, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit body(other, kinematics::PoseFit::Lengths::Fixed);
   std::vector<Pose> locals(body.locals().begin(), body.locals().end());
   for (Pose& local : locals)
-    local.rotation = turn_by(0.03 * Eigen::Vector3d(normal(random), normal(random), normal(random)));
-  locals[0] = {{flat(random), flat(random), 0.96 * size}, turn_by({0.0, 0.0, yaw_rad})};
+    local.rotation = kinematics::turn_by(0.03 * Eigen::Vector3d(normal(random), normal(random), normal(random)));
+  locals[0] = {{flat(random), flat(random), 0.96 * size}, kinematics::turn_by({0.0, 0.0, yaw_rad})};
   body.set_locals(locals);
 
   Cloud cloud;
@@ -152,4 +152,4 @@ TEST(TPoseFinder, FindsNobodyAmongTooFewPoints) {
 }
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::identify

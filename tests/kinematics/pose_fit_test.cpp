@@ -10,7 +10,7 @@
 #include "kinematics/rotation.h"
 #include "support/test_body.h"
 
-namespace mocap::body {
+namespace mocap::kinematics {
 namespace {
 
 using test::angle_between;
@@ -253,4 +253,4 @@ TEST(PoseFit, BelievesEachDirectionOfASightingByItsOwnSigma) {
 }
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

@@ -7,7 +7,7 @@
 
 #include "support/test_body.h"
 
-namespace mocap::body {
+namespace mocap::kinematics {
 namespace {
 
 using test::person;
@@ -53,4 +53,4 @@ TEST(TurnsTold, OneMarkerAJointTellsNoLimbsTurnAboutItself) {
 }
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

@@ -6,7 +6,7 @@
 
 #include "kinematics/rotation.h"
 
-namespace mocap::body {
+namespace mocap::kinematics {
 namespace {
 
 TEST(TurnBetween, TakesOneDirectionToTheOtherByTheShortestTurn) {
@@ -38,4 +38,4 @@ TEST(TurnBetween, TakesADirectionToNearlyItsOpposite) {
 }
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

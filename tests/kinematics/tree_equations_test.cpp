@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace mocap::body {
+namespace mocap::kinematics {
 namespace {
 
 struct Point {
@@ -219,4 +219,4 @@ TEST(BoneTerms, AreTheSameForAWeightThatIsAlikeInAllDirections) {
 }
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::kinematics

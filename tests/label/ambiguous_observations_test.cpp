@@ -9,7 +9,7 @@
 #include "label/label_world.h"
 #include "solve/tree_solver.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 namespace {
 
 using test::LabelWorld;
@@ -21,8 +21,8 @@ struct LoneMarker : testing::Test {
   LoneMarker() {
     world.add("baseline41", moving_later({{"LeftUpArm", {0.0, 0.0, -0.4}}, {"LeftLowArm", {0.0, 0.3, -0.7}}}));
     world.begin();
-    told = make_skeleton_solver({}, world.subjects());
-    blind = make_skeleton_solver({}, world.subjects());
+    told = solve::make_skeleton_solver({}, world.subjects());
+    blind = solve::make_skeleton_solver({}, world.subjects());
   }
 
   void step(int sets) {
@@ -206,9 +206,9 @@ TEST(SurmisedMarkers, HiddenHandsAreSeldomNamedWrongly) {
       const auto swing = [&](std::size_t i, double most_rad) {
         return share * most_rad * std::sin(5.0 * t_s + phases[i]);
       };
-      if (bone == "LeftUpArm") return body::turn_by({swing(0, 0.8) - share, swing(1, 0.6), swing(2, 0.6)});
-      if (bone == "LeftLowArm") return body::turn_by({swing(3, 0.9), 0.0, swing(4, 0.6) - 0.9 * share});
-      if (bone == "LeftHand") return body::turn_by({swing(5, 0.5), swing(6, 0.4), swing(7, 0.4)});
+      if (bone == "LeftUpArm") return kinematics::turn_by({swing(0, 0.8) - share, swing(1, 0.6), swing(2, 0.6)});
+      if (bone == "LeftLowArm") return kinematics::turn_by({swing(3, 0.9), 0.0, swing(4, 0.6) - 0.9 * share});
+      if (bone == "LeftHand") return kinematics::turn_by({swing(5, 0.5), swing(6, 0.4), swing(7, 0.4)});
       return Eigen::Quaterniond::Identity();
     });
     world.begin();
@@ -239,4 +239,4 @@ TEST(SurmisedMarkers, HiddenHandsAreSeldomNamedWrongly) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::label

@@ -12,7 +12,7 @@
 #include "kinematics/rotation.h"
 #include "support/test_body.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 namespace {
 
 constexpr double kStep_s = 1.0 / 60.0;
@@ -23,7 +23,7 @@ class World {
  public:
   explicit World(const std::string& name, bool fitted = false)
       : set_(test::person(name)),
-        truth_(set_, body::PoseFit::Lengths::Fixed),
+        truth_(set_, kinematics::PoseFit::Lengths::Fixed),
         labeller_(make_labeller({}, {{"actor", set_, fitted}})) {
     for (std::size_t m = 0; m < set_.markers.size(); ++m) {
       tracks_.push_back({});
@@ -89,10 +89,10 @@ class World {
       const double down = 1.1 * std::min(1.0, t_s);
       const double swing = 0.4 * std::sin(4.0 * t_s);
       if (bone.parent < 0) pose.position = {0.4 * std::sin(t_s), 0.0, 1.0};
-      if (bone.name == "LeftUpArm") pose.rotation = body::turn_by({-down, 0.0, swing});
-      if (bone.name == "RightUpArm") pose.rotation = body::turn_by({down, 0.0, swing});
-      if (bone.name == "LeftUpLeg") pose.rotation = body::turn_by({0.0, swing, 0.0});
-      if (bone.name == "RightUpLeg") pose.rotation = body::turn_by({0.0, -swing, 0.0});
+      if (bone.name == "LeftUpArm") pose.rotation = kinematics::turn_by({-down, 0.0, swing});
+      if (bone.name == "RightUpArm") pose.rotation = kinematics::turn_by({down, 0.0, swing});
+      if (bone.name == "LeftUpLeg") pose.rotation = kinematics::turn_by({0.0, swing, 0.0});
+      if (bone.name == "RightUpLeg") pose.rotation = kinematics::turn_by({0.0, -swing, 0.0});
       locals.push_back(pose);
     }
     truth_.set_locals(locals);
@@ -115,7 +115,7 @@ class World {
   }
 
   MarkerSet set_;
-  body::PoseFit truth_;
+  kinematics::PoseFit truth_;
   std::unique_ptr<Labeller> labeller_;
   std::vector<Track> tracks_;
   const SubjectLabels* labels_ = nullptr;
@@ -266,4 +266,4 @@ TEST(LabelMarkers, GivesNoNamesToASubjectThatIsAway) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::label

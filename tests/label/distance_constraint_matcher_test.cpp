@@ -12,7 +12,7 @@
 #include "kinematics/pose_fit.h"
 #include "support/test_body.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 namespace {
 
 constexpr double kNowhere = 12.0;
@@ -20,8 +20,8 @@ constexpr double kNowhere = 12.0;
 // The markers of some bones of a body in some pose, as places in a mixed order; every name may be anywhere.
 struct Limb {
   MarkerSet set = test::person("baseline41");
-  body::MarkerTies ties{set};
-  body::PoseFit truth{set, body::PoseFit::Lengths::Fixed};
+  identify::MarkerTies ties{set};
+  kinematics::PoseFit truth{set, kinematics::PoseFit::Lengths::Fixed};
   TieReader reader;
   std::vector<std::size_t> place_of;  // by name
 
@@ -147,7 +147,7 @@ struct EveryReading {
       }
       const auto p = static_cast<std::size_t>(reading.place_of[n]);
       sum += costs[n][p];
-      for (const body::Tie& tie : limb.ties.of(limb.reader.marker(n))) {
+      for (const identify::Tie& tie : limb.ties.of(limb.reader.marker(n))) {
         for (std::size_t o = 0; o < n; ++o) {
           if (limb.reader.marker(o) != static_cast<std::size_t>(tie.other) || reading.place_of[o] < 0) continue;
           const Eigen::Vector3d& at = limb.reader.place(static_cast<std::size_t>(reading.place_of[o]));
@@ -240,4 +240,4 @@ TEST(TieReader, MovesNoNameThatIsSomewhereToAskWhoElseIsThere) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::label

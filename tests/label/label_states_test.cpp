@@ -3,7 +3,7 @@
 #include "label/label_world.h"
 #include "solve/tree_solver.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 namespace {
 
 using test::LabelWorld;
@@ -13,7 +13,7 @@ constexpr float kSure = 0.9F;
 TEST(LabelStates, AMarkerIsMeasuredThenFilledThenLostWhenNobodySeesIt) {
   LabelWorld world;
   world.add("baseline41", test::walking());
-  const auto solver = make_skeleton_solver({.fill_for_s = 0.5, .smoothing = {}}, world.subjects());
+  const auto solver = solve::make_skeleton_solver({.fill_for_s = 0.5, .smoothing = {}}, world.subjects());
   Labels labels;
   const auto step = [&](int sets) {
     for (int i = 0; i < sets; ++i) {
@@ -103,4 +103,4 @@ TEST(LabelStates, ABodyThatItsTracksDoNotFitAnyMoreIsLetGo) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::label

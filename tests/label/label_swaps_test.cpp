@@ -2,7 +2,7 @@
 
 #include "label/label_world.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 namespace {
 
 using test::LabelWorld;
@@ -105,4 +105,4 @@ TEST(LabelSwaps, ALegThatExchangesAllItsTracksWithTheOtherIsMendedWithinFiveSets
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::label

@@ -37,7 +37,7 @@ class LabelWorld {
   };
   struct Person {
     MarkerSet set;
-    std::unique_ptr<body::PoseFit> truth;
+    std::unique_ptr<kinematics::PoseFit> truth;
     std::vector<Track> tracks;
     Eigen::Vector3d place_m = Eigen::Vector3d::Zero();
     double heading_rad = 0.0;
@@ -55,7 +55,7 @@ class LabelWorld {
     one.set = person(set);
     for (Bone& bone : one.set.skeleton.bones) bone.rest_offset_m *= scale;
     for (MarkerOnBone& marker : one.set.markers) marker.offset_m *= scale;
-    one.truth = std::make_unique<body::PoseFit>(one.set, body::PoseFit::Lengths::Fixed);
+    one.truth = std::make_unique<kinematics::PoseFit>(one.set, kinematics::PoseFit::Lengths::Fixed);
     one.place_m = place_m;
     one.heading_rad = heading_rad;
     one.scale = scale;
@@ -97,7 +97,7 @@ class LabelWorld {
     return static_cast<int>(sum);
   }
 
-  stages::LabelSettings settings;  ///< from `begin` on
+  label::LabelSettings settings;  ///< from `begin` on
 
   /// Lights that are nobody's marker, from the next set on; they stand before all others.
   std::vector<Eigen::Vector3d> ghosts;
@@ -114,7 +114,7 @@ class LabelWorld {
   }
   /// Stands in T-pose until all are named; each person is then the subject that took most of the markers.
   void begin() {
-    labeller_ = stages::make_labeller(settings, subjects_);
+    labeller_ = label::make_labeller(settings, subjects_);
     step(kStill);
     for (std::size_t p = 0; p < people_.size(); ++p) {
       for (std::size_t s = 0; s < people_.size(); ++s) {
@@ -141,7 +141,7 @@ class LabelWorld {
       Pose pose{bone.rest_offset_m, one.moves(bone.name, t_s)};
       if (bone.parent < 0) {
         pose.position = one.place_m;
-        pose.rotation = body::turn_by({0.0, 0.0, one.heading_rad}) * pose.rotation;
+        pose.rotation = kinematics::turn_by({0.0, 0.0, one.heading_rad}) * pose.rotation;
       }
       locals.push_back(pose);
     }
@@ -203,7 +203,7 @@ inline Moves into_posture(std::vector<std::pair<std::string, Eigen::Vector3d>> t
     const double share = std::min(1.0, t_s);
     const double sway = 0.03 * std::sin(5.0 * t_s);
     for (const auto& [name, turn] : turns) {
-      if (name == bone) return body::turn_by(share * (1.0 + sway) * turn);
+      if (name == bone) return kinematics::turn_by(share * (1.0 + sway) * turn);
     }
     return Eigen::Quaterniond::Identity();
   };
@@ -214,7 +214,7 @@ inline Moves moving_later(std::vector<std::pair<std::string, Eigen::Vector3d>> t
   return [turns = std::move(turns)](const std::string& bone, double t_s) -> Eigen::Quaterniond {
     const double share = std::clamp((t_s - 1.0) / 0.5, 0.0, 1.0);
     for (const auto& [name, turn] : turns) {
-      if (name == bone) return body::turn_by(share * turn);
+      if (name == bone) return kinematics::turn_by(share * turn);
     }
     return Eigen::Quaterniond::Identity();
   };
@@ -235,10 +235,10 @@ inline Moves walking() {
   return [](const std::string& bone, double t_s) -> Eigen::Quaterniond {
     const double down = 1.1 * std::min(1.0, t_s);
     const double swing = 0.4 * std::sin(6.0 * t_s) * std::min(1.0, t_s);
-    if (bone == "LeftUpArm") return body::turn_by(Eigen::Vector3d(-down, 0.0, swing));
-    if (bone == "RightUpArm") return body::turn_by(Eigen::Vector3d(down, 0.0, swing));
-    if (bone == "LeftUpLeg") return body::turn_by(Eigen::Vector3d(0.0, swing, 0.0));
-    if (bone == "RightUpLeg") return body::turn_by(Eigen::Vector3d(0.0, -swing, 0.0));
+    if (bone == "LeftUpArm") return kinematics::turn_by(Eigen::Vector3d(-down, 0.0, swing));
+    if (bone == "RightUpArm") return kinematics::turn_by(Eigen::Vector3d(down, 0.0, swing));
+    if (bone == "LeftUpLeg") return kinematics::turn_by(Eigen::Vector3d(0.0, swing, 0.0));
+    if (bone == "RightUpLeg") return kinematics::turn_by(Eigen::Vector3d(0.0, -swing, 0.0));
     return Eigen::Quaterniond::Identity();
   };
 }

@@ -9,7 +9,7 @@
 
 #include "label/label_world.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 namespace {
 
 using test::LabelWorld;
@@ -26,22 +26,22 @@ struct ReadLimb : testing::Test {
       : set(test::person("baseline41")),
         ties(set),
         body(set, {}),
-        truth(set, body::PoseFit::Lengths::Fixed),
+        truth(set, kinematics::PoseFit::Lengths::Fixed),
         limb(set, {}) {
-    std::vector<body::Observation> all;
+    std::vector<kinematics::Observation> all;
     for (std::size_t m = 0; m < set.markers.size(); ++m)
       all.push_back({static_cast<int>(m), truth.marker_at(m), 0.004});
     EXPECT_TRUE(body.start(all, from_ns(1'000'000'000)));
     std::vector<Pose> locals(truth.locals().begin(), truth.locals().end());
     for (std::size_t b = 0; b < locals.size(); ++b) {
-      if (set.skeleton.bones[b].name == "LeftUpLeg") locals[b].rotation = body::turn_by({0.0, -0.7, 0.0});
-      if (set.skeleton.bones[b].name == "LeftLowLeg") locals[b].rotation = body::turn_by({0.0, 0.9, 0.0});
+      if (set.skeleton.bones[b].name == "LeftUpLeg") locals[b].rotation = kinematics::turn_by({0.0, -0.7, 0.0});
+      if (set.skeleton.bones[b].name == "LeftLowLeg") locals[b].rotation = kinematics::turn_by({0.0, 0.9, 0.0});
     }
     truth.set_locals(locals);
     body.predict(from_ns(1'008'333'333));
-    std::vector<body::Observation> others;
+    std::vector<kinematics::Observation> others;
     limb.clear();
-    for (const body::Observation& one : all) {
+    for (const kinematics::Observation& one : all) {
       const auto m = static_cast<std::size_t>(one.marker);
       const auto bone = static_cast<std::size_t>(set.markers[m].bone);
       if (kLeg.find(set.skeleton.bones[bone].name) == std::string_view::npos) {
@@ -60,9 +60,9 @@ struct ReadLimb : testing::Test {
   }
 
   MarkerSet set;
-  body::MarkerTies ties;
-  body::BodyFollower body;
-  body::PoseFit truth;
+  identify::MarkerTies ties;
+  pose::BodyFollower body;
+  kinematics::PoseFit truth;
   LimbReader limb;
 };
 
@@ -192,7 +192,7 @@ test::Moves shin_of(unsigned seed) {
     };
     const int second = static_cast<int>(t_s);
     const double share = std::clamp((t_s - second - 0.4) / 0.2, 0.0, 1.0);
-    return body::turn_by({0.0, (1.0 - share) * pose(second) + share * pose(second + 1), 0.0});
+    return kinematics::turn_by({0.0, (1.0 - share) * pose(second) + share * pose(second + 1), 0.0});
   };
 }
 
@@ -226,4 +226,4 @@ TEST(SlowLimbsAnyhow, NoTrackBearsTwoNames) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::label

@@ -8,7 +8,7 @@
 
 #include "label/label_world.h"
 
-namespace mocap::stages {
+namespace mocap::label {
 namespace {
 
 using test::LabelWorld;
@@ -32,7 +32,7 @@ test::Moves from_to(const Turns& from, const Turns& to) {
     const double in = std::min(1.0, t_s / 0.8);
     const double share = std::clamp((t_s - 1.0) / 0.5, 0.0, 1.0);
     for (std::size_t i = 0; i < from.size(); ++i) {
-      if (from[i].first == bone) return body::turn_by(in * ((1.0 - share) * from[i].second + share * to[i].second));
+      if (from[i].first == bone) return kinematics::turn_by(in * ((1.0 - share) * from[i].second + share * to[i].second));
     }
     return Eigen::Quaterniond::Identity();
   };
@@ -208,4 +208,4 @@ TEST_F(LabelWaiting, ALightBesideAHiddenArmThatMayBeAnyOfItsMarkersIsNamedNone) 
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::label

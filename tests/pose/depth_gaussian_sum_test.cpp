@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 constexpr double kStep_s = 1.0 / 120.0;
@@ -85,4 +85,4 @@ TEST(RayDepth, FollowsOneRayForAMoment) {
 }
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::pose

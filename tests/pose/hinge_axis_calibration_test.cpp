@@ -8,7 +8,7 @@
 #include "pose/skeleton_tracker.h"
 #include "support/test_body.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 constexpr double kStep_s = 1.0 / 120.0;
@@ -21,7 +21,7 @@ std::size_t bone_named(const MarkerSet& set, const std::string& name) {
 
 // A left elbow bent about a line that leans by `lean_rad` about the arm.
 Eigen::Quaterniond bent(double by_rad, double lean_rad) {
-  return turn_by(by_rad * Eigen::Vector3d(std::sin(lean_rad), 0.0, -std::cos(lean_rad)));
+  return kinematics::turn_by(by_rad * Eigen::Vector3d(std::sin(lean_rad), 0.0, -std::cos(lean_rad)));
 }
 
 TEST(HingeLeans, LearnByHowMuchAnElbowLeansWhileItBends) {
@@ -36,7 +36,7 @@ TEST(HingeLeans, LearnByHowMuchAnElbowLeansWhileItBends) {
 
   // The file's own way still counts for a tenth of a second.
   EXPECT_NEAR(leans.lean_rad(elbow), 0.5, 0.08);
-  const Eigen::Vector3d as_file = leans.as_in_file(elbow) * rotation_vector(bent(0.9, leans.lean_rad(elbow)));
+  const Eigen::Vector3d as_file = leans.as_in_file(elbow) * kinematics::rotation_vector(bent(0.9, leans.lean_rad(elbow)));
   EXPECT_TRUE(as_file.isApprox(Eigen::Vector3d(0.0, 0.0, -0.9), 1e-9)) << as_file.transpose();
 }
 
@@ -46,7 +46,7 @@ TEST(HingeLeans, LearnTheOtherElbowTheOtherWayAbout) {
   HingeLeans leans(set.skeleton);
 
   for (int i = 0; i < 120; ++i) {
-    const Eigen::Quaterniond turn = turn_by({0.9 * std::sin(-0.4), 0.0, 0.9 * std::cos(0.4)});
+    const Eigen::Quaterniond turn = kinematics::turn_by({0.9 * std::sin(-0.4), 0.0, 0.9 * std::cos(0.4)});
     (void)leans.learn(elbow, turn, Eigen::Matrix3d::Identity(), kStep_s);
   }
 
@@ -87,7 +87,7 @@ TEST(HingeLeans, GoBackToTheFilesWhenTheBodyIsForgotten) {
 TEST(BodyFollower, FindsNothingOddInAnElbowThatBendsAboutTheBodysOwnAxis) {
   const MarkerSet set = test::person("baseline41");
   const std::size_t elbow = bone_named(set, "LeftLowArm");
-  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
   BodyFollower body(set, {});
   std::vector<Pose> locals(truth.locals().begin(), truth.locals().end());
   std::vector<double> costs;
@@ -96,7 +96,7 @@ TEST(BodyFollower, FindsNothingOddInAnElbowThatBendsAboutTheBodysOwnAxis) {
     const Timestamp at = from_ns(1'000'000'000) + from_s(step * kStep_s);
     locals[elbow].rotation = bent(0.7 - 0.7 * std::cos(0.0524 * step), 0.52);
     truth.set_locals(locals);
-    const std::vector<Observation> seen = test::see(truth);
+    const std::vector<kinematics::Observation> seen = test::see(truth);
     if (!body.following()) {
       ASSERT_TRUE(body.start(seen, at));
       continue;
@@ -111,4 +111,4 @@ TEST(BodyFollower, FindsNothingOddInAnElbowThatBendsAboutTheBodysOwnAxis) {
 }
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::pose

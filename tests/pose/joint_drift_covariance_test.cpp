@@ -9,7 +9,7 @@
 #include "pose/skeleton_tracker.h"
 #include "support/test_body.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 constexpr double kStep_s = 1.0 / 120.0;
@@ -53,15 +53,15 @@ TEST(HiddenTurns, AreNeverLessKnownThanAnywhere) {
 // One marker of a hand tells how the hand points; where the other is, half a second later, it does not.
 TEST(BodyFollower, DoesNotTakeAHandForKnownBecauseOneOfItsMarkersIsSeen) {
   const MarkerSet set = test::person("baseline41");
-  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
   BodyFollower body(set, {});
-  const std::vector<Observation> all = test::see(truth);
+  const std::vector<kinematics::Observation> all = test::see(truth);
   const Timestamp begun = from_ns(1'000'000'000);
   ASSERT_TRUE(body.start(all, begun));
   std::size_t hidden = 0;
   while (set.markers[hidden].name != "LHandIn") ++hidden;
-  std::vector<Observation> seen = all;
-  std::erase_if(seen, [&](const Observation& one) { return one.marker == static_cast<int>(hidden); });
+  std::vector<kinematics::Observation> seen = all;
+  std::erase_if(seen, [&](const kinematics::Observation& one) { return one.marker == static_cast<int>(hidden); });
 
   std::vector<double> spread_m;
   for (int step = 1; step <= 60; ++step) {
@@ -78,4 +78,4 @@ TEST(BodyFollower, DoesNotTakeAHandForKnownBecauseOneOfItsMarkersIsSeen) {
 }
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::pose

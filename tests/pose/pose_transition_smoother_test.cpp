@@ -8,16 +8,16 @@
 
 #include "kinematics/rotation.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 constexpr double kStep_s = 0.01;
 
 std::vector<Pose> at(double x_m, double turn_rad) {
-  return {{{x_m, 0.0, 0.0}, Eigen::Quaterniond::Identity()}, {{0.0, 0.3, 0.0}, turn_by({0.0, 0.0, turn_rad})}};
+  return {{{x_m, 0.0, 0.0}, Eigen::Quaterniond::Identity()}, {{0.0, 0.3, 0.0}, kinematics::turn_by({0.0, 0.0, turn_rad})}};
 }
 
-double turn_of(std::span<const Pose> poses) { return rotation_vector(poses[1].rotation).z(); }
+double turn_of(std::span<const Pose> poses) { return kinematics::rotation_vector(poses[1].rotation).z(); }
 
 TEST(PoseEaser, ChangesNothingWhileTheSameMarkersTell) {
   PoseEaser easer(2);
@@ -80,4 +80,4 @@ TEST(PoseEaser, DoesNotTakeCommonMotionForAJump) {
 }
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::pose

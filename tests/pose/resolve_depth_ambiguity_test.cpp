@@ -9,7 +9,7 @@
 #include "pose/skeleton_tracker.h"
 #include "support/test_body.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 using test::bone_named;
@@ -32,11 +32,11 @@ TEST(BodyFollower, LaysALimbOnTheOtherPlaceWhereTheRayMeetsItsReach) {
   const auto right_elbow = bone_named(set, "RightLowArm");
   const std::size_t right_hand = bone_named(set, "RightHand");
   const std::size_t on_hand = marker_named(set, "LHandOut");
-  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
   std::vector<Pose> locals(truth.locals().begin(), truth.locals().end());
-  locals[right_elbow].rotation = turn_by({0.0, 0.0, 1.5});
+  locals[right_elbow].rotation = kinematics::turn_by({0.0, 0.0, 1.5});
   const auto bend = [&](double by_rad) {
-    locals[elbow].rotation = turn_by({0.0, 0.0, -by_rad});
+    locals[elbow].rotation = kinematics::turn_by({0.0, 0.0, -by_rad});
     truth.set_locals(locals);
   };
   bend(0.1);
@@ -47,8 +47,8 @@ TEST(BodyFollower, LaysALimbOnTheOtherPlaceWhereTheRayMeetsItsReach) {
 
   for (int step = 0; step <= 90; ++step) {
     bend(0.6 + 0.55 * std::cos(step * 0.07));  // to 0.05 at 45
-    std::vector<Observation> seen;
-    for (const Observation& one : see(truth)) {
+    std::vector<kinematics::Observation> seen;
+    for (const kinematics::Observation& one : see(truth)) {
       const auto on = static_cast<std::size_t>(set.markers[static_cast<std::size_t>(one.marker)].bone);
       const bool beyond_elbows = on == elbow || on == hand ||  //
                                  on == right_elbow || on == right_hand;
@@ -61,7 +61,7 @@ TEST(BodyFollower, LaysALimbOnTheOtherPlaceWhereTheRayMeetsItsReach) {
     body.predict(at(step));
     if (step >= 40) {
       const Eigen::Vector3d ray = (truth.marker_at(on_hand) - eye).normalized();
-      seen.push_back(observe_ray(static_cast<int>(on_hand), eye, ray, 1e-4, body.told(on_hand), 0.002));
+      seen.push_back(kinematics::observe_ray(static_cast<int>(on_hand), eye, ray, 1e-4, body.told(on_hand), 0.002));
     }
     (void)body.fit(seen);
     body.learn(seen);
@@ -75,7 +75,7 @@ TEST(BodyFollower, LaysALimbOnTheOtherPlaceWhereTheRayMeetsItsReach) {
 TEST(BodyFollower, LeavesALimbWhereItWasToldJustNowThoughARayMeetsItsReachElsewhere) {
   const MarkerSet set = person("baseline41");
   const std::size_t on_hand = marker_named(set, "LHandOut");
-  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
   std::mt19937 random(7);
   std::uniform_real_distribution<double> anywhere(-1.0, 1.0);
 
@@ -88,7 +88,7 @@ TEST(BodyFollower, LeavesALimbWhereItWasToldJustNowThoughARayMeetsItsReachElsewh
         const auto& range = set.skeleton.bones[bone].turns[static_cast<std::size_t>(axis)];
         turned[axis] = 0.8 * (anywhere(random) < 0.0 ? range->min_rad : range->max_rad);
       }
-      strange[bone].rotation = turn_by(turned);
+      strange[bone].rotation = kinematics::turn_by(turned);
     }
     truth.set_locals(strange);
     const Eigen::Vector3d hand = truth.marker_at(on_hand);
@@ -101,12 +101,12 @@ TEST(BodyFollower, LeavesALimbWhereItWasToldJustNowThoughARayMeetsItsReachElsewh
       (void)body.fit(see(truth));
       body.learn(see(truth));
     }
-    std::vector<Observation> seen = see(truth);
+    std::vector<kinematics::Observation> seen = see(truth);
     for (const char* hidden : {"LUArmHigh", "LElbowOut", "LWristIn", "LWristOut", "LHandIn", "LHandOut"})
       seen = without(seen, marker_named(set, hidden));
     body.predict(at(10));
     seen.push_back(
-        observe_ray(static_cast<int>(on_hand), eye, (hand - eye).normalized(), 1e-4, body.told(on_hand), 0.002));
+        kinematics::observe_ray(static_cast<int>(on_hand), eye, (hand - eye).normalized(), 1e-4, body.told(on_hand), 0.002));
     (void)body.fit(seen);
 
     EXPECT_LT((body.told(on_hand) - hand).norm(), 0.1) << i;
@@ -125,7 +125,7 @@ class OnTheTouchOfARay : public ::testing::Test {
 
   void bend(double by_rad) {
     std::vector<Pose> locals(truth.locals().begin(), truth.locals().end());
-    locals[bone_named(set, "LeftLowArm")].rotation = turn_by({0.0, 0.0, -by_rad});
+    locals[bone_named(set, "LeftLowArm")].rotation = kinematics::turn_by({0.0, 0.0, -by_rad});
     truth.set_locals(locals);
   }
 
@@ -137,8 +137,8 @@ class OnTheTouchOfARay : public ::testing::Test {
     std::normal_distribution<double> noise_m(0.0, 2e-5);
     for (int step = 0; step <= 90; ++step) {
       bend(bent_rad(step * kStep_s));
-      std::vector<Observation> seen = see(truth);
-      for (Observation& one : seen) {
+      std::vector<kinematics::Observation> seen = see(truth);
+      for (kinematics::Observation& one : seen) {
         one.position += Eigen::Vector3d(noise_m(random), noise_m(random), noise_m(random));
         one.sigma_m = kSkin_m;
       }
@@ -149,7 +149,7 @@ class OnTheTouchOfARay : public ::testing::Test {
       body.predict(at(step));
       if (step >= 30) {
         seen = without(seen, hand);
-        seen.push_back(observe_ray(static_cast<int>(hand), eye, ray, 1e-4, body.told(hand), kSkin_m));
+        seen.push_back(kinematics::observe_ray(static_cast<int>(hand), eye, ray, 1e-4, body.told(hand), kSkin_m));
       }
       (void)body.fit(seen);
       body.learn(seen);
@@ -161,7 +161,7 @@ class OnTheTouchOfARay : public ::testing::Test {
   static constexpr double kSkin_m = 5e-4;
   MarkerSet set = person("openmocap18");
   std::size_t hand = marker_named(set, "LeftHand");
-  PoseFit truth{set, PoseFit::Lengths::Fixed};
+  kinematics::PoseFit truth{set, kinematics::PoseFit::Lengths::Fixed};
   Eigen::Vector3d eye;
 };
 
@@ -187,4 +187,4 @@ TEST_F(OnTheTouchOfARay, AHandTurnsBackThatComesNear) {
 }
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -6,23 +6,23 @@
 
 #include "kinematics/rotation.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 constexpr double kStep_s = 1.0 / 120.0;
 const Eigen::Matrix3d kTold = Eigen::Matrix3d::Identity();
 
 // A joint that swings by 0.8 rad about 0.9 rad of the x axis, 1.5 times a second.
-Eigen::Quaterniond swung(int step) { return turn_by({0.9 + 0.8 * std::sin(9.42 * step * kStep_s), 0.0, 0.0}); }
+Eigen::Quaterniond swung(int step) { return kinematics::turn_by({0.9 + 0.8 * std::sin(9.42 * step * kStep_s), 0.0, 0.0}); }
 
 TEST(UsualTurns, AreTheMiddleOfASwing) {
   UsualTurns turns(1);
 
   for (int step = 0; step < 480; ++step) turns.learn(0, swung(step), kTold, kStep_s);
 
-  const Eigen::Vector3d off = turns.turn_from(0, turn_by({0.9, 0.0, 0.0}));
+  const Eigen::Vector3d off = turns.turn_from(0, kinematics::turn_by({0.9, 0.0, 0.0}));
   EXPECT_LT(off.norm(), 0.15);
-  EXPECT_NEAR(turns.turn_from(0, turn_by({1.7, 0.0, 0.0})).x(), off.x() - 0.8, 1e-9);
+  EXPECT_NEAR(turns.turn_from(0, kinematics::turn_by({1.7, 0.0, 0.0})).x(), off.x() - 0.8, 1e-9);
 }
 
 TEST(UsualTurns, LeadNowhereWhereNothingToldThem) {
@@ -41,4 +41,4 @@ TEST(UsualTurns, LeadNowhereWhereNothingToldThem) {
 }
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::pose

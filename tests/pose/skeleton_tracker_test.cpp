@@ -10,7 +10,7 @@
 #include "kinematics/rotation.h"
 #include "support/test_body.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 using test::bone_named;
@@ -31,16 +31,16 @@ std::vector<Pose> swinging(const MarkerSet& set, int step) {
   for (const Bone& bone : set.skeleton.bones) {
     Pose pose{bone.rest_offset_m, Eigen::Quaterniond::Identity()};
     if (bone.parent < 0) pose.position = {0.8 * t_s, 0.0, 1.0};
-    if (bone.name == "LeftUpArm") pose.rotation = turn_by({0.0, 0.0, swing}) * turn_by({-1.1, 0.0, 0.0});
-    if (bone.name == "RightUpArm") pose.rotation = turn_by({0.0, 0.0, swing}) * turn_by({1.1, 0.0, 0.0});
-    if (bone.name == "LeftLowArm") pose.rotation = turn_by({0.0, 0.0, -0.4});
-    if (bone.name == "RightLowArm") pose.rotation = turn_by({0.0, 0.0, 0.4});
+    if (bone.name == "LeftUpArm") pose.rotation = kinematics::turn_by({0.0, 0.0, swing}) * kinematics::turn_by({-1.1, 0.0, 0.0});
+    if (bone.name == "RightUpArm") pose.rotation = kinematics::turn_by({0.0, 0.0, swing}) * kinematics::turn_by({1.1, 0.0, 0.0});
+    if (bone.name == "LeftLowArm") pose.rotation = kinematics::turn_by({0.0, 0.0, -0.4});
+    if (bone.name == "RightLowArm") pose.rotation = kinematics::turn_by({0.0, 0.0, 0.4});
     locals.push_back(pose);
   }
   return locals;
 }
 
-void follow(BodyFollower& body, const std::vector<Observation>& seen, Timestamp when) {
+void follow(BodyFollower& body, const std::vector<kinematics::Observation>& seen, Timestamp when) {
   if (!body.following()) {
     ASSERT_TRUE(body.start(seen, when));
     return;
@@ -53,14 +53,14 @@ void follow(BodyFollower& body, const std::vector<Observation>& seen, Timestamp 
 TEST(BodyFollower, KeepsAHiddenShoulderWhereItIsForHalfASecond) {
   const MarkerSet set = person("openmocap18");
   const std::size_t hidden = marker_named(set, "LeftUpArm");
-  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
   BodyFollower body(set, {});
   truth.set_locals(swinging(set, 0));
   ASSERT_TRUE(body.start(see(truth), at(0)));
 
   for (int step = 1; step < 60; ++step) {
     truth.set_locals(swinging(set, step));
-    const std::vector<Observation> seen = step < 30 ? see(truth) : without(see(truth), hidden);
+    const std::vector<kinematics::Observation> seen = step < 30 ? see(truth) : without(see(truth), hidden);
     body.predict(at(step));
     (void)body.fit(seen);
     body.learn(seen);
@@ -73,8 +73,8 @@ TEST(BodyFollower, KeepsAHiddenShoulderWhereItIsForHalfASecond) {
 TEST(BodyFollower, TellsAHiddenMarkerLessSurelyTheLongerItIsHidden) {
   const MarkerSet set = person("openmocap18");
   const std::size_t hand = marker_named(set, "LeftHand");
-  PoseFit truth(set, PoseFit::Lengths::Fixed);
-  const std::vector<Observation> seen = without(see(truth), hand);
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
+  const std::vector<kinematics::Observation> seen = without(see(truth), hand);
   BodyFollower body(set, {});
   ASSERT_TRUE(body.start(see(truth), at(0)));
 
@@ -94,11 +94,11 @@ TEST(BodyFollower, TellsAHiddenMarkerLessSurelyTheLongerItIsHidden) {
 TEST(BodyFollower, FindsAHandThatComesOutElsewhere) {
   const MarkerSet set = person("openmocap18");
   const std::size_t hand = marker_named(set, "LeftHand");
-  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
   BodyFollower body(set, {.outlier_m = 0.02});
   ASSERT_TRUE(body.start(see(truth), at(0)));
   std::vector<Pose> bent(truth.locals().begin(), truth.locals().end());
-  bent[static_cast<std::size_t>(set.markers[marker_named(set, "LeftLowArm")].bone)].rotation = turn_by({0, 0, -0.9});
+  bent[static_cast<std::size_t>(set.markers[marker_named(set, "LeftLowArm")].bone)].rotation = kinematics::turn_by({0, 0, -0.9});
   truth.set_locals(bent);
 
   body.predict(at(1));
@@ -110,13 +110,13 @@ TEST(BodyFollower, FindsAHandThatComesOutElsewhere) {
 // A leg that swings forth stretches and bends again.
 TEST(BodyFollower, BendsAKneeForthOnlyOfWhichFootAndHipAloneAreSeen) {
   const MarkerSet set = person("baseline41");
-  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
   const auto bone = [&](const std::string& name) { return static_cast<std::size_t>(bone_named(set, name)); };
   const auto pose_at = [&](int step) {
     std::vector<Pose> locals(truth.locals().begin(), truth.locals().end());
     const double bent_rad = std::abs(0.9 - 0.12 * step);
-    locals[bone("RightUpLeg")].rotation = turn_by({0.0, -0.5 * bent_rad, 0.0});
-    locals[bone("RightLowLeg")].rotation = turn_by({0.0, bent_rad, 0.0});
+    locals[bone("RightUpLeg")].rotation = kinematics::turn_by({0.0, -0.5 * bent_rad, 0.0});
+    locals[bone("RightLowLeg")].rotation = kinematics::turn_by({0.0, bent_rad, 0.0});
     return locals;
   };
   BodyFollower body(set, {});
@@ -125,7 +125,7 @@ TEST(BodyFollower, BendsAKneeForthOnlyOfWhichFootAndHipAloneAreSeen) {
 
   for (int step = 1; step < 20; ++step) {
     truth.set_locals(pose_at(step));
-    std::vector<Observation> seen = see(truth);
+    std::vector<kinematics::Observation> seen = see(truth);
     if (step > 3) {
       for (const char* hidden : {"RThigh", "RKneeOut", "RShin", "RAnkleOut"})
         seen = without(seen, marker_named(set, hidden));
@@ -144,9 +144,9 @@ TEST(BodyFollower, BendsAKneeForthOnlyOfWhichFootAndHipAloneAreSeen) {
 TEST(BodyFollower, LaysALimbAnewThatIsTurnedTheWrongWayRound) {
   const MarkerSet set = person("baseline41");
   const std::size_t in = marker_named(set, "LWristIn");
-  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
   BodyFollower body(set, {});
-  std::vector<Observation> swapped = see(truth);
+  std::vector<kinematics::Observation> swapped = see(truth);
   std::swap(swapped[in].position, swapped[marker_named(set, "LWristOut")].position);
   ASSERT_TRUE(body.start(swapped, at(0)));
 
@@ -159,21 +159,21 @@ TEST(BodyFollower, LaysALimbAnewThatIsTurnedTheWrongWayRound) {
 
 TEST(BodyFollower, LaysALimbAnewOnlyForAReadingThatMayComeWithin) {
   const MarkerSet set = person("baseline41");
-  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
   BodyFollower body(set, {});
   ASSERT_TRUE(body.start(see(truth), at(0)));
   body.predict(at(1));
   (void)body.fit(see(truth));
   const auto with_arm_bent = [&](double rad) {
     std::vector<Pose> bent(truth.locals().begin(), truth.locals().end());
-    bent[static_cast<std::size_t>(bone_named(set, "LeftLowArm"))].rotation = turn_by({0, 0, -rad});
+    bent[static_cast<std::size_t>(bone_named(set, "LeftLowArm"))].rotation = kinematics::turn_by({0, 0, -rad});
     truth.set_locals(bent);
     return see(truth);
   };
 
   int laid_anew = 0;
   for (int i = 1; i <= 20; ++i) {
-    const std::vector<Observation> seen = with_arm_bent(0.1 * i);
+    const std::vector<kinematics::Observation> seen = with_arm_bent(0.1 * i);
     const double cost = body.explain(seen).cost;
     const double at_once = body.explain(seen, -1e9).cost;
     laid_anew += at_once > cost ? 1 : 0;
@@ -188,11 +188,11 @@ TEST(BodyFollower, LaysALimbAnewOnlyForAReadingThatMayComeWithin) {
 TEST(BodyFollower, TakesForNoMotionThatALoneMarkerIsElsewhere) {
   const MarkerSet set = person("baseline41");
   const std::size_t wrist = marker_named(set, "LWristIn");
-  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
   BodyFollower body(set, {});
   truth.set_locals(swinging(set, 0));
   ASSERT_TRUE(body.start(see(truth), at(0)));
-  std::vector<Observation> seen = see(truth);
+  std::vector<kinematics::Observation> seen = see(truth);
   int i = 1;
   const auto step = [&] {
     body.predict(at(i++));
@@ -205,18 +205,18 @@ TEST(BodyFollower, TakesForNoMotionThatALoneMarkerIsElsewhere) {
     seen = without(seen, marker_named(set, hidden));
   for (int n = 0; n < 5; ++n) step();
 
-  for (Observation& one : seen) {
+  for (kinematics::Observation& one : seen) {
     if (one.marker == static_cast<int>(wrist)) one.position += Eigen::Vector3d(0.25, 0.05, 0.1);
   }
   const auto off_m = [&] {
-    const auto own = std::ranges::find(seen, static_cast<int>(wrist), &Observation::marker);
+    const auto own = std::ranges::find(seen, static_cast<int>(wrist), &kinematics::Observation::marker);
     return (body.told(wrist) - own->position).norm();
   };
   for (int n = 0; n < 20; ++n) {
     step();
-    EXPECT_LT(off_m(), 0.03) << n;
+    EXPECT_LT(kinematics::off_m(), 0.03) << n;
     body.predict(at(i));
-    EXPECT_LT(off_m(), 0.02) << n;
+    EXPECT_LT(kinematics::off_m(), 0.02) << n;
   }
 }
 
@@ -224,8 +224,8 @@ TEST(BodyFollower, TakesForNoMotionThatALoneMarkerIsElsewhere) {
 TEST(BodyFollower, HoldsToItsLastFitWhereverTheSearchBegins) {
   const MarkerSet set = person("baseline41");
   const auto elbow = static_cast<std::size_t>(bone_named(set, "LeftLowArm"));
-  PoseFit truth(set, PoseFit::Lengths::Fixed);
-  std::vector<Observation> seen = see(truth);
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
+  std::vector<kinematics::Observation> seen = see(truth);
   for (const char* hidden : {"LElbowOut", "LWristIn", "LWristOut", "LHandIn", "LHandOut"})
     seen = without(seen, marker_named(set, hidden));
   BodyFollower body(set, {});
@@ -234,7 +234,7 @@ TEST(BodyFollower, HoldsToItsLastFitWhereverTheSearchBegins) {
   (void)body.fit(seen);
   std::vector<Pose> elsewhere(body.pose().locals().begin(), body.pose().locals().end());
   const Eigen::Quaterniond fitted = elsewhere[elbow].rotation;
-  elsewhere[elbow].rotation = turn_by({0.0, 0.0, -0.4}) * fitted;
+  elsewhere[elbow].rotation = kinematics::turn_by({0.0, 0.0, -0.4}) * fitted;
 
   (void)body.explain_near(elsewhere, {}, seen, 1e9);
 
@@ -247,24 +247,24 @@ TEST(BodyFollower, ExplainsATwinNearWhereTheOtherLedTo) {
   const auto in = static_cast<int>(marker_named(set, "LHandIn"));
   const auto out = static_cast<int>(marker_named(set, "LHandOut"));
   const std::vector<BodyFollower::Swing> swings{{in, out}};
-  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
   std::mt19937 random(5);
   int better = 0;
 
   for (int i = 0; i < 100; ++i) {
     truth.set_locals(test::random_pose(set, 0.8, random));
-    const std::vector<Observation> all = see(truth);
+    const std::vector<kinematics::Observation> all = see(truth);
     BodyFollower body(set, {.outlier_m = 0.02, .max_iterations = 4});
     ASSERT_TRUE(body.start(all, at(0)));
-    std::vector<Observation> seen = without(all, static_cast<std::size_t>(in));
+    std::vector<kinematics::Observation> seen = without(all, static_cast<std::size_t>(in));
     for (const char* hidden : {"LWristIn", "LWristOut"}) seen = without(seen, marker_named(set, hidden));
     for (int n = 1; n < 30; ++n) {
       body.predict(at(n));
       (void)body.fit(seen);
       body.learn(seen);
     }
-    std::vector<Observation> twin = seen;
-    for (Observation& one : twin) {
+    std::vector<kinematics::Observation> twin = seen;
+    for (kinematics::Observation& one : twin) {
       if (one.marker == out) one.marker = in;
     }
     (void)body.explain(seen);
@@ -282,17 +282,17 @@ TEST(BodyFollower, DoesNotBendOnAKneeThatHides) {
   const MarkerSet set = person("baseline41");
   const auto knee = static_cast<std::size_t>(bone_named(set, "LeftLowLeg"));
   const auto foot = static_cast<std::size_t>(bone_named(set, "LeftFoot"));
-  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
   BodyFollower body(set, {});
   constexpr int kHidden = 64;
 
   for (int step = 0; step <= kHidden + 24; ++step) {
     std::vector<Pose> locals = swinging(set, step);
-    locals[knee].rotation = turn_by({0.0, 0.9 + 0.8 * std::sin(6.0 * (step - kHidden) * kStep_s + 0.7), 0.0});
+    locals[knee].rotation = kinematics::turn_by({0.0, 0.9 + 0.8 * std::sin(6.0 * (step - kHidden) * kStep_s + 0.7), 0.0});
     truth.set_locals(locals);
-    std::vector<Observation> seen = see(truth);
+    std::vector<kinematics::Observation> seen = see(truth);
     if (step >= kHidden) {
-      std::erase_if(seen, [&](const Observation& one) {
+      std::erase_if(seen, [&](const kinematics::Observation& one) {
         const int on = set.markers[static_cast<std::size_t>(one.marker)].bone;
         return on == static_cast<int>(knee) || on == static_cast<int>(foot);
       });
@@ -309,26 +309,26 @@ TEST(BodyFollower, TurnsNoCollarBoneFarForALoneMarkerOfTheForearm) {
   const auto collar = static_cast<std::size_t>(bone_named(set, "RightCollar"));
   const auto upper = static_cast<std::size_t>(bone_named(set, "RightUpArm"));
   const auto lower = static_cast<std::size_t>(bone_named(set, "RightLowArm"));
-  PoseFit truth(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
   BodyFollower body(set, {});
 
   for (int step = 0; step < 240; ++step) {
     std::vector<Pose> locals = swinging(set, step);
     const double swing = 1.0 * std::sin(15.0 * step * kStep_s);
-    locals[upper].rotation = turn_by({0.0, 0.0, swing}) * turn_by({1.1, 0.0, 0.0});
-    locals[lower].rotation = turn_by({0.0, 0.0, 1.3});
+    locals[upper].rotation = kinematics::turn_by({0.0, 0.0, swing}) * kinematics::turn_by({1.1, 0.0, 0.0});
+    locals[lower].rotation = kinematics::turn_by({0.0, 0.0, 1.3});
     truth.set_locals(locals);
-    std::vector<Observation> seen = see(truth);
+    std::vector<kinematics::Observation> seen = see(truth);
     if (step >= 60) {
       for (const char* hidden :
            {"RShoulderTop", "RShoulderBack", "RUArmHigh", "RElbowOut", "RWristOut", "RHandIn", "RHandOut"})
         seen = without(seen, marker_named(set, hidden));
     }
     follow(body, seen, at(step));
-    EXPECT_LT(rotation_vector(body.pose().locals()[collar].rotation).norm(), 0.6) << step;
+    EXPECT_LT(kinematics::rotation_vector(body.pose().locals()[collar].rotation).norm(), 0.6) << step;
     EXPECT_LT((body.pose().world()[lower].position - truth.world()[lower].position).norm(), 0.2) << step;
   }
 }
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -8,7 +8,7 @@
 #include "kinematics/rotation.h"
 #include "support/test_body.h"
 
-namespace mocap::body {
+namespace mocap::pose {
 namespace {
 
 constexpr double kStep_s = 1.0 / 120.0;
@@ -24,7 +24,7 @@ std::size_t bone_named(const MarkerSet& set, const std::string& name) {
 // A left elbow bent about a line that leans, the forearm turned about itself and thrown out of the plane.
 Eigen::Quaterniond bent(double by_rad, double twist_rad, double out_rad) {
   const Eigen::Vector3d out(-kAxis.z(), 0.0, kAxis.x());
-  return turn_by(out_rad * out) * turn_by(by_rad * kAxis) * turn_by({0.0, twist_rad, 0.0});
+  return kinematics::turn_by(out_rad * out) * kinematics::turn_by(by_rad * kAxis) * kinematics::turn_by({0.0, twist_rad, 0.0});
 }
 
 struct Elbow {
@@ -47,7 +47,7 @@ TEST(BendingPlanes, LearnInWhichPlaneAnElbowBendsHoweverTheForearmIsTurned) {
 
   elbow.bend(0.8, 0.0);
 
-  const BendingPlane& plane = elbow.planes.plane(elbow.bone);
+  const kinematics::BendingPlane& plane = elbow.planes.plane(elbow.bone);
   EXPECT_NEAR(std::abs(plane.across.dot(kAxis)), 1.0, 1e-3);
   EXPECT_NEAR(plane.along.dot(Eigen::Vector3d::UnitY()), 1.0, 1e-12);
   EXPECT_GT(plane.weight_1_rad2, 1.0 / (0.04 * 0.04));
@@ -91,9 +91,9 @@ TEST(BendingPlanes, OfAKneeAreThatOfTheLegAndTheWayOfTheFoot) {
   const std::size_t knee = bone_named(elbow.set, "LeftLowLeg");
 
   for (int i = 0; i < 480; ++i)
-    elbow.planes.learn(knee, turn_by({0.0, 0.8, 0.0}), Eigen::Matrix3d::Identity(), kStep_s);
+    elbow.planes.learn(knee, kinematics::turn_by({0.0, 0.8, 0.0}), Eigen::Matrix3d::Identity(), kStep_s);
 
-  const BendingPlane& plane = elbow.planes.plane(knee);
+  const kinematics::BendingPlane& plane = elbow.planes.plane(knee);
   EXPECT_NEAR(plane.along.dot(Eigen::Vector3d::UnitZ()), 1.0, 1e-12);
   EXPECT_NEAR(std::abs(plane.across.dot(Eigen::Vector3d::UnitY())), 1.0, 1e-9);
 }
@@ -130,7 +130,7 @@ TEST(BendingPlanes, AreForgottenWithTheBody) {
   // The next body's elbow does not lean, and is known as late as the first one's.
   const auto bend_for = [&](double time_s) {
     for (double at_s = 0.0; at_s < time_s; at_s += kStep_s)
-      elbow.planes.learn(elbow.bone, turn_by({0.0, 0.0, -0.6}), Eigen::Matrix3d::Identity(), kStep_s);
+      elbow.planes.learn(elbow.bone, kinematics::turn_by({0.0, 0.0, -0.6}), Eigen::Matrix3d::Identity(), kStep_s);
   };
   bend_for(0.4);
   EXPECT_EQ(elbow.planes.plane(elbow.bone).weight_1_rad2, 0.0);
@@ -142,19 +142,19 @@ TEST(BendingPlanes, AreForgottenWithTheBody) {
 TEST(BendingPlanes, DrawAnElbowBackIntoThemAndLeaveTheBendAlone) {
   const MarkerSet set = test::person("baseline41");
   const std::size_t bone = bone_named(set, "LeftLowArm");
-  PoseFit pose(set, PoseFit::Lengths::Fixed);
+  kinematics::PoseFit pose(set, kinematics::PoseFit::Lengths::Fixed);
   std::vector<Pose> locals(pose.locals().begin(), pose.locals().end());
   locals[bone].rotation = bent(0.8, 0.0, 0.2);
   pose.set_locals(locals);
   pose.bend_in(bone, {kAxis, Eigen::Vector3d::UnitY(), 1e6});
-  std::vector<Observation> seen;  // all but the forearm's and the hand's
-  for (const Observation& one : test::see(pose)) {
+  std::vector<kinematics::Observation> seen;  // all but the forearm's and the hand's
+  for (const kinematics::Observation& one : test::see(pose)) {
     const auto on = static_cast<std::size_t>(set.markers[static_cast<std::size_t>(one.marker)].bone);
     if (on != bone && static_cast<std::size_t>(set.skeleton.bones[on].parent) != bone) seen.push_back(one);
   }
   const std::vector<double> held(set.skeleton.bones.size(), 0.5);
 
-  const PoseFitResult result = pose.solve(seen, {.limit_sigma_rad = 10.0, .hold_sigma_rad = held}, 30);
+  const kinematics::PoseFitResult result = pose.solve(seen, {.limit_sigma_rad = 10.0, .hold_sigma_rad = held}, 30);
 
   EXPECT_TRUE(result.settled);
   const Eigen::Vector3d tip = pose.locals()[bone].rotation * Eigen::Vector3d::UnitY();
@@ -163,4 +163,4 @@ TEST(BendingPlanes, DrawAnElbowBackIntoThemAndLeaveTheBendAlone) {
 }
 
 }  // namespace
-}  // namespace mocap::body
+}  // namespace mocap::pose

@@ -112,7 +112,7 @@ PipelineParts parts(std::vector<std::deque<std::vector<Step>>> scripts, Sent& se
     model.name = "camera" + std::to_string(i);
     made.description.cameras.push_back(model);
   }
-  made.fusion = std::make_unique<stages::Fusion>(support::empty_row(), static_cast<std::uint32_t>(scripts.size()));
+  made.fusion = std::make_unique<fusion::Fusion>(support::empty_row(), static_cast<std::uint32_t>(scripts.size()));
   made.publisher = std::make_unique<MemoryPublisher>(sent);
   return made;
 }

@@ -96,16 +96,16 @@ TEST_P(RecordedSubject, FittedToAStaticTrialExplainsAMovement) {
   const auto imported = import_marker_set(*still, human(), "somebody");
   ASSERT_TRUE(imported);
   EXPECT_EQ(imported->marker_set.markers.size(), GetParam().markers);
-  const body::LabelledTake at_rest = take_of(*still, imported->marker_set);
-  const body::LabelledTake motion = take_of(*moving, imported->marker_set);
+  const bodyfit::LabelledTake at_rest = take_of(*still, imported->marker_set);
+  const bodyfit::LabelledTake motion = take_of(*moving, imported->marker_set);
 
-  const auto fitted = body::fit_subject(imported->marker_set, at_rest, {}, {});
-  const auto better = body::fit_subject(imported->marker_set, at_rest, motion, {});
+  const auto fitted = bodyfit::fit_subject(imported->marker_set, at_rest, {}, {});
+  const auto better = bodyfit::fit_subject(imported->marker_set, at_rest, motion, {});
 
   ASSERT_TRUE(fitted && better);
   // What a static trial does not tell is where joints are: skin moves some mm, the rest is that.
-  EXPECT_LT(body::residuals_of(fitted->marker_set, motion, 5).rms_m, GetParam().most_by_still_m);
-  EXPECT_LT(body::residuals_of(better->marker_set, motion, 5).rms_m, GetParam().most_by_motion_m);
+  EXPECT_LT(bodyfit::residuals_of(fitted->marker_set, motion, 5).rms_m, GetParam().most_by_still_m);
+  EXPECT_LT(bodyfit::residuals_of(better->marker_set, motion, 5).rms_m, GetParam().most_by_motion_m);
   EXPECT_TRUE(fitted->from_rest);
 }
 

@@ -218,8 +218,8 @@ TEST_F(Configuration, DetectsInACamerasImagesAsItsOwnTableSaysAndElseAsAllDo) {
             camera("east", "threshold = 60\nlow_threshold = 20\n") + camera("west", "threshold = 0\n")));
 
   ASSERT_TRUE(settings) << to_text(settings.error());
-  const stages::DetectSettings east = detect_of(*settings, CameraId{0});
-  const stages::DetectSettings west = detect_of(*settings, CameraId{1});
+  const detect::DetectSettings east = detect_of(*settings, CameraId{0});
+  const detect::DetectSettings west = detect_of(*settings, CameraId{1});
   EXPECT_EQ(east.threshold, 60.0);
   EXPECT_EQ(east.low_threshold, 20.0);
   EXPECT_EQ(east.min_area_px2, 7.0);

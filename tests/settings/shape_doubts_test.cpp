@@ -40,7 +40,7 @@ TEST(ShapeDoubts, AreAllayedByPairsThatTellTheSides) {
       ElementsAre(HasSubstr("name the pairs that are no mirror images of each other seen from the front: asymmetric = "
                             R"([["LUArmHigh", "RUArmHigh"], ["LThigh", "RThigh"], ["LShin", "RShin"]])")));
 
-  set.asymmetric = body::asymmetric_markers(set);
+  set.asymmetric = identify::asymmetric_markers(set);
   EXPECT_THAT(shape_doubts(wearing(set, false)), IsEmpty());
 }
 

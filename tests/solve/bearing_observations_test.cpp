@@ -7,7 +7,7 @@
 
 #include "solve/solve_world.h"
 
-namespace mocap::stages {
+namespace mocap::solve {
 namespace {
 
 using World = test::SolveWorld;
@@ -142,4 +142,4 @@ TEST(SolveRays, AMarkerThatOneCameraSeesAgainCountsFromItsSecondSetOn) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::solve

@@ -22,9 +22,9 @@ constexpr double kStep_s = 1.0 / 120.0;
 /// Somebody whose markers are named without fault; a test says which are seen. Truth comes by forward kinematics alone.
 class SolveWorld {
  public:
-  explicit SolveWorld(const std::string& name, const stages::SolveSettings& settings = {})
+  explicit SolveWorld(const std::string& name, const solve::SolveSettings& settings = {})
       : set_(person(name)),
-        solver_(stages::make_skeleton_solver(settings, {{"actor", set_, true}})),
+        solver_(solve::make_skeleton_solver(settings, {{"actor", set_, true}})),
         truth_(set_.skeleton.bones.size()),
         shows_(set_.markers.size(), true) {
     labels_.resize(1);
@@ -103,9 +103,9 @@ class SolveWorld {
       if (one.name == "LeftUpLeg") phi = {0.0, 0.4 * std::sin(4.0 * t), 0.0};
       if (one.name == "RightUpLeg") phi = {0.0, -0.4 * std::sin(4.0 * t), 0.0};
       if (one.name == "LeftLowLeg") phi = {0.0, 0.5 + 0.4 * std::sin(4.0 * t), 0.0};
-      turns.push_back(body::turn_by(phi));
+      turns.push_back(kinematics::turn_by(phi));
     }
-    body::forward(set_.skeleton, {0.3 * std::sin(t), 0.2 * t, 1.0}, turns, truth_);
+    kinematics::forward(set_.skeleton, {0.3 * std::sin(t), 0.2 * t, 1.0}, turns, truth_);
   }
 
   void step_once() {

@@ -10,10 +10,10 @@
 #include "solve/tree_solver.h"
 #include "support/test_body.h"
 
-namespace mocap::stages {
+namespace mocap::solve {
 namespace {
 
-using body::PoseFit;
+using kinematics::PoseFit;
 
 constexpr double kRate_hz = 120.0;
 
@@ -26,8 +26,8 @@ class Somebody {
     from_[0].position.z() = 1.0;
     const auto& bones = file.skeleton.bones;
     for (std::size_t b = 0; b < bones.size(); ++b) {
-      if (bones[b].name == "LeftUpArm") from_[b].rotation = body::turn_by({-arms_lowered_rad, 0.0, 0.0});
-      if (bones[b].name == "RightUpArm") from_[b].rotation = body::turn_by({arms_lowered_rad, 0.0, 0.0});
+      if (bones[b].name == "LeftUpArm") from_[b].rotation = kinematics::turn_by({-arms_lowered_rad, 0.0, 0.0});
+      if (bones[b].name == "RightUpArm") from_[b].rotation = kinematics::turn_by({arms_lowered_rad, 0.0, 0.0});
     }
     to_ = from_;
   }
@@ -175,4 +175,4 @@ TEST(RefineSubject, GivesTheSameFitsForTheSameSets) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::solve

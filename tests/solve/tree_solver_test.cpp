@@ -10,7 +10,7 @@
 #include "solve/solve_world.h"
 #include "support/test_body.h"
 
-namespace mocap::stages {
+namespace mocap::solve {
 namespace {
 
 using test::kStep_s;
@@ -154,7 +154,7 @@ TEST(SolveSkeleton, AHiddenLimbStaysAndDoesNotSnapToRest) {
   world.step(120);
   world.show(world.marker("LeftHand"), false);
   world.step(24);  // what it was on has died away
-  const auto bend = [&] { return body::rotation_vector(world.shown(elbow).parent_from_bone.rotation).norm(); };
+  const auto bend = [&] { return kinematics::rotation_vector(world.shown(elbow).parent_from_bone.rotation).norm(); };
   const double after = bend();
 
   world.step(96);
@@ -194,7 +194,7 @@ TEST(SolveSkeleton, VelocitiesAreTheSlopesOfTheTruth) {
 
   // Over about 20 ms: 2.4 sets; the slope in the middle of as many.
   const Eigen::Vector3d velocity = (truth[8].position - truth[3].position) / (5 * kStep_s);
-  const Eigen::Vector3d spin = body::rotation_vector(truth[8].rotation * truth[3].rotation.conjugate()) / (5 * kStep_s);
+  const Eigen::Vector3d spin = kinematics::rotation_vector(truth[8].rotation * truth[3].rotation.conjugate()) / (5 * kStep_s);
   EXPECT_GT(velocity.norm(), 0.2);
   EXPECT_GT(spin.norm(), 0.5);
   EXPECT_LT((world.shown(arm).velocity_m_s - velocity).norm(), 0.05 * std::max(1.0, velocity.norm()));
@@ -230,4 +230,4 @@ TEST(SolveSkeleton, StaysFiniteWhateverTheLabelsSay) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::solve

@@ -58,8 +58,8 @@ class EmptySolver : public SkeletonSolver {
   Poses nothing_;
 };
 
-inline stages::FusionParts empty_row() {
-  stages::FusionParts parts;
+inline fusion::FusionParts empty_row() {
+  fusion::FusionParts parts;
   parts.matcher = std::make_unique<EmptyMatcher>();
   parts.triangulator = std::make_unique<EmptyTriangulator>();
   parts.tracker = std::make_unique<EmptyTracker>();

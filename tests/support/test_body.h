@@ -94,7 +94,7 @@ inline std::size_t marker_named(const MarkerSet& set, const std::string& name) {
 }
 
 inline double angle_between(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
-  return body::rotation_vector(a * b.conjugate()).norm();
+  return kinematics::rotation_vector(a * b.conjugate()).norm();
 }
 
 /// Joints turned at random within half of their range or `spread_rad`, whichever is less; the root anywhere, any yaw.
@@ -113,23 +113,23 @@ inline std::vector<Pose> random_pose(const MarkerSet& set, double spread_rad, st
       pose.position = {share(random), share(random), 1.0};
       phi = Eigen::Vector3d(0.2 * share(random), 0.2 * share(random), 3.1 * share(random));
     }
-    pose.rotation = body::turn_by(phi);
+    pose.rotation = kinematics::turn_by(phi);
     locals.push_back(pose);
   }
   return locals;
 }
 
 /// All markers of a pose, exactly.
-inline std::vector<body::Observation> see(const body::PoseFit& truth) {
-  std::vector<body::Observation> seen;
+inline std::vector<kinematics::Observation> see(const kinematics::PoseFit& truth) {
+  std::vector<kinematics::Observation> seen;
   for (std::size_t m = 0; m < truth.marker_set().markers.size(); ++m) {
     seen.push_back({static_cast<int>(m), truth.marker_at(m), 0.005});
   }
   return seen;
 }
 
-inline std::vector<body::Observation> without(std::vector<body::Observation> seen, std::size_t marker) {
-  std::erase_if(seen, [&](const body::Observation& one) { return static_cast<std::size_t>(one.marker) == marker; });
+inline std::vector<kinematics::Observation> without(std::vector<kinematics::Observation> seen, std::size_t marker) {
+  std::erase_if(seen, [&](const kinematics::Observation& one) { return static_cast<std::size_t>(one.marker) == marker; });
   return seen;
 }
 

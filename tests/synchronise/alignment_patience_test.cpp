@@ -8,7 +8,7 @@
 #include "synchronise/alignment_world.h"
 #include "synchronise/frame_aligner.h"
 
-namespace mocap::stages {
+namespace mocap::synchronise {
 namespace {
 
 using std::chrono::microseconds;
@@ -67,4 +67,4 @@ TEST(FrameAligner, DoesNotWaitForACameraThatIsSlowerWhereNoFrameOfItIsDue) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::synchronise

@@ -5,7 +5,7 @@
 
 #include "synchronise/frame_aligner.h"
 
-namespace mocap::stages {
+namespace mocap::synchronise {
 
 inline Timestamp at(std::int64_t us) { return Timestamp{} + std::chrono::microseconds(us); }
 
@@ -23,4 +23,4 @@ inline constexpr AlignSettings kSettings{.window = std::chrono::microseconds(500
                                          .patience = std::chrono::microseconds(2000)};
 inline constexpr Timestamp kForever = Timestamp::min();  // patience never ends
 
-}  // namespace mocap::stages
+}  // namespace mocap::synchronise

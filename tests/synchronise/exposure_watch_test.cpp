@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace mocap::stages {
+namespace mocap::synchronise {
 namespace {
 
 using std::chrono::microseconds;
@@ -127,4 +127,4 @@ TEST(ExposureWatch, GoesOnWhenTheCameraThatServesAsClockFallsSilent) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::synchronise

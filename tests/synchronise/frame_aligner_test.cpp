@@ -10,7 +10,7 @@
 
 #include "synchronise/alignment_world.h"
 
-namespace mocap::stages {
+namespace mocap::synchronise {
 namespace {
 
 using std::chrono::microseconds;
@@ -374,4 +374,4 @@ TEST(FrameAligner, TellsACameraWhoseFramesAreInNoSetOfTheOthers) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::synchronise

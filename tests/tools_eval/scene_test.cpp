@@ -48,7 +48,7 @@ void add(const std::vector<Spot>& spots, const Blobs& blobs, Told& sum, int& cou
 
 Blobs detect(const std::vector<Spot>& spots, std::uint64_t number) {
   scene::Renderer renderer(kWidth_px, kHeight_px, {}, 0);
-  const auto detector = stages::make_blob_detector({}, PixelFormat::Mono8, kWidth_px, kHeight_px);
+  const auto detector = detect::make_blob_detector({}, PixelFormat::Mono8, kWidth_px, kHeight_px);
   std::vector<std::byte> pixels(static_cast<std::size_t>(kWidth_px) * kHeight_px);
   std::vector<scene::Disc> discs;
   for (const Spot& spot : spots) discs.push_back({spot.centre_px, spot.centre_px, spot.radius_px, 1.0});

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-namespace mocap::stages {
+namespace mocap::tools_paper_study {
 namespace {
 
 using Points = std::vector<Eigen::Vector2d>;
@@ -32,8 +32,8 @@ std::vector<std::uint32_t> tracks_of(BlobTracker& tracker, const Points& points,
 constexpr std::uint32_t kNone = BlobTrackId::kNothing;
 
 TEST(PaperBlobTracker, NamesOnlyWhatTheFirstFrameWithBlobsShows) {
-  for (const TrackMethod method : {TrackMethod::AlphaBeta, TrackMethod::Kalman, TrackMethod::Condensation}) {
-    const auto tracker = make_paper_blob_tracker({.method = method});
+  for (const track2d::TrackMethod method : {track2d::TrackMethod::AlphaBeta, track2d::TrackMethod::Kalman, track2d::TrackMethod::Condensation}) {
+    const auto tracker = paper_study::make_paper_blob_tracker({.method = method});
     EXPECT_TRUE(tracks_of(*tracker, {}, 0).empty());
     EXPECT_EQ(tracks_of(*tracker, {{100.0, 100.0}}, 1), (std::vector<std::uint32_t>{0}));
     EXPECT_EQ(tracks_of(*tracker, {{400.0, 400.0}, {103.0, 100.0}}, 2), (std::vector<std::uint32_t>{kNone, 0}));
@@ -41,7 +41,7 @@ TEST(PaperBlobTracker, NamesOnlyWhatTheFirstFrameWithBlobsShows) {
 }
 
 TEST(PaperBlobTracker, LetsTheFirstLabelTakeTheNearestEvenWhereAllTogetherWouldBeBetterOff) {
-  const auto tracker = make_paper_blob_tracker({.method = TrackMethod::AlphaBeta});
+  const auto tracker = paper_study::make_paper_blob_tracker({.method = track2d::TrackMethod::AlphaBeta});
   tracks_of(*tracker, {{100.0, 100.0}, {130.0, 100.0}}, 0);
 
   // The second's own blob is nearer to the first than the first's own.
@@ -49,7 +49,7 @@ TEST(PaperBlobTracker, LetsTheFirstLabelTakeTheNearestEvenWhereAllTogetherWouldB
 }
 
 TEST(PaperBlobTracker, FindsALabelAgainWhereItIsExpectedHoweverLongItWasHidden) {
-  const auto tracker = make_paper_blob_tracker({.method = TrackMethod::AlphaBeta});
+  const auto tracker = paper_study::make_paper_blob_tracker({.method = track2d::TrackMethod::AlphaBeta});
   tracks_of(*tracker, {{100.0, 100.0}}, 0);
   int k = 1;
   for (; k <= 10; ++k) tracks_of(*tracker, {{100.0 + 5.0 * k, 100.0}}, k);
@@ -59,20 +59,20 @@ TEST(PaperBlobTracker, FindsALabelAgainWhereItIsExpectedHoweverLongItWasHidden) 
 }
 
 TEST(PaperBlobTracker, TakesNothingOutsideOfItsGate) {
-  const auto tracker = make_paper_blob_tracker({.method = TrackMethod::AlphaBeta});
+  const auto tracker = paper_study::make_paper_blob_tracker({.method = track2d::TrackMethod::AlphaBeta});
   tracks_of(*tracker, {{100.0, 100.0}}, 0);
   EXPECT_EQ(tracks_of(*tracker, {{140.0, 100.0}}, 1), (std::vector<std::uint32_t>{kNone}));
   EXPECT_EQ(tracks_of(*tracker, {{139.9, 100.0}}, 2), (std::vector<std::uint32_t>{0}));
 }
 
 TEST(PaperBlobTracker, TellsAheadWhatTheNextFrameWillBeMeasuredBy) {
-  for (const TrackMethod method : {TrackMethod::AlphaBeta, TrackMethod::Kalman, TrackMethod::Condensation}) {
-    const auto tracker = make_paper_blob_tracker({.method = method});
-    const auto* inspection = dynamic_cast<const BlobTrackInspection*>(tracker.get());
+  for (const track2d::TrackMethod method : {track2d::TrackMethod::AlphaBeta, track2d::TrackMethod::Kalman, track2d::TrackMethod::Condensation}) {
+    const auto tracker = paper_study::make_paper_blob_tracker({.method = method});
+    const auto* inspection = dynamic_cast<const track2d::BlobTrackInspection*>(tracker.get());
     ASSERT_NE(inspection, nullptr);
     tracks_of(*tracker, {{100.0, 100.0}}, 0);
     for (int k = 1; k < 10; ++k) tracks_of(*tracker, {{100.0 + 4.0 * k, 100.0}}, k);
-    std::vector<BlobTrackBelief> ahead, again;
+    std::vector<track2d::BlobTrackBelief> ahead, again;
     inspection->look_ahead(from_ns(10 * 33'000'000LL), ahead);
     inspection->look_ahead(from_ns(10 * 33'000'000LL), again);
 
@@ -85,4 +85,4 @@ TEST(PaperBlobTracker, TellsAheadWhatTheNextFrameWillBeMeasuredBy) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::tools_paper_study

@@ -22,7 +22,7 @@ Clip straight(Situation situation, std::size_t frames) {
 }
 
 /// Predicts a fixed offset from the truth, and misses its blob in one frame.
-class ScriptedTracker final : public BlobTracker, public stages::BlobTrackInspection {
+class ScriptedTracker final : public BlobTracker, public track2d::BlobTrackInspection {
  public:
   ScriptedTracker(const Clip& clip, double off_px, int missed_frame, double label_off_px = 0.0)
       : clip_(clip), off_px_(off_px), missed_frame_(missed_frame), label_off_px_(label_off_px) {}
@@ -35,9 +35,9 @@ class ScriptedTracker final : public BlobTracker, public stages::BlobTrackInspec
     }
   }
   void track_all(Timestamp, std::span<Blob>) override {}
-  void look_ahead(Timestamp at, std::vector<stages::BlobTrackBelief>& into) const override {
+  void look_ahead(Timestamp at, std::vector<track2d::BlobTrackBelief>& into) const override {
     const auto k = static_cast<std::size_t>(std::lround(to_s(at - from_ns(0)) * kFrameRate_Hz));
-    const std::uint32_t blob = frame_ == missed_frame_ ? stages::BlobTrackBelief::kUnseen : 0;
+    const std::uint32_t blob = frame_ == missed_frame_ ? track2d::BlobTrackBelief::kUnseen : 0;
     into.push_back({{7}, true, {clip_.ways_px[0][k] + Eigen::Vector2d(off_px_, 0.0)}, 10.0, blob});
   }
 

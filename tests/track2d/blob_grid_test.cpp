@@ -6,7 +6,7 @@
 #include <set>
 #include <vector>
 
-namespace mocap::stages {
+namespace mocap::track2d {
 namespace {
 
 std::set<std::uint32_t> near(const BlobGrid& grid, const Eigen::Vector2d& centre, double reach) {
@@ -55,4 +55,4 @@ TEST(BlobGrid, HoldsBlobsThatAreAllInOnePlace) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::track2d

@@ -12,7 +12,7 @@
 #include "track2d/blob_track_inspection.h"
 #include "track2d/following_blob_tracker.h"
 
-namespace mocap::stages {
+namespace mocap::track2d {
 namespace {
 
 using Point = Eigen::Vector2d;
@@ -261,4 +261,4 @@ TEST(TrackBlobs, ShowsATrackFromItsFirstImageToItsLast) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::track2d

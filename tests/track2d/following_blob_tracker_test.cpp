@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace mocap::stages {
+namespace mocap::track2d {
 namespace {
 
 constexpr double kRate_hz = 60.0;
@@ -164,4 +164,4 @@ TEST(TrackBlobs, KeepsTwoMarkersApartThatCross) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::track2d

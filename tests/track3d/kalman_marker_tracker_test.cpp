@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-namespace mocap::stages {
+namespace mocap::track3d {
 namespace {
 
 constexpr double kSigma_m = 0.0003;
@@ -523,4 +523,4 @@ TEST(TrackMarkers, KeepsTheIdsOfARawWalkAt100And50HzButWhereItsMarkersJump) {
 }
 
 }  // namespace
-}  // namespace mocap::stages
+}  // namespace mocap::track3d

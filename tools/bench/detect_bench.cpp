@@ -127,7 +127,7 @@ Status time_white_noise(const DetectSceneSettings& settings, Detector& ours, Det
   };
   median_of(dark_set, ours);  // first touch of memory and code
   for (const double threshold_grey : {128.0, 224.0, 240.0, 244.0, 246.0, 248.0, 252.0, 255.0}) {
-    auto made = stages::make_blob_detector({.threshold = threshold_grey}, PixelFormat::Mono8, settings.width_px,
+    auto made = detect::make_blob_detector({.threshold = threshold_grey}, PixelFormat::Mono8, settings.width_px,
                                            settings.height_px);
     if (!made) return made.error();
     median_of(noise_set, **made);
@@ -191,15 +191,15 @@ void score(const DetectSceneSettings& settings, std::span<const DetectImage> dra
 }  // namespace
 
 Result<DetectBenchFigures> run_detect_bench(const DetectSceneSettings& settings) {
-  auto ours = stages::make_blob_detector({}, PixelFormat::Mono8, settings.width_px, settings.height_px);
+  auto ours = detect::make_blob_detector({}, PixelFormat::Mono8, settings.width_px, settings.height_px);
   if (!ours) return ours.error();
-  auto opencv = stages::make_opencv_detector({.threshold = kOpencvThreshold_grey}, PixelFormat::Mono8,
+  auto opencv = bench::make_opencv_detector({.threshold = kOpencvThreshold_grey}, PixelFormat::Mono8,
                                              settings.width_px, settings.height_px);
   if (!opencv) return opencv.error();
   cv::setNumThreads(1);  // as ours: its threshold would take all processors
   const std::vector<DetectImage> drawn = draw_images(settings, kDrawn);
   DetectBenchFigures figures;
-  figures.isa = stages::best_kernels().name;
+  figures.isa = detect::best_kernels().name;
   score(settings, drawn, **ours, figures);
   time_all(settings, drawn, **ours, **opencv, figures);
   if (const Status timed = time_white_noise(settings, **ours, figures); !timed) return timed.error();

@@ -83,9 +83,9 @@ class Row {
   Row(const Rig& rig, bool predicted)
       : predicted_(predicted),
         aligner_({}, rig.size()),
-        matcher_(stages::make_matcher({}, rig)),
-        triangulator_(stages::make_triangulator({}, rig)),
-        tracker_(stages::make_marker_tracker({})),
+        matcher_(associate::make_matcher({}, rig)),
+        triangulator_(associate::make_triangulator({}, rig)),
+        tracker_(track3d::make_marker_tracker({})),
         expected_(std::make_unique<Expected>()) {}
 
   // Five instants more than parts: where each begins and the last ends.
@@ -113,7 +113,7 @@ class Row {
 
  private:
   bool predicted_;
-  stages::FrameAligner aligner_;
+  synchronise::FrameAligner aligner_;
   std::unique_ptr<Matcher> matcher_;
   std::unique_ptr<Triangulator> triangulator_;
   std::unique_ptr<MarkerTracker> tracker_;

@@ -6,19 +6,19 @@
 
 #include "detect/pixel_rows.h"
 
-namespace mocap::stages {
+namespace mocap::bench {
 namespace {
 
 class OpencvDetector final : public Detector {
  public:
-  OpencvDetector(const DetectSettings& settings, int width_px, int height_px)
+  OpencvDetector(const detect::DetectSettings& settings, int width_px, int height_px)
       : settings_(settings), width_px_(width_px), height_px_(height_px) {}
 
   Detection detect(const Image& image) override {
     Detection found;
     const bool fits =
         image.format == PixelFormat::Mono8 && image.width_px == width_px_ && image.height_px == height_px_;
-    if (!fits || !is_whole(image)) return found;
+    if (!fits || !detect::is_whole(image)) return found;
     try {
       find(image, found);
     } catch (const cv::Exception&) {
@@ -48,7 +48,7 @@ class OpencvDetector final : public Detector {
     }
   }
 
-  DetectSettings settings_;
+  detect::DetectSettings settings_;
   int width_px_, height_px_;
   cv::Mat bright_;
   std::vector<std::vector<cv::Point>> contours_;
@@ -56,7 +56,7 @@ class OpencvDetector final : public Detector {
 
 }  // namespace
 
-Result<std::unique_ptr<Detector>> make_opencv_detector(const DetectSettings& settings, PixelFormat format, int width_px,
+Result<std::unique_ptr<Detector>> make_opencv_detector(const detect::DetectSettings& settings, PixelFormat format, int width_px,
                                                        int height_px) {
   if (format != PixelFormat::Mono8) return Error{ErrorCode::Unsupported, "detect: OpenCV's detector reads Mono8 alone"};
   if (!settings.threshold) {
@@ -65,4 +65,4 @@ Result<std::unique_ptr<Detector>> make_opencv_detector(const DetectSettings& set
   return std::unique_ptr<Detector>(std::make_unique<OpencvDetector>(settings, width_px, height_px));
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::bench

@@ -172,10 +172,10 @@ Result<SolveBenchFigures> run_solve_bench(const SolveBenchSettings& settings) {
 
   eval::Recognition recognition(world.performers());
   double label_us = 0.0, solve_us = 0.0;
-  stages::FusionParts parts = assemble_row(daemon);
+  fusion::FusionParts parts = assemble_row(daemon);
   parts.labeller = std::make_unique<TimedLabeller>(std::move(parts.labeller), label_us);
   parts.solver = std::make_unique<TimedSolver>(std::move(parts.solver), solve_us);
-  stages::Fusion fusion(std::move(parts), static_cast<std::uint32_t>(daemon.rig.size()));
+  fusion::Fusion fusion(std::move(parts), static_cast<std::uint32_t>(daemon.rig.size()));
   Spans spans;
   eval::LabelScorer names;
   const auto warm_up = static_cast<int>(kWarmUp_s * settings.rate_hz);

@@ -30,12 +30,12 @@ calibration::Take times_of(const record::BlobRecording& recording) {
 
 void run_row(const record::BlobRecording& recording, const Rig& rig, const std::vector<bool>& without,
              const std::function<void(const RowLook&)>& look) {
-  stages::MatchSettings match;
+  associate::MatchSettings match;
   match.volume_min_m.setConstant(-1000.0);
   match.volume_max_m.setConstant(1000.0);
-  const auto matcher = stages::make_matcher(match, rig);
-  const auto triangulator = stages::make_triangulator({}, rig);
-  const auto tracker = stages::make_marker_tracker({});
+  const auto matcher = associate::make_matcher(match, rig);
+  const auto triangulator = associate::make_triangulator({}, rig);
+  const auto tracker = track3d::make_marker_tracker({});
   const calibration::Take times = times_of(recording);
   std::vector<BlobFrame> views(rig.size());
   auto expected = std::make_unique<Expected>();

@@ -26,7 +26,7 @@ constexpr std::size_t kLeastFrames = 10;
 /// Learns one camera's mask from its images.
 class Learner {
  public:
-  Learner(const CameraModel& model, stages::DetectSettings detect, std::size_t frames)
+  Learner(const CameraModel& model, detect::DetectSettings detect, std::size_t frames)
       : model_(model), detect_(detect), frames_(frames) {}
 
   Result<Wish> take(const Image& image) {
@@ -36,7 +36,7 @@ class Learner {
                      fmt::format("camera '{}': images are {}x{}, the rig was made at {}x{}", model_.name,
                                  image.width_px, image.height_px, model_.width_px, model_.height_px)};
       }
-      auto made = stages::make_blob_detector(detect_, image.format, image.width_px, image.height_px);
+      auto made = detect::make_blob_detector(detect_, image.format, image.width_px, image.height_px);
       if (!made) return made.error();
       detector_ = std::move(*made);
       learner_.emplace(image.width_px, image.height_px, model_.masks);
@@ -52,14 +52,14 @@ class Learner {
   std::size_t images() const { return learner_ ? learner_->images() : 0; }
   double threshold_grey() const { return threshold_grey_; }
   const CameraModel& model() const { return model_; }
-  stages::LearntMask learn(const stages::LearnMaskSettings& settings) const { return learner_->learn(settings); }
+  detect::LearntMask learn(const detect::LearnMaskSettings& settings) const { return learner_->learn(settings); }
 
  private:
   const CameraModel& model_;
-  stages::DetectSettings detect_;
+  detect::DetectSettings detect_;
   std::size_t frames_;
   std::unique_ptr<Detector> detector_;
-  std::optional<stages::MaskLearner> learner_;
+  std::optional<detect::MaskLearner> learner_;
   double threshold_grey_ = 0.0;
 };
 
@@ -116,7 +116,7 @@ int gather(const settings::DaemonSettings& settings, std::vector<Learner>& learn
 }
 
 // Says what was found; whether it may be written.
-bool tell(const Learner& learner, const stages::LearntMask& learnt, const MaskOptions& options) {
+bool tell(const Learner& learner, const detect::LearntMask& learnt, const MaskOptions& options) {
   const std::string& name = learner.model().name;
   const std::string seen = learnt.lights == 0
                                ? "nothing shines, no mask"
@@ -203,7 +203,7 @@ int run_mask(const MaskOptions& options) {
   }
   bool may_be_written = true;
   for (std::size_t i = 0; i < learners.size(); ++i) {
-    const stages::LearntMask learnt = learners[i].learn(options.learn);
+    const detect::LearntMask learnt = learners[i].learn(options.learn);
     may_be_written = tell(learners[i], learnt, options) && may_be_written;
     learnt_rig[i].learnt_masks = learnt.polygons;
   }

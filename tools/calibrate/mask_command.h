@@ -12,7 +12,7 @@ struct MaskOptions {
   std::filesystem::path config;
   std::filesystem::path rig;  ///< empty: the configuration's
   std::size_t frames = 200;   ///< of each camera
-  stages::LearnMaskSettings learn;
+  detect::LearnMaskSettings learn;
   double most_percent = 20.0;  ///< of an image; more is refused
   bool dry_run = false;
   bool clear = false;

@@ -126,10 +126,10 @@ std::uint32_t one_to_blame(const record::BlobRecording& recording, const Rig& ri
 }
 
 /// Puts cameras that drifted where the others see them stand, one after the other, and looks at all anew.
-std::optional<Failure> mend(const record::BlobRecording& recording, std::vector<stages::CameraDrift> drifts,
+std::optional<Failure> mend(const record::BlobRecording& recording, std::vector<drift::CameraDrift> drifts,
                             double drift_px, Rig& rig, std::vector<MendedCamera>& mended) {
   for (;;) {
-    const auto drifted = std::ranges::count_if(drifts, &stages::CameraDrift::drifted);
+    const auto drifted = std::ranges::count_if(drifts, &drift::CameraDrift::drifted);
     if (drifted == 0) return std::nullopt;
     if (2 * (mended.size() + 1) > rig.size()) {
       return refused(
@@ -139,7 +139,7 @@ std::optional<Failure> mend(const record::BlobRecording& recording, std::vector<
     }
     const bool many = static_cast<std::ptrdiff_t>(rig.size()) - drifted >= kLeastLeft;
     const auto worst = std::ranges::max_element(
-        drifts, {}, [](const stages::CameraDrift& drift) { return drift.drifted ? drift.off_px : -1.0; });
+        drifts, {}, [](const drift::CameraDrift& drift) { return drift.drifted ? drift.off_px : -1.0; });
     const auto c = many ? static_cast<std::uint32_t>(worst - drifts.begin()) : one_to_blame(recording, rig);
     std::vector<bool> without(rig.size(), false);
     for (std::size_t i = 0; i < rig.size(); ++i) without[i] = i == c || (many && drifts[i].drifted);

@@ -26,14 +26,14 @@ std::pair<Timestamp, Timestamp> span_of(const record::BlobRecording& recording) 
 }
 
 // As the daemon watches; tells the last camera that stood as the rig says, and then did not.
-Standing watched(const record::BlobRecording& recording, const Rig& rig, const stages::DriftSettings& settings) {
+Standing watched(const record::BlobRecording& recording, const Rig& rig, const drift::DriftSettings& settings) {
   const auto [begin, end] = span_of(recording);
   Standing standing;
   std::vector<bool> stood(rig.size(), false);
-  stages::DriftWatch watch(settings, rig);
+  drift::DriftWatch watch(settings, rig);
   run_row(recording, rig, {}, [&, first = begin, last = end](const RowLook& look) {
     const CameraId camera = watch.look(look.frames, look.matches, look.markers);
-    const stages::CameraDrift& drift = watch.camera(camera);
+    const drift::CameraDrift& drift = watch.camera(camera);
     if (drift.views < kLeastViews) return;
     if (drift.off_px < kStoodRight * settings.drift_px) stood[camera.value] = true;
     if (!drift.drifted || !stood[camera.value]) return;
@@ -63,7 +63,7 @@ record::BlobRecording last_of(const record::BlobRecording& recording, double sec
 }
 
 Standing standing_of(const record::BlobRecording& recording, const Rig& rig, double drift_px) {
-  stages::DriftSettings settings;
+  drift::DriftSettings settings;
   settings.drift_px = drift_px;
   Standing standing = watched(recording, rig, settings);
   // Who saw it happen knows which camera it was; else the whole take counts.

@@ -19,7 +19,7 @@ struct MovedMeanwhile {
 
 /// How the cameras stood while markers moved.
 struct Standing {
-  std::vector<stages::CameraDrift> drifts;  ///< by camera; where one was bumped meanwhile, as they stood afterwards
+  std::vector<drift::CameraDrift> drifts;  ///< by camera; where one was bumped meanwhile, as they stood afterwards
   std::optional<MovedMeanwhile> moved;      ///< the last
 };
 

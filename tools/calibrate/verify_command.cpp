@@ -14,7 +14,7 @@ constexpr double kRecordedSeconds = 60.0;
 // Of markers in views, weighted: fewer do not tell how a camera stands.
 constexpr double kLeastViews = 100.0;
 
-void tell(const CameraModel& camera, const stages::CameraDrift& drift) {
+void tell(const CameraModel& camera, const drift::CameraDrift& drift) {
   if (drift.views < kLeastViews) {
     fmt::print("camera {}: not told; too few markers that it and three others see\n", camera.name);
     return;
@@ -59,11 +59,11 @@ int run_verify(const VerifyOptions& options) {
     return rig.error().exit;
   }
   const Standing standing = standing_of(gathered->recording, *rig, options.drift_px);
-  const std::vector<stages::CameraDrift>& drifts = standing.drifts;
+  const std::vector<drift::CameraDrift>& drifts = standing.drifts;
   if (standing.moved) fmt::print("{}\n", words_of(*standing.moved, *rig));
   for (std::size_t c = 0; c < rig->size(); ++c) tell((*rig)[c], drifts[c]);
   std::fflush(stdout);
-  const auto wrong = std::ranges::count_if(drifts, &stages::CameraDrift::drifted);
+  const auto wrong = std::ranges::count_if(drifts, &drift::CameraDrift::drifted);
   const auto untold = std::ranges::count_if(drifts, [](const auto& drift) { return drift.views < kLeastViews; });
   if (wrong > 0) say("{} of {} cameras stand otherwise; mend the rig with mocap-calibrate refine", wrong, rig->size());
   if (untold > 0) say("{} of {} cameras are not told of; move markers where four cameras look", untold, rig->size());

@@ -182,7 +182,7 @@ int run_shot(const CamerasOptions& options) {
   const auto frame = first_image(**camera);
   if (!frame) return fail(frame.error());
   const Image& image = frame->image;
-  const auto detector = stages::make_blob_detector(settings::detect_of(*settings, id), image.format, image.width_px,
+  const auto detector = detect::make_blob_detector(settings::detect_of(*settings, id), image.format, image.width_px,
                                                    image.height_px, settings->rig[id.value].masks);
   if (!detector) return fail(detector.error());
   const Detection detection = (*detector)->detect(image);

@@ -15,12 +15,12 @@
 namespace mocap::ctl {
 
 Status save_shot(const std::filesystem::path& path, const Image& image, const Blobs& blobs) try {
-  if (!stages::is_whole(image)) return Error{ErrorCode::Io, "the image is not whole"};
-  const std::uint32_t top = std::max(1U, stages::top_of(image.format));
+  if (!detect::is_whole(image)) return Error{ErrorCode::Io, "the image is not whole"};
+  const std::uint32_t top = std::max(1U, detect::top_of(image.format));
   cv::Mat grey(image.height_px, image.width_px, CV_8UC1);
   std::vector<std::uint16_t> row(static_cast<std::size_t>(image.width_px));
   for (int y = 0; y < image.height_px; ++y) {
-    stages::read_pixels(image, y, 0, row);
+    detect::read_pixels(image, y, 0, row);
     std::transform(row.begin(), row.end(), grey.ptr<std::uint8_t>(y),
                    [top](std::uint16_t level) { return static_cast<std::uint8_t>(level * 255U / top); });
   }

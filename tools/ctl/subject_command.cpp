@@ -92,7 +92,7 @@ void print(const settings::SubjectFile& subject) {
   }
 }
 
-settings::SubjectFile file_of(const body::FittedSubject& fitted, const SubjectOptions& options,
+settings::SubjectFile file_of(const bodyfit::FittedSubject& fitted, const SubjectOptions& options,
                               const fs::path& marker_set) {
   return {.name = options.name.empty() ? fs::path(options.out).stem().string() : options.name,
           .marker_set_file = marker_set,
@@ -105,9 +105,9 @@ settings::SubjectFile file_of(const body::FittedSubject& fitted, const SubjectOp
 }
 
 // Nothing, with words, where the takes tell too little.
-std::optional<body::FittedSubject> fit_body(const MarkerSet& set, const body::LabelledTake& at_rest,
-                                            const body::LabelledTake& moving) {
-  const auto fitted = body::fit_subject(set, at_rest, moving, {});
+std::optional<bodyfit::FittedSubject> fit_body(const MarkerSet& set, const bodyfit::LabelledTake& at_rest,
+                                            const bodyfit::LabelledTake& moving) {
+  const auto fitted = bodyfit::fit_subject(set, at_rest, moving, {});
   if (!fitted) {
     say("{} frames at rest and {} moving show too few of the {} markers of '{}' to fit a body to", at_rest.frames(),
         moving.frames(), set.markers.size(), set.name);
@@ -173,10 +173,10 @@ int run_import(const SubjectOptions& options) {
     say("label '{}' follows no convention that is known; left out", label);
   for (const std::string& label : imported->twice) say("label '{}' is there twice; the first counts", label);
 
-  const body::LabelledTake take = scene::take_of(*c3d, imported->marker_set);
-  const auto fitted = fit_body(imported->marker_set, options.at_rest ? take : body::LabelledTake{},
-                               options.at_rest ? body::LabelledTake{} : take);
-  const MarkerSet worn = fitted ? body::with_asymmetries(imported->marker_set, *fitted) : imported->marker_set;
+  const bodyfit::LabelledTake take = scene::take_of(*c3d, imported->marker_set);
+  const auto fitted = fit_body(imported->marker_set, options.at_rest ? take : bodyfit::LabelledTake{},
+                               options.at_rest ? bodyfit::LabelledTake{} : take);
+  const MarkerSet worn = fitted ? identify::with_asymmetries(imported->marker_set, *fitted) : imported->marker_set;
   std::error_code failed;
   fs::create_directories(options.out, failed);
   const fs::path marker_set = options.out / (options.name + ".markers.toml");

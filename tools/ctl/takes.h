@@ -14,8 +14,8 @@ namespace mocap::ctl {
 Result<scene::C3d> read_c3d(const std::filesystem::path& path);
 
 struct StreamTakes {
-  body::LabelledTake at_rest;
-  body::LabelledTake moving;
+  bodyfit::LabelledTake at_rest;
+  bodyfit::LabelledTake moving;
 };
 
 /// The measured markers of one subject of a recorded feed (JSON lines): those of the first `rest_s` seconds that it is

@@ -10,7 +10,7 @@ DrawnBlobs::DrawnBlobs(const Rig& rig, std::uint64_t seed) {
   scene::ImageSettings settings;
   settings.seed = seed;
   for (const CameraModel& camera : rig) {
-    auto detector = stages::make_blob_detector({}, PixelFormat::Mono8, camera.width_px, camera.height_px);
+    auto detector = detect::make_blob_detector({}, PixelFormat::Mono8, camera.width_px, camera.height_px);
     MOCAP_EXPECTS(detector.has_value());
     eyes_.push_back(
         {scene::Renderer(camera.width_px, camera.height_px, settings, eyes_.size()), std::move(*detector),

@@ -63,7 +63,7 @@ class Watched {
   Watched(const settings::DaemonSettings& settings)
       : align_(settings.pipeline.align), aligner_(align_, settings.rig.size()), fusion_(assemble_fusion(settings)) {}
 
-  const stages::CameraDrift& step(const std::vector<BlobFrame>& frames) {
+  const drift::CameraDrift& step(const std::vector<BlobFrame>& frames) {
     for (const BlobFrame& frame : frames) aligner_.add(frame);
     const auto set = aligner_.take(frames.front().exposed_at + align_.window + align_.patience);
     MOCAP_EXPECTS(set.has_value());
@@ -73,9 +73,9 @@ class Watched {
   std::uint32_t assessed() const { return fusion_->assessed().value; }
 
  private:
-  stages::AlignSettings align_;
-  stages::FrameAligner aligner_;
-  std::unique_ptr<stages::Fusion> fusion_;
+  synchronise::AlignSettings align_;
+  synchronise::FrameAligner aligner_;
+  std::unique_ptr<fusion::Fusion> fusion_;
 };
 
 void keep(const std::vector<BlobFrame>& frames, record::BlobRecording& take) {
@@ -126,7 +126,7 @@ Result<Outcome> run_seed(const SceneFile& scene, const Options& options, std::ui
   const auto sets = static_cast<std::int64_t>((options.bump.at_s + options.after_s) * scene.rate_hz);
   for (std::int64_t set = 0; set < sets; ++set) {
     world->step();
-    const stages::CameraDrift& drift = row.step(world->frames());
+    const drift::CameraDrift& drift = row.step(world->frames());
     if (bumps && world->bumped()) keep(world->frames(), take);
     const std::uint32_t c = row.assessed();
     const bool is_it = bumps && c == world->camera() && world->bumped();

@@ -8,16 +8,16 @@
 namespace mocap::eval {
 namespace {
 
-constexpr stages::AlignSettings kAlign{};
+constexpr synchronise::AlignSettings kAlign{};
 
 }  // namespace
 
 PointsRow::PointsRow(const Rig& rig)
     : aligner_(kAlign, rig.size()),
-      matcher_(stages::make_matcher({}, rig)),
-      triangulator_(stages::make_triangulator({}, rig)),
-      tracker_(stages::make_marker_tracker({})) {
-  for (std::size_t c = 0; c < rig.size(); ++c) blob_trackers_.push_back(stages::make_blob_tracker({}));
+      matcher_(associate::make_matcher({}, rig)),
+      triangulator_(associate::make_triangulator({}, rig)),
+      tracker_(track3d::make_marker_tracker({})) {
+  for (std::size_t c = 0; c < rig.size(); ++c) blob_trackers_.push_back(track2d::make_blob_tracker({}));
 }
 
 bool PointsRow::step(const SeenInstant& seen) {

@@ -30,7 +30,7 @@ class PointsRow {
  private:
   std::vector<std::unique_ptr<BlobTracker>> blob_trackers_;  // by camera
   BlobFrame frame_;
-  stages::FrameAligner aligner_;
+  synchronise::FrameAligner aligner_;
   std::unique_ptr<Matcher> matcher_;
   std::unique_ptr<Triangulator> triangulator_;
   std::unique_ptr<MarkerTracker> tracker_;

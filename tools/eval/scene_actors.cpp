@@ -81,7 +81,7 @@ Result<MarkerSet> fitted(const fs::path& file, const MarkerSet& told) {
   auto imported = scene::import_marker_set(*c3d, told.skeleton, told.name);
   if (!imported) return in_file(file, imported.error());
   const MarkerSet& set = imported->marker_set;
-  auto fit = body::fit_subject(set, scene::take_of(*c3d, set), {}, {});
+  auto fit = bodyfit::fit_subject(set, scene::take_of(*c3d, set), {}, {});
   if (!fit) return Error{ErrorCode::InvalidArgument, fmt::format("fit '{}': it shows no markers", file.string())};
   return std::move(fit->marker_set);
 }

@@ -30,7 +30,7 @@ class Row {
   explicit Row(const settings::DaemonSettings& settings)
       : align_(settings.pipeline.align), aligner_(align_, settings.rig.size()), fusion_(assemble_fusion(settings)) {
     for (std::size_t c = 0; c < settings.rig.size(); ++c) {
-      blob_trackers_.push_back(stages::make_blob_tracker(settings.track_blobs));
+      blob_trackers_.push_back(track2d::make_blob_tracker(settings.track_blobs));
     }
   }
 
@@ -48,9 +48,9 @@ class Row {
  private:
   std::vector<std::unique_ptr<BlobTracker>> blob_trackers_;  // by camera
   BlobFrame frame_;
-  stages::AlignSettings align_;
-  stages::FrameAligner aligner_;
-  std::unique_ptr<stages::Fusion> fusion_;
+  synchronise::AlignSettings align_;
+  synchronise::FrameAligner aligner_;
+  std::unique_ptr<fusion::Fusion> fusion_;
 };
 
 // What this thread has computed so far; what others on the machine take is not in it.
@@ -82,7 +82,7 @@ SceneOutcome about(const std::string& clip, const std::vector<Performer>& perfor
     for (const MarkerOnBone& marker : performer.subject.marker_set.markers) names.push_back(marker.name);
     std::vector<std::string>& bones = outcome.bone_names.emplace_back();
     for (const Bone& bone : performer.subject.marker_set.skeleton.bones) bones.push_back(bone.name);
-    outcome.turns_told.push_back(body::turns_told(performer.subject.marker_set));
+    outcome.turns_told.push_back(kinematics::turns_told(performer.subject.marker_set));
   }
   return outcome;
 }

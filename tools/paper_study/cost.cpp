@@ -90,7 +90,7 @@ CostRow measure(const Step& step, Stage stage) {
 CostRow measure(const Method& method, Stage stage) {
   const auto tracker =
       method.make({.width_px = stage.width_px, .height_px = stage.height_px, .max_blobs = stage.frames[0].size()});
-  auto* inspection = dynamic_cast<stages::BlobTrackInspection*>(tracker.get());
+  auto* inspection = dynamic_cast<track2d::BlobTrackInspection*>(tracker.get());
   MOCAP_EXPECTS(inspection != nullptr);
   return measure([inspection](Timestamp at, std::span<Blob> blobs) { inspection->track_all(at, blobs); },
                  std::move(stage));

@@ -10,14 +10,14 @@
 namespace mocap::eval::paper {
 namespace {
 
-using stages::BlobTrackBelief;
+using track2d::BlobTrackBelief;
 
 constexpr double kOffFromMarker_px = 15.0;
 
 class Follower {
  public:
   Follower(BlobTracker& tracker, const Clip& clip)
-      : tracker_(tracker), inspection_(dynamic_cast<const stages::BlobTrackInspection*>(&tracker)), clip_(clip) {
+      : tracker_(tracker), inspection_(dynamic_cast<const track2d::BlobTrackInspection*>(&tracker)), clip_(clip) {
     MOCAP_EXPECTS(inspection_ != nullptr);
   }
 
@@ -84,7 +84,7 @@ class Follower {
   }
 
   BlobTracker& tracker_;
-  const stages::BlobTrackInspection* inspection_;
+  const track2d::BlobTrackInspection* inspection_;
   const Clip& clip_;
   std::unique_ptr<BlobFrame> frame_ = std::make_unique<BlobFrame>();  // large
   std::vector<BlobTrackBelief> beliefs_;

@@ -6,24 +6,24 @@
 namespace mocap::eval::paper {
 namespace {
 
-using stages::TrackMethod;
+using track2d::TrackMethod;
 
 template <TrackMethod kMethod>
 std::unique_ptr<BlobTracker> make_paper(const TrackerNeeds& needs) {
-  return stages::make_paper_blob_tracker(
+  return paper_study::make_paper_blob_tracker(
       {.method = kMethod, .width_px = needs.width_px, .height_px = needs.height_px, .seed = needs.seed});
 }
 
 template <TrackMethod kMethod>
 std::unique_ptr<BlobTracker> make_ours(const TrackerNeeds& needs) {
-  stages::TrackBlobsSettings settings;
+  track2d::TrackBlobsSettings settings;
   settings.method = kMethod;
   settings.seed = needs.seed;
-  return stages::make_blob_tracker(settings, needs.max_blobs);
+  return track2d::make_blob_tracker(settings, needs.max_blobs);
 }
 
 std::unique_ptr<BlobTracker> make_default(const TrackerNeeds& needs) {
-  return stages::make_blob_tracker({}, needs.max_blobs);
+  return track2d::make_blob_tracker({}, needs.max_blobs);
 }
 
 }  // namespace

@@ -99,14 +99,14 @@ class Post {
         model_(model),
         image_(image),
         renderer_(model.width_px, model.height_px, image, id.value),
-        tracker_(stages::make_blob_tracker({})),
+        tracker_(track2d::make_blob_tracker({})),
         pixels_(static_cast<std::size_t>(model.width_px) * static_cast<std::size_t>(model.height_px)) {
-    auto detector = stages::make_blob_detector({}, PixelFormat::Mono8, model.width_px, model.height_px);
+    auto detector = detect::make_blob_detector({}, PixelFormat::Mono8, model.width_px, model.height_px);
     MOCAP_EXPECTS(detector.has_value());
     detector_ = std::move(*detector);
   }
 
-  void start_clip() { tracker_ = stages::make_blob_tracker({}); }
+  void start_clip() { tracker_ = track2d::make_blob_tracker({}); }
 
   void see(const Clip& clip, const ClipPlane& plane, std::size_t frame, Timestamp at, BlobFrame& into) {
     discs_.clear();
@@ -155,13 +155,13 @@ class Post {
   std::vector<scene::Disc> discs_;
 };
 
-stages::Fusion make_row(const Rig& rig) {
-  stages::FusionParts row;
-  row.matcher = stages::make_matcher({}, rig);
-  row.triangulator = stages::make_triangulator({}, rig);
-  row.tracker = stages::make_marker_tracker({});
-  row.labeller = stages::make_labeller({}, {});
-  row.solver = stages::make_skeleton_solver({}, {});
+fusion::Fusion make_row(const Rig& rig) {
+  fusion::FusionParts row;
+  row.matcher = associate::make_matcher({}, rig);
+  row.triangulator = associate::make_triangulator({}, rig);
+  row.tracker = track3d::make_marker_tracker({});
+  row.labeller = label::make_labeller({}, {});
+  row.solver = solve::make_skeleton_solver({}, {});
   return {std::move(row), static_cast<std::uint32_t>(rig.size())};
 }
 
@@ -203,8 +203,8 @@ class Hall {
 
   bool loses(const Clip& clip, std::uint64_t seed) {
     const ClipPlane plane(rig_, clip.ways_px.size(), seed);
-    const auto row = std::make_unique<stages::Fusion>(make_row(rig_));
-    stages::FrameAligner aligner({}, rig_.size());
+    const auto row = std::make_unique<fusion::Fusion>(make_row(rig_));
+    synchronise::FrameAligner aligner({}, rig_.size());
     for (Post& post : posts_) post.start_clip();
     Label3d label(loss_rule_of(clip.situation));
     for (std::size_t frame = 0; frame < clip.frames(); ++frame) {

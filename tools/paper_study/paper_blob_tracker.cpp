@@ -11,7 +11,7 @@
 #include "paper_study/paper_condensation.h"
 #include "paper_study/paper_kalman.h"
 
-namespace mocap::stages {
+namespace mocap::paper_study {
 namespace {
 
 // Every step of the study's filters is one frame; they do not look at the time.
@@ -19,7 +19,7 @@ constexpr double kFrame = 1.0;
 
 /// `Birth` makes the filter F of a label from its first blob.
 template <class F, class Birth>
-class PaperBlobTracker final : public BlobTracker, public BlobTrackInspection {
+class PaperBlobTracker final : public BlobTracker, public track2d::BlobTrackInspection {
  public:
   explicit PaperBlobTracker(Birth birth) : birth_(std::move(birth)) { labels_.reserve(kMaxBlobs); }
 
@@ -35,9 +35,9 @@ class PaperBlobTracker final : public BlobTracker, public BlobTrackInspection {
     }
   }
 
-  void look_ahead(Timestamp at, std::vector<BlobTrackBelief>& into) const override {
+  void look_ahead(Timestamp at, std::vector<track2d::BlobTrackBelief>& into) const override {
     for (std::uint32_t i = 0; i < labels_.size(); ++i) {
-      BlobTrackBelief belief{{i}, true, {labels_[i].filter.belief().point}, 0.0, labels_[i].blob};
+      track2d::BlobTrackBelief belief{{i}, true, {labels_[i].filter.belief().point}, 0.0, labels_[i].blob};
       if (at > at_) {
         F filter = labels_[i].filter;
         filter.predict(kFrame);
@@ -51,7 +51,7 @@ class PaperBlobTracker final : public BlobTracker, public BlobTrackInspection {
  private:
   struct Label {
     F filter;
-    std::uint32_t blob = BlobTrackBelief::kUnseen;
+    std::uint32_t blob = track2d::BlobTrackBelief::kUnseen;
   };
 
   static filter::Seen<2> seen(const Blob& blob) {
@@ -70,7 +70,7 @@ class PaperBlobTracker final : public BlobTracker, public BlobTrackInspection {
     label.filter.predict(kFrame);
     const filter::Vector<2> centre = label.filter.gate().centre;
     double nearest_px = label.filter.radius_px();
-    label.blob = BlobTrackBelief::kUnseen;
+    label.blob = track2d::BlobTrackBelief::kUnseen;
     for (std::uint32_t i = 0; i < blobs.size(); ++i) {
       if (blobs[i].track.names_something()) continue;  // gone
       const double distance_px = (blobs[i].centroid.v - centre).norm();
@@ -78,7 +78,7 @@ class PaperBlobTracker final : public BlobTracker, public BlobTrackInspection {
       nearest_px = distance_px;
       label.blob = i;
     }
-    if (label.blob == BlobTrackBelief::kUnseen) {
+    if (label.blob == track2d::BlobTrackBelief::kUnseen) {
       label.filter.coast();
     } else {
       label.filter.update(seen(blobs[label.blob]));
@@ -102,12 +102,12 @@ std::unique_ptr<BlobTracker> make_paper_blob_tracker(const PaperTrackSettings& s
   const filter::PaperImage image{static_cast<double>(settings.width_px), static_cast<double>(settings.height_px)};
   using Sighting = filter::Seen<2>;
   switch (settings.method) {
-    case TrackMethod::AlphaBeta:
+    case track2d::TrackMethod::AlphaBeta:
       return make<filter::PaperAlphaBeta>(
           [image](const Sighting& first) { return filter::PaperAlphaBeta(image, first); });
-    case TrackMethod::Kalman:
+    case track2d::TrackMethod::Kalman:
       return make<filter::PaperKalman>([image](const Sighting& first) { return filter::PaperKalman(image, first); });
-    case TrackMethod::Condensation: {
+    case track2d::TrackMethod::Condensation: {
       const filter::PaperCondensation::Settings condensation{image, settings.seed};
       return make<filter::PaperCondensation>(
           [condensation](const Sighting& first) { return filter::PaperCondensation(condensation, first); });
@@ -118,4 +118,4 @@ std::unique_ptr<BlobTracker> make_paper_blob_tracker(const PaperTrackSettings& s
   return nullptr;
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::paper_study

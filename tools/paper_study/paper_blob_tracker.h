@@ -7,11 +7,11 @@
 #include "track2d/blob_track_inspection.h"
 #include "track2d/following_blob_tracker.h"
 
-namespace mocap::stages {
+namespace mocap::paper_study {
 
 /// The preset `paper`: the trackers of the study as they were, their weaknesses included.
 struct PaperTrackSettings {
-  TrackMethod method = TrackMethod::AlphaBeta;  ///< AlphaBeta, Kalman or Condensation
+  track2d::TrackMethod method = track2d::TrackMethod::AlphaBeta;  ///< AlphaBeta, Kalman or Condensation
   int width_px = 640;
   int height_px = 480;
   std::uint64_t seed = 1;  ///< CONDENSATION
@@ -23,4 +23,4 @@ struct PaperTrackSettings {
 /// BlobTrackInspection. `track` does not allocate.
 std::unique_ptr<BlobTracker> make_paper_blob_tracker(const PaperTrackSettings& settings);
 
-}  // namespace mocap::stages
+}  // namespace mocap::paper_study

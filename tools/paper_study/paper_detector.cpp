@@ -52,7 +52,7 @@ class PaperDetector final : public Detector {
     return runs;
   }
 
-  static Blob blob_of(const stages::Shape& shape) {
+  static Blob blob_of(const detect::Shape& shape) {
     Blob blob;
     blob.centroid.v = {shape.x, shape.y};
     blob.area_px2 = shape.area_px2;
@@ -62,7 +62,7 @@ class PaperDetector final : public Detector {
   }
 
   int width_px_, height_px_;
-  stages::RunComponents components_;
+  detect::RunComponents components_;
 };
 
 }  // namespace

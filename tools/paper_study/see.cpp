@@ -24,7 +24,7 @@ scene::ImageSettings image_settings() {
 }
 
 std::unique_ptr<Detector> make_our_detector() {
-  auto made = stages::make_blob_detector(stages::DetectSettings{}, PixelFormat::Mono8, kWidth_px, kHeight_px);
+  auto made = detect::make_blob_detector(detect::DetectSettings{}, PixelFormat::Mono8, kWidth_px, kHeight_px);
   MOCAP_EXPECTS(made.has_value());
   return std::move(*made);
 }

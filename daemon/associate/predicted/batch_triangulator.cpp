@@ -7,7 +7,7 @@
 #include "base/expects.h"
 #include "base/loops.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 // Closer to a camera's plane than this is not in front of it.
@@ -315,4 +315,4 @@ std::optional<std::uint64_t> MeetingPoints::settle(std::size_t marker, const geo
   }
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

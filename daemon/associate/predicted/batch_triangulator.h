@@ -13,7 +13,7 @@
 #include "model/bounds.h"
 #include "model/sighting.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 /// Finds where the rays of many expected markers meet: all markers at once, view by view, several markers at a time.
 ///
@@ -92,4 +92,4 @@ class MeetingPoints {
   std::array<std::array<float, kMaxCameras>, kErrorColumns> lifted_{};
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -4,7 +4,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 // A moment, in images: as long as blobs that cross hide each other.
@@ -90,4 +90,4 @@ void BlobOwners::learn(CameraId camera, BlobTrackId blob, std::uint32_t marker) 
   entry.sets = std::min(entry.sets + 1, kBelieved);
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -8,7 +8,7 @@
 #include "model/blob.h"
 #include "model/sighting.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 /// Whose marker each 2D track of a camera was: the camera's own tracker tells that a blob is what it was in the last
 /// image, and the last sets told which marker that is. Never allocates after construction.
@@ -77,4 +77,4 @@ class BlobOwners {
   std::vector<Label> name_of_;             // by marker
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

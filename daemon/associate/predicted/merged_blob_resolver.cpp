@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 using Eigen::Vector2d;
@@ -215,4 +215,4 @@ bool BlobSharer::overlay(const Foreseen& foreseen, ViewHolds& held, std::uint32_
   return true;
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

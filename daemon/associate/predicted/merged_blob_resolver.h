@@ -11,7 +11,7 @@
 #include "associate/rays/ray_bins.h"
 #include "associate/rays/view_rays.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 /// Where one view should see each expected marker, a column for each number so that loops over them run several at a
 /// time. In single precision: to a thousandth of a pixel.
@@ -92,4 +92,4 @@ class BlobSharer {
   std::vector<Wish> wishes_;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

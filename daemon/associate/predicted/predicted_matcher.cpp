@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 constexpr std::uint32_t kNone = Held::kNone;
@@ -385,4 +385,4 @@ void ExpectedMatcher::recover(RayTable& rays, std::size_t marker) {
   if (views_of_[marker] < 2) mark(rays, marker, -1);
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

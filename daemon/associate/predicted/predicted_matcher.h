@@ -16,7 +16,7 @@
 #include "geometry/assignment.h"
 #include "geometry/ray_quadric.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 /// The first half of matching: finds the blobs of markers whose place is known. Never allocates after construction.
 class ExpectedMatcher {
@@ -121,4 +121,4 @@ class ExpectedMatcher {
   const Match none_{};
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -7,7 +7,7 @@
 
 #include "base/loops.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 bool is_usable(const ExpectedMarker& marker) {
@@ -174,4 +174,4 @@ void ExpectedGates::measure_near(const ViewRays& view, std::size_t count) {
   candidate_count_ = static_cast<std::size_t>(next - candidates_.data());
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

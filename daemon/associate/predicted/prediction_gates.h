@@ -11,7 +11,7 @@
 #include "associate/rays/ray_bins.h"
 #include "associate/rays/view_rays.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 /// A ray in the gate of an expected marker.
 struct GateCandidate {
@@ -63,4 +63,4 @@ class ExpectedGates {
   std::vector<std::uint16_t> wanted_by_;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

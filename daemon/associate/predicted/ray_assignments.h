@@ -9,7 +9,7 @@
 
 #include "model/bounds.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 /// What one view holds of an expected marker: a ray, or kNone; and where the marker is in a blob that several share.
 struct Held {
@@ -81,4 +81,4 @@ class ViewHolds {
   std::vector<Held> places_;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -11,7 +11,7 @@
 #include "associate/rays/view_rays.h"
 #include "model/bounds.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 /// What a view holds of a marker: as little as is asked about all of them.
 struct Kept {
@@ -164,4 +164,4 @@ class HeldViews {
   std::vector<std::uint8_t> holders_;  // of view * kMaxBlobs + ray: how many markers hold it
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

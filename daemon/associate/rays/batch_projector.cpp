@@ -5,7 +5,7 @@
 #include "associate/rays/view_rays.h"
 #include "base/loops.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 // A marker nearer to the camera's plane than that is not in front of it.
@@ -102,4 +102,4 @@ std::optional<std::size_t> ViewShadows::nearest_free(std::size_t view, const Vie
   return nearest;
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

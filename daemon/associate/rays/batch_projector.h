@@ -8,7 +8,7 @@
 
 #include "model/bounds.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 struct ViewRays;
 
@@ -49,4 +49,4 @@ class ViewShadows {
   float gate2_ = 0.0F;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 // Of discs over 25 px^2 the grid's share grows with the radius.
@@ -39,4 +39,4 @@ double spread_px(const Blob& blob) {
   return told_px * (kNear + kFar * told_px / radius_px);
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -6,7 +6,7 @@
 
 #include "model/blob.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 /// How well a blob tells where the marker is, px, each axis: its own sigma_px, and what its shape casts doubt on.
 ///
@@ -47,4 +47,4 @@ bool may_crowd(double least_area_px2, double most_area_px2);
 /// 0 for a blob that is as round as a lone marker's.
 double spread_px(const Blob& blob);
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -5,7 +5,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 void ListedRays::clear() {
   for (std::size_t i = 0; i < count_; ++i) has_[ray_[i]] = 0;
@@ -40,4 +40,4 @@ void ListedRays::bin(const RayBounds& bounds, float usual_variance, float sigmas
   bins_.fill(places, bounds, usual_variance, sigmas);
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -7,7 +7,7 @@
 #include "associate/rays/ray_bins.h"
 #include "model/bounds.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 /// Some of an image's rays, to look for near a place. Never allocates.
 class ListedRays {
@@ -42,4 +42,4 @@ class ListedRays {
   RayBins bins_;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

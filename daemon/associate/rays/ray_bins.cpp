@@ -6,7 +6,7 @@
 #include "base/expects.h"
 #include "base/loops.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 void RayBins::fill(const RayPlaces& rays, const RayBounds& bounds, float usual_variance, float sigmas) {
   constexpr std::size_t kMany = 2 * 64, kFew = 16;  // many rays are worth fine bins, a few are not
@@ -102,4 +102,4 @@ MOCAP_WIDE void RayBins::bound_words() {
   }
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

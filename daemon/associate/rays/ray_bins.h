@@ -10,7 +10,7 @@
 
 #include "model/bounds.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 /// Rays of one image, a column for each number: place on the image plane at distance 1, and variance of either axis.
 struct RayPlaces {
@@ -122,4 +122,4 @@ class RayBins {
   Bins left_{}, right_{}, top_{}, bottom_{};
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

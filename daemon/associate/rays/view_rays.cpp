@@ -9,7 +9,7 @@
 #include "base/loops.h"
 #include "geometry/lens.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 using Eigen::Matrix2d;
@@ -288,4 +288,4 @@ bool RayTable::could_see(std::size_t view, const WorldPoint& point) const {
   return ray.v.norm() <= reach && geometry::in_image(camera, geometry::distort(camera.lens, ray));
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -19,7 +19,7 @@
 #include "model/ids.h"
 #include "model/sighting.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 /// Where a camera would see an uncertain point: on the image plane at distance 1.
 struct Shadow {
@@ -179,4 +179,4 @@ class RayTable {
   ViewShadows shadows_;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 const double kLn2Pi = std::log(2.0 * std::numbers::pi);
@@ -81,4 +81,4 @@ double log_odds_of_lone(const ViewRays& view, std::size_t ray, const ExpectedMar
   return log_density<2>(off_px, covariance_px2) - std::log(others_1_px2(view, ray, false));
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

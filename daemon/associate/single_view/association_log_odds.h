@@ -7,7 +7,7 @@
 #include "associate/rays/view_rays.h"
 #include "model/sighting.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 /// What one of two views says of a marker that it may have seen.
 struct PairView {
@@ -36,4 +36,4 @@ double log_odds_of_pair(const PairView& a, const PairView& b, const Eigen::Vecto
 /// natural logarithm.
 double log_odds_of_lone(const ViewRays& view, std::size_t ray, const ExpectedMarker& expected, double rig_px);
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -7,7 +7,7 @@
 
 // What is known of a marker by its blobs' 2D tracks, by two views alone, or by one.
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 constexpr std::uint32_t kNone = Held::kNone;
@@ -275,4 +275,4 @@ void ExpectedMatcher::join_older(RayTable& rays, std::size_t marker) {
   }
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

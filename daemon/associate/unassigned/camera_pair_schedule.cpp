@@ -8,7 +8,7 @@
 
 #include "geometry/epipolar.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 using Eigen::Matrix3d;
@@ -64,4 +64,4 @@ PairRounds::PairRounds(const Rig& rig) {
   first_of_round_.push_back(pairs_.size());
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

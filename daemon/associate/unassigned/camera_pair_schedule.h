@@ -8,7 +8,7 @@
 
 #include "model/camera_model.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 /// Two cameras, and the epipolar geometry from the first to the second.
 struct CameraPair {
@@ -33,4 +33,4 @@ class PairRounds {
   std::vector<std::size_t> first_of_round_;  // in the pairs; one more at the end
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

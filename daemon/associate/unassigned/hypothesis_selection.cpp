@@ -7,7 +7,7 @@
 
 #include "associate/unassigned/unassigned_matcher.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 std::uint32_t NewMatcher::needed(const Hypothesis& hypothesis) const {
   return std::max(2U, std::min(settings_.min_views_new, hypothesis.could_see));
@@ -114,4 +114,4 @@ void NewMatcher::believe_lone_pairs(RayTable& rays, Matches& into) {
   }
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

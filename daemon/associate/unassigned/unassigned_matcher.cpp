@@ -10,7 +10,7 @@
 #include "base/loops.h"
 #include "geometry/epipolar.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 namespace {
 
 using Eigen::Matrix3d;
@@ -337,4 +337,4 @@ void NewMatcher::count_cameras(const RayTable& rays, Hypothesis& hypothesis) con
   hypothesis.strong = views > settings_.min_views_new && 2 * views >= hypothesis.could_see;
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -12,7 +12,7 @@
 #include "base/bounded_vector.h"
 #include "geometry/ray_quadric.h"
 
-namespace mocap::stages {
+namespace mocap::associate {
 
 /// The second half of matching: finds markers that nobody expected, among the rays that are not taken. Never allocates
 /// after construction.
@@ -119,4 +119,4 @@ class NewMatcher {
   const Match none_{};
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::associate

@@ -8,7 +8,7 @@
 #include "detect/centroid/waist.h"
 #include "detect/pixel_rows.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 // What is darker than this many standard deviations over the background weighs nothing.
@@ -262,4 +262,4 @@ Measured BlobMeter::split(const Cut& cut, const Window& window, const Shape& sha
   return measured;
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -15,7 +15,7 @@
 #include "model/blob.h"
 #include "model/frame.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 
 /// A component's blobs: one, or two where two markers touch.
 using Measured = BoundedVector<Blob, 2>;
@@ -83,4 +83,4 @@ class BlobMeter {
   std::vector<Measured> measured_;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

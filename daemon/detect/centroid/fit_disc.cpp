@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 constexpr int kUnknowns = 5;  // x, y, radius, and the shares that edge and height grow by
@@ -218,4 +218,4 @@ std::optional<FittedDisc> fit_disc(const Box& box, int width_px, const DiscFitLe
   return FittedDisc{disc, std::sqrt(told)};
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

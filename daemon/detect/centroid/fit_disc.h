@@ -6,7 +6,7 @@
 
 #include "detect/kernels/detect_kernels.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 
 /// A disc of light with a soft edge: the grey level at distance d from its middle is
 /// background + height * Phi((radius - d) / edge), Phi the normal distribution, and nowhere over the top of
@@ -41,4 +41,4 @@ struct DiscFitLevels {
 /// radius of 8 px. Never allocates.
 std::optional<FittedDisc> fit_disc(const Box& box, int width_px, const DiscFitLevels& levels, const SoftDisc& start);
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -5,7 +5,7 @@
 
 #include "detect/bit_rows.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 constexpr int kRowWords = kMaxBox_px / 64 + 2;  // the first and the last are dark
@@ -87,4 +87,4 @@ void NeighbourEraser::erase(std::span<const Run> runs, int first_x, int first_y,
   }
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -6,7 +6,7 @@
 
 #include "detect/kernels/detect_kernels.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 
 /// Takes the light of its neighbours out of a component's surroundings: their bright pixels, and what lies no further
 /// from one of those than from the component's own.
@@ -40,4 +40,4 @@ class NeighbourEraser {
   Bits own_, others_;        // rows of words, with dark ones around them
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

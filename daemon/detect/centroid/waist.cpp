@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 // A waist that much thinner than the smaller hump parts two discs; half of that is worth a warning. Noise and grid left
@@ -84,4 +84,4 @@ Eigen::Vector3d moments_of(const Box& box, std::uint32_t threshold) {
   return {moments(0, 0), moments(1, 1), moments(0, 1)};
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

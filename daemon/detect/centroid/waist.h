@@ -6,7 +6,7 @@
 
 #include "detect/kernels/detect_kernels.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 
 /// Where a long component is thin.
 struct Waist {
@@ -26,4 +26,4 @@ void keep_side(std::span<std::uint16_t> pixels, const Box& box, const Eigen::Vec
 /// Second moments of what is bright in a box: xx, yy and xy; a pixel is a square, not a point.
 Eigen::Vector3d moments_of(const Box& box, std::uint32_t threshold);
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -7,7 +7,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 // What the pixel grid leaves of the centroid of a disc of radius 1 px, for each px that its edge is narrower than an
@@ -123,4 +123,4 @@ WeighedLight tell_blob(const Cut& cut, const Light& light) {
   return found;
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

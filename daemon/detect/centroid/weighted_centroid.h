@@ -8,7 +8,7 @@
 #include "detect/kernels/detect_kernels.h"
 #include "model/blob.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 
 /// What is bright in an image, in the format's own levels.
 struct Cut {
@@ -47,4 +47,4 @@ void tell_blobs(const Cut& cut, std::span<const Light> lights, std::span<Weighed
 /// The same for one.
 WeighedLight tell_blob(const Cut& cut, const Light& light);
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -7,7 +7,7 @@
 
 #include "base/loops.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 __extension__ using Bits128 = unsigned __int128;
@@ -258,4 +258,4 @@ MOCAP_BITS ComponentWalker::Walked ComponentWalker::walk(std::span<BrightWord> w
   return {{words.data(), left}, {}};
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

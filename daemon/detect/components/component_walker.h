@@ -9,7 +9,7 @@
 #include "detect/kernels/bright_words.h"
 #include "detect/kernels/detect_kernels.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 
 /// A component with one run in each of its rows.
 struct PlainComponent {
@@ -73,4 +73,4 @@ class ComponentWalker {
   std::uint32_t too_small_ = 0;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

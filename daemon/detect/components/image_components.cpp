@@ -6,7 +6,7 @@
 
 #include "base/loops.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 // What an image, and a row, may bring at most; more is noise over the threshold, and the work stays bounded. A marker
@@ -146,8 +146,8 @@ void ImageComponents::merge(std::uint32_t max_area_px2) {
 void ImageComponents::keep_largest(std::size_t max_count) {
   if (kept_.size() <= max_count) return;
   dropped_ += static_cast<std::uint32_t>(kept_.size() - max_count);
-  const auto comes_first = [](const Kept& a, const Kept& b) { return a.first_px < b.first_px; };
-  const auto larger = [&](const Kept& a, const Kept& b) {
+  const auto comes_first = [](const associate::Kept& a, const associate::Kept& b) { return a.first_px < b.first_px; };
+  const auto larger = [&](const associate::Kept& a, const associate::Kept& b) {
     return sums(a).n != sums(b).n ? sums(a).n > sums(b).n : comes_first(a, b);
   };
   const auto bound = kept_.begin() + static_cast<std::ptrdiff_t>(max_count);
@@ -157,7 +157,7 @@ void ImageComponents::keep_largest(std::size_t max_count) {
 }
 
 std::span<const Run> ImageComponents::runs(std::size_t i) {
-  const Kept& kept = kept_[i];
+  const associate::Kept& kept = kept_[i];
   return kept.is_plain ? walker_.runs(walker_.found()[kept.index]) : joined_.runs(kept.index);
 }
 
@@ -167,4 +167,4 @@ bool ImageComponents::touches_mask(std::size_t i) {
          std::ranges::any_of(runs(i), [this](const Run& run) { return mask_.touches(run); });
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

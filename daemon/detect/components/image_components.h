@@ -10,7 +10,7 @@
 #include "detect/kernels/bright_words.h"
 #include "detect/row_mask.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 
 /// The components of an image: bright pixels that touch, also by a corner, less what is masked. Those with one run in
 /// each row are walked down at once; the runs of all others are joined.
@@ -66,4 +66,4 @@ class ImageComponents {
   std::uint32_t too_small_ = 0, too_large_ = 0, dropped_ = 0, rows_given_up_ = 0;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

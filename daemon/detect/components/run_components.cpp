@@ -4,7 +4,7 @@
 
 #include "base/expects.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 constexpr std::uint32_t kNotKept = 0xFFFF'FFFF;
@@ -125,4 +125,4 @@ std::span<const Run> RunComponents::runs(std::size_t i) {
   return std::span(sorted_).subspan(first_run_[i], first_run_[i + 1] - first_run_[i]);
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -8,7 +8,7 @@
 #include "detect/components/shape.h"
 #include "detect/kernels/detect_kernels.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 
 /// Joins the bright runs of an image to components: runs of neighbouring rows that touch, also by a corner.
 ///
@@ -67,4 +67,4 @@ class RunComponents {
   std::uint32_t dropped_ = 0;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

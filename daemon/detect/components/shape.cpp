@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 // Of 0 to 1, off by 2e-8 at most; a quarter of the time of the library's, and the same on every processor. Abramowitz
@@ -53,4 +53,4 @@ double Shape::axis_rad() const {
   return std::copysign(0.5 * angle_rad, across);
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -5,7 +5,7 @@
 
 #include "detect/kernels/detect_kernels.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 
 /// Sums over the runs of a component, from which its shape follows. Whole numbers, so that no order of adding changes
 /// them; they fit for images of up to 32767 x 32767 px.
@@ -74,4 +74,4 @@ struct Shape {
 
 Shape shape_of(const RunSums& sums);
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 
-namespace mocap::stages {
+namespace mocap::detect {
 
 inline constexpr int words_of(int width_px) { return (width_px + 63) / 64; }
 
@@ -86,4 +86,4 @@ class BrightWords {
   std::size_t most_in_row_ = 0;
 };
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -15,7 +15,7 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace mocap::stages::HWY_NAMESPACE {
+namespace mocap::detect::HWY_NAMESPACE {
 namespace {
 
 #if HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128
@@ -317,11 +317,11 @@ const DetectKernels* kernels() {
 }
 
 }  // namespace
-}  // namespace mocap::stages::HWY_NAMESPACE
+}  // namespace mocap::detect::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 HWY_EXPORT(kernels);
@@ -342,5 +342,5 @@ std::vector<const DetectKernels*> all_kernels() {
   return all;
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect
 #endif

@@ -8,7 +8,7 @@
 
 #include "detect/kernels/bright_words.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 
 /// A stretch of bright pixels in one row: begin <= x < end.
 struct Run {
@@ -83,4 +83,4 @@ const DetectKernels& best_kernels();
 /// All that this processor runs, the scalar ones first.
 std::vector<const DetectKernels*> all_kernels();
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace mocap::stages {
+namespace mocap::detect {
 namespace {
 
 template <int kBytes>
@@ -80,4 +80,4 @@ const DetectKernels& scalar_kernels() {
   return kKernels;
 }
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect

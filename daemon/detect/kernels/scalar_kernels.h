@@ -5,7 +5,7 @@
 
 #include "detect/kernels/detect_kernels.h"
 
-namespace mocap::stages {
+namespace mocap::detect {
 
 /// How grey levels over the low threshold become u of 11 bits: the high half of a product of 16 bits,
 /// (grey << shift) * factor >> 16.
@@ -20,4 +20,4 @@ struct Scale {
 /// Plain loops: for processors without any of the vector sets, and the oracle of those.
 const DetectKernels& scalar_kernels();
 
-}  // namespace mocap::stages
+}  // namespace mocap::detect
