@@ -16,8 +16,8 @@
 namespace mocap::associate {
 namespace {
 
-constexpr std::size_t kLearnFrom = 4;  // markers a set
-constexpr std::size_t kMany = 4;       // views, which tell what one of them is off
+constexpr std::size_t kRigErrorMarkersPerSet = 4;  // markers a set
+constexpr std::size_t kMinRigErrorViews = 4;       // views, which tell what one of them is off
 
 class MatchTriangulator final : public Triangulator {
  public:
@@ -30,18 +30,18 @@ class MatchTriangulator final : public Triangulator {
   const Markers& triangulate(const FrameSet& frames, const Matches& matches) override {
     markers_.clear();
     // Some markers a set, each in its turn: the rig changes slowly.
-    const std::size_t step = std::max<std::size_t>(1, matches.matches.size() / kLearnFrom);
-    ++turn_;
+    const std::size_t step = std::max<std::size_t>(1, matches.matches.size() / kRigErrorMarkersPerSet);
+    ++set_count_;
     for (std::size_t m = 0; m < matches.matches.size(); ++m) {
       const Match& match = matches.matches.data()[m];
       const auto agreed = point_of(frames, match);
       if (!agreed) continue;
       const BlobNoise noise = noise_of(frames, match);
-      if (agreed->kept >= kMany && noise.alike && (m + turn_) % step == 0) {
+      if (agreed->kept >= kMinRigErrorViews && noise.is_uniform && (m + set_count_) % step == 0) {
         error_.learn(agreed->refined.rms_px, noise.variance_px2, agreed->kept);
       }
       const Eigen::Matrix3d covariance_m2 = agreed->refined.covariance_m2 * (1.0 + error_.px2() / noise.variance_px2);
-      if (!is_sure(covariance_m2)) continue;
+      if (!is_precise(covariance_m2)) continue;
       markers_.push_back({agreed->refined.point, covariance_m2, agreed->refined.rms_px,
                           static_cast<std::uint32_t>(agreed->kept), static_cast<std::uint32_t>(m), match.expected,
                           match.by_blob_tracks});
@@ -51,15 +51,15 @@ class MatchTriangulator final : public Triangulator {
 
  private:
   // Whether nothing would be left out here.
-  bool is_as_strict(const Meeting& met) const {
-    return met.floor_px <= agreement_.floor_px && met.sigmas <= agreement_.sigmas;
+  bool satisfies_agreement(const Triangulation& found) const {
+    return found.floor_px <= agreement_.floor_px && found.sigmas <= agreement_.sigmas;
   }
 
   // By what the matcher found, or by the blobs themselves.
   Result<geometry::Agreed, geometry::TriangulationFailure> point_of(const FrameSet& frames, const Match& match) {
-    if (match.meeting && is_as_strict(*match.meeting)) {
-      const Meeting& met = *match.meeting;
-      return geometry::Agreed{{met.point, met.covariance_m2, met.rms_px}, match.sightings.size()};
+    if (match.triangulation && satisfies_agreement(*match.triangulation)) {
+      const Triangulation& found = *match.triangulation;
+      return geometry::Agreed{{found.point, found.covariance_m2, found.rms_px}, match.sightings.size()};
     }
     gather(frames, match);
     return geometry::agree(sightings_, agreement_);
@@ -74,7 +74,7 @@ class MatchTriangulator final : public Triangulator {
       const Eigen::Vector2d off_px(seen.off_x_px, seen.off_y_px);
       const auto ray = geometry::ray_of(rig_[frame.camera.value].lens, {blob.centroid.v + off_px});
       if (!ray) continue;
-      const double sigma_px = seen.sigma_px > 0.0F ? static_cast<double>(seen.sigma_px) : doubt_px(blob);
+      const double sigma_px = seen.sigma_px > 0.0F ? static_cast<double>(seen.sigma_px) : centroid_sigma_px(blob);
       sightings_.push_back(
           {&rig_[frame.camera.value].camera_from_world, ray->point, ray->px_from_ray, sigma_px, seen.view});
     }
@@ -83,26 +83,26 @@ class MatchTriangulator final : public Triangulator {
   // What the blobs of a match promise.
   struct BlobNoise {
     double variance_px2;  // as heavy as they weigh: the harmonic mean
-    bool alike;
+    bool is_uniform;
   };
   static BlobNoise noise_of(const FrameSet& frames, const Match& match) {
-    constexpr double kUnlike = 4.0;
+    constexpr double kMaxWeightRatio = 4.0;
     double sum_1_px2 = 0.0;
     float least_1_px2 = std::numeric_limits<float>::infinity();
     for (const BlobRef& seen : match.sightings) {
       const float sigma_px = seen.sigma_px > 0.0F
                                  ? seen.sigma_px
-                                 : static_cast<float>(doubt_px(frames.views[seen.view]->blobs[seen.blob]));
+                                 : static_cast<float>(centroid_sigma_px(frames.views[seen.view]->blobs[seen.blob]));
       const float weight = 1.0F / (sigma_px * sigma_px);
       sum_1_px2 += static_cast<double>(weight);
       least_1_px2 = std::min(least_1_px2, weight);
     }
     const double mean_1_px2 = sum_1_px2 / static_cast<double>(match.sightings.size());
-    return {1.0 / mean_1_px2, kUnlike * static_cast<double>(least_1_px2) > mean_1_px2};
+    return {1.0 / mean_1_px2, kMaxWeightRatio * static_cast<double>(least_1_px2) > mean_1_px2};
   }
 
   // The standard deviation in the worst direction.
-  bool is_sure(const Eigen::Matrix3d& covariance_m2) const {
+  bool is_precise(const Eigen::Matrix3d& covariance_m2) const {
     // No direction is worse than all axes together; most points pass without the eigenvalues.
     const double most = settings_.max_sigma_m * settings_.max_sigma_m;
     if (covariance_m2.trace() < most) return true;
@@ -115,7 +115,7 @@ class MatchTriangulator final : public Triangulator {
   geometry::Agreement agreement_;
   Rig rig_;
   PointError error_;
-  std::size_t turn_ = 0;  // counts the sets
+  std::size_t set_count_ = 0;  // counts the sets
   BoundedVector<geometry::Sighting, kMaxCameras> sightings_;
   Markers markers_;
 };

@@ -11,21 +11,21 @@
 namespace mocap::associate {
 namespace {
 
-class ViewMatcher final : public Matcher {
+class MultiViewMatcher final : public Matcher {
  public:
-  ViewMatcher(const MatchSettings& settings, Rig rig)
+  MultiViewMatcher(const MatchSettings& settings, Rig rig)
       : settings_(settings),
         rig_(std::move(rig)),
         rays_(rig_),
         error_(settings_.calibration_px, rig_.size()),
-        expected_matcher_(settings_, rig_.size(), error_),
-        new_matcher_(settings_, rig_, error_) {}
-  ViewMatcher(const ViewMatcher&) = delete;
-  ViewMatcher& operator=(const ViewMatcher&) = delete;
+        predicted_matcher_(settings_, rig_.size(), error_),
+        unassigned_matcher_(settings_, rig_, error_) {}
+  MultiViewMatcher(const MultiViewMatcher&) = delete;
+  MultiViewMatcher& operator=(const MultiViewMatcher&) = delete;
 
   const Matches& match(const FrameSet& frames, const Expected& expected) override {
     matches_.matches.clear();
-    matches_.lone.clear();
+    matches_.bearing_only.clear();
     matches_.dropped = 0;
     matches_.seen_once = 0;
     matches_.skipped = 0;
@@ -33,14 +33,14 @@ class ViewMatcher final : public Matcher {
     const std::uint32_t missing = frames.expected_views > views ? frames.expected_views - views : 0;
 
     rays_.begin(frames);
-    expected_matcher_.match(frames, rays_, expected, matches_);
-    new_matcher_.match(rays_, missing, matches_);
-    expected_matcher_.list_lone(frames, rays_, expected, matches_);
+    predicted_matcher_.match(frames, rays_, expected, matches_);
+    unassigned_matcher_.match(rays_, missing, matches_);
+    predicted_matcher_.append_bearing_only(frames, rays_, expected, matches_);
 
     std::size_t unmatched = 0;
     for (std::size_t view = 0; view < frames.views.size(); ++view) {
       unmatched += frames.views[view]->blobs.size() - rays_[view].size();
-      unmatched += rays_[view].free_count();
+      unmatched += rays_[view].unassigned_count();
     }
     matches_.unmatched_blobs = static_cast<std::uint32_t>(unmatched);
     return matches_;
@@ -51,8 +51,8 @@ class ViewMatcher final : public Matcher {
   Rig rig_;
   RayTable rays_;
   RigError error_;
-  ExpectedMatcher expected_matcher_;
-  NewMatcher new_matcher_;
+  PredictedMatcher predicted_matcher_;
+  UnassignedMatcher unassigned_matcher_;
   Matches matches_;
 };
 
@@ -60,7 +60,7 @@ class ViewMatcher final : public Matcher {
 
 std::unique_ptr<Matcher> make_matcher(const MatchSettings& settings, Rig rig) {
   MOCAP_EXPECTS(!rig.empty() && rig.size() <= kMaxCameras);
-  return std::make_unique<ViewMatcher>(settings, std::move(rig));
+  return std::make_unique<MultiViewMatcher>(settings, std::move(rig));
 }
 
 }  // namespace mocap::associate

@@ -9,33 +9,34 @@ namespace mocap::associate {
 namespace {
 
 // Of a distance in two axes the median is so many standard deviations (Rayleigh).
-constexpr double kMedian = 1.1774;
+constexpr double kRayleighMedian = 1.1774;
 // A view moves the estimate by so much: some hundred are remembered.
-constexpr double kRate = 0.02;
+constexpr double kMedianStep = 0.02;
 // Errors have longer tails than the normal distribution that the median stands for.
-constexpr double kSpare = 1.5;
-constexpr double kLeast_px = 0.01;
+constexpr double kSafetyFactor = 1.5;
+constexpr double kMinSigma_px = 0.01;
 // Nothing is refused for less than that.
-constexpr double kLeastToSpare_px = 0.05;
+constexpr double kMinWidenedSigma_px = 0.05;
 
 }  // namespace
 
-RigError::RigError(double most_px, std::size_t camera_count) : most_px_(most_px), sigma_px_(camera_count, most_px) {
-  MOCAP_EXPECTS(camera_count >= 1 && most_px >= 0.0);
+RigError::RigError(double max_px, std::size_t camera_count) : max_px_(max_px), sigma_px_(camera_count, max_px) {
+  MOCAP_EXPECTS(camera_count >= 1 && max_px >= 0.0);
 }
 
 void RigError::learn(std::size_t camera, double error_px, double blob_px, std::size_t views) {
   MOCAP_EXPECTS(camera < sigma_px_.size() && views >= 3);
   // The point leans towards each view: of 2 n measurements 3 are used up.
-  const double lean2 = 1.0 - 1.5 / static_cast<double>(views);
+  const double freedom_correction = 1.0 - 1.5 / static_cast<double>(views);
   double& sigma_px = sigma_px_[camera];
-  const double median_px2 = kMedian * kMedian * lean2 * (sigma_px * sigma_px + blob_px * blob_px);
-  sigma_px *= error_px * error_px > median_px2 ? 1.0 + kRate : 1.0 - kRate;
-  sigma_px = std::clamp(sigma_px, std::min(kLeast_px, most_px_), most_px_);
+  const double median_px2 =
+      kRayleighMedian * kRayleighMedian * freedom_correction * (sigma_px * sigma_px + blob_px * blob_px);
+  sigma_px *= error_px * error_px > median_px2 ? 1.0 + kMedianStep : 1.0 - kMedianStep;
+  sigma_px = std::clamp(sigma_px, std::min(kMinSigma_px, max_px_), max_px_);
 }
 
 double RigError::px() const {
-  return std::min(most_px_, kSpare * std::max(kLeastToSpare_px, *std::ranges::max_element(sigma_px_)));
+  return std::min(max_px_, kSafetyFactor * std::max(kMinWidenedSigma_px, *std::ranges::max_element(sigma_px_)));
 }
 
 void PointError::learn(double rms_px, double blob_px2, std::size_t views) {
@@ -45,7 +46,7 @@ void PointError::learn(double rms_px, double blob_px2, std::size_t views) {
   // The median of the chi-squared distribution, after Wilson and Hilferty.
   const double median = freedom * std::pow(1.0 - 2.0 / (9.0 * freedom), 3);
   const bool more = n * rms_px * rms_px > median * (sigma_px_ * sigma_px_ + blob_px2);
-  sigma_px_ = std::min(most_px_, std::max(kLeast_px, sigma_px_ * (more ? 1.0 + kRate : 1.0 - kRate)));
+  sigma_px_ = std::min(max_px_, std::max(kMinSigma_px, sigma_px_ * (more ? 1.0 + kMedianStep : 1.0 - kMedianStep)));
 }
 
 }  // namespace mocap::associate

@@ -13,8 +13,8 @@ namespace mocap::associate {
 /// construction.
 class RigError {
  public:
-  /// `most_px`: what is assumed at first, and never exceeded; standard deviation of each axis.
-  RigError(double most_px, std::size_t camera_count);
+  /// `max_px`: what is assumed at first, and never exceeded; standard deviation of each axis.
+  RigError(double max_px, std::size_t camera_count);
 
   /// A view's distance from the point that `views` views (3 or more) agree on, and what its blob promises: standard
   /// deviation of each axis.
@@ -24,7 +24,7 @@ class RigError {
   double px() const;
 
  private:
-  double most_px_;
+  double max_px_;
   std::vector<double> sigma_px_;  // by camera
 };
 
@@ -32,8 +32,8 @@ class RigError {
 /// blobs promise. Never allocates.
 class PointError {
  public:
-  /// `most_px`: never exceeded; standard deviation of each axis.
-  explicit PointError(double most_px) : most_px_(most_px) {}
+  /// `max_px`: never exceeded; standard deviation of each axis.
+  explicit PointError(double max_px) : max_px_(max_px) {}
 
   /// Of a point of `views` views (3 or more): the root of their mean squared distance from it, and the variance of
   /// their blobs, each axis.
@@ -43,7 +43,7 @@ class PointError {
   double px2() const { return sigma_px_ * sigma_px_; }
 
  private:
-  double most_px_;
+  double max_px_;
   double sigma_px_ = 0.02;  // a rig that is worse shows it within a second
 };
 

@@ -13,7 +13,7 @@ BodyOffsets offsets_of(const MarkerSet& set) {
   return offsets;
 }
 
-void wear(const BodyOffsets& offsets, MarkerSet& set) {
+void apply_offsets(const BodyOffsets& offsets, MarkerSet& set) {
   MOCAP_EXPECTS(offsets.bones_m.size() == set.skeleton.bones.size() && offsets.markers_m.size() == set.markers.size());
   for (std::size_t b = 0; b < offsets.bones_m.size(); ++b) set.skeleton.bones[b].rest_offset_m = offsets.bones_m[b];
   for (std::size_t m = 0; m < offsets.markers_m.size(); ++m) set.markers[m].offset_m = offsets.markers_m[m];

@@ -16,7 +16,7 @@ struct BodyOffsets {
 };
 
 BodyOffsets offsets_of(const MarkerSet& set);
-void wear(const BodyOffsets& offsets, MarkerSet& set);
+void apply_offsets(const BodyOffsets& offsets, MarkerSet& set);
 
 /// One instant of one body: where its named markers were, and a pose that explains it.
 struct BodyInstant {

@@ -59,8 +59,8 @@ void InstantEquations::couple() {
 }
 
 // Each unknown counts by the share of its certainty that is not the prior's, what is above it being known.
-double InstantEquations::told(const BodyInstant& instant, const InstantCost& by) const {
-  double told = 3.0;
+double InstantEquations::observed_unknowns(const BodyInstant& instant, const InstantCost& by) const {
+  double observed_unknowns = 3.0;
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     const bool held = instant.at_rest[b] != 0;
     const double sigma = b == 0 ? by.upright_sigma_rad : held ? by.at_rest_sigma_rad : by.rest_sigma_rad;
@@ -68,9 +68,9 @@ double InstantEquations::told(const BodyInstant& instant, const InstantCost& by)
     const Eigen::Matrix3d& own = factored(b + 1, b + 1);
     const Eigen::Matrix3d spread =
         own.triangularView<Eigen::Lower>().solve(Eigen::Matrix3d(Eigen::Matrix3d::Identity()));
-    told += std::max(0.0, 3.0 - prior * spread.squaredNorm());
+    observed_unknowns += std::max(0.0, 3.0 - prior * spread.squaredNorm());
   }
-  return told;
+  return observed_unknowns;
 }
 
 // Replaces what couples by L^-T of it, and the gradient likewise into `step_`.
@@ -103,9 +103,9 @@ void InstantEquations::whiten() {
   }
 }
 
-InstantEquations::Judged InstantEquations::eliminate(const BodyInstant& instant, const BodyOffsets& offsets,
-                                                     const InstantCost& by) {
-  Judged judged = linearise(instant, offsets, by);
+InstantEquations::PoseCost InstantEquations::eliminate(const BodyInstant& instant, const BodyOffsets& offsets,
+                                                       const InstantCost& by) {
+  PoseCost pose_cost = linearise(instant, offsets, by);
   couple();
   // The priors make it positive definite; were it not, a great damping only makes this instant tell less.
   for (double damping = 0.0; !factor(damping); damping = damping == 0.0 ? 1e-6 : 10.0 * damping) {
@@ -114,13 +114,13 @@ InstantEquations::Judged InstantEquations::eliminate(const BodyInstant& instant,
       break;
     }
   }
-  judged.told = told(instant, by);
+  pose_cost.observed_unknowns = observed_unknowns(instant, by);
   whiten();
-  return judged;
+  return pose_cost;
 }
 
 // What the markers say of the offsets in this very pose.
-void InstantEquations::add_own(std::span<double> matrix, std::span<double> gradient) const {
+void InstantEquations::add_direct_terms(std::span<double> matrix, std::span<double> gradient) const {
   const auto width = static_cast<std::size_t>(columns_.count);
   const auto add = [&](int row, int column, const Eigen::Matrix3d& value) {
     const bool swapped = column > row;
@@ -140,7 +140,7 @@ void InstantEquations::add_own(std::span<double> matrix, std::span<double> gradi
   };
   for (std::size_t c = 1; c < bones_.size(); ++c) {
     const Eigen::Matrix3d turned = parent_turn(c);
-    add_gradient(columns_.bone[c], turned.transpose() * moments_[c].pull);
+    add_gradient(columns_.bone[c], turned.transpose() * moments_[c].force);
     for (std::size_t e = c; bones_[e].parent >= 0; e = static_cast<std::size_t>(bones_[e].parent)) {
       add(columns_.bone[c], columns_.bone[e], moments_[c].weight * turned.transpose() * parent_turn(e));
     }
@@ -161,15 +161,15 @@ void InstantEquations::add_to(std::size_t part, std::span<double> matrix, std::s
   const auto width = static_cast<std::size_t>(columns_.count);
   MOCAP_EXPECTS(matrix.size() == width * width && gradient.size() == width);
   if (part >= nodes()) {
-    if (part == nodes()) add_own(matrix, gradient);
+    if (part == nodes()) add_direct_terms(matrix, gradient);
     return;
   }
   const double* r0 = rows_.data() + part * 3 * width;
   const double *r1 = r0 + width, *r2 = r1 + width;
-  const Eigen::Vector3d& pull = step_[part];
+  const Eigen::Vector3d& force = step_[part];
   for (const ColumnRun run : runs_[part]) {
     for (int i = run.begin; i < run.end; ++i) {
-      gradient[static_cast<std::size_t>(i)] -= r0[i] * pull[0] + r1[i] * pull[1] + r2[i] * pull[2];
+      gradient[static_cast<std::size_t>(i)] -= r0[i] * force[0] + r1[i] * force[1] + r2[i] * force[2];
       double* to = matrix.data() + static_cast<std::size_t>(i) * width;
       const double b0 = r0[i], b1 = r1[i], b2 = r2[i];
       for (const ColumnRun left : runs_[part]) {

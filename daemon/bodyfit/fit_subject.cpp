@@ -14,29 +14,29 @@ namespace mocap::bodyfit {
 namespace {
 
 // A joint that stands nearer to the rest pose, down an unbroken line from the trunk, is meant to be in it.
-constexpr double kMeantAtRest_rad = 0.45;
+constexpr double kMaxRestAngle_rad = 0.45;
 // Somebody who stands stands upright, however low in front the markers of the pelvis sit.
-constexpr double kUprightHold_rad = 0.1;
+constexpr double kUprightSigma_rad = 0.1;
 // In a pose of somebody who stands all names are right, and a marker may be anywhere on its bone.
 constexpr OutlierScale kAtRestOutliers{0.4, 0.4};
 // Of joints that hang as they like, and yet do not twist where the markers hardly tell.
-constexpr double kRoughRest_rad = 0.25;
-constexpr double kRoughSigma_m = 0.015;   // of a marker before the body is fitted: where people stick it
-constexpr double kRoughOutlier_m = 0.15;  // likewise
-constexpr double kFrame_s = 0.01;         // between frames, where only their order matters
-constexpr double kLeastSize = 0.4, kMostSize = 1.6;
-constexpr std::size_t kMostCandidates = 2000;
+constexpr double kInitialRestSigma_rad = 0.25;
+constexpr double kInitialMarkerSigma_m = 0.015;  // of a marker before the body is fitted: where people stick it
+constexpr double kInitialOutlier_m = 0.15;       // likewise
+constexpr double kFrame_s = 0.01;                // between frames, where only their order matters
+constexpr double kMinSize = 0.4, kMaxSize = 1.6;
+constexpr std::size_t kMaxCandidates = 2000;
 
-bool there(const Eigen::Vector3d& place) { return place.allFinite(); }
+bool is_measured(const Eigen::Vector3d& place) { return place.allFinite(); }
 
 std::size_t seen_in(std::span<const Eigen::Vector3d> frame) {
-  return static_cast<std::size_t>(std::count_if(frame.begin(), frame.end(), there));
+  return static_cast<std::size_t>(std::count_if(frame.begin(), frame.end(), is_measured));
 }
 
 std::vector<kinematics::Observation> observations(std::span<const Eigen::Vector3d> frame, double sigma_m) {
   std::vector<kinematics::Observation> seen;
   for (std::size_t m = 0; m < frame.size(); ++m) {
-    if (there(frame[m])) seen.push_back({static_cast<int>(m), frame[m], sigma_m});
+    if (is_measured(frame[m])) seen.push_back({static_cast<int>(m), frame[m], sigma_m});
   }
   return seen;
 }
@@ -55,7 +55,7 @@ std::vector<Eigen::Vector3d> middle_of(const LabelledTake& take) {
     for (int axis = 0; axis < 3; ++axis) {
       std::vector<double> values;
       for (std::size_t f = 0; f < take.frames(); ++f) {
-        if (there(take.frame(f)[m])) values.push_back(take.frame(f)[m][axis]);
+        if (is_measured(take.frame(f)[m])) values.push_back(take.frame(f)[m][axis]);
       }
       if (!values.empty()) middle[m][axis] = median(values);
     }
@@ -73,16 +73,17 @@ double rough_size(const MarkerSet& file, const LabelledTake& take) {
     for (std::size_t a = 0; a < file.markers.size(); ++a) {
       for (std::size_t b = 0; b < a; ++b) {
         const int bone_a = file.markers[a].bone, bone_b = file.markers[b].bone;
-        const bool near = bone_a == bone_b || file.skeleton.bones[static_cast<std::size_t>(bone_a)].parent == bone_b ||
-                          file.skeleton.bones[static_cast<std::size_t>(bone_b)].parent == bone_a;
+        const bool is_adjacent = bone_a == bone_b ||
+                                 file.skeleton.bones[static_cast<std::size_t>(bone_a)].parent == bone_b ||
+                                 file.skeleton.bones[static_cast<std::size_t>(bone_b)].parent == bone_a;
         const double apart = (rest.marker_at(a) - rest.marker_at(b)).norm();
-        if (near && apart > 0.15 && there(frame[a]) && there(frame[b])) {
+        if (is_adjacent && apart > 0.15 && is_measured(frame[a]) && is_measured(frame[b])) {
           ratios.push_back((frame[a] - frame[b]).norm() / apart);
         }
       }
     }
   }
-  return ratios.empty() ? 1.0 : std::clamp(median(ratios), kLeastSize, kMostSize);
+  return ratios.empty() ? 1.0 : std::clamp(median(ratios), kMinSize, kMaxSize);
 }
 
 MarkerSet sized(const MarkerSet& file, double size) {
@@ -97,29 +98,32 @@ void find_rest(const Skeleton& skeleton, BodyInstant& instant) {
   instant.at_rest[0] = 1;
   for (std::size_t b = 1; b < skeleton.bones.size(); ++b) {
     const bool line = instant.at_rest[static_cast<std::size_t>(skeleton.bones[b].parent)] != 0;
-    instant.at_rest[b] = line && kinematics::rotation_vector(instant.locals[b].rotation).norm() < kMeantAtRest_rad ? 1 : 0;
+    instant.at_rest[b] =
+        line && kinematics::rotation_vector(instant.locals[b].rotation).norm() < kMaxRestAngle_rad ? 1 : 0;
   }
 }
 
 // The instant of somebody who stands at rest; nothing where too little is seen.
-std::optional<BodyInstant> instant_at_rest(const MarkerSet& rough, const LabelledTake& take, double least_share) {
+std::optional<BodyInstant> instant_at_rest(const MarkerSet& rough, const LabelledTake& take,
+                                           double min_marker_fraction) {
   const std::vector<Eigen::Vector3d> middle = middle_of(take);
-  if (static_cast<double>(seen_in(middle)) < least_share * static_cast<double>(middle.size())) return std::nullopt;
+  if (static_cast<double>(seen_in(middle)) < min_marker_fraction * static_cast<double>(middle.size()))
+    return std::nullopt;
   kinematics::PoseFit pose(rough, kinematics::PoseFit::Lengths::Fixed);
   std::vector<geometry::PointPair> pairs;
   for (std::size_t m = 0; m < middle.size(); ++m) {
-    if (there(middle[m])) pairs.push_back({pose.marker_at(m), middle[m]});
+    if (is_measured(middle[m])) pairs.push_back({pose.marker_at(m), middle[m]});
   }
   const auto place = geometry::fit_upright(pairs);
   if (!place) return std::nullopt;
   pose.place({place->translation, Eigen::Quaterniond(Eigen::AngleAxisd(place->yaw_rad, Eigen::Vector3d::UnitZ()))});
-  std::vector<double> hold(rough.skeleton.bones.size(), 1e3);
-  if (hold.size() > 1) hold[0] = kUprightHold_rad;
-  const kinematics::PosePrior prior{.rest_sigma_rad = kRoughRest_rad,
-                        .hold_sigma_rad = hold,
-                        .hold_root_sigma_m = 10.0,
-                        .outlier_m = 2.0 * kRoughOutlier_m};
-  (void)pose.solve(observations(middle, kRoughSigma_m), prior, 60);
+  std::vector<double> prior_sigma_rad(rough.skeleton.bones.size(), 1e3);
+  if (prior_sigma_rad.size() > 1) prior_sigma_rad[0] = kUprightSigma_rad;
+  const kinematics::PosePrior prior{.rest_sigma_rad = kInitialRestSigma_rad,
+                                    .prior_sigma_rad = prior_sigma_rad,
+                                    .prior_root_sigma_m = 10.0,
+                                    .outlier_m = 2.0 * kInitialOutlier_m};
+  (void)pose.solve(observations(middle, kInitialMarkerSigma_m), prior, 60);
   BodyInstant instant = empty_instant(rough);
   instant.seen_m = middle;
   instant.locals.assign(pose.locals().begin(), pose.locals().end());
@@ -129,20 +133,20 @@ std::optional<BodyInstant> instant_at_rest(const MarkerSet& rough, const Labelle
 
 // Follows a body through a take; calls `each` with the frame and the pose, where enough is seen.
 template <class Each>
-void follow(const MarkerSet& body, const LabelledTake& take, std::size_t step, double least_share, double outlier_m,
-            const Each& each) {
-  pose::BodyFollower follower(body, {.outlier_m = outlier_m, .max_iterations = 12});
+void follow(const MarkerSet& body, const LabelledTake& take, std::size_t step, double min_marker_fraction,
+            double outlier_m, const Each& each) {
+  pose::SkeletonTracker follower(body, {.outlier_m = outlier_m, .max_iterations = 12});
   for (std::size_t f = 0; f < take.frames(); f += step) {
     const auto frame = take.frame(f);
-    if (static_cast<double>(seen_in(frame)) < least_share * static_cast<double>(frame.size())) continue;
-    const std::vector<kinematics::Observation> seen = observations(frame, kRoughSigma_m);
+    if (static_cast<double>(seen_in(frame)) < min_marker_fraction * static_cast<double>(frame.size())) continue;
+    const std::vector<kinematics::Observation> seen = observations(frame, kInitialMarkerSigma_m);
     const Timestamp at = from_ns(0) + from_s(kFrame_s * static_cast<double>(f));
-    if (!follower.following()) {
+    if (!follower.is_tracking()) {
       if (!follower.start(seen, at)) continue;
     } else {
       follower.predict(at);
-      (void)follower.fit(seen);
-      follower.learn(seen);
+      (void)follower.update(seen);
+      follower.commit(seen);
     }
     each(frame, follower.pose().locals());
   }
@@ -158,8 +162,8 @@ double apart(const std::vector<Pose>& a, const std::vector<Pose>& b) {
 void add_different(const MarkerSet& rough, const LabelledTake& take, const FitSettings& settings,
                    std::vector<BodyInstant>& into) {
   std::vector<BodyInstant> candidates;
-  const std::size_t step = std::max<std::size_t>(1, take.frames() / kMostCandidates);
-  follow(rough, take, step, settings.least_share, kRoughOutlier_m,
+  const std::size_t step = std::max<std::size_t>(1, take.frames() / kMaxCandidates);
+  follow(rough, take, step, settings.min_marker_fraction, kInitialOutlier_m,
          [&](std::span<const Eigen::Vector3d> frame, std::span<const Pose> locals) {
            BodyInstant instant = empty_instant(rough);
            instant.seen_m.assign(frame.begin(), frame.end());
@@ -171,7 +175,7 @@ void add_different(const MarkerSet& rough, const LabelledTake& take, const FitSe
     for (std::size_t i = 0; i < candidates.size(); ++i)
       nearest[i] = std::min(nearest[i], apart(candidates[i].locals, taken.locals));
   }
-  while (into.size() < settings.most_instants && !candidates.empty()) {
+  while (into.size() < settings.max_instants && !candidates.empty()) {
     const auto furthest = static_cast<std::size_t>(std::max_element(nearest.begin(), nearest.end()) - nearest.begin());
     if (!(nearest[furthest] > 0.0)) break;
     into.push_back(candidates[furthest]);
@@ -189,7 +193,7 @@ class ResidualSum {
     ++counts_[marker];
   }
 
-  FitResiduals told() const {
+  FitResiduals make_residuals() const {
     FitResiduals residuals;
     std::vector<double> of_bone(set_.skeleton.bones.size());
     std::vector<int> on_bone(of_bone.size());
@@ -225,18 +229,19 @@ Result<FittedSubject, FitFailure> fit_subject(const MarkerSet& file, const Label
   double size = rough_size(file, at_rest.frames() > 0 ? at_rest : moving);
   MarkerSet rough = sized(file, size);
   SubjectFitter rest_fitter(file, settings.priors, 1, kAtRestOutliers);
-  SubjectFitter moving_fitter(file, settings.priors, settings.most_instants + 1);
+  SubjectFitter moving_fitter(file, settings.priors, settings.max_instants + 1);
   std::vector<BodyInstant> instants;
   FittedSubject fitted;
   if (at_rest.frames() > 0) {
-    if (auto instant = instant_at_rest(rough, at_rest, settings.least_share)) instants.push_back(*std::move(instant));
+    if (auto instant = instant_at_rest(rough, at_rest, settings.min_marker_fraction))
+      instants.push_back(*std::move(instant));
   }
   if (!instants.empty()) {
     fitted.from_rest =
         std::any_of(instants[0].at_rest.begin() + 1, instants[0].at_rest.end(), [](auto b) { return b != 0; });
     rest_fitter.begin(offsets_of(rough), size, instants);
     while (!rest_fitter.work()) continue;
-    wear(rest_fitter.offsets(), rough);
+    apply_offsets(rest_fitter.offsets(), rough);
     size = rest_fitter.size();
   }
   if (moving.frames() > 0) add_different(rough, moving, settings, instants);
@@ -248,18 +253,18 @@ Result<FittedSubject, FitFailure> fit_subject(const MarkerSet& file, const Label
   }
 
   fitted.marker_set = file;
-  wear(fitter.offsets(), fitted.marker_set);
+  apply_offsets(fitter.offsets(), fitted.marker_set);
   fitted.size = fitter.size();
   fitted.instants = static_cast<int>(instants.size());
-  fitted.turns = fitter.turns();
+  fitted.iterations = fitter.iterations();
   ResidualSum sum(fitted.marker_set);
   for (BodyInstant& instant : instants) {
-    (void)fitter.equations().settle(instant, fitter.offsets(), fitter.cost(), 3);
+    (void)fitter.equations().optimise_pose(instant, fitter.offsets(), fitter.cost(), 3);
     for (std::size_t m = 0; m < instant.seen_m.size(); ++m) {
-      if (there(instant.seen_m[m])) sum.add(m, (instant.seen_m[m] - fitter.equations().place(m)).norm());
+      if (is_measured(instant.seen_m[m])) sum.add(m, (instant.seen_m[m] - fitter.equations().place(m)).norm());
     }
   }
-  fitted.residuals = sum.told();
+  fitted.residuals = sum.make_residuals();
   return fitted;
 }
 
@@ -270,10 +275,10 @@ FitResiduals residuals_of(const MarkerSet& body, const LabelledTake& take, std::
          [&](std::span<const Eigen::Vector3d> frame, std::span<const Pose> locals) {
            pose.set_locals(locals);
            for (std::size_t m = 0; m < frame.size(); ++m) {
-             if (there(frame[m])) sum.add(m, (frame[m] - pose.marker_at(m)).norm());
+             if (is_measured(frame[m])) sum.add(m, (frame[m] - pose.marker_at(m)).norm());
            }
          });
-  return sum.told();
+  return sum.make_residuals();
 }
 
 }  // namespace mocap::bodyfit

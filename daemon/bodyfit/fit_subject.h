@@ -25,13 +25,13 @@ struct FittedSubject {
   FitResiduals residuals;
   int instants = 0;        ///< that were fitted
   bool from_rest = false;  ///< some of them in rest pose: they say how each bone's frame lies on it
-  int turns = 0;
+  int iterations = 0;
 };
 
 struct FitSettings {
   OffsetPriors priors;
-  std::size_t most_instants = 120;  ///< the most different ones are taken
-  double least_share = 0.6;         ///< of the markers that an instant must show
+  std::size_t max_instants = 120;    ///< the most different ones are taken
+  double min_marker_fraction = 0.6;  ///< of the markers that an instant must show
 };
 
 enum class FitFailure { NothingSeen };

@@ -124,9 +124,9 @@ void InstantEquations::pose(const BodyInstant& instant, const BodyOffsets& offse
   }
 }
 
-InstantEquations::Judged InstantEquations::weigh_markers(const BodyInstant& instant, const BodyOffsets& offsets,
-                                                         const InstantCost& by) {
-  Judged judged;
+InstantEquations::PoseCost InstantEquations::accumulate_markers(const BodyInstant& instant, const BodyOffsets& offsets,
+                                                                const InstantCost& by) {
+  PoseCost pose_cost;
   marker_scale_ = 1.0 / squared(by.sigma_m);
   const double c = squared(by.outlier_m);
   for (Moments& moments : moments_) moments = {};
@@ -138,16 +138,16 @@ InstantEquations::Judged InstantEquations::weigh_markers(const BodyInstant& inst
     if (!instant.seen_m[m].allFinite() || !(instant.trust[m] > 0.0)) continue;
     off_[m] = places_[m] - instant.seen_m[m];
     const double s = off_[m].squaredNorm();
-    judged.data_m2 += instant.trust[m] * s * c / (c + s);  // Geman and McClure
+    pose_cost.data_m2 += instant.trust[m] * s * c / (c + s);  // Geman and McClure
     const double weight = instant.trust[m] * squared(c / (c + s));
-    judged.weight += weight;
+    pose_cost.weight += weight;
     weights_[m] = marker_scale_ * weight;
     Moments& moments = moments_[bone];
     const Eigen::Vector3d at = places_[m] - world_[0].position;
     moments.weight += weights_[m];
     moments.first += weights_[m] * at;
     moments.second += weights_[m] * at * at.transpose();
-    moments.pull += weights_[m] * off_[m];
+    moments.force += weights_[m] * off_[m];
     moments.torque += weights_[m] * at.cross(off_[m]);
   }
   for (std::size_t b = bones_.size(); b-- > 1;) {
@@ -155,13 +155,13 @@ InstantEquations::Judged InstantEquations::weigh_markers(const BodyInstant& inst
     parent.weight += moments_[b].weight;
     parent.first += moments_[b].first;
     parent.second += moments_[b].second;
-    parent.pull += moments_[b].pull;
+    parent.force += moments_[b].force;
     parent.torque += moments_[b].torque;
   }
-  return judged;
+  return pose_cost;
 }
 
-double InstantEquations::weigh_turns(const BodyInstant& instant, const InstantCost& by) {
+double InstantEquations::accumulate_joint_priors(const BodyInstant& instant, const InstantCost& by) {
   double prior = 0.0;
   for (std::size_t b = 1; b < bones_.size(); ++b) {
     const Eigen::Vector3d phi = kinematics::rotation_vector(instant.locals[b].rotation);
@@ -171,18 +171,18 @@ double InstantEquations::weigh_turns(const BodyInstant& instant, const InstantCo
     prior += rest * phi.squaredNorm() + limit * beyond.squaredNorm();
     Eigen::Vector3d weight = Eigen::Vector3d::Constant(rest);
     for (int axis = 0; axis < 3; ++axis) weight[axis] += beyond[axis] == 0.0 ? 0.0 : limit;
-    const Eigen::Vector3d pull = rest * phi + limit * beyond;
+    const Eigen::Vector3d force = rest * phi + limit * beyond;
     // Unknowns are turns in the world's axes.
     const Eigen::Matrix3d change =
-        kinematics::change_of_rotation_vector(phi) *
+        kinematics::inverse_left_jacobian(phi) *
         world_[static_cast<std::size_t>(bones_[b].parent)].rotation.toRotationMatrix().transpose();
     block(b + 1, b + 1) += change.transpose() * weight.asDiagonal() * change;
-    gradient_[b + 1] += change.transpose() * pull;
+    gradient_[b + 1] += change.transpose() * force;
   }
   return prior;
 }
 
-double InstantEquations::weigh_tilt(const BodyInstant& instant, const InstantCost& by) {
+double InstantEquations::accumulate_tilt_prior(const BodyInstant& instant, const InstantCost& by) {
   if (instant.at_rest[0] == 0) return 0.0;
   const Eigen::Vector3d up = world_[0].rotation * Eigen::Vector3d::UnitZ();
   const double weight = 1.0 / squared(by.upright_sigma_rad);
@@ -192,16 +192,16 @@ double InstantEquations::weigh_tilt(const BodyInstant& instant, const InstantCos
   return weight * up.head<2>().squaredNorm();
 }
 
-InstantEquations::Judged InstantEquations::linearise(const BodyInstant& instant, const BodyOffsets& offsets,
-                                                     const InstantCost& by) {
+InstantEquations::PoseCost InstantEquations::linearise(const BodyInstant& instant, const BodyOffsets& offsets,
+                                                       const InstantCost& by) {
   pose(instant, offsets);
-  Judged judged = weigh_markers(instant, offsets, by);
+  PoseCost pose_cost = accumulate_markers(instant, offsets, by);
   block(0, 0) = moments_[0].weight * Eigen::Matrix3d::Identity();
-  gradient_[0] = moments_[0].pull;
+  gradient_[0] = moments_[0].force;
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     const Moments& of = moments_[b];
     const Eigen::Vector3d joint = world_[b].position - world_[0].position;
-    gradient_[b + 1] = of.torque - joint.cross(of.pull);
+    gradient_[b + 1] = of.torque - joint.cross(of.force);
     block(b + 1, 0) = cross(of.first - of.weight * joint);
     for (int above = static_cast<int>(b); above >= 0; above = bones_[static_cast<std::size_t>(above)].parent) {
       // The sum of w (x - p) (x - q)^T over the markers x that both joints, at p and q, move.
@@ -212,8 +212,8 @@ InstantEquations::Judged InstantEquations::linearise(const BodyInstant& instant,
           levers.trace() * Eigen::Matrix3d::Identity() - levers.transpose();
     }
   }
-  judged.prior = weigh_turns(instant, by) + weigh_tilt(instant, by);
-  return judged;
+  pose_cost.prior = accumulate_joint_priors(instant, by) + accumulate_tilt_prior(instant, by);
+  return pose_cost;
 }
 
 bool InstantEquations::factor(double damping) {
@@ -260,20 +260,20 @@ void InstantEquations::solve_step() {
   }
 }
 
-void InstantEquations::move(BodyInstant& instant) const {
+void InstantEquations::apply_step(BodyInstant& instant) const {
   instant.locals[0].position += step_[0];
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     const int parent = bones_[b].parent;
     const Eigen::Vector3d turn =
         parent < 0 ? step_[b + 1]
                    : Eigen::Vector3d(world_[static_cast<std::size_t>(parent)].rotation.conjugate() * step_[b + 1]);
-    instant.locals[b].rotation = (kinematics::turn_by(turn) * instant.locals[b].rotation).normalized();
+    instant.locals[b].rotation = (kinematics::from_rotation_vector(turn) * instant.locals[b].rotation).normalized();
   }
 }
 
-InstantEquations::Judged InstantEquations::settle(BodyInstant& instant, const BodyOffsets& offsets,
-                                                  const InstantCost& by, int steps) {
-  Judged best = linearise(instant, offsets, by);
+InstantEquations::PoseCost InstantEquations::optimise_pose(BodyInstant& instant, const BodyOffsets& offsets,
+                                                           const InstantCost& by, int steps) {
+  PoseCost best = linearise(instant, offsets, by);
   double damping = kFirstDamping;
   while (steps-- > 0 && damping <= kMostDamping) {
     if (!factor(damping)) {
@@ -285,8 +285,8 @@ InstantEquations::Judged InstantEquations::settle(BodyInstant& instant, const Bo
     for (const Eigen::Vector3d& step : step_) most = std::max(most, step.cwiseAbs().maxCoeff());
     if (most < kSmallStep) break;
     std::copy(instant.locals.begin(), instant.locals.end(), kept_.begin());
-    move(instant);
-    const Judged moved = linearise(instant, offsets, by);
+    apply_step(instant);
+    const PoseCost moved = linearise(instant, offsets, by);
     if (moved.cost(by) <= best.cost(by)) {  // false for nan, too
       best = moved;
       damping = std::max(kFirstDamping, 0.1 * damping);

@@ -46,26 +46,26 @@ class InstantEquations {
 
   const OffsetColumns& columns() const noexcept { return columns_; }
 
-  struct Judged {
-    double data_m2 = 0.0;  ///< sum of the markers' squared distances, robust
-    double weight = 0.0;   ///< sum of the markers' weights: how many count
-    double prior = 0.0;    ///< sum of the pose's squared deviations, each over its sigma
-    double told = 0.0;     ///< how many of the pose's unknowns the markers tell; of `eliminate` only
+  struct PoseCost {
+    double data_m2 = 0.0;            ///< sum of the markers' squared distances, robust
+    double weight = 0.0;             ///< sum of the markers' weights: how many count
+    double prior = 0.0;              ///< sum of the pose's squared deviations, each over its sigma
+    double observed_unknowns = 0.0;  ///< how many of the pose's unknowns the markers tell; of `eliminate` only
     double cost(const InstantCost& by) const { return data_m2 / (by.sigma_m * by.sigma_m) + prior; }
   };
 
   /// Moves the instant's pose towards what explains its markers, `steps` times at most; what it then costs.
-  Judged settle(BodyInstant& instant, const BodyOffsets& offsets, const InstantCost& by, int steps);
+  PoseCost optimise_pose(BodyInstant& instant, const BodyOffsets& offsets, const InstantCost& by, int steps);
 
   /// Prepares `add_to` for the pose that the instant has.
-  Judged eliminate(const BodyInstant& instant, const BodyOffsets& offsets, const InstantCost& by);
+  PoseCost eliminate(const BodyInstant& instant, const BodyOffsets& offsets, const InstantCost& by);
 
   /// Adds to H (row by row, `columns().count` wide, only at and left of the diagonal) and g: the equations are
   /// H change = -g. In `parts()` parts, each about as much work; 0 <= part.
   void add_to(std::size_t part, std::span<double> matrix, std::span<double> gradient) const;
   std::size_t parts() const noexcept { return nodes() + 1; }
 
-  /// World pose of a bone, and place of a marker, of the last `settle` or `eliminate`.
+  /// World pose of a bone, and place of a marker, of the last `optimise_pose` or `eliminate`.
   const Pose& world(std::size_t bone) const { return world_[bone]; }
   const Eigen::Vector3d& place(std::size_t marker) const { return places_[marker]; }
 
@@ -74,24 +74,24 @@ class InstantEquations {
     double weight = 0.0;
     Eigen::Vector3d first = Eigen::Vector3d::Zero();
     Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d pull = Eigen::Vector3d::Zero();
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
     Eigen::Vector3d torque = Eigen::Vector3d::Zero();
   };
 
   std::size_t nodes() const noexcept { return bones_.size() + 1; }
   void list_runs();
   void pose(const BodyInstant& instant, const BodyOffsets& offsets);
-  Judged weigh_markers(const BodyInstant& instant, const BodyOffsets& offsets, const InstantCost& by);
-  double weigh_turns(const BodyInstant& instant, const InstantCost& by);
-  double weigh_tilt(const BodyInstant& instant, const InstantCost& by);
-  Judged linearise(const BodyInstant& instant, const BodyOffsets& offsets, const InstantCost& by);
+  PoseCost accumulate_markers(const BodyInstant& instant, const BodyOffsets& offsets, const InstantCost& by);
+  double accumulate_joint_priors(const BodyInstant& instant, const InstantCost& by);
+  double accumulate_tilt_prior(const BodyInstant& instant, const InstantCost& by);
+  PoseCost linearise(const BodyInstant& instant, const BodyOffsets& offsets, const InstantCost& by);
   bool factor(double damping);
-  double told(const BodyInstant& instant, const InstantCost& by) const;
+  double observed_unknowns(const BodyInstant& instant, const InstantCost& by) const;
   void solve_step();
-  void move(BodyInstant& instant) const;
+  void apply_step(BodyInstant& instant) const;
   void couple();
   void whiten();
-  void add_own(std::span<double> matrix, std::span<double> gradient) const;
+  void add_direct_terms(std::span<double> matrix, std::span<double> gradient) const;
   Eigen::Matrix3d& block(std::size_t lower, std::size_t upper) { return matrix_[lower * nodes() + upper]; }
   const Eigen::Matrix3d& factored(std::size_t lower, std::size_t upper) const {
     return factor_[lower * nodes() + upper];

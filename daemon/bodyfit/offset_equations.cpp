@@ -13,9 +13,9 @@ namespace {
 constexpr double kInJoint_m = 1e-3;
 // Beyond so many sigmas a marker sits somewhere else than the file has it, as high or low on a thigh, and how far no
 // longer matters much (a Cauchy prior).
-constexpr double kElsewhere = 2.0;
+constexpr double kCauchyScale_sigmas = 2.0;
 // Left and right differ by so much in any case: where a marker sits, where a joint's centre is taken to be.
-constexpr double identify::kLeastAsymmetry_m = 0.003;
+constexpr double kSymmetrySigmaFloor_m = 0.003;
 
 double squared(double x) { return x * x; }
 
@@ -29,10 +29,10 @@ Eigen::Matrix3d bone_weight(const Eigen::Vector3d& rest_m, const OffsetPriors& p
   return across * Eigen::Matrix3d::Identity() + (along - across) * u * u.transpose();
 }
 
-double elsewhere_cost(double squared_sigmas) {
-  return squared(kElsewhere) * std::log1p(squared_sigmas / squared(kElsewhere));
+double cauchy_cost(double squared_sigmas) {
+  return squared(kCauchyScale_sigmas) * std::log1p(squared_sigmas / squared(kCauchyScale_sigmas));
 }
-double elsewhere_weight(double squared_sigmas) { return 1.0 / (1.0 + squared_sigmas / squared(kElsewhere)); }
+double cauchy_weight(double squared_sigmas) { return 1.0 / (1.0 + squared_sigmas / squared(kCauchyScale_sigmas)); }
 
 Eigen::Vector3d mirrored(const Eigen::Vector3d& v) { return {v.x(), -v.y(), v.z()}; }
 
@@ -61,7 +61,7 @@ OffsetEquations::OffsetEquations(const MarkerSet& file, const OffsetColumns& col
     const std::string other = "Right" + bones[b].name.substr(kLeft.size());
     for (std::size_t r = 1; r < bones.size(); ++r) {
       if (bones[r].name != other) continue;
-      const double sigma_m = identify::kLeastAsymmetry_m + priors.symmetry_sigma * bones[b].rest_offset_m.norm();
+      const double sigma_m = kSymmetrySigmaFloor_m + priors.symmetry_sigma * bones[b].rest_offset_m.norm();
       pairs_.push_back({b, r, 1.0 / squared(sigma_m)});
     }
   }
@@ -90,7 +90,7 @@ double OffsetEquations::prior_cost(const BodyOffsets& offsets, double size) cons
     sum += off.dot(bone_weights_[b] * off);
   }
   for (std::size_t m = 0; m < file_.markers_m.size(); ++m) {
-    sum += elsewhere_cost(marker_weights_[m] * (offsets.markers_m[m] - size * file_.markers_m[m]).squaredNorm());
+    sum += cauchy_cost(marker_weights_[m] * (offsets.markers_m[m] - size * file_.markers_m[m]).squaredNorm());
   }
   for (const Pair& pair : pairs_) sum += pair.weight * mirrored_off(pair, offsets, size).squaredNorm();
   return sum;
@@ -119,14 +119,14 @@ void OffsetEquations::add_priors(const BodyOffsets& offsets, double size) {
   size_gradient += size_weight_ * (size - 1.0);
   const auto add_off = [&](int column, const Eigen::Matrix3d& weight, const Eigen::Vector3d& file,
                            const Eigen::Vector3d& off) {
-    const Eigen::Vector3d pull = weight * off, by_size = weight * file;
+    const Eigen::Vector3d force = weight * off, by_size = weight * file;
     add_block(column, column, weight);
     for (int i = 0; i < 3; ++i) {
-      gradient_[static_cast<std::size_t>(column + i)] += pull[i];
+      gradient_[static_cast<std::size_t>(column + i)] += force[i];
       size_row[column + i] -= by_size[i];
     }
     size_row[columns_.size_column] += file.dot(by_size);
-    size_gradient -= file.dot(pull);
+    size_gradient -= file.dot(force);
   };
   for (std::size_t b = 0; b < file_.bones_m.size(); ++b) {
     if (columns_.bone[b] < 0) continue;
@@ -134,7 +134,7 @@ void OffsetEquations::add_priors(const BodyOffsets& offsets, double size) {
   }
   for (std::size_t m = 0; m < file_.markers_m.size(); ++m) {
     const Eigen::Vector3d off = offsets.markers_m[m] - size * file_.markers_m[m];
-    const double weight = marker_weights_[m] * elsewhere_weight(marker_weights_[m] * off.squaredNorm());
+    const double weight = marker_weights_[m] * cauchy_weight(marker_weights_[m] * off.squaredNorm());
     add_off(columns_.marker[m], weight * Eigen::Matrix3d::Identity(), file_.markers_m[m], off);
   }
   const Eigen::Matrix3d mirror = Eigen::Vector3d(1.0, -1.0, 1.0).asDiagonal();
@@ -145,9 +145,9 @@ void OffsetEquations::add_priors(const BodyOffsets& offsets, double size) {
     add_off(left, pair.weight * Eigen::Matrix3d::Identity(), file, off);
     add_block(right, right, pair.weight * Eigen::Matrix3d::Identity());
     add_block(std::max(left, right), std::min(left, right), -pair.weight * mirror);
-    const Eigen::Vector3d pull = -pair.weight * (mirror * off), by_size = -pair.weight * (mirror * file);
+    const Eigen::Vector3d force = -pair.weight * (mirror * off), by_size = -pair.weight * (mirror * file);
     for (int i = 0; i < 3; ++i) {
-      gradient_[static_cast<std::size_t>(right + i)] += pull[i];
+      gradient_[static_cast<std::size_t>(right + i)] += force[i];
       size_row[right + i] -= by_size[i];
     }
   }
@@ -195,13 +195,13 @@ bool OffsetEquations::work(std::size_t multiplications) {
   return true;
 }
 
-double OffsetEquations::told() const {
+double OffsetEquations::observed_unknowns() const {
   const auto width = static_cast<std::size_t>(columns_.count);
-  double told = 0.0;
+  double observed_unknowns = 0.0;
   for (std::size_t i = 0; i < width; ++i) {
-    told += std::max(0.0, 1.0 - prior_diagonal_[i] / std::pow(factor_[i * width + i], 2));
+    observed_unknowns += std::max(0.0, 1.0 - prior_diagonal_[i] / std::pow(factor_[i * width + i], 2));
   }
-  return told;
+  return observed_unknowns;
 }
 
 double OffsetEquations::apply(BodyOffsets& offsets, double& size) const {

@@ -46,7 +46,7 @@ class OffsetEquations {
   /// Whether the equations had a solution.
   bool solved() const noexcept { return solved_; }
   /// How many of the offsets' unknowns are told by more than the priors, by the last solution.
-  double told() const;
+  double observed_unknowns() const;
   /// Adds the solution; gives the largest change, m.
   double apply(BodyOffsets& offsets, double& size) const;
 

@@ -8,35 +8,35 @@
 namespace mocap::bodyfit {
 namespace {
 
-constexpr int kMostTurns = 25;
-constexpr int kMostRefused = 6;
-constexpr int kSteps = 3;        // of a pose in one piece of work
-constexpr int kFirstPieces = 3;  // of a pose that nobody has fitted to these offsets yet
+constexpr int kMaxIterations = 25;
+constexpr int kMaxRejections = 6;
+constexpr int kSteps = 3;          // of a pose in one piece of work
+constexpr int kInitialPasses = 3;  // of a pose that nobody has fitted to these offsets yet
 // A turn that moves no offset by more is the last.
-constexpr double kSmall_m = 5e-5;
+constexpr double kConvergedOffset_m = 5e-5;
 // Nor one that explains no more: as a share, and in squared sigmas.
-constexpr double kSmallGain = 1e-4;
-constexpr double kLeastGain = 0.05;
+constexpr double kMinRelativeGain = 1e-4;
+constexpr double kMinGain = 0.05;
 // Multiplications of a piece of work: some 20 us.
-constexpr std::size_t kPiece = 40'000;
+constexpr std::size_t kWorkUnit = 40'000;
 // What is taken for the markers' noise before they tell it themselves, and for how many coordinates that stands.
-constexpr double kUsualSigma_m = 0.002;
-constexpr double kUsualSigmaCounts = 10.0;
-constexpr double kFirstSigma_m = 0.004;
+constexpr double kPriorSigma_m = 0.002;
+constexpr double kPriorSigmaWeight = 10.0;
+constexpr double kInitialSigma_m = 0.004;
 constexpr double kMostSigma_m = 0.015;
-constexpr double kLeastFree = 0.15;  // share of the coordinates seen that poses and offsets cannot take up
+constexpr double kMinFreeFraction = 0.15;  // share of the coordinates seen that poses and offsets cannot take up
 constexpr double kOutlierSigmas = 6.0;
 
 }  // namespace
 
-SubjectFitter::SubjectFitter(const MarkerSet& file, const OffsetPriors& priors, std::size_t most_instants,
+SubjectFitter::SubjectFitter(const MarkerSet& file, const OffsetPriors& priors, std::size_t max_instants,
                              const OutlierScale& outliers)
     : instant_equations_(file),
       offset_equations_(file, instant_equations_.columns(), priors),
       outliers_(outliers),
       tried_(offsets_of(file)),
       best_(tried_),
-      best_poses_(most_instants, std::vector<Pose>(file.skeleton.bones.size())) {}
+      best_poses_(max_instants, std::vector<Pose>(file.skeleton.bones.size())) {}
 
 void SubjectFitter::begin(const BodyOffsets& offsets, double size, std::span<BodyInstant> instants) {
   MOCAP_EXPECTS(instants.size() <= best_poses_.size());
@@ -50,34 +50,34 @@ void SubjectFitter::begin(const BodyOffsets& offsets, double size, std::span<Bod
       seen_ += instant.seen_m[m].allFinite() && instant.trust[m] > 0.0 ? 3 : 0;
     }
   }
-  cost_.sigma_m = kFirstSigma_m;
+  cost_.sigma_m = kInitialSigma_m;
   cost_.outlier_m = outliers_.first_m;
   sum_ = best_sum_ = {};
   next_ = part_ = 0;
-  again_ = 0;
+  pose_passes_ = 0;
   damping_ = 0.0;
-  turns_ = refused_ = 0;
+  iterations_ = rejections_ = 0;
   improved_ = false;
-  stage_ = instants_.empty() ? Stage::Done : Stage::Settle;
+  stage_ = instants_.empty() ? Stage::Done : Stage::OptimisePoses;
 }
 
 bool SubjectFitter::work() {
   improved_ = false;
   switch (stage_) {
-    case Stage::Settle:
-      if (settle_next()) judge();
+    case Stage::OptimisePoses:
+      if (optimise_next_pose()) evaluate_iteration();
       break;
     case Stage::Gather: gather_next(); break;
     case Stage::Solve:
-      if (!offset_equations_.work(kPiece)) break;
+      if (!offset_equations_.work(kWorkUnit)) break;
       if (offset_equations_.solved()) {
-        if (refused_ == 0) learn_noise();
+        if (rejections_ == 0) estimate_noise();
         tried_ = best_;
         tried_size_ = best_size_;
         changed_m_ = offset_equations_.apply(tried_, tried_size_);
         next_ = 0;
         sum_ = {};
-        stage_ = Stage::Settle;
+        stage_ = Stage::OptimisePoses;
       } else {
         reject();
       }
@@ -88,31 +88,32 @@ bool SubjectFitter::work() {
 }
 
 // True when it was the last one's turn.
-bool SubjectFitter::settle_next() {
-  const auto judged = instant_equations_.settle(instants_[next_], tried_, cost_, kSteps);
-  if (turns_ == 0 && ++again_ < kFirstPieces) return false;
-  again_ = 0;
-  sum_.data_m2 += judged.data_m2;
-  sum_.weight += judged.weight;
-  sum_.prior += judged.prior;
+bool SubjectFitter::optimise_next_pose() {
+  const auto pose_cost = instant_equations_.optimise_pose(instants_[next_], tried_, cost_, kSteps);
+  if (iterations_ == 0 && ++pose_passes_ < kInitialPasses) return false;
+  pose_passes_ = 0;
+  sum_.data_m2 += pose_cost.data_m2;
+  sum_.weight += pose_cost.weight;
+  sum_.prior += pose_cost.prior;
   return ++next_ == instants_.size();
 }
 
-void SubjectFitter::judge() {
+void SubjectFitter::evaluate_iteration() {
   const double prior = offset_equations_.prior_cost(tried_, tried_size_);
   const double cost = sum_.cost(cost_) + prior;
   const double before = best_sum_.cost(cost_) + best_prior_;
-  if (!std::isfinite(cost) || (turns_ > 0 && cost > before)) return reject();
-  const bool small = turns_ > 0 && (changed_m_ < kSmall_m || before - cost < kSmallGain * before + kLeastGain);
+  if (!std::isfinite(cost) || (iterations_ > 0 && cost > before)) return reject();
+  const bool small =
+      iterations_ > 0 && (changed_m_ < kConvergedOffset_m || before - cost < kMinRelativeGain * before + kMinGain);
   best_prior_ = prior;
   accept();
-  if (turns_ > kMostTurns || (small && turns_ > 3)) stage_ = Stage::Done;
+  if (iterations_ > kMaxIterations || (small && iterations_ > 3)) stage_ = Stage::Done;
 }
 
 void SubjectFitter::accept() {
-  improved_ = turns_ > 0;
-  ++turns_;
-  refused_ = 0;
+  improved_ = iterations_ > 0;
+  ++iterations_;
+  rejections_ = 0;
   damping_ = damping_ < 1e-4 ? 0.0 : 0.1 * damping_;
   best_ = tried_;
   best_size_ = tried_size_;
@@ -128,22 +129,23 @@ void SubjectFitter::accept() {
 }
 
 // The variance of what the fit cannot take up.
-void SubjectFitter::learn_noise() {
-  const double free = std::max(0.0, 3.0 * best_sum_.weight - best_sum_.told - offset_equations_.told());
-  const double usual = kUsualSigmaCounts * kUsualSigma_m * kUsualSigma_m;
-  const double learnt = std::sqrt((best_sum_.data_m2 + usual) / (free + kUsualSigmaCounts));
+void SubjectFitter::estimate_noise() {
+  const double free =
+      std::max(0.0, 3.0 * best_sum_.weight - best_sum_.observed_unknowns - offset_equations_.observed_unknowns());
+  const double prior_sum = kPriorSigmaWeight * kPriorSigma_m * kPriorSigma_m;
+  const double estimate_m = std::sqrt((best_sum_.data_m2 + prior_sum) / (free + kPriorSigmaWeight));
   // What few instants leave is where the fit has not come to yet, not noise.
-  const bool enough = free > kLeastFree * 3.0 * best_sum_.weight;
-  cost_.sigma_m = enough ? std::min(learnt, kMostSigma_m) : kUsualSigma_m;
+  const bool enough = free > kMinFreeFraction * 3.0 * best_sum_.weight;
+  cost_.sigma_m = enough ? std::min(estimate_m, kMostSigma_m) : kPriorSigma_m;
   cost_.outlier_m = std::clamp(kOutlierSigmas * cost_.sigma_m, outliers_.least_m, cost_.outlier_m);
 }
 
 void SubjectFitter::reject() {
-  for (std::size_t i = 0; turns_ > 0 && i < instants_.size(); ++i) {
+  for (std::size_t i = 0; iterations_ > 0 && i < instants_.size(); ++i) {
     std::copy(best_poses_[i].begin(), best_poses_[i].end(), instants_[i].locals.begin());
   }
   damping_ = std::max(1e-3, 10.0 * damping_);
-  if (++refused_ > kMostRefused || turns_ == 0) {
+  if (++rejections_ > kMaxRejections || iterations_ == 0) {
     stage_ = Stage::Done;
     return;
   }
@@ -152,14 +154,15 @@ void SubjectFitter::reject() {
 }
 
 void SubjectFitter::gather_next() {
-  if (part_ == 0) sum_.told += instant_equations_.eliminate(instants_[next_], best_, cost_).told;
+  if (part_ == 0)
+    sum_.observed_unknowns += instant_equations_.eliminate(instants_[next_], best_, cost_).observed_unknowns;
   // The root's rows meet all offsets: they are as much work as all the limbs'.
   const std::size_t half = part_ < 2 ? 2 : instant_equations_.parts();
   while (part_ < half) instant_equations_.add_to(part_++, offset_equations_.matrix(), offset_equations_.gradient());
   if (part_ < instant_equations_.parts()) return;
   part_ = 0;
   if (++next_ < instants_.size()) return;
-  best_sum_.told = sum_.told;
+  best_sum_.observed_unknowns = sum_.observed_unknowns;
   offset_equations_.add_priors(best_, best_size_);
   offset_equations_.begin_solve(damping_);
   stage_ = Stage::Solve;

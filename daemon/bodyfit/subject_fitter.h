@@ -26,7 +26,7 @@ struct OutlierScale {
 class SubjectFitter {
  public:
   /// `file`: what the priors are about, and where the fit starts.
-  SubjectFitter(const MarkerSet& file, const OffsetPriors& priors, std::size_t most_instants,
+  SubjectFitter(const MarkerSet& file, const OffsetPriors& priors, std::size_t max_instants,
                 const OutlierScale& outliers = {});
 
   /// Begins anew at these offsets with these instants, which are borrowed until the fit has settled or begins anew;
@@ -43,7 +43,7 @@ class SubjectFitter {
   double size() const noexcept { return best_size_; }
   double sigma_m() const noexcept { return cost_.sigma_m; }
   const InstantCost& cost() const noexcept { return cost_; }
-  int turns() const noexcept { return turns_; }
+  int iterations() const noexcept { return iterations_; }
   /// rms of the markers from the body, m.
   double rms_m() const noexcept { return rms_m_; }
 
@@ -51,14 +51,14 @@ class SubjectFitter {
   InstantEquations& equations() noexcept { return instant_equations_; }
 
  private:
-  enum class Stage { Settle, Gather, Solve, Done };
+  enum class Stage { OptimisePoses, Gather, Solve, Done };
 
-  bool settle_next();
-  void judge();
+  bool optimise_next_pose();
+  void evaluate_iteration();
   void accept();
   void reject();
   void gather_next();
-  void learn_noise();
+  void estimate_noise();
 
   InstantEquations instant_equations_;
   OffsetEquations offset_equations_;
@@ -71,15 +71,15 @@ class SubjectFitter {
   Stage stage_ = Stage::Done;
   std::size_t next_ = 0;  // instant
   std::size_t part_ = 0;  // of its equations
-  int again_ = 0;         // pieces of work for its pose
-  InstantEquations::Judged sum_, best_sum_;
+  int pose_passes_ = 0;   // pieces of work for its pose
+  InstantEquations::PoseCost sum_, best_sum_;
   double best_prior_ = 0.0;
   std::size_t seen_ = 0;  // coordinates of markers
   double damping_ = 0.0;
   double changed_m_ = 0.0;
   double rms_m_ = 0.0;
-  int turns_ = 0;
-  int refused_ = 0;
+  int iterations_ = 0;
+  int rejections_ = 0;
   bool improved_ = false;
 };
 

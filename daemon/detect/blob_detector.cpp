@@ -35,7 +35,7 @@ class BlobDetector final : public Detector {
         kernels_(kernels),
         floor_(top_),
         components_(like.width_px, like.height_px, masks),
-        meter_(kernels, settings.grow_px, settings.split_touching) {
+        measurer_(kernels, settings.grow_px, settings.split_touching) {
     if (in_place_ == 0) row_.resize(static_cast<std::size_t>(like.width_px));
   }
 
@@ -46,11 +46,11 @@ class BlobDetector final : public Detector {
       return found;
     }
     if (in_place_ != 0) prefetch_parts(image);
-    const Cut cut = cut_for(image);
-    found.threshold_grey = cut.threshold * 255.0 / top_;
-    found.noise_grey = cut.noise * 255.0 / top_;
-    found.background_grey = cut.background * 255.0 / top_;
-    scan(image, cut);
+    const GreyLevels grey_levels = grey_levels_for(image);
+    found.threshold_grey = grey_levels.threshold * 255.0 / top_;
+    found.noise_grey = grey_levels.noise * 255.0 / top_;
+    found.background_grey = grey_levels.background * 255.0 / top_;
+    scan(image, grey_levels);
     const auto min_area = static_cast<std::uint32_t>(std::ceil(settings_.min_area_px2));
     const auto max_area = static_cast<std::uint32_t>(std::min(settings_.max_area_px2, 4.0e9));
     components_.join(min_area, max_area, kMaxBlobs);
@@ -59,36 +59,37 @@ class BlobDetector final : public Detector {
     found.too_small = components_.too_small();
     found.too_large = components_.too_large();
     shapes_.clear();
-    meter_.begin_image();
+    measurer_.begin_image();
     for (std::size_t i = 0; i < components_.count(); ++i) {
       shapes_.push_back(components_.shape(i));
       roundness_[i] = shapes_.back().roundness();
-      if (i < kAhead) prefetch(image, i);
+      if (i < kPrefetchDistance) prefetch(image, i);
     }
     for (std::size_t i = 0; i < shapes_.size(); ++i) {
-      if (i + kAhead < shapes_.size()) prefetch(image, i + kAhead);
-      if (may_be_round(i)) meter_.measure(image, cut, components_, i, shapes_[i], roundness_[i]);
+      if (i + kPrefetchDistance < shapes_.size()) prefetch(image, i + kPrefetchDistance);
+      if (may_be_round(i)) measurer_.measure(image, grey_levels, components_, i, shapes_[i], roundness_[i]);
     }
-    meter_.finish(cut, {shapes_.begin(), shapes_.end()});
+    measurer_.finish(grey_levels, {shapes_.begin(), shapes_.end()});
     for (std::size_t i = 0; i < shapes_.size(); ++i) take_in(image, i, found);
     found.filtered = found.too_small + found.too_large + found.not_round + found.too_dim;
     return found;
   }
 
  private:
-  Cut cut_for(const Image& image) {
+  GreyLevels grey_levels_for(const Image& image) {
     const NoiseFloor floor = floor_.read(image);
     const double per_grey = static_cast<double>(top_) / 255.0;
     const double automatic =
         floor.background + std::max(kThresholdOverNoise * floor.noise, kThresholdOverBackground_grey * per_grey);
     const double threshold = settings_.threshold ? *settings_.threshold * per_grey : automatic;
-    Cut cut;
-    cut.threshold = static_cast<std::uint32_t>(std::clamp(std::ceil(threshold - 1e-9), 1.0, static_cast<double>(top_)));
-    cut.top = top_;
-    cut.background = floor.background;
-    cut.noise = floor.noise;
-    if (settings_.low_threshold) cut.low = *settings_.low_threshold * per_grey;
-    return cut;
+    GreyLevels grey_levels;
+    grey_levels.threshold =
+        static_cast<std::uint32_t>(std::clamp(std::ceil(threshold - 1e-9), 1.0, static_cast<double>(top_)));
+    grey_levels.top = top_;
+    grey_levels.background = floor.background;
+    grey_levels.noise = floor.noise;
+    if (settings_.low_threshold) grey_levels.low = *settings_.low_threshold * per_grey;
+    return grey_levels;
   }
 
   /// Asks for what the scan reads first, while the noise floor waits for its places.
@@ -104,16 +105,16 @@ class BlobDetector final : public Detector {
   }
 
   void prefetch(const Image& image, std::size_t component) const {
-    if (may_be_round(component)) meter_.prefetch(image, shapes_[component]);
+    if (may_be_round(component)) measurer_.prefetch(image, shapes_[component]);
   }
 
   /// Leaves the bright words in the room of the components.
-  void scan(const Image& image, const Cut& cut) {
+  void scan(const Image& image, const GreyLevels& grey_levels) {
     BrightWords& words = components_.room();
     words.clear();
     ScanRows rows;
     rows.width_px = image.width_px;
-    rows.threshold = cut.threshold;
+    rows.threshold = grey_levels.threshold;
     if (in_place_ != 0) {
       rows.bytes = image.bytes.data();
       rows.stride_bytes = image.stride_bytes;
@@ -138,7 +139,7 @@ class BlobDetector final : public Detector {
     }
     const bool is_cut = shape.begin_x == 0 || shape.begin_y == 0 || shape.end_x == image.width_px ||
                         shape.end_y == image.height_px || components_.touches_mask(component);
-    for (const Blob& blob : meter_.blobs(component)) add(blob, is_cut, found);
+    for (const Blob& blob : measurer_.blobs(component)) add(blob, is_cut, found);
   }
 
   void add(Blob blob, bool is_cut, Detection& found) const {
@@ -153,12 +154,12 @@ class BlobDetector final : public Detector {
     }
   }
 
-  bool may_be_round(std::size_t i) const { return roundness_[i] >= kTwoDiscs * settings_.min_roundness; }
+  bool may_be_round(std::size_t i) const { return roundness_[i] >= kTwoDiscRoundness * settings_.min_roundness; }
 
   // Components whose pixels are asked for before they are measured: more than these the first cache would lose again.
-  static constexpr std::size_t kAhead = 8;
+  static constexpr std::size_t kPrefetchDistance = 8;
   // Two discs side by side are less round than each of them: they have to be measured first.
-  static constexpr double kTwoDiscs = 0.4;
+  static constexpr double kTwoDiscRoundness = 0.4;
 
   DetectSettings settings_;
   Image like_;
@@ -169,7 +170,7 @@ class BlobDetector final : public Detector {
   ImageComponents components_;
   BoundedVector<Shape, kMaxBlobs> shapes_;
   std::array<double, kMaxBlobs> roundness_;  // of each
-  BlobMeter meter_;
+  BlobMeasurer measurer_;
   std::vector<std::uint16_t> row_;  // of formats that must be unpacked
 };
 

@@ -15,17 +15,17 @@ using Pixels = MaskLearner::Pixels;
 
 // Noise over the threshold for once is neither a light nor a marker. A marker that moves fast shines in a pixel for
 // one image, but in many pixels.
-constexpr std::size_t kLeastRegion = 3;
+constexpr std::size_t kMinRegion = 3;
 // Where a hull is more than so many times what shone in it, the region is bent (a window's frame), and is covered in
 // pieces. Small ones are not worth it.
-constexpr double kMostHullPerArea = 1.5;
-constexpr std::size_t kLeastPiece = 32;
+constexpr double kMaxHullAreaRatio = 1.5;
+constexpr std::size_t kMinPiece = 32;
 // A corner that is grown by the margin becomes eight: so much must the circle be larger that no point of it is cut.
 constexpr int kCornerSides = 8;
 // What stays shines as often in its middle as anywhere, and less at its rim, a pixel or two wide. A marker of somebody
 // who stands and sways has a rim as wide as the sway.
-constexpr double kCoreShare = 0.8;  // of what the pixel that shone most often did
-constexpr double kMostSway = 0.5;   // of the margin
+constexpr double kCoreShare = 0.8;     // of what the pixel that shone most often did
+constexpr double kMaxSwayShare = 0.5;  // of the margin
 
 double cross(const Eigen::Vector2d& o, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return (a.x() - o.x()) * (b.y() - o.y()) - (a.y() - o.y()) * (b.x() - o.x());
@@ -84,7 +84,7 @@ MaskPolygon grown(std::span<const Eigen::Vector2d> hull, double margin_px) {
 void cover(Pixels pixels, double margin_px, std::vector<MaskPolygon>& into) {
   const std::vector<Eigen::Vector2d> hull = hull_of(corners_of(pixels));
   const auto count = static_cast<double>(pixels.size());
-  if (pixels.size() < 2 * kLeastPiece || area_of(hull) <= kMostHullPerArea * count) {
+  if (pixels.size() < 2 * kMinPiece || area_of(hull) <= kMaxHullAreaRatio * count) {
     into.push_back(grown(hull, margin_px));
     return;
   }
@@ -120,16 +120,16 @@ Pixels take_region(Pixel from, std::vector<std::uint32_t>& counts, int width_px,
 
 }  // namespace
 
-MaskLearner::Pixels MaskLearner::shining(const Pixels& region, std::uint32_t least) const {
+MaskLearner::Pixels MaskLearner::pixels_above(const Pixels& region, std::uint32_t least) const {
   Pixels found;
   std::ranges::copy_if(region, std::back_inserter(found), [&](const Pixel& each) { return count_at(each) >= least; });
   return found;
 }
 
-bool MaskLearner::stays(const Pixels& region, std::uint32_t most, double margin_px) const {
+bool MaskLearner::is_static(const Pixels& region, std::uint32_t most, double margin_px) const {
   std::vector<MaskPolygon> covers;
   const auto least = static_cast<std::uint32_t>(std::ceil(kCoreShare * most));
-  cover(shining(region, least), kMostSway * margin_px, covers);
+  cover(pixels_above(region, least), kMaxSwayShare * margin_px, covers);
   const RowMask covered(covers, width_px_, height_px_);
   return std::ranges::all_of(region, [&](const Pixel& each) { return covered.masks(each.x, each.y); });
 }
@@ -139,7 +139,7 @@ MaskLearner::MaskLearner(int width_px, int height_px, std::span<const MaskPolygo
       height_px_(height_px),
       masked_(masked.begin(), masked.end()),
       known_(masked, width_px, height_px),
-      shone_(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px)),
+      bright_count_(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px)),
       row_(static_cast<std::size_t>(width_px)) {}
 
 bool MaskLearner::add(const Image& image, double threshold_grey) {
@@ -152,7 +152,7 @@ bool MaskLearner::add(const Image& image, double threshold_grey) {
     for (int x = 0; x < width_px_; ++x) {
       const auto column = static_cast<std::size_t>(x);
       if (row_[column] < threshold || known_.masks(x, y)) continue;
-      ++shone_[static_cast<std::size_t>(y) * row_.size() + column];
+      ++bright_count_[static_cast<std::size_t>(y) * row_.size() + column];
     }
   }
   ++images_;
@@ -163,17 +163,17 @@ LearntMask MaskLearner::learn(const LearnMaskSettings& settings) const {
   LearntMask learnt;
   const auto least =
       static_cast<std::uint32_t>(std::max(1.0, std::ceil(settings.least_share * static_cast<double>(images_))));
-  std::vector<std::uint32_t> left = shone_;
+  std::vector<std::uint32_t> left = bright_count_;
   for (int y = 0; y < height_px_; ++y) {
     for (int x = 0; x < width_px_; ++x) {
       if (left[static_cast<std::size_t>(y) * row_.size() + static_cast<std::size_t>(x)] == 0) continue;
       const Pixels region = take_region({x, y}, left, width_px_, height_px_);
       std::uint32_t most = 0;
       for (const Pixel& each : region) most = std::max(most, count_at(each));
-      if (most >= least && stays(region, most, settings.margin_px)) {
+      if (most >= least && is_static(region, most, settings.margin_px)) {
         ++learnt.lights;
-        cover(shining(region, least), settings.margin_px, learnt.polygons);
-      } else if (region.size() >= kLeastRegion) {
+        cover(pixels_above(region, least), settings.margin_px, learnt.polygons);
+      } else if (region.size() >= kMinRegion) {
         ++learnt.moved;
       }
     }

@@ -50,18 +50,18 @@ class MaskLearner {
   using Pixels = std::vector<Pixel>;
 
  private:
-  Pixels shining(const Pixels& region, std::uint32_t least) const;
-  bool stays(const Pixels& region, std::uint32_t most, double margin_px) const;
+  Pixels pixels_above(const Pixels& region, std::uint32_t least) const;
+  bool is_static(const Pixels& region, std::uint32_t most, double margin_px) const;
   std::uint32_t count_at(const Pixel& at) const {
-    return shone_[static_cast<std::size_t>(at.y) * row_.size() + static_cast<std::size_t>(at.x)];
+    return bright_count_[static_cast<std::size_t>(at.y) * row_.size() + static_cast<std::size_t>(at.x)];
   }
 
   int width_px_, height_px_;
   std::vector<MaskPolygon> masked_;
   RowMask known_;
   std::size_t images_ = 0;
-  std::vector<std::uint32_t> shone_;  // in how many images each pixel did
-  std::vector<std::uint16_t> row_;    // of the image that is taken in
+  std::vector<std::uint32_t> bright_count_;  // in how many images each pixel did
+  std::vector<std::uint16_t> row_;           // of the image that is taken in
 };
 
 }  // namespace mocap::detect

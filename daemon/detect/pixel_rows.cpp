@@ -7,13 +7,13 @@ namespace {
 
 enum class Layout { None, Byte, Word, WordsLowByte, PackedBits, PackedPairs, Bayer };
 
-struct Reading {
+struct PixelLayout {
   Layout layout = Layout::None;
   std::uint32_t bits = 0;          // of a pixel's value
   std::uint32_t green_parity = 0;  // Bayer: green where (x + y) % 2 is this
 };
 
-constexpr Reading reading_of(PixelFormat format) {
+constexpr PixelLayout layout_of(PixelFormat format) {
   switch (format) {
     case PixelFormat::Mono8:
     case PixelFormat::Nv12: return {Layout::Byte, 8};
@@ -34,12 +34,12 @@ constexpr Reading reading_of(PixelFormat format) {
 }
 
 /// Of packed formats: bits of a pixel, counted with what pairs leave unused.
-constexpr std::size_t packed_bits(const Reading& reading) {
-  return reading.layout == Layout::PackedPairs ? 12 : reading.bits;
+constexpr std::size_t packed_bits(const PixelLayout& pixel_layout) {
+  return pixel_layout.layout == Layout::PackedPairs ? 12 : pixel_layout.bits;
 }
 
-std::size_t bytes_of_pixels(const Reading& reading, std::size_t pixels) {
-  switch (reading.layout) {
+std::size_t bytes_of_pixels(const PixelLayout& pixel_layout, std::size_t pixels) {
+  switch (pixel_layout.layout) {
     case Layout::None: return 0;
     case Layout::Byte:
     case Layout::Bayer: return pixels;
@@ -48,13 +48,13 @@ std::size_t bytes_of_pixels(const Reading& reading, std::size_t pixels) {
     case Layout::PackedBits:
     case Layout::PackedPairs: break;
   }
-  return (pixels * packed_bits(reading) + 7) / 8;
+  return (pixels * packed_bits(pixel_layout) + 7) / 8;
 }
 
 /// Packed rows without padding run on over their ends: the next one begins within a byte.
-bool runs_on(const Reading& reading, const Image& image) {
-  const bool packed = reading.layout == Layout::PackedBits || reading.layout == Layout::PackedPairs;
-  return packed && image.stride_bytes == bytes_of_pixels(reading, static_cast<std::size_t>(image.width_px));
+bool runs_on(const PixelLayout& pixel_layout, const Image& image) {
+  const bool packed = pixel_layout.layout == Layout::PackedBits || pixel_layout.layout == Layout::PackedPairs;
+  return packed && image.stride_bytes == bytes_of_pixels(pixel_layout, static_cast<std::size_t>(image.width_px));
 }
 
 /// Where a row's pixels begin: a byte, and how many pixels after it.
@@ -63,8 +63,8 @@ struct Place {
   std::size_t pixel;
 };
 
-Place row_place(const Reading& reading, const Image& image, int y) {
-  if (runs_on(reading, image)) {
+Place row_place(const PixelLayout& pixel_layout, const Image& image, int y) {
+  if (runs_on(pixel_layout, image)) {
     return {image.bytes.data(), static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width_px)};
   }
   return {image.bytes.data() + static_cast<std::size_t>(y) * image.stride_bytes, 0};
@@ -76,10 +76,10 @@ std::uint32_t word_at(const std::byte* at) {
 
 // 10 bits from an even bit, 12 from a fourth one: never more than two bytes.
 void read_bits(const std::byte* bytes, std::size_t first, std::uint32_t bits, std::span<std::uint16_t> grey) {
-  const std::uint32_t kept = (1U << bits) - 1U;
+  const std::uint32_t value_mask = (1U << bits) - 1U;
   std::size_t bit = first * bits;
   for (std::uint16_t& value : grey) {
-    value = static_cast<std::uint16_t>(word_at(bytes + bit / 8) >> bit % 8 & kept);
+    value = static_cast<std::uint16_t>(word_at(bytes + bit / 8) >> bit % 8 & value_mask);
     bit += bits;
   }
 }
@@ -87,13 +87,13 @@ void read_bits(const std::byte* bytes, std::size_t first, std::uint32_t bits, st
 // Three bytes for two pixels: high bits, both pixels' low bits in a nibble each, high bits.
 void read_pairs(const std::byte* bytes, std::size_t first, std::uint32_t bits, std::span<std::uint16_t> grey) {
   const std::uint32_t low_bits = bits - 8;
-  const std::uint32_t kept = (1U << low_bits) - 1U;
+  const std::uint32_t value_mask = (1U << low_bits) - 1U;
   for (std::size_t i = 0; i < grey.size(); ++i) {
     const std::size_t pixel = first + i;
     const std::byte* pair = bytes + pixel / 2 * 3;
     const bool second = pixel % 2 != 0;
     const auto high = std::to_integer<std::uint32_t>(pair[second ? 2 : 0]);
-    const auto low = std::to_integer<std::uint32_t>(pair[1]) >> (second ? 4U : 0U) & kept;
+    const auto low = std::to_integer<std::uint32_t>(pair[1]) >> (second ? 4U : 0U) & value_mask;
     grey[i] = static_cast<std::uint16_t>(high << low_bits | low);
   }
 }
@@ -124,12 +124,12 @@ void read_green(const Image& image, int y, int x, std::uint32_t parity, std::spa
 }  // namespace
 
 std::uint32_t top_of(PixelFormat format) {
-  const std::uint32_t bits = reading_of(format).bits;
+  const std::uint32_t bits = layout_of(format).bits;
   return bits == 0 ? 0U : (1U << bits) - 1U;
 }
 
 std::size_t bytes_in_place(PixelFormat format) {
-  switch (reading_of(format).layout) {
+  switch (layout_of(format).layout) {
     case Layout::Byte: return 1;
     case Layout::Word:
     case Layout::WordsLowByte: return 2;
@@ -138,41 +138,41 @@ std::size_t bytes_in_place(PixelFormat format) {
 }
 
 std::uint16_t kept_bits(PixelFormat format) {
-  return reading_of(format).layout == Layout::WordsLowByte ? 0x00FF : static_cast<std::uint16_t>(top_of(format));
+  return layout_of(format).layout == Layout::WordsLowByte ? 0x00FF : static_cast<std::uint16_t>(top_of(format));
 }
 
 bool is_whole(const Image& image) {
-  const Reading reading = reading_of(image.format);
-  if (reading.layout == Layout::None || image.width_px < 1 || image.height_px < 1) return false;
+  const PixelLayout pixel_layout = layout_of(image.format);
+  if (pixel_layout.layout == Layout::None || image.width_px < 1 || image.height_px < 1) return false;
   const auto width = static_cast<std::size_t>(image.width_px), height = static_cast<std::size_t>(image.height_px);
-  const std::size_t row_bytes = bytes_of_pixels(reading, width);
+  const std::size_t row_bytes = bytes_of_pixels(pixel_layout, width);
   if (image.stride_bytes < row_bytes) return false;
-  if (runs_on(reading, image)) return image.bytes.size() >= bytes_of_pixels(reading, width * height);
+  if (runs_on(pixel_layout, image)) return image.bytes.size() >= bytes_of_pixels(pixel_layout, width * height);
   return image.bytes.size() >= row_bytes && (image.bytes.size() - row_bytes) / image.stride_bytes >= height - 1;
 }
 
 void read_pixels(const Image& image, int y, int x, std::span<std::uint16_t> grey) {
-  const Reading reading = reading_of(image.format);
-  const auto [row, skip] = row_place(reading, image, y);
+  const PixelLayout pixel_layout = layout_of(image.format);
+  const auto [row, skip] = row_place(pixel_layout, image, y);
   const auto first = static_cast<std::size_t>(x);
-  switch (reading.layout) {
+  switch (pixel_layout.layout) {
     case Layout::None: break;
     case Layout::Byte:
       for (std::size_t i = 0; i < grey.size(); ++i) grey[i] = std::to_integer<std::uint16_t>(row[first + i]);
       break;
     case Layout::Word: {
-      const auto kept = top_of(image.format);
+      const auto value_mask = top_of(image.format);
       for (std::size_t i = 0; i < grey.size(); ++i) {
-        grey[i] = static_cast<std::uint16_t>(word_at(row + 2 * (first + i)) & kept);
+        grey[i] = static_cast<std::uint16_t>(word_at(row + 2 * (first + i)) & value_mask);
       }
       break;
     }
     case Layout::WordsLowByte:
       for (std::size_t i = 0; i < grey.size(); ++i) grey[i] = std::to_integer<std::uint16_t>(row[2 * (first + i)]);
       break;
-    case Layout::PackedBits: read_bits(row, skip + first, reading.bits, grey); break;
-    case Layout::PackedPairs: read_pairs(row, skip + first, reading.bits, grey); break;
-    case Layout::Bayer: read_green(image, y, x, reading.green_parity, grey); break;
+    case Layout::PackedBits: read_bits(row, skip + first, pixel_layout.bits, grey); break;
+    case Layout::PackedPairs: read_pairs(row, skip + first, pixel_layout.bits, grey); break;
+    case Layout::Bayer: read_green(image, y, x, pixel_layout.green_parity, grey); break;
   }
 }
 

@@ -56,14 +56,14 @@ void RowMask::fill(int y, int begin, int end) {
   }
 }
 
-void RowMask::cut(std::span<BrightWord> words) const {
+void RowMask::clear_masked(std::span<BrightWord> words) const {
   for (BrightWord& each : words) {
     // Most are far from all masks.
     if ((words_[each.place / 64] >> each.place % 64 & 1U) != 0) each.bits &= ~bits_[each.place];
   }
 }
 
-bool RowMask::meets(int y, int begin, int end) const {
+bool RowMask::has_masked(int y, int begin, int end) const {
   if (empty() || y < 0 || y >= height_px_) return false;
   return any_bright(bits_.data() + first_word(y), std::max(0, begin), std::min(end, width_px_));
 }
@@ -80,7 +80,7 @@ bool RowMask::may_touch(int begin_x, int end_x, int begin_y, int end_y) const {
 
 bool RowMask::touches(const Run& run) const {
   for (int y = run.y - 1; y <= run.y + 1; ++y) {
-    if (meets(y, run.begin - 1, run.end + 1)) return true;
+    if (has_masked(y, run.begin - 1, run.end + 1)) return true;
   }
   return false;
 }

@@ -20,7 +20,7 @@ class RowMask {
   bool empty() const { return bits_.empty(); }
 
   /// Takes the masked pixels out of `words`.
-  void cut(std::span<BrightWord> words) const;
+  void clear_masked(std::span<BrightWord> words) const;
 
   /// Whether a masked pixel may be beside or within the box, whose ends are exclusive. Most boxes are far from all
   /// masks, which takes few steps to tell.
@@ -29,7 +29,7 @@ class RowMask {
   /// Whether a masked pixel is beside the run, also by a corner.
   bool touches(const Run& run) const;
 
-  bool masks(int x, int y) const { return meets(y, x, x + 1); }
+  bool masks(int x, int y) const { return has_masked(y, x, x + 1); }
 
   /// How many pixels are masked.
   std::size_t count() const;
@@ -37,7 +37,7 @@ class RowMask {
  private:
   std::size_t first_word(int y) const { return places_.of(y, 0); }
   void fill(int y, int begin, int end);
-  bool meets(int y, int begin, int end) const;
+  bool has_masked(int y, int begin, int end) const;
 
   int width_px_, height_px_;
   WordPlaces places_;

@@ -14,36 +14,36 @@ namespace mocap::drift {
 namespace {
 
 // A few markers of each set are enough, and keep the work small.
-constexpr std::size_t kMarkersASet = 8;
-constexpr std::uint32_t kLeastOthers = 3;
+constexpr std::size_t kDriftMarkersPerSet = 8;
+constexpr std::uint32_t kMinAgreeingCameras = 3;
 // A stray blob is a marker's where the next one is so many times as far.
-constexpr double kAlone = 2.0;
+constexpr double kUniquenessRatio = 2.0;
 // Views further off count less and less, px.
-constexpr double kFar_px = 5.0;
-constexpr double kLeastViews = 100.0;
+constexpr double kRobustScale_px = 5.0;
+constexpr double kMinViews = 100.0;
 // So many may already show that another one is worse.
-constexpr double kFewViews = 20.0;
+constexpr double kMinViewsToCompare = 20.0;
 // Of the squares of what it is off: a turn and a move explain a bump, and no chance.
-constexpr double kExplained = 0.5;
+constexpr double kMinExplainedShare = 0.5;
 // Told again as right when it is well below.
-constexpr double kWellBelow = 0.7;
+constexpr double kRecoveryRatio = 0.7;
 // What bumps do, standard deviations: without them a turn and a move may not be told apart.
-constexpr double kUsualTurn_rad = 0.02;
-constexpr double kUsualMove_m = 0.02;
+constexpr double kRotationPrior_rad = 0.02;
+constexpr double kTranslationPrior_m = 0.02;
 
 // The turn and the move that explain most of what a camera sees elsewhere, and how much of it.
 template <class Camera>
-struct Bump {
-  explicit Bump(const Camera& camera) {
-    Eigen::Matrix<double, 6, 6> curvature = camera.curvature;
-    curvature.diagonal().template head<3>().array() += 1.0 / (kUsualTurn_rad * kUsualTurn_rad);
-    curvature.diagonal().template tail<3>().array() += 1.0 / (kUsualMove_m * kUsualMove_m);
-    change = curvature.ldlt().solve(camera.pull);
-    const double moved2 = change.dot(camera.curvature * change);
+struct PoseChange {
+  explicit PoseChange(const Camera& camera) {
+    Eigen::Matrix<double, 6, 6> normal_matrix = camera.normal_matrix;
+    normal_matrix.diagonal().template head<3>().array() += 1.0 / (kRotationPrior_rad * kRotationPrior_rad);
+    normal_matrix.diagonal().template tail<3>().array() += 1.0 / (kTranslationPrior_m * kTranslationPrior_m);
+    change = normal_matrix.ldlt().solve(camera.gradient);
+    const double moved2 = change.dot(camera.normal_matrix * change);
     off_px = std::sqrt(std::max(0.0, moved2 / camera.views));
-    explained = 2.0 * change.dot(camera.pull) - moved2 > kExplained * camera.squares;
+    explained = 2.0 * change.dot(camera.gradient) - moved2 > kMinExplainedShare * camera.residual_sum;
   }
-  bool is_told(double drift_px) const { return off_px > drift_px && explained; }
+  bool is_significant(double drift_px) const { return off_px > drift_px && explained; }
 
   Eigen::Matrix<double, 6, 1> change;
   double off_px = 0.0;
@@ -53,18 +53,18 @@ struct Bump {
 }  // namespace
 
 DriftWatch::DriftWatch(const DriftSettings& settings, Rig rig)
-    : settings_(settings), rig_(std::move(rig)), cameras_(rig_.size()), taken_(rig_.size()) {
+    : settings_(settings), rig_(std::move(rig)), cameras_(rig_.size()), matched_(rig_.size()) {
   MOCAP_EXPECTS(!rig_.empty() && rig_.size() <= kMaxCameras);
   for (std::size_t c = 0; c < rig_.size(); ++c) cameras_[c].drift.camera_from_world = rig_[c].camera_from_world;
 }
 
-CameraId DriftWatch::look(const FrameSet& frames, const Matches& matches, const Markers& markers) {
+CameraId DriftWatch::update(const FrameSet& frames, const Matches& matches, const Markers& markers) {
   forget(frames.exposed_at);
-  mark_taken(frames, matches);
-  const std::size_t count = std::min(markers.size(), kMarkersASet);
+  mark_matched_blobs(frames, matches);
+  const std::size_t count = std::min(markers.size(), kDriftMarkersPerSet);
   for (std::size_t i = 0; i < count; ++i) {
     const Marker& marker = markers[(next_marker_ + i) % markers.size()];
-    if (marker.cameras >= kLeastOthers) look_at(marker, matches.matches[marker.match], frames);
+    if (marker.cameras >= kMinAgreeingCameras) observe_marker(marker, matches.matches[marker.match], frames);
   }
   next_marker_ += count;
   next_camera_ = (next_camera_ + 1) % cameras_.size();
@@ -73,30 +73,30 @@ CameraId DriftWatch::look(const FrameSet& frames, const Matches& matches, const 
 }
 
 void DriftWatch::forget(Timestamp now) {
-  const double passed_s = looked_at_ ? to_s(now - *looked_at_) : 0.0;
-  looked_at_ = now;
-  const double kept = std::exp(-std::max(0.0, passed_s) / settings_.memory_s);
+  const double passed_s = updated_at_ ? to_s(now - *updated_at_) : 0.0;
+  updated_at_ = now;
+  const double decay = std::exp(-std::max(0.0, passed_s) / settings_.memory_s);
   for (Camera& camera : cameras_) {
-    camera.curvature *= kept;
-    camera.pull *= kept;
-    camera.squares *= kept;
-    camera.views *= kept;
+    camera.normal_matrix *= decay;
+    camera.gradient *= decay;
+    camera.residual_sum *= decay;
+    camera.views *= decay;
   }
 }
 
-void DriftWatch::mark_taken(const FrameSet& frames, const Matches& matches) {
-  for (std::size_t v = 0; v < frames.views.size(); ++v) taken_[v].reset();
+void DriftWatch::mark_matched_blobs(const FrameSet& frames, const Matches& matches) {
+  for (std::size_t v = 0; v < frames.views.size(); ++v) matched_[v].reset();
   for (const Match& match : matches.matches) {
-    for (const BlobRef& sighting : match.sightings) taken_[sighting.view].set(sighting.blob);
+    for (const BlobRef& sighting : match.sightings) matched_[sighting.view].set(sighting.blob);
   }
 }
 
-void DriftWatch::look_at(const Marker& marker, const Match& match, const FrameSet& frames) {
+void DriftWatch::observe_marker(const Marker& marker, const Match& match, const FrameSet& frames) {
   for (std::size_t v = 0; v < frames.views.size(); ++v) {
     const BlobFrame& view = *frames.views[v];
     const std::size_t c = view.camera.value;
-    const auto own = std::ranges::find(match.sightings, v, &BlobRef::view);
-    if (own != match.sightings.end() && marker.cameras <= kLeastOthers) continue;
+    const auto state = std::ranges::find(match.sightings, v, &BlobRef::view);
+    if (state != match.sightings.end() && marker.cameras <= kMinAgreeingCameras) continue;
     // A place that a camera which was moved has a say in tells nothing of the others.
     const auto is_moved = [&](const BlobRef& ref) {
       const std::size_t other = frames.views[ref.view]->camera.value;
@@ -106,21 +106,22 @@ void DriftWatch::look_at(const Marker& marker, const Match& match, const FrameSe
     const auto at = geometry::project(rig_[c], marker.position);
     if (!at || !geometry::in_image(rig_[c], *at)) continue;
     const Eigen::Vector3d in_camera = (rig_[c].camera_from_world * marker.position).v;
-    if (own != match.sightings.end()) {
+    if (state != match.sightings.end()) {
       // The point leans towards each of its views: of 2 n measurements 3 are used up.
       const double n = marker.cameras;
-      const Eigen::Vector2d seen = view.blobs[own->blob].centroid.v + Eigen::Vector2d(own->off_x_px, own->off_y_px);
+      const Eigen::Vector2d seen =
+          view.blobs[state->blob].centroid.v + Eigen::Vector2d(state->off_x_px, state->off_y_px);
       learn(c, in_camera, (seen - at->v) / (1.0 - 1.5 / n));
       continue;
     }
     const double reach_px = settings_.reach_deg * std::numbers::pi / 180.0 * rig_[c].lens.fx_px;
-    if (const auto off = stray(view, v, at->v, reach_px)) learn(c, in_camera, *off);
+    if (const auto off = nearest_unmatched(view, v, at->v, reach_px)) learn(c, in_camera, *off);
   }
 }
 
 // Where the only blob near a place is that no match has, from there.
-std::optional<Eigen::Vector2d> DriftWatch::stray(const BlobFrame& view, std::size_t index, const Eigen::Vector2d& at,
-                                                 double reach_px) const {
+std::optional<Eigen::Vector2d> DriftWatch::nearest_unmatched(const BlobFrame& view, std::size_t index,
+                                                             const Eigen::Vector2d& at, double reach_px) const {
   double nearest = reach_px;
   double second = 1e9;
   std::optional<Eigen::Vector2d> off;
@@ -134,9 +135,9 @@ std::optional<Eigen::Vector2d> DriftWatch::stray(const BlobFrame& view, std::siz
     second = off ? nearest : second;
     nearest = distance;
     off = from;
-    if (taken_[index].test(b) || view.blobs[b].merged) second = 0.0;
+    if (matched_[index].test(b) || view.blobs[b].merged) second = 0.0;
   }
-  return second < kAlone * nearest ? std::nullopt : off;
+  return second < kUniquenessRatio * nearest ? std::nullopt : off;
 }
 
 void DriftWatch::learn(std::size_t camera, const Eigen::Vector3d& in_camera, const Eigen::Vector2d& off_px) {
@@ -152,48 +153,49 @@ void DriftWatch::learn(std::size_t camera, const Eigen::Vector3d& in_camera, con
   Eigen::Matrix<double, 2, 6> slope;
   slope.leftCols<3>() = px_from_ray * ray_from_point * cross;
   slope.rightCols<3>() = px_from_ray * ray_from_point;
-  const double weight = 1.0 / (1.0 + off_px.squaredNorm() / (kFar_px * kFar_px));
-  Camera& own = cameras_[camera];
-  own.curvature.noalias() += weight * slope.transpose() * slope;
-  own.pull.noalias() += weight * slope.transpose() * off_px;
-  own.squares += weight * off_px.squaredNorm();
-  own.views += weight;
+  const double weight = 1.0 / (1.0 + off_px.squaredNorm() / (kRobustScale_px * kRobustScale_px));
+  Camera& state = cameras_[camera];
+  state.normal_matrix.noalias() += weight * slope.transpose() * slope;
+  state.gradient.noalias() += weight * slope.transpose() * off_px;
+  state.residual_sum += weight * off_px.squaredNorm();
+  state.views += weight;
 }
 
 void DriftWatch::assess(std::size_t camera) {
-  Camera& own = cameras_[camera];
-  CameraDrift& drift = own.drift;
-  drift.views = own.views;
-  if (own.views < 1.0) {
+  Camera& state = cameras_[camera];
+  CameraDrift& drift = state.drift;
+  drift.views = state.views;
+  if (state.views < 1.0) {
     drift = {.drifted = drift.drifted, .camera_from_world = drift.camera_from_world};
     return;
   }
-  const Bump bump(own);
+  const PoseChange bump(state);
   const Vector6& change = bump.change;
   drift.off_px = bump.off_px;
-  drift.rms_px = std::sqrt(0.5 * own.squares / own.views);
+  drift.rms_px = std::sqrt(0.5 * state.residual_sum / state.views);
   drift.turned_rad = change.head<3>().norm();
   const CameraFromWorld& before = rig_[camera].camera_from_world;
   const double angle = change.head<3>().norm();
-  const Eigen::Matrix3d turn = angle > 0.0 ? Eigen::AngleAxisd(angle, change.head<3>() / angle).toRotationMatrix()
-                                           : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
-  drift.camera_from_world.rotation = turn * before.rotation;
-  drift.camera_from_world.translation = turn * before.translation + change.tail<3>();
+  const Eigen::Matrix3d rotation_change = angle > 0.0
+                                              ? Eigen::AngleAxisd(angle, change.head<3>() / angle).toRotationMatrix()
+                                              : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+  drift.camera_from_world.rotation = rotation_change * before.rotation;
+  drift.camera_from_world.translation = rotation_change * before.translation + change.tail<3>();
   drift.moved_m = ((drift.camera_from_world.inverse() * CameraPoint{}).v - rig_[camera].centre().v).norm();
-  if (own.views < kLeastViews) return;
-  if (drift.off_px < kWellBelow * settings_.drift_px) drift.drifted = false;
-  if (drift.drifted || !bump.is_told(settings_.drift_px)) return;
+  if (state.views < kMinViews) return;
+  if (drift.off_px < kRecoveryRatio * settings_.drift_px) drift.drifted = false;
+  if (drift.drifted || !bump.is_significant(settings_.drift_px)) return;
   // Where there are few cameras, one that was moved makes others look wrong, but itself the most.
   const auto is_worse = [&](const Camera& other) {
-    if (other.drift.drifted || other.views < kFewViews) return false;
-    const Bump its(other);
-    return its.off_px > bump.off_px && its.is_told(settings_.drift_px);
+    if (other.drift.drifted || other.views < kMinViewsToCompare) return false;
+    const PoseChange its(other);
+    return its.off_px > bump.off_px && its.is_significant(settings_.drift_px);
   };
   if (std::ranges::any_of(cameras_, is_worse)) return;
   drift.drifted = true;
   // What the others seemed to see is begun anew.
   for (Camera& other : cameras_) {
-    if (&other == &own || other.drift.drifted) continue;
+    if (&other == &state || other.drift.drifted) continue;
     other = Camera{.drift = {.camera_from_world = other.drift.camera_from_world}};
   }
 }

@@ -38,7 +38,7 @@ class DriftWatch {
   DriftWatch(const DriftSettings& settings, Rig rig);
 
   /// Sets come in the order of their exposure. Gives the camera that was assessed anew.
-  CameraId look(const FrameSet& frames, const Matches& matches, const Markers& markers);
+  CameraId update(const FrameSet& frames, const Matches& matches, const Markers& markers);
 
   const CameraDrift& camera(CameraId camera) const { return cameras_[camera.value].drift; }
 
@@ -47,26 +47,26 @@ class DriftWatch {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
   struct Camera {
-    Matrix6 curvature = Matrix6::Zero();
-    Vector6 pull = Vector6::Zero();
-    double squares = 0.0;
+    Matrix6 normal_matrix = Matrix6::Zero();
+    Vector6 gradient = Vector6::Zero();
+    double residual_sum = 0.0;
     double views = 0.0;
     CameraDrift drift;
   };
 
   void forget(Timestamp now);
-  void mark_taken(const FrameSet& frames, const Matches& matches);
-  void look_at(const Marker& marker, const Match& match, const FrameSet& frames);
-  std::optional<Eigen::Vector2d> stray(const BlobFrame& view, std::size_t index, const Eigen::Vector2d& at,
-                                       double reach_px) const;
+  void mark_matched_blobs(const FrameSet& frames, const Matches& matches);
+  void observe_marker(const Marker& marker, const Match& match, const FrameSet& frames);
+  std::optional<Eigen::Vector2d> nearest_unmatched(const BlobFrame& view, std::size_t index, const Eigen::Vector2d& at,
+                                                   double reach_px) const;
   void learn(std::size_t camera, const Eigen::Vector3d& in_camera, const Eigen::Vector2d& off_px);
   void assess(std::size_t camera);
 
   DriftSettings settings_;
   Rig rig_;
   std::vector<Camera> cameras_;
-  std::vector<std::bitset<kMaxBlobs>> taken_;  // by view: blobs that matches have
-  std::optional<Timestamp> looked_at_;
+  std::vector<std::bitset<kMaxBlobs>> matched_;  // by view: blobs that matches have
+  std::optional<Timestamp> updated_at_;
   std::size_t next_marker_ = 0;
   std::size_t next_camera_ = 0;
 };

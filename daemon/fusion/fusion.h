@@ -57,34 +57,35 @@ class Fusion {
   CameraId assessed() const noexcept { return assessed_; }
 
  private:
-  struct BornBy {
+  struct TrackLabel {
     TrackId track;
     Label label;
   };
-  struct KeptName : BornBy {
+  struct RetainedLabel : TrackLabel {
     Timestamp seen_at;  // by one camera
   };
 
   const Expected& expect(Timestamp at);
-  void name_the_tracks();
-  void name_the_rays(const FrameSet& frames, const Matches& matches);
-  void keep_names_of_hidden(const Matches& matches);
+  void label_predictions();
+  void label_bearings(const FrameSet& frames, const Matches& matches);
+  void retain_hidden_labels(const Matches& matches);
   void learn_fit();
-  void learn_names();
+  void update_track_labels();
   void describe_views(const FrameSet& frames);
-  void list_the_unlabelled(const TrackedMarkers& tracked);
+  void append_unlabelled(const TrackedMarkers& tracked);
 
   FusionParts parts_;
   Expected expected_;
-  Expected told_by_bodies_;
-  BoundedVector<BornBy, kMaxMarkers> names_;   // sorted by track: who bore a name after the last step
-  BoundedVector<KeptName, kMaxMarkers> kept_;  // by track: that nobody or one camera sees, and their last names
-  BoundedVector<KeptName, kMaxMarkers> kept_before_;
-  std::array<std::uint8_t, kMaxMarkers> views_of_{};  // by expected marker, in this set: 0, 1, 2 or more
-  NamedRays rays_;
+  Expected body_predictions_;
+  BoundedVector<TrackLabel, kMaxMarkers> track_labels_;  // sorted by track: who bore a name after the last step
+  BoundedVector<RetainedLabel, kMaxMarkers>
+      retained_;  // by track: that nobody or one camera sees, and their last names
+  BoundedVector<RetainedLabel, kMaxMarkers> retained_before_;
+  std::array<std::uint8_t, kMaxMarkers> view_counts_{};  // by expected marker, in this set: 0, 1, 2 or more
+  LabelledBearings bearings_;
   CameraId assessed_{0};  // by the drift watch
   std::optional<SubjectFit> fit_;
-  std::optional<SubjectFit> refined_;  // after the last set, to be worn from this one on
+  std::optional<SubjectFit> pending_fit_;  // after the last set, to be worn from this one on
   Snapshot snapshot_;
 };
 

@@ -8,28 +8,28 @@
 namespace mocap::identify {
 namespace {
 
-constexpr std::size_t kMostRoots = 4;
+constexpr std::size_t kMaxRoots = 4;
 // Readings of the whole body that are judged by its fit.
-constexpr std::size_t kMostFits = 4;
+constexpr std::size_t kMaxFits = 4;
 // Readings of a bone's limbs that are, and how much worse than the best they may have looked.
-constexpr std::size_t kMostChallenges = 8;
-constexpr double kChallenge = 12.0;
-constexpr std::size_t kMostChanges = 6;
+constexpr std::size_t kMaxAlternatives = 8;
+constexpr double kAlternativeCostMargin = 12.0;
+constexpr std::size_t kMaxImprovements = 6;
 // What a fit counts a marker that is not there; how far off its place a point may be; when it hardly pulls.
-constexpr double kCostOfMissing = 8.0;
-constexpr double kFitGate_m = 0.04;
-constexpr double kOutlier_m = 0.05;
+constexpr double kMissedDetectionCost = 8.0;
+constexpr double kAssignmentGate_m = 0.04;
+constexpr double kFitOutlier_m = 0.05;
 // How hard a joint's range is: people reach beyond it by a little.
-constexpr double kRange_rad = 0.3;
-constexpr double kRestShare = 0.5;
+constexpr double kRangeSigma_rad = 0.3;
+constexpr double kRestRangeFraction = 0.5;
 constexpr int kFirstIterations = 10;
 constexpr int kSecondIterations = 5;
 // What an iteration of the whole body costs, in fits of a bone.
-constexpr std::size_t kWorkOfIteration = 25;
+constexpr std::size_t kIterationWork = 25;
 // Points far off do not say how many lie about the body: they are reckoned to be in so much room.
 constexpr double kBodyRoom_m3 = 4.0;
 
-int differ(std::span<const int> a, std::span<const int> b) {
+int count_differences(std::span<const int> a, std::span<const int> b) {
   int count = 0;
   for (std::size_t m = 0; m < a.size(); ++m) count += a[m] != b[m] && a[m] >= 0 && b[m] >= 0 ? 1 : 0;
   return count;
@@ -40,68 +40,69 @@ int differ(std::span<const int> a, std::span<const int> b) {
 AnyPoseFinder::AnyPoseFinder(const MarkerSet& set, const FindAnyPoseSettings& settings)
     : settings_(settings),
       set_(set),
-      layer_(set),
+      search_(set),
       fit_(set, kinematics::PoseFit::Lengths::Fixed),
-      assigner_(set.markers.size(), pose::kMostCloudPoints, set.markers.size() * pose::kMostCloudPoints) {
+      assigner_(set.markers.size(), pose::kMaxCloudPoints, set.markers.size() * pose::kMaxCloudPoints) {
   const std::size_t bones = set.skeleton.bones.size(), markers = set.markers.size();
   MOCAP_EXPECTS(markers <= kMaxLabels && bones <= kMaxBones);
   for (std::size_t b = 0; b < bones; ++b) {
-    if (layer_.shapes().tells_turn(b)) roots_.push_back({static_cast<int>(b), {}, {}});
+    if (search_.shapes().determines_rotation(b)) roots_.push_back({static_cast<int>(b), {}, {}});
   }
   // The more markers, the surer; then the more bones hang there.
   const auto rank = [&](const Root& root) {
-    const kinematics::BoneShape& shape = layer_.shapes().of(static_cast<std::size_t>(root.bone));
+    const kinematics::BoneShape& shape = search_.shapes().of(static_cast<std::size_t>(root.bone));
     return std::min<std::size_t>(4, shape.points.size()) * 16 + shape.joints.size();
   };
   std::stable_sort(roots_.begin(), roots_.end(), [&](const Root& a, const Root& b) { return rank(a) > rank(b); });
-  if (roots_.size() > kMostRoots) roots_.resize(kMostRoots);
+  if (roots_.size() > kMaxRoots) roots_.resize(kMaxRoots);
   for (Root& root : roots_) {
-    root.plan = layer_.plan_from(root.bone);
+    root.plan = search_.plan_from(root.bone);
     root.limbs = limbs_of(root.bone, root.plan);
   }
   Fitted fitted;
-  fitted.reading.point_of_marker.assign(markers, -1);
-  fitted.reading.bones.resize(bones);
+  fitted.hypothesis.point_of_marker.assign(markers, -1);
+  fitted.hypothesis.bones.resize(bones);
   fitted.point_of_marker.resize(markers);
   fitted.locals.resize(bones);
-  fitted_.assign(kMostFits, fitted);
-  best_ = rival_ = fitted;
-  rest_ = fitted.reading;
+  fitted_.assign(kMaxFits, fitted);
+  best_ = alternative_ = fitted;
+  without_limb_ = fitted.hypothesis;
   difference_.reserve(markers);
-  dismissed_.resize(kMostChallenges);
-  for (Difference& difference : dismissed_) difference.reserve(markers);
-  unsure_.resize(markers);
+  rejected_differences_.resize(kMaxAlternatives);
+  for (Difference& difference : rejected_differences_) difference.reserve(markers);
+  is_ambiguous_.resize(markers);
   seen_.reserve(markers);
-  pairs_.reserve(markers * pose::kMostCloudPoints);
+  pairs_.reserve(markers * pose::kMaxCloudPoints);
   locals_.resize(bones);
 }
 
 // Chains of bones that end somewhere, gathered by the bone that they hang on.
-std::vector<LayPlan> AnyPoseFinder::limbs_of(int root, const LayPlan& plan) const {
+std::vector<SearchPlan> AnyPoseFinder::limbs_of(int root, const SearchPlan& plan) const {
   const auto hung_on = [&](int bone) {
-    return std::count_if(plan.begin(), plan.end(), [&](const NextBone& next) { return next.from == bone; });
+    return std::count_if(plan.begin(), plan.end(), [&](const SearchStep& next) { return next.from == bone; });
   };
   const auto entry_of = [&](int bone) {
-    return std::find_if(plan.begin(), plan.end(), [&](const NextBone& next) { return next.bone == bone; });
+    return std::find_if(plan.begin(), plan.end(), [&](const SearchStep& next) { return next.bone == bone; });
   };
-  std::vector<std::pair<int, LayPlan>> limbs;
-  for (const NextBone& end : plan) {
+  std::vector<std::pair<int, SearchPlan>> limbs;
+  for (const SearchStep& end : plan) {
     if (hung_on(end.bone) > 0) continue;
-    LayPlan chain;
+    SearchPlan chain;
     int on = end.bone;
     while (on != root && hung_on(on) < 2) {
-      const NextBone& entry = *entry_of(on);
+      const SearchStep& entry = *entry_of(on);
       chain.insert(chain.begin(), entry);
       on = entry.from;
     }
-    const auto known = std::find_if(limbs.begin(), limbs.end(), [&](const auto& limb) { return limb.first == on; });
-    if (known == limbs.end()) {
+    const auto uncertainty =
+        std::find_if(limbs.begin(), limbs.end(), [&](const auto& limb) { return limb.first == on; });
+    if (uncertainty == limbs.end()) {
       limbs.emplace_back(on, chain);
     } else {
-      known->second.insert(known->second.end(), chain.begin(), chain.end());
+      uncertainty->second.insert(uncertainty->second.end(), chain.begin(), chain.end());
     }
   }
-  std::vector<LayPlan> plans;
+  std::vector<SearchPlan> plans;
   for (auto& limb : limbs) plans.push_back(std::move(limb.second));
   return plans;
 }
@@ -112,32 +113,32 @@ void AnyPoseFinder::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
   fit_.refit(rest_offsets_m, marker_offsets_m);
   for (std::size_t b = 0; b < rest_offsets_m.size(); ++b) set_.skeleton.bones[b].rest_offset_m = rest_offsets_m[b];
   for (std::size_t m = 0; m < marker_offsets_m.size(); ++m) set_.markers[m].offset_m = marker_offsets_m[m];
-  layer_.refit(set_);
+  search_.refit(set_);
   for (Root& root : roots_) {
-    layer_.refit(root.plan);
-    for (LayPlan& limb : root.limbs) layer_.refit(limb);
+    search_.refit(root.plan);
+    for (SearchPlan& limb : root.limbs) search_.refit(limb);
   }
 }
 
 void AnyPoseFinder::begin(std::span<const Eigen::Vector3d> points) {
-  cloud_.take(points);
+  cloud_.assign(points);
   found_.reset();
   fit_work_ = 0;
-  begun_at_ = layer_.work();
+  work_at_begin_ = search_.work();
   stage_ = Stage::Idle;
-  const double needed = settings_.least_seen * static_cast<double>(set_.markers.size());
+  const double needed = settings_.min_present_fraction * static_cast<double>(set_.markers.size());
   if (roots_.empty() || static_cast<double>(cloud_.size()) < needed) return;
-  rough_ = false;
-  begin_round(settings_.well);
+  is_coarse_ = false;
+  begin_round(settings_.precise);
 }
 
-void AnyPoseFinder::begin_round(const BodyKnown& known) {
-  known_ = known;
+void AnyPoseFinder::begin_round(const BodyUncertainty& uncertainty) {
+  uncertainty_ = uncertainty;
   root_ = 0;
   // To a limb the markers of all others are strays, too.
-  layer_.begin(cloud_, known_, static_cast<double>(cloud_.size()) / kBodyRoom_m3);
-  layer_.start(roots_[root_].bone, roots_[root_].plan);
-  stage_ = Stage::Lay;
+  search_.begin(cloud_, uncertainty_, static_cast<double>(cloud_.size()) / kBodyRoom_m3);
+  search_.start(roots_[root_].bone, roots_[root_].plan);
+  stage_ = Stage::Search;
 }
 
 bool AnyPoseFinder::advance(std::size_t work) {
@@ -156,17 +157,17 @@ void AnyPoseFinder::step() {
   ++fit_work_;
   switch (stage_) {
     case Stage::Idle: return;
-    case Stage::Lay:
-      if (layer_.grow()) choose_fits();
+    case Stage::Search:
+      if (search_.expand()) choose_fits();
       return;
     case Stage::Fit:
       fit(fitted_[next_]);
-      if (++next_ >= fits_) judge();
+      if (++next_ >= fits_) select_best();
       return;
-    case Stage::Relay:
-      if (layer_.grow()) begin_challenge();
+    case Stage::ReopenLimb:
+      if (search_.expand()) begin_alternatives();
       return;
-    case Stage::Challenge: challenge(); return;
+    case Stage::Alternatives: evaluate_alternative(); return;
   }
 }
 
@@ -174,21 +175,22 @@ void AnyPoseFinder::step() {
 void AnyPoseFinder::choose_fits() {
   fits_ = 0;
   next_ = 0;
-  const int apart = std::max(2, static_cast<int>(set_.markers.size() / 8));
-  for (const BodyReading& reading : layer_.readings()) {
-    if (fits_ == kMostFits) break;
-    const bool same = std::any_of(
-        fitted_.begin(), fitted_.begin() + static_cast<std::ptrdiff_t>(fits_),
-        [&](const Fitted& other) { return differ(reading.point_of_marker, other.reading.point_of_marker) < apart; });
-    if (!same) fitted_[fits_++].reading = reading;
+  const int min_difference = std::max(2, static_cast<int>(set_.markers.size() / 8));
+  for (const BodyPoseHypothesis& hypothesis : search_.hypotheses()) {
+    if (fits_ == kMaxFits) break;
+    const bool same =
+        std::any_of(fitted_.begin(), fitted_.begin() + static_cast<std::ptrdiff_t>(fits_), [&](const Fitted& other) {
+          return count_differences(hypothesis.point_of_marker, other.hypothesis.point_of_marker) < min_difference;
+        });
+    if (!same) fitted_[fits_++].hypothesis = hypothesis;
   }
   stage_ = Stage::Fit;
-  if (fits_ == 0) judge();
+  if (fits_ == 0) select_best();
 }
 
 void AnyPoseFinder::assign(Fitted& into) {
   pairs_.clear();
-  constexpr double kGate2 = kFitGate_m * kFitGate_m;
+  constexpr double kGate2 = kAssignmentGate_m * kAssignmentGate_m;
   for (std::size_t m = 0; m < set_.markers.size(); ++m) {
     const Eigen::Vector3d at = fit_.marker_at(m);
     for (std::size_t p = 0; p < cloud_.size(); ++p) {
@@ -205,156 +207,160 @@ void AnyPoseFinder::solve(Fitted& into, int iterations) {
   seen_.clear();
   for (std::size_t m = 0; m < into.point_of_marker.size(); ++m) {
     const int p = into.point_of_marker[m];
-    if (p >= 0) seen_.push_back({static_cast<int>(m), cloud_[static_cast<std::size_t>(p)], known_.marker_sigma_m});
+    if (p >= 0)
+      seen_.push_back({static_cast<int>(m), cloud_[static_cast<std::size_t>(p)], uncertainty_.marker_sigma_m});
   }
   kinematics::PosePrior prior;
-  prior.rest_share = kRestShare;
-  prior.limit_sigma_rad = kRange_rad;
-  prior.outlier_m = kOutlier_m;
+  prior.rest_range_fraction = kRestRangeFraction;
+  prior.limit_sigma_rad = kRangeSigma_rad;
+  prior.outlier_m = kFitOutlier_m;
   const kinematics::PoseFitResult result = fit_.solve(seen_, prior, iterations);
-  fit_work_ += kWorkOfIteration * static_cast<std::size_t>(result.iterations);
-  into.cost = result.cost + kCostOfMissing * static_cast<double>(set_.markers.size() - seen_.size());
+  fit_work_ += kIterationWork * static_cast<std::size_t>(result.iterations);
+  into.cost = result.cost + kMissedDetectionCost * static_cast<double>(set_.markers.size() - seen_.size());
   into.rms_m = result.rms_m;
   into.matched = static_cast<int>(seen_.size());
 }
 
 void AnyPoseFinder::fit(Fitted& into) {
-  pose::untwist(set_.skeleton, into.reading.bones);
-  pose::to_locals(set_.skeleton, into.reading.bones, locals_);
+  pose::resolve_twist(set_.skeleton, into.hypothesis.bones);
+  pose::to_local_poses(set_.skeleton, into.hypothesis.bones, locals_);
   fit_.set_locals(locals_);
-  into.point_of_marker = into.reading.point_of_marker;
+  into.point_of_marker = into.hypothesis.point_of_marker;
   solve(into, kFirstIterations);
   assign(into);
   solve(into, kSecondIterations);
   std::copy(fit_.locals().begin(), fit_.locals().end(), into.locals.begin());
   // From here on the reading has its bones where the whole body has them.
-  for (std::size_t b = 0; b < locals_.size(); ++b) into.reading.bones[b].world = fit_.world()[b];
+  for (std::size_t b = 0; b < locals_.size(); ++b) into.hypothesis.bones[b].world = fit_.world()[b];
 }
 
-bool AnyPoseFinder::good(const Fitted& one) const {
-  return one.matched >= settings_.least_seen * static_cast<double>(set_.markers.size()) &&
-         one.rms_m <= settings_.most_rms * known_.marker_sigma_m;
+bool AnyPoseFinder::is_acceptable(const Fitted& one) const {
+  return one.matched >= settings_.min_present_fraction * static_cast<double>(set_.markers.size()) &&
+         one.rms_m <= settings_.max_rms_sigmas * uncertainty_.marker_sigma_m;
 }
 
-void AnyPoseFinder::judge() {
+void AnyPoseFinder::select_best() {
   const auto end = fitted_.begin() + static_cast<std::ptrdiff_t>(fits_);
   const auto best =
       std::min_element(fitted_.begin(), end, [](const Fitted& a, const Fitted& b) { return a.cost < b.cost; });
-  if (best == end || !good(*best)) {
-    go_on();
+  if (best == end || !is_acceptable(*best)) {
+    advance_root();
     return;
   }
   best_ = *best;
   margin_ = 1e9;
-  std::fill(unsure_.begin(), unsure_.end(), false);
+  std::fill(is_ambiguous_.begin(), is_ambiguous_.end(), false);
   for (auto other = fitted_.begin(); other != end; ++other) {
-    if (other == best || differ(other->point_of_marker, best->point_of_marker) == 0) continue;
+    if (other == best || count_differences(other->point_of_marker, best->point_of_marker) == 0) continue;
     margin_ = std::min(margin_, other->cost - best->cost);
-    (void)tell_difference(other->point_of_marker);
-    if (other->cost < best->cost + settings_.sure) doubt();
+    (void)find_differences(other->point_of_marker);
+    if (other->cost < best->cost + settings_.min_cost_margin) mark_ambiguous();
   }
   limb_ = 0;
-  changes_ = 0;
-  relay();
+  improvements_ = 0;
+  reopen_limb();
 }
 
 // The next bone to begin with; then all of them with wider bounds.
-void AnyPoseFinder::go_on() {
+void AnyPoseFinder::advance_root() {
   stage_ = Stage::Idle;
   if (++root_ < roots_.size()) {
-    layer_.start(roots_[root_].bone, roots_[root_].plan);
-    stage_ = Stage::Lay;
-  } else if (!rough_) {
-    rough_ = true;
-    begin_round(settings_.roughly);
+    search_.start(roots_[root_].bone, roots_[root_].plan);
+    stage_ = Stage::Search;
+  } else if (!is_coarse_) {
+    is_coarse_ = true;
+    begin_round(settings_.coarse);
   }
 }
 
 // Takes the limbs off and lays them anew, from where the whole body has their joints.
-void AnyPoseFinder::relay() {
+void AnyPoseFinder::reopen_limb() {
   if (limb_ >= roots_[root_].limbs.size()) {
     describe();
     return;
   }
-  rest_ = best_.reading;
-  rest_.cost = 0.0;
-  for (const NextBone& next : roots_[root_].limbs[limb_]) {
-    for (const kinematics::ShapePoint& point : layer_.shapes().of(static_cast<std::size_t>(next.bone)).points) {
-      if ((point.at_m - next.here_m).norm() < 1e-3) continue;  // belongs to what it hangs on, too
-      rest_.point_of_marker[static_cast<std::size_t>(point.marker)] = -1;
+  without_limb_ = best_.hypothesis;
+  without_limb_.cost = 0.0;
+  for (const SearchStep& next : roots_[root_].limbs[limb_]) {
+    for (const kinematics::ShapePoint& point : search_.shapes().of(static_cast<std::size_t>(next.bone)).points) {
+      if ((point.position_m - next.joint_in_bone_m).norm() < 1e-3) continue;  // belongs to what it hangs on, too
+      without_limb_.point_of_marker[static_cast<std::size_t>(point.marker)] = -1;
     }
   }
-  rest_.taken.reset();
-  for (const int p : rest_.point_of_marker) {
-    if (p >= 0) rest_.taken.set(static_cast<std::size_t>(p));
+  without_limb_.used.reset();
+  for (const int p : without_limb_.point_of_marker) {
+    if (p >= 0) without_limb_.used.set(static_cast<std::size_t>(p));
   }
-  layer_.start(rest_, roots_[root_].limbs[limb_]);
-  stage_ = Stage::Relay;
+  search_.start(without_limb_, roots_[root_].limbs[limb_]);
+  stage_ = Stage::ReopenLimb;
 }
 
-void AnyPoseFinder::begin_challenge() {
-  stage_ = Stage::Challenge;
-  next_ = challenges_ = dismissals_ = 0;
-  own_cost_ = layer_.readings().empty() ? 0.0 : layer_.readings().front().cost;
-  for (const BodyReading& reading : layer_.readings()) {
-    if (reading.point_of_marker == best_.reading.point_of_marker) own_cost_ = reading.cost;
+void AnyPoseFinder::begin_alternatives() {
+  stage_ = Stage::Alternatives;
+  next_ = tried_alternatives_ = rejected_count_ = 0;
+  best_cost_ = search_.hypotheses().empty() ? 0.0 : search_.hypotheses().front().cost;
+  for (const BodyPoseHypothesis& hypothesis : search_.hypotheses()) {
+    if (hypothesis.point_of_marker == best_.hypothesis.point_of_marker) best_cost_ = hypothesis.cost;
   }
 }
 
 // Notes what a rival has otherwise; whether it gives any marker another point, rather than none.
-bool AnyPoseFinder::tell_difference(std::span<const int> rival) {
+bool AnyPoseFinder::find_differences(std::span<const int> alternative) {
   difference_.clear();
   bool other = false;
-  for (std::size_t m = 0; m < rival.size(); ++m) {
-    if (rival[m] == best_.reading.point_of_marker[m]) continue;
-    difference_.emplace_back(static_cast<int>(m), rival[m]);
-    other = other || rival[m] >= 0;
+  for (std::size_t m = 0; m < alternative.size(); ++m) {
+    if (alternative[m] == best_.hypothesis.point_of_marker[m]) continue;
+    difference_.emplace_back(static_cast<int>(m), alternative[m]);
+    other = other || alternative[m] >= 0;
   }
   return other;
 }
 
 // Whether the difference holds one that made a rival much worse alone.
-bool AnyPoseFinder::dismissed() const {
-  return std::any_of(dismissed_.begin(), dismissed_.begin() + static_cast<std::ptrdiff_t>(dismissals_),
-                     [&](const Difference& known) {
-                       return std::includes(difference_.begin(), difference_.end(), known.begin(), known.end());
-                     });
+bool AnyPoseFinder::is_rejected() const {
+  return std::any_of(
+      rejected_differences_.begin(), rejected_differences_.begin() + static_cast<std::ptrdiff_t>(rejected_count_),
+      [&](const Difference& uncertainty) {
+        return std::includes(difference_.begin(), difference_.end(), uncertainty.begin(), uncertainty.end());
+      });
 }
 
-void AnyPoseFinder::doubt() {
-  for (const auto& [marker, point] : difference_) unsure_[static_cast<std::size_t>(marker)] = true;
+void AnyPoseFinder::mark_ambiguous() {
+  for (const auto& [marker, point] : difference_) is_ambiguous_[static_cast<std::size_t>(marker)] = true;
 }
 
-void AnyPoseFinder::challenge() {
-  const auto readings = layer_.readings();
-  if (next_ >= readings.size() || readings[next_].cost > std::max(own_cost_, readings[0].cost) + kChallenge) {
+void AnyPoseFinder::evaluate_alternative() {
+  const auto hypotheses = search_.hypotheses();
+  if (next_ >= hypotheses.size() ||
+      hypotheses[next_].cost > std::max(best_cost_, hypotheses[0].cost) + kAlternativeCostMargin) {
     ++limb_;
-    relay();
+    reopen_limb();
     return;
   }
-  const BodyReading& rival = readings[next_++];
-  const bool other = tell_difference(rival.point_of_marker);
-  if (difference_.empty() || dismissed()) return;
-  if (!other || challenges_ >= kMostChallenges) {
-    if (rival.cost < own_cost_ + (other ? settings_.sure : settings_.surely_seen)) doubt();
+  const BodyPoseHypothesis& alternative = hypotheses[next_++];
+  const bool other = find_differences(alternative.point_of_marker);
+  if (difference_.empty() || is_rejected()) return;
+  if (!other || tried_alternatives_ >= kMaxAlternatives) {
+    if (alternative.cost < best_cost_ + (other ? settings_.min_cost_margin : settings_.min_hidden_margin))
+      mark_ambiguous();
     return;
   }
-  ++challenges_;
-  rival_.reading = rival;
-  fit(rival_);
-  const bool same = rival_.point_of_marker == best_.point_of_marker;
-  if (!same && rival_.cost < best_.cost && good(rival_) && changes_ < kMostChanges) {
-    ++changes_;
-    std::swap(best_, rival_);
+  ++tried_alternatives_;
+  alternative_.hypothesis = alternative;
+  fit(alternative_);
+  const bool same = alternative_.point_of_marker == best_.point_of_marker;
+  if (!same && alternative_.cost < best_.cost && is_acceptable(alternative_) && improvements_ < kMaxImprovements) {
+    ++improvements_;
+    std::swap(best_, alternative_);
     limb_ = 0;
-    std::fill(unsure_.begin(), unsure_.end(), false);
-    relay();
-  } else if (same || rival_.cost > best_.cost + settings_.sure) {
-    if (dismissals_ < dismissed_.size()) dismissed_[dismissals_++] = difference_;
-    if (!same) margin_ = std::min(margin_, rival_.cost - best_.cost);
+    std::fill(is_ambiguous_.begin(), is_ambiguous_.end(), false);
+    reopen_limb();
+  } else if (same || alternative_.cost > best_.cost + settings_.min_cost_margin) {
+    if (rejected_count_ < rejected_differences_.size()) rejected_differences_[rejected_count_++] = difference_;
+    if (!same) margin_ = std::min(margin_, alternative_.cost - best_.cost);
   } else {
-    margin_ = std::min(margin_, rival_.cost - best_.cost);
-    doubt();
+    margin_ = std::min(margin_, alternative_.cost - best_.cost);
+    mark_ambiguous();
   }
 }
 
@@ -368,12 +374,12 @@ void AnyPoseFinder::describe() {
   found_->explained = best_.matched;
   for (std::size_t m = 0; m < set_.markers.size(); ++m) {
     const int p = best_.point_of_marker[m];
-    const bool sure = p >= 0 && p == best_.reading.point_of_marker[m] && !unsure_[m];
-    found_->point_of_marker.push_back(sure ? p : -1);
-    found_->matched += sure ? 1 : 0;
+    const bool min_cost_margin = p >= 0 && p == best_.hypothesis.point_of_marker[m] && !is_ambiguous_[m];
+    found_->point_of_marker.push_back(min_cost_margin ? p : -1);
+    found_->matched += min_cost_margin ? 1 : 0;
   }
   for (const Pose& local : best_.locals) found_->locals.push_back(local);
-  if (found_->matched < settings_.least_share * static_cast<double>(set_.markers.size())) found_.reset();
+  if (found_->matched < settings_.min_labelled_fraction * static_cast<double>(set_.markers.size())) found_.reset();
 }
 
 }  // namespace mocap::identify

@@ -17,13 +17,14 @@
 namespace mocap::identify {
 
 struct FindAnyPoseSettings {
-  BodyKnown well;                   ///< tried first: what fits so is soon clear
-  BodyKnown roughly{0.007, 0.015};  ///< then this: skin that slides
-  double least_seen = 0.7;          ///< share of the markers that must be there; of fewer, ghosts make limbs too easily
-  double least_share = 0.5;         ///< and that must be named
-  double most_rms = 2.0;            ///< of the markers from the body, in their sigmas
-  double sure = 10.0;               ///< by how much of log-likelihood another reading of a marker must be worse
-  double surely_seen = 5.0;         ///< and that it is hidden, and its point a stray
+  BodyUncertainty precise;               ///< tried first: what fits so is soon clear
+  BodyUncertainty coarse{0.007, 0.015};  ///< then this: skin that slides
+  double min_present_fraction =
+      0.7;  ///< share of the markers that must be there; of fewer, ghosts make limbs too easily
+  double min_labelled_fraction = 0.5;  ///< and that must be named
+  double max_rms_sigmas = 2.0;         ///< of the markers from the body, in their sigmas
+  double min_cost_margin = 10.0;       ///< by how much of log-likelihood another reading of a marker must be worse
+  double min_hidden_margin = 5.0;      ///< and that it is hidden, and its point a stray
 };
 
 /// A body found in a pose.
@@ -58,13 +59,14 @@ class AnyPoseFinder {
 
   /// Whether the set has a bone to begin with.
   bool can_find() const noexcept { return !roots_.empty(); }
-  /// How a joint of this body bends, as BodyFollower learnt it.
-  void bend(std::size_t bone, const Eigen::Matrix3d& as_in_file, const kinematics::BendingPlane& plane) {
-    fit_.lean(bone, as_in_file);
-    fit_.bend_in(bone, plane);
+  /// How a joint of this body bends, as SkeletonTracker learnt it.
+  void set_hinge(std::size_t bone, const Eigen::Matrix3d& nominal_from_calibrated,
+                 const kinematics::SwivelPlane& plane) {
+    fit_.set_hinge_axis(bone, nominal_from_calibrated);
+    fit_.set_swivel_plane(bone, plane);
   }
 
-  /// Begins a search; one that goes on is given up. At most kMostCloudPoints are looked at.
+  /// Begins a search; one that goes on is given up. At most kMaxCloudPoints are looked at.
   void begin(std::span<const Eigen::Vector3d> points);
   bool searching() const noexcept { return stage_ != Stage::Idle; }
   /// Goes on by about as many bone fits (half a microsecond each) as `work`; true when the search has ended.
@@ -76,19 +78,19 @@ class AnyPoseFinder {
   const std::optional<FoundPose>& find(std::span<const Eigen::Vector3d> points);
 
   /// Bone fits of the last search, for those who plan.
-  std::size_t work() const noexcept { return layer_.work() - begun_at_ + fit_work_; }
+  std::size_t work() const noexcept { return search_.work() - work_at_begin_ + fit_work_; }
 
  private:
-  enum class Stage { Idle, Lay, Fit, Relay, Challenge };
+  enum class Stage { Idle, Search, Fit, ReopenLimb, Alternatives };
   /// Where a search can begin.
   struct Root {
     int bone = 0;
-    LayPlan plan;
-    std::vector<LayPlan> limbs;  // that hang on one bone each
+    SearchPlan plan;
+    std::vector<SearchPlan> limbs;  // that hang on one bone each
   };
   /// A reading and the whole body that was fitted to it.
   struct Fitted {
-    BodyReading reading;
+    BodyPoseHypothesis hypothesis;
     double cost = 0.0, rms_m = 0.0;
     int matched = 0;
     std::vector<int> point_of_marker;
@@ -96,46 +98,46 @@ class AnyPoseFinder {
   };
   using Difference = std::vector<std::pair<int, int>>;  // marker, point
 
-  std::vector<LayPlan> limbs_of(int root, const LayPlan& plan) const;
+  std::vector<SearchPlan> limbs_of(int root, const SearchPlan& plan) const;
   void step();
-  void begin_round(const BodyKnown& known);
+  void begin_round(const BodyUncertainty& uncertainty);
   void choose_fits();
-  void judge();
-  void go_on();
-  bool good(const Fitted& one) const;
+  void select_best();
+  void advance_root();
+  bool is_acceptable(const Fitted& one) const;
   void fit(Fitted& into);
   void solve(Fitted& into, int iterations);
   void assign(Fitted& into);
-  void relay();
-  void begin_challenge();
-  void challenge();
-  bool tell_difference(std::span<const int> rival);
-  bool dismissed() const;
-  void doubt();
+  void reopen_limb();
+  void begin_alternatives();
+  void evaluate_alternative();
+  bool find_differences(std::span<const int> alternative);
+  bool is_rejected() const;
+  void mark_ambiguous();
   void describe();
 
   FindAnyPoseSettings settings_;
   MarkerSet set_;
-  BodyLayer layer_;
+  BodyPoseSearch search_;
   kinematics::PoseFit fit_;
   geometry::Assigner assigner_;
   std::vector<Root> roots_;  // the best first
 
-  pose::BodyCloud cloud_;
+  pose::PointCloud cloud_;
   Stage stage_ = Stage::Idle;
-  BodyKnown known_;
-  bool rough_ = false;  // the second round
+  BodyUncertainty uncertainty_;
+  bool is_coarse_ = false;  // the second round
   std::size_t root_ = 0, next_ = 0, limb_ = 0;
-  std::size_t begun_at_ = 0, fit_work_ = 0;
+  std::size_t work_at_begin_ = 0, fit_work_ = 0;
   std::vector<Fitted> fitted_;  // rivals for the whole body
   std::size_t fits_ = 0;
-  Fitted best_, rival_;
-  BodyReading rest_;  // the best without the limbs that are laid anew
-  double own_cost_ = 0.0;
+  Fitted best_, alternative_;
+  BodyPoseHypothesis without_limb_;  // the best without the limbs that are laid anew
+  double best_cost_ = 0.0;
   Difference difference_;
-  std::vector<Difference> dismissed_;  // what made a rival much worse
-  std::size_t dismissals_ = 0, challenges_ = 0, changes_ = 0;
-  std::vector<bool> unsure_;  // by marker
+  std::vector<Difference> rejected_differences_;  // what made a rival much worse
+  std::size_t rejected_count_ = 0, tried_alternatives_ = 0, improvements_ = 0;
+  std::vector<bool> is_ambiguous_;  // by marker
   double margin_ = 0.0;
   std::vector<kinematics::Observation> seen_;
   std::vector<geometry::AllowedPair> pairs_;

@@ -50,7 +50,7 @@ std::vector<int> opposite_bones(const Skeleton& skeleton) {
     const Eigen::Vector3d image(joint.x(), -joint.y(), joint.z());
     const auto off_m = [&](const Eigen::Vector3d& other) { return (other - image).norm(); };
     const auto nearest = std::ranges::min_element(joints, {}, off_m);
-    opposite.push_back(kinematics::off_m(*nearest) < kSameJoint_m ? static_cast<int>(nearest - joints.begin()) : -1);
+    opposite.push_back(off_m(*nearest) < kSameJoint_m ? static_cast<int>(nearest - joints.begin()) : -1);
   }
   return opposite;
 }
@@ -68,24 +68,24 @@ std::vector<MarkerPair> opposite_markers(const MarkerSet& set) {
 
 std::vector<MarkerPair> asymmetric_markers(const MarkerSet& set) {
   std::vector<MarkerPair> pairs = opposite_markers(set);
-  std::erase_if(pairs, [&](const MarkerPair& pair) { return asymmetry_m(set, pair).norm() < kLeastAsymmetry_m; });
+  std::erase_if(pairs, [&](const MarkerPair& pair) { return asymmetry_m(set, pair).norm() < kMinAsymmetry_m; });
   return pairs;
 }
 
 MarkerSet with_asymmetries(const MarkerSet& set, const bodyfit::FittedSubject& fitted) {
-  MarkerSet worn = set;
-  if (!fitted.from_rest) return worn;
-  const auto worn_m = [&](std::size_t m) {
+  MarkerSet fitted_set = set;
+  if (!fitted.from_rest) return fitted_set;
+  const auto fitted_offset_m = [&](std::size_t m) {
     return Eigen::Vector3d(fitted.marker_set.markers[m].offset_m / fitted.size);
   };
   for (const MarkerPair& pair : opposite_markers(set)) {
-    const Eigen::Vector3d one_m = worn_m(pair.one), other_m = worn_m(pair.other);
-    if (asymmetry_m(one_m, other_m).norm() < kLeastAsymmetry_m) continue;
-    worn.markers[pair.one].offset_m = one_m;
-    worn.markers[pair.other].offset_m = other_m;
-    worn.asymmetric.push_back(pair);
+    const Eigen::Vector3d one_m = fitted_offset_m(pair.one), other_m = fitted_offset_m(pair.other);
+    if (asymmetry_m(one_m, other_m).norm() < kMinAsymmetry_m) continue;
+    fitted_set.markers[pair.one].offset_m = one_m;
+    fitted_set.markers[pair.other].offset_m = other_m;
+    fitted_set.asymmetric.push_back(pair);
   }
-  return worn;
+  return fitted_set;
 }
 
 }  // namespace mocap::identify

@@ -10,7 +10,7 @@ namespace mocap::identify {
 
 /// Markers that are nearer than this to being mirror images of each other tell no sides: two that are placed to 10 mm
 /// each differ by 14 mm by chance, and so do people's legs.
-inline constexpr double kLeastAsymmetry_m = 0.035;
+inline constexpr double kMinAsymmetry_m = 0.035;
 
 /// How a marker sits against the mirror image of its opposite as seen from the front, m: to the left and up. How far
 /// they are to the fore does not count, as a body that is read back to front has that, too. Both offsets are from the
@@ -29,7 +29,7 @@ std::vector<int> opposite_bones(const Skeleton& skeleton);
 /// the order of the set, the left one first.
 std::vector<MarkerPair> opposite_markers(const MarkerSet& set);
 
-/// Those of them that are off their mirror images by kLeastAsymmetry_m or more, where they sit in the set.
+/// Those of them that are off their mirror images by kMinAsymmetry_m or more, where they sit in the set.
 std::vector<MarkerPair> asymmetric_markers(const MarkerSet& set);
 
 /// A body's set with the pairs that its fit shows to be asymmetric; these sit in it as they do on the body, the others

@@ -9,35 +9,35 @@ namespace mocap::identify {
 namespace {
 
 // Readings that are followed at once, and by how much of log-likelihood they may be worse than the best.
-constexpr std::size_t kMostReadings = 32;
-constexpr double kMostBehind = 18.0;
-constexpr std::size_t kMostAlike = 6;
-constexpr std::size_t kMostSeeds = 24;
-constexpr std::size_t kMostGrowths = 320;
+constexpr std::size_t kBeamWidth = 32;
+constexpr double kBeamCostMargin = 18.0;
+constexpr std::size_t kMaxEquivalent = 6;
+constexpr std::size_t kMaxSeeds = 24;
+constexpr std::size_t kMaxExpansions = 320;
 // A joint that is less sure than this tells nothing of a bone with one marker, two markers, or more that tell its turn.
-constexpr double kLostJoint_m[] = {0.12, 0.20, 0.35};
+constexpr double kMaxJointSigma_m[] = {0.12, 0.20, 0.35};
 // By what share of its lever an unseen or half-seen bone's end is unsure: joints that turn by 35 degrees, rms.
-constexpr double kUnseenTurn = 0.6;
+constexpr double kUnseenLeverFraction = 0.6;
 // How hard a joint's range is: bones that are told by markers 8 cm apart are turned by 0.1 rad, and people reach
 // beyond.
-constexpr double kRange_rad = 0.3;
-constexpr double kMostBeyond = 12.0;
+constexpr double kRangeSigma_rad = 0.3;
+constexpr double kMaxRangeCost = 12.0;
 constexpr double kInJoint_m = 1e-3;
 
 }  // namespace
 
-BodyLayer::BodyLayer(const MarkerSet& set) : set_(set), shapes_(set) {
+BodyPoseSearch::BodyPoseSearch(const MarkerSet& set) : set_(set), shapes_(set) {
   const std::size_t bones = set.skeleton.bones.size();
-  BodyReading reading;
-  reading.point_of_marker.assign(set.markers.size(), -1);
-  reading.bones.resize(bones);
-  readings_.assign(kMostReadings, reading);
-  before_ = readings_;
-  seeds_.reserve(kMostSeeds);
-  growths_.reserve(kMostGrowths);
+  BodyPoseHypothesis hypothesis;
+  hypothesis.point_of_marker.assign(set.markers.size(), -1);
+  hypothesis.bones.resize(bones);
+  hypotheses_.assign(kBeamWidth, hypothesis);
+  previous_hypotheses_ = hypotheses_;
+  seeds_.reserve(kMaxSeeds);
+  expansions_.reserve(kMaxExpansions);
 }
 
-void BodyLayer::refit(const MarkerSet& set) {
+void BodyPoseSearch::refit(const MarkerSet& set) {
   for (std::size_t b = 0; b < set.skeleton.bones.size(); ++b)
     set_.skeleton.bones[b].rest_offset_m = set.skeleton.bones[b].rest_offset_m;
   for (std::size_t m = 0; m < set.markers.size(); ++m) set_.markers[m].offset_m = set.markers[m].offset_m;
@@ -45,20 +45,21 @@ void BodyLayer::refit(const MarkerSet& set) {
 }
 
 // Depth first; of a bone's neighbours those first that tell their turn themselves, for what hangs there is then sure.
-LayPlan BodyLayer::plan_from(int root) const {
-  LayPlan plan;
-  std::vector<NextBone> open;
+SearchPlan BodyPoseSearch::plan_from(int root) const {
+  SearchPlan plan;
+  std::vector<SearchStep> open;
   const auto open_neighbours = [&](int bone, int from) {
     for (const bool telling : {false, true}) {
       for (const kinematics::ShapeJoint& joint : shapes_.of(static_cast<std::size_t>(bone)).joints) {
-        if (joint.bone == from || shapes_.tells_turn(static_cast<std::size_t>(joint.bone)) != telling) continue;
-        open.push_back({joint.bone, bone, joint.there_m, joint.here_m});
+        if (joint.bone == from || shapes_.determines_rotation(static_cast<std::size_t>(joint.bone)) != telling)
+          continue;
+        open.push_back({joint.bone, bone, joint.joint_in_neighbour_m, joint.joint_in_bone_m});
       }
     }
   };
   open_neighbours(root, -1);
   while (!open.empty()) {
-    const NextBone next = open.back();
+    const SearchStep next = open.back();
     open.pop_back();
     plan.push_back(next);
     open_neighbours(next.bone, next.from);
@@ -66,147 +67,153 @@ LayPlan BodyLayer::plan_from(int root) const {
   return plan;
 }
 
-void BodyLayer::refit(LayPlan& plan) const {
-  for (NextBone& next : plan) {
+void BodyPoseSearch::refit(SearchPlan& plan) const {
+  for (SearchStep& next : plan) {
     for (const kinematics::ShapeJoint& joint : shapes_.of(static_cast<std::size_t>(next.bone)).joints) {
       if (joint.bone != next.from) continue;
-      next.here_m = joint.here_m;
-      next.there_m = joint.there_m;
+      next.joint_in_bone_m = joint.joint_in_bone_m;
+      next.joint_in_neighbour_m = joint.joint_in_neighbour_m;
     }
   }
 }
 
-void BodyLayer::begin(const pose::BodyCloud& cloud, const BodyKnown& known, double strays_1_m3) {
+void BodyPoseSearch::begin(const pose::PointCloud& cloud, const BodyUncertainty& uncertainty,
+                           double clutter_density_1_m3) {
   cloud_ = &cloud;
-  known_ = known;
-  layer_.set({.marker_sigma_m = known.marker_sigma_m, .strays_1_m3 = strays_1_m3});
+  uncertainty_ = uncertainty;
+  proposer_.set({.marker_sigma_m = uncertainty.marker_sigma_m, .clutter_density_1_m3 = clutter_density_1_m3});
   count_ = 0;
-  growths_.clear();
+  expansions_.clear();
 }
 
-void BodyLayer::start(int root, const LayPlan& plan) {
+void BodyPoseSearch::start(int root, const SearchPlan& plan) {
   MOCAP_EXPECTS(cloud_ != nullptr);
   plan_ = &plan;
   root_ = root;
-  next_ = turn_ = count_ = 0;
+  next_ = step_ = count_ = 0;
   seeds_.clear();
-  growths_.clear();
+  expansions_.clear();
 }
 
-void BodyLayer::start(const BodyReading& reading, const LayPlan& plan) {
+void BodyPoseSearch::start(const BodyPoseHypothesis& hypothesis, const SearchPlan& plan) {
   MOCAP_EXPECTS(cloud_ != nullptr);
   plan_ = &plan;
   root_ = -1;
-  next_ = turn_ = 0;
-  readings_[0] = reading;
+  next_ = step_ = 0;
+  hypotheses_[0] = hypothesis;
   count_ = 1;
-  growths_.clear();
+  expansions_.clear();
 }
 
-bool BodyLayer::grow() {
-  if (root_ >= 0) return seed();
-  if (turn_ >= plan_->size() || count_ == 0) return true;
-  grow(next_);
-  if (++next_ >= count_) take_best();
-  return turn_ >= plan_->size();
+bool BodyPoseSearch::expand() {
+  if (root_ >= 0) return seed_root();
+  if (step_ >= plan_->size() || count_ == 0) return true;
+  expand(next_);
+  if (++next_ >= count_) prune_beam();
+  return step_ >= plan_->size();
 }
 
-bool BodyLayer::seed() {
+bool BodyPoseSearch::seed_root() {
   if (next_ < cloud_->size()) {
-    layer_.seed(shapes_.of(static_cast<std::size_t>(root_)), *cloud_, next_++, kMostSeeds, seeds_);
+    proposer_.seed(shapes_.of(static_cast<std::size_t>(root_)), *cloud_, next_++, kMaxSeeds, seeds_);
     return false;
   }
-  std::sort(seeds_.begin(), seeds_.end(), [](const pose::LaidBone& a, const pose::LaidBone& b) { return a.cost < b.cost; });
-  for (const pose::LaidBone& seed : seeds_) {
-    BodyReading& reading = readings_[count_++];
-    reading.taken.reset();
-    std::fill(reading.point_of_marker.begin(), reading.point_of_marker.end(), -1);
-    adopt(reading, {seed.cost, 0, 0.0, seed}, root_, Eigen::Vector3d::Zero());
+  std::sort(seeds_.begin(), seeds_.end(),
+            [](const pose::BoneProposal& a, const pose::BoneProposal& b) { return a.cost < b.cost; });
+  for (const pose::BoneProposal& seed : seeds_) {
+    BodyPoseHypothesis& hypothesis = hypotheses_[count_++];
+    hypothesis.used.reset();
+    std::fill(hypothesis.point_of_marker.begin(), hypothesis.point_of_marker.end(), -1);
+    apply_expansion(hypothesis, {seed.cost, 0, 0.0, seed}, root_, Eigen::Vector3d::Zero());
   }
   root_ = -1;
   next_ = 0;
-  return turn_ >= plan_->size() || count_ == 0;
+  return step_ >= plan_->size() || count_ == 0;
 }
 
-void BodyLayer::adopt(BodyReading& into, const Growth& growth, int bone, const Eigen::Vector3d& joint_m) const {
-  into.cost = growth.cost;
+void BodyPoseSearch::apply_expansion(BodyPoseHypothesis& into, const Expansion& expansion, int bone,
+                                     const Eigen::Vector3d& joint_m) const {
+  into.cost = expansion.cost;
   const auto b = static_cast<std::size_t>(bone);
-  into.bones[b] = {growth.bone.world_from_bone, growth.bone.laid, growth.bone.axis, joint_m, growth.joint_sigma_m};
+  into.bones[b] = {expansion.bone.world_from_bone, expansion.bone.dof, expansion.bone.axis, joint_m,
+                   expansion.joint_sigma_m};
   const auto& points = shapes_.of(b).points;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const int p = growth.bone.point_of[i];
+    const int p = expansion.bone.point_of[i];
     if (p < 0) continue;
     into.point_of_marker[static_cast<std::size_t>(points[i].marker)] = p;
-    into.taken.set(static_cast<std::size_t>(p));
+    into.used.set(static_cast<std::size_t>(p));
   }
 }
 
 // Where the joint is, and how surely; a marker that sits in it and was seen tells it.
-pose::LayFrom BodyLayer::hang(const BodyReading& reading, const NextBone& next) const {
-  const pose::BoneReading& from = reading.bones[static_cast<std::size_t>(next.from)];
-  pose::LayFrom hang;
-  hang.joint_m = next.here_m;
-  hang.place_m = from.world * next.there_m;
-  hang.rest = from.world.rotation;
-  const Eigen::Vector3d lever = next.there_m - from.joint_m;
-  hang.sigma_m = known_.joint_sigma_m;
-  if (from.laid == pose::Laid::Swung) {
+pose::JointAnchor BodyPoseSearch::make_anchor(const BodyPoseHypothesis& hypothesis, const SearchStep& next) const {
+  const pose::BonePoseHypothesis& from = hypothesis.bones[static_cast<std::size_t>(next.from)];
+  pose::JointAnchor make_anchor;
+  make_anchor.joint_m = next.joint_in_bone_m;
+  make_anchor.anchor_m = from.world * next.joint_in_neighbour_m;
+  make_anchor.rest = from.world.rotation;
+  const Eigen::Vector3d lever = next.joint_in_neighbour_m - from.joint_m;
+  make_anchor.sigma_m = uncertainty_.joint_sigma_m;
+  if (from.dof == pose::Dof::Swing) {
     const double across = (lever - from.axis * from.axis.dot(lever)).norm();
-    hang.sigma_m = std::hypot(hang.sigma_m, kUnseenTurn * across);
-  } else if (from.laid == pose::Laid::Unseen) {
-    hang.sigma_m = std::hypot(from.joint_sigma_m, kUnseenTurn * lever.norm());
+    make_anchor.sigma_m = std::hypot(make_anchor.sigma_m, kUnseenLeverFraction * across);
+  } else if (from.dof == pose::Dof::None) {
+    make_anchor.sigma_m = std::hypot(from.joint_sigma_m, kUnseenLeverFraction * lever.norm());
   }
   for (const kinematics::ShapePoint& point : shapes_.of(static_cast<std::size_t>(next.bone)).points) {
-    const int p = reading.point_of_marker[static_cast<std::size_t>(point.marker)];
-    if (p < 0 || (point.at_m - next.here_m).norm() > kInJoint_m) continue;
-    hang.place_m = (*cloud_)[static_cast<std::size_t>(p)];
-    hang.sigma_m = known_.marker_sigma_m;
+    const int p = hypothesis.point_of_marker[static_cast<std::size_t>(point.marker)];
+    if (p < 0 || (point.position_m - next.joint_in_bone_m).norm() > kInJoint_m) continue;
+    make_anchor.anchor_m = (*cloud_)[static_cast<std::size_t>(p)];
+    make_anchor.sigma_m = uncertainty_.marker_sigma_m;
   }
-  return hang;
+  return make_anchor;
 }
 
-double BodyLayer::beyond_range(const BodyReading& reading, const NextBone& next, const pose::LaidBone& laid) const {
-  const pose::BoneReading& from = reading.bones[static_cast<std::size_t>(next.from)];
-  if (from.laid != pose::Laid::Turned || laid.laid != pose::Laid::Turned) return 0.0;
-  const bool down = set_.skeleton.bones[static_cast<std::size_t>(next.bone)].parent == next.from;
-  const Eigen::Quaterniond& upper = down ? from.world.rotation : laid.world_from_bone.rotation;
-  const Eigen::Quaterniond& lower = down ? laid.world_from_bone.rotation : from.world.rotation;
-  const Bone& bone = set_.skeleton.bones[static_cast<std::size_t>(down ? next.bone : next.from)];
-  return 0.5 * pose::beyond_range2(bone, upper.conjugate() * lower) / (kRange_rad * kRange_rad);
+double BodyPoseSearch::range_cost(const BodyPoseHypothesis& hypothesis, const SearchStep& next,
+                                  const pose::BoneProposal& proposal) const {
+  const pose::BonePoseHypothesis& from = hypothesis.bones[static_cast<std::size_t>(next.from)];
+  if (from.dof != pose::Dof::Full || proposal.dof != pose::Dof::Full) return 0.0;
+  const bool is_child = set_.skeleton.bones[static_cast<std::size_t>(next.bone)].parent == next.from;
+  const Eigen::Quaterniond& upper = is_child ? from.world.rotation : proposal.world_from_bone.rotation;
+  const Eigen::Quaterniond& lower = is_child ? proposal.world_from_bone.rotation : from.world.rotation;
+  const Bone& bone = set_.skeleton.bones[static_cast<std::size_t>(is_child ? next.bone : next.from)];
+  return 0.5 * pose::squared_range_excess(bone, upper.conjugate() * lower) / (kRangeSigma_rad * kRangeSigma_rad);
 }
 
-void BodyLayer::grow(std::size_t index) {
-  const BodyReading& reading = readings_[index];
-  const NextBone& next = (*plan_)[turn_];
+void BodyPoseSearch::expand(std::size_t index) {
+  const BodyPoseHypothesis& hypothesis = hypotheses_[index];
+  const SearchStep& next = (*plan_)[step_];
   const kinematics::BoneShape& shape = shapes_.of(static_cast<std::size_t>(next.bone));
-  const pose::LayFrom from = hang(reading, next);
-  Growth growth{reading.cost, index, from.sigma_m, {}};
-  const std::size_t telling = shapes_.tells_turn(static_cast<std::size_t>(next.bone)) ? 2
-                              : shape.points.size() > 1                               ? 1
-                                                                                      : 0;
-  if (from.sigma_m > kLostJoint_m[telling]) {
-    growth.bone.world_from_bone = {from.place_m - from.rest * from.joint_m, from.rest};
-    growth.bone.point_of.resize(shape.points.size());
-    std::fill(growth.bone.point_of.begin(), growth.bone.point_of.end(), -1);
-    if (growths_.size() < kMostGrowths) growths_.push_back(growth);
+  const pose::JointAnchor from = make_anchor(hypothesis, next);
+  Expansion expansion{hypothesis.cost, index, from.sigma_m, {}};
+  const std::size_t telling = shapes_.determines_rotation(static_cast<std::size_t>(next.bone)) ? 2
+                              : shape.points.size() > 1                                        ? 1
+                                                                                               : 0;
+  if (from.sigma_m > kMaxJointSigma_m[telling]) {
+    expansion.bone.world_from_bone = {from.anchor_m - from.rest * from.joint_m, from.rest};
+    expansion.bone.point_of.resize(shape.points.size());
+    std::fill(expansion.bone.point_of.begin(), expansion.bone.point_of.end(), -1);
+    if (expansions_.size() < kMaxExpansions) expansions_.push_back(expansion);
     return;
   }
-  for (const pose::LaidBone& laid : layer_.lay(shape, from, *cloud_, reading.taken, reading.point_of_marker)) {
-    const double beyond = beyond_range(reading, next, laid);
-    if (beyond > kMostBeyond || growths_.size() == kMostGrowths) continue;
-    growth.bone = laid;
-    growth.cost = reading.cost + laid.cost + beyond;
-    growths_.push_back(growth);
+  for (const pose::BoneProposal& proposal :
+       proposer_.propose_from_joint(shape, from, *cloud_, hypothesis.used, hypothesis.point_of_marker)) {
+    const double beyond = range_cost(hypothesis, next, proposal);
+    if (beyond > kMaxRangeCost || expansions_.size() == kMaxExpansions) continue;
+    expansion.bone = proposal;
+    expansion.cost = hypothesis.cost + proposal.cost + beyond;
+    expansions_.push_back(expansion);
   }
 }
 
 // Whether two readings have the same bones where more is to be hung.
-bool BodyLayer::alike(const BodyReading& a, const BodyReading& b) const {
-  for (std::size_t i = turn_ + 1; i < plan_->size(); ++i) {
+bool BodyPoseSearch::are_equivalent(const BodyPoseHypothesis& a, const BodyPoseHypothesis& b) const {
+  for (std::size_t i = step_ + 1; i < plan_->size(); ++i) {
     const auto from = static_cast<std::size_t>((*plan_)[i].from);
-    const bool later = std::any_of(plan_->begin() + static_cast<std::ptrdiff_t>(turn_) + 1,
+    const bool later = std::any_of(plan_->begin() + static_cast<std::ptrdiff_t>(step_) + 1,
                                    plan_->begin() + static_cast<std::ptrdiff_t>(i),
-                                   [&](const NextBone& next) { return next.bone == static_cast<int>(from); });
+                                   [&](const SearchStep& next) { return next.bone == static_cast<int>(from); });
     if (later) continue;
     for (const kinematics::ShapePoint& point : shapes_.of(from).points) {
       const auto m = static_cast<std::size_t>(point.marker);
@@ -216,29 +223,29 @@ bool BodyLayer::alike(const BodyReading& a, const BodyReading& b) const {
   return true;
 }
 
-void BodyLayer::take_best() {
-  std::sort(growths_.begin(), growths_.end(), [](const Growth& a, const Growth& b) {
-    return a.cost != b.cost ? a.cost < b.cost : a.reading < b.reading;
+void BodyPoseSearch::prune_beam() {
+  std::sort(expansions_.begin(), expansions_.end(), [](const Expansion& a, const Expansion& b) {
+    return a.cost != b.cost ? a.cost < b.cost : a.hypothesis < b.hypothesis;
   });
-  readings_.swap(before_);
+  hypotheses_.swap(previous_hypotheses_);
   count_ = 0;
-  const NextBone& next = (*plan_)[turn_];
-  const bool last = turn_ + 1 == plan_->size();
-  for (const Growth& growth : growths_) {
-    if (count_ == kMostReadings || growth.cost > growths_.front().cost + kMostBehind) break;
-    BodyReading& into = readings_[count_];
-    into = before_[growth.reading];
-    adopt(into, growth, next.bone, next.here_m);
+  const SearchStep& next = (*plan_)[step_];
+  const bool last = step_ + 1 == plan_->size();
+  for (const Expansion& expansion : expansions_) {
+    if (count_ == kBeamWidth || expansion.cost > expansions_.front().cost + kBeamCostMargin) break;
+    BodyPoseHypothesis& into = hypotheses_[count_];
+    into = previous_hypotheses_[expansion.hypothesis];
+    apply_expansion(into, expansion, next.bone, next.joint_in_bone_m);
     std::size_t same = 0;
-    for (std::size_t i = 0; i < count_ && same < kMostAlike; ++i) {
-      if (readings_[i].point_of_marker == into.point_of_marker) same = kMostAlike;
-      if (!last && alike(readings_[i], into)) ++same;
+    for (std::size_t i = 0; i < count_ && same < kMaxEquivalent; ++i) {
+      if (hypotheses_[i].point_of_marker == into.point_of_marker) same = kMaxEquivalent;
+      if (!last && are_equivalent(hypotheses_[i], into)) ++same;
     }
-    if (same < kMostAlike) ++count_;
+    if (same < kMaxEquivalent) ++count_;
   }
-  growths_.clear();
+  expansions_.clear();
   next_ = 0;
-  ++turn_;
+  ++step_;
 }
 
 }  // namespace mocap::identify

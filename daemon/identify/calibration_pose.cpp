@@ -7,9 +7,9 @@ namespace mocap::identify {
 namespace {
 
 // An arm's first bone against how far the arm reaches; collar bones are shorter.
-constexpr double kLeastShareOfReach = 0.2;
+constexpr double kMinReachFraction = 0.2;
 // Its way to the side, as a share of its length.
-constexpr double kSideways = 0.8;
+constexpr double kMinSidewaysFraction = 0.8;
 
 struct Joints {
   std::vector<Eigen::Vector3d> at_m;  // in rest pose, by bone
@@ -40,7 +40,7 @@ int upper_arm(const Skeleton& skeleton, const Joints& joints, double side, doubl
   for (std::size_t child = tip; skeleton.bones[child].parent > 0;) {
     const auto bone = static_cast<std::size_t>(skeleton.bones[child].parent);
     const Eigen::Vector3d& along_m = skeleton.bones[child].rest_offset_m;
-    if (along_m.norm() > kLeastShareOfReach * reach_m && side * along_m.y() > kSideways * along_m.norm() &&
+    if (along_m.norm() > kMinReachFraction * reach_m && side * along_m.y() > kMinSidewaysFraction * along_m.norm() &&
         can_turn(skeleton.bones[bone], -side * by_rad)) {
       found = static_cast<int>(bone);
     }
@@ -51,27 +51,27 @@ int upper_arm(const Skeleton& skeleton, const Joints& joints, double side, doubl
 
 }  // namespace
 
-std::optional<Stance> a_pose(const MarkerSet& set, double by_rad) {
+std::optional<CalibrationPose> make_a_pose(const MarkerSet& set, double by_rad) {
   const Joints joints(set.skeleton);
   if (joints.at_m.empty()) return std::nullopt;
   const int left = upper_arm(set.skeleton, joints, 1.0, by_rad), right = upper_arm(set.skeleton, joints, -1.0, by_rad);
   if (left < 0 || right < 0) return std::nullopt;
-  Stance stance{set, {}};
+  CalibrationPose stance{set, {}};
   const auto about_x = [](double rad) { return Eigen::Quaterniond(Eigen::AngleAxisd(rad, Eigen::Vector3d::UnitX())); };
   for (std::size_t b = 0; b < set.skeleton.bones.size(); ++b) {
     Bone& bone = stance.set.skeleton.bones[b];
     const Eigen::Quaterniond above =
-        bone.parent < 0 ? Eigen::Quaterniond::Identity() : stance.turned[static_cast<std::size_t>(bone.parent)];
+        bone.parent < 0 ? Eigen::Quaterniond::Identity() : stance.rotations[static_cast<std::size_t>(bone.parent)];
     bone.rest_offset_m = above * bone.rest_offset_m;
     const auto here = static_cast<int>(b);
     const bool lowered = here == left || here == right;
-    stance.turned.push_back(lowered ? about_x(here == left ? -by_rad : by_rad) : above);
+    stance.rotations.push_back(lowered ? about_x(here == left ? -by_rad : by_rad) : above);
     // Ranges are about a bone's own axes, which lie elsewhere now.
-    const bool moved = stance.turned.back().w() < 1.0;
+    const bool moved = stance.rotations.back().w() < 1.0;
     if (moved) bone.turns.fill(AngleRange{});
   }
   for (MarkerOnBone& marker : stance.set.markers)
-    marker.offset_m = stance.turned[static_cast<std::size_t>(marker.bone)] * marker.offset_m;
+    marker.offset_m = stance.rotations[static_cast<std::size_t>(marker.bone)] * marker.offset_m;
   return stance;
 }
 

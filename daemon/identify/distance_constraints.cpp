@@ -21,46 +21,48 @@ std::optional<Eigen::Vector3d> place_in(const MarkerSet& set, std::size_t marker
 }
 
 // The tie of two markers as seen from one frame that neither moves in, or through the joint of `lower`'s bone.
-std::optional<Tie> tie_between(const MarkerSet& set, std::size_t lower, std::size_t upper) {
+std::optional<InterMarkerDistance> distance_between(const MarkerSet& set, std::size_t lower, std::size_t upper) {
   const int bone = set.markers[lower].bone;
   const int parent = set.skeleton.bones[static_cast<std::size_t>(bone)].parent;
   for (const int frame : {bone, parent}) {
     const auto a = place_in(set, lower, frame);
     const auto b = place_in(set, upper, frame);
-    if (frame >= 0 && a && b) return Tie{static_cast<int>(upper), (*a - *b).norm(), (*a - *b).norm(), true};
+    if (frame >= 0 && a && b)
+      return InterMarkerDistance{static_cast<int>(upper), (*a - *b).norm(), (*a - *b).norm(), true};
   }
   const auto above = parent < 0 ? std::nullopt : place_in(set, upper, parent);
   if (!above) return std::nullopt;
   const double from_joint = set.markers[lower].offset_m.norm();
   const double to_joint = (*above - set.skeleton.bones[static_cast<std::size_t>(bone)].rest_offset_m).norm();
-  return Tie{static_cast<int>(upper), std::abs(from_joint - to_joint), from_joint + to_joint, false};
+  return InterMarkerDistance{static_cast<int>(upper), std::abs(from_joint - to_joint), from_joint + to_joint, false};
 }
 
-std::optional<Tie> tie_of(const MarkerSet& set, std::size_t a, std::size_t b) {
-  std::optional<Tie> tie = tie_between(set, a, b);
-  if (!tie || !tie->rigid) {
-    const std::optional<Tie> other = tie_between(set, b, a);
-    if (other && (!tie || other->rigid)) tie = other;
+std::optional<InterMarkerDistance> constraint_of(const MarkerSet& set, std::size_t a, std::size_t b) {
+  std::optional<InterMarkerDistance> distance = distance_between(set, a, b);
+  if (!distance || !distance->rigid) {
+    const std::optional<InterMarkerDistance> other = distance_between(set, b, a);
+    if (other && (!distance || other->rigid)) distance = other;
   }
-  if (tie) tie->other = static_cast<int>(b);
-  return tie;
+  if (distance) distance->other = static_cast<int>(b);
+  return distance;
 }
 
 }  // namespace
 
-MarkerTies::MarkerTies(const MarkerSet& set) : ties_(set.markers.size()) {
-  for (std::size_t a = 0; a < ties_.size(); ++a) {
-    for (std::size_t b = 0; b < ties_.size(); ++b) {
-      const std::optional<Tie> tie = a == b ? std::nullopt : tie_of(set, a, b);
-      if (tie) ties_[a].push_back(*tie);
+DistanceConstraints::DistanceConstraints(const MarkerSet& set) : distances_(set.markers.size()) {
+  for (std::size_t a = 0; a < distances_.size(); ++a) {
+    for (std::size_t b = 0; b < distances_.size(); ++b) {
+      const std::optional<InterMarkerDistance> distance = a == b ? std::nullopt : constraint_of(set, a, b);
+      if (distance) distances_[a].push_back(*distance);
     }
   }
 }
 
-void MarkerTies::refit(const MarkerSet& set) {
-  MOCAP_EXPECTS(set.markers.size() == ties_.size());
-  for (std::size_t a = 0; a < ties_.size(); ++a) {
-    for (Tie& tie : ties_[a]) tie = tie_of(set, a, static_cast<std::size_t>(tie.other)).value_or(tie);
+void DistanceConstraints::refit(const MarkerSet& set) {
+  MOCAP_EXPECTS(set.markers.size() == distances_.size());
+  for (std::size_t a = 0; a < distances_.size(); ++a) {
+    for (InterMarkerDistance& distance : distances_[a])
+      distance = constraint_of(set, a, static_cast<std::size_t>(distance.other)).value_or(distance);
   }
 }
 

@@ -8,16 +8,16 @@
 
 namespace mocap::identify {
 
-bool is_read_back_to_front(const MarkerSet& set, const FindSettings& settings) {
+bool has_front_back_ambiguity(const MarkerSet& set, const FindSettings& settings) {
   const std::vector<int> opposite = opposite_bones(set.skeleton);
-  MarkerSet worn = set;
-  for (MarkerOnBone& marker : worn.markers) {
+  MarkerSet flipped_set = set;
+  for (MarkerOnBone& marker : flipped_set.markers) {
     const bool on_limb = opposite[static_cast<std::size_t>(marker.bone)] != marker.bone;
     if (on_limb) marker.offset_m.x() = -marker.offset_m.x();
   }
-  const kinematics::PoseFit wearer(worn, kinematics::PoseFit::Lengths::Fixed);
+  const kinematics::PoseFit posed_body(flipped_set, kinematics::PoseFit::Lengths::Fixed);
   std::vector<Eigen::Vector3d> points;
-  for (std::size_t m = 0; m < worn.markers.size(); ++m) points.push_back(wearer.marker_at(m));
+  for (std::size_t m = 0; m < flipped_set.markers.size(); ++m) points.push_back(posed_body.marker_at(m));
 
   const std::optional<FoundBody> found = TPoseFinder(set, settings, points.size()).find(points);
   if (!found) return false;

@@ -17,21 +17,22 @@ RigidFinder::RigidFinder(const MarkerSet& set, double tolerance_m) : tolerance_m
   for (const MarkerOnBone& marker : set.markers) candidate_.marker_offsets_m.push_back(marker.offset_m);
 }
 
-bool RigidFinder::near(int a, int b, const Eigen::Vector3d& p, const Eigen::Vector3d& q) const {
-  const double apart = (model_[static_cast<std::size_t>(a)] - model_[static_cast<std::size_t>(b)]).norm();
-  return std::abs((p - q).norm() - apart) < 2.0 * tolerance_m_;
+bool RigidFinder::distance_matches(int a, int b, const Eigen::Vector3d& p, const Eigen::Vector3d& q) const {
+  const double distance_m = (model_[static_cast<std::size_t>(a)] - model_[static_cast<std::size_t>(b)]).norm();
+  return std::abs((p - q).norm() - distance_m) < 2.0 * tolerance_m_;
 }
 
-void RigidFinder::consider(std::span<const Eigen::Vector3d> points, std::size_t i, std::size_t j, std::size_t k) {
+void RigidFinder::evaluate_triple(std::span<const Eigen::Vector3d> points, std::size_t i, std::size_t j,
+                                  std::size_t k) {
   pairs_.clear();
   for (const auto& [marker, point] : {std::pair{0UL, i}, std::pair{1UL, j}, std::pair{2UL, k}}) {
     pairs_.push_back({model_[marker], points[point]});
   }
-  std::optional<geometry::RigidFit> laid = geometry::fit_rigid(pairs_);
-  if (!laid) return;
+  std::optional<geometry::RigidFit> aligned = geometry::fit_rigid(pairs_);
+  if (!aligned) return;
   pairs_.clear();
   for (std::size_t m = 0; m < model_.size(); ++m) {
-    const Eigen::Vector3d at = laid->to_from * model_[m];
+    const Eigen::Vector3d at = aligned->to_from * model_[m];
     double nearest = 3.0 * tolerance_m_;
     candidate_.point_of_marker[m] = -1;
     for (std::size_t p = 0; p < points.size(); ++p) {
@@ -44,9 +45,9 @@ void RigidFinder::consider(std::span<const Eigen::Vector3d> points, std::size_t 
     if (p >= 0) pairs_.push_back({model_[m], points[static_cast<std::size_t>(p)]});
   }
   const std::size_t needed = model_.size() - (model_.size() >= 5 ? 1 : 0);
-  laid = geometry::fit_rigid(pairs_);
-  if (pairs_.size() < needed || !laid || laid->rms_m > tolerance_m_) return;
-  candidate_.rms_m = laid->rms_m;
+  aligned = geometry::fit_rigid(pairs_);
+  if (pairs_.size() < needed || !aligned || aligned->rms_m > tolerance_m_) return;
+  candidate_.rms_m = aligned->rms_m;
   candidate_.matched = static_cast<int>(pairs_.size());
   if (found_) {
     const bool same =
@@ -66,10 +67,12 @@ const std::optional<FoundBody>& RigidFinder::find(std::span<const Eigen::Vector3
   if (model_.size() < 3) return found_;
   for (std::size_t i = 0; i < points.size(); ++i) {
     for (std::size_t j = 0; j < points.size(); ++j) {
-      if (i == j || !near(0, 1, points[i], points[j])) continue;
+      if (i == j || !distance_matches(0, 1, points[i], points[j])) continue;
       for (std::size_t k = 0; k < points.size(); ++k) {
-        if (k == i || k == j || !near(0, 2, points[i], points[k]) || !near(1, 2, points[j], points[k])) continue;
-        consider(points, i, j, k);
+        if (k == i || k == j || !distance_matches(0, 2, points[i], points[k]) ||
+            !distance_matches(1, 2, points[j], points[k]))
+          continue;
+        evaluate_triple(points, i, j, k);
       }
     }
   }

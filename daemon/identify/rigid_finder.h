@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "geometry/rigid_fit.h"
-#include "identify/t_pose_finder.h"
+#include "identify/tpose_finder.h"
 #include "model/skeleton.h"
 
 namespace mocap::identify {
@@ -23,8 +23,8 @@ class RigidFinder {
   const std::optional<FoundBody>& find(std::span<const Eigen::Vector3d> points);
 
  private:
-  bool near(int a, int b, const Eigen::Vector3d& p, const Eigen::Vector3d& q) const;
-  void consider(std::span<const Eigen::Vector3d> points, std::size_t i, std::size_t j, std::size_t k);
+  bool distance_matches(int a, int b, const Eigen::Vector3d& p, const Eigen::Vector3d& q) const;
+  void evaluate_triple(std::span<const Eigen::Vector3d> points, std::size_t i, std::size_t j, std::size_t k);
 
   double tolerance_m_;
   std::vector<Eigen::Vector3d> model_;

@@ -26,15 +26,15 @@ class Mapping {
     return false;
   }
 
-  const MistakenFor& found() const { return to_; }
+  const MarkerCorrespondence& found() const { return to_; }
 
  private:
   bool agrees(std::size_t w) const {
     const Eigen::Vector3d& mine = part_.markers[to_.size()].offset_m;
     for (std::size_t p = 0; p < to_.size(); ++p) {
-      const double here_m = (part_.markers[p].offset_m - mine).norm();
-      const double there_m = (whole_.markers[to_[p]].offset_m - whole_.markers[w].offset_m).norm();
-      if (std::abs(here_m - there_m) > 2.0 * tolerance_m_) return false;  // either end may be off
+      const double joint_in_bone_m = (part_.markers[p].offset_m - mine).norm();
+      const double joint_in_neighbour_m = (whole_.markers[to_[p]].offset_m - whole_.markers[w].offset_m).norm();
+      if (std::abs(joint_in_bone_m - joint_in_neighbour_m) > 2.0 * tolerance_m_) return false;  // either end may be off
     }
     return true;
   }
@@ -51,10 +51,10 @@ class Mapping {
     std::vector<geometry::PointPair> pairs;
     for (std::size_t p = 0; p < to_.size(); ++p)
       pairs.push_back({part_.markers[p].offset_m, whole_.markers[to_[p]].offset_m, 1.0});
-    const auto laid = geometry::fit_rigid(pairs);
-    if (!laid) return false;
+    const auto aligned = geometry::fit_rigid(pairs);
+    if (!aligned) return false;
     for (const geometry::PointPair& pair : pairs) {
-      if (!((laid->to_from * pair.from - pair.to).norm() < tolerance_m_)) return false;
+      if (!((aligned->to_from * pair.from - pair.to).norm() < tolerance_m_)) return false;
     }
     return true;
   }
@@ -63,12 +63,13 @@ class Mapping {
   const MarkerSet& whole_;
   double tolerance_m_;
   std::vector<bool> taken_;
-  MistakenFor to_;
+  MarkerCorrespondence to_;
 };
 
 }  // namespace
 
-std::optional<MistakenFor> mistaken_for(const MarkerSet& part, const MarkerSet& whole, double tolerance_m) {
+std::optional<MarkerCorrespondence> find_shape_ambiguity(const MarkerSet& part, const MarkerSet& whole,
+                                                         double tolerance_m) {
   const bool things = part.skeleton.bones.size() == 1 && whole.skeleton.bones.size() == 1;
   if (!things || part.markers.size() < 3 || part.markers.size() > whole.markers.size()) return std::nullopt;
   Mapping mapping(part, whole, tolerance_m);
@@ -76,7 +77,7 @@ std::optional<MistakenFor> mistaken_for(const MarkerSet& part, const MarkerSet& 
   return mapping.found();
 }
 
-bool same_body(const MarkerSet& a, const MarkerSet& b, double tolerance_m) {
+bool is_same_body(const MarkerSet& a, const MarkerSet& b, double tolerance_m) {
   if (a.skeleton.bones.size() != b.skeleton.bones.size() || a.markers.size() != b.markers.size()) return false;
   for (std::size_t i = 0; i < a.skeleton.bones.size(); ++i) {
     const Bone& mine = a.skeleton.bones[i];

@@ -11,7 +11,7 @@ namespace {
 // A marker nearer to its joint than this sits in it.
 constexpr double kInJoint_m = 1e-3;
 // Twice the area of a triangle of 6 cm by 4 cm: flatter ones leave the turn about their line open.
-constexpr double kLeastArea_m2 = 0.06 * 0.04;
+constexpr double kMinTriangleArea_m2 = 0.06 * 0.04;
 
 Eigen::Vector3d place_in(const MarkerSet& set, const MarkerOnBone& marker, int bone) {
   if (marker.bone == bone) return marker.offset_m;
@@ -19,18 +19,19 @@ Eigen::Vector3d place_in(const MarkerSet& set, const MarkerOnBone& marker, int b
 }
 
 // Those that are furthest from the ones already there, first the first.
-void keep_the_widest(std::vector<ShapePoint>& points) {
-  for (std::size_t next = 1; next < std::min(points.size(), kMostShapePoints); ++next) {
+void keep_most_spread(std::vector<ShapePoint>& points) {
+  for (std::size_t next = 1; next < std::min(points.size(), kMaxShapePoints); ++next) {
     const auto apart = [&](const ShapePoint& point) {
       double nearest = 1e9;
-      for (std::size_t i = 0; i < next; ++i) nearest = std::min(nearest, (point.at_m - points[i].at_m).norm());
+      for (std::size_t i = 0; i < next; ++i)
+        nearest = std::min(nearest, (point.position_m - points[i].position_m).norm());
       return nearest;
     };
     const auto widest = std::max_element(points.begin() + static_cast<std::ptrdiff_t>(next), points.end(),
                                          [&](const ShapePoint& a, const ShapePoint& b) { return apart(a) < apart(b); });
     std::iter_swap(points.begin() + static_cast<std::ptrdiff_t>(next), widest);
   }
-  if (points.size() > kMostShapePoints) points.resize(kMostShapePoints);
+  if (points.size() > kMaxShapePoints) points.resize(kMaxShapePoints);
 }
 
 }  // namespace
@@ -45,7 +46,7 @@ BoneShapes::BoneShapes(const MarkerSet& set) : shapes_(set.skeleton.bones.size()
           bones[static_cast<std::size_t>(marker.bone)].parent == bone && marker.offset_m.norm() < kInJoint_m;
       if (marker.bone == bone || below) shapes_[b].points.push_back({static_cast<int>(m), place_in(set, marker, bone)});
     }
-    keep_the_widest(shapes_[b].points);
+    keep_most_spread(shapes_[b].points);
     const int parent = bones[b].parent;
     if (parent < 0) continue;
     shapes_[b].joints.push_back({parent, Eigen::Vector3d::Zero(), bones[b].rest_offset_m});
@@ -58,21 +59,23 @@ void BoneShapes::refit(const MarkerSet& set) {
   const auto& bones = set.skeleton.bones;
   for (std::size_t b = 0; b < shapes_.size(); ++b) {
     for (ShapePoint& point : shapes_[b].points)
-      point.at_m = place_in(set, set.markers[static_cast<std::size_t>(point.marker)], static_cast<int>(b));
+      point.position_m = place_in(set, set.markers[static_cast<std::size_t>(point.marker)], static_cast<int>(b));
     for (ShapeJoint& joint : shapes_[b].joints) {
       const bool above = bones[b].parent == joint.bone;
-      (above ? joint.there_m : joint.here_m) = bones[above ? b : static_cast<std::size_t>(joint.bone)].rest_offset_m;
+      (above ? joint.joint_in_neighbour_m : joint.joint_in_bone_m) =
+          bones[above ? b : static_cast<std::size_t>(joint.bone)].rest_offset_m;
     }
   }
 }
 
-bool BoneShapes::tells_turn(std::size_t bone) const {
+bool BoneShapes::determines_rotation(std::size_t bone) const {
   const auto& points = shapes_[bone].points;
   for (std::size_t i = 0; i + 2 < points.size(); ++i) {
     for (std::size_t j = i + 1; j + 1 < points.size(); ++j) {
       for (std::size_t k = j + 1; k < points.size(); ++k) {
-        const Eigen::Vector3d area = (points[j].at_m - points[i].at_m).cross(points[k].at_m - points[i].at_m);
-        if (area.norm() > kLeastArea_m2) return true;
+        const Eigen::Vector3d area =
+            (points[j].position_m - points[i].position_m).cross(points[k].position_m - points[i].position_m);
+        if (area.norm() > kMinTriangleArea_m2) return true;
       }
     }
   }

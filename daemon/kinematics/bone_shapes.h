@@ -8,19 +8,19 @@
 namespace mocap::kinematics {
 
 /// More markers of one bone do not take part in laying it on points: the widest apart do.
-inline constexpr std::size_t kMostShapePoints = 8;
+inline constexpr std::size_t kMaxShapePoints = 8;
 
 /// A marker as one bone sees it.
 struct ShapePoint {
   int marker = 0;
-  Eigen::Vector3d at_m = Eigen::Vector3d::Zero();  ///< in the bone's frame
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< in the bone's frame
 };
 
 /// Where a bone hangs together with a neighbour.
 struct ShapeJoint {
-  int bone = 0;                                       ///< the neighbour
-  Eigen::Vector3d here_m = Eigen::Vector3d::Zero();   ///< the joint in this bone's frame
-  Eigen::Vector3d there_m = Eigen::Vector3d::Zero();  ///< the same in the neighbour's
+  int bone = 0;                                                    ///< the neighbour
+  Eigen::Vector3d joint_in_bone_m = Eigen::Vector3d::Zero();       ///< the joint in this bone's frame
+  Eigen::Vector3d joint_in_neighbour_m = Eigen::Vector3d::Zero();  ///< the same in the neighbour's
 };
 
 /// What does not change in a bone's frame, whatever the pose: its markers, the markers that sit in the joints of the
@@ -41,7 +41,7 @@ class BoneShapes {
   std::size_t size() const noexcept { return shapes_.size(); }
   const BoneShape& of(std::size_t bone) const { return shapes_[bone]; }
   /// Whether three points of a bone span a triangle that tells its turn.
-  bool tells_turn(std::size_t bone) const;
+  bool determines_rotation(std::size_t bone) const;
 
  private:
   std::vector<BoneShape> shapes_;  // by bone

@@ -11,106 +11,111 @@ double squared(double x) { return x * x; }
 
 }  // namespace
 
-JointPrior::JointPrior(const Bone& bone, bool root) : root_(root), locked_(false) {
+JointPrior::JointPrior(const Bone& bone, bool root) : root_(root), has_locked_axis_(false) {
   for (int axis = 0; axis < 3; ++axis) {
     const auto& turns = bone.turns[static_cast<std::size_t>(axis)];
     const AngleRange range = turns.value_or(AngleRange{0.0, 0.0});
-    least_[axis] = range.min_rad;
-    most_[axis] = range.max_rad;
-    free_[axis] = root || turns ? 1.0 : 0.0;
-    locked_ = locked_ || free_[axis] == 0.0;
+    min_rad_[axis] = range.min_rad;
+    max_rad_[axis] = range.max_rad;
+    free_axes_[axis] = root || turns ? 1.0 : 0.0;
+    has_locked_axis_ = has_locked_axis_ || free_axes_[axis] == 0.0;
   }
 }
 
-void JointPrior::lean(const Eigen::Matrix3d& as_in_file) {
-  if (locked_) return;
-  as_in_file_ = as_in_file;
-  leans_ = !as_in_file.isIdentity();
+void JointPrior::set_hinge_axis(const Eigen::Matrix3d& nominal_from_calibrated) {
+  if (has_locked_axis_) return;
+  nominal_from_calibrated_ = nominal_from_calibrated;
+  has_calibrated_axis_ = !nominal_from_calibrated.isIdentity();
 }
 
-void JointPrior::bend_in(const BendingPlane& plane) {
-  if (!locked_) plane_ = plane;
+void JointPrior::set_swivel_plane(const SwivelPlane& plane) {
+  if (!has_locked_axis_) plane_ = plane;
 }
 
 void JointPrior::set(const PosePrior& prior, std::size_t bone) {
-  held_ = holds(prior);
-  if (!prior.hold_weight.empty()) {
-    hold_ = prior.hold_weight[bone];
-  } else if (held_) {
-    hold_ = Eigen::Matrix3d::Identity() / squared(prior.hold_sigma_rad[bone]);
+  has_prior_pose_ = has_prior_pose(prior);
+  if (!prior.prior_information.empty()) {
+    prior_information_ = prior.prior_information[bone];
+  } else if (has_prior_pose_) {
+    prior_information_ = Eigen::Matrix3d::Identity() / squared(prior.prior_sigma_rad[bone]);
   }
-  const double share = prior.rest_believed.empty() ? 1.0 : prior.rest_believed[bone];
-  limit_ = (prior.limit_believed.empty() ? 1.0 : prior.limit_believed[bone]) / squared(prior.limit_sigma_rad);
+  const double rest_confidence = prior.rest_confidence.empty() ? 1.0 : prior.rest_confidence[bone];
+  limit_information_ =
+      (prior.limit_confidence.empty() ? 1.0 : prior.limit_confidence[bone]) / squared(prior.limit_sigma_rad);
   for (int axis = 0; axis < 3; ++axis) {
-    rest_[axis] = 1.0 / squared(prior.rest_sigma_rad);
-    const double widest = std::max({-least_[axis], most_[axis], prior.limit_sigma_rad});
-    if (prior.rest_share > 0.0) rest_[axis] = std::max(rest_[axis], 1.0 / squared(prior.rest_share * widest));
-    rest_[axis] *= share;
+    rest_information_[axis] = 1.0 / squared(prior.rest_sigma_rad);
+    const double widest = std::max({-min_rad_[axis], max_rad_[axis], prior.limit_sigma_rad});
+    if (prior.rest_range_fraction > 0.0)
+      rest_information_[axis] = std::max(rest_information_[axis], 1.0 / squared(prior.rest_range_fraction * widest));
+    rest_information_[axis] *= rest_confidence;
   }
 }
 
-Eigen::Quaterniond JointPrior::allowed(const Eigen::Quaterniond& local) const {
-  return locked_ ? turn_by(rotation_vector(local).cwiseProduct(free_)) : local;
+Eigen::Quaterniond JointPrior::project_to_free_axes(const Eigen::Quaterniond& local) const {
+  return has_locked_axis_ ? from_rotation_vector(rotation_vector(local).cwiseProduct(free_axes_)) : local;
 }
 
-double JointPrior::evaluate(const Eigen::Quaterniond& local, const Eigen::Quaterniond& held) {
+double JointPrior::evaluate(const Eigen::Quaterniond& local, const Eigen::Quaterniond& prior_rotation) {
   double sum = 0.0;
   if (!root_) {
-    turned_ = rotation_vector(local);
-    phi_ = leans_ ? Eigen::Vector3d(as_in_file_ * turned_) : turned_;
-    beyond_ = phi_ - phi_.cwiseMax(least_).cwiseMin(most_);
-    sum += rest_.dot(phi_.cwiseAbs2()) + limit_ * beyond_.squaredNorm();
+    rotation_vector_ = rotation_vector(local);
+    nominal_rotation_vector_ =
+        has_calibrated_axis_ ? Eigen::Vector3d(nominal_from_calibrated_ * rotation_vector_) : rotation_vector_;
+    range_excess_ = nominal_rotation_vector_ - nominal_rotation_vector_.cwiseMax(min_rad_).cwiseMin(max_rad_);
+    sum +=
+        rest_information_.dot(nominal_rotation_vector_.cwiseAbs2()) + limit_information_ * range_excess_.squaredNorm();
     if (plane_.weight_1_rad2 > 0.0) {
-      along_ = local * plane_.along;
-      sum += plane_.weight_1_rad2 * squared(plane_.across.dot(along_));
+      bone_direction_ = local * plane_.bone_axis;
+      sum += plane_.weight_1_rad2 * squared(plane_.normal.dot(bone_direction_));
     }
   }
-  if (held_) {
-    off_hold_ = rotation_vector(local * held.conjugate());
-    sum += off_hold_.dot(hold_ * off_hold_);
+  if (has_prior_pose_) {
+    prior_error_ = rotation_vector(local * prior_rotation.conjugate());
+    sum += prior_error_.dot(prior_information_ * prior_error_);
   }
   return sum;
 }
 
 void JointPrior::add(const Eigen::Matrix3d& parent, JointTerms& into) const {
   into.weight.setZero();
-  into.pull.setZero();
+  into.gradient.setZero();
   into.axes = parent;
-  if (held_) {
-    const Eigen::Matrix3d change = change_of_rotation_vector(off_hold_);
-    const Eigen::Matrix3d weighted = hold_ * change;
+  if (has_prior_pose_) {
+    const Eigen::Matrix3d change = inverse_left_jacobian(prior_error_);
+    const Eigen::Matrix3d weighted = prior_information_ * change;
     into.weight.noalias() = change.transpose() * weighted;
-    into.pull.noalias() = weighted.transpose() * off_hold_;
+    into.gradient.noalias() = weighted.transpose() * prior_error_;
   }
   if (root_) return;
-  Eigen::Vector3d by_axis = rest_;
-  for (int axis = 0; axis < 3; ++axis) by_axis[axis] += beyond_[axis] == 0.0 ? 0.0 : limit_;
-  const Eigen::Vector3d pull = rest_.cwiseProduct(phi_) + limit_ * beyond_;
-  if (!locked_) {
-    const Eigen::Matrix3d turning = change_of_rotation_vector(turned_);
-    const Eigen::Matrix3d change = leans_ ? Eigen::Matrix3d(as_in_file_ * turning) : turning;
+  Eigen::Vector3d by_axis = rest_information_;
+  for (int axis = 0; axis < 3; ++axis) by_axis[axis] += range_excess_[axis] == 0.0 ? 0.0 : limit_information_;
+  const Eigen::Vector3d gradient =
+      rest_information_.cwiseProduct(nominal_rotation_vector_) + limit_information_ * range_excess_;
+  if (!has_locked_axis_) {
+    const Eigen::Matrix3d turning = inverse_left_jacobian(rotation_vector_);
+    const Eigen::Matrix3d change = has_calibrated_axis_ ? Eigen::Matrix3d(nominal_from_calibrated_ * turning) : turning;
     into.weight.noalias() += change.transpose() * by_axis.asDiagonal() * change;
-    into.pull.noalias() += change.transpose() * pull;
+    into.gradient.noalias() += change.transpose() * gradient;
     if (!(plane_.weight_1_rad2 > 0.0)) return;
-    const Eigen::Vector3d tilt = along_.cross(plane_.across);
+    const Eigen::Vector3d tilt = bone_direction_.cross(plane_.normal);
     into.weight.noalias() += plane_.weight_1_rad2 * tilt * tilt.transpose();
-    into.pull += plane_.weight_1_rad2 * plane_.across.dot(along_) * tilt;
+    into.gradient += plane_.weight_1_rad2 * plane_.normal.dot(bone_direction_) * tilt;
     return;
   }
-  const Eigen::Matrix3d turns = turn_of_changed_vector(phi_) * free_.asDiagonal();
+  const Eigen::Matrix3d turns = left_jacobian(nominal_rotation_vector_) * free_axes_.asDiagonal();
   into.weight = (turns.transpose() * into.weight * turns).eval();
-  into.pull = (turns.transpose() * into.pull).eval();
-  into.weight.diagonal() += free_.cwiseProduct(by_axis) + (Eigen::Vector3d::Ones() - free_);
-  into.pull += free_.cwiseProduct(pull);
+  into.gradient = (turns.transpose() * into.gradient).eval();
+  into.weight.diagonal() += free_axes_.cwiseProduct(by_axis) + (Eigen::Vector3d::Ones() - free_axes_);
+  into.gradient += free_axes_.cwiseProduct(gradient);
   into.axes = parent * turns;
 }
 
-Eigen::Quaterniond JointPrior::stepped(const Eigen::Quaterniond& local, const Eigen::Vector3d& step) const {
-  if (locked_) return turn_by((rotation_vector(local) + step).cwiseProduct(free_));
-  return (turn_by(step) * local).normalized();
+Eigen::Quaterniond JointPrior::apply_step(const Eigen::Quaterniond& local, const Eigen::Vector3d& step) const {
+  if (has_locked_axis_) return from_rotation_vector((rotation_vector(local) + step).cwiseProduct(free_axes_));
+  return (from_rotation_vector(step) * local).normalized();
 }
 
-Eigen::Matrix3d place_weight(const Eigen::Vector3d& model, const PosePrior& prior) {
+Eigen::Matrix3d offset_information(const Eigen::Vector3d& model, const PosePrior& prior) {
   const double length = model.norm();
   const double across = 1.0 / squared(prior.bend_sigma_m);
   if (length < 1e-6) return across * Eigen::Matrix3d::Identity();

@@ -37,7 +37,7 @@ Observation observe_ray(int marker, const Eigen::Vector3d& eye, const Eigen::Vec
   seen.position = eye + depth_m * direction;
   seen.sigma_m = std::hypot(skin_sigma_m, sigma_rad * depth_m);
   seen.weight_1_m2 = (Eigen::Matrix3d::Identity() - direction * direction.transpose()) / (seen.sigma_m * seen.sigma_m);
-  seen.ray = true;
+  seen.bearing_only = true;
   return seen;
 }
 
@@ -45,15 +45,15 @@ bool is_usable(const Observation& seen) {
   return seen.position.allFinite() && seen.weight_1_m2.allFinite() && std::isfinite(seen.sigma_m) && seen.sigma_m > 0.0;
 }
 
-double off_m(const Observation& seen, const Eigen::Vector3d& place) {
+double distance_m(const Observation& seen, const Eigen::Vector3d& place) {
   const Eigen::Vector3d off = place - seen.position;
-  if (!seen.ray) return off.norm();
+  if (!seen.bearing_only) return off.norm();
   return seen.sigma_m * std::sqrt(std::max(0.0, off.dot(seen.weight_1_m2 * off)));
 }
 
 double information_1_m2(const Observation& seen) {
   const double trace = seen.weight_1_m2.trace();
-  return trace == 0.0 ? 1.0 / (seen.sigma_m * seen.sigma_m) : trace / (seen.ray ? 2.0 : 3.0);
+  return trace == 0.0 ? 1.0 / (seen.sigma_m * seen.sigma_m) : trace / (seen.bearing_only ? 2.0 : 3.0);
 }
 
 }  // namespace mocap::kinematics

@@ -12,8 +12,8 @@ struct Observation {
   double sigma_m = 0.005;                              ///< of the measurement and of the skin under it
   /// One over the covariance, 1/m^2, where that is not alike in all directions; nought: as sigma_m tells.
   Eigen::Matrix3d weight_1_m2 = Eigen::Matrix3d::Zero();
-  bool surmised = false;  ///< perhaps of a neighbour: it tells the pose, not where the marker sits
-  bool ray = false;       ///< of one camera: `position` is a point of the ray, along which nothing is told
+  bool is_ambiguous = false;  ///< perhaps of a neighbour: it tells the pose, not where the marker sits
+  bool bearing_only = false;  ///< of one camera: `position` is a point of the ray, along which nothing is told
 };
 
 /// A marker whose place has a covariance, on skin that strays by `skin_sigma_m`.
@@ -29,7 +29,7 @@ Observation observe_ray(int marker, const Eigen::Vector3d& eye, const Eigen::Vec
 bool is_usable(const Observation& seen);
 
 /// How far `place` is from it, m; from the ray, of one.
-double off_m(const Observation& seen, const Eigen::Vector3d& place);
+double distance_m(const Observation& seen, const Eigen::Vector3d& place);
 
 /// Of a mean direction across which something is told, 1/m^2.
 double information_1_m2(const Observation& seen);

@@ -36,9 +36,9 @@ PoseFit::PoseFit(const MarkerSet& set, Lengths lengths)
     MOCAP_EXPECTS(marker.bone >= 0 && marker.bone < static_cast<int>(bones));
   locals_.resize(bones);
   world_.resize(bones);
-  turned_.resize(bones);
-  before_.resize(bones);
-  kept_.resize(bones);
+  world_rotations_.resize(bones);
+  prior_pose_.resize(bones);
+  previous_locals_.resize(bones);
   residuals_.resize(set_.markers.size());
   place({});
 }
@@ -77,7 +77,7 @@ void PoseFit::set_locals(std::span<const Pose> locals) {
 Eigen::Vector3d PoseFit::marker_at(std::size_t marker) const {
   const MarkerOnBone& on = set_.markers[marker];
   const auto bone = static_cast<std::size_t>(on.bone);
-  return turned_[bone] * (scale_ * on.offset_m) + world_[bone].position;
+  return world_rotations_[bone] * (scale_ * on.offset_m) + world_[bone].position;
 }
 
 void PoseFit::update_world() {
@@ -86,21 +86,21 @@ void PoseFit::update_world() {
       world_[b] = locals_[b];
     } else {
       const auto parent = static_cast<std::size_t>(parents_[b]);
-      world_[b].position = turned_[parent] * locals_[b].position + world_[parent].position;
+      world_[b].position = world_rotations_[parent] * locals_[b].position + world_[parent].position;
       world_[b].rotation = world_[parent].rotation * locals_[b].rotation;
     }
     world_[b].rotation.normalize();
-    turned_[b] = world_[b].rotation.toRotationMatrix();
+    world_rotations_[b] = world_[b].rotation.toRotationMatrix();
   }
 }
 
 void PoseFit::begin(std::span<const Observation> seen, const PosePrior& prior) {
-  MOCAP_EXPECTS(prior.hold_sigma_rad.empty() || prior.hold_sigma_rad.size() == locals_.size());
-  MOCAP_EXPECTS(prior.hold_weight.empty() || prior.hold_weight.size() == locals_.size());
-  MOCAP_EXPECTS(prior.rest_believed.empty() || prior.rest_believed.size() == locals_.size());
-  MOCAP_EXPECTS(prior.limit_believed.empty() || prior.limit_believed.size() == locals_.size());
-  MOCAP_EXPECTS(prior.hold_from.empty() || prior.hold_from.size() == locals_.size());
-  std::ranges::copy(prior.hold_from.empty() ? std::span<const Pose>(locals_) : prior.hold_from, before_.begin());
+  MOCAP_EXPECTS(prior.prior_sigma_rad.empty() || prior.prior_sigma_rad.size() == locals_.size());
+  MOCAP_EXPECTS(prior.prior_information.empty() || prior.prior_information.size() == locals_.size());
+  MOCAP_EXPECTS(prior.rest_confidence.empty() || prior.rest_confidence.size() == locals_.size());
+  MOCAP_EXPECTS(prior.limit_confidence.empty() || prior.limit_confidence.size() == locals_.size());
+  MOCAP_EXPECTS(prior.prior_pose.empty() || prior.prior_pose.size() == locals_.size());
+  std::ranges::copy(prior.prior_pose.empty() ? std::span<const Pose>(locals_) : prior.prior_pose, prior_pose_.begin());
   for (std::size_t b = 0; b < joints_.size(); ++b) joints_[b].set(prior, b);
   if (seen.size() > residuals_.size()) residuals_.resize(seen.size());
   for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -112,15 +112,15 @@ void PoseFit::begin(std::span<const Observation> seen, const PosePrior& prior) {
 // Twice Geman and McClure's robust cost of a marker: in standard deviations, and bounded where it is an outlier.
 double PoseFit::evaluate(const Observation& seen, double outlier_m, Residual& into) const {
   const MarkerOnBone& on = set_.markers[static_cast<std::size_t>(seen.marker)];
-  into.lever = turned_[into.bone] * (scale_ * on.offset_m);
-  into.off = world_[into.bone].position + into.lever - seen.position;
+  into.lever = world_rotations_[into.bone] * (scale_ * on.offset_m);
+  into.error = world_[into.bone].position + into.lever - seen.position;
   const double mean = information_1_m2(seen);
   const bool alike = seen.weight_1_m2.trace() == 0.0;
-  const double cost = alike ? mean * into.off.squaredNorm() : into.off.dot(seen.weight_1_m2 * into.off);
+  const double cost = alike ? mean * into.error.squaredNorm() : into.error.dot(seen.weight_1_m2 * into.error);
   const double most = mean * squared(outlier_m);
-  const double share = most / (most + cost);
-  into.robust = squared(share);
-  return cost * share;
+  const double robust_factor = most / (most + cost);
+  into.robust_weight = squared(robust_factor);
+  return cost * robust_factor;
 }
 
 // Half of the sum of squares of the pose at hand, and all that `assemble` needs of it.
@@ -130,12 +130,12 @@ double PoseFit::evaluate(std::span<const Observation> seen, const PosePrior& pri
     if (residuals_[i].bone != kUnusable) sum += evaluate(seen[i], prior.outlier_m, residuals_[i]);
   }
   for (std::size_t b = 0; b < locals_.size(); ++b) {
-    sum += joints_[b].evaluate(locals_[b].rotation, before_[b].rotation);
-    if (parents_[b] < 0 && holds(prior)) {
-      sum += (locals_[b].position - before_[b].position).squaredNorm() / squared(prior.hold_root_sigma_m);
+    sum += joints_[b].evaluate(locals_[b].rotation, prior_pose_[b].rotation);
+    if (parents_[b] < 0 && has_prior_pose(prior)) {
+      sum += (locals_[b].position - prior_pose_[b].position).squaredNorm() / squared(prior.prior_root_sigma_m);
     } else if (parents_[b] >= 0 && free_lengths_) {
-      const Eigen::Vector3d off = locals_[b].position - model_places_[b];
-      sum += off.dot(place_weight(model_places_[b], prior) * off);
+      const Eigen::Vector3d error = locals_[b].position - model_places_[b];
+      sum += error.dot(offset_information(model_places_[b], prior) * error);
     }
   }
   return 0.5 * sum;
@@ -147,43 +147,43 @@ void PoseFit::assemble(std::span<const Observation> seen, const PosePrior& prior
   for (std::size_t b = 0; b < locals_.size(); ++b) {
     equations_.joint(b) = world_[b].position;
     equations_.bone(b) = {};
-    const Eigen::Matrix3d& parent = parents_[b] < 0 ? level : turned_[static_cast<std::size_t>(parents_[b])];
-    joints_[b].add(parent, equations_.turn(b));
+    const Eigen::Matrix3d& parent = parents_[b] < 0 ? level : world_rotations_[static_cast<std::size_t>(parents_[b])];
+    joints_[b].add(parent, equations_.rotation(b));
     JointTerms& place = equations_.place(b);
     place.axes = parent;
     if (parents_[b] >= 0) {
       if (!free_lengths_) continue;
-      place.weight = place_weight(model_places_[b], prior);
-      place.pull = place.weight * (locals_[b].position - model_places_[b]);
+      place.weight = offset_information(model_places_[b], prior);
+      place.gradient = place.weight * (locals_[b].position - model_places_[b]);
     } else {
-      const double hold = holds(prior) ? 1.0 / squared(prior.hold_root_sigma_m) : 0.0;
+      const double hold = has_prior_pose(prior) ? 1.0 / squared(prior.prior_root_sigma_m) : 0.0;
       place.weight = hold * level;
-      place.pull = hold * (locals_[b].position - before_[b].position);
+      place.gradient = hold * (locals_[b].position - prior_pose_[b].position);
     }
   }
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const Residual& one = residuals_[i];
     if (one.bone == kUnusable) continue;
     if (seen[i].weight_1_m2.trace() == 0.0) {
-      equations_.bone(one.bone).add_point(one.lever, one.robust / squared(seen[i].sigma_m), one.off);
+      equations_.bone(one.bone).add_point(one.lever, one.robust_weight / squared(seen[i].sigma_m), one.error);
     } else {
-      equations_.bone(one.bone).add_point(one.lever, one.robust * seen[i].weight_1_m2, one.off);
+      equations_.bone(one.bone).add_point(one.lever, one.robust_weight * seen[i].weight_1_m2, one.error);
     }
   }
 }
 
 void PoseFit::step() {
   for (std::size_t b = 0; b < locals_.size(); ++b) {
-    if (parents_[b] < 0 || free_lengths_) locals_[b].position += equations_.moved(b);
-    locals_[b].rotation = joints_[b].stepped(locals_[b].rotation, equations_.turned(b));
+    if (parents_[b] < 0 || free_lengths_) locals_[b].position += equations_.translation_step(b);
+    locals_[b].rotation = joints_[b].apply_step(locals_[b].rotation, equations_.rotation_step(b));
   }
   update_world();
 }
 
 bool PoseFit::step_is_small(double small) const {
   for (std::size_t b = 0; b < locals_.size(); ++b) {
-    if (!(equations_.turned(b).lpNorm<Eigen::Infinity>() < small)) return false;
-    if (!(equations_.moved(b).lpNorm<Eigen::Infinity>() < small)) return false;
+    if (!(equations_.rotation_step(b).lpNorm<Eigen::Infinity>() < small)) return false;
+    if (!(equations_.translation_step(b).lpNorm<Eigen::Infinity>() < small)) return false;
   }
   return true;
 }
@@ -192,18 +192,18 @@ double PoseFit::rms_of(std::span<const Observation> seen) const {
   double sum = 0.0;
   int count = 0;
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    if (residuals_[i].bone == kUnusable || seen[i].ray || seen[i].surmised) continue;
+    if (residuals_[i].bone == kUnusable || seen[i].bearing_only || seen[i].is_ambiguous) continue;
     sum += (marker_at(static_cast<std::size_t>(seen[i].marker)) - seen[i].position).squaredNorm();
     ++count;
   }
   return count == 0 ? 0.0 : std::sqrt(sum / count);
 }
 
-bool PoseFit::weigh(std::span<const Observation> seen, const PosePrior& prior) {
+bool PoseFit::compute_covariances(std::span<const Observation> seen, const PosePrior& prior) {
   begin(seen, prior);
   (void)evaluate(seen, prior);
   assemble(seen, prior);
-  return equations_.weigh();
+  return equations_.compute_covariances();
 }
 
 Eigen::Matrix3d PoseFit::covariance_of(std::size_t marker) const {
@@ -216,7 +216,8 @@ Eigen::Matrix3d PoseFit::joint_covariance(std::size_t bone) const {
 }
 
 PoseFitResult PoseFit::solve(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end) {
-  for (std::size_t b = 0; b < locals_.size(); ++b) locals_[b].rotation = joints_[b].allowed(locals_[b].rotation);
+  for (std::size_t b = 0; b < locals_.size(); ++b)
+    locals_[b].rotation = joints_[b].project_to_free_axes(locals_[b].rotation);
   update_world();
   begin(seen, prior);
   PoseFitResult result;
@@ -225,7 +226,7 @@ PoseFitResult PoseFit::solve(std::span<const Observation> seen, const PosePrior&
   while (result.iterations < end.max_iterations && !result.settled) {
     ++result.iterations;
     assemble(seen, prior);
-    std::copy(locals_.begin(), locals_.end(), kept_.begin());
+    std::copy(locals_.begin(), locals_.end(), previous_locals_.begin());
     bool better = false;
     while (!better && damping <= kMostDamping) {
       if (equations_.solve(damping)) {
@@ -235,7 +236,7 @@ PoseFitResult PoseFit::solve(std::span<const Observation> seen, const PosePrior&
         if (better) result.cost = cost;
       }
       if (!better) {
-        std::copy(kept_.begin(), kept_.end(), locals_.begin());
+        std::copy(previous_locals_.begin(), previous_locals_.end(), locals_.begin());
         update_world();
         damping *= 10.0;
       }

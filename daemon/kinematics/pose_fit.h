@@ -43,9 +43,11 @@ class PoseFit {
   void refit(std::span<const Eigen::Vector3d> rest_offsets_m, std::span<const Eigen::Vector3d> marker_offsets_m);
 
   /// A joint's range and rest from now on: of its rotation vector after this turn (see JointPrior).
-  void lean(std::size_t bone, const Eigen::Matrix3d& as_in_file) { joints_[bone].lean(as_in_file); }
+  void set_hinge_axis(std::size_t bone, const Eigen::Matrix3d& nominal_from_calibrated) {
+    joints_[bone].set_hinge_axis(nominal_from_calibrated);
+  }
   /// The plane that a bone bends in from now on.
-  void bend_in(std::size_t bone, const BendingPlane& plane) { joints_[bone].bend_in(plane); }
+  void set_swivel_plane(std::size_t bone, const SwivelPlane& plane) { joints_[bone].set_swivel_plane(plane); }
 
   /// The rest pose, bones `scale` times as long, at `world_from_root`.
   void place(const Pose& world_from_root, double scale = 1.0);
@@ -66,21 +68,22 @@ class PoseFit {
 
   /// How surely these observations tell the pose it has, for the covariances; the prior's hold is from that pose. False
   /// when they do not.
-  [[nodiscard]] bool weigh(std::span<const Observation> seen, const PosePrior& prior);
-  /// By the last `weigh`: of a marker's place and a joint's, m^2, and of a bone's turn in the world, rad^2.
+  [[nodiscard]] bool compute_covariances(std::span<const Observation> seen, const PosePrior& prior);
+  /// By the last `compute_covariances`: of a marker's place and a joint's, m^2, and of a bone's turn in the world,
+  /// rad^2.
   Eigen::Matrix3d covariance_of(std::size_t marker) const;
   Eigen::Matrix3d joint_covariance(std::size_t bone) const;
-  const Eigen::Matrix3d& turn_covariance(std::size_t bone) const { return equations_.turn_covariance(bone); }
+  const Eigen::Matrix3d& rotation_covariance(std::size_t bone) const { return equations_.rotation_covariance(bone); }
   /// Likewise of a bone's turn in its parent, in the parent's frame.
-  const Eigen::Matrix3d& local_covariance(std::size_t bone) const { return equations_.turned_covariance(bone); }
+  const Eigen::Matrix3d& local_covariance(std::size_t bone) const { return equations_.joint_rotation_covariance(bone); }
 
  private:
   // An observation as the pose at hand stands to it.
   struct Residual {
     std::size_t bone = 0;
     Eigen::Vector3d lever = Eigen::Vector3d::Zero();  // from the joint, world
-    Eigen::Vector3d off = Eigen::Vector3d::Zero();
-    double robust = 1.0;
+    Eigen::Vector3d error = Eigen::Vector3d::Zero();
+    double robust_weight = 1.0;
   };
 
   void update_world();
@@ -98,11 +101,11 @@ class PoseFit {
   TreeEquations equations_;
   std::vector<Pose> locals_;
   std::vector<Pose> world_;
-  std::vector<Eigen::Matrix3d> turned_;        // the world's rotations
-  std::vector<Pose> before_;                   // locals at the start of a solve
-  std::vector<Pose> kept_;                     // locals before a step
-  std::vector<Eigen::Vector3d> model_places_;  // rest offsets that free lengths are drawn to
-  std::vector<Residual> residuals_;            // by observation
+  std::vector<Eigen::Matrix3d> world_rotations_;  // the world's rotations
+  std::vector<Pose> prior_pose_;                  // locals at the start of a solve
+  std::vector<Pose> previous_locals_;             // locals before a step
+  std::vector<Eigen::Vector3d> model_places_;     // rest offsets that free lengths are drawn to
+  std::vector<Residual> residuals_;               // by observation
   double scale_ = 1.0;
   bool free_lengths_;
 };

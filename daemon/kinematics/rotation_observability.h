@@ -11,6 +11,6 @@ namespace mocap::kinematics {
 /// marker only beyond its joint (a hand): it may be turned about that line as it likes.
 ///
 /// Asked in the middle of all joints' ranges, where limbs are bent. Allocates.
-std::vector<bool> turns_told(const MarkerSet& set);
+std::vector<bool> rotation_observability(const MarkerSet& set);
 
 }  // namespace mocap::kinematics

@@ -24,23 +24,23 @@ Matrix3d cross_matrix(const Vector3d& v) {
 void BoneTerms::add_point(const Vector3d& lever, const Matrix3d& weight, const Vector3d& off) {
   const Matrix3d l = cross_matrix(lever);
   const Matrix3d weighted = weight * l;
-  const Vector3d pull = weight * off;
+  const Vector3d gradient = weight * off;
   vv += weight;
   vw -= weighted;
   ww.noalias() -= l * weighted;
-  w += lever.cross(pull);
-  v += pull;
+  w += lever.cross(gradient);
+  v += gradient;
 }
 
 void BoneTerms::add_point(const Vector3d& lever, double weight, const Vector3d& off) {
   const Vector3d weighted = weight * lever;
-  const Vector3d pull = weight * off;
+  const Vector3d gradient = weight * off;
   vv.diagonal().array() += weight;
   vw -= cross_matrix(weighted);
   ww.noalias() -= weighted * lever.transpose();
   ww.diagonal().array() += weighted.dot(lever);
-  w += lever.cross(pull);
-  v += pull;
+  w += lever.cross(gradient);
+  v += gradient;
 }
 
 TreeEquations::TreeEquations(std::vector<Link> links) : links_(std::move(links)) {
@@ -48,17 +48,17 @@ TreeEquations::TreeEquations(std::vector<Link> links) : links_(std::move(links))
   for (std::size_t i = 0; i < n; ++i) MOCAP_EXPECTS(links_[i].parent < static_cast<int>(i));
   joints_.resize(n, Vector3d::Zero());
   bones_.resize(n);
-  turns_.resize(n);
-  places_.resize(n);
-  gathered_.resize(n);
-  solved_turns_.resize(n);
-  solved_places_.resize(n);
-  turned_.resize(n, Vector3d::Zero());
-  moved_.resize(n, Vector3d::Zero());
+  rotation_terms_.resize(n);
+  translation_terms_.resize(n);
+  subtree_terms_.resize(n);
+  eliminated_rotations_.resize(n);
+  eliminated_translations_.resize(n);
+  rotation_steps_.resize(n, Vector3d::Zero());
+  translation_steps_.resize(n, Vector3d::Zero());
   w_.resize(n);
   v_.resize(n);
   covariances_.resize(n);
-  turned_covariances_.resize(n);
+  joint_rotation_covariances_.resize(n);
 }
 
 // From the information of three unknowns, in `inverse` and without what is known beforehand, to its inverse; and the
@@ -66,10 +66,11 @@ TreeEquations::TreeEquations(std::vector<Link> links) : links_(std::move(links))
 //
 // By its factors L D L^T: one marker far out on a limb that bends tells one direction a million times as well as the
 // others, and the quotients of minors lose what little is known of these.
-bool TreeEquations::finish(Solved& solved, const JointTerms& terms, double damping, double least) {
-  Matrix3d m = solved.inverse + terms.weight;
+bool TreeEquations::invert_information(Eliminated& eliminated, const JointTerms& terms, double damping,
+                                       double min_information) {
+  Matrix3d m = eliminated.inverse + terms.weight;
   m.diagonal() += damping * (m.diagonal().array() + 1.0).matrix();
-  m.diagonal().array() += least;
+  m.diagonal().array() += min_information;
   const double l10 = m(1, 0) / m(0, 0), l20 = m(2, 0) / m(0, 0);
   const double d1 = m(1, 1) - l10 * m(1, 0);
   const double left = m(2, 1) - l20 * m(1, 0);
@@ -78,33 +79,33 @@ bool TreeEquations::finish(Solved& solved, const JointTerms& terms, double dampi
   if (!(m(0, 0) > 0.0 && d1 > 0.0 && d2 > 0.0)) return false;
   const double i0 = 1.0 / m(0, 0), i1 = 1.0 / d1, i2 = 1.0 / d2;
   const double below = l10 * l21 - l20;
-  Matrix3d& inverse = solved.inverse;
+  Matrix3d& inverse = eliminated.inverse;
   inverse(0, 0) = i0 + l10 * l10 * i1 + below * below * i2;
   inverse(0, 1) = inverse(1, 0) = -l10 * i1 - below * l21 * i2;
   inverse(0, 2) = inverse(2, 0) = below * i2;
   inverse(1, 1) = i1 + l21 * l21 * i2;
   inverse(1, 2) = inverse(2, 1) = -l21 * i2;
   inverse(2, 2) = i2;
-  solved.right -= terms.pull;
+  eliminated.right -= terms.gradient;
   return inverse.allFinite();
 }
 
-void TreeEquations::reduce(BoneTerms& bone, const Solved& solved) {
-  const Matrix3d kw = solved.w * solved.inverse;
-  const Matrix3d kv = solved.v * solved.inverse;
-  bone.ww.noalias() -= kw * solved.w.transpose();
-  bone.vw.noalias() -= kv * solved.w.transpose();
-  bone.vv.noalias() -= kv * solved.v.transpose();
-  bone.w.noalias() += kw * solved.right;
-  bone.v.noalias() += kv * solved.right;
+void TreeEquations::apply_schur_complement(BoneTerms& bone, const Eliminated& eliminated) {
+  const Matrix3d kw = eliminated.w * eliminated.inverse;
+  const Matrix3d kv = eliminated.v * eliminated.inverse;
+  bone.ww.noalias() -= kw * eliminated.w.transpose();
+  bone.vw.noalias() -= kv * eliminated.w.transpose();
+  bone.vv.noalias() -= kv * eliminated.v.transpose();
+  bone.w.noalias() += kw * eliminated.right;
+  bone.v.noalias() += kv * eliminated.right;
 }
 
 // What a bone's joint leaves is known of the parent, about the parent's joint.
-void TreeEquations::hand_up(std::size_t link, const BoneTerms& reduced) {
+void TreeEquations::eliminate_to_parent(std::size_t link, const BoneTerms& reduced) {
   const auto parent = static_cast<std::size_t>(links_[link].parent);
   const Vector3d lever = joints_[link] - joints_[parent];
   const Matrix3d l = cross_matrix(lever);
-  BoneTerms& into = gathered_[parent];
+  BoneTerms& into = subtree_terms_[parent];
   const Matrix3d vw = reduced.vw - reduced.vv * l;
   into.ww += reduced.ww;
   into.ww.noalias() -= reduced.vw.transpose() * l;
@@ -115,29 +116,29 @@ void TreeEquations::hand_up(std::size_t link, const BoneTerms& reduced) {
   into.v += reduced.v;
 }
 
-bool TreeEquations::eliminate(double damping, double least) {
-  for (std::size_t i = 0; i < size(); ++i) gathered_[i] = bones_[i];
+bool TreeEquations::eliminate(double damping, double min_information) {
+  for (std::size_t i = 0; i < size(); ++i) subtree_terms_[i] = bones_[i];
   for (std::size_t i = size(); i-- > 0;) {
-    BoneTerms& bone = gathered_[i];
-    Solved& turn = solved_turns_[i];
-    const Matrix3d& axes = turns_[i].axes;
-    turn.w.noalias() = bone.ww * axes;
-    turn.v.noalias() = bone.vw * axes;
-    turn.inverse.noalias() = axes.transpose() * turn.w;
-    turn.right.noalias() = -(axes.transpose() * bone.w);
-    if (!finish(turn, turns_[i], damping, least)) return false;
-    reduce(bone, turn);
-    if (links_[i].moves) {
-      Solved& place = solved_places_[i];
-      const Matrix3d& along = places_[i].axes;
+    BoneTerms& bone = subtree_terms_[i];
+    Eliminated& rotation = eliminated_rotations_[i];
+    const Matrix3d& axes = rotation_terms_[i].axes;
+    rotation.w.noalias() = bone.ww * axes;
+    rotation.v.noalias() = bone.vw * axes;
+    rotation.inverse.noalias() = axes.transpose() * rotation.w;
+    rotation.right.noalias() = -(axes.transpose() * bone.w);
+    if (!invert_information(rotation, rotation_terms_[i], damping, min_information)) return false;
+    apply_schur_complement(bone, rotation);
+    if (links_[i].has_translation) {
+      Eliminated& place = eliminated_translations_[i];
+      const Matrix3d& along = translation_terms_[i].axes;
       place.w.noalias() = bone.vw.transpose() * along;
       place.v.noalias() = bone.vv * along;
       place.inverse.noalias() = along.transpose() * place.v;
       place.right.noalias() = -(along.transpose() * bone.v);
-      if (!finish(place, places_[i], damping, least)) return false;
-      if (links_[i].parent >= 0) reduce(bone, place);
+      if (!invert_information(place, translation_terms_[i], damping, min_information)) return false;
+      if (links_[i].parent >= 0) apply_schur_complement(bone, place);
     }
-    if (links_[i].parent >= 0) hand_up(i, bone);
+    if (links_[i].parent >= 0) eliminate_to_parent(i, bone);
   }
   return true;
 }
@@ -153,20 +154,21 @@ bool TreeEquations::solve(double damping) {
       w_[i] = w_[parent];
       v_[i] = v_[parent] + w_[parent].cross(joints_[i] - joints_[parent]);
     }
-    if (links_[i].moves) {
-      const Solved& place = solved_places_[i];
-      moved_[i] = place.inverse * (place.right - place.w.transpose() * w_[i] - place.v.transpose() * v_[i]);
-      v_[i] += places_[i].axes * moved_[i];
+    if (links_[i].has_translation) {
+      const Eliminated& place = eliminated_translations_[i];
+      translation_steps_[i] = place.inverse * (place.right - place.w.transpose() * w_[i] - place.v.transpose() * v_[i]);
+      v_[i] += translation_terms_[i].axes * translation_steps_[i];
     }
-    const Solved& turn = solved_turns_[i];
-    turned_[i] = turn.inverse * (turn.right - turn.w.transpose() * w_[i] - turn.v.transpose() * v_[i]);
-    w_[i] += turns_[i].axes * turned_[i];
-    finite = finite && turned_[i].allFinite() && moved_[i].allFinite();
+    const Eliminated& rotation = eliminated_rotations_[i];
+    rotation_steps_[i] =
+        rotation.inverse * (rotation.right - rotation.w.transpose() * w_[i] - rotation.v.transpose() * v_[i]);
+    w_[i] += rotation_terms_[i].axes * rotation_steps_[i];
+    finite = finite && rotation_steps_[i].allFinite() && translation_steps_[i].allFinite();
   }
   return finite;
 }
 
-TreeEquations::Covariance TreeEquations::handed_down(std::size_t link) const {
+TreeEquations::Covariance TreeEquations::marginal_covariance(std::size_t link) const {
   if (links_[link].parent < 0) return {Matrix3d::Zero(), Matrix3d::Zero(), Matrix3d::Zero()};
   const auto parent = static_cast<std::size_t>(links_[link].parent);
   const Matrix3d l = cross_matrix(joints_[link] - joints_[parent]);
@@ -176,9 +178,9 @@ TreeEquations::Covariance TreeEquations::handed_down(std::size_t link) const {
 }
 
 // v becomes v - gw w - gv v and what the move itself is unsure of.
-void TreeEquations::spread_move(std::size_t link, Covariance& c) const {
-  const Solved& place = solved_places_[link];
-  const Matrix3d& axes = places_[link].axes;
+void TreeEquations::propagate_translation(std::size_t link, Covariance& c) const {
+  const Eliminated& place = eliminated_translations_[link];
+  const Matrix3d& axes = translation_terms_[link].axes;
   const Matrix3d gain = axes * place.inverse;
   const Matrix3d gw = gain * place.w.transpose();
   const Matrix3d gv = gain * place.v.transpose();
@@ -189,26 +191,26 @@ void TreeEquations::spread_move(std::size_t link, Covariance& c) const {
 }
 
 // The same with w.
-void TreeEquations::spread_turn(std::size_t link, Covariance& c) {
-  const Solved& turn = solved_turns_[link];
-  const Matrix3d& axes = turns_[link].axes;
-  const Matrix3d follows_w = turn.inverse * turn.w.transpose();
-  const Matrix3d follows_v = turn.inverse * turn.v.transpose();
+void TreeEquations::propagate_rotation(std::size_t link, Covariance& c) {
+  const Eliminated& rotation = eliminated_rotations_[link];
+  const Matrix3d& axes = rotation_terms_[link].axes;
+  const Matrix3d follows_w = rotation.inverse * rotation.w.transpose();
+  const Matrix3d follows_v = rotation.inverse * rotation.v.transpose();
   const Matrix3d with_w = follows_w * c.ww + follows_v * c.vw;
   const Matrix3d with_v = follows_w * c.vw.transpose() + follows_v * c.vv;
-  Matrix3d& own = turned_covariances_[link];
-  own = turn.inverse + with_w * follows_w.transpose() + with_v * follows_v.transpose();
+  Matrix3d& own = joint_rotation_covariances_[link];
+  own = rotation.inverse + with_w * follows_w.transpose() + with_v * follows_v.transpose();
   const Matrix3d shared = axes * with_w;
   c.ww += axes * own * axes.transpose() - shared - shared.transpose();
   c.vw -= (axes * with_v).transpose();
 }
 
-bool TreeEquations::weigh() {
+bool TreeEquations::compute_covariances() {
   if (!eliminate(0.0, 1e-9)) return false;
   for (std::size_t i = 0; i < size(); ++i) {
-    covariances_[i] = handed_down(i);
-    if (links_[i].moves) spread_move(i, covariances_[i]);
-    spread_turn(i, covariances_[i]);
+    covariances_[i] = marginal_covariance(i);
+    if (links_[i].has_translation) propagate_translation(i, covariances_[i]);
+    propagate_rotation(i, covariances_[i]);
   }
   return true;
 }

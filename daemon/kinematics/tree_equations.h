@@ -26,12 +26,12 @@ struct BoneTerms {
 struct JointTerms {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< the world's from the unknowns
   Eigen::Matrix3d weight = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d pull = Eigen::Vector3d::Zero();
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
 };
 
 /// Normal equations of bones that hang in a tree: each bone's displacement is its parent's and what its joint adds, a
-/// turn and, where it may, a move. Solved from the leaves to the root and back, in time that grows with the number of
-/// bones alone; a second way down gives how surely each bone is known.
+/// turn and, where it may, a move. Eliminated from the leaves to the root and back, in time that grows with the number
+/// of bones alone; a second way down gives how surely each bone is known.
 ///
 /// Allocates in the constructor only.
 ///
@@ -40,8 +40,8 @@ struct JointTerms {
 class TreeEquations {
  public:
   struct Link {
-    int parent = -1;     ///< stands before this one; -1: hangs from the world
-    bool moves = false;  ///< has three unknowns more, of its joint's place
+    int parent = -1;               ///< stands before this one; -1: hangs from the world
+    bool has_translation = false;  ///< has three unknowns more, of its joint's place
   };
 
   explicit TreeEquations(std::vector<Link> links);
@@ -51,27 +51,28 @@ class TreeEquations {
   /// To be set before each solve: where the bone's joint is, m, and all that is known.
   Eigen::Vector3d& joint(std::size_t link) { return joints_[link]; }
   BoneTerms& bone(std::size_t link) { return bones_[link]; }
-  JointTerms& turn(std::size_t link) { return turns_[link]; }
-  JointTerms& place(std::size_t link) { return places_[link]; }
+  JointTerms& rotation(std::size_t link) { return rotation_terms_[link]; }
+  JointTerms& place(std::size_t link) { return translation_terms_[link]; }
 
   /// Solves with each unknown's own information made larger by `damping` times (itself and 1). The terms stay as they
   /// are. False when they do not tell the unknowns.
   [[nodiscard]] bool solve(double damping);
   /// Of the last `solve`.
-  const Eigen::Vector3d& turned(std::size_t link) const { return turned_[link]; }
-  const Eigen::Vector3d& moved(std::size_t link) const { return moved_[link]; }
+  const Eigen::Vector3d& rotation_step(std::size_t link) const { return rotation_steps_[link]; }
+  const Eigen::Vector3d& translation_step(std::size_t link) const { return translation_steps_[link]; }
 
   /// Prepares the covariances. False when the terms do not tell the unknowns.
-  [[nodiscard]] bool weigh();
-  /// By the last `weigh`: of the place of a bone's point, `lever` from its joint, m^2, and of its turn, rad^2.
+  [[nodiscard]] bool compute_covariances();
+  /// By the last `compute_covariances`: of the place of a bone's point, `lever` from its joint, m^2, and of its turn,
+  /// rad^2.
   Eigen::Matrix3d covariance_of(std::size_t link, const Eigen::Vector3d& lever) const;
-  const Eigen::Matrix3d& turn_covariance(std::size_t link) const { return covariances_[link].ww; }
+  const Eigen::Matrix3d& rotation_covariance(std::size_t link) const { return covariances_[link].ww; }
   /// Likewise of the joint's own unknowns.
-  const Eigen::Matrix3d& turned_covariance(std::size_t link) const { return turned_covariances_[link]; }
+  const Eigen::Matrix3d& joint_rotation_covariance(std::size_t link) const { return joint_rotation_covariances_[link]; }
 
  private:
   // Unknowns that were solved for in terms of the displacement that is left: x = inverse * (right - w^T dw - v^T dv).
-  struct Solved {
+  struct Eliminated {
     Eigen::Matrix3d inverse;
     Eigen::Matrix3d w;
     Eigen::Matrix3d v;
@@ -83,28 +84,29 @@ class TreeEquations {
     Eigen::Matrix3d vv;
   };
 
-  [[nodiscard]] bool eliminate(double damping, double least);
-  [[nodiscard]] static bool finish(Solved& solved, const JointTerms& terms, double damping, double least);
-  static void reduce(BoneTerms& bone, const Solved& solved);
-  void hand_up(std::size_t link, const BoneTerms& reduced);
-  Covariance handed_down(std::size_t link) const;
-  void spread_move(std::size_t link, Covariance& c) const;
-  void spread_turn(std::size_t link, Covariance& c);
+  [[nodiscard]] bool eliminate(double damping, double min_information);
+  [[nodiscard]] static bool invert_information(Eliminated& eliminated, const JointTerms& terms, double damping,
+                                               double min_information);
+  static void apply_schur_complement(BoneTerms& bone, const Eliminated& eliminated);
+  void eliminate_to_parent(std::size_t link, const BoneTerms& reduced);
+  Covariance marginal_covariance(std::size_t link) const;
+  void propagate_translation(std::size_t link, Covariance& c) const;
+  void propagate_rotation(std::size_t link, Covariance& c);
 
   std::vector<Link> links_;
   std::vector<Eigen::Vector3d> joints_;
   std::vector<BoneTerms> bones_;
-  std::vector<JointTerms> turns_;
-  std::vector<JointTerms> places_;
-  std::vector<BoneTerms> gathered_;  // of a bone and all that hangs from it
-  std::vector<Solved> solved_turns_;
-  std::vector<Solved> solved_places_;
-  std::vector<Eigen::Vector3d> turned_;
-  std::vector<Eigen::Vector3d> moved_;
+  std::vector<JointTerms> rotation_terms_;
+  std::vector<JointTerms> translation_terms_;
+  std::vector<BoneTerms> subtree_terms_;  // of a bone and all that hangs from it
+  std::vector<Eliminated> eliminated_rotations_;
+  std::vector<Eliminated> eliminated_translations_;
+  std::vector<Eigen::Vector3d> rotation_steps_;
+  std::vector<Eigen::Vector3d> translation_steps_;
   std::vector<Eigen::Vector3d> w_;  // displacement of each bone
   std::vector<Eigen::Vector3d> v_;
   std::vector<Covariance> covariances_;
-  std::vector<Eigen::Matrix3d> turned_covariances_;
+  std::vector<Eigen::Matrix3d> joint_rotation_covariances_;
 };
 
 }  // namespace mocap::kinematics

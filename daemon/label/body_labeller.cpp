@@ -12,17 +12,17 @@ namespace mocap::label {
 namespace {
 
 // By how much of log-likelihood a body must suit the markers better than another subject's.
-constexpr double kClearlyBetter = 10.0;
+constexpr double kSubjectMargin = 10.0;
 
 class BodyLabeller final : public Labeller {
  public:
   BodyLabeller(const LabelSettings& settings, const std::vector<Subject>& subjects)
-      : settings_(settings), still_(settings.still_radius_m), claims_(names_of(subjects)) {
+      : settings_(settings), stationary_(settings.still_radius_m), association_(label_count_of(subjects)) {
     MOCAP_EXPECTS(subjects.size() <= kMaxSubjects);
     subjects_.reserve(subjects.size());
     searches_.reserve(subjects.size());
     away_.resize(subjects.size());
-    surmised_.reserve(kMaxMarkers);
+    ambiguous_observations_.reserve(kMaxMarkers);
     for (std::size_t i = 0; i < subjects.size(); ++i) {
       subjects_.emplace_back(settings, subjects[i], SubjectId{static_cast<std::uint32_t>(i)});
       searches_.emplace_back(settings, subjects[i]);
@@ -30,30 +30,30 @@ class BodyLabeller final : public Labeller {
   }
 
   const Labels& label(const TrackedMarkers& tracked, const Expected& expected) override {
-    tracks_.take(tracked);
-    still_.update(tracked, expected.at);
-    for (SubjectLabeller& subject : subjects_) subject.keep(tracks_, expected.at);
+    tracks_.update(tracked);
+    stationary_.update(tracked, expected.at);
+    for (SubjectLabeller& subject : subjects_) subject.match_tracks(tracks_, expected.at);
     for (SubjectLabeller& subject : subjects_) {
-      if (subject.tracking()) subject.expect(tracks_, expected.at);
+      if (subject.tracking()) subject.predict(tracks_, expected.at);
     }
-    claims_.settle(subjects_, tracks_);
+    association_.associate(subjects_, tracks_);
     for (std::size_t i = 0; i < subjects_.size(); ++i) {
       if (!subjects_[i].tracking()) continue;
-      subjects_[i].settle(tracks_);
-      subjects_[i].judge(tracks_, expected.at);
-      if (!subjects_[i].tracking()) searches_[i].know_joints(subjects_[i].body());
+      subjects_[i].revise(tracks_);
+      subjects_[i].check_loss(tracks_, expected.at);
+      if (!subjects_[i].tracking()) searches_[i].learn_joints(subjects_[i].body());
     }
     search(expected.at);
     labels_.resize(subjects_.size());
-    for (std::size_t i = 0; i < subjects_.size(); ++i) subjects_[i].show(tracks_, labels_[i]);
-    surmised_.clear();
+    for (std::size_t i = 0; i < subjects_.size(); ++i) subjects_[i].write_labels(tracks_, labels_[i]);
+    ambiguous_observations_.clear();
     for (const SubjectLabeller& subject : subjects_) {
-      if (subject.tracking()) subject.show_surmised(tracks_, surmised_);
+      if (subject.tracking()) subject.append_ambiguous_observations(tracks_, ambiguous_observations_);
     }
     return labels_;
   }
 
-  std::span<const SurmisedMarker> surmised() const override { return surmised_; }
+  std::span<const AmbiguousObservation> ambiguous_observations() const override { return ambiguous_observations_; }
 
   std::optional<SubjectFit> take_fit() override {
     for (SubjectLabeller& subject : subjects_) {
@@ -82,10 +82,10 @@ class BodyLabeller final : public Labeller {
   }
 
  private:
-  static std::size_t names_of(const std::vector<Subject>& subjects) {
-    std::size_t names = 0;
-    for (const Subject& subject : subjects) names += subject.marker_set.markers.size();
-    return names;
+  static std::size_t label_count_of(const std::vector<Subject>& subjects) {
+    std::size_t label_count = 0;
+    for (const Subject& subject : subjects) label_count += subject.marker_set.markers.size();
+    return label_count;
   }
 
   // One subject a call at most, so that a search never costs a set more than one of them.
@@ -97,40 +97,40 @@ class BodyLabeller final : public Labeller {
         ++next_;
         continue;
       }
-      const Recognised* found = searches_[next_].step(tracks_, still_, at);
-      if (found != nullptr && !contested(next_, *found)) recognise(next_, *found, at);
+      const RecognisedSubject* found = searches_[next_].step(tracks_, stationary_, at);
+      if (found != nullptr && !is_contested(next_, *found)) recognise(next_, *found, at);
       if (!searches_[next_].busy()) ++next_;
       return;
     }
   }
 
-  void recognise(std::size_t who, const Recognised& found, Timestamp at) {
-    if (!subjects_[who].recognise(found, tracks_, at)) return;
-    if (found.fitted_now) searches_[who].refit(found.rest_offsets_m, found.marker_offsets_m);
+  void recognise(std::size_t subject_index, const RecognisedSubject& found, Timestamp at) {
+    if (!subjects_[subject_index].recognise(found, tracks_, at)) return;
+    if (found.is_newly_fitted) searches_[subject_index].refit(found.rest_offsets_m, found.marker_offsets_m);
   }
 
   // Whether another who is looked for, too, would fit there as well: then nobody is named.
-  bool contested(std::size_t who, const Recognised& found) {
-    const std::optional<double> own = searches_[who].explain(found, tracks_);
+  bool is_contested(std::size_t subject_index, const RecognisedSubject& found) {
+    const std::optional<double> own = searches_[subject_index].residual_cost(found, tracks_);
     if (!own) return false;
     for (std::size_t other = 0; other < subjects_.size(); ++other) {
-      if (other == who || subjects_[other].tracking() || away_[other] != 0) continue;
-      const std::optional<double> cost = searches_[other].explain(found, tracks_);
-      if (cost && *cost < *own + kClearlyBetter) return true;
+      if (other == subject_index || subjects_[other].tracking() || away_[other] != 0) continue;
+      const std::optional<double> cost = searches_[other].residual_cost(found, tracks_);
+      if (cost && *cost < *own + kSubjectMargin) return true;
     }
     return false;
   }
 
   LabelSettings settings_;
-  StillTracks still_;
+  StationaryTracks stationary_;
   std::vector<SubjectLabeller> subjects_;
-  TrackClaims claims_;
-  NamedTracks tracks_;
+  TrackAssociation association_;
+  LabelledTracks tracks_;
   std::vector<SubjectSearch> searches_;  // by subject
   std::vector<char> away_;               // likewise
   std::size_t next_ = 0;                 // whose turn it is to be looked for
   Labels labels_;
-  std::vector<SurmisedMarker> surmised_;
+  std::vector<AmbiguousObservation> ambiguous_observations_;
 };
 
 }  // namespace

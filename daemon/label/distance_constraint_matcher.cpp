@@ -7,76 +7,80 @@
 namespace mocap::label {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kForbidden = std::numeric_limits<double>::infinity();
 // Skin: what a distance on the body is wrong by, beside a share of it.
-constexpr double kTieSigma_m = 0.008;
-constexpr double kTieSigmaShare = 0.02;
+constexpr double kDistanceSigma_m = 0.008;
+constexpr double kRelativeDistanceSigma = 0.02;
 // A distance that is wrong by more is wrong; no two markers are told from each other by how much.
-constexpr double kMostTieCost = 20.0;
+constexpr double kMaxDistanceCost = 20.0;
 // Bounds the time of a search; the best reading is among the first in all but a crowd.
-constexpr int kMostSteps = 6000;
+constexpr int kMaxSearchSteps = 6000;
 
 }  // namespace
 
-TieReader::TieReader() { readings_.reserve(kMostReadings + 1); }
+DistanceConstraintMatcher::DistanceConstraintMatcher() { hypotheses_.reserve(kMaxAssignments + 1); }
 
-void TieReader::clear() {
-  names_ = places_ = 0;
-  readings_.clear();
+void DistanceConstraintMatcher::clear() {
+  label_count_ = candidates_ = 0;
+  hypotheses_.clear();
 }
 
-bool TieReader::add_name(std::size_t marker) {
-  if (names_ == kMostNames) return false;
-  markers_[names_] = marker;
-  costs_[names_].fill(kNever);
-  ++names_;
+bool DistanceConstraintMatcher::add_label(std::size_t marker) {
+  if (label_count_ == kMaxLimbLabels) return false;
+  markers_[label_count_] = marker;
+  costs_[label_count_].fill(kForbidden);
+  ++label_count_;
   return true;
 }
 
-bool TieReader::add_place(const Eigen::Vector3d& at) {
-  if (places_ == kMostPlaces) return false;
-  at_[places_++] = at;
+bool DistanceConstraintMatcher::add_candidate(const Eigen::Vector3d& at) {
+  if (candidates_ == kMaxCandidates) return false;
+  at_[candidates_++] = at;
   return true;
 }
 
-void TieReader::allow(std::size_t name, std::size_t place, double cost) { costs_[name][place] = cost; }
-
-double TieReader::cost_of(const identify::Tie& tie, double apart_m) {
-  const double over = std::max({tie.least_m - apart_m, apart_m - tie.most_m, 0.0});
-  const double sigmas = over / (kTieSigma_m + kTieSigmaShare * tie.most_m);
-  return std::min(0.5 * sigmas * sigmas, kMostTieCost);
+void DistanceConstraintMatcher::allow(std::size_t label, std::size_t candidate, double cost) {
+  costs_[label][candidate] = cost;
 }
 
-bool TieReader::open(std::size_t name, std::size_t place, double nowhere) const {
-  if (!(costs_[name][place] < nowhere)) return false;
-  return but_ == nullptr || but_->place_of[name] == kNowhere || but_->place_of[name] == static_cast<int>(place);
+double DistanceConstraintMatcher::cost_of(const identify::InterMarkerDistance& constraint, double apart_m) {
+  const double over = std::max({constraint.min_m - apart_m, apart_m - constraint.max_m, 0.0});
+  const double sigmas = over / (kDistanceSigma_m + kRelativeDistanceSigma * constraint.max_m);
+  return std::min(0.5 * sigmas * sigmas, kMaxDistanceCost);
+}
+
+bool DistanceConstraintMatcher::is_allowed(std::size_t label, std::size_t candidate, double unassigned_cost) const {
+  if (!(costs_[label][candidate] < unassigned_cost)) return false;
+  return excluded_ == nullptr || excluded_->candidate_of[label] == kUnassigned ||
+         excluded_->candidate_of[label] == static_cast<int>(candidate);
 }
 
 // Names whose ties to those before them tell most come first, so that what cannot be ends early.
-void TieReader::prepare(const identify::MarkerTies& ties, double nowhere) {
-  for (std::size_t a = 0; a < names_; ++a) {
-    tie_[a].fill(nullptr);
-    for (const identify::Tie& tie : ties.of(markers_[a])) {
-      for (std::size_t b = 0; b < names_; ++b) {
-        if (markers_[b] == static_cast<std::size_t>(tie.other)) tie_[a][b] = &tie;
+void DistanceConstraintMatcher::prepare(const identify::DistanceConstraints& constraints, double unassigned_cost) {
+  for (std::size_t a = 0; a < label_count_; ++a) {
+    constraint_between_[a].fill(nullptr);
+    for (const identify::InterMarkerDistance& constraint : constraints.of(markers_[a])) {
+      for (std::size_t b = 0; b < label_count_; ++b) {
+        if (markers_[b] == static_cast<std::size_t>(constraint.other)) constraint_between_[a][b] = &constraint;
       }
     }
     choice_count_[a] = 0;
-    for (std::size_t p = 0; p < places_; ++p) {
-      if (open(a, p, nowhere)) choices_[a][choice_count_[a]++] = {static_cast<std::int8_t>(p), costs_[a][p]};
+    for (std::size_t p = 0; p < candidates_; ++p) {
+      if (is_allowed(a, p, unassigned_cost))
+        choices_[a][choice_count_[a]++] = {static_cast<std::int8_t>(p), costs_[a][p]};
     }
     std::stable_sort(choices_[a].begin(), choices_[a].begin() + static_cast<std::ptrdiff_t>(choice_count_[a]),
                      [](const Choice& x, const Choice& y) { return x.cost < y.cost; });
   }
-  std::array<bool, kMostNames> ordered{};
-  for (std::size_t i = 0; i < names_; ++i) {
-    double best_score = -kNever;
-    for (std::size_t n = 0; n < names_; ++n) {
+  std::array<bool, kMaxLimbLabels> ordered{};
+  for (std::size_t i = 0; i < label_count_; ++i) {
+    double best_score = -kForbidden;
+    for (std::size_t n = 0; n < label_count_; ++n) {
       if (ordered[n]) continue;
       double score = -0.1 * static_cast<double>(choice_count_[n]);
       for (std::size_t k = 0; k < i; ++k) {
-        const identify::Tie* tie = tie_[n][order_[k]];
-        if (tie != nullptr) score += tie->rigid ? 1.0 : 0.25;
+        const identify::InterMarkerDistance* constraint = constraint_between_[n][order_[k]];
+        if (constraint != nullptr) score += constraint->rigid ? 1.0 : 0.25;
       }
       if (score > best_score) {
         best_score = score;
@@ -87,68 +91,70 @@ void TieReader::prepare(const identify::MarkerTies& ties, double nowhere) {
   }
 }
 
-double TieReader::tied(std::size_t depth, std::size_t place) const {
+double DistanceConstraintMatcher::added_distance_cost(std::size_t depth, std::size_t candidate) const {
   double sum = 0.0;
   for (std::size_t k = 0; k < depth; ++k) {
     const std::size_t other = order_[k];
-    const identify::Tie* tie = tie_[order_[depth]][other];
-    if (tie == nullptr || now_[other] == kNowhere) continue;
-    sum += cost_of(*tie, (at_[place] - at_[static_cast<std::size_t>(now_[other])]).norm());
+    const identify::InterMarkerDistance* constraint = constraint_between_[order_[depth]][other];
+    if (constraint == nullptr || current_[other] == kUnassigned) continue;
+    sum += cost_of(*constraint, (at_[candidate] - at_[static_cast<std::size_t>(current_[other])]).norm());
   }
   return sum;
 }
 
-void TieReader::keep(double cost) {
-  const auto at = std::upper_bound(readings_.begin(), readings_.end(), cost,
-                                   [](double value, const Reading& other) { return value < other.cost; });
-  readings_.insert(at, Reading{cost, now_});
-  if (readings_.size() > most_) readings_.pop_back();
+void DistanceConstraintMatcher::insert_assignment(double cost) {
+  const auto at = std::upper_bound(hypotheses_.begin(), hypotheses_.end(), cost,
+                                   [](double value, const AssignmentHypothesis& other) { return value < other.cost; });
+  hypotheses_.insert(at, AssignmentHypothesis{cost, current_});
+  if (hypotheses_.size() > most_) hypotheses_.pop_back();
 }
 
-void TieReader::search(std::size_t depth, double cost, double nowhere) {
+void DistanceConstraintMatcher::search(std::size_t depth, double cost, double unassigned_cost) {
   if (--steps_left_ < 0) return;
-  if (readings_.size() == most_ && cost >= readings_.back().cost) return;
-  if (depth == names_) {
-    keep(cost);
+  if (hypotheses_.size() == most_ && cost >= hypotheses_.back().cost) return;
+  if (depth == label_count_) {
+    insert_assignment(cost);
     return;
   }
-  const std::size_t name = order_[depth];
-  for (std::size_t c = 0; c < choice_count_[name]; ++c) {
-    const Choice& choice = choices_[name][c];
-    const auto place = static_cast<std::size_t>(choice.place);
-    if (taken_[place]) continue;
-    const double more = choice.cost + tied(depth, place);
-    if (more > nowhere) continue;  // better nowhere
-    taken_[place] = true;
-    now_[name] = choice.place;
-    search(depth + 1, cost + more, nowhere);
-    taken_[place] = false;
+  const std::size_t label = order_[depth];
+  for (std::size_t c = 0; c < choice_count_[label]; ++c) {
+    const Choice& choice = choices_[label][c];
+    const auto candidate = static_cast<std::size_t>(choice.candidate);
+    if (taken_[candidate]) continue;
+    const double more = choice.cost + added_distance_cost(depth, candidate);
+    if (more > unassigned_cost) continue;  // better nowhere
+    taken_[candidate] = true;
+    current_[label] = choice.candidate;
+    search(depth + 1, cost + more, unassigned_cost);
+    taken_[candidate] = false;
   }
-  now_[name] = kNowhere;
-  search(depth + 1, cost + nowhere, nowhere);
+  current_[label] = kUnassigned;
+  search(depth + 1, cost + unassigned_cost, unassigned_cost);
 }
 
-std::span<const TieReader::Reading> TieReader::read(const identify::MarkerTies& ties, double nowhere) {
-  readings_.clear();
-  prepare(ties, nowhere);
+std::span<const DistanceConstraintMatcher::AssignmentHypothesis> DistanceConstraintMatcher::solve(
+    const identify::DistanceConstraints& constraints, double unassigned_cost) {
+  hypotheses_.clear();
+  prepare(constraints, unassigned_cost);
   taken_.fill(false);
-  now_.fill(kNowhere);
-  steps_left_ = kMostSteps;
-  search(0, 0.0, nowhere);
-  return readings_;
+  current_.fill(kUnassigned);
+  steps_left_ = kMaxSearchSteps;
+  search(0, 0.0, unassigned_cost);
+  return hypotheses_;
 }
 
-std::span<const TieReader::Reading> TieReader::read_otherwise(const identify::MarkerTies& ties, double nowhere,
-                                                              std::size_t name, const Reading& but, std::size_t most) {
-  double& own = costs_[name][static_cast<std::size_t>(but.place_of[name])];
-  const double cost = std::exchange(own, kNever);
-  most_ = std::min(most, kMostReadings);
-  but_ = &but;
-  (void)read(ties, nowhere);
-  but_ = nullptr;
-  most_ = kMostReadings;
+std::span<const DistanceConstraintMatcher::AssignmentHypothesis> DistanceConstraintMatcher::solve_excluding(
+    const identify::DistanceConstraints& constraints, double unassigned_cost, std::size_t label,
+    const AssignmentHypothesis& excluded, std::size_t most) {
+  double& own = costs_[label][static_cast<std::size_t>(excluded.candidate_of[label])];
+  const double cost = std::exchange(own, kForbidden);
+  most_ = std::min(most, kMaxAssignments);
+  excluded_ = &excluded;
+  (void)solve(constraints, unassigned_cost);
+  excluded_ = nullptr;
+  most_ = kMaxAssignments;
   own = cost;
-  return readings_;
+  return hypotheses_;
 }
 
 }  // namespace mocap::label

@@ -8,287 +8,301 @@
 namespace mocap::label {
 namespace {
 
-using Reading = TieReader::Reading;
+using AssignmentHypothesis = DistanceConstraintMatcher::AssignmentHypothesis;
 
 // In half squared sigmas: what a further name is worth, what a track's own name counts, how unlikely it is that a track
 // of one or two sets is a marker, that the body followed wrong names; and what a reading must be better by.
-constexpr double kWorthAName = 12.0;
-constexpr double kOwn = 3.0;
-constexpr double kTooYoung = 5.0;
-constexpr double kMisread = 6.0;
-constexpr double kClearMargin = 5.0;
+constexpr double kMissedDetectionCost = 12.0;
+constexpr double kTrackContinuityLogOdds = 3.0;
+constexpr double kClutterLogOdds = 5.0;
+constexpr double kLabelRevisionCost = 6.0;
+constexpr double kHypothesisMargin = 5.0;
 // What readings that say otherwise must be worse by: one fit may stop short of where another ends. The second where
 // they give a track to another name, the third where that is of the same bone: two markers of one bone are told from
 // each other by how it is turned about itself, of which the body knows least.
-constexpr double kUndecided = 6.5;
-constexpr double kRival = 7.5;
-constexpr double kTwin = 10.0;
+constexpr double kUnassignedMargin = 6.5;
+constexpr double kOtherBoneMargin = 7.5;
+constexpr double kSameBoneMargin = 10.0;
 // What costs so much more than the best is not better for another turn of a bone.
-constexpr double kHopeless = 40.0;
+constexpr double kPruningCost = 40.0;
 // Costs tell which reading is better more surely than they tell how much: one that is worse by so much has the e-th
 // part of the odds.
-constexpr double kTellsOdds = 2.0;
-constexpr std::size_t kChallenges = 3;      // of each name that a reading would give, twice
-constexpr std::size_t kMostExchanged = 48;  // readings, to better the best
-constexpr std::size_t kMostReadings =
-    1 + TieReader::kMostReadings + kMostExchanged + 2 * kChallenges * TieReader::kMostNames;
+constexpr double kLikelihoodTemperature = 2.0;
+constexpr std::size_t kAlternativesPerLabel = 3;  // of each name that a reading would give, twice
+constexpr std::size_t kMaxSwapHypotheses = 48;    // readings, to better the best
+constexpr std::size_t kMaxAssignments = 1 + DistanceConstraintMatcher::kMaxAssignments + kMaxSwapHypotheses +
+                                        2 * kAlternativesPerLabel * DistanceConstraintMatcher::kMaxLimbLabels;
 
 }  // namespace
 
-LimbReader::LimbReader(const MarkerSet& set, const pose::FollowSettings& follow) : body_(set, follow) {
+LimbHypothesisSolver::LimbHypothesisSolver(const MarkerSet& set, const pose::SkeletonTrackerSettings& follow)
+    : body_(set, follow) {
   for (const MarkerOnBone& marker : set.markers) bone_of_.push_back(marker.bone);
-  places_.reserve(TieReader::kMostPlaces);
-  others_.reserve(set.markers.size());
-  tried_.reserve(set.markers.size());
-  misread_.resize(set.skeleton.bones.size());
-  loose_.resize(set.skeleton.bones.size());
+  candidates_.reserve(DistanceConstraintMatcher::kMaxCandidates);
+  rest_observations_.reserve(set.markers.size());
+  trial_observations_.reserve(set.markers.size());
+  unreliable_.resize(set.skeleton.bones.size());
+  unconstrained_.resize(set.skeleton.bones.size());
   best_pose_.reserve(set.skeleton.bones.size());
-  twins_.reserve(TieReader::kMostNames);
-  readings_.reserve(kMostReadings);
+  same_bone_ambiguities_.reserve(DistanceConstraintMatcher::kMaxLimbLabels);
+  hypotheses_.reserve(kMaxAssignments);
 }
 
-void LimbReader::clear() {
-  ties_.clear();
-  places_.clear();
-  for (auto& hints : hint_) hints.fill(0.0);
-  now_.place_of.fill(kNowhere);
-  likeliest_ = now_;
+void LimbHypothesisSolver::clear() {
+  matcher_.clear();
+  candidates_.clear();
+  for (auto& continuities : continuity_) continuities.fill(0.0);
+  current_.candidate_of.fill(kUnassigned);
+  likeliest_ = current_;
   stop();
   found_ = false;
 }
 
-bool LimbReader::add_name(std::size_t marker) { return ties_.add_name(marker); }
+bool LimbHypothesisSolver::add_label(std::size_t marker) { return matcher_.add_label(marker); }
 
-bool LimbReader::add_place(const Place& place) {
-  if (!ties_.add_place(place.at)) return false;
-  places_.push_back(place);
+bool LimbHypothesisSolver::add_candidate(const CandidateTrack& candidate) {
+  if (!matcher_.add_candidate(candidate.at)) return false;
+  candidates_.push_back(candidate);
   return true;
 }
 
-void LimbReader::allow(std::size_t name, std::size_t place, double cost, double hint) {
-  hint_[name][place] = hint;
-  ties_.allow(name, place, cost + (places_[place].young ? kTooYoung : 0.0) - kOwn * hint);
+void LimbHypothesisSolver::allow(std::size_t label, std::size_t candidate, double cost, double continuity) {
+  continuity_[label][candidate] = continuity;
+  matcher_.allow(
+      label, candidate,
+      cost + (candidates_[candidate].is_young ? kClutterLogOdds : 0.0) - kTrackContinuityLogOdds * continuity);
 }
 
-void LimbReader::begin(const identify::MarkerTies& ties, const pose::BodyFollower& body,
-                       std::span<const kinematics::Observation> others, std::span<const char> misread) {
+void LimbHypothesisSolver::begin(const identify::DistanceConstraints& constraints, const pose::SkeletonTracker& body,
+                                 std::span<const kinematics::Observation> others, std::span<const char> unreliable) {
   body_ = body;
-  others_.assign(others.begin(), others.end());
-  misread_.assign(misread.begin(), misread.end());
+  rest_observations_.assign(others.begin(), others.end());
+  unreliable_.assign(unreliable.begin(), unreliable.end());
   found_ = false;
-  judged_ = 0;
-  next_twin_ = 0;
-  readings_.clear();
-  readings_.push_back(now_);
-  propose(ties_.read(ties, kWorthAName));
-  stage_ = readings_.size() > 1 ? Stage::First : Stage::Done;
+  evaluated_count_ = 0;
+  next_reevaluated_ = 0;
+  hypotheses_.clear();
+  hypotheses_.push_back(current_);
+  add_hypothesis(matcher_.solve(constraints, kMissedDetectionCost));
+  stage_ = hypotheses_.size() > 1 ? Stage::Initial : Stage::Done;
 }
 
-int LimbReader::advance(const identify::MarkerTies& ties, int most) {
+int LimbHypothesisSolver::advance(const identify::DistanceConstraints& constraints, int most) {
   int done = 0;
   while (busy()) {
-    if (judged_ < readings_.size()) {
+    if (evaluated_count_ < hypotheses_.size()) {
       if (done == most) break;
-      judge(judged_++);
+      evaluate(evaluated_count_++);
       ++done;
-    } else if (stage_ == Stage::Twins && next_twin_ < readings_.size()) {
+    } else if (stage_ == Stage::SameBoneAmbiguities && next_reevaluated_ < hypotheses_.size()) {
       if (done == most) break;
-      if (judge_anew(next_twin_++)) ++done;
-    } else if (!propose_more(ties)) {
+      if (reevaluate(next_reevaluated_++)) ++done;
+    } else if (!propose_next(constraints)) {
       stage_ = Stage::Done;
-      decide();
+      select_best();
     }
   }
   return done;
 }
 
-const Reading& LimbReader::best_judged() const {
-  const auto end = readings_.begin() + static_cast<std::ptrdiff_t>(judged_);
-  return *std::min_element(readings_.begin(), end, [](const Reading& a, const Reading& b) { return a.cost < b.cost; });
+const AssignmentHypothesis& LimbHypothesisSolver::best_evaluated() const {
+  const auto end = hypotheses_.begin() + static_cast<std::ptrdiff_t>(evaluated_count_);
+  return *std::min_element(hypotheses_.begin(), end, [](const AssignmentHypothesis& a, const AssignmentHypothesis& b) {
+    return a.cost < b.cost;
+  });
 }
 
 // Whether there is more to be judged, when all is that was proposed, or to be judged anew.
-bool LimbReader::propose_more(const identify::MarkerTies& ties) {
-  const std::size_t before = readings_.size();
-  if (stage_ == Stage::First) {
-    if (!(best_judged().cost + kClearMargin < readings_[0].cost)) return false;
-    stage_ = Stage::Exchange;
-    best_ = readings_[0];
-    most_exchanged_ = before + kMostExchanged;
+bool LimbHypothesisSolver::propose_next(const identify::DistanceConstraints& constraints) {
+  const std::size_t before = hypotheses_.size();
+  if (stage_ == Stage::Initial) {
+    if (!(best_evaluated().cost + kHypothesisMargin < hypotheses_[0].cost)) return false;
+    stage_ = Stage::SwapNeighbours;
+    best_ = hypotheses_[0];
+    swap_limit_ = before + kMaxSwapHypotheses;
   }
-  if (stage_ == Stage::Exchange) {
-    if (best_judged().cost < best_.cost) {
-      best_ = best_judged();
-      exchange_neighbours(ties);
-      if (readings_.size() > before) return true;
+  if (stage_ == Stage::SwapNeighbours) {
+    if (best_evaluated().cost < best_.cost) {
+      best_ = best_evaluated();
+      swap_neighbours(constraints);
+      if (hypotheses_.size() > before) return true;
     }
-    stage_ = Stage::Challenge;
-    best_ = best_judged();
-    next_name_ = 0;
+    stage_ = Stage::Alternatives;
+    best_ = best_evaluated();
+    next_label_ = 0;
   }
-  if (stage_ == Stage::Twins) return false;
-  if (!challenge_next(ties)) stage_ = Stage::Twins;
+  if (stage_ == Stage::SameBoneAmbiguities) return false;
+  if (!enumerate_next_alternatives(constraints)) stage_ = Stage::SameBoneAmbiguities;
   return true;
 }
 
-bool LimbReader::propose(const Reading& reading) {
-  const auto names = static_cast<std::ptrdiff_t>(ties_.names());
-  const bool known = std::any_of(readings_.begin(), readings_.end(), [&](const Reading& there) {
-    return std::equal(there.place_of.begin(), there.place_of.begin() + names, reading.place_of.begin());
+bool LimbHypothesisSolver::add_hypothesis(const AssignmentHypothesis& hypothesis) {
+  const auto label_count = static_cast<std::ptrdiff_t>(matcher_.label_count());
+  const bool known = std::any_of(hypotheses_.begin(), hypotheses_.end(), [&](const AssignmentHypothesis& there) {
+    return std::equal(there.candidate_of.begin(), there.candidate_of.begin() + label_count,
+                      hypothesis.candidate_of.begin());
   });
-  if (!known) readings_.push_back(reading);
+  if (!known) hypotheses_.push_back(hypothesis);
   return !known;
 }
 
-void LimbReader::propose(std::span<const Reading> found) {
-  for (const Reading& one : found) (void)propose(one);
+void LimbHypothesisSolver::add_hypothesis(std::span<const AssignmentHypothesis> found) {
+  for (const AssignmentHypothesis& one : found) (void)add_hypothesis(one);
 }
 
 // Many readings of a limb cost the same by distances, and a short list may lack the one that the pose likes best: from
 // the best that is known, each new name is moved to, or exchanged with, each neighbour that is not surely named.
-void LimbReader::exchange_neighbours(const identify::MarkerTies& ties) {
-  for (std::size_t a = 0; a < names(); ++a) {
-    if (best_.place_of[a] < 0 || now_.place_of[a] >= 0) continue;
-    for (const identify::Tie& tie : ties.of(marker(a))) {
+void LimbHypothesisSolver::swap_neighbours(const identify::DistanceConstraints& constraints) {
+  for (std::size_t a = 0; a < label_count(); ++a) {
+    if (best_.candidate_of[a] < 0 || current_.candidate_of[a] >= 0) continue;
+    for (const identify::InterMarkerDistance& constraint : constraints.of(marker(a))) {
       std::size_t b = 0;
-      while (b < names() && marker(b) != static_cast<std::size_t>(tie.other)) ++b;
-      if (b == names() || now_.place_of[b] >= 0) continue;
-      Reading other = best_;
-      std::swap(other.place_of[a], other.place_of[b]);
-      if (readings_.size() < most_exchanged_) (void)propose(other);
+      while (b < label_count() && marker(b) != static_cast<std::size_t>(constraint.other)) ++b;
+      if (b == label_count() || current_.candidate_of[b] >= 0) continue;
+      AssignmentHypothesis other = best_;
+      std::swap(other.candidate_of[a], other.candidate_of[b]);
+      if (hypotheses_.size() < swap_limit_) (void)add_hypothesis(other);
     }
   }
 }
 
 // The cheapest readings by distances may all agree on a name because they differ in others: what speaks against each
 // new name is looked for on purpose.
-bool LimbReader::challenge_next(const identify::MarkerTies& ties) {
-  const std::size_t before = readings_.size();
-  while (next_name_ < names() && readings_.size() == before) {
-    const std::size_t name = next_name_++;
-    const int place = best_.place_of[name];
-    if (place < 0 || place == now_.place_of[name]) continue;
-    const bool doubted = std::any_of(readings_.begin(), readings_.end(),
-                                     [&](const Reading& other) { return doubts(other, best_, name); });
-    if (!doubted) challenge(name, ties);
+bool LimbHypothesisSolver::enumerate_next_alternatives(const identify::DistanceConstraints& constraints) {
+  const std::size_t before = hypotheses_.size();
+  while (next_label_ < label_count() && hypotheses_.size() == before) {
+    const std::size_t label = next_label_++;
+    const int candidate = best_.candidate_of[label];
+    if (candidate < 0 || candidate == current_.candidate_of[label]) continue;
+    const bool is_contested =
+        std::any_of(hypotheses_.begin(), hypotheses_.end(),
+                    [&](const AssignmentHypothesis& other) { return contests(other, best_, label); });
+    if (!is_contested) enumerate_alternatives(label, constraints);
   }
-  return readings_.size() > before;
+  return hypotheses_.size() > before;
 }
 
-void LimbReader::challenge(std::size_t name, const identify::MarkerTies& ties) {
-  propose(ties_.read_otherwise(ties, kWorthAName, name, best_, kChallenges));
-  Reading alone;
-  alone.place_of.fill(kNowhere);
-  alone.place_of[name] = best_.place_of[name];
-  propose(ties_.read_otherwise(ties, kWorthAName, name, alone, kChallenges));
+void LimbHypothesisSolver::enumerate_alternatives(std::size_t label, const identify::DistanceConstraints& constraints) {
+  add_hypothesis(matcher_.solve_excluding(constraints, kMissedDetectionCost, label, best_, kAlternativesPerLabel));
+  AssignmentHypothesis alone;
+  alone.candidate_of.fill(kUnassigned);
+  alone.candidate_of[label] = best_.candidate_of[label];
+  add_hypothesis(matcher_.solve_excluding(constraints, kMissedDetectionCost, label, alone, kAlternativesPerLabel));
 }
 
 // The markers as a reading has them, and what it costs beside what the body says to it: the worth of the names that it
 // leaves out, first of all.
-double LimbReader::put_together(const Reading& reading) {
-  tried_.assign(others_.begin(), others_.end());
-  std::copy(misread_.begin(), misread_.end(), loose_.begin());
+double LimbHypothesisSolver::gather_observations(const AssignmentHypothesis& hypothesis) {
+  trial_observations_.assign(rest_observations_.begin(), rest_observations_.end());
+  std::copy(unreliable_.begin(), unreliable_.end(), unconstrained_.begin());
   bool contradicts = false;
   double cost = 0.0;
-  for (std::size_t n = 0; n < names(); ++n) {
-    const int at = reading.place_of[n];
-    if (now_.place_of[n] >= 0 && at != now_.place_of[n]) {
+  for (std::size_t n = 0; n < label_count(); ++n) {
+    const int at = hypothesis.candidate_of[n];
+    if (current_.candidate_of[n] >= 0 && at != current_.candidate_of[n]) {
       contradicts = true;
-      loose_[static_cast<std::size_t>(bone_of(n))] = 1;
+      unconstrained_[static_cast<std::size_t>(bone_of(n))] = 1;
     }
     if (at < 0) {
-      cost += kWorthAName;
+      cost += kMissedDetectionCost;
       continue;
     }
-    const Place& place = places_[static_cast<std::size_t>(at)];
-    tried_.push_back({static_cast<int>(marker(n)), place.at, place.sigma_m});
-    cost += (place.young ? kTooYoung : 0.0) - kOwn * hint_[n][static_cast<std::size_t>(at)];
+    const CandidateTrack& candidate = candidates_[static_cast<std::size_t>(at)];
+    trial_observations_.push_back({static_cast<int>(marker(n)), candidate.at, candidate.sigma_m});
+    cost += (candidate.is_young ? kClutterLogOdds : 0.0) -
+            kTrackContinuityLogOdds * continuity_[n][static_cast<std::size_t>(at)];
   }
-  if (contradicts) cost += kMisread;
-  body_.misread(loose_);
+  if (contradicts) cost += kLabelRevisionCost;
+  body_.mark_unreliable(unconstrained_);
   return cost;
 }
 
-void LimbReader::judge(std::size_t reading) {
-  const double cost = put_together(readings_[reading]);
+void LimbHypothesisSolver::evaluate(std::size_t hypothesis) {
+  const double cost = gather_observations(hypotheses_[hypothesis]);
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < reading; ++i) least = std::min(least, readings_[i].cost);
-  readings_[reading].cost = cost + body_.explain(tried_, least + kTwin - cost).cost;
-  if (readings_[reading].cost < least) best_pose_.assign(body_.pose().locals().begin(), body_.pose().locals().end());
+  for (std::size_t i = 0; i < hypothesis; ++i) least = std::min(least, hypotheses_[i].cost);
+  hypotheses_[hypothesis].cost =
+      cost + body_.evaluate_hypothesis(trial_observations_, least + kSameBoneMargin - cost).cost;
+  if (hypotheses_[hypothesis].cost < least)
+    best_pose_.assign(body_.pose().locals().begin(), body_.pose().locals().end());
 }
 
 // From the pose at hand a fit may not find how a bone is turned about itself. A reading that has one marker of a bone
 // where the best one has another is judged from where that one led to, too, with the bone swung from marker to marker.
 // False where it is no such reading.
-bool LimbReader::judge_anew(std::size_t reading) {
-  Reading& one = readings_[reading];
-  const Reading& best = best_judged();
-  if (one.cost > best.cost + kHopeless) return false;
-  find_twins(one, best);
-  if (twins_.empty()) return false;
-  const double cost = put_together(one);
-  const double anew = cost + body_.explain_near(best_pose_, twins_, tried_, one.cost - cost).cost;
-  if (anew < best.cost) best_pose_.assign(body_.pose().locals().begin(), body_.pose().locals().end());
-  one.cost = std::min(one.cost, anew);
+bool LimbHypothesisSolver::reevaluate(std::size_t hypothesis) {
+  AssignmentHypothesis& one = hypotheses_[hypothesis];
+  const AssignmentHypothesis& best = best_evaluated();
+  if (one.cost > best.cost + kPruningCost) return false;
+  find_same_bone_ambiguities(one, best);
+  if (same_bone_ambiguities_.empty()) return false;
+  const double cost = gather_observations(one);
+  const double reevaluated_cost =
+      cost + body_.evaluate_from(best_pose_, same_bone_ambiguities_, trial_observations_, one.cost - cost).cost;
+  if (reevaluated_cost < best.cost) best_pose_.assign(body_.pose().locals().begin(), body_.pose().locals().end());
+  one.cost = std::min(one.cost, reevaluated_cost);
   return true;
 }
 
-void LimbReader::find_twins(const Reading& reading, const Reading& best) {
-  twins_.clear();
-  for (std::size_t n = 0; n < names(); ++n) {
-    const int place = reading.place_of[n];
-    if (place < 0 || place == best.place_of[n] || bone_of(n) == 0) continue;
-    const std::size_t other = bearer(best, place);
-    if (other != names() && bone_of(other) == bone_of(n))
-      twins_.push_back({static_cast<int>(marker(n)), static_cast<int>(marker(other))});
+void LimbHypothesisSolver::find_same_bone_ambiguities(const AssignmentHypothesis& hypothesis,
+                                                      const AssignmentHypothesis& best) {
+  same_bone_ambiguities_.clear();
+  for (std::size_t n = 0; n < label_count(); ++n) {
+    const int candidate = hypothesis.candidate_of[n];
+    if (candidate < 0 || candidate == best.candidate_of[n] || bone_of(n) == 0) continue;
+    const std::size_t other = label_at(best, candidate);
+    if (other != label_count() && bone_of(other) == bone_of(n))
+      same_bone_ambiguities_.push_back({static_cast<int>(marker(n)), static_cast<int>(marker(other))});
   }
 }
 
 // Whether another reading is nearly as good as the best, and has a name that the best gives, or its place, otherwise.
-bool LimbReader::doubts(const Reading& other, const Reading& best, std::size_t name) const {
-  const int place = best.place_of[name];
-  if (place < 0 || other.place_of[name] == place) return false;
-  return other.cost <= best.cost + margin(name, bearer(other, place));
+bool LimbHypothesisSolver::contests(const AssignmentHypothesis& other, const AssignmentHypothesis& best,
+                                    std::size_t label) const {
+  const int candidate = best.candidate_of[label];
+  if (candidate < 0 || other.candidate_of[label] == candidate) return false;
+  return other.cost <= best.cost + margin(label, label_at(other, candidate));
 }
 
 // What a reading that gives a name's place to another, or to none, must be worse by.
-double LimbReader::margin(std::size_t name, std::size_t instead) const {
-  if (instead == names()) return kUndecided;
-  return bone_of(instead) == bone_of(name) ? kTwin : kRival;
+double LimbHypothesisSolver::margin(std::size_t label, std::size_t other_label) const {
+  if (other_label == label_count()) return kUnassignedMargin;
+  return bone_of(other_label) == bone_of(label) ? kSameBoneMargin : kOtherBoneMargin;
 }
 
 // The name that a reading gives to a place; past all names: none.
-std::size_t LimbReader::bearer(const Reading& reading, int place) const {
-  const auto end = reading.place_of.begin() + static_cast<std::ptrdiff_t>(names());
-  return static_cast<std::size_t>(std::find(reading.place_of.begin(), end, place) - reading.place_of.begin());
+std::size_t LimbHypothesisSolver::label_at(const AssignmentHypothesis& hypothesis, int candidate) const {
+  const auto end = hypothesis.candidate_of.begin() + static_cast<std::ptrdiff_t>(label_count());
+  return static_cast<std::size_t>(std::find(hypothesis.candidate_of.begin(), end, candidate) -
+                                  hypothesis.candidate_of.begin());
 }
 
-void LimbReader::decide() {
-  best_ = best_judged();
-  found_ = best_.cost + kClearMargin < readings_[0].cost;
+void LimbHypothesisSolver::select_best() {
+  best_ = best_evaluated();
+  found_ = best_.cost + kHypothesisMargin < hypotheses_[0].cost;
   likeliest_ = best_;
-  for (const Reading& other : readings_) {
-    for (std::size_t n = 0; n < names(); ++n) {
-      if (doubts(other, likeliest_, n)) best_.place_of[n] = kNowhere;
+  for (const AssignmentHypothesis& other : hypotheses_) {
+    for (std::size_t n = 0; n < label_count(); ++n) {
+      if (contests(other, likeliest_, n)) best_.candidate_of[n] = kUnassigned;
     }
   }
 }
 
-LimbReader::Shares LimbReader::shares_at(int place) const {
-  Shares shares{};
-  const std::size_t likeliest = bearer(likeliest_, place);
-  if (likeliest == names()) return shares;
+LimbHypothesisSolver::Probabilities LimbHypothesisSolver::association_probabilities(int candidate) const {
+  Probabilities probabilities{};
+  const std::size_t likeliest = label_at(likeliest_, candidate);
+  if (likeliest == label_count()) return probabilities;
   double sum = 0.0;
-  for (const Reading& one : readings_) {
-    const std::size_t name = bearer(one, place);
-    if (one.cost > likeliest_.cost + margin(likeliest, name)) continue;
-    if (name == names()) return {};
-    const double share = std::exp((likeliest_.cost - one.cost) / kTellsOdds);
-    shares[name] += share;
-    sum += share;
+  for (const AssignmentHypothesis& one : hypotheses_) {
+    const std::size_t label = label_at(one, candidate);
+    if (one.cost > likeliest_.cost + margin(likeliest, label)) continue;
+    if (label == label_count()) return {};
+    const double probability = std::exp((likeliest_.cost - one.cost) / kLikelihoodTemperature);
+    probabilities[label] += probability;
+    sum += probability;
   }
-  for (double& share : shares) share /= sum;
-  return shares;
+  for (double& probability : probabilities) probability /= sum;
+  return probabilities;
 }
 
 }  // namespace mocap::label

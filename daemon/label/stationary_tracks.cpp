@@ -6,29 +6,29 @@
 
 namespace mocap::label {
 
-StillTracks::StillTracks(double radius_m) : radius_m_(radius_m) {
-  now_.reserve(kMaxMarkers);
-  before_.reserve(kMaxMarkers);
+StationaryTracks::StationaryTracks(double radius_m) : radius_m_(radius_m) {
+  current_.reserve(kMaxMarkers);
+  previous_.reserve(kMaxMarkers);
 }
 
-void StillTracks::update(const TrackedMarkers& tracked, Timestamp at) {
-  before_.swap(now_);
-  const auto by_track = [](const Rest& a, const Rest& b) { return a.track < b.track; };
-  std::sort(before_.begin(), before_.end(), by_track);
-  now_.clear();
+void StationaryTracks::update(const TrackedMarkers& tracked, Timestamp at) {
+  previous_.swap(current_);
+  const auto by_track = [](const RestPeriod& a, const RestPeriod& b) { return a.track < b.track; };
+  std::sort(previous_.begin(), previous_.end(), by_track);
+  current_.clear();
   at_ = at;
   for (const TrackedMarker& marker : tracked) {
     const Eigen::Vector3d& place = marker.position.v;
-    Rest rest{marker.id, at, place, place, 1.0};
-    const auto found = std::lower_bound(before_.begin(), before_.end(), rest, by_track);
-    if (found != before_.end() && found->track == marker.id && (place - found->from).norm() <= radius_m_) {
+    RestPeriod rest{marker.id, at, place, place, 1.0};
+    const auto found = std::lower_bound(previous_.begin(), previous_.end(), rest, by_track);
+    if (found != previous_.end() && found->track == marker.id && (place - found->from).norm() <= radius_m_) {
       rest = *found;
       if (marker.state != TrackState::Coasting) {
         rest.sum += place;
         rest.count += 1.0;
       }
     }
-    now_.push_back(rest);
+    current_.push_back(rest);
   }
 }
 

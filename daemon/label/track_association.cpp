@@ -6,70 +6,71 @@
 namespace mocap::label {
 namespace {
 
-constexpr std::size_t kMostPairs = 8192;
+constexpr std::size_t kMaxPairs = 8192;
 // In squared sigmas: what leaving a name alone costs, and what a new claim must be better by than any other reading
 // (odds of 150 : 1); a closer one waits until its limb is read as a whole.
-constexpr double kAlone = 30.0;
-constexpr double kClearMargin = 10.0;
+constexpr double kUnassignedCost = 30.0;
+constexpr double kAssignmentMargin = 10.0;
 // The same of two names that would have each other's track (odds of 12 : 1): where a limb is not known all its markers
 // are off alike, and which is which is nearly even; names of unlike limbs are told by far less.
-constexpr double kExchangeMargin = 5.0;
+constexpr double kSwapMargin = 5.0;
 // What costs more is not where its bone's other markers want it. All names of a limb that is not known are off alike,
 // and which of them is nearest to a track says little: a missing neighbour must then be worse by the second (a limb
 // that moves is seldom where it is thought to be as surely as it is thought), or the whole limb says which it is.
-constexpr double kExact = 6.0;
+constexpr double kUnambiguousCost = 6.0;
 constexpr double kNeighbourMargin = 24.0;
 // Motion foresees a marker better than that.
-constexpr double kSuspect_m = 0.008;
+constexpr double kSwapResidual_m = 0.008;
 
 }  // namespace
 
-TrackClaims::TrackClaims(std::size_t most_names)
-    : most_names_(most_names), assigner_(std::max<std::size_t>(most_names, 1), kMaxMarkers, kMostPairs) {
-  pairs_.reserve(kMostPairs);
+TrackAssociation::TrackAssociation(std::size_t max_labels)
+    : max_labels_(max_labels), assigner_(std::max<std::size_t>(max_labels, 1), kMaxMarkers, kMaxPairs) {
+  pairs_.reserve(kMaxPairs);
   first_row_.reserve(kMaxSubjects);
-  suspects_.reserve(most_names);
-  first_pair_.reserve(most_names + 1);
+  swap_suspects_.reserve(max_labels);
+  first_pair_.reserve(max_labels + 1);
   row_of_.reserve(kMaxMarkers);
 }
 
 // Two names that would each be nearer to their place with the other's track may have exchanged them: then neither is
 // believed, and both must win their tracks back.
-void TrackClaims::doubt_exchanged(std::vector<SubjectLabeller>& subjects, const NamedTracks& tracks) {
-  suspects_.clear();
+void TrackAssociation::distrust_swapped(std::vector<SubjectLabeller>& subjects, const LabelledTracks& tracks) {
+  swap_suspects_.clear();
   for (std::size_t s = 0; s < subjects.size(); ++s) {
     if (!subjects[s].tracking()) continue;
-    for (std::size_t m = 0; m < subjects[s].names(); ++m) {
-      const auto off = subjects[s].place_of(m, tracks);
-      if (off && (off->at - off->told).squaredNorm() > kSuspect_m * kSuspect_m)
-        suspects_.push_back({s, m, off->at, off->told});
+    for (std::size_t m = 0; m < subjects[s].label_count(); ++m) {
+      const auto off = subjects[s].marker_residual(m, tracks);
+      if (off && (off->at - off->predicted).squaredNorm() > kSwapResidual_m * kSwapResidual_m)
+        swap_suspects_.push_back({s, m, off->at, off->predicted});
     }
   }
-  for (std::size_t i = 0; i < suspects_.size(); ++i) {
-    for (std::size_t j = i + 1; j < suspects_.size(); ++j) {
-      const Suspect& a = suspects_[i];
-      const Suspect& b = suspects_[j];
-      const double now = (a.at - a.told).squaredNorm() + (b.at - b.told).squaredNorm();
-      const double exchanged = (a.at - b.told).squaredNorm() + (b.at - a.told).squaredNorm();
-      if (exchanged + kSuspect_m * kSuspect_m >= now) continue;
-      subjects[a.subject].doubt(a.marker);
-      subjects[b.subject].doubt(b.marker);
+  for (std::size_t i = 0; i < swap_suspects_.size(); ++i) {
+    for (std::size_t j = i + 1; j < swap_suspects_.size(); ++j) {
+      const SwapSuspect& a = swap_suspects_[i];
+      const SwapSuspect& b = swap_suspects_[j];
+      const double now = (a.at - a.predicted).squaredNorm() + (b.at - b.predicted).squaredNorm();
+      const double exchanged = (a.at - b.predicted).squaredNorm() + (b.at - a.predicted).squaredNorm();
+      if (exchanged + kSwapResidual_m * kSwapResidual_m >= now) continue;
+      subjects[a.subject].distrust(a.marker);
+      subjects[b.subject].distrust(b.marker);
     }
   }
 }
 
 // Whether no name that stays alone wants this track, and no track that stays alone suits this name, about as much.
-bool TrackClaims::is_clear(const geometry::AllowedPair& claim, std::span<const std::uint32_t> columns) const {
+bool TrackAssociation::is_clear(const geometry::AllowedPair& candidate, std::span<const std::uint32_t> columns) const {
   return std::none_of(pairs_.begin(), pairs_.end(), [&](const geometry::AllowedPair& other) {
-    if (other.cost > claim.cost + kClearMargin) return false;
-    if (other.column == claim.column && other.row != claim.row) return columns[other.row] == geometry::Assigner::kAlone;
-    if (other.row == claim.row && other.column != claim.column)
+    if (other.cost > candidate.cost + kAssignmentMargin) return false;
+    if (other.column == candidate.column && other.row != candidate.row)
+      return columns[other.row] == geometry::Assigner::kAlone;
+    if (other.row == candidate.row && other.column != candidate.column)
       return std::find(columns.begin(), columns.end(), other.column) == columns.end();
     return false;
   });
 }
 
-void TrackClaims::index(std::size_t rows, std::span<const std::uint32_t> columns) {
+void TrackAssociation::index(std::size_t rows, std::span<const std::uint32_t> columns) {
   first_pair_.assign(rows + 1, 0);
   row_of_.assign(kMaxMarkers, geometry::Assigner::kAlone);
   for (const geometry::AllowedPair& pair : pairs_) ++first_pair_[pair.row + 1];
@@ -79,7 +80,7 @@ void TrackClaims::index(std::size_t rows, std::span<const std::uint32_t> columns
   }
 }
 
-double TrackClaims::cost_of(std::uint32_t row, std::uint32_t column) const {
+double TrackAssociation::cost_of(std::uint32_t row, std::uint32_t column) const {
   for (std::size_t i = first_pair_[row]; i < first_pair_[row + 1]; ++i) {
     if (pairs_[i].column == column) return pairs_[i].cost;
   }
@@ -88,19 +89,21 @@ double TrackClaims::cost_of(std::uint32_t row, std::uint32_t column) const {
 
 // Whether this name and another may as well have each other's track. Where a limb is, no name knows by itself: two of
 // one bone are off alike, which of them is which is then for the whole limb to say.
-bool TrackClaims::may_exchange(const geometry::AllowedPair& claim, std::span<const std::uint32_t> columns) const {
-  for (std::size_t i = first_pair_[claim.row]; i < first_pair_[claim.row + 1]; ++i) {
-    const geometry::AllowedPair& instead = pairs_[i];
-    const std::uint32_t other = instead.column == claim.column ? geometry::Assigner::kAlone : row_of_[instead.column];
+bool TrackAssociation::may_be_swapped(const geometry::AllowedPair& candidate,
+                                      std::span<const std::uint32_t> columns) const {
+  for (std::size_t i = first_pair_[candidate.row]; i < first_pair_[candidate.row + 1]; ++i) {
+    const geometry::AllowedPair& alternative = pairs_[i];
+    const std::uint32_t other =
+        alternative.column == candidate.column ? geometry::Assigner::kAlone : row_of_[alternative.column];
     if (other == geometry::Assigner::kAlone) continue;
-    const double now = claim.cost + cost_of(other, columns[other]);
-    if (instead.cost + cost_of(other, claim.column) < now + kExchangeMargin) return true;
+    const double now = candidate.cost + cost_of(other, columns[other]);
+    if (alternative.cost + cost_of(other, candidate.column) < now + kSwapMargin) return true;
   }
   return false;
 }
 
-void TrackClaims::settle(std::vector<SubjectLabeller>& subjects, NamedTracks& tracks) {
-  doubt_exchanged(subjects, tracks);
+void TrackAssociation::associate(std::vector<SubjectLabeller>& subjects, LabelledTracks& tracks) {
+  distrust_swapped(subjects, tracks);
   for (SubjectLabeller& subject : subjects) {
     if (subject.tracking()) subject.fit(tracks);
   }
@@ -110,30 +113,33 @@ void TrackClaims::settle(std::vector<SubjectLabeller>& subjects, NamedTracks& tr
   for (SubjectLabeller& subject : subjects) {
     first_row_.push_back(rows);
     if (!subject.tracking()) continue;
-    subject.claim(tracks, rows, kMostPairs, pairs_);
-    rows += subject.names();
+    subject.build_costs(tracks, rows, kMaxPairs, pairs_);
+    rows += subject.label_count();
   }
   if (pairs_.empty()) return;
-  const auto columns = assigner_.assign(rows, tracks.named.size(), pairs_, kAlone);
+  const auto columns = assigner_.assign(rows, tracks.labelled.size(), pairs_, kUnassignedCost);
   index(rows, columns);
   // All that lose their track let go of it before others take it.
   for (std::size_t s = 0; s < subjects.size(); ++s) {
-    if (subjects[s].claims()) subjects[s].let_go(columns.subspan(first_row_[s], subjects[s].names()), tracks);
+    if (subjects[s].participates())
+      subjects[s].release_unassigned(columns.subspan(first_row_[s], subjects[s].label_count()), tracks);
   }
   for (const geometry::AllowedPair& pair : pairs_) {
     if (columns[pair.row] != pair.column) continue;
     const auto above = std::upper_bound(first_row_.begin(), first_row_.end(), pair.row);
     const auto s = static_cast<std::size_t>(above - first_row_.begin()) - 1;
     const std::size_t marker = pair.row - first_row_[s];
-    const bool own = subjects[s].bears(marker, pair.column);
-    if (own && !subjects[s].jumped(marker)) continue;
-    const bool clear = is_clear(pair, columns) && !may_exchange(pair, columns);
-    if (own && !clear) subjects[s].drop(marker, tracks);
-    if (own || !clear) continue;
-    if (pair.cost > kExact && subjects[s].may_be_neighbours(marker, pair.column, pair.cost + kNeighbourMargin, tracks))
+    const bool is_own = subjects[s].is_assigned_to(marker, pair.column);
+    if (is_own && !subjects[s].discontinuous(marker)) continue;
+    const bool is_unambiguous = is_clear(pair, columns) && !may_be_swapped(pair, columns);
+    if (is_own && !is_unambiguous) subjects[s].release_label(marker, tracks);
+    if (is_own || !is_unambiguous) continue;
+    if (pair.cost > kUnambiguousCost &&
+        subjects[s].may_be_neighbour(marker, pair.column, pair.cost + kNeighbourMargin, tracks))
       continue;
-    if (!subjects[s].near(marker, pair.column, tracks) || subjects[s].left_open(marker, pair.column, tracks)) continue;
-    subjects[s].take(marker, pair.column, tracks);
+    if (!subjects[s].inside_gate(marker, pair.column, tracks) || subjects[s].is_ambiguous(marker, pair.column, tracks))
+      continue;
+    subjects[s].assign(marker, pair.column, tracks);
   }
 }
 

@@ -46,7 +46,7 @@ struct BlobRef {
 };
 
 /// Where the sightings of a match meet, as the one who matched them found it.
-struct Meeting {
+struct Triangulation {
   WorldPoint point;
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();  ///< as the sightings' sigma_px promise it
   double rms_px = 0.0;                                          ///< over the sightings
@@ -59,14 +59,14 @@ struct Meeting {
 struct Match {
   static constexpr std::uint32_t kNew = 0xFFFF'FFFF;
 
-  std::uint32_t expected = kNew;   ///< index in Expected::markers, or kNew
-  bool by_blob_tracks = false;     ///< the 2D tracks of two or more of its blobs were this expected marker's before
-  std::optional<Meeting> meeting;  ///< where the sightings meet; nothing: not told
+  std::uint32_t expected = kNew;  ///< index in Expected::markers, or kNew
+  bool by_blob_tracks = false;    ///< the 2D tracks of two or more of its blobs were this expected marker's before
+  std::optional<Triangulation> triangulation;  ///< where the sightings meet; nothing: not told
   BoundedVector<BlobRef, kMaxCameras> sightings;
 };
 
 /// The blob of an expected marker that one camera alone sees: it tells a ray, and no depth.
-struct LoneSighting {
+struct BearingOnlyObservation {
   std::uint32_t expected = 0;  ///< index in Expected::markers
   BlobRef sighting;
   WorldPoint eye;                                        ///< where the ray begins: the camera's centre
@@ -75,7 +75,7 @@ struct LoneSighting {
 };
 
 /// A ray of the one camera that sees a named marker: what it tells of a body.
-struct NamedRay {
+struct LabelledBearing {
   Label label;
   CameraId camera;
   WorldPoint eye;
@@ -83,12 +83,13 @@ struct NamedRay {
   double sigma_rad = 0.0;                                ///< standard deviation of each axis across it
 };
 
-using NamedRays = BoundedVector<NamedRay, kMaxMarkers>;
+using LabelledBearings = BoundedVector<LabelledBearing, kMaxMarkers>;
 
 /// One instant's blobs, gathered by marker.
 struct Matches {
   BoundedVector<Match, kMaxMarkers> matches;
-  BoundedVector<LoneSighting, kMaxMarkers> lone;  ///< expected markers of which no match is; in no match's blobs
+  BoundedVector<BearingOnlyObservation, kMaxMarkers>
+      bearing_only;  ///< expected markers of which no match is; in no match's blobs
   std::uint32_t unmatched_blobs = 0;
   std::uint32_t dropped = 0;    ///< over kMaxMarkers
   std::uint32_t seen_once = 0;  ///< expected markers of which one camera alone may have a blob

@@ -18,7 +18,7 @@ class Labeller {
   virtual const Labels& label(const TrackedMarkers& tracked, const Expected& expected) = 0;
 
   /// Of the last call, the tracks that are surely somebody's and bear no name. Borrowed until the next call.
-  virtual std::span<const SurmisedMarker> surmised() const = 0;
+  virtual std::span<const AmbiguousObservation> ambiguous_observations() const = 0;
 
   /// The fit of a subject that was made since the last call; most calls have none. Its `description_version` is left
   /// to the caller.

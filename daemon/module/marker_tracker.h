@@ -17,7 +17,7 @@ class MarkerTracker {
   /// Moves all tracks on to `expected.at` with what was seen then: points, and rays of markers that one camera alone
   /// sees. The result is borrowed until the next call.
   virtual const TrackedMarkers& step(const Markers& markers, const Expected& expected,
-                                     std::span<const LoneSighting> lone = {}) = 0;
+                                     std::span<const BearingOnlyObservation> bearing_only = {}) = 0;
 };
 
 }  // namespace mocap

@@ -17,8 +17,8 @@ class SkeletonSolver {
   /// The poses at `at`, told by the markers that `labels` has measured, by the rays of those that it has not and by
   /// those that are surmised, and, in `labels`, the place of each marker that nobody saw but the body tells (Filled).
   /// The result is borrowed until the next call.
-  virtual const Poses& solve(Labels& labels, Timestamp at, std::span<const NamedRay> rays = {},
-                             std::span<const SurmisedMarker> surmised = {}) = 0;
+  virtual const Poses& solve(Labels& labels, Timestamp at, std::span<const LabelledBearing> rays = {},
+                             std::span<const AmbiguousObservation> ambiguous_observations = {}) = 0;
 
   /// From now on this subject's bones and markers are as fitted.
   virtual void refit(const SubjectFit& fit) = 0;

@@ -8,30 +8,30 @@
 namespace mocap::pose {
 namespace {
 
-constexpr int kTwists = 16;
+constexpr int kTwistSamples = 16;
 
 // A bone's own joint and those of its children, if it were turned so.
-double beyond_about(const Skeleton& skeleton, std::span<const BoneReading> bones, std::size_t bone,
-                    const Eigen::Quaterniond& turn) {
+double range_excess_about(const Skeleton& skeleton, std::span<const BonePoseHypothesis> bones, std::size_t bone,
+                          const Eigen::Quaterniond& rotation) {
   double sum = 0.0;
   const int parent = skeleton.bones[bone].parent;
   if (parent >= 0) {
     const Eigen::Quaterniond& above = bones[static_cast<std::size_t>(parent)].world.rotation;
-    sum += beyond_range2(skeleton.bones[bone], above.conjugate() * turn);
+    sum += squared_range_excess(skeleton.bones[bone], above.conjugate() * rotation);
   }
   for (std::size_t c = bone + 1; c < bones.size(); ++c) {
-    const BoneReading& below = bones[c];
-    if (skeleton.bones[c].parent != static_cast<int>(bone) || below.laid == Laid::Unseen) continue;
-    Eigen::Quaterniond local = turn.conjugate() * below.world.rotation;
-    if (below.laid == Laid::Swung) local = kinematics::turn_between(below.axis, local * below.axis);
-    sum += beyond_range2(skeleton.bones[c], local);
+    const BonePoseHypothesis& below = bones[c];
+    if (skeleton.bones[c].parent != static_cast<int>(bone) || below.dof == Dof::None) continue;
+    Eigen::Quaterniond local = rotation.conjugate() * below.world.rotation;
+    if (below.dof == Dof::Swing) local = kinematics::rotation_between(below.axis, local * below.axis);
+    sum += squared_range_excess(skeleton.bones[c], local);
   }
   return sum;
 }
 
 }  // namespace
 
-double beyond_range2(const Bone& bone, const Eigen::Quaterniond& local) {
+double squared_range_excess(const Bone& bone, const Eigen::Quaterniond& local) {
   const Eigen::Vector3d phi = kinematics::rotation_vector(local);
   double sum = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -42,26 +42,27 @@ double beyond_range2(const Bone& bone, const Eigen::Quaterniond& local) {
   return sum;
 }
 
-void untwist(const Skeleton& skeleton, std::span<BoneReading> bones) {
+void resolve_twist(const Skeleton& skeleton, std::span<BonePoseHypothesis> bones) {
   for (std::size_t b = 0; b < bones.size(); ++b) {
-    BoneReading& bone = bones[b];
+    BonePoseHypothesis& bone = bones[b];
     const int parent = skeleton.bones[b].parent;
-    if (bone.laid == Laid::Unseen && parent >= 0)
+    if (bone.dof == Dof::None && parent >= 0)
       bone.world.rotation = bones[static_cast<std::size_t>(parent)].world.rotation;
-    if (bone.laid != Laid::Swung) continue;
+    if (bone.dof != Dof::Swing) continue;
     const Eigen::Quaterniond begin = bone.world.rotation;
     double best = 1e9;
-    for (int i = 0; i < kTwists; ++i) {
-      const Eigen::Quaterniond turn = begin * kinematics::turn_by(2.0 * std::numbers::pi * i / kTwists * bone.axis);
-      const double beyond = beyond_about(skeleton, bones, b, turn);
-      if (beyond >= best - 1e-9) continue;
-      best = beyond;
-      bone.world.rotation = turn;
+    for (int i = 0; i < kTwistSamples; ++i) {
+      const Eigen::Quaterniond rotation =
+          begin * kinematics::from_rotation_vector(2.0 * std::numbers::pi * i / kTwistSamples * bone.axis);
+      const double excess = range_excess_about(skeleton, bones, b, rotation);
+      if (excess >= best - 1e-9) continue;
+      best = excess;
+      bone.world.rotation = rotation;
     }
   }
 }
 
-void to_locals(const Skeleton& skeleton, std::span<const BoneReading> bones, std::span<Pose> locals) {
+void to_local_poses(const Skeleton& skeleton, std::span<const BonePoseHypothesis> bones, std::span<Pose> locals) {
   for (std::size_t b = 0; b < locals.size(); ++b) {
     locals[b] = bones[b].world;
     const int parent = skeleton.bones[b].parent;

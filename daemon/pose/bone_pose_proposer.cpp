@@ -12,15 +12,15 @@ namespace {
 // A point further off than so many standard deviations is not the marker.
 constexpr double kGateSigmas = 4.0;
 // Points whose distance tells are looked for within so many.
-constexpr double kLookSigmas = 3.0;
+constexpr double kSearchSigmas = 3.0;
 // Twice the area of three points, over their longest side: flatter than this leaves the turn about it open.
 constexpr double kFlat_m = 0.03;
 // Readings of one bone from one joint that are followed.
-constexpr std::size_t kMostLaid = 8;
+constexpr std::size_t kMaxProposals = 8;
 // Where a first point may be at all: the volume of a room.
 constexpr double kRoom_m3 = 8.0;
 // Of all directions about a joint, those that it allows, to a rough half.
-constexpr double kAllowedShare = 0.5;
+constexpr double kReachableFraction = 0.5;
 constexpr double kRootTwoPi = 2.5066282746310002;
 
 double flatness(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
@@ -44,38 +44,41 @@ double off_line(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen:
 
 }  // namespace
 
-BoneLayer::BoneLayer() : shells_(kinematics::kMostShapePoints) {
-  laid_.reserve(kMostLaid + 2);
-  pairs_.reserve(kinematics::kMostShapePoints + 1);
-  for (std::vector<int>& shell : shells_) shell.reserve(kMostCloudPoints);
+BonePoseProposer::BonePoseProposer() : shells_(kinematics::kMaxShapePoints) {
+  proposals_.reserve(kMaxProposals + 2);
+  pairs_.reserve(kinematics::kMaxShapePoints + 1);
+  for (std::vector<int>& shell : shells_) shell.reserve(kMaxCloudPoints);
 }
 
 // How likely a point that is no marker of this bone lies in a volume, against that the marker is seen.
-double BoneLayer::log_chance(double volume_m3) const {
-  return std::log(settings_.strays_1_m3 * volume_m3 * settings_.hidden_share / (1.0 - settings_.hidden_share));
+double BonePoseProposer::clutter_log_odds(double volume_m3) const {
+  return std::log(settings_.clutter_density_1_m3 * volume_m3 * settings_.missed_fraction /
+                  (1.0 - settings_.missed_fraction));
 }
 
-bool BoneLayer::known(std::size_t a, int p, std::size_t b, int q, std::span<const LaidBone> among) const {
+bool BonePoseProposer::is_proposed(std::size_t a, int p, std::size_t b, int q,
+                                   std::span<const BoneProposal> among) const {
   return std::any_of(among.begin(), among.end(),
-                     [&](const LaidBone& one) { return one.point_of[a] == p && one.point_of[b] == q; });
+                     [&](const BoneProposal& one) { return one.point_of[a] == p && one.point_of[b] == q; });
 }
 
-bool BoneLayer::fit(const kinematics::BoneShape& shape, const LayFrom* from, const BodyCloud& cloud) {
+bool BonePoseProposer::fit(const kinematics::BoneShape& shape, const JointAnchor* from, const PointCloud& cloud) {
   ++work_;
   pairs_.clear();
   const double marker = 1.0 / (settings_.marker_sigma_m * settings_.marker_sigma_m);
-  if (from != nullptr) pairs_.push_back({from->joint_m, from->place_m, 1.0 / (from->sigma_m * from->sigma_m)});
+  if (from != nullptr) pairs_.push_back({from->joint_m, from->anchor_m, 1.0 / (from->sigma_m * from->sigma_m)});
   for (std::size_t i = 0; i < shape.points.size(); ++i) {
     const int p = bone_.point_of[i];
-    if (p >= 0) pairs_.push_back({shape.points[i].at_m, cloud[static_cast<std::size_t>(p)], marker});
+    if (p >= 0) pairs_.push_back({shape.points[i].position_m, cloud[static_cast<std::size_t>(p)], marker});
   }
-  const std::optional<geometry::RigidFit> laid = geometry::fit_rigid(pairs_);
-  if (laid) bone_.world_from_bone = laid->to_from;
-  return laid.has_value();
+  const std::optional<geometry::RigidFit> aligned = geometry::fit_rigid(pairs_);
+  if (aligned) bone_.world_from_bone = aligned->to_from;
+  return aligned.has_value();
 }
 
 // By what is in bone_.point_of, then by what else lies where the bone then has its markers.
-void BoneLayer::propose(const kinematics::BoneShape& shape, const LayFrom* from, const BodyCloud& cloud, const PointsTaken& taken) {
+void BonePoseProposer::complete_proposal(const kinematics::BoneShape& shape, const JointAnchor* from,
+                                         const PointCloud& cloud, const UsedPoints& used) {
   bone_.cost = 1e9;
   if (!fit(shape, from, cloud)) return;
   const double gate = kGateSigmas * settings_.marker_sigma_m;
@@ -83,11 +86,11 @@ void BoneLayer::propose(const kinematics::BoneShape& shape, const LayFrom* from,
   bool more = false;
   for (std::size_t i = 0; i < shape.points.size(); ++i) {
     if (bone_.point_of[i] != -1) continue;
-    const Eigen::Vector3d at = bone_.world_from_bone * shape.points[i].at_m;
+    const Eigen::Vector3d at = bone_.world_from_bone * shape.points[i].position_m;
     double nearest = reach * reach;
     for (std::size_t p = 0; p < cloud.size(); ++p) {
       const double off = (cloud[p] - at).squaredNorm();
-      if (off >= nearest || taken[p]) continue;
+      if (off >= nearest || used[p]) continue;
       if (std::find(bone_.point_of.begin(), bone_.point_of.end(), static_cast<int>(p)) != bone_.point_of.end())
         continue;
       nearest = off;
@@ -103,7 +106,8 @@ void BoneLayer::propose(const kinematics::BoneShape& shape, const LayFrom* from,
     for (std::size_t i = 0; i < shape.points.size(); ++i) {
       const int p = bone_.point_of[i];
       if (p < 0) continue;
-      const double by = (cloud[static_cast<std::size_t>(p)] - bone_.world_from_bone * shape.points[i].at_m).norm();
+      const double by =
+          (cloud[static_cast<std::size_t>(p)] - bone_.world_from_bone * shape.points[i].position_m).norm();
       if (by <= worst) continue;
       worst = by;
       off = i;
@@ -112,19 +116,19 @@ void BoneLayer::propose(const kinematics::BoneShape& shape, const LayFrom* from,
     bone_.point_of[off] = -1;
     if (!fit(shape, from, cloud)) return;
   }
-  weigh(shape, from, cloud);
+  score(shape, from, cloud);
 }
 
 // Each further point is worth more: the first may be anywhere on a shell about the joint, the second on a ring about
 // the line through both, the next in one place only.
-void BoneLayer::weigh(const kinematics::BoneShape& shape, const LayFrom* from, const BodyCloud& cloud) {
+void BonePoseProposer::score(const kinematics::BoneShape& shape, const JointAnchor* from, const PointCloud& cloud) {
   const double sigma = settings_.marker_sigma_m;
   const double joint_sigma = from == nullptr ? sigma : from->sigma_m;
-  const double both = std::hypot(sigma, joint_sigma);
+  const double combined_sigma_m = std::hypot(sigma, joint_sigma);
   bone_.cost = 0.0;
   bone_.seen = 0;
   if (from != nullptr) {
-    const Eigen::Vector3d off = bone_.world_from_bone * from->joint_m - from->place_m;
+    const Eigen::Vector3d off = bone_.world_from_bone * from->joint_m - from->anchor_m;
     bone_.cost += 0.5 * off.squaredNorm() / (joint_sigma * joint_sigma);
   }
   Eigen::Vector3d first = from == nullptr ? Eigen::Vector3d::Zero() : from->joint_m;
@@ -134,18 +138,19 @@ void BoneLayer::weigh(const kinematics::BoneShape& shape, const LayFrom* from, c
   for (std::size_t i = 0; i < shape.points.size(); ++i) {
     const int p = bone_.point_of[i];
     if (p < 0) continue;
-    const Eigen::Vector3d& at = shape.points[i].at_m;
+    const Eigen::Vector3d& at = shape.points[i].position_m;
     const Eigen::Vector3d off = cloud[static_cast<std::size_t>(p)] - bone_.world_from_bone * at;
     const double away = (at - first).norm();
     double volume = kRoom_m3;
     if (order == 1) {
-      volume = away < 2.0 * both ? ball(both) : kAllowedShare * shell(away, both);
+      volume =
+          away < 2.0 * combined_sigma_m ? ball(combined_sigma_m) : kReachableFraction * shell(away, combined_sigma_m);
     } else if (order == 2) {
       const double across = off_line(first, second, at);
-      const double by_joint = kAllowedShare * ring(across, sigma, both);
+      const double by_joint = kReachableFraction * ring(across, sigma, combined_sigma_m);
       volume = std::min(by_joint, shell((at - second).norm(), std::numbers::sqrt2 * sigma));
     } else if (order == 3) {
-      const double by_joint = ball(sigma) * both / sigma;
+      const double by_joint = ball(sigma) * combined_sigma_m / sigma;
       volume = std::min(by_joint, ring(off_line(second, third, at), sigma, std::numbers::sqrt2 * sigma));
     } else if (order > 3) {
       volume = ball(sigma);
@@ -156,44 +161,44 @@ void BoneLayer::weigh(const kinematics::BoneShape& shape, const LayFrom* from, c
     if (order == 1) second = at;
     ++order;
     ++bone_.seen;
-    bone_.cost += 0.5 * off.squaredNorm() / (sigma * sigma) + log_chance(volume);
+    bone_.cost += 0.5 * off.squaredNorm() / (sigma * sigma) + clutter_log_odds(volume);
   }
 }
 
-void BoneLayer::keep(std::vector<LaidBone>& into, std::size_t most) const {
+void BonePoseProposer::keep_best(std::vector<BoneProposal>& into, std::size_t max_count) const {
   if (!(bone_.cost < 1e8)) return;
-  for (LaidBone& one : into) {
+  for (BoneProposal& one : into) {
     if (!std::equal(one.point_of.begin(), one.point_of.end(), bone_.point_of.begin(), bone_.point_of.end())) continue;
     if (bone_.cost < one.cost) one = bone_;
     return;
   }
-  if (into.size() < most) {
+  if (into.size() < max_count) {
     into.push_back(bone_);
     return;
   }
-  const auto worst =
-      std::max_element(into.begin(), into.end(), [](const LaidBone& a, const LaidBone& b) { return a.cost < b.cost; });
+  const auto worst = std::max_element(into.begin(), into.end(),
+                                      [](const BoneProposal& a, const BoneProposal& b) { return a.cost < b.cost; });
   if (bone_.cost < worst->cost) *worst = bone_;
 }
 
-void BoneLayer::seed(const kinematics::BoneShape& shape, const BodyCloud& cloud, std::size_t first, std::size_t most,
-                     std::vector<LaidBone>& into) {
-  const double look = kLookSigmas * std::numbers::sqrt2 * settings_.marker_sigma_m;
+void BonePoseProposer::propose_from_points(const kinematics::BoneShape& shape, const PointCloud& cloud,
+                                           std::size_t first, std::size_t max_count, std::vector<BoneProposal>& into) {
+  const double look = kSearchSigmas * std::numbers::sqrt2 * settings_.marker_sigma_m;
   const auto& points = shape.points;
-  const PointsTaken none;
+  const UsedPoints none;
   for (std::size_t a = 0; a + 2 < points.size(); ++a) {
     for (std::size_t b = a + 1; b + 1 < points.size(); ++b) {
-      const double ab = (points[a].at_m - points[b].at_m).norm();
+      const double ab = (points[a].position_m - points[b].position_m).norm();
       for (std::size_t j = 0; j < cloud.size(); ++j) {
-        if (j == first || std::abs(cloud.apart(first, j) - ab) > look) continue;
+        if (j == first || std::abs(cloud.distance(first, j) - ab) > look) continue;
         for (std::size_t c = b + 1; c < points.size(); ++c) {
-          if (flatness(points[a].at_m, points[b].at_m, points[c].at_m) < kFlat_m) continue;
-          const double ac = (points[a].at_m - points[c].at_m).norm();
-          const double bc = (points[b].at_m - points[c].at_m).norm();
+          if (flatness(points[a].position_m, points[b].position_m, points[c].position_m) < kFlat_m) continue;
+          const double ac = (points[a].position_m - points[c].position_m).norm();
+          const double bc = (points[b].position_m - points[c].position_m).norm();
           for (std::size_t k = 0; k < cloud.size(); ++k) {
-            if (std::abs(cloud.apart(first, k) - ac) > look || std::abs(cloud.apart(j, k) - bc) > look) continue;
+            if (std::abs(cloud.distance(first, k) - ac) > look || std::abs(cloud.distance(j, k) - bc) > look) continue;
             if (k == first || k == j) continue;
-            const bool had = std::any_of(into.begin(), into.end(), [&](const LaidBone& one) {
+            const bool had = std::any_of(into.begin(), into.end(), [&](const BoneProposal& one) {
               return one.point_of[a] == static_cast<int>(first) && one.point_of[b] == static_cast<int>(j) &&
                      one.point_of[c] == static_cast<int>(k);
             });
@@ -204,9 +209,9 @@ void BoneLayer::seed(const kinematics::BoneShape& shape, const BodyCloud& cloud,
             bone_.point_of[a] = static_cast<int>(first);
             bone_.point_of[b] = static_cast<int>(j);
             bone_.point_of[c] = static_cast<int>(k);
-            bone_.laid = Laid::Turned;
-            propose(shape, nullptr, cloud, none);
-            if (bone_.seen >= 3) keep(into, most);
+            bone_.dof = Dof::Full;
+            complete_proposal(shape, nullptr, cloud, none);
+            if (bone_.seen >= 3) keep_best(into, max_count);
           }
         }
       }
@@ -214,38 +219,40 @@ void BoneLayer::seed(const kinematics::BoneShape& shape, const BodyCloud& cloud,
   }
 }
 
-void BoneLayer::swing(const kinematics::BoneShape& shape, const LayFrom& from, const BodyCloud& cloud, std::size_t at,
-                      std::size_t point) {
-  const Eigen::Vector3d lever = shape.points[at].at_m - from.joint_m;
-  const Eigen::Vector3d seen = cloud[point] - from.place_m;
+void BonePoseProposer::propose_swing(const kinematics::BoneShape& shape, const JointAnchor& from,
+                                     const PointCloud& cloud, std::size_t at, std::size_t point) {
+  const Eigen::Vector3d lever = shape.points[at].position_m - from.joint_m;
+  const Eigen::Vector3d seen = cloud[point] - from.anchor_m;
   if (lever.norm() < 1e-3 || seen.norm() < 1e-3) return;
   std::fill(bone_.point_of.begin(), bone_.point_of.end(), -1);
   bone_.point_of[at] = static_cast<int>(point);
-  bone_.laid = Laid::Swung;
+  bone_.dof = Dof::Swing;
   bone_.axis = lever.normalized();
-  const Eigen::Quaterniond turn = kinematics::turn_between(from.rest * lever, seen) * from.rest;
+  const Eigen::Quaterniond rotation = kinematics::rotation_between(from.rest * lever, seen) * from.rest;
   // Joint and marker share what the distance is wrong by.
-  const double share =
+  const double joint_weight =
       from.sigma_m * from.sigma_m / (from.sigma_m * from.sigma_m + settings_.marker_sigma_m * settings_.marker_sigma_m);
-  const Eigen::Vector3d joint = from.place_m + share * (seen - turn * lever);
-  bone_.world_from_bone = {joint - turn * from.joint_m, turn};
-  weigh(shape, &from, cloud);
-  keep(laid_, kMostLaid);
+  const Eigen::Vector3d joint = from.anchor_m + joint_weight * (seen - rotation * lever);
+  bone_.world_from_bone = {joint - rotation * from.joint_m, rotation};
+  score(shape, &from, cloud);
+  keep_best(proposals_, kMaxProposals);
 }
 
-std::span<const LaidBone> BoneLayer::lay(const kinematics::BoneShape& shape, const LayFrom& from, const BodyCloud& cloud,
-                                         const PointsTaken& taken, std::span<const int> point_of_marker) {
-  laid_.clear();
-  const double both = std::hypot(settings_.marker_sigma_m, from.sigma_m);
-  const double look = kLookSigmas * std::numbers::sqrt2 * settings_.marker_sigma_m;
+std::span<const BoneProposal> BonePoseProposer::propose_from_joint(const kinematics::BoneShape& shape,
+                                                                   const JointAnchor& from, const PointCloud& cloud,
+                                                                   const UsedPoints& used,
+                                                                   std::span<const int> point_of_marker) {
+  proposals_.clear();
+  const double combined_sigma_m = std::hypot(settings_.marker_sigma_m, from.sigma_m);
+  const double look = kSearchSigmas * std::numbers::sqrt2 * settings_.marker_sigma_m;
   bone_.point_of.clear();
   bone_.point_of.resize(shape.points.size());
   for (std::size_t i = 0; i < shape.points.size(); ++i) {
     shells_[i].clear();
     if (point_of_marker[static_cast<std::size_t>(shape.points[i].marker)] >= 0) continue;
-    const double away = (shape.points[i].at_m - from.joint_m).norm();
+    const double away = (shape.points[i].position_m - from.joint_m).norm();
     for (std::size_t p = 0; p < cloud.size(); ++p) {
-      if (!taken[p] && std::abs((cloud[p] - from.place_m).norm() - away) < kLookSigmas * both)
+      if (!used[p] && std::abs((cloud[p] - from.anchor_m).norm() - away) < kSearchSigmas * combined_sigma_m)
         shells_[i].push_back(static_cast<int>(p));
     }
   }
@@ -253,13 +260,13 @@ std::span<const LaidBone> BoneLayer::lay(const kinematics::BoneShape& shape, con
   for (std::size_t a = 0; a < shape.points.size(); ++a) {
     for (std::size_t b = a + 1; b < shape.points.size(); ++b) {
       if (shells_[a].empty() || shells_[b].empty()) continue;
-      if (flatness(from.joint_m, shape.points[a].at_m, shape.points[b].at_m) < kFlat_m) continue;
-      const double ab = (shape.points[a].at_m - shape.points[b].at_m).norm();
+      if (flatness(from.joint_m, shape.points[a].position_m, shape.points[b].position_m) < kFlat_m) continue;
+      const double ab = (shape.points[a].position_m - shape.points[b].position_m).norm();
       for (const int p : shells_[a]) {
         for (const int q : shells_[b]) {
           if (p == q) continue;
-          if (std::abs(cloud.apart(static_cast<std::size_t>(p), static_cast<std::size_t>(q)) - ab) > look) continue;
-          if (known(a, p, b, q, laid_)) continue;
+          if (std::abs(cloud.distance(static_cast<std::size_t>(p), static_cast<std::size_t>(q)) - ab) > look) continue;
+          if (is_proposed(a, p, b, q, proposals_)) continue;
           std::fill(bone_.point_of.begin(), bone_.point_of.end(), -1);
           for (std::size_t i = 0; i < shape.points.size(); ++i) {
             // Taken by a neighbour: not to be looked for.
@@ -267,23 +274,23 @@ std::span<const LaidBone> BoneLayer::lay(const kinematics::BoneShape& shape, con
           }
           bone_.point_of[a] = p;
           bone_.point_of[b] = q;
-          bone_.laid = Laid::Turned;
-          propose(shape, &from, cloud, taken);
-          if (bone_.seen >= 2) keep(laid_, kMostLaid);
+          bone_.dof = Dof::Full;
+          complete_proposal(shape, &from, cloud, used);
+          if (bone_.seen >= 2) keep_best(proposals_, kMaxProposals);
         }
       }
     }
   }
   for (std::size_t a = 0; a < shape.points.size(); ++a) {
-    for (const int p : shells_[a]) swing(shape, from, cloud, a, static_cast<std::size_t>(p));
+    for (const int p : shells_[a]) propose_swing(shape, from, cloud, a, static_cast<std::size_t>(p));
   }
-  bone_.laid = Laid::Unseen;
+  bone_.dof = Dof::None;
   bone_.cost = 0.0;
   bone_.seen = 0;
-  bone_.world_from_bone = {from.place_m - from.rest * from.joint_m, from.rest};
+  bone_.world_from_bone = {from.anchor_m - from.rest * from.joint_m, from.rest};
   std::fill(bone_.point_of.begin(), bone_.point_of.end(), -1);
-  laid_.push_back(bone_);
-  return laid_;
+  proposals_.push_back(bone_);
+  return proposals_;
 }
 
 }  // namespace mocap::pose

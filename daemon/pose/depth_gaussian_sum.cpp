@@ -7,136 +7,147 @@ namespace mocap::pose {
 namespace {
 
 // A ray that turned by more is that of another camera; and after such a gap speed tells nothing.
-constexpr double kSameRay = 0.9;
-constexpr double kGap_s = 0.1;
+constexpr double kMinSameRayCosine = 0.9;
+constexpr double kMaxDepthGap_s = 0.1;
 // Of the depth that it begins with, and its speed.
-constexpr double kBegin_m = 0.01;
-constexpr double kBegin_m_s = 1.0;
+constexpr double kInitialDepthSigma_m = 0.01;
+constexpr double kInitialSpeedSigma_m_s = 1.0;
 // How speed strays: a hand's by 0.1 m/s from set to set at 120 Hz.
-constexpr double kStray_m2_s3 = 1.0;
+constexpr double kAccelerationNoise_m2_s3 = 1.0;
 // Depths are told apart no finer; and are weighed at so many places within so many sigmas.
-constexpr double kFinest_m = 3e-4;
-constexpr int kPlaces = 33;
-constexpr double kWithin = 3.0;
+constexpr double kMinDepthSigma_m = 3e-4;
+constexpr int kQuadraturePoints = 33;
+constexpr double kQuadratureSigmas = 3.0;
 // A sight as unlikely as that shows that the speed jumped.
-constexpr double kNowhere = 1e-8;
+constexpr double kMinLikelihood = 1e-8;
 // Nothing is ruled out for good.
-constexpr double kLeastShare = 1e-6;
-constexpr double kMostCost = 10.0;
+constexpr double kMinProbability = 1e-6;
+constexpr double kMaxBranchCost = 10.0;
 
 double squared(double x) { return x * x; }
 
 }  // namespace
 
-bool RayDepth::follows(const Eigen::Vector3d& direction, Timestamp at) const {
-  return direction_.dot(direction) > kSameRay && to_s(at - learnt_at_) < kGap_s && at >= learnt_at_;
+bool DepthGaussianSum::follows(const Eigen::Vector3d& direction, Timestamp at) const {
+  return direction_.dot(direction) > kMinSameRayCosine && to_s(at - committed_at_) < kMaxDepthGap_s &&
+         at >= committed_at_;
 }
 
-void RayDepth::begin(Timestamp at, const Eigen::Vector3d& direction, double depth_m) {
+void DepthGaussianSum::begin(Timestamp at, const Eigen::Vector3d& direction, double depth_m) {
   direction_ = direction;
-  learnt_at_ = weighed_at_ = at;
-  learnt_.fill({});
-  learnt_[slot_of(depth_m < 0.0 ? Before : Behind, 0.0)] = begun_at(depth_m, 1.0);
-  weighed_ = learnt_;
+  committed_at_ = updated_at_ = at;
+  committed_.fill({});
+  committed_[component_index(depth_m < 0.0 ? Near : Far, 0.0)] = initial_component(depth_m, 1.0);
+  updated_ = committed_;
 }
 
-RayDepth::Part RayDepth::begun_at(double depth_m, double share) {
-  return {{depth_m, 0.0}, Eigen::Vector2d(squared(kBegin_m), squared(kBegin_m_s)).asDiagonal(), share};
+DepthGaussianSum::Component DepthGaussianSum::initial_component(double depth_m, double probability) {
+  return {{depth_m, 0.0},
+          Eigen::Vector2d(squared(kInitialDepthSigma_m), squared(kInitialSpeedSigma_m_s)).asDiagonal(),
+          probability};
 }
 
-std::size_t RayDepth::slot_of(Side side, double speed_m_s) {
-  return 2 * static_cast<std::size_t>(side) + (speed_m_s < 0.0 ? 0 : 1);
+std::size_t DepthGaussianSum::component_index(Branch branch, double speed_m_s) {
+  return 2 * static_cast<std::size_t>(branch) + (speed_m_s < 0.0 ? 0 : 1);
 }
 
-RayDepth::Part RayDepth::led_on(const Part& part, double step_s) {
-  Eigen::Matrix2d on, strayed;
+DepthGaussianSum::Component DepthGaussianSum::predict_component(const Component& component, double step_s) {
+  Eigen::Matrix2d on, process_noise;
   on << 1.0, step_s, 0.0, 1.0;
-  strayed << squared(step_s) / 3.0, step_s / 2.0, step_s / 2.0, 1.0;
-  return {on * part.state, on * part.covariance * on.transpose() + kStray_m2_s3 * step_s * strayed, part.share};
+  process_noise << squared(step_s) / 3.0, step_s / 2.0, step_s / 2.0, 1.0;
+  return {on * component.state,
+          on * component.covariance * on.transpose() + kAccelerationNoise_m2_s3 * step_s * process_noise,
+          component.probability};
 }
 
 // By side, with shares: what is left of a part of whose depth the square was seen. Summed up over depths, as near 0 the
 // square is no line; the speed follows the depth.
-std::array<RayDepth::Part, 2> RayDepth::met(const Part& part, double half2_m2, double sigma_m2) {
-  const double sigma_m = std::sqrt(part.covariance(0, 0));
-  const double step_m = 2.0 * kWithin * sigma_m / (kPlaces - 1);
+std::array<DepthGaussianSum::Component, 2> DepthGaussianSum::split_by_measurement(const Component& component,
+                                                                                  double half_chord_m2,
+                                                                                  double sigma_m2) {
+  const double sigma_m = std::sqrt(component.covariance(0, 0));
+  const double step_m = 2.0 * kQuadratureSigmas * sigma_m / (kQuadraturePoints - 1);
   std::array<Eigen::Vector3d, 2> moments{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-  for (int i = 0; i < kPlaces; ++i) {
-    const double off_m = i * step_m - kWithin * sigma_m;
-    const double depth_m = part.state.x() + off_m;
-    const double off_m2 = half2_m2 - squared(depth_m);
+  for (int i = 0; i < kQuadraturePoints; ++i) {
+    const double off_m = i * step_m - kQuadratureSigmas * sigma_m;
+    const double depth_m = component.state.x() + off_m;
+    const double off_m2 = half_chord_m2 - squared(depth_m);
     const double weight = std::exp(-0.5 * (squared(off_m / sigma_m) + squared(off_m2 / sigma_m2)));
-    moments[depth_m < 0.0 ? Before : Behind] += weight * Eigen::Vector3d(1.0, off_m, squared(off_m));
+    moments[depth_m < 0.0 ? Near : Far] += weight * Eigen::Vector3d(1.0, off_m, squared(off_m));
   }
-  const Eigen::Vector2d gain = part.covariance.col(0) / part.covariance(0, 0);
-  std::array<Part, 2> found;
-  for (const Side side : {Before, Behind}) {
-    const double weight = moments[side][0];
+  const Eigen::Vector2d gain = component.covariance.col(0) / component.covariance(0, 0);
+  std::array<Component, 2> found;
+  for (const Branch branch : {Near, Far}) {
+    const double weight = moments[branch][0];
     if (!(weight > 0.0)) continue;
-    const double off_m = moments[side][1] / weight;
-    const double variance_m2 = std::max(squared(0.1 * kFinest_m), moments[side][2] / weight - squared(off_m));
-    found[side] = {part.state + gain * off_m,
-                   part.covariance + (variance_m2 - part.covariance(0, 0)) * gain * gain.transpose(),
-                   part.share * weight / kPlaces};
+    const double off_m = moments[branch][1] / weight;
+    const double variance_m2 = std::max(squared(0.1 * kMinDepthSigma_m), moments[branch][2] / weight - squared(off_m));
+    found[branch] = {component.state + gain * off_m,
+                     component.covariance + (variance_m2 - component.covariance(0, 0)) * gain * gain.transpose(),
+                     component.probability * weight / kQuadraturePoints};
   }
   return found;
 }
 
 // Both as one, with the same mean and covariance.
-void RayDepth::add(const Part& part, Part& to) {
-  const double share = to.share + part.share;
-  if (!(share > 0.0)) return;
-  const double by = part.share / share;
-  const Eigen::Vector2d apart = part.state - to.state;
+void DepthGaussianSum::merge(const Component& component, Component& to) {
+  const double probability = to.probability + component.probability;
+  if (!(probability > 0.0)) return;
+  const double by = component.probability / probability;
+  const Eigen::Vector2d apart = component.state - to.state;
   to.covariance =
-      ((1.0 - by) * to.covariance + by * part.covariance + by * (1.0 - by) * apart * apart.transpose()).eval();
+      ((1.0 - by) * to.covariance + by * component.covariance + by * (1.0 - by) * apart * apart.transpose()).eval();
   to.state += by * apart;
-  to.share = share;
+  to.probability = probability;
 }
 
-void RayDepth::weigh(Timestamp at, const Eigen::Vector3d& direction, double half2_m2, double sigma_m2) {
-  weighed_at_ = at;
+void DepthGaussianSum::update(Timestamp at, const Eigen::Vector3d& direction, double half_chord_m2, double sigma_m2) {
+  updated_at_ = at;
   direction_ = direction;
-  const double finest_m2 = std::max(sigma_m2, 2.0 * kFinest_m * std::sqrt(std::max(0.0, half2_m2)));
-  weighed_.fill({});
-  for (const Part& part : learnt_) {
-    if (!(part.share > 0.0)) continue;
-    const std::array<Part, 2> found = met(led_on(part, to_s(at - learnt_at_)), half2_m2, finest_m2);
-    for (const Side side : {Before, Behind}) add(found[side], weighed_[slot_of(side, found[side].state.y())]);
+  const double finest_m2 = std::max(sigma_m2, 2.0 * kMinDepthSigma_m * std::sqrt(std::max(0.0, half_chord_m2)));
+  updated_.fill({});
+  for (const Component& component : committed_) {
+    if (!(component.probability > 0.0)) continue;
+    const std::array<Component, 2> found =
+        split_by_measurement(predict_component(component, to_s(at - committed_at_)), half_chord_m2, finest_m2);
+    for (const Branch branch : {Near, Far})
+      merge(found[branch], updated_[component_index(branch, found[branch].state.y())]);
   }
   double whole = 0.0;
-  for (const Part& part : weighed_) whole += part.share;
-  if (whole < kNowhere) {
-    begin_anew(std::sqrt(std::max(0.0, half2_m2)));
+  for (const Component& component : updated_) whole += component.probability;
+  if (whole < kMinLikelihood) {
+    reinitialise(std::sqrt(std::max(0.0, half_chord_m2)));
     return;
   }
-  for (Part& part : weighed_) {
-    if (part.share > 0.0) part.share = std::max(kLeastShare, part.share / whole);
+  for (Component& component : updated_) {
+    if (component.probability > 0.0) component.probability = std::max(kMinProbability, component.probability / whole);
   }
 }
 
 // It is on the side where it was, and its speed is not known any more.
-void RayDepth::begin_anew(double half_m) {
-  const std::array<double, 2> shares{share_of(Before, learnt_), share_of(Behind, learnt_)};
-  weighed_.fill({});
-  for (const Side side : {Before, Behind}) {
-    if (shares[side] > 0.0) weighed_[slot_of(side, 0.0)] = begun_at(side == Before ? -half_m : half_m, shares[side]);
+void DepthGaussianSum::reinitialise(double half_chord_m) {
+  const std::array<double, 2> probabilities{probability_of(Near, committed_), probability_of(Far, committed_)};
+  updated_.fill({});
+  for (const Branch branch : {Near, Far}) {
+    if (probabilities[branch] > 0.0)
+      updated_[component_index(branch, 0.0)] =
+          initial_component(branch == Near ? -half_chord_m : half_chord_m, probabilities[branch]);
   }
 }
 
-double RayDepth::share_of(Side side, const Parts& parts) {
-  return parts[slot_of(side, -1.0)].share + parts[slot_of(side, 1.0)].share;
+double DepthGaussianSum::probability_of(Branch branch, const Components& components) {
+  return components[component_index(branch, -1.0)].probability + components[component_index(branch, 1.0)].probability;
 }
 
-double RayDepth::cost(Side side) const {
-  const double share = share_of(side, weighed_);
-  return std::clamp(-std::log(share), 0.0, kMostCost);
+double DepthGaussianSum::cost(Branch branch) const {
+  const double probability = probability_of(branch, updated_);
+  return std::clamp(-std::log(probability), 0.0, kMaxBranchCost);
 }
 
-void RayDepth::learn(Timestamp at) {
-  if (weighed_at_ != at) return;
-  learnt_ = weighed_;
-  learnt_at_ = at;
+void DepthGaussianSum::commit(Timestamp at) {
+  if (updated_at_ != at) return;
+  committed_ = updated_;
+  committed_at_ = at;
 }
 
 }  // namespace mocap::pose

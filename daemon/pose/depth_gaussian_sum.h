@@ -15,9 +15,9 @@ namespace mocap::pose {
 /// where a place so found may be of either side it is split, and what comes to the same side and way becomes one.
 ///
 /// Source of the scheme: Alspach and Sorenson, Nonlinear Bayesian Estimation Using Gaussian Sum Approximations (1972).
-class RayDepth {
+class DepthGaussianSum {
  public:
-  enum Side { Before = 0, Behind = 1 };
+  enum Branch { Near = 0, Far = 1 };
 
   /// Whether it followed this ray until a moment before `at`.
   bool follows(const Eigen::Vector3d& direction, Timestamp at) const;
@@ -25,33 +25,34 @@ class RayDepth {
   void begin(Timestamp at, const Eigen::Vector3d& direction, double depth_m);
   /// One instant: the square of how far both places are from the ray's nearest point, below 0 where the ray passes
   /// outside, and that square's sigma, both m^2. May be asked again for the same instant, by another reading.
-  void weigh(Timestamp at, const Eigen::Vector3d& direction, double half2_m2, double sigma_m2);
-  /// By the last `weigh`: how unlikely this side is, minus the logarithm of its share, at most 10.
-  double cost(Side side) const;
-  /// Takes the last `weigh` for true, if it was of this instant.
-  void learn(Timestamp at);
+  void update(Timestamp at, const Eigen::Vector3d& direction, double half_chord_m2, double sigma_m2);
+  /// By the last `update`: how unlikely this side is, minus the logarithm of its share, at most 10.
+  double cost(Branch branch) const;
+  /// Takes the last `update` for true, if it was of this instant.
+  void commit(Timestamp at);
 
  private:
-  struct Part {
+  struct Component {
     Eigen::Vector2d state = Eigen::Vector2d::Zero();  // m, m/s
     Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-    double share = 0.0;
+    double probability = 0.0;
   };
   // By side, on either of which they move before and behind.
-  using Parts = std::array<Part, 4>;
+  using Components = std::array<Component, 4>;
 
-  static std::size_t slot_of(Side side, double speed_m_s);
-  static Part begun_at(double depth_m, double share);
-  static double share_of(Side side, const Parts& parts);
-  void begin_anew(double half_m);
-  static Part led_on(const Part& part, double step_s);
-  static std::array<Part, 2> met(const Part& part, double half2_m2, double sigma_m2);
-  static void add(const Part& part, Part& to);
+  static std::size_t component_index(Branch branch, double speed_m_s);
+  static Component initial_component(double depth_m, double probability);
+  static double probability_of(Branch branch, const Components& components);
+  void reinitialise(double half_chord_m);
+  static Component predict_component(const Component& component, double step_s);
+  static std::array<Component, 2> split_by_measurement(const Component& component, double half_chord_m2,
+                                                       double sigma_m2);
+  static void merge(const Component& component, Component& to);
 
-  Parts learnt_;
-  Parts weighed_;
-  Timestamp learnt_at_;
-  Timestamp weighed_at_;
+  Components committed_;
+  Components updated_;
+  Timestamp committed_at_;
+  Timestamp updated_at_;
   Eigen::Vector3d direction_ = Eigen::Vector3d::Zero();
 };
 

@@ -1,4 +1,4 @@
-// The part of BodyFollower that says what a reading of the markers costs.
+// The part of SkeletonTracker that says what a reading of the markers costs.
 
 #include <algorithm>
 
@@ -8,64 +8,72 @@ namespace mocap::pose {
 namespace {
 
 // How unsure a joint is at first that no marker of its bone tells.
-constexpr double kHoldFurther_rad = 0.05;
+constexpr double kDescendantSigma_rad = 0.05;
 // To tell readings from each other: their costs differ by far more.
-constexpr double kSmallEnough = 5e-3;
+constexpr double kHypothesisConvergedStep = 5e-3;
 
 }  // namespace
 
-kinematics::PoseFitResult BodyFollower::explain(std::span<const kinematics::Observation> seen, double within) {
+kinematics::PoseFitResult SkeletonTracker::evaluate_hypothesis(std::span<const kinematics::Observation> seen,
+                                                               double max_cost) {
   pose_.set_locals(fitted_);
-  return explain_at_hand(seen, within);
+  return evaluate_from_current(seen, max_cost);
 }
 
-kinematics::PoseFitResult BodyFollower::explain_near(std::span<const Pose> locals, std::span<const Swing> swings,
-                                         std::span<const kinematics::Observation> seen, double within) {
+kinematics::PoseFitResult SkeletonTracker::evaluate_from(std::span<const Pose> locals,
+                                                         std::span<const MarkerSwing> swings,
+                                                         std::span<const kinematics::Observation> seen,
+                                                         double max_cost) {
   pose_.set_locals(locals);
-  for (const Swing& swing : swings) {
+  for (const MarkerSwing& swing : swings) {
     const auto marker = static_cast<std::size_t>(swing.marker);
     const int bone = pose_.marker_set().markers[marker].bone;
-    swing_to(static_cast<std::size_t>(bone), marker, pose_.marker_at(static_cast<std::size_t>(swing.onto)));
+    swing_marker_to(static_cast<std::size_t>(bone), marker,
+                    pose_.marker_at(static_cast<std::size_t>(swing.onto_marker)));
   }
-  return explain_at_hand(seen, within);
+  return evaluate_from_current(seen, max_cost);
 }
 
 // Wherever the search begins, joints are held to the last fit.
-kinematics::PoseFitResult BodyFollower::explain_at_hand(std::span<const kinematics::Observation> seen, double within) {
-  loosen(seen, at_);
-  const kinematics::PoseFitEnd end{.max_iterations = 2 * settings_.max_iterations, .small_step = kSmallEnough};
-  kinematics::PosePrior prior = prior_of(seen.size());
-  prior.hold_from = fitted_;
-  return solve(seen, prior, end, within);
+kinematics::PoseFitResult SkeletonTracker::evaluate_from_current(std::span<const kinematics::Observation> seen,
+                                                                 double max_cost) {
+  relax_prior(seen, at_);
+  const kinematics::PoseFitEnd end{.max_iterations = 2 * settings_.max_iterations,
+                                   .small_step = kHypothesisConvergedStep};
+  kinematics::PosePrior prior = make_prior(seen.size());
+  prior.prior_pose = fitted_;
+  return solve(seen, prior, end, max_cost);
 }
 
 // From the pose at hand. Where the prior holds joints to another pose they may stay near that one, or have leapt: hands
 // do, in recordings and where sets are missing. The better of both explains.
-kinematics::PoseFitResult BodyFollower::solve_held_or_loose(std::span<const kinematics::Observation> seen, const kinematics::PosePrior& prior,
-                                                const kinematics::PoseFitEnd& end) {
-  std::copy(pose_.locals().begin(), pose_.locals().end(), begun_.begin());
-  const kinematics::PoseFitResult held = pose_.solve(seen, prior, end);
-  if (prior.hold_from.empty()) return held;
-  std::copy(pose_.locals().begin(), pose_.locals().end(), turned_.begin());
-  pose_.set_locals(begun_);
+kinematics::PoseFitResult SkeletonTracker::solve_with_and_without_prior_pose(
+    std::span<const kinematics::Observation> seen, const kinematics::PosePrior& prior,
+    const kinematics::PoseFitEnd& end) {
+  std::copy(pose_.locals().begin(), pose_.locals().end(), start_pose_.begin());
+  const kinematics::PoseFitResult with_prior = pose_.solve(seen, prior, end);
+  if (prior.prior_pose.empty()) return with_prior;
+  std::copy(pose_.locals().begin(), pose_.locals().end(), trial_pose_.begin());
+  pose_.set_locals(start_pose_);
   kinematics::PosePrior loose = prior;
-  loose.hold_from = {};
-  const kinematics::PoseFitResult leapt = pose_.solve(seen, loose, end);
-  if (leapt.cost < held.cost) return leapt;
-  pose_.set_locals(turned_);
-  return held;
+  loose.prior_pose = {};
+  const kinematics::PoseFitResult without_prior = pose_.solve(seen, loose, end);
+  if (without_prior.cost < with_prior.cost) return without_prior;
+  pose_.set_locals(trial_pose_);
+  return with_prior;
 }
 
 // How far joints may have turned since they were told.
-void BodyFollower::loosen(std::span<const kinematics::Observation> seen, Timestamp at) {
-  see_bones(seen);
+void SkeletonTracker::relax_prior(std::span<const kinematics::Observation> seen, Timestamp at) {
+  update_observability(seen);
   for (std::size_t b = 0; b < bones_.size(); ++b) {
-    const double least_rad = bones_[b].told == Told::Direct ? kHold_rad : kHoldFurther_rad;
+    const double initial_sigma_rad =
+        bones_[b].observability == Observability::Full ? kMotionSigma_rad : kDescendantSigma_rad;
     // What nothing tells in this instant strays from the last one on.
-    const double ahead_s = bones_[b].told == Told::Direct ? 0.0 : to_s(at - learnt_at_);
-    hold_weight_[b] = misread_[b] != 0
-                          ? Eigen::Matrix3d(Eigen::Matrix3d::Identity() / (kMostStray_rad * kMostStray_rad))
-                          : hidden_.hold_weight(b, least_rad, ahead_s);
+    const double ahead_s = bones_[b].observability == Observability::Full ? 0.0 : to_s(at - committed_at_);
+    prior_information_[b] =
+        unreliable_[b] != 0 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity() / (kMaxJointDrift_rad * kMaxJointDrift_rad))
+                            : joint_drift_.prior_information(b, initial_sigma_rad, ahead_s);
   }
 }
 

@@ -14,28 +14,29 @@ namespace mocap::pose {
 /// angle that stays. It is learnt while markers tell the joint.
 ///
 /// Allocates in the constructor only.
-class HingeLeans {
+class HingeAxisCalibration {
  public:
-  explicit HingeLeans(const Skeleton& skeleton);
+  explicit HingeAxisCalibration(const Skeleton& skeleton);
 
   /// Nothing is known of anybody.
   void reset();
-  /// A joint was turned so for `step_s`, of which markers told `share` (1 along an axis that they told alone, in the
-  /// parent's frame). True when its lean is another now.
-  bool learn(std::size_t bone, const Eigen::Quaterniond& local, const Eigen::Matrix3d& share, double step_s);
+  /// A joint was turned so for `step_s`, of which markers told `observed_fraction` (1 along an axis that they told
+  /// alone, in the parent's frame). True when its lean is another now.
+  bool update(std::size_t bone, const Eigen::Quaterniond& local, const Eigen::Matrix3d& observed_fraction,
+              double step_s);
 
-  double lean_rad(std::size_t bone) const;
+  double axis_offset_rad(std::size_t bone) const;
   /// Takes a rotation vector of the joint to one that bends as the file's.
-  Eigen::Matrix3d as_in_file(std::size_t bone) const;
+  Eigen::Matrix3d nominal_from_calibrated(std::size_t bone) const;
 
  private:
   struct Hinge {
-    int bends = -1;      // the axis that the file's bends about; -1: it is no hinge
-    int across = 0;      // the one that it hardly turns about
-    double sign = 1.0;   // of a bend
-    double along = 0.0;  // how far it was bent, squared, summed over time: rad^2 s, in the file's way
-    double aside = 0.0;  // likewise across
-    double lean_rad = 0.0;
+    int hinge_axis = -1;    // the axis that the file's bends about; -1: it is no hinge
+    int minor_axis = 0;     // the one that it hardly turns about
+    double sign = 1.0;      // of a bend
+    double bend_sum = 0.0;  // how far it was bent, squared, summed over time: rad^2 s, in the file's way
+    double side_sum = 0.0;  // likewise across
+    double axis_offset_rad = 0.0;
   };
 
   std::vector<Hinge> hinges_;  // by bone

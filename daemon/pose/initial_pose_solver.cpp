@@ -22,28 +22,28 @@ double off_line(std::span<const geometry::PointPair> pairs) {
   }
   if (along.norm() < 1e-6) return 0.0;
   along.normalize();
-  double most = 0.0;
+  double max_count = 0.0;
   for (const auto& pair : pairs) {
     const Eigen::Vector3d lever = pair.from - pairs[0].from;
-    most = std::max(most, (lever - along * along.dot(lever)).norm());
+    max_count = std::max(max_count, (lever - along * along.dot(lever)).norm());
   }
-  return most;
+  return max_count;
 }
 
 }  // namespace
 
-NamedLayer::NamedLayer(const MarkerSet& set) : shapes_(set) {
+InitialPoseSolver::InitialPoseSolver(const MarkerSet& set) : shapes_(set) {
   const std::size_t bones = set.skeleton.bones.size();
   plans_.resize(bones);
   for (std::size_t root = 0; root < bones; ++root) {
-    std::vector<bool> laid(bones);
+    std::vector<bool> visited(bones);
     std::vector<std::size_t> ends{root};
-    laid[root] = true;
+    visited[root] = true;
     for (std::size_t i = 0; i < ends.size(); ++i) {
       for (const kinematics::ShapeJoint& joint : shapes_.of(ends[i]).joints) {
         const auto bone = static_cast<std::size_t>(joint.bone);
-        if (laid[bone]) continue;
-        laid[bone] = true;
+        if (visited[bone]) continue;
+        visited[bone] = true;
         plans_[root].push_back({bone, ends[i]});
         ends.push_back(bone);
       }
@@ -54,40 +54,40 @@ NamedLayer::NamedLayer(const MarkerSet& set) : shapes_(set) {
   pairs_.reserve(set.markers.size() + 1);
 }
 
-void NamedLayer::gather(std::size_t bone) {
+void InitialPoseSolver::gather(std::size_t bone) {
   for (const kinematics::ShapePoint& point : shapes_.of(bone).points) {
     const kinematics::Observation* one = seen_[static_cast<std::size_t>(point.marker)];
-    if (one != nullptr) pairs_.push_back({point.at_m, one->position, 1.0});
+    if (one != nullptr) pairs_.push_back({point.position_m, one->position, 1.0});
   }
 }
 
-bool NamedLayer::begin(std::size_t root) {
+bool InitialPoseSolver::begin(std::size_t root) {
   pairs_.clear();
   gather(root);
   if (pairs_.size() < 3 || off_line(pairs_) < kFlat_m) return false;
-  const std::optional<geometry::RigidFit> laid = geometry::fit_rigid(pairs_);
-  if (!laid) return false;
-  bones_[root].world = laid->to_from;
-  bones_[root].laid = Laid::Turned;
+  const std::optional<geometry::RigidFit> aligned = geometry::fit_rigid(pairs_);
+  if (!aligned) return false;
+  bones_[root].world = aligned->to_from;
+  bones_[root].dof = Dof::Full;
   return true;
 }
 
-void NamedLayer::hang(const MarkerSet& set, const Next& next) {
-  BoneReading& bone = bones_[next.bone];
-  const BoneReading& from = bones_[next.from];
-  const bool down = set.skeleton.bones[next.bone].parent == static_cast<int>(next.from);
-  const Eigen::Vector3d offset = set.skeleton.bones[down ? next.bone : next.from].rest_offset_m;
-  const Eigen::Vector3d here = down ? Eigen::Vector3d::Zero() : offset;
-  const Eigen::Vector3d joint = from.world * (down ? offset : Eigen::Vector3d::Zero());
+void InitialPoseSolver::attach(const MarkerSet& set, const Next& next) {
+  BonePoseHypothesis& bone = bones_[next.bone];
+  const BonePoseHypothesis& from = bones_[next.from];
+  const bool is_child = set.skeleton.bones[next.bone].parent == static_cast<int>(next.from);
+  const Eigen::Vector3d offset = set.skeleton.bones[is_child ? next.bone : next.from].rest_offset_m;
+  const Eigen::Vector3d here = is_child ? Eigen::Vector3d::Zero() : offset;
+  const Eigen::Vector3d joint = from.world * (is_child ? offset : Eigen::Vector3d::Zero());
   pairs_.clear();
   pairs_.push_back({here, joint, kJointWeight});
   gather(next.bone);
   const Eigen::Quaterniond& rest = from.world.rotation;
-  bone = {{joint - rest * here, rest}, Laid::Unseen, Eigen::Vector3d::Zero(), here, 0.0};
+  bone = {{joint - rest * here, rest}, Dof::None, Eigen::Vector3d::Zero(), here, 0.0};
   if (pairs_.size() >= 3 && off_line(pairs_) > kFlat_m) {
-    if (const std::optional<geometry::RigidFit> laid = geometry::fit_rigid(pairs_)) {
-      bone.world = laid->to_from;
-      bone.laid = Laid::Turned;
+    if (const std::optional<geometry::RigidFit> aligned = geometry::fit_rigid(pairs_)) {
+      bone.world = aligned->to_from;
+      bone.dof = Dof::Full;
       return;
     }
   }
@@ -98,31 +98,32 @@ void NamedLayer::hang(const MarkerSet& set, const Next& next) {
   const Eigen::Vector3d lever = furthest->from - here;
   const Eigen::Vector3d to = furthest->to - joint;
   if (lever.norm() < kFlat_m || to.norm() < kFlat_m) return;
-  const Eigen::Quaterniond turn = kinematics::turn_between(rest * lever, to) * rest;
-  bone.world = {joint - turn * here, turn};
-  bone.laid = Laid::Swung;
+  const Eigen::Quaterniond rotation = kinematics::rotation_between(rest * lever, to) * rest;
+  bone.world = {joint - rotation * here, rotation};
+  bone.dof = Dof::Swing;
   bone.axis = lever.normalized();
 }
 
-bool NamedLayer::lay(const MarkerSet& set, std::span<const kinematics::Observation> seen, std::span<Pose> locals) {
+bool InitialPoseSolver::solve(const MarkerSet& set, std::span<const kinematics::Observation> seen,
+                              std::span<Pose> locals) {
   shapes_.refit(set);
   std::fill(seen_.begin(), seen_.end(), nullptr);
   for (const kinematics::Observation& one : seen) {
-    if (!one.ray && one.position.allFinite()) seen_[static_cast<std::size_t>(one.marker)] = &one;
+    if (!one.bearing_only && one.position.allFinite()) seen_[static_cast<std::size_t>(one.marker)] = &one;
   }
   std::size_t root = bones_.size();
-  std::size_t most = 2;
+  std::size_t max_count = 2;
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     pairs_.clear();
     gather(b);
-    if (pairs_.size() <= most || off_line(pairs_) < kFlat_m) continue;
-    most = pairs_.size();
+    if (pairs_.size() <= max_count || off_line(pairs_) < kFlat_m) continue;
+    max_count = pairs_.size();
     root = b;
   }
   if (root == bones_.size() || !begin(root)) return false;
-  for (const Next& next : plans_[root]) hang(set, next);
-  untwist(set.skeleton, bones_);
-  to_locals(set.skeleton, bones_, locals);
+  for (const Next& next : plans_[root]) attach(set, next);
+  resolve_twist(set.skeleton, bones_);
+  to_local_poses(set.skeleton, bones_, locals);
   return true;
 }
 

@@ -14,13 +14,13 @@ namespace mocap::pose {
 
 /// Lays a body on named markers, bone by bone from the one that most of them tell: a first pose for a fit, whatever
 /// the body does. Allocates in the constructor only.
-class NamedLayer {
+class InitialPoseSolver {
  public:
-  explicit NamedLayer(const MarkerSet& set);
+  explicit InitialPoseSolver(const MarkerSet& set);
 
   /// `set` is the one of the constructor but for its offsets. The poses go into `locals`, as PoseFit has them. False
   /// when no bone has three markers to begin with.
-  bool lay(const MarkerSet& set, std::span<const kinematics::Observation> seen, std::span<Pose> locals);
+  bool solve(const MarkerSet& set, std::span<const kinematics::Observation> seen, std::span<Pose> locals);
 
  private:
   struct Next {
@@ -28,13 +28,13 @@ class NamedLayer {
   };
 
   bool begin(std::size_t root);
-  void hang(const MarkerSet& set, const Next& next);
+  void attach(const MarkerSet& set, const Next& next);
   void gather(std::size_t bone);
 
   kinematics::BoneShapes shapes_;
-  std::vector<std::vector<Next>> plans_;  // by root
+  std::vector<std::vector<Next>> plans_;              // by root
   std::vector<const kinematics::Observation*> seen_;  // by marker
-  std::vector<BoneReading> bones_;
+  std::vector<BonePoseHypothesis> bones_;
   std::vector<geometry::PointPair> pairs_;
 };
 

@@ -10,26 +10,26 @@ namespace mocap::pose {
 /// of its turn about that line, which may have gone on since another marker told it.
 ///
 /// Allocates in the constructor only.
-class HiddenTurns {
+class JointDriftCovariance {
  public:
-  explicit HiddenTurns(std::size_t bones);
+  explicit JointDriftCovariance(std::size_t bones);
 
   /// All turns are told now.
   void reset();
-  /// Time goes on by `step_s`, at the end of which markers tell `share` of the bone's turn in its parent's frame: 1
-  /// along an axis that they tell alone, 0 along one that they tell nothing of.
-  void step(std::size_t bone, const Eigen::Matrix3d& share, double step_s);
+  /// Time goes on by `step_s`, at the end of which markers tell `observed_fraction` of the bone's turn in its parent's
+  /// frame: 1 along an axis that they tell alone, 0 along one that they tell nothing of.
+  void step(std::size_t bone, const Eigen::Matrix3d& observed_fraction, double step_s);
 
   /// One over the covariance, 1/rad^2, of where the bone has turned meanwhile, by `ahead_s` after the last step; what
-  /// was told just now is unsure by `least_rad`.
-  Eigen::Matrix3d hold_weight(std::size_t bone, double least_rad, double ahead_s) const;
+  /// was told just now is unsure by `initial_sigma_rad`.
+  Eigen::Matrix3d prior_information(std::size_t bone, double initial_sigma_rad, double ahead_s) const;
 
  private:
-  std::vector<Eigen::Matrix3d> hidden_s_;  // in the parent's frame: how long, by axis
+  std::vector<Eigen::Matrix3d> unobserved_s_;  // in the parent's frame: how long, by axis
 };
 
 /// How fast a hidden joint leaves the way that it was on; and no further than anybody knows no more, rad.
-inline constexpr double kStray_rad_s = 2.5;
-inline constexpr double kMostStray_rad = 1.2;
+inline constexpr double kJointRandomWalk_rad_s = 2.5;
+inline constexpr double kMaxJointDrift_rad = 1.2;
 
 }  // namespace mocap::pose

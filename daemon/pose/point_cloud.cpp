@@ -4,18 +4,18 @@
 
 namespace mocap::pose {
 
-BodyCloud::BodyCloud() {
-  points_.reserve(kMostCloudPoints);
-  apart_.reserve(kMostCloudPoints * kMostCloudPoints);
+PointCloud::PointCloud() {
+  points_.reserve(kMaxCloudPoints);
+  distances_.reserve(kMaxCloudPoints * kMaxCloudPoints);
 }
 
-void BodyCloud::take(std::span<const Eigen::Vector3d> points) {
-  points = points.first(std::min(points.size(), kMostCloudPoints));
+void PointCloud::assign(std::span<const Eigen::Vector3d> points) {
+  points = points.first(std::min(points.size(), kMaxCloudPoints));
   points_.assign(points.begin(), points.end());
-  apart_.resize(points_.size() * points_.size());
+  distances_.resize(points_.size() * points_.size());
   for (std::size_t i = 0; i < points_.size(); ++i) {
     for (std::size_t j = 0; j < points_.size(); ++j) {
-      apart_[i * points_.size() + j] = static_cast<float>((points_[i] - points_[j]).norm());
+      distances_[i * points_.size() + j] = static_cast<float>((points_[i] - points_[j]).norm());
     }
   }
 }

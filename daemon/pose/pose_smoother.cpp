@@ -12,7 +12,7 @@ namespace {
 // Of the speed that the cut-off follows, Hz: the paper's.
 constexpr double kSpeedCutoff_hz = 1.0;
 
-double share_of(double cutoff_hz, double step_s) {
+double low_pass_gain(double cutoff_hz, double step_s) {
   const double w = 2.0 * std::numbers::pi * cutoff_hz * step_s;
   return w / (1.0 + w);
 }
@@ -20,32 +20,33 @@ double share_of(double cutoff_hz, double step_s) {
 }  // namespace
 
 PoseSmoother::PoseSmoother(const SmoothSettings& settings, std::size_t bones)
-    : settings_(settings), shown_(bones), raw_(bones), spins_rad_s_(bones, Eigen::Vector3d::Zero()) {}
+    : settings_(settings), shown_(bones), raw_(bones), angular_velocities_rad_s_(bones, Eigen::Vector3d::Zero()) {}
 
-double PoseSmoother::share(const Eigen::Vector3d& raw_step, double step_s, Eigen::Vector3d& speed) {
-  speed += share_of(kSpeedCutoff_hz, step_s) * (raw_step / step_s - speed);
+double PoseSmoother::smoothing_gain(const Eigen::Vector3d& raw_step, double step_s, Eigen::Vector3d& speed) {
+  speed += low_pass_gain(kSpeedCutoff_hz, step_s) * (raw_step / step_s - speed);
   const double cutoff_hz = settings_.min_cutoff_hz + settings_.beta * speed.norm();
   delay_s_ += 1.0 / (2.0 * std::numbers::pi * cutoff_hz);
-  return share_of(cutoff_hz, step_s);
+  return low_pass_gain(cutoff_hz, step_s);
 }
 
 std::span<const Pose> PoseSmoother::step(std::span<const Pose> locals, double step_s) {
   MOCAP_EXPECTS(locals.size() == shown_.size());
   delay_s_ = 0.0;
-  if (!on() || fresh_ || !(step_s > 0.0)) {
+  if (!is_enabled() || fresh_ || !(step_s > 0.0)) {
     std::copy(locals.begin(), locals.end(), shown_.begin());
-    if (fresh_) std::fill(spins_rad_s_.begin(), spins_rad_s_.end(), Eigen::Vector3d::Zero());
+    if (fresh_) std::fill(angular_velocities_rad_s_.begin(), angular_velocities_rad_s_.end(), Eigen::Vector3d::Zero());
     if (fresh_) velocity_m_s_.setZero();
     fresh_ = false;
   } else {
     for (std::size_t b = 0; b < shown_.size(); ++b) {
       const Eigen::Vector3d raw_step = kinematics::rotation_vector(locals[b].rotation * raw_[b].rotation.conjugate());
-      const double by = share(raw_step, step_s, spins_rad_s_[b]);
-      const Eigen::Vector3d behind = kinematics::rotation_vector(locals[b].rotation * shown_[b].rotation.conjugate());
-      shown_[b].rotation = (kinematics::turn_by(by * behind) * shown_[b].rotation).normalized();
+      const double by = smoothing_gain(raw_step, step_s, angular_velocities_rad_s_[b]);
+      const Eigen::Vector3d remaining =
+          kinematics::rotation_vector(locals[b].rotation * shown_[b].rotation.conjugate());
+      shown_[b].rotation = (kinematics::from_rotation_vector(by * remaining) * shown_[b].rotation).normalized();
       if (b > 0) shown_[b].position = locals[b].position;
     }
-    const double by = share(locals[0].position - raw_[0].position, step_s, velocity_m_s_);
+    const double by = smoothing_gain(locals[0].position - raw_[0].position, step_s, velocity_m_s_);
     shown_[0].position += by * (locals[0].position - shown_[0].position);
     delay_s_ /= static_cast<double>(shown_.size() + 1);
   }

@@ -23,7 +23,7 @@ class PoseSmoother {
  public:
   PoseSmoother(const SmoothSettings& settings, std::size_t bones);
 
-  bool on() const noexcept { return settings_.min_cutoff_hz > 0.0; }
+  bool is_enabled() const noexcept { return settings_.min_cutoff_hz > 0.0; }
   /// The next pose is shown as it is.
   void reset() { fresh_ = true; }
 
@@ -31,18 +31,18 @@ class PoseSmoother {
   std::span<const Pose> step(std::span<const Pose> locals, double step_s);
 
   /// By how much the last pose is late, s: 1 / (2 pi cut-off), the mean over the root's place and all turns.
-  double delay_s() const noexcept { return on() ? delay_s_ : 0.0; }
+  double delay_s() const noexcept { return is_enabled() ? delay_s_ : 0.0; }
 
  private:
   // The share of the new value, from how much is to be made up and how fast it went.
-  double share(const Eigen::Vector3d& raw_step, double step_s, Eigen::Vector3d& speed);
+  double smoothing_gain(const Eigen::Vector3d& raw_step, double step_s, Eigen::Vector3d& speed);
 
   SmoothSettings settings_;
   bool fresh_ = true;
   double delay_s_ = 0.0;
   std::vector<Pose> shown_;
   std::vector<Pose> raw_;  // of the last instant
-  std::vector<Eigen::Vector3d> spins_rad_s_;
+  std::vector<Eigen::Vector3d> angular_velocities_rad_s_;
   Eigen::Vector3d velocity_m_s_ = Eigen::Vector3d::Zero();
 };
 

@@ -10,62 +10,65 @@ namespace mocap::pose {
 namespace {
 
 // Of the spring: a person who watches takes 0.1 to 0.2 s for one movement.
-constexpr double kFade_s = 0.04;
+constexpr double kDecay_s = 0.04;
 // What the motion commonly leads astray by is told over this time; what goes beyond three times that and these floors,
 // which no eye sees, is a jump.
-constexpr double kUsual_s = 0.3;
-constexpr double kUsuals = 3.0;
-constexpr double kLeastTurn_rad = 0.002;
-constexpr double kLeastMove_m = 0.0005;
+constexpr double kMeanSquareWindow_s = 0.3;
+constexpr double kJumpSigmas = 3.0;
+constexpr double kMinJump_rad = 0.002;
+constexpr double kMinJump_m = 0.0005;
 
 }  // namespace
 
-PoseEaser::PoseEaser(std::size_t bones) : turns_(bones), shown_(bones) {}
+PoseTransitionSmoother::PoseTransitionSmoother(std::size_t bones) : joint_offsets_(bones), shown_(bones) {}
 
-void PoseEaser::reset() {
-  std::fill(turns_.begin(), turns_.end(), Fading{});
-  root_ = {};
+void PoseTransitionSmoother::reset() {
+  std::fill(joint_offsets_.begin(), joint_offsets_.end(), DecayingOffset{});
+  root_offset_ = {};
 }
 
 // x'' = -2 x' / t - x / t^2, exactly.
-void PoseEaser::Fading::fade(double step_s) {
-  const double share = std::exp(-step_s / kFade_s);
-  const Eigen::Vector3d moving = rate_1_s + left / kFade_s;
-  left = share * (left + step_s * moving);
-  rate_1_s = share * (rate_1_s - step_s / kFade_s * moving);
+void PoseTransitionSmoother::DecayingOffset::decay(double step_s) {
+  const double decay_factor = std::exp(-step_s / kDecay_s);
+  const Eigen::Vector3d moving = rate_1_s + offset / kDecay_s;
+  offset = decay_factor * (offset + step_s * moving);
+  rate_1_s = decay_factor * (rate_1_s - step_s / kDecay_s * moving);
 }
 
-void PoseEaser::Fading::meet(const Eigen::Vector3d& astray, const Eigen::Vector3d& behind, bool changed, double least,
-                             double step_s) {
-  const double size = astray.norm();
-  const double most = least + kUsuals * std::sqrt(usual2);
-  if (changed && size > most) {
-    left += astray;
-    if (behind.norm() < left.norm()) {
-      left = behind;
+void PoseTransitionSmoother::DecayingOffset::absorb_jump(const Eigen::Vector3d& prediction_error,
+                                                         const Eigen::Vector3d& display_error, bool changed,
+                                                         double min_jump, double step_s) {
+  const double size = prediction_error.norm();
+  const double max_jump = min_jump + kJumpSigmas * std::sqrt(mean_square);
+  if (changed && size > max_jump) {
+    offset += prediction_error;
+    if (display_error.norm() < offset.norm()) {
+      offset = display_error;
       rate_1_s.setZero();
     }
   } else {
-    usual2 += std::min(1.0, step_s / kUsual_s) * (size * size - usual2);
+    mean_square += std::min(1.0, step_s / kMeanSquareWindow_s) * (size * size - mean_square);
   }
 }
 
-std::span<const Pose> PoseEaser::step(std::span<const Pose> poses, std::span<const Pose> foreseen,
-                                      std::span<const std::uint8_t> changed, double step_s) {
-  MOCAP_EXPECTS(poses.size() == shown_.size() && foreseen.size() == poses.size() && changed.size() == poses.size());
-  root_.fade(step_s);
+std::span<const Pose> PoseTransitionSmoother::step(std::span<const Pose> poses, std::span<const Pose> predicted,
+                                                   std::span<const std::uint8_t> changed, double step_s) {
+  MOCAP_EXPECTS(poses.size() == shown_.size() && predicted.size() == poses.size() && changed.size() == poses.size());
+  root_offset_.decay(step_s);
   const Eigen::Vector3d behind_m = shown_[0].position - poses[0].position;
   for (std::size_t b = 0; b < shown_.size(); ++b) {
-    Fading& turn = turns_[b];
-    turn.fade(step_s);
-    const Eigen::Vector3d astray = kinematics::rotation_vector(foreseen[b].rotation * poses[b].rotation.conjugate());
-    const Eigen::Vector3d behind = kinematics::rotation_vector(shown_[b].rotation * poses[b].rotation.conjugate());
-    turn.meet(astray, behind, changed[b] != 0, kLeastTurn_rad, step_s);
+    DecayingOffset& joint_offset = joint_offsets_[b];
+    joint_offset.decay(step_s);
+    const Eigen::Vector3d prediction_error =
+        kinematics::rotation_vector(predicted[b].rotation * poses[b].rotation.conjugate());
+    const Eigen::Vector3d display_error =
+        kinematics::rotation_vector(shown_[b].rotation * poses[b].rotation.conjugate());
+    joint_offset.absorb_jump(prediction_error, display_error, changed[b] != 0, kMinJump_rad, step_s);
     shown_[b].position = poses[b].position;
-    shown_[b].rotation = (kinematics::turn_by(turn.left) * poses[b].rotation).normalized();
+    shown_[b].rotation = (kinematics::from_rotation_vector(joint_offset.offset) * poses[b].rotation).normalized();
   }
-  root_.meet(foreseen[0].position - poses[0].position, behind_m, changed[0] != 0, kLeastMove_m, step_s);
-  shown_[0].position += root_.left;
+  root_offset_.absorb_jump(predicted[0].position - poses[0].position, behind_m, changed[0] != 0, kMinJump_m, step_s);
+  shown_[0].position += root_offset_.offset;
   return shown_;
 }
 

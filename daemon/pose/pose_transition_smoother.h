@@ -16,32 +16,33 @@ namespace mocap::pose {
 /// Where the same markers tell the pose, nothing is changed, however it moves.
 ///
 /// Allocates in the constructor only.
-class PoseEaser {
+class PoseTransitionSmoother {
  public:
-  explicit PoseEaser(std::size_t bones);
+  explicit PoseTransitionSmoother(std::size_t bones);
 
   /// Nothing fades any more.
   void reset();
 
-  /// One instant, `step_s` after the last: `poses` are the local poses that were found, `foreseen` those that the
+  /// One instant, `step_s` after the last: `poses` are the local poses that were found, `predicted` those that the
   /// motion led to, and `changed` says of each bone whether other markers tell it than before. Gives what is to be
   /// shown.
-  std::span<const Pose> step(std::span<const Pose> poses, std::span<const Pose> foreseen,
+  std::span<const Pose> step(std::span<const Pose> poses, std::span<const Pose> predicted,
                              std::span<const std::uint8_t> changed, double step_s);
 
  private:
-  struct Fading {
-    Eigen::Vector3d left = Eigen::Vector3d::Zero();
+  struct DecayingOffset {
+    Eigen::Vector3d offset = Eigen::Vector3d::Zero();
     Eigen::Vector3d rate_1_s = Eigen::Vector3d::Zero();
-    double usual2 = 0.0;  // mean square of how far the motion leads astray
+    double mean_square = 0.0;  // mean square of how far the motion leads astray
 
-    void fade(double step_s);
-    // `astray`: from the pose to where the motion led; `behind`: to what was shown last.
-    void meet(const Eigen::Vector3d& astray, const Eigen::Vector3d& behind, bool changed, double least, double step_s);
+    void decay(double step_s);
+    // `prediction_error`: from the pose to where the motion led; `display_error`: to what was shown last.
+    void absorb_jump(const Eigen::Vector3d& prediction_error, const Eigen::Vector3d& display_error, bool changed,
+                     double min_jump, double step_s);
   };
 
-  std::vector<Fading> turns_;  // by bone, rotation vectors in the parent's frame
-  Fading root_;                // m
+  std::vector<DecayingOffset> joint_offsets_;  // by bone, rotation vectors in the parent's frame
+  DecayingOffset root_offset_;                 // m
   std::vector<Pose> shown_;
 };
 

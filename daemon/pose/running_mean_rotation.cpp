@@ -8,24 +8,27 @@ namespace mocap::pose {
 namespace {
 
 // A mean over so long, with weights that die away.
-constexpr double kOver_s = 1.0;
+constexpr double kMeanWindow_s = 1.0;
 // Markers that tell two of a joint's turns tell nearly how it is turned: about itself a limb turns little.
-constexpr double kTold = 2.0;
+constexpr double kMinObservedTrace = 2.0;
 
 }  // namespace
 
-void UsualTurns::reset() { std::fill(bones_.begin(), bones_.end(), Usual{}); }
+void RunningMeanRotation::reset() { std::fill(bones_.begin(), bones_.end(), Mean{}); }
 
-void UsualTurns::learn(std::size_t bone, const Eigen::Quaterniond& local, const Eigen::Matrix3d& share, double step_s) {
-  if (!(step_s > 0.0) || !(share.trace() > kTold)) return;
-  Usual& usual = bones_[bone];
-  if (usual.seen_s == 0.0) usual.local = local;
-  usual.seen_s = std::min(kOver_s, usual.seen_s + step_s);
-  const double weight = std::min(1.0, step_s / usual.seen_s);
-  usual.local = (kinematics::turn_by(weight * kinematics::rotation_vector(local * usual.local.conjugate())) * usual.local).normalized();
+void RunningMeanRotation::update(std::size_t bone, const Eigen::Quaterniond& local,
+                                 const Eigen::Matrix3d& observed_fraction, double step_s) {
+  if (!(step_s > 0.0) || !(observed_fraction.trace() > kMinObservedTrace)) return;
+  Mean& mean = bones_[bone];
+  if (mean.observed_s == 0.0) mean.local = local;
+  mean.observed_s = std::min(kMeanWindow_s, mean.observed_s + step_s);
+  const double weight = std::min(1.0, step_s / mean.observed_s);
+  mean.local = (kinematics::from_rotation_vector(weight * kinematics::rotation_vector(local * mean.local.conjugate())) *
+                mean.local)
+                   .normalized();
 }
 
-Eigen::Vector3d UsualTurns::turn_from(std::size_t bone, const Eigen::Quaterniond& local) const {
+Eigen::Vector3d RunningMeanRotation::rotation_to_mean(std::size_t bone, const Eigen::Quaterniond& local) const {
   if (!known(bone)) return Eigen::Vector3d::Zero();
   return kinematics::rotation_vector(bones_[bone].local * local.conjugate());
 }

@@ -66,7 +66,7 @@ struct CameraChannel {
   SpscQueue<CameraOrder> orders{4};                  ///< from the control thread
   SpscQueue<OrderDone> orders_done{4};               ///< to the control thread
   SpscQueue<MaskLearnt> masks{2};                    ///< to the control thread
-  SpscQueue<synchronise::CameraTiming> timings{4};        ///< fusion thread to publish thread, about one a second
+  SpscQueue<synchronise::CameraTiming> timings{4};   ///< fusion thread to publish thread, about one a second
   std::unique_ptr<SpscQueue<BlobFrame>> to_record;   ///< to the blob recorder; null: blobs are not recorded
   std::atomic<Delivery> delivery{Delivery::NotYet};  ///< set by the camera's thread, after the frames it speaks of
   WakeSignal room;                                   ///< signalled by the fusion thread when it took frames

@@ -20,7 +20,7 @@ std::string not_synchronised(const synchronise::CameraTiming& timing) {
 
 // Says it when it changes.
 void learn_timing(CameraHealth& health, const synchronise::CameraTiming& timing) {
-  if (!timing.told) return;
+  if (!timing.is_known) return;
   health.offset_us = to_us(timing.offset);
   health.drift_us_s = timing.drift_us_s;
   health.jitter_us = to_us(timing.jitter);

@@ -199,7 +199,7 @@ Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& turn) {
   return (angle > std::numbers::pi ? angle - 2.0 * std::numbers::pi : angle) * angle_axis.axis();
 }
 
-Eigen::Quaterniond turn_by(const Eigen::Vector3d& vector) {
+Eigen::Quaterniond from_rotation_vector(const Eigen::Vector3d& vector) {
   const double angle = vector.norm();
   return angle > 1e-12 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, vector / angle)) : Eigen::Quaterniond::Identity();
 }
@@ -247,7 +247,8 @@ void posture_of(const Bvh& bvh, double t_s, BvhPosture& into) {
     const Eigen::Vector3d turned_after = rotation_vector(q2.conjugate() * turn(3));
     const Eigen::Vector3d leaving = pace(has_before ? &turned_before : nullptr, &turned);
     const Eigen::Vector3d coming = pace(&turned, has_after ? &turned_after : nullptr);
-    into.turns[i] = on_curve({q1, q1 * turn_by(leaving / 3.0), q2 * turn_by(-coming / 3.0), q2}, share);
+    into.turns[i] =
+        on_curve({q1, q1 * from_rotation_vector(leaving / 3.0), q2 * from_rotation_vector(-coming / 3.0), q2}, share);
   }
 }
 

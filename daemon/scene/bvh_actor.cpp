@@ -93,7 +93,7 @@ class BvhActor final : public Actor {
     unit_m_ = settings.unit_m > 0.0 ? settings.unit_m : unit_of_m(places);
     const bool own = !marker_set.has_value();
     marker_set_ = own ? own_marker_set(bvh_, ours_from_file_, unit_m_) : std::move(*marker_set);
-    wear(places, own);
+    apply_offsets(places, own);
     begin_s_ = bvh_.frames > 2 ? bvh_.frame_time_s : 0.0;
     length_s_ = bvh_.frame_time_s * static_cast<double>(bvh_.frames - 1) - begin_s_;
     put_in_the_middle();
@@ -128,16 +128,16 @@ class BvhActor final : public Actor {
   // The pose that is held first, T-pose where the arms cannot be lowered.
   void stand() {
     standing_.fill(Eigen::Quaterniond::Identity());
-    const auto stance = identify::a_pose(marker_set_, settings_.arms_lowered_rad);
+    const auto stance = identify::make_a_pose(marker_set_, settings_.arms_lowered_rad);
     if (!stance) return;
-    for (std::size_t b = 1; b < stance->turned.size(); ++b) {
+    for (std::size_t b = 1; b < stance->rotations.size(); ++b) {
       const auto parent = static_cast<std::size_t>(marker_set_.skeleton.bones[b].parent);
-      standing_[b] = stance->turned[parent].conjugate() * stance->turned[b];
+      standing_[b] = stance->rotations[parent].conjugate() * stance->rotations[b];
     }
   }
 
   // Which joint turns which bone, and how our limbs lie against the file's in the two rest poses.
-  void wear(const std::vector<Eigen::Vector3d>& places, bool own) {
+  void apply_offsets(const std::vector<Eigen::Vector3d>& places, bool own) {
     const auto& bones = marker_set_.skeleton.bones;
     MOCAP_EXPECTS(bones.size() <= kMaxBones);
     ours_from_theirs_.fill(Eigen::Quaterniond::Identity());
@@ -156,7 +156,7 @@ class BvhActor final : public Actor {
       const Eigen::Vector3d way =
           ours_from_file_ * (places[static_cast<std::size_t>(to)] - places[static_cast<std::size_t>(from)]);
       if (way.norm() < 1e-6) continue;
-      const auto turn = kinematics::turn_between(bones[child].rest_offset_m, way);
+      const auto turn = kinematics::rotation_between(bones[child].rest_offset_m, way);
       ours_from_theirs_[static_cast<std::size_t>(parent)] = turn;
       ours_from_theirs_[child] = turn;  // hands and feet go with the limb; a limb's own child overwrites it
     }
@@ -206,7 +206,8 @@ class BvhActor final : public Actor {
     into.ghosts.clear();
     into.markers.clear();
     into.world_from_bone.resize(skeleton.bones.size());
-    kinematics::forward(skeleton, root_m, std::span(turns).first(skeleton.bones.size()), into.world_from_bone);
+    kinematics::compute_forward_kinematics(skeleton, root_m, std::span(turns).first(skeleton.bones.size()),
+                                           into.world_from_bone);
     for (const MarkerOnBone& marker : marker_set_.markers) {
       into.markers.push_back(
           {kinematics::marker_position(marker, into.world_from_bone[static_cast<std::size_t>(marker.bone)]), true});

@@ -25,7 +25,7 @@ Posture t_pose() {
   return posture;
 }
 
-Posture a_pose() {
+Posture make_a_pose() {
   Posture posture = t_pose();
   posture.turn(Joint::LeftUpArm) = about_x(-0.25 * pi);
   posture.turn(Joint::RightUpArm) = about_x(0.25 * pi);
@@ -166,7 +166,7 @@ Posture perform(const ActShare& share, double walked_s) {
     case Act::Jump: return jump(share.spent_s);
     case Act::Spin: return spin(share);
     case Act::Crouch: return crouch(share.spent_s);
-    case Act::APose: return a_pose();
+    case Act::APose: return make_a_pose();
     case Act::TPose: break;
   }
   return t_pose();

@@ -51,7 +51,8 @@ class ProceduralActor final : public Actor {
     const Skeleton& skeleton = marker_set_.skeleton;
     into.world_from_bone.resize(skeleton.bones.size());
     const Eigen::Vector3d place_m(posture.place_m.x(), posture.place_m.y(), 0.0);
-    kinematics::forward(skeleton, place_m, std::span(turns).first(skeleton.bones.size()), into.world_from_bone);
+    kinematics::compute_forward_kinematics(skeleton, place_m, std::span(turns).first(skeleton.bones.size()),
+                                           into.world_from_bone);
     const double up_m = posture.lift_m + height_of_root_m(into);
     for (Pose& pose : into.world_from_bone) pose.position.z() += up_m;
 

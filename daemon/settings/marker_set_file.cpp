@@ -329,13 +329,13 @@ void read_asymmetric(const toml::table& root, Reader& reader, MarkerSet& set) {
       reader.fault(item.source(),
                    fmt::format("asymmetric: '{}' sits on {} and '{}' on {}, expected two markers of opposite bones",
                                one.name, name_of(one.bone), other.name, name_of(other.bone)));
-    } else if (off_m < identify::kLeastAsymmetry_m) {
+    } else if (off_m < identify::kMinAsymmetry_m) {
       reader.fault(
           item.source(),
           fmt::format(
               "asymmetric: '{}' is {:.0f} mm off the mirror image of '{}' as seen from the front, expected {:.0f} mm "
               "or more; move one of them along its bone and measure its offset_m anew, or leave the pair out",
-              one.name, 1e3 * off_m, other.name, 1e3 * identify::kLeastAsymmetry_m));
+              one.name, 1e3 * off_m, other.name, 1e3 * identify::kMinAsymmetry_m));
     } else {
       set.asymmetric.push_back(*pair);
     }

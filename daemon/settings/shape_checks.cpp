@@ -23,7 +23,7 @@ constexpr double kSameBody_m = 0.005;
 constexpr const char* kCure = "move one marker of one of them by 20 mm or more and measure it anew";
 
 void check_itself(TomlTable& table, const Subject& subject, double least_m) {
-  const auto mistaken = identify::mistaken_for(subject.marker_set, subject.marker_set, least_m);
+  const auto mistaken = identify::find_shape_ambiguity(subject.marker_set, subject.marker_set, least_m);
   if (!mistaken) return;
   const auto& markers = subject.marker_set.markers;
   std::size_t m = 0;
@@ -35,8 +35,8 @@ void check_itself(TomlTable& table, const Subject& subject, double least_m) {
 }
 
 void check_pair(TomlTable& table, const Subject& one, const Subject& other, double least_m) {
-  const bool part = identify::mistaken_for(one.marker_set, other.marker_set, least_m).has_value();
-  const bool whole = identify::mistaken_for(other.marker_set, one.marker_set, least_m).has_value();
+  const bool part = identify::find_shape_ambiguity(one.marker_set, other.marker_set, least_m).has_value();
+  const bool whole = identify::find_shape_ambiguity(other.marker_set, one.marker_set, least_m).has_value();
   if (part || whole) {
     table.fault("marker_set",
                 fmt::format("subject '{}' has the shape of subject '{}' to {:.0f} mm (or is a part of it, "
@@ -44,7 +44,7 @@ void check_pair(TomlTable& table, const Subject& one, const Subject& other, doub
                             other.name, one.name, 1e3 * least_m, kCure));
   }
   const bool both = one.fitted && other.fitted;
-  if (both && identify::same_body(one.marker_set, other.marker_set, kSameBody_m)) {
+  if (both && identify::is_same_body(one.marker_set, other.marker_set, kSameBody_m)) {
     table.fault("marker_set", fmt::format("subject '{}' is fitted to the same body as subject '{}' ({:.0f} mm alike), "
                                           "expected a fit of its own; fit it anew to the one who wears it",
                                           other.name, one.name, 1e3 * kSameBody_m));
@@ -74,7 +74,7 @@ std::string text_of(const MarkerSet& set, std::span<const MarkerPair> pairs) {
 std::string cure_of(const MarkerSet& set, const identify::FindSettings& find) {
   MarkerSet told = set;
   told.asymmetric = identify::asymmetric_markers(set);
-  if (!identify::is_read_back_to_front(told, find)) {
+  if (!identify::has_front_back_ambiguity(told, find)) {
     return "name the pairs that are no mirror images of each other seen from the front: " +
            text_of(set, told.asymmetric);
   }
@@ -90,12 +90,13 @@ std::string cure_of(const MarkerSet& set, const identify::FindSettings& find) {
 }  // namespace
 
 std::vector<std::string> shape_doubts(const DaemonSettings& settings) {
-  const identify::FindSettings find{.least_share = settings.label.least_share, .most_rms_m = settings.label.most_rms_m};
+  const identify::FindSettings find{.min_marker_fraction = settings.label.least_share,
+                                    .max_rms_m = settings.label.most_rms_m};
   std::vector<std::string> doubts;
   for (std::size_t i = 0; i < settings.worn.size(); ++i) {
     const auto& [name, set, fitted] = settings.worn[i];
     const bool measured_in_tpose = !fitted && set.skeleton.bones.size() > 1;
-    if (!measured_in_tpose || !identify::is_read_back_to_front(set, find)) continue;
+    if (!measured_in_tpose || !identify::has_front_back_ambiguity(set, find)) continue;
     doubts.push_back(
         fmt::format("subject '{}' is read back to front in T-pose if markers of arms and legs sit on the other face "
                     "than marker set '{}' says; {}, in {}",

@@ -45,10 +45,10 @@ void tell_detect(Keys& keys, DaemonSettings& all) {
 void tell_track_blobs(Keys& keys, DaemonSettings& all) {
   track2d::TrackBlobsSettings& track = all.track_blobs;
   keys.choice<track2d::TrackMethod>("method", track.method,
-                                   {{"alpha_beta", track2d::TrackMethod::AlphaBeta},
-                                    {"adaptive_alpha_beta", track2d::TrackMethod::AdaptiveAlphaBeta},
-                                    {"kalman", track2d::TrackMethod::Kalman},
-                                    {"condensation", track2d::TrackMethod::Condensation}});
+                                    {{"alpha_beta", track2d::TrackMethod::AlphaBeta},
+                                     {"adaptive_alpha_beta", track2d::TrackMethod::AdaptiveAlphaBeta},
+                                     {"kalman", track2d::TrackMethod::Kalman},
+                                     {"condensation", track2d::TrackMethod::Condensation}});
   keys.number("gate_sigmas", track.gate_sigmas, {1, 10});
   keys.number("gate_floor_px", track.gate_floor_px, {0, 100});
   keys.number("gate_per_speed", track.gate_per_speed, {0, 2});

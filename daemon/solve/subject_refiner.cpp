@@ -13,25 +13,25 @@ using bodyfit::BodyInstant;
 using bodyfit::BodyOffsets;
 
 // Fewer poses tell less than the rest pose and the file.
-constexpr std::size_t kLeastInstants = 8;
-constexpr std::size_t kHeldOut = 10;
-constexpr std::size_t kLeastHeldOut = 2;
-constexpr std::size_t kHoldOutEvery = 4;  // of the poses that are new
+constexpr std::size_t kMinInstants = 8;
+constexpr std::size_t kMaxValidation = 10;
+constexpr std::size_t kMinValidation = 2;
+constexpr std::size_t kValidationInterval = 4;  // of the poses that are new
 // A fit is tried again when as many more poses as this share of all before are new.
-constexpr double kMore = 1.4;
-constexpr double kLeastShare = 0.6;  // of the markers that an instant must show
+constexpr double kRefitGrowth = 1.4;
+constexpr double kMinMarkerShare = 0.6;  // of the markers that an instant must show
 // A pose differs when one joint has turned by 15 degrees, or ten by 5: sum of sin^2 of the half angles.
-constexpr double kNew = 0.018;
+constexpr double kNewPoseDistance = 0.018;
 // Noise of a place that counts in full; what cameras tell worse counts less.
-constexpr double kGoodPlace_m = 0.0005;
-constexpr double kCosOfHalfNearRest = 0.92;  // of a joint within 46 degrees of the rest pose, however markers are stuck
-constexpr double kMostAtRest = 0.8;          // share of the joints
-constexpr double kCosOfMostOffRest = 0.94;   // of a bone's direction, 20 degrees from where it lies at rest
-constexpr double kShort_m = 0.2;             // what lies nearer to a joint tells no direction: markers are 2 cm off
-constexpr double kLeastGain_m = 1e-4;        // by which poses must be nearer, rms
-constexpr double kMostResidual_m = 0.04;     // of a pose that is worth looking at
+constexpr double kFullTrustSigma_m = 0.0005;
+constexpr double kCosHalfRestAngle = 0.92;  // of a joint within 46 degrees of the rest pose, however markers are stuck
+constexpr double kMinShareAtRest = 0.8;     // share of the joints
+constexpr double kCosMaxBoneDeviation = 0.94;  // of a bone's direction, 20 degrees from where it lies at rest
+constexpr double kMinDirectionLength_m = 0.2;  // what lies nearer to a joint tells no direction: markers are 2 cm off
+constexpr double kMinGain_m = 1e-4;            // by which poses must be nearer, rms
+constexpr double kMaxResidual_m = 0.04;        // of a pose that is worth looking at
 
-double apart(const std::vector<Pose>& a, const std::vector<Pose>& b) {
+double pose_distance(const std::vector<Pose>& a, const std::vector<Pose>& b) {
   double sum = 0.0;
   for (std::size_t i = 1; i < a.size(); ++i) {
     const double cosine = a[i].rotation.dot(b[i].rotation);
@@ -53,22 +53,22 @@ void copy(const BodyInstant& from, BodyInstant& to) {
 class PoseCollection {
  public:
   PoseCollection(const MarkerSet& set, std::size_t capacity)
-      : kept_(capacity, bodyfit::empty_instant(set)), apart_(capacity * capacity) {}
+      : collected_(capacity, bodyfit::empty_instant(set)), distances_(capacity * capacity) {}
 
   std::size_t size() const { return size_; }
-  std::span<const BodyInstant> kept() const { return std::span(kept_).first(size_); }
+  std::span<const BodyInstant> collected() const { return std::span(collected_).first(size_); }
   void clear() { size_ = 0; }
 
   double nearest(const BodyInstant& to) const {
     double least = std::numeric_limits<double>::infinity();
-    for (const BodyInstant& one : kept()) least = std::min(least, apart(one.locals, to.locals));
+    for (const BodyInstant& one : collected()) least = std::min(least, pose_distance(one.locals, to.locals));
     return least;
   }
 
   /// Takes it where there is room, or in place of one of the two that are most alike, if it differs more.
-  bool offer(const BodyInstant& instant) {
+  bool add_if_different(const BodyInstant& instant) {
     const double differs = nearest(instant);
-    if (size_ < kept_.size()) {
+    if (size_ < collected_.size()) {
       put(size_++, instant);
       return true;
     }
@@ -76,8 +76,8 @@ class PoseCollection {
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 1; i < size_; ++i) {
       for (std::size_t j = 0; j < i; ++j) {
-        if (apart_[i * kept_.size() + j] < least) {
-          least = apart_[i * kept_.size() + j];
+        if (distances_[i * collected_.size() + j] < least) {
+          least = distances_[i * collected_.size() + j];
           alike = i;  // the later one: the first of all stays
         }
       }
@@ -89,68 +89,70 @@ class PoseCollection {
 
  private:
   void put(std::size_t at, const BodyInstant& instant) {
-    copy(instant, kept_[at]);
+    copy(instant, collected_[at]);
     for (std::size_t i = 0; i < size_; ++i) {
-      const double far = i == at ? 0.0 : apart(kept_[i].locals, instant.locals);
-      apart_[i * kept_.size() + at] = apart_[at * kept_.size() + i] = far;
+      const double far = i == at ? 0.0 : pose_distance(collected_[i].locals, instant.locals);
+      distances_[i * collected_.size() + at] = distances_[at * collected_.size() + i] = far;
     }
   }
 
-  std::vector<BodyInstant> kept_;
-  std::vector<double> apart_;
+  std::vector<BodyInstant> collected_;
+  std::vector<double> distances_;
   std::size_t size_ = 0;
 };
 
 }  // namespace
 
-class SubjectRefiner::OneSubject {
+class SubjectRefiner::SubjectRefinement {
  public:
-  OneSubject(const RefineSettings& settings, const Subject& subject, SubjectId id)
+  SubjectRefinement(const RefineSettings& settings, const Subject& subject, SubjectId id)
       : settings_(settings),
         id_(id),
         set_(subject.marker_set),
-        worn_(bodyfit::offsets_of(set_)),
-        fitter_(set_,
-                subject.fitted || set_.skeleton.bones.size() == 1 ? bodyfit::priors_of_fitted() : bodyfit::OffsetPriors{},
-                settings.instants),
+        current_offsets_(bodyfit::offsets_of(set_)),
+        fitter_(
+            set_,
+            subject.fitted || set_.skeleton.bones.size() == 1 ? bodyfit::priors_of_fitted() : bodyfit::OffsetPriors{},
+            settings.instants),
         poses_(set_, settings.instants),
-        held_out_(set_, kHeldOut),
+        validation_poses_(set_, kMaxValidation),
         instants_(settings.instants, bodyfit::empty_instant(set_)),
-        seen_(bodyfit::empty_instant(set_)),
-        judged_(bodyfit::empty_instant(set_)),
+        instant_(bodyfit::empty_instant(set_)),
+        evaluated_(bodyfit::empty_instant(set_)),
         root_from_(set_.skeleton.bones.size()),
-        known_(subject.fitted || set_.skeleton.bones.size() == 1) {}
+        has_offsets_(subject.fitted || set_.skeleton.bones.size() == 1) {}
 
   void recognised(const SubjectFit& fit) {
-    std::copy(fit.rest_offsets_m.begin(), fit.rest_offsets_m.end(), worn_.bones_m.begin());
-    std::copy(fit.marker_offsets_m.begin(), fit.marker_offsets_m.end(), worn_.markers_m.begin());
+    std::copy(fit.rest_offsets_m.begin(), fit.rest_offsets_m.end(), current_offsets_.bones_m.begin());
+    std::copy(fit.marker_offsets_m.begin(), fit.marker_offsets_m.end(), current_offsets_.markers_m.begin());
     poses_.clear();
-    held_out_.clear();
+    validation_poses_.clear();
     stage_ = Stage::Gather;
-    rest_is_new_ = false;
-    offered_ = 0;
-    fit_at_ = kLeastInstants;
-    wait_for_rest_ = known_ = true;
+    has_new_rest_pose_ = false;
+    new_pose_count_ = 0;
+    next_fit_count_ = kMinInstants;
+    waiting_for_rest_ = has_offsets_ = true;
   }
 
-  void look(const SubjectLabels& labels, const SubjectPose& pose, Timestamp at) {
-    if (!known_ || labels.phase != SubjectPhase::Tracking || pose.bones.size() != set_.skeleton.bones.size()) return;
-    if (!wait_for_rest_ && looked_ && at - *looked_ < settings_.look_every && at >= *looked_) return;
-    looked_ = at;
-    if (!take(labels, pose)) return;
-    if (wait_for_rest_) {
-      wait_for_rest_ = false;
-      if (!stands_at_rest()) return;
+  void observe(const SubjectLabels& labels, const SubjectPose& pose, Timestamp at) {
+    if (!has_offsets_ || labels.phase != SubjectPhase::Tracking || pose.bones.size() != set_.skeleton.bones.size())
+      return;
+    if (!waiting_for_rest_ && observed_at_ && at - *observed_at_ < settings_.look_every && at >= *observed_at_) return;
+    observed_at_ = at;
+    if (!capture(labels, pose)) return;
+    if (waiting_for_rest_) {
+      waiting_for_rest_ = false;
+      if (!is_near_rest_pose()) return;
       // It was recognised by a pose that is known: what joints that are at rest in it seem to be turned by is where
       // their markers are stuck.
-      mark_rest();
-      rest_is_new_ = true;
-      (void)poses_.offer(seen_);
+      mark_joints_at_rest();
+      has_new_rest_pose_ = true;
+      (void)poses_.add_if_different(instant_);
       return;
     }
-    if (poses_.nearest(seen_) < kNew || held_out_.nearest(seen_) < kNew) return;
-    ++offered_;
-    (void)(offered_ % kHoldOutEvery == 0 ? held_out_ : poses_).offer(seen_);
+    if (poses_.nearest(instant_) < kNewPoseDistance || validation_poses_.nearest(instant_) < kNewPoseDistance) return;
+    ++new_pose_count_;
+    (void)(new_pose_count_ % kValidationInterval == 0 ? validation_poses_ : poses_).add_if_different(instant_);
   }
 
   bool has_work() const { return stage_ != Stage::Gather || ready(); }
@@ -163,20 +165,20 @@ class SubjectRefiner::OneSubject {
       case Stage::Fit:
         if (!fitter_.work()) break;
         // What the rest pose alone and the file say of the body, nothing but themselves can judge.
-        if (rest_is_new_) {
-          rest_is_new_ = false;
+        if (has_new_rest_pose_) {
+          has_new_rest_pose_ = false;
           stage_ = Stage::Gather;
-          return wear();
+          return apply_offsets();
         }
         stage_ = Stage::Judge;
         next_ = 0;
-        worn_m2_ = fitted_m2_ = judged_markers_ = 0.0;
+        current_residual_m2_ = fitted_residual_m2_ = evaluated_markers_ = 0.0;
         break;
       case Stage::Judge:
-        judge_next();
-        if (next_ < 2 * held_out_.size()) break;
+        evaluate_next();
+        if (next_ < 2 * validation_poses_.size()) break;
         stage_ = Stage::Gather;
-        if (is_better()) return wear();
+        if (is_better()) return apply_offsets();
         break;
     }
     return std::nullopt;
@@ -186,124 +188,127 @@ class SubjectRefiner::OneSubject {
   enum class Stage { Gather, Fit, Judge };
 
   bool ready() const {
-    if (rest_is_new_) return true;
-    return poses_.size() >= kLeastInstants && held_out_.size() >= kLeastHeldOut && offered_ >= fit_at_;
+    if (has_new_rest_pose_) return true;
+    return poses_.size() >= kMinInstants && validation_poses_.size() >= kMinValidation &&
+           new_pose_count_ >= next_fit_count_;
   }
 
   // This set's markers and pose as an instant; false when they are not worth it.
-  bool take(const SubjectLabels& labels, const SubjectPose& pose) {
-    if (!(pose.residual_m < kMostResidual_m)) return false;
+  bool capture(const SubjectLabels& labels, const SubjectPose& pose) {
+    if (!(pose.residual_m < kMaxResidual_m)) return false;
     std::size_t count = 0;
-    for (std::size_t m = 0; m < seen_.seen_m.size(); ++m) {
+    for (std::size_t m = 0; m < instant_.seen_m.size(); ++m) {
       const LabelledMarker& label = labels.markers[m];
       const bool there = label.state == LabelState::Measured && label.position.v.allFinite();
       const double noise_m2 = label.covariance_m2.trace() / 3.0;
-      seen_.trust[m] =
-          !there || !(noise_m2 >= 0.0) ? 0.0 : 1.0 / std::max(1.0, noise_m2 / (kGoodPlace_m * kGoodPlace_m));
-      if (there) seen_.seen_m[m] = label.position.v;
+      instant_.trust[m] =
+          !there || !(noise_m2 >= 0.0) ? 0.0 : 1.0 / std::max(1.0, noise_m2 / (kFullTrustSigma_m * kFullTrustSigma_m));
+      if (there) instant_.seen_m[m] = label.position.v;
       count += there ? 1 : 0;
     }
-    for (std::size_t b = 0; b < seen_.locals.size(); ++b) seen_.locals[b] = pose.bones[b].parent_from_bone;
-    std::fill(seen_.at_rest.begin(), seen_.at_rest.end(), std::uint8_t{0});
-    return static_cast<double>(count) >= kLeastShare * static_cast<double>(seen_.seen_m.size());
+    for (std::size_t b = 0; b < instant_.locals.size(); ++b) instant_.locals[b] = pose.bones[b].parent_from_bone;
+    std::fill(instant_.at_rest.begin(), instant_.at_rest.end(), std::uint8_t{0});
+    return static_cast<double>(count) >= kMinMarkerShare * static_cast<double>(instant_.seen_m.size());
   }
 
   // Whether most joints are about where the rest pose has them: somebody may have been recognised in another.
-  bool stands_at_rest() const {
+  bool is_near_rest_pose() const {
     std::size_t near = 0;
-    for (std::size_t b = 1; b < seen_.locals.size(); ++b) {
-      near += std::abs(seen_.locals[b].rotation.w()) > kCosOfHalfNearRest ? 1 : 0;
+    for (std::size_t b = 1; b < instant_.locals.size(); ++b) {
+      near += std::abs(instant_.locals[b].rotation.w()) > kCosHalfRestAngle ? 1 : 0;
     }
-    return static_cast<double>(near) >= kMostAtRest * static_cast<double>(seen_.locals.size() - 1);
+    return static_cast<double>(near) >= kMinShareAtRest * static_cast<double>(instant_.locals.size() - 1);
   }
 
   // Which joints are held as in the rest pose: down from the trunk all bones that lie as they do there. In A-pose the
   // arms do not. How a bone is turned about itself says nothing: that is what its markers' places tell wrongly.
-  void mark_rest() {
+  void mark_joints_at_rest() {
     const auto& bones = set_.skeleton.bones;
-    std::fill(seen_.at_rest.begin(), seen_.at_rest.end(), std::uint8_t{1});
+    std::fill(instant_.at_rest.begin(), instant_.at_rest.end(), std::uint8_t{1});
     for (std::size_t b = 1; b < bones.size(); ++b) {
       const auto above = static_cast<std::size_t>(bones[b].parent);
-      root_from_[b] = above == 0 ? seen_.locals[b].rotation : root_from_[above] * seen_.locals[b].rotation;
-      const Eigen::Vector3d& way_m = worn_.bones_m[b];
-      if (above == 0 || way_m.norm() < kShort_m) continue;
-      if (way_m.dot(root_from_[above] * way_m) < kCosOfMostOffRest * way_m.squaredNorm()) seen_.at_rest[above] = 0;
+      root_from_[b] = above == 0 ? instant_.locals[b].rotation : root_from_[above] * instant_.locals[b].rotation;
+      const Eigen::Vector3d& way_m = current_offsets_.bones_m[b];
+      if (above == 0 || way_m.norm() < kMinDirectionLength_m) continue;
+      if (way_m.dot(root_from_[above] * way_m) < kCosMaxBoneDeviation * way_m.squaredNorm())
+        instant_.at_rest[above] = 0;
     }
     for (std::size_t b = 1; b < bones.size(); ++b) {
-      if (seen_.at_rest[static_cast<std::size_t>(bones[b].parent)] == 0) seen_.at_rest[b] = 0;
+      if (instant_.at_rest[static_cast<std::size_t>(bones[b].parent)] == 0) instant_.at_rest[b] = 0;
     }
   }
 
   void begin() {
-    const auto kept = poses_.kept();
-    for (std::size_t i = 0; i < kept.size(); ++i) copy(kept[i], instants_[i]);
-    fitter_.begin(worn_, worn_size_, std::span(instants_).first(kept.size()));
-    if (!rest_is_new_) fit_at_ = static_cast<std::size_t>(std::ceil(kMore * static_cast<double>(offered_)));
+    const auto collected = poses_.collected();
+    for (std::size_t i = 0; i < collected.size(); ++i) copy(collected[i], instants_[i]);
+    fitter_.begin(current_offsets_, current_scale_, std::span(instants_).first(collected.size()));
+    if (!has_new_rest_pose_)
+      next_fit_count_ = static_cast<std::size_t>(std::ceil(kRefitGrowth * static_cast<double>(new_pose_count_)));
     stage_ = Stage::Fit;
   }
 
   // Each held-out instant by what is worn and by what was fitted, each in its own best pose.
-  void judge_next() {
-    if (next_ >= 2 * held_out_.size()) return;
+  void evaluate_next() {
+    if (next_ >= 2 * validation_poses_.size()) return;
     const bool by_fit = next_ % 2 == 1;
-    copy(held_out_.kept()[next_ / 2], judged_);
-    const auto judged =
-        fitter_.equations().settle(judged_, by_fit ? fitter_.offsets() : worn_, fitter_.cost(), kJudgeSteps);
-    (by_fit ? fitted_m2_ : worn_m2_) += judged.data_m2;
-    if (!by_fit) judged_markers_ += judged.weight;
+    copy(validation_poses_.collected()[next_ / 2], evaluated_);
+    const auto judged = fitter_.equations().optimise_pose(evaluated_, by_fit ? fitter_.offsets() : current_offsets_,
+                                                          fitter_.cost(), kEvaluationSteps);
+    (by_fit ? fitted_residual_m2_ : current_residual_m2_) += judged.data_m2;
+    if (!by_fit) evaluated_markers_ += judged.weight;
     ++next_;
   }
 
   // Nearer by a share, and by more than cameras and rounding tell: less says nothing about a body.
   bool is_better() const {
     const double share = 1.0 - settings_.least_gain;
-    const double count = std::max(1.0, judged_markers_);
-    return fitted_m2_ < share * share * worn_m2_ &&
-           std::sqrt(worn_m2_ / count) - std::sqrt(fitted_m2_ / count) > kLeastGain_m;
+    const double count = std::max(1.0, evaluated_markers_);
+    return fitted_residual_m2_ < share * share * current_residual_m2_ &&
+           std::sqrt(current_residual_m2_ / count) - std::sqrt(fitted_residual_m2_ / count) > kMinGain_m;
   }
 
-  SubjectFit wear() {
-    worn_ = fitter_.offsets();
-    worn_size_ = fitter_.size();
+  SubjectFit apply_offsets() {
+    current_offsets_ = fitter_.offsets();
+    current_scale_ = fitter_.size();
     SubjectFit fit;
     fit.subject = id_;
-    for (const Eigen::Vector3d& offset : worn_.bones_m) fit.rest_offsets_m.push_back(offset);
-    for (const Eigen::Vector3d& offset : worn_.markers_m) fit.marker_offsets_m.push_back(offset);
+    for (const Eigen::Vector3d& offset : current_offsets_.bones_m) fit.rest_offsets_m.push_back(offset);
+    for (const Eigen::Vector3d& offset : current_offsets_.markers_m) fit.marker_offsets_m.push_back(offset);
     fit.residual_m = fitter_.rms_m();
     return fit;
   }
 
-  static constexpr int kJudgeSteps = 4;
+  static constexpr int kEvaluationSteps = 4;
 
   RefineSettings settings_;
   SubjectId id_;
   MarkerSet set_;
-  BodyOffsets worn_;
-  double worn_size_ = 1.0;
+  BodyOffsets current_offsets_;
+  double current_scale_ = 1.0;
   bodyfit::SubjectFitter fitter_;
   PoseCollection poses_;
-  PoseCollection held_out_;
+  PoseCollection validation_poses_;
   std::vector<BodyInstant> instants_;  // that the fitter works on
-  BodyInstant seen_;
-  BodyInstant judged_;
+  BodyInstant instant_;
+  BodyInstant evaluated_;
   std::vector<Eigen::Quaterniond> root_from_;  // scratch: by bone, how it lies in the root's frame
-  bool known_;                                 // has offsets that are worth refining
-  bool wait_for_rest_ = false;
-  bool rest_is_new_ = false;
-  std::optional<Timestamp> looked_;
-  std::size_t offered_ = 0;
-  std::size_t fit_at_ = kLeastInstants;
+  bool has_offsets_;                           // has offsets that are worth refining
+  bool waiting_for_rest_ = false;
+  bool has_new_rest_pose_ = false;
+  std::optional<Timestamp> observed_at_;
+  std::size_t new_pose_count_ = 0;
+  std::size_t next_fit_count_ = kMinInstants;
   Stage stage_ = Stage::Gather;
   std::size_t next_ = 0;  // judgement
-  double worn_m2_ = 0.0;
-  double fitted_m2_ = 0.0;
-  double judged_markers_ = 0.0;
+  double current_residual_m2_ = 0.0;
+  double fitted_residual_m2_ = 0.0;
+  double evaluated_markers_ = 0.0;
 };
 
 SubjectRefiner::SubjectRefiner(const RefineSettings& settings, const std::vector<Subject>& subjects)
     : settings_(settings) {
   if (settings_.instants == 0) return;
-  settings_.instants = std::max(settings_.instants, kLeastInstants);
+  settings_.instants = std::max(settings_.instants, kMinInstants);
   subjects_.reserve(subjects.size());
   for (std::size_t i = 0; i < subjects.size(); ++i) {
     subjects_.emplace_back(settings_, subjects[i], SubjectId{static_cast<std::uint32_t>(i)});
@@ -320,13 +325,13 @@ void SubjectRefiner::recognised(const SubjectFit& fit) {
 std::optional<SubjectFit> SubjectRefiner::step(const Labels& labels, const Poses& poses, Timestamp at) {
   for (std::size_t i = 0; i < labels.size() && i < poses.size(); ++i) {
     const std::size_t subject = labels[i].subject.value;
-    if (subject < subjects_.size()) subjects_[subject].look(labels[i], poses[i], at);
+    if (subject < subjects_.size()) subjects_[subject].observe(labels[i], poses[i], at);
   }
   // One subject at a time, to its end: the work of a set does not grow with their number.
-  for (std::size_t i = 0; i < subjects_.size() && !subjects_[turn_].has_work(); ++i)
-    turn_ = (turn_ + 1) % subjects_.size();
+  for (std::size_t i = 0; i < subjects_.size() && !subjects_[next_subject_].has_work(); ++i)
+    next_subject_ = (next_subject_ + 1) % subjects_.size();
   if (subjects_.empty()) return std::nullopt;
-  OneSubject& one = subjects_[turn_];
+  SubjectRefinement& one = subjects_[next_subject_];
   for (std::size_t piece = 0; piece < settings_.pieces && one.has_work(); ++piece) {
     if (std::optional<SubjectFit> fit = one.work()) return fit;
   }

@@ -38,7 +38,7 @@ class SubjectRefiner {
   std::optional<SubjectFit> step(const Labels& labels, const Poses& poses, Timestamp at);
 
  private:
-  class OneSubject;
+  class SubjectRefinement;
 
  public:
   ~SubjectRefiner();
@@ -46,8 +46,8 @@ class SubjectRefiner {
 
  private:
   RefineSettings settings_;
-  std::vector<OneSubject> subjects_;
-  std::size_t turn_ = 0;  // whose work it is
+  std::vector<SubjectRefinement> subjects_;
+  std::size_t next_subject_ = 0;  // whose work it is
 };
 
 }  // namespace mocap::solve

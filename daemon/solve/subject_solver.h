@@ -28,8 +28,8 @@ class SubjectSolver {
 
   /// The pose of this set, and the labels of markers that were not measured filled in. `rays` are those of this subject
   /// and of others.
-  void solve(SubjectLabels& labels, std::span<const NamedRay> rays, std::span<const SurmisedMarker> surmised,
-             Timestamp at, SubjectPose& into);
+  void solve(SubjectLabels& labels, std::span<const LabelledBearing> rays,
+             std::span<const AmbiguousObservation> ambiguous_observations, Timestamp at, SubjectPose& into);
   void refit(const SubjectFit& fit);
   void predict(SubjectId id, Timestamp at, Expected& into);
 
@@ -46,57 +46,58 @@ class SubjectSolver {
     Timestamp changed_at;
   };
   // Of the camera that alone saw a marker.
-  struct RayMemory {
+  struct BearingMemory {
     CameraId camera;
     Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
     Timestamp at;
     int sets = 0;  // that it was followed for
   };
-  enum class Seen : std::uint8_t { No, Ray, detect::Measured };
+  enum class ObservationKind : std::uint8_t { None, Bearing, Measured };
 
   void gather(const SubjectLabels& labels, Timestamp at);
-  bool told_by_ray(std::size_t marker) const;
-  void gather_surmised(SubjectId id, std::span<const SurmisedMarker> surmised);
-  void gather_rays(SubjectId id, std::span<const NamedRay> rays, Timestamp at);
-  bool believed(std::size_t marker, const NamedRay& ray, Timestamp at);
-  void note_seen(std::size_t marker, Seen how);
-  void find_changes(Timestamp at);
-  void begin_anew(Timestamp at);
-  void show(Timestamp at, SubjectPose& into);
-  void show_motion(BoneMemory& memory, const Eigen::Quaterniond& turned_from, double step_s, BonePose& bone) const;
+  bool is_covered_by_bearing(std::size_t marker) const;
+  void gather_ambiguous(SubjectId id, std::span<const AmbiguousObservation> ambiguous_observations);
+  void gather_bearings(SubjectId id, std::span<const LabelledBearing> rays, Timestamp at);
+  bool passes_bearing_gate(std::size_t marker, const LabelledBearing& ray, Timestamp at);
+  void record_observation(std::size_t marker, ObservationKind kind);
+  void detect_observation_changes(Timestamp at);
+  void restart(Timestamp at);
+  void write_pose(Timestamp at, SubjectPose& into);
+  void update_motion(BoneMemory& memory, const Eigen::Quaterniond& previous_rotation, double step_s,
+                     BonePose& bone) const;
   float confidence_of(std::size_t bone) const;
   bool bone_seen(std::size_t bone) const;
-  void wear_refit();
-  void learn_skin(Timestamp at);
-  void judge_places(Timestamp at);
+  void apply_refit();
+  void update_skin_sigma(Timestamp at);
+  void compute_marker_covariances(Timestamp at);
   void fill(SubjectLabels& labels, Timestamp at);
 
   SolveSettings settings_;
-  pose::BodyFollower body_;
-  pose::PoseEaser easer_;
+  pose::SkeletonTracker body_;
+  pose::PoseTransitionSmoother easer_;
   pose::PoseSmoother smoother_;
   std::vector<int> parents_;
   std::vector<BoneMemory> bones_;
-  std::vector<RayMemory> rays_;                  // by marker
-  std::vector<Eigen::Matrix3d> covariances_m2_;  // of the place that the body tells, by marker
-  std::vector<Seen> how_seen_;                   // by marker, in this set
-  std::vector<const NamedRay*> ray_of_;          // by marker: that is believed in this set
-  std::vector<bool> turn_shows_;                 // by bone: some marker is moved by its turn
-  std::vector<int> own_markers_;                 // by bone
-  std::vector<int> seen_markers_;                // by bone, in this set
-  std::vector<std::uint8_t> changed_;            // by bone: other markers tell it now
-  std::vector<std::uint8_t> changed_near_;
-  std::vector<kinematics::Observation> seen_;
+  std::vector<BearingMemory> bearing_memories_;     // by marker
+  std::vector<Eigen::Matrix3d> covariances_m2_;     // of the place that the body tells, by marker
+  std::vector<ObservationKind> observation_kind_;   // by marker, in this set
+  std::vector<const LabelledBearing*> bearing_of_;  // by marker: that is believed in this set
+  std::vector<bool> rotation_is_visible_;           // by bone: some marker is moved by its turn
+  std::vector<int> own_markers_;                    // by bone
+  std::vector<int> seen_markers_;                   // by bone, in this set
+  std::vector<std::uint8_t> changed_;               // by bone: other markers tell it now
+  std::vector<std::uint8_t> changed_neighbours_;
+  std::vector<kinematics::Observation> observations_;
   std::vector<Pose> world_;  // as shown
   Timestamp shown_at_;
   Timestamp skin_at_;
   double usual_residual_m_ = 0.0;
-  double skin_sigma_m_ = 0.0;        // of a marker on this body
-  bool told_ = false;                // the last fit told the pose
-  bool fresh_ = true;                // nothing shown yet
-  std::optional<SubjectFit> refit_;  // to be worn in the next set
-  std::vector<Pose> as_before_;      // locals of the body that was worn until this set
-  bool refitted_ = false;            // it is another in this set
+  double skin_sigma_m_ = 0.0;              // of a marker on this body
+  bool pose_is_observable_ = false;        // the last fit told the pose
+  bool is_first_set_ = true;               // nothing shown yet
+  std::optional<SubjectFit> refit_;        // to be worn in the next set
+  std::vector<Pose> locals_before_refit_;  // locals of the body that was worn until this set
+  bool refitted_ = false;                  // it is another in this set
 };
 
 }  // namespace mocap::solve

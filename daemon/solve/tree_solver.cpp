@@ -16,14 +16,14 @@ class TreeSolver final : public SkeletonSolver {
     for (const Subject& subject : subjects) subjects_.emplace_back(settings, subject);
   }
 
-  const Poses& solve(Labels& labels, Timestamp at, std::span<const NamedRay> rays,
-                     std::span<const SurmisedMarker> surmised) override {
+  const Poses& solve(Labels& labels, Timestamp at, std::span<const LabelledBearing> rays,
+                     std::span<const AmbiguousObservation> ambiguous_observations) override {
     poses_.resize(labels.size());
     for (std::size_t i = 0; i < labels.size(); ++i) {
       poses_[i].subject = labels[i].subject;
       poses_[i].bones.clear();
       if (labels[i].subject.value < subjects_.size())
-        subjects_[labels[i].subject.value].solve(labels[i], rays, surmised, at, poses_[i]);
+        subjects_[labels[i].subject.value].solve(labels[i], rays, ambiguous_observations, at, poses_[i]);
     }
     return poses_;
   }

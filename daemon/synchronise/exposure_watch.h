@@ -13,7 +13,7 @@ namespace mocap::synchronise {
 
 /// How a camera's exposures lie against those of the others.
 struct CameraTiming {
-  bool told = false;         ///< seen long enough
+  bool is_known = false;     ///< seen long enough
   bool synchronised = true;  ///< exposes with the largest group of cameras, and keeps doing so
   double rate_hz = 0.0;
   Duration offset{0};       ///< after the group's mean, within half a period either way
@@ -62,7 +62,7 @@ class ExposureWatch {
     double jitter_s() const;
     double drift_sigma() const;
   };
-  struct Own {
+  struct ObservedCamera {
     std::optional<Timestamp> last;
     double period_s = 0.0;
     std::array<double, kFirstFrames> first_steps_s{};
@@ -71,15 +71,15 @@ class ExposureWatch {
   };
 
   double seconds(Timestamp at) const { return to_s(at - *origin_); }
-  void follow_period(Own& own, Timestamp exposed_at);
-  void take_for_clock(std::uint32_t camera);
-  bool is_told(const Own& own) const;
-  double apart_s(const Own& a, const Own& b) const;
-  bool agree(const Own& a, const Own& b) const;
-  std::uint32_t centre_of_group() const;
+  void follow_period(ObservedCamera& state, Timestamp exposed_at);
+  void set_reference_clock(std::uint32_t camera);
+  bool is_known(const ObservedCamera& state) const;
+  double offset_difference_s(const ObservedCamera& a, const ObservedCamera& b) const;
+  bool agree(const ObservedCamera& a, const ObservedCamera& b) const;
+  std::uint32_t centre_of_largest_group() const;
 
   double window_s_;
-  std::vector<Own> cameras_;
+  std::vector<ObservedCamera> cameras_;
   std::vector<CameraTiming> timings_;
   std::optional<Timestamp> origin_;
   std::optional<std::uint32_t> clock_;  // the camera in whose period phases are told

@@ -8,10 +8,10 @@ namespace mocap::synchronise {
 namespace {
 
 // Of a camera's period: its next frame is not due sooner after its last.
-constexpr double kDueAfter = 0.6;
+constexpr double kDueAfterPeriods = 0.6;
 
 // One or two images are lost now and then; who let patience end so often has stopped.
-constexpr std::size_t kStopped = 4;
+constexpr std::size_t kStoppedAfterSets = 4;
 
 // When a frame was here: frames from files may lack some of the instants.
 Timestamp arrival_of(const BlobFrame& frame) {
@@ -26,57 +26,57 @@ FrameAligner::FrameAligner(AlignSettings settings, std::size_t camera_count)
   MOCAP_EXPECTS(settings.window.count() >= 0 && settings.patience.count() >= 0);
 }
 
-const FrameAligner::Waiting& FrameAligner::waiting(CameraId camera) const {
+const FrameAligner::CameraQueue& FrameAligner::queue_of(CameraId camera) const {
   MOCAP_EXPECTS(camera.value < cameras_.size());
   return cameras_[camera.value];
 }
 
-FrameAligner::Waiting& FrameAligner::waiting(CameraId camera) {
+FrameAligner::CameraQueue& FrameAligner::queue_of(CameraId camera) {
   MOCAP_EXPECTS(camera.value < cameras_.size());
   return cameras_[camera.value];
 }
 
-bool FrameAligner::has_room(CameraId camera) const { return waiting(camera).size < kPending; }
+bool FrameAligner::has_room(CameraId camera) const { return queue_of(camera).size < kPending; }
 
-bool FrameAligner::is_expected(CameraId camera) const { return waiting(camera).expected; }
+bool FrameAligner::is_expected(CameraId camera) const { return queue_of(camera).expected; }
 
-const CameraSkew& FrameAligner::skew(CameraId camera) const { return waiting(camera).skew; }
+const CameraSkew& FrameAligner::skew(CameraId camera) const { return queue_of(camera).skew; }
 
 std::uint32_t FrameAligner::expected_cameras() const {
-  return static_cast<std::uint32_t>(std::ranges::count_if(cameras_, &Waiting::expected));
+  return static_cast<std::uint32_t>(std::ranges::count_if(cameras_, &CameraQueue::expected));
 }
 
-void FrameAligner::finish(CameraId camera) { waiting(camera).expected = false; }
+void FrameAligner::finish(CameraId camera) { queue_of(camera).expected = false; }
 
 void FrameAligner::rejoin(CameraId camera) {
-  Waiting& own = waiting(camera);
-  own.expected = true;
-  own.missed_in_row = 0;
-  own.last = Timestamp::min();
-  own.repeated_in_row = 0;
-  while (own.size > 0) own.pop();
+  CameraQueue& queue = queue_of(camera);
+  queue.expected = true;
+  queue.missed_in_row = 0;
+  queue.last = Timestamp::min();
+  queue.repeated_in_row = 0;
+  while (queue.size > 0) queue.pop();
   watch_.forget(camera);
 }
 
 void FrameAligner::add(const BlobFrame& frame) {
-  Waiting& own = waiting(frame.camera);
-  if (frame.exposed_at <= own.last) {
+  CameraQueue& queue = queue_of(frame.camera);
+  if (frame.exposed_at <= queue.last) {
     ++counts_.repeated;
-    if (++own.repeated_in_row < kPending) return;
-    while (own.size > 0) own.pop();
+    if (++queue.repeated_in_row < kPending) return;
+    while (queue.size > 0) queue.pop();
   }
-  own.repeated_in_row = 0;
-  own.last = frame.exposed_at;
+  queue.repeated_in_row = 0;
+  queue.last = frame.exposed_at;
   watch_.see(frame.camera, frame.exposed_at);
-  if (would_be_awaited(frame)) own.missed_in_row = 0;
-  if (frame.exposed_at <= passed_) {
+  if (is_in_time(frame)) queue.missed_in_row = 0;
+  if (frame.exposed_at <= last_set_end_) {
     ++counts_.late;
-  } else if (own.size == kPending) {
+  } else if (queue.size == kPending) {
     ++counts_.overflow;
   } else {
-    if (own.size == 0) own.first = 0;  // the slot that is in the cache
-    own.ring[(own.first + own.size) % kPending] = frame;
-    ++own.size;
+    if (queue.size == 0) queue.first = 0;  // the slot that is in the cache
+    queue.ring[(queue.first + queue.size) % kPending] = frame;
+    ++queue.size;
   }
 }
 
@@ -85,8 +85,8 @@ bool FrameAligner::ready(Timestamp now) const {
   if (!first) return false;
   const bool live = now != Timestamp::min();
   const Timestamp end = *first + settings_.window;
-  if (nobody_is_awaited(end, live)) return true;
-  const auto is_full = [](const Waiting& own) { return own.size == kPending; };
+  if (is_awaiting_nobody(end, live)) return true;
+  const auto is_full = [](const CameraQueue& queue) { return queue.size == kPending; };
   return live && (now >= *first_arrival(end) + settings_.patience || std::ranges::any_of(cameras_, is_full));
 }
 
@@ -103,8 +103,8 @@ std::optional<Timestamp> FrameAligner::patience_ends() const {
 
 std::optional<Timestamp> FrameAligner::first_exposure() const {
   std::optional<Timestamp> first;
-  for (const Waiting& own : cameras_) {
-    if (own.size > 0 && (!first || own.front().exposed_at < *first)) first = own.front().exposed_at;
+  for (const CameraQueue& queue : cameras_) {
+    if (queue.size > 0 && (!first || queue.front().exposed_at < *first)) first = queue.front().exposed_at;
   }
   return first;
 }
@@ -112,21 +112,21 @@ std::optional<Timestamp> FrameAligner::first_exposure() const {
 // Whether a camera may still bring a frame for the set, by the pace of its frames.
 bool FrameAligner::is_due(std::size_t camera, Timestamp end) const {
   const CameraTiming& timing = watch_.timing(CameraId{static_cast<std::uint32_t>(camera)});
-  if (!timing.told || timing.rate_hz <= 0.0) return true;
-  return cameras_[camera].last + from_s(kDueAfter / timing.rate_hz) <= end;
+  if (!timing.is_known || timing.rate_hz <= 0.0) return true;
+  return cameras_[camera].last + from_s(kDueAfterPeriods / timing.rate_hz) <= end;
 }
 
 // Whether its set would have waited for it, had it known of it.
-bool FrameAligner::would_be_awaited(const BlobFrame& frame) const {
-  return frame.exposed_at > passed_ || arrival_of(frame) - frame.exposed_at - first_delay_ < settings_.patience;
+bool FrameAligner::is_in_time(const BlobFrame& frame) const {
+  return frame.exposed_at > last_set_end_ || arrival_of(frame) - frame.exposed_at - first_delay_ < settings_.patience;
 }
 
 // Whether no expected camera can still bring a frame for the set that waits: each has one that waits, in it or later.
-bool FrameAligner::nobody_is_awaited(Timestamp end, bool live) const {
+bool FrameAligner::is_awaiting_nobody(Timestamp end, bool live) const {
   for (std::size_t c = 0; c < cameras_.size(); ++c) {
-    const Waiting& own = cameras_[c];
-    if (!own.expected || own.size > 0) continue;
-    if (!live || (own.missed_in_row < kStopped && is_due(c, end))) return false;
+    const CameraQueue& queue = cameras_[c];
+    if (!queue.expected || queue.size > 0) continue;
+    if (!live || (queue.missed_in_row < kStoppedAfterSets && is_due(c, end))) return false;
   }
   return true;
 }
@@ -134,9 +134,9 @@ bool FrameAligner::nobody_is_awaited(Timestamp end, bool live) const {
 // Of the frames that the set would hold now.
 std::optional<Timestamp> FrameAligner::first_arrival(Timestamp end) const {
   std::optional<Timestamp> first;
-  for (const Waiting& own : cameras_) {
-    if (own.size == 0 || own.front().exposed_at > end) continue;
-    const Timestamp arrival = arrival_of(own.front());
+  for (const CameraQueue& queue : cameras_) {
+    if (queue.size == 0 || queue.front().exposed_at > end) continue;
+    const Timestamp arrival = arrival_of(queue.front());
     if (!first || arrival < *first) first = arrival;
   }
   return first;
@@ -150,22 +150,22 @@ FrameSet FrameAligner::gather(Timestamp end) {
   Duration after_first{0};
   first_delay_ = *first_arrival(end) - *first_exposure();
   for (std::size_t c = 0; c < cameras_.size(); ++c) {
-    Waiting& own = cameras_[c];
-    if (own.size == 0 && is_due(c, end)) ++own.missed_in_row;
-    if (own.size == 0 || own.front().exposed_at > end) continue;
-    set.views.push_back(&own.front());
-    after_first += own.front().exposed_at - set.views.front()->exposed_at;
-    expected_seen += own.expected ? 1 : 0;
-    own.pop();
+    CameraQueue& queue = cameras_[c];
+    if (queue.size == 0 && is_due(c, end)) ++queue.missed_in_row;
+    if (queue.size == 0 || queue.front().exposed_at > end) continue;
+    set.views.push_back(&queue.front());
+    after_first += queue.front().exposed_at - set.views.front()->exposed_at;
+    expected_seen += queue.expected ? 1 : 0;
+    queue.pop();
     // A camera with two frames in one window is faster than the window allows: the second has no set of its own.
-    while (own.size > 0 && own.front().exposed_at <= end) {
-      own.pop();
+    while (queue.size > 0 && queue.front().exposed_at <= end) {
+      queue.pop();
       ++counts_.late;
     }
   }
   set.exposed_at = set.views.front()->exposed_at + after_first / static_cast<Duration::rep>(set.views.size());
   if (expected_seen == set.expected_views) ++counts_.complete;
-  passed_ = end;
+  last_set_end_ = end;
   learn_skew(set);
   return set;
 }
@@ -173,7 +173,7 @@ FrameSet FrameAligner::gather(Timestamp end) {
 void FrameAligner::learn_skew(const FrameSet& set) {
   if (set.views.size() < 2) return;
   for (const BlobFrame* view : set.views) {
-    CameraSkew& skew = waiting(view->camera).skew;
+    CameraSkew& skew = queue_of(view->camera).skew;
     const Duration off = view->exposed_at - set.exposed_at;
     ++skew.sets;
     skew.sum += off;

@@ -92,7 +92,7 @@ class FrameAligner {
  private:
   static constexpr std::size_t kPending = 8;  // frames a camera may be ahead of the slowest
 
-  struct Waiting {
+  struct CameraQueue {
     std::vector<BlobFrame> ring{kPending};
     std::size_t first = 0;
     std::size_t size = 0;
@@ -109,20 +109,20 @@ class FrameAligner {
     }
   };
 
-  const Waiting& waiting(CameraId camera) const;
-  Waiting& waiting(CameraId camera);
+  const CameraQueue& queue_of(CameraId camera) const;
+  CameraQueue& queue_of(CameraId camera);
   std::optional<Timestamp> first_exposure() const;
   bool is_due(std::size_t camera, Timestamp end) const;
-  bool would_be_awaited(const BlobFrame& frame) const;
-  bool nobody_is_awaited(Timestamp end, bool live) const;
+  bool is_in_time(const BlobFrame& frame) const;
+  bool is_awaiting_nobody(Timestamp end, bool live) const;
   std::optional<Timestamp> first_arrival(Timestamp end) const;
   FrameSet gather(Timestamp end);
   void learn_skew(const FrameSet& set);
 
   AlignSettings settings_;
-  std::vector<Waiting> cameras_;
-  Timestamp passed_ = Timestamp::min();  // frames up to here belong to sets that have left
-  Duration first_delay_{0};              // of the last set's first frame, from exposure to arrival
+  std::vector<CameraQueue> cameras_;
+  Timestamp last_set_end_ = Timestamp::min();  // frames up to here belong to sets that have left
+  Duration first_delay_{0};                    // of the last set's first frame, from exposure to arrival
   AlignCounts counts_;
   ExposureWatch watch_;
 };

@@ -39,12 +39,12 @@ class BlobPair {
   void see_two(std::span<const Blob* const, 2> blobs, std::span<const std::uint32_t, 2> indices);
 
   /// Whether the last image showed both, each in a blob of its own.
-  bool apart() const { return images_apart_ > 0; }
-  std::uint32_t images_apart() const { return images_apart_; }
+  bool is_separate() const { return images_separate_ > 0; }
+  std::uint32_t images_separate() const { return images_separate_; }
   /// Whether the best story has both in one blob.
-  bool merged() const { return best().blob[0] != kNone && best().blob[0] == best().blob[1]; }
+  bool is_merged() const { return best().blob[0] != kNone && best().blob[0] == best().blob[1]; }
   /// By how much the best story is cheaper than the best one that gives the blobs otherwise.
-  double lead() const { return lead_; }
+  double runner_up_margin() const { return runner_up_margin_; }
 
   const Member& member(std::size_t i) const { return members_[i]; }
   Member& member(std::size_t i) { return members_[i]; }
@@ -53,7 +53,7 @@ class BlobPair {
   const filter::IsotropicKalman<2>& filter(std::size_t i) const { return best().filter[i]; }
 
  private:
-  struct Story {
+  struct Hypothesis {
     filter::IsotropicKalman<2> filter[2];
     std::uint32_t blob[2];
     double cost;
@@ -63,24 +63,24 @@ class BlobPair {
     double variance_px2;
     std::uint32_t blob;
   };
-  static constexpr std::size_t kMaxStories = 8;
+  static constexpr std::size_t kMaxHypotheses = 8;
 
-  const Story& best() const { return stories_[0]; }
-  using Stories = BoundedVector<Story, 4 * kMaxStories>;
+  const Hypothesis& best() const { return hypotheses_[0]; }
+  using Hypotheses = BoundedVector<Hypothesis, 4 * kMaxHypotheses>;
 
-  static void add(const Story& from, const Sighting* first, const Sighting* second, double cost, Stories& to);
-  void keep_the_best(const Stories& next);
+  static void add(const Hypothesis& from, const Sighting* first, const Sighting* second, double cost, Hypotheses& to);
+  void prune_hypotheses(const Hypotheses& next);
   bool same(const filter::IsotropicKalman<2>& a, const filter::IsotropicKalman<2>& b) const;
 
   Member members_[2];
-  BoundedVector<Story, kMaxStories> stories_;  // the cheapest first
-  double dt_s_ = 0.0;                          // the last step
-  double lead_ = 0.0;
-  std::uint32_t images_apart_ = 0;
+  BoundedVector<Hypothesis, kMaxHypotheses> hypotheses_;  // the cheapest first
+  double dt_s_ = 0.0;                                     // the last step
+  double runner_up_margin_ = 0.0;
+  std::uint32_t images_separate_ = 0;
 };
 
 /// Where a marker is, of which a blob shows a part.
-struct PartOfDisc {
+struct OccludedDisc {
   filter::Vector<2> centre_px;
   double sigma_px;  ///< standard deviation, each axis
 };
@@ -88,7 +88,7 @@ struct PartOfDisc {
 /// Reads a blob that is smaller than its marker's, `whole_area_px2`: a straight edge has cut it where its elongation
 /// agrees with its area; the centre lies across the cut, on the side of `expected_px`. Otherwise the centre may be on
 /// any side, and the blob's own middle stands for it, as uncertain as that makes it.
-PartOfDisc part_of_disc(const Blob& blob, double whole_area_px2, const filter::Vector<2>& expected_px,
-                        const geometry::CutDisc& cut);
+OccludedDisc estimate_occluded_disc(const Blob& blob, double whole_area_px2, const filter::Vector<2>& expected_px,
+                                    const geometry::CutDisc& cut);
 
 }  // namespace mocap::track2d

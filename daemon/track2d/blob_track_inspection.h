@@ -39,7 +39,7 @@ class BlobTrackInspection {
 
   /// Appends each track, tentative and just lost ones too, as it will be expected at `at`; changes nothing. `at` is
   /// that of the last frame or later.
-  virtual void look_ahead(Timestamp at, std::vector<BlobTrackBelief>& into) const = 0;
+  virtual void predict_tracks(Timestamp at, std::vector<BlobTrackBelief>& into) const = 0;
 
   /// As BlobTracker::track, for as many blobs as the tracker was made for: more than an image of the daemon has, where
   /// costs are measured.

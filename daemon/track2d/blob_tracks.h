@@ -53,8 +53,8 @@ class BlobTracks {
     std::uint32_t blob = kNone;  ///< index in the image; of a blob that two markers share both have it
     std::uint32_t pair = kNone;  ///< index of the pair that it is in
     bool confirmed = false;
-    bool sure = true;      ///< that the blob is its own, and its alone
-    bool settled = false;  ///< the follower knows this image already
+    bool sure = true;         ///< that the blob is its own, and its alone
+    bool is_updated = false;  ///< the follower knows this image already
     double area_px2 = 0.0;
     Timestamp seen_at{};
   };
@@ -85,19 +85,19 @@ class BlobTracks {
   std::span<const Lost> lost() const { return lost_; }
   Timestamp at() const { return at_; }
 
-  /// Takes in one image. `birth(point, variance)` makes the follower of a new track.
-  template <class Birth>
-  void step(Timestamp at, std::span<const Blob> blobs, Birth&& birth) {
+  /// Takes in one image. `make_follower(point, variance)` makes the follower of a new track.
+  template <class MakeFilter>
+  void step(Timestamp at, std::span<const Blob> blobs, MakeFilter&& make_follower) {
     const double dt_s = tracks_.empty() ? 0.0 : std::max(0.0, to_s(at - at_));
     at_ = at;
     predict(dt_s);
-    lay_out(blobs);
+    index_blobs(blobs);
     assign(true);
     assign(false);
     find_pairs(blobs);
-    settle_pairs(blobs);
-    settle(blobs);
-    give_birth(blobs, birth);
+    update_pairs(blobs);
+    update_tracks(blobs);
+    initiate_tracks(blobs, make_follower);
   }
 
  private:
@@ -106,22 +106,22 @@ class BlobTracks {
   static constexpr std::size_t kMaxPairs = 32;
   // A marker that goes unseen (one image in a hundred) beside something new (one in ten images, anywhere in a small
   // one): less likely than any change of motion within reach.
-  static constexpr double kCostOfAlone = 33.0;
+  static constexpr double kUnassignedCost = 33.0;
   // What was hidden in the last image comes back in one of twenty; what was seen stays seen.
-  static constexpr double kReappears = 6.0;
+  static constexpr double kReappearanceCost = 6.0;
   // Odds of twenty to one: less, and a blob is nobody's for sure.
-  static constexpr double kSure = 6.0;
+  static constexpr double kAmbiguityCost = 6.0;
   // Odds of a hundred to one end a pair, or this many images apart: motion tells no more then.
-  static constexpr double kDecided = 9.2;
-  static constexpr std::uint32_t kDecideWithin = 8;
+  static constexpr double kPairDecisionCost = 9.2;
+  static constexpr std::uint32_t kMaxImagesApart = 8;
   // A blob knows its place no better, whatever its image says: calibration, shape, motion.
   static constexpr double kMinSigma_px = 0.02;
   // How much the newest blob counts in a track's area, where it is about as large.
   static constexpr double kAreaRate = 0.2;
   // Less than that of its own area, and something hides a part of the marker.
-  static constexpr double kWhole = 0.95;
+  static constexpr double kOccludedAreaRatio = 0.95;
   // So much more than its own area, and a track's blob holds another marker.
-  static constexpr double kLarger = 1.1;
+  static constexpr double kMergedAreaRatio = 1.1;
 
   void predict(double dt_s) {
     for (BlobPair& pair : pairs_) pair.predict(dt_s);
@@ -130,7 +130,7 @@ class BlobTracks {
       track.aim = track.follower.aim();
       track.blob = kNone;
       track.sure = true;
-      track.settled = false;
+      track.is_updated = false;
     }
     lost_.clear();
     const auto ended = [this](const Track& track) { return at_ - track.seen_at > life_.max_coast; };
@@ -147,21 +147,21 @@ class BlobTracks {
     for (std::size_t p = pairs_.size(); p-- > 0;) {
       if (is(tracks_[pairs_[p].member(0).track]) || is(tracks_[pairs_[p].member(1).track])) dissolve(p);
     }
-    std::size_t kept = 0;
+    std::size_t write = 0;
     for (std::size_t i = 0; i < tracks_.size(); ++i) {
       if (is(tracks_[i])) continue;
       if (const std::uint32_t pair = tracks_[i].pair; pair != kNone) {
         for (const std::size_t m : {std::size_t{0}, std::size_t{1}}) {
-          if (pairs_[pair].member(m).track == i) pairs_[pair].member(m).track = static_cast<std::uint32_t>(kept);
+          if (pairs_[pair].member(m).track == i) pairs_[pair].member(m).track = static_cast<std::uint32_t>(write);
         }
       }
-      if (kept != i) tracks_[kept] = tracks_[i];
-      ++kept;
+      if (write != i) tracks_[write] = tracks_[i];
+      ++write;
     }
-    tracks_.erase(tracks_.begin() + static_cast<std::ptrdiff_t>(kept), tracks_.end());
+    tracks_.erase(tracks_.begin() + static_cast<std::ptrdiff_t>(write), tracks_.end());
   }
 
-  void lay_out(std::span<const Blob> blobs) {
+  void index_blobs(std::span<const Blob> blobs) {
     entries_.clear();
     variance_.clear();
     for (std::uint32_t i = 0; i < blobs.size(); ++i) {
@@ -183,7 +183,7 @@ class BlobTracks {
       rows_.push_back(i);
     }
     if (candidates_.empty()) return;
-    const auto columns = assigner_.assign(rows_.size(), variance_.size(), candidates_, kCostOfAlone);
+    const auto columns = assigner_.assign(rows_.size(), variance_.size(), candidates_, kUnassignedCost);
     for (std::size_t row = 0; row < rows_.size(); ++row) {
       if (columns[row] == geometry::Assigner::kAlone) continue;
       tracks_[rows_[row]].blob = columns[row];
@@ -194,7 +194,7 @@ class BlobTracks {
   /// What it costs that a blob is the track's, -2 ln of the likelihood.
   double cost_of(const Track& track, std::uint32_t blob, double distance2) const {
     const double cost = filter::innovation_cost<2>(distance2, track.aim.variance_px2 + variance_[blob]);
-    return track.missed_images > 0 ? cost + kReappears : cost;
+    return track.missed_images > 0 ? cost + kReappearanceCost : cost;
   }
 
   void add_candidates(std::uint32_t row, const Track& track) {
@@ -222,9 +222,9 @@ class BlobTracks {
       double least = std::numeric_limits<double>::infinity();
       grid_.for_each_near(track.aim.centre_px, track.aim.reach_px, [&](std::uint32_t blob, double distance2) {
         const std::uint32_t owner = owner_[blob];
-        if (owner == kNone || !tracks_[owner].confirmed || !is_free(tracks_[owner])) return;
+        if (owner == kNone || !tracks_[owner].confirmed || !can_join_pair(tracks_[owner])) return;
         const double cost = cost_of(track, blob, distance2);
-        if (cost >= least || !could_share(track, tracks_[owner], blobs[blob], cost, distance2)) return;
+        if (cost >= least || !may_merge(track, tracks_[owner], blobs[blob], cost, distance2)) return;
         least = cost;
         with = owner;
       });
@@ -238,24 +238,25 @@ class BlobTracks {
   }
 
   /// To become one of a pair: a pair whose members are apart gives way.
-  bool is_free(const Track& track) const {
+  bool can_join_pair(const Track& track) const {
     if (track.pair == kNone) return true;
     const BlobPair& pair = pairs_[track.pair];
-    return pair.apart() && tracks_[pair.member(0).track].blob != kNone && tracks_[pair.member(1).track].blob != kNone;
+    return pair.is_separate() && tracks_[pair.member(0).track].blob != kNone &&
+           tracks_[pair.member(1).track].blob != kNone;
   }
 
-  bool could_share(const Track& track, const Track& owner, const Blob& blob, double cost, double distance2) const {
-    const double owners_cost = cost_of(owner, owner.blob, (blob.centroid.v - owner.aim.centre_px).squaredNorm());
-    if (cost - owners_cost < kSure) return true;
-    const bool holds_two = blob.area_px2 > kLarger * owner.area_px2;
-    if (track.missed_images > 0 && !holds_two) return false;
-    if (track.missed_images == 0 && holds_two) return true;  // within reach, and gone just now
+  bool may_merge(const Track& track, const Track& owner, const Blob& blob, double cost, double distance2) const {
+    const double owner_cost = cost_of(owner, owner.blob, (blob.centroid.v - owner.aim.centre_px).squaredNorm());
+    if (cost - owner_cost < kAmbiguityCost) return true;
+    const bool is_merged_size = blob.area_px2 > kMergedAreaRatio * owner.area_px2;
+    if (track.missed_images > 0 && !is_merged_size) return false;
+    if (track.missed_images == 0 && is_merged_size) return true;  // within reach, and gone just now
     const double half_length = std::sqrt(blob.area_px2 / M_PI / std::max(0.1, blob.roundness));
     const double reach = half_length + 3.0 * std::sqrt(track.aim.variance_px2);
     return distance2 < reach * reach && blob.area_px2 > 0.8 * std::max(track.area_px2, owner.area_px2);
   }
 
-  void settle_pairs(std::span<const Blob> blobs) {
+  void update_pairs(std::span<const Blob> blobs) {
     for (std::size_t p = pairs_.size(); p-- > 0;) {
       BlobPair& pair = pairs_[p];
       Track* const members[2] = {&tracks_[pair.member(0).track], &tracks_[pair.member(1).track]};
@@ -268,15 +269,15 @@ class BlobTracks {
       } else {
         pair.see_none();
       }
-      const bool decided = pair.lead() >= kDecided;
+      const bool decided = pair.runner_up_margin() >= kPairDecisionCost;
       for (const std::size_t m : {std::size_t{0}, std::size_t{1}}) {
         members[m]->blob = pair.blob(m);
-        members[m]->sure = decided && !pair.merged();
-        members[m]->settled = true;
+        members[m]->sure = decided && !pair.is_merged();
+        members[m]->is_updated = true;
         members[m]->follower.restart(pair.filter(m));
         if (members[m]->blob != kNone) owner_[members[m]->blob] = pair.member(m).track;
       }
-      const bool ends = pair.merged() ? false : decided || pair.images_apart() >= kDecideWithin;
+      const bool ends = pair.is_merged() ? false : decided || pair.images_separate() >= kMaxImagesApart;
       if (ends) dissolve(p);
     }
   }
@@ -297,45 +298,45 @@ class BlobTracks {
     pairs_.pop_back();
   }
 
-  void settle(std::span<const Blob> blobs) {
+  void update_tracks(std::span<const Blob> blobs) {
     bool any_ended = false;
     for (Track& track : tracks_) {
       ++track.age_images;
       if (track.blob == kNone) {
         ++track.missed_images;
         any_ended = any_ended || !track.confirmed;
-        if (!track.settled) track.follower.coast();
+        if (!track.is_updated) track.follower.coast();
         continue;
       }
       track.seen_at = at_;
       track.missed_images = 0;
       track.confirmed = track.confirmed || track.age_images >= life_.confirm_images;
-      if (!track.settled) take_in(blobs[track.blob], variance_[track.blob], track);
+      if (!track.is_updated) update_track(blobs[track.blob], variance_[track.blob], track);
     }
     if (any_ended) {
       erase_if([](const Track& track) { return !track.confirmed && track.missed_images > 0; });
     }
   }
 
-  void take_in(const Blob& blob, double variance, Track& track) {
+  void update_track(const Blob& blob, double variance, Track& track) {
     const double share = blob.area_px2 / track.area_px2;
-    const bool alike = share > kWhole && share < kLarger;
+    const bool alike = share > kOccludedAreaRatio && share < kMergedAreaRatio;
     track.area_px2 += (alike ? kAreaRate : 0.1 * kAreaRate) * (blob.area_px2 - track.area_px2);
-    if (share > kWhole) {
+    if (share > kOccludedAreaRatio) {
       track.follower.update(blob.centroid.v, variance);
       return;
     }
-    const PartOfDisc part = part_of_disc(blob, track.area_px2, track.aim.centre_px, cut_);
+    const OccludedDisc part = estimate_occluded_disc(blob, track.area_px2, track.aim.centre_px, cut_);
     track.follower.update(part.centre_px, std::max(variance, part.sigma_px * part.sigma_px));
   }
 
-  template <class Birth>
-  void give_birth(std::span<const Blob> blobs, Birth&& birth) {
+  template <class MakeFilter>
+  void initiate_tracks(std::span<const Blob> blobs, MakeFilter&& make_follower) {
     for (const auto& entry : entries_) {
       if (owner_[entry.index] != kNone) continue;
       if (tracks_.size() == max_tracks_ || next_id_ == kNone) return;
       const Blob& blob = blobs[entry.index];
-      Track track{birth(blob.centroid.v, variance_[entry.index]), {}, next_id_++};
+      Track track{make_follower(blob.centroid.v, variance_[entry.index]), {}, next_id_++};
       track.aim = track.follower.aim();
       track.blob = entry.index;
       track.confirmed = life_.confirm_images <= 1;

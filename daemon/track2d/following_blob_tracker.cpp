@@ -58,9 +58,9 @@ class RecentSpeed {
   void advance(double dt_s) {
     if (dt_s != dt_s_) {
       dt_s_ = dt_s;
-      kept_ = std::exp2(-dt_s / kHalfLife_s);
+      decay_ = std::exp2(-dt_s / kHalfLife_s);
     }
-    px_s_ *= kept_;
+    px_s_ *= decay_;
   }
   double dt_s() const { return dt_s_; }  ///< of the last step
   void add(double px_s) { px_s_ = std::max(px_s_, px_s); }
@@ -72,7 +72,7 @@ class RecentSpeed {
 
   double px_s_ = 0.0;
   double dt_s_ = 0.0;
-  double kept_ = 1.0;
+  double decay_ = 1.0;
 };
 
 /// How far a track looks: `sigmas` times what its covariance, the floor and its speed give together.
@@ -103,7 +103,7 @@ class KalmanFollower {
   }
   void coast() { kalman_.coast(); }
   const IsotropicKalman<2>& kalman() const { return kalman_; }
-  void restart(const IsotropicKalman<2>& known) { kalman_ = known; }
+  void restart(const IsotropicKalman<2>& estimate) { kalman_ = estimate; }
 
  private:
   const Shared* shared_;
@@ -139,7 +139,9 @@ class AlphaBetaFollower {
     const filter::Belief<2> belief = filter_.belief();
     return shared_->kalman_of(belief.point, belief.velocity);
   }
-  void restart(const IsotropicKalman<2>& known) { filter_.restart(known.motion().point, known.motion().velocity); }
+  void restart(const IsotropicKalman<2>& estimate) {
+    filter_.restart(estimate.motion().point, estimate.motion().velocity);
+  }
 
  private:
   const Shared* shared_;
@@ -173,8 +175,8 @@ class CondensationFollower {
     const filter::Belief<2> belief = filter_.belief();
     return shared_->kalman_of(belief.point, belief.velocity);
   }
-  void restart(const IsotropicKalman<2>& known) {
-    const filter::Motion<2>& motion = known.motion();
+  void restart(const IsotropicKalman<2>& estimate) {
+    const filter::Motion<2>& motion = estimate.motion();
     filter_.restart({motion.point, Matrix<2>::Identity() * motion.pp}, motion.velocity, std::sqrt(motion.vv));
   }
 
@@ -207,7 +209,7 @@ class FollowingBlobTracker final : public BlobTracker, public BlobTrackInspectio
     }
   }
 
-  void look_ahead(Timestamp at, std::vector<BlobTrackBelief>& into) const override {
+  void predict_tracks(Timestamp at, std::vector<BlobTrackBelief>& into) const override {
     const double dt_s = to_s(at - tracks_.at());
     for (const auto& track : tracks_.tracks()) {
       F follower = track.follower;

@@ -14,14 +14,14 @@ namespace mocap::track3d {
 namespace {
 
 // Sightings of unknown markers to reckon with: one a cubic metre.
-constexpr double kNewMarkers_1_m3 = 1.0;
+constexpr double kClutterDensity_1_m3 = 1.0;
 // A marker that the views found where its track should be is that track: they weighed it against all others. Each view
 // has a gate of its own on two axes; two of them and their pixels' floor let pass what lies half as far again in 3D. A
 // narrower gate here would refuse the marker at a jerk, and a second track would be born in its place.
-constexpr double kClaimPerGate = 1.5;
+constexpr double kAssociationGateRatio = 1.5;
 
 // One set in a hundred a marker does what nobody could foresee.
-constexpr double kSurpriseShare = 0.01;
+constexpr double kOutlierProbability = 0.01;
 // A ray tells nothing of how far away the marker is.
 constexpr double kDepthSigma_m = 1.0;
 
@@ -45,9 +45,9 @@ TrackLife life_of(const TrackMarkersSettings& settings) {
   life.gate_sigmas = settings.gate_sigmas;
   life.confirm_sets = settings.confirm_sets;
   life.max_coast = settings.max_coast;
-  life.new_density = kNewMarkers_1_m3;
-  life.claim_sigmas = kClaimPerGate * settings.gate_sigmas;
-  life.surprise_share = kSurpriseShare;
+  life.clutter_density = kClutterDensity_1_m3;
+  life.association_sigmas = kAssociationGateRatio * settings.gate_sigmas;
+  life.outlier_probability = kOutlierProbability;
   life.max_coast_sigma_u = settings.max_coast_sigma_m;
   return life;
 }
@@ -59,7 +59,7 @@ class KalmanMarkerTracker final : public MarkerTracker {
         sighting_floor_m2_(settings.sighting_floor_m * settings.sighting_floor_m),
         gate2_(settings.gate_sigmas * settings.gate_sigmas),
         tracks_(life_of(settings), kMaxMarkers, kMaxMarkers) {
-    seen_.reserve(kMaxMarkers);
+    measurements_.reserve(kMaxMarkers);
     usable_.resize(kMaxMarkers);
   }
 
@@ -79,31 +79,31 @@ class KalmanMarkerTracker final : public MarkerTracker {
   }
 
   const TrackedMarkers& step(const Markers& markers, const Expected& expected,
-                             std::span<const LoneSighting> lone) override {
-    seen_.clear();
-    for (const Marker& marker : markers) see(marker);
-    tracks_.advance(expected.at, seen_.size());
-    for (std::uint32_t i = 0; i < seen_.size(); ++i) {
+                             std::span<const BearingOnlyObservation> bearing_only) override {
+    measurements_.clear();
+    for (const Marker& marker : markers) add_measurement(marker);
+    tracks_.advance(expected.at, measurements_.size());
+    for (std::uint32_t i = 0; i < measurements_.size(); ++i) {
       if (usable_[i] == 0) {
         tracks_.ignore(i);
-      } else if (const ExpectedMarker* known = expectation_of(markers[i], expected)) {
+      } else if (const ExpectedMarker* prediction = prediction_of(markers[i], expected)) {
         // Where no track ended, they are expected in the order in which they are.
         Tracks::Track* track =
-            known->track.names_something() ? tracks_.find(known->track.value, markers[i].expected) : nullptr;
-        if (track != nullptr) tracks_.claim(*track, seen_, i, markers[i].by_blob_tracks);
+            prediction->track.names_something() ? tracks_.find(prediction->track.value, markers[i].expected) : nullptr;
+        if (track != nullptr) tracks_.associate(*track, measurements_, i, markers[i].by_blob_tracks);
       }
     }
-    tracks_.assign(seen_);
-    tracks_.settle(seen_, [this](const filter::Seen<3>& seen) { return filter::Kalman<3>(kalman_, seen); });
-    for (const LoneSighting& ray : lone) follow_ray(ray, expected);
-    tell(markers, expected);
+    tracks_.assign(measurements_);
+    tracks_.update(measurements_, [this](const filter::Seen<3>& seen) { return filter::Kalman<3>(kalman_, seen); });
+    for (const BearingOnlyObservation& ray : bearing_only) update_by_bearing(ray, expected);
+    report_tracks(markers, expected);
     return tracked_;
   }
 
  private:
   // Appends where a marker was seen, and whether that can be used.
-  void see(const Marker& marker) {
-    seen_.push_back({marker.position.v, marker.covariance_m2});
+  void add_measurement(const Marker& marker) {
+    measurements_.push_back({marker.position.v, marker.covariance_m2});
     filter::Cofactors<3> cofactors(marker.covariance_m2);
     // A bound from below of the least eigenvalue, tight where that one is small against the others: determinant over
     // the sum of the principal 2x2 minors.
@@ -111,10 +111,10 @@ class KalmanMarkerTracker final : public MarkerTracker {
     const double least = minors > 0.0 ? cofactors.determinant / minors : 0.0;
     // No direction is more certain than the floor; where all are less, the covariance is believed as it is.
     if (sighting_floor_m2_ > least) {
-      seen_.back().covariance.diagonal().array() += sighting_floor_m2_ - least;
-      cofactors = filter::Cofactors<3>(seen_.back().covariance);
+      measurements_.back().covariance.diagonal().array() += sighting_floor_m2_ - least;
+      cofactors = filter::Cofactors<3>(measurements_.back().covariance);
     }
-    usable_[seen_.size() - 1] = is_usable(seen_.back(), cofactors) ? 1 : 0;
+    usable_[measurements_.size() - 1] = is_usable(measurements_.back(), cofactors) ? 1 : 0;
   }
 
   /// Finite, with a covariance that is one (Sylvester's criterion); what is not finite makes the determinant so too.
@@ -123,34 +123,35 @@ class KalmanMarkerTracker final : public MarkerTracker {
            cofactors.adjugate(2, 2) > 0.0 && seen.covariance(0, 0) > 0.0;
   }
 
-  static const ExpectedMarker* expectation_of(const Marker& marker, const Expected& expected) {
+  static const ExpectedMarker* prediction_of(const Marker& marker, const Expected& expected) {
     return marker.expected < expected.markers.size() ? &expected.markers[marker.expected] : nullptr;
   }
 
   // A marker that one camera sees is known across the ray as well as ever, and along it no better than before.
-  void follow_ray(const LoneSighting& lone, const Expected& expected) {
-    const ExpectedMarker& known = expected.markers[lone.expected];
-    Tracks::Track* track = known.track.names_something() ? tracks_.find(known.track.value) : nullptr;
+  void update_by_bearing(const BearingOnlyObservation& bearing_only, const Expected& expected) {
+    const ExpectedMarker& prediction = expected.markers[bearing_only.expected];
+    Tracks::Track* track = prediction.track.names_something() ? tracks_.find(prediction.track.value) : nullptr;
     if (track == nullptr || track->sighting != Tracks::kNone || !track->confirmed) return;
-    const double depth_m = (track->gate.centre - lone.eye.v).dot(lone.direction);
+    const double depth_m = (track->gate.centre - bearing_only.eye.v).dot(bearing_only.direction);
     if (!(depth_m > 0.0)) return;
-    const filter::Matrix<3> along = lone.direction * lone.direction.transpose();
-    const double across_m = std::hypot(lone.sigma_rad * depth_m, std::sqrt(sighting_floor_m2_));
+    const filter::Matrix<3> along = bearing_only.direction * bearing_only.direction.transpose();
+    const double across_m = std::hypot(bearing_only.sigma_rad * depth_m, std::sqrt(sighting_floor_m2_));
     const filter::Matrix<3> across = filter::Matrix<3>::Identity() - along;
-    const filter::Seen<3> seen{lone.eye.v + depth_m * lone.direction,
+    const filter::Seen<3> seen{bearing_only.eye.v + depth_m * bearing_only.direction,
                                across * (across_m * across_m) + along * (kDepthSigma_m * kDepthSigma_m)};
     if (!(track->gate.fit(seen).distance2 <= gate2_)) return;
     track->filter.update(seen);
     track->seen_at = expected.at;
   }
 
-  void tell(const Markers& markers, const Expected& expected) {
+  void report_tracks(const Markers& markers, const Expected& expected) {
     tracked_.clear();
     for (Tracks::Track& track : tracks_.tracks()) {
       const bool seen = track.sighting != Tracks::kNone;
-      const ExpectedMarker* known = seen ? expectation_of(markers[track.sighting], expected) : nullptr;
-      const bool told_by_body = known != nullptr && !known->track.names_something() && known->label.names_something();
-      if (told_by_body && track.age_sets == 1) track.confirmed = true;
+      const ExpectedMarker* prediction = seen ? prediction_of(markers[track.sighting], expected) : nullptr;
+      const bool predicted_by_body =
+          prediction != nullptr && !prediction->track.names_something() && prediction->label.names_something();
+      if (predicted_by_body && track.age_sets == 1) track.confirmed = true;
 
       const filter::Belief<3> belief = track.filter.belief();
       TrackedMarker& out = tracked_.push_back(unseen_);
@@ -165,7 +166,8 @@ class KalmanMarkerTracker final : public MarkerTracker {
       out.residual_px = markers[track.sighting].residual_px;
       out.cameras = markers[track.sighting].cameras;
       // A sighting that was expected to be another track, and was refused there, brings no name with it.
-      if (known != nullptr && (told_by_body || known->track.value == track.id)) out.expected_label = known->label;
+      if (prediction != nullptr && (predicted_by_body || prediction->track.value == track.id))
+        out.expected_label = prediction->label;
     }
   }
 
@@ -173,7 +175,7 @@ class KalmanMarkerTracker final : public MarkerTracker {
   double sighting_floor_m2_;
   double gate2_;
   Tracks tracks_;
-  std::vector<filter::Seen<3>> seen_;
+  std::vector<filter::Seen<3>> measurements_;
   std::vector<std::uint8_t> usable_;  // by what was seen
   TrackedMarkers tracked_;
   // A copy is made in one go; one made from nothing is cleared first.

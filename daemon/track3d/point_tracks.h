@@ -17,23 +17,23 @@ namespace mocap::track3d {
 
 /// How tracks are born, live and die. u is the unit of length: px in an image, m in the volume.
 struct TrackLife {
-  double gate_sigmas = 4.0;        ///< a sighting further from where it should be belongs to something else
-  std::uint32_t confirm_sets = 3;  ///< consecutive sightings until a track is believed; 1: at once
-  Duration max_coast{};            ///< unseen for longer, a track dies
-  double new_density = 1.0;        ///< sightings of unknown points to reckon with, for each u^N
-  double claim_sigmas = 4.0;       ///< the gate of a sighting that others know to be the track's
+  double gate_sigmas = 4.0;         ///< a sighting further from where it should be belongs to something else
+  std::uint32_t confirm_sets = 3;   ///< consecutive sightings until a track is believed; 1: at once
+  Duration max_coast{};             ///< unseen for longer, a track dies
+  double clutter_density = 1.0;     ///< sightings of unknown points to reckon with, for each u^N
+  double association_sigmas = 4.0;  ///< the gate of a sighting that others know to be the track's
   /// Known no better than that (standard deviation of an axis), an unseen track dies.
   double max_coast_sigma_u = std::numeric_limits<double>::infinity();
   /// Share of the sets in which a point does what nobody could foresee (it is hit, or an image is missing unnoticed);
-  /// it is then `surprise_scale` times as far from where it should be as usual. 0: never.
-  double surprise_share = 0.0;
-  double surprise_scale = 4.0;
+  /// it is then `outlier_scale` times as far from where it should be as usual. 0: never.
+  double outlier_probability = 0.0;
+  double outlier_scale = 4.0;
 };
 
 /// The tracks of points in N dimensions, each with a filter F, and which of them each sighting of a set belongs to.
 ///
-/// One set: `advance`, then `claim` for what others know, `assign` for the rest, `settle`. Tracks are in the order of
-/// their birth; ids are never used twice. All memory is taken in the constructor. One thread at a time.
+/// One set: `advance`, then `associate` for what others know, `assign` for the rest, `update`. Tracks are in the order
+/// of their birth; ids are never used twice. All memory is taken in the constructor. One thread at a time.
 template <class F, int N>
 requires filter::PointFilter<F, N>
 class PointTracks {
@@ -56,7 +56,7 @@ class PointTracks {
         max_tracks_(max_tracks),
         max_sightings_(max_sightings),
         assigner_(max_tracks, max_sightings, max_tracks * kMaxCandidates),
-        cost_of_surprise_(-2.0 * std::log(life.surprise_share) + 2.0 * N * std::log(life.surprise_scale)) {
+        outlier_cost_(-2.0 * std::log(life.outlier_probability) + 2.0 * N * std::log(life.outlier_scale)) {
     tracks_.reserve(max_tracks);
     taken_.reserve(max_sightings);
     placed_.reserve(max_sightings);
@@ -97,10 +97,10 @@ class PointTracks {
     taken_.assign(sightings, 0);
   }
 
-  /// Gives a sighting to a track, where it lies in the track's wider gate (`claim_sigmas`) and the track has none that
-  /// fits better. A sighting is claimed once at most. `surely`: wherever it lies.
-  void claim(Track& track, std::span<const filter::Seen<N>> sightings, std::uint32_t index, bool surely = false) {
-    const double most2 = life_.claim_sigmas * life_.claim_sigmas;
+  /// Gives a sighting to a track, where it lies in the track's wider gate (`association_sigmas`) and the track has none
+  /// that fits better. A sighting is claimed once at most. `surely`: wherever it lies.
+  void associate(Track& track, std::span<const filter::Seen<N>> sightings, std::uint32_t index, bool surely = false) {
+    const double most2 = life_.association_sigmas * life_.association_sigmas;
     if (!surely && !(track.gate.distance2(sightings[index]) <= most2)) return;
     if (track.sighting != kNone) {
       if (track.gate.fit(sightings[track.sighting]).cost <= track.gate.fit(sightings[index]).cost) return;
@@ -121,9 +121,9 @@ class PointTracks {
   }
 
   /// Updates what was seen, lets coast what was not, and gives birth to a track for each sighting that nobody took;
-  /// `birth` makes its filter. Over the bound sightings give no track.
-  template <class Birth>
-  void settle(std::span<const filter::Seen<N>> sightings, Birth&& birth) {
+  /// `make_filter` makes its filter. Over the bound sightings give no track.
+  template <class MakeFilter>
+  void update(std::span<const filter::Seen<N>> sightings, MakeFilter&& make_filter) {
     for (Track& track : tracks_) {
       ++track.age_sets;
       if (track.sighting == kNone) {
@@ -139,7 +139,7 @@ class PointTracks {
     std::erase_if(tracks_, [](const Track& track) { return !track.confirmed && track.missed_sets > 0; });
     for (std::uint32_t i = 0; i < sightings.size() && tracks_.size() < max_tracks_ && next_id_ != kNone; ++i) {
       if (taken_[i] != 0) continue;
-      const F filter = birth(sightings[i]);
+      const F filter = make_filter(sightings[i]);
       tracks_.push_back({filter, filter.gate(), next_id_++, 1, 0, i, life_.confirm_sets <= 1, at_});
     }
   }
@@ -170,7 +170,7 @@ class PointTracks {
     pairs_.clear();
     for (std::uint32_t row = 0; row < rows_.size(); ++row) add_pairs(row, sightings, max_variance);
     // A point that goes unseen (one in ten is reckoned with) beside a sighting of something unknown.
-    const double cost_of_alone = -2.0 * std::log(0.1 * life_.new_density);
+    const double cost_of_alone = -2.0 * std::log(0.1 * life_.clutter_density);
     const auto columns = assigner_.assign(rows_.size(), sightings.size(), pairs_, cost_of_alone);
     for (std::size_t row = 0; row < rows_.size(); ++row) {
       if (columns[row] == geometry::Assigner::kAlone) continue;
@@ -193,21 +193,21 @@ class PointTracks {
   }
 
   // What a sighting costs a track that may be surprised: the likelier of both tails. Infinite outside of the gate.
-  double cost_of(const typename filter::Gate<N>::Fit& fit, bool may_surprise) const {
+  double cost_of(const typename filter::Gate<N>::Fit& fit, bool may_be_outlier) const {
     const double gate2 = life_.gate_sigmas * life_.gate_sigmas;
     const double infinite = std::numeric_limits<double>::infinity();
     const double usual = fit.distance2 <= gate2 ? fit.cost : infinite;
-    const double scale2 = life_.surprise_scale * life_.surprise_scale;
-    if (!may_surprise || !(fit.distance2 <= gate2 * scale2)) return usual;
-    const double surprise = fit.cost - fit.distance2 + fit.distance2 / scale2 + cost_of_surprise_;
+    const double scale2 = life_.outlier_scale * life_.outlier_scale;
+    if (!may_be_outlier || !(fit.distance2 <= gate2 * scale2)) return usual;
+    const double surprise = fit.cost - fit.distance2 + fit.distance2 / scale2 + outlier_cost_;
     return std::min(usual, surprise);
   }
 
   void add_pairs(std::uint32_t row, std::span<const filter::Seen<N>> sightings, double max_variance) {
     const Track& track = tracks_[rows_[row]];
     const filter::Gate<N>& gate = track.gate;
-    const bool may_surprise = life_.surprise_share > 0.0 && track.confirmed && track.missed_sets == 0;
-    const double sigmas = life_.gate_sigmas * (may_surprise ? life_.surprise_scale : 1.0);
+    const bool may_be_outlier = life_.outlier_probability > 0.0 && track.confirmed && track.missed_sets == 0;
+    const double sigmas = life_.gate_sigmas * (may_be_outlier ? life_.outlier_scale : 1.0);
     const filter::Vector<N> reach = gate.reach(sigmas, max_variance);
     const std::size_t first_pair = pairs_.size();
     const double first = gate.centre[axis_] - reach[axis_], last = gate.centre[axis_] + reach[axis_];
@@ -216,7 +216,7 @@ class PointTracks {
     for (; near != placed_.end() && near->point[axis_] <= last; ++near) {
       if (((near->point - gate.centre).array().abs() > reach.array()).any()) continue;
       const filter::Seen<N>& seen = sightings[near->index];
-      const double cost = cost_of(gate.fit(seen), may_surprise);
+      const double cost = cost_of(gate.fit(seen), may_be_outlier);
       if (!std::isfinite(cost)) continue;
       const geometry::AllowedPair pair{row, near->index, cost};
       if (pairs_.size() - first_pair < kMaxCandidates) {
@@ -233,7 +233,7 @@ class PointTracks {
   std::size_t max_tracks_;
   std::size_t max_sightings_;
   geometry::Assigner assigner_;
-  double cost_of_surprise_;  // beside what the distance costs
+  double outlier_cost_;  // beside what the distance costs
   std::vector<Track> tracks_;
   Timestamp at_;
   std::uint32_t next_id_ = 0;

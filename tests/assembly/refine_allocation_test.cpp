@@ -30,7 +30,7 @@ class Swinging {
   void at(int set) {
     for (std::size_t b = 0; b < locals_.size(); ++b) {
       const double swing = 0.5 * std::sin(0.002 * set * static_cast<double>(b + 3)) * std::min(1.0, set / 100.0);
-      locals_[b].rotation = kinematics::turn_by({0.4 * swing, swing, 0.3 * swing});
+      locals_[b].rotation = kinematics::from_rotation_vector({0.4 * swing, swing, 0.3 * swing});
     }
     body_.set_locals(locals_);
     for (std::size_t m = 0; m < labels_[0].markers.size(); ++m) {

@@ -30,8 +30,8 @@ void fill(BlobFrame& frame, int image, std::mt19937& random) {
 
 TEST(TrackBlobs, AllocatesNothingOnceMade) {
   if (!support::allocations_can_be_counted()) GTEST_SKIP() << "the sanitizer owns the heap";
-  for (const track2d::TrackMethod method :
-       {track2d::TrackMethod::AlphaBeta, track2d::TrackMethod::AdaptiveAlphaBeta, track2d::TrackMethod::Kalman, track2d::TrackMethod::Condensation}) {
+  for (const track2d::TrackMethod method : {track2d::TrackMethod::AlphaBeta, track2d::TrackMethod::AdaptiveAlphaBeta,
+                                            track2d::TrackMethod::Kalman, track2d::TrackMethod::Condensation}) {
     track2d::TrackBlobsSettings settings;
     settings.method = method;
     const auto tracker = track2d::make_blob_tracker(settings);

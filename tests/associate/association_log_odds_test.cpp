@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 /// Two views from directions at right angles, 200 px to the metre.
 struct TwoViews {
-  PairView a, b;
+  ViewObservation a, b;
   Vector3d ahead_m = Vector3d::Zero();
   Matrix3d covariance_m2;
 
@@ -26,11 +26,11 @@ struct TwoViews {
     a.off_px = b.off_px = Vector2d::Zero();
     a.sigma_px = 0.4;
     b.sigma_px = 0.5;
-    a.others_1_px2 = 2e-5;
-    b.others_1_px2 = 3e-5;
+    a.clutter_density_1_px2 = 2e-5;
+    b.clutter_density_1_px2 = 3e-5;
     covariance_m2 << 1e-4, 2e-5, 0.0, 2e-5, 2e-4, 1e-5, 0.0, 1e-5, 1.5e-4;
   }
-  double log_odds() const { return log_odds_of_pair(a, b, ahead_m, covariance_m2); }
+  double log_odds() const { return pair_log_odds(a, b, ahead_m, covariance_m2); }
 };
 
 double density(const Vector2d& off_px, double sigma_px) {
@@ -60,8 +60,8 @@ double log_odds_by_sum(const TwoViews& two) {
       }
     }
   }
-  const double others =
-      std::max({a_alone * two.b.others_1_px2, b_alone * two.a.others_1_px2, two.a.others_1_px2 * two.b.others_1_px2});
+  const double others = std::max({a_alone * two.b.clutter_density_1_px2, b_alone * two.a.clutter_density_1_px2,
+                                  two.a.clutter_density_1_px2 * two.b.clutter_density_1_px2});
   return std::log(both / others);
 }
 
@@ -87,8 +87,8 @@ TEST(PairOdds, FallWhereTheRaysPassEachOther) {
 TEST(PairOdds, FallWhereTheMarkerIsKnownBadlyAndWhereMuchElseIsSeen) {
   TwoViews sure, unsure, crowded;
   unsure.covariance_m2 *= 100.0;
-  crowded.a.others_1_px2 *= 50.0;
-  crowded.b.others_1_px2 *= 50.0;
+  crowded.a.clutter_density_1_px2 *= 50.0;
+  crowded.b.clutter_density_1_px2 *= 50.0;
 
   EXPECT_GT(sure.log_odds(), unsure.log_odds() + 2.0);
   EXPECT_NEAR(sure.log_odds(), crowded.log_odds() + std::log(50.0), 1e-9);

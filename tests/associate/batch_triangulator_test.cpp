@@ -27,31 +27,33 @@ struct MetMarkers {
     rays->begin(world.set);
     for (std::size_t view = 0; view < cameras; ++view) {
       rays->cast(view);
-      held.emplace_back(markers.size()).begin(markers.size(), (*rays)[view].size());
+      assigned.emplace_back(markers.size()).begin(markers.size(), (*rays)[view].size());
       for (std::size_t ray = 0; ray < (*rays)[view].size(); ++ray) {
         const int marker = world.marker_of[view][(*rays)[view].blob[ray]];
-        held[view].hold(static_cast<std::uint32_t>(marker), static_cast<std::uint32_t>(ray));
+        assigned[view].assign(static_cast<std::uint32_t>(marker), static_cast<std::uint32_t>(ray));
       }
     }
   }
 
   void meet() {
     meetings.begin(expected);
-    for (std::size_t view = 0; view < held.size(); ++view) meetings.add((*rays)[view], held[view]);
+    for (std::size_t view = 0; view < assigned.size(); ++view) meetings.add((*rays)[view], assigned[view]);
     meetings.solve();
-    meetings.judge(kAgreement);
+    meetings.classify_outliers(kAgreement);
   }
 
-  std::uint32_t ray_of(std::size_t view, std::uint32_t marker) const { return held[view].rays()[marker]; }
+  std::uint32_t ray_of(std::size_t view, std::uint32_t marker) const { return assigned[view].rays()[marker]; }
   /// Where the view holds a marker beside its ray.
-  Held& beside(std::size_t view, std::uint32_t marker) { return held[view].share(marker, ray_of(view, marker)); }
+  AssignedRay& beside(std::size_t view, std::uint32_t marker) {
+    return assigned[view].assign_shared(marker, ray_of(view, marker));
+  }
 
   /// The same marker by itself.
   Result<geometry::Agreed, geometry::TriangulationFailure> alone(std::size_t marker) {
     BoundedVector<geometry::QuadricSighting, kMaxCameras> sightings;
-    for (std::size_t view = 0; view < held.size(); ++view) {
-      const std::uint32_t ray = held[view].rays()[marker];
-      if (ray == Held::kNone) continue;
+    for (std::size_t view = 0; view < assigned.size(); ++view) {
+      const std::uint32_t ray = assigned[view].rays()[marker];
+      if (ray == AssignedRay::kNone) continue;
       (*rays)[view].make_quadric(ray);
       sightings.push_back((*rays)[view].sighting(ray, static_cast<std::uint32_t>(view)));
     }
@@ -64,21 +66,21 @@ struct MetMarkers {
   SeenWorld world;
   std::unique_ptr<RayTable> rays;
   Expected expected;
-  std::vector<ViewHolds> held;  // by view
-  MeetingPoints meetings{kMaxMarkers, kMaxCameras};
+  std::vector<RayAssignments> assigned;  // by view
+  BatchTriangulator meetings{kMaxMarkers, kMaxCameras};
 };
 
-TEST(MeetingPoints, AreWhereEachMarkersRaysMeetByThemselves) {
+TEST(BatchTriangulator, AreWhereEachMarkersRaysMeetByThemselves) {
   MetMarkers given(6);
 
   given.meet();
 
   for (std::size_t m = 0; m < given.markers.size(); ++m) {
     const auto alone = given.alone(m);
-    if (!alone || given.meetings.rays_of(m) < 2) continue;
-    ASSERT_TRUE(given.meetings.agree_on(m)) << m;
-    EXPECT_EQ(given.meetings.rays_of(m), alone->kept);
-    const geometry::Refined met = given.meetings.meeting(m);
+    if (!alone || given.meetings.ray_count(m) < 2) continue;
+    ASSERT_TRUE(given.meetings.rays_agree(m)) << m;
+    EXPECT_EQ(given.meetings.ray_count(m), alone->kept);
+    const geometry::Refined met = given.meetings.triangulation(m);
     // Both solve one and the same system: what differs is rounding, 1 um at most.
     EXPECT_LT((met.point.v - alone->refined.point.v).norm(), 1e-6);
     EXPECT_LT((met.covariance_m2 - alone->refined.covariance_m2).norm(), 1e-6 * alone->refined.covariance_m2.norm());
@@ -86,154 +88,154 @@ TEST(MeetingPoints, AreWhereEachMarkersRaysMeetByThemselves) {
   }
 }
 
-TEST(MeetingPoints, AreAsFarFromTheMarkersAsTheyTell) {
+TEST(BatchTriangulator, AreAsFarFromTheMarkersAsTheyTell) {
   MetMarkers given(8, 0.1, 0.0);
 
   given.meet();
 
   double sum = 0.0;
   for (std::size_t m = 0; m < given.markers.size(); ++m) {
-    ASSERT_TRUE(given.meetings.agree_on(m));
-    const geometry::Refined met = given.meetings.meeting(m);
-    const Vector3d off = met.point.v - given.markers[m];
-    sum += off.dot(met.covariance_m2.inverse() * off);
+    ASSERT_TRUE(given.meetings.rays_agree(m));
+    const geometry::Refined met = given.meetings.triangulation(m);
+    const Vector3d offset = met.point.v - given.markers[m];
+    sum += offset.dot(met.covariance_m2.inverse() * offset);
   }
   // Of 37 markers with 3 degrees of freedom each the mean lies within 3 by 4 x 0.40.
   EXPECT_NEAR(sum / static_cast<double>(given.markers.size()), 3.0, 1.6);
 }
 
-TEST(MeetingPoints, AreNotAgreedOnWhereOneRayIsAnothers) {
+TEST(BatchTriangulator, AreNotAgreedOnWhereOneRayIsAnothers) {
   MetMarkers given(6, 0.05, 0.0);
   const std::uint32_t fourth = given.ray_of(2, 4), ninth = given.ray_of(2, 9);
-  given.held[2].hold(4, ninth);
-  given.held[2].hold(9, fourth);
+  given.assigned[2].assign(4, ninth);
+  given.assigned[2].assign(9, fourth);
 
   given.meet();
 
-  for (std::size_t m = 0; m < given.markers.size(); ++m) EXPECT_EQ(given.meetings.agree_on(m), m != 4 && m != 9) << m;
+  for (std::size_t m = 0; m < given.markers.size(); ++m) EXPECT_EQ(given.meetings.rays_agree(m), m != 4 && m != 9) << m;
 }
 
-TEST(MeetingPoints, AreNotToldByRaysThatAreNearlyParallelOrTooFew) {
+TEST(BatchTriangulator, AreNotToldByRaysThatAreNearlyParallelOrTooFew) {
   MetMarkers given(6, 0.05, 0.0);
-  for (std::size_t view = 1; view < given.held.size(); ++view) given.held[view].let_go(3);
-  for (ViewHolds& view : given.held) view.let_go(5);
+  for (std::size_t view = 1; view < given.assigned.size(); ++view) given.assigned[view].release(3);
+  for (RayAssignments& view : given.assigned) view.release(5);
 
   given.meet();
 
-  EXPECT_EQ(given.meetings.rays_of(3), 1U);
-  EXPECT_FALSE(given.meetings.agree_on(3));
-  EXPECT_EQ(given.meetings.rays_of(5), 0U);
-  EXPECT_FALSE(given.meetings.agree_on(5));
-  EXPECT_TRUE(given.meetings.agree_on(4));
+  EXPECT_EQ(given.meetings.ray_count(3), 1U);
+  EXPECT_FALSE(given.meetings.rays_agree(3));
+  EXPECT_EQ(given.meetings.ray_count(5), 0U);
+  EXPECT_FALSE(given.meetings.rays_agree(5));
+  EXPECT_TRUE(given.meetings.rays_agree(4));
 }
 
-TEST(MeetingPoints, AreNotAgreedOnFarFromWhereTheyWereExpected) {
+TEST(BatchTriangulator, AreNotAgreedOnFarFromWhereTheyWereExpected) {
   MetMarkers given(6, 0.05, 0.0);
   given.expected.markers[7].position.v.x() += 0.2;  // of 2 to 6 m of depth
 
   given.meet();
 
-  EXPECT_FALSE(given.meetings.agree_on(7));
-  EXPECT_TRUE(given.meetings.agree_on(8));
+  EXPECT_FALSE(given.meetings.rays_agree(7));
+  EXPECT_TRUE(given.meetings.rays_agree(8));
 }
 
-TEST(MeetingPoints, LeaveOutTheRaysOfOthersWhereManyAgree) {
+TEST(BatchTriangulator, LeaveOutTheRaysOfOthersWhereManyAgree) {
   MetMarkers given(12, 0.05, 0.0);
-  for (const std::size_t view : {2, 7}) given.beside(view, 4).off.x() = 0.02F;  // some 20 px
+  for (const std::size_t view : {2, 7}) given.beside(view, 4).offset.x() = 0.02F;  // some 20 px
   given.meet();
-  const bool agreed_at_once = given.meetings.agree_on(4);
+  const bool agreed_at_once = given.meetings.rays_agree(4);
 
-  const auto left_out = given.meetings.settle(4, kAgreement);
+  const auto left_out = given.meetings.reject_outliers(4, kAgreement);
 
   ASSERT_TRUE(left_out);
   EXPECT_FALSE(agreed_at_once);
   EXPECT_EQ(*left_out, std::uint64_t{1} << 2 | std::uint64_t{1} << 7);
-  EXPECT_TRUE(given.meetings.agree_on(4));
-  given.held[2].let_go(4);
-  given.held[7].let_go(4);
+  EXPECT_TRUE(given.meetings.rays_agree(4));
+  given.assigned[2].release(4);
+  given.assigned[7].release(4);
   const auto alone = given.alone(4);
   ASSERT_TRUE(alone);
-  EXPECT_EQ(given.meetings.rays_of(4), alone->kept);
-  const geometry::Refined met = given.meetings.meeting(4);
+  EXPECT_EQ(given.meetings.ray_count(4), alone->kept);
+  const geometry::Refined met = given.meetings.triangulation(4);
   // What was taken out of the sums leaves its rounding in single precision there.
   EXPECT_LT((met.point.v - alone->refined.point.v).norm(), 5e-6);
   EXPECT_LT((met.covariance_m2 - alone->refined.covariance_m2).norm(), 1e-5 * alone->refined.covariance_m2.norm());
   EXPECT_NEAR(met.rms_px, alone->refined.rms_px, 0.01 * alone->refined.rms_px);
 }
 
-TEST(MeetingPoints, TakeInARayThatWasFoundLater) {
+TEST(BatchTriangulator, TakeInARayThatWasFoundLater) {
   MetMarkers given(12, 0.05, 0.0);
   const auto whole = given.alone(6);
   const std::size_t later = given.ray_of(5, 6);
   const std::size_t wrong = given.ray_of(5, 8);
-  given.held[5].let_go(6);
-  given.held[5].let_go(8);
+  given.assigned[5].release(6);
+  given.assigned[5].release(8);
   given.meet();
 
   given.meetings.add_ray(6, 5, (*given.rays)[5], later);
   given.meetings.add_ray(8, 5, (*given.rays)[5], later);
-  const auto of_own = given.meetings.settle(6, kAgreement);
-  const auto of_others = given.meetings.settle(8, kAgreement);
+  const auto of_own = given.meetings.reject_outliers(6, kAgreement);
+  const auto of_others = given.meetings.reject_outliers(8, kAgreement);
 
   ASSERT_TRUE(whole && of_own && of_others);
   ASSERT_NE(later, wrong);
   EXPECT_EQ(*of_own, 0U);
-  EXPECT_EQ(given.meetings.rays_of(6), 12U);
-  EXPECT_LT((given.meetings.meeting(6).point.v - whole->refined.point.v).norm(), 1e-6);
+  EXPECT_EQ(given.meetings.ray_count(6), 12U);
+  EXPECT_LT((given.meetings.triangulation(6).point.v - whole->refined.point.v).norm(), 1e-6);
   EXPECT_EQ(*of_others, std::uint64_t{1} << 5);
-  EXPECT_EQ(given.meetings.rays_of(8), 11U);
+  EXPECT_EQ(given.meetings.ray_count(8), 11U);
 }
 
-TEST(MeetingPoints, LeaveItToOthersWhereFewRaysDisagree) {
+TEST(BatchTriangulator, LeaveItToOthersWhereFewRaysDisagree) {
   MetMarkers given(8, 0.05, 0.0);
-  given.beside(2, 4).off.x() = 0.02F;  // some 20 px
+  given.beside(2, 4).offset.x() = 0.02F;  // some 20 px
   given.meet();
 
-  EXPECT_FALSE(given.meetings.settle(4, kAgreement));
-  EXPECT_FALSE(given.meetings.agree_on(4));
+  EXPECT_FALSE(given.meetings.reject_outliers(4, kAgreement));
+  EXPECT_FALSE(given.meetings.rays_agree(4));
 }
 
-TEST(MeetingPoints, KeepTheirViewsInOrderWhereOneSawNothing) {
+TEST(BatchTriangulator, KeepTheirViewsInOrderWhereOneSawNothing) {
   MetMarkers given(12, 0.05, 0.0);
   given.world.frames[3]->blobs.clear();
   given.rays->cast(3);
-  given.held[3].begin(given.markers.size(), 0);
-  given.beside(7, 4).off.y() = 0.02F;  // some 20 px
+  given.assigned[3].begin(given.markers.size(), 0);
+  given.beside(7, 4).offset.y() = 0.02F;  // some 20 px
   given.meet();
 
-  const auto left_out = given.meetings.settle(4, kAgreement);
+  const auto left_out = given.meetings.reject_outliers(4, kAgreement);
 
   ASSERT_TRUE(left_out);
   EXPECT_EQ(*left_out, std::uint64_t{1} << 7);
 }
 
-TEST(ViewShadows, FindTheNearestFreeRayOfEachView) {
+TEST(BatchProjector, FindTheNearestFreeRayOfEachView) {
   MetMarkers given(6, 0.05, 0.1);
   const Eigen::Matrix3d covariance_m2 = 0.002 * 0.002 * Eigen::Matrix3d::Identity();
   constexpr double kSigmas = 3.5, kFloor_px = 0.5;
-  for (std::size_t view = 0; view < given.held.size(); ++view) (*given.rays)[view].take(0);
-  given.rays->list_free(kSigmas);
+  for (std::size_t view = 0; view < given.assigned.size(); ++view) (*given.rays)[view].take(0);
+  given.rays->list_unassigned(kSigmas);
 
   std::size_t found = 0;
   for (const ExpectedMarker& marker : given.expected.markers) {
-    given.rays->cast_shadows(marker.position.v, covariance_m2, kSigmas, kFloor_px);
-    for (std::size_t view = 0; view < given.held.size(); ++view) {
+    given.rays->project_gaussian(marker.position.v, covariance_m2, kSigmas, kFloor_px);
+    for (std::size_t view = 0; view < given.assigned.size(); ++view) {
       // All rays one by one, in double precision.
       const ViewRays& rays = (*given.rays)[view];
-      const auto shadow = rays.shadow(marker.position.v, covariance_m2);
+      const auto projection = rays.projection(marker.position.v, covariance_m2);
       std::optional<std::size_t> nearest;
       double least = kSigmas * kSigmas;
-      for (std::size_t ray = 1; shadow && ray < rays.size(); ++ray) {
+      for (std::size_t ray = 1; projection && ray < rays.size(); ++ray) {
         const double own_px2 = rays.sigma_px[ray] * rays.sigma_px[ray] + kFloor_px * kFloor_px;
         const Eigen::Matrix2d covariance =
-            shadow->covariance + Eigen::Matrix2d::Identity() * own_px2 / (rays.focal_px * rays.focal_px);
-        const Eigen::Vector2d off = Eigen::Vector2d(rays.x(ray), rays.y(ray)) - shadow->centre;
-        const double distance2 = off.dot(covariance.inverse() * off);
+            projection->covariance + Eigen::Matrix2d::Identity() * own_px2 / (rays.focal_px * rays.focal_px);
+        const Eigen::Vector2d offset = Eigen::Vector2d(rays.x(ray), rays.y(ray)) - projection->centre;
+        const double distance2 = offset.dot(covariance.inverse() * offset);
         if (distance2 >= least) continue;
         least = distance2;
         nearest = ray;
       }
-      EXPECT_EQ(given.rays->nearest_free(view), nearest);
+      EXPECT_EQ(given.rays->nearest_unassigned(view), nearest);
       found += nearest ? 1 : 0;
     }
   }
@@ -249,12 +251,12 @@ TEST(ViewRays, CountsTheRaysThatNoMatchHas) {
   rays.take(3);
   rays.take(3);
   rays.take(5);
-  rays.give_back(3);
-  rays.give_back(5);
+  rays.decrement_use(3);
+  rays.decrement_use(5);
 
-  EXPECT_EQ(rays.free_count(), all - 1);
+  EXPECT_EQ(rays.unassigned_count(), all - 1);
   std::vector<std::size_t> free;
-  rays.for_free([&](std::size_t ray) { free.push_back(ray); });
+  rays.for_each_unassigned([&](std::size_t ray) { free.push_back(ray); });
   EXPECT_EQ(free.size(), all - 1);
   EXPECT_EQ(std::ranges::count(free, 3U), 0);
 }

@@ -22,89 +22,89 @@ Expected expect_tracks(const std::vector<std::uint32_t>& tracks) {
 }
 
 /// One image of the camera, with the blob in it: whose it is.
-std::uint32_t see(BlobOwners& owners, BlobTrackId blob = kBlob) {
-  owners.see(kCamera);
-  return owners.owner_of(kCamera, blob);
+std::uint32_t begin_image(BlobTrackOwners& owners, BlobTrackId blob = kBlob) {
+  owners.begin_image(kCamera);
+  return owners.predicted_marker(kCamera, blob);
 }
 
 /// Lets it learn in three images that the blob is this marker's.
-void teach(BlobOwners& owners, std::uint32_t marker) {
+void teach(BlobTrackOwners& owners, std::uint32_t marker) {
   for (int image = 0; image < 3; ++image) {
-    see(owners);
-    owners.learn(kCamera, kBlob, marker);
+    begin_image(owners);
+    owners.associate(kCamera, kBlob, marker);
   }
 }
 
-TEST(BlobOwners, KnowsWhoseA2DTrackIsAfterThreeSets) {
-  BlobOwners owners(2);
-  owners.expect(expect_tracks({40, 50}));
+TEST(BlobTrackOwners, KnowsWhoseA2DTrackIsAfterThreeSets) {
+  BlobTrackOwners owners(2);
+  owners.set_predictions(expect_tracks({40, 50}));
 
-  see(owners);
-  owners.learn(kCamera, kBlob, 1);
-  see(owners);
-  owners.learn(kCamera, kBlob, 1);
-  EXPECT_EQ(see(owners), BlobOwners::kNobody);
-  owners.learn(kCamera, kBlob, 1);
+  begin_image(owners);
+  owners.associate(kCamera, kBlob, 1);
+  begin_image(owners);
+  owners.associate(kCamera, kBlob, 1);
+  EXPECT_EQ(begin_image(owners), BlobTrackOwners::kUnknown);
+  owners.associate(kCamera, kBlob, 1);
 
-  EXPECT_EQ(see(owners), 1U);
-  EXPECT_EQ(see(owners, BlobTrackId{8}), BlobOwners::kNobody);
-  EXPECT_EQ(see(owners, BlobTrackId{}), BlobOwners::kNobody);
+  EXPECT_EQ(begin_image(owners), 1U);
+  EXPECT_EQ(begin_image(owners, BlobTrackId{8}), BlobTrackOwners::kUnknown);
+  EXPECT_EQ(begin_image(owners, BlobTrackId{}), BlobTrackOwners::kUnknown);
 }
 
-TEST(BlobOwners, FollowsTheTrackWhereverItStandsAmongTheExpected) {
-  BlobOwners owners(2);
-  owners.expect(expect_tracks({40, 50}));
+TEST(BlobTrackOwners, FollowsTheTrackWhereverItStandsAmongTheExpected) {
+  BlobTrackOwners owners(2);
+  owners.set_predictions(expect_tracks({40, 50}));
   teach(owners, 1);
 
-  owners.expect(expect_tracks({20, 30, 50}));
-  EXPECT_EQ(see(owners), 2U);
+  owners.set_predictions(expect_tracks({20, 30, 50}));
+  EXPECT_EQ(begin_image(owners), 2U);
 
-  owners.expect(expect_tracks({40, 60}));
-  EXPECT_EQ(see(owners), BlobOwners::kStranger);
+  owners.set_predictions(expect_tracks({40, 60}));
+  EXPECT_EQ(begin_image(owners), BlobTrackOwners::kUnpredicted);
 }
 
-TEST(BlobOwners, KnowsAMarkerWhose3DTrackEndedByItsName) {
+TEST(BlobTrackOwners, KnowsAMarkerWhose3DTrackEndedByItsName) {
   constexpr Label kName{SubjectId{0}, 3};
   Expected tracked = expect_tracks({40, 50});
   tracked.markers[1].label = kName;
-  BlobOwners owners(2);
-  owners.expect(tracked);
+  BlobTrackOwners owners(2);
+  owners.set_predictions(tracked);
   teach(owners, 1);
 
   Expected told = expect_tracks({40, TrackId::kNothing});
-  owners.expect(told);
-  EXPECT_EQ(see(owners), BlobOwners::kStranger);
+  owners.set_predictions(told);
+  EXPECT_EQ(begin_image(owners), BlobTrackOwners::kUnpredicted);
   told.markers[1].label = kName;
-  owners.expect(told);
+  owners.set_predictions(told);
 
-  EXPECT_EQ(see(owners), 1U);
+  EXPECT_EQ(begin_image(owners), 1U);
 }
 
-TEST(BlobOwners, KnowsNothingOfA2DTrackThatWasAwayForAnImage) {
-  BlobOwners owners(2);
-  owners.expect(expect_tracks({40}));
+TEST(BlobTrackOwners, KnowsNothingOfA2DTrackThatWasAwayForAnImage) {
+  BlobTrackOwners owners(2);
+  owners.set_predictions(expect_tracks({40}));
   teach(owners, 0);
-  ASSERT_EQ(see(owners), 0U);
+  ASSERT_EQ(begin_image(owners), 0U);
 
-  owners.see(kCamera);
+  owners.begin_image(kCamera);
 
-  EXPECT_EQ(see(owners), BlobOwners::kNobody);
-  EXPECT_EQ(see(owners), BlobOwners::kNobody);
+  EXPECT_EQ(begin_image(owners), BlobTrackOwners::kUnknown);
+  EXPECT_EQ(begin_image(owners), BlobTrackOwners::kUnknown);
 }
 
-TEST(BlobOwners, BelievesTheViewsThatAgreeOnAnotherOwner) {
-  BlobOwners owners(2);
-  owners.expect(expect_tracks({40, 50}));
+TEST(BlobTrackOwners, BelievesTheViewsThatAgreeOnAnotherOwner) {
+  BlobTrackOwners owners(2);
+  owners.set_predictions(expect_tracks({40, 50}));
   teach(owners, 0);
 
-  see(owners);
-  owners.learn(kCamera, kBlob, 1);
-  EXPECT_EQ(see(owners), BlobOwners::kNobody);
-  owners.learn(kCamera, kBlob, 1);
-  see(owners);
-  owners.learn(kCamera, kBlob, 1);
+  begin_image(owners);
+  owners.associate(kCamera, kBlob, 1);
+  EXPECT_EQ(begin_image(owners), BlobTrackOwners::kUnknown);
+  owners.associate(kCamera, kBlob, 1);
+  begin_image(owners);
+  owners.associate(kCamera, kBlob, 1);
 
-  EXPECT_EQ(see(owners), 1U);
+  EXPECT_EQ(begin_image(owners), 1U);
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ TEST(BlobDoubt, TrustsALoneDiscAsItsDetectorDoes) {
     const std::vector<scene::Disc> disc{disc_at({at(random), at(random)}, size(random))};
     const Blobs blobs = images.see(disc);
     ASSERT_EQ(blobs.size(), 1u);
-    doubted += doubt_px(blobs[0]) > 0.25 ? 1 : 0;
+    doubted += centroid_sigma_px(blobs[0]) > 0.25 ? 1 : 0;
   }
 
   EXPECT_LE(doubted, 10);  // 1 %: now and then the grid makes a disc uneven
@@ -70,7 +70,7 @@ TEST(BlobDoubt, TellsHowFarAndWhereTheHalvesOfAMergedBlobLie) {
       // A pixel more or less at an end changes the inertia by as much as half a pixel between the discs does.
       EXPECT_NEAR(spread_px(blobs[0]), half_px, 0.5) << half_px << " " << angle;
       EXPECT_GT(std::abs(std::cos(blobs[0].axis_rad - angle)), std::cos(0.3)) << half_px << " " << angle;
-      EXPECT_GT(doubt_px(blobs[0]), 0.5 * half_px);
+      EXPECT_GT(centroid_sigma_px(blobs[0]), 0.5 * half_px);
     }
   }
 }
@@ -80,8 +80,8 @@ TEST(BlobDoubt, TakesABlobMuchLargerThanItsFellowsForACrowd) {
   triple.area_px2 = 46.0;
   triple.roundness = 0.97;
 
-  EXPECT_GT(crowd_px(triple, 15.0), 1.5);
-  EXPECT_EQ(crowd_px(triple, 30.0), 0.0);  // a nearer marker
+  EXPECT_GT(crowd_offset_px(triple, 15.0), 1.5);
+  EXPECT_EQ(crowd_offset_px(triple, 30.0), 0.0);  // a nearer marker
 }
 
 }  // namespace

@@ -133,10 +133,10 @@ TEST(ShareBlobs, SharesNoBlobWhoseShapeDoesNotFit) {
   const double px = 1.0 / view.focal_px;
   view.index();
   RayBins bins;
-  bins.fill(view.places(), view.bounds(), view.usual_variance(), 4.0F);
+  bins.fill(view.shared_places(), view.bounds(), view.typical_variance(), 4.0F);
   // Two markers on either side of the blob, each known to 0.3 px.
   const auto two_at = [&](const Vector2d& off_px) {
-    Foreseen two;
+    PredictedMeasurements two;
     two.resize(2);
     for (const std::size_t m : {0U, 1U}) {
       const Vector2d at = (m == 0 ? 1.0 : -1.0) * px * off_px;
@@ -147,16 +147,16 @@ TEST(ShareBlobs, SharesNoBlobWhoseShapeDoesNotFit) {
     }
     return two;
   };
-  const Foreseen along = two_at({1.0, 0.0});
-  const Foreseen across = two_at({0.0, 1.6});
-  BlobSharer sharer(8);
+  const PredictedMeasurements along = two_at({1.0, 0.0});
+  const PredictedMeasurements across = two_at({0.0, 1.6});
+  MergedBlobResolver sharer(8);
 
-  for (const auto& [foreseen, shared] : {std::pair{along, true}, std::pair{across, false}}) {
-    ViewHolds held(2);
-    held.begin(2, 1);
-    held.hold(0, 0);
-    sharer.share(view, bins, foreseen, held);
-    EXPECT_EQ(held.rays()[1] == 0, shared);
+  for (const auto& [predicted, shared] : {std::pair{along, true}, std::pair{across, false}}) {
+    RayAssignments assigned(2);
+    assigned.begin(2, 1);
+    assigned.assign(0, 0);
+    sharer.resolve(view, bins, predicted, assigned);
+    EXPECT_EQ(assigned.rays()[1] == 0, shared);
   }
 }
 

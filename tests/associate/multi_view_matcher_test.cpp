@@ -178,19 +178,19 @@ TEST(MatchViews, TellsTheRayOfAnExpectedMarkerThatOneCameraAloneSees) {
 
   const Matches& matches = matcher->match(world.set, expect(markers, 0.003, random));
 
-  ASSERT_EQ(matches.lone.size(), 1u);
-  const LoneSighting& lone = matches.lone[0];
-  EXPECT_EQ(lone.expected, 1u);
-  EXPECT_EQ(lone.sighting.view, 3u);
-  EXPECT_EQ(lone.sighting.blob, 1u);
-  EXPECT_LT((lone.eye.v - rig[3].centre().v).norm(), 1e-12);
+  ASSERT_EQ(matches.bearing_only.size(), 1u);
+  const BearingOnlyObservation& bearing_only = matches.bearing_only[0];
+  EXPECT_EQ(bearing_only.expected, 1u);
+  EXPECT_EQ(bearing_only.sighting.view, 3u);
+  EXPECT_EQ(bearing_only.sighting.blob, 1u);
+  EXPECT_LT((bearing_only.eye.v - rig[3].centre().v).norm(), 1e-12);
   // The ray passes the marker within five of the standard deviations that it tells.
-  const Vector3d to_marker = markers[1] - lone.eye.v;
-  EXPECT_NEAR(lone.direction.norm(), 1.0, 1e-12);
-  EXPECT_LT(to_marker.cross(lone.direction).norm(), 5.0 * lone.sigma_rad * to_marker.norm());
-  EXPECT_NEAR(lone.sigma_rad, 0.05 / 900.0, 0.2 * 0.05 / 900.0);  // rad; the lens bends a little
+  const Vector3d to_marker = markers[1] - bearing_only.eye.v;
+  EXPECT_NEAR(bearing_only.direction.norm(), 1.0, 1e-12);
+  EXPECT_LT(to_marker.cross(bearing_only.direction).norm(), 5.0 * bearing_only.sigma_rad * to_marker.norm());
+  EXPECT_NEAR(bearing_only.sigma_rad, 0.05 / 900.0, 0.2 * 0.05 / 900.0);  // rad; the lens bends a little
 
-  EXPECT_TRUE(matcher->match(world.set, {}).lone.empty());  // nobody is expected
+  EXPECT_TRUE(matcher->match(world.set, {}).bearing_only.empty());  // nobody is expected
 }
 
 TEST(MatchViews, TellsNoRayWhoseBlobANewMarkerTook) {
@@ -208,7 +208,7 @@ TEST(MatchViews, TellsNoRayWhoseBlobANewMarkerTook) {
   ASSERT_EQ(matches.matches.size(), 1u);
   EXPECT_EQ(matches.matches[0].expected, Match::kNew);
   EXPECT_EQ(matches.seen_once, 1u);
-  EXPECT_TRUE(matches.lone.empty());
+  EXPECT_TRUE(matches.bearing_only.empty());
 }
 
 TEST(MatchViews, LeavesOutTheViewThatHasAFalseBlobInTheGate) {
@@ -503,9 +503,9 @@ TEST(MatchViews, RefusesAPairOfWhichOneBlobWasAnothersBefore) {
   const Matches& matches = watched.matcher->match(world.set, watched.expected());
 
   EXPECT_EQ(match_of(matches, 0), nullptr);
-  ASSERT_GE(matches.lone.size(), 1u);
-  EXPECT_EQ(matches.lone[0].expected, 0u);
-  EXPECT_EQ(matches.lone[0].sighting.view, 0u);
+  ASSERT_GE(matches.bearing_only.size(), 1u);
+  EXPECT_EQ(matches.bearing_only[0].expected, 0u);
+  EXPECT_EQ(matches.bearing_only[0].sighting.view, 0u);
 }
 
 TEST(MatchViews, RefusesAPairOfBlobsThatMeetByChanceWhereTheMarkerIsHardlyKnown) {
@@ -521,17 +521,17 @@ TEST(MatchViews, RefusesAPairOfBlobsThatMeetByChanceWhereTheMarkerIsHardlyKnown)
   lost.covariance_m2 = Eigen::Matrix3d::Identity() * 0.01;
   lost.track = TrackId{90};
   expected.markers.push_back(lost);
-  const WorldPoint meeting{{0.16, 0.1, 1.08}};
+  const WorldPoint triangulation{{0.16, 0.1, 1.08}};
   for (const std::size_t view : {0u, 2u}) {
     Blob blob = world.frames[view]->blobs[0];
-    blob.centroid = *geometry::project(rig[view], meeting);
+    blob.centroid = *geometry::project(rig[view], triangulation);
     world.frames[view]->blobs.push_back(blob);
   }
 
   EXPECT_EQ(match_of(matcher->match(world.set, expected), 40), nullptr);
 
   // The same two are its own where it was expected just there.
-  expected.markers[40].position = meeting;
+  expected.markers[40].position = triangulation;
   expected.markers[40].covariance_m2 = Eigen::Matrix3d::Identity() * 25e-6;
   EXPECT_NE(match_of(matcher->match(world.set, expected), 40), nullptr);
 }

@@ -42,7 +42,7 @@ struct Hand {
   /// The blob of the lone camera goes on as another 2D track.
   SeenWorld hide_and_break() {
     auto world = hide();
-    EXPECT_EQ(matcher->match(world.set, expected(0.005)).lone.size(), 1U);
+    EXPECT_EQ(matcher->match(world.set, expected(0.005)).bearing_only.size(), 1U);
     world.frames[0]->blobs[0].track = BlobTrackId{77};
     return world;
   }
@@ -72,8 +72,8 @@ TEST(MatchLone, ABlobIsWhoseItsTrackWasThoughAnotherIsExpectedThere) {
 
   const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, hand.as_another()));
 
-  ASSERT_EQ(matches.lone.size(), 1U);
-  EXPECT_EQ(matches.lone[0].expected, 0U);
+  ASSERT_EQ(matches.bearing_only.size(), 1U);
+  EXPECT_EQ(matches.bearing_only[0].expected, 0U);
 }
 
 TEST(MatchLone, AMarkerWhose3DTrackEndedIsKnownByItsName) {
@@ -82,8 +82,8 @@ TEST(MatchLone, AMarkerWhose3DTrackEndedIsKnownByItsName) {
 
   const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, hand.as_another(), false));
 
-  ASSERT_EQ(matches.lone.size(), 1U);
-  EXPECT_EQ(matches.lone[0].expected, 0U);
+  ASSERT_EQ(matches.bearing_only.size(), 1U);
+  EXPECT_EQ(matches.bearing_only[0].expected, 0U);
 }
 
 TEST(MatchLone, ABlobThatOneCameraAloneSawWithoutDoubtStaysItsMarkers) {
@@ -91,13 +91,13 @@ TEST(MatchLone, ABlobThatOneCameraAloneSawWithoutDoubtStaysItsMarkers) {
   auto world = hand.hide();
   world.frames[0]->blobs[0].track = BlobTrackId{77};  // this camera did not see it before
   for (int set = 0; set < 4; ++set) {
-    ASSERT_EQ(hand.matcher->match(world.set, hand.expected(0.003)).lone.size(), 1U);
+    ASSERT_EQ(hand.matcher->match(world.set, hand.expected(0.003)).bearing_only.size(), 1U);
   }
 
   const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, hand.as_another(), false));
 
-  ASSERT_EQ(matches.lone.size(), 1U);
-  EXPECT_EQ(matches.lone[0].expected, 0U);
+  ASSERT_EQ(matches.bearing_only.size(), 1U);
+  EXPECT_EQ(matches.bearing_only[0].expected, 0U);
 }
 
 // Another camera has a blob on the ray of the one that it is seen by, three sigmas off in depth. What flashes in one
@@ -120,7 +120,7 @@ TEST(MatchLone, AFlashOnTheRayOfAMarkerThatOneCameraSeesIsNoSecondSightOfIt) {
 
     const Matches& matches = hand.matcher->match(world.set, hand.expected(0.01));
 
-    EXPECT_EQ(matches.lone.size(), flashes ? 1U : 0U);
+    EXPECT_EQ(matches.bearing_only.size(), flashes ? 1U : 0U);
     EXPECT_EQ(matches.matches.size(), flashes ? 0U : 1U);
   }
 }
@@ -132,8 +132,8 @@ TEST(MatchLone, ABlobThatGoesOnAfterItsTrackBrokeIsRatherItsMarkers) {
 
   const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, 0.6 * hand.as_another(), false));
 
-  ASSERT_EQ(matches.lone.size(), 1U);
-  EXPECT_EQ(matches.lone[0].expected, 0U);
+  ASSERT_EQ(matches.bearing_only.size(), 1U);
+  EXPECT_EQ(matches.bearing_only[0].expected, 0U);
 }
 
 TEST(MatchLone, ABlobLongAfterATrackBrokeIsWhoseItMayBeBest) {
@@ -145,8 +145,8 @@ TEST(MatchLone, ABlobLongAfterATrackBrokeIsWhoseItMayBeBest) {
 
   const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, 0.6 * hand.as_another(), false));
 
-  ASSERT_EQ(matches.lone.size(), 1U);
-  EXPECT_EQ(matches.lone[0].expected, 2U);
+  ASSERT_EQ(matches.bearing_only.size(), 1U);
+  EXPECT_EQ(matches.bearing_only[0].expected, 2U);
 }
 
 TEST(MatchLone, ABlobThatMayBeAnyOfTheHandsIsNobodysForGood) {
@@ -158,13 +158,13 @@ TEST(MatchLone, ABlobThatMayBeAnyOfTheHandsIsNobodysForGood) {
 
   const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, hand.as_another(), false));
 
-  ASSERT_EQ(matches.lone.size(), 1U);
-  EXPECT_EQ(matches.lone[0].expected, 2U);
+  ASSERT_EQ(matches.bearing_only.size(), 1U);
+  EXPECT_EQ(matches.bearing_only[0].expected, 2U);
 }
 
 // How far the ray passes from a place.
-double off_m(const LoneSighting& lone, const Vector3d& place) {
-  return (place - lone.eye.v).cross(lone.direction).norm();
+double off_m(const BearingOnlyObservation& bearing_only, const Vector3d& place) {
+  return (place - bearing_only.eye.v).cross(bearing_only.direction).norm();
 }
 
 TEST(MatchLone, ABlobThatMayBeAnyOfTheHandsTellsWhereTheHandIs) {
@@ -176,11 +176,11 @@ TEST(MatchLone, ABlobThatMayBeAnyOfTheHandsTellsWhereTheHandIs) {
   // Nobody knows which of the three it is: were it the middle of them, each would lie beside it as it does beside that.
   const Matches& matches = hand.matcher->match(world.set, hand.expected(0.1, Vector3d::Zero(), false));
 
-  ASSERT_EQ(matches.lone.size(), 1U);
-  const LoneSighting& lone = matches.lone[0];
-  const Vector3d& named = hand.markers[lone.expected];
-  EXPECT_LT(off_m(lone, hand.markers[0] + named - middle), 0.005);
-  const double sigma_m = lone.sigma_rad * (named - lone.eye.v).norm();
+  ASSERT_EQ(matches.bearing_only.size(), 1U);
+  const BearingOnlyObservation& bearing_only = matches.bearing_only[0];
+  const Vector3d& named = hand.markers[bearing_only.expected];
+  EXPECT_LT(off_m(bearing_only, hand.markers[0] + named - middle), 0.005);
+  const double sigma_m = bearing_only.sigma_rad * (named - bearing_only.eye.v).norm();
   EXPECT_GT(sigma_m, 0.02);
   EXPECT_LT(sigma_m, 0.05);
 }
@@ -193,8 +193,8 @@ TEST(MatchLone, ABlobOfAHandThatIsWellKnownTellsWhereTheNamedMarkerIs) {
   // Several may have made it, none of which is known so badly that it could be where another is.
   const Matches& matches = hand.matcher->match(world.set, hand.expected(0.015, 0.45 * hand.as_another(), false));
 
-  ASSERT_EQ(matches.lone.size(), 1U);
-  EXPECT_LT(off_m(matches.lone[0], hand.markers[0]), 0.001);
+  ASSERT_EQ(matches.bearing_only.size(), 1U);
+  EXPECT_LT(off_m(matches.bearing_only[0], hand.markers[0]), 0.001);
 }
 
 }  // namespace

@@ -41,13 +41,14 @@ TEST(MatchNew, TellsWhereTheRaysOfANewMarkerMeetAsCertainAsTheirBlobsAre) {
 
   ASSERT_GE(matches.matches.size(), 35u);
   for (const Match& match : matches.matches) {
-    ASSERT_TRUE(match.meeting.has_value());
-    const auto best = geometry::refine(sightings_of(rig, world.set, match), match.meeting->point);
+    ASSERT_TRUE(match.triangulation.has_value());
+    const auto best = geometry::refine(sightings_of(rig, world.set, match), match.triangulation->point);
     ASSERT_TRUE(best);
     // Depths are right to 1 %, and so are the weights.
-    const Eigen::Vector3d off = match.meeting->point.v - best->point.v;
+    const Eigen::Vector3d off = match.triangulation->point.v - best->point.v;
     EXPECT_LT(std::sqrt(off.dot(best->covariance_m2.inverse() * off)), 0.03);
-    EXPECT_NEAR(match.meeting->covariance_m2.trace(), best->covariance_m2.trace(), 0.03 * best->covariance_m2.trace());
+    EXPECT_NEAR(match.triangulation->covariance_m2.trace(), best->covariance_m2.trace(),
+                0.03 * best->covariance_m2.trace());
   }
 }
 

@@ -51,7 +51,7 @@ void add(const kinematics::PoseFit& body, double noise_m, std::mt19937& random, 
 
 Take stands(const MarkerSet& set, double yaw_rad, double noise_m, std::mt19937& random) {
   kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
-  body.place({{0.3, -0.2, 0.95}, kinematics::turn_by({0.0, 0.0, yaw_rad})});
+  body.place({{0.3, -0.2, 0.95}, kinematics::from_rotation_vector({0.0, 0.0, yaw_rad})});
   Take take;
   for (int i = 0; i < 30; ++i) add(body, noise_m, random, take);
   return take;
@@ -94,7 +94,8 @@ bool told(const MarkerSet& set, std::size_t bone) {
 
 // How wrong a fitted body shows a motion that it was not fitted to.
 Errors errors_of(const MarkerSet& fitted, const MarkerSet& truth, const Take& motion) {
-  kinematics::PoseFit shown(fitted, kinematics::PoseFit::Lengths::Fixed), real(truth, kinematics::PoseFit::Lengths::Fixed);
+  kinematics::PoseFit shown(fitted, kinematics::PoseFit::Lengths::Fixed),
+      real(truth, kinematics::PoseFit::Lengths::Fixed);
   double joints = 0.0, turns = 0.0;
   int count = 0;
   for (std::size_t f = 0; f < motion.seen.frames(); f += 10) {
@@ -141,7 +142,7 @@ TEST(InstantEquations, GradientOfTheOffsetsAgreesWithFiniteDifferences) {
   const InstantCost by{.outlier_m = 1.0, .at_rest_sigma_rad = 0.3};
   InstantEquations equations(file);
   const BodyOffsets offsets = offsets_of(file);
-  (void)equations.settle(instant, offsets, by, 400);
+  (void)equations.optimise_pose(instant, offsets, by, 400);
   const auto count = static_cast<std::size_t>(equations.columns().count);
   std::vector<double> matrix(count * count), gradient(count);
   (void)equations.eliminate(instant, offsets, by);
@@ -149,7 +150,7 @@ TEST(InstantEquations, GradientOfTheOffsetsAgreesWithFiniteDifferences) {
 
   const auto cost_at = [&](const BodyOffsets& moved) {
     BodyInstant again = instant;
-    return equations.settle(again, moved, by, 400).cost(by);
+    return equations.optimise_pose(again, moved, by, 400).cost(by);
   };
   constexpr double kStep_m = 1e-5;
   const auto check = [&](int column, const auto& place) {

@@ -59,8 +59,8 @@ std::vector<std::uint16_t> erased(const Surroundings& box, int reach) {
           nearest = std::min(nearest, (u - x) * (u - x) + (v - y) * (v - y));
         }
       }
-      const bool is_others = box.bright(x, y) ? !box.own[box.at(x, y)] : other <= own && other < far;
-      if (is_others) left[box.at(x, y)] = 0;
+      const bool is_other_markers = box.bright(x, y) ? !box.own[box.at(x, y)] : other <= own && other < far;
+      if (is_other_markers) left[box.at(x, y)] = 0;
     }
   }
   return left;

@@ -96,7 +96,7 @@ TEST(RowMask, TakesOutWhatAPolygonCovers) {
   std::vector<BrightWord> words{
       {all, places.of(4, 0)}, {all, places.of(7, 0)}, {square_bits, places.of(9, 0)}, {all, places.of(10, 0)}};
 
-  mask.cut(words);
+  mask.clear_masked(words);
 
   EXPECT_EQ(words[0].bits, all);
   EXPECT_EQ(words[1].bits, all & ~square_bits);

@@ -58,8 +58,8 @@ class Capture {
     tracker_->predict(frames.exposed_at, *expected_);
     const Matches& matches = matcher_->match(frames, *expected_);
     const Markers& markers = triangulator_->triangulate(frames, matches);
-    watch_.look(frames, matches, markers);
-    (void)tracker_->step(markers, *expected_, matches.lone);
+    watch_.update(frames, matches, markers);
+    (void)tracker_->step(markers, *expected_, matches.bearing_only);
   }
 
   // Twenty markers wander through the volume; each view is missing now and then, and some blobs are nobody's.

@@ -20,12 +20,12 @@ const Eigen::Vector3d kTold(0.1, 0.0, 1.0);     // where the body says that it i
 
 /// What a test says of the one marker, and what the row made of it.
 struct Script {
-  int cameras = 0;        // see it
-  TrackId bearer;         // the track that bears the name
-  bool called = false;    // the matcher was told the name
-  Eigen::Vector3d place;  // and where to look for the track
-  bool ray = false;       // the solver was told a ray of that name
-  bool surmised = false;  // and what the labeller surmised
+  int cameras = 0;                      // see it
+  TrackId bearer;                       // the track that bears the name
+  bool called = false;                  // the matcher was told the name
+  Eigen::Vector3d place;                // and where to look for the track
+  bool ray = false;                     // the solver was told a ray of that name
+  bool ambiguous_observations = false;  // and what the labeller surmised
 };
 
 class ScriptedMatcher : public Matcher {
@@ -34,9 +34,9 @@ class ScriptedMatcher : public Matcher {
   const Matches& match(const FrameSet&, const Expected& expected) override {
     script_.called = expected.markers[0].label == kName;
     script_.place = expected.markers[0].position.v;
-    matches_.lone.clear();
+    matches_.bearing_only.clear();
     matches_.matches.clear();
-    if (script_.cameras == 1) matches_.lone.push_back({});
+    if (script_.cameras == 1) matches_.bearing_only.push_back({});
     if (script_.cameras > 1) matches_.matches.push_back({}).expected = 0;
     return matches_;
   }
@@ -66,22 +66,24 @@ class ScriptedLabeller : public support::EmptyLabeller {
     labels_[0].markers[kName.marker].track = script_.bearer;
     return labels_;
   }
-  std::span<const SurmisedMarker> surmised() const override { return {&surmised_, 1}; }
+  std::span<const AmbiguousObservation> ambiguous_observations() const override {
+    return {&ambiguous_observations_, 1};
+  }
 
  private:
   Script& script_;
   Labels labels_;
-  SurmisedMarker surmised_{kName, {kTold}};
+  AmbiguousObservation ambiguous_observations_{kName, {kTold}};
 };
 
 class ScriptedSolver : public support::EmptySolver {
  public:
   explicit ScriptedSolver(Script& script) : script_(script) {}
-  const Poses& solve(Labels& labels, Timestamp at, std::span<const NamedRay> rays,
-                     std::span<const SurmisedMarker> surmised) override {
+  const Poses& solve(Labels& labels, Timestamp at, std::span<const LabelledBearing> rays,
+                     std::span<const AmbiguousObservation> ambiguous_observations) override {
     script_.ray = rays.size() == 1 && rays[0].label == kName;
-    script_.surmised = surmised.size() == 1 && surmised[0].label == kName;
-    return EmptySolver::solve(labels, at, rays, surmised);
+    script_.ambiguous_observations = ambiguous_observations.size() == 1 && ambiguous_observations[0].label == kName;
+    return EmptySolver::solve(labels, at, rays, ambiguous_observations);
   }
   void predict(Timestamp, Expected& into) const override {
     ExpectedMarker& one = into.markers.push_back({});
@@ -135,7 +137,7 @@ TEST_F(FuseNames, ARayOfAHiddenMarkerKeepsItsNameAsLongAsOneCameraSeesIt) {
   EXPECT_TRUE(script.ray);
 }
 
-TEST_F(FuseNames, WhatTheLabellerSurmisesReachesTheSolver) { EXPECT_TRUE(script.surmised); }
+TEST_F(FuseNames, WhatTheLabellerSurmisesReachesTheSolver) { EXPECT_TRUE(script.ambiguous_observations); }
 
 TEST_F(FuseNames, ANameOutlivesAMomentInWhichNoCameraSeesTheMarker) {
   step(10);

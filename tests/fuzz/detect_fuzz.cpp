@@ -104,7 +104,7 @@ int main(int argc, char** argv) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   unsigned long count = 0;
   while (std::chrono::steady_clock::now() < end) {
-    for (int i = 0; i < 100; ++i) mocap::stages::try_once(random, kernels);
+    for (int i = 0; i < 100; ++i) mocap::detect::try_once(random, kernels);
     count += 100;
   }
   std::printf("detect_fuzz: %lu images\n", count);

@@ -79,7 +79,8 @@ TEST(ShippedMarkerSets, NameAllPairsThatTellTheSides) {
 
 TEST(WithAsymmetries, PutsPairsWhereTheBodyWearsThemAndLeavesTheRest) {
   const MarkerSet set = test::sparse_person(0.0);
-  bodyfit::FittedSubject fitted{.marker_set = test::sparse_person(0.04), .size = 1.1, .residuals = {}, .from_rest = true};
+  bodyfit::FittedSubject fitted{
+      .marker_set = test::sparse_person(0.04), .size = 1.1, .residuals = {}, .from_rest = true};
   for (MarkerOnBone& marker : fitted.marker_set.markers) marker.offset_m *= 1.1;
   fitted.marker_set.markers[0].offset_m.x() += 0.05;
 
@@ -98,13 +99,13 @@ TEST(WithAsymmetries, PutsPairsWhereTheBodyWearsThemAndLeavesTheRest) {
 
 TEST(ReadBackToFront, IsWhoseLimbsAloneTellTheFaceUnlessPairsTellTheSides) {
   for (const char* name : {"openmocap18", "baseline41", "baseline51", "pluginGait39"})
-    EXPECT_FALSE(is_read_back_to_front(person(name), {})) << name;
-  EXPECT_TRUE(is_read_back_to_front(test::sparse_person(0.0), {}));
+    EXPECT_FALSE(has_front_back_ambiguity(person(name), {})) << name;
+  EXPECT_TRUE(has_front_back_ambiguity(test::sparse_person(0.0), {}));
 
   MarkerSet told = test::sparse_person(0.04);
-  EXPECT_TRUE(is_read_back_to_front(told, {}));
+  EXPECT_TRUE(has_front_back_ambiguity(told, {}));
   told.asymmetric = asymmetric_markers(told);
-  EXPECT_FALSE(is_read_back_to_front(told, {}));
+  EXPECT_FALSE(has_front_back_ambiguity(told, {}));
 }
 
 }  // namespace

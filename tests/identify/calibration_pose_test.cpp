@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "identify/t_pose_finder.h"
+#include "identify/tpose_finder.h"
 #include "support/test_body.h"
 
 namespace mocap::identify {
@@ -19,8 +19,8 @@ std::vector<Pose> lowered(const kinematics::PoseFit& body, double left_rad, doub
   std::vector<Pose> locals(body.locals().begin(), body.locals().end());
   const auto& bones = body.marker_set().skeleton.bones;
   for (std::size_t b = 0; b < bones.size(); ++b) {
-    if (bones[b].name == "LeftUpArm") locals[b].rotation = kinematics::turn_by({-left_rad, 0.0, 0.0});
-    if (bones[b].name == "RightUpArm") locals[b].rotation = kinematics::turn_by({right_rad, 0.0, 0.0});
+    if (bones[b].name == "LeftUpArm") locals[b].rotation = kinematics::from_rotation_vector({-left_rad, 0.0, 0.0});
+    if (bones[b].name == "RightUpArm") locals[b].rotation = kinematics::from_rotation_vector({right_rad, 0.0, 0.0});
   }
   return locals;
 }
@@ -32,7 +32,7 @@ TEST_P(ShippedSets, StandInAPoseWhereTheirUpperArmsAreLowered) {
   kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
   body.set_locals(lowered(body, kLowered_rad, kLowered_rad));
 
-  const auto stance = a_pose(set, kLowered_rad);
+  const auto stance = make_a_pose(set, kLowered_rad);
 
   ASSERT_TRUE(stance);
   const kinematics::PoseFit at_rest(stance->set, kinematics::PoseFit::Lengths::Fixed);
@@ -40,19 +40,19 @@ TEST_P(ShippedSets, StandInAPoseWhereTheirUpperArmsAreLowered) {
     EXPECT_LT((at_rest.marker_at(m) - body.marker_at(m)).norm(), 1e-12) << set.markers[m].name;
   }
   for (std::size_t b = 0; b < set.skeleton.bones.size(); ++b) {
-    EXPECT_LT(test::angle_between(stance->turned[b], body.world()[b].rotation), 1e-12) << set.skeleton.bones[b].name;
+    EXPECT_LT(test::angle_between(stance->rotations[b], body.world()[b].rotation), 1e-12) << set.skeleton.bones[b].name;
   }
 }
 
 TEST_P(ShippedSets, AreFoundInAPoseByTheSetThatRestsInIt) {
   const MarkerSet set = person(GetParam());
-  const auto stance = a_pose(set, kLowered_rad);
+  const auto stance = make_a_pose(set, kLowered_rad);
   ASSERT_TRUE(stance);
-  TPoseFinder finder(stance->set, {.most_turn_rad = 0.2}, 128);
+  TPoseFinder finder(stance->set, {.max_joint_angle_rad = 0.2}, 128);
   kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
   for (const double off_rad : {-0.18, -0.1, 0.0, 0.1, 0.18}) {
     std::vector<Pose> locals = lowered(body, kLowered_rad + off_rad, kLowered_rad - 0.03);
-    locals[0] = {{0.4, -0.3, 0.95}, kinematics::turn_by({0.0, 0.0, 5.0 * off_rad + 1.0})};
+    locals[0] = {{0.4, -0.3, 0.95}, kinematics::from_rotation_vector({0.0, 0.0, 5.0 * off_rad + 1.0})};
     body.set_locals(locals);
     std::vector<Eigen::Vector3d> points;
     for (std::size_t m = 0; m < set.markers.size(); ++m) points.push_back(body.marker_at(m));
@@ -67,14 +67,14 @@ TEST_P(ShippedSets, AreFoundInAPoseByTheSetThatRestsInIt) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Stance, ShippedSets, ::testing::Values("openmocap18", "baseline41"),
+INSTANTIATE_TEST_SUITE_P(CalibrationPose, ShippedSets, ::testing::Values("openmocap18", "baseline41"),
                          [](const auto& set) { return std::string(set.param); });
 
-TEST(Stance, FindsNobodyInAPoseWhoseArmsHangFurtherDown) {
+TEST(CalibrationPose, FindsNobodyInAPoseWhoseArmsHangFurtherDown) {
   const MarkerSet set = person("baseline41");
-  const auto stance = a_pose(set, kLowered_rad);
+  const auto stance = make_a_pose(set, kLowered_rad);
   ASSERT_TRUE(stance);
-  TPoseFinder finder(stance->set, {.most_turn_rad = 0.2}, 128);
+  TPoseFinder finder(stance->set, {.max_joint_angle_rad = 0.2}, 128);
   kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
   for (const double lowered_rad : {1.15, 1.3, 1.5}) {
     std::vector<Pose> locals = lowered(body, lowered_rad, lowered_rad);
@@ -87,16 +87,16 @@ TEST(Stance, FindsNobodyInAPoseWhoseArmsHangFurtherDown) {
   }
 }
 
-TEST(Stance, IsNothingForABodyWithoutArmsThatTurnSoFar) {
+TEST(CalibrationPose, IsNothingForABodyWithoutArmsThatTurnSoFar) {
   MarkerSet stiff = person("openmocap18");
   for (Bone& bone : stiff.skeleton.bones) bone.turns[0] = AngleRange{-0.5, 0.5};
   MarkerSet one_bone = person("openmocap18");
   one_bone.skeleton.bones.resize(1);
   one_bone.markers.clear();
 
-  EXPECT_FALSE(a_pose(stiff, kLowered_rad));
-  EXPECT_FALSE(a_pose(one_bone, kLowered_rad));
-  EXPECT_FALSE(a_pose({}, kLowered_rad));
+  EXPECT_FALSE(make_a_pose(stiff, kLowered_rad));
+  EXPECT_FALSE(make_a_pose(one_bone, kLowered_rad));
+  EXPECT_FALSE(make_a_pose({}, kLowered_rad));
 }
 
 }  // namespace

@@ -20,14 +20,14 @@ MarkerSet thing(const std::vector<Eigen::Vector3d>& places_m) {
 TEST(SameShape, ATurnedAndReorderedThingIsMistakenForTheFirst) {
   const MarkerSet first = test::person("rigid4");
   MarkerSet second = first;
-  const Eigen::Quaterniond turn = kinematics::turn_by({0.4, -1.0, 2.0});
+  const Eigen::Quaterniond turn = kinematics::from_rotation_vector({0.4, -1.0, 2.0});
   for (MarkerOnBone& marker : second.markers) marker.offset_m = turn * marker.offset_m + Eigen::Vector3d(0.1, 0.2, 0.3);
   std::swap(second.markers[0], second.markers[2]);
 
-  const auto mistaken = mistaken_for(first, second, kTolerance_m);
+  const auto mistaken = find_shape_ambiguity(first, second, kTolerance_m);
 
   ASSERT_TRUE(mistaken);
-  EXPECT_EQ(*mistaken, (MistakenFor{2, 1, 0, 3}));
+  EXPECT_EQ(*mistaken, (MarkerCorrespondence{2, 1, 0, 3}));
 }
 
 TEST(SameShape, AMirrorImageIsAnotherThing) {
@@ -35,7 +35,7 @@ TEST(SameShape, AMirrorImageIsAnotherThing) {
   MarkerSet second = first;
   for (MarkerOnBone& marker : second.markers) marker.offset_m.y() = -marker.offset_m.y();
 
-  EXPECT_FALSE(mistaken_for(first, second, kTolerance_m));
+  EXPECT_FALSE(find_shape_ambiguity(first, second, kTolerance_m));
 }
 
 TEST(SameShape, AThingThatStandsInALargerOneIsMistakenForIt) {
@@ -43,16 +43,16 @@ TEST(SameShape, AThingThatStandsInALargerOneIsMistakenForIt) {
   MarkerSet part = larger;
   part.markers.erase(part.markers.begin());
 
-  EXPECT_TRUE(mistaken_for(part, larger, kTolerance_m));
-  EXPECT_FALSE(mistaken_for(larger, part, kTolerance_m));
+  EXPECT_TRUE(find_shape_ambiguity(part, larger, kTolerance_m));
+  EXPECT_FALSE(find_shape_ambiguity(larger, part, kTolerance_m));
 }
 
 TEST(SameShape, AThingIsMistakenForItselfOnlyWhereItIsSymmetric) {
   const MarkerSet lopsided = test::person("rigid4");
   const MarkerSet isosceles = thing({{0.0, 0.0, 0.0}, {0.1, 0.05, 0.0}, {0.1, -0.05, 0.0}});
 
-  EXPECT_FALSE(mistaken_for(lopsided, lopsided, kTolerance_m));
-  EXPECT_TRUE(mistaken_for(isosceles, isosceles, kTolerance_m));
+  EXPECT_FALSE(find_shape_ambiguity(lopsided, lopsided, kTolerance_m));
+  EXPECT_TRUE(find_shape_ambiguity(isosceles, isosceles, kTolerance_m));
 }
 
 TEST(SameShape, BodiesAreTheSameUntilABoneOrAMarkerIsElsewhere) {

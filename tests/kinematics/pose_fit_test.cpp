@@ -25,7 +25,7 @@ TEST(RotationVector, AndTurnByAreEachOthersInverse) {
     const Eigen::Vector3d phi(normal(random), normal(random), normal(random));
     if (phi.norm() > 3.1) continue;
 
-    EXPECT_LT((rotation_vector(turn_by(phi)) - phi).norm(), 1e-9);
+    EXPECT_LT((rotation_vector(from_rotation_vector(phi)) - phi).norm(), 1e-9);
   }
 }
 
@@ -35,12 +35,13 @@ TEST(ChangeOfRotationVector, AgreesWithFiniteDifferences) {
   for (int i = 0; i < 50; ++i) {
     const Eigen::Vector3d phi(normal(random), normal(random), normal(random));
     if (phi.norm() > 2.8) continue;
-    const Eigen::Matrix3d change = change_of_rotation_vector(phi);
+    const Eigen::Matrix3d change = inverse_left_jacobian(phi);
 
     for (int axis = 0; axis < 3; ++axis) {
       const Eigen::Vector3d small = 1e-6 * Eigen::Vector3d::Unit(axis);
-      const Eigen::Vector3d slope =
-          (rotation_vector(turn_by(small) * turn_by(phi)) - rotation_vector(turn_by(-small) * turn_by(phi))) / 2e-6;
+      const Eigen::Vector3d slope = (rotation_vector(from_rotation_vector(small) * from_rotation_vector(phi)) -
+                                     rotation_vector(from_rotation_vector(-small) * from_rotation_vector(phi))) /
+                                    2e-6;
       EXPECT_LT((slope - change.col(axis)).norm(), 1e-6);
     }
   }
@@ -143,8 +144,7 @@ TEST(TurnOfChangedVector, IsTheInverseOfChangeOfRotationVector) {
     for (int i = 0; i < 50; ++i) {
       const Eigen::Vector3d phi = scale * Eigen::Vector3d(normal(random), normal(random), normal(random));
 
-      EXPECT_LT((turn_of_changed_vector(phi) * change_of_rotation_vector(phi) - Eigen::Matrix3d::Identity()).norm(),
-                1e-9);
+      EXPECT_LT((left_jacobian(phi) * inverse_left_jacobian(phi) - Eigen::Matrix3d::Identity()).norm(), 1e-9);
     }
   }
 }
@@ -158,29 +158,31 @@ TEST(JointPrior, HasTheSlopesThatFiniteDifferencesGive) {
   hinge.turns[0] = hinge.turns[2] = std::nullopt;
   const std::vector<Eigen::Matrix3d> hold{
       (Eigen::Matrix3d() << 9.0, 1.0, 0.0, 1.0, 30.0, 2.0, 0.0, 2.0, 4.0).finished()};
-  const PosePrior prior{.rest_sigma_rad = 0.7, .rest_share = 0.5, .limit_sigma_rad = 0.2, .hold_weight = hold};
+  const PosePrior prior{
+      .rest_sigma_rad = 0.7, .rest_range_fraction = 0.5, .limit_sigma_rad = 0.2, .prior_information = hold};
   std::mt19937 random(8);
   std::normal_distribution<double> normal(0.0, 0.5);
   const Eigen::Matrix3d level = Eigen::Matrix3d::Identity();
-  const Eigen::Matrix3d leaning = turn_by({0.0, 0.6, 0.0}).toRotationMatrix();
-  for (const auto& [one, as_in_file] : {std::pair(bone, level), std::pair(hinge, level), std::pair(bone, leaning)}) {
+  const Eigen::Matrix3d leaning = from_rotation_vector({0.0, 0.6, 0.0}).toRotationMatrix();
+  for (const auto& [one, nominal_from_calibrated] :
+       {std::pair(bone, level), std::pair(hinge, level), std::pair(bone, leaning)}) {
     JointPrior joint(one, false);
-    joint.lean(as_in_file);
+    joint.set_hinge_axis(nominal_from_calibrated);
     joint.set(prior, 0);
     for (int i = 0; i < 20; ++i) {
-      const auto any = [&] { return turn_by({normal(random), normal(random), normal(random)}); };
-      const Eigen::Quaterniond local = joint.allowed(any()), held = any();
+      const auto any = [&] { return from_rotation_vector({normal(random), normal(random), normal(random)}); };
+      const Eigen::Quaterniond local = joint.project_to_free_axes(any()), held = any();
       (void)joint.evaluate(local, held);
       JointTerms terms;
       joint.add(Eigen::Matrix3d::Identity(), terms);
 
       for (int axis = 0; axis < 3; ++axis) {
         const Eigen::Vector3d small = 1e-6 * Eigen::Vector3d::Unit(axis);
-        const double slope =
-            0.5 *
-            (joint.evaluate(joint.stepped(local, small), held) - joint.evaluate(joint.stepped(local, -small), held)) /
-            2e-6;
-        EXPECT_NEAR(slope, terms.pull[axis], 1e-5 * std::max(1.0, std::abs(slope)));
+        const double slope = 0.5 *
+                             (joint.evaluate(joint.apply_step(local, small), held) -
+                              joint.evaluate(joint.apply_step(local, -small), held)) /
+                             2e-6;
+        EXPECT_NEAR(slope, terms.gradient[axis], 1e-5 * std::max(1.0, std::abs(slope)));
       }
     }
   }
@@ -223,7 +225,7 @@ TEST(PoseFit, IsDrawnToARayAndNotAlongIt) {
   const Eigen::Vector3d marker = fit.marker_at(0);
   const Eigen::Vector3d eye(0.0, -4.0, 0.5), direction = (marker + Eigen::Vector3d(0.05, 0.0, 0.0) - eye).normalized();
   const double hold_rad = 1e-3;
-  const PosePrior prior{.hold_sigma_rad = {&hold_rad, 1}, .hold_root_sigma_m = 1.0, .outlier_m = 10.0};
+  const PosePrior prior{.prior_sigma_rad = {&hold_rad, 1}, .prior_root_sigma_m = 1.0, .outlier_m = 10.0};
 
   const PoseFitResult result = fit.solve(std::vector{observe_ray(0, eye, direction, 1e-4, marker, 0.001)}, prior, 20);
 
@@ -246,7 +248,7 @@ TEST(PoseFit, BelievesEachDirectionOfASightingByItsOwnSigma) {
                                       observe_point(0, place + right, covariance(0.01, 0.001), 1e-6)};
   const double hold_rad = 1e-4;
 
-  (void)fit.solve(seen, PosePrior{.hold_sigma_rad = {&hold_rad, 1}, .hold_root_sigma_m = 1e3, .outlier_m = 1e3}, 20);
+  (void)fit.solve(seen, PosePrior{.prior_sigma_rad = {&hold_rad, 1}, .prior_root_sigma_m = 1e3, .outlier_m = 1e3}, 20);
 
   // 9 : 1 in favour of the second.
   EXPECT_NEAR((fit.marker_at(0) - place).x(), 0.9 * 0.02, 1e-5);

@@ -15,7 +15,7 @@ using test::person;
 bool tells(const MarkerSet& set, const std::string& bone) {
   const auto& bones = set.skeleton.bones;
   const auto found = std::find_if(bones.begin(), bones.end(), [&](const Bone& one) { return one.name == bone; });
-  return turns_told(set)[static_cast<std::size_t>(found - bones.begin())];
+  return rotation_observability(set)[static_cast<std::size_t>(found - bones.begin())];
 }
 
 MarkerSet without(MarkerSet set, const std::string& marker) {
@@ -24,7 +24,7 @@ MarkerSet without(MarkerSet set, const std::string& marker) {
 }
 
 TEST(TurnsTold, EveryBoneOfBaseline41IsTold) {
-  const std::vector<bool> told = turns_told(person("baseline41"));
+  const std::vector<bool> told = rotation_observability(person("baseline41"));
 
   EXPECT_EQ(std::count(told.begin(), told.end(), true), static_cast<std::ptrdiff_t>(told.size()));
 }

@@ -15,7 +15,7 @@ TEST(TurnBetween, TakesOneDirectionToTheOtherByTheShortestTurn) {
   for (int i = 0; i < 1000; ++i) {
     const Eigen::Vector3d from(any(random), any(random), any(random)), to(any(random), any(random), any(random));
 
-    const Eigen::Quaterniond turn = turn_between(from, to);
+    const Eigen::Quaterniond turn = rotation_between(from, to);
 
     EXPECT_NEAR(turn.norm(), 1.0, 1e-12);
     EXPECT_LT((turn * from.normalized() - to.normalized()).norm(), 1e-12);
@@ -29,7 +29,7 @@ TEST(TurnBetween, TakesADirectionToNearlyItsOpposite) {
   for (const double off : {0.0, 1e-16, 1e-9, 1e-7, 1e-5, 1e-3}) {
     const Eigen::Vector3d to = -5.0 * from + off * Eigen::Vector3d(1.0, 2.0, -1.0);
 
-    const Eigen::Quaterniond turn = turn_between(from, to);
+    const Eigen::Quaterniond turn = rotation_between(from, to);
 
     EXPECT_NEAR(turn.norm(), 1.0, 1e-9) << off;
     EXPECT_LT((turn * from.normalized() - to.normalized()).norm(), 1e-5) << off;

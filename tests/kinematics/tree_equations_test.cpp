@@ -32,8 +32,8 @@ class World {
       parents_.push_back(links[i].parent);
       turn_of_.push_back(unknowns_);
       unknowns_ += 3;
-      place_of_.push_back(links[i].moves ? unknowns_ : -1);
-      if (links[i].moves) unknowns_ += 3;
+      place_of_.push_back(links[i].has_translation ? unknowns_ : -1);
+      if (links[i].has_translation) unknowns_ += 3;
       joints_.push_back(any());
       turns_.push_back({spread(), definite(3.0), any()});
       places_.push_back({spread(), definite(3.0), any()});
@@ -43,7 +43,7 @@ class World {
     equations_ = std::make_unique<TreeEquations>(links);
     for (std::size_t i = 0; i < links.size(); ++i) {
       equations_->joint(i) = joints_[i];
-      equations_->turn(i) = turns_[i];
+      equations_->rotation(i) = turns_[i];
       equations_->place(i) = places_[i];
     }
     for (const Point& point : points_) equations_->bone(point.link).add_point(point.lever, point.weight, point.off);
@@ -104,10 +104,10 @@ class World {
     }
     for (std::size_t i = 0; i < links(); ++i) {
       matrix_.block<3, 3>(turn_of_[i], turn_of_[i]) += turns_[i].weight;
-      right_.segment<3>(turn_of_[i]) -= turns_[i].pull;
+      right_.segment<3>(turn_of_[i]) -= turns_[i].gradient;
       if (place_of_[i] < 0) continue;
       matrix_.block<3, 3>(place_of_[i], place_of_[i]) += places_[i].weight;
-      right_.segment<3>(place_of_[i]) -= places_[i].pull;
+      right_.segment<3>(place_of_[i]) -= places_[i].gradient;
     }
   }
 
@@ -134,9 +134,9 @@ TEST(TreeEquations, GivesTheStepThatTheDenseEquationsGive) {
     ASSERT_TRUE(world.equations().solve(0.0));
 
     for (std::size_t i = 0; i < world.links(); ++i) {
-      EXPECT_LT((world.equations().turned(i) - x.segment<3>(world.turn_of(i))).norm(), kRounding);
+      EXPECT_LT((world.equations().rotation_step(i) - x.segment<3>(world.turn_of(i))).norm(), kRounding);
       if (world.place_of(i) < 0) continue;
-      EXPECT_LT((world.equations().moved(i) - x.segment<3>(world.place_of(i))).norm(), kRounding);
+      EXPECT_LT((world.equations().translation_step(i) - x.segment<3>(world.place_of(i))).norm(), kRounding);
     }
   }
 }
@@ -146,16 +146,16 @@ TEST(TreeEquations, GivesTheCovariancesThatTheDenseInverseGives) {
     World world(seed);
     const Eigen::MatrixXd inverse = world.matrix().inverse();
 
-    ASSERT_TRUE(world.equations().weigh());
+    ASSERT_TRUE(world.equations().compute_covariances());
 
     for (std::size_t i = 0; i < world.links(); ++i) {
       const Eigen::Vector3d lever = world.any();
       const Eigen::MatrixXd moves = world.moves(i, lever);
       const Eigen::MatrixXd turns = world.turns(i);
       EXPECT_LT((world.equations().covariance_of(i, lever) - moves * inverse * moves.transpose()).norm(), kRounding);
-      EXPECT_LT((world.equations().turn_covariance(i) - turns * inverse * turns.transpose()).norm(), kRounding);
+      EXPECT_LT((world.equations().rotation_covariance(i) - turns * inverse * turns.transpose()).norm(), kRounding);
       const Eigen::Matrix3d own = inverse.block<3, 3>(world.turn_of(i), world.turn_of(i));
-      EXPECT_LT((world.equations().turned_covariance(i) - own).norm(), kRounding);
+      EXPECT_LT((world.equations().joint_rotation_covariance(i) - own).norm(), kRounding);
     }
   }
 }
@@ -171,15 +171,15 @@ TEST(TreeEquations, KnowsNoTurnWorseWithAMarkerThanWithout) {
     const auto somewhere = [&] { return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized(); };
     for (std::size_t i = 0; i < 3; ++i) {
       if (i > 0) arm.joint(i) = arm.joint(i - 1) + 0.28 * somewhere();
-      arm.turn(i).weight = Eigen::Matrix3d::Identity() / (kBefore_rad * kBefore_rad);
+      arm.rotation(i).weight = Eigen::Matrix3d::Identity() / (kBefore_rad * kBefore_rad);
     }
     arm.bone(2).add_point(0.25 * somewhere(), 1.6e7, Eigen::Vector3d::Zero());
 
-    ASSERT_TRUE(arm.weigh());
+    ASSERT_TRUE(arm.compute_covariances());
 
     double told = 0.0;
     for (std::size_t i = 0; i < 3; ++i) {
-      const Eigen::Matrix3d share = arm.turned_covariance(i) / (kBefore_rad * kBefore_rad);
+      const Eigen::Matrix3d share = arm.joint_rotation_covariance(i) / (kBefore_rad * kBefore_rad);
       const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(share);
       EXPECT_GT(axes.eigenvalues().minCoeff(), -1e-3) << trial;
       EXPECT_LT(axes.eigenvalues().maxCoeff(), 1.0 + 1e-3) << trial;
@@ -192,19 +192,19 @@ TEST(TreeEquations, KnowsNoTurnWorseWithAMarkerThanWithout) {
 TEST(TreeEquations, TakesAShorterStepWhereItIsDamped) {
   World world(3);
   ASSERT_TRUE(world.equations().solve(0.0));
-  const double whole = world.equations().turned(4).norm();
+  const double whole = world.equations().rotation_step(4).norm();
 
   ASSERT_TRUE(world.equations().solve(100.0));
 
-  EXPECT_LT(world.equations().turned(4).norm(), 0.1 * whole);
+  EXPECT_LT(world.equations().rotation_step(4).norm(), 0.1 * whole);
 }
 
 TEST(TreeEquations, RefusesWhatTellsNothing) {
   TreeEquations equations({{-1, true}, {0, false}});
-  equations.turn(0).weight = -Eigen::Matrix3d::Identity();
+  equations.rotation(0).weight = -Eigen::Matrix3d::Identity();
 
   EXPECT_FALSE(equations.solve(0.0));
-  EXPECT_FALSE(equations.weigh());
+  EXPECT_FALSE(equations.compute_covariances());
 }
 
 TEST(BoneTerms, AreTheSameForAWeightThatIsAlikeInAllDirections) {

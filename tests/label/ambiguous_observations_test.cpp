@@ -22,16 +22,16 @@ struct LoneMarker : testing::Test {
     world.add("baseline41", moving_later({{"LeftUpArm", {0.0, 0.0, -0.4}}, {"LeftLowArm", {0.0, 0.3, -0.7}}}));
     world.begin();
     told = solve::make_skeleton_solver({}, world.subjects());
-    blind = solve::make_skeleton_solver({}, world.subjects());
+    has_no_trusted_label = solve::make_skeleton_solver({}, world.subjects());
   }
 
   void step(int sets) {
     for (int i = 0; i < sets; ++i) {
       world.step();
       Labels labels = world.labels();
-      hand_told_m = off_m(told->solve(labels, world.at(), {}, world.surmised()));
+      hand_told_m = off_m(told->solve(labels, world.at(), {}, world.ambiguous_observations()));
       labels = world.labels();
-      hand_blind_m = off_m(blind->solve(labels, world.at()));
+      hand_blind_m = off_m(has_no_trusted_label->solve(labels, world.at()));
     }
   }
   double off_m(const Poses& poses) {
@@ -47,14 +47,14 @@ struct LoneMarker : testing::Test {
     step(70);
     world.bring_back(world.one().tracks[world.marker("LWristOut")]);
     step(20);
-    return !world.surmised().empty();
+    return !world.ambiguous_observations().empty();
   }
   void hide(std::string_view bones) {
     for (const std::size_t m : markers_of(world.one(), bones)) world.one().tracks[m].hidden = true;
   }
 
   LabelWorld world;
-  std::unique_ptr<SkeletonSolver> told, blind;
+  std::unique_ptr<SkeletonSolver> told, has_no_trusted_label;
   double hand_told_m = 0.0, hand_blind_m = 0.0;
 };
 
@@ -62,14 +62,14 @@ TEST_F(LoneMarker, ThatMayBeEitherOfTwoIsSurmisedAndTellsWhereItsLimbIs) {
   step(110);
   hide("LeftLowArm LeftHand");
   step(70);
-  EXPECT_TRUE(world.surmised().empty());
+  EXPECT_TRUE(world.ambiguous_observations().empty());
   EXPECT_GT(hand_blind_m, 0.1);
 
   world.bring_back(world.one().tracks[world.marker("LWristOut")]);
   step(40);
 
-  ASSERT_EQ(world.surmised().size(), 1U);
-  const SurmisedMarker& one = world.surmised()[0];
+  ASSERT_EQ(world.ambiguous_observations().size(), 1U);
+  const AmbiguousObservation& one = world.ambiguous_observations()[0];
   EXPECT_EQ(one.label.subject, SubjectId{0});
   EXPECT_LT((one.position.v - world.true_place(one.label.marker)).norm(), 0.1);
   EXPECT_EQ(world.wrongs(), 0);
@@ -84,12 +84,12 @@ TEST_F(LoneMarker, IsSurmisedNoMoreWhenItHasItsName) {
   }
   for (int set = 0; set < 20; ++set) {
     step(1);
-    for (const SurmisedMarker& one : world.surmised())
+    for (const AmbiguousObservation& one : world.ambiguous_observations())
       EXPECT_NE(world.label(one.label.marker).state, LabelState::Measured) << set;
   }
 
   EXPECT_EQ(world.rights(), world.markers());
-  EXPECT_TRUE(world.surmised().empty());
+  EXPECT_TRUE(world.ambiguous_observations().empty());
 }
 
 // Of a hand and forearm some markers are seen; one of these hides as its neighbour on the bone comes out, and its track
@@ -119,12 +119,12 @@ TEST(SurmisedMarkers, ATrackThatMayBeEitherOfTwoIsNotNamedAndUnnamedInTurns) {
     bool was_named = true;
     for (int set = 0; set < 40; ++set) {
       world.step();
-      const bool named = std::ranges::any_of(arm, [&](const char* name) {
+      const bool labelled = std::ranges::any_of(arm, [&](const char* name) {
         const LabelledMarker& label = world.label(world.marker(name));
         return label.state == LabelState::Measured && label.track == tracks[comes].id;
       });
-      changes += named != was_named ? 1 : 0;
-      was_named = named;
+      changes += labelled != was_named ? 1 : 0;
+      was_named = labelled;
       EXPECT_EQ(world.wrongs(), 0) << seed << " set " << set;
     }
     EXPECT_LE(changes, 2) << seed;
@@ -134,7 +134,7 @@ TEST(SurmisedMarkers, ATrackThatMayBeEitherOfTwoIsNotNamedAndUnnamedInTurns) {
 TEST_F(LoneMarker, TellsWithTheShareOfEachThatItMayBe) {
   ASSERT_TRUE(comes_back_alone());
 
-  const SurmisedMarker& one = world.surmised()[0];
+  const AmbiguousObservation& one = world.ambiguous_observations()[0];
 
   EXPECT_GT(one.sigma_m, 0.005);
   EXPECT_LT(one.sigma_m, 0.1);
@@ -149,7 +149,7 @@ TEST_F(LoneMarker, ThatMayBeAnywhereOnAnArmTellsAsSurelyAsItMay) {
   world.bring_back(world.one().tracks[world.marker("LElbowOut")]);
   for (int set = 0; set < 20; ++set) {
     step(1);
-    for (const SurmisedMarker& one : world.surmised()) {
+    for (const AmbiguousObservation& one : world.ambiguous_observations()) {
       const double off_m = (one.position.v - world.true_place(one.label.marker)).norm();
       EXPECT_GT(one.sigma_m, 0.05) << set;
       EXPECT_LT(off_m, 3.0 * one.sigma_m) << set;
@@ -169,15 +169,15 @@ TEST_F(LoneMarker, IsNotSurmisedWhereARayHasAName) {
     for (int set = 0; set < 8; ++set) {
       world.step();
       const Eigen::Vector3d to = world.true_place(world.marker("LHandOut")) - eye.v;
-      std::vector<NamedRay> rays;
+      std::vector<LabelledBearing> rays;
       if (by_ray) rays.push_back({name("LHandOut"), CameraId{0}, eye, to.normalized(), 2e-4});
       const Eigen::Vector3d aside(0.0, 0.0, set < 4 ? 0.0 : 0.06);  // the ray is believed after some sets
-      const std::vector<SurmisedMarker> surmised{
+      const std::vector<AmbiguousObservation> ambiguous_observations{
           {name("LWristOut"), {world.true_place(world.marker("LWristOut")) + aside}}};
       Labels labels = world.labels();
-      hand_told_m = off_m(told->solve(labels, world.at(), rays, surmised));
+      hand_told_m = off_m(told->solve(labels, world.at(), rays, ambiguous_observations));
       labels = world.labels();
-      hand_blind_m = off_m(blind->solve(labels, world.at(), rays));
+      hand_blind_m = off_m(has_no_trusted_label->solve(labels, world.at(), rays));
     }
     EXPECT_EQ(hand_told_m - hand_blind_m < 0.01, by_ray) << hand_told_m << ' ' << hand_blind_m;
   }
@@ -189,7 +189,7 @@ TEST_F(LoneMarker, ThatEndsIsSurmisedNoMore) {
   hide("LeftLowArm LeftHand");
   step(1);
 
-  EXPECT_TRUE(world.surmised().empty());
+  EXPECT_TRUE(world.ambiguous_observations().empty());
 }
 
 // The arms move all the time, and of their markers half are hidden, each for half a second.
@@ -206,9 +206,11 @@ TEST(SurmisedMarkers, HiddenHandsAreSeldomNamedWrongly) {
       const auto swing = [&](std::size_t i, double most_rad) {
         return share * most_rad * std::sin(5.0 * t_s + phases[i]);
       };
-      if (bone == "LeftUpArm") return kinematics::turn_by({swing(0, 0.8) - share, swing(1, 0.6), swing(2, 0.6)});
-      if (bone == "LeftLowArm") return kinematics::turn_by({swing(3, 0.9), 0.0, swing(4, 0.6) - 0.9 * share});
-      if (bone == "LeftHand") return kinematics::turn_by({swing(5, 0.5), swing(6, 0.4), swing(7, 0.4)});
+      if (bone == "LeftUpArm")
+        return kinematics::from_rotation_vector({swing(0, 0.8) - share, swing(1, 0.6), swing(2, 0.6)});
+      if (bone == "LeftLowArm")
+        return kinematics::from_rotation_vector({swing(3, 0.9), 0.0, swing(4, 0.6) - 0.9 * share});
+      if (bone == "LeftHand") return kinematics::from_rotation_vector({swing(5, 0.5), swing(6, 0.4), swing(7, 0.4)});
       return Eigen::Quaterniond::Identity();
     });
     world.begin();

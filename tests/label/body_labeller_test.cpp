@@ -89,10 +89,10 @@ class World {
       const double down = 1.1 * std::min(1.0, t_s);
       const double swing = 0.4 * std::sin(4.0 * t_s);
       if (bone.parent < 0) pose.position = {0.4 * std::sin(t_s), 0.0, 1.0};
-      if (bone.name == "LeftUpArm") pose.rotation = kinematics::turn_by({-down, 0.0, swing});
-      if (bone.name == "RightUpArm") pose.rotation = kinematics::turn_by({down, 0.0, swing});
-      if (bone.name == "LeftUpLeg") pose.rotation = kinematics::turn_by({0.0, swing, 0.0});
-      if (bone.name == "RightUpLeg") pose.rotation = kinematics::turn_by({0.0, -swing, 0.0});
+      if (bone.name == "LeftUpArm") pose.rotation = kinematics::from_rotation_vector({-down, 0.0, swing});
+      if (bone.name == "RightUpArm") pose.rotation = kinematics::from_rotation_vector({down, 0.0, swing});
+      if (bone.name == "LeftUpLeg") pose.rotation = kinematics::from_rotation_vector({0.0, swing, 0.0});
+      if (bone.name == "RightUpLeg") pose.rotation = kinematics::from_rotation_vector({0.0, -swing, 0.0});
       locals.push_back(pose);
     }
     truth_.set_locals(locals);

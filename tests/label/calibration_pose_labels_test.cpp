@@ -15,8 +15,10 @@ test::Moves a_pose_then_walking(double lowered_rad) {
   return [lowered_rad, walks = test::walking()](const std::string& bone, double t_s) -> Eigen::Quaterniond {
     const Eigen::Quaterniond walking = walks(bone, t_s);
     const double left = 1.0 - std::min(1.0, t_s);
-    if (bone == "LeftUpArm") return (kinematics::turn_by({-left * lowered_rad, 0.0, 0.0}) * walking).normalized();
-    if (bone == "RightUpArm") return (kinematics::turn_by({left * lowered_rad, 0.0, 0.0}) * walking).normalized();
+    if (bone == "LeftUpArm")
+      return (kinematics::from_rotation_vector({-left * lowered_rad, 0.0, 0.0}) * walking).normalized();
+    if (bone == "RightUpArm")
+      return (kinematics::from_rotation_vector({left * lowered_rad, 0.0, 0.0}) * walking).normalized();
     return walking;
   };
 }

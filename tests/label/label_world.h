@@ -14,8 +14,8 @@
 
 #include "kinematics/pose_fit.h"
 #include "kinematics/rotation.h"
-#include "label/body_labeller.h"
 #include "support/test_body.h"
+#include "label/body_labeller.h"
 
 namespace mocap::test {
 
@@ -67,7 +67,7 @@ class LabelWorld {
 
   const std::vector<Subject>& subjects() const { return subjects_; }
   const Labels& labels() const { return *labels_; }
-  std::span<const SurmisedMarker> surmised() const { return labeller_->surmised(); }
+  std::span<const AmbiguousObservation> ambiguous_observations() const { return labeller_->ambiguous_observations(); }
   std::optional<SubjectFit> take_fit() { return labeller_->take_fit(); }
   Timestamp at() const { return from_ns(1'000'000'000) + from_s((sets_ - 1) * kStep_s); }
 
@@ -141,7 +141,7 @@ class LabelWorld {
       Pose pose{bone.rest_offset_m, one.moves(bone.name, t_s)};
       if (bone.parent < 0) {
         pose.position = one.place_m;
-        pose.rotation = kinematics::turn_by({0.0, 0.0, one.heading_rad}) * pose.rotation;
+        pose.rotation = kinematics::from_rotation_vector({0.0, 0.0, one.heading_rad}) * pose.rotation;
       }
       locals.push_back(pose);
     }
@@ -203,7 +203,7 @@ inline Moves into_posture(std::vector<std::pair<std::string, Eigen::Vector3d>> t
     const double share = std::min(1.0, t_s);
     const double sway = 0.03 * std::sin(5.0 * t_s);
     for (const auto& [name, turn] : turns) {
-      if (name == bone) return kinematics::turn_by(share * (1.0 + sway) * turn);
+      if (name == bone) return kinematics::from_rotation_vector(share * (1.0 + sway) * turn);
     }
     return Eigen::Quaterniond::Identity();
   };
@@ -214,7 +214,7 @@ inline Moves moving_later(std::vector<std::pair<std::string, Eigen::Vector3d>> t
   return [turns = std::move(turns)](const std::string& bone, double t_s) -> Eigen::Quaterniond {
     const double share = std::clamp((t_s - 1.0) / 0.5, 0.0, 1.0);
     for (const auto& [name, turn] : turns) {
-      if (name == bone) return kinematics::turn_by(share * turn);
+      if (name == bone) return kinematics::from_rotation_vector(share * turn);
     }
     return Eigen::Quaterniond::Identity();
   };
@@ -235,10 +235,10 @@ inline Moves walking() {
   return [](const std::string& bone, double t_s) -> Eigen::Quaterniond {
     const double down = 1.1 * std::min(1.0, t_s);
     const double swing = 0.4 * std::sin(6.0 * t_s) * std::min(1.0, t_s);
-    if (bone == "LeftUpArm") return kinematics::turn_by(Eigen::Vector3d(-down, 0.0, swing));
-    if (bone == "RightUpArm") return kinematics::turn_by(Eigen::Vector3d(down, 0.0, swing));
-    if (bone == "LeftUpLeg") return kinematics::turn_by(Eigen::Vector3d(0.0, swing, 0.0));
-    if (bone == "RightUpLeg") return kinematics::turn_by(Eigen::Vector3d(0.0, -swing, 0.0));
+    if (bone == "LeftUpArm") return kinematics::from_rotation_vector(Eigen::Vector3d(-down, 0.0, swing));
+    if (bone == "RightUpArm") return kinematics::from_rotation_vector(Eigen::Vector3d(down, 0.0, swing));
+    if (bone == "LeftUpLeg") return kinematics::from_rotation_vector(Eigen::Vector3d(0.0, swing, 0.0));
+    if (bone == "RightUpLeg") return kinematics::from_rotation_vector(Eigen::Vector3d(0.0, -swing, 0.0));
     return Eigen::Quaterniond::Identity();
   };
 }

@@ -24,7 +24,7 @@ std::vector<std::size_t> leg_of(LabelWorld& world) { return markers_of(world.one
 struct ReadLimb : testing::Test {
   ReadLimb()
       : set(test::person("baseline41")),
-        ties(set),
+        constraints(set),
         body(set, {}),
         truth(set, kinematics::PoseFit::Lengths::Fixed),
         limb(set, {}) {
@@ -34,8 +34,10 @@ struct ReadLimb : testing::Test {
     EXPECT_TRUE(body.start(all, from_ns(1'000'000'000)));
     std::vector<Pose> locals(truth.locals().begin(), truth.locals().end());
     for (std::size_t b = 0; b < locals.size(); ++b) {
-      if (set.skeleton.bones[b].name == "LeftUpLeg") locals[b].rotation = kinematics::turn_by({0.0, -0.7, 0.0});
-      if (set.skeleton.bones[b].name == "LeftLowLeg") locals[b].rotation = kinematics::turn_by({0.0, 0.9, 0.0});
+      if (set.skeleton.bones[b].name == "LeftUpLeg")
+        locals[b].rotation = kinematics::from_rotation_vector({0.0, -0.7, 0.0});
+      if (set.skeleton.bones[b].name == "LeftLowLeg")
+        locals[b].rotation = kinematics::from_rotation_vector({0.0, 0.9, 0.0});
     }
     truth.set_locals(locals);
     body.predict(from_ns(1'008'333'333));
@@ -47,84 +49,86 @@ struct ReadLimb : testing::Test {
       if (kLeg.find(set.skeleton.bones[bone].name) == std::string_view::npos) {
         others.push_back(one);
       } else {
-        EXPECT_TRUE(limb.add_name(m));
+        EXPECT_TRUE(limb.add_label(m));
       }
     }
-    (void)body.fit(others);
-    for (std::size_t p = limb.names(); p-- > 0;)
-      EXPECT_TRUE(limb.add_place({TrackId{100}, truth.marker_at(limb.marker(p)), 0.004, false}));
-    for (std::size_t n = 0; n < limb.names(); ++n) {
-      for (std::size_t p = 0; p < limb.places(); ++p) limb.allow(n, p, 0.0, 0.0);
+    (void)body.update(others);
+    for (std::size_t p = limb.label_count(); p-- > 0;)
+      EXPECT_TRUE(limb.add_candidate({TrackId{100}, truth.marker_at(limb.marker(p)), 0.004, false}));
+    for (std::size_t n = 0; n < limb.label_count(); ++n) {
+      for (std::size_t p = 0; p < limb.candidate_count(); ++p) limb.allow(n, p, 0.0, 0.0);
     }
-    limb.begin(ties, body, others, std::vector<char>(set.skeleton.bones.size(), 0));
+    limb.begin(constraints, body, others, std::vector<char>(set.skeleton.bones.size(), 0));
   }
 
   MarkerSet set;
-  identify::MarkerTies ties;
-  pose::BodyFollower body;
+  identify::DistanceConstraints constraints;
+  pose::SkeletonTracker body;
   kinematics::PoseFit truth;
-  LimbReader limb;
+  LimbHypothesisSolver limb;
 };
 
 TEST_F(ReadLimb, ALegThatMovedIsFound) {
-  const int judged = limb.advance(ties, 1000);
+  const int judged = limb.advance(constraints, 1000);
 
   EXPECT_FALSE(limb.busy());
-  EXPECT_GT(judged, static_cast<int>(TieReader::kMostReadings));  // its neighbours were exchanged
+  EXPECT_GT(judged, static_cast<int>(DistanceConstraintMatcher::kMaxAssignments));  // its neighbours were exchanged
   ASSERT_NE(limb.found(), nullptr);
-  for (std::size_t n = 0; n < limb.names(); ++n)
-    EXPECT_EQ(limb.found()->place_of[n], static_cast<int>(limb.names() - 1 - n)) << n;
+  for (std::size_t n = 0; n < limb.label_count(); ++n)
+    EXPECT_EQ(limb.found()->candidate_of[n], static_cast<int>(limb.label_count() - 1 - n)) << n;
 }
 
 TEST_F(ReadLimb, WhatIsFoundDoesNotHangOnHowMuchIsDoneAtATime) {
-  LimbReader slow = limb;
-  const int judged = limb.advance(ties, 1000);
+  LimbHypothesisSolver slow = limb;
+  const int judged = limb.advance(constraints, 1000);
   int calls = 0, sum = 0;
   for (; slow.busy() && calls < 1000; ++calls) {
     EXPECT_EQ(slow.found(), nullptr);
-    sum += slow.advance(ties, 1);
+    sum += slow.advance(constraints, 1);
   }
 
   EXPECT_EQ(sum, judged);
   EXPECT_GE(calls, judged);
   ASSERT_TRUE(slow.found() != nullptr && limb.found() != nullptr);
-  EXPECT_EQ(slow.found()->place_of, limb.found()->place_of);
+  EXPECT_EQ(slow.found()->candidate_of, limb.found()->candidate_of);
   EXPECT_EQ(slow.found()->cost, limb.found()->cost);
 }
 
 TEST_F(ReadLimb, APlaceIsOfAllNamesThatGoodReadingsGiveIt) {
-  (void)limb.advance(ties, 1000);
-  for (std::size_t n = 0; n < limb.names(); ++n) {
-    const LimbReader::Shares shares = limb.shares_at(static_cast<int>(limb.names() - 1 - n));
-    for (std::size_t other = 0; other < shares.size(); ++other)
-      EXPECT_NEAR(shares[other], other == n ? 1.0 : 0.0, 1e-12) << n << ' ' << other;
+  (void)limb.advance(constraints, 1000);
+  for (std::size_t n = 0; n < limb.label_count(); ++n) {
+    const LimbHypothesisSolver::Probabilities probabilities =
+        limb.association_probabilities(static_cast<int>(limb.label_count() - 1 - n));
+    for (std::size_t other = 0; other < probabilities.size(); ++other)
+      EXPECT_NEAR(probabilities[other], other == n ? 1.0 : 0.0, 1e-12) << n << ' ' << other;
   }
-  const LimbReader::Shares nobodys = limb.shares_at(static_cast<int>(limb.places()));
+  const LimbHypothesisSolver::Probabilities nobodys =
+      limb.association_probabilities(static_cast<int>(limb.candidate_count()));
   EXPECT_TRUE(std::ranges::all_of(nobodys, [](double share) { return share == 0.0; }));
 }
 
 TEST_F(ReadLimb, ALimbThatMayBeNowhereHasNoLikeliestPlaces) {
-  (void)limb.advance(ties, 1000);
-  ASSERT_GE(limb.likeliest().place_of[0], 0);
+  (void)limb.advance(constraints, 1000);
+  ASSERT_GE(limb.likeliest().candidate_of[0], 0);
 
   limb.clear();
-  EXPECT_TRUE(limb.add_name(0));
-  limb.begin(ties, body, {}, std::vector<char>(set.skeleton.bones.size(), 0));
+  EXPECT_TRUE(limb.add_label(0));
+  limb.begin(constraints, body, {}, std::vector<char>(set.skeleton.bones.size(), 0));
 
-  EXPECT_EQ(limb.advance(ties, 1000), 0);
+  EXPECT_EQ(limb.advance(constraints, 1000), 0);
   EXPECT_FALSE(limb.busy());
   EXPECT_EQ(limb.found(), nullptr);
-  EXPECT_EQ(limb.likeliest().place_of[0], LimbReader::kNowhere);
+  EXPECT_EQ(limb.likeliest().candidate_of[0], LimbHypothesisSolver::kUnassigned);
 }
 
 TEST_F(ReadLimb, StoppedItFindsNothing) {
-  EXPECT_EQ(limb.advance(ties, 3), 3);
+  EXPECT_EQ(limb.advance(constraints, 3), 3);
   EXPECT_TRUE(limb.busy());
 
   limb.stop();
 
   EXPECT_FALSE(limb.busy());
-  EXPECT_EQ(limb.advance(ties, 1000), 0);
+  EXPECT_EQ(limb.advance(constraints, 1000), 0);
   EXPECT_EQ(limb.found(), nullptr);
 }
 
@@ -192,7 +196,7 @@ test::Moves shin_of(unsigned seed) {
     };
     const int second = static_cast<int>(t_s);
     const double share = std::clamp((t_s - second - 0.4) / 0.2, 0.0, 1.0);
-    return kinematics::turn_by({0.0, (1.0 - share) * pose(second) + share * pose(second + 1), 0.0});
+    return kinematics::from_rotation_vector({0.0, (1.0 - share) * pose(second) + share * pose(second + 1), 0.0});
   };
 }
 

@@ -32,7 +32,8 @@ test::Moves from_to(const Turns& from, const Turns& to) {
     const double in = std::min(1.0, t_s / 0.8);
     const double share = std::clamp((t_s - 1.0) / 0.5, 0.0, 1.0);
     for (std::size_t i = 0; i < from.size(); ++i) {
-      if (from[i].first == bone) return kinematics::turn_by(in * ((1.0 - share) * from[i].second + share * to[i].second));
+      if (from[i].first == bone)
+        return kinematics::from_rotation_vector(in * ((1.0 - share) * from[i].second + share * to[i].second));
     }
     return Eigen::Quaterniond::Identity();
   };

@@ -93,8 +93,8 @@ test::Moves hand_at_the_waist() {
     const Eigen::Vector3d lower(0.1 * any(random), 0.5 * any(random), -1.0 + 0.9 * any(random));
     std::vector<Pose> locals(pose.locals().begin(), pose.locals().end());
     for (std::size_t b = 0; b < locals.size(); ++b) {
-      if (set.skeleton.bones[b].name == "LeftUpArm") locals[b].rotation = kinematics::turn_by(upper);
-      if (set.skeleton.bones[b].name == "LeftLowArm") locals[b].rotation = kinematics::turn_by(lower);
+      if (set.skeleton.bones[b].name == "LeftUpArm") locals[b].rotation = kinematics::from_rotation_vector(upper);
+      if (set.skeleton.bones[b].name == "LeftLowArm") locals[b].rotation = kinematics::from_rotation_vector(lower);
     }
     pose.set_locals(locals);
     const double apart_m = (pose.marker_at(wrist) - pose.marker_at(waist)).norm();
@@ -129,9 +129,9 @@ test::Moves turning_round(double fast_rad_s) {
   return [fast_rad_s](const std::string& bone, double t_s) -> Eigen::Quaterniond {
     const double swung = fast_rad_s * (0.3 - std::abs(t_s - 2.0));
     const double share = std::clamp(swung, 0.0, 2.0);
-    if (bone == "LeftUpArm") return kinematics::turn_by({0.0, 0.2 * share, -0.5 * share});
-    if (bone == "LeftLowArm") return kinematics::turn_by({0.0, 0.0, -share});
-    if (bone == "LeftHand") return kinematics::turn_by({0.3 * share, 0.0, -0.3 * share});
+    if (bone == "LeftUpArm") return kinematics::from_rotation_vector({0.0, 0.2 * share, -0.5 * share});
+    if (bone == "LeftLowArm") return kinematics::from_rotation_vector({0.0, 0.0, -share});
+    if (bone == "LeftHand") return kinematics::from_rotation_vector({0.3 * share, 0.0, -0.3 * share});
     return Eigen::Quaterniond::Identity();
   };
 }

@@ -16,68 +16,68 @@ Timestamp at(int set) { return from_ns(1'000'000'000) + from_s(set * kStep_s); }
 
 // After half a second on the way `depth_m`, by time, of which only its square is seen, with noise.
 template <class Depth>
-RayDepth led(const Depth& depth_m, int sets = 60) {
+DepthGaussianSum led(const Depth& depth_m, int sets = 60) {
   std::mt19937 random(5);
   std::normal_distribution<double> noise_m2(0.0, kSigma_m2);
-  RayDepth ray;
+  DepthGaussianSum ray;
   ray.begin(at(0), kRay, depth_m(0.0));
   for (int set = 1; set <= sets; ++set) {
     const double m = depth_m(set * kStep_s);
-    ray.weigh(at(set), kRay, m * m + noise_m2(random), kSigma_m2);
-    ray.learn(at(set));
+    ray.update(at(set), kRay, m * m + noise_m2(random), kSigma_m2);
+    ray.commit(at(set));
   }
   return ray;
 }
 
-TEST(RayDepth, GoesThroughWithItsSpeed) {
-  const RayDepth ray = led([](double t_s) { return -0.1 + 0.4 * t_s; });
+TEST(DepthGaussianSum, GoesThroughWithItsSpeed) {
+  const DepthGaussianSum ray = led([](double t_s) { return -0.1 + 0.4 * t_s; });
 
-  EXPECT_LT(ray.cost(RayDepth::Behind), 0.1);
-  EXPECT_GT(ray.cost(RayDepth::Before), 4.0);
+  EXPECT_LT(ray.cost(DepthGaussianSum::Far), 0.1);
+  EXPECT_GT(ray.cost(DepthGaussianSum::Near), 4.0);
 }
 
-TEST(RayDepth, GoesThroughAndBack) {
-  const RayDepth ray = led([](double t_s) { return 0.06 * std::cos(12.6 * t_s); });
+TEST(DepthGaussianSum, GoesThroughAndBack) {
+  const DepthGaussianSum ray = led([](double t_s) { return 0.06 * std::cos(12.6 * t_s); });
 
-  EXPECT_LT(ray.cost(RayDepth::Behind), 0.1);
-  EXPECT_GT(ray.cost(RayDepth::Before), 4.0);
+  EXPECT_LT(ray.cost(DepthGaussianSum::Far), 0.1);
+  EXPECT_GT(ray.cost(DepthGaussianSum::Near), 4.0);
 }
 
-TEST(RayDepth, TurnsBackThatComesNear) {
-  const RayDepth ray = led([](double t_s) { return -0.065 - 0.045 * std::cos(12.6 * t_s); });
+TEST(DepthGaussianSum, TurnsBackThatComesNear) {
+  const DepthGaussianSum ray = led([](double t_s) { return -0.065 - 0.045 * std::cos(12.6 * t_s); });
 
-  EXPECT_LT(ray.cost(RayDepth::Before), 0.1);
-  EXPECT_GT(ray.cost(RayDepth::Behind), 4.0);
+  EXPECT_LT(ray.cost(DepthGaussianSum::Near), 0.1);
+  EXPECT_GT(ray.cost(DepthGaussianSum::Far), 4.0);
 }
 
 // Where nothing moves, both sides are alike; but it did not leave the one that it was on.
-TEST(RayDepth, StaysWhereItIsAndIsSureOfIt) {
-  const RayDepth ray = led([](double) { return 0.08; });
+TEST(DepthGaussianSum, StaysWhereItIsAndIsSureOfIt) {
+  const DepthGaussianSum ray = led([](double) { return 0.08; });
 
-  EXPECT_LT(ray.cost(RayDepth::Behind), 0.1);
-  EXPECT_GT(ray.cost(RayDepth::Before), 4.0);
+  EXPECT_LT(ray.cost(DepthGaussianSum::Far), 0.1);
+  EXPECT_GT(ray.cost(DepthGaussianSum::Near), 4.0);
 }
 
-TEST(RayDepth, IsUnsureOfWhatStayedAtTheTouch) {
-  const RayDepth ray = led([](double) { return -0.001; });
+TEST(DepthGaussianSum, IsUnsureOfWhatStayedAtTheTouch) {
+  const DepthGaussianSum ray = led([](double) { return -0.001; });
 
-  EXPECT_LT(ray.cost(RayDepth::Before), 1.0);
-  EXPECT_LT(ray.cost(RayDepth::Behind), 1.0);
+  EXPECT_LT(ray.cost(DepthGaussianSum::Near), 1.0);
+  EXPECT_LT(ray.cost(DepthGaussianSum::Far), 1.0);
 }
 
-TEST(RayDepth, ReadingsThatWereDroppedLeaveNoTrace) {
-  RayDepth ray = led([](double t_s) { return -0.1 + 0.4 * t_s; });
-  RayDepth same = ray;
+TEST(DepthGaussianSum, ReadingsThatWereDroppedLeaveNoTrace) {
+  DepthGaussianSum ray = led([](double t_s) { return -0.1 + 0.4 * t_s; });
+  DepthGaussianSum same = ray;
 
-  ray.weigh(at(61), kRay, 0.04, kSigma_m2);
-  ray.weigh(at(61), kRay, 0.0121, kSigma_m2);
-  same.weigh(at(61), kRay, 0.0121, kSigma_m2);
+  ray.update(at(61), kRay, 0.04, kSigma_m2);
+  ray.update(at(61), kRay, 0.0121, kSigma_m2);
+  same.update(at(61), kRay, 0.0121, kSigma_m2);
 
-  EXPECT_EQ(ray.cost(RayDepth::Before), same.cost(RayDepth::Before));
+  EXPECT_EQ(ray.cost(DepthGaussianSum::Near), same.cost(DepthGaussianSum::Near));
 }
 
-TEST(RayDepth, FollowsOneRayForAMoment) {
-  const RayDepth ray = led([](double) { return 0.08; });
+TEST(DepthGaussianSum, FollowsOneRayForAMoment) {
+  const DepthGaussianSum ray = led([](double) { return 0.08; });
 
   EXPECT_TRUE(ray.follows(kRay, at(61)));
   EXPECT_FALSE(ray.follows(Eigen::Vector3d::UnitY(), at(61)));

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <string>
 
-#include "pose/skeleton_tracker.h"
 #include "support/test_body.h"
+#include "pose/skeleton_tracker.h"
 
 namespace mocap::pose {
 namespace {
@@ -19,76 +19,78 @@ std::size_t bone_named(const MarkerSet& set, const std::string& name) {
   return b;
 }
 
-// A left elbow bent about a line that leans by `lean_rad` about the arm.
-Eigen::Quaterniond bent(double by_rad, double lean_rad) {
-  return kinematics::turn_by(by_rad * Eigen::Vector3d(std::sin(lean_rad), 0.0, -std::cos(lean_rad)));
+// A left elbow bent about a line that leans by `axis_offset_rad` about the arm.
+Eigen::Quaterniond bent(double by_rad, double axis_offset_rad) {
+  return kinematics::from_rotation_vector(by_rad *
+                                          Eigen::Vector3d(std::sin(axis_offset_rad), 0.0, -std::cos(axis_offset_rad)));
 }
 
-TEST(HingeLeans, LearnByHowMuchAnElbowLeansWhileItBends) {
+TEST(HingeAxisCalibration, LearnByHowMuchAnElbowLeansWhileItBends) {
   const MarkerSet set = test::person("baseline41");
   const std::size_t elbow = bone_named(set, "LeftLowArm");
-  HingeLeans leans(set.skeleton);
+  HingeAxisCalibration leans(set.skeleton);
 
   for (int i = 0; i < 120; ++i) {
     const double by_rad = 0.5 + 0.4 * std::sin(0.1 * i);
-    (void)leans.learn(elbow, bent(by_rad, 0.5), Eigen::Matrix3d::Identity(), kStep_s);
+    (void)leans.update(elbow, bent(by_rad, 0.5), Eigen::Matrix3d::Identity(), kStep_s);
   }
 
   // The file's own way still counts for a tenth of a second.
-  EXPECT_NEAR(leans.lean_rad(elbow), 0.5, 0.08);
-  const Eigen::Vector3d as_file = leans.as_in_file(elbow) * kinematics::rotation_vector(bent(0.9, leans.lean_rad(elbow)));
+  EXPECT_NEAR(leans.axis_offset_rad(elbow), 0.5, 0.08);
+  const Eigen::Vector3d as_file =
+      leans.nominal_from_calibrated(elbow) * kinematics::rotation_vector(bent(0.9, leans.axis_offset_rad(elbow)));
   EXPECT_TRUE(as_file.isApprox(Eigen::Vector3d(0.0, 0.0, -0.9), 1e-9)) << as_file.transpose();
 }
 
-TEST(HingeLeans, LearnTheOtherElbowTheOtherWayAbout) {
+TEST(HingeAxisCalibration, LearnTheOtherElbowTheOtherWayAbout) {
   const MarkerSet set = test::person("baseline41");
   const std::size_t elbow = bone_named(set, "RightLowArm");
-  HingeLeans leans(set.skeleton);
+  HingeAxisCalibration leans(set.skeleton);
 
   for (int i = 0; i < 120; ++i) {
-    const Eigen::Quaterniond turn = kinematics::turn_by({0.9 * std::sin(-0.4), 0.0, 0.9 * std::cos(0.4)});
-    (void)leans.learn(elbow, turn, Eigen::Matrix3d::Identity(), kStep_s);
+    const Eigen::Quaterniond turn = kinematics::from_rotation_vector({0.9 * std::sin(-0.4), 0.0, 0.9 * std::cos(0.4)});
+    (void)leans.update(elbow, turn, Eigen::Matrix3d::Identity(), kStep_s);
   }
 
   const Eigen::Vector3d as_file =
-      leans.as_in_file(elbow) * Eigen::Vector3d(0.9 * std::sin(-0.4), 0.0, 0.9 * std::cos(0.4));
+      leans.nominal_from_calibrated(elbow) * Eigen::Vector3d(0.9 * std::sin(-0.4), 0.0, 0.9 * std::cos(0.4));
   EXPECT_NEAR(as_file.x(), 0.0, 0.06);
   EXPECT_GT(as_file.z(), 0.89);
 }
 
-TEST(HingeLeans, LearnNothingOfWhatNoMarkerTellsNorOfJointsThatBendEveryWay) {
+TEST(HingeAxisCalibration, LearnNothingOfWhatNoMarkerTellsNorOfJointsThatBendEveryWay) {
   const MarkerSet set = test::person("baseline41");
   const std::size_t elbow = bone_named(set, "LeftLowArm"), shoulder = bone_named(set, "LeftUpArm");
-  HingeLeans leans(set.skeleton);
+  HingeAxisCalibration leans(set.skeleton);
   Eigen::Matrix3d aside_untold = Eigen::Matrix3d::Identity();
   aside_untold(0, 0) = 0.3;
 
   for (int i = 0; i < 120; ++i) {
-    EXPECT_FALSE(leans.learn(elbow, bent(1.0, 0.5), aside_untold, kStep_s));
-    EXPECT_FALSE(leans.learn(shoulder, bent(1.0, 0.5), Eigen::Matrix3d::Identity(), kStep_s));
+    EXPECT_FALSE(leans.update(elbow, bent(1.0, 0.5), aside_untold, kStep_s));
+    EXPECT_FALSE(leans.update(shoulder, bent(1.0, 0.5), Eigen::Matrix3d::Identity(), kStep_s));
   }
 
-  EXPECT_EQ(leans.lean_rad(elbow), 0.0);
-  EXPECT_TRUE(leans.as_in_file(shoulder).isIdentity());
+  EXPECT_EQ(leans.axis_offset_rad(elbow), 0.0);
+  EXPECT_TRUE(leans.nominal_from_calibrated(shoulder).isIdentity());
 }
 
-TEST(HingeLeans, GoBackToTheFilesWhenTheBodyIsForgotten) {
+TEST(HingeAxisCalibration, GoBackToTheFilesWhenTheBodyIsForgotten) {
   const MarkerSet set = test::person("baseline41");
   const std::size_t elbow = bone_named(set, "LeftLowArm");
-  HingeLeans leans(set.skeleton);
-  for (int i = 0; i < 60; ++i) (void)leans.learn(elbow, bent(1.0, 0.5), Eigen::Matrix3d::Identity(), kStep_s);
+  HingeAxisCalibration leans(set.skeleton);
+  for (int i = 0; i < 60; ++i) (void)leans.update(elbow, bent(1.0, 0.5), Eigen::Matrix3d::Identity(), kStep_s);
 
   leans.reset();
 
-  EXPECT_EQ(leans.lean_rad(elbow), 0.0);
+  EXPECT_EQ(leans.axis_offset_rad(elbow), 0.0);
 }
 
 // Readings are judged by that cost: an arm that bends as it always does must not look like one with wrong names.
-TEST(BodyFollower, FindsNothingOddInAnElbowThatBendsAboutTheBodysOwnAxis) {
+TEST(SkeletonTracker, FindsNothingOddInAnElbowThatBendsAboutTheBodysOwnAxis) {
   const MarkerSet set = test::person("baseline41");
   const std::size_t elbow = bone_named(set, "LeftLowArm");
   kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
-  BodyFollower body(set, {});
+  SkeletonTracker body(set, {});
   std::vector<Pose> locals(truth.locals().begin(), truth.locals().end());
   std::vector<double> costs;
 
@@ -97,14 +99,14 @@ TEST(BodyFollower, FindsNothingOddInAnElbowThatBendsAboutTheBodysOwnAxis) {
     locals[elbow].rotation = bent(0.7 - 0.7 * std::cos(0.0524 * step), 0.52);
     truth.set_locals(locals);
     const std::vector<kinematics::Observation> seen = test::see(truth);
-    if (!body.following()) {
+    if (!body.is_tracking()) {
       ASSERT_TRUE(body.start(seen, at));
       continue;
     }
     body.predict(at);
-    (void)body.fit(seen);
-    costs.push_back(body.explain(seen).cost);
-    body.learn(seen);
+    (void)body.update(seen);
+    costs.push_back(body.evaluate_hypothesis(seen).cost);
+    body.commit(seen);
   }
 
   EXPECT_LT(costs.back(), 2.0);  // 9, in half squared sigmas, about the file's axis

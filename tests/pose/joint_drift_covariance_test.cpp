@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "pose/skeleton_tracker.h"
 #include "support/test_body.h"
+#include "pose/skeleton_tracker.h"
 
 namespace mocap::pose {
 namespace {
@@ -16,13 +16,13 @@ constexpr double kStep_s = 1.0 / 120.0;
 constexpr double kLeast_rad = 0.15;
 
 // How far the bone may have turned about an axis, rad.
-double sigma_rad(const HiddenTurns& turns, int axis) {
-  const Eigen::Matrix3d weight = turns.hold_weight(0, kLeast_rad, 0.0);
+double sigma_rad(const JointDriftCovariance& turns, int axis) {
+  const Eigen::Matrix3d weight = turns.prior_information(0, kLeast_rad, 0.0);
   return 1.0 / std::sqrt(weight(axis, axis));
 }
 
-TEST(HiddenTurns, StrayAboutTheAxisAloneThatNoMarkerTells) {
-  HiddenTurns turns(1);
+TEST(JointDriftCovariance, StrayAboutTheAxisAloneThatNoMarkerTells) {
+  JointDriftCovariance turns(1);
   const Eigen::Matrix3d share = Eigen::Vector3d(1.0, 0.0, 1.0).asDiagonal();
 
   for (int set = 0; set < 36; ++set) turns.step(0, share, kStep_s);
@@ -33,8 +33,8 @@ TEST(HiddenTurns, StrayAboutTheAxisAloneThatNoMarkerTells) {
   EXPECT_NEAR(sigma_rad(turns, 2), kLeast_rad, 1e-9);
 }
 
-TEST(HiddenTurns, AreKnownAgainInTheSetThatTellsThem) {
-  HiddenTurns turns(1);
+TEST(JointDriftCovariance, AreKnownAgainInTheSetThatTellsThem) {
+  JointDriftCovariance turns(1);
   for (int set = 0; set < 60; ++set) turns.step(0, Eigen::Matrix3d::Zero(), kStep_s);
 
   turns.step(0, Eigen::Matrix3d::Identity(), kStep_s);
@@ -42,19 +42,19 @@ TEST(HiddenTurns, AreKnownAgainInTheSetThatTellsThem) {
   for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(sigma_rad(turns, axis), kLeast_rad, 1e-9);
 }
 
-TEST(HiddenTurns, AreNeverLessKnownThanAnywhere) {
-  HiddenTurns turns(1);
+TEST(JointDriftCovariance, AreNeverLessKnownThanAnywhere) {
+  JointDriftCovariance turns(1);
 
   for (int set = 0; set < 10'000; ++set) turns.step(0, Eigen::Matrix3d::Zero(), kStep_s);
 
-  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(sigma_rad(turns, axis), kMostStray_rad, 1e-9);
+  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(sigma_rad(turns, axis), kMaxJointDrift_rad, 1e-9);
 }
 
 // One marker of a hand tells how the hand points; where the other is, half a second later, it does not.
-TEST(BodyFollower, DoesNotTakeAHandForKnownBecauseOneOfItsMarkersIsSeen) {
+TEST(SkeletonTracker, DoesNotTakeAHandForKnownBecauseOneOfItsMarkersIsSeen) {
   const MarkerSet set = test::person("baseline41");
   kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
-  BodyFollower body(set, {});
+  SkeletonTracker body(set, {});
   const std::vector<kinematics::Observation> all = test::see(truth);
   const Timestamp begun = from_ns(1'000'000'000);
   ASSERT_TRUE(body.start(all, begun));
@@ -67,10 +67,10 @@ TEST(BodyFollower, DoesNotTakeAHandForKnownBecauseOneOfItsMarkersIsSeen) {
   for (int step = 1; step <= 60; ++step) {
     const Timestamp at = begun + from_s(step * kStep_s);
     body.predict(at);
-    (void)body.fit(step == 1 ? all : seen);
-    ASSERT_TRUE(body.weigh(step == 1 ? all : seen, at));
-    spread_m.push_back(std::sqrt(body.told_covariance(hidden).trace()));
-    body.learn(step == 1 ? all : seen);
+    (void)body.update(step == 1 ? all : seen);
+    ASSERT_TRUE(body.compute_covariances(step == 1 ? all : seen, at));
+    spread_m.push_back(std::sqrt(body.predicted_covariance(hidden).trace()));
+    body.commit(step == 1 ? all : seen);
   }
 
   EXPECT_LT(spread_m.front(), 0.02);

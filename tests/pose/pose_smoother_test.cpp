@@ -15,7 +15,8 @@ namespace {
 constexpr double kStep_s = 1.0 / 120.0;
 
 std::vector<Pose> at(double x_m, double turn_rad) {
-  return {{{x_m, 0.0, 1.0}, Eigen::Quaterniond::Identity()}, {{0.0, 0.3, 0.0}, kinematics::turn_by({0.0, turn_rad, 0.0})}};
+  return {{{x_m, 0.0, 1.0}, Eigen::Quaterniond::Identity()},
+          {{0.0, 0.3, 0.0}, kinematics::from_rotation_vector({0.0, turn_rad, 0.0})}};
 }
 
 double turn_of(std::span<const Pose> poses) { return kinematics::rotation_vector(poses[1].rotation).y(); }

@@ -14,13 +14,14 @@ namespace {
 constexpr double kStep_s = 0.01;
 
 std::vector<Pose> at(double x_m, double turn_rad) {
-  return {{{x_m, 0.0, 0.0}, Eigen::Quaterniond::Identity()}, {{0.0, 0.3, 0.0}, kinematics::turn_by({0.0, 0.0, turn_rad})}};
+  return {{{x_m, 0.0, 0.0}, Eigen::Quaterniond::Identity()},
+          {{0.0, 0.3, 0.0}, kinematics::from_rotation_vector({0.0, 0.0, turn_rad})}};
 }
 
 double turn_of(std::span<const Pose> poses) { return kinematics::rotation_vector(poses[1].rotation).z(); }
 
-TEST(PoseEaser, ChangesNothingWhileTheSameMarkersTell) {
-  PoseEaser easer(2);
+TEST(PoseTransitionSmoother, ChangesNothingWhileTheSameMarkersTell) {
+  PoseTransitionSmoother easer(2);
   const std::vector<std::uint8_t> same{0, 0};
   for (int i = 0; i < 20; ++i) {
     const double angle = i == 10 ? 1.0 : 0.01 * i;
@@ -32,8 +33,8 @@ TEST(PoseEaser, ChangesNothingWhileTheSameMarkersTell) {
   }
 }
 
-TEST(PoseEaser, GlidesToAPlaceThatOtherMarkersTell) {
-  PoseEaser easer(2);
+TEST(PoseTransitionSmoother, GlidesToAPlaceThatOtherMarkersTell) {
+  PoseTransitionSmoother easer(2);
   for (int i = 0; i < 50; ++i) (void)easer.step(at(0.0, 0.0), at(0.0, 0.0), std::vector<std::uint8_t>{0, 0}, kStep_s);
   double last = 0.0, before = 0.0, most = 0.0;
 
@@ -52,8 +53,8 @@ TEST(PoseEaser, GlidesToAPlaceThatOtherMarkersTell) {
 }
 
 // Motion that led far astray is no place to begin from: what was shown last is nearer.
-TEST(PoseEaser, BeginsWhereItWasWhereThatIsNearerThanWhereTheMotionLed) {
-  PoseEaser easer(2);
+TEST(PoseTransitionSmoother, BeginsWhereItWasWhereThatIsNearerThanWhereTheMotionLed) {
+  PoseTransitionSmoother easer(2);
   for (int i = 0; i < 50; ++i) (void)easer.step(at(0.0, 0.0), at(0.0, 0.0), std::vector<std::uint8_t>{0, 0}, kStep_s);
 
   const auto shown = easer.step(at(0.01, 0.05), at(0.6, 1.4), std::vector<std::uint8_t>{1, 1}, kStep_s);
@@ -67,8 +68,8 @@ TEST(PoseEaser, BeginsWhereItWasWhereThatIsNearerThanWhereTheMotionLed) {
   }
 }
 
-TEST(PoseEaser, DoesNotTakeCommonMotionForAJump) {
-  PoseEaser easer(2);
+TEST(PoseTransitionSmoother, DoesNotTakeCommonMotionForAJump) {
+  PoseTransitionSmoother easer(2);
   for (int i = 0; i < 200; ++i) {
     const double astray = 0.03 * std::sin(1.3 * i);
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "kinematics/rotation.h"
-#include "pose/skeleton_tracker.h"
 #include "support/test_body.h"
+#include "pose/skeleton_tracker.h"
 
 namespace mocap::pose {
 namespace {
@@ -25,7 +25,7 @@ Timestamp at(int set) { return from_ns(1'000'000'000) + from_s(set * kStep_s); }
 // The left elbow is stretched and bent again; while it is nearly straight all markers beyond it hide, save that one
 // camera sees one of the hand's. It looks on along the way on which the marker comes: the way back is on the same rays.
 // The right forearm hides from all meanwhile, and that the left one is laid elsewhere must not move it.
-TEST(BodyFollower, LaysALimbOnTheOtherPlaceWhereTheRayMeetsItsReach) {
+TEST(SkeletonTracker, LaysALimbOnTheOtherPlaceWhereTheRayMeetsItsReach) {
   const MarkerSet set = person("baseline41");
   const auto elbow = bone_named(set, "LeftLowArm");
   const std::size_t hand = bone_named(set, "LeftHand");
@@ -34,16 +34,16 @@ TEST(BodyFollower, LaysALimbOnTheOtherPlaceWhereTheRayMeetsItsReach) {
   const std::size_t on_hand = marker_named(set, "LHandOut");
   kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
   std::vector<Pose> locals(truth.locals().begin(), truth.locals().end());
-  locals[right_elbow].rotation = kinematics::turn_by({0.0, 0.0, 1.5});
+  locals[right_elbow].rotation = kinematics::from_rotation_vector({0.0, 0.0, 1.5});
   const auto bend = [&](double by_rad) {
-    locals[elbow].rotation = kinematics::turn_by({0.0, 0.0, -by_rad});
+    locals[elbow].rotation = kinematics::from_rotation_vector({0.0, 0.0, -by_rad});
     truth.set_locals(locals);
   };
   bend(0.1);
   const Eigen::Vector3d joint = truth.world()[elbow].position;
   const Eigen::Vector3d nearest = truth.marker_at(on_hand);
   const Eigen::Vector3d eye = nearest + 4.0 * (nearest - joint).cross(Eigen::Vector3d::UnitZ()).normalized();
-  BodyFollower body(set, {});
+  SkeletonTracker body(set, {});
 
   for (int step = 0; step <= 90; ++step) {
     bend(0.6 + 0.55 * std::cos(step * 0.07));  // to 0.05 at 45
@@ -54,17 +54,18 @@ TEST(BodyFollower, LaysALimbOnTheOtherPlaceWhereTheRayMeetsItsReach) {
                                  on == right_elbow || on == right_hand;
       if (step < 40 || !beyond_elbows) seen.push_back(one);
     }
-    if (!body.following()) {
+    if (!body.is_tracking()) {
       ASSERT_TRUE(body.start(seen, at(step)));
       continue;
     }
     body.predict(at(step));
     if (step >= 40) {
       const Eigen::Vector3d ray = (truth.marker_at(on_hand) - eye).normalized();
-      seen.push_back(kinematics::observe_ray(static_cast<int>(on_hand), eye, ray, 1e-4, body.told(on_hand), 0.002));
+      seen.push_back(
+          kinematics::observe_ray(static_cast<int>(on_hand), eye, ray, 1e-4, body.predicted_position(on_hand), 0.002));
     }
-    (void)body.fit(seen);
-    body.learn(seen);
+    (void)body.update(seen);
+    body.commit(seen);
   }
 
   EXPECT_LT((body.pose().world()[hand].position - truth.world()[hand].position).norm(), 0.05);
@@ -72,7 +73,7 @@ TEST(BodyFollower, LaysALimbOnTheOtherPlaceWhereTheRayMeetsItsReach) {
 }
 
 // An arm that stood still in sight of all a set ago is where it was, however strangely it is held.
-TEST(BodyFollower, LeavesALimbWhereItWasToldJustNowThoughARayMeetsItsReachElsewhere) {
+TEST(SkeletonTracker, LeavesALimbWhereItWasToldJustNowThoughARayMeetsItsReachElsewhere) {
   const MarkerSet set = person("baseline41");
   const std::size_t on_hand = marker_named(set, "LHandOut");
   kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
@@ -88,28 +89,28 @@ TEST(BodyFollower, LeavesALimbWhereItWasToldJustNowThoughARayMeetsItsReachElsewh
         const auto& range = set.skeleton.bones[bone].turns[static_cast<std::size_t>(axis)];
         turned[axis] = 0.8 * (anywhere(random) < 0.0 ? range->min_rad : range->max_rad);
       }
-      strange[bone].rotation = kinematics::turn_by(turned);
+      strange[bone].rotation = kinematics::from_rotation_vector(turned);
     }
     truth.set_locals(strange);
     const Eigen::Vector3d hand = truth.marker_at(on_hand);
     const Eigen::Vector3d eye =
         hand + 4.0 * Eigen::Vector3d(anywhere(random), anywhere(random), 0.4 * anywhere(random)).normalized();
-    BodyFollower body(set, {});
+    SkeletonTracker body(set, {});
     ASSERT_TRUE(body.start(see(truth), at(0)));
     for (int step = 1; step < 10; ++step) {
       body.predict(at(step));
-      (void)body.fit(see(truth));
-      body.learn(see(truth));
+      (void)body.update(see(truth));
+      body.commit(see(truth));
     }
     std::vector<kinematics::Observation> seen = see(truth);
     for (const char* hidden : {"LUArmHigh", "LElbowOut", "LWristIn", "LWristOut", "LHandIn", "LHandOut"})
       seen = without(seen, marker_named(set, hidden));
     body.predict(at(10));
-    seen.push_back(
-        kinematics::observe_ray(static_cast<int>(on_hand), eye, (hand - eye).normalized(), 1e-4, body.told(on_hand), 0.002));
-    (void)body.fit(seen);
+    seen.push_back(kinematics::observe_ray(static_cast<int>(on_hand), eye, (hand - eye).normalized(), 1e-4,
+                                           body.predicted_position(on_hand), 0.002));
+    (void)body.update(seen);
 
-    EXPECT_LT((body.told(on_hand) - hand).norm(), 0.1) << i;
+    EXPECT_LT((body.predicted_position(on_hand) - hand).norm(), 0.1) << i;
   }
 }
 
@@ -125,14 +126,14 @@ class OnTheTouchOfARay : public ::testing::Test {
 
   void bend(double by_rad) {
     std::vector<Pose> locals(truth.locals().begin(), truth.locals().end());
-    locals[bone_named(set, "LeftLowArm")].rotation = kinematics::turn_by({0.0, 0.0, -by_rad});
+    locals[bone_named(set, "LeftLowArm")].rotation = kinematics::from_rotation_vector({0.0, 0.0, -by_rad});
     truth.set_locals(locals);
   }
 
   // How far the hand is off in the end.
   template <class Bent>
   double follow(const Bent& bent_rad, unsigned seed = 3) {
-    BodyFollower body(set, {});
+    SkeletonTracker body(set, {});
     std::mt19937 random(seed);
     std::normal_distribution<double> noise_m(0.0, 2e-5);
     for (int step = 0; step <= 90; ++step) {
@@ -149,12 +150,13 @@ class OnTheTouchOfARay : public ::testing::Test {
       body.predict(at(step));
       if (step >= 30) {
         seen = without(seen, hand);
-        seen.push_back(kinematics::observe_ray(static_cast<int>(hand), eye, ray, 1e-4, body.told(hand), kSkin_m));
+        seen.push_back(
+            kinematics::observe_ray(static_cast<int>(hand), eye, ray, 1e-4, body.predicted_position(hand), kSkin_m));
       }
-      (void)body.fit(seen);
-      body.learn(seen);
+      (void)body.update(seen);
+      body.commit(seen);
     }
-    return (body.told(hand) - truth.marker_at(hand)).norm();
+    return (body.predicted_position(hand) - truth.marker_at(hand)).norm();
   }
 
   static constexpr double kTouch_rad = 1.2;

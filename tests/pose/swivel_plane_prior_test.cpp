@@ -24,7 +24,8 @@ std::size_t bone_named(const MarkerSet& set, const std::string& name) {
 // A left elbow bent about a line that leans, the forearm turned about itself and thrown out of the plane.
 Eigen::Quaterniond bent(double by_rad, double twist_rad, double out_rad) {
   const Eigen::Vector3d out(-kAxis.z(), 0.0, kAxis.x());
-  return kinematics::turn_by(out_rad * out) * kinematics::turn_by(by_rad * kAxis) * kinematics::turn_by({0.0, twist_rad, 0.0});
+  return kinematics::from_rotation_vector(out_rad * out) * kinematics::from_rotation_vector(by_rad * kAxis) *
+         kinematics::from_rotation_vector({0.0, twist_rad, 0.0});
 }
 
 struct Elbow {
@@ -33,27 +34,27 @@ struct Elbow {
   void bend(double twist_rad, double stray_rad, const Eigen::Matrix3d& share = Eigen::Matrix3d::Identity()) {
     for (int i = 0; i < 480; ++i) {
       const double by_rad = 0.7 + 0.4 * std::sin(0.1 * i);
-      planes.learn(bone, bent(by_rad, twist_rad * std::sin(0.07 * i), stray_rad * std::sin(0.23 * i)), share, kStep_s);
+      planes.update(bone, bent(by_rad, twist_rad * std::sin(0.07 * i), stray_rad * std::sin(0.23 * i)), share, kStep_s);
     }
   }
 
   MarkerSet set;
   std::size_t bone;
-  BendingPlanes planes;
+  SwivelPlanePrior planes;
 };
 
-TEST(BendingPlanes, LearnInWhichPlaneAnElbowBendsHoweverTheForearmIsTurned) {
+TEST(SwivelPlanePrior, LearnInWhichPlaneAnElbowBendsHoweverTheForearmIsTurned) {
   Elbow elbow;
 
   elbow.bend(0.8, 0.0);
 
-  const kinematics::BendingPlane& plane = elbow.planes.plane(elbow.bone);
-  EXPECT_NEAR(std::abs(plane.across.dot(kAxis)), 1.0, 1e-3);
-  EXPECT_NEAR(plane.along.dot(Eigen::Vector3d::UnitY()), 1.0, 1e-12);
+  const kinematics::SwivelPlane& plane = elbow.planes.plane(elbow.bone);
+  EXPECT_NEAR(std::abs(plane.normal.dot(kAxis)), 1.0, 1e-3);
+  EXPECT_NEAR(plane.bone_axis.dot(Eigen::Vector3d::UnitY()), 1.0, 1e-12);
   EXPECT_GT(plane.weight_1_rad2, 1.0 / (0.04 * 0.04));
 }
 
-TEST(BendingPlanes, AreBelievedAsFarAsTheElbowKeepsToThem) {
+TEST(SwivelPlanePrior, AreBelievedAsFarAsTheElbowKeepsToThem) {
   Elbow elbow;
 
   elbow.bend(0.0, 0.3);
@@ -64,7 +65,7 @@ TEST(BendingPlanes, AreBelievedAsFarAsTheElbowKeepsToThem) {
 }
 
 // Its other turn, about itself, need not be told.
-TEST(BendingPlanes, AreNotKnownOfAnElbowOfWhichMarkersDoNotTellBothTurnsOfItsTip) {
+TEST(SwivelPlanePrior, AreNotKnownOfAnElbowOfWhichMarkersDoNotTellBothTurnsOfItsTip) {
   for (int axis = 0; axis < 3; ++axis) {
     Elbow elbow;
     Eigen::Matrix3d untold = Eigen::Matrix3d::Identity();
@@ -76,33 +77,34 @@ TEST(BendingPlanes, AreNotKnownOfAnElbowOfWhichMarkersDoNotTellBothTurnsOfItsTip
   }
 }
 
-TEST(BendingPlanes, AreNotKnownOfJointsThatTurnEveryWay) {
+TEST(SwivelPlanePrior, AreNotKnownOfJointsThatTurnEveryWay) {
   Elbow elbow;
   const std::size_t shoulder = bone_named(elbow.set, "LeftUpArm");
 
-  for (int i = 0; i < 480; ++i) elbow.planes.learn(shoulder, bent(1.0, 0.0, 0.0), Eigen::Matrix3d::Identity(), kStep_s);
+  for (int i = 0; i < 480; ++i)
+    elbow.planes.update(shoulder, bent(1.0, 0.0, 0.0), Eigen::Matrix3d::Identity(), kStep_s);
 
   EXPECT_EQ(elbow.planes.plane(shoulder).weight_1_rad2, 0.0);
 }
 
 // A lower leg lies along z, and what bends both ways, as it turns about itself, is no hinge.
-TEST(BendingPlanes, OfAKneeAreThatOfTheLegAndTheWayOfTheFoot) {
+TEST(SwivelPlanePrior, OfAKneeAreThatOfTheLegAndTheWayOfTheFoot) {
   Elbow elbow;
   const std::size_t knee = bone_named(elbow.set, "LeftLowLeg");
 
   for (int i = 0; i < 480; ++i)
-    elbow.planes.learn(knee, kinematics::turn_by({0.0, 0.8, 0.0}), Eigen::Matrix3d::Identity(), kStep_s);
+    elbow.planes.update(knee, kinematics::from_rotation_vector({0.0, 0.8, 0.0}), Eigen::Matrix3d::Identity(), kStep_s);
 
-  const kinematics::BendingPlane& plane = elbow.planes.plane(knee);
-  EXPECT_NEAR(plane.along.dot(Eigen::Vector3d::UnitZ()), 1.0, 1e-12);
-  EXPECT_NEAR(std::abs(plane.across.dot(Eigen::Vector3d::UnitY())), 1.0, 1e-9);
+  const kinematics::SwivelPlane& plane = elbow.planes.plane(knee);
+  EXPECT_NEAR(plane.bone_axis.dot(Eigen::Vector3d::UnitZ()), 1.0, 1e-12);
+  EXPECT_NEAR(std::abs(plane.normal.dot(Eigen::Vector3d::UnitY())), 1.0, 1e-9);
 }
 
-TEST(BendingPlanes, AreKnownAfterHalfASecond) {
+TEST(SwivelPlanePrior, AreKnownAfterHalfASecond) {
   Elbow elbow;
   const auto bend_for = [&](double time_s) {
     for (double at_s = 0.0; at_s < time_s; at_s += kStep_s)
-      elbow.planes.learn(elbow.bone, bent(0.8, 0.0, 0.0), Eigen::Matrix3d::Identity(), kStep_s);
+      elbow.planes.update(elbow.bone, bent(0.8, 0.0, 0.0), Eigen::Matrix3d::Identity(), kStep_s);
   };
 
   bend_for(0.4);
@@ -112,15 +114,15 @@ TEST(BendingPlanes, AreKnownAfterHalfASecond) {
   EXPECT_GT(elbow.planes.plane(elbow.bone).weight_1_rad2, 0.0);
 }
 
-TEST(BendingPlanes, AreNotKnownOfAnElbowThatHardlyBends) {
+TEST(SwivelPlanePrior, AreNotKnownOfAnElbowThatHardlyBends) {
   Elbow elbow;
   for (int i = 0; i < 480; ++i)
-    elbow.planes.learn(elbow.bone, bent(0.1, 0.0, 0.0), Eigen::Matrix3d::Identity(), kStep_s);
+    elbow.planes.update(elbow.bone, bent(0.1, 0.0, 0.0), Eigen::Matrix3d::Identity(), kStep_s);
 
   EXPECT_EQ(elbow.planes.plane(elbow.bone).weight_1_rad2, 0.0);
 }
 
-TEST(BendingPlanes, AreForgottenWithTheBody) {
+TEST(SwivelPlanePrior, AreForgottenWithTheBody) {
   Elbow elbow;
   elbow.bend(0.0, 0.0);
 
@@ -130,23 +132,24 @@ TEST(BendingPlanes, AreForgottenWithTheBody) {
   // The next body's elbow does not lean, and is known as late as the first one's.
   const auto bend_for = [&](double time_s) {
     for (double at_s = 0.0; at_s < time_s; at_s += kStep_s)
-      elbow.planes.learn(elbow.bone, kinematics::turn_by({0.0, 0.0, -0.6}), Eigen::Matrix3d::Identity(), kStep_s);
+      elbow.planes.update(elbow.bone, kinematics::from_rotation_vector({0.0, 0.0, -0.6}), Eigen::Matrix3d::Identity(),
+                          kStep_s);
   };
   bend_for(0.4);
   EXPECT_EQ(elbow.planes.plane(elbow.bone).weight_1_rad2, 0.0);
   bend_for(0.3);
-  EXPECT_NEAR(std::abs(elbow.planes.plane(elbow.bone).across.z()), 1.0, 1e-9);
+  EXPECT_NEAR(std::abs(elbow.planes.plane(elbow.bone).normal.z()), 1.0, 1e-9);
 }
 
 // The slope of the cost is what the equations are told.
-TEST(BendingPlanes, DrawAnElbowBackIntoThemAndLeaveTheBendAlone) {
+TEST(SwivelPlanePrior, DrawAnElbowBackIntoThemAndLeaveTheBendAlone) {
   const MarkerSet set = test::person("baseline41");
   const std::size_t bone = bone_named(set, "LeftLowArm");
   kinematics::PoseFit pose(set, kinematics::PoseFit::Lengths::Fixed);
   std::vector<Pose> locals(pose.locals().begin(), pose.locals().end());
   locals[bone].rotation = bent(0.8, 0.0, 0.2);
   pose.set_locals(locals);
-  pose.bend_in(bone, {kAxis, Eigen::Vector3d::UnitY(), 1e6});
+  pose.set_swivel_plane(bone, {kAxis, Eigen::Vector3d::UnitY(), 1e6});
   std::vector<kinematics::Observation> seen;  // all but the forearm's and the hand's
   for (const kinematics::Observation& one : test::see(pose)) {
     const auto on = static_cast<std::size_t>(set.markers[static_cast<std::size_t>(one.marker)].bone);
@@ -154,7 +157,7 @@ TEST(BendingPlanes, DrawAnElbowBackIntoThemAndLeaveTheBendAlone) {
   }
   const std::vector<double> held(set.skeleton.bones.size(), 0.5);
 
-  const kinematics::PoseFitResult result = pose.solve(seen, {.limit_sigma_rad = 10.0, .hold_sigma_rad = held}, 30);
+  const kinematics::PoseFitResult result = pose.solve(seen, {.limit_sigma_rad = 10.0, .prior_sigma_rad = held}, 30);
 
   EXPECT_TRUE(result.settled);
   const Eigen::Vector3d tip = pose.locals()[bone].rotation * Eigen::Vector3d::UnitY();

@@ -1,8 +1,8 @@
 #include <gmock/gmock.h>
 
 #include "identify/asymmetry.h"
-#include "settings/shape_checks.h"
 #include "support/test_body.h"
+#include "settings/shape_checks.h"
 
 namespace mocap::settings {
 namespace {

@@ -12,8 +12,8 @@
 
 #include "kinematics/kinematic_tree.h"
 #include "kinematics/rotation.h"
-#include "solve/tree_solver.h"
 #include "support/test_body.h"
+#include "solve/tree_solver.h"
 
 namespace mocap::test {
 
@@ -103,9 +103,9 @@ class SolveWorld {
       if (one.name == "LeftUpLeg") phi = {0.0, 0.4 * std::sin(4.0 * t), 0.0};
       if (one.name == "RightUpLeg") phi = {0.0, -0.4 * std::sin(4.0 * t), 0.0};
       if (one.name == "LeftLowLeg") phi = {0.0, 0.5 + 0.4 * std::sin(4.0 * t), 0.0};
-      turns.push_back(kinematics::turn_by(phi));
+      turns.push_back(kinematics::from_rotation_vector(phi));
     }
-    kinematics::forward(set_.skeleton, {0.3 * std::sin(t), 0.2 * t, 1.0}, turns, truth_);
+    kinematics::compute_forward_kinematics(set_.skeleton, {0.3 * std::sin(t), 0.2 * t, 1.0}, turns, truth_);
   }
 
   void step_once() {
@@ -121,7 +121,7 @@ class SolveWorld {
       label.cameras = 4;
     }
     for (const auto& [m, place] : spoiled_) labels_[0].markers[m].position.v = place;
-    std::vector<NamedRay> rays;
+    std::vector<LabelledBearing> rays;
     for (const auto& [m, eye, off_m] : rays_) {
       const Label label{SubjectId{0}, static_cast<std::uint32_t>(m)};
       rays.push_back({label, CameraId{3}, {eye}, (true_marker(m) + off_m - eye).normalized(), 1e-4});

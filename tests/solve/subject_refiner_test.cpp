@@ -7,8 +7,8 @@
 #include <random>
 #include <vector>
 
-#include "solve/tree_solver.h"
 #include "support/test_body.h"
+#include "solve/tree_solver.h"
 
 namespace mocap::solve {
 namespace {
@@ -26,8 +26,10 @@ class Somebody {
     from_[0].position.z() = 1.0;
     const auto& bones = file.skeleton.bones;
     for (std::size_t b = 0; b < bones.size(); ++b) {
-      if (bones[b].name == "LeftUpArm") from_[b].rotation = kinematics::turn_by({-arms_lowered_rad, 0.0, 0.0});
-      if (bones[b].name == "RightUpArm") from_[b].rotation = kinematics::turn_by({arms_lowered_rad, 0.0, 0.0});
+      if (bones[b].name == "LeftUpArm")
+        from_[b].rotation = kinematics::from_rotation_vector({-arms_lowered_rad, 0.0, 0.0});
+      if (bones[b].name == "RightUpArm")
+        from_[b].rotation = kinematics::from_rotation_vector({arms_lowered_rad, 0.0, 0.0});
     }
     to_ = from_;
   }

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "kinematics/rotation.h"
-#include "solve/solve_world.h"
 #include "support/test_body.h"
+#include "solve/solve_world.h"
 
 namespace mocap::solve {
 namespace {
@@ -194,7 +194,8 @@ TEST(SolveSkeleton, VelocitiesAreTheSlopesOfTheTruth) {
 
   // Over about 20 ms: 2.4 sets; the slope in the middle of as many.
   const Eigen::Vector3d velocity = (truth[8].position - truth[3].position) / (5 * kStep_s);
-  const Eigen::Vector3d spin = kinematics::rotation_vector(truth[8].rotation * truth[3].rotation.conjugate()) / (5 * kStep_s);
+  const Eigen::Vector3d spin =
+      kinematics::rotation_vector(truth[8].rotation * truth[3].rotation.conjugate()) / (5 * kStep_s);
   EXPECT_GT(velocity.norm(), 0.2);
   EXPECT_GT(spin.norm(), 0.5);
   EXPECT_LT((world.shown(arm).velocity_m_s - velocity).norm(), 0.05 * std::max(1.0, velocity.norm()));

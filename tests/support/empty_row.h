@@ -27,7 +27,7 @@ class EmptyTriangulator : public Triangulator {
 class EmptyTracker : public MarkerTracker {
  public:
   void predict(Timestamp, Expected&) const override {}
-  const TrackedMarkers& step(const Markers&, const Expected&, std::span<const LoneSighting>) override {
+  const TrackedMarkers& step(const Markers&, const Expected&, std::span<const BearingOnlyObservation>) override {
     return nothing_;
   }
 
@@ -38,7 +38,7 @@ class EmptyTracker : public MarkerTracker {
 class EmptyLabeller : public Labeller {
  public:
   const Labels& label(const TrackedMarkers&, const Expected&) override { return nothing_; }
-  std::span<const SurmisedMarker> surmised() const override { return {}; }
+  std::span<const AmbiguousObservation> ambiguous_observations() const override { return {}; }
   std::optional<SubjectFit> take_fit() override { return std::nullopt; }
   void refit(const SubjectFit& /*fit*/) override {}
 
@@ -48,7 +48,8 @@ class EmptyLabeller : public Labeller {
 
 class EmptySolver : public SkeletonSolver {
  public:
-  const Poses& solve(Labels&, Timestamp, std::span<const NamedRay>, std::span<const SurmisedMarker>) override {
+  const Poses& solve(Labels&, Timestamp, std::span<const LabelledBearing>,
+                     std::span<const AmbiguousObservation>) override {
     return nothing_;
   }
   void refit(const SubjectFit&) override {}

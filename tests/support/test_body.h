@@ -113,7 +113,7 @@ inline std::vector<Pose> random_pose(const MarkerSet& set, double spread_rad, st
       pose.position = {share(random), share(random), 1.0};
       phi = Eigen::Vector3d(0.2 * share(random), 0.2 * share(random), 3.1 * share(random));
     }
-    pose.rotation = kinematics::turn_by(phi);
+    pose.rotation = kinematics::from_rotation_vector(phi);
     locals.push_back(pose);
   }
   return locals;
@@ -129,7 +129,8 @@ inline std::vector<kinematics::Observation> see(const kinematics::PoseFit& truth
 }
 
 inline std::vector<kinematics::Observation> without(std::vector<kinematics::Observation> seen, std::size_t marker) {
-  std::erase_if(seen, [&](const kinematics::Observation& one) { return static_cast<std::size_t>(one.marker) == marker; });
+  std::erase_if(seen,
+                [&](const kinematics::Observation& one) { return static_cast<std::size_t>(one.marker) == marker; });
   return seen;
 }
 

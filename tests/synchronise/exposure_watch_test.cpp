@@ -51,7 +51,7 @@ TEST(ExposureWatch, BelievesCamerasOnOneTriggerAndTellsTheirOffsets) {
     const ExposureWatch watch = watched({{-60.0}, {-20.0}, {20.0}, {60.0}}, 12.0, seed);
     for (std::uint32_t c = 0; c < 4; ++c) {
       const CameraTiming& timing = watch.timing({c});
-      ASSERT_TRUE(timing.told);
+      ASSERT_TRUE(timing.is_known);
       EXPECT_TRUE(timing.synchronised) << "camera " << c << " seed " << seed;
       // 40 us of jitter, some 500 frames that count, at the end of a line that may turn.
       EXPECT_NEAR(to_us(timing.offset), -60.0 + 40.0 * c, 15.0);
@@ -102,12 +102,12 @@ TEST(ExposureWatch, FindsNoGroupAmongCamerasThatAllRunFree) {
 
 TEST(ExposureWatch, SaysNothingYetOfACameraThatHasJustBegun) {
   ExposureWatch watch = watched({{}, {}}, 1.0, 6);
-  EXPECT_FALSE(watch.timing({0}).told);
+  EXPECT_FALSE(watch.timing({0}).is_known);
 
   watch = watched({{}, {}}, 5.0, 6);
-  EXPECT_TRUE(watch.timing({1}).told);
+  EXPECT_TRUE(watch.timing({1}).is_known);
   watch.forget({1});
-  EXPECT_FALSE(watch.timing({1}).told);
+  EXPECT_FALSE(watch.timing({1}).is_known);
 }
 
 TEST(ExposureWatch, GoesOnWhenTheCameraThatServesAsClockFallsSilent) {
@@ -120,7 +120,7 @@ TEST(ExposureWatch, GoesOnWhenTheCameraThatServesAsClockFallsSilent) {
   }
   watch.assess();
 
-  EXPECT_FALSE(watch.timing({0}).told);
+  EXPECT_FALSE(watch.timing({0}).is_known);
   EXPECT_TRUE(watch.timing({1}).synchronised);
   EXPECT_FALSE(watch.timing({2}).synchronised);
   EXPECT_NEAR(to_us(watch.timing({2}).offset), 3000.0, 5.0);

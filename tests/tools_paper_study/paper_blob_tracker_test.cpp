@@ -32,7 +32,8 @@ std::vector<std::uint32_t> tracks_of(BlobTracker& tracker, const Points& points,
 constexpr std::uint32_t kNone = BlobTrackId::kNothing;
 
 TEST(PaperBlobTracker, NamesOnlyWhatTheFirstFrameWithBlobsShows) {
-  for (const track2d::TrackMethod method : {track2d::TrackMethod::AlphaBeta, track2d::TrackMethod::Kalman, track2d::TrackMethod::Condensation}) {
+  for (const track2d::TrackMethod method :
+       {track2d::TrackMethod::AlphaBeta, track2d::TrackMethod::Kalman, track2d::TrackMethod::Condensation}) {
     const auto tracker = paper_study::make_paper_blob_tracker({.method = method});
     EXPECT_TRUE(tracks_of(*tracker, {}, 0).empty());
     EXPECT_EQ(tracks_of(*tracker, {{100.0, 100.0}}, 1), (std::vector<std::uint32_t>{0}));
@@ -66,15 +67,16 @@ TEST(PaperBlobTracker, TakesNothingOutsideOfItsGate) {
 }
 
 TEST(PaperBlobTracker, TellsAheadWhatTheNextFrameWillBeMeasuredBy) {
-  for (const track2d::TrackMethod method : {track2d::TrackMethod::AlphaBeta, track2d::TrackMethod::Kalman, track2d::TrackMethod::Condensation}) {
+  for (const track2d::TrackMethod method :
+       {track2d::TrackMethod::AlphaBeta, track2d::TrackMethod::Kalman, track2d::TrackMethod::Condensation}) {
     const auto tracker = paper_study::make_paper_blob_tracker({.method = method});
     const auto* inspection = dynamic_cast<const track2d::BlobTrackInspection*>(tracker.get());
     ASSERT_NE(inspection, nullptr);
     tracks_of(*tracker, {{100.0, 100.0}}, 0);
     for (int k = 1; k < 10; ++k) tracks_of(*tracker, {{100.0 + 4.0 * k, 100.0}}, k);
     std::vector<track2d::BlobTrackBelief> ahead, again;
-    inspection->look_ahead(from_ns(10 * 33'000'000LL), ahead);
-    inspection->look_ahead(from_ns(10 * 33'000'000LL), again);
+    inspection->predict_tracks(from_ns(10 * 33'000'000LL), ahead);
+    inspection->predict_tracks(from_ns(10 * 33'000'000LL), again);
 
     ASSERT_EQ(ahead.size(), 1U);
     EXPECT_EQ(ahead[0].point.v, again[0].point.v);  // it changed nothing

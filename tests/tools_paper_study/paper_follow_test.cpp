@@ -35,7 +35,7 @@ class ScriptedTracker final : public BlobTracker, public track2d::BlobTrackInspe
     }
   }
   void track_all(Timestamp, std::span<Blob>) override {}
-  void look_ahead(Timestamp at, std::vector<track2d::BlobTrackBelief>& into) const override {
+  void predict_tracks(Timestamp at, std::vector<track2d::BlobTrackBelief>& into) const override {
     const auto k = static_cast<std::size_t>(std::lround(to_s(at - from_ns(0)) * kFrameRate_Hz));
     const std::uint32_t blob = frame_ == missed_frame_ ? track2d::BlobTrackBelief::kUnseen : 0;
     into.push_back({{7}, true, {clip_.ways_px[0][k] + Eigen::Vector2d(off_px_, 0.0)}, 10.0, blob});

@@ -77,17 +77,17 @@ BlobFrame frame_of(int image, const std::vector<Point>& discs, const Hidden& hid
 }
 
 /// What became of two markers' names.
-struct Story {
+struct Hypothesis {
   std::vector<BlobTrackId> names;       ///< of each marker at image 10
   std::vector<BlobTrackId> last_names;  ///< and in the last one
   int wrong = 0;                        ///< images in which a blob bore the other's name, or that of both markers one
   int unnamed_apart = 0;                ///< images after they parted in which a name was taken back
 };
 
-Story tell(const std::vector<Way>& ways, int images, const Hidden& hidden = {}) {
+Hypothesis tell(const std::vector<Way>& ways, int images, const Hidden& hidden = {}) {
   const auto tracker = make_blob_tracker({});
-  Story story;
-  story.names.resize(ways.size());
+  Hypothesis hypothesis;
+  hypothesis.names.resize(ways.size());
   bool met = false;
   for (int image = 0; image < images; ++image) {
     std::vector<Point> discs;
@@ -96,20 +96,20 @@ Story tell(const std::vector<Way>& ways, int images, const Hidden& hidden = {}) 
     tracker->track(frame);
     const bool merged = ways.size() == 2 && frame.blobs.size() == 1;
     met = met || merged;
-    story.last_names.assign(ways.size(), {});
+    hypothesis.last_names.assign(ways.size(), {});
     for (const Blob& blob : frame.blobs) {
       for (std::size_t m = 0; m < ways.size(); ++m) {
         if ((blob.centroid.v - discs[m]).norm() > 8.0) continue;
-        if (image == 10) story.names[m] = blob.track;
-        story.last_names[m] = blob.track;
+        if (image == 10) hypothesis.names[m] = blob.track;
+        hypothesis.last_names[m] = blob.track;
         if (image <= 10) continue;
         const bool named = blob.track.names_something();
-        if (named && blob.track != story.names[m] && !merged) ++story.wrong;
-        if (met && !merged && !named) ++story.unnamed_apart;
+        if (named && blob.track != hypothesis.names[m] && !merged) ++hypothesis.wrong;
+        if (met && !merged && !named) ++hypothesis.unnamed_apart;
       }
     }
   }
-  return story;
+  return hypothesis;
 }
 
 Way straight(const Point& at_40, const Point& per_image) {
@@ -124,11 +124,11 @@ Way there_and_back(const Point& at_40, const Point& per_image) {
 TEST(BlobPair, KeepsTheNamesOfMarkersThatCrossWhateverTheirMissDistance) {
   for (const double miss_px : {0.0, 2.0, 5.0, 9.0, 13.0}) {
     for (const double speed : {1.5, 3.0, 6.0}) {
-      const Story story =
+      const Hypothesis hypothesis =
           tell({straight({300.0, 200.0}, {speed, 0.4}), straight({300.0, 200.0 + miss_px}, {-speed, 0.4})}, 90);
 
-      EXPECT_EQ(story.wrong, 0) << miss_px << " px, " << speed << " px";
-      EXPECT_EQ(story.last_names, story.names) << miss_px << " px, " << speed << " px";
+      EXPECT_EQ(hypothesis.wrong, 0) << miss_px << " px, " << speed << " px";
+      EXPECT_EQ(hypothesis.last_names, hypothesis.names) << miss_px << " px, " << speed << " px";
     }
   }
 }
@@ -136,19 +136,19 @@ TEST(BlobPair, KeepsTheNamesOfMarkersThatCrossWhateverTheirMissDistance) {
 TEST(BlobPair, KeepsTheNamesOfMarkersThatTurnBack) {
   // Where the miss distance is not lost in what area and elongation tell; nearer by, nobody knows.
   for (const double miss_px : {6.0, 9.0, 12.0}) {
-    const Story story =
+    const Hypothesis hypothesis =
         tell({there_and_back({300.0, 200.0}, {3.0, 0.5}), there_and_back({300.0, 200.0 + miss_px}, {-2.0, 0.8})}, 90);
 
-    EXPECT_EQ(story.wrong, 0) << miss_px << " px";
-    EXPECT_EQ(story.last_names, story.names) << miss_px << " px";
+    EXPECT_EQ(hypothesis.wrong, 0) << miss_px << " px";
+    EXPECT_EQ(hypothesis.last_names, hypothesis.names) << miss_px << " px";
   }
 }
 
 TEST(BlobPair, KeepsTheNameOfAMarkerThatPassesOneAtRest) {
-  const Story story = tell({straight({300.0, 200.0}, {0.0, 0.0}), straight({301.0, 203.0}, {3.0, 1.0})}, 80);
+  const Hypothesis hypothesis = tell({straight({300.0, 200.0}, {0.0, 0.0}), straight({301.0, 203.0}, {3.0, 1.0})}, 80);
 
-  EXPECT_EQ(story.wrong, 0);
-  EXPECT_EQ(story.last_names, story.names);
+  EXPECT_EQ(hypothesis.wrong, 0);
+  EXPECT_EQ(hypothesis.last_names, hypothesis.names);
 }
 
 TEST(BlobPair, GivesNoNameToABlobOfTwoMarkers) {
@@ -160,7 +160,7 @@ TEST(BlobPair, GivesNoNameToABlobOfTwoMarkers) {
     if (image >= 5 && frame.blobs.size() == 1) {
       EXPECT_FALSE(frame.blobs[0].track.names_something()) << "image " << image;
       std::vector<BlobTrackBelief> beliefs;
-      dynamic_cast<const BlobTrackInspection&>(*tracker).look_ahead(frame.exposed_at, beliefs);
+      dynamic_cast<const BlobTrackInspection&>(*tracker).predict_tracks(frame.exposed_at, beliefs);
       ASSERT_EQ(beliefs.size(), 2U);
       for (const auto& belief : beliefs) {
         EXPECT_EQ(belief.state, BlobTrackState::Confirmed);
@@ -172,10 +172,10 @@ TEST(BlobPair, GivesNoNameToABlobOfTwoMarkers) {
 }
 
 TEST(BlobPair, NamesMarkersSoonAfterTheyCrossed) {
-  const Story story = tell({straight({300.0, 200.0}, {3.0, 0.4}), straight({300.0, 206.0}, {-3.0, 0.4})}, 90);
+  const Hypothesis hypothesis = tell({straight({300.0, 200.0}, {3.0, 0.4}), straight({300.0, 206.0}, {-3.0, 0.4})}, 90);
 
   // Two blobs, three images at most.
-  EXPECT_LE(story.unnamed_apart, 6);
+  EXPECT_LE(hypothesis.unnamed_apart, 6);
 }
 
 TEST(TrackBlobs, KeepsSpeedAndDirectionOfAMarkerThatGoesBehindABarrier) {
@@ -187,7 +187,7 @@ TEST(TrackBlobs, KeepsSpeedAndDirectionOfAMarkerThatGoesBehindABarrier) {
     const Point truth(200.0 + 4.0 * image, 150.0 + 1.0 * image);
     BlobFrame frame = frame_of(image, {truth}, barrier);
     std::vector<BlobTrackBelief> expected;
-    inspection.look_ahead(frame.exposed_at, expected);
+    inspection.predict_tracks(frame.exposed_at, expected);
     if (image == 20) name = expected[0].track;
     if (image > 5) {
       ASSERT_EQ(expected.size(), 1U);
@@ -205,10 +205,11 @@ TEST(TrackBlobs, KeepsSpeedAndDirectionOfAMarkerThatGoesBehindABarrier) {
 TEST(TrackBlobs, KeepsApartTwoMarkersThatCrossBehindABarrier) {
   const Hidden barrier = [](const Point& at) { return at.x() > 270.0 && at.x() < 330.0; };
 
-  const Story story = tell({straight({300.0, 200.0}, {4.0, 1.0}), straight({303.0, 205.0}, {-3.5, 1.5})}, 90, barrier);
+  const Hypothesis hypothesis =
+      tell({straight({300.0, 200.0}, {4.0, 1.0}), straight({303.0, 205.0}, {-3.5, 1.5})}, 90, barrier);
 
-  EXPECT_EQ(story.wrong, 0);
-  EXPECT_EQ(story.last_names, story.names);
+  EXPECT_EQ(hypothesis.wrong, 0);
+  EXPECT_EQ(hypothesis.last_names, hypothesis.names);
 }
 
 TEST(TrackBlobs, TakesANameBackRatherThanGivesItToANeighbour) {
@@ -244,7 +245,7 @@ TEST(TrackBlobs, ShowsATrackFromItsFirstImageToItsLast) {
     if (image < 30) frame.blobs.push_back(blob_of({{100.0, 100.0}}, {}));
     tracker->track(frame);
     std::vector<BlobTrackBelief> beliefs;
-    inspection.look_ahead(frame.exposed_at, beliefs);
+    inspection.predict_tracks(frame.exposed_at, beliefs);
     for (const auto& belief : beliefs) {
       if (states.empty() || states.back() != belief.state || belief.state == BlobTrackState::Coasting) {
         states.push_back(belief.state);

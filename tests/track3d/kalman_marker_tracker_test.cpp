@@ -335,13 +335,13 @@ TEST(TrackMarkers, KeepsTheIdsOfHandsWhoseEverySixthImageIsMissingUnnoticed) {
 }
 
 /// The ray of a camera 4 m away along y that sees a marker; of the first expected marker.
-LoneSighting ray_to(const Eigen::Vector3d& marker) {
-  LoneSighting lone;
-  lone.expected = 0;
-  lone.eye = {{0.0, -4.0, 1.5}};
-  lone.direction = (marker - lone.eye.v).normalized();
-  lone.sigma_rad = 0.0001;
-  return lone;
+BearingOnlyObservation ray_to(const Eigen::Vector3d& marker) {
+  BearingOnlyObservation bearing_only;
+  bearing_only.expected = 0;
+  bearing_only.eye = {{0.0, -4.0, 1.5}};
+  bearing_only.direction = (marker - bearing_only.eye.v).normalized();
+  bearing_only.sigma_rad = 0.0001;
+  return bearing_only;
 }
 
 /// How far off a marker that goes in a circle is after 0.3 s in which nobody or one camera saw it: across the camera's
@@ -358,8 +358,8 @@ std::pair<double, double> off_after_occlusion(bool one_camera_sees_it) {
     expected.at = watch.at();
     watch.tracker->predict(expected.at, expected);
     const Eigen::Vector3d place = truth(watch.t_s());
-    const LoneSighting ray = ray_to(place);
-    const auto rays = one_camera_sees_it ? std::span(&ray, 1) : std::span<const LoneSighting>();
+    const BearingOnlyObservation ray = ray_to(place);
+    const auto rays = one_camera_sees_it ? std::span(&ray, 1) : std::span<const BearingOnlyObservation>();
     const TrackedMarkers& tracked = watch.tracker->step({}, expected, rays);
     ++watch.set;
     EXPECT_EQ(tracked.size(), 1U);
@@ -382,7 +382,7 @@ TEST(TrackMarkers, RefusesARayThatPassesFarFromItsMarker) {
   Watch watch(100.0);
   for (int k = 0; k < 20; ++k) (void)watch.see({marker_at({0, 0, 1})});
   const Expected expected = expected_next(watch);
-  const LoneSighting ray = ray_to({0.1, 0, 1});
+  const BearingOnlyObservation ray = ray_to({0.1, 0, 1});
 
   const TrackedMarkers& tracked = watch.tracker->step({}, expected, std::span(&ray, 1));
 

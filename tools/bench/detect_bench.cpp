@@ -193,8 +193,8 @@ void score(const DetectSceneSettings& settings, std::span<const DetectImage> dra
 Result<DetectBenchFigures> run_detect_bench(const DetectSceneSettings& settings) {
   auto ours = detect::make_blob_detector({}, PixelFormat::Mono8, settings.width_px, settings.height_px);
   if (!ours) return ours.error();
-  auto opencv = bench::make_opencv_detector({.threshold = kOpencvThreshold_grey}, PixelFormat::Mono8,
-                                             settings.width_px, settings.height_px);
+  auto opencv = bench::make_opencv_detector({.threshold = kOpencvThreshold_grey}, PixelFormat::Mono8, settings.width_px,
+                                            settings.height_px);
   if (!opencv) return opencv.error();
   cv::setNumThreads(1);  // as ours: its threshold would take all processors
   const std::vector<DetectImage> drawn = draw_images(settings, kDrawn);

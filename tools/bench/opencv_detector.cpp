@@ -56,8 +56,8 @@ class OpencvDetector final : public Detector {
 
 }  // namespace
 
-Result<std::unique_ptr<Detector>> make_opencv_detector(const detect::DetectSettings& settings, PixelFormat format, int width_px,
-                                                       int height_px) {
+Result<std::unique_ptr<Detector>> make_opencv_detector(const detect::DetectSettings& settings, PixelFormat format,
+                                                       int width_px, int height_px) {
   if (format != PixelFormat::Mono8) return Error{ErrorCode::Unsupported, "detect: OpenCV's detector reads Mono8 alone"};
   if (!settings.threshold) {
     return Error{ErrorCode::InvalidArgument, "detect: OpenCV's detector has no threshold, expected 1 to 255"};

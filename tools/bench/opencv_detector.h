@@ -12,7 +12,7 @@ namespace mocap::bench {
 ///
 /// Mono8 alone, and a threshold that is set. Fails with Unsupported or InvalidArgument. Gives no blobs where OpenCV
 /// fails.
-Result<std::unique_ptr<Detector>> make_opencv_detector(const detect::DetectSettings& settings, PixelFormat format, int width_px,
-                                                       int height_px);
+Result<std::unique_ptr<Detector>> make_opencv_detector(const detect::DetectSettings& settings, PixelFormat format,
+                                                       int width_px, int height_px);
 
 }  // namespace mocap::bench

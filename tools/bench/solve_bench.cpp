@@ -62,7 +62,9 @@ class TimedLabeller final : public Labeller {
     const Stopwatch watch(spent_us_);
     return labeller_->label(tracked, expected);
   }
-  std::span<const SurmisedMarker> surmised() const override { return labeller_->surmised(); }
+  std::span<const AmbiguousObservation> ambiguous_observations() const override {
+    return labeller_->ambiguous_observations();
+  }
   std::optional<SubjectFit> take_fit() override { return labeller_->take_fit(); }
   void refit(const SubjectFit& fit) override { labeller_->refit(fit); }
 
@@ -76,10 +78,10 @@ class TimedSolver final : public SkeletonSolver {
   TimedSolver(std::unique_ptr<SkeletonSolver> solver, double& spent_us)
       : solver_(std::move(solver)), spent_us_(spent_us) {}
 
-  const Poses& solve(Labels& labels, Timestamp at, std::span<const NamedRay> rays,
-                     std::span<const SurmisedMarker> surmised) override {
+  const Poses& solve(Labels& labels, Timestamp at, std::span<const LabelledBearing> rays,
+                     std::span<const AmbiguousObservation> ambiguous_observations) override {
     const Stopwatch watch(spent_us_);
-    return solver_->solve(labels, at, rays, surmised);
+    return solver_->solve(labels, at, rays, ambiguous_observations);
   }
   void refit(const SubjectFit& fit) override { solver_->refit(fit); }
   void predict(Timestamp at, Expected& into) const override {

@@ -20,7 +20,7 @@ struct MovedMeanwhile {
 /// How the cameras stood while markers moved.
 struct Standing {
   std::vector<drift::CameraDrift> drifts;  ///< by camera; where one was bumped meanwhile, as they stood afterwards
-  std::optional<MovedMeanwhile> moved;      ///< the last
+  std::optional<MovedMeanwhile> moved;     ///< the last
 };
 
 Standing standing_of(const record::BlobRecording& recording, const Rig& rig, double drift_px);

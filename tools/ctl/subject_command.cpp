@@ -106,7 +106,7 @@ settings::SubjectFile file_of(const bodyfit::FittedSubject& fitted, const Subjec
 
 // Nothing, with words, where the takes tell too little.
 std::optional<bodyfit::FittedSubject> fit_body(const MarkerSet& set, const bodyfit::LabelledTake& at_rest,
-                                            const bodyfit::LabelledTake& moving) {
+                                               const bodyfit::LabelledTake& moving) {
   const auto fitted = bodyfit::fit_subject(set, at_rest, moving, {});
   if (!fitted) {
     say("{} frames at rest and {} moving show too few of the {} markers of '{}' to fit a body to", at_rest.frames(),

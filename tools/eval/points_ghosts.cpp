@@ -83,9 +83,9 @@ std::string describe_misses(int set, const SeenInstant& truth, const PointsRow& 
                       : fmt::format(" track {} by {} views", row.expected().markers[match.expected].track.value,
                                     match.sightings.size());
         }
-        for (const LoneSighting& lone : row.matches().lone) {
-          if (lone.sighting.view == view && lone.sighting.blob == blob)
-            text += fmt::format(" alone track {}", row.expected().markers[lone.expected].track.value);
+        for (const BearingOnlyObservation& bearing_only : row.matches().bearing_only) {
+          if (bearing_only.sighting.view == view && bearing_only.sighting.blob == blob)
+            text += fmt::format(" alone track {}", row.expected().markers[bearing_only.expected].track.value);
         }
       }
     }

@@ -35,7 +35,7 @@ bool PointsRow::step(const SeenInstant& seen) {
   tracker_->predict(set->exposed_at, expected_);
   matches_ = &matcher_->match(*set, expected_);
   markers_ = &triangulator_->triangulate(*set, *matches_);
-  tracked_ = &tracker_->step(*markers_, expected_, matches_->lone);
+  tracked_ = &tracker_->step(*markers_, expected_, matches_->bearing_only);
   return true;
 }
 

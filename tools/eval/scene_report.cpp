@@ -107,7 +107,7 @@ Json bones_json(const SceneOutcome& clip, std::uint32_t id) {
     bones.push_back({{"bone", clip.bone_names[id][bone]},
                      {"joint_rms_mm", or_null(counts.joint_rms_mm())},
                      {"rotation_rms_deg", or_null(counts.rotation_rms_deg())},
-                     {"turn_told", bool{clip.turns_told[id][bone]}}});
+                     {"turn_told", bool{clip.rotation_observability[id][bone]}}});
   }
   return bones;
 }
@@ -151,7 +151,7 @@ std::string untold_text(const SceneResults& results) {
   for (std::size_t id = 0; id < clip.subjects.size(); ++id) {
     std::string bones;
     for (std::size_t b = 0; b < clip.bone_names[id].size(); ++b) {
-      if (!clip.turns_told[id][b]) bones += " " + clip.bone_names[id][b];
+      if (!clip.rotation_observability[id][b]) bones += " " + clip.bone_names[id][b];
     }
     if (!bones.empty()) text += fmt::format("{}: no marker tells the whole turn of{}\n", clip.subjects[id], bones);
   }

@@ -82,7 +82,7 @@ SceneOutcome about(const std::string& clip, const std::vector<Performer>& perfor
     for (const MarkerOnBone& marker : performer.subject.marker_set.markers) names.push_back(marker.name);
     std::vector<std::string>& bones = outcome.bone_names.emplace_back();
     for (const Bone& bone : performer.subject.marker_set.skeleton.bones) bones.push_back(bone.name);
-    outcome.turns_told.push_back(kinematics::turns_told(performer.subject.marker_set));
+    outcome.rotation_observability.push_back(kinematics::rotation_observability(performer.subject.marker_set));
   }
   return outcome;
 }
@@ -106,7 +106,7 @@ Result<SceneOutcome> run_scene(const SceneFile& scene, const std::string& clip, 
   SceneWorld world(scene, *rig, std::move(*performers), std::move(*events), settings.seed);
   Row row(daemon);
   LabelScorer labels(settings.keeps_plots);
-  SkeletonScorer bones(settings.keeps_plots, outcome.turns_told);
+  SkeletonScorer bones(settings.keeps_plots, outcome.rotation_observability);
   const auto sets = static_cast<std::uint64_t>(scene.seconds * scene.rate_hz + 0.5);
   for (; outcome.sets < sets; ++outcome.sets) {
     const double begun_s = thread_s();

@@ -18,8 +18,8 @@ struct SceneOutcome {
   std::vector<std::string> subjects;  ///< names, by SubjectId
   std::vector<std::vector<std::string>> marker_names;
   std::vector<std::vector<std::string>> bone_names;
-  std::vector<std::vector<bool>> turns_told;    ///< by subject and bone: its markers tell its turn
-  std::map<std::uint32_t, LabelCounts> labels;  ///< by subject
+  std::vector<std::vector<bool>> rotation_observability;  ///< by subject and bone: its markers tell its turn
+  std::map<std::uint32_t, LabelCounts> labels;            ///< by subject
   std::map<std::uint32_t, SkeletonCounts> bones;
   std::map<std::uint32_t, std::map<std::uint32_t, BoneCounts>> each_bone;
   std::map<std::uint32_t, Timeline> timelines;  ///< empty unless kept

@@ -53,7 +53,7 @@ class Follower {
   /// Of the label's track; before it has one, of the only track there is.
   std::optional<BlobTrackBelief> belief_of(BlobTrackId track, Timestamp at) {
     beliefs_.clear();
-    inspection_->look_ahead(at, beliefs_);
+    inspection_->predict_tracks(at, beliefs_);
     const auto wanted = [&](const BlobTrackBelief& belief) {
       return !track.names_something() || belief.track == track;
     };

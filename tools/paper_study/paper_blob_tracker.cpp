@@ -17,11 +17,13 @@ namespace {
 // Every step of the study's filters is one frame; they do not look at the time.
 constexpr double kFrame = 1.0;
 
-/// `Birth` makes the filter F of a label from its first blob.
-template <class F, class Birth>
+/// `MakeFilter` makes the filter F of a label from its first blob.
+template <class F, class MakeFilter>
 class PaperBlobTracker final : public BlobTracker, public track2d::BlobTrackInspection {
  public:
-  explicit PaperBlobTracker(Birth birth) : birth_(std::move(birth)) { labels_.reserve(kMaxBlobs); }
+  explicit PaperBlobTracker(MakeFilter make_filter) : make_filter_(std::move(make_filter)) {
+    labels_.reserve(kMaxBlobs);
+  }
 
   void track(BlobFrame& frame) override { track_all(frame.exposed_at, frame.blobs); }
 
@@ -29,13 +31,13 @@ class PaperBlobTracker final : public BlobTracker, public track2d::BlobTrackInsp
     at_ = at;
     for (Blob& blob : blobs) blob.track = {};
     if (labels_.empty()) {
-      name_all(blobs);
+      initialise_labels(blobs);
     } else {
       for (std::uint32_t i = 0; i < labels_.size(); ++i) follow(i, blobs);
     }
   }
 
-  void look_ahead(Timestamp at, std::vector<track2d::BlobTrackBelief>& into) const override {
+  void predict_tracks(Timestamp at, std::vector<track2d::BlobTrackBelief>& into) const override {
     for (std::uint32_t i = 0; i < labels_.size(); ++i) {
       track2d::BlobTrackBelief belief{{i}, true, {labels_[i].filter.belief().point}, 0.0, labels_[i].blob};
       if (at > at_) {
@@ -58,9 +60,9 @@ class PaperBlobTracker final : public BlobTracker, public track2d::BlobTrackInsp
     return {blob.centroid.v, filter::Matrix<2>::Identity() * blob.sigma_px * blob.sigma_px};
   }
 
-  void name_all(std::span<Blob> blobs) {
+  void initialise_labels(std::span<Blob> blobs) {
     for (std::uint32_t i = 0; i < blobs.size(); ++i) {
-      labels_.push_back({birth_(seen(blobs[i])), i});
+      labels_.push_back({make_filter_(seen(blobs[i])), i});
       blobs[i].track = {i};
     }
   }
@@ -86,14 +88,14 @@ class PaperBlobTracker final : public BlobTracker, public track2d::BlobTrackInsp
     }
   }
 
-  Birth birth_;
+  MakeFilter make_filter_;
   std::vector<Label> labels_;
   Timestamp at_;
 };
 
-template <class F, class Birth>
-std::unique_ptr<BlobTracker> make(Birth birth) {
-  return std::make_unique<PaperBlobTracker<F, Birth>>(std::move(birth));
+template <class F, class MakeFilter>
+std::unique_ptr<BlobTracker> make(MakeFilter make_filter) {
+  return std::make_unique<PaperBlobTracker<F, MakeFilter>>(std::move(make_filter));
 }
 
 }  // namespace

@@ -11,26 +11,26 @@ namespace mocap::associate {
 namespace {
 
 // Closer to a camera's plane than this is not in front of it.
-constexpr double kNearest_m = 0.01;
+constexpr double kMinTriangulationDepth_m = 0.01;
 // Information of a point that is known to 1 m.
-constexpr double kLeastInformation_m2 = 1.0;
+constexpr double kMinInformation_1_m2 = 1.0;
 // Depths that change by more than this share make the weights wrong.
-constexpr double kSmallChange = 0.01;
+constexpr double kMaxRelativeDisplacement = 0.01;
 
 }  // namespace
 
-MeetingPoints::MeetingPoints(std::size_t max_markers, std::size_t max_views) {
+BatchTriangulator::BatchTriangulator(std::size_t max_markers, std::size_t max_views) {
   const std::size_t lanes = (max_markers + kLanesAtOnce - 1) / kLanesAtOnce * kLanesAtOnce;
   const auto resize = [&](auto&... columns) { (columns.resize(lanes), ...); };
   for (auto& column : start_) resize(column);
   for (auto& column : sum_) resize(column);
-  for (auto& column : move_) resize(column);
+  for (auto& column : displacement_) resize(column);
   for (auto& column : covariance_) resize(column);
-  resize(told_, count_, least_depth_m_, odd_, sum_px2_, x_, y_, ux_, uy_, vx_, vy_, variance_px2_);
+  resize(is_observable_, count_, min_depth_m_, outlier_count_, sum_px2_, x_, y_, ux_, uy_, vx_, vy_, variance_px2_);
   errors_.resize(max_views * kErrorColumns * lanes);
 }
 
-void MeetingPoints::begin(const Expected& expected) {
+void BatchTriangulator::begin(const Expected& expected) {
   marker_count_ = expected.markers.size();
   lane_count_ = (marker_count_ + kLanesAtOnce - 1) / kLanesAtOnce * kLanesAtOnce;
   view_count_ = 0;
@@ -41,19 +41,19 @@ void MeetingPoints::begin(const Expected& expected) {
   }
   for (Floats& column : sum_) std::fill_n(column.begin(), lane_count_, 0.0F);
   std::fill_n(count_.begin(), lane_count_, 0.0F);
-  std::fill_n(least_depth_m_.begin(), lane_count_, std::numeric_limits<float>::max());
+  std::fill_n(min_depth_m_.begin(), lane_count_, std::numeric_limits<float>::max());
   std::fill_n(variance_px2_.begin() + static_cast<std::ptrdiff_t>(marker_count_), lane_count_ - marker_count_, 0.0F);
 }
 
 // A column for each number, so that the loops over them run several at a time.
-void MeetingPoints::gather(const ViewRays& view, const ViewHolds& held) {
-  const std::uint32_t* const ray_of = held.rays().data();
+void BatchTriangulator::gather(const ViewRays& view, const RayAssignments& assigned) {
+  const std::uint32_t* const ray_of = assigned.rays().data();
   const double *x = view.rays.x.data(), *y = view.rays.y.data();
   const float* const sigma_px = view.sigma_f.data();
   double *to_x = x_.data(), *to_y = y_.data();
   float* const to_variance = variance_px2_.data();
   for (std::size_t m = 0; m < marker_count_; ++m) {
-    const bool has = ray_of[m] != Held::kNone;
+    const bool has = ray_of[m] != AssignedRay::kNone;
     const std::size_t ray = has ? ray_of[m] : 0;
     const float sigma = has ? sigma_px[ray] : 0.0F;
     to_x[m] = x[ray];
@@ -65,32 +65,32 @@ void MeetingPoints::gather(const ViewRays& view, const ViewHolds& held) {
                *vy = view.rays.vy.data();
   float *to_ux = ux_.data(), *to_uy = uy_.data(), *to_vx = vx_.data(), *to_vy = vy_.data();
   for (std::size_t m = 0; m < marker_count_; ++m) {
-    const std::size_t ray = ray_of[m] != Held::kNone ? ray_of[m] : 0;
+    const std::size_t ray = ray_of[m] != AssignedRay::kNone ? ray_of[m] : 0;
     to_ux[m] = static_cast<float>(ux[ray]);
     to_uy[m] = static_cast<float>(uy[ray]);
     to_vx[m] = static_cast<float>(vx[ray]);
     to_vy[m] = static_cast<float>(vy[ray]);
   }
-  for (std::size_t i = 0; i < held.sharers().size(); ++i) {
-    const std::uint32_t m = held.sharers()[i];
-    const Held& place = held.places()[i];
-    x_[m] += static_cast<double>(place.off.x());
-    y_[m] += static_cast<double>(place.off.y());
-    if (place.sigma_px > 0.0F) variance_px2_[m] = place.sigma_px * place.sigma_px;
+  for (std::size_t i = 0; i < assigned.shared_markers().size(); ++i) {
+    const std::uint32_t m = assigned.shared_markers()[i];
+    const AssignedRay& shared_place = assigned.shared_places()[i];
+    x_[m] += static_cast<double>(shared_place.offset.x());
+    y_[m] += static_cast<double>(shared_place.offset.y());
+    if (shared_place.sigma_px > 0.0F) variance_px2_[m] = shared_place.sigma_px * shared_place.sigma_px;
   }
 }
 
-void MeetingPoints::add(const ViewRays& view, const ViewHolds& held) {
+void BatchTriangulator::add(const ViewRays& view, const RayAssignments& assigned) {
   if (view.size() == 0) {
     std::fill_n(error(view_count_, 0), kErrorColumns * lane_count_, 0.0F);
   } else {
-    gather(view, held);
+    gather(view, assigned);
     add_gathered(view);
   }
   ++view_count_;
 }
 
-MOCAP_WIDE void MeetingPoints::add_gathered(const ViewRays& view) {
+MOCAP_WIDE void BatchTriangulator::add_gathered(const ViewRays& view) {
   const auto& [row_x, row_y, row_z] = *view.rows;
   const double r0 = row_x[0], r1 = row_x[1], r2 = row_x[2], t0 = row_x[3];
   const double s0 = row_y[0], s1 = row_y[1], s2 = row_y[2], t1 = row_y[3];
@@ -103,7 +103,7 @@ MOCAP_WIDE void MeetingPoints::add_gathered(const ViewRays& view) {
               *variance = variance_px2_.data();
   float *xx = sum_[0].data(), *xy = sum_[1].data(), *xz = sum_[2].data(), *yy = sum_[3].data(), *yz = sum_[4].data(),
         *zz = sum_[5].data(), *gx = sum_[6].data(), *gy = sum_[7].data(), *gz = sum_[8].data(),
-        *counted = count_.data(), *least_depth = least_depth_m_.data();
+        *counted = count_.data(), *least_depth = min_depth_m_.data();
   float *at_u = error(view_count_, 0), *u_x = error(view_count_, 1), *u_y = error(view_count_, 2),
         *u_z = error(view_count_, 3), *at_v = error(view_count_, 4), *v_x = error(view_count_, 5),
         *v_y = error(view_count_, 6), *v_z = error(view_count_, 7), *own_px2 = error(view_count_, 8);
@@ -151,15 +151,16 @@ MOCAP_WIDE void MeetingPoints::add_gathered(const ViewRays& view) {
   }
 }
 
-void MeetingPoints::solve() { solve(0, lane_count_); }
+void BatchTriangulator::solve() { solve(0, lane_count_); }
 
 // From and to a multiple of kLanesAtOnce.
-MOCAP_WIDE void MeetingPoints::solve(std::size_t first, std::size_t end) {
+MOCAP_WIDE void BatchTriangulator::solve(std::size_t first, std::size_t end) {
   const float *sxx = sum_[0].data(), *sxy = sum_[1].data(), *sxz = sum_[2].data(), *syy = sum_[3].data(),
               *syz = sum_[4].data(), *szz = sum_[5].data(), *sgx = sum_[6].data(), *sgy = sum_[7].data(),
               *sgz = sum_[8].data();
-  const float* least_depth = least_depth_m_.data();
-  double *to_x = move_[0].data(), *to_y = move_[1].data(), *to_z = move_[2].data(), *told = told_.data();
+  const float* least_depth = min_depth_m_.data();
+  double *to_x = displacement_[0].data(), *to_y = displacement_[1].data(), *to_z = displacement_[2].data(),
+         *observable = is_observable_.data();
   double *cxx = covariance_[0].data(), *cxy = covariance_[1].data(), *cxz = covariance_[2].data(),
          *cyy = covariance_[3].data(), *cyz = covariance_[4].data(), *czz = covariance_[5].data();
   MOCAP_INDEPENDENT_TURNS
@@ -171,9 +172,9 @@ MOCAP_WIDE void MeetingPoints::solve(std::size_t first, std::size_t end) {
     const double iyy = xx * zz - xz * xz, iyz = xy * xz - xx * yz, izz = xx * yy - xy * xy;
     const double determinant = xx * ixx + xy * ixy + xz * ixz;
     // Determinant over principal minors bounds the least eigenvalue from below, tightly where that one is small.
-    const double least = kLeastInformation_m2 * (ixx + iyy + izz);
-    const bool is_told = (determinant > least) & (determinant > 0.0);
-    const double inverse = 1.0 / (is_told ? determinant : 1.0);
+    const double least = kMinInformation_1_m2 * (ixx + iyy + izz);
+    const bool is_observable = (determinant > least) & (determinant > 0.0);
+    const double inverse = 1.0 / (is_observable ? determinant : 1.0);
     cxx[m] = ixx * inverse;
     cxy[m] = ixy * inverse;
     cxz[m] = ixz * inverse;
@@ -184,21 +185,22 @@ MOCAP_WIDE void MeetingPoints::solve(std::size_t first, std::size_t end) {
     const double y = (ixy * gx + iyy * gy + iyz * gz) * inverse;
     const double z = (ixz * gx + iyz * gy + izz * gz) * inverse;
     const auto nearest = static_cast<double>(least_depth[m]);
-    const double most = kSmallChange * nearest;
-    told[m] = is_told & (nearest > kNearest_m) & (x * x + y * y + z * z <= most * most) ? 1.0 : 0.0;
+    const double most = kMaxRelativeDisplacement * nearest;
+    observable[m] =
+        is_observable & (nearest > kMinTriangulationDepth_m) & (x * x + y * y + z * z <= most * most) ? 1.0 : 0.0;
     to_x[m] = x;
     to_y[m] = y;
     to_z[m] = z;
   }
 }
 
-MOCAP_WIDE void MeetingPoints::judge(const geometry::Agreement& agreement) {
+MOCAP_WIDE void BatchTriangulator::classify_outliers(const geometry::Agreement& agreement) {
   const auto floor_px2 = static_cast<float>(agreement.floor_px * agreement.floor_px);
   const auto sigmas2 = static_cast<float>(agreement.sigmas * agreement.sigmas);
-  const double *to_x = move_[0].data(), *to_y = move_[1].data(), *to_z = move_[2].data();
-  float *odd = odd_.data(), *sum = sum_px2_.data();
+  const double *to_x = displacement_[0].data(), *to_y = displacement_[1].data(), *to_z = displacement_[2].data();
+  float *outliers = outlier_count_.data(), *sum = sum_px2_.data();
   const std::size_t count = lane_count_ / kLanesAtOnce * kLanesAtOnce;
-  std::fill_n(odd, count, 0.0F);
+  std::fill_n(outliers, count, 0.0F);
   std::fill_n(sum, count, 0.0F);
   for (std::size_t view = 0; view < view_count_; ++view) {
     const float *at_u = error(view, 0), *u_x = error(view, 1), *u_y = error(view, 2), *u_z = error(view, 3);
@@ -210,40 +212,41 @@ MOCAP_WIDE void MeetingPoints::judge(const geometry::Agreement& agreement) {
       const float u = at_u[m] + u_x[m] * x + u_y[m] * y + u_z[m] * z;
       const float v = at_v[m] + v_x[m] * x + v_y[m] * y + v_z[m] * z;
       const float off_px2 = u * u + v * v;
-      odd[m] += off_px2 <= floor_px2 + sigmas2 * own_px2[m] ? 0.0F : 1.0F;
+      outliers[m] += off_px2 <= floor_px2 + sigmas2 * own_px2[m] ? 0.0F : 1.0F;
       sum[m] += off_px2;
     }
   }
 }
 
-geometry::Refined MeetingPoints::meeting(std::size_t marker) const {
-  geometry::Refined met;
+geometry::Refined BatchTriangulator::triangulation(std::size_t marker) const {
+  geometry::Refined refined;
   for (int axis = 0; axis < 3; ++axis) {
     const auto column = static_cast<std::size_t>(axis);
-    met.point.v[axis] = start_[column][marker] + move_[column][marker];
+    refined.point.v[axis] = start_[column][marker] + displacement_[column][marker];
   }
   const auto& c = covariance_;
-  met.covariance_m2 << c[0][marker], c[1][marker], c[2][marker], c[1][marker], c[3][marker], c[4][marker], c[2][marker],
-      c[4][marker], c[5][marker];
-  met.rms_px = std::sqrt(static_cast<double>(sum_px2_[marker] / count_[marker]));
-  return met;
+  refined.covariance_m2 << c[0][marker], c[1][marker], c[2][marker], c[1][marker], c[3][marker], c[4][marker],
+      c[2][marker], c[4][marker], c[5][marker];
+  refined.rms_px = std::sqrt(static_cast<double>(sum_px2_[marker] / count_[marker]));
+  return refined;
 }
 
 // What one marker's rays are off, side by side.
-void MeetingPoints::lift(std::size_t marker) {
+void BatchTriangulator::load_errors(std::size_t marker) {
   for (std::size_t view = 0; view < view_count_; ++view) {
     const float* from = error(view, 0) + marker;
-    for (std::size_t column = 0; column < kErrorColumns; ++column) lifted_[column][view] = from[column * lane_count_];
+    for (std::size_t column = 0; column < kErrorColumns; ++column)
+      loaded_errors_[column][view] = from[column * lane_count_];
   }
 }
 
 // The ray that is farthest off for what it may be.
-MOCAP_WIDE MeetingPoints::Worst MeetingPoints::worst(std::size_t marker, const geometry::Agreement& agreement) {
+MOCAP_WIDE BatchTriangulator::Worst BatchTriangulator::worst(std::size_t marker, const geometry::Agreement& agreement) {
   const auto floor_px2 = static_cast<float>(agreement.floor_px * agreement.floor_px);
   const auto sigmas2 = static_cast<float>(agreement.sigmas * agreement.sigmas);
-  const auto x = static_cast<float>(move_[0][marker]), y = static_cast<float>(move_[1][marker]),
-             z = static_cast<float>(move_[2][marker]);
-  const auto& e = lifted_;
+  const auto x = static_cast<float>(displacement_[0][marker]), y = static_cast<float>(displacement_[1][marker]),
+             z = static_cast<float>(displacement_[2][marker]);
+  const auto& e = loaded_errors_;
   std::array<float, kMaxCameras> off_px2, excess2;
   MOCAP_INDEPENDENT_TURNS
   for (std::size_t view = 0; view < view_count_; ++view) {
@@ -263,7 +266,7 @@ MOCAP_WIDE MeetingPoints::Worst MeetingPoints::worst(std::size_t marker, const g
 }
 
 // Adds a ray to its marker's sums, or takes it out: `times` is 1 or -1.
-void MeetingPoints::count_in(std::size_t marker, std::size_t view, float times) {
+void BatchTriangulator::update_sums(std::size_t marker, std::size_t view, float times) {
   std::array<float, kErrorColumns> e;
   for (std::size_t column = 0; column < kErrorColumns; ++column) e[column] = error(view, column)[marker];
   const auto& [u, ux, uy, uz, v, vx, vy, vz, own_px2] = e;
@@ -275,7 +278,7 @@ void MeetingPoints::count_in(std::size_t marker, std::size_t view, float times) 
   count_[marker] += times;
 }
 
-void MeetingPoints::add_ray(std::size_t marker, std::size_t view, const ViewRays& rays, std::size_t ray) {
+void BatchTriangulator::add_ray(std::size_t marker, std::size_t view, const ViewRays& rays, std::size_t ray) {
   const auto& [row_x, row_y, row_z] = *rays.rows;
   const Eigen::Vector4d at(start_[0][marker], start_[1][marker], start_[2][marker], 1.0);
   const double depth = row_z.dot(at), x = rays.x(ray), y = rays.y(ray);
@@ -288,29 +291,30 @@ void MeetingPoints::add_ray(std::size_t marker, std::size_t view, const ViewRays
   for (std::size_t column = 0; column < kErrorColumns; ++column) {
     error(view, column)[marker] = static_cast<float>(e[column]);
   }
-  count_in(marker, view, 1.0F);
-  least_depth_m_[marker] = std::min(least_depth_m_[marker], static_cast<float>(depth));
+  update_sums(marker, view, 1.0F);
+  min_depth_m_[marker] = std::min(min_depth_m_[marker], static_cast<float>(depth));
 }
 
-std::optional<std::uint64_t> MeetingPoints::settle(std::size_t marker, const geometry::Agreement& agreement) {
+std::optional<std::uint64_t> BatchTriangulator::reject_outliers(std::size_t marker,
+                                                                const geometry::Agreement& agreement) {
   constexpr float kFew = 8.0F;  // of so few rays a wrong one drags the point so far that another may look worse
-  std::uint64_t left_out = 0;
-  lift(marker);
+  std::uint64_t rejected = 0;
+  load_errors(marker);
   for (;;) {
     const std::size_t first = marker / kLanesAtOnce * kLanesAtOnce;
     solve(first, first + kLanesAtOnce);
-    if (!(told_[marker] > 0.0)) return std::nullopt;
+    if (!(is_observable_[marker] > 0.0)) return std::nullopt;
     const Worst far = worst(marker, agreement);
     if (far.excess2 <= 1.0F) {
-      odd_[marker] = 0.0F;
+      outlier_count_[marker] = 0.0F;
       sum_px2_[marker] = far.sum_px2;
-      return left_out;
+      return rejected;
     }
     if (count_[marker] <= kFew) return std::nullopt;
-    left_out |= std::uint64_t{1} << far.view;
-    count_in(marker, far.view, -1.0F);
+    rejected |= std::uint64_t{1} << far.view;
+    update_sums(marker, far.view, -1.0F);
     for (std::size_t column = 0; column < kErrorColumns; ++column) {
-      error(far.view, column)[marker] = lifted_[column][far.view] = 0.0F;
+      error(far.view, column)[marker] = loaded_errors_[column][far.view] = 0.0F;
     }
   }
 }

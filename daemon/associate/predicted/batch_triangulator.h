@@ -22,44 +22,44 @@ namespace mocap::associate {
 /// nearly all markers; those whose rays do not agree, or that lie farther from their expected place than 1 % of a
 /// depth, are another's work. Never allocates after construction.
 ///
-/// One set: `begin`, `add` each view, `solve`, `judge`.
-class MeetingPoints {
+/// One set: `begin`, `add` each view, `solve`, `classify_outliers`.
+class BatchTriangulator {
  public:
-  MeetingPoints(std::size_t max_markers, std::size_t max_views);
+  BatchTriangulator(std::size_t max_markers, std::size_t max_views);
 
   void begin(const Expected& expected);
-  /// `held`: the rays that are the markers'. Each view once.
-  void add(const ViewRays& view, const ViewHolds& held);
+  /// `assigned`: the rays that are the markers'. Each view once.
+  void add(const ViewRays& view, const RayAssignments& assigned);
   void solve();
-  void judge(const geometry::Agreement& agreement);
+  void classify_outliers(const geometry::Agreement& agreement);
 
   /// How many rays a marker has.
-  std::size_t rays_of(std::size_t marker) const { return static_cast<std::size_t>(count_[marker]); }
+  std::size_t ray_count(std::size_t marker) const { return static_cast<std::size_t>(count_[marker]); }
   /// Whether all its rays agree on one point.
-  bool agree_on(std::size_t marker) const { return told_[marker] > 0.0 && odd_[marker] == 0.0F; }
-  geometry::Refined meeting(std::size_t marker) const;
+  bool rays_agree(std::size_t marker) const { return is_observable_[marker] > 0.0 && outlier_count_[marker] == 0.0F; }
+  geometry::Refined triangulation(std::size_t marker) const;
 
-  /// A ray of a view that was added is a marker's too; `settle` it then.
+  /// A ray of a view that was added is a marker's too; `reject_outliers` it then.
   void add_ray(std::size_t marker, std::size_t view, const ViewRays& rays, std::size_t ray);
   /// Leaves out the rays of a marker that are farthest off, one after the other, until the others agree, as
   /// geometry::agree does with more than 8: the views left out, a bit each. Nothing where so few agree, or none; then
   /// the marker is another's work for good.
-  std::optional<std::uint64_t> settle(std::size_t marker, const geometry::Agreement& agreement);
+  std::optional<std::uint64_t> reject_outliers(std::size_t marker, const geometry::Agreement& agreement);
 
  private:
   using Column = std::vector<double>;
   using Floats = std::vector<float>;
 
-  void gather(const ViewRays& view, const ViewHolds& held);
+  void gather(const ViewRays& view, const RayAssignments& assigned);
   void add_gathered(const ViewRays& view);
   void solve(std::size_t first, std::size_t end);
   struct Worst {
     std::size_t view;
     float excess2, sum_px2;
   };
-  void lift(std::size_t marker);
+  void load_errors(std::size_t marker);
   Worst worst(std::size_t marker, const geometry::Agreement& agreement);
-  void count_in(std::size_t marker, std::size_t view, float times);
+  void update_sums(std::size_t marker, std::size_t view, float times);
   float* error(std::size_t view, std::size_t column) {
     return errors_.data() + (view * kErrorColumns + column) * lane_count_;
   }
@@ -74,13 +74,13 @@ class MeetingPoints {
   // there they meet, and the covariance of that. Errors are told in double precision; what they weigh in single.
   std::array<Column, 3> start_;
   std::array<Floats, 9> sum_;
-  std::array<Column, 3> move_;
+  std::array<Column, 3> displacement_;
   std::array<Column, 6> covariance_;
-  Column told_;   // 1: the rays tell the point, and it is near enough
-  Floats count_;  // of rays
-  Floats least_depth_m_;
-  Floats odd_;      // how many rays disagree
-  Floats sum_px2_;  // of the squared errors
+  Column is_observable_;  // 1: the rays tell the point, and it is near enough
+  Floats count_;          // of rays
+  Floats min_depth_m_;
+  Floats outlier_count_;  // how many rays disagree
+  Floats sum_px2_;        // of the squared errors
   // The rays of one view, by marker: place, slope (px), sigma_px^2 (0: no ray).
   Column x_, y_;
   Floats ux_, uy_, vx_, vy_, variance_px2_;
@@ -89,7 +89,7 @@ class MeetingPoints {
   static constexpr std::size_t kErrorColumns = 9;
   Floats errors_;
   // Of one marker, by view.
-  std::array<std::array<float, kMaxCameras>, kErrorColumns> lifted_{};
+  std::array<std::array<float, kMaxCameras>, kErrorColumns> loaded_errors_{};
 };
 
 }  // namespace mocap::associate

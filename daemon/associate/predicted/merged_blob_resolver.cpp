@@ -11,18 +11,18 @@ namespace {
 using Eigen::Vector2d;
 
 // Standard deviation of where a marker is foreseen beside its neighbours: a share of their distance, and at least this.
-constexpr double kLeastSigma_px = 0.25;
-constexpr double kSigmaShare = 0.2;
+constexpr double kMinPositionSigma_px = 0.25;
+constexpr double kRelativeSigma = 0.2;
 // Markers that nearly coincide make a blob as round as a lone one; within this they are taken for one.
-constexpr double kCoincide_px = 1.5;
+constexpr double kCoincidenceRadius_px = 1.5;
 // How far a foreseen place may be off beyond the blob's own extent.
-constexpr double kLeastSlack_px = 1.0;
-constexpr double kMostSlack_px = 4.0;
+constexpr double kMinSlack_px = 1.0;
+constexpr double kMaxSlack_px = 4.0;
 // The shape tells the spread of markers to so much: pixels' grid, overlap, unlike distances.
 constexpr double kSpreadSigma_px = 0.4;
-constexpr double kSpreadShare = 0.15;
+constexpr double kRelativeSpreadSigma = 0.15;
 // Squared deviations of mean and spread together, 4 degrees of freedom: 1 in 25 true ones is refused.
-constexpr double kMostMisfit = 10.0;
+constexpr double kMaxMisfit = 10.0;
 
 // The inertia along a direction beyond that across it, with twice the angle: what stretches in opposite directions has
 // in common adds up, what is at right angles cancels.
@@ -30,14 +30,14 @@ Vector2d elongation(const Vector2d& off_px) {
   return {off_px.x() * off_px.x() - off_px.y() * off_px.y(), 2.0 * off_px.x() * off_px.y()};
 }
 
-struct Turn {
+struct HalfRotation {
   double cosine = 1.0;
   double sine = 0.0;
 };
 
 // Half of the angle from a stretch of that length to a direction (unit, or zero), so at most a quarter turn; none where
 // a direction is not told.
-Turn half_turn(const Vector2d& from, double length, const Vector2d& to) {
+HalfRotation half_rotation(const Vector2d& from, double length, const Vector2d& to) {
   if (!(length > 0.0) || to.isZero()) return {};
   const double cosine = std::clamp(from.dot(to) / length, -1.0, 1.0);
   const double across = from.x() * to.y() - from.y() * to.x();
@@ -53,126 +53,133 @@ double reach_px(double spread_px) { return 2.0 * spread_px; }
 
 }  // namespace
 
-BlobSharer::BlobSharer(std::size_t max_markers) { wishes_.reserve(max_markers); }
+MergedBlobResolver::MergedBlobResolver(std::size_t max_markers) { merge_candidates_.reserve(max_markers); }
 
-bool BlobSharer::share(const ViewRays& view, const RayBins& bins, const Foreseen& foreseen, ViewHolds& held) {
+bool MergedBlobResolver::resolve(const ViewRays& view, const RayBins& bins, const PredictedMeasurements& predicted,
+                                 RayAssignments& assigned) {
   bool shared = false;
-  gather_wishes(view, bins, foreseen, held);
-  for (std::size_t first = 0; first < wishes_.size();) {
-    const std::uint32_t ray = wishes_[first].ray;
+  gather_merge_candidates(view, bins, predicted, assigned);
+  for (std::size_t first = 0; first < merge_candidates_.size();) {
+    const std::uint32_t ray = merge_candidates_[first].ray;
     std::size_t last = first;
-    while (last < wishes_.size() && wishes_[last].ray == ray) ++last;
-    const Group group = group_of(std::span(wishes_).subspan(first, last - first), held);
+    while (last < merge_candidates_.size() && merge_candidates_[last].ray == ray) ++last;
+    const Group group = group_of(std::span(merge_candidates_).subspan(first, last - first), assigned);
     first = last;
     if (group.size < 2) continue;
     if (view.spread_px[ray] > 0.0) {
-      const Told told{{view.x(ray), view.y(ray)}, view.axis(ray), view.spread_px[ray]};
-      const Explained explained = best_subset(view, foreseen, told, group);
-      if (explained.subset == 0) continue;
-      split(view, foreseen, held, ray, told, group, explained);
+      const BlobShape measured{{view.x(ray), view.y(ray)}, view.axis(ray), view.spread_px[ray]};
+      const SubsetFit fit = best_subset(view, predicted, measured, group);
+      if (fit.subset == 0) continue;
+      split(view, predicted, assigned, ray, measured, group, fit);
       shared = true;
-    } else if (group.has_owner) {
-      shared = overlay(foreseen, held, ray, group, view.focal_px) || shared;
+    } else if (group.has_assigned) {
+      shared = assign_occluded(predicted, assigned, ray, group, view.focal_px) || shared;
     }
   }
   return shared;
 }
 
 // Each marker without a ray wishes for the blob that it should lie in, or nearest to.
-void BlobSharer::gather_wishes(const ViewRays& view, const RayBins& bins, const Foreseen& foreseen,
-                               const ViewHolds& held) {
-  wishes_.clear();
+void MergedBlobResolver::gather_merge_candidates(const ViewRays& view, const RayBins& bins,
+                                                 const PredictedMeasurements& predicted,
+                                                 const RayAssignments& assigned) {
+  merge_candidates_.clear();
   const auto slack_px = [&](std::uint32_t m) {
-    return std::clamp(2.0 * foreseen.sigma_px(m, view.focal_px), kLeastSlack_px, kMostSlack_px);
+    return std::clamp(2.0 * predicted.sigma_px(m, view.focal_px), kMinSlack_px, kMaxSlack_px);
   };
-  const double coincide2 = kCoincide_px * kCoincide_px / (view.focal_px * view.focal_px);
-  const std::span<const std::uint32_t> rays = held.rays();
+  const double coincidence2 = kCoincidenceRadius_px * kCoincidenceRadius_px / (view.focal_px * view.focal_px);
+  const std::span<const std::uint32_t> rays = assigned.rays();
   for (std::uint32_t m = 0; m < rays.size(); ++m) {
-    if (rays[m] != Held::kNone || !foreseen.usable(m)) continue;
-    const Vector2d at = foreseen.centre(m);
+    if (rays[m] != AssignedRay::kNone || !predicted.usable(m)) continue;
+    const Vector2d at = predicted.centre(m);
     const double slack = slack_px(m);
     const auto half =
-        static_cast<float>(std::max(kCoincide_px, slack + reach_px(view.max_spread_px())) / view.focal_px);
-    std::uint32_t nearest = Held::kNone;
-    double least = 0.0;
-    bins.visit_near(foreseen.x[m], foreseen.y[m], half, [&](std::size_t ray) {
+        static_cast<float>(std::max(kCoincidenceRadius_px, slack + reach_px(view.max_spread_px())) / view.focal_px);
+    std::uint32_t nearest = AssignedRay::kNone;
+    double min_misfit = 0.0;
+    bins.visit_near(predicted.x[m], predicted.y[m], half, [&](std::size_t ray) {
       const double spread = view.spread_px[ray];
       const double off2 = (Vector2d(view.x(ray), view.y(ray)) - at).squaredNorm();
-      if (spread == 0.0 && off2 >= coincide2) return;  // most rays, without the root
+      if (spread == 0.0 && off2 >= coincidence2) return;  // most rays, without the root
       const double off_px = view.focal_px * std::sqrt(off2);
-      const double over = off_px - (spread > 0.0 ? reach_px(spread) + slack : kCoincide_px);
-      if (over >= least) return;
-      least = over;
+      const double over = off_px - (spread > 0.0 ? reach_px(spread) + slack : kCoincidenceRadius_px);
+      if (over >= min_misfit) return;
+      min_misfit = over;
       nearest = static_cast<std::uint32_t>(ray);
     });
-    if (nearest != Held::kNone && wishes_.size() < wishes_.capacity()) wishes_.push_back({nearest, m});
+    if (nearest != AssignedRay::kNone && merge_candidates_.size() < merge_candidates_.capacity())
+      merge_candidates_.push_back({nearest, m});
   }
-  std::ranges::sort(wishes_,
-                    [](const Wish& a, const Wish& b) { return a.ray != b.ray ? a.ray < b.ray : a.marker < b.marker; });
+  std::ranges::sort(merge_candidates_, [](const MergeCandidate& a, const MergeCandidate& b) {
+    return a.ray != b.ray ? a.ray < b.ray : a.marker < b.marker;
+  });
 }
 
 // Those who wish for one ray, and before them who holds it.
-BlobSharer::Group BlobSharer::group_of(std::span<const Wish> wishes, const ViewHolds& held) {
+MergedBlobResolver::Group MergedBlobResolver::group_of(std::span<const MergeCandidate> merge_candidates,
+                                                       const RayAssignments& assigned) {
   Group group;
-  const std::uint32_t owner = held.holder(wishes.front().ray);
-  group.has_owner = owner != Held::kNone;
-  if (group.has_owner) group.markers[group.size++] = owner;
-  for (const Wish& wish : wishes) {
-    if (group.size == kMaxSharers) break;
-    group.markers[group.size++] = wish.marker;
+  const std::uint32_t first_marker = assigned.assigned_marker(merge_candidates.front().ray);
+  group.has_assigned = first_marker != AssignedRay::kNone;
+  if (group.has_assigned) group.markers[group.size++] = first_marker;
+  for (const MergeCandidate& merge_candidate : merge_candidates) {
+    if (group.size == kMaxMergedMarkers) break;
+    group.markers[group.size++] = merge_candidate.marker;
   }
   return group;
 }
 
 // How the foreseen markers of a subset lie.
-BlobSharer::Layout BlobSharer::layout_of(const ViewRays& view, const Foreseen& foreseen, const Group& group,
-                                         std::uint32_t subset) {
+MergedBlobResolver::Layout MergedBlobResolver::layout_of(const ViewRays& view, const PredictedMeasurements& predicted,
+                                                         const Group& group, std::uint32_t subset) {
   Layout layout;
   if (is_pair(subset)) {  // most are: both lie as far from the mean, to opposite sides
     const std::uint32_t a = group.markers[static_cast<std::size_t>(std::countr_zero(subset))];
     const std::uint32_t b = group.markers[static_cast<std::size_t>(std::bit_width(subset) - 1)];
-    const Vector2d at_a = foreseen.centre(a), at_b = foreseen.centre(b);
+    const Vector2d at_a = predicted.centre(a), at_b = predicted.centre(b);
     layout.mean = 0.5 * (at_a + at_b);
     const Vector2d off_px = 0.5 * view.focal_px * (at_b - at_a);
     layout.stretch_px2 = elongation(off_px);
     layout.length_px = off_px.norm();
-    layout.sigma_px = 0.5 * (foreseen.sigma_px(a, view.focal_px) + foreseen.sigma_px(b, view.focal_px));
+    layout.sigma_px = 0.5 * (predicted.sigma_px(a, view.focal_px) + predicted.sigma_px(b, view.focal_px));
     return layout;
   }
-  const double share = 1.0 / std::popcount(subset);
+  const double weight = 1.0 / std::popcount(subset);
   for (std::size_t i = 0; i < group.size; ++i) {
     if ((subset >> i & 1U) == 0) continue;
-    layout.mean += share * foreseen.centre(group.markers[i]);
-    layout.sigma_px += share * foreseen.sigma_px(group.markers[i], view.focal_px);
+    layout.mean += weight * predicted.centre(group.markers[i]);
+    layout.sigma_px += weight * predicted.sigma_px(group.markers[i], view.focal_px);
   }
   for (std::size_t i = 0; i < group.size; ++i) {
     if ((subset >> i & 1U) == 0) continue;
-    const Vector2d off_px = view.focal_px * (foreseen.centre(group.markers[i]) - layout.mean);
-    layout.stretch_px2 += share * elongation(off_px);
+    const Vector2d off_px = view.focal_px * (predicted.centre(group.markers[i]) - layout.mean);
+    layout.stretch_px2 += weight * elongation(off_px);
   }
   layout.length_px = std::sqrt(layout.stretch_px2.norm());
   return layout;
 }
 
 // The two or more of the group that explain the blob best, as a set of bits; none where none do.
-BlobSharer::Explained BlobSharer::best_subset(const ViewRays& view, const Foreseen& foreseen, const Told& told,
-                                              const Group& group) {
-  const double told_px = told.spread_px;
-  const Vector2d told_px2 = told_px * told_px * told.axis;
-  const double told_sigma_px2 = kSpreadSigma_px * kSpreadSigma_px + std::pow(kSpreadShare * told_px, 2);
-  Explained best;
-  double least = kMostMisfit;
+MergedBlobResolver::SubsetFit MergedBlobResolver::best_subset(const ViewRays& view,
+                                                              const PredictedMeasurements& predicted,
+                                                              const BlobShape& measured, const Group& group) {
+  const double measured_px = measured.spread_px;
+  const Vector2d measured_px2 = measured_px * measured_px * measured.axis;
+  const double measured_sigma_px2 = kSpreadSigma_px * kSpreadSigma_px + std::pow(kRelativeSpreadSigma * measured_px, 2);
+  SubsetFit best;
+  double min_misfit = kMaxMisfit;
   for (std::uint32_t subset = 3; subset < (1U << group.size); ++subset) {
-    if (is_one(subset) || (group.has_owner && (subset & 1U) == 0)) continue;
-    const Layout layout = layout_of(view, foreseen, group, subset);
-    const double mean_px2 = view.focal_px * view.focal_px * (layout.mean - told.centroid).squaredNorm();
-    const double foreseen_px = layout.length_px;
+    if (is_one(subset) || (group.has_assigned && (subset & 1U) == 0)) continue;
+    const Layout layout = layout_of(view, predicted, group, subset);
+    const double mean_px2 = view.focal_px * view.focal_px * (layout.mean - measured.centroid).squaredNorm();
+    const double predicted_px = layout.length_px;
     // Without an axis the length alone is compared; with one, the squares, whose errors are twice the length's.
-    const double off_px =
-        told_px2.isZero() ? foreseen_px - told_px : (layout.stretch_px2 - told_px2).norm() / (foreseen_px + told_px);
-    const double misfit = mean_px2 / (0.25 + layout.sigma_px * layout.sigma_px) + off_px * off_px / told_sigma_px2;
-    if (misfit < least) {
-      least = misfit;
+    const double off_px = measured_px2.isZero()
+                              ? predicted_px - measured_px
+                              : (layout.stretch_px2 - measured_px2).norm() / (predicted_px + measured_px);
+    const double misfit = mean_px2 / (0.25 + layout.sigma_px * layout.sigma_px) + off_px * off_px / measured_sigma_px2;
+    if (misfit < min_misfit) {
+      min_misfit = misfit;
       best = {subset, layout};
     }
   }
@@ -181,37 +188,38 @@ BlobSharer::Explained BlobSharer::best_subset(const ViewRays& view, const Forese
 
 // Which of them is on which side is foreseen; how far apart and in which direction they are is what the shape tells. A
 // distance that was foreseen would confirm itself from set to set.
-void BlobSharer::split(const ViewRays& view, const Foreseen& foreseen, ViewHolds& held, std::uint32_t ray,
-                       const Told& told, const Group& group, const Explained& explained) {
-  const auto& [subset, layout] = explained;
-  const double scale = told.spread_px / std::max(0.1, layout.length_px);
-  const auto [cosine, sine] = half_turn(layout.stretch_px2, layout.length_px * layout.length_px, told.axis);
+void MergedBlobResolver::split(const ViewRays& view, const PredictedMeasurements& predicted, RayAssignments& assigned,
+                               std::uint32_t ray, const BlobShape& measured, const Group& group, const SubsetFit& fit) {
+  const auto& [subset, layout] = fit;
+  const double scale = measured.spread_px / std::max(0.1, layout.length_px);
+  const auto [cosine, sine] = half_rotation(layout.stretch_px2, layout.length_px * layout.length_px, measured.axis);
   for (std::size_t i = 0; i < group.size; ++i) {
     if ((subset >> i & 1U) == 0) continue;
-    const Vector2d off = foreseen.centre(group.markers[i]) - layout.mean;
-    Held& own = held.share(group.markers[i], ray);
-    const Vector2d turned = scale * Vector2d(cosine * off.x() - sine * off.y(), sine * off.x() + cosine * off.y());
-    own.off = turned.cast<float>();
-    const double sigma_px2 = kLeastSigma_px * kLeastSigma_px +
-                             kSigmaShare * kSigmaShare * view.focal_px * view.focal_px * turned.squaredNorm();
-    own.sigma_px = static_cast<float>(std::sqrt(sigma_px2));
+    const Vector2d offset = predicted.centre(group.markers[i]) - layout.mean;
+    AssignedRay& shared_place = assigned.assign_shared(group.markers[i], ray);
+    const Vector2d rotated =
+        scale * Vector2d(cosine * offset.x() - sine * offset.y(), sine * offset.x() + cosine * offset.y());
+    shared_place.offset = rotated.cast<float>();
+    const double sigma_px2 = kMinPositionSigma_px * kMinPositionSigma_px +
+                             kRelativeSigma * kRelativeSigma * view.focal_px * view.focal_px * rotated.squaredNorm();
+    shared_place.sigma_px = static_cast<float>(std::sqrt(sigma_px2));
   }
 }
 
 // One marker hides behind its owner's light, or is not there at all: both have it, neither knows it well.
-bool BlobSharer::overlay(const Foreseen& foreseen, ViewHolds& held, std::uint32_t ray, const Group& group,
-                         double focal_px) {
+bool MergedBlobResolver::assign_occluded(const PredictedMeasurements& predicted, RayAssignments& assigned,
+                                         std::uint32_t ray, const Group& group, double focal_px) {
   float widest_px = 0.0F;
   for (std::size_t i = 1; i < group.size; ++i) {
-    const double apart_px = focal_px * (foreseen.centre(group.markers[i]) - foreseen.centre(group.markers[0])).norm();
-    if (apart_px > kCoincide_px) continue;
-    Held& other = held.share(group.markers[i], ray);
+    const double apart_px = focal_px * (predicted.centre(group.markers[i]) - predicted.centre(group.markers[0])).norm();
+    if (apart_px > kCoincidenceRadius_px) continue;
+    AssignedRay& other = assigned.assign_shared(group.markers[i], ray);
     other.hidden = true;
-    other.sigma_px = static_cast<float>(std::hypot(kLeastSigma_px, 0.5 * apart_px));
+    other.sigma_px = static_cast<float>(std::hypot(kMinPositionSigma_px, 0.5 * apart_px));
     widest_px = std::max(widest_px, other.sigma_px);
   }
   if (!(widest_px > 0.0F)) return false;
-  held.share(group.markers[0], ray).sigma_px = widest_px;
+  assigned.assign_shared(group.markers[0], ray).sigma_px = widest_px;
   return true;
 }
 

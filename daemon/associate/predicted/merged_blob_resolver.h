@@ -15,7 +15,7 @@ namespace mocap::associate {
 
 /// Where one view should see each expected marker, a column for each number so that loops over them run several at a
 /// time. In single precision: to a thousandth of a pixel.
-struct Foreseen {
+struct PredictedMeasurements {
   std::vector<float> x, y;                             ///< on the image plane at distance 1
   std::vector<float> xx, xy, yy;                       ///< covariance of that place
   std::vector<float> depth_m;                          ///< in front of the camera's plane; not over 0: not to be seen
@@ -30,9 +30,9 @@ struct Foreseen {
   double sigma_px(std::size_t marker, double focal_px) const {
     return focal_px * std::sqrt(0.5 * static_cast<double>(xx[marker] + yy[marker]));
   }
-  bool usable(std::size_t marker) const { return depth_m[marker] > kNearest_m; }
+  bool usable(std::size_t marker) const { return depth_m[marker] > kMinDepth_m; }
 
-  static constexpr float kNearest_m = 0.05F;
+  static constexpr float kMinDepth_m = 0.05F;
 };
 
 /// Finds the expected markers that are one blob together in a view. Never allocates after construction.
@@ -41,27 +41,28 @@ struct Foreseen {
 /// are believed to share a blob when their foreseen places have the blob's centroid as their mean, and lie as far from
 /// it as the blob's shape tells. Each of them then is as far from the centroid as the shape tells, on the side on which
 /// it is foreseen: neighbours are foreseen with about the same error, so that this is far surer than their places.
-class BlobSharer {
+class MergedBlobResolver {
  public:
-  explicit BlobSharer(std::size_t max_markers);
+  explicit MergedBlobResolver(std::size_t max_markers);
 
-  /// `bins` are of the view's rays, `foreseen` is by marker. Says whether any blob has more than one holder now.
-  bool share(const ViewRays& view, const RayBins& bins, const Foreseen& foreseen, ViewHolds& held);
+  /// `bins` are of the view's rays, `predicted` is by marker. Says whether any blob has more than one holder now.
+  bool resolve(const ViewRays& view, const RayBins& bins, const PredictedMeasurements& predicted,
+               RayAssignments& assigned);
 
  private:
-  static constexpr std::size_t kMaxSharers = 5;
-  struct Wish {
+  static constexpr std::size_t kMaxMergedMarkers = 5;
+  struct MergeCandidate {
     std::uint32_t ray;
     std::uint32_t marker;
   };
   struct Group {
-    std::array<std::uint32_t, kMaxSharers> markers{};
+    std::array<std::uint32_t, kMaxMergedMarkers> markers{};
     std::size_t size = 0;
-    bool has_owner = false;
+    bool has_assigned = false;
   };
 
   // What the blob that a group wishes for tells.
-  struct Told {
+  struct BlobShape {
     Eigen::Vector2d centroid;  // on the image plane at distance 1
     Eigen::Vector2d axis;      // as ViewRays::axis
     double spread_px;
@@ -75,21 +76,24 @@ class BlobSharer {
   };
 
   // Which markers of a group explain its blob, a bit each, and how they are foreseen to lie.
-  struct Explained {
+  struct SubsetFit {
     std::uint32_t subset = 0;
     Layout layout;
   };
 
-  void gather_wishes(const ViewRays& view, const RayBins& bins, const Foreseen& foreseen, const ViewHolds& held);
-  static Group group_of(std::span<const Wish> wishes, const ViewHolds& held);
-  static Layout layout_of(const ViewRays& view, const Foreseen& foreseen, const Group& group, std::uint32_t subset);
-  static Explained best_subset(const ViewRays& view, const Foreseen& foreseen, const Told& told, const Group& group);
-  static void split(const ViewRays& view, const Foreseen& foreseen, ViewHolds& held, std::uint32_t ray,
-                    const Told& told, const Group& group, const Explained& explained);
-  static bool overlay(const Foreseen& foreseen, ViewHolds& held, std::uint32_t ray, const Group& group,
-                      double focal_px);
+  void gather_merge_candidates(const ViewRays& view, const RayBins& bins, const PredictedMeasurements& predicted,
+                               const RayAssignments& assigned);
+  static Group group_of(std::span<const MergeCandidate> merge_candidates, const RayAssignments& assigned);
+  static Layout layout_of(const ViewRays& view, const PredictedMeasurements& predicted, const Group& group,
+                          std::uint32_t subset);
+  static SubsetFit best_subset(const ViewRays& view, const PredictedMeasurements& predicted, const BlobShape& measured,
+                               const Group& group);
+  static void split(const ViewRays& view, const PredictedMeasurements& predicted, RayAssignments& assigned,
+                    std::uint32_t ray, const BlobShape& measured, const Group& group, const SubsetFit& fit);
+  static bool assign_occluded(const PredictedMeasurements& predicted, RayAssignments& assigned, std::uint32_t ray,
+                              const Group& group, double focal_px);
 
-  std::vector<Wish> wishes_;
+  std::vector<MergeCandidate> merge_candidates_;
 };
 
 }  // namespace mocap::associate

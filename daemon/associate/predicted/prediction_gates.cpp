@@ -17,24 +17,24 @@ bool is_usable(const ExpectedMarker& marker) {
 
 }  // namespace
 
-ExpectedGates::ExpectedGates(const MatchSettings& settings) : settings_(settings), wanted_by_(kMaxBlobs, 0) {
+PredictionGates::PredictionGates(const MatchSettings& settings) : settings_(settings), gates_containing_(kMaxBlobs, 0) {
   for (auto& column : expected_) column.resize(kMaxMarkers);
-  foreseen_.resize(kMaxMarkers);
+  predicted_.resize(kMaxMarkers);
   candidates_.resize(kMaxGateCandidates);
-  near_.resize(8 * kMaxBlobs);
+  nearby_.resize(8 * kMaxBlobs);
 }
 
-std::span<const GateCandidate> ExpectedGates::candidates(const ViewRays& view) {
-  foresee(*view.camera);
-  bins_.fill(view.places(), view.bounds(), view.usual_variance(), static_cast<float>(settings_.gate_sigmas));
+std::span<const GateCandidate> PredictionGates::candidates(const ViewRays& view) {
+  project_markers(*view.camera);
+  bins_.fill(view.places(), view.bounds(), view.typical_variance(), static_cast<float>(settings_.gate_sigmas));
   bound_gates(view.focal_px);
-  std::fill_n(wanted_by_.begin(), view.size(), std::uint16_t{0});
+  std::fill_n(gates_containing_.begin(), view.size(), std::uint16_t{0});
   gather_candidates(view);
   return std::span(candidates_).first(candidate_count_);
 }
 
 // The expected markers by column.
-void ExpectedGates::expect(const Expected& expected) {
+void PredictionGates::set_predictions(const Expected& expected) {
   marker_count_ = expected.markers.size();
   for (std::size_t m = 0; m < marker_count_; ++m) {
     const ExpectedMarker& marker = expected.markers.data()[m];
@@ -48,7 +48,7 @@ void ExpectedGates::expect(const Expected& expected) {
 }
 
 // Where a camera should see each of them: the place, and its covariance by the slope of the projection.
-MOCAP_WIDE void ExpectedGates::foresee(const CameraModel& camera) {
+MOCAP_WIDE void PredictionGates::project_markers(const CameraModel& camera) {
   const Eigen::Matrix3f r = camera.camera_from_world.rotation.cast<float>();
   const Eigen::Vector3f t = camera.camera_from_world.translation.cast<float>();
   const float r00 = r(0, 0), r01 = r(0, 1), r02 = r(0, 2), r10 = r(1, 0), r11 = r(1, 1), r12 = r(1, 2);
@@ -56,12 +56,12 @@ MOCAP_WIDE void ExpectedGates::foresee(const CameraModel& camera) {
   const auto& e = expected_;
   const float *px = e[0].data(), *py = e[1].data(), *pz = e[2].data(), *cxx = e[3].data(), *cxy = e[4].data(),
               *cxz = e[5].data(), *cyy = e[6].data(), *cyz = e[7].data(), *czz = e[8].data();
-  float* const to_x = foreseen_.x.data();
-  float* const to_y = foreseen_.y.data();
-  float* const to_xx = foreseen_.xx.data();
-  float* const to_xy = foreseen_.xy.data();
-  float* const to_yy = foreseen_.yy.data();
-  float* const to_depth = foreseen_.depth_m.data();
+  float* const to_x = predicted_.x.data();
+  float* const to_y = predicted_.y.data();
+  float* const to_xx = predicted_.xx.data();
+  float* const to_xy = predicted_.xy.data();
+  float* const to_yy = predicted_.yy.data();
+  float* const to_depth = predicted_.depth_m.data();
   const std::size_t count = marker_count_;
   MOCAP_INDEPENDENT_TURNS
   for (std::size_t m = 0; m < count; ++m) {
@@ -87,16 +87,16 @@ MOCAP_WIDE void ExpectedGates::foresee(const CameraModel& camera) {
 }
 
 // The bins that each marker's gate covers in the view.
-MOCAP_WIDE void ExpectedGates::bound_gates(double focal_px) {
+MOCAP_WIDE void PredictionGates::bound_gates(double focal_px) {
   const auto [min_x, min_y, per_x, per_y, last] = bins_.scale();
   const auto floor = static_cast<float>(std::pow(settings_.gate_floor_px / focal_px, 2));
-  const float own = floor + bins_.variance();
+  const float floor_and_ray = floor + bins_.variance();
   const auto sigmas = static_cast<float>(settings_.gate_sigmas);
   constexpr float kRounding = RayBins::kRounding;
-  const float *x = foreseen_.x.data(), *y = foreseen_.y.data();
-  const float *xx = foreseen_.xx.data(), *yy = foreseen_.yy.data(), *depth = foreseen_.depth_m.data();
-  std::int32_t *left = foreseen_.left.data(), *right = foreseen_.right.data();
-  std::int32_t *top = foreseen_.top.data(), *bottom = foreseen_.bottom.data();
+  const float *x = predicted_.x.data(), *y = predicted_.y.data();
+  const float *xx = predicted_.xx.data(), *yy = predicted_.yy.data(), *depth = predicted_.depth_m.data();
+  std::int32_t *left = predicted_.left.data(), *right = predicted_.right.data();
+  std::int32_t *top = predicted_.top.data(), *bottom = predicted_.bottom.data();
   const auto bin = [most = last](float at) {
     const float low = at > 0.0F ? at : 0.0F;
     return static_cast<std::int32_t>(low < most ? low : most);
@@ -104,10 +104,10 @@ MOCAP_WIDE void ExpectedGates::bound_gates(double focal_px) {
   const std::size_t count = marker_count_;
   MOCAP_INDEPENDENT_TURNS
   for (std::size_t m = 0; m < count; ++m) {
-    const float half_x = sigmas * std::sqrt(xx[m] + own);
-    const float half_y = sigmas * std::sqrt(yy[m] + own);
+    const float half_x = sigmas * std::sqrt(xx[m] + floor_and_ray);
+    const float half_y = sigmas * std::sqrt(yy[m] + floor_and_ray);
     // Behind the camera the gate is empty.
-    const float width = depth[m] > Foreseen::kNearest_m ? 1.0F : 0.0F;
+    const float width = depth[m] > PredictedMeasurements::kMinDepth_m ? 1.0F : 0.0F;
     left[m] = bin((x[m] - half_x - min_x) * per_x - kRounding);
     right[m] = bin(width * ((x[m] + half_x - min_x) * per_x + kRounding + 1.0F));
     top[m] = bin((y[m] - half_y - min_y) * per_y - kRounding);
@@ -117,16 +117,16 @@ MOCAP_WIDE void ExpectedGates::bound_gates(double focal_px) {
 
 // The rays in each marker's gate: those in its bins, block by block, then those of them that lie near enough. How many
 // bins' rays there are nobody foresees; one or two are written down in any case, so that it seldom has to be asked.
-void ExpectedGates::gather_candidates(const ViewRays& view) {
+void PredictionGates::gather_candidates(const ViewRays& view) {
   candidate_count_ = 0;
   const bool one_word = bins_.has_one_word();
-  std::size_t near = 0;
+  std::size_t nearby_count = 0;
   const auto add = [&](std::uint32_t marker, std::size_t word, std::uint64_t bits) {
     const auto next = [&] {
       constexpr std::uint64_t kLast = std::uint64_t{1} << 63;
-      near_[near] = {
+      nearby_[nearby_count] = {
           marker, static_cast<std::uint32_t>(64 * word) + static_cast<std::uint32_t>(std::countr_zero(bits | kLast))};
-      near += bits != 0 ? 1 : 0;
+      nearby_count += bits != 0 ? 1 : 0;
       bits &= bits - 1;
     };
     next();
@@ -135,41 +135,41 @@ void ExpectedGates::gather_candidates(const ViewRays& view) {
   };
   for (std::uint32_t m = 0; m < marker_count_; ++m) {
     const auto bin = [m](const std::vector<std::int32_t>& column) { return static_cast<std::size_t>(column[m]); };
-    const RayBins::Gate gate{bin(foreseen_.left), bin(foreseen_.right), bin(foreseen_.top), bin(foreseen_.bottom)};
+    const RayBins::Gate gate{bin(predicted_.left), bin(predicted_.right), bin(predicted_.top), bin(predicted_.bottom)};
     if (one_word) {
       add(m, 0, bins_.only_word_of(gate));
     } else {
       bins_.visit_words(gate, [&](std::size_t word, std::uint64_t bits) { add(m, word, bits); });
     }
-    if (near + kMaxBlobs + 2 * kMaxBlobs / 64 < near_.size()) continue;
-    measure_near(view, near);
-    near = 0;
+    if (nearby_count + kMaxBlobs + 2 * kMaxBlobs / 64 < nearby_.size()) continue;
+    measure_candidates(view, nearby_count);
+    nearby_count = 0;
   }
-  measure_near(view, near);
+  measure_candidates(view, nearby_count);
 }
 
 // Of the rays that lie near those in the gates.
-void ExpectedGates::measure_near(const ViewRays& view, std::size_t count) {
+void PredictionGates::measure_candidates(const ViewRays& view, std::size_t count) {
   const auto gate2 = static_cast<float>(settings_.gate_sigmas * settings_.gate_sigmas);
   const auto floor = static_cast<float>(std::pow(settings_.gate_floor_px / view.focal_px, 2));
   const float inverse_floor2 = 1.0F / (floor * floor);
   const float *ray_x = view.x_f.data(), *ray_y = view.y_f.data(), *ray_variance = view.variance_f.data();
-  const float *at_x = foreseen_.x.data(), *at_y = foreseen_.y.data(), *at_xx = foreseen_.xx.data(),
-              *at_xy = foreseen_.xy.data(), *at_yy = foreseen_.yy.data();
+  const float *at_x = predicted_.x.data(), *at_y = predicted_.y.data(), *at_xx = predicted_.xx.data(),
+              *at_xy = predicted_.xy.data(), *at_yy = predicted_.yy.data();
   GateCandidate* next = candidates_.data() + candidate_count_;
   count = std::min(count, kMaxGateCandidates - candidate_count_);
   for (std::size_t i = 0; i < count; ++i) {
-    const auto [m, ray] = near_[i];
+    const auto [m, ray] = nearby_[i];
     const float dx = ray_x[ray] - at_x[m];
     const float dy = ray_y[ray] - at_y[m];
-    const float own = floor + ray_variance[ray];
-    const float xx = at_xx[m] + own, xy = at_xy[m], yy = at_yy[m] + own;
+    const float floor_and_ray = floor + ray_variance[ray];
+    const float xx = at_xx[m] + floor_and_ray, xy = at_xy[m], yy = at_yy[m] + floor_and_ray;
     const float area2 = xx * yy - xy * xy;
     const float off2 = yy * dx * dx - 2.0F * xy * dx * dy + xx * dy * dy;
     const bool inside = off2 < gate2 * area2;
     *next = {m, ray, off2 / area2, area2 * inverse_floor2};
     next += inside ? 1 : 0;
-    wanted_by_[ray] = static_cast<std::uint16_t>(wanted_by_[ray] + (inside ? 1 : 0));
+    gates_containing_[ray] = static_cast<std::uint16_t>(gates_containing_[ray] + (inside ? 1 : 0));
   }
   candidate_count_ = static_cast<std::size_t>(next - candidates_.data());
 }

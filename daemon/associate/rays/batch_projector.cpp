@@ -9,11 +9,11 @@ namespace mocap::associate {
 namespace {
 
 // A marker nearer to the camera's plane than that is not in front of it.
-constexpr float kNearest_m = 0.05F;
+constexpr float kMinDepth_m = 0.05F;
 
 }  // namespace
 
-void ViewShadows::place(std::size_t view, const ViewRays& rays) {
+void BatchProjector::place(std::size_t view, const ViewRays& rays) {
   const auto& [x, y, depth] = *rays.rows;
   for (int i = 0; i < 4; ++i) {
     const auto column = static_cast<std::size_t>(i);
@@ -28,10 +28,10 @@ void ViewShadows::place(std::size_t view, const ViewRays& rays) {
   per_y_[view] = scale.per_y;
   last_bin_[view] = scale.bins;
   plane_from_px_[view] = static_cast<float>(1.0 / rays.focal_px);
-  usual_variance_[view] = rays.usual_variance();
+  typical_variance_[view] = rays.typical_variance();
 }
 
-MOCAP_WIDE void ViewShadows::cast(const Point& point, std::size_t view_count) {
+MOCAP_WIDE void BatchProjector::cast(const Point& point, std::size_t view_count) {
   const Eigen::Vector3f at = point.at.cast<float>();
   const Eigen::Matrix3f spread = point.covariance_m2.cast<float>();
   const float px = at.x(), py = at.y(), pz = at.z();
@@ -68,8 +68,8 @@ MOCAP_WIDE void ViewShadows::cast(const Point& point, std::size_t view_count) {
     xy_[v] = bx * cax + by * cay + bz * caz;
     yy_[v] = yy;
     depth_m_[v] = depth;
-    const float half_x = sigmas * std::sqrt(xx + usual_variance_[v]);
-    const float half_y = sigmas * std::sqrt(yy + usual_variance_[v]);
+    const float half_x = sigmas * std::sqrt(xx + typical_variance_[v]);
+    const float half_y = sigmas * std::sqrt(yy + typical_variance_[v]);
     const float last = last_bin_[v];
     const auto bin = [last](float to) {
       const float low = to > 0.0F ? to : 0.0F;
@@ -82,8 +82,8 @@ MOCAP_WIDE void ViewShadows::cast(const Point& point, std::size_t view_count) {
   }
 }
 
-std::optional<std::size_t> ViewShadows::nearest_free(std::size_t view, const ViewRays& rays) const {
-  if (!(depth_m_[view] > kNearest_m)) return std::nullopt;
+std::optional<std::size_t> BatchProjector::nearest_unassigned(std::size_t view, const ViewRays& rays) const {
+  if (!(depth_m_[view] > kMinDepth_m)) return std::nullopt;
   const RayBins::Gate gate{static_cast<std::size_t>(left_[view]), static_cast<std::size_t>(right_[view]),
                            static_cast<std::size_t>(top_[view]), static_cast<std::size_t>(bottom_[view])};
   const float x = x_[view], y = y_[view], xy = xy_[view];
@@ -95,7 +95,7 @@ std::optional<std::size_t> ViewShadows::nearest_free(std::size_t view, const Vie
     const float xx = xx_[view] + at.variance;
     const float yy = yy_[view] + at.variance;
     const float distance2 = (yy * dx * dx - 2.0F * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy);
-    if (!(distance2 < least) || rays.taken[ray] != 0) return;
+    if (!(distance2 < least) || rays.use_count[ray] != 0) return;
     least = distance2;
     nearest = ray;
   });

@@ -14,7 +14,7 @@ struct ViewRays;
 
 /// Where all views of a set would see one uncertain point: several views at a time, in single precision (to a
 /// thousandth of a pixel). Never allocates.
-class ViewShadows {
+class BatchProjector {
  public:
   struct Point {
     const Eigen::Vector3d& at;
@@ -30,7 +30,7 @@ class ViewShadows {
   void cast(const Point& point, std::size_t view_count);
 
   /// The nearest of the view's rays to its shadow, in the gate, that is not taken.
-  std::optional<std::size_t> nearest_free(std::size_t view, const ViewRays& rays) const;
+  std::optional<std::size_t> nearest_unassigned(std::size_t view, const ViewRays& rays) const;
 
  private:
   // Full registers of up to 16 numbers; what lies past the views means nothing.
@@ -41,7 +41,7 @@ class ViewShadows {
   // Of the cameras: the rows x, y and depth, each by the point's x, y, z and 1; and of their views' bins.
   std::array<Column<float>, 12> rows_{};
   Column<float> min_x_{}, min_y_{}, per_x_{}, per_y_{}, last_bin_{};
-  Column<float> usual_variance_{};  // of the rays, on the image plane at distance 1: others reach farther
+  Column<float> typical_variance_{};  // of the rays, on the image plane at distance 1: others reach farther
   Column<float> plane_from_px_{};
 
   Column<float> x_{}, y_{}, xx_{}, xy_{}, yy_{}, depth_m_{}, floor2_{};  // as Foreseen has them

@@ -8,35 +8,37 @@ namespace mocap::associate {
 namespace {
 
 // Of discs over 25 px^2 the grid's share grows with the radius.
-constexpr double kSmall_px2 = 25.0;
+constexpr double kSmallDisc_px2 = 25.0;
 // The shape's offset against the true one, by the offset over the radius of one disc: fitted to merged pairs of
 // rendered discs, 0.5 to 3 px off.
-constexpr double kNear = 0.84;
-constexpr double kFar = 0.39;
+constexpr double kSpreadScale = 0.84;
+constexpr double kSpreadSlope = 0.39;
 // A blob so many times as large as its fellows is a crowd of markers even where it is round.
-constexpr double kCrowd = 2.2;
+constexpr double kCrowdAreaRatio = 2.2;
 
 }  // namespace
 
-double doubt_px(const Blob& blob) { return doubt_px(blob, spread_px(blob)); }
+double centroid_sigma_px(const Blob& blob) { return centroid_sigma_px(blob, spread_px(blob)); }
 
-double crowd_px(const Blob& blob, double usual_area_px2) {
-  if (!(blob.area_px2 > kCrowd * usual_area_px2)) return 0.0;
-  return std::sqrt(blob.area_px2 / std::numbers::pi) - std::sqrt(usual_area_px2 / std::numbers::pi);
+double crowd_offset_px(const Blob& blob, double typical_area_px2) {
+  if (!(blob.area_px2 > kCrowdAreaRatio * typical_area_px2)) return 0.0;
+  return std::sqrt(blob.area_px2 / std::numbers::pi) - std::sqrt(typical_area_px2 / std::numbers::pi);
 }
 
-bool may_crowd(double least_area_px2, double most_area_px2) { return most_area_px2 > kCrowd * least_area_px2; }
+bool may_contain_crowd(double least_area_px2, double most_area_px2) {
+  return most_area_px2 > kCrowdAreaRatio * least_area_px2;
+}
 
 double spread_px(const Blob& blob) {
   if (is_round(blob)) return 0.0;
   // The ellipse with half axes a >= b has area pi a b and roundness b / a; its inertia along an axis is a^2 / 4.
   const double roundness = std::clamp(blob.roundness, 0.05, 1.0);
-  const double grid_px2 = kGrid_px2 * std::sqrt(std::max(1.0, blob.area_px2 / kSmall_px2));
+  const double grid_px2 = kGridInertia_px2 * std::sqrt(std::max(1.0, blob.area_px2 / kSmallDisc_px2));
   const double longer_px2 = blob.area_px2 / std::numbers::pi * (1.0 / roundness - roundness);
   // What two discs cover is less than the ellipse of their inertia, the more so the farther they are apart.
-  const double told_px = 0.5 * std::sqrt(longer_px2 - grid_px2);
+  const double half_distance_px = 0.5 * std::sqrt(longer_px2 - grid_px2);
   const double radius_px = std::sqrt(blob.area_px2 / (2.0 * std::numbers::pi));
-  return told_px * (kNear + kFar * told_px / radius_px);
+  return half_distance_px * (kSpreadScale + kSpreadSlope * half_distance_px / radius_px);
 }
 
 }  // namespace mocap::associate

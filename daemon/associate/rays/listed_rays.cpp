@@ -31,13 +31,13 @@ void ListedRays::add_all(const RayPlaces& rays) {
   std::ranges::copy(rays.variance, variance_.begin());
 }
 
-void ListedRays::bin(const RayBounds& bounds, float usual_variance, float sigmas) {
+void ListedRays::bin(const RayBounds& bounds, float typical_variance, float sigmas) {
   // So few are sooner looked at one by one.
   constexpr std::size_t kFew = 4;
   if (count_ <= kFew) return;
   binned_ = count_;
   const RayPlaces places{{x_.data(), count_}, {y_.data(), count_}, {variance_.data(), count_}};
-  bins_.fill(places, bounds, usual_variance, sigmas);
+  bins_.fill(places, bounds, typical_variance, sigmas);
 }
 
 }  // namespace mocap::associate

@@ -22,15 +22,15 @@ class ListedRays {
   void add_all(const RayPlaces& rays);
   bool has(std::size_t ray) const { return has_[ray] != 0; }
   /// Puts those that are listed into bins; as RayBins::fill. A few others may be added after.
-  void bin(const RayBounds& bounds, float usual_variance, float sigmas);
+  void bin(const RayBounds& bounds, float typical_variance, float sigmas);
 
   const RayBins::Scale& scale() const { return bins_.scale(); }
   /// Calls `visit` with each ray, and its place, that may be in a gate among the bins, and some others.
   template <class Visit>
   void visit(const RayBins::Gate& gate, Visit&& visit) const {
-    const auto tell = [&](std::size_t i) { visit(ray_[i], Place{x_[i], y_[i], variance_[i]}); };
-    if (binned_ > 0) bins_.visit_rays(gate, tell);
-    for (std::size_t i = binned_; i < count_; ++i) tell(i);
+    const auto visit_ray = [&](std::size_t i) { visit(ray_[i], Place{x_[i], y_[i], variance_[i]}); };
+    if (binned_ > 0) bins_.visit_rays(gate, visit_ray);
+    for (std::size_t i = binned_; i < count_; ++i) visit_ray(i);
   }
 
  private:

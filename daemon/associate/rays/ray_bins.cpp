@@ -8,31 +8,31 @@
 
 namespace mocap::associate {
 
-void RayBins::fill(const RayPlaces& rays, const RayBounds& bounds, float usual_variance, float sigmas) {
+void RayBins::fill(const RayPlaces& rays, const RayBounds& bounds, float typical_variance, float sigmas) {
   constexpr std::size_t kMany = 2 * 64, kFew = 16;  // many rays are worth fine bins, a few are not
-  constexpr float kLeastExtent = 1e-9F;
+  constexpr float kMinExtent = 1e-9F;
   count_ = rays.x.size();
   MOCAP_EXPECTS(count_ <= kMaxBlobs);
   words_ = (count_ + 63) / 64;
-  bins_ = count_ > kMany ? kMostBins : count_ > kFew ? kMostBins / 2 : kMostBins / 8;
+  bins_ = count_ > kMany ? kMaxBins : count_ > kFew ? kMaxBins / 2 : kMaxBins / 8;
   sigmas_ = sigmas;
-  usual_variance_ = usual_variance;
-  variance_ = std::min(bounds.max_variance, usual_variance);
+  typical_variance_ = typical_variance;
+  variance_ = std::min(bounds.max_variance, typical_variance);
   const float most = reach(bounds.max_variance);  // out of the rays' bounds too
   const auto bins = static_cast<float>(bins_);
   scale_ = {bounds.min_x - most, bounds.min_y - most,
-            bins / std::max(kLeastExtent, bounds.max_x - bounds.min_x + 2.0F * most),
-            bins / std::max(kLeastExtent, bounds.max_y - bounds.min_y + 2.0F * most), bins};
-  find_ends(rays);
-  mark_ends();
-  add_up();
+            bins / std::max(kMinExtent, bounds.max_x - bounds.min_x + 2.0F * most),
+            bins / std::max(kMinExtent, bounds.max_y - bounds.min_y + 2.0F * most), bins};
+  find_extents(rays);
+  mark_extents();
+  accumulate_masks();
   bound_words();
 }
 
 // The deviations of a gate and of a ray that it looks for add up to no more than their sum: what the gate does not
 // reckon with the ray reaches out to meet it.
-MOCAP_WIDE void RayBins::find_ends(const RayPlaces& rays) {
-  const float sigmas = sigmas_, usual_variance = usual_variance_;
+MOCAP_WIDE void RayBins::find_extents(const RayPlaces& rays) {
+  const float sigmas = sigmas_, typical_variance = typical_variance_;
   const auto [min_x, min_y, per_x, per_y, bins] = scale_;
   const float last = bins - 1.0F;  // the farthest ray lies in the last bin, not past it
   const float *x = rays.x.data(), *y = rays.y.data(), *variance = rays.variance.data();
@@ -44,7 +44,7 @@ MOCAP_WIDE void RayBins::find_ends(const RayPlaces& rays) {
   const std::size_t count = count_;
   MOCAP_INDEPENDENT_TURNS
   for (std::size_t ray = 0; ray < count; ++ray) {
-    const float over = variance[ray] - usual_variance;
+    const float over = variance[ray] - typical_variance;
     const float reach = sigmas * std::sqrt(over > 0.0F ? over : 0.0F);
     left[ray] = after((x[ray] - reach - min_x) * per_x);
     right[ray] = after((x[ray] + reach - min_x) * per_x);
@@ -53,7 +53,7 @@ MOCAP_WIDE void RayBins::find_ends(const RayPlaces& rays) {
   }
 }
 
-void RayBins::mark_ends() {
+void RayBins::mark_extents() {
   std::fill_n(before_.begin(), 4 * (bins_ + 1) * words_, std::uint64_t{0});
   const std::size_t bin = 4 * words_;
   for (std::size_t ray = 0; ray < count_; ++ray) {
@@ -67,7 +67,7 @@ void RayBins::mark_ends() {
 }
 
 // What lies before a bin lies before the next.
-MOCAP_WIDE void RayBins::add_up() {
+MOCAP_WIDE void RayBins::accumulate_masks() {
   using Four = std::uint64_t __attribute__((vector_size(32)));
   for (std::size_t word = 0; word < words_; ++word) {
     Four sum{};

@@ -40,7 +40,7 @@ class RayBins {
 
   /// Takes in an image's rays, kMaxBlobs at most, which lie within `bounds`. Those whose variance is over the usual
   /// reach farther, by what a gate of so many `sigmas` would have to reckon with.
-  void fill(const RayPlaces& rays, const RayBounds& bounds, float usual_variance, float sigmas);
+  void fill(const RayPlaces& rays, const RayBounds& bounds, float typical_variance, float sigmas);
 
   const Scale& scale() const { return scale_; }
   /// What a gate must reckon with as a ray's own variance.
@@ -80,7 +80,7 @@ class RayBins {
   static constexpr float kRounding = 0.01F;
 
  private:
-  static constexpr std::size_t kMostBins = 128;
+  static constexpr std::size_t kMaxBins = 128;
   static constexpr std::size_t kWords = kMaxBlobs / 64;
   using Bins = std::array<std::int32_t, kMaxBlobs>;  // by ray
   // The ends of a ray.
@@ -100,24 +100,24 @@ class RayBins {
     return static_cast<std::size_t>(low < scale_.bins ? low : scale_.bins);
   }
   // How far a ray of that variance reaches, so that a gate need not.
-  float reach(float variance) const { return sigmas_ * std::sqrt(std::max(0.0F, variance - usual_variance_)); }
-  void find_ends(const RayPlaces& rays);
-  void mark_ends();
-  void add_up();
+  float reach(float variance) const { return sigmas_ * std::sqrt(std::max(0.0F, variance - typical_variance_)); }
+  void find_extents(const RayPlaces& rays);
+  void mark_extents();
+  void accumulate_masks();
   void bound_words();
 
   Scale scale_{};
   float sigmas_ = 0.0F;
-  float usual_variance_ = 0.0F;
+  float typical_variance_ = 0.0F;
   float variance_ = 0.0F;
   std::size_t count_ = 0;
   std::size_t words_ = 0;
   std::size_t bins_ = 0;
   // Which rays' ends lie before each bin: of (bin * words_ + word) * 4 + end.
-  alignas(32) std::array<std::uint64_t, 4 * (kMostBins + 1) * kWords> before_{};
+  alignas(32) std::array<std::uint64_t, 4 * (kMaxBins + 1) * kWords> before_{};
   // Rays come about in the order of y: those that end in the bins from b on begin in the word first_word_[b], those
   // that begin before b end before the word end_word_[b].
-  std::array<std::uint8_t, kMostBins + 1> first_word_{}, end_word_{};
+  std::array<std::uint8_t, kMaxBins + 1> first_word_{}, end_word_{};
   // The bin after the one that each ray's ends lie in.
   Bins left_{}, right_{}, top_{}, bottom_{};
 };

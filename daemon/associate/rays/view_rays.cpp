@@ -18,9 +18,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // A marker nearer to the camera's plane than that is not in front of it.
-constexpr double kNearest_m = 0.05;
+constexpr double kMinDepth_m = 0.05;
 
-double reach_of(const CameraModel& camera) {
+double max_ray_norm(const CameraModel& camera) {
   // The rays of the image's border, told at its corners and middles; a wide lens bends the middles out the farthest.
   double reach = 0.0;
   for (const double u : {0.0, 0.5, 1.0}) {
@@ -50,19 +50,19 @@ double ViewRays::off_px(std::size_t ray, const WorldPoint& point) const {
   return focal_px * (seen.head<2>() / seen.z() - Vector2d(x(ray), y(ray))).norm();
 }
 
-std::optional<Shadow> ViewRays::shadow(const Vector3d& point, const Matrix3d& covariance_m2) const {
+std::optional<ProjectedGaussian> ViewRays::projection(const Vector3d& point, const Matrix3d& covariance_m2) const {
   const Matrix3d& r = camera->camera_from_world.rotation;
   const Vector3d seen = r * point + camera->camera_from_world.translation;
-  if (!(seen.z() > kNearest_m)) return std::nullopt;
-  Shadow shadow;
+  if (!(seen.z() > kMinDepth_m)) return std::nullopt;
+  ProjectedGaussian projection;
   const double inverse_z = 1.0 / seen.z();
-  shadow.centre = seen.head<2>() * inverse_z;
+  projection.centre = seen.head<2>() * inverse_z;
   Eigen::Matrix<double, 2, 3> slope;
-  slope.row(0) = (r.row(0) - shadow.centre.x() * r.row(2)) * inverse_z;
-  slope.row(1) = (r.row(1) - shadow.centre.y() * r.row(2)) * inverse_z;
+  slope.row(0) = (r.row(0) - projection.centre.x() * r.row(2)) * inverse_z;
+  slope.row(1) = (r.row(1) - projection.centre.y() * r.row(2)) * inverse_z;
   const Eigen::Matrix<double, 2, 3> spread = slope * covariance_m2;
-  shadow.covariance.noalias() = spread * slope.transpose();
-  return shadow;
+  projection.covariance.noalias() = spread * slope.transpose();
+  return projection;
 }
 
 void ViewRays::write_quadric(std::size_t ray) {
@@ -76,9 +76,9 @@ void ViewRays::make_all_quadrics() {
 }
 
 void ViewRays::index() {
-  // A few more than there are rays: `for_free` looks at eight at once.
-  std::fill_n(taken.begin(), size(), std::uint8_t{0});
-  std::fill_n(taken.begin() + static_cast<std::ptrdiff_t>(size()), std::min<std::size_t>(8, kMaxBlobs - size()),
+  // A few more than there are rays: `for_each_unassigned` looks at eight at once.
+  std::fill_n(use_count.begin(), size(), std::uint8_t{0});
+  std::fill_n(use_count.begin() + static_cast<std::ptrdiff_t>(size()), std::min<std::size_t>(8, kMaxBlobs - size()),
               std::uint8_t{1});
   has_quadric_.assign(size(), 0);
   quadric.resize(size());
@@ -88,14 +88,14 @@ void ViewRays::index() {
   if (size() > 0) bound();
 }
 
-void ViewRays::list_free(float sigmas) {
+void ViewRays::list_unassigned(float sigmas) {
   listed_.clear();
-  if (free_count() == size()) {
+  if (unassigned_count() == size()) {
     listed_.add_all(places());
   } else {
-    for_free([this](std::size_t ray) { listed_.add(ray, place(ray)); });
+    for_each_unassigned([this](std::size_t ray) { listed_.add(ray, place(ray)); });
   }
-  listed_.bin(bounds_, usual_variance(), sigmas);
+  listed_.bin(bounds_, typical_variance(), sigmas);
 }
 
 namespace {
@@ -109,7 +109,7 @@ struct Range {
     least.fill(first);
     most.fill(first);
   }
-  [[gnu::always_inline]] void take(std::size_t lane, float value) {
+  [[gnu::always_inline]] void include(std::size_t lane, float value) {
     least[lane] = value < least[lane] ? value : least[lane];
     most[lane] = value > most[lane] ? value : most[lane];
   }
@@ -140,22 +140,22 @@ MOCAP_WIDE void ViewRays::bound() {
   const double *x = rays.x.data(), *y = rays.y.data(), *sigma = sigma_px.data(), *spread = spread_px.data();
   float *to_x = x_f.data(), *to_y = y_f.data(), *to_variance = variance_f.data(), *to_sigma = sigma_f.data();
   Range of_x(static_cast<float>(x[0])), of_y(static_cast<float>(y[0])), of_variance(0.0F), of_spread(0.0F);
-  const auto take = [&](std::size_t i, std::size_t lane) __attribute__((always_inline)) {
+  const auto include = [&](std::size_t i, std::size_t lane) __attribute__((always_inline)) {
     to_x[i] = static_cast<float>(x[i]);
     to_y[i] = static_cast<float>(y[i]);
     to_sigma[i] = static_cast<float>(sigma[i]);
     to_variance[i] = to_sigma[i] * to_sigma[i] * px2;
-    of_x.take(lane, to_x[i]);
-    of_y.take(lane, to_y[i]);
-    of_variance.take(lane, to_variance[i]);
-    of_spread.take(lane, static_cast<float>(spread[i]));
+    of_x.include(lane, to_x[i]);
+    of_y.include(lane, to_y[i]);
+    of_variance.include(lane, to_variance[i]);
+    of_spread.include(lane, static_cast<float>(spread[i]));
   };
   const std::size_t whole = count / Range::kLanes * Range::kLanes;
   for (std::size_t first = 0; first < whole; first += Range::kLanes) {
     MOCAP_INDEPENDENT_TURNS
-    for (std::size_t lane = 0; lane < Range::kLanes; ++lane) take(first + lane, lane);
+    for (std::size_t lane = 0; lane < Range::kLanes; ++lane) include(first + lane, lane);
   }
-  for (std::size_t i = whole; i < count; ++i) take(i, i - whole);
+  for (std::size_t i = whole; i < count; ++i) include(i, i - whole);
   bounds_ = {of_x.min(), of_x.max(), of_y.min(), of_y.max(), of_variance.max()};
   // Single precision may have rounded it down.
   max_spread_px_ = 1.000001 * static_cast<double>(of_spread.max());
@@ -166,7 +166,7 @@ RayTable::RayTable(const Rig& rig) : rig_(rig), views_(rig.size()), view_of_(rig
   for (const CameraModel& camera : rig) {
     casters_.emplace_back(camera);
     rows_.emplace_back(camera.camera_from_world);
-    reach_.push_back(reach_of(camera));
+    max_ray_norm_.push_back(max_ray_norm(camera));
   }
   for (ViewRays& view : views_) view.reserve();
   for (auto* scratch : {&u_px_, &v_px_, &areas_px2_}) scratch->resize(kMaxBlobs);
@@ -193,31 +193,31 @@ void RayTable::begin(const FrameSet& frames) {
   }
 }
 
-void RayTable::cast(std::size_t view) { cast_view(*frames_[view], views_[view]); }
+void RayTable::cast(std::size_t view) { cast_rays(*frames_[view], views_[view]); }
 
-void RayTable::list_free(double sigmas) {
+void RayTable::list_unassigned(double sigmas) {
   for (std::size_t view = 0; view < view_count_; ++view) {
-    views_[view].list_free(static_cast<float>(sigmas));
-    shadows_.place(view, views_[view]);
+    views_[view].list_unassigned(static_cast<float>(sigmas));
+    projector_.place(view, views_[view]);
   }
 }
 
-void RayTable::cast_view(const BlobFrame& frame, ViewRays& view) {
+void RayTable::cast_rays(const BlobFrame& frame, ViewRays& view) {
   const std::size_t camera = frame.camera.value;
   const std::size_t count = frame.blobs.size();
   view.camera = &rig_[camera];
   view.rows = &rows_[camera];
   view.focal_px = std::sqrt(rig_[camera].lens.fx_px * rig_[camera].lens.fy_px);
 
-  const bool crowds = read_blobs(frame, view);
+  const bool crowds = prepare_blobs(frame, view);
   casters_[camera].cast({u_px_.data(), count}, {v_px_.data(), count}, view.rays);
-  if (crowds) doubt_crowds(frame, view);
+  if (crowds) inflate_crowd_sigma(frame, view);
   view.drop_missing();
   view.index();
 }
 
 // What the blobs tell beside their rays. Says whether any of them can be a crowd.
-bool RayTable::read_blobs(const BlobFrame& frame, ViewRays& view) {
+bool RayTable::prepare_blobs(const BlobFrame& frame, ViewRays& view) {
   const std::size_t count = frame.blobs.size();
   view.sigma_px.resize(count);
   view.spread_px.resize(count);
@@ -238,21 +238,21 @@ bool RayTable::read_blobs(const BlobFrame& frame, ViewRays& view) {
     any_track |= blob.track.names_something();
     const double spread = is_round(blob) ? 0.0 : spread_px(blob);
     view.spread_px[b] = spread;
-    view.sigma_px[b] = doubt_px(blob, spread);
+    view.sigma_px[b] = centroid_sigma_px(blob, spread);
     view.axis_rad[b] = blob.axis_rad;
   }
   view.any_track = any_track;
-  return may_crowd(least_px2, most_px2);
+  return may_contain_crowd(least_px2, most_px2);
 }
 
 // By the middle one of the blobs' areas.
-void RayTable::doubt_crowds(const BlobFrame& frame, ViewRays& view) {
+void RayTable::inflate_crowd_sigma(const BlobFrame& frame, ViewRays& view) {
   for (std::size_t b = 0; b < frame.blobs.size(); ++b) areas_px2_[b] = frame.blobs.data()[b].area_px2;
   const auto end = areas_px2_.begin() + static_cast<std::ptrdiff_t>(frame.blobs.size());
   const auto middle = areas_px2_.begin() + static_cast<std::ptrdiff_t>(frame.blobs.size() / 2);
   std::nth_element(areas_px2_.begin(), middle, end);
   for (std::size_t b = 0; b < frame.blobs.size(); ++b) {
-    const double crowd = crowd_px(frame.blobs.data()[b], *middle);
+    const double crowd = crowd_offset_px(frame.blobs.data()[b], *middle);
     if (crowd > 0.0) view.sigma_px[b] = std::hypot(view.sigma_px[b], crowd);
   }
 }
@@ -261,30 +261,30 @@ void RayTable::doubt_crowds(const BlobFrame& frame, ViewRays& view) {
 void ViewRays::drop_missing() {
   const auto& exists = rays.exists;
   if (std::ranges::find(exists, 0) == exists.end()) return;
-  std::size_t kept = 0;
+  std::size_t count_left = 0;
   for (std::size_t b = 0; b < exists.size(); ++b) {
     if (exists[b] == 0) continue;
-    sigma_px[kept] = sigma_px[b];
-    spread_px[kept] = spread_px[b];
-    axis_rad[kept] = axis_rad[b];
-    track[kept] = track[b];
-    blob[kept++] = blob[b];
+    sigma_px[count_left] = sigma_px[b];
+    spread_px[count_left] = spread_px[b];
+    axis_rad[count_left] = axis_rad[b];
+    track[count_left] = track[b];
+    blob[count_left++] = blob[b];
   }
-  sigma_px.resize(kept);
-  spread_px.resize(kept);
-  axis_rad.resize(kept);
-  blob.resize(kept);
-  track.resize(kept);
+  sigma_px.resize(count_left);
+  spread_px.resize(count_left);
+  axis_rad.resize(count_left);
+  blob.resize(count_left);
+  track.resize(count_left);
   rays.drop_missing();
 }
 
-bool RayTable::could_see(std::size_t view, const WorldPoint& point) const {
+bool RayTable::is_in_image(std::size_t view, const WorldPoint& point) const {
   const CameraModel& camera = *views_[view].camera;
   const CameraPoint seen = camera.camera_from_world * point;
   if (!(seen.v.z() > 0.0)) return false;
   const NormalizedPoint ray{seen.v.head<2>() / seen.v.z()};
   // Far from the axis the polynomial of the distortion may fold back into the image.
-  const double reach = reach_[static_cast<std::size_t>(&camera - rig_.data())];
+  const double reach = max_ray_norm_[static_cast<std::size_t>(&camera - rig_.data())];
   return ray.v.norm() <= reach && geometry::in_image(camera, geometry::distort(camera.lens, ray));
 }
 

@@ -22,7 +22,7 @@
 namespace mocap::associate {
 
 /// Where a camera would see an uncertain point: on the image plane at distance 1.
-struct Shadow {
+struct ProjectedGaussian {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
 };
@@ -40,8 +40,9 @@ struct ViewRays {
   std::vector<std::uint16_t> blob;  ///< index in the BlobFrame
   std::vector<BlobTrackId> track;   ///< the blob's
   bool any_track = false;           ///< whether any blob has one
-  /// How many matches each ray belongs to; `take` and `give_back` change it. More than none past the last ray.
-  std::array<std::uint8_t, kMaxBlobs> taken{};
+  /// How many matches each ray belongs to; `increment_use` and `decrement_use` change it. More than none past the last
+  /// ray.
+  std::array<std::uint8_t, kMaxBlobs> use_count{};
   /// In single precision: place, variance on the image plane at distance 1, and sigma_px.
   std::vector<float> x_f, y_f, variance_f, sigma_f;
 
@@ -60,23 +61,25 @@ struct ViewRays {
   void make_all_quadrics();
 
   /// One match more has the ray, or one less.
-  void take(std::size_t ray) { ++taken[ray]; }
-  void give_back(std::size_t ray) {
-    if (--taken[ray] == 0 && !listed_.has(ray)) listed_.add(ray, place(ray));
+  void increment_use(std::size_t ray) { ++use_count[ray]; }
+  void decrement_use(std::size_t ray) {
+    if (--use_count[ray] == 0 && !listed_.has(ray)) listed_.add(ray, place(ray));
   }
   /// As many matches have each ray as `holders` tells.
-  void take_all(std::span<const std::uint8_t> holders) { std::ranges::copy(holders.first(size()), taken.begin()); }
+  void set_use_counts(std::span<const std::uint8_t> holders) {
+    std::ranges::copy(holders.first(size()), use_count.begin());
+  }
   /// How many rays no match has.
-  std::size_t free_count() const {
-    return static_cast<std::size_t>(std::ranges::count(std::span(taken).first(size()), std::uint8_t{0}));
+  std::size_t unassigned_count() const {
+    return static_cast<std::size_t>(std::ranges::count(std::span(use_count).first(size()), std::uint8_t{0}));
   }
   /// Calls `visit` with each ray that no match has, in their order.
   template <class Visit>
-  void for_free(Visit&& visit) const {
+  void for_each_unassigned(Visit&& visit) const {
     constexpr std::uint64_t kLow = 0x7F7F'7F7F'7F7F'7F7F;  // of each byte all bits but the highest
     for (std::size_t first = 0; first < size(); first += sizeof kLow) {
       std::uint64_t eight;
-      std::memcpy(&eight, taken.data() + first, sizeof eight);
+      std::memcpy(&eight, use_count.data() + first, sizeof eight);
       // The highest bit of each byte that is 0.
       std::uint64_t zeros = ~(((eight & kLow) + kLow) | eight | kLow);
       for (; zeros != 0; zeros &= zeros - 1) visit(first + static_cast<std::size_t>(std::countr_zero(zeros)) / 8);
@@ -91,18 +94,18 @@ struct ViewRays {
   /// How far from a ray the camera would see the point.
   double off_px(std::size_t ray, const WorldPoint& point) const;
   /// Where the camera would see the point; nothing where it is not in front of it.
-  std::optional<Shadow> shadow(const Eigen::Vector3d& point, const Eigen::Matrix3d& covariance_m2) const;
+  std::optional<ProjectedGaussian> projection(const Eigen::Vector3d& point, const Eigen::Matrix3d& covariance_m2) const;
   /// All rays' places, their bounds, and the variance over which a ray is less certain than most.
   RayPlaces places() const { return {x_f, y_f, variance_f}; }
   const RayBounds& bounds() const { return bounds_; }
-  float usual_variance() const {
-    constexpr double kUsual_px = 0.5;
-    return static_cast<float>(kUsual_px * kUsual_px / (focal_px * focal_px));
+  float typical_variance() const {
+    constexpr double kTypicalSigma_px = 0.5;
+    return static_cast<float>(kTypicalSigma_px * kTypicalSigma_px / (focal_px * focal_px));
   }
 
   /// Lists the rays that no match has, to look for near a place within so many `sigmas`; those that are given back
   /// later are listed then.
-  void list_free(float sigmas);
+  void list_unassigned(float sigmas);
   /// Those listed; some of them may be taken since.
   const ListedRays& listed() const { return listed_; }
 
@@ -140,15 +143,17 @@ class RayTable {
   const ViewRays& operator[](std::size_t view) const { return views_[view]; }
 
   /// Makes ready what looks for rays that no match has, in all views, within so many `sigmas` at most.
-  void list_free(double sigmas);
-  /// Casts the shadows of a point in all views, for `nearest_free`; after `list_free`. `sigmas`: how far a ray may be
-  /// off; `floor_px`: standard deviation that is added to those of point and ray.
-  void cast_shadows(const Eigen::Vector3d& point, const Eigen::Matrix3d& covariance_m2, double sigmas,
-                    double floor_px) {
-    shadows_.cast({point, covariance_m2, sigmas, floor_px}, view_count_);
+  void list_unassigned(double sigmas);
+  /// Casts the shadows of a point in all views, for `nearest_unassigned`; after `list_unassigned`. `sigmas`: how far a
+  /// ray may be off; `floor_px`: standard deviation that is added to those of point and ray.
+  void project_gaussian(const Eigen::Vector3d& point, const Eigen::Matrix3d& covariance_m2, double sigmas,
+                        double floor_px) {
+    projector_.cast({point, covariance_m2, sigmas, floor_px}, view_count_);
   }
   /// The nearest ray of a view to the shadow that was cast last, in the gate, that is not taken.
-  std::optional<std::size_t> nearest_free(std::size_t view) const { return shadows_.nearest_free(view, views_[view]); }
+  std::optional<std::size_t> nearest_unassigned(std::size_t view) const {
+    return projector_.nearest_unassigned(view, views_[view]);
+  }
 
   /// The view of a camera, or nothing when the set has none.
   std::optional<std::size_t> view_of(std::size_t camera) const {
@@ -157,26 +162,26 @@ class RayTable {
   }
 
   /// Whether the point lies in the image of this view's camera.
-  bool could_see(std::size_t view, const WorldPoint& point) const;
+  bool is_in_image(std::size_t view, const WorldPoint& point) const;
 
  private:
   static constexpr std::uint32_t kNoView = 0xFFFF'FFFF;
 
-  void cast_view(const BlobFrame& frame, ViewRays& view);
-  bool read_blobs(const BlobFrame& frame, ViewRays& view);
-  void doubt_crowds(const BlobFrame& frame, ViewRays& view);
+  void cast_rays(const BlobFrame& frame, ViewRays& view);
+  bool prepare_blobs(const BlobFrame& frame, ViewRays& view);
+  void inflate_crowd_sigma(const BlobFrame& frame, ViewRays& view);
 
   const Rig& rig_;
   std::vector<geometry::RayCaster> casters_;  // by camera
   std::vector<geometry::CameraRows> rows_;    // by camera
-  std::vector<double> reach_;                 // by camera: no pixel's ray lies farther from the axis
+  std::vector<double> max_ray_norm_;          // by camera: no pixel's ray lies farther from the axis
   std::vector<ViewRays> views_;
   std::vector<std::uint32_t> view_of_;  // by camera
   std::size_t view_count_ = 0;
   std::array<const BlobFrame*, kMaxCameras> frames_{};  // by view
 
   std::vector<double> u_px_, v_px_, areas_px2_;
-  ViewShadows shadows_;
+  BatchProjector projector_;
 };
 
 }  // namespace mocap::associate

@@ -11,12 +11,12 @@ namespace {
 
 const double kLn2Pi = std::log(2.0 * std::numbers::pi);
 // Near a blob is so far along each axis.
-constexpr double kNear_px = 40.0;
+constexpr double kDensityWindow_px = 40.0;
 
-// Rays beside one that may be anything, per px^2. `taken`: those that belong to markers count too.
-double others_1_px2(const ViewRays& view, std::size_t ray, bool taken) {
-  const auto counts = [&](std::size_t other) { return other != ray && (taken || view.taken[other] == 0); };
-  const double about = kNear_px / view.focal_px;
+// Rays beside one that may be anything, per px^2. `use_count`: those that belong to markers count too.
+double clutter_density_1_px2(const ViewRays& view, std::size_t ray, bool count_assigned) {
+  const auto counts = [&](std::size_t other) { return other != ray && (count_assigned || view.use_count[other] == 0); };
+  const double about = kDensityWindow_px / view.focal_px;
   double all = 1.0;  // nobody knows that there is none
   double near = 0.0;
   for (std::size_t other = 0; other < view.size(); ++other) {
@@ -26,7 +26,7 @@ double others_1_px2(const ViewRays& view, std::size_t ray, bool taken) {
     near += std::max(dx, dy) < about ? 1.0 : 0.0;
   }
   const double image_px2 = static_cast<double>(view.camera->width_px) * static_cast<double>(view.camera->height_px);
-  return all / image_px2 + near / (4.0 * kNear_px * kNear_px);
+  return all / image_px2 + near / (4.0 * kDensityWindow_px * kDensityWindow_px);
 }
 
 // Logarithm of the density of a normal distribution with mean 0.
@@ -39,24 +39,26 @@ double log_density(const Eigen::Matrix<double, N, 1>& at, const Eigen::Matrix<do
 
 }  // namespace
 
-PairView pair_view(const ViewRays& view, const Held& held, const WorldPoint& point, double rig_px) {
+ViewObservation view_observation(const ViewRays& view, const AssignedRay& assigned, const WorldPoint& point,
+                                 double rig_px) {
   const Eigen::Matrix3d& r = view.camera->camera_from_world.rotation;
   const Eigen::Vector3d seen = (view.camera->camera_from_world * point).v;
   const Eigen::Vector2d centre = seen.head<2>() / seen.z();
-  PairView pair;
+  ViewObservation pair;
   for (const int axis : {0, 1}) {
     pair.px_from_m.row(axis) = view.focal_px / seen.z() * (r.row(axis) - centre[axis] * r.row(2));
   }
-  const bool shared = held.sigma_px > 0.0F;
-  const Eigen::Vector2d at = Eigen::Vector2d(view.x(held.ray), view.y(held.ray)) + held.off.cast<double>();
+  const bool shared = assigned.sigma_px > 0.0F;
+  const Eigen::Vector2d at =
+      Eigen::Vector2d(view.x(assigned.ray), view.y(assigned.ray)) + assigned.offset.cast<double>();
   pair.off_px = view.focal_px * (at - centre);
-  pair.sigma_px = std::hypot(rig_px, shared ? static_cast<double>(held.sigma_px) : view.sigma_px[held.ray]);
-  pair.others_1_px2 = others_1_px2(view, held.ray, shared);
+  pair.sigma_px = std::hypot(rig_px, shared ? static_cast<double>(assigned.sigma_px) : view.sigma_px[assigned.ray]);
+  pair.clutter_density_1_px2 = clutter_density_1_px2(view, assigned.ray, shared);
   return pair;
 }
 
-double log_odds_of_pair(const PairView& a, const PairView& b, const Eigen::Vector3d& ahead_m,
-                        const Eigen::Matrix3d& covariance_m2) {
+double pair_log_odds(const ViewObservation& a, const ViewObservation& b, const Eigen::Vector3d& ahead_m,
+                     const Eigen::Matrix3d& covariance_m2) {
   Eigen::Matrix<double, 4, 3> px_from_m;
   px_from_m << a.px_from_m, b.px_from_m;
   Eigen::Vector4d off_px;
@@ -68,17 +70,17 @@ double log_odds_of_pair(const PairView& a, const PairView& b, const Eigen::Vecto
   const double both = log_density<4>(off_px, covariance);
   const double a_alone = log_density<2>(off_px.head<2>(), covariance.topLeftCorner<2, 2>());
   const double b_alone = log_density<2>(off_px.tail<2>(), covariance.bottomRightCorner<2, 2>());
-  const double others_a = std::log(a.others_1_px2), others_b = std::log(b.others_1_px2);
+  const double others_a = std::log(a.clutter_density_1_px2), others_b = std::log(b.clutter_density_1_px2);
   return both - std::max({a_alone + others_b, b_alone + others_a, others_a + others_b});
 }
 
-double log_odds_of_lone(const ViewRays& view, std::size_t ray, const ExpectedMarker& expected, double rig_px) {
-  const auto shadow = view.shadow(expected.position.v, expected.covariance_m2);
-  if (!shadow) return -std::numeric_limits<double>::infinity();
-  const Eigen::Vector2d off_px = view.focal_px * (Eigen::Vector2d(view.x(ray), view.y(ray)) - shadow->centre);
-  Eigen::Matrix2d covariance_px2 = view.focal_px * view.focal_px * shadow->covariance;
+double single_view_log_odds(const ViewRays& view, std::size_t ray, const ExpectedMarker& expected, double rig_px) {
+  const auto projection = view.projection(expected.position.v, expected.covariance_m2);
+  if (!projection) return -std::numeric_limits<double>::infinity();
+  const Eigen::Vector2d off_px = view.focal_px * (Eigen::Vector2d(view.x(ray), view.y(ray)) - projection->centre);
+  Eigen::Matrix2d covariance_px2 = view.focal_px * view.focal_px * projection->covariance;
   covariance_px2.diagonal().array() += rig_px * rig_px + view.sigma_px[ray] * view.sigma_px[ray];
-  return log_density<2>(off_px, covariance_px2) - std::log(others_1_px2(view, ray, false));
+  return log_density<2>(off_px, covariance_px2) - std::log(clutter_density_1_px2(view, ray, false));
 }
 
 }  // namespace mocap::associate

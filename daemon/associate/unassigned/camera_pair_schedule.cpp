@@ -31,10 +31,10 @@ Vector3d centre_of_view(const Rig& rig) {
 
 // Best suited are cameras that see the middle of the volume from 60 degrees apart: near enough to see the same side of
 // a body, far enough to tell depth.
-PairRounds::PairRounds(const Rig& rig) {
+CameraPairSchedule::CameraPairSchedule(const Rig& rig) {
   constexpr double kBestAngle_rad = std::numbers::pi / 3.0;
   struct Candidate {
-    double fault;
+    double angle_error;
     std::uint32_t a, b;
   };
   const Vector3d centre = centre_of_view(rig);
@@ -47,14 +47,14 @@ PairRounds::PairRounds(const Rig& rig) {
       candidates.push_back({std::abs(angle - kBestAngle_rad), a, b});
     }
   }
-  std::ranges::stable_sort(candidates, {}, &Candidate::fault);
-  std::vector<std::uint64_t> busy;  // by round: the cameras that have a partner
-  for (const auto& [fault, a, b] : candidates) {
+  std::ranges::stable_sort(candidates, {}, &Candidate::angle_error);
+  std::vector<std::uint64_t> used_cameras;  // by round: the cameras that have a partner
+  for (const auto& [angle_error, a, b] : candidates) {
     const std::uint64_t both = (std::uint64_t{1} << a) | (std::uint64_t{1} << b);
     std::size_t round = 0;
-    while (round < busy.size() && (busy[round] & both) != 0) ++round;
-    if (round == busy.size()) busy.push_back(0);
-    busy[round] |= both;
+    while (round < used_cameras.size() && (used_cameras[round] & both) != 0) ++round;
+    if (round == used_cameras.size()) used_cameras.push_back(0);
+    used_cameras[round] |= both;
     pairs_.push_back({a, b, round, geometry::essential(rig[a].camera_from_world, rig[b].camera_from_world)});
   }
   std::ranges::stable_sort(pairs_, {}, &CameraPair::round);

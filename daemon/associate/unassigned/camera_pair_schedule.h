@@ -18,9 +18,9 @@ struct CameraPair {
 };
 
 /// All pairs of a rig's cameras, in rounds in each of which a camera has one partner: the best suited first.
-class PairRounds {
+class CameraPairSchedule {
  public:
-  explicit PairRounds(const Rig& rig);
+  explicit CameraPairSchedule(const Rig& rig);
 
   std::size_t size() const { return first_of_round_.size() - 1; }
   std::span<const CameraPair> round(std::size_t i) const {

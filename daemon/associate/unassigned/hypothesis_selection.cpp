@@ -1,4 +1,4 @@
-// Which of the hypotheses of new markers are believed, and in what order: the second half of `NewMatcher`.
+// Which of the hypotheses of new markers are believed, and in what order: the second half of `UnassignedMatcher`.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -9,82 +9,82 @@
 
 namespace mocap::associate {
 
-std::uint32_t NewMatcher::needed(const Hypothesis& hypothesis) const {
-  return std::max(2U, std::min(settings_.min_views_new, hypothesis.could_see));
+std::uint32_t UnassignedMatcher::required_views(const Hypothesis& hypothesis) const {
+  return std::max(2U, std::min(settings_.min_views_new, hypothesis.observing_cameras));
 }
 
-bool NewMatcher::is_better(std::size_t a, std::size_t b) const {
+bool UnassignedMatcher::is_better(std::size_t a, std::size_t b) const {
   const std::size_t views_a = hypotheses_[a].members.size();
   const std::size_t views_b = hypotheses_[b].members.size();
   if (views_a != views_b) return views_a > views_b;
   return std::pair(hypotheses_[a].at.rms_px, a) < std::pair(hypotheses_[b].at.rms_px, b);
 }
 
-void NewMatcher::remember(const Hypothesis& hypothesis) {
+void UnassignedMatcher::store(const Hypothesis& hypothesis) {
   const auto index = static_cast<std::uint32_t>(hypotheses_.size());
   hypotheses_.push_back(hypothesis);
   undecided_.push_back(index);
-  for (const Member& member : hypothesis.members) {
+  for (const HypothesisRay& member : hypothesis.members) {
     std::uint32_t& best = best_of_[slot(member)];
     if (best == kNone || is_better(index, best)) best = index;
   }
 }
 
 // Its rays may be asked about again.
-void NewMatcher::forget(std::uint32_t index) {
-  for (const Member& member : hypotheses_[index].members) {
+void UnassignedMatcher::discard(std::uint32_t index) {
+  for (const HypothesisRay& member : hypotheses_[index].members) {
     if (best_of_[slot(member)] == index) best_of_[slot(member)] = kNone;
   }
 }
 
 // Believes the hypotheses best first, each without the rays that better ones took.
-void NewMatcher::decide(RayTable& rays, bool last_round, Matches& into) {
+void UnassignedMatcher::accept_hypotheses(RayTable& rays, bool last_round, Matches& into) {
   const std::size_t before_matches = into.matches.size() + into.dropped;
   const auto worse = [this](std::uint32_t a, std::uint32_t b) { return is_better(b, a); };
-  open_.assign(undecided_.begin(), undecided_.end());
+  decision_queue_.assign(undecided_.begin(), undecided_.end());
   undecided_.clear();
-  std::ranges::make_heap(open_, worse);
-  while (!open_.empty()) {
-    std::ranges::pop_heap(open_, worse);
-    const std::uint32_t index = open_.back();
-    open_.pop_back();
+  std::ranges::make_heap(decision_queue_, worse);
+  while (!decision_queue_.empty()) {
+    std::ranges::pop_heap(decision_queue_, worse);
+    const std::uint32_t index = decision_queue_.back();
+    decision_queue_.pop_back();
     Hypothesis& best = hypotheses_[index];
     const std::size_t before = best.members.size();
-    if (!lose_taken(rays, best)) {
-      forget(index);
+    if (!remove_taken(rays, best)) {
+      discard(index);
       continue;
     }
     const bool nearly_all =
-        best.members.size() > settings_.min_views_new && 4 * best.members.size() >= 3 * best.could_see;
+        best.members.size() > settings_.min_views_new && 4 * best.members.size() >= 3 * best.observing_cameras;
     if (best.members.size() != before) {
-      open_.push_back(index);
-      std::ranges::push_heap(open_, worse);
+      decision_queue_.push_back(index);
+      std::ranges::push_heap(decision_queue_, worse);
     } else if (best.members.size() == 2 || !(last_round || nearly_all)) {
       undecided_.push_back(index);
     } else {
-      believe(rays, best, into);
+      accept(rays, best, into);
     }
   }
-  if (into.matches.size() + into.dropped != before_matches) gather_free(rays);
+  if (into.matches.size() + into.dropped != before_matches) gather_unassigned(rays);
 }
 
 // False when too little is left of the hypothesis.
-bool NewMatcher::lose_taken(RayTable& rays, Hypothesis& hypothesis) {
+bool UnassignedMatcher::remove_taken(RayTable& rays, Hypothesis& hypothesis) {
   const std::size_t before = hypothesis.members.size();
   for (std::size_t i = hypothesis.members.size(); i-- > 0;) {
     const auto [view, ray] = hypothesis.members[i];
-    if (rays[view].taken[ray] != 0) hypothesis.members.erase_unordered(i);
+    if (rays[view].use_count[ray] != 0) hypothesis.members.erase_unordered(i);
   }
   if (hypothesis.members.size() == before) return true;
-  return hypothesis.members.size() >= needed(hypothesis) && settle(rays, hypothesis) &&
-         hypothesis.members.size() >= needed(hypothesis);
+  return hypothesis.members.size() >= required_views(hypothesis) && refine(rays, hypothesis) &&
+         hypothesis.members.size() >= required_views(hypothesis);
 }
 
-void NewMatcher::believe(RayTable& rays, const Hypothesis& hypothesis, Matches& into) {
+void UnassignedMatcher::accept(RayTable& rays, const Hypothesis& hypothesis, Matches& into) {
   std::array<std::uint16_t, kMaxCameras> ray_of;  // only of those in `views`
   std::uint64_t views = 0;
   for (const auto& [view, ray] : hypothesis.members) {
-    rays[view].take(ray);
+    rays[view].increment_use(ray);
     ray_of[view] = ray;
     views |= std::uint64_t{1} << view;
   }
@@ -94,7 +94,7 @@ void NewMatcher::believe(RayTable& rays, const Hypothesis& hypothesis, Matches& 
   }
   Match& match = into.matches.push_back(none_);
   const geometry::Refined& at = hypothesis.at;
-  match.meeting = {at.point, at.covariance_m2, at.rms_px, agreement_.floor_px, agreement_.sigmas};
+  match.triangulation = {at.point, at.covariance_m2, at.rms_px, agreement_.floor_px, agreement_.sigmas};
   for (; views != 0; views &= views - 1) {  // in their order
     const auto view = static_cast<std::uint16_t>(std::countr_zero(views));
     const std::uint16_t ray = ray_of[view];
@@ -103,14 +103,15 @@ void NewMatcher::believe(RayTable& rays, const Hypothesis& hypothesis, Matches& 
 }
 
 // Two rays meet by chance easily: believed where neither fits any other.
-void NewMatcher::believe_lone_pairs(RayTable& rays, Matches& into) {
+void UnassignedMatcher::accept_isolated_pairs(RayTable& rays, Matches& into) {
   for (const std::uint32_t index : undecided_) {
-    for (const auto& [view, ray] : hypotheses_[index].members) ++rivals_[slot({view, ray})];
+    for (const auto& [view, ray] : hypotheses_[index].members) ++competitor_count_[slot({view, ray})];
   }
   for (const std::uint32_t index : undecided_) {
     const Hypothesis& pair = hypotheses_[index];
-    const bool alone = std::ranges::all_of(pair.members, [this](const Member& m) { return rivals_[slot(m)] == 1; });
-    if (alone) believe(rays, pair, into);
+    const bool alone =
+        std::ranges::all_of(pair.members, [this](const HypothesisRay& m) { return competitor_count_[slot(m)] == 1; });
+    if (alone) accept(rays, pair, into);
   }
 }
 

@@ -19,123 +19,124 @@ using Eigen::Vector3d;
 constexpr std::size_t kMaxHypotheses = 4096;
 // The bound on the work for one set, in steps of about a nanosecond.
 constexpr std::size_t kMaxWork = 4'000'000;
-constexpr std::size_t kWorkOfShadow = 40;
+constexpr std::size_t kProjectionWork = 40;
 // Rounds of pairs in a set: all of up to 16 cameras. Of more the first, which suit best, and the rest in turn.
-constexpr std::size_t kRoundsASet = 16;
-constexpr std::size_t kRoundsAlways = 4;
+constexpr std::size_t kMaxRoundsPerSet = 16;
+constexpr std::size_t kFixedRounds = 4;
 // Of so few rays hardly any lies near another's line by chance: so many lines or more are asked at once whether one
 // does.
-constexpr std::size_t kFewRays = 16;
-constexpr std::size_t kFewLines = 4;
+constexpr std::size_t kMinRaysForBatch = 16;
+constexpr std::size_t kMinLinesForBatch = 4;
 
 }  // namespace
 
-NewMatcher::NewMatcher(const MatchSettings& settings, const Rig& rig, RigError& error)
+UnassignedMatcher::UnassignedMatcher(const MatchSettings& settings, const Rig& rig, RigError& error)
     : settings_(settings),
       error_(error),
       agreement_{settings.agree_sigmas * settings.calibration_px, settings.agree_sigmas},
       rounds_(rig),
       max_cos_angle_(std::cos(settings.min_ray_angle_deg * std::numbers::pi / 180.0)),
       best_of_(rig.size() * kMaxBlobs, kNone),
-      rivals_(rig.size() * kMaxBlobs, 0),
-      put_off_(rig.size() * kMaxBlobs, 0),
-      free_(rig.size()),
-      off_(kMaxBlobs),
-      beyond_(kMaxBlobs) {
-  for (auto& column : lines_) column.resize(kMaxBlobs);
-  near_line_.reserve(kMaxBlobs);
+      competitor_count_(rig.size() * kMaxBlobs, 0),
+      deferred_(rig.size() * kMaxBlobs, 0),
+      unassigned_(rig.size()),
+      distance_(kMaxBlobs),
+      line_excess_(kMaxBlobs) {
+  for (auto& column : epipolar_lines_) column.resize(kMaxBlobs);
+  line_candidates_.reserve(kMaxBlobs);
   hypotheses_.reserve(kMaxHypotheses);
-  open_.reserve(kMaxHypotheses);
+  decision_queue_.reserve(kMaxHypotheses);
   undecided_.reserve(kMaxHypotheses);
 }
 
-void NewMatcher::match(RayTable& rays, std::uint32_t missing_views, Matches& into) {
+void UnassignedMatcher::match(RayTable& rays, std::uint32_t missing_views, Matches& into) {
   missing_views_ = missing_views;
   rig_px_ = error_.px();
   agreement_.floor_px = settings_.agree_sigmas * rig_px_;
   work_ = 0;
   skipped_ = 0;
-  asking_again_ = false;
+  retrying_ = false;
   hypotheses_.clear();
   undecided_.clear();
-  gather_free(rays);
-  if (free_views_ < 2) return;
+  gather_unassigned(rays);
+  if (views_with_unassigned_ < 2) return;
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
     // Where all are free all will be asked about, and many at once cost less; else few are.
-    if (free_[view].count == rays[view].size()) rays[view].make_all_quadrics();
+    if (unassigned_[view].count == rays[view].size()) rays[view].make_all_quadrics();
     const auto first = static_cast<std::ptrdiff_t>(view * kMaxBlobs);
     std::fill_n(best_of_.begin() + first, rays[view].size(), kNone);
-    std::fill_n(rivals_.begin() + first, rays[view].size(), 0U);
-    std::fill_n(put_off_.begin() + first, rays[view].size(), std::uint8_t{0});
+    std::fill_n(competitor_count_.begin() + first, rays[view].size(), 0U);
+    std::fill_n(deferred_.begin() + first, rays[view].size(), std::uint8_t{0});
   }
 
-  const bool few = rounds_.size() <= kRoundsASet;
-  for (std::size_t asked = 0; asked < std::min(rounds_.size(), kRoundsASet); ++asked) {
-    if (asked > 0) decide(rays, false, into);
-    if (free_views_ < 2) break;
-    if (few || asked < kRoundsAlways) {
-      ask_round(rays, asked);
+  const bool few = rounds_.size() <= kMaxRoundsPerSet;
+  for (std::size_t round_count = 0; round_count < std::min(rounds_.size(), kMaxRoundsPerSet); ++round_count) {
+    if (round_count > 0) accept_hypotheses(rays, false, into);
+    if (views_with_unassigned_ < 2) break;
+    if (few || round_count < kFixedRounds) {
+      match_round(rays, round_count);
     } else {
-      ask_round(rays, kRoundsAlways + next_round_);
-      next_round_ = (next_round_ + 1) % (rounds_.size() - kRoundsAlways);
+      match_round(rays, kFixedRounds + next_round_);
+      next_round_ = (next_round_ + 1) % (rounds_.size() - kFixedRounds);
     }
   }
-  decide(rays, true, into);
-  ask_again(rays, into);
-  believe_lone_pairs(rays, into);
+  accept_hypotheses(rays, true, into);
+  retry_deferred(rays, into);
+  accept_isolated_pairs(rays, into);
   into.skipped += skipped_;
 }
 
-void NewMatcher::ask_round(RayTable& rays, std::size_t round) {
-  for (const CameraPair& pair : rounds_.round(round)) ask_pair(rays, pair);
+void UnassignedMatcher::match_round(RayTable& rays, std::size_t round) {
+  for (const CameraPair& pair : rounds_.round(round)) match_pair(rays, pair);
 }
 
-void NewMatcher::gather_free(const RayTable& rays) {
-  free_views_ = 0;
+void UnassignedMatcher::gather_unassigned(const RayTable& rays) {
+  views_with_unassigned_ = 0;
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
     const ViewRays& from = rays[view];
-    FreeRays& free = free_[view];
-    free.eye = from.camera->centre().v;
-    free.focal_px = from.focal_px;
+    UnassignedRays& unassigned = unassigned_[view];
+    unassigned.eye = from.camera->centre().v;
+    unassigned.focal_px = from.focal_px;
     const Matrix3d world_from_camera = from.camera->camera_from_world.rotation.transpose();
-    free.count = 0;
-    from.for_free([&](std::size_t ray) {
-      free.ray[free.count] = static_cast<std::uint16_t>(ray);
-      free.x[free.count] = from.x_f[ray];
-      free.y[free.count] = from.y_f[ray];
-      free.sigma_px[free.count] = from.sigma_f[ray];
-      free.direction[free.count++] = world_from_camera * Vector3d(from.x(ray), from.y(ray), 1.0);
+    unassigned.count = 0;
+    from.for_each_unassigned([&](std::size_t ray) {
+      unassigned.ray[unassigned.count] = static_cast<std::uint16_t>(ray);
+      unassigned.x[unassigned.count] = from.x_f[ray];
+      unassigned.y[unassigned.count] = from.y_f[ray];
+      unassigned.sigma_px[unassigned.count] = from.sigma_f[ray];
+      unassigned.direction[unassigned.count++] = world_from_camera * Vector3d(from.x(ray), from.y(ray), 1.0);
     });
-    free_views_ += free.count == 0 ? 0 : 1;
+    views_with_unassigned_ += unassigned.count == 0 ? 0 : 1;
   }
 }
 
-void NewMatcher::ask_pair(RayTable& rays, const CameraPair& pair) {
+void UnassignedMatcher::match_pair(RayTable& rays, const CameraPair& pair) {
   const auto a = rays.view_of(pair.a);
   const auto b = rays.view_of(pair.b);
-  if (!a || !b || free_[*b].count == 0) return;
-  const bool at_once = free_[*b].count <= kFewRays && free_[*a].count >= kFewLines;
-  bool told = false;
-  for (std::size_t i = 0; i < free_[*a].count; ++i) {
+  if (!a || !b || unassigned_[*b].count == 0) return;
+  const bool at_once = unassigned_[*b].count <= kMinRaysForBatch && unassigned_[*a].count >= kMinLinesForBatch;
+  bool measured = false;
+  for (std::size_t i = 0; i < unassigned_[*a].count; ++i) {
     if (work_ > kMaxWork) {
       ++skipped_;
       continue;
     }
-    if (!asking_again_ && put_off({static_cast<std::uint16_t>(*a), free_[*a].ray[i]})) continue;
-    if (at_once && !told) find_nearest_to_lines(free_[*a], free_[*b], pair);
-    told = true;
-    if (at_once && beyond_[i] > 0.0F) continue;
-    ask_ray(rays, pair, *a, i, *b);
+    if (!retrying_ && defer({static_cast<std::uint16_t>(*a), unassigned_[*a].ray[i]})) continue;
+    if (at_once && !measured) measure_line_excess(unassigned_[*a], unassigned_[*b], pair);
+    measured = true;
+    if (at_once && line_excess_[i] > 0.0F) continue;
+    match_ray(rays, pair, *a, i, *b);
   }
 }
 
 // Both blobs' errors move them off the line, and so does the rig's.
-double NewMatcher::allowed_px(double sigma_px) const {
+double UnassignedMatcher::epipolar_gate_px(double sigma_px) const {
   return std::sqrt(rig_px_ * rig_px_ + sigma_px * sigma_px) * 2.0 * settings_.agree_sigmas;
 }
 
 // Told a little too near rather than too far.
-MOCAP_WIDE void NewMatcher::find_nearest_to_lines(const FreeRays& of_a, const FreeRays& of_b, const CameraPair& pair) {
+MOCAP_WIDE void UnassignedMatcher::measure_line_excess(const UnassignedRays& of_a, const UnassignedRays& of_b,
+                                                       const CameraPair& pair) {
   constexpr float kRounding = 1e-5F;  // of the baseline, and of what is allowed
   const Eigen::Matrix3f e = pair.essential.cast<float>();
   const float xx = e(0, 0), xy = e(0, 1), x1 = e(0, 2), yx = e(1, 0), yy = e(1, 1), y1 = e(1, 2);
@@ -144,7 +145,8 @@ MOCAP_WIDE void NewMatcher::find_nearest_to_lines(const FreeRays& of_a, const Fr
   const double allowed_sigmas = 2.0 * settings_.agree_sigmas / std::min(of_a.focal_px, of_b.focal_px);
   const float allowed = (1.0F + kRounding) * static_cast<float>(allowed_sigmas);
   const float *ax = of_a.x.data(), *ay = of_a.y.data(), *sigma_px = of_a.sigma_px.data();
-  float *lx = lines_[0].data(), *ly = lines_[1].data(), *l1 = lines_[2].data(), *beyond = beyond_.data();
+  float *lx = epipolar_lines_[0].data(), *ly = epipolar_lines_[1].data(), *l1 = epipolar_lines_[2].data(),
+        *beyond = line_excess_.data();
   const std::size_t count = of_a.count;
   MOCAP_INDEPENDENT_TURNS
   for (std::size_t i = 0; i < count; ++i) {
@@ -157,8 +159,8 @@ MOCAP_WIDE void NewMatcher::find_nearest_to_lines(const FreeRays& of_a, const Fr
     const float x = of_b.x[j], y = of_b.y[j];
     MOCAP_INDEPENDENT_TURNS
     for (std::size_t i = 0; i < count; ++i) {
-      const float off = std::abs(lx[i] * x + ly[i] * y + l1[i]);
-      beyond[i] = off < beyond[i] ? off : beyond[i];
+      const float distance = std::abs(lx[i] * x + ly[i] * y + l1[i]);
+      beyond[i] = distance < beyond[i] ? distance : beyond[i];
     }
   }
   MOCAP_INDEPENDENT_TURNS
@@ -169,98 +171,98 @@ MOCAP_WIDE void NewMatcher::find_nearest_to_lines(const FreeRays& of_a, const Fr
 }
 
 // A ray of camera a, against all of b that lie near its epipolar line: the nearest first.
-void NewMatcher::ask_ray(RayTable& rays, const CameraPair& pair, std::size_t a, std::size_t i, std::size_t b) {
-  const Member of_a{static_cast<std::uint16_t>(a), free_[a].ray[i]};
+void UnassignedMatcher::match_ray(RayTable& rays, const CameraPair& pair, std::size_t a, std::size_t i, std::size_t b) {
+  const HypothesisRay of_a{static_cast<std::uint16_t>(a), unassigned_[a].ray[i]};
   const auto line = geometry::epipolar_line(pair.essential, {{rays[a].x(of_a.ray), rays[a].y(of_a.ray)}});
   if (line.n.isZero()) return;  // looks right into the other camera
-  work_ += free_[b].count;
-  find_near_line(free_[b], line.n,
-                 allowed_px(rays[a].sigma_px[of_a.ray]) / std::min(rays[a].focal_px, rays[b].focal_px));
-  for (const auto& [off, j] : near_line_) {
-    const Member of_b{static_cast<std::uint16_t>(b), free_[b].ray[j]};
+  work_ += unassigned_[b].count;
+  find_line_candidates(unassigned_[b], line.n,
+                       epipolar_gate_px(rays[a].sigma_px[of_a.ray]) / std::min(rays[a].focal_px, rays[b].focal_px));
+  for (const auto& [distance, j] : line_candidates_) {
+    const HypothesisRay of_b{static_cast<std::uint16_t>(b), unassigned_[b].ray[j]};
     if (is_explained(of_a, of_b)) continue;
-    if (asking_again_ ? put_off_[slot(of_a)] == 0 && put_off_[slot(of_b)] == 0 : put_off(of_b)) continue;
-    propose(rays, a, i, b, j);
-    if (!asking_again_ && put_off(of_a)) return;
+    if (retrying_ ? deferred_[slot(of_a)] == 0 && deferred_[slot(of_b)] == 0 : defer(of_b)) continue;
+    try_pair(rays, a, i, b, j);
+    if (!retrying_ && defer(of_a)) return;
   }
 }
 
 // The distance of each free ray from the line.
-MOCAP_WIDE void NewMatcher::measure_line(const FreeRays& of_b, const Vector3d& line) {
+MOCAP_WIDE void UnassignedMatcher::measure_line_distances(const UnassignedRays& of_b, const Vector3d& line) {
   const float* const x = of_b.x.data();
   const float* const y = of_b.y.data();
-  float* const off = off_.data();
+  float* const distance = distance_.data();
   const auto nx = static_cast<float>(line.x());
   const auto ny = static_cast<float>(line.y());
   const auto nz = static_cast<float>(line.z());
   const std::size_t count = of_b.count;
   MOCAP_INDEPENDENT_TURNS
-  for (std::size_t j = 0; j < count; ++j) off[j] = std::abs(nx * x[j] + ny * y[j] + nz);
+  for (std::size_t j = 0; j < count; ++j) distance[j] = std::abs(nx * x[j] + ny * y[j] + nz);
 }
 
-void NewMatcher::find_near_line(const FreeRays& of_b, const Vector3d& line, double allowed) {
-  measure_line(of_b, line);
+void UnassignedMatcher::find_line_candidates(const UnassignedRays& of_b, const Vector3d& line, double allowed) {
+  measure_line_distances(of_b, line);
   const auto limit = static_cast<float>(allowed);
-  near_line_.clear();
+  line_candidates_.clear();
   for (std::uint32_t j = 0; j < of_b.count; ++j) {
-    if (off_[j] <= limit) near_line_.push_back({off_[j], j});
+    if (distance_[j] <= limit) line_candidates_.push_back({distance_[j], j});
   }
-  std::ranges::sort(near_line_, [](const NearLine& a, const NearLine& b) {
-    return a.off < b.off || (a.off == b.off && a.index < b.index);
+  std::ranges::sort(line_candidates_, [](const LineCandidate& a, const LineCandidate& b) {
+    return a.distance < b.distance || (a.distance == b.distance && a.index < b.index);
   });
 }
 
 // Rays of well supported hypotheses, which lost them when all was decided.
-void NewMatcher::ask_again(RayTable& rays, Matches& into) {
+void UnassignedMatcher::retry_deferred(RayTable& rays, Matches& into) {
   bool any = false;
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
-    for (const std::uint16_t ray : free_[view].rays()) any = any || put_off_[view * kMaxBlobs + ray] != 0;
+    for (const std::uint16_t ray : unassigned_[view].rays()) any = any || deferred_[view * kMaxBlobs + ray] != 0;
   }
   if (!any) return;
-  asking_again_ = true;
-  for (const CameraPair& pair : rounds_.all()) ask_pair(rays, pair);
-  decide(rays, true, into);
+  retrying_ = true;
+  for (const CameraPair& pair : rounds_.all()) match_pair(rays, pair);
+  accept_hypotheses(rays, true, into);
 }
 
 // Whether both rays already are of one marker: asking again would give the same.
-bool NewMatcher::is_explained(Member a, Member b) const {
+bool UnassignedMatcher::is_explained(HypothesisRay a, HypothesisRay b) const {
   return best_of_[slot(a)] != kNone && best_of_[slot(a)] == best_of_[slot(b)];
 }
 
 // Whether a well supported hypothesis has the ray; then nobody asks about it for now.
-bool NewMatcher::put_off(Member member) {
+bool UnassignedMatcher::defer(HypothesisRay member) {
   const std::uint32_t best = best_of_[slot(member)];
-  if (best == kNone || !hypotheses_[best].strong) return false;
-  put_off_[slot(member)] = 1;
+  if (best == kNone || !hypotheses_[best].is_well_supported) return false;
+  deferred_[slot(member)] = 1;
   return true;
 }
 
-void NewMatcher::propose(RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j) {
+void UnassignedMatcher::try_pair(RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j) {
   if (work_ > kMaxWork || hypotheses_.size() == kMaxHypotheses) {
     ++skipped_;
     return;
   }
-  if (!start(rays, a, i, b, j)) return;
+  if (!triangulate_pair(rays, a, i, b, j)) return;
   gather_support(rays, trial_);
   if (trial_.members.size() > 2) {
-    if (!settle(rays, trial_)) return;
+    if (!refine(rays, trial_)) return;
     // Known better now, the point may find views that it missed, and tell near blobs apart.
     if (trial_.members.size() < rays.view_count()) {
       const std::size_t before = trial_.members.size();
       gather_support(rays, trial_);
-      if (trial_.members.size() != before && !settle(rays, trial_)) return;
+      if (trial_.members.size() != before && !refine(rays, trial_)) return;
     }
   }
-  count_cameras(rays, trial_);
-  if (trial_.members.size() >= needed(trial_)) remember(trial_);
+  count_observing_cameras(rays, trial_);
+  if (trial_.members.size() >= required_views(trial_)) store(trial_);
 }
 
 // Makes the trial of two rays, if they meet where a marker can be.
-bool NewMatcher::start(RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j) {
-  work_ += kWorkOfShadow;
-  const Vector3d& along_a = free_[a].direction[i];
-  const Vector3d& along_b = free_[b].direction[j];
-  const Vector3d between = free_[b].eye - free_[a].eye;
+bool UnassignedMatcher::triangulate_pair(RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j) {
+  work_ += kProjectionWork;
+  const Vector3d& along_a = unassigned_[a].direction[i];
+  const Vector3d& along_b = unassigned_[b].direction[j];
+  const Vector3d between = unassigned_[b].eye - unassigned_[a].eye;
   const double aa = along_a.squaredNorm();
   const double ab = along_a.dot(along_b);
   const double bb = along_b.squaredNorm();
@@ -270,18 +272,18 @@ bool NewMatcher::start(RayTable& rays, std::size_t a, std::size_t i, std::size_t
   const double depth_a = (along_a.dot(between) * bb - along_b.dot(between) * ab) * inverse;
   const double depth_b = (along_a.dot(between) * ab - along_b.dot(between) * aa) * inverse;
   if (!(depth_a > 0.0 && depth_b > 0.0)) return false;
-  const Vector3d middle = 0.5 * (free_[a].eye + depth_a * along_a + free_[b].eye + depth_b * along_b);
+  const Vector3d middle = 0.5 * (unassigned_[a].eye + depth_a * along_a + unassigned_[b].eye + depth_b * along_b);
   if (!settings_.in_volume(middle)) return false;
   trial_.at.point = {middle};
   trial_.members.clear();
-  trial_.members.push_back({static_cast<std::uint16_t>(a), free_[a].ray[i]});
-  trial_.members.push_back({static_cast<std::uint16_t>(b), free_[b].ray[j]});
-  return settle(rays, trial_);
+  trial_.members.push_back({static_cast<std::uint16_t>(a), unassigned_[a].ray[i]});
+  trial_.members.push_back({static_cast<std::uint16_t>(b), unassigned_[b].ray[j]});
+  return refine(rays, trial_);
 }
 
 // Adds the nearest free ray of each view that has none in the hypothesis. The rig's error makes the point less certain
 // than its rays promise.
-void NewMatcher::gather_support(RayTable& rays, Hypothesis& from) {
+void UnassignedMatcher::gather_support(RayTable& rays, Hypothesis& from) {
   std::uint64_t has = 0;
   double sum_1_px2 = 0.0;
   for (const auto& [view, ray] : from.members) {
@@ -289,24 +291,24 @@ void NewMatcher::gather_support(RayTable& rays, Hypothesis& from) {
     sum_1_px2 += 1.0 / (rays[view].sigma_px[ray] * rays[view].sigma_px[ray]);
   }
   const double times = 1.0 + rig_px_ * rig_px_ * sum_1_px2 / static_cast<double>(from.members.size());
-  work_ += (rays.view_count() - from.members.size()) * kWorkOfShadow / 4;
-  rays.cast_shadows(from.at.point.v, times * from.at.covariance_m2, settings_.agree_sigmas, rig_px_);
+  work_ += (rays.view_count() - from.members.size()) * kProjectionWork / 4;
+  rays.project_gaussian(from.at.point.v, times * from.at.covariance_m2, settings_.agree_sigmas, rig_px_);
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
-    if ((has >> view & 1) != 0 || free_[view].count == 0) continue;
-    const auto nearest = rays.nearest_free(view);
+    if ((has >> view & 1) != 0 || unassigned_[view].count == 0) continue;
+    const auto nearest = rays.nearest_unassigned(view);
     if (!nearest) continue;
     from.members.push_back({static_cast<std::uint16_t>(view), static_cast<std::uint16_t>(*nearest)});
   }
 }
 
 // Finds the point of the members, leaves out those that do not agree; false where nothing is left to believe.
-bool NewMatcher::settle(RayTable& rays, Hypothesis& hypothesis) {
+bool UnassignedMatcher::refine(RayTable& rays, Hypothesis& hypothesis) {
   sightings_.clear();
   for (const auto& [view, ray] : hypothesis.members) {
     rays[view].make_quadric(ray);
     sightings_.push_back(rays[view].sighting(ray, static_cast<std::uint32_t>(view) << 16 | ray));
   }
-  work_ += sightings_.size() * kWorkOfShadow / 4;
+  work_ += sightings_.size() * kProjectionWork / 4;
   const auto agreed = geometry::agree(sightings_, hypothesis.at.point, agreement_);
   if (!agreed || !settings_.in_volume(agreed->refined.point.v)) return false;
   hypothesis.at = agreed->refined;
@@ -322,19 +324,19 @@ bool NewMatcher::settle(RayTable& rays, Hypothesis& hypothesis) {
 
 // How many cameras could see the point; as far as anything hangs on it: of few views more than are needed are as good
 // as many, and what most cameras of the set see needs no count.
-void NewMatcher::count_cameras(const RayTable& rays, Hypothesis& hypothesis) const {
+void UnassignedMatcher::count_observing_cameras(const RayTable& rays, Hypothesis& hypothesis) const {
   const std::size_t views = hypothesis.members.size();
   const std::size_t most = rays.view_count() + missing_views_;
   const bool few = views < settings_.min_views_new;
-  hypothesis.could_see = static_cast<std::uint32_t>(most);
+  hypothesis.observing_cameras = static_cast<std::uint32_t>(most);
   if (few || 4 * views < 3 * most) {
-    hypothesis.could_see = missing_views_;
+    hypothesis.observing_cameras = missing_views_;
     for (std::size_t view = 0; view < rays.view_count(); ++view) {
-      hypothesis.could_see += rays.could_see(view, hypothesis.at.point) ? 1 : 0;
-      if (few && hypothesis.could_see >= settings_.min_views_new) break;
+      hypothesis.observing_cameras += rays.is_in_image(view, hypothesis.at.point) ? 1 : 0;
+      if (few && hypothesis.observing_cameras >= settings_.min_views_new) break;
     }
   }
-  hypothesis.strong = views > settings_.min_views_new && 2 * views >= hypothesis.could_see;
+  hypothesis.is_well_supported = views > settings_.min_views_new && 2 * views >= hypothesis.observing_cameras;
 }
 
 }  // namespace mocap::associate

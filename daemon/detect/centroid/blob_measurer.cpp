@@ -16,17 +16,17 @@ constexpr double kLowOverNoise = 2.0;
 // The centre of a blob cut from another marker may be off by about this share of its radius.
 constexpr double kSplitSigma = 0.04;
 constexpr double kFittedSplitSigma = 0.002;
-constexpr double kSharedLight_px = 1.0;  // how far from the cut the other one's light is
-constexpr double kCutOffHeight = 1.5;
+constexpr double kSplitMargin_px = 1.0;  // how far from the cut the other one's light is
+constexpr double kClippedHeight = 1.5;
 // Where the fit of a disc that the range cuts off begins.
-constexpr double kStartEdge_px = 0.58;  // of a lens that blurs by half a pixel
-constexpr double kWholeEdge_px = 0.66;  // what such an edge measures where the range cuts nothing off
+constexpr double kInitialEdge_px = 0.58;    // of a lens that blurs by half a pixel
+constexpr double kUnclippedEdge_px = 0.66;  // what such an edge measures where the range cuts nothing off
 constexpr double kSigmaOfEdge = 0.88;
 constexpr double kFitRoundness = 0.7;  // what is longer is no disc
 // What the grid leaves of such a disc's centroid without the fit, radius 1 px.
-constexpr double kCutOffSigma_px = 0.028;
+constexpr double kClippedSigma_px = 0.028;
 // Less round than that may be two discs.
-constexpr double kRound = 0.85;
+constexpr double kMinSingleRoundness = 0.85;
 
 /// A fit of noise may end anywhere; a marker whose middle is out of its own pixels is none.
 bool is_within(int width_px, int height_px, const SoftDisc& disc) {
@@ -37,92 +37,92 @@ Eigen::Vector2d axis_of(const Shape& shape) { return {std::cos(shape.axis_rad())
 
 /// How far the brightest of the pixels on a disc's plateau is likely to be over it, in standard deviations.
 double peak_over_plateau(double area_px2) {
-  constexpr double kRim_px = 1.2;
-  const double inside_px = std::max(0.0, std::sqrt(area_px2 / M_PI) - kRim_px);
+  constexpr double kPlateauMargin_px = 1.2;
+  const double inside_px = std::max(0.0, std::sqrt(area_px2 / M_PI) - kPlateauMargin_px);
   // The greatest of n normal deviates is on average near 0.85 sqrt(2 ln n), for n up to some hundred.
   return 0.85 * std::sqrt(2.0 * std::log(M_PI * inside_px * inside_px + 1.0));
 }
 
 }  // namespace
 
-BlobMeter::BlobMeter(const DetectKernels& kernels, int grow_px, bool split_touching)
+BlobMeasurer::BlobMeasurer(const DetectKernels& kernels, int grow_px, bool split_touching)
     : kernels_(kernels),
       grow_px_(grow_px),
       split_touching_(split_touching),
       pixels_(kMaxBox_px * kMaxBox_px),
       saved_(kMaxBox_px * kMaxBox_px),
       eraser_(std::max(grow_px, 1)),
-      measured_(kMaxBlobs) {
-  lights_.reserve(kMaxBlobs);
-  for (std::size_t area = 0; area < peak_over_.size(); ++area) {
-    peak_over_[area] = peak_over_plateau(static_cast<double>(area));
+      component_blobs_(kMaxBlobs) {
+  intensity_sums_.reserve(kMaxBlobs);
+  for (std::size_t area = 0; area < plateau_excess_.size(); ++area) {
+    plateau_excess_[area] = peak_over_plateau(static_cast<double>(area));
   }
 }
 
-void BlobMeter::measure(const Image& image, const Cut& cut, ImageComponents& components, std::size_t i,
-                        const Shape& shape, double roundness) {
+void BlobMeasurer::measure(const Image& image, const GreyLevels& grey_levels, ImageComponents& components,
+                           std::size_t i, const Shape& shape, double roundness) {
   const Window window = window_of(image, shape);
-  Measured& measured = measured_[i];
+  ComponentBlobs& measured = component_blobs_[i];
   measured.clear();
   if (window.width_px > kMaxBox_px || window.height_px > kMaxBox_px) {
     // No marker is that large; where it is, to a share of its size, is all that can be told.
     Blob blob;
     blob.centroid = {{shape.x, shape.y}};
-    blob.sigma_px = kSizeSigma * std::sqrt(shape.area_px2 / M_PI);
+    blob.sigma_px = kUnknownCentroidSigma * std::sqrt(shape.area_px2 / M_PI);
     blob.area_px2 = shape.area_px2;
-    blob.peak = static_cast<double>(cut.threshold) / cut.top;
+    blob.peak = static_cast<double>(grey_levels.threshold) / grey_levels.top;
     blob.roundness = shape.roundness();
     blob.axis_rad = shape.axis_rad();
     measured.push_back(blob);
     return;
   }
-  BoxSurvey seen = fetch(image, cut, window);
-  if (seen.bright != static_cast<std::uint32_t>(shape.area_px2)) {
-    eraser_.erase(components.runs(i), window.x, window.y, cut.threshold, box_, pixels_);
-    seen = kernels_.survey(box_, cut.threshold);
+  BoxStatistics statistics = fetch(image, grey_levels, window);
+  if (statistics.bright != static_cast<std::uint32_t>(shape.area_px2)) {
+    eraser_.erase(components.runs(i), window.x, window.y, grey_levels.threshold, box_, pixels_);
+    statistics = kernels_.survey(box_, grey_levels.threshold);
   }
-  const bool may_be_two = roundness < kRound && split_touching_;
-  const Light light = weigh(cut, window, seen, roundness);
-  if (!may_be_two && seen.peak < cut.top) {
-    plain_.push_back(i);
-    lights_.push_back(light);
+  const bool may_be_two = roundness < kMinSingleRoundness && split_touching_;
+  const IntensitySums intensity = weigh(grey_levels, window, statistics, roundness);
+  if (!may_be_two && statistics.peak < grey_levels.top) {
+    deferred_components_.push_back(i);
+    intensity_sums_.push_back(intensity);
     return;
   }
-  WeighedLight found = tell_blob(cut, light);
+  MeasuredBlob found = measure_blob(grey_levels, intensity);
   found.blob.axis_rad = shape.axis_rad();
   Waist waist;
   if (may_be_two) {
-    waist = waist_of(cut, window, shape);
+    waist = waist_of(grey_levels, window, shape);
     if (waist.splits) {
-      measured = split(cut, window, shape, waist);
+      measured = split(grey_levels, window, shape, waist);
       return;
     }
   }
-  if (seen.peak >= cut.top) refine(cut, window, found);
+  if (statistics.peak >= grey_levels.top) refine(grey_levels, window, found);
   found.blob.merged = waist.doubtful;
   measured.push_back(found.blob);
 }
 
-void BlobMeter::finish(const Cut& cut, std::span<const Shape> shapes) {
-  std::array<WeighedLight, kLightsAtOnce> found;
-  for (std::size_t first = 0; first < lights_.size(); first += kLightsAtOnce) {
-    const std::size_t count = std::min(kLightsAtOnce, lights_.size() - first);
-    tell_blobs(cut, std::span(lights_).subspan(first, count), found);
+void BlobMeasurer::finish(const GreyLevels& grey_levels, std::span<const Shape> shapes) {
+  std::array<MeasuredBlob, kBlobLanes> found;
+  for (std::size_t first = 0; first < intensity_sums_.size(); first += kBlobLanes) {
+    const std::size_t count = std::min(kBlobLanes, intensity_sums_.size() - first);
+    measure_blobs(grey_levels, std::span(intensity_sums_).subspan(first, count), found);
     for (std::size_t k = 0; k < count; ++k) {
-      const std::size_t component = plain_[first + k];
+      const std::size_t component = deferred_components_[first + k];
       found[k].blob.axis_rad = shapes[component].axis_rad();
-      measured_[component].push_back(found[k].blob);
+      component_blobs_[component].push_back(found[k].blob);
     }
   }
 }
 
-BlobMeter::Window BlobMeter::window_of(const Image& image, const Shape& shape) const {
+BlobMeasurer::Window BlobMeasurer::window_of(const Image& image, const Shape& shape) const {
   const int x = std::max(0, shape.begin_x - grow_px_), y = std::max(0, shape.begin_y - grow_px_);
   return {x, y, std::min(image.width_px, shape.end_x + grow_px_) - x,
           std::min(image.height_px, shape.end_y + grow_px_) - y};
 }
 
-void BlobMeter::prefetch(const Image& image, const Shape& shape) const {
+void BlobMeasurer::prefetch(const Image& image, const Shape& shape) const {
   const std::size_t bytes = bytes_in_place(image.format);
   if (bytes == 0) return;
   const Window window = window_of(image, shape);
@@ -136,7 +136,7 @@ void BlobMeter::prefetch(const Image& image, const Shape& shape) const {
   }
 }
 
-BoxSurvey BlobMeter::fetch(const Image& image, const Cut& cut, const Window& window) {
+BoxStatistics BlobMeasurer::fetch(const Image& image, const GreyLevels& grey_levels, const Window& window) {
   const int width = (window.width_px + kBoxStep_px - 1) / kBoxStep_px * kBoxStep_px;
   box_ = {pixels_.data(), width, window.height_px};
   const auto columns = static_cast<std::size_t>(width), rows = static_cast<std::size_t>(window.height_px);
@@ -144,7 +144,7 @@ BoxSurvey BlobMeter::fetch(const Image& image, const Cut& cut, const Window& win
   const bool bytes = bytes_in_place(image.format) == 1;
   if (bytes && from + (rows - 1) * image.stride_bytes + columns <= image.bytes.size()) {
     return kernels_.widen({image.bytes.data() + from, image.stride_bytes, window.width_px}, box_, pixels_.data(),
-                          cut.threshold);
+                          grey_levels.threshold);
   }
   for (std::size_t row = 0; row < rows; ++row) {
     const auto line = std::span(pixels_).subspan(row * columns, columns);
@@ -152,41 +152,44 @@ BoxSurvey BlobMeter::fetch(const Image& image, const Cut& cut, const Window& win
                 line.first(static_cast<std::size_t>(window.width_px)));
     std::fill(line.begin() + window.width_px, line.end(), std::uint16_t{0});
   }
-  return kernels_.survey(box_, cut.threshold);
+  return kernels_.survey(box_, grey_levels.threshold);
 }
 
-std::uint32_t BlobMeter::count_at_top(const Cut& cut, const BoxSurvey& seen) const {
-  if (seen.peak < cut.top) return 0;
+std::uint32_t BlobMeasurer::count_at_top(const GreyLevels& grey_levels, const BoxStatistics& statistics) const {
+  if (statistics.peak < grey_levels.top) return 0;
   const auto pixels =
       std::span(box_.pixels, static_cast<std::size_t>(box_.width_px) * static_cast<std::size_t>(box_.height_px));
   return static_cast<std::uint32_t>(
-      std::ranges::count_if(pixels, [&cut](std::uint16_t grey) { return grey >= cut.top; }));
+      std::ranges::count_if(pixels, [&grey_levels](std::uint16_t grey) { return grey >= grey_levels.top; }));
 }
 
-Light BlobMeter::weigh(const Cut& cut, const Window& window, const BoxSurvey& seen, double roundness) const {
-  const double low = std::floor(cut.low.value_or(cut.background + kLowOverNoise * cut.noise));
-  Weighing weighing;
+IntensitySums BlobMeasurer::weigh(const GreyLevels& grey_levels, const Window& window, const BoxStatistics& statistics,
+                                  double roundness) const {
+  const double low = std::floor(grey_levels.low.value_or(grey_levels.background + kLowOverNoise * grey_levels.noise));
+  IntensityRamp weighing;
   // Below the threshold, so that what is bright weighs something.
-  weighing.low = static_cast<std::uint32_t>(std::clamp(low, 0.0, cut.threshold - 1.0));
+  weighing.low = static_cast<std::uint32_t>(std::clamp(low, 0.0, grey_levels.threshold - 1.0));
   const double over =
-      seen.peak >= cut.top ? 0.0 : cut.noise * peak_over_[std::min<std::size_t>(seen.bright, peak_over_.size() - 1)];
-  weighing.span = static_cast<std::uint32_t>(std::max(1.0, seen.peak - over - weighing.low + 0.5));
-  Light light;
-  light.middle_x = window.x + box_.width_px / 2;
-  light.middle_y = window.y + box_.height_px / 2;
-  light.width_px = box_.width_px;
-  light.height_px = box_.height_px;
-  light.peak = seen.peak;
-  light.bright = seen.bright;
-  light.at_top = count_at_top(cut, seen);
-  light.span = weighing.span;
-  light.roundness = roundness;
-  light.sums = kernels_.weigh(box_, weighing);
-  return light;
+      statistics.peak >= grey_levels.top
+          ? 0.0
+          : grey_levels.noise * plateau_excess_[std::min<std::size_t>(statistics.bright, plateau_excess_.size() - 1)];
+  weighing.span = static_cast<std::uint32_t>(std::max(1.0, statistics.peak - over - weighing.low + 0.5));
+  IntensitySums intensity;
+  intensity.middle_x = window.x + box_.width_px / 2;
+  intensity.middle_y = window.y + box_.height_px / 2;
+  intensity.width_px = box_.width_px;
+  intensity.height_px = box_.height_px;
+  intensity.peak = statistics.peak;
+  intensity.bright = statistics.bright;
+  intensity.at_top = count_at_top(grey_levels, statistics);
+  intensity.span = weighing.span;
+  intensity.roundness = roundness;
+  intensity.sums = kernels_.weigh(box_, weighing);
+  return intensity;
 }
 
 // Of a disc that the range cuts off the rim is so steep that the grid spoils any weighted mean; a fit bears it.
-void BlobMeter::refine(const Cut& cut, const Window& window, WeighedLight& weighed) {
+void BlobMeasurer::refine(const GreyLevels& grey_levels, const Window& window, MeasuredBlob& weighed) {
   auto& [blob, radius_px, edge_px] = weighed;
   const bool fits = blob.roundness > kFitRoundness && fits_left_ > 0;
   fits_left_ -= fits ? 1 : 0;
@@ -195,14 +198,14 @@ void BlobMeter::refine(const Cut& cut, const Window& window, WeighedLight& weigh
   start.x = blob.centroid.v.x() - first_x;
   start.y = blob.centroid.v.y() - first_y;
   // The brighter the disc, the narrower is what the range leaves of its edge; half of the range is then the less of it.
-  const double times_range = std::clamp(1.05 + 4.0 * (kWholeEdge_px - edge_px), 1.05, 3.0);
-  start.height = times_range * (cut.top - cut.background);
-  start.edge_px = std::max(kStartEdge_px, kSigmaOfEdge * edge_px);
+  const double times_range = std::clamp(1.05 + 4.0 * (kUnclippedEdge_px - edge_px), 1.05, 3.0);
+  start.height = times_range * (grey_levels.top - grey_levels.background);
+  start.edge_px = std::max(kInitialEdge_px, kSigmaOfEdge * edge_px);
   start.radius_px = std::max(0.5, radius_px - 0.6 * (times_range - 1.0) * start.edge_px);
-  const DiscFitLevels levels{cut.top, cut.background, cut.noise};
+  const DiscFitLevels levels{grey_levels.top, grey_levels.background, grey_levels.noise};
   const auto fitted = fits ? fit_disc(box_, window.width_px, levels, start) : std::nullopt;
   if (!fitted || !is_within(window.width_px, window.height_px, fitted->disc)) {
-    blob.sigma_px = std::hypot(blob.sigma_px, kCutOffSigma_px / std::sqrt(radius_px));
+    blob.sigma_px = std::hypot(blob.sigma_px, kClippedSigma_px / std::sqrt(radius_px));
     return;
   }
   blob.centroid = {{fitted->disc.x + first_x, fitted->disc.y + first_y}};
@@ -210,16 +213,18 @@ void BlobMeter::refine(const Cut& cut, const Window& window, WeighedLight& weigh
 }
 
 // What is left of a disc beside another one has its middle elsewhere; the rim that is left still tells of the whole.
-bool BlobMeter::fit_side(const Cut& cut, const Window& window, const BoxSurvey& seen, Blob& blob) {
+bool BlobMeasurer::fit_side(const GreyLevels& grey_levels, const Window& window, const BoxStatistics& statistics,
+                            Blob& blob) {
   const double radius_px = std::sqrt(blob.area_px2 / M_PI);
   const double first_x = window.x, first_y = window.y;
   SoftDisc start;
   start.x = blob.centroid.v.x() - first_x;
   start.y = blob.centroid.v.y() - first_y;
   start.radius_px = radius_px;
-  start.edge_px = kStartEdge_px;
-  start.height = (seen.peak >= cut.top ? kCutOffHeight : 1.0) * (seen.peak - cut.background);
-  const DiscFitLevels levels{cut.top, cut.background, cut.noise};
+  start.edge_px = kInitialEdge_px;
+  start.height =
+      (statistics.peak >= grey_levels.top ? kClippedHeight : 1.0) * (statistics.peak - grey_levels.background);
+  const DiscFitLevels levels{grey_levels.top, grey_levels.background, grey_levels.noise};
   const auto fitted = fits_left_-- > 0 ? fit_disc(box_, window.width_px, levels, start) : std::nullopt;
   if (!fitted || !is_within(window.width_px, window.height_px, fitted->disc)) {
     fits_left_ = std::max(fits_left_, 0);
@@ -231,30 +236,31 @@ bool BlobMeter::fit_side(const Cut& cut, const Window& window, const BoxSurvey& 
   return true;
 }
 
-Waist BlobMeter::waist_of(const Cut& cut, const Window& window, const Shape& shape) const {
+Waist BlobMeasurer::waist_of(const GreyLevels& grey_levels, const Window& window, const Shape& shape) const {
   const Eigen::Vector2d middle(shape.x - window.x, shape.y - window.y);
-  return find_waist(box_, cut.threshold, middle, axis_of(shape));
+  return find_waist(box_, grey_levels.threshold, middle, axis_of(shape));
 }
 
-Measured BlobMeter::split(const Cut& cut, const Window& window, const Shape& shape, const Waist& waist) {
-  Measured measured;
+ComponentBlobs BlobMeasurer::split(const GreyLevels& grey_levels, const Window& window, const Shape& shape,
+                                   const Waist& waist) {
+  ComponentBlobs measured;
   const Eigen::Vector2d middle(shape.x - window.x, shape.y - window.y), axis = axis_of(shape);
   const auto pixels = static_cast<std::ptrdiff_t>(box_.width_px) * box_.height_px;
   std::copy_n(pixels_.begin(), pixels, saved_.begin());
   for (const bool far_side : {false, true}) {
     keep_side(pixels_, box_, middle, axis, waist.at_px, far_side);
-    const BoxSurvey seen = kernels_.survey(box_, cut.threshold);
-    if (seen.bright > 0) {
-      const Eigen::Vector3d moments = moments_of(box_, cut.threshold);
+    const BoxStatistics statistics = kernels_.survey(box_, grey_levels.threshold);
+    if (statistics.bright > 0) {
+      const Eigen::Vector3d moments = moments_of(box_, grey_levels.threshold);
       Shape side;
       side.xx = moments[0];
       side.yy = moments[1];
       side.xy = moments[2];
-      Blob blob = tell_blob(cut, weigh(cut, window, seen, side.roundness())).blob;
+      Blob blob = measure_blob(grey_levels, weigh(grey_levels, window, statistics, side.roundness())).blob;
       blob.axis_rad = side.axis_rad();
-      keep_side(pixels_, box_, middle, axis, waist.at_px + (far_side ? kSharedLight_px : -kSharedLight_px), far_side);
+      keep_side(pixels_, box_, middle, axis, waist.at_px + (far_side ? kSplitMargin_px : -kSplitMargin_px), far_side);
       // A side that is long and no disc is two more.
-      blob.merged = !fit_side(cut, window, seen, blob) && blob.roundness < kFitRoundness;
+      blob.merged = !fit_side(grey_levels, window, statistics, blob) && blob.roundness < kFitRoundness;
       measured.push_back(blob);
     }
     std::copy_n(saved_.begin(), pixels, pixels_.begin());

@@ -18,7 +18,7 @@
 namespace mocap::detect {
 
 /// A component's blobs: one, or two where two markers touch.
-using Measured = BoundedVector<Blob, 2>;
+using ComponentBlobs = BoundedVector<Blob, 2>;
 
 inline constexpr int kMaxFits = 128;
 
@@ -28,16 +28,16 @@ inline constexpr int kMaxFits = 128;
 /// asks that the weight's slope at u be the slope of the light at that place over the distance from the middle; the
 /// cubic of each radius and width of the edge comes close, and leaves the grid little. The centroid of such weights is
 /// the middle of anything symmetric. Discs that the range cuts off, and those parted from another, are fitted.
-class BlobMeter {
+class BlobMeasurer {
  public:
-  BlobMeter(const DetectKernels& kernels, int grow_px, bool split_touching);
+  BlobMeasurer(const DetectKernels& kernels, int grow_px, bool split_touching);
 
   /// Begins an image: what is measured from now on is of that one. The first kMaxFits saturated discs of an image are
   /// fitted, which costs some microseconds each; further ones get the weighted mean and a sigma that says so.
   void begin_image() {
     fits_left_ = kMaxFits;
-    plain_.clear();
-    lights_.clear();
+    deferred_components_.clear();
+    intensity_sums_.clear();
   }
 
   /// Asks for the memory of a component that is measured soon.
@@ -45,15 +45,15 @@ class BlobMeter {
 
   /// Measures component `i` of those joined, of that shape and roundness, on the image. What is plain, alone and round,
   /// is only weighed.
-  void measure(const Image& image, const Cut& cut, ImageComponents& components, std::size_t i, const Shape& shape,
-               double roundness);
+  void measure(const Image& image, const GreyLevels& grey_levels, ImageComponents& components, std::size_t i,
+               const Shape& shape, double roundness);
 
   /// Ends an image: tells the blobs of what was only weighed, several at once, as one waits for its own roots. Shapes
   /// and roundness are those of all components.
-  void finish(const Cut& cut, std::span<const Shape> shapes);
+  void finish(const GreyLevels& grey_levels, std::span<const Shape> shapes);
 
   /// The blobs of component `i`, which was measured.
-  std::span<const Blob> blobs(std::size_t i) const { return {measured_[i].begin(), measured_[i].end()}; }
+  std::span<const Blob> blobs(std::size_t i) const { return {component_blobs_[i].begin(), component_blobs_[i].end()}; }
 
  private:
   struct Window {
@@ -61,13 +61,14 @@ class BlobMeter {
   };
 
   Window window_of(const Image& image, const Shape& shape) const;
-  BoxSurvey fetch(const Image& image, const Cut& cut, const Window& window);
-  std::uint32_t count_at_top(const Cut& cut, const BoxSurvey& seen) const;
-  Light weigh(const Cut& cut, const Window& window, const BoxSurvey& seen, double roundness) const;
-  void refine(const Cut& cut, const Window& window, WeighedLight& weighed);
-  bool fit_side(const Cut& cut, const Window& window, const BoxSurvey& seen, Blob& blob);
-  Waist waist_of(const Cut& cut, const Window& window, const Shape& shape) const;
-  Measured split(const Cut& cut, const Window& window, const Shape& shape, const Waist& waist);
+  BoxStatistics fetch(const Image& image, const GreyLevels& grey_levels, const Window& window);
+  std::uint32_t count_at_top(const GreyLevels& grey_levels, const BoxStatistics& statistics) const;
+  IntensitySums weigh(const GreyLevels& grey_levels, const Window& window, const BoxStatistics& statistics,
+                      double roundness) const;
+  void refine(const GreyLevels& grey_levels, const Window& window, MeasuredBlob& weighed);
+  bool fit_side(const GreyLevels& grey_levels, const Window& window, const BoxStatistics& statistics, Blob& blob);
+  Waist waist_of(const GreyLevels& grey_levels, const Window& window, const Shape& shape) const;
+  ComponentBlobs split(const GreyLevels& grey_levels, const Window& window, const Shape& shape, const Waist& waist);
 
   const DetectKernels& kernels_;
   int grow_px_;
@@ -76,11 +77,11 @@ class BlobMeter {
   std::vector<std::uint16_t> pixels_;
   std::vector<std::uint16_t> saved_;
   NeighbourEraser eraser_;
-  std::array<double, 2048> peak_over_;  // the plateau of a disc of so many pixels, in standard deviations
+  std::array<double, 2048> plateau_excess_;  // the plateau of a disc of so many pixels, in standard deviations
   Box box_;
-  BoundedVector<std::size_t, kMaxBlobs> plain_;  // components that were only weighed
-  std::vector<Light> lights_;                    // of those
-  std::vector<Measured> measured_;
+  BoundedVector<std::size_t, kMaxBlobs> deferred_components_;  // components that were only weighed
+  std::vector<IntensitySums> intensity_sums_;                  // of those
+  std::vector<ComponentBlobs> component_blobs_;
 };
 
 }  // namespace mocap::detect

@@ -15,15 +15,15 @@ using Vector = Eigen::Matrix<double, kUnknowns, 1>;
 using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 
 constexpr int kMaxRounds = 10;
-constexpr double kSettledShare = 0.95;  // of the squares before
-constexpr double kSettled_px = 1e-3;    // the next step would be its square
-constexpr double kMostShift_px = 1.0;
-constexpr double kMostShiftShare = 0.3;  // of the radius
+constexpr double kConvergedShare = 0.95;  // of the squares before
+constexpr double kConverged_px = 1e-3;    // the next step would be its square
+constexpr double kMaxShift_px = 1.0;
+constexpr double kMaxRelativeShift = 0.3;  // of the radius
 constexpr std::size_t kMaxRim = 2048;
 constexpr double kOutside_px = 5.0;  // how far outside of the start's radius the rim's light may reach
 constexpr double kDarkOverNoise = 3.0;
 // Of a rim that is all but cut off by the range, edge and height cannot be told apart; then they are likely these.
-constexpr double kLikelyEdge_px = 0.65;
+constexpr double kPriorEdge_px = 0.65;
 constexpr double kEdgeSigmaShare = 0.5;
 constexpr double kHeightSigmaShare = 0.7;
 constexpr double kLeastEdge_px = 0.25;
@@ -154,7 +154,7 @@ Normals normals_at(const Rim& rim, const SoftDisc& disc, const DiscFitLevels& le
 void add_likely(const SoftDisc& disc, const SoftDisc& start, double variance, Normals& normals) {
   const double edge_weight = variance / (kEdgeSigmaShare * kEdgeSigmaShare);
   const double height_weight = variance / (kHeightSigmaShare * kHeightSigmaShare);
-  const double edge_off = (kLikelyEdge_px - disc.edge_px) / disc.edge_px;
+  const double edge_off = (kPriorEdge_px - disc.edge_px) / disc.edge_px;
   const double height_off = (start.height - disc.height) / disc.height;
   normals.matrix(3, 3) += edge_weight;
   normals.matrix(4, 4) += height_weight;
@@ -196,8 +196,8 @@ std::optional<FittedDisc> fit_disc(const Box& box, int width_px, const DiscFitLe
     const SoftDisc next = moved(disc, step);
     Normals at_next = normals_at(rim, next, levels);
     add_likely(next, start, variance, at_next);
-    settled = std::max(std::abs(step[0]), std::abs(step[1])) < kSettled_px &&
-              at_next.squares > kSettledShare * normals.squares && at_next.squares < 1.001 * normals.squares;
+    settled = std::max(std::abs(step[0]), std::abs(step[1])) < kConverged_px &&
+              at_next.squares > kConvergedShare * normals.squares && at_next.squares < 1.001 * normals.squares;
     if (at_next.squares > normals.squares) {
       damping = std::min(1e6, 10.0 * damping);
       continue;
@@ -208,14 +208,14 @@ std::optional<FittedDisc> fit_disc(const Box& box, int width_px, const DiscFitLe
   }
   const double left = normals.squares / std::max(1.0, normals.seen - kUnknowns);
   const double worst = levels.noise * levels.noise * 1.5 * 1.5 + kWorstModelError * kWorstModelError * range * range;
-  if (!(left < worst) || std::hypot(disc.x, disc.y) > std::max(kMostShift_px, kMostShiftShare * start.radius_px))
+  if (!(left < worst) || std::hypot(disc.x, disc.y) > std::max(kMaxShift_px, kMaxRelativeShift * start.radius_px))
     return std::nullopt;
   const Matrix inverse = normals.matrix.ldlt().solve(Matrix::Identity());
-  const double told = 0.5 * (inverse(0, 0) + inverse(1, 1)) * std::max(left, levels.noise * levels.noise);
-  if (!(told > 0.0)) return std::nullopt;
+  const double variance_px2 = 0.5 * (inverse(0, 0) + inverse(1, 1)) * std::max(left, levels.noise * levels.noise);
+  if (!(variance_px2 > 0.0)) return std::nullopt;
   disc.x += start.x;
   disc.y += start.y;
-  return FittedDisc{disc, std::sqrt(told)};
+  return FittedDisc{disc, std::sqrt(variance_px2)};
 }
 
 }  // namespace mocap::detect

@@ -51,35 +51,38 @@ Cubic<V> weights_for(const V& radius_px, const V& edge_px) {
 
 /// What lights tell, one in each lane.
 struct Lanes {
-  using V = Eigen::Array<double, kLightsAtOnce, 1>;
+  using V = Eigen::Array<double, kBlobLanes, 1>;
   V weight[kPowers], x[kPowers], y[kPowers];
   V slope2, half_width, half_height, span, bright, roundness;
 
-  explicit Lanes(std::span<const Light> lights) {
-    for (std::size_t k = 0; k < kLightsAtOnce; ++k) {
+  explicit Lanes(std::span<const IntensitySums> intensity_sums) {
+    for (std::size_t k = 0; k < kBlobLanes; ++k) {
       const auto lane = static_cast<Eigen::Index>(k);
-      const Light& light = lights[k < lights.size() ? k : 0];  // lanes left over repeat the first
+      const IntensitySums& intensity =
+          intensity_sums[k < intensity_sums.size() ? k : 0];  // lanes left over repeat the first
       for (int power = 0; power < kPowers; ++power) {
-        weight[power][lane] = static_cast<double>(light.sums.weight[power]);
-        x[power][lane] = static_cast<double>(light.sums.x[power]);
-        y[power][lane] = static_cast<double>(light.sums.y[power]);
+        weight[power][lane] = static_cast<double>(intensity.sums.weight[power]);
+        x[power][lane] = static_cast<double>(intensity.sums.x[power]);
+        y[power][lane] = static_cast<double>(intensity.sums.y[power]);
       }
-      slope2[lane] = static_cast<double>(light.sums.slope2);
-      half_width[lane] = 0.5 * light.width_px;
-      half_height[lane] = 0.5 * light.height_px;
-      span[lane] = light.span;
-      bright[lane] = light.bright;
-      roundness[lane] = light.roundness;
+      slope2[lane] = static_cast<double>(intensity.sums.slope2);
+      half_width[lane] = 0.5 * intensity.width_px;
+      half_height[lane] = 0.5 * intensity.height_px;
+      span[lane] = intensity.span;
+      bright[lane] = intensity.bright;
+      roundness[lane] = intensity.roundness;
     }
   }
 };
 
 }  // namespace
 
-void tell_blobs(const Cut& cut, std::span<const Light> lights, std::span<WeighedLight> found) {
-  MOCAP_EXPECTS(!lights.empty() && lights.size() <= kLightsAtOnce && found.size() >= lights.size());
+void measure_blobs(const GreyLevels& grey_levels, std::span<const IntensitySums> intensity_sums,
+                   std::span<MeasuredBlob> found) {
+  MOCAP_EXPECTS(!intensity_sums.empty() && intensity_sums.size() <= kBlobLanes &&
+                found.size() >= intensity_sums.size());
   using V = Lanes::V;
-  const Lanes of(lights);
+  const Lanes of(intensity_sums);
   // The light as that of a disc as bright as the plateau; the edge is where u is neither 0 nor 1.
   const V radius_px = (of.weight[0] / (kFullWeight * M_PI)).sqrt();
   const V edge_px = radius_px * (1.0 - of.weight[1] / of.weight[0]);
@@ -94,32 +97,33 @@ void tell_blobs(const Cut& cut, std::span<const Light> lights, std::span<Weighed
   const V stretch = 0.5 * (of.roundness + 1.0 / of.roundness.max(kLeastRoundness));
   const V lever = of.slope2 * radius_px * radius_px * stretch;
   const V smooth = 3.0 * of.weight[1] - 2.0 * of.weight[2];
-  const V moved = cut.noise * kSlopeOfSum / of.span * (0.5 * lever).max(0.0).sqrt() / smooth;
+  const V moved = grey_levels.noise * kSlopeOfSum / of.span * (0.5 * lever).max(0.0).sqrt() / smooth;
   // The edge of a small disc measures less: there is more of it inside than the middle has room for.
   const V narrow_px = (kSampledEdge_px - kEdgeOfSmall_px2 / radius_px - edge_px).max(0.0);
   const V by_noise_px = (1.0 + kNarrowLoss * narrow_px) * moved, by_grid_px = kGridSigma_px * narrow_px / radius_px;
   const V sigma_px = (by_noise_px * by_noise_px + by_grid_px * by_grid_px).sqrt();
   // What is no disc may have no slope at all: then its size is all that is known.
-  const V known_px = (sigma_px > 0.0 && sigma_px.isFinite()).select(sigma_px, kSizeSigma * (of.bright / M_PI).sqrt());
-  for (std::size_t k = 0; k < lights.size(); ++k) {
+  const V known_px =
+      (sigma_px > 0.0 && sigma_px.isFinite()).select(sigma_px, kUnknownCentroidSigma * (of.bright / M_PI).sqrt());
+  for (std::size_t k = 0; k < intensity_sums.size(); ++k) {
     const auto lane = static_cast<Eigen::Index>(k);
-    const Light& light = lights[k];
+    const IntensitySums& intensity = intensity_sums[k];
     Blob& blob = found[k].blob;
     blob = {};
-    blob.centroid = {{x[lane] + light.middle_x, y[lane] + light.middle_y}};
-    blob.area_px2 = light.bright;
-    blob.peak = std::min(1.0, static_cast<double>(light.peak) / cut.top);
-    blob.saturated = static_cast<double>(light.at_top) / light.bright;
-    blob.roundness = light.roundness;
+    blob.centroid = {{x[lane] + intensity.middle_x, y[lane] + intensity.middle_y}};
+    blob.area_px2 = intensity.bright;
+    blob.peak = std::min(1.0, static_cast<double>(intensity.peak) / grey_levels.top);
+    blob.saturated = static_cast<double>(intensity.at_top) / intensity.bright;
+    blob.roundness = intensity.roundness;
     blob.sigma_px = known_px[lane];
     found[k].radius_px = radius_px[lane];
     found[k].edge_px = edge_px[lane];
   }
 }
 
-WeighedLight tell_blob(const Cut& cut, const Light& light) {
-  WeighedLight found;
-  tell_blobs(cut, std::span(&light, 1), std::span(&found, 1));
+MeasuredBlob measure_blob(const GreyLevels& grey_levels, const IntensitySums& intensity) {
+  MeasuredBlob found;
+  measure_blobs(grey_levels, std::span(&intensity, 1), std::span(&found, 1));
   return found;
 }
 

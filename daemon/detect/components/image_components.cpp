@@ -12,18 +12,18 @@ namespace {
 // What an image, and a row, may bring at most; more is noise over the threshold, and the work stays bounded. A marker
 // of radius 4 px is 9 runs.
 constexpr std::size_t kPixelsPerRun = 160;
-constexpr std::size_t kLeastMaxRuns = 8192;  // of as many blobs as are kept, 16 rows each
+constexpr std::size_t kMinMaxRuns = 8192;  // of as many blobs as are kept, 16 rows each
 constexpr std::size_t kRowPixelsPerRun = 40;
-constexpr std::size_t kLeastRowBound = 32;
-constexpr std::size_t kLeastFewWords = 4;  // of a row, or three of four: noise is all over it
+constexpr std::size_t kMinRowRunBound = 32;
+constexpr std::size_t kMinNoiseWords = 4;  // of a row, or three of four: noise is all over it
 
 std::size_t max_runs(int width_px, int height_px) {
   const std::size_t pixels = static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
-  return std::max(kLeastMaxRuns, pixels / kPixelsPerRun);
+  return std::max(kMinMaxRuns, pixels / kPixelsPerRun);
 }
 
 /// The runs of words that are in the order of rows and x. Gives how many.
-std::size_t write_runs(const WordPlaces& places, std::span<const BrightWord> words, Run* out) {
+std::size_t extract_runs(const WordPlaces& places, std::span<const BrightWord> words, Run* out) {
   Run* end = out;
   std::uint32_t goes_on_at = std::numeric_limits<std::uint32_t>::max();  // the last run, if its first pixel is bright
   for (const BrightWord& each : words) {
@@ -74,22 +74,22 @@ std::uint32_t pixel_place(int y, int x) { return static_cast<std::uint32_t>(y) <
 
 ImageComponents::ImageComponents(int width_px, int height_px, std::span<const MaskPolygon> masks)
     : max_runs_(max_runs(width_px, height_px)),
-      row_bound_(std::max(kLeastRowBound, static_cast<std::size_t>(width_px) / kRowPixelsPerRun)),
-      few_words_(std::max(kLeastFewWords, 3 * static_cast<std::size_t>(words_of(width_px)) / 4)),
+      row_run_bound_(std::max(kMinRowRunBound, static_cast<std::size_t>(width_px) / kRowPixelsPerRun)),
+      noise_words_(std::max(kMinNoiseWords, 3 * static_cast<std::size_t>(words_of(width_px)) / 4)),
       mask_(masks, width_px, height_px),
       word_room_(BrightWords::room_for(width_px, height_px)),
       words_(word_room_, width_px, height_px),
       walker_(width_px, height_px, max_runs_),
       joined_(max_runs_ + BrightWords::kParts * 32) {
-  kept_.reserve(max_runs_);
+  selected_.reserve(max_runs_);
 }
 
 void ImageComponents::join(std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count) {
   rows_given_up_ = 0;
   for (int i = 0; i < BrightWords::kParts; ++i) {
     const std::span<BrightWord> words = words_.part(i);
-    if (!mask_.empty()) mask_.cut(words);
-    if (words_.most_in_row() > few_words_) give_up_noise(words);
+    if (!mask_.empty()) mask_.clear_masked(words);
+    if (words_.max_words_in_row() > noise_words_) reject_noise_rows(words);
     walker_.draw(words);
   }
   walker_.begin_image();
@@ -98,7 +98,7 @@ void ImageComponents::join(std::uint32_t min_area_px2, std::uint32_t max_area_px
   for (int i = 0; i < BrightWords::kParts; ++i) {
     const auto walked = walker_.walk(words_.part(i), min_area_px2, max_runs_ / BrightWords::kParts);
     rows_given_up_ += rows_of(words_.places(), walked.unread);
-    runs += write_runs(words_.places(), walked.left, joined_.room().data() + runs);
+    runs += extract_runs(words_.places(), walked.left, joined_.room().data() + runs);
     left[static_cast<std::size_t>(i)] = walked.left;
   }
   for (const auto& of_part : left) walker_.wipe(of_part);
@@ -110,24 +110,24 @@ void ImageComponents::join(std::uint32_t min_area_px2, std::uint32_t max_area_px
   keep_largest(max_count);
 }
 
-void ImageComponents::give_up_noise(std::span<BrightWord> words) {
+void ImageComponents::reject_noise_rows(std::span<BrightWord> words) {
   while (!words.empty()) {
     const std::span<BrightWord> row = first_row(words_.places(), words);
     words = words.subspan(row.size());
-    if (row.size() <= few_words_ || runs_in(row) <= row_bound_) continue;
+    if (row.size() <= noise_words_ || runs_in(row) <= row_run_bound_) continue;
     ++rows_given_up_;
     for (BrightWord& each : row) each.bits = 0;
   }
 }
 
 void ImageComponents::merge(std::uint32_t max_area_px2) {
-  kept_.clear();
+  selected_.clear();
   std::uint32_t next = 0;  // of the joined
   const auto take_joined_before = [&](std::uint64_t first_px) {
     for (; next < joined_.count(); ++next) {
       const std::uint32_t at = pixel_place(joined_.sums(next).begin_y, joined_.first_x(next));
       if (at >= first_px) break;
-      kept_.push_back({at, next, false});
+      selected_.push_back({at, next, false});
     }
   };
   const std::span<const PlainComponent> plain = walker_.found();
@@ -137,32 +137,34 @@ void ImageComponents::merge(std::uint32_t max_area_px2) {
     if (plain[i].sums.n > max_area_px2) {
       ++too_large_;
     } else {
-      kept_.push_back({at, i, true});
+      selected_.push_back({at, i, true});
     }
   }
   take_joined_before(std::numeric_limits<std::uint64_t>::max());
 }
 
 void ImageComponents::keep_largest(std::size_t max_count) {
-  if (kept_.size() <= max_count) return;
-  dropped_ += static_cast<std::uint32_t>(kept_.size() - max_count);
-  const auto comes_first = [](const associate::Kept& a, const associate::Kept& b) { return a.first_px < b.first_px; };
-  const auto larger = [&](const associate::Kept& a, const associate::Kept& b) {
+  if (selected_.size() <= max_count) return;
+  dropped_ += static_cast<std::uint32_t>(selected_.size() - max_count);
+  const auto comes_first = [](const SelectedComponent& a, const SelectedComponent& b) {
+    return a.first_px < b.first_px;
+  };
+  const auto larger = [&](const SelectedComponent& a, const SelectedComponent& b) {
     return sums(a).n != sums(b).n ? sums(a).n > sums(b).n : comes_first(a, b);
   };
-  const auto bound = kept_.begin() + static_cast<std::ptrdiff_t>(max_count);
-  std::nth_element(kept_.begin(), bound, kept_.end(), larger);
-  kept_.erase(bound, kept_.end());
-  std::sort(kept_.begin(), kept_.end(), comes_first);
+  const auto bound = selected_.begin() + static_cast<std::ptrdiff_t>(max_count);
+  std::nth_element(selected_.begin(), bound, selected_.end(), larger);
+  selected_.erase(bound, selected_.end());
+  std::sort(selected_.begin(), selected_.end(), comes_first);
 }
 
 std::span<const Run> ImageComponents::runs(std::size_t i) {
-  const associate::Kept& kept = kept_[i];
-  return kept.is_plain ? walker_.runs(walker_.found()[kept.index]) : joined_.runs(kept.index);
+  const SelectedComponent& selected = selected_[i];
+  return selected.is_plain ? walker_.runs(walker_.found()[selected.index]) : joined_.runs(selected.index);
 }
 
 bool ImageComponents::touches_mask(std::size_t i) {
-  const RunSums& box = sums(kept_[i]);
+  const RunSums& box = sums(selected_[i]);
   return mask_.may_touch(box.begin_x, box.end_x, box.begin_y, box.end_y) &&
          std::ranges::any_of(runs(i), [this](const Run& run) { return mask_.touches(run); });
 }

@@ -29,8 +29,8 @@ class ImageComponents {
   void join(std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count);
 
   /// The components kept, in the order of their first pixel.
-  std::size_t count() const { return kept_.size(); }
-  Shape shape(std::size_t i) const { return shape_of(sums(kept_[i])); }
+  std::size_t count() const { return selected_.size(); }
+  Shape shape(std::size_t i) const { return shape_of(sums(selected_[i])); }
   /// A component's runs, by row, then x.
   std::span<const Run> runs(std::size_t i);
   /// Whether a masked pixel is beside it, also by a corner.
@@ -43,26 +43,26 @@ class ImageComponents {
   std::uint32_t rows_given_up() const { return rows_given_up_; }
 
  private:
-  struct Kept {
+  struct SelectedComponent {
     std::uint32_t first_px;  // the place of its first pixel, in the order of rows and x
     std::uint32_t index;     // among the plain ones, or those joined
     bool is_plain;
   };
 
-  const RunSums& sums(const Kept& kept) const {
-    return kept.is_plain ? walker_.found()[kept.index].sums : joined_.sums(kept.index);
+  const RunSums& sums(const SelectedComponent& selected) const {
+    return selected.is_plain ? walker_.found()[selected.index].sums : joined_.sums(selected.index);
   }
-  void give_up_noise(std::span<BrightWord> words);
+  void reject_noise_rows(std::span<BrightWord> words);
   void merge(std::uint32_t max_area_px2);
   void keep_largest(std::size_t max_count);
 
-  std::size_t max_runs_, row_bound_, few_words_;
+  std::size_t max_runs_, row_run_bound_, noise_words_;
   RowMask mask_;
   std::vector<BrightWord> word_room_;
   BrightWords words_;
   ComponentWalker walker_;
   RunComponents joined_;
-  std::vector<Kept> kept_;
+  std::vector<SelectedComponent> selected_;
   std::uint32_t too_small_ = 0, too_large_ = 0, dropped_ = 0, rows_given_up_ = 0;
 };
 

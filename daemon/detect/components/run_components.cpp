@@ -13,7 +13,7 @@ constexpr std::uint32_t kNotKept = 0xFFFF'FFFF;
 
 RunComponents::RunComponents(std::size_t max_runs)
     : runs_(max_runs), label_of_(max_runs), labels_(max_runs), next_(max_runs), sorted_(max_runs) {
-  kept_.reserve(max_runs);
+  selected_.reserve(max_runs);
   first_run_.reserve(max_runs + 1);
 }
 
@@ -21,7 +21,7 @@ void RunComponents::join(std::size_t count, std::uint32_t min_area_px2, std::uin
                          std::size_t max_count) {
   MOCAP_EXPECTS(count <= runs_.size());
   run_count_ = count;
-  kept_.clear();
+  selected_.clear();
   first_run_.clear();
   too_small_ = too_large_ = dropped_ = 0;
   join_all();
@@ -88,25 +88,25 @@ void RunComponents::choose(std::uint32_t min_area_px2, std::uint32_t max_area_px
     } else if (labels_[i].sums.n > max_area_px2) {
       ++too_large_;
     } else {
-      kept_.push_back(i);
+      selected_.push_back(i);
     }
   }
-  if (kept_.size() <= max_count) return;
+  if (selected_.size() <= max_count) return;
   const auto larger = [this](std::uint32_t a, std::uint32_t b) {
     return labels_[a].sums.n != labels_[b].sums.n ? labels_[a].sums.n > labels_[b].sums.n : a < b;
   };
-  const auto bound = kept_.begin() + static_cast<std::ptrdiff_t>(max_count);
-  std::nth_element(kept_.begin(), bound, kept_.end(), larger);
-  dropped_ += static_cast<std::uint32_t>(kept_.size() - max_count);
-  kept_.erase(bound, kept_.end());
-  std::sort(kept_.begin(), kept_.end());
+  const auto bound = selected_.begin() + static_cast<std::ptrdiff_t>(max_count);
+  std::nth_element(selected_.begin(), bound, selected_.end(), larger);
+  dropped_ += static_cast<std::uint32_t>(selected_.size() - max_count);
+  selected_.erase(bound, selected_.end());
+  std::sort(selected_.begin(), selected_.end());
 }
 
 void RunComponents::gather() {
   // Counting sort of the runs by component. A label's parent is smaller than itself: one way through finds all roots.
   std::fill_n(next_.begin(), label_count_, kNotKept);
   std::uint32_t first = 0;
-  for (const std::uint32_t root : kept_) {
+  for (const std::uint32_t root : selected_) {
     first_run_.push_back(first);
     next_[root] = first;
     first += labels_[root].runs;

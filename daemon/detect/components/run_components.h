@@ -28,11 +28,11 @@ class RunComponents {
   void join(std::size_t count, std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count);
 
   /// The components kept, in the order of their first pixel.
-  std::size_t count() const { return kept_.size(); }
-  const RunSums& sums(std::size_t i) const { return labels_[kept_[i]].sums; }
+  std::size_t count() const { return selected_.size(); }
+  const RunSums& sums(std::size_t i) const { return labels_[selected_[i]].sums; }
   Shape shape(std::size_t i) const { return shape_of(sums(i)); }
   /// The first run's.
-  int first_x(std::size_t i) const { return labels_[kept_[i]].first_x; }
+  int first_x(std::size_t i) const { return labels_[selected_[i]].first_x; }
   /// A component's runs, by row, then x. Few are ever asked for: the first time after a join sorts the runs of all.
   std::span<const Run> runs(std::size_t i);
 
@@ -59,7 +59,7 @@ class RunComponents {
   std::vector<std::uint32_t> label_of_;  // a run
   std::vector<Label> labels_;
   std::vector<std::uint32_t> next_;       // of each label: where its next run goes
-  std::vector<std::uint32_t> kept_;       // labels
+  std::vector<std::uint32_t> selected_;   // labels
   std::vector<std::uint32_t> first_run_;  // of those kept, among the sorted
   std::vector<Run> sorted_;               // the runs of those kept, component by component; the others' after them
   std::size_t run_count_ = 0, label_count_ = 0;

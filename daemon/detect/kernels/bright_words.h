@@ -65,14 +65,14 @@ class BrightWords {
 
   void clear() {
     end_ = first_;
-    most_in_row_ = 0;
+    max_words_in_row_ = 0;
   }
   /// Where the next word of a part goes: the caller writes, and moves it on.
   BrightWord*& end(int part) { return end_[static_cast<std::size_t>(part)]; }
   /// The words of the fullest row.
-  std::size_t most_in_row() const { return most_in_row_; }
+  std::size_t max_words_in_row() const { return max_words_in_row_; }
   void count_row(const BrightWord* begin, const BrightWord* end) {
-    most_in_row_ = std::max(most_in_row_, static_cast<std::size_t>(end - begin));
+    max_words_in_row_ = std::max(max_words_in_row_, static_cast<std::size_t>(end - begin));
   }
   std::span<BrightWord> part(int i) const {
     const auto at = static_cast<std::size_t>(i);
@@ -83,7 +83,7 @@ class BrightWords {
   WordPlaces places_;
   int part_rows_, rows_;
   std::array<BrightWord*, kParts> first_{}, end_{};
-  std::size_t most_in_row_ = 0;
+  std::size_t max_words_in_row_ = 0;
 };
 
 }  // namespace mocap::detect

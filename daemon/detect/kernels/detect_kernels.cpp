@@ -9,7 +9,7 @@
 // nothing.
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_AVX3_DL)
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "stages/detect_kernels.cpp"
+#define HWY_TARGET_INCLUDE "detect/kernels/detect_kernels.cpp"
 #include <hwy/foreach_target.h>  // must come before highway.h
 
 #include <hwy/highway.h>
@@ -185,7 +185,7 @@ class Surveying {
     bright_ = hn::Sub(bright_, hn::VecFromMask(d_, hn::Eq(hn::Max(grey, threshold_), grey)));
   }
 
-  BoxSurvey seen() const {
+  BoxStatistics seen() const {
     const S16 signed16;
     auto bright = hn::Zero(S32());
     add_products(hn::BitCast(signed16, bright_), hn::Set(signed16, 1), bright);
@@ -199,7 +199,7 @@ class Surveying {
   hn::Vec<D16> peak_, bright_;
 };
 
-BoxSurvey widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels, std::uint32_t threshold) {
+BoxStatistics widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels, std::uint32_t threshold) {
   const D16 d;
   const hn::Rebind<std::uint8_t, D16> d8;
   constexpr int kLanes = static_cast<int>(hn::MaxLanes(D16()));
@@ -219,7 +219,7 @@ BoxSurvey widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels,
   return survey.seen();
 }
 
-BoxSurvey survey(const Box& box, std::uint32_t threshold) {
+BoxStatistics survey(const Box& box, std::uint32_t threshold) {
   const D16 d;
   const int pixels = box.width_px * box.height_px;
   Surveying survey(threshold);
@@ -249,7 +249,7 @@ class PowerSums {
   V16 column_;
 };
 
-BoxSums weigh(const Box& box, const Weighing& weighing) {
+BoxSums weigh(const Box& box, const IntensityRamp& weighing) {
   const D16 d;
   const S16 s;
   constexpr int kLanes = static_cast<int>(hn::MaxLanes(D16()));

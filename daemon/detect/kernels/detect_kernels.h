@@ -45,13 +45,13 @@ struct ByteWindow {
   int width_px = 0;
 };
 
-struct BoxSurvey {
+struct BoxStatistics {
   std::uint32_t peak = 0;
   std::uint32_t bright = 0;  ///< pixels at the threshold or over it
 };
 
 /// How a grey level becomes u: 0 up to `low`, 1 from `low` + `span` on, and in proportion between them.
-struct Weighing {
+struct IntensityRamp {
   std::uint32_t low = 0;
   std::uint32_t span = 1;  ///< 1 to 65535
 };
@@ -73,9 +73,9 @@ struct DetectKernels {
   void (*scan_bytes)(const ScanRows& rows, BrightWords& found);  ///< one byte a pixel
   void (*scan_words)(const ScanRows& rows, BrightWords& found);  ///< two bytes a pixel, little endian
   /// Fills the box's pixels and surveys them. Reads the box's width, also of the last row: those bytes are there.
-  BoxSurvey (*widen)(const ByteWindow& window, const Box& box, std::uint16_t* pixels, std::uint32_t threshold);
-  BoxSurvey (*survey)(const Box& box, std::uint32_t threshold);
-  BoxSums (*weigh)(const Box& box, const Weighing& weighing);
+  BoxStatistics (*widen)(const ByteWindow& window, const Box& box, std::uint16_t* pixels, std::uint32_t threshold);
+  BoxStatistics (*survey)(const Box& box, std::uint32_t threshold);
+  BoxSums (*weigh)(const Box& box, const IntensityRamp& weighing);
 };
 
 /// The fastest that this processor runs.

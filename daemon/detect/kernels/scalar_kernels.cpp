@@ -32,8 +32,8 @@ void scan(const ScanRows& rows, BrightWords& found) {
   }
 }
 
-BoxSurvey survey(const Box& box, std::uint32_t threshold) {
-  BoxSurvey seen;
+BoxStatistics survey(const Box& box, std::uint32_t threshold) {
+  BoxStatistics seen;
   for (int i = 0; i < box.width_px * box.height_px; ++i) {
     const std::uint32_t grey = box.pixels[i];
     seen.peak = std::max(seen.peak, grey);
@@ -42,7 +42,7 @@ BoxSurvey survey(const Box& box, std::uint32_t threshold) {
   return seen;
 }
 
-BoxSurvey widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels, std::uint32_t threshold) {
+BoxStatistics widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels, std::uint32_t threshold) {
   for (int y = 0; y < box.height_px; ++y) {
     const std::byte* row = window.bytes + static_cast<std::size_t>(y) * window.stride_bytes;
     for (int x = 0; x < box.width_px; ++x) {
@@ -52,7 +52,7 @@ BoxSurvey widen(const ByteWindow& window, const Box& box, std::uint16_t* pixels,
   return survey(box, threshold);
 }
 
-BoxSums weigh(const Box& box, const Weighing& weighing) {
+BoxSums weigh(const Box& box, const IntensityRamp& weighing) {
   BoxSums sums;
   const Scale scale(weighing.span);
   for (int i = 0; i < box.width_px * box.height_px; ++i) {

@@ -15,12 +15,12 @@
 namespace mocap::identify {
 
 struct FindSettings {
-  double least_scale = 0.75;  ///< of the body against the file's
-  double most_scale = 1.25;
-  double least_share = 0.85;   ///< of the markers that must be there
-  double most_rms_m = 0.02;    ///< of the markers from the fitted body
-  double least_margin = 8.0;   ///< by how much of log-likelihood the next best reading must be worse
-  double most_turn_rad = 3.2;  ///< of a joint from the pose; where one is turned further it is another pose
+  double min_scale = 0.75;  ///< of the body against the file's
+  double max_scale = 1.25;
+  double min_marker_fraction = 0.85;  ///< of the markers that must be there
+  double max_rms_m = 0.02;            ///< of the markers from the fitted body
+  double min_margin = 8.0;            ///< by how much of log-likelihood the next best reading must be worse
+  double max_joint_angle_rad = 3.2;   ///< of a joint from the pose; where one is turned further it is another pose
 };
 
 /// A body found among points.
@@ -55,13 +55,13 @@ class TPoseFinder {
     geometry::UprightFit place;
     double score = 0.0;
   };
-  struct Reading {
+  struct Hypothesis {
     std::vector<int> point_of_marker;
     geometry::UprightFit place;
     double cost = 0.0;
     double rms_m = 0.0;
     int matched = 0;
-    bool sides_exchanged = false;  // by the asymmetric pairs
+    bool sides_swapped = false;  // by the asymmetric pairs
   };
   struct Asymmetry {
     MarkerPair pair;
@@ -69,17 +69,17 @@ class TPoseFinder {
   };
 
   void propose(std::span<const Eigen::Vector3d> points);
-  void keep(const Proposal& proposal);
+  void keep_best(const Proposal& proposal);
   double score(const geometry::UprightFit& place, std::span<const Eigen::Vector3d> points) const;
-  void read(const geometry::UprightFit& place, std::span<const Eigen::Vector3d> points, Reading& into);
-  void assign(std::span<const Eigen::Vector3d> points, double gate_m, Reading& into);
-  void bend(std::span<const Eigen::Vector3d> points, double reach_m, Reading& into);
-  void drop_strays(std::span<const Eigen::Vector3d> points, Reading& into);
-  void fit_body(std::span<const Eigen::Vector3d> points, Reading& into);
-  bool exchanges_sides(std::span<const Eigen::Vector3d> points, const Reading& reading) const;
-  bool same_body(const Reading& a, const Reading& b) const;
+  void evaluate_placement(const geometry::UprightFit& place, std::span<const Eigen::Vector3d> points, Hypothesis& into);
+  void assign(std::span<const Eigen::Vector3d> points, double gate_m, Hypothesis& into);
+  void warp_model(std::span<const Eigen::Vector3d> points, double reach_m, Hypothesis& into);
+  void remove_outliers(std::span<const Eigen::Vector3d> points, Hypothesis& into);
+  void fit_body(std::span<const Eigen::Vector3d> points, Hypothesis& into);
+  bool has_swapped_sides(std::span<const Eigen::Vector3d> points, const Hypothesis& hypothesis) const;
+  bool shares_points(const Hypothesis& a, const Hypothesis& b) const;
   bool is_in_pose() const;
-  void describe(const Reading& best, std::span<const Eigen::Vector3d> points, double margin);
+  void describe(const Hypothesis& best, std::span<const Eigen::Vector3d> points, double margin);
 
   FindSettings settings_;
   std::size_t max_points_;
@@ -89,12 +89,12 @@ class TPoseFinder {
   std::vector<Asymmetry> asymmetries_;
   std::vector<std::pair<int, int>> anchors_;
   BoundedVector<Proposal, 4> proposals_;
-  std::vector<Reading> readings_;
-  std::vector<Eigen::Vector3d> bent_;  // where the markers are looked for
+  std::vector<Hypothesis> hypotheses_;
+  std::vector<Eigen::Vector3d> warped_;  // where the markers are looked for
   std::vector<geometry::AllowedPair> pairs_;
   std::vector<geometry::PointPair> matched_;
   std::vector<kinematics::Observation> seen_;
-  std::vector<double> hold_;
+  std::vector<double> prior_sigma_rad_;
   std::optional<FoundBody> found_;
 };
 

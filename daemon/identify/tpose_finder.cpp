@@ -1,4 +1,4 @@
-#include "identify/t_pose_finder.h"
+#include "identify/tpose_finder.h"
 
 #include <algorithm>
 #include <array>
@@ -17,44 +17,48 @@ using geometry::UprightFit;
 // How far a marker may be from where a rigid, scaled body puts it, at first: arms that hang a little, longer bones.
 constexpr double kWideGate_m = 0.15;
 // A joint marker is on its joint, a skin marker somewhere near where the file says.
-constexpr double kJointSigma_m = 0.004;
-constexpr double kSkinSigma_m = 0.010;
+constexpr double kTPoseJointSigma_m = 0.004;
+constexpr double kTPoseSkinSigma_m = 0.010;
 constexpr double kInJoint_m = 1e-3;
 // How far from T-pose a person's joints stand who tries to: 8 degrees.
 constexpr double kPoseSigma_rad = 0.14;
 // A marker that is not there counts as one that is off by four sigma.
-constexpr double kCostOfMissing = 8.0;
+constexpr double kMissedDetectionCost = 8.0;
 // A pair of hands as high as this apart is no T-pose.
-constexpr double kMostTilt_m = 0.3;
-constexpr std::size_t kMostAnchors = 12;
-constexpr std::size_t kMostUses = 4;  // of a marker among the anchors: one that is hidden must not spoil them all
+constexpr double kMaxTilt_m = 0.3;
+constexpr std::size_t kMaxAnchors = 12;
+constexpr std::size_t kMaxAnchorUses = 4;  // of a marker among the anchors: one that is hidden must not spoil them all
 constexpr int kFitIterations = 12;
 // Three sigma of a skin marker: what is further off from the fitted body is given no name, rather than a wrong one.
-constexpr double kStray_m = 0.03;
+constexpr double kMaxResidual_m = 0.03;
 
-kinematics::PosePrior prior_of(std::span<const double> hold) {
-  return {.rest_sigma_rad = kPoseSigma_rad, .hold_sigma_rad = hold, .hold_root_sigma_m = 10.0, .outlier_m = 0.10};
+kinematics::PosePrior make_prior(std::span<const double> prior_sigma_rad) {
+  return {.rest_sigma_rad = kPoseSigma_rad,
+          .prior_sigma_rad = prior_sigma_rad,
+          .prior_root_sigma_m = 10.0,
+          .outlier_m = 0.10};
 }
 
 std::vector<std::pair<int, int>> wide_pairs(const std::vector<Eigen::Vector3d>& model) {
   struct Wide {
-    double apart;
+    double distance_m;
     int a, b;
   };
   std::vector<Wide> all;
   for (std::size_t a = 0; a < model.size(); ++a) {
     for (std::size_t b = a + 1; b < model.size(); ++b) {
-      const double apart = (model[a] - model[b]).head<2>().norm();
-      all.push_back({apart, static_cast<int>(a), static_cast<int>(b)});
+      const double distance_m = (model[a] - model[b]).head<2>().norm();
+      all.push_back({distance_m, static_cast<int>(a), static_cast<int>(b)});
     }
   }
-  std::stable_sort(all.begin(), all.end(), [](const Wide& x, const Wide& y) { return x.apart > y.apart; });
+  std::stable_sort(all.begin(), all.end(), [](const Wide& x, const Wide& y) { return x.distance_m > y.distance_m; });
   std::vector<std::size_t> uses(model.size());
   std::vector<std::pair<int, int>> chosen;
   for (const Wide& pair : all) {
     std::size_t& a = uses[static_cast<std::size_t>(pair.a)];
     std::size_t& b = uses[static_cast<std::size_t>(pair.b)];
-    if (chosen.size() == kMostAnchors || pair.apart < 0.5 * all.front().apart || a == kMostUses || b == kMostUses)
+    if (chosen.size() == kMaxAnchors || pair.distance_m < 0.5 * all.front().distance_m || a == kMaxAnchorUses ||
+        b == kMaxAnchorUses)
       continue;
     ++a;
     ++b;
@@ -64,14 +68,14 @@ std::vector<std::pair<int, int>> wide_pairs(const std::vector<Eigen::Vector3d>& 
 }
 
 // The body at the same place with its back to where its face was.
-UprightFit turned_round(const UprightFit& place, const Eigen::Vector3d& centre) {
-  UprightFit turned = place;
-  turned.yaw_rad += std::numbers::pi;
-  turned.translation += place * centre - turned * centre;
-  return turned;
+UprightFit rotated_by_half_turn(const UprightFit& place, const Eigen::Vector3d& centre) {
+  UprightFit half_turned = place;
+  half_turned.yaw_rad += std::numbers::pi;
+  half_turned.translation += place * centre - half_turned * centre;
+  return half_turned;
 }
 
-bool alike(const UprightFit& a, const UprightFit& b, const Eigen::Vector3d& centre) {
+bool is_same_placement(const UprightFit& a, const UprightFit& b, const Eigen::Vector3d& centre) {
   return std::cos(a.yaw_rad - b.yaw_rad) > 0.9 && (a * centre - b * centre).norm() < 0.15;
 }
 
@@ -92,18 +96,18 @@ TPoseFinder::TPoseFinder(const MarkerSet& set, FindSettings settings, std::size_
   for (std::size_t m = 0; m < set.markers.size(); ++m) model_.push_back(fit_.marker_at(m));
   for (const MarkerPair& pair : set.asymmetric) {
     const Eigen::Vector3d off_m = asymmetry_m(model_[pair.one], model_[pair.other]);
-    if (off_m.norm() >= kLeastAsymmetry_m) asymmetries_.push_back({pair, off_m});  // a fit may have less than the file
+    if (off_m.norm() >= kMinAsymmetry_m) asymmetries_.push_back({pair, off_m});  // a fit may have less than the file
   }
   anchors_ = wide_pairs(model_);
-  readings_.resize(proposals_.capacity() + 1);
-  for (Reading& reading : readings_) reading.point_of_marker.resize(model_.size());
-  bent_.resize(model_.size());
+  hypotheses_.resize(proposals_.capacity() + 1);
+  for (Hypothesis& hypothesis : hypotheses_) hypothesis.point_of_marker.resize(model_.size());
+  warped_.resize(model_.size());
   pairs_.reserve(model_.size() * max_points);
   matched_.reserve(model_.size());
   seen_.reserve(model_.size());
   // The root may tilt a little and turn freely against where the proposal put it; all others answer to the rest pose.
-  hold_.assign(set.skeleton.bones.size(), 1e3);
-  if (!hold_.empty()) hold_[0] = 0.2;
+  prior_sigma_rad_.assign(set.skeleton.bones.size(), 1e3);
+  if (!prior_sigma_rad_.empty()) prior_sigma_rad_[0] = 0.2;
 }
 
 double TPoseFinder::score(const UprightFit& place, std::span<const Eigen::Vector3d> points) const {
@@ -119,11 +123,11 @@ double TPoseFinder::score(const UprightFit& place, std::span<const Eigen::Vector
 }
 
 // Keeps the best of those that mean the same place, and the best of all.
-void TPoseFinder::keep(const Proposal& proposal) {
+void TPoseFinder::keep_best(const Proposal& proposal) {
   const Eigen::Vector3d centre = mean_of(model_);
-  for (Proposal& kept : proposals_) {
-    if (!alike(kept.place, proposal.place, centre)) continue;
-    if (kept.score < proposal.score) kept = proposal;
+  for (Proposal& previous : proposals_) {
+    if (!is_same_placement(previous.place, proposal.place, centre)) continue;
+    if (previous.score < proposal.score) previous = proposal;
     return;
   }
   if (proposals_.try_push_back(proposal)) return;
@@ -137,48 +141,48 @@ void TPoseFinder::propose(std::span<const Eigen::Vector3d> points) {
   for (const auto& [a, b] : anchors_) {
     const Eigen::Vector3d& from_a = model_[static_cast<std::size_t>(a)];
     const Eigen::Vector3d& from_b = model_[static_cast<std::size_t>(b)];
-    const double apart = (from_a - from_b).norm();
+    const double distance_m = (from_a - from_b).norm();
     for (std::size_t i = 0; i < points.size(); ++i) {
       for (std::size_t j = 0; j < points.size(); ++j) {
-        const double scale = (points[i] - points[j]).norm() / apart;
-        if (i == j || scale < settings_.least_scale || scale > settings_.most_scale) continue;
-        if (std::abs((points[i] - points[j]).z() - scale * (from_a - from_b).z()) > kMostTilt_m) continue;
+        const double scale = (points[i] - points[j]).norm() / distance_m;
+        if (i == j || scale < settings_.min_scale || scale > settings_.max_scale) continue;
+        if (std::abs((points[i] - points[j]).z() - scale * (from_a - from_b).z()) > kMaxTilt_m) continue;
         const std::array<geometry::PointPair, 2> pair{{{from_a, points[i]}, {from_b, points[j]}}};
         std::optional<UprightFit> place = geometry::fit_upright(pair);
         if (!place) continue;
         place->scale = scale;
         place->translation += 0.5 * (points[i] + points[j]) - *place * (0.5 * (from_a + from_b));
-        keep({*place, score(*place, points)});
+        keep_best({*place, score(*place, points)});
       }
     }
   }
 }
 
-void TPoseFinder::assign(std::span<const Eigen::Vector3d> points, double gate_m, Reading& into) {
+void TPoseFinder::assign(std::span<const Eigen::Vector3d> points, double gate_m, Hypothesis& into) {
   pairs_.clear();
-  for (std::size_t m = 0; m < bent_.size(); ++m) {
+  for (std::size_t m = 0; m < warped_.size(); ++m) {
     for (std::size_t p = 0; p < points.size(); ++p) {
-      const double off = (points[p] - bent_[m]).squaredNorm();
+      const double off = (points[p] - warped_[m]).squaredNorm();
       if (off < gate_m * gate_m) pairs_.push_back({static_cast<std::uint32_t>(m), static_cast<std::uint32_t>(p), off});
     }
   }
-  const auto columns = assigner_.assign(bent_.size(), points.size(), pairs_, gate_m * gate_m);
+  const auto columns = assigner_.assign(warped_.size(), points.size(), pairs_, gate_m * gate_m);
   into.matched = 0;
-  for (std::size_t m = 0; m < bent_.size(); ++m) {
+  for (std::size_t m = 0; m < warped_.size(); ++m) {
     into.point_of_marker[m] = columns[m] == geometry::Assigner::kAlone ? -1 : static_cast<int>(columns[m]);
     into.matched += columns[m] == geometry::Assigner::kAlone ? 0 : 1;
   }
 }
 
 // Lays the body on its points anew, then moves each marker's place as its neighbourhood is moved.
-void TPoseFinder::bend(std::span<const Eigen::Vector3d> points, double reach_m, Reading& into) {
+void TPoseFinder::warp_model(std::span<const Eigen::Vector3d> points, double reach_m, Hypothesis& into) {
   matched_.clear();
   for (std::size_t m = 0; m < model_.size(); ++m) {
     const int p = into.point_of_marker[m];
     if (p >= 0) matched_.push_back({model_[m], points[static_cast<std::size_t>(p)]});
   }
   const std::optional<UprightFit> place = geometry::fit_upright(matched_);
-  if (place && place->scale > settings_.least_scale && place->scale < settings_.most_scale) into.place = *place;
+  if (place && place->scale > settings_.min_scale && place->scale < settings_.max_scale) into.place = *place;
   for (std::size_t m = 0; m < model_.size(); ++m) {
     Eigen::Vector3d moved = Eigen::Vector3d::Zero();
     double weight = 0.2;  // a lone neighbour does not move a marker all the way
@@ -187,70 +191,71 @@ void TPoseFinder::bend(std::span<const Eigen::Vector3d> points, double reach_m, 
       moved += near * (pair.to - into.place * pair.from);
       weight += near;
     }
-    bent_[m] = into.place * model_[m] + moved / weight;
+    warped_[m] = into.place * model_[m] + moved / weight;
   }
 }
 
-void TPoseFinder::fit_body(std::span<const Eigen::Vector3d> points, Reading& into) {
+void TPoseFinder::fit_body(std::span<const Eigen::Vector3d> points, Hypothesis& into) {
   seen_.clear();
   for (std::size_t m = 0; m < model_.size(); ++m) {
     const int p = into.point_of_marker[m];
     const bool in_joint = fit_.marker_set().markers[m].offset_m.norm() < kInJoint_m;
     if (p >= 0)
-      seen_.push_back(
-          {static_cast<int>(m), points[static_cast<std::size_t>(p)], in_joint ? kJointSigma_m : kSkinSigma_m});
+      seen_.push_back({static_cast<int>(m), points[static_cast<std::size_t>(p)],
+                       in_joint ? kTPoseJointSigma_m : kTPoseSkinSigma_m});
   }
   const Eigen::AngleAxisd heading(into.place.yaw_rad, Eigen::Vector3d::UnitZ());
   fit_.place({into.place.translation, Eigen::Quaterniond(heading)}, into.place.scale);
-  const kinematics::PoseFitResult result = fit_.solve(seen_, prior_of(hold_), kFitIterations);
-  into.cost = result.cost + kCostOfMissing * static_cast<double>(model_.size() - seen_.size());
+  const kinematics::PoseFitResult result = fit_.solve(seen_, make_prior(prior_sigma_rad_), kFitIterations);
+  into.cost = result.cost + kMissedDetectionCost * static_cast<double>(model_.size() - seen_.size());
   into.rms_m = result.rms_m;
 }
 
-void TPoseFinder::read(const UprightFit& place, std::span<const Eigen::Vector3d> points, Reading& into) {
+void TPoseFinder::evaluate_placement(const UprightFit& place, std::span<const Eigen::Vector3d> points,
+                                     Hypothesis& into) {
   into.place = place;
-  for (std::size_t m = 0; m < model_.size(); ++m) bent_[m] = place * model_[m];
+  for (std::size_t m = 0; m < model_.size(); ++m) warped_[m] = place * model_[m];
   constexpr std::array<std::pair<double, double>, 4> kGateAndReach{
       {{0.18, 0.30}, {0.14, 0.22}, {0.10, 0.16}, {0.08, 0.12}}};
   for (const auto& [gate, reach] : kGateAndReach) {
     assign(points, gate, into);
-    bend(points, reach, into);
+    warp_model(points, reach, into);
   }
   assign(points, kGateAndReach.back().first, into);
   fit_body(points, into);
-  for (std::size_t m = 0; m < model_.size(); ++m) bent_[m] = fit_.marker_at(m);
+  for (std::size_t m = 0; m < model_.size(); ++m) warped_[m] = fit_.marker_at(m);
   assign(points, 0.06, into);
   fit_body(points, into);
-  into.sides_exchanged = exchanges_sides(points, into);
-  drop_strays(points, into);
+  into.sides_swapped = has_swapped_sides(points, into);
+  remove_outliers(points, into);
 }
 
 // Whether the pairs are off their mirror images more against than along the set's way. Measured across the body, not on
 // the bones: their free lengths would follow whatever is exchanged.
-bool TPoseFinder::exchanges_sides(std::span<const Eigen::Vector3d> points, const Reading& reading) const {
-  const Eigen::AngleAxisd body_from_world(-reading.place.yaw_rad, Eigen::Vector3d::UnitZ());
+bool TPoseFinder::has_swapped_sides(std::span<const Eigen::Vector3d> points, const Hypothesis& hypothesis) const {
+  const Eigen::AngleAxisd body_from_world(-hypothesis.place.yaw_rad, Eigen::Vector3d::UnitZ());
   const auto in_body = [&](int point) {
-    return Eigen::Vector3d(body_from_world * (points[static_cast<std::size_t>(point)] - reading.place.translation));
+    return Eigen::Vector3d(body_from_world * (points[static_cast<std::size_t>(point)] - hypothesis.place.translation));
   };
   double along_m2 = 0.0;
   for (const auto& [pair, off_m] : asymmetries_) {
-    const int one = reading.point_of_marker[pair.one], other = reading.point_of_marker[pair.other];
+    const int one = hypothesis.point_of_marker[pair.one], other = hypothesis.point_of_marker[pair.other];
     if (one >= 0 && other >= 0) along_m2 += asymmetry_m(in_body(one), in_body(other)).dot(off_m);
   }
   return along_m2 < 0.0;
 }
 
-void TPoseFinder::drop_strays(std::span<const Eigen::Vector3d> points, Reading& into) {
+void TPoseFinder::remove_outliers(std::span<const Eigen::Vector3d> points, Hypothesis& into) {
   for (std::size_t m = 0; m < model_.size(); ++m) {
     int& p = into.point_of_marker[m];
-    if (p < 0 || (points[static_cast<std::size_t>(p)] - fit_.marker_at(m)).norm() < kStray_m) continue;
+    if (p < 0 || (points[static_cast<std::size_t>(p)] - fit_.marker_at(m)).norm() < kMaxResidual_m) continue;
     p = -1;
     --into.matched;
   }
 }
 
 // Two readings are of one body when they share most points.
-bool TPoseFinder::same_body(const Reading& a, const Reading& b) const {
+bool TPoseFinder::shares_points(const Hypothesis& a, const Hypothesis& b) const {
   int shared = 0;
   for (const int p : a.point_of_marker) {
     if (p >= 0 && std::find(b.point_of_marker.begin(), b.point_of_marker.end(), p) != b.point_of_marker.end()) ++shared;
@@ -260,11 +265,11 @@ bool TPoseFinder::same_body(const Reading& a, const Reading& b) const {
 
 bool TPoseFinder::is_in_pose() const {
   return std::all_of(fit_.locals().begin() + 1, fit_.locals().end(), [&](const Pose& local) {
-    return kinematics::rotation_vector(local.rotation).norm() <= settings_.most_turn_rad;
+    return kinematics::rotation_vector(local.rotation).norm() <= settings_.max_joint_angle_rad;
   });
 }
 
-void TPoseFinder::describe(const Reading& best, std::span<const Eigen::Vector3d> points, double margin) {
+void TPoseFinder::describe(const Hypothesis& best, std::span<const Eigen::Vector3d> points, double margin) {
   found_.emplace();
   found_->rms_m = best.rms_m;
   found_->margin = margin;
@@ -289,31 +294,31 @@ void TPoseFinder::describe(const Reading& best, std::span<const Eigen::Vector3d>
 const std::optional<FoundBody>& TPoseFinder::find(std::span<const Eigen::Vector3d> points) {
   found_.reset();
   points = points.first(std::min(points.size(), max_points_));
-  const double needed = settings_.least_share * static_cast<double>(model_.size());
+  const double needed = settings_.min_marker_fraction * static_cast<double>(model_.size());
   if (model_.size() < 4 || static_cast<double>(points.size()) < needed) return found_;
   propose(points);
   if (proposals_.empty()) return found_;
 
   std::size_t best = 0;
   for (std::size_t i = 0; i < proposals_.size(); ++i) {
-    read(proposals_[i].place, points, readings_[i]);
-    if (readings_[i].cost < readings_[best].cost) best = i;
+    evaluate_placement(proposals_[i].place, points, hypotheses_[i]);
+    if (hypotheses_[i].cost < hypotheses_[best].cost) best = i;
   }
   const Eigen::Vector3d centre = mean_of(model_);
-  Reading& turned = readings_[proposals_.size()];
-  read(turned_round(readings_[best].place, centre), points, turned);
-  if (turned.cost < readings_[best].cost) best = proposals_.size();
+  Hypothesis& half_turned = hypotheses_[proposals_.size()];
+  evaluate_placement(rotated_by_half_turn(hypotheses_[best].place, centre), points, half_turned);
+  if (half_turned.cost < hypotheses_[best].cost) best = proposals_.size();
 
   double next = 1e12;
   for (std::size_t i = 0; i <= proposals_.size(); ++i) {
-    const Reading& other = readings_[i];
-    const bool differs = other.point_of_marker != readings_[best].point_of_marker;
-    if (i != best && differs && same_body(other, readings_[best])) next = std::min(next, other.cost);
+    const Hypothesis& other = hypotheses_[i];
+    const bool differs = other.point_of_marker != hypotheses_[best].point_of_marker;
+    if (i != best && differs && shares_points(other, hypotheses_[best])) next = std::min(next, other.cost);
   }
-  Reading& chosen = readings_[best];
-  if (chosen.sides_exchanged) return found_;
+  Hypothesis& chosen = hypotheses_[best];
+  if (chosen.sides_swapped) return found_;
   const double margin = next - chosen.cost;
-  if (chosen.matched < needed || chosen.rms_m > settings_.most_rms_m || margin < settings_.least_margin) return found_;
+  if (chosen.matched < needed || chosen.rms_m > settings_.max_rms_m || margin < settings_.min_margin) return found_;
   if (margin < 0.25 * chosen.cost) return found_;
   fit_body(points, chosen);
   if (is_in_pose()) describe(chosen, points, margin);

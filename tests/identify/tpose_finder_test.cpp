@@ -1,4 +1,4 @@
-#include "identify/t_pose_finder.h"
+#include "identify/tpose_finder.h"
 
 #include <gtest/gtest.h>
 
@@ -29,8 +29,9 @@ Cloud stand(const MarkerSet& model, double yaw_rad, int missing, int ghosts, std
   kinematics::PoseFit body(other, kinematics::PoseFit::Lengths::Fixed);
   std::vector<Pose> locals(body.locals().begin(), body.locals().end());
   for (Pose& local : locals)
-    local.rotation = kinematics::turn_by(0.03 * Eigen::Vector3d(normal(random), normal(random), normal(random)));
-  locals[0] = {{flat(random), flat(random), 0.96 * size}, kinematics::turn_by({0.0, 0.0, yaw_rad})};
+    local.rotation =
+        kinematics::from_rotation_vector(0.03 * Eigen::Vector3d(normal(random), normal(random), normal(random)));
+  locals[0] = {{flat(random), flat(random), 0.96 * size}, kinematics::from_rotation_vector({0.0, 0.0, yaw_rad})};
   body.set_locals(locals);
 
   Cloud cloud;
