@@ -115,7 +115,7 @@ bool BodyPoseSearch::expand() {
 
 bool BodyPoseSearch::seed_root() {
   if (next_ < cloud_->size()) {
-    proposer_.seed(shapes_.of(static_cast<std::size_t>(root_)), *cloud_, next_++, kMaxSeeds, seeds_);
+    proposer_.propose_from_points(shapes_.of(static_cast<std::size_t>(root_)), *cloud_, next_++, kMaxSeeds, seeds_);
     return false;
   }
   std::sort(seeds_.begin(), seeds_.end(),

@@ -213,7 +213,7 @@ TEST(BatchProjector, FindTheNearestFreeRayOfEachView) {
   MetMarkers given(6, 0.05, 0.1);
   const Eigen::Matrix3d covariance_m2 = 0.002 * 0.002 * Eigen::Matrix3d::Identity();
   constexpr double kSigmas = 3.5, kFloor_px = 0.5;
-  for (std::size_t view = 0; view < given.assigned.size(); ++view) (*given.rays)[view].take(0);
+  for (std::size_t view = 0; view < given.assigned.size(); ++view) (*given.rays)[view].increment_use(0);
   given.rays->list_unassigned(kSigmas);
 
   std::size_t found = 0;
@@ -248,9 +248,9 @@ TEST(ViewRays, CountsTheRaysThatNoMatchHas) {
   ViewRays& rays = (*given.rays)[0];
   const std::size_t all = rays.size();
 
-  rays.take(3);
-  rays.take(3);
-  rays.take(5);
+  rays.increment_use(3);
+  rays.increment_use(3);
+  rays.increment_use(5);
   rays.decrement_use(3);
   rays.decrement_use(5);
 

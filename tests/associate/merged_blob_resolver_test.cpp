@@ -133,7 +133,7 @@ TEST(ShareBlobs, SharesNoBlobWhoseShapeDoesNotFit) {
   const double px = 1.0 / view.focal_px;
   view.index();
   RayBins bins;
-  bins.fill(view.shared_places(), view.bounds(), view.typical_variance(), 4.0F);
+  bins.fill(view.places(), view.bounds(), view.typical_variance(), 4.0F);
   // Two markers on either side of the blob, each known to 0.3 px.
   const auto two_at = [&](const Vector2d& off_px) {
     PredictedMeasurements two;

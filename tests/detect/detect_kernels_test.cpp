@@ -213,7 +213,7 @@ TEST(ImageComponents, AddUpTheRunsThatTheyTell) {
       EXPECT_EQ(shape.end_x, expected.end_x);
       EXPECT_EQ(shape.begin_y, expected.begin_y);
       EXPECT_EQ(shape.end_y, expected.end_y);
-      const Run& first = components.runs(i)[0];
+      const detect::Run& first = components.runs(i)[0];
       const int first_px = first.y * picture.width_px + first.begin;
       EXPECT_GT(first_px, last_first_px);
       last_first_px = first_px;

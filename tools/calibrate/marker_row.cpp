@@ -64,7 +64,7 @@ void run_row(const record::BlobRecording& recording, const Rig& rig, const std::
     tracker->predict(instant.at, *expected);
     const Matches& matches = matcher->match(frames, *expected);
     const Markers& markers = triangulator->triangulate(frames, matches);
-    look({frames, matches, markers, tracker->step(markers, *expected, matches.lone)});
+    look({frames, matches, markers, tracker->step(markers, *expected, matches.bearing_only)});
   }
 }
 

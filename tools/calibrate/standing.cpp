@@ -32,7 +32,7 @@ Standing watched(const record::BlobRecording& recording, const Rig& rig, const d
   std::vector<bool> stood(rig.size(), false);
   drift::DriftWatch watch(settings, rig);
   run_row(recording, rig, {}, [&, first = begin, last = end](const RowLook& look) {
-    const CameraId camera = watch.look(look.frames, look.matches, look.markers);
+    const CameraId camera = watch.update(look.frames, look.matches, look.markers);
     const drift::CameraDrift& drift = watch.camera(camera);
     if (drift.views < kLeastViews) return;
     if (drift.off_px < kStoodRight * settings.drift_px) stood[camera.value] = true;
