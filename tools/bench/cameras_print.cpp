@@ -20,43 +20,44 @@ std::string text_of(const std::optional<double>& value) {
 
 }  // namespace
 
-void tell_cameras(CLI::App& command, CamerasBenchSettings& settings) {
+void tell_cameras(cli::App& command, CamerasBenchSettings& settings) {
   command
       .add_option("--bus", settings.bus,
                   "gige: served by mocap-sim on loopback; v4l2: /dev/video0 and on, of vivid, v4l2loopback (which "
                   "mocap-sim then "
                   "feeds) or real ones")
-      ->check(CLI::IsMember({"gige", "v4l2"}))
+      ->check(cli::IsMember({"gige", "v4l2"}))
       ->capture_default_str();
-  command.add_option("--count", settings.count, "cameras")->check(CLI::Range(1, 64))->capture_default_str();
+  command.add_option("--count", settings.count, "cameras")->check(cli::Range(1, 64))->capture_default_str();
   command
-      .add_option_function<std::string>(
+      .add_option(
           "--size",
-          [&settings](const std::string& size) {
+          [&settings](const std::string& size) -> std::optional<std::string> {
             int end = 0;
             const int read = std::sscanf(size.c_str(), "%dx%d%n", &settings.width_px, &settings.height_px, &end);
             if (read != 2 || static_cast<std::size_t>(end) != size.size() || settings.width_px < 16 ||
                 settings.height_px < 16) {
-              throw CLI::ValidationError("--size", size + ", expected WxH");
+              return size + ", expected WxH";
             }
+            return std::nullopt;
           },
           "of the images, px, such as 640x480 (the default)")
       ->type_name("WxH");
   command.add_option("--rate", settings.rate_hz, "images a second, Hz")
-      ->check(CLI::Range(1.0, 1000.0))
+      ->check(cli::Range(1.0, 1000.0))
       ->capture_default_str();
   command.add_option("--seconds", settings.seconds, "measured time, s")
-      ->check(CLI::Range(0.5, 3600.0))
+      ->check(cli::Range(0.5, 3600.0))
       ->capture_default_str();
   command.add_option("--warm-up", settings.warm_up_s, "s before that, from when all cameras stream")
-      ->check(CLI::Range(0.0, 600.0))
+      ->check(cli::Range(0.0, 600.0))
       ->capture_default_str();
   command.add_option("--format", settings.pixel_format, "pixel format; default: Mono8, GREY");
   command.add_option("--clock", settings.clock, "estimated or utc")
-      ->check(CLI::IsMember({"estimated", "utc"}))
+      ->check(cli::IsMember({"estimated", "utc"}))
       ->capture_default_str();
   command.add_option("--trigger", settings.trigger, "free_run, or action: told to expose by action commands (gige)")
-      ->check(CLI::IsMember({"free_run", "action"}))
+      ->check(cli::IsMember({"free_run", "action"}))
       ->capture_default_str();
   command.add_flag("--ptp", settings.ptp, "the cameras keep PTP time (gige)");
   command.add_option("--clock-skew-us", settings.clock_skew_us, "of the cameras' clocks (gige)");
@@ -64,7 +65,7 @@ void tell_cameras(CLI::App& command, CamerasBenchSettings& settings) {
   command.add_option("--delivery-jitter-us", settings.delivery_jitter_us, "mean delay of an image (gige)");
   command.add_option("--packet-loss", settings.packet_loss, "share of the packets that are lost (gige)");
   command.add_option("--packet-size", settings.packet_size_bytes, "bytes (gige)")
-      ->check(CLI::Range(576, 65507))
+      ->check(cli::Range(576, 65507))
       ->capture_default_str();
   command.add_option("--patience-us", settings.patience_us, "of a set for its last image; 0: the daemon's own");
 }

@@ -1,13 +1,12 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include "cameras_bench.h"
+#include "lib/cli/app.h"
 
 namespace mocap::bench {
 
 /// The options of `mocap-bench cameras`.
-void tell_cameras(CLI::App& command, CamerasBenchSettings& settings);
+void tell_cameras(cli::App& command, CamerasBenchSettings& settings);
 
 /// Runs it and prints the figures; the exit code.
 int cameras(const CamerasBenchSettings& settings, bool json);

@@ -253,19 +253,19 @@ Result<FeedBenchFigures> run_feed_bench(const FeedBenchSettings& settings) {
   return figures;
 }
 
-CLI::App* add_feed_bench(CLI::App& app, FeedBenchSettings& settings) {
-  CLI::App* feed = app.add_subcommand("feed", "the feed to many subscribers on loopback: share, age, cost");
+cli::App* add_feed_bench(cli::App& app, FeedBenchSettings& settings) {
+  cli::App* feed = app.add_subcommand("feed", "the feed to many subscribers on loopback: share, age, cost");
   feed->add_option("--subscribers", settings.subscribers, "that listen to every snapshot")
-      ->check(CLI::Range(1, 10000))
+      ->check(cli::Range(1, 10000))
       ->capture_default_str();
   feed->add_option("--rate", settings.rate_hz, "snapshots a second, Hz")
-      ->check(CLI::Range(1.0, 1000.0))
+      ->check(cli::Range(1.0, 1000.0))
       ->capture_default_str();
   feed->add_option("--seconds", settings.seconds, "measured time, s")
-      ->check(CLI::Range(0.5, 600.0))
+      ->check(cli::Range(0.5, 600.0))
       ->capture_default_str();
   feed->add_option("--joins", settings.joins, "late joins, one after the other, without keys and with")
-      ->check(CLI::Range(0, 100000))
+      ->check(cli::Range(0, 100000))
       ->capture_default_str();
   return feed;
 }

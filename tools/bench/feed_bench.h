@@ -1,10 +1,10 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstddef>
 
 #include "base/result.h"
 #include "feed_joins.h"
+#include "lib/cli/app.h"
 
 namespace mocap::bench {
 
@@ -34,7 +34,7 @@ struct FeedBenchFigures {
 Result<FeedBenchFigures> run_feed_bench(const FeedBenchSettings& settings);
 
 /// `mocap-bench feed` and its options.
-CLI::App* add_feed_bench(CLI::App& app, FeedBenchSettings& settings);
+cli::App* add_feed_bench(cli::App& app, FeedBenchSettings& settings);
 int print_feed_bench(const FeedBenchSettings& settings, bool json);
 
 }  // namespace mocap::bench

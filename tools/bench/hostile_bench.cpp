@@ -224,13 +224,13 @@ Result<HostileBenchFigures> run_hostile_bench(const HostileBenchSettings& settin
   return figures;
 }
 
-CLI::App* add_hostile_bench(CLI::App& app, HostileBenchSettings& settings) {
-  CLI::App* hostile = app.add_subcommand("hostile", "the feed while others stall, flood and lie: gaps, memory");
+cli::App* add_hostile_bench(cli::App& app, HostileBenchSettings& settings) {
+  cli::App* hostile = app.add_subcommand("hostile", "the feed while others stall, flood and lie: gaps, memory");
   hostile->add_option("--rate", settings.rate_hz, "snapshots a second, Hz")
-      ->check(CLI::Range(1.0, 1000.0))
+      ->check(cli::Range(1.0, 1000.0))
       ->capture_default_str();
   hostile->add_option("--seconds", settings.seconds, "of each attack, s")
-      ->check(CLI::Range(0.5, 600.0))
+      ->check(cli::Range(0.5, 600.0))
       ->capture_default_str();
   hostile->add_option("--seed", settings.seed, "of the random bytes")->capture_default_str();
   return hostile;

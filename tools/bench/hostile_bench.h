@@ -1,11 +1,11 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "lib/cli/app.h"
 #include "model/health.h"
 
 namespace mocap::bench {
@@ -36,7 +36,7 @@ struct HostileBenchFigures {
 Result<HostileBenchFigures> run_hostile_bench(const HostileBenchSettings& settings);
 
 /// `mocap-bench hostile` and its options.
-CLI::App* add_hostile_bench(CLI::App& app, HostileBenchSettings& settings);
+cli::App* add_hostile_bench(cli::App& app, HostileBenchSettings& settings);
 int print_hostile_bench(const HostileBenchSettings& settings, bool json);
 
 }  // namespace mocap::bench

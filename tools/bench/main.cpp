@@ -1,9 +1,8 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +15,7 @@
 #include "fuse_bench.h"
 #include "fuse_print.h"
 #include "hostile_bench.h"
+#include "lib/cli/app.h"
 #include "pipeline_bench.h"
 #include "solve_bench.h"
 #include "support/places.h"
@@ -71,73 +71,73 @@ int pipeline(const PipelineBenchSettings& settings, bool json) {
   return kExitOk;
 }
 
-void tell_pipeline(CLI::App& pipeline, PipelineBenchSettings& settings) {
+void tell_pipeline(cli::App& pipeline, PipelineBenchSettings& settings) {
   pipeline.add_option("--cameras", settings.cameras, "synthetic cameras in a ring")
-      ->check(CLI::Range(2, 64))
+      ->check(cli::Range(2, 64))
       ->capture_default_str();
   pipeline.add_option("--rate", settings.rate_hz, "images a second, Hz")
-      ->check(CLI::Range(1.0, 1000.0))
+      ->check(cli::Range(1.0, 1000.0))
       ->capture_default_str();
   pipeline.add_option("--seconds", settings.seconds, "measured time, s")
-      ->check(CLI::Range(0.5, 3600.0))
+      ->check(cli::Range(0.5, 3600.0))
       ->capture_default_str();
   pipeline.add_option("--marker-set", settings.marker_set, "worn by the subject")->capture_default_str();
   pipeline.add_option("--seed", settings.seed, "of the images' noise")->capture_default_str();
 }
 
-void tell_detect(CLI::App& detect, DetectSceneSettings& settings) {
+void tell_detect(cli::App& detect, DetectSceneSettings& settings) {
   detect
-      .add_option_function<std::string>(
+      .add_option(
           "--size",
-          [&settings](const std::string& size) {
+          [&settings](const std::string& size) -> std::optional<std::string> {
             int end = 0;
             const int read = std::sscanf(size.c_str(), "%dx%d%n", &settings.width_px, &settings.height_px, &end);
             const bool fits = read == 2 && static_cast<std::size_t>(end) == size.size() && settings.width_px >= 64 &&
                               settings.height_px >= 64 && settings.width_px <= 16384 && settings.height_px <= 16384;
-            if (!fits) throw CLI::ValidationError("--size", size + ", expected WxH, each 64 to 16384");
+            if (!fits) return size + ", expected WxH, each 64 to 16384";
+            return std::nullopt;
           },
           "of the images, px, such as 1280x1024 (the default)")
       ->type_name("WxH");
-  detect.add_option("--markers", settings.markers, "in an image")->check(CLI::Range(1, 512))->capture_default_str();
-  detect.add_option("--variant", settings.busy, "dark, or busy with bright clutter")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, bool>{{"dark", false}, {"busy", true}}));
+  detect.add_option("--markers", settings.markers, "in an image")->check(cli::Range(1, 512))->capture_default_str();
+  detect.add_choice("--variant", settings.busy, {{"dark", false}, {"busy", true}}, "dark, or busy with bright clutter");
   detect.add_option("--peak", settings.peak_grey, "of a marker over the background, grey levels; over 240 saturates")
-      ->check(CLI::Range(30.0, 2000.0))
+      ->check(cli::Range(30.0, 2000.0))
       ->capture_default_str();
   detect.add_option("--noise", settings.noise_grey, "standard deviation, grey levels")
-      ->check(CLI::Range(0.0, 30.0))
+      ->check(cli::Range(0.0, 30.0))
       ->capture_default_str();
   detect.add_option("--seed", settings.seed, "of places and noise")->capture_default_str();
 }
 
-void tell_fuse(CLI::App& fuse, FuseBenchSettings& settings, bool& growth) {
-  fuse.add_option("--cameras", settings.world.cameras, "in a ring")->check(CLI::Range(2, 64))->capture_default_str();
+void tell_fuse(cli::App& fuse, FuseBenchSettings& settings, bool& growth) {
+  fuse.add_option("--cameras", settings.world.cameras, "in a ring")->check(cli::Range(2, 64))->capture_default_str();
   fuse.add_option("--markers", settings.world.markers, "on people who walk")
-      ->check(CLI::Range(1, 320))
+      ->check(cli::Range(1, 320))
       ->capture_default_str();
-  fuse.add_option("--sets", settings.sets, "measured")->check(CLI::Range(10, 1000000))->capture_default_str();
+  fuse.add_option("--sets", settings.sets, "measured")->check(cli::Range(10, 1000000))->capture_default_str();
   fuse.add_option("--rate", settings.world.rate_hz, "sets a second, Hz")
-      ->check(CLI::Range(1.0, 1000.0))
+      ->check(cli::Range(1.0, 1000.0))
       ->capture_default_str();
   fuse.add_option("--missed", settings.world.missed, "share of a marker's views that give no blob")
-      ->check(CLI::Range(0.0, 0.9))
+      ->check(cli::Range(0.0, 0.9))
       ->capture_default_str();
   fuse.add_option("--false-blobs", settings.world.false_blobs, "for each marker and image")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(cli::Range(0.0, 1.0))
       ->capture_default_str();
   fuse.add_option("--sigma", settings.world.sigma_px, "of the blobs' places, px")
-      ->check(CLI::Range(0.0, 2.0))
+      ->check(cli::Range(0.0, 2.0))
       ->capture_default_str();
   fuse.add_option("--seed", settings.world.seed, "of noise, misses and false blobs")->capture_default_str();
   fuse.add_flag("--growth", growth,
                 "several numbers of cameras and markers, and the power of the blobs that the cost grows with");
 }
 
-void tell_solve(CLI::App& solve, SolveBenchSettings& settings) {
-  solve.add_option("--subjects", settings.subjects, "people who walk")->check(CLI::Range(1, 6))->capture_default_str();
-  solve.add_option("--sets", settings.sets, "measured")->check(CLI::Range(10, 1000000))->capture_default_str();
+void tell_solve(cli::App& solve, SolveBenchSettings& settings) {
+  solve.add_option("--subjects", settings.subjects, "people who walk")->check(cli::Range(1, 6))->capture_default_str();
+  solve.add_option("--sets", settings.sets, "measured")->check(cli::Range(10, 1000000))->capture_default_str();
   solve.add_option("--rate", settings.rate_hz, "sets a second, Hz")
-      ->check(CLI::Range(1.0, 1000.0))
+      ->check(cli::Range(1.0, 1000.0))
       ->capture_default_str();
   solve.add_option("--marker-set", settings.marker_set, "worn by everybody")->capture_default_str();
   solve.add_option("--seed", settings.seed, "of noise and false blobs")->capture_default_str();
@@ -193,7 +193,7 @@ int solve(const SolveBenchSettings& settings, bool json) {
 
 int main(int argc, char** argv) {
   using namespace mocap;  // NOLINT: the program
-  CLI::App app{"mocap-bench: what the daemon's parts cost on this machine", "mocap-bench"};
+  cli::App app{"mocap-bench: what the daemon's parts cost on this machine", "mocap-bench"};
   app.footer(bench::kExamples);
   app.require_subcommand(1);
 
@@ -202,36 +202,32 @@ int main(int argc, char** argv) {
   bool growth = false;
   bench::PipelineBenchSettings running;
   running.marker_set = marker_set;
-  CLI::App* pipeline = app.add_subcommand("pipeline", "latency from a set's last blob to its snapshot at ZeroMQ");
+  cli::App* pipeline = app.add_subcommand("pipeline", "latency from a set's last blob to its snapshot at ZeroMQ");
   bench::tell_pipeline(*pipeline, running);
   bench::DetectSceneSettings scene;
-  CLI::App* detect = app.add_subcommand("detect", "blobs of an image in memory: time and precision");
+  cli::App* detect = app.add_subcommand("detect", "blobs of an image in memory: time and precision");
   bench::tell_detect(*detect, scene);
   bench::FuseBenchSettings fusing;
   fusing.marker_set = marker_set;
-  CLI::App* fuse = app.add_subcommand("fuse", "cost of a set from blobs to tracks, against OpenCV, in one thread");
+  cli::App* fuse = app.add_subcommand("fuse", "cost of a set from blobs to tracks, against OpenCV, in one thread");
   bench::tell_fuse(*fuse, fusing, growth);
   bench::SolveBenchSettings solving;
   solving.marker_set = marker_set;
   bench::CamerasBenchSettings served;
   served.marker_set = marker_set;
-  CLI::App* cameras = app.add_subcommand("cameras", "real packets and drivers, from the camera to the feed");
+  cli::App* cameras = app.add_subcommand("cameras", "real packets and drivers, from the camera to the feed");
   bench::tell_cameras(*cameras, served);
-  CLI::App* solve = app.add_subcommand("solve", "names and skeletons: what the labeller and the solver cost in a set");
+  cli::App* solve = app.add_subcommand("solve", "names and skeletons: what the labeller and the solver cost in a set");
   bench::tell_solve(*solve, solving);
   bench::FeedBenchSettings feeding;
-  CLI::App* feed = bench::add_feed_bench(app, feeding);
+  cli::App* feed = bench::add_feed_bench(app, feeding);
   bench::HostileBenchSettings attacked;
-  CLI::App* hostile = bench::add_hostile_bench(app, attacked);
-  for (CLI::App* command : {pipeline, detect, fuse, solve, cameras, feed, hostile}) {
+  cli::App* hostile = bench::add_hostile_bench(app, attacked);
+  for (cli::App* command : {pipeline, detect, fuse, solve, cameras, feed, hostile}) {
     command->add_flag("--json", json,
                       command == fuse ? "one JSON array on standard output" : "one JSON object on standard output");
   }
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kExitOk : kExitUsage;
-  }
+  if (const auto exit = app.parse(argc, argv)) return *exit;
   set_log_level(LogLevel::Warn);
   if (cameras->parsed()) return bench::cameras(served, json);
   if (detect->parsed()) return bench::detect(scene, json);

@@ -31,17 +31,17 @@ int refuse(const Error& error) {
 
 }  // namespace
 
-void FilesCommands::add(CLI::App& app) {
+void FilesCommands::add(cli::App& app) {
   export_ = app.add_subcommand("export", "write a rig as another program reads it");
   export_->add_option("--format", format_, "opencv, kalibr or pose2sim")
       ->required()
-      ->check(CLI::IsMember({"opencv", "kalibr", "pose2sim"}));
+      ->check(cli::IsMember({"opencv", "kalibr", "pose2sim"}));
   export_->add_option("rig", from_, "the rig to read")->required()->type_name("RIG.toml");
   export_->add_option("out", to_, "the file to write")->required()->type_name("OUT");
 
   import_ = app.add_subcommand("import", "make a rig of another program's calibration");
   import_->add_option("--format", format_, "opencv, kalibr, pose2sim or qca; default: told by what the file says")
-      ->check(CLI::IsMember({"opencv", "kalibr", "pose2sim", "qca"}));
+      ->check(cli::IsMember({"opencv", "kalibr", "pose2sim", "qca"}));
   import_->add_option("file", from_, "the file to read")->required()->type_name("FILE");
   import_->add_option("out", to_, "the rig to write")->required()->type_name("OUT.toml");
 }

@@ -1,16 +1,17 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <optional>
 #include <string>
+
+#include "lib/cli/app.h"
 
 namespace mocap::calibrate {
 
 /// `mocap-calibrate export` and `import`: rigs to and from the files of other programs.
 class FilesCommands {
  public:
-  void add(CLI::App& app);
+  void add(cli::App& app);
   /// The exit code; nothing where neither was asked for.
   std::optional<int> run() const;
 
@@ -18,8 +19,8 @@ class FilesCommands {
   int run_export() const;
   int run_import() const;
 
-  CLI::App* export_ = nullptr;
-  CLI::App* import_ = nullptr;
+  cli::App* export_ = nullptr;
+  cli::App* import_ = nullptr;
   std::filesystem::path from_;
   std::filesystem::path to_;
   std::string format_;

@@ -40,8 +40,8 @@ Result<calibration::Floor> find_floor(const FloorOptions& options, const record:
 
 }  // namespace
 
-void add_floor_command(CLI::App& app, FloorOptions& options) {
-  CLI::App* floor = app.add_subcommand("floor", "lay a floor frame down: where the floor is, and the axes");
+void add_floor_command(cli::App& app, FloorOptions& options) {
+  cli::App* floor = app.add_subcommand("floor", "lay a floor frame down: where the floor is, and the axes");
   add_take_options(*floor, options.take);
   floor->add_option("--rig", options.rig, "the rig whose world is laid on the floor; default: the configuration's")
       ->type_name("FILE");
@@ -51,7 +51,7 @@ void add_floor_command(CLI::App& app, FloorOptions& options) {
                                  "the frame's long arm (along x) and short arm (along y), mm; its corner is the origin")
                     ->delimiter(',')
                     ->expected(2)
-                    ->check(CLI::Range(50.0, 10000.0))
+                    ->check(cli::Range(50.0, 10000.0))
                     ->capture_default_str();
   auto* markers = floor
                       ->add_flag("--markers", options.by_markers,
@@ -61,10 +61,10 @@ void add_floor_command(CLI::App& app, FloorOptions& options) {
       ->excludes(frame)
       ->excludes(markers);
   floor->add_option("--height", options.height_mm, "of the (lowest) markers' centres over the floor, mm")
-      ->check(CLI::Range(-100.0, 1000.0))
+      ->check(cli::Range(-100.0, 1000.0))
       ->capture_default_str();
   floor->add_option("--seconds", options.take.seconds, "of live cameras; default 5, of a walk 30")
-      ->check(CLI::Range(1.0, 3600.0));
+      ->check(cli::Range(1.0, 3600.0));
   floor->add_flag("--dry-run", options.dry_run, "say what it would do, write nothing");
 }
 

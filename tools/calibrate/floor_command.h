@@ -1,10 +1,10 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <vector>
 
 #include "calibrate/gather_blobs.h"
+#include "lib/cli/app.h"
 
 namespace mocap::calibrate {
 
@@ -20,7 +20,7 @@ struct FloorOptions {
 };
 
 /// `mocap-calibrate floor`
-void add_floor_command(CLI::App& app, FloorOptions& options);
+void add_floor_command(cli::App& app, FloorOptions& options);
 
 /// Lays a rig's world on the floor that is seen. Gives the program's exit code.
 int run_floor(const FloorOptions& options);

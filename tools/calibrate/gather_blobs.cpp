@@ -238,7 +238,7 @@ Lens about(const UnknownLens& unknown, int width_px, int height_px) {
 
 }  // namespace
 
-void add_take_options(CLI::App& command, TakeOptions& options) {
+void add_take_options(cli::App& command, TakeOptions& options) {
   auto* config = command.add_option("--config", options.config, "the daemon's configuration: its cameras are run")
                      ->type_name("FILE");
   auto* blobs = command.add_option("--blobs", options.blobs, "a blob recording instead of cameras")

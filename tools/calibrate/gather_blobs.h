@@ -1,12 +1,12 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
 #include <optional>
 
 #include "calibrate/say.h"
 #include "calibration/wand/wand_recording.h"
+#include "lib/cli/app.h"
 #include "model/camera_model.h"
 #include "settings/daemon_settings.h"
 #include "take/blob_recording.h"
@@ -21,7 +21,7 @@ struct TakeOptions {
   double seconds = 0.0;          ///< of live cameras, at most; of a recording the last; 0: all of it
 };
 
-void add_take_options(CLI::App& command, TakeOptions& options);
+void add_take_options(cli::App& command, TakeOptions& options);
 
 /// What cameras saw.
 struct Gathered {

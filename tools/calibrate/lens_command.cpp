@@ -63,7 +63,7 @@ std::string progress_of(const std::string& camera, const LensViews& views) {
 
 }  // namespace
 
-void LensCommand::add(CLI::App& app) {
+void LensCommand::add(cli::App& app) {
   command_ = app.add_subcommand("lens", "lenses from a chessboard or a ChArUco board, shown to cameras or in images");
   auto* config =
       command_->add_option("--config", config_, "the daemon's configuration: its cameras are run")->type_name("FILE");
@@ -72,17 +72,17 @@ void LensCommand::add(CLI::App& app) {
       ->excludes(config);
   command_->add_option("--camera", cameras_, "only this one, or these; its name with --images")->type_name("NAME");
   command_->add_option("--rig", rig_, "the rig that gets the lenses; default: the configuration's")->type_name("FILE");
-  command_->add_option("--board", kind_)->check(CLI::IsMember({"charuco", "chessboard"}))->capture_default_str();
+  command_->add_option("--board", kind_)->check(cli::IsMember({"charuco", "chessboard"}))->capture_default_str();
   command_->add_option("--columns", board_.columns, "squares from left to right")->capture_default_str();
   command_->add_option("--rows", board_.rows, "squares from top to bottom")->capture_default_str();
   command_->add_option("--square-mm", square_mm_, "side of a square")
-      ->check(CLI::PositiveNumber)
+      ->check(cli::PositiveNumber{})
       ->capture_default_str();
   command_->add_option("--marker-mm", marker_mm_, "side of a marker; default: three quarters of a square");
   command_->add_option("--dictionary", board_.dictionary, "of the markers")->capture_default_str();
   command_->add_flag("--fisheye", fisheye_, "fisheye (equidistant) lenses instead of pinhole ones");
   command_->add_option("--views", most_views_, "boards of each camera that are used")
-      ->check(CLI::Range(6, 500))
+      ->check(cli::Range(6, 500))
       ->capture_default_str();
   command_->add_flag("--dry-run", dry_run_, "say what it would do, write nothing");
   command_->add_flag("--json", json_, "print one JSON object");

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -9,6 +8,7 @@
 #include "base/result.h"
 #include "calibrate/lens_views.h"
 #include "calibration/lens/fit_lens.h"
+#include "lib/cli/app.h"
 #include "settings/daemon_settings.h"
 
 namespace mocap::calibrate {
@@ -16,7 +16,7 @@ namespace mocap::calibrate {
 /// `mocap-calibrate lens`: lenses from images of a chessboard or a ChArUco board.
 class LensCommand {
  public:
-  void add(CLI::App& app);
+  void add(cli::App& app);
   /// The exit code; nothing where it was not asked for.
   std::optional<int> run();
 
@@ -34,7 +34,7 @@ class LensCommand {
   void keep_wanted(settings::DaemonSettings& settings) const;
   int fit_and_write(const std::vector<Seen>& cameras);
 
-  CLI::App* command_ = nullptr;
+  cli::App* command_ = nullptr;
   std::filesystem::path config_;
   std::filesystem::path images_;
   std::filesystem::path rig_;

@@ -1,5 +1,4 @@
 // mocap-calibrate: teaches a rig file what only the cameras know. See --help.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 
@@ -11,6 +10,7 @@
 #include "calibrate/report_compare.h"
 #include "calibrate/verify_command.h"
 #include "calibrate/wand_command.h"
+#include "lib/cli/app.h"
 
 namespace {
 
@@ -36,7 +36,7 @@ exit codes: 0 done, 64 wrong command line, 65 what was seen is refused and nothi
 
 int main(int argc, char** argv) {
   using namespace mocap;  // NOLINT: the program
-  CLI::App app{"mocap-calibrate: teaches a rig file what only the cameras know", "mocap-calibrate"};
+  cli::App app{"mocap-calibrate: teaches a rig file what only the cameras know", "mocap-calibrate"};
   app.footer(kExamples);
   app.require_subcommand(1);
   calibrate::MaskOptions mask;
@@ -55,11 +55,7 @@ int main(int argc, char** argv) {
   lens.add(app);
   calibrate::CompareCommand compare;
   compare.add(app);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kExitOk : kExitUsage;
-  }
+  if (const auto exit = app.parse(argc, argv)) return *exit;
   try {
     if (app.got_subcommand("wand")) return calibrate::run_wand(wand);
     if (app.got_subcommand("floor")) return calibrate::run_floor(floor);

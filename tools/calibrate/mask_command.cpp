@@ -154,24 +154,24 @@ int write(const MaskOptions& options, const std::filesystem::path& path, const R
 
 }  // namespace
 
-void add_mask_command(CLI::App& app, MaskOptions& options) {
-  CLI::App* mask = app.add_subcommand("mask", "learn what shines in the empty volume, and mask it");
+void add_mask_command(cli::App& app, MaskOptions& options) {
+  cli::App* mask = app.add_subcommand("mask", "learn what shines in the empty volume, and mask it");
   mask->add_option("--config", options.config, "the daemon's configuration: its cameras are run")
       ->required()
       ->type_name("FILE");
   mask->add_option("--rig", options.rig, "the rig file to read and write; default: the configuration's")
       ->type_name("FILE");
   mask->add_option("--frames", options.frames, "images of each camera")
-      ->check(CLI::Range(kLeastFrames, std::size_t{100000}))
+      ->check(cli::Range(kLeastFrames, std::size_t{100000}))
       ->capture_default_str();
   mask->add_option("--margin-px", options.learn.margin_px, "a mask reaches so far over what shines")
-      ->check(CLI::Range(0.0, 100.0))
+      ->check(cli::Range(0.0, 100.0))
       ->capture_default_str();
   mask->add_option("--least-share", options.learn.least_share, "of the images in which a light shines")
-      ->check(CLI::Range(0.01, 1.0))
+      ->check(cli::Range(0.01, 1.0))
       ->capture_default_str();
   mask->add_option("--most-percent", options.most_percent, "of an image that may be masked; more is refused")
-      ->check(CLI::Range(0.0, 100.0))
+      ->check(cli::Range(0.0, 100.0))
       ->capture_default_str();
   mask->add_flag("--dry-run", options.dry_run, "say what it would do, write nothing");
   mask->add_flag("--clear", options.clear, "forget all that was learnt; masks that you drew stay");

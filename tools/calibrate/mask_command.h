@@ -1,10 +1,10 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstddef>
 #include <filesystem>
 
 #include "detect/mask_learner.h"
+#include "lib/cli/app.h"
 
 namespace mocap::calibrate {
 
@@ -19,7 +19,7 @@ struct MaskOptions {
 };
 
 /// `mocap-calibrate mask`
-void add_mask_command(CLI::App& app, MaskOptions& options);
+void add_mask_command(cli::App& app, MaskOptions& options);
 
 /// Runs all cameras of the configuration on an empty volume, learns what shines, and writes it into the rig. Gives the
 /// program's exit code.

@@ -23,8 +23,8 @@ void tell(const MendedRig& mended, const Rig& before) {
 
 }  // namespace
 
-void add_refine_command(CLI::App& app, RefineOptions& options) {
-  CLI::App* refine =
+void add_refine_command(cli::App& app, RefineOptions& options) {
+  cli::App* refine =
       app.add_subcommand("refine", "move any markers: mend a rig that drifted, or of which a camera was bumped");
   add_take_options(*refine, options.verify.take);
   refine->add_option("--rig", options.verify.rig, "the rig; default: the configuration's")->type_name("FILE");
@@ -32,14 +32,14 @@ void add_refine_command(CLI::App& app, RefineOptions& options) {
   refine
       ->add_option("--drift-px", options.verify.drift_px,
                    "a camera that is off by more is mended from the others first")
-      ->check(CLI::Range(0.05, 20.0))
+      ->check(cli::Range(0.05, 20.0))
       ->capture_default_str();
   refine
       ->add_option("--seconds", options.verify.take.seconds,
                    "of live cameras, default 10; or the last of a recording, default 60")
-      ->check(CLI::Range(1.0, 3600.0));
+      ->check(cli::Range(1.0, 3600.0));
   refine->add_flag("--dry-run", options.dry_run, "say what it would do, write nothing");
-  refine->add_option("--threads", options.threads)->check(CLI::Range(1, 64))->capture_default_str();
+  refine->add_option("--threads", options.threads)->check(cli::Range(1, 64))->capture_default_str();
 }
 
 int run_refine(const RefineOptions& options) {

@@ -14,7 +14,7 @@ constexpr int kExitData = 65;  // sysexits EX_DATAERR
 
 }  // namespace
 
-void CompareCommand::add(CLI::App& app) {
+void CompareCommand::add(cli::App& app) {
   command_ = app.add_subcommand("compare", "how two rigs differ, camera by camera");
   command_->add_option("old", old_, "the rig to compare with")->required()->type_name("OLD.toml");
   command_->add_option("new", new_, "the rig that is looked at")->required()->type_name("NEW.toml");

@@ -1,20 +1,21 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <optional>
+
+#include "lib/cli/app.h"
 
 namespace mocap::calibrate {
 
 /// `mocap-calibrate compare`: how two rigs differ, camera by camera.
 class CompareCommand {
  public:
-  void add(CLI::App& app);
+  void add(cli::App& app);
   /// The exit code; nothing where it was not asked for.
   std::optional<int> run() const;
 
  private:
-  CLI::App* command_ = nullptr;
+  cli::App* command_ = nullptr;
   std::filesystem::path old_;
   std::filesystem::path new_;
   bool truth_ = false;

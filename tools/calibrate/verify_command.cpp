@@ -31,17 +31,17 @@ std::string words_of(const MovedMeanwhile& moved, const Rig& rig) {
                      rig[moved.camera].name, moved.after_s);
 }
 
-void add_verify_command(CLI::App& app, VerifyOptions& options) {
-  CLI::App* verify = app.add_subcommand("verify", "move any markers: does every camera stand as the rig says?");
+void add_verify_command(cli::App& app, VerifyOptions& options) {
+  cli::App* verify = app.add_subcommand("verify", "move any markers: does every camera stand as the rig says?");
   add_take_options(*verify, options.take);
   verify->add_option("--rig", options.rig, "the rig; default: the configuration's")->type_name("FILE");
   verify->add_option("--drift-px", options.drift_px, "a camera may be off by so much on the whole")
-      ->check(CLI::Range(0.05, 20.0))
+      ->check(cli::Range(0.05, 20.0))
       ->capture_default_str();
   verify
       ->add_option("--seconds", options.take.seconds,
                    "of live cameras, default 10; or the last of a recording, default 60")
-      ->check(CLI::Range(1.0, 3600.0));
+      ->check(cli::Range(1.0, 3600.0));
 }
 
 int run_verify(const VerifyOptions& options) {

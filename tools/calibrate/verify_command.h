@@ -1,11 +1,11 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
 
 #include "calibrate/gather_blobs.h"
 #include "calibrate/standing.h"
+#include "lib/cli/app.h"
 
 namespace mocap::calibrate {
 
@@ -19,7 +19,7 @@ struct VerifyOptions {
 };
 
 /// `mocap-calibrate verify`
-void add_verify_command(CLI::App& app, VerifyOptions& options);
+void add_verify_command(cli::App& app, VerifyOptions& options);
 
 /// Says, camera by camera, whether the rig is still right. Gives the program's exit code: kExitData where a camera
 /// stands otherwise, or where nothing can be told.
@@ -33,7 +33,7 @@ struct RefineOptions {
 };
 
 /// `mocap-calibrate refine`
-void add_refine_command(CLI::App& app, RefineOptions& options);
+void add_refine_command(cli::App& app, RefineOptions& options);
 
 /// Mends cameras that were bumped from what the others see, then all of them, by any moving markers. Gives the
 /// program's exit code.

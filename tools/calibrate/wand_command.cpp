@@ -254,8 +254,8 @@ Result<Wand> parse_wand(const std::string& text) {
   return wand;
 }
 
-void add_wand_command(CLI::App& app, WandOptions& options) {
-  CLI::App* wand = app.add_subcommand("wand", "wave a wand before all cameras: where they stand, how they look");
+void add_wand_command(cli::App& app, WandOptions& options) {
+  cli::App* wand = app.add_subcommand("wand", "wave a wand before all cameras: where they stand, how they look");
   add_take_options(*wand, options.take);
   wand->add_option(
           "--wand,--length", options.wand,
@@ -267,21 +267,21 @@ void add_wand_command(CLI::App& app, WandOptions& options) {
                                "configuration's")
                   ->type_name("FILE");
   wand->add_option("--fov", options.fov_deg, "no lenses are known: the cameras look about so wide, degrees")
-      ->check(CLI::Range(5.0, 150.0))
+      ->check(cli::Range(5.0, 150.0))
       ->excludes(rig);
   wand->add_flag("--fisheye", options.fisheye, "with --fov: they are fisheye lenses (equidistant)");
   wand->add_flag("--refine-lens", options.refine_lens, "solve for the lenses, too, though they are known");
   wand->add_flag("--moved", options.moved, "the cameras, or the wand, are not as in the rig before");
   wand->add_option("--seconds", options.take.seconds,
                    "of live cameras at most; default 180, and less when it is enough")
-      ->check(CLI::Range(1.0, 3600.0));
+      ->check(cli::Range(1.0, 3600.0));
   wand->add_option("--out", options.out, "the rig file to write; default: the configuration's")->type_name("FILE");
   wand->add_option("--report", options.reports, "writes the report, too, as the file's name ends: .svg, .json, or text")
       ->type_name("FILE");
   wand->add_option("--truth", options.truth, "a rig that is known to be right; the report tells how far off it is")
       ->type_name("FILE");
   wand->add_flag("--dry-run", options.dry_run, "say what comes out, write nothing");
-  wand->add_option("--threads", options.threads)->check(CLI::Range(1, 64))->capture_default_str();
+  wand->add_option("--threads", options.threads)->check(cli::Range(1, 64))->capture_default_str();
 }
 
 int run_wand(const WandOptions& options) {

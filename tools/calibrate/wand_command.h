@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -8,6 +7,7 @@
 
 #include "calibrate/gather_blobs.h"
 #include "calibration/wand/wand.h"
+#include "lib/cli/app.h"
 
 namespace mocap::calibrate {
 
@@ -30,7 +30,7 @@ struct WandOptions {
 Result<calibration::Wand> parse_wand(const std::string& text);
 
 /// `mocap-calibrate wand`
-void add_wand_command(CLI::App& app, WandOptions& options);
+void add_wand_command(cli::App& app, WandOptions& options);
 
 /// Gathers a take of a waved wand, solves for all cameras and writes the rig. Gives the program's exit code.
 int run_wand(const WandOptions& options);

@@ -194,12 +194,12 @@ int run_shot(const CamerasOptions& options) {
 
 }  // namespace
 
-void add_cameras_command(CLI::App& app, std::function<int()>& chosen) {
+void add_cameras_command(cli::App& app, std::function<int()>& chosen) {
   auto options = std::make_shared<CamerasOptions>();
-  CLI::App* const command = app.add_subcommand("cameras", "the cameras that answer, what they can do, what they see");
+  cli::App* const command = app.add_subcommand("cameras", "the cameras that answer, what they can do, what they see");
   command->require_subcommand(1);
   const auto add = [&](const char* name, const char* about, int (*run)(const CamerasOptions&)) {
-    CLI::App* const sub = command->add_subcommand(name, about);
+    cli::App* const sub = command->add_subcommand(name, about);
     sub->callback([options, run, &chosen] {
       chosen = [options, run] {
         set_log_level(LogLevel::Warn);
@@ -208,18 +208,19 @@ void add_cameras_command(CLI::App& app, std::function<int()>& chosen) {
     });
     return sub;
   };
-  CLI::App* const list = add("list", "all cameras on the network, the USB and in the kernel", run_list);
+  cli::App* const list = add("list", "all cameras on the network, the USB and in the kernel", run_list);
   list->add_flag("--json", options->json, "a JSON array");
-  list->add_option("--config", options->config, "also what its cameras ask of each USB bus")->check(CLI::ExistingFile);
+  list->add_option("--config", options->config, "also what its cameras ask of each USB bus")
+      ->check(cli::ExistingFile{});
   list->add_option("--sys", options->sys, "where the kernel tells what is plugged in")->capture_default_str();
-  CLI::App* const describe = add("describe", "each feature of a camera, its value and its range", run_describe);
+  cli::App* const describe = add("describe", "each feature of a camera, its value and its range", run_describe);
   describe->add_option("camera", options->camera, "an address, a serial number or a MAC; with --config, a name")
       ->required();
-  describe->add_option("--config", options->config, "whose camera it is")->check(CLI::ExistingFile);
+  describe->add_option("--config", options->config, "whose camera it is")->check(cli::ExistingFile{});
   describe->add_flag("--json", options->json, "a JSON array");
-  CLI::App* const shot = add("shot", "one image with its blobs drawn in", run_shot);
+  cli::App* const shot = add("shot", "one image with its blobs drawn in", run_shot);
   shot->add_option("camera", options->camera, "its name in the configuration")->required();
-  shot->add_option("--config", options->config, "the daemon's")->required()->check(CLI::ExistingFile);
+  shot->add_option("--config", options->config, "the daemon's")->required()->check(cli::ExistingFile{});
   shot->add_option("--out", options->out, "a PNG")->capture_default_str();
 }
 

@@ -128,12 +128,12 @@ int run(const DoctorOptions& options) {
 
 }  // namespace
 
-void add_doctor_command(CLI::App& app, std::function<int()>& chosen) {
+void add_doctor_command(cli::App& app, std::function<int()>& chosen) {
   auto options = std::make_shared<DoctorOptions>();
-  CLI::App* const doctor =
+  cli::App* const doctor =
       app.add_subcommand("doctor", "looks whether this machine can receive cameras; 69 where something is bad");
   doctor->add_option("--config", options->config, "looks at what this configuration needs, and for its cameras")
-      ->check(CLI::ExistingFile);
+      ->check(cli::ExistingFile{});
   doctor->add_flag("--json", options->json, "a JSON array of findings");
   doctor->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
 }

@@ -1,11 +1,12 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
+
+#include "lib/cli/app.h"
 
 namespace mocap::ctl {
 
 /// `mocapctl doctor`; `chosen` runs it when it is the command that was named.
-void add_doctor_command(CLI::App& app, std::function<int()>& chosen);
+void add_doctor_command(cli::App& app, std::function<int()>& chosen);
 
 }  // namespace mocap::ctl

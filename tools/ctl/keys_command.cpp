@@ -92,8 +92,8 @@ int run_list(const KeysOptions& options) {
 
 }  // namespace
 
-void add_keys_command(CLI::App& app, KeysOptions& options) {
-  CLI::App* keys = app.add_subcommand("keys", "who may connect to a daemon that other machines reach (CURVE)");
+void add_keys_command(cli::App& app, KeysOptions& options) {
+  cli::App* keys = app.add_subcommand("keys", "who may connect to a daemon that other machines reach (CURVE)");
   keys->require_subcommand(1);
   keys->footer(R"(examples:
   mocapctl keys new server.key                       the daemon's own: [security] server_key = "server.key"
@@ -102,27 +102,27 @@ void add_keys_command(CLI::App& app, KeysOptions& options) {
                                                      [security] allowed_keys = "allowed.keys"
   mocapctl keys revoke anna --list allowed.keys      a daemon that runs cuts anna off within a second
   mocapctl status --endpoint tcp://10.0.0.7:5571 --server-key server.key --key anna.key)");
-  CLI::App* make = keys->add_subcommand("new", "make a pair of keys");
+  cli::App* make = keys->add_subcommand("new", "make a pair of keys");
   make->add_option("file", options.file, "that gets it, for its owner alone; there must be none yet")->required();
   make->callback([&options] { options.run = [&options] { return run_new(options); }; });
-  CLI::App* allow = keys->add_subcommand("allow", "put a client's key on the list, or change its role");
+  cli::App* allow = keys->add_subcommand("allow", "put a client's key on the list, or change its role");
   allow->add_option("key", options.who, "a public key, or the file of one")->required();
   allow->add_option("--name", options.name, "whose it is: one word, for people and the log");
   allow->add_option("--role", options.role, "viewer: watches and asks; operator: changes things, too")
-      ->check(CLI::IsMember({"viewer", "operator"}))
+      ->check(cli::IsMember({"viewer", "operator"}))
       ->capture_default_str();
   allow->callback([&options] { options.run = [&options] { return run_allow(options); }; });
-  CLI::App* revoke = keys->add_subcommand("revoke", "take a client's key from the list");
+  cli::App* revoke = keys->add_subcommand("revoke", "take a client's key from the list");
   revoke->add_option("key", options.who, "a public key, the file of one, or a name")->required();
   revoke->callback([&options] { options.run = [&options] { return run_revoke(options); }; });
-  CLI::App* list = keys->add_subcommand("list", "who may connect");
+  cli::App* list = keys->add_subcommand("list", "who may connect");
   list->callback([&options] { options.run = [&options] { return run_list(options); }; });
-  for (CLI::App* command : {allow, revoke, list}) {
+  for (cli::App* command : {allow, revoke, list}) {
     command->add_option("--list", options.list, "the list of those who may connect")
         ->type_name("FILE")
         ->capture_default_str();
   }
-  for (CLI::App* command : {make, list}) command->add_flag("--json", options.json, "print JSON");
+  for (cli::App* command : {make, list}) command->add_flag("--json", options.json, "print JSON");
 }
 
 }  // namespace mocap::ctl

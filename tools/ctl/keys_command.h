@@ -1,9 +1,10 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
 #include <string>
+
+#include "lib/cli/app.h"
 
 namespace mocap::ctl {
 
@@ -18,6 +19,6 @@ struct KeysOptions {
 };
 
 /// `mocapctl keys new`, `allow`, `revoke` and `list`; `options.run` is then the one that was named.
-void add_keys_command(CLI::App& app, KeysOptions& options);
+void add_keys_command(cli::App& app, KeysOptions& options);
 
 }  // namespace mocap::ctl

@@ -130,19 +130,19 @@ int fit(LiveOptions& options) {
   return ask(options, options.request);
 }
 
-void tell_connection(CLI::App& command, LiveOptions& options) {
+void tell_connection(cli::App& command, LiveOptions& options) {
   command.add_option("--endpoint", options.endpoint, "the daemon's control endpoint")->capture_default_str();
   command.add_option("--server-key", options.server_key, "the daemon's public key, or the file of it")
       ->type_name("KEY|FILE");
   command.add_option("--key", options.key, "your own pair of keys")->type_name("FILE");
   command.add_option("--timeout-s", options.timeout_s, "how long to wait for the answer")
-      ->check(CLI::Range(0.1, 600.0))
+      ->check(cli::Range(0.1, 600.0))
       ->capture_default_str();
   command.add_flag("--json", options.json, "print the answer as JSON");
 }
 
-CLI::App* add(CLI::App& parent, const char* name, const char* what, ControlAction action, LiveOptions& options) {
-  CLI::App* command = parent.add_subcommand(name, what);
+cli::App* add(cli::App& parent, const char* name, const char* what, ControlAction action, LiveOptions& options) {
+  cli::App* command = parent.add_subcommand(name, what);
   tell_connection(*command, options);
   command->callback([&options, action] {
     options.request.action = action;
@@ -151,42 +151,42 @@ CLI::App* add(CLI::App& parent, const char* name, const char* what, ControlActio
   return command;
 }
 
-void add_cameras(CLI::App& app, LiveOptions& options) {
-  CLI::App* camera = app.add_subcommand("camera", "settings of a camera that runs");
+void add_cameras(cli::App& app, LiveOptions& options) {
+  cli::App* camera = app.add_subcommand("camera", "settings of a camera that runs");
   camera->require_subcommand(1);
-  CLI::App* set = camera->add_subcommand("set", "exposure and gain, until the daemon is started again");
+  cli::App* set = camera->add_subcommand("set", "exposure and gain, until the daemon is started again");
   tell_connection(*set, options);
   set->add_option("name", options.request.name, "of the camera")->required();
-  auto* exposure = set->add_option("--exposure-us", options.exposure_us, "us")->check(CLI::Range(1.0, 1e6));
-  auto* gain = set->add_option("--gain-db", options.gain_db, "dB")->check(CLI::Range(0.0, 60.0));
+  auto* exposure = set->add_option("--exposure-us", options.exposure_us, "us")->check(cli::Range(1.0, 1e6));
+  auto* gain = set->add_option("--gain-db", options.gain_db, "dB")->check(cli::Range(0.0, 60.0));
   set->callback([&options, exposure, gain] {
     options.request.action = ControlAction::AdjustCamera;
     if (*exposure) options.request.exposure_us = options.exposure_us;
     if (*gain) options.request.gain_db = options.gain_db;
     options.run = [&options] { return ask(options, options.request); };
   });
-  CLI::App* mask = app.add_subcommand("mask", "what shines in the empty volume");
+  cli::App* mask = app.add_subcommand("mask", "what shines in the empty volume");
   mask->require_subcommand(1);
-  CLI::App* learn = add(*mask, "learn", "look at the empty volume, mask what shines, keep it in the rig and start anew",
+  cli::App* learn = add(*mask, "learn", "look at the empty volume, mask what shines, keep it in the rig and start anew",
                         ControlAction::LearnMask, options);
   learn->add_option("--camera", options.request.name, "this one alone");
-  learn->add_option("--images", options.request.images, "of each camera; default 100")->check(CLI::Range(10, 10000));
+  learn->add_option("--images", options.request.images, "of each camera; default 100")->check(cli::Range(10, 10000));
 }
 
 }  // namespace
 
-void add_live_commands(CLI::App& app, LiveOptions& options) {
+void add_live_commands(cli::App& app, LiveOptions& options) {
   add(app, "status", "how the daemon is", ControlAction::GetStatus, options);
   add(app, "description", "cameras, subjects, bones, markers", ControlAction::GetDescription, options);
   add(app, "snapshot", "the next snapshot, as JSON", ControlAction::GetSnapshot, options);
   add(app, "reload", "read the configuration anew, and start anew with it if it is good", ControlAction::Reload,
       options);
-  CLI::App* capture = app.add_subcommand("capture", "the cameras of the running daemon");
+  cli::App* capture = app.add_subcommand("capture", "the cameras of the running daemon");
   capture->require_subcommand(1);
   add(*capture, "start", "let them run", ControlAction::StartCapture, options);
   add(*capture, "stop", "let them rest; feed and subjects stay", ControlAction::StopCapture, options);
 
-  CLI::App& subject = *app.get_subcommand("subject");
+  cli::App& subject = *app.get_subcommand("subject");
   const struct {
     const char *name, *what;
     ControlAction action;
@@ -197,14 +197,14 @@ void add_live_commands(CLI::App& app, LiveOptions& options) {
        ControlAction::ResetSubject},
       {"wear", "a subject measures as this file says from now on (running daemon)", ControlAction::FitSubject}};
   for (const auto& [name, what, action] : subjects) {
-    CLI::App* command = add(subject, name, what, action, options);
+    cli::App* command = add(subject, name, what, action, options);
     command->add_option("name", options.request.name, "of the subject, as the configuration has it")->required();
     if (action == ControlAction::AddSubject) {
       command
           ->add_option("--marker-set", options.request.marker_set,
                        "a new subject wears this; kept in the daemon's configuration, and the daemon starts anew")
           ->type_name("FILE.toml")
-          ->check(CLI::ExistingFile)
+          ->check(cli::ExistingFile{})
           ->transform(
               [](const std::string& file) { return std::filesystem::absolute(file).lexically_normal().string(); });
     }
@@ -221,21 +221,19 @@ void add_live_commands(CLI::App& app, LiveOptions& options) {
 namespace {
 
 // The words that may follow a row of commands.
-void print_words(const CLI::App& app, const std::string& row) {
+void print_words(const cli::App& app, const std::string& row) {
   std::string words;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+  for (const cli::App* command : app.subcommands()) {
     words += command->get_name() + ' ';
   }
-  for (const CLI::Option* option : app.get_options()) {
-    for (const std::string& name : option->get_lnames()) words += "--" + name + ' ';
-  }
+  for (const std::string& name : app.option_names()) words += "--" + name + ' ';
   fmt::print("    '{}') words='{}' ;;\n", row, words);
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+  for (const cli::App* command : app.subcommands()) {
     print_words(*command, row + ' ' + command->get_name());
   }
 }
 
-int print_completion(const CLI::App& app) {
+int print_completion(const cli::App& app) {
   fmt::print(R"(# bash completion of mocapctl; source it, or put it into /etc/bash_completion.d
 _mocapctl() {{
   local row=mocapctl word words= i
@@ -261,8 +259,8 @@ complete -o bashdefault -F _mocapctl mocapctl
 
 }  // namespace
 
-void add_completion_command(CLI::App& app, std::function<int()>& run) {
-  CLI::App* completion = app.add_subcommand("completion", "print what bash needs: source <(mocapctl completion)");
+void add_completion_command(cli::App& app, std::function<int()>& run) {
+  cli::App* completion = app.add_subcommand("completion", "print what bash needs: source <(mocapctl completion)");
   completion->callback([&app, &run] { run = [&app] { return print_completion(app); }; });
 }
 

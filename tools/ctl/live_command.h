@@ -1,10 +1,10 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
 #include <string>
 
+#include "lib/cli/app.h"
 #include "model/control.h"
 
 namespace mocap::ctl {
@@ -24,9 +24,9 @@ struct LiveOptions {
 
 /// The commands that ask a running daemon; `options.run` is then the one that was named. After add_subject_command:
 /// some stand beneath `subject`.
-void add_live_commands(CLI::App& app, LiveOptions& options);
+void add_live_commands(cli::App& app, LiveOptions& options);
 
 /// `mocapctl completion`: prints what bash needs to complete the commands of `app`.
-void add_completion_command(CLI::App& app, std::function<int()>& run);
+void add_completion_command(cli::App& app, std::function<int()>& run);
 
 }  // namespace mocap::ctl

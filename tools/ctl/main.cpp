@@ -1,5 +1,4 @@
 // mocapctl: subjects, cameras, keys, the machine that they are on, and the daemon that runs there. See --help.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 #include <functional>
@@ -10,6 +9,7 @@
 #include "ctl/keys_command.h"
 #include "ctl/live_command.h"
 #include "ctl/subject_command.h"
+#include "lib/cli/app.h"
 
 namespace {
 
@@ -40,7 +40,7 @@ written or the daemon did not answer, 77 not allowed to your role, 78 wrong mark
 
 int main(int argc, char** argv) {
   using namespace mocap;  // NOLINT: the program
-  CLI::App app{"mocapctl: subjects, cameras, keys, this machine, and the daemon that runs", "mocapctl"};
+  cli::App app{"mocapctl: subjects, cameras, keys, this machine, and the daemon that runs", "mocapctl"};
   app.footer(kExamples);
   app.require_subcommand(1);
   ctl::SubjectOptions options;
@@ -53,11 +53,7 @@ int main(int argc, char** argv) {
   ctl::LiveOptions live;
   ctl::add_live_commands(app, live);
   ctl::add_completion_command(app, chosen);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kExitOk : kExitUsage;
-  }
+  if (const auto exit = app.parse(argc, argv)) return *exit;
   try {
     for (const auto& run : {keys.run, live.run, chosen}) {
       if (run) return run();

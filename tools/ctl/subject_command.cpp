@@ -242,11 +242,11 @@ int run_show(const SubjectOptions& options) {
   return kExitOk;
 }
 
-void add_subject_command(CLI::App& app, SubjectOptions& options) {
-  CLI::App* subject = app.add_subcommand("subject", "bodies: import, fit, show");
+void add_subject_command(cli::App& app, SubjectOptions& options) {
+  cli::App* subject = app.add_subcommand("subject", "bodies: import, fit, show");
   subject->require_subcommand(1);
 
-  CLI::App* import = subject->add_subcommand(
+  cli::App* import = subject->add_subcommand(
       "import", "make a marker set of a C3D file's labels, with the pairs that tell the sides, and fit the body");
   import->add_option("file", options.file, "a C3D file")->required()->type_name("FILE.c3d");
   import->add_option("--name", options.name, "of the subject and its marker set")->required();
@@ -259,24 +259,24 @@ void add_subject_command(CLI::App& app, SubjectOptions& options) {
   import->callback([&options] { options.run = run_import;
 });
 
-CLI::App* fit = subject->add_subcommand("fit", "fit a body to a recording whose markers have names");
+cli::App* fit = subject->add_subcommand("fit", "fit a body to a recording whose markers have names");
 fit->add_option("--stream", options.stream, "a recorded feed, JSON lines")->type_name("FILE.jsonl");
 fit->add_option("--c3d", options.c3d, "a C3D file")->type_name("FILE.c3d");
 fit->add_option("--rest", options.rest, "a static trial of the same body")->type_name("FILE.c3d");
 fit->add_option("--rest-s", options.rest_s, "seconds at the beginning of the feed that are a T-pose or A-pose")
-    ->check(CLI::Range(0.0, 600.0));
+    ->check(cli::Range(0.0, 600.0));
 fit->add_option("--subject", options.subject, "which subject of the feed, from 0")->capture_default_str();
 fit->add_option("--marker-set", options.marker_set, "what is worn")->required()->type_name("FILE.toml");
 fit->add_option("--name", options.name, "of the subject; default: the name of the file that is written");
 fit->add_option("--out", options.out, "the subject file to write")->required()->type_name("FILE.toml");
 fit->callback([&options] { options.run = run_fit; });
 
-CLI::App* show = subject->add_subcommand("show", "a table of lengths, markers and residuals");
+cli::App* show = subject->add_subcommand("show", "a table of lengths, markers and residuals");
 show->add_option("file", options.file, "a subject file")->required()->type_name("FILE.toml");
 show->callback([&options] { options.run = run_show; });
 
-for (CLI::App* command : {import, fit, show}) command->add_flag("--json", options.json, "print JSON");
-for (CLI::App* command : {import, fit}) {
+for (cli::App* command : {import, fit, show}) command->add_flag("--json", options.json, "print JSON");
+for (cli::App* command : {import, fit}) {
   command->add_option("--date", options.date, "that the file is to bear; default: now, UTC")->type_name("TEXT");
 }
 }  // namespace mocap::ctl

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <string>
+
+#include "lib/cli/app.h"
 
 namespace mocap::ctl {
 
@@ -22,7 +23,7 @@ struct SubjectOptions {
 };
 
 /// `mocapctl subject import`, `fit` and `show`; `options.run` is then the one that was named.
-void add_subject_command(CLI::App& app, SubjectOptions& options);
+void add_subject_command(cli::App& app, SubjectOptions& options);
 
 int run_import(const SubjectOptions& options);
 int run_fit(const SubjectOptions& options);

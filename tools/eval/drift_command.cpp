@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -14,12 +13,12 @@
 #include "calibrate/mend_rig.h"
 #include "eval/command.h"
 #include "eval/drift_world.h"
+#include "lib/cli/app.h"
 #include "synchronise/frame_aligner.h"
 
 namespace mocap::eval {
 namespace {
 
-constexpr int kUsage = 64;    // sysexits EX_USAGE
 constexpr int kBadData = 65;  // sysexits EX_DATAERR
 
 constexpr const char* kHelp =
@@ -201,31 +200,27 @@ int run(const Options& options) {
 
 int run_drift(int argc, const char* const* argv) {
   Options options;
-  CLI::App app("Does the daemon notice that a camera was bumped?", "mocap-eval drift");
+  cli::App app("Does the daemon notice that a camera was bumped?", "mocap-eval drift");
   app.add_option("scene", options.scene, "the scene, as in config/scenes")->required();
   app.add_option("--deg", options.bump.turn_deg, "how far the camera is turned")
-      ->check(CLI::Range(0.0, 5.0))
+      ->check(cli::Range(0.0, 5.0))
       ->capture_default_str();
-  app.add_option("--mm", options.bump.move_mm, "and moved")->check(CLI::Range(0.0, 200.0))->capture_default_str();
-  app.add_option("--at", options.bump.at_s, "when, s")->check(CLI::Range(0.0, 3600.0))->capture_default_str();
+  app.add_option("--mm", options.bump.move_mm, "and moved")->check(cli::Range(0.0, 200.0))->capture_default_str();
+  app.add_option("--at", options.bump.at_s, "when, s")->check(cli::Range(0.0, 3600.0))->capture_default_str();
   app.add_option("--after", options.after_s, "how long the take goes on, s")
-      ->check(CLI::Range(0.1, 36000.0))
+      ->check(cli::Range(0.1, 36000.0))
       ->capture_default_str();
   app.add_option("--drift-px", options.drift_px, "as [watch] drift_px")
-      ->check(CLI::Range(0.05, 20.0))
+      ->check(cli::Range(0.05, 20.0))
       ->capture_default_str();
   app.add_option("--refine-seconds", options.refine_s, "of the take's end, from which the rig is mended")
-      ->check(CLI::Range(1.0, 3600.0))
+      ->check(cli::Range(1.0, 3600.0))
       ->capture_default_str();
-  app.add_option("--seeds", options.seeds)->check(CLI::Range(1, 1000))->capture_default_str();
+  app.add_option("--seeds", options.seeds)->check(cli::Range(1, 1000))->capture_default_str();
   app.add_option("--first-seed", options.first_seed)->capture_default_str();
   app.add_flag("--json", options.json, "print one JSON object over all seeds: the worst of each");
   app.footer(kHelp);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& fault) {
-    return app.exit(fault) == 0 ? 0 : kUsage;
-  }
+  if (const auto exit = app.parse(argc, argv)) return *exit;
   return run(options);
 }
 

@@ -1,7 +1,6 @@
 // mocap-eval labels and mocap-eval skeleton: a stream against the truth, both as JSON lines.
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -12,6 +11,7 @@
 #include "eval/figures.h"
 #include "eval/plots.h"
 #include "eval/truth.h"
+#include "lib/cli/app.h"
 
 namespace mocap::eval {
 namespace {
@@ -129,7 +129,7 @@ void print(const Json& object, bool json) {
 
 int run(int argc, const char* const* argv, bool names) {
   Options options;
-  CLI::App app(names ? "How right are the names of a stream?" : "How right are the bones of a stream?",
+  cli::App app(names ? "How right are the names of a stream?" : "How right are the bones of a stream?",
                names ? "mocap-eval labels" : "mocap-eval skeleton");
   app.add_option("--truth", options.truth, "JSON lines of the truth")->required();
   app.add_option("--stream", options.stream, "JSON lines of the stream (mocap-watch --json); -: standard input")
@@ -137,11 +137,7 @@ int run(int argc, const char* const* argv, bool names) {
   app.add_option("--plots", options.plots, "draw it over time into this folder, a file a subject");
   app.add_flag("--json", options.json, "print one JSON object");
   app.footer(names ? kLabelsHelp : kSkeletonHelp);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& fault) {
-    return app.exit(fault) == 0 ? kExitOk : kExitUsage;
-  }
+  if (const auto exit = app.parse(argc, argv)) return *exit;
   auto judged = judge(options);
   if (!judged) return fail(judged.error());
   Json object = names ? with_subjects(judged->names) : with_subjects(judged->bones.counts());

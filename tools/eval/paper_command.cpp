@@ -1,13 +1,13 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <string>
 #include <vector>
 
 #include "base/exit_codes.h"
 #include "eval/command.h"
+#include "lib/cli/app.h"
 #include "paper_study/plots.h"
 #include "paper_study/report.h"
 
@@ -30,10 +30,10 @@ struct Options {
   bool no_multiview = false;
 };
 
-void add_options(CLI::App& app, Options& options) {
+void add_options(cli::App& app, Options& options) {
   app.add_option("--seed-base", options.quality.seed_base, "another base gives other clips")->capture_default_str();
   app.add_option("--clips", options.quality.clips, "clips of each situation")
-      ->check(CLI::Range(1, 10000))
+      ->check(cli::Range(1, 10000))
       ->capture_default_str();
   auto* json = app.add_flag("--json", options.json, "print one JSON object");
   app.add_flag("--markdown", options.markdown, "print the study's tables beside ours")->excludes(json);
@@ -90,13 +90,9 @@ paper::Report run(const Options& options) {
 
 int run_paper(int argc, const char* const* argv) {
   Options options;
-  CLI::App app("Rebuilds the tracking study and judges our trackers on its clips.", "mocap-eval paper");
+  cli::App app("Rebuilds the tracking study and judges our trackers on its clips.", "mocap-eval paper");
   add_options(app, options);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& fault) {
-    return app.exit(fault) == 0 ? kExitOk : kExitUsage;
-  }
+  if (const auto exit = app.parse(argc, argv)) return *exit;
   if (!options.plots.empty()) {
     if (const Status drawn = paper::draw_plots(options.quality, options.plots); !drawn) {
       fmt::print(stderr, "mocap-eval: {}\n", drawn.error().message);

@@ -1,10 +1,8 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,11 +14,11 @@
 #include "eval/points_row.h"
 #include "eval/points_score.h"
 #include "eval/points_world.h"
+#include "lib/cli/app.h"
 
 namespace mocap::eval {
 namespace {
 
-constexpr int kUsage = 64;    // sysexits EX_USAGE
 constexpr int kBadData = 65;  // sysexits EX_DATAERR
 constexpr int kNoInput = 66;  // sysexits EX_NOINPUT
 
@@ -57,32 +55,31 @@ int fail(const Error& error) {
   return error.code == ErrorCode::InvalidArgument ? kBadData : kNoInput;
 }
 
-void add_options(CLI::App& app, Options& options) {
-  static const std::map<std::string, Visibility> kKinds{{"perfect", Visibility::Perfect},
-                                                        {"measured", Visibility::Measured}};
+void add_options(cli::App& app, Options& options) {
   WorldSettings& world = options.world;
   app.add_option("--motion", options.motion, "a .c3d, .bvh or .trc file; without one, markers that wander about");
   app.add_option("--markers", options.markers,
                  "how many, worn by as many people as it takes; 0: those of the file, or 40 that wander")
-      ->check(CLI::Range(std::size_t{0}, std::size_t{512}));
-  app.add_option("--cameras", world.cameras)->check(CLI::Range(2, 64))->capture_default_str();
+      ->check(cli::Range(std::size_t{0}, std::size_t{512}));
+  app.add_option("--cameras", world.cameras)->check(cli::Range(2, 64))->capture_default_str();
   app.add_option("--rate", options.rate_hz, "sets a second; without it the recording's own")
-      ->check(CLI::Range(1.0, 2000.0));
+      ->check(cli::Range(1.0, 2000.0));
   app.add_option("--seconds", options.seconds, "how long; without it, the length of the recording")
-      ->check(CLI::Range(0.0, 36000.0));
+      ->check(cli::Range(0.0, 36000.0));
   app.add_option("--noise-px", world.noise_px, "standard deviation of a blob's place, each axis")
-      ->check(CLI::Range(0.01, 5.0))
+      ->check(cli::Range(0.01, 5.0))
       ->capture_default_str();
-  app.add_option("--misses", world.misses, "share of the views that give no blob")->check(CLI::Range(0.0, 1.0));
-  app.add_option("--false", world.false_blobs, "false blobs for each true one")->check(CLI::Range(0.0, 10.0));
-  app.add_option("--lost-frames", world.lost_frames, "share of images that never come")->check(CLI::Range(0.0, 1.0));
+  app.add_option("--misses", world.misses, "share of the views that give no blob")->check(cli::Range(0.0, 1.0));
+  app.add_option("--false", world.false_blobs, "false blobs for each true one")->check(cli::Range(0.0, 10.0));
+  app.add_option("--lost-frames", world.lost_frames, "share of images that never come")->check(cli::Range(0.0, 1.0));
   app.add_option("--jitter-us", world.jitter_us, "error of the cameras' time stamps, either way, at most")
-      ->check(CLI::Range(0.0, 200.0));
+      ->check(cli::Range(0.0, 200.0));
   app.add_flag("--merge", world.merge, "blobs that touch become one");
-  app.add_option("--visibility", world.visibility, "perfect, or as measured on real recordings (63 % of the views)")
-      ->transform(CLI::CheckedTransformer(kKinds));
+  app.add_choice("--visibility", world.visibility,
+                 {{"perfect", Visibility::Perfect}, {"measured", Visibility::Measured}},
+                 "perfect, or as measured on real recordings (63 % of the views)");
   app.add_option("--seeds", options.seeds, "worlds to try, each with its own rig and noise")
-      ->check(CLI::Range(1, 1000))
+      ->check(cli::Range(1, 1000))
       ->capture_default_str();
   app.add_option("--first-seed", options.first_seed)->capture_default_str();
   app.add_flag("--list-faults", options.list_faults,
@@ -133,13 +130,9 @@ int run(Options& options) {
 
 int run_points(int argc, const char* const* argv) {
   Options options;
-  CLI::App app("How well are markers found in space?", "mocap-eval points");
+  cli::App app("How well are markers found in space?", "mocap-eval points");
   add_options(app, options);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& fault) {
-    return app.exit(fault) == 0 ? 0 : kUsage;
-  }
+  if (const auto exit = app.parse(argc, argv)) return *exit;
   return run(options);
 }
 

@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -12,6 +11,7 @@
 #include "eval/plots.h"
 #include "eval/scene_report.h"
 #include "eval/scene_run.h"
+#include "lib/cli/app.h"
 
 namespace mocap::eval {
 namespace {
@@ -119,21 +119,17 @@ int run(const Options& options) {
 
 int run_scene(int argc, const char* const* argv) {
   Options options;
-  CLI::App app("How well does the daemon name and pose people?", "mocap-eval scene");
+  cli::App app("How well does the daemon name and pose people?", "mocap-eval scene");
   app.add_option("file", options.file, "the scene, as in config/scenes")->required();
   app.add_option("--seed", options.seed, "of noise, bodies and events; without it, the file's");
   app.add_option("--only", options.only, "run only the clips whose names have this in them");
-  app.add_option("--seconds", options.seconds, "of each clip; without it, the file's")->check(CLI::Range(0.1, 36000.0));
+  app.add_option("--seconds", options.seconds, "of each clip; without it, the file's")->check(cli::Range(0.1, 36000.0));
   app.add_option("--plots", options.plots, "draw what happened to the names, and the joints' errors, into this folder");
   app.add_option("--wrong", options.wrong, "list so many of each clip's wrong names, the longest first");
   app.add_flag("--json", options.json, "print one JSON object");
   app.add_flag("--require-goals", options.demand, "exit 1 when a goal of the file is missed");
   app.footer(kHelp);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& fault) {
-    return app.exit(fault) == 0 ? kExitOk : kExitUsage;
-  }
+  if (const auto exit = app.parse(argc, argv)) return *exit;
   return run(options);
 }
 

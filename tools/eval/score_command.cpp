@@ -1,6 +1,5 @@
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <optional>
@@ -8,12 +7,12 @@
 
 #include "eval/command.h"
 #include "eval/score.h"
+#include "lib/cli/app.h"
 
 namespace mocap::eval {
 namespace {
 
 constexpr int kNotMet = 1;
-constexpr int kUsage = 64;    // sysexits EX_USAGE
 constexpr int kBadData = 65;  // sysexits EX_DATAERR
 constexpr int kNoInput = 66;  // sysexits EX_NOINPUT
 
@@ -96,13 +95,13 @@ int score_files(const Options& options) {
   return meets(result, options.require_match ? filled_up(options.demands) : options.demands) ? 0 : kNotMet;
 }
 
-void add_options(CLI::App& app, Options& options) {
+void add_options(cli::App& app, Options& options) {
   app.add_option("--truth", options.truth, "JSON lines of the truth")->required();
   app.add_option("--stream", options.stream, "JSON lines of the stream (mocap-watch --json); -: standard input")
       ->required();
   app.add_flag("--json", options.json, "print one JSON object");
   app.add_option("--after-s", options.settings.after_s, "judge from this long after the first label")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(cli::Range(0.0, 1e6))
       ->capture_default_str();
   app.add_flag(
       "--require-match", options.require_match,
@@ -121,13 +120,9 @@ void add_options(CLI::App& app, Options& options) {
 
 int run_score(int argc, const char* const* argv) {
   Options options;
-  CLI::App app("Compares a stream of snapshots with the truth.", "mocap-eval score");
+  cli::App app("Compares a stream of snapshots with the truth.", "mocap-eval score");
   add_options(app, options);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& fault) {
-    return app.exit(fault) == 0 ? 0 : kUsage;
-  }
+  if (const auto exit = app.parse(argc, argv)) return *exit;
   return score_files(options);
 }
 

@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -15,11 +14,11 @@
 #include "eval/command.h"
 #include "eval/wand_world.h"
 #include "geometry/rigid_fit.h"
+#include "lib/cli/app.h"
 
 namespace mocap::eval {
 namespace {
 
-constexpr int kUsage = 64;    // sysexits EX_USAGE
 constexpr int kBadData = 65;  // sysexits EX_DATAERR
 
 constexpr const char* kExamples =
@@ -217,18 +216,18 @@ int run(const Options& options) {
 
 int run_wand(int argc, const char* const* argv) {
   Options options;
-  CLI::App app("How right is a calibration by a wand?", "mocap-eval wand");
+  cli::App app("How right is a calibration by a wand?", "mocap-eval wand");
   WandWorldSettings& world = options.world;
-  app.add_option("--cameras", world.cameras)->check(CLI::Range(2, 64))->capture_default_str();
+  app.add_option("--cameras", world.cameras)->check(cli::Range(2, 64))->capture_default_str();
   app.add_option("--noise-px", world.noise_px, "standard deviation of a blob's place, each axis")
-      ->check(CLI::Range(0.001, 5.0))
+      ->check(cli::Range(0.001, 5.0))
       ->capture_default_str();
   app.add_option("--seconds", world.seconds, "how long the wand is waved")
-      ->check(CLI::Range(0.1, 3600.0))
+      ->check(cli::Range(0.1, 3600.0))
       ->capture_default_str();
-  app.add_option("--rate", world.rate_hz, "pictures a second")->check(CLI::Range(1.0, 1000.0))->capture_default_str();
+  app.add_option("--rate", world.rate_hz, "pictures a second")->check(cli::Range(1.0, 1000.0))->capture_default_str();
   app.add_option("--false", world.false_blobs, "false blobs for each true one")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(cli::Range(0.0, 1.0))
       ->capture_default_str();
   app.add_option("--wand", options.wand_mm, "places of its markers, mm, from the first: 0,160,500")
       ->delimiter(',')
@@ -236,18 +235,14 @@ int run_wand(int argc, const char* const* argv) {
       ->capture_default_str();
   app.add_option("--seed", options.seed)->capture_default_str();
   app.add_option("--seeds", options.seeds, "takes, each with its own rig and noise: --seed and those after it")
-      ->check(CLI::Range(1, 1000))
+      ->check(cli::Range(1, 1000))
       ->capture_default_str();
-  app.add_option("--threads", options.threads)->check(CLI::Range(1, 64))->capture_default_str();
+  app.add_option("--threads", options.threads)->check(cli::Range(1, 64))->capture_default_str();
   app.add_flag("--no-lens", options.no_lens, "lenses known only by a field of view that is wrong by up to 20 %");
   app.add_flag("--fisheye", world.fisheye, "fisheye lenses, 126 degrees wide");
   app.add_flag("--json", options.json, "print one JSON object");
   app.footer(kExamples);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& fault) {
-    return app.exit(fault) == 0 ? 0 : kUsage;
-  }
+  if (const auto exit = app.parse(argc, argv)) return *exit;
   return run(options);
 }
 

@@ -3,13 +3,13 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
 #include <fstream>
 #include <optional>
 #include <string>
 
+#include "lib/cli/app.h"
 #include "watch/doctor.h"
 #include "watch/feed_state.h"
 #include "watch/report.h"
@@ -180,7 +180,7 @@ int doctor(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app("Shows the feed of a mocapd: exit 0 when data came, 69 when none did.", "mocap-watch");
+  cli::App app("Shows the feed of a mocapd: exit 0 when data came, 69 when none did.", "mocap-watch");
   app.footer(R"(examples:
   mocap-watch                                     the live state of the daemon on this machine
   mocap-watch tcp://127.0.0.1:5570 --seconds 10   for ten seconds
@@ -191,17 +191,13 @@ key is wrong, 16 no description, 17 version too new, 18 cameras silent, 19 no sn
 skew, 22 too early to say)");
   app.add_option("endpoint", options.endpoint, "where it listens")->capture_default_str();
   app.add_flag("--json", options.json, "print every snapshot as a line of JSON");
-  app.add_option("--seconds", options.seconds, "end after this time")->check(CLI::PositiveNumber);
-  app.add_option("--frames", options.frames, "end after this many snapshots")->check(CLI::PositiveNumber);
+  app.add_option("--seconds", options.seconds, "end after this time")->check(cli::PositiveNumber{});
+  app.add_option("--frames", options.frames, "end after this many snapshots")->check(cli::PositiveNumber{});
   app.add_option("--summary", options.summary, "at the end, write one JSON object to this file (-: standard output)");
   app.add_flag("--doctor", options.doctor, "say why there is no data");
   app.add_option("--server-key", options.server_key, "for --doctor: the daemon's public key, or a file with it");
   app.add_option("--key", options.key, "for --doctor: our own key, a file of mocapctl keys new");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& fault) {
-    return app.exit(fault) == 0 ? 0 : kUsage;
-  }
+  if (const auto exit = app.parse(argc, argv)) return *exit;
   if (options.json && options.summary == "-") {
     fmt::print(stderr, "mocap-watch: --json already prints to standard output; give --summary a file\n");
     return kUsage;

@@ -4,12 +4,12 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>
 #include <string>
 #include <thread>
 
+#include "lib/cli/app.h"
 #include "vmc.h"
 
 namespace {
@@ -126,7 +126,7 @@ class Bridge {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app("Tells a subject of a mocapd's feed to programs that speak VMC, in Unity's axes.", "mocap-vmc");
+  cli::App app("Tells a subject of a mocapd's feed to programs that speak VMC, in Unity's axes.", "mocap-vmc");
   app.footer(R"(examples:
   mocap-vmc                                          the first subject of the daemon here, to 127.0.0.1:39539
   mocap-vmc tcp://10.0.0.7:5570 --subject anna --to 10.0.0.9 --rate 90
@@ -136,16 +136,12 @@ exit codes: 0 something was sent, 64 wrong command line, 69 the feed gave nothin
   app.add_option("--to", options.host, "host of the receiver")->capture_default_str();
   app.add_option("--port", options.port, "UDP port of the receiver")->capture_default_str();
   app.add_option("--rate", options.rate_hz, "at most so many frames a second")
-      ->check(CLI::Range(1.0, 1000.0))
+      ->check(cli::Range(1.0, 1000.0))
       ->capture_default_str();
-  app.add_option("--seconds", options.seconds, "end after this time")->check(CLI::PositiveNumber);
+  app.add_option("--seconds", options.seconds, "end after this time")->check(cli::PositiveNumber{});
   app.add_option("--server-key", options.feed.server_key, "the daemon's public key, or a file with it");
   app.add_option("--key", options.feed.secret_key, "our own key, a file of mocapctl keys new");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& fault) {
-    return app.exit(fault) == 0 ? 0 : kUsage;
-  }
+  if (const auto exit = app.parse(argc, argv)) return *exit;
   std::string fault;
   const auto client = Client::open(options.feed, &fault);
   if (!client) {
