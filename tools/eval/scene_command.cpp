@@ -74,7 +74,7 @@ Status draw(const std::string& folder, const SceneOutcome& clip) {
 }
 
 int run(const Options& options) {
-  auto scene = load_scene(options.file);
+  auto scene = simworld::load_scene(options.file);
   if (!scene) {
     fmt::print(stderr, "{}\n", settings::to_text(scene.error()));
     return kBadData;
@@ -107,7 +107,8 @@ int run(const Options& options) {
     auto blind = run_scene(*scene, clip, {wanted.seed, false, false});
     if (blind) results.without_rays.push_back(std::move(*blind));
   }
-  fmt::print("{}{}", options.json ? to_json(*scene, results) : to_text(*scene, results), options.json ? "\n" : "");
+  fmt::print("{}{}", options.json ? to_json(*scene, results) : to_text(*scene, results),
+             options.json ? "\n" : "");
   if (!options.json) fmt::print("{}", wrong_text(results, options.wrong));
   if (results.clips.empty()) return kNoInput;
   const auto goals = goals_of(*scene, results);
