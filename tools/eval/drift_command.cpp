@@ -77,7 +77,7 @@ class Watched {
   std::unique_ptr<fusion::Fusion> fusion_;
 };
 
-void keep(const std::vector<BlobFrame>& frames, record::BlobRecording& take) {
+void keep(const std::vector<BlobFrame>& frames, take::BlobRecording& take) {
   for (std::size_t c = 0; c < frames.size(); ++c) {
     const BlobFrame& frame = frames[c];
     take.pictures[c].push_back({frame.number, frame.exposed_at, {frame.blobs.begin(), frame.blobs.end()}});
@@ -89,7 +89,7 @@ double degrees_between(const CameraModel& a, const CameraModel& b) {
   return std::abs(off.angle()) * 180.0 / std::numbers::pi;
 }
 
-void mend(const record::BlobRecording& take, const simworld::DriftWorld& world, const Options& options,
+void mend(const take::BlobRecording& take, const simworld::DriftWorld& world, const Options& options,
           Outcome& outcome) {
   const auto mended = calibrate::mend_rig(calibrate::last_of(take, options.refine_s), world.rig(),
                                           {.drift_px = options.drift_px, .threads = 2});
@@ -116,7 +116,7 @@ Result<Outcome> run_seed(const simworld::SceneFile& scene, const Options& option
   daemon.worn = world->subjects();
   daemon.drift.drift_px = options.drift_px;
   Watched row(daemon);
-  record::BlobRecording take;
+  take::BlobRecording take;
   take.pictures.resize(world->rig().size());
   for (const CameraModel& camera : world->rig())
     take.cameras.push_back({camera.name, camera.width_px, camera.height_px});

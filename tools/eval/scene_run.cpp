@@ -12,6 +12,7 @@
 #include "lib/simworld/scene_world.h"
 #include "settings/rig_file.h"
 #include "synchronise/frame_aligner.h"
+#include "take/snapshot_writer.h"
 #include "track2d/following_blob_tracker.h"
 
 namespace mocap::eval {
@@ -108,18 +109,31 @@ Result<SceneOutcome> run_scene(const simworld::SceneFile& scene, const std::stri
   Row row(daemon);
   scoring::LabelScorer labels(settings.keeps_plots);
   scoring::SkeletonScorer bones(settings.keeps_plots, outcome.rotation_observability);
+  std::unique_ptr<Writer> snapshots;
+  if (!settings.snapshots.empty()) {
+    auto opened = take::make_snapshot_writer(settings.snapshots);
+    if (!opened) return opened.error();
+    snapshots = *std::move(opened);
+  }
   const auto sets = static_cast<std::uint64_t>(scene.seconds * scene.rate_hz + 0.5);
   for (; outcome.sets < sets; ++outcome.sets) {
     const double begun_s = thread_s();
     world.step();
     const double seen_s = thread_s();
     outcome.world_s += seen_s - begun_s;
-    scoring::EvalFrame said = scoring::frame_of(row.step(world.frames()));
+    const Snapshot& snapshot = row.step(world.frames());
     outcome.row_s += thread_s() - seen_s;
+    if (snapshots) {
+      if (const Status written = snapshots->write(snapshot); !written) return written.error();
+    }
+    scoring::EvalFrame said = scoring::frame_of(snapshot);
     recognition.apply(world.truth(), said);
     labels.add(world.truth(), said);
     bones.add(world.truth(), said);
     judge_watched(watches, world.t_s(), world.truth(), said, outcome);
+  }
+  if (snapshots) {
+    if (const Status finished = snapshots->finish(); !finished) return finished.error();
   }
   outcome.labels = labels.finish();
   outcome.bones = bones.counts();

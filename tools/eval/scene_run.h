@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -36,6 +37,7 @@ struct SceneRunSettings {
   std::uint64_t seed = 1;
   bool rays = true;  ///< false: [[only_camera]] hides from that one, too
   bool keeps_plots = false;
+  std::filesystem::path snapshots = {};  ///< file for every snapshot (.pb or .jsonl); empty: none
 };
 
 /// Runs one clip of a scene through the daemon's own row. The same arguments give the same outcome, times aside. Fails
