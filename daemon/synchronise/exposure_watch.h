@@ -11,48 +11,50 @@
 
 namespace mocap::synchronise {
 
-/// How a camera's exposures lie against those of the others.
+/// Phase of one camera's exposures relative to the other cameras.
 struct CameraTiming {
-  bool is_known = false;     ///< seen long enough
-  bool synchronised = true;  ///< exposes with the largest group of cameras, and keeps doing so
+  bool is_known = false;     ///< enough frames were observed
+  bool synchronised = true;  ///< exposes together with the largest group of cameras, without drift
   double rate_hz = 0.0;
-  Duration offset{0};       ///< after the group's mean, within half a period either way
-  double drift_us_s = 0.0;  ///< how the offset grows
-  Duration jitter{0};       ///< standard deviation of the offset about its drift
+  Duration offset{0};       ///< from the group's mean, within half a period; positive: later
+  double drift_us_s = 0.0;  ///< rate of change of the offset
+  Duration jitter{0};       ///< standard deviation of the offset about its linear trend
 };
 
-/// Tells free-running cameras from synchronised ones by the time stamps of their frames: each frame's phase in the
-/// period of one camera that serves as clock, its straight line over the last seconds, and the largest group of cameras
-/// whose lines agree. Which camera is the clock does not matter.
+/// Distinguishes free-running cameras from synchronised cameras by the time stamps of their frames. The phase of each
+/// frame is measured in the period of one reference camera; a line is fitted to each camera's phase over the last
+/// seconds (exponentially weighted least squares); the largest group of cameras whose lines agree is synchronised. The
+/// choice of the reference camera does not change the result.
 ///
-/// Reads no clock. Nothing allocates after construction. One thread at a time.
+/// Thread: one. Reads no clock. Never allocates after construction.
 class ExposureWatch {
  public:
-  /// Cameras whose offsets differ by `window` or less expose together.
+  /// Two cameras expose together if their offsets differ by at most `window`.
   ExposureWatch(Duration window, std::size_t camera_count);
 
-  /// A frame of a camera. Those of one camera come in the order of their exposure.
+  /// Adds the exposure time of one frame. Frames of one camera arrive in the order of exposure.
   void see(CameraId camera, Timestamp exposed_at);
 
-  /// The camera began anew.
+  /// Discards the observations of a camera that was started again.
   void forget(CameraId camera);
 
-  /// Finds the group. Costs cameras squared: about once a second.
+  /// Finds the largest group. The cost is quadratic in the number of cameras: call about once a second.
   void assess();
 
-  /// As of the last `assess`.
+  /// The result of the last `assess`.
   const CameraTiming& timing(CameraId camera) const { return timings_[camera.value]; }
 
  private:
-  static constexpr std::size_t kFirstFrames = 15;  // that tell the period at first
+  static constexpr std::size_t kFirstFrames =
+      15;  // frames from which the first estimate of the period is the median step
 
-  // A straight line through offsets over time, what is older counting less and less (weighted least squares).
+  // A line through offsets over time, by least squares with exponentially decaying weights.
   struct Line {
     std::uint64_t count = 0;
     double weight = 0.0;
-    double mean_s = 0.0;  // of the times
+    double mean_s = 0.0;  // weighted mean of the times
     double mean_offset_s = 0.0;
-    double tt = 0.0, to = 0.0, oo = 0.0;  // sums of squares and products about the means
+    double tt = 0.0, to = 0.0, oo = 0.0;  // weighted sums of squares and products about the means
     double last_s = 0.0;
     double last_offset_s = 0.0;
 
@@ -82,8 +84,8 @@ class ExposureWatch {
   std::vector<ObservedCamera> cameras_;
   std::vector<CameraTiming> timings_;
   std::optional<Timestamp> origin_;
-  std::optional<std::uint32_t> clock_;  // the camera in whose period phases are told
-  Timestamp now_;                       // the latest exposure
+  std::optional<std::uint32_t> clock_;  // the reference camera, in whose period phases are measured
+  Timestamp now_;                       // the latest exposure of any camera
 };
 
 }  // namespace mocap::synchronise

@@ -13,92 +13,98 @@
 namespace mocap::synchronise {
 
 struct AlignSettings {
-  Duration window = std::chrono::microseconds(500);  ///< further apart is not one instant; under half a frame period
-  /// How long the first waits for the last. Paid only when an image is late, and by a camera that stops for four sets;
-  /// a host that takes the processor away does so for up to 20 ms, and what waited meanwhile is then worked off.
+  Duration window = std::chrono::microseconds(
+      500);  ///< exposures further apart belong to different sets; less than half a frame period
+  /// How long the first frame of a set waits for the last one. The wait costs latency only when an image is late, or
+  /// for four sets when a camera stops. A virtual machine loses its processor for up to 20 ms at a time; frames that
+  /// arrive meanwhile are processed afterwards.
   Duration patience = std::chrono::milliseconds(30);
 };
 
-/// What became of the frames of all cameras.
+/// Counts of the frames of all cameras, and of the sets made of them.
 struct AlignCounts {
-  std::uint64_t sets = 0;      ///< given out
-  std::uint64_t complete = 0;  ///< of these, with a view of every expected camera
-  std::uint64_t late = 0;      ///< frames whose set had left
-  std::uint64_t repeated = 0;  ///< frames not later than the one before of the same camera
-  std::uint64_t overflow = 0;  ///< frames for which there was no room
+  std::uint64_t sets = 0;      ///< sets that take() returned
+  std::uint64_t complete = 0;  ///< sets with a frame of every expected camera
+  std::uint64_t late = 0;      ///< frames that arrived after their set was returned
+  std::uint64_t repeated = 0;  ///< frames that were exposed no later than the camera's previous frame
+  std::uint64_t overflow = 0;  ///< frames dropped because the camera's queue was full
 };
 
-/// How far one camera exposes from the mean of its sets; positive: later.
+/// Offset of one camera's exposures from the mean exposure of its sets; positive: later than the mean.
 struct CameraSkew {
   std::uint64_t sets = 0;
   Duration sum{0};
-  Duration largest{0};  ///< either way, as a magnitude
+  Duration largest{0};  ///< largest magnitude
 
   Duration mean() const { return sets == 0 ? Duration{0} : sum / static_cast<Duration::rep>(sets); }
 };
 
-/// Gathers what the cameras saw at one instant. Reads no clock: `now` is an argument, so that a replay gives the sets
-/// that the live run gave.
+/// Groups the frames that were exposed at one instant. Reads no clock: `now` is an argument, so that a replay gives the
+/// same sets as the live run.
 ///
-/// A set begins with the earliest frame that waits and takes in each camera's next frame of the `window` after it. It
-/// is ready when every expected camera has a view in it or has already delivered something later, so that a lost image
-/// costs no waiting; or when its first frame has waited `patience`, or a camera's frames have no more room. As long as
-/// patience does not end, the sets depend on the frames alone and not on how the cameras' deliveries mingle.
+/// A set starts with the earliest waiting frame, and contains each camera's next frame that was exposed at most
+/// `window` later. A set is ready when every expected camera has a frame in the set or has already delivered a later
+/// frame: a lost image causes no waiting. A set is also ready when its first frame has waited `patience`, or when a
+/// camera's queue is full. Unless patience runs out, the sets depend on the frames alone, not on the order of arrival
+/// across cameras.
 ///
-/// Live, no set waits for a camera that let patience end four times in a row until a frame of it comes that a set would
-/// have waited for, nor for one whose next frame is not due, since it is slower than the others or runs by itself.
+/// In a live run, a set does not wait for two kinds of cameras: a camera that let patience run out for four sets in a
+/// row (until one of its frames arrives in time again), and a camera whose next frame is not due yet because its rate
+/// is lower or its exposures are not synchronised.
 ///
-/// One thread owns it. Nothing allocates after construction.
+/// Thread: one. Never allocates after construction.
 class FrameAligner {
  public:
-  /// `camera_count` (1 to kMaxCameras) cameras are expected.
+  /// A complete set has frames of `camera_count` (1 to kMaxCameras) cameras.
   FrameAligner(AlignSettings settings, std::size_t camera_count);
 
-  /// Whether a frame of this camera would be kept. Who must not lose any asks before `add`.
+  /// Whether `add` would keep a frame of this camera. A replay, which must not lose frames, asks before `add`.
   bool has_room(CameraId camera) const;
 
-  /// Takes in one image's blobs. A frame that is not later than the camera's last one is dropped and counted; when
-  /// that has happened for eight in a row, the camera's clock was set back and is believed again.
+  /// Adds one camera's blobs. A frame that was exposed no later than the camera's previous frame is dropped and
+  /// counted. After eight such frames in a row the camera's clock must have been set back, and the new time is
+  /// accepted.
   void add(const BlobFrame& frame);
 
-  /// Whether `take` would give a set.
+  /// Whether `take` would return a set.
   bool ready(Timestamp now) const;
 
-  /// The oldest set, once it is ready at `now` (on the clock of the frames' received_at and detected_at;
-  /// Timestamp::min(): patience never ends). One set a call. The views stay valid until the next `add` or `take`.
+  /// Returns the oldest set if the set is ready at `now`, one set a call. `now` is on the clock of the frames'
+  /// received_at and detected_at; with Timestamp::min() patience never runs out. The frames stay valid until the next
+  /// `add` or `take`.
   std::optional<FrameSet> take(Timestamp now);
 
-  /// This camera will not deliver any more: what it gave still counts, and no set waits for it.
+  /// Declares that this camera delivers no more frames. Its waiting frames are still used; no set waits for the camera.
   void finish(CameraId camera);
 
-  /// This camera is expected again; its clock may have changed.
+  /// Declares that this camera delivers again. The camera's clock may have changed.
   void rejoin(CameraId camera);
 
   bool is_expected(CameraId camera) const;
   std::uint32_t expected_cameras() const;
 
-  /// When the set that waits now would be given out for want of patience; nothing when no frame waits. A thread that
-  /// sleeps wakes then.
+  /// The time at which the waiting set runs out of patience; empty if no frame waits. A sleeping thread wakes at that
+  /// time.
   std::optional<Timestamp> patience_ends() const;
 
   const AlignCounts& counts() const { return counts_; }
   const CameraSkew& skew(CameraId camera) const;
 
-  /// Tells anew which cameras expose together, by the frames since; about once a second.
+  /// Assesses which cameras expose together, from the frames since the last call. Call about once a second.
   void assess_timing() { watch_.assess(); }
-  /// As of the last `assess_timing`: also of a camera whose frames are in no set of the others.
+  /// The result of the last `assess_timing`, also for a camera whose frames share no set with other cameras.
   const CameraTiming& timing(CameraId camera) const { return watch_.timing(camera); }
 
  private:
-  static constexpr std::size_t kPending = 8;  // frames a camera may be ahead of the slowest
+  static constexpr std::size_t kPending = 8;  // frames by which a camera may be ahead of the slowest camera
 
   struct CameraQueue {
     std::vector<BlobFrame> ring{kPending};
     std::size_t first = 0;
     std::size_t size = 0;
     bool expected = true;
-    std::size_t missed_in_row = 0;      // sets that left without it; none since a frame of it was in time
-    Timestamp last = Timestamp::min();  // exposure of the last frame that was kept
+    std::size_t missed_in_row = 0;      // consecutive sets that were returned without this camera's frame
+    Timestamp last = Timestamp::min();  // exposure of the last kept frame
     std::size_t repeated_in_row = 0;
     CameraSkew skew;
 
@@ -121,8 +127,9 @@ class FrameAligner {
 
   AlignSettings settings_;
   std::vector<CameraQueue> cameras_;
-  Timestamp last_set_end_ = Timestamp::min();  // frames up to here belong to sets that have left
-  Duration first_delay_{0};                    // of the last set's first frame, from exposure to arrival
+  Timestamp last_set_end_ =
+      Timestamp::min();      // frames exposed up to this time belong to sets that were already returned
+  Duration first_delay_{0};  // from exposure to arrival, first frame of the last set
   AlignCounts counts_;
   ExposureWatch watch_;
 };

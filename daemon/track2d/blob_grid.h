@@ -10,8 +10,8 @@
 
 namespace mocap::track2d {
 
-/// The blobs of one image in square cells, about one each, so that a search looks at what is near alone: building costs
-/// in proportion to the blobs, a search to the cells and blobs in its reach. All memory is taken in the constructor.
+/// The blobs of one image in square cells, about one blob a cell, for range searches. Building is linear in the number
+/// of blobs; a search is linear in the cells and blobs within its radius. Allocates in the constructor only.
 class BlobGrid {
  public:
   struct Entry {
@@ -21,7 +21,7 @@ class BlobGrid {
 
   explicit BlobGrid(std::size_t max_blobs);
 
-  /// Entries are finite.
+  /// Coordinates must be finite.
   void build(std::span<const Entry> entries);
 
   /// Calls `visit(index, squared distance)` for each entry no further than `reach_px` from `centre_px`.
@@ -52,7 +52,7 @@ class BlobGrid {
   double x0_ = 0.0, y0_ = 0.0;
   double per_px_ = 1.0;  // cells
   std::size_t columns_ = 1, rows_ = 1;
-  std::vector<std::uint32_t> first_;  // entry of each cell; one more at the end
+  std::vector<std::uint32_t> first_;  // index of each cell's first entry, and one past the last
   std::vector<Entry> sorted_;
   std::vector<std::uint32_t> cell_;
 };

@@ -12,37 +12,36 @@
 namespace mocap::track2d {
 
 enum class BlobTrackState {
-  Tentative,  ///< seen too few times to be believed
-  Confirmed,  ///< seen in the last frame
-  Coasting,   ///< believed, not seen in the last frame
-  Lost,       ///< unseen for too long: it ended in the last frame
+  Tentative,  ///< not yet confirmed
+  Confirmed,  ///< measured in the last frame
+  Coasting,   ///< confirmed, not measured in the last frame
+  Lost,       ///< deleted in the last frame
 };
 
-/// What a tracker of blobs holds for true about one of its tracks.
+/// State of one track of a blob tracker.
 struct BlobTrackBelief {
   static constexpr std::uint32_t kUnseen = 0xFFFF'FFFF;
 
   BlobTrackId track;
   bool confirmed = false;
-  PixelPoint point;              ///< where it should be
-  double gate_radius_px = 0.0;   ///< of a circle of the gate's area, for a well-known blob
-  std::uint32_t blob = kUnseen;  ///< index in the last frame; of a blob that two markers share both tracks have it
+  PixelPoint point;              ///< predicted position
+  double gate_radius_px = 0.0;   ///< radius of a circle with the area of the gate, for a blob without noise
+  std::uint32_t blob = kUnseen;  ///< index in the last frame; two tracks that share a merged blob both have its index
   BlobTrackState state = BlobTrackState::Confirmed;
-  bool sure = true;  ///< that the blob is its own: else the frame does not bear its name
+  bool sure = true;  ///< unambiguous; an ambiguous track's id is not written to the blob
 };
 
-/// What a tracker thinks, beside what it says: for those who judge or draw trackers, not for the daemon. The trackers
-/// of this room implement it beside BlobTracker.
+/// The internal state of a blob tracker, for evaluation and plots; the daemon does not use this interface. The trackers
+/// of this folder implement it beside BlobTracker.
 class BlobTrackInspection {
  public:
   virtual ~BlobTrackInspection() = default;
 
-  /// Appends each track, tentative and just lost ones too, as it will be expected at `at`; changes nothing. `at` is
-  /// that of the last frame or later.
+  /// Appends the prediction of each track at `at`, including tentative tracks and those deleted in the last frame. `at`
+  /// is no earlier than the last frame.
   virtual void predict_tracks(Timestamp at, std::vector<BlobTrackBelief>& into) const = 0;
 
-  /// As BlobTracker::track, for as many blobs as the tracker was made for: more than an image of the daemon has, where
-  /// costs are measured.
+  /// As BlobTracker::track, without the daemon's bound on the blobs of an image: for measurements of cost.
   virtual void track_all(Timestamp at, std::span<Blob> blobs) = 0;
 };
 

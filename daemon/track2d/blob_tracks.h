@@ -17,28 +17,32 @@
 
 namespace mocap::track2d {
 
-/// How tracks in an image are born, live and die.
+/// Track initiation and deletion.
 struct BlobTrackLife {
-  std::uint32_t confirm_images = 3;  ///< consecutive sightings until a track is believed; 1: at once
-  Duration max_coast{};              ///< unseen for longer, a track is lost
+  std::uint32_t confirm_images = 3;  ///< consecutive measurements until a track is confirmed; 1: at once
+  Duration max_coast{};              ///< a track without a measurement for longer is deleted
 };
 
-/// Where a track's next blob is looked for.
+/// The predicted measurement of a track.
 struct BlobAim {
   filter::Vector<2> centre_px;
-  double variance_px2;  ///< of the blob's place, each axis, beside the blob's own
-  double reach_px;      ///< nothing further off is looked at
+  double variance_px2;  ///< of the predicted position, each axis, without the blob's own variance
+  double reach_px;      ///< radius of the gate
 };
 
-/// The tracks of one camera's blobs, each with a follower F: a filter with
+/// The tracks of one camera's blobs. Each track has a motion filter F with
 ///
 ///   predict(dt_s), aim() -> BlobAim, update(point, variance), coast(),
-///   kalman() -> IsotropicKalman<2> and restart(IsotropicKalman<2>): what it knows, for a pair, and back
+///   kalman() -> IsotropicKalman<2> and restart(IsotropicKalman<2>), which pass the state to a BlobPair and back
 ///
-/// Tracks are in the order of their birth; ids are never used twice. The assignment is the best in sum over all pairs
-/// of tracks and blobs within reach (of 32 blobs in one reach the likeliest), confirmed tracks first. Two confirmed
-/// tracks that could both own a blob, because their markers' discs overlap in the image or because neither is clearly
-/// the likelier, become a BlobPair until it is decided. All memory is taken in the constructor. One thread at a time.
+/// Tracks are in the order of initiation; an id is never used twice. Blobs are assigned to tracks with the least sum of
+/// costs over all pairs within the gates (global nearest neighbour; at most the 32 likeliest blobs of a gate),
+/// confirmed tracks first. Two confirmed tracks become a BlobPair if one blob could belong to both: their markers'
+/// discs overlap in the image, or the costs do not favour either clearly.
+///
+/// Thread: one. Allocates in the constructor only.
+///
+/// Source: Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation (2001).
 template <class F>
 class BlobTracks {
  public:
@@ -50,11 +54,11 @@ class BlobTracks {
     std::uint32_t id = kNone;
     std::uint32_t age_images = 1;
     std::uint32_t missed_images = 0;
-    std::uint32_t blob = kNone;  ///< index in the image; of a blob that two markers share both have it
-    std::uint32_t pair = kNone;  ///< index of the pair that it is in
+    std::uint32_t blob = kNone;  ///< index in the image; two tracks that share a merged blob both have its index
+    std::uint32_t pair = kNone;  ///< index of the track's pair
     bool confirmed = false;
-    bool sure = true;         ///< that the blob is its own, and its alone
-    bool is_updated = false;  ///< the follower knows this image already
+    bool sure = true;         ///< the blob belongs to this track alone, without ambiguity
+    bool is_updated = false;  ///< the filter has been updated with this image
     double area_px2 = 0.0;
     Timestamp seen_at{};
   };
@@ -85,7 +89,7 @@ class BlobTracks {
   std::span<const Lost> lost() const { return lost_; }
   Timestamp at() const { return at_; }
 
-  /// Takes in one image. `make_follower(point, variance)` makes the follower of a new track.
+  /// Processes one image. `make_follower(point, variance)` makes the filter of a new track.
   template <class MakeFilter>
   void step(Timestamp at, std::span<const Blob> blobs, MakeFilter&& make_follower) {
     const double dt_s = tracks_.empty() ? 0.0 : std::max(0.0, to_s(at - at_));
@@ -101,26 +105,26 @@ class BlobTracks {
   }
 
  private:
-  // In a reach with more blobs than this the least likely are not looked at.
+  // A gate with more blobs than this keeps the likeliest.
   static constexpr std::size_t kMaxCandidates = 32;
   static constexpr std::size_t kMaxPairs = 32;
-  // A marker that goes unseen (one image in a hundred) beside something new (one in ten images, anywhere in a small
-  // one): less likely than any change of motion within reach.
+  // -2 ln of the probability of a missed detection (one image in 100) and a clutter blob (one in ten images, uniform
+  // over a small image): less likely than any manoeuvre within the gate.
   static constexpr double kUnassignedCost = 33.0;
-  // What was hidden in the last image comes back in one of twenty; what was seen stays seen.
+  // -2 ln of the probability that a marker that was hidden in the last image reappears: 1 in 20.
   static constexpr double kReappearanceCost = 6.0;
-  // Odds of twenty to one: less, and a blob is nobody's for sure.
+  // Odds of 20 to 1: with less, the blob's assignment is ambiguous.
   static constexpr double kAmbiguityCost = 6.0;
-  // Odds of a hundred to one end a pair, or this many images apart: motion tells no more then.
+  // A pair ends at odds of 100 to 1, or after this many images with separate blobs: motion then decides no more.
   static constexpr double kPairDecisionCost = 9.2;
   static constexpr std::uint32_t kMaxImagesApart = 8;
-  // A blob knows its place no better, whatever its image says: calibration, shape, motion.
+  // Lower bound of a centroid's standard deviation: lens model, marker shape, motion blur.
   static constexpr double kMinSigma_px = 0.02;
-  // How much the newest blob counts in a track's area, where it is about as large.
+  // Weight of the newest blob in the running mean of a track's area, if the areas are similar.
   static constexpr double kAreaRate = 0.2;
-  // Less than that of its own area, and something hides a part of the marker.
+  // A blob with less than this share of the track's area is partly occluded.
   static constexpr double kOccludedAreaRatio = 0.95;
-  // So much more than its own area, and a track's blob holds another marker.
+  // A blob with more than this share of the track's area is merged with another marker's blob.
   static constexpr double kMergedAreaRatio = 1.1;
 
   void predict(double dt_s) {
@@ -140,7 +144,7 @@ class BlobTracks {
     erase_if(ended);
   }
 
-  /// Erases tracks; the pairs that a track leaves go with it.
+  /// Deletes tracks, and the pairs that contain them.
   template <class Is>
   void erase_if(Is&& is) {
     if (std::none_of(tracks_.begin(), tracks_.end(), is)) return;
@@ -213,7 +217,8 @@ class BlobTracks {
     });
   }
 
-  /// Looks for a blob that a confirmed track without one could own together with its owner, or in its place.
+  /// Finds, for each confirmed track without a blob, an assigned blob that the track could share with its owner or take
+  /// over.
   void find_pairs(std::span<const Blob> blobs) {
     for (std::uint32_t i = 0; i < tracks_.size(); ++i) {
       const Track& track = tracks_[i];
@@ -237,7 +242,7 @@ class BlobTracks {
     }
   }
 
-  /// To become one of a pair: a pair whose members are apart gives way.
+  /// Whether the track may become a member of a pair: a pair with separate blobs is dissolved for this.
   bool can_join_pair(const Track& track) const {
     if (track.pair == kNone) return true;
     const BlobPair& pair = pairs_[track.pair];
@@ -250,7 +255,8 @@ class BlobTracks {
     if (cost - owner_cost < kAmbiguityCost) return true;
     const bool is_merged_size = blob.area_px2 > kMergedAreaRatio * owner.area_px2;
     if (track.missed_images > 0 && !is_merged_size) return false;
-    if (track.missed_images == 0 && is_merged_size) return true;  // within reach, and gone just now
+    if (track.missed_images == 0 && is_merged_size)
+      return true;  // within the gate, and its own blob disappeared in this image
     const double half_length = std::sqrt(blob.area_px2 / M_PI / std::max(0.1, blob.roundness));
     const double reach = half_length + 3.0 * std::sqrt(track.aim.variance_px2);
     return distance2 < reach * reach && blob.area_px2 > 0.8 * std::max(track.area_px2, owner.area_px2);
@@ -282,7 +288,7 @@ class BlobTracks {
     }
   }
 
-  /// Its members go on alone, from what the best story holds for true.
+  /// Ends a pair. Its members continue alone, each with its filter of the best hypothesis.
   void dissolve(std::size_t index) {
     for (const std::size_t m : {std::size_t{0}, std::size_t{1}}) {
       Track& track = tracks_[pairs_[index].member(m).track];
@@ -358,9 +364,9 @@ class BlobTracks {
   Timestamp at_;
   std::uint32_t next_id_ = 0;
   std::vector<BlobGrid::Entry> entries_;
-  std::vector<double> variance_;      // of each blob's place, each axis, px^2
-  std::vector<std::uint32_t> owner_;  // of each blob: index of its track
-  std::vector<std::uint32_t> rows_;   // tracks that are being assigned
+  std::vector<double> variance_;      // of each blob's position, each axis, px^2
+  std::vector<std::uint32_t> owner_;  // by blob: index of the assigned track
+  std::vector<std::uint32_t> rows_;   // tracks of the current assignment
   std::vector<geometry::AllowedPair> candidates_;
 };
 
