@@ -4,16 +4,16 @@
 #include <bit>
 #include <cstdint>
 
-/// Rows of pixels, a bit each, 64 a word: `row` is the word of x from 0 to 63.
+/// Rows of one bit a pixel, 64 pixels a word; `row` points to the word of x = 0 to 63.
 namespace mocap::detect {
 
-/// Of the word that x is in: x and what comes after it, before `end`, which is more than x.
+/// The bits of x's word from x on, up to `end` (exclusive, more than x).
 inline std::uint64_t bits_between(int x, int end) {
   const int first = x & 63, last = std::min(64, first + end - x);
   return ~0ULL >> (64 - (last - first)) << first;
 }
 
-/// The first bright pixel from `begin` on, or `end` where there is none before it.
+/// The first bright pixel in [begin, end), or `end` if there is none.
 inline int first_bright(const std::uint64_t* row, int begin, int end) {
   for (int x = begin; x < end; x = (x | 63) + 1) {
     const std::uint64_t bits = row[x >> 6] & bits_between(x, end);

@@ -12,36 +12,35 @@
 namespace mocap::detect {
 
 struct LearnMaskSettings {
-  double least_share = 0.25;  ///< of the images in which a pixel shines that is to be masked, more than 0 to 1
-  double margin_px = 4.0;     ///< a mask reaches so far over what shone, 0 to 100
+  double least_share = 0.25;  ///< a pixel that is bright in this share of the images is masked, above 0 to 1
+  double margin_px = 4.0;     ///< margin of a mask around the bright pixels, 0 to 100
 };
 
-/// What shone in an empty volume.
+/// The lights of an empty volume.
 struct LearntMask {
   std::vector<MaskPolygon> polygons;  ///< convex, corners to a tenth of a pixel
-  std::size_t lights = 0;             ///< connected regions that they cover; a region that is not convex takes several
-  /// Regions that shone now and then, or moved: nothing of them is masked. They are somebody's markers, and then the
-  /// volume was not empty.
+  std::size_t lights = 0;  ///< connected regions that the polygons cover; a concave region takes several polygons
+  /// Regions that were bright at times, or moved. They are not masked: they are markers, so the volume was not empty.
   std::size_t moved = 0;
-  double covered_share = 0.0;  ///< of the image, with what was masked before
+  double covered_share = 0.0;  ///< share of the image, including the masks that existed before
 };
 
-/// Learns where an empty volume shines: lamps, windows, the ring lights of other cameras. One thread.
+/// Learns which pixels of a camera see lamps, windows or the ring lights of other cameras, from images of an empty
+/// volume. Thread: one.
 class MaskLearner {
  public:
-  /// What is `masked` already is left out of what is learnt.
+  /// Pixels that are `masked` already are excluded.
   MaskLearner(int width_px, int height_px, std::span<const MaskPolygon> masked = {});
 
-  /// Takes in one image, whole and of the size told: its pixels from `threshold_grey` (0 to 255) on shine. False, and
-  /// nothing is taken, where it is not such an image.
+  /// Adds one image. Pixels of at least `threshold_grey` (0 to 255) are bright. Returns false and ignores the image if
+  /// the image is incomplete or of another size.
   bool add(const Image& image, double threshold_grey);
 
   std::size_t images() const { return images_; }
 
-  /// What the images so far tell: every connected region of pixels that ever shone (a single flicker of noise
-  /// excepted) and that stayed: all of it lies within half the margin of the pixels that shone most. A marker that
-  /// moves, or sways with somebody who stands, leaves a trail that does not: it is not masked, nor is a lamp that it
-  /// passed before.
+  /// The masks from the images so far: every connected region of pixels that were bright more than once, if the whole
+  /// region lies within half the margin of its most frequently bright pixels. A marker that moves, or sways with a
+  /// standing person, leaves a trail that does not: neither the trail nor a lamp that the trail touches is masked.
   LearntMask learn(const LearnMaskSettings& settings) const;
 
   struct Pixel {
@@ -60,8 +59,8 @@ class MaskLearner {
   std::vector<MaskPolygon> masked_;
   RowMask known_;
   std::size_t images_ = 0;
-  std::vector<std::uint32_t> bright_count_;  // in how many images each pixel did
-  std::vector<std::uint16_t> row_;           // of the image that is taken in
+  std::vector<std::uint32_t> bright_count_;  // by pixel: number of images in which it was bright
+  std::vector<std::uint16_t> row_;           // one row of the current image
 };
 
 }  // namespace mocap::detect

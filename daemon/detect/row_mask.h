@@ -11,27 +11,27 @@
 
 namespace mocap::detect {
 
-/// Masked pixels. Cost nothing where nothing shines: only words with a bright pixel are masked.
+/// The masked pixels of a camera. Only words with a bright pixel are masked, so that a dark image costs nothing.
 class RowMask {
  public:
-  /// Pixels whose centre is within one of the polygons; polygons may reach out of the image.
+  /// Masks each pixel whose centre lies within one of the polygons. Polygons may extend beyond the image.
   RowMask(std::span<const MaskPolygon> polygons, int width_px, int height_px);
 
   bool empty() const { return bits_.empty(); }
 
-  /// Takes the masked pixels out of `words`.
+  /// Clears the masked pixels of `words`.
   void clear_masked(std::span<BrightWord> words) const;
 
-  /// Whether a masked pixel may be beside or within the box, whose ends are exclusive. Most boxes are far from all
-  /// masks, which takes few steps to tell.
+  /// Whether a masked pixel may lie within or next to the box, whose ends are exclusive. Conservative, and fast for a
+  /// box far from all masks.
   bool may_touch(int begin_x, int end_x, int begin_y, int end_y) const;
 
-  /// Whether a masked pixel is beside the run, also by a corner.
+  /// Whether a masked pixel is an 8-neighbour of the run.
   bool touches(const Run& run) const;
 
   bool masks(int x, int y) const { return has_masked(y, x, x + 1); }
 
-  /// How many pixels are masked.
+  /// Number of masked pixels.
   std::size_t count() const;
 
  private:
@@ -41,9 +41,9 @@ class RowMask {
 
   int width_px_, height_px_;
   WordPlaces places_;
-  std::vector<std::uint64_t> bits_;   // by place; empty: nothing is masked
-  std::vector<std::uint64_t> words_;  // which words have a masked pixel, a bit each, by place
-  std::vector<std::uint64_t> bands_;  // what is masked in any of kBandRows rows, by place of the band
+  std::vector<std::uint64_t> bits_;   // by word index; empty: no mask
+  std::vector<std::uint64_t> words_;  // one bit per word: the word has a masked pixel
+  std::vector<std::uint64_t> bands_;  // union of the masks of kBandRows rows, by word index of the band
 };
 
 }  // namespace mocap::detect

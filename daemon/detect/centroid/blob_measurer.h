@@ -17,47 +17,48 @@
 
 namespace mocap::detect {
 
-/// A component's blobs: one, or two where two markers touch.
+/// The blobs of a component: one, or two if two markers touch.
 using ComponentBlobs = BoundedVector<Blob, 2>;
 
 inline constexpr int kMaxFits = 128;
 
-/// Measures components on the pixels of their image. One thread; allocates in the constructor only.
+/// Measures components on the pixels of their image. Thread: one. Allocates in the constructor only.
 ///
-/// A pixel weighs by a cubic of u, its grey from a little over the dark (0) to the blob's plateau (1). The likelihood
-/// asks that the weight's slope at u be the slope of the light at that place over the distance from the middle; the
-/// cubic of each radius and width of the edge comes close, and leaves the grid little. The centroid of such weights is
-/// the middle of anything symmetric. Discs that the range cuts off, and those parted from another, are fitted.
+/// The weight of a pixel is a cubic of u, its grey level between just above the background (0) and the blob's plateau
+/// (1). The maximum-likelihood weight has, at u, the slope of the disc's profile divided by the distance from the
+/// centre; the cubic for each radius and edge width approximates that slope and keeps the bias of the pixel grid small.
+/// The weighted centroid of a symmetric profile is its centre. Saturated discs and discs split from another blob are
+/// fitted.
 class BlobMeasurer {
  public:
   BlobMeasurer(const DetectKernels& kernels, int grow_px, bool split_touching);
 
-  /// Begins an image: what is measured from now on is of that one. The first kMaxFits saturated discs of an image are
-  /// fitted, which costs some microseconds each; further ones get the weighted mean and a sigma that says so.
+  /// Begins an image. The first kMaxFits saturated discs of an image are fitted, some microseconds each; further
+  /// saturated discs get the weighted centroid with a larger sigma.
   void begin_image() {
     fits_left_ = kMaxFits;
     deferred_components_.clear();
     intensity_sums_.clear();
   }
 
-  /// Asks for the memory of a component that is measured soon.
+  /// Prefetches the pixels of a component that is measured soon.
   void prefetch(const Image& image, const Shape& shape) const;
 
-  /// Measures component `i` of those joined, of that shape and roundness, on the image. What is plain, alone and round,
-  /// is only weighed.
+  /// Measures component `i` with the given shape and roundness. An isolated round component is only weighted; its blob
+  /// is computed in `finish`.
   void measure(const Image& image, const GreyLevels& grey_levels, ImageComponents& components, std::size_t i,
                const Shape& shape, double roundness);
 
-  /// Ends an image: tells the blobs of what was only weighed, several at once, as one waits for its own roots. Shapes
-  /// and roundness are those of all components.
+  /// Ends an image: computes the blobs of the components that were only weighted, several at a time to hide the latency
+  /// of square roots. `shapes` and `roundness` are those of all components.
   void finish(const GreyLevels& grey_levels, std::span<const Shape> shapes);
 
-  /// The blobs of component `i`, which was measured.
+  /// The blobs of component `i`, after it was measured.
   std::span<const Blob> blobs(std::size_t i) const { return {component_blobs_[i].begin(), component_blobs_[i].end()}; }
 
  private:
   struct Window {
-    int x, y, width_px, height_px;  // in the image, without what fills the box up
+    int x, y, width_px, height_px;  // in the image, without the padding
   };
 
   Window window_of(const Image& image, const Shape& shape) const;
@@ -77,10 +78,11 @@ class BlobMeasurer {
   std::vector<std::uint16_t> pixels_;
   std::vector<std::uint16_t> saved_;
   NeighbourEraser eraser_;
-  std::array<double, 2048> plateau_excess_;  // the plateau of a disc of so many pixels, in standard deviations
+  std::array<double, 2048>
+      plateau_excess_;  // by number of pixels: expected maximum of the plateau's noise, in standard deviations
   Box box_;
-  BoundedVector<std::size_t, kMaxBlobs> deferred_components_;  // components that were only weighed
-  std::vector<IntensitySums> intensity_sums_;                  // of those
+  BoundedVector<std::size_t, kMaxBlobs> deferred_components_;  // components that were only weighted
+  std::vector<IntensitySums> intensity_sums_;                  // of the deferred components
   std::vector<ComponentBlobs> component_blobs_;
 };
 

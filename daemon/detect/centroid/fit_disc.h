@@ -8,34 +8,34 @@
 
 namespace mocap::detect {
 
-/// A disc of light with a soft edge: the grey level at distance d from its middle is
-/// background + height * Phi((radius - d) / edge), Phi the normal distribution, and nowhere over the top of
-/// the range.
+/// A disc of light with a blurred edge: the grey level at distance d from the centre is
+/// background + height * Phi((radius - d) / edge), with the normal distribution function Phi, clipped at the top of the
+/// range.
 struct SoftDisc {
-  double x = 0.0, y = 0.0;  ///< of its middle, px from the box's first pixel
+  double x = 0.0, y = 0.0;  ///< centre, px from the box's first pixel
   double radius_px = 0.0;
-  double edge_px = 0.0;  ///< standard deviation of the blur of lens and pixel together
-  double height = 0.0;   ///< over the background, in the image's levels; beyond the range where it saturates
+  double edge_px = 0.0;  ///< standard deviation of the blur by lens and pixel
+  double height = 0.0;   ///< above the background, in the image's levels; beyond the range if saturated
 };
 
 struct FittedDisc {
   SoftDisc disc;
-  double sigma_px = 0.0;  ///< standard deviation of the middle, each axis, by noise and by what the model leaves
+  double sigma_px = 0.0;  ///< standard deviation of the centre, each axis, from noise and model residuals
 };
 
-/// What is known before a disc is fitted.
+/// Known grey levels of the image.
 struct DiscFitLevels {
-  std::uint32_t top = 255;  ///< the brightest value of the format
+  std::uint32_t top = 255;  ///< the largest value of the format
   double background = 0.0;
   double noise = 1.0;  ///< standard deviation
 };
 
-/// Fits a disc to the rim of a saturated blob, `start` being its middle and radius within half a pixel or so.
+/// Fits a disc to the rim of a saturated blob. `start` has its centre and radius within about half a pixel.
 ///
-/// A pixel at the top of the range counts only where the model stays below. Gauss-Newton on five unknowns, damped, a
-/// bounded number of rounds; the blur is unknown too, since no two lenses have the same. The same pixels give the same
-/// disc on every processor. Nothing, where the fit does not settle near the start or leaves too much: the blob is no
-/// disc, but drawn out, cut, or several.
+/// Damped Gauss-Newton on five unknowns (centre, radius, blur, height) with a bounded number of iterations. A saturated
+/// pixel contributes only if the model is below the top of the range. The same pixels give the same disc on every
+/// processor. Empty if the fit does not converge near the start, or if its residuals are too large: the blob is
+/// streaked, cut, or several discs.
 ///
 /// `width_px` columns of the box belong to the image; a pixel of 0 belongs to another blob. Some microseconds for a
 /// radius of 8 px. Never allocates.

@@ -8,25 +8,25 @@
 
 namespace mocap::detect {
 
-/// Takes the light of its neighbours out of a component's surroundings: their bright pixels, and what lies no further
-/// from one of those than from the component's own.
+/// Removes the light of other components from the box around a component: their bright pixels, and each pixel that is
+/// at most as far from them as from the component's own bright pixels.
 ///
-/// Works on bits, 64 pixels at a time. All memory is taken in the constructor. One thread at a time.
+/// Works on bits, 64 pixels at a time. Thread: one. Allocates in the constructor only.
 class NeighbourEraser {
  public:
-  /// Pixels up to `reach_px` from a bright one, across and down, belong to it.
+  /// A bright pixel claims the pixels within `reach_px`, horizontally and vertically.
   explicit NeighbourEraser(int reach_px);
 
-  /// Sets to 0 what is the neighbours' in `pixels`, which are those of the box. `runs` are the component's, the box's
-  /// first pixel is at (first_x, first_y).
+  /// Sets the pixels of other components in `pixels`, the pixels of the box, to 0. `runs` are the component's own; the
+  /// box's first pixel is at (first_x, first_y).
   void erase(std::span<const Run> runs, int first_x, int first_y, std::uint32_t threshold, const Box& box,
              std::span<std::uint16_t> pixels);
 
  private:
-  /// A pixel seen from another.
+  /// Offset from one pixel to another.
   struct Step {
     int across, down;
-    bool is_farther;  // than the one before
+    bool is_farther;  // farther than the previous step
   };
   using Bits = std::vector<std::uint64_t>;
 
@@ -36,8 +36,8 @@ class NeighbourEraser {
   std::size_t word_at(int y, int i) const;
 
   int reach_;
-  std::vector<Step> steps_;  // from near to far
-  Bits own_, others_;        // rows of words, with dark ones around them
+  std::vector<Step> steps_;  // by ascending distance
+  Bits own_, others_;        // rows of words, surrounded by dark words
 };
 
 }  // namespace mocap::detect

@@ -10,42 +10,42 @@
 
 namespace mocap::detect {
 
-/// What is bright in an image, in the format's own levels.
+/// Grey levels of an image, in the format's own levels.
 struct GreyLevels {
   std::uint32_t threshold = 1;
-  std::uint32_t top = 255;  ///< the brightest value of the format
+  std::uint32_t top = 255;  ///< the largest value of the format
   double background = 0.0;
   double noise = 0.0;         ///< standard deviation
-  std::optional<double> low;  ///< given by the operator, else from background and noise
+  std::optional<double> low;  ///< low threshold of the operator; empty: from background and noise
 };
 
-/// A blob's box, and the sums over it.
+/// The box of a blob, and the sums over it.
 struct IntensitySums {
-  int middle_x = 0, middle_y = 0;      ///< of the box, in the image
+  int middle_x = 0, middle_y = 0;      ///< centre of the box, in the image
   int width_px = 0, height_px = 0;     ///< of the box
-  std::uint32_t peak = 0, bright = 0;  ///< the brightest of its pixels; how many reach the threshold
-  std::uint32_t at_top = 0;            ///< how many are as bright as the format can say
+  std::uint32_t peak = 0, bright = 0;  ///< largest grey level; number of pixels over the threshold
+  std::uint32_t at_top = 0;            ///< number of saturated pixels
   std::uint32_t span = 1;              ///< grey levels from u = 0 to u = 1
   double roundness = 1.0;
   BoxSums sums;
 };
 
 struct MeasuredBlob {
-  Blob blob;                              ///< all but its axis
-  double radius_px = 0.0, edge_px = 0.0;  ///< of a disc with that light, and how wide its edge is
+  Blob blob;                              ///< without the direction of its axis
+  double radius_px = 0.0, edge_px = 0.0;  ///< radius and edge width of a disc with these sums
 };
 
-/// Where nothing else tells, a middle may be off by about this share of the radius.
+/// Standard deviation of the centre, as a share of the radius, if nothing else bounds it.
 inline constexpr double kUnknownCentroidSigma = 0.3;
 
 inline constexpr std::size_t kBlobLanes = 8;
 
-/// Tells the blobs of up to kBlobLanes lights; `found` has room for as many. One root or quotient waits for another:
-/// eight blobs take little longer than one. A blob's figures do not depend on those beside it.
+/// Computes the blobs of at most kBlobLanes sums into `found`. Eight blobs take little longer than one, because the
+/// latency of square roots and divisions is hidden. A blob's result does not depend on the other lanes.
 void measure_blobs(const GreyLevels& grey_levels, std::span<const IntensitySums> intensity_sums,
                    std::span<MeasuredBlob> found);
 
-/// The same for one.
+/// The same for one blob.
 MeasuredBlob measure_blob(const GreyLevels& grey_levels, const IntensitySums& intensity);
 
 }  // namespace mocap::detect

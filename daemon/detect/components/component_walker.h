@@ -11,47 +11,47 @@
 
 namespace mocap::detect {
 
-/// A component with one run in each of its rows.
+/// A component with exactly one run in each of its rows.
 struct PlainComponent {
   RunSums sums;
-  int first_x = 0;   // of its first run
-  int window_x = 0;  // of the window that it was seen through
+  int first_x = 0;   // x of the first run
+  int window_x = 0;  // x of the window
   std::uint32_t first_span = 0, rows = 0;
 };
 
-/// Finds the components of a binary image that have one run in each row, of up to 100 pixels, and up to 128 rows:
-/// nearly all that markers are. Walks down each from its first row, through a window of 64 pixels, one word of bits a
-/// row, or of 128 where that does not do.
+/// Finds the components of a binary image that have one run of at most 100 pixels in each of at most 128 rows; nearly
+/// all markers are such. Follows each component down from its first row, through a window of 64 pixels (one word per
+/// row), or 128 pixels if the component is wider.
 ///
-/// All memory is taken in the constructor. One thread at a time.
+/// Thread: one. Allocates in the constructor only.
 class ComponentWalker {
  public:
-  /// Components may begin with `max_runs` runs in all.
+  /// `max_runs`: bound on the runs at which components begin, per image.
   ComponentWalker(int width_px, int height_px, std::size_t max_runs);
 
-  /// Draws words of an image into it.
+  /// Writes words of an image into the bit image.
   void draw(std::span<const BrightWord> words);
-  /// Wipes what was drawn.
+  /// Clears the written words.
   void wipe(std::span<const BrightWord> words);
 
-  /// Forgets what was found before.
+  /// Discards the components of the previous image.
   void begin_image();
   struct Walked {
-    std::span<BrightWord> left;    ///< moved to the front of the words, still drawn
-    std::span<BrightWord> unread;  ///< words after those with `max_runs` runs, wiped
+    std::span<BrightWord> left;    ///< words of other components, moved to the front, still in the bit image
+    std::span<BrightWord> unread;  ///< words beyond the bound of `max_runs` runs, cleared
   };
-  /// Finds the plain components among the words drawn, those under the least area left out and counted, in the order of
-  /// their first pixel, and wipes them. All parts of an image are drawn before the first is walked, and walked from the
-  /// top down, with at most `max_runs` of the constructor in all.
+  /// Finds the components with one run per row among the written words, in the order of their first pixel, and clears
+  /// them. Components below the least area are dropped and counted. All parts of an image are written before the first
+  /// call; parts are processed from the top down, with at most `max_runs` runs in total.
   Walked walk(std::span<BrightWord> words, std::uint32_t min_area_px2, std::size_t max_runs);
 
   std::span<const PlainComponent> found() const { return std::span(found_).first(count_); }
-  /// A component's runs, until it is asked for those of another.
+  /// The runs of a component; valid until the next call.
   std::span<const Run> runs(const PlainComponent& component);
   std::uint32_t too_small() const { return too_small_; }
 
  private:
-  /// A run in a window: its begin, and its end in the upper half.
+  /// A run in a window: begin in the lower half, end in the upper half.
   using Span = std::uint32_t;
 
   std::uint64_t* at(int y, int word) { return words_ + static_cast<std::ptrdiff_t>(places_.pitch()) * y + word; }
@@ -62,13 +62,13 @@ class ComponentWalker {
   void take(int begin_x, int y, std::span<const Bits> runs);
 
   WordPlaces places_;
-  std::vector<std::uint64_t> bits_;  // rows with dark words between them, and a dark row above and below
-  std::uint64_t* words_;             // by place
+  std::vector<std::uint64_t> bits_;  // rows, separated by dark words, with a dark row above and below
+  std::uint64_t* words_;             // by word index
   std::vector<Span> spans_;
-  std::vector<Run> runs_;  // those asked for
+  std::vector<Run> runs_;  // runs of the last query
   std::vector<PlainComponent> found_;
   std::size_t span_count_ = 0, count_ = 0;
-  std::size_t walked_ = 0;  // runs, with those of what is too small
+  std::size_t walked_ = 0;  // runs visited, including those of components that are too small
   std::uint32_t min_area_px2_ = 1;
   std::uint32_t too_small_ = 0;
 };

@@ -12,40 +12,40 @@
 
 namespace mocap::detect {
 
-/// The components of an image: bright pixels that touch, also by a corner, less what is masked. Those with one run in
-/// each row are walked down at once; the runs of all others are joined.
+/// The components of an image: 8-connected bright pixels without the masked ones. ComponentWalker finds the components
+/// with one run per row; RunComponents joins the runs of all others.
 ///
-/// All memory is taken in the constructor. One thread at a time.
+/// Thread: one. Allocates in the constructor only.
 class ImageComponents {
  public:
   ImageComponents(int width_px, int height_px, std::span<const MaskPolygon> masks);
 
-  /// Where the next image's bright words are to be written.
+  /// The buffer for the bright words of the next image.
   BrightWords& room() { return words_; }
   const BrightWords& room() const { return words_; }
 
-  /// Joins what is in the room, and keeps the components whose area is within the bounds, the `max_count` largest at
-  /// most.
+  /// Finds the components of the words in the buffer. Keeps those whose area is within the bounds, at most the
+  /// `max_count` largest.
   void join(std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count);
 
-  /// The components kept, in the order of their first pixel.
+  /// The kept components, in the order of their first pixel.
   std::size_t count() const { return selected_.size(); }
   Shape shape(std::size_t i) const { return shape_of(sums(selected_[i])); }
   /// A component's runs, by row, then x.
   std::span<const Run> runs(std::size_t i);
-  /// Whether a masked pixel is beside it, also by a corner.
+  /// Whether a masked pixel is an 8-neighbour of the component.
   bool touches_mask(std::size_t i);
 
   std::uint32_t too_small() const { return too_small_; }  ///< components under the least area
   std::uint32_t too_large() const { return too_large_; }
   std::uint32_t dropped() const { return dropped_; }  ///< components over `max_count`
-  /// Rows all over bright with too many runs, and those of a part that had used up its share of all runs.
+  /// Rows that were dropped as noise, see make_blob_detector.
   std::uint32_t rows_given_up() const { return rows_given_up_; }
 
  private:
   struct SelectedComponent {
-    std::uint32_t first_px;  // the place of its first pixel, in the order of rows and x
-    std::uint32_t index;     // among the plain ones, or those joined
+    std::uint32_t first_px;  // index of its first pixel, row by row
+    std::uint32_t index;     // among the components of the walker, or of RunComponents
     bool is_plain;
   };
 

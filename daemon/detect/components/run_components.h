@@ -10,9 +10,9 @@
 
 namespace mocap::detect {
 
-/// Joins the bright runs of an image to components: runs of neighbouring rows that touch, also by a corner.
+/// Joins the bright runs of an image to 8-connected components.
 ///
-/// All memory is taken in the constructor. One thread at a time.
+/// Thread: one. Allocates in the constructor only.
 ///
 /// Source: He, Chao, Suzuki, "A run-based two-scan labeling algorithm", IEEE Trans. Image Processing 17 (2008), with
 /// union by the smaller label and path halving.
@@ -20,20 +20,21 @@ class RunComponents {
  public:
   explicit RunComponents(std::size_t max_runs);
 
-  /// Where the next image's runs are to be written, in the order of rows and of x within a row.
+  /// The buffer for the runs of the next image, in the order of rows, then x.
   std::span<Run> room() { return runs_; }
 
-  /// Joins the first `count` runs in the room, and keeps the components whose area is within the bounds, the
-  /// `max_count` largest at most.
+  /// Joins the first `count` runs in the buffer. Keeps the components whose area is within the bounds, at most the
+  /// `max_count` largest.
   void join(std::size_t count, std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count);
 
-  /// The components kept, in the order of their first pixel.
+  /// The kept components, in the order of their first pixel.
   std::size_t count() const { return selected_.size(); }
   const RunSums& sums(std::size_t i) const { return labels_[selected_[i]].sums; }
   Shape shape(std::size_t i) const { return shape_of(sums(i)); }
-  /// The first run's.
+  /// x of the first run.
   int first_x(std::size_t i) const { return labels_[selected_[i]].first_x; }
-  /// A component's runs, by row, then x. Few are ever asked for: the first time after a join sorts the runs of all.
+  /// The runs of a component, by row, then x. The first call after a join sorts the runs of all components: few images
+  /// need them.
   std::span<const Run> runs(std::size_t i);
 
   std::uint32_t too_small() const { return too_small_; }  ///< components under the least area
@@ -41,7 +42,7 @@ class RunComponents {
   std::uint32_t dropped() const { return dropped_; }  ///< components over `max_count`
 
  private:
-  /// What is known of the runs with one label; of those that were united, at the smallest label.
+  /// Statistics of the runs with one label; after a union, at the smaller label.
   struct Label {
     std::uint32_t parent;
     std::uint32_t runs;
@@ -56,12 +57,12 @@ class RunComponents {
   void gather();
 
   std::vector<Run> runs_;
-  std::vector<std::uint32_t> label_of_;  // a run
+  std::vector<std::uint32_t> label_of_;  // by run
   std::vector<Label> labels_;
-  std::vector<std::uint32_t> next_;       // of each label: where its next run goes
-  std::vector<std::uint32_t> selected_;   // labels
-  std::vector<std::uint32_t> first_run_;  // of those kept, among the sorted
-  std::vector<Run> sorted_;               // the runs of those kept, component by component; the others' after them
+  std::vector<std::uint32_t> next_;       // by label: position of its next run
+  std::vector<std::uint32_t> selected_;   // kept labels
+  std::vector<std::uint32_t> first_run_;  // by kept component: index of its first run in sorted_
+  std::vector<Run> sorted_;               // runs of the kept components, component by component, then all others
   std::size_t run_count_ = 0, label_count_ = 0;
   std::uint32_t too_small_ = 0, too_large_ = 0;
   std::uint32_t dropped_ = 0;

@@ -7,8 +7,8 @@
 
 namespace mocap::detect {
 
-/// Sums over the runs of a component, from which its shape follows. Whole numbers, so that no order of adding changes
-/// them; they fit for images of up to 32767 x 32767 px.
+/// Sums over the runs of a component that determine its shape. Integers, so that the order of summation does not
+/// matter; without overflow for images of up to 32767 x 32767 px.
 struct RunSums {
   std::int64_t n = 0;              ///< pixels
   std::int64_t x = 0, y = 0;       ///< sums of twice x, and of y, over the pixels
@@ -16,7 +16,7 @@ struct RunSums {
   std::int64_t yy = 0, xy = 0;
   int begin_x = 0, end_x = 0, begin_y = 0, end_y = 0;
 
-  /// Runs come in the order of rows.
+  /// Runs are in the order of rows.
   void add(const Run& run) {
     const std::int64_t length = run.end - run.begin, middle = run.begin + run.end - 1, at_y = run.y;
     const std::int64_t sum = length * middle;
@@ -32,7 +32,7 @@ struct RunSums {
     end_y = run.y + 1;
   }
 
-  /// Moves all that was added.
+  /// Translates the summed runs.
   void move(std::int64_t by_x, std::int64_t by_y) {
     const std::int64_t twice_x = 2 * by_x;
     xx += twice_x * (2 * x + twice_x * n);
@@ -61,15 +61,15 @@ struct RunSums {
   }
 };
 
-/// Shape of a component, from its runs alone.
+/// Shape of a component, from its runs without their intensities.
 struct Shape {
-  int begin_x = 0, end_x = 0, begin_y = 0, end_y = 0;  ///< its box
+  int begin_x = 0, end_x = 0, begin_y = 0, end_y = 0;  ///< bounding box
   double area_px2 = 0.0;
-  double x = 0.0, y = 0.0;              ///< of its middle
-  double xx = 0.0, yy = 0.0, xy = 0.0;  ///< second moments about it; a pixel is a square, not a point
+  double x = 0.0, y = 0.0;              ///< centre of gravity
+  double xx = 0.0, yy = 0.0, xy = 0.0;  ///< second moments about the centre; a pixel is a unit square
 
   double roundness() const;  ///< the ratio of the axes of the ellipse with the same moments
-  double axis_rad() const;   ///< direction of the longer one, from x to y
+  double axis_rad() const;   ///< direction of the major axis, from x towards y
 };
 
 Shape shape_of(const RunSums& sums);

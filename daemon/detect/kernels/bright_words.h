@@ -11,14 +11,14 @@ namespace mocap::detect {
 
 inline constexpr int words_of(int width_px) { return (width_px + 63) / 64; }
 
-/// 64 pixels of a row, a bit where one is bright.
+/// 64 pixels of a row; a set bit is a bright pixel.
 struct BrightWord {
   std::uint64_t bits = 0;
-  std::uint32_t place = 0;  ///< as WordPlaces tells
+  std::uint32_t place = 0;  ///< index of the word, see WordPlaces
 };
 
-/// Numbers the words of an image, row by row; between two rows three numbers are left out, so that who reads a word or
-/// two beside a row reads no other.
+/// Indices of the words of an image, row by row. Three indices between two rows are unused, so that reading one or two
+/// words beyond a row never reads another row.
 class WordPlaces {
  public:
   explicit WordPlaces(int width_px) : pitch_(words_of(width_px) + kGap) {}
@@ -26,7 +26,7 @@ class WordPlaces {
   std::uint32_t of(int y, int word) const { return static_cast<std::uint32_t>(y * pitch_ + word); }
   int pitch() const { return pitch_; }
   int y(const BrightWord& word) const { return static_cast<int>(word.place) / pitch_; }
-  /// The first pixel's x, of a word in row y.
+  /// The x of the first pixel of a word in row y.
   int x(const BrightWord& word, int y) const { return 64 * (static_cast<int>(word.place) - y * pitch_); }
 
  private:
@@ -34,20 +34,20 @@ class WordPlaces {
   int pitch_;
 };
 
-/// How many runs begin in the word after the `last` one; a run may go on from there.
+/// Number of runs that begin in the word that follows `last`; a run may continue from `last`.
 inline std::size_t runs_begun(const BrightWord& last, const BrightWord& word) {
   const std::uint64_t goes_on = last.place + 1 == word.place ? last.bits >> 63U : 0;
   return static_cast<std::size_t>(std::popcount(word.bits & ~(word.bits << 1U | goes_on)));
 }
 
-/// The words of an image with a bright pixel, in the order of rows and x. An image has four parts, one above the other,
-/// each with its own room: all four are read in turns, row by row, as memory feeds a few streams faster than a single
-/// one.
+/// The words of an image that have a bright pixel, in the order of rows and x. The image has four parts, one above the
+/// other, each with a buffer: the parts are read in turns, row by row, because memory delivers a few streams faster
+/// than one.
 class BrightWords {
  public:
   static constexpr int kParts = 4;
 
-  /// Room for an image that is all bright; `room` outlives this.
+  /// Has capacity for an image that is bright everywhere; `room` outlives this object.
   BrightWords(std::span<BrightWord> room, int width_px, int height_px)
       : places_(width_px), part_rows_((height_px + kParts - 1) / kParts), rows_(height_px) {
     const std::size_t share = static_cast<std::size_t>(part_rows_) * static_cast<std::size_t>(words_of(width_px));
@@ -67,9 +67,9 @@ class BrightWords {
     end_ = first_;
     max_words_in_row_ = 0;
   }
-  /// Where the next word of a part goes: the caller writes, and moves it on.
+  /// The position of a part's next word: the caller writes there, and advances the pointer.
   BrightWord*& end(int part) { return end_[static_cast<std::size_t>(part)]; }
-  /// The words of the fullest row.
+  /// Number of words in the row that has most.
   std::size_t max_words_in_row() const { return max_words_in_row_; }
   void count_row(const BrightWord* begin, const BrightWord* end) {
     max_words_in_row_ = std::max(max_words_in_row_, static_cast<std::size_t>(end - begin));

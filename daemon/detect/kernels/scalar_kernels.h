@@ -7,17 +7,17 @@
 
 namespace mocap::detect {
 
-/// How grey levels over the low threshold become u of 11 bits: the high half of a product of 16 bits,
+/// Maps grey levels over the low threshold to u of 11 bits: the high half of a 16-bit product,
 /// (grey << shift) * factor >> 16.
 struct Scale {
-  int shift;             ///< span << shift has all 16 bits
-  std::uint32_t factor;  ///< 2047 at the end of the span
+  int shift;             ///< span << shift uses all 16 bits
+  std::uint32_t factor;  ///< such that the end of the span becomes 2047
 
   explicit Scale(std::uint32_t span)
       : shift(std::countl_zero(static_cast<std::uint16_t>(span))), factor((2047U << 16U) / (span << shift)) {}
 };
 
-/// Plain loops: for processors without any of the vector sets, and the oracle of those.
+/// Scalar loops: for processors without vector instructions, and the oracle of the vector kernels in tests.
 const DetectKernels& scalar_kernels();
 
 }  // namespace mocap::detect
