@@ -6,7 +6,6 @@
 #include <random>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "associate/match_triangulator.h"
@@ -14,6 +13,7 @@
 #include "base/log.h"
 #include "cameras/aravis/usb_bandwidth.h"
 #include "cameras/open_camera.h"
+#include "cameras/synthetic/synthetic_settings.h"
 #include "detect/blob_detector.h"
 #include "label/body_labeller.h"
 #include "settings/subject_keeper.h"
@@ -28,20 +28,13 @@
 namespace mocap {
 namespace {
 
-// Frames that come from files, or from a scene that does not keep to the clock, run by their own time.
-bool runs_by_recorded_time(const cameras::CameraSettings& camera) {
-  if (std::holds_alternative<cameras::ReplaySettings>(camera.driver)) return true;
-  const auto* synthetic = std::get_if<cameras::SyntheticSettings>(&camera.driver);
-  return synthetic != nullptr && synthetic->speed == 0.0;
-}
-
 // From the making of the cameras to the first simulated exposure: all of them stand ready by then.
 constexpr Duration kReadyWithin = std::chrono::milliseconds(200);
 
 // Simulated cameras that keep to the clock see one world: its motion begins at one instant for all of them, and they
 // expose together. What has an epoch keeps it.
 cameras::CameraSettings in_step(cameras::CameraSettings camera, Timestamp epoch) {
-  auto* synthetic = std::get_if<cameras::SyntheticSettings>(&camera.driver);
+  auto* synthetic = camera.driver.as<cameras::SyntheticSettings>();
   if (synthetic != nullptr && synthetic->speed > 0.0 && synthetic->epoch == Timestamp{}) synthetic->epoch = epoch;
   return camera;
 }
@@ -123,7 +116,8 @@ Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& set
 Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   Assembly made;
   made.settings = settings.pipeline;
-  made.settings.lossless = std::ranges::all_of(settings.cameras, runs_by_recorded_time);
+  made.settings.lossless = std::ranges::all_of(
+      settings.cameras, [](const cameras::CameraSettings& camera) { return facts_of(camera).recorded_time; });
   const Timestamp epoch = host_now() + kReadyWithin;
   for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
     Result<runtime::CameraParts> camera = assemble_camera(settings, CameraId{i}, epoch);

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
+#include <set>
+#include <tuple>
+#include <utility>
 
 #include "model/bounds.h"
-#include "settings/camera_keys.h"
 #include "settings/suggestion.h"
 #include "wire/endpoint.h"
 
@@ -15,6 +17,10 @@ namespace mocap::settings {
 namespace {
 
 using cameras::CameraSettings;
+
+std::string twice(std::string_view key, std::string_view value) {
+  return fmt::format("{} '{}' is there twice, expected a different one each", key, value);
+}
 
 // A fault at the second of two that should differ.
 template <class Element, class Get>
@@ -25,56 +31,32 @@ void expect_different(const std::vector<Element>& elements, std::vector<TomlTabl
     const auto same = [&](const Element& other) { return get(other) == mine; };
     const auto end = elements.begin() + static_cast<std::ptrdiff_t>(i);
     if (std::any_of(elements.begin(), end, same)) {
-      tables[i].fault(key, fmt::format("{} '{}' is there twice, expected a different one each", key, mine));
+      tables[i].fault(key, twice(key, mine));
     }
   }
 }
 
-template <class Settings, class Field>
-auto field_of(Field Settings::*field) {
-  return [field](const CameraSettings& camera) -> std::string {
-    const auto* settings = std::get_if<Settings>(&camera.driver);
-    if (settings == nullptr) return {};
-    if constexpr (std::is_same_v<Field, std::filesystem::path>) {
-      return (settings->*field).string();
-    } else {
-      return settings->*field;
+// A fault at each key that names the same device as an earlier camera of its make.
+void check_devices_differ(DaemonTables& tables, const DaemonSettings& settings) {
+  std::set<std::tuple<std::string, std::string, std::string>> seen;
+  for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
+    const CameraSettings& camera = settings.cameras[i];
+    for (const auto& [key, value] : facts_of(camera).device) {
+      if (value.empty() || seen.emplace(camera.driver.driver(), key, value).second) continue;
+      tables.cameras[i].fault(key, twice(key, value));
     }
-  };
-}
-
-// The folder of a recorded camera's own images; empty where they stand under its name in a folder for all.
-std::string images_of(const CameraSettings& camera) {
-  const auto* replay = std::get_if<cameras::ReplaySettings>(&camera.driver);
-  std::error_code ignored;
-  if (replay == nullptr || std::filesystem::is_directory(replay->folder / camera.name, ignored)) return {};
-  return replay->folder.string();
+  }
 }
 
 void check_cameras_differ(DaemonTables& tables, const DaemonSettings& settings) {
-  using cameras::AravisSettings;
-  auto& found = tables.cameras;
-  expect_different(settings.cameras, found, "name", [](const CameraSettings& camera) { return camera.name; });
-  expect_different(settings.cameras, found, "serial", field_of(&AravisSettings::serial));
-  expect_different(settings.cameras, found, "device_name", field_of(&AravisSettings::device_name));
-  expect_different(settings.cameras, found, "address", field_of(&AravisSettings::address));
-  expect_different(settings.cameras, found, "mac", field_of(&AravisSettings::mac));
-  expect_different(settings.cameras, found, "serial", field_of(&cameras::V4l2Settings::serial));
-  expect_different(settings.cameras, found, "bus", field_of(&cameras::V4l2Settings::bus));
-  expect_different(settings.cameras, found, "device", field_of(&cameras::V4l2Settings::device));
-  expect_different(settings.cameras, found, "folder", images_of);
-}
-
-std::optional<double> exposure_us_of(const CameraSettings& camera) {
-  if (const auto* aravis = std::get_if<cameras::AravisSettings>(&camera.driver)) return aravis->exposure_us;
-  if (const auto* v4l2 = std::get_if<cameras::V4l2Settings>(&camera.driver)) return v4l2->exposure_us;
-  if (const auto* synthetic = std::get_if<cameras::SyntheticSettings>(&camera.driver)) return synthetic->exposure_us;
-  return std::nullopt;
+  expect_different(settings.cameras, tables.cameras, "name", [](const CameraSettings& camera) { return camera.name; });
+  check_devices_differ(tables, settings);
 }
 
 void check_camera(TomlTable& table, const CameraSettings& camera) {
-  const std::optional<double> rate_hz = rate_hz_of(camera);
-  const std::optional<double> exposure_us = exposure_us_of(camera);
+  const cameras::CameraFacts facts = facts_of(camera);
+  const std::optional<double> rate_hz = facts.rate_hz;
+  const std::optional<double> exposure_us = facts.exposure_us;
   if (rate_hz && exposure_us && *exposure_us >= 1e6 / *rate_hz) {
     table.fault("exposure_us", fmt::format("exposure_us is {}, expected less than the period of {:.0f} us at {} Hz",
                                            *exposure_us, 1e6 / *rate_hz, *rate_hz));
@@ -90,7 +72,7 @@ void section_fault(DaemonTables& tables, const char* section, const char* key, c
 void check_times(DaemonTables& tables, const DaemonSettings& settings) {
   double fastest_hz = 0.0;
   for (const CameraSettings& camera : settings.cameras)
-    fastest_hz = std::max(fastest_hz, rate_hz_of(camera).value_or(0.0));
+    fastest_hz = std::max(fastest_hz, facts_of(camera).rate_hz.value_or(0.0));
   const double window_us = to_us(settings.pipeline.align.window);
   if (fastest_hz > 0.0 && window_us >= 0.5e6 / fastest_hz) {
     section_fault(tables, "align", "window_us",
@@ -206,7 +188,7 @@ Rig rig_for(DaemonTables& tables, const DaemonSettings& settings, const Rig& rig
                                                   near ? fmt::format(", did you mean '{}'?", *near) : ""));
       continue;
     }
-    const std::optional<ImageSize> size = size_of(camera);
+    const std::optional<cameras::ImageSize> size = facts_of(camera).size;
     if (size && (size->width_px != found->width_px || size->height_px != found->height_px)) {
       tables.cameras[i].fault(
           "width_px", fmt::format("size is {}x{} px, but the rig {} was made at {}x{}", size->width_px, size->height_px,

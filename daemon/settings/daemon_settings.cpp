@@ -7,7 +7,6 @@
 #include <regex>
 #include <sstream>
 
-#include "settings/camera_keys.h"
 #include "settings/cross_checks.h"
 #include "settings/key_list.h"
 #include "settings/marker_set_file.h"
@@ -20,11 +19,22 @@
 namespace mocap::settings {
 namespace {
 
-void tell(Keys& keys, SubjectSettings& subject) {
-  keys.text("name", subject.name);
+void declare_keys(KeyVisitor& keys, SubjectSettings& subject) {
+  keys.text("name", subject.name, {.required = "the subject's name in the log and on the wire"});
   keys.path("marker_set", subject.marker_set_file);
   keys.path("file", subject.file);
   keys.path("keep", subject.keep);
+}
+
+// The keys of a camera whose driver is unknown cannot be judged.
+cameras::CameraSettings read_camera(TomlTable& table) {
+  cameras::CameraSettings camera;
+  table.call_by("name", "camera");
+  declare_keys(table, camera);
+  if (camera.driver.driver().empty()) return camera;
+  table.add(faults_of(camera));
+  table.done();
+  return camera;
 }
 
 DaemonTables read_tables(TomlFile& file, DaemonSettings& settings) {
@@ -40,9 +50,8 @@ DaemonTables read_tables(TomlFile& file, DaemonSettings& settings) {
   tables.subjects = tables.root.tables("subject", "subject");
   for (TomlTable& table : tables.subjects) {
     SubjectSettings& subject = settings.subjects.emplace_back();
-    tell(table, subject);
-    if (!subject.name.empty()) table.call(fmt::format("subject '{}'", subject.name));
-    if (subject.name.empty()) table.require("name", "the subject's name in the log and on the wire");
+    table.call_by("name", "subject");
+    declare_keys(table, subject);
     table.done();
   }
   tables.root.done();
@@ -185,16 +194,16 @@ void load_the_marker_sets(TomlFile& file, DaemonTables& tables, DaemonSettings& 
   if (settings.worn.size() == settings.subjects.size()) check_shapes(tables, settings);
   settings.simulated.resize(settings.cameras.size());
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
-    const auto* synthetic = std::get_if<cameras::SyntheticSettings>(&settings.cameras[i].driver);
-    if (synthetic == nullptr || synthetic->marker_set.empty()) continue;
-    if (auto worn = sets.load(tables.cameras[i], synthetic->marker_set)) settings.simulated[i] = *std::move(worn);
+    const std::filesystem::path worn = facts_of(settings.cameras[i]).marker_set;
+    if (worn.empty()) continue;
+    if (auto set = sets.load(tables.cameras[i], worn)) settings.simulated[i] = *std::move(set);
   }
 }
 
 double nominal_rate_hz(const DaemonSettings& settings) {
   if (settings.capture.rate_hz > 0.0) return settings.capture.rate_hz;
   double fastest_hz = 0.0;
-  for (const auto& camera : settings.cameras) fastest_hz = std::max(fastest_hz, rate_hz_of(camera).value_or(0.0));
+  for (const auto& camera : settings.cameras) fastest_hz = std::max(fastest_hz, facts_of(camera).rate_hz.value_or(0.0));
   return fastest_hz;
 }
 
@@ -240,12 +249,12 @@ std::vector<std::pair<std::string, std::string>> list_settings(const DaemonSetti
   }
   for (auto& camera : copy.cameras) {
     KeyList list;
-    settings::tell(list, camera);
+    declare_keys(list, camera);
     add("camera." + camera.name, list);
   }
   for (auto& subject : copy.subjects) {
     KeyList list;
-    tell(list, subject);
+    declare_keys(list, subject);
     add("subject." + subject.name, list);
   }
   return all;

@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 
 constexpr int kFormat = 1;
 // No bone of a person is longer; a value in millimetres is.
-constexpr Range kOffset_m{-2.0, 2.0};
-constexpr Range kResidual_m{0.0, 1.0};
+constexpr KeyRange kOffset_m{-2.0, 2.0};
+constexpr KeyRange kResidual_m{0.0, 1.0};
 
 std::string offset_text(const Eigen::Vector3d& v) { return list_text({v.x(), v.y(), v.z()}); }
 
@@ -53,7 +53,7 @@ class OffsetReader {
     const auto at = std::ranges::find(names_, name);
     Eigen::Vector3d offset = Eigen::Vector3d::Zero();
     double residual_m = 0.0;
-    if (table.require(key_, "[x, y, z] in m")) table.numbers(key_, offset.data(), 3, kOffset_m);
+    if (table.require(key_, "[x, y, z] in m")) table.numbers(key_, {offset.data(), 3}, kOffset_m);
     table.number("residual_m", residual_m, kResidual_m);
     table.done();
     if (at == names_.end()) {

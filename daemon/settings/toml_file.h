@@ -8,10 +8,10 @@
 #include <string_view>
 #include <vector>
 
+#include "base/key_visitor.h"
 #include "base/result.h"
 #include "model/image_mask.h"
 #include "settings/faults.h"
-#include "settings/keys.h"
 
 namespace mocap::settings {
 
@@ -19,17 +19,8 @@ class TomlFile;
 
 /// A table of a TOML file, while it is read. Every key that is asked for is known from then on; `done` makes faults of
 /// the others. Copies share what they know. The file outlives it.
-class TomlTable final : public Keys {
+class TomlTable final : public KeyVisitor {
  public:
-  void flag(std::string_view key, bool& field) override;
-  void text(std::string_view key, std::string& field) override;
-  void path(std::string_view key, std::filesystem::path& field) override;
-  void one_of(std::string_view key, std::string& field, const std::vector<std::string>& words) override;
-  void whole_numbers(std::string_view key, std::vector<int>& field, Range range) override;
-  void texts(std::string_view key, std::vector<std::string>& field) override;
-  void numbers(std::string_view key, double* fields, std::size_t count, Range range) override;
-  void pairs(std::string_view key, std::vector<std::pair<std::string, std::string>>& field) override;
-
   /// A list of numbers whose length is one of `lengths`, all of them finite. Nothing, and a fault, where it is not;
   /// nothing where the key is absent.
   std::optional<std::vector<double>> list(std::string_view key, std::initializer_list<std::size_t> lengths);
@@ -61,17 +52,29 @@ class TomlTable final : public Keys {
   void fault(std::string_view key, std::string_view message);
   /// A fault at the table: "who: message".
   void fault(std::string_view message);
+  /// The same for broken rules between keys. A rule about a key that has a fault already is left out: its field does
+  /// not have the value of the file.
+  void add(const std::vector<KeyFault>& faults);
 
   /// Every key that nobody asked for is a fault.
   void done();
 
   /// How faults call this table, as "camera 'north-east'"; empty for the file's own keys.
   void call(std::string who);
+  /// Calls it "`what` 'VALUE'" if the key is a text that is not empty.
+  void call_by(std::string_view key, std::string_view what);
   const std::string& who() const;
 
  protected:
-  void real(std::string_view key, std::optional<double>& value, Range range) override;
-  void whole(std::string_view key, std::optional<std::int64_t>& value, Range range) override;
+  void visit(const Key& key, bool& field) override;
+  void visit(const Key& key, std::optional<double>& value) override;
+  void visit(const Key& key, std::optional<std::int64_t>& value) override;
+  void visit(const Key& key, std::string& field) override;
+  void visit(const Key& key, std::filesystem::path& field) override;
+  void visit(const Key& key, std::vector<int>& field) override;
+  void visit(const Key& key, std::vector<std::string>& field) override;
+  void visit(const Key& key, std::span<double> fields) override;
+  void visit(const Key& key, KeyPairs& field) override;
 
  private:
   friend class TomlFile;

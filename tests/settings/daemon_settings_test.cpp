@@ -1,5 +1,6 @@
 #include "settings/daemon_settings.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -7,7 +8,8 @@
 #include <map>
 #include <regex>
 
-#include "settings/camera_keys.h"
+#include "cameras/aravis/aravis_settings.h"
+#include "cameras/camera_make.h"
 #include "settings/key_list.h"
 #include "settings/marker_set_file.h"
 #include "settings/rig_file.h"
@@ -181,12 +183,24 @@ TEST_F(Configuration, TakesAnyFeatureOfACameraInTheOrderOfTheFile) {
       aravis + "features = { LineSelector = \"Line1\", LineMode = \"Output\", Delay = 2.5, Invert = true, N = 7 }\n"));
 
   ASSERT_TRUE(settings) << to_text(settings.error());
-  const auto& camera = std::get<cameras::AravisSettings>(settings->cameras[0].driver);
+  const auto& camera = *settings->cameras[0].driver.as<cameras::AravisSettings>();
   const std::vector<cameras::Feature> expected{
       {"LineSelector", "Line1"}, {"LineMode", "Output"}, {"Delay", "2.5"}, {"Invert", "true"}, {"N", "7"}};
   EXPECT_EQ(camera.features, expected);
   EXPECT_THAT(faults_of(aravis + "features = [1]\n"), HasSubstr("features is a list of 1, expected a table"));
   EXPECT_THAT(faults_of(aravis + "features = { A = [1] }\n"), HasSubstr("A is a list of 1, expected a word"));
+}
+
+TEST_F(Configuration, TakesEveryTriggerThatACameraMayHave) {
+  const std::string aravis =
+      "[capture]\nrig = \"rig.toml\"\n[[camera]]\nname = \"east\"\ndriver = \"aravis\"\nserial = \"DA1\"\n";
+  for (const char* trigger : {"free_run", "software", "action", "Line0", "Line12"}) {
+    EXPECT_EQ(faults_of(aravis + "rate_hz = 100\ntrigger = \"" + trigger + "\"\n"), "");
+  }
+  EXPECT_THAT(faults_of(aravis + "trigger = \"action\"\n"),
+              HasSubstr(":7:11: camera 'east': trigger = \"action\" needs rate_hz"));
+  EXPECT_THAT(faults_of(aravis + "trigger = \"Lin0\"\n"),
+              HasSubstr("trigger is 'Lin0', expected one of free_run, software, action, Line<n>"));
 }
 
 TEST_F(Configuration, TakesAVideoCameraByItsSerialNumberOrItsPlace) {
@@ -338,16 +352,16 @@ TEST(ExampleConfiguration, ShowsTheDefaults) {
 TEST(ExampleConfiguration, ShowsTheDefaultsOfEveryDriver) {
   const auto example = load_daemon_settings(kConfig / "mocapd.toml");
   ASSERT_TRUE(example) << to_text(example.error());
-  ASSERT_EQ(example->cameras.size(), std::variant_size_v<decltype(cameras::CameraSettings::driver)>);
+  ASSERT_EQ(example->cameras.size(), cameras::camera_makes().size());
 
   for (cameras::CameraSettings shown : example->cameras) {
     SCOPED_TRACE(shown.name);
     cameras::CameraSettings blank = shown;
-    std::visit([](auto& driver) { driver = {}; }, blank.driver);
+    blank.driver = cameras::find_make(shown.driver.driver())->defaults();
     KeyList of_shown;
     KeyList of_blank;
-    tell(of_shown, shown);
-    tell(of_blank, blank);
+    declare_keys(of_shown, shown);
+    declare_keys(of_blank, blank);
     for (std::size_t i = 0; i < of_blank.entries().size(); ++i) {
       const auto& [key, value] = of_blank.entries()[i];
       if (value.empty() || value == "\"\"") continue;  // no default
@@ -384,19 +398,15 @@ TEST(ExampleConfiguration, HasEveryKey) {
     SCOPED_TRACE(section.name);
     KeyList list;
     section.tell(list, defaults);
-    expect_every_key(lines["[" + std::string(section.name) + "]"], list);
+    expect_every_key(lines[fmt::format("[{}]", section.name)], list);
   }
-  const auto check_driver = [&](auto driver) {
-    cameras::CameraSettings camera{"any", driver};
+  for (const cameras::CameraMake& make : cameras::camera_makes()) {
+    SCOPED_TRACE(make.name.driver);
+    cameras::CameraSettings camera{"any", make.defaults()};
     KeyList list;
-    tell(list, camera);
-    SCOPED_TRACE(driver_of(camera));
-    expect_every_key(lines["driver = \"" + std::string(driver_of(camera)) + "\""], list);
-  };
-  check_driver(cameras::AravisSettings{});
-  check_driver(cameras::V4l2Settings{});
-  check_driver(cameras::ReplaySettings{});
-  check_driver(cameras::SyntheticSettings{});
+    declare_keys(list, camera);
+    expect_every_key(lines[fmt::format("driver = \"{}\"", make.name.driver)], list);
+  }
 }
 
 }  // namespace

@@ -18,7 +18,9 @@
 
 #include "assemble.h"
 #include "base/log.h"
+#include "cameras/aravis/aravis_settings.h"
 #include "cameras/own_network.h"
+#include "cameras/v4l2/v4l2_settings.h"
 #include "scene/ring_rig.h"
 #include "settings/marker_set_file.h"
 #include "settings/rig_file.h"

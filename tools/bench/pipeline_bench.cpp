@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "assemble.h"
+#include "cameras/synthetic/synthetic_settings.h"
 #include "scene/ring_rig.h"
 #include "settings/marker_set_file.h"
 #include "support/allocation_counter.h"

@@ -46,7 +46,7 @@ SceneActor read_actor(TomlTable& table) {
   table.require("marker_set", "a file of config/markersets");
   table.number("t_pose_s", actor.t_pose_s, {0, 1000});
   table.number("arms_lowered_deg", actor.arms_lowered_deg, {0, 90});
-  table.numbers("place_m", actor.place_m.data(), 2, {-100, 100});
+  table.numbers("place_m", actor.place_m, {-100, 100});
   table.number("heading_deg", actor.heading_deg, {-360, 360});
   table.number("delay_s", actor.delay_s, {0, 1000});
   table.number("size", actor.size, {0.2, 5});
