@@ -23,6 +23,7 @@
 #include "take/snapshot_writer.h"
 #include "track2d/following_blob_tracker.h"
 #include "track3d/kalman_marker_tracker.h"
+#include "wire/zmq_control.h"
 #include "wire/zmq_publisher.h"
 
 namespace mocap {

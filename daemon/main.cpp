@@ -219,7 +219,7 @@ std::optional<int> serve_once(Configuration& configuration, runtime::Service& se
     return exit_code_of(assembly.error().code);
   }
   for (const std::string& doubt : settings::shape_doubts(settings)) log_warn("mocapd", doubt);
-  if (settings.lock_memory) {
+  if (settings.pipeline.lock_memory) {
     const Status locked = runtime::lock_memory();
     if (!locked) log_warn("mocapd", locked.error().message);
   }

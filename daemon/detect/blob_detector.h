@@ -1,29 +1,15 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <span>
 
 #include "base/result.h"
+#include "detect/detect_settings.h"
 #include "model/frame.h"
 #include "model/image_mask.h"
 #include "module/detector.h"
 
 namespace mocap::detect {
-
-/// Grey levels are those of 8 bits, 0 to 255, whatever the format; deeper formats scale them.
-struct DetectSettings {
-  std::optional<double> threshold =
-      std::nullopt;  ///< a marker's pixels are this bright or brighter, 1 to 255; empty: from noise
-  std::optional<double> low_threshold =
-      std::nullopt;              ///< taken off each pixel before it weighs, 0 to threshold; empty: from noise
-  double min_area_px2 = 4.0;     ///< of pixels over the threshold; smaller is noise; at least 1
-  double max_area_px2 = 5000.0;  ///< larger is a window or a lamp
-  double min_roundness = 0.3;    ///< 0 to 1; less is a cable or an edge
-  double min_peak_grey = 0.0;    ///< of the brightest pixel; less is a reflection, 0 to 255
-  bool split_touching = true;    ///< a blob with a waist is two markers
-  int grow_px = 2;               ///< how far light outside of the threshold still counts, 0 to 8
-};
 
 struct DetectKernels;
 

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "model/bounds.h"
+#include "settings/sections.h"
 #include "settings/suggestion.h"
-#include "wire/endpoint.h"
 
 namespace mocap::settings {
 namespace {
@@ -63,40 +63,20 @@ void check_camera(TomlTable& table, const CameraSettings& camera) {
   }
 }
 
-// A fault at a key of a section, or at the section or file where the key is not said.
-void section_fault(DaemonTables& tables, const char* section, const char* key, const std::string& message) {
-  std::optional<TomlTable> table = tables.root.table(section, section);
-  (table ? *table : tables.root).fault(key, message);
-}
-
 void check_times(DaemonTables& tables, const DaemonSettings& settings) {
   double fastest_hz = 0.0;
   for (const CameraSettings& camera : settings.cameras)
     fastest_hz = std::max(fastest_hz, facts_of(camera).rate_hz.value_or(0.0));
   const double window_us = to_us(settings.pipeline.align.window);
   if (fastest_hz > 0.0 && window_us >= 0.5e6 / fastest_hz) {
-    section_fault(tables, "align", "window_us",
-                  fmt::format("window_us is {}, expected less than half a frame period, {:.0f} at {} Hz", window_us,
-                              0.5e6 / fastest_hz, fastest_hz));
-  }
-  const runtime::CameraWorkerSettings& reopen = settings.pipeline.camera;
-  if (reopen.first_backoff > reopen.longest_backoff) {
-    section_fault(tables, "reopen", "first_backoff_ms",
-                  fmt::format("first_backoff_ms is {}, over longest_backoff_ms = {}", to_s(reopen.first_backoff) * 1e3,
-                              to_s(reopen.longest_backoff) * 1e3));
+    tables.section("align").fault(
+        "window_us", fmt::format("window_us is {}, expected less than half a frame period, {:.0f} at {} Hz", window_us,
+                                 0.5e6 / fastest_hz, fastest_hz));
   }
 }
 
-void check_row(DaemonTables& tables, const DaemonSettings& settings) {
-  const detect::DetectSettings& detect = settings.detect;
-  if (detect.min_area_px2 > detect.max_area_px2) {
-    section_fault(tables, "detect", "min_area_px2",
-                  fmt::format("min_area_px2 is {}, over max_area_px2 = {}", detect.min_area_px2, detect.max_area_px2));
-  }
-  if (detect.threshold && detect.low_threshold && *detect.low_threshold > *detect.threshold) {
-    section_fault(tables, "detect", "low_threshold",
-                  fmt::format("low_threshold is {}, over threshold = {}", *detect.low_threshold, *detect.threshold));
-  }
+// The thresholds of one camera, which may come from two tables.
+void check_thresholds(DaemonTables& tables, const DaemonSettings& settings) {
   for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
     const CameraSettings& own = settings.cameras[i];
     const detect::DetectSettings both = detect_of(settings, CameraId{i});
@@ -105,48 +85,6 @@ void check_row(DaemonTables& tables, const DaemonSettings& settings) {
     tables.cameras[i].fault(own.low_threshold ? "low_threshold" : "threshold",
                             fmt::format("low_threshold is {} for this camera, over its threshold, {}",
                                         *both.low_threshold, *both.threshold));
-  }
-  const associate::MatchSettings& match = settings.match;
-  if ((match.volume_min_m.array() >= match.volume_max_m.array()).any()) {
-    section_fault(tables, "match", "volume_min_m", "volume_min_m is not below volume_max_m on every axis");
-  }
-}
-
-// [publish] or [control]. With CURVE everybody is asked who they are, so other machines may come.
-template <class Listening>
-void check_endpoints(DaemonTables& tables, const char* section, const Listening& listening) {
-  const bool remote = listening.allow_remote || listening.curve.on();
-  const auto check = [&](const char* key, const std::string& endpoint) {
-    const Status good = wire::check_endpoint(endpoint, remote);
-    // Busy is for who starts, not for the file.
-    if (!good && good.error().code == ErrorCode::InvalidArgument) {
-      section_fault(tables, section, key, good.error().message);
-    }
-  };
-  check("endpoint", listening.endpoint);
-  for (const std::string& endpoint : listening.more_endpoints) check("more_endpoints", endpoint);
-}
-
-void check_outputs(DaemonTables& tables, const DaemonSettings& settings) {
-  check_endpoints(tables, "publish", settings.publish);
-  if (!settings.control.endpoint.empty() && settings.control.endpoint != "none") {
-    check_endpoints(tables, "control", settings.control);
-  }
-  const wire::CurveSettings& curve = settings.publish.curve;
-  if (curve.on() == curve.allowed.empty()) {
-    section_fault(tables, "security", curve.on() ? "server_key" : "allowed_keys",
-                  "server_key and allowed_keys go together: the server's own key, and the list of clients' keys; see "
-                  "mocapctl keys --help");
-  }
-  const std::filesystem::path& file = settings.record.snapshots;
-  if (!file.empty() && file.extension() != ".jsonl" && file.extension() != ".pb") {
-    section_fault(tables, "record", "snapshots",
-                  fmt::format("snapshots is '{}', expected a file name that ends in .jsonl or .pb", file.string()));
-  }
-  const std::filesystem::path& blobs = settings.record.blobs;
-  if (!blobs.empty() && blobs.extension() != ".blobs") {
-    section_fault(tables, "record", "blobs",
-                  fmt::format("blobs is '{}', expected a file name that ends in .blobs", blobs.string()));
   }
 }
 
@@ -158,6 +96,11 @@ std::vector<std::string> names_of(const Rig& rig) {
 
 }  // namespace
 
+TomlTable& DaemonTables::section(std::string_view name) {
+  const auto found = sections.find(name);
+  return found != sections.end() ? found->second : root;
+}
+
 void check_together(DaemonTables& tables, const DaemonSettings& settings) {
   if (settings.cameras.empty()) tables.root.fault("no [[camera]], expected at least one");
   if (settings.cameras.size() > kMaxCameras) {
@@ -166,13 +109,15 @@ void check_together(DaemonTables& tables, const DaemonSettings& settings) {
   if (settings.subjects.size() > kMaxSubjects) {
     tables.root.fault(fmt::format("{} [[subject]], expected {} at most", settings.subjects.size(), kMaxSubjects));
   }
+  for (const Section& section : sections()) {
+    if (section.faults != nullptr) tables.section(section.name).add(section.faults(settings));
+  }
   check_cameras_differ(tables, settings);
   expect_different(settings.subjects, tables.subjects, "name",
                    [](const SubjectSettings& subject) { return subject.name; });
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) check_camera(tables.cameras[i], settings.cameras[i]);
   check_times(tables, settings);
-  check_row(tables, settings);
-  check_outputs(tables, settings);
+  check_thresholds(tables, settings);
 }
 
 Rig rig_for(DaemonTables& tables, const DaemonSettings& settings, const Rig& rig) {

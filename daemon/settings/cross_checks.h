@@ -1,5 +1,9 @@
 #pragma once
 
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "settings/daemon_settings.h"
@@ -10,8 +14,12 @@ namespace mocap::settings {
 /// The tables that a daemon configuration was read from, for the places of faults.
 struct DaemonTables {
   TomlTable root;
-  std::vector<TomlTable> cameras;   ///< as DaemonSettings::cameras
-  std::vector<TomlTable> subjects;  ///< as DaemonSettings::subjects
+  std::map<std::string, TomlTable, std::less<>> sections;  ///< those that the file has, by name
+  std::vector<TomlTable> cameras;                          ///< as DaemonSettings::cameras
+  std::vector<TomlTable> subjects;                         ///< as DaemonSettings::subjects
+
+  /// The section, or the whole file if it does not have the section: the place of a fault.
+  TomlTable& section(std::string_view name);
 };
 
 /// What one key alone cannot tell: names twice, cameras twice, times that do not go together. Makes faults of them.

@@ -11,20 +11,40 @@
 #include "settings/key_list.h"
 #include "settings/marker_set_file.h"
 #include "settings/rig_file.h"
+#include "settings/sections.h"
 #include "settings/shape_checks.h"
-#include "settings/stage_keys.h"
 #include "settings/subject_file.h"
 #include "settings/toml_file.h"
 
 namespace mocap::settings {
-namespace {
+
+void declare_keys(KeyVisitor& keys, CaptureSettings& capture) {
+  keys.path("rig", capture.rig_file,
+            {.help = "calibration of the cameras: one table per camera, found by its name",
+             .example = "rig.example.toml",
+             .example_is_active = true});
+  keys.number("rate_hz", capture.rate_hz, {0, 10000},
+              {.help = "sets per second announced to clients; 0: the rate of the fastest camera"});
+}
 
 void declare_keys(KeyVisitor& keys, SubjectSettings& subject) {
-  keys.text("name", subject.name, {.required = "the subject's name in the log and on the wire"});
-  keys.path("marker_set", subject.marker_set_file);
-  keys.path("file", subject.file);
-  keys.path("keep", subject.keep);
+  keys.text("name", subject.name,
+            {.help = "used in the log and on the wire",
+             .example = "actor",
+             .required = "the subject's name in the log and on the wire"});
+  keys.path("marker_set", subject.marker_set_file,
+            {.help = "markers on the bones of a skeleton; may be left out if file is given",
+             .example = "markersets/openmocap18.toml",
+             .example_is_active = true});
+  keys.path("file", subject.file,
+            {.help = "fitted body (mocapctl subject): the subject is recognised in any pose",
+             .example = "subjects/actor.toml"});
+  keys.path("keep", subject.keep,
+            {.help = "file for the fits that are made while the daemon runs; read at the next start",
+             .example = "subjects/actor.toml"});
 }
+
+namespace {
 
 // The keys of a camera whose driver is unknown cannot be judged.
 cameras::CameraSettings read_camera(TomlTable& table) {
@@ -38,11 +58,12 @@ cameras::CameraSettings read_camera(TomlTable& table) {
 }
 
 DaemonTables read_tables(TomlFile& file, DaemonSettings& settings) {
-  DaemonTables tables{file.root(), {}, {}};
+  DaemonTables tables{file.root(), {}, {}, {}};
   for (const Section& section : sections()) {
     if (std::optional<TomlTable> table = tables.root.table(section.name, section.name)) {
-      section.tell(*table, settings);
+      section.declare(*table, settings);
       table->done();
+      tables.sections.emplace(section.name, *std::move(table));
     }
   }
   tables.cameras = tables.root.tables("camera", "camera");
@@ -78,9 +99,8 @@ void load_what_there_is_of_the_rig(TomlFile& file, DaemonSettings& settings) {
 }
 
 void load_the_rig(TomlFile& file, DaemonTables& tables, DaemonSettings& settings) {
-  std::optional<TomlTable> capture = tables.root.table("capture", "capture");
   if (settings.capture.rig_file.empty()) {
-    (capture ? *capture : tables.root).fault("rig", "rig is missing, expected the calibration file of the cameras");
+    tables.section("capture").fault("rig", "rig is missing, expected the calibration file of the cameras");
     return;
   }
   const Result<Rig, Faults> rig = load_rig(settings.capture.rig_file);
@@ -235,16 +255,16 @@ detect::DetectSettings detect_of(const DaemonSettings& settings, CameraId camera
 }
 
 std::vector<std::pair<std::string, std::string>> list_settings(const DaemonSettings& settings) {
-  DaemonSettings copy = settings;  // telling may write
+  DaemonSettings copy = settings;  // a visitor may write
   std::vector<std::pair<std::string, std::string>> all;
   const auto add = [&](const std::string& prefix, const KeyList& list) {
-    for (const auto& [key, value] : list.entries()) {
-      if (!value.empty()) all.emplace_back(prefix + "." + key, value);
+    for (const ListedKey& listed : list.entries()) {
+      if (!listed.value.empty()) all.emplace_back(fmt::format("{}.{}", prefix, listed.key.name), listed.value);
     }
   };
   for (const Section& section : sections()) {
     KeyList list;
-    section.tell(list, copy);
+    section.declare(list, copy);
     add(section.name, list);
   }
   for (auto& camera : copy.cameras) {

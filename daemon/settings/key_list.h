@@ -8,10 +8,22 @@
 
 namespace mocap::settings {
 
-/// Lists every key of a table with its value, as a file would have it. An absent value is "".
+/// One key of a table with its value.
+struct ListedKey {
+  Key key;
+  std::string value;        ///< as a TOML file has it; "" if a number is absent
+  std::string note = {};    ///< paragraph of documentation before the key
+  bool is_text = false;     ///< a text, word or path: in quotes
+  bool is_list = false;     ///< a list of numbers
+  bool has_default = true;  ///< not an absent number, an empty text or an empty table
+};
+
+/// Lists every key of a table with its value.
 class KeyList final : public KeyVisitor {
  public:
-  const std::vector<std::pair<std::string, std::string>>& entries() const noexcept { return entries_; }
+  const std::vector<ListedKey>& entries() const noexcept { return entries_; }
+
+  void note(std::string_view text) override { note_ = text; }
 
  protected:
   void visit(const Key& key, bool& field) override;
@@ -25,9 +37,10 @@ class KeyList final : public KeyVisitor {
   void visit(const Key& key, KeyPairs& field) override;
 
  private:
-  void add(const Key& key, std::string value);
+  ListedKey& add(const Key& key, std::string value);
 
-  std::vector<std::pair<std::string, std::string>> entries_;
+  std::vector<ListedKey> entries_;
+  std::string note_;  // for the next key
 };
 
 }  // namespace mocap::settings

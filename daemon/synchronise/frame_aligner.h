@@ -8,16 +8,10 @@
 #include "model/blob.h"
 #include "model/bounds.h"
 #include "model/sighting.h"
+#include "synchronise/align_settings.h"
 #include "synchronise/exposure_watch.h"
 
 namespace mocap::synchronise {
-
-struct AlignSettings {
-  Duration window = std::chrono::microseconds(500);  ///< further apart is not one instant; under half a frame period
-  /// How long the first waits for the last. Paid only when an image is late, and by a camera that stops for four sets;
-  /// a host that takes the processor away does so for up to 20 ms, and what waited meanwhile is then worked off.
-  Duration patience = std::chrono::milliseconds(30);
-};
 
 /// What became of the frames of all cameras.
 struct AlignCounts {

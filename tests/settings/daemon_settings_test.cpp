@@ -13,7 +13,7 @@
 #include "settings/key_list.h"
 #include "settings/marker_set_file.h"
 #include "settings/rig_file.h"
-#include "settings/stage_keys.h"
+#include "settings/sections.h"
 #include "settings/subject_file.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
@@ -397,7 +397,7 @@ TEST(ExampleConfiguration, HasEveryKey) {
   for (const Section& section : sections()) {
     SCOPED_TRACE(section.name);
     KeyList list;
-    section.tell(list, defaults);
+    section.declare(list, defaults);
     expect_every_key(lines[fmt::format("[{}]", section.name)], list);
   }
   for (const cameras::CameraMake& make : cameras::camera_makes()) {

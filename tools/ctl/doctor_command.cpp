@@ -44,7 +44,7 @@ Demands demands_of(const settings::DaemonSettings& settings) {
     const auto folder = settings.record.snapshots.parent_path();
     demands.records_to = folder.empty() ? "." : folder;
   }
-  demands.locked_memory = settings.lock_memory;
+  demands.locked_memory = settings.pipeline.lock_memory;
   return demands;
 }
 

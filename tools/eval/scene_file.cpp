@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "settings/stage_keys.h"
+#include "settings/sections.h"
 #include "settings/toml_file.h"
 
 namespace mocap::eval {
@@ -160,7 +160,7 @@ Result<SceneFile, settings::Faults> load_scene(const fs::path& path) {
         std::ranges::any_of(kRowSections, [&](const char* name) { return std::string_view(name) == section.name; });
     if (!of_the_row) continue;
     if (auto table = root.table(section.name, section.name)) {
-      section.tell(*table, scene.daemon);
+      section.declare(*table, scene.daemon);
       table->done();
     }
   }
