@@ -1,19 +1,11 @@
 #include "settings/daemon_settings.h"
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include <fstream>
-#include <iterator>
-#include <map>
-#include <regex>
 
 #include "cameras/aravis/aravis_settings.h"
-#include "cameras/camera_make.h"
-#include "settings/key_list.h"
 #include "settings/marker_set_file.h"
 #include "settings/rig_file.h"
-#include "settings/sections.h"
 #include "settings/subject_file.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
@@ -26,11 +18,6 @@ using testing::HasSubstr;
 using testing::Not;
 
 const std::filesystem::path kConfig = std::filesystem::path(support::source_folder()) / "config";
-
-std::string text_of(const std::filesystem::path& path) {
-  std::ifstream in(path);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 class Configuration : public testing::Test {
  protected:
@@ -334,78 +321,6 @@ TEST(ShippedConfiguration, IsWithoutAFault) {
   for (const char* name : {"mocapd.toml", "demo.toml"}) {
     const auto settings = load_daemon_settings(kConfig / name);
     EXPECT_TRUE(settings) << to_text(settings.error());
-  }
-}
-
-TEST(ExampleConfiguration, ShowsTheDefaults) {
-  const auto example = load_daemon_settings(kConfig / "mocapd.toml");
-  ASSERT_TRUE(example) << to_text(example.error());
-  std::map<std::string, std::string> defaults;
-  for (const auto& [key, value] : list_settings(DaemonSettings{})) defaults[key] = value;
-
-  for (const auto& [key, value] : list_settings(*example)) {
-    if (key.starts_with("camera.") || key.starts_with("subject.") || key == "capture.rig") continue;
-    EXPECT_EQ(value, defaults[key]) << key;
-  }
-}
-
-TEST(ExampleConfiguration, ShowsTheDefaultsOfEveryDriver) {
-  const auto example = load_daemon_settings(kConfig / "mocapd.toml");
-  ASSERT_TRUE(example) << to_text(example.error());
-  ASSERT_EQ(example->cameras.size(), cameras::camera_makes().size());
-
-  for (cameras::CameraSettings shown : example->cameras) {
-    SCOPED_TRACE(shown.name);
-    cameras::CameraSettings blank = shown;
-    blank.driver = cameras::find_make(shown.driver.driver())->defaults();
-    KeyList of_shown;
-    KeyList of_blank;
-    declare_keys(of_shown, shown);
-    declare_keys(of_blank, blank);
-    for (std::size_t i = 0; i < of_blank.entries().size(); ++i) {
-      const auto& [key, value] = of_blank.entries()[i];
-      if (value.empty() || value == "\"\"") continue;  // no default
-      EXPECT_EQ(of_shown.entries()[i].second, value) << key;
-    }
-  }
-}
-
-// "[align]" and "[[camera]]" of the example, each with its lines, the commented ones too.
-std::map<std::string, std::string> sections_of(const std::string& text) {
-  std::map<std::string, std::string> sections;
-  std::istringstream lines(text);
-  std::string section;
-  for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with("[")) section = line.substr(0, line.find(']') + 1);
-    if (line.starts_with("driver = ")) section = line.substr(0, line.find('"', 10) + 1);
-    sections[section] += line + "\n";
-  }
-  return sections;
-}
-
-void expect_every_key(const std::string& lines, const KeyList& list) {
-  for (const auto& [key, value] : list.entries()) {
-    if (key == "name" || key == "driver") continue;
-    EXPECT_TRUE(std::regex_search(lines, std::regex("(^|\n)(# )?" + key + " = "))) << key << " is not in the example";
-  }
-}
-
-TEST(ExampleConfiguration, HasEveryKey) {
-  auto lines = sections_of(text_of(kConfig / "mocapd.toml"));
-  DaemonSettings defaults;
-
-  for (const Section& section : sections()) {
-    SCOPED_TRACE(section.name);
-    KeyList list;
-    section.declare(list, defaults);
-    expect_every_key(lines[fmt::format("[{}]", section.name)], list);
-  }
-  for (const cameras::CameraMake& make : cameras::camera_makes()) {
-    SCOPED_TRACE(make.name.driver);
-    cameras::CameraSettings camera{"any", make.defaults()};
-    KeyList list;
-    declare_keys(list, camera);
-    expect_every_key(lines[fmt::format("driver = \"{}\"", make.name.driver)], list);
   }
 }
 
