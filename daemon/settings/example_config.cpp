@@ -20,10 +20,12 @@ constexpr std::size_t kColumns = 120;
 constexpr std::size_t kCommentColumn = 32;
 
 constexpr const char* kIntroduction =
-    "mocapd: every setting with its default. A key that is left out has the value shown here. A line that begins with "
-    "\"# key =\" shows an example of a key that has no default. The unit of a number is the end of its name. Paths are "
-    "relative to this file. Check a file with `mocapd --check-config FILE`. This file is the output of "
-    "`mocapd --example-config`.";
+    "mocapd: every setting with its default, its range or choices, and its meaning. A key that is left out has the "
+    "value "
+    "shown here. A commented key has no default; its value is an example. The unit of a number is the end of its name. "
+    "Paths are relative to this file. `mocapd --check-config FILE` lists all faults of a file. `mocapd "
+    "--example-config` "
+    "writes this file.";
 
 // The words of a text in lines of at most `columns` characters.
 std::vector<std::string> wrapped(std::string_view text, std::size_t columns) {
@@ -49,12 +51,12 @@ std::string paragraph(std::string_view text) {
 // "# --- output ---------", as wide as the file.
 std::string heading_line(std::string_view heading) {
   const std::string begin = fmt::format("# --- {} ", heading);
-  return begin + std::string(kColumns - begin.size(), '-') + "\n";
+  return fmt::format("{:-<{}}\n", begin, kColumns);
 }
 
 // A line and the comment beside it, which goes on in the same column.
 std::string commented(const std::string& line, std::string_view comment) {
-  if (comment.empty()) return line + "\n";
+  if (comment.empty()) return fmt::format("{}\n", line);
   const std::size_t column = std::max(kCommentColumn, line.size() + 2);
   std::string text = fmt::format("{:<{}}", line, column);
   // The first line may be narrower than those that follow.
@@ -73,13 +75,13 @@ std::string values_text(const ListedKey& listed) {
   const Key& key = listed.key;
   if (!key.choices.empty()) return choices_text(key);
   if (key.range.min == key.range.max) return {};
-  return (listed.is_list ? "each " : "") + range_text(key.range);
+  return fmt::format("{}{}", listed.is_list ? "each " : "", range_text(key.range));
 }
 
 std::string comment_of(const ListedKey& listed) {
   const std::string values = values_text(listed);
   const std::string_view help = listed.key.doc.help;
-  return fmt::format("{}{}{}", help, help.empty() || values.empty() ? "" : "; ", values);
+  return fmt::format("{}{}{}", values, help.empty() || values.empty() ? "" : "; ", help);
 }
 
 // Where a value of the example is not the default, it is the example of the key.
@@ -106,15 +108,17 @@ std::string lines_of(const KeyList& list) {
 std::string section_text(const Section& section, DaemonSettings& defaults) {
   KeyList list;
   section.declare(list, defaults);
-  const std::string heading = section.heading != nullptr ? heading_line(section.heading) + "\n" : "";
-  return heading + commented(fmt::format("[{}]", section.name), section.help) + lines_of(list);
+  std::string text;
+  if (section.heading != nullptr) text = fmt::format("{}\n", heading_line(section.heading));
+  return text + commented(fmt::format("[{}]", section.name), section.help) + lines_of(list);
 }
 
 std::string subject_text() {
   SubjectSettings subject;
   KeyList list;
   declare_keys(list, subject);
-  return heading_line(fmt::format("subjects: up to {}", kMaxSubjects)) + "\n[[subject]]\n" + lines_of(list);
+  return fmt::format("{}\n[[subject]]\n{}", heading_line(fmt::format("subjects: up to {}", kMaxSubjects)),
+                     lines_of(list));
 }
 
 std::string camera_text(const cameras::CameraMake& make) {
@@ -129,10 +133,10 @@ std::string camera_text(const cameras::CameraMake& make) {
 std::string example_config() {
   DaemonSettings defaults;
   std::string text = paragraph(kIntroduction);
-  for (const Section& section : sections()) text += "\n" + section_text(section, defaults);
-  text += "\n" + subject_text();
-  text += "\n" + heading_line(fmt::format("cameras: up to {}, in the order of their ids", kMaxCameras));
-  for (const cameras::CameraMake& make : cameras::camera_makes()) text += "\n" + camera_text(make);
+  for (const Section& section : sections()) text += fmt::format("\n{}", section_text(section, defaults));
+  text += fmt::format("\n{}", subject_text());
+  text += fmt::format("\n{}", heading_line(fmt::format("cameras: up to {}, in the order of their ids", kMaxCameras)));
+  for (const cameras::CameraMake& make : cameras::camera_makes()) text += fmt::format("\n{}", camera_text(make));
   return text;
 }
 

@@ -135,7 +135,7 @@ TEST(ExampleConfig, ShowsEveryKeyOnceWithItsHelp) {
   for (const ExampleTable& table : tables_of(example)) {
     for (const ListedKey& listed : table.keys.entries()) {
       const Line line = line_of(example, table, listed.key.name);
-      EXPECT_EQ(line.comment.find(listed.key.doc.help), 0U) << listed.key.name << " in " << table.name;
+      EXPECT_NE(line.comment.find(listed.key.doc.help), std::string::npos) << listed.key.name << " in " << table.name;
     }
   }
 }
