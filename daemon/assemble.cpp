@@ -53,7 +53,7 @@ Description describe(const settings::DaemonSettings& settings, bool replay) {
   description.session_id = session_id(replay);
   description.nominal_rate_hz = settings.nominal_rate_hz;
   description.cameras = settings.rig;
-  description.subjects = settings.worn;
+  description.subjects = settings.subject_models;
   return description;
 }
 
@@ -81,10 +81,10 @@ fusion::FusionParts assemble_row(const settings::DaemonSettings& settings) {
   row.matcher = associate::make_matcher(settings.match, settings.rig);
   row.triangulator = associate::make_triangulator(settings.triangulate, settings.rig);
   row.tracker = track3d::make_marker_tracker(settings.track_markers);
-  row.labeller = label::make_labeller(settings.label, settings.worn);
-  row.solver = solve::make_skeleton_solver(settings.solve, settings.worn);
+  row.labeller = label::make_labeller(settings.label, settings.subject_models);
+  row.solver = solve::make_skeleton_solver(settings.solve, settings.subject_models);
   if (settings.refine.instants > 0) {
-    row.refiner = std::make_unique<solve::SubjectRefiner>(settings.refine, settings.worn);
+    row.refiner = std::make_unique<solve::SubjectRefiner>(settings.refine, settings.subject_models);
   }
   if (settings.drift.drift_px > 0.0) row.drift = std::make_unique<drift::DriftWatch>(settings.drift, settings.rig);
   return row;

@@ -219,7 +219,7 @@ std::optional<int> serve_once(Configuration& configuration, runtime::Service& se
     log_error("mocapd", assembly.error().message);
     return exit_code_of(assembly.error().code);
   }
-  for (const std::string& doubt : settings::shape_doubts(settings)) log_warn("mocapd", doubt);
+  for (const std::string& warning : settings::shape_warnings(settings)) log_warn("mocapd", warning);
   if (settings.pipeline.lock_memory) {
     const Status locked = runtime::lock_memory();
     if (!locked) log_warn("mocapd", locked.error().message);
@@ -262,8 +262,8 @@ int start(const std::filesystem::path& config, bool only_check) {
     return kExitConfig;
   }
   if (only_check) {
-    for (const std::string& doubt : settings::shape_doubts(*settings))
-      fmt::print(stderr, "{}: warning: {}\n", config.string(), doubt);
+    for (const std::string& warning : settings::shape_warnings(*settings))
+      fmt::print(stderr, "{}: warning: {}\n", config.string(), warning);
     fmt::print("{}: good, cameras={} subjects={}\n", config.string(), settings->cameras.size(),
                settings->subjects.size());
     return kExitOk;

@@ -19,7 +19,7 @@ namespace mocap::cameras {
 /// Objects that a camera may use beside its own settings. They outlive the camera; null if there is none.
 struct CameraSurroundings {
   const Rig* rig = nullptr;               ///< gives a simulated camera its lens and place (the entry of its name)
-  const MarkerSet* marker_set = nullptr;  ///< worn by the subject that a simulated camera sees
+  const MarkerSet* marker_set = nullptr;  ///< of the subject that a simulated camera sees
   StreamCounters* counters = nullptr;     ///< written by makes that count lost packets and images
 };
 

@@ -28,7 +28,7 @@ struct CameraFacts {
   /// Keys that say which device it is, with their values. Two cameras of one make must differ in each of them; an empty
   /// value is not compared.
   std::vector<std::pair<std::string, std::string>> device = {};
-  std::filesystem::path marker_set = {};  ///< worn by the subject that a simulated camera sees; empty: not simulated
+  std::filesystem::path marker_set = {};  ///< of the subject that a simulated camera sees; empty: no simulation
   /// Images come from a recording, or from a simulation that does not keep to the clock: their own time counts, and no
   /// image is dropped.
   bool recorded_time = false;

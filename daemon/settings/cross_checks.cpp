@@ -22,7 +22,7 @@ std::string twice(std::string_view key, std::string_view value) {
   return fmt::format("{} '{}' is there twice, expected a different one each", key, value);
 }
 
-// A fault at the second of two that should differ.
+// Adds a fault at the second of two elements that should differ.
 template <class Element, class Get>
 void expect_different(const std::vector<Element>& elements, std::vector<TomlTable>& tables, const char* key, Get get) {
   for (std::size_t i = 1; i < elements.size(); ++i) {
@@ -36,7 +36,7 @@ void expect_different(const std::vector<Element>& elements, std::vector<TomlTabl
   }
 }
 
-// A fault at each key that names the same device as an earlier camera of its make.
+// Adds a fault at each key that names the same device as an earlier camera of the make.
 void check_devices_differ(DaemonTables& tables, const DaemonSettings& settings) {
   std::set<std::tuple<std::string, std::string, std::string>> seen;
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
@@ -124,7 +124,7 @@ Rig rig_for(DaemonTables& tables, const DaemonSettings& settings, const Rig& rig
   Rig ordered;
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
     const CameraSettings& camera = settings.cameras[i];
-    if (camera.name.empty()) continue;  // told already
+    if (camera.name.empty()) continue;  // has a fault already
     const auto is_it = [&](const CameraModel& model) { return model.name == camera.name; };
     const auto found = std::find_if(rig.begin(), rig.end(), is_it);
     if (found == rig.end()) {

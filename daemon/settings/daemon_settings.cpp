@@ -79,8 +79,8 @@ DaemonTables read_tables(TomlFile& file, DaemonSettings& settings) {
   return tables;
 }
 
-// The cameras as the rig file has them, and by their names alone where it is not there yet or has others.
-void load_what_there_is_of_the_rig(TomlFile& file, DaemonSettings& settings) {
+// The entries of the rig file; a camera without an entry gets a model with its name alone.
+void load_rig_as_found(TomlFile& file, DaemonSettings& settings) {
   Rig known;
   std::error_code ignored;
   if (!settings.capture.rig_file.empty() && std::filesystem::exists(settings.capture.rig_file, ignored)) {
@@ -98,7 +98,7 @@ void load_what_there_is_of_the_rig(TomlFile& file, DaemonSettings& settings) {
   }
 }
 
-void load_the_rig(TomlFile& file, DaemonTables& tables, DaemonSettings& settings) {
+void load_whole_rig(TomlFile& file, DaemonTables& tables, DaemonSettings& settings) {
   if (settings.capture.rig_file.empty()) {
     tables.section("capture").fault("rig", "rig is missing, expected the calibration file of the cameras");
     return;
@@ -108,7 +108,7 @@ void load_the_rig(TomlFile& file, DaemonTables& tables, DaemonSettings& settings
   settings.rig = rig_for(tables, settings, *rig);
 }
 
-// "marker.toml:3:7: name is ..." as a fault; nothing for a line without a place.
+// The fault of a line "marker.toml:3:7: name is ..."; nothing for a line without a place.
 std::optional<Fault> fault_from(const std::string& line) {
   static const std::regex kPlaced("(.*?):([0-9]{1,9}):([0-9]{1,9}): (.*)");
   std::smatch parts;
@@ -117,21 +117,21 @@ std::optional<Fault> fault_from(const std::string& line) {
                static_cast<std::uint32_t>(std::stoul(parts[3])), parts[4].str()};
 }
 
-// The marker sets of one configuration, each read once.
+// The marker sets of one configuration. Each file is read once.
 class MarkerSets {
  public:
   explicit MarkerSets(TomlFile& file) : file_(file) {}
 
-  // What is wrong with the set is told at its first user's key.
+  // Faults of the set are added at the key of its first user.
   std::optional<MarkerSet> load(TomlTable& user, const std::filesystem::path& path) {
     if (const auto found = loaded_.find(path); found != loaded_.end()) return found->second;
     Result<MarkerSet> set = load_marker_set(path);
-    if (!set) tell_faults(user, path, set.error().message);
+    if (!set) add_faults(user, path, set.error().message);
     return loaded_[path] = set ? std::optional(*std::move(set)) : std::nullopt;
   }
 
  private:
-  void tell_faults(TomlTable& user, const std::filesystem::path& path, const std::string& message) {
+  void add_faults(TomlTable& user, const std::filesystem::path& path, const std::string& message) {
     Faults placed{path, {}};
     std::istringstream lines(message);
     for (std::string line; std::getline(lines, line);) {
@@ -146,7 +146,7 @@ class MarkerSets {
   std::map<std::filesystem::path, std::optional<MarkerSet>> loaded_;
 };
 
-// What is known of a subject before it is seen: its file's body, else the one that was kept of an earlier run.
+// The file of the fitted body: `file`, otherwise `keep` if an earlier run has written it; empty: none.
 std::filesystem::path stored_body(const SubjectSettings& subject) {
   if (!subject.file.empty()) return subject.file;
   std::error_code ignored;
@@ -158,9 +158,9 @@ bool same_markers(const MarkerSet& a, const MarkerSet& b) {
   return std::ranges::equal(a.markers, b.markers, same) && std::ranges::equal(a.skeleton.bones, b.skeleton.bones, same);
 }
 
-// A subject by its file, its marker set's offsets replaced by the body's. Nothing, and faults, where that is wrong.
-std::optional<SubjectFile> load_the_body(TomlFile& file, TomlTable& table, const SubjectSettings& subject,
-                                         const std::optional<MarkerSet>& worn) {
+// The fitted body of a subject. Nothing, and faults, if its file cannot be used.
+std::optional<SubjectFile> load_body(TomlFile& file, TomlTable& table, const SubjectSettings& subject,
+                                     const std::optional<MarkerSet>& named_set) {
   const std::filesystem::path path = stored_body(subject);
   Result<SubjectFile, Faults> body = load_subject(path);
   if (!body) {
@@ -168,21 +168,21 @@ std::optional<SubjectFile> load_the_body(TomlFile& file, TomlTable& table, const
     table.fault(subject.file.empty() ? "keep" : "file", fmt::format("'{}' has faults", path.string()));
     return std::nullopt;
   }
-  if (worn && !same_markers(*worn, body->marker_set)) {
+  if (named_set && !same_markers(*named_set, body->marker_set)) {
     table.fault("marker_set",
-                fmt::format("marker_set is '{}', but '{}' was fitted with '{}'; expected one and the same", worn->name,
-                            path.string(), body->marker_set.name));
+                fmt::format("marker_set is '{}', but '{}' was fitted with '{}'; expected one and the same",
+                            named_set->name, path.string(), body->marker_set.name));
     return std::nullopt;
   }
   return *std::move(body);
 }
 
-void load_the_subject(TomlFile& file, TomlTable& table, MarkerSets& sets, const SubjectSettings& subject,
-                      DaemonSettings& settings) {
-  std::optional<MarkerSet> worn;
+void load_subject_model(TomlFile& file, TomlTable& table, MarkerSets& sets, const SubjectSettings& subject,
+                        DaemonSettings& settings) {
+  std::optional<MarkerSet> named_set;
   if (!subject.marker_set_file.empty()) {
-    worn = sets.load(table, subject.marker_set_file);
-    if (!worn) return;
+    named_set = sets.load(table, subject.marker_set_file);
+    if (!named_set) return;
   }
   SubjectFile known{.name = subject.name,
                     .marker_set_file = subject.marker_set_file,
@@ -192,31 +192,31 @@ void load_the_subject(TomlFile& file, TomlTable& table, MarkerSets& sets, const 
                     .marker_residuals_m = {}};
   const bool stored = !stored_body(subject).empty();
   if (stored) {
-    std::optional<SubjectFile> body = load_the_body(file, table, subject, worn);
+    std::optional<SubjectFile> body = load_body(file, table, subject, named_set);
     if (!body) return;
     known = *std::move(body);
-  } else if (worn) {
-    known.marker_set = *std::move(worn);
+  } else if (named_set) {
+    known.marker_set = *std::move(named_set);
   } else {
     table.require("marker_set", "a file of config/markersets, or a subject's file");
     return;
   }
-  settings.worn.push_back({subject.name, known.marker_set, stored});
-  const SubjectId id{static_cast<std::uint32_t>(settings.worn.size() - 1)};
+  settings.subject_models.push_back({subject.name, known.marker_set, stored});
+  const SubjectId id{static_cast<std::uint32_t>(settings.subject_models.size() - 1)};
   if (!subject.keep.empty()) settings.kept.push_back({id, subject.keep, std::move(known)});
 }
 
-void load_the_marker_sets(TomlFile& file, DaemonTables& tables, DaemonSettings& settings) {
+void load_marker_sets(TomlFile& file, DaemonTables& tables, DaemonSettings& settings) {
   MarkerSets sets(file);
   for (std::size_t i = 0; i < settings.subjects.size(); ++i) {
-    load_the_subject(file, tables.subjects[i], sets, settings.subjects[i], settings);
+    load_subject_model(file, tables.subjects[i], sets, settings.subjects[i], settings);
   }
-  if (settings.worn.size() == settings.subjects.size()) check_shapes(tables, settings);
+  if (settings.subject_models.size() == settings.subjects.size()) check_shapes(tables, settings);
   settings.simulated.resize(settings.cameras.size());
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
-    const std::filesystem::path worn = facts_of(settings.cameras[i]).marker_set;
-    if (worn.empty()) continue;
-    if (auto set = sets.load(tables.cameras[i], worn)) settings.simulated[i] = *std::move(set);
+    const std::filesystem::path simulated = facts_of(settings.cameras[i]).marker_set;
+    if (simulated.empty()) continue;
+    if (auto set = sets.load(tables.cameras[i], simulated)) settings.simulated[i] = *std::move(set);
   }
 }
 
@@ -236,11 +236,11 @@ Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path&
   DaemonTables tables = read_tables(*file, settings);
   check_together(tables, settings);
   if (need == RigNeed::Whole) {
-    load_the_rig(*file, tables, settings);
+    load_whole_rig(*file, tables, settings);
   } else {
-    load_what_there_is_of_the_rig(*file, settings);
+    load_rig_as_found(*file, settings);
   }
-  load_the_marker_sets(*file, tables, settings);
+  load_marker_sets(*file, tables, settings);
   if (!file->faults().list.empty()) return file->faults();
   settings.nominal_rate_hz = nominal_rate_hz(settings);
   return settings;
@@ -255,7 +255,7 @@ detect::DetectSettings detect_of(const DaemonSettings& settings, CameraId camera
 }
 
 std::vector<std::pair<std::string, std::string>> list_settings(const DaemonSettings& settings) {
-  DaemonSettings copy = settings;  // a visitor may write
+  DaemonSettings copy = settings;  // a visitor may change fields
   std::vector<std::pair<std::string, std::string>> all;
   const auto add = [&](const std::string& prefix, const KeyList& list) {
     for (const ListedKey& listed : list.entries()) {

@@ -66,10 +66,10 @@ struct DaemonSettings {
   take::RecordSettings record;
   runtime::PipelineSettings pipeline;
 
-  Rig rig;                           ///< by CameraId: the entry of each camera in the rig file
-  std::vector<Subject> worn;         ///< by SubjectId: each subject with its marker set
-  std::vector<KeptSubject> kept;     ///< subjects whose fits are kept
-  std::vector<MarkerSet> simulated;  ///< by CameraId: worn by the subject of a simulated camera; empty for the others
+  Rig rig;                              ///< by CameraId: the entry of each camera in the rig file
+  std::vector<Subject> subject_models;  ///< by SubjectId: each subject with its marker set
+  std::vector<KeptSubject> kept;        ///< subjects whose fits are kept
+  std::vector<MarkerSet> simulated;  ///< by CameraId: of the subject that a simulated camera sees; empty for the others
   double nominal_rate_hz = 0;        ///< capture.rate_hz, or the rate of the fastest camera; 0: unknown
 };
 

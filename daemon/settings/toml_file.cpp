@@ -17,7 +17,7 @@ namespace {
 
 std::string in_quotes(std::string_view word) { return fmt::format("'{}'", word); }
 
-// How a value of the file stands in a fault.
+// A value of the file as text in a fault.
 std::string shown(const toml::node& node) {
   if (node.is_string()) return in_quotes(*node.value<std::string>());
   if (node.is_boolean()) return *node.value<bool>() ? "true" : "false";
@@ -29,7 +29,7 @@ std::string shown(const toml::node& node) {
 }
 
 constexpr std::size_t kLeastCorners = 3;
-constexpr KeyRange kCorner_px{-1e6, 1e6};  // a polygon may reach out of its image
+constexpr KeyRange kCorner_px{-1e6, 1e6};  // a polygon may extend beyond its image
 
 std::optional<PixelPoint> corner_of(const toml::node& node) {
   const toml::array* pair = node.as_array();

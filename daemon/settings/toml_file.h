@@ -17,51 +17,51 @@ namespace mocap::settings {
 
 class TomlFile;
 
-/// A table of a TOML file, while it is read. Every key that is asked for is known from then on; `done` makes faults of
-/// the others. Copies share what they know. The file outlives it.
+/// A table of a TOML file while it is read. A visitor that fills a settings struct from the file: a wrong value is a
+/// fault, and the field keeps its default. Every key that is asked for is known; `done` makes a fault of each other
+/// key. Copies share their state. The file outlives it.
 class TomlTable final : public KeyVisitor {
  public:
-  /// A list of numbers whose length is one of `lengths`, all of them finite. Nothing, and a fault, where it is not;
-  /// nothing where the key is absent.
+  /// A list of finite numbers whose length is one of `lengths`; anything else is a fault. Nothing if the key is absent
+  /// or has a fault.
   std::optional<std::vector<double>> list(std::string_view key, std::initializer_list<std::size_t> lengths);
 
-  /// `rows` lists of `columns` finite numbers each, row by row; else as `list`.
+  /// `rows` lists of `columns` finite numbers each, row by row; otherwise as `list`.
   std::optional<std::vector<double>> matrix(std::string_view key, std::size_t rows, std::size_t columns);
 
-  /// A list of polygons, each a list of at least three corners [x, y], px. Nothing, and a fault, where it is not;
-  /// nothing where the key is absent.
+  /// A list of polygons, each a list of at least three corners [x, y], px; otherwise as `list`.
   std::optional<std::vector<MaskPolygon>> polygons(std::string_view key);
 
   bool has(std::string_view key) const;
-  /// Whether the key's value is a list of lists.
+  /// Whether the value of the key is a list of lists.
   bool has_matrix(std::string_view key) const;
 
-  /// The sub-table `[key]`; nothing where the key is absent, or (a fault) something else.
+  /// The table `[key]`; nothing if the key is absent. Another value is a fault.
   std::optional<TomlTable> table(std::string_view key, std::string who);
-  /// The tables of `[[key]]`, in their order.
+  /// The tables of `[[key]]` in the order of the file.
   std::vector<TomlTable> tables(std::string_view key, std::string_view who);
   /// All keys, in the order of the file.
   std::vector<std::string> keys() const;
 
-  /// Makes the key known without looking at it.
+  /// Makes the key known without reading it.
   void ignore(std::string_view key);
-  /// A fault if the key is absent; says whether it is there.
+  /// Whether the key is there; an absent key is a fault.
   bool require(std::string_view key, std::string_view expected);
 
-  /// A fault at the key's value, or at the table where there is no such key: "who: message".
+  /// Adds the fault "who: message" at the value of the key, or at the table if it does not have the key.
   void fault(std::string_view key, std::string_view message);
-  /// A fault at the table: "who: message".
+  /// Adds the fault "who: message" at the table.
   void fault(std::string_view message);
-  /// The same for broken rules between keys. A rule about a key that has a fault already is left out: its field does
-  /// not have the value of the file.
+  /// Adds faults of rules between keys. A rule about a key that has a fault already is left out: the field does not
+  /// have the value of the file.
   void add(const std::vector<KeyFault>& faults);
 
-  /// Every key that nobody asked for is a fault.
+  /// Adds a fault for each key that was not asked for.
   void done();
 
-  /// How faults call this table, as "camera 'north-east'"; empty for the file's own keys.
+  /// Sets the name of this table in faults, as "camera 'north-east'"; empty for keys of the file itself.
   void call(std::string who);
-  /// Calls it "`what` 'VALUE'" if the key is a text that is not empty.
+  /// Sets this name to "`what` 'VALUE'" if the key is a text that is not empty.
   void call_by(std::string_view key, std::string_view what);
   const std::string& who() const;
 
@@ -84,10 +84,10 @@ class TomlTable final : public KeyVisitor {
   std::shared_ptr<State> state_;
 };
 
-/// A parsed TOML file and the faults found in it so far.
+/// A parsed TOML file and its faults so far.
 class TomlFile {
  public:
-  /// Fails with the one fault that kept it from being parsed: unreadable, too large, not TOML.
+  /// Fails with one fault if the file cannot be parsed: unreadable, too large, or not TOML.
   static Result<TomlFile, Faults> open(const std::filesystem::path& path);
   TomlFile(TomlFile&&) noexcept;
   TomlFile& operator=(TomlFile&&) noexcept;
@@ -95,7 +95,7 @@ class TomlFile {
 
   TomlTable root();
   const Faults& faults() const;
-  /// Takes over the faults of a file that this one names.
+  /// Adds the faults of a file that this one names.
   void add(const Faults& faults);
 
  private:

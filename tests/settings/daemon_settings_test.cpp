@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 
-
 #include "cameras/aravis/aravis_settings.h"
 #include "settings/marker_set_file.h"
 #include "settings/rig_file.h"
@@ -64,8 +63,8 @@ TEST_F(Configuration, IsReadWithTheRigInTheOrderOfTheCameras) {
   EXPECT_EQ(settings->rig[1].name, "west");
   EXPECT_EQ(settings->pipeline.align.window, std::chrono::microseconds(250));
   EXPECT_EQ(settings->nominal_rate_hz, 60.0);
-  ASSERT_EQ(settings->worn.size(), 1U);
-  EXPECT_EQ(settings->worn[0].marker_set.markers.size(), 18U);
+  ASSERT_EQ(settings->subject_models.size(), 1U);
+  EXPECT_EQ(settings->subject_models[0].marker_set.markers.size(), 18U);
   ASSERT_EQ(settings->simulated.size(), 2U);
   EXPECT_EQ(settings->simulated[1].markers.size(), 18U);
 }
@@ -288,13 +287,13 @@ TEST_F(Configuration, TakesABodyThatWasFittedBefore) {
 
   for (const auto* stored : {&by_file, &by_keep}) {
     ASSERT_TRUE(*stored) << to_text(stored->error());
-    EXPECT_TRUE((*stored)->worn[0].fitted);
-    EXPECT_EQ((*stored)->worn[0].name, "actor");
-    EXPECT_EQ((*stored)->worn[0].marker_set.markers[2].offset_m.x(), 0.125);
+    EXPECT_TRUE((*stored)->subject_models[0].fitted);
+    EXPECT_EQ((*stored)->subject_models[0].name, "actor");
+    EXPECT_EQ((*stored)->subject_models[0].marker_set.markers[2].offset_m.x(), 0.125);
   }
   EXPECT_TRUE(by_file->kept.empty());
   ASSERT_TRUE(to_be_kept) << to_text(to_be_kept.error());
-  EXPECT_FALSE(to_be_kept->worn[0].fitted);
+  EXPECT_FALSE(to_be_kept->subject_models[0].fitted);
   ASSERT_EQ(to_be_kept->kept.size(), 1U);
   EXPECT_EQ(to_be_kept->kept[0].path, folder_.path() / "new.toml");
 

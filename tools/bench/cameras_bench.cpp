@@ -221,7 +221,7 @@ settings::DaemonSettings daemon_of(const CamerasBenchSettings& wanted, const Mar
     settings.simulated.push_back(worn);
   }
   settings.subjects.push_back({.name = "subject", .marker_set_file = wanted.marker_set, .file = {}, .keep = {}});
-  settings.worn.push_back({"subject", worn});
+  settings.subject_models.push_back({"subject", worn});
   settings.nominal_rate_hz = wanted.rate_hz;
   settings.pipeline.align.window = from_s(0.4 / wanted.rate_hz);
   if (wanted.patience_us > 0.0) settings.pipeline.align.patience = from_s(1e-6 * wanted.patience_us);

@@ -112,7 +112,7 @@ Result<Outcome> run_seed(const SceneFile& scene, const Options& options, std::ui
   if (!world) return world.error();
   settings::DaemonSettings daemon = scene.daemon;
   daemon.rig = world->rig();
-  daemon.worn = world->subjects();
+  daemon.subject_models = world->subjects();
   daemon.drift.drift_px = options.drift_px;
   Watched row(daemon);
   record::BlobRecording take;

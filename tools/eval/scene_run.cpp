@@ -100,7 +100,7 @@ Result<SceneOutcome> run_scene(const SceneFile& scene, const std::string& clip, 
 
   settings::DaemonSettings daemon = scene.daemon;
   daemon.rig = *rig;
-  for (const Performer& performer : *performers) daemon.worn.push_back(performer.subject);
+  for (const Performer& performer : *performers) daemon.subject_models.push_back(performer.subject);
   SceneOutcome outcome = about(clip, *performers);
   Recognition recognition(*performers);
   SceneWorld world(scene, *rig, std::move(*performers), std::move(*events), settings.seed);

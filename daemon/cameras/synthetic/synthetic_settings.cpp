@@ -8,7 +8,7 @@ void declare_keys(KeyVisitor& keys, SyntheticSettings& camera) {
   constexpr KeyRange kSide_px{16, 16384};
   keys.text("motion", camera.motion, {.help = "motions as mocap-sim --motion takes them, each with its seconds"});
   keys.path("marker_set", camera.marker_set,
-            {.help = "worn by the simulated subject",
+            {.help = "marker set of the simulated subject",
              .example = "markersets/openmocap18.toml",
              .required = "a file of config/markersets"});
   keys.number("width_px", camera.width_px, kSide_px, {.help = "as in the rig"});

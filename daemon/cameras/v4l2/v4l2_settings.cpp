@@ -23,7 +23,7 @@ void declare_keys(KeyVisitor& keys, V4l2Settings& camera) {
              .example_is_active = true});
   keys.text("serial", camera.serial, {.help = "serial number of the USB device", .example = "3F2A11"});
   keys.text("bus", camera.bus,
-            {.help = "where it is plugged in, as mocapctl cameras list shows it", .example = "usb-0000:00:14.0-2"});
+            {.help = "USB port, as mocapctl cameras list shows it", .example = "usb-0000:00:14.0-2"});
   keys.one_of("pixel_format", camera.pixel_format, format_names(),
               {.help = "of a Bayer format (GRBG, RGGB, GBRG, BA81) the green pixels are used"});
   keys.number("width_px", camera.width_px, kSide_px);

@@ -15,12 +15,12 @@ using testing::IsEmpty;
 DaemonSettings wearing(const MarkerSet& set, bool fitted) {
   DaemonSettings settings;
   settings.subjects = {{.name = "anna", .marker_set_file = "sparse.toml", .file = {}, .keep = {}}};
-  settings.worn = {{"anna", set, fitted}};
+  settings.subject_models = {{"anna", set, fitted}};
   return settings;
 }
 
 TEST(ShapeDoubts, NameTheFileAndThePairsThatWouldTellTheSides) {
-  EXPECT_THAT(shape_doubts(wearing(test::sparse_person(0.0), false)),
+  EXPECT_THAT(shape_warnings(wearing(test::sparse_person(0.0), false)),
               ElementsAre(AllOf(HasSubstr("subject 'anna' is read back to front"),
                                 HasSubstr("move one marker of each of these pairs"),
                                 HasSubstr(R"(asymmetric = [["LThigh", "RThigh"], ["LKneeOut", "RKneeOut"], )"
@@ -28,20 +28,20 @@ TEST(ShapeDoubts, NameTheFileAndThePairsThatWouldTellTheSides) {
 }
 
 TEST(ShapeDoubts, AreNoneOfAFittedBodyOrAFullSet) {
-  EXPECT_THAT(shape_doubts(wearing(test::sparse_person(0.0), true)), IsEmpty());
-  EXPECT_THAT(shape_doubts(wearing(test::person("baseline41"), false)), IsEmpty());
-  EXPECT_THAT(shape_doubts(wearing(test::person("rigid4"), false)), IsEmpty());
+  EXPECT_THAT(shape_warnings(wearing(test::sparse_person(0.0), true)), IsEmpty());
+  EXPECT_THAT(shape_warnings(wearing(test::person("baseline41"), false)), IsEmpty());
+  EXPECT_THAT(shape_warnings(wearing(test::person("rigid4"), false)), IsEmpty());
 }
 
 TEST(ShapeDoubts, AreAllayedByPairsThatTellTheSides) {
   MarkerSet set = test::sparse_person(0.04);
   EXPECT_THAT(
-      shape_doubts(wearing(set, false)),
+      shape_warnings(wearing(set, false)),
       ElementsAre(HasSubstr("name the pairs that are no mirror images of each other seen from the front: asymmetric = "
                             R"([["LUArmHigh", "RUArmHigh"], ["LThigh", "RThigh"], ["LShin", "RShin"]])")));
 
   set.asymmetric = identify::asymmetric_markers(set);
-  EXPECT_THAT(shape_doubts(wearing(set, false)), IsEmpty());
+  EXPECT_THAT(shape_warnings(wearing(set, false)), IsEmpty());
 }
 
 }  // namespace
