@@ -164,7 +164,7 @@ void leave_out_unknown(TomlTable& table, const std::string& key, std::vector<std
   for (const std::string& own : table.keys()) {
     if (std::ranges::find(kCameraKeys, own) != std::end(kCameraKeys)) continue;
     table.ignore(own);
-    left_out.push_back(fmt::format("[{}] has '{}', which a rig does not have; it is left out", key, own));
+    left_out.push_back(fmt::format("[{}] has '{}', which a rig has no place for; it is left out", key, own));
   }
 }
 

@@ -43,7 +43,7 @@ class Configuration : public testing::Test {
     return "[[camera]]\nname = \"" + name + "\"\ndriver = \"synthetic\"\nmarker_set = \"" + marker_set_ + "\"\n" + more;
   }
 
-  /// A file without a fault; `more` stands before its camera.
+  /// A configuration without faults; `more` comes before its camera.
   std::string good(const std::string& more = "") const {
     return "[capture]\nrig = \"rig.toml\"\n" + more + camera("east");
   }
@@ -69,7 +69,7 @@ TEST_F(Configuration, IsReadWithTheRigInTheOrderOfTheCameras) {
   EXPECT_EQ(settings->simulated[1].markers.size(), 18U);
 }
 
-TEST_F(Configuration, RefusesThingsOfTheSameShapeAndAllowsPeopleInTheSameMarkerSet) {
+TEST_F(Configuration, RefusesRigidBodiesOfOneShapeAndAllowsPeopleWithOneMarkerSet) {
   const auto subject = [&](const std::string& name, const std::string& set) {
     return "[[subject]]\nname = \"" + name + "\"\nmarker_set = \"" + (kConfig / "markersets" / set).string() + "\"\n";
   };
@@ -84,7 +84,7 @@ TEST_F(Configuration, RefusesThingsOfTheSameShapeAndAllowsPeopleInTheSameMarkerS
   EXPECT_EQ(one, "");
 }
 
-TEST_F(Configuration, TellsAllFaultsAtOnceWithPlacesAndSuggestions) {
+TEST_F(Configuration, ListsAllFaultsAtOnceWithPlacesAndSuggestions) {
   const std::string faults = faults_of(R"([capture]
 rig = "rig.toml"
 [algin]
@@ -123,7 +123,7 @@ driver = "aravis"
                 file + ": 9 faults, nothing started");
 }
 
-TEST_F(Configuration, IsRefusedWhereTimesDoNotGoTogether) {
+TEST_F(Configuration, IsRefusedIfTimesContradictEachOther) {
   EXPECT_THAT(faults_of(good("[align]\nwindow_us = 8334\n")),
               HasSubstr(":4:13: align: window_us is 8334, expected less than half a frame period, 8333 at 60 Hz"));
   EXPECT_EQ(faults_of(good("[align]\nwindow_us = 8000\n")), "");
@@ -133,7 +133,7 @@ TEST_F(Configuration, IsRefusedWhereTimesDoNotGoTogether) {
               HasSubstr(":4:20: reopen: first_backoff_ms is 3000, over longest_backoff_ms = 2000"));
 }
 
-TEST_F(Configuration, IsRefusedWhereTheRigWasMadeAtAnotherSize) {
+TEST_F(Configuration, IsRefusedIfTheRigHasAnotherImageSize) {
   EXPECT_THAT(faults_of("[capture]\nrig = \"rig.toml\"\n" + camera("east", "width_px = 1280\n")),
               AllOf(HasSubstr(":7:12: camera 'east': size is 1280x480 px"), HasSubstr("made at 640x480")));
 }
@@ -143,15 +143,15 @@ TEST_F(Configuration, IsRefusedWithoutARig) {
   EXPECT_THAT(faults_of("[capture]\nrig = \"none.toml\"\n" + camera("east")), HasSubstr("none.toml: no such file"));
 }
 
-TEST_F(Configuration, TellsTheFaultsOfTheRigWithTheirPlaceThere) {
+TEST_F(Configuration, ListsTheFaultsOfTheRigWithTheirPlacesInTheRigFile) {
   folder_.write("rig.toml", "[east]\nsize = [640, 480]\n");
 
   EXPECT_THAT(faults_of(good()),
               HasSubstr((folder_.path() / "rig.toml").string() + ":1:1: camera 'east': matrix is missing"));
 }
 
-TEST_F(Configuration, TellsTheFaultsOfAMarkerSetOnceWithTheirPlaceThere) {
-  const auto set = folder_.write("worn.toml", "name = \"worn\"\nskelton = \"x\"\n").string();
+TEST_F(Configuration, ListsTheFaultsOfAMarkerSetOnceWithTheirPlacesInItsFile) {
+  const auto set = folder_.write("set.toml", "name = \"set\"\nskelton = \"x\"\n").string();
   marker_set_ = set;
   const std::string faults = faults_of("[capture]\nrig = \"rig.toml\"\n" + camera("east") + camera("west"));
 
@@ -161,7 +161,7 @@ TEST_F(Configuration, TellsTheFaultsOfAMarkerSetOnceWithTheirPlaceThere) {
   EXPECT_THAT(faults, HasSubstr("daemon.toml:6:14: camera 'east': marker_set is '" + set + "', which has faults"));
 }
 
-TEST_F(Configuration, TakesAnyFeatureOfACameraInTheOrderOfTheFile) {
+TEST_F(Configuration, AcceptsAnyFeatureOfACameraInTheOrderOfTheFile) {
   const std::string rig = "[capture]\nrig = \"rig.toml\"\n[[camera]]\nname = \"east\"\n";
   const std::string aravis = rig + "driver = \"aravis\"\nmac = \"00:11:1c:f5:a0:01\"\n";
 
@@ -177,7 +177,7 @@ TEST_F(Configuration, TakesAnyFeatureOfACameraInTheOrderOfTheFile) {
   EXPECT_THAT(faults_of(aravis + "features = { A = [1] }\n"), HasSubstr("A is a list of 1, expected a word"));
 }
 
-TEST_F(Configuration, TakesEveryTriggerThatACameraMayHave) {
+TEST_F(Configuration, AcceptsEveryTriggerThatTheDriverKnows) {
   const std::string aravis =
       "[capture]\nrig = \"rig.toml\"\n[[camera]]\nname = \"east\"\ndriver = \"aravis\"\nserial = \"DA1\"\n";
   for (const char* trigger : {"free_run", "software", "action", "Line0", "Line12"}) {
@@ -189,7 +189,7 @@ TEST_F(Configuration, TakesEveryTriggerThatACameraMayHave) {
               HasSubstr("trigger is 'Lin0', expected one of free_run, software, action, Line<n>"));
 }
 
-TEST_F(Configuration, TakesAVideoCameraByItsSerialNumberOrItsPlace) {
+TEST_F(Configuration, AcceptsAVideoCameraByItsSerialNumberOrItsPort) {
   const std::string v4l2 = "[capture]\nrig = \"rig.toml\"\n[[camera]]\nname = \"east\"\ndriver = \"v4l2\"\n";
   EXPECT_EQ(faults_of(v4l2 + "serial = \"3F2A11\"\n"), "");
   EXPECT_EQ(faults_of(v4l2 + "bus = \"usb-0000:00:14.0-2\"\n"), "");
@@ -198,21 +198,21 @@ TEST_F(Configuration, TakesAVideoCameraByItsSerialNumberOrItsPlace) {
   EXPECT_THAT(faults_of(v4l2), HasSubstr("device is missing"));
 }
 
-TEST_F(Configuration, RefusesTwoCamerasThatAreOneDevice) {
+TEST_F(Configuration, RefusesOneDeviceAsTwoCameras) {
   const std::string aravis = "driver = \"aravis\"\nserial = \"DA1\"\n";
   EXPECT_THAT(faults_of("[capture]\nrig = \"rig.toml\"\n[[camera]]\nname = \"east\"\n" + aravis +
                         "[[camera]]\nname = \"west\"\n" + aravis),
               HasSubstr(":10:10: camera 'west': serial 'DA1' is there twice"));
 }
 
-TEST_F(Configuration, RefusesWhatOtherRoomsWouldRefuseAtTheStart) {
+TEST_F(Configuration, RefusesValuesThatWouldFailAtTheStart) {
   EXPECT_THAT(faults_of(good("[publish]\nendpoint = \"tcp://0.0.0.0:5570\"\n")), HasSubstr(":4:12: publish: "));
   EXPECT_THAT(faults_of(good("[record]\nsnapshots = \"run.csv\"\n")), HasSubstr("that ends in .jsonl or .pb"));
   EXPECT_THAT(faults_of(good("[detect]\nmin_area_px2 = 9\nmax_area_px2 = 8\n")),
               HasSubstr(":4:16: detect: min_area_px2 is 9, over max_area_px2 = 8"));
 }
 
-TEST_F(Configuration, DetectsInACamerasImagesAsItsOwnTableSaysAndElseAsAllDo) {
+TEST_F(Configuration, UsesTheThresholdsOfACamerasOwnTableBeforeThoseOfDetect) {
   const auto settings = load_daemon_settings(
       write("[capture]\nrig = \"rig.toml\"\n[detect]\nthreshold = 100\nlow_threshold = 30\nmin_area_px2 = 7\n" +
             camera("east", "threshold = 60\nlow_threshold = 20\n") + camera("west", "threshold = 0\n")));
@@ -223,11 +223,11 @@ TEST_F(Configuration, DetectsInACamerasImagesAsItsOwnTableSaysAndElseAsAllDo) {
   EXPECT_EQ(east.threshold, 60.0);
   EXPECT_EQ(east.low_threshold, 20.0);
   EXPECT_EQ(east.min_area_px2, 7.0);
-  EXPECT_EQ(west.threshold, std::nullopt) << "0: from the noise";
+  EXPECT_EQ(west.threshold, std::nullopt) << "0: estimated from the noise";
   EXPECT_EQ(west.low_threshold, 30.0);
 }
 
-TEST_F(Configuration, RefusesACamerasThresholdThatDoesNotGoWithTheOther) {
+TEST_F(Configuration, RefusesALowThresholdOfACameraOverItsThreshold) {
   const std::string both = "[capture]\nrig = \"rig.toml\"\n[detect]\nthreshold = 100\nlow_threshold = 50\n";
   EXPECT_THAT(faults_of(both + camera("east", "threshold = 40\n")),
               HasSubstr(":10:13: camera 'east': low_threshold is 50 for this camera, over its threshold, 40"));
@@ -236,7 +236,7 @@ TEST_F(Configuration, RefusesACamerasThresholdThatDoesNotGoWithTheOther) {
               HasSubstr(":10:13: camera 'east': threshold is 0.5, expected 1 to 255, or 0: from the noise"));
 }
 
-TEST_F(Configuration, RefusesAPixelFormatWithTheNamesOfThoseThatAreRead) {
+TEST_F(Configuration, RefusesAPixelFormatAndListsTheSupportedOnes) {
   const std::string rig = "[capture]\nrig = \"rig.toml\"\n[[camera]]\nname = \"east\"\n";
   EXPECT_THAT(faults_of(rig + "driver = \"aravis\"\nserial = \"DA1\"\npixel_format = \"BayerRG12\"\n"),
               HasSubstr(":7:16: camera 'east': pixel_format is 'BayerRG12', expected one of Mono8, Mono10, Mono12, "
@@ -252,7 +252,7 @@ TEST_F(Configuration, WithoutACameraIsRefused) {
   EXPECT_THAT(faults_of(""), HasSubstr("no [[camera]], expected at least one"));
 }
 
-TEST_F(Configuration, ThatIsNoTomlIsAFaultWithItsPlace) {
+TEST_F(Configuration, ThatIsNoTomlHasOneFaultWithItsPlace) {
   EXPECT_THAT(faults_of("[capture]\nrig = rig.toml\n"), HasSubstr("daemon.toml:2:7: "));
   EXPECT_THAT(faults_of("[capture]\nrig = \"a\"\nrig = \"b\"\n"), HasSubstr("daemon.toml:3:"));
   EXPECT_THAT(faults_of(std::string("\xff\xfe\0\0", 4)), HasSubstr("daemon.toml:1:1: "));
@@ -268,7 +268,7 @@ TEST_F(Configuration, RefusesValuesThatAreNotNumbersWithinRange) {
   EXPECT_THAT(faults_of(good("align = 3\n")), HasSubstr("unknown key 'align'"));
 }
 
-TEST_F(Configuration, TakesABodyThatWasFittedBefore) {
+TEST_F(Configuration, AcceptsABodyThatIsFittedAlready) {
   SubjectFile anna{.name = "anna",
                    .marker_set_file = marker_set_,
                    .fitted_on = "",
@@ -305,7 +305,7 @@ TEST_F(Configuration, TakesABodyThatWasFittedBefore) {
               HasSubstr("subject 'twin' is fitted to the same body as subject 'actor'"));
 }
 
-TEST_F(Configuration, RefusesThingsThatCannotBeToldApart) {
+TEST_F(Configuration, RefusesRigidBodiesThatCannotBeDistinguished) {
   const auto thing = [](const std::string& name, const std::string& set) {
     return "[[subject]]\nname = \"" + name + "\"\nmarker_set = \"" + (kConfig / "markersets" / set).string() + "\"\n";
   };
@@ -316,7 +316,7 @@ TEST_F(Configuration, RefusesThingsThatCannotBeToldApart) {
               HasSubstr("subject 'bat' has the shape of subject 'ball'"));
 }
 
-TEST(ShippedConfiguration, IsWithoutAFault) {
+TEST(ShippedConfiguration, HasNoFault) {
   for (const char* name : {"mocapd.toml", "demo.toml"}) {
     const auto settings = load_daemon_settings(kConfig / name);
     EXPECT_TRUE(settings) << to_text(settings.error());
