@@ -143,14 +143,14 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
     made.parts.control = std::move(*control);
   }
   if (!settings.record.snapshots.empty()) {
-    Result<std::unique_ptr<Writer>> writer = record::make_snapshot_writer(settings.record.snapshots);
+    Result<std::unique_ptr<Writer>> writer = take::make_snapshot_writer(settings.record.snapshots);
     if (!writer) return writer.error();
     made.parts.writers.push_back(std::move(*writer));
   }
   if (!settings.record.blobs.empty()) {
-    std::vector<record::RecordedCamera> cameras;
+    std::vector<take::RecordedCamera> cameras;
     for (const CameraModel& camera : settings.rig) cameras.push_back({camera.name, camera.width_px, camera.height_px});
-    Result<std::unique_ptr<BlobWriter>> writer = record::make_blob_writer(settings.record.blobs, cameras);
+    Result<std::unique_ptr<BlobWriter>> writer = take::make_blob_writer(settings.record.blobs, cameras);
     if (!writer) return writer.error();
     made.parts.blob_writer = std::move(*writer);
   }

@@ -1,25 +1,29 @@
 #!/usr/bin/env bash
-# What a developer wants before a commit: format, layers, each header alone, warnings as errors, clang-tidy, shellcheck.
-# Tests are tools/test.sh's.
+# The checks before a commit, and of the build server: format, include table, links in Markdown, warnings as errors, each
+# header alone, shell scripts. tools/test.sh runs the tests.
 #
-# usage: tools/check.sh [--all] [--fix]
-#   --all   clang-tidy on every file, not only on those that differ from the main branch (slow)
-#   --fix   format the files instead of complaining
+# usage: tools/check.sh [--fix] [--tidy] [--all]
+#   --fix    format the files instead of reporting them
+#   --tidy   also run clang-tidy on the files that differ from the main branch (up to a minute each)
+#   --all    with --tidy: on every file
 set -uo pipefail
 cd "$(dirname "$0")/.." || exit 70
 
 all=false
 fix=false
+with_tidy=false
 for argument in "$@"; do
   case "$argument" in
     --all) all=true ;;
     --fix) fix=true ;;
-    *) echo "check: unknown argument '$argument', expected --all or --fix" >&2; exit 64 ;;
+    --tidy) with_tidy=true ;;
+    -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    *) echo "check: unknown argument '$argument', expected --fix, --tidy or --all" >&2; exit 64 ;;
   esac
 done
 
 failed=()
-# Runs one check and goes on, so that all faults are told at once.
+# Runs one check and goes on, so that all faults are reported at once.
 check() {
   local name=$1
   shift
@@ -72,21 +76,22 @@ tidy() {
 shell_scripts() { files '*.sh' '.ci/run' | xargs shellcheck; }
 
 commit_names() {
-  # The style: "room: what it does now", under 60 characters.
+  # The style: "folder: what it does now", under 60 characters.
   local long
   long=$(git log --format=%s main..HEAD 2>/dev/null | grep -v '^Merge ' | awk 'length($0) > 60' || true)
   [ -z "$long" ] || { echo "over 60 characters: $long" >&2; return 1; }
 }
 
 check format format
-check layers tests/layers.py
+check "include table" tests/layers.py
+check "links in Markdown" tests/links.py
 check "build, warnings are errors" build
 check "each header compiles alone" headers_alone
-check clang-tidy tidy
+$with_tidy && check clang-tidy tidy
 if command -v shellcheck >/dev/null; then
   check shellcheck shell_scripts
 else
-  echo "check: shellcheck is not installed, left out"
+  echo "check: shellcheck is not installed; shell scripts are not checked"
 fi
 check "commit names" commit_names
 
@@ -94,4 +99,4 @@ if [ ${#failed[@]} -gt 0 ]; then
   printf 'check: failed: %s\n' "${failed[@]}" >&2
   exit 1
 fi
-echo "check: all is well"
+echo "check: all checks passed"

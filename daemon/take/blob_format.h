@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace mocap::record {
+namespace mocap::take {
 
 // How a blob recording begins, and what its numbers mean (proto/mocap/v1/blobs.proto).
 
@@ -12,4 +12,4 @@ inline constexpr std::uint32_t kBlobVersion = 1;
 inline constexpr std::uint32_t kTouchesBorder = 1;
 inline constexpr std::uint32_t kMerged = 2;
 
-}  // namespace mocap::record
+}  // namespace mocap::take

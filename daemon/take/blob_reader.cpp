@@ -13,7 +13,7 @@
 #include "take/blob_format.h"
 #include "take/blob_recording.h"
 
-namespace mocap::record {
+namespace mocap::take {
 namespace {
 
 constexpr int kLargestSide_px = 65536;
@@ -143,4 +143,4 @@ Result<BlobRecording> read_blob_recording(const std::filesystem::path& path) {
   return Reader(path.string(), std::move(bytes)).read();
 }
 
-}  // namespace mocap::record
+}  // namespace mocap::take

@@ -11,7 +11,7 @@
 #include "model/blob.h"
 #include "module/blob_writer.h"
 
-namespace mocap::record {
+namespace mocap::take {
 
 struct RecordedCamera {
   std::string name;
@@ -42,4 +42,4 @@ Result<std::unique_ptr<BlobWriter>> make_blob_writer(const std::filesystem::path
 /// recording, or is damaged (at which byte), and values that no detector gives.
 Result<BlobRecording> read_blob_recording(const std::filesystem::path& path);
 
-}  // namespace mocap::record
+}  // namespace mocap::take

@@ -5,7 +5,7 @@
 #include "take/blob_recording.h"
 #include "take/output_file.h"
 
-namespace mocap::record {
+namespace mocap::take {
 namespace {
 
 class BlobFile final : public BlobWriter {
@@ -75,4 +75,4 @@ Result<std::unique_ptr<BlobWriter>> make_blob_writer(const std::filesystem::path
   return std::unique_ptr<BlobWriter>(std::move(writer));
 }
 
-}  // namespace mocap::record
+}  // namespace mocap::take

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <utility>
 
-namespace mocap::record {
+namespace mocap::take {
 namespace {
 
 // Written to the system in pieces of this size; what is lost with the process is less than this.
@@ -91,4 +91,4 @@ Status OutputFile::fail(const char* what) {
   return *failure_;
 }
 
-}  // namespace mocap::record
+}  // namespace mocap::take

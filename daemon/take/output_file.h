@@ -7,7 +7,7 @@
 
 #include "base/result.h"
 
-namespace mocap::record {
+namespace mocap::take {
 
 /// A file that grows piece by piece. After a failed write it is not written to again, and each call gives that error.
 /// One thread owns it.
@@ -42,4 +42,4 @@ class OutputFile {
   std::optional<Error> failure_;
 };
 
-}  // namespace mocap::record
+}  // namespace mocap::take

@@ -6,7 +6,7 @@
 #include "wire/encode.h"
 #include "wire/json.h"
 
-namespace mocap::record {
+namespace mocap::take {
 namespace {
 
 enum class Form { JsonLines, Protobuf };
@@ -49,4 +49,4 @@ Result<std::unique_ptr<Writer>> make_snapshot_writer(const std::filesystem::path
   return std::unique_ptr<Writer>(std::make_unique<SnapshotWriter>(std::move(*file), form));
 }
 
-}  // namespace mocap::record
+}  // namespace mocap::take

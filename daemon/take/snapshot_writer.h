@@ -6,7 +6,7 @@
 #include "base/result.h"
 #include "module/writer.h"
 
-namespace mocap::record {
+namespace mocap::take {
 
 /// Keeps snapshots in a file, in the form that its name asks for: `.jsonl`, one line a snapshot (wire/json.h), or
 /// `.pb`, each snapshot as Protobuf (mocap.v1.Snapshot) with its length before it as a varint. The same snapshots give
@@ -17,4 +17,4 @@ namespace mocap::record {
 /// is not written to again, and each call gives that error.
 Result<std::unique_ptr<Writer>> make_snapshot_writer(const std::filesystem::path& path);
 
-}  // namespace mocap::record
+}  // namespace mocap::take

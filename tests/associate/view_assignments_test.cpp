@@ -59,8 +59,8 @@ TEST(ViewAssignments, TellWhatEachViewHoldsOfAMarker) {
   EXPECT_EQ(nothing.ray, AssignedRay::kNone);
   EXPECT_EQ(given.assigned(1, 0).sigma_px, 0.5F);
   EXPECT_EQ(given.assigned(0, 0).sigma_px, static_cast<float>((*given.rays)[0].sigma_px[0]));
-  EXPECT_FALSE(given.assigned(1, 0).own);
-  EXPECT_TRUE(given.assigned(2, 0).own);
+  EXPECT_FALSE(given.assigned(1, 0).by_track);
+  EXPECT_TRUE(given.assigned(2, 0).by_track);
 }
 
 TEST(RayAssignments, TellTheHolderOfARayUntilItLetsGo) {

@@ -6,14 +6,14 @@
 #include <numbers>
 
 #include "calibration/floor/floor.h"
-#include "eval/wand_world.h"
+#include "lib/simworld/wand_world.h"
 
 namespace mocap::calibration {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-Rig ring(int cameras) { return eval::WandWorld({.cameras = cameras}, Wand{{0.0, 0.5}}, 3).truth(); }
+Rig ring(int cameras) { return simworld::WandWorld({.cameras = cameras}, Wand{{0.0, 0.5}}, 3).truth(); }
 
 // The same rig in a world that is turned and moved.
 Rig elsewhere(const Rig& rig) {

@@ -7,10 +7,10 @@
 #include <random>
 
 #include "calibration/sighting_of.h"
-#include "eval/wand_world.h"
 #include "geometry/lens.h"
 #include "geometry/rigid_fit.h"
 #include "geometry/triangulation.h"
+#include "lib/simworld/wand_world.h"
 
 namespace mocap::calibration {
 namespace {
@@ -28,7 +28,7 @@ struct World {
 };
 
 World solve(std::uint64_t seed) {
-  eval::WandWorld world({.cameras = 5, .noise_px = kNoise_px, .seconds = 12.0, .rate_hz = 25.0}, kWand, seed);
+  simworld::WandWorld world({.cameras = 5, .noise_px = kNoise_px, .seconds = 12.0, .rate_hz = 25.0}, kWand, seed);
   auto solution = solve_wand(world.take(), world.truth(), kWand, {});
   EXPECT_TRUE(solution) << solution.error().message;
   return {world.truth(), *std::move(solution)};
@@ -79,7 +79,7 @@ TEST(JudgeRig, ForetellsHowWellPointsAreLocatedAgainstTheTruth) {
 }
 
 TEST(JudgeRig, ARigThatIsOffByAKnownAmountMovesPointsAsFarAsItSays) {
-  const Rig truth = eval::WandWorld({.cameras = 5}, kWand, 31).truth();
+  const Rig truth = simworld::WandWorld({.cameras = 5}, kWand, 31).truth();
   std::mt19937 random(31);
   std::normal_distribution<double> small(0.0, 1e-4);  // m and rad: so little that all is linear
   Eigen::VectorXd off(30);

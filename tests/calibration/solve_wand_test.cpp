@@ -5,14 +5,14 @@
 #include <cmath>
 #include <numbers>
 
-#include "eval/wand_world.h"
 #include "geometry/rigid_fit.h"
+#include "lib/simworld/wand_world.h"
 
 namespace mocap::calibration {
 namespace {
 
-using eval::WandWorld;
-using eval::WandWorldSettings;
+using simworld::WandWorld;
+using simworld::WandWorldSettings;
 
 const Wand kWand{{0.0, 0.16, 0.5}};
 

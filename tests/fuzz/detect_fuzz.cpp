@@ -100,11 +100,11 @@ void try_once(std::mt19937_64& random, const std::vector<const detect::DetectKer
 int main(int argc, char** argv) {
   const double seconds = argc > 1 ? std::atof(argv[1]) : 60.0;
   std::mt19937_64 random(argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1);
-  const auto kernels = detect::all_kernels();
+  const auto kernels = mocap::detect::all_kernels();
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   unsigned long count = 0;
   while (std::chrono::steady_clock::now() < end) {
-    for (int i = 0; i < 100; ++i) mocap::detect::try_once(random, kernels);
+    for (int i = 0; i < 100; ++i) mocap::fuzz::try_once(random, kernels);
     count += 100;
   }
   std::printf("detect_fuzz: %lu images\n", count);

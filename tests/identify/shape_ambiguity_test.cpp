@@ -62,9 +62,9 @@ TEST(SameShape, BodiesAreTheSameUntilABoneOrAMarkerIsElsewhere) {
   MarkerSet moved = one;
   moved.markers[7].offset_m.z() += 0.05;
 
-  EXPECT_TRUE(same_body(one, one, kTolerance_m));
-  EXPECT_FALSE(same_body(one, longer, kTolerance_m));
-  EXPECT_FALSE(same_body(one, moved, kTolerance_m));
+  EXPECT_TRUE(is_same_body(one, one, kTolerance_m));
+  EXPECT_FALSE(is_same_body(one, longer, kTolerance_m));
+  EXPECT_FALSE(is_same_body(one, moved, kTolerance_m));
 }
 
 }  // namespace

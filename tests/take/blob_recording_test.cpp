@@ -10,7 +10,7 @@
 
 #include "support/temporary_folder.h"
 
-namespace mocap::record {
+namespace mocap::take {
 namespace {
 
 using ::testing::HasSubstr;
@@ -156,4 +156,4 @@ TEST_F(BlobRecordingTest, HasANameThatEndsInBlobs) {
 }
 
 }  // namespace
-}  // namespace mocap::record
+}  // namespace mocap::take

@@ -14,7 +14,7 @@
 #include "wire/json.h"
 #include "wire/random_model.h"
 
-namespace mocap::record {
+namespace mocap::take {
 namespace {
 
 namespace fs = std::filesystem;
@@ -120,4 +120,4 @@ TEST_F(SnapshotWriterTest, WritesNothingAfterItsEnd) {
 }
 
 }  // namespace
-}  // namespace mocap::record
+}  // namespace mocap::take

@@ -1,4 +1,5 @@
 #include "calibrate/lens_command.h"
+#include "lib/cli/app.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -41,13 +42,13 @@ void draw_boards(const std::filesystem::path& folder, int boards, double tilt_ra
   }
 }
 
-int run(std::vector<std::string> words) {
-  CLI::App app;
+int run(const std::vector<std::string>& arguments) {
+  cli::App app("test");
   LensCommand lens;
   lens.add(app);
-  std::ranges::reverse(words);  // as CLI11 takes them
-  words.emplace_back("lens");
-  app.parse(words);
+  std::vector<const char*> words{"mocap-calibrate", "lens"};
+  for (const std::string& argument : arguments) words.push_back(argument.c_str());
+  EXPECT_EQ(app.parse(static_cast<int>(words.size()), words.data()), std::nullopt);
   return lens.run().value_or(-1);
 }
 

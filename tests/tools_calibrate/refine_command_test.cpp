@@ -6,6 +6,7 @@
 #include "calibrate/verify_command.h"
 #include "calibration/floor/floor.h"
 #include "geometry/lens.h"
+#include "lib/cli/app.h"
 #include "scene/random.h"
 #include "settings/rig_file.h"
 #include "support/bumped_camera.h"
@@ -67,17 +68,17 @@ struct Ran {
 };
 
 template <class Options>
-Ran run(void (*add)(CLI::App&, Options&), int (*run_it)(const Options&), const char* name,
-        std::vector<std::string> arguments) {
-  CLI::App app;
+Ran run(void (*add)(cli::App&, Options&), int (*run_it)(const Options&), const char* name,
+        const std::vector<std::string>& arguments) {
+  cli::App app("test");
   Options options;
   add(app, options);
-  std::reverse(arguments.begin(), arguments.end());
-  arguments.emplace_back(name);
+  std::vector<const char*> words{"mocap-calibrate", name};
+  for (const std::string& argument : arguments) words.push_back(argument.c_str());
   ::testing::internal::CaptureStderr();
   ::testing::internal::CaptureStdout();
   Ran ran;
-  app.parse(arguments);
+  EXPECT_EQ(app.parse(static_cast<int>(words.size()), words.data()), std::nullopt);
   ran.exit = run_it(options);
   std::fflush(stdout);
   ran.said = ::testing::internal::GetCapturedStderr() + ::testing::internal::GetCapturedStdout();
@@ -93,14 +94,14 @@ class OldRig : public ::testing::Test {
     EXPECT_TRUE(settings::save_rig(path("rig.toml"), rig, {}));
     return {"--blobs", path("take.blobs"), "--rig", path("rig.toml")};
   }
-  Ran verify(std::vector<std::string> arguments) const {
-    return run<VerifyOptions>(add_verify_command, run_verify, "verify", std::move(arguments));
+  Ran verify(const std::vector<std::string>& arguments) const {
+    return run<VerifyOptions>(add_verify_command, run_verify, "verify", arguments);
   }
-  Ran refine(std::vector<std::string> arguments) const {
-    return run<RefineOptions>(add_refine_command, run_refine, "refine", std::move(arguments));
+  Ran refine(const std::vector<std::string>& arguments) const {
+    return run<RefineOptions>(add_refine_command, run_refine, "refine", arguments);
   }
-  Ran floor(std::vector<std::string> arguments) const {
-    return run<FloorOptions>(add_floor_command, run_floor, "floor", std::move(arguments));
+  Ran floor(const std::vector<std::string>& arguments) const {
+    return run<FloorOptions>(add_floor_command, run_floor, "floor", arguments);
   }
 
   support::TemporaryFolder folder_;

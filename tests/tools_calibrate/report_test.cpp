@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calibration/wand/solve_wand.h"
-#include "eval/wand_world.h"
+#include "lib/simworld/wand_world.h"
 #include "support/temporary_folder.h"
 
 namespace mocap::calibrate {
@@ -23,7 +23,7 @@ struct Solved {
 const Solved& solved() {
   static const Solved solved = [] {
     const calibration::Wand wand{{0.0, 0.16, 0.5}};
-    eval::WandWorld world({.cameras = 5, .noise_px = 0.1, .seconds = 20.0, .rate_hz = 30.0}, wand, 11);
+    simworld::WandWorld world({.cameras = 5, .noise_px = 0.1, .seconds = 20.0, .rate_hz = 30.0}, wand, 11);
     const auto solution = calibration::solve_wand(world.take(), world.truth(), wand, {});
     Solved made{world.truth(), calibration::evidence_of(*solution, std::nullopt), {}};
     made.judgement = calibration::judge_rig(made.evidence);

@@ -10,9 +10,9 @@ namespace mocap::calibrate::testing {
 
 /// Writes a take as the blob recording that the same cameras would have given.
 inline void write_take(const std::filesystem::path& path, const calibration::Take& take, const Rig& rig) {
-  std::vector<record::RecordedCamera> cameras;
+  std::vector<take::RecordedCamera> cameras;
   for (const CameraModel& camera : rig) cameras.push_back({camera.name, camera.width_px, camera.height_px});
-  auto writer = record::make_blob_writer(path, cameras);
+  auto writer = take::make_blob_writer(path, cameras);
   MOCAP_EXPECTS(writer.has_value());
   BlobFrame frame;
   for (std::uint32_t c = 0; c < take.cameras.size(); ++c) {

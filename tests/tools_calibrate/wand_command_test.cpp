@@ -1,4 +1,5 @@
 #include "calibrate/wand_command.h"
+#include "lib/cli/app.h"
 
 #include <gmock/gmock.h>
 
@@ -7,8 +8,8 @@
 #include <functional>
 #include <iterator>
 
-#include "eval/wand_world.h"
 #include "geometry/rigid_fit.h"
+#include "lib/simworld/wand_world.h"
 #include "settings/rig_file.h"
 #include "support/temporary_folder.h"
 #include "take_file.h"
@@ -18,7 +19,7 @@ namespace {
 
 using calibration::Take;
 using calibration::Wand;
-using eval::WandWorld;
+using simworld::WandWorld;
 using ::testing::HasSubstr;
 
 const Wand kWand{{0.0, 0.16, 0.5}};
@@ -29,22 +30,17 @@ struct Ran {
 };
 
 // The command as a user gives it.
-Ran run(std::vector<std::string> arguments) {
-  CLI::App app;
+Ran run(const std::vector<std::string>& arguments) {
+  cli::App app("test");
   WandOptions options;
   add_wand_command(app, options);
-  std::reverse(arguments.begin(), arguments.end());
-  arguments.emplace_back("wand");
+  std::vector<const char*> words{"mocap-calibrate", "wand"};
+  for (const std::string& argument : arguments) words.push_back(argument.c_str());
   ::testing::internal::CaptureStderr();
   ::testing::internal::CaptureStdout();
   Ran ran;
-  try {
-    app.parse(arguments);
-    ran.exit = run_wand(options);
-  } catch (const CLI::ParseError& error) {
-    ran.exit = kExitUsage;
-    ran.said = error.what();
-  }
+  const auto ended = app.parse(static_cast<int>(words.size()), words.data());
+  ran.exit = ended ? *ended : run_wand(options);
   std::fflush(stdout);
   ran.said += ::testing::internal::GetCapturedStderr() + ::testing::internal::GetCapturedStdout();
   return ran;
@@ -68,7 +64,7 @@ class WandCommand : public ::testing::Test {
   support::TemporaryFolder folder_;
 };
 
-eval::WandWorldSettings small_world() { return {.cameras = 5, .noise_px = 0.1, .seconds = 20.0, .rate_hz = 30.0}; }
+simworld::WandWorldSettings small_world() { return {.cameras = 5, .noise_px = 0.1, .seconds = 20.0, .rate_hz = 30.0}; }
 
 TEST_F(WandCommand, WritesARigInTheWorldOfTheOneBefore) {
   WandWorld world(small_world(), kWand, 21);
@@ -144,7 +140,7 @@ struct World {
   Rig before;
   std::vector<std::string> more;
 
-  explicit World(std::uint64_t seed, eval::WandWorldSettings settings = small_world(), const Wand& wand = kWand)
+  explicit World(std::uint64_t seed, simworld::WandWorldSettings settings = small_world(), const Wand& wand = kWand)
       : sim(settings, wand, seed), take(sim.take()), before(sim.truth()) {}
 };
 

@@ -7,24 +7,25 @@
 #include <string>
 #include <vector>
 
-#include "eval/points_motion.h"
 #include "eval/points_row.h"
 #include "eval/points_score.h"
-#include "eval/points_visibility.h"
-#include "eval/points_world.h"
+#include "lib/simworld/points_motion.h"
+#include "lib/simworld/points_visibility.h"
+#include "lib/simworld/points_world.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace mocap::eval {
 namespace {
 
-PointsScore run(const PointMotion& motion, const WorldSettings& settings, int sets, std::uint64_t seed) {
+PointsScore run(const simworld::PointMotion& motion, const simworld::WorldSettings& settings, int sets,
+                std::uint64_t seed) {
   PointsScore score;
-  PointsWorld world(settings, motion, seed);
+  simworld::PointsWorld world(settings, motion, seed);
   PointsRow row(world.rig());
   PointsScorer scorer(world.rig(), settings.noise_px, score);
   for (int set = 0; set < sets; ++set) {
-    const SeenInstant& seen = world.next();
+    const simworld::SeenInstant& seen = world.next();
     if (row.step(seen)) scorer.add(seen, row.matches(), row.markers(), row.expected(), row.tracked());
   }
   return score;
@@ -35,9 +36,9 @@ double ratio_to_bound(const PointsScore& score) {
 }
 
 TEST(EvalPoints, FindsEveryMarkerOfASwarmAtTheBoundOfTheGeometry) {
-  const auto swarm = make_swarm(30, 5);
+  const auto swarm = simworld::make_swarm(30, 5);
   for (const double noise_px : {0.05, 0.3}) {
-    WorldSettings settings;
+    simworld::WorldSettings settings;
     settings.noise_px = noise_px;
 
     const PointsScore score = run(*swarm, settings, 150, 3);
@@ -53,9 +54,9 @@ TEST(EvalPoints, FindsEveryMarkerOfASwarmAtTheBoundOfTheGeometry) {
 }
 
 TEST(EvalPoints, TheBoundGrowsWithTheNoiseAndShrinksWithTheCameras) {
-  const auto swarm = make_swarm(20, 5);
+  const auto swarm = simworld::make_swarm(20, 5);
   const auto bound_mm = [&](int cameras, double noise_px) {
-    WorldSettings settings;
+    simworld::WorldSettings settings;
     settings.cameras = cameras;
     settings.noise_px = noise_px;
     return 1000.0 * std::sqrt(run(*swarm, settings, 20, 9).bound_m2.mean());
@@ -67,8 +68,8 @@ TEST(EvalPoints, TheBoundGrowsWithTheNoiseAndShrinksWithTheCameras) {
 }
 
 TEST(EvalPoints, FalseBlobsMissesAndLostImagesMakeNoTrack) {
-  const auto swarm = make_swarm(40, 8);
-  WorldSettings settings;
+  const auto swarm = simworld::make_swarm(40, 8);
+  simworld::WorldSettings settings;
   settings.false_blobs = 0.1;
   settings.misses = 0.05;
   settings.lost_frames = 0.02;
@@ -82,9 +83,9 @@ TEST(EvalPoints, FalseBlobsMissesAndLostImagesMakeNoTrack) {
 }
 
 TEST(EvalPoints, TheSameSeedGivesTheSameWorldAndAnotherADifferentOne) {
-  const auto swarm = make_swarm(10, 2);
-  WorldSettings settings;
-  settings.visibility = Visibility::Measured;
+  const auto swarm = simworld::make_swarm(10, 2);
+  simworld::WorldSettings settings;
+  settings.visibility = simworld::Visibility::Measured;
   const PointsScore a = run(*swarm, settings, 50, 6);
   const PointsScore b = run(*swarm, settings, 50, 6);
   const PointsScore c = run(*swarm, settings, 50, 7);
@@ -95,12 +96,12 @@ TEST(EvalPoints, TheSameSeedGivesTheSameWorldAndAnotherADifferentOne) {
 }
 
 TEST(EvalPoints, BlobsThatTouchBecomeOneInTheMiddleOfBoth) {
-  const auto swarm = make_swarm(60, 3);
-  WorldSettings settings;
+  const auto swarm = simworld::make_swarm(60, 3);
+  simworld::WorldSettings settings;
   settings.merge = true;
-  PointsWorld world(settings, *swarm, 1);
+  simworld::PointsWorld world(settings, *swarm, 1);
 
-  const SeenInstant& seen = world.next();
+  const simworld::SeenInstant& seen = world.next();
 
   int merged = 0;
   for (std::size_t c = 0; c < 8; ++c) {
@@ -121,7 +122,7 @@ TEST(EvalPoints, BlobsThatTouchBecomeOneInTheMiddleOfBoth) {
 
 TEST(EvalPoints, HidesMarkersAsOftenAndAsLongAsRealCamerasDo) {
   constexpr std::size_t kLights = 200;
-  VisibilityModel model(Visibility::Measured, 1, kLights, 11);
+  simworld::VisibilityModel model(simworld::Visibility::Measured, 1, kLights, 11);
   std::vector<int> hidden_for(kLights, 0);
   std::vector<int> runs;
   double seen = 0.0;
@@ -158,9 +159,9 @@ TEST(EvalPoints, ReadsTrcAndSaysWhatIsWrongWithOtherFiles) {
                         "\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n"
                         "1\t0.00\t100\t200\t1000\t0\t0\t1500\n"
                         "2\t0.02\t110\t200\t1000\t\t\t\n";
-  const auto motion = load_motion(trc, 0);
+  const auto motion = simworld::load_motion(trc, 0);
   ASSERT_TRUE(motion) << motion.error().message;
-  std::vector<Light> lights;
+  std::vector<simworld::Light> lights;
   (*motion)->at(0.0, lights);
   ASSERT_EQ(lights.size(), 2U);
   EXPECT_NEAR((lights[0].position - lights[1].position).norm(), std::hypot(0.1, 0.2, 0.5), 1e-9);
@@ -168,16 +169,16 @@ TEST(EvalPoints, ReadsTrcAndSaysWhatIsWrongWithOtherFiles) {
   EXPECT_TRUE(lights[0].there);
   EXPECT_FALSE(lights[1].there);
 
-  EXPECT_EQ(load_motion((folder.path() / "none.c3d").string(), 0).error().code, ErrorCode::NotFound);
+  EXPECT_EQ(simworld::load_motion((folder.path() / "none.c3d").string(), 0).error().code, ErrorCode::NotFound);
   std::ofstream(folder.path() / "empty.trc") << "nothing\n";
-  EXPECT_EQ(load_motion((folder.path() / "empty.trc").string(), 0).error().code, ErrorCode::InvalidArgument);
+  EXPECT_EQ(simworld::load_motion((folder.path() / "empty.trc").string(), 0).error().code, ErrorCode::InvalidArgument);
 }
 
 // Identity changes of real motion, every camera seeing every marker.
 std::uint64_t id_changes(const std::string& file, double rate_hz, std::uint64_t seed) {
-  const auto motion = load_motion(support::shared_data_folder() + "/c3d/" + file, 0);
+  const auto motion = simworld::load_motion(support::shared_data_folder() + "/c3d/" + file, 0);
   if (!motion) return 9999;
-  WorldSettings settings;
+  simworld::WorldSettings settings;
   settings.rate_hz = rate_hz;
   return run(**motion, settings, static_cast<int>((*motion)->length_s() * rate_hz) + 1, seed).id_changes;
 }

@@ -4,10 +4,10 @@
 #include <numbers>
 
 #include "detect/blob_detector.h"
-#include "eval/recognition.h"
-#include "eval/scene_blobs.h"
 #include "eval/scene_run.h"
-#include "eval/scene_world.h"
+#include "lib/simworld/recognition.h"
+#include "lib/simworld/scene_blobs.h"
+#include "lib/simworld/scene_world.h"
 #include "scene/render.h"
 #include "settings/marker_set_file.h"
 #include "support/places.h"
@@ -22,8 +22,8 @@ struct Told {
   double error_px = 0.0, sigma_px = 0.0, area_px2 = 0.0;
 };
 
-std::vector<Spot> scattered(double radius_px, scene::Random& random) {
-  std::vector<Spot> spots;
+std::vector<simworld::Spot> scattered(double radius_px, scene::Random& random) {
+  std::vector<simworld::Spot> spots;
   for (int y = 0; y < 8; ++y) {
     for (int x = 0; x < 10; ++x) {
       const double dx = random.uniform();
@@ -33,8 +33,8 @@ std::vector<Spot> scattered(double radius_px, scene::Random& random) {
   return spots;
 }
 
-void add(const std::vector<Spot>& spots, const Blobs& blobs, Told& sum, int& count) {
-  for (const Spot& spot : spots) {
+void add(const std::vector<simworld::Spot>& spots, const Blobs& blobs, Told& sum, int& count) {
+  for (const simworld::Spot& spot : spots) {
     for (const Blob& blob : blobs) {
       const double squared = (blob.centroid.v - spot.centre_px).squaredNorm();
       if (squared > 1.0) continue;
@@ -46,23 +46,23 @@ void add(const std::vector<Spot>& spots, const Blobs& blobs, Told& sum, int& cou
   }
 }
 
-Blobs detect(const std::vector<Spot>& spots, std::uint64_t number) {
+Blobs detect(const std::vector<simworld::Spot>& spots, std::uint64_t number) {
   scene::Renderer renderer(kWidth_px, kHeight_px, {}, 0);
   const auto detector = detect::make_blob_detector({}, PixelFormat::Mono8, kWidth_px, kHeight_px);
   std::vector<std::byte> pixels(static_cast<std::size_t>(kWidth_px) * kHeight_px);
   std::vector<scene::Disc> discs;
-  for (const Spot& spot : spots) discs.push_back({spot.centre_px, spot.centre_px, spot.radius_px, 1.0});
+  for (const simworld::Spot& spot : spots) discs.push_back({spot.centre_px, spot.centre_px, spot.radius_px, 1.0});
   renderer.render(discs, number, pixels);
   return (*detector)->detect({pixels, kWidth_px, kWidth_px, kHeight_px, PixelFormat::Mono8}).blobs;
 }
 
 Told told_of(double radius_px, bool rendered) {
   scene::Random random(11);
-  BlobMaker maker(1.0);
+  simworld::BlobMaker maker(1.0);
   Told sum;
   int count = 0;
   for (std::uint64_t image = 0; image < 6; ++image) {
-    const std::vector<Spot> spots = scattered(radius_px, random);
+    const std::vector<simworld::Spot> spots = scattered(radius_px, random);
     Blobs blobs;
     if (rendered) {
       blobs = detect(spots, image);
@@ -87,12 +87,13 @@ TEST(BlobMaker, TellsWhatTheDetectorTells) {
 }
 
 TEST(BlobMaker, JoinsDiscsWhereTheDetectorDoes) {
-  BlobMaker maker(1.0);
+  simworld::BlobMaker maker(1.0);
   scene::Random random(5);
   for (const double radius_px : {1.5, 2.0, 3.0}) {
     for (const double over_px : {-0.5, 0.5}) {  // of where the one blob becomes two
       const double apart_px = 1.25 * radius_px + 1.4 + over_px;
-      const std::vector<Spot> spots{{{100.2, 100.4}, radius_px, 0}, {{100.2 + apart_px, 100.4}, radius_px, 1}};
+      const std::vector<simworld::Spot> spots{{{100.2, 100.4}, radius_px, 0},
+                                              {{100.2 + apart_px, 100.4}, radius_px, 1}};
       Blobs made;
       maker.see(spots, random, made);
 
@@ -101,11 +102,11 @@ TEST(BlobMaker, JoinsDiscsWhereTheDetectorDoes) {
   }
 }
 
-SceneFile walker() {
-  SceneFile scene;
+simworld::SceneFile walker() {
+  simworld::SceneFile scene;
   scene.seconds = 6.0;
   scene.ring = {.cameras = 8, .radius_m = 4.0, .height_m = 2.5, .width_px = 1280, .height_px = 1024};
-  SceneActor& actor = scene.actors.emplace_back();
+  simworld::SceneActor& actor = scene.actors.emplace_back();
   actor.name = "walker";
   actor.motion = "tpose:2,walk";
   actor.marker_set = support::source_folder() + "/config/markersets/baseline41.toml";
@@ -116,7 +117,7 @@ TEST(Scene, OfAWalkIsNamedAndSolved) {
   const auto outcome = run_scene(walker(), "", {});
 
   ASSERT_TRUE(outcome) << outcome.error().message;
-  const LabelCounts& names = outcome->labels.at(0);
+  const scoring::LabelCounts& names = outcome->labels.at(0);
   EXPECT_GT(*names.f1(), 0.99);
   EXPECT_GT(*names.availability(), 0.99);
   EXPECT_LT(names.first_label_s.at(0), 1.5);
@@ -125,7 +126,7 @@ TEST(Scene, OfAWalkIsNamedAndSolved) {
 }
 
 TEST(Scene, IsTheSameForTheSameSeed) {
-  SceneFile scene = walker();
+  simworld::SceneFile scene = walker();
   scene.seconds = 2.0;
   scene.hides.push_back({.from_s = 1.0});
 
@@ -137,12 +138,12 @@ TEST(Scene, IsTheSameForTheSameSeed) {
 }
 
 struct World {
-  World(const SceneFile& scene, bool rays) {
-    auto performers = make_performers(scene, "", 1);
+  World(const simworld::SceneFile& scene, bool rays) {
+    auto performers = simworld::make_performers(scene, "", 1);
     Rig rig = scene::ring_rig(scene.ring);
-    auto events = SceneEvents::make(scene, *performers, rig.size(), 1, rays);
+    auto events = simworld::SceneEvents::make(scene, *performers, rig.size(), 1, rays);
     EXPECT_TRUE(events);
-    world = std::make_unique<SceneWorld>(scene, rig, std::move(*performers), std::move(*events), 1);
+    world = std::make_unique<simworld::SceneWorld>(scene, rig, std::move(*performers), std::move(*events), 1);
   }
   void go_to(double t_s) {
     do world->step();
@@ -150,11 +151,11 @@ struct World {
   }
   std::uint32_t cameras(std::uint32_t marker) const { return world->truth().markers.at(marker).cameras; }
 
-  std::unique_ptr<SceneWorld> world;
+  std::unique_ptr<simworld::SceneWorld> world;
 };
 
 TEST(SceneWorld, SeesAsManyMarkersInDrawnImages) {
-  SceneFile scene = walker();
+  simworld::SceneFile scene = walker();
   World computed(scene, true);
   scene.drawn = true;
   World drawn(scene, true);
@@ -171,7 +172,7 @@ TEST(SceneWorld, SeesAsManyMarkersInDrawnImages) {
 }
 
 TEST(SceneWorld, IsBlindInABlackout) {
-  SceneFile scene = walker();
+  simworld::SceneFile scene = walker();
   scene.blackouts.push_back({.first_s = 1.0, .for_s = 0.5});
   World world(scene, true);
 
@@ -187,7 +188,7 @@ TEST(SceneWorld, IsBlindInABlackout) {
 }
 
 TEST(SceneWorld, HidesTheShareThatIsAskedFor) {
-  SceneFile scene = walker();
+  simworld::SceneFile scene = walker();
   scene.occlusion = false;
   scene.hides.push_back({.from_s = 0.0, .share = 0.3, .for_s = 0.2});
   World world(scene, true);
@@ -195,7 +196,7 @@ TEST(SceneWorld, HidesTheShareThatIsAskedFor) {
   int hidden = 0, all = 0;
   for (int set = 0; set < 1200; ++set) {
     world.world->step();
-    for (const NamedMarker& marker : world.world->truth().markers) {
+    for (const scoring::NamedMarker& marker : world.world->truth().markers) {
       hidden += marker.cameras == 0 ? 1 : 0;
       ++all;
     }
@@ -206,7 +207,7 @@ TEST(SceneWorld, HidesTheShareThatIsAskedFor) {
 }
 
 TEST(SceneWorld, LeavesAMarkerToOneCamera) {
-  SceneFile scene = walker();
+  simworld::SceneFile scene = walker();
   scene.only_camera.push_back({.actor = "walker",
                                .markers = "HeadTop",
                                .hidden = "HeadFront",
@@ -227,17 +228,17 @@ TEST(SceneWorld, LeavesAMarkerToOneCamera) {
 }
 
 TEST(SceneEvents, RefuseMarkersAndBonesThatAreNotThere) {
-  SceneFile scene = walker();
-  const auto performers = make_performers(scene, "", 1);
+  simworld::SceneFile scene = walker();
+  const auto performers = simworld::make_performers(scene, "", 1);
   ASSERT_TRUE(performers);
   const auto fails = [&](const char* markers, const char* bone, int camera) {
-    SceneOnlyCamera only;
+    simworld::SceneOnlyCamera only;
     only.actor = "walker";
     only.markers = markers;
     only.bone = bone;
     only.camera = camera;
     scene.only_camera = {only};
-    return !SceneEvents::make(scene, *performers, 8, 1, true).has_value();
+    return !simworld::SceneEvents::make(scene, *performers, 8, 1, true).has_value();
   };
 
   EXPECT_TRUE(fails("Nose", "", 1));
@@ -247,12 +248,12 @@ TEST(SceneEvents, RefuseMarkersAndBonesThatAreNotThere) {
 }
 
 TEST(Performers, MayBeOfAnotherSizeThanTheMarkerSet) {
-  SceneFile scene = walker();
+  simworld::SceneFile scene = walker();
   scene.actors[0].size = 0.9;
   scene.actors[0].marker_error_mm = 5.0;
-  const auto unknown = make_performers(scene, "", 1);
+  const auto unknown = simworld::make_performers(scene, "", 1);
   scene.actors[0].stored = true;
-  const auto stored = make_performers(scene, "", 1);
+  const auto stored = simworld::make_performers(scene, "", 1);
   ASSERT_TRUE(unknown && stored);
 
   const MarkerSet told = *settings::load_marker_set(scene.actors[0].marker_set);
@@ -267,11 +268,11 @@ TEST(Performers, MayBeOfAnotherSizeThanTheMarkerSet) {
 // Two actors of one marker set, the second 2 m beside the first.
 struct Twins {
   explicit Twins(bool stored) {
-    SceneFile scene = walker();
+    simworld::SceneFile scene = walker();
     scene.actors.push_back(scene.actors[0]);
     scene.actors[1].name = "other";
     scene.actors[0].stored = scene.actors[1].stored = stored;
-    performers = *make_performers(scene, "", 1);
+    performers = *simworld::make_performers(scene, "", 1);
     for (std::uint32_t s = 0; s < 2; ++s) {
       for (std::uint32_t m = 0; m < 6; ++m) {
         truth.markers.push_back({s, m, LabelState::Measured, {2.0 * s, 0.1 * m, 1.0}, 4});
@@ -279,15 +280,15 @@ struct Twins {
       }
     }
   }
-  std::vector<Performer> performers;
-  EvalFrame truth, said;
+  std::vector<simworld::Performer> performers;
+  scoring::EvalFrame truth, said;
 };
 
 TEST(Recognition, LetsTwinsBeNamedEitherWayOnce) {
   Twins twins(false);
-  Recognition recognition(twins.performers);
+  simworld::Recognition recognition(twins.performers);
 
-  EvalFrame first = twins.said, later = twins.truth;
+  scoring::EvalFrame first = twins.said, later = twins.truth;
   recognition.apply(twins.truth, first);
   recognition.apply(twins.truth, later);
 
@@ -297,9 +298,9 @@ TEST(Recognition, LetsTwinsBeNamedEitherWayOnce) {
 
 TEST(Recognition, HoldsStoredBodiesToTheirNames) {
   Twins twins(true);
-  Recognition recognition(twins.performers);
+  simworld::Recognition recognition(twins.performers);
 
-  EvalFrame said = twins.said;
+  scoring::EvalFrame said = twins.said;
   recognition.apply(twins.truth, said);
 
   EXPECT_EQ(said.markers[0].position_m, twins.said.markers[0].position_m);

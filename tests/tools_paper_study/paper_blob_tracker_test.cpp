@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-namespace mocap::tools_paper_study {
+namespace mocap::paper_study {
 namespace {
 
 using Points = std::vector<Eigen::Vector2d>;
@@ -87,4 +87,4 @@ TEST(PaperBlobTracker, TellsAheadWhatTheNextFrameWillBeMeasuredBy) {
 }
 
 }  // namespace
-}  // namespace mocap::tools_paper_study
+}  // namespace mocap::paper_study

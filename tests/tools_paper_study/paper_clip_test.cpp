@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 namespace {
 
 constexpr std::uint64_t kClips = 200;
@@ -168,4 +168,4 @@ TEST(Barrier, MeasuresTheDistanceToItsEdge) {
 }
 
 }  // namespace
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

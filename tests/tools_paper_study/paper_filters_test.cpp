@@ -9,14 +9,14 @@
 #include "paper_study/paper_condensation.h"
 #include "paper_study/paper_kalman.h"
 
-namespace mocap::filter {
+namespace mocap::paper_study {
 namespace {
 
-static_assert(PointFilter<PaperAlphaBeta, 2>);
-static_assert(PointFilter<PaperKalman, 2>);
-static_assert(PointFilter<PaperCondensation, 2>);
+static_assert(filter::PointFilter<PaperAlphaBeta, 2>);
+static_assert(filter::PointFilter<PaperKalman, 2>);
+static_assert(filter::PointFilter<PaperCondensation, 2>);
 
-Seen<2> seen(double x, double y) { return {{x, y}, Matrix<2>::Identity()}; }
+filter::Seen<2> seen(double x, double y) { return {{x, y}, filter::Matrix<2>::Identity()}; }
 
 TEST(PaperAlphaBeta, ErrsByAFifthOfTheErrorBeforeAfterAChangeOfVelocity) {
   // With alpha 1 an error e leaves (1 - beta) e of the velocity's error: e_k = 0.2^k |dv|, whatever the time step.
@@ -48,20 +48,20 @@ TEST(PaperAlphaBeta, LooksWithin40PxOfA640x480ImageAndGoesOnUnseenUpToTheBorder)
 
 /// The same filter as weighted least squares over the whole history: unknown are the first velocity and the change of
 /// velocity in each step; the first point is known.
-Eigen::Vector4d batch(const std::vector<Vector<2>>& points, const std::vector<Vector<2>>& noise) {
+Eigen::Vector4d batch(const std::vector<filter::Vector<2>>& points, const std::vector<filter::Vector<2>>& noise) {
   const auto steps = static_cast<Eigen::Index>(points.size()) - 1;
   const Eigen::Index unknowns = 2 + 2 * steps;  // velocity at first, then its changes
-  Matrix<2> r;
+  filter::Matrix<2> r;
   r << 0.2845, 0.0045, 0.0045, 0.0455;
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(unknowns, unknowns);
   Eigen::VectorXd rhs = Eigen::VectorXd::Zero(unknowns);
-  information.topLeftCorner(2, 2) = Matrix<2>::Identity() / 100.0;
+  information.topLeftCorner(2, 2) = filter::Matrix<2>::Identity() / 100.0;
   Eigen::MatrixXd place = Eigen::MatrixXd::Zero(2, unknowns), velocity = place;
   velocity.leftCols(2).setIdentity();
   for (Eigen::Index k = 0; k < steps; ++k) {
     place += velocity;  // the noise of the step changes the velocity after it
     velocity.middleCols(2 + 2 * k, 2).setIdentity();
-    const Vector<2> q = noise[static_cast<std::size_t>(k)];
+    const filter::Vector<2> q = noise[static_cast<std::size_t>(k)];
     information.block(2 + 2 * k, 2 + 2 * k, 2, 2) += q.cwiseInverse().asDiagonal().toDenseMatrix();
     information += place.transpose() * r.inverse() * place;
     rhs += place.transpose() * r.inverse() * (points[static_cast<std::size_t>(k + 1)] - points[0]);
@@ -73,15 +73,16 @@ Eigen::Vector4d batch(const std::vector<Vector<2>>& points, const std::vector<Ve
 }
 
 TEST(PaperKalman, GivesWhatLeastSquaresOverTheWholeHistoryGives) {
-  Random random(11);
-  std::vector<Vector<2>> points{{300.0, 200.0}};
-  std::vector<Vector<2>> noise{{0.2, 0.2}};  // of each step; then by the velocity known before the step before it
-  PaperKalman filter({}, {points[0], Matrix<2>::Identity()});
-  Vector<2> known = Vector<2>::Zero();
+  filter::Random random(11);
+  std::vector<filter::Vector<2>> points{{300.0, 200.0}};
+  std::vector<filter::Vector<2>> noise{
+      {0.2, 0.2}};  // of each step; then by the velocity known before the step before it
+  PaperKalman filter({}, {points[0], filter::Matrix<2>::Identity()});
+  filter::Vector<2> known = filter::Vector<2>::Zero();
   for (int k = 1; k <= 12; ++k) {
-    points.push_back(points.back() + Vector<2>(6.0 + random.normal(), -5.0 + random.normal()));
+    points.push_back(points.back() + filter::Vector<2>(6.0 + random.normal(), -5.0 + random.normal()));
     filter.predict(1.0);
-    filter.update({points.back(), Matrix<2>::Identity()});
+    filter.update({points.back(), filter::Matrix<2>::Identity()});
 
     const Eigen::Vector4d state = batch(points, noise);
 
@@ -94,7 +95,7 @@ TEST(PaperKalman, GivesWhatLeastSquaresOverTheWholeHistoryGives) {
 TEST(PaperKalman, CutsItsPredictionToWholePixelsAndItsGateToo) {
   PaperKalman filter({}, seen(100.5, 50.5));
   filter.predict(1.0);
-  EXPECT_EQ(filter.gate().centre, Vector<2>(100.0, 50.0));
+  EXPECT_EQ(filter.gate().centre, filter::Vector<2>(100.0, 50.0));
   // P_vv is 100 + 0.2: 100 times its root.
   EXPECT_EQ(filter.radius_px(), std::trunc(100.0 * std::sqrt(100.2)));
   EXPECT_EQ(filter.gate().covariance(0, 0), filter.radius_px() * filter.radius_px());
@@ -128,7 +129,7 @@ TEST(PaperKalman, StaysAsCertainAfterTenThousandFrames) {
       filter.update(seen(320.0 + 100.0 * std::sin(0.1 * k), 240.0 + 100.0 * std::cos(0.1 * k)));
     }
   }
-  const Matrix<2> covariance = filter.belief().covariance;
+  const filter::Matrix<2> covariance = filter.belief().covariance;
   EXPECT_EQ(covariance(0, 1), covariance(1, 0));
   EXPECT_LT(covariance.norm(), 0.2845 + 0.0455);  // of the sightings
 }
@@ -136,7 +137,7 @@ TEST(PaperKalman, StaysAsCertainAfterTenThousandFrames) {
 TEST(PaperCondensation, PredictsAboutWhereThePointWasSeenLast) {
   // With normal particles around the last place, weighing by their own variance v halves it, and a uniform step of up
   // to s adds s^2 / 3: it settles at 2/3 s^2 for each axis.
-  Vector<2> mean = Vector<2>::Zero();
+  filter::Vector<2> mean = filter::Vector<2>::Zero();
   double radius_px = 0.0, n = 0.0;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     PaperCondensation filter({{}, seed}, seen(400.0, 150.0));
@@ -150,7 +151,7 @@ TEST(PaperCondensation, PredictsAboutWhereThePointWasSeenLast) {
     }
   }
 
-  EXPECT_LT((mean / n - Vector<2>(400.0, 150.0)).norm(), 1.5);
+  EXPECT_LT((mean / n - filter::Vector<2>(400.0, 150.0)).norm(), 1.5);
   const double sigma_x_px = std::sqrt(2.0 / 3.0) * 640.0 / 7.5, sigma_y_px = std::sqrt(2.0 / 3.0) * 480.0 / 7.5;
   // A uniform step is no normal one, and the first particle is never selected away: 12 %.
   EXPECT_NEAR(radius_px / n, 0.5 * (sigma_x_px + sigma_y_px), 0.12 * radius_px / n);
@@ -170,7 +171,7 @@ TEST(PaperCondensation, LagsBehindAMovingPointByMoreThanAStepAndStaysWhereItWasW
   filter.predict(1.0);
   filter.coast();
 
-  EXPECT_EQ(filter.belief().point, Vector<2>(550.0, 240.0));
+  EXPECT_EQ(filter.belief().point, filter::Vector<2>(550.0, 240.0));
 }
 
 TEST(PaperCondensation, GivesTheSameForTheSameSeed) {
@@ -183,4 +184,4 @@ TEST(PaperCondensation, GivesTheSameForTheSameSeed) {
 }
 
 }  // namespace
-}  // namespace mocap::filter
+}  // namespace mocap::paper_study

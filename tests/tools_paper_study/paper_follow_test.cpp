@@ -10,7 +10,7 @@
 #include "paper_study/quality.h"
 #include "track2d/blob_track_inspection.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 namespace {
 
 Clip straight(Situation situation, std::size_t frames) {
@@ -175,4 +175,4 @@ TEST(Judge, GivesTheSameFiguresEachTime) {
 }
 
 }  // namespace
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

@@ -16,7 +16,7 @@
 #include "paper_study/published.h"
 #include "support/places.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 namespace {
 
 namespace fs = std::filesystem;
@@ -190,4 +190,4 @@ TEST(MocapEvalPaper, SaysWhatIsWrongWithItsArgumentsAndShowsExamples) {
 }
 
 }  // namespace
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

@@ -54,7 +54,7 @@ __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default"))) st
   return all;
 }
 
-Image view_of(std::span<const std::byte> pixels, const DetectSceneSettings& settings) {
+Image view_of(std::span<const std::byte> pixels, const simworld::DetectSceneSettings& settings) {
   Image image;
   image.bytes = pixels;
   image.stride_bytes = static_cast<std::size_t>(settings.width_px);
@@ -63,8 +63,8 @@ Image view_of(std::span<const std::byte> pixels, const DetectSceneSettings& sett
   return image;
 }
 
-void time_all(const DetectSceneSettings& settings, std::span<const DetectImage> drawn, Detector& ours, Detector& opencv,
-              DetectBenchFigures& figures) {
+void time_all(const simworld::DetectSceneSettings& settings, std::span<const simworld::DetectImage> drawn,
+              Detector& ours, Detector& opencv, DetectBenchFigures& figures) {
   const std::size_t bytes = drawn[0].pixels.size();
   const std::size_t count = std::max<std::size_t>(3, kSetBytes / bytes);
   std::vector<std::byte> set(count * bytes);
@@ -105,10 +105,10 @@ void time_all(const DetectSceneSettings& settings, std::span<const DetectImage> 
 
 /// The worst over thresholds: in the middle all rows are noise, high up noise is runs and blobs. The dark images have
 /// markers; neither they nor the noise are in the cache.
-Status time_white_noise(const DetectSceneSettings& settings, Detector& ours, DetectBenchFigures& figures) {
-  DetectSceneSettings dark = settings;
+Status time_white_noise(const simworld::DetectSceneSettings& settings, Detector& ours, DetectBenchFigures& figures) {
+  simworld::DetectSceneSettings dark = settings;
   dark.busy = false;
-  const std::vector<DetectImage> drawn = draw_images(dark, kDrawn);
+  const std::vector<simworld::DetectImage> drawn = simworld::draw_images(dark, kDrawn);
   const std::size_t bytes = drawn[0].pixels.size(), count = std::max<std::size_t>(3, kNoiseBytes / bytes);
   std::mt19937_64 random(settings.seed);
   std::vector<std::byte> dark_set(count * bytes), noise_set(count * bytes);
@@ -152,8 +152,8 @@ void finish(DetectRadiusFigures& figures) {
   for (double* each : {&figures.centroid_rms_px, &figures.crlb_px, &figures.sigma_px}) *each = std::sqrt(*each / n);
 }
 
-void score(const DetectSceneSettings& settings, std::span<const DetectImage> drawn, Detector& detector,
-           DetectBenchFigures& figures) {
+void score(const simworld::DetectSceneSettings& settings, std::span<const simworld::DetectImage> drawn,
+           Detector& detector, DetectBenchFigures& figures) {
   const double first = std::floor(settings.least_radius_px);
   for (double radius = first; radius < settings.most_radius_px; radius += 1.0) {
     figures.by_radius.push_back({.radius_px = radius});
@@ -161,7 +161,7 @@ void score(const DetectSceneSettings& settings, std::span<const DetectImage> dra
   std::size_t markers = 0, found = 0, blobs = 0;
   const auto drawn_discs = static_cast<std::size_t>(settings.markers) * drawn.size();
   const std::size_t step = std::max<std::size_t>(1, (drawn_discs + kScored - 1) / kScored);
-  for (const DetectImage& image : drawn) {
+  for (const simworld::DetectImage& image : drawn) {
     const Detection seen = detector.detect(view_of(image.pixels, settings));
     blobs += seen.blobs.size();
     markers += image.discs.size();
@@ -176,7 +176,7 @@ void score(const DetectSceneSettings& settings, std::span<const DetectImage> dra
       }
       if (nearest == nullptr) continue;
       if (found++ % step != 0) continue;
-      const double bound_px = centroid_bound_px(disc, settings);
+      const double bound_px = simworld::centroid_bound_px(disc, settings);
       const auto bin = static_cast<std::size_t>(disc.radius_px - first);
       add(figures.by_radius[std::min(bin, figures.by_radius.size() - 1)], *nearest, disc, bound_px);
       add(figures.all, *nearest, disc, bound_px);
@@ -190,14 +190,14 @@ void score(const DetectSceneSettings& settings, std::span<const DetectImage> dra
 
 }  // namespace
 
-Result<DetectBenchFigures> run_detect_bench(const DetectSceneSettings& settings) {
+Result<DetectBenchFigures> run_detect_bench(const simworld::DetectSceneSettings& settings) {
   auto ours = detect::make_blob_detector({}, PixelFormat::Mono8, settings.width_px, settings.height_px);
   if (!ours) return ours.error();
   auto opencv = bench::make_opencv_detector({.threshold = kOpencvThreshold_grey}, PixelFormat::Mono8, settings.width_px,
                                             settings.height_px);
   if (!opencv) return opencv.error();
   cv::setNumThreads(1);  // as ours: its threshold would take all processors
-  const std::vector<DetectImage> drawn = draw_images(settings, kDrawn);
+  const std::vector<simworld::DetectImage> drawn = simworld::draw_images(settings, kDrawn);
   DetectBenchFigures figures;
   figures.isa = detect::best_kernels().name;
   score(settings, drawn, **ours, figures);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "detect_scene.h"
+#include "lib/simworld/detect_scene.h"
 
 namespace mocap::bench {
 
@@ -34,6 +34,6 @@ struct DetectBenchFigures {
 };
 
 /// Measures detection on images in memory, one thread.
-Result<DetectBenchFigures> run_detect_bench(const DetectSceneSettings& settings);
+Result<DetectBenchFigures> run_detect_bench(const simworld::DetectSceneSettings& settings);
 
 }  // namespace mocap::bench

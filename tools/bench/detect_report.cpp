@@ -55,7 +55,7 @@ void print_table(const DetectBenchFigures& f) {
 
 }  // namespace
 
-int detect(const DetectSceneSettings& settings, bool json) {
+int detect(const simworld::DetectSceneSettings& settings, bool json) {
   const Result<DetectBenchFigures> figures = run_detect_bench(settings);
   if (!figures) {
     fmt::print(stderr, "mocap-bench: {}\n", figures.error().message);

@@ -5,6 +5,6 @@
 namespace mocap::bench {
 
 /// Runs the detection bench and prints its figures, as a table or as one JSON object. Gives the exit code.
-int detect(const DetectSceneSettings& settings, bool json);
+int detect(const simworld::DetectSceneSettings& settings, bool json);
 
 }  // namespace mocap::bench

@@ -50,7 +50,7 @@ struct Truth {
   std::uint64_t near = 0;
   double sum_of_squares_m2 = 0.0;
 
-  void judge(const FuseWorld& world, const Markers& markers, int enough_views) {
+  void judge(const simworld::FuseWorld& world, const Markers& markers, int enough_views) {
     std::vector<bool> has(world.markers().size(), false);
     for (const Marker& marker : markers) {
       std::size_t nearest = 0;
@@ -89,7 +89,7 @@ class Row {
         expected_(std::make_unique<Expected>()) {}
 
   // Five instants more than parts: where each begins and the last ends.
-  const Markers& step(const FuseWorld& world, std::array<Timestamp, kPartCount + 1>& at) {
+  const Markers& step(const simworld::FuseWorld& world, std::array<Timestamp, kPartCount + 1>& at) {
     at[kAlign] = host_now();
     for (const auto& frame : world.frames()) aligner_.add(*frame);
     const std::optional<FrameSet> set = aligner_.take(Timestamp::min());
@@ -149,7 +149,7 @@ FuseBenchFigures figures_of(const Spans& spans, const Truth& truth, const FuseBe
 }
 
 FuseBenchFigures measure(const FuseBenchSettings& settings, const MarkerSet& worn, bool predicted) {
-  FuseWorld world(settings.world, worn);
+  simworld::FuseWorld world(settings.world, worn);
   FuseReference reference(world.rig());
   Row row(world.rig(), predicted);
   Spans spans;

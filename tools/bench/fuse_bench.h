@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "base/result.h"
-#include "fuse_world.h"
+#include "lib/simworld/fuse_world.h"
 
 namespace mocap::bench {
 
 struct FuseBenchSettings {
-  FuseWorldSettings world;
+  simworld::FuseWorldSettings world;
   int sets = 600;                    ///< measured, after a second of warm-up
   std::filesystem::path marker_set;  ///< worn by everybody
 };

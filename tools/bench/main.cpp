@@ -85,7 +85,7 @@ void tell_pipeline(cli::App& pipeline, PipelineBenchSettings& settings) {
   pipeline.add_option("--seed", settings.seed, "of the images' noise")->capture_default_str();
 }
 
-void tell_detect(cli::App& detect, DetectSceneSettings& settings) {
+void tell_detect(cli::App& detect, simworld::DetectSceneSettings& settings) {
   detect
       .add_option(
           "--size",
@@ -204,7 +204,7 @@ int main(int argc, char** argv) {
   running.marker_set = marker_set;
   cli::App* pipeline = app.add_subcommand("pipeline", "latency from a set's last blob to its snapshot at ZeroMQ");
   bench::tell_pipeline(*pipeline, running);
-  bench::DetectSceneSettings scene;
+  simworld::DetectSceneSettings scene;
   cli::App* detect = app.add_subcommand("detect", "blobs of an image in memory: time and precision");
   bench::tell_detect(*detect, scene);
   bench::FuseBenchSettings fusing;

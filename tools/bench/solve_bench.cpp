@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "assemble.h"
-#include "eval/labels_score.h"
-#include "eval/recognition.h"
-#include "eval/scene_world.h"
+#include "lib/scoring/labels_score.h"
+#include "lib/simworld/recognition.h"
+#include "lib/simworld/scene_world.h"
 #include "solve_reference.h"
 
 namespace mocap::bench {
@@ -94,8 +94,8 @@ class TimedSolver final : public SkeletonSolver {
   double& spent_us_;
 };
 
-eval::SceneFile scene_of(const SolveBenchSettings& settings) {
-  eval::SceneFile scene;
+simworld::SceneFile scene_of(const SolveBenchSettings& settings) {
+  simworld::SceneFile scene;
   scene.rate_hz = settings.rate_hz;
   scene.ring = {.cameras = 8,
                 .radius_m = settings.subjects > 1 ? 7.0 : 4.0,
@@ -103,7 +103,7 @@ eval::SceneFile scene_of(const SolveBenchSettings& settings) {
                 .width_px = 1280,
                 .height_px = 1024};
   for (int i = 0; i < settings.subjects; ++i) {
-    eval::SceneActor& actor = scene.actors.emplace_back();
+    simworld::SceneActor& actor = scene.actors.emplace_back();
     actor.name = "subject" + std::to_string(i + 1);
     actor.motion = "tpose:3,walk";
     actor.marker_set = settings.marker_set;
@@ -120,8 +120,8 @@ struct Spans {
 };
 
 // The reference on the same bodies, from the true places of all markers.
-void time_reference(std::vector<SolveReference>& references, const std::vector<eval::Performer>& performers, double t_s,
-                    Spans& spans) {
+void time_reference(std::vector<SolveReference>& references, const std::vector<simworld::Performer>& performers,
+                    double t_s, Spans& spans) {
   double spent_us = 0.0, worst_rms_m = 0.0;
   scene::ActorState state;
   std::vector<WorldPoint> markers;
@@ -136,7 +136,8 @@ void time_reference(std::vector<SolveReference>& references, const std::vector<e
   spans.reference_rms_m = std::max(spans.reference_rms_m, worst_rms_m);
 }
 
-SolveBenchFigures figures_of(const Spans& spans, const eval::LabelCounts& names, const SolveBenchSettings& settings) {
+SolveBenchFigures figures_of(const Spans& spans, const scoring::LabelCounts& names,
+                             const SolveBenchSettings& settings) {
   SolveBenchFigures f;
   f.subjects = settings.subjects;
   f.median_us = at_share(spans.both_us, 0.5);
@@ -156,30 +157,30 @@ SolveBenchFigures figures_of(const Spans& spans, const eval::LabelCounts& names,
 }  // namespace
 
 Result<SolveBenchFigures> run_solve_bench(const SolveBenchSettings& settings) {
-  const eval::SceneFile scene = scene_of(settings);
-  auto performers = eval::make_performers(scene, "", settings.seed);
+  const simworld::SceneFile scene = scene_of(settings);
+  auto performers = simworld::make_performers(scene, "", settings.seed);
   if (!performers) return performers.error();
   settings::DaemonSettings daemon;
   daemon.rig = scene::ring_rig(scene.ring);
   std::vector<SolveReference> references;
   int markers = 0;
-  for (const eval::Performer& performer : *performers) {
+  for (const simworld::Performer& performer : *performers) {
     daemon.subject_models.push_back(performer.subject);
     references.emplace_back(performer.actor->marker_set());
     markers += static_cast<int>(performer.subject.marker_set.markers.size());
   }
-  auto events = eval::SceneEvents::make(scene, *performers, daemon.rig.size(), settings.seed, true);
+  auto events = simworld::SceneEvents::make(scene, *performers, daemon.rig.size(), settings.seed, true);
   if (!events) return events.error();
-  eval::SceneWorld world(scene, daemon.rig, std::move(*performers), std::move(*events), settings.seed);
+  simworld::SceneWorld world(scene, daemon.rig, std::move(*performers), std::move(*events), settings.seed);
 
-  eval::Recognition recognition(world.performers());
+  simworld::Recognition recognition(world.performers());
   double label_us = 0.0, solve_us = 0.0;
   fusion::FusionParts parts = assemble_row(daemon);
   parts.labeller = std::make_unique<TimedLabeller>(std::move(parts.labeller), label_us);
   parts.solver = std::make_unique<TimedSolver>(std::move(parts.solver), solve_us);
   fusion::Fusion fusion(std::move(parts), static_cast<std::uint32_t>(daemon.rig.size()));
   Spans spans;
-  eval::LabelScorer names;
+  scoring::LabelScorer names;
   const auto warm_up = static_cast<int>(kWarmUp_s * settings.rate_hz);
   for (int set = 0; set < warm_up + settings.sets; ++set) {
     world.step();
@@ -198,14 +199,14 @@ Result<SolveBenchFigures> run_solve_bench(const SolveBenchSettings& settings) {
     spans.both_us.push_back(label_us + solve_us);
     spans.label_us.push_back(label_us);
     spans.solve_us.push_back(solve_us);
-    eval::EvalFrame said = eval::frame_of(snapshot);
+    scoring::EvalFrame said = scoring::frame_of(snapshot);
     recognition.apply(world.truth(), said);
     names.add(world.truth(), said);
     if (set - warm_up < kReferenceSets) {
       time_reference(references, world.performers(), world.t_s(), spans);
     }
   }
-  eval::LabelCounts all;
+  scoring::LabelCounts all;
   for (const auto& [subject, counts] : names.finish()) all.add(counts);
   SolveBenchFigures figures = figures_of(spans, all, settings);
   figures.markers = markers;

@@ -16,7 +16,7 @@ constexpr double kSeconds = 5.0;
 constexpr double kOtherSize = 0.02;
 constexpr double kWalkSeconds = 30.0;
 
-Result<calibration::Floor> find_floor(const FloorOptions& options, const record::BlobRecording& recording,
+Result<calibration::Floor> find_floor(const FloorOptions& options, const take::BlobRecording& recording,
                                       const Rig& rig) {
   const double height_m = 1e-3 * options.height_mm;
   if (options.by_walk) return calibration::floor_by_walk(marker_places(recording, rig), height_m, rig);

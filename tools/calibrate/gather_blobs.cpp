@@ -17,8 +17,8 @@
 namespace mocap::calibrate {
 namespace {
 
-using record::BlobRecording;
-using record::RecordedPicture;
+using take::BlobRecording;
+using take::RecordedPicture;
 
 constexpr const char* kHeldHint =
     "; if mocapd is running it holds the cameras: stop it, or set [record] blobs = \"take.blobs\" in its "
@@ -134,7 +134,7 @@ class CameraTake {
   Result<Gathered, Failure> run() {
     std::unique_ptr<BlobWriter> writer;
     if (!options_.record.empty()) {
-      auto made = record::make_blob_writer(options_.record, gathered_.recording.cameras);
+      auto made = take::make_blob_writer(options_.record, gathered_.recording.cameras);
       if (!made) return Failure{kExitUnavailable, made.error().message};
       writer = std::move(*made);
     }
@@ -212,11 +212,11 @@ class CameraTake {
 };
 
 Result<Gathered, Failure> from_file(const TakeOptions& options) {
-  auto recording = record::read_blob_recording(options.blobs);
+  auto recording = take::read_blob_recording(options.blobs);
   if (!recording) return Failure{exit_code_of(recording.error().code), recording.error().message};
   if (recording->cut_off) say("{}: cut off; what is whole of it is used", options.blobs.string());
   Gathered gathered;
-  for (const record::RecordedCamera& camera : recording->cameras) {
+  for (const take::RecordedCamera& camera : recording->cameras) {
     CameraModel& model = gathered.known.emplace_back();
     model.name = camera.name;
     model.width_px = camera.width_px;
@@ -290,7 +290,7 @@ Result<Rig, Failure> with_lenses(const Gathered& gathered, const std::filesystem
   Rig rig = gathered.known;
   for (std::size_t c = 0; c < rig.size(); ++c) {
     CameraModel& camera = rig[c];
-    const record::RecordedCamera& seen = gathered.recording.cameras[c];
+    const take::RecordedCamera& seen = gathered.recording.cameras[c];
     const auto found = std::ranges::find(given, camera.name, &CameraModel::name);
     if (found != given.end()) camera = *found;
     if (seen.width_px != 0 && camera.width_px != 0 &&

@@ -25,22 +25,22 @@ void add_take_options(cli::App& command, TakeOptions& options);
 
 /// What cameras saw.
 struct Gathered {
-  record::BlobRecording recording;
+  take::BlobRecording recording;
   Rig known;  ///< by camera: as the configuration's rig has it, or a name and the images' size alone
   std::filesystem::path rig_file;  ///< the configuration's; empty where there is none
 };
 
 /// Looks on while cameras are run, about ten times a second: all that came (and the sizes of all cameras' images), and
 /// what of it is new, by camera. False: it is enough.
-using LookOn = std::function<bool(const Gathered& so_far, const record::BlobRecording& since, double seconds)>;
+using LookOn = std::function<bool(const Gathered& so_far, const take::BlobRecording& since, double seconds)>;
 
 /// Runs the cameras until `look_on` has enough, `seconds` are over or somebody ends it (then what came counts); a
 /// recorded camera to its end and as fast as it goes, a blob recording at once. Fails with what to do.
 Result<Gathered, Failure> gather_blobs(const TakeOptions& options, const LookOn& look_on = {});
 
 /// As calibration takes it: without blobs that are cut off by the image's border, or more than one marker.
-std::vector<calibration::Picture> pictures_of(const std::vector<record::RecordedPicture>& recorded);
-calibration::Take take_of(const record::BlobRecording& recording);
+std::vector<calibration::Picture> pictures_of(const std::vector<take::RecordedPicture>& recorded);
+calibration::Take take_of(const take::BlobRecording& recording);
 
 /// Lenses of which only their kind is known, and about how wide they look from side to side.
 struct UnknownLens {

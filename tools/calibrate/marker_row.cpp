@@ -17,7 +17,7 @@ constexpr double kStill_m = 0.003;
 constexpr std::size_t kMostPlaces = 20000;
 
 // Only times are needed to gather instants.
-calibration::Take times_of(const record::BlobRecording& recording) {
+calibration::Take times_of(const take::BlobRecording& recording) {
   calibration::Take take;
   for (const auto& pictures : recording.pictures) {
     auto& camera = take.cameras.emplace_back();
@@ -28,7 +28,7 @@ calibration::Take times_of(const record::BlobRecording& recording) {
 
 }  // namespace
 
-void run_row(const record::BlobRecording& recording, const Rig& rig, const std::vector<bool>& without,
+void run_row(const take::BlobRecording& recording, const Rig& rig, const std::vector<bool>& without,
              const std::function<void(const RowLook&)>& look) {
   associate::MatchSettings match;
   match.volume_min_m.setConstant(-1000.0);
@@ -44,7 +44,7 @@ void run_row(const record::BlobRecording& recording, const Rig& rig, const std::
     frames.views.clear();
     for (std::uint32_t c = 0; c < rig.size(); ++c) {
       if (instant.picture[c] < 0 || (!without.empty() && without[c])) continue;
-      const record::RecordedPicture& picture = recording.pictures[c][static_cast<std::size_t>(instant.picture[c])];
+      const take::RecordedPicture& picture = recording.pictures[c][static_cast<std::size_t>(instant.picture[c])];
       BlobFrame& view = views[c];
       view.camera = CameraId{c};
       view.number = picture.number;
@@ -68,7 +68,7 @@ void run_row(const record::BlobRecording& recording, const Rig& rig, const std::
   }
 }
 
-std::vector<StillMarker> still_markers(const record::BlobRecording& recording, const Rig& rig) {
+std::vector<StillMarker> still_markers(const take::BlobRecording& recording, const Rig& rig) {
   struct Sum {
     Eigen::Vector3d first;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -100,7 +100,7 @@ std::vector<StillMarker> still_markers(const record::BlobRecording& recording, c
   return still;
 }
 
-std::vector<Eigen::Vector3d> marker_places(const record::BlobRecording& recording, const Rig& rig) {
+std::vector<Eigen::Vector3d> marker_places(const take::BlobRecording& recording, const Rig& rig) {
   std::vector<Eigen::Vector3d> places;
   run_row(recording, rig, {}, [&](const RowLook& look) {
     for (const Marker& marker : look.markers) {

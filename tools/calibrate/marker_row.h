@@ -19,7 +19,7 @@ struct RowLook {
 
 /// Runs a recording through the daemon's row, up to 3D tracks, in a world without bounds. `without`, by camera: whose
 /// views are left out; empty: nobody's.
-void run_row(const record::BlobRecording& recording, const Rig& rig, const std::vector<bool>& without,
+void run_row(const take::BlobRecording& recording, const Rig& rig, const std::vector<bool>& without,
              const std::function<void(const RowLook&)>& look);
 
 /// A marker that lay still: its mean place.
@@ -29,9 +29,9 @@ struct StillMarker {
 };
 
 /// What lay still over at least half of a recording (and a second), to 3 mm.
-std::vector<StillMarker> still_markers(const record::BlobRecording& recording, const Rig& rig);
+std::vector<StillMarker> still_markers(const take::BlobRecording& recording, const Rig& rig);
 
 /// Every place in which three cameras or more saw a marker, thinned out to some thousands.
-std::vector<Eigen::Vector3d> marker_places(const record::BlobRecording& recording, const Rig& rig);
+std::vector<Eigen::Vector3d> marker_places(const take::BlobRecording& recording, const Rig& rig);
 
 }  // namespace mocap::calibrate

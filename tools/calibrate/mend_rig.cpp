@@ -42,10 +42,10 @@ const Blob* only_blob(const Blobs& blobs, const Eigen::Vector2d& at, double gate
 }
 
 /// What the cameras without those that drifted say of where markers were, and what one of these saw there.
-std::vector<calibration::KnownSight> sights_of(const record::BlobRecording& recording, const Rig& rig,
+std::vector<calibration::KnownSight> sights_of(const take::BlobRecording& recording, const Rig& rig,
                                                const std::vector<bool>& without, std::uint32_t camera, double gate_px) {
   std::vector<calibration::KnownSight> sights;
-  std::vector<record::RecordedPicture> const& pictures = recording.pictures[camera];
+  std::vector<take::RecordedPicture> const& pictures = recording.pictures[camera];
   std::size_t next = 0;
   Blobs blobs;
   run_row(recording, rig, without, [&](const RowLook& look) {
@@ -71,7 +71,7 @@ std::vector<calibration::KnownSight> sights_of(const record::BlobRecording& reco
 }
 
 /// Puts a camera where the others, `without` some, see it stand.
-Result<MendedCamera, Failure> mend_one(const record::BlobRecording& recording, const CameraFromWorld& about,
+Result<MendedCamera, Failure> mend_one(const take::BlobRecording& recording, const CameraFromWorld& about,
                                        const std::vector<bool>& without, std::uint32_t c, Rig& rig) {
   const CameraModel before = rig[c];
   rig[c].camera_from_world = about;
@@ -95,7 +95,7 @@ Result<MendedCamera, Failure> mend_one(const record::BlobRecording& recording, c
 constexpr std::ptrdiff_t kLeastLeft = 4;
 
 // How far the others are from agreeing where markers are when they do without a camera, px: the median.
-double disagreement(const record::BlobRecording& recording, const Rig& rig, std::size_t without_camera) {
+double disagreement(const take::BlobRecording& recording, const Rig& rig, std::size_t without_camera) {
   std::vector<bool> without(rig.size(), false);
   without[without_camera] = true;
   std::vector<double> off_px;
@@ -113,7 +113,7 @@ double disagreement(const record::BlobRecording& recording, const Rig& rig, std:
 }
 
 // Where there are few cameras, one that was bumped makes others look wrong: it is the one without which they agree.
-std::uint32_t one_to_blame(const record::BlobRecording& recording, const Rig& rig) {
+std::uint32_t one_to_blame(const take::BlobRecording& recording, const Rig& rig) {
   std::uint32_t blamed = 0;
   double least = std::numeric_limits<double>::infinity();
   for (std::uint32_t c = 0; c < rig.size(); ++c) {
@@ -126,7 +126,7 @@ std::uint32_t one_to_blame(const record::BlobRecording& recording, const Rig& ri
 }
 
 /// Puts cameras that drifted where the others see them stand, one after the other, and looks at all anew.
-std::optional<Failure> mend(const record::BlobRecording& recording, std::vector<drift::CameraDrift> drifts,
+std::optional<Failure> mend(const take::BlobRecording& recording, std::vector<drift::CameraDrift> drifts,
                             double drift_px, Rig& rig, std::vector<MendedCamera>& mended) {
   for (;;) {
     const auto drifted = std::ranges::count_if(drifts, &drift::CameraDrift::drifted);
@@ -151,7 +151,7 @@ std::optional<Failure> mend(const record::BlobRecording& recording, std::vector<
   }
 }
 
-std::vector<calibration::SeenMarker> seen_markers(const record::BlobRecording& recording, const Rig& rig) {
+std::vector<calibration::SeenMarker> seen_markers(const take::BlobRecording& recording, const Rig& rig) {
   std::vector<calibration::SeenMarker> all;
   run_row(recording, rig, {}, [&](const RowLook& look) {
     for (const Marker& marker : look.markers) {
@@ -175,9 +175,9 @@ std::vector<calibration::SeenMarker> seen_markers(const record::BlobRecording& r
 
 }  // namespace
 
-Result<MendedRig, Failure> mend_rig(const record::BlobRecording& whole, const Rig& before, const MendSettings& wanted) {
+Result<MendedRig, Failure> mend_rig(const take::BlobRecording& whole, const Rig& before, const MendSettings& wanted) {
   Standing standing = standing_of(whole, before, wanted.drift_px);
-  const record::BlobRecording recording = standing.moved ? since(whole, standing.moved->at) : whole;
+  const take::BlobRecording recording = standing.moved ? since(whole, standing.moved->at) : whole;
   MendedRig mended;
   mended.moved = std::move(standing.moved);
   Rig rig = before;

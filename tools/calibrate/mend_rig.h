@@ -34,7 +34,7 @@ struct MendedRig {
 /// Puts cameras that were bumped where the others see them stand, then moves all of them until moving markers agree.
 /// Fails where there is too little to tell, where more than half of the cameras stand otherwise, and where no turn and
 /// move explains what one sees.
-Result<MendedRig, Failure> mend_rig(const record::BlobRecording& recording, const Rig& before,
+Result<MendedRig, Failure> mend_rig(const take::BlobRecording& recording, const Rig& before,
                                     const MendSettings& settings);
 
 }  // namespace mocap::calibrate

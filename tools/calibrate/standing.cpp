@@ -15,7 +15,7 @@ constexpr double kStoodRight = 0.5;
 constexpr double kLeastAfter_s = 2.0;
 
 // The first and the last picture of all.
-std::pair<Timestamp, Timestamp> span_of(const record::BlobRecording& recording) {
+std::pair<Timestamp, Timestamp> span_of(const take::BlobRecording& recording) {
   std::pair<Timestamp, Timestamp> span{Timestamp::max(), Timestamp::min()};
   for (const auto& pictures : recording.pictures) {
     if (pictures.empty()) continue;
@@ -26,7 +26,7 @@ std::pair<Timestamp, Timestamp> span_of(const record::BlobRecording& recording) 
 }
 
 // As the daemon watches; tells the last camera that stood as the rig says, and then did not.
-Standing watched(const record::BlobRecording& recording, const Rig& rig, const drift::DriftSettings& settings) {
+Standing watched(const take::BlobRecording& recording, const Rig& rig, const drift::DriftSettings& settings) {
   const auto [begin, end] = span_of(recording);
   Standing standing;
   std::vector<bool> stood(rig.size(), false);
@@ -47,22 +47,22 @@ Standing watched(const record::BlobRecording& recording, const Rig& rig, const d
 
 }  // namespace
 
-record::BlobRecording since(const record::BlobRecording& recording, Timestamp from) {
-  record::BlobRecording part;
+take::BlobRecording since(const take::BlobRecording& recording, Timestamp from) {
+  take::BlobRecording part;
   part.cameras = recording.cameras;
   for (const auto& pictures : recording.pictures) {
-    const auto first = std::ranges::lower_bound(pictures, from, {}, &record::RecordedPicture::exposed_at);
+    const auto first = std::ranges::lower_bound(pictures, from, {}, &take::RecordedPicture::exposed_at);
     part.pictures.emplace_back(first, pictures.end());
   }
   return part;
 }
 
-record::BlobRecording last_of(const record::BlobRecording& recording, double seconds) {
+take::BlobRecording last_of(const take::BlobRecording& recording, double seconds) {
   const auto [begin, end] = span_of(recording);
   return end <= begin ? recording : since(recording, end - from_s(seconds));
 }
 
-Standing standing_of(const record::BlobRecording& recording, const Rig& rig, double drift_px) {
+Standing standing_of(const take::BlobRecording& recording, const Rig& rig, double drift_px) {
   drift::DriftSettings settings;
   settings.drift_px = drift_px;
   Standing standing = watched(recording, rig, settings);

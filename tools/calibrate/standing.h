@@ -23,12 +23,12 @@ struct Standing {
   std::optional<MovedMeanwhile> moved;     ///< the last
 };
 
-Standing standing_of(const record::BlobRecording& recording, const Rig& rig, double drift_px);
+Standing standing_of(const take::BlobRecording& recording, const Rig& rig, double drift_px);
 
 /// What was seen from then on.
-record::BlobRecording since(const record::BlobRecording& recording, Timestamp from);
+take::BlobRecording since(const take::BlobRecording& recording, Timestamp from);
 
 /// The last `seconds` of a recording.
-record::BlobRecording last_of(const record::BlobRecording& recording, double seconds);
+take::BlobRecording last_of(const take::BlobRecording& recording, double seconds);
 
 }  // namespace mocap::calibrate

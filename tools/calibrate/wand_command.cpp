@@ -36,7 +36,7 @@ class WandCoach {
     so_far_.cameras.resize(rig_.size());
   }
 
-  bool look_on(const record::BlobRecording& since, double seconds) {
+  bool look_on(const take::BlobRecording& since, double seconds) {
     for (std::size_t c = 0; c < since.pictures.size(); ++c) {
       for (const calibration::Picture& picture : pictures_of(since.pictures[c])) {
         watch_.add(c, picture);
@@ -103,7 +103,7 @@ Result<Gathered, Failure> gather(const WandOptions& options, const Wand& wand) {
   std::optional<Failure> failed;
   TakeOptions take = options.take;
   if (take.seconds <= 0.0 && take.blobs.empty()) take.seconds = kSeconds;
-  auto gathered = gather_blobs(take, [&](const Gathered& so_far, const record::BlobRecording& since, double seconds) {
+  auto gathered = gather_blobs(take, [&](const Gathered& so_far, const take::BlobRecording& since, double seconds) {
     if (!coach) {
       auto rig = with_lenses(so_far, lens_file(options, so_far), unknown_lens(options));
       if (!rig) {

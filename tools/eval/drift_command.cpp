@@ -12,8 +12,8 @@
 #include "assemble.h"
 #include "calibrate/mend_rig.h"
 #include "eval/command.h"
-#include "eval/drift_world.h"
 #include "lib/cli/app.h"
+#include "lib/simworld/drift_world.h"
 #include "synchronise/frame_aligner.h"
 
 namespace mocap::eval {
@@ -36,7 +36,7 @@ constexpr const char* kHelp =
 
 struct Options {
   std::string scene;
-  Bump bump;
+  simworld::Bump bump;
   double after_s = 12.0;
   double drift_px = 1.0;
   double refine_s = 10.0;
@@ -77,7 +77,7 @@ class Watched {
   std::unique_ptr<fusion::Fusion> fusion_;
 };
 
-void keep(const std::vector<BlobFrame>& frames, record::BlobRecording& take) {
+void keep(const std::vector<BlobFrame>& frames, take::BlobRecording& take) {
   for (std::size_t c = 0; c < frames.size(); ++c) {
     const BlobFrame& frame = frames[c];
     take.pictures[c].push_back({frame.number, frame.exposed_at, {frame.blobs.begin(), frame.blobs.end()}});
@@ -89,7 +89,8 @@ double degrees_between(const CameraModel& a, const CameraModel& b) {
   return std::abs(off.angle()) * 180.0 / std::numbers::pi;
 }
 
-void mend(const record::BlobRecording& take, const DriftWorld& world, const Options& options, Outcome& outcome) {
+void mend(const take::BlobRecording& take, const simworld::DriftWorld& world, const Options& options,
+          Outcome& outcome) {
   const auto mended = calibrate::mend_rig(calibrate::last_of(take, options.refine_s), world.rig(),
                                           {.drift_px = options.drift_px, .threads = 2});
   if (!mended) {
@@ -106,16 +107,16 @@ void mend(const record::BlobRecording& take, const DriftWorld& world, const Opti
   }
 }
 
-Result<Outcome> run_seed(const SceneFile& scene, const Options& options, std::uint64_t seed) {
+Result<Outcome> run_seed(const simworld::SceneFile& scene, const Options& options, std::uint64_t seed) {
   const bool bumps = options.bump.turn_deg > 0.0 || options.bump.move_mm > 0.0;
-  auto world = DriftWorld::make(scene, options.bump, seed);
+  auto world = simworld::DriftWorld::make(scene, options.bump, seed);
   if (!world) return world.error();
   settings::DaemonSettings daemon = scene.daemon;
   daemon.rig = world->rig();
   daemon.subject_models = world->subjects();
   daemon.drift.drift_px = options.drift_px;
   Watched row(daemon);
-  record::BlobRecording take;
+  take::BlobRecording take;
   take.pictures.resize(world->rig().size());
   for (const CameraModel& camera : world->rig())
     take.cameras.push_back({camera.name, camera.width_px, camera.height_px});
@@ -175,7 +176,7 @@ void print_json(const std::vector<Outcome>& all) {
 }
 
 int run(const Options& options) {
-  const auto scene = load_scene(options.scene);
+  const auto scene = simworld::load_scene(options.scene);
   if (!scene) {
     fmt::print(stderr, "{}\n", settings::to_text(scene.error()));
     return kBadData;

@@ -8,10 +8,10 @@
 
 #include "base/exit_codes.h"
 #include "eval/command.h"
-#include "eval/figures.h"
 #include "eval/plots.h"
-#include "eval/truth.h"
 #include "lib/cli/app.h"
+#include "lib/scoring/figures.h"
+#include "lib/scoring/truth.h"
 
 namespace mocap::eval {
 namespace {
@@ -43,9 +43,9 @@ struct Options {
 };
 
 struct Judged {
-  LabelScorer labels;
-  SkeletonScorer bones;
-  std::map<std::uint32_t, LabelCounts> names;
+  scoring::LabelScorer labels;
+  scoring::SkeletonScorer bones;
+  std::map<std::uint32_t, scoring::LabelCounts> names;
   std::uint64_t without_truth = 0;
 };
 
@@ -55,15 +55,15 @@ int fail(const Error& error) {
 }
 
 Result<Judged> judge(const Options& options) {
-  Result<std::vector<EvalFrame>> known = read_frames(options.truth);
+  Result<std::vector<scoring::EvalFrame>> known = scoring::read_frames(options.truth);
   if (!known) return known.error();
-  const Result<Truth> truth = Truth::of(std::move(*known));
+  const Result<scoring::Truth> truth = scoring::Truth::of(std::move(*known));
   if (!truth) return Error{truth.error().code, options.truth + ": " + truth.error().message};
-  const Result<std::vector<EvalFrame>> stream = read_frames(options.stream);
+  const Result<std::vector<scoring::EvalFrame>> stream = scoring::read_frames(options.stream);
   if (!stream) return stream.error();
   const bool keeps = !options.plots.empty();
-  Judged judged{LabelScorer(keeps), SkeletonScorer(keeps), {}, 0};
-  for (const EvalFrame& said : *stream) {
+  Judged judged{scoring::LabelScorer(keeps), scoring::SkeletonScorer(keeps), {}, 0};
+  for (const scoring::EvalFrame& said : *stream) {
     const auto true_frame = truth->at(said.exposed_at);
     if (!true_frame) {
       ++judged.without_truth;
@@ -81,11 +81,11 @@ Json with_subjects(const std::map<std::uint32_t, Counts>& by_subject) {
   Json object;
   Counts all;
   for (const auto& [id, counts] : by_subject) all.add(counts);
-  put(object, all);
+  scoring::put(object, all);
   object["subjects"] = Json::array();
   for (const auto& [id, counts] : by_subject) {
     Json subject{{"subject", id}};
-    put(subject, counts);
+    scoring::put(subject, counts);
     object["subjects"].push_back(std::move(subject));
   }
   return object;
@@ -142,7 +142,7 @@ int run(int argc, const char* const* argv, bool names) {
   if (!judged) return fail(judged.error());
   Json object = names ? with_subjects(judged->names) : with_subjects(judged->bones.counts());
   if (names) {
-    put(object, judged->labels.mot());
+    scoring::put(object, judged->labels.mot());
     object["unlabelled"] = judged->labels.unlabelled();
     object["ghosts"] = judged->labels.ghosts();
   }

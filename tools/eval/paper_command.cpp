@@ -22,7 +22,7 @@ constexpr const char* kExamples = R"(examples:
   mocap-eval paper --no-cost              losses and errors alone: the machine may be busy)";
 
 struct Options {
-  paper::QualitySettings quality;
+  paper_study::QualitySettings quality;
   std::string plots;
   bool json = false;
   bool markdown = false;
@@ -64,24 +64,26 @@ class ProgressBar {
   bool terminal_ = ::isatty(STDERR_FILENO) != 0;
 };
 
-paper::Report run(const Options& options) {
-  using paper::Situation;
-  std::vector<Situation> situations(paper::kStudied.begin(), paper::kStudied.end());
-  situations.insert(situations.end(), paper::kHarder.begin(), paper::kHarder.end());
-  const paper::CostSettings costs;
+paper_study::Report run(const Options& options) {
+  using paper_study::Situation;
+  std::vector<Situation> situations(paper_study::kStudied.begin(), paper_study::kStudied.end());
+  situations.insert(situations.end(), paper_study::kHarder.begin(), paper_study::kHarder.end());
+  const paper_study::CostSettings costs;
   const int one_camera = options.quality.clips * static_cast<int>(situations.size());
-  const int multiview = options.no_multiview ? 0 : options.quality.clips * static_cast<int>(paper::kStudied.size());
+  const int multiview =
+      options.no_multiview ? 0 : options.quality.clips * static_cast<int>(paper_study::kStudied.size());
   ProgressBar bar(one_camera + multiview + (options.no_cost ? 0 : cost_rows(costs)));
 
-  paper::Report report;
+  paper_study::Report report;
   report.settings = options.quality;
-  report.one_camera = paper::judge(options.quality, situations, [&](int done) { bar.show("one camera", done); });
+  report.one_camera = paper_study::judge(options.quality, situations, [&](int done) { bar.show("one camera", done); });
   if (!options.no_multiview) {
-    report.multiview = paper::judge_multiview(options.quality, paper::kStudied,
-                                              [&](int done) { bar.show("four cameras", one_camera + done); });
+    report.multiview = paper_study::judge_multiview(options.quality, paper_study::kStudied,
+                                                    [&](int done) { bar.show("four cameras", one_camera + done); });
   }
   if (!options.no_cost) {
-    report.costs = paper::measure_costs(costs, [&](int done) { bar.show("cost", one_camera + multiview + done); });
+    report.costs =
+        paper_study::measure_costs(costs, [&](int done) { bar.show("cost", one_camera + multiview + done); });
   }
   return report;
 }
@@ -94,12 +96,12 @@ int run_paper(int argc, const char* const* argv) {
   add_options(app, options);
   if (const auto exit = app.parse(argc, argv)) return *exit;
   if (!options.plots.empty()) {
-    if (const Status drawn = paper::draw_plots(options.quality, options.plots); !drawn) {
+    if (const Status drawn = paper_study::draw_plots(options.quality, options.plots); !drawn) {
       fmt::print(stderr, "mocap-eval: {}\n", drawn.error().message);
       return kExitUnavailable;
     }
   }
-  const paper::Report report = run(options);
+  const paper_study::Report report = run(options);
   if (options.json) {
     fmt::print("{}\n", to_json(report));
   } else {

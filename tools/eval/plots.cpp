@@ -17,22 +17,24 @@ constexpr double kWide_px = 1000.0, kRow_px = 12.0, kHigh_px = 300.0;
 constexpr double kLeastWide_px = 1.5;  // of what went wrong, so that a single set shows
 
 struct Look {
-  NameState state;
+  scoring::NameState state;
   const char* colour;
   const char* words;
 };
-constexpr Look kLooks[] = {{NameState::Right, "#4daf6a", "measured, right"},
-                           {NameState::Filled, "#9ecae1", "filled, within 20 mm"},
-                           {NameState::FilledOff, "#f5a623", "filled, farther off"},
-                           {NameState::Lost, "#555555", "in view, not measured"},
-                           {NameState::Wrong, "#d62728", "wrong"},
-                           {NameState::Unseen, "#eeeeee", "not in view, not told"}};
+constexpr Look kLooks[] = {{scoring::NameState::Right, "#4daf6a", "measured, right"},
+                           {scoring::NameState::Filled, "#9ecae1", "filled, within 20 mm"},
+                           {scoring::NameState::FilledOff, "#f5a623", "filled, farther off"},
+                           {scoring::NameState::Lost, "#555555", "in view, not measured"},
+                           {scoring::NameState::Wrong, "#d62728", "wrong"},
+                           {scoring::NameState::Unseen, "#eeeeee", "not in view, not told"}};
 
-const Look& look_of(NameState state) {
+const Look& look_of(scoring::NameState state) {
   return *std::ranges::find_if(kLooks, [state](const Look& look) { return look.state == state; });
 }
 
-bool is_bad(NameState state) { return state == NameState::Wrong || state == NameState::FilledOff; }
+bool is_bad(scoring::NameState state) {
+  return state == scoring::NameState::Wrong || state == scoring::NameState::FilledOff;
+}
 
 std::string escaped(const std::string& text) {
   std::string safe;
@@ -89,7 +91,8 @@ Status write(const std::filesystem::path& file, double height_px, const std::str
 }
 
 // One marker's row: a box for each run of one state, the bad ones drawn last.
-std::string row_of(const Timeline& timeline, const std::vector<NameState>& states, const TimeAxis& axis, double y) {
+std::string row_of(const scoring::Timeline& timeline, const std::vector<scoring::NameState>& states,
+                   const TimeAxis& axis, double y) {
   std::string good, bad;
   for (std::size_t begin = 0; begin < states.size();) {
     std::size_t end = begin + 1;
@@ -106,7 +109,7 @@ std::string row_of(const Timeline& timeline, const std::vector<NameState>& state
 
 }  // namespace
 
-Status plot_names(const std::filesystem::path& file, const std::string& title, const Timeline& timeline,
+Status plot_names(const std::filesystem::path& file, const std::string& title, const scoring::Timeline& timeline,
                   const std::vector<std::string>& names) {
   const std::size_t rows = timeline.markers.size();
   const double bottom_px = kTop_px + kRow_px * static_cast<double>(rows);
@@ -128,7 +131,7 @@ Status plot_names(const std::filesystem::path& file, const std::string& title, c
 }
 
 Status plot_errors(const std::filesystem::path& file, const std::string& title,
-                   const std::vector<JointErrors>& errors) {
+                   const std::vector<scoring::JointErrors>& errors) {
   constexpr double kLeast_mm = 0.01, kMost_mm = 1000.0;
   const double bottom_px = kTop_px + kHigh_px;
   const TimeAxis axis(errors.empty() ? 0.0 : errors.front().t_s, errors.empty() ? 1.0 : errors.back().t_s);
@@ -145,7 +148,7 @@ Status plot_errors(const std::filesystem::path& file, const std::string& title,
   body += rectangle(kLeft_px + 155.0, 30.0, 10.0, 10.0, "#d62728") + text_at(kLeft_px + 169.0, 39.0, "worst joint");
   for (const bool worst : {true, false}) {
     std::string points;
-    for (const JointErrors& error : errors) {
+    for (const scoring::JointErrors& error : errors) {
       points += fmt::format("{:.2f},{:.1f} ", axis.x(error.t_s), y(worst ? error.max_mm : error.rms_mm));
     }
     body += fmt::format("<polyline points='{}' fill='none' stroke='{}' stroke-width='1'/>\n", points,

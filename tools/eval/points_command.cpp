@@ -10,11 +10,11 @@
 
 #include "eval/command.h"
 #include "eval/points_ghosts.h"
-#include "eval/points_motion.h"
 #include "eval/points_row.h"
 #include "eval/points_score.h"
-#include "eval/points_world.h"
 #include "lib/cli/app.h"
+#include "lib/simworld/points_motion.h"
+#include "lib/simworld/points_world.h"
 
 namespace mocap::eval {
 namespace {
@@ -41,7 +41,7 @@ constexpr const char* kExamples =
 struct Options {
   std::string motion;
   std::size_t markers = 0;
-  WorldSettings world;
+  simworld::WorldSettings world;
   int seeds = 1;
   std::uint64_t first_seed = 1;
   std::optional<double> seconds;
@@ -56,7 +56,7 @@ int fail(const Error& error) {
 }
 
 void add_options(cli::App& app, Options& options) {
-  WorldSettings& world = options.world;
+  simworld::WorldSettings& world = options.world;
   app.add_option("--motion", options.motion, "a .c3d, .bvh or .trc file; without one, markers that wander about");
   app.add_option("--markers", options.markers,
                  "how many, worn by as many people as it takes; 0: those of the file, or 40 that wander")
@@ -76,7 +76,7 @@ void add_options(cli::App& app, Options& options) {
       ->check(cli::Range(0.0, 200.0));
   app.add_flag("--merge", world.merge, "blobs that touch become one");
   app.add_choice("--visibility", world.visibility,
-                 {{"perfect", Visibility::Perfect}, {"measured", Visibility::Measured}},
+                 {{"perfect", simworld::Visibility::Perfect}, {"measured", simworld::Visibility::Measured}},
                  "perfect, or as measured on real recordings (63 % of the views)");
   app.add_option("--seeds", options.seeds, "worlds to try, each with its own rig and noise")
       ->check(cli::Range(1, 1000))
@@ -88,15 +88,15 @@ void add_options(cli::App& app, Options& options) {
   app.footer(kExamples);
 }
 
-void run_seed(const Options& options, const PointMotion& motion, int seed, PointsScore& score) {
-  PointsWorld world(options.world, motion, options.first_seed + static_cast<std::uint64_t>(seed));
+void run_seed(const Options& options, const simworld::PointMotion& motion, int seed, PointsScore& score) {
+  simworld::PointsWorld world(options.world, motion, options.first_seed + static_cast<std::uint64_t>(seed));
   PointsRow row(world.rig());
   PointsScorer scorer(world.rig(), options.world.noise_px, score);
   const double seconds = options.seconds.value_or(motion.length_s());
   const auto sets = static_cast<int>(seconds * options.world.rate_hz + 1e-6) + 1;
   const bool tell = isatty(STDERR_FILENO) != 0;
   for (int set = 0; set < sets; ++set) {
-    const SeenInstant& seen = world.next();
+    const simworld::SeenInstant& seen = world.next();
     if (tell && set % 50 == 0) fmt::print(stderr, "\rseed {} of {}, set {} of {} ", seed + 1, options.seeds, set, sets);
     if (!row.step(seen)) continue;
     scorer.add(seen, row.matches(), row.markers(), row.expected(), row.tracked());
@@ -107,11 +107,11 @@ void run_seed(const Options& options, const PointMotion& motion, int seed, Point
 }
 
 int run(Options& options) {
-  std::unique_ptr<PointMotion> motion;
+  std::unique_ptr<simworld::PointMotion> motion;
   if (options.motion.empty()) {
-    motion = make_swarm(options.markers == 0 ? 40 : options.markers, options.first_seed);
+    motion = simworld::make_swarm(options.markers == 0 ? 40 : options.markers, options.first_seed);
   } else {
-    auto loaded = load_motion(options.motion, options.markers);
+    auto loaded = simworld::load_motion(options.motion, options.markers);
     if (!loaded) return fail(loaded.error());
     motion = std::move(*loaded);
   }
@@ -119,7 +119,8 @@ int run(Options& options) {
   PointsScore score;
   for (int seed = 0; seed < options.seeds; ++seed) run_seed(options, *motion, seed, score);
   if (options.json) {
-    fmt::print("{}\n", to_json(score, options.motion.empty() ? "swarm" : options.motion, options.world, options.seeds));
+    fmt::print("{}\n", to_json(score, options.motion.empty() ? "swarm" : options.motion, options.world,
+                                        options.seeds));
   } else {
     fmt::print("{}", to_text(score));
   }

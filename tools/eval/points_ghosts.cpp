@@ -17,7 +17,7 @@ const Marker* marker_of(const TrackedMarker& track, const Markers& markers) {
   return found == markers.end() ? nullptr : found;
 }
 
-std::string lights_of(const Match& match, const SeenInstant& truth, const FrameSet& set) {
+std::string lights_of(const Match& match, const simworld::SeenInstant& truth, const FrameSet& set) {
   std::string text;
   for (const BlobRef& seen : match.sightings) {
     const std::uint32_t camera = set.views[seen.view]->camera.value;
@@ -32,7 +32,8 @@ std::string lights_of(const Match& match, const SeenInstant& truth, const FrameS
 
 }  // namespace
 
-std::string describe_ghosts(int set, const SeenInstant& truth, const PointsRow& row, const PointsScorer& scorer) {
+std::string describe_ghosts(int set, const simworld::SeenInstant& truth, const PointsRow& row,
+                            const PointsScorer& scorer) {
   std::string text;
   for (const TrackedMarker* track : scorer.ghosts()) {
     std::size_t nearest = 0;
@@ -56,7 +57,8 @@ std::string describe_ghosts(int set, const SeenInstant& truth, const PointsRow& 
   return text;
 }
 
-std::string describe_misses(int set, const SeenInstant& truth, const PointsRow& row, const PointsScorer& scorer) {
+std::string describe_misses(int set, const simworld::SeenInstant& truth, const PointsRow& row,
+                            const PointsScorer& scorer) {
   std::string text;
   for (const std::size_t light : scorer.missed()) {
     const std::uint32_t track = scorer.last_track(light);

@@ -18,11 +18,14 @@ double views_of_light(const PointsScore& s) {
   return s.lights == 0 ? 0.0 : static_cast<double>(s.views) / static_cast<double>(s.lights);
 }
 
-const char* name_of(Visibility kind) { return kind == Visibility::Perfect ? "perfect" : "measured"; }
+const char* name_of(simworld::Visibility kind) {
+  return kind == simworld::Visibility::Perfect ? "perfect" : "measured";
+}
 
 }  // namespace
 
-std::string to_json(const PointsScore& s, const std::string& motion, const WorldSettings& world, int seeds) {
+std::string to_json(const PointsScore& s, const std::string& motion, const simworld::WorldSettings& world,
+                             int seeds) {
   const nlohmann::ordered_json object = {{"motion", motion},
                                          {"cameras", world.cameras},
                                          {"rate_hz", world.rate_hz},

@@ -20,7 +20,7 @@ PointsRow::PointsRow(const Rig& rig)
   for (std::size_t c = 0; c < rig.size(); ++c) blob_trackers_.push_back(track2d::make_blob_tracker({}));
 }
 
-bool PointsRow::step(const SeenInstant& seen) {
+bool PointsRow::step(const simworld::SeenInstant& seen) {
   for (const auto& frame : seen.frames) {
     if (!frame) continue;
     frame_ = *frame;

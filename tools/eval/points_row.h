@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "eval/points_world.h"
+#include "lib/simworld/points_world.h"
 #include "model/camera_model.h"
 #include "module/blob_tracker.h"
 #include "module/marker_tracker.h"
@@ -19,7 +19,7 @@ class PointsRow {
   explicit PointsRow(const Rig& rig);
 
   /// Takes in one instant; false where no image of it came. The results are borrowed until the next call.
-  bool step(const SeenInstant& seen);
+  bool step(const simworld::SeenInstant& seen);
 
   const FrameSet& set() const { return set_; }
   const Expected& expected() const { return expected_; }

@@ -28,7 +28,7 @@ double nees_of(const Vector3d& error, const Matrix3d& covariance) { return error
 PointsScorer::PointsScorer(const Rig& rig, double noise_px, PointsScore& score)
     : rig_(rig), noise_px_(noise_px), score_(score), assigner_(kMaxMarkers, kMaxMarkers, kMaxPairs) {}
 
-void PointsScorer::add(const SeenInstant& truth, const Matches& matches, const Markers& markers,
+void PointsScorer::add(const simworld::SeenInstant& truth, const Matches& matches, const Markers& markers,
                        const Expected& expected, const TrackedMarkers& tracked) {
   last_track_.resize(truth.lights.size(), kNobody);
   last_set_.resize(truth.lights.size(), 0);
@@ -66,7 +66,7 @@ PointsScorer::Bound PointsScorer::bound_of(const Vector3d& light, std::uint64_t 
   return bound;
 }
 
-void PointsScorer::find_bounds(const SeenInstant& truth) {
+void PointsScorer::find_bounds(const simworld::SeenInstant& truth) {
   bounds_.clear();
   for (std::size_t i = 0; i < truth.lights.size(); ++i) {
     bounds_.push_back(truth.lights[i].there ? bound_of(truth.lights[i].position, truth.alone_in[i]) : Bound{});
@@ -77,7 +77,7 @@ void PointsScorer::find_bounds(const SeenInstant& truth) {
 }
 
 // Which output is which light: one to one, nearest in sum.
-void PointsScorer::pair_up(const SeenInstant& truth, const std::vector<Vector3d>& places) {
+void PointsScorer::pair_up(const simworld::SeenInstant& truth, const std::vector<Vector3d>& places) {
   pairs_.clear();
   for (std::uint32_t i = 0; i < truth.lights.size(); ++i) {
     if (!truth.lights[i].there) continue;
@@ -99,7 +99,7 @@ bool PointsScorer::is_known(std::size_t light, const Vector3d& place, const Expe
   return last_set_[light] + 1 == set_ || nees_of(place - foretold->position.v, foretold->covariance_m2) < 16.0;
 }
 
-void PointsScorer::score_points(const SeenInstant& truth, const Markers& markers, const Expected& expected) {
+void PointsScorer::score_points(const simworld::SeenInstant& truth, const Markers& markers, const Expected& expected) {
   std::vector<Vector3d> places;
   for (const Marker& marker : markers) places.push_back(marker.position.v);
   pair_up(truth, places);
@@ -133,7 +133,7 @@ void PointsScorer::score_points(const SeenInstant& truth, const Markers& markers
   score_.point_ghosts += markers.size() - right;
 }
 
-void PointsScorer::score_tracks(const SeenInstant& truth, const TrackedMarkers& tracked) {
+void PointsScorer::score_tracks(const simworld::SeenInstant& truth, const TrackedMarkers& tracked) {
   std::vector<Vector3d> places;
   std::vector<const TrackedMarker*> seen;
   for (const TrackedMarker& track : tracked) {

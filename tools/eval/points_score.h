@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "eval/points_world.h"
 #include "geometry/assignment.h"
+#include "lib/simworld/points_world.h"
 #include "model/sighting.h"
 
 namespace mocap::eval {
@@ -64,7 +64,7 @@ class PointsScorer {
   /// `rig` outlives it. A new scorer for each run: it remembers who was who.
   PointsScorer(const Rig& rig, double noise_px, PointsScore& score);
 
-  void add(const SeenInstant& truth, const Matches& matches, const Markers& markers, const Expected& expected,
+  void add(const simworld::SeenInstant& truth, const Matches& matches, const Markers& markers, const Expected& expected,
            const TrackedMarkers& tracked);
 
   /// Confirmed tracks, seen in the last set, where no light is.
@@ -81,11 +81,11 @@ class PointsScorer {
     double gate_m = 0.0;  ///< farther off is not this light
   };
 
-  void find_bounds(const SeenInstant& truth);
+  void find_bounds(const simworld::SeenInstant& truth);
   Bound bound_of(const Eigen::Vector3d& light, std::uint64_t cameras) const;
-  void pair_up(const SeenInstant& truth, const std::vector<Eigen::Vector3d>& places);
-  void score_points(const SeenInstant& truth, const Markers& markers, const Expected& expected);
-  void score_tracks(const SeenInstant& truth, const TrackedMarkers& tracked);
+  void pair_up(const simworld::SeenInstant& truth, const std::vector<Eigen::Vector3d>& places);
+  void score_points(const simworld::SeenInstant& truth, const Markers& markers, const Expected& expected);
+  void score_tracks(const simworld::SeenInstant& truth, const TrackedMarkers& tracked);
   bool is_known(std::size_t light, const Eigen::Vector3d& place, const Expected& expected) const;
 
   const Rig& rig_;
@@ -104,7 +104,8 @@ class PointsScorer {
 };
 
 /// The figures as one JSON object, or as a table for people.
-std::string to_json(const PointsScore& score, const std::string& motion, const WorldSettings& settings, int seeds);
+std::string to_json(const PointsScore& score, const std::string& motion,
+                             const simworld::WorldSettings& settings, int seeds);
 std::string to_text(const PointsScore& score);
 
 }  // namespace mocap::eval

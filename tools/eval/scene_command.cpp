@@ -43,11 +43,17 @@ struct Options {
   std::optional<std::uint64_t> seed;
   std::string only;
   std::string plots;
+  std::string snapshots;
   std::optional<double> seconds;
   std::size_t wrong = 0;
   bool json = false;
   bool demand = false;
 };
+
+// The name of a clip without folder and ending, for the files that are written about it.
+std::string stem_of(const std::string& clip) {
+  return clip.empty() ? "scene" : std::filesystem::path(clip).stem().string();
+}
 
 bool is_wanted(const Options& options, const std::string& clip) {
   return options.only.empty() || clip.find(options.only) != std::string::npos;
@@ -57,7 +63,7 @@ bool is_wanted(const Options& options, const std::string& clip) {
 Status draw(const std::string& folder, const SceneOutcome& clip) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  const std::string stem = clip.clip.empty() ? "scene" : std::filesystem::path(clip.clip).stem().string();
+  const std::string stem = stem_of(clip.clip);
   for (std::uint32_t id = 0; id < clip.subjects.size(); ++id) {
     const std::string name = stem + "_" + clip.subjects[id];
     if (const auto line = clip.timelines.find(id); line != clip.timelines.end()) {
@@ -74,19 +80,24 @@ Status draw(const std::string& folder, const SceneOutcome& clip) {
 }
 
 int run(const Options& options) {
-  auto scene = load_scene(options.file);
+  auto scene = simworld::load_scene(options.file);
   if (!scene) {
     fmt::print(stderr, "{}\n", settings::to_text(scene.error()));
     return kBadData;
   }
   if (options.seconds) scene->seconds = *options.seconds;
   SceneResults results;
-  const SceneRunSettings wanted{options.seed.value_or(scene->seed), true, !options.plots.empty()};
+  SceneRunSettings wanted{options.seed.value_or(scene->seed), true, !options.plots.empty(), {}};
   std::vector<std::string> clips = scene->clips;
   if (clips.empty()) clips.emplace_back();
   for (const std::string& clip : clips) {
     if (!is_wanted(options, clip)) continue;
     if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r{:<60}\r", clip);
+    if (!options.snapshots.empty()) {
+      std::error_code error;
+      std::filesystem::create_directories(options.snapshots, error);  // the writer reports a folder that is missing
+      wanted.snapshots = std::filesystem::path(options.snapshots) / (stem_of(clip) + ".pb");
+    }
     auto outcome = run_scene(*scene, clip, wanted);
     if (!outcome && outcome.error().code == ErrorCode::NotFound) {
       results.skipped.push_back(outcome.error().message);
@@ -104,7 +115,7 @@ int run(const Options& options) {
       }
     }
     if (scene->only_camera.empty()) continue;
-    auto blind = run_scene(*scene, clip, {wanted.seed, false, false});
+    auto blind = run_scene(*scene, clip, {wanted.seed, false, false, {}});
     if (blind) results.without_rays.push_back(std::move(*blind));
   }
   fmt::print("{}{}", options.json ? to_json(*scene, results) : to_text(*scene, results), options.json ? "\n" : "");
@@ -125,6 +136,7 @@ int run_scene(int argc, const char* const* argv) {
   app.add_option("--only", options.only, "run only the clips whose names have this in them");
   app.add_option("--seconds", options.seconds, "of each clip; without it, the file's")->check(cli::Range(0.1, 36000.0));
   app.add_option("--plots", options.plots, "draw what happened to the names, and the joints' errors, into this folder");
+  app.add_option("--snapshots", options.snapshots, "write each clip's snapshots into this folder, as CLIP.pb");
   app.add_option("--wrong", options.wrong, "list so many of each clip's wrong names, the longest first");
   app.add_flag("--json", options.json, "print one JSON object");
   app.add_flag("--require-goals", options.demand, "exit 1 when a goal of the file is missed");

@@ -7,39 +7,39 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "eval/figures.h"
+#include "lib/scoring/figures.h"
 
 namespace mocap::eval {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-LabelCounts all_labels(const SceneOutcome& clip) {
-  LabelCounts all;
+scoring::LabelCounts all_labels(const SceneOutcome& clip) {
+  scoring::LabelCounts all;
   for (const auto& [id, counts] : clip.labels) all.add(counts);
   return all;
 }
 
-SkeletonCounts all_bones(const SceneOutcome& clip) {
-  SkeletonCounts all;
+scoring::SkeletonCounts all_bones(const SceneOutcome& clip) {
+  scoring::SkeletonCounts all;
   for (const auto& [id, counts] : clip.bones) all.add(counts);
   return all;
 }
 
-LabelCounts all_labels(const SceneResults& results) {
-  LabelCounts all;
+scoring::LabelCounts all_labels(const SceneResults& results) {
+  scoring::LabelCounts all;
   for (const SceneOutcome& clip : results.clips) all.add(all_labels(clip));
   return all;
 }
 
-SkeletonCounts all_bones(const SceneResults& results) {
-  SkeletonCounts all;
+scoring::SkeletonCounts all_bones(const SceneResults& results) {
+  scoring::SkeletonCounts all;
   for (const SceneOutcome& clip : results.clips) all.add(all_bones(clip));
   return all;
 }
 
-ClearMot::Counts all_mot(const SceneResults& results) {
-  ClearMot::Counts all;
+scoring::ClearMot::Counts all_mot(const SceneResults& results) {
+  scoring::ClearMot::Counts all;
   for (const SceneOutcome& clip : results.clips) {
     all.objects += clip.mot.objects;
     all.predictions += clip.mot.predictions;
@@ -105,8 +105,8 @@ Json bones_json(const SceneOutcome& clip, std::uint32_t id) {
   Json bones = Json::array();
   for (const auto& [bone, counts] : clip.each_bone.at(id)) {
     bones.push_back({{"bone", clip.bone_names[id][bone]},
-                     {"joint_rms_mm", or_null(counts.joint_rms_mm())},
-                     {"rotation_rms_deg", or_null(counts.rotation_rms_deg())},
+                     {"joint_rms_mm", scoring::or_null(counts.joint_rms_mm())},
+                     {"rotation_rms_deg", scoring::or_null(counts.rotation_rms_deg())},
                      {"turn_told", bool{clip.rotation_observability[id][bone]}}});
   }
   return bones;
@@ -115,9 +115,9 @@ Json bones_json(const SceneOutcome& clip, std::uint32_t id) {
 Json clip_json(const SceneOutcome& clip) {
   Json object;
   object["clip"] = clip.clip;
-  put(object, all_labels(clip));
-  put(object, all_bones(clip));
-  put(object, clip.mot);
+  scoring::put(object, all_labels(clip));
+  scoring::put(object, all_bones(clip));
+  scoring::put(object, clip.mot);
   object["sets"] = clip.sets;
   object["unlabelled"] = clip.unlabelled;
   object["ghosts"] = clip.ghosts;
@@ -127,20 +127,23 @@ Json clip_json(const SceneOutcome& clip) {
   for (std::uint32_t id = 0; id < clip.subjects.size(); ++id) {
     Json subject;
     subject["subject"] = clip.subjects[id];
-    if (clip.labels.contains(id)) put(subject, clip.labels.at(id));
-    if (clip.bones.contains(id)) put(subject, clip.bones.at(id));
+    if (clip.labels.contains(id)) scoring::put(subject, clip.labels.at(id));
+    if (clip.bones.contains(id)) scoring::put(subject, clip.bones.at(id));
     if (clip.each_bone.contains(id)) subject["bones"] = bones_json(clip, id);
     object["subjects"].push_back(std::move(subject));
   }
   return object;
 }
 
-std::string row_text(const std::string& who, const LabelCounts& l, const SkeletonCounts& b, const std::string& rest) {
+std::string row_text(const std::string& who, const scoring::LabelCounts& l, const scoring::SkeletonCounts& b,
+                     const std::string& rest) {
   return fmt::format("{:<34} {:>7} {:>7} {:>7} {:>6} {:>7} {:>7} {:>6} {:>6} {:>7} {:>7} {:>6} {:>7} {:>7} {}\n", who,
-                     cell(l.precision(), 5), cell(l.recall(), 4), cell(l.f1(), 4), l.wrong_events, l.longest_wrong_sets,
-                     cell(l.availability(), 4), cell(first_label_s(l), 2), cell(l.reacquire_p95_s(), 2),
-                     cell(b.joint_rms_mm(), 2), cell(b.rotation_rms_deg(), 2), cell(b.jitter_mm(), 3),
-                     cell(b.hidden_joint_rms_mm(), 1), cell(l.marker_rms_mm(), 2), rest);
+                     scoring::cell(l.precision(), 5), scoring::cell(l.recall(), 4), scoring::cell(l.f1(), 4),
+                     l.wrong_events, l.longest_wrong_sets, scoring::cell(l.availability(), 4),
+                     scoring::cell(scoring::first_label_s(l), 2), scoring::cell(l.reacquire_p95_s(), 2),
+                     scoring::cell(b.joint_rms_mm(), 2), scoring::cell(b.rotation_rms_deg(), 2),
+                     scoring::cell(b.jitter_mm(), 3), scoring::cell(b.hidden_joint_rms_mm(), 1),
+                     scoring::cell(l.marker_rms_mm(), 2), rest);
 }
 
 // The bones whose turn is left open, of whoever has such.
@@ -156,24 +159,24 @@ std::string untold_text(const SceneResults& results) {
     if (!bones.empty()) text += fmt::format("{}: no marker tells the whole turn of{}\n", clip.subjects[id], bones);
   }
   if (text.empty()) return text;
-  const SkeletonCounts all = all_bones(results);
+  const scoring::SkeletonCounts all = all_bones(results);
   return text + fmt::format("rotation: rms {} deg of the bones that are told, {} deg of the others\n",
-                            cell(all.rotation_told_deg(), 2), cell(all.rotation_untold_deg(), 2));
+                            scoring::cell(all.rotation_told_deg(), 2), scoring::cell(all.rotation_untold_deg(), 2));
 }
 
 std::string short_name(const std::string& path) { return path.substr(path.rfind('/') + 1); }
 
 }  // namespace
 
-std::vector<GoalMet> goals_of(const SceneFile& scene, const SceneResults& results) {
+std::vector<GoalMet> goals_of(const simworld::SceneFile& scene, const SceneResults& results) {
   std::vector<GoalMet> all;
   const auto ask = [&](const char* key, const std::optional<double>& goal, const std::optional<double>& value,
                        bool at_least) {
     if (!goal) return;
     all.push_back({key, *goal, value, value && (at_least ? *value >= *goal : *value <= *goal)});
   };
-  const SceneGoal& goal = scene.goal;
-  const LabelCounts labels = all_labels(results);
+  const simworld::SceneGoal& goal = scene.goal;
+  const scoring::LabelCounts labels = all_labels(results);
   ask("f1", goal.f1, worst_f1(results), true);
   ask("availability", goal.availability, worst_availability(results), true);
   ask("longest_wrong_sets", goal.longest_wrong_sets, worst_wrong_sets(results), false);
@@ -186,26 +189,26 @@ std::vector<GoalMet> goals_of(const SceneFile& scene, const SceneResults& result
   return all;
 }
 
-std::string to_json(const SceneFile& scene, const SceneResults& results) {
+std::string to_json(const simworld::SceneFile& scene, const SceneResults& results) {
   Json object;
   object["scene"] = scene.path.string();
-  put(object, all_labels(results));
-  put(object, all_bones(results));
-  put(object, all_mot(results));
+  scoring::put(object, all_labels(results));
+  scoring::put(object, all_bones(results));
+  scoring::put(object, all_mot(results));
   std::uint64_t ghosts = 0;
   for (const SceneOutcome& clip : results.clips) ghosts += clip.ghosts;
   object["ghosts"] = ghosts;
-  object["watched_joint_rms_mm"] = or_null(watched_rms_mm(results.clips));
-  object["ray_gain"] = or_null(ray_gain(results));
-  object["worst"] = {{"f1", or_null(worst_f1(results))},
-                     {"availability", or_null(worst_availability(results))},
-                     {"longest_wrong_sets", or_null(worst_wrong_sets(results))},
-                     {"joint_rms_mm", or_null(worst_joint_rms_mm(results))},
-                     {"rotation_rms_deg", or_null(worst_rotation_rms_deg(results))}};
+  object["watched_joint_rms_mm"] = scoring::or_null(watched_rms_mm(results.clips));
+  object["ray_gain"] = scoring::or_null(ray_gain(results));
+  object["worst"] = {{"f1", scoring::or_null(worst_f1(results))},
+                     {"availability", scoring::or_null(worst_availability(results))},
+                     {"longest_wrong_sets", scoring::or_null(worst_wrong_sets(results))},
+                     {"joint_rms_mm", scoring::or_null(worst_joint_rms_mm(results))},
+                     {"rotation_rms_deg", scoring::or_null(worst_rotation_rms_deg(results))}};
   object["goals"] = Json::array();
   for (const GoalMet& goal : goals_of(scene, results)) {
     object["goals"].push_back(
-        {{"key", goal.key}, {"goal", goal.goal}, {"value", or_null(goal.value)}, {"met", goal.met}});
+        {{"key", goal.key}, {"goal", goal.goal}, {"value", scoring::or_null(goal.value)}, {"met", goal.met}});
   }
   object["skipped"] = results.skipped;
   object["clips"] = Json::array();
@@ -213,7 +216,7 @@ std::string to_json(const SceneFile& scene, const SceneResults& results) {
   return object.dump();
 }
 
-std::string to_text(const SceneFile& scene, const SceneResults& results) {
+std::string to_text(const simworld::SceneFile& scene, const SceneResults& results) {
   std::string text = scene.about.empty() ? "" : scene.about + "\n";
   text += fmt::format("{:<34} {:>7} {:>7} {:>7} {:>6} {:>7} {:>7} {:>6} {:>6} {:>7} {:>7} {:>6} {:>7} {:>7} {}\n",
                       "clip", "prec", "recall", "f1", "wrong", "longest", "avail", "1st s", "reacq", "joint", "rot deg",
@@ -225,25 +228,25 @@ std::string to_text(const SceneFile& scene, const SceneResults& results) {
     for (std::uint32_t id = 0; clip.subjects.size() > 1 && id < clip.subjects.size(); ++id) {
       const auto labels = clip.labels.find(id);
       const auto bones = clip.bones.find(id);
-      text += row_text("  " + clip.subjects[id], labels == clip.labels.end() ? LabelCounts{} : labels->second,
-                       bones == clip.bones.end() ? SkeletonCounts{} : bones->second, "");
+      text += row_text("  " + clip.subjects[id], labels == clip.labels.end() ? scoring::LabelCounts{} : labels->second,
+                       bones == clip.bones.end() ? scoring::SkeletonCounts{} : bones->second, "");
     }
   }
   if (results.clips.size() > 1) text += row_text("all", all_labels(results), all_bones(results), "");
-  if (const LabelCounts all = all_labels(results); !all.reacquire_s.empty()) {
+  if (const scoring::LabelCounts all = all_labels(results); !all.reacquire_s.empty()) {
     text +=
         fmt::format("named again within 0.5 s after {} of {} blackouts\n",
                     std::ranges::count_if(all.reacquire_s, [](double s) { return s <= 0.5; }), all.reacquire_s.size());
   }
   if (const auto with = watched_rms_mm(results.clips)) {
-    text += fmt::format("watched joint: rms {} mm, without the ray {} mm, {} times less\n", cell(with, 1),
-                        cell(watched_rms_mm(results.without_rays), 1), cell(ray_gain(results), 2));
+    text += fmt::format("watched joint: rms {} mm, without the ray {} mm, {} times less\n", scoring::cell(with, 1),
+                        scoring::cell(watched_rms_mm(results.without_rays), 1), scoring::cell(ray_gain(results), 2));
   }
   text += untold_text(results);
   for (const std::string& motion : results.skipped) text += fmt::format("skipped: {}\n", motion);
   for (const GoalMet& goal : goals_of(scene, results)) {
-    text +=
-        fmt::format("{:<7} {} = {} (goal {})\n", goal.met ? "met" : "MISSED", goal.key, cell(goal.value, 4), goal.goal);
+    text += fmt::format("{:<7} {} = {} (goal {})\n", goal.met ? "met" : "MISSED", goal.key,
+                        scoring::cell(goal.value, 4), goal.goal);
   }
   return text;
 }
@@ -251,10 +254,11 @@ std::string to_text(const SceneFile& scene, const SceneResults& results) {
 std::string wrong_text(const SceneResults& results, std::size_t most) {
   std::string text;
   for (const SceneOutcome& clip : results.clips) {
-    std::vector<WrongEvent> events = clip.wrong;
-    std::ranges::stable_sort(events, [](const WrongEvent& a, const WrongEvent& b) { return a.sets > b.sets; });
+    std::vector<scoring::WrongEvent> events = clip.wrong;
+    std::ranges::stable_sort(
+        events, [](const scoring::WrongEvent& a, const scoring::WrongEvent& b) { return a.sets > b.sets; });
     if (events.size() > most) events.resize(most);
-    for (const WrongEvent& event : events) {
+    for (const scoring::WrongEvent& event : events) {
       const std::string on =
           event.on ? clip.subjects[event.on->subject] + "'s " + clip.marker_names[event.on->subject][event.on->marker]
                    : "no marker";

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "eval/scene_file.h"
 #include "eval/scene_run.h"
+#include "lib/simworld/scene_file.h"
 
 namespace mocap::eval {
 
@@ -22,13 +22,13 @@ struct GoalMet {
   std::optional<double> value;
   bool met = false;
 };
-std::vector<GoalMet> goals_of(const SceneFile& scene, const SceneResults& results);
+std::vector<GoalMet> goals_of(const simworld::SceneFile& scene, const SceneResults& results);
 
 /// One JSON object in one line: all clips together, "worst" of each figure, "clips" with "subjects", "goals".
-std::string to_json(const SceneFile& scene, const SceneResults& results);
+std::string to_json(const simworld::SceneFile& scene, const SceneResults& results);
 
 /// For people: a line a clip and subject, the sum, the goals.
-std::string to_text(const SceneFile& scene, const SceneResults& results);
+std::string to_text(const simworld::SceneFile& scene, const SceneResults& results);
 
 /// The wrong names, a line each, the longest of each clip first, `most` a clip.
 std::string wrong_text(const SceneResults& results, std::size_t most);

@@ -7,17 +7,18 @@
 #include <utility>
 
 #include "assemble.h"
-#include "eval/recognition.h"
-#include "eval/scene_world.h"
 #include "kinematics/rotation_observability.h"
+#include "lib/simworld/recognition.h"
+#include "lib/simworld/scene_world.h"
 #include "settings/rig_file.h"
 #include "synchronise/frame_aligner.h"
+#include "take/snapshot_writer.h"
 #include "track2d/following_blob_tracker.h"
 
 namespace mocap::eval {
 namespace {
 
-Result<Rig> rig_of(const SceneFile& scene) {
+Result<Rig> rig_of(const simworld::SceneFile& scene) {
   if (scene.rig_file.empty()) return scene::ring_rig(scene.ring);
   Result<Rig, settings::Faults> rig = settings::load_rig(scene.rig_file);
   if (!rig) return Error{ErrorCode::InvalidArgument, settings::to_text(rig.error())};
@@ -60,11 +61,11 @@ double thread_s() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-void judge_watched(const std::vector<JointWatch>& watches, double t_s, const EvalFrame& truth, const EvalFrame& said,
-                   SceneOutcome& outcome) {
-  for (const JointWatch& watch : watches) {
+void judge_watched(const std::vector<simworld::JointWatch>& watches, double t_s, const scoring::EvalFrame& truth,
+                   const scoring::EvalFrame& said, SceneOutcome& outcome) {
+  for (const simworld::JointWatch& watch : watches) {
     if (!watch.span.has(t_s)) continue;
-    const auto is_it = [&](const PosedBone& b) { return b.subject == watch.subject && b.bone == watch.bone; };
+    const auto is_it = [&](const scoring::PosedBone& b) { return b.subject == watch.subject && b.bone == watch.bone; };
     const auto own = std::ranges::find_if(truth.bones, is_it);
     const auto bone = std::ranges::find_if(said.bones, is_it);
     if (own == truth.bones.end() || bone == said.bones.end()) continue;
@@ -73,10 +74,10 @@ void judge_watched(const std::vector<JointWatch>& watches, double t_s, const Eva
   }
 }
 
-SceneOutcome about(const std::string& clip, const std::vector<Performer>& performers) {
+SceneOutcome about(const std::string& clip, const std::vector<simworld::Performer>& performers) {
   SceneOutcome outcome;
   outcome.clip = clip;
-  for (const Performer& performer : performers) {
+  for (const simworld::Performer& performer : performers) {
     outcome.subjects.push_back(performer.subject.name);
     std::vector<std::string>& names = outcome.marker_names.emplace_back();
     for (const MarkerOnBone& marker : performer.subject.marker_set.markers) names.push_back(marker.name);
@@ -89,36 +90,50 @@ SceneOutcome about(const std::string& clip, const std::vector<Performer>& perfor
 
 }  // namespace
 
-Result<SceneOutcome> run_scene(const SceneFile& scene, const std::string& clip, const SceneRunSettings& settings) {
-  auto performers = make_performers(scene, clip, settings.seed);
+Result<SceneOutcome> run_scene(const simworld::SceneFile& scene, const std::string& clip,
+                               const SceneRunSettings& settings) {
+  auto performers = simworld::make_performers(scene, clip, settings.seed);
   if (!performers) return performers.error();
   const auto rig = rig_of(scene);
   if (!rig) return rig.error();
-  auto events = SceneEvents::make(scene, *performers, rig->size(), settings.seed, settings.rays);
+  auto events = simworld::SceneEvents::make(scene, *performers, rig->size(), settings.seed, settings.rays);
   if (!events) return events.error();
-  const std::vector<JointWatch> watches = events->watches();
+  const std::vector<simworld::JointWatch> watches = events->watches();
 
   settings::DaemonSettings daemon = scene.daemon;
   daemon.rig = *rig;
-  for (const Performer& performer : *performers) daemon.subject_models.push_back(performer.subject);
+  for (const simworld::Performer& performer : *performers) daemon.subject_models.push_back(performer.subject);
   SceneOutcome outcome = about(clip, *performers);
-  Recognition recognition(*performers);
-  SceneWorld world(scene, *rig, std::move(*performers), std::move(*events), settings.seed);
+  simworld::Recognition recognition(*performers);
+  simworld::SceneWorld world(scene, *rig, std::move(*performers), std::move(*events), settings.seed);
   Row row(daemon);
-  LabelScorer labels(settings.keeps_plots);
-  SkeletonScorer bones(settings.keeps_plots, outcome.rotation_observability);
+  scoring::LabelScorer labels(settings.keeps_plots);
+  scoring::SkeletonScorer bones(settings.keeps_plots, outcome.rotation_observability);
+  std::unique_ptr<Writer> snapshots;
+  if (!settings.snapshots.empty()) {
+    auto opened = take::make_snapshot_writer(settings.snapshots);
+    if (!opened) return opened.error();
+    snapshots = *std::move(opened);
+  }
   const auto sets = static_cast<std::uint64_t>(scene.seconds * scene.rate_hz + 0.5);
   for (; outcome.sets < sets; ++outcome.sets) {
     const double begun_s = thread_s();
     world.step();
     const double seen_s = thread_s();
     outcome.world_s += seen_s - begun_s;
-    EvalFrame said = frame_of(row.step(world.frames()));
+    const Snapshot& snapshot = row.step(world.frames());
     outcome.row_s += thread_s() - seen_s;
+    if (snapshots) {
+      if (const Status written = snapshots->write(snapshot); !written) return written.error();
+    }
+    scoring::EvalFrame said = scoring::frame_of(snapshot);
     recognition.apply(world.truth(), said);
     labels.add(world.truth(), said);
     bones.add(world.truth(), said);
     judge_watched(watches, world.t_s(), world.truth(), said, outcome);
+  }
+  if (snapshots) {
+    if (const Status finished = snapshots->finish(); !finished) return finished.error();
   }
   outcome.labels = labels.finish();
   outcome.bones = bones.counts();

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "eval/command.h"
-#include "eval/score.h"
 #include "lib/cli/app.h"
+#include "lib/scoring/score.h"
 
 namespace mocap::eval {
 namespace {
@@ -39,7 +39,7 @@ Demands filled_up(Demands demands) {
 struct Options {
   std::string truth;
   std::string stream;
-  ScoreSettings settings;
+  scoring::ScoreSettings settings;
   Demands demands;
   bool require_match = false;
   bool json = false;
@@ -62,7 +62,7 @@ bool at_least(const char* what, const std::optional<Figure>& figure, const std::
   return false;
 }
 
-bool meets(const Score& s, const Demands& demands) {
+bool meets(const scoring::Score& s, const Demands& demands) {
   std::optional<double> right_share;
   if (s.labels_expected > 0) right_share = static_cast<double>(s.labels_right) / static_cast<double>(s.labels_expected);
   const bool met[] = {
@@ -82,14 +82,14 @@ int fail(const Error& error) {
 }
 
 int score_files(const Options& options) {
-  Result<std::vector<EvalFrame>> known = read_frames(options.truth);
+  Result<std::vector<scoring::EvalFrame>> known = scoring::read_frames(options.truth);
   if (!known) return fail(known.error());
-  const Result<Truth> truth = Truth::of(std::move(*known));
+  const Result<scoring::Truth> truth = scoring::Truth::of(std::move(*known));
   if (!truth) return fail({truth.error().code, options.truth + ": " + truth.error().message});
-  const Result<std::vector<EvalFrame>> stream = read_frames(options.stream);
+  const Result<std::vector<scoring::EvalFrame>> stream = scoring::read_frames(options.stream);
   if (!stream) return fail(stream.error());
 
-  const Score result = score(*truth, *stream, options.settings);
+  const scoring::Score result = scoring::score(*truth, *stream, options.settings);
 
   fmt::print("{}{}", options.json ? to_json(result) : to_text(result), options.json ? "\n" : "");
   return meets(result, options.require_match ? filled_up(options.demands) : options.demands) ? 0 : kNotMet;

@@ -12,9 +12,9 @@
 
 #include "calibration/wand/solve_wand.h"
 #include "eval/command.h"
-#include "eval/wand_world.h"
 #include "geometry/rigid_fit.h"
 #include "lib/cli/app.h"
+#include "lib/simworld/wand_world.h"
 
 namespace mocap::eval {
 namespace {
@@ -35,7 +35,7 @@ constexpr const char* kExamples =
     "  mocap-eval wand --cameras 6 --seconds 10 --rate 20 --seeds 20\n";
 
 struct Options {
-  WandWorldSettings world;
+  simworld::WandWorldSettings world;
   std::vector<double> wand_mm{0.0, 160.0, 500.0};
   std::uint64_t seed = 1;
   int seeds = 1;
@@ -176,7 +176,7 @@ void print(const Options& options, const Score& score) {
 }
 
 Result<Score, std::string> run_seed(const Options& options, const calibration::Wand& wand, std::uint64_t seed) {
-  WandWorld world(options.world, wand, seed);
+  simworld::WandWorld world(options.world, wand, seed);
   const calibration::Take take = world.take();
   Rig start = options.no_lens ? world.rough_lenses(0.2) : world.truth();
   calibration::WandSettings settings;
@@ -217,7 +217,7 @@ int run(const Options& options) {
 int run_wand(int argc, const char* const* argv) {
   Options options;
   cli::App app("How right is a calibration by a wand?", "mocap-eval wand");
-  WandWorldSettings& world = options.world;
+  simworld::WandWorldSettings& world = options.world;
   app.add_option("--cameras", world.cameras)->check(cli::Range(2, 64))->capture_default_str();
   app.add_option("--noise-px", world.noise_px, "standard deviation of a blob's place, each axis")
       ->check(cli::Range(0.001, 5.0))

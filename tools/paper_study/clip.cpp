@@ -5,7 +5,7 @@
 
 #include "paper_study/way.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 namespace {
 
 constexpr ZigzagLaw kSlow{86, 20.0, 25.0, 80.0, 150.0, 40.0, 120.0, 0.2};
@@ -93,4 +93,4 @@ std::uint64_t clip_seed(std::uint64_t seed_base, Situation situation, std::size_
   return scene::mixed(scene::mixed(seed_base) ^ scene::mixed(1000 * static_cast<std::uint64_t>(situation) + clip));
 }
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

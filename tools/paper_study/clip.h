@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 
 /// What a clip shows: the five situations of the study, then harder ones of ours.
 enum class Situation {
@@ -68,4 +68,4 @@ Clip make_clip(Situation situation, std::uint64_t seed);
 /// The seed of one clip of a run; every situation, clip and base has its own.
 std::uint64_t clip_seed(std::uint64_t seed_base, Situation situation, std::size_t clip);
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

@@ -15,7 +15,7 @@
 #include "paper_study/methods.h"
 #include "track2d/blob_track_inspection.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 namespace {
 
 constexpr int kMarkersOfAnImage = 30;  // of 640x480; larger images for more
@@ -132,4 +132,4 @@ std::vector<MethodCost> measure_costs(const CostSettings& settings, const std::f
   return costs;
 }
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 
 /// What tracking alone takes for one frame, ms: predict, gate, assign, update.
 struct CostFigures {
@@ -39,4 +39,4 @@ int cost_rows(const CostSettings& settings);
 
 CostFigures cost_of(std::vector<double> times_ms);
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

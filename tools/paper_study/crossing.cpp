@@ -5,7 +5,7 @@
 
 #include "paper_study/way.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 namespace {
 
 constexpr std::size_t kFrames = 86;
@@ -129,4 +129,4 @@ Clip swapping(scene::Random& random) {
   }
 }
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

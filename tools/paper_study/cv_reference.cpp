@@ -2,7 +2,7 @@
 
 #include <opencv2/video/tracking.hpp>
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 
 struct CvReference::Tracks {
   std::vector<cv::KalmanFilter> filters;
@@ -59,4 +59,4 @@ void CvReference::track(std::span<Blob> blobs) {
   }
 }
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

@@ -6,7 +6,7 @@
 
 #include "model/blob.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 
 /// The usual way with a library, to compare costs with: one cv::KalmanFilter (4 state variables, 2 measured) for each
 /// marker, and each in turn takes the nearest blob within its gate that is left.
@@ -25,4 +25,4 @@ class CvReference {
   double gate_px_;
 };
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

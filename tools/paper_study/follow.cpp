@@ -7,7 +7,7 @@
 #include "base/expects.h"
 #include "track2d/blob_track_inspection.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 namespace {
 
 using track2d::BlobTrackBelief;
@@ -98,4 +98,4 @@ Followed follow(BlobTracker& tracker, const Clip& clip, std::span<const Seen> si
   return Follower(tracker, clip).follow(sightings);
 }
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

@@ -7,7 +7,7 @@
 #include "paper_study/clip.h"
 #include "paper_study/see.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 
 /// One frame of a clip as a tracker lived through it.
 struct FollowedFrame {
@@ -33,4 +33,4 @@ struct Followed {
 /// its last prediction stays.
 Followed follow(BlobTracker& tracker, const Clip& clip, std::span<const Seen> sightings);
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

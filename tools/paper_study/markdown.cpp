@@ -8,7 +8,7 @@
 #include "paper_study/published.h"
 #include "paper_study/report.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 namespace {
 
 constexpr std::array kNames{"Alpha-Beta", "Kalman", "CONDENSATION"};
@@ -191,4 +191,4 @@ std::string to_markdown(const Report& report) {
   return text;
 }
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

@@ -3,7 +3,7 @@
 #include "paper_study/paper_blob_tracker.h"
 #include "track2d/following_blob_tracker.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 namespace {
 
 using track2d::TrackMethod;
@@ -43,4 +43,4 @@ std::span<const Method> methods() {
   return kAll;
 }
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

@@ -10,7 +10,7 @@
 #include "module/blob_tracker.h"
 #include "paper_study/clip.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 
 /// What a tracker is made for.
 struct TrackerNeeds {
@@ -31,4 +31,4 @@ struct Method {
 /// daemon runs when nothing is set.
 std::span<const Method> methods();
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

@@ -25,7 +25,7 @@
 #include "track2d/following_blob_tracker.h"
 #include "track3d/kalman_marker_tracker.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 namespace {
 
 constexpr double kMetresPerPixel = 0.005;
@@ -245,4 +245,4 @@ std::vector<MultiviewQuality> judge_multiview(const QualitySettings& settings, s
   return all;
 }
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

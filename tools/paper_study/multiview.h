@@ -7,7 +7,7 @@
 #include "paper_study/clip.h"
 #include "paper_study/quality.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 
 inline constexpr int kMultiviewCameras = 4;
 
@@ -27,4 +27,4 @@ struct MultiviewQuality {
 std::vector<MultiviewQuality> judge_multiview(const QualitySettings& settings, std::span<const Situation> situations,
                                               const std::function<void(int done)>& progress);
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace mocap::filter {
+namespace mocap::paper_study {
 namespace {
 
 constexpr double kAlpha = 1.0;
@@ -12,7 +12,7 @@ constexpr double kGatePerDiagonal = 0.05;
 
 }  // namespace
 
-Vector<2> PaperImage::clamped(const Vector<2>& point) const {
+filter::Vector<2> PaperImage::clamped(const filter::Vector<2>& point) const {
   return {std::clamp(point.x(), 0.0, width_px), std::clamp(point.y(), 0.0, height_px)};
 }
 
@@ -20,10 +20,10 @@ void PaperAlphaBeta::predict(double) { point_ = image_.clamped(point_ + velocity
 
 double PaperAlphaBeta::radius_px() const { return kGatePerDiagonal * std::hypot(image_.width_px, image_.height_px); }
 
-void PaperAlphaBeta::update(const Seen<2>& seen) {
-  const Vector<2> residual = seen.point - point_;
+void PaperAlphaBeta::update(const filter::Seen<2>& seen) {
+  const filter::Vector<2> residual = seen.point - point_;
   point_ += kAlpha * residual;
   velocity_ += kBeta * residual;
 }
 
-}  // namespace mocap::filter
+}  // namespace mocap::paper_study

@@ -2,14 +2,14 @@
 
 #include "filter/point_filter.h"
 
-namespace mocap::filter {
+namespace mocap::paper_study {
 
 /// The size of the images that a filter of the study follows a point in; what it predicts stays within, 0 to the size.
 struct PaperImage {
   double width_px = 640.0;
   double height_px = 480.0;
 
-  Vector<2> clamped(const Vector<2>& point) const;
+  filter::Vector<2> clamped(const filter::Vector<2>& point) const;
 };
 
 /// The Alpha-Beta filter of the study, its weaknesses included; px and frames: every step is one frame, whatever time
@@ -24,19 +24,19 @@ struct PaperImage {
 /// capture system", section III.A.
 class PaperAlphaBeta {
  public:
-  PaperAlphaBeta(const PaperImage& image, const Seen<2>& first) : image_(image), point_(first.point) {}
+  PaperAlphaBeta(const PaperImage& image, const filter::Seen<2>& first) : image_(image), point_(first.point) {}
 
   void predict(double dt_s);
-  Gate<2> gate() const { return {point_, Matrix<2>::Identity() * radius_px() * radius_px()}; }
+  filter::Gate<2> gate() const { return {point_, filter::Matrix<2>::Identity() * radius_px() * radius_px()}; }
   double radius_px() const;
-  void update(const Seen<2>& seen);
+  void update(const filter::Seen<2>& seen);
   void coast() {}
-  Belief<2> belief() const { return {point_, velocity_, gate().covariance}; }
+  filter::Belief<2> belief() const { return {point_, velocity_, gate().covariance}; }
 
  private:
   PaperImage image_;
-  Vector<2> point_;
-  Vector<2> velocity_ = Vector<2>::Zero();  // px per frame
+  filter::Vector<2> point_;
+  filter::Vector<2> velocity_ = filter::Vector<2>::Zero();  // px per frame
 };
 
-}  // namespace mocap::filter
+}  // namespace mocap::paper_study

@@ -101,18 +101,17 @@ std::unique_ptr<BlobTracker> make(MakeFilter make_filter) {
 }  // namespace
 
 std::unique_ptr<BlobTracker> make_paper_blob_tracker(const PaperTrackSettings& settings) {
-  const filter::PaperImage image{static_cast<double>(settings.width_px), static_cast<double>(settings.height_px)};
+  const PaperImage image{static_cast<double>(settings.width_px), static_cast<double>(settings.height_px)};
   using Sighting = filter::Seen<2>;
   switch (settings.method) {
     case track2d::TrackMethod::AlphaBeta:
-      return make<filter::PaperAlphaBeta>(
-          [image](const Sighting& first) { return filter::PaperAlphaBeta(image, first); });
+      return make<PaperAlphaBeta>([image](const Sighting& first) { return PaperAlphaBeta(image, first); });
     case track2d::TrackMethod::Kalman:
-      return make<filter::PaperKalman>([image](const Sighting& first) { return filter::PaperKalman(image, first); });
+      return make<PaperKalman>([image](const Sighting& first) { return PaperKalman(image, first); });
     case track2d::TrackMethod::Condensation: {
-      const filter::PaperCondensation::Settings condensation{image, settings.seed};
-      return make<filter::PaperCondensation>(
-          [condensation](const Sighting& first) { return filter::PaperCondensation(condensation, first); });
+      const PaperCondensation::Settings condensation{image, settings.seed};
+      return make<PaperCondensation>(
+          [condensation](const Sighting& first) { return PaperCondensation(condensation, first); });
     }
     default: break;
   }

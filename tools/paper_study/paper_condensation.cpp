@@ -3,16 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
-namespace mocap::filter {
+namespace mocap::paper_study {
 namespace {
 
 constexpr double kStepPerSize = 1.0 / 1.5 / 5.0;
 
 }  // namespace
 
-PaperCondensation::PaperCondensation(const Settings& settings, const Seen<2>& first)
+PaperCondensation::PaperCondensation(const Settings& settings, const filter::Seen<2>& first)
     : image_(settings.image), random_(settings.seed), seen_(first.point), predicted_(first.point) {
-  for (Vector<2>& particle : particles_) {
+  for (filter::Vector<2>& particle : particles_) {
     particle.x() = std::floor(image_.width_px * random_.unit());
     particle.y() = std::floor(image_.height_px * random_.unit());
   }
@@ -21,7 +21,7 @@ PaperCondensation::PaperCondensation(const Settings& settings, const Seen<2>& fi
 void PaperCondensation::predict(double) {
   weigh();
   double total = 0.0;
-  Vector<2> sum = Vector<2>::Zero();
+  filter::Vector<2> sum = filter::Vector<2>::Zero();
   for (std::size_t i = 0; i < kParticles; ++i) {
     total += weights_[i];
     sum += weights_[i] * particles_[i];
@@ -32,10 +32,10 @@ void PaperCondensation::predict(double) {
 }
 
 void PaperCondensation::weigh() {
-  Vector<2> mean = Vector<2>::Zero();
-  for (const Vector<2>& particle : particles_) mean += particle / kParticles;
+  filter::Vector<2> mean = filter::Vector<2>::Zero();
+  for (const filter::Vector<2>& particle : particles_) mean += particle / kParticles;
   Eigen::Array2d variance = Eigen::Array2d::Zero();
-  for (const Vector<2>& particle : particles_) variance += (particle - mean).array().square() / kParticles;
+  for (const filter::Vector<2>& particle : particles_) variance += (particle - mean).array().square() / kParticles;
   radius_px_ = 0.5 * variance.sqrt().sum();
   for (std::size_t i = 0; i < kParticles; ++i) {
     weights_[i] = std::exp(-0.5 * ((seen_ - particles_[i]).array().square() / variance).sum());
@@ -44,7 +44,7 @@ void PaperCondensation::weigh() {
 
 // Particle i of the new set is the first of the old whose summed weight is over i shares of the whole.
 void PaperCondensation::select_and_diffuse(double total) {
-  const std::array<Vector<2>, kParticles> old = particles_;
+  const std::array<filter::Vector<2>, kParticles> old = particles_;
   double sum = weights_[0];
   std::size_t source = 0;
   for (std::size_t i = 0; i < kParticles; ++i) {
@@ -52,8 +52,8 @@ void PaperCondensation::select_and_diffuse(double total) {
     while (sum <= wanted && source + 1 < kParticles) sum += weights_[++source];
     const double x = (2.0 * random_.unit() - 1.0) * kStepPerSize * image_.width_px;
     const double y = (2.0 * random_.unit() - 1.0) * kStepPerSize * image_.height_px;
-    particles_[i] = old[source] + Vector<2>(x, y);
+    particles_[i] = old[source] + filter::Vector<2>(x, y);
   }
 }
 
-}  // namespace mocap::filter
+}  // namespace mocap::paper_study

@@ -6,7 +6,7 @@
 #include "filter/random.h"
 #include "paper_study/paper_alpha_beta.h"
 
-namespace mocap::filter {
+namespace mocap::paper_study {
 
 /// The CONDENSATION filter of the study, its weaknesses included; px and frames: every step is one frame, whatever time
 /// passed.
@@ -26,14 +26,14 @@ class PaperCondensation {
     std::uint64_t seed = 1;
   };
 
-  PaperCondensation(const Settings& settings, const Seen<2>& first);
+  PaperCondensation(const Settings& settings, const filter::Seen<2>& first);
 
   void predict(double dt_s);
-  Gate<2> gate() const { return {predicted_, Matrix<2>::Identity() * radius_px_ * radius_px_}; }
+  filter::Gate<2> gate() const { return {predicted_, filter::Matrix<2>::Identity() * radius_px_ * radius_px_}; }
   double radius_px() const { return radius_px_; }
-  void update(const Seen<2>& seen) { seen_ = seen.point; }
+  void update(const filter::Seen<2>& seen) { seen_ = seen.point; }
   void coast() {}
-  Belief<2> belief() const { return {seen_, Vector<2>::Zero(), gate().covariance}; }
+  filter::Belief<2> belief() const { return {seen_, filter::Vector<2>::Zero(), gate().covariance}; }
 
  private:
   static constexpr std::size_t kParticles = 100;
@@ -42,12 +42,12 @@ class PaperCondensation {
   void select_and_diffuse(double total);
 
   PaperImage image_;
-  Random random_;
-  std::array<Vector<2>, kParticles> particles_;
+  filter::Random random_;
+  std::array<filter::Vector<2>, kParticles> particles_;
   std::array<double, kParticles> weights_{};
-  Vector<2> seen_;
-  Vector<2> predicted_;
+  filter::Vector<2> seen_;
+  filter::Vector<2> predicted_;
   double radius_px_ = 0.0;
 };
 
-}  // namespace mocap::filter
+}  // namespace mocap::paper_study

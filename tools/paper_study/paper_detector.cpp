@@ -7,7 +7,7 @@
 #include "detect/components/run_components.h"
 #include "detect/components/shape.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 namespace {
 
 constexpr int kThreshold_grey = 230;
@@ -71,4 +71,4 @@ std::unique_ptr<Detector> make_paper_detector(int width_px, int height_px) {
   return std::make_unique<PaperDetector>(width_px, height_px);
 }
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-namespace mocap::filter {
+namespace mocap::paper_study {
 namespace {
 
 constexpr double kBirthVariance = 100.0;
@@ -14,7 +14,7 @@ constexpr double kGatePerSigma = 100.0;
 
 }  // namespace
 
-PaperKalman::PaperKalman(const PaperImage& image, const Seen<2>& first)
+PaperKalman::PaperKalman(const PaperImage& image, const filter::Seen<2>& first)
     : image_(image),
       state_(first.point.x(), first.point.y(), 0.0, 0.0),
       covariance_(Eigen::Vector4d(0.0, 0.0, kBirthVariance, kBirthVariance).asDiagonal()),
@@ -26,7 +26,7 @@ PaperKalman::PaperKalman(const PaperImage& image, const Seen<2>& first)
 void PaperKalman::predict(double) {
   Eigen::Matrix4d transition = Eigen::Matrix4d::Identity();
   transition.topRightCorner<2, 2>().setIdentity();
-  const Vector<2> known_velocity = state_.tail<2>();
+  const filter::Vector<2> known_velocity = state_.tail<2>();
   state_ = (transition * state_).eval();
   covariance_ = (transition * covariance_ * transition.transpose()).eval();
   covariance_.diagonal().tail<2>() += noise_;
@@ -38,8 +38,8 @@ void PaperKalman::predict(double) {
 
 double PaperKalman::radius_px() const { return std::trunc(kGatePerSigma * velocity_sigma_); }
 
-void PaperKalman::correct(const Vector<2>& point) {
-  Matrix<2> noise;
+void PaperKalman::correct(const filter::Vector<2>& point) {
+  filter::Matrix<2> noise;
   noise << 0.2845, 0.0045, 0.0045, 0.0455;
   const Eigen::Matrix<double, 4, 2> gain =
       covariance_.leftCols<2>() * (covariance_.topLeftCorner<2, 2>() + noise).inverse();
@@ -49,4 +49,4 @@ void PaperKalman::correct(const Vector<2>& point) {
   shown_ = point;
 }
 
-}  // namespace mocap::filter
+}  // namespace mocap::paper_study

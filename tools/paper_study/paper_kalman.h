@@ -2,7 +2,7 @@
 
 #include "paper_study/paper_alpha_beta.h"
 
-namespace mocap::filter {
+namespace mocap::paper_study {
 
 /// The Kalman filter of the study, its weaknesses included; px and frames: every step is one frame, whatever time
 /// passed.
@@ -17,25 +17,25 @@ namespace mocap::filter {
 /// Source: as PaperAlphaBeta, section III.B.
 class PaperKalman {
  public:
-  PaperKalman(const PaperImage& image, const Seen<2>& first);
+  PaperKalman(const PaperImage& image, const filter::Seen<2>& first);
 
   void predict(double dt_s);
-  Gate<2> gate() const { return {predicted_, Matrix<2>::Identity() * radius_px() * radius_px()}; }
+  filter::Gate<2> gate() const { return {predicted_, filter::Matrix<2>::Identity() * radius_px() * radius_px()}; }
   double radius_px() const;
-  void update(const Seen<2>& seen) { correct(seen.point); }
+  void update(const filter::Seen<2>& seen) { correct(seen.point); }
   void coast() { correct(predicted_); }
-  Belief<2> belief() const { return {shown_, state_.tail<2>(), covariance_.topLeftCorner<2, 2>()}; }
+  filter::Belief<2> belief() const { return {shown_, state_.tail<2>(), covariance_.topLeftCorner<2, 2>()}; }
 
  private:
-  void correct(const Vector<2>& point);
+  void correct(const filter::Vector<2>& point);
 
   PaperImage image_;
   Eigen::Vector4d state_;
   Eigen::Matrix4d covariance_;
-  Eigen::Vector2d noise_;  // the diagonal of Q for the velocities
-  Vector<2> predicted_;    // whole pixels
-  Vector<2> shown_;        // where the label stands: the last sighting, or the prediction
-  double velocity_sigma_;  // of the last prediction, mean of both axes
+  Eigen::Vector2d noise_;        // the diagonal of Q for the velocities
+  filter::Vector<2> predicted_;  // whole pixels
+  filter::Vector<2> shown_;      // where the label stands: the last sighting, or the prediction
+  double velocity_sigma_;        // of the last prediction, mean of both axes
 };
 
-}  // namespace mocap::filter
+}  // namespace mocap::paper_study

@@ -11,7 +11,7 @@
 #include "paper_study/methods.h"
 #include "paper_study/see.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 namespace {
 
 constexpr int kPlottedClips = 3;
@@ -116,4 +116,4 @@ Status draw_plots(const QualitySettings& settings, const std::filesystem::path& 
   return {};
 }
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

@@ -8,7 +8,7 @@
 #include "paper_study/follow.h"
 #include "paper_study/quality.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 
 /// A clip as a tracker lived through it, as an SVG image: the markers' ways (the labelled one black), barriers, the
 /// prediction for each frame (red point; a line to where the marker was), the gate (blue circle, every fifth frame and
@@ -19,4 +19,4 @@ std::string plot(const Clip& clip, const Followed& followed, const std::string& 
 /// made where it is missing. Fails with Io.
 Status draw_plots(const QualitySettings& settings, const std::filesystem::path& folder);
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

@@ -1,6 +1,6 @@
 #include "paper_study/published.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 namespace {
 
 constexpr int kLosses[5][3] = {{3, 0, 0}, {9, 0, 4}, {4, 1, 2}, {7, 6, 8}, {9, 11, 16}};
@@ -67,4 +67,4 @@ std::optional<OriginalCode> original_code(Situation situation, std::size_t metho
 
 std::span<const CostRow> published_costs(std::size_t method) { return kCosts[method]; }
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

@@ -9,7 +9,7 @@
 #include "paper_study/cost.h"
 #include "paper_study/quality.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 
 // What the study printed: Queiroz, Gomide, de Albuquerque Araujo, "Evaluation of real time tracking methods for an open
 // source motion capture system".
@@ -35,4 +35,4 @@ std::optional<OriginalCode> original_code(Situation situation, std::size_t metho
 /// Tables V to VII, on the hardware of the study.
 std::span<const CostRow> published_costs(std::size_t method);
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

@@ -7,7 +7,7 @@
 #include "paper_study/methods.h"
 #include "paper_study/see.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 namespace {
 
 constexpr double kSigmasOf99Percent = 2.5758;
@@ -75,4 +75,4 @@ std::vector<SituationQuality> judge(const QualitySettings& settings, std::span<c
   return all;
 }
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

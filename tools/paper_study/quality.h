@@ -8,7 +8,7 @@
 
 #include "paper_study/clip.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 
 /// The errors of a method's predictions in the clips of a situation, px. The study's way: only clips without a loss
 /// count, and the limits are those of the mean's 99 % confidence interval by the central limit theorem.
@@ -42,4 +42,4 @@ struct QualitySettings {
 std::vector<SituationQuality> judge(const QualitySettings& settings, std::span<const Situation> situations,
                                     const std::function<void(int done)>& progress);
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

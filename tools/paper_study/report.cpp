@@ -7,7 +7,7 @@
 
 #include "paper_study/published.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -42,7 +42,8 @@ Json errors_of(const Report& report) {
   for (const SituationQuality& quality : report.one_camera) {
     Json& row = errors[name_of(quality.situation)];
     for (std::size_t m = 0; m < kStudyMethods.size(); ++m) {
-      if (const auto error = published_errors(quality.situation, m)) row[published(m)] = to_json(*error, false);
+      if (const auto error = published_errors(quality.situation, m))
+        row[published(m)] = to_json(*error, false);
     }
     for (const MethodQuality& method : quality.methods) row[method.method] = to_json(method.error_px, true);
   }
@@ -53,10 +54,12 @@ Json costs_of(const Report& report) {
   Json costs = Json::object();
   if (report.costs.empty()) return costs;
   for (std::size_t m = 0; m < kStudyMethods.size(); ++m) {
-    for (const CostRow& row : published_costs(m)) costs[published(m)][std::to_string(row.markers)] = to_json(row.cost);
+    for (const CostRow& row : published_costs(m))
+      costs[published(m)][std::to_string(row.markers)] = to_json(row.cost);
   }
   for (const MethodCost& method : report.costs) {
-    for (const CostRow& row : method.rows) costs[method.method][std::to_string(row.markers)] = to_json(row.cost);
+    for (const CostRow& row : method.rows)
+      costs[method.method][std::to_string(row.markers)] = to_json(row.cost);
   }
   return costs;
 }
@@ -97,4 +100,4 @@ std::string to_text(const Report& report) {
   return text;
 }
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

@@ -7,7 +7,7 @@
 #include "paper_study/multiview.h"
 #include "paper_study/quality.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 
 /// All that one run found; what was left out is empty.
 struct Report {
@@ -26,4 +26,4 @@ std::string to_text(const Report& report);
 /// Tables I to VII of the study, each with the published value, our rebuild and ours, and a sentence on the difference.
 std::string to_markdown(const Report& report);
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

@@ -8,7 +8,7 @@
 #include "detect/blob_detector.h"
 #include "paper_study/paper_detector.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 namespace {
 
 constexpr int kSubpixels = 4;  // each way, where a barrier's edge cuts a pixel
@@ -92,4 +92,4 @@ Sightings Viewer::see(const Clip& clip) {
   return sightings;
 }
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

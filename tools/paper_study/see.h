@@ -10,7 +10,7 @@
 #include "paper_study/clip.h"
 #include "scene/render.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 
 /// What a detector found in one image of a clip.
 struct Seen {
@@ -42,4 +42,4 @@ class Viewer {
   std::vector<scene::Disc> discs_;
 };
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

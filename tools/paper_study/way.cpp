@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
@@ -160,4 +160,4 @@ Points random_acceleration(std::size_t frames, scene::Random& random) {
   return way;
 }
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

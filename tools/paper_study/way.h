@@ -6,7 +6,7 @@
 #include "paper_study/clip.h"
 #include "scene/random.h"
 
-namespace mocap::eval::paper {
+namespace mocap::paper_study {
 
 using Points = std::vector<Eigen::Vector2d>;
 
@@ -45,4 +45,4 @@ Clip occlusion(scene::Random& random);
 Clip two_behind_one(scene::Random& random);
 Clip swapping(scene::Random& random);
 
-}  // namespace mocap::eval::paper
+}  // namespace mocap::paper_study

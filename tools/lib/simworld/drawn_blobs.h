@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "lib/simworld/scene_blobs.h"
+#include "model/camera_model.h"
+#include "module/detector.h"
+#include "scene/render.h"
+
+namespace mocap::simworld {
+
+/// The slow way to the blobs of an image, to hold BlobMaker against: it is drawn, and the daemon's detector looks at
+/// it. Lights do not move within an exposure.
+class DrawnBlobs {
+ public:
+  DrawnBlobs(const Rig& rig, std::uint64_t seed);
+
+  /// As BlobMaker::see, for image `number` of a camera.
+  std::span<const std::uint32_t> see(std::size_t camera, std::uint64_t number, std::span<const Spot> spots,
+                                     Blobs& into);
+
+ private:
+  struct Eye {
+    scene::Renderer renderer;
+    std::unique_ptr<Detector> detector;
+    std::vector<std::byte> pixels;
+    int width_px, height_px;
+  };
+
+  std::vector<Eye> eyes_;
+  std::vector<scene::Disc> discs_;
+  std::vector<std::uint32_t> blob_of_;
+};
+
+}  // namespace mocap::simworld

@@ -1,0 +1,126 @@
+#include "lib/simworld/scene_events.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace mocap::simworld {
+namespace {
+
+template <class Things>
+std::optional<std::uint32_t> index_of(const Things& things, const std::string& name) {
+  const auto found = std::ranges::find_if(things, [&](const auto& thing) { return thing.name == name; });
+  if (found == things.end()) return std::nullopt;
+  return static_cast<std::uint32_t>(found - things.begin());
+}
+
+Error unknown(const char* what, const std::string& name, const std::string& of) {
+  return {ErrorCode::InvalidArgument, fmt::format("only_camera: {} has no {} '{}'", of, what, name)};
+}
+
+}  // namespace
+
+Result<SceneEvents> SceneEvents::make(const SceneFile& scene, const std::vector<Performer>& performers,
+                                      std::size_t cameras, std::uint64_t seed, bool rays) {
+  SceneEvents events(scene::mixed(seed + 99));
+  events.plan_blackouts(scene);
+  events.hides_ = scene.hides;
+  for (const Performer& performer : performers) {
+    events.hidden_.emplace_back(performer.actor->marker_set().markers.size());
+  }
+  const Status planned = events.plan_single_views(scene, performers, cameras, rays);
+  if (!planned) return planned.error();
+  return events;
+}
+
+void SceneEvents::plan_blackouts(const SceneFile& scene) {
+  for (const SceneBlackout& blackout : scene.blackouts) {
+    double from_s = blackout.first_s;
+    for (int i = 0; i < blackout.times; ++i) {
+      blackouts_.push_back({from_s, from_s + blackout.for_s});
+      from_s += blackout.for_s + blackout.gap_min_s + random_.uniform() * (blackout.gap_max_s - blackout.gap_min_s);
+    }
+  }
+}
+
+Status SceneEvents::plan_single_views(const SceneFile& scene, const std::vector<Performer>& performers,
+                                      std::size_t cameras, bool rays) {
+  for (const SceneOnlyCamera& wanted : scene.only_camera) {
+    const auto performer = index_of(scene.actors, wanted.actor);
+    MOCAP_EXPECTS(performer.has_value());  // the file's reader has seen to that
+    if (static_cast<std::size_t>(wanted.camera) > cameras) {
+      return Error{ErrorCode::InvalidArgument,
+                   fmt::format("only_camera: camera is {}, the rig has {}", wanted.camera, cameras)};
+    }
+    const MarkerSet& worn = performers[*performer].actor->marker_set();
+    for (int i = 0; i < wanted.times; ++i) {
+      SceneOnlyCamera only = wanted;
+      only.from_s += i * (wanted.for_s + wanted.gap_s);
+      const std::uint32_t camera = rays ? static_cast<std::uint32_t>(wanted.camera - 1) : kNone;
+      if (const Status added = add_markers(only, only.markers, *performer, worn, camera); !added) return added;
+      if (const Status added = add_markers(only, only.hidden, *performer, worn, kNone); !added) return added;
+      if (only.bone.empty()) continue;
+      const auto bone = index_of(worn.skeleton.bones, only.bone);
+      if (!bone) return unknown("bone", only.bone, worn.name);
+      watches_.push_back({{only.from_s, only.from_s + only.for_s}, *performer, *bone});
+    }
+  }
+  return {};
+}
+
+Status SceneEvents::add_markers(const SceneOnlyCamera& only, const std::string& names, std::uint32_t performer,
+                                const MarkerSet& worn, std::uint32_t camera) {
+  std::istringstream words(names);
+  for (std::string name; words >> name;) {
+    const auto marker = index_of(worn.markers, name);
+    if (!marker) return unknown("marker", name, worn.name);
+    single_views_.push_back({{only.from_s, only.from_s + only.for_s}, performer, *marker, camera});
+  }
+  return {};
+}
+
+// How long a marker stays visible, so that the share comes out: at random, whatever went before.
+double SceneEvents::visible_s(const SceneHide& hide) {
+  const double mean_s = hide.for_s * (1.0 - hide.share) / std::max(1e-6, hide.share);
+  return -mean_s * std::log(1.0 - random_.uniform());
+}
+
+void SceneEvents::advance(double t_s) {
+  t_s_ = t_s;
+  blind_ = std::ranges::any_of(blackouts_, [&](const Span& span) { return span.has(t_s); });
+  for (const SceneHide& hide : hides_) {
+    for (std::vector<Hidden>& markers : hidden_) {
+      for (Hidden& marker : markers) {
+        if (!Span{hide.from_s, hide.to_s}.has(t_s)) {
+          marker = {};
+          continue;
+        }
+        if (marker.until_s == 0.0) {  // it begins, in the middle of whatever goes on
+          marker.hidden = random_.uniform() < hide.share;
+          marker.until_s = t_s + (marker.hidden ? hide.for_s * random_.uniform() : visible_s(hide));
+        }
+        while (marker.until_s <= t_s) {
+          marker.hidden = !marker.hidden;
+          marker.until_s += marker.hidden ? hide.for_s : visible_s(hide);
+        }
+      }
+    }
+  }
+}
+
+bool SceneEvents::hides(std::uint32_t performer, std::uint32_t marker, std::uint32_t camera) const {
+  if (hidden_[performer][marker].hidden) return true;
+  return std::ranges::any_of(single_views_, [&](const OneMarker& one) {
+    return one.performer == performer && one.marker == marker && one.camera != camera && one.span.has(t_s_);
+  });
+}
+
+bool SceneEvents::shows(std::uint32_t performer, std::uint32_t marker, std::uint32_t camera) const {
+  return std::ranges::any_of(single_views_, [&](const OneMarker& one) {
+    return one.performer == performer && one.marker == marker && one.camera == camera && one.span.has(t_s_);
+  });
+}
+
+}  // namespace mocap::simworld
