@@ -6,7 +6,6 @@
 #include <random>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "associate/match_triangulator.h"
@@ -14,6 +13,7 @@
 #include "base/log.h"
 #include "cameras/aravis/usb_bandwidth.h"
 #include "cameras/open_camera.h"
+#include "cameras/synthetic/synthetic_settings.h"
 #include "detect/blob_detector.h"
 #include "label/body_labeller.h"
 #include "settings/subject_keeper.h"
@@ -23,17 +23,11 @@
 #include "take/snapshot_writer.h"
 #include "track2d/following_blob_tracker.h"
 #include "track3d/kalman_marker_tracker.h"
+#include "wire/zmq_control.h"
 #include "wire/zmq_publisher.h"
 
 namespace mocap {
 namespace {
-
-// Frames that come from files, or from a scene that does not keep to the clock, run by their own time.
-bool runs_by_recorded_time(const cameras::CameraSettings& camera) {
-  if (std::holds_alternative<cameras::ReplaySettings>(camera.driver)) return true;
-  const auto* synthetic = std::get_if<cameras::SyntheticSettings>(&camera.driver);
-  return synthetic != nullptr && synthetic->speed == 0.0;
-}
 
 // From the making of the cameras to the first simulated exposure: all of them stand ready by then.
 constexpr Duration kReadyWithin = std::chrono::milliseconds(200);
@@ -41,7 +35,7 @@ constexpr Duration kReadyWithin = std::chrono::milliseconds(200);
 // Simulated cameras that keep to the clock see one world: its motion begins at one instant for all of them, and they
 // expose together. What has an epoch keeps it.
 cameras::CameraSettings in_step(cameras::CameraSettings camera, Timestamp epoch) {
-  auto* synthetic = std::get_if<cameras::SyntheticSettings>(&camera.driver);
+  auto* synthetic = camera.driver.as<cameras::SyntheticSettings>();
   if (synthetic != nullptr && synthetic->speed > 0.0 && synthetic->epoch == Timestamp{}) synthetic->epoch = epoch;
   return camera;
 }
@@ -59,7 +53,7 @@ Description describe(const settings::DaemonSettings& settings, bool replay) {
   description.session_id = session_id(replay);
   description.nominal_rate_hz = settings.nominal_rate_hz;
   description.cameras = settings.rig;
-  description.subjects = settings.worn;
+  description.subjects = settings.subject_models;
   return description;
 }
 
@@ -87,10 +81,10 @@ fusion::FusionParts assemble_row(const settings::DaemonSettings& settings) {
   row.matcher = associate::make_matcher(settings.match, settings.rig);
   row.triangulator = associate::make_triangulator(settings.triangulate, settings.rig);
   row.tracker = track3d::make_marker_tracker(settings.track_markers);
-  row.labeller = label::make_labeller(settings.label, settings.worn);
-  row.solver = solve::make_skeleton_solver(settings.solve, settings.worn);
+  row.labeller = label::make_labeller(settings.label, settings.subject_models);
+  row.solver = solve::make_skeleton_solver(settings.solve, settings.subject_models);
   if (settings.refine.instants > 0) {
-    row.refiner = std::make_unique<solve::SubjectRefiner>(settings.refine, settings.worn);
+    row.refiner = std::make_unique<solve::SubjectRefiner>(settings.refine, settings.subject_models);
   }
   if (settings.drift.drift_px > 0.0) row.drift = std::make_unique<drift::DriftWatch>(settings.drift, settings.rig);
   return row;
@@ -123,7 +117,8 @@ Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& set
 Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   Assembly made;
   made.settings = settings.pipeline;
-  made.settings.lossless = std::ranges::all_of(settings.cameras, runs_by_recorded_time);
+  made.settings.lossless = std::ranges::all_of(
+      settings.cameras, [](const cameras::CameraSettings& camera) { return facts_of(camera).recorded_time; });
   const Timestamp epoch = host_now() + kReadyWithin;
   for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
     Result<runtime::CameraParts> camera = assemble_camera(settings, CameraId{i}, epoch);

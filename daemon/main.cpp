@@ -25,6 +25,7 @@
 #include "runtime/status_line.h"
 #include "settings/add_subject.h"
 #include "settings/daemon_settings.h"
+#include "settings/example_config.h"
 #include "settings/learnt_masks.h"
 #include "settings/shape_checks.h"
 
@@ -218,8 +219,8 @@ std::optional<int> serve_once(Configuration& configuration, runtime::Service& se
     log_error("mocapd", assembly.error().message);
     return exit_code_of(assembly.error().code);
   }
-  for (const std::string& doubt : settings::shape_doubts(settings)) log_warn("mocapd", doubt);
-  if (settings.lock_memory) {
+  for (const std::string& warning : settings::shape_warnings(settings)) log_warn("mocapd", warning);
+  if (settings.pipeline.lock_memory) {
     const Status locked = runtime::lock_memory();
     if (!locked) log_warn("mocapd", locked.error().message);
   }
@@ -261,8 +262,8 @@ int start(const std::filesystem::path& config, bool only_check) {
     return kExitConfig;
   }
   if (only_check) {
-    for (const std::string& doubt : settings::shape_doubts(*settings))
-      fmt::print(stderr, "{}: warning: {}\n", config.string(), doubt);
+    for (const std::string& warning : settings::shape_warnings(*settings))
+      fmt::print(stderr, "{}: warning: {}\n", config.string(), warning);
     fmt::print("{}: good, cameras={} subjects={}\n", config.string(), settings->cameras.size(),
                settings->subjects.size());
     return kExitOk;
@@ -278,7 +279,8 @@ int start(const std::filesystem::path& config, bool only_check) {
 constexpr const char* kExamples = R"(examples:
   mocapd --config config/demo.toml          run with the simulated cameras of mocap-sim
   mocapd --config /etc/mocapd/mocapd.toml   run as the service does
-  mocapd --check-config my.toml             say what is wrong with a configuration, change nothing
+  mocapd --check-config my.toml             list all faults of a configuration and exit
+  mocapd --example-config > my.toml         write a configuration with every setting, its default, range and help
 
 exit codes: 0 ended as asked, 64 wrong command line, 69 something needed is taken or missing (a port, a
 folder), 70 a fault of ours, 78 wrong configuration)";
@@ -297,11 +299,20 @@ int main(int argc, char** argv) {
   auto* check_option = app.add_option("--check-config", check, "check this TOML file and exit (0 good, 78 faults)")
                            ->type_name("FILE")
                            ->excludes(config_option);
+  bool example = false;
+  auto* example_option =
+      app.add_flag("--example-config", example, "print a configuration with every setting and its default, and exit")
+          ->excludes(config_option)
+          ->excludes(check_option);
   app.set_version_flag("--version", "mocapd " MOCAP_VERSION);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitOk : kExitUsage;
+  }
+  if (*example_option) {
+    fmt::print("{}", settings::example_config());
+    return kExitOk;
   }
   if (*check_option) return start(check, true);
   if (*config_option) return start(config, false);

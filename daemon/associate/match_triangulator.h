@@ -2,16 +2,11 @@
 
 #include <memory>
 
+#include "associate/triangulate_settings.h"
 #include "model/camera_model.h"
 #include "module/triangulator.h"
 
 namespace mocap::associate {
-
-struct TriangulateSettings {
-  double calibration_px = 0.5;  ///< standard deviation of what the rig may be wrong; tells which view is the odd one
-  double agree_sigmas = 4.0;    ///< a view farther off than that is left out
-  double max_sigma_m = 0.02;    ///< a point known no better than that, in its worst direction, is none
-};
 
 /// A Triangulator: linear start, then weighted least squares of the reprojection error, each blob by its own sigma_px.
 ///

@@ -1,30 +1,12 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <cstdint>
 #include <memory>
 
+#include "associate/match_settings.h"
 #include "model/camera_model.h"
 #include "module/matcher.h"
 
 namespace mocap::associate {
-
-struct MatchSettings {
-  double gate_sigmas = 4.0;    ///< an expected marker's blob may lie that many standard deviations off
-  double gate_floor_px = 1.0;  ///< standard deviation added to what expectation and blob promise
-  /// Standard deviation of what the rig may be wrong, added to each blob's own. Views of expected markers may be off by
-  /// less, once they have shown that they are better.
-  double calibration_px = 0.5;
-  double agree_sigmas = 3.5;        ///< the views of one marker lie no farther than that from their common point
-  std::uint32_t min_views_new = 3;  ///< of a marker nobody expects; 2 where only two cameras could see it
-  double min_ray_angle_deg = 2.0;   ///< two views closer to parallel than that tell no depth
-  Eigen::Vector3d volume_min_m{-20.0, -20.0, -1.0};  ///< no marker outside of this box
-  Eigen::Vector3d volume_max_m{20.0, 20.0, 10.0};
-
-  bool in_volume(const Eigen::Vector3d& point) const {
-    return (point.array() >= volume_min_m.array()).all() && (point.array() <= volume_max_m.array()).all();
-  }
-};
 
 /// A Matcher: the expected markers first, the rest by epipolar geometry.
 ///

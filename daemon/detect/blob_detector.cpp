@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/key_check.h"
 #include "detect/centroid/blob_measurer.h"
 #include "detect/components/image_components.h"
 #include "detect/noise_floor.h"
@@ -175,30 +176,9 @@ class BlobDetector final : public Detector {
 };
 
 std::optional<std::string> fault_of(const DetectSettings& settings) {
-  const auto outside = [](double value, double low, double high) { return !(value >= low && value <= high); };
-  if (settings.threshold && outside(*settings.threshold, 1.0, 255.0)) {
-    return fmt::format("threshold is {}, expected 1 to 255", *settings.threshold);
-  }
-  if (settings.low_threshold && outside(*settings.low_threshold, 0.0, settings.threshold.value_or(255.0))) {
-    return fmt::format("low_threshold is {}, expected 0 to the threshold", *settings.low_threshold);
-  }
-  if (!(settings.min_area_px2 >= 1.0 && settings.min_area_px2 <= 1e9)) {
-    return fmt::format("min_area_px2 is {}, expected 1 or more", settings.min_area_px2);
-  }
-  if (!(settings.max_area_px2 >= settings.min_area_px2)) {
-    return fmt::format("max_area_px2 is {}, expected min_area_px2 ({}) or more", settings.max_area_px2,
-                       settings.min_area_px2);
-  }
-  if (outside(settings.min_roundness, 0.0, 1.0)) {
-    return fmt::format("min_roundness is {}, expected 0 to 1", settings.min_roundness);
-  }
-  if (outside(settings.min_peak_grey, 0.0, 255.0)) {
-    return fmt::format("min_peak_grey is {}, expected 0 to 255", settings.min_peak_grey);
-  }
-  if (settings.grow_px < 0 || settings.grow_px > 8) {
-    return fmt::format("grow_px is {}, expected 0 to 8", settings.grow_px);
-  }
-  return std::nullopt;
+  std::vector<KeyFault> faults = check_keys(settings);
+  if (faults.empty()) faults = faults_of(settings);
+  return faults.empty() ? std::nullopt : std::optional(faults.front().message);
 }
 
 }  // namespace

@@ -1,29 +1,15 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <span>
 
 #include "base/result.h"
+#include "detect/detect_settings.h"
 #include "model/frame.h"
 #include "model/image_mask.h"
 #include "module/detector.h"
 
 namespace mocap::detect {
-
-/// Settings of the detector. Grey levels are 0 to 255 for every format; levels of deeper formats are scaled.
-struct DetectSettings {
-  std::optional<double> threshold =
-      std::nullopt;  ///< pixels of at least this level belong to a blob, 1 to 255; empty: from the image's noise
-  std::optional<double> low_threshold =
-      std::nullopt;  ///< subtracted from each pixel before weighting, 0 to threshold; empty: from the image's noise
-  double min_area_px2 = 4.0;     ///< area over the threshold; a smaller component is noise; at least 1
-  double max_area_px2 = 5000.0;  ///< a larger component is a window or a lamp
-  double min_roundness = 0.3;    ///< 0 to 1; a less round component is a cable or an edge
-  double min_peak_grey = 0.0;    ///< level of the brightest pixel; a darker component is a reflection, 0 to 255
-  bool split_touching = true;    ///< split a component with a waist into two blobs
-  int grow_px = 2;               ///< pixels around the component that still contribute to the centroid, 0 to 8
-};
 
 struct DetectKernels;
 

@@ -5,16 +5,11 @@
 #include <optional>
 #include <vector>
 
+#include "drift/drift_settings.h"
 #include "model/camera_model.h"
 #include "model/sighting.h"
 
 namespace mocap::drift {
-
-struct DriftSettings {
-  double drift_px = 1.0;   ///< a camera whose views are off by more, by a turn and a move that explain it, is told
-  double reach_deg = 1.0;  ///< how far a bump may have turned it
-  double memory_s = 3.0;   ///< what is older counts less and less
-};
 
 /// How a camera stands against what the rig says, as the other cameras see it.
 struct CameraDrift {

@@ -9,7 +9,7 @@
 #include "base/bounded_vector.h"
 #include "geometry/assignment.h"
 #include "identify/distance_constraints.h"
-#include "label/body_labeller.h"
+#include "label/label_settings.h"
 #include "label/labelled_tracks.h"
 #include "label/limb_hypothesis_solver.h"
 #include "label/subject_search.h"

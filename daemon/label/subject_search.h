@@ -12,7 +12,7 @@
 #include "identify/rigid_finder.h"
 #include "identify/tpose_finder.h"
 #include "kinematics/pose_fit.h"
-#include "label/body_labeller.h"
+#include "label/label_settings.h"
 #include "label/labelled_tracks.h"
 #include "label/stationary_tracks.h"
 #include "model/sighting.h"

@@ -5,13 +5,9 @@
 #include <vector>
 
 #include "model/transform.h"
+#include "pose/smooth_settings.h"
 
 namespace mocap::pose {
-
-struct SmoothSettings {
-  double min_cutoff_hz = 0.0;  ///< of what is at rest, 0.1 to 100; 0: nothing is smoothed
-  double beta = 0.5;           ///< by how many Hz it rises with each m/s, or rad/s, 0 to 100
-};
 
 /// Takes the trembling out of a pose: a low-pass of first order on the root's place and on each joint's turn, whose
 /// cut-off rises with speed, so that what is at rest is still and what is quick is not late.

@@ -21,6 +21,7 @@
 #include "runtime/control_channel.h"
 #include "runtime/counters.h"
 #include "runtime/realtime.h"
+#include "runtime/runtime_settings.h"
 #include "synchronise/exposure_watch.h"
 
 namespace mocap::runtime {
@@ -38,15 +39,6 @@ struct CameraParts {
   int expected_width_px = 0;  ///< the rig's; 0: any
   int expected_height_px = 0;
   std::vector<MaskPolygon> drawn_masks = {};  ///< that a learnt mask leaves out
-};
-
-struct CameraWorkerSettings {
-  Duration silent_after = std::chrono::milliseconds(500);   ///< no image for so long: the camera is opened anew
-  Duration first_image_within = std::chrono::seconds(5);    ///< the same, after it was started
-  Duration first_backoff = std::chrono::milliseconds(250);  ///< before the first try to reopen; doubles each time
-  Duration longest_backoff = std::chrono::milliseconds(2000);
-  bool lossless = false;  ///< waits for room instead of dropping (replay)
-  ThreadSettings thread;
 };
 
 /// A change of a camera's state, for the health report.

@@ -11,21 +11,10 @@
 #include "runtime/camera_worker.h"
 #include "runtime/counters.h"
 #include "runtime/realtime.h"
+#include "runtime/runtime_settings.h"
 #include "synchronise/frame_aligner.h"
 
 namespace mocap::runtime {
-
-enum class Waiting {
-  Sleep,  ///< on a futex: leaves the core to others
-  Spin,   ///< for machines with a core to spare
-};
-
-struct FusionWorkerSettings {
-  bool every_set = false;  ///< a late fusion works off all sets that wait, not only the newest complete one
-  bool lossless = false;   ///< waits for room instead of dropping, and for every camera's frames (replay)
-  Waiting waiting = Waiting::Sleep;
-  ThreadSettings thread;
-};
 
 /// The way from the fusion thread to one that takes snapshots.
 struct SnapshotChannel {

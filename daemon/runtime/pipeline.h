@@ -17,25 +17,11 @@
 #include "runtime/control_worker.h"
 #include "runtime/fusion_worker.h"
 #include "runtime/publish_worker.h"
+#include "runtime/runtime_settings.h"
 #include "runtime/side_worker.h"
 #include "synchronise/frame_aligner.h"
 
 namespace mocap::runtime {
-
-struct PipelineSettings {
-  CameraWorkerSettings camera;                 ///< `lossless` is the pipeline's
-  std::vector<ThreadSettings> camera_threads;  ///< by CameraId; empty: camera.thread for all
-  FusionWorkerSettings fusion;
-  PublishWorkerSettings publish;
-  synchronise::AlignSettings align;
-  std::size_t camera_queue_frames = 8;
-  std::size_t publish_queue_snapshots = 8;
-  std::size_t side_queue_snapshots = 64;
-  std::size_t record_queue_frames = 64;  ///< of each camera, where blobs are recorded
-  /// A replay: nothing is dropped, everybody waits for room, time is the recording's. The snapshots depend on the
-  /// frames alone.
-  bool lossless = false;
-};
 
 struct PipelineParts {
   std::vector<CameraParts> cameras;  ///< by CameraId

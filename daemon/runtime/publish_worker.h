@@ -11,19 +11,12 @@
 #include "runtime/counters.h"
 #include "runtime/fusion_worker.h"
 #include "runtime/latency.h"
+#include "runtime/runtime_settings.h"
 
 namespace mocap::runtime {
 
 /// Who joins is answered between snapshots, too: a handshake with keys and a subscription take a turn each.
 inline constexpr Duration kServeEvery = std::chrono::milliseconds(2);
-
-struct PublishWorkerSettings {
-  bool every_snapshot = false;  ///< a late publisher sends all that wait, not only the newest
-  bool lossless = false;        ///< a replay: all, and told when there is room
-  Waiting waiting = Waiting::Sleep;
-  Duration report_every = std::chrono::seconds(1);
-  ThreadSettings thread;
-};
 
 /// The publish thread: snapshots to the wire, the description when it changes, the state of the service once a second.
 class PublishWorker {

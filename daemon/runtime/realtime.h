@@ -1,16 +1,9 @@
 #pragma once
 
-#include <vector>
-
 #include "base/result.h"
+#include "runtime/runtime_settings.h"
 
 namespace mocap::runtime {
-
-/// How the operating system is to treat one thread.
-struct ThreadSettings {
-  int fifo_priority = 0;  ///< 1 to 99: SCHED_FIFO; 0: the ordinary scheduler
-  std::vector<int> cpus;  ///< that it may run on; empty: all
-};
 
 /// Applies the settings to the calling thread. Fails with what the system refused and how to allow it; what could be
 /// done is done all the same.

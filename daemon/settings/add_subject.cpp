@@ -20,7 +20,8 @@ Error cannot(const std::filesystem::path& file, const std::error_code& why) {
 Status add_subject(const std::filesystem::path& configuration, const NewSubject& subject,
                    const std::function<Faults(const std::filesystem::path&)>& faults_of) {
   std::error_code failed;
-  const std::filesystem::path file = std::filesystem::canonical(configuration, failed);  // not a link to it
+  const std::filesystem::path file =
+      std::filesystem::canonical(configuration, failed);  // the file itself, if `configuration` is a link
   if (failed) return cannot(configuration, failed);
   std::filesystem::path tried = file;
   tried += ".new";

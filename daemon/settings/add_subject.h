@@ -9,15 +9,15 @@
 
 namespace mocap::settings {
 
-/// Names and paths without quotes and control characters.
+/// A subject to add. Name and path have no quotes and no control characters.
 struct NewSubject {
   std::string name;
   std::filesystem::path marker_set;  ///< absolute
 };
 
-/// Appends a [[subject]] to a configuration that somebody wrote by hand, and changes nothing else in it. What it would
-/// be is given to `faults_of` first, as a file beside it. Fails with InvalidArgument and these faults, and with Io;
-/// then the configuration is as it was.
+/// Appends a [[subject]] to a configuration file and changes no other byte. The new text is first written to a file
+/// beside it and passed to `faults_of`. Fails with InvalidArgument and these faults, or with Io; the configuration is
+/// then unchanged.
 Status add_subject(const std::filesystem::path& configuration, const NewSubject& subject,
                    const std::function<Faults(const std::filesystem::path&)>& faults_of);
 

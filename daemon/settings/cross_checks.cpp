@@ -5,18 +5,24 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
+#include <set>
+#include <tuple>
+#include <utility>
 
 #include "model/bounds.h"
-#include "settings/camera_keys.h"
+#include "settings/sections.h"
 #include "settings/suggestion.h"
-#include "wire/endpoint.h"
 
 namespace mocap::settings {
 namespace {
 
 using cameras::CameraSettings;
 
-// A fault at the second of two that should differ.
+std::string twice(std::string_view key, std::string_view value) {
+  return fmt::format("{} '{}' is there twice, expected a different one each", key, value);
+}
+
+// Adds a fault at the second of two elements that should differ.
 template <class Element, class Get>
 void expect_different(const std::vector<Element>& elements, std::vector<TomlTable>& tables, const char* key, Get get) {
   for (std::size_t i = 1; i < elements.size(); ++i) {
@@ -25,96 +31,52 @@ void expect_different(const std::vector<Element>& elements, std::vector<TomlTabl
     const auto same = [&](const Element& other) { return get(other) == mine; };
     const auto end = elements.begin() + static_cast<std::ptrdiff_t>(i);
     if (std::any_of(elements.begin(), end, same)) {
-      tables[i].fault(key, fmt::format("{} '{}' is there twice, expected a different one each", key, mine));
+      tables[i].fault(key, twice(key, mine));
     }
   }
 }
 
-template <class Settings, class Field>
-auto field_of(Field Settings::*field) {
-  return [field](const CameraSettings& camera) -> std::string {
-    const auto* settings = std::get_if<Settings>(&camera.driver);
-    if (settings == nullptr) return {};
-    if constexpr (std::is_same_v<Field, std::filesystem::path>) {
-      return (settings->*field).string();
-    } else {
-      return settings->*field;
+// Adds a fault at each key that names the same device as an earlier camera of the make.
+void check_devices_differ(DaemonTables& tables, const DaemonSettings& settings) {
+  std::set<std::tuple<std::string, std::string, std::string>> seen;
+  for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
+    const CameraSettings& camera = settings.cameras[i];
+    for (const auto& [key, value] : facts_of(camera).device) {
+      if (value.empty() || seen.emplace(camera.driver.driver(), key, value).second) continue;
+      tables.cameras[i].fault(key, twice(key, value));
     }
-  };
-}
-
-// The folder of a recorded camera's own images; empty where they stand under its name in a folder for all.
-std::string images_of(const CameraSettings& camera) {
-  const auto* replay = std::get_if<cameras::ReplaySettings>(&camera.driver);
-  std::error_code ignored;
-  if (replay == nullptr || std::filesystem::is_directory(replay->folder / camera.name, ignored)) return {};
-  return replay->folder.string();
+  }
 }
 
 void check_cameras_differ(DaemonTables& tables, const DaemonSettings& settings) {
-  using cameras::AravisSettings;
-  auto& found = tables.cameras;
-  expect_different(settings.cameras, found, "name", [](const CameraSettings& camera) { return camera.name; });
-  expect_different(settings.cameras, found, "serial", field_of(&AravisSettings::serial));
-  expect_different(settings.cameras, found, "device_name", field_of(&AravisSettings::device_name));
-  expect_different(settings.cameras, found, "address", field_of(&AravisSettings::address));
-  expect_different(settings.cameras, found, "mac", field_of(&AravisSettings::mac));
-  expect_different(settings.cameras, found, "serial", field_of(&cameras::V4l2Settings::serial));
-  expect_different(settings.cameras, found, "bus", field_of(&cameras::V4l2Settings::bus));
-  expect_different(settings.cameras, found, "device", field_of(&cameras::V4l2Settings::device));
-  expect_different(settings.cameras, found, "folder", images_of);
-}
-
-std::optional<double> exposure_us_of(const CameraSettings& camera) {
-  if (const auto* aravis = std::get_if<cameras::AravisSettings>(&camera.driver)) return aravis->exposure_us;
-  if (const auto* v4l2 = std::get_if<cameras::V4l2Settings>(&camera.driver)) return v4l2->exposure_us;
-  if (const auto* synthetic = std::get_if<cameras::SyntheticSettings>(&camera.driver)) return synthetic->exposure_us;
-  return std::nullopt;
+  expect_different(settings.cameras, tables.cameras, "name", [](const CameraSettings& camera) { return camera.name; });
+  check_devices_differ(tables, settings);
 }
 
 void check_camera(TomlTable& table, const CameraSettings& camera) {
-  const std::optional<double> rate_hz = rate_hz_of(camera);
-  const std::optional<double> exposure_us = exposure_us_of(camera);
+  const cameras::CameraFacts facts = facts_of(camera);
+  const std::optional<double> rate_hz = facts.rate_hz;
+  const std::optional<double> exposure_us = facts.exposure_us;
   if (rate_hz && exposure_us && *exposure_us >= 1e6 / *rate_hz) {
     table.fault("exposure_us", fmt::format("exposure_us is {}, expected less than the period of {:.0f} us at {} Hz",
                                            *exposure_us, 1e6 / *rate_hz, *rate_hz));
   }
 }
 
-// A fault at a key of a section, or at the section or file where the key is not said.
-void section_fault(DaemonTables& tables, const char* section, const char* key, const std::string& message) {
-  std::optional<TomlTable> table = tables.root.table(section, section);
-  (table ? *table : tables.root).fault(key, message);
-}
-
 void check_times(DaemonTables& tables, const DaemonSettings& settings) {
   double fastest_hz = 0.0;
   for (const CameraSettings& camera : settings.cameras)
-    fastest_hz = std::max(fastest_hz, rate_hz_of(camera).value_or(0.0));
+    fastest_hz = std::max(fastest_hz, facts_of(camera).rate_hz.value_or(0.0));
   const double window_us = to_us(settings.pipeline.align.window);
   if (fastest_hz > 0.0 && window_us >= 0.5e6 / fastest_hz) {
-    section_fault(tables, "align", "window_us",
-                  fmt::format("window_us is {}, expected less than half a frame period, {:.0f} at {} Hz", window_us,
-                              0.5e6 / fastest_hz, fastest_hz));
-  }
-  const runtime::CameraWorkerSettings& reopen = settings.pipeline.camera;
-  if (reopen.first_backoff > reopen.longest_backoff) {
-    section_fault(tables, "reopen", "first_backoff_ms",
-                  fmt::format("first_backoff_ms is {}, over longest_backoff_ms = {}", to_s(reopen.first_backoff) * 1e3,
-                              to_s(reopen.longest_backoff) * 1e3));
+    tables.section("align").fault(
+        "window_us", fmt::format("window_us is {}, expected less than half a frame period, {:.0f} at {} Hz", window_us,
+                                 0.5e6 / fastest_hz, fastest_hz));
   }
 }
 
-void check_row(DaemonTables& tables, const DaemonSettings& settings) {
-  const detect::DetectSettings& detect = settings.detect;
-  if (detect.min_area_px2 > detect.max_area_px2) {
-    section_fault(tables, "detect", "min_area_px2",
-                  fmt::format("min_area_px2 is {}, over max_area_px2 = {}", detect.min_area_px2, detect.max_area_px2));
-  }
-  if (detect.threshold && detect.low_threshold && *detect.low_threshold > *detect.threshold) {
-    section_fault(tables, "detect", "low_threshold",
-                  fmt::format("low_threshold is {}, over threshold = {}", *detect.low_threshold, *detect.threshold));
-  }
+// The thresholds of one camera, which may come from two tables.
+void check_thresholds(DaemonTables& tables, const DaemonSettings& settings) {
   for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
     const CameraSettings& own = settings.cameras[i];
     const detect::DetectSettings both = detect_of(settings, CameraId{i});
@@ -123,48 +85,6 @@ void check_row(DaemonTables& tables, const DaemonSettings& settings) {
     tables.cameras[i].fault(own.low_threshold ? "low_threshold" : "threshold",
                             fmt::format("low_threshold is {} for this camera, over its threshold, {}",
                                         *both.low_threshold, *both.threshold));
-  }
-  const associate::MatchSettings& match = settings.match;
-  if ((match.volume_min_m.array() >= match.volume_max_m.array()).any()) {
-    section_fault(tables, "match", "volume_min_m", "volume_min_m is not below volume_max_m on every axis");
-  }
-}
-
-// [publish] or [control]. With CURVE everybody is asked who they are, so other machines may come.
-template <class Listening>
-void check_endpoints(DaemonTables& tables, const char* section, const Listening& listening) {
-  const bool remote = listening.allow_remote || listening.curve.on();
-  const auto check = [&](const char* key, const std::string& endpoint) {
-    const Status good = wire::check_endpoint(endpoint, remote);
-    // Busy is for who starts, not for the file.
-    if (!good && good.error().code == ErrorCode::InvalidArgument) {
-      section_fault(tables, section, key, good.error().message);
-    }
-  };
-  check("endpoint", listening.endpoint);
-  for (const std::string& endpoint : listening.more_endpoints) check("more_endpoints", endpoint);
-}
-
-void check_outputs(DaemonTables& tables, const DaemonSettings& settings) {
-  check_endpoints(tables, "publish", settings.publish);
-  if (!settings.control.endpoint.empty() && settings.control.endpoint != "none") {
-    check_endpoints(tables, "control", settings.control);
-  }
-  const wire::CurveSettings& curve = settings.publish.curve;
-  if (curve.on() == curve.allowed.empty()) {
-    section_fault(tables, "security", curve.on() ? "server_key" : "allowed_keys",
-                  "server_key and allowed_keys go together: the server's own key, and the list of clients' keys; see "
-                  "mocapctl keys --help");
-  }
-  const std::filesystem::path& file = settings.record.snapshots;
-  if (!file.empty() && file.extension() != ".jsonl" && file.extension() != ".pb") {
-    section_fault(tables, "record", "snapshots",
-                  fmt::format("snapshots is '{}', expected a file name that ends in .jsonl or .pb", file.string()));
-  }
-  const std::filesystem::path& blobs = settings.record.blobs;
-  if (!blobs.empty() && blobs.extension() != ".blobs") {
-    section_fault(tables, "record", "blobs",
-                  fmt::format("blobs is '{}', expected a file name that ends in .blobs", blobs.string()));
   }
 }
 
@@ -176,6 +96,11 @@ std::vector<std::string> names_of(const Rig& rig) {
 
 }  // namespace
 
+TomlTable& DaemonTables::section(std::string_view name) {
+  const auto found = sections.find(name);
+  return found != sections.end() ? found->second : root;
+}
+
 void check_together(DaemonTables& tables, const DaemonSettings& settings) {
   if (settings.cameras.empty()) tables.root.fault("no [[camera]], expected at least one");
   if (settings.cameras.size() > kMaxCameras) {
@@ -184,20 +109,22 @@ void check_together(DaemonTables& tables, const DaemonSettings& settings) {
   if (settings.subjects.size() > kMaxSubjects) {
     tables.root.fault(fmt::format("{} [[subject]], expected {} at most", settings.subjects.size(), kMaxSubjects));
   }
+  for (const Section& section : sections()) {
+    if (section.faults != nullptr) tables.section(section.name).add(section.faults(settings));
+  }
   check_cameras_differ(tables, settings);
   expect_different(settings.subjects, tables.subjects, "name",
                    [](const SubjectSettings& subject) { return subject.name; });
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) check_camera(tables.cameras[i], settings.cameras[i]);
   check_times(tables, settings);
-  check_row(tables, settings);
-  check_outputs(tables, settings);
+  check_thresholds(tables, settings);
 }
 
 Rig rig_for(DaemonTables& tables, const DaemonSettings& settings, const Rig& rig) {
   Rig ordered;
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
     const CameraSettings& camera = settings.cameras[i];
-    if (camera.name.empty()) continue;  // told already
+    if (camera.name.empty()) continue;  // has a fault already
     const auto is_it = [&](const CameraModel& model) { return model.name == camera.name; };
     const auto found = std::find_if(rig.begin(), rig.end(), is_it);
     if (found == rig.end()) {
@@ -206,7 +133,7 @@ Rig rig_for(DaemonTables& tables, const DaemonSettings& settings, const Rig& rig
                                                   near ? fmt::format(", did you mean '{}'?", *near) : ""));
       continue;
     }
-    const std::optional<ImageSize> size = size_of(camera);
+    const std::optional<cameras::ImageSize> size = facts_of(camera).size;
     if (size && (size->width_px != found->width_px || size->height_px != found->height_px)) {
       tables.cameras[i].fault(
           "width_px", fmt::format("size is {}x{} px, but the rig {} was made at {}x{}", size->width_px, size->height_px,

@@ -7,32 +7,63 @@
 #include <regex>
 #include <sstream>
 
-#include "settings/camera_keys.h"
 #include "settings/cross_checks.h"
 #include "settings/key_list.h"
 #include "settings/marker_set_file.h"
 #include "settings/rig_file.h"
+#include "settings/sections.h"
 #include "settings/shape_checks.h"
-#include "settings/stage_keys.h"
 #include "settings/subject_file.h"
 #include "settings/toml_file.h"
 
 namespace mocap::settings {
+
+void declare_keys(KeyVisitor& keys, CaptureSettings& capture) {
+  keys.path("rig", capture.rig_file,
+            {.help = "calibration of the cameras: one table per camera, found by its name",
+             .example = "rig.example.toml",
+             .example_is_active = true});
+  keys.number("rate_hz", capture.rate_hz, {0, 10000},
+              {.help = "sets per second announced to clients; 0: the rate of the fastest camera"});
+}
+
+void declare_keys(KeyVisitor& keys, SubjectSettings& subject) {
+  keys.text("name", subject.name,
+            {.help = "used in the log and on the wire",
+             .example = "actor",
+             .required = "the subject's name in the log and on the wire"});
+  keys.path("marker_set", subject.marker_set_file,
+            {.help = "markers on the bones of a skeleton; may be left out if file is given",
+             .example = "markersets/openmocap18.toml",
+             .example_is_active = true});
+  keys.path("file", subject.file,
+            {.help = "fitted body (mocapctl subject): the subject is recognised in any pose",
+             .example = "subjects/actor.toml"});
+  keys.path("keep", subject.keep,
+            {.help = "file for the fits that are made while the daemon runs; read at the next start",
+             .example = "subjects/actor.toml"});
+}
+
 namespace {
 
-void tell(Keys& keys, SubjectSettings& subject) {
-  keys.text("name", subject.name);
-  keys.path("marker_set", subject.marker_set_file);
-  keys.path("file", subject.file);
-  keys.path("keep", subject.keep);
+// The keys of a camera whose driver is unknown cannot be judged.
+cameras::CameraSettings read_camera(TomlTable& table) {
+  cameras::CameraSettings camera;
+  table.call_by("name", "camera");
+  declare_keys(table, camera);
+  if (camera.driver.driver().empty()) return camera;
+  table.add(faults_of(camera));
+  table.done();
+  return camera;
 }
 
 DaemonTables read_tables(TomlFile& file, DaemonSettings& settings) {
-  DaemonTables tables{file.root(), {}, {}};
+  DaemonTables tables{file.root(), {}, {}, {}};
   for (const Section& section : sections()) {
     if (std::optional<TomlTable> table = tables.root.table(section.name, section.name)) {
-      section.tell(*table, settings);
+      section.declare(*table, settings);
       table->done();
+      tables.sections.emplace(section.name, *std::move(table));
     }
   }
   tables.cameras = tables.root.tables("camera", "camera");
@@ -40,17 +71,16 @@ DaemonTables read_tables(TomlFile& file, DaemonSettings& settings) {
   tables.subjects = tables.root.tables("subject", "subject");
   for (TomlTable& table : tables.subjects) {
     SubjectSettings& subject = settings.subjects.emplace_back();
-    tell(table, subject);
-    if (!subject.name.empty()) table.call(fmt::format("subject '{}'", subject.name));
-    if (subject.name.empty()) table.require("name", "the subject's name in the log and on the wire");
+    table.call_by("name", "subject");
+    declare_keys(table, subject);
     table.done();
   }
   tables.root.done();
   return tables;
 }
 
-// The cameras as the rig file has them, and by their names alone where it is not there yet or has others.
-void load_what_there_is_of_the_rig(TomlFile& file, DaemonSettings& settings) {
+// The entries of the rig file; a camera without an entry gets a model with its name alone.
+void load_rig_as_found(TomlFile& file, DaemonSettings& settings) {
   Rig known;
   std::error_code ignored;
   if (!settings.capture.rig_file.empty() && std::filesystem::exists(settings.capture.rig_file, ignored)) {
@@ -68,10 +98,9 @@ void load_what_there_is_of_the_rig(TomlFile& file, DaemonSettings& settings) {
   }
 }
 
-void load_the_rig(TomlFile& file, DaemonTables& tables, DaemonSettings& settings) {
-  std::optional<TomlTable> capture = tables.root.table("capture", "capture");
+void load_whole_rig(TomlFile& file, DaemonTables& tables, DaemonSettings& settings) {
   if (settings.capture.rig_file.empty()) {
-    (capture ? *capture : tables.root).fault("rig", "rig is missing, expected the calibration file of the cameras");
+    tables.section("capture").fault("rig", "rig is missing, expected the calibration file of the cameras");
     return;
   }
   const Result<Rig, Faults> rig = load_rig(settings.capture.rig_file);
@@ -79,7 +108,7 @@ void load_the_rig(TomlFile& file, DaemonTables& tables, DaemonSettings& settings
   settings.rig = rig_for(tables, settings, *rig);
 }
 
-// "marker.toml:3:7: name is ..." as a fault; nothing for a line without a place.
+// The fault of a line "marker.toml:3:7: name is ..."; nothing for a line without a place.
 std::optional<Fault> fault_from(const std::string& line) {
   static const std::regex kPlaced("(.*?):([0-9]{1,9}):([0-9]{1,9}): (.*)");
   std::smatch parts;
@@ -88,21 +117,21 @@ std::optional<Fault> fault_from(const std::string& line) {
                static_cast<std::uint32_t>(std::stoul(parts[3])), parts[4].str()};
 }
 
-// The marker sets of one configuration, each read once.
+// The marker sets of one configuration. Each file is read once.
 class MarkerSets {
  public:
   explicit MarkerSets(TomlFile& file) : file_(file) {}
 
-  // What is wrong with the set is told at its first user's key.
+  // Faults of the set are added at the key of its first user.
   std::optional<MarkerSet> load(TomlTable& user, const std::filesystem::path& path) {
     if (const auto found = loaded_.find(path); found != loaded_.end()) return found->second;
     Result<MarkerSet> set = load_marker_set(path);
-    if (!set) tell_faults(user, path, set.error().message);
+    if (!set) add_faults(user, path, set.error().message);
     return loaded_[path] = set ? std::optional(*std::move(set)) : std::nullopt;
   }
 
  private:
-  void tell_faults(TomlTable& user, const std::filesystem::path& path, const std::string& message) {
+  void add_faults(TomlTable& user, const std::filesystem::path& path, const std::string& message) {
     Faults placed{path, {}};
     std::istringstream lines(message);
     for (std::string line; std::getline(lines, line);) {
@@ -117,7 +146,7 @@ class MarkerSets {
   std::map<std::filesystem::path, std::optional<MarkerSet>> loaded_;
 };
 
-// What is known of a subject before it is seen: its file's body, else the one that was kept of an earlier run.
+// The file of the fitted body: `file`, otherwise `keep` if an earlier run has written it; empty: none.
 std::filesystem::path stored_body(const SubjectSettings& subject) {
   if (!subject.file.empty()) return subject.file;
   std::error_code ignored;
@@ -129,9 +158,9 @@ bool same_markers(const MarkerSet& a, const MarkerSet& b) {
   return std::ranges::equal(a.markers, b.markers, same) && std::ranges::equal(a.skeleton.bones, b.skeleton.bones, same);
 }
 
-// A subject by its file, its marker set's offsets replaced by the body's. Nothing, and faults, where that is wrong.
-std::optional<SubjectFile> load_the_body(TomlFile& file, TomlTable& table, const SubjectSettings& subject,
-                                         const std::optional<MarkerSet>& worn) {
+// The fitted body of a subject. Nothing, and faults, if its file cannot be used.
+std::optional<SubjectFile> load_body(TomlFile& file, TomlTable& table, const SubjectSettings& subject,
+                                     const std::optional<MarkerSet>& named_set) {
   const std::filesystem::path path = stored_body(subject);
   Result<SubjectFile, Faults> body = load_subject(path);
   if (!body) {
@@ -139,21 +168,21 @@ std::optional<SubjectFile> load_the_body(TomlFile& file, TomlTable& table, const
     table.fault(subject.file.empty() ? "keep" : "file", fmt::format("'{}' has faults", path.string()));
     return std::nullopt;
   }
-  if (worn && !same_markers(*worn, body->marker_set)) {
+  if (named_set && !same_markers(*named_set, body->marker_set)) {
     table.fault("marker_set",
-                fmt::format("marker_set is '{}', but '{}' was fitted with '{}'; expected one and the same", worn->name,
-                            path.string(), body->marker_set.name));
+                fmt::format("marker_set is '{}', but '{}' was fitted with '{}'; expected one and the same",
+                            named_set->name, path.string(), body->marker_set.name));
     return std::nullopt;
   }
   return *std::move(body);
 }
 
-void load_the_subject(TomlFile& file, TomlTable& table, MarkerSets& sets, const SubjectSettings& subject,
-                      DaemonSettings& settings) {
-  std::optional<MarkerSet> worn;
+void load_subject_model(TomlFile& file, TomlTable& table, MarkerSets& sets, const SubjectSettings& subject,
+                        DaemonSettings& settings) {
+  std::optional<MarkerSet> named_set;
   if (!subject.marker_set_file.empty()) {
-    worn = sets.load(table, subject.marker_set_file);
-    if (!worn) return;
+    named_set = sets.load(table, subject.marker_set_file);
+    if (!named_set) return;
   }
   SubjectFile known{.name = subject.name,
                     .marker_set_file = subject.marker_set_file,
@@ -163,38 +192,38 @@ void load_the_subject(TomlFile& file, TomlTable& table, MarkerSets& sets, const 
                     .marker_residuals_m = {}};
   const bool stored = !stored_body(subject).empty();
   if (stored) {
-    std::optional<SubjectFile> body = load_the_body(file, table, subject, worn);
+    std::optional<SubjectFile> body = load_body(file, table, subject, named_set);
     if (!body) return;
     known = *std::move(body);
-  } else if (worn) {
-    known.marker_set = *std::move(worn);
+  } else if (named_set) {
+    known.marker_set = *std::move(named_set);
   } else {
     table.require("marker_set", "a file of config/markersets, or a subject's file");
     return;
   }
-  settings.worn.push_back({subject.name, known.marker_set, stored});
-  const SubjectId id{static_cast<std::uint32_t>(settings.worn.size() - 1)};
+  settings.subject_models.push_back({subject.name, known.marker_set, stored});
+  const SubjectId id{static_cast<std::uint32_t>(settings.subject_models.size() - 1)};
   if (!subject.keep.empty()) settings.kept.push_back({id, subject.keep, std::move(known)});
 }
 
-void load_the_marker_sets(TomlFile& file, DaemonTables& tables, DaemonSettings& settings) {
+void load_marker_sets(TomlFile& file, DaemonTables& tables, DaemonSettings& settings) {
   MarkerSets sets(file);
   for (std::size_t i = 0; i < settings.subjects.size(); ++i) {
-    load_the_subject(file, tables.subjects[i], sets, settings.subjects[i], settings);
+    load_subject_model(file, tables.subjects[i], sets, settings.subjects[i], settings);
   }
-  if (settings.worn.size() == settings.subjects.size()) check_shapes(tables, settings);
+  if (settings.subject_models.size() == settings.subjects.size()) check_shapes(tables, settings);
   settings.simulated.resize(settings.cameras.size());
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
-    const auto* synthetic = std::get_if<cameras::SyntheticSettings>(&settings.cameras[i].driver);
-    if (synthetic == nullptr || synthetic->marker_set.empty()) continue;
-    if (auto worn = sets.load(tables.cameras[i], synthetic->marker_set)) settings.simulated[i] = *std::move(worn);
+    const std::filesystem::path simulated = facts_of(settings.cameras[i]).marker_set;
+    if (simulated.empty()) continue;
+    if (auto set = sets.load(tables.cameras[i], simulated)) settings.simulated[i] = *std::move(set);
   }
 }
 
 double nominal_rate_hz(const DaemonSettings& settings) {
   if (settings.capture.rate_hz > 0.0) return settings.capture.rate_hz;
   double fastest_hz = 0.0;
-  for (const auto& camera : settings.cameras) fastest_hz = std::max(fastest_hz, rate_hz_of(camera).value_or(0.0));
+  for (const auto& camera : settings.cameras) fastest_hz = std::max(fastest_hz, facts_of(camera).rate_hz.value_or(0.0));
   return fastest_hz;
 }
 
@@ -207,11 +236,11 @@ Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path&
   DaemonTables tables = read_tables(*file, settings);
   check_together(tables, settings);
   if (need == RigNeed::Whole) {
-    load_the_rig(*file, tables, settings);
+    load_whole_rig(*file, tables, settings);
   } else {
-    load_what_there_is_of_the_rig(*file, settings);
+    load_rig_as_found(*file, settings);
   }
-  load_the_marker_sets(*file, tables, settings);
+  load_marker_sets(*file, tables, settings);
   if (!file->faults().list.empty()) return file->faults();
   settings.nominal_rate_hz = nominal_rate_hz(settings);
   return settings;
@@ -226,26 +255,26 @@ detect::DetectSettings detect_of(const DaemonSettings& settings, CameraId camera
 }
 
 std::vector<std::pair<std::string, std::string>> list_settings(const DaemonSettings& settings) {
-  DaemonSettings copy = settings;  // telling may write
+  DaemonSettings copy = settings;  // a visitor may change fields
   std::vector<std::pair<std::string, std::string>> all;
   const auto add = [&](const std::string& prefix, const KeyList& list) {
-    for (const auto& [key, value] : list.entries()) {
-      if (!value.empty()) all.emplace_back(prefix + "." + key, value);
+    for (const ListedKey& listed : list.entries()) {
+      if (!listed.value.empty()) all.emplace_back(fmt::format("{}.{}", prefix, listed.key.name), listed.value);
     }
   };
   for (const Section& section : sections()) {
     KeyList list;
-    section.tell(list, copy);
+    section.declare(list, copy);
     add(section.name, list);
   }
   for (auto& camera : copy.cameras) {
     KeyList list;
-    settings::tell(list, camera);
+    declare_keys(list, camera);
     add("camera." + camera.name, list);
   }
   for (auto& subject : copy.subjects) {
     KeyList list;
-    tell(list, subject);
+    declare_keys(list, subject);
     add("subject." + subject.name, list);
   }
   return all;

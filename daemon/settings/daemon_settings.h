@@ -1,53 +1,50 @@
 #pragma once
 
 #include <filesystem>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "associate/match_triangulator.h"
-#include "associate/multi_view_matcher.h"
+#include "associate/match_settings.h"
+#include "associate/triangulate_settings.h"
+#include "base/key_visitor.h"
 #include "base/log.h"
 #include "base/result.h"
 #include "cameras/camera_settings.h"
-#include "detect/blob_detector.h"
-#include "drift/drift_watch.h"
-#include "label/body_labeller.h"
+#include "detect/detect_settings.h"
+#include "drift/drift_settings.h"
+#include "label/label_settings.h"
 #include "model/camera_model.h"
 #include "model/ids.h"
 #include "model/skeleton.h"
-#include "runtime/pipeline.h"
+#include "runtime/runtime_settings.h"
 #include "settings/faults.h"
-#include "settings/subject_keeper.h"
-#include "solve/subject_refiner.h"
-#include "solve/tree_solver.h"
-#include "track2d/following_blob_tracker.h"
-#include "track3d/kalman_marker_tracker.h"
-#include "wire/zmq_control.h"
-#include "wire/zmq_publisher.h"
+#include "settings/kept_subject.h"
+#include "solve/refine_settings.h"
+#include "solve/solve_settings.h"
+#include "take/record_settings.h"
+#include "track2d/track_blobs_settings.h"
+#include "track3d/track_markers_settings.h"
+#include "wire/wire_settings.h"
 
 namespace mocap::settings {
 
-/// [capture]: the run as a whole.
+/// [capture]: the run as a whole. Help and ranges of the keys: daemon_settings.cpp.
 struct CaptureSettings {
   std::filesystem::path rig_file;
-  double rate_hz = 0.0;  ///< sets a second that clients are told to expect; 0: the fastest camera's rate
+  double rate_hz = 0.0;
 };
 
-/// [[subject]]
+/// [[subject]]. Help of the keys: daemon_settings.cpp.
 struct SubjectSettings {
   std::string name;
   std::filesystem::path marker_set_file;
-  std::filesystem::path file;  ///< of the body as it was fitted before; empty: it is fitted when it is recognised
-  std::filesystem::path keep;  ///< where fits made while the daemon runs are kept; read at start where there is one
+  std::filesystem::path file;  ///< empty: the body is fitted when it is recognised
+  std::filesystem::path keep;  ///< empty: fits are not kept
 };
 
-/// [record]: what is kept of a run.
-struct RecordSettings {
-  std::filesystem::path snapshots;  ///< every snapshot, as .jsonl or .pb; empty: not kept
-  std::filesystem::path blobs;      ///< what every camera's detector finds, as .blobs; empty: not kept
-};
+void declare_keys(KeyVisitor& keys, CaptureSettings& capture);
+void declare_keys(KeyVisitor& keys, SubjectSettings& subject);
 
 /// One configuration file and the files that it names, checked.
 struct DaemonSettings {
@@ -63,34 +60,33 @@ struct DaemonSettings {
   label::LabelSettings label;
   solve::SolveSettings solve;
   solve::RefineSettings refine;
-  drift::DriftSettings drift;  ///< [watch]; drift_px 0: off
+  drift::DriftSettings drift;
   wire::PublisherSettings publish;
-  wire::ControlSettings control;  ///< endpoint empty: beside the feed; "none": nobody is listened to
-  RecordSettings record;
-  runtime::PipelineSettings pipeline;  ///< [capture], [align], [publish], [reopen], [queues], [realtime]
-  bool lock_memory = false;
+  wire::ControlSettings control;
+  take::RecordSettings record;
+  runtime::PipelineSettings pipeline;
 
-  Rig rig;                           ///< by CameraId: the rig file's entry of each camera
-  std::vector<Subject> worn;         ///< by SubjectId: each subject with its marker set
-  std::vector<KeptSubject> kept;     ///< whose fits are kept
-  std::vector<MarkerSet> simulated;  ///< by CameraId: what a synthetic camera's subject wears; empty for the others
-  double nominal_rate_hz = 0;        ///< capture.rate_hz, or what follows from the cameras; 0: nobody says
+  Rig rig;                              ///< by CameraId: the entry of each camera in the rig file
+  std::vector<Subject> subject_models;  ///< by SubjectId: each subject with its marker set
+  std::vector<KeptSubject> kept;        ///< subjects whose fits are kept
+  std::vector<MarkerSet> simulated;  ///< by CameraId: of the subject that a simulated camera sees; empty for the others
+  double nominal_rate_hz = 0;        ///< capture.rate_hz, or the rate of the fastest camera; 0: unknown
 };
 
-/// Whether a configuration goes without the rig that it names.
+/// Whether every camera of a configuration must be in its rig file.
 enum class RigNeed {
-  Whole,    ///< it has every camera
-  AsFound,  ///< for whoever makes it: a camera that is in no rig file is one of its name alone, of size 0
+  Whole,    ///< yes
+  AsFound,  ///< no: a camera without an entry gets a model with its name and size 0; for programs that calibrate
 };
 
-/// Reads and checks a configuration with the rig and the marker sets that it names. Fails with all that is wrong.
+/// Reads and checks a configuration with the rig and the marker sets that it names. Fails with all faults.
 Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path& path, RigNeed need = RigNeed::Whole);
 
-/// [detect] with what the camera's own table says instead.
+/// [detect], with the thresholds of the camera's own table.
 detect::DetectSettings detect_of(const DaemonSettings& settings, CameraId camera);
 
-/// What is in force, as pairs of "align.window_us" and "500"; those of a camera as "camera.north-east.driver". What is
-/// absent is left out.
+/// The values in force as pairs of "align.window_us" and "500"; those of a camera as "camera.north-east.driver". Absent
+/// values are left out.
 std::vector<std::pair<std::string, std::string>> list_settings(const DaemonSettings& settings);
 
 }  // namespace mocap::settings

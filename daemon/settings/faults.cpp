@@ -13,7 +13,7 @@ std::string to_text(const Fault& fault) {
 }
 
 std::string to_text(const Faults& faults) {
-  // The file itself first, then those it names in the order in which they were read.
+  // Faults of the file itself come first, then those of the files it names in the order of reading.
   std::vector<Fault> sorted = faults.list;
   std::stable_sort(sorted.begin(), sorted.end(), [&](const Fault& a, const Fault& b) {
     const bool a_elsewhere = a.file != faults.file;

@@ -5,47 +5,48 @@
 
 namespace mocap::settings {
 
-void KeyList::add(std::string_view key, std::string value) {
-  entries_.emplace_back(std::string(key), std::move(value));
+ListedKey& KeyList::add(const Key& key, std::string value) {
+  return entries_.emplace_back(ListedKey{.key = key, .value = std::move(value), .note = std::exchange(note_, {})});
 }
 
-void KeyList::flag(std::string_view key, bool& field) { add(key, field ? "true" : "false"); }
+void KeyList::visit(const Key& key, bool& field) { add(key, field ? "true" : "false"); }
 
-void KeyList::text(std::string_view key, std::string& field) { add(key, fmt::format("\"{}\"", field)); }
-
-void KeyList::path(std::string_view key, std::filesystem::path& field) {
-  add(key, fmt::format("\"{}\"", field.string()));
+void KeyList::visit(const Key& key, std::optional<double>& value) {
+  // Twelve digits hide the rounding of a unit conversion.
+  add(key, value ? fmt::format("{:.12g}", *value) : "").has_default = value.has_value();
 }
 
-void KeyList::one_of(std::string_view key, std::string& field, const std::vector<std::string>& /*words*/) {
-  add(key, fmt::format("\"{}\"", field));
+void KeyList::visit(const Key& key, std::optional<std::int64_t>& value) {
+  add(key, value ? std::to_string(*value) : "").has_default = value.has_value();
 }
 
-void KeyList::whole_numbers(std::string_view key, std::vector<int>& field, Range /*range*/) {
-  add(key, fmt::format("[{}]", fmt::join(field, ", ")));
+void KeyList::visit(const Key& key, std::string& field) {
+  ListedKey& listed = add(key, fmt::format("\"{}\"", field));
+  listed.is_text = true;
+  listed.has_default = !field.empty();
 }
 
-void KeyList::texts(std::string_view key, std::vector<std::string>& field) {
-  add(key, field.empty() ? "" : fmt::format("[\"{}\"]", fmt::join(field, "\", \"")));
+void KeyList::visit(const Key& key, std::filesystem::path& field) {
+  std::string text = field.string();
+  visit(key, text);
 }
 
-void KeyList::numbers(std::string_view key, double* fields, std::size_t count, Range /*range*/) {
-  add(key, fmt::format("[{}]", fmt::join(fields, fields + count, ", ")));
+void KeyList::visit(const Key& key, std::vector<int>& field) {
+  add(key, fmt::format("[{}]", fmt::join(field, ", "))).is_list = true;
 }
 
-void KeyList::pairs(std::string_view key, std::vector<std::pair<std::string, std::string>>& field) {
+void KeyList::visit(const Key& key, std::vector<std::string>& field) {
+  add(key, field.empty() ? "[]" : fmt::format("[\"{}\"]", fmt::join(field, "\", \"")));
+}
+
+void KeyList::visit(const Key& key, std::span<double> fields) {
+  add(key, fmt::format("[{}]", fmt::join(fields, ", "))).is_list = true;
+}
+
+void KeyList::visit(const Key& key, KeyPairs& field) {
   std::string text;
   for (const auto& [name, value] : field) text += fmt::format("{}{} = \"{}\"", text.empty() ? "" : ", ", name, value);
-  add(key, text.empty() ? "{}" : fmt::format("{{ {} }}", text));
-}
-
-void KeyList::real(std::string_view key, std::optional<double>& value, Range /*range*/) {
-  // Twelve digits: what a unit conversion leaves in the last ones is nobody's setting.
-  add(key, value ? fmt::format("{:.12g}", *value) : "");
-}
-
-void KeyList::whole(std::string_view key, std::optional<std::int64_t>& value, Range /*range*/) {
-  add(key, value ? std::to_string(*value) : "");
+  add(key, text.empty() ? "{}" : fmt::format("{{ {} }}", text)).has_default = !field.empty();
 }
 
 }  // namespace mocap::settings

@@ -4,32 +4,43 @@
 #include <utility>
 #include <vector>
 
-#include "settings/keys.h"
+#include "base/key_visitor.h"
 
 namespace mocap::settings {
 
-/// A section written down: every key with the value in force, as a file would have it. An absent value is "".
-class KeyList final : public Keys {
- public:
-  void flag(std::string_view key, bool& field) override;
-  void text(std::string_view key, std::string& field) override;
-  void path(std::string_view key, std::filesystem::path& field) override;
-  void one_of(std::string_view key, std::string& field, const std::vector<std::string>& words) override;
-  void whole_numbers(std::string_view key, std::vector<int>& field, Range range) override;
-  void texts(std::string_view key, std::vector<std::string>& field) override;
-  void numbers(std::string_view key, double* fields, std::size_t count, Range range) override;
-  void pairs(std::string_view key, std::vector<std::pair<std::string, std::string>>& field) override;
+/// One key of a table with its value.
+struct ListedKey {
+  Key key;
+  std::string value;        ///< as a TOML file has it; "" if a number is absent
+  std::string note = {};    ///< paragraph of documentation before the key
+  bool is_text = false;     ///< a text, word or path: in quotes
+  bool is_list = false;     ///< a list of numbers
+  bool has_default = true;  ///< not an absent number, an empty text or an empty table
+};
 
-  const std::vector<std::pair<std::string, std::string>>& entries() const noexcept { return entries_; }
+/// Lists every key of a table with its value.
+class KeyList final : public KeyVisitor {
+ public:
+  const std::vector<ListedKey>& entries() const noexcept { return entries_; }
+
+  void note(std::string_view text) override { note_ = text; }
 
  protected:
-  void real(std::string_view key, std::optional<double>& value, Range range) override;
-  void whole(std::string_view key, std::optional<std::int64_t>& value, Range range) override;
+  void visit(const Key& key, bool& field) override;
+  void visit(const Key& key, std::optional<double>& value) override;
+  void visit(const Key& key, std::optional<std::int64_t>& value) override;
+  void visit(const Key& key, std::string& field) override;
+  void visit(const Key& key, std::filesystem::path& field) override;
+  void visit(const Key& key, std::vector<int>& field) override;
+  void visit(const Key& key, std::vector<std::string>& field) override;
+  void visit(const Key& key, std::span<double> fields) override;
+  void visit(const Key& key, KeyPairs& field) override;
 
  private:
-  void add(std::string_view key, std::string value);
+  ListedKey& add(const Key& key, std::string value);
 
-  std::vector<std::pair<std::string, std::string>> entries_;
+  std::vector<ListedKey> entries_;
+  std::string note_;  // for the next key
 };
 
 }  // namespace mocap::settings

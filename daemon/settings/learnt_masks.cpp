@@ -45,7 +45,7 @@ TextEdit edit_of(const toml::table& table, const CameraModel& camera, const std:
   return {at, at, (open_end ? "\n" : "") + line + "\n"};
 }
 
-// All but the learnt masks, which the edit is to change.
+// The file without the learned masks: the part that the edit must not change.
 toml::table rest_of(toml::table root) {
   for (auto&& [key, node] : root) {
     if (toml::table* table = node.as_table()) table->erase(kLearntMask);

@@ -7,12 +7,12 @@
 
 namespace mocap::settings {
 
-/// Writes the `learnt_masks` of the cameras of `rig` into the rig file, for those of its cameras that `rig` has (by
-/// name). All else in the file stays as it is to the byte: numbers, comments, what other programs keep there. The file
-/// is replaced as a whole or, when that fails, not at all.
+/// Writes the `learnt_masks` of `rig` into the rig file, for each camera that both have (by name). Every other byte of
+/// the file stays: numbers, comments, keys of other programs. The file is replaced as a whole or, if that fails, not at
+/// all.
 ///
-/// Fails with InvalidArgument where the file is no rig that could be edited so: not TOML, or a camera that stands in
-/// one line in braces.
+/// Fails with Io, and with InvalidArgument if the file cannot be edited in this way: it is not TOML, or a camera is an
+/// inline table `{ ... }`.
 Status save_learnt_masks(const std::filesystem::path& path, const Rig& rig);
 
 }  // namespace mocap::settings

@@ -24,12 +24,12 @@ namespace mocap::settings {
 namespace {
 
 constexpr double kRadPerDegree = std::numbers::pi / 180.0;
-// No bone of a person is longer; a value in millimetres is.
+// No bone of a person is longer than 2 m. A value in millimetres is larger.
 constexpr double kLongestOffset_m = 2.0;
 
 using Keys = std::initializer_list<std::string_view>;
 
-// ", did you mean 'x'?" where one of the known words is near, or nothing.
+// ", did you mean 'x'?" if one of the known words is near; otherwise empty.
 std::string suggestion(std::string_view word, const std::vector<std::string>& known) {
   const std::optional<std::string> nearest = nearest_word(word, known);
   return nearest ? fmt::format(", did you mean '{}'?", *nearest) : std::string{};
@@ -59,7 +59,7 @@ class Reader {
     }
   }
 
-  // The words of a key; empty, with a fault if it must be there, where there are none.
+  // The text of a key; empty if it is absent, which is a fault if it `must_be` there.
   std::string words(const toml::table& table, std::string_view what, std::string_view key, bool must_be) {
     const toml::node* node = table.get(key);
     if (node == nullptr) {
@@ -74,7 +74,7 @@ class Reader {
     return *value;
   }
 
-  // `count` numbers from `least` to `most`; nothing where the key is absent or wrong.
+  // `count` numbers from `least` to `most`; nothing if the key is absent or has a fault.
   template <std::size_t count>
   std::optional<std::array<double, count>> numbers(const toml::table& table, std::string_view what,
                                                    std::string_view key, double least, double most) {
@@ -85,7 +85,7 @@ class Reader {
     bool right = array != nullptr && array->size() == count;
     for (std::size_t i = 0; right && i < count; ++i) {
       const std::optional<double> value = array->get(i)->is_number() ? array->get(i)->value<double>() : std::nullopt;
-      right = value && *value >= least && *value <= most;  // false for nan, too
+      right = value && *value >= least && *value <= most;  // false for NaN, too
       if (right) values[i] = *value;
     }
     if (right) return values;
@@ -135,7 +135,7 @@ Result<toml::table> parse(const std::filesystem::path& file, Reader& reader) {
   }
 }
 
-// The tables of an array, each with what it is called in a message; a fault for what is no table.
+// The tables of an array; an element that is no table is a fault.
 std::vector<const toml::table*> tables(const toml::table& root, std::string_view key, std::size_t most,
                                        Reader& reader) {
   std::vector<const toml::table*> found;
@@ -176,7 +176,7 @@ void read_turns(const toml::table& table, const std::string& what, Reader& reade
     if (!range) continue;
     if ((*range)[0] >= (*range)[1]) {
       reader.fault(turns->get(kAxes[axis])->source(),
-                   fmt::format("{}: turns_deg {} is from {} to {}, expected the lesser first", what, kAxes[axis],
+                   fmt::format("{}: turns_deg {} is from {} to {}, expected the smaller first", what, kAxes[axis],
                                (*range)[0], (*range)[1]));
       continue;
     }
@@ -213,9 +213,8 @@ void read_parent(const toml::table& table, const std::string& what, const Skelet
   const toml::node* node = table.get("parent");
   if (node == nullptr) {
     if (!above.bones.empty()) {
-      reader.fault(
-          table.source(),
-          fmt::format("{}: parent is missing, expected a bone that stands above; only the first bone has none", what));
+      reader.fault(table.source(),
+                   fmt::format("{}: parent is missing, expected an earlier bone; only the first bone has none", what));
     }
     return;
   }
@@ -223,7 +222,7 @@ void read_parent(const toml::table& table, const std::string& what, const Skelet
   if (parent.empty()) return;
   bone.parent = index_of(above.bones, parent);
   if (bone.parent < 0) {
-    reader.fault(node->source(), fmt::format("{}: parent is '{}', expected a bone that stands above{}", what, parent,
+    reader.fault(node->source(), fmt::format("{}: parent is '{}', expected an earlier bone{}", what, parent,
                                              suggestion(parent, names_of(above.bones))));
   }
 }
@@ -239,14 +238,16 @@ Skeleton read_skeleton(const toml::table& root, Reader& reader) {
     reader.allow_only(*table, what, {"name", "parent", "rest_offset_m", "turns_deg", "aliases"});
     if (!bone.name.empty() && index_of(skeleton.bones, bone.name) >= 0) {
       reader.fault(table->get("name")->source(),
-                   fmt::format("{}: the name stands twice, expected one bone a name", what));
+                   fmt::format("{}: the name occurs twice, expected one bone per name", what));
     }
     read_parent(*table, what, skeleton, reader, bone);
     const auto offset = reader.numbers<3>(*table, what, "rest_offset_m", -kLongestOffset_m, kLongestOffset_m);
     if (offset) bone.rest_offset_m = {(*offset)[0], (*offset)[1], (*offset)[2]};
     if (table->get("rest_offset_m") == nullptr && table->get("parent") != nullptr) {
-      reader.fault(table->source(),
-                   fmt::format("{}: rest_offset_m is missing, expected the joint from its parent's, in metres", what));
+      reader.fault(
+          table->source(),
+          fmt::format("{}: rest_offset_m is missing, expected the offset of the joint from that of its parent, in m",
+                      what));
     }
     read_turns(*table, what, reader, bone);
     read_aliases(*table, what, reader, bone);
@@ -265,7 +266,7 @@ void read_markers(const toml::table& root, Reader& reader, MarkerSet& set) {
                                    [&](const MarkerOnBone& other) { return other.name == marker.name; });
     if (twice && !marker.name.empty()) {
       reader.fault(table->get("name")->source(),
-                   fmt::format("{}: the name stands twice, expected one marker a name", what));
+                   fmt::format("{}: the name occurs twice, expected one marker per name", what));
     }
     const std::string bone = reader.words(*table, what, "bone", true);
     marker.bone = index_of(set.skeleton.bones, bone);
@@ -282,7 +283,7 @@ void read_markers(const toml::table& root, Reader& reader, MarkerSet& set) {
   }
 }
 
-// The two markers of a pair; nothing, with a fault, where it does not name two.
+// The two markers of a pair; anything else is a fault.
 std::optional<MarkerPair> read_pair(const toml::node& node, const std::vector<MarkerOnBone>& markers, Reader& reader) {
   const toml::array* names = node.as_array();
   if (names == nullptr || names->size() != 2) {
@@ -305,7 +306,7 @@ std::optional<MarkerPair> read_pair(const toml::node& node, const std::vector<Ma
   return MarkerPair{pair[0], pair[1]};
 }
 
-// Of a set whose markers are all read: who is said to tell left from right must do so.
+// Needs all markers of the set. A pair that is listed as asymmetric must distinguish left from right.
 void read_asymmetric(const toml::table& root, Reader& reader, MarkerSet& set) {
   const toml::node* node = root.get("asymmetric");
   if (node == nullptr) return;
@@ -315,7 +316,7 @@ void read_asymmetric(const toml::table& root, Reader& reader, MarkerSet& set) {
     return;
   }
   if (set.skeleton.bones.size() == 1) {
-    reader.fault(node->source(), "asymmetric: a thing of one bone has no sides, expected none; its distances tell it");
+    reader.fault(node->source(), "asymmetric: a rigid body has no left and right side, expected no pairs");
     return;
   }
   const std::vector<int> opposite = identify::opposite_bones(set.skeleton);
@@ -327,14 +328,14 @@ void read_asymmetric(const toml::table& root, Reader& reader, MarkerSet& set) {
     if (pair->one == pair->other || opposite[static_cast<std::size_t>(one.bone)] != other.bone) {
       const auto name_of = [&](int bone) { return set.skeleton.bones[static_cast<std::size_t>(bone)].name; };
       reader.fault(item.source(),
-                   fmt::format("asymmetric: '{}' sits on {} and '{}' on {}, expected two markers of opposite bones",
+                   fmt::format("asymmetric: '{}' is on {} and '{}' on {}, expected two markers of opposite bones",
                                one.name, name_of(one.bone), other.name, name_of(other.bone)));
     } else if (off_m < identify::kMinAsymmetry_m) {
       reader.fault(
           item.source(),
           fmt::format(
               "asymmetric: '{}' is {:.0f} mm off the mirror image of '{}' as seen from the front, expected {:.0f} mm "
-              "or more; move one of them along its bone and measure its offset_m anew, or leave the pair out",
+              "or more; move one of them along its bone and measure its offset_m again, or leave the pair out",
               one.name, 1e3 * off_m, other.name, 1e3 * identify::kMinAsymmetry_m));
     } else {
       set.asymmetric.push_back(*pair);

@@ -7,16 +7,15 @@
 
 namespace mocap::settings {
 
-/// Reads a marker set (config/markersets) and the skeleton it names, whose path is taken from the marker set file's
-/// own folder. `asymmetric` in it names pairs of markers that on purpose are no mirror images of each other
-/// (body/asymmetry.h): pairs that nearly are one are refused.
+/// Reads a marker set (config/markersets) and the skeleton that it names; the path of the skeleton is relative to the
+/// marker set file. `asymmetric` lists pairs of markers that are no mirror images of each other
+/// (identify/asymmetry.h); a pair that nearly is a mirror image is refused.
 ///
-/// Fails with NotFound or Io when a file cannot be read, and with InvalidArgument when it says what cannot be: then
-/// the message bears all faults of both files, one a line, each as `file:line:column: what is wrong, what was
-/// expected`.
+/// Fails with NotFound or Io if a file cannot be read, and with InvalidArgument if a file has faults. The message then
+/// lists all faults of both files, one per line: `file:line:column: fault, expectation`.
 Result<MarkerSet> load_marker_set(const std::filesystem::path& file);
 
-/// Reads a skeleton (config/skeletons) alone; fails likewise.
+/// Reads a skeleton (config/skeletons); fails like load_marker_set.
 Result<Skeleton> load_skeleton(const std::filesystem::path& file);
 
 }  // namespace mocap::settings

@@ -32,7 +32,7 @@ int create(const std::string& path) {
   constexpr int kFlags = O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC;
   const int file = ::open(path.c_str(), kFlags, 0666);
   if (file >= 0 || errno != EEXIST) return file;
-  ::unlink(path.c_str());  // left behind by a process of our number that was killed
+  ::unlink(path.c_str());  // of a process with the same id that was killed
   return ::open(path.c_str(), kFlags, 0666);
 }
 
@@ -53,7 +53,7 @@ Status replace_file(const std::filesystem::path& path, std::string_view text) {
     ::unlink(temporary.c_str());
     return status;
   }
-  // So that the new name, too, is on the disk; not every file system can, and the text is safe all the same.
+  // Flushes the new name, too. Not every file system supports it; the text is complete in any case.
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   if (const int opened = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); opened >= 0) {
     static_cast<void>(::fsync(opened));

@@ -7,9 +7,9 @@
 
 namespace mocap::settings {
 
-/// Writes a file so that whoever opens it, also after a power cut, finds the old text or the new one, never half of
-/// either: to a temporary file beside it, flushed to the disk and renamed. Fails with Io; the old file is then as it
-/// was.
+/// Replaces the text of a file atomically: a reader finds the old text or the new text, also after a power failure. The
+/// text is written to a temporary file beside it, flushed to the disk and renamed. Fails with Io; the old file is then
+/// unchanged.
 Status replace_file(const std::filesystem::path& path, std::string_view text);
 
 }  // namespace mocap::settings

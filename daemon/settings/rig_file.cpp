@@ -14,11 +14,11 @@
 namespace mocap::settings {
 namespace {
 
-// Rodrigues vectors and matrices of other programs carry 6 to 17 digits; what is further off is no rotation.
+// Other programs write rotations with 6 to 17 digits. A larger error is no rounding.
 constexpr double kRotationTolerance = 1e-4;
 constexpr double kMaxSize_px = 65536.0;
 
-// The nearest rotation, so that what other programs rounded does not scale the world.
+// The nearest rotation: rounding by other programs must not scale the world.
 Eigen::Matrix3d made_orthonormal(const Eigen::Matrix3d& near_rotation) {
   return Eigen::Quaterniond(near_rotation).normalized().toRotationMatrix();
 }
@@ -30,9 +30,9 @@ Eigen::Matrix3d rotation_of(const Eigen::Vector3d& rodrigues) {
 }
 
 Eigen::Vector3d rodrigues_of(const Eigen::Matrix3d& rotation) {
-  // By way of the quaternion: exact near 0 and near 180 degrees, where the trace is not.
-  const Eigen::AngleAxisd turn{Eigen::Quaterniond(rotation).normalized()};
-  return turn.angle() * turn.axis();
+  // The quaternion is exact near 0 and 180 degrees; the trace of the matrix is not.
+  const Eigen::AngleAxisd angle_axis{Eigen::Quaterniond(rotation).normalized()};
+  return angle_axis.angle() * angle_axis.axis();
 }
 
 void read_size(TomlTable& table, CameraModel& camera) {
@@ -76,7 +76,7 @@ void read_lens(TomlTable& table, Lens& lens) {
   table.flag("fisheye", fisheye);
   lens.kind = fisheye ? LensKind::Fisheye : LensKind::Pinhole;
   read_matrix(table, lens);
-  if (!table.has("distortions")) return table.ignore("distortions");  // a lens without any
+  if (!table.has("distortions")) return table.ignore("distortions");  // a lens without distortion
   const auto distortions = fisheye ? table.list("distortions", {4}) : table.list("distortions", {4, 5});
   if (!distortions) return;
   for (std::size_t i = 0; i < distortions->size(); ++i)
@@ -159,7 +159,7 @@ std::string text_of(const CameraModel& camera) {
 constexpr const char* kCameraKeys[] = {"name",        "size",    "matrix", "distortions", "rotation",
                                        "translation", "fisheye", "mask",   kLearntMask};
 
-// Keys that another program has put into a camera's table.
+// Keys of other programs in a camera's table.
 void leave_out_unknown(TomlTable& table, const std::string& key, std::vector<std::string>& left_out) {
   for (const std::string& own : table.keys()) {
     if (std::ranges::find(kCameraKeys, own) != std::end(kCameraKeys)) continue;
@@ -182,10 +182,10 @@ Result<ForeignRig, Faults> read_rig(const std::filesystem::path& path, bool fore
     }
     if (foreign) leave_out_unknown(*table, key, read.left_out);
     CameraModel camera = read_camera(*table, key);
-    if (is_in(read.rig, camera.name)) table->fault("name", "is in this rig twice, expected one table a camera");
+    if (is_in(read.rig, camera.name)) table->fault("name", "is in this rig twice, expected one table per camera");
     read.rig.push_back(std::move(camera));
   }
-  if (read.rig.empty()) root.fault("no camera in this rig, expected a table a camera");
+  if (read.rig.empty()) root.fault("no camera in this rig, expected one table per camera");
   if (!file->faults().list.empty()) return file->faults();
   return read;
 }

@@ -12,29 +12,29 @@
 
 namespace mocap::settings {
 
-/// What a rig file says about itself under [metadata]; kept for people and tools, no part of the rig.
+/// The table [metadata] of a rig file: for people and tools, no part of the rig.
 using RigMetadata = std::map<std::string, std::variant<bool, double, std::string>>;
 
 /// Reads the cameras of a rig file, in the order of the file.
 ///
 /// The layout is the one that Pose2Sim and aniposelib read and write: a table per camera with `name`, `size` = [width,
 /// height], `matrix` (3x3), `distortions` (OpenCV's k1 k2 p1 p2 [k3], or k1 k2 k3 k4 of a fisheye), `rotation`
-/// (Rodrigues vector, or a 3x3 matrix; camera from world), `translation` (m), `fisheye`. Fails with all that is wrong:
-/// a camera that is there twice, a matrix that is no camera matrix or no rotation, a focal length that is not positive,
-/// a number that is not finite.
+/// (Rodrigues vector, or a 3x3 matrix; camera from world), `translation` (m), `fisheye`. Fails with all faults, such as
+/// a camera that occurs twice, a matrix that is no camera matrix or no rotation, a focal length that is not positive,
+/// or a number that is not finite.
 Result<Rig, Faults> load_rig(const std::filesystem::path& path);
 
-/// A rig of another program, and what its file says that a rig has no place for.
+/// A rig file of another program.
 struct ForeignRig {
   Rig rig;
-  std::vector<std::string> left_out;  ///< a sentence each, with file and camera
+  std::vector<std::string> left_out;  ///< a sentence for each table or key that was left out
 };
 
-/// As load_rig, but keys that are not known, and tables that are no camera, are told of and left out.
+/// As load_rig, but unknown keys, and tables that are no camera, are left out and listed.
 Result<ForeignRig, Faults> load_foreign_rig(const std::filesystem::path& path);
 
-/// Writes a rig file as above, exactly (reading it gives the same cameras to 1e-12). The file is replaced as a whole
-/// or, when that fails, not at all.
+/// Writes a rig file as above; reading it gives the same cameras to 1e-12. The file is replaced as a whole or, if that
+/// fails, not at all.
 Status save_rig(const std::filesystem::path& path, const Rig& rig, const RigMetadata& metadata);
 
 }  // namespace mocap::settings

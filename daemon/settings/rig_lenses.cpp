@@ -65,15 +65,15 @@ bool has_other_size(const toml::table& table, const CameraModel& camera) {
   return width && height && (*width != camera.width_px || *height != camera.height_px);
 }
 
-// A table of its own, for a camera of which only the lens is known.
+// The table of a camera of which only the lens is known.
 std::string new_table(const CameraModel& camera) {
   std::string text = fmt::format("\n[{0}]\nname = {0}\nsize = [{1}, {2}]\n", quoted_text(camera.name), camera.width_px,
                                  camera.height_px);
   for (const char* key : kKeys) text += fmt::format("{} = {}\n", key, value_text(camera.lens, key));
-  return text + "rotation = [0.0, 0.0, 0.0]  # not known yet: mocap-calibrate wand\ntranslation = [0.0, 0.0, 0.0]\n";
+  return text + "rotation = [0.0, 0.0, 0.0]  # unknown: see mocap-calibrate wand\ntranslation = [0.0, 0.0, 0.0]\n";
 }
 
-// All but the lenses, which the edit is to change, and the tables that it adds.
+// The file without lenses and without the tables that the edit adds: the part that the edit must not change.
 toml::table rest_of(toml::table root, const std::vector<std::string>& added) {
   for (const std::string& name : added) root.erase(name);
   for (auto&& [key, node] : root) {
@@ -131,7 +131,7 @@ Result<std::string> edited_rig(const std::filesystem::path& path, const std::str
 Status save_lenses(const std::filesystem::path& path, const Rig& cameras) {
   std::error_code failed;
   if (!std::filesystem::exists(path, failed)) {
-    std::string text = "# Lenses only: where the cameras stand, mocap-calibrate wand finds out.\n";
+    std::string text = "# Lenses only: mocap-calibrate wand finds the poses of the cameras.\n";
     for (const CameraModel& camera : cameras) text += new_table(camera);
     return replace_file(path, text);
   }

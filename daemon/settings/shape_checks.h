@@ -7,13 +7,14 @@
 
 namespace mocap::settings {
 
-/// Whether every subject can be told from itself turned and from the others by where its markers sit: things by their
-/// shape in any order of markers, fitted bodies by their lengths. People who are not fitted yet may wear the same set:
-/// each is fitted in its own T-pose. Makes faults of those that cannot; needs `settings.worn` of all subjects.
+/// Adds a fault for each subject that cannot be distinguished from another subject, or from itself after a rotation:
+/// rigid bodies by the places of their markers in any order, fitted bodies by their lengths. People who are not fitted
+/// yet may have the same marker set, because each is fitted in a T-pose of its own. Needs the marker sets of all
+/// subjects in `settings.subject_models`.
 void check_shapes(DaemonTables& tables, const DaemonSettings& settings);
 
-/// What is no fault but may go wrong, and what to do, a line each: people whose T-pose is to tell their measures, and
-/// may be read back to front.
-std::vector<std::string> shape_doubts(const DaemonSettings& settings);
+/// Warnings, one sentence each with its remedy: people who are to be fitted in a T-pose and whose markers do not
+/// distinguish front from back.
+std::vector<std::string> shape_warnings(const DaemonSettings& settings);
 
 }  // namespace mocap::settings

@@ -18,14 +18,14 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kFormat = 1;
-// No bone of a person is longer; a value in millimetres is.
-constexpr Range kOffset_m{-2.0, 2.0};
-constexpr Range kResidual_m{0.0, 1.0};
+// No bone of a person is longer than 2 m. A value in millimetres is larger.
+constexpr KeyRange kOffset_m{-2.0, 2.0};
+constexpr KeyRange kResidual_m{0.0, 1.0};
 
 std::string offset_text(const Eigen::Vector3d& v) { return list_text({v.x(), v.y(), v.z()}); }
 
-// `path` as it is called from the folder of `file`.
-std::string seen_from(const fs::path& file, const fs::path& path) {
+// `path` relative to the folder of `file`.
+std::string relative_to(const fs::path& file, const fs::path& path) {
   std::error_code ignored;
   const fs::path folder = fs::absolute(file, ignored).parent_path();
   const fs::path relative = fs::proximate(fs::absolute(path, ignored), folder, ignored);
@@ -36,7 +36,7 @@ std::string residual_text(const std::vector<double>& residuals, std::size_t i) {
   return i < residuals.size() && residuals[i] > 0.0 ? fmt::format(", residual_m = {}", number_text(residuals[i])) : "";
 }
 
-// The offsets of bones or markers by their names: each once, none that the marker set does not have.
+// Reads the offsets of bones or markers by name: each name of the marker set once, and no other name.
 class OffsetReader {
  public:
   OffsetReader(std::string what, std::string key, std::vector<std::string> names)
@@ -53,7 +53,7 @@ class OffsetReader {
     const auto at = std::ranges::find(names_, name);
     Eigen::Vector3d offset = Eigen::Vector3d::Zero();
     double residual_m = 0.0;
-    if (table.require(key_, "[x, y, z] in m")) table.numbers(key_, offset.data(), 3, kOffset_m);
+    if (table.require(key_, "[x, y, z] in m")) table.numbers(key_, {offset.data(), 3}, kOffset_m);
     table.number("residual_m", residual_m, kResidual_m);
     table.done();
     if (at == names_.end()) {
@@ -121,7 +121,7 @@ Result<SubjectFile, Faults> load_subject(const fs::path& path) {
   root.number("size", subject.size, {0.1, 10.0});
   root.number("residual_m", subject.residual_m, kResidual_m);
   root.path("marker_set", subject.marker_set_file);
-  if (root.require("marker_set", "the marker set that was worn")) {
+  if (root.require("marker_set", "the marker set of the subject")) {
     Result<MarkerSet> set = load_marker_set(subject.marker_set_file);
     if (set) {
       subject.marker_set = *std::move(set);
@@ -139,15 +139,16 @@ Result<SubjectFile, Faults> load_subject(const fs::path& path) {
 
 Status save_subject(const fs::path& path, const SubjectFile& subject) {
   const auto& bones = subject.marker_set.skeleton.bones;
-  std::string text = "# A body as it was fitted: where its joints and its markers are. Made by mocapd or mocapctl.\n\n";
+  std::string text = "# A fitted body: offsets of its joints and its markers. Written by mocapd or mocapctl.\n\n";
   text += fmt::format("format = {}\n", kFormat);
   text += fmt::format("name = {}\n", quoted_text(subject.name));
-  text += fmt::format("marker_set = {}  # from this file's folder\n",
-                      quoted_text(seen_from(path, subject.marker_set_file)));
+  text += fmt::format("marker_set = {}  # path relative to this file\n",
+                      quoted_text(relative_to(path, subject.marker_set_file)));
   text += fmt::format("fitted_on = {}\n", quoted_text(subject.fitted_on));
-  text += fmt::format("size = {}  # of the body against the marker set's\n", number_text(subject.size));
-  text += fmt::format("residual_m = {}  # rms of the markers from the body\n\n", number_text(subject.residual_m));
-  text += "# rest_offset_m: the joint from its parent's joint, in rest pose\nbone = [\n";
+  text += fmt::format("size = {}  # of the body relative to the marker set\n", number_text(subject.size));
+  text +=
+      fmt::format("residual_m = {}  # rms distance of the markers from the body\n\n", number_text(subject.residual_m));
+  text += "# rest_offset_m: the joint from the joint of its parent, in rest pose\nbone = [\n";
   for (std::size_t b = 1; b < bones.size(); ++b) {
     text += fmt::format("  {{ name = {}, rest_offset_m = {}{} }},\n", quoted_text(bones[b].name),
                         offset_text(bones[b].rest_offset_m), residual_text(subject.bone_residuals_m, b));
@@ -162,15 +163,16 @@ Status save_subject(const fs::path& path, const SubjectFile& subject) {
 }
 
 Status save_marker_set(const fs::path& path, const MarkerSet& set, const fs::path& skeleton_file) {
-  std::string text = fmt::format("name = {}\nskeleton = {}  # from this file's folder\n\n", quoted_text(set.name),
-                                 quoted_text(seen_from(path, skeleton_file)));
+  std::string text = fmt::format("name = {}\nskeleton = {}  # path relative to this file\n\n", quoted_text(set.name),
+                                 quoted_text(relative_to(path, skeleton_file)));
   std::string pairs;
   for (const auto& [one, other] : set.asymmetric) {
     pairs += fmt::format("{}[{}, {}]", pairs.empty() ? "" : ", ", quoted_text(set.markers[one].name),
                          quoted_text(set.markers[other].name));
   }
   text += fmt::format(
-      "# pairs that are no mirror images of each other seen from the front, and so tell the sides\nasymmetric = "
+      "# pairs that are no mirror images of each other seen from the front: they distinguish left from "
+      "right\nasymmetric = "
       "[{}]\n\n",
       pairs);
   text += "# offset_m: from the bone's joint, in the bone's frame; colour: red, green, blue, 0 to 1\nmarker = [\n";

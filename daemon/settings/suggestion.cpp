@@ -28,7 +28,7 @@ std::optional<std::string> nearest_word(std::string_view word, const std::vector
   std::size_t least = word.size() + 1;
   for (const std::string& candidate : known) {
     const std::size_t distance = edit_distance(word, candidate);
-    // A third of the word: one slip in short words, more in long ones.
+    // A third of the word: one typing error in a short word, more in a long one.
     const std::size_t tolerated = std::max<std::size_t>(1, std::max(word.size(), candidate.size()) / 3);
     if (distance <= tolerated && distance < least) {
       least = distance;

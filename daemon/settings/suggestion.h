@@ -7,12 +7,11 @@
 
 namespace mocap::settings {
 
-/// How many characters must be inserted, deleted, replaced, or swapped with their neighbour to turn one word into the
-/// other (optimal string alignment distance).
+/// Number of characters to insert, delete, replace, or swap with their neighbour to make one word of the other (optimal
+/// string alignment distance; Damerau 1964, restricted edit distance).
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
-/// The known word that was probably meant: the nearest, if it is near (a third of its length at most). Nothing where
-/// none is.
+/// The known word with the smallest edit distance, if that is at most a third of the length of the longer word.
 std::optional<std::string> nearest_word(std::string_view word, const std::vector<std::string>& known);
 
 }  // namespace mocap::settings

@@ -18,7 +18,7 @@ std::size_t LineIndex::next_line(std::size_t offset) const {
 }
 
 std::string edited(const std::string& text, std::vector<TextEdit> edits) {
-  // From the end, so that the places of the others stay right.
+  // From the end to the beginning, so that offsets of the remaining edits stay valid.
   std::stable_sort(edits.begin(), edits.end(), [](const auto& a, const auto& b) { return a.begin > b.begin; });
   std::string result = text;
   for (const TextEdit& edit : edits) result.replace(edit.begin, edit.end - edit.begin, edit.text);

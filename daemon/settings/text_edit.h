@@ -7,21 +7,21 @@
 
 namespace mocap::settings {
 
-/// A stretch of a text, and what comes in its place.
+/// The part of a text from `begin` to `end` (offsets) and its replacement.
 struct TextEdit {
   std::size_t begin;
   std::size_t end;
   std::string text;
 };
 
-/// Where lines begin. The text outlives it.
+/// The offsets of the lines of a text. The text outlives it.
 class LineIndex {
  public:
   explicit LineIndex(const std::string& text);
 
-  /// Line and column from 1, as parsers tell them.
+  /// Line and column count from 1, as parsers report them.
   std::size_t offset_of(std::uint32_t line, std::uint32_t column) const;
-  /// Behind the newline of the line that `offset` is in.
+  /// The offset of the line after the one that contains `offset`.
   std::size_t next_line(std::size_t offset) const;
 
  private:
@@ -29,7 +29,7 @@ class LineIndex {
   std::vector<std::size_t> starts_;
 };
 
-/// The text with all edits made; they do not overlap.
+/// The text with all edits applied. Edits do not overlap.
 std::string edited(const std::string& text, std::vector<TextEdit> edits);
 
 }  // namespace mocap::settings

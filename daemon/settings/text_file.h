@@ -8,7 +8,7 @@
 
 namespace mocap::settings {
 
-/// The text of a file that somebody keeps by hand; 16 MB at most, where a rig of 64 cameras has 40 kB.
+/// Reads the text of a settings file of at most 16 MB (a rig of 64 cameras has 40 kB).
 Result<std::string, Fault> read_text(const std::filesystem::path& path);
 
 }  // namespace mocap::settings

@@ -17,9 +17,7 @@ namespace {
 
 std::string in_quotes(std::string_view word) { return fmt::format("'{}'", word); }
 
-std::string list_of(const std::vector<std::string>& words) { return fmt::format("{}", fmt::join(words, ", ")); }
-
-// How a value of the file stands in a fault.
+// A value of the file as text in a fault.
 std::string shown(const toml::node& node) {
   if (node.is_string()) return in_quotes(*node.value<std::string>());
   if (node.is_boolean()) return *node.value<bool>() ? "true" : "false";
@@ -30,12 +28,8 @@ std::string shown(const toml::node& node) {
   return "a date or time";
 }
 
-std::string shown(Range range) { return fmt::format("{} to {}", range.min, range.max); }
-
-bool within(double value, Range range) { return value >= range.min && value <= range.max; }  // false for NaN
-
 constexpr std::size_t kLeastCorners = 3;
-constexpr Range kCorner_px{-1e6, 1e6};  // a polygon may reach out of its image
+constexpr KeyRange kCorner_px{-1e6, 1e6};  // a polygon may extend beyond its image
 
 std::optional<PixelPoint> corner_of(const toml::node& node) {
   const toml::array* pair = node.as_array();
@@ -44,7 +38,7 @@ std::optional<PixelPoint> corner_of(const toml::node& node) {
   for (const std::size_t axis : {0U, 1U}) {
     const toml::node& number = (*pair)[axis];
     const auto value = number.is_number() ? number.value<double>() : std::nullopt;
-    if (!value || !within(*value, kCorner_px)) return std::nullopt;
+    if (!value || !is_within(*value, kCorner_px)) return std::nullopt;
     corner.v[static_cast<Eigen::Index>(axis)] = *value;
   }
   return corner;
@@ -66,108 +60,149 @@ struct TomlTable::State {
   TomlFile::Document* document;
   const toml::table* table;
   std::string who;
-  std::vector<std::string> known;
+  std::vector<std::string> known = {};   // keys that were asked for
+  std::vector<std::string> faulty = {};  // keys that have a fault
 
-  void learn(std::string_view key) {
-    if (std::find(known.begin(), known.end(), key) == known.end()) known.emplace_back(key);
+  static void remember(std::vector<std::string>& keys, std::string_view key) {
+    if (std::find(keys.begin(), keys.end(), key) == keys.end()) keys.emplace_back(key);
   }
+  void learn(std::string_view key) { remember(known, key); }
+  bool is_faulty(std::string_view key) const { return std::find(faulty.begin(), faulty.end(), key) != faulty.end(); }
+
   const toml::node* find(std::string_view key) {
     learn(key);
     return table->get(key);
   }
+  const toml::node* find(const Key& key) {
+    const toml::node* node = find(key.name);
+    if (node == nullptr && !key.doc.required.empty()) missing(key.name, key.doc.required);
+    return node;
+  }
+
   void fault(const toml::source_position& at, std::string_view message) const {
     document->fault(at, who.empty() ? std::string(message) : fmt::format("{}: {}", who, message));
   }
-  void unexpected(std::string_view key, const toml::node& node, std::string_view expected) const {
-    fault(node.source().begin, fmt::format("{} is {}, expected {}", key, shown(node), expected));
+  void fault(std::string_view key, const toml::source_position& at, std::string_view message) {
+    remember(faulty, key);
+    fault(at, message);
+  }
+  void missing(std::string_view key, std::string_view expected) {
+    fault(key, table->source().begin, fmt::format("{} is missing, expected {}", key, expected));
+  }
+  void unexpected(std::string_view key, const toml::node& node, std::string_view expected) {
+    fault(key, node.source().begin, fmt::format("{} is {}, expected {}", key, shown(node), expected));
+  }
+  // Of one element of a list.
+  void unexpected_in(std::string_view key, const toml::node& element, std::string_view expected) {
+    fault(key, element.source().begin, fmt::format("{} has {}, expected {}", key, shown(element), expected));
   }
 };
 
 TomlTable::TomlTable(std::shared_ptr<State> state) : state_(std::move(state)) {}
 
-void TomlTable::flag(std::string_view key, bool& field) {
+void TomlTable::visit(const Key& key, bool& field) {
   const toml::node* node = state_->find(key);
   if (node == nullptr) return;
-  if (!node->is_boolean()) return state_->unexpected(key, *node, "true or false");
+  if (!node->is_boolean()) return state_->unexpected(key.name, *node, "true or false");
   field = *node->value<bool>();
 }
 
-void TomlTable::text(std::string_view key, std::string& field) {
+void TomlTable::visit(const Key& key, std::optional<double>& value) {
   const toml::node* node = state_->find(key);
   if (node == nullptr) return;
-  if (!node->is_string()) return state_->unexpected(key, *node, "a text in quotes");
-  field = *node->value<std::string>();
+  const std::string range = range_text(key.range);
+  if (!node->is_number()) return state_->unexpected(key.name, *node, "a number, " + range);
+  const auto found = node->value<double>();
+  if (!is_within(*found, key.range)) return state_->unexpected(key.name, *node, range);
+  value = found;
 }
 
-void TomlTable::path(std::string_view key, std::filesystem::path& field) {
+void TomlTable::visit(const Key& key, std::optional<std::int64_t>& value) {
   const toml::node* node = state_->find(key);
   if (node == nullptr) return;
-  if (!node->is_string()) return state_->unexpected(key, *node, "a path in quotes");
-  const std::filesystem::path path = *node->value<std::string>();
-  // An absolute path stays what it is.
-  field = path.empty() ? path : (state_->document->path.parent_path() / path).lexically_normal();
+  const std::string range = range_text(key.range);
+  if (!node->is_integer()) return state_->unexpected(key.name, *node, "a whole number, " + range);
+  const std::int64_t found = *node->value<std::int64_t>();
+  if (!is_within(static_cast<double>(found), key.range)) return state_->unexpected(key.name, *node, range);
+  value = found;
 }
 
-void TomlTable::one_of(std::string_view key, std::string& field, const std::vector<std::string>& words) {
+void TomlTable::visit(const Key& key, std::string& field) {
   const toml::node* node = state_->find(key);
   if (node == nullptr) return;
-  const auto word = node->value<std::string>();
-  if (node->is_string() && std::find(words.begin(), words.end(), *word) != words.end()) {
-    field = *word;
+  if (node->is_string() && is_choice(key, *node->value<std::string>())) {
+    field = *node->value<std::string>();
     return;
   }
-  std::string expected = "one of " + list_of(words);
-  if (const auto near = word && node->is_string() ? nearest_word(*word, words) : std::nullopt) {
-    expected += fmt::format("; did you mean '{}'?", *near);
+  if (key.choices.empty()) return state_->unexpected(key.name, *node, "a text in quotes");
+  std::string expected = choices_text(key);
+  if (node->is_string()) {
+    const auto near = nearest_word(*node->value<std::string>(), {key.choices.begin(), key.choices.end()});
+    if (near) expected += fmt::format("; did you mean '{}'?", *near);
   }
-  state_->unexpected(key, *node, expected);
+  state_->unexpected(key.name, *node, expected);
 }
 
-void TomlTable::whole_numbers(std::string_view key, std::vector<int>& field, Range range) {
+void TomlTable::visit(const Key& key, std::filesystem::path& field) {
   const toml::node* node = state_->find(key);
   if (node == nullptr) return;
-  const std::string expected = "a list of whole numbers " + shown(range);
-  if (!node->is_array()) return state_->unexpected(key, *node, expected);
+  if (!node->is_string()) return state_->unexpected(key.name, *node, "a path in quotes");
+  const std::filesystem::path path = *node->value<std::string>();
+  // An absolute path stays as it is.
+  field = path.empty() ? path : (state_->document->path.parent_path() / path).lexically_normal();
+  std::error_code ignored;
+  if (key.doc.must_exist && !field.empty() && !std::filesystem::exists(field, ignored)) {
+    fault(key.name, fmt::format("{} is '{}', and there is none", key.name, field.string()));
+  }
+}
+
+void TomlTable::visit(const Key& key, std::vector<int>& field) {
+  const toml::node* node = state_->find(key);
+  if (node == nullptr) return;
+  const std::string expected = "a list of whole numbers " + range_text(key.range);
+  if (!node->is_array()) return state_->unexpected(key.name, *node, expected);
   std::vector<int> found;
   for (const toml::node& element : *node->as_array()) {
-    if (!element.is_integer() || !within(static_cast<double>(*element.value<std::int64_t>()), range)) {
-      return state_->fault(element.source().begin,
-                           fmt::format("{} has {}, expected {}", key, shown(element), expected));
+    const auto value = element.is_integer() ? element.value<std::int64_t>() : std::nullopt;
+    if (!value || !is_within(static_cast<double>(*value), key.range)) {
+      return state_->unexpected_in(key.name, element, expected);
     }
-    found.push_back(static_cast<int>(*element.value<std::int64_t>()));
+    found.push_back(static_cast<int>(*value));
   }
   field = std::move(found);
 }
 
-void TomlTable::texts(std::string_view key, std::vector<std::string>& field) {
+void TomlTable::visit(const Key& key, std::vector<std::string>& field) {
   const toml::node* node = state_->find(key);
   if (node == nullptr) return;
   const std::string expected = "a list of texts";
-  if (!node->is_array()) return state_->unexpected(key, *node, expected);
+  if (!node->is_array()) return state_->unexpected(key.name, *node, expected);
   std::vector<std::string> found;
   for (const toml::node& element : *node->as_array()) {
-    if (!element.is_string()) {
-      return state_->fault(element.source().begin,
-                           fmt::format("{} has {}, expected {}", key, shown(element), expected));
-    }
+    if (!element.is_string()) return state_->unexpected_in(key.name, element, expected);
     found.push_back(*element.value<std::string>());
   }
   field = std::move(found);
 }
 
-void TomlTable::numbers(std::string_view key, double* fields, std::size_t count, Range range) {
-  const auto found = list(key, {count});
+void TomlTable::visit(const Key& key, std::span<double> fields) {
+  state_->find(key);
+  const auto found = list(key.name, {fields.size()});
   if (!found) return;
   for (const double value : *found) {
-    if (!within(value, range)) return fault(key, fmt::format("{} has {}, expected {}", key, value, shown(range)));
+    if (!is_within(value, key.range)) {
+      return fault(key.name, fmt::format("{} has {}, expected {}", key.name, value, range_text(key.range)));
+    }
   }
-  std::copy(found->begin(), found->end(), fields);
+  std::ranges::copy(*found, fields.begin());
 }
 
-void TomlTable::pairs(std::string_view key, std::vector<std::pair<std::string, std::string>>& field) {
+void TomlTable::visit(const Key& key, KeyPairs& field) {
   const toml::node* node = state_->find(key);
   if (node == nullptr) return;
-  if (!node->is_table()) return state_->unexpected(key, *node, "a table, as { Name = 1, Other = \"On\" }");
+  if (!node->is_table()) {
+    return state_->unexpected(key.name, *node, "a table, as { Name = 1, Other = \"On\" }");
+  }
   struct Entry {
     toml::source_position at;
     std::string name, text;
@@ -175,34 +210,17 @@ void TomlTable::pairs(std::string_view key, std::vector<std::pair<std::string, s
   std::vector<Entry> entries;
   for (const auto& [name, value] : *node->as_table()) {
     if (!value.is_string() && !value.is_number() && !value.is_boolean()) {
-      return state_->fault(value.source().begin, fmt::format("{}: {} is {}, expected a word, a number, true or false",
-                                                             key, name.str(), shown(value)));
+      return state_->fault(
+          key.name, value.source().begin,
+          fmt::format("{}: {} is {}, expected a word, a number, true or false", key.name, name.str(), shown(value)));
     }
     entries.push_back(
         {name.source().begin, std::string(name.str()), value.is_string() ? *value.value<std::string>() : shown(value)});
   }
-  // One feature selects what another one means: their order is the file's.
+  // One feature may select the meaning of the next: their order is that of the file.
   std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.at < b.at; });
   field.clear();
   for (Entry& each : entries) field.emplace_back(std::move(each.name), std::move(each.text));
-}
-
-void TomlTable::real(std::string_view key, std::optional<double>& value, Range range) {
-  const toml::node* node = state_->find(key);
-  if (node == nullptr) return;
-  const auto found = node->value<double>();
-  if (!node->is_number()) return state_->unexpected(key, *node, "a number, " + shown(range));
-  if (!within(*found, range)) return state_->unexpected(key, *node, shown(range));
-  value = found;
-}
-
-void TomlTable::whole(std::string_view key, std::optional<std::int64_t>& value, Range range) {
-  const toml::node* node = state_->find(key);
-  if (node == nullptr) return;
-  if (!node->is_integer()) return state_->unexpected(key, *node, "a whole number, " + shown(range));
-  const std::int64_t found = *node->value<std::int64_t>();
-  if (!within(static_cast<double>(found), range)) return state_->unexpected(key, *node, shown(range));
-  value = found;
 }
 
 std::optional<std::vector<double>> TomlTable::list(std::string_view key, std::initializer_list<std::size_t> lengths) {
@@ -220,7 +238,7 @@ std::optional<std::vector<double>> TomlTable::list(std::string_view key, std::in
   for (const toml::node& element : *array) {
     const auto value = element.is_number() ? element.value<double>() : std::nullopt;
     if (!value || !std::isfinite(*value)) {
-      state_->fault(element.source().begin, fmt::format("{} has {}, expected finite numbers", key, shown(element)));
+      state_->unexpected_in(key, element, "finite numbers");
       return std::nullopt;
     }
     found.push_back(*value);
@@ -246,7 +264,7 @@ std::optional<std::vector<double>> TomlTable::matrix(std::string_view key, std::
     for (const toml::node& element : *row.as_array()) {
       const auto value = element.is_number() ? element.value<double>() : std::nullopt;
       if (!value || !std::isfinite(*value)) {
-        state_->fault(element.source().begin, fmt::format("{} has {}, expected finite numbers", key, shown(element)));
+        state_->unexpected_in(key, element, "finite numbers");
         return std::nullopt;
       }
       found.push_back(*value);
@@ -275,7 +293,7 @@ std::optional<std::vector<MaskPolygon>> TomlTable::polygons(std::string_view key
       const std::optional<PixelPoint> at = corner_of(corner);
       if (!at) {
         state_->fault(corner.source().begin, fmt::format("{} has {} as a corner, expected [x, y], px, each {}", key,
-                                                         shown(corner), shown(kCorner_px)));
+                                                         shown(corner), range_text(kCorner_px)));
         return std::nullopt;
       }
       into.push_back(*at);
@@ -298,7 +316,7 @@ std::optional<TomlTable> TomlTable::table(std::string_view key, std::string who)
     state_->unexpected(key, *node, fmt::format("a table: [{}]", key));
     return std::nullopt;
   }
-  return TomlTable(std::make_shared<State>(State{state_->document, node->as_table(), std::move(who), {}}));
+  return TomlTable(std::make_shared<State>(State{state_->document, node->as_table(), std::move(who)}));
 }
 
 std::vector<TomlTable> TomlTable::tables(std::string_view key, std::string_view who) {
@@ -313,7 +331,7 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key, std::string_view 
   }
   for (const toml::node& element : *array) {
     std::string name = fmt::format("{} {}", who, found.size() + 1);
-    found.push_back(TomlTable(std::make_shared<State>(State{state_->document, element.as_table(), name, {}})));
+    found.push_back(TomlTable(std::make_shared<State>(State{state_->document, element.as_table(), name})));
   }
   return found;
 }
@@ -332,29 +350,45 @@ void TomlTable::ignore(std::string_view key) { state_->learn(key); }
 bool TomlTable::require(std::string_view key, std::string_view expected) {
   state_->learn(key);
   if (has(key)) return true;
-  fault(fmt::format("{} is missing, expected {}", key, expected));
+  state_->missing(key, expected);
   return false;
 }
 
 void TomlTable::fault(std::string_view key, std::string_view message) {
   const toml::node* node = state_->table->get(key);
-  state_->fault(node == nullptr ? state_->table->source().begin : node->source().begin, message);
+  state_->fault(key, node == nullptr ? state_->table->source().begin : node->source().begin, message);
 }
 
 void TomlTable::fault(std::string_view message) { state_->fault(state_->table->source().begin, message); }
+
+void TomlTable::add(const std::vector<KeyFault>& faults) {
+  for (const KeyFault& each : faults) {
+    if (each.key.empty()) {
+      fault(each.message);
+    } else if (!state_->is_faulty(each.key)) {
+      fault(each.key, each.message);
+    }
+  }
+}
 
 void TomlTable::done() {
   for (const auto& [key, node] : *state_->table) {
     const std::string name(key.str());
     if (std::find(state_->known.begin(), state_->known.end(), name) != state_->known.end()) continue;
     const auto near = nearest_word(name, state_->known);
-    const std::string advice =
-        near ? fmt::format(", did you mean '{}'?", *near) : fmt::format("; known are {}", list_of(state_->known));
+    const std::string advice = near ? fmt::format(", did you mean '{}'?", *near)
+                                    : fmt::format("; known are {}", fmt::join(state_->known, ", "));
     state_->fault(key.source().begin, fmt::format("unknown key '{}'{}", name, advice));
   }
 }
 
 void TomlTable::call(std::string who) { state_->who = std::move(who); }
+
+void TomlTable::call_by(std::string_view key, std::string_view what) {
+  const toml::node* node = state_->find(key);
+  const std::string name = node != nullptr ? node->value<std::string>().value_or("") : "";
+  if (!name.empty()) call(fmt::format("{} '{}'", what, name));
+}
 
 const std::string& TomlTable::who() const { return state_->who; }
 
@@ -379,7 +413,7 @@ Result<TomlFile, Faults> TomlFile::open(const std::filesystem::path& path) {
 }
 
 TomlTable TomlFile::root() {
-  return TomlTable(std::make_shared<TomlTable::State>(TomlTable::State{document_.get(), &document_->root, {}, {}}));
+  return TomlTable(std::make_shared<TomlTable::State>(TomlTable::State{document_.get(), &document_->root, {}}));
 }
 
 const Faults& TomlFile::faults() const { return document_->faults; }

@@ -8,70 +8,73 @@
 #include <string_view>
 #include <vector>
 
+#include "base/key_visitor.h"
 #include "base/result.h"
 #include "model/image_mask.h"
 #include "settings/faults.h"
-#include "settings/keys.h"
 
 namespace mocap::settings {
 
 class TomlFile;
 
-/// A table of a TOML file, while it is read. Every key that is asked for is known from then on; `done` makes faults of
-/// the others. Copies share what they know. The file outlives it.
-class TomlTable final : public Keys {
+/// A table of a TOML file while it is read. A visitor that fills a settings struct from the file: a wrong value is a
+/// fault, and the field keeps its default. Every key that is asked for is known; `done` makes a fault of each other
+/// key. Copies share their state. The file outlives it.
+class TomlTable final : public KeyVisitor {
  public:
-  void flag(std::string_view key, bool& field) override;
-  void text(std::string_view key, std::string& field) override;
-  void path(std::string_view key, std::filesystem::path& field) override;
-  void one_of(std::string_view key, std::string& field, const std::vector<std::string>& words) override;
-  void whole_numbers(std::string_view key, std::vector<int>& field, Range range) override;
-  void texts(std::string_view key, std::vector<std::string>& field) override;
-  void numbers(std::string_view key, double* fields, std::size_t count, Range range) override;
-  void pairs(std::string_view key, std::vector<std::pair<std::string, std::string>>& field) override;
-
-  /// A list of numbers whose length is one of `lengths`, all of them finite. Nothing, and a fault, where it is not;
-  /// nothing where the key is absent.
+  /// A list of finite numbers whose length is one of `lengths`; anything else is a fault. Nothing if the key is absent
+  /// or has a fault.
   std::optional<std::vector<double>> list(std::string_view key, std::initializer_list<std::size_t> lengths);
 
-  /// `rows` lists of `columns` finite numbers each, row by row; else as `list`.
+  /// `rows` lists of `columns` finite numbers each, row by row; otherwise as `list`.
   std::optional<std::vector<double>> matrix(std::string_view key, std::size_t rows, std::size_t columns);
 
-  /// A list of polygons, each a list of at least three corners [x, y], px. Nothing, and a fault, where it is not;
-  /// nothing where the key is absent.
+  /// A list of polygons, each a list of at least three corners [x, y], px; otherwise as `list`.
   std::optional<std::vector<MaskPolygon>> polygons(std::string_view key);
 
   bool has(std::string_view key) const;
-  /// Whether the key's value is a list of lists.
+  /// Whether the value of the key is a list of lists.
   bool has_matrix(std::string_view key) const;
 
-  /// The sub-table `[key]`; nothing where the key is absent, or (a fault) something else.
+  /// The table `[key]`; nothing if the key is absent. Another value is a fault.
   std::optional<TomlTable> table(std::string_view key, std::string who);
-  /// The tables of `[[key]]`, in their order.
+  /// The tables of `[[key]]` in the order of the file.
   std::vector<TomlTable> tables(std::string_view key, std::string_view who);
   /// All keys, in the order of the file.
   std::vector<std::string> keys() const;
 
-  /// Makes the key known without looking at it.
+  /// Makes the key known without reading it.
   void ignore(std::string_view key);
-  /// A fault if the key is absent; says whether it is there.
+  /// Whether the key is there; an absent key is a fault.
   bool require(std::string_view key, std::string_view expected);
 
-  /// A fault at the key's value, or at the table where there is no such key: "who: message".
+  /// Adds the fault "who: message" at the value of the key, or at the table if it does not have the key.
   void fault(std::string_view key, std::string_view message);
-  /// A fault at the table: "who: message".
+  /// Adds the fault "who: message" at the table.
   void fault(std::string_view message);
+  /// Adds faults of rules between keys. A rule about a key that has a fault already is left out: the field does not
+  /// have the value of the file.
+  void add(const std::vector<KeyFault>& faults);
 
-  /// Every key that nobody asked for is a fault.
+  /// Adds a fault for each key that was not asked for.
   void done();
 
-  /// How faults call this table, as "camera 'north-east'"; empty for the file's own keys.
+  /// Sets the name of this table in faults, as "camera 'north-east'"; empty for keys of the file itself.
   void call(std::string who);
+  /// Sets this name to "`what` 'VALUE'" if the key is a text that is not empty.
+  void call_by(std::string_view key, std::string_view what);
   const std::string& who() const;
 
  protected:
-  void real(std::string_view key, std::optional<double>& value, Range range) override;
-  void whole(std::string_view key, std::optional<std::int64_t>& value, Range range) override;
+  void visit(const Key& key, bool& field) override;
+  void visit(const Key& key, std::optional<double>& value) override;
+  void visit(const Key& key, std::optional<std::int64_t>& value) override;
+  void visit(const Key& key, std::string& field) override;
+  void visit(const Key& key, std::filesystem::path& field) override;
+  void visit(const Key& key, std::vector<int>& field) override;
+  void visit(const Key& key, std::vector<std::string>& field) override;
+  void visit(const Key& key, std::span<double> fields) override;
+  void visit(const Key& key, KeyPairs& field) override;
 
  private:
   friend class TomlFile;
@@ -81,10 +84,10 @@ class TomlTable final : public Keys {
   std::shared_ptr<State> state_;
 };
 
-/// A parsed TOML file and the faults found in it so far.
+/// A parsed TOML file and its faults so far.
 class TomlFile {
  public:
-  /// Fails with the one fault that kept it from being parsed: unreadable, too large, not TOML.
+  /// Fails with one fault if the file cannot be parsed: unreadable, too large, or not TOML.
   static Result<TomlFile, Faults> open(const std::filesystem::path& path);
   TomlFile(TomlFile&&) noexcept;
   TomlFile& operator=(TomlFile&&) noexcept;
@@ -92,7 +95,7 @@ class TomlFile {
 
   TomlTable root();
   const Faults& faults() const;
-  /// Takes over the faults of a file that this one names.
+  /// Adds the faults of a file that this one names.
   void add(const Faults& faults);
 
  private:

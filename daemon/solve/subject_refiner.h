@@ -9,15 +9,9 @@
 #include "bodyfit/subject_fitter.h"
 #include "model/skeleton.h"
 #include "model/subject_state.h"
+#include "solve/refine_settings.h"
 
 namespace mocap::solve {
-
-struct RefineSettings {
-  std::size_t instants = 40;  ///< that a body is fitted to, of the most different poses; 0: none
-  Duration look_every = std::chrono::milliseconds(40);  ///< a pose is hardly new before
-  std::size_t pieces = 2;                               ///< of work a set, some 25 us each for 41 markers
-  double least_gain = 0.02;  ///< share by which instants that the fit has not seen must be nearer
-};
 
 /// Makes bodies better known while they are tracked: keeps the most different poses of each, fits its bones and markers
 /// to them, a little in each set, and gives the fit when poses that it was not fitted to agree.

@@ -11,10 +11,11 @@
 #include "model/sighting.h"
 #include "model/skeleton.h"
 #include "model/subject_state.h"
+#include "module/ambiguous_observation.h"
 #include "pose/pose_smoother.h"
 #include "pose/pose_transition_smoother.h"
 #include "pose/skeleton_tracker.h"
-#include "solve/tree_solver.h"
+#include "solve/solve_settings.h"
 
 namespace mocap::solve {
 

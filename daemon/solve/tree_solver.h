@@ -5,17 +5,9 @@
 
 #include "model/skeleton.h"
 #include "module/skeleton_solver.h"
-#include "pose/pose_smoother.h"
+#include "solve/solve_settings.h"
 
 namespace mocap::solve {
-
-struct SolveSettings {
-  double marker_sigma_m = 0.003;  ///< how far a marker strays from its place on the bone: skin, suit
-  double outlier_m = 0.05;        ///< a marker further off its place than this hardly counts
-  double fill_for_s = 2.0;        ///< how long a marker that nobody sees is told by the body
-  int max_iterations = 6;         ///< of a set; a first pose has ten times as many
-  pose::SmoothSettings smoothing{};
-};
 
 /// Inverse kinematics over each subject's tree: all named markers that were seen in this set pull on their bones at
 /// once, from the pose that the last set's motion leads to, each by its covariance and by the skin under it. A marker

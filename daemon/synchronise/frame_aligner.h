@@ -8,18 +8,10 @@
 #include "model/blob.h"
 #include "model/bounds.h"
 #include "model/sighting.h"
+#include "synchronise/align_settings.h"
 #include "synchronise/exposure_watch.h"
 
 namespace mocap::synchronise {
-
-struct AlignSettings {
-  Duration window = std::chrono::microseconds(
-      500);  ///< exposures further apart belong to different sets; less than half a frame period
-  /// How long the first frame of a set waits for the last one. The wait costs latency only when an image is late, or
-  /// for four sets when a camera stops. A virtual machine loses its processor for up to 20 ms at a time; frames that
-  /// arrive meanwhile are processed afterwards.
-  Duration patience = std::chrono::milliseconds(30);
-};
 
 /// Counts of the frames of all cameras, and of the sets made of them.
 struct AlignCounts {

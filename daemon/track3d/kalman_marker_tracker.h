@@ -1,27 +1,11 @@
 #pragma once
 
-#include <cstdint>
 #include <memory>
 
-#include "base/time.h"
 #include "module/marker_tracker.h"
+#include "track3d/track_markers_settings.h"
 
 namespace mocap::track3d {
-
-struct TrackMarkersSettings {
-  double gate_sigmas = 4.0;        ///< 1 to 10; a marker further from where it should be is another one
-  double gate_floor_m = 0.004;     ///< standard deviation that the gate has at least, 0 to 0.1
-  double gate_per_speed = 0.1;     ///< the same, for each m that the marker is expected to move, 0 to 2
-  std::uint32_t confirm_sets = 3;  ///< consecutive sets until a track is believed, 1 to 100
-  Duration max_coast = std::chrono::milliseconds(500);  ///< unseen for longer, a track ends
-  double max_coast_sigma_m = 0.15;                      ///< an unseen track that is known no better ends, 0.001 to 10
-  double acceleration_m_s2 = 5.0;                       ///< standard deviation of what changes the motion, 0.01 to 1000
-  double acceleration_per_speed_1_s = 6.0;              ///< the same, for each m/s of speed, 0 to 100
-  double max_agility = 25.0;     ///< how many times its square may grow while sightings surprise, 1 to 1000
-  double birth_speed_m_s = 2.0;  ///< standard deviation of a new marker's velocity, 0.01 to 100
-  Duration coast_half_life = std::chrono::milliseconds(200);  ///< an unseen marker's speed halves; 0: it goes on
-  double sighting_floor_m = 0.00002;  ///< no sighting is more certain, 0 to 0.1: the marker's own shape
-};
 
 /// Makes the tracker of markers in the volume: constant velocity with noise that follows the motion, and each marker's
 /// own covariance.

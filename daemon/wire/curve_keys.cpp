@@ -62,8 +62,6 @@ Status write_new(const std::filesystem::path& path, const std::string& text, mod
 
 }  // namespace
 
-const char* name_of(Role role) noexcept { return role == Role::Operator ? "operator" : "viewer"; }
-
 bool is_key(std::string_view text) {
   if (text.size() != kKeyLength) return false;
   std::array<std::uint8_t, 32> bytes{};

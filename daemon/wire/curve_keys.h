@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "wire/role.h"
 
 namespace mocap::wire {
 
@@ -14,14 +15,6 @@ struct KeyPair {
   std::string public_key;
   std::string secret_key;
 };
-
-/// What a client may ask of the daemon.
-enum class Role {
-  Viewer,    ///< watches the feed, asks how things are
-  Operator,  ///< changes things, too
-};
-
-const char* name_of(Role role) noexcept;
 
 /// One line of the list of those who may connect.
 struct AllowedKey {

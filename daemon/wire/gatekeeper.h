@@ -11,20 +11,13 @@
 #include "base/result.h"
 #include "base/time.h"
 #include "wire/curve_keys.h"
+#include "wire/wire_settings.h"
 #include "wire/zmq_socket.h"
 
 namespace mocap::wire {
 
 /// By this name ZeroMQ asks us who may connect.
 inline constexpr std::string_view kAuthenticationDomain = "mocap";
-
-/// How a socket knows who its clients are.
-struct CurveSettings {
-  std::filesystem::path server_key;  ///< of mocapctl keys new; empty: nobody is asked who they are
-  std::filesystem::path allowed;     ///< the list of those who may connect
-
-  bool on() const { return !server_key.empty(); }
-};
 
 /// Says which clients' keys may connect: answers ZeroMQ's requests for authentication (ZAP, RFC 27) in one context. One
 /// for each context; opened before the sockets that it guards are bound. One thread; `serve` often, or nobody gets in.

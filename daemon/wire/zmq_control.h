@@ -6,17 +6,10 @@
 
 #include "base/result.h"
 #include "module/control_server.h"
-#include "wire/gatekeeper.h"
+#include "wire/curve_keys.h"
+#include "wire/wire_settings.h"
 
 namespace mocap::wire {
-
-struct ControlSettings {
-  std::string endpoint;                          ///< tcp://ADDRESS:PORT or ipc://PATH
-  std::vector<std::string> more_endpoints = {};  ///< that it listens at, too
-  bool allow_remote = false;  ///< listen where other machines can reach it, though nobody is asked who they are
-  CurveSettings curve = {};
-  Role role_without_keys = Role::Operator;  ///< of everybody, where there is no CURVE
-};
 
 /// The control endpoint that stands beside a feed's: the next port, or PATH.control.
 std::string control_beside(const std::string& feed_endpoint);

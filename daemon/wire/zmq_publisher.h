@@ -7,7 +7,7 @@
 
 #include "base/result.h"
 #include "module/publisher.h"
-#include "wire/gatekeeper.h"
+#include "wire/wire_settings.h"
 
 namespace mocap::wire {
 
@@ -18,18 +18,6 @@ inline constexpr const char* kHealthTopic = "health";
 inline constexpr const char* kEventTopic = "event";
 inline constexpr const char* kMarkersTopic = "markers";
 inline constexpr const char* kSubjectTopic = "subject/";  ///< and the subject's name
-
-struct PublisherSettings {
-  std::string endpoint = "tcp://127.0.0.1:5570";  ///< tcp://ADDRESS:PORT (port * takes a free one) or ipc://PATH
-  std::vector<std::string> more_endpoints = {};   ///< that it listens at, too
-  bool allow_remote = false;  ///< listen where other machines can reach it, though nobody is asked who they are
-  CurveSettings curve = {};
-  bool velocities = false;   ///< of the bones go out, and their spins
-  std::size_t subjects = 1;  ///< that it will describe: each has a topic
-  int send_queue = 8;  ///< messages that wait for one slow listener, 1 to 1000, or two of each topic if that is more;
-                       ///< what is over is dropped for it alone
-  int max_connections = 1000;  ///< 1 to 60000; the newest over that are cut off
-};
 
 /// Sends the feed over a ZeroMQ XPUB socket. Listeners cost it a copy each and can never make it wait: what a slow one
 /// does not take is dropped for it alone, and a hostile one is cut off (wire/listener.h). A topic that nobody listens

@@ -62,7 +62,7 @@ settings::DaemonSettings fast_synthetic_daemon(const MarkerSet& worn) {
     settings.simulated.push_back(worn);
   }
   settings.subjects.push_back({"subject", {}, {}, {}});
-  settings.worn.push_back({"subject", worn});
+  settings.subject_models.push_back({"subject", worn});
   settings.publish.endpoint = "tcp://127.0.0.1:*";
   settings.pipeline.publish.report_every =
       std::chrono::milliseconds(20);  // many reports are measured, the first is not

@@ -3,6 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "cameras/aravis/aravis_settings.h"
+#include "cameras/replay/replay_settings.h"
+#include "cameras/synthetic/synthetic_settings.h"
+#include "cameras/v4l2/v4l2_settings.h"
+
 namespace mocap::cameras {
 namespace {
 
@@ -53,7 +58,7 @@ TEST(OpenCamera, RefusesAClockThatItDoesNotKnow) {
   settings.serial = "DA1";
   settings.clock = "ntp";
 
-  EXPECT_THAT(refusal_of({"north", settings}), HasSubstr("clock is 'ntp', expected estimated or utc"));
+  EXPECT_THAT(refusal_of({"north", settings}), HasSubstr("clock is 'ntp', expected one of estimated, utc"));
 }
 
 TEST(OpenCamera, WantsASyntheticCameraInTheRig) {

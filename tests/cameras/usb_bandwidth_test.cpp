@@ -7,6 +7,8 @@
 #include <fstream>
 #include <string>
 
+#include "cameras/aravis/aravis_settings.h"
+
 namespace mocap::cameras {
 namespace {
 
@@ -150,8 +152,8 @@ TEST_F(UsbBandwidth, ListsTheCamerasOfEachBusWithoutAConfiguration) {
 
 TEST_F(UsbBandwidth, TakesTheSizeFromTheRigAndSaysWhereTheRateIsNotTold) {
   CameraSettings told = camera("left", "A1", "Mono8", 100.0), untold = camera("right", "A2", "Mono8", 100.0);
-  std::get<AravisSettings>(told.driver).width_px.reset();
-  std::get<AravisSettings>(untold.driver).rate_hz.reset();
+  told.driver.as<AravisSettings>()->width_px.reset();
+  untold.driver.as<AravisSettings>()->rate_hz.reset();
   CameraModel model;
   model.name = "left";
   model.width_px = 1000;

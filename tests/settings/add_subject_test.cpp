@@ -23,7 +23,7 @@ std::size_t files_in(const std::filesystem::path& folder) {
   return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder), {}));
 }
 
-TEST(AddSubject, AppendsATableAndLeavesAllElseAsItWas) {
+TEST(AddSubject, AppendsATableAndKeepsEveryOtherByte) {
   support::TemporaryFolder folder;
   const auto file = folder.write("mocapd.toml", kConfiguration);
   std::filesystem::permissions(file, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
@@ -38,7 +38,7 @@ TEST(AddSubject, AppendsATableAndLeavesAllElseAsItWas) {
   EXPECT_EQ(files_in(folder.path()), 1U);
 }
 
-TEST(AddSubject, ChangesNothingWhereTheOutcomeHasFaults) {
+TEST(AddSubject, ChangesNothingIfTheNewTextHasFaults) {
   support::TemporaryFolder folder;
   const auto file = folder.write("mocapd.toml", kConfiguration);
   std::string tried;

@@ -13,7 +13,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// As somebody wrote it by hand, with what only they know.
+// A rig file with comments and keys that only its author knows.
 constexpr const char* kRig = R"(# our hall, camera heights checked with a tape
 [west]   # over the door
 name = "west"
@@ -54,7 +54,7 @@ class LearntMasks : public testing::Test {
   std::filesystem::path path_ = folder_.write("rig.toml", kRig);
 };
 
-TEST_F(LearntMasks, AreReadBackAndAllElseIsAsItWas) {
+TEST_F(LearntMasks, AreReadBackAndEveryOtherByteIsKept) {
   ASSERT_TRUE(save_learnt_masks(path_, {camera("west", {kLamp, kDoor}), camera("east", {kDoor})}));
 
   const auto rig = load_rig(path_);
@@ -73,7 +73,7 @@ TEST_F(LearntMasks, AreReadBackAndAllElseIsAsItWas) {
   EXPECT_EQ(left, kRig);
 }
 
-TEST_F(LearntMasks, TakeThePlaceOfThoseLearntBefore) {
+TEST_F(LearntMasks, ReplaceThoseLearnedBefore) {
   ASSERT_TRUE(save_learnt_masks(path_, {camera("west", {kLamp, kDoor}), camera("east", {kDoor})}));
   const std::string first = text_of(path_);
 
@@ -87,7 +87,7 @@ TEST_F(LearntMasks, TakeThePlaceOfThoseLearntBefore) {
   EXPECT_EQ(text_of(path_), first);
 }
 
-TEST_F(LearntMasks, ThatAreNoneLeaveTheFileAsItWasBeforeAnyWereLearnt) {
+TEST_F(LearntMasks, AreRemovedFromTheFileIfThereAreNone) {
   ASSERT_TRUE(save_learnt_masks(path_, {camera("west", {kLamp}), camera("east", {kDoor})}));
 
   ASSERT_TRUE(save_learnt_masks(path_, {camera("west", {}), camera("east", {})}));
@@ -95,7 +95,7 @@ TEST_F(LearntMasks, ThatAreNoneLeaveTheFileAsItWasBeforeAnyWereLearnt) {
   EXPECT_EQ(text_of(path_), kRig);
 }
 
-TEST_F(LearntMasks, FindTheirPlaceInAFileThatEndsWithoutANewline) {
+TEST_F(LearntMasks, AreWrittenIntoAFileThatEndsWithoutANewline) {
   folder_.write("rig.toml",
                 "[east]\nsize = [1, 1]\nmatrix = [[1.0, 0, 0], [0, 1, 0], [0, 0, 1]]\n"
                 "rotation = [0, 0, 0]\ntranslation = [0, 0, 3]");
@@ -107,7 +107,7 @@ TEST_F(LearntMasks, FindTheirPlaceInAFileThatEndsWithoutANewline) {
   EXPECT_EQ(rig->front().learnt_masks.size(), 1U);
 }
 
-TEST_F(LearntMasks, AreNotWrittenIntoWhatCannotBeEdited) {
+TEST_F(LearntMasks, AreNotWrittenIntoAFileThatCannotBeEdited) {
   const std::string braces = "east = { size = [1, 1] }\n";
   folder_.write("rig.toml", braces);
   const Status in_braces = save_learnt_masks(path_, {camera("east", {kDoor})});

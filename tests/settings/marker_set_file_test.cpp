@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 const fs::path kMarkerSets = fs::path(support::source_folder()) / "config" / "markersets";
 
-// A folder of its own for each test, gone afterwards.
+// Each test has a folder of its own, which is removed afterwards.
 class MarkerSetFile : public ::testing::Test {
  protected:
   MarkerSetFile() {
@@ -66,7 +66,7 @@ TEST(ShippedMarkerSets, LoadWithTheirNumberOfMarkers) {
   }
 }
 
-// What Unity's HumanBodyBones, the bones of Unreal's Mannequin and VRM 1.0's humanoid call what our skeletons have.
+// The names of the bones of our skeletons in Unity's HumanBodyBones, Unreal's Mannequin and VRM 1.0's humanoid.
 const std::set<std::string> kUnity{"Hips",
                                    "Spine",
                                    "Chest",
@@ -138,7 +138,7 @@ const std::set<std::string> kVrm{"hips",
                                  "leftLittleProximal",
                                  "rightLittleProximal"};
 
-TEST(ShippedSkeletons, BearNamesThatEachSchemeHasAndNoneTwice) {
+TEST(ShippedSkeletons, HaveAliasesThatEachSchemeKnowsAndNoneTwice) {
   int bodies = 0;
   for (const fs::directory_entry& file :
        fs::directory_iterator(fs::path(support::source_folder()) / "config" / "skeletons")) {
@@ -146,7 +146,7 @@ TEST(ShippedSkeletons, BearNamesThatEachSchemeHasAndNoneTwice) {
     const auto skeleton = load_skeleton(file.path());
     ASSERT_TRUE(skeleton) << skeleton.error().message;
     EXPECT_EQ(skeleton->name, file.path().stem());
-    if (skeleton->bones.size() == 1) continue;  // a thing
+    if (skeleton->bones.size() == 1) continue;  // a rigid body
     ++bodies;
     std::set<std::string> unity, unreal, vrm;
     for (const Bone& bone : skeleton->bones) {
@@ -158,7 +158,7 @@ TEST(ShippedSkeletons, BearNamesThatEachSchemeHasAndNoneTwice) {
   EXPECT_GE(bodies, 2);
 }
 
-TEST(ShippedMarkerSets, AllLoadUnderTheNameOfTheirFile) {
+TEST(ShippedMarkerSets, HaveTheNameOfTheirFile) {
   for (const fs::directory_entry& file : fs::directory_iterator(kMarkerSets)) {
     const auto set = load_marker_set(file.path());
     ASSERT_TRUE(set) << set.error().message;
@@ -188,7 +188,7 @@ TEST(ShippedMarkerSets, StandUprightWithTheLeftHandTowardsPlusY) {
   EXPECT_EQ(set->skeleton.bones.front().aliases.unity, "Hips");
 }
 
-TEST_F(MarkerSetFile, FindsItsSkeletonFromItsOwnFolder) {
+TEST_F(MarkerSetFile, FindsItsSkeletonRelativeToItsOwnFile) {
   write("two.toml", kTwoBones);
   const fs::path file = write("set.toml", R"(name = "set"
 skeleton = "two.toml"
@@ -209,7 +209,7 @@ marker = [ { name = "C", bone = "Chest", offset_m = [0.1, 0, 0], colour = [1, 0.
   EXPECT_FLOAT_EQ(set->markers[0].colour[1], 0.5F);
 }
 
-TEST_F(MarkerSetFile, TellsAllFaultsOfBothFilesWithTheirPlaces) {
+TEST_F(MarkerSetFile, ListsAllFaultsOfBothFilesWithTheirPlaces) {
   write("two.toml", R"(name = "two"
 [[bone]]
 name = "Hips"
@@ -231,17 +231,19 @@ marker = [
 
   ASSERT_FALSE(set);
   EXPECT_EQ(set.error().code, ErrorCode::InvalidArgument);
-  const std::string& told = set.error().message;
-  EXPECT_THAT(told, HasSubstr("two.toml:6:10: bone 'Chest': parent is 'Hip', expected a bone that stands above, did "
-                              "you mean 'Hips'?"));
-  EXPECT_THAT(told, HasSubstr("two.toml:7:1: bone 'Chest': unknown key 'rest_ofset_m', did you mean 'rest_offset_m'?"));
-  EXPECT_THAT(told, HasSubstr("two.toml:8:"));
-  EXPECT_THAT(told, HasSubstr("set.toml:4:24: marker 'C': bone is 'Cheste', expected a bone of skeleton 'two', did you "
-                              "mean 'Chest'?"));
-  EXPECT_THAT(told, HasSubstr("offset_m is [ 180, 0, 0 ], expected 3 numbers from -2 to 2"));
-  EXPECT_THAT(told, HasSubstr("the name stands twice"));
-  EXPECT_THAT(told, HasSubstr("colour is [ 1, 2, 0 ]"));
-  EXPECT_THAT(told, HasSubstr("set.toml: 8 faults"));
+  const std::string& message = set.error().message;
+  EXPECT_THAT(message, HasSubstr("two.toml:6:10: bone 'Chest': parent is 'Hip', expected an earlier bone, did "
+                                 "you mean 'Hips'?"));
+  EXPECT_THAT(message,
+              HasSubstr("two.toml:7:1: bone 'Chest': unknown key 'rest_ofset_m', did you mean 'rest_offset_m'?"));
+  EXPECT_THAT(message, HasSubstr("two.toml:8:"));
+  EXPECT_THAT(message,
+              HasSubstr("set.toml:4:24: marker 'C': bone is 'Cheste', expected a bone of skeleton 'two', did you "
+                        "mean 'Chest'?"));
+  EXPECT_THAT(message, HasSubstr("offset_m is [ 180, 0, 0 ], expected 3 numbers from -2 to 2"));
+  EXPECT_THAT(message, HasSubstr("the name occurs twice"));
+  EXPECT_THAT(message, HasSubstr("colour is [ 1, 2, 0 ]"));
+  EXPECT_THAT(message, HasSubstr("set.toml: 8 faults"));
 }
 
 constexpr const char* kLegs = R"(name = "legs"
@@ -267,7 +269,7 @@ marker = [
 ]
 )";
 
-TEST_F(MarkerSetFile, NamesThePairsThatAreNoMirrorImages) {
+TEST_F(MarkerSetFile, ReadsThePairsThatAreNoMirrorImages) {
   write("legs.toml", kLegs);
 
   const auto set = load_marker_set(write(
@@ -278,7 +280,7 @@ TEST_F(MarkerSetFile, NamesThePairsThatAreNoMirrorImages) {
   EXPECT_EQ(set->asymmetric, (std::vector<MarkerPair>{{1, 2}}));
 }
 
-TEST_F(MarkerSetFile, RefusesPairsThatTellNoSides) {
+TEST_F(MarkerSetFile, RefusesPairsThatDoNotDistinguishTheSides) {
   write("legs.toml", kLegs);
 
   const auto set = load_marker_set(write("set.toml", std::string(R"(name = "s"
@@ -293,19 +295,23 @@ asymmetric = [
 ])") + kLegMarkers));
 
   ASSERT_FALSE(set);
-  const std::string& told = set.error().message;
-  EXPECT_THAT(told, HasSubstr("set.toml:4:3: asymmetric: 'LKnee' is 20 mm off the mirror image of 'RKnee' as seen from "
-                              "the front, expected 35 mm or more; move one of them along its bone"));
-  EXPECT_THAT(told, HasSubstr("set.toml:5:3: asymmetric: 'LThigh' sits on LeftUpLeg and 'LKnee' on LeftUpLeg, expected "
-                              "two markers of opposite bones"));
-  EXPECT_THAT(told, HasSubstr("set.toml:6:3: asymmetric: 'Back' sits on Hips and 'Back' on Hips, expected two"));
-  EXPECT_THAT(told, HasSubstr("set.toml:7:14: asymmetric: 'RThig' is no marker of this set, did you mean 'RThigh'?"));
-  EXPECT_THAT(told, HasSubstr("set.toml:8:3: asymmetric: [ 'LThigh' ] is no pair, expected [\"LThigh\", \"RThigh\"]"));
-  EXPECT_THAT(told, HasSubstr("set.toml:9:3: asymmetric: 'RThigh' is no pair"));
-  EXPECT_THAT(told, HasSubstr("set.toml: 6 faults"));
+  const std::string& message = set.error().message;
+  EXPECT_THAT(message,
+              HasSubstr("set.toml:4:3: asymmetric: 'LKnee' is 20 mm off the mirror image of 'RKnee' as seen from "
+                        "the front, expected 35 mm or more; move one of them along its bone"));
+  EXPECT_THAT(message,
+              HasSubstr("set.toml:5:3: asymmetric: 'LThigh' is on LeftUpLeg and 'LKnee' on LeftUpLeg, expected "
+                        "two markers of opposite bones"));
+  EXPECT_THAT(message, HasSubstr("set.toml:6:3: asymmetric: 'Back' is on Hips and 'Back' on Hips, expected two"));
+  EXPECT_THAT(message,
+              HasSubstr("set.toml:7:14: asymmetric: 'RThig' is no marker of this set, did you mean 'RThigh'?"));
+  EXPECT_THAT(message,
+              HasSubstr("set.toml:8:3: asymmetric: [ 'LThigh' ] is no pair, expected [\"LThigh\", \"RThigh\"]"));
+  EXPECT_THAT(message, HasSubstr("set.toml:9:3: asymmetric: 'RThigh' is no pair"));
+  EXPECT_THAT(message, HasSubstr("set.toml: 6 faults"));
 }
 
-TEST_F(MarkerSetFile, RefusesSidesOfAThing) {
+TEST_F(MarkerSetFile, RefusesSidesOfARigidBody) {
   write("thing.toml", "name = \"thing\"\n[[bone]]\nname = \"Body\"\n");
 
   const auto set = load_marker_set(write("set.toml", R"(name = "s"
@@ -315,17 +321,17 @@ marker = [ { name = "A", bone = "Body" }, { name = "B", bone = "Body", offset_m 
 )"));
 
   ASSERT_FALSE(set);
-  EXPECT_THAT(set.error().message, HasSubstr("set.toml:3:14: asymmetric: a thing of one bone has no sides"));
+  EXPECT_THAT(set.error().message, HasSubstr("set.toml:3:14: asymmetric: a rigid body has no left and right side"));
 }
 
-TEST_F(MarkerSetFile, NamesTheLineWhereTomlItselfIsBroken) {
+TEST_F(MarkerSetFile, NamesTheLineOfATomlSyntaxError) {
   const auto set = load_marker_set(write("set.toml", "name = \"set\"\nskeleton = \n"));
 
   ASSERT_FALSE(set);
   EXPECT_THAT(set.error().message, HasSubstr("set.toml:2:"));
 }
 
-TEST_F(MarkerSetFile, SaysWhichFileIsMissing) {
+TEST_F(MarkerSetFile, NamesTheMissingFile) {
   EXPECT_EQ(load_marker_set(folder_ / "none.toml").error().code, ErrorCode::NotFound);
 
   const auto set = load_marker_set(write("set.toml", "name = \"s\"\nskeleton = \"gone.toml\"\nmarker = []\n"));
@@ -335,7 +341,7 @@ TEST_F(MarkerSetFile, SaysWhichFileIsMissing) {
   EXPECT_THAT(set.error().message, HasSubstr("gone.toml: no such file"));
 }
 
-TEST_F(MarkerSetFile, RefusesAFolderAndNumbersThatAreNone) {
+TEST_F(MarkerSetFile, RefusesAFolderAndNumbersThatAreNotFinite) {
   EXPECT_FALSE(load_marker_set(folder_));
 
   const auto skeleton = load_skeleton(write("s.toml", "name=\"s\"\n[[bone]]\nname=\"A\"\nrest_offset_m=[nan,0,0]\n"));

@@ -14,7 +14,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// A rig as Pose2Sim writes it: sizes as floats, four distortions, a table name that is not the camera's name.
+// A rig in the format of Pose2Sim: sizes are floats, four distortions, a table name that is not the camera's name.
 constexpr const char* kFromPose2Sim = R"([cam_01]
 name = "M11139"
 size = [ 1920.0, 1080.0]
@@ -74,7 +74,7 @@ void expect_same_masks(const std::vector<MaskPolygon>& found, const std::vector<
   }
 }
 
-TEST_F(RigFile, OfAnotherProgramIsReadWhole) {
+TEST_F(RigFile, OfAnotherProgramIsReadCompletely) {
   const auto rig = load_rig(write(kFromPose2Sim));
 
   ASSERT_TRUE(rig) << to_text(rig.error());
@@ -90,8 +90,8 @@ TEST_F(RigFile, OfAnotherProgramIsReadWhole) {
   EXPECT_EQ(camera.camera_from_world.translation.z(), 1.66481352);
 }
 
-TEST_F(RigFile, TakesItsRotationVectorAsRodriguesDid) {
-  // A quarter turn about x takes y to z.
+TEST_F(RigFile, ReadsItsRotationAsARodriguesVector) {
+  // A rotation of 90 degrees about x maps y to z.
   const auto rig = load_rig(write_with("[ 0.96185615, 1.52944835, 0.52421935]", "[1.5707963267948966, 0, 0]"));
 
   ASSERT_TRUE(rig) << to_text(rig.error());
@@ -99,10 +99,10 @@ TEST_F(RigFile, TakesItsRotationVectorAsRodriguesDid) {
   EXPECT_LT((turned - Eigen::Vector3d::UnitZ()).norm(), 1e-15);
 }
 
-TEST_F(RigFile, ComesBackAsItWasSaved) {
+TEST_F(RigFile, ReadsBackAsItWasSaved) {
   std::mt19937 random(7);
   Rig rig;
-  // Also no turn, a hair's turn, half a turn and a hair less: where vectors of rotations lose digits.
+  // Also angles of 0, nearly 0, 180 and nearly 180 degrees, where rotation vectors lose digits.
   const double pi = std::numbers::pi;
   for (const double angle : {0.0, 1e-9, 0.3, 1.7, pi - 1e-9, pi}) {
     rig.push_back(random_camera(random, "north-east \"" + std::to_string(rig.size()) + "\" \\ \xc3\xbc", angle));
@@ -123,7 +123,7 @@ TEST_F(RigFile, ComesBackAsItWasSaved) {
     EXPECT_EQ((*again)[i].lens.fx_px, rig[i].lens.fx_px);  // the shortest text that reads back as the same bits
     EXPECT_EQ((*again)[i].lens.distortion, rig[i].lens.distortion);
     EXPECT_EQ((*again)[i].camera_from_world.translation, rig[i].camera_from_world.translation);
-    // Rounding of a few operations on numbers near 1.
+    // The rounding of a few operations on numbers near 1.
     EXPECT_LT(((*again)[i].camera_from_world.rotation - rig[i].camera_from_world.rotation).cwiseAbs().maxCoeff(),
               1e-12);
   }
@@ -144,12 +144,12 @@ TEST_F(RigFile, IsReplacedAsAWholeOrNotAtAll) {
 struct BadRig {
   const char* from;
   const char* to;
-  const char* fault;  ///< with its place
+  const char* fault;  ///< and its place
 };
 
 class BadRigFile : public RigFile, public testing::WithParamInterface<BadRig> {};
 
-TEST_P(BadRigFile, IsToldWithPlaceAndExpectation) {
+TEST_P(BadRigFile, HasAFaultWithPlaceAndExpectation) {
   const auto path = write_with(GetParam().from, GetParam().to);
 
   EXPECT_THAT(faults_of(path), HasSubstr(GetParam().fault));
@@ -188,7 +188,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadRig{"[metadata]", "[metadata", ":10:10: "}),
     [](const auto& bad) { return "Case" + std::to_string(bad.index); });
 
-TEST_F(RigFile, ReadsTheMasksThatStandWithACamera) {
+TEST_F(RigFile, ReadsTheMasksOfACamera) {
   const auto rig = load_rig(write_with("fisheye = false", R"(fisheye = false
 mask = [[[10, 20.5], [30, 20], [30, 40]], [[0, 0], [5, 0], [5, 5], [0, 5]]]
 mask_learnt = [[[100.0, 100.0], [110.0, 100.0], [105.0, 108.0]]])"));
@@ -224,12 +224,12 @@ TEST_F(RigFile, WithoutACameraIsAFault) {
   EXPECT_THAT(faults_of(write("[metadata]\nerror = 1.0\n")), HasSubstr("no camera in this rig"));
 }
 
-TEST_F(RigFile, ThatIsNotThereIsAFault) {
+TEST_F(RigFile, ThatDoesNotExistIsAFault) {
   EXPECT_EQ(faults_of("/nowhere/rig.toml"),
             "/nowhere/rig.toml: no such file\n/nowhere/rig.toml: 1 fault, nothing started");
 }
 
-TEST_F(RigFile, TellsAllFaultsAtOnce) {
+TEST_F(RigFile, ListsAllFaultsAtOnce) {
   const std::string faults = faults_of(write("[a]\nsize = [0, 1]\n[b]\nmatrix = 3\n"));
 
   // a: size, matrix, rotation, translation; b: size, matrix, rotation, translation.

@@ -81,7 +81,7 @@ TEST(RigLenses, AddsACameraThatTheFileDoesNotHave) {
   EXPECT_THAT(read(path), testing::StartsWith(kRig));
 }
 
-TEST(RigLenses, MakesAFileWhereThereIsNone) {
+TEST(RigLenses, CreatesAFileIfThereIsNone) {
   const support::TemporaryFolder folder;
   const auto path = folder.path() / "new.toml";
 
@@ -92,7 +92,7 @@ TEST(RigLenses, MakesAFileWhereThereIsNone) {
   EXPECT_EQ(rig->size(), 2u);
 }
 
-TEST(RigLenses, RefusesWhatItCannotEditAndLeavesTheFile) {
+TEST(RigLenses, RefusesAFileThatItCannotEditAndKeepsIt) {
   const support::TemporaryFolder folder;
   const auto path = folder.write("rig.toml", kRig);
   CameraModel large = camera("door", LensKind::Pinhole);

@@ -63,7 +63,7 @@ class SubjectFileTest : public ::testing::Test {
   fs::path path_ = folder_.path() / "anna.toml";
 };
 
-TEST_F(SubjectFileTest, GivesBackTheSameBits) {
+TEST_F(SubjectFileTest, ReadsBackTheSameBits) {
   const SubjectFile written = somebody();
   ASSERT_TRUE(save_subject(path_, written));
 
@@ -85,7 +85,7 @@ TEST_F(SubjectFileTest, GivesBackTheSameBits) {
   EXPECT_EQ(read->marker_residuals_m, written.marker_residuals_m);
 }
 
-TEST_F(SubjectFileTest, SaysWhereAndWhatIsWrong) {
+TEST_F(SubjectFileTest, ListsFaultsWithTheirPlaces) {
   ASSERT_TRUE(save_subject(path_, somebody()));
   const std::string whole = text();
   const auto faults = [&](const std::string& from, const std::string& to) {
@@ -103,7 +103,7 @@ TEST_F(SubjectFileTest, SaysWhereAndWhatIsWrong) {
   EXPECT_THAT(faults("offset_m = [", "offset_m = [9000.0, "), HasSubstr("expected"));
 }
 
-TEST_F(SubjectFileTest, IsWrittenAnewWithEachFit) {
+TEST_F(SubjectFileTest, IsReplacedAtEachFit) {
   const SubjectFile known = somebody();
   const auto keeper = make_subject_keeper({{SubjectId{1}, path_, known}});
   SubjectFit fit;

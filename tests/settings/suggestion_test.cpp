@@ -5,24 +5,24 @@
 namespace mocap::settings {
 namespace {
 
-TEST(EditDistance, CountsSlipsOfTheKeyboard) {
+TEST(EditDistance, CountsTypingErrors) {
   EXPECT_EQ(edit_distance("threshold", "threshold"), 0U);
   EXPECT_EQ(edit_distance("treshold", "threshold"), 1U);    // left out
   EXPECT_EQ(edit_distance("thrreshold", "threshold"), 1U);  // twice
   EXPECT_EQ(edit_distance("threshald", "threshold"), 1U);   // another
   EXPECT_EQ(edit_distance("htreshold", "threshold"), 1U);   // swapped
   EXPECT_EQ(edit_distance("", "abc"), 3U);
-  EXPECT_EQ(edit_distance("kitten", "sitting"), 3U);  // the worked example of the textbooks
+  EXPECT_EQ(edit_distance("kitten", "sitting"), 3U);  // the example of textbooks
 }
 
-TEST(NearestWord, IsTheOneThatWasProbablyMeant) {
+TEST(NearestWord, IsTheMostSimilarWord) {
   const std::vector<std::string> known{"window_us", "patience_us", "wait"};
 
   EXPECT_EQ(nearest_word("windw_us", known), "window_us");
   EXPECT_EQ(nearest_word("Wait", known), "wait");
 }
 
-TEST(NearestWord, IsNothingWhereNothingIsNear) {
+TEST(NearestWord, IsEmptyIfNoWordIsSimilar) {
   EXPECT_EQ(nearest_word("colour", {"window_us", "wait"}), std::nullopt);
   EXPECT_EQ(nearest_word("x", {}), std::nullopt);
 }

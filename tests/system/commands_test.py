@@ -77,7 +77,7 @@ class Commands(unittest.TestCase):
         self.assertRegex(told, r"my\.toml:\d+:9: log: level is 'loud', expected one of")
         self.assertIn("2 faults", told)
 
-    def test_a_marker_set_that_may_be_read_back_to_front_is_warned_of(self):
+    def test_a_marker_set_that_does_not_distinguish_front_from_back_gives_a_warning(self):
         limbs = "ShoulderTop|UArmHigh|ElbowOut|WristOut|Thigh|KneeOut|Shin|AnkleOut"
         kept = rf"(?!asym)(name = |skeleton = |marker = |\]$|.*(Head|Back)Top|.*({limbs}))"
         text = (SOURCE / "config/markersets/baseline41.toml").read_text().replace("../", f"{SOURCE}/config/")
@@ -89,7 +89,7 @@ class Commands(unittest.TestCase):
         ended = self.ended("--check-config", self.desk.write("worn.toml", worn))
 
         self.assertEqual(ended.returncode, 0, ended.stderr)
-        self.assertRegex(ended.stderr, r"worn\.toml: warning: subject 'actor' is read back to front .*LThigh.* in .*sparse")
+        self.assertRegex(ended.stderr, r"worn\.toml: warning: front and back of subject 'actor' .*LThigh.* in .*sparse")
 
     def test_what_only_the_driver_knows_to_be_wrong_is_told_before_it_runs(self):
         path = self.config('motion = "dance:2"\n')

@@ -18,7 +18,9 @@
 
 #include "assemble.h"
 #include "base/log.h"
+#include "cameras/aravis/aravis_settings.h"
 #include "cameras/own_network.h"
+#include "cameras/v4l2/v4l2_settings.h"
 #include "scene/ring_rig.h"
 #include "settings/marker_set_file.h"
 #include "settings/rig_file.h"
@@ -219,7 +221,7 @@ settings::DaemonSettings daemon_of(const CamerasBenchSettings& wanted, const Mar
     settings.simulated.push_back(worn);
   }
   settings.subjects.push_back({.name = "subject", .marker_set_file = wanted.marker_set, .file = {}, .keep = {}});
-  settings.worn.push_back({"subject", worn});
+  settings.subject_models.push_back({"subject", worn});
   settings.nominal_rate_hz = wanted.rate_hz;
   settings.pipeline.align.window = from_s(0.4 / wanted.rate_hz);
   if (wanted.patience_us > 0.0) settings.pipeline.align.patience = from_s(1e-6 * wanted.patience_us);

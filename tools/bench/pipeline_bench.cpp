@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "assemble.h"
+#include "cameras/synthetic/synthetic_settings.h"
 #include "scene/ring_rig.h"
 #include "settings/marker_set_file.h"
 #include "support/allocation_counter.h"
@@ -69,7 +70,7 @@ settings::DaemonSettings synthetic_daemon(const PipelineBenchSettings& wanted, c
     settings.simulated.push_back(worn);
   }
   settings.subjects.push_back({.name = "subject", .marker_set_file = wanted.marker_set, .file = {}, .keep = {}});
-  settings.worn.push_back({"subject", worn});
+  settings.subject_models.push_back({"subject", worn});
   settings.nominal_rate_hz = wanted.rate_hz;
   // The cameras draw their images on the cores that are measured, one after the other: the last may come this late.
   settings.pipeline.align.patience = from_s(0.5 / wanted.rate_hz);

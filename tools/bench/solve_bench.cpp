@@ -165,7 +165,7 @@ Result<SolveBenchFigures> run_solve_bench(const SolveBenchSettings& settings) {
   std::vector<SolveReference> references;
   int markers = 0;
   for (const simworld::Performer& performer : *performers) {
-    daemon.worn.push_back(performer.subject);
+    daemon.subject_models.push_back(performer.subject);
     references.emplace_back(performer.actor->marker_set());
     markers += static_cast<int>(performer.subject.marker_set.markers.size());
   }

@@ -11,6 +11,7 @@
 #include "base/log.h"
 #include "calibrate/run_cameras.h"
 #include "calibrate/standing.h"
+#include "cameras/replay/replay_settings.h"
 #include "settings/rig_file.h"
 
 namespace mocap::calibrate {
@@ -115,7 +116,7 @@ Failure camera_failure(const Error& error) {
 
 bool recorded(const settings::DaemonSettings& settings) {
   return std::ranges::all_of(settings.cameras, [](const cameras::CameraSettings& camera) {
-    return std::holds_alternative<cameras::ReplaySettings>(camera.driver);
+    return camera.driver.as<cameras::ReplaySettings>() != nullptr;
   });
 }
 

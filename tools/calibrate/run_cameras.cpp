@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "assemble.h"
+#include "cameras/replay/replay_settings.h"
 
 namespace mocap::calibrate {
 namespace {
@@ -64,7 +65,7 @@ void run_cameras(const settings::DaemonSettings& settings, std::vector<CameraRun
                  const std::function<bool()>& watch) {
   settings::DaemonSettings hurried = settings;
   for (cameras::CameraSettings& camera : hurried.cameras) {
-    if (auto* replay = std::get_if<cameras::ReplaySettings>(&camera.driver)) replay->speed = 0.0;
+    if (auto* replay = camera.driver.as<cameras::ReplaySettings>()) replay->speed = 0.0;
   }
   const Timestamp epoch = host_now() + kReadyWithin;
   std::atomic<std::size_t> running{runs.size()};

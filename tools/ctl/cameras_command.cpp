@@ -17,6 +17,7 @@
 #include "base/log.h"
 #include "cameras/aravis/aravis_describe.h"
 #include "cameras/aravis/aravis_discovery.h"
+#include "cameras/aravis/aravis_settings.h"
 #include "cameras/aravis/usb_bandwidth.h"
 #include "cameras/open_camera.h"
 #include "cameras/v4l2/v4l2_discovery.h"
@@ -106,7 +107,7 @@ Result<cameras::AravisSettings> camera_named(const CamerasOptions& options) {
     const auto settings = settings::load_daemon_settings(options.config);
     if (!settings) return Error{ErrorCode::InvalidArgument, settings::to_text(settings.error())};
     for (const auto& each : settings->cameras) {
-      const auto* found = std::get_if<cameras::AravisSettings>(&each.driver);
+      const auto* found = each.driver.as<cameras::AravisSettings>();
       if (found != nullptr && each.name == options.camera) return *found;
     }
     return Error{ErrorCode::InvalidArgument,

@@ -12,8 +12,10 @@
 
 #include "base/exit_codes.h"
 #include "cameras/aravis/aravis_discovery.h"
+#include "cameras/aravis/aravis_settings.h"
 #include "cameras/aravis/usb_bandwidth.h"
 #include "cameras/v4l2/v4l2_discovery.h"
+#include "cameras/v4l2/v4l2_settings.h"
 #include "ctl/doctor.h"
 #include "settings/daemon_settings.h"
 
@@ -31,18 +33,18 @@ constexpr const char* kWords[] = {"good", "warning", "bad"};  // by Verdict
 Demands demands_of(const settings::DaemonSettings& settings) {
   Demands demands{.gige = false, .usb3 = false, .v4l2 = false};
   for (const cameras::CameraSettings& camera : settings.cameras) {
-    if (const auto* aravis = std::get_if<cameras::AravisSettings>(&camera.driver)) {
+    if (const auto* aravis = camera.driver.as<cameras::AravisSettings>()) {
       demands.gige = true;
       demands.usb3 = demands.usb3 || (aravis->address.empty() && aravis->mac.empty());
       demands.ptp = demands.ptp || aravis->ptp;
     }
-    demands.v4l2 = demands.v4l2 || std::holds_alternative<cameras::V4l2Settings>(camera.driver);
+    demands.v4l2 = demands.v4l2 || camera.driver.as<cameras::V4l2Settings>() != nullptr;
   }
   if (!settings.record.snapshots.empty()) {
     const auto folder = settings.record.snapshots.parent_path();
     demands.records_to = folder.empty() ? "." : folder;
   }
-  demands.locked_memory = settings.lock_memory;
+  demands.locked_memory = settings.pipeline.lock_memory;
   return demands;
 }
 
@@ -60,15 +62,15 @@ std::string missing_words(const cameras::AravisSettings& camera, const std::vect
 
 void look_for_cameras(const settings::DaemonSettings& settings, std::vector<Finding>& findings) {
   std::vector<cameras::DiscoveredCamera> all;
-  const bool any = std::any_of(settings.cameras.begin(), settings.cameras.end(), [](const auto& camera) {
-    return std::holds_alternative<cameras::AravisSettings>(camera.driver);
-  });
+  const bool any = std::any_of(
+      settings.cameras.begin(), settings.cameras.end(),
+      [](const cameras::CameraSettings& camera) { return camera.driver.as<cameras::AravisSettings>() != nullptr; });
   if (any) all = cameras::discover_cameras();
   for (const cameras::CameraSettings& camera : settings.cameras) {
     std::string missing;
-    if (const auto* aravis = std::get_if<cameras::AravisSettings>(&camera.driver)) {
+    if (const auto* aravis = camera.driver.as<cameras::AravisSettings>()) {
       missing = missing_words(*aravis, all);
-    } else if (const auto* v4l2 = std::get_if<cameras::V4l2Settings>(&camera.driver)) {
+    } else if (const auto* v4l2 = camera.driver.as<cameras::V4l2Settings>()) {
       const auto node = cameras::find_video_node(*v4l2);
       if (!node) missing = node.error().message;
       if (node && !std::filesystem::exists(*node)) missing = node->string() + " is not there";

@@ -113,7 +113,7 @@ Result<Outcome> run_seed(const simworld::SceneFile& scene, const Options& option
   if (!world) return world.error();
   settings::DaemonSettings daemon = scene.daemon;
   daemon.rig = world->rig();
-  daemon.worn = world->subjects();
+  daemon.subject_models = world->subjects();
   daemon.drift.drift_px = options.drift_px;
   Watched row(daemon);
   take::BlobRecording take;

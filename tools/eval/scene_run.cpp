@@ -102,7 +102,7 @@ Result<SceneOutcome> run_scene(const simworld::SceneFile& scene, const std::stri
 
   settings::DaemonSettings daemon = scene.daemon;
   daemon.rig = *rig;
-  for (const simworld::Performer& performer : *performers) daemon.worn.push_back(performer.subject);
+  for (const simworld::Performer& performer : *performers) daemon.subject_models.push_back(performer.subject);
   SceneOutcome outcome = about(clip, *performers);
   simworld::Recognition recognition(*performers);
   simworld::SceneWorld world(scene, *rig, std::move(*performers), std::move(*events), settings.seed);

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "associate/multi_view_matcher.h"
+#include "associate/match_settings.h"
 #include "associate/predicted/batch_triangulator.h"
 #include "associate/predicted/blob_track_owners.h"
 #include "associate/predicted/merged_blob_resolver.h"

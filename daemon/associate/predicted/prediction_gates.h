@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "associate/multi_view_matcher.h"
+#include "associate/match_settings.h"
 #include "associate/predicted/merged_blob_resolver.h"
 #include "associate/rays/ray_bins.h"
 #include "associate/rays/view_rays.h"

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "associate/multi_view_matcher.h"
+#include "associate/match_settings.h"
 #include "associate/rays/view_rays.h"
 #include "associate/rig_error.h"
 #include "associate/unassigned/camera_pair_schedule.h"

@@ -366,4 +366,9 @@ std::unique_ptr<Camera> make_aravis_camera(CameraId id, std::string name, Aravis
   return std::make_unique<AravisCamera>(id, std::move(name), std::move(settings), counters);
 }
 
+Result<std::unique_ptr<Camera>> open_aravis_camera(CameraId id, const std::string& name, const AravisSettings& settings,
+                                                   const CameraSurroundings& surroundings) {
+  return make_aravis_camera(id, name, settings, surroundings.counters);
+}
+
 }  // namespace mocap::cameras

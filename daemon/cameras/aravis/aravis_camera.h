@@ -3,7 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "cameras/camera_settings.h"
+#include "cameras/aravis/aravis_settings.h"
+#include "cameras/camera_make.h"
 #include "model/ids.h"
 #include "module/camera.h"
 #include "module/stream_counters.h"
@@ -23,5 +24,9 @@ namespace mocap::cameras {
 /// The middle of the exposure is told on the host's clock as AravisSettings::clock says.
 std::unique_ptr<Camera> make_aravis_camera(CameraId id, std::string name, AravisSettings settings,
                                            StreamCounters* counters = nullptr);
+
+/// The same, for the list of makes.
+Result<std::unique_ptr<Camera>> open_aravis_camera(CameraId id, const std::string& name, const AravisSettings& settings,
+                                                   const CameraSurroundings& surroundings);
 
 }  // namespace mocap::cameras

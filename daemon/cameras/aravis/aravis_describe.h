@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "cameras/camera_settings.h"
+#include "cameras/aravis/aravis_settings.h"
 
 namespace mocap::cameras {
 

@@ -9,7 +9,7 @@
 #include "cameras/aravis/action_trigger.h"
 #include "cameras/aravis/aravis_chunks.h"
 #include "cameras/aravis/aravis_features.h"
-#include "cameras/camera_settings.h"
+#include "cameras/aravis/aravis_settings.h"
 
 typedef struct _ArvStream ArvStream;  // NOLINT(bugprone-reserved-identifier): Aravis's own name, for pointers only
 

@@ -4,7 +4,7 @@
 
 #include "base/result.h"
 #include "base/time.h"
-#include "cameras/camera_settings.h"
+#include "cameras/aravis/aravis_settings.h"
 #include "model/frame.h"
 
 typedef struct _ArvCamera ArvCamera;  // NOLINT(bugprone-reserved-identifier): Aravis's own name, for pointers only

@@ -9,7 +9,9 @@
 #include <map>
 #include <utility>
 
+#include "cameras/aravis/aravis_settings.h"
 #include "cameras/v4l2/v4l2_discovery.h"
+#include "cameras/v4l2/v4l2_settings.h"
 
 namespace mocap::cameras {
 namespace {
@@ -72,13 +74,13 @@ double mb_per_s(double width_px, double height_px, const std::string& format, do
 }
 
 const UsbDevice* device_of(const CameraSettings& camera, const std::vector<UsbDevice>& devices, const fs::path& sys) {
-  if (const auto* aravis = std::get_if<AravisSettings>(&camera.driver)) {
+  if (const auto* aravis = camera.driver.as<AravisSettings>()) {
     const auto found = std::find_if(devices.begin(), devices.end(), [&](const UsbDevice& each) {
       return each.usb3_vision && !aravis->serial.empty() && each.serial == aravis->serial;
     });
     return found != devices.end() ? &*found : nullptr;
   }
-  const auto* v4l2 = std::get_if<V4l2Settings>(&camera.driver);
+  const auto* v4l2 = camera.driver.as<V4l2Settings>();
   if (v4l2 == nullptr) return nullptr;
   const Result<fs::path> node = find_video_node(*v4l2);
   std::error_code missing;
@@ -158,13 +160,13 @@ double usable_mb_per_s(double speed_mbps) {
 }
 
 std::optional<double> needed_mb_per_s(const CameraSettings& camera, const CameraModel* model) {
-  if (const auto* aravis = std::get_if<AravisSettings>(&camera.driver)) {
+  if (const auto* aravis = camera.driver.as<AravisSettings>()) {
     const int width_px = aravis->width_px.value_or(model != nullptr ? model->width_px : 0);
     const int height_px = aravis->height_px.value_or(model != nullptr ? model->height_px : 0);
     if (width_px <= 0 || height_px <= 0 || !aravis->rate_hz) return std::nullopt;
     return mb_per_s(width_px, height_px, aravis->pixel_format, *aravis->rate_hz);
   }
-  if (const auto* v4l2 = std::get_if<V4l2Settings>(&camera.driver)) {
+  if (const auto* v4l2 = camera.driver.as<V4l2Settings>()) {
     return mb_per_s(v4l2->width_px, v4l2->height_px, v4l2->pixel_format, v4l2->rate_hz);
   }
   return std::nullopt;

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "base/time.h"
-#include "cameras/camera_settings.h"
+#include "cameras/aravis/aravis_settings.h"
 #include "cameras/clock/clock_mapping.h"
 #include "module/stream_counters.h"
 

@@ -184,4 +184,9 @@ std::unique_ptr<Camera> make_replay_camera(CameraId id, std::string name, Replay
   return std::make_unique<ReplayCamera>(id, std::move(name), std::move(settings));
 }
 
+Result<std::unique_ptr<Camera>> open_replay_camera(CameraId id, const std::string& name, const ReplaySettings& settings,
+                                                   const CameraSurroundings& /*surroundings*/) {
+  return make_replay_camera(id, name, settings);
+}
+
 }  // namespace mocap::cameras

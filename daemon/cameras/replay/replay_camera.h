@@ -3,7 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "cameras/camera_settings.h"
+#include "cameras/camera_make.h"
+#include "cameras/replay/replay_settings.h"
 #include "model/ids.h"
 #include "module/camera.h"
 
@@ -20,5 +21,9 @@ namespace mocap::cameras {
 /// begins one mean period after the last frame. start() begins anew, fails with NotFound where nothing is recorded and
 /// with InvalidArgument where timestamps.csv is wrong. A file that cannot be read is an Io error of its frame.
 std::unique_ptr<Camera> make_replay_camera(CameraId id, std::string name, ReplaySettings settings);
+
+/// The same, for the list of makes.
+Result<std::unique_ptr<Camera>> open_replay_camera(CameraId id, const std::string& name, const ReplaySettings& settings,
+                                                   const CameraSurroundings& surroundings);
 
 }  // namespace mocap::cameras

@@ -121,4 +121,20 @@ std::unique_ptr<Camera> make_synthetic_camera(CameraId id, const SyntheticSettin
   return std::make_unique<SyntheticCamera>(id, settings, model, marker_set);
 }
 
+Result<std::unique_ptr<Camera>> open_synthetic_camera(CameraId id, const std::string& name,
+                                                      const SyntheticSettings& settings,
+                                                      const CameraSurroundings& surroundings) {
+  const auto refuse = [&](const char* why) {
+    return Error{ErrorCode::InvalidArgument, fmt::format("camera '{}': {}", name, why)};
+  };
+  if (surroundings.marker_set == nullptr) return refuse("a synthetic camera needs the marker set of its subject");
+  const Rig none;
+  const Rig& rig = surroundings.rig != nullptr ? *surroundings.rig : none;
+  const auto model = std::ranges::find(rig, name, &CameraModel::name);
+  if (model == rig.end()) {
+    return refuse("a synthetic camera needs its lens and place, and the rig has no camera of this name");
+  }
+  return make_synthetic_camera(id, settings, *model, *surroundings.marker_set);
+}
+
 }  // namespace mocap::cameras

@@ -2,7 +2,8 @@
 
 #include <memory>
 
-#include "cameras/camera_settings.h"
+#include "cameras/camera_make.h"
+#include "cameras/synthetic/synthetic_settings.h"
 #include "model/camera_model.h"
 #include "model/ids.h"
 #include "model/skeleton.h"
@@ -20,5 +21,11 @@ namespace mocap::cameras {
 /// start() fails with InvalidArgument when the motion or a number cannot be right.
 std::unique_ptr<Camera> make_synthetic_camera(CameraId id, const SyntheticSettings& settings, const CameraModel& model,
                                               const MarkerSet& marker_set);
+
+/// The same, for the list of makes: the model is the rig's entry of the camera's name. Fails with InvalidArgument if
+/// there is no such entry or no marker set.
+Result<std::unique_ptr<Camera>> open_synthetic_camera(CameraId id, const std::string& name,
+                                                      const SyntheticSettings& settings,
+                                                      const CameraSurroundings& surroundings);
 
 }  // namespace mocap::cameras

@@ -397,4 +397,9 @@ std::unique_ptr<Camera> make_v4l2_camera(CameraId id, std::string name, V4l2Sett
   return std::make_unique<V4l2Camera>(id, std::move(name), std::move(settings), counters);
 }
 
+Result<std::unique_ptr<Camera>> open_v4l2_camera(CameraId id, const std::string& name, const V4l2Settings& settings,
+                                                 const CameraSurroundings& surroundings) {
+  return make_v4l2_camera(id, name, settings, surroundings.counters);
+}
+
 }  // namespace mocap::cameras

@@ -3,7 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "cameras/camera_settings.h"
+#include "cameras/camera_make.h"
+#include "cameras/v4l2/v4l2_settings.h"
 #include "model/ids.h"
 #include "module/camera.h"
 #include "module/stream_counters.h"
@@ -23,5 +24,9 @@ namespace mocap::cameras {
 /// where it has none.
 std::unique_ptr<Camera> make_v4l2_camera(CameraId id, std::string name, V4l2Settings settings,
                                          StreamCounters* counters = nullptr);
+
+/// The same, for the list of makes.
+Result<std::unique_ptr<Camera>> open_v4l2_camera(CameraId id, const std::string& name, const V4l2Settings& settings,
+                                                 const CameraSurroundings& surroundings);
 
 }  // namespace mocap::cameras

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "cameras/camera_settings.h"
+#include "cameras/v4l2/v4l2_settings.h"
 
 namespace mocap::cameras {
 

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "settings/stage_keys.h"
+#include "settings/sections.h"
 #include "settings/toml_file.h"
 
 namespace mocap::simworld {
@@ -46,7 +46,7 @@ SceneActor read_actor(TomlTable& table) {
   table.require("marker_set", "a file of config/markersets");
   table.number("t_pose_s", actor.t_pose_s, {0, 1000});
   table.number("arms_lowered_deg", actor.arms_lowered_deg, {0, 90});
-  table.numbers("place_m", actor.place_m.data(), 2, {-100, 100});
+  table.numbers("place_m", actor.place_m, {-100, 100});
   table.number("heading_deg", actor.heading_deg, {-360, 360});
   table.number("delay_s", actor.delay_s, {0, 1000});
   table.number("size", actor.size, {0.2, 5});
@@ -160,7 +160,7 @@ Result<SceneFile, settings::Faults> load_scene(const fs::path& path) {
         std::ranges::any_of(kRowSections, [&](const char* name) { return std::string_view(name) == section.name; });
     if (!of_the_row) continue;
     if (auto table = root.table(section.name, section.name)) {
-      section.tell(*table, scene.daemon);
+      section.declare(*table, scene.daemon);
       table->done();
     }
   }

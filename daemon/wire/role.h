@@ -1,0 +1,13 @@
+#pragma once
+
+namespace mocap::wire {
+
+/// Rights of a client.
+enum class Role {
+  Viewer,    ///< receives the feed and may ask for the state
+  Operator,  ///< may change the state, too
+};
+
+const char* name_of(Role role) noexcept;
+
+}  // namespace mocap::wire

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/key_visitor.h"
+#include "wire/role.h"
+
+namespace mocap::wire {
+
+/// [security]: authentication of clients by CURVE keys. Help: the table in wire_settings.cpp.
+struct CurveSettings {
+  std::filesystem::path server_key;  ///< empty: clients are not authenticated
+  std::filesystem::path allowed;
+
+  bool on() const { return !server_key.empty(); }
+};
+
+/// [publish]: the feed. Help, units and ranges: the table in wire_settings.cpp.
+struct PublisherSettings {
+  std::string endpoint = "tcp://127.0.0.1:5570";
+  std::vector<std::string> more_endpoints = {};
+  bool allow_remote = false;
+  CurveSettings curve = {};
+  bool velocities = false;
+  std::size_t subjects = 1;  ///< no key: subjects of the descriptions, each of which has a topic
+  int send_queue = 8;
+  int max_connections = 1000;
+};
+
+/// [control]: requests of operators. Help: the table in wire_settings.cpp.
+struct ControlSettings {
+  std::string endpoint;  ///< empty: beside the feed; "none": no requests
+  std::vector<std::string> more_endpoints = {};
+  bool allow_remote = false;
+  CurveSettings curve = {};
+  Role role_without_keys = Role::Operator;
+};
+
+void declare_keys(KeyVisitor& keys, CurveSettings& curve);
+void declare_keys(KeyVisitor& keys, PublisherSettings& feed);
+void declare_keys(KeyVisitor& keys, ControlSettings& control);
+
+/// Rules between keys that are broken.
+std::vector<KeyFault> faults_of(const CurveSettings& curve);
+/// The same; `curve` is that of [security].
+std::vector<KeyFault> faults_of(const PublisherSettings& feed);
+std::vector<KeyFault> faults_of(const ControlSettings& control);
+
+}  // namespace mocap::wire

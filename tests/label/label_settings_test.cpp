@@ -1,0 +1,17 @@
+#include "label/label_settings.h"
+
+#include <gtest/gtest.h>
+
+#include "base/key_check.h"
+
+namespace mocap::label {
+namespace {
+
+TEST(LabelSettings, HaveDefaultsWithinTheirRanges) {
+  const LabelSettings defaults;
+
+  EXPECT_TRUE(check_keys(defaults).empty());
+}
+
+}  // namespace
+}  // namespace mocap::label

@@ -1,0 +1,31 @@
+#include "settings/text_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/temporary_folder.h"
+
+namespace mocap::settings {
+namespace {
+
+TEST(ReadText, GivesEveryByteOfAFile) {
+  const support::TemporaryFolder folder;
+  const std::string text("rig = \"a\"\r\n\0\xff", 13);
+
+  const auto read = read_text(folder.write("a.toml", text));
+
+  ASSERT_TRUE(read);
+  EXPECT_EQ(*read, text);
+}
+
+TEST(ReadText, RefusesWhatIsNoSettingsFile) {
+  const support::TemporaryFolder folder;
+
+  EXPECT_EQ(read_text(folder.path() / "none.toml").error().message, "no such file");
+  EXPECT_EQ(read_text(folder.path()).error().message, "is a folder, expected a file");
+  EXPECT_EQ(read_text(folder.write("large.toml", std::string((16U << 20) + 1, ' '))).error().message,
+            "is over 16 MB, expected a settings file");
+}
+
+}  // namespace
+}  // namespace mocap::settings
