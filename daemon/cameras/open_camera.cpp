@@ -8,6 +8,7 @@
 #include "cameras/aravis/aravis_camera.h"
 #include "cameras/replay/replay_camera.h"
 #include "cameras/synthetic/synthetic_camera.h"
+#include "cameras/tcp/tcp_camera.h"
 #include "cameras/v4l2/v4l2_camera.h"
 
 namespace mocap::cameras {
@@ -19,6 +20,7 @@ constexpr CameraMake kMakes[] = {
     make_with<V4l2Settings, open_v4l2_camera>(),
     make_with<ReplaySettings, open_replay_camera>(),
     make_with<SyntheticSettings, open_synthetic_camera>(),
+    make_with<TcpSettings, open_tcp_camera>(),
 };
 
 }  // namespace
