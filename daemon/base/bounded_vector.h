@@ -15,7 +15,7 @@ namespace mocap {
 /// A vector that lives in place and holds at most `Capacity` elements: it never allocates, and copying it costs its
 /// live elements only.
 ///
-/// Over the bound `try_push_back` says no; the caller counts what it dropped.
+/// Over the bound `try_push_back` returns false; the caller counts the drop.
 template <class T, std::size_t Capacity>
 class BoundedVector {
  public:
@@ -64,7 +64,7 @@ class BoundedVector {
   operator std::span<T>() noexcept { return {data(), size_}; }
   operator std::span<const T>() const noexcept { return {data(), size_}; }
 
-  /// Appends where there is room; says whether there was.
+  /// Appends if there is room. Returns whether there was.
   [[nodiscard]] bool try_push_back(const T& value) {
     if (full()) return false;
     std::construct_at(data() + size_, value);
@@ -72,7 +72,7 @@ class BoundedVector {
     return true;
   }
 
-  /// Appends; the caller has made sure that there is room.
+  /// Appends. Precondition: there is room.
   T& push_back(const T& value) {
     MOCAP_EXPECTS(!full());
     std::construct_at(data() + size_, value);
@@ -100,7 +100,7 @@ class BoundedVector {
     }
   }
 
-  /// Takes one out by moving the last into its place; the order changes.
+  /// Removes an element by moving the last one to its position; the order changes.
   void erase_unordered(std::size_t i) {
     MOCAP_EXPECTS(i < size_);
     if (i + 1 != size_) data()[i] = std::move(data()[size_ - 1]);

@@ -8,28 +8,28 @@
 
 namespace mocap {
 
-/// What kind of failure the world gave us; decides retry, go on without, or end.
+/// Kind of an external failure; the caller decides to retry, continue without, or end.
 enum class ErrorCode {
   InvalidArgument,  ///< a setting, file or request that cannot be right
   NotFound,         ///< no such camera, file, feature
-  Unsupported,      ///< it is there, and cannot do what was asked
-  Timeout,          ///< nothing came in time; asking again is right
-  DeviceLost,       ///< it was there and is gone; open it again
-  Busy,             ///< somebody else has it (a camera, a port)
+  Unsupported,      ///< it exists, but cannot do what was requested
+  Timeout,          ///< no answer in time; a retry may succeed
+  DeviceLost,       ///< it disappeared; open it again
+  Busy,             ///< in use by another program (a camera, a port)
   Io,               ///< the system refused a read, write or call
-  EndOfStream,      ///< a finite source has given all it has
+  EndOfStream,      ///< a finite source is exhausted
 };
 
-/// The name of a code, as it stands in logs.
+/// The name of a code, as written in logs.
 const char* name_of(ErrorCode code) noexcept;
 
-/// A failure of the world: handed up to the one who can decide.
+/// An external failure, returned to the caller who can decide.
 struct Error {
   ErrorCode code;
-  std::string message;  ///< names the thing, the value, what was expected and what to do
+  std::string message;  ///< names the object, the value, the expectation and the remedy
 };
 
-/// A value, or why there is none. The member names are those of std::expected, which will replace it.
+/// A value or an error. The member names are those of std::expected, which will replace this class.
 template <class T, class E = Error>
 class [[nodiscard]] Result {
  public:
@@ -66,7 +66,7 @@ class [[nodiscard]] Result {
   std::variant<T, E> state_;
 };
 
-/// Success, or why not.
+/// Success or an error.
 template <class E>
 class [[nodiscard]] Result<void, E> {
  public:

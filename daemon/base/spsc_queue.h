@@ -21,7 +21,7 @@ namespace mocap {
 template <class T>
 class SpscQueue {
  public:
-  /// `capacity` items at most wait at a time; at least 1.
+  /// At most `capacity` items wait at a time; at least 1.
   explicit SpscQueue(std::size_t capacity)
       : slots_(std::bit_ceil(capacity)), mask_(slots_.size() - 1), capacity_(capacity) {
     MOCAP_EXPECTS(capacity > 0);
@@ -31,7 +31,7 @@ class SpscQueue {
 
   std::size_t capacity() const noexcept { return capacity_; }
 
-  /// Producer. False when the queue is full; the producer counts its drop.
+  /// Producer. Returns false if the queue is full; the producer counts the drop.
   [[nodiscard]] bool try_push(const T& item) {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     if (tail - head_seen_ >= capacity_) {
@@ -53,10 +53,10 @@ class SpscQueue {
     return &slots_[head & mask_];
   }
 
-  /// Consumer. Gives the slot of `front` back.
+  /// Consumer. Releases the slot of `front`.
   void pop() noexcept { head_.store(head_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
 
-  /// Consumer. False when the queue is empty.
+  /// Consumer. Returns false if the queue is empty.
   [[nodiscard]] bool try_pop(T& item) {
     T* oldest = front();
     if (oldest == nullptr) return false;
@@ -65,7 +65,7 @@ class SpscQueue {
     return true;
   }
 
-  /// How many wait; exact for neither side while the other works.
+  /// Number of waiting items; approximate while the other side works.
   std::size_t size() const noexcept {
     const std::size_t head = head_.load(std::memory_order_acquire);
     return tail_.load(std::memory_order_acquire) - head;
@@ -78,9 +78,9 @@ class SpscQueue {
   std::size_t mask_;
   std::size_t capacity_;
   alignas(kCacheLine) std::atomic<std::size_t> head_{0};
-  std::size_t tail_seen_ = 0;  // the consumer's last look at tail_
+  std::size_t tail_seen_ = 0;  // the consumer's cached copy of tail_
   alignas(kCacheLine) std::atomic<std::size_t> tail_{0};
-  std::size_t head_seen_ = 0;  // the producer's last look at head_
+  std::size_t head_seen_ = 0;  // the producer's cached copy of head_
 };
 
 }  // namespace mocap

@@ -10,7 +10,7 @@ using Duration = std::chrono::nanoseconds;
 /// An instant on the host's monotonic clock (CLOCK_MONOTONIC).
 using Timestamp = std::chrono::time_point<std::chrono::steady_clock, Duration>;
 
-/// Reads the host's monotonic clock. Only threads of runtime/, cameras and tools ask; a stage takes time as an
+/// Reads the host's monotonic clock. Only runtime/, cameras and tools call this; a pipeline step takes time as an
 /// argument.
 Timestamp host_now() noexcept;
 

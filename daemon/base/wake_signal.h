@@ -9,7 +9,7 @@ namespace mocap {
 
 /// Wakes one sleeping thread from any number of others, without a lock (a Linux futex).
 ///
-/// The waiter takes a ticket, looks whether there is work, and sleeps only if nothing was signalled since the ticket:
+/// The waiter takes a ticket, checks for work, and sleeps only if nothing was signalled since the ticket:
 /// no wake-up is lost. Signalling costs a system call only while the waiter sleeps.
 class WakeSignal {
  public:
@@ -18,10 +18,10 @@ class WakeSignal {
   /// Any thread. Async-signal-safe.
   void signal() noexcept;
 
-  /// The waiter: before it looks for work.
+  /// Waiter: call before checking for work.
   Ticket ticket() const noexcept { return count_.load(std::memory_order_acquire); }
 
-  /// The waiter: sleeps until `signal` was called after `ticket`, or `patience` has passed.
+  /// Waiter: sleeps until `signal` was called after `ticket`, or until `patience` has passed.
   void wait(Ticket ticket, Duration patience) noexcept;
 
  private:

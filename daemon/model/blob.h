@@ -18,22 +18,23 @@ struct Blob {
   double area_px2 = 0.0;   ///< pixels over the threshold
   double peak = 0.0;       ///< brightest pixel, 0 to 1 of the format's range
   double roundness = 1.0;  ///< 1: a disc, towards 0: a line (ratio of the axes of inertia)
-  double axis_rad = std::numeric_limits<double>::quiet_NaN();  ///< of the longer one, from x towards y; NaN: not told
-  double saturated = 0.0;                                      ///< share of its pixels at the top of the range, 0 to 1
+  double axis_rad =
+      std::numeric_limits<double>::quiet_NaN();  ///< direction of the major axis, from x towards y; NaN: unknown
+  double saturated = 0.0;                        ///< share of saturated pixels, 0 to 1
   bool touches_border = false;
-  bool merged = false;  ///< more than one marker is likely in it
-  BlobTrackId track;    ///< its 2D track, where the camera's tracker knows it
+  bool merged = false;  ///< the blob probably shows more than one marker
+  BlobTrackId track;    ///< the blob's 2D track, if it is unambiguous
 };
 
 using Blobs = BoundedVector<Blob, kMaxBlobs>;
 
-/// What one camera saw at one instant: all that leaves a camera thread.
+/// The blobs of one image: the only data that leave a camera thread.
 struct BlobFrame {
   CameraId camera;
   std::uint64_t number = 0;  ///< the camera's own count of exposures
   Timestamp exposed_at;      ///< middle of the exposure
-  Timestamp received_at;     ///< the image was here
-  Timestamp detected_at;     ///< its blobs were found
+  Timestamp received_at;     ///< the last byte of the image arrived
+  Timestamp detected_at;     ///< detection and 2D tracking ended
   Blobs blobs;
 };
 

@@ -14,7 +14,7 @@ enum class LensKind {
   Fisheye,  ///< OpenCV's fisheye (equidistant) k1 k2 k3 k4
 };
 
-/// How a camera turns rays into pixels.
+/// Intrinsics: the projection from rays to pixels.
 struct Lens {
   LensKind kind = LensKind::Pinhole;
   double fx_px = 1.0;
@@ -32,8 +32,8 @@ struct CameraModel {
   int height_px = 0;
   Lens lens;
   CameraFromWorld camera_from_world;
-  std::vector<MaskPolygon> masks = {};         ///< where this camera's images show no markers, as somebody drew it
-  std::vector<MaskPolygon> learnt_masks = {};  ///< the same, as mocap-calibrate learnt it from an empty volume
+  std::vector<MaskPolygon> masks = {};         ///< masked parts of the image, drawn by a person
+  std::vector<MaskPolygon> learnt_masks = {};  ///< masked parts that mocap-calibrate learned from an empty volume
 
   WorldPoint centre() const { return camera_from_world.inverse() * CameraPoint{}; }
 };

@@ -4,12 +4,12 @@
 
 namespace mocap {
 
-/// By what a camera's exposures are told on the host's clock.
+/// Source of a camera's exposure times on the host's clock.
 enum class ClockSource : std::uint8_t {
-  Unknown,   ///< not told yet, or by a camera that cannot tell
-  Receipts,  ///< its clock is learnt from the times of receipt
-  Camera,    ///< its own clock, which keeps the host's time
-  Lost,      ///< should be its own, and cannot be believed: by the receipts
+  Unknown,   ///< not known yet, or the camera does not report it
+  Receipts,  ///< the camera's clock, mapped to the host's by the times of arrival
+  Camera,    ///< the camera's own clock, which is synchronised with the host's
+  Lost,      ///< the camera's own clock is not plausible; mapped by the times of arrival
 };
 
 }  // namespace mocap

@@ -18,29 +18,29 @@ enum class ControlAction {
   GetSnapshot,
   StartCapture,
   StopCapture,
-  AddSubject,     ///< it is looked for (again)
-  RemoveSubject,  ///< it is away
-  ResetSubject,   ///< where it is and how it measures is forgotten
-  FitSubject,     ///< it measures as the request says
+  AddSubject,     ///< the subject is searched (again)
+  RemoveSubject,  ///< the subject is not searched any more
+  ResetSubject,   ///< discards the subject's pose and fitted body
+  FitSubject,     ///< applies the fitted body of the request
   AdjustCamera,
   LearnMask,
-  Reload,  ///< the configuration
+  Reload,  ///< reads the configuration again
 };
 
-/// Whether it only looks.
+/// Whether the request reads only.
 constexpr bool only_looks(ControlAction action) {
   return action == ControlAction::GetStatus || action == ControlAction::GetDescription ||
          action == ControlAction::GetSnapshot;
 }
 
-/// What somebody asks of the running daemon.
+/// A request of an operator to the running daemon.
 struct ControlRequest {
   ControlAction action = ControlAction::GetStatus;
-  std::string name;        ///< of the subject or camera; empty: all cameras
-  std::string marker_set;  ///< AddSubject: the absolute path of what a new one wears; empty: it is configured
+  std::string name;        ///< name of the subject or camera; empty: all cameras
+  std::string marker_set;  ///< AddSubject: absolute path of a new subject's marker set; empty: a configured subject
   std::optional<double> exposure_us;
   std::optional<double> gain_db;
-  std::uint32_t images = 0;                       ///< of each camera, to learn a mask from
+  std::uint32_t images = 0;                       ///< number of images per camera from which a mask is learned
   std::vector<Eigen::Vector3d> rest_offsets_m;    ///< FitSubject: by bone
   std::vector<Eigen::Vector3d> marker_offsets_m;  ///< FitSubject: by marker
   double residual_m = 0.0;                        ///< FitSubject
@@ -48,7 +48,7 @@ struct ControlRequest {
 
 enum class ControlCode { Done, Invalid, NotFound, Forbidden, Unsupported, Timeout, Failed };
 
-/// How the daemon is, for who asks.
+/// State of the daemon, in the answer to a status request.
 struct ControlStatus {
   std::string producer;
   std::string session_id;
@@ -62,10 +62,10 @@ struct ControlStatus {
   std::vector<OneSubject> subjects;
 };
 
-/// What became of it.
+/// The answer to a request.
 struct ControlAnswer {
   ControlCode code = ControlCode::Done;
-  std::string message;  ///< for people
+  std::string message;  ///< text for the operator
   std::optional<ControlStatus> status;
   const Description* description = nullptr;  ///< borrowed
   const Snapshot* snapshot = nullptr;        ///< borrowed

@@ -9,11 +9,11 @@
 
 namespace mocap {
 
-/// What a client must know to read snapshots; changes rarely, and then its version does.
+/// The names and constants that snapshots refer to by index. Changes rarely; each change increments the version.
 struct Description {
   std::uint32_t version = 1;
   std::string producer;    ///< program and version
-  std::string session_id;  ///< of this run
+  std::string session_id;  ///< id of this run of the daemon
   double nominal_rate_hz = 0.0;
   Rig cameras;
   std::vector<Subject> subjects;

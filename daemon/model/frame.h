@@ -9,7 +9,7 @@
 
 namespace mocap {
 
-/// How the bytes of an image are to be read.
+/// Layout of the bytes of an image.
 enum class PixelFormat {
   Mono8,
   Mono10,        ///< 16-bit little endian, the low 10 bits used
@@ -27,11 +27,11 @@ enum class PixelFormat {
   Mjpeg,  ///< `bytes` is one JPEG; stride has no meaning
 };
 
-/// Pixels borrowed from whoever received them.
+/// Pixels, borrowed from the camera that received them.
 struct Image {
   std::span<const std::byte> bytes;
-  /// From one row to the next. Where a packed format's is no longer than its row, the pixels run on from row to row
-  /// without a gap of even a bit.
+  /// Bytes from one row to the next. If a packed format's stride is no longer than its row, pixels continue from row to
+  /// row without any gap.
   std::size_t stride_bytes = 0;
   int width_px = 0;
   int height_px = 0;
@@ -43,7 +43,7 @@ struct Frame {
   CameraId camera;
   std::uint64_t number = 0;  ///< the camera's own count of exposures: a gap is a lost image
   Timestamp exposed_at;      ///< middle of the exposure
-  Timestamp received_at;     ///< when the last byte was here
+  Timestamp received_at;     ///< arrival of the last byte
   Image image;
 };
 

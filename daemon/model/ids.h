@@ -5,7 +5,7 @@
 
 namespace mocap {
 
-/// A number that names one thing of one kind; ids of different kinds do not mix. Default: names nothing.
+/// An id of one kind of thing; ids of different kinds do not convert. Default: none.
 template <class Kind>
 struct Id {
   static constexpr std::uint32_t kNothing = 0xFFFF'FFFF;
@@ -20,12 +20,12 @@ struct Id {
 using CameraId = Id<struct CameraKind>;
 /// One camera's 2D track of a blob; unique within the camera and run.
 using BlobTrackId = Id<struct BlobTrackKind>;
-/// A 3D track of a marker, named or not; unique within the run.
+/// A 3D track of a marker, labelled or not; unique within the run.
 using TrackId = Id<struct TrackKind>;
 /// A subject: its index in the order of the configuration, from 0.
 using SubjectId = Id<struct SubjectKind>;
 
-/// The name of a marker: which subject, and which marker of its marker set (index from 0).
+/// The label of a marker: its subject, and its index in the subject's marker set (from 0).
 struct Label {
   SubjectId subject;
   std::uint32_t marker = 0;

@@ -6,8 +6,8 @@
 
 namespace mocap {
 
-/// A part of an image that shows no markers: a lamp, a window, another camera's ring light. The corners in order, at
-/// least three; a side leads from the last to the first. What is inside by the even-odd rule is masked.
+/// A masked part of an image: a lamp, a window, another camera's ring light. The corners in order, at
+/// least three; the polygon is closed. Its inside by the even-odd rule is masked.
 using MaskPolygon = std::vector<PixelPoint>;
 
 }  // namespace mocap

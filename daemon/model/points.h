@@ -4,12 +4,12 @@
 
 namespace mocap {
 
-/// Where in an image, px; origin is the centre of the top-left pixel, x right, y down; with the lens's distortion.
+/// A position in an image, px; origin at the centre of the top-left pixel, x right, y down; with the lens's distortion.
 struct PixelPoint {
   Eigen::Vector2d v = Eigen::Vector2d::Zero();
 };
 
-/// A ray of a camera as the point where it meets the plane z = 1 of the camera frame; no unit, distortion undone.
+/// A viewing ray, as its intersection with the plane z = 1 of the camera frame; no unit, without distortion.
 struct NormalizedPoint {
   Eigen::Vector2d v = Eigen::Vector2d::Zero();
 };

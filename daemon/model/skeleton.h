@@ -9,28 +9,29 @@
 
 namespace mocap {
 
-/// How far a joint turns about one axis of its bone, rad.
+/// Range of a joint's rotation about one axis of its bone, rad.
 struct AngleRange {
   double min_rad = -3.141592653589793;
   double max_rad = 3.141592653589793;
 };
 
-/// The names of a bone in the schemes that engines know; empty where a scheme has none.
+/// The names of a bone in the conventions of engines; empty if a convention has no such bone.
 struct BoneAliases {
   std::string unity;   ///< HumanBodyBones
   std::string unreal;  ///< Mannequin
   std::string vrm;     ///< VRM 1.0 humanoid
 };
 
-/// A bone: the frame that sits in its joint.
+/// A bone: a frame at its joint.
 ///
 /// Rest pose is the T-pose with every bone's frame parallel to the world's: the subject faces +x, its left hand
-/// points to +y, up is +z. A bone's rotation is what turns it out of that pose.
+/// points to +y, up is +z. A bone's rotation is relative to that pose.
 struct Bone {
   std::string name;
-  int parent = -1;                                          ///< index of a bone that stands before this one; -1: root
-  Eigen::Vector3d rest_offset_m = Eigen::Vector3d::Zero();  ///< its joint from the parent's joint, in rest pose
-  std::array<std::optional<AngleRange>, 3> turns;           ///< about x, y, z; empty: does not turn about that axis
+  int parent = -1;  ///< index of a bone that stands before this one; -1: root
+  Eigen::Vector3d rest_offset_m =
+      Eigen::Vector3d::Zero();                     ///< from the parent's joint to the bone's joint, in rest pose
+  std::array<std::optional<AngleRange>, 3> turns;  ///< limits about x, y, z; empty: no rotation about that axis
   BoneAliases aliases;
 };
 
@@ -45,10 +46,10 @@ struct MarkerOnBone {
   std::string name;
   int bone = 0;                                        ///< index in the skeleton
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  ///< from the bone's joint, in the bone's frame
-  std::array<float, 3> colour{1.0F, 1.0F, 1.0F};       ///< red, green, blue, 0 to 1, for those who draw it
+  std::array<float, 3> colour{1.0F, 1.0F, 1.0F};       ///< red, green, blue, 0 to 1, for drawing
 };
 
-/// Two markers of opposite bones, or of one in the middle, by index in the set.
+/// Two markers of opposite bones, or of one central bone, by index in the set.
 struct MarkerPair {
   std::size_t one = 0;
   std::size_t other = 0;
@@ -56,20 +57,20 @@ struct MarkerPair {
   bool operator==(const MarkerPair&) const = default;
 };
 
-/// The markers that a subject wears, and the skeleton they move with.
+/// The markers of a subject, and the skeleton that they are attached to.
 struct MarkerSet {
   std::string name;
   Skeleton skeleton;
   std::vector<MarkerOnBone> markers;
-  /// On purpose no mirror images of each other: which of them is which tells left from right, however they are worn.
+  /// Deliberately not mirror images of each other, so that they distinguish left from right.
   std::vector<MarkerPair> asymmetric = {};
 };
 
-/// Somebody (or something) to be captured. Its marker set starts as the file's and is then fitted to the body.
+/// A person or prop. Its marker set starts with the offsets of the file, which are then fitted to the body.
 struct Subject {
   std::string name;
   MarkerSet marker_set;
-  bool fitted = false;  ///< the offsets are those of the body that wears it, so that it is known in any pose
+  bool fitted = false;  ///< the offsets are fitted to the body, so that the subject can be identified in any pose
 };
 
 }  // namespace mocap

@@ -10,25 +10,25 @@
 
 namespace mocap {
 
-/// The five instants of a snapshot, on the host's monotonic clock, each taken by the thread that did it. All but the
-/// first are absent in a replay that runs by the recording's clock.
+/// The five instants of a snapshot, on the host's monotonic clock, each taken by the thread that reached it. All but
+/// the first are absent in a replay that runs by the recording's clock.
 struct Instants {
   Timestamp exposed_at;                  ///< middle of the exposure, mean of the views
-  std::optional<Timestamp> received_at;  ///< the last image of the set was here
-  std::optional<Timestamp> detected_at;  ///< the last image's blobs were found
-  std::optional<Timestamp> fused_at;     ///< the row was through
+  std::optional<Timestamp> received_at;  ///< arrival of the set's last image
+  std::optional<Timestamp> detected_at;  ///< detection of the set's last image ended
+  std::optional<Timestamp> fused_at;     ///< the pipeline ended
   std::optional<Timestamp> sent_at;      ///< handed to the transport
 };
 
-/// One camera's share in a set.
+/// One camera's contribution to a set.
 struct ViewStatus {
   CameraId camera;
   std::uint64_t frame_number = 0;  ///< the camera's own count
-  Duration skew{};                 ///< its exposure from the set's mean
+  Duration skew{};                 ///< offset of its exposure from the set's mean
   std::uint32_t blobs = 0;
 };
 
-/// A marker that has no name.
+/// A marker without a label.
 struct UnlabelledMarker {
   TrackId track;
   WorldPoint position;
@@ -36,10 +36,10 @@ struct UnlabelledMarker {
   std::uint32_t cameras = 0;
 };
 
-/// All that the daemon knows about one instant.
+/// The result of the pipeline for one instant.
 struct Snapshot {
-  std::uint64_t number = 0;               ///< counts the sets of this run: a gap is a set that was passed over
-  std::uint32_t description_version = 0;  ///< that this snapshot's indices refer to
+  std::uint64_t number = 0;               ///< number of the set in this run: a gap is a set that was skipped
+  std::uint32_t description_version = 0;  ///< version of the description that this snapshot's indices refer to
   Instants instants;
   std::uint32_t expected_views = 0;
   BoundedVector<ViewStatus, kMaxCameras> views;

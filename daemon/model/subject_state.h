@@ -12,30 +12,30 @@
 namespace mocap {
 
 enum class SubjectPhase {
-  Searching,  ///< nobody recognised yet
+  Searching,  ///< not identified yet
   Tracking,
-  Lost,  ///< was tracked, and too little of it is seen now
+  Lost,  ///< was tracked; too few markers are seen now
 };
 
 enum class LabelState {
-  Lost,      ///< nobody knows where it is
-  Measured,  ///< cameras saw it in this set
-  Filled,    ///< carried on by its motion, or told by the body; on the ray of the one camera that sees it, if one does
+  Lost,      ///< position unknown
+  Measured,  ///< triangulated in this set
+  Filled,    ///< predicted by its motion or by the body; on the camera's ray if exactly one camera sees it
 };
 
-/// One named marker of one subject at one instant.
+/// One labelled marker of one subject at one instant.
 struct LabelledMarker {
   LabelState state = LabelState::Lost;
-  WorldPoint position;  ///< means nothing when Lost
+  WorldPoint position;  ///< undefined when Lost
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
   double residual_px = 0.0;  ///< 0 when not measured
   std::uint32_t cameras =
-      0;                    ///< that see it; 1 when Filled: a ray holds it in place across, the body tells how far off
-  float confidence = 0.0F;  ///< that the name is right, 0 to 1
-  TrackId track;            ///< that bears the name, while one does
+      0;  ///< number of cameras that see it; 1 when Filled: the ray fixes the direction, the body the depth
+  float confidence = 0.0F;  ///< probability that the label is right, 0 to 1
+  TrackId track;            ///< the track that has the label, if any
 };
 
-/// The names of one subject at one instant, in the order of its marker set.
+/// The labels of one subject at one instant, in the order of its marker set.
 struct SubjectLabels {
   SubjectId subject;
   SubjectPhase phase = SubjectPhase::Searching;
@@ -46,36 +46,36 @@ using Labels = BoundedVector<SubjectLabels, kMaxSubjects>;
 
 enum class BoneState {
   Lost,      ///< no pose
-  Measured,  ///< its own markers told the pose
-  Filled,    ///< the body's model told the pose
+  Measured,  ///< its own markers determine the pose
+  Filled,    ///< the model of the body determines the pose
 };
 
 struct BonePose {
   Pose world_from_bone;
   Pose parent_from_bone;  ///< the root's parent is the world
   BoneState state = BoneState::Lost;
-  float confidence = 0.0F;  ///< 0 to 1: about the probability that it is within 30 mm of where it is told
-  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();  ///< of its joint in the world, over about 20 ms
-  Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();    ///< its turn in the world, about the world's axes, likewise
+  float confidence = 0.0F;  ///< 0 to 1: approximate probability that the true position is within 30 mm
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();  ///< velocity of its joint in the world, over about 20 ms
+  Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();    ///< angular velocity in the world frame, likewise
 };
 
 /// The skeleton of one subject at one instant, bones in the order of its skeleton; empty unless Tracking.
 struct SubjectPose {
   SubjectId subject;
   BoundedVector<BonePose, kMaxBones> bones;
-  double residual_m = 0.0;         ///< rms of the markers from where the skeleton puts them
-  double smoothing_delay_s = 0.0;  ///< by which smoothing made this pose late; 0 without
+  double residual_m = 0.0;         ///< rms distance of the markers from their positions on the skeleton
+  double smoothing_delay_s = 0.0;  ///< delay that smoothing adds to this pose; 0 without smoothing
 };
 
 using Poses = BoundedVector<SubjectPose, kMaxSubjects>;
 
-/// A subject's marker set after it was fitted to the body that wears it: the numbers that changed.
+/// The offsets of a subject's marker set after it was fitted to the body.
 struct SubjectFit {
   SubjectId subject;
-  std::uint32_t description_version = 0;                        ///< of the first snapshot that uses it
+  std::uint32_t description_version = 0;  ///< description version of the first snapshot that uses the fit
   BoundedVector<Eigen::Vector3d, kMaxBones> rest_offsets_m;     ///< by bone
   BoundedVector<Eigen::Vector3d, kMaxLabels> marker_offsets_m;  ///< by marker
-  double residual_m = 0.0;                                      ///< rms of the markers in the pose that was fitted
+  double residual_m = 0.0;                                      ///< rms of the markers in the fitted pose
 };
 
 }  // namespace mocap

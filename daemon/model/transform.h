@@ -7,7 +7,7 @@
 
 namespace mocap {
 
-/// Takes points of frame `From` to frame `To`: to = rotation * from + translation. Named `to_from`, so that in a
+/// Maps points of frame `From` to frame `To`: to = rotation * from + translation. Named `to_from`, so that in a
 /// product the inner names meet.
 template <class To, class From>
 struct RigidTransform {

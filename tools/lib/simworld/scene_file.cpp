@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <numbers>
 
+#include "model/bounds.h"
 #include "settings/sections.h"
 #include "settings/toml_file.h"
 
