@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "cameras/synthetic/synthetic_settings.h"
 #include "scene/ring_rig.h"
 #include "settings/marker_set_file.h"
 #include "support/places.h"

@@ -5,6 +5,7 @@
 
 #include "assemble.h"
 #include "base/wake_signal.h"
+#include "cameras/synthetic/synthetic_settings.h"
 #include "scene/ring_rig.h"
 #include "settings/marker_set_file.h"
 #include "support/allocation_counter.h"

@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "associate/multi_view_matcher.h"
 #include "geometry/ray_caster.h"
 #include "geometry/triangulation.h"
 #include "support/marker_world.h"
