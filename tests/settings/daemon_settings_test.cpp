@@ -115,7 +115,7 @@ driver = "aravis"
                 file + ":14:8: camera 'weft': is not in the rig " + (folder_.path() / "rig.toml").string() +   //
                 ", did you mean 'west'?\n" +                                                                   //
                 file +
-                ":15:10: camera 'weft': driver is 'v4l', expected one of aravis, v4l2, replay, synthetic; "  //
+                ":15:10: camera 'weft': driver is 'v4l', expected one of aravis, v4l2, replay, synthetic, tcp; "  //
                 "did you mean 'v4l2'?\n" +                                                                   //
                 file +
                 ":16:1: camera 'east': 0 of serial, device_name, address and mac are set, expected exactly one\n" +  //
