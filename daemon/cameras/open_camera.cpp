@@ -16,10 +16,8 @@ namespace {
 
 // A new make is one line here.
 constexpr CameraMake kMakes[] = {
-    make_with<AravisSettings, open_aravis_camera>(),
-    make_with<V4l2Settings, open_v4l2_camera>(),
-    make_with<ReplaySettings, open_replay_camera>(),
-    make_with<SyntheticSettings, open_synthetic_camera>(),
+    make_with<AravisSettings, open_aravis_camera>(), make_with<V4l2Settings, open_v4l2_camera>(),
+    make_with<ReplaySettings, open_replay_camera>(), make_with<SyntheticSettings, open_synthetic_camera>(),
     make_with<TcpSettings, open_tcp_camera>(),
 };
 

@@ -14,8 +14,8 @@
 
 #include "kinematics/pose_fit.h"
 #include "kinematics/rotation.h"
-#include "support/test_body.h"
 #include "label/body_labeller.h"
+#include "support/test_body.h"
 
 namespace mocap::test {
 

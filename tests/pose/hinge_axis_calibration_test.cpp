@@ -5,8 +5,8 @@
 #include <cmath>
 #include <string>
 
-#include "support/test_body.h"
 #include "pose/skeleton_tracker.h"
+#include "support/test_body.h"
 
 namespace mocap::pose {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "support/test_body.h"
 #include "pose/skeleton_tracker.h"
+#include "support/test_body.h"
 
 namespace mocap::pose {
 namespace {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "kinematics/rotation.h"
-#include "support/test_body.h"
 #include "pose/skeleton_tracker.h"
+#include "support/test_body.h"
 
 namespace mocap::pose {
 namespace {

@@ -8,8 +8,8 @@
 #include <iterator>
 #include <string>
 
-#include "support/test_body.h"
 #include "support/places.h"
+#include "support/test_body.h"
 
 namespace mocap::scene {
 namespace {

@@ -116,7 +116,7 @@ driver = "aravis"
                 ", did you mean 'west'?\n" +                                                                   //
                 file +
                 ":15:10: camera 'weft': driver is 'v4l', expected one of aravis, v4l2, replay, synthetic, tcp; "  //
-                "did you mean 'v4l2'?\n" +                                                                   //
+                "did you mean 'v4l2'?\n" +                                                                        //
                 file +
                 ":16:1: camera 'east': 0 of serial, device_name, address and mac are set, expected exactly one\n" +  //
                 file + ":17:8: camera 'east': name 'east' is there twice, expected a different one each\n" +         //

@@ -12,8 +12,8 @@
 
 #include "kinematics/kinematic_tree.h"
 #include "kinematics/rotation.h"
-#include "support/test_body.h"
 #include "solve/tree_solver.h"
+#include "support/test_body.h"
 
 namespace mocap::test {
 

@@ -7,8 +7,8 @@
 #include <random>
 #include <vector>
 
-#include "support/test_body.h"
 #include "solve/tree_solver.h"
+#include "support/test_body.h"
 
 namespace mocap::solve {
 namespace {

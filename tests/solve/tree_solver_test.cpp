@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "kinematics/rotation.h"
-#include "support/test_body.h"
 #include "solve/solve_world.h"
+#include "support/test_body.h"
 
 namespace mocap::solve {
 namespace {

@@ -119,8 +119,7 @@ int run(Options& options) {
   PointsScore score;
   for (int seed = 0; seed < options.seeds; ++seed) run_seed(options, *motion, seed, score);
   if (options.json) {
-    fmt::print("{}\n", to_json(score, options.motion.empty() ? "swarm" : options.motion, options.world,
-                                        options.seeds));
+    fmt::print("{}\n", to_json(score, options.motion.empty() ? "swarm" : options.motion, options.world, options.seeds));
   } else {
     fmt::print("{}", to_text(score));
   }

@@ -24,8 +24,7 @@ const char* name_of(simworld::Visibility kind) {
 
 }  // namespace
 
-std::string to_json(const PointsScore& s, const std::string& motion, const simworld::WorldSettings& world,
-                             int seeds) {
+std::string to_json(const PointsScore& s, const std::string& motion, const simworld::WorldSettings& world, int seeds) {
   const nlohmann::ordered_json object = {{"motion", motion},
                                          {"cameras", world.cameras},
                                          {"rate_hz", world.rate_hz},

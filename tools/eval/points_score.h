@@ -104,8 +104,8 @@ class PointsScorer {
 };
 
 /// The figures as one JSON object, or as a table for people.
-std::string to_json(const PointsScore& score, const std::string& motion,
-                             const simworld::WorldSettings& settings, int seeds);
+std::string to_json(const PointsScore& score, const std::string& motion, const simworld::WorldSettings& settings,
+                    int seeds);
 std::string to_text(const PointsScore& score);
 
 }  // namespace mocap::eval

@@ -42,8 +42,7 @@ Json errors_of(const Report& report) {
   for (const SituationQuality& quality : report.one_camera) {
     Json& row = errors[name_of(quality.situation)];
     for (std::size_t m = 0; m < kStudyMethods.size(); ++m) {
-      if (const auto error = published_errors(quality.situation, m))
-        row[published(m)] = to_json(*error, false);
+      if (const auto error = published_errors(quality.situation, m)) row[published(m)] = to_json(*error, false);
     }
     for (const MethodQuality& method : quality.methods) row[method.method] = to_json(method.error_px, true);
   }
@@ -54,12 +53,10 @@ Json costs_of(const Report& report) {
   Json costs = Json::object();
   if (report.costs.empty()) return costs;
   for (std::size_t m = 0; m < kStudyMethods.size(); ++m) {
-    for (const CostRow& row : published_costs(m))
-      costs[published(m)][std::to_string(row.markers)] = to_json(row.cost);
+    for (const CostRow& row : published_costs(m)) costs[published(m)][std::to_string(row.markers)] = to_json(row.cost);
   }
   for (const MethodCost& method : report.costs) {
-    for (const CostRow& row : method.rows)
-      costs[method.method][std::to_string(row.markers)] = to_json(row.cost);
+    for (const CostRow& row : method.rows) costs[method.method][std::to_string(row.markers)] = to_json(row.cost);
   }
   return costs;
 }
