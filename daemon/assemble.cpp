@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <random>
 #include <string>
 #include <utility>
@@ -15,12 +17,16 @@
 #include "cameras/open_camera.h"
 #include "cameras/synthetic/synthetic_settings.h"
 #include "detect/blob_detector.h"
+#include "explain/search_explainer.h"
 #include "label/body_labeller.h"
-#include "settings/subject_keeper.h"
+#include "settings/same_settings.h"
+#include "settings/subject/shipped_marker_sets.h"
+#include "settings/subject/subject_keeper.h"
 #include "solve/subject_refiner.h"
 #include "solve/tree_solver.h"
 #include "take/blob_recording.h"
 #include "take/snapshot_writer.h"
+#include "take/take_recorder.h"
 #include "track2d/following_blob_tracker.h"
 #include "track3d/kalman_marker_tracker.h"
 #include "wire/zmq_control.h"
@@ -29,18 +35,19 @@
 namespace mocap {
 namespace {
 
-// From the making of the cameras to the first simulated exposure: all of them stand ready by then.
+// Time from the construction of the cameras to the first simulated exposure; all cameras are ready by then.
 constexpr Duration kReadyWithin = std::chrono::milliseconds(200);
 
-// Simulated cameras that keep to the clock see one world: its motion begins at one instant for all of them, and they
-// expose together. What has an epoch keeps it.
+// Gives all simulated cameras that run in real time the same epoch, so that they show one motion and expose together. A
+// configured epoch is kept.
 cameras::CameraSettings in_step(cameras::CameraSettings camera, Timestamp epoch) {
   auto* synthetic = camera.driver.as<cameras::SyntheticSettings>();
   if (synthetic != nullptr && synthetic->speed > 0.0 && synthetic->epoch == Timestamp{}) synthetic->epoch = epoch;
   return camera;
 }
 
-// Of this run: lets a client see that the daemon was started anew. A replay's is fixed, so that its output is.
+// Returns an id of this run, by which a client detects a restart of the daemon. The id of a replay is constant, so that
+// its output is reproducible.
 std::string session_id(bool replay) {
   if (replay) return "replay";
   std::random_device entropy;
@@ -63,8 +70,8 @@ std::vector<MaskPolygon> masks_of(const CameraModel& camera) {
   return all;
 }
 
-// What the cameras that are plugged in by now ask of their USB.
-void tell_usb_loads(const settings::DaemonSettings& settings) {
+// Logs the USB bandwidth that the connected cameras need on each controller.
+void log_usb_loads(const settings::DaemonSettings& settings) {
   for (const cameras::UsbLoad& load : cameras::usb_loads(settings.cameras, settings.rig)) {
     if (load.too_much()) {
       log_warn("cameras", load.text() + "; plug a camera into another controller or a faster port, or lower rate_hz");
@@ -72,6 +79,88 @@ void tell_usb_loads(const settings::DaemonSettings& settings) {
       log_info("cameras", load.text());
     }
   }
+}
+
+// A topic for each subject that a reload may add.
+Result<std::unique_ptr<Publisher>> open_publisher(const settings::DaemonSettings& settings) {
+  wire::PublisherSettings feed = settings.publish;
+  feed.subjects = kMaxSubjects;
+  return wire::make_zmq_publisher(feed);
+}
+
+// Null if the configuration has no control endpoint.
+Result<std::unique_ptr<ControlServer>> open_control(const settings::DaemonSettings& settings) {
+  if (settings.control.endpoint == "none") return std::unique_ptr<ControlServer>{};
+  wire::ControlSettings listening = settings.control;
+  if (listening.endpoint.empty()) listening.endpoint = wire::control_beside(settings.publish.endpoint);
+  Result<std::unique_ptr<wire::ZmqControl>> control = wire::ZmqControl::open(listening);
+  if (!control) return control.error();
+  return std::unique_ptr<ControlServer>(std::move(*control));
+}
+
+// Appends the writer of the recording of snapshots, if there is one.
+Status open_snapshots(const settings::DaemonSettings& settings, const Description& description,
+                      std::vector<std::unique_ptr<Writer>>& writers) {
+  if (settings.record.snapshots.empty()) return {};
+  Result<std::unique_ptr<Writer>> writer = take::make_snapshot_writer(settings.record.snapshots, description);
+  if (!writer) return writer.error();
+  writers.push_back(std::move(*writer));
+  return {};
+}
+
+std::vector<take::RecordedCamera> recorded_cameras(const settings::DaemonSettings& settings) {
+  std::vector<take::RecordedCamera> cameras;
+  for (const CameraModel& camera : settings.rig) cameras.push_back({camera.name, camera.width_px, camera.height_px});
+  return cameras;
+}
+
+bool same_recorded(const take::RecordedCamera& one, const take::RecordedCamera& other) {
+  return one.name == other.name && one.width_px == other.width_px && one.height_px == other.height_px;
+}
+
+// Null if blobs are not recorded.
+Result<std::unique_ptr<BlobWriter>> open_blobs(const settings::DaemonSettings& settings) {
+  if (settings.record.blobs.empty()) return std::unique_ptr<BlobWriter>{};
+  return take::make_blob_writer(settings.record.blobs, recorded_cameras(settings));
+}
+
+void add_file(const std::filesystem::path& path, const std::string& prefix, std::vector<take::TakeFile>& files) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return;
+  std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  files.push_back({.name = prefix + path.filename().string(), .bytes = std::move(bytes)});
+}
+
+// The files that a take carries, as they are when the configuration comes into force.
+std::vector<take::TakeFile> take_files(const settings::DaemonSettings& settings) {
+  std::vector<take::TakeFile> files;
+  add_file(settings.file, "configuration/", files);
+  add_file(settings.capture.rig_file, "rig/", files);
+  for (const settings::SubjectSettings& subject : settings.subjects) {
+    add_file(subject.marker_set_file, "markersets/", files);
+    add_file(subject.file, "subjects/", files);
+  }
+  return files;
+}
+
+// Null in a replay, whose blobs are recorded already, and if nobody can ask for a take.
+std::unique_ptr<TakeRecorder> make_takes(const settings::DaemonSettings& settings, const Description& description) {
+  if (is_replay(settings) || settings.control.endpoint == "none") return nullptr;
+  return take::make_take_recorder(settings.takes, description, take_files(settings));
+}
+
+Result<runtime::CameraChange> change_camera(const settings::DaemonSettings& before, const settings::DaemonSettings& now,
+                                            CameraId id, Timestamp epoch) {
+  runtime::CameraChange change;
+  change.step = step_of(before, now, id);
+  if (change.step == runtime::CameraStep::Continue) return change;
+  Result<runtime::CameraParts> parts = assemble_camera(now, id, epoch);
+  if (!parts) return parts.error();
+  change.parts = std::move(*parts);
+  if (change.step == runtime::CameraStep::Replace) return change;
+  change.parts.camera.reset();
+  if (settings::same_section(before, now, "track")) change.parts.tracker.reset();
+  return change;
 }
 
 }  // namespace
@@ -94,6 +183,16 @@ std::unique_ptr<fusion::Fusion> assemble_fusion(const settings::DaemonSettings& 
   return std::make_unique<fusion::Fusion>(assemble_row(settings), static_cast<std::uint32_t>(settings.rig.size()));
 }
 
+std::unique_ptr<SearchExplainer> assemble_explainer(const settings::DaemonSettings& settings) {
+  const explain::ExplainSettings thresholds{.least_share = settings.label.least_share,
+                                            .most_rms_m = settings.label.most_rms_m,
+                                            .rigid_tolerance_m = settings.label.rigid_tolerance_m,
+                                            .min_views_new = settings.match.min_views_new,
+                                            .still_for = settings.label.still_for};
+  return explain::make_search_explainer(thresholds, settings.rig, settings.subject_models,
+                                        settings::load_shipped_marker_sets());
+}
+
 Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id, Timestamp epoch) {
   const cameras::CameraSettings wanted = in_step(settings.cameras[id.value], epoch);
   const CameraModel& model = settings.rig[id.value];
@@ -114,48 +213,102 @@ Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& set
   return parts;
 }
 
+bool is_replay(const settings::DaemonSettings& settings) {
+  return std::ranges::all_of(settings.cameras,
+                             [](const cameras::CameraSettings& camera) { return facts_of(camera).recorded_time; });
+}
+
 Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   Assembly made;
   made.settings = settings.pipeline;
-  made.settings.lossless = std::ranges::all_of(
-      settings.cameras, [](const cameras::CameraSettings& camera) { return facts_of(camera).recorded_time; });
-  const Timestamp epoch = host_now() + kReadyWithin;
+  made.settings.lossless = is_replay(settings);
+  made.epoch = host_now() + kReadyWithin;
   for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
-    Result<runtime::CameraParts> camera = assemble_camera(settings, CameraId{i}, epoch);
+    Result<runtime::CameraParts> camera = assemble_camera(settings, CameraId{i}, made.epoch);
     if (!camera) return camera.error();
     made.parts.cameras.push_back(std::move(*camera));
   }
-  tell_usb_loads(settings);
+  log_usb_loads(settings);
   made.parts.fusion = assemble_fusion(settings);
   made.parts.description = describe(settings, made.settings.lossless);
+  if (!settings.subject_models.empty()) made.parts.explainer = assemble_explainer(settings);
 
-  wire::PublisherSettings feed = settings.publish;
-  feed.subjects = settings.subjects.size();
-  Result<std::unique_ptr<Publisher>> publisher = wire::make_zmq_publisher(feed);
+  Result<std::unique_ptr<Publisher>> publisher = open_publisher(settings);
   if (!publisher) return publisher.error();
   made.parts.publisher = std::move(*publisher);
-
-  if (settings.control.endpoint != "none") {
-    wire::ControlSettings listening = settings.control;
-    if (listening.endpoint.empty()) listening.endpoint = wire::control_beside(settings.publish.endpoint);
-    Result<std::unique_ptr<wire::ZmqControl>> control = wire::ZmqControl::open(listening);
-    if (!control) return control.error();
-    made.parts.control = std::move(*control);
+  Result<std::unique_ptr<ControlServer>> control = open_control(settings);
+  if (!control) return control.error();
+  made.parts.control = std::move(*control);
+  if (Status opened = open_snapshots(settings, made.parts.description, made.parts.writers); !opened) {
+    return opened.error();
   }
-  if (!settings.record.snapshots.empty()) {
-    Result<std::unique_ptr<Writer>> writer = take::make_snapshot_writer(settings.record.snapshots);
-    if (!writer) return writer.error();
-    made.parts.writers.push_back(std::move(*writer));
-  }
-  if (!settings.record.blobs.empty()) {
-    std::vector<take::RecordedCamera> cameras;
-    for (const CameraModel& camera : settings.rig) cameras.push_back({camera.name, camera.width_px, camera.height_px});
-    Result<std::unique_ptr<BlobWriter>> writer = take::make_blob_writer(settings.record.blobs, cameras);
-    if (!writer) return writer.error();
-    made.parts.blob_writer = std::move(*writer);
-  }
+  Result<std::unique_ptr<BlobWriter>> blobs = open_blobs(settings);
+  if (!blobs) return blobs.error();
+  made.parts.blob_writer = std::move(*blobs);
+  made.parts.takes = make_takes(settings, made.parts.description);
   if (!settings.kept.empty()) made.parts.writers.push_back(settings::make_subject_keeper(settings.kept));
   return made;
+}
+
+runtime::CameraStep step_of(const settings::DaemonSettings& before, const settings::DaemonSettings& now, CameraId id) {
+  if (!settings::same_device(before, now, id)) return runtime::CameraStep::Replace;
+  if (before.pipeline.camera_queue_frames != now.pipeline.camera_queue_frames) return runtime::CameraStep::Replace;
+  return settings::same_processing(before, now, id) ? runtime::CameraStep::Continue : runtime::CameraStep::Refresh;
+}
+
+Handover handover_between(const settings::DaemonSettings& before, const settings::DaemonSettings& now) {
+  Handover handover;
+  for (std::uint32_t i = 0; i < now.subjects.size(); ++i) {
+    handover.subjects.push_back(settings::same_subject(before, now, SubjectId{i}));
+  }
+  const bool same_tracks = settings::same_section(before, now, "track");
+  for (std::uint32_t i = 0; i < now.cameras.size(); ++i) {
+    const bool continues = same_tracks && step_of(before, now, CameraId{i}) != runtime::CameraStep::Replace;
+    handover.cameras.push_back(continues ? CameraId{i} : CameraId{});
+  }
+  const bool same_rig = settings::same_rig(before.rig, now.rig);
+  handover.poses = settings::same_world(before.rig, now.rig);
+  handover.matching =
+      same_rig && settings::same_section(before, now, "match") && settings::same_section(before, now, "triangulate");
+  handover.drift = same_rig && settings::same_section(before, now, "watch");
+  return handover;
+}
+
+Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& before,
+                                                const settings::DaemonSettings& now, const runtime::Pipeline& pipeline,
+                                                Timestamp epoch) {
+  runtime::PipelineChange change;
+  change.settings = now.pipeline;
+  change.settings.lossless = is_replay(now);
+  change.handover = handover_between(before, now);
+  for (std::uint32_t i = 0; i < now.cameras.size(); ++i) {
+    Result<runtime::CameraChange> camera = change_camera(before, now, CameraId{i}, epoch);
+    if (!camera) return camera.error();
+    change.cameras.push_back(std::move(*camera));
+  }
+  log_usb_loads(now);
+  change.fusion = assemble_fusion(now);
+  change.description = describe(now, change.settings.lossless);
+  if (!now.subject_models.empty()) change.explainer = assemble_explainer(now);
+  if (!settings::same_feed(before, now)) change.open_publisher = [&now] { return open_publisher(now); };
+  if (!settings::same_control(before, now)) change.open_control = [&now] { return open_control(now); };
+
+  change.snapshots_continue = before.record.snapshots == now.record.snapshots && pipeline.records_snapshots();
+  if (!change.snapshots_continue) {
+    if (Status opened = open_snapshots(now, change.description, change.writers); !opened) return opened.error();
+  }
+  change.blobs_continue = before.record.blobs == now.record.blobs && pipeline.records_blobs() &&
+                          std::ranges::equal(recorded_cameras(before), recorded_cameras(now), same_recorded);
+  if (!change.blobs_continue) {
+    Result<std::unique_ptr<BlobWriter>> blobs = open_blobs(now);
+    if (!blobs) return blobs.error();
+    change.blob_writer = std::move(*blobs);
+  }
+  const bool none_before = before.control.endpoint == "none", none_now = now.control.endpoint == "none";
+  change.takes_continue = before.takes == now.takes && !none_before && !none_now;
+  if (!change.takes_continue) change.takes = make_takes(now, change.description);
+  if (!now.kept.empty()) change.writers.push_back(settings::make_subject_keeper(now.kept));
+  return change;
 }
 
 }  // namespace mocap

@@ -6,6 +6,8 @@
 #include "base/result.h"
 #include "base/time.h"
 #include "fusion/fusion.h"
+#include "model/handover.h"
+#include "module/search_explainer.h"
 #include "runtime/pipeline.h"
 #include "settings/daemon_settings.h"
 
@@ -15,20 +17,40 @@ namespace mocap {
 struct Assembly {
   runtime::PipelineSettings settings;
   runtime::PipelineParts parts;
+  Timestamp epoch;  ///< of the simulated cameras
 };
 
-/// Makes all parts that the settings name, and opens the feed's port and the record's files. The only place that knows
-/// which makes exist. The settings outlive the assembly. Fails with what the first part that could not be made says.
+/// Constructs all parts according to the settings, and opens the feed's port and the recording files. This file alone
+/// knows which implementations of the interfaces exist. The settings outlive the assembly. Fails with the error of the
+/// first part that cannot be constructed.
 Result<Assembly> assemble(const settings::DaemonSettings& settings);
 
-/// The parts of the row from blobs to skeleton, as the settings tell them.
+/// Constructs the change of a running pipeline from one configuration to another: only the parts that must differ.
+/// Opens new recordings; cameras and ports are opened by the change. `epoch`: of the simulated cameras of the run.
+/// Fails, with no effect on the pipeline, if a part cannot be constructed. Requires is_replay() of both to be equal.
+Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& before,
+                                                const settings::DaemonSettings& now, const runtime::Pipeline& pipeline,
+                                                Timestamp epoch);
+
+/// Whether all images come from recordings, so that the run has the recorded time.
+bool is_replay(const settings::DaemonSettings& settings);
+
+/// The parts of the running configuration that continue in the next one. A camera continues if its step is not Replace.
+Handover handover_between(const settings::DaemonSettings& before, const settings::DaemonSettings& now);
+runtime::CameraStep step_of(const settings::DaemonSettings& before, const settings::DaemonSettings& now, CameraId id);
+
+/// Constructs the parts of the fusion, from matcher to skeleton solver, according to the settings.
 fusion::FusionParts assemble_row(const settings::DaemonSettings& settings);
 
-/// The row from blobs to skeleton, as the settings tell it.
+/// Constructs the fusion with the parts of `assemble_row`.
 std::unique_ptr<fusion::Fusion> assemble_fusion(const settings::DaemonSettings& settings);
 
-/// One camera (which borrows from the settings: they outlive it) with its detector and its 2D tracker. A simulated
-/// camera that keeps to the clock begins its motion at `epoch`, unless its settings say when.
+/// Constructs the explainer of failed searches, with the thresholds of the search and the marker sets of the
+/// installation.
+std::unique_ptr<SearchExplainer> assemble_explainer(const settings::DaemonSettings& settings);
+
+/// Constructs one camera with its detector and its 2D tracker; opens nothing. The settings outlive the camera. A
+/// simulated camera that runs in real time starts its motion at `epoch`, unless its settings have an epoch.
 Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id, Timestamp epoch);
 
 }  // namespace mocap

@@ -1,12 +1,15 @@
 #include <fmt/format.h>
 #include <pthread.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -18,68 +21,63 @@
 #include "assemble.h"
 #include "base/exit_codes.h"
 #include "base/log.h"
+#include "reload.h"
 #include "runtime/detection_report.h"
 #include "runtime/pipeline.h"
 #include "runtime/realtime.h"
 #include "runtime/service.h"
 #include "runtime/status_line.h"
-#include "settings/add_subject.h"
 #include "settings/daemon_settings.h"
 #include "settings/example_config.h"
-#include "settings/learnt_masks.h"
-#include "settings/shape_checks.h"
+#include "settings/machine_checks.h"
+#include "settings/state_folder.h"
+#include "settings/subject/shape_checks.h"
 
 namespace mocap {
 namespace {
 
-constexpr Duration kLookForSignals = std::chrono::milliseconds(100);
-// Between two looks at the threads: every loop that sleeps has gone round by then.
-constexpr Duration kLookAtProgress = std::chrono::milliseconds(500);
-constexpr Duration kSayStatus = std::chrono::seconds(1);
+constexpr Duration kSignalPeriod = std::chrono::milliseconds(100);
+// Period of the progress check: ten times the longest sleep of a loop.
+constexpr Duration kProgressPeriod = std::chrono::milliseconds(500);
+constexpr Duration kStatusPeriod = std::chrono::seconds(1);
 
-// Before any thread starts, so that all inherit it: only the main loop takes these signals.
-sigset_t block_end_signals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGINT);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  return signals;
+enum class Signalled { Nothing, Reload, End };
+
+// A write to a closed pipe, or beyond the limit of the size of files, fails instead of ending the daemon.
+void ignore_write_signals() {
+  ::signal(SIGPIPE, SIG_IGN);
+  ::signal(SIGXFSZ, SIG_IGN);
 }
 
-bool asked_to_end_within(const sigset_t& signals, Duration patience) {
-  const timespec limit{0, static_cast<long>(patience.count())};
-  return sigtimedwait(&signals, nullptr, &limit) > 0;
-}
-
-// Makes each camera, which opens none, for what only its driver knows to be wrong.
-settings::Faults driver_faults(const settings::DaemonSettings& settings, const std::filesystem::path& config) {
-  settings::Faults faults{config, {}};
-  for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
-    const Result<runtime::CameraParts> made = assemble_camera(settings, CameraId{i}, Timestamp{});
-    if (!made) faults.list.push_back({config, 0, 0, made.error().message});
+/// SIGTERM and SIGINT end the daemon. SIGHUP reloads the configuration, as is usual for daemons; it ends the daemon if
+/// the terminal that the daemon was started from has closed.
+class Signals {
+ public:
+  /// Blocks the signals in this thread and all later ones; the main loop waits for them. Construct before the first
+  /// thread starts.
+  Signals() : from_terminal_(::isatty(STDIN_FILENO) != 0) {
+    sigemptyset(&blocked_);
+    for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&blocked_, signal);
+    pthread_sigmask(SIG_BLOCK, &blocked_, nullptr);
   }
-  return faults;
-}
 
-Result<settings::DaemonSettings, settings::Faults> load_checked(const std::filesystem::path& config) {
-  Result<settings::DaemonSettings, settings::Faults> settings = settings::load_daemon_settings(config);
-  if (!settings) return settings;
-  settings::Faults faults = driver_faults(*settings, config);
-  if (!faults.list.empty()) return faults;
-  return settings;
-}
+  Signalled within(Duration patience) const {
+    const timespec limit{0, static_cast<long>(patience.count())};
+    const int signal = sigtimedwait(&blocked_, nullptr, &limit);
+    if (signal <= 0) return Signalled::Nothing;
+    const bool terminal_closed = from_terminal_ && ::isatty(STDIN_FILENO) == 0;
+    return signal == SIGHUP && !terminal_closed ? Signalled::Reload : Signalled::End;
+  }
 
-/// What the daemon runs with, and where that is from.
-struct Configuration {
-  std::filesystem::path file;
-  std::unique_ptr<settings::DaemonSettings> settings;
+ private:
+  sigset_t blocked_{};
+  bool from_terminal_;
 };
 
-// What the detectors say, camera by camera.
-class Detectors {
+// Logs the detection reports of all cameras.
+class DetectionLog {
  public:
-  explicit Detectors(const settings::DaemonSettings& settings) {
+  explicit DetectionLog(const settings::DaemonSettings& settings) {
     for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
       const bool automatic = !settings::detect_of(settings, CameraId{i}).threshold.has_value();
       cameras_.push_back({"camera " + settings.cameras[i].name, runtime::DetectionReport(automatic)});
@@ -99,10 +97,10 @@ class Detectors {
   std::vector<std::pair<std::string, runtime::DetectionReport>> cameras_;
 };
 
-// Whether the cameras stand as the rig says; each change once.
-class Stands {
+// Logs each change of whether a camera's pose agrees with the rig.
+class DriftLog {
  public:
-  explicit Stands(const settings::DaemonSettings& settings) : drifted_(settings.cameras.size(), false) {
+  explicit DriftLog(const settings::DaemonSettings& settings) : drifted_(settings.cameras.size(), false) {
     for (const auto& camera : settings.cameras) names_.push_back("camera " + camera.name);
   }
 
@@ -113,15 +111,14 @@ class Stands {
       if (drifted == drifted_[i]) continue;
       drifted_[i] = drifted;
       if (!drifted) {
-        log_info(names_[i], "stands as the rig says again");
+        log_info(names_[i], "agrees with the rig again");
         continue;
       }
-      log_warn(
-          names_[i],
-          fmt::format("stands otherwise than the rig says: off={:.1f}px, as turned by {:.2f}deg and moved by "
-                      "{:.0f}mm; was it bumped? See mocap-calibrate verify, and mend the rig with "
-                      "mocap-calibrate refine",
-                      rig.off_px.read(), rig.turned_rad.read() * 180.0 / std::numbers::pi, 1e3 * rig.moved_m.read()));
+      log_warn(names_[i], fmt::format("differs from the rig: off={:.1f}px, rotated by {:.2f}deg and moved by {:.0f}mm; "
+                                      "check whether it was bumped (mocap-calibrate verify), and correct the rig with "
+                                      "mocap-calibrate refine",
+                                      rig.off_px.read(), rig.turned_rad.read() * 180.0 / std::numbers::pi,
+                                      1e3 * rig.moved_m.read()));
     }
   }
 
@@ -130,73 +127,47 @@ class Stands {
   std::vector<bool> drifted_;
 };
 
-// What the operator's order comes to: the configuration is read anew, after what was learnt is kept. The answer goes
-// to the operator. Gives the settings to start anew with; none: all goes on as it was.
-std::unique_ptr<settings::DaemonSettings> reload(const std::filesystem::path& config,
-                                                 const settings::DaemonSettings& now, runtime::MainOrder& order,
-                                                 runtime::MainDone& answer) {
-  answer.order = order.number;
-  if (!order.masks.empty()) {
-    Rig rig = now.rig;
-    for (std::size_t i = 0; i < rig.size(); ++i) rig[i].learnt_masks = order.masks[i];
-    const Status kept = settings::save_learnt_masks(now.capture.rig_file, rig);
-    if (!kept) {
-      answer.message = kept.error().message;
-      return nullptr;
-    }
-  }
-  if (!order.subject.empty()) {
-    const settings::NewSubject subject{order.subject, order.marker_set};
-    const auto check = [](const std::filesystem::path& file) {
-      const auto good = load_checked(file);
-      return good ? settings::Faults{} : good.error();
-    };
-    const Status added = settings::add_subject(config, subject, check);
-    if (!added) {
-      answer.message = added.error().message;
-      return nullptr;
-    }
-  }
-  Result<settings::DaemonSettings, settings::Faults> read = load_checked(config);
-  if (!read) {
-    answer.message = settings::to_text(read.error());
-    return nullptr;
-  }
-  answer.done = true;
-  answer.message = config.string() + " is good; the daemon starts anew with it";
-  return std::make_unique<settings::DaemonSettings>(*std::move(read));
-}
+// The logs of a running configuration.
+struct Logs {
+  explicit Logs(const settings::DaemonSettings& settings) : detection(settings), drift(settings) {}
+  DetectionLog detection;
+  DriftLog drift;
+};
 
-// Until the end, or until there are new settings to start anew with.
-std::unique_ptr<settings::DaemonSettings> watch_over(runtime::Pipeline& pipeline, Detectors& detectors, Stands& stands,
-                                                     runtime::Service& service, const sigset_t& signals,
-                                                     const Configuration& configuration) {
-  Timestamp looked_at = host_now();
-  Timestamp said_at = looked_at;
-  runtime::RunTotals said = runtime::totals_of(pipeline);
-  while (!asked_to_end_within(signals, kLookForSignals) && !pipeline.finished()) {
-    if (std::optional<runtime::MainOrder> order = pipeline.take_order()) {
-      runtime::MainDone answer;
-      auto anew = reload(configuration.file, *configuration.settings, *order, answer);
-      pipeline.answer(std::move(answer));
-      if (anew != nullptr) return anew;
-    }
+// A request to change the configuration: by SIGHUP, or by an operator who waits for an answer.
+struct ChangeRequest {
+  runtime::MainOrder order;
+  bool by_signal = false;
+};
+
+// Watches over a running pipeline: progress for the watchdog, status line, log. Returns nothing at the end of the run
+// or after an end signal.
+std::optional<ChangeRequest> run_until_asked(runtime::Pipeline& pipeline, Logs& logs, runtime::Service& service,
+                                             const Signals& signals) {
+  Timestamp progress_checked_at = host_now();
+  Timestamp status_sent_at = progress_checked_at;
+  runtime::RunTotals last_totals = runtime::totals_of(pipeline);
+  while (!pipeline.finished()) {
+    const Signalled signalled = signals.within(kSignalPeriod);
+    if (signalled == Signalled::End) break;
+    if (signalled == Signalled::Reload) return ChangeRequest{{}, true};
+    if (std::optional<runtime::MainOrder> order = pipeline.take_order()) return ChangeRequest{*std::move(order), false};
     const Timestamp now = host_now();
-    if (now - looked_at >= kLookAtProgress) {
-      looked_at = now;
+    if (now - progress_checked_at >= kProgressPeriod) {
+      progress_checked_at = now;
       if (pipeline.progressed()) service.alive();
     }
-    if (now - said_at >= kSayStatus) {
+    if (now - status_sent_at >= kStatusPeriod) {
       runtime::RunTotals totals = runtime::totals_of(pipeline);
-      service.status(runtime::status_line(said, totals, now - said_at));
-      detectors.log(pipeline, now);
-      stands.log(pipeline);
-      said = std::move(totals);
-      said_at = now;
+      service.status(runtime::status_line(last_totals, totals, now - status_sent_at));
+      logs.detection.log(pipeline, now);
+      logs.drift.log(pipeline);
+      last_totals = std::move(totals);
+      status_sent_at = now;
     }
   }
-  stands.log(pipeline);
-  return nullptr;
+  logs.drift.log(pipeline);
+  return std::nullopt;
 }
 
 int exit_code_of(ErrorCode code) {
@@ -211,57 +182,146 @@ int exit_code_of(ErrorCode code) {
   }
 }
 
-// One life of the pipeline: until the end, or until there are new settings in `configuration` (then nothing).
-std::optional<int> serve_once(Configuration& configuration, runtime::Service& service, const sigset_t& signals) {
-  const settings::DaemonSettings& settings = *configuration.settings;
-  Result<Assembly> assembly = assemble(settings);
+// Makes the folders in the state folder that the configuration names for recordings.
+void make_record_folders(const Configuration& configuration) {
+  if (!configuration.state.exist()) return;
+  const take::RecordSettings& record = configuration.settings->record;
+  for (const std::filesystem::path& file : {record.snapshots, record.blobs}) {
+    if (!configuration.state.has(file)) continue;
+    std::error_code ignored;  // the recording reports a missing folder
+    std::filesystem::create_directories(file.parent_path(), ignored);
+  }
+}
+
+// Logs what an operator should know about the settings, and locks the memory if they say so.
+void prepare(const settings::DaemonSettings& settings) {
+  for (const std::string& warning : settings::shape_warnings(settings)) log_warn("mocapd", warning);
+  for (const std::string& note : settings.state_notes) log_info("settings", note);
+  if (!settings.record.snapshots.empty() || !settings.record.blobs.empty()) {
+    log_warn("settings",
+             "[record] works in this version for the last time; mocapctl take start records snapshots and "
+             "blobs into one file, see [takes]");
+  }
+  if (!settings.pipeline.lock_memory) return;
+  const Status locked = runtime::lock_memory();
+  if (!locked) log_warn("mocapd", locked.error().message);
+}
+
+void log_change(const runtime::PipelineChange& change) {
+  const auto count = [&](runtime::CameraStep step) {
+    return std::ranges::count(change.cameras, step, &runtime::CameraChange::step);
+  };
+  const auto kept = std::ranges::count_if(change.handover.subjects, &SubjectId::names_something);
+  log_info("mocapd",
+           fmt::format("configuration changed, cameras: {} as before, {} with other processing, {} opened anew; "
+                       "subjects: {} as before, {} new; {}",
+                       count(runtime::CameraStep::Continue), count(runtime::CameraStep::Refresh),
+                       count(runtime::CameraStep::Replace), kept, std::ssize(change.handover.subjects) - kept,
+                       change.handover.poses ? "poses continue" : "the cameras moved, so only bodies are kept"));
+}
+
+enum class Outcome {
+  Runs,      ///< with the new settings, or with those that it had
+  Restarts,  ///< a replay and a live run have different clocks: nothing continues
+  Fails,     ///< a part could not be opened
+};
+
+// Executes a request to change the configuration, and answers it.
+Outcome change_running(runtime::Pipeline& pipeline, Configuration& configuration, const ChangeRequest& request,
+                       Timestamp epoch) {
+  runtime::MainDone answer;
+  std::unique_ptr<settings::DaemonSettings> before;
+  std::optional<runtime::PipelineChange> change;
+  bool restarts = false;
+  if (auto wanted = reload(configuration, request.order, answer)) {
+    before = std::exchange(configuration.settings, std::move(wanted));
+    restarts = is_replay(*before) != is_replay(*configuration.settings);
+    make_record_folders(configuration);
+    if (!restarts) {
+      Result<runtime::PipelineChange> made = assemble_change(*before, *configuration.settings, pipeline, epoch);
+      if (made) {
+        change = std::move(*made);
+      } else {
+        configuration.settings = std::move(before);
+        answer.done = false;
+        answer.message = made.error().message;
+      }
+    }
+  }
+  answer.change_follows = restarts || change.has_value();
+  if (request.by_signal) {
+    log_reload(answer);
+  } else {
+    pipeline.answer(std::move(answer));
+  }
+  if (restarts) return Outcome::Restarts;
+  if (!change) return Outcome::Runs;
+  set_log_level(configuration.settings->log_level);
+  log_change(*change);
+  prepare(*configuration.settings);
+  const Status changed = pipeline.change(*std::move(change));
+  if (!changed) log_error("mocapd", changed.error().message);
+  return changed ? Outcome::Runs : Outcome::Fails;
+}
+
+// Runs one pipeline, through all changes of its configuration. Returns the exit code at the end of the run, or nothing
+// if the pipeline must be constructed anew.
+std::optional<int> serve_once(Configuration& configuration, runtime::Service& service, const Signals& signals) {
+  make_record_folders(configuration);
+  Result<Assembly> assembly = assemble(*configuration.settings);
   if (!assembly) {
     log_error("mocapd", assembly.error().message);
     return exit_code_of(assembly.error().code);
   }
-  for (const std::string& warning : settings::shape_warnings(settings)) log_warn("mocapd", warning);
-  if (settings.pipeline.lock_memory) {
-    const Status locked = runtime::lock_memory();
-    if (!locked) log_warn("mocapd", locked.error().message);
-  }
+  prepare(*configuration.settings);
   runtime::Pipeline pipeline(std::move(assembly->settings), std::move(assembly->parts));
-  log_info("mocapd", fmt::format("started, cameras={} subjects={} feed={}", settings.cameras.size(),
-                                 settings.subjects.size(), settings.publish.endpoint));
+  log_info("mocapd", fmt::format("started, cameras={} subjects={} feed={}", configuration.settings->cameras.size(),
+                                 configuration.settings->subjects.size(), configuration.settings->publish.endpoint));
   service.ready(fmt::format("waiting for the images of {} cameras", pipeline.camera_count()));
-  Detectors detectors(settings);
-  Stands stands(settings);
-  std::unique_ptr<settings::DaemonSettings> anew =
-      watch_over(pipeline, detectors, stands, service, signals, configuration);
-  if (anew == nullptr) service.stopping();
+  Outcome outcome = Outcome::Runs;
+  Logs logs(*configuration.settings);
+  while (outcome == Outcome::Runs) {
+    const std::optional<ChangeRequest> request = run_until_asked(pipeline, logs, service, signals);
+    if (!request) break;
+    outcome = change_running(pipeline, configuration, *request, assembly->epoch);
+    logs = Logs(*configuration.settings);
+  }
+  if (outcome != Outcome::Restarts) service.stopping();
   pipeline.stop();
-  log_info("mocapd", (anew ? "starts anew, " : "ended, ") + runtime::summary_line(runtime::totals_of(pipeline)));
-  if (anew == nullptr) return kExitOk;
-  configuration.settings = std::move(anew);
-  return std::nullopt;
+  log_info("mocapd", (outcome == Outcome::Restarts ? "restarting, " : "ended, ") +
+                         runtime::summary_line(runtime::totals_of(pipeline)));
+  if (outcome == Outcome::Restarts) return std::nullopt;
+  return outcome == Outcome::Fails ? kExitUnavailable : kExitOk;
 }
 
 int serve(Configuration configuration) {
-  const sigset_t signals = block_end_signals();
+  const Signals signals;
+  ignore_write_signals();
   runtime::Service service;
   for (;;) {
     if (const std::optional<int> exit = serve_once(configuration, service, signals)) return *exit;
   }
 }
 
-// A line a fault, as compilers do, so that editors find the place. In the journal each is an error, sd-daemon(3).
-void tell_faults(const settings::Faults& faults) {
+// Prints one line for each fault in the format of compilers, so that editors find the place. The prefix <3> marks an
+// error for the journal (sd-daemon(3)).
+void print_faults(const settings::Faults& faults) {
   const bool journal = runtime::Service{}.logs_to_journal();
   std::istringstream lines(settings::to_text(faults));
   for (std::string line; std::getline(lines, line);) fmt::print(stderr, "{}{}\n", journal ? "<3>" : "", line);
 }
 
-int start(const std::filesystem::path& config, bool only_check) {
-  Result<settings::DaemonSettings, settings::Faults> settings = load_checked(config);
+int start(const std::filesystem::path& config, const settings::StateFiles& state, bool only_check) {
+  Result<settings::DaemonSettings, settings::Faults> settings = load_checked(config, state);
   if (!settings) {
-    tell_faults(settings.error());
+    print_faults(settings.error());
     return kExitConfig;
   }
   if (only_check) {
+    if (const settings::Faults faults = settings::machine_faults(*settings, config, state); !faults.list.empty()) {
+      print_faults(faults);
+      return kExitConfig;
+    }
     for (const std::string& warning : settings::shape_warnings(*settings))
       fmt::print(stderr, "{}: warning: {}\n", config.string(), warning);
     fmt::print("{}: good, cameras={} subjects={}\n", config.string(), settings->cameras.size(),
@@ -270,20 +330,27 @@ int start(const std::filesystem::path& config, bool only_check) {
   }
   set_log_level(settings->log_level);
   set_log_for_journal(runtime::Service{}.logs_to_journal());
-  log_info("mocapd", fmt::format("version {}, settings of {}", MOCAP_VERSION, config.string()));
+  log_info("mocapd", fmt::format("version {}, settings of {}{}", MOCAP_VERSION, config.string(),
+                                 state.exist() ? ", state in " + state.folder.string() : ""));
   for (const auto& [key, value] : settings::list_settings(*settings)) log_debug("settings", key + " = " + value);
-  Configuration configuration{config, std::make_unique<settings::DaemonSettings>(*std::move(settings))};
+  Configuration configuration{config, state, std::make_unique<settings::DaemonSettings>(*std::move(settings))};
   return serve(std::move(configuration));
 }
 
 constexpr const char* kExamples = R"(examples:
-  mocapd --config config/demo.toml          run with the simulated cameras of mocap-sim
-  mocapd --config /etc/mocapd/mocapd.toml   run as the service does
-  mocapd --check-config my.toml             list all faults of a configuration and exit
-  mocapd --example-config > my.toml         write a configuration with every setting, its default, range and help
+  mocapd --config config/demo.toml
+      run with the simulated cameras of mocap-sim
+  mocapd --config /etc/mocapd/mocapd.toml
+      run as the service does
+  mocapd --check-config my.toml
+      list all faults of a configuration and exit
+  kill -HUP PID
+      reload the configuration, as mocapctl reload does
+  mocapd --example-config > my.toml
+      write a configuration with every setting, its default, range and help
 
-exit codes: 0 ended as asked, 64 wrong command line, 69 something needed is taken or missing (a port, a
-folder), 70 a fault of ours, 78 wrong configuration)";
+exit codes: 0 normal end, 64 wrong command line, 69 a resource is in use or
+missing (a port, a folder), 70 internal error, 78 wrong configuration)";
 
 }  // namespace
 }  // namespace mocap
@@ -291,19 +358,27 @@ folder), 70 a fault of ours, 78 wrong configuration)";
 int main(int argc, char** argv) {
   using namespace mocap;  // NOLINT: the program
   runtime::use_one_heap();
-  CLI::App app{"mocapd: real-time optical motion capture; cameras in, labelled skeletons out over ZeroMQ", "mocapd"};
+  CLI::App app{
+      "mocapd: real-time optical motion capture; cameras in, labelled skeletons out\n"
+      "over ZeroMQ",
+      "mocapd"};
   app.footer(kExamples);
   std::string config;
   std::string check;
+  std::string state;
   auto* config_option = app.add_option("--config", config, "TOML file to run with")->type_name("FILE");
   auto* check_option = app.add_option("--check-config", check, "check this TOML file and exit (0 good, 78 faults)")
                            ->type_name("FILE")
                            ->excludes(config_option);
+  app.add_option("--state", state,
+                 "folder of the files that the daemon writes; without it and $STATE_DIRECTORY: beside the TOML file")
+      ->type_name("DIR");
   bool example = false;
-  auto* example_option =
-      app.add_flag("--example-config", example, "print a configuration with every setting and its default, and exit")
-          ->excludes(config_option)
-          ->excludes(check_option);
+  auto* example_option = app.add_flag("--example-config", example,
+                                      "print a configuration with every setting and its\n"
+                                      "default, and exit")
+                             ->excludes(config_option)
+                             ->excludes(check_option);
   app.set_version_flag("--version", "mocapd " MOCAP_VERSION);
   try {
     app.parse(argc, argv);
@@ -314,8 +389,10 @@ int main(int argc, char** argv) {
     fmt::print("{}", settings::example_config());
     return kExitOk;
   }
-  if (*check_option) return start(check, true);
-  if (*config_option) return start(config, false);
+  const settings::StateFiles state_files =
+      settings::state_files(state.empty() ? settings::state_folder_of_service() : std::filesystem::path(state));
+  if (*check_option) return start(check, state_files, true);
+  if (*config_option) return start(config, state_files, false);
   std::fputs("mocapd: nothing to do: give --config FILE, or see mocapd --help\n", stderr);
   return kExitUsage;
 }

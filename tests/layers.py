@@ -1,6 +1,5 @@
 #!/usr/bin/python3
-"""Checks that every include of the daemon points downward in the include table, and that third-party headers stay in the
-folders that may know them.
+"""Checks that every include of the daemon points downward in the include table, and that third-party headers occur only in the folders that may include them.
 
 usage: layers.py [DAEMON_FOLDER]      prints each fault as file:line: fault; exit code 1 if there is any
 
@@ -28,7 +27,7 @@ def include_table(cmake_lists):
 
 BELOW = include_table((DAEMON / "CMakeLists.txt").read_text(encoding="utf-8"))
 
-# The nouns of model/ are made of Eigen: a folder that includes model/ may include Eigen.
+# The types of model/ contain Eigen types, so a folder that includes model/ may include Eigen.
 EIGEN_USERS = " ".join(f"{folder}/" for folder, below in BELOW.items() if "model" in below or folder == "model")
 FMT_USERS = " ".join(folder for folder in BELOW if folder != "module")
 
@@ -38,28 +37,31 @@ THIRD_PARTIES = {
     "Eigen": (r"(unsupported/)?Eigen/", EIGEN_USERS + " main"),
     "fmt": (r"fmt/", FMT_USERS + " main"),
     "spdlog": (r"spdlog/", "base/log.cpp"),
-    "OpenCV": (r"opencv2/", "cameras calibration"),
+    "OpenCV": (r"opencv2/", "calibration cameras/replay/plugin/video_plugin.cpp"),
     "Highway": (r"hwy/", "detect/kernels"),
     "Aravis": (r"(arv\w*\.h|arv/|aravis|glib|gio/)", "cameras/aravis"),
     "V4L2": (r"(linux/videodev2\.h|linux/v4l2|libv4l)", "cameras/v4l2"),
+    "libpng": (r"png\.h", "cameras/replay"),
     "turbojpeg": (r"(turbojpeg|jpeglib)", "cameras"),
     "Protobuf": (r"(google/protobuf/|mocap/v\d+/)", "wire/ take/"),
     "ZeroMQ": (r"zmq", "wire"),
     "Ceres": (r"(ceres|glog)/", "calibration"),
+    "yaml-cpp": (r"yaml-cpp/", "calibration/formats"),
     "toml++": (r"toml", "settings"),
     "libsystemd": (r"systemd/", "runtime/service.cpp"),
     "CLI11": (r"CLI/", "main"),
-    "JSON": (r"nlohmann/", "take wire"),
+    "JSON": (r"nlohmann/", "export take wire"),
+    "compression": (r"(zstd|lz4frame|zlib)\.h", "take/mcap"),
 }
 
-# The language and the system, which any folder may use.
+# Headers of the language and of the system, which any folder may include.
 SYSTEM = re.compile(
     r"^([a-z_0-9]+"  # <vector>, <cstdint>
     r"|(sys|linux|netinet|arpa|net)/[a-z_0-9]+\.h"
     r"|(unistd|fcntl|pthread|sched|poll|signal|dirent|dlfcn|endian|byteswap|[a-z]?mmintrin|immintrin|x86intrin|cpuid|malloc|stdlib|"
     r"string|errno|time|ifaddrs|execinfo|sysexits|syslog|netdb|cxxabi)\.h)$")
 
-# Folders that may log. Every other folder is pure: it computes, and reports to its caller.
+# Folders that may log. Every other folder is pure: it computes and returns results and errors to its caller.
 MAY_LOG = set("base cameras wire take settings runtime".split())
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
@@ -90,7 +92,7 @@ def fault_of(path, folder, bracket, header):
         where = f"{folder}'s headers" if path.suffix == ".h" and folder in users else folder
         return f"<{header}> of {party} is not for {where}; it is for {', '.join(users)}"
     if bracket == "<":
-        return None if SYSTEM.match(header) else f"<{header}> is of no third party that the design knows"
+        return None if SYSTEM.match(header) else f"<{header}> belongs to no third party of the design"
     if header.startswith(".") or "/../" in header:
         return f'"{header}" is a relative path, expected "folder/name.h"'
     other = header.split("/")[0] if "/" in header else "main"
@@ -114,11 +116,11 @@ def faults_in(daemon):
         inside = path.relative_to(daemon)
         folder = inside.parts[0] if len(inside.parts) > 1 else "main"
         if folder not in BELOW and folder != "main":
-            faults.append(f"{path}:1: '{folder}' is no folder of the design")
+            faults.append(f"{path}:1: '{folder}' is not a folder of the design")
             continue
         text = path.read_text(encoding="utf-8")
         if path.suffix == ".h" and "#pragma once" not in text:
-            faults.append(f"{path}:1: a header without #pragma once")
+            faults.append(f"{path}:1: the header has no #pragma once")
         for number, line in enumerate(text.splitlines(), 1):
             found = INCLUDE.match(line)
             fault = found and fault_of(inside, folder, *found.groups())
@@ -130,7 +132,7 @@ def faults_in(daemon):
 def main():
     daemon = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else DAEMON
     if not daemon.is_dir():
-        print(f"layers: {daemon} is no folder", file=sys.stderr)
+        print(f"layers: {daemon} is not a folder", file=sys.stderr)
         return 64
     faults = faults_in(daemon)
     print("\n".join(faults) if faults else f"layers: every include of {daemon} points downward")

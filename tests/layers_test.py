@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The layers of the daemon, and whether the check of them finds what is wrong."""
+"""Checks the include table of the daemon, and tests layers.py itself."""
 
 import pathlib
 import tempfile
@@ -17,7 +17,7 @@ class TheDaemon(unittest.TestCase):
 
 class TheCheck(unittest.TestCase):
     def faults_of(self, name, include):
-        """Of a daemon that has this one file, with this one include."""
+        """The faults of a daemon that consists of one file with one include."""
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / name
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -44,15 +44,15 @@ class TheCheck(unittest.TestCase):
         self.assert_fault("runtime/pipeline.cpp", '"settings/daemon_settings.h"', "points upward or sideways")
         self.assert_fault("runtime/pipeline.cpp", '"assemble.h"', "is in no folder")
 
-    def test_finds_a_third_party_in_another_room(self):
+    def test_finds_a_third_party_in_another_folder(self):
         self.assert_fault("fusion/fusion.cpp", "<zmq.h>", "ZeroMQ is not for fusion")
         self.assert_fault("fusion/fusion.cpp", "<opencv2/core.hpp>", "OpenCV is not for fusion")
         self.assert_fault("runtime/pipeline.cpp", "<systemd/sd-daemon.h>", "libsystemd is not for runtime")
         self.assert_fault("base/time.h", "<Eigen/Core>", "Eigen is not for base")
-        self.assert_fault("model/ids.h", "<boost/any.hpp>", "no third party that the design knows")
+        self.assert_fault("model/ids.h", "<boost/any.hpp>", "belongs to no third party of the design")
 
     def test_finds_a_third_party_in_a_header(self):
-        self.assert_fault("settings/rig_file.h", "<toml++/toml.h>", "toml++ is not for settings's headers")
+        self.assert_fault("settings/rig/rig_file.h", "<toml++/toml.h>", "toml++ is not for settings's headers")
         self.assert_fault("cameras/aravis/aravis_camera.h", "<arv.h>", "Aravis is not for cameras")
         self.assert_fault("base/log.h", "<fmt/format.h>", "fmt is not for base's headers")
 
@@ -62,19 +62,19 @@ class TheCheck(unittest.TestCase):
 
     def test_finds_relative_paths_unknown_folders_and_missing_guards(self):
         self.assert_fault("fusion/fusion.cpp", '"../model/ids.h"', "is a relative path")
-        self.assertIn("is no folder of the design", self.faults_of("utils/misc.cpp", "<vector>")[0])
+        self.assertIn("is not a folder of the design", self.faults_of("utils/misc.cpp", "<vector>")[0])
         with tempfile.TemporaryDirectory() as folder:
             header = pathlib.Path(folder) / "model" / "ids.h"
             header.parent.mkdir()
             header.write_text("struct Id {};\n")
-            self.assertIn("without #pragma once", layers.faults_in(pathlib.Path(folder))[0])
+            self.assertIn("has no #pragma once", layers.faults_in(pathlib.Path(folder))[0])
 
     def test_accepts_an_include_that_points_downward(self):
         self.assert_fine("fusion/fusion.cpp", '"drift/drift_watch.h"')
         self.assert_fine("fusion/fusion.h", "<Eigen/Core>")
-        self.assert_fine("settings/rig_file.cpp", "<toml++/toml.h>")
+        self.assert_fine("settings/rig/rig_file.cpp", "<toml++/toml.h>")
         self.assert_fine("settings/daemon_settings.h", '"synchronise/frame_aligner.h"')
-        self.assert_fine("wire/encode.h", '"mocap/v1/snapshot.pb.h"')
+        self.assert_fine("wire/codec/encode.h", '"mocap/v1/snapshot.pb.h"')
         self.assert_fine("runtime/service.cpp", "<systemd/sd-daemon.h>")
         self.assert_fine("cameras/v4l2/v4l2_camera.cpp", "<linux/videodev2.h>")
         self.assert_fine("base/wake_signal.cpp", "<linux/futex.h>")

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Checks that every relative link and picture in the project's Markdown files leads to a file, and every #anchor to a heading.
+"""Checks that the target of every relative link and picture in the Markdown files exists, and that every #anchor is a heading.
 
 usage: links.py [FOLDER]      prints each fault as file:line: fault; exit code 1 if there is any
 """
@@ -22,13 +22,13 @@ def anchor_of(heading):
 def fault_of(page, target):
     """The fault of one link target on `page`, or None."""
     if re.match(r"[a-z]+:", target):
-        return None  # another site
+        return None  # an external link
     path, _, anchor = target.partition("#")
     file = page.parent / path if path else page
     if not file.exists():
-        return f"'{target}' leads to no file"
+        return f"'{target}' is not a file"
     if anchor and file.suffix == ".md" and anchor not in map(anchor_of, HEADING.findall(file.read_text(encoding="utf-8"))):
-        return f"'{target}' leads to no heading of {file.name}"
+        return f"'{target}' is not a heading of {file.name}"
     return None
 
 
@@ -50,7 +50,7 @@ def faults_in(folder, pages):
 
 
 def pages_of(folder):
-    """The Markdown files that git tracks, or would track."""
+    """The Markdown files that are tracked, or new and not ignored."""
     listed = subprocess.run(["git", "-C", folder, "ls-files", "--cached", "--others", "--exclude-standard", "*.md"],
                             capture_output=True, text=True, check=True).stdout.split("\n")
     return sorted(name for name in set(listed) if name and (folder / name).is_file())
@@ -60,7 +60,7 @@ def main():
     folder = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else PROJECT
     pages = pages_of(folder)
     faults = faults_in(folder, pages)
-    print("\n".join(faults) if faults else f"links: every link of {len(pages)} pages leads somewhere")
+    print("\n".join(faults) if faults else f"links: all links of {len(pages)} pages have targets")
     return 1 if faults else 0
 
 

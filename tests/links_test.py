@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The check of links in Markdown finds links that lead nowhere, and accepts the others."""
+"""Tests of links.py: it reports links without a target and accepts the others."""
 
 import pathlib
 import tempfile
@@ -17,7 +17,7 @@ class TheCheck(unittest.TestCase):
             return links.faults_in(folder, ["page.md"])
 
     def test_finds_a_link_to_a_file_that_is_missing(self):
-        self.assertEqual(self.faults_of("see\n[this](gone.md)\n"), ["page.md:2: 'gone.md' leads to no file"])
+        self.assertEqual(self.faults_of("see\n[this](gone.md)\n"), ["page.md:2: 'gone.md' is not a file"])
 
     def test_finds_a_picture_that_is_missing(self):
         self.assertEqual(len(self.faults_of("![a](gone.svg)")), 1)

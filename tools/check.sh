@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The checks before a commit, and of the build server: format, include table, links in Markdown, warnings as errors, each
+# Runs the checks for a commit, which the build server also runs: format, include table, links in Markdown, warnings, each
 # header alone, shell scripts. tools/test.sh runs the tests.
 #
 # usage: tools/check.sh [--fix] [--tidy] [--all]
@@ -23,7 +23,7 @@ for argument in "$@"; do
 done
 
 failed=()
-# Runs one check and goes on, so that all faults are reported at once.
+# Runs one check and continues after a failure, so that all faults are reported at once.
 check() {
   local name=$1
   shift
@@ -31,10 +31,10 @@ check() {
   "$@" || failed+=("$name")
 }
 
-# As git sees them: tracked, or new and not ignored.
+# Lists the matching files that git tracks, and new files that git does not ignore.
 files() { git ls-files --cached --others --exclude-standard -- "$@" | sort -u | while read -r file; do [ -f "$file" ] && echo "$file"; done; }
 
-# Those that differ from where this branch left the main one; all where there is no such place.
+# Lists the matching files that differ from the merge base with the main branch; all files if there is no merge base.
 changed() {
   local base
   base=$(git merge-base HEAD main 2>/dev/null || git merge-base HEAD origin/main 2>/dev/null) || base=
@@ -54,7 +54,19 @@ format() {
   fi
 }
 
-build() { cmake --preset release >/dev/null && cmake --build --preset release; }
+# A file that was built before is not compiled again and gives no warning. The build server compiles every file.
+build() {
+  local log
+  log=$(mktemp)
+  cmake --preset release -DBUILD_TESTING=ON >/dev/null && cmake --build --preset release | tee "$log"
+  local status=$?
+  if grep -q 'warning:' "$log"; then
+    echo "check: the build has warnings" >&2
+    status=1
+  fi
+  rm -f "$log"
+  return $status
+}
 
 headers_alone() { cmake --build build/release --target all_verify_interface_header_sets; }
 
@@ -66,7 +78,7 @@ tidy() {
     return 0
   fi
   echo "check: ${#sources[@]} source files, up to a minute each"
-  # Another compiler cannot read what g++ has precompiled; without it, what a file forgot to include is seen too.
+  # clang-tidy cannot read the precompiled header of g++. Without that header, missing includes are found too.
   mkdir -p build/release/tidy
   sed -E 's/-Winvalid-pch -include [^ ]+|-fpch-preprocess//g' build/release/compile_commands.json >build/release/tidy/compile_commands.json
   printf '%s\n' "${sources[@]}" | xargs -P "$(nproc)" -n 1 clang-tidy --quiet -p build/release/tidy 2>&1 |

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Shows the whole chain on this machine: simulated GigE Vision cameras, the daemon, the live feed; then scores the feed
-# against the simulator's truth. Exit 0 only if labelled skeleton frames came and match it.
+# Runs the whole system on this machine: simulated GigE Vision cameras, the daemon and the live feed. Then scores the feed
+# against the simulator's truth. Exit code 0 only if labelled skeletons arrived and match the truth.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -9,10 +9,10 @@ usage() {
   cat <<'TEXT'
 usage: tools/demo.sh [--seconds N]
 
-  --seconds N   how long to show the live feed (default 15, at least 5)
+  --seconds N   duration of the live feed (default 15, at least 5)
 
 Installs what is missing (as root), builds, starts 4 simulated GigE cameras (640x480, 60 fps) of a walking subject and
-mocapd with config/demo.toml, shows the feed, ends everything it started and prints how well the feed matched the truth.
+mocapd with config/demo.toml, shows the feed, ends all processes that it started and prints the comparison of the feed with the truth.
 TEXT
 }
 while [ $# -gt 0 ]; do
@@ -27,9 +27,7 @@ case "$seconds" in ''|*[!0-9]*) echo "demo: --seconds is '$seconds', expected a 
 [ "$seconds" -ge 5 ] || { echo "demo: --seconds is $seconds, expected at least 5" >&2; exit 64; }
 
 if [ "${MOCAP_DEMO:-}" != built ]; then
-  tools/setup.sh
-  [ -f build/release/build.ninja ] || cmake --preset release
-  cmake --build --preset release --target mocapd mocap-sim mocap-watch mocap-eval
+  tools/build.sh mocapd mocap-sim mocap-watch mocap-score
   MOCAP_DEMO=built exec tools/own_network.sh tools/demo.sh --seconds "$seconds"
 fi
 
@@ -45,10 +43,10 @@ trap finish EXIT
 trap 'exit 130' INT
 trap 'exit 143' TERM
 
-# Says why a program that should be running is not.
+# Prints the end of the log and exits if a program has ended unexpectedly.
 must_run() {
   kill -0 "$1" 2>/dev/null && return
-  echo "demo: $2 ended early; its last words:" >&2
+  echo "demo: $2 ended early; the end of its log:" >&2
   tail -n 20 "$3" >&2
   exit 70
 }
@@ -76,10 +74,10 @@ kill -TERM "$sim" 2>/dev/null || true
 wait "$sim" 2>/dev/null || true
 grep -E ' (warn |error) ' "$work/daemon.log" || true
 
-if "$bin/mocap-eval" score --truth "$work/truth.jsonl" --stream "$work/stream.jsonl" --require-match \
+if "$bin/mocap-score" --truth "$work/truth.jsonl" --stream "$work/stream.jsonl" --require-match \
   --min-complete-share 0.99; then
-  echo "demo: labelled skeletons came, and match the truth"
+  echo "demo: labelled skeletons arrived and match the truth"
 else
-  echo "demo: what came does not match the truth" >&2
+  echo "demo: the feed does not match the truth" >&2
   exit 1
 fi

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Runs a command in a network of its own, whose loopback has addresses for simulated cameras: 127.0.0.2 and on. A fake
-# GigE camera listens only on an address that an interface really has; here it collides with nothing on the machine.
+# Runs a command in a new network namespace whose loopback interface has addresses for simulated cameras: 127.0.0.2 to
+# 127.0.0.9. A simulated GigE camera can listen only on an address of an interface; the namespace avoids conflicts with the
+# network of the machine.
 #
 # usage: tools/own_network.sh COMMAND [ARGUMENT...]
-# Exit code: the command's; 77 where the system allows no network namespace.
+# Exit code: that of the command; 77 if the system does not allow network namespaces.
 set -euo pipefail
 
 if [ "${MOCAP_OWN_NETWORK:-}" != inside ]; then
@@ -11,7 +12,7 @@ if [ "${MOCAP_OWN_NETWORK:-}" != inside ]; then
   namespaces=(--net)
   [ "$(id -u)" -eq 0 ] || namespaces=(--user --map-root-user --net)
   if ! unshare "${namespaces[@]}" true 2>/dev/null; then
-    echo "own_network: the system allows no network namespace (unshare ${namespaces[*]}); run as root" >&2
+    echo "own_network: the system does not allow a network namespace (unshare ${namespaces[*]}); run as root" >&2
     exit 77
   fi
   MOCAP_OWN_NETWORK=inside exec unshare "${namespaces[@]}" "$0" "$@"

@@ -1,39 +1,67 @@
 #!/usr/bin/env bash
-# Installs every Debian 12 package that the build, the demo and the tests need. Idempotent, asks nothing, needs no
-# network where nothing is missing. Not run as root, it says what is missing and how to get it.
+# Installs the Debian 12 packages that the build, the demo and the client examples need. Idempotent and non-interactive;
+# needs no network if nothing is missing. Without root, prints the missing packages and the command that installs them.
 #
-# usage: tools/setup.sh [--check]     --check: only say what is missing
+# usage: tools/setup.sh [--tests] [--packages] [--check]
+#   --tests      also the packages of tests and checks: compilers of other languages, a virtual machine, a container, and
+#                independent readers of takes and exported files from npm (tests/*/npm)
+#   --packages   also what tools/package.sh needs
+#   --check      only print what is missing
 set -euo pipefail
 
 packages=(
   # build
   build-essential cmake ninja-build ccache pkg-config git
   # libraries
-  libaravis-dev libusb-1.0-0-dev libopencv-dev libopencv-contrib-dev libeigen3-dev libceres-dev libhwy-dev libturbojpeg0-dev
+  libaravis-dev libusb-1.0-0-dev libopencv-dev libopencv-contrib-dev libeigen3-dev libceres-dev libhwy-dev libturbojpeg0-dev libpng-dev
   libzmq3-dev libprotozero-dev libprotobuf-dev protobuf-compiler libspdlog-dev libfmt-dev libsystemd-dev
-  libcli11-dev libtomlplusplus-dev libyaml-cpp-dev nlohmann-json3-dev
-  # tests and checks
-  libgtest-dev libgmock-dev clang-format clang-tidy shellcheck iproute2 procps systemd
-  systemd-container
-  python3 python3-zmq python3-protobuf python3-numpy python3-liblo
-  python3-pip python3-setuptools python3-wheel mono-mcs mono-runtime
+  libcli11-dev libtomlplusplus-dev libyaml-cpp-dev nlohmann-json3-dev libzstd-dev liblz4-dev zlib1g-dev
+  # the demo (own network of the simulated cameras) and clients in Python
+  iproute2 procps python3 python3-zmq python3-protobuf python3-numpy
+)
+test_packages=(
+  libgtest-dev libgmock-dev clang-format clang-tidy shellcheck systemd systemd-container python3-liblo
+  python3-lz4 python3-pip python3-setuptools python3-wheel python3-venv mono-mcs mono-runtime zip
   # a virtual machine, for a real V4L2 driver
   qemu-system-x86 busybox-static
+  # the client library for Windows: compiler, tools for Microsoft's import library, and Wine to run it
+  g++-mingw-w64-x86-64-posix llvm lld wine64
 )
+packaging_packages=(debhelper dh-python help2man lintian python3-setuptools)
+# The tests also build the packages, install them and try the completions.
+test_packages+=("${packaging_packages[@]}" bash-completion fish zsh man-db apt sudo)
 
 check=false
-case "${1:-}" in
-  "") ;;
-  --check) check=true ;;
-  *) echo "setup: unknown argument '$1', expected --check or nothing" >&2; exit 64 ;;
-esac
+tests=false
+for argument in "$@"; do
+  case "$argument" in
+    --tests) tests=true; packages+=("${test_packages[@]}") ;;
+    --packages) packages+=("${packaging_packages[@]}") ;;
+    --check) check=true ;;
+    *) echo "setup: unknown argument '$argument', expected --tests, --packages, --check or nothing" >&2; exit 64 ;;
+  esac
+done
 
 if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
-  echo "setup: this is no Debian; install what tools/setup.sh lists by your system's own means" >&2
+  echo "setup: this is not Debian; install the packages that tools/setup.sh lists with your package manager" >&2
   exit 69
 fi
 
-# One question for all: dpkg-query is slow to start. A package that was never known prints nothing.
+# Node.js may come from elsewhere than Debian.
+if $tests && ! command -v npm >/dev/null; then packages+=(nodejs npm); fi
+
+# Installs the npm packages of the tests, as their lock files name them. Without a network their tests are skipped.
+install_npm_packages() {
+  local lock folder
+  for lock in "$(dirname "$0")"/../tests/*/npm/package-lock.json; do
+    folder=$(dirname "$lock")
+    [ ! -e "$folder/node_modules/.package-lock.json" ] || continue
+    npm ci --prefix "$folder" --ignore-scripts --no-audit --no-fund --silent ||
+      echo "setup: npm ci in $folder failed; the tests with these packages are skipped" >&2
+  done
+}
+
+# One query for all packages, because dpkg-query starts slowly. An unknown package prints nothing.
 installed=$(dpkg-query -W -f='${Package} ${Status}\n' "${packages[@]}" 2>/dev/null || true)
 missing=()
 for package in "${packages[@]}"; do
@@ -41,6 +69,7 @@ for package in "${packages[@]}"; do
 done
 
 if [ ${#missing[@]} -eq 0 ]; then
+  if $tests && ! $check; then install_npm_packages; fi
   exit 0
 fi
 if $check || [ "$(id -u)" -ne 0 ]; then
@@ -60,3 +89,4 @@ if ! { apt-get update -qq && apt-get install -y -qq --no-install-recommends "${m
   echo "setup: apt-get failed; nothing was built" >&2
   exit 69
 fi
+if $tests; then install_npm_packages; fi

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is needed, builds and runs all tests. Ends as ctest ends.
+# Installs the packages of build and tests, builds, and runs all tests. Exit code: that of ctest.
 #
 # usage: tools/test.sh [--preset release|asan|tsan] [ARGUMENTS OF CTEST ...]
 set -euo pipefail
@@ -11,8 +11,8 @@ if [ "${1:-}" = "--preset" ]; then
   shift 2
 fi
 
-tools/setup.sh
-cmake --preset "$preset" >/dev/null
+tools/setup.sh --tests
+cmake --preset "$preset" -DBUILD_TESTING=ON >/dev/null
 cmake --build --preset "$preset"
-# The closing lines go to standard output: how many passed, which failed, which were skipped.
+# The last lines of the output list passed, failed and skipped tests.
 ctest --preset "$preset" -j "$(nproc)" "$@"

@@ -10,9 +10,10 @@ void declare_keys(KeyVisitor& keys, MatchSettings& match) {
               {.help = "radius of the gate of a predicted marker in standard deviations"});
   keys.number("gate_floor_px", match.gate_floor_px, {0, 100},
               {.help = "standard deviation added to those of prediction and blob"});
-  keys.number("calibration_px", match.calibration_px, {0, 20},
-              {.help = "standard deviation of the rig error; views of predicted markers are held to the error that was "
-                       "observed, if it is smaller"});
+  keys.number(
+      "calibration_px", match.calibration_px, {0, 20},
+      {.help = "standard deviation of the rig error; predicted markers use the observed error instead, if it is "
+               "smaller"});
   keys.number("agree_sigmas", match.agree_sigmas, {1, 10},
               {.help = "largest distance of a view from the common point of a marker's views, in standard deviations"});
   keys.number("min_views_new", match.min_views_new, {2, kMaxCameras},

@@ -26,7 +26,7 @@ struct MatchSettings {
 
 void declare_keys(KeyVisitor& keys, MatchSettings& match);
 
-/// Rules between keys that are broken.
+/// Returns the rules between several keys that the settings break.
 std::vector<KeyFault> faults_of(const MatchSettings& match);
 
 }  // namespace mocap::associate

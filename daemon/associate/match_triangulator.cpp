@@ -16,9 +16,6 @@
 namespace mocap::associate {
 namespace {
 
-constexpr std::size_t kRigErrorMarkersPerSet = 4;  // markers a set
-constexpr std::size_t kMinRigErrorViews = 4;       // views, which tell what one of them is off
-
 class MatchTriangulator final : public Triangulator {
  public:
   MatchTriangulator(const TriangulateSettings& settings, Rig rig)
@@ -29,7 +26,7 @@ class MatchTriangulator final : public Triangulator {
 
   const Markers& triangulate(const FrameSet& frames, const Matches& matches) override {
     markers_.clear();
-    // Some markers a set, each in its turn: the rig changes slowly.
+    // Learn the rig error from a few markers a set, in turn: the rig error changes slowly.
     const std::size_t step = std::max<std::size_t>(1, matches.matches.size() / kRigErrorMarkersPerSet);
     ++set_count_;
     for (std::size_t m = 0; m < matches.matches.size(); ++m) {
@@ -43,19 +40,19 @@ class MatchTriangulator final : public Triangulator {
       const Eigen::Matrix3d covariance_m2 = agreed->refined.covariance_m2 * (1.0 + error_.px2() / noise.variance_px2);
       if (!is_precise(covariance_m2)) continue;
       markers_.push_back({agreed->refined.point, covariance_m2, agreed->refined.rms_px,
-                          static_cast<std::uint32_t>(agreed->kept), static_cast<std::uint32_t>(m), match.expected,
+                          static_cast<std::uint32_t>(agreed->kept), static_cast<std::uint32_t>(m), match.prediction,
                           match.by_blob_tracks});
     }
     return markers_;
   }
 
  private:
-  // Whether nothing would be left out here.
+  // Whether the settings of this triangulator would remove no view of the point that the matcher found.
   bool satisfies_agreement(const Triangulation& found) const {
     return found.floor_px <= agreement_.floor_px && found.sigmas <= agreement_.sigmas;
   }
 
-  // By what the matcher found, or by the blobs themselves.
+  // The point of the matcher, or the point solved from the blobs.
   Result<geometry::Agreed, geometry::TriangulationFailure> point_of(const FrameSet& frames, const Match& match) {
     if (match.triangulation && satisfies_agreement(*match.triangulation)) {
       const Triangulation& found = *match.triangulation;
@@ -80,12 +77,14 @@ class MatchTriangulator final : public Triangulator {
     }
   }
 
-  // What the blobs of a match promise.
+  // The measurement noise of the blobs of a match.
   struct BlobNoise {
-    double variance_px2;  // as heavy as they weigh: the harmonic mean
+    double variance_px2;  // harmonic mean
     bool is_uniform;
   };
   static BlobNoise noise_of(const FrameSet& frames, const Match& match) {
+    // A match with less equal weights does not separate the rig error from blob noise. Chosen by hand; not yet
+    // measured.
     constexpr double kMaxWeightRatio = 4.0;
     double sum_1_px2 = 0.0;
     float least_1_px2 = std::numeric_limits<float>::infinity();
@@ -101,9 +100,9 @@ class MatchTriangulator final : public Triangulator {
     return {1.0 / mean_1_px2, kMaxWeightRatio * static_cast<double>(least_1_px2) > mean_1_px2};
   }
 
-  // The standard deviation in the worst direction.
+  // Whether the standard deviation in the worst direction is small enough.
   bool is_precise(const Eigen::Matrix3d& covariance_m2) const {
-    // No direction is worse than all axes together; most points pass without the eigenvalues.
+    // The trace is an upper bound of the largest eigenvalue; most points pass without computing eigenvalues.
     const double most = settings_.max_sigma_m * settings_.max_sigma_m;
     if (covariance_m2.trace() < most) return true;
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen;
@@ -115,7 +114,7 @@ class MatchTriangulator final : public Triangulator {
   geometry::Agreement agreement_;
   Rig rig_;
   PointError error_;
-  std::size_t set_count_ = 0;  // counts the sets
+  std::size_t set_count_ = 0;  // number of sets so far
   BoundedVector<geometry::Sighting, kMaxCameras> sightings_;
   Markers markers_;
 };

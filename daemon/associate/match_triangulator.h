@@ -8,11 +8,12 @@
 
 namespace mocap::associate {
 
-/// A Triangulator: linear start, then weighted least squares of the reprojection error, each blob by its own sigma_px.
+/// Makes a Triangulator: linear triangulation, then weighted least squares of the reprojection error with the sigma_px
+/// of each blob (Hartley and Zisserman, Multiple View Geometry, 2nd ed. (2004), chapter 12), with removal of outlier
+/// views if three or more are present. A match that carries its point (Match::triangulation) is not solved again.
 ///
-/// A view that does not agree with the others is left out where three or more are there. Marker::covariance_m2 is what
-/// the blobs' sigma_px promise, wider by what the rig showed to be off: learnt from points that four or more cameras
-/// agree on, `calibration_px` at most. Never allocates after construction.
+/// Marker::covariance_m2 is the covariance from the blobs' sigma_px, increased by the rig error that is learned from
+/// points with four or more cameras, at most `calibration_px`. Never allocates after construction.
 std::unique_ptr<Triangulator> make_triangulator(const TriangulateSettings& settings, Rig rig);
 
 }  // namespace mocap::associate

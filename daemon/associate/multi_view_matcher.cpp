@@ -23,9 +23,10 @@ class MultiViewMatcher final : public Matcher {
   MultiViewMatcher(const MultiViewMatcher&) = delete;
   MultiViewMatcher& operator=(const MultiViewMatcher&) = delete;
 
-  const Matches& match(const FrameSet& frames, const Expected& expected) override {
+  const Matches& match(const FrameSet& frames, const Predictions& predicted) override {
     matches_.matches.clear();
     matches_.bearing_only.clear();
+    matches_.candidates.clear();
     matches_.dropped = 0;
     matches_.seen_once = 0;
     matches_.skipped = 0;
@@ -33,9 +34,9 @@ class MultiViewMatcher final : public Matcher {
     const std::uint32_t missing = frames.expected_views > views ? frames.expected_views - views : 0;
 
     rays_.begin(frames);
-    predicted_matcher_.match(frames, rays_, expected, matches_);
+    predicted_matcher_.match(rays_, predicted, matches_);
     unassigned_matcher_.match(rays_, missing, matches_);
-    predicted_matcher_.append_bearing_only(frames, rays_, expected, matches_);
+    predicted_matcher_.append_bearing_only(rays_, predicted, matches_);
 
     std::size_t unmatched = 0;
     for (std::size_t view = 0; view < frames.views.size(); ++view) {

@@ -9,33 +9,35 @@
 
 namespace mocap::bodyfit {
 
-/// What a fit may change of a marker set: where joints and markers sit on the body.
+/// The parameters of a body that a fit estimates: rest offsets of the bones and offsets of the markers.
 struct BodyOffsets {
-  std::vector<Eigen::Vector3d> bones_m;    ///< rest offset, by bone; the root's is never looked at
-  std::vector<Eigen::Vector3d> markers_m;  ///< by marker
+  std::vector<Eigen::Vector3d> bones_m;    ///< rest offset, by bone; that of the root is not used
+  std::vector<Eigen::Vector3d> markers_m;  ///< in the frame of the marker's bone, by marker
 };
 
+/// The offsets of a marker set.
 BodyOffsets offsets_of(const MarkerSet& set);
+/// Replaces the offsets of a marker set. `offsets` has the same bones and markers.
 void apply_offsets(const BodyOffsets& offsets, MarkerSet& set);
 
-/// One instant of one body: where its named markers were, and a pose that explains it.
+/// One instant of one body: measured marker positions and an estimated pose.
 struct BodyInstant {
-  std::vector<Eigen::Vector3d> seen_m;  ///< by marker, world; not finite: not seen
-  std::vector<double> trust;            ///< by marker, 0 to 1: one over how much its variance is larger than usual
-  std::vector<Pose> locals;             ///< by bone: the pose; but for the root only the turns are looked at
-  std::vector<std::uint8_t> at_rest;    ///< by bone: held as in the rest pose (of the root: upright); else 0
+  std::vector<Eigen::Vector3d> seen_m;  ///< by marker, in the world frame; not finite: not measured
+  std::vector<double> trust;            ///< by marker, 0 to 1: nominal variance divided by the marker's variance
+  std::vector<Pose> locals;             ///< by bone: the pose; positions other than the root's are not used
+  std::vector<std::uint8_t> at_rest;    ///< by bone: 1 if the joint is in rest pose (the root: upright), else 0
 };
 
-/// An instant of nothing seen, in rest pose.
+/// An instant without measurements, in rest pose.
 BodyInstant empty_instant(const MarkerSet& set);
 
-/// How the pose of an instant is judged.
+/// Standard deviations that define the cost of a pose.
 struct InstantCost {
-  double sigma_m = 0.003;            ///< of a marker from its place on the body
-  double outlier_m = 0.03;           ///< a marker further off than this counts less and less
-  double rest_sigma_rad = 3.0;       ///< of a joint from rest pose, where no marker tells
-  double at_rest_sigma_rad = 0.02;   ///< the same of a joint that is held at rest
-  double upright_sigma_rad = 0.035;  ///< tilt of a root that is held upright
+  double sigma_m = 0.003;            ///< of a measured marker from its position on the body
+  double outlier_m = 0.03;           ///< scale of the robust cost: a marker farther off has little weight
+  double rest_sigma_rad = 3.0;       ///< of a joint from rest pose
+  double at_rest_sigma_rad = 0.02;   ///< the same for a joint with `at_rest`
+  double upright_sigma_rad = 0.035;  ///< of the tilt of a root with `at_rest`
   double limit_sigma_rad = 0.2;      ///< of a joint beyond its range
 };
 

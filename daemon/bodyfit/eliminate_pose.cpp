@@ -3,23 +3,19 @@
 
 #include "base/expects.h"
 #include "bodyfit/instant_equations.h"
+#include "kinematics/algebra.h"
 
-// What is left of an instant's equations when its pose is eliminated from them.
+// The part of InstantEquations that eliminates the pose.
 
 namespace mocap::bodyfit {
 namespace {
 
-double squared(double x) { return x * x; }
-
-Eigen::Matrix3d cross(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
-}
+using kinematics::cross_matrix;
+using kinematics::squared;
 
 }  // namespace
 
-// How the offsets meet the pose: H of each node with each offset.
+// Writes the coupling blocks of H between the nodes of the pose and the offsets.
 void InstantEquations::couple() {
   const auto width = static_cast<std::size_t>(columns_.count);
   for (std::size_t n = 0; n < nodes(); ++n) {
@@ -36,29 +32,30 @@ void InstantEquations::couple() {
   };
   const auto joint = [&](std::size_t b) -> Eigen::Vector3d { return world_[b].position - world_[0].position; };
   for (std::size_t c = 1; c < bones_.size(); ++c) {
-    const Eigen::Matrix3d turned = world_[static_cast<std::size_t>(bones_[c].parent)].rotation.toRotationMatrix();
-    put(0, columns_.bone[c], moments_[c].weight * turned);
+    const Eigen::Matrix3d rotation = world_[static_cast<std::size_t>(bones_[c].parent)].rotation.toRotationMatrix();
+    put(0, columns_.bone[c], moments_[c].weight * rotation);
     for (std::size_t d = 0; d < bones_.size(); ++d) {
       const bool c_below =
           d == c || std::find(above_[c + 1].begin(), above_[c + 1].end(), d + 1) != above_[c + 1].end();
       const bool d_below = std::find(above_[d + 1].begin(), above_[d + 1].end(), c + 1) != above_[d + 1].end();
       if (!c_below && !d_below) continue;
       const Moments& shared = moments_[c_below ? c : d];
-      put(d + 1, columns_.bone[c], cross(shared.first - shared.weight * joint(d)) * turned);
+      put(d + 1, columns_.bone[c], cross_matrix(shared.first - shared.weight * joint(d)) * rotation);
     }
   }
   for (std::size_t m = 0; m < places_.size(); ++m) {
     const auto own = static_cast<std::size_t>(bone_of_[m]);
-    const Eigen::Matrix3d turned = weights_[m] * world_[own].rotation.toRotationMatrix();
-    put(0, columns_.marker[m], turned);
+    const Eigen::Matrix3d rotation = weights_[m] * world_[own].rotation.toRotationMatrix();
+    put(0, columns_.marker[m], rotation);
     for (int d = bone_of_[m]; d >= 0; d = bones_[static_cast<std::size_t>(d)].parent) {
       const Eigen::Vector3d lever = places_[m] - world_[static_cast<std::size_t>(d)].position;
-      put(static_cast<std::size_t>(d) + 1, columns_.marker[m], cross(lever) * turned);
+      put(static_cast<std::size_t>(d) + 1, columns_.marker[m], cross_matrix(lever) * rotation);
     }
   }
 }
 
-// Each unknown counts by the share of its certainty that is not the prior's, what is above it being known.
+// Sums, over the unknowns, the fraction of the information that does not come from the prior, given the ancestors. The
+// position of the root has no prior.
 double InstantEquations::observed_unknowns(const BodyInstant& instant, const InstantCost& by) const {
   double observed_unknowns = 3.0;
   for (std::size_t b = 0; b < bones_.size(); ++b) {
@@ -73,7 +70,7 @@ double InstantEquations::observed_unknowns(const BodyInstant& instant, const Ins
   return observed_unknowns;
 }
 
-// Replaces what couples by L^-T of it, and the gradient likewise into `step_`.
+// Multiplies the coupling blocks by L^-T, and the gradient, into `step_`.
 void InstantEquations::whiten() {
   const auto width = static_cast<std::size_t>(columns_.count);
   std::copy(gradient_.begin(), gradient_.end(), step_.begin());
@@ -107,7 +104,8 @@ InstantEquations::PoseCost InstantEquations::eliminate(const BodyInstant& instan
                                                        const InstantCost& by) {
   PoseCost pose_cost = linearise(instant, offsets, by);
   couple();
-  // The priors make it positive definite; were it not, a great damping only makes this instant tell less.
+  // The priors make the matrix positive definite. If rounding prevents the factorisation, damping reduces the
+  // information of this instant.
   for (double damping = 0.0; !factor(damping); damping = damping == 0.0 ? 1e-6 : 10.0 * damping) {
     if (damping > 1e6) {
       std::fill(rows_.begin(), rows_.end(), 0.0);
@@ -119,7 +117,7 @@ InstantEquations::PoseCost InstantEquations::eliminate(const BodyInstant& instan
   return pose_cost;
 }
 
-// What the markers say of the offsets in this very pose.
+// Adds the equations of the offsets for a fixed pose.
 void InstantEquations::add_direct_terms(std::span<double> matrix, std::span<double> gradient) const {
   const auto width = static_cast<std::size_t>(columns_.count);
   const auto add = [&](int row, int column, const Eigen::Matrix3d& value) {
@@ -135,24 +133,24 @@ void InstantEquations::add_direct_terms(std::span<double> matrix, std::span<doub
   const auto add_gradient = [&](int column, const Eigen::Vector3d& value) {
     for (int i = 0; i < 3; ++i) gradient[static_cast<std::size_t>(column + i)] += value[i];
   };
-  const auto parent_turn = [&](std::size_t b) {
+  const auto parent_rotation = [&](std::size_t b) {
     return world_[static_cast<std::size_t>(bones_[b].parent)].rotation.toRotationMatrix();
   };
   for (std::size_t c = 1; c < bones_.size(); ++c) {
-    const Eigen::Matrix3d turned = parent_turn(c);
-    add_gradient(columns_.bone[c], turned.transpose() * moments_[c].force);
+    const Eigen::Matrix3d rotation = parent_rotation(c);
+    add_gradient(columns_.bone[c], rotation.transpose() * moments_[c].force);
     for (std::size_t e = c; bones_[e].parent >= 0; e = static_cast<std::size_t>(bones_[e].parent)) {
-      add(columns_.bone[c], columns_.bone[e], moments_[c].weight * turned.transpose() * parent_turn(e));
+      add(columns_.bone[c], columns_.bone[e], moments_[c].weight * rotation.transpose() * parent_rotation(e));
     }
   }
   for (std::size_t m = 0; m < places_.size(); ++m) {
     if (weights_[m] == 0.0) continue;
     const auto own = static_cast<std::size_t>(bone_of_[m]);
-    const Eigen::Matrix3d turned = world_[own].rotation.toRotationMatrix();
-    add_gradient(columns_.marker[m], weights_[m] * (turned.transpose() * off_[m]));
+    const Eigen::Matrix3d rotation = world_[own].rotation.toRotationMatrix();
+    add_gradient(columns_.marker[m], weights_[m] * (rotation.transpose() * off_[m]));
     add(columns_.marker[m], columns_.marker[m], weights_[m] * Eigen::Matrix3d::Identity());
     for (std::size_t e = own; bones_[e].parent >= 0; e = static_cast<std::size_t>(bones_[e].parent)) {
-      add(columns_.marker[m], columns_.bone[e], weights_[m] * turned.transpose() * parent_turn(e));
+      add(columns_.marker[m], columns_.bone[e], weights_[m] * rotation.transpose() * parent_rotation(e));
     }
   }
 }

@@ -13,19 +13,21 @@
 namespace mocap::bodyfit {
 namespace {
 
-// A joint that stands nearer to the rest pose, down an unbroken line from the trunk, is meant to be in it.
+// In a held pose, a joint nearer to the rest pose than this is in rest pose, if its ancestors are, too.
 constexpr double kMaxRestAngle_rad = 0.45;
-// Somebody who stands stands upright, however low in front the markers of the pelvis sit.
+// Tilt of the root of a standing subject. The prior prevents a tilt that would explain low front markers of the pelvis.
 constexpr double kUprightSigma_rad = 0.1;
-// In a pose of somebody who stands all names are right, and a marker may be anywhere on its bone.
+// In a held pose the labels are right, but a marker may be anywhere on its bone: hardly any marker is an outlier.
 constexpr OutlierScale kAtRestOutliers{0.4, 0.4};
-// Of joints that hang as they like, and yet do not twist where the markers hardly tell.
+// Joints from rest pose in the first fit: wide enough for arms that hang down, and prevents a twist about axes that the
+// markers hardly observe.
 constexpr double kInitialRestSigma_rad = 0.25;
-constexpr double kInitialMarkerSigma_m = 0.015;  // of a marker before the body is fitted: where people stick it
-constexpr double kInitialOutlier_m = 0.15;       // likewise
-constexpr double kFrame_s = 0.01;                // between frames, where only their order matters
+// Standard deviation and outlier scale of a marker before the body is fitted: markers are placed by hand.
+constexpr double kInitialMarkerSigma_m = 0.015;
+constexpr double kInitialOutlier_m = 0.15;
+constexpr double kFrame_s = 0.01;  // frame interval for the tracker; takes have no time stamps here
 constexpr double kMinSize = 0.4, kMaxSize = 1.6;
-constexpr std::size_t kMaxCandidates = 2000;
+constexpr std::size_t kMaxCandidates = 2000;  // instants among which the most different poses are selected
 
 bool is_measured(const Eigen::Vector3d& place) { return place.allFinite(); }
 
@@ -47,8 +49,8 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
-// Where each marker is for the most part of a take in which somebody stands.
-std::vector<Eigen::Vector3d> middle_of(const LabelledTake& take) {
+// Median position of each marker in a take of a held pose.
+std::vector<Eigen::Vector3d> median_positions(const LabelledTake& take) {
   std::vector<Eigen::Vector3d> middle(take.markers,
                                       Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
   for (std::size_t m = 0; m < take.markers; ++m) {
@@ -63,7 +65,8 @@ std::vector<Eigen::Vector3d> middle_of(const LabelledTake& take) {
   return middle;
 }
 
-// How large a body is against the file's, by the distances of markers that one joint at most parts.
+// Size of a body relative to the file: the median ratio of distances between markers of one bone or of two connected
+// bones.
 double rough_size(const MarkerSet& file, const LabelledTake& take) {
   kinematics::PoseFit rest(file, kinematics::PoseFit::Lengths::Fixed);
   std::vector<double> ratios;
@@ -93,20 +96,20 @@ MarkerSet sized(const MarkerSet& file, double size) {
   return set;
 }
 
-// Which joints are meant to be at rest, in a pose that somebody holds.
+// Marks the joints of a held pose that are in rest pose.
 void find_rest(const Skeleton& skeleton, BodyInstant& instant) {
   instant.at_rest[0] = 1;
   for (std::size_t b = 1; b < skeleton.bones.size(); ++b) {
-    const bool line = instant.at_rest[static_cast<std::size_t>(skeleton.bones[b].parent)] != 0;
+    const bool parent_at_rest = instant.at_rest[static_cast<std::size_t>(skeleton.bones[b].parent)] != 0;
     instant.at_rest[b] =
-        line && kinematics::rotation_vector(instant.locals[b].rotation).norm() < kMaxRestAngle_rad ? 1 : 0;
+        parent_at_rest && kinematics::rotation_vector(instant.locals[b].rotation).norm() < kMaxRestAngle_rad ? 1 : 0;
   }
 }
 
-// The instant of somebody who stands at rest; nothing where too little is seen.
+// The instant of a held pose; nothing if too few markers are measured.
 std::optional<BodyInstant> instant_at_rest(const MarkerSet& rough, const LabelledTake& take,
                                            double min_marker_fraction) {
-  const std::vector<Eigen::Vector3d> middle = middle_of(take);
+  const std::vector<Eigen::Vector3d> middle = median_positions(take);
   if (static_cast<double>(seen_in(middle)) < min_marker_fraction * static_cast<double>(middle.size()))
     return std::nullopt;
   kinematics::PoseFit pose(rough, kinematics::PoseFit::Lengths::Fixed);
@@ -131,56 +134,57 @@ std::optional<BodyInstant> instant_at_rest(const MarkerSet& rough, const Labelle
   return instant;
 }
 
-// Follows a body through a take; calls `each` with the frame and the pose, where enough is seen.
+// Tracks a body through a take. Calls `each` with the frame and the pose for each frame with enough markers.
 template <class Each>
-void follow(const MarkerSet& body, const LabelledTake& take, std::size_t step, double min_marker_fraction,
-            double outlier_m, const Each& each) {
-  pose::SkeletonTracker follower(body, {.outlier_m = outlier_m, .max_iterations = 12});
+void track(const MarkerSet& body, const LabelledTake& take, std::size_t step, double min_marker_fraction,
+           double outlier_m, const Each& each) {
+  pose::SkeletonTracker tracker(body, {.outlier_m = outlier_m, .max_iterations = 12});
   for (std::size_t f = 0; f < take.frames(); f += step) {
     const auto frame = take.frame(f);
     if (static_cast<double>(seen_in(frame)) < min_marker_fraction * static_cast<double>(frame.size())) continue;
     const std::vector<kinematics::Observation> seen = observations(frame, kInitialMarkerSigma_m);
     const Timestamp at = from_ns(0) + from_s(kFrame_s * static_cast<double>(f));
-    if (!follower.is_tracking()) {
-      if (!follower.start(seen, at)) continue;
+    if (!tracker.is_tracking()) {
+      if (!tracker.start(seen, at)) continue;
     } else {
-      follower.predict(at);
-      (void)follower.update(seen);
-      follower.commit(seen);
+      tracker.predict(at);
+      (void)tracker.update(seen);
+      tracker.commit(seen);
     }
-    each(frame, follower.pose().locals());
+    each(frame, tracker.pose().locals());
   }
 }
 
-double apart(const std::vector<Pose>& a, const std::vector<Pose>& b) {
+// Difference of two poses: sum over the joints of the squared sine of half the angle between their rotations.
+double pose_distance(const std::vector<Pose>& a, const std::vector<Pose>& b) {
   double sum = 0.0;
   for (std::size_t i = 1; i < a.size(); ++i) sum += 1.0 - std::pow(a[i].rotation.dot(b[i].rotation), 2);
   return sum;
 }
 
-// The most different poses of a take: each the furthest from all that were taken before.
+// Adds the most different poses of a take: each is the farthest from all added before it (farthest-point sampling).
 void add_different(const MarkerSet& rough, const LabelledTake& take, const FitSettings& settings,
                    std::vector<BodyInstant>& into) {
   std::vector<BodyInstant> candidates;
   const std::size_t step = std::max<std::size_t>(1, take.frames() / kMaxCandidates);
-  follow(rough, take, step, settings.min_marker_fraction, kInitialOutlier_m,
-         [&](std::span<const Eigen::Vector3d> frame, std::span<const Pose> locals) {
-           BodyInstant instant = empty_instant(rough);
-           instant.seen_m.assign(frame.begin(), frame.end());
-           instant.locals.assign(locals.begin(), locals.end());
-           candidates.push_back(std::move(instant));
-         });
+  track(rough, take, step, settings.min_marker_fraction, kInitialOutlier_m,
+        [&](std::span<const Eigen::Vector3d> frame, std::span<const Pose> locals) {
+          BodyInstant instant = empty_instant(rough);
+          instant.seen_m.assign(frame.begin(), frame.end());
+          instant.locals.assign(locals.begin(), locals.end());
+          candidates.push_back(std::move(instant));
+        });
   std::vector<double> nearest(candidates.size(), std::numeric_limits<double>::infinity());
   for (const BodyInstant& taken : into) {
     for (std::size_t i = 0; i < candidates.size(); ++i)
-      nearest[i] = std::min(nearest[i], apart(candidates[i].locals, taken.locals));
+      nearest[i] = std::min(nearest[i], pose_distance(candidates[i].locals, taken.locals));
   }
   while (into.size() < settings.max_instants && !candidates.empty()) {
     const auto furthest = static_cast<std::size_t>(std::max_element(nearest.begin(), nearest.end()) - nearest.begin());
     if (!(nearest[furthest] > 0.0)) break;
     into.push_back(candidates[furthest]);
     for (std::size_t i = 0; i < candidates.size(); ++i)
-      nearest[i] = std::min(nearest[i], apart(candidates[i].locals, into.back().locals));
+      nearest[i] = std::min(nearest[i], pose_distance(candidates[i].locals, into.back().locals));
   }
 }
 
@@ -271,13 +275,13 @@ Result<FittedSubject, FitFailure> fit_subject(const MarkerSet& file, const Label
 FitResiduals residuals_of(const MarkerSet& body, const LabelledTake& take, std::size_t step) {
   ResidualSum sum(body);
   kinematics::PoseFit pose(body, kinematics::PoseFit::Lengths::Fixed);
-  follow(body, take, std::max<std::size_t>(1, step), 0.3, 0.05,
-         [&](std::span<const Eigen::Vector3d> frame, std::span<const Pose> locals) {
-           pose.set_locals(locals);
-           for (std::size_t m = 0; m < frame.size(); ++m) {
-             if (is_measured(frame[m])) sum.add(m, (frame[m] - pose.marker_at(m)).norm());
-           }
-         });
+  track(body, take, std::max<std::size_t>(1, step), 0.3, 0.05,
+        [&](std::span<const Eigen::Vector3d> frame, std::span<const Pose> locals) {
+          pose.set_locals(locals);
+          for (std::size_t m = 0; m < frame.size(); ++m) {
+            if (is_measured(frame[m])) sum.add(m, (frame[m] - pose.marker_at(m)).norm());
+          }
+        });
   return sum.make_residuals();
 }
 

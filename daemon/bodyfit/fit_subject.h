@@ -11,32 +11,34 @@
 
 namespace mocap::bodyfit {
 
-/// What a fit left unexplained.
+/// Distances between measured and modelled marker positions after a fit.
 struct FitResiduals {
-  std::vector<double> marker_rms_m;  ///< by marker; 0: never seen
-  std::vector<double> bone_rms_m;    ///< by bone: of its own markers; 0: none
-  std::vector<int> marker_count;     ///< by marker: instants in which it was seen
-  double rms_m = 0.0;
+  std::vector<double> marker_rms_m;  ///< by marker; 0: never measured
+  std::vector<double> bone_rms_m;    ///< by bone, over its own markers; 0: none measured
+  std::vector<int> marker_count;     ///< by marker: number of instants in which it was measured
+  double rms_m = 0.0;                ///< over all markers
 };
 
 struct FittedSubject {
-  MarkerSet marker_set;  ///< the file's with the body's offsets
-  double size = 1.0;     ///< of the body against the file's
+  MarkerSet marker_set;  ///< the file's marker set with fitted offsets
+  double size = 1.0;     ///< size of the body relative to the file
   FitResiduals residuals;
-  int instants = 0;        ///< that were fitted
-  bool from_rest = false;  ///< some of them in rest pose: they say how each bone's frame lies on it
+  int instants = 0;        ///< number of fitted instants
+  bool from_rest = false;  ///< an instant in rest pose determines the axes of the bones
   int iterations = 0;
 };
 
 struct FitSettings {
   OffsetPriors priors;
-  std::size_t max_instants = 120;    ///< the most different ones are taken
-  double min_marker_fraction = 0.6;  ///< of the markers that an instant must show
+  std::size_t max_instants = 120;    ///< the instants with the most different poses are used
+  double min_marker_fraction = 0.6;  ///< fraction of the markers that an instant must have
 };
 
+/// NothingSeen: no instant has enough markers.
 enum class FitFailure { NothingSeen };
 
-/// Labelled markers of one recording: frame by frame, `marker_count` places each; not finite: not seen.
+/// Labelled markers of one recording: frame after frame, `markers` positions each, in the world frame; not finite: not
+/// measured.
 struct LabelledTake {
   std::size_t markers = 0;
   std::vector<Eigen::Vector3d> places_m;
@@ -47,15 +49,16 @@ struct LabelledTake {
   }
 };
 
-/// Fits a body to takes of it: its bones' lengths, where its joints are and where its markers sit on it. `at_rest`: a
-/// T-pose or A-pose that is held (what hangs down is taken as it is); `moving`: the more different the poses, the
-/// better it is known. Either may be empty; what neither tells is as the file says, at the body's size.
+/// Fits the bone lengths, joint positions and marker offsets of a body to takes of it. `at_rest`: the subject holds a
+/// T-pose or A-pose; joints that are far from rest pose (arms that hang down) have no rest-pose constraint. `moving`:
+/// the more the poses differ, the more offsets are observable. Either take may be empty. An unobservable offset is that
+/// of the file times the size of the body.
 ///
-/// z is up. Deterministic.
+/// z is up. Fails with NothingSeen if no instant has enough markers. Equal takes give an equal result.
 Result<FittedSubject, FitFailure> fit_subject(const MarkerSet& file, const LabelledTake& at_rest,
                                               const LabelledTake& moving, const FitSettings& settings);
 
-/// How far the markers of a take are from a body, in the best pose of each frame; every `step`th frame is looked at.
+/// The residuals of a take for a fitted body, in the best pose of each frame. Uses every `step`th frame.
 FitResiduals residuals_of(const MarkerSet& body, const LabelledTake& take, std::size_t step);
 
 }  // namespace mocap::bodyfit

@@ -6,35 +6,30 @@
 #include <functional>
 
 #include "base/expects.h"
+#include "kinematics/algebra.h"
+#include "kinematics/pose_fit.h"
 #include "kinematics/rotation.h"
 
 namespace mocap::bodyfit {
 namespace {
 
-constexpr double kFirstDamping = 1e-6;
-constexpr double kMostDamping = 1e3;
-constexpr double kSmallStep = 1e-6;  // m, rad: a hundredth of what the offsets are fitted to
+using kinematics::cross_matrix;
+using kinematics::squared;
 
-double squared(double x) { return x * x; }
-
-Eigen::Matrix3d cross(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
-}
+constexpr double kSmallStep = 1e-6;  // m, rad: below this step a pose has converged; 1/50 of kConvergedOffset_m
 
 AngleRange range_of(const Bone& bone, int axis) {
   return bone.turns[static_cast<std::size_t>(axis)].value_or(AngleRange{0.0, 0.0});
 }
 
-// How far a turn is beyond what the joint does.
-Eigen::Vector3d beyond_limits(const Bone& bone, const Eigen::Vector3d& phi) {
-  Eigen::Vector3d beyond;
+// Excess of the rotation vector `phi` over the joint's range, by axis.
+Eigen::Vector3d range_excess(const Bone& bone, const Eigen::Vector3d& phi) {
+  Eigen::Vector3d excess;
   for (int axis = 0; axis < 3; ++axis) {
     const AngleRange range = range_of(bone, axis);
-    beyond[axis] = phi[axis] - std::clamp(phi[axis], range.min_rad, range.max_rad);
+    excess[axis] = phi[axis] - std::clamp(phi[axis], range.min_rad, range.max_rad);
   }
-  return beyond;
+  return excess;
 }
 
 }  // namespace
@@ -42,8 +37,8 @@ Eigen::Vector3d beyond_limits(const Bone& bone, const Eigen::Vector3d& phi) {
 OffsetColumns::OffsetColumns(const MarkerSet& set)
     : bone(set.skeleton.bones.size(), -1), marker(set.markers.size(), -1) {
   const auto& bones = set.skeleton.bones;
-  // A bone, its markers, then all that hangs on it: so the columns of a limb stand side by side.
-  const std::function<void(std::size_t)> lay_out = [&](std::size_t b) {
+  // A bone, its markers, then its descendants: the columns of a limb are consecutive.
+  const std::function<void(std::size_t)> assign_columns = [&](std::size_t b) {
     if (bones[b].parent >= 0) {
       bone[b] = count;
       count += 3;
@@ -54,10 +49,10 @@ OffsetColumns::OffsetColumns(const MarkerSet& set)
       count += 3;
     }
     for (std::size_t child = b + 1; child < bones.size(); ++child) {
-      if (bones[child].parent == static_cast<int>(b)) lay_out(child);
+      if (bones[child].parent == static_cast<int>(b)) assign_columns(child);
     }
   };
-  if (!bones.empty()) lay_out(0);
+  if (!bones.empty()) assign_columns(0);
   size_column = count++;
 }
 
@@ -77,7 +72,7 @@ InstantEquations::InstantEquations(const MarkerSet& set) : bones_(set.skeleton.b
   }
   list_runs();
   world_.resize(bones_.size());
-  kept_.resize(bones_.size());
+  previous_locals_.resize(bones_.size());
   moments_.resize(bones_.size());
   places_.resize(bone_of_.size());
   weights_.resize(bone_of_.size());
@@ -89,7 +84,7 @@ InstantEquations::InstantEquations(const MarkerSet& set) : bones_(set.skeleton.b
   rows_.resize(nodes() * 3 * static_cast<std::size_t>(columns_.count));
 }
 
-// A node meets the markers below it, and the rest offsets of all bones above and below.
+// A node is coupled with the markers of its descendants and with the rest offsets of its ancestors and descendants.
 void InstantEquations::list_runs() {
   runs_.resize(nodes());
   for (std::size_t n = 0; n < nodes(); ++n) {
@@ -165,14 +160,14 @@ double InstantEquations::accumulate_joint_priors(const BodyInstant& instant, con
   double prior = 0.0;
   for (std::size_t b = 1; b < bones_.size(); ++b) {
     const Eigen::Vector3d phi = kinematics::rotation_vector(instant.locals[b].rotation);
-    const Eigen::Vector3d beyond = beyond_limits(bones_[b], phi);
+    const Eigen::Vector3d excess = range_excess(bones_[b], phi);
     const double rest = 1.0 / squared(instant.at_rest[b] != 0 ? by.at_rest_sigma_rad : by.rest_sigma_rad);
     const double limit = 1.0 / squared(by.limit_sigma_rad);
-    prior += rest * phi.squaredNorm() + limit * beyond.squaredNorm();
+    prior += rest * phi.squaredNorm() + limit * excess.squaredNorm();
     Eigen::Vector3d weight = Eigen::Vector3d::Constant(rest);
-    for (int axis = 0; axis < 3; ++axis) weight[axis] += beyond[axis] == 0.0 ? 0.0 : limit;
-    const Eigen::Vector3d force = rest * phi + limit * beyond;
-    // Unknowns are turns in the world's axes.
+    for (int axis = 0; axis < 3; ++axis) weight[axis] += excess[axis] == 0.0 ? 0.0 : limit;
+    const Eigen::Vector3d force = rest * phi + limit * excess;
+    // The unknowns are rotations about the world's axes.
     const Eigen::Matrix3d change =
         kinematics::inverse_left_jacobian(phi) *
         world_[static_cast<std::size_t>(bones_[b].parent)].rotation.toRotationMatrix().transpose();
@@ -186,7 +181,7 @@ double InstantEquations::accumulate_tilt_prior(const BodyInstant& instant, const
   if (instant.at_rest[0] == 0) return 0.0;
   const Eigen::Vector3d up = world_[0].rotation * Eigen::Vector3d::UnitZ();
   const double weight = 1.0 / squared(by.upright_sigma_rad);
-  const Eigen::Matrix<double, 2, 3> change = (-cross(up)).topRows<2>();
+  const Eigen::Matrix<double, 2, 3> change = (-cross_matrix(up)).topRows<2>();
   block(1, 1) += weight * change.transpose() * change;
   gradient_[1] += weight * change.transpose() * up.head<2>();
   return weight * up.head<2>().squaredNorm();
@@ -202,9 +197,9 @@ InstantEquations::PoseCost InstantEquations::linearise(const BodyInstant& instan
     const Moments& of = moments_[b];
     const Eigen::Vector3d joint = world_[b].position - world_[0].position;
     gradient_[b + 1] = of.torque - joint.cross(of.force);
-    block(b + 1, 0) = cross(of.first - of.weight * joint);
+    block(b + 1, 0) = cross_matrix(of.first - of.weight * joint);
     for (int above = static_cast<int>(b); above >= 0; above = bones_[static_cast<std::size_t>(above)].parent) {
-      // The sum of w (x - p) (x - q)^T over the markers x that both joints, at p and q, move.
+      // The sum of w (x - p) (x - q)^T over the markers x below both joints p and q.
       const Eigen::Vector3d other = world_[static_cast<std::size_t>(above)].position - world_[0].position;
       const Eigen::Matrix3d levers = of.second - joint * of.first.transpose() - of.first * other.transpose() +
                                      of.weight * joint * other.transpose();
@@ -224,7 +219,7 @@ bool InstantEquations::factor(double damping) {
     for (const std::size_t a : above_[n]) factor_[n * nodes() + a] = block(n, a);
   }
   for (std::size_t n = nodes(); n-- > 0;) {
-    // H_nn = U U^T with U upper, kept as L_nn = U^T: so H = L^T L by blocks.
+    // H_nn = U U^T with U upper triangular, stored as L_nn = U^T. Then H = L^T L in blocks.
     Eigen::Matrix3d& own = factor_[n * nodes() + n];
     const Eigen::Matrix3d reversed = own.reverse();
     const Eigen::LLT<Eigen::Matrix3d> llt(reversed);
@@ -247,7 +242,7 @@ bool InstantEquations::factor(double damping) {
   return true;
 }
 
-// H step = -g by H = L^T L: from the leaves up, then from the root down.
+// Solves H step = -g with H = L^T L: first from the leaves to the root, then from the root to the leaves.
 void InstantEquations::solve_step() {
   for (std::size_t n = 0; n < nodes(); ++n) step_[n] = -gradient_[n];
   for (std::size_t n = nodes(); n-- > 0;) {
@@ -264,18 +259,18 @@ void InstantEquations::apply_step(BodyInstant& instant) const {
   instant.locals[0].position += step_[0];
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     const int parent = bones_[b].parent;
-    const Eigen::Vector3d turn =
+    const Eigen::Vector3d rotation =
         parent < 0 ? step_[b + 1]
                    : Eigen::Vector3d(world_[static_cast<std::size_t>(parent)].rotation.conjugate() * step_[b + 1]);
-    instant.locals[b].rotation = (kinematics::from_rotation_vector(turn) * instant.locals[b].rotation).normalized();
+    instant.locals[b].rotation = (kinematics::from_rotation_vector(rotation) * instant.locals[b].rotation).normalized();
   }
 }
 
 InstantEquations::PoseCost InstantEquations::optimise_pose(BodyInstant& instant, const BodyOffsets& offsets,
                                                            const InstantCost& by, int steps) {
   PoseCost best = linearise(instant, offsets, by);
-  double damping = kFirstDamping;
-  while (steps-- > 0 && damping <= kMostDamping) {
+  double damping = kinematics::kInitialDamping;
+  while (steps-- > 0 && damping <= kinematics::kMaxDamping) {
     if (!factor(damping)) {
       damping *= 10.0;
       continue;
@@ -284,14 +279,14 @@ InstantEquations::PoseCost InstantEquations::optimise_pose(BodyInstant& instant,
     double most = 0.0;
     for (const Eigen::Vector3d& step : step_) most = std::max(most, step.cwiseAbs().maxCoeff());
     if (most < kSmallStep) break;
-    std::copy(instant.locals.begin(), instant.locals.end(), kept_.begin());
+    std::copy(instant.locals.begin(), instant.locals.end(), previous_locals_.begin());
     apply_step(instant);
     const PoseCost moved = linearise(instant, offsets, by);
-    if (moved.cost(by) <= best.cost(by)) {  // false for nan, too
+    if (moved.cost(by) <= best.cost(by)) {  // false if NaN
       best = moved;
-      damping = std::max(kFirstDamping, 0.1 * damping);
+      damping = std::max(kinematics::kInitialDamping, 0.1 * damping);
     } else {
-      std::copy(kept_.begin(), kept_.end(), instant.locals.begin());
+      std::copy(previous_locals_.begin(), previous_locals_.end(), instant.locals.begin());
       best = linearise(instant, offsets, by);
       damping = std::max(1e-3, 10.0 * damping);
     }

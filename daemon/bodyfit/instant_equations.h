@@ -12,28 +12,29 @@
 
 namespace mocap::bodyfit {
 
-/// Columns that stand side by side: [begin, end).
+/// Consecutive columns [begin, end).
 struct ColumnRun {
   int begin = 0;
   int end = 0;
 };
 
-/// Where the unknown offsets of a body stand: three columns each, those of a limb side by side; the last column is the
-/// body's size against the file's.
+/// The columns of a body's unknown offsets in the equations: three for each offset, in depth-first order of the bones,
+/// so that the offsets of a limb are consecutive. The last column is the size of the body relative to the file.
 struct OffsetColumns {
   explicit OffsetColumns(const MarkerSet& set);
 
-  std::vector<int> bone;    ///< first column of a bone's rest offset, by bone; -1: the root, which has none
-  std::vector<int> marker;  ///< of a marker's offset, by marker
+  std::vector<int> bone;    ///< first column of the rest offset, by bone; -1: the root, which has none
+  std::vector<int> marker;  ///< first column of the marker offset, by marker
   int size_column = 0;
-  int count = 0;  ///< of all columns
+  int count = 0;  ///< number of columns
 };
 
-/// The normal equations of one instant of a body: its pose, and how the body's offsets move with it.
+/// The normal equations of one instant: unknowns of the pose, and their coupling with the offsets of the body.
 ///
-/// The pose's unknowns are nodes of three (the root's place, then each bone's turn) that hang in a tree, so that their
-/// matrix is factored without fill-in. What the pose takes up is then subtracted from the equations of the offsets
-/// (Schur complement): what is left says what this instant tells of the offsets whatever its pose.
+/// The unknowns of the pose are nodes of three (the position of the root, then the rotation of each bone about the
+/// world's axes). The nodes form a tree, so that their matrix is factored without fill-in. The pose is then eliminated
+/// from the equations of the offsets (Schur complement): the remainder is the information of this instant on the
+/// offsets, marginalised over its pose.
 ///
 /// Allocates in the constructor only.
 ///
@@ -47,30 +48,31 @@ class InstantEquations {
   const OffsetColumns& columns() const noexcept { return columns_; }
 
   struct PoseCost {
-    double data_m2 = 0.0;            ///< sum of the markers' squared distances, robust
-    double weight = 0.0;             ///< sum of the markers' weights: how many count
-    double prior = 0.0;              ///< sum of the pose's squared deviations, each over its sigma
-    double observed_unknowns = 0.0;  ///< how many of the pose's unknowns the markers tell; of `eliminate` only
+    double data_m2 = 0.0;            ///< sum of the robust squared distances of the markers
+    double weight = 0.0;             ///< sum of the robust weights of the markers: their effective number
+    double prior = 0.0;              ///< sum of squared normalised deviations of the pose from its prior
+    double observed_unknowns = 0.0;  ///< effective number of pose unknowns that the markers observe; eliminate() only
     double cost(const InstantCost& by) const { return data_m2 / (by.sigma_m * by.sigma_m) + prior; }
   };
 
-  /// Moves the instant's pose towards what explains its markers, `steps` times at most; what it then costs.
+  /// Improves the pose of the instant by at most `steps` Levenberg-Marquardt steps. Returns the cost of the new pose.
   PoseCost optimise_pose(BodyInstant& instant, const BodyOffsets& offsets, const InstantCost& by, int steps);
 
-  /// Prepares `add_to` for the pose that the instant has.
+  /// Linearises at the pose of the instant and eliminates the pose, for add_to(). Returns the cost of the pose.
   PoseCost eliminate(const BodyInstant& instant, const BodyOffsets& offsets, const InstantCost& by);
 
-  /// Adds to H (row by row, `columns().count` wide, only at and left of the diagonal) and g: the equations are
-  /// H change = -g. In `parts()` parts, each about as much work; 0 <= part.
+  /// Adds one part of the equations H change = -g of the offsets: to H (row by row, `columns().count` wide, lower
+  /// triangle only) and to g. The sum over all `parts()` parts is complete; a higher part adds nothing.
   void add_to(std::size_t part, std::span<double> matrix, std::span<double> gradient) const;
   std::size_t parts() const noexcept { return nodes() + 1; }
 
-  /// World pose of a bone, and place of a marker, of the last `optimise_pose` or `eliminate`.
+  /// World pose of a bone, and position of a marker, after the last optimise_pose() or eliminate().
   const Pose& world(std::size_t bone) const { return world_[bone]; }
   const Eigen::Vector3d& place(std::size_t marker) const { return places_[marker]; }
 
  private:
-  struct Moments {  // of the markers on a bone and all below it
+  // Weighted sums over the markers of a bone and of its descendants, relative to the root.
+  struct Moments {
     double weight = 0.0;
     Eigen::Vector3d first = Eigen::Vector3d::Zero();
     Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
@@ -102,18 +104,18 @@ class InstantEquations {
   std::vector<int> bone_of_;  // by marker
   OffsetColumns columns_;
   std::vector<std::vector<std::size_t>> above_;  // by node: its ancestors, nearest first
-  std::vector<std::vector<ColumnRun>> runs_;     // by node: the offsets that it meets
+  std::vector<std::vector<ColumnRun>> runs_;     // by node: columns of the offsets that are coupled with it
   std::vector<Pose> world_;
   std::vector<Eigen::Vector3d> places_;
   std::vector<double> weights_;                   // by marker
-  std::vector<Eigen::Vector3d> off_;              // by marker
+  std::vector<Eigen::Vector3d> off_;              // by marker: modelled minus measured position
   std::vector<Moments> moments_;                  // by bone
-  double marker_scale_ = 1.0;                     // one over the variance of a marker
+  double marker_scale_ = 1.0;                     // 1 / (variance of a marker), 1/m^2
   std::vector<Eigen::Matrix3d> matrix_, factor_;  // by node and ancestor
   std::vector<Eigen::Vector3d> gradient_;         // by node
-  std::vector<Eigen::Vector3d> step_;             // by node; after `whiten`: the gradient, whitened
-  std::vector<double> rows_;                      // three a node: how the offsets meet it, whitened
-  std::vector<Pose> kept_;
+  std::vector<Eigen::Vector3d> step_;             // by node; after whiten(): the whitened gradient
+  std::vector<double> rows_;                      // three for each node: coupling with the offsets, whitened
+  std::vector<Pose> previous_locals_;             // the pose before a step that may be rejected
 };
 
 }  // namespace mocap::bodyfit

@@ -6,25 +6,27 @@
 #include <string_view>
 
 #include "base/expects.h"
+#include "kinematics/algebra.h"
+#include "kinematics/kinematic_tree.h"
 
 namespace mocap::bodyfit {
 namespace {
 
-constexpr double kInJoint_m = 1e-3;
-// Beyond so many sigmas a marker sits somewhere else than the file has it, as high or low on a thigh, and how far no
-// longer matters much (a Cauchy prior).
+using kinematics::squared;
+
+// Scale of the Cauchy prior on marker offsets. A marker farther than this from its offset in the file was placed
+// elsewhere (higher or lower on a thigh); the prior then hardly restrains it.
 constexpr double kCauchyScale_sigmas = 2.0;
-// Left and right differ by so much in any case: where a marker sits, where a joint's centre is taken to be.
+// Left and right differ by this much on any body: by the placement of markers and the assumed joint centres.
 constexpr double kSymmetrySigmaFloor_m = 0.003;
 
-double squared(double x) { return x * x; }
-
+// Information matrix, 1/m^2, of a bone's rest offset.
 Eigen::Matrix3d bone_weight(const Eigen::Vector3d& rest_m, const OffsetPriors& priors) {
   const double across = 1.0 / squared(priors.bend_sigma_m);
   const double length = rest_m.norm();
-  if (length < kInJoint_m) return across * Eigen::Matrix3d::Identity();
+  if (length < kinematics::kInJoint_m) return across * Eigen::Matrix3d::Identity();
   const Eigen::Vector3d u = rest_m / length;
-  // Never surer than across: a short bone's length is where its two joints are taken to be.
+  // At least 0.3 times the deviation across: the length of a short bone depends on the assumed centres of its joints.
   const double along = 1.0 / squared(std::max(priors.stretch_sigma * length, 0.3 * priors.bend_sigma_m));
   return across * Eigen::Matrix3d::Identity() + (along - across) * u * u.transpose();
 }
@@ -52,7 +54,7 @@ OffsetEquations::OffsetEquations(const MarkerSet& file, const OffsetColumns& col
   const auto& bones = file.skeleton.bones;
   for (const Bone& bone : bones) bone_weights_.push_back(bone_weight(bone.rest_offset_m, priors));
   for (const MarkerOnBone& marker : file.markers) {
-    const bool in_joint = marker.offset_m.norm() < kInJoint_m;
+    const bool in_joint = kinematics::sits_in_joint(marker);
     marker_weights_.push_back(1.0 / squared(in_joint ? priors.in_joint_sigma_m : priors.marker_sigma_m));
   }
   constexpr std::string_view kLeft = "Left";
@@ -70,14 +72,14 @@ OffsetEquations::OffsetEquations(const MarkerSet& file, const OffsetColumns& col
   factor_.resize(matrix_.size());
   gradient_.resize(count);
   change_.resize(count);
-  // Their matrix is this one but for markers that sit elsewhere.
+  // The diagonal of the priors at the file's offsets. At other offsets, only the Cauchy weights of the markers differ.
   add_priors(file_, 1.0);
   for (std::size_t i = 0; i < count; ++i) prior_diagonal_.push_back(matrix_[i * count + i]);
   clear();
 }
 
-// How a left bone differs from its right one's mirror image, beside what the file has.
-Eigen::Vector3d OffsetEquations::mirrored_off(const Pair& pair, const BodyOffsets& offsets, double size) const {
+// Difference of a left bone from the mirror image of the right bone, minus the same difference in the file.
+Eigen::Vector3d OffsetEquations::symmetry_error(const Pair& pair, const BodyOffsets& offsets, double size) const {
   return offsets.bones_m[pair.left] - mirrored(offsets.bones_m[pair.right]) -
          size * (file_.bones_m[pair.left] - mirrored(file_.bones_m[pair.right]));
 }
@@ -92,7 +94,7 @@ double OffsetEquations::prior_cost(const BodyOffsets& offsets, double size) cons
   for (std::size_t m = 0; m < file_.markers_m.size(); ++m) {
     sum += cauchy_cost(marker_weights_[m] * (offsets.markers_m[m] - size * file_.markers_m[m]).squaredNorm());
   }
-  for (const Pair& pair : pairs_) sum += pair.weight * mirrored_off(pair, offsets, size).squaredNorm();
+  for (const Pair& pair : pairs_) sum += pair.weight * symmetry_error(pair, offsets, size).squaredNorm();
   return sum;
 }
 
@@ -140,7 +142,7 @@ void OffsetEquations::add_priors(const BodyOffsets& offsets, double size) {
   const Eigen::Matrix3d mirror = Eigen::Vector3d(1.0, -1.0, 1.0).asDiagonal();
   for (const Pair& pair : pairs_) {
     const int left = columns_.bone[pair.left], right = columns_.bone[pair.right];
-    const Eigen::Vector3d off = mirrored_off(pair, offsets, size);
+    const Eigen::Vector3d off = symmetry_error(pair, offsets, size);
     const Eigen::Vector3d file = file_.bones_m[pair.left] - mirror * file_.bones_m[pair.right];
     add_off(left, pair.weight * Eigen::Matrix3d::Identity(), file, off);
     add_block(right, right, pair.weight * Eigen::Matrix3d::Identity());
@@ -159,7 +161,7 @@ void OffsetEquations::begin_solve(double damping) {
   solved_ = true;
 }
 
-// One row of the Cholesky factor, and its step of the forward substitution; the multiplications it took.
+// Computes one row of the Cholesky factor and of the forward substitution. Returns the number of multiplications.
 std::size_t OffsetEquations::factor_row(std::size_t row) {
   const auto width = static_cast<std::size_t>(columns_.count);
   const double* const from = matrix_.data() + row * width;

@@ -11,52 +11,56 @@
 
 namespace mocap::bodyfit {
 
-/// What is known of a body before it is looked at: how far it may be from the file's.
+/// Standard deviations of a body from the marker set of the file.
 struct OffsetPriors {
-  double size_sigma = 0.15;         ///< of the whole body against the file's, share of it
-  double stretch_sigma = 0.08;      ///< of a bone's length beside that, share of it
+  double size_sigma = 0.15;         ///< of the size, as a fraction of it
+  double stretch_sigma = 0.08;      ///< of a bone's length at that size, as a fraction of it
   double bend_sigma_m = 0.015;      ///< of a rest offset across its length
-  double marker_sigma_m = 0.015;    ///< of a marker on its bone: where people stick it
-  double in_joint_sigma_m = 0.002;  ///< of a marker that the file puts into the joint itself
-  double symmetry_sigma = 0.04;     ///< of a left bone's length against the right one's, share of it
+  double marker_sigma_m = 0.015;    ///< of a marker on its bone: markers are placed by hand
+  double in_joint_sigma_m = 0.002;  ///< of a marker that sits in the joint
+  double symmetry_sigma = 0.04;     ///< of the difference of a left and a right bone, as a fraction of the length
 };
 
-/// For a body that was fitted before: bones do not change; markers are stuck on anew.
+/// Priors for a fitted body in a new session: the bones do not change, markers are placed again.
 OffsetPriors priors_of_fitted();
 
-/// The normal equations of a body's offsets: what all its instants and the priors say, and their solution in pieces.
+/// The normal equations of a body's offsets, summed over all instants and the priors, and their solution in steps of
+/// bounded work.
 ///
 /// Allocates in the constructor only.
 class OffsetEquations {
  public:
   OffsetEquations(const MarkerSet& file, const OffsetColumns& columns, const OffsetPriors& priors);
 
-  /// What the priors say of offsets: the sum of squares, each over its sigma.
+  /// The cost of the priors at these offsets: a sum of squared normalised deviations, robust for the markers.
   double prior_cost(const BodyOffsets& offsets, double size) const;
 
+  /// Sets the equations to zero.
   void clear();
+  /// The matrix H, row by row (lower triangle only), and the gradient g, to which instants add their information.
   std::span<double> matrix() noexcept { return matrix_; }
   std::span<double> gradient() noexcept { return gradient_; }
+  /// Adds the information of the priors at these offsets.
   void add_priors(const BodyOffsets& offsets, double size);
 
-  /// Begins to solve (H + damping diag H) change = -g; `work` goes on, so many multiplications at most, until it says
-  /// that it is done. The equations stay as they were.
+  /// Begins to solve (H + damping diag H) change = -g. The equations do not change.
   void begin_solve(double damping);
+  /// Continues by about this number of multiplications. Returns true when the solution is complete or impossible.
   [[nodiscard]] bool work(std::size_t multiplications);
-  /// Whether the equations had a solution.
+  /// Whether the equations had a finite solution.
   bool solved() const noexcept { return solved_; }
-  /// How many of the offsets' unknowns are told by more than the priors, by the last solution.
+  /// Effective number of unknowns that the instants determine, not the priors, according to the last solution.
   double observed_unknowns() const;
-  /// Adds the solution; gives the largest change, m.
+  /// Adds the solution to the arguments. Returns the largest change of an offset, m.
   double apply(BodyOffsets& offsets, double& size) const;
 
  private:
   struct Pair {
     std::size_t left, right;  // bones
-    double weight;
+    double weight;            // 1/m^2
   };
 
-  Eigen::Vector3d mirrored_off(const Pair& pair, const BodyOffsets& offsets, double size) const;
+  Eigen::Vector3d symmetry_error(const Pair& pair, const BodyOffsets& offsets, double size) const;
   void add_block(int row, int column, const Eigen::Matrix3d& value);
   std::size_t factor_row(std::size_t row);
 

@@ -10,22 +10,23 @@ namespace {
 
 constexpr int kMaxIterations = 25;
 constexpr int kMaxRejections = 6;
-constexpr int kSteps = 3;          // of a pose in one piece of work
-constexpr int kInitialPasses = 3;  // of a pose that nobody has fitted to these offsets yet
-// A turn that moves no offset by more is the last.
+constexpr int kSteps = 3;          // Levenberg-Marquardt steps of a pose in one call of work()
+constexpr int kInitialPasses = 3;  // calls of work() for each pose in the first iteration
+// The fit ends if no offset changes by more than this,
 constexpr double kConvergedOffset_m = 5e-5;
-// Nor one that explains no more: as a share, and in squared sigmas.
+// or if the cost decreases by less than this fraction of it plus this amount.
 constexpr double kMinRelativeGain = 1e-4;
 constexpr double kMinGain = 0.05;
-// Multiplications of a piece of work: some 20 us.
+// Multiplications in one call of work(): about 20 us.
 constexpr std::size_t kWorkUnit = 40'000;
-// What is taken for the markers' noise before they tell it themselves, and for how many coordinates that stands.
+// Prior of the standard deviation of a marker, with the weight of this number of coordinates; start and largest value.
 constexpr double kPriorSigma_m = 0.002;
 constexpr double kPriorSigmaWeight = 10.0;
 constexpr double kInitialSigma_m = 0.004;
 constexpr double kMostSigma_m = 0.015;
-constexpr double kMinFreeFraction = 0.15;  // share of the coordinates seen that poses and offsets cannot take up
-constexpr double kOutlierSigmas = 6.0;
+// Smallest redundancy (degrees of freedom per measured coordinate) for an estimate of the standard deviation.
+constexpr double kMinFreeFraction = 0.15;
+constexpr double kOutlierSigmas = 6.0;  // scale of the robust cost in estimated standard deviations
 
 }  // namespace
 
@@ -87,7 +88,7 @@ bool SubjectFitter::work() {
   return stage_ == Stage::Done;
 }
 
-// True when it was the last one's turn.
+// Optimises the pose of one instant. Returns true after the last instant.
 bool SubjectFitter::optimise_next_pose() {
   const auto pose_cost = instant_equations_.optimise_pose(instants_[next_], tried_, cost_, kSteps);
   if (iterations_ == 0 && ++pose_passes_ < kInitialPasses) return false;
@@ -128,13 +129,13 @@ void SubjectFitter::accept() {
   stage_ = Stage::Gather;
 }
 
-// The variance of what the fit cannot take up.
+// Estimates the standard deviation of a marker: residuals over degrees of freedom, with the prior.
 void SubjectFitter::estimate_noise() {
   const double free =
       std::max(0.0, 3.0 * best_sum_.weight - best_sum_.observed_unknowns - offset_equations_.observed_unknowns());
   const double prior_sum = kPriorSigmaWeight * kPriorSigma_m * kPriorSigma_m;
   const double estimate_m = std::sqrt((best_sum_.data_m2 + prior_sum) / (free + kPriorSigmaWeight));
-  // What few instants leave is where the fit has not come to yet, not noise.
+  // With little redundancy, the residuals are those of a fit that has not converged, not noise.
   const bool enough = free > kMinFreeFraction * 3.0 * best_sum_.weight;
   cost_.sigma_m = enough ? std::min(estimate_m, kMostSigma_m) : kPriorSigma_m;
   cost_.outlier_m = std::clamp(kOutlierSigmas * cost_.sigma_m, outliers_.least_m, cost_.outlier_m);
@@ -156,7 +157,7 @@ void SubjectFitter::reject() {
 void SubjectFitter::gather_next() {
   if (part_ == 0)
     sum_.observed_unknowns += instant_equations_.eliminate(instants_[next_], best_, cost_).observed_unknowns;
-  // The root's rows meet all offsets: they are as much work as all the limbs'.
+  // The first two nodes (the root) are coupled with all offsets: they take as long as all other nodes.
   const std::size_t half = part_ < 2 ? 2 : instant_equations_.parts();
   while (part_ < half) instant_equations_.add_to(part_++, offset_equations_.matrix(), offset_equations_.gradient());
   if (part_ < instant_equations_.parts()) return;

@@ -11,43 +11,47 @@
 
 namespace mocap::bodyfit {
 
-/// How far off a marker is that counts less and less, m: at first, when nobody knows where it sits, and in the end.
+/// Scale of the robust cost of a marker: at the start of a fit, when its offset is unknown, and the smallest value
+/// later.
 struct OutlierScale {
   double first_m = 0.08;
   double least_m = 0.02;
 };
 
-/// How a fit takes turns, one piece of work at a time: all poses to the offsets at hand, the equations of the offsets
-/// from all poses, their solution, and again. So it may be spread over as many calls as one likes.
+/// Fits the offsets of a body to several instants by alternating steps: optimise the pose of each instant for the
+/// current offsets, gather the equations of the offsets, solve them. The steps can be spread over many calls.
 ///
-/// The noise of the markers is learnt from what is left: how much the priors count follows from it.
+/// The standard deviation of the markers is estimated from the residuals in each iteration; the weight of the priors
+/// relative to the measurements follows from it.
 ///
 /// Allocates in the constructor only.
 class SubjectFitter {
  public:
-  /// `file`: what the priors are about, and where the fit starts.
+  /// `file`: the marker set that is the mean of the priors.
   SubjectFitter(const MarkerSet& file, const OffsetPriors& priors, std::size_t max_instants,
                 const OutlierScale& outliers = {});
 
-  /// Begins anew at these offsets with these instants, which are borrowed until the fit has settled or begins anew;
-  /// their poses are moved.
+  /// Begins a new fit at these offsets. The fit changes the poses of the instants, and the instants outlive the fit. At
+  /// most `max_instants` instants.
   void begin(const BodyOffsets& offsets, double size, std::span<BodyInstant> instants);
 
-  /// Does a piece of the work: about as much as solving a pose twice. True when it has come to an end: the last turn
-  /// changed nothing that matters, or it has had its turns.
+  /// Does one step: about the work of solving a pose twice. Returns true when the fit has ended: it converged or
+  /// reached its maximum number of iterations.
   bool work();
 
-  /// A turn just ended that made it better.
+  /// Whether the last call of work() completed an iteration that reduced the cost.
   bool improved() const noexcept { return improved_; }
+  /// The offsets of least cost so far.
   const BodyOffsets& offsets() const noexcept { return best_; }
   double size() const noexcept { return best_size_; }
+  /// Estimated standard deviation of a marker.
   double sigma_m() const noexcept { return cost_.sigma_m; }
   const InstantCost& cost() const noexcept { return cost_; }
   int iterations() const noexcept { return iterations_; }
-  /// rms of the markers from the body, m.
+  /// Robust rms distance of the markers from the body.
   double rms_m() const noexcept { return rms_m_; }
 
-  /// For whoever judges instants that the fit did not see: between pieces of work.
+  /// Lets the caller evaluate instants that are not part of the fit, between two calls of work().
   InstantEquations& equations() noexcept { return instant_equations_; }
 
  private:
@@ -69,12 +73,12 @@ class SubjectFitter {
   double tried_size_ = 1.0, best_size_ = 1.0;
   std::vector<std::vector<Pose>> best_poses_;  // by instant
   Stage stage_ = Stage::Done;
-  std::size_t next_ = 0;  // instant
-  std::size_t part_ = 0;  // of its equations
-  int pose_passes_ = 0;   // pieces of work for its pose
+  std::size_t next_ = 0;  // instant of the next step
+  std::size_t part_ = 0;  // next part of its equations
+  int pose_passes_ = 0;   // steps spent on its pose
   InstantEquations::PoseCost sum_, best_sum_;
   double best_prior_ = 0.0;
-  std::size_t seen_ = 0;  // coordinates of markers
+  std::size_t seen_ = 0;  // measured coordinates
   double damping_ = 0.0;
   double changed_m_ = 0.0;
   double rms_m_ = 0.0;

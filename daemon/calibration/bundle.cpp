@@ -10,9 +10,9 @@
 namespace mocap::calibration {
 namespace {
 
-class Watch final : public ceres::IterationCallback {
+class ProgressCallback final : public ceres::IterationCallback {
  public:
-  explicit Watch(const std::function<bool(int)>& progress) : progress_(progress) {}
+  explicit ProgressCallback(const std::function<bool(int)>& progress) : progress_(progress) {}
 
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
     return !progress_ || progress_(summary.iteration) ? ceres::SOLVER_CONTINUE : ceres::SOLVER_TERMINATE_SUCCESSFULLY;
@@ -24,30 +24,31 @@ class Watch final : public ceres::IterationCallback {
 
 }  // namespace
 
-std::optional<Eigen::Vector2d> Bundle::residual_px(const Sight& sight) const {
-  const auto& camera = rig[static_cast<std::size_t>(sight.camera)];
-  const auto at = geometry::project(camera, marker(places[static_cast<std::size_t>(sight.place)], sight.mark));
-  if (!at) return std::nullopt;
-  return sight.px - at->v;
+std::optional<Eigen::Vector2d> Bundle::residual_px(const Observation& observation) const {
+  const auto& camera = rig[static_cast<std::size_t>(observation.camera)];
+  const WandPose& pose = wand_poses[static_cast<std::size_t>(observation.wand_pose)];
+  const auto projected = geometry::project(camera, marker_position(pose, observation.marker));
+  if (!projected) return std::nullopt;
+  return observation.px - projected->v;
 }
 
-bool adjust(Bundle& bundle, const BundleSettings& settings, const std::function<bool(int)>& progress) {
+bool adjust_bundle(Bundle& bundle, const BundleSettings& settings, const std::function<bool(int)>& progress) {
   BundleProblem problem(bundle, settings);
-  Watch watch(progress);
+  ProgressCallback callback(progress);
   ceres::Solver::Options options;
-  if (settings.hold_rig) {
-    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;  // places alone: blocks of five
+  if (settings.fix_cameras) {
+    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;  // block-diagonal: 5 x 5 for each wand pose
   } else {
     options.linear_solver_type = ceres::DENSE_SCHUR;
-    options.linear_solver_ordering = problem.places_first();
+    options.linear_solver_ordering = problem.elimination_order();
   }
-  options.max_num_iterations = settings.most_steps;
-  options.function_tolerance = settings.settled;
+  options.max_num_iterations = settings.max_iterations;
+  options.function_tolerance = settings.cost_tolerance;
   options.gradient_tolerance = 1e-14;
   options.parameter_tolerance = 1e-12;
   options.num_threads = settings.threads;
   options.logging_type = ceres::SILENT;
-  options.callbacks.push_back(&watch);
+  options.callbacks.push_back(&callback);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem.get(), &summary);
   if (!summary.IsSolutionUsable()) return false;

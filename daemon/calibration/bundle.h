@@ -10,77 +10,83 @@
 
 namespace mocap::calibration {
 
-/// Where the wand was: the middle between its ends, and the direction from the first marker to the last.
-struct WandPlace {
+/// Pose of the wand at one instant: the midpoint of its end markers and the unit vector from its first to its last
+/// marker. A rotation about the wand's own axis does not move the markers and is not represented.
+struct WandPose {
   Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d along = Eigen::Vector3d::UnitX();
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();
 };
 
-/// One marker of the wand in one picture.
-struct Sight {
-  int camera = 0;
-  int place = 0;  ///< index of the wand's place
-  int mark = 0;   ///< index of its marker
+/// The image of one wand marker in one camera.
+struct Observation {
+  int camera = 0;     ///< index in the rig
+  int wand_pose = 0;  ///< index in Bundle::wand_poses
+  int marker = 0;     ///< index in Wand
   Eigen::Vector2d px = Eigen::Vector2d::Zero();
-  double sigma_px = 0.1;
-  int picture = -1;  ///< the caller's own numbers for it, carried along
-  int spot = -1;
+  double sigma_px = 0.1;  ///< standard deviation per axis
+  int instant = -1;       ///< index of the instant in the recording; -1: unknown
+  int blob = -1;          ///< index of the blob in its image; -1: unknown
 };
 
-/// What of a lens is solved for.
-enum class LensFreedom {
-  Fixed,  ///< nothing: the lens files are good
-  Focal,  ///< the two focal lengths
-  Rough,  ///< focal lengths and the first term of distortion
-  All,    ///< focal lengths, image centre, distortion
+/// The intrinsic parameters that an adjustment estimates; the others stay constant.
+enum class FreeIntrinsics {
+  None,
+  FocalLengths,       ///< fx fy
+  FocalLengthsAndK1,  ///< fx fy k1
+  All,                ///< fx fy, the principal point, all distortion coefficients
 };
 
 struct BundleSettings {
-  LensFreedom lens = LensFreedom::Fixed;
-  bool hold_first = true;       ///< the first camera stays where it is, and with it the frame
-  bool hold_rig = false;        ///< all cameras stay: only the wand's places are looked for
-  double outlier_sigmas = 3.0;  ///< a sight further off than this counts less and less; 0: all count
-  int most_steps = 50;
-  double settled = 1e-9;  ///< ends when the cost falls by a smaller share than this
+  FreeIntrinsics free_intrinsics = FreeIntrinsics::None;
+  bool fix_first_camera = true;    ///< fixes the gauge: the pose of the first camera is constant
+  bool fix_cameras = false;        ///< all cameras are constant: only the wand poses are estimated
+  double loss_scale_sigmas = 3.0;  ///< scale of the Cauchy loss, in units of sigma_px; 0: squared loss
+  int max_iterations = 50;
+  double cost_tolerance = 1e-9;  ///< stops if the relative decrease of the cost is smaller
   int threads = 1;
 };
 
-/// Cameras and the places of a wand that explain each other.
+/// The unknowns and the observations of a wand calibration.
 struct Bundle {
   Rig rig;
   Wand wand;
-  std::vector<WandPlace> places;
-  std::vector<Sight> sights;
+  std::vector<WandPose> wand_poses;
+  std::vector<Observation> observations;
 
-  WorldPoint marker(const WandPlace& place, int mark) const {
-    return {place.middle_m + (wand.marks_m[static_cast<std::size_t>(mark)] - wand.middle_m()) * place.along};
+  WorldPoint marker_position(const WandPose& pose, int marker) const {
+    return {pose.middle_m + (wand.marks_m[static_cast<std::size_t>(marker)] - wand.middle_m()) * pose.direction};
   }
-  /// Seen minus projected, px; nothing where the marker is not in front of the camera.
-  std::optional<Eigen::Vector2d> residual_px(const Sight& sight) const;
+  /// Reprojection residual, observed minus projected; nothing if the marker is not in front of the camera.
+  std::optional<Eigen::Vector2d> residual_px(const Observation& observation) const;
 };
 
-/// What a camera's place and turn may be wrong by, after the rig as a whole is laid on the truth.
-struct CameraDoubt {
-  double position_m = 0.0;    ///< standard deviation, root of the sum over three axes
-  double rotation_rad = 0.0;  ///< likewise
+/// Uncertainty of a camera's pose.
+struct PoseUncertainty {
+  double position_m = 0.0;    ///< standard deviation of the centre, root of the sum over three axes
+  double rotation_rad = 0.0;  ///< the same of the rotation
 };
 
-/// Moves cameras, lenses and places to the least sum of squared reprojection errors, each in its sigma, with the
-/// distances on the wand kept. `progress`: called with each step's number; false ends it. False when no solution came.
+/// Bundle adjustment: minimises the sum of squared reprojection residuals, each divided by its sigma_px, over camera
+/// poses, free intrinsics and wand poses. The distances between the wand's markers are exact, so they fix the scale.
+/// Returns false if Ceres finds no usable solution; `bundle` is then unchanged. `progress` gets the number of each
+/// iteration; if it returns false, the adjustment ends with the solution of that iteration. Allocates.
 ///
 /// Source: Triggs, McLauchlan, Hartley, Fitzgibbon, "Bundle adjustment - a modern synthesis" (2000).
-bool adjust(Bundle& bundle, const BundleSettings& settings, const std::function<bool(int)>& progress = {});
+bool adjust_bundle(Bundle& bundle, const BundleSettings& settings, const std::function<bool(int)>& progress = {});
 
-/// What is known of how wrong a rig is.
-struct RigDoubt {
-  std::vector<CameraDoubt> cameras;
-  /// By camera its centre (m) and its turn (rad), three each, in the rig's axes. Of rank 6 less than its size.
+/// Covariance of the camera poses of a rig.
+struct RigCovariance {
+  std::vector<PoseUncertainty> cameras;  ///< in the order of the rig
+  /// Six rows a camera: centre (m), rotation (rad), in the rig's axes. The rank is six less than the number of rows.
   Eigen::MatrixXd covariance;
 };
 
-/// From the curvature of the cost at the solution, the wand's places eliminated, in the gauge in which the camera
-/// centres as a whole neither move nor turn. `variance` scales the sights' sigmas squared to what they truly are.
-/// Empty when the sights do not determine the rig.
-RigDoubt doubt_of(const Bundle& bundle, LensFreedom lens, double variance);
+/// Covariance of a rig at the solution: the inverse of the normal matrix with the wand poses eliminated (Schur
+/// complement), in the inner gauge in which the camera centres as a whole neither move nor rotate. `variance`: the
+/// variance factor that scales the squared sigma_px of the observations to their true values (chi squared over the
+/// degrees of freedom). Empty if the observations do not determine the rig, or if a camera has none.
+///
+/// Source: Triggs et al. (2000), section 9 (gauge freedom).
+RigCovariance rig_covariance(const Bundle& bundle, FreeIntrinsics free_intrinsics, double variance);
 
 }  // namespace mocap::calibration

@@ -11,38 +11,42 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-constexpr int kPose = BundleProblem::kPose;
-constexpr int kPlace = BundleProblem::kFreePlace;
-// The cost must rise by more than this share of its steepest direction, or the sights do not determine the rig.
-constexpr double kLeastCurvature = 1e-14;
+constexpr int kPoseSize = BundleProblem::kPoseSize;
+constexpr int kWandPoseDof = BundleProblem::kWandPoseDof;
+using WandPoseMatrix = Eigen::Matrix<double, kWandPoseDof, kWandPoseDof>;
 
-// Cost's curvature by the cameras alone: at every place of the wand, the place follows the cameras.
-MatrixXd cameras_curvature(BundleProblem& problem, const Bundle& bundle, int columns_of_cameras) {
+// Smallest eigenvalue of the normal matrix, scaled to a unit diagonal: below it, the observations do not determine the
+// rig. About 50 times the rounding error of a double. Chosen by hand; not yet measured.
+constexpr double kMinEigenvalue = 1e-14;
+
+// Jacobian of all residuals: the camera parameters fill the first `camera_columns` columns, then 5 columns a wand pose.
+ceres::CRSMatrix jacobian_of(BundleProblem& problem, const Bundle& bundle, int camera_columns) {
   ceres::Problem::EvaluateOptions options;
   options.apply_loss_function = false;
-  std::vector<int> column_of_place(bundle.places.size(), -1);
   for (std::size_t c = 0; c < bundle.rig.size(); ++c) options.parameter_blocks.push_back(problem.pose(c));
   for (std::size_t c = 0; c < bundle.rig.size(); ++c) {
-    if (columns_of_cameras > kPose * static_cast<int>(bundle.rig.size()))
-      options.parameter_blocks.push_back(problem.lens(c));
+    if (camera_columns > kPoseSize * static_cast<int>(bundle.rig.size()))
+      options.parameter_blocks.push_back(problem.intrinsics(c));
   }
-  int next = columns_of_cameras;
-  for (std::size_t p = 0; p < bundle.places.size(); ++p) {
-    if (!problem.place_used(p)) continue;
-    options.parameter_blocks.push_back(problem.place(p));
-    column_of_place[p] = next;
-    next += kPlace;
+  for (std::size_t p = 0; p < bundle.wand_poses.size(); ++p) {
+    if (problem.has_wand_pose(p)) options.parameter_blocks.push_back(problem.wand_pose(p));
   }
   ceres::CRSMatrix jacobian;
   problem.get().Evaluate(options, nullptr, nullptr, nullptr, &jacobian);
+  return jacobian;
+}
 
-  // Rows of one place are gathered: its own 5 x 5, and its 5 x cameras.
-  const auto n = static_cast<Eigen::Index>(columns_of_cameras);
+// Normal matrix of the camera parameters with the wand poses eliminated (Schur complement).
+MatrixXd reduced_normal_matrix(BundleProblem& problem, const Bundle& bundle, int camera_columns) {
+  const ceres::CRSMatrix jacobian = jacobian_of(problem, bundle, camera_columns);
+  const auto n = static_cast<Eigen::Index>(camera_columns);
   MatrixXd cameras = MatrixXd::Zero(n, n);
-  const auto places = static_cast<std::size_t>((next - columns_of_cameras) / kPlace);
-  std::vector<Eigen::Matrix<double, kPlace, kPlace>> own(places, Eigen::Matrix<double, kPlace, kPlace>::Zero());
-  std::vector<MatrixXd> with(places, MatrixXd::Zero(kPlace, n));
+  const auto wand_poses = static_cast<std::size_t>((jacobian.num_cols - camera_columns) / kWandPoseDof);
+  std::vector<WandPoseMatrix> own(wand_poses, WandPoseMatrix::Zero());          // wand pose x wand pose
+  std::vector<MatrixXd> coupling(wand_poses, MatrixXd::Zero(kWandPoseDof, n));  // wand pose x cameras
   for (int row = 0; row < jacobian.num_rows; ++row) {
     const int begin = jacobian.rows[static_cast<std::size_t>(row)];
     const int end = jacobian.rows[static_cast<std::size_t>(row) + 1];
@@ -55,94 +59,102 @@ MatrixXd cameras_curvature(BundleProblem& problem, const Bundle& bundle, int col
         if (ci < n && cj < n) {
           cameras(ci, cj) += product;
         } else if (ci >= n && cj < n) {
-          with[static_cast<std::size_t>((ci - n) / kPlace)]((ci - n) % kPlace, cj) += product;
+          coupling[static_cast<std::size_t>((ci - n) / kWandPoseDof)]((ci - n) % kWandPoseDof, cj) += product;
         } else if (ci >= n && cj >= n) {
-          own[static_cast<std::size_t>((ci - n) / kPlace)]((ci - n) % kPlace, (cj - n) % kPlace) += product;
+          own[static_cast<std::size_t>((ci - n) / kWandPoseDof)]((ci - n) % kWandPoseDof, (cj - n) % kWandPoseDof) +=
+              product;
         }
       }
     }
   }
-  for (std::size_t p = 0; p < places; ++p) {
+  for (std::size_t p = 0; p < wand_poses; ++p) {
     own[p].diagonal().array() += 1e-12;
-    cameras.noalias() -= with[p].transpose() * own[p].ldlt().solve(with[p]);
+    cameras.noalias() -= coupling[p].transpose() * own[p].ldlt().solve(coupling[p]);
   }
   return cameras;
 }
 
-// How a camera's centre and its turn in the world move with the six numbers of its pose.
-Eigen::Matrix<double, 6, 6> slope_of_pose(const double* pose) {
-  const auto place = [](const Eigen::Matrix<double, 6, 1>& p) {
+// Derivative of a camera's centre (rows 0 to 2) and of its rotation in world axes (rows 3 to 5) by its six pose
+// parameters. Central differences.
+Matrix6 world_jacobian_of_pose(const double* pose) {
+  const auto decode = [](const Vector6& p) {
     const double angle = p.head<3>().norm();
-    const Eigen::Matrix3d turn =
+    const Eigen::Matrix3d rotation =
         angle > 0.0 ? Eigen::AngleAxisd(angle, p.head<3>() / angle).toRotationMatrix() : Eigen::Matrix3d::Identity();
-    return std::pair<Eigen::Matrix3d, Vector3d>{turn, -(turn.transpose() * p.tail<3>())};
+    return std::pair<Eigen::Matrix3d, Vector3d>{rotation, -(rotation.transpose() * p.tail<3>())};
   };
-  const Eigen::Matrix<double, 6, 1> at = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(pose);
+  const Vector6 at = Eigen::Map<const Vector6>(pose);
   constexpr double kStep = 1e-6;
-  Eigen::Matrix<double, 6, 6> slope;
+  Matrix6 jacobian;
   for (int i = 0; i < 6; ++i) {
-    Eigen::Matrix<double, 6, 1> up = at;
-    Eigen::Matrix<double, 6, 1> down = at;
+    Vector6 up = at;
+    Vector6 down = at;
     up[i] += kStep;
     down[i] -= kStep;
-    const auto [turn_up, centre_up] = place(up);
-    const auto [turn_down, centre_down] = place(down);
-    slope.col(i).head<3>() = (centre_up - centre_down) / (2.0 * kStep);
-    const Eigen::AngleAxisd turned(Eigen::Matrix3d(turn_up.transpose() * turn_down));
-    slope.col(i).tail<3>() = turned.angle() * turned.axis() / (2.0 * kStep);  // in the world's axes, camera to world
+    const auto [rotation_up, centre_up] = decode(up);
+    const auto [rotation_down, centre_down] = decode(down);
+    jacobian.col(i).head<3>() = (centre_up - centre_down) / (2.0 * kStep);
+    const Eigen::AngleAxisd difference(Eigen::Matrix3d(rotation_up.transpose() * rotation_down));
+    jacobian.col(i).tail<3>() = difference.angle() * difference.axis() / (2.0 * kStep);
   }
-  return slope;
+  return jacobian;
+}
+
+// Six constraints on a change of the parameters, one a column: the camera centres as a whole neither move nor rotate.
+MatrixXd gauge_constraints(const Rig& rig, const std::vector<Matrix6>& jacobians, int rows) {
+  MatrixXd gauge = MatrixXd::Zero(rows, 6);
+  Vector3d middle = Vector3d::Zero();
+  for (const CameraModel& camera : rig) middle += camera.centre().v / static_cast<double>(rig.size());
+  for (std::size_t c = 0; c < rig.size(); ++c) {
+    const Eigen::Matrix<double, 3, 6> centre_jacobian = jacobians[c].topRows<3>();
+    const Vector3d arm = rig[c].centre().v - middle;
+    const auto first = static_cast<Eigen::Index>(kPoseSize * c);
+    gauge.block<6, 3>(first, 0) = centre_jacobian.transpose();
+    for (int axis = 0; axis < 3; ++axis)
+      gauge.block<6, 1>(first, 3 + axis) = centre_jacobian.transpose() * Vector3d::Unit(axis).cross(arm);
+  }
+  return gauge;
 }
 
 }  // namespace
 
-RigDoubt doubt_of(const Bundle& bundle, LensFreedom lens, double variance) {
+RigCovariance rig_covariance(const Bundle& bundle, FreeIntrinsics free_intrinsics, double variance) {
   BundleSettings settings;
-  settings.lens = lens;
-  settings.outlier_sigmas = 0.0;
-  settings.hold_first = false;
+  settings.free_intrinsics = free_intrinsics;
+  settings.loss_scale_sigmas = 0.0;
+  settings.fix_first_camera = false;
   BundleProblem problem(bundle, settings);
   const std::size_t cameras = bundle.rig.size();
-  int n = kPose * static_cast<int>(cameras);
+  int n = kPoseSize * static_cast<int>(cameras);
   for (std::size_t c = 0; c < cameras; ++c) {
-    if (!problem.camera_used(c)) return {};
-    n += static_cast<int>(free_lens_parts(lens, bundle.rig[c].lens.kind).size());
+    if (!problem.has_camera(c)) return {};
+    n += static_cast<int>(free_intrinsic_indices(free_intrinsics, bundle.rig[c].lens.kind).size());
   }
-  const MatrixXd curvature = cameras_curvature(problem, bundle, n);
+  const MatrixXd normal = reduced_normal_matrix(problem, bundle, n);
+  std::vector<Matrix6> jacobians;
+  for (std::size_t c = 0; c < cameras; ++c) jacobians.push_back(world_jacobian_of_pose(problem.pose(c)));
 
-  // The centres as a whole neither move nor turn: six equations that a change of the rig must obey.
-  MatrixXd gauge = MatrixXd::Zero(n, 6);
-  std::vector<Eigen::Matrix<double, 6, 6>> slopes;
-  Vector3d middle = Vector3d::Zero();
-  for (const CameraModel& camera : bundle.rig) middle += camera.centre().v / static_cast<double>(cameras);
-  for (std::size_t c = 0; c < cameras; ++c) {
-    slopes.push_back(slope_of_pose(problem.pose(c)));
-    const Eigen::Matrix<double, 3, 6> moves = slopes[c].topRows<3>();
-    const Vector3d arm = bundle.rig[c].centre().v - middle;
-    const auto first = static_cast<Eigen::Index>(kPose * c);
-    gauge.block<6, 3>(first, 0) = moves.transpose();
-    for (int axis = 0; axis < 3; ++axis)
-      gauge.block<6, 1>(first, 3 + axis) = moves.transpose() * Vector3d::Unit(axis).cross(arm);
-  }
+  // An orthonormal basis of the changes that obey the gauge constraints: the last n - 6 columns of the full Q.
+  const MatrixXd gauge = gauge_constraints(bundle.rig, jacobians, n);
   const MatrixXd full = Eigen::HouseholderQR<MatrixXd>(gauge).householderQ() * MatrixXd::Identity(n, n);
-  const MatrixXd free = full.rightCols(n - 6);
-  // Scaled, since m, rad and px stand side by side.
-  MatrixXd inner = free.transpose() * curvature * free;
+  const MatrixXd basis = full.rightCols(n - 6);
+  // Scaled to a unit diagonal, because the parameters have the units m, rad and px.
+  MatrixXd inner = basis.transpose() * normal * basis;
   const Eigen::VectorXd scale = inner.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   inner = scale.asDiagonal() * inner * scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(inner);
-  if (eigen.info() != Eigen::Success || eigen.eigenvalues()[0] < kLeastCurvature) return {};
+  if (eigen.info() != Eigen::Success || eigen.eigenvalues()[0] < kMinEigenvalue) return {};
   const MatrixXd root =
-      free * scale.asDiagonal() * eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().cwiseSqrt().asDiagonal();
-  RigDoubt doubt;
-  MatrixXd spread(static_cast<Eigen::Index>(kPose * cameras), root.cols());
+      basis * scale.asDiagonal() * eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().cwiseSqrt().asDiagonal();
+  RigCovariance result;
+  MatrixXd spread(static_cast<Eigen::Index>(kPoseSize * cameras), root.cols());
   for (std::size_t c = 0; c < cameras; ++c) {
-    const auto first = static_cast<Eigen::Index>(kPose * c);
-    spread.middleRows(first, kPose) = std::sqrt(variance) * slopes[c] * root.middleRows(first, kPose);
-    doubt.cameras.push_back({spread.middleRows(first, 3).norm(), spread.middleRows(first + 3, 3).norm()});
+    const auto first = static_cast<Eigen::Index>(kPoseSize * c);
+    spread.middleRows(first, kPoseSize) = std::sqrt(variance) * jacobians[c] * root.middleRows(first, kPoseSize);
+    result.cameras.push_back({spread.middleRows(first, 3).norm(), spread.middleRows(first + 3, 3).norm()});
   }
-  doubt.covariance = spread * spread.transpose();
-  return doubt;
+  result.covariance = spread * spread.transpose();
+  return result;
 }
 
 }  // namespace mocap::calibration

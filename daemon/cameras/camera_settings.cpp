@@ -9,7 +9,7 @@
 namespace mocap::cameras {
 namespace {
 
-// The name is printed in logs and is the name of folders.
+// The name occurs in log lines and as the name of folders.
 std::vector<KeyFault> name_faults(const std::string& name) {
   const auto bad = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == '/' || c == '\'' || c == '"'; };
   if (!name.empty() && name.size() <= 63 && std::none_of(name.begin(), name.end(), bad)) return {};

@@ -9,7 +9,8 @@
 
 namespace mocap::cameras {
 
-/// One [[camera]] of the configuration. The keys: camera_settings.cpp, and the make's own.
+/// A [[camera]] of the configuration. The keys are declared in camera_settings.cpp and, for each make, in
+/// <make>_settings.cpp.
 struct CameraSettings {
   std::string name;
   DriverSettings driver;
@@ -19,14 +20,14 @@ struct CameraSettings {
   std::optional<double> low_threshold = std::nullopt;
 };
 
-/// The keys of every camera and those of its make. A visitor that sets the key `driver` to another make replaces
-/// `camera.driver` by the defaults of that make. An unknown make leaves it as it is.
+/// Declares the keys of every camera, then those of its make. If a visitor sets the key `driver` to another make,
+/// `camera.driver` is replaced by the defaults of that make; an unknown make changes nothing.
 void declare_keys(KeyVisitor& keys, CameraSettings& camera);
 
-/// Answers of the camera's make.
+/// The facts that the settings of the camera's make state.
 CameraFacts facts_of(const CameraSettings& camera);
 
-/// Rules between keys that are broken, the make's own included.
+/// The broken rules between keys, including those of the make.
 std::vector<KeyFault> faults_of(const CameraSettings& camera);
 
 }  // namespace mocap::cameras

@@ -20,17 +20,17 @@ struct ImageSize {
   int height_px;
 };
 
-/// Answers of a camera's settings to questions that the daemon asks of every make. Absent: the settings do not say.
+/// Facts that the daemon asks of the settings of every make. Absent if the settings do not determine them.
 struct CameraFacts {
   std::optional<double> rate_hz = std::nullopt;
   std::optional<double> exposure_us = std::nullopt;
   std::optional<ImageSize> size = std::nullopt;
-  /// Keys that say which device it is, with their values. Two cameras of one make must differ in each of them; an empty
-  /// value is not compared.
+  /// Keys that identify the device, with their values. Two cameras of one make must differ in each of them; empty
+  /// values are not compared.
   std::vector<std::pair<std::string, std::string>> device = {};
   std::filesystem::path marker_set = {};  ///< of the subject that a simulated camera sees; empty: no simulation
-  /// Images come from a recording, or from a simulation that does not keep to the clock: their own time counts, and no
-  /// image is dropped.
+  /// True if images come from a recording, or from a simulation without real-time pace: the times of the images are
+  /// then valid as they are, and no image is dropped.
   bool recorded_time = false;
 };
 
@@ -41,10 +41,11 @@ struct MakeName {
   std::string_view example_name;  ///< name of that [[camera]]
 };
 
-/// A settings struct of a make: a plain struct with a static member `kMake` and three functions beside it.
-///   void declare_keys(KeyVisitor& keys, S& settings);                         the table of its keys
-///   std::vector<KeyFault> faults_of(const S& settings);                       rules between keys; opens and reads
-///   nothing CameraFacts facts_of(const S& settings, const std::string& camera_name);
+/// The settings struct of a make: a plain struct with a static member `kMake` and three functions beside it.
+///
+/// - `declare_keys(keys, settings)` declares the table of its keys.
+/// - `faults_of(settings)` returns the broken rules between keys. It opens and reads nothing.
+/// - `facts_of(settings, camera_name)` returns the CameraFacts.
 template <class S>
 concept SettingsOfAMake = requires(S settings, const S& constant, KeyVisitor& keys, const std::string& camera_name) {
   { S::kMake } -> std::convertible_to<MakeName>;
@@ -53,10 +54,10 @@ concept SettingsOfAMake = requires(S settings, const S& constant, KeyVisitor& ke
   { facts_of(constant, camera_name) } -> std::same_as<CameraFacts>;
 };
 
-/// The settings of one camera, of any make. A value: copies are independent.
+/// The settings of one camera of any make. Copies are independent of each other.
 class DriverSettings {
  public:
-  /// Of no make.
+  /// No make, no settings.
   DriverSettings() = default;
   template <SettingsOfAMake S>
   DriverSettings(S settings) : held_(std::make_unique<Held<S>>(std::move(settings))) {}
@@ -68,10 +69,10 @@ class DriverSettings {
   }
   ~DriverSettings() = default;
 
-  /// The make's `driver`; empty if of no make.
+  /// The value of the key `driver` of the make; empty if there is no make.
   std::string_view driver() const { return held_ ? held_->driver() : std::string_view{}; }
 
-  /// The settings as those of make S; null if of another make.
+  /// The settings of make S; null if the object has another make.
   template <SettingsOfAMake S>
   S* as() {
     auto* held = dynamic_cast<Held<S>*>(held_.get());
@@ -83,11 +84,12 @@ class DriverSettings {
     return held != nullptr ? &held->settings : nullptr;
   }
 
-  /// Nothing if of no make.
+  /// Declares the keys of the make; none if there is no make.
   void declare(KeyVisitor& keys);
-  /// Rules between keys that are broken.
+  /// The broken rules between keys.
   std::vector<KeyFault> faults() const;
-  /// The same, and values outside of their ranges and choices: for settings that no file was checked for.
+  /// The broken rules, and the values outside of their ranges and choices: for settings that were not read from a
+  /// checked file.
   std::vector<KeyFault> all_faults() const;
   CameraFacts facts(const std::string& camera_name) const;
 

@@ -30,7 +30,7 @@ std::size_t luminance_bytes(PixelFormat format, std::size_t stride_bytes, int wi
       format == PixelFormat::Mono12p || format == PixelFormat::Mono10Packed || format == PixelFormat::Mono12Packed;
   if (twelve_bits) return (pixels * 12 + 7) / 8;
   if (height_px <= 0) return 0;
-  // The last row may end where its pixels do.
+  // The last row may lack the padding at its end.
   return stride_bytes * static_cast<std::size_t>(height_px - 1) + packed_stride_bytes(format, width_px);
 }
 

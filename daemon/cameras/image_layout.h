@@ -6,10 +6,10 @@
 
 namespace mocap::cameras {
 
-/// How many bytes a row takes where rows follow without a gap; 0 for Mjpeg, which has no rows.
+/// Bytes of a row of pixels if rows follow each other without a gap; 0 for Mjpeg, which has no rows.
 std::size_t packed_stride_bytes(PixelFormat format, int width_px);
 
-/// How many bytes an image takes that must be there to read its luminance; packed formats run on over the ends of rows.
+/// Bytes of an image that are needed to read its luminance. In packed formats a row may end within a byte.
 std::size_t luminance_bytes(PixelFormat format, std::size_t stride_bytes, int width_px, int height_px);
 
 }  // namespace mocap::cameras

@@ -23,7 +23,7 @@ Result<std::span<const std::byte>> JpegDecoder::decode(std::span<const std::byte
     return Error{ErrorCode::Io, fmt::format("the JPEG is {}x{}, expected {}x{}", width, height, width_px, height_px)};
   }
   grey_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  // A warning (data cut short, bad codes) leaves grey where pixels should be: that image is broken too.
+  // A warning (truncated data, invalid codes) means that a part of the image is plain grey: the image is rejected.
   if (tjDecompress2(handle_, bytes, size, reinterpret_cast<unsigned char*>(grey_.data()), width, width, height,
                     TJPF_GRAY, TJFLAG_FASTDCT) != 0) {
     return Error{ErrorCode::Io, fmt::format("the JPEG is broken: {}", tjGetErrorStr2(handle_))};

@@ -9,7 +9,7 @@
 
 namespace mocap::cameras {
 
-/// Decodes the luminance of JPEG images into a buffer of its own, by libjpeg-turbo. One thread.
+/// Decodes the luminance of JPEG images into its own buffer (libjpeg-turbo). One thread.
 class JpegDecoder {
  public:
   JpegDecoder();
@@ -17,8 +17,8 @@ class JpegDecoder {
   JpegDecoder(const JpegDecoder&) = delete;
   JpegDecoder& operator=(const JpegDecoder&) = delete;
 
-  /// The grey image, width_px * height_px bytes, lent until the next call. Fails with Io where the JPEG is broken, cut
-  /// short or of another size.
+  /// Returns the grey image, width_px * height_px bytes, valid until the next call. Fails with Io if the JPEG is
+  /// damaged, truncated or of another size.
   Result<std::span<const std::byte>> decode(std::span<const std::byte> jpeg, int width_px, int height_px);
 
  private:

@@ -6,19 +6,25 @@
 #include <algorithm>
 
 #include "cameras/aravis/aravis_camera.h"
+#include "cameras/aravis/aravis_describe.h"
+#include "cameras/aravis/aravis_discovery.h"
 #include "cameras/replay/replay_camera.h"
 #include "cameras/synthetic/synthetic_camera.h"
 #include "cameras/tcp/tcp_camera.h"
 #include "cameras/v4l2/v4l2_camera.h"
+#include "cameras/v4l2/v4l2_discovery.h"
 
 namespace mocap::cameras {
 namespace {
 
-// A new make is one line here.
+// A new make is one line here: its settings, its open function, its discovery or kNotDiscoverable, and the functions
+// that describe a camera's features if the make has them.
 constexpr CameraMake kMakes[] = {
-    make_with<AravisSettings, open_aravis_camera>(), make_with<V4l2Settings, open_v4l2_camera>(),
-    make_with<ReplaySettings, open_replay_camera>(), make_with<SyntheticSettings, open_synthetic_camera>(),
-    make_with<TcpSettings, open_tcp_camera>(),
+    make_with<AravisSettings, open_aravis_camera, find_aravis_cameras, describe_aravis_camera, aravis_settings_for>(),
+    make_with<V4l2Settings, open_v4l2_camera, find_v4l2_cameras>(),
+    make_with<ReplaySettings, open_replay_camera, kNotDiscoverable>(),
+    make_with<SyntheticSettings, open_synthetic_camera, kNotDiscoverable>(),
+    make_with<TcpSettings, open_tcp_camera, kNotDiscoverable>(),
 };
 
 }  // namespace

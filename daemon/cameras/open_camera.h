@@ -10,8 +10,8 @@
 
 namespace mocap::cameras {
 
-/// Makes the camera that `settings` describe, not yet started; its start() opens the device. `id` is written into its
-/// frames. Fails with InvalidArgument if the settings cannot be right, whatever is plugged in.
+/// Makes the camera that `settings` describe; its start() opens the device. `id` is written into its frames. Fails with
+/// InvalidArgument if the settings are invalid for every device.
 Result<std::unique_ptr<Camera>> open_camera(CameraId id, const CameraSettings& settings,
                                             const CameraSurroundings& surroundings = {});
 

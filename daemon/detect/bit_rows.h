@@ -4,10 +4,11 @@
 #include <bit>
 #include <cstdint>
 
-/// Rows of one bit a pixel, 64 pixels a word; `row` points to the word of x = 0 to 63.
+/// Functions on a row of a bit image: one bit for each pixel, 64 pixels in a word. `row` points to the word of x = 0 to
+/// 63.
 namespace mocap::detect {
 
-/// The bits of x's word from x on, up to `end` (exclusive, more than x).
+/// The bits of the pixels from x up to `end` (exclusive, greater than x), as far as they lie in the word of x.
 inline std::uint64_t bits_between(int x, int end) {
   const int first = x & 63, last = std::min(64, first + end - x);
   return ~0ULL >> (64 - (last - first)) << first;

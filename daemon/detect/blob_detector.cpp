@@ -18,11 +18,7 @@ namespace mocap::detect {
 namespace {
 
 constexpr int kMaxSize_px = 32767;
-// Noise alone passes 8 standard deviations less than once in 10^14 pixels; the second figure keeps clear of clean
-// images.
-constexpr double kThresholdOverNoise = 8.0;
-constexpr double kThresholdOverBackground_grey = 20.0;
-// A blob cut by the border or a mask: its centre may be off by about this share of its radius.
+// Standard deviation of the centre of a blob that the border or a mask cuts, as a share of the blob's radius.
 constexpr double kCutSigma = 0.3;
 
 class BlobDetector final : public Detector {
@@ -38,6 +34,7 @@ class BlobDetector final : public Detector {
         components_(like.width_px, like.height_px, masks),
         measurer_(kernels, settings.grow_px, settings.split_touching) {
     if (in_place_ == 0) row_.resize(static_cast<std::size_t>(like.width_px));
+    one_row_.resize(static_cast<std::size_t>(like.width_px));
   }
 
   Detection detect(const Image& image) override {
@@ -71,18 +68,31 @@ class BlobDetector final : public Detector {
       if (may_be_round(i)) measurer_.measure(image, grey_levels, components_, i, shapes_[i], roundness_[i]);
     }
     measurer_.finish(grey_levels, {shapes_.begin(), shapes_.end()});
-    for (std::size_t i = 0; i < shapes_.size(); ++i) take_in(image, i, found);
+    for (std::size_t i = 0; i < shapes_.size(); ++i) append_blobs(image, i, found);
     found.filtered = found.too_small + found.too_large + found.not_round + found.too_dim;
     return found;
+  }
+
+  double brightest_grey(const Image& image) override {
+    if (image.width_px != like_.width_px || image.height_px != like_.height_px || image.format != like_.format ||
+        !is_whole(image)) {
+      return 0.0;
+    }
+    std::uint16_t brightest = 0;
+    for (int y = 0; y < image.height_px; ++y) {
+      read_pixels(image, y, 0, one_row_);
+      for (std::size_t x = 0; x < one_row_.size(); ++x) {
+        if (one_row_[x] > brightest && !components_.is_masked(static_cast<int>(x), y)) brightest = one_row_[x];
+      }
+    }
+    return brightest * 255.0 / top_;
   }
 
  private:
   GreyLevels grey_levels_for(const Image& image) {
     const NoiseFloor floor = floor_.read(image);
     const double per_grey = static_cast<double>(top_) / 255.0;
-    const double automatic =
-        floor.background + std::max(kThresholdOverNoise * floor.noise, kThresholdOverBackground_grey * per_grey);
-    const double threshold = settings_.threshold ? *settings_.threshold * per_grey : automatic;
+    const double threshold = settings_.threshold ? *settings_.threshold * per_grey : marker_threshold(floor, top_);
     GreyLevels grey_levels;
     grey_levels.threshold =
         static_cast<std::uint32_t>(std::clamp(std::ceil(threshold - 1e-9), 1.0, static_cast<double>(top_)));
@@ -93,7 +103,7 @@ class BlobDetector final : public Detector {
     return grey_levels;
   }
 
-  /// Asks for what the scan reads first, while the noise floor waits for its places.
+  /// Prefetches the first pixels of each part of the scan while the noise floor waits for memory.
   void prefetch_parts(const Image& image) const {
     constexpr std::size_t kLines = 8, kLineBytes = 64;
     const std::size_t part_bytes = static_cast<std::size_t>(components_.room().part_rows()) * image.stride_bytes;
@@ -109,7 +119,7 @@ class BlobDetector final : public Detector {
     if (may_be_round(component)) measurer_.prefetch(image, shapes_[component]);
   }
 
-  /// Leaves the bright words in the room of the components.
+  /// Writes the bright words of the image into the buffer of the components.
   void scan(const Image& image, const GreyLevels& grey_levels) {
     BrightWords& words = components_.room();
     words.clear();
@@ -132,7 +142,7 @@ class BlobDetector final : public Detector {
     }
   }
 
-  void take_in(const Image& image, std::size_t component, Detection& found) {
+  void append_blobs(const Image& image, std::size_t component, Detection& found) {
     const Shape& shape = shapes_[component];
     if (!may_be_round(component)) {
       ++found.not_round;
@@ -157,9 +167,10 @@ class BlobDetector final : public Detector {
 
   bool may_be_round(std::size_t i) const { return roundness_[i] >= kTwoDiscRoundness * settings_.min_roundness; }
 
-  // Components whose pixels are asked for before they are measured: more than these the first cache would lose again.
+  // Number of components whose pixels are prefetched in advance: the first-level cache holds no more.
   static constexpr std::size_t kPrefetchDistance = 8;
-  // Two discs side by side are less round than each of them: they have to be measured first.
+  // Two touching discs are less round than each disc: a component above this share of min_roundness must be measured
+  // before its roundness is known.
   static constexpr double kTwoDiscRoundness = 0.4;
 
   DetectSettings settings_;
@@ -170,9 +181,10 @@ class BlobDetector final : public Detector {
   NoiseFloorReader floor_;
   ImageComponents components_;
   BoundedVector<Shape, kMaxBlobs> shapes_;
-  std::array<double, kMaxBlobs> roundness_;  // of each
+  std::array<double, kMaxBlobs> roundness_;  // by component
   BlobMeasurer measurer_;
-  std::vector<std::uint16_t> row_;  // of formats that must be unpacked
+  std::vector<std::uint16_t> row_;      // one unpacked row, for packed formats
+  std::vector<std::uint16_t> one_row_;  // of brightest_grey
 };
 
 std::optional<std::string> fault_of(const DetectSettings& settings) {

@@ -22,7 +22,7 @@ struct DetectSettings {
 
 void declare_keys(KeyVisitor& keys, DetectSettings& detect);
 
-/// Rules between keys that are broken.
+/// Returns the rules between several keys that the settings break.
 std::vector<KeyFault> faults_of(const DetectSettings& detect);
 
 }  // namespace mocap::detect

@@ -13,19 +13,19 @@ namespace {
 using Pixel = MaskLearner::Pixel;
 using Pixels = MaskLearner::Pixels;
 
-// Noise over the threshold for once is neither a light nor a marker. A marker that moves fast shines in a pixel for
-// one image, but in many pixels.
+// Smallest region that counts as a moving marker: a smaller region is noise that exceeded the threshold once. A fast
+// marker is bright in each pixel for one image only, but in many pixels.
 constexpr std::size_t kMinRegion = 3;
-// Where a hull is more than so many times what shone in it, the region is bent (a window's frame), and is covered in
-// pieces. Small ones are not worth it.
+// A region whose convex hull exceeds this multiple of its area is concave (the frame of a window) and is covered in
+// pieces of at least kMinPiece pixels.
 constexpr double kMaxHullAreaRatio = 1.5;
 constexpr std::size_t kMinPiece = 32;
-// A corner that is grown by the margin becomes eight: so much must the circle be larger that no point of it is cut.
+// The margin around a corner is a circumscribed polygon of eight sides, so that the polygon contains the whole circle.
 constexpr int kCornerSides = 8;
-// What stays shines as often in its middle as anywhere, and less at its rim, a pixel or two wide. A marker of somebody
-// who stands and sways has a rim as wide as the sway.
-constexpr double kCoreShare = 0.8;     // of what the pixel that shone most often did
-constexpr double kMaxSwayShare = 0.5;  // of the margin
+// A static light is bright with the same frequency everywhere except at its rim, which is a pixel or two wide. The rim
+// of a marker on a standing person is as wide as the person sways.
+constexpr double kCoreShare = 0.8;     // core: pixels with at least this share of the largest number of bright images
+constexpr double kMaxSwayShare = 0.5;  // largest width of the rim of a static light, as a share of the margin
 
 double cross(const Eigen::Vector2d& o, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return (a.x() - o.x()) * (b.y() - o.y()) - (a.y() - o.y()) * (b.x() - o.x());
@@ -43,7 +43,7 @@ std::vector<Eigen::Vector2d> hull_of(std::vector<Eigen::Vector2d> points) {
       while (hull.size() >= base + 2 && cross(hull[hull.size() - 2], hull.back(), point) <= 0.0) hull.pop_back();
       hull.push_back(point);
     }
-    hull.pop_back();  // begins the other chain
+    hull.pop_back();  // the last point is also the first point of the other chain
     if (!upper) std::reverse(points.begin(), points.end());
   }
   return hull;
@@ -55,7 +55,7 @@ double area_of(std::span<const Eigen::Vector2d> polygon) {
   return 0.5 * std::abs(twice);
 }
 
-// Each pixel is a square.
+// The corners of all pixels; a pixel is a unit square.
 std::vector<Eigen::Vector2d> corners_of(const Pixels& pixels) {
   std::vector<Eigen::Vector2d> corners;
   for (const Pixel& each : pixels) {
@@ -66,6 +66,7 @@ std::vector<Eigen::Vector2d> corners_of(const Pixels& pixels) {
   return corners;
 }
 
+// A convex polygon with a margin around it, corners rounded to a tenth of a pixel.
 MaskPolygon grown(std::span<const Eigen::Vector2d> hull, double margin_px) {
   const double radius_px = margin_px / std::cos(M_PI / kCornerSides);
   std::vector<Eigen::Vector2d> around;
@@ -80,7 +81,8 @@ MaskPolygon grown(std::span<const Eigen::Vector2d> hull, double margin_px) {
   return polygon;
 }
 
-// Convex covers of the pixels: one, or those of its halves along its longer side where it is bent.
+// Appends convex polygons that cover the pixels: one polygon, or those of both halves along the longer side if the
+// region is concave.
 void cover(Pixels pixels, double margin_px, std::vector<MaskPolygon>& into) {
   const std::vector<Eigen::Vector2d> hull = hull_of(corners_of(pixels));
   const auto count = static_cast<double>(pixels.size());
@@ -100,7 +102,7 @@ void cover(Pixels pixels, double margin_px, std::vector<MaskPolygon>& into) {
   cover(std::move(rest), margin_px, into);
 }
 
-// Takes the 8-connected region of non-zero pixels around `from` out of `counts`.
+// Returns the 8-connected region of non-zero pixels around `from`, and sets its pixels in `counts` to 0.
 Pixels take_region(Pixel from, std::vector<std::uint32_t>& counts, int width_px, int height_px) {
   const auto index = [&](int x, int y) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_px) + static_cast<std::size_t>(x);
@@ -145,7 +147,7 @@ MaskLearner::MaskLearner(int width_px, int height_px, std::span<const MaskPolygo
 bool MaskLearner::add(const Image& image, double threshold_grey) {
   const std::uint32_t top = top_of(image.format);
   if (image.width_px != width_px_ || image.height_px != height_px_ || top == 0 || !is_whole(image)) return false;
-  // As the detector rounds it.
+  // The threshold is rounded as in the detector.
   const double threshold = std::ceil(threshold_grey * top / 255.0 - 1e-9);
   for (int y = 0; y < height_px_; ++y) {
     read_pixels(image, y, 0, row_);

@@ -9,8 +9,8 @@ enum class Layout { None, Byte, Word, WordsLowByte, PackedBits, PackedPairs, Bay
 
 struct PixelLayout {
   Layout layout = Layout::None;
-  std::uint32_t bits = 0;          // of a pixel's value
-  std::uint32_t green_parity = 0;  // Bayer: green where (x + y) % 2 is this
+  std::uint32_t bits = 0;          // significant bits of a pixel
+  std::uint32_t green_parity = 0;  // Bayer: a pixel is green if (x + y) % 2 has this value
 };
 
 constexpr PixelLayout layout_of(PixelFormat format) {
@@ -33,7 +33,7 @@ constexpr PixelLayout layout_of(PixelFormat format) {
   return {};
 }
 
-/// Of packed formats: bits of a pixel, counted with what pairs leave unused.
+/// The bits that a pixel of a packed format occupies, including unused bits of a pair.
 constexpr std::size_t packed_bits(const PixelLayout& pixel_layout) {
   return pixel_layout.layout == Layout::PackedPairs ? 12 : pixel_layout.bits;
 }
@@ -51,13 +51,13 @@ std::size_t bytes_of_pixels(const PixelLayout& pixel_layout, std::size_t pixels)
   return (pixels * packed_bits(pixel_layout) + 7) / 8;
 }
 
-/// Packed rows without padding run on over their ends: the next one begins within a byte.
+/// Whether rows are packed without padding, so that a row may begin within a byte.
 bool runs_on(const PixelLayout& pixel_layout, const Image& image) {
   const bool packed = pixel_layout.layout == Layout::PackedBits || pixel_layout.layout == Layout::PackedPairs;
   return packed && image.stride_bytes == bytes_of_pixels(pixel_layout, static_cast<std::size_t>(image.width_px));
 }
 
-/// Where a row's pixels begin: a byte, and how many pixels after it.
+/// The position of the first pixel of a row: `pixel` pixels after the byte.
 struct Place {
   const std::byte* bytes;
   std::size_t pixel;
@@ -74,7 +74,7 @@ std::uint32_t word_at(const std::byte* at) {
   return std::to_integer<std::uint32_t>(at[0]) | std::to_integer<std::uint32_t>(at[1]) << 8U;
 }
 
-// 10 bits from an even bit, 12 from a fourth one: never more than two bytes.
+// A pixel begins at an even bit (10 bits) or at a multiple of four bits (12 bits), so it lies in at most two bytes.
 void read_bits(const std::byte* bytes, std::size_t first, std::uint32_t bits, std::span<std::uint16_t> grey) {
   const std::uint32_t value_mask = (1U << bits) - 1U;
   std::size_t bit = first * bits;
@@ -84,7 +84,8 @@ void read_bits(const std::byte* bytes, std::size_t first, std::uint32_t bits, st
   }
 }
 
-// Three bytes for two pixels: high bits, both pixels' low bits in a nibble each, high bits.
+// Two pixels occupy three bytes: the high bits of the first pixel, the low bits of both in one nibble each, the high
+// bits of the second pixel.
 void read_pairs(const std::byte* bytes, std::size_t first, std::uint32_t bits, std::span<std::uint16_t> grey) {
   const std::uint32_t low_bits = bits - 8;
   const std::uint32_t value_mask = (1U << low_bits) - 1U;
@@ -109,7 +110,7 @@ void read_green(const Image& image, int y, int x, std::uint32_t parity, std::spa
       grey[i] = static_cast<std::uint16_t>(at(column, y));
       continue;
     }
-    // At the border the neighbour within stands for the one without.
+    // At the border, the neighbour inside the image replaces the neighbour outside.
     const bool wide = image.width_px > 1, high = image.height_px > 1;
     const int left = column > 0 ? column - 1 : column + 1,
               right = column + 1 < image.width_px ? column + 1 : column - 1;

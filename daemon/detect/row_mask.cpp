@@ -11,13 +11,13 @@ namespace {
 
 constexpr int kBandRows = 16;
 
-/// Where the polygon's sides cross the line through a row's pixel centres, from left to right.
+/// The x at which the sides of a polygon cross the line through the pixel centres of a row, in ascending order.
 std::vector<double> crossings(const MaskPolygon& polygon, double y) {
   std::vector<double> found;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const auto& a = polygon[i].v;
     const auto& b = polygon[(i + 1) % polygon.size()].v;
-    // A corner on the line belongs to the side above it only.
+    // A corner on the line belongs only to the side above the corner.
     if ((a.y() <= y) == (b.y() <= y)) continue;
     found.push_back(a.x() + (y - a.y()) / (b.y() - a.y()) * (b.x() - a.x()));
   }
@@ -58,7 +58,7 @@ void RowMask::fill(int y, int begin, int end) {
 
 void RowMask::clear_masked(std::span<BrightWord> words) const {
   for (BrightWord& each : words) {
-    // Most are far from all masks.
+    // Most words have no masked pixel.
     if ((words_[each.place / 64] >> each.place % 64 & 1U) != 0) each.bits &= ~bits_[each.place];
   }
 }

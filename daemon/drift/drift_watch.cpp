@@ -13,25 +13,30 @@
 namespace mocap::drift {
 namespace {
 
-// A few markers of each set are enough, and keep the work small.
+// Markers observed in one set, in turn: bounds the work. Chosen by hand; not yet measured.
 constexpr std::size_t kDriftMarkersPerSet = 8;
+// A marker on which fewer cameras agree may itself be wrong: two rays meet by chance, three rarely.
 constexpr std::uint32_t kMinAgreeingCameras = 3;
-// A stray blob is a marker's where the next one is so many times as far.
+// An unmatched blob is observed if the next blob is this many times farther from the projection. Chosen by hand; not
+// yet measured.
 constexpr double kUniquenessRatio = 2.0;
-// Views further off count less and less, px.
+// Scale of the Cauchy loss: larger errors get less weight. Chosen by hand; not yet measured.
 constexpr double kRobustScale_px = 5.0;
+// A camera is assessed from this weighted number of observations on, and compared with others from kMinViewsToCompare
+// on. Chosen by hand; the delay that follows is measured by mocap-eval drift.
 constexpr double kMinViews = 100.0;
-// So many may already show that another one is worse.
 constexpr double kMinViewsToCompare = 20.0;
-// Of the squares of what it is off: a turn and a move explain a bump, and no chance.
+// Share of the squared reprojection error that the pose change of a bumped camera explains at least; random errors are
+// not explained. Chosen by hand; not yet measured.
 constexpr double kMinExplainedShare = 0.5;
-// Told again as right when it is well below.
+// Hysteresis: a drifted camera is in place again below this share of drift_px. Chosen by hand; not yet measured.
 constexpr double kRecoveryRatio = 0.7;
-// What bumps do, standard deviations: without them a turn and a move may not be told apart.
+// Prior standard deviations of a bump. They keep the equations regular when the markers do not separate rotation from
+// translation. Chosen by hand; not yet measured.
 constexpr double kRotationPrior_rad = 0.02;
 constexpr double kTranslationPrior_m = 0.02;
 
-// The turn and the move that explain most of what a camera sees elsewhere, and how much of it.
+// The least-squares pose change of a camera, the reprojection error that it explains, and whether it explains enough.
 template <class Camera>
 struct PoseChange {
   explicit PoseChange(const Camera& camera) {
@@ -97,7 +102,7 @@ void DriftWatch::observe_marker(const Marker& marker, const Match& match, const 
     const std::size_t c = view.camera.value;
     const auto state = std::ranges::find(match.sightings, v, &BlobRef::view);
     if (state != match.sightings.end() && marker.cameras <= kMinAgreeingCameras) continue;
-    // A place that a camera which was moved has a say in tells nothing of the others.
+    // A point that a drifted camera contributes to is biased: it is no evidence about the other cameras.
     const auto is_moved = [&](const BlobRef& ref) {
       const std::size_t other = frames.views[ref.view]->camera.value;
       return other != c && cameras_[other].drift.drifted;
@@ -107,7 +112,8 @@ void DriftWatch::observe_marker(const Marker& marker, const Match& match, const 
     if (!at || !geometry::in_image(rig_[c], *at)) continue;
     const Eigen::Vector3d in_camera = (rig_[c].camera_from_world * marker.position).v;
     if (state != match.sightings.end()) {
-      // The point leans towards each of its views: of 2 n measurements 3 are used up.
+      // The point was fitted to this view as well, which shrinks the residual: 3 of the 2 n degrees of freedom are
+      // used.
       const double n = marker.cameras;
       const Eigen::Vector2d seen =
           view.blobs[state->blob].centroid.v + Eigen::Vector2d(state->off_x_px, state->off_y_px);
@@ -119,7 +125,7 @@ void DriftWatch::observe_marker(const Marker& marker, const Match& match, const 
   }
 }
 
-// Where the only blob near a place is that no match has, from there.
+// The offset from `at` to the nearest blob; nothing if that blob is matched or merged, or if another one is near.
 std::optional<Eigen::Vector2d> DriftWatch::nearest_unmatched(const BlobFrame& view, std::size_t index,
                                                              const Eigen::Vector2d& at, double reach_px) const {
   double nearest = reach_px;
@@ -144,7 +150,8 @@ void DriftWatch::learn(std::size_t camera, const Eigen::Vector3d& in_camera, con
   const Lens& lens = rig_[camera].lens;
   const Eigen::Vector2d ray = in_camera.head<2>() / in_camera.z();
   const Eigen::Matrix2d px_from_ray = geometry::distort_with_slope(lens, {ray}).px_from_ray;
-  // How the ray moves when the point moves in the camera's frame, and the point when the camera turns.
+  // Jacobians: of the ray by the point in the camera's frame (ray_from_point), and of the point by the rotation
+  // (cross).
   Eigen::Matrix<double, 2, 3> ray_from_point;
   ray_from_point << 1.0, 0.0, -ray.x(), 0.0, 1.0, -ray.y();
   ray_from_point /= in_camera.z();
@@ -185,7 +192,7 @@ void DriftWatch::assess(std::size_t camera) {
   if (state.views < kMinViews) return;
   if (drift.off_px < kRecoveryRatio * settings_.drift_px) drift.drifted = false;
   if (drift.drifted || !bump.is_significant(settings_.drift_px)) return;
-  // Where there are few cameras, one that was moved makes others look wrong, but itself the most.
+  // With few cameras, a drifted camera biases the points and makes others look drifted, but less than itself.
   const auto is_worse = [&](const Camera& other) {
     if (other.drift.drifted || other.views < kMinViewsToCompare) return false;
     const PoseChange its(other);
@@ -193,7 +200,7 @@ void DriftWatch::assess(std::size_t camera) {
   };
   if (std::ranges::any_of(cameras_, is_worse)) return;
   drift.drifted = true;
-  // What the others seemed to see is begun anew.
+  // The observations of the other cameras used points that this camera biased: they are discarded.
   for (Camera& other : cameras_) {
     if (&other == &state || other.drift.drifted) continue;
     other = Camera{.drift = {.camera_from_world = other.drift.camera_from_world}};

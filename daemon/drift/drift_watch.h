@@ -11,36 +11,44 @@
 
 namespace mocap::drift {
 
-/// How a camera stands against what the rig says, as the other cameras see it.
+/// The estimated difference between the pose of a camera and its pose in the rig.
 struct CameraDrift {
   bool drifted = false;
-  double off_px = 0.0;  ///< rms over its views, of what a turn and a move of it explain
-  double rms_px = 0.0;  ///< rms of its views, each axis, whatever explains it
+  double off_px = 0.0;  ///< rms of the reprojection error that the pose change explains
+  double rms_px = 0.0;  ///< rms of the whole reprojection error, each axis
   double turned_rad = 0.0;
   double moved_m = 0.0;
-  double views = 0.0;                 ///< that this is told by
-  CameraFromWorld camera_from_world;  ///< where it seems to stand
+  double views = 0.0;                 ///< weighted number of observations
+  CameraFromWorld camera_from_world;  ///< the estimated pose
 };
 
-/// Watches while capturing whether every camera still stands where the rig says. Markers that three other cameras agree
-/// on tell where a camera should see them; of what it sees instead, the turn and the move that explain most are kept as
-/// a running least-squares problem of six unknowns. A bumped camera's blobs lie outside of the matcher's gates, so
-/// blobs that no match has are looked at, too, where just one is near.
+/// Detects during capture that the pose of a camera differs from its pose in the rig.
 ///
-/// Needs four cameras. One thread; reads no clock, never allocates after construction; the work for a set is bounded.
+/// Markers on which three or more other cameras agree are projected into each camera. The reprojection errors
+/// accumulate in the normal equations of a small rotation and translation of the camera (resection by Gauss-Newton with
+/// six unknowns; Hartley and Zisserman, Multiple View Geometry, 2nd ed. (2004), chapter 7), with exponential forgetting
+/// and the weights of a Cauchy loss. The blobs of a bumped camera lie outside the gates of the matcher; therefore an
+/// unmatched blob is an observation too if it is the only blob near the projection.
+///
+/// Detection needs four cameras. One thread makes all calls. Reads no clock and never allocates after construction; the
+/// work for one set is bounded.
 class DriftWatch {
  public:
+  /// `rig` has 1 to kMaxCameras cameras.
   DriftWatch(const DriftSettings& settings, Rig rig);
 
-  /// Sets come in the order of their exposure. Gives the camera that was assessed anew.
+  /// Adds the observations of one set and assesses one camera (each in turn). Returns that camera. Sets come in the
+  /// order of their exposure.
   CameraId update(const FrameSet& frames, const Matches& matches, const Markers& markers);
 
+  /// The last assessment of a camera of the rig.
   const CameraDrift& camera(CameraId camera) const { return cameras_[camera.value].drift; }
 
  private:
   using Vector6 = Eigen::Matrix<double, 6, 1>;
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
+  // Normal equations of the pose change of one camera: rotation in rad, then translation in m, in the camera's frame.
   struct Camera {
     Matrix6 normal_matrix = Matrix6::Zero();
     Vector6 gradient = Vector6::Zero();
@@ -60,7 +68,7 @@ class DriftWatch {
   DriftSettings settings_;
   Rig rig_;
   std::vector<Camera> cameras_;
-  std::vector<std::bitset<kMaxBlobs>> matched_;  // by view: blobs that matches have
+  std::vector<std::bitset<kMaxBlobs>> matched_;  // by view: which blobs belong to a match
   std::optional<Timestamp> updated_at_;
   std::size_t next_marker_ = 0;
   std::size_t next_camera_ = 0;

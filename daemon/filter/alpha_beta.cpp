@@ -24,7 +24,7 @@ template <int N>
 void AlphaBeta<N>::update(const Seen<N>& seen) {
   const Vector<N> innovation = seen.point - point_;
   point_ += settings_.alpha * innovation;
-  // The velocity had all the time since the last sighting to go wrong, not the last step alone.
+  // The innovation accumulated since the last measurement, which may be more than one step ago.
   if (since_seen_s_ > 0.0) velocity_ += settings_.beta / since_seen_s_ * innovation;
   since_seen_s_ = 0.0;
   misses_ = 0.0;

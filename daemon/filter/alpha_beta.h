@@ -6,14 +6,14 @@ namespace mocap::filter {
 
 /// u is the unit of length: px in an image, m in the volume.
 struct AlphaBetaSettings {
-  double alpha = 0.8;            ///< share of the innovation that moves the point, 0 to 1
-  double beta = 0.5;             ///< share that changes the velocity, 0 to 2
+  double alpha = 0.8;            ///< gain of the position, 0 to 1
+  double beta = 0.5;             ///< gain of the velocity, 0 to 2
   double gate_u = 10.0;          ///< standard deviation of the gate
-  double gate_per_speed = 0.0;   ///< the same, for each u that the point is expected to move: an adaptive gate
-  double gate_per_miss_u = 0.0;  ///< the same, for each step without a sighting
+  double gate_per_speed = 0.0;   ///< added to it for each u of predicted motion in a step: an adaptive gate
+  double gate_per_miss_u = 0.0;  ///< added to it for each step without a measurement
 };
 
-/// Constant velocity with fixed gains.
+/// Filter with constant velocity and fixed gains (alpha-beta filter).
 ///
 ///   x' = x + v dt;   r = z - x';   x = x' + alpha r;   v' = v + beta r / dt
 ///
@@ -28,9 +28,9 @@ class AlphaBeta {
   Gate<N> gate() const;
   void update(const Seen<N>& seen);
   void coast();
-  /// Goes on from what others found out; the last step ended in a sighting.
+  /// Continues from this state, as after a measurement.
   void restart(const Vector<N>& point, const Vector<N>& velocity);
-  /// The filter knows no covariance of its own; its gate stands for it.
+  /// The covariance is that of the gate: the filter has no covariance of its state.
   Belief<N> belief() const { return {point_, velocity_, gate().covariance}; }
 
  private:

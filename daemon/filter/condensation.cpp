@@ -9,7 +9,8 @@
 namespace mocap::filter {
 namespace {
 
-// A sighting further than four standard deviations from every particle is none that diffusion could have led to.
+// Squared Mahalanobis distance of the nearest particle (four standard deviations): beyond it the particles cannot reach
+// the measurement by diffusion.
 constexpr double kOutOfReach2 = 16.0;
 
 }  // namespace
@@ -46,7 +47,7 @@ void Condensation<N>::scatter(const Seen<N>& around, const Vector<N>& velocity, 
     weights_[i] = 1.0 / static_cast<double>(count_);
   }
   weighted_ = false;
-  sum_up();
+  compute_belief();
 }
 
 template <int N>
@@ -59,13 +60,13 @@ void Condensation<N>::predict(double dt_s) {
     particle.point += (particle.velocity + 0.5 * change) * dt_s;
     particle.velocity += change;
   }
-  sum_up();
+  compute_belief();
 }
 
 template <int N>
 void Condensation<N>::select() {
-  // Systematic: equal steps over the summed weights from a random start. Particle i of the new set stems from one of
-  // the old whose index is not known to be below i, so the old set is copied.
+  // Systematic resampling: equal steps over the cumulative weights from a random start. The source of particle i may
+  // have a lower index than i, so that the old particles are copied first.
   const std::array<Particle, kMaxParticles> old = particles_;
   const double step = 1.0 / static_cast<double>(count_);
   double at = step * random_.unit();
@@ -95,8 +96,8 @@ void Condensation<N>::update(const Seen<N>& seen) {
   }
   const double since_seen_s = std::exchange(since_seen_s_, 0.0);
   if (!(nearest2 < kOutOfReach2) || !(total > 1e-100)) {
-    // The motion changed at some time since the last sighting: by half as much again as it took the point away on
-    // average, and by as much as half of that more or less.
+    // The velocity changed at an unknown time since the last measurement. The change is 1.5 times the innovation over
+    // that time, with a standard deviation of a third of the change.
     const Vector<N> change =
         since_seen_s > 0.0 ? ((seen.point - belief_.point) / since_seen_s).eval() : Vector<N>::Zero();
     scatter(seen, belief_.velocity + 1.5 * change, 0.5 * change.norm());
@@ -104,11 +105,11 @@ void Condensation<N>::update(const Seen<N>& seen) {
   }
   for (std::size_t i = 0; i < count_; ++i) weights_[i] /= total;
   weighted_ = true;
-  sum_up();
+  compute_belief();
 }
 
 template <int N>
-void Condensation<N>::sum_up() {
+void Condensation<N>::compute_belief() {
   belief_ = {Vector<N>::Zero(), Vector<N>::Zero(), Matrix<N>::Zero()};
   for (std::size_t i = 0; i < count_; ++i) {
     belief_.point += weights_[i] * particles_[i].point;

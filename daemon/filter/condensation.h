@@ -13,18 +13,19 @@ inline constexpr int kMaxParticles = 256;
 /// u is the unit of length: px in an image, m in the volume.
 struct CondensationSettings {
   int particles = 100;              ///< 2 to kMaxParticles
-  double acceleration_u_s2 = 10.0;  ///< standard deviation of what changes the motion, each axis
-  double birth_speed_u_s = 1.0;     ///< standard deviation of a new point's velocity, each axis
-  double sighting_u = 1.0;    ///< standard deviation added to a sighting's: a few particles cannot use a finer one
-  double gate_floor_u = 0.0;  ///< standard deviation that the gate has beyond the particles' own
+  double acceleration_u_s2 = 10.0;  ///< standard deviation of the acceleration, each axis
+  double birth_speed_u_s = 1.0;     ///< standard deviation of the velocity of a new track, each axis
+  /// standard deviation added to that of a measurement: with few particles, none is near a precise measurement
+  double sighting_u = 1.0;
+  double gate_floor_u = 0.0;  ///< standard deviation added to the gate
   std::uint64_t seed = 1;
 };
 
-/// Factored sampling: particles of point and velocity are selected by weight, moved on with noise, and weighted by how
-/// well they explain the sighting.
+/// Particle filter (CONDENSATION): particles with position and velocity are selected by weight, predicted with noise,
+/// and weighted by the likelihood of the measurement.
 ///
-/// The same seed and sightings give the same belief. Where a sighting lies so far off that no particle comes near it,
-/// the particles start anew around it, with the change of velocity that it tells of.
+/// Equal seeds and measurements give equal states. If a measurement is far from all particles, the particles are
+/// sampled anew around it, with the velocity that the jump implies.
 ///
 /// Source: Isard and Blake, "CONDENSATION - conditional density propagation for visual tracking", Int. J. Computer
 /// Vision 29 (1998), figure 5; systematic selection: Kitagawa, J. Computational and Graphical Statistics 5 (1996),
@@ -38,7 +39,7 @@ class Condensation {
   Gate<N> gate() const;
   void update(const Seen<N>& seen);
   void coast() {}  // diffusion alone spreads the particles
-  /// Starts anew from what others found out.
+  /// Samples all particles anew around this state.
   void restart(const Seen<N>& point, const Vector<N>& velocity, double velocity_sigma_u_s) {
     scatter(point, velocity, velocity_sigma_u_s);
   }
@@ -52,7 +53,7 @@ class Condensation {
 
   void scatter(const Seen<N>& around, const Vector<N>& velocity, double velocity_sigma_u_s);
   void select();
-  void sum_up();
+  void compute_belief();
   Vector<N> normal();
   Vector<N> nearly_normal();
 
@@ -60,9 +61,9 @@ class Condensation {
   Random random_;
   std::size_t count_;
   std::array<Particle, kMaxParticles> particles_;
-  std::array<double, kMaxParticles> weights_;  // they add up to 1
+  std::array<double, kMaxParticles> weights_;  // sum: 1
   double since_seen_s_ = 0.0;
-  bool weighted_ = false;  // a sighting has been taken in since the last selection
+  bool weighted_ = false;  // a measurement has changed the weights since the last selection
   Belief<N> belief_;
 };
 

@@ -10,14 +10,14 @@ namespace mocap::filter {
 
 /// u is the unit of length: px in an image, m in the volume.
 struct IsotropicKalmanSettings {
-  double acceleration_u_s2 = 10.0;  ///< standard deviation of what changes the motion, each axis, before any is seen
-  double least_agility = 1e-3;      ///< share of its square that is left while the motion holds steady, 0 to 1
-  double hidden_agility = 5e-3;     ///< share of its square that is reckoned with at least while nothing is seen
-  double max_agility = 4.0;         ///< how many times its square is remembered after sightings surprised
-  double birth_speed_u_s = 1.0;     ///< standard deviation of a new point's velocity, each axis
+  double acceleration_u_s2 = 10.0;  ///< initial standard deviation of the acceleration, each axis
+  double least_agility = 1e-3;      ///< smallest agility (factor on its square), after steady motion, 0 to 1
+  double hidden_agility = 5e-3;     ///< smallest agility while there is no measurement
+  double max_agility = 4.0;         ///< largest agility, after large innovations
+  double birth_speed_u_s = 1.0;     ///< standard deviation of the velocity of a new track, each axis
 };
 
-/// What a filter holds for true of a point whose axes are known equally well: three numbers are its covariance.
+/// State of a point with the same covariance on each axis, so that three numbers are the covariance.
 template <int N>
 struct Motion {
   Vector<N> point = Vector<N>::Zero();
@@ -27,34 +27,35 @@ struct Motion {
   double vv = 0.0;                         ///< variance of the velocity, each axis
 };
 
-/// -2 ln of the likelihood of an innovation whose square is `distance2`, where its variance on each of `N` axes is
-/// `variance` or more: the greatest likelihood over what the variance may be, less N ln(2 pi).
+/// -2 ln of the likelihood of an innovation with the squared length `distance2`, without the constant N ln(2 pi). The
+/// variance on each of N axes is the one of greatest likelihood that is at least `variance`:
 ///
-///   d2 / s + N ln s  where d2 <= N s, else  N + N ln(d2 / N)
+///   d2 / s + N ln s  if d2 <= N s, else  N + N ln(d2 / N)
 ///
-/// Its tail is a logarithm: one sharp turn is likelier than two half ones, as it is with markers.
+/// For large innovations the cost grows with their logarithm: one large innovation costs less than two of half the
+/// size. Markers turn sharply in one step rather than in two.
 template <int N>
 inline double innovation_cost(double distance2, double variance) {
   const double needed = distance2 / N;
   return needed <= variance ? distance2 / variance + N * std::log(variance) : N + N * std::log(needed);
 }
 
-/// Constant velocity, driven by a change of velocity w at some time in each step, any time as likely; all axes share
-/// one covariance, which is exact where sightings are as certain on each axis as on the others.
+/// Kalman filter with constant velocity and white-noise acceleration: in each step the velocity changes at a uniformly
+/// distributed time. All axes share one covariance, which is exact if the measurement noise is isotropic.
 ///
 ///   x' = x + v dt,  v' = v;   Q = W [dt^2/3  dt/2; dt/2  1] for each axis,  W = agility (a dt)^2
 ///
-/// The process noise follows the innovation r twice. Before a sighting is taken in, where r^2 / N is more than was
-/// expected, W is made as large as makes it expected: a sharp turn is followed at once (gains near 1 and 3/2 / dt). And
-/// agility, the smoothed W over its first guess, is remembered: steady motion makes the filter sharp, down to
-/// `least_agility`, or `hidden_agility` while the point is not seen.
+/// The process noise adapts to the innovation r in two ways. Before an update, if r^2 / N is larger than its
+/// expectation, W is increased until both are equal: the filter follows a sharp turn in one step (gains near 1 and
+/// 3/2 / dt). Between updates, the agility is the smoothed ratio of W to its initial value: steady motion reduces the
+/// noise, down to `least_agility`, or `hidden_agility` without measurements.
 ///
 /// Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001): the filter,
 /// equations 5.2.3-11 to 5.2.3-17; the noise, equation 6.2.2-12; process noise from the innovation, section 11.2.2.
 template <int N>
 class IsotropicKalman {
  public:
-  /// `settings` are borrowed and outlive the filter.
+  /// The settings outlive the filter. `variance`: of the position, each axis.
   IsotropicKalman(const IsotropicKalmanSettings& settings, const Vector<N>& point, double variance)
       : settings_(&settings) {
     motion_.point = point;
@@ -64,7 +65,7 @@ class IsotropicKalman {
 
   IsotropicKalman(IsotropicKalmanSettings&& settings, const Vector<N>& point, double variance) = delete;
 
-  /// Moves on by `dt_s` (0 or more).
+  /// Predicts the state `dt_s` (0 or more) later.
   void predict(double dt_s) {
     const double change = settings_->acceleration_u_s2 * dt_s;
     added_ = change * change * agility_;
@@ -76,14 +77,14 @@ class IsotropicKalman {
     motion_.vv += added_;
   }
 
-  /// Takes in a sighting of that variance on each axis.
+  /// Updates the state with a measurement of this variance on each axis.
   void update(const Vector<N>& seen, double variance) {
     const Vector<N> innovation = seen - motion_.point;
     const double needed = innovation.squaredNorm() / N;
-    learn(needed - (motion_.pp + variance));
+    update_agility(needed - (motion_.pp + variance));
     const double missing = needed - (motion_.pp + variance);
     if (missing > 0.0 && since_seen_s_ > 0.0) {
-      // The motion changed at some time since it was last seen.
+      // The velocity changed at an unknown time since the last measurement.
       const double change = 3.0 * missing / (since_seen_s_ * since_seen_s_);
       motion_.pp += missing;
       motion_.pv += change * since_seen_s_ / 2.0;
@@ -100,28 +101,28 @@ class IsotropicKalman {
     since_seen_s_ = 0.0;
   }
 
-  /// Takes in that nothing was seen at the end of the last `predict`.
+  /// Notes that the last predicted state has no measurement.
   void coast() { agility_ = std::max(agility_, settings_->hidden_agility); }
 
-  /// Reckons with changes of that agility at least; steadiness is learned anew.
+  /// Raises the agility to at least this value.
   void expect_changes(double agility) { agility_ = std::max(agility_, agility); }
 
   const Motion<N>& motion() const { return motion_; }
   double agility() const { return agility_; }
   double since_seen_s() const { return since_seen_s_; }
 
-  /// Goes on from what others found out.
+  /// Replaces the state; the agility stays.
   void restart(const Motion<N>& motion) { motion_ = motion; }
 
  private:
-  // About eight sightings are remembered.
+  // Weight of the newest measurement in the agility: an average over about eight measurements.
   static constexpr double kMemory = 0.12;
 
-  /// `more`: by how much the innovation's variance was above what was expected.
-  void learn(double more) {
+  // Updates the agility. `excess`: squared innovation for each axis minus its expectation.
+  void update_agility(double excess) {
     const double change = settings_->acceleration_u_s2 * dt_s_;
     if (!(change > 0.0) || since_seen_s_ > dt_s_) return;
-    const double found = (added_ + 3.0 * more / (dt_s_ * dt_s_)) / (change * change);
+    const double found = (added_ + 3.0 * excess / (dt_s_ * dt_s_)) / (change * change);
     agility_ += kMemory * (std::clamp(found, 0.0, settings_->max_agility) - agility_);
     agility_ = std::max(agility_, settings_->least_agility);
   }
@@ -129,7 +130,7 @@ class IsotropicKalman {
   const IsotropicKalmanSettings* settings_;
   Motion<N> motion_;
   double agility_ = 1.0;
-  double added_ = 0.0;  // to the velocity's variance, by the last step
+  double added_ = 0.0;  // process noise that the last step added to the variance of the velocity
   double dt_s_ = 0.0;
   double since_seen_s_ = 0.0;
 };

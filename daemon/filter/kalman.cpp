@@ -11,11 +11,11 @@
 namespace mocap::filter {
 namespace {
 
-// How much the last innovation counts in the agility: about three steps are remembered.
+// Weight of the last innovation in the agility: an average over about three steps.
 constexpr double kAgilityRate = 0.3;
 
-// A column of three numbers, two of them in one register of every machine: a product of two matrices takes half the
-// steps that it takes number by number.
+// A column of three numbers, of which the first two share one 128-bit register. A product of two matrices then takes
+// about half the instructions of scalar code.
 struct Column {
   using Pair = double __attribute__((vector_size(16)));
 
@@ -47,7 +47,7 @@ Columns rows_of(const Matrix<3>& m) {
   return {Column{{at[0], at[3]}, at[6]}, Column{{at[1], at[4]}, at[7]}, Column{{at[2], at[5]}, at[8]}};
 }
 
-// The product with a vector.
+// Product with a vector.
 [[gnu::always_inline]] inline Column product(const Columns& a, const double* b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
@@ -56,8 +56,8 @@ Columns product(const Columns& a, const Matrix<3>& b) {
   return {product(a, b.data()), product(a, b.data() + 3), product(a, b.data() + 6)};
 }
 
-// Of what is symmetric; one half of it is told, so that rounding does not make it lopsided.
-void take_off_symmetric(const Columns& less, Matrix<3>& from) {
+// Subtracts a symmetric matrix. Only one triangle is computed, so that rounding cannot make the result asymmetric.
+void subtract_symmetric(const Columns& less, Matrix<3>& from) {
   const Column x = Column::at(from.data()) - less[0], y = Column::at(from.data() + 3) - less[1];
   const double zz = from(2, 2) - less[2].z;
   from << x.xy[0], x.xy[1], x.z, x.xy[1], y.xy[1], y.z, x.z, y.z, zz;
@@ -74,16 +74,16 @@ Kalman<N>::Kalman(const KalmanSettings& settings, const Seen<N>& first)
       pv_(Matrix<N>::Zero()),
       vv_(Matrix<N>::Identity() * settings.birth_speed_u_s * settings.birth_speed_u_s) {}
 
-// Variance of the acceleration.
+// Variance of the acceleration, each axis.
 template <int N>
-double Kalman<N>::noise() const {
+double Kalman<N>::acceleration_variance() const {
   const double sigma = settings_.acceleration_u_s2 + settings_.acceleration_per_speed * speed_;
   return sigma * sigma * agility_;
 }
 
 template <int N>
 void Kalman<N>::predict(double dt_s) {
-  const double added = noise();
+  const double added = acceleration_variance();
   const double dt2 = dt_s * dt_s;
   point_ += velocity_ * dt_s;
   pp_ += dt_s * (pv_ + pv_.transpose()) + dt2 * vv_;
@@ -107,7 +107,7 @@ Gate<N> Kalman<N>::gate_in(double dt_s) const {
   const double dt2 = dt_s * dt_s;
   const double wider = settings_.gate_floor_u + settings_.gate_per_speed * speed_ * dt_s;
   Gate<N> gate{point_ + velocity_ * dt_s, pp_ + (dt_s * (pv_ + pv_.transpose()) + dt2 * vv_)};
-  gate.covariance.diagonal().array() += noise() * dt2 * dt2 / (settings_.white_noise ? 3.0 : 4.0);
+  gate.covariance.diagonal().array() += acceleration_variance() * dt2 * dt2 / (settings_.white_noise ? 3.0 : 4.0);
   gate.covariance.diagonal().array() += wider * wider;
   return gate;
 }
@@ -116,37 +116,37 @@ template <int N>
 void Kalman<N>::update(const Seen<N>& seen) {
   const Matrix<N> weight = inverse_of<N>(pp_ + seen.covariance);
   const Vector<N> innovation = seen.point - point_;
-  take_in(innovation, weight);
+  apply_measurement(innovation, weight);
   speed_ = velocity_.norm();
-  const double surprise = innovation.dot(weight * innovation) / N;
-  agility_ += kAgilityRate * (surprise - agility_);
+  const double normalised_innovation2 = innovation.dot(weight * innovation) / N;
+  agility_ += kAgilityRate * (normalised_innovation2 - agility_);
   agility_ = std::clamp(agility_, 1.0, std::max(1.0, settings_.max_agility));
 }
 
 template <>
-void Kalman<3>::take_in(const Vector<3>& innovation, const Matrix<3>& weight) {
+void Kalman<3>::apply_measurement(const Vector<3>& innovation, const Matrix<3>& weight) {
   const Columns gain_point = product(columns_of(pp_), weight);
   const Columns gain_velocity = product(rows_of(pv_), weight);
   (Column::at(point_.data()) + product(gain_point, innovation.data())).put(point_.data());
   (Column::at(velocity_.data()) + product(gain_velocity, innovation.data())).put(velocity_.data());
-  take_off_symmetric(product(gain_velocity, pv_), vv_);
+  subtract_symmetric(product(gain_velocity, pv_), vv_);
   const Columns pv_less = product(gain_point, pv_);
   for (std::size_t i = 0; i < 3; ++i) {
     double* const column = pv_.data() + 3 * i;
     (Column::at(column) - pv_less[i]).put(column);
   }
-  take_off_symmetric(product(gain_point, pp_), pp_);
+  subtract_symmetric(product(gain_point, pp_), pp_);
 }
 
 template <>
-void Kalman<2>::take_in(const Vector<2>& innovation, const Matrix<2>& weight) {
+void Kalman<2>::apply_measurement(const Vector<2>& innovation, const Matrix<2>& weight) {
   const Matrix<2> gain_point = pp_ * weight;
   const Matrix<2> gain_velocity = pv_.transpose() * weight;
   point_ += gain_point * innovation;
   velocity_ += gain_velocity * innovation;
   const Matrix<2> vv_less = gain_velocity * pv_, pp_less = gain_point * pp_;
   pv_ -= (gain_point * pv_).eval();
-  // One half of what is symmetric, so that rounding does not make it lopsided.
+  // Only one triangle is used, so that rounding cannot make the result asymmetric.
   vv_ -= vv_less.selfadjointView<Eigen::Lower>().toDenseMatrix();
   pp_ -= pp_less.selfadjointView<Eigen::Lower>().toDenseMatrix();
 }

@@ -6,27 +6,28 @@ namespace mocap::filter {
 
 /// u is the unit of length: px in an image, m in the volume.
 struct KalmanSettings {
-  double acceleration_u_s2 = 10.0;      ///< standard deviation of what changes the motion, each axis
-  double acceleration_per_speed = 0.0;  ///< u/s^2 for each u/s of speed, on top: what is fast turns hard
-  double birth_speed_u_s = 1.0;         ///< standard deviation of a new point's velocity, each axis
-  double gate_floor_u = 0.0;            ///< standard deviation that the gate has beyond the filter's own
-  double gate_per_speed = 0.0;          ///< the same, for each u that the point is expected to move
-  double max_agility = 1.0;             ///< how many times the noise may grow while sightings surprise; 1: never
-  double coast_half_life_s = 0.0;       ///< an unseen point's speed halves in this time; 0: it goes on
-  bool white_noise = false;             ///< within a step the acceleration changes too; false: it is constant there
+  double acceleration_u_s2 = 10.0;      ///< standard deviation of the acceleration, each axis
+  double acceleration_per_speed = 0.0;  ///< added to it for each u/s of speed: fast limbs accelerate more
+  double birth_speed_u_s = 1.0;         ///< standard deviation of the velocity of a new track, each axis
+  double gate_floor_u = 0.0;            ///< standard deviation added to the gate
+  double gate_per_speed = 0.0;          ///< the same for each u of predicted motion in a step
+  double max_agility = 1.0;             ///< largest factor on the variance of the process noise; 1: no adaptation
+  double coast_half_life_s = 0.0;       ///< half-life of the speed without measurements; 0: constant speed
+  bool white_noise = false;             ///< the acceleration varies within a step; false: it is constant in a step
 };
 
-/// Constant velocity, driven by a random acceleration that is constant over a step.
+/// Kalman filter with constant velocity, driven by a random acceleration that is constant within a step:
 ///
 ///   x' = x + v dt,  v' = v;   Q = s^2 [dt^4/4  dt^3/2; dt^3/2  dt^2] for each axis
 ///
-/// `white_noise` has dt^4/3 in place of dt^4/4. Where sightings are far better than the noise, the constant
-/// acceleration makes of place and velocity one and the same unknown: the velocity takes up twice what the place was
-/// off, and after a jerk it rings from set to set. White noise leaves it in doubt, and it settles.
+/// `white_noise` has dt^4/3 instead of dt^4/4. If the measurements are far more precise than the process noise,
+/// constant acceleration makes the errors of position and velocity fully correlated: the correction of the velocity is
+/// 2 / dt times that of the position, and the velocity oscillates after a jerk. With white noise the velocity keeps an
+/// uncertainty of its own, and the oscillation decays.
 ///
-/// Axes are coupled where the sightings' covariances couple them: a marker that two cameras see is known less well
-/// along their line of sight. Process noise follows the motion: with the speed, and with agility, the smoothed ratio of
-/// squared innovations to what the filter expected of them.
+/// The axes are coupled if the covariances of the measurements couple them: two cameras measure a marker less precisely
+/// along their line of sight. The process noise increases with the speed and with the agility, the smoothed ratio of
+/// squared innovations to their expectation.
 ///
 /// Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001): the filter,
 /// section 5.2.3; the model (discrete white noise acceleration), section 6.3.2, or continuous white noise
@@ -39,7 +40,7 @@ class Kalman {
 
   void predict(double dt_s);
   Gate<N> gate() const;
-  /// What `gate` would be after `predict(dt_s)`; the belief stays.
+  /// The gate after predict(dt_s); does not change the state.
   Gate<N> gate_in(double dt_s) const;
   void update(const Seen<N>& seen);
   void coast();
@@ -49,8 +50,8 @@ class Kalman {
   const Matrix<N>& cross_covariance() const { return pv_; }  ///< row: point, column: velocity
 
  private:
-  double noise() const;
-  void take_in(const Vector<N>& innovation, const Matrix<N>& weight);
+  double acceleration_variance() const;
+  void apply_measurement(const Vector<N>& innovation, const Matrix<N>& weight);
 
   KalmanSettings settings_;
   Vector<N> point_;
@@ -62,9 +63,9 @@ class Kalman {
 };
 
 template <>
-void Kalman<2>::take_in(const Vector<2>& innovation, const Matrix<2>& weight);
+void Kalman<2>::apply_measurement(const Vector<2>& innovation, const Matrix<2>& weight);
 template <>
-void Kalman<3>::take_in(const Vector<3>& innovation, const Matrix<3>& weight);
+void Kalman<3>::apply_measurement(const Vector<3>& innovation, const Matrix<3>& weight);
 extern template class Kalman<2>;
 extern template class Kalman<3>;
 

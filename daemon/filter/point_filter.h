@@ -5,22 +5,22 @@
 
 namespace mocap::filter {
 
-// A filter follows one point in N dimensions. The unit of length is the caller's (px in an image, m in the volume),
-// written `u` in names; time is in s. N is 2 or 3.
+// A filter estimates the motion of one point in N (2 or 3) dimensions. The unit of length is the caller's (px in an
+// image, m in the volume) and is `u` in names; time is in s.
 
 template <int N>
 using Vector = Eigen::Matrix<double, N, 1>;
 template <int N>
 using Matrix = Eigen::Matrix<double, N, N>;
 
-/// Where the point was seen, and how well.
+/// A measurement of the point.
 template <int N>
 struct Seen {
   Vector<N> point;
   Matrix<N> covariance;
 };
 
-/// What a filter holds for true.
+/// The estimated state of a point.
 template <int N>
 struct Belief {
   Vector<N> point;
@@ -28,38 +28,38 @@ struct Belief {
   Matrix<N> covariance;  ///< of the point
 };
 
-/// Where the next sighting is looked for.
+/// The region in which the next measurement is expected.
 template <int N>
 struct Gate {
   Vector<N> centre;
-  Matrix<N> covariance;  ///< the sighting's own comes on top
+  Matrix<N> covariance;  ///< of the predicted position, without that of the measurement
 
-  /// Half the size along each axis of a box that holds all sightings within `sigmas`, where none is less certain than
-  /// `max_variance` along an axis.
+  /// Half the size, along each axis, of a box that contains all measurements within `sigmas` standard deviations. No
+  /// measurement has a larger variance than `max_variance` along an axis.
   Vector<N> reach(double sigmas, double max_variance) const;
 
   struct Fit {
-    double distance2;  ///< squared, in standard deviations (Mahalanobis)
+    double distance2;  ///< squared Mahalanobis distance
     double cost;       ///< -2 ln of the likelihood density, u^-N
   };
 
-  /// How well a sighting fits; the cost allows to compare the fit of sightings to several gates: a wide gate makes
-  /// every sighting in it less likely than the narrow gate of a point that is well known.
+  /// Distance and likelihood of a measurement. Costs of different gates are comparable: a wide gate has a lower density
+  /// than a narrow one.
   Fit fit(const Seen<N>& seen) const;
-  /// The same distance without the cost.
+  /// The squared Mahalanobis distance only.
   double distance2(const Seen<N>& seen) const;
 };
 
-/// What every filter does. A set of sightings at one time: predict, then gate, then update or coast.
+/// A motion filter of one point. In each step: predict, then gate, then update or coast.
 template <class F, int N>
 concept PointFilter = std::copyable<F> && requires(F filter, const F& known, const Seen<N>& seen, double dt_s) {
-  /// Moves the belief on by `dt_s` (0 or more).
+  /// Predicts the state `dt_s` (0 or more) later.
   filter.predict(dt_s);
-  /// Where the sighting should be now.
+  /// The region of the measurement at the predicted time.
   { known.gate() } -> std::same_as<Gate<N>>;
-  /// Takes in the sighting.
+  /// Updates the state with a measurement.
   filter.update(seen);
-  /// Takes in that nothing was seen at the end of the last `predict`.
+  /// Notes that the predicted state has no measurement.
   filter.coast();
   { known.belief() } -> std::same_as<Belief<N>>;
 };

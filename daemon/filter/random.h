@@ -37,8 +37,8 @@ class Random {
     return radius * std::cos(angle);
   }
 
-  /// Nearly normal, mean 0, standard deviation 1, within 3.5, at a fifth of the cost: the sum of four uniform numbers
-  /// of 16 bits.
+  /// Approximately normal (the sum of four uniform 16-bit numbers): mean 0, standard deviation 1, between -3.5 and 3.5.
+  /// Takes a fifth of the time of normal().
   double nearly_normal() {
     const std::uint64_t z = bits();
     const std::uint64_t sum = (z & 0xFFFFU) + ((z >> 16U) & 0xFFFFU) + ((z >> 32U) & 0xFFFFU) + (z >> 48U);

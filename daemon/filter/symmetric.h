@@ -6,7 +6,7 @@
 
 namespace mocap::filter {
 
-/// The determinant of a symmetric matrix and what it is the divisor of: the inverse is `adjugate / determinant`.
+/// Determinant and adjugate of a symmetric matrix: the inverse is `adjugate / determinant`.
 template <int N>
 struct Cofactors {
   Matrix<N> adjugate;

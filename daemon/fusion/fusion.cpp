@@ -1,34 +1,41 @@
 #include "fusion/fusion.h"
 
 #include <algorithm>
-#include <tuple>
+#include <bitset>
+#include <utility>
+
+#include "base/expects.h"
 
 namespace mocap::fusion {
-namespace {
 
-// A hidden marker's track that no camera has seen for so long may see another next.
-constexpr Duration kLabelRetention = std::chrono::milliseconds(150);
-
-// In a list that is sorted by track.
-template <class Names>
-auto find(const Names& names, TrackId track) -> decltype(names.data()) {
-  const auto by_track = [](const auto& name, TrackId sought) { return name.track < sought; };
-  const auto* found = std::lower_bound(names.begin(), names.end(), track, by_track);
-  return found != names.end() && found->track == track ? found : nullptr;
-}
-
-template <class Names>
-void sort_by_track(Names& names) {
-  std::sort(names.begin(), names.end(),
-            [](const auto& a, const auto& b) { return std::tie(a.track, a.label) < std::tie(b.track, b.label); });
-}
-
-}  // namespace
-
-Fusion::Fusion(FusionParts parts, std::uint32_t camera_count) : parts_(std::move(parts)) {
+Fusion::Fusion(FusionParts parts, std::uint32_t camera_count) : parts_(std::move(parts)), identities_(camera_count) {
   MOCAP_EXPECTS(parts_.matcher && parts_.triangulator && parts_.tracker && parts_.labeller && parts_.solver);
   snapshot_.expected_views = camera_count;
   snapshot_.description_version = 1;
+  fits_.reserve(kMaxSubjects);
+}
+
+void Fusion::adopt(Fusion& before, const Handover& handover) {
+  if (handover.matching) {
+    parts_.matcher.swap(before.parts_.matcher);
+    parts_.triangulator.swap(before.parts_.triangulator);
+  }
+  if (handover.drift) parts_.drift.swap(before.parts_.drift);
+  parts_.tracker->adopt(*before.parts_.tracker, handover);
+  parts_.labeller->adopt(*before.parts_.labeller, handover);
+  parts_.solver->adopt(*before.parts_.solver, handover);
+  identities_.adopt(before.identities_, handover);
+  for (SubjectFit fit : before.fits_) {
+    fit.subject = handover.now(fit.subject);
+    if (!fit.subject.names_something()) continue;
+    fits_.push_back(fit);
+    if (parts_.refiner && !before.parts_.refiner) parts_.refiner->recognised(fit);
+  }
+  if (parts_.refiner && before.parts_.refiner) parts_.refiner->adopt(*before.parts_.refiner, handover);
+  pending_fit_ = before.pending_fit_;
+  if (pending_fit_) pending_fit_->subject = handover.now(pending_fit_->subject);
+  if (pending_fit_ && !pending_fit_->subject.names_something()) pending_fit_.reset();
+  snapshot_.description_version = before.snapshot_.description_version + 1;
 }
 
 void Fusion::refit(const SubjectFit& fit) {
@@ -42,99 +49,42 @@ void Fusion::reset(SubjectId subject) {
 }
 
 Snapshot& Fusion::step(const FrameSet& frames) {
-  const Expected& expected = expect(frames.exposed_at);
-  const Matches& matches = parts_.matcher->match(frames, expected);
+  const Timestamp at = frames.exposed_at;
+  const Predictions& predicted = identities_.predict(frames, parts_.tracker->predict(at), parts_.solver->predict(at));
+  const Matches& matches = parts_.matcher->match(frames, predicted);
   const Markers& markers = parts_.triangulator->triangulate(frames, matches);
+  count_blobs(frames, matches, markers);
+  const TrackedMarkers& tracked = parts_.tracker->step(markers, predicted, matches.bearing_only, matches.candidates);
+  const Labelling& labelled = parts_.labeller->label(tracked, predicted);
+  use_fit(labelled.fit);
+  report_search(labelled.search, frames, matches, markers);
+  const LabelledBearings& bearings = label_bearings(frames, matches, predicted);
+  const SolvedSubjects& solved = parts_.solver->solve(labelled.labels, at, bearings, labelled.ambiguous_observations);
+  identities_.update(frames, matches, labelled.labels);
+  refine(solved, at);
   if (parts_.drift) assessed_ = parts_.drift->update(frames, matches, markers);
-  const TrackedMarkers& tracked = parts_.tracker->step(markers, expected, matches.bearing_only);
-  snapshot_.labels = parts_.labeller->label(tracked, expected);
-  learn_fit();
-  label_bearings(frames, matches);
-  snapshot_.poses = parts_.solver->solve(snapshot_.labels, frames.exposed_at, {bearings_.data(), bearings_.size()},
-                                         parts_.labeller->ambiguous_observations());
-  update_track_labels();
-  retain_hidden_labels(matches);
-  if (parts_.refiner && !pending_fit_) {
-    pending_fit_ = parts_.refiner->step(snapshot_.labels, snapshot_.poses, frames.exposed_at);
-  }
-
-  snapshot_.number = frames.number;
-  describe_views(frames);
-  append_unlabelled(tracked);
-  return snapshot_;
+  return describe(frames, tracked, solved);
 }
 
-const Expected& Fusion::expect(Timestamp at) {
-  expected_.at = at;
-  expected_.markers.clear();
-  parts_.tracker->predict(at, expected_);
-  label_predictions();
-
-  // A name whose track is gone is expected where the body says.
-  body_predictions_.at = at;
-  body_predictions_.markers.clear();
-  parts_.solver->predict(at, body_predictions_);
-  const std::size_t tracks = expected_.markers.size();
-  for (const ExpectedMarker& predicted : body_predictions_.markers) {
-    const auto has_label = [&](const ExpectedMarker& prediction) { return prediction.label == predicted.label; };
-    auto* const end = expected_.markers.begin() + tracks;
-    auto* const prediction = std::find_if(expected_.markers.begin(), end, has_label);
-    if (prediction == end) {
-      if (!expected_.markers.try_push_back(predicted)) break;
-    } else if (find(retained_, prediction->track) != nullptr &&
-               predicted.covariance_m2.trace() < prediction->covariance_m2.trace()) {
-      prediction->position = predicted.position;
-      prediction->covariance_m2 = predicted.covariance_m2;
-    }
+// Completes the labeller's report with the blobs of each view and their share in markers.
+void Fusion::report_search(const SearchReport* search, const FrameSet& frames, const Matches& matches,
+                           const Markers& markers) {
+  search_.reset();
+  if (search == nullptr) return;
+  search_ = *search;
+  search_->views.clear();
+  for (const BlobFrame* view : frames.views) {
+    search_->views.push_back({view->camera, static_cast<std::uint32_t>(view->blobs.size()), 0});
   }
-  return expected_;
-}
-
-void Fusion::label_predictions() {
-  for (ExpectedMarker& prediction : expected_.markers) {
-    if (const TrackLabel* name = find(track_labels_, prediction.track)) {
-      prediction.label = name->label;
-    } else if (const RetainedLabel* retained = find(retained_, prediction.track)) {
-      prediction.label = retained->label;
-    }
+  for (const Marker& marker : markers) {
+    for (const BlobRef& sighting : matches.matches[marker.match].sightings) ++search_->views[sighting.view].in_markers;
   }
 }
 
-void Fusion::label_bearings(const FrameSet& frames, const Matches& matches) {
-  bearings_.clear();
-  for (const BearingOnlyObservation& bearing_only : matches.bearing_only) {
-    const Label label = expected_.markers[bearing_only.expected].label;
-    if (!label.names_something()) continue;
-    static_cast<void>(bearings_.try_push_back({label, frames.views[bearing_only.sighting.view]->camera,
-                                               bearing_only.eye, bearing_only.direction, bearing_only.sigma_rad}));
-  }
-}
-
-// A name that left its track, for nobody sees it from two sides, goes on as the name of that track's rays, until a
-// track bears it; over a moment in which its blob is another's, too.
-void Fusion::retain_hidden_labels(const Matches& matches) {
-  view_counts_.fill(0);
-  for (const BearingOnlyObservation& bearing_only : matches.bearing_only) view_counts_[bearing_only.expected] = 1;
-  for (const Match& match : matches.matches) {
-    if (match.expected != Match::kNew) view_counts_[match.expected] = 2;
-  }
-  retained_before_ = retained_;
-  retained_.clear();
-  for (std::size_t i = 0; i < expected_.markers.size(); ++i) {
-    const ExpectedMarker& one = expected_.markers[i];
-    if (!one.label.names_something() || !one.track.names_something() || view_counts_[i] == 2) continue;
-    const auto holds_label = [&](const TrackLabel& name) { return name.label == one.label || name.track == one.track; };
-    if (std::any_of(track_labels_.begin(), track_labels_.end(), holds_label)) continue;
-    const RetainedLabel* before = find(retained_before_, one.track);
-    const Timestamp seen_at = before != nullptr && view_counts_[i] == 0 ? before->seen_at : expected_.at;
-    if (expected_.at - seen_at < kLabelRetention)
-      static_cast<void>(retained_.try_push_back({{one.track, one.label}, seen_at}));
-  }
-  sort_by_track(retained_);
-}
-
-void Fusion::learn_fit() {
-  fit_ = parts_.labeller->take_fit();
+// Passes a new fit to the parts that use it: the fit with which a subject was identified in this step, or else the
+// pending one.
+void Fusion::use_fit(const std::optional<SubjectFit>& identified) {
+  fit_ = identified;
   if (fit_) {
     if (parts_.refiner) parts_.refiner->recognised(*fit_);
     if (pending_fit_ && pending_fit_->subject == fit_->subject) pending_fit_.reset();
@@ -147,17 +97,52 @@ void Fusion::learn_fit() {
   }
   fit_->description_version = ++snapshot_.description_version;
   parts_.solver->refit(*fit_);
+  remember_fit();
 }
 
-void Fusion::update_track_labels() {
-  track_labels_.clear();
-  for (const SubjectLabels& subject : snapshot_.labels) {
-    for (std::uint32_t i = 0; i < subject.markers.size(); ++i) {
-      const TrackId track = subject.markers[i].track;
-      if (track.names_something()) static_cast<void>(track_labels_.try_push_back({track, Label{subject.subject, i}}));
-    }
+void Fusion::remember_fit() {
+  const auto known = std::ranges::find(fits_, fit_->subject, &SubjectFit::subject);
+  if (known != fits_.end()) {
+    *known = *fit_;
+  } else if (fits_.size() < fits_.capacity()) {
+    fits_.push_back(*fit_);
   }
-  sort_by_track(track_labels_);
+}
+
+// The bearing-only observations of markers that have a label.
+const LabelledBearings& Fusion::label_bearings(const FrameSet& frames, const Matches& matches,
+                                               const Predictions& predicted) {
+  bearings_.clear();
+  for (const BearingOnlyObservation& bearing_only : matches.bearing_only) {
+    const Label label = predicted.markers[bearing_only.prediction].label;
+    if (!label.names_something()) continue;
+    bearings_.push_back({label, frames.views[bearing_only.sighting.view]->camera, bearing_only.eye,
+                         bearing_only.direction, bearing_only.sigma_rad});
+  }
+  return bearings_;
+}
+
+void Fusion::refine(const SolvedSubjects& solved, Timestamp at) {
+  if (parts_.refiner && !pending_fit_) pending_fit_ = parts_.refiner->step(solved.labels, solved.poses, at);
+}
+
+void Fusion::count_blobs(const FrameSet& frames, const Matches& matches, const Markers& markers) {
+  blob_use_.fill({});
+  std::array<std::bitset<kMaxBlobs>, kMaxCameras> in_markers;  // by view; markers may share a merged blob
+  for (const Marker& marker : markers) {
+    for (const BlobRef& ref : matches.matches[marker.match].sightings) in_markers[ref.view].set(ref.blob);
+  }
+  for (std::size_t v = 0; v < frames.views.size(); ++v)
+    blob_use_[frames.views[v]->camera.value] = {frames.views[v]->blobs.size(), in_markers[v].count()};
+}
+
+Snapshot& Fusion::describe(const FrameSet& frames, const TrackedMarkers& tracked, const SolvedSubjects& solved) {
+  snapshot_.number = frames.number;
+  snapshot_.labels = solved.labels;
+  snapshot_.poses = solved.poses;
+  describe_views(frames);
+  describe_unlabelled(tracked);
+  return snapshot_;
 }
 
 void Fusion::describe_views(const FrameSet& frames) {
@@ -173,10 +158,10 @@ void Fusion::describe_views(const FrameSet& frames) {
   }
 }
 
-void Fusion::append_unlabelled(const TrackedMarkers& tracked) {
+void Fusion::describe_unlabelled(const TrackedMarkers& tracked) {
   snapshot_.unlabelled.clear();
   for (const TrackedMarker& marker : tracked) {
-    if (find(track_labels_, marker.id) != nullptr || marker.state != TrackState::Confirmed) continue;
+    if (identities_.has_label(marker.id) || marker.state != TrackState::Confirmed) continue;
     snapshot_.unlabelled.push_back({marker.id, marker.position, marker.residual_px, marker.cameras});
   }
 }

@@ -4,10 +4,13 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <utility>
+#include <vector>
 
-#include "base/bounded_vector.h"
 #include "drift/drift_watch.h"
+#include "model/blob_use.h"
+#include "model/handover.h"
+#include "model/identity_map.h"
+#include "model/search_report.h"
 #include "model/sighting.h"
 #include "model/snapshot.h"
 #include "module/labeller.h"
@@ -19,73 +22,82 @@
 
 namespace mocap::fusion {
 
-/// The parts of the row from blobs to skeleton.
+/// The steps of the pipeline from blobs to skeletons. The first five are required.
 struct FusionParts {
   std::unique_ptr<Matcher> matcher;
   std::unique_ptr<Triangulator> triangulator;
   std::unique_ptr<MarkerTracker> tracker;
   std::unique_ptr<Labeller> labeller;
   std::unique_ptr<SkeletonSolver> solver;
-  std::unique_ptr<solve::SubjectRefiner> refiner;  ///< none: bodies stay as they were recognised
-  std::unique_ptr<drift::DriftWatch> drift;        ///< none: nobody looks whether the rig is still right
+  std::unique_ptr<solve::SubjectRefiner> refiner;  ///< null: subjects keep the fit with which they were identified
+  std::unique_ptr<drift::DriftWatch> drift;        ///< null: camera drift is not estimated
 };
 
-/// The whole row: one instant's blobs to one snapshot. What it believes of the markers, names and bodies lives from
-/// set to set, so that the next set starts from where each known marker should be.
+/// The pipeline from blobs to skeletons in one function: one frame set in, one snapshot out.
 ///
-/// One thread. Reads no clock and allocates nothing: the same sets give the same snapshots.
+/// Reads no clock: the same sets give the same snapshots, live, in a replay and in a test. Never allocates in `step`.
+/// One thread makes all calls.
 class Fusion {
  public:
-  /// `camera_count`: cameras of the configuration, of which a complete set has all.
+  /// `camera_count`: cameras of the configuration, 1 to kMaxCameras; a complete set has one view of each. The required
+  /// parts must not be null.
   Fusion(FusionParts parts, std::uint32_t camera_count);
 
-  /// Sets come in the order of their exposure. The snapshot is borrowed until the next call; of its instants, those
-  /// up to `detected_at` are set.
+  /// Processes one set. Sets come in the order of their exposure. The snapshot is borrowed until the next call; its
+  /// instants are set up to `detected_at`, the caller sets the later ones.
   Snapshot& step(const FrameSet& frames);
 
-  /// Somebody else fitted this subject: worn from the next step on. Offsets by bone and by marker, as the subject has.
+  /// Takes over the belief of the fusion of the configuration before, which is not used afterwards: 3D tracks, labels,
+  /// poses and bodies of all that continues. The description version increases by one. Call before the first `step`;
+  /// allocates.
+  void adopt(Fusion& before, const Handover& handover);
+
+  /// Uses a fit of a subject that was made elsewhere, from the next step on.
   void refit(const SubjectFit& fit);
-  /// As Labeller says.
+  /// As Labeller::reset.
   void reset(SubjectId subject);
+  /// As Labeller::set_away.
   void set_away(SubjectId subject, bool away) { parts_.labeller->set_away(subject, away); }
 
-  /// The fit of a subject that the last step began to use, with the description version that its snapshot bears.
+  /// The fit of a subject that the last step began to use, with the description version of that step's snapshot.
   const std::optional<SubjectFit>& fit() const noexcept { return fit_; }
 
-  /// The camera that was looked at anew in the last step, how it stands; null where nobody looks.
+  /// Evidence of the search for a missing subject, with the views; null in most sets. Borrowed until the next step.
+  const SearchReport* search() const noexcept { return search_ ? &*search_ : nullptr; }
+
+  /// The fits in force, one for each subject that was fitted since its definition was loaded.
+  const std::vector<SubjectFit>& fits() const noexcept { return fits_; }
+  std::uint32_t description_version() const noexcept { return snapshot_.description_version; }
+
+  /// The drift of the camera that the last step assessed; null without a DriftWatch.
   const drift::CameraDrift* drift() const noexcept { return parts_.drift ? &parts_.drift->camera(assessed_) : nullptr; }
+  /// The camera that the last step assessed.
   CameraId assessed() const noexcept { return assessed_; }
 
- private:
-  struct TrackLabel {
-    TrackId track;
-    Label label;
-  };
-  struct RetainedLabel : TrackLabel {
-    Timestamp seen_at;  // by one camera
-  };
+  /// The blobs of a camera in the last step.
+  const BlobUse& blob_use(CameraId camera) const noexcept { return blob_use_[camera.value]; }
 
-  const Expected& expect(Timestamp at);
-  void label_predictions();
-  void label_bearings(const FrameSet& frames, const Matches& matches);
-  void retain_hidden_labels(const Matches& matches);
-  void learn_fit();
-  void update_track_labels();
+ private:
+  void report_search(const SearchReport* search, const FrameSet& frames, const Matches& matches,
+                     const Markers& markers);
+  void use_fit(const std::optional<SubjectFit>& identified);
+  void remember_fit();
+  const LabelledBearings& label_bearings(const FrameSet& frames, const Matches& matches, const Predictions& predicted);
+  void refine(const SolvedSubjects& solved, Timestamp at);
+  void count_blobs(const FrameSet& frames, const Matches& matches, const Markers& markers);
+  Snapshot& describe(const FrameSet& frames, const TrackedMarkers& tracked, const SolvedSubjects& solved);
   void describe_views(const FrameSet& frames);
-  void append_unlabelled(const TrackedMarkers& tracked);
+  void describe_unlabelled(const TrackedMarkers& tracked);
 
   FusionParts parts_;
-  Expected expected_;
-  Expected body_predictions_;
-  BoundedVector<TrackLabel, kMaxMarkers> track_labels_;  // sorted by track: who bore a name after the last step
-  BoundedVector<RetainedLabel, kMaxMarkers>
-      retained_;  // by track: that nobody or one camera sees, and their last names
-  BoundedVector<RetainedLabel, kMaxMarkers> retained_before_;
-  std::array<std::uint8_t, kMaxMarkers> view_counts_{};  // by expected marker, in this set: 0, 1, 2 or more
+  IdentityMap identities_;
   LabelledBearings bearings_;
-  CameraId assessed_{0};  // by the drift watch
+  CameraId assessed_{0};
+  std::array<BlobUse, kMaxCameras> blob_use_;  // by camera, of the last step
   std::optional<SubjectFit> fit_;
-  std::optional<SubjectFit> pending_fit_;  // after the last set, to be worn from this one on
+  std::optional<SearchReport> search_;
+  std::optional<SubjectFit> pending_fit_;  // used from the next step on
+  std::vector<SubjectFit> fits_;           // in force; at most one for each subject
   Snapshot snapshot_;
 };
 

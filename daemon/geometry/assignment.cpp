@@ -28,7 +28,7 @@ Assigner::Assigner(std::size_t max_rows, std::size_t max_columns, std::size_t ma
   reached_from_.resize(max_columns);
   done_.assign(max_columns, 0);
   touched_.reserve(max_columns);
-  heap_.reserve(max_pairs + 1);  // each pair is looked at once a path
+  heap_.reserve(max_pairs + 1);  // a path search pushes each pair at most once
 }
 
 std::span<const std::uint32_t> Assigner::assign(std::size_t rows, std::size_t columns,
@@ -39,7 +39,8 @@ std::span<const std::uint32_t> Assigner::assign(std::size_t rows, std::size_t co
   row_of_column_.assign(columns, kAlone);
   column_price_.assign(columns, 0.0);
   row_price_.assign(rows, cost_of_alone);
-  // Where each row's cheapest column is its alone, that is the end of it: all columns still cost nothing.
+  // Initial assignment: each row gets its cheapest column if that column is still free. All column prices are still 0,
+  // so these pairs have reduced cost 0.
   for (std::uint32_t row = 0; row < rows; ++row) {
     std::uint32_t cheapest = kAlone;
     for (std::uint32_t e = first_edge_[row]; e < first_edge_[row + 1]; ++e) {
@@ -59,8 +60,8 @@ std::span<const std::uint32_t> Assigner::assign(std::size_t rows, std::size_t co
 
 void Assigner::sort_by_row(std::size_t rows, std::size_t columns, std::span<const AllowedPair> pairs,
                            double cost_of_alone) {
-  // Counting sort. Slot row + 2 counts, so that after the sums slot row + 1 is where the row's next edge goes, and in
-  // the end slot row is where the row begins.
+  // Counting sort. Element row + 2 counts the edges of a row. After the prefix sums, element row + 1 is the position of
+  // the row's next edge; after all edges are stored, element row is the position of the row's first edge.
   first_edge_.assign(rows + 2, 0);
   for (const AllowedPair& pair : pairs) {
     MOCAP_EXPECTS(pair.row < rows && pair.column < columns);
@@ -76,7 +77,8 @@ void Assigner::sort_by_row(std::size_t rows, std::size_t columns, std::span<cons
 void Assigner::augment(std::uint32_t start, double cost_of_alone) {
   const End end = shortest_path(start, cost_of_alone);
 
-  // The prices move by what each settled column is nearer than the end of the path; reduced costs stay at least zero.
+  // The price of a settled column changes by the difference between its distance and that of the end of the path, so
+  // that all reduced costs stay at least 0.
   row_price_[start] += end.distance;
   for (const std::uint32_t column : touched_) {
     if (done_[column] != 0) {
@@ -89,7 +91,8 @@ void Assigner::augment(std::uint32_t start, double cost_of_alone) {
   }
   touched_.clear();
 
-  // Hand each column on the path to the row before it; the last row takes the free column, or stays alone.
+  // Each column on the path moves to the previous row of the path. The last row gets the free column or stays
+  // unassigned.
   std::uint32_t column = end.column;
   std::uint32_t row = end.row;
   while (true) {

@@ -11,7 +11,7 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& t) {
   return m;
 }
 
-// Rays (x, y, 1) from undistorted pixels (x, y, 1).
+// Maps undistorted pixels (x, y, 1) to rays (x, y, 1).
 Eigen::Matrix3d ray_from_pixel(const Lens& lens) {
   Eigen::Matrix3d m;
   m << 1.0 / lens.fx_px, 0.0, -lens.cx_px / lens.fx_px, 0.0, 1.0 / lens.fy_px, -lens.cy_px / lens.fy_px, 0.0, 0.0, 1.0;

@@ -3,13 +3,15 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "geometry/limits.h"
+
 namespace mocap::geometry {
 namespace {
 
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-// A distorted ray, and how it turns with the ray.
+// A distorted ray, and its derivative by the ray.
 struct Distorted {
   Vector2d v;
   Matrix2d jacobian;
@@ -33,7 +35,7 @@ Distorted distort_pinhole(const Eigen::Matrix<double, 5, 1>& k, const Vector2d& 
   return {v, j};
 }
 
-// The distorted angle from the axis, and its slope.
+// The distorted angle from the optical axis, and its derivative by theta.
 std::pair<double, double> fisheye_angle(const Eigen::Matrix<double, 5, 1>& k, double theta) {
   const double t2 = theta * theta;
   const double value = theta * (1.0 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3]))));
@@ -46,7 +48,7 @@ Distorted distort_fisheye(const Eigen::Matrix<double, 5, 1>& k, const Vector2d& 
   if (r < 1e-12) return {ray, Matrix2d::Identity()};
   const auto [angle, slope] = fisheye_angle(k, std::atan(r));
   const double scale = angle / r;
-  // Along the radius the image moves by d angle / d r, across it by the scale.
+  // The derivative is d angle / d r along the radius, and the scale across it.
   const double along = slope / (1.0 + r * r);
   return {ray * scale, scale * Matrix2d::Identity() + (along - scale) / (r * r) * ray * ray.transpose()};
 }
@@ -56,14 +58,14 @@ Distorted distort_ray(const Lens& lens, const Vector2d& ray) {
 }
 
 constexpr int kMaxSteps = 30;
-constexpr double kSolved = 1e-12;  // image plane at distance 1; far below any centroid error
+constexpr double kSolved = 1e-12;  // on the image plane at distance 1; far below any centroid error
 
 std::optional<Vector2d> undistort_pinhole(const Eigen::Matrix<double, 5, 1>& k, const Vector2d& target) {
   Vector2d ray = target;
   for (int step = 0; step < kMaxSteps; ++step) {
     const Distorted now = distort_pinhole(k, ray);
     const Vector2d error = now.v - target;
-    // Past the turning point of the polynomial the image folds over itself: no ray of this lens leads there.
+    // Beyond the maximum of the distortion polynomial the image folds over itself: no ray maps to that pixel.
     if (!(now.jacobian.determinant() > 1e-6) || !ray.allFinite()) return std::nullopt;
     if (error.squaredNorm() < kSolved * kSolved) return ray;
     ray -= now.jacobian.inverse() * error;
@@ -80,7 +82,7 @@ std::optional<Vector2d> undistort_fisheye(const Eigen::Matrix<double, 5, 1>& k, 
     const auto [value, slope] = fisheye_angle(k, theta);
     if (!(slope > 1e-6)) return std::nullopt;
     if (std::abs(value - r) < kSolved) {
-      if (theta <= 0.0 || theta >= kRightAngle - 1e-6) return std::nullopt;  // beside or behind: no point at z = 1
+      if (theta <= 0.0 || theta >= kRightAngle - 1e-6) return std::nullopt;  // the ray does not meet the plane z = 1
       return target * (std::tan(theta) / r);
     }
     theta -= (value - r) / slope;
@@ -110,9 +112,8 @@ std::optional<NormalizedPoint> undistort(const Lens& lens, const PixelPoint& pix
 }
 
 std::optional<PixelPoint> project(const CameraModel& camera, const WorldPoint& point) {
-  constexpr double kNearest_m = 0.01;
   const CameraPoint seen = camera.camera_from_world * point;
-  if (seen.v.z() < kNearest_m) return std::nullopt;
+  if (seen.v.z() < kMinDepth_m) return std::nullopt;
   return distort(camera.lens, NormalizedPoint{seen.v.head<2>() / seen.v.z()});
 }
 

@@ -7,29 +7,29 @@
 
 namespace mocap::geometry {
 
-/// Where a ray meets the image, distortion done. Never fails: a ray far outside the field of view gives a pixel far
-/// outside the image (or one that a real lens would not give: check with `undistort` where that matters).
+/// The pixel of a ray, with lens distortion. Never fails: a ray far outside the field of view gives a pixel far outside
+/// the image, or a pixel that the real lens would not give. Where the difference matters, check with `undistort`.
 ///
 /// Source: the OpenCV documentation, "Camera Calibration and 3D Reconstruction" and "Fisheye camera model".
 PixelPoint distort(const Lens& lens, const NormalizedPoint& ray);
 
-/// A pixel, and how it moves when its ray turns a little.
+/// A pixel, and its derivative by the ray.
 struct DistortedRay {
   PixelPoint pixel;
   Eigen::Matrix2d px_from_ray;  ///< derivative of the pixel by the ray, px
 };
 
-/// As `distort`, with the slope.
+/// The same as `distort`, with the derivative.
 DistortedRay distort_with_slope(const Lens& lens, const NormalizedPoint& ray);
 
-/// The ray that a pixel sees, distortion undone to 1e-9 of the image plane at distance 1. Nothing where no ray leads
-/// to that pixel (outside of what the distortion's polynomial can express).
+/// The ray of a pixel, to 1e-9 on the image plane at distance 1. Nothing if no ray maps to the pixel: the pixel is
+/// outside the range of the distortion polynomial.
 std::optional<NormalizedPoint> undistort(const Lens& lens, const PixelPoint& pixel);
 
-/// Where a camera sees a point; nothing where the point is not in front of it (nearer than 1 cm to its plane).
+/// The pixel of a point; nothing if the point is less than 1 cm in front of the camera.
 std::optional<PixelPoint> project(const CameraModel& camera, const WorldPoint& point);
 
-/// Whether a pixel lies in the camera's image.
+/// Whether a pixel lies inside the image of the camera.
 bool in_image(const CameraModel& camera, const PixelPoint& pixel);
 
 }  // namespace mocap::geometry

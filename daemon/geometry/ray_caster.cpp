@@ -32,7 +32,7 @@ std::optional<Ray> ray_of(const Lens& lens, const PixelPoint& pixel) {
   const auto point = undistort(lens, pixel);
   if (!point) return std::nullopt;
   const Ray ray{*point, distort_with_slope(lens, *point).px_from_ray};
-  if (!(ray.px_from_ray.determinant() > 0.0)) return std::nullopt;  // where the image folds over
+  if (!(ray.px_from_ray.determinant() > 0.0)) return std::nullopt;  // the distortion folds the image over
   return ray;
 }
 
@@ -75,7 +75,7 @@ RayCaster::RayCaster(const CameraModel& camera)
   steps_ = 0;
 }
 
-// How much longer than the distorted ray the ray is, by the radial part of the distortion alone.
+// Tabulates the length of the ray divided by the length of the distorted ray, for the radial distortion alone.
 void RayCaster::tabulate() {
   Lens radial;
   radial.distortion = lens_.distortion;
@@ -88,12 +88,12 @@ void RayCaster::tabulate() {
   for (std::size_t i = 1; i <= kCells + 1; ++i) {
     const double length = std::sqrt(static_cast<double>(i) / cells_per_length2_);
     const auto ray = ray_of(radial, {{length, 0.0}});
-    if (!ray) break;  // from here on the image folds over
+    if (!ray) break;  // beyond this length the distortion folds the image over
     scale_.push_back(ray->point.v.x() / length);
   }
 }
 
-// Whether the table is as good as promised all over the image.
+// Whether table and Newton steps give rays to 0.5e-6 px, tested on a grid of 8 px over the whole image.
 bool RayCaster::is_precise() const {
   constexpr double kPrecision_px = 0.5e-6;
   constexpr double kStep_px = 8.0;
@@ -118,18 +118,18 @@ void RayCaster::cast(std::span<const double> u_px, std::span<const double> v_px,
   MOCAP_EXPECTS(u_px.size() == v_px.size());
   into.resize(u_px.size());
   if (steps_ > 0) {
-    bool all_told = look_up(u_px, v_px, into);
-    for (int step = 0; step < steps_; ++step) all_told = polish(u_px, v_px, into) && all_told;
+    bool all_valid = look_up(u_px, v_px, into);
+    for (int step = 0; step < steps_; ++step) all_valid = polish(u_px, v_px, into) && all_valid;
     std::ranges::fill(into.exists, std::uint8_t{1});
-    if (all_told) return;
+    if (all_valid) return;
   }
   for (std::size_t i = 0; i < u_px.size(); ++i) {
-    const bool told = steps_ > 0 && is_in_table(u_px[i], v_px[i]) && into.ux[i] * into.vy[i] > into.uy[i] * into.vx[i];
-    if (!told) set(into, i, ray_of(lens_, {{u_px[i], v_px[i]}}));
+    const bool valid = steps_ > 0 && is_in_table(u_px[i], v_px[i]) && into.ux[i] * into.vy[i] > into.uy[i] * into.vx[i];
+    if (!valid) set(into, i, ray_of(lens_, {{u_px[i], v_px[i]}}));
   }
 }
 
-// Whether the pixel is in the image, and its distorted ray not longer than the table is.
+// Whether the pixel is inside the image and the table covers the length of its distorted ray.
 bool RayCaster::is_in_table(double u_px, double v_px) const {
   const double x = (u_px - lens_.cx_px) / lens_.fx_px;
   const double y = (v_px - lens_.cy_px) / lens_.fy_px;
@@ -139,8 +139,8 @@ bool RayCaster::is_in_table(double u_px, double v_px) const {
 
 namespace {
 
-// A pinhole's numbers, and one step of Newton's with them. The slope is that of the point before the step: the last
-// step is so small that the slope does not change.
+// The parameters of a pinhole lens, and one Newton step with them. The returned derivative belongs to the point before
+// the step: the last step is so small that the derivative does not change.
 struct Step {
   explicit Step(const Lens& lens)
       : k1(lens.distortion[0]),
@@ -177,10 +177,11 @@ struct Step {
 
 }  // namespace
 
-// The rays by the table, the tangential part taken off at that guess. Says whether the table told all of them.
+// Initial rays: radial distortion from the table, tangential distortion subtracted at the rays that the table gives.
+// Returns whether all pixels are inside the image and the table.
 //
-// Steps are loops of their own: the numbers of one ray wait for each other all along, and a processor looks ahead to
-// other rays only where the loop is short.
+// Table lookup and Newton steps are separate loops. All operations on one ray depend on each other, and a processor
+// executes several iterations in parallel only if the loop is short.
 MOCAP_WIDE bool RayCaster::look_up(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
   const Step step(lens_);
   const double p1 = step.p1, p2 = step.p2, cx = step.cx, cy = step.cy;
@@ -192,13 +193,13 @@ MOCAP_WIDE bool RayCaster::look_up(std::span<const double> u_px, std::span<const
   const double *u = u_px.data(), *v = v_px.data(), *table = scale_.data();
   double *px = into.x.data(), *py = into.y.data();
   const std::size_t count = u_px.size();
-  std::int64_t told = 0;
+  std::int64_t valid = 0;
   MOCAP_INDEPENDENT_TURNS
   for (std::size_t i = 0; i < count; ++i) {
     const double long_x = (u[i] - cx) * inverse_fx;
     const double long_y = (v[i] - cy) * inverse_fy;
     const double at = (long_x * long_x + long_y * long_y) * cells;
-    const double cell = at < last ? at : last;  // also of what is no number
+    const double cell = at < last ? at : last;  // NaN gives `last`
     const auto index = static_cast<std::int32_t>(cell);
     const double slope = table[index + 1] - table[index];
     const double guess = table[index] + (cell - static_cast<double>(index)) * slope;
@@ -207,17 +208,17 @@ MOCAP_WIDE bool RayCaster::look_up(std::span<const double> u_px, std::span<const
     const double r2 = x * x + y * y;
     const double radial_x = long_x - 2.0 * p1 * x * y - p2 * (r2 + 2.0 * x * x);
     const double radial_y = long_y - p1 * (r2 + 2.0 * y * y) - 2.0 * p2 * x * y;
-    // What was taken off changes the length, by a cell or two of the table.
+    // Without the tangential distortion the length differs by a cell or two of the table.
     const double scale = guess + ((radial_x * radial_x + radial_y * radial_y) * cells - at) * slope;
     px[i] = radial_x * scale;
     py[i] = radial_y * scale;
     const bool in_image = (u[i] >= -0.5) & (u[i] < right) & (v[i] >= -0.5) & (v[i] < down);
-    told += in_image & (at < last) ? 1 : 0;
+    valid += in_image & (at < last) ? 1 : 0;
   }
-  return told == static_cast<std::int64_t>(count);
+  return valid == static_cast<std::int64_t>(count);
 }
 
-// One step of Newton's. Says whether all rays lie where the image does not fold over.
+// One Newton step. Returns whether the distortion folds the image over at none of the rays.
 MOCAP_WIDE bool RayCaster::polish(std::span<const double> u_px, std::span<const double> v_px, RayColumns& into) const {
   const Step step(lens_);
   const double *u = u_px.data(), *v = v_px.data();

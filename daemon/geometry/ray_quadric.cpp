@@ -8,6 +8,7 @@
 
 #include "base/expects.h"
 #include "base/loops.h"
+#include "geometry/limits.h"
 #include "model/bounds.h"
 
 namespace mocap::geometry {
@@ -16,10 +17,10 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Four numbers at a time: one register where it is wide enough, two where not; the same numbers.
+// Four numbers in one SIMD register, or in two registers of half the size; the results are identical.
 using Four = double __attribute__((vector_size(32)));
 
-// A quadric, or the products of a point's coordinates that go with its numbers.
+// A quadric, or the products of a point's coordinates by which the elements of a quadric are multiplied.
 struct Form {
   Four squares{};   // xx yy zz 11
   Four products{};  // xy yz zx -
@@ -28,11 +29,7 @@ struct Form {
 
 #define MOCAP_INLINE [[gnu::always_inline]] inline
 
-constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
-// Closer to a camera's plane than this is not in front of it.
-constexpr double kNearest_m = 0.01;
-// Information of a point that is known to 1 m.
-constexpr double kLeastInformation_m2 = 1.0;
+constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 MOCAP_INLINE Four load(const double* from) {
@@ -67,10 +64,10 @@ MOCAP_INLINE double depth_of(const QuadricSighting& sighting, const Four& h) {
 struct Solved {
   Vector3d point;
   Matrix3d covariance;
-  bool told = false;  // false: the rays are too nearly parallel
+  bool is_observable = false;  // false: the rays are too nearly parallel
 };
 
-// The least of a form, and the inverse of its curvature.
+// The minimum of a quadratic form, and the inverse of its Hessian (without the factor 2).
 MOCAP_INLINE Solved least_of(const Form& sum) {
   const double xx = sum.squares[0], yy = sum.squares[1], zz = sum.squares[2];
   const double xy = sum.products[0], yz = sum.products[1], xz = sum.products[2];
@@ -82,30 +79,32 @@ MOCAP_INLINE Solved least_of(const Form& sum) {
   const double c_zz = xx * yy - xy * xy;
   const double determinant = xx * c_xx + xy * c_xy + xz * c_xz;
   Solved solved;
-  // Determinant over principal minors bounds the least eigenvalue from below, tightly where that one is small.
-  if (!(determinant > kLeastInformation_m2 * (c_xx + c_yy + c_zz)) || !(determinant > 0.0)) return solved;
+  // The determinant over the sum of the principal minors is a lower bound of the smallest eigenvalue, tight if that
+  // eigenvalue is small.
+  if (!(determinant > kMinInformation_1_m2 * (c_xx + c_yy + c_zz)) || !(determinant > 0.0)) return solved;
   const double inverse = 1.0 / determinant;
   solved.covariance << c_xx, c_xy, c_xz, c_xy, c_yy, c_yz, c_xz, c_yz, c_zz;
   solved.covariance *= inverse;
   solved.point.noalias() = -(solved.covariance * Vector3d(sum.ends[0], sum.ends[1], sum.ends[2]));
-  solved.told = true;
+  solved.is_observable = true;
   return solved;
 }
 
-// How a point fits the sightings.
+// The agreement of the sightings with a point.
 struct Verdict {
-  bool all_fit = true;
-  bool depths_hold = true;  // to 1 %
-  double sum_px2 = 0.0;     // with the depths of the start
+  bool all_fit = true;      // no sighting is an outlier
+  bool depths_hold = true;  // no depth differs from the depth of the weights by more than 1 %
+  double sum_px2 = 0.0;     // sum of squared errors, with the depths of the weights
 };
 
+// The sighting with the largest error.
 struct Worst {
   std::size_t index = 0;
-  double excess2 = 0.0;
-  double sum2 = 0.0;  // of all
+  double excess2 = 0.0;  // its squared error over the squared limit
+  double sum2 = 0.0;     // the same, summed over all sightings
 };
 
-// What the sightings say together, each as heavy as its depth at the start says.
+// The sum of the quadrics of all sightings, each weighted by 1 / depth^2 at the start position.
 class Sum {
  public:
   Sum(std::span<QuadricSighting> sightings, const Agreement& agreement)
@@ -113,14 +112,15 @@ class Sum {
         floor_px2_(agreement.floor_px * agreement.floor_px),
         sigmas2_(agreement.sigmas * agreement.sigmas) {}
 
-  // Adds all up. A camera that the point is behind of cannot see it: its sighting goes to the end of the span and out.
+  // Computes the sum for a start position. A camera that has the position behind it cannot see the point: its sighting
+  // moves to the end of the span and is not counted.
   MOCAP_INLINE void add_up(std::size_t count, const Vector3d& at) {
     const Four h = homogeneous(at);
     Form total;
     count_ = 0;
     while (count_ < count) {
       const double depth = depth_of(sightings_[count_], h);
-      if (!(depth > kNearest_m)) {
+      if (!(depth > kMinDepth_m)) {
         std::swap(sightings_[count_], sightings_[--count]);
         continue;
       }
@@ -144,7 +144,7 @@ class Sum {
                      total_.ends - weight_[i] * quadric.ends});
   }
 
-  // Whether all sightings lie within what is allowed; without any division, as nearly all do.
+  // Tests all sightings against their limits without a division, because nearly all sightings pass.
   MOCAP_INLINE Verdict judge(const Vector3d& point) const {
     constexpr double kSmallChange = 0.01;
     const Form products = products_of(point);
@@ -154,9 +154,9 @@ class Sum {
       const QuadricSighting& s = sightings_[i];
       const double sigma2 = s.sigma_px * s.sigma_px;
       const double depth = depth_of(s, h);
-      // Rounding may leave a little less than nothing.
+      // Rounding may give a small negative number.
       const double off2 = std::max(0.0, times(load(*s.quadric), products)) * sigma2;
-      const bool fits = depth > kNearest_m && off2 <= (floor_px2_ + sigmas2_ * sigma2) * depth * depth;
+      const bool fits = depth > kMinDepth_m && off2 <= (floor_px2_ + sigmas2_ * sigma2) * depth * depth;
       verdict.all_fit = verdict.all_fit && fits;
       verdict.depths_hold = verdict.depths_hold && std::abs(depth - depth_[i]) <= kSmallChange * depth_[i];
       verdict.sum_px2 += off2 * weight_[i];
@@ -164,8 +164,7 @@ class Sum {
     return verdict;
   }
 
-  // The one farthest off, and the square of its distance over what is allowed; all but the sighting `without` are
-  // asked.
+  // The sighting with the largest ratio of squared error to squared limit, among all except `without`.
   Worst worst(const Vector3d& point, std::size_t without) const {
     const Form products = products_of(point);
     const Four h = homogeneous(point);
@@ -176,20 +175,22 @@ class Sum {
       const double sigma2 = s.sigma_px * s.sigma_px;
       const double depth = depth_of(s, h);
       const double off2 = std::max(0.0, times(load(*s.quadric), products)) * sigma2;
-      const double excess2 = depth > kNearest_m ? off2 / ((floor_px2_ + sigmas2_ * sigma2) * depth * depth) : kInfinite;
+      const double excess2 =
+          depth > kMinDepth_m ? off2 / ((floor_px2_ + sigmas2_ * sigma2) * depth * depth) : kInfinite;
       worst.sum2 += excess2;
       if (excess2 > worst.excess2) worst = {i, excess2, worst.sum2};
     }
     return worst;
   }
 
-  // Of few sightings one that is wrong drags the point so far that another looks worse: try to do without each in turn.
+  // The sighting without which the others agree best. With few sightings an outlier moves the point so far that another
+  // sighting may have the larger error, so each sighting is left out in turn.
   std::size_t best_left_out() const {
     std::size_t best = count_ - 1;
     double least2 = kInfinite;
     for (std::size_t i = 0; i < count_; ++i) {
       const Solved others = solve_without(i);
-      if (!others.told) continue;
+      if (!others.is_observable) continue;
       const double sum2 = worst(others.point, i).sum2;
       if (sum2 >= least2) continue;
       least2 = sum2;
@@ -207,7 +208,7 @@ class Sum {
   std::array<double, kMaxCameras> weight_;  // likewise
 };
 
-// The point of all sightings of the sum, with depths that are right to 1 %.
+// Solves the point of the first `count` sightings; repeats, at most 3 times, until the depths are correct to 1 %.
 MOCAP_INLINE std::pair<Solved, Verdict> settle(Sum& sum, std::size_t count, Vector3d at) {
   constexpr int kMaxSteps = 3;
 
@@ -217,7 +218,7 @@ MOCAP_INLINE std::pair<Solved, Verdict> settle(Sum& sum, std::size_t count, Vect
     sum.add_up(count, at);
     if (sum.count() < 2) return {};
     solved = sum.solve();
-    if (!solved.told) break;
+    if (!solved.is_observable) break;
     verdict = sum.judge(solved.point);
     if (verdict.depths_hold) break;
     count = sum.count();
@@ -238,8 +239,7 @@ CameraRows::CameraRows(const CameraFromWorld& camera_from_world) {
 
 namespace {
 
-// With the slope of the lens over the standard deviation: u and v are what multiplies (X, 1) to give depth times the
-// two components of the error.
+// u and v: the linear forms of (X, 1) that give depth times the two components of the error, in standard deviations.
 MOCAP_INLINE void write_quadric(const Four& u, const Four& v, RayQuadric& into) {
   using Order = long long __attribute__((vector_size(32)));
   const Order next{1, 2, 0, 3};
@@ -281,7 +281,8 @@ MOCAP_WIDE void quadrics_of(const CameraRows& camera, const RayColumns& rays, st
 
 MOCAP_WIDE Result<Agreed, TriangulationFailure> agree(std::span<QuadricSighting> sightings, const WorldPoint& start,
                                                       const Agreement& agreement) {
-  constexpr std::size_t kFew = 8;  // up to here every one is tried; with more, the worst stands out by itself
+  // With at most this many sightings each one is left out in turn; with more, the outlier has the largest error.
+  constexpr std::size_t kFew = 8;
 
   Sum sum(sightings, agreement);
   std::size_t count = sightings.size();
@@ -290,16 +291,16 @@ MOCAP_WIDE Result<Agreed, TriangulationFailure> agree(std::span<QuadricSighting>
     const auto [solved, verdict] = settle(sum, count, start.v);
     count = sum.count();
     if (count < 2) return TriangulationFailure::BehindACamera;
-    if (solved.told && verdict.all_fit) {
+    if (solved.is_observable && verdict.all_fit) {
       const double rms_px = std::sqrt(verdict.sum_px2 / static_cast<double>(count));
       return Agreed{{{solved.point}, solved.covariance, rms_px}, count};
     }
-    const Worst worst = solved.told ? sum.worst(solved.point, kNobody) : Worst{};
-    failure = !solved.told                   ? TriangulationFailure::RaysNearlyParallel
+    const Worst worst = solved.is_observable ? sum.worst(solved.point, kNone) : Worst{};
+    failure = !solved.is_observable          ? TriangulationFailure::RaysNearlyParallel
               : std::isfinite(worst.excess2) ? TriangulationFailure::Disagreement
                                              : TriangulationFailure::BehindACamera;
     if (count == 2) break;
-    const std::size_t wrong = !solved.told || count <= kFew ? sum.best_left_out() : worst.index;
+    const std::size_t wrong = !solved.is_observable || count <= kFew ? sum.best_left_out() : worst.index;
     std::swap(sightings[wrong], sightings[count - 1]);
     --count;
   }

@@ -6,7 +6,8 @@
 namespace mocap::geometry {
 namespace {
 
-// Points on one line leave the turn about it open; 1e-6 is far over rounding, far under any marker's noise.
+// Points on one line do not determine the rotation about the line. The bound is far above rounding and far below the
+// ratio that marker noise causes.
 constexpr double kFlatShare = 1e-6;
 
 struct Centres {

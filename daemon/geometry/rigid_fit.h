@@ -8,7 +8,7 @@
 
 namespace mocap::geometry {
 
-/// Two places of one point, in two frames.
+/// The positions of one point in two frames.
 struct PointPair {
   Eigen::Vector3d from;
   Eigen::Vector3d to;
@@ -17,18 +17,18 @@ struct PointPair {
 
 struct RigidFit {
   Pose to_from;
-  double rms_m = 0.0;  ///< weighted, of `to` from where the pose puts `from`
+  double rms_m = 0.0;  ///< weighted rms distance of `to` from the transformed `from`
 };
 
-/// The rotation and translation, never a mirror image, that bring `from` nearest to `to` by weighted least squares.
+/// The rotation and translation, never a reflection, that map `from` to `to` with the least weighted sum of squares.
 ///
-/// Nothing for fewer than three points of weight, or when they lie on one line (second singular value under 1e-6 of
-/// the first, or everything in one place). Never allocates.
+/// Nothing for fewer than three points with a weight above 0, or if these points lie on one line (second singular value
+/// below 1e-6 of the first) or coincide. Never allocates.
 ///
 /// Source: Kabsch, "A discussion of the solution for the best rotation to relate two sets of vectors" (1978).
 std::optional<RigidFit> fit_rigid(std::span<const PointPair> pairs);
 
-/// A turn about the vertical, a scale and a translation: what a person who stands upright may differ by.
+/// A rotation about the vertical, a scale and a translation: maps a template to a person who stands upright.
 struct UprightFit {
   double yaw_rad = 0.0;
   double scale = 1.0;
@@ -38,8 +38,8 @@ struct UprightFit {
   Eigen::Vector3d operator*(const Eigen::Vector3d& from) const;
 };
 
-/// The upright similarity that brings `from` nearest to `to` by weighted least squares. Nothing for fewer than two
-/// points of weight, or when they stand in one vertical line or in one place. Never allocates.
+/// The upright similarity that maps `from` to `to` with the least weighted sum of squares. Nothing for fewer than two
+/// points with a weight above 0, or if these points lie on one vertical line. Never allocates.
 std::optional<UprightFit> fit_upright(std::span<const PointPair> pairs);
 
 }  // namespace mocap::geometry

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "geometry/limits.h"
+
 namespace mocap::geometry {
 namespace {
 
@@ -14,14 +16,10 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Two rays 0.08 degrees apart. Closer ones put the error of one pixel into metres of depth.
+// Two rays 0.08 degrees apart: below that, one pixel of noise is metres of depth.
 constexpr double kMinRaySpread_rad2 = 1e-6;
-// Closer to a camera's plane than this is not in front of it.
-constexpr double kNearest_m = 0.01;
-// Information of a point that is known to 1 m.
-constexpr double kLeastInformation_m2 = 1.0;
 
-// A bound from below of the least eigenvalue of a positive semi-definite matrix, tight where that one is small:
+// A lower bound of the smallest eigenvalue of a positive semi-definite matrix, tight if that eigenvalue is small:
 // determinant over the sum of the principal 2x2 minors.
 double least_eigenvalue(const Matrix3d& m) {
   const double minors = m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0) + m(0, 0) * m(2, 2) - m(0, 2) * m(2, 0) +
@@ -32,7 +30,7 @@ double least_eigenvalue(const Matrix3d& m) {
 // The weighted normal equations of all sightings, linearised at one point.
 struct Normal {
   Matrix3d information = Matrix3d::Zero();
-  Vector3d pull = Vector3d::Zero();
+  Vector3d gradient = Vector3d::Zero();  // negative gradient of half the sum of squares
   bool in_front = true;
 };
 
@@ -41,7 +39,7 @@ Normal linearise(std::span<const Sighting> sightings, const Vector3d& at) {
   for (const Sighting& s : sightings) {
     const Matrix3d& r = s.camera_from_world->rotation;
     const Vector3d seen = r * at + s.camera_from_world->translation;
-    if (!(seen.z() > kNearest_m)) {
+    if (!(seen.z() > kMinDepth_m)) {
       normal.in_front = false;
       return normal;
     }
@@ -53,7 +51,7 @@ Normal linearise(std::span<const Sighting> sightings, const Vector3d& at) {
     ray_from_point.row(1) = (r.row(1) - ray.y() * r.row(2)) / seen.z();
     const Eigen::Matrix<double, 2, 3> slope = weight * ray_from_point;
     normal.information.noalias() += slope.transpose() * slope;
-    normal.pull.noalias() += slope.transpose() * error;
+    normal.gradient.noalias() += slope.transpose() * error;
   }
   return normal;
 }
@@ -68,7 +66,7 @@ Result<Refined, TriangulationFailure> solve(std::span<const Sighting> sightings)
   return refine(sightings, *start);
 }
 
-// The sighting farthest off, in units of what it is allowed; its index and that measure.
+// The index of the sighting with the largest ratio of error to limit, and that ratio.
 std::pair<std::size_t, double> worst_of(std::span<const Sighting> sightings, const WorldPoint& point,
                                         const Agreement& agreement) {
   std::pair<std::size_t, double> worst{0, 0.0};
@@ -79,7 +77,8 @@ std::pair<std::size_t, double> worst_of(std::span<const Sighting> sightings, con
   return worst;
 }
 
-// Of few sightings one that is wrong drags the point so far that another looks worse: try to do without each in turn.
+// The sighting without which the others agree best. With few sightings an outlier moves the point so far that another
+// sighting may have the larger error, so each sighting is left out in turn.
 std::size_t best_left_out(std::span<Sighting> sightings, const Agreement& agreement) {
   std::size_t best = sightings.size() - 1;
   double least = std::numeric_limits<double>::infinity();
@@ -103,7 +102,7 @@ std::size_t best_left_out(std::span<Sighting> sightings, const Agreement& agreem
 Result<WorldPoint, TriangulationFailure> triangulate(std::span<const Sighting> sightings) {
   if (sightings.size() < 2) return TriangulationFailure::TooFewSightings;
 
-  // Each image axis of each sighting asks a . X = b for the unknown X; add up a a^T and a b.
+  // Each image axis of each sighting gives an equation a . X = b for the unknown X; sum up a a^T and a b.
   Matrix3d normal = Matrix3d::Zero();
   Vector3d rhs = Vector3d::Zero();
   for (const Sighting& s : sightings) {
@@ -122,7 +121,7 @@ Result<WorldPoint, TriangulationFailure> triangulate(std::span<const Sighting> s
   const WorldPoint found{normal.inverse() * rhs};
   for (const Sighting& s : sightings) {
     const CameraPoint seen = *s.camera_from_world * found;
-    if (!(seen.v.z() > kNearest_m)) return TriangulationFailure::BehindACamera;
+    if (!(seen.v.z() > kMinDepth_m)) return TriangulationFailure::BehindACamera;
   }
   return found;
 }
@@ -136,11 +135,11 @@ Result<Refined, TriangulationFailure> refine(std::span<const Sighting> sightings
   for (int step = 0; step < kMaxSteps; ++step) {
     const Normal normal = linearise(sightings, refined.point.v);
     if (!normal.in_front) return TriangulationFailure::BehindACamera;
-    if (!(least_eigenvalue(normal.information) > kLeastInformation_m2)) return TriangulationFailure::RaysNearlyParallel;
+    if (!(least_eigenvalue(normal.information) > kMinInformation_1_m2)) return TriangulationFailure::RaysNearlyParallel;
     refined.covariance_m2 = normal.information.inverse();
-    const Vector3d move = refined.covariance_m2 * normal.pull;
+    const Vector3d move = refined.covariance_m2 * normal.gradient;
     refined.point.v += move;
-    if (!(move.dot(normal.pull) > kSmallStep2)) break;
+    if (!(move.dot(normal.gradient) > kSmallStep2)) break;
   }
 
   double sum_of_squares = 0.0;
@@ -155,12 +154,13 @@ Result<Refined, TriangulationFailure> refine(std::span<const Sighting> sightings
 
 double reprojection_error_px(const Sighting& sighting, const WorldPoint& point) {
   const CameraPoint seen = *sighting.camera_from_world * point;
-  if (!(seen.v.z() > kNearest_m)) return std::numeric_limits<double>::infinity();
+  if (!(seen.v.z() > kMinDepth_m)) return std::numeric_limits<double>::infinity();
   return (sighting.px_from_ray * (seen.v.head<2>() / seen.v.z() - sighting.point.v)).norm();
 }
 
 Result<Agreed, TriangulationFailure> agree(std::span<Sighting> sightings, const Agreement& agreement) {
-  constexpr std::size_t kFew = 6;  // up to here every one is tried; with more, the worst stands out by itself
+  // With at most this many sightings each one is left out in turn; with more, the outlier has the largest error.
+  constexpr std::size_t kFew = 6;
 
   std::span<Sighting> rest = sightings;
   TriangulationFailure failure = TriangulationFailure::TooFewSightings;

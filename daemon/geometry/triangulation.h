@@ -15,61 +15,63 @@ struct Sighting {
   const CameraFromWorld* camera_from_world = nullptr;  ///< borrowed for the call
   NormalizedPoint point;
   Eigen::Matrix2d px_from_ray = Eigen::Matrix2d::Identity();  ///< as geometry::Ray has it
-  double sigma_px = 1.0;                                      ///< standard deviation of each axis; over 0
-  std::uint32_t source = 0;                                   ///< the caller's own number for it, carried along
+  double sigma_px = 1.0;                                      ///< standard deviation of each axis; positive
+  std::uint32_t source = 0;                                   ///< number chosen by the caller, not used here
 };
 
 enum class TriangulationFailure {
   TooFewSightings,
   RaysNearlyParallel,
   BehindACamera,
-  Disagreement,  ///< no two or more of the sightings look at one point
+  Disagreement,  ///< no two sightings agree on a point
 };
 
-/// Finds the point that all sightings look at.
+/// Triangulates one point from n >= 2 sightings by linear least squares.
 ///
-/// Solves the linear equations of n >= 2 sightings by least squares: fast and without a first guess, but what it makes
-/// small is an algebraic error. `refine` it when sub-pixel noise matters.
+/// Fast and without an initial guess, but the minimised error is algebraic: `refine` the result if sub-pixel noise
+/// matters. Never allocates; the cost is linear in n.
 ///
-/// Fails when fewer than two sightings are given, when the rays differ too little to tell depth (sum of squared angles
-/// to their mean direction under 1e-6 rad^2; rays of cameras that face each other along one line too), or when the
-/// point lies behind one of the cameras. Never allocates; cost grows with n.
+/// Fails if fewer than two sightings are given, if the rays are nearly parallel (sum of squared angles to the mean
+/// direction below 1e-6 rad^2; also two cameras that face each other along one line), or if the point lies behind one
+/// of the cameras.
 ///
-/// Source: Hartley and Zisserman, Multiple View Geometry, 2nd ed. (2004), section 12.2, the inhomogeneous method.
+/// Source: Hartley and Zisserman, Multiple View Geometry, 2nd ed. (2004), section 12.2, inhomogeneous method.
 Result<WorldPoint, TriangulationFailure> triangulate(std::span<const Sighting> sightings);
 
-/// A point, and how well it is known.
+/// A point with its uncertainty.
 struct Refined {
   WorldPoint point;
-  Eigen::Matrix3d covariance_m2;  ///< as the sightings' sigma_px promise it
-  double rms_px;                  ///< over the sightings: root of the mean squared distance in the image
+  Eigen::Matrix3d covariance_m2;  ///< propagated from the sigma_px of the sightings
+  double rms_px;                  ///< rms reprojection error of the sightings
 };
 
-/// Moves `start` to where the sum of squared reprojection errors, each in its own sigma_px, is least: one Gauss-Newton
-/// step, more (3 at most) while a step is over a hundredth of the standard deviation.
+/// Minimises the sum of squared reprojection errors, each divided by its sigma_px, from `start`: one Gauss-Newton step,
+/// and more (3 at most) while a step exceeds 1/100 of the standard deviation.
 ///
-/// Pixels are told from rays by the slope of the lens at the sighting, which is exact to second order in the error.
-/// Fails as `triangulate` does, and with RaysNearlyParallel where the standard deviation of the point is over 1 m.
+/// Reprojection errors are computed with the derivative of the lens at the sighting, which is exact to second order in
+/// the error. Fails like `triangulate`, and with RaysNearlyParallel if the standard deviation of the point exceeds 1 m.
 Result<Refined, TriangulationFailure> refine(std::span<const Sighting> sightings, const WorldPoint& start);
 
-/// How far from the sighting a camera would see `point`, px; infinite where it is not in front of the camera.
+/// The distance in the image between the sighting and the projection of `point`, px; infinite if the point is not in
+/// front of the camera.
 double reprojection_error_px(const Sighting& sighting, const WorldPoint& point);
 
-/// How far a sighting may lie from the common point: root of floor_px^2 + (sigmas * sigma_px)^2.
+/// The limit of a sighting's reprojection error: sqrt(floor_px^2 + (sigmas * sigma_px)^2).
 struct Agreement {
-  double floor_px = 1.0;  ///< what the calibration may be wrong
+  double floor_px = 1.0;  ///< calibration error
   double sigmas = 4.0;
 };
 
-/// The point that most of the sightings agree on.
+/// The point on which most sightings agree.
 struct Agreed {
   Refined refined;
-  std::size_t kept = 0;  ///< that many, at the front of the span, agree
+  std::size_t kept = 0;  ///< number of sightings that agree; these are the first of the span
 };
 
-/// Triangulates and refines; while a sighting lies farther off than `agreement` allows, leaves out the one without
-/// which the others agree best, and tries again with the rest, down to two. Reorders `sightings`: those that agree come
-/// first. Fails as `triangulate` does, and with Disagreement.
+/// Triangulates and refines. While the error of a sighting exceeds its limit (`agreement`), removes one sighting and
+/// repeats with the others, down to two: with at most 6 sightings the one without which the others agree best, with
+/// more the one with the largest ratio of error to limit. Reorders `sightings`: those that agree come first. Fails like
+/// `triangulate`, and with Disagreement.
 Result<Agreed, TriangulationFailure> agree(std::span<Sighting> sightings, const Agreement& agreement);
 
 }  // namespace mocap::geometry

@@ -4,31 +4,33 @@
 #include <cmath>
 
 #include "base/expects.h"
+#include "identify/detection_cost.h"
+#include "kinematics/kinematic_tree.h"
 
 namespace mocap::identify {
 namespace {
 
 constexpr std::size_t kMaxRoots = 4;
-// Readings of the whole body that are judged by its fit.
+// Hypotheses of the search that are fitted as a whole body.
 constexpr std::size_t kMaxFits = 4;
-// Readings of a bone's limbs that are, and how much worse than the best they may have looked.
+// Alternatives of the limbs of one bone that are fitted, and the largest excess of their search cost over the best.
 constexpr std::size_t kMaxAlternatives = 8;
 constexpr double kAlternativeCostMargin = 12.0;
+// How often an alternative may replace the best hypothesis.
 constexpr std::size_t kMaxImprovements = 6;
-// What a fit counts a marker that is not there; how far off its place a point may be; when it hardly pulls.
-constexpr double kMissedDetectionCost = 8.0;
+// Largest distance between a marker of the fitted body and its point; scale of the robust cost of the fit.
 constexpr double kAssignmentGate_m = 0.04;
 constexpr double kFitOutlier_m = 0.05;
-// How hard a joint's range is: people reach beyond it by a little.
-constexpr double kRangeSigma_rad = 0.3;
-constexpr double kRestRangeFraction = 0.5;
+// Iterations of the fit before and after the points are assigned anew.
 constexpr int kFirstIterations = 10;
 constexpr int kSecondIterations = 5;
-// What an iteration of the whole body costs, in fits of a bone.
+// Work of one iteration of the fit of the whole body, in bone fits.
 constexpr std::size_t kIterationWork = 25;
-// Points far off do not say how many lie about the body: they are reckoned to be in so much room.
-constexpr double kBodyRoom_m3 = 4.0;
+// The clutter density is the number of points divided by this volume. The extent of the points themselves is no
+// measure: a few distant points would make the density near the body too small.
+constexpr double kClutterVolume_m3 = 4.0;
 
+// Markers that have different points in both hypotheses.
 int count_differences(std::span<const int> a, std::span<const int> b) {
   int count = 0;
   for (std::size_t m = 0; m < a.size(); ++m) count += a[m] != b[m] && a[m] >= 0 && b[m] >= 0 ? 1 : 0;
@@ -48,7 +50,7 @@ AnyPoseFinder::AnyPoseFinder(const MarkerSet& set, const FindAnyPoseSettings& se
   for (std::size_t b = 0; b < bones; ++b) {
     if (search_.shapes().determines_rotation(b)) roots_.push_back({static_cast<int>(b), {}, {}});
   }
-  // The more markers, the surer; then the more bones hang there.
+  // Bones with more markers (up to 4) have fewer false proposals; then bones with more joints come first.
   const auto rank = [&](const Root& root) {
     const kinematics::BoneShape& shape = search_.shapes().of(static_cast<std::size_t>(root.bone));
     return std::min<std::size_t>(4, shape.points.size()) * 16 + shape.joints.size();
@@ -76,9 +78,10 @@ AnyPoseFinder::AnyPoseFinder(const MarkerSet& set, const FindAnyPoseSettings& se
   locals_.resize(bones);
 }
 
-// Chains of bones that end somewhere, gathered by the bone that they hang on.
+// Collects the chains from each end of the tree up to the root of the search or to a bone with two attached bones.
+// Chains attached to one bone form one plan.
 std::vector<SearchPlan> AnyPoseFinder::limbs_of(int root, const SearchPlan& plan) const {
-  const auto hung_on = [&](int bone) {
+  const auto count_attached = [&](int bone) {
     return std::count_if(plan.begin(), plan.end(), [&](const SearchStep& next) { return next.from == bone; });
   };
   const auto entry_of = [&](int bone) {
@@ -86,20 +89,19 @@ std::vector<SearchPlan> AnyPoseFinder::limbs_of(int root, const SearchPlan& plan
   };
   std::vector<std::pair<int, SearchPlan>> limbs;
   for (const SearchStep& end : plan) {
-    if (hung_on(end.bone) > 0) continue;
+    if (count_attached(end.bone) > 0) continue;
     SearchPlan chain;
     int on = end.bone;
-    while (on != root && hung_on(on) < 2) {
+    while (on != root && count_attached(on) < 2) {
       const SearchStep& entry = *entry_of(on);
       chain.insert(chain.begin(), entry);
       on = entry.from;
     }
-    const auto uncertainty =
-        std::find_if(limbs.begin(), limbs.end(), [&](const auto& limb) { return limb.first == on; });
-    if (uncertainty == limbs.end()) {
+    const auto known = std::find_if(limbs.begin(), limbs.end(), [&](const auto& limb) { return limb.first == on; });
+    if (known == limbs.end()) {
       limbs.emplace_back(on, chain);
     } else {
-      uncertainty->second.insert(uncertainty->second.end(), chain.begin(), chain.end());
+      known->second.insert(known->second.end(), chain.begin(), chain.end());
     }
   }
   std::vector<SearchPlan> plans;
@@ -135,8 +137,8 @@ void AnyPoseFinder::begin(std::span<const Eigen::Vector3d> points) {
 void AnyPoseFinder::begin_round(const BodyUncertainty& uncertainty) {
   uncertainty_ = uncertainty;
   root_ = 0;
-  // To a limb the markers of all others are strays, too.
-  search_.begin(cloud_, uncertainty_, static_cast<double>(cloud_.size()) / kBodyRoom_m3);
+  // All points count as clutter: for one limb, so do the markers of the other limbs.
+  search_.begin(cloud_, uncertainty_, static_cast<double>(cloud_.size()) / kClutterVolume_m3);
   search_.start(roots_[root_].bone, roots_[root_].plan);
   stage_ = Stage::Search;
 }
@@ -171,7 +173,8 @@ void AnyPoseFinder::step() {
   }
 }
 
-// The best reading, and the best that are other readings of the body.
+// Selects the hypotheses to fit: the best, and the best of those that differ from every selected one in at least an
+// eighth of the markers.
 void AnyPoseFinder::choose_fits() {
   fits_ = 0;
   next_ = 0;
@@ -211,8 +214,8 @@ void AnyPoseFinder::solve(Fitted& into, int iterations) {
       seen_.push_back({static_cast<int>(m), cloud_[static_cast<std::size_t>(p)], uncertainty_.marker_sigma_m});
   }
   kinematics::PosePrior prior;
-  prior.rest_range_fraction = kRestRangeFraction;
-  prior.limit_sigma_rad = kRangeSigma_rad;
+  prior.rest_range_fraction = kinematics::kRestRangeFraction;
+  prior.limit_sigma_rad = kinematics::kRangeSigma_rad;
   prior.outlier_m = kFitOutlier_m;
   const kinematics::PoseFitResult result = fit_.solve(seen_, prior, iterations);
   fit_work_ += kIterationWork * static_cast<std::size_t>(result.iterations);
@@ -230,7 +233,7 @@ void AnyPoseFinder::fit(Fitted& into) {
   assign(into);
   solve(into, kSecondIterations);
   std::copy(fit_.locals().begin(), fit_.locals().end(), into.locals.begin());
-  // From here on the reading has its bones where the whole body has them.
+  // A later search of a limb starts from the joints of the fitted body.
   for (std::size_t b = 0; b < locals_.size(); ++b) into.hypothesis.bones[b].world = fit_.world()[b];
 }
 
@@ -261,7 +264,7 @@ void AnyPoseFinder::select_best() {
   reopen_limb();
 }
 
-// The next bone to begin with; then all of them with wider bounds.
+// Starts the search from the next root; after the last root, the coarse round.
 void AnyPoseFinder::advance_root() {
   stage_ = Stage::Idle;
   if (++root_ < roots_.size()) {
@@ -273,7 +276,7 @@ void AnyPoseFinder::advance_root() {
   }
 }
 
-// Takes the limbs off and lays them anew, from where the whole body has their joints.
+// Starts the search of the limbs attached to one bone, from the joints of the fitted body; all other bones stay.
 void AnyPoseFinder::reopen_limb() {
   if (limb_ >= roots_[root_].limbs.size()) {
     describe();
@@ -283,7 +286,8 @@ void AnyPoseFinder::reopen_limb() {
   without_limb_.cost = 0.0;
   for (const SearchStep& next : roots_[root_].limbs[limb_]) {
     for (const kinematics::ShapePoint& point : search_.shapes().of(static_cast<std::size_t>(next.bone)).points) {
-      if ((point.position_m - next.joint_in_bone_m).norm() < 1e-3) continue;  // belongs to what it hangs on, too
+      // A marker in the joint is also a marker of the neighbour, which stays.
+      if ((point.position_m - next.joint_in_bone_m).norm() < kinematics::kInJoint_m) continue;
       without_limb_.point_of_marker[static_cast<std::size_t>(point.marker)] = -1;
     }
   }
@@ -304,7 +308,8 @@ void AnyPoseFinder::begin_alternatives() {
   }
 }
 
-// Notes what a rival has otherwise; whether it gives any marker another point, rather than none.
+// Stores the differences of an alternative from the best hypothesis in `difference_`. Returns whether the alternative
+// assigns another point to a marker; false if it only has fewer detections.
 bool AnyPoseFinder::find_differences(std::span<const int> alternative) {
   difference_.clear();
   bool other = false;
@@ -316,13 +321,13 @@ bool AnyPoseFinder::find_differences(std::span<const int> alternative) {
   return other;
 }
 
-// Whether the difference holds one that made a rival much worse alone.
+// Whether the difference includes one that already made an alternative much worse.
 bool AnyPoseFinder::is_rejected() const {
-  return std::any_of(
-      rejected_differences_.begin(), rejected_differences_.begin() + static_cast<std::ptrdiff_t>(rejected_count_),
-      [&](const Difference& uncertainty) {
-        return std::includes(difference_.begin(), difference_.end(), uncertainty.begin(), uncertainty.end());
-      });
+  return std::any_of(rejected_differences_.begin(),
+                     rejected_differences_.begin() + static_cast<std::ptrdiff_t>(rejected_count_),
+                     [&](const Difference& rejected) {
+                       return std::includes(difference_.begin(), difference_.end(), rejected.begin(), rejected.end());
+                     });
 }
 
 void AnyPoseFinder::mark_ambiguous() {
@@ -364,7 +369,7 @@ void AnyPoseFinder::evaluate_alternative() {
   }
 }
 
-// A name is given where all readings that are about as likely give it.
+// Assigns points to the markers that are not ambiguous.
 void AnyPoseFinder::describe() {
   stage_ = Stage::Idle;
   found_.emplace();
@@ -374,9 +379,9 @@ void AnyPoseFinder::describe() {
   found_->explained = best_.matched;
   for (std::size_t m = 0; m < set_.markers.size(); ++m) {
     const int p = best_.point_of_marker[m];
-    const bool min_cost_margin = p >= 0 && p == best_.hypothesis.point_of_marker[m] && !is_ambiguous_[m];
-    found_->point_of_marker.push_back(min_cost_margin ? p : -1);
-    found_->matched += min_cost_margin ? 1 : 0;
+    const bool is_certain = p >= 0 && p == best_.hypothesis.point_of_marker[m] && !is_ambiguous_[m];
+    found_->point_of_marker.push_back(is_certain ? p : -1);
+    found_->matched += is_certain ? 1 : 0;
   }
   for (const Pose& local : best_.locals) found_->locals.push_back(local);
   if (found_->matched < settings_.min_labelled_fraction * static_cast<double>(set_.markers.size())) found_.reset();

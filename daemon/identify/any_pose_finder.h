@@ -17,78 +17,81 @@
 namespace mocap::identify {
 
 struct FindAnyPoseSettings {
-  BodyUncertainty precise;               ///< tried first: what fits so is soon clear
-  BodyUncertainty coarse{0.007, 0.015};  ///< then this: skin that slides
-  double min_present_fraction =
-      0.7;  ///< share of the markers that must be there; of fewer, ghosts make limbs too easily
-  double min_labelled_fraction = 0.5;  ///< and that must be named
-  double max_rms_sigmas = 2.0;         ///< of the markers from the body, in their sigmas
-  double min_cost_margin = 10.0;       ///< by how much of log-likelihood another reading of a marker must be worse
-  double min_hidden_margin = 5.0;      ///< and that it is hidden, and its point a stray
+  BodyUncertainty precise;               ///< first round
+  BodyUncertainty coarse{0.007, 0.015};  ///< second round, if the first finds nothing: markers move with the skin
+  /// fraction of the markers that must have a point; with fewer, clutter points fit as limbs
+  double min_present_fraction = 0.7;
+  double min_labelled_fraction = 0.5;  ///< fraction of the markers that must be unambiguous
+  double max_rms_sigmas = 2.0;         ///< rms distance of the points from the body, in marker sigmas
+  double min_cost_margin = 10.0;       ///< log likelihood ratio to any hypothesis with another point for a marker
+  double min_hidden_margin = 5.0;      ///< the same if the marker is not detected and its point is clutter
 };
 
-/// A body found in a pose.
+/// An identified body and its pose.
 struct FoundPose {
-  BoundedVector<int, kMaxLabels> point_of_marker;  ///< index of the point, -1: not there, or not sure which
-  BoundedVector<Pose, kMaxBones> locals;           ///< by bone, from the parent's frame; the root's from the world
-  double rms_m = 0.0;                              ///< of the markers from the body
-  double cost = 0.0;                               ///< minus log-likelihood, for comparison with others
-  double margin = 0.0;                             ///< to the next best reading
-  int matched = 0;                                 ///< markers that are named
-  int explained = 0;                               ///< markers that have a point, sure or not
+  BoundedVector<int, kMaxLabels> point_of_marker;  ///< index of the point; -1: not detected or ambiguous
+  BoundedVector<Pose, kMaxBones> locals;           ///< by bone, in the parent's frame; the root in the world frame
+  double rms_m = 0.0;                              ///< of the points from the markers of the body
+  double cost = 0.0;                               ///< minus log likelihood, to compare bodies
+  double margin = 0.0;                             ///< cost of the next best hypothesis minus `cost`
+  int matched = 0;                                 ///< markers with an unambiguous point
+  int explained = 0;                               ///< markers with a point, ambiguous or not
 };
 
-/// Finds a body whose measures are known among the points of one instant, in any pose, among points that are no
-/// markers and with markers missing.
+/// Finds a body of known bone lengths and marker offsets in any pose, in the points of one instant. Points that are no
+/// markers (clutter) and missing markers are allowed.
 ///
-/// Bones that have three markers or more (pelvis, chest, head, feet; a marker in a joint counts for both bones) are
-/// looked for by their distances. From each place where one may be the tree is laid outwards, bone by bone, on the
-/// points that have the right distances from the joint and from each other; many readings are followed at once, the
-/// likeliest, among them that a bone is not seen at all. The best are judged by the fit of the whole body with its
-/// joints' ranges. Then the limbs of the best are laid anew from where the whole body has their joints, and each other
-/// reading of them challenges it. A marker is named where all readings that are about as likely agree; where that is
-/// too few, nothing is found.
+/// 1. The distances between markers of one bone give proposals for a first bone with three markers or more (pelvis,
+///    chest, head, feet; a marker in a joint counts for both bones).
+/// 2. A beam search (BodyPoseSearch) places the other bones outward along the tree, each on points at the right
+///    distances from its joint and from each other, or without any detection.
+/// 3. A fit of the whole body with its joint ranges ranks the best hypotheses.
+/// 4. Each limb of the best hypothesis is searched again from its fitted joints. A better alternative replaces the
+///    best; an alternative of similar cost makes the markers ambiguous in which it differs.
 ///
-/// The work can be spread over several calls. Allocates in the constructor only. The same points give the same answer.
+/// A marker gets a point only if all hypotheses of similar likelihood agree. Nothing is found if too few markers have
+/// a point.
+///
+/// The search can be spread over several calls. Allocates in the constructor only. Equal points give an equal result.
 class AnyPoseFinder {
  public:
   AnyPoseFinder(const MarkerSet& set, const FindAnyPoseSettings& settings);
 
-  /// New bone offsets and marker offsets, by bone and by marker.
+  /// Takes over fitted bone offsets and marker offsets, by bone and by marker. Ends a running search.
   void refit(std::span<const Eigen::Vector3d> rest_offsets_m, std::span<const Eigen::Vector3d> marker_offsets_m);
 
-  /// Whether the set has a bone to begin with.
+  /// Whether the set has a bone whose markers determine its rotation. Without one, a search finds nothing.
   bool can_find() const noexcept { return !roots_.empty(); }
-  /// How a joint of this body bends, as SkeletonTracker learnt it.
+  /// Sets the calibrated hinge axis and the swivel plane of a joint, as pose::SkeletonTracker estimates them.
   void set_hinge(std::size_t bone, const Eigen::Matrix3d& nominal_from_calibrated,
                  const kinematics::SwivelPlane& plane) {
     fit_.set_hinge_axis(bone, nominal_from_calibrated);
     fit_.set_swivel_plane(bone, plane);
   }
 
-  /// Begins a search; one that goes on is given up. At most kMaxCloudPoints are looked at.
+  /// Begins a search; ends a running one without result. Uses the first kMaxCloudPoints points.
   void begin(std::span<const Eigen::Vector3d> points);
   bool searching() const noexcept { return stage_ != Stage::Idle; }
-  /// Goes on by about as many bone fits (half a microsecond each) as `work`; true when the search has ended.
+  /// Continues the search by about `work` bone fits (about 0.5 us each). Returns true when the search has ended.
   bool advance(std::size_t work);
-  /// What the search that ended has found.
+  /// The result of the last search; empty until that search has ended.
   const std::optional<FoundPose>& found() const noexcept { return found_; }
 
-  /// All at once.
+  /// Searches in one call.
   const std::optional<FoundPose>& find(std::span<const Eigen::Vector3d> points);
 
-  /// Bone fits of the last search, for those who plan.
+  /// Bone fits of the last search so far, to bound the work of a set.
   std::size_t work() const noexcept { return search_.work() - work_at_begin_ + fit_work_; }
 
  private:
   enum class Stage { Idle, Search, Fit, ReopenLimb, Alternatives };
-  /// Where a search can begin.
+  /// A bone at which a search can start.
   struct Root {
     int bone = 0;
     SearchPlan plan;
-    std::vector<SearchPlan> limbs;  // that hang on one bone each
+    std::vector<SearchPlan> limbs;  // one plan for all limbs attached to one bone
   };
-  /// A reading and the whole body that was fitted to it.
+  /// A hypothesis and the fit of the whole body to it.
   struct Fitted {
     BodyPoseHypothesis hypothesis;
     double cost = 0.0, rms_m = 0.0;
@@ -121,21 +124,21 @@ class AnyPoseFinder {
   BodyPoseSearch search_;
   kinematics::PoseFit fit_;
   geometry::Assigner assigner_;
-  std::vector<Root> roots_;  // the best first
+  std::vector<Root> roots_;  // by descending rank
 
   pose::PointCloud cloud_;
   Stage stage_ = Stage::Idle;
   BodyUncertainty uncertainty_;
-  bool is_coarse_ = false;  // the second round
+  bool is_coarse_ = false;  // second round
   std::size_t root_ = 0, next_ = 0, limb_ = 0;
   std::size_t work_at_begin_ = 0, fit_work_ = 0;
-  std::vector<Fitted> fitted_;  // rivals for the whole body
+  std::vector<Fitted> fitted_;  // hypotheses of the whole body; the first fits_ are valid
   std::size_t fits_ = 0;
   Fitted best_, alternative_;
-  BodyPoseHypothesis without_limb_;  // the best without the limbs that are laid anew
+  BodyPoseHypothesis without_limb_;  // the best hypothesis without the limbs that are searched again
   double best_cost_ = 0.0;
   Difference difference_;
-  std::vector<Difference> rejected_differences_;  // what made a rival much worse
+  std::vector<Difference> rejected_differences_;  // each made an alternative of this limb much worse
   std::size_t rejected_count_ = 0, tried_alternatives_ = 0, improvements_ = 0;
   std::vector<bool> is_ambiguous_;  // by marker
   double margin_ = 0.0;

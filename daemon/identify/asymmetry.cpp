@@ -10,7 +10,7 @@
 namespace mocap::identify {
 namespace {
 
-// Joints of a file's body stand as mirror images to the millimetre, those of a fitted one nearly.
+// Joints of a skeleton file are mirror images to 1 mm, those of a fitted body less exactly.
 constexpr double kSameJoint_m = 0.02;
 constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kSides{
     {{"Left", "Right"}, {"left", "right"}, {"L", "R"}}};
@@ -21,7 +21,7 @@ std::optional<std::size_t> marker_named(const MarkerSet& set, std::string_view n
   return static_cast<std::size_t>(found - set.markers.begin());
 }
 
-// Whose name is that of a left marker with one word for its side exchanged.
+// Index of the marker whose name is `name` with one word for the left side replaced by that for the right side.
 std::optional<std::size_t> named_opposite(const MarkerSet& set, const std::string& name) {
   for (const auto& [left, right] : kSides) {
     for (std::size_t at = name.find(left); at != std::string::npos; at = name.find(left, at + 1)) {

@@ -8,32 +8,33 @@
 
 namespace mocap::identify {
 
-/// Markers that are nearer than this to being mirror images of each other tell no sides: two that are placed to 10 mm
-/// each differ by 14 mm by chance, and so do people's legs.
+/// A pair of markers whose asymmetry is smaller than this does not distinguish left from right: two markers that are
+/// placed to 10 mm each differ by 14 mm by chance, and so do the legs of a person.
 inline constexpr double kMinAsymmetry_m = 0.035;
 
-/// How a marker sits against the mirror image of its opposite as seen from the front, m: to the left and up. How far
-/// they are to the fore does not count, as a body that is read back to front has that, too. Both offsets are from the
-/// body's middle or from the joints of opposite bones, in axes of which x points forward and y to the body's left.
+/// Offset of a marker from the mirror image of the opposite marker, as seen from the front: to the left and up, m. The
+/// difference along x is not used: it is the same for a body that is identified back to front. Both offsets are from
+/// the middle of the body or from the joints of opposite bones; x points forward, y to the left of the body.
 inline Eigen::Vector3d asymmetry_m(const Eigen::Vector3d& one_m, const Eigen::Vector3d& other_m) {
   return {0.0, one_m.y() + other_m.y(), one_m.z() - other_m.z()};
 }
 
-/// Likewise of two markers of a set, where they sit in it.
+/// The same for two markers of a set, with their offsets in the set.
 Eigen::Vector3d asymmetry_m(const MarkerSet& set, const MarkerPair& pair);
 
-/// By bone: the one whose joint is its mirror image in rest pose, itself in the middle, -1: there is none.
+/// By bone: index of the bone whose joint is the mirror image in rest pose; the bone itself if it is central; -1: none.
 std::vector<int> opposite_bones(const Skeleton& skeleton);
 
-/// The markers on opposite bones whose names differ in their side only: LThigh and RThigh, BackLeft and BackRight. In
-/// the order of the set, the left one first.
+/// The pairs of markers on opposite bones whose names differ in the side only: LThigh and RThigh, BackLeft and
+/// BackRight. In the order of the set; the left marker is first in each pair.
 std::vector<MarkerPair> opposite_markers(const MarkerSet& set);
 
-/// Those of them that are off their mirror images by kMinAsymmetry_m or more, where they sit in the set.
+/// The opposite markers with an asymmetry of kMinAsymmetry_m or more, with their offsets in the set.
 std::vector<MarkerPair> asymmetric_markers(const MarkerSet& set);
 
-/// A body's set with the pairs that its fit shows to be asymmetric; these sit in it as they do on the body, the others
-/// where they are. The set as it is where no rest pose told how the fitted bones lie.
+/// Returns `set` with the pairs added that are asymmetric on the fitted body. These markers get their fitted offsets,
+/// divided by the size of the body; all others keep their offsets. Returns `set` without change if the fit did not
+/// start from a rest pose, because the axes of the fitted bones are then unknown.
 MarkerSet with_asymmetries(const MarkerSet& set, const bodyfit::FittedSubject& fitted);
 
 }  // namespace mocap::identify

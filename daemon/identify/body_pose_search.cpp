@@ -4,25 +4,28 @@
 #include <cmath>
 
 #include "base/expects.h"
+#include "kinematics/joint_prior.h"
+#include "kinematics/kinematic_tree.h"
 
 namespace mocap::identify {
 namespace {
 
-// Readings that are followed at once, and by how much of log-likelihood they may be worse than the best.
+// Hypotheses in the beam, and the largest excess of their cost over the best.
 constexpr std::size_t kBeamWidth = 32;
 constexpr double kBeamCostMargin = 18.0;
+// Hypotheses with equal continuations.
 constexpr std::size_t kMaxEquivalent = 6;
+// Proposals for the first bone, and extended hypotheses of one step.
 constexpr std::size_t kMaxSeeds = 24;
 constexpr std::size_t kMaxExpansions = 320;
-// A joint that is less sure than this tells nothing of a bone with one marker, two markers, or more that tell its turn.
+// Largest standard deviation of a joint from which a bone is searched: with one marker, with two markers, and with
+// markers that determine the bone's rotation.
 constexpr double kMaxJointSigma_m[] = {0.12, 0.20, 0.35};
-// By what share of its lever an unseen or half-seen bone's end is unsure: joints that turn by 35 degrees, rms.
+// Standard deviation of the far end of a bone with an unobserved rotation axis, as a fraction of the lever: joints
+// rotate by 35 degrees rms.
 constexpr double kUnseenLeverFraction = 0.6;
-// How hard a joint's range is: bones that are told by markers 8 cm apart are turned by 0.1 rad, and people reach
-// beyond.
-constexpr double kRangeSigma_rad = 0.3;
+// Largest cost of a joint beyond its range.
 constexpr double kMaxRangeCost = 12.0;
-constexpr double kInJoint_m = 1e-3;
 
 }  // namespace
 
@@ -44,14 +47,15 @@ void BodyPoseSearch::refit(const MarkerSet& set) {
   shapes_.refit(set_);
 }
 
-// Depth first; of a bone's neighbours those first that tell their turn themselves, for what hangs there is then sure.
+// Depth first. Neighbours whose markers determine their rotation come first: the joints beyond them are then well
+// known. `open` is a stack, so these neighbours are pushed last.
 SearchPlan BodyPoseSearch::plan_from(int root) const {
   SearchPlan plan;
   std::vector<SearchStep> open;
   const auto open_neighbours = [&](int bone, int from) {
-    for (const bool telling : {false, true}) {
+    for (const bool determined : {false, true}) {
       for (const kinematics::ShapeJoint& joint : shapes_.of(static_cast<std::size_t>(bone)).joints) {
-        if (joint.bone == from || shapes_.determines_rotation(static_cast<std::size_t>(joint.bone)) != telling)
+        if (joint.bone == from || shapes_.determines_rotation(static_cast<std::size_t>(joint.bone)) != determined)
           continue;
         open.push_back({joint.bone, bone, joint.joint_in_neighbour_m, joint.joint_in_bone_m});
       }
@@ -146,28 +150,29 @@ void BodyPoseSearch::apply_expansion(BodyPoseHypothesis& into, const Expansion& 
   }
 }
 
-// Where the joint is, and how surely; a marker that sits in it and was seen tells it.
+// Position and standard deviation of the joint. A detected marker that sits in the joint gives both; otherwise the
+// neighbour's pose does.
 pose::JointAnchor BodyPoseSearch::make_anchor(const BodyPoseHypothesis& hypothesis, const SearchStep& next) const {
   const pose::BonePoseHypothesis& from = hypothesis.bones[static_cast<std::size_t>(next.from)];
-  pose::JointAnchor make_anchor;
-  make_anchor.joint_m = next.joint_in_bone_m;
-  make_anchor.anchor_m = from.world * next.joint_in_neighbour_m;
-  make_anchor.rest = from.world.rotation;
+  pose::JointAnchor anchor;
+  anchor.joint_m = next.joint_in_bone_m;
+  anchor.anchor_m = from.world * next.joint_in_neighbour_m;
+  anchor.rest = from.world.rotation;
   const Eigen::Vector3d lever = next.joint_in_neighbour_m - from.joint_m;
-  make_anchor.sigma_m = uncertainty_.joint_sigma_m;
+  anchor.sigma_m = uncertainty_.joint_sigma_m;
   if (from.dof == pose::Dof::Swing) {
     const double across = (lever - from.axis * from.axis.dot(lever)).norm();
-    make_anchor.sigma_m = std::hypot(make_anchor.sigma_m, kUnseenLeverFraction * across);
+    anchor.sigma_m = std::hypot(anchor.sigma_m, kUnseenLeverFraction * across);
   } else if (from.dof == pose::Dof::None) {
-    make_anchor.sigma_m = std::hypot(from.joint_sigma_m, kUnseenLeverFraction * lever.norm());
+    anchor.sigma_m = std::hypot(from.joint_sigma_m, kUnseenLeverFraction * lever.norm());
   }
   for (const kinematics::ShapePoint& point : shapes_.of(static_cast<std::size_t>(next.bone)).points) {
     const int p = hypothesis.point_of_marker[static_cast<std::size_t>(point.marker)];
-    if (p < 0 || (point.position_m - next.joint_in_bone_m).norm() > kInJoint_m) continue;
-    make_anchor.anchor_m = (*cloud_)[static_cast<std::size_t>(p)];
-    make_anchor.sigma_m = uncertainty_.marker_sigma_m;
+    if (p < 0 || (point.position_m - next.joint_in_bone_m).norm() > kinematics::kInJoint_m) continue;
+    anchor.anchor_m = (*cloud_)[static_cast<std::size_t>(p)];
+    anchor.sigma_m = uncertainty_.marker_sigma_m;
   }
-  return make_anchor;
+  return anchor;
 }
 
 double BodyPoseSearch::range_cost(const BodyPoseHypothesis& hypothesis, const SearchStep& next,
@@ -178,7 +183,8 @@ double BodyPoseSearch::range_cost(const BodyPoseHypothesis& hypothesis, const Se
   const Eigen::Quaterniond& upper = is_child ? from.world.rotation : proposal.world_from_bone.rotation;
   const Eigen::Quaterniond& lower = is_child ? proposal.world_from_bone.rotation : from.world.rotation;
   const Bone& bone = set_.skeleton.bones[static_cast<std::size_t>(is_child ? next.bone : next.from)];
-  return 0.5 * pose::squared_range_excess(bone, upper.conjugate() * lower) / (kRangeSigma_rad * kRangeSigma_rad);
+  return 0.5 * pose::squared_range_excess(bone, upper.conjugate() * lower) /
+         (kinematics::kRangeSigma_rad * kinematics::kRangeSigma_rad);
 }
 
 void BodyPoseSearch::expand(std::size_t index) {
@@ -187,10 +193,10 @@ void BodyPoseSearch::expand(std::size_t index) {
   const kinematics::BoneShape& shape = shapes_.of(static_cast<std::size_t>(next.bone));
   const pose::JointAnchor from = make_anchor(hypothesis, next);
   Expansion expansion{hypothesis.cost, index, from.sigma_m, {}};
-  const std::size_t telling = shapes_.determines_rotation(static_cast<std::size_t>(next.bone)) ? 2
-                              : shape.points.size() > 1                                        ? 1
-                                                                                               : 0;
-  if (from.sigma_m > kMaxJointSigma_m[telling]) {
+  const std::size_t observability = shapes_.determines_rotation(static_cast<std::size_t>(next.bone)) ? 2
+                                    : shape.points.size() > 1                                        ? 1
+                                                                                                     : 0;
+  if (from.sigma_m > kMaxJointSigma_m[observability]) {
     expansion.bone.world_from_bone = {from.anchor_m - from.rest * from.joint_m, from.rest};
     expansion.bone.point_of.resize(shape.points.size());
     std::fill(expansion.bone.point_of.begin(), expansion.bone.point_of.end(), -1);
@@ -199,15 +205,15 @@ void BodyPoseSearch::expand(std::size_t index) {
   }
   for (const pose::BoneProposal& proposal :
        proposer_.propose_from_joint(shape, from, *cloud_, hypothesis.used, hypothesis.point_of_marker)) {
-    const double beyond = range_cost(hypothesis, next, proposal);
-    if (beyond > kMaxRangeCost || expansions_.size() == kMaxExpansions) continue;
+    const double range_excess_cost = range_cost(hypothesis, next, proposal);
+    if (range_excess_cost > kMaxRangeCost || expansions_.size() == kMaxExpansions) continue;
     expansion.bone = proposal;
-    expansion.cost = hypothesis.cost + proposal.cost + beyond;
+    expansion.cost = hypothesis.cost + proposal.cost + range_excess_cost;
     expansions_.push_back(expansion);
   }
 }
 
-// Whether two readings have the same bones where more is to be hung.
+// Whether two hypotheses agree in all bones to which the later steps attach a bone.
 bool BodyPoseSearch::are_equivalent(const BodyPoseHypothesis& a, const BodyPoseHypothesis& b) const {
   for (std::size_t i = step_ + 1; i < plan_->size(); ++i) {
     const auto from = static_cast<std::size_t>((*plan_)[i].from);

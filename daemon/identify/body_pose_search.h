@@ -14,60 +14,63 @@
 
 namespace mocap::identify {
 
-/// How well a body's measures are known.
+/// Standard deviations of the dimensions of a fitted body.
 struct BodyUncertainty {
-  double marker_sigma_m = 0.003;  ///< of a marker from where the fitted body puts it
-  double joint_sigma_m = 0.010;   ///< of a joint between two bones, as the fit has it
+  double marker_sigma_m = 0.003;  ///< of a marker from its position on the fitted body
+  double joint_sigma_m = 0.010;   ///< of the joint between two bones
 };
 
-/// Some bones of a body laid on some points.
+/// A partial pose of a body with the points assigned to its markers.
 struct BodyPoseHypothesis {
-  double cost = 0.0;  ///< minus log of how much likelier than that nothing of the body is seen
+  double cost = 0.0;  ///< minus the log likelihood ratio to no detection of the body
   pose::UsedPoints used;
   std::vector<int> point_of_marker;             ///< -1: none
-  std::vector<pose::BonePoseHypothesis> bones;  ///< those not laid yet mean nothing
+  std::vector<pose::BonePoseHypothesis> bones;  ///< undefined for bones that the search has not reached
 };
 
-/// A bone to be laid next, and how it hangs on one that is laid.
+/// One step of a search: a bone, and the joint to a neighbour that already has a pose.
 struct SearchStep {
   int bone = 0;
-  int from = 0;
-  Eigen::Vector3d joint_in_bone_m = Eigen::Vector3d::Zero();       ///< the joint in its own frame
-  Eigen::Vector3d joint_in_neighbour_m = Eigen::Vector3d::Zero();  ///< the same in the other's
+  int from = 0;                                                    ///< the neighbour
+  Eigen::Vector3d joint_in_bone_m = Eigen::Vector3d::Zero();       ///< the joint in the frame of `bone`
+  Eigen::Vector3d joint_in_neighbour_m = Eigen::Vector3d::Zero();  ///< the joint in the frame of `from`
 };
 
-/// All bones by limbs, so that each hangs on one before it.
+/// The order of a search, limb by limb: `from` of each step is the start or the bone of an earlier step.
 using SearchPlan = std::vector<SearchStep>;
 
-/// Lays a body on points bone by bone and follows many readings at once, the likeliest.
+/// Beam search for the pose of a body: places one bone after the other on points and keeps the hypotheses of least
+/// cost.
 ///
-/// Readings that differ only in limbs which are done already are alike for all that follows: few of each are kept, so
-/// that doubts about one limb do not crowd out those about another. Allocates in the constructor only.
+/// Hypotheses that differ only in completed limbs have the same continuations. The search keeps few of these, so that
+/// the ambiguities of one limb do not displace those of another limb. Allocates in the constructor only.
 class BodyPoseSearch {
  public:
   explicit BodyPoseSearch(const MarkerSet& set);
 
-  /// `set` is the one of the constructor but for its offsets.
+  /// Takes over fitted offsets. `set` equals the set of the constructor except for its offsets.
   void refit(const MarkerSet& set);
 
   const kinematics::BoneShapes& shapes() const noexcept { return shapes_; }
-  /// How the tree is laid from `root` on; and one with the offsets after a refit. For constructors, and for refits.
+  /// The order of a search that starts at `root`. Allocates.
   SearchPlan plan_from(int root) const;
+  /// Updates the joints of a plan after a refit. Allocates nothing.
   void refit(SearchPlan& plan) const;
 
-  /// Begins anew; `cloud` outlives the search.
+  /// Sets the points and the uncertainty of the next searches. `cloud` outlives these searches.
   void begin(const pose::PointCloud& cloud, const BodyUncertainty& uncertainty, double clutter_density_1_m3);
 
-  /// Bone `root` wherever it may be, then the plan. Both outlive the growth.
+  /// Starts a search for the bone `root` at any position, then for the bones of `plan`. The plan outlives the search.
   void start(int root, const SearchPlan& plan);
-  /// The bones of the plan on what is left by a reading that has laid the others. The plan outlives the growth.
+  /// Starts a search for the bones of `plan` on the points that `hypothesis` does not use; all other bones of the
+  /// hypothesis have a pose. The plan outlives the search.
   void start(const BodyPoseHypothesis& hypothesis, const SearchPlan& plan);
-  /// A bit more; true when the plan is done.
+  /// Extends one hypothesis by one bone. Returns true when the plan is complete.
   bool expand();
-  /// The likeliest first.
+  /// The hypotheses, by ascending cost.
   std::span<const BodyPoseHypothesis> hypotheses() const { return std::span(hypotheses_).first(count_); }
 
-  /// Bone fits since it was made.
+  /// Bone fits and distance searches since the construction.
   std::size_t work() const noexcept { return proposer_.work(); }
 
  private:
@@ -94,7 +97,7 @@ class BodyPoseSearch {
   BodyUncertainty uncertainty_;
   const pose::PointCloud* cloud_ = nullptr;
   const SearchPlan* plan_ = nullptr;
-  int root_ = -1;  // while it is looked for
+  int root_ = -1;  // first bone, until its proposals are complete; then -1
   std::size_t next_ = 0, step_ = 0;
   std::vector<pose::BoneProposal> seeds_;
   std::vector<BodyPoseHypothesis> hypotheses_, previous_hypotheses_;

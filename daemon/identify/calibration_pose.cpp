@@ -6,13 +6,13 @@
 namespace mocap::identify {
 namespace {
 
-// An arm's first bone against how far the arm reaches; collar bones are shorter.
+// Smallest length of the upper arm as a fraction of the arm's reach; collar bones are shorter.
 constexpr double kMinReachFraction = 0.2;
-// Its way to the side, as a share of its length.
+// Smallest sideways extent of the upper arm as a fraction of its length.
 constexpr double kMinSidewaysFraction = 0.8;
 
 struct Joints {
-  std::vector<Eigen::Vector3d> at_m;  // in rest pose, by bone
+  std::vector<Eigen::Vector3d> at_m;  // position in rest pose, by bone
 
   explicit Joints(const Skeleton& skeleton) {
     for (const Bone& bone : skeleton.bones) {
@@ -23,13 +23,13 @@ struct Joints {
   }
 };
 
-bool can_turn(const Bone& bone, double about_x_rad) {
+bool has_range(const Bone& bone, double angle_x_rad) {
   const auto& range = bone.turns[0];
-  return range && range->min_rad <= about_x_rad && range->max_rad >= about_x_rad;
+  return range && range->min_rad <= angle_x_rad && range->max_rad >= angle_x_rad;
 }
 
-// The upper arm of a side (1: left, -1: right): of the bones down to the furthest joint the one nearest to the trunk
-// that is long, lies sideways and can be lowered. -1: there is none.
+// Index of the upper arm of a side (1: left, -1: right): on the chain from the trunk to the farthest joint, the bone
+// nearest to the trunk that is long, points sideways and has the range. -1: none.
 int upper_arm(const Skeleton& skeleton, const Joints& joints, double side, double by_rad) {
   std::size_t tip = 0;
   for (std::size_t b = 0; b < joints.at_m.size(); ++b) {
@@ -41,7 +41,7 @@ int upper_arm(const Skeleton& skeleton, const Joints& joints, double side, doubl
     const auto bone = static_cast<std::size_t>(skeleton.bones[child].parent);
     const Eigen::Vector3d& along_m = skeleton.bones[child].rest_offset_m;
     if (along_m.norm() > kMinReachFraction * reach_m && side * along_m.y() > kMinSidewaysFraction * along_m.norm() &&
-        can_turn(skeleton.bones[bone], -side * by_rad)) {
+        has_range(skeleton.bones[bone], -side * by_rad)) {
       found = static_cast<int>(bone);
     }
     child = bone;
@@ -56,23 +56,23 @@ std::optional<CalibrationPose> make_a_pose(const MarkerSet& set, double by_rad) 
   if (joints.at_m.empty()) return std::nullopt;
   const int left = upper_arm(set.skeleton, joints, 1.0, by_rad), right = upper_arm(set.skeleton, joints, -1.0, by_rad);
   if (left < 0 || right < 0) return std::nullopt;
-  CalibrationPose stance{set, {}};
+  CalibrationPose pose{set, {}};
   const auto about_x = [](double rad) { return Eigen::Quaterniond(Eigen::AngleAxisd(rad, Eigen::Vector3d::UnitX())); };
   for (std::size_t b = 0; b < set.skeleton.bones.size(); ++b) {
-    Bone& bone = stance.set.skeleton.bones[b];
+    Bone& bone = pose.set.skeleton.bones[b];
     const Eigen::Quaterniond above =
-        bone.parent < 0 ? Eigen::Quaterniond::Identity() : stance.rotations[static_cast<std::size_t>(bone.parent)];
+        bone.parent < 0 ? Eigen::Quaterniond::Identity() : pose.rotations[static_cast<std::size_t>(bone.parent)];
     bone.rest_offset_m = above * bone.rest_offset_m;
     const auto here = static_cast<int>(b);
     const bool lowered = here == left || here == right;
-    stance.rotations.push_back(lowered ? about_x(here == left ? -by_rad : by_rad) : above);
-    // Ranges are about a bone's own axes, which lie elsewhere now.
-    const bool moved = stance.rotations.back().w() < 1.0;
+    pose.rotations.push_back(lowered ? about_x(here == left ? -by_rad : by_rad) : above);
+    // The ranges are about the axes of the bone, which differ from the axes of the moved frame: they no longer apply.
+    const bool moved = pose.rotations.back().w() < 1.0;
     if (moved) bone.turns.fill(AngleRange{});
   }
-  for (MarkerOnBone& marker : stance.set.markers)
-    marker.offset_m = stance.rotations[static_cast<std::size_t>(marker.bone)] * marker.offset_m;
-  return stance;
+  for (MarkerOnBone& marker : pose.set.markers)
+    marker.offset_m = pose.rotations[static_cast<std::size_t>(marker.bone)] * marker.offset_m;
+  return pose;
 }
 
 }  // namespace mocap::identify

@@ -8,15 +8,22 @@
 
 namespace mocap::identify {
 
-/// A pose that a body holds before it is known, other than its rest pose.
+/// Angle of the arms below the T-pose in an A-pose (45 degrees), largest deviation of a joint (12 degrees), and
+/// smallest fraction of the markers. Beyond these bounds identifications begin to have wrong labels. Chosen by hand;
+/// not yet measured.
+inline constexpr double kAPoseArmAngle_rad = 0.785;
+inline constexpr double kMaxAPoseDeviation_rad = 0.2;
+inline constexpr double kMinAPoseMarkerFraction = 0.96;
+
+/// A pose, other than the rest pose, in which an unknown body is identified.
 struct CalibrationPose {
-  MarkerSet set;  ///< the same body, with the stance for its rest pose
-  std::vector<Eigen::Quaterniond>
-      rotations;  ///< by bone: how its frame lies in the stance, parallel to the world at rest
+  MarkerSet set;  ///< the same body; its rest pose is the calibration pose
+  /// By bone: rotation of its frame in the calibration pose. In rest pose the frame is parallel to the world.
+  std::vector<Eigen::Quaterniond> rotations;
 };
 
-/// A-pose: the rest pose with both arms straight and lowered by `by_rad` at the shoulders. Nothing where the skeleton
-/// has no two arms that can: limbs that reach to the left and to the right, with a joint that turns so far.
+/// A-pose: the rest pose with both arms straight and lowered by `by_rad` at the shoulders. Nothing if the skeleton has
+/// no arm to the left or none to the right whose joint has this range.
 std::optional<CalibrationPose> make_a_pose(const MarkerSet& set, double by_rad);
 
 }  // namespace mocap::identify

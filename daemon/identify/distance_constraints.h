@@ -7,23 +7,23 @@
 
 namespace mocap::identify {
 
-/// How far apart two markers of one body may be, whatever its pose.
+/// Bounds of the distance between two markers of one body, over all poses.
 struct InterMarkerDistance {
-  int other = 0;       ///< marker at the other end
-  double min_m = 0.0;  ///< shortest distance that the joint between them allows
-  double max_m = 0.0;  ///< longest
-  bool rigid = false;  ///< they move as one: least is most
+  int other = 0;  ///< the other marker
+  double min_m = 0.0;
+  double max_m = 0.0;
+  bool rigid = false;  ///< the distance is constant: `min_m` equals `max_m`
 };
 
-/// The distances that a body keeps: of markers on one bone, and of markers on two bones that share a joint. A marker
-/// that sits in its bone's joint counts as one of the parent's, too.
+/// Distance constraints between the markers of a body: markers of one bone, and markers of two bones that share a
+/// joint. A marker that sits in the joint of its bone is also a marker of the parent.
 class DistanceConstraints {
  public:
   explicit DistanceConstraints(const MarkerSet& set);
 
   std::span<const InterMarkerDistance> of(std::size_t marker) const { return distances_[marker]; }
 
-  /// New distances after a fit; `set` is the one of the constructor but for its offsets. Allocates nothing.
+  /// Takes over fitted offsets. `set` equals the set of the constructor except for its offsets. Allocates nothing.
   void refit(const MarkerSet& set);
 
  private:

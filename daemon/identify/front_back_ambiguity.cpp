@@ -26,7 +26,7 @@ bool has_front_back_ambiguity(const MarkerSet& set, const FindSettings& settings
     const int point = found->point_of_marker[m];
     wrong += point >= 0 && point != static_cast<int>(m) ? 1 : 0;
   }
-  return 2 * wrong > points.size();  // markers that change places with a neighbour are another matter
+  return 2 * wrong > points.size();  // fewer wrong markers are exchanges of neighbours, not a half turn of the body
 }
 
 }  // namespace mocap::identify

@@ -5,8 +5,8 @@
 
 namespace mocap::identify {
 
-/// Whether somebody in T-pose is read back to front who wears the set's arm and leg markers on the other face of their
-/// limbs: in front of the elbow instead of behind it. Bones that sit in the body's middle wear theirs as the set says.
+/// Whether TPoseFinder identifies a body back to front whose limb markers are on the other face of the limb than in the
+/// set (in front of the elbow instead of behind it). Markers of central bones are at the positions of the set.
 bool has_front_back_ambiguity(const MarkerSet& set, const FindSettings& settings);
 
 }  // namespace mocap::identify

@@ -52,7 +52,8 @@ void RigidFinder::evaluate_triple(std::span<const Eigen::Vector3d> points, std::
   if (found_) {
     const bool same =
         std::equal(found_->point_of_marker.begin(), found_->point_of_marker.end(), candidate_.point_of_marker.begin());
-    // A reading that fits half as well again, or worse, is no rival.
+    // An assignment is worse if its rms is 1.5 times as large or more, better if half as large or less, plus 1 mm each.
+    // Between both, the assignments are ambiguous.
     if (!same && candidate_.rms_m > 1.5 * found_->rms_m + 0.001) return;
     ambiguous_ = ambiguous_ && !(candidate_.rms_m < 0.5 * found_->rms_m - 0.001);
     if (!same && candidate_.rms_m > 0.5 * found_->rms_m - 0.001) ambiguous_ = true;

@@ -11,13 +11,15 @@
 
 namespace mocap::identify {
 
-/// Finds a thing of one bone among points by the distances of its markers, in any pose: three markers propose, the
-/// others decide. Its mirror image is refused, as is what can be read in two ways.
+/// Finds a rigid body (a set with one bone) in any pose by the distances between its markers. The first three markers
+/// propose a pose, the other markers confirm it. Nothing is found if two assignments fit about equally well; a mirror
+/// image never fits.
 ///
-/// All markers must be there, save one of five or more. Allocates in the constructor only.
+/// All markers must have a point, except one marker of a set of five or more. Allocates in the constructor only.
 class RigidFinder {
  public:
-  /// `tolerance_m`: how far a marker may be from where the body puts it.
+  /// `tolerance_m`: largest rms distance of the points from the markers of the body. Single distances and points have
+  /// gates of two and three times this value.
   RigidFinder(const MarkerSet& set, double tolerance_m);
 
   const std::optional<FoundBody>& find(std::span<const Eigen::Vector3d> points);

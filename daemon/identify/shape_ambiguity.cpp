@@ -7,21 +7,21 @@
 namespace mocap::identify {
 namespace {
 
-// Maps one marker after the other, as long as the distances agree.
+// Depth-first search for an assignment, pruned by the distances between markers.
 class Mapping {
  public:
   Mapping(const MarkerSet& part, const MarkerSet& whole, double tolerance_m)
-      : part_(part), whole_(whole), tolerance_m_(tolerance_m), taken_(whole.markers.size(), false) {}
+      : part_(part), whole_(whole), tolerance_m_(tolerance_m), is_assigned_(whole.markers.size(), false) {}
 
   bool extend() {
     if (to_.size() == part_.markers.size()) return !is_identity() && fits();
     for (std::size_t w = 0; w < whole_.markers.size(); ++w) {
-      if (taken_[w] || !agrees(w)) continue;
-      taken_[w] = true;
+      if (is_assigned_[w] || !agrees(w)) continue;
+      is_assigned_[w] = true;
       to_.push_back(w);
       if (extend()) return true;
       to_.pop_back();
-      taken_[w] = false;
+      is_assigned_[w] = false;
     }
     return false;
   }
@@ -32,9 +32,10 @@ class Mapping {
   bool agrees(std::size_t w) const {
     const Eigen::Vector3d& mine = part_.markers[to_.size()].offset_m;
     for (std::size_t p = 0; p < to_.size(); ++p) {
-      const double joint_in_bone_m = (part_.markers[p].offset_m - mine).norm();
-      const double joint_in_neighbour_m = (whole_.markers[to_[p]].offset_m - whole_.markers[w].offset_m).norm();
-      if (std::abs(joint_in_bone_m - joint_in_neighbour_m) > 2.0 * tolerance_m_) return false;  // either end may be off
+      const double distance_in_part_m = (part_.markers[p].offset_m - mine).norm();
+      const double distance_in_whole_m = (whole_.markers[to_[p]].offset_m - whole_.markers[w].offset_m).norm();
+      if (std::abs(distance_in_part_m - distance_in_whole_m) > 2.0 * tolerance_m_)
+        return false;  // one tolerance for each marker
     }
     return true;
   }
@@ -62,7 +63,7 @@ class Mapping {
   const MarkerSet& part_;
   const MarkerSet& whole_;
   double tolerance_m_;
-  std::vector<bool> taken_;
+  std::vector<bool> is_assigned_;
   MarkerCorrespondence to_;
 };
 
@@ -70,8 +71,8 @@ class Mapping {
 
 std::optional<MarkerCorrespondence> find_shape_ambiguity(const MarkerSet& part, const MarkerSet& whole,
                                                          double tolerance_m) {
-  const bool things = part.skeleton.bones.size() == 1 && whole.skeleton.bones.size() == 1;
-  if (!things || part.markers.size() < 3 || part.markers.size() > whole.markers.size()) return std::nullopt;
+  const bool both_rigid = part.skeleton.bones.size() == 1 && whole.skeleton.bones.size() == 1;
+  if (!both_rigid || part.markers.size() < 3 || part.markers.size() > whole.markers.size()) return std::nullopt;
   Mapping mapping(part, whole, tolerance_m);
   if (!mapping.extend()) return std::nullopt;
   return mapping.found();

@@ -7,6 +7,8 @@
 
 #include "base/expects.h"
 #include "identify/asymmetry.h"
+#include "identify/detection_cost.h"
+#include "kinematics/kinematic_tree.h"
 #include "kinematics/rotation.h"
 
 namespace mocap::identify {
@@ -14,22 +16,21 @@ namespace {
 
 using geometry::UprightFit;
 
-// How far a marker may be from where a rigid, scaled body puts it, at first: arms that hang a little, longer bones.
+// Gate of the score of a placement, which is rigid and scaled: wide enough for arms that hang a little and for longer
+// bones.
 constexpr double kWideGate_m = 0.15;
-// A joint marker is on its joint, a skin marker somewhere near where the file says.
+// Standard deviation of a marker in a joint, and of a marker on the skin from its offset in the file.
 constexpr double kTPoseJointSigma_m = 0.004;
 constexpr double kTPoseSkinSigma_m = 0.010;
-constexpr double kInJoint_m = 1e-3;
-// How far from T-pose a person's joints stand who tries to: 8 degrees.
+// Standard deviation of a joint from the rest pose for a person who holds that pose: 8 degrees.
 constexpr double kPoseSigma_rad = 0.14;
-// A marker that is not there counts as one that is off by four sigma.
-constexpr double kMissedDetectionCost = 8.0;
-// A pair of hands as high as this apart is no T-pose.
+// Largest height difference of a pair of points from the pair of markers: more is no T-pose.
 constexpr double kMaxTilt_m = 0.3;
+// Pairs of markers that propose placements. One marker is in few pairs, so that one hidden marker leaves others.
 constexpr std::size_t kMaxAnchors = 12;
-constexpr std::size_t kMaxAnchorUses = 4;  // of a marker among the anchors: one that is hidden must not spoil them all
+constexpr std::size_t kMaxAnchorUses = 4;
 constexpr int kFitIterations = 12;
-// Three sigma of a skin marker: what is further off from the fitted body is given no name, rather than a wrong one.
+// Three standard deviations of a skin marker. A point that is farther from the fitted body gets no label.
 constexpr double kMaxResidual_m = 0.03;
 
 kinematics::PosePrior make_prior(std::span<const double> prior_sigma_rad) {
@@ -39,6 +40,7 @@ kinematics::PosePrior make_prior(std::span<const double> prior_sigma_rad) {
           .outlier_m = 0.10};
 }
 
+// The pairs of markers with the largest horizontal distances, at least half of the largest.
 std::vector<std::pair<int, int>> wide_pairs(const std::vector<Eigen::Vector3d>& model) {
   struct Wide {
     double distance_m;
@@ -67,7 +69,7 @@ std::vector<std::pair<int, int>> wide_pairs(const std::vector<Eigen::Vector3d>& 
   return chosen;
 }
 
-// The body at the same place with its back to where its face was.
+// The placement after half a turn about the vertical through the middle of the body.
 UprightFit rotated_by_half_turn(const UprightFit& place, const Eigen::Vector3d& centre) {
   UprightFit half_turned = place;
   half_turned.yaw_rad += std::numbers::pi;
@@ -105,7 +107,7 @@ TPoseFinder::TPoseFinder(const MarkerSet& set, FindSettings settings, std::size_
   pairs_.reserve(model_.size() * max_points);
   matched_.reserve(model_.size());
   seen_.reserve(model_.size());
-  // The root may tilt a little and turn freely against where the proposal put it; all others answer to the rest pose.
+  // The root may rotate from its proposed rotation by 0.2 rad (1 sigma); the other bones have the rest-pose prior only.
   prior_sigma_rad_.assign(set.skeleton.bones.size(), 1e3);
   if (!prior_sigma_rad_.empty()) prior_sigma_rad_[0] = 0.2;
 }
@@ -122,7 +124,7 @@ double TPoseFinder::score(const UprightFit& place, std::span<const Eigen::Vector
   return sum;
 }
 
-// Keeps the best of those that mean the same place, and the best of all.
+// Keeps the best of the proposals with the same placement, and the best placements.
 void TPoseFinder::keep_best(const Proposal& proposal) {
   const Eigen::Vector3d centre = mean_of(model_);
   for (Proposal& previous : proposals_) {
@@ -174,7 +176,8 @@ void TPoseFinder::assign(std::span<const Eigen::Vector3d> points, double gate_m,
   }
 }
 
-// Lays the body on its points anew, then moves each marker's place as its neighbourhood is moved.
+// Fits the placement to the assigned points, then shifts each expected marker by the weighted mean residual of the
+// markers around it. `reach_m` is the standard deviation of the Gaussian weight.
 void TPoseFinder::warp_model(std::span<const Eigen::Vector3d> points, double reach_m, Hypothesis& into) {
   matched_.clear();
   for (std::size_t m = 0; m < model_.size(); ++m) {
@@ -185,7 +188,7 @@ void TPoseFinder::warp_model(std::span<const Eigen::Vector3d> points, double rea
   if (place && place->scale > settings_.min_scale && place->scale < settings_.max_scale) into.place = *place;
   for (std::size_t m = 0; m < model_.size(); ++m) {
     Eigen::Vector3d moved = Eigen::Vector3d::Zero();
-    double weight = 0.2;  // a lone neighbour does not move a marker all the way
+    double weight = 0.2;  // a zero residual with this weight, so that one neighbour moves the marker in part only
     for (const geometry::PointPair& pair : matched_) {
       const double near = std::exp(-0.5 * (pair.from - model_[m]).squaredNorm() / (reach_m * reach_m));
       moved += near * (pair.to - into.place * pair.from);
@@ -199,7 +202,7 @@ void TPoseFinder::fit_body(std::span<const Eigen::Vector3d> points, Hypothesis& 
   seen_.clear();
   for (std::size_t m = 0; m < model_.size(); ++m) {
     const int p = into.point_of_marker[m];
-    const bool in_joint = fit_.marker_set().markers[m].offset_m.norm() < kInJoint_m;
+    const bool in_joint = kinematics::sits_in_joint(fit_.marker_set().markers[m]);
     if (p >= 0)
       seen_.push_back({static_cast<int>(m), points[static_cast<std::size_t>(p)],
                        in_joint ? kTPoseJointSigma_m : kTPoseSkinSigma_m});
@@ -230,8 +233,8 @@ void TPoseFinder::evaluate_placement(const UprightFit& place, std::span<const Ei
   remove_outliers(points, into);
 }
 
-// Whether the pairs are off their mirror images more against than along the set's way. Measured across the body, not on
-// the bones: their free lengths would follow whatever is exchanged.
+// Whether the asymmetry of the pairs points against that of the set, summed over all pairs. The positions are relative
+// to the body, not to the bones: free bone lengths would absorb an exchange.
 bool TPoseFinder::has_swapped_sides(std::span<const Eigen::Vector3d> points, const Hypothesis& hypothesis) const {
   const Eigen::AngleAxisd body_from_world(-hypothesis.place.yaw_rad, Eigen::Vector3d::UnitZ());
   const auto in_body = [&](int point) {
@@ -254,7 +257,7 @@ void TPoseFinder::remove_outliers(std::span<const Eigen::Vector3d> points, Hypot
   }
 }
 
-// Two readings are of one body when they share most points.
+// Whether two hypotheses are of one body: they share more than half of the points.
 bool TPoseFinder::shares_points(const Hypothesis& a, const Hypothesis& b) const {
   int shared = 0;
   for (const int p : a.point_of_marker) {
@@ -283,7 +286,7 @@ void TPoseFinder::describe(const Hypothesis& best, std::span<const Eigen::Vector
     const int p = best.point_of_marker[m];
     found_->point_of_marker.push_back(p);
     Eigen::Vector3d offset = best.place.scale * set.markers[m].offset_m;
-    if (p >= 0 && set.markers[m].offset_m.norm() >= kInJoint_m) {
+    if (p >= 0 && !kinematics::sits_in_joint(set.markers[m])) {
       const Pose& bone = fit_.world()[static_cast<std::size_t>(set.markers[m].bone)];
       offset = bone.inverse() * points[static_cast<std::size_t>(p)];
     }
@@ -291,12 +294,32 @@ void TPoseFinder::describe(const Hypothesis& best, std::span<const Eigen::Vector
   }
 }
 
+TPoseOutcome TPoseFinder::judge(const Hypothesis& best, double margin) const {
+  if (best.matched < settings_.min_marker_fraction * static_cast<double>(model_.size())) {
+    return TPoseOutcome::TooFewMatched;
+  }
+  if (best.rms_m > settings_.max_rms_m) return TPoseOutcome::TooInexact;
+  const bool is_ambiguous = best.sides_swapped || margin < settings_.min_margin || margin < 0.25 * best.cost;
+  return is_ambiguous ? TPoseOutcome::Ambiguous : TPoseOutcome::Found;
+}
+
+void TPoseFinder::describe_attempt(const Hypothesis& best) {
+  attempt_.matched = best.matched;
+  attempt_.rms_m = best.rms_m;
+  for (std::size_t m = 0; m < model_.size(); ++m) {
+    attempt_.point_of_marker.push_back(best.point_of_marker[m]);
+    attempt_.expected.push_back({best.place * model_[m]});
+  }
+}
+
 const std::optional<FoundBody>& TPoseFinder::find(std::span<const Eigen::Vector3d> points) {
   found_.reset();
+  attempt_ = {};
   points = points.first(std::min(points.size(), max_points_));
   const double needed = settings_.min_marker_fraction * static_cast<double>(model_.size());
   if (model_.size() < 4 || static_cast<double>(points.size()) < needed) return found_;
   propose(points);
+  attempt_.outcome = TPoseOutcome::NoPlacement;
   if (proposals_.empty()) return found_;
 
   std::size_t best = 0;
@@ -316,12 +339,16 @@ const std::optional<FoundBody>& TPoseFinder::find(std::span<const Eigen::Vector3
     if (i != best && differs && shares_points(other, hypotheses_[best])) next = std::min(next, other.cost);
   }
   Hypothesis& chosen = hypotheses_[best];
-  if (chosen.sides_swapped) return found_;
   const double margin = next - chosen.cost;
-  if (chosen.matched < needed || chosen.rms_m > settings_.max_rms_m || margin < settings_.min_margin) return found_;
-  if (margin < 0.25 * chosen.cost) return found_;
+  describe_attempt(chosen);
+  attempt_.outcome = judge(chosen, margin);
+  if (attempt_.outcome != TPoseOutcome::Found) return found_;
   fit_body(points, chosen);
-  if (is_in_pose()) describe(chosen, points, margin);
+  if (is_in_pose()) {
+    describe(chosen, points, margin);
+  } else {
+    attempt_.outcome = TPoseOutcome::BentJoints;
+  }
   return found_;
 }
 

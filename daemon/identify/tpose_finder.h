@@ -10,45 +10,71 @@
 #include "geometry/rigid_fit.h"
 #include "kinematics/pose_fit.h"
 #include "model/bounds.h"
+#include "model/points.h"
 #include "model/skeleton.h"
 
 namespace mocap::identify {
 
 struct FindSettings {
-  double min_scale = 0.75;  ///< of the body against the file's
+  double min_scale = 0.75;  ///< size of the body relative to the marker set
   double max_scale = 1.25;
-  double min_marker_fraction = 0.85;  ///< of the markers that must be there
-  double max_rms_m = 0.02;            ///< of the markers from the fitted body
-  double min_margin = 8.0;            ///< by how much of log-likelihood the next best reading must be worse
-  double max_joint_angle_rad = 3.2;   ///< of a joint from the pose; where one is turned further it is another pose
+  double min_marker_fraction = 0.85;  ///< fraction of the markers that must have a point
+  double max_rms_m = 0.02;            ///< of the points from the markers of the fitted body
+  double min_margin = 8.0;            ///< log likelihood ratio of the best to the next best hypothesis
+  double max_joint_angle_rad = 3.2;   ///< largest rotation of a joint from the rest pose; 3.2: no limit
 };
 
-/// A body found among points.
+/// An identified body and its fitted dimensions.
 struct FoundBody {
-  BoundedVector<int, kMaxLabels> point_of_marker;               ///< index of the point, -1: not there
+  BoundedVector<int, kMaxLabels> point_of_marker;               ///< index of the point; -1: not detected
   BoundedVector<Eigen::Vector3d, kMaxBones> rest_offsets_m;     ///< fitted, by bone
   BoundedVector<Eigen::Vector3d, kMaxLabels> marker_offsets_m;  ///< fitted, by marker
-  double rms_m = 0.0;                                           ///< of the markers from the fitted body
-  double margin = 0.0;                                          ///< log-likelihood over the next best reading
-  int matched = 0;
+  double rms_m = 0.0;                                           ///< of the points from the markers of the fitted body
+  double margin = 0.0;                                          ///< cost of the next best hypothesis minus the cost
+  int matched = 0;                                              ///< markers with a point
 };
 
-/// Finds a person in T-pose, or the pose that is its set's rest pose (body/stance.h), among points that hold still:
-/// upright, any heading, any size, bones of other lengths than the file's, some markers missing, some points that are
-/// no markers.
+/// The end of a search for a rest pose.
+enum class TPoseOutcome {
+  TooFewPoints,  ///< fewer points than markers are needed
+  NoPlacement,   ///< no pair of points is as far apart as hands or elbows
+  TooFewMatched,
+  TooInexact,  ///< the rms distance of the points from the fitted body is too large
+  Ambiguous,   ///< another assignment fits about as well, or the asymmetric pairs are exchanged
+  BentJoints,  ///< joints deviate too much from the pose
+  Found,
+};
+
+/// The best hypothesis of a search, found or not.
+struct TPoseAttempt {
+  TPoseOutcome outcome = TPoseOutcome::TooFewPoints;
+  int matched = 0;                                 ///< markers with a point
+  double rms_m = 0.0;                              ///< of these points from the markers of the fitted body
+  BoundedVector<int, kMaxLabels> point_of_marker;  ///< -1: no point; empty: no hypothesis
+  BoundedVector<WorldPoint, kMaxLabels> expected;  ///< by marker: by the upright placement alone, within 0.1 m
+};
+
+/// Finds a person of unknown dimensions in the rest pose of the marker set, in the points of one instant. The rest pose
+/// is the T-pose, or another pose (calibration_pose.h). The person stands upright with any heading and any size; bone
+/// lengths differ from the set, markers may be missing, and points may be clutter.
 ///
-/// Wide pairs of markers (hands, elbows) propose where the body could stand; the best proposals are bent to the points
-/// and then judged by the fit of a whole body with free bone lengths. Which way it faces is told by what differs front
-/// from back; when the turned reading fits about as well, nothing is found rather than guessed. Nor is anything where
-/// the best reading has the two of the set's asymmetric pairs exchanged, however well it fits.
+/// Pairs of distant markers (hands, elbows) propose placements of the body. The markers of each of the best placements
+/// are moved towards the points around them, and a fit of the whole body with free bone lengths gives the cost. The
+/// differences between front and back determine the heading.
+///
+/// Nothing is found if the body rotated by half a turn fits about as well, or if the two markers of the asymmetric
+/// pairs of the set are exchanged in the best hypothesis.
 ///
 /// Allocates in the constructor only.
 class TPoseFinder {
  public:
-  /// `max_points` at most are looked at in one call; more are cut off.
+  /// A call of find() uses the first `max_points` points.
   TPoseFinder(const MarkerSet& set, FindSettings settings, std::size_t max_points);
 
   const std::optional<FoundBody>& find(std::span<const Eigen::Vector3d> points);
+
+  /// The best hypothesis of the last call of find(): the reason of a failure.
+  const TPoseAttempt& attempt() const noexcept { return attempt_; }
 
  private:
   struct Proposal {
@@ -61,7 +87,7 @@ class TPoseFinder {
     double cost = 0.0;
     double rms_m = 0.0;
     int matched = 0;
-    bool sides_swapped = false;  // by the asymmetric pairs
+    bool sides_swapped = false;  // the asymmetric pairs are exchanged
   };
   struct Asymmetry {
     MarkerPair pair;
@@ -79,6 +105,8 @@ class TPoseFinder {
   bool has_swapped_sides(std::span<const Eigen::Vector3d> points, const Hypothesis& hypothesis) const;
   bool shares_points(const Hypothesis& a, const Hypothesis& b) const;
   bool is_in_pose() const;
+  TPoseOutcome judge(const Hypothesis& best, double margin) const;
+  void describe_attempt(const Hypothesis& best);
   void describe(const Hypothesis& best, std::span<const Eigen::Vector3d> points, double margin);
 
   FindSettings settings_;
@@ -90,12 +118,13 @@ class TPoseFinder {
   std::vector<std::pair<int, int>> anchors_;
   BoundedVector<Proposal, 4> proposals_;
   std::vector<Hypothesis> hypotheses_;
-  std::vector<Eigen::Vector3d> warped_;  // where the markers are looked for
+  std::vector<Eigen::Vector3d> warped_;  // expected positions of the markers, in the world frame
   std::vector<geometry::AllowedPair> pairs_;
   std::vector<geometry::PointPair> matched_;
   std::vector<kinematics::Observation> seen_;
   std::vector<double> prior_sigma_rad_;
   std::optional<FoundBody> found_;
+  TPoseAttempt attempt_;
 };
 
 }  // namespace mocap::identify

@@ -4,32 +4,33 @@
 #include <algorithm>
 
 #include "base/expects.h"
+#include "kinematics/kinematic_tree.h"
 
 namespace mocap::kinematics {
 namespace {
 
-// A marker nearer to its joint than this sits in it.
-constexpr double kInJoint_m = 1e-3;
-// Twice the area of a triangle of 6 cm by 4 cm: flatter ones leave the turn about their line open.
+// Twice the area of a right triangle with legs of 6 cm and 4 cm. In a smaller triangle the rotation about its longest
+// side is hardly observed. Chosen by hand; not yet measured.
 constexpr double kMinTriangleArea_m2 = 0.06 * 0.04;
 
-Eigen::Vector3d place_in(const MarkerSet& set, const MarkerOnBone& marker, int bone) {
+Eigen::Vector3d position_in(const MarkerSet& set, const MarkerOnBone& marker, int bone) {
   if (marker.bone == bone) return marker.offset_m;
   return set.skeleton.bones[static_cast<std::size_t>(marker.bone)].rest_offset_m;
 }
 
-// Those that are furthest from the ones already there, first the first.
+// Farthest point selection: begins with the first point; each next point is farthest from all points before it.
 void keep_most_spread(std::vector<ShapePoint>& points) {
   for (std::size_t next = 1; next < std::min(points.size(), kMaxShapePoints); ++next) {
-    const auto apart = [&](const ShapePoint& point) {
+    const auto nearest_distance_m = [&](const ShapePoint& point) {
       double nearest = 1e9;
       for (std::size_t i = 0; i < next; ++i)
         nearest = std::min(nearest, (point.position_m - points[i].position_m).norm());
       return nearest;
     };
-    const auto widest = std::max_element(points.begin() + static_cast<std::ptrdiff_t>(next), points.end(),
-                                         [&](const ShapePoint& a, const ShapePoint& b) { return apart(a) < apart(b); });
-    std::iter_swap(points.begin() + static_cast<std::ptrdiff_t>(next), widest);
+    const auto farthest = std::max_element(
+        points.begin() + static_cast<std::ptrdiff_t>(next), points.end(),
+        [&](const ShapePoint& a, const ShapePoint& b) { return nearest_distance_m(a) < nearest_distance_m(b); });
+    std::iter_swap(points.begin() + static_cast<std::ptrdiff_t>(next), farthest);
   }
   if (points.size() > kMaxShapePoints) points.resize(kMaxShapePoints);
 }
@@ -42,9 +43,9 @@ BoneShapes::BoneShapes(const MarkerSet& set) : shapes_(set.skeleton.bones.size()
     const int bone = static_cast<int>(b);
     for (std::size_t m = 0; m < set.markers.size(); ++m) {
       const MarkerOnBone& marker = set.markers[m];
-      const bool below =
-          bones[static_cast<std::size_t>(marker.bone)].parent == bone && marker.offset_m.norm() < kInJoint_m;
-      if (marker.bone == bone || below) shapes_[b].points.push_back({static_cast<int>(m), place_in(set, marker, bone)});
+      const bool in_child_joint = bones[static_cast<std::size_t>(marker.bone)].parent == bone && sits_in_joint(marker);
+      if (marker.bone == bone || in_child_joint)
+        shapes_[b].points.push_back({static_cast<int>(m), position_in(set, marker, bone)});
     }
     keep_most_spread(shapes_[b].points);
     const int parent = bones[b].parent;
@@ -59,11 +60,11 @@ void BoneShapes::refit(const MarkerSet& set) {
   const auto& bones = set.skeleton.bones;
   for (std::size_t b = 0; b < shapes_.size(); ++b) {
     for (ShapePoint& point : shapes_[b].points)
-      point.position_m = place_in(set, set.markers[static_cast<std::size_t>(point.marker)], static_cast<int>(b));
+      point.position_m = position_in(set, set.markers[static_cast<std::size_t>(point.marker)], static_cast<int>(b));
     for (ShapeJoint& joint : shapes_[b].joints) {
-      const bool above = bones[b].parent == joint.bone;
-      (above ? joint.joint_in_neighbour_m : joint.joint_in_bone_m) =
-          bones[above ? b : static_cast<std::size_t>(joint.bone)].rest_offset_m;
+      const bool is_parent = bones[b].parent == joint.bone;
+      (is_parent ? joint.joint_in_neighbour_m : joint.joint_in_bone_m) =
+          bones[is_parent ? b : static_cast<std::size_t>(joint.bone)].rest_offset_m;
     }
   }
 }

@@ -7,24 +7,24 @@
 
 namespace mocap::kinematics {
 
-/// More markers of one bone do not take part in laying it on points: the widest apart do.
+/// At most this many markers of a bone take part in the search for its pose: the ones farthest apart.
 inline constexpr std::size_t kMaxShapePoints = 8;
 
-/// A marker as one bone sees it.
+/// A marker in the frame of one bone.
 struct ShapePoint {
   int marker = 0;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< in the bone's frame
 };
 
-/// Where a bone hangs together with a neighbour.
+/// A joint that connects a bone with a neighbour.
 struct ShapeJoint {
   int bone = 0;                                                    ///< the neighbour
   Eigen::Vector3d joint_in_bone_m = Eigen::Vector3d::Zero();       ///< the joint in this bone's frame
-  Eigen::Vector3d joint_in_neighbour_m = Eigen::Vector3d::Zero();  ///< the same in the neighbour's
+  Eigen::Vector3d joint_in_neighbour_m = Eigen::Vector3d::Zero();  ///< the joint in the neighbour's frame
 };
 
-/// What does not change in a bone's frame, whatever the pose: its markers, the markers that sit in the joints of the
-/// bones below it, and its joints.
+/// The part of a body that is constant in the frame of one bone, in every pose: the markers of the bone, the markers
+/// that sit in the joints of its children, and its joints.
 struct BoneShape {
   std::vector<ShapePoint> points;
   std::vector<ShapeJoint> joints;
@@ -35,12 +35,12 @@ class BoneShapes {
  public:
   explicit BoneShapes(const MarkerSet& set);
 
-  /// New places after a fit; `set` is the one of the constructor but for its offsets. Allocates nothing.
+  /// Takes over fitted offsets. `set` equals the set of the constructor except for its offsets. Allocates nothing.
   void refit(const MarkerSet& set);
 
   std::size_t size() const noexcept { return shapes_.size(); }
   const BoneShape& of(std::size_t bone) const { return shapes_[bone]; }
-  /// Whether three points of a bone span a triangle that tells its turn.
+  /// Whether three points of the bone span a triangle that is large enough to determine the rotation of the bone.
   bool determines_rotation(std::size_t bone) const;
 
  private:

@@ -2,15 +2,10 @@
 
 #include <algorithm>
 
+#include "kinematics/algebra.h"
 #include "kinematics/rotation.h"
 
 namespace mocap::kinematics {
-namespace {
-
-double squared(double x) { return x * x; }
-
-}  // namespace
-
 JointPrior::JointPrior(const Bone& bone, bool root) : root_(root), has_locked_axis_(false) {
   for (int axis = 0; axis < 3; ++axis) {
     const auto& turns = bone.turns[static_cast<std::size_t>(axis)];
@@ -44,9 +39,10 @@ void JointPrior::set(const PosePrior& prior, std::size_t bone) {
       (prior.limit_confidence.empty() ? 1.0 : prior.limit_confidence[bone]) / squared(prior.limit_sigma_rad);
   for (int axis = 0; axis < 3; ++axis) {
     rest_information_[axis] = 1.0 / squared(prior.rest_sigma_rad);
-    const double widest = std::max({-min_rad_[axis], max_rad_[axis], prior.limit_sigma_rad});
+    const double largest_rad = std::max({-min_rad_[axis], max_rad_[axis], prior.limit_sigma_rad});
     if (prior.rest_range_fraction > 0.0)
-      rest_information_[axis] = std::max(rest_information_[axis], 1.0 / squared(prior.rest_range_fraction * widest));
+      rest_information_[axis] =
+          std::max(rest_information_[axis], 1.0 / squared(prior.rest_range_fraction * largest_rad));
     rest_information_[axis] *= rest_confidence;
   }
 }
@@ -92,8 +88,9 @@ void JointPrior::add(const Eigen::Matrix3d& parent, JointTerms& into) const {
   const Eigen::Vector3d gradient =
       rest_information_.cwiseProduct(nominal_rotation_vector_) + limit_information_ * range_excess_;
   if (!has_locked_axis_) {
-    const Eigen::Matrix3d turning = inverse_left_jacobian(rotation_vector_);
-    const Eigen::Matrix3d change = has_calibrated_axis_ ? Eigen::Matrix3d(nominal_from_calibrated_ * turning) : turning;
+    const Eigen::Matrix3d inverse_jacobian = inverse_left_jacobian(rotation_vector_);
+    const Eigen::Matrix3d change =
+        has_calibrated_axis_ ? Eigen::Matrix3d(nominal_from_calibrated_ * inverse_jacobian) : inverse_jacobian;
     into.weight.noalias() += change.transpose() * by_axis.asDiagonal() * change;
     into.gradient.noalias() += change.transpose() * gradient;
     if (!(plane_.weight_1_rad2 > 0.0)) return;
@@ -102,12 +99,12 @@ void JointPrior::add(const Eigen::Matrix3d& parent, JointTerms& into) const {
     into.gradient += plane_.weight_1_rad2 * plane_.normal.dot(bone_direction_) * tilt;
     return;
   }
-  const Eigen::Matrix3d turns = left_jacobian(nominal_rotation_vector_) * free_axes_.asDiagonal();
-  into.weight = (turns.transpose() * into.weight * turns).eval();
-  into.gradient = (turns.transpose() * into.gradient).eval();
+  const Eigen::Matrix3d jacobian = left_jacobian(nominal_rotation_vector_) * free_axes_.asDiagonal();
+  into.weight = (jacobian.transpose() * into.weight * jacobian).eval();
+  into.gradient = (jacobian.transpose() * into.gradient).eval();
   into.weight.diagonal() += free_axes_.cwiseProduct(by_axis) + (Eigen::Vector3d::Ones() - free_axes_);
   into.gradient += free_axes_.cwiseProduct(gradient);
-  into.axes = parent * turns;
+  into.axes = parent * jacobian;
 }
 
 Eigen::Quaterniond JointPrior::apply_step(const Eigen::Quaterniond& local, const Eigen::Vector3d& step) const {

@@ -7,7 +7,7 @@
 namespace mocap::kinematics {
 namespace {
 
-// A covariance that is none counts as that of a marker that is anywhere within a metre.
+// An unusable covariance is replaced by one that leaves the marker anywhere within a metre.
 constexpr double kUnknown_m = 1.0;
 
 }  // namespace
@@ -17,15 +17,15 @@ Observation observe_point(int marker, const Eigen::Vector3d& position, const Eig
   Observation seen;
   seen.marker = marker;
   seen.position = position;
-  Eigen::Matrix3d whole = 0.5 * (covariance_m2 + covariance_m2.transpose());
-  const bool usable = whole.allFinite() && whole.diagonal().minCoeff() >= 0.0;
-  if (!usable) whole = kUnknown_m * kUnknown_m * Eigen::Matrix3d::Identity();
-  seen.sigma_m = std::hypot(skin_sigma_m, std::sqrt(std::min(whole.trace() / 3.0, kUnknown_m * kUnknown_m)));
-  whole.diagonal().array() += skin_sigma_m * skin_sigma_m;
-  const Eigen::Matrix3d weight = whole.inverse();
-  const bool tells = weight.allFinite() && weight.diagonal().minCoeff() > 0.0 &&
-                     weight.trace() <= 3.01 / (skin_sigma_m * skin_sigma_m);
-  if (tells) seen.weight_1_m2 = weight;
+  Eigen::Matrix3d covariance = 0.5 * (covariance_m2 + covariance_m2.transpose());
+  const bool usable = covariance.allFinite() && covariance.diagonal().minCoeff() >= 0.0;
+  if (!usable) covariance = kUnknown_m * kUnknown_m * Eigen::Matrix3d::Identity();
+  seen.sigma_m = std::hypot(skin_sigma_m, std::sqrt(std::min(covariance.trace() / 3.0, kUnknown_m * kUnknown_m)));
+  covariance.diagonal().array() += skin_sigma_m * skin_sigma_m;
+  const Eigen::Matrix3d weight = covariance.inverse();
+  const bool is_positive_definite = weight.allFinite() && weight.diagonal().minCoeff() > 0.0 &&
+                                    weight.trace() <= 3.01 / (skin_sigma_m * skin_sigma_m);
+  if (is_positive_definite) seen.weight_1_m2 = weight;
   return seen;
 }
 

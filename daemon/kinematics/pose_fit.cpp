@@ -4,16 +4,13 @@
 #include <cmath>
 
 #include "base/expects.h"
+#include "kinematics/algebra.h"
 #include "kinematics/rotation.h"
 
 namespace mocap::kinematics {
 namespace {
 
-constexpr double kFirstDamping = 1e-6;
-constexpr double kMostDamping = 1e3;
 constexpr std::size_t kUnusable = static_cast<std::size_t>(-1);
-
-double squared(double x) { return x * x; }
 
 std::vector<TreeEquations::Link> links_of(const Skeleton& skeleton, PoseFit::Lengths lengths) {
   std::vector<TreeEquations::Link> links;
@@ -30,7 +27,7 @@ PoseFit::PoseFit(const MarkerSet& set, Lengths lengths)
   for (const Bone& bone : set_.skeleton.bones) {
     parents_.push_back(bone.parent);
     joints_.emplace_back(bone, bone.parent < 0);
-    model_places_.push_back(bone.rest_offset_m);
+    model_offsets_.push_back(bone.rest_offset_m);
   }
   for (const MarkerOnBone& marker : set_.markers)
     MOCAP_EXPECTS(marker.bone >= 0 && marker.bone < static_cast<int>(bones));
@@ -48,7 +45,7 @@ void PoseFit::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
   MOCAP_EXPECTS(rest_offsets_m.size() == locals_.size() && marker_offsets_m.size() == set_.markers.size());
   for (std::size_t b = 0; b < locals_.size(); ++b) {
     set_.skeleton.bones[b].rest_offset_m = rest_offsets_m[b];
-    model_places_[b] = rest_offsets_m[b];
+    model_offsets_[b] = rest_offsets_m[b];
     if (parents_[b] >= 0) locals_[b].position = rest_offsets_m[b];
   }
   for (std::size_t m = 0; m < set_.markers.size(); ++m) set_.markers[m].offset_m = marker_offsets_m[m];
@@ -59,8 +56,8 @@ void PoseFit::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
 void PoseFit::place(const Pose& world_from_root, double scale) {
   scale_ = scale;
   for (std::size_t b = 0; b < locals_.size(); ++b) {
-    model_places_[b] = scale * set_.skeleton.bones[b].rest_offset_m;
-    locals_[b] = parents_[b] < 0 ? world_from_root : Pose{model_places_[b], Eigen::Quaterniond::Identity()};
+    model_offsets_[b] = scale * set_.skeleton.bones[b].rest_offset_m;
+    locals_[b] = parents_[b] < 0 ? world_from_root : Pose{model_offsets_[b], Eigen::Quaterniond::Identity()};
   }
   update_world();
 }
@@ -109,21 +106,23 @@ void PoseFit::begin(std::span<const Observation> seen, const PosePrior& prior) {
   }
 }
 
-// Twice Geman and McClure's robust cost of a marker: in standard deviations, and bounded where it is an outlier.
+// Returns twice the robust cost of Geman and McClure: quadratic in the normalised residual for small residuals, bounded
+// by (outlier_m / sigma)^2 for large ones.
 double PoseFit::evaluate(const Observation& seen, double outlier_m, Residual& into) const {
   const MarkerOnBone& on = set_.markers[static_cast<std::size_t>(seen.marker)];
   into.lever = world_rotations_[into.bone] * (scale_ * on.offset_m);
   into.error = world_[into.bone].position + into.lever - seen.position;
-  const double mean = information_1_m2(seen);
-  const bool alike = seen.weight_1_m2.trace() == 0.0;
-  const double cost = alike ? mean * into.error.squaredNorm() : into.error.dot(seen.weight_1_m2 * into.error);
-  const double most = mean * squared(outlier_m);
-  const double robust_factor = most / (most + cost);
+  const double information = information_1_m2(seen);
+  const bool isotropic = seen.weight_1_m2.trace() == 0.0;
+  const double cost =
+      isotropic ? information * into.error.squaredNorm() : into.error.dot(seen.weight_1_m2 * into.error);
+  const double max_cost = information * squared(outlier_m);
+  const double robust_factor = max_cost / (max_cost + cost);
   into.robust_weight = squared(robust_factor);
   return cost * robust_factor;
 }
 
-// Half of the sum of squares of the pose at hand, and all that `assemble` needs of it.
+// Returns half the sum of squares of the current pose, and prepares what `assemble` needs.
 double PoseFit::evaluate(std::span<const Observation> seen, const PosePrior& prior) {
   double sum = 0.0;
   for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -134,31 +133,32 @@ double PoseFit::evaluate(std::span<const Observation> seen, const PosePrior& pri
     if (parents_[b] < 0 && has_prior_pose(prior)) {
       sum += (locals_[b].position - prior_pose_[b].position).squaredNorm() / squared(prior.prior_root_sigma_m);
     } else if (parents_[b] >= 0 && free_lengths_) {
-      const Eigen::Vector3d error = locals_[b].position - model_places_[b];
-      sum += error.dot(offset_information(model_places_[b], prior) * error);
+      const Eigen::Vector3d error = locals_[b].position - model_offsets_[b];
+      sum += error.dot(offset_information(model_offsets_[b], prior) * error);
     }
   }
   return 0.5 * sum;
 }
 
-// Gauss and Newton's equations of the pose that was evaluated last.
+// Writes the Gauss-Newton equations of the pose that was evaluated last.
 void PoseFit::assemble(std::span<const Observation> seen, const PosePrior& prior) {
-  const Eigen::Matrix3d level = Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
   for (std::size_t b = 0; b < locals_.size(); ++b) {
     equations_.joint(b) = world_[b].position;
     equations_.bone(b) = {};
-    const Eigen::Matrix3d& parent = parents_[b] < 0 ? level : world_rotations_[static_cast<std::size_t>(parents_[b])];
+    const Eigen::Matrix3d& parent =
+        parents_[b] < 0 ? identity : world_rotations_[static_cast<std::size_t>(parents_[b])];
     joints_[b].add(parent, equations_.rotation(b));
-    JointTerms& place = equations_.place(b);
-    place.axes = parent;
+    JointTerms& translation = equations_.translation(b);
+    translation.axes = parent;
     if (parents_[b] >= 0) {
       if (!free_lengths_) continue;
-      place.weight = offset_information(model_places_[b], prior);
-      place.gradient = place.weight * (locals_[b].position - model_places_[b]);
+      translation.weight = offset_information(model_offsets_[b], prior);
+      translation.gradient = translation.weight * (locals_[b].position - model_offsets_[b]);
     } else {
-      const double hold = has_prior_pose(prior) ? 1.0 / squared(prior.prior_root_sigma_m) : 0.0;
-      place.weight = hold * level;
-      place.gradient = hold * (locals_[b].position - prior_pose_[b].position);
+      const double root_information = has_prior_pose(prior) ? 1.0 / squared(prior.prior_root_sigma_m) : 0.0;
+      translation.weight = root_information * identity;
+      translation.gradient = root_information * (locals_[b].position - prior_pose_[b].position);
     }
   }
   for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -222,17 +222,17 @@ PoseFitResult PoseFit::solve(std::span<const Observation> seen, const PosePrior&
   begin(seen, prior);
   PoseFitResult result;
   result.cost = evaluate(seen, prior);
-  double damping = kFirstDamping;
-  while (result.iterations < end.max_iterations && !result.settled) {
+  double damping = kInitialDamping;
+  while (result.iterations < end.max_iterations && !result.converged) {
     ++result.iterations;
     assemble(seen, prior);
     std::copy(locals_.begin(), locals_.end(), previous_locals_.begin());
     bool better = false;
-    while (!better && damping <= kMostDamping) {
+    while (!better && damping <= kMaxDamping) {
       if (equations_.solve(damping)) {
         step();
         const double cost = evaluate(seen, prior);
-        better = cost <= result.cost;  // false for nan, too
+        better = cost <= result.cost;  // false for NaN, too
         if (better) result.cost = cost;
       }
       if (!better) {
@@ -241,8 +241,8 @@ PoseFitResult PoseFit::solve(std::span<const Observation> seen, const PosePrior&
         damping *= 10.0;
       }
     }
-    damping = std::max(kFirstDamping, damping * 0.1);
-    result.settled = !better || step_is_small(end.small_step);
+    damping = std::max(kInitialDamping, damping * 0.1);
+    result.converged = !better || step_is_small(end.small_step);
   }
   result.rms_m = rms_of(seen);
   return result;

@@ -14,24 +14,33 @@
 namespace mocap::kinematics {
 
 struct PoseFitResult {
-  double cost = 0.0;   ///< half the sum of squares, each over its sigma; of markers and priors
-  double rms_m = 0.0;  ///< of the markers; rays do not count
+  double cost = 0.0;   ///< half the sum of squared normalised residuals, of markers and priors
+  double rms_m = 0.0;  ///< of the marker positions; bearing-only and ambiguous observations are excluded
   int iterations = 0;
-  bool settled = false;  ///< the last step was small
+  bool converged = false;  ///< the last step was small
 };
 
-/// When a fit is good enough.
+/// Levenberg-Marquardt damping of a pose fit: the initial and smallest value, and the value above which the fit stops.
+/// A rejected step multiplies the damping by 10, an accepted one by 0.1. Chosen by hand; not yet measured.
+inline constexpr double kInitialDamping = 1e-6;
+inline constexpr double kMaxDamping = 1e3;
+
+/// When a fit stops.
 struct PoseFitEnd {
   int max_iterations = 20;
-  double small_step = 1e-5;  ///< m, rad: no joint moves or turns by more in the last step
+  double small_step = 1e-5;  ///< m, rad: no joint moves or rotates by more in the last step
 };
 
-/// Finds the pose of a skeleton, and on request its bone lengths, that explain where its markers were seen: robust
-/// Gauss-Newton with damping over all joints at once, from the pose it has (a warm start).
+/// Finds the maximum a posteriori pose of a skeleton from observations of its markers, and on request its bone lengths.
+/// Robust Levenberg-Marquardt over all joints at once, from the current pose (warm start). Robust weights are updated
+/// in each step (iteratively reweighted least squares) with the cost of Geman and McClure.
 ///
-/// Allocates in the constructor only, and where it is shown more observations than markers. The same calls give the
-/// same pose, bit by bit. The pose is always finite, its quaternions are of unit length, and axes that do not turn are
-/// at 0 after a solve.
+/// Allocates in the constructor only, and in a call with more observations than markers. Equal calls give bitwise equal
+/// poses. The pose is always finite, its quaternions have unit length, and locked axes are at 0 after a solve.
+///
+/// Source: Geman and McClure, Statistical methods for tomographic image reconstruction (1987), for the robust cost;
+/// Triggs et al., Bundle Adjustment - A Modern Synthesis (2000), section 4, for damped Gauss-Newton steps. The
+/// equations are solved by TreeEquations.
 class PoseFit {
  public:
   enum class Lengths { Fixed, Free };
@@ -39,49 +48,49 @@ class PoseFit {
   PoseFit(const MarkerSet& set, Lengths lengths);
 
   const MarkerSet& marker_set() const noexcept { return set_; }
-  /// New bone offsets and marker offsets, by bone and by marker; the joints stay turned as they are.
+  /// Takes over fitted bone offsets and marker offsets, by bone and by marker. Joint rotations stay.
   void refit(std::span<const Eigen::Vector3d> rest_offsets_m, std::span<const Eigen::Vector3d> marker_offsets_m);
 
-  /// A joint's range and rest from now on: of its rotation vector after this turn (see JointPrior).
+  /// Sets the axes of a joint's range and rest pose (see JointPrior::set_hinge_axis).
   void set_hinge_axis(std::size_t bone, const Eigen::Matrix3d& nominal_from_calibrated) {
     joints_[bone].set_hinge_axis(nominal_from_calibrated);
   }
-  /// The plane that a bone bends in from now on.
+  /// Sets the plane in which a bone bends (see JointPrior::set_swivel_plane).
   void set_swivel_plane(std::size_t bone, const SwivelPlane& plane) { joints_[bone].set_swivel_plane(plane); }
 
-  /// The rest pose, bones `scale` times as long, at `world_from_root`.
+  /// Sets the rest pose at `world_from_root`, with all bones scaled by `scale`.
   void place(const Pose& world_from_root, double scale = 1.0);
-  /// A pose by its local poses (of which, but for the root, only the turns are taken).
+  /// Sets the pose. Of all bones but the root only the rotation is used.
   void set_locals(std::span<const Pose> locals);
 
-  /// By bone: from the parent's frame, the root's from the world.
+  /// By bone, in the parent's frame; of the root in the world frame.
   std::span<const Pose> locals() const noexcept { return locals_; }
   std::span<const Pose> world() const noexcept { return world_; }
-  /// Where the pose puts a marker.
+  /// Position of a marker in the current pose.
   Eigen::Vector3d marker_at(std::size_t marker) const;
 
-  /// Moves the pose to what explains the observations best. Observations that are not finite are left out.
+  /// Optimises the pose. Observations that are not usable (is_usable) are left out.
   PoseFitResult solve(std::span<const Observation> seen, const PosePrior& prior, const PoseFitEnd& end);
   PoseFitResult solve(std::span<const Observation> seen, const PosePrior& prior, int max_iterations) {
     return solve(seen, prior, PoseFitEnd{.max_iterations = max_iterations});
   }
 
-  /// How surely these observations tell the pose it has, for the covariances; the prior's hold is from that pose. False
-  /// when they do not.
+  /// Prepares the covariances of the current pose, given these observations and the prior around the current pose.
+  /// False if the equations are singular.
   [[nodiscard]] bool compute_covariances(std::span<const Observation> seen, const PosePrior& prior);
-  /// By the last `compute_covariances`: of a marker's place and a joint's, m^2, and of a bone's turn in the world,
-  /// rad^2.
+  /// By the last `compute_covariances`: of a marker's position and of a joint's position, m^2, and of a bone's rotation
+  /// in the world frame, rad^2.
   Eigen::Matrix3d covariance_of(std::size_t marker) const;
   Eigen::Matrix3d joint_covariance(std::size_t bone) const;
   const Eigen::Matrix3d& rotation_covariance(std::size_t bone) const { return equations_.rotation_covariance(bone); }
-  /// Likewise of a bone's turn in its parent, in the parent's frame.
+  /// By the last `compute_covariances`: of a bone's rotation relative to its parent, in the parent's frame, rad^2.
   const Eigen::Matrix3d& local_covariance(std::size_t bone) const { return equations_.joint_rotation_covariance(bone); }
 
  private:
-  // An observation as the pose at hand stands to it.
+  // Residual of one observation in the current pose.
   struct Residual {
     std::size_t bone = 0;
-    Eigen::Vector3d lever = Eigen::Vector3d::Zero();  // from the joint, world
+    Eigen::Vector3d lever = Eigen::Vector3d::Zero();  // from the joint, world frame
     Eigen::Vector3d error = Eigen::Vector3d::Zero();
     double robust_weight = 1.0;
   };
@@ -101,10 +110,10 @@ class PoseFit {
   TreeEquations equations_;
   std::vector<Pose> locals_;
   std::vector<Pose> world_;
-  std::vector<Eigen::Matrix3d> world_rotations_;  // the world's rotations
-  std::vector<Pose> prior_pose_;                  // locals at the start of a solve
+  std::vector<Eigen::Matrix3d> world_rotations_;  // of world_
+  std::vector<Pose> prior_pose_;                  // locals at the start of a solve, or those of the prior
   std::vector<Pose> previous_locals_;             // locals before a step
-  std::vector<Eigen::Vector3d> model_places_;     // rest offsets that free lengths are drawn to
+  std::vector<Eigen::Vector3d> model_offsets_;    // mean of the prior of free bone lengths
   std::vector<Residual> residuals_;               // by observation
   double scale_ = 1.0;
   bool free_lengths_;

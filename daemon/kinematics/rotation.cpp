@@ -2,13 +2,15 @@
 
 #include <cmath>
 
+#include "kinematics/algebra.h"
+
 namespace mocap::kinematics {
 
 Eigen::Quaterniond from_rotation_vector(const Eigen::Vector3d& rotation_rad) {
   const double squared = rotation_rad.squaredNorm();
-  // Small turns, of which a fit is full, by their series: what is left out is under 1e-13.
+  // Most steps of a fit are small rotations: Taylor series of sine and cosine, truncated below 1e-13.
   if (squared < 0.02) {
-    const double h = 0.25 * squared;  // of the half angle
+    const double h = 0.25 * squared;  // squared half angle
     const double coefficient = 0.5 * (1.0 - h / 6.0 * (1.0 - h / 20.0 * (1.0 - h / 42.0 * (1.0 - h / 72.0))));
     const double w = 1.0 - h / 2.0 * (1.0 - h / 12.0 * (1.0 - h / 30.0 * (1.0 - h / 56.0)));
     return {w, coefficient * rotation_rad.x(), coefficient * rotation_rad.y(), coefficient * rotation_rad.z()};
@@ -22,7 +24,7 @@ Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& rotation) {
   const double side = rotation.w() < 0.0 ? -1.0 : 1.0;
   const Eigen::Vector3d v = side * rotation.vec();
   const double squared = v.squaredNorm();
-  // The arc sine's series; what is left out is under 1e-13.
+  // Taylor series of the arc sine, truncated below 1e-13.
   if (squared < 0.004) {
     const double s = squared;
     return 2.0 * (1.0 + s * (1.0 / 6.0 + s * (3.0 / 40.0 + s * (5.0 / 112.0 + s * (35.0 / 1152.0))))) * v;
@@ -45,13 +47,7 @@ Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Ve
 
 namespace {
 
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d cross;
-  cross << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return cross;
-}
-
-// phi phi^T - |phi|^2, which is the cross matrix squared.
+// The square of the cross matrix: v v^T - |v|^2 I.
 Eigen::Matrix3d cross_squared(const Eigen::Vector3d& v) {
   Eigen::Matrix3d squared = v * v.transpose();
   squared.diagonal().array() -= v.squaredNorm();

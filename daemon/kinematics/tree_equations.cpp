@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/expects.h"
+#include "kinematics/algebra.h"
 
 namespace mocap::kinematics {
 namespace {
@@ -12,19 +13,13 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-Matrix3d cross_matrix(const Vector3d& v) {
-  Matrix3d cross;
-  cross << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return cross;
-}
-
 }  // namespace
 
 // A point at lever l moves by v - [l] w.
-void BoneTerms::add_point(const Vector3d& lever, const Matrix3d& weight, const Vector3d& off) {
+void BoneTerms::add_point(const Vector3d& lever, const Matrix3d& weight, const Vector3d& error) {
   const Matrix3d l = cross_matrix(lever);
   const Matrix3d weighted = weight * l;
-  const Vector3d gradient = weight * off;
+  const Vector3d gradient = weight * error;
   vv += weight;
   vw -= weighted;
   ww.noalias() -= l * weighted;
@@ -32,9 +27,9 @@ void BoneTerms::add_point(const Vector3d& lever, const Matrix3d& weight, const V
   v += gradient;
 }
 
-void BoneTerms::add_point(const Vector3d& lever, double weight, const Vector3d& off) {
+void BoneTerms::add_point(const Vector3d& lever, double weight, const Vector3d& error) {
   const Vector3d weighted = weight * lever;
-  const Vector3d gradient = weight * off;
+  const Vector3d gradient = weight * error;
   vv.diagonal().array() += weight;
   vw -= cross_matrix(weighted);
   ww.noalias() -= weighted * lever.transpose();
@@ -61,11 +56,11 @@ TreeEquations::TreeEquations(std::vector<Link> links) : links_(std::move(links))
   joint_rotation_covariances_.resize(n);
 }
 
-// From the information of three unknowns, in `inverse` and without what is known beforehand, to its inverse; and the
-// right side likewise. False where it is not positive definite.
+// Adds prior and damping to the information matrix in `inverse`, inverts it, and subtracts the prior's gradient from
+// the right side. False if the matrix is not positive definite.
 //
-// By its factors L D L^T: one marker far out on a limb that bends tells one direction a million times as well as the
-// others, and the quotients of minors lose what little is known of these.
+// Inverted by its factors L D L^T: one marker far out on a limb gives one direction a million times the information of
+// the others, and an inverse by quotients of minors loses the small information of those (decision 0003).
 bool TreeEquations::invert_information(Eliminated& eliminated, const JointTerms& terms, double damping,
                                        double min_information) {
   Matrix3d m = eliminated.inverse + terms.weight;
@@ -73,16 +68,16 @@ bool TreeEquations::invert_information(Eliminated& eliminated, const JointTerms&
   m.diagonal().array() += min_information;
   const double l10 = m(1, 0) / m(0, 0), l20 = m(2, 0) / m(0, 0);
   const double d1 = m(1, 1) - l10 * m(1, 0);
-  const double left = m(2, 1) - l20 * m(1, 0);
-  const double l21 = left / d1;
-  const double d2 = m(2, 2) - l20 * m(2, 0) - l21 * left;
+  const double d1_l21 = m(2, 1) - l20 * m(1, 0);
+  const double l21 = d1_l21 / d1;
+  const double d2 = m(2, 2) - l20 * m(2, 0) - l21 * d1_l21;
   if (!(m(0, 0) > 0.0 && d1 > 0.0 && d2 > 0.0)) return false;
   const double i0 = 1.0 / m(0, 0), i1 = 1.0 / d1, i2 = 1.0 / d2;
-  const double below = l10 * l21 - l20;
+  const double l_inverse20 = l10 * l21 - l20;
   Matrix3d& inverse = eliminated.inverse;
-  inverse(0, 0) = i0 + l10 * l10 * i1 + below * below * i2;
-  inverse(0, 1) = inverse(1, 0) = -l10 * i1 - below * l21 * i2;
-  inverse(0, 2) = inverse(2, 0) = below * i2;
+  inverse(0, 0) = i0 + l10 * l10 * i1 + l_inverse20 * l_inverse20 * i2;
+  inverse(0, 1) = inverse(1, 0) = -l10 * i1 - l_inverse20 * l21 * i2;
+  inverse(0, 2) = inverse(2, 0) = l_inverse20 * i2;
   inverse(1, 1) = i1 + l21 * l21 * i2;
   inverse(1, 2) = inverse(2, 1) = -l21 * i2;
   inverse(2, 2) = i2;
@@ -100,7 +95,7 @@ void TreeEquations::apply_schur_complement(BoneTerms& bone, const Eliminated& el
   bone.v.noalias() += kv * eliminated.right;
 }
 
-// What a bone's joint leaves is known of the parent, about the parent's joint.
+// Adds the terms that remain after the joint was eliminated to the parent, about the parent's joint.
 void TreeEquations::eliminate_to_parent(std::size_t link, const BoneTerms& reduced) {
   const auto parent = static_cast<std::size_t>(links_[link].parent);
   const Vector3d lever = joints_[link] - joints_[parent];
@@ -129,14 +124,14 @@ bool TreeEquations::eliminate(double damping, double min_information) {
     if (!invert_information(rotation, rotation_terms_[i], damping, min_information)) return false;
     apply_schur_complement(bone, rotation);
     if (links_[i].has_translation) {
-      Eliminated& place = eliminated_translations_[i];
-      const Matrix3d& along = translation_terms_[i].axes;
-      place.w.noalias() = bone.vw.transpose() * along;
-      place.v.noalias() = bone.vv * along;
-      place.inverse.noalias() = along.transpose() * place.v;
-      place.right.noalias() = -(along.transpose() * bone.v);
-      if (!invert_information(place, translation_terms_[i], damping, min_information)) return false;
-      if (links_[i].parent >= 0) apply_schur_complement(bone, place);
+      Eliminated& translation = eliminated_translations_[i];
+      const Matrix3d& translation_axes = translation_terms_[i].axes;
+      translation.w.noalias() = bone.vw.transpose() * translation_axes;
+      translation.v.noalias() = bone.vv * translation_axes;
+      translation.inverse.noalias() = translation_axes.transpose() * translation.v;
+      translation.right.noalias() = -(translation_axes.transpose() * bone.v);
+      if (!invert_information(translation, translation_terms_[i], damping, min_information)) return false;
+      if (links_[i].parent >= 0) apply_schur_complement(bone, translation);
     }
     if (links_[i].parent >= 0) eliminate_to_parent(i, bone);
   }
@@ -155,8 +150,9 @@ bool TreeEquations::solve(double damping) {
       v_[i] = v_[parent] + w_[parent].cross(joints_[i] - joints_[parent]);
     }
     if (links_[i].has_translation) {
-      const Eliminated& place = eliminated_translations_[i];
-      translation_steps_[i] = place.inverse * (place.right - place.w.transpose() * w_[i] - place.v.transpose() * v_[i]);
+      const Eliminated& translation = eliminated_translations_[i];
+      translation_steps_[i] = translation.inverse * (translation.right - translation.w.transpose() * w_[i] -
+                                                     translation.v.transpose() * v_[i]);
       v_[i] += translation_terms_[i].axes * translation_steps_[i];
     }
     const Eliminated& rotation = eliminated_rotations_[i];
@@ -177,31 +173,31 @@ TreeEquations::Covariance TreeEquations::marginal_covariance(std::size_t link) c
   return {from.ww, vw, from.vv - l * from.vw.transpose() + vw * l};
 }
 
-// v becomes v - gw w - gv v and what the move itself is unsure of.
+// v becomes v - gw w - gv v, plus the uncertainty of the translation itself.
 void TreeEquations::propagate_translation(std::size_t link, Covariance& c) const {
-  const Eliminated& place = eliminated_translations_[link];
+  const Eliminated& translation = eliminated_translations_[link];
   const Matrix3d& axes = translation_terms_[link].axes;
-  const Matrix3d gain = axes * place.inverse;
-  const Matrix3d gw = gain * place.w.transpose();
-  const Matrix3d gv = gain * place.v.transpose();
+  const Matrix3d gain = axes * translation.inverse;
+  const Matrix3d gw = gain * translation.w.transpose();
+  const Matrix3d gv = gain * translation.v.transpose();
   const Matrix3d vw = c.vw - gw * c.ww - gv * c.vw;
   const Matrix3d with_old = c.vv - gw * c.vw.transpose() - gv * c.vv;
   c.vv = with_old - vw * gw.transpose() - with_old * gv.transpose() + gain * axes.transpose();
   c.vw = vw;
 }
 
-// The same with w.
+// The same for w and the rotation.
 void TreeEquations::propagate_rotation(std::size_t link, Covariance& c) {
   const Eliminated& rotation = eliminated_rotations_[link];
   const Matrix3d& axes = rotation_terms_[link].axes;
-  const Matrix3d follows_w = rotation.inverse * rotation.w.transpose();
-  const Matrix3d follows_v = rotation.inverse * rotation.v.transpose();
-  const Matrix3d with_w = follows_w * c.ww + follows_v * c.vw;
-  const Matrix3d with_v = follows_w * c.vw.transpose() + follows_v * c.vv;
-  Matrix3d& own = joint_rotation_covariances_[link];
-  own = rotation.inverse + with_w * follows_w.transpose() + with_v * follows_v.transpose();
+  const Matrix3d gain_w = rotation.inverse * rotation.w.transpose();
+  const Matrix3d gain_v = rotation.inverse * rotation.v.transpose();
+  const Matrix3d with_w = gain_w * c.ww + gain_v * c.vw;
+  const Matrix3d with_v = gain_w * c.vw.transpose() + gain_v * c.vv;
+  Matrix3d& joint = joint_rotation_covariances_[link];
+  joint = rotation.inverse + with_w * gain_w.transpose() + with_v * gain_v.transpose();
   const Matrix3d shared = axes * with_w;
-  c.ww += axes * own * axes.transpose() - shared - shared.transpose();
+  c.ww += axes * joint * axes.transpose() - shared - shared.transpose();
   c.vw -= (axes * with_v).transpose();
 }
 

@@ -1,4 +1,5 @@
-// The part of SubjectLabeller that says which tracks its names may have, and takes names back.
+// The part of SubjectLabeller that computes the costs of single assignments and rejects labels that contradict the
+// pose.
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -10,35 +11,41 @@
 namespace mocap::label {
 namespace {
 
-// A contradiction must last for as many sets before a name is taken back; a gross one counts as all of them.
+// Rejection hysteresis: a label is released after so many sets with a residual above the gate, or after one set with
+// twice the gate. Chosen by hand; not yet measured.
 constexpr int kMaxRejectCount = 3;
+// The gate of the residual from the fitted pose: a constant, twice the running mean of all markers, and twice that of
+// the marker itself (bounded), which is larger where skin slides. Chosen by hand; not yet measured.
 constexpr double kMinResidualGate_m = 0.012;
-// A marker's own share of that is learnt slowly: where skin slides or a joint was placed wrongly it is off by more.
 constexpr double kMaxUsualResidual_m = 0.02;
-constexpr double kUsualResidualRate = 0.03;
-// A name that was held for about 20 sets is long held. Its bones may vouch for it up to a limb's thickness; they do not
-// where a distance is three sigmas off.
-constexpr float kEstablishedConfidence = 0.85F;
+constexpr double kUsualResidualRate = 0.03;  // of the marker's running mean, for each set
+// Rigid neighbours support an established label up to the thickness of a limb. Chosen by hand; not yet measured.
 constexpr double kMaxSupportedResidual_m = 0.08;
+// Half the chi-square of a distance at 3 sigma: such a distance contradicts the label.
 constexpr double kContradictingDistanceCost = 4.5;
+// Gate of an assignment: chi-square of 16 with 3 degrees of freedom, which rejects one true track in 900.
 constexpr double kGateSigmas = 4.0;
-constexpr double kNeighbourGateSigmas = 7.0;  // a claim may be a neighbour's that is as far off as that
+// Mahalanobis distance up to which a missing neighbour counts as an alternative: the prediction of a moving limb is
+// overconfident (decision 0016).
+constexpr double kNeighbourGateSigmas = 7.0;
+// Tracks up to this multiple of `most_gate_m` have a cost, and so compete with other assignments. Chosen by hand; not
+// yet measured.
 constexpr double kCompetingGateRatio = 2.0;
-constexpr double kFittedMarkerSigma_m = 0.008;
-// What a turn bends out of a straight line is a square's half over the limb's length.
+// Lever of the second-order error of a predicted position: a rotation by d / L moves a marker by d along the tangent
+// and by d^2 / 2 L off the tangent. L is the length of a forearm or shin.
 constexpr double kLimbLength_m = 0.35;
-// In squared sigmas: what a name's own track is preferred by.
+// Log odds of track continuity, in chi-square units: twice LimbHypothesisSolver's kTrackContinuityLogOdds. Chosen by
+// hand; not yet measured.
 constexpr double kContinuityBonus = 6.0;
 
+// Change of an inter-marker distance that skin allows.
 double slack_of(const identify::InterMarkerDistance& constraint, double base_m) {
   return base_m + 0.05 * constraint.max_m;
 }
 
-Eigen::Matrix3d ball(double sigma_m) { return sigma_m * sigma_m * Eigen::Matrix3d::Identity(); }
-
 }  // namespace
 
-// Whether the distances to the neighbours that are seen allow a marker to be there.
+// Whether the distances to the accepted neighbours allow the marker at this position: at least three quarters do.
 bool SubjectLabeller::satisfies_distances(std::size_t marker, const Eigen::Vector3d& at,
                                           const LabelledTracks& tracks) const {
   int satisfied_count = 0;
@@ -53,17 +60,20 @@ bool SubjectLabeller::satisfies_distances(std::size_t marker, const Eigen::Vecto
   return violated_count <= satisfied_count / 3;
 }
 
-// Seen in this set, and no body is sure of it.
+// Whether the track is detected in this set and is not trusted as the track of an accepted label. A candidate takes
+// part only while it has a label.
 bool SubjectLabeller::is_unassigned_track(std::size_t track, const LabelledTracks& tracks) const {
   const TrackedMarker& one = (*tracks.tracked)[track];
-  return !tracks.trusted[track] && one.state != TrackState::Coasting && one.position.v.allFinite() &&
-         one.covariance_m2.allFinite();
+  const bool is_unlabelled_candidate = one.state == TrackState::Candidate && !tracks.labelled[track];
+  return !tracks.trusted[track] && one.state != TrackState::Coasting && !is_unlabelled_candidate &&
+         one.position.v.allFinite() && one.covariance_m2.allFinite();
 }
 
 Eigen::Matrix3d SubjectLabeller::innovation_covariance(std::size_t marker, const TrackedMarker& track) const {
   const PredictedPlace& place = places_[marker];
-  const double bent_m = accepted_[marker] ? 0.0 : (track.position.v - place.at).squaredNorm() / (2.0 * kLimbLength_m);
-  return place.covariance_m2 + track.covariance_m2 + ball(bent_m);
+  const double nonlinearity_m =
+      accepted_[marker] ? 0.0 : (track.position.v - place.at).squaredNorm() / (2.0 * kLimbLength_m);
+  return place.covariance_m2 + track.covariance_m2 + isotropic_covariance(nonlinearity_m);
 }
 
 bool SubjectLabeller::inside_gate(std::size_t marker, std::uint32_t track, const LabelledTracks& tracks) const {
@@ -85,26 +95,29 @@ bool SubjectLabeller::may_be_neighbour(std::size_t marker, std::uint32_t track, 
   });
 }
 
-// The cost is infinite where the track cannot be the marker.
+// Squared Mahalanobis distance of the track from the predicted position, plus the log determinant of the innovation
+// covariance (so that a marker whose position is unknown does not compete), minus the evidence of track continuity. The
+// cost is infinite if the track cannot be the marker. A tentative track has a cost only for the label that it was
+// detected for, or for its own label.
 void SubjectLabeller::assignment_cost(std::size_t marker, std::size_t index, const LabelledTracks& tracks,
-                                      geometry::AllowedPair& into, double most_sigmas) const {
+                                      geometry::AllowedPair& into, double max_sigmas) const {
   into.cost = std::numeric_limits<double>::infinity();
   const TrackedMarker& track = (*tracks.tracked)[index];
   const PredictedPlace& place = places_[marker];
   const Eigen::Vector3d off = track.position.v - place.at;
   if (!(off.norm() < kCompetingGateRatio * settings_.most_gate_m)) return;
   const bool own = previous_tracks_[marker] == static_cast<int>(index);
-  const bool is_expected = track.expected_label == Label{id_, static_cast<std::uint32_t>(marker)};
+  const bool is_expected = tracks.predicted_label(index) == Label{id_, static_cast<std::uint32_t>(marker)};
   if (track.state == TrackState::Tentative && !is_expected && !own) return;
   const Eigen::Matrix3d spread = innovation_covariance(marker, track);
   const double apart = off.dot(spread.inverse() * off);
-  if (!(apart < most_sigmas * most_sigmas)) return;
+  if (!(apart < max_sigmas * max_sigmas)) return;
   if (!own && !satisfies_distances(marker, track.position.v, tracks)) return;
   const double width = std::log(spread.determinant() / std::pow(kFittedMarkerSigma_m, 6));
   into.cost = apart + std::max(0.0, width) - kContinuityBonus * continuity_of(marker, static_cast<int>(index), tracks);
 }
 
-void SubjectLabeller::build_costs(const LabelledTracks& tracks, std::size_t first_row, std::size_t max_residual_m,
+void SubjectLabeller::build_costs(const LabelledTracks& tracks, std::size_t first_row, std::size_t max_pairs,
                                   std::vector<geometry::AllowedPair>& pairs) {
   participates_ = false;
   if (observations_.size() == memories_.size()) return;
@@ -120,7 +133,7 @@ void SubjectLabeller::build_costs(const LabelledTracks& tracks, std::size_t firs
     pair.row = static_cast<std::uint32_t>(first_row + marker);
     pair.column = static_cast<std::uint32_t>(index);
     assignment_cost(marker, index, tracks, pair);
-    if (std::isfinite(pair.cost) && pairs.size() < max_residual_m) pairs.push_back(pair);
+    if (std::isfinite(pair.cost) && pairs.size() < max_pairs) pairs.push_back(pair);
   };
   for (std::size_t m = 0; m < memories_.size(); ++m) {
     if (!places_[m].known) continue;
@@ -141,15 +154,15 @@ void SubjectLabeller::assign(std::size_t marker, std::uint32_t track, LabelledTr
   assign_track(marker, static_cast<int>(track), kNewLabelConfidence, tracks);
 }
 
-// What is off its place by much more than it and all the body's markers are commonly is not shown as seen, though the
-// name may stay; what stays off, or is off grossly, loses it.
+// Largest distance, m, of a marker from the fitted pose at which its label counts as measured.
 double SubjectLabeller::residual_gate(std::size_t marker) const {
   return kMinResidualGate_m + 2.0 * usual_residual_m_ +
          2.0 * std::min(kMaxUsualResidual_m, memories_[marker].usual_residual_m);
 }
 
-// Whether a name that was held for long is where its neighbours want it, though the pose does not reach: joints turn
-// farther than the model thinks, and fits go astray, but bones keep their lengths.
+// Whether the distances to accepted neighbours, one of them on the same bone, confirm an established label whose
+// residual is above the gate: a joint may rotate farther than its prior allows, and a fit may fail, but bones keep
+// their lengths. Two labels that would both be nearer with exchanged tracks are not supported.
 bool SubjectLabeller::supported_by_rigid_neighbours(std::size_t marker, double off_m,
                                                     const LabelledTracks& tracks) const {
   if (off_m > kMaxSupportedResidual_m || memories_[marker].confidence < kEstablishedConfidence) return false;
@@ -166,7 +179,6 @@ bool SubjectLabeller::supported_by_rigid_neighbours(std::size_t marker, double o
     rigid += constraint.rigid ? 1 : 0;
   }
   if (rigid < 1 || satisfied_count < 2) return false;
-  // Nobody vouches for two that may have exchanged their tracks.
   return std::none_of(observations_.begin(), observations_.end(), [&](const kinematics::Observation& other) {
     const auto b = static_cast<std::size_t>(other.marker);
     if (b == marker || (at - body_.predicted_position(b)).norm() >= off_m) return false;
@@ -174,6 +186,9 @@ bool SubjectLabeller::supported_by_rigid_neighbours(std::size_t marker, double o
   });
 }
 
+// Fits the pose to all detected labels, withdraws the acceptance of labels with residuals above the gate, releases
+// labels that stay above it, and updates confidence and running means. Fits again without the labels that were
+// withdrawn.
 void SubjectLabeller::reject_contradicted(LabelledTracks& tracks) {
   bool fitted = true;
   observations_.clear();
@@ -203,7 +218,7 @@ void SubjectLabeller::reject_contradicted(LabelledTracks& tracks) {
                                   : accepted_[m] ? 1.0F
                                                  : 0.3F) -
                                  memory.confidence);
-    // What its own motion or the body's did not lead to must prove itself anew.
+    // A track that its own motion or the motion of the body did not predict counts as a new label.
     if (!motion_consistent_[m]) memory.confidence = std::min(memory.confidence, kNewLabelConfidence);
     if (memory.confidence >= kEstablishedConfidence) establish(m);
     if (memory.reject_count >= kMaxRejectCount) {

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "base/expects.h"
+#include "label/search_reports.h"
 #include "label/stationary_tracks.h"
 #include "label/subject_labeller.h"
 #include "label/subject_search.h"
@@ -11,26 +12,29 @@
 namespace mocap::label {
 namespace {
 
-// By how much of log-likelihood a body must suit the markers better than another subject's.
+// Margin of log likelihood by which the identified body must fit better than the body of each other missing subject
+// with the same marker set. Chosen by hand; not yet measured.
 constexpr double kSubjectMargin = 10.0;
 
 class BodyLabeller final : public Labeller {
  public:
   BodyLabeller(const LabelSettings& settings, const std::vector<Subject>& subjects)
-      : settings_(settings), stationary_(settings.still_radius_m), association_(label_count_of(subjects)) {
+      : settings_(settings),
+        stationary_(settings.still_radius_m),
+        association_(label_count_of(subjects)),
+        reports_(settings.still_for) {
     MOCAP_EXPECTS(subjects.size() <= kMaxSubjects);
     subjects_.reserve(subjects.size());
     searches_.reserve(subjects.size());
     away_.resize(subjects.size());
-    ambiguous_observations_.reserve(kMaxMarkers);
     for (std::size_t i = 0; i < subjects.size(); ++i) {
       subjects_.emplace_back(settings, subjects[i], SubjectId{static_cast<std::uint32_t>(i)});
       searches_.emplace_back(settings, subjects[i]);
     }
   }
 
-  const Labels& label(const TrackedMarkers& tracked, const Expected& expected) override {
-    tracks_.update(tracked);
+  const Labelling& label(const TrackedMarkers& tracked, const Predictions& expected) override {
+    tracks_.update(tracked, expected);
     stationary_.update(tracked, expected.at);
     for (SubjectLabeller& subject : subjects_) subject.match_tracks(tracks_, expected.at);
     for (SubjectLabeller& subject : subjects_) {
@@ -44,22 +48,15 @@ class BodyLabeller final : public Labeller {
       if (!subjects_[i].tracking()) searches_[i].learn_joints(subjects_[i].body());
     }
     search(expected.at);
-    labels_.resize(subjects_.size());
-    for (std::size_t i = 0; i < subjects_.size(); ++i) subjects_[i].write_labels(tracks_, labels_[i]);
-    ambiguous_observations_.clear();
+    labelling_.labels.resize(subjects_.size());
+    for (std::size_t i = 0; i < subjects_.size(); ++i) subjects_[i].write_labels(tracks_, labelling_.labels[i]);
+    labelling_.ambiguous_observations.clear();
     for (const SubjectLabeller& subject : subjects_) {
-      if (subject.tracking()) subject.append_ambiguous_observations(tracks_, ambiguous_observations_);
+      if (subject.tracking()) subject.append_ambiguous_observations(tracks_, labelling_.ambiguous_observations);
     }
-    return labels_;
-  }
-
-  std::span<const AmbiguousObservation> ambiguous_observations() const override { return ambiguous_observations_; }
-
-  std::optional<SubjectFit> take_fit() override {
-    for (SubjectLabeller& subject : subjects_) {
-      if (std::optional<SubjectFit> fit = subject.take_fit()) return fit;
-    }
-    return std::nullopt;
+    labelling_.fit = take_fit();
+    labelling_.search = report_search(expected.at);
+    return labelling_;
   }
 
   void refit(const SubjectFit& fit) override {
@@ -81,14 +78,54 @@ class BodyLabeller final : public Labeller {
     away_[subject.value] = away ? 1 : 0;
   }
 
+  void adopt(Labeller& before, const Handover& handover) override {
+    auto* same = dynamic_cast<BodyLabeller*>(&before);
+    if (same == nullptr) return;
+    for (std::size_t i = 0; i < subjects_.size() && i < handover.subjects.size(); ++i) {
+      const std::size_t from = handover.subjects[i].value;
+      if (from >= same->subjects_.size()) continue;
+      subjects_[i].adopt(same->subjects_[from]);
+      searches_[i].adopt(same->searches_[from]);
+      away_[i] = same->away_[from];
+      if (!handover.poses) lose(i);
+    }
+    if (handover.poses) stationary_.adopt(same->stationary_);
+  }
+
  private:
+  // The subject is searched for with its body, in any pose.
+  void lose(std::size_t subject) {
+    if (subjects_[subject].tracking()) searches_[subject].learn_joints(subjects_[subject].body());
+    subjects_[subject].forget();
+    searches_[subject].stop();
+  }
+
+  const SearchReport* report_search(Timestamp at) {
+    for (std::size_t i = 0; i < subjects_.size(); ++i) {
+      const SubjectId id{static_cast<std::uint32_t>(i)};
+      if (subjects_[i].tracking() || away_[i] != 0) {
+        reports_.found(id);
+      } else if (reports_.due(id, at)) {
+        return &reports_.make(id, searches_[i].has_fitted_body(), tracks_, stationary_, at);
+      }
+    }
+    return nullptr;
+  }
+
+  std::optional<SubjectFit> take_fit() {
+    for (SubjectLabeller& subject : subjects_) {
+      if (std::optional<SubjectFit> fit = subject.take_fit()) return fit;
+    }
+    return std::nullopt;
+  }
+
   static std::size_t label_count_of(const std::vector<Subject>& subjects) {
     std::size_t label_count = 0;
     for (const Subject& subject : subjects) label_count += subject.marker_set.markers.size();
     return label_count;
   }
 
-  // One subject a call at most, so that a search never costs a set more than one of them.
+  // Searches for one missing subject in a set, so that the time of a set does not grow with the number of subjects.
   void search(Timestamp at) {
     for (std::size_t tried = 0; tried < subjects_.size(); ++tried) {
       if (next_ >= subjects_.size()) next_ = 0;
@@ -109,7 +146,7 @@ class BodyLabeller final : public Labeller {
     if (found.is_newly_fitted) searches_[subject_index].refit(found.rest_offsets_m, found.marker_offsets_m);
   }
 
-  // Whether another who is looked for, too, would fit there as well: then nobody is named.
+  // Whether the body of another missing subject fits the identified markers about as well: then no subject is labelled.
   bool is_contested(std::size_t subject_index, const RecognisedSubject& found) {
     const std::optional<double> own = searches_[subject_index].residual_cost(found, tracks_);
     if (!own) return false;
@@ -125,12 +162,12 @@ class BodyLabeller final : public Labeller {
   StationaryTracks stationary_;
   std::vector<SubjectLabeller> subjects_;
   TrackAssociation association_;
+  SearchReports reports_;
   LabelledTracks tracks_;
   std::vector<SubjectSearch> searches_;  // by subject
-  std::vector<char> away_;               // likewise
-  std::size_t next_ = 0;                 // whose turn it is to be looked for
-  Labels labels_;
-  std::vector<AmbiguousObservation> ambiguous_observations_;
+  std::vector<char> away_;               // by subject
+  std::size_t next_ = 0;                 // subject that is searched for
+  Labelling labelling_;
 };
 
 }  // namespace

@@ -9,14 +9,13 @@
 
 namespace mocap::label {
 
-/// Names by T-pose at first, by its measures in any pose where these are known (a rigid body: always), then by keeping
-/// them.
+/// Makes the labeller of people and rigid props.
 ///
-/// A name stays with its track while that lives and the distances along the body agree. A name that is free goes to
-/// an unnamed track near where the body is expected to have it, if the distances to its neighbours agree and no other
-/// reading is about as good; else it waits. No track bears two names.
+/// A person is identified in T-pose or A-pose, or, if the body was fitted before, in any pose; a rigid prop always.
+/// From then on the labels follow the predicted pose of the body (`SubjectLabeller`), with one assignment for all
+/// subjects (`TrackAssociation`). A label without a clear track waits, and no track has two labels.
 ///
-/// Allocates here only. One thread owns it.
+/// Allocates in this function only. The result is used by one thread and reads no clock.
 std::unique_ptr<Labeller> make_labeller(const LabelSettings& settings, std::vector<Subject> subjects);
 
 }  // namespace mocap::label

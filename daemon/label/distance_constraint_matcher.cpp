@@ -8,12 +8,14 @@ namespace mocap::label {
 namespace {
 
 constexpr double kForbidden = std::numeric_limits<double>::infinity();
-// Skin: what a distance on the body is wrong by, beside a share of it.
+// Standard deviation of an inter-marker distance: a constant for skin and a share of the distance. Chosen by hand; not
+// yet measured.
 constexpr double kDistanceSigma_m = 0.008;
 constexpr double kRelativeDistanceSigma = 0.02;
-// A distance that is wrong by more is wrong; no two markers are told from each other by how much.
+// Cost from which on a distance is an outlier: larger deviations do not separate hypotheses. Chosen by hand; not yet
+// measured.
 constexpr double kMaxDistanceCost = 20.0;
-// Bounds the time of a search; the best reading is among the first in all but a crowd.
+// Nodes of the search tree; bounds the time of a search. Chosen by hand; not yet measured.
 constexpr int kMaxSearchSteps = 6000;
 
 }  // namespace
@@ -21,7 +23,7 @@ constexpr int kMaxSearchSteps = 6000;
 DistanceConstraintMatcher::DistanceConstraintMatcher() { hypotheses_.reserve(kMaxAssignments + 1); }
 
 void DistanceConstraintMatcher::clear() {
-  label_count_ = candidates_ = 0;
+  label_count_ = candidate_count_ = 0;
   hypotheses_.clear();
 }
 
@@ -34,8 +36,8 @@ bool DistanceConstraintMatcher::add_label(std::size_t marker) {
 }
 
 bool DistanceConstraintMatcher::add_candidate(const Eigen::Vector3d& at) {
-  if (candidates_ == kMaxCandidates) return false;
-  at_[candidates_++] = at;
+  if (candidate_count_ == kMaxCandidates) return false;
+  positions_[candidate_count_++] = at;
   return true;
 }
 
@@ -55,7 +57,8 @@ bool DistanceConstraintMatcher::is_allowed(std::size_t label, std::size_t candid
          excluded_->candidate_of[label] == static_cast<int>(candidate);
 }
 
-// Names whose ties to those before them tell most come first, so that what cannot be ends early.
+// Sorts the candidates of each label by cost, and the labels so that those with most constraints to earlier labels, and
+// fewest candidates, come first: a branch that violates a distance then ends early.
 void DistanceConstraintMatcher::prepare(const identify::DistanceConstraints& constraints, double unassigned_cost) {
   for (std::size_t a = 0; a < label_count_; ++a) {
     constraint_between_[a].fill(nullptr);
@@ -65,7 +68,7 @@ void DistanceConstraintMatcher::prepare(const identify::DistanceConstraints& con
       }
     }
     choice_count_[a] = 0;
-    for (std::size_t p = 0; p < candidates_; ++p) {
+    for (std::size_t p = 0; p < candidate_count_; ++p) {
       if (is_allowed(a, p, unassigned_cost))
         choices_[a][choice_count_[a]++] = {static_cast<std::int8_t>(p), costs_[a][p]};
     }
@@ -97,7 +100,7 @@ double DistanceConstraintMatcher::added_distance_cost(std::size_t depth, std::si
     const std::size_t other = order_[k];
     const identify::InterMarkerDistance* constraint = constraint_between_[order_[depth]][other];
     if (constraint == nullptr || current_[other] == kUnassigned) continue;
-    sum += cost_of(*constraint, (at_[candidate] - at_[static_cast<std::size_t>(current_[other])]).norm());
+    sum += cost_of(*constraint, (positions_[candidate] - positions_[static_cast<std::size_t>(current_[other])]).norm());
   }
   return sum;
 }
@@ -106,12 +109,13 @@ void DistanceConstraintMatcher::insert_assignment(double cost) {
   const auto at = std::upper_bound(hypotheses_.begin(), hypotheses_.end(), cost,
                                    [](double value, const AssignmentHypothesis& other) { return value < other.cost; });
   hypotheses_.insert(at, AssignmentHypothesis{cost, current_});
-  if (hypotheses_.size() > most_) hypotheses_.pop_back();
+  if (hypotheses_.size() > max_hypotheses_) hypotheses_.pop_back();
 }
 
+// Depth-first search from the label order_[depth], with the cost of the labels before.
 void DistanceConstraintMatcher::search(std::size_t depth, double cost, double unassigned_cost) {
   if (--steps_left_ < 0) return;
-  if (hypotheses_.size() == most_ && cost >= hypotheses_.back().cost) return;
+  if (hypotheses_.size() == max_hypotheses_ && cost >= hypotheses_.back().cost) return;
   if (depth == label_count_) {
     insert_assignment(cost);
     return;
@@ -122,7 +126,7 @@ void DistanceConstraintMatcher::search(std::size_t depth, double cost, double un
     const auto candidate = static_cast<std::size_t>(choice.candidate);
     if (taken_[candidate]) continue;
     const double more = choice.cost + added_distance_cost(depth, candidate);
-    if (more > unassigned_cost) continue;  // better nowhere
+    if (more > unassigned_cost) continue;  // cheaper unassigned
     taken_[candidate] = true;
     current_[label] = choice.candidate;
     search(depth + 1, cost + more, unassigned_cost);
@@ -148,11 +152,11 @@ std::span<const DistanceConstraintMatcher::AssignmentHypothesis> DistanceConstra
     const AssignmentHypothesis& excluded, std::size_t most) {
   double& own = costs_[label][static_cast<std::size_t>(excluded.candidate_of[label])];
   const double cost = std::exchange(own, kForbidden);
-  most_ = std::min(most, kMaxAssignments);
+  max_hypotheses_ = std::min(most, kMaxAssignments);
   excluded_ = &excluded;
   (void)solve(constraints, unassigned_cost);
   excluded_ = nullptr;
-  most_ = kMaxAssignments;
+  max_hypotheses_ = kMaxAssignments;
   own = cost;
   return hypotheses_;
 }

@@ -12,8 +12,9 @@ LabelledTracks::LabelledTracks() {
   trusted.reserve(kMaxMarkers);
 }
 
-void LabelledTracks::update(const TrackedMarkers& from) {
+void LabelledTracks::update(const TrackedMarkers& from, const Predictions& predictions) {
   tracked = &from;
+  predicted = &predictions;
   by_id.clear();
   for (std::size_t i = 0; i < from.size(); ++i) by_id.emplace_back(from[i].id, static_cast<int>(i));
   std::sort(by_id.begin(), by_id.end());

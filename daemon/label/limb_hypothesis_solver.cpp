@@ -10,26 +10,28 @@ namespace {
 
 using AssignmentHypothesis = DistanceConstraintMatcher::AssignmentHypothesis;
 
-// In half squared sigmas: what a further name is worth, what a track's own name counts, how unlikely it is that a track
-// of one or two sets is a marker, that the body followed wrong names; and what a reading must be better by.
-constexpr double kMissedDetectionCost = 12.0;
-constexpr double kTrackContinuityLogOdds = 3.0;
-constexpr double kClutterLogOdds = 5.0;
-constexpr double kLabelRevisionCost = 6.0;
-constexpr double kHypothesisMargin = 5.0;
-// What readings that say otherwise must be worse by: one fit may stop short of where another ends. The second where
-// they give a track to another name, the third where that is of the same bone: two markers of one bone are told from
-// each other by how it is turned about itself, of which the body knows least.
+// All costs are negative log likelihoods (half chi-square). The first five were chosen by hand and are not yet
+// measured.
+constexpr double kMissedDetectionCost = 12.0;    // of a label without a track
+constexpr double kTrackContinuityLogOdds = 3.0;  // of a track that had the label
+constexpr double kClutterLogOdds = 5.0;          // of a tentative track
+constexpr double kLabelRevisionCost = 6.0;       // of a hypothesis that changes an established label
+constexpr double kHypothesisMargin = 5.0;        // over the current assignment
+// Margins over a hypothesis that contradicts a label: it leaves the track unassigned, gives it to a marker of another
+// bone, or gives it to a marker of the same bone. Markers of one bone are separated by the twist of the bone, the least
+// known rotation. The values exceed the error of a pose fit, which may end in a local minimum, and are below the cost
+// of a missed detection (decision 0013: 13 leaves one label in twenty unassigned).
 constexpr double kUnassignedMargin = 6.5;
 constexpr double kOtherBoneMargin = 7.5;
 constexpr double kSameBoneMargin = 10.0;
-// What costs so much more than the best is not better for another turn of a bone.
+// A hypothesis that costs more than the best by this is not evaluated again from the pose of the best. Chosen by hand;
+// not yet measured.
 constexpr double kPruningCost = 40.0;
-// Costs tell which reading is better more surely than they tell how much: one that is worse by so much has the e-th
-// part of the odds.
+// Costs rank hypotheses better than they calibrate them: probabilities are exp(-dcost / T) (decision 0010).
 constexpr double kLikelihoodTemperature = 2.0;
-constexpr std::size_t kAlternativesPerLabel = 3;  // of each name that a reading would give, twice
-constexpr std::size_t kMaxSwapHypotheses = 48;    // readings, to better the best
+// Bounds of the search. Chosen by hand; not yet measured.
+constexpr std::size_t kAlternativesPerLabel = 3;  // in each of two searches for a new label
+constexpr std::size_t kMaxSwapHypotheses = 48;
 constexpr std::size_t kMaxAssignments = 1 + DistanceConstraintMatcher::kMaxAssignments + kMaxSwapHypotheses +
                                         2 * kAlternativesPerLabel * DistanceConstraintMatcher::kMaxLimbLabels;
 
@@ -112,7 +114,7 @@ const AssignmentHypothesis& LimbHypothesisSolver::best_evaluated() const {
   });
 }
 
-// Whether there is more to be judged, when all is that was proposed, or to be judged anew.
+// Proposes hypotheses when all proposed ones are evaluated. Returns false when the search is complete.
 bool LimbHypothesisSolver::propose_next(const identify::DistanceConstraints& constraints) {
   const std::size_t before = hypotheses_.size();
   if (stage_ == Stage::Initial) {
@@ -150,8 +152,9 @@ void LimbHypothesisSolver::add_hypothesis(std::span<const AssignmentHypothesis> 
   for (const AssignmentHypothesis& one : found) (void)add_hypothesis(one);
 }
 
-// Many readings of a limb cost the same by distances, and a short list may lack the one that the pose likes best: from
-// the best that is known, each new name is moved to, or exchanged with, each neighbour that is not surely named.
+// Many assignments of a limb cost about the same by distances, and the list of the cheapest may lack the one with the
+// best pose: from the best one, the track of each new label is moved to, or exchanged with, each neighbour without an
+// established label (decision 0008).
 void LimbHypothesisSolver::swap_neighbours(const identify::DistanceConstraints& constraints) {
   for (std::size_t a = 0; a < label_count(); ++a) {
     if (best_.candidate_of[a] < 0 || current_.candidate_of[a] >= 0) continue;
@@ -166,8 +169,8 @@ void LimbHypothesisSolver::swap_neighbours(const identify::DistanceConstraints& 
   }
 }
 
-// The cheapest readings by distances may all agree on a name because they differ in others: what speaks against each
-// new name is looked for on purpose.
+// The cheapest assignments by distances may all agree on a label because they differ in other labels. Alternatives to
+// each new label that no hypothesis contradicts are therefore enumerated explicitly (decision 0004).
 bool LimbHypothesisSolver::enumerate_next_alternatives(const identify::DistanceConstraints& constraints) {
   const std::size_t before = hypotheses_.size();
   while (next_label_ < label_count() && hypotheses_.size() == before) {
@@ -182,6 +185,7 @@ bool LimbHypothesisSolver::enumerate_next_alternatives(const identify::DistanceC
   return hypotheses_.size() > before;
 }
 
+// Two searches: with the other labels as in the best hypothesis, and with the other labels free.
 void LimbHypothesisSolver::enumerate_alternatives(std::size_t label, const identify::DistanceConstraints& constraints) {
   add_hypothesis(matcher_.solve_excluding(constraints, kMissedDetectionCost, label, best_, kAlternativesPerLabel));
   AssignmentHypothesis alone;
@@ -190,8 +194,8 @@ void LimbHypothesisSolver::enumerate_alternatives(std::size_t label, const ident
   add_hypothesis(matcher_.solve_excluding(constraints, kMissedDetectionCost, label, alone, kAlternativesPerLabel));
 }
 
-// The markers as a reading has them, and what it costs beside what the body says to it: the worth of the names that it
-// leaves out, first of all.
+// Collects the observations of a hypothesis. Returns its cost apart from the pose: missed detections, clutter,
+// continuity, and revision of established labels.
 double LimbHypothesisSolver::gather_observations(const AssignmentHypothesis& hypothesis) {
   trial_observations_.assign(rest_observations_.begin(), rest_observations_.end());
   std::copy(unreliable_.begin(), unreliable_.end(), unconstrained_.begin());
@@ -217,6 +221,7 @@ double LimbHypothesisSolver::gather_observations(const AssignmentHypothesis& hyp
   return cost;
 }
 
+// The pose fit may stop early when the cost exceeds that of the best hypothesis by the largest margin.
 void LimbHypothesisSolver::evaluate(std::size_t hypothesis) {
   const double cost = gather_observations(hypotheses_[hypothesis]);
   double least = std::numeric_limits<double>::infinity();
@@ -227,9 +232,9 @@ void LimbHypothesisSolver::evaluate(std::size_t hypothesis) {
     best_pose_.assign(body_.pose().locals().begin(), body_.pose().locals().end());
 }
 
-// From the pose at hand a fit may not find how a bone is turned about itself. A reading that has one marker of a bone
-// where the best one has another is judged from where that one led to, too, with the bone swung from marker to marker.
-// False where it is no such reading.
+// A fit from the predicted pose may miss the twist of a bone. A hypothesis that has one marker of a bone where the best
+// one has another marker of this bone is evaluated again from the pose of the best hypothesis, with the bone swung from
+// one marker to the other. Returns false for other hypotheses.
 bool LimbHypothesisSolver::reevaluate(std::size_t hypothesis) {
   AssignmentHypothesis& one = hypotheses_[hypothesis];
   const AssignmentHypothesis& best = best_evaluated();
@@ -256,7 +261,8 @@ void LimbHypothesisSolver::find_same_bone_ambiguities(const AssignmentHypothesis
   }
 }
 
-// Whether another reading is nearly as good as the best, and has a name that the best gives, or its place, otherwise.
+// Whether another hypothesis is about as good as the best and contradicts the candidate that the best gives to the
+// label.
 bool LimbHypothesisSolver::contests(const AssignmentHypothesis& other, const AssignmentHypothesis& best,
                                     std::size_t label) const {
   const int candidate = best.candidate_of[label];
@@ -264,19 +270,20 @@ bool LimbHypothesisSolver::contests(const AssignmentHypothesis& other, const Ass
   return other.cost <= best.cost + margin(label, label_at(other, candidate));
 }
 
-// What a reading that gives a name's place to another, or to none, must be worse by.
+// Margin by which a hypothesis must be worse that gives the candidate of `label` to `other_label`, or to none.
 double LimbHypothesisSolver::margin(std::size_t label, std::size_t other_label) const {
   if (other_label == label_count()) return kUnassignedMargin;
   return bone_of(other_label) == bone_of(label) ? kSameBoneMargin : kOtherBoneMargin;
 }
 
-// The name that a reading gives to a place; past all names: none.
+// The label that a hypothesis gives to a candidate; label_count() if none.
 std::size_t LimbHypothesisSolver::label_at(const AssignmentHypothesis& hypothesis, int candidate) const {
   const auto end = hypothesis.candidate_of.begin() + static_cast<std::ptrdiff_t>(label_count());
   return static_cast<std::size_t>(std::find(hypothesis.candidate_of.begin(), end, candidate) -
                                   hypothesis.candidate_of.begin());
 }
 
+// Removes from the best hypothesis the labels that other hypotheses contest.
 void LimbHypothesisSolver::select_best() {
   best_ = best_evaluated();
   found_ = best_.cost + kHypothesisMargin < hypotheses_[0].cost;

@@ -15,29 +15,36 @@
 
 namespace mocap::label {
 
-/// Which of a few tracks bear the names of one limb, as it was at one instant: the likely readings by the distances
-/// that the body keeps, each judged by the pose that it leads to.
+/// Labels one limb (a subtree of bones) as a whole, on the tracks of one set: enumerates the likely assignments by
+/// inter-marker distances, and compares them by the cost of the body pose that each leads to. A multi-hypothesis
+/// assignment in the sense of Reid (1979), in one set, with a pose fit as the likelihood of a hypothesis.
 ///
-/// First `clear`, the names, the places, what is allowed, `begin`; then `advance` until it is no longer busy. A reading
-/// costs a pose or two, and there may be a hundred: what is found is then of some sets ago.
+/// Order of calls: `clear`, `add_label`, `add_candidate`, `allow`, `set_current`, `begin`; then `advance`, over several
+/// sets, until `busy` is false. A hypothesis costs one or two pose fits (0.2 to 0.6 ms, decision 0011), and there may
+/// be a hundred: the result is then some sets old.
 ///
-/// Allocates in the constructor only.
+/// Stages: the current assignment and the six cheapest by distance (Initial); swaps of neighbours, from the best
+/// (SwapNeighbours); alternatives to each new label of the best (Alternatives); refits of hypotheses that differ from
+/// the best only in markers of one bone (SameBoneAmbiguities). A label is reported if every hypothesis that contradicts
+/// it is worse by a margin.
+///
+/// Costs are negative log likelihoods (half chi-square). Allocates in the constructor only. One thread.
 class LimbHypothesisSolver {
  public:
   static constexpr int kUnassigned = DistanceConstraintMatcher::kUnassigned;
 
-  /// Where a marker of the limb may be.
+  /// A track that may be a marker of the limb.
   struct CandidateTrack {
     TrackId track;
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
     double sigma_m = 0.0;
-    bool is_young = false;  ///< rays may meet there by chance
+    bool is_young = false;  ///< tentative: may be clutter, rays that intersect by chance
   };
 
   LimbHypothesisSolver(const MarkerSet& set, const pose::SkeletonTrackerSettings& follow);
 
   void clear();
-  /// False when there are too many already.
+  /// Adds a label or a candidate. Returns false if there are too many already.
   bool add_label(std::size_t marker);
   bool add_candidate(const CandidateTrack& candidate);
   std::size_t label_count() const noexcept { return matcher_.label_count(); }
@@ -45,32 +52,34 @@ class LimbHypothesisSolver {
   std::size_t marker(std::size_t label) const { return matcher_.marker(label); }
   const CandidateTrack& candidate(std::size_t candidate) const { return candidates_[candidate]; }
 
-  /// A name may be at a place, against which its ties to the rest of the body say `cost`, half squared sigmas;
-  /// `continuity`, 0 to 1: how much tells for it that the track bore the name before.
+  /// Allows a candidate for a label. `cost`: of the distances to markers outside the limb. `continuity`, 0 to 1:
+  /// evidence that the track is this marker because it had the label before.
   void allow(std::size_t label, std::size_t candidate, double cost, double continuity);
-  /// The name is there now, surely; only a clearly better reading may have it elsewhere.
+  /// The label is established on this candidate; only a clearly better hypothesis may change it.
   void set_current(std::size_t label, int candidate) {
     current_.candidate_of[label] = static_cast<std::int8_t>(candidate);
   }
 
-  /// From here on the limb is read: of this body, which `others` tell beside the limb; the bones that followed wrong
-  /// markers may be turned anyhow.
+  /// Starts a search on a copy of `body`. `others` are the observations of markers outside the limb. `unreliable`, by
+  /// bone: the pose may have followed wrong tracks, and is no prior.
   void begin(const identify::DistanceConstraints& constraints, const pose::SkeletonTracker& body,
              std::span<const kinematics::Observation> others, std::span<const char> unreliable);
   bool busy() const noexcept { return stage_ != Stage::Done; }
   void stop() noexcept { stage_ = Stage::Done; }
-  /// Judges `most` readings or fewer, and says how many. `constraints` are those of `begin`.
+  /// Evaluates at most `most` hypotheses and returns how many. `constraints` are those of `begin`. The result does not
+  /// depend on how the work is divided into calls.
   int advance(const identify::DistanceConstraints& constraints, int most);
 
-  /// Where a clearly better reading than that of now has the names; on which others that are about as good say
-  /// otherwise, kUnassigned. Null where there is none.
+  /// The best hypothesis if it is clearly better than the current assignment, else null. Labels on which hypotheses
+  /// about as good disagree are kUnassigned. Valid when not busy.
   const DistanceConstraintMatcher::AssignmentHypothesis* found() const noexcept { return found_ ? &best_ : nullptr; }
+  /// Candidate of an established label; kUnassigned for other labels.
   int current(std::size_t label) const { return current_.candidate_of[label]; }
-  /// The best reading, clearly better or not.
+  /// The best hypothesis, whether clearly better or not, with all its labels.
   const DistanceConstraintMatcher::AssignmentHypothesis& likeliest() const noexcept { return likeliest_; }
   using Probabilities = std::array<double, DistanceConstraintMatcher::kMaxLimbLabels>;
-  /// How likely it is of each name, by the readings that are about as good as the best, that a place is its own. All
-  /// zero where one of these gives the place to none.
+  /// Association probabilities of a candidate, by label, over the hypotheses that are about as good as the best. All
+  /// zero if one of these leaves the candidate unassigned.
   Probabilities association_probabilities(int candidate) const;
 
  private:
@@ -104,18 +113,18 @@ class LimbHypothesisSolver {
   pose::SkeletonTracker body_;
   std::vector<kinematics::Observation> rest_observations_;
   std::vector<char> unreliable_;                                             // by bone
-  std::vector<char> unconstrained_;                                          // by bone, of one reading
-  std::vector<kinematics::Observation> trial_observations_;                  // markers as a reading has them
-  std::vector<DistanceConstraintMatcher::AssignmentHypothesis> hypotheses_;  // the first is that of now
-  std::size_t evaluated_count_ = 0;                                          // of these
-  std::size_t swap_limit_ = 0;  // readings when no more are proposed by exchange
+  std::vector<char> unconstrained_;                                          // by bone, of one hypothesis
+  std::vector<kinematics::Observation> trial_observations_;                  // observations of one hypothesis
+  std::vector<DistanceConstraintMatcher::AssignmentHypothesis> hypotheses_;  // the first is the current assignment
+  std::size_t evaluated_count_ = 0;                                          // hypotheses with a cost
+  std::size_t swap_limit_ = 0;  // size of hypotheses_ at which no more swaps are added
   Stage stage_ = Stage::Done;
-  std::size_t next_label_ = 0;        // to be challenged
-  std::size_t next_reevaluated_ = 0;  // reading to be judged anew
-  std::vector<Pose> best_pose_;       // locals that the best reading led to
+  std::size_t next_label_ = 0;        // whose alternatives are enumerated next
+  std::size_t next_reevaluated_ = 0;  // hypothesis that is evaluated again next
+  std::vector<Pose> best_pose_;       // local poses of the best hypothesis
   std::vector<pose::SkeletonTracker::MarkerSwing>
-      same_bone_ambiguities_;  // of one reading: the names that the best has for each other's
-  DistanceConstraintMatcher::AssignmentHypothesis best_;  // when the present stage began; in the end, what is found
+      same_bone_ambiguities_;  // of one hypothesis: same-bone markers that differ from the best
+  DistanceConstraintMatcher::AssignmentHypothesis best_;  // at the start of the stage; at the end, the result
   DistanceConstraintMatcher::AssignmentHypothesis likeliest_;
   bool found_ = false;
 };

@@ -1,4 +1,4 @@
-// The part of SubjectLabeller that chooses the limb to be read anew, and the places where its markers may be.
+// The part of SubjectLabeller that selects the limb to be labelled as a whole, and the candidate tracks of its markers.
 
 #include <algorithm>
 
@@ -7,18 +7,18 @@
 namespace mocap::label {
 namespace {
 
-// A track farther from where a marker is thought to be is not that marker, unless its limb was misread or nobody sees
-// any of its bone: then it may be anywhere that the limb reaches.
+// Distance from its prediction within which a track makes a missing label unexplained. If no label of the bone is
+// accepted, or labels of the bone were rejected, the distance is the reach of a limb: half a second is enough for a
+// hand to be half a metre away (decision 0009). Chosen by hand; not yet measured.
 constexpr double kCandidateRadius_m = 0.3;
 constexpr double kLimbReach_m = 0.6;
-// A name that was given in the last ten sets or so must still be the clear reading when its limb is read anew.
-constexpr float kEstablishedConfidence = 0.85F;
-// Young tracks of fewer cameras may be where rays meet by chance.
-constexpr std::uint32_t kLeastCameras = 3;
+// A tentative track of fewer cameras is no candidate: two rays may intersect by chance. Chosen by hand; not yet
+// measured.
+constexpr std::uint32_t kMinCandidateCameras = 3;
 
 }  // namespace
 
-// Counts, by bone, the names that are missing while strays stand near.
+// Counts, by bone, the labels that are not accepted while an unassigned track is near, and the contested labels.
 void SubjectLabeller::count_unexplained(LabelledTracks& tracks) {
   for (std::size_t i = 0; i < tracks.trusted.size(); ++i) tracks.trusted[i] = tracks.labelled[i];
   for (std::size_t m = 0; m < memories_.size(); ++m) {
@@ -47,7 +47,7 @@ void SubjectLabeller::count_unexplained(LabelledTracks& tracks) {
   }
 }
 
-// -1: none that is not at rest.
+// The bone with most unexplained labels, except bones in cooldown; -1 if there is none.
 int SubjectLabeller::worst_bone() const {
   int most = -1;
   for (std::size_t b = 0; b < unexplained_.size(); ++b) {
@@ -57,6 +57,7 @@ int SubjectLabeller::worst_bone() const {
   return most;
 }
 
+// Adds the labels of a bone to the limb. Returns false if the limb cannot hold all of them.
 bool SubjectLabeller::add_bone(std::size_t bone) {
   if (in_limb_[bone]) return true;
   std::size_t count = 0;
@@ -69,7 +70,7 @@ bool SubjectLabeller::add_bone(std::size_t bone) {
   return true;
 }
 
-// Whether a bone has names and none of them is believed.
+// Whether a bone has markers but no accepted label.
 bool SubjectLabeller::has_no_trusted_label(std::size_t bone) const {
   bool any = false;
   for (std::size_t m = 0; m < memories_.size(); ++m) {
@@ -80,30 +81,32 @@ bool SubjectLabeller::has_no_trusted_label(std::size_t bone) const {
   return any;
 }
 
-// The bone, the bones in trouble that hang together with it, and those that hang on to these. Nobody knows where a bone
-// is whose names are missing, and that hangs on one whose names are missing, too.
+// Collects the limb around the bone `seed`: first all connected bones with unexplained labels, where two adjacent bones
+// without any accepted label also count (their common joint is unknown), then all bones adjacent to these. Bones whose
+// limb was labelled in this set are not added in the first round.
 bool SubjectLabeller::gather_limb(std::size_t seed, const LabelledTracks& tracks) {
   const auto& bones = set_.skeleton.bones;
   limb_.clear();
   std::fill(in_limb_.begin(), in_limb_.end(), false);
   if (!add_bone(seed)) return false;
-  for (const bool troubled : {true, false}) {
+  for (const bool only_unexplained : {true, false}) {
     bool grew = true;
     while (grew) {
       grew = false;
-      unconstrained_.assign(in_limb_.begin(), in_limb_.end());  // the limb so far
+      unconstrained_.assign(in_limb_.begin(), in_limb_.end());  // the limb before this round
       for (std::size_t b = 0; b < bones.size(); ++b) {
         if (bones[b].parent < 0) continue;
         const auto parent = static_cast<std::size_t>(bones[b].parent);
         if (in_limb_[b] == in_limb_[parent]) continue;
         const std::size_t next = in_limb_[b] ? parent : b;
         const bool is_from_current = unconstrained_[in_limb_[b] ? b : parent] != 0;
-        const bool unread = has_no_trusted_label(in_limb_[b] ? b : parent) && has_no_trusted_label(next);
-        const bool is_solved = cooldown_[next] == kCooldownSets;  // in this set, with another limb
-        if (!is_from_current || (troubled && (is_solved || (unexplained_[next] == 0 && !unread)))) continue;
+        const bool is_unlabelled = has_no_trusted_label(in_limb_[b] ? b : parent) && has_no_trusted_label(next);
+        const bool is_solved = cooldown_[next] == kCooldownSets;  // as part of another limb in this set
+        if (!is_from_current || (only_unexplained && (is_solved || (unexplained_[next] == 0 && !is_unlabelled))))
+          continue;
         grew = add_bone(next) || grew;
       }
-      if (!troubled) break;
+      if (!only_unexplained) break;
     }
   }
   add_candidates(tracks);
@@ -111,6 +114,8 @@ bool SubjectLabeller::gather_limb(std::size_t seed, const LabelledTracks& tracks
   return true;
 }
 
+// Candidates are the tracks of the limb's accepted labels, of which the established ones are the current assignment,
+// and then the unassigned tracks in reach, nearest first, as many as the solver takes.
 void SubjectLabeller::add_candidates(const LabelledTracks& tracks) {
   const auto add = [&](int track) {
     return limb_.add_candidate(
@@ -133,7 +138,8 @@ void SubjectLabeller::add_candidates(const LabelledTracks& tracks) {
   for (const auto& [far, track] : nearby_tracks_) (void)add(track);
 }
 
-// What the ties to the names that are not read anew say against a place.
+// Cost, half chi-square, of the distances from a position to the accepted markers outside the limb, and to the joint of
+// the marker's bone if the rotation of the parent bone is fully observed.
 double SubjectLabeller::distance_cost(std::size_t marker, const Eigen::Vector3d& at,
                                       const LabelledTracks& tracks) const {
   double sum = 0.0;
@@ -152,23 +158,25 @@ double SubjectLabeller::distance_cost(std::size_t marker, const Eigen::Vector3d&
   return sum + DistanceConstraintMatcher::cost_of(to_joint, (body_.pose().world()[bone].position - at).norm());
 }
 
-// Whether a track may be where rays meet by chance. One that bore a name of the limb or was looked for as one is a
-// marker, whichever name it has now.
+// Whether a track may be clutter (rays that intersect by chance): it is tentative, was not detected for a label of the
+// limb, and has no continuity with one.
 bool SubjectLabeller::is_clutter_candidate(int index, const LabelledTracks& tracks) const {
   if (tracks[index].state != TrackState::Tentative) return false;
   for (std::size_t n = 0; n < limb_.label_count(); ++n) {
     const std::size_t m = limb_.marker(n);
-    const bool is_expected = tracks[index].expected_label == Label{id_, static_cast<std::uint32_t>(m)};
+    const bool is_expected =
+        tracks.predicted_label(static_cast<std::size_t>(index)) == Label{id_, static_cast<std::uint32_t>(m)};
     if (is_expected || continuity_of(m, index, tracks) > 0.0) return false;
   }
   return true;
 }
 
+// Allows every candidate for every label of the limb, except tentative tracks of few cameras.
 void SubjectLabeller::allow_candidates(const LabelledTracks& tracks) {
   for (std::size_t p = 0; p < limb_.candidate_count(); ++p) {
     const LimbHypothesisSolver::CandidateTrack& candidate = limb_.candidate(p);
     const int track = tracks.find(candidate.track);
-    if (candidate.is_young && tracks[track].cameras < kLeastCameras) continue;
+    if (candidate.is_young && tracks[track].cameras < kMinCandidateCameras) continue;
     for (std::size_t n = 0; n < limb_.label_count(); ++n) {
       const std::size_t m = limb_.marker(n);
       limb_.allow(n, p, distance_cost(m, candidate.at, tracks), continuity_of(m, track, tracks));

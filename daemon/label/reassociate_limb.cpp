@@ -1,4 +1,4 @@
-// The part of SubjectLabeller that has limbs read anew where names are missing while nameless tracks stand near.
+// The part of SubjectLabeller that labels limbs as a whole where labels are missing while unassigned tracks are near.
 
 #include <algorithm>
 #include <cmath>
@@ -8,22 +8,24 @@
 namespace mocap::label {
 namespace {
 
-// A name of another limb that is farther away does not want a track.
+// A missing label of another limb does not compete for a track that is farther from its prediction. Chosen by hand; not
+// yet measured.
 constexpr double kCompetingRadius_m = 0.3;
-// In squared sigmas, as claims have it: a missing name of another limb wants a track that is as near as that to where
-// it is thought to be; one whose place is hardly known, only what the limb's own marker is less likely to be.
+// Association cost (chi-square units with the log determinant) below which a missing label of another limb competes for
+// a track (decisions 0015 and 0018).
 constexpr double kCompetingCost = 15.0;
-// Bounds what a set costs.
+// Bounds the time of a set.
 constexpr int kMaxLimbsPerSet = 2;
-// A limb that is not clear is read again before that.
+// Time until an ambiguity ends unless the limb is searched again; a limb is searched again within it (decision 0014).
 constexpr double kMarginalLifetime_s = 0.05;
-// How far apart, rms of an axis, the markers may be that a track may be, for it to tell where its limb is.
+// Largest spread, rms of one axis, of an ambiguous observation: a larger one does not constrain its limb (decision
+// 0010). Chosen by hand; not yet measured.
 constexpr double kMaxAmbiguitySigma_m = 0.1;
 
 }  // namespace
 
-// Below what cost another limb's missing name wants a track that this marker would have: of two limbs that are both
-// lost the farther one waits for the nearer.
+// Cost below which a missing label of another limb keeps the track from this marker: 15, or the cost of this marker if
+// that is higher. Of two lost limbs, the limb with the less likely marker therefore waits (decision 0018).
 double SubjectLabeller::competing_cost(std::size_t marker, int index, const LabelledTracks& tracks) const {
   if (!places_[marker].known) return kCompetingCost;
   geometry::AllowedPair here;
@@ -31,8 +33,8 @@ double SubjectLabeller::competing_cost(std::size_t marker, int index, const Labe
   return std::isfinite(here.cost) ? std::max(kCompetingCost, here.cost) : kCompetingCost;
 }
 
-// Whether a missing name that is no part of the limb may well be this track, at a cost below that: two limbs that touch
-// are told from each other by claims, or by their motion.
+// Whether a missing label outside the limb has an association cost below `below` for the track. Track association, or
+// later motion, resolves such a track.
 bool SubjectLabeller::has_competing_label(int index, double below, const LabelledTracks& tracks) const {
   if (!participates_) return false;
   const TrackedMarker& track = tracks[index];
@@ -47,8 +49,9 @@ bool SubjectLabeller::has_competing_label(int index, double below, const Labelle
   return false;
 }
 
-// Where the limb's names are by what was found, in this set: of sets ago, its tracks may be lost, or have other names.
-// False where the limb was named otherwise meanwhile.
+// Translates a hypothesis, whose candidates are of the set in which the search began, to tracks of this set. A track
+// that ended, coasts, belongs to another limb, or has a competing label of another limb is left out. Returns false if
+// an accepted label of the limb has changed its track since the search began, unless to the track of the hypothesis.
 bool SubjectLabeller::map_hypothesis(const DistanceConstraintMatcher::AssignmentHypothesis& found,
                                      const LabelledTracks& tracks) {
   for (std::size_t n = 0; n < limb_.label_count(); ++n) {
@@ -69,7 +72,7 @@ bool SubjectLabeller::map_hypothesis(const DistanceConstraintMatcher::Assignment
   return true;
 }
 
-// Whether the last reading of another limb left open only which of that limb's markers it is.
+// Whether the last hypotheses of another limb left the track ambiguous among the markers of that limb.
 bool SubjectLabeller::is_ambiguous_elsewhere(TrackId track) const {
   for (std::size_t m = 0; m < memories_.size(); ++m) {
     const bool outside = !in_limb_[static_cast<std::size_t>(set_.markers[m].bone)];
@@ -80,7 +83,7 @@ bool SubjectLabeller::is_ambiguous_elsewhere(TrackId track) const {
   return false;
 }
 
-// Whether a believed name that is no part of the limb bears it.
+// Whether an accepted label outside the limb has the track.
 bool SubjectLabeller::is_assigned_elsewhere(int track) const {
   for (std::size_t m = 0; m < memories_.size(); ++m) {
     const bool outside = !in_limb_[static_cast<std::size_t>(set_.markers[m].bone)];
@@ -89,7 +92,8 @@ bool SubjectLabeller::is_assigned_elsewhere(int track) const {
   return false;
 }
 
-// The limb's names go where they were read; who bears none there has none.
+// Assigns the tracks of the hypothesis to the labels of the limb and releases the other labels, fits the pose without
+// priors on bones whose accepted labels changed, and withdraws the acceptance of labels with residuals above the gate.
 void SubjectLabeller::apply_hypothesis(LabelledTracks& tracks) {
   std::copy(unreliable_.begin(), unreliable_.end(), unconstrained_.begin());
   for (std::size_t n = 0; n < limb_.label_count(); ++n) {
@@ -98,7 +102,8 @@ void SubjectLabeller::apply_hypothesis(LabelledTracks& tracks) {
     if (accepted_[m]) unconstrained_[static_cast<std::size_t>(set_.markers[m].bone)] = 1;
     if (memories_[m].index >= 0 && (is_measured(m, tracks) || hypothesis_track_[n] >= 0)) release(m, tracks);
   }
-  for (std::size_t m = 0; m < memories_.size(); ++m) {  // doubtful bearers of what the limb takes
+  // Labels outside the limb that are not accepted release the tracks that are assigned to the limb.
+  for (std::size_t m = 0; m < memories_.size(); ++m) {
     if (memories_[m].index < 0 || in_limb_[static_cast<std::size_t>(set_.markers[m].bone)]) continue;
     const auto end = hypothesis_track_.begin() + static_cast<std::ptrdiff_t>(limb_.label_count());
     if (std::find(hypothesis_track_.begin(), end, memories_[m].index) != end) release(m, tracks);
@@ -123,8 +128,8 @@ void SubjectLabeller::apply_hypothesis(LabelledTracks& tracks) {
                 [&](const kinematics::Observation& one) { return !accepted_[static_cast<std::size_t>(one.marker)]; });
 }
 
-// What the likeliest reading has and is not said: a track that is a marker of the limb in all that are about as good,
-// and stays one.
+// Stores the association probabilities of each track that the best hypothesis assigns but the solver does not report,
+// because hypotheses about as good assign the track to other markers of the limb.
 void SubjectLabeller::compute_marginals(const LabelledTracks& tracks) {
   const DistanceConstraintMatcher::AssignmentHypothesis& likeliest = limb_.likeliest();
   for (std::size_t n = 0; n < limb_.label_count(); ++n) {
@@ -154,6 +159,7 @@ bool SubjectLabeller::has_current_marginal(const LabelMemory& memory) const {
   return memory.ambiguous_track.names_something() && to_s(at_ - memory.ambiguous_at) <= kMarginalLifetime_s;
 }
 
+// A track whose only marginal is `marker` itself is not ambiguous for that marker.
 bool SubjectLabeller::is_ambiguous(std::size_t marker, std::uint32_t track, const LabelledTracks& tracks) const {
   const TrackId id = tracks[static_cast<int>(track)].id;
   return std::any_of(memories_.begin(), memories_.end(), [&](const LabelMemory& memory) {
@@ -162,8 +168,10 @@ bool SubjectLabeller::is_ambiguous(std::size_t marker, std::uint32_t track, cons
   });
 }
 
-void SubjectLabeller::append_ambiguous_observations(const LabelledTracks& tracks,
-                                                    std::vector<AmbiguousObservation>& into) const {
+// The observation is of the most likely marker. The track is at marker k with probability p_k, so the most likely
+// marker is at the track plus the predicted difference to marker k: mean and standard deviation are over these
+// positions. The update with the mean of the association distribution is that of JPDA (Bar-Shalom and Fortmann 1988).
+void SubjectLabeller::append_ambiguous_observations(const LabelledTracks& tracks, AmbiguousObservations& into) const {
   for (std::size_t m = 0; m < memories_.size(); ++m) {
     const LabelMemory& memory = memories_[m];
     if (memory.index >= 0 || !has_current_marginal(memory)) continue;
@@ -180,18 +188,19 @@ void SubjectLabeller::append_ambiguous_observations(const LabelledTracks& tracks
     }
     const double sigma_m = std::sqrt(std::max(0.0, square_m2 - mean.squaredNorm()) / 3.0);
     if (sigma_m > kMaxAmbiguitySigma_m) continue;
-    into.push_back({{id_, static_cast<std::uint32_t>(m)}, {tracks[index].position.v + mean}, sigma_m});
+    const Label label{id_, static_cast<std::uint32_t>(m)};
+    if (!into.try_push_back({label, {tracks[index].position.v + mean}, sigma_m})) return;
   }
 }
 
-// Begins with the limb in most trouble. False where there is none.
+// Starts the search for the limb with most unexplained labels. Returns false if there is none.
 bool SubjectLabeller::begin_hypotheses(const LabelledTracks& tracks) {
   const int bone = worst_bone();
   if (bone < 0) return false;
   cooldown_[static_cast<std::size_t>(bone)] = kCooldownSets;
   if (!gather_limb(static_cast<std::size_t>(bone), tracks)) return true;
   for (std::size_t b = 0; b < cooldown_.size(); ++b) {
-    if (unconstrained_[b] != 0) cooldown_[b] = kCooldownSets;  // read with it
+    if (unconstrained_[b] != 0) cooldown_[b] = kCooldownSets;  // part of the limb
   }
   trial_observations_.clear();
   for (const kinematics::Observation& one : observations_) {
@@ -206,7 +215,8 @@ bool SubjectLabeller::begin_hypotheses(const LabelledTracks& tracks) {
   return true;
 }
 
-// A limb whose readings are more than a set has time for is read on in the next.
+// Evaluates at most `limb_work` hypotheses in a set; an incomplete search continues in the next set on the body and
+// tracks of the set in which it began (decision 0011).
 void SubjectLabeller::reassociate_limbs(LabelledTracks& tracks) {
   for (int& sets : cooldown_) sets = std::max(0, sets - 1);
   std::fill(unexplained_.begin(), unexplained_.end(), 0);

@@ -8,19 +8,24 @@
 
 namespace mocap::label {
 
-/// Knows which tracks hold still, how long, and where on average.
+/// Rest periods of the 3D tracks: how long each track has been stationary, and its mean position meanwhile.
 ///
-/// Allocates in the constructor only.
+/// Allocates in the constructor only. One thread.
 class StationaryTracks {
  public:
-  /// A track that goes further than `radius_m` from where its rest began moves, and may begin to rest anew.
+  /// A rest period ends when the track is farther than `radius_m` from its position at the start of the period; a new
+  /// period starts there.
   explicit StationaryTracks(double radius_m);
 
-  /// What was seen at `at`. Tracks that are gone are forgotten.
+  /// Takes over the rest periods of `before`; the radius stays.
+  void adopt(StationaryTracks& before) { current_.swap(before.current_); }
+
+  /// Takes the tracks of the set at `at`. Forgets tracks that ended. A coasting track does not change its mean.
   void update(const TrackedMarkers& tracked, Timestamp at);
 
-  /// How long the i-th marker of the last update has rested; its mean place meanwhile.
+  /// Age of the rest period of the i-th track of the last `update`.
   Duration rest_duration(std::size_t i) const { return at_ - current_[i].since; }
+  /// World position, m, of the i-th track of the last `update`: mean over its rest period.
   Eigen::Vector3d mean(std::size_t i) const { return current_[i].sum / current_[i].count; }
 
  private:
@@ -35,7 +40,7 @@ class StationaryTracks {
   double radius_m_;
   Timestamp at_;
   std::vector<RestPeriod> current_;   // in the order of the last update
-  std::vector<RestPeriod> previous_;  // by track
+  std::vector<RestPeriod> previous_;  // sorted by track
 };
 
 }  // namespace mocap::label

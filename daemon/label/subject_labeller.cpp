@@ -10,29 +10,30 @@
 namespace mocap::label {
 namespace {
 
-// How far off its body's place a named marker is that contradicts, beside three times what markers commonly are.
+// Residual from which on a marker is an outlier of the robust pose fit. Chosen by hand; not yet measured.
 constexpr double kOutlier_m = 0.02;
-// A track that is not seen for longer leaves its name, which the body then knows better where to look for.
+// A label leaves a track that was not detected for more sets: by then the body predicts the marker better than the
+// coasting track does. Chosen by hand; not yet measured.
 constexpr std::uint32_t kMaxMissedSets = 2;
-// A track that goes on for longer without being seen takes what is nearest then, and that may be another marker.
+// Time after which a former track is no evidence for a label: a track that coasts for longer may continue on another
+// marker (decision 0004). Chosen by hand; not yet measured.
 constexpr double kLabelMemory_s = 0.15;
-// What a track that leapt tells of whose it is, as a share of what one tells that did not: where a hand turns round
-// within a set its tracks leap and stay on their markers; of twenty that leap one has taken another marker.
+// Weight of a discontinuous track as evidence for its label; a continuous track has 1. One discontinuous track in
+// twenty was on another marker (decision 0006).
 constexpr double kDiscontinuousContinuity = 0.7;
-// What the body's motion is wrong by: at least, and for each m that a marker moves from set to set.
+// Standard deviation of the predicted position of a marker: a constant and a share of the step from set to set. Chosen
+// by hand; not yet measured.
 constexpr double kPredictionSigma_m = 0.007;
 constexpr double kPredictionSigmaPerStep = 0.3;
-// A track's step is foreseen from the last by this much, and a share of the step; limbs are thrown that hard.
+// Gate on the deviation of a track from constant velocity: a constant, a share of the step, and the way of the largest
+// acceleration of a limb. Chosen by hand; not yet measured.
 constexpr double kContinuityGate_m = 0.02;
 constexpr double kContinuityGatePerStep = 0.1;
 constexpr double kAcceleration_m_s2 = 100.0;
-// A pose that names are judged by is held more firmly than one that is shown: what is common speaks against wrong ones.
+// The pose by which labels are judged has firmer priors than the published pose, and no memory of earlier observations
+// of a joint: with weak priors the pose follows wrong labels and then confirms them (decision 0002).
 constexpr pose::SkeletonTrackerSettings kFollow{
     .outlier_m = kOutlier_m, .max_iterations = 4, .observability_prior_rad = 0.15, .rest_prior_time_constant_s = 0.0};
-// How surely a marker that took part in the fit is where the fit puts it.
-constexpr double kFittedMarkerSigma_m = 0.008;
-
-Eigen::Matrix3d ball(double sigma_m) { return sigma_m * sigma_m * Eigen::Matrix3d::Identity(); }
 
 }  // namespace
 
@@ -95,35 +96,36 @@ void SubjectLabeller::assign_track(std::size_t marker, int index, float confiden
   memory.velocity_m_s = tracks[index].velocity_m_s;
 }
 
-// How much it says for a name that the track bore it in the last set, or until it was lost or the name was taken back.
+// Evidence, 0 to 1, that the track is this marker because it had the label: in the last set, or until the label was
+// released. Zero if the track had the label of a neighbour that is missing now.
 double SubjectLabeller::continuity_of(std::size_t marker, int index, const LabelledTracks& tracks) const {
   const LabelMemory& memory = memories_[marker];
   if (memory.last_track.names_something() && memory.last_track == tracks[index].id)
     return memory.was_discontinuous ? kDiscontinuousContinuity : 1.0;
   if (previous_tracks_[marker] != index) return 0.0;
   if (discontinuous_[marker]) return memory.established ? kDiscontinuousContinuity : 0.0;
-  return is_missed_by_neighbour(marker, tracks[index].id) ? 0.0 : 1.0;
+  return is_last_track_of_neighbour(marker, tracks[index].id) ? 0.0 : 1.0;
 }
 
-bool SubjectLabeller::is_missed_by(std::size_t other, TrackId track) const {
+bool SubjectLabeller::is_last_track_of(std::size_t other, TrackId track) const {
   const LabelMemory& memory = memories_[other];
   return memory.index < 0 && memory.is_continuous && memory.last_track.names_something() && memory.last_track == track;
 }
 
-bool SubjectLabeller::is_missed_by_neighbour(std::size_t marker, TrackId track) const {
+bool SubjectLabeller::is_last_track_of_neighbour(std::size_t marker, TrackId track) const {
   const std::span<const identify::InterMarkerDistance> constraints = constraints_.of(marker);
   return std::any_of(constraints.begin(), constraints.end(), [&](const identify::InterMarkerDistance& constraint) {
-    return is_missed_by(static_cast<std::size_t>(constraint.other), track);
+    return is_last_track_of(static_cast<std::size_t>(constraint.other), track);
   });
 }
 
-// Whether its track bore a neighbour's name before, and that name is missing since.
+// Whether the track of a new label had the label of a neighbouring marker before, and that label is missing now.
 bool SubjectLabeller::is_contested(std::size_t marker) const {
   const LabelMemory& memory = memories_[marker];
-  return memory.index >= 0 && !memory.established && is_missed_by_neighbour(marker, memory.track);
+  return memory.index >= 0 && !memory.established && is_last_track_of_neighbour(marker, memory.track);
 }
 
-// A name that was held for long is not taken for somebody else's any more.
+// Marks a label as established. Missing labels drop their hint that they had this track.
 void SubjectLabeller::establish(std::size_t marker) {
   if (memories_[marker].established) return;
   memories_[marker].established = true;
@@ -137,7 +139,7 @@ bool SubjectLabeller::is_measured(std::size_t marker, const LabelledTracks& trac
   return index >= 0 && tracks[index].state != TrackState::Coasting;
 }
 
-// Whether the track goes on as it went. It may have taken another marker where it does not.
+// Compares the track with its own constant-velocity prediction. A discontinuous track may be on another marker now.
 void SubjectLabeller::check_continuity(LabelMemory& memory, const TrackedMarker& track, Timestamp at) const {
   memory.discontinuous = false;
   if (track.state == TrackState::Coasting) return;
@@ -151,7 +153,7 @@ void SubjectLabeller::check_continuity(LabelMemory& memory, const TrackedMarker&
   memory.velocity_m_s = track.velocity_m_s;
 }
 
-// The track that a name was taken from says whose it is as long as it goes on being seen.
+// Follows the former track of a label: the hint ends with the track, and is weaker after a gap or a discontinuity.
 void SubjectLabeller::check_last_track(LabelMemory& memory, const LabelledTracks& tracks, Timestamp at) const {
   if (!memory.last_track.names_something()) return;
   const int index = tracks.find(memory.last_track);
@@ -169,7 +171,7 @@ void SubjectLabeller::check_last_track(LabelMemory& memory, const LabelledTracks
 void SubjectLabeller::match_tracks(LabelledTracks& tracks, Timestamp at) {
   for (std::size_t m = 0; m < memories_.size(); ++m) {
     LabelMemory& memory = memories_[m];
-    discontinuous_[m] = false;  // what is freed here was not seen
+    discontinuous_[m] = false;  // a track that is released here was not detected, so it has no discontinuity
     check_last_track(memory, tracks, at);
     memory.index = memory.track.names_something() ? tracks.find(memory.track) : LabelledTracks::kNone;
     const TrackedMarker* track = memory.index < 0 ? nullptr : &tracks[memory.index];
@@ -195,7 +197,8 @@ kinematics::Observation SubjectLabeller::observe(std::size_t marker, const Label
   return {static_cast<int>(marker), tracks[index].position.v, sigma_of(index, tracks)};
 }
 
-// Believes the names that are where the body's motion leads to; where that is few, the motion is wrong, not they.
+// Accepts the labels whose tracks are within 3 sigma of the predicted position. If fewer than half are, the predicted
+// motion is wrong rather than the labels, and all detected labels are accepted.
 void SubjectLabeller::select_consistent(const LabelledTracks& tracks, Timestamp at) {
   observations_.clear();
   const double step_s = to_s(at - body_.committed_at());
@@ -205,8 +208,9 @@ void SubjectLabeller::select_consistent(const LabelledTracks& tracks, Timestamp 
     if (!is_measured(m, tracks)) continue;
     ++labelled;
     const kinematics::Observation one = observe(m, tracks);
-    const double surprise = memories_[m].discontinuous ? 0.0 : kPredictionSigmaPerStep * body_.speed_of(m) * step_s;
-    const double sigma = kPredictionSigma_m + surprise + one.sigma_m;
+    const double motion_error_m =
+        memories_[m].discontinuous ? 0.0 : kPredictionSigmaPerStep * body_.speed_of(m) * step_s;
+    const double sigma = kPredictionSigma_m + motion_error_m + one.sigma_m;
     accepted_[m] = (one.position - body_.predicted_position(m)).norm() < 3.0 * sigma;
     if (accepted_[m]) observations_.push_back(one);
   }
@@ -249,14 +253,15 @@ void SubjectLabeller::fit(LabelledTracks& tracks) {
   }
 }
 
-// Where the body says that each marker is, and how surely.
+// Positions and covariances of all markers by the fitted pose. A marker without an accepted label has the covariance
+// that the joints between it and the observed markers leave.
 void SubjectLabeller::predict_places() {
   const bool has_pose = body_.compute_covariances(observations_, at_);
   for (std::size_t m = 0; m < places_.size(); ++m) {
     PredictedPlace& place = places_[m];
     place.at = body_.predicted_position(m);
     place.known = has_pose && place.at.allFinite();
-    place.covariance_m2 = ball(kFittedMarkerSigma_m);
+    place.covariance_m2 = isotropic_covariance(kFittedMarkerSigma_m);
     if (accepted_[m] || !place.known) continue;
     place.covariance_m2 += body_.predicted_covariance(m);
     place.known = place.covariance_m2.allFinite();
@@ -269,17 +274,18 @@ void SubjectLabeller::revise(LabelledTracks& tracks) {
   body_.commit(observations_);
 }
 
-// Many names are missing while nameless tracks stand where they could be: it is another body, or another pose.
-bool SubjectLabeller::is_following_wrongly() const {
-  const auto troubled = static_cast<std::size_t>(std::accumulate(unexplained_.begin(), unexplained_.end(), 0));
-  return troubled >= 3 && 4 * troubled >= memories_.size() && unassigned_tracks_.size() >= troubled;
+// Whether at least three labels, and a quarter of all, are missing while as many unassigned tracks are near: then the
+// tracks are of another body, or of a pose that the tracker has lost.
+bool SubjectLabeller::follows_wrong_tracks() const {
+  const auto unexplained = static_cast<std::size_t>(std::accumulate(unexplained_.begin(), unexplained_.end(), 0));
+  return unexplained >= 3 && 4 * unexplained >= memories_.size() && unassigned_tracks_.size() >= unexplained;
 }
 
 void SubjectLabeller::check_loss(LabelledTracks& tracks, Timestamp at) {
   std::size_t count = 0;
   for (std::size_t m = 0; m < memories_.size(); ++m) count += is_measured(m, tracks) ? 1 : 0;
   if (4 * count >= memories_.size() && count >= 3) enough_at_ = at;
-  if (!is_following_wrongly()) plausible_at_ = at;
+  if (!follows_wrong_tracks()) plausible_at_ = at;
   if (at - enough_at_ <= settings_.lost_after && at - plausible_at_ <= settings_.lost_after) return;
   for (std::size_t m = 0; m < memories_.size(); ++m) release(m, tracks);
   limb_.stop();
@@ -290,6 +296,15 @@ void SubjectLabeller::forget() {
   for (LabelMemory& memory : memories_) memory = {};
   limb_.stop();
   phase_ = SubjectPhase::Searching;
+}
+
+void SubjectLabeller::adopt(SubjectLabeller& before) {
+  const LabelSettings settings = settings_;
+  const SubjectId id = id_;
+  *this = std::move(before);
+  settings_ = settings;
+  id_ = id;
+  if (fit_) fit_->subject = id;
 }
 
 bool SubjectLabeller::recognise(const RecognisedSubject& found, LabelledTracks& tracks, Timestamp at) {

@@ -21,97 +21,132 @@
 
 namespace mocap::label {
 
-/// One subject's names. The parts of the labeller call it in the order: keep; expect, claim, release_unassigned and
-/// take, settle, judge; or recognise.
+/// The labels of one subject, from frame set to frame set.
 ///
-/// Names follow the body, not the tracks: where the body goes on to tells which track is which marker, all at once, and
-/// that a track bore a name before is one more hint. So a track that jumps, or two that exchange their markers, lose
-/// their names in the same set, and a marker that comes back has its name as soon as it is clear which it is. Where
-/// names are missing while nameless tracks stand near, the whole limb is read anew; so is one that has a name on a
-/// track that bore a neighbour's, until that name is there again or the new one was held for long.
+/// The labeller predicts the body pose, compares every track with the predicted position of every marker, and assigns
+/// tracks to labels by position, by the distances that the body keeps, and by track continuity. A label therefore
+/// follows the body and not the track: a track that jumps, or two tracks that exchange their markers, lose their labels
+/// in the same set. Where labels are missing and unassigned tracks are near, a limb (a subtree of bones) is labelled as
+/// a whole by `LimbHypothesisSolver`.
+///
+/// Order of calls in a set, made by `BodyLabeller` and `TrackAssociation`: `match_tracks`; while tracking: `predict`,
+/// `fit`, `build_costs`, `release_unassigned`, `assign`, `revise`, `check_loss`. Without a body: `recognise`.
+///
+/// The four source files are: subject_labeller.cpp (tracks, prediction, life cycle), association_costs.cpp (costs of
+/// single assignments, rejection of labels), limb_selection.cpp (which limb, which candidates) and reassociate_limb.cpp
+/// (application of a limb hypothesis, ambiguous observations). mechanisms.md explains each mechanism and the evidence
+/// for it; one tracker with a single probabilistic model is to replace them.
+///
+/// Costs here are negative log likelihoods times two ("squared sigmas", chi-square units); costs in
+/// `LimbHypothesisSolver` are half of that. Positions are in world coordinates, m. One thread; allocates in the
+/// constructor only. The `tracks` argument of all methods is the same object within one set.
 class SubjectLabeller {
  public:
   SubjectLabeller(const LabelSettings& settings, const Subject& subject, SubjectId id);
 
-  /// Nobody is known to be anywhere.
+  /// Removes all labels. The phase becomes Searching.
   void forget();
+  /// Takes over body, pose and labels of the same subject; settings and id stay. `before` is not used afterwards.
+  void adopt(SubjectLabeller& before);
   bool tracking() const noexcept { return phase_ == SubjectPhase::Tracking; }
   bool rigid() const noexcept { return set_.skeleton.bones.size() == 1; }
   std::size_t label_count() const noexcept { return memories_.size(); }
 
-  /// Finds the tracks of this set that bear the names.
+  /// Finds the track of each label in this set, and releases the labels whose track ended or was not detected for more
+  /// than two sets.
   void match_tracks(LabelledTracks& tracks, Timestamp at);
-  /// Moves the body on to `at`, with the names that are where its motion leads to.
+  /// Predicts the body pose at `at`, and accepts the labels whose track is near the predicted position of the marker.
   void predict(const LabelledTracks& tracks, Timestamp at);
-  /// Where a believed name's track is, and where the body's motion puts it.
+  /// World positions, m, of the track of an accepted label and of the marker as the body predicts it.
   struct MarkerResidual {
     Eigen::Vector3d at, predicted;
   };
+  /// Nothing for a label that is not accepted.
   std::optional<MarkerResidual> marker_residual(std::size_t marker, const LabelledTracks& tracks) const;
-  /// A name that may have exchanged its track with another.
+  /// Withdraws the acceptance of a label that may have exchanged its track with another label.
   void distrust(std::size_t marker);
-  /// Fits the body to the names that are believed.
+  /// Fits the body pose to the accepted labels, and marks their tracks as trusted.
   void fit(LabelledTracks& tracks);
-  /// Appends what each name may be given to, rows from `first_row`; nothing where all names are as they should be.
-  void build_costs(const LabelledTracks& tracks, std::size_t first_row, std::size_t most,
+  /// Appends the allowed pairs of label (row, from `first_row` on) and track (column) with their costs, until `pairs`
+  /// has `max_pairs` elements. Appends nothing if all labels are accepted or no unassigned track is visible.
+  void build_costs(const LabelledTracks& tracks, std::size_t first_row, std::size_t max_pairs,
                    std::vector<geometry::AllowedPair>& pairs);
+  /// Whether this subject takes part in the assignment of this set: the last `build_costs` had unassigned tracks.
   bool participates() const noexcept { return participates_; }
-  /// What the claims leave without its track is free again; `columns` by name.
+  /// Releases the labels to which the assignment gave another track or none. `columns` has the assigned column of each
+  /// label. A coasting track without another assignment keeps its label.
   void release_unassigned(std::span<const std::uint32_t> columns, LabelledTracks& tracks);
+  /// Whether the track had this label before the assignment.
   bool is_assigned_to(std::size_t marker, std::uint32_t track) const {
     return previous_tracks_[marker] == static_cast<int>(track);
   }
+  /// Whether the track of the label was not where its own velocity led to.
   bool discontinuous(std::size_t marker) const { return discontinuous_[marker]; }
   void release_label(std::size_t marker, LabelledTracks& tracks) { release(marker, tracks); }
-  /// Whether a track is within the gate of a claim; claims from farther away only contest others.
+  /// Whether a track is inside the gate of an assignment (4 sigma and `most_gate_m`). A track outside may only compete
+  /// with other assignments.
   bool inside_gate(std::size_t marker, std::uint32_t track, const LabelledTracks& tracks) const;
-  /// Whether another missing name, of the same bone or one next to it, would have the track for less than `below`.
+  /// Whether a missing label that has a distance constraint to `marker` would have the track at a cost below `below`.
   bool may_be_neighbour(std::size_t marker, std::uint32_t track, double below, const LabelledTracks& tracks) const;
-  /// Whether the last reading of its limb said that the track is, or may be, another marker.
+  /// Whether the last limb hypotheses left the track ambiguous among markers other than `marker` alone.
   bool is_ambiguous(std::size_t marker, std::uint32_t track, const LabelledTracks& tracks) const;
+  /// Gives the track the label, with the confidence of a new label.
   void assign(std::size_t marker, std::uint32_t track, LabelledTracks& tracks);
-  /// Takes names back that the body contradicts, reads limbs anew, and learns.
+  /// Removes labels that contradict the fitted pose, labels limbs as a whole, and commits the pose of this set.
   void revise(LabelledTracks& tracks);
-  /// Decides whether enough is left to go on.
+  /// Ends the tracking, phase Lost, after `lost_after` with too few labels or with too many unexplained tracks.
   void check_loss(LabelledTracks& tracks, Timestamp at);
-  /// Takes the names as they were found. False, and nobody tracked, when that tells no pose.
+  /// Adopts the labels of an identified subject and begins to track. Returns false, without tracking, if the labelled
+  /// tracks determine no pose.
   bool recognise(const RecognisedSubject& found, LabelledTracks& tracks, Timestamp at);
 
+  /// The body pose by which labels are judged; the published pose is the solver's.
   const pose::SkeletonTracker& body() const noexcept { return body_; }
+  /// Writes the labels of this set. A label on a coasting track, or one that is not accepted, is Filled.
   void write_labels(const LabelledTracks& tracks, SubjectLabels& into) const;
-  /// Appends what a limb's last reading left open, until it is read again.
-  void append_ambiguous_observations(const LabelledTracks& tracks, std::vector<AmbiguousObservation>& into) const;
+  /// Appends the tracks that the last hypotheses of a limb left ambiguous, for at most 0.05 s.
+  void append_ambiguous_observations(const LabelledTracks& tracks, AmbiguousObservations& into) const;
+  /// Returns, once, the body model that `recognise` adopted.
   std::optional<SubjectFit> take_fit();
-  /// The body's bones and markers are known better.
+  /// Replaces bone lengths and marker offsets. Requires as many as the marker set has.
   void refit(const SubjectFit& fit);
 
  private:
-  static constexpr double kMarkerSigma_m = 0.004;
+  // Standard deviation of a marker that took part in the pose fit from the position that the fit gives it. Chosen by
+  // hand; not yet measured.
+  static constexpr double kFittedMarkerSigma_m = 0.008;
+  // Confidence of a new label. Chosen by hand; not yet measured.
   static constexpr float kNewLabelConfidence = 0.6F;
-  static constexpr int kCooldownSets = 2;  // sets until what did not come out is tried again
+  // Confidence of an established label, reached from 0.6 after ten accepted sets (0.1 of the way to 1 in each set).
+  // Chosen by hand; not yet measured.
+  static constexpr float kEstablishedConfidence = 0.85F;
+  // Sets until a limb that was not labelled is tried again. Chosen by hand; not yet measured.
+  static constexpr int kCooldownSets = 2;
 
+  // Marginal association probability of an ambiguous track.
   struct Marginal {
     std::uint16_t marker;
     float probability;
   };
   struct LabelMemory {
     TrackId track;
-    int index = LabelledTracks::kNone;  // in this instant's tracks
-    int reject_count = 0;               // grows while the body contradicts
+    int index = LabelledTracks::kNone;  // of the track in this set
+    int reject_count = 0;               // sets in which the fitted pose contradicted the label, minus agreeing sets
     float confidence = 0.0F;
-    double usual_residual_m = 0.003;  // mean from its place
-    bool established = false;         // by this track for about 20 sets
-    TrackId last_track;               // bore it until it was lost or the name was taken back
-    bool was_discontinuous = false;   // that track did, then or since
-    bool is_continuous = false;       // it was seen on and on since
-    bool discontinuous = false;       // its track is not where its own motion led to
-    TrackId ambiguous_track;          // is likely its own, and may as well be that of another of
-    BoundedVector<Marginal, DistanceConstraintMatcher::kMaxLimbLabels> marginals;  // these markers
+    double usual_residual_m = 0.003;  // running mean of the distance to the position by the fitted pose
+    bool established = false;         // the confidence reached kEstablishedConfidence on this track
+    TrackId last_track;               // had the label until the label was released
+    bool was_discontinuous = false;   // last_track was discontinuous, at its release or since
+    bool is_continuous = false;       // last_track was detected in every set since its release
+    bool discontinuous = false;       // the track is not where its own velocity led to
+    TrackId ambiguous_track;          // most likely this marker, but may be another one of the marginals
+    BoundedVector<Marginal, DistanceConstraintMatcher::kMaxLimbLabels> marginals;  // association probabilities of it
     Timestamp ambiguous_at;
-    Timestamp seen_at;  // the rest is of then
+    Timestamp seen_at;  // time of position and velocity, which are of the track, or of last_track
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
     Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
   };
+  // Predicted position of a marker and its covariance. `known` is false if the pose does not determine the position.
   struct PredictedPlace {
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
     Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
@@ -126,25 +161,29 @@ class SubjectLabeller {
   bool satisfies_distances(std::size_t marker, const Eigen::Vector3d& at, const LabelledTracks& tracks) const;
   kinematics::Observation observe(std::size_t marker, const LabelledTracks& tracks) const;
   static double sigma_of(int index, const LabelledTracks& tracks);
+  static Eigen::Matrix3d isotropic_covariance(double sigma_m) {
+    return sigma_m * sigma_m * Eigen::Matrix3d::Identity();
+  }
   void check_continuity(LabelMemory& memory, const TrackedMarker& track, Timestamp at) const;
   void check_last_track(LabelMemory& memory, const LabelledTracks& tracks, Timestamp at) const;
   void establish(std::size_t marker);
-  bool is_missed_by(std::size_t other, TrackId track) const;
-  bool is_missed_by_neighbour(std::size_t marker, TrackId track) const;
+  bool is_last_track_of(std::size_t other, TrackId track) const;
+  bool is_last_track_of_neighbour(std::size_t marker, TrackId track) const;
   bool is_contested(std::size_t marker) const;
   void select_consistent(const LabelledTracks& tracks, Timestamp at);
   void predict_places();
   Eigen::Matrix3d innovation_covariance(std::size_t marker, const TrackedMarker& track) const;
-  // A track farther than that from where a marker is thought to be does not contest its name.
+  // Mahalanobis distance from which on a track has no cost for a label, and so does not compete for it. Chosen by hand;
+  // not yet measured. Above the gate of an assignment, so that a near miss still makes an assignment ambiguous.
   static constexpr double kCompetingSigmas = 5.0;
   void assignment_cost(std::size_t marker, std::size_t index, const LabelledTracks& tracks, geometry::AllowedPair& into,
-                       double most_sigmas = kCompetingSigmas) const;
+                       double max_sigmas = kCompetingSigmas) const;
   double residual_gate(std::size_t marker) const;
   bool supported_by_rigid_neighbours(std::size_t marker, double off_m, const LabelledTracks& tracks) const;
   void reject_contradicted(LabelledTracks& tracks);
   void learn(const RecognisedSubject& found);
 
-  bool is_following_wrongly() const;
+  bool follows_wrong_tracks() const;
   void reassociate_limbs(LabelledTracks& tracks);
   void count_unexplained(LabelledTracks& tracks);
   int worst_bone() const;
@@ -172,30 +211,30 @@ class SubjectLabeller {
   pose::SkeletonTracker body_;
   SubjectPhase phase_ = SubjectPhase::Searching;
   Timestamp at_;
-  Timestamp enough_at_;
-  Timestamp plausible_at_;  // when it was last not followed wrongly
+  Timestamp enough_at_;     // last set with enough labels
+  Timestamp plausible_at_;  // last set in which the body did not follow wrong tracks
   std::vector<LabelMemory> memories_;
-  std::vector<PredictedPlace> places_;                 // where each marker should be
-  std::vector<kinematics::Observation> observations_;  // names that are believed in this set
-  std::vector<bool> accepted_;                         // by marker: is in observations_
-  std::vector<bool> discontinuous_;                    // by marker: the track that it bore before did
-  std::vector<bool> motion_consistent_;  // by marker: the body's motion led to the track that it bore before
-  std::vector<int> previous_tracks_;     // the track of each name before an assignment
-  bool participates_ = false;            // takes part in this set's assignment
-  double usual_residual_m_ = 0.003;      // mean of the believed names from their places
+  std::vector<PredictedPlace> places_;
+  std::vector<kinematics::Observation> observations_;  // of the accepted labels in this set
+  std::vector<bool> accepted_;                         // by marker: has an element in observations_
+  std::vector<bool> discontinuous_;                    // by marker: the track before the assignment was discontinuous
+  std::vector<bool> motion_consistent_;                // by marker: accepted by `predict`, and still on the same track
+  std::vector<int> previous_tracks_;                   // by marker: index of the track before the assignment
+  bool participates_ = false;
+  double usual_residual_m_ = 0.003;  // running mean of the distance of accepted markers to the fitted pose
 
   LimbHypothesisSolver limb_;
   std::array<TrackId, DistanceConstraintMatcher::kMaxLimbLabels>
-      initial_tracks_;  // by the limb's names: their tracks when it was begun
-  std::array<int, DistanceConstraintMatcher::kMaxLimbLabels> hypothesis_track_{};  // likewise: as the limb was read
-  std::vector<int> unassigned_tracks_;                                             // tracks that no believed name bears
-  std::vector<int> unexplained_;     // by bone: its names that are missing while strays stand near
-  std::vector<int> cooldown_;        // by bone: sets until it is read anew again
-  std::vector<bool> in_limb_;        // by bone
-  std::vector<char> unreliable_;     // by bone: names were taken back, the pose may have followed wrong ones
-  std::vector<char> unconstrained_;  // by bone, of one reading
-  std::vector<std::pair<double, int>> nearby_tracks_;        // strays by how far they are from the limb, squared
-  std::vector<kinematics::Observation> trial_observations_;  // names that are no part of the limb
+      initial_tracks_;  // by label of the limb: its track when the search began
+  std::array<int, DistanceConstraintMatcher::kMaxLimbLabels> hypothesis_track_{};  // by label of the limb: as found
+  std::vector<int> unassigned_tracks_;  // detected tracks without an accepted label
+  std::vector<int> unexplained_;        // by bone: missing labels that have an unassigned track near
+  std::vector<int> cooldown_;           // by bone: sets until its limb may be labelled again
+  std::vector<bool> in_limb_;           // by bone
+  std::vector<char> unreliable_;        // by bone: labels were rejected, so the pose may have followed wrong tracks
+  std::vector<char> unconstrained_;  // by bone: scratch; bones without a prior for one hypothesis, and the limb so far
+  std::vector<std::pair<double, int>> nearby_tracks_;        // squared distance to the limb, unassigned track
+  std::vector<kinematics::Observation> trial_observations_;  // of accepted labels outside the limb
   std::optional<SubjectFit> fit_;
 };
 

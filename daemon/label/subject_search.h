@@ -21,46 +21,50 @@
 
 namespace mocap::label {
 
-/// A subject that was found: who bears its names, in which pose, and its measures where they were fitted now.
+/// An identified subject: the track of each label, the pose, and the body model if it was fitted in the same step.
 struct RecognisedSubject {
-  BoundedVector<TrackId, kMaxLabels> track_of_marker;  ///< names nothing: no track, or not sure which
-  BoundedVector<Pose, kMaxBones> locals;               ///< as PoseFit has them; empty: not told
-  bool is_newly_fitted = false;                        ///< then the rest is told
+  BoundedVector<TrackId, kMaxLabels> track_of_marker;  ///< by label; an id that names nothing: no track, or ambiguous
+  BoundedVector<Pose, kMaxBones> locals;               ///< local poses as in PoseFit; empty: unknown
+  bool is_newly_fitted = false;                        ///< the three fields below are valid
   BoundedVector<Eigen::Vector3d, kMaxBones> rest_offsets_m;
   BoundedVector<Eigen::Vector3d, kMaxLabels> marker_offsets_m;
-  double rms_m = 0.0;  ///< of the markers from the body
+  double rms_m = 0.0;  ///< distance of the markers from the fitted body
 };
 
-/// Looks for one subject among the tracks that nobody bears. A thing of one bone is found by its distances, a person
-/// whose measures are known in any pose, others in T-pose or A-pose.
+/// Searches for one subject among the tracks without a label. A body of one bone is found by its inter-marker
+/// distances, a person with a fitted body in any pose, another person in T-pose or A-pose (the finders of `identify`).
 ///
-/// A search for a pose is spread over sets: it looks at one instant while the tracks go on. What it finds must then
-/// hold for some sets while the body moves; a track that does not go with it was a ghost. Allocates in the constructor
-/// only.
+/// A search in any pose takes several sets and works on the tracks of the set in which it began. Its result must then
+/// fit the moving tracks for some sets (verification); tracks that do not move with the body are removed as clutter.
+/// Allocates in the constructor only. One thread.
 class SubjectSearch {
  public:
   SubjectSearch(const LabelSettings& settings, const Subject& subject);
 
   bool rigid() const noexcept { return set_.skeleton.bones.size() == 1; }
-  /// Whether it may be found in any pose.
-  bool has_fitted_body() const noexcept { return fitted_ && any_.can_find(); }
+  /// Whether the body was fitted, so that it can be found in any pose.
+  bool has_fitted_body() const noexcept { return fitted_ && any_pose_.can_find(); }
 
-  /// From now on this is its body.
+  /// Replaces bone lengths and marker offsets, and marks the body as fitted.
   void refit(std::span<const Eigen::Vector3d> rest_offsets_m, std::span<const Eigen::Vector3d> marker_offsets_m);
-  /// How its joints bend, as was learnt while it was followed.
+  /// Takes the hinge axes and swivel planes that the tracker learned.
   void learn_joints(const pose::SkeletonTracker& body);
-  /// Its measures are as little known as at the start: the next T-pose tells them.
+  /// Takes over the body of the same subject and the search in progress; the settings stay. `before` is not used
+  /// afterwards.
+  void adopt(SubjectSearch& before);
+  /// Marks the body as not fitted: the next calibration pose fits it.
   void forget_body();
-  /// Whether it is in the midst of something that takes more sets.
-  bool busy() const noexcept { return any_.searching() || sets_to_verify_ > 0; }
-  /// Gives up what it is at; the next call begins anew.
+  /// Whether a search or a verification continues in the next set.
+  bool busy() const noexcept { return any_pose_.searching() || sets_to_verify_ > 0; }
+  /// Aborts search and verification.
   void stop();
 
-  /// One set's share of the work. What was found is borrowed until the next call.
+  /// Works for one set. Returns the subject when it is found and verified, else null. The result is borrowed until the
+  /// next call.
   const RecognisedSubject* step(const LabelledTracks& tracks, const StationaryTracks& stationary, Timestamp at);
 
-  /// What this body costs on what another of the same marker set was recognised by: half the sum of squares over
-  /// sigma. Nothing where the sets differ or this body is not known.
+  /// Negative log likelihood of this body on the tracks of another subject: half the sum of squared residuals over
+  /// sigma^2. Nothing if the marker sets differ in size, this body is not fitted, or the other one was just fitted.
   std::optional<double> residual_cost(const RecognisedSubject& other, const LabelledTracks& tracks);
 
  private:
@@ -75,20 +79,20 @@ class SubjectSearch {
   LabelSettings settings_;
   MarkerSet set_;
   bool fitted_;
-  identify::TPoseFinder tpose_;
-  std::optional<identify::CalibrationPose> stance_;  // A-pose, of bodies that can
-  std::optional<identify::TPoseFinder> apose_;
-  bool search_apose_next_ = false;  // the next time
-  identify::RigidFinder shape_;
-  identify::AnyPoseFinder any_;
-  kinematics::PoseFit pose_;
+  identify::TPoseFinder tpose_finder_;
+  std::optional<identify::CalibrationPose> calibration_pose_;  // A-pose; none for a body without arms
+  std::optional<identify::TPoseFinder> apose_finder_;
+  bool search_apose_next_ = false;
+  identify::RigidFinder rigid_finder_;
+  identify::AnyPoseFinder any_pose_;
+  kinematics::PoseFit pose_fit_;
   std::vector<Eigen::Vector3d> points_;
   std::vector<TrackId> track_of_point_;
-  std::vector<std::pair<double, std::size_t>> nearest_;  // points by how far they are from one, squared
-  std::minstd_rand random_{1};                           // which one it is
+  std::vector<std::pair<double, std::size_t>> nearest_;  // squared distance to the chosen point, point
+  std::minstd_rand random_{1};                           // chooses that point; fixed seed
   std::vector<kinematics::Observation> observations_;
-  std::optional<Timestamp> searched_at_;   // for a standing body
-  std::optional<Timestamp> not_found_at_;  // in any pose, first
+  std::optional<Timestamp> searched_at_;   // last search for a calibration pose
+  std::optional<Timestamp> not_found_at_;  // first failure in any pose
   int sets_to_verify_ = 0;
   double max_residual_m_ = 0.0;
   RecognisedSubject found_;

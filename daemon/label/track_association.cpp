@@ -7,19 +7,22 @@ namespace mocap::label {
 namespace {
 
 constexpr std::size_t kMaxPairs = 8192;
-// In squared sigmas: what leaving a name alone costs, and what a new claim must be better by than any other reading
-// (odds of 150 : 1); a closer one waits until its limb is read as a whole.
+// All costs in chi-square units: an odds ratio of exp(margin / 2). Missed-detection cost: of a label without a track.
+// Chosen by hand; not yet measured.
 constexpr double kUnassignedCost = 30.0;
+// Margin of a new assignment over a label or track that stays unassigned: odds of 150 : 1. Chosen by hand; not yet
+// measured. A smaller margin waits for the limb hypothesis.
 constexpr double kAssignmentMargin = 10.0;
-// The same of two names that would have each other's track (odds of 12 : 1): where a limb is not known all its markers
-// are off alike, and which is which is nearly even; names of unlike limbs are told by far less.
+// Margin over the exchange of the tracks of two labels: odds of 12 : 1 (decision 0003). All markers of a limb with
+// unknown pose have the same position error, so an exchange is nearly as likely; labels of different limbs differ by
+// far more.
 constexpr double kSwapMargin = 5.0;
-// What costs more is not where its bone's other markers want it. All names of a limb that is not known are off alike,
-// and which of them is nearest to a track says little: a missing neighbour must then be worse by the second (a limb
-// that moves is seldom where it is thought to be as surely as it is thought), or the whole limb says which it is.
+// Cost up to which an assignment needs no comparison with its missing neighbours. Chosen by hand; not yet measured.
 constexpr double kUnambiguousCost = 6.0;
+// Margin over a missing neighbour: the prediction of a moving limb is overconfident (decision 0016).
 constexpr double kNeighbourMargin = 24.0;
-// Motion foresees a marker better than that.
+// Residual of the motion prediction from which on two labels may have exchanged their tracks. Chosen by hand; not yet
+// measured.
 constexpr double kSwapResidual_m = 0.008;
 
 }  // namespace
@@ -33,8 +36,8 @@ TrackAssociation::TrackAssociation(std::size_t max_labels)
   row_of_.reserve(kMaxMarkers);
 }
 
-// Two names that would each be nearer to their place with the other's track may have exchanged them: then neither is
-// believed, and both must win their tracks back.
+// Two labels whose sum of squared residuals is lower with exchanged tracks may have exchanged them. Both labels lose
+// their acceptance and their continuity, and take part in the assignment like missing labels.
 void TrackAssociation::distrust_swapped(std::vector<SubjectLabeller>& subjects, const LabelledTracks& tracks) {
   swap_suspects_.clear();
   for (std::size_t s = 0; s < subjects.size(); ++s) {
@@ -58,7 +61,7 @@ void TrackAssociation::distrust_swapped(std::vector<SubjectLabeller>& subjects, 
   }
 }
 
-// Whether no name that stays alone wants this track, and no track that stays alone suits this name, about as much.
+// Whether no unassigned label has a similar cost for this track, and no unassigned track a similar cost for this label.
 bool TrackAssociation::is_clear(const geometry::AllowedPair& candidate, std::span<const std::uint32_t> columns) const {
   return std::none_of(pairs_.begin(), pairs_.end(), [&](const geometry::AllowedPair& other) {
     if (other.cost > candidate.cost + kAssignmentMargin) return false;
@@ -70,7 +73,8 @@ bool TrackAssociation::is_clear(const geometry::AllowedPair& candidate, std::spa
   });
 }
 
-void TrackAssociation::index(std::size_t rows, std::span<const std::uint32_t> columns) {
+// Fills first_pair_ and row_of_.
+void TrackAssociation::index_assignment(std::size_t rows, std::span<const std::uint32_t> columns) {
   first_pair_.assign(rows + 1, 0);
   row_of_.assign(kMaxMarkers, geometry::Assigner::kAlone);
   for (const geometry::AllowedPair& pair : pairs_) ++first_pair_[pair.row + 1];
@@ -87,8 +91,7 @@ double TrackAssociation::cost_of(std::uint32_t row, std::uint32_t column) const 
   return std::numeric_limits<double>::infinity();
 }
 
-// Whether this name and another may as well have each other's track. Where a limb is, no name knows by itself: two of
-// one bone are off alike, which of them is which is then for the whole limb to say.
+// Whether the exchange of tracks with another assigned label costs less than kSwapMargin more.
 bool TrackAssociation::may_be_swapped(const geometry::AllowedPair& candidate,
                                       std::span<const std::uint32_t> columns) const {
   for (std::size_t i = first_pair_[candidate.row]; i < first_pair_[candidate.row + 1]; ++i) {
@@ -118,8 +121,8 @@ void TrackAssociation::associate(std::vector<SubjectLabeller>& subjects, Labelle
   }
   if (pairs_.empty()) return;
   const auto columns = assigner_.assign(rows, tracks.labelled.size(), pairs_, kUnassignedCost);
-  index(rows, columns);
-  // All that lose their track let go of it before others take it.
+  index_assignment(rows, columns);
+  // All labels that lose their track release it before another label takes it.
   for (std::size_t s = 0; s < subjects.size(); ++s) {
     if (subjects[s].participates())
       subjects[s].release_unassigned(columns.subspan(first_row_[s], subjects[s].label_count()), tracks);

@@ -8,15 +8,20 @@
 
 namespace mocap::label {
 
-/// Which name of which subject bears which track: all claims of all bodies at once, so that two bodies that touch
-/// compete for a track by where each of them should be.
+/// Assigns tracks to the labels of all subjects at once: a global nearest neighbour assignment (Bar-Shalom, Li and
+/// Kirubarajan 2001) over the costs of `SubjectLabeller`. Two bodies that touch compete for a track by their predicted
+/// positions.
 ///
-/// Allocates in the constructor only.
+/// An assignment is made only if no alternative is about as likely; otherwise the label waits for
+/// `LimbHypothesisSolver`.
+///
+/// Allocates in the constructor only. One thread.
 class TrackAssociation {
  public:
+  /// `max_labels`: labels of all subjects.
   explicit TrackAssociation(std::size_t max_labels);
 
-  /// Of the subjects that are being tracked, after their `expect`.
+  /// Fits the body of each tracked subject and updates its labels. Requires `SubjectLabeller::predict` before.
   void associate(std::vector<SubjectLabeller>& subjects, LabelledTracks& tracks);
 
  private:
@@ -28,16 +33,16 @@ class TrackAssociation {
   };
 
   void distrust_swapped(std::vector<SubjectLabeller>& subjects, const LabelledTracks& tracks);
-  void index(std::size_t rows, std::span<const std::uint32_t> columns);
+  void index_assignment(std::size_t rows, std::span<const std::uint32_t> columns);
   bool is_clear(const geometry::AllowedPair& candidate, std::span<const std::uint32_t> columns) const;
   bool may_be_swapped(const geometry::AllowedPair& candidate, std::span<const std::uint32_t> columns) const;
   double cost_of(std::uint32_t row, std::uint32_t column) const;
 
   std::size_t max_labels_;
   geometry::Assigner assigner_;
-  std::vector<geometry::AllowedPair> pairs_;  // by row
-  std::vector<std::size_t> first_pair_;       // by row, and the end
-  std::vector<std::uint32_t> row_of_;         // by column, as assigned; kAlone
+  std::vector<geometry::AllowedPair> pairs_;  // sorted by row
+  std::vector<std::size_t> first_pair_;       // by row, and one past the last: index into pairs_
+  std::vector<std::uint32_t> row_of_;         // by column: the assigned row, or kAlone
   std::vector<std::size_t> first_row_;        // by subject
   std::vector<SwapSuspect> swap_suspects_;
 };

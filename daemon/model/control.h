@@ -9,6 +9,7 @@
 #include "model/description.h"
 #include "model/health.h"
 #include "model/snapshot.h"
+#include "model/take_order.h"
 
 namespace mocap {
 
@@ -25,6 +26,7 @@ enum class ControlAction {
   AdjustCamera,
   LearnMask,
   Reload,  ///< reads the configuration again
+  Take,    ///< follows the order `take` of the request
 };
 
 /// Whether the request reads only.
@@ -44,6 +46,7 @@ struct ControlRequest {
   std::vector<Eigen::Vector3d> rest_offsets_m;    ///< FitSubject: by bone
   std::vector<Eigen::Vector3d> marker_offsets_m;  ///< FitSubject: by marker
   double residual_m = 0.0;                        ///< FitSubject
+  TakeOrder take;                                 ///< Take; its `number` is not used
 };
 
 enum class ControlCode { Done, Invalid, NotFound, Forbidden, Unsupported, Timeout, Failed };

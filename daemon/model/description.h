@@ -6,6 +6,7 @@
 
 #include "model/camera_model.h"
 #include "model/skeleton.h"
+#include "model/subject_state.h"
 
 namespace mocap {
 
@@ -18,5 +19,8 @@ struct Description {
   Rig cameras;
   std::vector<Subject> subjects;
 };
+
+/// Returns the description with the bone lengths, marker offsets and version of a fit.
+Description with_fit(Description description, const SubjectFit& fit);
 
 }  // namespace mocap

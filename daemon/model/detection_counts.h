@@ -25,6 +25,7 @@ struct DetectionLevels {
   double threshold_grey = 0.0;
   double noise_grey = 0.0;
   double background_grey = 0.0;
+  double brightest_grey = 0.0;  ///< brightest unmasked pixel of the newest measured image without a blob; 0: unknown
 };
 
 /// The rejected components by reason: "212 too small, 3 not round, 40 rows of noise". Empty if none was rejected.

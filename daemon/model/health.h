@@ -2,12 +2,16 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/time.h"
+#include "model/blob_use.h"
 #include "model/clock_source.h"
 #include "model/detection_counts.h"
+#include "model/search_health.h"
+#include "model/take_health.h"
 
 namespace mocap {
 
@@ -49,11 +53,13 @@ struct CameraHealth {
   std::uint64_t clock_leaps = 0;      ///< the camera's clock wrapped, jumped, ran backwards or stopped
   double clock_uncertainty_us = 0.0;  ///< standard deviation of its exposure times on the host's clock; 0: unknown
   bool bumped = false;                ///< its pose differs from the rig, judged by the other cameras
-  double rig_off_px = 0.0;            ///< rms of its residuals that a rotation and translation explain; 0: unknown
+  double rig_off_px = 0.0;  ///< rms of the residuals that a rotation and translation of the camera explain; 0: unknown
   double rig_turned_rad = 0.0;
   double rig_moved_m = 0.0;
   ClockSource clock_source = ClockSource::Unknown;
   bool chunk_times = false;  ///< the camera writes the start of each exposure into the image
+  BlobUse blob_use;
+  std::optional<double> marker_share = std::nullopt;  ///< BlobUse::share() over the last second
 };
 
 /// Connections of the feed. `listeners`, `subscriptions` and `behind` are current; the others count since the start.
@@ -66,7 +72,22 @@ struct FeedHealth {
   std::uint64_t cut_off = 0;          ///< disconnected: too many subscriptions or connections, or a revoked key
   std::uint32_t subscriptions = 0;    ///< topics with a subscriber
   std::uint64_t failed_accepts = 0;   ///< no file descriptor was free
-  std::uint32_t behind = 0;           ///< connections that do not read what is sent
+  std::uint32_t behind = 0;           ///< connections that do not read the messages sent to them
+};
+
+enum class RecordingState {
+  Recording,
+  Ended,   ///< the file is complete
+  Failed,  ///< a write failed; the file ends with its last whole record
+};
+
+/// A file that the daemon writes.
+struct RecordingHealth {
+  std::string path;
+  RecordingState state = RecordingState::Recording;
+  std::uint64_t size_bytes = 0;
+  std::uint64_t records = 0;  ///< snapshots or images
+  std::string error;          ///< empty unless failed
 };
 
 /// Health of the service, published once a second.
@@ -82,6 +103,9 @@ struct Health {
   std::array<LatencyFigures, kLatencyStages> latency;  ///< by LatencyStage
   std::vector<CameraHealth> cameras;
   FeedHealth feed;
+  std::vector<RecordingHealth> recordings;
+  TakeHealth take;                     ///< the take that is recorded, or the last one
+  std::vector<SearchHealth> searches;  ///< subjects that are not found, with the reason
 };
 
 }  // namespace mocap

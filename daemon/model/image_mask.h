@@ -6,8 +6,8 @@
 
 namespace mocap {
 
-/// A masked part of an image: a lamp, a window, another camera's ring light. The corners in order, at
-/// least three; the polygon is closed. Its inside by the even-odd rule is masked.
+/// A masked part of an image: a lamp, a window, another camera's ring light. A closed polygon of at least three corners
+/// in order; the pixels inside the polygon (even-odd rule) are masked.
 using MaskPolygon = std::vector<PixelPoint>;
 
 }  // namespace mocap

@@ -10,6 +10,7 @@
 #include "model/blob.h"
 #include "model/ids.h"
 #include "model/points.h"
+#include "model/predictions.h"
 
 namespace mocap {
 
@@ -21,28 +22,14 @@ struct FrameSet {
   std::uint32_t expected_views = 0;                    ///< number of expected cameras
 };
 
-/// The prediction of a marker: from its 3D track, or from the body for a label without a track.
-struct ExpectedMarker {
-  WorldPoint position;
-  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
-  TrackId track;              ///< none if the prediction comes from the body
-  Label label;                ///< none if the track has no label
-  std::uint32_t cameras = 0;  ///< number of cameras that saw the marker in the last set
-};
-
-/// The predictions of all known markers for one instant.
-struct Expected {
-  Timestamp at;
-  BoundedVector<ExpectedMarker, kMaxMarkers> markers;
-};
-
 /// A blob of a frame set: `views[view]->blobs[blob]`, and the marker's offset in it if the blob is merged.
 struct BlobRef {
   std::uint16_t view = 0;
   std::uint16_t blob = 0;
   float off_x_px = 0.0F;  ///< from the blob's centroid to the marker
   float off_y_px = 0.0F;
-  float sigma_px = 0.0F;  ///< standard deviation of that position, each axis; 0: the blob's own
+  float sigma_px = 0.0F;   ///< standard deviation of that position, each axis; 0: the blob's own
+  bool is_shared = false;  ///< the blob is a merged blob of several markers
 };
 
 /// The triangulation of a match, if the matcher has computed it.
@@ -59,7 +46,7 @@ struct Triangulation {
 struct Match {
   static constexpr std::uint32_t kNew = 0xFFFF'FFFF;
 
-  std::uint32_t expected = kNew;  ///< index in Expected::markers, or kNew
+  std::uint32_t prediction = kNew;  ///< index in Predictions::markers, or kNew
   bool by_blob_tracks =
       false;  ///< the 2D tracks of at least two of its blobs were assigned to this predicted marker before
   std::optional<Triangulation> triangulation;  ///< the triangulated position; empty: not computed
@@ -68,11 +55,12 @@ struct Match {
 
 /// The blob of a predicted marker that exactly one camera sees: a direction without depth.
 struct BearingOnlyObservation {
-  std::uint32_t expected = 0;  ///< index in Expected::markers
+  std::uint32_t prediction = 0;  ///< index in Predictions::markers
   BlobRef sighting;
   WorldPoint eye;                                        ///< origin of the ray: the camera's centre
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< direction of the ray in the world; unit
   double sigma_rad = 0.0;                                ///< standard deviation across the ray, each axis
+  bool is_ambiguous = false;  ///< another predicted marker is about as likely the source of the blob
 };
 
 /// The ray of a labelled marker that exactly one camera sees.
@@ -86,6 +74,16 @@ struct LabelledBearing {
 
 using LabelledBearings = BoundedVector<LabelledBearing, kMaxMarkers>;
 
+/// A point where rays of two cameras meet that is no match, because the rays may meet by chance: they have other
+/// partners too, or a third camera could see the point and does not. Candidates share blobs, and most of them are
+/// clutter.
+struct CandidatePoint {
+  WorldPoint position;
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
+};
+
+using CandidatePoints = BoundedVector<CandidatePoint, kMaxMarkers>;
+
 /// The blobs of one instant, grouped by marker.
 struct Matches {
   BoundedVector<Match, kMaxMarkers> matches;
@@ -95,17 +93,18 @@ struct Matches {
   std::uint32_t dropped = 0;    ///< over kMaxMarkers
   std::uint32_t seen_once = 0;  ///< predicted markers with a possible blob in one camera only
   std::uint32_t skipped = 0;    ///< hypotheses left untried, because the work for one set is bounded
+  CandidatePoints candidates;   ///< evidence for identification only; their blobs are in no match
 };
 
 /// A triangulated marker.
 struct Marker {
   WorldPoint position;
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
-  double residual_px = 0.0;              ///< rms over its sightings
-  std::uint32_t cameras = 0;             ///< number of cameras that see it
-  std::uint32_t match = 0;               ///< index in Matches::matches
-  std::uint32_t expected = Match::kNew;  ///< index in Expected::markers, or kNew
-  bool by_blob_tracks = false;           ///< as in its match
+  double residual_px = 0.0;                ///< rms over its sightings
+  std::uint32_t cameras = 0;               ///< number of cameras that see it
+  std::uint32_t match = 0;                 ///< index in Matches::matches
+  std::uint32_t prediction = Match::kNew;  ///< index in Predictions::markers, or kNew
+  bool by_blob_tracks = false;             ///< as in its match
 };
 
 using Markers = BoundedVector<Marker, kMaxMarkers>;
@@ -114,6 +113,7 @@ enum class TrackState {
   Tentative,  ///< not yet confirmed
   Confirmed,  ///< measured in this set
   Coasting,   ///< not measured in this set, predicted by its motion
+  Candidate,  ///< measured in this set as a CandidatePoint: it may be clutter, and is not predicted for the next set
 };
 
 /// A tracked marker, labelled or not.
@@ -127,7 +127,7 @@ struct TrackedMarker {
   std::uint32_t cameras = 0;                                    ///< number of cameras that see it now; 0 while coasting
   std::uint32_t age_sets = 0;                                   ///< sets since track initiation
   std::uint32_t missed_sets = 0;                                ///< sets since the last measurement
-  Label expected_label;  ///< the label of the prediction that its measurement was assigned to, if any
+  std::uint32_t prediction = Match::kNew;  ///< of its measurement: index in Predictions::markers, or kNew
 };
 
 using TrackedMarkers = BoundedVector<TrackedMarker, kMaxMarkers>;

@@ -28,14 +28,14 @@ struct BoneAliases {
 /// points to +y, up is +z. A bone's rotation is relative to that pose.
 struct Bone {
   std::string name;
-  int parent = -1;  ///< index of a bone that stands before this one; -1: root
+  int parent = -1;  ///< index of an earlier bone; -1: root
   Eigen::Vector3d rest_offset_m =
       Eigen::Vector3d::Zero();                     ///< from the parent's joint to the bone's joint, in rest pose
   std::array<std::optional<AngleRange>, 3> turns;  ///< limits about x, y, z; empty: no rotation about that axis
   BoneAliases aliases;
 };
 
-/// A tree of bones; parents stand before their children, the first is the root.
+/// A tree of bones, parents before their children; the first bone is the root.
 struct Skeleton {
   std::string name;
   std::vector<Bone> bones;

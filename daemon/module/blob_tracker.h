@@ -4,12 +4,15 @@
 
 namespace mocap {
 
-/// Follows the blobs of one camera from image to image, in 2D.
+/// Tracks the blobs of one camera in 2D from image to image.
+///
+/// The camera's thread owns a BlobTracker and makes all calls.
 class BlobTracker {
  public:
   virtual ~BlobTracker() = default;
 
-  /// Writes each blob's `track` into it. Frames come in the order of their exposure.
+  /// Completes the frame that the camera's thread is building: sets the `track` of each blob, which names nothing if
+  /// the track is not confirmed. Frames come in the order of their exposure.
   virtual void track(BlobFrame& frame) = 0;
 };
 

@@ -7,16 +7,18 @@
 
 namespace mocap {
 
-/// Where operators' requests come from. The control thread owns it and makes all calls.
+/// Receives the requests of operators.
+///
+/// The control thread owns a ControlServer and makes all calls.
 class ControlServer {
  public:
   virtual ~ControlServer() = default;
 
-  /// Waits for the next request that can be read and that its sender may make, `patience` at most; the others are
-  /// answered here. Call `answer` before the next one.
+  /// Waits at most `patience` for the next request that is well formed and that its sender is permitted to make. The
+  /// server answers all other requests itself. Call answer() before the next call.
   virtual std::optional<ControlRequest> next(Duration patience) = 0;
 
-  /// To whoever sent the last request; lost where they are gone.
+  /// Answers the last request. The answer is lost if the sender has disconnected.
   virtual void answer(const ControlAnswer& answer) = 0;
 };
 

@@ -1,38 +1,52 @@
 #pragma once
 
 #include <optional>
-#include <span>
 
+#include "model/handover.h"
+#include "model/predictions.h"
+#include "model/search_report.h"
 #include "model/sighting.h"
 #include "model/subject_state.h"
 #include "module/ambiguous_observation.h"
 
 namespace mocap {
 
-/// Gives markers their names: at first by the shape of the body, then by keeping them.
+/// The result of a Labeller for one set.
+struct Labelling {
+  Labels labels;
+  AmbiguousObservations ambiguous_observations;  ///< tracks without a label that certainly belong to a subject
+  /// A subject that was fitted in this set; at most one a set, a second one follows in the next set. The caller numbers
+  /// its `description_version`.
+  std::optional<SubjectFit> fit;
+  /// Evidence for one subject that has been missing for a second, about once a second and subject, without the views;
+  /// null: no report in this set. Borrowed like the labelling.
+  const SearchReport* search = nullptr;
+};
+
+/// Gives labels to 3D tracks: the first labels of a subject, then labels from set to set.
+///
+/// One thread makes all calls.
 class Labeller {
  public:
   virtual ~Labeller() = default;
 
-  /// The names at `expected.at`. The result is borrowed until the next call.
-  virtual const Labels& label(const TrackedMarkers& tracked, const Expected& expected) = 0;
+  /// Labels the tracks of one set, at `predicted.at`. The result is borrowed until the next call of `label`.
+  virtual const Labelling& label(const TrackedMarkers& tracked, const Predictions& predicted) = 0;
 
-  /// Of the last call, the tracks that are surely somebody's and bear no name. Borrowed until the next call.
-  virtual std::span<const AmbiguousObservation> ambiguous_observations() const = 0;
-
-  /// The fit of a subject that was made since the last call; most calls have none. Its `description_version` is left
-  /// to the caller.
-  virtual std::optional<SubjectFit> take_fit() = 0;
-
-  /// From now on this subject's bones and markers are as fitted by somebody else.
+  /// From now on the bones and the marker offsets of the subject are those of `fit`.
   virtual void refit(const SubjectFit& fit) = 0;
 
-  /// Forgets where this subject is and how it measures: the next T-pose tells. A labeller without memory need do
-  /// nothing.
-  virtual void reset(SubjectId) {}
+  /// Forgets the position and the fit of a subject; the labeller searches for the subject again. A labeller without
+  /// memory does nothing.
+  virtual void reset(SubjectId /*subject*/) {}
 
-  /// A subject that is away bears no names and is not looked for. All are there at the start.
-  virtual void set_away(SubjectId, bool) {}
+  /// A subject that is away gets no labels and is not searched for. All subjects are present at the start.
+  virtual void set_away(SubjectId /*subject*/, bool /*away*/) {}
+
+  /// Takes over the belief of the labeller of the configuration before, which is not used afterwards: the labels and
+  /// the bodies of the subjects that continue. Call before the first `label`; allocates. A labeller without memory, or
+  /// of another kind than `before`, does nothing.
+  virtual void adopt(Labeller& /*before*/, const Handover& /*handover*/) {}
 };
 
 }  // namespace mocap

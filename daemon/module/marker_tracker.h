@@ -2,22 +2,35 @@
 
 #include <span>
 
+#include "base/time.h"
+#include "model/handover.h"
+#include "model/predictions.h"
 #include "model/sighting.h"
 
 namespace mocap {
 
-/// Follows markers through the volume from set to set.
+/// Tracks markers in 3D from set to set.
+///
+/// One thread makes all calls.
 class MarkerTracker {
  public:
   virtual ~MarkerTracker() = default;
 
-  /// Appends where each living track should be at `at`, with `track` set; changes nothing.
-  virtual void predict(Timestamp at, Expected& into) const = 0;
+  /// Predicts the position of each 3D track at `at`, in the order of the track ids, without labels. Candidates
+  /// are not predicted. Does not change the tracks. The result is borrowed until the next call.
+  virtual const PredictedMarkers& predict(Timestamp at) = 0;
 
-  /// Moves all tracks on to `expected.at` with what was seen then: points, and rays of markers that one camera alone
-  /// sees. The result is borrowed until the next call.
-  virtual const TrackedMarkers& step(const Markers& markers, const Expected& expected,
-                                     std::span<const BearingOnlyObservation> bearing_only = {}) = 0;
+  /// Advances all tracks to `predicted.at` and updates them with the markers and the bearing-only observations of the
+  /// set, both of which refer to `predicted`. Candidates have tracks of their own, which are reported after the others.
+  /// The result is borrowed until the next call.
+  virtual const TrackedMarkers& step(const Markers& markers, const Predictions& predicted,
+                                     std::span<const BearingOnlyObservation> bearing_only = {},
+                                     std::span<const CandidatePoint> candidates = {}) = 0;
+
+  /// Takes over the 3D tracks of the tracker of the configuration before, if poses continue. In any case an id that
+  /// `before` gave to a track is not used again. Call before the first `step`. A tracker without memory, or of another
+  /// kind than `before`, does nothing.
+  virtual void adopt(MarkerTracker& /*before*/, const Handover& /*handover*/) {}
 };
 
 }  // namespace mocap

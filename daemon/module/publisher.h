@@ -7,26 +7,27 @@
 
 namespace mocap {
 
-/// Sends to whoever listens; never waits for a listener. The publish thread owns it and makes all calls.
+/// Sends snapshots to subscribers and never waits for one of them.
+///
+/// The publish thread owns a Publisher and makes all calls.
 class Publisher {
  public:
   virtual ~Publisher() = default;
 
-  /// From now on this is what a new listener gets first; those who listen already get it now.
+  /// Sends a new description to all subscribers. A subscriber that connects later receives it first.
   virtual Status describe(const Description& description) = 0;
 
-  /// Sends one snapshot; allocates nothing of its own in the steady state. Stamps `sent_at` if the other instants are
-  /// there.
+  /// Sends one snapshot. Sets its `sent_at` if the earlier instants are set. Does not allocate in the steady state.
   virtual Status publish(Snapshot& snapshot) = 0;
 
-  /// Sends the state of the service, serves what listeners ask for; about once a second.
+  /// Sends the state of the service and serves pending requests of subscribers. Called about once a second.
   virtual Status report(const Health& health) = 0;
 
-  /// Lets new listeners in and takes in what they ask for. The calls above do so, too; call it some twenty times a
-  /// second where they are rarer.
+  /// Accepts new subscribers and reads their requests. The calls above do this as well; call serve() about twenty times
+  /// a second if they are less frequent.
   virtual void serve() {}
 
-  /// Who listens.
+  /// The state of the connections to subscribers.
   virtual FeedHealth feed() const { return {}; }
 };
 

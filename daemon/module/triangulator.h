@@ -4,12 +4,15 @@
 
 namespace mocap {
 
-/// Finds where in the volume each matched marker is.
+/// Triangulates matches.
+///
+/// One thread makes all calls.
 class Triangulator {
  public:
   virtual ~Triangulator() = default;
 
-  /// Matches that give no trustworthy point give none. The result is borrowed until the next call.
+  /// Returns the 3D position of each match that can be triangulated reliably, in the order of the matches. The result
+  /// is borrowed until the next call.
   virtual const Markers& triangulate(const FrameSet& frames, const Matches& matches) = 0;
 };
 

@@ -1,24 +1,39 @@
 #pragma once
 
+#include <string>
+
 #include "base/result.h"
+#include "model/description.h"
 #include "model/snapshot.h"
+#include "module/recording_size.h"
 
 namespace mocap {
 
-/// Keeps snapshots in a file, or what is learnt of subjects. The side thread owns it and makes all calls.
+/// Writes snapshots, or the fits of subjects, to a file.
+///
+/// The side thread owns a Writer and makes all calls.
 class Writer {
  public:
   virtual ~Writer() = default;
 
   virtual Status write(const Snapshot& snapshot) = 0;
 
-  /// A subject was fitted: from the snapshot on that bears the fit's description version.
+  /// A subject was fitted. The fit applies from the snapshot that has the description version of the fit.
   virtual Status learn(const SubjectFit& /*fit*/) { return {}; }
 
-  /// False: it is there for the fits alone.
+  /// The description changed. It applies from the snapshot that has its version.
+  virtual Status describe(const Description& /*description*/) { return {}; }
+
+  /// False if the writer needs only the fits.
   virtual bool wants_snapshots() const { return true; }
 
-  /// Everything is on its way to the disk; nothing is written afterwards.
+  /// Path of the recording; constant. Empty if the writer needs only the fits.
+  virtual std::string path() const { return {}; }
+
+  /// Size of the recording so far.
+  virtual RecordingSize size() const { return {}; }
+
+  /// Passes everything to the operating system and ends the file; `write` must not be called afterwards.
   virtual Status finish() = 0;
 };
 

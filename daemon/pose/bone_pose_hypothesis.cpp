@@ -10,20 +10,20 @@ namespace {
 
 constexpr int kTwistSamples = 16;
 
-// A bone's own joint and those of its children, if it were turned so.
+// Range excess of a bone's own joint and of its children's joints, if the bone had this rotation.
 double range_excess_about(const Skeleton& skeleton, std::span<const BonePoseHypothesis> bones, std::size_t bone,
                           const Eigen::Quaterniond& rotation) {
   double sum = 0.0;
   const int parent = skeleton.bones[bone].parent;
   if (parent >= 0) {
-    const Eigen::Quaterniond& above = bones[static_cast<std::size_t>(parent)].world.rotation;
-    sum += squared_range_excess(skeleton.bones[bone], above.conjugate() * rotation);
+    const Eigen::Quaterniond& parent_rotation = bones[static_cast<std::size_t>(parent)].world.rotation;
+    sum += squared_range_excess(skeleton.bones[bone], parent_rotation.conjugate() * rotation);
   }
   for (std::size_t c = bone + 1; c < bones.size(); ++c) {
-    const BonePoseHypothesis& below = bones[c];
-    if (skeleton.bones[c].parent != static_cast<int>(bone) || below.dof == Dof::None) continue;
-    Eigen::Quaterniond local = rotation.conjugate() * below.world.rotation;
-    if (below.dof == Dof::Swing) local = kinematics::rotation_between(below.axis, local * below.axis);
+    const BonePoseHypothesis& child = bones[c];
+    if (skeleton.bones[c].parent != static_cast<int>(bone) || child.dof == Dof::None) continue;
+    Eigen::Quaterniond local = rotation.conjugate() * child.world.rotation;
+    if (child.dof == Dof::Swing) local = kinematics::rotation_between(child.axis, local * child.axis);
     sum += squared_range_excess(skeleton.bones[c], local);
   }
   return sum;
@@ -67,8 +67,8 @@ void to_local_poses(const Skeleton& skeleton, std::span<const BonePoseHypothesis
     locals[b] = bones[b].world;
     const int parent = skeleton.bones[b].parent;
     if (parent < 0) continue;
-    const Eigen::Quaterniond& above = bones[static_cast<std::size_t>(parent)].world.rotation;
-    locals[b].rotation = (above.conjugate() * locals[b].rotation).normalized();
+    const Eigen::Quaterniond& parent_rotation = bones[static_cast<std::size_t>(parent)].world.rotation;
+    locals[b].rotation = (parent_rotation.conjugate() * locals[b].rotation).normalized();
   }
 }
 

@@ -9,23 +9,24 @@
 
 namespace mocap::pose {
 
-/// A bone as a reading of the points has it.
+/// The pose of one bone in a pose hypothesis.
 struct BonePoseHypothesis {
   Pose world;
   Dof dof = Dof::None;
-  Eigen::Vector3d axis = Eigen::Vector3d::Zero();     ///< of what is open, as BoneProposal has it
-  Eigen::Vector3d joint_m = Eigen::Vector3d::Zero();  ///< where it hangs, in its frame
-  double joint_sigma_m = 0.0;                         ///< of that place
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();     ///< of the unobserved rotation, as in BoneProposal
+  Eigen::Vector3d joint_m = Eigen::Vector3d::Zero();  ///< the joint to the bone that it was attached to, in its frame
+  double joint_sigma_m = 0.0;                         ///< of the joint's position
 };
 
-/// How far a turn against the parent is beyond a joint's ranges, squared, rad^2.
+/// The squared excess of a rotation relative to the parent over the joint's range, summed over axes, rad^2.
 double squared_range_excess(const Bone& bone, const Eigen::Quaterniond& local);
 
-/// Turns bones that were swung on one point about it to where their joints' ranges, and those of what hangs on them,
-/// allow it best; unseen ones go with their parents.
+/// Chooses the twist of each bone that one point observes (Dof::Swing): of kTwistSamples rotations about its axis, the
+/// one with the least range excess of its own joint and of its children's joints. Unobserved bones take the rotation of
+/// their parents.
 void resolve_twist(const Skeleton& skeleton, std::span<BonePoseHypothesis> bones);
 
-/// The same bones as poses in their parents' frames, as PoseFit has them.
+/// Converts world poses to local poses, as PoseFit has them.
 void to_local_poses(const Skeleton& skeleton, std::span<const BonePoseHypothesis> bones, std::span<Pose> locals);
 
 }  // namespace mocap::pose

@@ -9,35 +9,37 @@
 namespace mocap::pose {
 namespace {
 
-// A point further off than so many standard deviations is not the marker.
+// Gate on the residual of a point, in standard deviations. Chosen by hand; not yet measured.
 constexpr double kGateSigmas = 4.0;
-// Points whose distance tells are looked for within so many.
+// Gate on the difference between two distances, in standard deviations. Chosen by hand; not yet measured.
 constexpr double kSearchSigmas = 3.0;
-// Twice the area of three points, over their longest side: flatter than this leaves the turn about it open.
-constexpr double kFlat_m = 0.03;
-// Readings of one bone from one joint that are followed.
+// Twice the area of three points divided by their longest side. In a flatter triangle the rotation about that side is
+// hardly observed. Chosen by hand; not yet measured.
+constexpr double kMinTriangleHeight_m = 0.03;
+// Proposals of one bone from one joint. Chosen by hand; not yet measured.
 constexpr std::size_t kMaxProposals = 8;
-// Where a first point may be at all: the volume of a room.
-constexpr double kRoom_m3 = 8.0;
-// Of all directions about a joint, those that it allows, to a rough half.
+// Volume in which the first point of a free bone may lie. Chosen by hand (a room of 2 m by 2 m by 2 m); not yet
+// measured.
+constexpr double kSearchVolume_m3 = 8.0;
+// Fraction of all directions about a joint that its range allows: a rough half. Chosen by hand; not yet measured.
 constexpr double kReachableFraction = 0.5;
 constexpr double kRootTwoPi = 2.5066282746310002;
 
-double flatness(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+double triangle_height(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   const double longest = std::max({(a - b).norm(), (a - c).norm(), (b - c).norm()});
   return longest < 1e-9 ? 0.0 : (b - a).cross(c - a).norm() / longest;
 }
 
-// How much room a normal distribution takes: in one place, on a sphere, on a circle.
-double ball(double sigma_m) { return std::pow(kRootTwoPi * sigma_m, 3); }
-double shell(double radius_m, double sigma_m) {
+// Volume that a normal distribution occupies (1 / peak density) around a point, on a sphere and on a circle.
+double ball_volume(double sigma_m) { return std::pow(kRootTwoPi * sigma_m, 3); }
+double shell_volume(double radius_m, double sigma_m) {
   return 4.0 * std::numbers::pi * radius_m * radius_m * kRootTwoPi * sigma_m;
 }
-double ring(double radius_m, double sigma_m, double other_sigma_m) {
+double ring_volume(double radius_m, double sigma_m, double other_sigma_m) {
   return 2.0 * std::numbers::pi * radius_m * kRootTwoPi * kRootTwoPi * sigma_m * other_sigma_m;
 }
 
-double off_line(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& at) {
+double distance_to_line(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& at) {
   const Eigen::Vector3d along = (b - a).normalized();
   return (at - a - along * along.dot(at - a)).norm();
 }
@@ -50,7 +52,7 @@ BonePoseProposer::BonePoseProposer() : shells_(kinematics::kMaxShapePoints) {
   for (std::vector<int>& shell : shells_) shell.reserve(kMaxCloudPoints);
 }
 
-// How likely a point that is no marker of this bone lies in a volume, against that the marker is seen.
+// Log odds that a clutter point lies in a volume, against a detection of the marker.
 double BonePoseProposer::clutter_log_odds(double volume_m3) const {
   return std::log(settings_.clutter_density_1_m3 * volume_m3 * settings_.missed_fraction /
                   (1.0 - settings_.missed_fraction));
@@ -76,14 +78,15 @@ bool BonePoseProposer::fit(const kinematics::BoneShape& shape, const JointAnchor
   return aligned.has_value();
 }
 
-// By what is in bone_.point_of, then by what else lies where the bone then has its markers.
+// Completes and scores the proposal in bone_: fits the bone to its assigned points, assigns the nearest free point to
+// each other marker, fits again and removes outliers.
 void BonePoseProposer::complete_proposal(const kinematics::BoneShape& shape, const JointAnchor* from,
                                          const PointCloud& cloud, const UsedPoints& used) {
   bone_.cost = 1e9;
   if (!fit(shape, from, cloud)) return;
   const double gate = kGateSigmas * settings_.marker_sigma_m;
   const double reach = 1.5 * gate + (from == nullptr ? 0.0 : 0.5 * from->sigma_m);
-  bool more = false;
+  bool found_more = false;
   for (std::size_t i = 0; i < shape.points.size(); ++i) {
     if (bone_.point_of[i] != -1) continue;
     const Eigen::Vector3d at = bone_.world_from_bone * shape.points[i].position_m;
@@ -95,14 +98,14 @@ void BonePoseProposer::complete_proposal(const kinematics::BoneShape& shape, con
         continue;
       nearest = off;
       bone_.point_of[i] = static_cast<int>(p);
-      more = true;
+      found_more = true;
     }
   }
-  if (more && !fit(shape, from, cloud)) return;
-  // What is off is let go, the worst first.
+  if (found_more && !fit(shape, from, cloud)) return;
+  // Outliers are removed one at a time, the largest residual first.
   for (int rounds = 0; rounds < 3; ++rounds) {
     double worst = gate;
-    std::size_t off = shape.points.size();
+    std::size_t worst_point = shape.points.size();
     for (std::size_t i = 0; i < shape.points.size(); ++i) {
       const int p = bone_.point_of[i];
       if (p < 0) continue;
@@ -110,17 +113,18 @@ void BonePoseProposer::complete_proposal(const kinematics::BoneShape& shape, con
           (cloud[static_cast<std::size_t>(p)] - bone_.world_from_bone * shape.points[i].position_m).norm();
       if (by <= worst) continue;
       worst = by;
-      off = i;
+      worst_point = i;
     }
-    if (off == shape.points.size()) break;
-    bone_.point_of[off] = -1;
+    if (worst_point == shape.points.size()) break;
+    bone_.point_of[worst_point] = -1;
     if (!fit(shape, from, cloud)) return;
   }
   score(shape, from, cloud);
 }
 
-// Each further point is worth more: the first may be anywhere on a shell about the joint, the second on a ring about
-// the line through both, the next in one place only.
+// Adds up the cost. Each further point is more significant, because clutter would have to lie in a smaller volume: on a
+// shell about the joint for the first point, on a ring about the line through joint and first point for the second, in
+// one place for all others.
 void BonePoseProposer::score(const kinematics::BoneShape& shape, const JointAnchor* from, const PointCloud& cloud) {
   const double sigma = settings_.marker_sigma_m;
   const double joint_sigma = from == nullptr ? sigma : from->sigma_m;
@@ -140,22 +144,22 @@ void BonePoseProposer::score(const kinematics::BoneShape& shape, const JointAnch
     if (p < 0) continue;
     const Eigen::Vector3d& at = shape.points[i].position_m;
     const Eigen::Vector3d off = cloud[static_cast<std::size_t>(p)] - bone_.world_from_bone * at;
-    const double away = (at - first).norm();
-    double volume = kRoom_m3;
+    const double radius_m = (at - first).norm();
+    double volume = kSearchVolume_m3;
     if (order == 1) {
-      volume =
-          away < 2.0 * combined_sigma_m ? ball(combined_sigma_m) : kReachableFraction * shell(away, combined_sigma_m);
+      volume = radius_m < 2.0 * combined_sigma_m ? ball_volume(combined_sigma_m)
+                                                 : kReachableFraction * shell_volume(radius_m, combined_sigma_m);
     } else if (order == 2) {
-      const double across = off_line(first, second, at);
-      const double by_joint = kReachableFraction * ring(across, sigma, combined_sigma_m);
-      volume = std::min(by_joint, shell((at - second).norm(), std::numbers::sqrt2 * sigma));
+      const double across = distance_to_line(first, second, at);
+      const double by_joint = kReachableFraction * ring_volume(across, sigma, combined_sigma_m);
+      volume = std::min(by_joint, shell_volume((at - second).norm(), std::numbers::sqrt2 * sigma));
     } else if (order == 3) {
-      const double by_joint = ball(sigma) * combined_sigma_m / sigma;
-      volume = std::min(by_joint, ring(off_line(second, third, at), sigma, std::numbers::sqrt2 * sigma));
+      const double by_joint = ball_volume(sigma) * combined_sigma_m / sigma;
+      volume = std::min(by_joint, ring_volume(distance_to_line(second, third, at), sigma, std::numbers::sqrt2 * sigma));
     } else if (order > 3) {
-      volume = ball(sigma);
+      volume = ball_volume(sigma);
     }
-    volume = std::max(volume, ball(sigma));
+    volume = std::max(volume, ball_volume(sigma));
     if (order == 2) third = at;
     if (order == 0) first = at;
     if (order == 1) second = at;
@@ -183,26 +187,29 @@ void BonePoseProposer::keep_best(std::vector<BoneProposal>& into, std::size_t ma
 
 void BonePoseProposer::propose_from_points(const kinematics::BoneShape& shape, const PointCloud& cloud,
                                            std::size_t first, std::size_t max_count, std::vector<BoneProposal>& into) {
-  const double look = kSearchSigmas * std::numbers::sqrt2 * settings_.marker_sigma_m;
+  const double max_error_m = kSearchSigmas * std::numbers::sqrt2 * settings_.marker_sigma_m;
   const auto& points = shape.points;
   const UsedPoints none;
   for (std::size_t a = 0; a + 2 < points.size(); ++a) {
     for (std::size_t b = a + 1; b + 1 < points.size(); ++b) {
       const double ab = (points[a].position_m - points[b].position_m).norm();
       for (std::size_t j = 0; j < cloud.size(); ++j) {
-        if (j == first || std::abs(cloud.distance(first, j) - ab) > look) continue;
+        if (j == first || std::abs(cloud.distance(first, j) - ab) > max_error_m) continue;
         for (std::size_t c = b + 1; c < points.size(); ++c) {
-          if (flatness(points[a].position_m, points[b].position_m, points[c].position_m) < kFlat_m) continue;
+          if (triangle_height(points[a].position_m, points[b].position_m, points[c].position_m) < kMinTriangleHeight_m)
+            continue;
           const double ac = (points[a].position_m - points[c].position_m).norm();
           const double bc = (points[b].position_m - points[c].position_m).norm();
           for (std::size_t k = 0; k < cloud.size(); ++k) {
-            if (std::abs(cloud.distance(first, k) - ac) > look || std::abs(cloud.distance(j, k) - bc) > look) continue;
+            if (std::abs(cloud.distance(first, k) - ac) > max_error_m ||
+                std::abs(cloud.distance(j, k) - bc) > max_error_m)
+              continue;
             if (k == first || k == j) continue;
-            const bool had = std::any_of(into.begin(), into.end(), [&](const BoneProposal& one) {
+            const bool is_known = std::any_of(into.begin(), into.end(), [&](const BoneProposal& one) {
               return one.point_of[a] == static_cast<int>(first) && one.point_of[b] == static_cast<int>(j) &&
                      one.point_of[c] == static_cast<int>(k);
             });
-            if (had) continue;
+            if (is_known) continue;
             bone_.point_of.clear();
             bone_.point_of.resize(points.size());
             std::fill(bone_.point_of.begin(), bone_.point_of.end(), -1);
@@ -229,7 +236,7 @@ void BonePoseProposer::propose_swing(const kinematics::BoneShape& shape, const J
   bone_.dof = Dof::Swing;
   bone_.axis = lever.normalized();
   const Eigen::Quaterniond rotation = kinematics::rotation_between(from.rest * lever, seen) * from.rest;
-  // Joint and marker share what the distance is wrong by.
+  // The distance error is distributed over joint and marker by their variances.
   const double joint_weight =
       from.sigma_m * from.sigma_m / (from.sigma_m * from.sigma_m + settings_.marker_sigma_m * settings_.marker_sigma_m);
   const Eigen::Vector3d joint = from.anchor_m + joint_weight * (seen - rotation * lever);
@@ -244,15 +251,15 @@ std::span<const BoneProposal> BonePoseProposer::propose_from_joint(const kinemat
                                                                    std::span<const int> point_of_marker) {
   proposals_.clear();
   const double combined_sigma_m = std::hypot(settings_.marker_sigma_m, from.sigma_m);
-  const double look = kSearchSigmas * std::numbers::sqrt2 * settings_.marker_sigma_m;
+  const double max_error_m = kSearchSigmas * std::numbers::sqrt2 * settings_.marker_sigma_m;
   bone_.point_of.clear();
   bone_.point_of.resize(shape.points.size());
   for (std::size_t i = 0; i < shape.points.size(); ++i) {
     shells_[i].clear();
     if (point_of_marker[static_cast<std::size_t>(shape.points[i].marker)] >= 0) continue;
-    const double away = (shape.points[i].position_m - from.joint_m).norm();
+    const double radius_m = (shape.points[i].position_m - from.joint_m).norm();
     for (std::size_t p = 0; p < cloud.size(); ++p) {
-      if (!used[p] && std::abs((cloud[p] - from.anchor_m).norm() - away) < kSearchSigmas * combined_sigma_m)
+      if (!used[p] && std::abs((cloud[p] - from.anchor_m).norm() - radius_m) < kSearchSigmas * combined_sigma_m)
         shells_[i].push_back(static_cast<int>(p));
     }
   }
@@ -260,16 +267,18 @@ std::span<const BoneProposal> BonePoseProposer::propose_from_joint(const kinemat
   for (std::size_t a = 0; a < shape.points.size(); ++a) {
     for (std::size_t b = a + 1; b < shape.points.size(); ++b) {
       if (shells_[a].empty() || shells_[b].empty()) continue;
-      if (flatness(from.joint_m, shape.points[a].position_m, shape.points[b].position_m) < kFlat_m) continue;
+      if (triangle_height(from.joint_m, shape.points[a].position_m, shape.points[b].position_m) < kMinTriangleHeight_m)
+        continue;
       const double ab = (shape.points[a].position_m - shape.points[b].position_m).norm();
       for (const int p : shells_[a]) {
         for (const int q : shells_[b]) {
           if (p == q) continue;
-          if (std::abs(cloud.distance(static_cast<std::size_t>(p), static_cast<std::size_t>(q)) - ab) > look) continue;
+          if (std::abs(cloud.distance(static_cast<std::size_t>(p), static_cast<std::size_t>(q)) - ab) > max_error_m)
+            continue;
           if (is_proposed(a, p, b, q, proposals_)) continue;
           std::fill(bone_.point_of.begin(), bone_.point_of.end(), -1);
           for (std::size_t i = 0; i < shape.points.size(); ++i) {
-            // Taken by a neighbour: not to be looked for.
+            // The marker has a point of a neighbour: excluded from the search.
             if (point_of_marker[static_cast<std::size_t>(shape.points[i].marker)] >= 0) bone_.point_of[i] = -2;
           }
           bone_.point_of[a] = p;

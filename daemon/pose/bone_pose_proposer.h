@@ -14,40 +14,46 @@
 namespace mocap::pose {
 
 struct BoneProposalSettings {
-  double marker_sigma_m = 0.006;      ///< of a marker from its place on its bone
-  double missed_fraction = 0.1;       ///< of the markers, to reckon with
-  double clutter_density_1_m3 = 1.0;  ///< points that are not this body's, to reckon with
+  double marker_sigma_m = 0.006;      ///< of a marker from its position on the bone
+  double missed_fraction = 0.1;       ///< prior probability that a marker is not detected
+  double clutter_density_1_m3 = 1.0;  ///< density of points that do not belong to this body
 };
 
-/// How well the turn of a bone is told.
+/// Rotational degrees of freedom of a bone that its points observe.
 enum class Dof {
-  None,   ///< by no point: it is as if its joint were stiff
-  Swing,  ///< by one point beside its joint: the turn about the line through both is open
-  Full,   ///< in full
+  None,   ///< none: the bone has the rotation of a rigid joint
+  Swing,  ///< one point beside the joint: the twist about the line through both is unobserved
+  Full,   ///< all
 };
 
-/// A bone as some points tell it.
+/// A proposed pose of a bone, with the points assigned to its markers.
 struct BoneProposal {
   Pose world_from_bone;
   Dof dof = Dof::None;
-  Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< of what is open, in the bone's frame, through its joint
-  double cost = 0.0;                               ///< minus log of how much likelier than that nothing of it is seen
+  /// axis of the unobserved twist through the joint, in the bone's frame
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+  double cost = 0.0;  ///< minus the log likelihood ratio to no detection of the bone
   int seen = 0;
-  BoundedVector<int, kinematics::kMaxShapePoints> point_of;  ///< by point of the shape; -1: not seen
+  /// by point of the shape; -1: not detected; -2: the marker has a point of a neighbour
+  BoundedVector<int, kinematics::kMaxShapePoints> point_of;
 };
 
-/// Where a bone hangs.
+/// The joint that a bone is attached to.
 struct JointAnchor {
   Eigen::Vector3d joint_m = Eigen::Vector3d::Zero();         ///< in the bone's frame
-  Eigen::Vector3d anchor_m = Eigen::Vector3d::Zero();        ///< in the world
-  double sigma_m = 0.01;                                     ///< of that place
-  Eigen::Quaterniond rest = Eigen::Quaterniond::Identity();  ///< the bone's turn if the joint were stiff
+  Eigen::Vector3d anchor_m = Eigen::Vector3d::Zero();        ///< in the world frame
+  double sigma_m = 0.01;                                     ///< of `anchor_m`
+  Eigen::Quaterniond rest = Eigen::Quaterniond::Identity();  ///< rotation of the bone if the joint were rigid
 };
 
-/// Lays one bone on the points that may be its markers, in all ways that are about as likely as the best: from nothing
-/// by three points of its shape, or from a joint by the distances to it.
+/// Proposes poses of one bone for a set of unlabelled points: all poses whose likelihood is near the best. The bone is
+/// either free (three points of its shape determine the pose) or attached to a joint of known position (distances to
+/// the joint select the points).
 ///
-/// How likely: each point that fits is weighed by how well, against how many points would be as near by chance.
+/// The cost is minus a log likelihood ratio: each assigned point contributes half its squared normalised residual and
+/// the log odds that a clutter point lies in the same volume. The interpretation of points by distances between them
+/// follows Grimson and Lozano-Perez, Localizing overlapping parts by searching the interpretation tree (1987).
+///
 /// Allocates in the constructor only.
 class BonePoseProposer {
  public:
@@ -55,18 +61,18 @@ class BonePoseProposer {
 
   void set(const BoneProposalSettings& settings) { settings_ = settings; }
 
-  /// From nothing, begun by the point `first` alone, to be called for each; appends the readings to `into`, of which
-  /// the best `max_count` are kept.
+  /// Proposes poses of a free bone in which the point `first` is one of three points that determine the pose. To be
+  /// called for each `first`. Adds to `into`, which keeps the best `max_count` proposals.
   void propose_from_points(const kinematics::BoneShape& shape, const PointCloud& cloud, std::size_t first,
                            std::size_t max_count, std::vector<BoneProposal>& into);
 
-  /// From a joint. Markers that already have a point (`point_of_marker`) are not looked for. Borrowed until the next
-  /// call; the last is that nothing of the bone is seen.
+  /// Proposes poses of a bone attached to a joint. Markers with a point (`point_of_marker` >= 0) are not searched. The
+  /// result is valid until the next call; its last element is the pose without any detection.
   std::span<const BoneProposal> propose_from_joint(const kinematics::BoneShape& shape, const JointAnchor& from,
                                                    const PointCloud& cloud, const UsedPoints& used,
                                                    std::span<const int> point_of_marker);
 
-  /// Fits and looks since the start, for a bound on work.
+  /// Rigid fits and distance searches since the construction, to bound the work.
   std::size_t work() const noexcept { return work_; }
 
  private:
@@ -81,10 +87,11 @@ class BonePoseProposer {
   double clutter_log_odds(double volume_m3) const;
 
   BoneProposalSettings settings_;
-  BoneProposal bone_;  // that is being made
+  BoneProposal bone_;  // the proposal under construction
   std::vector<BoneProposal> proposals_;
   std::vector<geometry::PointPair> pairs_;
-  std::vector<std::vector<int>> shells_;  // by point of the shape: the points that are as far from the joint
+  // by point of the shape: indices of the points at the right distance from the joint
+  std::vector<std::vector<int>> shells_;
   std::size_t work_ = 0;
 };
 

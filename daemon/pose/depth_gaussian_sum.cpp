@@ -3,28 +3,33 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinematics/algebra.h"
+
 namespace mocap::pose {
 namespace {
 
-// A ray that turned by more is that of another camera; and after such a gap speed tells nothing.
+using kinematics::squared;
+
+// A ray in another direction belongs to another camera. After a longer gap the velocity carries no information. Chosen
+// by hand; not yet measured.
 constexpr double kMinSameRayCosine = 0.9;
 constexpr double kMaxDepthGap_s = 0.1;
-// Of the depth that it begins with, and its speed.
+// Standard deviations of the initial depth and velocity. Chosen by hand; not yet measured.
 constexpr double kInitialDepthSigma_m = 0.01;
 constexpr double kInitialSpeedSigma_m_s = 1.0;
-// How speed strays: a hand's by 0.1 m/s from set to set at 120 Hz.
+// White-noise acceleration: the velocity of a hand changes by 0.1 m/s (one standard deviation) from set to set at 120
+// Hz. Chosen by hand; not yet measured.
 constexpr double kAccelerationNoise_m2_s3 = 1.0;
-// Depths are told apart no finer; and are weighed at so many places within so many sigmas.
+// Resolution of the depth; number of quadrature points and their span in standard deviations. Chosen by hand; not yet
+// measured.
 constexpr double kMinDepthSigma_m = 3e-4;
 constexpr int kQuadraturePoints = 33;
 constexpr double kQuadratureSigmas = 3.0;
-// A sight as unlikely as that shows that the speed jumped.
+// A measurement less likely than this shows that the velocity jumped. Chosen by hand; not yet measured.
 constexpr double kMinLikelihood = 1e-8;
-// Nothing is ruled out for good.
+// Bounds that keep each branch possible. Chosen by hand; not yet measured.
 constexpr double kMinProbability = 1e-6;
 constexpr double kMaxBranchCost = 10.0;
-
-double squared(double x) { return x * x; }
 
 }  // namespace
 
@@ -52,16 +57,18 @@ std::size_t DepthGaussianSum::component_index(Branch branch, double speed_m_s) {
 }
 
 DepthGaussianSum::Component DepthGaussianSum::predict_component(const Component& component, double step_s) {
-  Eigen::Matrix2d on, process_noise;
-  on << 1.0, step_s, 0.0, 1.0;
+  Eigen::Matrix2d transition, process_noise;
+  transition << 1.0, step_s, 0.0, 1.0;
   process_noise << squared(step_s) / 3.0, step_s / 2.0, step_s / 2.0, 1.0;
-  return {on * component.state,
-          on * component.covariance * on.transpose() + kAccelerationNoise_m2_s3 * step_s * process_noise,
-          component.probability};
+  return {
+      transition * component.state,
+      transition * component.covariance * transition.transpose() + kAccelerationNoise_m2_s3 * step_s * process_noise,
+      component.probability};
 }
 
-// By side, with shares: what is left of a part of whose depth the square was seen. Summed up over depths, as near 0 the
-// square is no line; the speed follows the depth.
+// Updates one component with the measured squared depth. Returns one component for each branch, weighted by its
+// likelihood. Near depth 0 the square has no useful linearisation, so the moments are sums over depths (quadrature).
+// The velocity follows the depth through the component's covariance.
 std::array<DepthGaussianSum::Component, 2> DepthGaussianSum::split_by_measurement(const Component& component,
                                                                                   double half_chord_m2,
                                                                                   double sigma_m2) {
@@ -89,15 +96,16 @@ std::array<DepthGaussianSum::Component, 2> DepthGaussianSum::split_by_measuremen
   return found;
 }
 
-// Both as one, with the same mean and covariance.
+// Merges two components into one with the same mean and covariance.
 void DepthGaussianSum::merge(const Component& component, Component& to) {
   const double probability = to.probability + component.probability;
   if (!(probability > 0.0)) return;
-  const double by = component.probability / probability;
-  const Eigen::Vector2d apart = component.state - to.state;
-  to.covariance =
-      ((1.0 - by) * to.covariance + by * component.covariance + by * (1.0 - by) * apart * apart.transpose()).eval();
-  to.state += by * apart;
+  const double weight = component.probability / probability;
+  const Eigen::Vector2d difference = component.state - to.state;
+  to.covariance = ((1.0 - weight) * to.covariance + weight * component.covariance +
+                   weight * (1.0 - weight) * difference * difference.transpose())
+                      .eval();
+  to.state += weight * difference;
   to.probability = probability;
 }
 
@@ -113,18 +121,18 @@ void DepthGaussianSum::update(Timestamp at, const Eigen::Vector3d& direction, do
     for (const Branch branch : {Near, Far})
       merge(found[branch], updated_[component_index(branch, found[branch].state.y())]);
   }
-  double whole = 0.0;
-  for (const Component& component : updated_) whole += component.probability;
-  if (whole < kMinLikelihood) {
+  double total = 0.0;
+  for (const Component& component : updated_) total += component.probability;
+  if (total < kMinLikelihood) {
     reinitialise(std::sqrt(std::max(0.0, half_chord_m2)));
     return;
   }
   for (Component& component : updated_) {
-    if (component.probability > 0.0) component.probability = std::max(kMinProbability, component.probability / whole);
+    if (component.probability > 0.0) component.probability = std::max(kMinProbability, component.probability / total);
   }
 }
 
-// It is on the side where it was, and its speed is not known any more.
+// Restarts both branches at the measured depth, with their probabilities kept and the velocity unknown.
 void DepthGaussianSum::reinitialise(double half_chord_m) {
   const std::array<double, 2> probabilities{probability_of(Near, committed_), probability_of(Far, committed_)};
   updated_.fill({});

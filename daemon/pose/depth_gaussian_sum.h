@@ -8,36 +8,40 @@
 
 namespace mocap::pose {
 
-/// Follows how deep in a camera's view the end of a limb is that this camera alone sees. Its ray meets what the limb
-/// reaches in two places, as far before and behind the ray's point nearest to the joint. Where the ray only touches the
-/// reach, both are one, and the limb may go through to the other side or turn back: its speed before and after tells,
-/// though not at once. So what is known of depth and speed is a sum of Gaussians, one by side and way that it moves;
-/// where a place so found may be of either side it is split, and what comes to the same side and way becomes one.
+/// Tracks the depth of a limb's end along the ray of the only camera that detects it. The ray meets the reach sphere of
+/// the limb in two points, at equal distances before and behind the ray's point nearest to the joint; only the square
+/// of the depth is measured. Near the tangent point both coincide, and the limb may either pass through to the other
+/// branch or turn back. The velocity before and after decides, but not at once.
 ///
-/// Source of the scheme: Alspach and Sorenson, Nonlinear Bayesian Estimation Using Gaussian Sum Approximations (1972).
+/// The state is depth and velocity. Its density is a sum of four Gaussians: branch (Near, Far) times sign of the
+/// velocity. An update splits each component by branch with numerical quadrature over depths; components of the same
+/// branch and sign are merged with their moments.
+///
+/// Source: Alspach and Sorenson, Nonlinear Bayesian Estimation Using Gaussian Sum Approximations (1972).
 class DepthGaussianSum {
  public:
   enum Branch { Near = 0, Far = 1 };
 
-  /// Whether it followed this ray until a moment before `at`.
+  /// Whether this object tracks this ray, and its last commit was less than 0.1 s before `at`.
   bool follows(const Eigen::Vector3d& direction, Timestamp at) const;
-  /// The limb was at this depth (m, from the ray's point nearest to the joint, along `direction`).
+  /// Begins a new track at `depth_m`, the depth from the ray's point nearest to the joint along `direction`.
   void begin(Timestamp at, const Eigen::Vector3d& direction, double depth_m);
-  /// One instant: the square of how far both places are from the ray's nearest point, below 0 where the ray passes
-  /// outside, and that square's sigma, both m^2. May be asked again for the same instant, by another reading.
+  /// Computes the state at `at` from the last committed one. `half_chord_m2` is the measured squared depth, negative if
+  /// the ray passes outside the sphere; `sigma_m2` is its standard deviation. May be called again for the same instant,
+  /// for another hypothesis: the last call counts.
   void update(Timestamp at, const Eigen::Vector3d& direction, double half_chord_m2, double sigma_m2);
-  /// By the last `update`: how unlikely this side is, minus the logarithm of its share, at most 10.
+  /// Minus the log probability of a branch by the last `update`, between 0 and 10.
   double cost(Branch branch) const;
-  /// Takes the last `update` for true, if it was of this instant.
+  /// Makes the last `update` permanent, if it was for this instant.
   void commit(Timestamp at);
 
  private:
   struct Component {
-    Eigen::Vector2d state = Eigen::Vector2d::Zero();  // m, m/s
+    Eigen::Vector2d state = Eigen::Vector2d::Zero();  // depth m, velocity m/s
     Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
     double probability = 0.0;
   };
-  // By side, on either of which they move before and behind.
+  // index: component_index()
   using Components = std::array<Component, 4>;
 
   static std::size_t component_index(Branch branch, double speed_m_s);

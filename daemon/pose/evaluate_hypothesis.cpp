@@ -1,4 +1,4 @@
-// The part of SkeletonTracker that says what a reading of the markers costs.
+// SkeletonTracker, continued: the cost of a label hypothesis.
 
 #include <algorithm>
 
@@ -7,9 +7,10 @@
 namespace mocap::pose {
 namespace {
 
-// How unsure a joint is at first that no marker of its bone tells.
+// Initial standard deviation of a joint that no marker of its own bone observes. Chosen by hand; not yet measured.
 constexpr double kDescendantSigma_rad = 0.05;
-// To tell readings from each other: their costs differ by far more.
+// Step that ends the fit of a hypothesis. Costs of competing hypotheses differ by far more than such a step changes
+// them. Chosen by hand; not yet measured.
 constexpr double kHypothesisConvergedStep = 5e-3;
 
 }  // namespace
@@ -34,7 +35,7 @@ kinematics::PoseFitResult SkeletonTracker::evaluate_from(std::span<const Pose> l
   return evaluate_from_current(seen, max_cost);
 }
 
-// Wherever the search begins, joints are held to the last fit.
+// Fits from the current pose. The prior is always around the pose of the last fit, wherever the search begins.
 kinematics::PoseFitResult SkeletonTracker::evaluate_from_current(std::span<const kinematics::Observation> seen,
                                                                  double max_cost) {
   relax_prior(seen, at_);
@@ -45,8 +46,9 @@ kinematics::PoseFitResult SkeletonTracker::evaluate_from_current(std::span<const
   return solve(seen, prior, end, max_cost);
 }
 
-// From the pose at hand. Where the prior holds joints to another pose they may stay near that one, or have leapt: hands
-// do, in recordings and where sets are missing. The better of both explains.
+// Fits from the current pose twice, with the prior around `prior.prior_pose` and around the start itself, and keeps the
+// fit of lower cost. Recorded hands rotate by 55 degrees from frame to frame, and sets may be missing, so a limb may be
+// far from the prior pose (decision 0013).
 kinematics::PoseFitResult SkeletonTracker::solve_with_and_without_prior_pose(
     std::span<const kinematics::Observation> seen, const kinematics::PosePrior& prior,
     const kinematics::PoseFitEnd& end) {
@@ -55,21 +57,21 @@ kinematics::PoseFitResult SkeletonTracker::solve_with_and_without_prior_pose(
   if (prior.prior_pose.empty()) return with_prior;
   std::copy(pose_.locals().begin(), pose_.locals().end(), trial_pose_.begin());
   pose_.set_locals(start_pose_);
-  kinematics::PosePrior loose = prior;
-  loose.prior_pose = {};
-  const kinematics::PoseFitResult without_prior = pose_.solve(seen, loose, end);
+  kinematics::PosePrior around_start = prior;
+  around_start.prior_pose = {};
+  const kinematics::PoseFitResult without_prior = pose_.solve(seen, around_start, end);
   if (without_prior.cost < with_prior.cost) return without_prior;
   pose_.set_locals(trial_pose_);
   return with_prior;
 }
 
-// How far joints may have turned since they were told.
+// Sets the prior of all joints to the covariance that they have drifted to since they were observed.
 void SkeletonTracker::relax_prior(std::span<const kinematics::Observation> seen, Timestamp at) {
   update_observability(seen);
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     const double initial_sigma_rad =
         bones_[b].observability == Observability::Full ? kMotionSigma_rad : kDescendantSigma_rad;
-    // What nothing tells in this instant strays from the last one on.
+    // A bone with own markers was observed in this set. All others drift on from the last commit.
     const double ahead_s = bones_[b].observability == Observability::Full ? 0.0 : to_s(at - committed_at_);
     prior_information_[b] =
         unreliable_[b] != 0 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity() / (kMaxJointDrift_rad * kMaxJointDrift_rad))

@@ -9,33 +9,35 @@
 
 namespace mocap::pose {
 
-/// Which way the joints bend that bend one way only. Nobody holds the arms in T-pose turned about themselves as the
-/// file has them, so a body's elbow bends about another line than the file's: one that leans, about the limb, by an
-/// angle that stays. It is learnt while markers tell the joint.
+/// Learns the hinge axes of a subject: the rotation axes of joints that bend one way (elbows, knees). The skeleton file
+/// gives a nominal axis. No subject holds the arms in T-pose with the file's rotation about the arm, so the subject's
+/// axis differs from the nominal axis by a constant angle about the limb. The angle is learned while markers observe
+/// the joint.
 ///
 /// Allocates in the constructor only.
 class HingeAxisCalibration {
  public:
   explicit HingeAxisCalibration(const Skeleton& skeleton);
 
-  /// Nothing is known of anybody.
+  /// Forgets all angles (a new subject).
   void reset();
-  /// A joint was turned so for `step_s`, of which markers told `observed_fraction` (1 along an axis that they told
-  /// alone, in the parent's frame). True when its lean is another now.
+  /// Adds an observation: the joint had the rotation `local` for `step_s`; `observed_fraction` is the part that markers
+  /// observed (parent's frame; 1 along an axis that markers alone determine). True if the angle changed by more than
+  /// 0.002 rad.
   bool update(std::size_t bone, const Eigen::Quaterniond& local, const Eigen::Matrix3d& observed_fraction,
               double step_s);
 
   double axis_offset_rad(std::size_t bone) const;
-  /// Takes a rotation vector of the joint to one that bends as the file's.
+  /// Takes a rotation vector about the subject's axes to one about the nominal axes.
   Eigen::Matrix3d nominal_from_calibrated(std::size_t bone) const;
 
  private:
   struct Hinge {
-    int hinge_axis = -1;    // the axis that the file's bends about; -1: it is no hinge
-    int minor_axis = 0;     // the one that it hardly turns about
-    double sign = 1.0;      // of a bend
-    double bend_sum = 0.0;  // how far it was bent, squared, summed over time: rad^2 s, in the file's way
-    double side_sum = 0.0;  // likewise across
+    int hinge_axis = -1;    // the nominal hinge axis; -1: the joint is no hinge
+    int minor_axis = 0;     // the other axis across the limb, with a range below kMaxMinorRange_rad
+    double sign = 1.0;      // of the bending direction
+    double bend_sum = 0.0;  // sum of bend angle times total angle over time, rad^2 s, about the nominal axis
+    double side_sum = 0.0;  // the same about the minor axis
     double axis_offset_rad = 0.0;
   };
 

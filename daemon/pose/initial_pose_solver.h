@@ -12,27 +12,27 @@
 
 namespace mocap::pose {
 
-/// Lays a body on named markers, bone by bone from the one that most of them tell: a first pose for a fit, whatever
-/// the body does. Allocates in the constructor only.
+/// Computes an initial pose from labelled markers, bone by bone, from the bone with most detected markers outwards. It
+/// needs no earlier pose. Allocates in the constructor only.
 class InitialPoseSolver {
  public:
   explicit InitialPoseSolver(const MarkerSet& set);
 
-  /// `set` is the one of the constructor but for its offsets. The poses go into `locals`, as PoseFit has them. False
-  /// when no bone has three markers to begin with.
+  /// `set` equals the set of the constructor except for its offsets. Writes local poses as PoseFit has them. False if
+  /// no bone has three detected markers off a line.
   bool solve(const MarkerSet& set, std::span<const kinematics::Observation> seen, std::span<Pose> locals);
 
  private:
-  struct Next {
+  struct Attachment {
     std::size_t bone = 0, from = 0;
   };
 
   bool begin(std::size_t root);
-  void attach(const MarkerSet& set, const Next& next);
+  void attach(const MarkerSet& set, const Attachment& next);
   void gather(std::size_t bone);
 
   kinematics::BoneShapes shapes_;
-  std::vector<std::vector<Next>> plans_;              // by root
+  std::vector<std::vector<Attachment>> attachments_;  // by root, in breadth-first order
   std::vector<const kinematics::Observation*> seen_;  // by marker
   std::vector<BonePoseHypothesis> bones_;
   std::vector<geometry::PointPair> pairs_;

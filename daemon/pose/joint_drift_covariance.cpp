@@ -6,9 +6,9 @@
 namespace mocap::pose {
 namespace {
 
-// Less than that is nothing to speak of: a sixth of a set at 120 Hz.
+// Shorter times without observation are treated as none: a sixth of a set at 120 Hz.
 constexpr double kNegligible_s = 0.0015;
-// Nothing grows any more.
+// Bound on the accumulated time. kMaxJointDrift_rad is reached after 0.5 s.
 constexpr double kMaxUnobserved_s = 10.0;
 
 }  // namespace

@@ -6,29 +6,31 @@
 
 namespace mocap::pose {
 
-/// For how long which turns of each joint have been hidden: one marker on a hand tells how the hand points, and nothing
-/// of its turn about that line, which may have gone on since another marker told it.
+/// Covariance of joint rotations that no marker observes. Each rotation axis has its own random walk: one marker on a
+/// hand observes its pointing direction (swing), while the rotation about that direction (twist) may have drifted since
+/// another marker observed it. The standard deviation grows linearly with the time without observation, up to
+/// kMaxJointDrift_rad.
 ///
 /// Allocates in the constructor only.
 class JointDriftCovariance {
  public:
   explicit JointDriftCovariance(std::size_t bones);
 
-  /// All turns are told now.
+  /// All rotations are observed now.
   void reset();
-  /// Time goes on by `step_s`, at the end of which markers tell `observed_fraction` of the bone's turn in its parent's
-  /// frame: 1 along an axis that they tell alone, 0 along one that they tell nothing of.
+  /// Advances time by `step_s`. At its end markers observe `observed_fraction` of the bone's rotation in the parent's
+  /// frame: 1 along an axis that they determine alone, 0 along an unobserved one.
   void step(std::size_t bone, const Eigen::Matrix3d& observed_fraction, double step_s);
 
-  /// One over the covariance, 1/rad^2, of where the bone has turned meanwhile, by `ahead_s` after the last step; what
-  /// was told just now is unsure by `initial_sigma_rad`.
+  /// Information matrix, 1/rad^2, of a bone's rotation in the parent's frame, `ahead_s` after the last step. A rotation
+  /// observed just now has the standard deviation `initial_sigma_rad`.
   Eigen::Matrix3d prior_information(std::size_t bone, double initial_sigma_rad, double ahead_s) const;
 
  private:
-  std::vector<Eigen::Matrix3d> unobserved_s_;  // in the parent's frame: how long, by axis
+  std::vector<Eigen::Matrix3d> unobserved_s_;  // time without observation as a symmetric matrix in the parent's frame
 };
 
-/// How fast a hidden joint leaves the way that it was on; and no further than anybody knows no more, rad.
+/// Growth of the standard deviation of an unobserved joint rotation, and its bound. Chosen by hand; not yet measured.
 inline constexpr double kJointRandomWalk_rad_s = 2.5;
 inline constexpr double kMaxJointDrift_rad = 1.2;
 

@@ -7,17 +7,17 @@
 
 namespace mocap::pose {
 
-/// More points are not looked at in one search.
+/// Bound on the points of one search; further points are ignored.
 inline constexpr std::size_t kMaxCloudPoints = 192;
 
 using UsedPoints = std::bitset<kMaxCloudPoints>;
 
-/// Points of one instant and how far they are apart. Allocates in the constructor only.
+/// Points of one instant with their mutual distances. Allocates in the constructor only.
 class PointCloud {
  public:
   PointCloud();
 
-  /// The first kMaxCloudPoints of them.
+  /// Takes over the first kMaxCloudPoints points.
   void assign(std::span<const Eigen::Vector3d> points);
 
   std::size_t size() const noexcept { return points_.size(); }

@@ -9,7 +9,7 @@
 namespace mocap::pose {
 namespace {
 
-// Of the speed that the cut-off follows, Hz: the paper's.
+// Cutoff of the speed estimate, the value of the paper (Casiez et al. 2012, section 3).
 constexpr double kSpeedCutoff_hz = 1.0;
 
 double low_pass_gain(double cutoff_hz, double step_s) {
@@ -40,14 +40,14 @@ std::span<const Pose> PoseSmoother::step(std::span<const Pose> locals, double st
   } else {
     for (std::size_t b = 0; b < shown_.size(); ++b) {
       const Eigen::Vector3d raw_step = kinematics::rotation_vector(locals[b].rotation * raw_[b].rotation.conjugate());
-      const double by = smoothing_gain(raw_step, step_s, angular_velocities_rad_s_[b]);
+      const double gain = smoothing_gain(raw_step, step_s, angular_velocities_rad_s_[b]);
       const Eigen::Vector3d remaining =
           kinematics::rotation_vector(locals[b].rotation * shown_[b].rotation.conjugate());
-      shown_[b].rotation = (kinematics::from_rotation_vector(by * remaining) * shown_[b].rotation).normalized();
+      shown_[b].rotation = (kinematics::from_rotation_vector(gain * remaining) * shown_[b].rotation).normalized();
       if (b > 0) shown_[b].position = locals[b].position;
     }
-    const double by = smoothing_gain(locals[0].position - raw_[0].position, step_s, velocity_m_s_);
-    shown_[0].position += by * (locals[0].position - shown_[0].position);
+    const double gain = smoothing_gain(locals[0].position - raw_[0].position, step_s, velocity_m_s_);
+    shown_[0].position += gain * (locals[0].position - shown_[0].position);
     delay_s_ /= static_cast<double>(shown_.size() + 1);
   }
   std::copy(locals.begin(), locals.end(), raw_.begin());

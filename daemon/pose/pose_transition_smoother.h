@@ -9,23 +9,23 @@
 
 namespace mocap::pose {
 
-/// Lets a pose that jumps because other markers tell it now glide to where it should be: a marker that comes back after
-/// a while shows that a limb is elsewhere than thought. What jumps is the difference to where the motion led to; it
-/// fades away as a critically damped spring does, so that neither place nor speed jumps, to a tenth within 0.16 s.
-/// Motion that led farther astray than what was shown last is not followed: then it is that which fades, from rest.
-/// Where the same markers tell the pose, nothing is changed, however it moves.
+/// Eases a pose discontinuity that a change of the observing markers causes: a marker that returns after a gap shows
+/// that a limb is elsewhere than predicted. The difference between prediction and pose decays as a critically damped
+/// spring, with neither position nor velocity discontinuous, to a tenth within 0.16 s. If the last published pose is
+/// nearer to the new pose than the prediction is, the difference to the published pose decays instead, from rest. While
+/// the same markers observe a bone, its motion is not changed, however fast it is.
 ///
 /// Allocates in the constructor only.
 class PoseTransitionSmoother {
  public:
   explicit PoseTransitionSmoother(std::size_t bones);
 
-  /// Nothing fades any more.
+  /// Drops all decaying offsets.
   void reset();
 
-  /// One instant, `step_s` after the last: `poses` are the local poses that were found, `predicted` those that the
-  /// motion led to, and `changed` says of each bone whether other markers tell it than before. Gives what is to be
-  /// shown.
+  /// One instant, `step_s` after the last. `poses` are the estimated local poses, `predicted` the local poses that the
+  /// motion model predicted, and `changed` is not 0 for bones that other markers observe than before. Returns the poses
+  /// to publish, valid until the next call.
   std::span<const Pose> step(std::span<const Pose> poses, std::span<const Pose> predicted,
                              std::span<const std::uint8_t> changed, double step_s);
 
@@ -33,10 +33,10 @@ class PoseTransitionSmoother {
   struct DecayingOffset {
     Eigen::Vector3d offset = Eigen::Vector3d::Zero();
     Eigen::Vector3d rate_1_s = Eigen::Vector3d::Zero();
-    double mean_square = 0.0;  // mean square of how far the motion leads astray
+    double mean_square = 0.0;  // running mean of the squared prediction error
 
     void decay(double step_s);
-    // `prediction_error`: from the pose to where the motion led; `display_error`: to what was shown last.
+    // `prediction_error` is predicted minus estimated pose, `display_error` published minus estimated pose.
     void absorb_jump(const Eigen::Vector3d& prediction_error, const Eigen::Vector3d& display_error, bool changed,
                      double min_jump, double step_s);
   };

@@ -1,43 +1,47 @@
-// The part of SkeletonTracker that bends a knee or an elbow back which went through straight to the wrong side.
+// SkeletonTracker, continued: the reflection ambiguity of an elbow or knee.
 
 #include <algorithm>
 #include <cmath>
 
+#include "kinematics/hinge_range.h"
 #include "kinematics/rotation.h"
 #include "pose/skeleton_tracker.h"
 
 namespace mocap::pose {
 namespace {
 
-// A joint that bends one way only: its range on the other side is at most this share.
-constexpr double kMaxReverseRangeFraction = 0.15;
-// So far beyond its range it did not stretch, it went on to the wrong side, rad.
+// Beyond its range by more than this, a joint is not just stretched, it bends to the wrong side. Chosen by hand; not
+// yet measured.
 constexpr double kHingeLimitTolerance_rad = 0.05;
-// In half squared sigmas: what explains the markers about as well.
+// Two fits explain the markers equally well if their costs differ by less, in half squared standard deviations. Chosen
+// by hand; not yet measured.
 constexpr double kEquivalentCost = 0.5;
-// Of three joints in a line there are no sides.
+// The reflection is undefined if the joint is nearer to the line between its neighbours. Chosen by hand; not yet
+// measured.
 constexpr double kMinCollinearOffset_m = 0.005;
 
 bool violates_hinge_limit(const Bone& bone, const Eigen::Quaterniond& local) {
-  Eigen::Vector3d turned;
+  Eigen::Vector3d rotation_rad;
   bool known = false;
   for (int axis = 0; axis < 3; ++axis) {
     const auto& range = bone.turns[static_cast<std::size_t>(axis)];
     if (!range) continue;
-    const double up = std::max(0.0, range->max_rad), down = std::max(0.0, -range->min_rad);
-    if (std::min(up, down) > kMaxReverseRangeFraction * std::max(up, down)) continue;
-    if (!known) turned = kinematics::rotation_vector(local);
+    const kinematics::AxisReach reach = kinematics::reach_of(*range);
+    if (!kinematics::bends_one_way(reach)) continue;
+    if (!known) rotation_rad = kinematics::rotation_vector(local);
     known = true;
-    const double wrongly = up > down ? range->min_rad - turned[axis] : turned[axis] - range->max_rad;
-    if (wrongly > kHingeLimitTolerance_rad) return true;
+    const double excess_rad = reach.positive_rad > reach.negative_rad ? range->min_rad - rotation_rad[axis]
+                                                                      : rotation_rad[axis] - range->max_rad;
+    if (excess_rad > kHingeLimitTolerance_rad) return true;
   }
   return false;
 }
 
 }  // namespace
 
-// Where a limb is stretched, its ends alone do not tell to which side its middle joint bends next, and motion may lead
-// it beyond its range. Both sides explain the ends alike; that which the joint can bend to is taken.
+// Reflects each hinge that violates its range and is observed by no own marker. The ends of a stretched limb do not
+// determine to which side the middle joint bends next, and the motion model may lead it to the wrong side. Both sides
+// explain the ends equally well; the side within the range is accepted (decision 0005).
 kinematics::PoseFitResult SkeletonTracker::resolve_hinge_reflection(std::span<const kinematics::Observation> seen,
                                                                     const kinematics::PosePrior& prior,
                                                                     const kinematics::PoseFitEnd& end,
@@ -64,7 +68,8 @@ kinematics::PoseFitResult SkeletonTracker::resolve_hinge_reflection(std::span<co
   return first;
 }
 
-// The joint of `lower` goes to the other side of the line from the joint above to the one below; what hangs on stays.
+// Reflects the joint of `lower` at the line from the joint above to the joint below. The descendants keep their world
+// rotations.
 bool SkeletonTracker::reflect_hinge(std::size_t lower) {
   const auto& bones = pose_.marker_set().skeleton.bones;
   const auto upper = static_cast<std::size_t>(bones[lower].parent);
@@ -75,20 +80,21 @@ bool SkeletonTracker::reflect_hinge(std::size_t lower) {
   const auto end = static_cast<std::size_t>(below - bones.begin());
   const std::span<const Pose> world = pose_.world();
   const Eigen::Vector3d line = (world[end].position - world[upper].position).normalized();
-  const Eigen::Vector3d out = world[lower].position - world[upper].position;
-  const Eigen::Vector3d aside = out - out.dot(line) * line;
-  if (!(aside.norm() > kMinCollinearOffset_m)) return false;
-  const Eigen::Quaterniond swung = kinematics::rotation_between(out, out - 2.0 * aside);
-  const Eigen::Vector3d on = world[end].position - world[lower].position;
-  const Eigen::Quaterniond bent = kinematics::rotation_between(swung * on, on + 2.0 * aside);
-  const Eigen::Quaterniond upper_turn = swung * world[upper].rotation;
-  const Eigen::Quaterniond lower_turn = bent * swung * world[lower].rotation;
+  const Eigen::Vector3d upper_axis = world[lower].position - world[upper].position;
+  const Eigen::Vector3d offset = upper_axis - upper_axis.dot(line) * line;
+  if (!(offset.norm() > kMinCollinearOffset_m)) return false;
+  const Eigen::Quaterniond upper_swing = kinematics::rotation_between(upper_axis, upper_axis - 2.0 * offset);
+  const Eigen::Vector3d lower_axis = world[end].position - world[lower].position;
+  const Eigen::Quaterniond lower_swing =
+      kinematics::rotation_between(upper_swing * lower_axis, lower_axis + 2.0 * offset);
+  const Eigen::Quaterniond upper_rotation = upper_swing * world[upper].rotation;
+  const Eigen::Quaterniond lower_rotation = lower_swing * upper_swing * world[lower].rotation;
   std::copy(pose_.locals().begin(), pose_.locals().end(), trial_pose_.begin());
-  trial_pose_[upper].rotation = (world[root].rotation.conjugate() * upper_turn).normalized();
-  trial_pose_[lower].rotation = (upper_turn.conjugate() * lower_turn).normalized();
+  trial_pose_[upper].rotation = (world[root].rotation.conjugate() * upper_rotation).normalized();
+  trial_pose_[lower].rotation = (upper_rotation.conjugate() * lower_rotation).normalized();
   for (std::size_t b = 0; b < bones.size(); ++b) {
     if (bones[b].parent == static_cast<int>(lower))
-      trial_pose_[b].rotation = (lower_turn.conjugate() * world[b].rotation).normalized();
+      trial_pose_[b].rotation = (lower_rotation.conjugate() * world[b].rotation).normalized();
   }
   pose_.set_locals(trial_pose_);
   return true;

@@ -7,9 +7,10 @@
 namespace mocap::pose {
 namespace {
 
-// A mean over so long, with weights that die away.
+// Averaging time, with exponential weights. Chosen by hand; not yet measured.
 constexpr double kMeanWindow_s = 1.0;
-// Markers that tell two of a joint's turns tell nearly how it is turned: about itself a limb turns little.
+// Minimum trace of the observed fraction: two observed axes suffice, because limbs twist little. Chosen by hand; not
+// yet measured.
 constexpr double kMinObservedTrace = 2.0;
 
 }  // namespace

@@ -7,35 +7,35 @@
 
 namespace mocap::pose {
 
-/// How each joint was turned in the last second, in the mean. A limb that nobody sees does not go on for long, nor does
-/// it stop: over half a second it is nearer to the middle of what it did than to where it was last seen.
+/// Running mean of each joint's rotation over the last second. It is the mean reversion target of a joint that no
+/// marker observes, as in an Ornstein-Uhlenbeck process: over half a second a hidden limb is nearer to its mean
+/// rotation than to its last observed one (decision 0012).
 ///
 /// Allocates in the constructor only.
 class RunningMeanRotation {
  public:
   explicit RunningMeanRotation(std::size_t bones) : bones_(bones) {}
 
-  /// Nothing is known of any joint.
+  /// Forgets all means.
   void reset();
-  /// A joint was turned so for `step_s`, of which markers told `observed_fraction` (1 along an axis that they told
-  /// alone, in the parent's frame).
+  /// Adds an observation: the joint had the rotation `local` for `step_s`; `observed_fraction` is the part that markers
+  /// observed (parent's frame; 1 along an axis that markers alone determine).
   void update(std::size_t bone, const Eigen::Quaterniond& local, const Eigen::Matrix3d& observed_fraction,
               double step_s);
 
   bool known(std::size_t bone) const { return bones_[bone].observed_s > 0.0; }
-  /// What turns `local` to how the joint is usually: a rotation vector in the parent's frame, rad; 0 where that is not
-  /// known.
+  /// The rotation from `local` to the mean as a rotation vector in the parent's frame, rad; 0 if no mean is known.
   Eigen::Vector3d rotation_to_mean(std::size_t bone, const Eigen::Quaterniond& local) const;
 
  private:
   struct Mean {
     Eigen::Quaterniond local = Eigen::Quaterniond::Identity();
-    double observed_s = 0.0;  // at most what the mean is over
+    double observed_s = 0.0;  // time in the mean, at most kMeanWindow_s
   };
   std::vector<Mean> bones_;
 };
 
-/// How far a joint commonly is from its usual turn, about any axis, rad.
+/// Standard deviation of a joint rotation around its running mean, about any axis. Chosen by hand; not yet measured.
 inline constexpr double kMeanReversionSigma_rad = 0.4;
 
 }  // namespace mocap::pose

@@ -5,50 +5,51 @@
 #include <cmath>
 #include <optional>
 
+#include "kinematics/kinematic_tree.h"
 #include "kinematics/rotation.h"
 
 namespace mocap::pose {
 namespace {
 
-// As kMotionSigma_rad, of the turns about other axes than those that markers tell: a limb about itself, an elbow that
-// is hidden about the line from shoulder to wrist. They follow what the told ones lead to, and nothing drives them.
+// Standard deviation of a rotation from its prediction about axes that no marker observes, of a joint that markers
+// observe about other axes: the twist of a limb, or a hidden elbow about the line from shoulder to wrist. Chosen by
+// hand; not yet measured.
 constexpr double kUnobservedAxisSigma_rad = 0.1;
-// The same where one camera's ray is all that tells of a bone's own markers: what it tells is first the turn of the
-// bone above, where that is hidden, too, and the bone lies as it commonly does.
+// The same for a bone that one ray alone observes. The ray first determines the rotation of the parent, if that is
+// hidden, too. Chosen by hand; not yet measured.
 constexpr double kBearingOnlySigma_rad = 0.05;
-// What joints commonly do is believed so much where markers tell how a joint is turned: a marker on skin of 3 mm, 6 cm
-// from the joint's axis, tells a turn to 3 degrees, and what is common must not move that by more than a tenth of a
-// degree, even a radian beyond.
+// Factor on rest pose and range priors of an observed joint. A marker with 3 mm skin motion, 6 cm from the axis,
+// determines a rotation to 3 degrees; the prior must not bias that by more than 0.1 degree, even one radian beyond the
+// range.
 constexpr double kObservedPriorFraction = 0.05;
-// Markers that tell so much of a joint's turn tell it whole.
+// Trace of the observed fraction, less two for the other two axes, above which the whole rotation counts as observed.
+// Chosen by hand; not yet measured.
 constexpr double kFullyObservedFraction = 0.8;
-// Steps under this leave less than a twentieth of a degree to be found: a step's square, and a share of what markers
-// are off.
-constexpr double kConvergedStep = 5e-4;
-// Of a joint that no marker moves: it stays, and goes back to rest within seconds.
+// Standard deviation of the prediction of a joint that no marker observes about any axis. Chosen by hand; not yet
+// measured.
 constexpr double kUnseenJointSigma_rad = 0.02;
-// How hard a joint's range is: people reach beyond it by a little, markers that are seen are believed more.
-constexpr double kLimitSigma_rad = 0.3;
-// A joint's rest as a share of its range: collar bones (20 degrees) stay within 10, elbows where they are.
-constexpr double kRestRangeFraction = 0.5;
-// Motion that nobody sees dies away with this time constant, and a joint goes back to how it usually is with the
-// other. People's shoulders, elbows, hips and knees over 0.05 to 0.5 s: 0.05 to 0.1 s and 0.5 s lead nearest.
+// Time constants of a hidden joint: decay of its velocity, and reversion to its running mean. The rotations of
+// shoulders, elbows, hips and knees in recordings, 0.05 to 0.5 s ahead, are predicted best with 0.05 to 0.1 s and 0.5 s
+// (decision 0012).
 constexpr double kCoastTimeConstant_s = 0.1;
 constexpr double kMeanReversionTimeConstant_s = 0.5;
-// A gap in the sets after which velocities mean nothing; and how far ahead a straight line says anything.
+// After a longer gap between sets velocities carry no information; the prediction extrapolates at most this far. Chosen
+// by hand; not yet measured.
 constexpr double kMaxGap_s = 0.25;
-// How surely a marker is where the body puts it: skin, and the fit.
+// Standard deviation of a marker's position on the body: skin motion and fit. Chosen by hand; not yet measured.
 constexpr double kSkinSigma_m = 0.005;
-constexpr double kInJoint_m = 1e-3;
-// What a marker is off its place is learnt slowly and within bounds, so that a wrong one does not get into it.
+// Gain and bound of the learned marker bias: slow and bounded, so that a wrong label has little effect. Chosen by hand;
+// not yet measured.
 constexpr double kBiasGain = 0.05;
 constexpr double kMaxBias_m = 0.02;
-// So far off a marker still pulls on its bone when others lead nowhere.
+// Scale of the robust cost in the wide search, and one that disables it. Chosen by hand; not yet measured.
 constexpr double kWideOutlier_m = 0.3;
 constexpr double kNoOutlier_m = 1e3;
-// So many fits by the same markers share one weighing of what they tell.
+// Fits with the same observing markers that share one computation of the observed fractions. Chosen by hand; not yet
+// measured.
 constexpr int kCovarianceInterval = 8;
-// Nobody turns a joint by more between two sets; or, where its bone's own markers are hidden, against its motion.
+// A larger rotation between two sets, or a larger innovation of a joint without an own marker, is a reinitialisation
+// and no motion (decision 0010). Chosen by hand; not yet measured.
 constexpr double kMaxStepRotation_rad = 0.8;
 constexpr double kMaxInnovation_rad = 0.25;
 constexpr double kNever_s = 1e3;
@@ -80,13 +81,13 @@ SkeletonTracker::SkeletonTracker(const MarkerSet& set, const SkeletonTrackerSett
   limb_prior_pose_.resize(bones);
   squared_error_m2_.resize(bones);
   marker_count_.resize(bones);
-  for (auto* believed : {&rest_confidence_, &limit_confidence_, &limb_rest_confidence_, &limb_limit_confidence_})
-    believed->resize(bones);
+  for (auto* confidence : {&rest_confidence_, &limit_confidence_, &limb_rest_confidence_, &limb_limit_confidence_})
+    confidence->resize(bones);
   for (auto* weight : {&prior_information_, &limb_prior_information_}) weight->resize(bones);
   covariance_inputs_.reserve(2 * set.markers.size());
   unreliable_.resize(bones);
   reinitialised_.resize(bones);
-  pairs_.reserve(set.markers.size() + 1);  // and a joint
+  pairs_.reserve(set.markers.size() + 1);  // one more for a joint
 }
 
 void SkeletonTracker::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
@@ -109,7 +110,8 @@ void SkeletonTracker::reset_joint_calibration() {
   for (std::size_t b = 0; b < bones_.size(); ++b) pose_.set_hinge_axis(b, hinge_axes_.nominal_from_calibrated(b));
 }
 
-// The rest pose laid on what was seen, the trunk's markers most, then bent to fit.
+// Aligns the rest pose with the observations, weighted towards the trunk, and fits. A second fit begins at the pose of
+// InitialPoseSolver, because a strongly bent body is far from the rest pose. The fit of lower cost is kept.
 bool SkeletonTracker::start(std::span<const kinematics::Observation> seen, Timestamp at) {
   reset();
   pairs_.clear();
@@ -120,20 +122,20 @@ bool SkeletonTracker::start(std::span<const kinematics::Observation> seen, Times
     const int depth = bone_depth_[static_cast<std::size_t>(pose_.marker_set().markers[m].bone)];
     pairs_.push_back({pose_.marker_at(m), one.position, std::pow(0.2, depth)});
   }
-  const std::optional<geometry::RigidFit> laid = geometry::fit_rigid(pairs_);
-  if (!laid) return false;
-  pose_.place(laid->to_from);
-  const int patience = 5 * settings_.max_iterations;
-  (void)pose_.solve(seen, {.rest_range_fraction = kRestRangeFraction, .outlier_m = 0.5}, patience);
-  const kinematics::PosePrior prior{.rest_range_fraction = kRestRangeFraction, .outlier_m = settings_.outlier_m};
-  kinematics::PoseFitResult result = pose_.solve(seen, prior, patience);
-  // From the rest pose a body that is bent far may be led astray; laid bone by bone it is not. The better of both.
+  const std::optional<geometry::RigidFit> aligned = geometry::fit_rigid(pairs_);
+  if (!aligned) return false;
+  pose_.place(aligned->to_from);
+  const int iterations = 5 * settings_.max_iterations;
+  (void)pose_.solve(seen, {.rest_range_fraction = kinematics::kRestRangeFraction, .outlier_m = 0.5}, iterations);
+  const kinematics::PosePrior prior{.rest_range_fraction = kinematics::kRestRangeFraction,
+                                    .outlier_m = settings_.outlier_m};
+  kinematics::PoseFitResult result = pose_.solve(seen, prior, iterations);
   std::copy(pose_.locals().begin(), pose_.locals().end(), fallback_pose_.begin());
   if (initial_pose_.solve(pose_.marker_set(), seen, trial_pose_)) {
     pose_.set_locals(trial_pose_);
-    const kinematics::PoseFitResult was_reinitialised = pose_.solve(seen, prior, patience);
-    if (was_reinitialised.cost < result.cost) {
-      result = was_reinitialised;
+    const kinematics::PoseFitResult second = pose_.solve(seen, prior, iterations);
+    if (second.cost < result.cost) {
+      result = second;
     } else {
       pose_.set_locals(fallback_pose_);
     }
@@ -165,19 +167,19 @@ void SkeletonTracker::predict(Timestamp at) {
   std::fill(unreliable_.begin(), unreliable_.end(), 0);
   std::fill(reinitialised_.begin(), reinitialised_.end(), 0);
   const double ahead_s = std::clamp(to_s(at - committed_at_), 0.0, kMaxGap_s);
-  // The way that a speed which dies away leads to.
+  // Angle covered by an exponentially decaying velocity.
   const double coast_s = kCoastTimeConstant_s * (1.0 - std::exp(-ahead_s / kCoastTimeConstant_s));
-  const double back = 1.0 - std::exp(-ahead_s / kMeanReversionTimeConstant_s);
+  const double reversion = 1.0 - std::exp(-ahead_s / kMeanReversionTimeConstant_s);
   std::copy(committed_.begin(), committed_.end(), predicted_.begin());
   predicted_[0].position += ahead_s * velocity_m_s_;
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     const BoneMemory& bone = bones_[b];
-    Eigen::Vector3d turn = coast_s * bone.angular_velocity_rad_s +
-                           (ahead_s - coast_s) * (bone.observed_fraction * bone.angular_velocity_rad_s);
+    Eigen::Vector3d rotation_rad = coast_s * bone.angular_velocity_rad_s +
+                                   (ahead_s - coast_s) * (bone.observed_fraction * bone.angular_velocity_rad_s);
     const Eigen::Vector3d to_mean = mean_rotation_.rotation_to_mean(b, predicted_[b].rotation);
-    turn += back * (to_mean - bone.observed_fraction * to_mean);
-    if (turn.isZero()) continue;
-    predicted_[b].rotation = (kinematics::from_rotation_vector(turn) * predicted_[b].rotation).normalized();
+    rotation_rad += reversion * (to_mean - bone.observed_fraction * to_mean);
+    if (rotation_rad.isZero()) continue;
+    predicted_[b].rotation = (kinematics::from_rotation_vector(rotation_rad) * predicted_[b].rotation).normalized();
   }
   pose_.set_locals(predicted_);
 }
@@ -188,7 +190,7 @@ void SkeletonTracker::update_observability(std::span<const kinematics::Observati
   for (const kinematics::Observation& one : seen) {
     if (!kinematics::is_usable(one)) continue;
     const MarkerOnBone& marker = set.markers[static_cast<std::size_t>(one.marker)];
-    const bool in_joint = marker.offset_m.norm() < kInJoint_m;
+    const bool in_joint = kinematics::sits_in_joint(marker);
     int bone = marker.bone;
     if (in_joint) bone = set.skeleton.bones[static_cast<std::size_t>(bone)].parent;
     if (bone >= 0) {
@@ -205,16 +207,17 @@ void SkeletonTracker::update_observability(std::span<const kinematics::Observati
 
 kinematics::PosePrior SkeletonTracker::make_prior(std::size_t seen) const {
   kinematics::PosePrior prior;
-  prior.rest_range_fraction = kRestRangeFraction;
-  prior.limit_sigma_rad = kLimitSigma_rad;
+  prior.rest_range_fraction = kinematics::kRestRangeFraction;
+  prior.limit_sigma_rad = kinematics::kRangeSigma_rad;
   prior.prior_information = prior_information_;
-  // One or two markers cannot tell the root's place and turn at once.
+  // One or two markers do not determine the root's position and rotation together.
   prior.prior_root_sigma_m = seen < 3 ? 0.05 : 1.0;
   prior.outlier_m = settings_.outlier_m;
   return prior;
 }
 
-// What is left of a prior's covariance was told by markers. It changes with the markers, and slowly with the pose.
+// Computes how much of each joint's rotation the markers observe: I - posterior covariance / prior covariance, with a
+// weak isotropic prior. Recomputed when the set of observations changes, and every kCovarianceInterval fits.
 void SkeletonTracker::update_observed_fractions(std::span<const kinematics::Observation> seen) {
   const auto same = [](const kinematics::Observation& one, const CovarianceInput& was) {
     return one.marker == was.marker && one.bearing_only == was.bearing_only && kinematics::is_usable(one) == was.usable;
@@ -234,7 +237,7 @@ void SkeletonTracker::update_observed_fractions(std::span<const kinematics::Obse
   kinematics::PosePrior prior = make_prior(seen.size());
   prior.rest_confidence = rest_confidence_;
   prior.limit_confidence = rest_confidence_;
-  prior.outlier_m = kNoOutlier_m;  // a marker tells of its bones however far they are from where it wants them
+  prior.outlier_m = kNoOutlier_m;  // observability does not depend on the residual
   const bool has_covariance = pose_.compute_covariances(seen, prior);
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     bones_[b].observed_fraction.setZero();
@@ -250,30 +253,30 @@ kinematics::PoseFitResult SkeletonTracker::update(std::span<const kinematics::Ob
   update_observability(seen);
   if (seen.empty()) return {};
   for (std::size_t b = 0; b < bones_.size(); ++b) {
-    const bool hangs =
+    const bool needs_swivel_plane =
         bones_[b].observability == Observability::BearingOnly || bones_[b].observability == Observability::Descendant;
-    pose_.set_swivel_plane(b, hangs ? swivel_planes_.plane(b) : kinematics::SwivelPlane{});
+    pose_.set_swivel_plane(b, needs_swivel_plane ? swivel_planes_.plane(b) : kinematics::SwivelPlane{});
   }
   update_observed_fractions(seen);
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     const Eigen::Matrix3d& observed_fraction = bones_[b].observed_fraction;
     const Eigen::Matrix3d unobserved_fraction = Eigen::Matrix3d::Identity() - observed_fraction;
-    const double some = std::clamp(observed_fraction.trace(), 0.0, 1.0);
-    const double unseen_rad = some * kUnobservedAxisSigma_rad + (1.0 - some) * kUnseenJointSigma_rad;
-    prior_information_[b] =
-        (kMotionSigma_rad * kMotionSigma_rad * observed_fraction + unseen_rad * unseen_rad * unobserved_fraction)
-            .inverse();
-    const double all = std::max(0.0, 1.0 - unobserved_fraction.trace());
-    if (all > kFullyObservedFraction) bones_[b].fully_observed_at = at_;
+    const double any_axis = std::clamp(observed_fraction.trace(), 0.0, 1.0);
+    const double unobserved_sigma_rad = any_axis * kUnobservedAxisSigma_rad + (1.0 - any_axis) * kUnseenJointSigma_rad;
+    prior_information_[b] = (kMotionSigma_rad * kMotionSigma_rad * observed_fraction +
+                             unobserved_sigma_rad * unobserved_sigma_rad * unobserved_fraction)
+                                .inverse();
+    const double all_axes = std::max(0.0, 1.0 - unobserved_fraction.trace());
+    if (all_axes > kFullyObservedFraction) bones_[b].fully_observed_at = at_;
     const double unobserved_s = std::max(0.0, to_s(at_ - bones_[b].fully_observed_at));
-    const double lately = settings_.rest_prior_time_constant_s > 0.0
-                              ? some * std::exp(-unobserved_s / settings_.rest_prior_time_constant_s)
-                              : 0.0;
-    rest_confidence_[b] = 1.0 - (1.0 - kObservedPriorFraction) * std::max(all, lately);
-    limit_confidence_[b] = 1.0 - (1.0 - kObservedPriorFraction) * some;
+    const double recent_fraction = settings_.rest_prior_time_constant_s > 0.0
+                                       ? any_axis * std::exp(-unobserved_s / settings_.rest_prior_time_constant_s)
+                                       : 0.0;
+    rest_confidence_[b] = 1.0 - (1.0 - kObservedPriorFraction) * std::max(all_axes, recent_fraction);
+    limit_confidence_[b] = 1.0 - (1.0 - kObservedPriorFraction) * any_axis;
     if (bones_[b].observability == Observability::BearingOnly && is_weakly_observed(b)) {
       rest_confidence_[b] = limit_confidence_[b] = 1.0;
-      const double min_sigma_rad = std::min(kBearingOnlySigma_rad, unseen_rad);
+      const double min_sigma_rad = std::min(kBearingOnlySigma_rad, unobserved_sigma_rad);
       prior_information_[b] = (kBearingOnlySigma_rad * kBearingOnlySigma_rad * observed_fraction +
                                min_sigma_rad * min_sigma_rad * unobserved_fraction)
                                   .inverse();
@@ -292,22 +295,23 @@ kinematics::PoseFitResult SkeletonTracker::update(std::span<const kinematics::Ob
   return result;
 }
 
-// Where markers stay off, small steps from the pose at hand may have led into the wrong valley: a limb came out from
-// behind the body elsewhere, or is turned the wrong way round. Then all markers pull from afar and limbs are laid on
-// theirs anew; the better of both explains. Of the first's cost at most what these markers cost can be saved.
+// Fits from the current pose. If markers keep large residuals, the fit may have ended in a wrong local minimum: a limb
+// that returned elsewhere, or one with the wrong rotation. Then a wide search (large robust scale) and a
+// reinitialisation of bone rotations precede a second fit, and the fit of lower cost is kept. The second fit can save
+// at most the cost of those markers; it is skipped if that cannot bring the cost below `max_cost`.
 kinematics::PoseFitResult SkeletonTracker::solve(std::span<const kinematics::Observation> seen,
                                                  const kinematics::PosePrior& prior, const kinematics::PoseFitEnd& end,
                                                  double max_cost) {
   std::copy(pose_.locals().begin(), pose_.locals().end(), start_pose_.begin());
   const kinematics::PoseFitResult first = pose_.solve(seen, prior, end);
-  double off_cost = 0.0;
+  double outlier_cost = 0.0;
   for (const kinematics::Observation& one : seen) {
     if (!kinematics::is_usable(one) ||
         kinematics::distance_m(one, pose_.marker_at(static_cast<std::size_t>(one.marker))) < settings_.outlier_m)
       continue;
-    off_cost += 0.5 * kinematics::information_1_m2(one) * prior.outlier_m * prior.outlier_m;
+    outlier_cost += 0.5 * kinematics::information_1_m2(one) * prior.outlier_m * prior.outlier_m;
   }
-  if (off_cost == 0.0 || first.cost - off_cost > max_cost) return first;
+  if (outlier_cost == 0.0 || first.cost - outlier_cost > max_cost) return first;
   std::copy(pose_.locals().begin(), pose_.locals().end(), fallback_pose_.begin());
   pose_.set_locals(start_pose_);
   kinematics::PosePrior wide = prior;
@@ -323,9 +327,10 @@ kinematics::PoseFitResult SkeletonTracker::solve(std::span<const kinematics::Obs
 void SkeletonTracker::commit(std::span<const kinematics::Observation> seen) {
   const double step_s = to_s(at_ - committed_at_);
   const double decay = std::exp(-std::max(0.0, step_s) / kCoastTimeConstant_s);
-  // What another body is turned by is no motion.
+  // A change of the body model is no motion.
   const bool motion = step_s > 0.0 && step_s <= kMaxGap_s && !refitted_;
-  // Half of the new, half of the old: noise of the pose is halved, a swing is followed within two sets.
+  // Gain of the velocity filter: halves the noise of the pose and follows a change of velocity within two sets. Chosen
+  // by hand; not yet measured.
   constexpr double kVelocityGain = 0.5;
   if (seen.empty()) {
     velocity_m_s_ *= decay;
@@ -339,18 +344,18 @@ void SkeletonTracker::commit(std::span<const kinematics::Observation> seen) {
       bone.angular_velocity_rad_s = coasting_rad_s;
     } else {
       const Eigen::Quaterniond& now = pose_.locals()[b].rotation;
-      const Eigen::Vector3d turned = kinematics::rotation_vector(now * committed_[b].rotation.conjugate());
+      const Eigen::Vector3d rotation_rad = kinematics::rotation_vector(now * committed_[b].rotation.conjugate());
       const double innovation_rad = kinematics::rotation_vector(now * predicted_[b].rotation.conjugate()).norm();
-      // A limb that was laid anew did not turn: it had been read wrongly.
-      const bool was_reinitialised = turned.norm() > kMaxStepRotation_rad || reinitialised_[b] != 0 ||
+      // A reinitialised limb did not move: its earlier pose was wrong.
+      const bool was_reinitialised = rotation_rad.norm() > kMaxStepRotation_rad || reinitialised_[b] != 0 ||
                                      (bone.observability != Observability::Full && innovation_rad > kMaxInnovation_rad);
       if (was_reinitialised) bone.angular_velocity_rad_s.setZero();
-      const Eigen::Vector3d known_rad_s =
-          bone.angular_velocity_rad_s + kVelocityGain * (turned / step_s - bone.angular_velocity_rad_s);
-      // What was not told before and is now comes from elsewhere, and is no motion.
-      const Eigen::Vector3d learnt_rad_s =
-          bone.observed_fraction * (bone.previous_observed_fraction * (known_rad_s - coasting_rad_s));
-      if (!was_reinitialised) bone.angular_velocity_rad_s = coasting_rad_s + learnt_rad_s;
+      const Eigen::Vector3d filtered_rad_s =
+          bone.angular_velocity_rad_s + kVelocityGain * (rotation_rad / step_s - bone.angular_velocity_rad_s);
+      // Velocity is updated only about axes that were observed before and are observed now.
+      const Eigen::Vector3d observed_change_rad_s =
+          bone.observed_fraction * (bone.previous_observed_fraction * (filtered_rad_s - coasting_rad_s));
+      if (!was_reinitialised) bone.angular_velocity_rad_s = coasting_rad_s + observed_change_rad_s;
     }
     bone.previous_observed_fraction = bone.observed_fraction;
     if (b > 0 && !seen.empty()) mean_rotation_.update(b, pose_.locals()[b].rotation, bone.observed_fraction, step_s);
@@ -361,9 +366,9 @@ void SkeletonTracker::commit(std::span<const kinematics::Observation> seen) {
   }
   std::copy(pose_.locals().begin(), pose_.locals().end(), committed_.begin());
   for (std::size_t m = 0; m < markers_.size(); ++m) {
-    const Eigen::Vector3d place = predicted_position(m);
-    if (motion) markers_[m].velocity_m_s = (place - markers_[m].position_m) / step_s;
-    markers_[m].position_m = place;
+    const Eigen::Vector3d position_m = predicted_position(m);
+    if (motion) markers_[m].velocity_m_s = (position_m - markers_[m].position_m) / step_s;
+    markers_[m].position_m = position_m;
   }
   for (const kinematics::Observation& one : seen) {
     if (one.bearing_only || one.is_ambiguous || !kinematics::is_usable(one)) continue;

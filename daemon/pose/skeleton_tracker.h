@@ -20,106 +20,119 @@
 namespace mocap::pose {
 
 struct SkeletonTrackerSettings {
-  double outlier_m = 0.05;  ///< a marker further off its place than this hardly counts
-  int max_iterations = 6;   ///< of a fit; a first pose has ten times as many
-  /// A turn is told as far as markers tell more than this, rad: a marker on skin of 3 mm tells, 4 cm from the axis,
-  /// 0.08.
+  double outlier_m = 0.05;  ///< scale of the robust cost: a marker farther off has little weight
+  int max_iterations = 6;   ///< of one fit; each fit of an initial pose has five times as many
+  /// Standard deviation of a joint rotation against which observability is judged: the observed fraction is 1 -
+  /// posterior variance / this variance. A marker with 3 mm skin motion, 4 cm from the axis, gives a posterior of 0.08
+  /// rad.
   double observability_prior_rad = 0.5;
-  /// A turn that markers told a moment ago is better known than by what is common, which takes over with this time
-  /// constant; 0: at once.
+  /// Time constant with which the rest pose prior returns after markers last observed a joint; 0: at once.
   double rest_prior_time_constant_s = 20.0;
 };
 
-/// Follows one body from instant to instant by the markers that are seen: where it goes on to, what pose explains what
-/// is seen, and where, how surely, the markers are that nobody sees.
+/// Tracks the pose of one body: predicts it, fits it to the labelled markers of a set, and predicts where undetected
+/// markers are, with covariance. The pose is a maximum a posteriori estimate; mechanisms.md lists the priors and the
+/// discrete ambiguities.
 ///
-/// One instant: `predict`, then as many tries of `fit` as one likes, then `learn` from the last of them. Hidden joints
-/// go on for a moment, then stay, and go back to rest slowly; joints that hardly turn hardly are turned.
+/// For each set: `predict`, then any number of `update` and `evaluate_...` calls, then `commit` of the last pose.
+/// Joints that no marker observes coast for about 0.1 s, then revert to their running mean rotation, and over seconds
+/// to the rest pose.
 ///
-/// Allocates in the constructor only. Reads no clock.
+/// Allocates in the constructor only. Reads no clock. One thread at a time.
 class SkeletonTracker {
  public:
   SkeletonTracker(const MarkerSet& set, const SkeletonTrackerSettings& settings);
 
-  /// New bone offsets and marker offsets, by bone and by marker.
+  /// Uses other settings from the next call on.
+  void set_settings(const SkeletonTrackerSettings& settings) { settings_ = settings; }
+
+  /// Takes over fitted bone offsets and marker offsets, by bone and by marker.
   void refit(std::span<const Eigen::Vector3d> rest_offsets_m, std::span<const Eigen::Vector3d> marker_offsets_m);
 
   bool is_tracking() const noexcept { return is_tracking_; }
-  /// How the body's joints bend stays known: it may be lost, and found again.
+  /// Ends tracking. Learned hinge axes and swivel planes are kept: the same subject may be found again (identify,
+  /// decision 0003).
   void reset();
-  /// It is another body.
+  /// Forgets learned hinge axes and swivel planes (a new subject).
   void reset_joint_calibration();
   const HingeAxisCalibration& hinge_axes() const noexcept { return hinge_axes_; }
   const SwivelPlanePrior& swivel_planes() const noexcept { return swivel_planes_; }
 
-  /// A first pose. False, and nobody followed, when too little is seen.
+  /// Computes an initial pose. False, without tracking, if the observations do not determine a rigid alignment.
   bool start(std::span<const kinematics::Observation> seen, Timestamp at);
 
-  /// Goes to the pose that the motion leads to at `at`; may be asked for any instant, in any order.
+  /// Sets the pose to the prediction for `at`. May be called for any instant, in any order.
   void predict(Timestamp at);
-  /// The pose of the last `predict`, moved to what explains `seen`.
+  /// Fits the last prediction to `seen`.
   kinematics::PoseFitResult update(std::span<const kinematics::Observation> seen);
-  /// The same from the pose of the last `fit`, with hidden joints as free as they may be after the time that they are
-  /// hidden: what this reading of the markers costs, to be compared with that of another reading. A cost over `within`
-  /// may be told as larger than it is: no more work is spent on a reading that cannot come below.
+  /// Cost of a label hypothesis: fits `seen` from the pose of the last `update`, with hidden joints as free as their
+  /// drift covariance says. A cost above `max_cost` may be reported larger than it is, because no further starts are
+  /// tried for a hypothesis that cannot win.
   kinematics::PoseFitResult evaluate_hypothesis(std::span<const kinematics::Observation> seen,
                                                 double max_cost = std::numeric_limits<double>::infinity());
-  /// A bone turns in its joint until its `marker` is where its marker `onto_marker` was.
+  /// A rotation of a bone in its joint that moves `marker` in the direction of `onto_marker`.
   struct MarkerSwing {
     int marker = 0;
     int onto_marker = 0;
   };
-  /// What `explain` tells, looked for near another pose, by its locals, after these swings (of bones but 0).
+  /// The same, with the search begun at `locals` after these swings (of bones other than the root).
   kinematics::PoseFitResult evaluate_from(std::span<const Pose> locals, std::span<const MarkerSwing> swings,
                                           std::span<const kinematics::Observation> seen, double max_cost);
-  /// Until the next `predict`, these bones (by bone; not 0) may be turned anyhow: they may have followed wrong markers.
+  /// Until the next `predict`, the flagged bones (by bone; not the root) have the largest drift covariance: they may
+  /// have followed wrong labels.
   void mark_unreliable(std::span<const char> bones) { unreliable_.assign(bones.begin(), bones.end()); }
-  /// Takes the last fit for the truth of its instant.
+  /// Accepts the last fit: updates velocities, marker biases, drift covariances and all learned joint properties.
   void commit(std::span<const kinematics::Observation> seen);
 
   const kinematics::PoseFit& pose() const noexcept { return pose_; }
-  /// The local poses of the last `predict`.
+  /// Local poses of the last `predict`.
   std::span<const Pose> predicted_locals() const noexcept { return predicted_; }
   double residual_m() const noexcept { return residual_m_; }
   Timestamp committed_at() const noexcept { return committed_at_; }
 
-  /// Where the pose at hand puts a marker, with what was learnt about where it sits.
+  /// Predicted position of a marker in the current pose, with its learned bias.
   Eigen::Vector3d predicted_position(std::size_t marker) const;
-  /// How fast its place moves, m/s.
+  /// Speed of a marker between the last two commits, m/s.
   double speed_of(std::size_t marker) const { return markers_[marker].velocity_m_s.norm(); }
-  /// Prepares `predicted_covariance` for the pose at hand, of which `seen` tells. False when that tells nothing.
+  /// Prepares `predicted_covariance` for the current pose, observed by `seen`. False if the equations are not positive
+  /// definite.
   [[nodiscard]] bool compute_covariances(std::span<const kinematics::Observation> seen, Timestamp at);
-  /// Of a marker's place by the last `compute_covariances`, m^2; grows with the time that its joints are hidden.
+  /// Covariance of a marker's position by the last `compute_covariances`, m^2; grows with the time for which the joints
+  /// of the marker's bones are unobserved.
   Eigen::Matrix3d predicted_covariance(std::size_t marker) const;
 
-  /// Whether `seen` of the last fit told the turn of a bone, by markers that it moves itself (Direct), of which one
-  /// camera alone sees any (Ray), or by markers further down.
+  /// How `seen` of the last fit observes a bone: not at all, by markers of descendants only, by one camera's ray of an
+  /// own marker, or by an own marker in 3D. A marker in a joint counts for the parent.
   enum class Observability { None, Descendant, BearingOnly, Full };
   Observability bone_observability(std::size_t bone) const { return bones_[bone].observability; }
   bool ever_seen(std::size_t marker) const { return markers_[marker].ever_seen; }
-  /// Since a marker was last learnt of; a long time where it never was.
+  /// Time since a marker was last observed; 1000 s if it never was.
   double unseen_s(std::size_t marker, Timestamp at) const;
 
  private:
   struct MarkerMemory {
     Timestamp seen_at;
     bool ever_seen = false;
-    Eigen::Vector3d bias_m = Eigen::Vector3d::Zero();      // from where the model puts it, in its bone's frame
-    Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  // when last learnt
+    Eigen::Vector3d bias_m = Eigen::Vector3d::Zero();      // observed minus predicted position, in the bone's frame
+    Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  // at the last commit
     Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
   };
   struct BoneMemory {
-    Eigen::Vector3d angular_velocity_rad_s = Eigen::Vector3d::Zero();  // of the local turn, in the parent's frame
-    Timestamp fully_observed_at;                                       // when markers told all of its turn
+    Eigen::Vector3d angular_velocity_rad_s = Eigen::Vector3d::Zero();  // of the local rotation, in the parent's frame
+    Timestamp fully_observed_at;  // when markers last determined the whole rotation
     Observability observability = Observability::None;
-    // Which turns in the parent's frame the markers of the last fit told: 1 along an axis that they told alone, 0 along
-    // one that they told nothing of.
+    // Part of the rotation that the markers of the last fit observe, in the parent's frame: 1 along an axis that they
+    // determine alone, 0 along an unobserved one. I - posterior covariance / prior covariance.
     Eigen::Matrix3d observed_fraction = Eigen::Matrix3d::Identity();
-    Eigen::Matrix3d previous_observed_fraction = Eigen::Matrix3d::Identity();  // when last learnt
+    Eigen::Matrix3d previous_observed_fraction = Eigen::Matrix3d::Identity();  // at the last commit
   };
 
-  // A person's joint hardly turns by more than this from set to set against what its motion lets expect, rad.
+  // Standard deviation of a joint rotation from its prediction, from set to set. Chosen by hand; not yet measured.
   static constexpr double kMotionSigma_rad = 0.15;
+
+  // A fit ends when no joint moves or rotates by more than this in one step, m or rad. Gauss-Newton converges
+  // quadratically near the minimum, so less than a twentieth of a degree is left.
+  static constexpr double kConvergedStep = 5e-4;
 
   void update_observability(std::span<const kinematics::Observation> seen);
   void update_observed_fractions(std::span<const kinematics::Observation> seen);
@@ -158,34 +171,34 @@ class SkeletonTracker {
   kinematics::PoseFit pose_;
   InitialPoseSolver initial_pose_;
   bool is_tracking_ = false;
-  bool refitted_ = false;  // since it last learnt
+  bool refitted_ = false;  // since the last commit
   Timestamp committed_at_;
-  Timestamp at_;  // of the last predict
+  Timestamp at_;  // of the last `predict`
   double residual_m_ = 0.0;
   Eigen::Vector3d velocity_m_s_ = Eigen::Vector3d::Zero();
   std::vector<BoneMemory> bones_;
   std::vector<MarkerMemory> markers_;
-  std::vector<int> bone_depth_;           // by bone
-  std::vector<Pose> committed_;           // locals
-  std::vector<Pose> predicted_;           // locals
-  std::vector<Pose> fitted_;              // locals of the last fit
+  std::vector<int> bone_depth_;           // by bone: number of ancestors
+  std::vector<Pose> committed_;           // locals at the last commit
+  std::vector<Pose> predicted_;           // locals of the last `predict`
+  std::vector<Pose> fitted_;              // locals of the last `update`
   std::vector<Pose> start_pose_;          // scratch: locals before a solve
-  std::vector<Pose> fallback_pose_;       // scratch: locals before a limb is laid anew
-  std::vector<Pose> trial_pose_;          // scratch: locals while it is
-  std::vector<Pose> straight_pose_;       // scratch: locals of a limb that hangs on straight
-  std::vector<char> is_below_;            // scratch: by bone
-  std::vector<Pose> limb_prior_pose_;     // scratch: locals that a limb is held to while it is laid elsewhere
-  std::vector<double> squared_error_m2_;  // by bone
-  std::vector<int> marker_count_;         // by bone
+  std::vector<Pose> fallback_pose_;       // scratch: locals before a reinitialisation
+  std::vector<Pose> trial_pose_;          // scratch: locals during a reinitialisation
+  std::vector<Pose> straight_pose_;       // scratch: locals with a limb in rest pose
+  std::vector<char> is_below_;            // scratch, by bone: the limb that is reinitialised
+  std::vector<Pose> limb_prior_pose_;     // scratch: mean of the prior while both branches of a ray are compared
+  std::vector<double> squared_error_m2_;  // by bone, of its own markers
+  std::vector<int> marker_count_;         // by bone, of its own markers
   JointDriftCovariance joint_drift_;
   RunningMeanRotation mean_rotation_;
   std::vector<DepthGaussianSum> depth_hypotheses_;  // by marker
   HingeAxisCalibration hinge_axes_;
   SwivelPlanePrior swivel_planes_;
-  std::vector<double> rest_confidence_;  // of this fit, by bone
+  std::vector<double> rest_confidence_;  // by bone, of the current fit
   std::vector<double> limit_confidence_;
   std::vector<Eigen::Matrix3d> prior_information_;
-  std::vector<double> limb_rest_confidence_;  // the same three while a limb is laid elsewhere
+  std::vector<double> limb_rest_confidence_;  // the same three while both branches of a ray are compared
   std::vector<double> limb_limit_confidence_;
   std::vector<Eigen::Matrix3d> limb_prior_information_;
   struct CovarianceInput {
@@ -193,10 +206,10 @@ class SkeletonTracker {
     bool bearing_only = false;
     bool usable = false;
   };
-  std::vector<CovarianceInput> covariance_inputs_;  // the observations that `share` of the bones is by
-  int covariance_age_ = 0;                          // fits
+  std::vector<CovarianceInput> covariance_inputs_;  // the observations that the observed fractions were computed from
+  int covariance_age_ = 0;                          // number of fits since then
   std::vector<char> unreliable_;                    // by bone
-  std::vector<char> reinitialised_;                 // by bone: in the last fit it was laid elsewhere
+  std::vector<char> reinitialised_;                 // by bone: the last fit reinitialised it, so its step is no motion
   std::vector<geometry::PointPair> pairs_;
 };
 

@@ -8,6 +8,8 @@ namespace mocap::pose {
 struct SmoothSettings {
   double min_cutoff_hz = 0.0;
   double beta = 0.5;
+
+  bool operator==(const SmoothSettings&) const = default;
 };
 
 void declare_keys(KeyVisitor& keys, SmoothSettings& smooth);

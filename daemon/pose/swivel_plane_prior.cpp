@@ -4,23 +4,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinematics/hinge_range.h"
+
 namespace mocap::pose {
 namespace {
 
-// A hinge's range on the wrong side is at most this share of that on the right one; so is that across, rad.
-constexpr double kMaxReverseRangeFraction = 0.15;
-constexpr double kMaxMinorRange_rad = 0.3;
-// What was seen is forgotten with this time constant, so that wrong names are.
+// Time constant of exponential forgetting, so that observations with wrong labels fade. Chosen by hand; not yet
+// measured.
 constexpr double kPlaneForgetting_s = 6.0;
-constexpr double kMinObservedFraction = 0.8;
-// A plane is known when the joint was told for so long and was bent by so much, rms.
+// A plane is known after this observed time with at least this rms bend. Chosen by hand; not yet measured.
 constexpr double kMinObserved_s = 0.5;
 constexpr double kMinBend_rad = 0.25;
-// Nobody's joint strays by less; at first it is thought to stray so far, which counts for so long.
+// Smallest standard deviation of a bone from its plane, and the prior standard deviation with its weight in time.
+// Chosen by hand; not yet measured.
 constexpr double kMinPlaneSigma_rad = 0.03;
 constexpr double kInitialPlaneSigma_rad = 0.15;
 constexpr double kInitialWeight_s = 0.1;
-// Planes change slowly.
+// Time between two computations of a plane; planes change slowly.
 constexpr double kUpdateInterval_s = 0.1;
 
 }  // namespace
@@ -31,11 +31,10 @@ SwivelPlanePrior::SwivelPlanePrior(const Skeleton& skeleton) : hinges_(skeleton.
     if (!turns[0] || !turns[1] || !turns[2]) continue;
     int hinge_axis = -1, minor_axis = -1;
     for (int axis = 0; axis < 3; ++axis) {
-      const AngleRange& range = *turns[static_cast<std::size_t>(axis)];
-      const double up = std::max(0.0, range.max_rad), down = std::max(0.0, -range.min_rad);
-      if (std::max(up, down) < kMaxMinorRange_rad) {
+      const kinematics::AxisReach reach = kinematics::reach_of(*turns[static_cast<std::size_t>(axis)]);
+      if (reach.larger_rad() < kinematics::kMaxMinorRange_rad) {
         minor_axis = axis;
-      } else if (std::min(up, down) <= kMaxReverseRangeFraction * std::max(up, down)) {
+      } else if (kinematics::bends_one_way(reach)) {
         hinge_axis = axis;
       }
     }
@@ -58,8 +57,8 @@ void SwivelPlanePrior::update(std::size_t bone, const Eigen::Quaterniond& local,
                               const Eigen::Matrix3d& observed_fraction, double step_s) {
   Hinge& hinge = hinges_[bone];
   if (hinge.bone_axis < 0 || !(step_s > 0.0)) return;
-  if (!(observed_fraction(hinge.hinge_axis, hinge.hinge_axis) > kMinObservedFraction &&
-        observed_fraction(hinge.minor_axis, hinge.minor_axis) > kMinObservedFraction))
+  if (!(observed_fraction(hinge.hinge_axis, hinge.hinge_axis) > kinematics::kMinObservedFraction &&
+        observed_fraction(hinge.minor_axis, hinge.minor_axis) > kinematics::kMinObservedFraction))
     return;
   const Eigen::Vector3d tip = local * Eigen::Vector3d::Unit(hinge.bone_axis);
   const Eigen::Vector2d tip_deviation(tip[hinge.hinge_axis], tip[hinge.minor_axis]);

@@ -10,33 +10,35 @@
 
 namespace mocap::pose {
 
-/// In which plane each body's elbows and knees bend, and how far they stray from it: learnt while markers tell the
-/// joint, for the time when one camera's ray is all that tells of it. How the bone is turned about itself is free.
+/// Learns the plane in which each elbow and knee of a subject bends, and the deviation from it, while markers observe
+/// the joint. The plane is a prior for the third rotation (swivel angle) of a limb that only one bearing or markers
+/// further down observe. The twist of the bone is left free.
 ///
 /// Allocates in the constructor only.
 class SwivelPlanePrior {
  public:
   explicit SwivelPlanePrior(const Skeleton& skeleton);
 
-  /// Nothing is known of anybody.
+  /// Forgets all planes (a new subject).
   void reset();
-  /// A joint was turned so for `step_s`, of which markers told `observed_fraction` (1 along an axis that they told
-  /// alone, in the parent's frame).
+  /// Adds an observation: the joint had the rotation `local` for `step_s`; `observed_fraction` is the part that markers
+  /// observed (parent's frame; 1 along an axis that markers alone determine).
   void update(std::size_t bone, const Eigen::Quaterniond& local, const Eigen::Matrix3d& observed_fraction,
               double step_s);
 
-  /// In the parent's frame. Weightless where not known.
+  /// In the parent's frame; with weight 0 if unknown.
   const kinematics::SwivelPlane& plane(std::size_t bone) const { return hinges_[bone].plane; }
 
  private:
   struct Hinge {
-    int bone_axis = -1;  // the axis that the bone lies on at rest; -1: it is no hinge
-    int hinge_axis = 0;  // the axis that the file's turns about
-    int minor_axis = 0;  // the one that it hardly turns about
+    int bone_axis = -1;  // the axis along the bone in rest pose; -1: the joint is no hinge
+    int hinge_axis = 0;  // the axis of the bend
+    int minor_axis = 0;  // the other axis across the bone
     double observed_s = 0.0;
     Eigen::Matrix2d tip_scatter =
-        Eigen::Matrix2d::Zero();  // of the bone's tip on `hinge_axis` and `minor_axis`: rad^2 s
-    double since_update_s = 0.0;  // the plane was told
+        // second moments of the bone's tip direction on `hinge_axis` and `minor_axis`, rad^2 s
+        Eigen::Matrix2d::Zero();
+    double since_update_s = 0.0;  // time since the plane was last computed
     kinematics::SwivelPlane plane;
   };
 

@@ -1,7 +1,5 @@
 #include "runtime/blob_recorder.h"
 
-#include "base/log.h"
-
 namespace mocap::runtime {
 namespace {
 
@@ -10,29 +8,30 @@ constexpr Duration kLongestSleep = std::chrono::milliseconds(50);
 }  // namespace
 
 BlobRecorder::BlobRecorder(std::unique_ptr<BlobWriter> writer, std::vector<CameraChannel*> cameras, WakeSignal& wake)
-    : writer_(std::move(writer)), cameras_(std::move(cameras)), wake_(wake) {}
+    : writer_(std::move(writer)), cameras_(std::move(cameras)), wake_(wake), progress_(writer_->path()) {}
 
 void BlobRecorder::run(const std::stop_token& stop) {
   for (;;) {
     const WakeSignal::Ticket ticket = wake_.ticket();
     const bool ended = stop.stop_requested();
-    if (write_what_waits()) continue;
+    if (write_waiting()) continue;
     if (ended) break;
     wake_.wait(ticket, kLongestSleep);
   }
+  if (pausing()) return;
+  if (progress_.state() == RecordingState::Failed) return;
   const Status finished = writer_->finish();
-  if (!finished && !failed_) log_error("record", finished.error().message);
+  progress_.finished(finished, writer_->size());
 }
 
-bool BlobRecorder::write_what_waits() {
+bool BlobRecorder::write_waiting() {
   bool any = false;
   for (CameraChannel* channel : cameras_) {
     while (const BlobFrame* oldest = channel->to_record->front()) {
       any = true;
-      const Status written = failed_ ? Status{} : writer_->write(*oldest);
-      if (!written) {
-        failed_ = true;
-        log_error("record", written.error().message + "; the blob recording ends here, the feed goes on");
+      if (progress_.state() != RecordingState::Failed) {
+        const Status written = writer_->write(*oldest);
+        progress_.wrote(written, writer_->size());
       }
       channel->to_record->pop();
       channel->record_room.signal();

@@ -7,41 +7,41 @@
 namespace mocap::runtime {
 namespace {
 
-constexpr Duration kTellAgain = std::chrono::minutes(1);
+constexpr Duration kRepeatAfter = std::chrono::minutes(1);
 
-struct Words {
+struct Message {
   std::uint64_t CameraHealth::*count;
   const char* what;
-  const char* cure;
+  const char* remedy;
 };
 
-// One line a kind: what to say of `count` more of them, and what mends it.
-constexpr std::array<Words, CameraFaults::kKinds> kWords{{
+// One entry for each kind of fault: its counter, the message after the increase of the counter, and the remedy.
+constexpr std::array<Message, CameraFaults::kKinds> kMessages{{
     {&CameraHealth::missing_frames, "images never came",
-     "larger packets (an MTU of 9000 and packet_size_bytes), a lower rate_hz, or what mocapctl doctor finds"},
-    {&CameraHealth::failed_frames, "images came broken",
-     "packets are lost on the way: see what mocapctl doctor says of net.core.rmem_max, MTU and link speed"},
-    {&CameraHealth::missing_packets, "packets never came, although they were asked for again",
-     "look at cable and switch, and at what mocapctl doctor says of net.core.rmem_max"},
-    {&CameraHealth::underruns, "packets found every buffer in use",
-     "a larger stream_buffers (or buffers), or fewer cameras a processor"},
-    {&CameraHealth::dropped_queue_full, "images' blobs found no room on the way to the fusion",
-     "the machine is too slow for these cameras: a lower rate_hz, or [queues] camera_frames"},
-    {&CameraHealth::repeated_frames, "images came a second time and were left out",
+     "use larger packets (an MTU of 9000 and packet_size_bytes) or a lower rate_hz; see mocapctl doctor"},
+    {&CameraHealth::failed_frames, "images came incomplete",
+     "packets are lost in transit: check net.core.rmem_max, MTU and link speed with mocapctl doctor"},
+    {&CameraHealth::missing_packets, "packets never came, although they were requested again",
+     "check cable and switch, and net.core.rmem_max with mocapctl doctor"},
+    {&CameraHealth::underruns, "images arrived while no buffer was free",
+     "increase stream_buffers (or buffers), or connect fewer cameras to one processor"},
+    {&CameraHealth::dropped_queue_full, "images dropped, the queue to the fusion was full",
+     "the machine is too slow for these cameras: lower rate_hz, or increase [queues] camera_frames"},
+    {&CameraHealth::repeated_frames, "images came a second time and were dropped",
      "the network or the camera repeats packets: look for a loop between switches, and for new firmware"},
-    {&CameraHealth::clock_leaps, "times its clock leapt, ran back or stood still",
-     "times are learnt anew and are worse for some seconds; where it goes on, PTP or new firmware"},
+    {&CameraHealth::clock_leaps, "times its clock jumped, ran back or stopped",
+     "exposure times are less accurate for some seconds; if this recurs, use PTP or new firmware"},
 }};
 
 }  // namespace
 
-void CameraFaults::tell(const CameraHealth& now, Timestamp at) {
+void CameraFaults::report(const CameraHealth& now, Timestamp at) {
   for (std::size_t i = 0; i < kKinds; ++i) {
-    const std::uint64_t count = now.*kWords[i].count;
+    const std::uint64_t count = now.*kMessages[i].count;
     Kind& kind = kinds_[i];
-    if (count <= kind.told || (kind.told_at && at - *kind.told_at < kTellAgain)) continue;
+    if (count <= kind.logged || (kind.logged_at && at - *kind.logged_at < kRepeatAfter)) continue;
     log_warn("camera " + now.name,
-             fmt::format("{} {} total={}; {}", count - kind.told, kWords[i].what, count, kWords[i].cure));
+             fmt::format("{} {} total={}; {}", count - kind.logged, kMessages[i].what, count, kMessages[i].remedy));
     kind = {count, at};
   }
 }

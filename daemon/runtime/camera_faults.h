@@ -9,19 +9,19 @@
 
 namespace mocap::runtime {
 
-/// Tells the operator what goes wrong with one camera's images while it streams: each kind of fault when it begins,
-/// with what mends it, and again once a minute while it goes on. For the publish thread, which gathers the counts.
+/// Logs faults in the images of one camera while it streams: each kind of fault when it begins, with a remedy, and
+/// again once a minute while it lasts. The publish thread, which collects the counts, owns it.
 class CameraFaults {
  public:
   static constexpr std::size_t kKinds = 7;
 
-  /// Compares with the counts of the call before, and logs what grew.
-  void tell(const CameraHealth& now, Timestamp at);
+  /// Compares the counts with those last logged, and logs the increases.
+  void report(const CameraHealth& now, Timestamp at);
 
  private:
   struct Kind {
-    std::uint64_t told = 0;  // the count when it was told last
-    std::optional<Timestamp> told_at;
+    std::uint64_t logged = 0;  // count in the last log line
+    std::optional<Timestamp> logged_at;
   };
   std::array<Kind, kKinds> kinds_;
 };

@@ -1,4 +1,4 @@
-// What an operator asks of one camera's thread (CameraWorker).
+// The part of CameraWorker that executes an operator's orders.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,16 +10,16 @@
 namespace mocap::runtime {
 namespace {
 
-constexpr Duration kLookForOrders = std::chrono::milliseconds(20);
-constexpr int kStarts = 6;  // tries of 0.3 s of a camera that is still looked for
+constexpr Duration kOrderPeriod = std::chrono::milliseconds(50);
+constexpr int kStarts = 6;  // attempts of about 0.3 s while the search for the camera continues
 
 OrderDone answer_to(const CameraOrder& order, const Status& end, std::string_view words) {
   OrderDone answer;
   answer.order = order.number;
   answer.done = end.has_value();
   answer.unsupported = !end && end.error().code == ErrorCode::Unsupported;
-  const std::string_view told = end ? words : std::string_view(end.error().message);
-  for (const char c : told.substr(0, answer.message.capacity())) answer.message.push_back(c);
+  const std::string_view text = end ? words : std::string_view(end.error().message);
+  for (const char c : text.substr(0, answer.message.capacity())) answer.message.push_back(c);
   return answer;
 }
 
@@ -38,25 +38,26 @@ void CameraWorker::follow(const CameraOrder& order) {
   switch (order.action) {
     case CameraAction::Start:
       stopped_ = false;
-      words = "starts";
+      words = "starting";
       break;
     case CameraAction::Stop:
       stopped_ = true;
-      words = "stops";
+      words = "stopping";
       break;
     case CameraAction::Adjust:
       end = adjust(order);
-      words = "set, until the daemon is started again";
+      words = "set until the daemon is restarted";
       break;
     case CameraAction::LearnMask:
-      mask_order_ = order;  // answered by what is learnt
+      mask_order_ = order;  // learn_mask() sends the answer
       learner_.reset();
       return;
   }
   static_cast<void>(channel_.orders_done.try_push(answer_to(order, end, words)));
 }
 
-// A camera takes it when it is started: some images are missing then. What it cannot is taken back.
+// A camera applies new values when it starts, so a streaming camera is restarted and loses some images. If the restart
+// fails, the old values are restored.
 Status CameraWorker::adjust(const CameraOrder& order) {
   const std::optional<CameraAdjustment> before = parts_.camera->adjustment();
   if (!before) return parts_.camera->adjust({});
@@ -75,7 +76,7 @@ Status CameraWorker::adjust(const CameraOrder& order) {
   const Status started = restart();
   if (!started) {
     static_cast<void>(parts_.camera->adjust(*before));
-    static_cast<void>(restart());  // if that fails, the loop finds out and opens it anew
+    static_cast<void>(restart());  // if the restart fails, the loop detects the failure and reopens the camera
   }
   return started;
 }
@@ -87,11 +88,11 @@ void CameraWorker::wait_until_started(const std::stop_token& stop) {
     const WakeSignal::Ticket ticket = nap_.ticket();
     follow_orders();
     if (stop.stop_requested() || !stopped_) return;
-    nap_.wait(ticket, kLookForOrders);
+    nap_.wait(ticket, kOrderPeriod);
   }
 }
 
-// Costs the images' time while an operator waits; nothing otherwise.
+// Adds one image to the mask that an operator requested, and sends the mask after the last image.
 void CameraWorker::learn_mask(const Image& image, double threshold_grey) {
   if (!learner_) learner_.emplace(image.width_px, image.height_px, parts_.drawn_masks);
   if (!learner_->add(image, threshold_grey) || learner_->images() < mask_order_->images) return;

@@ -17,12 +17,12 @@
 
 namespace mocap::runtime {
 
-/// What became of an order.
+/// Result of an order.
 struct OrderDone {
-  std::uint64_t order = 0;  ///< its number
+  std::uint64_t order = 0;  ///< number of the order
   bool done = false;
   bool unsupported = false;
-  BoundedVector<char, 255> message;  ///< for people
+  BoundedVector<char, 255> message;  ///< for the operator
 };
 
 enum class SubjectAction { Add, Remove, Reset, Fit };
@@ -32,7 +32,7 @@ struct SubjectOrder {
   std::uint64_t number = 0;
   SubjectAction action = SubjectAction::Add;
   SubjectId subject;
-  SubjectFit fit;  ///< of Fit
+  SubjectFit fit;  ///< only for SubjectAction::Fit
 };
 
 enum class CameraAction { Start, Stop, Adjust, LearnMask };
@@ -43,42 +43,43 @@ struct CameraOrder {
   CameraAction action = CameraAction::Start;
   std::optional<double> exposure_us;
   std::optional<double> gain_db;
-  std::uint32_t images = 0;  ///< of LearnMask
+  std::uint32_t images = 0;  ///< number of images, only for CameraAction::LearnMask
 };
 
-/// What a camera's thread learnt for LearnMask.
+/// Result of a LearnMask order.
 struct MaskLearnt {
   std::uint64_t order = 0;
   std::vector<MaskPolygon> polygons;
-  std::size_t moved = 0;  ///< bright regions that are not masked, for they moved
+  std::size_t moved = 0;  ///< bright regions that moved and are therefore not masked
   double covered_share = 0.0;
 };
 
-/// From the control thread to the main thread: what concerns the daemon as a whole.
+/// From the control thread to the main thread: reload the configuration, after an optional change of it.
 struct MainOrder {
   std::uint64_t number = 0;
-  std::vector<std::vector<MaskPolygon>> masks;  ///< by CameraId: to be kept before the configuration is read anew
-  std::string subject;                          ///< a new one, to be added to the configuration
-  std::string marker_set;                       ///< what it wears: the absolute path of a file
+  std::vector<std::vector<MaskPolygon>> masks;  ///< by CameraId: learnt masks to save; empty: no change
+  std::string subject;                          ///< name of a subject to add to the configuration; empty: none
+  std::string marker_set;                       ///< absolute path of the new subject's marker set file
 };
 
-/// What the main thread says: it may be more than a line.
+/// Answer of the main thread; the message may have several lines.
 struct MainDone {
   std::uint64_t order = 0;
   bool done = false;
   std::string message;
+  bool change_follows = false;  ///< the main thread changes the pipeline next: a request must wait until then
 };
 
-/// The ways between the control thread and the others. Orders are rare; each is answered by the thread that it goes to.
+/// Queues between the control thread and the other threads. The thread that receives an order answers it.
 struct ControlChannel {
   SpscQueue<SubjectOrder> to_fusion{4};
   SpscQueue<OrderDone> from_fusion{4};
   WakeSignal* wake_fusion = nullptr;
-  SpscQueue<Health> health{2};             ///< publish thread to control thread, as reported
+  SpscQueue<Health> health{2};             ///< publish thread to control thread, with each report
   SpscQueue<Description> descriptions{4};  ///< publish thread to control thread, when it changes
-  SpscQueue<Snapshot> snapshots{1};        ///< publish thread to control thread, when asked for
+  SpscQueue<Snapshot> snapshots{1};        ///< publish thread to control thread, if snapshot_wanted
   std::atomic<bool> snapshot_wanted{false};
-  std::array<std::atomic<int>, kMaxSubjects> phases{};  ///< SubjectPhase of each subject, by the publish thread
+  std::array<std::atomic<int>, kMaxSubjects> phases{};  ///< SubjectPhase by SubjectId; set by the publish thread
   SpscQueue<MainOrder> to_main{2};
   SpscQueue<MainDone> from_main{2};
 };

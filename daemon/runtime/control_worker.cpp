@@ -11,14 +11,16 @@ namespace mocap::runtime {
 namespace {
 
 constexpr const char* kWho = "control";
-constexpr Duration kLookAtStop = std::chrono::milliseconds(50);
+constexpr Duration kStopCheckPeriod = std::chrono::milliseconds(50);
 constexpr Duration kSnapshotPatience = std::chrono::seconds(1);
-constexpr Duration kMainPatience = std::chrono::seconds(5);   // it reads files
-constexpr Duration kOrderPatience = std::chrono::seconds(3);  // a driver takes its time, a machine may be overloaded
+constexpr Duration kMainPatience = std::chrono::seconds(5);   // the main thread reads files
+constexpr Duration kOrderPatience = std::chrono::seconds(3);  // a camera restart takes up to 2 s
+// A take ends when the disk has all of it.
+constexpr Duration kTakePatience = std::chrono::seconds(30);
 constexpr Duration kMaskPatience = std::chrono::seconds(60);
-constexpr Duration kLookForAnswer = std::chrono::milliseconds(1);
+constexpr Duration kAnswerPollPeriod = std::chrono::milliseconds(1);
 constexpr std::uint32_t kMaskImages = 100;
-constexpr double kMostCovered = 0.2;  // of an image: a larger mask is a lamp that should be shaded
+constexpr double kMostCovered = 0.2;  // fraction of the image; a lamp with a larger mask should be shaded
 
 ControlAnswer failure(ControlCode code, std::string message) {
   ControlAnswer answer;
@@ -38,8 +40,19 @@ std::string names_of(const Things& things) {
   return all.empty() ? "none" : all;
 }
 
+ControlCode code_of(TakeOutcome outcome) {
+  switch (outcome) {
+    case TakeOutcome::Done: return ControlCode::Done;
+    case TakeOutcome::Invalid: return ControlCode::Invalid;
+    case TakeOutcome::NotFound: return ControlCode::NotFound;
+    case TakeOutcome::Failed: break;
+  }
+  return ControlCode::Failed;
+}
+
 ControlAnswer not_answered(const std::string& who) {
-  return failure(ControlCode::Timeout, fmt::format("{} did not answer in time; it may be done yet", who));
+  return failure(ControlCode::Timeout,
+                 fmt::format("{} did not answer in time; the request may still be executed", who));
 }
 
 }  // namespace
@@ -52,17 +65,31 @@ ControlWorker::ControlWorker(std::unique_ptr<ControlServer> server, Description 
       snapshot_(std::make_unique<Snapshot>()),
       away_(description_.subjects.size(), false) {}
 
+void ControlWorker::change(Description description, Links links) {
+  receive_updates();  // the descriptions that wait are older
+  std::vector<bool> away(description.subjects.size(), false);
+  for (std::size_t i = 0; i < away.size(); ++i) {
+    const auto same = std::ranges::find(description_.subjects, description.subjects[i].name, &Subject::name);
+    if (same != description_.subjects.end())
+      away[i] = away_[static_cast<std::size_t>(same - description_.subjects.begin())];
+  }
+  away_ = std::move(away);
+  description_ = std::move(description);
+  links_ = std::move(links);
+}
+
 void ControlWorker::run(const std::stop_token& stop) {
-  while (!stop.stop_requested()) {
-    take_news();
-    const std::optional<ControlRequest> request = server_->next(kLookAtStop);
+  change_follows_ = false;
+  while (!stop.stop_requested() && !change_follows_) {
+    receive_updates();
+    const std::optional<ControlRequest> request = server_->next(kStopCheckPeriod);
     if (!request) continue;
-    take_news();
-    server_->answer(work_off(*request, stop));
+    receive_updates();
+    server_->answer(execute(*request, stop));
   }
 }
 
-void ControlWorker::take_news() {
+void ControlWorker::receive_updates() {
   ControlChannel& control = *links_.control;
   while (const Health* health = control.health.front()) {
     health_ = *health;
@@ -74,7 +101,7 @@ void ControlWorker::take_news() {
   }
 }
 
-ControlAnswer ControlWorker::work_off(const ControlRequest& request, const std::stop_token& stop) {
+ControlAnswer ControlWorker::execute(const ControlRequest& request, const std::stop_token& stop) {
   switch (request.action) {
     case ControlAction::GetStatus: return status();
     case ControlAction::GetDescription: {
@@ -92,6 +119,7 @@ ControlAnswer ControlWorker::work_off(const ControlRequest& request, const std::
     case ControlAction::AdjustCamera: return adjust_camera(request, stop);
     case ControlAction::LearnMask: return learn_mask(request, stop);
     case ControlAction::Reload: return order_main({}, stop);
+    case ControlAction::Take: return order_take(request, stop);
   }
   return failure(ControlCode::Unsupported, "unknown request");
 }
@@ -112,7 +140,7 @@ ControlAnswer ControlWorker::status() const {
 
 ControlAnswer ControlWorker::next_snapshot(const std::stop_token& stop) {
   ControlChannel& control = *links_.control;
-  if (control.snapshots.front() != nullptr) control.snapshots.pop();  // of a request that was not waited for
+  if (control.snapshots.front() != nullptr) control.snapshots.pop();  // answers an earlier request that timed out
   control.snapshot_wanted.store(true, std::memory_order_release);
   const Timestamp begun = host_now();
   while (!stop.stop_requested() && host_now() - begun < kSnapshotPatience) {
@@ -123,11 +151,11 @@ ControlAnswer ControlWorker::next_snapshot(const std::stop_token& stop) {
       answer.snapshot = snapshot_.get();
       return answer;
     }
-    std::this_thread::sleep_for(kLookForAnswer);
+    std::this_thread::sleep_for(kAnswerPollPeriod);
   }
   control.snapshot_wanted.store(false, std::memory_order_release);
-  return failure(ControlCode::Timeout, capturing_ ? "no snapshot within 1 s; do the cameras deliver?"
-                                                  : "no snapshot: capture is stopped; mocapctl capture start");
+  return failure(ControlCode::Timeout, capturing_ ? "no snapshot within 1 s; check that the cameras deliver images"
+                                                  : "no snapshot: capture is stopped; run mocapctl capture start");
 }
 
 std::optional<OrderDone> ControlWorker::wait_for(SpscQueue<OrderDone>& answers, std::uint64_t order, Duration patience,
@@ -136,9 +164,9 @@ std::optional<OrderDone> ControlWorker::wait_for(SpscQueue<OrderDone>& answers, 
   OrderDone answer;
   while (!stop.stop_requested() && host_now() - begun < patience) {
     while (answers.try_pop(answer)) {
-      if (answer.order == order) return answer;  // older ones were given up
+      if (answer.order == order) return answer;  // earlier answers belong to orders that timed out
     }
-    std::this_thread::sleep_for(kLookForAnswer);
+    std::this_thread::sleep_for(kAnswerPollPeriod);
   }
   return std::nullopt;
 }
@@ -187,10 +215,9 @@ ControlAnswer ControlWorker::order_subject(const ControlRequest& request, const 
                                request.name, names_of(subjects), request.name));
   }
   if (!request.marker_set.empty()) {
-    return failure(ControlCode::Invalid,
-                   fmt::format("there is a subject '{}' already; without --marker-set it is looked "
-                               "for again",
-                               request.name));
+    return failure(ControlCode::Invalid, fmt::format("there is a subject '{}' already; add it without --marker-set to "
+                                                     "search for it again",
+                                                     request.name));
   }
   SubjectOrder order;
   order.number = ++orders_;
@@ -256,25 +283,25 @@ ControlAnswer ControlWorker::learn_mask(const ControlRequest& request, const std
   for (const std::size_t camera : cameras) static_cast<void>(links_.cameras[camera]->orders.try_push(order));
   std::vector<std::vector<MaskPolygon>> masks(links_.cameras.size());
   for (std::size_t i = 0; i < masks.size(); ++i) masks[i] = description_.cameras[i].learnt_masks;
-  std::string told;
+  std::string text;
   const Timestamp begun = host_now();
   for (const std::size_t camera : cameras) {
     const std::string& name = description_.cameras[camera].name;
     MaskLearnt learnt;
-    const auto came = [&] { return links_.cameras[camera]->masks.try_pop(learnt) && learnt.order == order.number; };
-    bool here = came();
+    const auto received = [&] { return links_.cameras[camera]->masks.try_pop(learnt) && learnt.order == order.number; };
+    bool here = received();
     while (!here && !stop.stop_requested() && host_now() - begun < kMaskPatience) {
-      std::this_thread::sleep_for(kLookForAnswer);
-      here = came();
+      std::this_thread::sleep_for(kAnswerPollPeriod);
+      here = received();
     }
     if (!here) return not_answered(fmt::format("camera '{}'", name));
     if (learnt.covered_share > kMostCovered) {
       return failure(ControlCode::Failed,
                      fmt::format("camera '{}': {:.1f} % of the image would be masked, expected {:.0f} % at most; shade "
-                                 "what shines or lower the exposure",
+                                 "bright areas or lower the exposure",
                                  name, 100.0 * learnt.covered_share, 100.0 * kMostCovered));
     }
-    told +=
+    text +=
         fmt::format("camera '{}': {} polygons, {:.2f} % of the image{}\n", name, learnt.polygons.size(),
                     100.0 * learnt.covered_share,
                     learnt.moved > 0 ? fmt::format(", {} bright spots moved and are not masked", learnt.moved) : "");
@@ -283,8 +310,27 @@ ControlAnswer ControlWorker::learn_mask(const ControlRequest& request, const std
   MainOrder keep;
   keep.masks = std::move(masks);
   ControlAnswer kept = order_main(std::move(keep), stop);
-  kept.message = told + kept.message;
+  kept.message = text + kept.message;
   return kept;
+}
+
+ControlAnswer ControlWorker::order_take(const ControlRequest& request, const std::stop_token& stop) {
+  if (links_.takes == nullptr) {
+    return failure(ControlCode::Unsupported, "this run records no takes: its images come from recordings");
+  }
+  TakeOrder order = request.take;
+  order.number = ++orders_;
+  if (!links_.takes->orders.try_push(order)) return not_answered("the recorder");
+  links_.takes->ordered.signal();
+  const Timestamp begun = host_now();
+  TakeDone answer;
+  while (!stop.stop_requested() && host_now() - begun < kTakePatience) {
+    while (links_.takes->done.try_pop(answer)) {
+      if (answer.order == order.number) return failure(code_of(answer.outcome), answer.message);
+    }
+    std::this_thread::sleep_for(kAnswerPollPeriod);
+  }
+  return not_answered("the recorder");
 }
 
 ControlAnswer ControlWorker::order_main(MainOrder order, const std::stop_token& stop) {
@@ -293,14 +339,15 @@ ControlAnswer ControlWorker::order_main(MainOrder order, const std::stop_token& 
   if (!control.to_main.try_push(std::move(order))) return not_answered("the daemon");
   const Timestamp begun = host_now();
   MainDone answer;
-  // The daemon may end us right after it answered: look once more then.
+  // The main thread may stop this thread right after its answer, so the queue is read once more after a stop request.
   for (bool ends = false; !ends;) {
     ends = stop.stop_requested() || host_now() - begun >= kMainPatience;
     while (control.from_main.try_pop(answer)) {
-      if (answer.order == number)
-        return failure(answer.done ? ControlCode::Done : ControlCode::Invalid, answer.message);
+      if (answer.order != number) continue;
+      change_follows_ = answer.change_follows;
+      return failure(answer.done ? ControlCode::Done : ControlCode::Invalid, answer.message);
     }
-    std::this_thread::sleep_for(kLookForAnswer);
+    std::this_thread::sleep_for(kAnswerPollPeriod);
   }
   return not_answered("the daemon");
 }

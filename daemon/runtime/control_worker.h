@@ -11,33 +11,46 @@
 #include "module/control_server.h"
 #include "runtime/camera_worker.h"
 #include "runtime/control_channel.h"
+#include "runtime/take_worker.h"
 
 namespace mocap::runtime {
 
-/// The control thread: works off what operators ask, one request after the other. It holds nobody up: orders go to the
-/// other threads by queues, and an order that is not answered in time is told to be so.
+/// The control thread: executes the requests of operators one after the other. It never blocks another thread: orders
+/// go to the other threads by queues. A request whose order is not answered in time is answered with Timeout.
 class ControlWorker {
  public:
-  /// All outlive the worker.
+  /// All objects outlive the worker.
   struct Links {
     ControlChannel* control = nullptr;
     std::vector<CameraChannel*> cameras;  ///< by CameraId
+    TakeChannel* takes = nullptr;         ///< may be null: no takes are recorded
   };
 
-  /// `lossless`: a replay, which cannot be stopped and started.
+  /// `lossless`: the run is a replay, which cannot be stopped and started.
   ControlWorker(std::unique_ptr<ControlServer> server, Description description, bool lossless, Links links);
 
+  /// Executes requests until `stop`, or until the main thread is about to change the pipeline.
   void run(const std::stop_token& stop);
 
+  /// Continues with another description and other cameras. A subject of the same name that was removed stays away. Call
+  /// while no thread is in `run`.
+  void change(Description description, Links links);
+  /// Closes the socket. Until `set_server`, `run` must not be called. Call while no thread is in `run`.
+  void close_server() noexcept { server_.reset(); }
+  void set_server(std::unique_ptr<ControlServer> server) noexcept { server_ = std::move(server); }
+  /// Whether the operators have not stopped the capture. Call while no thread is in `run`.
+  bool capturing() const noexcept { return capturing_; }
+
  private:
-  ControlAnswer work_off(const ControlRequest& request, const std::stop_token& stop);
-  void take_news();
+  ControlAnswer execute(const ControlRequest& request, const std::stop_token& stop);
+  void receive_updates();
   ControlAnswer status() const;
   ControlAnswer next_snapshot(const std::stop_token& stop);
   ControlAnswer capture(bool on, const std::stop_token& stop);
   ControlAnswer order_subject(const ControlRequest& request, const std::stop_token& stop);
   ControlAnswer adjust_camera(const ControlRequest& request, const std::stop_token& stop);
   ControlAnswer learn_mask(const ControlRequest& request, const std::stop_token& stop);
+  ControlAnswer order_take(const ControlRequest& request, const std::stop_token& stop);
   ControlAnswer order_main(MainOrder order, const std::stop_token& stop);
   std::optional<std::size_t> find_camera(const std::string& name) const;
   std::optional<OrderDone> wait_for(SpscQueue<OrderDone>& answers, std::uint64_t order, Duration patience,
@@ -51,8 +64,9 @@ class ControlWorker {
   std::optional<Health> health_;
   std::unique_ptr<Snapshot> snapshot_;
   bool capturing_ = true;
-  std::vector<bool> away_;  // by SubjectId
+  std::vector<bool> away_;  // by SubjectId: removed by an operator
   std::uint64_t orders_ = 0;
+  bool change_follows_ = false;
 };
 
 }  // namespace mocap::runtime

@@ -21,7 +21,7 @@ DetectionCounts DetectionCounters::counts() const noexcept {
 }
 
 DetectionLevels DetectionCounters::levels() const noexcept {
-  return {threshold_grey.read(), noise_grey.read(), background_grey.read()};
+  return {threshold_grey.read(), noise_grey.read(), background_grey.read(), brightest_grey.read()};
 }
 
 }  // namespace mocap::runtime

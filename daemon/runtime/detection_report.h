@@ -12,17 +12,18 @@
 
 namespace mocap::runtime {
 
-/// What one camera's detector has told by some instant.
+/// State of one camera's detector at one instant.
 struct DetectionSeen {
-  std::uint64_t images = 0;  ///< since the start, as the counts
+  std::uint64_t images = 0;  ///< since the start of the daemon, as `counts`
   DetectionCounts counts;
   DetectionLevels levels;
 };
 
 DetectionSeen detection_seen(const Pipeline& pipeline, CameraId camera);
 
-/// Turns what a camera's detector tells into what an operator should read in the log: its threshold when it is known
-/// and when it has changed much, and why it finds no blobs. One thread, no hot one; `look` about once a second.
+/// Derives log lines from the state of a camera's detector: its threshold when first known and after a large change,
+/// and the reason why the detector finds no blobs. Allocates: the main thread owns it and calls `look` about once a
+/// second.
 class DetectionReport {
  public:
   struct Line {
@@ -30,10 +31,10 @@ class DetectionReport {
     std::string what;
   };
 
-  /// `automatic`: the threshold comes from the noise.
+  /// `automatic`: the threshold is computed from the image noise.
   explicit DetectionReport(bool automatic) : automatic_(automatic) {}
 
-  /// The lines that are due at `now`; most calls give none.
+  /// Returns the lines that are due at `now`; usually none.
   std::vector<Line> look(const DetectionSeen& seen, Timestamp now);
 
  private:
@@ -42,9 +43,9 @@ class DetectionReport {
 
   bool automatic_;
   DetectionSeen before_;
-  std::optional<double> told_threshold_grey_;
-  Timestamp told_threshold_at_;
-  std::optional<Timestamp> told_losses_at_;
+  std::optional<double> logged_threshold_grey_;
+  Timestamp logged_threshold_at_;
+  std::optional<Timestamp> logged_losses_at_;
   std::optional<Timestamp> blind_since_;
 };
 

@@ -3,31 +3,56 @@
 #include <algorithm>
 #include <string_view>
 #include <thread>
+#include <utility>
 
 #include "base/log.h"
 
 namespace mocap::runtime {
 namespace {
 
-// The longest sleep: the loop shows that it lives, and looks whether it is to stop.
+// Longest sleep of the loop, so that it counts its iterations for the watchdog and notices a stop request.
 constexpr Duration kLongestSleep = std::chrono::milliseconds(50);
-constexpr Duration kTellTimingEvery = std::chrono::seconds(1);
+constexpr Duration kTimingPeriod = std::chrono::seconds(1);
 
 }  // namespace
 
 FusionWorker::FusionWorker(synchronise::AlignSettings align, std::unique_ptr<fusion::Fusion> fusion,
                            FusionWorkerSettings settings, Links links, FusionCounters& counters)
-    : aligner_(align, links.cameras.size()),
+    : align_(align),
+      aligner_(align, links.cameras.size()),
       fusion_(std::move(fusion)),
       settings_(std::move(settings)),
       links_(std::move(links)),
       counters_(counters),
       delivery_(links_.cameras.size(), Delivery::NotYet) {
-  // Live, a camera is waited for from its first frame on; in a replay from the start, so that the sets do not depend
-  // on which camera's file was opened first.
-  if (!settings_.lossless) {
-    for (std::uint32_t i = 0; i < links_.cameras.size(); ++i) aligner_.finish(CameraId{i});
+  expect_delivering_cameras();
+}
+
+// In a live run the aligner waits for a camera from its first frame on. In a replay it waits for each camera from the
+// start, so that the sets do not depend on the order in which the cameras' files are opened.
+void FusionWorker::expect_delivering_cameras() {
+  if (settings_.lossless) return;
+  for (std::uint32_t i = 0; i < links_.cameras.size(); ++i) {
+    if (delivery_[i] == Delivery::NotYet) aligner_.finish(CameraId{i});
   }
+}
+
+void FusionWorker::change(Change change) {
+  change.fusion->adopt(*fusion_, change.handover);
+  fusion_ = std::move(change.fusion);
+  settings_ = std::move(change.settings);
+  const std::vector<CameraChannel*> before = std::exchange(links_, std::move(change.links)).cameras;
+  if (before.size() != links_.cameras.size() || !(change.align == align_)) {
+    synchronise::FrameAligner aligner(change.align, links_.cameras.size());
+    aligner.continue_after(aligner_);
+    aligner_ = std::move(aligner);
+    align_ = change.align;
+    delivery_.assign(links_.cameras.size(), Delivery::NotYet);
+  }
+  for (std::size_t i = 0; i < delivery_.size(); ++i) {
+    if (i >= before.size() || before[i] != links_.cameras[i]) delivery_[i] = Delivery::NotYet;
+  }
+  expect_delivering_cameras();
 }
 
 void FusionWorker::run(const std::stop_token& stop) {
@@ -38,14 +63,15 @@ void FusionWorker::run(const std::stop_token& stop) {
     const WakeSignal::Ticket ticket = links_.wake->ticket();
     follow_orders();
     const bool gathered = gather();
-    const bool fused = fuse_what_is_ready(stop);
-    tell_timing();
+    const bool fused = fuse_ready_sets(stop);
+    send_timing();
     if (gathered || fused) continue;
     if (settings_.lossless && all_ended()) break;
     if (settings_.waiting == Waiting::Spin) continue;
     const Duration until_patience_ends = aligner_.patience_ends().value_or(Timestamp::max()) - host_now();
     links_.wake->wait(ticket, std::min(settings_.lossless ? kLongestSleep : until_patience_ends, kLongestSleep));
   }
+  if (pausing()) return follow_orders();  // the ids in the orders are those of this configuration
   for (SnapshotChannel* channel : {links_.publish, links_.side}) {
     if (channel == nullptr) continue;
     channel->ended.store(true, std::memory_order_release);
@@ -71,12 +97,12 @@ bool FusionWorker::gather() {
   return any;
 }
 
-// Says whether the aligner learnt something new.
+// Passes a change of the camera's delivery to the aligner. Returns whether there was a change.
 bool FusionWorker::follow_delivery(std::size_t camera) {
   CameraChannel& channel = *links_.cameras[camera];
   const Delivery now = channel.delivery.load(std::memory_order_acquire);
   if (now == delivery_[camera]) return false;
-  // "Ended" speaks of frames that may still wait in the queue: it holds once they are taken.
+  // The camera has ended for the aligner only when the frames before its end have left the queue.
   if (now == Delivery::Ended && channel.frames.front() != nullptr) return false;
   delivery_[camera] = now;
   const CameraId id{static_cast<std::uint32_t>(camera)};
@@ -88,7 +114,7 @@ bool FusionWorker::follow_delivery(std::size_t camera) {
   return true;
 }
 
-bool FusionWorker::fuse_what_is_ready(const std::stop_token& stop) {
+bool FusionWorker::fuse_ready_sets(const std::stop_token& stop) {
   bool any = false;
   while (const std::optional<FrameSet> frames = aligner_.take(now())) {
     any = true;
@@ -106,7 +132,8 @@ bool FusionWorker::fuse_what_is_ready(const std::stop_token& stop) {
 
 void FusionWorker::fuse(const FrameSet& frames, const std::stop_token& stop) {
   Snapshot& snapshot = fusion_->step(frames);
-  tell_rig();
+  update_rig_gauges();
+  count_blobs();
   if (settings_.lossless) {
     snapshot.instants.received_at.reset();
     snapshot.instants.detected_at.reset();
@@ -117,15 +144,23 @@ void FusionWorker::fuse(const FrameSet& frames, const std::stop_token& stop) {
   if (fusion_->fit() && links_.side != nullptr && !links_.side->fits.try_push(*fusion_->fit())) {
     counters_.dropped_fits.add();
   }
-  if (!hand_on(snapshot, *links_.publish, stop)) counters_.dropped_publish_full.add();
-  if (links_.side != nullptr && !hand_on(snapshot, *links_.side, stop)) counters_.dropped_side_full.add();
+  if (fusion_->fit() && links_.takes != nullptr && !links_.takes->fits.try_push(*fusion_->fit())) {
+    counters_.dropped_fits.add();
+  }
+  if (fusion_->search() != nullptr && links_.search != nullptr) {
+    static_cast<void>(links_.search->reports.try_push(*fusion_->search()));
+    links_.search->there_is_work.signal();
+  }
+  if (!push(snapshot, *links_.publish, stop)) counters_.dropped_publish_full.add();
+  if (links_.side != nullptr && !push(snapshot, *links_.side, stop)) counters_.dropped_side_full.add();
+  if (links_.takes != nullptr && !push(snapshot, *links_.takes, stop)) counters_.dropped_take_full.add();
 }
 
-bool FusionWorker::hand_on(const Snapshot& snapshot, SnapshotChannel& to, const std::stop_token& stop) {
+bool FusionWorker::push(const Snapshot& snapshot, SnapshotChannel& to, const std::stop_token& stop) {
   for (;;) {
     const WakeSignal::Ticket ticket = to.room.ticket();
     if (to.snapshots.try_push(snapshot)) break;
-    if (!settings_.lossless || stop.stop_requested()) return false;
+    if (!settings_.lossless || (stop.stop_requested() && !pausing())) return false;
     counters_.beats.add();
     to.room.wait(ticket, kLongestSleep);
   }
@@ -133,7 +168,7 @@ bool FusionWorker::hand_on(const Snapshot& snapshot, SnapshotChannel& to, const 
   return true;
 }
 
-// What an operator asks.
+// Executes the orders of operators and answers them.
 void FusionWorker::follow_orders() {
   if (links_.control == nullptr) return;
   SubjectOrder order;
@@ -142,7 +177,7 @@ void FusionWorker::follow_orders() {
     switch (order.action) {
       case SubjectAction::Add:
         fusion_->set_away(order.subject, false);
-        words = "is looked for";
+        words = "is searched for";
         break;
       case SubjectAction::Remove:
         fusion_->set_away(order.subject, true);
@@ -150,11 +185,11 @@ void FusionWorker::follow_orders() {
         break;
       case SubjectAction::Reset:
         fusion_->reset(order.subject);
-        words = "forgotten; the next T-pose or A-pose tells where it is and how it measures";
+        words = "reset; the next T-pose or A-pose gives its position and its fit";
         break;
       case SubjectAction::Fit:
         fusion_->refit(order.fit);
-        words = "measures as told from the next set on";
+        words = "has the given fit from the next set on";
         break;
     }
     OrderDone done;
@@ -165,7 +200,7 @@ void FusionWorker::follow_orders() {
   }
 }
 
-void FusionWorker::tell_rig() {
+void FusionWorker::update_rig_gauges() {
   const drift::CameraDrift* drift = fusion_->drift();
   if (drift == nullptr || fusion_->assessed().value >= links_.cameras.size()) return;
   RigGauges& rig = links_.cameras[fusion_->assessed().value]->rig;
@@ -175,10 +210,15 @@ void FusionWorker::tell_rig() {
   rig.drifted.set(drift->drifted ? 1.0 : 0.0);
 }
 
-// To the publish thread, which tells the operator.
-void FusionWorker::tell_timing() {
-  if (settings_.lossless || host_now() - timing_told_at_ < kTellTimingEvery) return;
-  timing_told_at_ = host_now();
+void FusionWorker::count_blobs() {
+  for (std::uint32_t i = 0; i < links_.cameras.size(); ++i)
+    links_.cameras[i]->blob_use.add(fusion_->blob_use(CameraId{i}));
+}
+
+// Sends the timing of each camera to the publish thread, which logs changes.
+void FusionWorker::send_timing() {
+  if (settings_.lossless || host_now() - timing_sent_at_ < kTimingPeriod) return;
+  timing_sent_at_ = host_now();
   aligner_.assess_timing();
   for (std::uint32_t i = 0; i < links_.cameras.size(); ++i) {
     static_cast<void>(links_.cameras[i]->timings.try_push(aligner_.timing(CameraId{i})));

@@ -7,16 +7,19 @@
 #include "base/spsc_queue.h"
 #include "base/wake_signal.h"
 #include "fusion/fusion.h"
+#include "model/search_health.h"
+#include "model/search_report.h"
 #include "model/snapshot.h"
 #include "runtime/camera_worker.h"
 #include "runtime/counters.h"
+#include "runtime/pausable.h"
 #include "runtime/realtime.h"
 #include "runtime/runtime_settings.h"
 #include "synchronise/frame_aligner.h"
 
 namespace mocap::runtime {
 
-/// The way from the fusion thread to one that takes snapshots.
+/// Queues from the fusion thread to a thread that consumes snapshots.
 struct SnapshotChannel {
   explicit SnapshotChannel(std::size_t queue_snapshots) : snapshots(queue_snapshots) {}
 
@@ -24,46 +27,76 @@ struct SnapshotChannel {
   SpscQueue<SubjectFit> fits{kMaxSubjects};  ///< pushed before the first snapshot that uses them
   std::atomic<bool> ended{false};            ///< set after the last snapshot
   WakeSignal there_is_work;                  ///< signalled by the fusion thread
-  WakeSignal room;                           ///< signalled by the consumer when it took a snapshot
+  WakeSignal room;                           ///< signalled by the consumer when it removed a snapshot
 };
 
-/// The fusion thread: gathers the cameras' blobs into sets, runs the row on each, hands the snapshots on.
-class FusionWorker {
+/// Queues of the reports of missing subjects: fusion thread to explain thread, and the reasons from there to the
+/// publish thread. A full queue drops a report; the next one comes a second later.
+struct SearchChannel {
+  SpscQueue<SearchReport> reports{kMaxSubjects};
+  SpscQueue<SearchHealth> reasons{kMaxSubjects};
+  WakeSignal there_is_work;  ///< signalled by the fusion thread
+};
+
+/// The fusion thread: groups the blobs of all cameras into frame sets, fuses each set and pushes the snapshot to the
+/// publish thread and the side thread.
+class FusionWorker : public Pausable {
  public:
   /// The channels and `wake` outlive the worker. `side` may be null.
   struct Links {
     std::vector<CameraChannel*> cameras;  ///< by CameraId
     SnapshotChannel* publish = nullptr;
     SnapshotChannel* side = nullptr;
-    WakeSignal* wake = nullptr;         ///< the cameras signal it
+    SnapshotChannel* takes = nullptr;   ///< may be null: no takes are recorded
+    WakeSignal* wake = nullptr;         ///< signalled by the camera threads and the control thread
     ControlChannel* control = nullptr;  ///< may be null
+    SearchChannel* search = nullptr;    ///< may be null: reports of searches are dropped
   };
 
   FusionWorker(synchronise::AlignSettings align, std::unique_ptr<fusion::Fusion> fusion, FusionWorkerSettings settings,
                Links links, FusionCounters& counters);
 
-  /// The loop; returns when stopped, or when all cameras have ended and (lossless only) all is handed on.
+  /// A fusion of another configuration.
+  struct Change {
+    synchronise::AlignSettings align;
+    std::unique_ptr<fusion::Fusion> fusion;
+    Handover handover;
+    FusionWorkerSettings settings;
+    Links links;
+  };
+
+  /// The loop; returns when stopped, or, if lossless, when all cameras have ended and every snapshot was pushed. If
+  /// paused, the snapshot channels do not end.
   void run(const std::stop_token& stop);
+
+  /// Continues with another fusion, which adopts the belief of this one. The sets are numbered on. Frames that wait for
+  /// their set are lost only if the number of cameras or the alignment changes. Call while no thread is in `run`.
+  void change(Change change);
+
+  const fusion::Fusion& fusion() const noexcept { return *fusion_; }
 
  private:
   bool gather();
   bool follow_delivery(std::size_t camera);
-  bool fuse_what_is_ready(const std::stop_token& stop);
+  bool fuse_ready_sets(const std::stop_token& stop);
   void fuse(const FrameSet& frames, const std::stop_token& stop);
-  bool hand_on(const Snapshot& snapshot, SnapshotChannel& to, const std::stop_token& stop);
+  bool push(const Snapshot& snapshot, SnapshotChannel& to, const std::stop_token& stop);
   void follow_orders();
-  void tell_timing();
-  void tell_rig();
+  void send_timing();
+  void update_rig_gauges();
+  void count_blobs();
   bool all_ended() const;
+  void expect_delivering_cameras();
   Timestamp now() const;
 
+  synchronise::AlignSettings align_;
   synchronise::FrameAligner aligner_;
   std::unique_ptr<fusion::Fusion> fusion_;
   FusionWorkerSettings settings_;
   Links links_;
   FusionCounters& counters_;
-  std::vector<Delivery> delivery_;  // as last told to the aligner
-  Timestamp timing_told_at_;
+  std::vector<Delivery> delivery_;  // by camera, as known to the aligner
+  Timestamp timing_sent_at_;
 };
 
 }  // namespace mocap::runtime

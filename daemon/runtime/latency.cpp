@@ -8,7 +8,7 @@ namespace mocap::runtime {
 
 std::size_t LatencyHistogram::bucket_of(std::uint64_t ns) noexcept {
   if (ns < kPerOctave) return static_cast<std::size_t>(ns);
-  const auto octave = static_cast<std::size_t>(std::bit_width(ns)) - 4;  // 16..31 -> 1
+  const auto octave = static_cast<std::size_t>(std::bit_width(ns)) - 4;  // 16 to 31 give octave 1
   const std::size_t within = static_cast<std::size_t>(ns >> (octave - 1)) - kPerOctave;
   return std::min(octave * kPerOctave + within, kBuckets - 1);
 }

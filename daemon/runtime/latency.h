@@ -9,15 +9,15 @@
 
 namespace mocap::runtime {
 
-/// Spans of time, sorted into buckets of 1/16 of their power of two: figures are right to 6 %, the maximum exactly.
-/// One thread.
+/// Histogram of durations with 16 buckets for each power of two: quantiles have at most 6 % error, the maximum is
+/// exact. One thread.
 class LatencyHistogram {
  public:
-  /// Negative spans (clocks that disagree) count as zero.
+  /// Adds a duration. A negative duration (between clocks that disagree) counts as zero.
   void add(Duration span) noexcept;
   void clear() noexcept;
 
-  /// A quantile is the upper end of the bucket it falls in, or the maximum where that is less.
+  /// Returns count, quantiles and maximum. A quantile is the upper end of its bucket, or the maximum if that is less.
   LatencyFigures figures() const noexcept;
 
  private:
@@ -33,13 +33,13 @@ class LatencyHistogram {
   std::uint64_t max_ns_ = 0;
 };
 
-/// How long the light of each snapshot took from instant to instant.
+/// Latency of each stage of the pipeline, from the instants of the snapshots.
 class StageLatency {
  public:
-  /// Adds what the snapshot's instants tell; absent ones tell nothing.
+  /// Adds the stages whose two instants are both set.
   void add(const Instants& instants) noexcept;
 
-  /// The figures since the last call, and begins anew.
+  /// Returns the figures since the last call and clears the histograms.
   std::array<LatencyFigures, kLatencyStages> take() noexcept;
 
  private:

@@ -2,99 +2,235 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 namespace mocap::runtime {
 namespace {
 
+// Snapshots that wait for the intake of takes: 0.25 s at 120 Hz; 0.5 MB each.
+constexpr std::size_t kTakeSnapshots = 32;
+
 std::size_t at_least_one(std::size_t count) { return std::max<std::size_t>(count, 1); }
+
+std::vector<std::string> subject_names(const Description& description) {
+  std::vector<std::string> names;
+  for (const Subject& subject : description.subjects) names.push_back(subject.name);
+  return names;
+}
 
 }  // namespace
 
 Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
-    : to_publish_(at_least_one(settings.publish_queue_snapshots)),
-      to_side_(parts.writers.empty() ? 1 : at_least_one(settings.side_queue_snapshots)) {
+    : settings_(with_lossless(std::move(settings))),
+      description_(std::move(parts.description)),
+      records_blobs_(parts.blob_writer != nullptr),
+      records_takes_(parts.takes != nullptr),
+      to_publish_(std::make_unique<SnapshotChannel>(at_least_one(settings_.publish_queue_snapshots))) {
   MOCAP_EXPECTS(!parts.cameras.empty() && parts.cameras.size() <= kMaxCameras);
-  MOCAP_EXPECTS(parts.description.cameras.size() == parts.cameras.size());
-  settings.camera.lossless = settings.fusion.lossless = settings.publish.lossless = settings.lossless;
-  std::vector<const StreamCounters*> streams;
-  for (std::size_t i = 0; i < parts.cameras.size(); ++i) {
-    streams.push_back(parts.cameras[i].stream.get());
-    channels_.push_back(std::make_unique<CameraChannel>(at_least_one(settings.camera_queue_frames), wake_fusion_));
-    if (parts.blob_writer) {
-      channels_.back()->to_record = std::make_unique<SpscQueue<BlobFrame>>(at_least_one(settings.record_queue_frames));
-      channels_.back()->wake_recorder = &wake_recorder_;
-    }
-    CameraWorkerSettings camera = settings.camera;
-    if (i < settings.camera_threads.size()) camera.thread = settings.camera_threads[i];
-    camera_workers_.push_back(std::make_unique<CameraWorker>(std::move(parts.cameras[i]), camera, *channels_[i]));
+  MOCAP_EXPECTS(description_.cameras.size() == parts.cameras.size());
+  for (CameraParts& camera : parts.cameras) {
+    CameraUnit& unit = cameras_.emplace_back();
+    unit.channel = make_channel();
+    unit.worker =
+        std::make_unique<CameraWorker>(std::move(camera), camera_settings(cameras_.size() - 1), *unit.channel);
+    set_recording(*unit.channel);
   }
-  const bool writes = !parts.writers.empty();
+  set_takes(std::move(parts.takes));
+  if (!parts.writers.empty()) {
+    to_side_ = std::make_unique<SnapshotChannel>(at_least_one(settings_.side_queue_snapshots));
+    side_worker_ =
+        std::make_unique<SideWorker>(std::move(parts.writers), settings_.lossless, *to_side_, side_counters_);
+  }
   if (parts.control != nullptr) {
     control_ = std::make_unique<ControlChannel>();
     control_->wake_fusion = &wake_fusion_;
-    control_worker_ = std::make_unique<ControlWorker>(std::move(parts.control), parts.description, settings.lossless,
-                                                      ControlWorker::Links{control_.get(), borrow_channels()});
+    control_worker_ =
+        std::make_unique<ControlWorker>(std::move(parts.control), description_, settings_.lossless, control_links());
   }
-  fusion_worker_ = std::make_unique<FusionWorker>(
-      settings.align, std::move(parts.fusion), settings.fusion,
-      FusionWorker::Links{borrow_channels(), &to_publish_, writes ? &to_side_ : nullptr, &wake_fusion_, control_.get()},
-      fusion_counters_);
-  publish_worker_ = std::make_unique<PublishWorker>(
-      std::move(parts.publisher), std::move(parts.description), settings.publish,
-      PublishWorker::Links{&to_publish_, borrow_channels(), streams, &fusion_counters_, control_.get()},
-      publish_counters_);
-  if (writes) {
-    side_worker_ = std::make_unique<SideWorker>(std::move(parts.writers), settings.lossless, to_side_, side_counters_);
-  }
+  set_explainer(std::move(parts.explainer));
+  fusion_worker_ = std::make_unique<FusionWorker>(settings_.align, std::move(parts.fusion), settings_.fusion,
+                                                  fusion_links(), fusion_counters_);
   if (parts.blob_writer) {
     blob_recorder_ = std::make_unique<BlobRecorder>(std::move(parts.blob_writer), borrow_channels(), wake_recorder_);
   }
-  start_threads();
+  publish_worker_ = std::make_unique<PublishWorker>(std::move(parts.publisher), description_, settings_.publish,
+                                                    publish_links(), publish_counters_);
+  // Consumers start first, so that no producer waits for a consumer that does not run.
+  start_side();
+  start_recorder();
+  start_takes();
+  start_explain();
+  start_publish();
+  start_fusion();
+  for (std::size_t i = 0; i < cameras_.size(); ++i) start_camera(i);
+  start_control();
 }
 
 Pipeline::~Pipeline() { stop(); }
 
-std::vector<CameraChannel*> Pipeline::borrow_channels() {
+PipelineSettings Pipeline::with_lossless(PipelineSettings settings) {
+  settings.camera.lossless = settings.fusion.lossless = settings.publish.lossless = settings.lossless;
+  return settings;
+}
+
+CameraWorkerSettings Pipeline::camera_settings(std::size_t camera) const {
+  CameraWorkerSettings settings = settings_.camera;
+  if (camera < settings_.camera_threads.size()) settings.thread = settings_.camera_threads[camera];
+  return settings;
+}
+
+std::unique_ptr<CameraChannel> Pipeline::make_channel() {
+  return std::make_unique<CameraChannel>(at_least_one(settings_.camera_queue_frames), wake_fusion_);
+}
+
+std::vector<CameraChannel*> Pipeline::borrow_channels() const {
   std::vector<CameraChannel*> borrowed;
-  for (const auto& channel : channels_) borrowed.push_back(channel.get());
+  for (const CameraUnit& camera : cameras_) borrowed.push_back(camera.channel.get());
   return borrowed;
 }
 
-void Pipeline::start_threads() {
-  // Consumers first: nobody waits for room that no thread will ever make.
-  if (side_worker_) {
-    side_thread_ = std::jthread([this] {
-      name_this_thread("mocap-side");
-      side_worker_->run();
-    });
-  }
-  if (blob_recorder_) {
-    record_thread_ = std::jthread([this](const std::stop_token& token) {
-      name_this_thread("mocap-record");
-      blob_recorder_->run(token);
-    });
-  }
+std::vector<const StreamCounters*> Pipeline::borrow_streams() const {
+  std::vector<const StreamCounters*> borrowed;
+  for (const CameraUnit& camera : cameras_) borrowed.push_back(&camera.worker->stream_counters());
+  return borrowed;
+}
+
+// Call while the threads of fusion, publish and explain do not run. Reports with indices of the subjects before are
+// dropped with their channel.
+void Pipeline::set_explainer(std::unique_ptr<SearchExplainer> explainer) {
+  explain_worker_.reset();
+  search_.reset();
+  if (!explainer) return;
+  search_ = std::make_unique<SearchChannel>();
+  explain_worker_ =
+      std::make_unique<ExplainWorker>(std::move(explainer), subject_names(description_), borrow_channels(), *search_);
+}
+
+FusionWorker::Links Pipeline::fusion_links() {
+  return {borrow_channels(), to_publish_.get(), to_side_.get(), to_takes_.get(),
+          &wake_fusion_,     control_.get(),    search_.get()};
+}
+
+PublishWorker::Links Pipeline::publish_links() {
+  return {to_publish_.get(), borrow_channels(), borrow_streams(), &fusion_counters_,
+          control_.get(),    recordings(),      search_.get(),    records_takes_ ? &take_channel_ : nullptr};
+}
+
+ControlWorker::Links Pipeline::control_links() {
+  return {control_.get(), borrow_channels(), records_takes_ ? &take_channel_ : nullptr};
+}
+
+std::vector<const RecordingProgress*> Pipeline::recordings() const {
+  std::vector<const RecordingProgress*> all;
+  if (side_worker_) all = side_worker_->recordings();
+  if (blob_recorder_) all.push_back(&blob_recorder_->recording());
+  return all;
+}
+
+bool Pipeline::records_snapshots() const {
+  if (!side_worker_) return false;
+  const std::vector<const RecordingProgress*> all = side_worker_->recordings();
+  return !all.empty() && std::ranges::all_of(all, [](const RecordingProgress* recording) {
+    return recording->state() == RecordingState::Recording;
+  });
+}
+
+bool Pipeline::records_blobs() const {
+  return blob_recorder_ && blob_recorder_->recording().state() == RecordingState::Recording;
+}
+
+void Pipeline::start_camera(std::size_t camera) {
+  CameraUnit& unit = cameras_[camera];
+  unit.worker->resume();
+  unit.thread = std::jthread([worker = unit.worker.get(), camera](const std::stop_token& token) {
+    name_this_thread(("mocap-cam" + std::to_string(camera)).c_str());
+    worker->run(token);
+  });
+}
+
+void Pipeline::start_side() {
+  if (!side_worker_) return;
+  side_worker_->resume();
+  side_thread_ = std::jthread([this] {
+    name_this_thread("mocap-side");
+    side_worker_->run();
+  });
+}
+
+void Pipeline::start_recorder() {
+  if (!blob_recorder_) return;
+  blob_recorder_->resume();
+  record_thread_ = std::jthread([this](const std::stop_token& token) {
+    name_this_thread("mocap-record");
+    blob_recorder_->run(token);
+  });
+}
+
+void Pipeline::start_explain() {
+  if (!explain_worker_) return;
+  explain_thread_ = std::jthread([this](const std::stop_token& token) {
+    name_this_thread("mocap-explain");
+    explain_worker_->run(token);
+  });
+}
+
+// Call while the threads of fusion, publish, control and takes do not run.
+void Pipeline::set_takes(std::unique_ptr<TakeRecorder> recorder) {
+  to_takes_.reset();
+  if (!recorder) return;
+  to_takes_ = std::make_unique<SnapshotChannel>(kTakeSnapshots);
+  take_worker_ =
+      std::make_unique<TakeWorker>(std::move(recorder), borrow_channels(), *to_takes_, take_channel_, wake_take_);
+}
+
+void Pipeline::start_takes() {
+  if (!take_worker_) return;
+  take_intake_thread_ = std::jthread([this](const std::stop_token& token) {
+    name_this_thread("mocap-takes");
+    take_worker_->run_intake(token);
+  });
+  if (take_disk_thread_.joinable()) return;  // went on through a change
+  take_disk_thread_ = std::jthread([this](const std::stop_token& token) {
+    name_this_thread("mocap-disk");
+    take_worker_->run_disk(token);
+  });
+}
+
+// Stop the threads of cameras and fusion before, so that the queues are empty afterwards.
+void Pipeline::stop_take_intake() {
+  take_intake_thread_.request_stop();
+  wake_take_.signal();
+  if (take_intake_thread_.joinable()) take_intake_thread_.join();
+}
+
+void Pipeline::stop_take_disk() {
+  take_disk_thread_.request_stop();
+  if (take_disk_thread_.joinable()) take_disk_thread_.join();
+}
+
+void Pipeline::start_publish() {
+  publish_worker_->resume();
   publish_thread_ = std::jthread([this] {
     name_this_thread("mocap-publish");
     publish_worker_->run();
-    publish_ended_.store(true, std::memory_order_release);
+    if (!publish_worker_->pausing()) publish_ended_.store(true, std::memory_order_release);
   });
+}
+
+void Pipeline::start_fusion() {
+  fusion_worker_->resume();
   fusion_thread_ = std::jthread([this](const std::stop_token& token) {
     name_this_thread("mocap-fusion");
     fusion_worker_->run(token);
   });
-  for (std::size_t i = 0; i < camera_workers_.size(); ++i) {
-    camera_threads_.emplace_back([this, i](const std::stop_token& token) {
-      name_this_thread(("mocap-cam" + std::to_string(i)).c_str());
-      camera_workers_[i]->run(token);
-    });
-  }
-  if (control_worker_) {
-    control_thread_ = std::jthread([this](const std::stop_token& token) {
-      name_this_thread("mocap-control");
-      control_worker_->run(token);
-    });
-  }
+}
+
+void Pipeline::start_control() {
+  if (!control_worker_) return;
+  control_thread_ = std::jthread([this](const std::stop_token& token) {
+    name_this_thread("mocap-control");
+    control_worker_->run(token);
+  });
 }
 
 std::optional<MainOrder> Pipeline::take_order() {
@@ -110,10 +246,10 @@ void Pipeline::answer(MainDone answer) {
 void Pipeline::stop() {
   control_thread_.request_stop();
   if (control_thread_.joinable()) control_thread_.join();
-  // Along the way of the data: each thread ends when nothing more can come to it.
-  for (std::jthread& thread : camera_threads_) thread.request_stop();
-  for (std::jthread& thread : camera_threads_) {
-    if (thread.joinable()) thread.join();
+  // The threads stop in the order of the data flow: a thread ends when no thread before it can produce data.
+  for (CameraUnit& camera : cameras_) camera.thread.request_stop();
+  for (CameraUnit& camera : cameras_) {
+    if (camera.thread.joinable()) camera.thread.join();
   }
   record_thread_.request_stop();
   wake_recorder_.signal();
@@ -121,14 +257,20 @@ void Pipeline::stop() {
   fusion_thread_.request_stop();
   wake_fusion_.signal();
   if (fusion_thread_.joinable()) fusion_thread_.join();
-  // The fusion's end lets publish and side work off what waits, and end by themselves.
+  stop_take_intake();
+  stop_take_disk();
+  if (take_worker_) take_worker_->finish();
+  // After the end of the fusion thread, the publish and side threads process the waiting snapshots and return.
   if (publish_thread_.joinable()) publish_thread_.join();
   if (side_thread_.joinable()) side_thread_.join();
+  explain_thread_.request_stop();
+  if (search_) search_->there_is_work.signal();
+  if (explain_thread_.joinable()) explain_thread_.join();
 }
 
 Pipeline::Progress Pipeline::progress() const {
   Progress now;
-  for (const auto& channel : channels_) now.frames += channel->counters.frames.read();
+  for (const CameraUnit& camera : cameras_) now.frames += camera.channel->counters.frames.read();
   now.fusion_beats = fusion_counters_.beats.read();
   now.sets = fusion_counters_.sets.read();
   now.publish_beats = publish_counters_.beats.read();
@@ -142,10 +284,10 @@ bool Pipeline::progressed() {
   const bool loops = last_progress_.fusion_beats > before.fusion_beats &&
                      last_progress_.publish_beats > before.publish_beats &&
                      (side_worker_ == nullptr || last_progress_.side_beats > before.side_beats);
-  // A few images may be on their way between two looks; many without a set are a fusion that stands still.
-  const std::uint64_t on_their_way = 2 * camera_count();
+  // Up to two images of each camera may still be in the queues. More images without a new set mean that fusion hangs.
+  const std::uint64_t in_queues = 2 * camera_count();
   const bool images_become_sets =
-      last_progress_.frames < before.frames + on_their_way || last_progress_.sets > before.sets;
+      last_progress_.frames < before.frames + in_queues || last_progress_.sets > before.sets;
   return finished() || (loops && images_become_sets);
 }
 

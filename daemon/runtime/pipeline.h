@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -7,18 +8,23 @@
 
 #include "fusion/fusion.h"
 #include "model/description.h"
+#include "model/handover.h"
 #include "module/blob_writer.h"
 #include "module/control_server.h"
 #include "module/publisher.h"
+#include "module/search_explainer.h"
+#include "module/take_recorder.h"
 #include "module/writer.h"
 #include "runtime/blob_recorder.h"
 #include "runtime/camera_worker.h"
 #include "runtime/control_channel.h"
 #include "runtime/control_worker.h"
+#include "runtime/explain_worker.h"
 #include "runtime/fusion_worker.h"
 #include "runtime/publish_worker.h"
 #include "runtime/runtime_settings.h"
 #include "runtime/side_worker.h"
+#include "runtime/take_worker.h"
 #include "synchronise/frame_aligner.h"
 
 namespace mocap::runtime {
@@ -30,10 +36,48 @@ struct PipelineParts {
   std::vector<std::unique_ptr<Writer>> writers;  ///< none: no side thread
   std::unique_ptr<BlobWriter> blob_writer;       ///< none: blobs are not recorded
   Description description;
-  std::unique_ptr<ControlServer> control;  ///< none: nobody is listened to
+  std::unique_ptr<ControlServer> control;           ///< none: no requests are received
+  std::unique_ptr<SearchExplainer> explainer = {};  ///< none: health has no reasons for missing subjects
+  std::unique_ptr<TakeRecorder> takes = {};         ///< none: no takes are recorded
 };
 
-/// All threads and the queues between them. They run from the constructor to `stop`.
+/// How a camera continues in the next configuration.
+enum class CameraStep {
+  Continue,  ///< as it is: nothing that concerns the camera changed
+  Refresh,   ///< with other parts of its thread, detector or masks; the device goes on
+  Replace,   ///< the device is closed, and another one is opened
+};
+
+struct CameraChange {
+  CameraStep step = CameraStep::Replace;
+  CameraParts parts;  ///< Continue: none. Refresh: without camera and counters, and with a tracker if that is replaced
+};
+
+/// Opens a part that needs a port which the part before may occupy; called after that one was closed. An empty
+/// function: the part before continues.
+template <class Part>
+using OpenPart = std::function<Result<std::unique_ptr<Part>>()>;
+
+/// The next configuration of a running pipeline.
+struct PipelineChange {
+  PipelineSettings settings;          ///< `lossless` as before
+  std::vector<CameraChange> cameras;  ///< by new CameraId
+  std::unique_ptr<fusion::Fusion> fusion;
+  Handover handover;
+  /// As configured. The session continues, and so do the bodies of the subjects that the handover names.
+  Description description;
+  std::unique_ptr<SearchExplainer> explainer = {};  ///< null: health has no reasons for missing subjects
+  OpenPart<Publisher> open_publisher;
+  OpenPart<ControlServer> open_control;          ///< may return null: no requests are received
+  std::vector<std::unique_ptr<Writer>> writers;  ///< beside the recordings that continue
+  bool snapshots_continue = false;               ///< recordings of snapshots go on in the same files
+  std::unique_ptr<BlobWriter> blob_writer;       ///< null: blobs are not recorded, or blobs_continue
+  bool blobs_continue = false;                   ///< only with the same cameras
+  std::unique_ptr<TakeRecorder> takes = {};      ///< null: no takes are recorded, or takes_continue
+  bool takes_continue = false;                   ///< with the same recorder
+};
+
+/// All threads and the queues between them. The threads run from the constructor to `stop`. The main thread owns it.
 class Pipeline {
  public:
   Pipeline(PipelineSettings settings, PipelineParts parts);
@@ -41,58 +85,127 @@ class Pipeline {
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;
 
-  /// Whether a finite run is through: every camera at its end, all sent and written.
+  /// Changes to another configuration without losing anybody (runtime, decision 0008): cameras and recordings that
+  /// continue go on meanwhile, the threads from fusion to files pause between two sets, and the new fusion adopts the
+  /// belief of the old one. Subscribers stay connected, and receive the new description before the first snapshot that
+  /// needs it. Fails if a part cannot be opened; then the pipeline must be stopped.
+  Status change(PipelineChange change);
+
+  /// Returns whether a finite run has ended: every camera ended and every snapshot was sent.
   bool finished() const noexcept { return publish_ended_.load(std::memory_order_acquire); }
 
-  /// Whether every thread went round its loop, and sets came while images did, since the last call. Feeds the watchdog.
+  /// Returns whether, since the last call, the fusion, publish and side threads iterated their loops and images led to
+  /// frame sets. For the watchdog.
   bool progressed();
 
-  /// Ends all threads and waits for them: the last snapshots are sent and written. Harmless when already stopped.
+  /// Stops all threads and waits for them; the last snapshots are sent and written. Does nothing if already stopped.
   void stop();
 
-  /// What operators ask of the daemon as a whole, for the thread that owns the pipeline: take it, and answer.
+  /// Returns the next order for the main thread, if any. Each order needs a call of `answer`.
   std::optional<MainOrder> take_order();
   void answer(MainDone answer);
 
   const FusionCounters& fusion_counters() const noexcept { return fusion_counters_; }
   const PublishCounters& publish_counters() const noexcept { return publish_counters_; }
   const SideCounters& side_counters() const noexcept { return side_counters_; }
-  const CameraCounters& camera_counters(CameraId camera) const { return channels_[camera.value]->counters; }
-  const RigGauges& rig_gauges(CameraId camera) const { return channels_[camera.value]->rig; }
-  std::size_t camera_count() const noexcept { return channels_.size(); }
+  const CameraCounters& camera_counters(CameraId camera) const { return cameras_[camera.value].channel->counters; }
+  const RigGauges& rig_gauges(CameraId camera) const { return cameras_[camera.value].channel->rig; }
+  BlobUse blob_use(CameraId camera) const { return cameras_[camera.value].channel->blob_use.read(); }
+  const std::string& camera_name(CameraId camera) const { return description_.cameras[camera.value].name; }
+  /// The files that the pipeline writes; they live until the next `change`.
+  std::vector<const RecordingProgress*> recordings() const;
+  /// Whether recordings of snapshots, or of blobs, are in progress and none has failed.
+  bool records_snapshots() const;
+  bool records_blobs() const;
+  std::size_t camera_count() const noexcept { return cameras_.size(); }
 
  private:
   struct Progress {
     std::uint64_t frames = 0, fusion_beats = 0, sets = 0, publish_beats = 0, side_beats = 0;
   };
-  Progress progress() const;
-  std::vector<CameraChannel*> borrow_channels();
-  void start_threads();
+  // A camera's thread, the last member, ends before its worker.
+  struct CameraUnit {
+    std::unique_ptr<CameraChannel> channel;
+    std::unique_ptr<CameraWorker> worker;
+    std::jthread thread;
+  };
 
+  static PipelineSettings with_lossless(PipelineSettings settings);
+  Progress progress() const;
+  std::vector<CameraChannel*> borrow_channels() const;
+  std::vector<const StreamCounters*> borrow_streams() const;
+  CameraWorkerSettings camera_settings(std::size_t camera) const;
+  std::unique_ptr<CameraChannel> make_channel();
+  FusionWorker::Links fusion_links();
+  PublishWorker::Links publish_links();
+  ControlWorker::Links control_links();
+  Description describe_next(const PipelineChange& change) const;
+
+  void pause_control();
+  void change_cameras(PipelineChange& change);
+  void refresh_camera(std::size_t camera, CameraChange& change);
+  void replace_camera(std::size_t camera, PipelineChange& change);
+  void set_recording(CameraChannel& channel);
+  void set_explainer(std::unique_ptr<SearchExplainer> explainer);
+  void pause_explain();
+  std::unique_ptr<BlobRecorder> pause_recorder(PipelineChange& change);
+  void pause_row();
+  void change_row(PipelineChange& change);
+  void change_side(PipelineChange& change);
+  Status change_publisher(const OpenPart<Publisher>& open);
+  Status change_control(const OpenPart<ControlServer>& open);
+
+  void start_camera(std::size_t camera);
+  void start_side();
+  void start_recorder();
+  void start_explain();
+  void start_takes();
+  void stop_take_intake();
+  void stop_take_disk();
+  void set_takes(std::unique_ptr<TakeRecorder> recorder);
+  void change_takes(PipelineChange& change);
+  void start_publish();
+  void start_fusion();
+  void start_control();
+
+  PipelineSettings settings_;
+  Description description_;  // of the configuration, with the bodies that were in force at its start
+  bool records_blobs_ = false;
   WakeSignal wake_fusion_;
   WakeSignal wake_recorder_;
-  std::vector<std::unique_ptr<CameraChannel>> channels_;
-  SnapshotChannel to_publish_;
-  SnapshotChannel to_side_;
-  std::unique_ptr<ControlChannel> control_;  // none: nobody is listened to
+  bool records_takes_ = false;
+  WakeSignal wake_take_;
+  TakeChannel take_channel_;
+  std::unique_ptr<SnapshotChannel> to_takes_;  // null: no takes are recorded
+  std::unique_ptr<SnapshotChannel> to_publish_;
+  std::unique_ptr<SnapshotChannel> to_side_;  // null: nothing was written yet
+  std::unique_ptr<ControlChannel> control_;   // null: no requests are received
+  std::unique_ptr<SearchChannel> search_;     // null: no reasons for missing subjects
   FusionCounters fusion_counters_;
   PublishCounters publish_counters_;
   SideCounters side_counters_;
-  std::vector<std::unique_ptr<CameraWorker>> camera_workers_;
   std::unique_ptr<FusionWorker> fusion_worker_;
   std::unique_ptr<PublishWorker> publish_worker_;
   std::unique_ptr<SideWorker> side_worker_;
   std::unique_ptr<ControlWorker> control_worker_;
   std::unique_ptr<BlobRecorder> blob_recorder_;
+  std::unique_ptr<ExplainWorker> explain_worker_;
+  std::unique_ptr<TakeWorker> take_worker_;
+  std::vector<std::unique_ptr<SideFile>> ended_files_;  // to be finished
+  std::unique_ptr<TakeWorker> ended_takes_;             // to be finished
+  std::vector<CameraUnit> cameras_;                     // by CameraId
+  std::vector<CameraUnit> removed_;                     // stopped; other threads may still use the channels
   std::atomic<bool> publish_ended_{false};
   Progress last_progress_;
 
-  std::vector<std::jthread> camera_threads_;
   std::jthread fusion_thread_;
   std::jthread publish_thread_;
   std::jthread side_thread_;
   std::jthread control_thread_;
   std::jthread record_thread_;
+  std::jthread explain_thread_;
+  std::jthread take_intake_thread_;
+  std::jthread take_disk_thread_;
 };
 
 }  // namespace mocap::runtime

@@ -10,16 +10,25 @@ namespace mocap::runtime {
 namespace {
 
 constexpr std::size_t kLongestError = 255;
+// A reason that was not renewed for so long is dropped: no frame sets, or the subject is away. Reports come every
+// second.
+constexpr Duration kReasonLasts = std::chrono::seconds(3);
+
+// Without snapshots for this long (capture is stopped, all cameras are away), new clients are served at the longer
+// period: they join within 0.1 s, and the thread costs next to nothing.
+constexpr Duration kIdleAfter = std::chrono::seconds(1);
+constexpr Duration kServeEveryIdle = std::chrono::milliseconds(50);
 
 std::string not_synchronised(const synchronise::CameraTiming& timing) {
   return fmt::format(
-      "not synchronised: exposes {:.1f} ms off the others, drifting {:.0f} us/s, at {:.2f} Hz; its views are left out "
-      "of most sets or blur them; trigger all cameras by one signal, or let one PTP clock drive them",
+      "not synchronised: exposes {:.1f} ms off the others, drifting {:.0f} us/s, at {:.2f} Hz; most sets lack its "
+      "views "
+      "or are less accurate with them; trigger all cameras by one signal, or synchronise them with one PTP clock",
       1e-3 * to_us(timing.offset), timing.drift_us_s, timing.rate_hz);
 }
 
-// Says it when it changes.
-void learn_timing(CameraHealth& health, const synchronise::CameraTiming& timing) {
+// Updates the timing of a camera and logs a change of `synchronised`.
+void update_timing(CameraHealth& health, const synchronise::CameraTiming& timing) {
   if (!timing.is_known) return;
   health.offset_us = to_us(timing.offset);
   health.drift_us_s = timing.drift_us_s;
@@ -42,13 +51,48 @@ PublishWorker::PublishWorker(std::unique_ptr<Publisher> publisher, Description d
       settings_(std::move(settings)),
       links_(std::move(links)),
       counters_(counters),
-      frames_reported_(links_.cameras.size(), 0) {
+      frames_reported_(links_.cameras.size(), 0),
+      searches_(kMaxSubjects) {
+  health_.searches.reserve(kMaxSubjects);
   health_.cameras.resize(links_.cameras.size());
   faults_.resize(links_.cameras.size());
   for (std::size_t i = 0; i < health_.cameras.size(); ++i) {
     health_.cameras[i].name = description_.cameras[i].name;
-    health_.cameras[i].last_error.reserve(kLongestError);  // filled in the loop without allocating
+    health_.cameras[i].last_error.reserve(kLongestError);  // the loop assigns without allocating
   }
+  list_recordings();
+}
+
+void PublishWorker::list_recordings() {
+  health_.recordings.clear();
+  for (const RecordingProgress* recording : links_.recordings) {
+    health_.recordings.push_back({recording->path(), RecordingState::Recording, 0, 0, {}});
+    health_.recordings.back().error.reserve(kLongestError);
+  }
+}
+
+void PublishWorker::change(Description description, PublishWorkerSettings settings, Links links) {
+  std::vector<CameraHealth> cameras(links.cameras.size());
+  std::vector<std::uint64_t> frames_reported(links.cameras.size(), 0);
+  std::vector<CameraFaults> faults(links.cameras.size());
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    cameras[i].name = description.cameras[i].name;
+    cameras[i].last_error.reserve(kLongestError);
+    const auto same = std::ranges::find(links_.cameras, links.cameras[i]);
+    if (same == links_.cameras.end()) continue;
+    const auto before = static_cast<std::size_t>(same - links_.cameras.begin());
+    cameras[i] = std::move(health_.cameras[before]);
+    frames_reported[i] = frames_reported_[before];
+    faults[i] = faults_[before];
+  }
+  health_.cameras = std::move(cameras);
+  frames_reported_ = std::move(frames_reported);
+  faults_ = std::move(faults);
+  description_ = std::move(description);
+  settings_ = std::move(settings);
+  links_ = std::move(links);
+  searches_.assign(kMaxSubjects, {});  // indices of subjects may differ
+  list_recordings();
 }
 
 void PublishWorker::run() {
@@ -56,32 +100,34 @@ void PublishWorker::run() {
   if (!allowed) log_warn("publish", allowed.error().message);
   const Status described = publisher_->describe(description_);
   if (!described) log_error("publish", described.error().message);
-  reported_at_ = host_now();
+  Timestamp sent_at = host_now();
+  if (reported_at_ == Timestamp{}) reported_at_ = sent_at;  // after a pause, the next report is due as before
 
   for (;;) {
     counters_.beats.add();
     const WakeSignal::Ticket ticket = links_.snapshots->there_is_work.ticket();
     const bool ended = links_.snapshots->ended.load(std::memory_order_acquire);
-    const bool sent = send_what_waits();
+    const bool sent = send_waiting();
     if (!sent) publisher_->serve();
     report_when_due();
-    if (sent) continue;
+    if (sent) {
+      sent_at = host_now();
+      continue;
+    }
     if (ended) break;
+    if (pausing()) return apply_fits();
     if (settings_.waiting == Waiting::Spin) continue;
-    const Duration until_report = reported_at_ + settings_.report_every - host_now();
-    links_.snapshots->there_is_work.wait(ticket, std::clamp(until_report, Duration{1}, kServeEvery));
+    const Timestamp now = host_now();
+    const Duration until_report = reported_at_ + settings_.report_every - now;
+    const Duration serve_every = now - sent_at > kIdleAfter ? kServeEveryIdle : kServeEvery;
+    links_.snapshots->there_is_work.wait(ticket, std::clamp(until_report, Duration{1}, serve_every));
   }
 }
 
-void PublishWorker::learn_fits() {
+void PublishWorker::apply_fits() {
   SubjectFit fit;
   while (links_.snapshots->fits.try_pop(fit)) {
-    MarkerSet& set = description_.subjects[fit.subject.value].marker_set;
-    for (std::size_t i = 0; i < set.skeleton.bones.size(); ++i) {
-      set.skeleton.bones[i].rest_offset_m = fit.rest_offsets_m[i];
-    }
-    for (std::size_t i = 0; i < set.markers.size(); ++i) set.markers[i].offset_m = fit.marker_offsets_m[i];
-    description_.version = fit.description_version;
+    description_ = with_fit(std::move(description_), fit);
     log_info("subject " + description_.subjects[fit.subject.value].name,
              fmt::format("fitted, residual={:.1f}mm description={}", 1e3 * fit.residual_m, description_.version));
     const Status described = publisher_->describe(description_);
@@ -90,7 +136,7 @@ void PublishWorker::learn_fits() {
   }
 }
 
-bool PublishWorker::send_what_waits() {
+bool PublishWorker::send_waiting() {
   bool any = false;
   SpscQueue<Snapshot>& queue = links_.snapshots->snapshots;
   while (Snapshot* oldest = queue.front()) {
@@ -108,9 +154,15 @@ bool PublishWorker::send_what_waits() {
 }
 
 void PublishWorker::send(Snapshot& snapshot) {
-  if (snapshot.description_version != description_.version) learn_fits();
+  if (snapshot.description_version != description_.version) apply_fits();
   const Status sent = publisher_->publish(snapshot);
-  if (links_.control != nullptr) tell_control(snapshot);
+  for (const SubjectLabels& labels : snapshot.labels) {
+    if (labels.subject.value >= kMaxSubjects) continue;
+    Search& search = searches_[labels.subject.value];
+    search.is_tracked = labels.phase == SubjectPhase::Tracking;
+    if (search.is_tracked) search.received_at.reset();
+  }
+  if (links_.control != nullptr) update_control(snapshot);
   if (sent) {
     counters_.sent.add();
     latency_.add(snapshot.instants);
@@ -120,7 +172,7 @@ void PublishWorker::send(Snapshot& snapshot) {
   }
 }
 
-void PublishWorker::tell_control(const Snapshot& snapshot) {
+void PublishWorker::update_control(const Snapshot& snapshot) {
   ControlChannel& control = *links_.control;
   for (const SubjectLabels& labels : snapshot.labels) {
     if (labels.subject.value >= kMaxSubjects) continue;
@@ -137,6 +189,7 @@ void PublishWorker::report_when_due() {
   if (now - reported_at_ < settings_.report_every) return;
   gather_health(now);
   if (links_.control != nullptr) static_cast<void>(links_.control->health.try_push(health_));
+  if (links_.takes != nullptr) static_cast<void>(links_.takes->health.try_push(health_));
   const Status reported = publisher_->report(health_);
   if (!reported) log_error("publish", reported.error().message);
 }
@@ -156,6 +209,41 @@ void PublishWorker::gather_health(Timestamp now) {
   health_.latency = latency_.take();
   for (std::size_t i = 0; i < links_.cameras.size(); ++i) gather_camera(i, seconds);
   health_.feed = publisher_->feed();
+  gather_recordings();
+  if (links_.takes != nullptr) {
+    while (links_.takes->states.try_pop(health_.take)) {
+    }
+  }
+  gather_searches(now);
+}
+
+void PublishWorker::gather_searches(Timestamp now) {
+  if (links_.search == nullptr) return;
+  while (const SearchHealth* newest = links_.search->reasons.front()) {
+    if (newest->subject.value < searches_.size()) {
+      Search& search = searches_[newest->subject.value];
+      search.health = *newest;
+      search.received_at = now;
+    }
+    links_.search->reasons.pop();
+  }
+  health_.searches.clear();
+  for (const Search& search : searches_) {
+    const bool holds = !search.is_tracked && search.received_at && now - *search.received_at < kReasonLasts &&
+                       search.health.cause != SearchCause::None;
+    if (holds) health_.searches.push_back(search.health);
+  }
+}
+
+void PublishWorker::gather_recordings() {
+  for (std::size_t i = 0; i < links_.recordings.size(); ++i) {
+    const RecordingProgress& progress = *links_.recordings[i];
+    RecordingHealth& health = health_.recordings[i];
+    health.state = progress.state();
+    health.size_bytes = progress.size().bytes;
+    health.records = progress.size().records;
+    if (health.state == RecordingState::Failed) health.error = progress.error();
+  }
 }
 
 void PublishWorker::gather_camera(std::size_t camera, double seconds) {
@@ -167,7 +255,7 @@ void PublishWorker::gather_camera(std::size_t camera, double seconds) {
     health.last_error.assign(note.error.begin(), note.error.end());
   }
   synchronise::CameraTiming timing;
-  while (channel.timings.try_pop(timing)) learn_timing(health, timing);
+  while (channel.timings.try_pop(timing)) update_timing(health, timing);
   health.frames = channel.counters.frames.read();
   health.missing_frames = channel.counters.missing_frames.read();
   health.failed_frames = channel.counters.failed_frames.read();
@@ -188,7 +276,10 @@ void PublishWorker::gather_camera(std::size_t camera, double seconds) {
   health.rig_off_px = channel.rig.off_px.read();
   health.rig_turned_rad = channel.rig.turned_rad.read();
   health.rig_moved_m = channel.rig.moved_m.read();
-  faults_[camera].tell(health, health_.at);
+  const BlobUse blob_use = channel.blob_use.read();
+  health.marker_share = blob_use.since(health.blob_use).share();
+  health.blob_use = blob_use;
+  faults_[camera].report(health, health_.at);
   health.rate_hz = static_cast<double>(health.frames - frames_reported_[camera]) / seconds;
   frames_reported_[camera] = health.frames;
 }

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "model/description.h"
@@ -11,39 +12,57 @@
 #include "runtime/counters.h"
 #include "runtime/fusion_worker.h"
 #include "runtime/latency.h"
+#include "runtime/pausable.h"
+#include "runtime/recording_progress.h"
 #include "runtime/runtime_settings.h"
+#include "runtime/take_worker.h"
 
 namespace mocap::runtime {
 
-/// Who joins is answered between snapshots, too: a handshake with keys and a subscription take a turn each.
+/// Period of Publisher::serve between snapshots. A client that joins with a key needs one call for the handshake and
+/// one for its subscription.
 inline constexpr Duration kServeEvery = std::chrono::milliseconds(2);
 
-/// The publish thread: snapshots to the wire, the description when it changes, the state of the service once a second.
-class PublishWorker {
+/// The publish thread: sends snapshots, the description when it changes, and the state of the daemon once a second.
+class PublishWorker : public Pausable {
  public:
-  /// All outlive the worker.
+  /// All objects outlive the worker.
   struct Links {
     SnapshotChannel* snapshots = nullptr;
     std::vector<CameraChannel*> cameras;         ///< by CameraId
     std::vector<const StreamCounters*> streams;  ///< by CameraId
     const FusionCounters* fusion = nullptr;
     ControlChannel* control = nullptr;  ///< may be null
+    std::vector<const RecordingProgress*> recordings = {};
+    SearchChannel* search = nullptr;  ///< may be null: no reasons are published
+    TakeChannel* takes = nullptr;     ///< may be null: no takes are recorded
   };
 
   PublishWorker(std::unique_ptr<Publisher> publisher, Description description, PublishWorkerSettings settings,
                 Links links, PublishCounters& counters);
 
-  /// The loop; returns when the fusion has ended and all that it handed on is sent.
+  /// The loop; returns when the fusion thread has ended and all its snapshots are sent, or when it is paused and the
+  /// waiting snapshots are sent. Begins with the description.
   void run();
 
+  /// Continues with another description and other links. A camera of the same name and channel keeps its health.
+  /// Call while no thread is in `run`.
+  void change(Description description, PublishWorkerSettings settings, Links links);
+  /// Closes the publisher. Until `set_publisher`, `run` must not be called. Call while no thread is in `run`.
+  void close_publisher() noexcept { publisher_.reset(); }
+  void set_publisher(std::unique_ptr<Publisher> publisher) noexcept { publisher_ = std::move(publisher); }
+
  private:
-  void learn_fits();
-  bool send_what_waits();
+  void list_recordings();
+  void apply_fits();
+  bool send_waiting();
   void send(Snapshot& snapshot);
-  void tell_control(const Snapshot& snapshot);
+  void update_control(const Snapshot& snapshot);
   void report_when_due();
   void gather_health(Timestamp now);
   void gather_camera(std::size_t camera, double seconds);
+  void gather_recordings();
+  void gather_searches(Timestamp now);
 
   std::unique_ptr<Publisher> publisher_;
   Description description_;
@@ -56,6 +75,13 @@ class PublishWorker {
   std::uint64_t sets_reported_ = 0;
   std::vector<std::uint64_t> frames_reported_;  // by camera
   std::vector<CameraFaults> faults_;            // by camera
+  /// The newest reason why a subject is not found.
+  struct Search {
+    SearchHealth health;
+    std::optional<Timestamp> received_at;  // empty: none
+    bool is_tracked = false;               // in the last snapshot
+  };
+  std::vector<Search> searches_;  // by subject
 };
 
 }  // namespace mocap::runtime

@@ -19,7 +19,7 @@ std::string refused_priority(int priority, int reason) {
 }
 
 std::string refused_cpus(const std::vector<int>& cpus, int reason) {
-  return fmt::format("cpus [{}] refused: {}; name cpus that are there (see nproc) and allowed", fmt::join(cpus, ", "),
+  return fmt::format("cpus [{}] refused: {}; use cpus that exist (see nproc) and are allowed", fmt::join(cpus, ", "),
                      std::strerror(reason));
 }
 
@@ -53,14 +53,15 @@ Status lock_memory() {
                            std::strerror(errno))};
 }
 
-// Aravis opens and closes each camera on new threads, and what one of them takes another gives back. With a heap for
-// each, all are left with holes, and the process grows with each camera that is unplugged. Frames take no memory, so
-// nobody waits for the one heap; each thread keeps small pieces at hand as before. The threshold is glibc's own, held:
-// it would rise to the size of an image at the first that is freed, and images would lie among the holes.
+// Aravis opens and closes each camera on new threads, and one thread frees memory that another thread allocated. With
+// glibc's default of one heap for each thread, the heaps fragment and the process grows with each unplugged camera. The
+// loops do not allocate, so the shared heap causes no waiting; glibc's per-thread cache of small blocks still works.
+// The mmap threshold is glibc's default, made fixed: otherwise it rises to the size of an image when the first image is
+// freed, and later images would be allocated in the fragmented heap.
 void use_one_heap() noexcept {
-  constexpr int kOwnPages_bytes = 128 * 1024;
+  constexpr int kMmapThreshold_bytes = 128 * 1024;
   mallopt(M_ARENA_MAX, 1);
-  mallopt(M_MMAP_THRESHOLD, kOwnPages_bytes);
+  mallopt(M_MMAP_THRESHOLD, kMmapThreshold_bytes);
 }
 
 void name_this_thread(const char* name) noexcept {

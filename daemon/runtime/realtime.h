@@ -5,18 +5,18 @@
 
 namespace mocap::runtime {
 
-/// Applies the settings to the calling thread. Fails with what the system refused and how to allow it; what could be
-/// done is done all the same.
+/// Applies priority and CPU affinity to the calling thread. Fails with Unsupported if the system denies one of them;
+/// the other is applied all the same. The message names the remedy.
 Status apply_to_this_thread(const ThreadSettings& settings);
 
-/// Keeps all memory of this process, now and later, out of swap.
+/// Locks all present and future memory of this process into RAM. Fails with Unsupported; the message names the remedy.
 Status lock_memory();
 
-/// What threads that come and go have freed goes back to the system, instead of staying behind in heaps of their own.
-/// For the whole process; before its first thread.
+/// Makes all threads share one heap, so that memory freed by short-lived threads returns to the system
+/// (decisions/0006). Applies to the whole process; call before the first thread starts.
 void use_one_heap() noexcept;
 
-/// The name that shows in top and gdb; at most 15 characters are kept.
+/// Sets the thread's name for top and gdb; at most 15 characters are used.
 void name_this_thread(const char* name) noexcept;
 
 }  // namespace mocap::runtime

@@ -19,23 +19,23 @@ struct ThreadSettings {
 
 /// How an idle thread waits.
 enum class Waiting {
-  Sleep,  ///< on a futex: the core is free for others
-  Spin,   ///< for machines with a core to spare
+  Sleep,  ///< on a futex; other threads can use the core
+  Spin,   ///< polls without sleeping; needs a core of its own
 };
 
-/// [reopen]: a camera that failed or fell silent.
+/// [reopen]: a camera that failed or delivers no images.
 struct CameraWorkerSettings {
   Duration silent_after = std::chrono::milliseconds(500);
   Duration first_image_within = std::chrono::seconds(5);
   Duration first_backoff = std::chrono::milliseconds(250);
   Duration longest_backoff = std::chrono::milliseconds(2000);
-  bool lossless = false;  ///< no key: waits for room instead of dropping (replay)
+  bool lossless = false;  ///< no key: waits for free space instead of dropping (replay)
   ThreadSettings thread;
 };
 
 struct FusionWorkerSettings {
   bool every_set = false;
-  bool lossless = false;  ///< no key: waits for room, and for the frames of every camera (replay)
+  bool lossless = false;  ///< no key: waits for free space, and for the frames of every camera (replay)
   Waiting waiting = Waiting::Sleep;
   ThreadSettings thread;
 };
@@ -61,19 +61,19 @@ struct PipelineSettings {
   std::size_t side_queue_snapshots = 64;
   std::size_t record_queue_frames = 64;  ///< no key: for each camera, if blobs are recorded
   bool lock_memory = false;
-  /// No key. A replay: nothing is dropped, every thread waits for room, and time is that of the recording. The
-  /// snapshots depend on the frames alone.
+  /// No key. The run is a replay: nothing is dropped, every thread waits for free space, and the clock is that of the
+  /// recording. The snapshots depend on the frames alone.
   bool lossless = false;
 };
 
-/// The keys of one section each.
+/// Each function declares the keys of one section.
 void declare_capture_keys(KeyVisitor& keys, PipelineSettings& pipeline);
 void declare_publish_keys(KeyVisitor& keys, PipelineSettings& pipeline);
 void declare_reopen_keys(KeyVisitor& keys, PipelineSettings& pipeline);
 void declare_queues_keys(KeyVisitor& keys, PipelineSettings& pipeline);
 void declare_realtime_keys(KeyVisitor& keys, PipelineSettings& pipeline);
 
-/// Rules between the keys of [reopen] that are broken.
+/// Returns the faults that concern several keys of [reopen].
 std::vector<KeyFault> reopen_faults_of(const PipelineSettings& pipeline);
 
 }  // namespace mocap::runtime

@@ -11,19 +11,19 @@
 namespace mocap::runtime {
 namespace {
 
-// A newline would begin another field of the message.
+// Replaces newlines: a newline starts another field of the message.
 std::string one_line(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
 }
 
-// systemd gives device and inode of the stream that it connected to the journal (systemd.exec(5), $JOURNAL_STREAM);
-// somebody may have redirected it since.
+// $JOURNAL_STREAM has device and inode of the stream that systemd connected to the journal (systemd.exec(5)). They
+// differ from those of standard error if standard error was redirected later.
 bool stderr_is_the_journal() {
   const char* stream = std::getenv("JOURNAL_STREAM");
-  struct stat our {};
-  if (stream == nullptr || ::fstat(STDERR_FILENO, &our) != 0) return false;
-  return std::to_string(our.st_dev) + ":" + std::to_string(our.st_ino) == stream;
+  struct stat stderr_status {};
+  if (stream == nullptr || ::fstat(STDERR_FILENO, &stderr_status) != 0) return false;
+  return std::to_string(stderr_status.st_dev) + ":" + std::to_string(stderr_status.st_ino) == stream;
 }
 
 Duration half_the_watchdog() {
@@ -34,7 +34,7 @@ Duration half_the_watchdog() {
 
 }  // namespace
 
-// A failed notification has no cure: whoever waits for it has its own patience.
+// Failed notifications are ignored: the service manager has its own timeouts.
 
 Service::Service() : watchdog_interval_(half_the_watchdog()), logs_to_journal_(stderr_is_the_journal()) {}
 

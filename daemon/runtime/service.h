@@ -6,30 +6,30 @@
 
 namespace mocap::runtime {
 
-/// Tells the service manager (systemd) how the daemon is. Does nothing where there is none: a daemon started by hand.
+/// Reports the state of the daemon to the service manager (systemd). Does nothing if the daemon was started by hand.
 ///
 /// The main thread owns it and makes all calls.
 class Service {
  public:
   Service();
 
-  /// Everything is set up and the threads run; `status` as of now.
+  /// Reports that all threads run. `status` is the first status line.
   void ready(const std::string& status = "started");
 
-  /// One line for `systemctl status`.
+  /// Sets the line that `systemctl status` shows.
   void status(const std::string& line);
 
-  /// The end has begun.
+  /// Reports that the daemon shuts down.
   void stopping();
 
-  /// Feeds the watchdog. Only for who has seen the pipeline make progress since the last call: a daemon whose threads
-  /// hang must be found hanging.
+  /// Sends the watchdog's keep-alive. Call only if the pipeline made progress since the last call, so that the watchdog
+  /// detects threads that hang.
   void alive();
 
-  /// How often to call `alive` at least: half of what the watchdog tolerates; zero where none watches.
+  /// Longest period between calls of `alive`: half of the watchdog's timeout; zero without a watchdog.
   Duration watchdog_interval() const noexcept { return watchdog_interval_; }
 
-  /// Whether the journal reads our standard error.
+  /// Returns whether standard error is connected to the journal.
   bool logs_to_journal() const noexcept { return logs_to_journal_; }
 
  private:

@@ -12,24 +12,25 @@ namespace mocap::scene {
 
 struct ActorMarker {
   WorldPoint position;
-  bool there = true;  ///< false: the recording does not know where it is, and it gives no light
+  bool there = true;  ///< false: the recording has no position at this instant; the marker is not drawn
 };
 
-/// Where somebody and all that they wear is at one instant.
+/// The state of an actor at one instant, in the world frame.
 struct ActorState {
   BoundedVector<ActorMarker, kMaxLabels> markers;  ///< in the order of the marker set
-  BoundedVector<Pose, kMaxBones> world_from_bone;  ///< by bone; empty where the motion knows of no bones
-  BoundedVector<WorldPoint, kMaxLabels> ghosts;    ///< lights that are nobody's marker
+  BoundedVector<Pose, kMaxBones> world_from_bone;  ///< by bone; empty if the motion has no bones
+  BoundedVector<WorldPoint, kMaxLabels> ghosts;    ///< bright points that are no markers of the set
 };
 
-/// Somebody who moves through the volume. The same time gives the same state; any thread may ask.
+/// A person or prop that moves through the simulated volume. The state depends on the time only. Any thread may call.
 class Actor {
  public:
   virtual ~Actor() = default;
 
   virtual const MarkerSet& marker_set() const = 0;
 
-  /// The state `t_s` after the motion began; before that, as at 0. Allocates nothing after the first call.
+  /// Writes the state `t_s` after the start of the motion; for negative times, that at 0. Allocates nothing after the
+  /// first call.
   virtual void at(double t_s, ActorState& into) const = 0;
 };
 

@@ -21,7 +21,7 @@ constexpr std::array<std::pair<std::string_view, BvhChannel>, 6> kChannels{{{"Xp
                                                                             {"Yrotation", BvhChannel::YRotation},
                                                                             {"Zrotation", BvhChannel::ZRotation}}};
 
-/// Words of a text, and the line each stands in.
+/// Splits a text into words and counts its lines.
 class Words {
  public:
   explicit Words(std::string_view text) : rest_(text) {}
@@ -62,7 +62,7 @@ class Words {
   std::size_t line_ = 1;
 };
 
-/// Reads the tree of joints.
+/// Reads the HIERARCHY section.
 class Hierarchy {
  public:
   Hierarchy(Words& words, Bvh& bvh) : words_(words), bvh_(bvh) {}
@@ -86,7 +86,7 @@ class Hierarchy {
   }
 
  private:
-  static constexpr int kEnd = -2;  // an end site: a place, but no joint
+  static constexpr int kEnd = -2;  // an end site: has an offset, but is no joint
 
   void add_joint() {
     BvhJoint joint;
@@ -100,7 +100,7 @@ class Hierarchy {
     if (word == "{") {
       open_.push_back(current_);
     } else if (word == "JOINT") {
-      if (open_.empty() || open_.back() == kEnd) return words_.fault("a JOINT outside of a joint");
+      if (open_.empty() || open_.back() == kEnd) return words_.fault("JOINT outside of ROOT");
       if (bvh_.joints.size() == kMaxJoints) return words_.fault("more than 512 joints");
       add_joint();
     } else if (word == "End") {
@@ -122,7 +122,7 @@ class Hierarchy {
   Status read_channels() {
     const auto count = words_.number();
     if (!count || *count < 0 || *count > 6 || current_ == kEnd)
-      return words_.fault("expected 0 to 6 channels of a joint");
+      return words_.fault("expected 0 to 6 channels, in a joint");
     BvhJoint& joint = bvh_.joints[static_cast<std::size_t>(current_)];
     joint.first_value = bvh_.values_a_frame;
     for (int i = 0; i < static_cast<int>(*count); ++i) {
@@ -146,16 +146,16 @@ Status read_motion(Words& words, Bvh& bvh) {
   if (words.next() != "Frames:") return words.fault("expected 'Frames:'");
   const auto frames = words.number();
   if (!frames || *frames < 1 || *frames * static_cast<double>(bvh.values_a_frame) > kMaxValues) {
-    return words.fault("expected a number of frames from 1 on");
+    return words.fault("expected a number of frames, at least 1");
   }
   if (words.next() != "Frame" || words.next() != "Time:") return words.fault("expected 'Frame Time:'");
   const auto frame_time_s = words.number();
-  if (!frame_time_s || !(*frame_time_s > 0.0)) return words.fault("expected a frame time over 0 s");
+  if (!frame_time_s || !(*frame_time_s > 0.0)) return words.fault("expected a frame time above 0 s");
   bvh.frames = static_cast<std::size_t>(*frames);
   bvh.frame_time_s = *frame_time_s;
   for (std::size_t i = 0; i < bvh.frames * bvh.values_a_frame; ++i) {
     const auto value = words.number();
-    if (!value) return words.fault("expected a number: a frame is short, or a word is none");
+    if (!value) return words.fault("expected a number: a frame is too short or has another word");
     bvh.values.push_back(*value);
   }
   return {};
@@ -204,15 +204,15 @@ Eigen::Quaterniond from_rotation_vector(const Eigen::Vector3d& vector) {
   return angle > 1e-12 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, vector / angle)) : Eigen::Quaterniond::Identity();
 }
 
-// What `b` does after `a` on its way, where there is one before and one after (Catmull and Rom); at an end, the way
-// itself.
-Eigen::Vector3d pace(const Eigen::Vector3d* before, const Eigen::Vector3d* after) {
+// Catmull-Rom tangent at a frame: the mean of the displacements before and after it. At the first or last frame, the
+// only displacement.
+Eigen::Vector3d tangent(const Eigen::Vector3d* before, const Eigen::Vector3d* after) {
   if (before == nullptr) return *after;
   if (after == nullptr) return *before;
   return 0.5 * (*before + *after);
 }
 
-// A cubic in Bezier's form, from b[0] to b[3]; and the same on turns, where straight means evenly turned.
+// A cubic Bezier curve from b[0] to b[3], by de Casteljau's algorithm with slerp for rotations.
 Eigen::Vector3d on_curve(const std::array<Eigen::Vector3d, 4>& b, double u) {
   const double v = 1.0 - u;
   return v * v * v * b[0] + 3.0 * u * v * v * b[1] + 3.0 * u * u * v * b[2] + u * u * u * b[3];
@@ -234,9 +234,9 @@ void posture_of(const Bvh& bvh, double t_s, BvhPosture& into) {
   const std::array<const double*, 4> around{frame(has_before ? first - 1 : first), frame(first), frame(second),
                                             frame(has_after ? second + 1 : second)};
   const auto root = [&](std::size_t i) { return place_of(bvh.joints[0], around[i]); };
-  const Eigen::Vector3d way = root(2) - root(1), before = root(1) - root(0), after = root(3) - root(2);
-  const Eigen::Vector3d out = pace(has_before ? &before : nullptr, &way);
-  const Eigen::Vector3d in = pace(&way, has_after ? &after : nullptr);
+  const Eigen::Vector3d displacement = root(2) - root(1), before = root(1) - root(0), after = root(3) - root(2);
+  const Eigen::Vector3d out = tangent(has_before ? &before : nullptr, &displacement);
+  const Eigen::Vector3d in = tangent(&displacement, has_after ? &after : nullptr);
   into.root = on_curve({root(1), root(1) + out / 3.0, root(2) - in / 3.0, root(2)}, share);
   into.turns.resize(bvh.joints.size());
   for (std::size_t i = 0; i < bvh.joints.size(); ++i) {
@@ -245,8 +245,8 @@ void posture_of(const Bvh& bvh, double t_s, BvhPosture& into) {
     const Eigen::Vector3d turned = rotation_vector(q1.conjugate() * q2);
     const Eigen::Vector3d turned_before = rotation_vector(turn(0).conjugate() * q1);
     const Eigen::Vector3d turned_after = rotation_vector(q2.conjugate() * turn(3));
-    const Eigen::Vector3d leaving = pace(has_before ? &turned_before : nullptr, &turned);
-    const Eigen::Vector3d coming = pace(&turned, has_after ? &turned_after : nullptr);
+    const Eigen::Vector3d leaving = tangent(has_before ? &turned_before : nullptr, &turned);
+    const Eigen::Vector3d coming = tangent(&turned, has_after ? &turned_after : nullptr);
     into.turns[i] =
         on_curve({q1, q1 * from_rotation_vector(leaving / 3.0), q2 * from_rotation_vector(-coming / 3.0), q2}, share);
   }

@@ -17,14 +17,16 @@
 namespace mocap::scene {
 namespace {
 
-constexpr double kUsualHeight_m = 1.60;  // from the lowest to the highest joint of a person of 1.75 m
-constexpr double kSoleHeight_m = 0.05;   // of the lowest joint over the floor
-constexpr double kBlend_s = 1.0;         // from the rest pose into the motion
-constexpr double kApart_m = 0.01;        // a joint nearer to its parent gets no marker of its own
+// Height of the highest joint above the lowest joint of a person of 1.75 m: the head's joint is below the top of the
+// head. Chosen by hand; not yet measured.
+constexpr double kAssumedJointHeight_m = 1.60;
+constexpr double kSoleHeight_m = 0.05;  // height of the lowest joint above the floor
+constexpr double kBlend_s = 1.0;        // duration of the change from the rest pose into the motion
+constexpr double kApart_m = 0.01;       // a joint nearer to its parent gets no marker
 
 using Quaternions = std::array<Eigen::Quaterniond, kMaxBones>;
 
-/// Where the joints of a rest pose are, in the file's unit and axes.
+/// Joint positions in rest pose, in the file's unit and axes.
 std::vector<Eigen::Vector3d> rest_places(const Bvh& bvh) {
   std::vector<Eigen::Vector3d> places;
   for (const BvhJoint& joint : bvh.joints) {
@@ -34,7 +36,7 @@ std::vector<Eigen::Vector3d> rest_places(const Bvh& bvh) {
   return places;
 }
 
-/// From the file's axes (y up) to ours: the left of the body to +y, up to +z.
+/// Rotation from the file's axes (y up) to the world's: left of the body to +y, up to +z.
 Eigen::Matrix3d axes_of(const Bvh& bvh, const std::vector<Eigen::Vector3d>& places) {
   Eigen::Vector3d left = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < places.size(); ++i) {
@@ -53,16 +55,17 @@ Eigen::Matrix3d axes_of(const Bvh& bvh, const std::vector<Eigen::Vector3d>& plac
   return ours_from_file;
 }
 
+/// The file's unit in metres, such that the rest pose is as tall as a usual person.
 double unit_of_m(const std::vector<Eigen::Vector3d>& places) {
   double low = std::numeric_limits<double>::max(), high = std::numeric_limits<double>::lowest();
   for (const Eigen::Vector3d& place : places) {
     low = std::min(low, place.y());
     high = std::max(high, place.y());
   }
-  return high > low ? kUsualHeight_m / (high - low) : 0.01;
+  return high > low ? kAssumedJointHeight_m / (high - low) : 0.01;
 }
 
-/// The file's own skeleton, with a marker a joint.
+/// The file's skeleton, with one marker for each joint.
 MarkerSet own_marker_set(const Bvh& bvh, const Eigen::Matrix3d& ours_from_file, double unit_m) {
   MarkerSet set;
   set.name = set.skeleton.name = "bvh";
@@ -93,11 +96,11 @@ class BvhActor final : public Actor {
     unit_m_ = settings.unit_m > 0.0 ? settings.unit_m : unit_of_m(places);
     const bool own = !marker_set.has_value();
     marker_set_ = own ? own_marker_set(bvh_, ours_from_file_, unit_m_) : std::move(*marker_set);
-    apply_offsets(places, own);
+    match_joints(places, own);
     begin_s_ = bvh_.frames > 2 ? bvh_.frame_time_s : 0.0;
     length_s_ = bvh_.frame_time_s * static_cast<double>(bvh_.frames - 1) - begin_s_;
-    put_in_the_middle();
-    stand();
+    centre_motion();
+    set_standing_pose();
   }
 
   bool moves() const { return joints_known_ >= 2; }
@@ -115,9 +118,9 @@ class BvhActor final : public Actor {
       for (std::size_t b = 1; b < turns.size(); ++b) turns[b] = standing_[b].slerp(share, turns[b]);
       root_m.z() = share * root_m.z() + (1.0 - share) * rest_height_m_;
     }
-    set_out(root_m, turns, into);
+    write_state(root_m, turns, into);
     if (settings_.t_pose_s <= 0.0 || since_s >= kBlend_s) return;
-    // Between two poses that stand on the floor there are some that would sink into it.
+    // A pose interpolated between two poses on the floor may be below the floor.
     const double sunk_m = kSoleHeight_m - lowest_m(into);
     if (sunk_m <= 0.0) return;
     for (Pose& pose : into.world_from_bone) pose.position.z() += sunk_m;
@@ -125,19 +128,19 @@ class BvhActor final : public Actor {
   }
 
  private:
-  // The pose that is held first, T-pose where the arms cannot be lowered.
-  void stand() {
+  // Computes the pose before the motion: A-pose, or T-pose if the arms cannot be lowered.
+  void set_standing_pose() {
     standing_.fill(Eigen::Quaterniond::Identity());
-    const auto stance = identify::make_a_pose(marker_set_, settings_.arms_lowered_rad);
-    if (!stance) return;
-    for (std::size_t b = 1; b < stance->rotations.size(); ++b) {
+    const auto pose = identify::make_a_pose(marker_set_, settings_.arms_lowered_rad);
+    if (!pose) return;
+    for (std::size_t b = 1; b < pose->rotations.size(); ++b) {
       const auto parent = static_cast<std::size_t>(marker_set_.skeleton.bones[b].parent);
-      standing_[b] = stance->rotations[parent].conjugate() * stance->rotations[b];
+      standing_[b] = pose->rotations[parent].conjugate() * pose->rotations[b];
     }
   }
 
-  // Which joint turns which bone, and how our limbs lie against the file's in the two rest poses.
-  void apply_offsets(const std::vector<Eigen::Vector3d>& places, bool own) {
+  // Finds the joint of each bone, and the rotation between the limbs of both rest poses.
+  void match_joints(const std::vector<Eigen::Vector3d>& places, bool own) {
     const auto& bones = marker_set_.skeleton.bones;
     MOCAP_EXPECTS(bones.size() <= kMaxBones);
     ours_from_theirs_.fill(Eigen::Quaterniond::Identity());
@@ -153,12 +156,12 @@ class BvhActor final : public Actor {
           name.ends_with("UpArm") || name.ends_with("LowArm") || name.ends_with("UpLeg") || name.ends_with("LowLeg");
       const int from = joint_of_[static_cast<std::size_t>(parent)], to = joint_of_[child];
       if (!limb || from < 0 || to < 0) continue;
-      const Eigen::Vector3d way =
+      const Eigen::Vector3d limb_in_file =
           ours_from_file_ * (places[static_cast<std::size_t>(to)] - places[static_cast<std::size_t>(from)]);
-      if (way.norm() < 1e-6) continue;
-      const auto turn = kinematics::rotation_between(bones[child].rest_offset_m, way);
-      ours_from_theirs_[static_cast<std::size_t>(parent)] = turn;
-      ours_from_theirs_[child] = turn;  // hands and feet go with the limb; a limb's own child overwrites it
+      if (limb_in_file.norm() < 1e-6) continue;
+      const auto rotation = kinematics::rotation_between(bones[child].rest_offset_m, limb_in_file);
+      ours_from_theirs_[static_cast<std::size_t>(parent)] = rotation;
+      ours_from_theirs_[child] = rotation;  // for hands and feet; a child that is a limb overwrites it
     }
   }
 
@@ -170,7 +173,7 @@ class BvhActor final : public Actor {
 
   double clip_s(double t_s) const { return begin_s_ + there_and_back_s(t_s, length_s_); }
 
-  // Our bones' turns and root at an instant of the file.
+  // Local rotations of the bones and position of the root at an instant of the file.
   void pose_at(double file_s, Eigen::Vector3d& root_m, Quaternions& turns) const {
     thread_local BvhPosture posture;
     thread_local std::vector<Eigen::Matrix3d> world_from_joint;
@@ -201,7 +204,7 @@ class BvhActor final : public Actor {
     for (std::size_t i = bones.size(); i < kMaxBones; ++i) turns[i].setIdentity();
   }
 
-  void set_out(const Eigen::Vector3d& root_m, const Quaternions& turns, ActorState& into) const {
+  void write_state(const Eigen::Vector3d& root_m, const Quaternions& turns, ActorState& into) const {
     const Skeleton& skeleton = marker_set_.skeleton;
     into.ghosts.clear();
     into.markers.clear();
@@ -214,7 +217,7 @@ class BvhActor final : public Actor {
     }
   }
 
-  // Which way somebody faces whose hips are turned so, seen from above.
+  // Rotation about z of the direction that the hips face.
   static Eigen::Quaterniond heading_of(const Eigen::Quaterniond& hips) {
     const Eigen::Vector3d forward = hips * Eigen::Vector3d::UnitX(), left = hips * Eigen::Vector3d::UnitY();
     const double heading_rad = std::atan2(forward.y() - left.x(), forward.x() + left.y());
@@ -227,18 +230,18 @@ class BvhActor final : public Actor {
     return low;
   }
 
-  // The middle of the way to the middle of the volume, the lowest joint of all frames to the floor.
-  void put_in_the_middle() {
+  // Moves the centre of the root's path to the centre of the volume, and the lowest joint of all frames to the floor.
+  void centre_motion() {
     ActorState state;
     Quaternions turns;
     turns.fill(Eigen::Quaterniond::Identity());
-    set_out(Eigen::Vector3d::Zero(), turns, state);
+    write_state(Eigen::Vector3d::Zero(), turns, state);
     rest_height_m_ = kSoleHeight_m - lowest_m(state);
     Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::max()), high = -low;
     for (double t_s = 0.0; t_s <= length_s_; t_s += bvh_.frame_time_s) {
       Eigen::Vector3d root_m;
       pose_at(begin_s_ + t_s, root_m, turns);
-      set_out(root_m, turns, state);
+      write_state(root_m, turns, state);
       low = low.cwiseMin(Eigen::Vector3d(root_m.x(), root_m.y(), lowest_m(state)));
       high = high.cwiseMax(root_m);
     }
@@ -253,14 +256,14 @@ class BvhActor final : public Actor {
   MarkerSet marker_set_;
   Eigen::Matrix3d ours_from_file_ = Eigen::Matrix3d::Identity();
   double unit_m_ = 1.0;
-  std::vector<int> joint_of_;  // by bone; -1: goes with its parent
-  Quaternions ours_from_theirs_;
-  Quaternions standing_;  // the pose that is held first
+  std::vector<int> joint_of_;     // by bone; -1: no joint, moves with its parent
+  Quaternions ours_from_theirs_;  // by bone: rotation between the limbs of both rest poses
+  Quaternions standing_;          // the pose before the motion
   int joints_known_ = 0;
   double begin_s_ = 0.0, length_s_ = 0.0;
   Eigen::Vector3d to_middle_m_ = Eigen::Vector3d::Zero();
   double rest_height_m_ = 0.0;
-  Eigen::Quaterniond heading_ = Eigen::Quaterniond::Identity();  // of that pose: that of the motion's beginning
+  Eigen::Quaterniond heading_ = Eigen::Quaterniond::Identity();  // of the standing pose: that of the first frame
 };
 
 }  // namespace
@@ -268,15 +271,15 @@ class BvhActor final : public Actor {
 Result<std::unique_ptr<Actor>> make_bvh_actor(Bvh bvh, std::optional<MarkerSet> marker_set,
                                               const BvhSettings& settings) {
   if (!marker_set && bvh.joints.size() > kMaxBones) {
-    return Error{ErrorCode::InvalidArgument, "BVH: it has " + std::to_string(bvh.joints.size()) +
+    return Error{ErrorCode::InvalidArgument, "BVH: the file has " + std::to_string(bvh.joints.size()) +
                                                  " joints, expected at most " + std::to_string(kMaxBones) +
-                                                 "; name a marker set for it to move"};
+                                                 "; give a marker set, whose skeleton is then moved"};
   }
   auto actor = std::make_unique<BvhActor>(std::move(bvh), std::move(marker_set), settings);
   if (!actor->moves()) {
     return Error{ErrorCode::InvalidArgument,
-                 "BVH: none of its joints is called as a bone of the marker set; leave the marker set out to move the "
-                 "file's own joints"};
+                 "BVH: fewer than two joint names match a bone of the marker set; omit the marker set to use the "
+                 "skeleton of the file"};
   }
   return std::unique_ptr<Actor>(std::move(actor));
 }

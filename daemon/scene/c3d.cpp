@@ -19,7 +19,7 @@ enum class Processor : std::uint8_t { Intel = 84, Dec = 85, Mips = 86 };
 
 Error broken(std::string_view what) { return {ErrorCode::InvalidArgument, "C3D: " + std::string(what)}; }
 
-/// The bytes of a file, in the byte order of the machine that wrote it. Reading beyond the end gives zeros.
+/// Reads numbers and texts in the byte order of the file. Reading beyond the end gives zeros.
 class Bytes {
  public:
   explicit Bytes(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -33,7 +33,7 @@ class Bytes {
   std::int16_t i16(std::size_t at) const { return static_cast<std::int16_t>(u16(at)); }
   double real(std::size_t at) const {
     const std::uint32_t low = u16(at), high = u16(at + 2);
-    // DEC: the words are swapped, and the exponent is two more.
+    // DEC floats have swapped 16-bit words and an exponent that is larger by two.
     if (processor == Processor::Dec) return 0.25 * std::bit_cast<float>(low << 16 | high);
     return std::bit_cast<float>(high << 16 | low);
   }
@@ -56,7 +56,7 @@ struct Parameter {
 };
 using Parameters = std::map<std::string, Parameter, std::less<>>;  // "GROUP:NAME"
 
-// Groups have negative ids, their parameters the positive id; either may come first.
+// A group has a negative id, its parameters the same id with a positive sign. They may stand in any order.
 Parameters read_parameters(const Bytes& bytes, std::size_t begin, std::size_t end) {
   std::map<int, std::string> groups;
   std::vector<std::tuple<int, std::string, Parameter>> found;
@@ -112,7 +112,7 @@ std::vector<std::string> texts_of(const Bytes& bytes, const Parameters& paramete
 
 std::vector<std::string> labels_of(const Bytes& bytes, const Parameters& parameters, std::size_t points) {
   std::vector<std::string> labels = texts_of(bytes, parameters, "POINT:LABELS");
-  for (int more = 2; labels.size() < points && more < 100; ++more) {  // 255 labels a parameter
+  for (int more = 2; labels.size() < points && more < 100; ++more) {  // 255 labels in each parameter
     const auto next = texts_of(bytes, parameters, "POINT:LABELS" + std::to_string(more));
     if (next.empty()) break;
     labels.insert(labels.end(), next.begin(), next.end());
@@ -121,19 +121,19 @@ std::vector<std::string> labels_of(const Bytes& bytes, const Parameters& paramet
   return labels;
 }
 
-/// Where and how the samples stand.
+/// Position and format of the samples in the file.
 struct Layout {
   std::size_t begin = 0;
   std::size_t points = 0;
   std::size_t frame_bytes = 0;
   bool real = false;
-  double scale = 1.0;  // of integer coordinates and of residuals, to the file's unit
+  double scale = 1.0;  // factor of integer coordinates and of residuals, to the file's unit
   double unit_m = 1e-3;
 };
 
 C3dSample read_sample(const Bytes& bytes, const Layout& layout, std::size_t at) {
   C3dSample sample;
-  // The fourth word: the high byte tells cameras, the low byte the residual; negative: not there.
+  // The fourth word: the high byte is the camera mask, the low byte the residual; negative: no position.
   const int word =
       layout.real ? static_cast<int>(std::clamp(bytes.real(at + 12), -32768.0, 32767.0)) : bytes.i16(at + 6);
   for (int axis = 0; axis < 3; ++axis) {
@@ -162,12 +162,20 @@ Result<Layout> layout_of(const Bytes& bytes, const Parameters& parameters) {
   layout.unit_m = unit == "m" ? 1.0 : unit == "cm" ? 1e-2 : unit == "in" ? 0.0254 : 1e-3;
   layout.real = scale < 0.0;
   layout.scale = std::abs(scale);
-  if (data_block == 0 || layout.points == 0) return broken("no points in it");
-  if (!std::isfinite(scale) || scale == 0.0) return broken("the scale of its points is no number but 0");
+  if (data_block == 0 || layout.points == 0) return broken("the file has no points");
+  if (!std::isfinite(scale) || scale == 0.0) return broken("POINT:SCALE is 0 or not finite");
   layout.begin = (data_block - 1) * kBlock;
   const std::size_t analog_values = bytes.u16(4);  // channels times samples, of one frame
   layout.frame_bytes = layout.points * (layout.real ? 16 : 8) + analog_values * (layout.real ? 4 : 2);
   return layout;
+}
+
+// The numbers of the first and last frame in the header have 16 bits. Long trials have a parameter of single precision
+// with the number of frames; without it the numbers wrap around, and the size of the file is the only bound.
+std::size_t declared_frames(const Bytes& bytes, const Parameters& parameters, std::size_t otherwise) {
+  const double long_frames = number_of(bytes, parameters, "POINT:LONG_FRAMES", 0.0);
+  if (long_frames >= 1.0 && long_frames < 1e9) return static_cast<std::size_t>(long_frames);
+  return bytes.u16(8) >= bytes.u16(6) ? bytes.u16(8) - bytes.u16(6) + 1U : otherwise;
 }
 
 }  // namespace
@@ -175,29 +183,27 @@ Result<Layout> layout_of(const Bytes& bytes, const Parameters& parameters) {
 Result<C3d> parse_c3d(std::span<const std::byte> raw) {
   Bytes bytes(raw);
   if (bytes.size() < 2 * kBlock || bytes.u8(1) != kMagic || bytes.u8(0) == 0) {
-    return broken("the file does not begin as a C3D file does (second byte 0x50)");
+    return broken("not a C3D file: the second byte is not 0x50");
   }
   const std::size_t parameters_at = (bytes.u8(0) - 1U) * kBlock;
   const std::uint8_t processor = bytes.u8(parameters_at + 3);
   if (processor == static_cast<std::uint8_t>(Processor::Mips)) {
-    return Error{ErrorCode::Unsupported, "C3D: written in MIPS byte order; convert it to Intel byte order"};
+    return Error{ErrorCode::Unsupported, "C3D: the file has MIPS byte order; convert it to Intel byte order"};
   }
   if (processor == static_cast<std::uint8_t>(Processor::Dec)) bytes.processor = Processor::Dec;
   const std::size_t parameters_end = std::min(bytes.size(), parameters_at + bytes.u8(parameters_at + 2) * kBlock);
   const Parameters parameters = read_parameters(bytes, parameters_at, parameters_end);
   const auto layout = layout_of(bytes, parameters);
   if (!layout) return layout.error();
-  if (layout->begin >= bytes.size()) return broken("it ends before its first sample");
+  if (layout->begin >= bytes.size()) return broken("the file ends before its first sample");
 
   C3d c3d;
   c3d.rate_hz = number_of(bytes, parameters, "POINT:RATE", bytes.real(20));
-  if (!(c3d.rate_hz > 0.0 && c3d.rate_hz < 1e5)) return broken("its point rate is not over 0 Hz");
+  if (!(c3d.rate_hz > 0.0 && c3d.rate_hz < 1e5)) return broken("POINT:RATE is not between 0 and 100000 Hz");
   c3d.labels = labels_of(bytes, parameters, layout->points);
-  // First and last frame are 16 bits and wrap around in long trials; what the file holds is the bound.
-  const std::size_t held = (bytes.size() - layout->begin) / layout->frame_bytes;
-  const std::size_t told = bytes.u16(8) >= bytes.u16(6) ? bytes.u16(8) - bytes.u16(6) + 1U : held;
-  c3d.frames = std::min(held, told);
-  if (c3d.frames == 0) return broken("it ends before its first frame does");
+  const std::size_t complete = (bytes.size() - layout->begin) / layout->frame_bytes;
+  c3d.frames = std::min(complete, declared_frames(bytes, parameters, complete));
+  if (c3d.frames == 0) return broken("the file ends within its first frame");
   c3d.samples.reserve(c3d.frames * layout->points);
   for (std::size_t frame = 0; frame < c3d.frames; ++frame) {
     const std::size_t at = layout->begin + frame * layout->frame_bytes;
@@ -211,7 +217,7 @@ Result<C3d> parse_c3d(std::span<const std::byte> raw) {
 std::vector<C3dPointKind> kinds_of(std::span<const std::string> labels) {
   constexpr std::array<std::string_view, 7> kWords{"Angle",        "Force", "Moment",  "Power",
                                                    "CentreOfMass", "GRF",   "Reaction"};
-  const auto bare = [](const std::string& label) {  // without the subject, as in "Anna:LASI"
+  const auto bare = [](const std::string& label) {  // LASI of "Anna:LASI"
     const std::size_t colon = label.rfind(':');
     return std::string_view(label).substr(colon == std::string::npos ? 0 : colon + 1);
   };

@@ -21,14 +21,14 @@ class C3dActor final : public Actor {
       points_.push_back(i);
       marker_set_.markers.push_back({c3d_.labels[i], 0, Eigen::Vector3d::Zero(), {1.0F, 1.0F, 1.0F}});
     }
-    stand_up();
+    set_world_axes();
   }
 
   const MarkerSet& marker_set() const override { return marker_set_; }
 
   void at(double t_s, ActorState& into) const override {
     const double last = static_cast<double>(c3d_.frames - 1);
-    // Between samples only where it matters: at the recording's own rate most are met exactly.
+    // A time within 1e-6 samples of a sample takes that sample. A marker next to a gap then needs no interpolation.
     double at = there_and_back_s(t_s, last / c3d_.rate_hz) * c3d_.rate_hz;
     if (std::abs(at - std::round(at)) < 1e-6) at = std::round(at);
     const auto frame = static_cast<std::size_t>(at);
@@ -52,9 +52,9 @@ class C3dActor final : public Actor {
     return {{there ? Eigen::Vector3d(world_from_file_ * place_m + to_middle_m_) : Eigen::Vector3d::Zero()}, there};
   }
 
-  // People are taller than wide: the axis along which the markers of one instant lie furthest apart is up. The middle
-  // of all places goes to the middle of the volume, the floor stays where it was.
-  void stand_up() {
+  // Chooses the up axis, y or z of the file: the one along which the markers of one instant are spread more, as people
+  // are taller than wide. Moves the centre of all positions to the centre of the volume and keeps the floor.
+  void set_world_axes() {
     double spread_y = 0.0, spread_z = 0.0;
     Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9), high = -low;
     for (std::size_t frame = 0; frame < c3d_.frames; ++frame) {
@@ -75,7 +75,7 @@ class C3dActor final : public Actor {
       spread_z += variance.z();
     }
     if (spread_y > spread_z) world_from_file_ << 1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0;
-    if (high.x() < low.x()) return;  // nothing is ever there
+    if (high.x() < low.x()) return;  // no sample at all
     to_middle_m_ = -0.5 * (world_from_file_ * (low + high));
     to_middle_m_.z() = 0.0;
   }
@@ -93,7 +93,7 @@ Result<std::unique_ptr<Actor>> make_c3d_actor(C3d c3d) {
   const auto kinds = kinds_of(c3d.labels);
   const auto markers = static_cast<std::size_t>(std::ranges::count(kinds, C3dPointKind::Marker));
   if (markers == 0 || markers > kMaxLabels) {
-    return Error{ErrorCode::InvalidArgument, "C3D: it has " + std::to_string(markers) +
+    return Error{ErrorCode::InvalidArgument, "C3D: the file has " + std::to_string(markers) +
                                                  " labelled markers, expected 1 to " + std::to_string(kMaxLabels)};
   }
   return std::unique_ptr<Actor>(std::make_unique<C3dActor>(std::move(c3d), kinds));

@@ -12,13 +12,13 @@ namespace mocap::scene {
 namespace {
 
 struct Entry {
-  std::string_view label;  // in upper case; those with a side are the left ones, without the L before them
-  std::string_view bone;   // of human18, likewise
-  double x, y, z;          // m, of the left one
+  std::string_view label;  // in upper case; a marker with a side has no L or R
+  std::string_view bone;   // of human18, without Left or Right
+  double x, y, z;          // offset of the left marker, m
 };
 
-// With a side: "LASI", "RASI". Offsets are those of the shipped sets where they have the marker.
-constexpr std::array kOfOneSide{
+// Markers with a side: "LASI", "RASI". The offsets are those of the shipped marker sets that have the marker.
+constexpr std::array kSided{
     // Plug-in Gait
     Entry{"FHD", "Head", 0.095, 0.070, 0.100}, Entry{"BHD", "Head", -0.085, 0.070, 0.090},
     Entry{"BAK", "Chest", -0.100, 0.090, 0.130}, Entry{"BAC", "Chest", -0.100, 0.090, 0.130},
@@ -30,7 +30,7 @@ constexpr std::array kOfOneSide{
     Entry{"KNE", "UpLeg", -0.010, 0.055, -0.420}, Entry{"TIB", "LowLeg", -0.010, 0.050, -0.210},
     Entry{"ANK", "LowLeg", -0.045, 0.045, -0.410}, Entry{"HEE", "Foot", -0.055, 0.000, -0.030},
     Entry{"TOE", "Foot", 0.165, 0.000, -0.025},
-    // its kin
+    // related to Plug-in Gait
     Entry{"FWT", "Hips", 0.100, 0.120, 0.040}, Entry{"BWT", "Hips", -0.110, 0.050, 0.060},
     Entry{"IAS", "Hips", 0.100, 0.120, 0.040}, Entry{"IPS", "Hips", -0.110, 0.050, 0.060},
     Entry{"WRI", "LowArm", 0.015, 0.245, 0.030}, Entry{"OFF", "Chest", -0.100, 0.090, 0.130},
@@ -51,7 +51,7 @@ constexpr std::array kOfOneSide{
     Entry{"SHIN", "LowLeg", 0.040, 0.020, -0.190}, Entry{"ANKLEOUT", "LowLeg", -0.045, 0.045, -0.405},
     Entry{"HEEL", "Foot", -0.055, 0.000, -0.030}, Entry{"TOEOUT", "Foot", 0.125, 0.050, -0.040},
     Entry{"TOEIN", "Foot", 0.145, -0.045, -0.030}, Entry{"TOETIP", "Foot", 0.215, 0.000, -0.045},
-    // Arena: by bone and number
+    // Arena: name of the bone and a number
     Entry{"SHOULDER1", "Collar", -0.035, 0.120, 0.090}, Entry{"SHOULDER2", "Collar", -0.110, 0.110, 0.010},
     Entry{"UARM1", "UpArm", -0.055, 0.270, 0.000}, Entry{"UARM2", "UpArm", -0.040, 0.150, 0.050},
     Entry{"HAND1", "Hand", -0.020, 0.080, 0.025}, Entry{"HAND2", "Hand", 0.050, 0.000, 0.030},
@@ -60,7 +60,7 @@ constexpr std::array kOfOneSide{
     Entry{"SHIN2", "LowLeg", -0.050, 0.050, -0.370}, Entry{"FOOT1", "Foot", 0.150, -0.040, -0.030},
     Entry{"FOOT2", "Foot", 0.110, 0.060, -0.035}};
 
-constexpr std::array kOfTheMiddle{
+constexpr std::array kCentral{
     Entry{"C7", "Chest", -0.070, 0.000, 0.280},         Entry{"T10", "Chest", -0.100, 0.000, 0.040},
     Entry{"T8", "Chest", -0.100, 0.000, 0.090},         Entry{"CLAV", "Chest", 0.090, 0.000, 0.220},
     Entry{"IJ", "Chest", 0.090, 0.000, 0.220},          Entry{"SJN", "Chest", 0.090, 0.000, 0.220},
@@ -98,7 +98,8 @@ bool ever_there(const C3d& c3d, std::size_t point) {
   return false;
 }
 
-// From the file's axes: what is y up there is z up here.
+// Rotation from the file's axes to z up: the identity, or the rotation of y to z if the markers are spread more along
+// y.
 Eigen::Matrix3d upright(const C3d& c3d, const std::vector<int>& points) {
   double spread_y = 0.0, spread_z = 0.0;
   for (std::size_t frame = 0; frame < c3d.frames; ++frame) {
@@ -116,9 +117,9 @@ Eigen::Matrix3d upright(const C3d& c3d, const std::vector<int>& points) {
     spread_y += variance.y();
     spread_z += variance.z();
   }
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  if (spread_y > spread_z) turn << 1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0;
-  return turn;
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  if (spread_y > spread_z) rotation << 1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0;
+  return rotation;
 }
 
 }  // namespace
@@ -127,13 +128,13 @@ std::string_view without_subject(std::string_view label) { return label.substr(l
 
 std::optional<KnownMarker> known_marker(std::string_view label) {
   const std::string plain = upper(without_subject(label));
-  // Arena writes the subject's name and a bar before it.
+  // Arena labels start with the name of the subject and an underscore.
   for (std::string_view rest = plain;; rest = rest.substr(rest.find('_') + 1)) {
-    if (const Entry* middle = find(kOfTheMiddle, rest)) {
+    if (const Entry* middle = find(kCentral, rest)) {
       return KnownMarker{std::string(middle->bone), {middle->x, middle->y, middle->z}};
     }
     if (rest.size() > 1 && (rest[0] == 'L' || rest[0] == 'R')) {
-      if (const Entry* sided = find(kOfOneSide, rest.substr(1))) {
+      if (const Entry* sided = find(kSided, rest.substr(1))) {
         const bool left = rest[0] == 'L';
         const bool whole = sided->bone == "Head" || sided->bone == "Chest" || sided->bone == "Hips";
         std::string bone = (whole ? "" : left ? "Left" : "Right") + std::string(sided->bone);
@@ -174,8 +175,8 @@ Result<ImportedMarkerSet> import_marker_set(const C3d& c3d, const Skeleton& skel
   if (imported.marker_set.markers.size() < 4) {
     return Error{ErrorCode::InvalidArgument,
                  "C3D: " + std::to_string(imported.marker_set.markers.size()) +
-                     " of its labels follow a convention that we know, expected 4 at least (Plug-in Gait, Motive or "
-                     "Arena names); write a marker set by hand"};
+                     " labels follow a known convention (Plug-in Gait, Motive or Arena), expected at least 4; write a "
+                     "marker set by hand"};
   }
   return imported;
 }

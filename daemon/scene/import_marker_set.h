@@ -14,34 +14,34 @@
 
 namespace mocap::scene {
 
-/// Where a marker sits whose name follows a convention: on which bone of human18, and about where from its joint.
+/// A marker whose label follows a naming convention.
 struct KnownMarker {
-  std::string bone;
-  Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();
+  std::string bone;                                    ///< name in human18
+  Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  ///< approximate, in the frame of the bone
 };
 
-/// Looks a label up: Plug-in Gait and its kin ("LASI", "Anna:LASI", "LFWT"), Motive ("LShoulderTop"), Arena
-/// ("Skeleton_Hip2"). Nothing where no convention knows it.
+/// Looks up a label of Plug-in Gait and related sets ("LASI", "Anna:LASI", "LFWT"), Motive ("LShoulderTop") or Arena
+/// ("Skeleton_Hip2"). Nothing if the label is in none of these conventions.
 std::optional<KnownMarker> known_marker(std::string_view label);
 
-/// A label without the subject's name before it: "Anna:LASI" is LASI.
+/// A label without the name of the subject: LASI of "Anna:LASI".
 std::string_view without_subject(std::string_view label);
 
-/// A marker set made of a C3D file's labels.
+/// A marker set made from the labels of a C3D file.
 struct ImportedMarkerSet {
-  MarkerSet marker_set;              ///< markers in the order of the file, named without the subject
-  std::vector<std::string> unknown;  ///< labels that no convention knows, or whose bone the skeleton lacks; left out
-  std::vector<std::string> twice;    ///< labels that stand more than once; the first counts
-  std::size_t never_seen = 0;        ///< known labels of which the file has no sample; left out
-  std::size_t ghosts = 0;            ///< nameless points
-  std::size_t model_outputs = 0;     ///< what a model computed
+  MarkerSet marker_set;              ///< markers in the order of the file, labels without the subject
+  std::vector<std::string> unknown;  ///< omitted: labels of no convention, or of a bone that the skeleton lacks
+  std::vector<std::string> twice;    ///< omitted: further points with the label of an earlier point
+  std::size_t never_seen = 0;        ///< omitted: known labels without a sample
+  std::size_t ghosts = 0;            ///< unlabelled points
+  std::size_t model_outputs = 0;     ///< points computed by a model
 };
 
-/// Fails with InvalidArgument when too few labels are known to make a body of (less than four).
+/// Makes a marker set. Fails with InvalidArgument if fewer than four labels are known.
 Result<ImportedMarkerSet> import_marker_set(const C3d& c3d, const Skeleton& skeleton, const std::string& name);
 
-/// The places of a set's markers in a C3D file by their names, z up: the axis along which the markers lie furthest
-/// apart is taken for up, as people are taller than wide.
+/// The positions of the markers of a set in a C3D file, by label, with z up. The up axis of the file, y or z, is the
+/// one along which the markers are spread more, as people are taller than wide.
 bodyfit::LabelledTake take_of(const C3d& c3d, const MarkerSet& set);
 
 }  // namespace mocap::scene

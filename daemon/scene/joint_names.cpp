@@ -11,10 +11,10 @@ namespace {
 
 struct Alias {
   std::string_view joint;  // as in human18, without the side
-  std::string_view name;   // in lower case, without side, blanks and marks
+  std::string_view name;   // in lower case; without the side, spaces and punctuation
 };
 
-// CMU (both spellings), Mixamo and its kin, DeepMimic. A thigh is called after the joint it hangs from.
+// CMU (both spellings), Mixamo and related, DeepMimic. In some conventions a thigh has the name of the hip joint.
 constexpr std::array kAliases{
     Alias{"Hips", "hips"},       Alias{"Hips", "hip"},      Alias{"Hips", "root"},       Alias{"Hips", "pelvis"},
     Alias{"Chest", "chest"},     Alias{"Chest", "spine1"},  Alias{"Chest", "upperback"}, Alias{"Neck", "neck"},

@@ -9,10 +9,10 @@ namespace mocap::scene {
 namespace {
 
 constexpr Eigen::Index kAxisUp = 2;
-constexpr double kSkin_m = 0.005;
-constexpr double kHeadBall_m = 0.10;  // from the head's joint up to the middle of the skull
+constexpr double kSkin_m = 0.005;  // a line of sight nearer to the bone than the marker by this passes through the limb
+constexpr double kHeadBall_m = 0.10;  // from the head's joint up to the centre of the skull
 
-// Radii of an adult's limbs, m, by the end of the bone's name.
+// Radii of an adult's limbs, m, by the suffix of the bone's name.
 constexpr std::array<std::pair<std::string_view, double>, 9> kRadii{{{"Hips", 0.12},
                                                                      {"Chest", 0.12},
                                                                      {"Neck", 0.05},
@@ -57,7 +57,7 @@ Flesh::Flesh(const MarkerSet& marker_set) {
     const int bone = static_cast<int>(i);
     if (bones[i].parent >= 0) {
       const std::string& parent = bones[static_cast<std::size_t>(bones[i].parent)].name;
-      // What runs across the trunk (to the collars and the hip joints) is thinner than the trunk.
+      // Capsules across the trunk (to the collars and the hip joints) are thinner than the trunk.
       const bool along_trunk = bones[i].name == "Chest" || bones[i].name == "Neck" || radius_of_m(parent) < 0.1;
       limbs_.push_back({bones[i].parent, bone, along_trunk ? radius_of_m(parent) : 0.07});
     }
@@ -89,10 +89,11 @@ bool Flesh::is_between(const Limb& limb, const ActorState& state, const Eigen::V
                                     ? state.world_from_bone[static_cast<std::size_t>(limb.child)].position
                                     : Eigen::Vector3d(pose * (kHeadBall_m * Eigen::Vector3d::Unit(kAxisUp)));
   const Eigen::Vector3d begin_m = limb.child >= 0 ? pose.position : end_m;
-  const double passes_m = segment_distance_m(light_m, eye_m, begin_m, end_m);
-  if (passes_m >= limb.radius_m) return false;
-  // Flesh gives way to what presses on it: a marker lies on the skin, however near to the bone a motion has it.
-  return passes_m < segment_distance_m(light_m, light_m, begin_m, end_m) - kSkin_m;
+  const double sight_distance_m = segment_distance_m(light_m, eye_m, begin_m, end_m);
+  if (sight_distance_m >= limb.radius_m) return false;
+  // A marker inside the capsule counts as on the skin: it is hidden only if the line of sight comes nearer to the bone
+  // than the marker itself.
+  return sight_distance_m < segment_distance_m(light_m, light_m, begin_m, end_m) - kSkin_m;
 }
 
 }  // namespace mocap::scene

@@ -11,24 +11,24 @@ namespace mocap::scene {
 double segment_distance_m(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                           const Eigen::Vector3d& d);
 
-/// The flesh of a skeleton: one capsule from each joint to each joint that hangs from it, and a ball for the head; as
-/// thick as those of an adult by the names of human18's bones, 4 cm where a name tells nothing.
+/// The volume of a body: a capsule from each joint to each child joint, and a sphere for the head. The radii are those
+/// of an adult, by the names of human18's bones, and 4 cm for any other name.
 class Flesh {
  public:
   explicit Flesh(const MarkerSet& marker_set);
 
-  /// Whether the body stands between an eye and a marker of its set. A limb hides no marker of its own bone, nor of
-  /// the bone it hangs from, nor of the bones that hang from it: those sit on its skin. Nor does a limb hide a marker
-  /// that lies in it from the side on which it lies. Without bones nothing hides.
+  /// Whether the body hides a marker of its own set from a camera at `eye_m`. A limb does not hide markers of its bone,
+  /// of the parent or of the children: these markers are on its skin. A marker inside a limb is visible from the side
+  /// of the limb on which the marker is. False if the state has no bones.
   bool hides(const ActorState& state, std::size_t marker, const Eigen::Vector3d& eye_m) const;
 
-  /// Whether the body stands between an eye and somebody else's light.
+  /// Whether the body hides a point that is not one of its markers.
   bool hides(const ActorState& state, const Eigen::Vector3d& light_m, const Eigen::Vector3d& eye_m) const;
 
  private:
   struct Limb {
     int bone;
-    int child;  ///< -1: the ball of the head
+    int child;  ///< -1: the sphere of the head
     double radius_m;
   };
 

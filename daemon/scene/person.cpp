@@ -10,9 +10,9 @@ namespace {
 using std::numbers::pi;
 constexpr double kWalkSpeed_m_s = 0.9;
 constexpr double kStride_m = 1.05;      // two steps
-constexpr double kPathRadius_m = 0.55;  // of each loop of the eight: the hips stay within 1.1 m of the centre
-constexpr double kTurn_s = 3.0;         // one turn of a spin
-constexpr double kArmDown_rad = 1.3;    // an arm that hangs beside the body
+constexpr double kPathRadius_m = 0.55;  // of each loop of the figure of eight: the hips stay within 1.1 m of the centre
+constexpr double kTurn_s = 3.0;         // one rotation of a spin
+constexpr double kArmDown_rad = 1.3;    // of an arm that hangs beside the body, from T-pose
 constexpr double kGravity_m_s2 = 9.81;
 
 Eigen::Quaterniond about_x(double rad) { return Eigen::Quaterniond(Eigen::AngleAxisd(rad, Eigen::Vector3d::UnitX())); }
@@ -25,14 +25,14 @@ Posture t_pose() {
   return posture;
 }
 
-Posture make_a_pose() {
+Posture a_pose() {
   Posture posture = t_pose();
   posture.turn(Joint::LeftUpArm) = about_x(-0.25 * pi);
   posture.turn(Joint::RightUpArm) = about_x(0.25 * pi);
   return posture;
 }
 
-// Arms hang and swing forward (positive) about the shoulders; elbows bend forward.
+// Lowers the arms and swings them forward (positive angles) about the shoulders; bends the elbows forward.
 void hang_arms(Posture& posture, double swing_left_rad, double swing_right_rad, double elbow_rad) {
   posture.turn(Joint::LeftUpArm) = about_y(-swing_left_rad) * about_x(-kArmDown_rad);
   posture.turn(Joint::RightUpArm) = about_y(-swing_right_rad) * about_x(kArmDown_rad);
@@ -40,7 +40,7 @@ void hang_arms(Posture& posture, double swing_left_rad, double swing_right_rad, 
   posture.turn(Joint::RightLowArm) = about_z(elbow_rad);
 }
 
-// Bends both legs so that the feet stay under the hips and flat.
+// Bends both legs so that the feet stay flat and below the hips.
 void bend_knees(Posture& posture, double half_rad) {
   for (const Joint thigh : {Joint::LeftUpLeg, Joint::RightUpLeg}) {
     const auto first = static_cast<std::size_t>(thigh);
@@ -78,7 +78,7 @@ Posture wave(double t_s) {
   Posture posture = t_pose();
   hang_arms(posture, 0.05, 0.0, 0.2);
   const double beat_rad = 2.0 * pi * 1.1 * t_s;
-  // The upper arm to the side, turned so that the elbow bends upwards; the forearm waves.
+  // The upper arm points to the side and is rotated so that the elbow bends upwards; the forearm waves.
   posture.turn(Joint::RightUpArm) = about_x(-0.3) * about_y(-0.5 * pi);
   posture.turn(Joint::RightLowArm) = about_z(1.3 + 0.5 * std::sin(beat_rad));
   posture.turn(Joint::RightHand) = about_z(0.3 * std::sin(beat_rad - 0.6));
@@ -95,7 +95,7 @@ Posture jump(double t_s) {
   double t = std::fmod(t_s, cycle_s);
 
   Posture posture = t_pose();
-  double dip = 0.0;  // how far down, 0 to 1
+  double dip = 0.0;  // knee bend, 0 to 1
   double away_s = t - kDip_s - kPush_s;
   if (t < kDip_s) {
     dip = 0.5 * (1.0 - std::cos(pi * t / kDip_s));
@@ -104,18 +104,18 @@ Posture jump(double t_s) {
   } else if (away_s < flight_s) {
     posture.lift_m = up_m_s * away_s - 0.5 * kGravity_m_s2 * away_s * away_s;
   } else {
-    // The knees take over the speed of landing, and stretch again.
+    // The knees bend with the speed of landing, then stretch again.
     const double landed_s = away_s - flight_s, u = landed_s / kLand_s;
     dip = up_m_s / kDepth_m * landed_s * std::exp(-landed_s / 0.13) * (1.0 - u * u);
   }
-  // Height of a leg of two segments of 0.42 m each that is dipped by d: 2 l cos(half).
+  // A leg of two segments of l = 0.42 m has the height 2 l cos(half).
   const double half_rad = std::acos(1.0 - (0.05 + kDepth_m * dip) / 0.84);
   bend_knees(posture, half_rad);
   posture.turn(Joint::Hips) = about_y(0.35 * dip);
   for (const Joint thigh : {Joint::LeftUpLeg, Joint::RightUpLeg}) {
     posture.turn(thigh) = about_y(-0.35 * dip) * posture.turn(thigh);
   }
-  // The arms swing all the time, foremost at the top of the flight.
+  // The arms swing continuously and are foremost at the top of the flight.
   const double top_s = kDip_s + kPush_s + 0.5 * flight_s;
   const double swing_rad = 0.2 + 0.6 * std::cos(2.0 * pi * (t - top_s) / cycle_s);
   hang_arms(posture, swing_rad, swing_rad, 0.5);
@@ -151,7 +151,7 @@ Posture spin(const ActShare& share) {
     posture.turns[first + 1] = about_y(2.0 * lift);
     posture.turns[first + 2] = about_y(-lift);
   }
-  // Whole turns, so that whatever follows goes on as before.
+  // A whole number of rotations, so that the next act starts with the same heading.
   const double turns = std::isinf(share.whole_s)
                            ? share.spent_s / kTurn_s
                            : std::max(1.0, std::round(share.whole_s / kTurn_s)) * share.spent_s / share.whole_s;
@@ -166,13 +166,13 @@ Posture perform(const ActShare& share, double walked_s) {
     case Act::Jump: return jump(share.spent_s);
     case Act::Spin: return spin(share);
     case Act::Crouch: return crouch(share.spent_s);
-    case Act::APose: return make_a_pose();
+    case Act::APose: return a_pose();
     case Act::TPose: break;
   }
   return t_pose();
 }
 
-// Two circles that touch in the centre of the volume, walked one after the other, heading +x where they touch.
+// The path is two circles that touch in the centre of the volume, one after the other; the heading there is +x.
 void put_on_path(Posture& posture, double walked_s) {
   const double loop_rad = walked_s * kWalkSpeed_m_s / kPathRadius_m;
   const double side = std::fmod(loop_rad, 4.0 * pi) < 2.0 * pi ? 1.0 : -1.0;
@@ -190,7 +190,7 @@ Posture posture_at(const Program& program, double t_s) {
     const double share = mix.second.share;
     for (std::size_t i = 0; i < kJoints; ++i) posture.turns[i] = posture.turns[i].slerp(share, other.turns[i]);
     posture.lift_m += share * (other.lift_m - posture.lift_m);
-    posture.heading_rad += other.heading_rad;  // a spin's share is in its turns already
+    posture.heading_rad += other.heading_rad;  // a spin fades by its own share
   }
   put_on_path(posture, mix.walked_before_s);
   return posture;

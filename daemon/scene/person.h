@@ -36,19 +36,19 @@ inline constexpr std::array<std::string_view, kJoints> kJointNames{
     "LeftLowArm", "LeftHand",    "LeftUpLeg", "LeftLowLeg", "LeftFoot",    "RightCollar",
     "RightUpArm", "RightLowArm", "RightHand", "RightUpLeg", "RightLowLeg", "RightFoot"};
 
-/// What a body does with its joints at one instant, whatever its size.
+/// A pose of a person, independent of the body's size.
 struct Posture {
-  std::array<Eigen::Quaterniond, kJoints> turns;      ///< against the parent, by Joint; the Hips' without the heading
-  Eigen::Vector2d place_m = Eigen::Vector2d::Zero();  ///< of the hips on the floor
+  std::array<Eigen::Quaterniond, kJoints> turns;      ///< rotation relative to the parent; the Hips without the heading
+  Eigen::Vector2d place_m = Eigen::Vector2d::Zero();  ///< horizontal position of the hips
   double heading_rad = 0.0;                           ///< counter-clockwise from +x
-  double lift_m = 0.0;                                ///< of the lower foot over the floor
+  double lift_m = 0.0;                                ///< height of the lower foot above the floor
 
   const Eigen::Quaterniond& turn(Joint joint) const { return turns[static_cast<std::size_t>(joint)]; }
   Eigen::Quaterniond& turn(Joint joint) { return turns[static_cast<std::size_t>(joint)]; }
 };
 
-/// The posture `t_s` after the program began: a person of usual speed and limits (walk 0.9 m/s in a figure of eight
-/// within 1.1 m of the centre, jump 0.12 m high), without a jump from one act to the next.
+/// The posture `t_s` after the start of the program, with the speeds and limits of a usual person: walk at 0.9 m/s in a
+/// figure of eight within 1.1 m of the centre, jumps 0.12 m high. Continuous from one act to the next.
 Posture posture_at(const Program& program, double t_s);
 
 }  // namespace mocap::scene

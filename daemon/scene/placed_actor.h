@@ -7,14 +7,14 @@
 
 namespace mocap::scene {
 
-/// Where an actor performs, and when he begins.
+/// Position, heading and start of an actor's motion.
 struct Place {
-  Eigen::Vector2d at_m = Eigen::Vector2d::Zero();  ///< of the actor's own middle
-  double heading_rad = 0.0;                        ///< the whole motion turned about that, counter-clockwise from above
-  double delay_s = 0.0;                            ///< later than he would; before that, as at his beginning
+  Eigen::Vector2d at_m = Eigen::Vector2d::Zero();  ///< position of the actor's origin
+  double heading_rad = 0.0;                        ///< rotation of the motion about that, counter-clockwise from above
+  double delay_s = 0.0;                            ///< start of the motion; before that, the state at 0
 };
 
-/// The same actor somewhere else.
+/// An actor with the motion of `actor` at another place.
 std::unique_ptr<Actor> make_placed_actor(std::unique_ptr<Actor> actor, const Place& place);
 
 }  // namespace mocap::scene

@@ -14,11 +14,11 @@
 namespace mocap::scene {
 namespace {
 
-constexpr double kAnkleHeight_m = 0.08;  // of the foot's joint over the floor
+constexpr double kAnkleHeight_m = 0.08;  // of the foot's joint above the floor
 constexpr double kFloatHeight_m = 1.0;
-constexpr double kSoftness_1_m = 100.0;  // of the change from one standing foot to the other: 7 mm
+constexpr double kSoftness_1_m = 100.0;  // of soft_min: largest difference from the minimum 7 mm (log 2 / 100)
 
-// The lower of two heights, without a corner where they are equal.
+// A smooth minimum of two heights; equal to their value if they are equal.
 double soft_min(double a, double b) {
   const double low = std::min(a, b);
   return low -
@@ -65,7 +65,7 @@ class ProceduralActor final : public Actor {
   }
 
  private:
-  // Over the floor, when `state` has the root at height 0.
+  // Height of the root above the floor; `state` has the root at height 0.
   double height_of_root_m(const ActorState& state) const {
     const auto left = bone_of_[static_cast<std::size_t>(Joint::LeftFoot)];
     const auto right = bone_of_[static_cast<std::size_t>(Joint::RightFoot)];

@@ -7,8 +7,8 @@
 
 namespace mocap::scene {
 
-/// Somebody who wears `marker_set` and performs `program`. Bones that are not named as in human18 keep their rest
-/// pose; feet stand on the floor, and a body without feet floats at 1 m.
+/// A person with `marker_set` who performs `program`. Bones without a name of human18 keep their rest pose. The feet
+/// are on the floor; the root of a body without feet is 1 m above the floor.
 std::unique_ptr<Actor> make_procedural_actor(MarkerSet marker_set, Program program);
 
 }  // namespace mocap::scene

@@ -25,9 +25,10 @@ constexpr std::array<std::pair<std::string_view, Act>, 7> kActs{{{"tpose", Act::
                                                                  {"crouch", Act::Crouch}}};
 
 Error bad_word(std::string_view word) {
-  return {ErrorCode::InvalidArgument, "motion: '" + std::string(word) +
-                                          "' is no act; expected tpose, apose, walk, wave, jump, spin or crouch with "
-                                          "seconds from 1 to 86400, as in tpose:3,walk:20,wave"};
+  return {ErrorCode::InvalidArgument,
+          "motion: '" + std::string(word) +
+              "' is not an act; expected tpose, apose, walk, wave, jump, spin or crouch with "
+              "seconds from 1 to 86400, as in tpose:3,walk:20,wave"};
 }
 
 Result<Scene> parse_scene(std::string_view word) {
@@ -43,7 +44,7 @@ Result<Scene> parse_scene(std::string_view word) {
   return scene;
 }
 
-// Smooth step from 0 to 1 over the fade, and its integral from the fade's begin.
+// Smooth step from 0 to 1 over a fade, and its integral from the start of the fade.
 double rise(double t_s) {
   const double u = std::clamp(t_s / kFade_s, 0.0, 1.0);
   return u * u * (3.0 - 2.0 * u);
@@ -78,7 +79,7 @@ ActMix mix_at(const Program& program, double t_s) {
     const double length_s = program.scenes[i].duration_s;
     const double since_s = t_s - begin_s;
     const double since_end_s = last ? -1.0 : since_s - length_s;
-    // A scene rises from its begin and falls as the next one rises; the first is there from the start.
+    // The weight of a scene rises at its start and falls while the next scene rises. The first scene starts at 1.
     const double up = i == 0 ? 1.0 : rise(since_s);
     const double up_integral_s = i == 0 ? since_s : rise_integral_s(since_s);
     ActShare share{program.scenes[i].act, up - rise(since_end_s), up_integral_s - rise_integral_s(since_end_s), 0.0};

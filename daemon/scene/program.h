@@ -12,33 +12,34 @@ enum class Act { TPose, APose, Walk, Wave, Jump, Spin, Crouch };
 
 struct Scene {
   Act act = Act::TPose;
-  double duration_s = 0.0;  ///< of the last one: without end
+  double duration_s = 0.0;  ///< not used for the last scene, which has no end
 };
 
-/// What somebody does one after the other, as "tpose:3,walk:20,wave": acts with their seconds (5 where none are given);
-/// the last goes on for ever.
+/// A sequence of acts with their durations in seconds, as "tpose:3,walk:20,wave" (default: 5 s). The last act has no
+/// end.
 struct Program {
   std::vector<Scene> scenes;
 };
 
-/// Fails with InvalidArgument, naming the word that is wrong and the acts there are.
+/// Reads a program. Fails with InvalidArgument; the message has the wrong word and the list of acts.
 Result<Program> parse_program(std::string_view text);
 
-/// How much of an act is in the motion at one instant, and how much of it there was before (its integral), so that what
-/// moves on with time does so without a jump.
+/// Weight of an act in the motion at one instant, and the integral of the weight. Periodic motions use the integral as
+/// their time, so that they are continuous during a fade.
 struct ActShare {
   Act act = Act::TPose;
-  double share = 0.0;    ///< 0 to 1; all shares add up to 1
-  double spent_s = 0.0;  ///< integral of the share since this scene began
-  double whole_s = 0.0;  ///< the integral when the scene has ended; infinite for the last
+  double share = 0.0;    ///< weight, 0 to 1; the weights of an instant add up to 1
+  double spent_s = 0.0;  ///< integral of the weight since the start of the scene
+  double whole_s = 0.0;  ///< the integral at the end of the scene; infinite for the last scene
 };
 
-/// The one or two acts of an instant; they fade into each other over 0.6 s.
+/// The one or two acts of an instant. Acts fade into each other over 0.6 s.
 struct ActMix {
-  ActShare first, second;        ///< `second.share` is 0 where only one act goes on
-  double walked_before_s = 0.0;  ///< integral of walking over all scenes up to the instant
+  ActShare first, second;        ///< `second.share` is 0 outside of a fade
+  double walked_before_s = 0.0;  ///< integral of the weight of Act::Walk over all scenes up to the instant
 };
 
+/// The acts `t_s` after the start of a program with at least one scene.
 ActMix mix_at(const Program& program, double t_s);
 
 }  // namespace mocap::scene

@@ -14,7 +14,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-MarkerSet markers_alone(const char* name, std::size_t count) {
+// A marker set with one bone and markers without offsets.
+MarkerSet one_bone_set(const char* name, std::size_t count) {
   MarkerSet set;
   set.name = name;
   set.skeleton.name = name;
@@ -26,7 +27,7 @@ MarkerSet markers_alone(const char* name, std::size_t count) {
 class WavedWand final : public Actor {
  public:
   explicit WavedWand(std::vector<double> marks_m)
-      : marks_m_(std::move(marks_m)), marker_set_(markers_alone("wand", marks_m_.size())) {
+      : marks_m_(std::move(marks_m)), marker_set_(one_bone_set("wand", marks_m_.size())) {
     for (std::size_t i = 0; i < marks_m_.size(); ++i) marker_set_.markers[i].offset_m.x() = marks_m_[i];
   }
 
@@ -34,13 +35,13 @@ class WavedWand final : public Actor {
 
   void at(double t_s, ActorState& into) const override {
     const double t = std::max(0.0, t_s);
-    // Slow rounds through the volume, quicker strokes on them; frequencies without a common period.
+    // A slow path through the volume plus faster strokes; the frequencies have no short common period.
     const Vector3d middle = Vector3d(0.0, 0.0, 1.15) +
                             Vector3d(1.05, 1.05, 0.55).cwiseProduct(wave({0.043, 0.057, 0.071}, t)) +
                             Vector3d(0.25, 0.25, 0.2).cwiseProduct(wave({0.31, 0.37, 0.43}, t));
-    const double turn = std::numbers::pi * std::sin(2.0 * std::numbers::pi * 0.11 * t);
+    const double yaw = std::numbers::pi * std::sin(2.0 * std::numbers::pi * 0.11 * t);
     const double tilt = 1.2 * std::sin(2.0 * std::numbers::pi * 0.17 * t + 1.0);
-    const Vector3d along(std::cos(turn) * std::cos(tilt), std::sin(turn) * std::cos(tilt), std::sin(tilt));
+    const Vector3d along(std::cos(yaw) * std::cos(tilt), std::sin(yaw) * std::cos(tilt), std::sin(tilt));
     into.markers.clear();
     into.world_from_bone.clear();
     into.ghosts.clear();
@@ -59,7 +60,7 @@ class WavedWand final : public Actor {
 
 class LyingFrame final : public Actor {
  public:
-  LyingFrame(double long_m, double short_m) : marker_set_(markers_alone("frame", 3)) {
+  LyingFrame(double long_m, double short_m) : marker_set_(one_bone_set("frame", 3)) {
     marker_set_.markers[1].offset_m.x() = long_m;
     marker_set_.markers[2].offset_m.y() = short_m;
   }
@@ -77,7 +78,7 @@ class LyingFrame final : public Actor {
   MarkerSet marker_set_;
 };
 
-// Numbers in mm, with commas between them, in m.
+// Reads numbers in mm, separated by commas. Returns metres.
 std::optional<std::vector<double>> numbers_of(std::string_view text) {
   std::vector<double> numbers;
   for (const char* at = text.data(); at != text.data() + text.size();) {
@@ -109,8 +110,8 @@ Result<std::unique_ptr<Actor>> make_prop_actor(std::string_view text) {
   if (kind == "frame" && numbers && numbers->size() == 2)
     return std::unique_ptr<Actor>(std::make_unique<LyingFrame>((*numbers)[0], (*numbers)[1]));
   return Error{ErrorCode::InvalidArgument,
-               fmt::format("'{}' is no wand or frame, expected wand:0,160,500 (places of its markers, mm) or "
-                           "frame:600,400 (its arms, mm)",
+               fmt::format("'{}' is not a wand or frame, expected wand:0,160,500 (positions of the markers, mm) or "
+                           "frame:600,400 (lengths of the arms, mm)",
                            text)};
 }
 

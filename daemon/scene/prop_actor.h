@@ -8,13 +8,14 @@
 
 namespace mocap::scene {
 
-/// What lies or is waved in a volume to calibrate it, by text: "wand:0,160,500", markers on a stick at these places
-/// (mm) that is waved through 2.6 x 2.6 x 1.5 m about the middle, turning every way; "frame:600,400", three markers in
-/// an L on the floor, its corner in the middle, the long arm along x, the short one along y. "wand" and "frame" alone
-/// mean these. Fails with InvalidArgument.
+/// A prop for the calibration of a volume, from a text.
+/// "wand:0,160,500": a stick with markers at these positions (mm), waved through 2.6 x 2.6 x 1.5 m around the centre of
+/// the volume in all directions. "frame:600,400": three markers in an L on the floor, the corner in the centre, the
+/// long arm along x, the short arm along y (mm). "wand" and "frame" without numbers have these numbers. Fails with
+/// InvalidArgument.
 Result<std::unique_ptr<Actor>> make_prop_actor(std::string_view text);
 
-/// Whether the text begins as one of them.
+/// Whether the text starts with the name of a prop.
 bool is_prop(std::string_view text);
 
 }  // namespace mocap::scene

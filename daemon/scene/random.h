@@ -6,8 +6,8 @@
 
 namespace mocap::scene {
 
-/// A well-mixed number of any other. Source: Steele, Lea, Flood, "Fast splittable pseudorandom number generators"
-/// (2014), the finaliser of SplitMix64.
+/// A hash of a number. Source: Steele, Lea, Flood, "Fast splittable pseudorandom number generators" (2014), the
+/// finaliser of SplitMix64.
 constexpr std::uint64_t mixed(std::uint64_t x) noexcept {
   x += 0x9E37'79B9'7F4A'7C15;
   x = (x ^ (x >> 30)) * 0xBF58'476D'1CE4'E5B9;
@@ -21,7 +21,7 @@ class Random {
   explicit Random(std::uint64_t seed) noexcept : state_(mixed(seed)) {}
 
   std::uint64_t bits() noexcept { return mixed(state_++); }
-  /// 0 (in) to 1 (out).
+  /// Uniform in [0, 1).
   double uniform() noexcept { return static_cast<double>(bits() >> 11) * 0x1p-53; }
   /// Standard normal, by Box and Muller.
   double normal() noexcept {

@@ -12,17 +12,18 @@
 namespace mocap::scene {
 namespace {
 
-constexpr int kSlack = 128;  // how far the noise is moved from image to image, px
+constexpr int kSlack = 128;  // range of the random shift of the background noise from image to image, px
 constexpr std::size_t kNormals = 1 << 16;
 constexpr double kStep_px = 0.5;  // of motion within the exposure
 constexpr int kMaxSteps = 64;
 constexpr int kMaxStrips = 64;
-constexpr double kReach_sigmas = 4.0;    // where the blur ends: 3e-5 of its light is beyond
-constexpr double kLeastBlur_px = 0.05;   // a lens is never sharper; keeps the integrals smooth
-constexpr double kMaxRadius_px = 200.0;  // a light nearer than that fills the image anyway
+constexpr double kReach_sigmas = 4.0;    // extent of the blur: 3e-5 of the light is beyond
+constexpr double kLeastBlur_px = 0.05;   // smallest blur, to keep the integrals smooth
+constexpr double kMaxRadius_px = 200.0;  // a larger disc is not drawn: the marker is at the lens
 
-// Integral of the Gaussian's cumulative distribution Phi over x, tabulated: its difference quotient over a pixel is the
-// light that the pixel gets of a blurred edge. Grid of 1/256 sigma with linear interpolation: error under 2e-6.
+// Tables of the Gaussian cumulative distribution Phi and of its integral over x. The difference quotient of the
+// integral over a pixel is the light of a blurred edge in the pixel. Grid of 1/256 sigma, linear interpolation: error
+// below 2e-6.
 class PhiTables {
  public:
   PhiTables() {
@@ -77,7 +78,7 @@ Renderer::Renderer(int width_px, int height_px, const ImageSettings& settings, s
   (void)tables();
 }
 
-void Renderer::lay_background(std::uint64_t number, std::span<std::byte> pixels) const {
+void Renderer::copy_background(std::uint64_t number, std::span<std::byte> pixels) const {
   const std::uint64_t random = mixed(key_ ^ mixed(number));
   const std::size_t dx = random % kSlack, dy = (random >> 32) % kSlack;
   const auto width = static_cast<std::size_t>(width_px_), stride = width + kSlack;
@@ -90,7 +91,7 @@ std::optional<Renderer::Patch> Renderer::patch_around(const Eigen::Vector2d& mid
   const double reach_px = radius_px + kReach_sigmas * settings_.point_spread_px + 1.0;
   const bool seen = middle_px.x() > -reach_px && middle_px.x() < width_px_ - 1 + reach_px &&
                     middle_px.y() > -reach_px && middle_px.y() < height_px_ - 1 + reach_px;
-  if (!seen) return std::nullopt;  // NaN and infinity too
+  if (!seen) return std::nullopt;  // also if NaN or infinite
   const int x0 = std::max(0, static_cast<int>(std::floor(middle_px.x() - reach_px)));
   const int y0 = std::max(0, static_cast<int>(std::floor(middle_px.y() - reach_px)));
   const int x1 = std::min(width_px_ - 1, static_cast<int>(std::ceil(middle_px.x() + reach_px)));
@@ -99,8 +100,9 @@ std::optional<Renderer::Patch> Renderer::patch_around(const Eigen::Vector2d& mid
   return Patch{x0, y0, x1 - x0 + 1, y1 - y0 + 1};
 }
 
-// The disc is cut into strips of constant v; the blurred strip's light falls apart into a factor by column and one by
-// row. Midpoints in the angle (v = r sin a) converge fast, since all is smooth there.
+// Cuts the disc into strips of constant v. The light of a blurred strip is the product of a function of the column and
+// a function of the row. The midpoint rule over the angle a, with v = r sin a, converges fast, as the integrand is
+// smooth.
 void Renderer::add_light(const Eigen::Vector2d& middle_px, double radius_px, double grey) {
   const auto patch = patch_around(middle_px, radius_px);
   if (!patch) return;
@@ -117,7 +119,7 @@ void Renderer::add_light(const Eigen::Vector2d& middle_px, double radius_px, dou
       column_[j] = static_cast<float>(weight * (high - low));
       low = high;
     }
-    // Blurred strip over the pixel: the second difference of the integral of Phi.
+    // The light of a blurred strip in a pixel: second difference of the integral of Phi.
     const auto edge = [&](double x) {
       return sigma * (tables().integral((x - middle_px.x() + half) / sigma) -
                       tables().integral((x - middle_px.x() - half) / sigma));
@@ -136,7 +138,7 @@ void Renderer::add_light(const Eigen::Vector2d& middle_px, double radius_px, dou
   }
 }
 
-// From light to grey levels with noise; leaves no light behind.
+// Converts light to grey levels with noise, and sets the light to zero.
 void Renderer::develop(const Patch& patch, std::uint64_t number, std::span<std::byte> pixels) {
   const auto base = static_cast<float>(settings_.background_grey);
   const auto read = static_cast<float>(settings_.read_noise_grey);
@@ -146,7 +148,7 @@ void Renderer::develop(const Patch& patch, std::uint64_t number, std::span<std::
     std::uint64_t random = mixed(key_ ^ mixed((number << 16) + static_cast<std::uint64_t>(y)));
     for (int x = patch.x; x < patch.x + patch.width; ++x) {
       float& light = light_[begin + static_cast<std::size_t>(x)];
-      if (light < 0.02F) {  // too little to tell from the background; also where another patch has been
+      if (light < 0.02F) {  // negligible, or already converted by an overlapping patch
         light = 0.0F;
         continue;
       }
@@ -161,7 +163,7 @@ void Renderer::develop(const Patch& patch, std::uint64_t number, std::span<std::
 
 void Renderer::render(std::span<const Disc> discs, std::uint64_t number, std::span<std::byte> pixels) {
   MOCAP_EXPECTS(pixels.size() == light_.size());
-  lay_background(number, pixels);
+  copy_background(number, pixels);
   const auto usable = [](const Disc& disc) { return disc.radius_px > 0.0 && disc.radius_px < kMaxRadius_px; };
   for (const Disc& disc : discs) {
     if (!usable(disc)) continue;

@@ -12,7 +12,7 @@
 namespace mocap::scene {
 namespace {
 
-constexpr double kClutterRing_m = 3.0;  // lights that stand or lie around the volume
+constexpr double kClutterRing_m = 3.0;  // largest distance of clutter from the centre of the volume
 
 std::vector<WorldPoint> scatter(int count, std::uint64_t seed) {
   Random random(seed + 4711);
@@ -114,7 +114,7 @@ void Eye::see(double t_s, double exposure_s, std::uint64_t number, std::span<std
   renderer_.render(discs_, number, pixels);
 }
 
-// Two straight stretches: to the middle of the exposure, and on from there.
+// Adds the motion of a marker during the exposure as two straight lines that meet in the middle of the exposure.
 void Eye::add(const WorldPoint& begin, const WorldPoint& middle, const WorldPoint& end) {
   const CameraModel& camera = volume_.rig()[camera_];
   const auto from = geometry::project(camera, begin), at = geometry::project(camera, middle),

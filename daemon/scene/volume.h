@@ -12,8 +12,8 @@
 
 namespace mocap::scene {
 
-/// The simulated volume: somebody who moves, seen by cameras. It knows no clock; whoever uses it says what time it is
-/// in the motion. Any thread may ask.
+/// The simulated volume: an actor and the cameras that observe it. Reads no clock: the time in the motion is an
+/// argument. Any thread may call.
 class Volume {
  public:
   Volume(std::unique_ptr<Actor> actor, Rig rig, ImageSettings settings);
@@ -22,11 +22,12 @@ class Volume {
   const ImageSettings& settings() const { return settings_; }
   const Actor& actor() const { return *actor_; }
 
-  /// Whether a camera sees a marker: there, before the camera, in the image, and not hidden by the body.
+  /// Whether a marker is visible in a camera: it has a position, is in front of the camera and within the image, and
+  /// the body does not hide it.
   bool sees(std::size_t camera, const ActorState& state, std::size_t marker) const;
 
-  /// The truth at one instant, `t_s` in the motion. A marker that no camera sees is Filled; one that the motion does
-  /// not know is Lost. Bones are Measured where the motion knows them. Instants: exposed_at only.
+  /// Writes the true state `t_s` after the start of the motion. A marker that no camera sees is Filled; a marker
+  /// without a position is Lost. Bones of the motion are Measured. Only `exposed_at` of the instants is set.
   void truth(double t_s, Timestamp exposed_at, std::uint64_t number, Snapshot& into) const;
 
  private:
@@ -37,15 +38,15 @@ class Volume {
   std::vector<Eigen::Vector3d> eyes_m_;
 };
 
-/// One camera of a volume: draws what it sees. One thread owns it; the volume outlives it.
+/// Draws the images of one camera of a volume. One thread owns an Eye; the volume outlives it.
 class Eye {
  public:
-  /// `noise` tells apart the noise of cameras that share a seed.
+  /// `noise` selects the noise of this camera among cameras with the same seed.
   Eye(const Volume& volume, std::size_t camera, std::uint64_t noise);
   Eye(const Volume& volume, std::size_t camera) : Eye(volume, camera, camera) {}
 
-  /// Draws image `number`, whose exposure of `exposure_s` has its middle `t_s` in the motion.
-  /// Allocates nothing after the first call.
+  /// Draws image `number` with an exposure of `exposure_s` around the time `t_s` of the motion. Allocates nothing after
+  /// the first call.
   void see(double t_s, double exposure_s, std::uint64_t number, std::span<std::byte> pixels);
 
  private:

@@ -11,7 +11,7 @@
 
 #include "model/bounds.h"
 #include "settings/sections.h"
-#include "settings/suggestion.h"
+#include "settings/toml/suggestion.h"
 
 namespace mocap::settings {
 namespace {
@@ -102,7 +102,10 @@ TomlTable& DaemonTables::section(std::string_view name) {
 }
 
 void check_together(DaemonTables& tables, const DaemonSettings& settings) {
-  if (settings.cameras.empty()) tables.root.fault("no [[camera]], expected at least one");
+  // A `camera` that is no list of tables has a fault already.
+  if (settings.cameras.empty() && !tables.root.has("camera")) {
+    tables.root.fault("no [[camera]], expected at least one");
+  }
   if (settings.cameras.size() > kMaxCameras) {
     tables.root.fault(fmt::format("{} [[camera]], expected {} at most", settings.cameras.size(), kMaxCameras));
   }

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "settings/daemon_settings.h"
-#include "settings/toml_file.h"
+#include "settings/toml/toml_file.h"
 
 namespace mocap::settings {
 

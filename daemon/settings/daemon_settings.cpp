@@ -9,12 +9,12 @@
 
 #include "settings/cross_checks.h"
 #include "settings/key_list.h"
-#include "settings/marker_set_file.h"
-#include "settings/rig_file.h"
+#include "settings/rig/rig_file.h"
 #include "settings/sections.h"
-#include "settings/shape_checks.h"
-#include "settings/subject_file.h"
-#include "settings/toml_file.h"
+#include "settings/subject/marker_set_file.h"
+#include "settings/subject/shape_checks.h"
+#include "settings/subject/subject_file.h"
+#include "settings/toml/toml_file.h"
 
 namespace mocap::settings {
 
@@ -33,15 +33,18 @@ void declare_keys(KeyVisitor& keys, SubjectSettings& subject) {
              .example = "actor",
              .required = "the subject's name in the log and on the wire"});
   keys.path("marker_set", subject.marker_set_file,
-            {.help = "markers on the bones of a skeleton; may be left out if file is given",
+            {.help = "markers on the bones of a skeleton, beside this file or in share/mocapd; not needed with file",
              .example = "markersets/openmocap18.toml",
              .example_is_active = true});
   keys.path("file", subject.file,
             {.help = "fitted body (mocapctl subject): the subject is recognised in any pose",
              .example = "subjects/actor.toml"});
-  keys.path("keep", subject.keep,
-            {.help = "file for the fits that are made while the daemon runs; read at the next start",
-             .example = "subjects/actor.toml"});
+  keys.path(
+      "keep", subject.keep,
+      {.help =
+           "file for the fits that are made while the daemon runs, read at the next start; a relative name is in the "
+           "state folder of the service (/var/lib/mocapd)",
+       .example = "subjects/actor.toml"});
 }
 
 namespace {
@@ -51,13 +54,64 @@ cameras::CameraSettings read_camera(TomlTable& table) {
   cameras::CameraSettings camera;
   table.call_by("name", "camera");
   declare_keys(table, camera);
-  if (camera.driver.driver().empty()) return camera;
+  if (camera.driver.driver().empty()) {
+    table.correct_missing();
+    return camera;
+  }
   table.add(faults_of(camera));
   table.done();
   return camera;
 }
 
-DaemonTables read_tables(TomlFile& file, DaemonSettings& settings) {
+SubjectSettings read_subject(TomlTable& table) {
+  SubjectSettings subject;
+  table.call_by("name", "subject");
+  declare_keys(table, subject);
+  if (!subject.marker_set_file.empty()) subject.marker_set_file = table.shipped_file("marker_set").path;
+  table.done();
+  return subject;
+}
+
+// Moves the files that the daemon writes to the state folder, if their names are relative.
+void write_into(const std::filesystem::path& folder, DaemonTables& tables, DaemonSettings& settings) {
+  for (std::size_t i = 0; i < settings.subjects.size(); ++i) {
+    tables.subjects[i].move_to(folder, "keep", settings.subjects[i].keep);
+  }
+  if (const auto record = tables.sections.find("record"); record != tables.sections.end()) {
+    record->second.move_to(folder, "snapshots", settings.record.snapshots);
+    record->second.move_to(folder, "blobs", settings.record.blobs);
+  }
+  if (const auto takes = tables.sections.find("takes"); takes != tables.sections.end()) {
+    takes->second.move_to(folder, "folder", settings.takes.folder);
+  }
+}
+
+// The folder has a default, which a file without the key cannot make relative to itself.
+void place_takes(const StateFiles& state, DaemonSettings& settings) {
+  if (settings.takes.folder != take::TakesSettings{}.folder) return;
+  const std::filesystem::path base = state.exist() ? state.folder : settings.file.parent_path();
+  settings.takes.folder = base / settings.takes.folder;
+}
+
+// Adds the subjects of the state file. One that the configuration has under the same name is left out: the operator has
+// moved it there.
+void read_added_subjects(TomlFile& added, DaemonTables& tables, DaemonSettings& settings) {
+  TomlTable root = added.root();
+  for (TomlTable& table : root.tables("subject", "added subject")) {
+    SubjectSettings subject = read_subject(table);
+    if (std::ranges::find(settings.subjects, subject.name, &SubjectSettings::name) != settings.subjects.end()) {
+      settings.state_notes.push_back(fmt::format("subject {}: the configuration's is used, not the one of {}",
+                                                 subject.name, added.faults().file.string()));
+      continue;
+    }
+    settings.state_notes.push_back(fmt::format("subject {}: added by {}", subject.name, added.faults().file.string()));
+    settings.subjects.push_back(std::move(subject));
+    tables.subjects.push_back(table);
+  }
+  root.done();
+}
+
+DaemonTables read_tables(TomlFile& file, TomlFile* added, const StateFiles& state, DaemonSettings& settings) {
   DaemonTables tables{file.root(), {}, {}, {}};
   for (const Section& section : sections()) {
     if (std::optional<TomlTable> table = tables.root.table(section.name, section.name)) {
@@ -69,13 +123,11 @@ DaemonTables read_tables(TomlFile& file, DaemonSettings& settings) {
   tables.cameras = tables.root.tables("camera", "camera");
   for (TomlTable& table : tables.cameras) settings.cameras.push_back(read_camera(table));
   tables.subjects = tables.root.tables("subject", "subject");
-  for (TomlTable& table : tables.subjects) {
-    SubjectSettings& subject = settings.subjects.emplace_back();
-    table.call_by("name", "subject");
-    declare_keys(table, subject);
-    table.done();
-  }
+  for (TomlTable& table : tables.subjects) settings.subjects.push_back(read_subject(table));
   tables.root.done();
+  if (added != nullptr) read_added_subjects(*added, tables, settings);
+  if (state.exist()) write_into(state.folder, tables, settings);
+  place_takes(state, settings);
   return tables;
 }
 
@@ -100,12 +152,35 @@ void load_rig_as_found(TomlFile& file, DaemonSettings& settings) {
 
 void load_whole_rig(TomlFile& file, DaemonTables& tables, DaemonSettings& settings) {
   if (settings.capture.rig_file.empty()) {
-    tables.section("capture").fault("rig", "rig is missing, expected the calibration file of the cameras");
+    constexpr const char* kExpected = "the calibration file of the cameras";
+    TomlTable& capture = tables.section("capture");
+    if (capture.require("rig", kExpected)) capture.fault("rig", fmt::format("rig is '', expected {}", kExpected));
     return;
   }
   const Result<Rig, Faults> rig = load_rig(settings.capture.rig_file);
   if (!rig) return file.add(rig.error());
   settings.rig = rig_for(tables, settings, *rig);
+}
+
+// The reason why a file is not a configuration, if it is another of our files.
+std::optional<std::string> other_kind_of_file(TomlTable root) {
+  if (root.has("camera") || root.has("capture")) return std::nullopt;
+  if (root.has_table_with("translation") && root.has_table_with("matrix")) {
+    return "this looks like a rig file; give the configuration, whose [capture] names it with rig = \"...\"";
+  }
+  if (root.has("marker") && root.has("skeleton")) {
+    return "this looks like a marker set; give the configuration, whose [[subject]] names it with marker_set = \"...\"";
+  }
+  if (root.has("bone")) {
+    return "this looks like a skeleton or a subject file; give the configuration, whose [[subject]] names it";
+  }
+  return std::nullopt;
+}
+
+void load_state_masks(TomlFile& file, const StateFiles& state, DaemonSettings& settings) {
+  Result<std::vector<std::string>, Faults> notes = read_learnt_masks(state.learnt_masks, settings.rig);
+  if (!notes) return file.add(notes.error());
+  settings.state_notes.insert(settings.state_notes.end(), notes->begin(), notes->end());
 }
 
 // The fault of a line "marker.toml:3:7: name is ..."; nothing for a line without a place.
@@ -125,6 +200,10 @@ class MarkerSets {
   // Faults of the set are added at the key of its first user.
   std::optional<MarkerSet> load(TomlTable& user, const std::filesystem::path& path) {
     if (const auto found = loaded_.find(path); found != loaded_.end()) return found->second;
+    if (const FoundFile found = user.shipped_file("marker_set"); !found.missing.empty()) {
+      user.fault("marker_set", "marker_set: " + found.missing);
+      return loaded_[path] = std::nullopt;
+    }
     Result<MarkerSet> set = load_marker_set(path);
     if (!set) add_faults(user, path, set.error().message);
     return loaded_[path] = set ? std::optional(*std::move(set)) : std::nullopt;
@@ -156,6 +235,13 @@ std::filesystem::path stored_body(const SubjectSettings& subject) {
 bool same_markers(const MarkerSet& a, const MarkerSet& b) {
   const auto same = [](const auto& one, const auto& other) { return one.name == other.name; };
   return std::ranges::equal(a.markers, b.markers, same) && std::ranges::equal(a.skeleton.bones, b.skeleton.bones, same);
+}
+
+// The markers and bones of a body that the daemon keeps, if nothing else defines the subject.
+MarkerSet without_offsets(MarkerSet set) {
+  for (Bone& bone : set.skeleton.bones) bone.rest_offset_m.setZero();
+  for (MarkerOnBone& marker : set.markers) marker.offset_m.setZero();
+  return set;
 }
 
 // The fitted body of a subject. Nothing, and faults, if its file cannot be used.
@@ -191,6 +277,7 @@ void load_subject_model(TomlFile& file, TomlTable& table, MarkerSets& sets, cons
                     .bone_residuals_m = {},
                     .marker_residuals_m = {}};
   const bool stored = !stored_body(subject).empty();
+  std::optional<MarkerSet> definition = named_set;
   if (stored) {
     std::optional<SubjectFile> body = load_body(file, table, subject, named_set);
     if (!body) return;
@@ -201,6 +288,8 @@ void load_subject_model(TomlFile& file, TomlTable& table, MarkerSets& sets, cons
     table.require("marker_set", "a file of config/markersets, or a subject's file");
     return;
   }
+  if (!subject.file.empty()) definition = known.marker_set;
+  settings.definitions.push_back(definition ? *std::move(definition) : without_offsets(known.marker_set));
   settings.subject_models.push_back({subject.name, known.marker_set, stored});
   const SubjectId id{static_cast<std::uint32_t>(settings.subject_models.size() - 1)};
   if (!subject.keep.empty()) settings.kept.push_back({id, subject.keep, std::move(known)});
@@ -214,8 +303,8 @@ void load_marker_sets(TomlFile& file, DaemonTables& tables, DaemonSettings& sett
   if (settings.subject_models.size() == settings.subjects.size()) check_shapes(tables, settings);
   settings.simulated.resize(settings.cameras.size());
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
-    const std::filesystem::path simulated = facts_of(settings.cameras[i]).marker_set;
-    if (simulated.empty()) continue;
+    if (facts_of(settings.cameras[i]).marker_set.empty()) continue;
+    const std::filesystem::path simulated = tables.cameras[i].shipped_file("marker_set").path;
     if (auto set = sets.load(tables.cameras[i], simulated)) settings.simulated[i] = *std::move(set);
   }
 }
@@ -230,17 +319,35 @@ double nominal_rate_hz(const DaemonSettings& settings) {
 }  // namespace
 
 Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path& path, RigNeed need) {
+  return load_daemon_settings(path, StateFiles{}, need);
+}
+
+Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path& path, const StateFiles& state,
+                                                    RigNeed need) {
   Result<TomlFile, Faults> file = TomlFile::open(path);
   if (!file) return file.error();
+  if (const std::optional<std::string> other = other_kind_of_file(file->root())) {
+    return Faults{path, {{path, 1, 1, *other}}};
+  }
+  std::optional<TomlFile> added;
+  std::error_code ignored;
+  if (state.exist() && std::filesystem::exists(state.added_subjects, ignored)) {
+    Result<TomlFile, Faults> opened = TomlFile::open(state.added_subjects);
+    if (!opened) return opened.error();
+    added = *std::move(opened);
+  }
   DaemonSettings settings;
-  DaemonTables tables = read_tables(*file, settings);
+  settings.file = path;
+  DaemonTables tables = read_tables(*file, added ? &*added : nullptr, state, settings);
   check_together(tables, settings);
   if (need == RigNeed::Whole) {
     load_whole_rig(*file, tables, settings);
   } else {
     load_rig_as_found(*file, settings);
   }
+  load_state_masks(*file, state, settings);
   load_marker_sets(*file, tables, settings);
+  if (added) file->add(added->faults());
   if (!file->faults().list.empty()) return file->faults();
   settings.nominal_rate_hz = nominal_rate_hz(settings);
   return settings;

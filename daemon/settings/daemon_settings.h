@@ -19,10 +19,12 @@
 #include "model/skeleton.h"
 #include "runtime/runtime_settings.h"
 #include "settings/faults.h"
-#include "settings/kept_subject.h"
+#include "settings/state_folder.h"
+#include "settings/subject/kept_subject.h"
 #include "solve/refine_settings.h"
 #include "solve/solve_settings.h"
 #include "take/record_settings.h"
+#include "take/takes_settings.h"
 #include "track2d/track_blobs_settings.h"
 #include "track3d/track_markers_settings.h"
 #include "wire/wire_settings.h"
@@ -64,13 +66,18 @@ struct DaemonSettings {
   wire::PublisherSettings publish;
   wire::ControlSettings control;
   take::RecordSettings record;
+  take::TakesSettings takes;
   runtime::PipelineSettings pipeline;
 
+  std::filesystem::path file;           ///< of this configuration
   Rig rig;                              ///< by CameraId: the entry of each camera in the rig file
   std::vector<Subject> subject_models;  ///< by SubjectId: each subject with its marker set
+  std::vector<MarkerSet> definitions;   ///< by SubjectId: the marker set without a body that the daemon keeps
   std::vector<KeptSubject> kept;        ///< subjects whose fits are kept
   std::vector<MarkerSet> simulated;  ///< by CameraId: of the subject that a simulated camera sees; empty for the others
+  std::string server_public_key;     ///< of [security] server_key, set by the program that loads it; empty: no keys
   double nominal_rate_hz = 0;        ///< capture.rate_hz, or the rate of the fastest camera; 0: unknown
+  std::vector<std::string> state_notes;  ///< what the state files changed, and what of them was left out; for the log
 };
 
 /// Whether every camera of a configuration must be in its rig file.
@@ -79,7 +86,13 @@ enum class RigNeed {
   AsFound,  ///< no: a camera without an entry gets a model with its name and size 0; for programs that calibrate
 };
 
-/// Reads and checks a configuration with the rig and the marker sets that it names. Fails with all faults.
+/// Reads and checks a configuration with the rig and the marker sets that it names, then the state files: added
+/// subjects and learnt masks. A subject of the configuration hides an added subject of the same name. Relative names of
+/// files that the daemon writes (recordings, kept fits) are in the state folder, without one beside the configuration.
+/// Fails with all faults.
+Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path& path, const StateFiles& state,
+                                                    RigNeed need = RigNeed::Whole);
+/// The same without state files.
 Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path& path, RigNeed need = RigNeed::Whole);
 
 /// [detect], with the thresholds of the camera's own table.

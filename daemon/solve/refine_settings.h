@@ -13,6 +13,8 @@ struct RefineSettings {
   Duration look_every = std::chrono::milliseconds(40);
   std::size_t pieces = 2;
   double least_gain = 0.02;
+
+  bool operator==(const RefineSettings&) const = default;
 };
 
 void declare_keys(KeyVisitor& keys, RefineSettings& refine);

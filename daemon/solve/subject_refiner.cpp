@@ -12,36 +12,47 @@ namespace {
 using bodyfit::BodyInstant;
 using bodyfit::BodyOffsets;
 
-// Fewer poses tell less than the rest pose and the file.
+// All values were chosen by hand and are not yet measured. Smallest number of poses of a fit: fewer poses have less
+// information about the body than the rest pose and the marker set file.
 constexpr std::size_t kMinInstants = 8;
+// Poses that are held out of the fit for validation: every fourth new pose.
 constexpr std::size_t kMaxValidation = 10;
 constexpr std::size_t kMinValidation = 2;
-constexpr std::size_t kValidationInterval = 4;  // of the poses that are new
-// A fit is tried again when as many more poses as this share of all before are new.
+constexpr std::size_t kValidationInterval = 4;
+// The next fit starts when the number of new poses has grown by this factor since the last fit.
 constexpr double kRefitGrowth = 1.4;
-constexpr double kMinMarkerShare = 0.6;  // of the markers that an instant must show
-// A pose differs when one joint has turned by 15 degrees, or ten by 5: sum of sin^2 of the half angles.
+// Fraction of the markers that a stored pose must have.
+constexpr double kMinMarkerFraction = 0.6;
+// A pose is new if one joint differs by 15 degrees, or ten by 5: sum of the squared sines of the half angles.
 constexpr double kNewPoseDistance = 0.018;
-// Noise of a place that counts in full; what cameras tell worse counts less.
+// Position noise up to which a marker has full weight; a marker with more noise has less.
 constexpr double kFullTrustSigma_m = 0.0005;
-constexpr double kCosHalfRestAngle = 0.92;  // of a joint within 46 degrees of the rest pose, however markers are stuck
-constexpr double kMinShareAtRest = 0.8;     // share of the joints
-constexpr double kCosMaxBoneDeviation = 0.94;  // of a bone's direction, 20 degrees from where it lies at rest
-constexpr double kMinDirectionLength_m = 0.2;  // what lies nearer to a joint tells no direction: markers are 2 cm off
-constexpr double kMinGain_m = 1e-4;            // by which poses must be nearer, rms
-constexpr double kMaxResidual_m = 0.04;        // of a pose that is worth looking at
+// Cosine of half of 46 degrees: joints within this angle of the rest pose, with markers attached anywhere, are at rest.
+constexpr double kCosHalfRestAngle = 0.92;
+// Fraction of the joints at rest in a rest pose.
+constexpr double kMinFractionAtRest = 0.8;
+// Cosine of 20 degrees: largest deviation of a bone's direction from the rest pose, for bones of at least this length.
+// With markers 2 cm off, shorter bones have no reliable direction.
+constexpr double kCosMaxBoneDeviation = 0.94;
+constexpr double kMinDirectionLength_m = 0.2;
+// Smallest improvement of the rms residual of the validation poses.
+constexpr double kMinGain_m = 1e-4;
+// Largest residual of a pose that is stored.
+constexpr double kMaxResidual_m = 0.04;
 
+// Sum of the squared sines of half the angles between the joint rotations of two poses.
 double pose_distance(const std::vector<Pose>& a, const std::vector<Pose>& b) {
   double sum = 0.0;
   for (std::size_t i = 1; i < a.size(); ++i) {
     const double cosine = a[i].rotation.dot(b[i].rotation);
     sum += 1.0 - cosine * cosine;
   }
-  // A thing of one bone has no joints; its markers are better known from every side.
+  // A body of one bone has no joints. Its orientation counts, because other orientations have other camera errors.
   if (a.size() == 1) sum = 1.0 - std::pow(a[0].rotation.dot(b[0].rotation), 2);
   return sum;
 }
 
+// Copies without allocation; both have the same sizes.
 void copy(const BodyInstant& from, BodyInstant& to) {
   std::copy(from.seen_m.begin(), from.seen_m.end(), to.seen_m.begin());
   std::copy(from.trust.begin(), from.trust.end(), to.trust.begin());
@@ -49,7 +60,7 @@ void copy(const BodyInstant& from, BodyInstant& to) {
   std::copy(from.at_rest.begin(), from.at_rest.end(), to.at_rest.begin());
 }
 
-// The most different poses that were offered, at most so many; the first may be kept for good.
+// At most `capacity` poses, the most different of those that were offered. The first one is never replaced.
 class PoseCollection {
  public:
   PoseCollection(const MarkerSet& set, std::size_t capacity)
@@ -65,7 +76,8 @@ class PoseCollection {
     return least;
   }
 
-  /// Takes it where there is room, or in place of one of the two that are most alike, if it differs more.
+  /// Adds the pose, or replaces the later of the two most similar poses if the new one differs more from all. Returns
+  /// whether the pose is stored.
   bool add_if_different(const BodyInstant& instant) {
     const double differs = nearest(instant);
     if (size_ < collected_.size()) {
@@ -78,7 +90,7 @@ class PoseCollection {
       for (std::size_t j = 0; j < i; ++j) {
         if (distances_[i * collected_.size() + j] < least) {
           least = distances_[i * collected_.size() + j];
-          alike = i;  // the later one: the first of all stays
+          alike = i;
         }
       }
     }
@@ -91,8 +103,8 @@ class PoseCollection {
   void put(std::size_t at, const BodyInstant& instant) {
     copy(instant, collected_[at]);
     for (std::size_t i = 0; i < size_; ++i) {
-      const double far = i == at ? 0.0 : pose_distance(collected_[i].locals, instant.locals);
-      distances_[i * collected_.size() + at] = distances_[at * collected_.size() + i] = far;
+      const double distance = i == at ? 0.0 : pose_distance(collected_[i].locals, instant.locals);
+      distances_[i * collected_.size() + at] = distances_[at * collected_.size() + i] = distance;
     }
   }
 
@@ -103,6 +115,7 @@ class PoseCollection {
 
 }  // namespace
 
+// The refinement of one subject: gathers poses, fits, validates.
 class SubjectRefiner::SubjectRefinement {
  public:
   SubjectRefinement(const RefineSettings& settings, const Subject& subject, SubjectId id)
@@ -134,6 +147,17 @@ class SubjectRefiner::SubjectRefinement {
     waiting_for_rest_ = has_offsets_ = true;
   }
 
+  void adopt(SubjectRefinement& before) {
+    if (!(before.settings_ == settings_)) {
+      current_offsets_ = before.current_offsets_;
+      has_offsets_ = before.has_offsets_;
+      return;
+    }
+    const SubjectId id = id_;
+    *this = std::move(before);
+    id_ = id;
+  }
+
   void observe(const SubjectLabels& labels, const SubjectPose& pose, Timestamp at) {
     if (!has_offsets_ || labels.phase != SubjectPhase::Tracking || pose.bones.size() != set_.skeleton.bones.size())
       return;
@@ -143,8 +167,8 @@ class SubjectRefiner::SubjectRefinement {
     if (waiting_for_rest_) {
       waiting_for_rest_ = false;
       if (!is_near_rest_pose()) return;
-      // It was recognised by a pose that is known: what joints that are at rest in it seem to be turned by is where
-      // their markers are stuck.
+      // The subject was identified in a known pose. An apparent rotation of a joint that is at rest is therefore an
+      // error of the marker offsets.
       mark_joints_at_rest();
       has_new_rest_pose_ = true;
       (void)poses_.add_if_different(instant_);
@@ -164,17 +188,17 @@ class SubjectRefiner::SubjectRefinement {
         break;
       case Stage::Fit:
         if (!fitter_.work()) break;
-        // What the rest pose alone and the file say of the body, nothing but themselves can judge.
+        // A fit to the rest pose alone has no validation poses.
         if (has_new_rest_pose_) {
           has_new_rest_pose_ = false;
           stage_ = Stage::Gather;
           return apply_offsets();
         }
-        stage_ = Stage::Judge;
+        stage_ = Stage::Validate;
         next_ = 0;
         current_residual_m2_ = fitted_residual_m2_ = evaluated_markers_ = 0.0;
         break;
-      case Stage::Judge:
+      case Stage::Validate:
         evaluate_next();
         if (next_ < 2 * validation_poses_.size()) break;
         stage_ = Stage::Gather;
@@ -185,7 +209,7 @@ class SubjectRefiner::SubjectRefinement {
   }
 
  private:
-  enum class Stage { Gather, Fit, Judge };
+  enum class Stage { Gather, Fit, Validate };
 
   bool ready() const {
     if (has_new_rest_pose_) return true;
@@ -193,7 +217,7 @@ class SubjectRefiner::SubjectRefinement {
            new_pose_count_ >= next_fit_count_;
   }
 
-  // This set's markers and pose as an instant; false when they are not worth it.
+  // Copies markers and pose of this set to instant_. Returns false if the residual is too large or markers are missing.
   bool capture(const SubjectLabels& labels, const SubjectPose& pose) {
     if (!(pose.residual_m < kMaxResidual_m)) return false;
     std::size_t count = 0;
@@ -208,29 +232,29 @@ class SubjectRefiner::SubjectRefinement {
     }
     for (std::size_t b = 0; b < instant_.locals.size(); ++b) instant_.locals[b] = pose.bones[b].parent_from_bone;
     std::fill(instant_.at_rest.begin(), instant_.at_rest.end(), std::uint8_t{0});
-    return static_cast<double>(count) >= kMinMarkerShare * static_cast<double>(instant_.seen_m.size());
+    return static_cast<double>(count) >= kMinMarkerFraction * static_cast<double>(instant_.seen_m.size());
   }
 
-  // Whether most joints are about where the rest pose has them: somebody may have been recognised in another.
+  // Whether most joints are near the rest pose; the subject may have been identified in another pose.
   bool is_near_rest_pose() const {
     std::size_t near = 0;
     for (std::size_t b = 1; b < instant_.locals.size(); ++b) {
       near += std::abs(instant_.locals[b].rotation.w()) > kCosHalfRestAngle ? 1 : 0;
     }
-    return static_cast<double>(near) >= kMinShareAtRest * static_cast<double>(instant_.locals.size() - 1);
+    return static_cast<double>(near) >= kMinFractionAtRest * static_cast<double>(instant_.locals.size() - 1);
   }
 
-  // Which joints are held as in the rest pose: down from the trunk all bones that lie as they do there. In A-pose the
-  // arms do not. How a bone is turned about itself says nothing: that is what its markers' places tell wrongly.
+  // Marks the joints that are at rest: from the trunk outwards, all joints whose bones have the directions of the rest
+  // pose. In A-pose the arms do not. The twist of a bone is not compared, because wrong marker offsets change it.
   void mark_joints_at_rest() {
     const auto& bones = set_.skeleton.bones;
     std::fill(instant_.at_rest.begin(), instant_.at_rest.end(), std::uint8_t{1});
     for (std::size_t b = 1; b < bones.size(); ++b) {
       const auto above = static_cast<std::size_t>(bones[b].parent);
       root_from_[b] = above == 0 ? instant_.locals[b].rotation : root_from_[above] * instant_.locals[b].rotation;
-      const Eigen::Vector3d& way_m = current_offsets_.bones_m[b];
-      if (above == 0 || way_m.norm() < kMinDirectionLength_m) continue;
-      if (way_m.dot(root_from_[above] * way_m) < kCosMaxBoneDeviation * way_m.squaredNorm())
+      const Eigen::Vector3d& bone_vector_m = current_offsets_.bones_m[b];
+      if (above == 0 || bone_vector_m.norm() < kMinDirectionLength_m) continue;
+      if (bone_vector_m.dot(root_from_[above] * bone_vector_m) < kCosMaxBoneDeviation * bone_vector_m.squaredNorm())
         instant_.at_rest[above] = 0;
     }
     for (std::size_t b = 1; b < bones.size(); ++b) {
@@ -247,19 +271,19 @@ class SubjectRefiner::SubjectRefinement {
     stage_ = Stage::Fit;
   }
 
-  // Each held-out instant by what is worn and by what was fitted, each in its own best pose.
+  // Residual of one validation pose with the current or with the fitted model, each with its own optimal pose.
   void evaluate_next() {
     if (next_ >= 2 * validation_poses_.size()) return;
     const bool by_fit = next_ % 2 == 1;
     copy(validation_poses_.collected()[next_ / 2], evaluated_);
-    const auto judged = fitter_.equations().optimise_pose(evaluated_, by_fit ? fitter_.offsets() : current_offsets_,
-                                                          fitter_.cost(), kEvaluationSteps);
-    (by_fit ? fitted_residual_m2_ : current_residual_m2_) += judged.data_m2;
-    if (!by_fit) evaluated_markers_ += judged.weight;
+    const auto evaluated = fitter_.equations().optimise_pose(evaluated_, by_fit ? fitter_.offsets() : current_offsets_,
+                                                             fitter_.cost(), kEvaluationSteps);
+    (by_fit ? fitted_residual_m2_ : current_residual_m2_) += evaluated.data_m2;
+    if (!by_fit) evaluated_markers_ += evaluated.weight;
     ++next_;
   }
 
-  // Nearer by a share, and by more than cameras and rounding tell: less says nothing about a body.
+  // Whether the residuals of the validation poses are lower by a fraction and by a length: a smaller gain is noise.
   bool is_better() const {
     const double share = 1.0 - settings_.least_gain;
     const double count = std::max(1.0, evaluated_markers_);
@@ -288,18 +312,18 @@ class SubjectRefiner::SubjectRefinement {
   bodyfit::SubjectFitter fitter_;
   PoseCollection poses_;
   PoseCollection validation_poses_;
-  std::vector<BodyInstant> instants_;  // that the fitter works on
+  std::vector<BodyInstant> instants_;  // of the fit in work
   BodyInstant instant_;
   BodyInstant evaluated_;
-  std::vector<Eigen::Quaterniond> root_from_;  // scratch: by bone, how it lies in the root's frame
-  bool has_offsets_;                           // has offsets that are worth refining
+  std::vector<Eigen::Quaterniond> root_from_;  // scratch: by bone, rotation in the frame of the root
+  bool has_offsets_;                           // the body model is of the person, not only of the file
   bool waiting_for_rest_ = false;
   bool has_new_rest_pose_ = false;
   std::optional<Timestamp> observed_at_;
   std::size_t new_pose_count_ = 0;
   std::size_t next_fit_count_ = kMinInstants;
   Stage stage_ = Stage::Gather;
-  std::size_t next_ = 0;  // judgement
+  std::size_t next_ = 0;  // evaluation: two for each validation pose
   double current_residual_m2_ = 0.0;
   double fitted_residual_m2_ = 0.0;
   double evaluated_markers_ = 0.0;
@@ -322,12 +346,19 @@ void SubjectRefiner::recognised(const SubjectFit& fit) {
   if (fit.subject.value < subjects_.size()) subjects_[fit.subject.value].recognised(fit);
 }
 
+void SubjectRefiner::adopt(SubjectRefiner& before, const Handover& handover) {
+  for (std::size_t i = 0; i < subjects_.size() && i < handover.subjects.size(); ++i) {
+    const std::size_t from = handover.subjects[i].value;
+    if (from < before.subjects_.size()) subjects_[i].adopt(before.subjects_[from]);
+  }
+}
+
 std::optional<SubjectFit> SubjectRefiner::step(const Labels& labels, const Poses& poses, Timestamp at) {
   for (std::size_t i = 0; i < labels.size() && i < poses.size(); ++i) {
     const std::size_t subject = labels[i].subject.value;
     if (subject < subjects_.size()) subjects_[subject].observe(labels[i], poses[i], at);
   }
-  // One subject at a time, to its end: the work of a set does not grow with their number.
+  // One subject at a time until its work is done, so that the time of a set does not grow with the number of subjects.
   for (std::size_t i = 0; i < subjects_.size() && !subjects_[next_subject_].has_work(); ++i)
     next_subject_ = (next_subject_ + 1) % subjects_.size();
   if (subjects_.empty()) return std::nullopt;

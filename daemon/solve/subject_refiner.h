@@ -7,28 +7,35 @@
 #include "base/time.h"
 #include "bodyfit/body_offsets.h"
 #include "bodyfit/subject_fitter.h"
+#include "model/handover.h"
 #include "model/skeleton.h"
 #include "model/subject_state.h"
 #include "solve/refine_settings.h"
 
 namespace mocap::solve {
 
-/// Makes bodies better known while they are tracked: keeps the most different poses of each, fits its bones and markers
-/// to them, a little in each set, and gives the fit when poses that it was not fitted to agree.
+/// Refines the body models while subjects are tracked. The refiner stores the most different poses of each subject,
+/// fits bone lengths and marker offsets to them by bundle adjustment (`bodyfit::SubjectFitter`; Triggs et al. 2000),
+/// some steps in each set, and adopts the result if stored poses that were not part of the fit have lower residuals.
 ///
-/// A subject that was recognised in its rest pose is held to that: so each bone's frame lies on it as the rest pose
-/// says. Of one that was fitted before, bones are believed and markers may have been stuck on anew.
+/// A subject that was identified in a rest pose is constrained to it, so that the bone frames agree with the rest pose.
+/// For a subject that was fitted before, the bone lengths are known and the markers may have been attached anew.
 ///
 /// Allocates in the constructor only. Reads no clock: the same sets give the same fits. One thread.
 class SubjectRefiner {
  public:
   SubjectRefiner(const RefineSettings& settings, const std::vector<Subject>& subjects);
 
-  /// A subject was recognised in rest pose and is worn so; what was known of it is forgotten.
+  /// A subject was identified in a rest pose and has this body model from now on. Its stored poses are discarded.
   void recognised(const SubjectFit& fit);
 
-  /// Looks at what one set shows, and works a little. A fit that is better than what is worn, from the next set on;
-  /// its `description_version` is left to the caller.
+  /// Takes over the subjects that continue: their bodies and, with equal settings, their stored poses and the fit in
+  /// progress. `before` is not used afterwards. Call before the first `step`; allocates.
+  void adopt(SubjectRefiner& before, const Handover& handover);
+
+  /// Stores the poses of one set if they are new, and does `pieces` steps of work for one subject. Returns a body model
+  /// that is better than the current one, which takes effect from the next set on. The caller sets its
+  /// `description_version`.
   std::optional<SubjectFit> step(const Labels& labels, const Poses& poses, Timestamp at);
 
  private:
@@ -41,7 +48,7 @@ class SubjectRefiner {
  private:
   RefineSettings settings_;
   std::vector<SubjectRefinement> subjects_;
-  std::size_t next_subject_ = 0;  // whose work it is
+  std::size_t next_subject_ = 0;  // subject of the next work
 };
 
 }  // namespace mocap::solve

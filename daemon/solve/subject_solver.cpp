@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/expects.h"
+#include "kinematics/kinematic_tree.h"
 #include "kinematics/rotation.h"
 
 namespace mocap::solve {
@@ -13,52 +14,65 @@ namespace {
 
 using pose::SkeletonTracker;
 
-// A marker that the body tells is never surer than this, nor less sure than an arm's swing.
+// Bounds of the published standard deviation of a marker by the pose. Chosen by hand; not yet measured.
 constexpr double kMinMarkerSigma_m = 0.005;
 constexpr double kMaxMarkerSigma_m = 0.15;
-// A ray is that of the marker where that was measured just before and its place is known well; else when the same
-// camera has seen it, as far as a limb moves, in so many sets: what is no marker flashes in one.
+// A bearing-only observation counts if its marker was measured in the set before and the predicted position has at most
+// this standard deviation across the ray; else from the second set on in which the same camera detects the marker
+// (decision 0005). Chosen by hand; not yet measured.
 constexpr double kMaxTransverseSigma_m = 0.02;
 constexpr int kMinBearingSets = 2;
+// Gate of a bearing-only observation, on the distance of the predicted position from the ray.
 constexpr double kBearingGateSigmas = 4.0;
-// What the body's motion is wrong by: at least, and for each m that a marker moves from set to set. A hand that is
-// thrown leaves what a set tells within the next.
+// Standard deviation of the motion model: a constant and a share of the step from set to set. A hand that is thrown is
+// 2 to 4 cm from its prediction (decision 0004).
 constexpr double kPredictionSigma_m = 0.005;
 constexpr double kPredictionSigmaPerStep = 0.3;
+// Largest speed of a marker, and largest gap, between two bearing-only observations of one marker. Chosen by hand; not
+// yet measured.
 constexpr double kMaxSpeed_m_s = 12.0;
 constexpr double kMaxBearingGap_s = 0.1;
-// How surely a surmised marker tells its limb.
+// Standard deviation of an ambiguous observation beside its spread. Chosen by hand; not yet measured.
 constexpr double kAmbiguousSigma_m = 0.01;
-// A limb may take so long to be found again where its markers came back.
+// Time after a change of the observing markers in which a jump of the pose is eased: the labeller may need as long to
+// label a limb whose markers reappeared. Chosen by hand; not yet measured.
 constexpr double kTransitionTime_s = 0.1;
-// A body whose markers commonly are nearer to their places than the settings say is believed to be so well known, at
-// least this well; over which time that is learnt.
+// The marker noise of a subject is 1.5 times its usual rms residual, between this bound and the setting, with this time
+// constant. Fewer markers fit any body and do not count. Chosen by hand; not yet measured.
 constexpr double kMinSkinSigma_m = 0.0005;
 constexpr double kResidualToSigma = 1.5;
 constexpr double kSkinTimeConstant_s = 0.5;
-constexpr std::size_t kMinMarkersForSkin = 6;  // fewer markers fit any body
-// Over which velocities are taken; and a gap in the sets after which they mean nothing.
+constexpr std::size_t kMinMarkersForSkin = 6;
+// Time constant of the published velocities, and the gap between sets after which they start at zero. Chosen by hand;
+// not yet measured.
 constexpr double kVelocityTimeConstant_s = 0.02;
 constexpr double kMaxVelocityGap_s = 0.25;
-// What a confidence is about: a bone's joint, and a point of it so far from the joint, are within this of their places.
+// A bone's confidence is the probability that its joint and a point at the lever's length from the joint are within
+// this radius of their true positions.
 constexpr double kConfidenceRadius_m = 0.03;
 constexpr double kConfidenceLever_m = 0.1;
-constexpr double kInJoint_m = 1e-3;
+// Confidence of a marker on a ray; a marker without any observation has exp(-t) of it after t seconds. Chosen by hand;
+// not yet measured.
 constexpr float kBearingConfidence = 0.8F;
 
-// That a point of normal error, `sigma` on each of three axes, is within r. (The chi distribution of three degrees.)
-double within(double r, double sigma) {
+// Probability that a point with a normal error of `sigma` on each of three axes is within `r` of its mean: the chi
+// distribution with three degrees of freedom.
+double probability_within(double r, double sigma) {
   const double x = r / std::max(sigma, 1e-9);
   if (x > 6.0) return 1.0;
   return std::erf(x / std::numbers::sqrt2) - std::sqrt(2.0 / std::numbers::pi) * x * std::exp(-0.5 * x * x);
+}
+
+pose::SkeletonTrackerSettings tracker_settings(const SolveSettings& settings) {
+  return {.outlier_m = settings.outlier_m, .max_iterations = settings.max_iterations};
 }
 
 }  // namespace
 
 SubjectSolver::SubjectSolver(const SolveSettings& settings, const Subject& subject)
     : settings_(settings),
-      body_(subject.marker_set, {.outlier_m = settings.outlier_m, .max_iterations = settings.max_iterations}),
-      easer_(subject.marker_set.skeleton.bones.size()),
+      body_(subject.marker_set, tracker_settings(settings)),
+      transition_smoother_(subject.marker_set.skeleton.bones.size()),
       smoother_(settings.smoothing, subject.marker_set.skeleton.bones.size()) {
   const auto& bones = subject.marker_set.skeleton.bones;
   const std::size_t markers = subject.marker_set.markers.size();
@@ -73,7 +87,8 @@ SubjectSolver::SubjectSolver(const SolveSettings& settings, const Subject& subje
   for (const MarkerOnBone& marker : subject.marker_set.markers) ++own_markers_[static_cast<std::size_t>(marker.bone)];
   rotation_is_visible_.resize(bones.size());
   for (const MarkerOnBone& marker : subject.marker_set.markers) {
-    int bone = marker.offset_m.norm() > kInJoint_m ? marker.bone : parents_[static_cast<std::size_t>(marker.bone)];
+    int bone =
+        marker.offset_m.norm() > kinematics::kInJoint_m ? marker.bone : parents_[static_cast<std::size_t>(marker.bone)];
     for (; bone >= 0; bone = parents_[static_cast<std::size_t>(bone)])
       rotation_is_visible_[static_cast<std::size_t>(bone)] = true;
   }
@@ -85,7 +100,7 @@ SubjectSolver::SubjectSolver(const SolveSettings& settings, const Subject& subje
   observations_.reserve(markers);
 }
 
-// Of a body that is followed, what is shown goes from the old one's pose to the new one's in the same set.
+// While a body is tracked, the new model is applied between the two fits of the next set (decision 0003).
 void SubjectSolver::refit(const SubjectFit& fit) {
   if (body_.is_tracking()) {
     refit_ = fit;
@@ -94,7 +109,7 @@ void SubjectSolver::refit(const SubjectFit& fit) {
   }
 }
 
-// The pose of the body as it is known now, after that of the one that it was taken for.
+// Second fit of the set, with the new body model. The difference to the first fit is the effect of the model.
 void SubjectSolver::apply_refit() {
   std::copy(body_.pose().locals().begin(), body_.pose().locals().end(), locals_before_refit_.begin());
   const SubjectFit& fit = *refit_;
@@ -104,16 +119,17 @@ void SubjectSolver::apply_refit() {
   refitted_ = true;
 }
 
-// A marker tells its bone, and the one above, whose far end it shows.
+// A marker observes its bone and the parent bone, whose distal end is the joint of the bone.
 void SubjectSolver::record_observation(std::size_t marker, ObservationKind kind) {
   observation_kind_[marker] = kind;
   const auto bone = static_cast<std::size_t>(body_.pose().marker_set().markers[marker].bone);
-  // Any odd multiplier that mixes well; of markers that differ the sums differ.
-  const std::uint64_t sign = (2 * marker + (kind == ObservationKind::Bearing ? 2 : 1)) * 0x9E37'79B9'7F4A'7C15U;
-  bones_[bone].markers_now += sign;
-  if (parents_[bone] >= 0) bones_[static_cast<std::size_t>(parents_[bone])].markers_now += sign;
+  // Any odd multiplier with well mixed bits (2^64 over the golden ratio): sums of different sets of markers differ.
+  const std::uint64_t hash = (2 * marker + (kind == ObservationKind::Bearing ? 2 : 1)) * 0x9E37'79B9'7F4A'7C15U;
+  bones_[bone].markers_now += hash;
+  if (parents_[bone] >= 0) bones_[static_cast<std::size_t>(parents_[bone])].markers_now += hash;
 }
 
+// Observations of the measured markers.
 void SubjectSolver::gather(const SubjectLabels& labels, Timestamp at) {
   observations_.clear();
   std::fill(seen_markers_.begin(), seen_markers_.end(), 0);
@@ -133,7 +149,7 @@ void SubjectSolver::gather(const SubjectLabels& labels, Timestamp at) {
   }
 }
 
-// Whether a ray tells the marker's bone, or the one above or below.
+// Whether an accepted bearing-only observation is of a marker on this bone, its parent or a child.
 bool SubjectSolver::is_covered_by_bearing(std::size_t marker) const {
   const auto& markers = body_.pose().marker_set().markers;
   const int bone = markers[marker].bone;
@@ -147,7 +163,8 @@ bool SubjectSolver::is_covered_by_bearing(std::size_t marker) const {
   return false;
 }
 
-// A limb goes where a marker of its own is, whichever that is. A ray has a name, and tells more.
+// Adds ambiguous observations of markers without another observation. A limb with a bearing-only observation needs
+// none: the label of the ray is known.
 void SubjectSolver::gather_ambiguous(SubjectId id, std::span<const AmbiguousObservation> ambiguous_observations) {
   for (const AmbiguousObservation& one : ambiguous_observations) {
     const std::size_t m = one.label.marker;
@@ -162,18 +179,19 @@ void SubjectSolver::gather_ambiguous(SubjectId id, std::span<const AmbiguousObse
   }
 }
 
-// How far markers stray from this body commonly: a prior must not bend what markers agree on to a tenth of that.
+// Estimates the marker noise of this subject (decision 0002). If the noise were too large, the priors would deform a
+// pose that fits the markers.
 void SubjectSolver::update_skin_sigma(Timestamp at) {
   if (observations_.size() < kMinMarkersForSkin) return;
   const double share = 1.0 - std::exp(-std::max(0.0, to_s(at - skin_at_)) / kSkinTimeConstant_s);
-  // A larger residual is believed at once.
+  // A larger residual takes effect at once, a smaller one with the time constant.
   const double residual_m = body_.residual_m();
   usual_residual_m_ += (residual_m > usual_residual_m_ ? 1.0 : share) * (residual_m - usual_residual_m_);
   skin_at_ = at;
   skin_sigma_m_ = std::min(settings_.marker_sigma_m, std::max(kMinSkinSigma_m, kResidualToSigma * usual_residual_m_));
 }
 
-// The rays of markers that are not measured, from where the motion led to.
+// Adds the bearing-only observations of markers that are not measured and that are inside the gate.
 void SubjectSolver::gather_bearings(SubjectId id, std::span<const LabelledBearing> rays, Timestamp at) {
   for (const LabelledBearing& ray : rays) {
     const std::size_t m = ray.label.marker;
@@ -187,6 +205,7 @@ void SubjectSolver::gather_bearings(SubjectId id, std::span<const LabelledBearin
   }
 }
 
+// Whether a bearing-only observation is accepted. Stores the observation, to count consecutive sets of one camera.
 bool SubjectSolver::passes_bearing_gate(std::size_t marker, const LabelledBearing& ray, Timestamp at) {
   if (!ray.eye.v.allFinite() || !ray.direction.allFinite() || !(ray.sigma_rad >= 0.0)) return false;
   const Eigen::Vector3d from_eye = body_.predicted_position(marker) - ray.eye.v;
@@ -195,23 +214,24 @@ bool SubjectSolver::passes_bearing_gate(std::size_t marker, const LabelledBearin
   const double gap_s = to_s(at - bearing_memories_[marker].at);
   BearingMemory& memory = bearing_memories_[marker];
   const double moved_m = depth_m * (ray.direction - memory.direction).norm();
-  const bool goes_on = memory.sets > 0 && memory.camera == ray.camera && gap_s > 0.0 && gap_s < kMaxBearingGap_s &&
-                       moved_m < kMaxSpeed_m_s * gap_s;
-  memory = {ray.camera, ray.direction, at, goes_on ? memory.sets + 1 : 1};
+  const bool is_consecutive = memory.sets > 0 && memory.camera == ray.camera && gap_s > 0.0 &&
+                              gap_s < kMaxBearingGap_s && moved_m < kMaxSpeed_m_s * gap_s;
+  memory = {ray.camera, ray.direction, at, is_consecutive ? memory.sets + 1 : 1};
 
   const Eigen::Matrix3d& covariance_m2 = covariances_m2_[marker];
   const double across_m2 =
       std::max(0.0, 0.5 * (covariance_m2.trace() - ray.direction.dot(covariance_m2 * ray.direction)));
   const double off_m = (from_eye - depth_m * ray.direction).norm();
   const double step_m = body_.speed_of(marker) * to_s(at - body_.committed_at());
-  const double surprise_m = kPredictionSigma_m + kPredictionSigmaPerStep * step_m;
-  const double off_m2 = across_m2 + surprise_m * surprise_m + std::pow(ray.sigma_rad * depth_m, 2);
+  const double motion_error_m = kPredictionSigma_m + kPredictionSigmaPerStep * step_m;
+  const double off_m2 = across_m2 + motion_error_m * motion_error_m + std::pow(ray.sigma_rad * depth_m, 2);
   if (off_m > kBearingGateSigmas * std::sqrt(off_m2)) return false;
   const bool just_measured = body_.unseen_s(marker, body_.committed_at()) == 0.0;
   return (just_measured && across_m2 < kMaxTransverseSigma_m * kMaxTransverseSigma_m) || memory.sets >= kMinBearingSets;
 }
 
-// Which bones other markers tell now, or their neighbours up to the second.
+// Marks the bones that other markers observe than before, within the transition time, and their neighbours up to the
+// second.
 void SubjectSolver::detect_observation_changes(Timestamp at) {
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     BoneMemory& bone = bones_[b];
@@ -233,23 +253,27 @@ void SubjectSolver::detect_observation_changes(Timestamp at) {
   }
 }
 
-// Half of a bone's own markers tell it; a bone without any is told by its neighbours.
-bool SubjectSolver::bone_seen(std::size_t bone) const {
+// Whether half of the bone's markers are measured. A bone without markers is observed if its parent has a measured
+// marker and its own rotation is observable.
+bool SubjectSolver::is_bone_observed(std::size_t bone) const {
   if (own_markers_[bone] > 0) return 2 * seen_markers_[bone] >= own_markers_[bone];
   const int parent = parents_[bone];
   return parent >= 0 && seen_markers_[static_cast<std::size_t>(parent)] > 0 &&
          body_.bone_observability(bone) != SkeletonTracker::Observability::None;
 }
 
+// The variance of the point at the lever's length is that of the joint plus two thirds of the rotation's times the
+// lever squared: of three axes, two move the point.
 float SubjectSolver::confidence_of(std::size_t bone) const {
   if (!pose_is_observable_) return 0.0F;
   const double place_m2 = body_.pose().joint_covariance(bone).trace() / 3.0;
-  const double turn_rad2 = !rotation_is_visible_[bone] ? 0.0 : body_.pose().rotation_covariance(bone).trace() / 3.0;
-  const double sigma_m = std::sqrt(place_m2 + kConfidenceLever_m * kConfidenceLever_m * 2.0 / 3.0 * turn_rad2 +
+  const double rotation_rad2 = !rotation_is_visible_[bone] ? 0.0 : body_.pose().rotation_covariance(bone).trace() / 3.0;
+  const double sigma_m = std::sqrt(place_m2 + kConfidenceLever_m * kConfidenceLever_m * 2.0 / 3.0 * rotation_rad2 +
                                    std::pow(body_.residual_m(), 2) / 3.0);
-  return std::isfinite(sigma_m) ? static_cast<float>(within(kConfidenceRadius_m, sigma_m)) : 0.0F;
+  return std::isfinite(sigma_m) ? static_cast<float>(probability_within(kConfidenceRadius_m, sigma_m)) : 0.0F;
 }
 
+// Velocities of a published bone: low-pass filtered differences of its poses.
 void SubjectSolver::update_motion(BoneMemory& memory, const Eigen::Quaterniond& previous_rotation, double step_s,
                                   BonePose& bone) const {
   const Pose& now = bone.world_from_bone;
@@ -258,26 +282,27 @@ void SubjectSolver::update_motion(BoneMemory& memory, const Eigen::Quaterniond& 
     memory.spin_rad_s.setZero();
   } else if (step_s > 0.0) {
     const double share = 1.0 - std::exp(-step_s / kVelocityTimeConstant_s);
-    const Eigen::Vector3d turned = kinematics::rotation_vector(now.rotation * previous_rotation.conjugate());
+    const Eigen::Vector3d rotation = kinematics::rotation_vector(now.rotation * previous_rotation.conjugate());
     memory.velocity_m_s += share * ((now.position - memory.position) / step_s - memory.velocity_m_s);
-    memory.spin_rad_s += share * (turned / step_s - memory.spin_rad_s);
+    memory.spin_rad_s += share * (rotation / step_s - memory.spin_rad_s);
   }
   memory.position = now.position;
   bone.velocity_m_s = memory.velocity_m_s;
   bone.spin_rad_s = memory.spin_rad_s;
 }
 
+// Eases and smooths the local poses of the fit, and publishes them with world poses, velocities and confidences.
 void SubjectSolver::write_pose(Timestamp at, SubjectPose& into) {
-  const double step_s = is_first_set_ ? 0.0 : to_s(at - shown_at_);
+  const double step_s = is_first_set_ ? 0.0 : to_s(at - published_at_);
   detect_observation_changes(at);
   if (is_first_set_ || step_s > kMaxVelocityGap_s) {
-    easer_.reset();
+    transition_smoother_.reset();
     smoother_.reset();
   }
   if (refitted_) std::fill(changed_.begin(), changed_.end(), std::uint8_t{1});
   const std::span<const Pose> before =
       refitted_ ? std::span<const Pose>(locals_before_refit_) : body_.predicted_locals();
-  const std::span<const Pose> eased = easer_.step(body_.pose().locals(), before, changed_, step_s);
+  const std::span<const Pose> eased = transition_smoother_.step(body_.pose().locals(), before, changed_, step_s);
   refitted_ = false;
   const std::span<const Pose> locals = smoother_.step(eased, step_s);
   into.residual_m = body_.residual_m();
@@ -286,22 +311,23 @@ void SubjectSolver::write_pose(Timestamp at, SubjectPose& into) {
     BoneMemory& memory = bones_[b];
     world_[b] = parents_[b] < 0 ? locals[b] : world_[static_cast<std::size_t>(parents_[b])] * locals[b];
     world_[b].rotation.normalize();
-    const Eigen::Quaterniond previous_rotation = memory.shown_world;
-    memory.shown_world = kinematics::same_hemisphere(world_[b].rotation, memory.shown_world);
-    memory.shown_local = kinematics::same_hemisphere(locals[b].rotation, memory.shown_local);
+    const Eigen::Quaterniond previous_rotation = memory.published_world;
+    memory.published_world = kinematics::same_hemisphere(world_[b].rotation, memory.published_world);
+    memory.published_local = kinematics::same_hemisphere(locals[b].rotation, memory.published_local);
     BonePose& bone = into.bones.push_back({});
-    bone.world_from_bone = {world_[b].position, memory.shown_world};
-    bone.parent_from_bone = {locals[b].position, memory.shown_local};
+    bone.world_from_bone = {world_[b].position, memory.published_world};
+    bone.parent_from_bone = {locals[b].position, memory.published_local};
     update_motion(memory, previous_rotation, step_s, bone);
-    bone.state = bone_seen(b) ? BoneState::Measured : BoneState::Filled;
+    bone.state = is_bone_observed(b) ? BoneState::Measured : BoneState::Filled;
     if (bone.state == BoneState::Measured) memory.seen_at = at;
     bone.confidence = confidence_of(b);
   }
-  shown_at_ = at;
+  published_at_ = at;
   is_first_set_ = false;
 }
 
-// How surely the body tells each marker: what was seen, by the fit; the rest by what hangs between.
+// Covariances of the marker positions by the pose: of a measured marker from the residual of the fit, of another marker
+// from the joints between the marker and the observed markers.
 void SubjectSolver::compute_marker_covariances(Timestamp at) {
   pose_is_observable_ = body_.compute_covariances(observations_, at);
   const Eigen::Matrix3d residual = std::pow(body_.residual_m(), 2) * Eigen::Matrix3d::Identity();
@@ -319,6 +345,8 @@ void SubjectSolver::compute_marker_covariances(Timestamp at) {
   }
 }
 
+// Fills in the labels that were not measured. On a ray the position is projected onto the ray, and the covariance
+// across the ray is that of the observation.
 void SubjectSolver::fill(SubjectLabels& labels, Timestamp at) {
   for (std::size_t m = 0; m < labels.markers.size() && m < observation_kind_.size(); ++m) {
     LabelledMarker& label = labels.markers[m];
@@ -348,6 +376,7 @@ void SubjectSolver::fill(SubjectLabels& labels, Timestamp at) {
   }
 }
 
+// State at the start of a track.
 void SubjectSolver::restart(Timestamp at) {
   for (BoneMemory& bone : bones_) bone.seen_at = at;
   for (BearingMemory& ray : bearing_memories_) ray.sets = 0;
@@ -362,11 +391,7 @@ void SubjectSolver::solve(SubjectLabels& labels, std::span<const LabelledBearing
   into.bones.clear();
   into.residual_m = 0.0;
   into.smoothing_delay_s = 0.0;
-  if (labels.phase != SubjectPhase::Tracking) {
-    body_.reset();
-    if (const std::optional<SubjectFit> fit = std::exchange(refit_, std::nullopt)) refit(*fit);
-    return;
-  }
+  if (labels.phase != SubjectPhase::Tracking) return end_track();
   gather(labels, at);
   if (!body_.is_tracking() || at < body_.committed_at()) {
     if (!body_.start(observations_, at)) return;
@@ -385,12 +410,27 @@ void SubjectSolver::solve(SubjectLabels& labels, std::span<const LabelledBearing
   fill(labels, at);
 }
 
-void SubjectSolver::predict(SubjectId id, Timestamp at, Expected& into) {
+void SubjectSolver::end_track() {
+  body_.reset();
+  if (const std::optional<SubjectFit> fit = std::exchange(refit_, std::nullopt)) refit(*fit);
+}
+
+void SubjectSolver::adopt(SubjectSolver& before) {
+  const SolveSettings settings = settings_;
+  const bool same_smoothing = settings.smoothing == before.settings_.smoothing;
+  pose::PoseSmoother smoother = std::move(same_smoothing ? before.smoother_ : smoother_);
+  *this = std::move(before);
+  settings_ = settings;
+  smoother_ = std::move(smoother);
+  body_.set_settings(tracker_settings(settings));
+}
+
+void SubjectSolver::predict(SubjectId id, Timestamp at, PredictedMarkers& into) {
   if (!body_.is_tracking()) return;
   body_.predict(at);
   for (std::size_t m = 0; m < covariances_m2_.size(); ++m) {
     const Label label{id, static_cast<std::uint32_t>(m)};
-    if (!into.markers.try_push_back({{body_.predicted_position(m)}, covariances_m2_[m], {}, label, 0})) return;
+    if (!into.try_push_back({{body_.predicted_position(m)}, covariances_m2_[m], {}, label, 0})) return;
   }
 }
 

@@ -19,39 +19,48 @@
 
 namespace mocap::solve {
 
-/// The solver of one subject: its body is followed from set to set, and what is shown of it neither jumps nor, where
-/// that is wished for, trembles.
+/// The solver of one subject: tracks its body pose from set to set (`SkeletonTracker`), eases jumps of the published
+/// pose (`PoseTransitionSmoother`), smooths it if the settings ask for it (`PoseSmoother`), and fills in the labels of
+/// markers that were not measured.
 ///
-/// Allocates in the constructor only.
+/// Positions are in world coordinates, m. Allocates in the constructor only. One thread; reads no clock.
 class SubjectSolver {
  public:
   SubjectSolver(const SolveSettings& settings, const Subject& subject);
 
-  /// The pose of this set, and the labels of markers that were not measured filled in. `rays` are those of this subject
-  /// and of others.
+  /// Writes the pose at `at` to `into`, and fills in the labels that were not measured: Filled with the position by the
+  /// pose, or Lost after `fill_for_s`. `rays` and `ambiguous_observations` may contain those of other subjects. `into`
+  /// has no bones if the subject is not tracked, or its markers determine no pose yet.
   void solve(SubjectLabels& labels, std::span<const LabelledBearing> rays,
              std::span<const AmbiguousObservation> ambiguous_observations, Timestamp at, SubjectPose& into);
+  /// Replaces bone lengths and marker offsets. While a body is tracked, the change takes effect in the next `solve`.
   void refit(const SubjectFit& fit);
-  void predict(SubjectId id, Timestamp at, Expected& into);
+  /// Takes over body and pose of the same subject; the settings stay. Other smoothing begins anew. `before` is not used
+  /// afterwards.
+  void adopt(SubjectSolver& before);
+  /// Ends the track; the body is kept.
+  void end_track();
+  /// Appends the predicted position and covariance of each marker at `at`. Appends nothing if no body is tracked.
+  void predict(SubjectId id, Timestamp at, PredictedMarkers& into);
 
  private:
   struct BoneMemory {
     Timestamp seen_at;
-    Eigen::Quaterniond shown_world = Eigen::Quaterniond::Identity();
-    Eigen::Quaterniond shown_local = Eigen::Quaterniond::Identity();
+    Eigen::Quaterniond published_world = Eigen::Quaterniond::Identity();
+    Eigen::Quaterniond published_local = Eigen::Quaterniond::Identity();
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
     Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
     Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();
-    std::uint64_t markers = 0;  // that told it in the last set, and in this one: a sum that differs where they do
-    std::uint64_t markers_now = 0;
+    std::uint64_t markers = 0;      // hash of the set of markers that observed the bone in the last set
+    std::uint64_t markers_now = 0;  // the same of this set
     Timestamp changed_at;
   };
-  // Of the camera that alone saw a marker.
+  // Last bearing-only observation of a marker.
   struct BearingMemory {
     CameraId camera;
     Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
     Timestamp at;
-    int sets = 0;  // that it was followed for
+    int sets = 0;  // consecutive sets with this camera
   };
   enum class ObservationKind : std::uint8_t { None, Bearing, Measured };
 
@@ -67,7 +76,7 @@ class SubjectSolver {
   void update_motion(BoneMemory& memory, const Eigen::Quaterniond& previous_rotation, double step_s,
                      BonePose& bone) const;
   float confidence_of(std::size_t bone) const;
-  bool bone_seen(std::size_t bone) const;
+  bool is_bone_observed(std::size_t bone) const;
   void apply_refit();
   void update_skin_sigma(Timestamp at);
   void compute_marker_covariances(Timestamp at);
@@ -75,30 +84,30 @@ class SubjectSolver {
 
   SolveSettings settings_;
   pose::SkeletonTracker body_;
-  pose::PoseTransitionSmoother easer_;
+  pose::PoseTransitionSmoother transition_smoother_;
   pose::PoseSmoother smoother_;
   std::vector<int> parents_;
   std::vector<BoneMemory> bones_;
   std::vector<BearingMemory> bearing_memories_;     // by marker
-  std::vector<Eigen::Matrix3d> covariances_m2_;     // of the place that the body tells, by marker
+  std::vector<Eigen::Matrix3d> covariances_m2_;     // by marker: of the position by the pose
   std::vector<ObservationKind> observation_kind_;   // by marker, in this set
-  std::vector<const LabelledBearing*> bearing_of_;  // by marker: that is believed in this set
-  std::vector<bool> rotation_is_visible_;           // by bone: some marker is moved by its turn
-  std::vector<int> own_markers_;                    // by bone
-  std::vector<int> seen_markers_;                   // by bone, in this set
-  std::vector<std::uint8_t> changed_;               // by bone: other markers tell it now
-  std::vector<std::uint8_t> changed_neighbours_;
+  std::vector<const LabelledBearing*> bearing_of_;  // by marker: accepted in this set; null: none
+  std::vector<bool> rotation_is_visible_;           // by bone: its rotation moves some marker
+  std::vector<int> own_markers_;                    // by bone: markers on the bone
+  std::vector<int> seen_markers_;                   // by bone: of these, measured in this set
+  std::vector<std::uint8_t> changed_;               // by bone: observed by other markers than before
+  std::vector<std::uint8_t> changed_neighbours_;    // scratch
   std::vector<kinematics::Observation> observations_;
-  std::vector<Pose> world_;  // as shown
-  Timestamp shown_at_;
+  std::vector<Pose> world_;  // published poses
+  Timestamp published_at_;
   Timestamp skin_at_;
   double usual_residual_m_ = 0.0;
-  double skin_sigma_m_ = 0.0;              // of a marker on this body
-  bool pose_is_observable_ = false;        // the last fit told the pose
-  bool is_first_set_ = true;               // nothing shown yet
-  std::optional<SubjectFit> refit_;        // to be worn in the next set
-  std::vector<Pose> locals_before_refit_;  // locals of the body that was worn until this set
-  bool refitted_ = false;                  // it is another in this set
+  double skin_sigma_m_ = 0.0;              // standard deviation of a marker from its position on this body
+  bool pose_is_observable_ = false;        // the observations of the last fit determine the pose
+  bool is_first_set_ = true;               // no pose published since the start of the track
+  std::optional<SubjectFit> refit_;        // takes effect in the next set
+  std::vector<Pose> locals_before_refit_;  // local poses with the old body model
+  bool refitted_ = false;                  // the body model changed in this set
 };
 
 }  // namespace mocap::solve

@@ -16,31 +16,47 @@ class TreeSolver final : public SkeletonSolver {
     for (const Subject& subject : subjects) subjects_.emplace_back(settings, subject);
   }
 
-  const Poses& solve(Labels& labels, Timestamp at, std::span<const LabelledBearing> rays,
-                     std::span<const AmbiguousObservation> ambiguous_observations) override {
-    poses_.resize(labels.size());
+  const SolvedSubjects& solve(const Labels& given, Timestamp at, std::span<const LabelledBearing> rays,
+                              std::span<const AmbiguousObservation> ambiguous_observations) override {
+    auto& [labels, poses] = solved_;
+    labels = given;
+    poses.resize(labels.size());
     for (std::size_t i = 0; i < labels.size(); ++i) {
-      poses_[i].subject = labels[i].subject;
-      poses_[i].bones.clear();
+      poses[i].subject = labels[i].subject;
+      poses[i].bones.clear();
       if (labels[i].subject.value < subjects_.size())
-        subjects_[labels[i].subject.value].solve(labels[i], rays, ambiguous_observations, at, poses_[i]);
+        subjects_[labels[i].subject.value].solve(labels[i], rays, ambiguous_observations, at, poses[i]);
     }
-    return poses_;
+    return solved_;
   }
 
   void refit(const SubjectFit& fit) override {
     if (fit.subject.value < subjects_.size()) subjects_[fit.subject.value].refit(fit);
   }
 
-  void predict(Timestamp at, Expected& into) const override {
+  const PredictedMarkers& predict(Timestamp at) override {
+    predictions_.clear();
     for (std::size_t i = 0; i < subjects_.size(); ++i) {
-      subjects_[i].predict(SubjectId{static_cast<std::uint32_t>(i)}, at, into);
+      subjects_[i].predict(SubjectId{static_cast<std::uint32_t>(i)}, at, predictions_);
+    }
+    return predictions_;
+  }
+
+  void adopt(SkeletonSolver& before, const Handover& handover) override {
+    auto* same = dynamic_cast<TreeSolver*>(&before);
+    if (same == nullptr) return;
+    for (std::size_t i = 0; i < subjects_.size() && i < handover.subjects.size(); ++i) {
+      const std::size_t from = handover.subjects[i].value;
+      if (from >= same->subjects_.size()) continue;
+      subjects_[i].adopt(same->subjects_[from]);
+      if (!handover.poses) subjects_[i].end_track();
     }
   }
 
  private:
-  mutable std::vector<SubjectSolver> subjects_;  // predict uses their scratch
-  Poses poses_;
+  std::vector<SubjectSolver> subjects_;
+  SolvedSubjects solved_;
+  PredictedMarkers predictions_;
 };
 
 }  // namespace

@@ -9,15 +9,18 @@
 
 namespace mocap::solve {
 
-/// Inverse kinematics over each subject's tree: all named markers that were seen in this set pull on their bones at
-/// once, from the pose that the last set's motion leads to, each by its covariance and by the skin under it. A marker
-/// that one camera alone sees pulls along its ray; its label is Filled, on the ray, where the body has it.
+/// Makes the solver of all subjects: inverse kinematics over the kinematic tree of each subject.
 ///
-/// A bone whose own markers were seen is Measured, every other one Filled. What no marker tells goes on for a moment
-/// and then stays. Where markers come and go and the body turns out to be elsewhere, the bones that are shown glide
-/// there within 0.2 s (body/ease_pose.h); labels do not.
+/// The pose of a set is the maximum a posteriori estimate (`SkeletonTracker`) from the pose that the motion predicts
+/// and from all observations at once: measured markers, each with its covariance and the marker noise of the subject;
+/// bearing-only observations; ambiguous observations. A marker with a bearing-only observation is Filled, at the point
+/// of the ray that is nearest to the marker's position by the pose.
 ///
-/// Allocates here only. One thread owns it.
+/// A bone is Measured if half of its own markers were, else Filled. An unobserved joint continues its motion for a
+/// moment and then holds. If other markers observe a bone than before and the pose jumps, the published bones follow
+/// the jump within 0.2 s (pose/pose_transition_smoother.h); the labels are not eased.
+///
+/// Allocates in this function only. The result is used by one thread and reads no clock.
 std::unique_ptr<SkeletonSolver> make_skeleton_solver(const SolveSettings& settings, std::vector<Subject> subjects);
 
 }  // namespace mocap::solve

@@ -10,6 +10,8 @@ struct AlignSettings {
   Duration window = std::chrono::microseconds(500);
   /// A host that takes the processor away does so for up to 20 ms; the frames of that time then still find their sets.
   Duration patience = std::chrono::milliseconds(30);
+
+  bool operator==(const AlignSettings&) const = default;
 };
 
 void declare_keys(KeyVisitor& keys, AlignSettings& align);

@@ -8,9 +8,9 @@
 namespace mocap::synchronise {
 namespace {
 
-constexpr double kMemory_s = 5.0;           // what is older hardly counts
-constexpr double kMaxClockSilence_s = 1.0;  // a clock that is silent for longer is replaced
-// Before so many frames and seconds nothing is told.
+constexpr double kMemory_s = 5.0;           // time constant of the exponential weights
+constexpr double kMaxClockSilence_s = 1.0;  // a reference camera without frames for longer is replaced
+// A camera is assessed only after this many frames and seconds.
 constexpr std::uint64_t kMinFrames = 30;
 constexpr double kMinSpan_s = 2.0;
 // Crystals differ by 5 to 100 us/s; cameras on one trigger or one PTP clock do not.
@@ -61,13 +61,15 @@ void ExposureWatch::set_reference_clock(std::uint32_t camera) {
   for (ObservedCamera& state : cameras_) state.line = {};
 }
 
-// Lost frames make a step of several periods; of the first few steps one at least is a single one.
+// Estimates the frame period of a camera: first the median of the time steps between frames, then exponential
+// smoothing. A lost frame makes a step of several periods, which is divided by the rounded number of periods.
 void ExposureWatch::follow_period(ObservedCamera& state, Timestamp exposed_at) {
   constexpr double kPeriodRate = 0.05;
   if (state.last) {
     const double step_s = to_s(exposed_at - *state.last);
     if (state.frames <= kFirstFrames) {
-      // The middle one: images are left out, and a clock that is still being learnt makes steps too short.
+      // The median ignores steps over lost frames and too short steps while the camera's clock is still being
+      // estimated.
       state.first_steps_s[state.frames - 1] = step_s;
       const auto end = state.first_steps_s.begin() + static_cast<std::ptrdiff_t>(state.frames);
       std::array<double, kFirstFrames> sorted{};
@@ -88,7 +90,7 @@ void ExposureWatch::see(CameraId camera, Timestamp exposed_at) {
   MOCAP_EXPECTS(camera.value < cameras_.size());
   ObservedCamera& state = cameras_[camera.value];
   if (!origin_) origin_ = exposed_at;
-  if (state.last && exposed_at <= *state.last) {  // its clock was set back
+  if (state.last && exposed_at <= *state.last) {  // the camera's clock was set back
     forget(camera);
   }
   now_ = std::max(now_, exposed_at);
@@ -98,7 +100,7 @@ void ExposureWatch::see(CameraId camera, Timestamp exposed_at) {
   if (clock.frames < 2 * kFirstFrames) return;
   const double phase_s = wrapped(to_s(exposed_at - *clock.last), clock.period_s);
   Line& line = state.line;
-  // The offset goes on where it was: phases are alike after whole periods.
+  // Phases repeat after each period: choose the number of periods that continues the last offset.
   const double periods = line.count == 0 ? 0.0 : std::round((line.last_offset_s - phase_s) / clock.period_s);
   line.add(seconds(exposed_at), phase_s + periods * clock.period_s);
 }
@@ -108,7 +110,7 @@ bool ExposureWatch::is_known(const ObservedCamera& state) const {
   return state.line.tt > state.line.weight * kMinSpan_s * kMinSpan_s / 12.0;
 }
 
-// How much later `a` exposes than `b` now.
+// Returns by how much `a` exposes later than `b` at `now_`, within half a period.
 double ExposureWatch::offset_difference_s(const ObservedCamera& a, const ObservedCamera& b) const {
   const double now_s = seconds(now_);
   return wrapped(a.line.at(now_s) - b.line.at(now_s), cameras_[*clock_].period_s);
@@ -119,7 +121,7 @@ bool ExposureWatch::agree(const ObservedCamera& a, const ObservedCamera& b) cons
   return std::abs(offset_difference_s(a, b)) <= window_s_ && std::abs(a.line.drift() - b.line.drift()) <= same;
 }
 
-// The camera with which most others agree.
+// Returns the camera with which most other cameras agree.
 std::uint32_t ExposureWatch::centre_of_largest_group() const {
   std::uint32_t centre = 0;
   std::size_t most = 0;

@@ -85,7 +85,7 @@ class ExposureWatch {
   std::vector<CameraTiming> timings_;
   std::optional<Timestamp> origin_;
   std::optional<std::uint32_t> clock_;  // the reference camera, in whose period phases are measured
-  Timestamp now_;                       // the latest exposure of any camera of any camera
+  Timestamp now_;                       // the latest exposure of any camera
 };
 
 }  // namespace mocap::synchronise

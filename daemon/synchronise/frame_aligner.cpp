@@ -7,13 +7,13 @@
 namespace mocap::synchronise {
 namespace {
 
-// Of a camera's period: its next frame is not due sooner after its last.
+// A camera's next frame is due this many periods after its last frame.
 constexpr double kDueAfterPeriods = 0.6;
 
-// One or two images are lost now and then; who let patience end so often has stopped.
+// Single lost images are normal; a camera that let patience run out for this many sets in a row has stopped.
 constexpr std::size_t kStoppedAfterSets = 4;
 
-// When a frame was here: frames from files may lack some of the instants.
+// Returns when a frame arrived. Frames from files may lack some of the instants.
 Timestamp arrival_of(const BlobFrame& frame) {
   return std::max({frame.exposed_at, frame.received_at, frame.detected_at});
 }
@@ -74,7 +74,7 @@ void FrameAligner::add(const BlobFrame& frame) {
   } else if (queue.size == kPending) {
     ++counts_.overflow;
   } else {
-    if (queue.size == 0) queue.first = 0;  // the slot that is in the cache
+    if (queue.size == 0) queue.first = 0;  // reuses the slot that is in the CPU cache
     queue.ring[(queue.first + queue.size) % kPending] = frame;
     ++queue.size;
   }
@@ -109,19 +109,19 @@ std::optional<Timestamp> FrameAligner::first_exposure() const {
   return first;
 }
 
-// Whether a camera may still bring a frame for the set, by the pace of its frames.
+// Returns whether, by its frame rate, a camera's next frame may belong to the set that ends at `end`.
 bool FrameAligner::is_due(std::size_t camera, Timestamp end) const {
   const CameraTiming& timing = watch_.timing(CameraId{static_cast<std::uint32_t>(camera)});
   if (!timing.is_known || timing.rate_hz <= 0.0) return true;
   return cameras_[camera].last + from_s(kDueAfterPeriods / timing.rate_hz) <= end;
 }
 
-// Whether its set would have waited for it, had it known of it.
+// Returns whether the frame arrived within the patience of its set.
 bool FrameAligner::is_in_time(const BlobFrame& frame) const {
   return frame.exposed_at > last_set_end_ || arrival_of(frame) - frame.exposed_at - first_delay_ < settings_.patience;
 }
 
-// Whether no expected camera can still bring a frame for the set that waits: each has one that waits, in it or later.
+// Returns whether every expected camera has a waiting frame, in the set or after the set, or is not waited for.
 bool FrameAligner::is_awaiting_nobody(Timestamp end, bool live) const {
   for (std::size_t c = 0; c < cameras_.size(); ++c) {
     const CameraQueue& queue = cameras_[c];
@@ -131,7 +131,7 @@ bool FrameAligner::is_awaiting_nobody(Timestamp end, bool live) const {
   return true;
 }
 
-// Of the frames that the set would hold now.
+// Returns the earliest arrival among the frames of the set that ends at `end`.
 std::optional<Timestamp> FrameAligner::first_arrival(Timestamp end) const {
   std::optional<Timestamp> first;
   for (const CameraQueue& queue : cameras_) {
@@ -157,7 +157,7 @@ FrameSet FrameAligner::gather(Timestamp end) {
     after_first += queue.front().exposed_at - set.views.front()->exposed_at;
     expected_seen += queue.expected ? 1 : 0;
     queue.pop();
-    // A camera with two frames in one window is faster than the window allows: the second has no set of its own.
+    // A second frame of one camera within the window has no set: the frame period is shorter than the window.
     while (queue.size > 0 && queue.front().exposed_at <= end) {
       queue.pop();
       ++counts_.late;

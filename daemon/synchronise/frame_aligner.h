@@ -50,6 +50,12 @@ class FrameAligner {
   /// A complete set has frames of `camera_count` (1 to kMaxCameras) cameras.
   FrameAligner(AlignSettings settings, std::size_t camera_count);
 
+  /// Numbers the sets on from those of `before`, and returns no set that was exposed before them.
+  void continue_after(const FrameAligner& before) {
+    counts_ = before.counts_;
+    last_set_end_ = before.last_set_end_;
+  }
+
   /// Whether `add` would keep a frame of this camera. A replay, which must not lose frames, asks before `add`.
   bool has_room(CameraId camera) const;
 

@@ -5,7 +5,7 @@
 
 namespace mocap::take {
 
-// How a blob recording begins, and what its numbers mean (proto/mocap/v1/blobs.proto).
+// Magic bytes, version and flag bits of a blob recording (proto/mocap/v1/blobs.proto).
 
 inline constexpr std::string_view kBlobMagic = "mocapblobs\n";
 inline constexpr std::uint32_t kBlobVersion = 1;

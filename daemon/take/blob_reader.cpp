@@ -24,10 +24,11 @@ class Reader {
 
   Result<BlobRecording> read() {
     if (!std::string_view(bytes_).starts_with(kBlobMagic)) {
-      return Error{ErrorCode::InvalidArgument,
-                   fmt::format("'{}' is no blob recording: it does not begin as one; expected a file that mocapd "
-                               "([record] blobs) or mocap-calibrate (--record) wrote",
-                               name_)};
+      return Error{
+          ErrorCode::InvalidArgument,
+          fmt::format("'{}' is no blob recording: wrong first bytes; expected a file that mocapd ([record] blobs) or "
+                      "mocap-calibrate (--record) wrote",
+                      name_)};
     }
     at_ = kBlobMagic.size();
     if (const Status begun = read_header(); !begun) return begun.error();
@@ -38,7 +39,7 @@ class Reader {
       if (!message) break;
       picture.Clear();
       if (!picture.ParseFromArray(message->data(), static_cast<int>(message->size())))
-        return damaged(from, "a picture that cannot be read");
+        return damaged(from, "an image that cannot be decoded");
       if (const Status taken = take(picture, from); !taken) return taken.error();
     }
     return std::move(recording_);
@@ -47,10 +48,10 @@ class Reader {
  private:
   Error damaged(std::size_t from, const std::string& what) const {
     return {ErrorCode::InvalidArgument,
-            fmt::format("blob recording '{}' is damaged at byte {}: {}; record anew", name_, from, what)};
+            fmt::format("blob recording '{}' is damaged at byte {}: {}; record again", name_, from, what)};
   }
 
-  // The next message; nothing, and cut_off, where the file ends within it.
+  // Returns the next message, or nothing and sets cut_off if the file ends within the message.
   std::optional<std::string_view> next() {
     google::protobuf::io::CodedInputStream stream(reinterpret_cast<const std::uint8_t*>(bytes_.data()) + at_,
                                                   static_cast<int>(std::min<std::size_t>(10, bytes_.size() - at_)));
@@ -69,7 +70,7 @@ class Reader {
     const auto message = next();
     v1::BlobRecording header;
     if (!message || !header.ParseFromArray(message->data(), static_cast<int>(message->size())))
-      return damaged(kBlobMagic.size(), "its description cannot be read");
+      return damaged(kBlobMagic.size(), "its header cannot be decoded");
     if (header.version() < 1 || header.version() > kBlobVersion) {
       return Error{ErrorCode::Unsupported,
                    fmt::format("blob recording '{}' has version {}, expected 1 to {}; use the mocapd that wrote it",
@@ -90,7 +91,7 @@ class Reader {
 
   Status take(const v1::BlobPicture& picture, std::size_t from) {
     if (picture.camera() >= recording_.cameras.size())
-      return damaged(from, fmt::format("a picture of camera {} of {}", picture.camera(), recording_.cameras.size()));
+      return damaged(from, fmt::format("an image of camera {} of {}", picture.camera(), recording_.cameras.size()));
     const int n = picture.x_px_size();
     const bool alike = picture.y_px_size() == n && picture.sigma_px_size() == n && picture.area_px2_size() == n &&
                        picture.peak_size() == n && picture.roundness_size() == n && picture.axis_rad_size() == n &&
@@ -100,7 +101,7 @@ class Reader {
     auto& pictures = recording_.pictures[picture.camera()];
     RecordedPicture one{picture.number(), from_ns(picture.exposed_at_ns()), {}};
     if (!pictures.empty() && one.exposed_at <= pictures.back().exposed_at)
-      return damaged(from, fmt::format("a picture of camera '{}' that is not later than the one before",
+      return damaged(from, fmt::format("an image of camera '{}' that is not later than the one before",
                                        recording_.cameras[picture.camera()].name));
     for (int i = 0; i < n; ++i) {
       Blob blob;
@@ -114,7 +115,7 @@ class Reader {
       blob.touches_border = (picture.flags(i) & kTouchesBorder) != 0;
       blob.merged = (picture.flags(i) & kMerged) != 0;
       if (!blob.centroid.v.allFinite() || !std::isfinite(blob.sigma_px) || !(blob.sigma_px > 0.0))
-        return damaged(from, "a blob without a place");
+        return damaged(from, "a blob without a valid position or sigma");
       one.blobs.push_back(blob);
     }
     pictures.push_back(std::move(one));

@@ -15,11 +15,11 @@ namespace mocap::take {
 
 struct RecordedCamera {
   std::string name;
-  int width_px = 0;  ///< 0: not known when the recording began
+  int width_px = 0;  ///< 0: unknown when the recording started
   int height_px = 0;
 };
 
-/// What one camera saw at one instant; as BlobFrame, and as small as what was seen.
+/// The blobs of one image. Unlike BlobFrame, its size depends on the number of blobs.
 struct RecordedPicture {
   std::uint64_t number = 0;
   Timestamp exposed_at;
@@ -29,17 +29,18 @@ struct RecordedPicture {
 /// A blob recording (proto/mocap/v1/blobs.proto).
 struct BlobRecording {
   std::vector<RecordedCamera> cameras;
-  std::vector<std::vector<RecordedPicture>> pictures;  ///< by camera, in the order of their exposure
-  bool cut_off = false;                                ///< the file ends within a picture, which is left out
+  std::vector<std::vector<RecordedPicture>> pictures;  ///< by camera, in the order of exposure
+  bool cut_off = false;                                ///< the file ends within an image, which is omitted
 };
 
-/// Begins a blob recording; what stood at `path` is gone. The file grows as it is written, so that after a crash all
-/// but the last pictures can be read. Fails with InvalidArgument (a name that does not end in .blobs) and Io.
+/// Starts a blob recording. An existing file is kept, and the new one has a number in its name (OutputFile::create).
+/// Blobs are written in pieces, so that after a crash all but the last images can be read. After a failed write the
+/// file ends with the last whole image. Fails with InvalidArgument (a name that does not end in .blobs) and Io.
 Result<std::unique_ptr<BlobWriter>> make_blob_writer(const std::filesystem::path& path,
                                                      std::span<const RecordedCamera> cameras);
 
-/// Reads a whole one. Fails with NotFound, Io, Unsupported (a newer version) and InvalidArgument: what is no blob
-/// recording, or is damaged (at which byte), and values that no detector gives.
+/// Reads a complete blob recording. Fails with NotFound, Io, Unsupported (a newer version) and InvalidArgument (not a
+/// blob recording, or damaged; the message names the byte).
 Result<BlobRecording> read_blob_recording(const std::filesystem::path& path);
 
 }  // namespace mocap::take

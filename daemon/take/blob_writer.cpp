@@ -23,8 +23,8 @@ class BlobFile final : public BlobWriter {
       one->set_width_px(static_cast<std::uint32_t>(camera.width_px));
       one->set_height_px(static_cast<std::uint32_t>(camera.height_px));
     }
-    if (const Status begun = file_.append(kBlobMagic); !begun) return begun;
-    return append(header);
+    header.SerializeToString(&bytes_);
+    return file_.append_head(fmt::format("{}{}{}", kBlobMagic, varint(bytes_.size()), bytes_));
   }
 
   Status write(const BlobFrame& frame) override {
@@ -43,18 +43,15 @@ class BlobFile final : public BlobWriter {
       picture_.add_saturated(static_cast<float>(blob.saturated));
       picture_.add_flags((blob.touches_border ? kTouchesBorder : 0U) | (blob.merged ? kMerged : 0U));
     }
-    return append(picture_);
-  }
-
-  Status finish() override { return file_.finish(); }
-
- private:
-  template <class Message>
-  Status append(const Message& message) {
-    message.SerializeToString(&bytes_);
+    picture_.SerializeToString(&bytes_);
     return file_.append_delimited(bytes_);
   }
 
+  std::string path() const override { return file_.path(); }
+  RecordingSize size() const override { return file_.size(); }
+  Status finish() override { return file_.finish(); }
+
+ private:
   OutputFile file_;
   std::string bytes_;
   v1::BlobPicture picture_;

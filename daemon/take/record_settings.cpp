@@ -6,9 +6,11 @@ namespace mocap::take {
 
 void declare_keys(KeyVisitor& keys, RecordSettings& record) {
   keys.path("snapshots", record.snapshots,
-            {.help = "file for every snapshot, .jsonl (text) or .pb (Protobuf); \"\": none"});
+            {.help = "file for every snapshot, .jsonl (text) or .pb (Protobuf); \"\": none; an existing file is kept: "
+                     "the new one is NAME-2.jsonl"});
   keys.path("blobs", record.blobs,
-            {.help = "file for the blobs of every camera, .blobs, for mocap-calibrate; \"\": none"});
+            {.help = "file for the blobs of every camera, .blobs, for mocap-calibrate; \"\": none; an existing file is "
+                     "kept: the new one is NAME-2.blobs"});
 }
 
 std::vector<KeyFault> faults_of(const RecordSettings& record) {

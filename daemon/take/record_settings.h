@@ -15,7 +15,7 @@ struct RecordSettings {
 
 void declare_keys(KeyVisitor& keys, RecordSettings& record);
 
-/// Rules that are broken.
+/// Returns the faults of the file names.
 std::vector<KeyFault> faults_of(const RecordSettings& record);
 
 }  // namespace mocap::take

@@ -4,17 +4,21 @@
 #include <memory>
 
 #include "base/result.h"
+#include "model/description.h"
 #include "module/writer.h"
 
 namespace mocap::take {
 
-/// Keeps snapshots in a file, in the form that its name asks for: `.jsonl`, one line a snapshot (wire/json.h), or
-/// `.pb`, each snapshot as Protobuf (mocap.v1.Snapshot) with its length before it as a varint. The same snapshots give
-/// the same bytes. What stood at `path` is replaced at once; the file grows as it is written, so that after a crash
-/// all but the last snapshot can be read.
+/// Writes snapshots to a file. The extension selects the format: `.jsonl`, one line of JSON for each snapshot
+/// (wire/codec/json.h), or `.pb`, each snapshot as Protobuf (mocap.v1.Snapshot) after its length as a varint. Equal
+/// snapshots and descriptions give equal bytes. An existing file is kept, and the new one has a number in its name
+/// (OutputFile::create). Snapshots are written in pieces of 64 KiB, so a crash loses at most the last piece.
 ///
-/// Fails with InvalidArgument (another ending) and Io. `write` and `finish` fail with Io; after a failed write the file
-/// is not written to again, and each call gives that error.
-Result<std::unique_ptr<Writer>> make_snapshot_writer(const std::filesystem::path& path);
+/// The first snapshot has `description`, which has the names, in its field `description`; so does the first snapshot
+/// after each fit that was passed to `learn` and after each call of `describe`.
+///
+/// Fails with InvalidArgument (another extension) and Io. `write` and `finish` fail with Io; after a failed write the
+/// file ends with the last whole snapshot, and each call returns the error of that write.
+Result<std::unique_ptr<Writer>> make_snapshot_writer(const std::filesystem::path& path, Description description);
 
 }  // namespace mocap::take

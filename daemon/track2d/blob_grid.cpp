@@ -5,13 +5,13 @@
 namespace mocap::track2d {
 namespace {
 
-// Fewer are looked through one by one.
-constexpr std::size_t kFew = 6;
+// Up to this number of blobs, one cell holds all.
+constexpr std::size_t kMaxOneCell = 6;
 
 }  // namespace
 
 BlobGrid::BlobGrid(std::size_t max_blobs) : max_blobs_(max_blobs) {
-  first_.assign(4 * max_blobs + 8, 0);  // a narrow box has up to two rows or columns of cells more than it needs
+  first_.assign(4 * max_blobs + 8, 0);  // rounding up adds up to two rows or columns of cells
   sorted_.reserve(max_blobs);
   cell_.reserve(max_blobs);
 }
@@ -20,7 +20,7 @@ void BlobGrid::build(std::span<const Entry> entries) {
   MOCAP_EXPECTS(entries.size() <= max_blobs_);
   sorted_.resize(entries.size());
   columns_ = rows_ = 1;
-  if (entries.size() <= kFew) {
+  if (entries.size() <= kMaxOneCell) {
     std::copy(entries.begin(), entries.end(), sorted_.begin());
     first_[0] = 0;
     first_[1] = static_cast<std::uint32_t>(entries.size());
@@ -41,7 +41,7 @@ void BlobGrid::build(std::span<const Entry> entries) {
   columns_ = std::min(static_cast<std::size_t>(width * per_px_) + 1, entries.size() + 1);
   rows_ = std::min(static_cast<std::size_t>(height * per_px_) + 1, (first_.size() - 2) / columns_);
 
-  // Counting sort; slot cell + 1 counts, so that in the end slot cell is where the cell begins.
+  // Counting sort. Slot `cell + 2` counts the blobs of a cell; after the sort, slot `cell` has its first index.
   const std::size_t cells = columns_ * rows_;
   std::fill_n(first_.begin(), cells + 2, 0U);
   cell_.resize(entries.size());

@@ -8,29 +8,33 @@ namespace {
 
 using filter::Vector;
 
-// A marker disappears in one of a hundred images, and might be anywhere in some dozen px^2.
+// Costs are -2 ln of a likelihood, without the constant 2 ln(2 pi) (see innovation_cost). A marker disappears in one of
+// 100 images; the cost replaces that of a measurement with a uniform density over about 25 px^2.
 constexpr double kHiddenCost = 12.0;
-// One that was hidden stays so in nineteen of twenty.
+// A marker that was hidden stays hidden with a probability of 19 in 20.
 constexpr double kStillHiddenCost = kHiddenCost - 9.0;
-// An area tells that much of itself: pixel grid, blur, perspective.
+// Relative standard deviation of a blob's area: pixel grid, blur, perspective.
 constexpr double kRelativeAreaSigma = 0.08;
-// How far area and elongation of a union tell the distance of its discs, in radii.
+// Standard deviation of the distance of two discs by area and elongation of their union, in radii.
 constexpr double kShapeSigma = 0.08;
-// The middle of a union is the middle of its markers, save for their different sizes.
+// Standard deviation of the centre of two markers by the centroid of their union: the discs may differ in size.
 constexpr double kUnionCentreSigma_px = 0.2;
-// Markers that meet may change their motion: a share of the first guess's variance.
+// Markers that meet may change their motion: smallest agility of the filters when a pair begins.
 constexpr double kMergeAgility = 0.05;
-// Stories that agree to that are one.
+// Hypotheses whose positions, now and in the next image, agree to this are merged.
 constexpr double kDuplicateDistance_px = 0.3;
 
-double penalty(double share) { return share <= 0.0 ? 0.0 : share * share / (kRelativeAreaSigma * kRelativeAreaSigma); }
+// Cost of a relative area error; negative errors have none.
+double area_cost(double error) {
+  return error <= 0.0 ? 0.0 : error * error / (kRelativeAreaSigma * kRelativeAreaSigma);
+}
 
-/// Standard deviation of the centroid of a blob that is smaller than its marker's: of a disc cut in half the middle is
-/// 0.42 radii off, of one that misses a tenth 0.08.
+// Standard deviation of the centroid of a blob that may be smaller than its marker: the centroid of half a disc is 0.42
+// radii from the centre, that of a disc without a tenth of its area 0.08 radii.
 double occluded_sigma_px(const Blob& blob, double whole_area_px2) {
-  constexpr double kSurelyLess = 0.05;
+  constexpr double kMinHiddenFraction = 0.05;  // below it, the blob counts as complete
   const double hidden = 1.0 - blob.area_px2 / whole_area_px2;
-  if (!(hidden > kSurelyLess)) return blob.sigma_px;
+  if (!(hidden > kMinHiddenFraction)) return blob.sigma_px;
   return std::hypot(blob.sigma_px, 0.85 * hidden * std::sqrt(whole_area_px2 / M_PI));
 }
 
@@ -38,7 +42,7 @@ double occluded_sigma_px(const Blob& blob, double whole_area_px2) {
 
 OccludedDisc estimate_occluded_disc(const Blob& blob, double whole_area_px2, const Vector<2>& expected_px,
                                     const geometry::CutDisc& cut) {
-  // What pixels leave of the elongation of a few dozen of them.
+  // Standard deviation of the roundness of a blob of some dozen pixels.
   constexpr double kRoundnessSigma = 0.12;
   const double radius = std::sqrt(whole_area_px2 / M_PI);
   const geometry::CutDisc::Shape shape = cut.shape(blob.area_px2 / whole_area_px2);
@@ -85,7 +89,7 @@ void BlobPair::see_one(const Blob& blob, std::uint32_t index, const geometry::Tw
   const double radius = std::sqrt(one_area / M_PI);
   const double by_area = radius * discs.distance_from_area(blob.area_px2 / one_area);
   const double by_shape = radius * discs.distance_from_roundness(blob.roundness);
-  // From two radii on the area says nothing more.
+  // From a distance of two radii on, the area is constant and does not determine the distance.
   const double distance = by_area > 1.9 * radius ? std::max(by_area, by_shape) : 0.5 * (by_area + by_shape);
   const double distance_mismatch = by_area > 1.9 * radius ? 0.0 : 0.5 * (by_area - by_shape);
   const double area_mismatch = std::abs(members_[0].area_px2 - members_[1].area_px2) / one_area;
@@ -96,16 +100,16 @@ void BlobPair::see_one(const Blob& blob, std::uint32_t index, const geometry::Tw
       blob.sigma_px * blob.sigma_px + kUnionCentreSigma_px * kUnionCentreSigma_px + 0.25 * sigma * sigma;
   const Sighting ends[2] = {{blob.centroid.v - half, variance, index}, {blob.centroid.v + half, variance, index}};
   const double largest = std::max(members_[0].area_px2, members_[1].area_px2);
-  const double both = penalty(1.0 - blob.area_px2 / largest);
+  const double merged_cost = area_cost(1.0 - blob.area_px2 / largest);
   for (const Hypothesis& hypothesis : hypotheses_) {
-    add(hypothesis, &ends[0], &ends[1], both, next);
-    add(hypothesis, &ends[1], &ends[0], both, next);
+    add(hypothesis, &ends[0], &ends[1], merged_cost, next);
+    add(hypothesis, &ends[1], &ends[0], merged_cost, next);
     for (const int seen : {0, 1}) {
       const double whole = members_[seen].area_px2;
       const double part = occluded_sigma_px(blob, whole);
       const Sighting alone{blob.centroid.v, part * part, index};
       const bool was_hidden = hypothesis.filter[1 - seen].since_seen_s() > 1.5 * dt_s_;
-      const double cost = (was_hidden ? kStillHiddenCost : kHiddenCost) + penalty(blob.area_px2 / whole - 1.0);
+      const double cost = (was_hidden ? kStillHiddenCost : kHiddenCost) + area_cost(blob.area_px2 / whole - 1.0);
       add(hypothesis, seen == 0 ? &alone : nullptr, seen == 1 ? &alone : nullptr, cost, next);
     }
   }
@@ -124,7 +128,7 @@ void BlobPair::see_two(std::span<const Blob* const, 2> blobs, std::span<const st
         const Blob& blob = *blobs[of[m]];
         const double sigma = occluded_sigma_px(blob, members_[m].area_px2);
         seen[m] = {blob.centroid.v, sigma * sigma, indices[of[m]]};
-        cost += penalty(blob.area_px2 / members_[m].area_px2 - 1.0);
+        cost += area_cost(blob.area_px2 / members_[m].area_px2 - 1.0);
       }
       add(hypothesis, &seen[0], &seen[1], std::min(cost, kHiddenCost), next);
     }
@@ -162,8 +166,8 @@ void BlobPair::prune_hypotheses(const Hypotheses& next) {
   runner_up_margin_ = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < next.size() && !hypotheses_.full(); ++i) {
     const Hypothesis& hypothesis = next[order[i]];
-    const bool other_way = hypothesis.blob[0] != best.blob[0] || hypothesis.blob[1] != best.blob[1];
-    if (other_way) runner_up_margin_ = std::min(runner_up_margin_, hypothesis.cost - best.cost);
+    const bool differs = hypothesis.blob[0] != best.blob[0] || hypothesis.blob[1] != best.blob[1];
+    if (differs) runner_up_margin_ = std::min(runner_up_margin_, hypothesis.cost - best.cost);
     const bool is_known = std::ranges::any_of(hypotheses_, [&](const Hypothesis& existing) {
       return same(existing.filter[0], hypothesis.filter[0]) && same(existing.filter[1], hypothesis.filter[1]);
     });

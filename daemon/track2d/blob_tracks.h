@@ -195,7 +195,7 @@ class BlobTracks {
     }
   }
 
-  /// What it costs that a blob is the track's, -2 ln of the likelihood.
+  /// Cost of assigning a blob to the track: -2 ln of the likelihood.
   double cost_of(const Track& track, std::uint32_t blob, double distance2) const {
     const double cost = filter::innovation_cost<2>(distance2, track.aim.variance_px2 + variance_[blob]);
     return track.missed_images > 0 ? cost + kReappearanceCost : cost;

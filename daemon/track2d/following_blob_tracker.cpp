@@ -18,13 +18,13 @@ using filter::IsotropicKalman;
 using filter::Matrix;
 using filter::Vector;
 
-// What a filter without a covariance of its own hands to a pair: how well it knows a marker's velocity, px/s.
+// Standard deviations of the state that a filter without a covariance passes to a BlobPair.
 constexpr double kVelocitySigma_px_s = 30.0;
 constexpr double kPointSigma_px = 0.3;
-// A few particles cannot use a finer sighting.
+// Standard deviation added to measurements of the particle filter: with few particles, none is near a precise one.
 constexpr double kParticleSighting_px = 1.0;
 
-/// What all followers of one tracker share; it outlives them.
+/// Settings that all filters of one tracker share; they outlive the filters.
 struct Shared {
   TrackBlobsSettings settings;
   filter::IsotropicKalmanSettings kalman;
@@ -52,7 +52,8 @@ struct Shared {
   }
 };
 
-/// The greatest speed of late: a marker that turns seems slow in the image in which it does, and is not.
+/// The largest recent speed, with exponential decay. The current speed alone is too small in the image in which a
+/// marker reverses.
 class RecentSpeed {
  public:
   void advance(double dt_s) {
@@ -62,20 +63,20 @@ class RecentSpeed {
     }
     px_s_ *= decay_;
   }
-  double dt_s() const { return dt_s_; }  ///< of the last step
+  double dt_s() const { return dt_s_; }  ///< last time step
   void add(double px_s) { px_s_ = std::max(px_s_, px_s); }
-  /// The way in one image, at that speed or the greatest of late.
+  /// The distance in one time step, at `px_s` or at the largest recent speed.
   double step_px(double px_s) const { return std::max(px_s_, px_s) * dt_s_; }
 
  private:
-  static constexpr double kHalfLife_s = 0.2;  // a limb that shakes turns some five times a second
+  static constexpr double kHalfLife_s = 0.2;  // a shaking limb reverses about five times a second
 
   double px_s_ = 0.0;
   double dt_s_ = 0.0;
   double decay_ = 1.0;
 };
 
-/// How far a track looks: `sigmas` times what its covariance, the floor and its speed give together.
+/// Radius of a track's gate: `gate_sigmas` times the standard deviation from its covariance, the floor and its speed.
 double reach_px(const TrackBlobsSettings& settings, double variance_px2, double step_px) {
   const double wider = settings.gate_floor_px + settings.gate_per_speed * step_px;
   return settings.gate_sigmas * std::sqrt(variance_px2 + wider * wider);
@@ -119,12 +120,13 @@ class AlphaBetaFollower {
   void predict(double dt_s) {
     filter_.predict(dt_s);
     speed_.advance(dt_s);
-    // No covariance tells that a new marker's velocity is unknown.
-    unknown_px_ = sightings_ < 2 ? unknown_px_ + shared_->settings.birth_speed_px_s * dt_s : 0.0;
+    // The filter has no covariance for the unknown velocity of a new track.
+    velocity_uncertainty_px_ =
+        measurements_ < 2 ? velocity_uncertainty_px_ + shared_->settings.birth_speed_px_s * dt_s : 0.0;
   }
   BlobAim aim() const {
     const filter::Gate<2> gate = filter_.gate();
-    const double variance_px2 = gate.covariance(0, 0) + unknown_px_ * unknown_px_;
+    const double variance_px2 = gate.covariance(0, 0) + velocity_uncertainty_px_ * velocity_uncertainty_px_;
     const bool adaptive = shared_->settings.method == TrackMethod::AdaptiveAlphaBeta;
     const double step_px = adaptive ? speed_.step_px(filter_.belief().velocity.norm()) : 0.0;
     return {gate.centre, variance_px2, reach_px(shared_->settings, variance_px2, step_px)};
@@ -132,7 +134,7 @@ class AlphaBetaFollower {
   void update(const Vector<2>& point, double variance_px2) {
     filter_.update({point, Matrix<2>::Identity() * variance_px2});
     speed_.add(filter_.belief().velocity.norm());
-    ++sightings_;
+    ++measurements_;
   }
   void coast() { filter_.coast(); }
   IsotropicKalman<2> kalman() const {
@@ -147,8 +149,8 @@ class AlphaBetaFollower {
   const Shared* shared_;
   filter::AlphaBeta<2> filter_;
   RecentSpeed speed_;
-  double unknown_px_ = 0.0;
-  std::uint32_t sightings_ = 1;
+  double velocity_uncertainty_px_ = 0.0;
+  std::uint32_t measurements_ = 1;
 };
 
 class CondensationFollower {
@@ -181,7 +183,7 @@ class CondensationFollower {
   }
 
  private:
-  /// Each track has its own numbers.
+  /// Gives each track its own random numbers.
   static const filter::CondensationSettings& with_next_seed(filter::CondensationSettings& settings) {
     ++settings.seed;
     return settings;

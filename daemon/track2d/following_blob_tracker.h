@@ -9,11 +9,10 @@
 
 namespace mocap::track2d {
 
-/// Makes the tracker of one camera, for images of `max_blobs` at most: each blob's `track` names the confirmed track
-/// that it belongs to; the blobs of tentative tracks stay without, and so do those of markers that cannot be told apart
-/// for a while (BlobPair). The assignment is the best in sum over all tracks
-/// and blobs within their gates. Settings are in their ranges. `track` does not allocate. It implements
-/// BlobTrackInspection too.
+/// Makes the tracker of one camera, for images with at most `max_blobs` blobs. The tracker sets `track` of each blob to
+/// the id of its confirmed track; blobs of tentative tracks and of ambiguous pairs (BlobPair) get no id. The assignment
+/// has the least total cost over all tracks and blobs within their gates. The settings are in their ranges. `track`
+/// does not allocate. The tracker also implements BlobTrackInspection.
 std::unique_ptr<BlobTracker> make_blob_tracker(const TrackBlobsSettings& settings, std::size_t max_blobs = kMaxBlobs);
 
 }  // namespace mocap::track2d

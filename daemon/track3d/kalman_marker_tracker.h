@@ -7,20 +7,23 @@
 
 namespace mocap::track3d {
 
-/// Makes the tracker of markers in the volume: constant velocity with noise that follows the motion, and each marker's
-/// own covariance.
+/// Makes a multi-target tracker of 3D markers: a Kalman filter with a nearly constant velocity model and adaptive
+/// process noise for each track, and global nearest neighbour association (Bar-Shalom, Li and Kirubarajan 2001;
+/// Bar-Shalom and Fortmann 1988).
 ///
-/// A marker whose expectation names a living track updates that track, unless it lies far outside of its gate (half as
-/// wide again: the matcher has weighed it against all others); all others are given to the tracks that are left, best
-/// in sum within the gates, believed tracks first; a track that was seen in the last set may be thrown off its way,
-/// farther than its gate. What is left over is born as a tentative track, or as a confirmed one where the body had told
-/// its place (an expectation with a label and no track). A tentative track dies when it is not seen, a confirmed one
-/// coasts: for a time, and while it knows its place better than markers lie apart. An older guess would take whatever
-/// appears, and its id would tell a lie. A ray of the one camera that sees a hidden marker keeps its track in place
-/// across the ray; it coasts still, and is no better known along the ray than its motion tells.
+/// Association: a marker that the matcher found at the prediction of a track updates that track, within a wider gate
+/// than `gate_sigmas`, because the matcher has compared it with all other markers. The remaining markers are assigned
+/// to the remaining tracks with the least total cost inside the gates, confirmed tracks first. A track that was
+/// observed in the last set may be assigned an outlier beyond its gate.
 ///
-/// `predict` gives the covariance of the gate: where the matcher should look. Settings are in their ranges. `step` and
-/// `predict` do not allocate; one thread at a time.
+/// Track life: an unassigned marker initiates a tentative track, or a confirmed one if a skeleton predicted it (a
+/// prediction with a label and without a track). A tentative track ends when it is not observed. A confirmed track
+/// coasts for `max_coast` and while its standard deviation is below `max_coast_sigma_m`; an older prediction would be
+/// assigned whatever appears near it. A bearing-only observation updates a track across the ray; the track is still
+/// coasting.
+///
+/// MarkerTracker::predict returns the covariance of the gate, in which the matcher searches. The settings must be in
+/// their ranges. Neither `step` nor `predict` allocates.
 std::unique_ptr<MarkerTracker> make_marker_tracker(const TrackMarkersSettings& settings);
 
 }  // namespace mocap::track3d

@@ -22,7 +22,7 @@ std::string_view host_of(std::string_view tcp_endpoint) {
   return rest.substr(0, rest.rfind(':'));
 }
 
-// "127." and three numbers: a name that merely begins so (127.example.org) may be anywhere.
+// Accepts only numeric addresses: a name that starts with "127." (127.example.org) may belong to any machine.
 bool is_loopback_v4(std::string_view host) {
   return host.starts_with("127.") && std::count(host.begin(), host.end(), '.') == 3 &&
          host.find_first_not_of("0123456789.") == std::string_view::npos;
@@ -72,9 +72,9 @@ Status check_endpoint(const std::string& endpoint, bool allow_remote) {
   if (const Status shape = tcp ? check_tcp(endpoint) : check_ipc(endpoint); !shape) return shape;
   if (!allow_remote && !is_local(endpoint)) {
     return wrong(
-        fmt::format("endpoint '{}': other machines can reach it and nobody is asked who they are; listen at "
-                    "tcp://127.0.0.1:5570, let [security] ask who comes (mocapctl keys), or set allow_remote = true to "
-                    "say that you want this",
+        fmt::format("endpoint '{}': other machines can reach it and clients are not authenticated; listen at "
+                    "tcp://127.0.0.1:5570, authenticate clients with [security] (mocapctl keys), or set "
+                    "allow_remote = true to permit unauthenticated clients",
                     endpoint));
   }
   return {};
@@ -88,7 +88,7 @@ bool is_taken_ipc(const std::string& endpoint) {
   address.sun_family = AF_UNIX;
   std::memcpy(address.sun_path, path.data(), path.size());
   const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (probe < 0) return false;  // the bind itself will tell
+  if (probe < 0) return false;  // the bind will report an endpoint in use
   const bool taken = ::connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
   ::close(probe);
   return taken;

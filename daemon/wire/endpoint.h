@@ -7,14 +7,14 @@
 
 namespace mocap::wire {
 
-/// Only programs of this machine can reach it: ipc, or tcp on 127.x.x.x, ::1 or localhost.
+/// Returns whether only programs on this machine can reach `endpoint`: ipc, or tcp on 127.x.x.x, ::1, lo or localhost.
 bool is_local(std::string_view endpoint);
 
-/// Says whether `endpoint` may be listened at; touches nothing. Fails with InvalidArgument when it is no
-/// tcp://ADDRESS:PORT or ipc://PATH, or is not local while `allow_remote` is false.
+/// Checks whether the daemon may listen at `endpoint`; opens nothing. Fails with InvalidArgument if `endpoint` is
+/// neither tcp://ADDRESS:PORT nor ipc://PATH, or if it is not local and `allow_remote` is false.
 Status check_endpoint(const std::string& endpoint, bool allow_remote);
 
-/// Whether a program listens at this ipc endpoint now: ZeroMQ's own bind would push it aside without a word.
+/// Returns whether a program listens at this ipc endpoint now. ZeroMQ's bind would replace its socket file silently.
 bool is_taken_ipc(const std::string& endpoint);
 
 }  // namespace mocap::wire

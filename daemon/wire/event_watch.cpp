@@ -1,19 +1,22 @@
 #include "wire/event_watch.h"
 
-#include "wire/utf8.h"
+#include <algorithm>
+#include <utility>
+
+#include "wire/codec/utf8.h"
 
 namespace mocap::wire {
 namespace {
 
-constexpr std::size_t kMostUntold = 256;
+constexpr std::size_t kMaxUnsent = 256;
 
 bool is_gone(CameraPhase phase) { return phase == CameraPhase::Silent || phase == CameraPhase::Reopening; }
 
 }  // namespace
 
 v1::Event& EventWatch::add(v1::EventKind kind, Timestamp at) {
-  if (untold_.size() == kMostUntold) untold_.pop_front();
-  v1::Event& event = untold_.emplace_back();
+  if (unsent_.size() == kMaxUnsent) unsent_.pop_front();
+  v1::Event& event = unsent_.emplace_back();
   event.set_sequence(sequence_++);
   event.set_at_ns(to_ns(at));
   event.set_kind(kind);
@@ -21,7 +24,7 @@ v1::Event& EventWatch::add(v1::EventKind kind, Timestamp at) {
   return event;
 }
 
-void EventWatch::look_at(const Snapshot& snapshot) {
+void EventWatch::update(const Snapshot& snapshot) {
   for (const SubjectLabels& labels : snapshot.labels) {
     const std::uint32_t subject = labels.subject.value;
     if (subject >= kMaxSubjects) continue;
@@ -35,16 +38,30 @@ void EventWatch::look_at(const Snapshot& snapshot) {
   }
 }
 
-void EventWatch::look_at(const Description& description, Timestamp now) {
+void EventWatch::update(const Description& description, Timestamp now) {
   const bool first = description_version_ == 0;
   description_version_ = description.version;
-  subject_names_.clear();
-  for (const Subject& subject : description.subjects) subject_names_.push_back(valid_utf8(subject.name));
+  std::vector<std::string> names;
+  for (const Subject& subject : description.subjects) names.push_back(valid_utf8(subject.name));
+  follow_subjects(std::move(names));
   delivers_.resize(description.cameras.size(), true);
   if (!first) add(v1::EVENT_KIND_DESCRIPTION_CHANGED, now);
 }
 
-void EventWatch::look_at(const Health& health) {
+// A tracked subject of the same name goes on being tracked under its new index.
+void EventWatch::follow_subjects(std::vector<std::string> names) {
+  std::array<bool, kMaxSubjects> tracked{};
+  for (std::size_t i = 0; i < names.size() && i < tracked.size(); ++i) {
+    const auto before = std::ranges::find(subject_names_, names[i]);
+    if (before != subject_names_.end())
+      tracked[i] = tracked_[static_cast<std::size_t>(before - subject_names_.begin())];
+  }
+  tracked_ = tracked;
+  subject_names_ = std::move(names);
+}
+
+void EventWatch::update(const Health& health) {
+  follow_take(health);
   delivers_.resize(health.cameras.size(), true);
   for (std::uint32_t i = 0; i < health.cameras.size(); ++i) {
     const CameraHealth& camera = health.cameras[i];
@@ -56,6 +73,27 @@ void EventWatch::look_at(const Health& health) {
     event.set_camera(i);
     event.set_message(valid_utf8(camera.name + (lost && !camera.last_error.empty() ? ": " + camera.last_error : "")));
   }
+}
+
+// A take that began and ended between two looks has both events.
+void EventWatch::follow_take(const Health& health) {
+  const TakeHealth& take = health.take;
+  const bool begun = take.takes > takes_;
+  const bool is_over =
+      take.state == TakeState::Ended || take.state == TakeState::Failed || take.state == TakeState::Cancelled;
+  const bool ended = is_over && (begun || take.state != take_);
+  takes_ = take.takes;
+  take_ = take.state;
+  const std::string name = valid_utf8(std::string(text_of(take.name)));
+  if (begun) add(v1::EVENT_KIND_TAKE_STARTED, health.at).set_message(name);
+  if (ended && take.state == TakeState::Failed) {
+    add(v1::EVENT_KIND_TAKE_FAILED, health.at)
+        .set_message(name + ": " + valid_utf8(std::string(text_of(take.message))));
+  }
+  if (!ended || take.state == TakeState::Failed) return;
+  const char* const words[] = {"unknown", "good", "look", "bad"};
+  const std::string quality = take.state == TakeState::Cancelled ? "cancelled" : words[static_cast<int>(take.quality)];
+  add(v1::EVENT_KIND_TAKE_ENDED, health.at).set_message(name + ": " + quality);
 }
 
 }  // namespace mocap::wire

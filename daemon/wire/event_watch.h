@@ -13,26 +13,31 @@
 
 namespace mocap::wire {
 
-/// Tells what happened by what is different from before. Allocates only when something did. One thread.
+/// Derives events (subject found or lost, camera lost or back, description changed) from the differences between
+/// successive snapshots, descriptions and health messages. Allocates only for an event. One thread.
 class EventWatch {
  public:
-  void look_at(const Snapshot& snapshot);
-  void look_at(const Description& description, Timestamp now);
-  void look_at(const Health& health);
+  void update(const Snapshot& snapshot);
+  void update(const Description& description, Timestamp now);
+  void update(const Health& health);
 
-  /// What happened and was not told yet, oldest first, numbered. Of more than 256 the oldest are left out.
-  const std::deque<v1::Event>& untold() const { return untold_; }
-  void oldest_is_told() { untold_.pop_front(); }
+  /// The numbered events that were not sent yet, oldest first. At most 256 are kept; the oldest are discarded.
+  const std::deque<v1::Event>& unsent() const { return unsent_; }
+  void remove_oldest() { unsent_.pop_front(); }
 
  private:
   v1::Event& add(v1::EventKind kind, Timestamp at);
+  void follow_take(const Health& health);
+  void follow_subjects(std::vector<std::string> names);
 
-  std::deque<v1::Event> untold_;
+  std::deque<v1::Event> unsent_;
   std::uint64_t sequence_ = 0;
   std::uint32_t description_version_ = 0;
   std::vector<std::string> subject_names_;
   std::array<bool, kMaxSubjects> tracked_{};
-  std::vector<bool> delivers_;  // by camera
+  TakeState take_ = TakeState::None;  // at the last look
+  std::uint64_t takes_ = 0;
+  std::vector<bool> delivers_;  // by camera: delivered images at the last look
 };
 
 }  // namespace mocap::wire

@@ -13,14 +13,9 @@ namespace mocap::wire {
 namespace {
 
 constexpr const char* kAddress = "inproc://zeromq.zap.01";
-constexpr std::size_t kMostTold = 256;  // refused keys that are remembered
-constexpr Duration kTellAgain = std::chrono::minutes(1);
-constexpr std::size_t kParts = 7;  // version, id, domain, address, identity, mechanism, key
-
-bool others_read(const std::filesystem::path& path) {
-  struct ::stat status {};
-  return ::stat(path.c_str(), &status) == 0 && (status.st_mode & (S_IRWXG | S_IRWXO)) != 0;
-}
+constexpr std::size_t kMaxLogged = 256;  // bound of logged_at_
+constexpr Duration kRepeatAfter = std::chrono::minutes(1);
+constexpr std::size_t kParts = 7;  // version, request id, domain, address, identity, mechanism, public key (RFC 27)
 
 }  // namespace
 
@@ -35,9 +30,6 @@ Result<std::unique_ptr<Gatekeeper>> Gatekeeper::open(const ZmqContext& context, 
   if (server->secret_key.empty()) {
     return Error{ErrorCode::InvalidArgument, fmt::format("{}: has no line 'secret KEY', expected the server's own key",
                                                          settings.server_key.string())};
-  }
-  if (others_read(settings.server_key)) {
-    log_warn(made->who_, fmt::format("{} can be read by others: chmod 600", settings.server_key.string()));
   }
   made->server_ = *std::move(server);
   if (Status read = made->read_list(); !read) return read.error();
@@ -77,11 +69,11 @@ void Gatekeeper::serve(int at_most, Timestamp now) {
   while (at_most-- > 0) {
     zmq_pollitem_t item{socket_.get(), 0, ZMQ_POLLIN, 0};
     if (zmq_poll(&item, 1, 0) <= 0) return;
-    judge(now);
+    authenticate(now);
   }
 }
 
-void Gatekeeper::judge(Timestamp now) {
+void Gatekeeper::authenticate(Timestamp now) {
   std::array<std::string, kParts> parts;
   std::size_t count = 0;
   ZmqMessage part;
@@ -97,12 +89,12 @@ void Gatekeeper::judge(Timestamp now) {
   }
   std::array<char, 41> text{};
   zmq_z85_encode(text.data(), reinterpret_cast<const std::uint8_t*>(parts[6].data()), parts[6].size());
-  // Whoever was taken from the list a moment ago does not get in.
+  // Reload first, so that a key removed just now is rejected.
   refresh();
   const std::string key(text.data());
   if (allowed_.count(key) != 0) return answer("200", "OK", key);
   ++refused_;
-  tell_refused(key, parts[3], now);
+  log_refused(key, parts[3], now);
   answer("400", "key is not allowed", "");
 }
 
@@ -118,14 +110,13 @@ void Gatekeeper::answer(std::string_view status, std::string_view text, std::str
   send("", 0);
 }
 
-void Gatekeeper::tell_refused(const std::string& key, std::string_view address, Timestamp now) {
-  if (told_.size() >= kMostTold) told_.clear();
-  const auto [told, first] = told_.try_emplace(key, now);
-  if (!first && now - told->second < kTellAgain) return;
-  told->second = now;
-  log_warn(who_,
-           fmt::format("refused a client, address={} key={}: the key is not in {}; mocapctl keys allow lets it in",
-                       address, key, file_.string()));
+void Gatekeeper::log_refused(const std::string& key, std::string_view address, Timestamp now) {
+  if (logged_at_.size() >= kMaxLogged) logged_at_.clear();
+  const auto [entry, first] = logged_at_.try_emplace(key, now);
+  if (!first && now - entry->second < kRepeatAfter) return;
+  entry->second = now;
+  log_warn(who_, fmt::format("refused a client, address={} key={}: the key is not in {}; mocapctl keys allow adds it",
+                             address, key, file_.string()));
 }
 
 std::vector<std::string> Gatekeeper::look_for_revoked() {
@@ -137,15 +128,15 @@ void Gatekeeper::refresh() {
   if (state_of(file_) == read_state_) return;
   const auto before = allowed_;
   if (const Status read = read_list(); !read) {
-    if (!told_unreadable_) log_error(who_, read.error().message + "; the list is as it was");
-    told_unreadable_ = true;
+    if (!logged_unreadable_) log_error(who_, read.error().message + "; the previous list stays in force");
+    logged_unreadable_ = true;
     return;
   }
-  told_unreadable_ = false;
+  logged_unreadable_ = false;
   for (const auto& [key, entry] : before) {
     if (allowed_.count(key) == 0) revoked_.push_back(key);
   }
-  log_info(who_, fmt::format("read {} anew, clients={} revoked={}", file_.string(), allowed_.size(), revoked_.size()));
+  log_info(who_, fmt::format("reloaded {}, clients={} revoked={}", file_.string(), allowed_.size(), revoked_.size()));
 }
 
 std::optional<Role> Gatekeeper::role_of(std::string_view user) const {

@@ -16,30 +16,34 @@
 
 namespace mocap::wire {
 
-/// By this name ZeroMQ asks us who may connect.
+/// The ZAP domain of the daemon's sockets.
 inline constexpr std::string_view kAuthenticationDomain = "mocap";
 
-/// Says which clients' keys may connect: answers ZeroMQ's requests for authentication (ZAP, RFC 27) in one context. One
-/// for each context; opened before the sockets that it guards are bound. One thread; `serve` often, or nobody gets in.
+/// Authenticates clients by their CURVE keys: answers ZeroMQ's authentication requests (ZAP, ZeroMQ RFC 27).
+///
+/// A ZeroMQ context has at most one Gatekeeper, opened before the guarded sockets are bound. One thread owns it and
+/// must call `serve` often: a client can connect only after its request was answered.
 class Gatekeeper {
  public:
-  /// `who`: as the log calls it. Fails with what load_key_pair and load_allowed_keys say, and with Io.
+  /// Reads the server's key pair and the list of allowed keys. `who` is the source in log lines. Fails as load_key_pair
+  /// and load_allowed_keys, with InvalidArgument if the secret key is missing, and with Io.
   static Result<std::unique_ptr<Gatekeeper>> open(const ZmqContext& context, const CurveSettings& settings,
                                                   std::string who);
 
-  /// Makes `socket` a CURVE server that asks us. ZeroMQ might ask nobody where `domain` is empty: fails then.
+  /// Makes `socket` a CURVE server that authenticates its clients here. Fails with InvalidArgument if `domain` is
+  /// empty: ZeroMQ may skip authentication without a domain.
   Status guard(ZmqSocket& socket, std::string_view domain = kAuthenticationDomain) const;
 
-  /// Answers who asks, `at_most` of them.
+  /// Answers the waiting authentication requests, at most `at_most`.
   void serve(int at_most, Timestamp now);
 
-  /// Reads the list again if it was changed; gives the keys that were taken from it since the last call. A list that
-  /// cannot be read leaves all as it was. About once a second.
+  /// Reloads the list if the file changed and returns the keys that were removed since the last call. If the file
+  /// cannot be read, the previous list stays in force. Intended for about two calls a second.
   std::vector<std::string> look_for_revoked();
 
-  /// The role of a client by what ZmqMessage::user says of its messages; none: not allowed (any more).
+  /// Returns the role of the client `user` (ZmqMessage::user), or nothing if its key is not in the list any more.
   std::optional<Role> role_of(std::string_view user) const;
-  /// Whose key it is, for the log.
+  /// Returns the name in the list of allowed keys, for log lines; empty if the key is not listed.
   std::string_view name_of_user(std::string_view user) const;
 
   void* socket() const { return socket_.get(); }
@@ -58,8 +62,8 @@ class Gatekeeper {
   Status read_list();
   void refresh();
   void answer(std::string_view status, std::string_view text, std::string_view user);
-  void judge(Timestamp now);
-  void tell_refused(const std::string& key, std::string_view address, Timestamp now);
+  void authenticate(Timestamp now);
+  void log_refused(const std::string& key, std::string_view address, Timestamp now);
 
   std::filesystem::path file_;
   std::string who_;
@@ -67,11 +71,11 @@ class Gatekeeper {
   ZmqSocket socket_;
   std::map<std::string, AllowedKey, std::less<>> allowed_;  // by key
   FileState read_state_;
-  std::vector<std::string> revoked_;  // since somebody asked
+  std::vector<std::string> revoked_;  // since the last look_for_revoked()
   std::string request_id_;
   std::uint64_t refused_ = 0;
-  std::map<std::string, Timestamp> told_;  // refused keys, and when the log had them
-  bool told_unreadable_ = false;
+  std::map<std::string, Timestamp> logged_at_;  // by refused key: time of its last log line
+  bool logged_unreadable_ = false;
 };
 
 }  // namespace mocap::wire

@@ -19,21 +19,21 @@
 namespace mocap::wire {
 namespace {
 
-constexpr int kLinger_ms = 100;             // the last message goes out; the end of the service does not wait for more
-constexpr int kHandshake_ms = 2000;         // half-open connections end
-constexpr int kHeartbeat_ms = 1000;         // dead peers are noticed
-constexpr int kReceiveQueue = 100;          // of one peer: a flood of small messages waits in its own connection
-constexpr int kSendBuffer_bytes = 1 << 18;  // the kernel's, of one peer: what a stalled one may hold
-constexpr int kBehind_bytes = 1 << 16;      // of it: over 100 ms of a feed at 240 Hz
-constexpr int kBacklog = 1024;              // connections that come at one moment
-constexpr Duration kServeFor = std::chrono::microseconds(500);  // events of one call, some 3 us each
-constexpr int kAskersPerCall = 16;                              // each costs the daemon some 60 us of cryptography
+constexpr int kLinger_ms = 100;             // time for the last messages when the socket closes
+constexpr int kHandshake_ms = 2000;         // a handshake that takes longer is aborted
+constexpr int kHeartbeat_ms = 1000;         // period of heartbeats, which detect dead peers
+constexpr int kReceiveQueue = 100;          // messages of one peer; a flood beyond waits in the peer's own connection
+constexpr int kSendBuffer_bytes = 1 << 18;  // kernel memory that one stalled peer can occupy
+constexpr int kBehind_bytes = 1 << 16;      // unsent data of a slow peer: over 100 ms of a feed at 240 Hz
+constexpr int kBacklog = 1024;              // simultaneous connection attempts
+constexpr Duration kServeFor = std::chrono::microseconds(500);  // for events of one call, about 3 us each
+constexpr int kRequestsPerCall = 16;                            // about 60 us of cryptography each
 constexpr Duration kLookForRevoked = std::chrono::milliseconds(500);
-constexpr Duration kTellAgain = std::chrono::minutes(1);
-constexpr std::size_t kMostTold = 256;
+constexpr Duration kRepeatAfter = std::chrono::minutes(1);
+constexpr std::size_t kMaxLogged = 256;
 constexpr const char* kMonitor = "inproc://monitor";
 
-// "10.0.0.7:51234"; empty where it is no network's.
+// Returns the peer's address such as "10.0.0.7:51234"; empty if the connection is not a network connection.
 std::string peer_of(int connection) {
   sockaddr_storage address{};
   socklen_t size = sizeof(address);
@@ -55,9 +55,9 @@ std::string peer_of(int connection) {
 const char* fault_of(std::int32_t failure) {
   switch (failure) {
     case ZMQ_PROTOCOL_ERROR_ZMTP_CRYPTOGRAPHIC:
-      return "it has another server's key than ours; give it the public key in the file of [security] server_key";
-    // Who has no key often ends the connection before we do, and then looks like who is no ZeroMQ.
-    default: return "it has no key (mocapctl keys new makes one, keys allow lets it in), or is no ZeroMQ";
+      return "it has another server's key; give it the public key in the file of [security] server_key";
+    // A client without a key often closes the connection first, and then looks like a peer that does not speak ZeroMQ.
+    default: return "it has no key (mocapctl keys new makes one, keys allow adds it), or does not speak ZeroMQ";
   }
 }
 
@@ -73,8 +73,8 @@ Listener::~Listener() {
 
 Status Listener::open(int kind, int send_queue, const ListenSettings& settings) {
   for (const std::string& endpoint : settings.endpoints) {
-    const bool asks = settings.curve.on();
-    if (Status allowed = check_endpoint(endpoint, settings.allow_remote || asks); !allowed) return allowed;
+    const bool authenticates = settings.curve.on();
+    if (Status allowed = check_endpoint(endpoint, settings.allow_remote || authenticates); !allowed) return allowed;
     if (is_taken_ipc(endpoint)) {
       errno = EADDRINUSE;
       return zmq_failure(fmt::format("endpoint '{}'", endpoint));
@@ -91,8 +91,8 @@ Status Listener::open(int kind, int send_queue, const ListenSettings& settings) 
   if (gatekeeper_ != nullptr) {
     if (Status guarded = gatekeeper_->guard(socket_); !guarded) return guarded;
   }
-  // A name to ask for and nobody who answers: then ZeroMQ lets in all but peers of ZMTP 1 and 2. Those listen to
-  // everything unasked, and their messages do not tell by which connection they came.
+  // A ZAP domain that no handler serves makes ZeroMQ reject peers of ZMTP 1 and 2 (decisions/0003): these receive all
+  // topics without a subscription, and their messages do not identify their connection.
   if (gatekeeper_ == nullptr) {
     if (Status set = socket_.set(ZMQ_ZAP_DOMAIN, kAuthenticationDomain); !set) return set;
   }
@@ -126,20 +126,20 @@ Status Listener::bind(const ListenSettings& settings) {
     log_info(who_, fmt::format("listening endpoint={} curve={}", bound_.back(), gatekeeper_ ? "on" : "off"));
     if (!gatekeeper_ && !is_local(endpoint)) {
       log_warn(who_,
-               fmt::format("endpoint={} is open to other machines and nobody is asked who they are", bound_.back()));
+               fmt::format("endpoint={} is open to other machines and clients are not authenticated", bound_.back()));
     }
   }
   return {};
 }
 
-// Without it all works, only nobody knows who is connected.
+// Opens the monitor of connection events. If this fails, the socket still works, but connections are not counted.
 void Listener::watch() {
   constexpr int kEvents = ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_ACCEPT_FAILED | ZMQ_EVENT_DISCONNECTED |
                           ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
                           ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
   if (zmq_socket_monitor(socket_.get(), kMonitor, kEvents) != 0) return;
   if (!monitor_.open(context_, ZMQ_PAIR, who_)) return;
-  // Without a bound: a full queue would hold ZeroMQ's own thread up.
+  // The queue is unbounded: a full queue would block ZeroMQ's own thread.
   static_cast<void>(monitor_.set(ZMQ_RCVHWM, 0));
   static_cast<void>(monitor_.set(ZMQ_LINGER, 0));
   if (zmq_connect(monitor_.get(), kMonitor) != 0) monitor_.close();
@@ -150,8 +150,8 @@ void Listener::serve(Timestamp now) {
   while (read_event() && host_now() - now < kServeFor) {
   }
   if (gatekeeper_ == nullptr) return;
-  gatekeeper_->serve(kAskersPerCall, now);
-  cut_the_revoked(now);
+  gatekeeper_->serve(kRequestsPerCall, now);
+  cut_revoked(now);
 }
 
 bool Listener::read_event() {
@@ -164,14 +164,14 @@ bool Listener::read_event() {
     std::memcpy(&kind, event.bytes().data(), sizeof(kind));
     std::memcpy(&value, event.bytes().data() + sizeof(kind), sizeof(value));
   }
-  if (event.has_more()) event.receive(monitor_);  // the endpoint of ours
+  if (event.has_more()) event.receive(monitor_);  // the second part is the local endpoint
   switch (kind) {
     case ZMQ_EVENT_ACCEPTED: note_accepted(value); break;
     case ZMQ_EVENT_ACCEPT_FAILED: ++figures_.failed_accepts; break;
     case ZMQ_EVENT_HANDSHAKE_SUCCEEDED: ++figures_.connections; break;
     case ZMQ_EVENT_DISCONNECTED: note_gone(value); break;
     case ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL: handshake_failure_ = value; break;
-    case ZMQ_EVENT_HANDSHAKE_FAILED_AUTH: gatekeeper_told_ = true; [[fallthrough]];
+    case ZMQ_EVENT_HANDSHAKE_FAILED_AUTH: refusal_logged_ = true; [[fallthrough]];
     default: handshake_failure_ = 0;
   }
   return true;
@@ -184,7 +184,7 @@ void Listener::note_accepted(int connection) {
   entry.peer = peer_of(connection);
   if (!entry.peer.empty()) last_peer_ = without_port(entry.peer);
   if (connections_.size() > max_connections_) {
-    cut(connection, fmt::format("there are {} connections already", max_connections_));
+    cut(connection, fmt::format("the limit of {} connections is reached", max_connections_));
   }
 }
 
@@ -193,9 +193,9 @@ void Listener::note_gone(int connection) {
   if (const auto failure = std::exchange(handshake_failure_, std::nullopt)) {
     ++figures_.failed_handshakes;
     std::string peer = found == connections_.end() ? "" : without_port(found->second.peer);
-    if (peer.empty()) peer = last_peer_;  // it was gone before it could be asked
-    if (gatekeeper_ != nullptr && !std::exchange(gatekeeper_told_, false)) {
-      tell_refused(peer, fault_of(*failure));
+    if (peer.empty()) peer = last_peer_;  // the connection ended before its address was read
+    if (gatekeeper_ != nullptr && !std::exchange(refusal_logged_, false)) {
+      warn_refused(peer, fault_of(*failure));
     }
   } else {
     count_end(found == connections_.end() ? Connection{} : found->second);
@@ -206,8 +206,9 @@ void Listener::note_gone(int connection) {
   gone_.insert(connection);
 }
 
-// ZeroMQ does not say of each end whether its handshake was through (a peer of ZMTP 1 is sent away without a word). It
-// was where we heard that peer, and may have been where more were let in than we heard of.
+// Counts an ended connection as a disconnection or a failed handshake. ZeroMQ does not report every failed handshake (a
+// peer of ZMTP 1 is rejected without an event). The handshake succeeded if the peer sent a message. It may have
+// succeeded if there are more established connections than connections that sent a message.
 void Listener::count_end(const Connection& connection) {
   if (connection.heard || established() > heard_) {
     ++figures_.disconnections;
@@ -220,7 +221,8 @@ std::uint64_t Listener::established() const {
   return figures_.connections - std::min(figures_.disconnections, figures_.connections);
 }
 
-// What is heard of a connection may be read before the event that it was made, which came earlier.
+// Finds a connection. A message may be received before the event that its connection was accepted, so pending events
+// are read first.
 Listener::Connections::iterator Listener::find(int connection) {
   auto found = connections_.find(connection);
   const Timestamp begun = host_now();
@@ -238,7 +240,7 @@ void Listener::note_user(int connection, std::string_view user) {
   if (gatekeeper_ != nullptr && !gatekeeper_->role_of(user)) cut(connection, "its key was revoked");
 }
 
-void Listener::cut_the_revoked(Timestamp now) {
+void Listener::cut_revoked(Timestamp now) {
   if (now - looked_for_revoked_at_ < kLookForRevoked) return;
   looked_for_revoked_at_ = now;
   for (const std::string& key : gatekeeper_->look_for_revoked()) {
@@ -250,15 +252,15 @@ void Listener::cut_the_revoked(Timestamp now) {
   }
 }
 
-// ZeroMQ has no call for this. The connection is shut down, not closed: ZeroMQ finds it ended and closes it itself. A
-// descriptor that is some other connection by now is told by its peer.
+// ZeroMQ has no call that disconnects one peer. The connection is shut down, not closed: ZeroMQ then closes it itself
+// (decisions/0002). is_ours() recognises a descriptor that the kernel reused for another connection.
 void Listener::cut(int connection, std::string_view why) {
   const auto found = find(connection);
   if (found == connections_.end() || found->second.cut || !is_ours(connection, found->second.peer)) return;
   found->second.cut = true;
   ::shutdown(connection, SHUT_RDWR);
   ++figures_.cut_off;
-  tell_once(fmt::format("cut a client off, address={}: {}", without_port(found->second.peer), why));
+  warn_folded(fmt::format("disconnected a client, address={}: {}", without_port(found->second.peer), why));
 }
 
 bool Listener::is_ours(int connection, const std::string& peer) const {
@@ -268,23 +270,23 @@ bool Listener::is_ours(int connection, const std::string& peer) const {
   return peer_of(connection) == peer && (own.ss_family == AF_UNIX || !peer.empty());
 }
 
-void Listener::tell_once(const std::string& what) {
-  if (told_.size() >= kMostTold) told_.clear();
-  const auto [told, first] = told_.try_emplace(what, now_);
-  if (!first && now_ - told->second < kTellAgain) return;
-  told->second = now_;
+void Listener::warn_folded(const std::string& what) {
+  if (logged_at_.size() >= kMaxLogged) logged_at_.clear();
+  const auto [entry, first] = logged_at_.try_emplace(what, now_);
+  if (!first && now_ - entry->second < kRepeatAfter) return;
+  entry->second = now_;
   log_warn(who_, what);
 }
 
-// One line for a peer that tries again and again, also where it was gone at first before it could be asked.
-void Listener::tell_refused(const std::string& peer, const char* why) {
+// Logs one line for a peer that retries, also if its first attempt was logged with an unknown address.
+void Listener::warn_refused(const std::string& peer, const char* why) {
   const auto line = [&](const char* address) { return fmt::format("refused a client, address={}: {}", address, why); };
   if (peer.empty()) {
-    tell_once(line("unknown"));
-  } else if (told_.erase(line("unknown")) > 0) {
-    told_[line(peer.c_str())] = now_;
+    warn_folded(line("unknown"));
+  } else if (logged_at_.erase(line("unknown")) > 0) {
+    logged_at_[line(peer.c_str())] = now_;
   } else {
-    tell_once(line(peer.c_str()));
+    warn_folded(line(peer.c_str()));
   }
 }
 
@@ -296,7 +298,7 @@ FeedHealth Listener::figures() const {
   return figures;
 }
 
-// By what waits in the kernel: ZeroMQ does not tell for whom it drops.
+// Counts the slow peers by the unsent bytes in the kernel: ZeroMQ does not report for which peer it drops messages.
 std::uint32_t Listener::behind() const {
   std::uint32_t count = 0;
   for (const auto& [connection, entry] : connections_) {

@@ -19,53 +19,55 @@ namespace mocap::wire {
 
 struct ListenSettings {
   std::vector<std::string> endpoints;  ///< tcp://ADDRESS:PORT (port * takes a free one) or ipc://PATH
-  bool allow_remote = false;  ///< listen where other machines can reach it, though nobody is asked who they are
+  bool allow_remote = false;           ///< other machines may connect although clients are not authenticated
   CurveSettings curve;
-  int max_incoming_bytes = 4096;  ///< who sends more in one message is cut off
-  int max_connections = 1000;     ///< the newest over that are cut off
+  int max_incoming_bytes = 1024;  ///< a peer that sends a longer message is disconnected; a handshake has up to 550
+  int max_connections = 1000;     ///< the newest connections above this number are closed
 };
 
-/// A socket that others connect to, with what guards it: limits on what comes in, CURVE, and a watch over who is
-/// connected. One thread owns it.
+/// A listening ZeroMQ socket with limits on incoming data, CURVE authentication and a list of its connections.
+///
+/// A connection is identified by its file descriptor. One thread owns the Listener.
 class Listener {
  public:
   explicit Listener(std::string who);
   ~Listener();
 
-  /// Binds to all endpoints, or to none. `kind`: ZMQ_XPUB and so on; `send_queue`: messages that wait for one peer.
+  /// Binds to all endpoints. `kind` is ZMQ_XPUB or another ZeroMQ socket type; `send_queue` is the number of messages
+  /// that wait for one peer. Fails with InvalidArgument, NotFound, Busy (another program listens there) and Io.
   Status open(int kind, int send_queue, const ListenSettings& settings);
 
-  /// Lets in who waits, notes who came and went, throws out who is no longer allowed. Takes a bounded time; often, and
-  /// at least some ten times a second, or nobody gets in.
+  /// Processes connection events and authentication requests and closes connections whose key was revoked. Takes about
+  /// 1.5 ms at most. Call at least ten times a second: a client can connect only after its request was answered.
   void serve(Timestamp now);
 
-  /// Connections that ended since the last call of `heard_all`. What is still read from one of them may be of whoever
-  /// has its descriptor now.
+  /// Connections that ended since the last call of `heard_all`. A message that carries one of these descriptors may
+  /// come from a new connection with the same descriptor.
   const std::set<int>& gone() const { return gone_; }
-  /// Nothing waits to be read.
+  /// Clears `gone`. Call when no message waits to be received.
   void heard_all() { gone_.clear(); }
 
-  /// Ends the connection of this file descriptor, if it is one of ours.
+  /// Closes the connection with this file descriptor if it belongs to this socket. `why` is for the log.
   void cut(int connection, std::string_view why);
 
-  /// A message came by this connection from this user (empty: without keys): remembered, so that it can be cut when its
-  /// key is revoked.
+  /// Records that a message of `user` (empty without CURVE) came by this connection, so that the connection can be
+  /// closed when the key is revoked.
   void note_user(int connection, std::string_view user);
 
   const ZmqSocket& socket() const { return socket_; }
   ZmqSocket& socket() { return socket_; }
-  const std::vector<std::string>& endpoints() const { return bound_; }  ///< with true ports
+  const std::vector<std::string>& endpoints() const { return bound_; }  ///< with the port numbers in use
   const Gatekeeper* gatekeeper() const { return gatekeeper_.get(); }
-  /// The ZeroMQ socket that becomes readable when somebody asks to be let in; null where nobody is asked.
+  /// The ZeroMQ socket that becomes readable when an authentication request waits; null without CURVE.
   void* asking_socket() const { return gatekeeper_ ? gatekeeper_->socket() : nullptr; }
-  /// All but subscriptions. A system call a connection: once a second.
+  /// The counters of the feed except `subscriptions`. Costs one system call for each connection: call once a second.
   FeedHealth figures() const;
 
  private:
   struct Connection {
-    std::string peer;  // its address, empty where nobody knows (ipc)
+    std::string peer;  // address and port; empty if unknown (ipc)
     std::string user;
-    bool heard = false;  // it sent a message: its handshake was through
+    bool heard = false;  // sent a message, so its handshake succeeded
     bool cut = false;
   };
   using Connections = std::map<int, Connection>;  // by file descriptor
@@ -78,7 +80,7 @@ class Listener {
   void note_gone(int connection);
   void count_end(const Connection& connection);
   std::uint64_t established() const;
-  void cut_the_revoked(Timestamp now);
+  void cut_revoked(Timestamp now);
   std::uint32_t behind() const;
   bool is_ours(int connection, const std::string& peer) const;
 
@@ -89,20 +91,20 @@ class Listener {
   ZmqSocket monitor_;
   std::vector<std::string> bound_;
   Connections connections_;
-  std::size_t heard_ = 0;  // of them
+  std::size_t heard_ = 0;  // connections with `heard`
   std::set<int> gone_;
   std::size_t max_connections_ = 0;
   FeedHealth figures_;
-  std::string last_peer_;         // of the newest connection whose address is known
-  bool gatekeeper_told_ = false;  // the log has why
-  /// The handshake of the next connection that is told to be gone failed, and how: ZeroMQ's code, or 0.
+  std::string last_peer_;        // of the newest connection whose address is known
+  bool refusal_logged_ = false;  // the Gatekeeper logged why the last handshake failed
+  /// Set if the next "disconnected" event is due to a failed handshake: ZeroMQ's protocol error code, or 0.
   std::optional<std::int32_t> handshake_failure_;
-  std::map<std::string, Timestamp> told_;  // lines of the log, and when it had them
+  std::map<std::string, Timestamp> logged_at_;  // by log line: time of its last output
   Timestamp now_;
   Timestamp looked_for_revoked_at_;
 
-  void tell_once(const std::string& what);
-  void tell_refused(const std::string& peer, const char* why);
+  void warn_folded(const std::string& what);
+  void warn_refused(const std::string& peer, const char* why);
 };
 
 }  // namespace mocap::wire

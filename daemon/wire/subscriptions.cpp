@@ -5,9 +5,10 @@
 namespace mocap::wire {
 namespace {
 
-constexpr std::size_t kMostKept = 4096;     // and those that begin a topic that there is
-constexpr std::uint32_t kMostOfOne = 256;   // topics of 16 subjects, and room for who asks anew
-constexpr std::uint32_t kMostAtOnce = 512;  // messages in a second
+constexpr std::size_t kMostKept = 4096;     // prefixes in all; prefixes of existing topics are added beyond this bound
+constexpr std::uint32_t kMostOfOne = 256;   // prefixes of one connection: ten times the topics of 16 subjects
+constexpr std::size_t kLongest = 256;       // bytes of a prefix; ZeroMQ keeps a node of a tree for each byte
+constexpr std::uint32_t kMostAtOnce = 512;  // messages of one connection in a second
 
 }  // namespace
 
@@ -32,18 +33,19 @@ Subscriptions::Verdict Subscriptions::take(std::string_view message, int connect
   }
   if (too_fast) return Verdict::TooMany;
   if (found != kept_.end()) return Verdict::Fine;
-  if (!has_room(prefix, connection)) return Verdict::TooMany;
+  if (!may_add(prefix, connection)) return Verdict::TooMany;
   ++by_connection_[connection];
   kept_.emplace(prefix, connection);
   count_in(prefix, 1);
   return Verdict::Fine;
 }
 
-// What begins a topic is kept, or that topic would not be made: there are only so many such prefixes.
-bool Subscriptions::has_room(std::string_view prefix, int connection) const {
+// A prefix of an existing topic is always recorded, whatever its length, or the topic would not be sent. The number of
+// such prefixes is the total length of the topics.
+bool Subscriptions::may_add(std::string_view prefix, int connection) const {
   const auto own = by_connection_.find(connection);
   if (connection >= 0 && own != by_connection_.end() && own->second >= kMostOfOne) return false;
-  if (kept_.size() < kMostKept) return true;
+  if (kept_.size() < kMostKept && prefix.size() <= kLongest) return true;
   return std::ranges::any_of(topics_, [&](const std::string& topic) { return topic.starts_with(prefix); });
 }
 

@@ -14,7 +14,7 @@ std::vector<KeyFault> endpoint_faults(const Listening& listening) {
   std::vector<KeyFault> faults;
   const auto check = [&](const char* key, const std::string& endpoint) {
     const Status good = check_endpoint(endpoint, remote);
-    // A busy endpoint is no fault of the file.
+    // Only InvalidArgument is a fault of the file.
     if (!good && good.error().code == ErrorCode::InvalidArgument) faults.push_back({key, good.error().message});
   };
   check("endpoint", listening.endpoint);
@@ -26,7 +26,9 @@ std::vector<KeyFault> endpoint_faults(const Listening& listening) {
 
 void declare_keys(KeyVisitor& keys, CurveSettings& curve) {
   keys.path("server_key", curve.server_key,
-            {.help = "the server's own key, a file made by mocapctl keys new; \"\": clients are not authenticated"});
+            {.help = "the server's own key, a file made by mocapctl keys new that only its owner may read, or "
+                     "\"$CREDENTIALS_DIRECTORY/server.key\" with LoadCredential= of systemd; \"\": clients are not "
+                     "authenticated"});
   keys.path("allowed_keys", curve.allowed,
             {.help = "list of clients' keys, a file made by mocapctl keys allow; read again when it changes"});
 }

@@ -25,14 +25,14 @@ struct PublisherSettings {
   bool allow_remote = false;
   CurveSettings curve = {};
   bool velocities = false;
-  std::size_t subjects = 1;  ///< no key: subjects of the descriptions, each of which has a topic
+  std::size_t subjects = 1;  ///< number of subjects, each with a topic of its own; not a key of the file
   int send_queue = 8;
   int max_connections = 1000;
 };
 
 /// [control]: requests of operators. Help: the table in wire_settings.cpp.
 struct ControlSettings {
-  std::string endpoint;  ///< empty: beside the feed; "none": no requests
+  std::string endpoint;  ///< empty: next to the feed's endpoint; "none": no control socket
   std::vector<std::string> more_endpoints = {};
   bool allow_remote = false;
   CurveSettings curve = {};
@@ -43,9 +43,9 @@ void declare_keys(KeyVisitor& keys, CurveSettings& curve);
 void declare_keys(KeyVisitor& keys, PublisherSettings& feed);
 void declare_keys(KeyVisitor& keys, ControlSettings& control);
 
-/// Rules between keys that are broken.
+/// Returns the faults that concern several keys.
 std::vector<KeyFault> faults_of(const CurveSettings& curve);
-/// The same; `curve` is that of [security].
+/// The member `curve` must be a copy of [security].
 std::vector<KeyFault> faults_of(const PublisherSettings& feed);
 std::vector<KeyFault> faults_of(const ControlSettings& control);
 

@@ -8,17 +8,17 @@
 #include <optional>
 
 #include "base/log.h"
-#include "wire/control_codec.h"
+#include "wire/codec/control_codec.h"
 #include "wire/listener.h"
 
 namespace mocap::wire {
 namespace {
 
 constexpr const char* kWho = "control";
-constexpr int kMaxIncoming_bytes = 65536;  // a fit of all bones and markers has 6 kB
-constexpr int kSendQueue = 16;             // answers that wait for one client; half of it may be asked ahead
+constexpr int kMaxIncoming_bytes = 65536;  // the largest request, a fit of all bones and markers, has 6 kB
+constexpr int kSendQueue = 16;             // answers that wait for one client; ZeroMQ frees them by halves of the queue
 constexpr int kMaxConnections = 200;
-constexpr std::size_t kMostFrames = 4;  // who, perhaps REQ's empty one, the request
+constexpr std::size_t kMostFrames = 4;  // routing id, empty delimiter of a REQ client, request; one to spare
 constexpr Duration kLongestWait = std::chrono::milliseconds(50);
 
 long whole_ms(Duration span) { return std::chrono::ceil<std::chrono::milliseconds>(span).count(); }
@@ -38,7 +38,7 @@ std::string control_beside(const std::string& feed_endpoint) {
 struct ZmqControl::Impl {
   Listener listener{kWho};
   Role role_without_keys = Role::Operator;
-  std::vector<std::string> route;  // the frames before the request
+  std::vector<std::string> route;  // frames before the request: routing id, and the delimiter of a REQ client
   std::uint64_t id = 0;
   Role role = Role::Viewer;
   v1::Request request;
@@ -50,20 +50,21 @@ struct ZmqControl::Impl {
     zmq_poll(items, items[1].socket == nullptr ? 1 : 2, whole_ms(patience));
   }
 
-  // The next message's frames: its route, and its last one. False: none is there, or it is none of ours.
-  enum class Came { Nothing, Junk, Request };
-  Came receive() {
+  // Receives the next message: its last frame into `bytes`, the frames before into `route`. Malformed: the number of
+  // frames is wrong.
+  enum class Received { Nothing, Malformed, Request };
+  Received receive() {
     ZmqMessage part;
     if (!part.receive(listener.socket())) {
       listener.heard_all();
-      return Came::Nothing;
+      return Received::Nothing;
     }
     route.clear();
     bytes.clear();
     std::size_t frames = 1;
     route.emplace_back(part.bytes());
     while (part.has_more()) {
-      if (!part.receive(listener.socket())) return Came::Junk;
+      if (!part.receive(listener.socket())) return Received::Malformed;
       if (++frames > kMostFrames) continue;
       note_sender(part);
       if (part.has_more()) {
@@ -72,7 +73,7 @@ struct ZmqControl::Impl {
         bytes = part.bytes();
       }
     }
-    return frames == 1 || frames > kMostFrames ? Came::Junk : Came::Request;
+    return frames == 1 || frames > kMostFrames ? Received::Malformed : Received::Request;
   }
 
   void note_sender(const ZmqMessage& part) {
@@ -99,7 +100,7 @@ struct ZmqControl::Impl {
     send(answer);
   }
 
-  // What came, if it is good and allowed; else its sender has the answer.
+  // Decodes the received request. Answers a malformed or forbidden request itself and returns nothing.
   std::optional<ControlRequest> read() {
     id = 0;
     request.Clear();
@@ -127,7 +128,7 @@ ZmqControl::~ZmqControl() = default;
 const std::string& ZmqControl::endpoint() const { return impl_->listener.endpoints().front(); }
 
 Result<std::unique_ptr<ZmqControl>> ZmqControl::open(const ControlSettings& settings) {
-  // What strangers send and cannot be read is answered; Protobuf would write each such message to standard error, too.
+  // Malformed requests are answered with an error. Without this call Protobuf would also write them to standard error.
   google::protobuf::SetLogHandler(nullptr);
   auto impl = std::make_unique<Impl>();
   impl->role_without_keys = settings.role_without_keys;
@@ -148,13 +149,13 @@ std::optional<ControlRequest> ZmqControl::next(Duration patience) {
   const Timestamp until = host_now() + patience;
   for (;;) {
     impl_->listener.serve(host_now());
-    const Impl::Came came = impl_->receive();
-    if (came == Impl::Came::Request) {
+    const Impl::Received received = impl_->receive();
+    if (received == Impl::Received::Request) {
       if (std::optional<ControlRequest> wanted = impl_->read()) return wanted;
     }
     const Duration left = until - host_now();
     if (left <= Duration::zero()) return std::nullopt;
-    if (came == Impl::Came::Nothing) impl_->wait(std::min(left, kLongestWait));
+    if (received == Impl::Received::Nothing) impl_->wait(std::min(left, kLongestWait));
   }
 }
 
@@ -163,47 +164,24 @@ void ZmqControl::answer(const ControlAnswer& answer) {
   impl_->send(out);
 }
 
-struct ControlClient::Impl {
-  ZmqContext context;
-  ZmqSocket socket;
-};
-
-ControlClient::ControlClient(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+ControlClient::ControlClient(std::unique_ptr<RequestSocket> socket) : socket_(std::move(socket)) {}
 ControlClient::~ControlClient() = default;
 
 Result<std::unique_ptr<ControlClient>> ControlClient::open(const Settings& settings) {
-  auto impl = std::make_unique<Impl>();
-  ZmqSocket& socket = impl->socket;
-  if (Status opened = socket.open(impl->context, ZMQ_DEALER, settings.endpoint); !opened) return opened.error();
-  static_cast<void>(socket.set(ZMQ_LINGER, 0));
-  if (settings.endpoint.starts_with("tcp://[")) static_cast<void>(socket.set(ZMQ_IPV6, 1));
-  if (!settings.server_key.empty()) {
-    const std::pair<int, const std::string*> keys[] = {{ZMQ_CURVE_SERVERKEY, &settings.server_key},
-                                                       {ZMQ_CURVE_PUBLICKEY, &settings.own_key.public_key},
-                                                       {ZMQ_CURVE_SECRETKEY, &settings.own_key.secret_key}};
-    for (const auto& [option, key] : keys) {
-      if (Status set = socket.set(option, std::string_view(*key)); !set) return set.error();
-    }
-  }
-  if (zmq_connect(socket.get(), settings.endpoint.c_str()) != 0) {
-    return Error{ErrorCode::InvalidArgument,
-                 fmt::format("endpoint '{}': expected tcp://ADDRESS:PORT or ipc://PATH", settings.endpoint)};
-  }
-  return std::unique_ptr<ControlClient>(new ControlClient(std::move(impl)));
+  std::string fault;
+  auto socket = RequestSocket::open({.endpoint = settings.endpoint,
+                                     .server_key = settings.keys.server_key,
+                                     .public_key = settings.keys.own_key.public_key,
+                                     .secret_key = settings.keys.own_key.secret_key},
+                                    fault);
+  if (socket == nullptr) return Error{ErrorCode::InvalidArgument, fault};
+  return std::unique_ptr<ControlClient>(new ControlClient(std::move(socket)));
 }
 
 Result<std::string> ControlClient::ask(const std::string& request, Duration patience) {
-  if (zmq_send(impl_->socket.get(), request.data(), request.size(), ZMQ_DONTWAIT) < 0) {
-    return zmq_failure(impl_->socket.who());
-  }
-  zmq_pollitem_t item{impl_->socket.get(), 0, ZMQ_POLLIN, 0};
-  ZmqMessage answer;
-  if (zmq_poll(&item, 1, whole_ms(patience)) > 0 && answer.receive(impl_->socket)) return std::string(answer.bytes());
-  return Error{
-      ErrorCode::Timeout,
-      fmt::format("{}: no answer within {:.1f} s; does mocapd run, with [control] at this endpoint, and is this "
-                  "key allowed?",
-                  impl_->socket.who(), to_s(patience))};
+  Reply reply = socket_->ask(request, patience);
+  if (reply.bytes) return *std::move(reply.bytes);
+  return Error{reply.fault == LinkFault::None ? ErrorCode::Timeout : ErrorCode::DeviceLost, std::move(reply.why)};
 }
 
 }  // namespace mocap::wire

@@ -7,15 +7,17 @@
 #include "base/result.h"
 #include "module/control_server.h"
 #include "wire/curve_keys.h"
+#include "wire/request_socket.h"
 #include "wire/wire_settings.h"
 
 namespace mocap::wire {
 
-/// The control endpoint that stands beside a feed's: the next port, or PATH.control.
+/// Returns the default control endpoint for a feed endpoint: the next port, or PATH.control for ipc. A feed endpoint
+/// with port * is returned unchanged.
 std::string control_beside(const std::string& feed_endpoint);
 
-/// Takes requests over a ZeroMQ ROUTER socket. What cannot be read, or what its sender's role does not allow, is
-/// answered here.
+/// Receives requests over a ZeroMQ ROUTER socket. Malformed requests and requests that the sender's role does not
+/// permit are answered with an error here; `next` returns the others.
 class ZmqControl final : public ControlServer {
  public:
   /// Fails as ZmqPublisher::open.
@@ -33,25 +35,25 @@ class ZmqControl final : public ControlServer {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Sends requests and waits for their answers. For tools and tests. One thread.
+/// Sends requests and waits for their answers; for tools and tests. One thread owns it.
 class ControlClient {
  public:
   struct Settings {
     std::string endpoint = "tcp://127.0.0.1:5571";
-    std::string server_key = {};  ///< the server's public key; empty: no CURVE
-    KeyPair own_key = {};
+    ClientKeys keys = {};
   };
-  /// Fails with InvalidArgument (an endpoint or a key that is none).
+  /// Starts to connect. Fails with InvalidArgument if the endpoint or a key is malformed.
   static Result<std::unique_ptr<ControlClient>> open(const Settings& settings);
   ~ControlClient();
 
-  /// The answer, as it came, without its id. Fails with Timeout when none came within `patience`.
+  /// Sends a serialised v1::Request and returns the next serialised v1::Answer. Fails with DeviceLost and the reason
+  /// if the daemon cannot be reached or rejects the keys for 0.8 s, and with Timeout if no answer came within
+  /// `patience`.
   Result<std::string> ask(const std::string& request, Duration patience);
 
  private:
-  struct Impl;
-  explicit ControlClient(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  explicit ControlClient(std::unique_ptr<RequestSocket> socket);
+  std::unique_ptr<RequestSocket> socket_;
 };
 
 }  // namespace mocap::wire

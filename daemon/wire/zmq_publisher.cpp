@@ -5,41 +5,42 @@
 
 #include <algorithm>
 #include <bit>
+#include <iterator>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "base/log.h"
-#include "wire/encode.h"
+#include "wire/codec/encode.h"
+#include "wire/codec/snapshot_encoder.h"
 #include "wire/event_watch.h"
 #include "wire/listener.h"
-#include "wire/snapshot_encoder.h"
 #include "wire/subscriptions.h"
 
 namespace mocap::wire {
 namespace {
 
 constexpr const char* kWho = "feed";
-// How long subscriptions are worked off in a call: a flood of them neither holds the feed up nor piles up.
+// Time for the subscription messages of one call (decisions/0004): a flood neither delays the feed nor accumulates.
 constexpr Duration kServeFor = std::chrono::milliseconds(1);
-constexpr int kServedPerLook = 64;  // at the clock
+constexpr int kServedPerLook = 64;  // messages between two readings of the clock
 
-// Topic, zero byte, Protobuf. Grows to the largest message, then allocates no more.
+// A message buffer: topic, zero byte, Protobuf. Allocates only when a message is larger than all before.
 class Envelope {
  public:
   explicit Envelope(std::string_view topic) : head_(topic.size() + 1), bytes_(topic.begin(), topic.end()) {
     bytes_.push_back(0);
   }
 
-  void hold(const google::protobuf::MessageLite& message) {
+  void set_message(const google::protobuf::MessageLite& message) {
     const std::size_t size = message.ByteSizeLong();
-    // With room to spare: the numbers that count up take more bytes from time to time.
+    // 64 spare bytes: varints of growing counters become longer.
     if (head_ + size > bytes_.capacity()) bytes_.reserve(std::bit_ceil(head_ + size + 64));
     bytes_.resize(head_ + size);
     message.SerializeWithCachedSizesToArray(bytes_.data() + head_);
   }
   const std::vector<std::uint8_t>& bytes() const { return bytes_; }
-  // With its zero byte.
+  // The topic including its zero byte.
   std::string_view topic() const { return {reinterpret_cast<const char*>(bytes_.data()), head_}; }
 
  private:
@@ -47,7 +48,7 @@ class Envelope {
   std::vector<std::uint8_t> bytes_;
 };
 
-// The topics in the order of Subscriptions::set_topics; the subjects' follow.
+// Indices of the topics in Subscriptions::set_topics. From kFirstSubject on there is one topic for each subject.
 enum Topic : std::size_t { kDescription, kSnapshot, kHealth, kEvent, kMarkers, kFirstSubject };
 
 struct Channel {
@@ -56,9 +57,10 @@ struct Channel {
   std::uint64_t sequence = 0;
 };
 
-// ZeroMQ's queue counts messages, of all topics together, and what was taken away only by halves of the queue: with
-// less than two of each topic the last ones would never reach who listens to all. It is set once: when a queue that is
-// full grows, ZeroMQ never sends there again.
+// Length of the send queue of one peer: at least two messages of each topic (decisions/0005). ZeroMQ counts messages of
+// all topics together and learns of delivered messages in steps of half a queue, so a shorter queue loses the last
+// topics of a subscriber to all topics. The length is set once: ZeroMQ never sends again on a full queue whose length
+// is raised.
 int queue_for(const PublisherSettings& settings) {
   return std::max(settings.send_queue, static_cast<int>(2 * (kFirstSubject + settings.subjects)));
 }
@@ -86,8 +88,15 @@ struct ZmqPublisher::Impl {
   bool velocities = false;
 
   void name_topics() {
-    while (channels.size() > kFirstSubject) channels.pop_back();
-    for (const Subject& subject : described->subjects) channels.emplace_back(kSubjectTopic + subject.name);
+    std::vector<Channel> before(std::make_move_iterator(channels.begin() + kFirstSubject),
+                                std::make_move_iterator(channels.end()));
+    channels.erase(channels.begin() + kFirstSubject, channels.end());
+    for (const Subject& subject : described->subjects) {
+      Channel& channel = channels.emplace_back(kSubjectTopic + subject.name);
+      const auto same =
+          std::ranges::find(before, channel.envelope.topic(), [](const Channel& one) { return one.envelope.topic(); });
+      if (same != before.end()) channel.sequence = same->sequence;  // the topic goes on
+    }
     list_topics();
   }
 
@@ -97,7 +106,8 @@ struct ZmqPublisher::Impl {
     subscriptions.set_topics(std::move(topics));
   }
 
-  // Takes in what listeners ask for. Without it ZeroMQ delivers neither welcome nor anything else.
+  // Processes subscriptions and connection events. ZeroMQ delivers nothing, not even the welcome message, before this
+  // call.
   void serve() {
     const Timestamp begun = host_now();
     listener.serve(begun);
@@ -121,8 +131,9 @@ struct ZmqPublisher::Impl {
     if (connection >= 0) listener.note_user(connection, request.user());
     switch (subscriptions.take(request.bytes(), connection)) {
       case Subscriptions::Verdict::Fine: return;
-      case Subscriptions::Verdict::TooMany: return listener.cut(connection, "more subscriptions than there are topics");
-      case Subscriptions::Verdict::NoSubscription: return listener.cut(connection, "it sends what is no subscription");
+      case Subscriptions::Verdict::TooMany: return listener.cut(connection, "it exceeds the limit of subscriptions");
+      case Subscriptions::Verdict::NoSubscription:
+        return listener.cut(connection, "it sent a message that is not a subscription");
     }
   }
 
@@ -133,7 +144,7 @@ struct ZmqPublisher::Impl {
     return zmq_failure("feed: cannot send");
   }
 
-  // What clients can tell for themselves by the description is left out.
+  // Omits what clients can compute from the description.
   Parts feed_parts(const Snapshot& from) const {
     Parts parts;
     parts.local_positions = !described || !stands_at_rest_offsets(from, *described);
@@ -163,12 +174,12 @@ struct ZmqPublisher::Impl {
     return {};
   }
 
-  // One at a time, so that many at once leave room for what else is sent.
+  // Sends one event in each call, so that several events at once do not fill the send queue (decisions/0005).
   Status send_event() {
-    if (events.untold().empty()) return {};
-    channels[kEvent].envelope.hold(events.untold().front());
+    if (events.unsent().empty()) return {};
+    channels[kEvent].envelope.set_message(events.unsent().front());
     const Status sent = send(channels[kEvent]);
-    if (sent) events.oldest_is_told();
+    if (sent) events.remove_oldest();
     return sent;
   }
 };
@@ -198,14 +209,14 @@ Result<std::unique_ptr<ZmqPublisher>> ZmqPublisher::open(const PublisherSettings
   if (const Status listening = impl->listener.open(ZMQ_XPUB, queue_for(settings), listen); !listening) {
     return listening.error();
   }
-  // Every subscription is told, so that it is known whose connection is whose.
+  // Deliver every subscription, not only the first to a prefix, so that each connection's user is known.
   if (const Status set = impl->listener.socket().set(ZMQ_XPUB_VERBOSE, 1); !set) return set.error();
   return std::unique_ptr<ZmqPublisher>(new ZmqPublisher(std::move(impl)));
 }
 
 Status ZmqPublisher::describe(const Description& description) {
   Channel& channel = impl_->channels[kDescription];
-  channel.envelope.hold(encode(description));
+  channel.envelope.set_message(encode(description));
   impl_->described = description;
   impl_->name_topics();
   const auto& bytes = impl_->channels[kDescription].envelope.bytes();
@@ -213,7 +224,7 @@ Status ZmqPublisher::describe(const Description& description) {
     return zmq_failure("feed: cannot set the welcome message");
   }
   impl_->serve();
-  impl_->events.look_at(description, host_now());
+  impl_->events.update(description, host_now());
   if (Status sent = impl_->send(impl_->channels[kDescription]); !sent) return sent;
   return impl_->send_event();
 }
@@ -223,7 +234,7 @@ Status ZmqPublisher::publish(Snapshot& snapshot) {
   Instants& instants = snapshot.instants;
   if (instants.received_at && instants.detected_at && instants.fused_at) instants.sent_at = host_now();
   if (Status sent = impl_->send_snapshots(snapshot); !sent) return sent;
-  impl_->events.look_at(snapshot);
+  impl_->events.update(snapshot);
   return impl_->send_event();
 }
 
@@ -237,9 +248,9 @@ Status ZmqPublisher::report(const Health& health) {
   }
   encode(health, impl_->health);
   impl_->health.set_utc_minus_host_ns(impl_->utc_minus_host_ns);
-  impl_->channels[kHealth].envelope.hold(impl_->health);
+  impl_->channels[kHealth].envelope.set_message(impl_->health);
   if (Status sent = impl_->send(impl_->channels[kHealth]); !sent) return sent;
-  impl_->events.look_at(health);
+  impl_->events.update(health);
   return impl_->send_event();
 }
 

@@ -17,19 +17,19 @@ inline constexpr const char* kDescriptionTopic = "description";
 inline constexpr const char* kHealthTopic = "health";
 inline constexpr const char* kEventTopic = "event";
 inline constexpr const char* kMarkersTopic = "markers";
-inline constexpr const char* kSubjectTopic = "subject/";  ///< and the subject's name
+inline constexpr const char* kSubjectTopic = "subject/";  ///< followed by the subject's name
 
-/// Sends the feed over a ZeroMQ XPUB socket. Listeners cost it a copy each and can never make it wait: what a slow one
-/// does not take is dropped for it alone, and a hostile one is cut off (wire/listener.h). A topic that nobody listens
-/// to is not made.
+/// Sends the feed over a ZeroMQ XPUB socket. Sending never blocks: messages that a slow subscriber does not receive are
+/// dropped for this subscriber alone, and a hostile peer is disconnected (wire/listener.h). A topic without subscribers
+/// is not encoded.
 class ZmqPublisher final : public Publisher {
  public:
-  /// Listens. Fails with InvalidArgument (an endpoint that is none, or that other machines can reach though there is no
-  /// CURVE and `allow_remote` is false; a key file that is none), NotFound (no such address here, no such file), Busy
-  /// (somebody else listens there) and Io.
+  /// Binds to the endpoints. Fails with InvalidArgument (a malformed endpoint or key file; an endpoint that other
+  /// machines can reach without CURVE while `allow_remote` is false), NotFound (this machine has no such address; no
+  /// such file), Busy (another program listens there) and Io.
   static Result<std::unique_ptr<ZmqPublisher>> open(const PublisherSettings& settings);
 
-  /// Lets go of the endpoints; waits 100 ms at most for what is still on its way.
+  /// Closes the endpoints; waits at most 100 ms until queued messages are sent.
   ~ZmqPublisher() override;
 
   Status describe(const Description& description) override;
@@ -38,7 +38,7 @@ class ZmqPublisher final : public Publisher {
   void serve() override;
   FeedHealth feed() const override;
 
-  /// Where it listens, with the true port: the first of them, and all.
+  /// The first endpoint and all endpoints, with the port numbers in use.
   const std::string& endpoint() const;
   const std::vector<std::string>& endpoints() const;
 
@@ -48,7 +48,7 @@ class ZmqPublisher final : public Publisher {
   std::unique_ptr<Impl> impl_;
 };
 
-/// `ZmqPublisher::open` for those who need no more than a Publisher.
+/// Does the same as `ZmqPublisher::open`; returns the interface.
 Result<std::unique_ptr<Publisher>> make_zmq_publisher(const PublisherSettings& settings);
 
 }  // namespace mocap::wire

@@ -8,7 +8,8 @@ namespace mocap::wire {
 namespace {
 
 zmq_msg_t* message(const unsigned char* raw) {
-  return reinterpret_cast<zmq_msg_t*>(const_cast<unsigned char*>(raw));  // ZeroMQ reads through pointers to non-const
+  return reinterpret_cast<zmq_msg_t*>(
+      const_cast<unsigned char*>(raw));  // ZeroMQ's read functions take non-const pointers
 }
 
 }  // namespace
@@ -18,7 +19,7 @@ Error zmq_failure(const std::string& what) {
   switch (code) {
     case EADDRINUSE:
       return {ErrorCode::Busy,
-              what + ": another program listens there (another mocapd?); end it or take another endpoint"};
+              what + ": another program listens there (another mocapd?); stop that program or choose another endpoint"};
     case EADDRNOTAVAIL:
     case ENODEV: return {ErrorCode::NotFound, what + ": this machine has no such address"};
     case EINVAL:

@@ -9,10 +9,10 @@
 
 namespace mocap::wire {
 
-/// What ZeroMQ's last failed call in this thread says, after "WHAT: ".
+/// Returns the error of the last failed ZeroMQ call of this thread; its message starts with "WHAT: ".
 Error zmq_failure(const std::string& what);
 
-/// Outlives its sockets.
+/// A ZeroMQ context. Must outlive its sockets.
 class ZmqContext {
  public:
   ZmqContext();
@@ -26,7 +26,7 @@ class ZmqContext {
   void* context_;
 };
 
-/// One ZeroMQ socket; closes itself. One thread uses it at a time.
+/// A ZeroMQ socket; the destructor closes it. One thread at a time uses it.
 class ZmqSocket {
  public:
   ZmqSocket() = default;
@@ -34,7 +34,7 @@ class ZmqSocket {
   ZmqSocket(const ZmqSocket&) = delete;
   ZmqSocket& operator=(const ZmqSocket&) = delete;
 
-  /// `kind`: ZMQ_PUB and so on.
+  /// `kind` is ZMQ_PUB or another socket type; `who` starts the message of each error.
   Status open(const ZmqContext& context, int kind, const std::string& who);
   void close();
 
@@ -42,21 +42,21 @@ class ZmqSocket {
   Status set(int option, std::string_view bytes);
   Status set_wide(int option, std::int64_t value);
 
-  /// Takes note of what ZeroMQ's own thread did, such as which messages it took away. By itself it does so after about
-  /// a millisecond of sending, or after 100 parts received; till then messages that are long gone count as waiting.
+  /// Processes pending commands of ZeroMQ's own thread, such as "messages were sent". Without this call ZeroMQ does so
+  /// only about every millisecond of sending or every 100 received parts, and counts messages already sent as queued.
   void catch_up() const;
 
-  /// Where it is bound last, with the true port; empty when nowhere.
+  /// The endpoint of the last bind, with the port number in use; empty if not bound.
   std::string last_endpoint() const;
   void* get() const { return socket_; }
   const std::string& who() const { return who_; }
 
  private:
   void* socket_ = nullptr;
-  std::string who_;  // as errors call it
+  std::string who_;
 };
 
-/// One message part; closes itself. Receives into the same memory again and again.
+/// One message part. Reusable: each `receive` replaces the content.
 class ZmqMessage {
  public:
   ZmqMessage();
@@ -64,17 +64,17 @@ class ZmqMessage {
   ZmqMessage(const ZmqMessage&) = delete;
   ZmqMessage& operator=(const ZmqMessage&) = delete;
 
-  /// Takes the next part if one is there now.
+  /// Receives the next part; returns false at once if none waits.
   bool receive(const ZmqSocket& from);
   bool has_more() const;
   std::string_view bytes() const;
-  /// The file descriptor of the connection that it came by; -1 where nobody knows.
+  /// The file descriptor of the connection that delivered the message; -1 if unknown.
   int connection() const;
-  /// What ZAP said that its sender is; empty without CURVE.
+  /// The sender's user id from authentication (ZAP): its public key. Empty without CURVE.
   std::string_view user() const;
 
  private:
-  static constexpr std::size_t kSize = 64;  // of a zmq_msg_t; checked where that is known
+  static constexpr std::size_t kSize = 64;  // sizeof(zmq_msg_t), checked in zmq_socket.cpp
   alignas(void*) unsigned char raw_[kSize];
 };
 

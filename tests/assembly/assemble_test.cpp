@@ -4,7 +4,7 @@
 
 #include "cameras/synthetic/synthetic_settings.h"
 #include "scene/ring_rig.h"
-#include "settings/marker_set_file.h"
+#include "settings/subject/marker_set_file.h"
 #include "support/places.h"
 
 namespace mocap {
@@ -21,7 +21,7 @@ settings::DaemonSettings live_synthetic_daemon(const MarkerSet& worn) {
   return settings;
 }
 
-TEST(Assemble, LetsSimulatedCamerasBeginTheMotionTogether) {
+TEST(Assemble, StartsTheMotionOfAllSimulatedCamerasTogether) {
   const auto worn = settings::load_marker_set(support::source_folder() + "/config/markersets/openmocap18.toml");
   ASSERT_TRUE(worn) << worn.error().message;
   const settings::DaemonSettings settings = live_synthetic_daemon(*worn);
@@ -41,7 +41,7 @@ TEST(Assemble, LetsSimulatedCamerasBeginTheMotionTogether) {
   EXPECT_EQ(begins[2], begins[0]);
 }
 
-TEST(Assemble, TellsClientsWhichVersionItIs) {
+TEST(Assemble, ReportsItsVersionToClients) {
   const auto worn = settings::load_marker_set(support::source_folder() + "/config/markersets/openmocap18.toml");
   ASSERT_TRUE(worn) << worn.error().message;
   const settings::DaemonSettings settings = live_synthetic_daemon(*worn);

@@ -8,7 +8,7 @@
 
 #include "kinematics/pose_fit.h"
 #include "kinematics/rotation.h"
-#include "settings/marker_set_file.h"
+#include "settings/subject/marker_set_file.h"
 #include "solve/subject_refiner.h"
 #include "support/allocation_counter.h"
 #include "support/places.h"
@@ -16,7 +16,7 @@
 namespace mocap::assembly {
 namespace {
 
-/// A body that swings all its joints, each at its own pace; its markers sit 10 mm off.
+/// A body that swings each joint at a different frequency; its markers are 10 mm off their nominal positions.
 class Swinging {
  public:
   explicit Swinging(const MarkerSet& set) : body_(moved(set), kinematics::PoseFit::Lengths::Fixed) {
@@ -60,7 +60,7 @@ class Swinging {
   Poses poses_;
 };
 
-TEST(RefineSubject, AllocatesNothingOnceMade) {
+TEST(RefineSubject, DoesNotAllocateAfterConstruction) {
   if (!support::allocations_can_be_counted()) GTEST_SKIP() << "the sanitizer owns the heap";
   const auto set = settings::load_marker_set(support::source_folder() + "/config/markersets/baseline41.toml");
   ASSERT_TRUE(set) << set.error().message;
@@ -85,7 +85,7 @@ TEST(RefineSubject, AllocatesNothingOnceMade) {
   });
   thread.join();
 
-  EXPECT_GE(fits, 2);  // of the rest pose, and of the motion
+  EXPECT_GE(fits, 2);  // one in the rest pose, one in motion
   EXPECT_EQ(count.by_new, 0U);
   EXPECT_EQ(count.by_malloc, 0U);
 }

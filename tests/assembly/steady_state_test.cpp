@@ -7,7 +7,7 @@
 #include "base/wake_signal.h"
 #include "cameras/synthetic/synthetic_settings.h"
 #include "scene/ring_rig.h"
-#include "settings/marker_set_file.h"
+#include "settings/subject/marker_set_file.h"
 #include "support/allocation_counter.h"
 #include "support/places.h"
 
@@ -15,10 +15,10 @@ namespace mocap {
 namespace {
 
 constexpr int kCameras = 4;
-constexpr std::uint64_t kWarmUpSets = 300;     // the subject is found in its T-pose, and walks
+constexpr std::uint64_t kWarmUpSets = 300;     // the subject is identified in its T-pose and starts to walk
 constexpr std::uint64_t kMeasuredSets = 2500;  // of four cameras: 10,000 frames
 
-// The real publisher, with an eye on the count of sets.
+// The real publisher; starts and stops the count of allocations by the number of sets.
 class CountingPublisher : public Publisher {
  public:
   struct Seen {
@@ -66,11 +66,11 @@ settings::DaemonSettings fast_synthetic_daemon(const MarkerSet& worn) {
   settings.subject_models.push_back({"subject", worn});
   settings.publish.endpoint = "tcp://127.0.0.1:*";
   settings.pipeline.publish.report_every =
-      std::chrono::milliseconds(20);  // many reports are measured, the first is not
+      std::chrono::milliseconds(20);  // so that many reports are measured, except the first one
   return settings;
 }
 
-TEST(SteadyState, AllocatesNothingInTenThousandFrames) {
+TEST(SteadyState, DoesNotAllocateInTenThousandFrames) {
   if (!support::allocations_can_be_counted()) GTEST_SKIP() << "the sanitizer owns the heap";
   const auto worn = settings::load_marker_set(support::source_folder() + "/config/markersets/openmocap18.toml");
   ASSERT_TRUE(worn) << worn.error().message;
@@ -89,7 +89,7 @@ TEST(SteadyState, AllocatesNothingInTenThousandFrames) {
   pipeline.stop();
 
   ASSERT_TRUE(seen.through);
-  EXPECT_GT(seen.labelled, kMeasuredSets * 10);  // it was at work
+  EXPECT_GT(seen.labelled, kMeasuredSets * 10);  // the pipeline did label markers
   EXPECT_EQ(seen.allocations.by_new, 0U);
   EXPECT_EQ(seen.allocations.by_malloc, 0U);
 }

@@ -12,7 +12,7 @@
 namespace mocap::assembly {
 namespace {
 
-/// Wanderers that meet, merge, disappear and come back.
+/// Moving blobs that meet, merge, disappear and come back.
 void fill(BlobFrame& frame, int image, std::mt19937& random) {
   frame.exposed_at = from_ns(1) + from_s(image / 100.0);
   frame.blobs.clear();
@@ -28,7 +28,7 @@ void fill(BlobFrame& frame, int image, std::mt19937& random) {
   }
 }
 
-TEST(TrackBlobs, AllocatesNothingOnceMade) {
+TEST(TrackBlobs, DoesNotAllocateAfterConstruction) {
   if (!support::allocations_can_be_counted()) GTEST_SKIP() << "the sanitizer owns the heap";
   for (const track2d::TrackMethod method : {track2d::TrackMethod::AlphaBeta, track2d::TrackMethod::AdaptiveAlphaBeta,
                                             track2d::TrackMethod::Kalman, track2d::TrackMethod::Condensation}) {
@@ -38,7 +38,8 @@ TEST(TrackBlobs, AllocatesNothingOnceMade) {
     const auto frame = std::make_unique<BlobFrame>();
     support::AllocationCount count;
     std::thread thread([&] {
-      pthread_setname_np(pthread_self(), "mocap-camera");  // the counter looks at the daemon's threads alone
+      pthread_setname_np(pthread_self(),
+                         "mocap-camera");  // the counter counts only in threads with names of the daemon's threads
       std::mt19937 random(3);
       support::start_counting_allocations();
       for (int image = 0; image < 400; ++image) {

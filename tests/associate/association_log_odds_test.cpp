@@ -14,7 +14,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Two views from directions at right angles, 200 px to the metre.
+/// Two views with perpendicular directions and 200 px per metre.
 struct TwoViews {
   ViewObservation a, b;
   Vector3d ahead_m = Vector3d::Zero();
@@ -38,7 +38,8 @@ double density(const Vector2d& off_px, double sigma_px) {
   return std::exp(-0.5 * off_px.squaredNorm() / variance) / (2.0 * std::numbers::pi * variance);
 }
 
-/// What both blobs, and each alone, are likely to be, by a sum over all places where the marker may be.
+/// The log odds by numerical integration: densities of both blobs together and of each blob alone, summed over the
+/// positions of the marker.
 double log_odds_by_sum(const TwoViews& two) {
   constexpr int kSteps = 80;
   constexpr double kReach = 5.0;  // standard deviations
@@ -65,7 +66,7 @@ double log_odds_by_sum(const TwoViews& two) {
   return std::log(both / others);
 }
 
-TEST(PairOdds, AreThoseOfASumOverAllPlaces) {
+TEST(AssociationLogOdds, EqualANumericalSumOverAllPositions) {
   TwoViews two;
   EXPECT_NEAR(two.log_odds(), log_odds_by_sum(two), 0.01);
 
@@ -75,16 +76,16 @@ TEST(PairOdds, AreThoseOfASumOverAllPlaces) {
   EXPECT_NEAR(two.log_odds(), log_odds_by_sum(two), 0.01);
 }
 
-TEST(PairOdds, FallWhereTheRaysPassEachOther) {
+TEST(AssociationLogOdds, FallIfTheRaysDoNotMeet) {
   TwoViews near, far;
   far.a.off_px = {0.0, 1.2};
   far.b.off_px = {0.0, -1.2};
 
-  // The heights differ by 2.4 px, whose standard deviation is 0.64 px: half of 3.75 squared.
+  // The heights differ by 2.4 px with a standard deviation of 0.64 px: the log density falls by 3.75^2 / 2.
   EXPECT_NEAR(near.log_odds() - far.log_odds(), 0.5 * 2.4 * 2.4 / (0.16 + 0.25), 0.3);
 }
 
-TEST(PairOdds, FallWhereTheMarkerIsKnownBadlyAndWhereMuchElseIsSeen) {
+TEST(AssociationLogOdds, FallWithTheUncertaintyOfTheMarkerAndWithClutter) {
   TwoViews sure, unsure, crowded;
   unsure.covariance_m2 *= 100.0;
   crowded.a.clutter_density_1_px2 *= 50.0;

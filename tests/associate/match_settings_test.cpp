@@ -23,7 +23,7 @@ TEST(MatchSettings, RefuseAVolumeWithoutExtentOnAnAxis) {
   EXPECT_EQ(faults_of(match)[0].key, "volume_min_m");
 }
 
-TEST(MatchSettings, HoldTheFacesOfTheVolume) {
+TEST(MatchSettings, IncludeTheFacesOfTheVolume) {
   const MatchSettings match;
 
   EXPECT_TRUE(match.in_volume(match.volume_min_m));

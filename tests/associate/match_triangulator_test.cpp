@@ -15,12 +15,12 @@ namespace {
 using namespace mocap::test;
 using Eigen::Vector3d;
 
-// The match that gathers every view of each marker, told by the truth.
+// The true matches: the blobs of each marker in all views.
 Matches true_matches(const SeenWorld& world, std::size_t markers) {
   Matches matches;
   for (std::size_t m = 0; m < markers; ++m) {
     Match match;
-    match.expected = static_cast<std::uint32_t>(m);
+    match.prediction = static_cast<std::uint32_t>(m);
     for (std::size_t v = 0; v < world.marker_of.size(); ++v) {
       for (std::size_t b = 0; b < world.marker_of[v].size(); ++b) {
         if (world.marker_of[v][b] != static_cast<int>(m)) continue;
@@ -32,7 +32,7 @@ Matches true_matches(const SeenWorld& world, std::size_t markers) {
   return matches;
 }
 
-TEST(TriangulateMatches, PromisesTheErrorThatItsPointsHave) {
+TEST(MatchTriangulator, HasErrorsThatAgreeWithItsCovariance) {
   std::mt19937 random(1);
   const Rig rig = ring(8);
   const auto triangulator = make_triangulator({}, rig);
@@ -42,25 +42,25 @@ TEST(TriangulateMatches, PromisesTheErrorThatItsPointsHave) {
     const auto markers = cloud(40, random);
     const auto world = see(rig, markers, {.sigma_px = 0.15, .missed = 0.4}, random);
     for (const Marker& marker : triangulator->triangulate(world.set, true_matches(world, 40))) {
-      const Vector3d error = marker.position.v - markers[marker.expected];
+      const Vector3d error = marker.position.v - markers[marker.prediction];
       nees += error.dot(marker.covariance_m2.inverse() * error);
       ++count;
       EXPECT_LT(marker.residual_px, 0.75);  // five standard deviations
     }
   }
 
-  EXPECT_GT(count, 1850);  // of 2000, those that two or more cameras see
-  // The mean of 1900 chi-squares of 3 degrees of freedom: 3 with standard deviation 0.056.
+  EXPECT_GT(count, 1850);  // fewer than two cameras see some of the 2000 markers
+  // 1900 chi-squares with 3 degrees of freedom: mean 3, standard deviation of the mean 0.056.
   EXPECT_NEAR(nees / count, 3.0, 0.2);
 }
 
-TEST(TriangulateMatches, TellsWhichMatchAndHowManyCameras) {
+TEST(MatchTriangulator, ReportsTheMatchAndTheNumberOfCameras) {
   std::mt19937 random(2);
   const Rig rig = ring(5);
   const std::vector<Vector3d> markers{{0.0, 0.0, 1.0}, {0.5, 0.2, 1.4}};
   const auto world = see(rig, markers, {}, random);
   Matches matches = true_matches(world, 2);
-  matches.matches[0].sightings.resize(1);  // tells no point
+  matches.matches[0].sightings.resize(1);  // one view gives no point
   matches.matches[1].sightings.resize(3);
   const auto triangulator = make_triangulator({}, rig);
 
@@ -68,11 +68,11 @@ TEST(TriangulateMatches, TellsWhichMatchAndHowManyCameras) {
 
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].match, 1u);
-  EXPECT_EQ(found[0].expected, 1u);
+  EXPECT_EQ(found[0].prediction, 1u);
   EXPECT_EQ(found[0].cameras, 3u);
 }
 
-TEST(TriangulateMatches, LeavesOutAViewThatDoesNotAgree) {
+TEST(MatchTriangulator, RemovesAnOutlierView) {
   std::mt19937 random(3);
   const Rig rig = ring(5);
   const std::vector<Vector3d> markers{{0.1, 0.0, 1.0}};
@@ -87,16 +87,16 @@ TEST(TriangulateMatches, LeavesOutAViewThatDoesNotAgree) {
   EXPECT_LT((found[0].position.v - markers[0]).norm(), 1e-3);  // m
 }
 
-TEST(TriangulateMatches, GivesNoPointWhereItsDepthIsAGuess) {
+TEST(MatchTriangulator, DropsAPointWithAnUncertainDepth) {
   std::mt19937 random(4);
-  const Rig rig{camera_at({4.0, 0.0, 1.0}), camera_at({-4.0, 0.0, 1.0})};  // face each other
+  const Rig rig{camera_at({4.0, 0.0, 1.0}), camera_at({-4.0, 0.0, 1.0})};  // the cameras face each other
   const std::vector<Vector3d> markers{{0.3, 0.01, 1.01}};
   const auto world = see(rig, markers, {}, random);
 
   EXPECT_TRUE(make_triangulator({}, rig)->triangulate(world.set, true_matches(world, 1)).empty());
 }
 
-TEST(TriangulateMatches, FindsAWalkersMarkersWithinTwoMillimetresWithFourCameras) {
+TEST(MatchTriangulator, FindsTheMarkersOfAWalkerWithinTwoMillimetresWithFourCameras) {
   std::mt19937 random(5);
   const Rig rig = ring(4);
   const auto markers = walker(0.3);
@@ -108,20 +108,21 @@ TEST(TriangulateMatches, FindsAWalkersMarkersWithinTwoMillimetresWithFourCameras
       triangulator->triangulate(world.set, matcher->match(world.set, expect(markers, 0.005, random)));
 
   ASSERT_EQ(found.size(), 18u);
-  for (const Marker& marker : found) EXPECT_LT((marker.position.v - markers[marker.expected]).norm(), 2e-3);  // 5 sigma
+  for (const Marker& marker : found)
+    EXPECT_LT((marker.position.v - markers[marker.prediction]).norm(), 2e-3);  // 5 sigma
 }
 
-TEST(TriangulateMatches, PromisesWhatTheRigIsOffToo) {
+TEST(MatchTriangulator, IncludesTheRigErrorInTheCovariance) {
   std::mt19937 random(7);
-  std::normal_distribution<double> turn(0.0, 0.15 / 900.0);  // 0.15 px
+  std::normal_distribution<double> error_rad(0.0, 0.15 / 900.0);  // 0.15 px
   const Rig rig = ring(8);
   double nees = 0.0;
   int count = 0;
   for (int k = 0; k < 40; ++k) {
     Rig wrong = rig;
     for (CameraModel& camera : wrong) {
-      const Eigen::Matrix3d off = Eigen::AngleAxisd(turn(random), Vector3d::UnitX()).toRotationMatrix() *
-                                  Eigen::AngleAxisd(turn(random), Vector3d::UnitY()).toRotationMatrix();
+      const Eigen::Matrix3d off = Eigen::AngleAxisd(error_rad(random), Vector3d::UnitX()).toRotationMatrix() *
+                                  Eigen::AngleAxisd(error_rad(random), Vector3d::UnitY()).toRotationMatrix();
       camera.camera_from_world.rotation = off * camera.camera_from_world.rotation;
       camera.camera_from_world.translation = off * camera.camera_from_world.translation;
     }
@@ -130,14 +131,14 @@ TEST(TriangulateMatches, PromisesWhatTheRigIsOffToo) {
     for (int set = 0; set < 60; ++set) {
       const auto world = see(rig, markers, {.sigma_px = 0.05}, random);
       for (const Marker& marker : triangulator->triangulate(world.set, true_matches(world, 20))) {
-        if (set < 50) continue;  // it learns
-        const Vector3d error = marker.position.v - markers[marker.expected];
+        if (set < 50) continue;  // the estimate of the rig error has not converged
+        const Vector3d error = marker.position.v - markers[marker.prediction];
         nees += error.dot(marker.covariance_m2.inverse() * error);
         ++count;
       }
     }
   }
-  // Of 320 cameras that are off as they are, and 10 % that the running median may be wrong: a quarter.
+  // Tolerance 25 %: scatter of 320 camera errors, and 10 % of the running median.
   EXPECT_NEAR(nees / count, 3.0, 0.75);
 }
 

@@ -19,7 +19,7 @@ using namespace mocap::test;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// What a detector says of two discs of 15 px^2 side by side.
+/// The blob that a detector finds for two discs of 15 px^2 side by side.
 Blob merged(const Vector2d& a_px, const Vector2d& b_px) {
   constexpr double kRadius2_px2 = 15.0 / std::numbers::pi;
   const Vector2d along = 0.5 * (a_px - b_px);
@@ -32,7 +32,7 @@ Blob merged(const Vector2d& a_px, const Vector2d& b_px) {
   return blob;
 }
 
-/// Two markers close to each other among others, which are one blob in some views.
+/// Several markers. Two of them are close to each other and form one blob in some views.
 struct CloseMarkers {
   explicit CloseMarkers(std::span<const std::size_t> merged_views) {
     world = see(rig, markers, {.sigma_px = 0.02}, random);
@@ -52,24 +52,24 @@ struct CloseMarkers {
 
   std::mt19937 random{7};
   Rig rig = ring(4);
-  // The first two lie 4 to 5 px from each other in each view.
+  // The first two are 4 to 5 px apart in each view.
   std::vector<Vector3d> markers{
       {0.0, 0.0, 1.0}, {0.004, 0.004, 1.0185}, {0.4, 0.1, 1.2}, {-0.3, 0.2, 0.6}, {0.1, -0.4, 0.3}};
   SeenWorld world;
 };
 
-const Match* match_of(const Matches& matches, std::uint32_t expected) {
-  const auto found = std::ranges::find(matches.matches, expected, &Match::expected);
+const Match* match_of(const Matches& matches, std::uint32_t predicted) {
+  const auto found = std::ranges::find(matches.matches, predicted, &Match::prediction);
   return found == matches.matches.end() ? nullptr : found;
 }
 
-TEST(ShareBlobs, GivesAMergedBlobToBothMarkersThatAreInIt) {
+TEST(MergedBlobResolver, AssignsAMergedBlobToBothOfItsMarkers) {
   const std::vector<std::size_t> one_view{1};
   CloseMarkers close(one_view);
-  const auto expected = expect(close.markers, 0.001, close.random);
+  const auto predicted = expect(close.markers, 0.001, close.random);
   const auto matcher = make_matcher({}, close.rig);
 
-  const Matches& matches = matcher->match(close.world.set, expected);
+  const Matches& matches = matcher->match(close.world.set, predicted);
 
   for (const std::uint32_t m : {0u, 1u}) {
     const Match* match = match_of(matches, m);
@@ -79,38 +79,39 @@ TEST(ShareBlobs, GivesAMergedBlobToBothMarkersThatAreInIt) {
     const Vector2d place =
         close.world.frames[1]->blobs[shared.blob].centroid.v + Vector2d(shared.off_x_px, shared.off_y_px);
     const auto truth = geometry::project(close.rig[1], {close.markers[m]});
-    EXPECT_LT((place - truth->v).norm(), 0.7) << m;  // of 2.2: the fit of the spread is for rendered discs
+    EXPECT_LT((place - truth->v).norm(), 0.7)
+        << m;  // px; the spread is 2.2 px, and its model was fitted to rendered discs, not to this ideal blob
     EXPECT_GT(shared.sigma_px, 0.2F);
   }
   EXPECT_EQ(matches.unmatched_blobs, 0u);
 }
 
-TEST(ShareBlobs, KeepsBothMarkersInPlaceWhereHalfOfTheViewsMergeThem) {
+TEST(MergedBlobResolver, KeepsBothMarkersInPlaceIfHalfOfTheViewsMergeThem) {
   const std::vector<std::size_t> two_views{0, 2};
   CloseMarkers close(two_views);
-  const auto expected = expect(close.markers, 0.002, close.random);
+  const auto predicted = expect(close.markers, 0.002, close.random);
   const auto matcher = make_matcher({}, close.rig);
   const auto triangulator = make_triangulator({}, close.rig);
 
-  const Markers& markers = triangulator->triangulate(close.world.set, matcher->match(close.world.set, expected));
+  const Markers& markers = triangulator->triangulate(close.world.set, matcher->match(close.world.set, predicted));
 
   ASSERT_EQ(markers.size(), close.markers.size());
   for (const Marker& marker : markers) {
-    EXPECT_LT((marker.position.v - close.markers[marker.expected]).norm(), 0.001) << marker.expected;
+    EXPECT_LT((marker.position.v - close.markers[marker.prediction]).norm(), 0.001) << marker.prediction;
     EXPECT_EQ(marker.cameras, 4u);
   }
 }
 
-TEST(ShareBlobs, LetsNoSecondTrackOfAMarkerLiveOnItsBlobs) {
+TEST(MergedBlobResolver, RemovesASecondTrackThatSharesAllBlobsOfAMarker) {
   CloseMarkers close({});
-  Expected expected = expect(close.markers, 0.001, close.random);
-  ExpectedMarker twin = expected.markers[2];
+  Predictions predicted = expect(close.markers, 0.001, close.random);
+  PredictedMarker twin = predicted.markers[2];
   twin.position.v.x() += 0.0008;
   twin.track = TrackId{99};
-  expected.markers.push_back(twin);
+  predicted.markers.push_back(twin);
   const auto matcher = make_matcher({}, close.rig);
 
-  const Matches& matches = matcher->match(close.world.set, expected);
+  const Matches& matches = matcher->match(close.world.set, predicted);
 
   EXPECT_EQ(matches.matches.size(), close.markers.size());
   ASSERT_NE(match_of(matches, 2), nullptr);
@@ -118,8 +119,8 @@ TEST(ShareBlobs, LetsNoSecondTrackOfAMarkerLiveOnItsBlobs) {
   EXPECT_EQ(match_of(matches, 5), nullptr);
 }
 
-TEST(ShareBlobs, SharesNoBlobWhoseShapeDoesNotFit) {
-  // One marker is long merged with something that is nobody's, the other is hidden, farther off than the shape says.
+TEST(MergedBlobResolver, SharesNoBlobWhoseShapeDoesNotFit) {
+  // One marker is merged with clutter. The other marker is hidden and farther away than the shape of the blob allows.
   ViewRays view;
   const CameraModel camera = camera_at({4.0, 0.0, 1.0});
   view.camera = &camera;
@@ -134,7 +135,7 @@ TEST(ShareBlobs, SharesNoBlobWhoseShapeDoesNotFit) {
   view.index();
   RayBins bins;
   bins.fill(view.places(), view.bounds(), view.typical_variance(), 4.0F);
-  // Two markers on either side of the blob, each known to 0.3 px.
+  // Two markers on either side of the blob, each with a standard deviation of 0.3 px.
   const auto two_at = [&](const Vector2d& off_px) {
     PredictedMeasurements two;
     two.resize(2);

@@ -1,4 +1,5 @@
 #include "associate/multi_view_matcher.h"
+#include "associate/identified_matcher.h"
 
 #include <gtest/gtest.h>
 
@@ -18,16 +19,16 @@ namespace {
 using namespace mocap::test;
 using Eigen::Vector3d;
 
-// Matches against the truth.
+// Matches compared with the truth.
 struct Score {
-  int ghosts = 0;    // matches that are no one marker's
-  int doubles = 0;   // markers with more than one match
-  int foreign = 0;   // sightings of something else in a marker's match
-  int mistaken = 0;  // expected markers matched to another one's blobs
+  int ghosts = 0;    // matches without a marker
+  int doubles = 0;   // additional matches of one marker
+  int foreign = 0;   // sightings of another marker or of clutter in the match of a marker
+  int mistaken = 0;  // predicted markers matched to the blobs of another marker
   std::set<int> found;
 };
 
-// The marker that most sightings of a match show, and how many do.
+// The marker to which most sightings of a match belong, and the number of these sightings.
 std::pair<int, std::size_t> shown_by(const SeenWorld& world, const Match& match) {
   std::map<int, std::size_t> votes;
   for (const BlobRef& seen : match.sightings) {
@@ -49,12 +50,12 @@ Score score(const SeenWorld& world, const Matches& matches) {
     }
     total.foreign += static_cast<int>(match.sightings.size() - votes);
     if (!total.found.insert(marker).second) ++total.doubles;
-    if (match.expected != Match::kNew && static_cast<int>(match.expected) != marker) ++total.mistaken;
+    if (match.prediction != Match::kNew && static_cast<int>(match.prediction) != marker) ++total.mistaken;
   }
   return total;
 }
 
-// The blobs of a match as (camera, blob) in order: independent of the order of views.
+// The blobs of a match as sorted pairs (camera, blob), independent of the order of the views.
 std::set<std::set<std::pair<std::uint32_t, std::uint32_t>>> content(const FrameSet& set, const Matches& matches) {
   std::set<std::set<std::pair<std::uint32_t, std::uint32_t>>> all;
   for (const Match& match : matches.matches) {
@@ -65,7 +66,7 @@ std::set<std::set<std::pair<std::uint32_t, std::uint32_t>>> content(const FrameS
   return all;
 }
 
-TEST(MatchViews, FindsEveryMarkerThatNobodyExpectsFromPerfectViews) {
+TEST(MultiViewMatcher, FindsEveryNewMarkerInPerfectViews) {
   std::mt19937 random(1);
   const Rig rig = ring(8);
   const auto markers = cloud(40, random);
@@ -90,9 +91,9 @@ std::ostream& operator<<(std::ostream& out, const Scene& scene) {
   return out << scene.cameras << (scene.predicted ? " cameras, known" : " cameras, new");
 }
 
-class MatchViewsIn : public testing::TestWithParam<Scene> {};
+class MultiViewMatcherIn : public testing::TestWithParam<Scene> {};
 
-TEST_P(MatchViewsIn, FindsNearlyAllMarkersThatThreeCamerasSeeAndFewGhosts) {
+TEST_P(MultiViewMatcherIn, FindsNearlyAllMarkersThatThreeCamerasSeeAndFewGhosts) {
   std::mt19937 random(5);
   const Rig rig = ring(GetParam().cameras);
   const auto matcher = make_matcher({}, rig);
@@ -104,8 +105,8 @@ TEST_P(MatchViewsIn, FindsNearlyAllMarkersThatThreeCamerasSeeAndFewGhosts) {
     const auto markers = cloud(40, random);
     const auto world =
         see(rig, markers, {.sigma_px = 0.1, .missed = 0.3, .false_blobs = 0.1, .merge_below_px = 4.0}, random);
-    const auto expected = GetParam().predicted ? expect(markers, 0.005, random) : Expected{};
-    const Score result = score(world, matcher->match(world.set, expected));
+    const auto predicted = GetParam().predicted ? expect(markers, 0.005, random) : Predictions{};
+    const Score result = score(world, matcher->match(world.set, predicted));
     for (int m = 0; m < 40; ++m) {
       if (world.views_of(m) < 3) continue;
       ++visible;
@@ -122,11 +123,11 @@ TEST_P(MatchViewsIn, FindsNearlyAllMarkersThatThreeCamerasSeeAndFewGhosts) {
   EXPECT_LE(sum.mistaken, 1);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, MatchViewsIn,
+INSTANTIATE_TEST_SUITE_P(Scenes, MultiViewMatcherIn,
                          testing::Values(Scene{4, false}, Scene{4, true}, Scene{8, false}, Scene{8, true},
                                          Scene{16, false}, Scene{16, true}));
 
-TEST(MatchViews, FollowsAWalkingFigureOf18MarkersWithFourCameras) {
+TEST(MultiViewMatcher, FollowsAWalkingFigureOf18MarkersWithFourCameras) {
   std::mt19937 random(3);
   const Rig rig = ring(4);
   const auto matcher = make_matcher({}, rig);
@@ -134,11 +135,11 @@ TEST(MatchViews, FollowsAWalkingFigureOf18MarkersWithFourCameras) {
     const auto markers = walker(k / 60.0);
     const auto before = walker((k - 1) / 60.0);
     const auto world = see(rig, markers, {.sigma_px = 0.05, .merge_below_px = 4.0}, random);
-    Expected expected = expect(before, 0.001, random);  // one frame old: up to 20 mm off
-    for (auto& marker : expected.markers) marker.covariance_m2 = Eigen::Matrix3d::Identity() * 1e-4;
+    Predictions predicted = expect(before, 0.001, random);  // one frame old: up to 20 mm off
+    for (auto& marker : predicted.markers) marker.covariance_m2 = Eigen::Matrix3d::Identity() * 1e-4;
 
     const Score cold = score(world, matcher->match(world.set, {}));
-    const Score known = score(world, matcher->match(world.set, expected));
+    const Score known = score(world, matcher->match(world.set, predicted));
 
     for (int m = 0; m < 18; ++m) {
       EXPECT_TRUE(cold.found.contains(m) || world.views_of(m) < 3) << k << " marker " << m;
@@ -149,26 +150,26 @@ TEST(MatchViews, FollowsAWalkingFigureOf18MarkersWithFourCameras) {
   }
 }
 
-TEST(MatchViews, NeedsTwoViewsForAKnownMarkerAndCountsTheOneSeenOnce) {
+TEST(MultiViewMatcher, NeedsTwoViewsForAPredictedMarkerAndCountsAMarkerSeenOnce) {
   std::mt19937 random(2);
   const Rig rig = ring(4);
   const std::vector<Vector3d> markers{{0.0, 0.0, 1.0}, {0.4, 0.1, 1.2}};
   auto world = see(rig, markers, {.sigma_px = 0.05}, random);
-  world.frames[1]->blobs.erase_unordered(1);  // the second marker is seen by cameras 0
+  world.frames[1]->blobs.erase_unordered(1);  // only cameras 0 and 3 see the second marker
   world.frames[2]->blobs.erase_unordered(1);
-  const auto expected = expect(markers, 0.003, random);
+  const auto predicted = expect(markers, 0.003, random);
   const auto matcher = make_matcher({}, rig);
 
-  ASSERT_EQ(matcher->match(world.set, expected).matches.size(), 2u);
+  ASSERT_EQ(matcher->match(world.set, predicted).matches.size(), 2u);
 
   world.frames[3]->blobs.erase_unordered(1);
-  const Matches& matches = matcher->match(world.set, expected);
+  const Matches& matches = matcher->match(world.set, predicted);
   EXPECT_EQ(matches.matches.size(), 1u);
   EXPECT_EQ(matches.seen_once, 1u);
   EXPECT_EQ(matches.unmatched_blobs, 1u);
 }
 
-TEST(MatchViews, TellsTheRayOfAnExpectedMarkerThatOneCameraAloneSees) {
+TEST(MultiViewMatcher, ReportsTheBearingOfAMarkerThatOneCameraSees) {
   std::mt19937 random(2);
   const Rig rig = ring(4);
   const std::vector<Vector3d> markers{{0.0, 0.0, 1.0}, {0.4, 0.1, 1.2}};
@@ -180,25 +181,25 @@ TEST(MatchViews, TellsTheRayOfAnExpectedMarkerThatOneCameraAloneSees) {
 
   ASSERT_EQ(matches.bearing_only.size(), 1u);
   const BearingOnlyObservation& bearing_only = matches.bearing_only[0];
-  EXPECT_EQ(bearing_only.expected, 1u);
+  EXPECT_EQ(bearing_only.prediction, 1u);
   EXPECT_EQ(bearing_only.sighting.view, 3u);
   EXPECT_EQ(bearing_only.sighting.blob, 1u);
   EXPECT_LT((bearing_only.eye.v - rig[3].centre().v).norm(), 1e-12);
-  // The ray passes the marker within five of the standard deviations that it tells.
+  // The ray passes the marker at a distance of at most five standard deviations.
   const Vector3d to_marker = markers[1] - bearing_only.eye.v;
   EXPECT_NEAR(bearing_only.direction.norm(), 1.0, 1e-12);
   EXPECT_LT(to_marker.cross(bearing_only.direction).norm(), 5.0 * bearing_only.sigma_rad * to_marker.norm());
-  EXPECT_NEAR(bearing_only.sigma_rad, 0.05 / 900.0, 0.2 * 0.05 / 900.0);  // rad; the lens bends a little
+  EXPECT_NEAR(bearing_only.sigma_rad, 0.05 / 900.0, 0.2 * 0.05 / 900.0);  // rad; the lens distorts a little
 
-  EXPECT_TRUE(matcher->match(world.set, {}).bearing_only.empty());  // nobody is expected
+  EXPECT_TRUE(matcher->match(world.set, {}).bearing_only.empty());  // no prediction
 }
 
-TEST(MatchViews, TellsNoRayWhoseBlobANewMarkerTook) {
+TEST(MultiViewMatcher, ReportsNoBearingIfANewMarkerHasTheBlob) {
   std::mt19937 random(6);
   const Rig rig = ring(4);
   const std::vector<Vector3d> markers{{0.0, 0.0, 1.0}};
   const auto world = see(rig, markers, {.sigma_px = 0.05}, random);
-  // Expected elsewhere, on the ray of camera 1: that view alone has the blob in its gate.
+  // The prediction lies elsewhere on the ray of camera 1: only that view has the blob in its gate.
   const Vector3d eye = rig[1].centre().v;
   const std::vector<Vector3d> elsewhere{eye + 0.7 * (markers[0] - eye)};
   const auto matcher = make_matcher({}, rig);
@@ -206,21 +207,21 @@ TEST(MatchViews, TellsNoRayWhoseBlobANewMarkerTook) {
   const Matches& matches = matcher->match(world.set, expect(elsewhere, 0.001, random));
 
   ASSERT_EQ(matches.matches.size(), 1u);
-  EXPECT_EQ(matches.matches[0].expected, Match::kNew);
+  EXPECT_EQ(matches.matches[0].prediction, Match::kNew);
   EXPECT_EQ(matches.seen_once, 1u);
   EXPECT_TRUE(matches.bearing_only.empty());
 }
 
-TEST(MatchViews, LeavesOutTheViewThatHasAFalseBlobInTheGate) {
+TEST(MultiViewMatcher, RemovesAViewWithAFalseBlobInTheGate) {
   std::mt19937 random(2);
   const Rig rig = ring(5);
   const std::vector<Vector3d> markers{{0.1, -0.2, 1.3}};
   auto world = see(rig, markers, {.sigma_px = 0.05}, random);
   world.frames[2]->blobs[0].centroid.v.x() += 5.0;  // the marker itself is hidden there
-  Expected expected = expect(markers, 0.02, random);
+  Predictions predicted = expect(markers, 0.02, random);
 
   const auto matcher = make_matcher({}, rig);
-  const Matches& matches = matcher->match(world.set, expected);
+  const Matches& matches = matcher->match(world.set, predicted);
 
   ASSERT_EQ(matches.matches.size(), 1u);
   EXPECT_EQ(matches.matches[0].sightings.size(), 4u);
@@ -228,22 +229,22 @@ TEST(MatchViews, LeavesOutTheViewThatHasAFalseBlobInTheGate) {
   EXPECT_EQ(matches.unmatched_blobs, 1u);
 }
 
-TEST(MatchViews, AssignsNearMarkersAsTheBruteForceOverAllAssignmentsDoes) {
+TEST(MultiViewMatcher, AssignsNearMarkersLikeABruteForceSearch) {
   std::mt19937 random(11);
   const Rig rig = ring(3);
   const MatchSettings settings;
   const auto matcher = make_matcher(settings, rig);
   for (int k = 0; k < 50; ++k) {
-    // Four markers within a few cm: every gate holds all blobs.
+    // Four markers within a few cm: every gate contains all blobs.
     std::vector<Vector3d> markers;
     std::uniform_real_distribution<double> near(-0.03, 0.03);
     for (int m = 0; m < 4; ++m) markers.emplace_back(near(random), near(random), 1.0 + near(random));
     const auto world = see(rig, markers, {.sigma_px = 0.05}, random);
-    const auto expected = expect(markers, 0.004, random);
+    const auto predicted = expect(markers, 0.004, random);
 
-    const Matches& matches = matcher->match(world.set, expected);
+    const Matches& matches = matcher->match(world.set, predicted);
 
-    // Equal covariances: the exact assignment of each view has the least sum of squared distances.
+    // With equal covariances, the optimal assignment of each view has the least sum of squared distances.
     for (std::size_t view = 0; view < 3; ++view) {
       std::array<std::size_t, 4> order{0, 1, 2, 3};
       std::array<std::size_t, 4> best = order;
@@ -251,7 +252,7 @@ TEST(MatchViews, AssignsNearMarkersAsTheBruteForceOverAllAssignmentsDoes) {
       do {
         double sum = 0.0;
         for (std::size_t m = 0; m < 4; ++m) {
-          const auto pixel = geometry::project(rig[view], expected.markers[m].position);
+          const auto pixel = geometry::project(rig[view], predicted.markers[m].position);
           sum += (pixel->v - world.frames[view]->blobs[order[m]].centroid.v).squaredNorm();
         }
         if (sum < least) {
@@ -260,14 +261,14 @@ TEST(MatchViews, AssignsNearMarkersAsTheBruteForceOverAllAssignmentsDoes) {
         }
       } while (std::ranges::next_permutation(order).found);
       for (const Match& match : matches.matches) {
-        if (match.expected == Match::kNew || match.sightings.size() != 3) continue;
-        EXPECT_EQ(match.sightings[view].blob, best[match.expected]) << "set " << k << " view " << view;
+        if (match.prediction == Match::kNew || match.sightings.size() != 3) continue;
+        EXPECT_EQ(match.sightings[view].blob, best[match.prediction]) << "set " << k << " view " << view;
       }
     }
   }
 }
 
-TEST(MatchViews, GivesTheSameMatchesForCamerasInAnyOrder) {
+TEST(MultiViewMatcher, GivesTheSameMatchesForCamerasInAnyOrder) {
   std::mt19937 random(8);
   const Rig rig = ring(6);
   Rig turned;
@@ -296,7 +297,7 @@ TEST(MatchViews, GivesTheSameMatchesForCamerasInAnyOrder) {
   EXPECT_EQ(result, expected);
 }
 
-TEST(MatchViews, FindsNothingByTwoCamerasThatFaceEachOther) {
+TEST(MultiViewMatcher, FindsNothingWithTwoCamerasThatFaceEachOther) {
   std::mt19937 random(4);
   const Rig rig{camera_at({4.0, 0.0, 1.0}), camera_at({-4.0, 0.0, 1.0})};
   const std::vector<Vector3d> markers{{0.5, 0.02, 1.02}, {-0.5, -0.03, 0.98}, {0.1, 0.0, 1.0}, {0.0, 0.04, 1.0}};
@@ -306,7 +307,7 @@ TEST(MatchViews, FindsNothingByTwoCamerasThatFaceEachOther) {
   EXPECT_EQ(make_matcher({}, rig)->match(world.set, expect(markers, 0.01, random)).matches.size(), 0u);
 }
 
-TEST(MatchViews, TakesTwoViewsForANewMarkerOnlyWhereNoThirdCameraCouldSeeIt) {
+TEST(MultiViewMatcher, AcceptsTwoViewsOfANewMarkerOnlyIfNoThirdCameraCouldSeeIt) {
   std::mt19937 random(4);
   const std::vector<Vector3d> markers{{0.1, 0.2, 1.1}};
   const Rig pair{camera_at({4.0, 0.0, 2.5}), camera_at({0.0, 4.0, 2.5})};
@@ -319,26 +320,26 @@ TEST(MatchViews, TakesTwoViewsForANewMarkerOnlyWhereNoThirdCameraCouldSeeIt) {
   EXPECT_EQ(make_matcher({}, three)->match(world.set, {}).matches.size(), 0u);
   EXPECT_EQ(make_matcher({.min_views_new = 2}, three)->match(world.set, {}).matches.size(), 1u);
 
-  world.set.views.pop_back();  // the third camera is late: it might have seen the marker
+  world.set.views.pop_back();  // the third camera is late and might have seen the marker
   EXPECT_EQ(make_matcher({}, three)->match(world.set, {}).matches.size(), 0u);
-  world.set.expected_views = 2;  // it is known not to deliver
+  world.set.expected_views = 2;  // the third camera is known not to deliver
   EXPECT_EQ(make_matcher({}, three)->match(world.set, {}).matches.size(), 1u);
 }
 
-TEST(MatchViews, BelievesNeitherOfTwoPairsThatShareABlob) {
+TEST(MultiViewMatcher, AcceptsNeitherOfTwoPairsThatShareABlob) {
   std::mt19937 random(4);
   const Rig rig{camera_at({4.0, 0.0, 1.0}), camera_at({0.0, 4.0, 1.0})};
-  // At one height: the epipolar lines of both are one.
+  // Both markers are at one height: they have the same epipolar line.
   const std::vector<Vector3d> markers{{0.2, 0.1, 1.0}, {-0.3, -0.2, 1.0}};
   const auto world = see(rig, markers, {.sigma_px = 0.1}, random);
 
   EXPECT_EQ(make_matcher({}, rig)->match(world.set, {}).matches.size(), 0u);
 }
 
-TEST(MatchViews, MakesNoNewMarkerOfBlobsThatAKnownOneTook) {
+TEST(MultiViewMatcher, FindsNoNewMarkerInBlobsOfAPredictedOne) {
   std::mt19937 random(4);
   const Rig rig = ring(4);
-  // View 2 sees one before the other: one blob for both. View 3 misses the one behind, and view 2 has a false blob.
+  // View 2 sees one marker before the other as one blob, and has a false blob. View 3 misses the marker behind.
   const Vector3d behind(0.0, 0.0, 1.0);
   const Vector3d eye = rig[2].centre().v;
   const std::vector<Vector3d> markers{behind, eye + 0.9 * (behind - eye)};
@@ -352,26 +353,26 @@ TEST(MatchViews, MakesNoNewMarkerOfBlobsThatAKnownOneTook) {
 
   const Matches& matches = matcher->match(world.set, known);
 
-  // The one behind has two blobs of its own, and four cameras could see it.
+  // The marker behind has two exclusive blobs, but four cameras could see it.
   ASSERT_EQ(matches.matches.size(), 1u);
-  EXPECT_EQ(matches.matches[0].expected, 0u);
+  EXPECT_EQ(matches.matches[0].prediction, 0u);
   EXPECT_EQ(matches.matches[0].sightings.size(), 4u);
   EXPECT_EQ(matches.unmatched_blobs, 3u);
 }
 
-TEST(MatchViews, FindsNothingWhereAllEpipolarLinesCoincide) {
+TEST(MultiViewMatcher, FindsNothingIfAllEpipolarLinesCoincide) {
   std::mt19937 random(4);
-  // Three cameras in one line and all that they see on a line beside it: every blob is on every other's epipolar line.
+  // Three cameras on a line and all markers on a parallel line: every blob lies on every epipolar line.
   const Rig rig{camera_at({4.0, -1.5, 1.0}, {0.0, 0.0, 1.0}), camera_at({4.0, 0.0, 1.0}, {0.0, 0.0, 1.0}),
                 camera_at({4.0, 1.5, 1.0}, {0.0, 0.0, 1.0})};
   const std::vector<Vector3d> markers{{0.0, -0.4, 1.0}, {0.0, -0.1, 1.0}, {0.0, 0.2, 1.0}, {0.0, 0.5, 1.0}};
   auto world = see(rig, markers, {.sigma_px = 0.05}, random);
-  world.frames[2]->blobs.clear();  // two views: any pair of blobs would do
+  world.frames[2]->blobs.clear();  // two views: any pair of blobs is possible
 
   EXPECT_EQ(make_matcher({.min_views_new = 2}, rig)->match(world.set, {}).matches.size(), 0u);
 }
 
-TEST(MatchViews, FindsWithinSomeSetsWhatThreeOfManyCamerasSee) {
+TEST(MultiViewMatcher, FindsAMarkerThatThreeOfManyCamerasSeeWithinSomeSets) {
   std::mt19937 random(9);
   const Rig rig = ring(40);
   const auto markers = cloud(8, random);
@@ -387,8 +388,8 @@ TEST(MatchViews, FindsWithinSomeSetsWhatThreeOfManyCamerasSee) {
   EXPECT_EQ(found, 8u);
 }
 
-TEST(MatchViews, FindsNewMarkersAmongFewRaysThatLieOffTheirLines) {
-  // Of two views one must lie near the other's lines: blobs 0.8 px off lie some 1 px off these.
+TEST(MultiViewMatcher, FindsNewMarkersAmongFewRaysThatLieOffTheirEpipolarLines) {
+  // Blobs with an error of 0.8 px lie about 1 px from the epipolar lines.
   std::mt19937 random(23);
   const Rig rig{camera_at({4.0, 0.0, 2.5}), camera_at({0.0, 4.0, 2.5})};
   const std::vector<Vector3d> markers{
@@ -401,7 +402,7 @@ TEST(MatchViews, FindsNewMarkersAmongFewRaysThatLieOffTheirLines) {
   EXPECT_EQ(score(world, matches).found.size(), markers.size());
 }
 
-TEST(MatchViews, RefusesMarkersOutsideOfTheVolume) {
+TEST(MultiViewMatcher, RefusesMarkersOutsideTheVolume) {
   std::mt19937 random(4);
   const Rig rig = ring(6);
   const std::vector<Vector3d> markers{{0.0, 0.0, 0.5}, {0.0, 0.0, 1.6}};
@@ -413,20 +414,20 @@ TEST(MatchViews, RefusesMarkersOutsideOfTheVolume) {
   EXPECT_EQ(make_matcher(settings, rig)->match(world.set, expect(markers, 0.005, random)).matches.size(), 1u);
 }
 
-TEST(MatchViews, OutlivesViewsFullOfJunkAndCountsWhatItSkipped) {
+TEST(MultiViewMatcher, BoundsItsWorkInViewsFullOfClutterAndCountsTheSkippedHypotheses) {
   std::mt19937 random(4);
   const Rig rig = ring(64);
   const auto world = see(rig, cloud(10, random), {.false_blobs = 60.0}, random);
-  Expected expected = expect(cloud(kMaxMarkers, random), 0.02, random);
-  expected.markers[3].position.v.x() = std::numeric_limits<double>::quiet_NaN();
-  expected.markers[4].covariance_m2.setConstant(std::numeric_limits<double>::infinity());
+  Predictions predicted = expect(cloud(kMaxMarkers, random), 0.02, random);
+  predicted.markers[3].position.v.x() = std::numeric_limits<double>::quiet_NaN();
+  predicted.markers[4].covariance_m2.setConstant(std::numeric_limits<double>::infinity());
   const auto matcher = make_matcher({}, rig);
 
   EXPECT_GT(matcher->match(world.set, {}).skipped, 0u);
-  EXPECT_LE(matcher->match(world.set, expected).matches.size(), kMaxMarkers);
+  EXPECT_LE(matcher->match(world.set, predicted).matches.size(), kMaxMarkers);
 }
 
-TEST(MatchViews, TakesNonsenseBlobsForNoBlobs) {
+TEST(MultiViewMatcher, IgnoresBlobsThatAreNotFinite) {
   std::mt19937 random(4);
   const Rig rig = ring(3);
   const std::vector<Vector3d> markers{{0.0, 0.0, 0.5}};
@@ -443,19 +444,20 @@ TEST(MatchViews, TakesNonsenseBlobsForNoBlobs) {
   EXPECT_EQ(make_matcher({}, rig)->match(world.set, {}).matches.size(), 1u);
 }
 
-TEST(MatchViews, FindsNothingInEmptyViews) {
+TEST(MultiViewMatcher, FindsNothingInEmptyViews) {
   const Rig rig = ring(2);
   const auto matcher = make_matcher({}, rig);
 
   EXPECT_EQ(matcher->match(FrameSet{}, {}).matches.size(), 0u);
 }
 
-/// Four markers that stand still, of whose blobs each bears a 2D track: the marker's number.
-struct Watched {
-  Watched() {
+/// Four stationary markers; the 2D track of each blob is the number of its marker. The matcher has learned the
+/// identities.
+struct TrackedScene {
+  TrackedScene() {
     for (int set = 0; set < 5; ++set) {
       auto world = look();
-      const Matches& matches = matcher->match(world.set, expected());
+      const Matches& matches = matcher.match(world.set, predicted().markers);
       EXPECT_EQ(matches.matches.size(), markers.size());
     }
   }
@@ -469,30 +471,30 @@ struct Watched {
     }
     return world;
   }
-  Expected expected(double sigma_m = 0.005) {
-    Expected all = expect(markers, 0.001, random);
-    for (ExpectedMarker& marker : all.markers) marker.covariance_m2 = Eigen::Matrix3d::Identity() * sigma_m * sigma_m;
+  Predictions predicted(double sigma_m = 0.005) {
+    Predictions all = expect(markers, 0.001, random);
+    for (PredictedMarker& marker : all.markers) marker.covariance_m2 = Eigen::Matrix3d::Identity() * sigma_m * sigma_m;
     return all;
   }
 
   std::mt19937 random{4};
   Rig rig = ring(4);
   std::vector<Vector3d> markers{{0.0, 0.0, 1.0}, {0.4, 0.1, 1.2}, {-0.3, 0.3, 0.8}, {0.2, -0.4, 1.4}};
-  std::unique_ptr<Matcher> matcher = make_matcher({}, rig);
+  IdentifiedMatcher matcher{rig};
 };
 
-const Match* match_of(const Matches& matches, std::uint32_t expected) {
-  const auto found = std::ranges::find(matches.matches, expected, &Match::expected);
+const Match* match_of(const Matches& matches, std::uint32_t predicted) {
+  const auto found = std::ranges::find(matches.matches, predicted, &Match::prediction);
   return found == matches.matches.end() ? nullptr : &*found;
 }
 
-TEST(MatchViews, RefusesAPairOfWhichOneBlobWasAnothersBefore) {
-  Watched watched;
-  auto world = watched.look();
-  // Camera 0 sees the first marker, camera 1 the second where the first would be; the others see neither.
-  const Vector3d between = watched.markers[0] + Vector3d(0.004, 0.0, 0.0);
-  world.frames[0]->blobs[0].centroid = *geometry::project(watched.rig[0], {between});
-  world.frames[1]->blobs[0].centroid = *geometry::project(watched.rig[1], {between});
+TEST(MultiViewMatcher, RefusesAPairIfTheTrackOfOneBlobBelongsToAnotherMarker) {
+  TrackedScene tracked;
+  auto world = tracked.look();
+  // Camera 0 sees the first marker. Camera 1 sees the second marker where the first would be. The others see neither.
+  const Vector3d between = tracked.markers[0] + Vector3d(0.004, 0.0, 0.0);
+  world.frames[0]->blobs[0].centroid = *geometry::project(tracked.rig[0], {between});
+  world.frames[1]->blobs[0].centroid = *geometry::project(tracked.rig[1], {between});
   world.frames[1]->blobs[0].track = BlobTrackId{1};
   world.frames[1]->blobs.erase_unordered(1);
   for (const std::size_t view : {2u, 3u}) {
@@ -500,27 +502,27 @@ TEST(MatchViews, RefusesAPairOfWhichOneBlobWasAnothersBefore) {
     world.frames[view]->blobs.erase_unordered(0);
   }
 
-  const Matches& matches = watched.matcher->match(world.set, watched.expected());
+  const Matches& matches = tracked.matcher.match(world.set, tracked.predicted().markers);
 
   EXPECT_EQ(match_of(matches, 0), nullptr);
   ASSERT_GE(matches.bearing_only.size(), 1u);
-  EXPECT_EQ(matches.bearing_only[0].expected, 0u);
+  EXPECT_EQ(matches.bearing_only[0].prediction, 0u);
   EXPECT_EQ(matches.bearing_only[0].sighting.view, 0u);
 }
 
-TEST(MatchViews, RefusesAPairOfBlobsThatMeetByChanceWhereTheMarkerIsHardlyKnown) {
+TEST(MultiViewMatcher, RefusesAChancePairInTheGateOfAnUncertainMarker) {
   std::mt19937 random(4);
   const Rig rig = ring(8);
   const auto markers = cloud(40, random);
   auto world = see(rig, markers, {.sigma_px = 0.05, .false_blobs = 1.0}, random);
   const auto matcher = make_matcher({}, rig);
-  Expected expected = expect(markers, 0.001, random);
-  // One more that nobody sees, known to 100 mm; two blobs meet 200 mm off.
-  ExpectedMarker lost;
+  Predictions predicted = expect(markers, 0.001, random);
+  // One more marker, predicted to 100 mm, that no camera sees. The rays of two false blobs meet 200 mm from the marker.
+  PredictedMarker lost;
   lost.position.v = {0.0, 0.0, 1.0};
   lost.covariance_m2 = Eigen::Matrix3d::Identity() * 0.01;
   lost.track = TrackId{90};
-  expected.markers.push_back(lost);
+  predicted.markers.push_back(lost);
   const WorldPoint triangulation{{0.16, 0.1, 1.08}};
   for (const std::size_t view : {0u, 2u}) {
     Blob blob = world.frames[view]->blobs[0];
@@ -528,40 +530,40 @@ TEST(MatchViews, RefusesAPairOfBlobsThatMeetByChanceWhereTheMarkerIsHardlyKnown)
     world.frames[view]->blobs.push_back(blob);
   }
 
-  EXPECT_EQ(match_of(matcher->match(world.set, expected), 40), nullptr);
+  EXPECT_EQ(match_of(matcher->match(world.set, predicted), 40), nullptr);
 
-  // The same two are its own where it was expected just there.
-  expected.markers[40].position = triangulation;
-  expected.markers[40].covariance_m2 = Eigen::Matrix3d::Identity() * 25e-6;
-  EXPECT_NE(match_of(matcher->match(world.set, expected), 40), nullptr);
+  // The same two blobs are accepted if the marker is predicted at their intersection.
+  predicted.markers[40].position = triangulation;
+  predicted.markers[40].covariance_m2 = Eigen::Matrix3d::Identity() * 25e-6;
+  EXPECT_NE(match_of(matcher->match(world.set, predicted), 40), nullptr);
 }
 
-TEST(MatchViews, KnowsAMarkerThatLeaptOutOfItsGateByThe2DTracksOfItsBlobs) {
-  Watched watched;
-  const Expected expected = watched.expected();
-  watched.markers[0] += Vector3d(0.1, -0.08, 0.1);
-  auto world = watched.look();
+TEST(MultiViewMatcher, FindsAMarkerThatJumpedOutOfItsGateByIts2DTracks) {
+  TrackedScene tracked;
+  const Predictions predicted = tracked.predicted();
+  tracked.markers[0] += Vector3d(0.1, -0.08, 0.1);
+  auto world = tracked.look();
 
-  const Match* match = match_of(watched.matcher->match(world.set, expected), 0);
+  const Match* match = match_of(tracked.matcher.match(world.set, predicted.markers), 0);
 
   ASSERT_NE(match, nullptr);
   EXPECT_EQ(match->sightings.size(), 4u);
   EXPECT_TRUE(match->by_blob_tracks);
 }
 
-TEST(MatchViews, TakesTwoTracksOfOneMarkerForTheOlder) {
+TEST(MultiViewMatcher, MergesTwoTracksOfOneMarkerIntoTheOlder) {
   std::mt19937 random(4);
   const Rig rig = ring(8);
   const std::vector<Vector3d> markers{{0.0, 0.0, 1.0}, {0.4, 0.1, 1.2}, {-0.3, 0.3, 0.8}};
   auto world = see(rig, markers, {.sigma_px = 0.05}, random);
   const auto matcher = make_matcher({}, rig);
-  Expected expected = expect(markers, 0.0005, random);
-  ExpectedMarker twin = expected.markers[0];
+  Predictions predicted = expect(markers, 0.0005, random);
+  PredictedMarker twin = predicted.markers[0];
   twin.position.v += Vector3d(0.002, 0.001, 0.0);
   twin.track = TrackId{99};
-  expected.markers.push_back(twin);
+  predicted.markers.push_back(twin);
 
-  const Matches& matches = matcher->match(world.set, expected);
+  const Matches& matches = matcher->match(world.set, predicted);
 
   const Match* match = match_of(matches, 0);
   ASSERT_NE(match, nullptr);

@@ -1,5 +1,5 @@
-// A real rig of three cameras, and hundreds of particles that look all alike: from pixels to points in space, compared
-// with what another program found.
+// Hundreds of equal particles recorded by a real rig of three cameras: from pixels to 3D points, compared with the
+// results of another program.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -43,7 +43,7 @@ struct Fitted {
   double rms_px = 0.0;
 };
 
-/// A pinhole with k1, p1 and p2 through the calibration points of one camera: image x, y; world x, y, z in mm.
+/// Fits a pinhole camera with k1, p1 and p2 to the calibration points of one camera: image x, y; world x, y, z in mm.
 Fitted fit_camera(int number) {
   std::vector<cv::Point3f> world;
   std::vector<cv::Point2f> image;
@@ -80,8 +80,8 @@ Fitted fit_camera(int number) {
   return fitted;
 }
 
-/// The particles are 2 to 10 px of 4 to 15 times the noise, before a scene that is unevenly lit: that is taken away, as
-/// the other program did, and the noise of single pixels evened out. Three times as bright, to lose no grey levels.
+/// Subtracts the unevenly lit background, as the other program did, smooths pixel noise, and multiplies by three to use
+/// more grey levels. The particles have 2 to 10 px and a brightness of 4 to 15 times the noise.
 cv::Mat flattened(const cv::Mat& raw) {
   cv::Mat scene, even, flat;
   cv::medianBlur(raw, scene, 15);
@@ -90,13 +90,13 @@ cv::Mat flattened(const cv::Mat& raw) {
   return flat;
 }
 
-/// What one camera shows at one instant, as our detector finds it.
+/// The blobs of one camera at one instant.
 BlobFrame see(int number, int instant) {
   const cv::Mat pixels = flattened(cv::imread(
       kFolder + "cam" + std::to_string(number) + "/0" + std::to_string(instant) + ".png", cv::IMREAD_GRAYSCALE));
   EXPECT_EQ(pixels.cols, kWidth_px);
   detect::DetectSettings settings;
-  settings.threshold = 20.0;  // some three times the noise that is left
+  settings.threshold = 20.0;  // about three times the remaining noise
   settings.low_threshold = 10.0;
   settings.min_area_px2 = 3.0;
   settings.grow_px = 1;
@@ -114,7 +114,7 @@ BlobFrame see(int number, int instant) {
   return frame;
 }
 
-/// How many of `wanted` have one of `found` within half a millimetre, and how far those are off, rms.
+/// The number of `wanted` points that have a point of `found` within half a millimetre, and their rms distance.
 std::pair<int, double> compare(const std::vector<Eigen::Vector3d>& wanted, const Markers& found) {
   int near = 0;
   double squares_mm2 = 0.0;
@@ -128,7 +128,7 @@ std::pair<int, double> compare(const std::vector<Eigen::Vector3d>& wanted, const
   return {near, near > 0 ? std::sqrt(squares_mm2 / near) : 0.0};
 }
 
-TEST(Particles, AreFoundWhereAnotherProgramFoundThemOnARealRig) {
+TEST(Particles, AreFoundWhereAnotherProgramFoundThemWithARealRig) {
   const auto peers = read_table("particles.peer.txt");
   if (peers.empty()) GTEST_SKIP() << "no images of particles at " << kFolder;
   Rig rig;
@@ -161,7 +161,7 @@ TEST(Particles, AreFoundWhereAnotherProgramFoundThemOnARealRig) {
     EXPECT_LT(rms_mm, 0.25);
     wanted += static_cast<int>(peer.size());
     near += count;
-    // Not by chance: half a step of the particles' distance aside there is next to nothing.
+    // Control: if the points are shifted by half the distance of the particles, few are found by chance.
     for (Eigen::Vector3d& place : peer) place += Eigen::Vector3d(0.003, 0.003, 0.003);
     EXPECT_LE(compare(peer, found).first, 2);
   }

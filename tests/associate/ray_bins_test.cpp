@@ -17,7 +17,7 @@ namespace {
 constexpr float kSigmas = 4.0F;
 constexpr float kUsual = 0.01F * 0.01F;
 
-/// Rays all over an image from the top to the bottom, one in ten of them far less certain than the others.
+/// Rays over a whole image from top to bottom. One ray in ten is much less certain than the others.
 struct Image {
   explicit Image(std::size_t count, float uncertain = 0.03F) {
     std::mt19937 random{7};
@@ -34,7 +34,7 @@ struct Image {
   }
 
   RayPlaces places() const { return {x, y, variance}; }
-  /// Whether a gate of a place known to `sigma` has the ray.
+  /// Whether the gate of a position with standard deviation `sigma` contains the ray.
   bool has(std::size_t ray, float at_x, float at_y, float sigma) const {
     const float half = kSigmas * std::sqrt(sigma * sigma + variance[ray]);
     return std::abs(x[ray] - at_x) < half && std::abs(y[ray] - at_y) < half;
@@ -54,7 +54,7 @@ RayBins::Gate gate_of(const RayBins& bins, float x, float y, float sigma) {
           bin((y + half - min_y) * per_y + RayBins::kRounding + 1.0F)};
 }
 
-TEST(RayBins, MissNoRayThatAGateHas) {
+TEST(RayBins, MissNoRayInAGate) {
   for (const std::size_t count : {1U, 40U, 64U, 65U, 130U, 300U, 512U}) {
     const Image image(count);
     const auto bins = std::make_unique<RayBins>();
@@ -78,7 +78,7 @@ TEST(RayBins, MissNoRayThatAGateHas) {
   }
 }
 
-TEST(RayBins, GatesNeedNotBeWideForTheSakeOfAFewUncertainRays) {
+TEST(RayBins, KeepGatesNarrowDespiteAFewUncertainRays) {
   const Image image(300, 0.05F);
   const auto bins = std::make_unique<RayBins>(), wide_gates = std::make_unique<RayBins>();
   bins->fill(image.places(), image.bounds, kUsual, kSigmas);
@@ -94,7 +94,7 @@ TEST(RayBins, GatesNeedNotBeWideForTheSakeOfAFewUncertainRays) {
   EXPECT_LT(2 * visited(*bins), visited(*wide_gates));
 }
 
-TEST(ListedRays, TellThoseListedFirstAndThoseAddedLater) {
+TEST(ListedRays, VisitRaysFromTheBinsAndRaysAddedLater) {
   const Image image(100);
   const auto rays = std::make_unique<ListedRays>();
   const auto place = [&](std::size_t ray) {

@@ -1,10 +1,9 @@
 #include <gtest/gtest.h>
 
-#include <memory>
 #include <random>
 #include <vector>
 
-#include "associate/multi_view_matcher.h"
+#include "associate/identified_matcher.h"
 #include "support/marker_world.h"
 
 namespace mocap::associate {
@@ -13,12 +12,13 @@ namespace {
 using Eigen::Vector3d;
 using namespace mocap::test;
 
-constexpr SubjectId kWho{0};
+constexpr SubjectId kSubject{0};
 
-/// A hand's markers, of whose blobs each bears a 2D track; all but the first hide, and of that one camera 0 has a blob.
+/// The markers of a hand; each blob has a 2D track. In the images of hide(), camera 0 sees only the first marker, and
+/// the other cameras see nothing.
 struct Hand {
   Hand() {
-    for (int set = 0; set < 5; ++set) (void)matcher->match(look().set, expected(0.005));
+    for (int set = 0; set < 5; ++set) (void)matcher.match(look().set, predicted(0.005));
   }
   SeenWorld look() {
     auto world = see(rig, markers, {.sigma_px = 0.05}, random);
@@ -39,21 +39,22 @@ struct Hand {
     }
     return world;
   }
-  /// The blob of the lone camera goes on as another 2D track.
+  /// As hide(), but the 2D track broke: the blob has another 2D track.
   SeenWorld hide_and_break() {
     auto world = hide();
-    EXPECT_EQ(matcher->match(world.set, expected(0.005)).bearing_only.size(), 1U);
+    EXPECT_EQ(matcher.match(world.set, predicted(0.005)).bearing_only.size(), 1U);
     world.frames[0]->blobs[0].track = BlobTrackId{77};
     return world;
   }
-  /// The body's guess of all, off by the same way: the third name is expected where the first marker is.
-  Expected expected(double sigma_m, const Vector3d& off = Vector3d::Zero(), bool tracked = true) {
-    Expected all;
+  /// Predictions of all markers with a common offset. With as_another(), the third marker is predicted where the first
+  /// is.
+  PredictedMarkers predicted(double sigma_m, const Vector3d& off = Vector3d::Zero(), bool tracked = true) {
+    PredictedMarkers all;
     for (std::uint32_t m = 0; m < markers.size(); ++m) {
-      ExpectedMarker& marker = all.markers.push_back({});
+      PredictedMarker& marker = all.push_back({});
       marker.position.v = markers[m] + off;
       marker.covariance_m2 = sigma_m * sigma_m * Eigen::Matrix3d::Identity();
-      marker.label = {kWho, m};
+      marker.label = {kSubject, m};
       if (tracked) marker.track = TrackId{40 + m};
     }
     return all;
@@ -63,49 +64,49 @@ struct Hand {
   std::mt19937 random{4};
   Rig rig = ring(4);
   std::vector<Vector3d> markers{{0.0, 0.0, 1.0}, {0.06, 0.02, 1.0}, {0.02, 0.07, 1.02}};
-  std::unique_ptr<Matcher> matcher = make_matcher({}, rig);
+  IdentifiedMatcher matcher{rig};
 };
 
-TEST(MatchLone, ABlobIsWhoseItsTrackWasThoughAnotherIsExpectedThere) {
+TEST(SingleViewAssociation, PrefersTheMarkerOfThe2DTrackToAnotherMarkerPredictedAtTheBlob) {
   Hand hand;
   const auto world = hand.hide();
 
-  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, hand.as_another()));
+  const Matches& matches = hand.matcher.match(world.set, hand.predicted(0.04, hand.as_another()));
 
   ASSERT_EQ(matches.bearing_only.size(), 1U);
-  EXPECT_EQ(matches.bearing_only[0].expected, 0U);
+  EXPECT_EQ(matches.bearing_only[0].prediction, 0U);
 }
 
-TEST(MatchLone, AMarkerWhose3DTrackEndedIsKnownByItsName) {
+TEST(SingleViewAssociation, FindsAMarkerByItsLabelAfterIts3DTrackEnded) {
   Hand hand;
   const auto world = hand.hide();
 
-  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, hand.as_another(), false));
+  const Matches& matches = hand.matcher.match(world.set, hand.predicted(0.04, hand.as_another(), false));
 
   ASSERT_EQ(matches.bearing_only.size(), 1U);
-  EXPECT_EQ(matches.bearing_only[0].expected, 0U);
+  EXPECT_EQ(matches.bearing_only[0].prediction, 0U);
 }
 
-TEST(MatchLone, ABlobThatOneCameraAloneSawWithoutDoubtStaysItsMarkers) {
+TEST(SingleViewAssociation, KeepsTheMarkerOfAnUnambiguousBearing) {
   Hand hand;
   auto world = hand.hide();
-  world.frames[0]->blobs[0].track = BlobTrackId{77};  // this camera did not see it before
+  world.frames[0]->blobs[0].track = BlobTrackId{77};  // a new 2D track
   for (int set = 0; set < 4; ++set) {
-    ASSERT_EQ(hand.matcher->match(world.set, hand.expected(0.003)).bearing_only.size(), 1U);
+    ASSERT_EQ(hand.matcher.match(world.set, hand.predicted(0.003)).bearing_only.size(), 1U);
   }
 
-  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, hand.as_another(), false));
+  const Matches& matches = hand.matcher.match(world.set, hand.predicted(0.04, hand.as_another(), false));
 
   ASSERT_EQ(matches.bearing_only.size(), 1U);
-  EXPECT_EQ(matches.bearing_only[0].expected, 0U);
+  EXPECT_EQ(matches.bearing_only[0].prediction, 0U);
 }
 
-// Another camera has a blob on the ray of the one that it is seen by, three sigmas off in depth. What flashes in one
-// image has no 2D track; a marker that comes into that camera's view has one within a few images.
-TEST(MatchLone, AFlashOnTheRayOfAMarkerThatOneCameraSeesIsNoSecondSightOfIt) {
+// Another camera has a blob on the ray of the first camera, three standard deviations from the predicted depth. A flash
+// has no 2D track; a marker that enters the view of that camera gets a 2D track within a few images.
+TEST(SingleViewAssociation, RefusesAFlashAsTheSecondViewOfABearingOnlyMarker) {
   for (const bool flashes : {true, false}) {
     Hand hand;
-    (void)hand.matcher->match(hand.hide().set, hand.expected(0.005));
+    (void)hand.matcher.match(hand.hide().set, hand.predicted(0.005));
     auto world = hand.hide();
     const Vector3d away = (hand.markers[0] - hand.rig[0].centre().v).normalized();
     Hand farther;
@@ -118,80 +119,80 @@ TEST(MatchLone, AFlashOnTheRayOfAMarkerThatOneCameraSeesIsNoSecondSightOfIt) {
     }
     ASSERT_EQ(world.frames[1]->blobs.size(), 1U);
 
-    const Matches& matches = hand.matcher->match(world.set, hand.expected(0.01));
+    const Matches& matches = hand.matcher.match(world.set, hand.predicted(0.01));
 
     EXPECT_EQ(matches.bearing_only.size(), flashes ? 1U : 0U);
     EXPECT_EQ(matches.matches.size(), flashes ? 0U : 1U);
   }
 }
 
-// The 2D track breaks, and the next blob is a little nearer to where a name is expected that nobody saw.
-TEST(MatchLone, ABlobThatGoesOnAfterItsTrackBrokeIsRatherItsMarkers) {
+// The 2D track breaks, and the next blob is a little nearer to the prediction of an unobserved marker.
+TEST(SingleViewAssociation, ContinuesABearingAfterIts2DTrackBroke) {
   Hand hand;
   const auto world = hand.hide_and_break();
 
-  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, 0.6 * hand.as_another(), false));
+  const Matches& matches = hand.matcher.match(world.set, hand.predicted(0.04, 0.6 * hand.as_another(), false));
 
   ASSERT_EQ(matches.bearing_only.size(), 1U);
-  EXPECT_EQ(matches.bearing_only[0].expected, 0U);
+  EXPECT_EQ(matches.bearing_only[0].prediction, 0U);
 }
 
-TEST(MatchLone, ABlobLongAfterATrackBrokeIsWhoseItMayBeBest) {
+TEST(SingleViewAssociation, ForgetsABrokenTrackAfter24Images) {
   Hand hand;
   const auto world = hand.hide_and_break();
   auto dark = hand.hide();
   dark.frames[0]->blobs.clear();
-  for (int set = 0; set < 30; ++set) (void)hand.matcher->match(dark.set, hand.expected(0.005));
+  for (int set = 0; set < 30; ++set) (void)hand.matcher.match(dark.set, hand.predicted(0.005));
 
-  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, 0.6 * hand.as_another(), false));
+  const Matches& matches = hand.matcher.match(world.set, hand.predicted(0.04, 0.6 * hand.as_another(), false));
 
   ASSERT_EQ(matches.bearing_only.size(), 1U);
-  EXPECT_EQ(matches.bearing_only[0].expected, 2U);
+  EXPECT_EQ(matches.bearing_only[0].prediction, 2U);
 }
 
-TEST(MatchLone, ABlobThatMayBeAnyOfTheHandsIsNobodysForGood) {
+TEST(SingleViewAssociation, LearnsNoIdentityFromAnAmbiguousBearing) {
   Hand hand;
   auto world = hand.hide();
   world.frames[0]->blobs[0].track = BlobTrackId{77};
-  // All three may be there, and the first is a little nearer.
-  for (int set = 0; set < 4; ++set) (void)hand.matcher->match(world.set, hand.expected(0.1, Vector3d::Zero(), false));
+  // The blob may belong to any of the three markers; the first marker is a little nearer.
+  for (int set = 0; set < 4; ++set) (void)hand.matcher.match(world.set, hand.predicted(0.1, Vector3d::Zero(), false));
 
-  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.04, hand.as_another(), false));
+  const Matches& matches = hand.matcher.match(world.set, hand.predicted(0.04, hand.as_another(), false));
 
   ASSERT_EQ(matches.bearing_only.size(), 1U);
-  EXPECT_EQ(matches.bearing_only[0].expected, 2U);
+  EXPECT_EQ(matches.bearing_only[0].prediction, 2U);
 }
 
-// How far the ray passes from a place.
+// The distance of the ray from a position.
 double off_m(const BearingOnlyObservation& bearing_only, const Vector3d& place) {
   return (place - bearing_only.eye.v).cross(bearing_only.direction).norm();
 }
 
-TEST(MatchLone, ABlobThatMayBeAnyOfTheHandsTellsWhereTheHandIs) {
+TEST(SingleViewAssociation, ShiftsAnAmbiguousBearingToTheMeanOfItsMarkers) {
   Hand hand;
   auto world = hand.hide();
   world.frames[0]->blobs[0].track = BlobTrackId{77};
   const Vector3d middle = (hand.markers[0] + hand.markers[1] + hand.markers[2]) / 3.0;
 
-  // Nobody knows which of the three it is: were it the middle of them, each would lie beside it as it does beside that.
-  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.1, Vector3d::Zero(), false));
+  // All three markers are possible: the bearing is shifted as if the blob were the mean of the markers.
+  const Matches& matches = hand.matcher.match(world.set, hand.predicted(0.1, Vector3d::Zero(), false));
 
   ASSERT_EQ(matches.bearing_only.size(), 1U);
   const BearingOnlyObservation& bearing_only = matches.bearing_only[0];
-  const Vector3d& named = hand.markers[bearing_only.expected];
-  EXPECT_LT(off_m(bearing_only, hand.markers[0] + named - middle), 0.005);
-  const double sigma_m = bearing_only.sigma_rad * (named - bearing_only.eye.v).norm();
+  const Vector3d& marker = hand.markers[bearing_only.prediction];
+  EXPECT_LT(off_m(bearing_only, hand.markers[0] + marker - middle), 0.005);
+  const double sigma_m = bearing_only.sigma_rad * (marker - bearing_only.eye.v).norm();
   EXPECT_GT(sigma_m, 0.02);
   EXPECT_LT(sigma_m, 0.05);
 }
 
-TEST(MatchLone, ABlobOfAHandThatIsWellKnownTellsWhereTheNamedMarkerIs) {
+TEST(SingleViewAssociation, DoesNotShiftTheBearingOfAWellKnownMarker) {
   Hand hand;
   auto world = hand.hide();
   world.frames[0]->blobs[0].track = BlobTrackId{77};
 
-  // Several may have made it, none of which is known so badly that it could be where another is.
-  const Matches& matches = hand.matcher->match(world.set, hand.expected(0.015, 0.45 * hand.as_another(), false));
+  // Several markers are possible, but the position of each is too certain for the blob of another marker.
+  const Matches& matches = hand.matcher.match(world.set, hand.predicted(0.015, 0.45 * hand.as_another(), false));
 
   ASSERT_EQ(matches.bearing_only.size(), 1U);
   EXPECT_LT(off_m(matches.bearing_only[0], hand.markers[0]), 0.001);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -17,7 +18,7 @@ namespace {
 
 using namespace mocap::test;
 
-// The sightings of a match, each as certain as its blob says.
+// The sightings of a match with the sigma_px of their blobs.
 std::vector<geometry::Sighting> sightings_of(const Rig& rig, const FrameSet& set, const Match& match) {
   std::vector<geometry::Sighting> all;
   for (const BlobRef& seen : match.sightings) {
@@ -29,7 +30,7 @@ std::vector<geometry::Sighting> sightings_of(const Rig& rig, const FrameSet& set
   return all;
 }
 
-TEST(MatchNew, TellsWhereTheRaysOfANewMarkerMeetAsCertainAsTheirBlobsAre) {
+TEST(UnassignedMatcher, GivesANewMarkerTheCovarianceOfItsBlobs) {
   std::mt19937 random(7);
   const Rig rig = ring(8);
   auto world = see(rig, cloud(40, random), {.sigma_px = 0.1, .missed = 0.2}, random);
@@ -45,7 +46,7 @@ TEST(MatchNew, TellsWhereTheRaysOfANewMarkerMeetAsCertainAsTheirBlobsAre) {
     ASSERT_TRUE(match.triangulation.has_value());
     const auto best = geometry::refine(sightings_of(rig, world.set, match), match.triangulation->point);
     ASSERT_TRUE(best);
-    // Depths are right to 1 %, and so are the weights.
+    // The weights use depths that are correct to 1 %.
     const Eigen::Vector3d off = match.triangulation->point.v - best->point.v;
     EXPECT_LT(std::sqrt(off.dot(best->covariance_m2.inverse() * off)), 0.03);
     EXPECT_NEAR(match.triangulation->covariance_m2.trace(), best->covariance_m2.trace(),
@@ -53,7 +54,7 @@ TEST(MatchNew, TellsWhereTheRaysOfANewMarkerMeetAsCertainAsTheirBlobsAre) {
   }
 }
 
-TEST(MatchNew, FindsEachViewOfANewMarkerWhereTheRigIsWrongByMoreThanBlobsAre) {
+TEST(UnassignedMatcher, FindsEachViewOfANewMarkerDespiteARigErrorAboveBlobNoise) {
   std::mt19937 random(8);
   const Rig rig = ring(8);
   auto world = see(rig, cloud(30, random), {.sigma_px = 0.02}, random);
@@ -73,6 +74,75 @@ TEST(MatchNew, FindsEachViewOfANewMarkerWhereTheRigIsWrongByMoreThanBlobsAre) {
   for (const Match& match : matcher->match(world.set, {}).matches) matched += match.sightings.size();
 
   EXPECT_GE(matched, blobs * 98 / 100);
+}
+
+// Distance of the nearest candidate.
+double nearest_candidate_m(const Matches& matches, const Eigen::Vector3d& marker) {
+  double nearest_m = 1e9;
+  for (const CandidatePoint& one : matches.candidates)
+    nearest_m = std::min(nearest_m, (one.position.v - marker).norm());
+  return nearest_m;
+}
+
+TEST(UnassignedMatcher, GivesACandidateIfAThirdOfFewCamerasCouldSeeTheMarker) {
+  std::mt19937 random(4);
+  const Rig rig = ring(4);
+  const std::vector<Eigen::Vector3d> markers{{0.1, 0.2, 1.1}};
+  auto world = see(rig, markers, {.sigma_px = 0.1}, random);
+  world.frames[2]->blobs.clear();
+  world.frames[3]->blobs.clear();
+  const auto matcher = make_matcher({}, rig);
+
+  const Matches& matches = matcher->match(world.set, {});
+
+  EXPECT_EQ(matches.matches.size(), 0u);
+  EXPECT_EQ(matches.unmatched_blobs, 2u);
+  ASSERT_EQ(matches.candidates.size(), 1u);
+  // Three standard deviations, with the rig error of half a pixel that is assumed at first.
+  const Eigen::Vector3d off_m = matches.candidates[0].position.v - markers[0];
+  EXPECT_LT(off_m.dot(matches.candidates[0].covariance_m2.inverse() * off_m), 9.0);
+  EXPECT_LT(off_m.norm(), 0.005);
+}
+
+TEST(UnassignedMatcher, GivesNoCandidateWhereHalfOfTheCamerasAreEnoughForAMatch) {
+  std::mt19937 random(4);
+  const Rig rig = ring(8);
+  const std::vector<Eigen::Vector3d> markers{{0.1, 0.2, 1.1}};
+  auto world = see(rig, markers, {.sigma_px = 0.1}, random);
+  for (std::size_t camera = 2; camera < 8; ++camera) world.frames[camera]->blobs.clear();
+  const auto matcher = make_matcher({}, rig);
+
+  const Matches& matches = matcher->match(world.set, {});
+
+  EXPECT_EQ(matches.matches.size(), 0u);
+  EXPECT_EQ(matches.candidates.size(), 0u);
+}
+
+TEST(UnassignedMatcher, GivesACandidateForEachPairOfRaysThatMeetIfPairsShareABlob) {
+  std::mt19937 random(4);
+  const Rig rig{camera_at({4.0, 0.0, 1.0}), camera_at({0.0, 4.0, 1.0})};
+  // Both markers are at the height of the cameras: all four rays are in one plane, and each meets both others.
+  const std::vector<Eigen::Vector3d> markers{{0.2, 0.1, 1.0}, {-0.3, -0.2, 1.0}};
+  const auto world = see(rig, markers, {.sigma_px = 0.1}, random);
+  const auto matcher = make_matcher({}, rig);
+
+  const Matches& matches = matcher->match(world.set, {});
+
+  EXPECT_EQ(matches.matches.size(), 0u);
+  EXPECT_EQ(matches.candidates.size(), 4u);
+  for (const Eigen::Vector3d& marker : markers) EXPECT_LT(nearest_candidate_m(matches, marker), 0.005);
+}
+
+TEST(UnassignedMatcher, GivesNoCandidateOfBlobsThatAMatchHas) {
+  std::mt19937 random(9);
+  const Rig rig = ring(4);
+  const auto world = see(rig, cloud(20, random), {.sigma_px = 0.1}, random);
+  const auto matcher = make_matcher({}, rig);
+
+  const Matches& matches = matcher->match(world.set, {});
+
+  ASSERT_EQ(matches.matches.size(), 20u);
+  EXPECT_EQ(matches.candidates.size(), 0u);
 }
 
 }  // namespace

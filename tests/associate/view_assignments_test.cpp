@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kMarkers = 3;
 
-/// Two views of markers: of the first both have ray 0, the second shares ray 1 of view 0 with the third.
+/// Two views. The first marker has ray 0 in both; the second and the third share ray 1 of view 0.
 struct TwoViews {
   TwoViews() : rig(ring(2)), rays(std::make_unique<RayTable>(rig)), assigned(kMarkers, 2) {
     world = see(rig, cloud(5, random), {.sigma_px = 0.1, .missed = 0.0}, random);
@@ -31,11 +31,11 @@ struct TwoViews {
     of[0].assign(1, 1);
     for (const std::uint32_t marker : {1U, 2U}) of[0].assign_shared(marker, 1).sigma_px = 0.5F;
     of[0].assign_shared(1, 1).offset = {0.001F, 0.0F};
-    std::vector<std::uint32_t> owner(kMaxBlobs, 0xFFFF'FFFF);
-    owner[1] = 2;  // the third's by its 2D track
+    std::vector<std::uint32_t> tracked_marker(kMaxBlobs, 0xFFFF'FFFF);
+    tracked_marker[1] = 2;  // the 2D track of ray 1 belongs to the third marker
     for (std::size_t view = 0; view < 2; ++view) {
       rays->cast(view);
-      assigned.set_view(view, (*rays)[view], of[view], owner, view == 0);
+      assigned.set_view(view, (*rays)[view], of[view], tracked_marker, view == 0);
     }
   }
 
@@ -46,7 +46,7 @@ struct TwoViews {
   ViewAssignments assigned;
 };
 
-TEST(ViewAssignments, TellWhatEachViewHoldsOfAMarker) {
+TEST(ViewAssignments, ReturnTheRayOfAMarkerInEachView) {
   const TwoViews given;
 
   const AssignedRay whole = given.assigned.assigned(0, 1), shared_place = given.assigned.assigned(1, 0),
@@ -63,26 +63,26 @@ TEST(ViewAssignments, TellWhatEachViewHoldsOfAMarker) {
   EXPECT_TRUE(given.assigned(2, 0).by_track);
 }
 
-TEST(RayAssignments, TellTheHolderOfARayUntilItLetsGo) {
-  RayAssignments holds(3);
-  holds.begin(3, 4);
-  holds.assign(1, 2);
-  holds.assign_shared(2, 2).sigma_px = 0.5F;
-  const std::uint32_t assigned_marker = holds.assigned_marker(2);
+TEST(RayAssignments, ReturnTheMarkerOfARayUntilTheRayIsReleased) {
+  RayAssignments assigned(3);
+  assigned.begin(3, 4);
+  assigned.assign(1, 2);
+  assigned.assign_shared(2, 2).sigma_px = 0.5F;
+  const std::uint32_t assigned_marker = assigned.assigned_marker(2);
 
-  holds.release(1);
+  assigned.release(1);
 
   EXPECT_EQ(assigned_marker, 1U);
-  EXPECT_EQ(holds.assigned_marker(2), AssignedRay::kNone);
-  EXPECT_EQ(holds.rays()[1], AssignedRay::kNone);
-  EXPECT_EQ(holds.rays()[2], 2U);
-  EXPECT_EQ(holds.shared_markers().size(), 1U);
-  holds.begin(3, 4);
-  EXPECT_EQ(holds.rays()[2], AssignedRay::kNone);
-  EXPECT_TRUE(holds.shared_places().empty());
+  EXPECT_EQ(assigned.assigned_marker(2), AssignedRay::kNone);
+  EXPECT_EQ(assigned.rays()[1], AssignedRay::kNone);
+  EXPECT_EQ(assigned.rays()[2], 2U);
+  EXPECT_EQ(assigned.shared_markers().size(), 1U);
+  assigned.begin(3, 4);
+  EXPECT_EQ(assigned.rays()[2], AssignedRay::kNone);
+  EXPECT_TRUE(assigned.shared_places().empty());
 }
 
-TEST(ViewAssignments, LeaveASharedRayToTheOtherWhenOneForsakesIt) {
+TEST(ViewAssignments, LeaveASharedRayToTheOtherMarkerAfterARelease) {
   TwoViews given;
   ASSERT_TRUE(given.assigned.has_exclusive_ray(0));
   ASSERT_FALSE(given.assigned.has_exclusive_ray(1));
@@ -94,7 +94,7 @@ TEST(ViewAssignments, LeaveASharedRayToTheOtherWhenOneForsakesIt) {
   EXPECT_TRUE(given.assigned.has_exclusive_ray(1));
 }
 
-TEST(ViewRays, TakesAllRaysThatAreHeldByAsMany) {
+TEST(ViewRays, SetsTheUseCountsOfAllRays) {
   TwoViews given;
   ViewRays& view = (*given.rays)[0];
   ASSERT_GE(view.size(), 4U);

@@ -15,7 +15,7 @@ Strings of(std::initializer_list<const char*> values) {
   return made;
 }
 
-TEST(BoundedVector, SaysNoOverItsBoundAndKeepsWhatItHas) {
+TEST(BoundedVector, RefusesAnElementOverItsBoundAndKeepsTheOthers) {
   Strings full = of({"a", "b", "c"});
 
   EXPECT_FALSE(full.try_push_back("d"));
@@ -24,7 +24,7 @@ TEST(BoundedVector, SaysNoOverItsBoundAndKeepsWhatItHas) {
   EXPECT_EQ(full.back(), "c");
 }
 
-TEST(BoundedVector, AssignsToALongerAndToAShorterOne) {
+TEST(BoundedVector, AssignsToALongerAndToAShorterVector) {
   const Strings two = of({"x", "y"});
   Strings longer = of({"a", "b", "c"});
   Strings shorter = of({"a"});
@@ -36,7 +36,7 @@ TEST(BoundedVector, AssignsToALongerAndToAShorterOne) {
   EXPECT_TRUE(std::ranges::equal(shorter, two));
 }
 
-TEST(BoundedVector, CopiesAreApart) {
+TEST(BoundedVector, CopiesAreIndependent) {
   const Strings original = of({"a"});
   Strings copy = original;
 
@@ -53,7 +53,7 @@ TEST(BoundedVector, ErasesWithoutOrder) {
   EXPECT_TRUE(std::ranges::equal(three, of({"c", "b"})));
 }
 
-TEST(BoundedVectorDeathTest, StopsOnAnIndexBehindItsEnd) {
+TEST(BoundedVectorDeathTest, StopsTheProcessOnAnIndexPastTheEnd) {
   const Strings one = of({"a"});
 
   EXPECT_DEATH(static_cast<void>(one[1]), "broken promise");

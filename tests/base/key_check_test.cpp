@@ -35,9 +35,9 @@ std::vector<std::string> faults_in(const Settings& settings) {
   return messages;
 }
 
-TEST(KeyCheck, TakesValuesWithinTheirRangesAndLooksAtNoFile) { EXPECT_THAT(faults_in(Settings{}), IsEmpty()); }
+TEST(KeyCheck, AcceptsValuesWithinTheirRangesAndReadsNoFile) { EXPECT_THAT(faults_in(Settings{}), IsEmpty()); }
 
-TEST(KeyCheck, NamesEachValueThatIsOutsideOfItsRangeOrChoices) {
+TEST(KeyCheck, NamesEachValueOutsideItsRangeOrChoices) {
   Settings settings;
   settings.gate = 0.5;
   settings.width_px = 8;

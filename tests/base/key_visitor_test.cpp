@@ -12,7 +12,7 @@ namespace {
 
 using testing::ElementsAre;
 
-// Sees one value of each kind; replaces it if told to.
+// Records the key and the value of the last visit, and replaces the value if the test set another one.
 class Probe final : public KeyVisitor {
  public:
   Key key;
@@ -44,7 +44,7 @@ class Probe final : public KeyVisitor {
   void visit(const Key& seen, KeyPairs& /*field*/) override { key = seen; }
 };
 
-TEST(KeyVisitor, TakesTheUnitOfATimeFromTheEndOfItsName) {
+TEST(KeyVisitor, ReadsTheUnitOfATimeFromTheEndOfItsName) {
   for (const auto& [name, expected] : {std::pair{"window_us", 500.0}, {"window_ms", 0.5}, {"window_s", 0.0005}}) {
     Probe probe;
     Duration window = std::chrono::microseconds(500);
@@ -80,9 +80,9 @@ TEST(KeyVisitor, ConvertsDegreesAndMillimetres) {
   EXPECT_DOUBLE_EQ(length_m, 0.006);
 }
 
-TEST(KeyVisitor, KeepsTheBitsOfAFieldThatNobodyChanges) {
+TEST(KeyVisitor, KeepsTheBitsOfAFieldThatNoVisitorChanges) {
   Probe probe;
-  const double before = 0.1 + 0.2;  // 0.30000000000000004: its mm and its m differ in the last bit
+  const double before = 0.1 + 0.2;  // 0.30000000000000004: a conversion to mm and back changes the last bit
   double length_m = before, angle_rad = before;
 
   probe.millimetres("length_mm", length_m, {0, 1000});
@@ -105,7 +105,7 @@ TEST(KeyVisitor, LeavesAnAbsentNumberEmpty) {
   EXPECT_EQ(width_px, 640);
 }
 
-TEST(KeyVisitor, GivesAChoiceAsItsWord) {
+TEST(KeyVisitor, PassesAChoiceAsItsWord) {
   enum class Wait { Sleep, Spin };
   Probe probe;
   probe.word_to = "spin";
@@ -119,14 +119,14 @@ TEST(KeyVisitor, GivesAChoiceAsItsWord) {
   EXPECT_EQ(choices_text(probe.key), "one of sleep, spin");
 }
 
-TEST(KeyChoice, ThatEndsInNStandsForAnyWholeNumber) {
+TEST(KeyChoice, EndingInNAcceptsAnyWholeNumber) {
   const Key key{.name = "trigger", .choices = {"free_run", "Line<n>"}};
 
   for (const char* good : {"free_run", "Line0", "Line12"}) EXPECT_TRUE(is_choice(key, good)) << good;
   for (const char* bad : {"", "free", "Line", "Line<n>", "Line1a", "line1"}) EXPECT_FALSE(is_choice(key, bad)) << bad;
 }
 
-TEST(KeyRange, HoldsBothEndsAndNoNaN) {
+TEST(KeyRange, IncludesBothEndsAndExcludesNaN) {
   const KeyRange range{1, 255};
 
   EXPECT_TRUE(is_within(1, range));

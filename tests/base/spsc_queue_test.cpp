@@ -9,7 +9,7 @@
 namespace mocap {
 namespace {
 
-TEST(SpscQueue, GivesItemsInTheOrderTheyCame) {
+TEST(SpscQueue, ReturnsItemsInTheOrderOfArrival) {
   SpscQueue<int> queue(4);
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(queue.try_push(i));
 
@@ -21,7 +21,7 @@ TEST(SpscQueue, GivesItemsInTheOrderTheyCame) {
   EXPECT_FALSE(queue.try_pop(got));
 }
 
-TEST(SpscQueue, RefusesTheNewItemWhenFullEvenWhenItsCapacityIsNoPowerOfTwo) {
+TEST(SpscQueue, RefusesANewItemWhenFullForAnyCapacity) {
   SpscQueue<int> queue(3);
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(queue.try_push(i));
 
@@ -32,7 +32,7 @@ TEST(SpscQueue, RefusesTheNewItemWhenFullEvenWhenItsCapacityIsNoPowerOfTwo) {
   EXPECT_TRUE(queue.try_push(3));
 }
 
-TEST(SpscQueue, LosesAndSwapsNothingBetweenTwoThreads) {
+TEST(SpscQueue, LosesAndReordersNothingBetweenTwoThreads) {
   constexpr int kItems = 200'000;
   SpscQueue<int> queue(8);
   WakeSignal there_is_work;

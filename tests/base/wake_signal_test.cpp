@@ -10,7 +10,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-TEST(WakeSignal, DoesNotSleepWhenSignalledAfterTheTicket) {
+TEST(WakeSignal, DoesNotSleepIfSignalledAfterTheTicket) {
   WakeSignal wake;
   const auto ticket = wake.ticket();
   wake.signal();
@@ -21,7 +21,7 @@ TEST(WakeSignal, DoesNotSleepWhenSignalledAfterTheTicket) {
   EXPECT_LT(host_now() - before, seconds(10));
 }
 
-TEST(WakeSignal, GivesUpWhenPatienceEnds) {
+TEST(WakeSignal, ReturnsWhenPatienceHasPassed) {
   WakeSignal wake;
 
   const Timestamp before = host_now();
@@ -30,7 +30,7 @@ TEST(WakeSignal, GivesUpWhenPatienceEnds) {
   EXPECT_GE(host_now() - before, milliseconds(20));
 }
 
-TEST(WakeSignal, WakesASleeper) {
+TEST(WakeSignal, WakesASleepingThread) {
   WakeSignal wake;
   const auto ticket = wake.ticket();
   std::jthread other([&] { wake.signal(); });

@@ -2,12 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <random>
 #include <vector>
 
 #include "bodyfit/subject_fitter.h"
+#include "kinematics/rotation.h"
 #include "support/test_body.h"
 
 namespace mocap::bodyfit {
@@ -17,8 +19,8 @@ using test::angle_between;
 using test::person;
 using test::random_pose;
 
-// Somebody of other bones and with markers stuck elsewhere than the file has it.
-MarkerSet somebody(const MarkerSet& file, std::mt19937& random, double stretch, double stray_m) {
+// A body with other bone lengths than the file; each marker is moved by up to `shift_m`.
+MarkerSet random_body(const MarkerSet& file, std::mt19937& random, double stretch, double shift_m) {
   std::uniform_real_distribution<double> flat(-1.0, 1.0);
   MarkerSet other = file;
   const double size = 1.0 + 0.6 * stretch * flat(random);
@@ -26,11 +28,11 @@ MarkerSet somebody(const MarkerSet& file, std::mt19937& random, double stretch, 
     other.skeleton.bones[b].rest_offset_m *= size * (1.0 + 0.4 * stretch * flat(random));
   }
   for (MarkerOnBone& marker : other.markers) {
-    Eigen::Vector3d stray;
+    Eigen::Vector3d shift;
     do {
-      stray = {flat(random), flat(random), flat(random)};
-    } while (stray.norm() > 1.0);
-    marker.offset_m += stray_m * stray;
+      shift = {flat(random), flat(random), flat(random)};
+    } while (shift.norm() > 1.0);
+    marker.offset_m += shift_m * shift;
   }
   return other;
 }
@@ -49,7 +51,8 @@ void add(const kinematics::PoseFit& body, double noise_m, std::mt19937& random, 
   take.locals.emplace_back(body.locals().begin(), body.locals().end());
 }
 
-Take stands(const MarkerSet& set, double yaw_rad, double noise_m, std::mt19937& random) {
+// 30 frames in T-pose with the heading `yaw_rad`.
+Take rest_take(const MarkerSet& set, double yaw_rad, double noise_m, std::mt19937& random) {
   kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
   body.place({{0.3, -0.2, 0.95}, kinematics::from_rotation_vector({0.0, 0.0, yaw_rad})});
   Take take;
@@ -57,8 +60,8 @@ Take stands(const MarkerSet& set, double yaw_rad, double noise_m, std::mt19937& 
   return take;
 }
 
-// From pose to pose, evenly.
-Take moves(const MarkerSet& set, int poses, double spread_rad, double noise_m, std::mt19937& random) {
+// Moves from one random pose to the next at constant speed, in 25 frames each.
+Take motion_take(const MarkerSet& set, int poses, double spread_rad, double noise_m, std::mt19937& random) {
   kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
   std::vector<Pose> from(body.locals().begin(), body.locals().end());
   Take take;
@@ -81,44 +84,44 @@ Take moves(const MarkerSet& set, int poses, double spread_rad, double noise_m, s
 
 struct Errors {
   double joint_rms_m = 0.0;
-  double turn_rms_rad = 0.0;
+  double rotation_rms_rad = 0.0;
   double offset_rms_m = 0.0;
 };
 
-// Whether markers tell all of a bone's turn, and where its joint lies among them: the root's joint is where one takes
-// it to be, a hand with one marker spins unseen, a neck without any shares its turn with the head.
-bool told(const MarkerSet& set, std::size_t bone) {
+// Whether markers observe the rotation of a bone and the position of its joint. They do not for the root (its joint is
+// a convention), a hand or foot with few markers (unobserved twist) and a neck without markers.
+bool is_observable(const MarkerSet& set, std::size_t bone) {
   const std::string& name = set.skeleton.bones[bone].name;
   return name != "Hips" && name != "Neck" && !name.ends_with("Hand") && !name.ends_with("Foot");
 }
 
-// How wrong a fitted body shows a motion that it was not fitted to.
+// Errors of a fitted body on a motion that was not part of the fit.
 Errors errors_of(const MarkerSet& fitted, const MarkerSet& truth, const Take& motion) {
-  kinematics::PoseFit shown(fitted, kinematics::PoseFit::Lengths::Fixed),
+  kinematics::PoseFit estimated(fitted, kinematics::PoseFit::Lengths::Fixed),
       real(truth, kinematics::PoseFit::Lengths::Fixed);
-  double joints = 0.0, turns = 0.0;
+  double joints = 0.0, rotations = 0.0;
   int count = 0;
   for (std::size_t f = 0; f < motion.seen.frames(); f += 10) {
     real.set_locals(motion.locals[f]);
-    shown.set_locals(motion.locals[f]);
+    estimated.set_locals(motion.locals[f]);
     std::vector<kinematics::Observation> seen;
     for (std::size_t m = 0; m < motion.seen.markers; ++m)
       seen.push_back({static_cast<int>(m), motion.seen.frame(f)[m], 0.001});
-    (void)shown.solve(seen, {}, 30);
+    (void)estimated.solve(seen, {}, 30);
     for (std::size_t b = 0; b < truth.skeleton.bones.size(); ++b) {
-      if (!told(truth, b)) continue;
-      joints += (shown.world()[b].position - real.world()[b].position).squaredNorm();
-      turns += std::pow(angle_between(shown.world()[b].rotation, real.world()[b].rotation), 2);
+      if (!is_observable(truth, b)) continue;
+      joints += (estimated.world()[b].position - real.world()[b].position).squaredNorm();
+      rotations += std::pow(angle_between(estimated.world()[b].rotation, real.world()[b].rotation), 2);
       ++count;
     }
   }
   Errors errors;
   errors.joint_rms_m = std::sqrt(joints / count);
-  errors.turn_rms_rad = std::sqrt(turns / count);
+  errors.rotation_rms_rad = std::sqrt(rotations / count);
   double sum = 0.0;
   int markers = 0;
   for (std::size_t m = 0; m < truth.markers.size(); ++m) {
-    if (!told(truth, static_cast<std::size_t>(truth.markers[m].bone))) continue;
+    if (!is_observable(truth, static_cast<std::size_t>(truth.markers[m].bone))) continue;
     sum += (fitted.markers[m].offset_m - truth.markers[m].offset_m).squaredNorm();
     ++markers;
   }
@@ -129,8 +132,8 @@ Errors errors_of(const MarkerSet& fitted, const MarkerSet& truth, const Take& mo
 TEST(InstantEquations, GradientOfTheOffsetsAgreesWithFiniteDifferences) {
   const MarkerSet file = person("baseline41");
   std::mt19937 random(11);
-  const MarkerSet truth = somebody(file, random, 0.1, 0.01);
-  const Take take = moves(truth, 1, 0.5, 0.001, random);
+  const MarkerSet truth = random_body(file, random, 0.1, 0.01);
+  const Take take = motion_take(truth, 1, 0.5, 0.001, random);
   BodyInstant instant = empty_instant(file);
   const auto frame = take.seen.frame(take.seen.frames() - 1);
   instant.seen_m.assign(frame.begin(), frame.end());
@@ -138,7 +141,8 @@ TEST(InstantEquations, GradientOfTheOffsetsAgreesWithFiniteDifferences) {
   instant.trust[9] = 0.3;
   instant.locals = take.locals.back();
   instant.at_rest[5] = 1;
-  // Markers count alike: where an outlier is on the verge of counting, forty steps do not settle it.
+  // A large outlier scale gives all markers about the same weight. With a small scale, a marker near it makes the
+  // optimisation of the pose converge slowly.
   const InstantCost by{.outlier_m = 1.0, .at_rest_sigma_rad = 0.3};
   InstantEquations equations(file);
   const BodyOffsets offsets = offsets_of(file);
@@ -159,7 +163,8 @@ TEST(InstantEquations, GradientOfTheOffsetsAgreesWithFiniteDifferences) {
       place(more)[axis] += kStep_m;
       place(less)[axis] -= kStep_m;
       const double slope = (cost_at(more) - cost_at(less)) / (2.0 * kStep_m);
-      // Costs of some hundreds are told to 1e-10, steps of 1e-5: slopes to about 0.01; half of the cost's is ours.
+      // The cost is about 100 with a relative precision of 1e-10, the step is 1e-5 m: the slope is exact to about 0.01.
+      // The gradient is half the derivative of the cost.
       EXPECT_NEAR(0.5 * slope, gradient[static_cast<std::size_t>(column + axis)], 0.05 + 1e-3 * std::abs(slope));
     }
   };
@@ -177,22 +182,22 @@ TEST_P(FitSubject, FindsJointsAndMarkersFromARangeOfMotion) {
   const MarkerSet file = person(GetParam());
   for (unsigned seed = 1; seed <= 3; ++seed) {
     std::mt19937 random(seed);
-    const MarkerSet truth = somebody(file, random, 0.15, std::string(GetParam()) == "openmocap18" ? 0.0 : 0.02);
-    const Take rest = stands(truth, 0.7 * seed, 0.0002, random);
-    const Take motion = moves(truth, 60, 0.6, 0.0002, random);
-    const Take unseen = moves(truth, 12, 0.6, 0.0002, random);
+    const MarkerSet truth = random_body(file, random, 0.15, std::string(GetParam()) == "openmocap18" ? 0.0 : 0.02);
+    const Take rest = rest_take(truth, 0.7 * seed, 0.0002, random);
+    const Take motion = motion_take(truth, 60, 0.6, 0.0002, random);
+    const Take unseen = motion_take(truth, 12, 0.6, 0.0002, random);
 
     const auto from_rest = fit_subject(file, rest.seen, {}, {});
     const auto fitted = fit_subject(file, rest.seen, motion.seen, {});
 
     ASSERT_TRUE(from_rest && fitted);
     const Errors errors = errors_of(fitted->marker_set, truth, unseen);
-    // A T-pose alone leaves joints where a marker that is 20 mm off puts them.
+    // Control: a fit to the T-pose alone cannot separate the joints from markers that are 20 mm off.
     EXPECT_LT(errors.joint_rms_m, std::max(0.0015, 0.3 * errors_of(from_rest->marker_set, truth, unseen).joint_rms_m));
     EXPECT_LT(errors.joint_rms_m, 0.002);
-    EXPECT_LT(fitted->residuals.rms_m, 0.0005);              // 0.35 mm of noise, less what the poses take up
-    if (std::string(GetParam()) == "openmocap18") continue;  // of which no marker tells a twist
-    EXPECT_LT(errors.turn_rms_rad, 0.03);
+    EXPECT_LT(fitted->residuals.rms_m, 0.0005);              // the noise is 0.35 mm (three axes of 0.2 mm)
+    if (std::string(GetParam()) == "openmocap18") continue;  // its markers do not observe any twist
+    EXPECT_LT(errors.rotation_rms_rad, 0.03);
     EXPECT_LT(errors.offset_rms_m, 0.004);
   }
 }

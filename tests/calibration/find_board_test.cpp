@@ -22,12 +22,12 @@ Lens bent() {
 
 GreyImage grey(const std::vector<std::uint8_t>& pixels) { return {pixels.data(), kWidth_px, kHeight_px, kWidth_px}; }
 
-// Root mean square per axis of how far corners lie from where the lens shows them.
+// Rms error of the corners per axis, against the projection of the drawn board.
 double error_px(const BoardView& view, const BoardImages& images, const CameraFromWorld& pose,
-                const Eigen::Vector2d& origin_m, bool either_way) {
+                const Eigen::Vector2d& origin_m, bool ends_unknown) {
   double best = 1e9;
   for (const bool turned : {false, true}) {
-    if (turned && !either_way) continue;
+    if (turned && !ends_unknown) continue;
     Eigen::Vector2d last = Eigen::Vector2d::Zero();
     for (const Eigen::Vector2d& on : view.board_m) last = last.cwiseMax(on);
     double sum = 0.0;
@@ -41,7 +41,7 @@ double error_px(const BoardView& view, const BoardImages& images, const CameraFr
   return best;
 }
 
-// Chessboards have no first corner: the finder may begin at either end, and may see rows from below.
+// A chessboard has no first corner: the finder may start at either end, and may count rows from below.
 double chessboard_error_px(const BoardView& view, const BoardImages& images, const CameraFromWorld& pose,
                            const Board& board) {
   const Eigen::Vector2d first(board.square_m, board.square_m);
@@ -66,7 +66,7 @@ TEST(FindBoard, FindsACharucoBoardsCornersToAFewHundredthsOfAPixel) {
   }
 }
 
-TEST(FindBoard, FindsWhatIsSeenOfACharucoBoardAtTheRim) {
+TEST(FindBoard, FindsThePartOfACharucoBoardInsideTheImage) {
   const Board board{BoardKind::Charuco, 8, 6, 0.04, 0.03, "4x4_50"};
   const auto finder = BoardFinder::make(board);
   BoardImages images(bent(), kWidth_px, kHeight_px, board);
@@ -103,7 +103,7 @@ TEST(FindBoard, FindsNothingInAnEmptyImage) {
   EXPECT_TRUE(finder->find({}).seen_px.empty());
 }
 
-TEST(FindBoard, RefusesBoardsThatCannotBe) {
+TEST(FindBoard, RefusesImpossibleBoards) {
   const auto message = [](const Board& board) {
     const auto finder = BoardFinder::make(board);
     return finder ? std::string() : finder.error().message;

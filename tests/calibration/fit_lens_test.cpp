@@ -34,8 +34,8 @@ Lens fisheye() {
 struct Shown {
   int boards = 30;
   double tilt_rad = 0.7;
-  double reach = 1.0;       // share of the image in which the boards' middles are
-  double distance_m = 0.0;  // 0: so that a board fills about a third of the image
+  double reach = 1.0;       // part of the image in which the centres of the boards are
+  double distance_m = 0.0;  // 0: a board fills about a third of the image
 };
 
 std::vector<BoardView> show(const Lens& lens, const Shown& shown, std::uint32_t seed) {
@@ -55,13 +55,13 @@ std::vector<BoardView> show(const Lens& lens, const Shown& shown, std::uint32_t 
   return views;
 }
 
-LensVector values_of(const Lens& lens) {
-  LensVector values;
+IntrinsicVector values_of(const Lens& lens) {
+  IntrinsicVector values;
   values << lens.fx_px, lens.fy_px, lens.cx_px, lens.cy_px, lens.distortion;
   return values;
 }
 
-TEST(FitLens, FindsTheLensToWithinWhatItForetells) {
+TEST(FitLens, EstimatesTheLensWithinItsOwnUncertainty) {
   for (const Lens& truth : {pinhole(), fisheye()}) {
     double squares = 0.0;
     int count = 0;
@@ -78,20 +78,20 @@ TEST(FitLens, FindsTheLensToWithinWhatItForetells) {
         ++count;
       }
     }
-    // 32 numbers, four a fit, which hang together: 1 within a third.
+    // 32 correlated values: the rms of the normalised errors is 1 to a third.
     EXPECT_NEAR(std::sqrt(squares / count), 1.0, 0.34);
   }
 }
 
-// A ray after the camera was turned by a little.
+// A ray after a small rotation of the camera.
 Eigen::Vector2d turned(const Eigen::Vector2d& ray, const Eigen::Vector3d& turn_rad) {
   const Eigen::Vector3d d(ray.x(), ray.y(), 1.0);
   const Eigen::Vector3d moved = d + turn_rad.cross(d);
   return moved.head<2>() / moved.z();
 }
 
-// How far off the pixels of the rays of an 11 x 11 grid are, once the camera was turned to fit best (which the solving
-// of a rig does) where boards were; the grid's outermost points are the image's rim.
+// Errors of the pixels of an 11 x 11 grid of rays after the rotation of the camera that compensates best (the extrinsic
+// calibration does that). The outermost points of the grid are the image border.
 Eigen::MatrixX2d errors_px(const Lens& truth, const Lens& found) {
   Eigen::MatrixX2d errors(121, 2);
   Eigen::Matrix<double, Eigen::Dynamic, 3> slopes(242, 3);
@@ -117,14 +117,14 @@ Eigen::MatrixX2d errors_px(const Lens& truth, const Lens& found) {
   return errors;
 }
 
-TEST(FitLens, ItsRaysAreRightAllOverTheImage) {
+TEST(FitLens, RaysAreAccurateInTheWholeImage) {
   for (const Lens& truth : {pinhole(0.12), fisheye()}) {
     const auto fit = fit_lens(show(truth, {.boards = 40}, 3), kWidth_px, kHeight_px, truth.kind);
     ASSERT_TRUE(fit) << fit.error().message;
 
     const Eigen::MatrixX2d errors = errors_px(truth, fit->lens);
 
-    EXPECT_LT(fit->rim_sigma_px, 3.0 * kNoise_px);  // where a fisheye looks sideways, few boards are seen
+    EXPECT_LT(fit->rim_sigma_px, 3.0 * kNoise_px);  // few boards are seen near the border of a fisheye image
     for (const int corner : {0, 10, 110, 120}) {
       EXPECT_LT(errors.row(corner).norm(), 4.0 * std::sqrt(2.0) * fit->corner_sigma_px) << corner;
     }
@@ -137,25 +137,25 @@ TEST(FitLens, ItsRaysAreRightAllOverTheImage) {
   }
 }
 
-TEST(FitLens, ClaimsTheLastTermOnlyWhereItIsSeen) {
+TEST(FitLens, EstimatesTheLastTermOnlyIfBoardsDetermineIt) {
   const auto without = fit_lens(show(pinhole(0.0), {}, 5), kWidth_px, kHeight_px, LensKind::Pinhole);
   const auto with = fit_lens(show(pinhole(0.25), {.boards = 40}, 5), kWidth_px, kHeight_px, LensKind::Pinhole);
   const auto inside =
       fit_lens(show(pinhole(0.25), {.boards = 40, .reach = 0.25}, 5), kWidth_px, kHeight_px, LensKind::Pinhole);
 
   ASSERT_TRUE(without);
-  EXPECT_FALSE(without->claimed[8]);
+  EXPECT_FALSE(without->estimated[8]);
   EXPECT_EQ(without->lens.distortion[4], 0.0);
-  EXPECT_THAT(without->not_claimed, testing::Contains(HasSubstr("k3: explains no more than chance")));
+  EXPECT_THAT(without->not_estimated, testing::Contains(HasSubstr("k3: does not explain more than noise")));
   ASSERT_TRUE(with);
-  EXPECT_TRUE(with->claimed[8]);
+  EXPECT_TRUE(with->estimated[8]);
   EXPECT_NEAR(with->lens.distortion[4], 0.25, 5.0 * with->sigma[8]);
   ASSERT_TRUE(inside) << inside.error().message;
   EXPECT_LT(inside->coverage.reach, 0.75);
-  EXPECT_THAT(inside->not_claimed, testing::Contains(HasSubstr("k3: boards reach only")));
+  EXPECT_THAT(inside->not_estimated, testing::Contains(HasSubstr("k3: boards reach only")));
 }
 
-TEST(FitLens, SaysThatItKnowsLessWhereNoBoardWas) {
+TEST(FitLens, ReportsLargerUncertaintyWhereNoBoardWasSeen) {
   const auto wide = fit_lens(show(pinhole(), {}, 6), kWidth_px, kHeight_px, LensKind::Pinhole);
   const auto inside = fit_lens(show(pinhole(), {.reach = 0.3}, 6), kWidth_px, kHeight_px, LensKind::Pinhole);
 
@@ -165,16 +165,16 @@ TEST(FitLens, SaysThatItKnowsLessWhereNoBoardWas) {
   EXPECT_GT(inside->corner_sigma_px, 2.0 * inside->rim_sigma_px);
 }
 
-TEST(FitLens, RefusesBoardsThatAreAllParallel) {
+TEST(FitLens, RefusesParallelBoards) {
   const auto fit =
       fit_lens(show(pinhole(), {.tilt_rad = 0.05, .distance_m = 1.0}, 7), kWidth_px, kHeight_px, LensKind::Pinhole);
 
   ASSERT_FALSE(fit);
-  EXPECT_THAT(fit.error().message, HasSubstr("focal length is not told"));
+  EXPECT_THAT(fit.error().message, HasSubstr("focal length is not determined"));
   EXPECT_THAT(fit.error().message, HasSubstr("tilt the board"));
 }
 
-TEST(FitLens, RefusesTooFewBoardsAndAnEmptyRim) {
+TEST(FitLens, RefusesTooFewBoardsAndAnEmptyImageBorder) {
   const auto few = fit_lens(show(pinhole(), {.boards = 4}, 8), kWidth_px, kHeight_px, LensKind::Pinhole);
   const auto inside =
       fit_lens(show(pinhole(), {.reach = 0.05, .distance_m = 1.6}, 8), kWidth_px, kHeight_px, LensKind::Pinhole);
@@ -182,10 +182,10 @@ TEST(FitLens, RefusesTooFewBoardsAndAnEmptyRim) {
   ASSERT_FALSE(few);
   EXPECT_THAT(few.error().message, HasSubstr("found in 4 images"));
   ASSERT_FALSE(inside);
-  EXPECT_THAT(inside.error().message, HasSubstr("show the board near the rim"));
+  EXPECT_THAT(inside.error().message, HasSubstr("show the board near the image border"));
 }
 
-TEST(FitLens, LeavesOutABoardThatDoesNotFit) {
+TEST(FitLens, LeavesOutAnInconsistentBoard) {
   std::vector<BoardView> views = show(pinhole(), {}, 9);
   std::mt19937 random(9);
   std::normal_distribution<double> noise(0.0, 3.0);
@@ -198,15 +198,15 @@ TEST(FitLens, LeavesOutABoardThatDoesNotFit) {
   EXPECT_NEAR(fit->rms_px, kNoise_px, 0.1 * kNoise_px);
 }
 
-TEST(FitLens, ThePixelsSlopesAreThoseOfFiniteDifferences) {
+TEST(FitLens, ThePixelJacobianEqualsFiniteDifferences) {
   for (const Lens& lens : {pinhole(0.1), fisheye()}) {
     const Eigen::Vector2d ray(0.31, -0.22);
-    const auto slopes = pixel_by_lens(lens, ray);
-    for (int i = 0; i < kLensParts; ++i) {
+    const auto slopes = pixel_jacobian(lens, ray);
+    for (int i = 0; i < kIntrinsicCount; ++i) {
       const double step = i < 4 ? 1e-3 : 1e-6;
       const auto pixel = [&](double by) {
         Lens moved = lens;
-        LensVector values = values_of(lens);
+        IntrinsicVector values = values_of(lens);
         values[i] += by;
         moved.fx_px = values[0];
         moved.fy_px = values[1];
@@ -216,7 +216,8 @@ TEST(FitLens, ThePixelsSlopesAreThoseOfFiniteDifferences) {
         return geometry::distort(moved, {ray}).v;
       };
       const Eigen::Vector2d difference = (pixel(step) - pixel(-step)) / (2.0 * step);
-      EXPECT_LT((slopes.col(i) - difference).norm(), 1e-6 * (1.0 + difference.norm())) << i;  // rounding over the step
+      EXPECT_LT((slopes.col(i) - difference).norm(), 1e-6 * (1.0 + difference.norm()))
+          << i;  // the rounding error divided by the step
     }
   }
 }

@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "calibration/floor/floor_frame_scale.h"
 #include "scene/ring_rig.h"
 
 namespace mocap::calibration {
@@ -14,63 +15,63 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A rig in a frame of its own, as a wand gives it: turned and moved against the world.
+// A rig in an arbitrary frame, as after a wand calibration.
 const Pose kRigFromWorld{{0.3, -1.2, 4.0},
                          Eigen::Quaterniond(Eigen::AngleAxisd(2.1, Vector3d(0.4, -1.0, 0.3).normalized()))};
 
-Rig rig_of_its_own() { return laid_on({kRigFromWorld, 0.0}, scene::ring_rig({.cameras = 4})); }
+Rig rig_of_its_own() { return in_world({kRigFromWorld, 0.0}, scene::ring_rig({.cameras = 4})); }
 
 std::vector<Vector3d> in_rig(std::vector<Vector3d> points) {
   for (Vector3d& point : points) point = kRigFromWorld * point;
   return points;
 }
 
-TEST(Floor, IsWhereTheFrameLies) {
+TEST(Floor, IsDefinedByTheFloorFrame) {
   const Rig truth = scene::ring_rig({.cameras = 4});
   const auto points = in_rig({{0.9, 0.4, 0.02}, {0.0, 0.4, 0.02}, {0.0, 0.0, 0.02}, {0.6, 0.0, 0.02}});
 
-  const auto floor = floor_by_frame(points, {.long_m = 0.6, .short_m = 0.4, .height_m = 0.02}, rig_of_its_own());
+  const auto floor = floor_from_frame(points, {.long_m = 0.6, .short_m = 0.4, .height_m = 0.02}, rig_of_its_own());
 
   ASSERT_TRUE(floor) << floor.error().message;
-  const Rig laid = laid_on(*floor, rig_of_its_own());
+  const Rig laid = in_world(*floor, rig_of_its_own());
   for (std::size_t c = 0; c < laid.size(); ++c) {
     EXPECT_LT((laid[c].centre().v - truth[c].centre().v).norm(), 1e-9);
     EXPECT_LT((laid[c].camera_from_world.rotation - truth[c].camera_from_world.rotation).norm(), 1e-9);
   }
 }
 
-TEST(Floor, RefusesAFrameWhoseArmsAreExchanged) {
-  // As a mirrored rig shows it.
+TEST(Floor, RefusesAFrameWithExchangedArms) {
+  // As seen by a mirrored rig.
   const auto points = in_rig({{0.0, 0.6, 0.0}, {0.0, 0.0, 0.0}, {0.4, 0.0, 0.0}});
 
-  const auto floor = floor_by_frame(points, {.long_m = 0.6, .short_m = 0.4}, rig_of_its_own());
+  const auto floor = floor_from_frame(points, {.long_m = 0.6, .short_m = 0.4}, rig_of_its_own());
 
   ASSERT_FALSE(floor);
   EXPECT_NE(floor.error().message.find("mirrored"), std::string::npos) << floor.error().message;
 }
 
-TEST(Floor, RefusesMarkersThatAreNoFrame) {
+TEST(Floor, RefusesMarkersThatFormNoFrame) {
   const auto points = in_rig({{0.0, 0.0, 0.0}, {0.6, 0.0, 0.0}, {0.3, 0.4, 0.0}});
 
-  EXPECT_FALSE(floor_by_frame(points, {.long_m = 0.6, .short_m = 0.4}, rig_of_its_own()));
+  EXPECT_FALSE(floor_from_frame(points, {.long_m = 0.6, .short_m = 0.4}, rig_of_its_own()));
 }
 
-TEST(Floor, IsThePlaneOfMarkersOnIt) {
+TEST(Floor, IsThePlaneThroughMarkers) {
   const auto points = in_rig({{1.0, 0.5, 0.01}, {-1.0, 0.7, 0.01}, {0.2, -1.5, 0.01}, {1.1, -1.0, 0.01}});
 
-  const auto floor = floor_by_points(points, 0.01, rig_of_its_own());
+  const auto floor = floor_from_points(points, 0.01, rig_of_its_own());
 
   ASSERT_TRUE(floor) << floor.error().message;
-  for (const CameraModel& camera : laid_on(*floor, rig_of_its_own())) EXPECT_NEAR(camera.centre().v.z(), 2.4, 1e-9);
-  EXPECT_LT(floor->rms_m, 1e-7);  // the root of rounding
+  for (const CameraModel& camera : in_world(*floor, rig_of_its_own())) EXPECT_NEAR(camera.centre().v.z(), 2.4, 1e-9);
+  EXPECT_LT(floor->rms_m, 1e-7);  // the square root of rounding errors
 }
 
 TEST(Floor, RefusesMarkersOnOneLine) {
-  EXPECT_FALSE(floor_by_points(in_rig({{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {2.0, 0.0, 0.0}}), 0.0, rig_of_its_own()));
+  EXPECT_FALSE(floor_from_points(in_rig({{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {2.0, 0.0, 0.0}}), 0.0, rig_of_its_own()));
 }
 
-TEST(Floor, IsWhatAWalkNeverGoesBelow) {
-  // Feet that stand, feet that swing, and the rest of a body.
+TEST(Floor, IsThePlaneBelowAWalk) {
+  // A fifth of the points are on standing feet, the others on swinging feet and on the body.
   std::mt19937 random(7);
   std::uniform_real_distribution<double> place(-1.5, 1.5);
   std::uniform_real_distribution<double> height(0.0, 1.7);
@@ -81,10 +82,23 @@ TEST(Floor, IsWhatAWalkNeverGoesBelow) {
     points.emplace_back(place(random), place(random), z);
   }
 
-  const auto floor = floor_by_walk(in_rig(points), 0.04, rig_of_its_own());
+  const auto floor = floor_from_walk(in_rig(points), 0.04, rig_of_its_own());
 
   ASSERT_TRUE(floor) << floor.error().message;
-  for (const CameraModel& camera : laid_on(*floor, rig_of_its_own())) EXPECT_NEAR(camera.centre().v.z(), 2.4, 0.01);
+  for (const CameraModel& camera : in_world(*floor, rig_of_its_own())) EXPECT_NEAR(camera.centre().v.z(), 2.4, 0.01);
+}
+
+TEST(FloorFrameScale, IsThatOfTheOnlyFrameWithTheSameShape) {
+  const FloorFrame frame{.long_m = 0.6, .short_m = 0.4};
+  const std::vector<Vector3d> larger{{0.0, 0.0, 0.0}, {0.75, 0.0, 0.0}, {0.0, 0.5, 0.0}};
+  std::vector<Vector3d> two = larger;
+  for (const Vector3d& point : larger) two.push_back(point + Vector3d(3.0, 0.0, 0.0));
+
+  const auto scale = floor_frame_scale(larger, frame);
+
+  ASSERT_TRUE(scale);
+  EXPECT_NEAR(*scale, 1.25, 1e-12);
+  EXPECT_FALSE(floor_frame_scale(two, frame));
 }
 
 }  // namespace

@@ -18,16 +18,17 @@ const Wand kWand{{0.0, 0.16, 0.5}};
 
 WandWorldSettings small_world() { return {.cameras = 5, .noise_px = 0.1, .seconds = 20.0, .rate_hz = 30.0}; }
 
-// Root mean square over the cameras of how far they are from the truth, which `rig` is turned and moved to, m.
+// Rms error of the camera positions after a rigid alignment with the truth, m.
 double position_error_m(const Rig& rig, const Rig& truth) {
   std::vector<geometry::PointPair> pairs;
   for (std::size_t c = 0; c < rig.size(); ++c) pairs.push_back({rig[c].centre().v, truth[c].centre().v});
   return geometry::fit_rigid(pairs)->rms_m;
 }
 
-double doubt_m(const WandSolution& solution) {
+double predicted_error_m(const WandSolution& solution) {
   double sum = 0.0;
-  for (const CameraQuality& camera : solution.cameras) sum += camera.doubt.position_m * camera.doubt.position_m;
+  for (const CameraAccuracy& camera : solution.cameras)
+    sum += camera.uncertainty.position_m * camera.uncertainty.position_m;
   return std::sqrt(sum / static_cast<double>(solution.cameras.size()));
 }
 
@@ -38,12 +39,12 @@ TEST(SolveWand, FindsTheCamerasWithinWhatTheNoiseAllows) {
 
   ASSERT_TRUE(solution) << solution.error().message;
   EXPECT_LT(solution->rms_px, 0.105);
-  EXPECT_GT(solution->rms_px, 0.075);  // the solution takes part of the noise
+  EXPECT_GT(solution->rms_px, 0.075);  // the degrees of freedom of the solution absorb a part of the noise
   EXPECT_LT(position_error_m(solution->bundle.rig, world.truth()), 1e-3);
   EXPECT_NEAR(solution->length_mean_m, 0.5, 1e-4);
 }
 
-TEST(SolveWand, NeedsNoLensFiles) {
+TEST(SolveWand, EstimatesUnknownLenses) {
   WandWorld world(small_world(), kWand, 2);
   const Rig rough = world.rough_lenses(0.2);
   WandSettings settings;
@@ -53,7 +54,7 @@ TEST(SolveWand, NeedsNoLensFiles) {
 
   ASSERT_TRUE(solution) << solution.error().message;
   EXPECT_LT(solution->rms_px, 0.105);
-  EXPECT_GT(solution->rms_px, 0.075);  // the solution takes part of the noise
+  EXPECT_GT(solution->rms_px, 0.075);  // the degrees of freedom of the solution absorb a part of the noise
   EXPECT_LT(position_error_m(solution->bundle.rig, world.truth()), 5e-3);
   for (std::size_t c = 0; c < rough.size(); ++c) {
     const double found = solution->bundle.rig[c].lens.fx_px;
@@ -62,7 +63,7 @@ TEST(SolveWand, NeedsNoLensFiles) {
   }
 }
 
-TEST(SolveWand, DoesWithTwoMarkersThatLookAlike) {
+TEST(SolveWand, SolvesASymmetricWandOfTwoMarkers) {
   const Wand two{{0.0, 0.5}};
   WandWorld world(small_world(), two, 3);
 
@@ -70,11 +71,11 @@ TEST(SolveWand, DoesWithTwoMarkersThatLookAlike) {
 
   ASSERT_TRUE(solution) << solution.error().message;
   EXPECT_LT(solution->rms_px, 0.105);
-  EXPECT_GT(solution->rms_px, 0.075);  // the solution takes part of the noise
+  EXPECT_GT(solution->rms_px, 0.075);  // the degrees of freedom of the solution absorb a part of the noise
   EXPECT_LT(position_error_m(solution->bundle.rig, world.truth()), 1.5e-3);
 }
 
-TEST(SolveWand, GivesTheSameRigAgain) {
+TEST(SolveWand, IsDeterministic) {
   WandWorld world(small_world(), kWand, 4);
   const Take take = world.take();
 
@@ -86,21 +87,21 @@ TEST(SolveWand, GivesTheSameRigAgain) {
     EXPECT_EQ(one->bundle.rig[c].centre().v, other->bundle.rig[c].centre().v);
 }
 
-TEST(SolveWand, ForetellsItsOwnError) {
-  double foretold = 0.0;
+TEST(SolveWand, PredictsItsOwnError) {
+  double predicted = 0.0;
   double found = 0.0;
   for (std::uint64_t seed = 10; seed < 22; ++seed) {
     WandWorld world({.cameras = 4, .noise_px = 0.2, .seconds = 10.0, .rate_hz = 20.0}, kWand, seed);
     const auto solution = solve_wand(world.take(), world.truth(), kWand, {});
     ASSERT_TRUE(solution) << "seed " << seed << ": " << solution.error().message;
-    foretold += std::pow(doubt_m(*solution), 2);
+    predicted += std::pow(predicted_error_m(*solution), 2);
     found += std::pow(position_error_m(solution->bundle.rig, world.truth()), 2);
   }
-  // 12 worlds of 24 - 6 free numbers: the estimate itself strays by 5 %.
-  EXPECT_NEAR(std::sqrt(foretold / found), 1.0, 0.25);
+  // 12 worlds with 24 - 6 degrees of freedom: the ratio has a standard deviation of 5 %.
+  EXPECT_NEAR(std::sqrt(predicted / found), 1.0, 0.25);
 }
 
-TEST(SolveWand, NamesTheCameraThatSharesNothing) {
+TEST(SolveWand, NamesACameraWithoutSharedSamples) {
   WandWorld world(small_world(), kWand, 5);
   Take take = world.take();
   // The fourth camera sees the wand only while no other does.
@@ -118,7 +119,7 @@ TEST(SolveWand, NamesTheCameraThatSharesNothing) {
   EXPECT_NE(solution.error().message.find("'cam4'"), std::string::npos) << solution.error().message;
 }
 
-TEST(SolveWand, SaysHowManySamplesAreMissing) {
+TEST(SolveWand, RefusesARecordingWithTooFewSamples) {
   WandWorldSettings settings = small_world();
   settings.seconds = 1.0;
   WandWorld world(settings, kWand, 6);
@@ -129,7 +130,7 @@ TEST(SolveWand, SaysHowManySamplesAreMissing) {
   EXPECT_EQ(solution.error().fault, WandFault::TooFewSamples);
 }
 
-TEST(SolveWand, RefusesAnotherWandThanWasTold) {
+TEST(SolveWand, RefusesAWandWithAnotherDivisionRatio) {
   WandWorld world(small_world(), Wand{{0.0, 0.25, 0.5}}, 7);
 
   const auto solution = solve_wand(world.take(), world.truth(), kWand, {});
@@ -157,7 +158,7 @@ TEST(SolveWand, RefusesTwoWands) {
   EXPECT_EQ(solution.error().fault, WandFault::TwoWands);
 }
 
-TEST(SolveWand, RefusesAWandThatLiesStill) {
+TEST(SolveWand, RefusesAStationaryWand) {
   WandWorld world(small_world(), kWand, 10);
   Take take = world.take();
   for (auto& pictures : take.cameras) {
@@ -170,23 +171,22 @@ TEST(SolveWand, RefusesAWandThatLiesStill) {
   EXPECT_EQ(solution.error().fault, WandFault::StillWand) << solution.error().message;
 }
 
-TEST(SolveWand, TellsHowFarACamerasTimeIsOff) {
+TEST(SolveWand, MeasuresTheTimeOffsetOfACamera) {
   WandWorldSettings settings = small_world();
   settings.rate_hz = 60.0;
   WandWorld world(settings, kWand, 11);
   Take take = world.take();
-  // Its pictures are of 16.7 ms later than it says.
+  // The images of the third camera are exposed 16.7 ms later than their time stamps report.
   for (std::size_t i = 0; i + 1 < take.cameras[2].size(); ++i) take.cameras[2][i].spots = take.cameras[2][i + 1].spots;
 
   const auto solution = solve_wand(take, world.truth(), kWand, {});
 
   ASSERT_FALSE(solution);
   EXPECT_EQ(solution.error().fault, WandFault::NotSynchronous) << solution.error().message;
-  // ms; what the cameras' places have taken of it is solved for beside it.
   const std::string& message = solution.error().message;
-  const std::size_t at = message.find("'cam3': its pictures are about ");
+  const std::size_t at = message.find("'cam3': its images are about ");
   ASSERT_NE(at, std::string::npos) << message;
-  EXPECT_NEAR(std::stod(message.substr(at + 31)), 16.7, 1.5) << message;
+  EXPECT_NEAR(std::stod(message.substr(at + 29)), 16.7, 1.5) << message;
   EXPECT_NE(message.find("ms later than"), std::string::npos) << message;
 }
 
@@ -204,7 +204,7 @@ TEST(SolveWand, RefusesALensFileOfAnotherImageSize) {
   EXPECT_EQ(solution.error().fault, WandFault::WrongImageSize);
 }
 
-TEST(SolveWand, EndsWhenAskedTo) {
+TEST(SolveWand, IsCancelledByTheProgressCallback) {
   WandWorld world(small_world(), kWand, 13);
 
   const auto solution = solve_wand(world.take(), world.truth(), kWand, {}, [](const char*, double) { return false; });
@@ -212,26 +212,26 @@ TEST(SolveWand, EndsWhenAskedTo) {
   EXPECT_FALSE(solution);
 }
 
-TEST(SolveWand, SaysHowFarOffSamplesLieThatHadNoSay) {
+TEST(SolveWand, MeasuresTheResidualOfHeldOutSamples) {
   WandWorld world(small_world(), kWand, 13);
 
   const auto solution = solve_wand(world.take(), world.truth(), kWand, {});
 
   ASSERT_TRUE(solution) << solution.error().message;
-  // A rig of many samples foretells the rest as well as it explains its own; one sample in ten strays by 2 %.
+  // With many samples both residuals are equal; the rms of one sample in ten has a standard deviation of 2 %.
   EXPECT_NEAR(solution->heldout_px / solution->rms_px, 1.0, 0.1);
   std::size_t held_out = 0;
   double squares = 0.0;
-  for (const SightResidual& one : solution->residuals) {
+  for (const ObservationResidual& one : solution->residuals) {
     held_out += one.held_out ? 1 : 0;
     squares += one.held_out ? one.residual_px.squaredNorm() : 0.0;
   }
-  EXPECT_NEAR(static_cast<double>(held_out) / static_cast<double>(solution->bundle.sights.size()), 0.1, 0.02);
-  EXPECT_EQ(solution->residuals.size(), solution->bundle.sights.size() + held_out);
+  EXPECT_NEAR(static_cast<double>(held_out) / static_cast<double>(solution->bundle.observations.size()), 0.1, 0.02);
+  EXPECT_EQ(solution->residuals.size(), solution->bundle.observations.size() + held_out);
   EXPECT_NEAR(solution->heldout_px, std::sqrt(squares / (2.0 * static_cast<double>(held_out))), 1e-12);
 }
 
-TEST(SolveWand, TellsALensThatWasMadeToFitFewSamples) {
+TEST(SolveWand, HeldOutSamplesRevealAnOverfittedLens) {
   WandWorldSettings settings = small_world();
   settings.cameras = 3;
   settings.seconds = 4.0;

@@ -10,65 +10,65 @@ namespace {
 const Wand kThree{{0.0, 0.16, 0.5}};
 const Wand kTwo{{0.0, 0.5}};
 
-std::vector<Eigen::Vector2d> laid_from(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+std::vector<Eigen::Vector2d> wand_blobs(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
   return {from, from + 0.32 * (to - from), to};
 }
 
-TEST(FindWand, TellsItsFirstMarkerFromItsLast) {
-  std::vector<Eigen::Vector2d> spots = laid_from({300, 200}, {100, 150});
-  std::swap(spots[0], spots[1]);
+TEST(DetectWand, OrdersTheMarkersByTheDivisionRatio) {
+  std::vector<Eigen::Vector2d> blobs = wand_blobs({300, 200}, {100, 150});
+  std::swap(blobs[0], blobs[1]);
 
-  const WandLook look = find_wand(spots, kThree, {});
+  const WandDetection detection = detect_wand(blobs, kThree, {});
 
-  ASSERT_TRUE(look.seen);
-  EXPECT_EQ(look.spots, (WandSpots{1, 0, 2}));
-  EXPECT_FALSE(look.twice);
+  ASSERT_TRUE(detection.found);
+  EXPECT_EQ(detection.blobs, (WandBlobs{1, 0, 2}));
+  EXPECT_FALSE(detection.two_wands);
 }
 
-TEST(FindWand, FindsItAmongClutter) {
-  std::vector<Eigen::Vector2d> spots{{20, 900}, {700, 30}, {333, 444}, {640, 512}};
-  for (const Eigen::Vector2d& spot : laid_from({400, 300}, {480, 420})) spots.push_back(spot);
+TEST(DetectWand, FindsTheWandAmongClutter) {
+  std::vector<Eigen::Vector2d> blobs{{20, 900}, {700, 30}, {333, 444}, {640, 512}};
+  for (const Eigen::Vector2d& blob : wand_blobs({400, 300}, {480, 420})) blobs.push_back(blob);
 
-  const WandLook look = find_wand(spots, kThree, {});
+  const WandDetection detection = detect_wand(blobs, kThree, {});
 
-  ASSERT_TRUE(look.seen);
-  EXPECT_EQ(look.spots, (WandSpots{4, 5, 6}));
+  ASSERT_TRUE(detection.found);
+  EXPECT_EQ(detection.blobs, (WandBlobs{4, 5, 6}));
 }
 
-TEST(FindWand, SeesNoneInABentLine) {
-  std::vector<Eigen::Vector2d> spots = laid_from({300, 200}, {100, 200});
-  spots[1].y() += 10.0;
+TEST(DetectWand, RejectsMarkersThatAreNotCollinear) {
+  std::vector<Eigen::Vector2d> blobs = wand_blobs({300, 200}, {100, 200});
+  blobs[1].y() += 10.0;
 
-  EXPECT_FALSE(find_wand(spots, kThree, {}).seen);
+  EXPECT_FALSE(detect_wand(blobs, kThree, {}).found);
 }
 
-TEST(FindWand, SeesNoneThatIsDividedElsewhere) {
-  const std::vector<Eigen::Vector2d> spots{{300, 200}, {208, 200}, {100, 200}};
+TEST(DetectWand, RejectsAnotherDivisionRatio) {
+  const std::vector<Eigen::Vector2d> blobs{{300, 200}, {208, 200}, {100, 200}};
 
-  EXPECT_FALSE(find_wand(spots, kThree, {}).seen);
+  EXPECT_FALSE(detect_wand(blobs, kThree, {}).found);
 }
 
-TEST(FindWand, TellsThatThereAreTwo) {
-  std::vector<Eigen::Vector2d> spots = laid_from({300, 200}, {100, 150});
-  for (const Eigen::Vector2d& spot : laid_from({500, 800}, {700, 700})) spots.push_back(spot);
+TEST(DetectWand, ReportsTwoWands) {
+  std::vector<Eigen::Vector2d> blobs = wand_blobs({300, 200}, {100, 150});
+  for (const Eigen::Vector2d& blob : wand_blobs({500, 800}, {700, 700})) blobs.push_back(blob);
 
-  EXPECT_TRUE(find_wand(spots, kThree, {}).twice);
+  EXPECT_TRUE(detect_wand(blobs, kThree, {}).two_wands);
 }
 
-TEST(FindWand, LeavesAFourthMarkerOnTheLineUndecided) {
-  // Two spots side by side where the middle one should be: either may be it.
-  std::vector<Eigen::Vector2d> spots = laid_from({300, 200}, {100, 200});
-  spots.emplace_back(spots[1].x() - 1.5, 200);
+TEST(DetectWand, IsAmbiguousWithTwoMiddleMarkers) {
+  // Two blobs side by side at the position of the middle marker.
+  std::vector<Eigen::Vector2d> blobs = wand_blobs({300, 200}, {100, 200});
+  blobs.emplace_back(blobs[1].x() - 1.5, 200);
 
-  EXPECT_FALSE(find_wand(spots, kThree, {}).seen);
+  EXPECT_FALSE(detect_wand(blobs, kThree, {}).found);
 }
 
-TEST(FindWand, TakesTwoMarkersOnlyWhereTheyAreAlone) {
-  std::vector<Eigen::Vector2d> spots{{100, 100}, {200, 150}};
-  EXPECT_TRUE(find_wand(spots, kTwo, {}).seen);
+TEST(DetectWand, FindsTwoMarkersOnlyWithoutOtherBlobs) {
+  std::vector<Eigen::Vector2d> blobs{{100, 100}, {200, 150}};
+  EXPECT_TRUE(detect_wand(blobs, kTwo, {}).found);
 
-  spots.emplace_back(500, 500);
-  EXPECT_FALSE(find_wand(spots, kTwo, {}).seen);
+  blobs.emplace_back(500, 500);
+  EXPECT_FALSE(detect_wand(blobs, kTwo, {}).found);
 }
 
 }  // namespace

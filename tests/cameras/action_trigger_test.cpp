@@ -1,4 +1,4 @@
-// What a camera is told over its exposures, with time as an argument: the camera is a socket of the test.
+// ActionTrigger against a UDP socket of the test that answers as a camera does. Time is an argument.
 #include "cameras/aravis/action_trigger.h"
 
 #include <arpa/inet.h>
@@ -23,7 +23,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr Duration kPeriod = milliseconds(20);
-constexpr Timestamp kBegin{seconds(1000)};  // of the host's clock
+constexpr Timestamp kBegin{seconds(1000)};  // on the host's clock
 
 in_addr address_of(const char* text) {
   in_addr address{};
@@ -31,25 +31,26 @@ in_addr address_of(const char* text) {
   return address;
 }
 
-/// A camera that takes commands ahead of time only while it has a master.
-class ToldCamera {
+/// A camera that accepts scheduled commands only while it has a PTP master.
+class CommandedCamera {
  public:
-  ToldCamera() : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
+  CommandedCamera() : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
     sockaddr_in name{};
     name.sin_family = AF_INET;
     name.sin_addr = address_of("127.0.0.2");
     name.sin_port = htons(3956);
     bound_ = bind(socket_, reinterpret_cast<const sockaddr*>(&name), sizeof name) == 0;
   }
-  ~ToldCamera() { close(socket_); }
-  ToldCamera(const ToldCamera&) = delete;
-  ToldCamera& operator=(const ToldCamera&) = delete;
+  ~CommandedCamera() { close(socket_); }
+  CommandedCamera(const CommandedCamera&) = delete;
+  CommandedCamera& operator=(const CommandedCamera&) = delete;
 
   bool bound() const { return bound_; }
   bool has_master = true;
 
-  /// When it exposes by what came since the last call: by its own clock, or `at_once`.
-  std::vector<Duration> told(Duration at_once) {
+  /// Exposures that the commands since the last call cause: scheduled ones on the camera's clock, immediate ones at
+  /// `at_once`.
+  std::vector<Duration> exposures_by(Duration at_once) {
     std::vector<Duration> exposures;
     std::array<std::uint8_t, 64> packet{};
     sockaddr_in from{};
@@ -82,7 +83,7 @@ class ToldCamera {
   bool bound_ = false;
 };
 
-class TellsWhenToExpose : public testing::Test {
+class ActionTriggerTest : public testing::Test {
  protected:
   void SetUp() override {
     static const std::string refusal = enter_own_network(3);
@@ -94,13 +95,14 @@ class TellsWhenToExpose : public testing::Test {
     trigger_ = std::move(*opened);
   }
 
-  /// Follows the trigger for `span`: when the camera exposed by `clock_minus_host`, in its order.
+  /// Runs the trigger for `span`. Returns the exposures of the camera, whose clock is `clock_minus_host` ahead, in
+  /// their order.
   std::vector<Duration> follow(Duration span, Duration clock_minus_host, bool ahead) {
     std::vector<Duration> exposures;
     Timestamp last = now_;
     for (const Timestamp end = now_ + span; now_ < end; now_ = std::max(now_, trigger_->next_due())) {
       trigger_->send_due(now_, utc_minus_host_, ahead);
-      const auto more = camera_->told(now_.time_since_epoch() + clock_minus_host);
+      const auto more = camera_->exposures_by(now_.time_since_epoch() + clock_minus_host);
       exposures.insert(exposures.end(), more.begin(), more.end());
       last = now_;
     }
@@ -116,13 +118,13 @@ class TellsWhenToExpose : public testing::Test {
   }
 
   const Duration utc_minus_host_ = seconds(500) + milliseconds(7);
-  std::optional<ToldCamera> camera_;
+  std::optional<CommandedCamera> camera_;
   std::unique_ptr<ActionTrigger> trigger_;
   Timestamp now_ = kBegin;
 };
 
-TEST_F(TellsWhenToExpose, EachMultipleOnceThoughTheCameraLosesItsMasterAndFindsItAgain) {
-  // The master gives TAI; what the camera showed last came 4 ms late.
+TEST_F(ActionTriggerTest, CommandsEachMultipleOnceIfTheCameraLosesAndRegainsItsMaster) {
+  // The master distributes TAI; the clock was read 4 ms late.
   const Duration tai_minus_host = utc_minus_host_ + seconds(37);
   trigger_->set_clock(tai_minus_host - milliseconds(4));
   std::vector<Duration> all = follow(seconds(1), tai_minus_host, true);
@@ -131,16 +133,17 @@ TEST_F(TellsWhenToExpose, EachMultipleOnceThoughTheCameraLosesItsMasterAndFindsI
   camera_->has_master = false;
   for (const Duration each : follow(seconds(1), tai_minus_host, true)) all.push_back(each);
   EXPECT_TRUE(trigger_->refused());
-  for (const Duration each : follow(seconds(1), tai_minus_host, false)) all.push_back(each);  // it says so itself now
+  for (const Duration each : follow(seconds(1), tai_minus_host, false))
+    all.push_back(each);  // the camera reports the loss itself
   EXPECT_FALSE(trigger_->refused());
   camera_->has_master = true;
   for (const Duration each : follow(seconds(1), tai_minus_host, true)) all.push_back(each);
 
   expect_each_once(all);
-  EXPECT_GE(all.size(), 200U);  // four seconds, and what is told ahead
+  EXPECT_GE(all.size(), 200U);  // 4 s, and the scheduled exposures
 }
 
-TEST_F(TellsWhenToExpose, EachMultipleOnceWhereTheCameraSaysThatItLostItsMasterAndTakesCommandsAllTheSame) {
+TEST_F(ActionTriggerTest, CommandsEachMultipleOnceIfTheCameraReportsTheLossAndStillAcceptsCommands) {
   trigger_->set_clock(utc_minus_host_);
   std::vector<Duration> all = follow(seconds(1), utc_minus_host_, true);
   for (const Duration each : follow(seconds(1), utc_minus_host_, false)) all.push_back(each);
@@ -149,7 +152,7 @@ TEST_F(TellsWhenToExpose, EachMultipleOnceWhereTheCameraSaysThatItLostItsMasterA
   EXPECT_GE(all.size(), 100U);
 }
 
-TEST_F(TellsWhenToExpose, NothingOfWhatIsPastWhenItsThreadWasHeldUp) {
+TEST_F(ActionTriggerTest, SkipsPastExposuresAfterADelay) {
   static_cast<void>(follow(milliseconds(100), utc_minus_host_, false));
   now_ += seconds(3);
 

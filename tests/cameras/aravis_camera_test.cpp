@@ -20,7 +20,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using testing::HasSubstr;
 
-// Loopback takes no packet socket.
+// A packet socket receives nothing on loopback.
 AravisSettings at_address(const std::string& address) {
   AravisSettings settings;
   settings.address = address;
@@ -44,10 +44,10 @@ double seconds_of(const std::function<void()>& what) {
   return to_s(host_now() - before);
 }
 
-// A service that is told to end has a second, and a camera knows nothing of that: so much at once it may take.
+// Limit of one call: a service that is terminated has 1 s, and a camera cannot know when.
 constexpr double kAtOnce_s = 0.5;
 
-// In a network of their own: nobody else's cameras are found, and no port is in use.
+// The tests have a network namespace of their own, so they find no other cameras and all ports are free.
 class AravisCamera : public testing::Test {
  protected:
   void SetUp() override {
@@ -100,7 +100,7 @@ TEST_F(AravisCamera, IsFoundByItsSerialNumber) {
   EXPECT_TRUE(whole_frame(*camera));
 }
 
-TEST_F(AravisCamera, NamesTheSerialsThatAreThereWhenItsOwnIsNot) {
+TEST_F(AravisCamera, NamesTheSerialNumbersThatItFoundIfItsOwnIsAbsent) {
   FakeGigE fake("127.0.0.1", "T71003");
   ASSERT_TRUE(fake.running());
   AravisSettings settings = at_address("");
@@ -115,14 +115,14 @@ TEST_F(AravisCamera, NamesTheSerialsThatAreThereWhenItsOwnIsNot) {
   EXPECT_THAT(begun.error().message, HasSubstr("T71003"));
 }
 
-TEST_F(AravisCamera, AnswersAtOnceWhileItLooksForASerialThatIsNotThere) {
+TEST_F(AravisCamera, StartReturnsAtOnceDuringTheSearchForAnAbsentSerialNumber) {
   FakeGigE fake("127.0.0.1", "T71016");
   ASSERT_TRUE(fake.running());
   const auto camera = make_aravis_camera(CameraId{0}, "north", with_serial("DA1234567"));
 
   Status first, later;
   const double first_s = seconds_of([&] { first = camera->start(); });
-  camera->stop();  // as between two tries; the looking goes on
+  camera->stop();  // as the daemon does between two attempts; the search continues
   for (int i = 0; i < 10 && (later || later.error().code == ErrorCode::Timeout); ++i) {
     EXPECT_LT(seconds_of([&] { later = camera->start(); }), kAtOnce_s);
   }
@@ -137,7 +137,7 @@ TEST_F(AravisCamera, AnswersAtOnceWhileItLooksForASerialThatIsNotThere) {
   EXPECT_THAT(later.error().message, HasSubstr("T71016"));
 }
 
-TEST_F(AravisCamera, AnswersAtOnceWhileOthersAreLookedForToo) {
+TEST_F(AravisCamera, StartReturnsAtOnceDuringSeveralSearches) {
   FakeGigE fake("127.0.0.2", "T71017");
   ASSERT_TRUE(fake.running());
   AravisSettings named = at_address("");
@@ -158,17 +158,17 @@ TEST_F(AravisCamera, AnswersAtOnceWhileOthersAreLookedForToo) {
   EXPECT_THAT(started(*by_address).error().message, HasSubstr("no Aravis camera answers at 127.0.0.4"));
 }
 
-TEST_F(AravisCamera, EndsAtOnceWhileItIsLookedForAndLeavesTheDeviceFree) {
+TEST_F(AravisCamera, IsDestroyedAtOnceDuringASearchAndLeavesTheDeviceFree) {
   FakeGigE fake("127.0.0.1", "T71018");
   ASSERT_TRUE(fake.running());
   auto gone = make_aravis_camera(CameraId{0}, "gone", with_serial("T71018"));
-  const Status looking = gone->start();  // looking around takes a second
+  const Status looking = gone->start();  // a search takes about 1 s
   ASSERT_FALSE(looking);
   EXPECT_EQ(looking.error().code, ErrorCode::Timeout);
 
   EXPECT_LT(seconds_of([&] { gone.reset(); }), kAtOnce_s);
 
-  // What is opened for nobody is closed again.
+  // The abandoned attempt opens the camera and closes it again.
   const auto next = make_aravis_camera(CameraId{0}, "next", with_serial("T71018"));
   Status begun = started(*next);
   for (int i = 0; i < 10 && !begun && begun.error().code == ErrorCode::Busy; ++i) begun = started(*next);
@@ -176,7 +176,7 @@ TEST_F(AravisCamera, EndsAtOnceWhileItIsLookedForAndLeavesTheDeviceFree) {
   EXPECT_TRUE(whole_frame(*next));
 }
 
-TEST_F(AravisCamera, SaysThatNobodyAnswersAtAnAddress) {
+TEST_F(AravisCamera, ReportsThatNoCameraAnswersAtAnAddress) {
   const auto camera = make_aravis_camera(CameraId{0}, "north", at_address("127.0.0.4"));
 
   const Status begun = started(*camera);
@@ -224,12 +224,12 @@ TEST_F(AravisCamera, DeliversSixteenBitPixels) {
 
   const Status begun = started(*camera);
 
-  // 16 bits say nothing about how many of them are used: not among the formats that the detectors read.
+  // A 16-bit format does not state how many bits are used, so it is not supported.
   ASSERT_FALSE(begun);
   EXPECT_EQ(begun.error().code, ErrorCode::Unsupported);
 }
 
-TEST_F(AravisCamera, TellsWhichRegionTheSensorHas) {
+TEST_F(AravisCamera, NamesTheSizeOfTheSensorForARefusedRegion) {
   FakeGigE fake("127.0.0.2", "T71007");
   ASSERT_TRUE(fake.running());
   AravisSettings settings = at_address("127.0.0.2");
@@ -244,7 +244,7 @@ TEST_F(AravisCamera, TellsWhichRegionTheSensorHas) {
   EXPECT_THAT(begun.error().message, HasSubstr("sensor of 2048x2048"));
 }
 
-TEST_F(AravisCamera, TellsTheRangeOfAnExposureThatIsRefused) {
+TEST_F(AravisCamera, NamesTheRangeOfARefusedExposure) {
   FakeGigE fake("127.0.0.2", "T71008");
   ASSERT_TRUE(fake.running());
   AravisSettings settings = at_address("127.0.0.2");
@@ -258,7 +258,7 @@ TEST_F(AravisCamera, TellsTheRangeOfAnExposureThatIsRefused) {
   EXPECT_THAT(begun.error().message, HasSubstr("expected 10 to"));
 }
 
-TEST_F(AravisCamera, RefusesATriggerThatTheCameraHasNot) {
+TEST_F(AravisCamera, RefusesATriggerThatTheCameraDoesNotHave) {
   FakeGigE fake("127.0.0.2", "T71009");
   ASSERT_TRUE(fake.running());
   AravisSettings settings = at_address("127.0.0.2");
@@ -271,8 +271,8 @@ TEST_F(AravisCamera, RefusesATriggerThatTheCameraHasNot) {
   EXPECT_THAT(begun.error().message, HasSubstr("trigger Line77 is refused"));
 }
 
-TEST_F(AravisCamera, PutsTheMiddleOfTheExposureWhereAUtcClockSaysIt) {
-  FakeGigE fake("127.0.0.2", "T71010");  // stamps the host's UTC when it begins to fill an image
+TEST_F(AravisCamera, ConvertsTheStampOfAUtcClockToTheMiddleOfTheExposure) {
+  FakeGigE fake("127.0.0.2", "T71010");  // its stamp is the host's UTC when it starts to fill an image
   ASSERT_TRUE(fake.running());
   AravisSettings settings = at_address("127.0.0.2");
   settings.exposure_us = 4000.0;
@@ -285,11 +285,11 @@ TEST_F(AravisCamera, PutsTheMiddleOfTheExposureWhereAUtcClockSaysIt) {
 
   ASSERT_TRUE(frame);
   const Duration age = frame->received_at - frame->exposed_at;
-  EXPECT_GE(age, milliseconds(2));  // half of the exposure, and the way
+  EXPECT_GE(age, milliseconds(2));  // half of the exposure, and the transfer
   EXPECT_LT(age, seconds(1));
 }
 
-TEST_F(AravisCamera, LosesTheDeviceThatIsUnpluggedAndFindsItAgain) {
+TEST_F(AravisCamera, ReportsAnUnpluggedDeviceAsLostAndFindsItAgain) {
   std::optional<FakeGigE> fake;
   fake.emplace("127.0.0.2", "T71011");
   ASSERT_TRUE(fake->running());
@@ -306,9 +306,9 @@ TEST_F(AravisCamera, LosesTheDeviceThatIsUnpluggedAndFindsItAgain) {
   }
   RecordProperty("lost_after_s", std::to_string(to_s(host_now() - unplugged)));
   ASSERT_EQ(code, ErrorCode::DeviceLost);
-  EXPECT_EQ(camera->next(milliseconds(1)).error().code, ErrorCode::DeviceLost);  // and stays lost
+  EXPECT_EQ(camera->next(milliseconds(1)).error().code, ErrorCode::DeviceLost);  // the camera stays lost
 
-  EXPECT_EQ(started(*camera).error().code, ErrorCode::NotFound);  // nothing there yet
+  EXPECT_EQ(started(*camera).error().code, ErrorCode::NotFound);  // the camera is still absent
   fake.emplace("127.0.0.2", "T71011");
   ASSERT_TRUE(fake->running());
   const Status again = started(*camera);
@@ -346,7 +346,7 @@ TEST_F(AravisCamera, LeaksNothingOverFiftyStarts) {
 
   for (int i = 0; i < 50; ++i) once();
 
-  const Timestamp end = host_now() + seconds(5);  // a thread that has given its answer still has to end
+  const Timestamp end = host_now() + seconds(5);  // a thread that has delivered its result still has to end
   while (entries("/proc/self/task") > running && host_now() < end) {
   }
   EXPECT_LE(entries("/proc/self/fd"), files);
@@ -369,7 +369,7 @@ TEST_F(AravisCamera, StopsSoonWhenTheDeviceIsSilent) {
   const Timestamp stopped = host_now();
   EXPECT_EQ(started(*camera).error().code, ErrorCode::NotFound);
 
-  // A service that is told to end has a second; Aravis alone would take 12 s and 3.5 s.
+  // A service that is terminated has 1 s; Aravis alone would take 12 s and 3.5 s.
   EXPECT_LT(to_s(stopped - before), 0.5);
   EXPECT_LT(to_s(host_now() - stopped), 0.8);
 }

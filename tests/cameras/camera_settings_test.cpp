@@ -68,7 +68,7 @@ TEST(AravisSettings, NeedExactlyOneWayToFindTheCamera) {
   EXPECT_THAT(messages_of(faults_of(two)), ElementsAre(HasSubstr("2 of serial, device_name, address and mac")));
 }
 
-TEST(AravisSettings, AreTriggeredByActionCommandsAtARateThatTheyName) {
+TEST(AravisSettings, NeedARateForActionCommands) {
   AravisSettings camera;
   camera.serial = "DA1";
   camera.trigger = "action";
@@ -119,14 +119,14 @@ TEST(ReplaySettings, ShareAFolderIfItHoldsAFolderForEachCamera) {
   std::filesystem::remove_all(folder);
 }
 
-TEST(SyntheticSettings, RefuseAMotionThatNobodyKnows) {
+TEST(SyntheticSettings, RefuseAnUnknownMotion) {
   SyntheticSettings camera;
   camera.motion = "dance:2";
 
   EXPECT_THAT(messages_of(faults_of(camera)), ElementsAre(HasSubstr("motion: 'dance:2'")));
 }
 
-TEST(SyntheticSettings, RunByRecordedTimeIfTheyDoNotKeepToTheClock) {
+TEST(SyntheticSettings, UseRecordedTimeIfTheyDoNotFollowTheClock) {
   SyntheticSettings camera;
   EXPECT_FALSE(facts_of(camera, "west").recorded_time);
 

@@ -12,7 +12,7 @@
 
 namespace mocap::cameras {
 
-/// The next whole frame within `patience`; passes over broken ones.
+/// The next complete frame within `patience`. Broken frames are skipped.
 inline std::optional<Frame> whole_frame(Camera& camera, Duration patience = std::chrono::seconds(5)) {
   const Timestamp end = host_now() + patience;
   while (host_now() < end) {
@@ -23,14 +23,14 @@ inline std::optional<Frame> whole_frame(Camera& camera, Duration patience = std:
   return std::nullopt;
 }
 
-/// Starts as the daemon does: a camera that is still being looked for is asked again.
+/// Starts a camera as the daemon does: repeats start() while the search continues.
 inline Status started(Camera& camera) {
   Status begun = camera.start();
   for (int i = 0; i < 50 && !begun && begun.error().code == ErrorCode::Timeout; ++i) begun = camera.start();
   return begun;
 }
 
-/// Such as /proc/self/fd: this process's open files.
+/// Number of entries of a folder, such as /proc/self/fd with the open files of this process.
 inline std::size_t entries(const char* folder) {
   using Iterator = std::filesystem::directory_iterator;
   return static_cast<std::size_t>(std::distance(Iterator(folder), Iterator()));

@@ -14,10 +14,10 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 using std::chrono::seconds;
 
-// A camera whose clock is off and drifts, and a way to the host that adds an exponential delay.
+// A camera whose clock has an offset and a drift, and a transfer to the host with exponential delay.
 struct World {
   double rate_hz = 120.0;
-  double drift = 50e-6;  // camera seconds too many in a second
+  double drift = 50e-6;  // excess seconds of the camera clock per second
   Duration offset = milliseconds(5);
   Duration least_delay{};
   double jitter_s = 2e-3;
@@ -30,7 +30,7 @@ struct World {
   }
 };
 
-// Error of the mapped times against the truth from second `from` to second `to`.
+// Rms error of the mapped times from second `from_second` to second `to_second`.
 double rms_error_us(ClockMapping& mapping, World& world, double from_second, double to_second) {
   double sum = 0.0;
   int count = 0;
@@ -50,12 +50,12 @@ TEST(ClockMapping, FindsTheTruthUnderJitterAndDriftAfterTenSeconds) {
 
   const double rms_us = rms_error_us(mapping, world, 10.0, 60.0);
 
-  EXPECT_LT(rms_us, 50.0);  // two hundredths of the jitter; the goal for cameras without PTP
+  EXPECT_LT(rms_us, 50.0);  // 2 % of the jitter
   EXPECT_NEAR(mapping.drift(), -50e-6, 10e-6);
   RecordProperty("rms_us", std::to_string(rms_us));
 }
 
-TEST(ClockMapping, HoldsUnderOtherLawsOfDelay) {
+TEST(ClockMapping, IsAccurateUnderOtherLawsOfDelay) {
   std::mt19937_64 random(23);
   std::uniform_real_distribution<> even(0.0, 4e-3);
   std::normal_distribution<> normal(0.0, 2e-3);
@@ -74,7 +74,7 @@ TEST(ClockMapping, HoldsUnderOtherLawsOfDelay) {
 
 TEST(ClockMapping, KnowsHowUncertainItIs) {
   for (const double rate_hz : {30.0, 120.0}) {
-    double error_square = 0.0, told_square = 0.0;
+    double error_square = 0.0, estimate_square = 0.0;
     for (std::uint64_t run = 0; run < 20; ++run) {
       World world{.rate_hz = rate_hz, .random = std::mt19937_64(100 + run)};
       ClockMapping mapping;
@@ -82,12 +82,12 @@ TEST(ClockMapping, KnowsHowUncertainItIs) {
         const double error_us = to_us(mapping.map(world.stamp(k), world.receipt(k)) - world.truth(k));
         if (k < static_cast<int>(10.0 * rate_hz)) continue;
         error_square += error_us * error_us;
-        told_square += std::pow(to_us(mapping.uncertainty()), 2);
+        estimate_square += std::pow(to_us(mapping.uncertainty()), 2);
       }
     }
-    const double told_over_true = std::sqrt(told_square / error_square);
-    EXPECT_GT(told_over_true, 0.7) << rate_hz;  // 20 runs tell the error to some 20 percent
-    EXPECT_LT(told_over_true, 3.0) << rate_hz;
+    const double estimate_over_true = std::sqrt(estimate_square / error_square);
+    EXPECT_GT(estimate_over_true, 0.7) << rate_hz;  // 20 runs estimate the error within about 20 %
+    EXPECT_LT(estimate_over_true, 3.0) << rate_hz;
   }
 }
 
@@ -107,7 +107,7 @@ TEST(ClockMapping, KeepsTheDriftOverAWrapOfTheCounter) {
   }
 
   EXPECT_EQ(mapping.leaps(), 1U);
-  // A second after the wrap the least of 120 delays of 2 ms is some 17 us, and the drift adds nothing.
+  // 1 s after the wrap the smallest of 120 delays of 2 ms is about 17 us, and the drift is known.
   EXPECT_LT(std::sqrt(sum / count), 50.0);
 }
 
@@ -150,11 +150,11 @@ TEST(ClockMapping, IsExactFromTheFirstFrameWithoutJitter) {
 
   for (int k = 0; k < 6000; ++k) {
     const Timestamp mapped = mapping.map(world.stamp(k), world.receipt(k));
-    ASSERT_NEAR(to_us(mapped - world.truth(k)), 0.0, 0.01) << k;  // rounding of doubles over 100 s
+    ASSERT_NEAR(to_us(mapped - world.truth(k)), 0.0, 0.01) << k;  // rounding of double over 100 s
   }
 }
 
-TEST(ClockMapping, NeverTellsATimeAfterTheReceipt) {
+TEST(ClockMapping, NeverReturnsATimeAfterTheReceipt) {
   World world{.jitter_s = 5e-3};
   ClockMapping mapping;
 
@@ -191,7 +191,7 @@ TEST(ClockMapping, StartsAnewWhenTheCounterLeapsEitherWay) {
 }
 
 TEST(ClockMapping, StartsAnewWhenTheCounterFallsBehindForGood) {
-  // The frames' stamps jump back less than they advance: only the growing lateness tells.
+  // The stamps jump back by less than they advance, so only the increasing delay shows the jump.
   World world{.rate_hz = 10.0, .jitter_s = 1e-4};
   ClockMapping mapping;
   rms_error_us(mapping, world, 0.0, 20.0);

@@ -5,7 +5,7 @@
 
 namespace mocap::cameras {
 
-// A make that no other file knows.
+// A make of this test alone.
 struct PinholeSettings {
   static constexpr MakeName kMake{"pinhole", "a box with a hole", "box"};
   int port = 5600;
@@ -60,7 +60,7 @@ TEST(DriverSettings, AreValues) {
   EXPECT_EQ(copy.as<PinholeSettings>()->port, 7);
 }
 
-TEST(DriverSettings, AnswerForTheirMake) {
+TEST(DriverSettings, StateTheFactsOfTheirMake) {
   const CameraFacts facts = DriverSettings(PinholeSettings{}).facts("west");
 
   EXPECT_EQ(facts.rate_hz, 100.0);
@@ -68,7 +68,7 @@ TEST(DriverSettings, AnswerForTheirMake) {
   EXPECT_EQ(facts.device[0].second, "west5600");
 }
 
-TEST(DriverSettings, TellValuesOutOfRangeFromBrokenRules) {
+TEST(DriverSettings, DistinguishValuesOutOfRangeFromBrokenRules) {
   const DriverSettings out_of_range = PinholeSettings{.port = 0};
   const DriverSettings broken = PinholeSettings{.port = 80};
 

@@ -16,7 +16,8 @@ using std::chrono::seconds;
 constexpr Duration kPeriod = milliseconds(10);
 constexpr Duration kUtcMinusHost = seconds(1'700'000'000);
 
-/// A camera at 100 Hz whose clock keeps UTC until it drifts; images come 300 us after the exposure, and later.
+/// A camera at 100 Hz whose clock follows UTC until lose_master(). An image arrives 300 us after its exposure plus an
+/// exponential delay.
 class Exposing {
  public:
   explicit Exposing(double jitter_us) : late_(1.0 / jitter_us) {}
@@ -55,7 +56,7 @@ AravisSettings by(const char* clock) {
   return settings;
 }
 
-TEST(ExposureClock, TellsTheMiddleOfExposuresOfAnyLengthByTheReceipts) {
+TEST(ExposureClock, EstimatesTheMiddleOfExposuresOfAnyLengthFromTheReceipts) {
   AravisSettings settings = by("estimated");
   settings.delivery_us = 300.0;
   ExposureClock clock("north", settings);
@@ -63,11 +64,11 @@ TEST(ExposureClock, TellsTheMiddleOfExposuresOfAnyLengthByTheReceipts) {
 
   Duration worst{};
   for (int i = 0; i < 2000; ++i) {
-    const Timestamp told = clock.middle_of(camera.next(microseconds(200 + 150 * (i % 12))), true);
-    if (i >= 1000) worst = std::max(worst, std::chrono::abs(told - camera.middle()));
+    const Timestamp estimated = clock.middle_of(camera.next(microseconds(200 + 150 * (i % 12))), true);
+    if (i >= 1000) worst = std::max(worst, std::chrono::abs(estimated - camera.middle()));
   }
 
-  // Of the receipts' jitter of 20 us little is left; an exposure taken for another's is off by up to 800 us.
+  // The jitter of 20 us is averaged out; the exposure of another image would give an error of up to 800 us.
   EXPECT_LT(worst, microseconds(10));
   EXPECT_EQ(clock.source(), ClockSource::Receipts);
 }
@@ -76,8 +77,8 @@ TEST(ExposureClock, GoesOnWithoutAJumpWhenTheCameraLosesItsMaster) {
   ExposureClock clock("north", by("utc"));
   Exposing camera(100.0);
   for (int i = 0; i < 1000; ++i) {
-    const Timestamp told = clock.middle_of(camera.next(microseconds(500)), true);
-    EXPECT_EQ(told, camera.middle());
+    const Timestamp estimated = clock.middle_of(camera.next(microseconds(500)), true);
+    EXPECT_EQ(estimated, camera.middle());
   }
   EXPECT_EQ(clock.source(), ClockSource::Camera);
   EXPECT_EQ(clock.uncertainty(), Duration::zero());
@@ -85,17 +86,17 @@ TEST(ExposureClock, GoesOnWithoutAJumpWhenTheCameraLosesItsMaster) {
   camera.lose_master(50.0);
   Duration worst{};
   for (int i = 0; i < 1000; ++i) {
-    const Timestamp told = clock.middle_of(camera.next(microseconds(500)), false);
-    worst = std::max(worst, std::chrono::abs(told - camera.middle()));
+    const Timestamp estimated = clock.middle_of(camera.next(microseconds(500)), false);
+    worst = std::max(worst, std::chrono::abs(estimated - camera.middle()));
   }
 
-  // The clock is 500 us off at the end, and the receipts come 300 us late and more.
+  // At the end the camera's clock is off by 500 us; images arrive at least 300 us late.
   EXPECT_LT(worst, microseconds(60));
   EXPECT_EQ(clock.source(), ClockSource::Lost);
   EXPECT_GT(clock.uncertainty(), Duration::zero());
 }
 
-TEST(ExposureClock, BelievesACameraThatCountsTaiAndNoneThatCountsFromItsStart) {
+TEST(ExposureClock, AcceptsACameraThatCountsTaiAndRejectsOneThatCountsFromItsStart) {
   ExposureClock tai("north", by("utc")), own("south", by("utc"));
   Exposing camera(20.0);
   for (int i = 0; i < 10; ++i) {

@@ -13,7 +13,7 @@
 
 namespace mocap::cameras {
 
-/// A GigE Vision camera of Aravis, served in this process on a loopback address of its own.
+/// Aravis's fake GigE Vision camera, in this process, on its own loopback address.
 class FakeGigE {
  public:
   FakeGigE(const std::string& address, const std::string& serial) {

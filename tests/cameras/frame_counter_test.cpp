@@ -16,12 +16,12 @@ TEST(FrameCounter, KeepsTheGapsOfTheIds) {
   EXPECT_EQ(step(7, 12), 5U);
 }
 
-TEST(FrameCounter, GoesRoundWithSixteenBitIdsThatSkipNought) {
+TEST(FrameCounter, WrapsSixteenBitIdsThatSkipZero) {
   EXPECT_EQ(step(65535, 1), 1U);
   EXPECT_EQ(step(65534, 3), 4U);
 }
 
-TEST(FrameCounter, GoesRoundWithThirtyTwoBitIds) { EXPECT_EQ(step(0xFFFF'FFFF, 0), 1U); }
+TEST(FrameCounter, WrapsThirtyTwoBitIds) { EXPECT_EQ(step(0xFFFF'FFFF, 0), 1U); }
 
 TEST(FrameCounter, CountsARepeatedOrEarlierIdAsTheNext) {
   EXPECT_EQ(step(500, 500), 1U);

@@ -1,5 +1,4 @@
-// The Aravis camera against the simulator's own GigE Vision server: what cameras write behind their images, and action
-// commands.
+// The Aravis camera against the GigE Vision server of the simulator: chunk data and action commands.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -64,17 +63,18 @@ TEST_F(GigeExposures, TakesBeginAndLengthOfEachExposureFromTheImage) {
     EXPECT_EQ(frame->image.bytes.size(), 320U * 240U);
   }
 
-  // Two clocks are read one after the other, here and there. The leader is 3 ms early, exposures differ by 1.6 ms.
+  // The bound covers two reads of two clocks. An error would be larger: the leader is 3 ms early, exposures differ by
+  // 1.6 ms.
   EXPECT_LT(middle_of(off), microseconds(50));
   EXPECT_TRUE(counters.chunk_times.load());
   EXPECT_EQ(counters.clock_source.load(), ClockSource::Camera);
 }
 
-TEST_F(GigeExposures, GoesByTheLeaderWhereChunksAreNotWanted) {
+TEST_F(GigeExposures, UsesTheStampOfTheLeaderIfChunksAreOff) {
   ServedGigE served(ServedGigE::at("127.0.0.2", "C2"), {.leader_late = milliseconds(-3)});
   ASSERT_TRUE(served.running());
   AravisSettings settings = at_address("127.0.0.2");
-  for (const bool wanted : {true, false}) {  // the second time, of a camera on which they were on
+  for (const bool wanted : {true, false}) {  // the second camera has chunks enabled by the first run
     settings.chunks = wanted;
     StreamCounters counters;
     const auto camera = make_aravis_camera(CameraId{0}, "north", settings, &counters);
@@ -94,7 +94,7 @@ TEST_F(GigeExposures, GoesByTheLeaderWhereChunksAreNotWanted) {
   }
 }
 
-TEST_F(GigeExposures, LosesNoChunkWithThePacketsThatAreSentAgain) {
+TEST_F(GigeExposures, ReadsTheChunksOfImagesWithResentPackets) {
   auto settings = ServedGigE::at("127.0.0.2", "C3");
   settings.lost_share = 0.02;
   ServedGigE served(settings, {.varies = true, .leader_late = milliseconds(-3)});
@@ -115,9 +115,9 @@ TEST_F(GigeExposures, LosesNoChunkWithThePacketsThatAreSentAgain) {
   EXPECT_GT(counters.resent_packets.load(), 20U);
 }
 
-TEST_F(GigeExposures, TellsByTheReceiptsWhenTheCameraLosesItsMaster) {
+TEST_F(GigeExposures, EstimatesFromTheReceiptsWhenTheCameraLosesItsMaster) {
   auto simulated = ServedGigE::at("127.0.0.2", "C4");
-  simulated.clock_drift_ppm = -100.0;  // ahead, it would be found out by showing the future
+  simulated.clock_drift_ppm = -100.0;  // negative: a clock that is ahead would be rejected for stamps in the future
   ServedGigE served(simulated);
   ASSERT_TRUE(served.running());
   AravisSettings settings = at_address("127.0.0.2");
@@ -135,7 +135,7 @@ TEST_F(GigeExposures, TellsByTheReceiptsWhenTheCameraLosesItsMaster) {
   EXPECT_EQ(counters.clock_source.load(), ClockSource::Lost);
 }
 
-/// Three cameras, each with a thread of its own as in the daemon; when each of their images was exposed in truth.
+/// Three cameras, each on its own thread as in the daemon, with the true and the reported time of each exposure.
 class Together {
  public:
   Together(const AravisSettings& common, double skew_us) {
@@ -173,7 +173,7 @@ class Together {
   static constexpr int kImages = 40;
   struct Exposed {
     Duration truth_utc;
-    Timestamp told;
+    Timestamp reported;
   };
   const std::vector<Exposed>& exposed(std::size_t camera) const { return exposed_[camera]; }
   const std::string& refusal(std::size_t camera) const { return refusals_[camera]; }
@@ -185,7 +185,7 @@ class Together {
   std::vector<std::thread> threads_;
 };
 
-TEST_F(GigeExposures, CamerasThatKeepPtpTimeExposeAtOneInstantByActionCommands) {
+TEST_F(GigeExposures, CamerasWithPtpExposeAtOneInstantByActionCommands) {
   AravisSettings settings = at_address("");
   settings.trigger = "action";
   settings.rate_hz = 50.0;
@@ -197,16 +197,16 @@ TEST_F(GigeExposures, CamerasThatKeepPtpTimeExposeAtOneInstantByActionCommands) 
     ASSERT_EQ(cameras.exposed(i).size(), std::size_t{Together::kImages}) << cameras.refusal(i);
     int late = 0;
     std::vector<Duration> off;
-    for (const auto& [truth_utc, told] : cameras.exposed(i)) {
+    for (const auto& [truth_utc, reported] : cameras.exposed(i)) {
       if (truth_utc % milliseconds(20) != Duration::zero()) ++late;
-      off.push_back(std::chrono::abs(told.time_since_epoch() + utc_minus_host() - truth_utc - microseconds(250)));
+      off.push_back(std::chrono::abs(reported.time_since_epoch() + utc_minus_host() - truth_utc - microseconds(250)));
     }
-    EXPECT_LT(late, Together::kImages);  // all by chance; some where a busy host held a thread up for 0.1 s
+    EXPECT_LT(late, Together::kImages);  // without commands all; a few if a busy host delays a thread by 0.1 s
     EXPECT_LT(middle_of(off), microseconds(50));
   }
 }
 
-TEST_F(GigeExposures, ACameraThatLosesItsMasterIsToldAtTheInstantFromThenOn) {
+TEST_F(GigeExposures, ACameraThatLosesItsMasterGetsImmediateCommands) {
   ServedGigE served("127.0.0.2", "C8");
   ASSERT_TRUE(served.running());
   AravisSettings settings = at_address("127.0.0.2");
@@ -229,11 +229,11 @@ TEST_F(GigeExposures, ACameraThatLosesItsMasterIsToldAtTheInstantFromThenOn) {
 
   EXPECT_EQ(counters.clock_source.load(), ClockSource::Lost);
   for (std::size_t i = 1; i < exposed.size(); ++i) {
-    EXPECT_GT(exposed[i] - exposed[i - 1], milliseconds(2)) << i;  // none is told twice
+    EXPECT_GT(exposed[i] - exposed[i - 1], milliseconds(2)) << i;  // no exposure is commanded twice
   }
 }
 
-TEST_F(GigeExposures, CamerasWithoutPtpAreToldAtTheInstant) {
+TEST_F(GigeExposures, CamerasWithoutPtpGetImmediateCommands) {
   AravisSettings settings = at_address("");
   settings.trigger = "action";
   settings.rate_hz = 50.0;
@@ -247,11 +247,12 @@ TEST_F(GigeExposures, CamerasWithoutPtpAreToldAtTheInstant) {
       return std::chrono::abs((each.truth_utc + milliseconds(10)) % milliseconds(20) - milliseconds(10)) <
              milliseconds(1);
     });
-    EXPECT_GE(on_beat, Together::kImages / 4);  // a tenth by chance, all but where a busy host wakes a thread late
+    EXPECT_GE(on_beat, Together::kImages /
+                           4);  // by chance a tenth; with commands all except where a busy host wakes a thread late
   }
 }
 
-TEST(GigeActions, TakesWhatItsKeysAllowAndItsClockCanTell) {
+TEST(GigeActions, AcceptsCommandsThatMatchItsKeysAndItsClock) {
   using Answer = sim::GigeActions::Answer;
   constexpr std::int64_t kNow_ns = 1'700'000'000'000'000'000, kLater_ns = kNow_ns + 5'000'000;
   constexpr sim::ActionKeys kKeys{7, 1, 2};
@@ -282,7 +283,7 @@ TEST(GigeActions, TakesWhatItsKeysAllowAndItsClockCanTell) {
   EXPECT_FALSE(actions.next_utc_ns(Duration::zero()));
 }
 
-/// Why a camera at 127.0.0.2 does not start with this trigger.
+/// The error with which a camera at 127.0.0.2 refuses this trigger.
 Error refusal_of(const std::string& trigger) {
   AravisSettings settings = at_address("127.0.0.2");
   settings.trigger = trigger;
@@ -300,7 +301,7 @@ TEST_F(GigeExposures, AnActionNeedsARate) {
   EXPECT_THAT(refused.message, HasSubstr("needs rate_hz"));
 }
 
-TEST_F(GigeExposures, ALineThatTheCameraHasTriggersIt) {
+TEST_F(GigeExposures, ALineOfTheCameraTriggersIt) {
   ServedGigE served("127.0.0.2", "C6");
   ASSERT_TRUE(served.running());
   AravisSettings settings = at_address("127.0.0.2");
@@ -312,7 +313,7 @@ TEST_F(GigeExposures, ALineThatTheCameraHasTriggersIt) {
   EXPECT_EQ(served.device().trigger(), sim::GigeDevice::Trigger::Line);
 }
 
-TEST_F(GigeExposures, ALineThatTheCameraHasNotIsRefusedWithThoseItHas) {
+TEST_F(GigeExposures, AnUnknownLineIsRefusedWithAListOfTheKnownOnes) {
   ServedGigE served("127.0.0.2", "C7");
   ASSERT_TRUE(served.running());
 

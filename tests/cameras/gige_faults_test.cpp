@@ -1,4 +1,4 @@
-// The Aravis camera against the simulator's own GigE Vision server: what networks and cameras do wrong.
+// The Aravis camera against the GigE Vision server of the simulator: faults of networks and cameras.
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -44,7 +44,7 @@ class GigeFaults : public testing::Test {
   }
 };
 
-TEST_F(GigeFaults, ReceivesEveryImageWholeThoughOnePacketInAHundredIsLost) {
+TEST_F(GigeFaults, ReceivesEveryImageCompletelyAtOnePercentPacketLoss) {
   auto settings = ServedGigE::at("127.0.0.2", "G1");
   settings.lost_share = 0.01;
   ServedGigE served(settings);
@@ -62,14 +62,14 @@ TEST_F(GigeFaults, ReceivesEveryImageWholeThoughOnePacketInAHundredIsLost) {
     last = frame->number;
   }
 
-  // 57 packets an image: without resends two images of five are broken. The first may still be under way when it
-  // starts.
+  // An image has 57 packets: without resends 2 of 5 images would be broken. The first image may be incomplete because
+  // its transfer began before start().
   EXPECT_GT(counters.resent_packets.load(), 50U);
   EXPECT_LE(counters.failed_frames.load(), 1U);
   EXPECT_LE(last - first + 1, 300U + 3U);
 }
 
-TEST_F(GigeFaults, TellsBrokenImagesWhereTheCameraSendsNothingAgain) {
+TEST_F(GigeFaults, ReportsBrokenImagesIfTheCameraDoesNotResend) {
   auto settings = ServedGigE::at("127.0.0.2", "G2");
   settings.lost_share = 0.02;
   settings.resends = false;
@@ -89,7 +89,7 @@ TEST_F(GigeFaults, TellsBrokenImagesWhereTheCameraSendsNothingAgain) {
   EXPECT_GT(counters.missing_packets.load(), 0U);
 }
 
-TEST_F(GigeFaults, LeavesAnImageOutThatComesTwice) {
+TEST_F(GigeFaults, DropsAnImageThatArrivesTwice) {
   ServedGigE served(ServedGigE::at("127.0.0.2", "G3"), {.repeat_every = 3});
   ASSERT_TRUE(served.running());
   StreamCounters counters;
@@ -124,7 +124,7 @@ TEST_F(GigeFaults, ShowsAMissingIdAsAGapInTheNumbers) {
   EXPECT_GE(gaps, 5U);
 }
 
-TEST_F(GigeFaults, TellsNothingWorseThanATimeoutOfASilentCameraAndStreamsAgainWhenStartedAnew) {
+TEST_F(GigeFaults, TimesOutOnASilentCameraAndStreamsAfterARestart) {
   ServedGigE served(ServedGigE::at("127.0.0.2", "G5"), {.silent_after = 20});
   ASSERT_TRUE(served.running());
   const auto camera = make_aravis_camera(CameraId{0}, "north", at_address("127.0.0.2"));
@@ -139,7 +139,7 @@ TEST_F(GigeFaults, TellsNothingWorseThanATimeoutOfASilentCameraAndStreamsAgainWh
   }
 }
 
-TEST_F(GigeFaults, SetsAnyFeatureByNameInOrderAndRefusesWhatIsNotThere) {
+TEST_F(GigeFaults, SetsAnyFeatureByNameInOrderAndRefusesUnknownOnes) {
   ServedGigE served("127.0.0.2", "G6");
   ASSERT_TRUE(served.running());
   AravisSettings settings = at_address("127.0.0.2");
@@ -188,7 +188,7 @@ TEST_F(GigeFaults, EnablesPtpAndWaitsForTheRole) {
   EXPECT_THAT(log, HasSubstr("G8 keeps PTP time: role=Slave"));
 }
 
-TEST(PtpWatch, HasWordsWhenTheClockGoesWrongAndWhenItIsWellAgainAndNoneBetween) {
+TEST(PtpWatch, LogsWhenTheClockFailsAndWhenItRecoversAndNothingBetween) {
   PtpWatch watch;
   const PtpState well{.enabled = true, .role = "Slave", .offset = std::chrono::nanoseconds(-800)};
   PtpState far = well;
@@ -204,7 +204,7 @@ TEST(PtpWatch, HasWordsWhenTheClockGoesWrongAndWhenItIsWellAgainAndNoneBetween) 
   EXPECT_FALSE(watch.is_well());
 }
 
-TEST_F(GigeFaults, TellsTheArrivalOfALeaderOnceAndOfNothingElse) {
+TEST_F(GigeFaults, ReportsTheFirstArrivalOfALeaderAndNoOtherPacket) {
   in_addr camera{};
   inet_pton(AF_INET, "127.0.0.3", &camera);
   const auto stamps = ArrivalStamps::open(camera, 5005);
@@ -237,7 +237,7 @@ TEST_F(GigeFaults, TellsTheArrivalOfALeaderOnceAndOfNothingElse) {
   close(from);
 
   ASSERT_TRUE(first);
-  EXPECT_GT(*first, before - milliseconds(1));  // two readings of two clocks
+  EXPECT_GT(*first, before - milliseconds(1));  // two reads of two clocks
   EXPECT_LT(*first, after + milliseconds(1));
   EXPECT_TRUE(stamps->arrival_utc(701));
   EXPECT_TRUE(stamps->arrival_utc((std::uint64_t{5} << 32) + 701)) << "of a long id the low bits count";
@@ -256,7 +256,7 @@ TEST_F(GigeFaults, TakesAnImageForEachSoftwareTrigger) {
 
   for (int i = 0; i < 20; ++i) ASSERT_TRUE(whole_frame(*camera)) << i;
 
-  // A trigger goes out with each call that asks for an image, and with no other.
+  // next() sends one trigger, and no other function does.
   EXPECT_LE(served.sent(), 20U);
 }
 
@@ -272,7 +272,7 @@ TEST_F(GigeFaults, RefusesAnExposureThatIsLongerThanThePeriod) {
 
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::InvalidArgument);
-  EXPECT_THAT(refused.error().message, HasSubstr("longer than the 10000 us from image to image"));
+  EXPECT_THAT(refused.error().message, HasSubstr("longer than the period of 10000 us"));
 }
 
 TEST_F(GigeFaults, DeliversPackedFormatsInTheirOwnSize) {
@@ -313,10 +313,10 @@ TEST_F(GigeFaults, NegotiatesThePacketSizeByTestPackets) {
   EXPECT_TRUE(whole_frame(*camera));
 }
 
-// What is taken and not given back, of all heaps; nothing is known of it under a sanitizer.
+// Bytes allocated and not freed, of all heaps. Meaningless under a sanitizer.
 std::size_t memory_in_use() { return mallinfo2().uordblks + mallinfo2().hblkhd; }
 
-TEST_F(GigeFaults, ComesBackTenTimesAndLeavesNothingBehind) {
+TEST_F(GigeFaults, ReconnectsTenTimesWithoutLeaks) {
   const auto camera = make_aravis_camera(CameraId{0}, "north", at_address("127.0.0.2"));
   std::size_t files = 0, running = 0, taken = 0;
   for (int round = 0; round < 10; ++round) {
@@ -338,7 +338,7 @@ TEST_F(GigeFaults, ComesBackTenTimesAndLeavesNothingBehind) {
   }
   EXPECT_LE(entries("/proc/self/fd"), files);
   EXPECT_LE(entries("/proc/self/task"), running);
-  // A camera's description takes 200 kB, an image 77 kB; GLib keeps some small pieces at hand.
+  // A camera's feature description takes 200 kB, an image 77 kB; GLib caches some small blocks.
   EXPECT_LT(memory_in_use(), taken + 64 * 1024);
 }
 

@@ -1,4 +1,4 @@
-// The simulator's stream: when packets leave.
+// The image stream of the simulator: times at which packets are sent.
 #include "gvsp_stream.h"
 
 #include <arpa/inet.h>
@@ -26,7 +26,7 @@ sockaddr_in loopback() {
   return name;
 }
 
-/// Where the packets of an image go; the kernel stamps them.
+/// The receiver of the packets; the kernel stamps their arrival.
 class Client {
  public:
   Client() : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)), name_(loopback()) {
@@ -42,7 +42,7 @@ class Client {
 
   const sockaddr_in& name() const { return name_; }
 
-  /// When those that wait arrived, UTC.
+  /// Arrival times of the packets that are queued, UTC.
   std::vector<Duration> arrivals() const {
     std::vector<Duration> all;
     std::array<std::byte, 2000> packet{};
@@ -66,9 +66,9 @@ class Client {
   sockaddr_in name_;
 };
 
-TEST(GvspStream, NoPacketLeavesBeforeItsTimeWhereTheClientWantsADelay) {
+TEST(GvspStream, SendsNoPacketBeforeItsTimeIfTheClientSetsADelay) {
   constexpr Duration kDelay = microseconds(120);
-  constexpr std::size_t kPayload_bytes = 38 * 1364;  // 38 packets, and one more to begin and to end with
+  constexpr std::size_t kPayload_bytes = 38 * 1364;  // 38 packets, plus a leader and a trailer
   GvspStream stream(0.0, 1);
   const Client client;
   ASSERT_TRUE(stream.open(loopback().sin_addr));
@@ -80,7 +80,7 @@ TEST(GvspStream, NoPacketLeavesBeforeItsTimeWhereTheClientWantsADelay) {
   const std::vector<Duration> arrivals = client.arrivals();
   ASSERT_EQ(arrivals.size(), 40U);
   for (std::size_t i = 1; i < arrivals.size(); ++i) {
-    // The leader leaves first, the others behind each other. Two clocks are read one after the other.
+    // The leader is sent at once, the others one by one. The bound covers two reads of two clocks.
     const Duration due = begun_utc + static_cast<Duration::rep>(i - 1) * kDelay;
     EXPECT_GT(arrivals[i], due - microseconds(20)) << i;
   }

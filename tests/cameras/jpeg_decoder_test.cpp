@@ -10,7 +10,7 @@
 namespace mocap::cameras {
 namespace {
 
-// A bright disc on a dark ramp, in colour as a webcam sends it.
+// A bright disc on a dark gradient, in colour as from a webcam.
 cv::Mat picture() {
   cv::Mat grey(48, 64, CV_8UC3);
   for (int y = 0; y < 48; ++y) {
@@ -43,10 +43,10 @@ TEST(JpegDecoder, GivesTheLuminanceOfAColourImage) {
     const int x = static_cast<int>(i % 64), y = static_cast<int>(i / 64);
     sum_of_squares += std::pow(static_cast<double>((*grey)[i]) - image.at<cv::Vec3b>(y, x)[0], 2);
   }
-  EXPECT_LT(std::sqrt(sum_of_squares / (64.0 * 48.0)), 4.0);  // grey levels: what quality 95 loses at the disc's edge
+  EXPECT_LT(std::sqrt(sum_of_squares / (64.0 * 48.0)), 4.0);  // grey levels; loss of quality 95 at the edge of the disc
 }
 
-TEST(JpegDecoder, RefusesAJpegThatIsCutShort) {
+TEST(JpegDecoder, RefusesATruncatedJpeg) {
   std::vector<unsigned char> bytes = jpeg_of(picture());
   bytes.resize(bytes.size() / 2);
   JpegDecoder decoder;
@@ -56,7 +56,7 @@ TEST(JpegDecoder, RefusesAJpegThatIsCutShort) {
   EXPECT_EQ(grey.error().code, ErrorCode::Io);
 }
 
-TEST(JpegDecoder, RefusesAnotherSizeAndWhatIsNoJpeg) {
+TEST(JpegDecoder, RefusesAnotherSizeAndOtherData) {
   const std::vector<unsigned char> bytes = jpeg_of(picture());
   const std::vector<unsigned char> rubbish(500, 0x5A);
   JpegDecoder decoder;

@@ -26,7 +26,7 @@ std::string refusal_of(const CameraSettings& settings, const CameraSurroundings&
   return opened.error().message;
 }
 
-TEST(OpenCamera, MakesACameraOfEachDriverWithoutLookingForTheDevice) {
+TEST(OpenCamera, MakesACameraOfEachDriverWithoutSearchingTheDevice) {
   AravisSettings aravis;
   aravis.serial = "none such";
   V4l2Settings v4l2;
@@ -43,7 +43,7 @@ TEST(OpenCamera, MakesACameraOfEachDriverWithoutLookingForTheDevice) {
   EXPECT_TRUE(open_camera(CameraId{0}, {"north", SyntheticSettings{}}, around));
 }
 
-TEST(OpenCamera, WantsExactlyOneWayToFindAnAravisCamera) {
+TEST(OpenCamera, NeedsExactlyOneKeyThatIdentifiesAnAravisCamera) {
   AravisSettings two;
   two.serial = "DA1";
   two.address = "10.0.0.2";
@@ -53,7 +53,7 @@ TEST(OpenCamera, WantsExactlyOneWayToFindAnAravisCamera) {
   EXPECT_THAT(refusal_of({"north", two}), HasSubstr("2 of serial, device_name, address and mac are set"));
 }
 
-TEST(OpenCamera, RefusesAClockThatItDoesNotKnow) {
+TEST(OpenCamera, RefusesAnUnknownClock) {
   AravisSettings settings;
   settings.serial = "DA1";
   settings.clock = "ntp";
@@ -61,7 +61,7 @@ TEST(OpenCamera, RefusesAClockThatItDoesNotKnow) {
   EXPECT_THAT(refusal_of({"north", settings}), HasSubstr("clock is 'ntp', expected one of estimated, utc"));
 }
 
-TEST(OpenCamera, WantsASyntheticCameraInTheRig) {
+TEST(OpenCamera, NeedsASyntheticCameraInTheRig) {
   const MarkerSet marker_set;
   const Rig rig = rig_of("south");
 

@@ -16,8 +16,8 @@
 
 namespace mocap::cameras {
 
-/// Gives this process (its first thread, and all threads that it begins later) a network of its own, in which there is
-/// only loopback with 127.0.0.1 and 127.0.0.2 to 127.0.0.`cameras + 1`. Returns why it could not, or nothing.
+/// Moves this process (its first thread, and all threads that it starts later) into a new network namespace with
+/// loopback only: 127.0.0.1 and 127.0.0.2 to 127.0.0.`cameras + 1`. Returns the reason of a failure, or an empty text.
 inline std::string enter_own_network(int cameras) {
   if (unshare(CLONE_NEWNET) != 0 && unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) {
     return std::string("this system gives no network namespace: ") + std::strerror(errno);

@@ -31,7 +31,7 @@ class ReplayCamera : public testing::Test {
   }
   void TearDown() override { fs::remove_all(root_); }
 
-  // A 5x3 image whose pixels all are `grey`, by the netpbm description and not by a library.
+  // Writes a 5x3 image with all pixels `grey`, in the format of netpbm and without a library.
   void write_pgm(const std::string& name, int grey) const {
     std::ofstream out(root_ / "north" / name, std::ios::binary);
     out << "P5\n5 3\n255\n" << std::string(15, static_cast<char>(grey));
@@ -52,7 +52,7 @@ void PrintTo(const Played& p, std::ostream* out) {
   *out << "{" << p.number << ", " << p.exposed_ns << ", " << p.grey << "}";
 }
 
-// Up to `most` frames, or until the first error.
+// Plays up to `most` frames, or until the first error.
 std::vector<Played> play(Camera& camera, std::size_t most = 100) {
   std::vector<Played> played;
   while (played.size() < most) {
@@ -83,7 +83,7 @@ TEST_F(ReplayCamera, PlaysNumberedImagesAtTheirRecordedTimes) {
   EXPECT_EQ(camera->next(seconds(1)).error().code, ErrorCode::EndOfStream);
 }
 
-TEST_F(ReplayCamera, TakesAConstantRateWithoutTimestamps) {
+TEST_F(ReplayCamera, UsesAConstantRateWithoutTimestamps) {
   for (const int k : {0, 1, 3}) write_pgm("00000" + std::to_string(k) + ".pgm", k);
   ReplaySettings own_folder = as_fast_as_possible();
   own_folder.folder = root_ / "north";
@@ -94,7 +94,7 @@ TEST_F(ReplayCamera, TakesAConstantRateWithoutTimestamps) {
   EXPECT_THAT(play(*camera), ElementsAre(Played{0, 0, 0}, Played{1, 20'000'000, 1}, Played{3, 60'000'000, 3}));
 }
 
-TEST_F(ReplayCamera, GivesTheSameFramesEachTime) {
+TEST_F(ReplayCamera, DeliversTheSameFramesEachTime) {
   for (int k = 0; k < 9; ++k) write_pgm("00000" + std::to_string(k) + ".pgm", k * 20);
   const auto camera = make_replay_camera(CameraId{0}, "north", as_fast_as_possible());
 
@@ -124,11 +124,11 @@ TEST_F(ReplayCamera, KeepsTheRecordedPace) {
   EXPECT_EQ(early.error().code, ErrorCode::Timeout);
   ASSERT_TRUE(due);
   EXPECT_EQ(to_ns(due->exposed_at), 5'400'000'000);
-  EXPECT_GE(host_now() - begun, milliseconds(100));  // 400 ms at four times the pace
-  EXPECT_LT(host_now() - begun, milliseconds(350));  // and not the recorded pace
+  EXPECT_GE(host_now() - begun, milliseconds(100));  // 400 ms at speed 4
+  EXPECT_LT(host_now() - begun, milliseconds(350));  // the recorded pace takes 400 ms
 }
 
-TEST_F(ReplayCamera, GoesOnGrowingWhenLooped) {
+TEST_F(ReplayCamera, ContinuesNumbersAndTimesInALoop) {
   write_pgm("000004.pgm", 4);
   write_pgm("000005.pgm", 5);
   write_times("frame,time_ns\n4,100\n5,110\n");
@@ -159,7 +159,7 @@ TEST_F(ReplayCamera, NamesFileAndLineOfAWrongTimestamp) {
   EXPECT_THAT(refusal_of("frame,time_ns\n9,5\n"), HasSubstr("no row for frame 0"));
 }
 
-TEST_F(ReplayCamera, SaysWhereItLookedWhenNothingIsRecorded) {
+TEST_F(ReplayCamera, NamesTheFoldersThatItSearchedIfThereIsNoRecording) {
   const auto empty = make_replay_camera(CameraId{0}, "north", as_fast_as_possible());
   ReplaySettings nowhere = as_fast_as_possible();
   nowhere.folder = root_ / "nowhere";
@@ -174,7 +174,7 @@ TEST_F(ReplayCamera, SaysWhereItLookedWhenNothingIsRecorded) {
   EXPECT_THAT(no_folder.error().message, HasSubstr("nowhere"));
 }
 
-TEST_F(ReplayCamera, PassesOverAnImageThatIsBroken) {
+TEST_F(ReplayCamera, SkipsABrokenImage) {
   write_pgm("000000.pgm", 10);
   std::ofstream(root_ / "north" / "000001.pgm") << "not an image";
   write_pgm("000002.pgm", 30);
@@ -209,7 +209,7 @@ TEST_F(ReplayCamera, PlaysAVideo) {
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(played[i].number, expected[i].number);
     EXPECT_EQ(played[i].exposed_ns, expected[i].exposed_ns);
-    EXPECT_NEAR(played[i].grey, expected[i].grey, 3);  // JPEG, and full against studio range
+    EXPECT_NEAR(played[i].grey, expected[i].grey, 3);  // loss of JPEG, and full range versus studio range
   }
 }
 

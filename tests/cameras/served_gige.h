@@ -17,15 +17,15 @@
 
 namespace mocap::cameras {
 
-/// A GigE Vision camera of the simulator's own server, in this process: every byte of image k is k modulo 256.
+/// A GigE Vision camera in this process, by the server of the simulator: every byte of image k is k modulo 256.
 class ServedGigE {
  public:
   struct Faults {
-    int repeat_every = 0;                     ///< sends each n-th image twice
-    int skip_every = 0;                       ///< never sends each n-th image
-    int silent_after = 0;                     ///< sends no more than so many since the client began
+    int repeat_every = 0;                     ///< sends every n-th image twice; 0: never
+    int skip_every = 0;                       ///< omits every n-th image; 0: never
+    int silent_after = 0;                     ///< sends this many images per acquisition; 0: no limit
     bool varies = false;                      ///< image k is exposed for `varied_us(k)`
-    Duration leader_late = Duration::zero();  ///< the stamp in the leader, after the exposure's begin
+    Duration leader_late = Duration::zero();  ///< stamp of the leader minus begin of the exposure
   };
 
   ServedGigE(sim::GigeDevice::Settings settings, Faults faults) : faults_(faults) {
@@ -51,7 +51,7 @@ class ServedGigE {
 
   bool running() const { return device_ != nullptr; }
   sim::GigeDevice& device() { return *device_; }
-  /// When image `number` (of the last 256) began to be exposed, UTC.
+  /// Begin of the exposure of image `number`, UTC; the last 256 images are known.
   Duration began_utc(std::uint64_t number) const { return Duration{began_utc_ns_[number % 256]}; }
   std::uint64_t sent() const { return sent_; }
 
@@ -65,13 +65,13 @@ class ServedGigE {
       if (std::exchange(acquisition, device_->acquisitions()) != acquisition) number = 0;
       ++number;
       if (faults_.silent_after > 0 && number > static_cast<std::uint64_t>(faults_.silent_after)) continue;
-      show(number, *begins_utc_ns);
+      send_image(number, *begins_utc_ns);
     }
   }
 
   static std::int64_t utc_now_ns() { return to_ns(host_now()) + utc_minus_host().count(); }
 
-  // Waits for what makes the camera expose.
+  // Waits for the next exposure: by period, software trigger or action command.
   std::optional<std::int64_t> next_exposure() {
     if (device_->acquiring() && device_->trigger() == sim::GigeDevice::Trigger::Action) {
       const auto begins = device_->actions().next_utc_ns(std::chrono::milliseconds(20));
@@ -85,7 +85,7 @@ class ServedGigE {
     return utc_now_ns();
   }
 
-  void show(std::uint64_t number, std::int64_t begins_utc_ns) {
+  void send_image(std::uint64_t number, std::int64_t begins_utc_ns) {
     sim::ServedImage image = device_->layout();
     image.id = static_cast<std::uint16_t>(1 + (number - 1) % 65535);
     image.chunk_stamp_ns = device_->clock().stamp_ns(begins_utc_ns);

@@ -40,7 +40,7 @@ TEST(SyntheticCamera, ExposesOnTheGridFromTheEpoch) {
   }
 }
 
-TEST(SyntheticCamera, GivesTheSameImagesEachTimeItStartsAndShowsTheMarkers) {
+TEST(SyntheticCamera, DeliversTheSameImagesAfterEachStartAndShowsTheMarkers) {
   const auto camera = make_synthetic_camera(CameraId{0}, settings(), scene::ring_rig({})[0], stick());
   ASSERT_TRUE(camera->start());
   const auto first = copy_of(camera->next(Duration::zero())->image);
@@ -54,7 +54,7 @@ TEST(SyntheticCamera, GivesTheSameImagesEachTimeItStartsAndShowsTheMarkers) {
   EXPECT_GT(std::to_integer<int>(std::ranges::max(first)), 150);
 }
 
-TEST(SyntheticCamera, RefusesAMotionThatIsNone) {
+TEST(SyntheticCamera, RefusesAnUnknownMotion) {
   SyntheticSettings wrong = settings();
   wrong.motion = "tpose:2,dance";
 

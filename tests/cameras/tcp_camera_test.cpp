@@ -23,7 +23,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// A limit, not a wait: every test knows that the bytes have been sent. Four times what a loaded machine needs.
+// A limit, not a wait: each test knows that the bytes were sent. Four times the duration on a loaded machine.
 constexpr Duration kPatience = std::chrono::seconds(20);
 constexpr Duration kNoPatience = std::chrono::milliseconds(1);
 
@@ -349,7 +349,7 @@ TEST_F(TcpCamera, SurvivesStampsAtTheEndsOfTheirRange) {
   EXPECT_EQ(delivered, 3);
 }
 
-TEST_F(TcpCamera, SaysThatNobodyListens) {
+TEST_F(TcpCamera, ReportsThatNoSenderListens) {
   sender.stop_listening();
   const auto alone = open_camera(CameraId{0}, {"feed", small_images(sender.port())});
   ASSERT_TRUE(alone);

@@ -101,7 +101,7 @@ TEST_F(Usb3Camera, LeadsFromTheBootstrapRegistersToItsDescription) {
   EXPECT_NE(xml.find("</RegisterDescription>"), std::string::npos);
 }
 
-TEST_F(Usb3Camera, TellsTheSizeOfAnImageOfTheRegionAndFormatThatWereSet) {
+TEST_F(Usb3Camera, ReportsTheImageSizeOfTheRegionAndFormatThatWereSet) {
   EXPECT_EQ(value_at<std::uint32_t>(usb3::kPayload), 320U * 240U);
   EXPECT_EQ(write(usb3::kWidth, std::uint32_t{160}), kDone);
   EXPECT_EQ(write(usb3::kPixelFormat, std::uint32_t{0x010a0046}), kDone);  // Mono10p
@@ -111,7 +111,7 @@ TEST_F(Usb3Camera, TellsTheSizeOfAnImageOfTheRegionAndFormatThatWereSet) {
   EXPECT_EQ(registers_.layout().width_px, 160U);
 }
 
-TEST_F(Usb3Camera, RefusesWhatACameraCannotDoAndKeepsWhatItHad) {
+TEST_F(Usb3Camera, RefusesInvalidValuesAndKeepsTheOldOnes) {
   EXPECT_EQ(write(usb3::kWidth, std::uint32_t{321}), kWrongParameter);
   EXPECT_EQ(write(usb3::kRate_hz, std::numeric_limits<double>::quiet_NaN()), kWrongParameter);
   EXPECT_EQ(write(usb3::kExposure_us, 1e6), kWrongParameter);
@@ -147,7 +147,7 @@ TEST_F(Usb3Camera, StreamsWhenBothTheChannelAndTheAcquisitionAreOnUntilItIsUnplu
   EXPECT_EQ(registers_.layout().width_px, 160U);
 }
 
-TEST_F(Usb3Camera, GivesOneImageForEachSoftwareTrigger) {
+TEST_F(Usb3Camera, DeliversOneImageForEachSoftwareTrigger) {
   EXPECT_EQ(registers_.trigger(), Usb3Registers::Trigger::Free);
   EXPECT_EQ(write(usb3::kTriggerMode, std::uint32_t{1}), kDone);
   EXPECT_EQ(registers_.trigger(), Usb3Registers::Trigger::Software);
@@ -158,7 +158,7 @@ TEST_F(Usb3Camera, GivesOneImageForEachSoftwareTrigger) {
   EXPECT_FALSE(registers_.take_software_trigger());
 }
 
-TEST_F(Usb3Camera, SaysNothingToWhatIsNoCommandOrWantsNoAnswer) {
+TEST_F(Usb3Camera, DoesNotAnswerInvalidCommandsAndCommandsWithoutAcknowledgement) {
   std::array<std::byte, 64> room{};
   EXPECT_EQ(registers_.answer({}, room), 0U);
   EXPECT_EQ(registers_.answer(std::vector<std::byte>(40, std::byte{0x55}), room), 0U);

@@ -15,7 +15,8 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-// A folder as /sys is: two USB3 Vision cameras on one controller, one of them at the speed of USB 2, and a mouse.
+// A folder with the layout of sysfs: two USB3 Vision cameras on one controller, one of them at USB 2 speed, and a
+// mouse.
 class UsbBandwidth : public testing::Test {
  protected:
   void SetUp() override {
@@ -48,7 +49,7 @@ class UsbBandwidth : public testing::Test {
     put(folder / (name + ":1.0") / "bInterfaceSubClass", subclass);
     fs::create_directory_symlink(folder, sys_ / "bus/usb/devices" / name);
   }
-  // A hub, and what is plugged into it.
+  // A hub with two devices.
   void hub_of_two(const std::string& hub_speed) const {
     device("usb2", "2-4", hub_speed, "", "09", "00");
     device("usb2/2-4", "2-4.1", "5000", "A5", "ef", "05");
@@ -69,21 +70,21 @@ class UsbBandwidth : public testing::Test {
   fs::path controller_ = sys_ / "devices/pci0000:00/0000:00:14.0";
 };
 
-TEST_F(UsbBandwidth, SumsWhatTheCamerasOfOneBusSend) {
+TEST_F(UsbBandwidth, SumsTheBandwidthOfTheCamerasOfOneBus) {
   const auto loads =
       usb_loads({camera("left", "A1", "Mono8", 100.0), camera("right", "A2", "Mono12p", 50.0)}, {}, sys_);
 
   ASSERT_EQ(loads.size(), 1U);
   EXPECT_EQ(loads[0].bus, "usb2");
   EXPECT_EQ(loads[0].controller, "0000:00:14.0");
-  // 1920 x 1080 is 2.0736 MB: a byte a pixel at 100 Hz, one and a half at 50 Hz.
+  // 1920 x 1080 px are 2.0736 MB at 1 byte per pixel: 100 Hz, and 50 Hz with 1.5 bytes per pixel.
   EXPECT_NEAR(loads[0].needed_mb_per_s, 207.36 + 155.52, 1e-9);
   EXPECT_EQ(loads[0].given_mb_per_s, 400.0);
   EXPECT_FALSE(loads[0].too_much());
   EXPECT_THAT(loads[0].text(), HasSubstr("left 207.4 + right 155.5"));
 }
 
-TEST_F(UsbBandwidth, SaysThatTwoCamerasAreTooMuchForOneBus) {
+TEST_F(UsbBandwidth, ReportsTwoCamerasThatAreTooMuchForOneBus) {
   const auto loads = usb_loads({camera("left", "A1", "Mono8", 100.0), camera("right", "A2", "Mono8", 100.0)}, {}, sys_);
 
   ASSERT_EQ(loads.size(), 1U);
@@ -114,7 +115,8 @@ TEST_F(UsbBandwidth, NamesTheHubThatIsTooNarrowForItsCamerasThoughTheBusIsNot) {
 TEST_F(UsbBandwidth, SumsAllBusesOfAControllerAgainstItsPcieLink) {
   put(controller_ / "current_link_speed", "2.5 GT/s PCIe");
   put(controller_ / "current_link_width", "1");
-  // 207.4 MB/s and 31.1 MB/s, each well within its own bus; one lane of 2.5 GT/s is 250 MB/s, less packets 212.
+  // 207.4 MB/s and 31.1 MB/s, each within the limit of its own bus. One lane of 2.5 GT/s carries 250 MB/s, 212 MB/s
+  // without packet headers.
   const auto loads = usb_loads({camera("left", "A1", "Mono8", 100.0), camera("right", "A3", "Mono8", 15.0)}, {}, sys_);
   const auto alone = usb_loads({camera("left", "A1", "Mono8", 100.0)}, {}, sys_);
 
@@ -126,7 +128,7 @@ TEST_F(UsbBandwidth, SumsAllBusesOfAControllerAgainstItsPcieLink) {
   EXPECT_FALSE(alone[0].too_much());
 }
 
-TEST_F(UsbBandwidth, TakesNoPcieLinkOfWidthZeroForNarrow) {
+TEST_F(UsbBandwidth, IgnoresAPcieLinkOfWidthZero) {
   put(controller_ / "current_link_speed", "Unknown");
   put(controller_ / "current_link_width", "0");
 
@@ -150,24 +152,25 @@ TEST_F(UsbBandwidth, ListsTheCamerasOfEachBusWithoutAConfiguration) {
   EXPECT_THAT(lines[1], HasSubstr("A2"));
 }
 
-TEST_F(UsbBandwidth, TakesTheSizeFromTheRigAndSaysWhereTheRateIsNotTold) {
-  CameraSettings told = camera("left", "A1", "Mono8", 100.0), untold = camera("right", "A2", "Mono8", 100.0);
-  told.driver.as<AravisSettings>()->width_px.reset();
-  untold.driver.as<AravisSettings>()->rate_hz.reset();
+TEST_F(UsbBandwidth, TakesTheSizeFromTheRigAndReportsAnUnknownRate) {
+  CameraSettings without_size = camera("left", "A1", "Mono8", 100.0),
+                 without_rate = camera("right", "A2", "Mono8", 100.0);
+  without_size.driver.as<AravisSettings>()->width_px.reset();
+  without_rate.driver.as<AravisSettings>()->rate_hz.reset();
   CameraModel model;
   model.name = "left";
   model.width_px = 1000;
   model.height_px = 1000;
 
-  const auto loads = usb_loads({told, untold}, {model}, sys_);
+  const auto loads = usb_loads({without_size, without_rate}, {model}, sys_);
 
   ASSERT_EQ(loads.size(), 1U);
   EXPECT_NEAR(loads[0].needed_mb_per_s, 108.0, 1e-9);  // 1000 x 1080 at 100 Hz
   EXPECT_THAT(loads[0].text(), HasSubstr("right ?"));
 }
 
-TEST_F(UsbBandwidth, PassesOverWhatIsNoCameraAndWhatIsNotPluggedIn) {
-  fs::remove(sys_ / "bus/usb/devices/2-1");  // pulled out; a mouse has its serial number
+TEST_F(UsbBandwidth, IgnoresOtherDevicesAndAbsentCameras) {
+  fs::remove(sys_ / "bus/usb/devices/2-1");  // unplugged; a mouse has the same serial number
 
   EXPECT_TRUE(usb_loads({camera("left", "A1", "Mono8", 100.0)}, {}, sys_).empty());
 }

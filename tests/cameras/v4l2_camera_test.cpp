@@ -33,7 +33,7 @@ V4l2Settings settings_for(const std::string& device) {
   return settings;
 }
 
-TEST(V4l2Camera, SaysThatThereIsNoSuchDevice) {
+TEST(V4l2Camera, ReportsAnAbsentDevice) {
   const auto camera = make_v4l2_camera(CameraId{0}, "north", settings_for("/dev/video-none"));
 
   const Status started = camera->start();
@@ -42,7 +42,7 @@ TEST(V4l2Camera, SaysThatThereIsNoSuchDevice) {
   EXPECT_EQ(started.error().message, "camera 'north': /dev/video-none: cannot open: No such file or directory");
 }
 
-TEST(V4l2Camera, RefusesWhatIsNoVideoDevice) {
+TEST(V4l2Camera, RefusesAFileThatIsNoVideoDevice) {
   const auto camera = make_v4l2_camera(CameraId{0}, "north", settings_for("/dev/null"));
 
   const Status started = camera->start();
@@ -59,7 +59,7 @@ TEST(V4l2Camera, IsHarmlessWhenNeverStarted) {
   EXPECT_EQ(camera->next(milliseconds(1)).error().code, ErrorCode::DeviceLost);
 }
 
-// On the kernel's driver vivid, which tests/system/guest_vm.sh provides.
+// Tests on the kernel's driver vivid, in the virtual machine of tests/system/guest_vm.sh.
 class V4l2Vivid : public testing::Test {
  protected:
   void SetUp() override {
@@ -68,7 +68,7 @@ class V4l2Vivid : public testing::Test {
     settings_ = settings_for(device);
   }
 
-  // The next whole frame, or nothing after `patience`.
+  // The next complete frame, or none within `patience`.
   static std::optional<Frame> whole_frame(Camera& camera, Duration patience = seconds(10)) {
     const Timestamp end = host_now() + patience;
     while (host_now() < end) {
@@ -79,7 +79,7 @@ class V4l2Vivid : public testing::Test {
     return std::nullopt;
   }
 
-  // Sets the control of this name, as v4l2-ctl would; false where there is none.
+  // Sets a control by its name, as v4l2-ctl does. False if there is no such control.
   bool set_control(const std::string& name, int value) const {
     const int handle = open(settings_.device.c_str(), O_RDWR | O_CLOEXEC);
     v4l2_queryctrl control{};
@@ -97,7 +97,7 @@ class V4l2Vivid : public testing::Test {
   V4l2Settings settings_;
 };
 
-TEST_F(V4l2Vivid, DeliversEveryFormatThatTheDriverHas) {
+TEST_F(V4l2Vivid, DeliversEveryFormatOfTheDriver) {
   const struct {
     const char* name;
     PixelFormat format;
@@ -133,10 +133,10 @@ TEST_F(V4l2Vivid, DeliversEveryFormatThatTheDriverHas) {
   }
 }
 
-TEST_F(V4l2Vivid, StampsAtTheRateThatWasAskedFor) {
+TEST_F(V4l2Vivid, StampsAtTheConfiguredRate) {
   const auto camera = make_v4l2_camera(CameraId{0}, "north", settings_);
   ASSERT_TRUE(camera->start());
-  ASSERT_TRUE(whole_frame(*camera));  // the first comes off the beat
+  ASSERT_TRUE(whole_frame(*camera));  // the first frame is not periodic
   const std::optional<Frame> first = whole_frame(*camera);
   ASSERT_TRUE(first);
   const Frame begin = *first;
@@ -149,10 +149,10 @@ TEST_F(V4l2Vivid, StampsAtTheRateThatWasAskedFor) {
   }
 
   const double period_s = to_s(end.exposed_at - begin.exposed_at) / static_cast<double>(end.number - begin.number);
-  EXPECT_NEAR(period_s, 0.1, 0.03);  // an emulated processor is late now and then
+  EXPECT_NEAR(period_s, 0.1, 0.03);  // an emulated processor is sometimes late
 }
 
-TEST_F(V4l2Vivid, NamesTheCallThatGaveAnotherFormat) {
+TEST_F(V4l2Vivid, NamesTheCallThatSelectedAnotherFormat) {
   settings_.pixel_format = "MJPEG";
   const Status no_jpeg = make_v4l2_camera(CameraId{0}, "north", settings_)->start();
   settings_.pixel_format = "GREY";
@@ -171,7 +171,7 @@ TEST_F(V4l2Vivid, NamesTheCallThatGaveAnotherFormat) {
   EXPECT_THAT(no_rate.error().message, HasSubstr("for rate_hz = 7.3"));
 }
 
-TEST_F(V4l2Vivid, SetsTheGainAndTellsItsRange) {
+TEST_F(V4l2Vivid, SetsTheGainAndNamesItsRange) {
   settings_.gain = 42.0;
   const auto camera = make_v4l2_camera(CameraId{0}, "north", settings_);
   ASSERT_TRUE(camera->start());
@@ -189,7 +189,7 @@ TEST_F(V4l2Vivid, SetsTheGainAndTellsItsRange) {
   EXPECT_THAT(refused.error().message, HasSubstr("gain is 1000000 in the driver's unit, expected 0 to 255"));
 }
 
-TEST_F(V4l2Vivid, SaysThatTheDeviceHasNoExposure) {
+TEST_F(V4l2Vivid, ReportsThatTheDeviceHasNoExposureControl) {
   settings_.exposure_us = 500.0;
 
   const Status refused = make_v4l2_camera(CameraId{0}, "north", settings_)->start();
@@ -210,7 +210,7 @@ TEST_F(V4l2Vivid, IsBusyForASecondReader) {
   EXPECT_TRUE(whole_frame(*first));
 }
 
-TEST_F(V4l2Vivid, CallsAFrameBrokenThatTheDriverCallsSo) {
+TEST_F(V4l2Vivid, ReportsAFrameThatTheDriverMarksAsBroken) {
   StreamCounters counters;
   const auto camera = make_v4l2_camera(CameraId{0}, "north", settings_, &counters);
   ASSERT_TRUE(camera->start());
@@ -243,11 +243,11 @@ TEST_F(V4l2Vivid, ShowsDroppedFramesAsGapsInTheirNumbers) {
     end = frame->number;
   }
 
-  EXPECT_GT(end - begin, 8U);  // 8 frames of some 20
+  EXPECT_GT(end - begin, 8U);  // 8 of about 20 frames
   EXPECT_TRUE(set_control("Percentage of Dropped Buffers", 0));
 }
 
-TEST_F(V4l2Vivid, LosesADeviceThatIsPulledOutAndFindsItAgain) {
+TEST_F(V4l2Vivid, ReportsAnUnpluggedDeviceAsLostAndFindsItAgain) {
   const auto camera = make_v4l2_camera(CameraId{0}, "north", settings_);
   for (int turn = 0; turn < 3; ++turn) {
     const Status started = camera->start();
@@ -262,11 +262,11 @@ TEST_F(V4l2Vivid, LosesADeviceThatIsPulledOutAndFindsItAgain) {
     }
 
     EXPECT_EQ(code, ErrorCode::DeviceLost);
-    camera->stop();  // the last one out plugs vivid in again
+    camera->stop();  // the last close plugs vivid in again
   }
 }
 
-TEST_F(V4l2Vivid, IsFoundByItsBusUnderWhateverNumber) {
+TEST_F(V4l2Vivid, IsFoundByItsBusUnderAnyNumber) {
   const std::vector<VideoNode> nodes = list_video_nodes();
   ASSERT_FALSE(nodes.empty());
   V4l2Settings settings = settings_;
@@ -287,7 +287,7 @@ TEST_F(V4l2Vivid, IsFoundByItsBusUnderWhateverNumber) {
   EXPECT_THAT(missing.error().message, HasSubstr(nodes[0].bus));
 }
 
-TEST_F(V4l2Vivid, IsBackWhenItsDriverWasTakenOutAndPutInAgain) {
+TEST_F(V4l2Vivid, ReturnsAfterItsDriverWasUnloadedAndLoaded) {
   const char* const remove = std::getenv("MOCAP_VIVID_REMOVE");
   const char* const insert = std::getenv("MOCAP_VIVID_INSERT");
   if (remove == nullptr || insert == nullptr) GTEST_SKIP() << "no way to take the driver out";
@@ -302,7 +302,7 @@ TEST_F(V4l2Vivid, IsBackWhenItsDriverWasTakenOutAndPutInAgain) {
     ASSERT_TRUE(camera->start()) << round;
     ASSERT_TRUE(whole_frame(*camera)) << round;
     RecordProperty("back_after_s", std::to_string(to_s(host_now() - begun)));
-    camera->stop();  // a driver in use cannot be taken out; a device that is pulled is DeviceLost, see above
+    camera->stop();  // a driver in use cannot be unloaded
     if (round == 0) held = files();
     ASSERT_EQ(std::system(remove), 0);
     const Status away = camera->start();

@@ -1,4 +1,4 @@
-// The C# client as tests see it; arguments and output as probe.c.
+// Runs the C# client for the tests; arguments and output as probe.c.
 using System;
 using System.Diagnostics;
 using System.Globalization;

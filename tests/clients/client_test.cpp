@@ -1,4 +1,4 @@
-// The C library: what it says of messages, without and with a connection.
+// Tests of the C library, without and with a connection.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <zmq.h>
@@ -30,12 +30,12 @@ Now at(double seconds) {
 }
 
 Feed feed_of(std::size_t keep = 1, int axes = MOCAP_AXES_MOCAP) {
-  Feed feed({"tcp://127.0.0.1:5570", "snapshot", axes, keep, 1, false});
+  Feed feed({"tcp://127.0.0.1:5570", "snapshot", axes, keep, 1});
   feed.note({.connected = true, .since_ns = 0, .connections = 1});
   return feed;
 }
 
-// A description and `count` snapshots, one every 10 ms.
+// Feeds a description and `count` snapshots, one every 10 ms.
 void fill(Feed& feed, int count) {
   feed.take(testing::description_message(), at(1.0));
   for (int i = 0; i < count; ++i) {
@@ -44,7 +44,7 @@ void fill(Feed& feed, int count) {
   }
 }
 
-TEST(ClientFeed, HandsOutTheNewestAndCountsWhatItSkipped) {
+TEST(ClientFeed, ReturnsTheNewestFrameAndCountsSkippedOnes) {
   Feed feed = feed_of();
   fill(feed, 5);
   Frame frame;
@@ -59,7 +59,7 @@ TEST(ClientFeed, HandsOutTheNewestAndCountsWhatItSkipped) {
   EXPECT_EQ(feed.statistics(at(1.2)).skipped, 2U);
 }
 
-TEST(ClientFeed, HandsOutEachFrameInOrderWhenAskedToKeepThem) {
+TEST(ClientFeed, ReturnsEachKeptFrameInOrder) {
   Feed feed = feed_of(4);
   fill(feed, 6);
   Frame frame;
@@ -71,7 +71,7 @@ TEST(ClientFeed, HandsOutEachFrameInOrderWhenAskedToKeepThem) {
   EXPECT_FALSE(feed.hand_out(frame, at(1.1)));
 }
 
-TEST(ClientFeed, GivesEachOfTwoReadersEveryNewestFrame) {
+TEST(ClientFeed, ReturnsTheNewestFrameToEachReader) {
   Feed feed = feed_of();
   fill(feed, 1);
   Frame one;
@@ -95,7 +95,7 @@ TEST(ClientFeed, CountsGapsInTheSequenceAsLostAndANewSessionAsARestart) {
   EXPECT_EQ(feed.statistics(at(2.1)).lost, 3U);
 }
 
-TEST(ClientFeed, KeepsSnapshotsBackThatReferToAnotherDescription) {
+TEST(ClientFeed, WithholdsSnapshotsOfAnUnknownDescription) {
   Feed feed = feed_of();
   fill(feed, 1);
   Frame frame;
@@ -110,20 +110,40 @@ TEST(ClientFeed, KeepsSnapshotsBackThatReferToAnotherDescription) {
   EXPECT_EQ(frame.description->version, 2U);
 }
 
-TEST(ClientFeed, TellsTheAgeOfWhatItHandsOut) {
+TEST(ClientFeed, ReportsTheAgeOfFrames) {
   Feed feed = feed_of();
   fill(feed, 1);
   Frame frame;
   ASSERT_TRUE(feed.hand_out(frame, at(1.015)));
 
-  // One ns: the test's own seconds are rounded.
+  // Tolerance 1 ns: the test rounds seconds to nanoseconds.
   EXPECT_NEAR(static_cast<double>(feed.statistics(at(1.015)).age_ns), 5e6, 1.0);
   EXPECT_NEAR(static_cast<double>(age_of(frame, at(1.11))), 1e8, 1.0);
 }
 
-TEST(ClientFeed, PutsInTheLocalPosesThatTheFeedLeavesOut) {
+TEST(ClientFeed, ReportsAbsentTimesWithoutData) {
+  const auto expect_absent = [](const mocap_statistics& statistics) {
+    EXPECT_EQ(statistics.age_ns, MOCAP_ABSENT);
+    EXPECT_EQ(statistics.age_p50_ns, MOCAP_ABSENT);
+    EXPECT_EQ(statistics.age_p99_ns, MOCAP_ABSENT);
+  };
   Feed feed = feed_of();
-  // Two bones: the parent turned by 90 degrees about z, the child by 180.
+  expect_absent(feed.statistics(at(1.0)));
+
+  // A snapshot that does not say when it was exposed.
+  feed.take(testing::description_message(), at(1.0));
+  feed.take(testing::pose_message({{"position", {0, 0, 1}}, {"rotation_xyzw", {0, 0, 0, 1}}}), at(1.1));
+  Frame frame;
+  ASSERT_TRUE(feed.hand_out(frame, at(1.2)));
+
+  EXPECT_EQ(frame.info.exposed_at_ns, MOCAP_ABSENT);
+  EXPECT_EQ(age_of(frame, at(1.2)), MOCAP_ABSENT);
+  expect_absent(feed.statistics(at(1.2)));
+}
+
+TEST(ClientFeed, FillsOmittedLocalPoses) {
+  Feed feed = feed_of();
+  // Two bones: the parent is rotated by 90 degrees about z, the child by 180 degrees.
   const float s = std::sqrt(0.5F);
   feed.take(testing::two_bones_description(), at(1.0));
   feed.take(testing::two_bones_snapshot({0, 0, s, s, 0, 0, 1, 0}), at(1.01));
@@ -132,22 +152,22 @@ TEST(ClientFeed, PutsInTheLocalPosesThatTheFeedLeavesOut) {
 
   const mocap_bone_pose& root = frame.subjects[0].bones[0];
   const mocap_bone_pose& child = frame.subjects[0].bones[1];
-  EXPECT_EQ(root.local_position.z, 1.0F);          // the world's
+  EXPECT_EQ(root.local_position.z, 1.0F);          // equals the world position
   EXPECT_FLOAT_EQ(child.local_position.x, 0.25F);  // the rest offset
-  EXPECT_NEAR(child.local_rotation.z, s, 1e-6F);   // 180 less 90
+  EXPECT_NEAR(child.local_rotation.z, s, 1e-6F);   // 180 - 90 degrees
   EXPECT_NEAR(child.local_rotation.w, s, 1e-6F);
 }
 
-TEST(ClientFeed, RefusesWhatDoesNotFitAndGoesOn) {
+TEST(ClientFeed, RejectsInconsistentMessagesAndContinues) {
   Feed feed = feed_of();
   fill(feed, 1);
 
   feed.take("no zero byte", at(1.1));
   feed.take(std::string("snapshot\0\xff\xff", 11), at(1.1));
-  feed.take(testing::two_bones_snapshot({0, 0, 0, 1, 0, 0, 0, 1}), at(1.1));  // two bones, one is described
+  feed.take(testing::two_bones_snapshot({0, 0, 0, 1, 0, 0, 0, 1}), at(1.1));  // two bones; the description has one
   feed.take(testing::two_bones_snapshot({0, 0, 0, NAN, 0, 0, 0, 1}), at(1.1));
   feed.take(testing::pose_message({{"position", {0, 3e38, 0}}, {"rotation_xyzw", {0, 0, 0, 1}}}),
-            at(1.1));  // in cm: infinite
+            at(1.1));  // infinite after conversion to cm
   feed.take(testing::two_bones_snapshot({0, 0, 0, 1, 0, 0, 0}), at(1.1));
 
   feed.take(testing::snapshot_message(1, MOCAP_ABSENT), at(1.1));
@@ -158,13 +178,19 @@ TEST(ClientFeed, RefusesWhatDoesNotFitAndGoesOn) {
   EXPECT_EQ(frame.info.sequence, 0U);
 }
 
-TEST(ClientFeed, SaysWhyNothingComes) {
-  Feed feed({"tcp://10.0.0.7:5570", "snapshot", 0, 1, 1, false});
+TEST(ClientFeed, DiagnosesWhyNoFramesArrive) {
+  Feed feed({"tcp://10.0.0.7:5570", "snapshot", 0, 1, 1});
   EXPECT_EQ(feed.diagnose(at(1)).code, MOCAP_CONNECTING);
-  feed.note({.refused = 1});
+  feed.note({.fault = wire::LinkFault::NothingListens});
   EXPECT_EQ(feed.diagnose(at(1)).code, MOCAP_NOTHING_LISTENS);
-  for (const int why : {MOCAP_KEY_MISSING, MOCAP_KEY_REFUSED, MOCAP_SERVER_KEY_WRONG, MOCAP_NOT_A_FEED}) {
-    feed.note({.handshake = why});
+  using wire::LinkFault;
+  for (const auto& [fault, why] : {std::pair{LinkFault::KeyMissing, MOCAP_KEY_MISSING},
+                                   {LinkFault::KeyNotWanted, MOCAP_KEY_MISSING},
+                                   {LinkFault::KeyRefused, MOCAP_KEY_REFUSED},
+                                   {LinkFault::ServerKeyWrong, MOCAP_SERVER_KEY_WRONG},
+                                   {LinkFault::NotADaemon, MOCAP_NOT_A_FEED},
+                                   {LinkFault::ClosedByPeer, MOCAP_NOT_A_FEED}}) {
+    feed.note({.fault = fault});
     EXPECT_EQ(feed.diagnose(at(1)).code, why);
     EXPECT_THAT(feed.diagnose(at(1)).sentence, HasSubstr("tcp://10.0.0.7:5570"));
   }
@@ -177,7 +203,7 @@ TEST(ClientFeed, SaysWhyNothingComes) {
   EXPECT_EQ(feed.diagnose(at(3)).code, MOCAP_NO_SNAPSHOTS);
 }
 
-TEST(ClientFeed, TellsSkewedClocksFromALateMessage) {
+TEST(ClientFeed, DistinguishesClockSkewFromLateMessages) {
   Feed feed = feed_of();
   feed.take(testing::description_message(), at(1.0));
   const auto run = [&](double from_s, std::int64_t late_ns, int every) {
@@ -194,7 +220,7 @@ TEST(ClientFeed, TellsSkewedClocksFromALateMessage) {
   EXPECT_EQ(run(20.0, -3 * kSecond_ns, 1), MOCAP_CLOCK_SKEW);
 }
 
-// Where a direction of proto/axes/README.md's table points.
+// Returns the unit vector of a direction in the table of proto/axes/README.md.
 mocap_vec3 direction(const std::string& word, int axes) {
   const auto signs = [](const std::string& name) {
     return name == "forward" || name == "left" || name == "up" ? 1.0F : -1.0F;
@@ -215,7 +241,7 @@ mocap_vec3 direction(const std::string& word, int axes) {
   }
 }
 
-// The rotation matrix's way, not the library's: v + 2 w (u x v) + 2 u x (u x v).
+// Rotates a vector by another formula than the library: v + 2 w (u x v) + 2 u x (u x v).
 mocap_vec3 turned(mocap_quat q, mocap_vec3 v) {
   const auto cross = [](mocap_vec3 a, mocap_vec3 b) {
     return mocap_vec3{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
@@ -226,7 +252,7 @@ mocap_vec3 turned(mocap_quat q, mocap_vec3 v) {
   return {v.x + 2 * (q.w * once.x + twice.x), v.y + 2 * (q.w * once.y + twice.y), v.z + 2 * (q.w * once.z + twice.z)};
 }
 
-constexpr float kTolerance = 1e-5F;  // single precision's 1e-7, and positions that it holds exactly
+constexpr float kTolerance = 1e-5F;  // rotations have errors of 1e-7 in single precision; positions are exact
 
 void expect_near(mocap_vec3 found, mocap_vec3 expected, const std::string& what) {
   EXPECT_NEAR(found.x, expected.x, kTolerance) << what;
@@ -244,7 +270,7 @@ class AxisVectors : public ::testing::TestWithParam<std::filesystem::path> {
   nlohmann::json read() const { return nlohmann::json::parse(std::ifstream(GetParam())); }
 };
 
-TEST_P(AxisVectors, AreWhatTheirWordsSay) {
+TEST_P(AxisVectors, AgreeWithTheirDirections) {
   const nlohmann::json vector = read();
   for (int axes = 0; axes < 5; ++axes) {
     const mocap_quat turn = quat_of(vector.at(kEngines[axes]).at("rotation_xyzw"));
@@ -254,7 +280,7 @@ TEST_P(AxisVectors, AreWhatTheirWordsSay) {
   }
 }
 
-TEST_P(AxisVectors, AreWhatTheClientGives) {
+TEST_P(AxisVectors, AgreeWithTheClient) {
   const nlohmann::json vector = read();
   for (int axes = 0; axes < 5; ++axes) {
     Feed feed = feed_of(1, axes);
@@ -289,7 +315,7 @@ std::vector<std::filesystem::path> vectors() {
 INSTANTIATE_TEST_SUITE_P(All, AxisVectors, ::testing::ValuesIn(vectors()),
                          [](const auto& test) { return test.param.stem().string(); });
 
-// A socket that says what a test wants.
+// A socket that publishes arbitrary messages.
 class Publisher {
  public:
   Publisher() {
@@ -321,7 +347,7 @@ std::int64_t host_ns() {
       .count();
 }
 
-TEST(Client, IsPolledByManyThreadsAtOnce) {
+TEST(Client, CanBePolledByManyThreads) {
   Publisher publisher;
   const auto client = Client::open({.endpoint = publisher.endpoint()});
   ASSERT_TRUE(client);
@@ -348,13 +374,13 @@ TEST(Client, IsPolledByManyThreadsAtOnce) {
   for (std::uint64_t i = 0; readers_done < 4 && std::chrono::steady_clock::now() < limit; ++i) {
     if (i % 100 == 0) publisher.send(testing::description_message());
     publisher.send(testing::snapshot_message(i, host_ns()));
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));  // the pace of a feed, nothing is awaited
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));  // the rate of the feed; the test does not wait here
   }
   EXPECT_EQ(readers_done, 4);
   stop = true;
 }
 
-TEST(Client, SaysWhichOptionIsWrong) {
+TEST(Client, NamesTheInvalidOption) {
   std::string fault;
   EXPECT_FALSE(Client::open({.endpoint = "nonsense"}, &fault));
   EXPECT_THAT(fault, HasSubstr("tcp://ADDRESS:PORT"));
@@ -366,7 +392,7 @@ TEST(Client, SaysWhichOptionIsWrong) {
   EXPECT_THAT(fault, HasSubstr("server_key is neither a key"));
 }
 
-TEST(Client, TakesNullAndEmptyForWhatTheyAre) {
+TEST(Client, AcceptsNullAndEmptyArguments) {
   mocap_client_close(nullptr);
   mocap_frame_free(nullptr);
   EXPECT_LT(mocap_client_poll(nullptr, nullptr), 0);
@@ -378,7 +404,7 @@ TEST(Client, TakesNullAndEmptyForWhatTheyAre) {
   EXPECT_STREQ(mocap_frame_bone_text(frame.raw(), 3, 9, 0), "");
 }
 
-TEST(Client, FillsNoMoreOfAStructThanTheCallerKnows) {
+TEST(Client, FillsOnlyMembersThatTheCallerKnows) {
   struct Older {
     mocap_frame_info info;
     std::uint64_t after = 42;

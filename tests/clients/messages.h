@@ -7,7 +7,7 @@
 #include "mocap/v1/description.pb.h"
 #include "mocap/v1/snapshot.pb.h"
 
-/// Messages of a feed, made by Protobuf's own library: the oracle of the clients' decoders.
+/// Messages of a feed, encoded by Protobuf's library as the reference for the decoders of the clients.
 namespace mocap::client::testing {
 
 inline constexpr std::int64_t kUtcMinusHost_ns = 1'700'000'000'000'000'000;
@@ -16,7 +16,7 @@ inline std::string envelope(const std::string& topic, const google::protobuf::Me
   return topic + '\0' + message.SerializeAsString();
 }
 
-/// Subject "actor" of one bone and one marker.
+/// A description of subject "actor" with one bone and one marker.
 inline v1::Description description(const std::string& protocol, std::uint32_t version, const std::string& session) {
   v1::Description said;
   said.set_protocol(protocol);
@@ -34,7 +34,8 @@ inline std::string description_message(const std::string& protocol = "mocap.v1",
   return envelope("description", description(protocol, version, session));
 }
 
-/// That subject tracked, its bone where `pose` says: position, rotation_xyzw, and perhaps velocity and spin.
+/// A snapshot of this subject in phase Tracking. `pose` has position and rotation_xyzw of the bone, and optionally
+/// velocity and spin.
 inline v1::Snapshot snapshot(const nlohmann::json& pose) {
   v1::Snapshot said;
   said.set_description_version(1);
@@ -63,7 +64,7 @@ inline std::string snapshot_message(std::uint64_t sequence, std::int64_t sent_ns
   return envelope("snapshot", said);
 }
 
-/// The second bone sits 0.25 m before the first.
+/// A description with two bones; the second is 0.25 m in front of the first.
 inline std::string two_bones_description() {
   v1::Description said = description("mocap.v1", 1, "session");
   v1::Bone& bone = *said.mutable_subjects(0)->add_bones();

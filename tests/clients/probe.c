@@ -1,5 +1,5 @@
-/* The C client as tests see it. usage: probe ENDPOINT AXES POLL_HZ SECONDS [SERVER_KEY PUBLIC_KEY SECRET_KEY]
-   Polls at that rate, prints one JSON object at the end. */
+/* Runs the C client for the tests. usage: probe ENDPOINT AXES POLL_HZ SECONDS [SERVER_KEY PUBLIC_KEY SECRET_KEY]
+   Polls at POLL_HZ and prints one JSON object at the end. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

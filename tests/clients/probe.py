@@ -1,4 +1,4 @@
-"""The Python client as tests see it; arguments and output as probe.c."""
+"""Runs the Python client for the tests; arguments and output as probe.c."""
 
 import json
 import math
@@ -8,9 +8,10 @@ import time
 from mocap_client import AXES, Client
 
 endpoint, axes, rate_hz, seconds, *keys = sys.argv[1:]
+keys = dict(zip(("server_key", "public_key", "secret_key"), keys))
 said = {"frames": 0}
 frame = None
-with Client(endpoint, axes=list(AXES)[int(axes)], keys=keys or None) as client:
+with Client(endpoint, axes=list(AXES)[int(axes)], **keys) as client:
     begin = time.monotonic()
     at = begin
     while at < begin + float(seconds):
@@ -31,12 +32,12 @@ if frame is not None:
     said.update(number=frame.number, version=frame.description_version, session=frame.session)
     said["subjects"] = []
     for subject in frame.subjects.values():
-        told = {"name": subject.name, "bone": subject.bones.names[0]}
+        shown = {"name": subject.name, "bone": subject.bones.names[0]}
         if len(subject.bones):
-            bone = subject.bone(told["bone"])
+            bone = subject.bone(shown["bone"])
             columns = {"position": bone.position, "rotation_xyzw": bone.rotation, "local_position": bone.local_position,
                        "local_rotation_xyzw": bone.local_rotation, "velocity": subject.bones.velocities[0],
                        "spin": subject.bones.spins[0]}
-            told.update({name: [float(v) for v in values] for name, values in columns.items()})
-        said["subjects"].append(told)
+            shown.update({name: [float(v) for v in values] for name, values in columns.items()})
+        said["subjects"].append(shown)
 print(json.dumps(said))

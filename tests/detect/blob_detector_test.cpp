@@ -22,7 +22,7 @@ struct Picture {
       : width_px(width),
         height_px(height),
         stride_bytes(static_cast<std::size_t>(width + padding)),
-        // The last row ends with its last pixel, so that a read past it is a read out of bounds.
+        // The last row has no padding, so that a read past the last pixel is out of bounds.
         pixels(stride_bytes * static_cast<std::size_t>(height - 1) + static_cast<std::size_t>(width), grey) {}
 
   std::uint8_t& at(int x, int y) {
@@ -41,7 +41,7 @@ struct Disc {
   double x, y, radius_px;
 };
 
-/// Light of discs on background, area-sampled 16 x 16 a pixel, with normal noise, rounded to bytes.
+/// Renders discs on a background with 16 x 16 samples for each pixel and normal noise, rounded to bytes.
 Picture render(int width, int height, const std::vector<Disc>& discs, double noise_grey, std::mt19937& random) {
   constexpr double kBackground = 16.0;
   constexpr double kBright = 190.0;
@@ -68,7 +68,7 @@ Picture render(int width, int height, const std::vector<Disc>& discs, double noi
   return picture;
 }
 
-/// Sizes of the 8-connected components at `threshold` or over it, by flood fill.
+/// Areas of the 8-connected components of pixels of at least `threshold`, by flood fill.
 std::vector<double> flooded_areas(Picture picture, int threshold) {
   std::vector<double> areas;
   for (int y = 0; y < picture.height_px; ++y) {
@@ -118,7 +118,7 @@ TEST(DetectBlobs, FindsTheComponentsThatAFloodFillFindsOnRandomImages) {
   }
 }
 
-TEST(DetectBlobs, FindsCentroidsToAFiftiethOfAPixelAndKnowsHowWell) {
+TEST(DetectBlobs, FindsCentroidsToAFiftiethOfAPixelWithACorrectSigma) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> shift(-0.5, 0.5);
   for (const double radius : {2.0, 3.0, 4.0, 6.0, 8.0}) {
@@ -150,8 +150,8 @@ TEST(DetectBlobs, FindsCentroidsToAFiftiethOfAPixelAndKnowsHowWell) {
       const double rms_px = std::sqrt(squares / n);
       RecordProperty("rms_px_r" + std::to_string(radius) + "_noise" + std::to_string(noise), std::to_string(rms_px));
       EXPECT_LT(rms_px, 0.02) << "radius " << radius << " noise " << noise;
-      // 240 blobs of two axes tell the ratio to 3 %; these edges are sharper than any lens, which the model bears to 30
-      // %.
+      // 240 blobs with two axes give the ratio to 3 %. The edges are sharper than those of any lens, and the model of
+      // sigma is accurate to 30 % for such edges.
       EXPECT_NEAR(std::sqrt(normalised / n), 1.0, 0.3)
           << "radius " << radius << " noise " << noise << " rms " << rms_px;
     }
@@ -165,7 +165,7 @@ TEST(DetectBlobs, ReadsTheSameBlobsFromEveryFormat) {
   ASSERT_EQ(reference.blobs.size(), 2U);
   struct Deep {
     PixelFormat format;
-    int shift;  // of the grey; -1: one byte beside it that means something else
+    int shift;  // left shift of the grey level; -1: the grey level is followed by an unrelated byte
   };
   for (const Deep& deep : {Deep{PixelFormat::Mono10, 2}, Deep{PixelFormat::Mono12, 4}, Deep{PixelFormat::Yuyv, -1}}) {
     std::vector<std::uint8_t> bytes;
@@ -180,7 +180,7 @@ TEST(DetectBlobs, ReadsTheSameBlobsFromEveryFormat) {
 
     ASSERT_EQ(found.blobs.size(), 2U);
     for (std::size_t i = 0; i < 2; ++i) {
-      // The levels scale, the rounding of thresholds and weights does not: some thousandths of a pixel.
+      // The rounding of thresholds and weights does not scale with the levels: some thousandths of a pixel.
       EXPECT_LT((found.blobs[i].centroid.v - reference.blobs[i].centroid.v).norm(), 3e-3);
       EXPECT_NEAR(found.blobs[i].area_px2, reference.blobs[i].area_px2, 2.0);
     }
@@ -197,7 +197,18 @@ TEST(DetectBlobs, FindsNothingInBlackWhiteAndNoise) {
   EXPECT_TRUE(detector_for(noisy)->detect(noisy.image()).blobs.empty());
 }
 
-TEST(DetectBlobs, KeepsTheLargestAndCountsTheRest) {
+TEST(DetectBlobs, MeasuresTheBrightestUnmaskedPixel) {
+  Picture picture(64, 48, 3, 10);
+  picture.at(20, 30) = 77;
+  picture.at(50, 10) = 200;
+  const std::vector<MaskPolygon> mask{{PixelPoint{{45.0, 5.0}}, {{55.0, 5.0}}, {{55.0, 15.0}}, {{45.0, 15.0}}}};
+  const auto masked = std::move(make_blob_detector({}, PixelFormat::Mono8, 64, 48, mask)).value();
+
+  EXPECT_EQ(detector_for(picture)->brightest_grey(picture.image()), 200.0);
+  EXPECT_EQ(masked->brightest_grey(picture.image()), 77.0);
+}
+
+TEST(DetectBlobs, KeepsTheLargestBlobsAndCountsTheOthers) {
   Picture picture(200, 800);
   for (int i = 0; i < 40 * 40; ++i) {
     const int side = i % 3 == 0 ? 4 : 3;  // 534 of 16 px, the rest of 9 px
@@ -212,27 +223,27 @@ TEST(DetectBlobs, KeepsTheLargestAndCountsTheRest) {
       std::all_of(found.blobs.begin(), found.blobs.end(), [](const Blob& blob) { return blob.area_px2 == 16.0; }));
 }
 
-TEST(DetectBlobs, GivesUpWhatComesAfterARowThatItHasNoRoomFor) {
-  // 30 runs a row are no noise by themselves; 1500 such rows are more than 6144 runs by far.
+TEST(DetectBlobs, DropsTheRowsBeyondTheRunBound) {
+  // A row of 30 runs is not a noise row, but 1500 such rows exceed the bound of the image.
   Picture picture(1200, 1500);
   for (int y = 0; y < 1500; ++y) {
     for (int x = 5; x < 1200; x += 40) picture.at(x, y) = y % 4 < 3 ? 250 : 0;
   }
 
   const DetectSettings settings{.threshold = 100.0, .min_area_px2 = 1.0};
-  std::vector<std::uint32_t> given_up;
+  std::vector<std::uint32_t> dropped_rows;
   for (const DetectKernels* kernels : all_kernels()) {
     const auto detector = std::move(make_blob_detector(settings, PixelFormat::Mono8, 1200, 1500, {}, kernels)).value();
     const Detection found = detector->detect(picture.image());
 
-    given_up.push_back(found.rows_given_up);
+    dropped_rows.push_back(found.rows_given_up);
     EXPECT_GT(found.rows_given_up, 0U);
-    // A column of bright pixels is three rows high, or less where a quarter of the image begins or is given up.
+    // A blob is three rows high, or less at the boundary of a quarter of the image and of the dropped rows.
     const std::uint32_t rows = 1125U - found.rows_given_up;
     EXPECT_GE(found.blobs.size() + found.dropped + found.filtered, rows / 3 * 30);
     EXPECT_GT(rows * 30, 6144U);
   }
-  EXPECT_EQ(std::ranges::count(given_up, given_up[0]), static_cast<std::ptrdiff_t>(given_up.size()));
+  EXPECT_EQ(std::ranges::count(dropped_rows, dropped_rows[0]), static_cast<std::ptrdiff_t>(dropped_rows.size()));
 }
 
 TEST(DetectBlobs, FiltersByAreaAndRoundness) {
@@ -251,7 +262,7 @@ TEST(DetectBlobs, FiltersByAreaAndRoundness) {
   EXPECT_NEAR(found.blobs[0].roundness, 1.0, 1e-9);
 }
 
-TEST(DetectBlobs, TrustsABlobThatTheBorderCutsLess) {
+TEST(DetectBlobs, GivesABlobCutByTheBorderALargerSigma) {
   std::mt19937 random(2);
   const Picture picture = render(100, 60, {{1.0, 30.0, 5.0}, {60.0, 30.0, 5.0}}, 2.0, random);
 
@@ -267,7 +278,7 @@ TEST(DetectBlobs, TrustsABlobThatTheBorderCutsLess) {
   EXPECT_LT(whole.sigma_px, 0.02);
 }
 
-TEST(DetectBlobs, KeepsANeighboursLightOutOfACentroid) {
+TEST(DetectBlobs, ExcludesTheLightOfANeighbourFromACentroid) {
   std::mt19937 random(2);
   const Picture picture = render(60, 40, {{20.0, 20.0, 4.0}, {31.0, 20.0, 5.0}}, 0.0, random);
 
@@ -275,14 +286,15 @@ TEST(DetectBlobs, KeepsANeighboursLightOutOfACentroid) {
 
   ASSERT_EQ(found.blobs.size(), 2U);
   for (const Blob& blob : found.blobs) {
-    // The discs are 2 px apart, the grown borders overlap: a rim pixel's faint light may be counted twice.
+    // The discs are 2 px apart and their margins overlap: the faint light of a rim pixel may count for both.
     EXPECT_NEAR(blob.centroid.v.x(), blob.centroid.v.x() < 26.0 ? 20.0 : 31.0, 0.03);
     EXPECT_NEAR(blob.centroid.v.y(), 20.0, 0.03);
   }
 }
 
-TEST(DetectBlobs, GivesAnImageTheSameBlobsWhateverCameBefore) {
-  // Neighbours so near that each one's light is erased from the other's box, at other places in each image.
+TEST(DetectBlobs, GivesTheSameBlobsAfterAnyPreviousImages) {
+  // The two discs are so near that the light of each is erased from the box of the other, at other positions in each
+  // image.
   std::mt19937 random(23);
   std::uniform_real_distribution<double> place(20.0, 70.0), gap(1.5, 3.0);
   const auto used = detector_for(Picture(100, 100));
@@ -303,7 +315,7 @@ TEST(DetectBlobs, GivesAnImageTheSameBlobsWhateverCameBefore) {
   }
 }
 
-TEST(DetectBlobs, TellsTheShareOfABlobAtTheTopOfTheRange) {
+TEST(DetectBlobs, ReportsTheShareOfSaturatedPixels) {
   Picture picture(64, 64, 0, 10);
   for (int y = 20; y < 30; ++y) {
     for (int x = 20; x < 30; ++x) picture.at(x, y) = y < 23 ? 255 : 254;
@@ -316,7 +328,7 @@ TEST(DetectBlobs, TellsTheShareOfABlobAtTheTopOfTheRange) {
   EXPECT_DOUBLE_EQ(found.blobs[0].peak, 1.0);
 }
 
-TEST(DetectBlobs, TellsTwoDiscsThatTouchApart) {
+TEST(DetectBlobs, SeparatesTwoDiscsThatTouch) {
   std::mt19937 random(6);
   for (const double radius : {3.0, 5.0, 8.0}) {
     const Picture picture = render(80, 60, {{30.2, 30.1, radius}, {30.2 + 1.9 * radius, 33.4, radius}}, 2.0, random);
@@ -326,14 +338,14 @@ TEST(DetectBlobs, TellsTwoDiscsThatTouchApart) {
     ASSERT_EQ(found.blobs.size(), 2U) << radius;
     const bool first_is_left = found.blobs[0].centroid.v.x() < found.blobs[1].centroid.v.x();
     const Blob& left = found.blobs[first_is_left ? 0 : 1];
-    // Each disc is fitted on the rim that is its own; 6 standard deviations of what noise leaves, and no less is told.
+    // Each disc is fitted to its own part of the rim. Tolerance: 6 standard deviations; the reported sigma must agree.
     EXPECT_NEAR(left.centroid.v.x(), 30.2, 0.08);
     EXPECT_NEAR(left.centroid.v.y(), 30.1, 0.08);
     EXPECT_LT(std::abs(left.centroid.v.x() - 30.2), 4.0 * left.sigma_px);
   }
 }
 
-TEST(DetectBlobs, GivesNoBlobsForAnImageShorterThanItSays) {
+TEST(DetectBlobs, GivesNoBlobsForAnImageWithMissingBytes) {
   Picture picture(64, 64, 0, 255);
   const auto detector = detector_for(picture, {.threshold = 10.0, .max_area_px2 = 1e6});
   Image image = picture.image();
@@ -347,7 +359,7 @@ TEST(DetectBlobs, GivesNoBlobsForAnImageShorterThanItSays) {
   EXPECT_TRUE(detector->detect(Image{}).blobs.empty());
 }
 
-TEST(DetectBlobs, RefusesWhatItCannotReadAndSettingsOutsideOfTheirRange) {
+TEST(DetectBlobs, RefusesUnreadableFormatsAndSettingsOutsideTheirRanges) {
   EXPECT_EQ(make_blob_detector({}, PixelFormat::Mjpeg, 64, 64).error().code, ErrorCode::Unsupported);
 
   EXPECT_EQ(make_blob_detector({}, PixelFormat::Mono8, 0, 64).error().code, ErrorCode::InvalidArgument);

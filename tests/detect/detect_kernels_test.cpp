@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kThreshold = 128;
 
-/// An image whose last byte is its last pixel: a read past it is a read out of bounds.
+/// An image whose last byte is its last pixel, so that a read past the last pixel is out of bounds.
 struct Picture {
   int width_px = 1, height_px = 1;
   std::size_t stride_bytes = 1;
@@ -43,7 +43,7 @@ Picture blank(std::mt19937& random, int trial) {
   return picture;
 }
 
-/// Shapes of all kinds: boxes that may touch the border, lines one pixel wide, noise of any density, all white.
+/// Random shapes: boxes that may touch the border, lines one pixel wide, noise of any density, white images.
 Picture random_picture(std::mt19937& random, int trial) {
   Picture picture = blank(random, trial);
   const int kind = trial % 6;
@@ -64,7 +64,7 @@ Picture random_picture(std::mt19937& random, int trial) {
   return picture;
 }
 
-/// Area and box of a component: enough to tell components apart.
+/// Area and bounding box of a component, which identify the component.
 struct Flooded {
   int area = 0, left = 0, top = 0, right = 0, bottom = 0;
   auto operator<=>(const Flooded&) const = default;
@@ -114,7 +114,7 @@ void scan(const Picture& picture, const DetectKernels& kernels, BrightWords& wor
   kernels.scan_bytes(rows, words);
 }
 
-/// Those of the least area, and one more without area or place for each that is smaller.
+/// The components of at least `least_area_px2`, and one element without area or position for each smaller component.
 std::vector<Flooded> joined(const Picture& picture, const DetectKernels& kernels, int least_area_px2) {
   ImageComponents components(picture.width_px, picture.height_px, {});
   scan(picture, kernels, components.room());
@@ -128,7 +128,7 @@ std::vector<Flooded> joined(const Picture& picture, const DetectKernels& kernels
   return found;
 }
 
-/// Discs, rings, arcs and lamps up to the size of the image; lines at all angles, some longer than any marker.
+/// Discs, rings, arcs and lamps up to the size of the image; lines in all directions, some longer than any marker.
 Picture large_picture(std::mt19937& random) {
   Picture picture;
   picture.width_px = 200 + below(random, 300);
@@ -186,14 +186,14 @@ TEST(DetectKernels, FindTheComponentsThatAFloodFillFindsOnLargeImages) {
   }
 }
 
-/// What runs add up to, one by one.
+/// The sums of runs that are added one by one.
 RunSums added(std::span<const Run> runs) {
   RunSums sums{.begin_x = runs[0].begin, .begin_y = runs[0].y};
   for (const Run& run : runs) sums.add(run);
   return sums;
 }
 
-TEST(ImageComponents, AddUpTheRunsThatTheyTell) {
+TEST(ImageComponents, HaveTheSumsOfTheirRuns) {
   std::mt19937 random(6);
   for (int trial = 0; trial < 50; ++trial) {
     const Picture picture = large_picture(random);
@@ -221,7 +221,7 @@ TEST(ImageComponents, AddUpTheRunsThatTheyTell) {
   }
 }
 
-TEST(DetectKernels, GiveTheSameBlobsToTheBit) {
+TEST(DetectKernels, GiveBitIdenticalBlobs) {
   std::mt19937 random(4);
   const auto all = all_kernels();
   const DetectSettings settings{.threshold = 128.0, .min_area_px2 = 1.0, .max_area_px2 = 1e6, .min_roundness = 0.0};
@@ -246,7 +246,30 @@ TEST(DetectKernels, GiveTheSameBlobsToTheBit) {
   }
 }
 
-TEST(ImageComponents, GiveARowUpThatIsAllNoise) {
+TEST(ImageComponents, KeepDenseRowsInOneQuarterOfTheImage) {
+  // 300 discs of 20 rows in the first 256 of 1024 rows: 6000 runs, three times a quarter of the bound of 8192.
+  constexpr int kWidth_px = 1280, kHeight_px = 1024, kDisc_px = 20;
+  std::vector<std::uint8_t> pixels(std::size_t{kWidth_px} * kHeight_px, 0);
+  for (int i = 0; i < 300; ++i) {
+    for (int y = 0; y < kDisc_px; ++y) {
+      for (int x = 0; x < kDisc_px; ++x) {
+        pixels[static_cast<std::size_t>((2 + 24 * (i / 30) + y) * kWidth_px + 10 + 40 * (i % 30) + x)] = 255;
+      }
+    }
+  }
+  for (const DetectKernels* kernels : all_kernels()) {
+    ImageComponents components(kWidth_px, kHeight_px, {});
+    kernels->scan_bytes({std::as_bytes(std::span(pixels)).data(), kWidth_px, kWidth_px, kHeight_px, 0, 100},
+                        components.room());
+
+    components.join(1, 1000, kMaxBlobs);
+
+    EXPECT_EQ(components.count(), 300U) << kernels->name;
+    EXPECT_EQ(components.rows_given_up(), 0U) << kernels->name;
+  }
+}
+
+TEST(ImageComponents, DropARowOfNoise) {
   std::vector<std::uint8_t> pixels(2 * 640, 0);
   for (std::size_t x = 0; x < 640; x += 2) pixels[x] = 255;
   for (std::size_t x = 100; x < 110; ++x) pixels[640 + x] = 255;

@@ -15,7 +15,7 @@ TEST(DetectSettings, HaveDefaultsWithinTheirRanges) {
 
 TEST(DetectSettings, HaveNoBrokenRuleByDefault) { EXPECT_TRUE(faults_of(DetectSettings{}).empty()); }
 
-TEST(DetectSettings, RefuseASmallestAreaOverTheLargest) {
+TEST(DetectSettings, RefuseAMinimumAreaAboveTheMaximum) {
   const DetectSettings detect{.min_area_px2 = 9.0, .max_area_px2 = 8.0};
 
   const std::vector<KeyFault> faults = faults_of(detect);
@@ -24,7 +24,7 @@ TEST(DetectSettings, RefuseASmallestAreaOverTheLargest) {
   EXPECT_EQ(faults[0].key, "min_area_px2");
 }
 
-TEST(DetectSettings, RefuseALowThresholdOverTheThreshold) {
+TEST(DetectSettings, RefuseALowThresholdAboveTheThreshold) {
   DetectSettings detect{.threshold = 50.0, .low_threshold = 50.0};
   EXPECT_TRUE(faults_of(detect).empty());
 

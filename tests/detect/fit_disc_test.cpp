@@ -21,8 +21,8 @@ struct Look {
   double radius_px, peak, point_spread_px, noise;
 };
 
-/// Discs on a grid with places of their own, drawn by the scene's renderer; the same discs, or drawn out by
-/// `motion_px`.
+/// Discs on a grid, each with its own sub-pixel position, drawn by the renderer of the scene; elongated by `motion_px`
+/// if that is not zero.
 struct Field {
   std::vector<scene::Disc> discs;
   std::vector<std::byte> pixels;
@@ -77,9 +77,9 @@ Score score(const Field& field) {
   return score;
 }
 
-// The Cramer-Rao bounds, as mocap-bench detect computes them from the slopes of the exact light. Times 1.15: 400 blobs
-// of two axes tell a root mean square to 2.5 %, and the goal is 1.10.
-TEST(Centroids, ComeCloseToTheBoundOfPhysics) {
+// The bounds are Cramer-Rao bounds, as mocap-bench detect computes them from the slopes of the exact image.
+// Factor 1.15: 400 blobs with two axes give the rms to 2.5 %, and the goal is 1.10.
+TEST(Centroids, ComeCloseToTheCramerRaoBound) {
   struct Case {
     Look look;
     double bound_px;
@@ -95,9 +95,9 @@ TEST(Centroids, ComeCloseToTheBoundOfPhysics) {
   }
 }
 
-// Discs this small have no plateau: weights that take in the dark around made their error twice as large. The bounds
-// are what linear weights over twice the noise reach.
-TEST(Centroids, OfTheSmallestDiscsAreBetterThanLinearWeightsMakeThem) {
+// Discs this small have no plateau: weights that include the dark pixels around the disc doubled the error. The bounds
+// are the errors of linear weights above twice the noise.
+TEST(Centroids, OfTheSmallestDiscsAreBetterThanWithLinearWeights) {
   for (const auto& [look, linear_px] :
        {std::pair{Look{1.0, 218.0, 0.5, 2.0}, 0.0135}, std::pair{Look{1.5, 218.0, 0.5, 2.0}, 0.0088},
         std::pair{Look{1.5, 218.0, 0.3, 2.0}, 0.0068}, std::pair{Look{2.0, 218.0, 0.2, 2.0}, 0.0067}}) {
@@ -105,8 +105,8 @@ TEST(Centroids, OfTheSmallestDiscsAreBetterThanLinearWeightsMakeThem) {
   }
 }
 
-// Bounds as above, of the image that the range cuts off, times 1.3: the goal is 1.5, without a fit it is over 4.
-TEST(Centroids, OfSaturatedDiscsComeCloseToTheBoundOfWhatIsLeft) {
+// Cramer-Rao bounds of the saturated image. Factor 1.3: the goal is 1.5, and without a fit the factor exceeds 4.
+TEST(Centroids, OfSaturatedDiscsComeCloseToTheirCramerRaoBound) {
   struct Case {
     Look look;
     double bound_px;
@@ -118,16 +118,16 @@ TEST(Centroids, OfSaturatedDiscsComeCloseToTheBoundOfWhatIsLeft) {
 
     ASSERT_EQ(seen.found, 121);
     EXPECT_LT(seen.rms_px, 1.3 * bound_px) << look.radius_px << " " << look.peak << " " << look.point_spread_px;
-    // 121 blobs of two axes tell the ratio to 5 %.
+    // 121 blobs with two axes give the ratio to 5 %.
     EXPECT_NEAR(seen.sigma_px / seen.rms_px, 1.0, 0.25) << look.radius_px << " " << look.peak;
   }
 }
 
-TEST(Centroids, OfDrawnOutDiscsAreWholeAndKnowTheirError) {
+TEST(Centroids, OfElongatedDiscsAreNotSplitAndHaveACorrectSigma) {
   for (const double peak : {200.0, 700.0}) {
     const Score seen = score(Field({4.0, peak, 0.5, 3.0}, 11, 11, 74, {4.0, 2.5}));
 
-    EXPECT_EQ(seen.blobs, 121) << "a disc in motion is not two";
+    EXPECT_EQ(seen.blobs, 121) << "a disc in motion was split";
     EXPECT_LT(seen.rms_px, 0.03);
     EXPECT_GT(seen.sigma_px, 0.8 * seen.rms_px);
     EXPECT_LT(seen.sigma_px, 4.0 * seen.rms_px);
@@ -144,7 +144,7 @@ TEST(FitDisc, RefusesABarAndAnEmptyBox) {
   EXPECT_FALSE(fit_disc(box, 48, {255, 12.0, 3.0}, start));
 }
 
-TEST(FitDisc, StaysWhereItIsOnADiscWithoutNoise) {
+TEST(FitDisc, FindsADiscWithoutNoise) {
   const Field field({5.0, 400.0, 0.5, 0.0}, 1, 1, 3);
   std::vector<std::uint16_t> pixels;
   for (const std::byte pixel : field.pixels) pixels.push_back(std::to_integer<std::uint16_t>(pixel));
@@ -154,7 +154,7 @@ TEST(FitDisc, StaysWhereItIsOnADiscWithoutNoise) {
                                {truth.x() + 0.3, truth.y() - 0.3, 5.3, 0.58, 300.0});
 
   ASSERT_TRUE(fitted);
-  // Rounding to whole levels is a noise of 0.3, and the model is not quite the light.
+  // Rounding to whole levels is a noise of 0.3 levels, and the model differs slightly from the rendered disc.
   EXPECT_NEAR(fitted->disc.x, truth.x(), 0.01);
   EXPECT_NEAR(fitted->disc.y, truth.y(), 0.01);
   EXPECT_NEAR(fitted->disc.radius_px, 5.0, 0.1);

@@ -15,7 +15,7 @@ constexpr int kWidth = 160;
 constexpr int kHeight = 120;
 constexpr double kThreshold = 60.0;
 
-/// An image with background noise, into which lights are drawn.
+/// An image with background noise, in which a test draws lights.
 class Canvas {
  public:
   explicit Canvas(std::uint32_t seed) : random_(seed) {}
@@ -46,7 +46,7 @@ class Canvas {
   std::vector<std::byte> pixels_ = std::vector<std::byte>(kWidth * kHeight);
 };
 
-/// What a learner learns from 100 images that `draw` draws.
+/// The mask that is learned from 100 images, each drawn by `draw`.
 template <class Draw>
 LearntMask learn(Draw draw, std::span<const MaskPolygon> masked = {}) {
   MaskLearner learner(kWidth, kHeight, masked);
@@ -61,7 +61,7 @@ LearntMask learn(Draw draw, std::span<const MaskPolygon> masked = {}) {
 
 bool masks(const LearntMask& learnt, int x, int y) { return RowMask(learnt.polygons, kWidth, kHeight).masks(x, y); }
 
-TEST(MaskLearner, MasksALampWithItsMarginAndNoMore) {
+TEST(MaskLearner, MasksALampWithItsMarginOnly) {
   const LearntMask learnt = learn([](Canvas& canvas, int) { canvas.disc(50, 40, 6); });
 
   EXPECT_EQ(learnt.lights, 1U);
@@ -70,7 +70,7 @@ TEST(MaskLearner, MasksALampWithItsMarginAndNoMore) {
     for (int x = 0; x < kWidth; ++x) {
       const double distance_px = std::hypot(x - 50, y - 40);
       const bool within = distance_px <= 6.0 + 4.0;
-      // The pixel's square, an eighth of a circle and rounding to a tenth add less than 1.5 px.
+      // The square shape of pixels, the octagon around a corner and rounding to 0.1 px add less than 1.5 px.
       const bool without = distance_px > 6.0 + 4.0 + 1.5;
       EXPECT_TRUE(!within || masks(learnt, x, y)) << x << " " << y;
       EXPECT_TRUE(!without || !masks(learnt, x, y)) << x << " " << y;
@@ -89,7 +89,7 @@ TEST(MaskLearner, MasksALampThatFlickers) {
   EXPECT_TRUE(masks(learnt, 50, 40));
 }
 
-TEST(MaskLearner, DoesNotMaskAMarkerThatMovesAndTellsOfIt) {
+TEST(MaskLearner, DoesNotMaskAMovingMarkerAndReportsIt) {
   const LearntMask learnt = learn([](Canvas& canvas, int i) {
     canvas.disc(20, 20, 5);
     canvas.disc(30 + i, 80, 4);
@@ -101,7 +101,7 @@ TEST(MaskLearner, DoesNotMaskAMarkerThatMovesAndTellsOfIt) {
   for (int x = 30; x < 130; ++x) EXPECT_FALSE(masks(learnt, x, 80)) << x;
 }
 
-TEST(MaskLearner, DoesNotMaskAMarkerOfSomebodyWhoStandsAndSways) {
+TEST(MaskLearner, DoesNotMaskAMarkerOnAPersonWhoSways) {
   const LearntMask learnt = learn([](Canvas& canvas, int i) { canvas.disc(60 + 4.0 * std::sin(0.1 * i), 60, 4); });
 
   EXPECT_EQ(learnt.lights, 0U);
@@ -119,7 +119,7 @@ TEST(MaskLearner, DoesNotMaskALampThatAMarkerPasses) {
   EXPECT_EQ(learnt.moved, 1U);
 }
 
-TEST(MaskLearner, TakesNoNoiseForAMarker) {
+TEST(MaskLearner, DoesNotCountNoiseAsAMarker) {
   const LearntMask learnt = learn([](Canvas& canvas, int i) {
     if (i == 50) canvas.box(10, 10, 2, 1);
   });
@@ -129,7 +129,7 @@ TEST(MaskLearner, TakesNoNoiseForAMarker) {
   EXPECT_EQ(learnt.covered_share, 0.0);
 }
 
-TEST(MaskLearner, LeavesTheInsideOfAWindowsFrameFree) {
+TEST(MaskLearner, DoesNotMaskTheInsideOfAWindowFrame) {
   const LearntMask learnt = learn([](Canvas& canvas, int) {
     canvas.box(20, 20, 100, 3);
     canvas.box(20, 90, 100, 3);
@@ -144,7 +144,7 @@ TEST(MaskLearner, LeavesTheInsideOfAWindowsFrameFree) {
   EXPECT_FALSE(masks(learnt, 70, 55));
 }
 
-TEST(MaskLearner, LearnsWhatIsNotMaskedYetAndCountsBoth) {
+TEST(MaskLearner, LearnsUnmaskedLightsAndCountsTheAreaOfAllMasks) {
   const std::vector<MaskPolygon> drawn{{{{40.0, 30.0}}, {{60.0, 30.0}}, {{60.0, 50.0}}, {{40.0, 50.0}}}};
   const LearntMask learnt = learn(
       [](Canvas& canvas, int) {
@@ -159,7 +159,7 @@ TEST(MaskLearner, LearnsWhatIsNotMaskedYetAndCountsBoth) {
   EXPECT_GT(learnt.covered_share * kWidth * kHeight, 400.0);
 }
 
-TEST(MaskLearner, TakesNoImageOfAnotherSize) {
+TEST(MaskLearner, RefusesAnImageOfAnotherSize) {
   MaskLearner learner(kWidth, kHeight);
   const std::vector<std::byte> pixels(100);
 
@@ -169,7 +169,7 @@ TEST(MaskLearner, TakesNoImageOfAnotherSize) {
   EXPECT_TRUE(learner.learn({}).polygons.empty());
 }
 
-TEST(MaskLearner, ADetectorWithWhatWasLearntSeesTheMarkerAndNotTheLamp) {
+TEST(MaskLearner, GivesTheDetectorAMaskThatHidesTheLampAndNotTheMarker) {
   const LearntMask learnt = learn([](Canvas& canvas, int) { canvas.disc(50, 40, 6); });
   auto detector = make_blob_detector({}, PixelFormat::Mono8, kWidth, kHeight, learnt.polygons);
   ASSERT_TRUE(detector);

@@ -10,7 +10,7 @@ namespace mocap::detect {
 namespace {
 
 constexpr std::uint32_t kThreshold = 100;
-constexpr int kFirstX = 700, kFirstY = 300;  // of the box, in its image
+constexpr int kFirstX = 700, kFirstY = 300;  // position of the box in its image
 
 struct Surroundings {
   int width_px = 0, height_px = 0;
@@ -22,7 +22,7 @@ struct Surroundings {
   bool bright(int x, int y) const { return pixels[at(x, y)] >= kThreshold; }
 };
 
-/// A run or more in the middle of specks.
+/// One or more runs of a component, surrounded by random bright pixels.
 Surroundings random_surroundings(std::mt19937& random, int most_px) {
   Surroundings box;
   box.width_px = kBoxStep_px * std::uniform_int_distribution(1, most_px / kBoxStep_px)(random);
@@ -45,7 +45,7 @@ Surroundings random_surroundings(std::mt19937& random, int most_px) {
   return box;
 }
 
-/// Pixel by pixel, against each one in reach.
+/// The oracle: compares the distances of each pixel to all bright pixels in reach.
 std::vector<std::uint16_t> erased(const Surroundings& box, int reach) {
   std::vector<std::uint16_t> left = box.pixels;
   const int far = 2 * reach * reach + 1;
@@ -66,7 +66,7 @@ std::vector<std::uint16_t> erased(const Surroundings& box, int reach) {
   return left;
 }
 
-TEST(NeighbourEraser, TakesWhatIsNoFurtherFromANeighbour) {
+TEST(NeighbourEraser, RemovesPixelsAtMostAsFarFromANeighbour) {
   std::mt19937 random(3);
   for (const int reach : {1, 2, 3, 8}) {
     NeighbourEraser eraser(reach);

@@ -22,7 +22,7 @@ struct Bits {
   }
 };
 
-/// Writes the pixels bit by bit, as the standards draw them; one pixel after the other without a gap.
+/// Writes the pixels bit by bit as the standards define the formats, without gaps between pixels.
 std::vector<std::uint8_t> packed(PixelFormat format, const std::vector<std::uint32_t>& values) {
   Bits bits;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -45,7 +45,7 @@ std::vector<std::uint8_t> packed(PixelFormat format, const std::vector<std::uint
   return bits.bytes;
 }
 
-TEST(PixelRows, ReadEveryPackedPixelAsItWasWritten) {
+TEST(PixelRows, ReadEveryPackedPixel) {
   std::mt19937 random(1);
   for (const PixelFormat format :
        {PixelFormat::Mono10p, PixelFormat::Mono12p, PixelFormat::Mono10Packed, PixelFormat::Mono12Packed}) {
@@ -69,8 +69,8 @@ TEST(PixelRows, ReadEveryPackedPixelAsItWasWritten) {
   }
 }
 
-TEST(PixelRows, TakeTheGreenOfABayerImage) {
-  // Green is 100 + x + y, red and blue are something else: the mean of the green neighbours is 100 + x + y too.
+TEST(PixelRows, ReadTheGreenOfABayerImage) {
+  // Green is 100 + x + y; red and blue have other values. The mean of the green neighbours is 100 + x + y, too.
   constexpr int kSide = 8;
   for (const PixelFormat format : {PixelFormat::BayerGr8, PixelFormat::BayerRg8}) {
     std::vector<std::uint8_t> bytes;
@@ -88,7 +88,7 @@ TEST(PixelRows, TakeTheGreenOfABayerImage) {
   }
 }
 
-TEST(RowMask, TakesOutWhatAPolygonCovers) {
+TEST(RowMask, MasksThePixelsInsideAPolygon) {
   const std::vector<MaskPolygon> square{{{{10.0, 5.0}}, {{20.0, 5.0}}, {{20.0, 9.5}}, {{10.0, 9.5}}}};
   const RowMask mask(square, 40, 20);
   const std::uint64_t all = (1ULL << 40U) - 1, square_bits = ((1ULL << 11U) - 1) << 10U;
@@ -109,7 +109,7 @@ TEST(RowMask, TakesOutWhatAPolygonCovers) {
   EXPECT_FALSE(mask.touches({15, 0, 40}));
 }
 
-TEST(RowMask, KnowsWhichBoxesAreFarFromIt) {
+TEST(RowMask, ExcludesBoxesFarFromItsPixels) {
   const std::vector<MaskPolygon> square{{{{70.0, 50.0}}, {{90.0, 50.0}}, {{90.0, 60.0}}, {{70.0, 60.0}}}};
   const RowMask mask(square, 200, 130);
   for (int y = 0; y < 130; ++y) {
@@ -125,7 +125,7 @@ TEST(RowMask, KnowsWhichBoxesAreFarFromIt) {
   EXPECT_FALSE(mask.may_touch(70, 75, 100, 130));
 }
 
-TEST(DetectBlobs, SeesNothingUnderAMaskAndTrustsAMarkerAtItsEdgeLess) {
+TEST(DetectBlobs, FindsNothingInsideAMaskAndIncreasesSigmaAtItsEdge) {
   std::vector<std::uint8_t> pixels(100 * 60, 10);
   const auto disc = [&](int cx, int cy) {
     for (int i = 0; i < 49; ++i) pixels[static_cast<std::size_t>((cy + i / 7) * 100 + cx + i % 7)] = 200;

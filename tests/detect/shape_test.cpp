@@ -7,7 +7,7 @@
 namespace mocap::detect {
 namespace {
 
-TEST(Shape, TellsTheAxisAsTheLibrarysArctangentDoes) {
+TEST(Shape, HasTheAxisOfTheStandardArctangent) {
   for (int degree = -180; degree <= 180; ++degree) {
     const double twice_rad = degree * M_PI / 180.0;
     Shape shape;
@@ -17,12 +17,12 @@ TEST(Shape, TellsTheAxisAsTheLibrarysArctangentDoes) {
 
     const double axis_rad = shape.axis_rad();
 
-    // Half of the 2e-8 that the series is off by.
+    // Half of 2e-8, the error of the series.
     EXPECT_NEAR(axis_rad, 0.5 * std::atan2(2.0 * shape.xy, shape.xx - shape.yy), 1e-8) << degree;
   }
 }
 
-TEST(Shape, HasAnAxisOf0WhereItIsRound) { EXPECT_EQ(Shape{}.axis_rad(), 0.0); }
+TEST(Shape, HasAnAxisOfZeroIfRound) { EXPECT_EQ(Shape{}.axis_rad(), 0.0); }
 
 }  // namespace
 }  // namespace mocap::detect

@@ -21,7 +21,8 @@ using test::eight_cameras;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-/// The row from blobs to markers on a rig file, while the cameras stand as `truth` says, with a watch.
+/// The pipeline from blobs to 3D tracks with a drift watch. The pipeline uses the rig of the file; the blobs are
+/// projections into the cameras of `truth`.
 class Capture {
  public:
   Capture(Rig file, std::uint64_t seed) : file_(std::move(file)), truth_(file_), random_(seed), watch_({}, file_) {
@@ -31,7 +32,7 @@ class Capture {
     views_.resize(file_.size());
   }
 
-  void stand_as(Rig truth) { truth_ = std::move(truth); }
+  void set_truth(Rig truth) { truth_ = std::move(truth); }
 
   void run(double seconds) {
     for (int i = 0; i < static_cast<int>(seconds * kRate_hz); ++i) step();
@@ -53,16 +54,15 @@ class Capture {
       views_[c].exposed_at = frames.exposed_at;
       frames.views.push_back(&views_[c]);
     }
-    expected_->at = frames.exposed_at;
-    expected_->markers.clear();
-    tracker_->predict(frames.exposed_at, *expected_);
-    const Matches& matches = matcher_->match(frames, *expected_);
+    predicted_->at = frames.exposed_at;
+    predicted_->markers = tracker_->predict(frames.exposed_at);
+    const Matches& matches = matcher_->match(frames, *predicted_);
     const Markers& markers = triangulator_->triangulate(frames, matches);
     watch_.update(frames, matches, markers);
-    (void)tracker_->step(markers, *expected_, matches.bearing_only);
+    (void)tracker_->step(markers, *predicted_, matches.bearing_only);
   }
 
-  // Twenty markers wander through the volume; each view is missing now and then, and some blobs are nobody's.
+  // Twenty markers move through the volume. One view in five is missing, and each image has three clutter blobs.
   void see(std::uint32_t c) {
     BlobFrame& view = views_[c];
     view.camera = CameraId{c};
@@ -92,11 +92,11 @@ class Capture {
   std::unique_ptr<Triangulator> triangulator_;
   std::unique_ptr<MarkerTracker> tracker_;
   std::vector<BlobFrame> views_;
-  std::unique_ptr<Expected> expected_ = std::make_unique<Expected>();
+  std::unique_ptr<Predictions> predicted_ = std::make_unique<Predictions>();
   double t_s_ = 0.0;
 };
 
-TEST(DriftWatch, NamesABumpedCameraWithinTenSecondsAndNoOther) {
+TEST(DriftWatch, ReportsABumpedCameraWithinTenSecondsAndNoOther) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const Rig file = eight_cameras();
     Capture capture(file, seed);
@@ -104,19 +104,19 @@ TEST(DriftWatch, NamesABumpedCameraWithinTenSecondsAndNoOther) {
     Rig truth = file;
     const auto c = static_cast<std::uint32_t>(2 * seed);
     truth[c] = bumped(truth[c], 0.3 * kDegree, 0.005);
-    capture.stand_as(truth);
+    capture.set_truth(truth);
 
     capture.run(10.0);
 
     for (std::uint32_t i = 0; i < file.size(); ++i) EXPECT_EQ(capture.camera(i).drifted, i == c) << "camera " << i;
-    // A turn of 0.05 degrees and a move of 4 mm look much alike from 4.5 m.
+    // At 4.5 m a rotation of 0.05 degrees and a translation of 4 mm move the image by about the same.
     EXPECT_NEAR(capture.camera(c).turned_rad / kDegree, 0.3, 0.05);
     EXPECT_NEAR(capture.camera(c).moved_m, 0.005, 0.004);
   }
 }
 
-// With so wide pixels a bump of 2.6 px stays within the matcher's gates, and pulls markers along.
-TEST(DriftWatch, OfFourCamerasNamesTheOneThatWasBumpedAlone) {
+// With a low resolution the bump (2.6 px) stays within the gates of the matcher and biases the markers.
+TEST(DriftWatch, ReportsOnlyTheBumpedOneOfFourCameras) {
   for (std::uint64_t seed = 11; seed <= 14; ++seed) {
     const Rig file = scene::ring_rig(
         {.cameras = 4, .radius_m = 4.5, .height_m = 2.4, .width_px = 640, .height_px = 480, .hfov_rad = 1.13});
@@ -125,24 +125,24 @@ TEST(DriftWatch, OfFourCamerasNamesTheOneThatWasBumpedAlone) {
     Rig truth = file;
     const auto c = static_cast<std::uint32_t>(seed - 11);
     truth[c] = bumped(truth[c], 0.3 * kDegree, 0.005);
-    capture.stand_as(truth);
-    std::set<std::uint32_t> named;
+    capture.set_truth(truth);
+    std::set<std::uint32_t> reported;
 
     for (int second = 0; second < 20; ++second) {
       capture.run(1.0);
       for (std::uint32_t i = 0; i < file.size(); ++i) {
-        if (capture.camera(i).drifted) named.insert(i);
+        if (capture.camera(i).drifted) reported.insert(i);
       }
       if (second == 9) {
-        EXPECT_TRUE(named.contains(c)) << "camera " << c;
+        EXPECT_TRUE(reported.contains(c)) << "camera " << c;
       }
     }
 
-    EXPECT_EQ(named, std::set<std::uint32_t>{c});
+    EXPECT_EQ(reported, std::set<std::uint32_t>{c});
   }
 }
 
-TEST(DriftWatch, FindsNothingInARigThatIsRight) {
+TEST(DriftWatch, ReportsNoDriftIfTheRigIsCorrect) {
   Capture capture(eight_cameras(), 5);
 
   capture.run(20.0);
@@ -154,32 +154,32 @@ TEST(DriftWatch, FindsNothingInARigThatIsRight) {
   }
 }
 
-TEST(DriftWatch, TakesBackWhatIsRightAgain) {
+TEST(DriftWatch, ClearsTheReportOfACameraThatIsBackInPlace) {
   const Rig file = eight_cameras();
   Capture capture(file, 6);
   Rig truth = file;
   truth[1] = bumped(truth[1], 0.3 * kDegree, 0.0);
-  capture.stand_as(truth);
+  capture.set_truth(truth);
   capture.run(10.0);
   ASSERT_TRUE(capture.camera(1).drifted);
-  capture.stand_as(file);
+  capture.set_truth(file);
 
   capture.run(20.0);
 
   EXPECT_FALSE(capture.camera(1).drifted);
 }
 
-TEST(DriftWatch, TellsASmallDriftBeforeTheMatcherLosesTheCamera) {
+TEST(DriftWatch, MeasuresASmallDriftBeforeTheMatcherLosesTheCamera) {
   const Rig file = eight_cameras();
   Capture capture(file, 7);
   Rig truth = file;
   truth[4] = bumped(truth[4], 0.06 * kDegree, 0.0);  // 1.1 px
-  capture.stand_as(truth);
+  capture.set_truth(truth);
 
   capture.run(15.0);
 
   EXPECT_NEAR(capture.camera(4).off_px, 1.1, 0.15);
-  EXPECT_NEAR(capture.camera(4).turned_rad / kDegree, 0.06, 0.05);  // a move of 4 mm looks much alike
+  EXPECT_NEAR(capture.camera(4).turned_rad / kDegree, 0.06, 0.05);  // a translation of 4 mm has about the same effect
   for (std::uint32_t i = 0; i < file.size(); ++i) {
     if (i == 4) continue;
     EXPECT_FALSE(capture.camera(i).drifted) << "camera " << i;

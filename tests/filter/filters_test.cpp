@@ -24,14 +24,14 @@ Seen<3> seen3(Random& random) {
   return {point, root * root.transpose() + 0.1 * Matrix<3>::Identity()};
 }
 
-/// The same problem by weighted least squares over the whole history: unknown are the first point and velocity and the
-/// acceleration in each step, each with its prior.
+/// The estimate by weighted least squares over the whole history. The unknowns are the first position, the first
+/// velocity and the acceleration in each step, each with its prior.
 Belief<3> batch(const std::vector<Seen<3>>& sightings, double dt, const KalmanSettings& settings, Matrix<3>& cov) {
   const int steps = static_cast<int>(sightings.size()) - 1;
   const int unknowns = 6 + 3 * steps;
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(unknowns, unknowns);
   Eigen::VectorXd rhs = Eigen::VectorXd::Zero(unknowns);
-  Eigen::MatrixXd state = Eigen::MatrixXd::Zero(6, unknowns);  // the state at the step, linear in the unknowns
+  Eigen::MatrixXd state = Eigen::MatrixXd::Zero(6, unknowns);  // state at step k as a linear function of the unknowns
   state.topLeftCorner(6, 6).setIdentity();
   Eigen::MatrixXd transition = Eigen::MatrixXd::Identity(6, 6);
   transition.topRightCorner(3, 3) = dt * Matrix<3>::Identity();
@@ -56,7 +56,7 @@ Belief<3> batch(const std::vector<Seen<3>>& sightings, double dt, const KalmanSe
   return {last.head<3>(), last.tail<3>(), last_cov.topLeftCorner(3, 3)};
 }
 
-TEST(Kalman, ForetellsTheGateThatItHasAfterThePrediction) {
+TEST(Kalman, ComputesTheGateOfALaterTimeWithoutPredicting) {
   Random random(17);
   KalmanSettings settings;
   settings.acceleration_per_speed = 6.0;
@@ -69,17 +69,17 @@ TEST(Kalman, ForetellsTheGateThatItHasAfterThePrediction) {
     filter.update(seen3(random));
   }
 
-  const Gate<3> foretold = filter.gate_in(0.03);
+  const Gate<3> gate_later = filter.gate_in(0.03);
   filter.predict(0.03);
 
-  // The same numbers in the same order, but for rounding.
-  EXPECT_LT((foretold.centre - filter.gate().centre).norm(), 1e-12);
-  EXPECT_LT((foretold.covariance - filter.gate().covariance).norm(), 1e-12 * foretold.covariance.norm());
+  // The tolerance is rounding.
+  EXPECT_LT((gate_later.centre - filter.gate().centre).norm(), 1e-12);
+  EXPECT_LT((gate_later.covariance - filter.gate().covariance).norm(), 1e-12 * gate_later.covariance.norm());
   const Seen<3> seen = seen3(random);
-  EXPECT_NEAR(foretold.distance2(seen), foretold.fit(seen).distance2, 1e-12 * foretold.fit(seen).distance2);
+  EXPECT_NEAR(gate_later.distance2(seen), gate_later.fit(seen).distance2, 1e-12 * gate_later.fit(seen).distance2);
 }
 
-TEST(Kalman, GivesWhatLeastSquaresOverTheWholeHistoryGives) {
+TEST(Kalman, AgreesWithLeastSquaresOverTheWholeHistory) {
   Random random(4);
   const double dt = 0.1;
   KalmanSettings settings;
@@ -103,7 +103,7 @@ TEST(Kalman, GivesWhatLeastSquaresOverTheWholeHistoryGives) {
   }
 }
 
-TEST(Kalman, SettlesOnTheGainsOfTheTrackingIndex) {
+TEST(Kalman, ConvergesToTheGainsOfTheTrackingIndex) {
   // Kalata (1984): with index L = s_a dt^2 / s_z, r = (4 + L - sqrt(8 L + L^2)) / 4, alpha = 1 - r^2,
   // beta = 2 (2 - alpha) - 4 sqrt(1 - alpha).
   const double dt = 0.02;
@@ -131,7 +131,7 @@ TEST(Kalman, SettlesOnTheGainsOfTheTrackingIndex) {
   }
 }
 
-TEST(Kalman, GrowsItsGateWhileNothingIsSeen) {
+TEST(Kalman, WidensItsGateWithoutMeasurements) {
   KalmanSettings settings;
   Kalman<3> kalman(settings, {Vector<3>::Zero(), Matrix<3>::Identity() * 1e-6});
   double before = 0.0;
@@ -144,7 +144,7 @@ TEST(Kalman, GrowsItsGateWhileNothingIsSeen) {
   }
 }
 
-TEST(Kalman, TrustsSightingsMoreAfterTheySurprisedIt) {
+TEST(Kalman, FollowsATurnBetterIfItsNoiseAdapts) {
   KalmanSettings calm;
   calm.acceleration_u_s2 = 1.0;
   KalmanSettings agile = calm;
@@ -166,8 +166,8 @@ TEST(Kalman, TrustsSightingsMoreAfterTheySurprisedIt) {
   EXPECT_LT(error_after_turn(agile), 0.7 * error_after_turn(calm));
 }
 
-TEST(AlphaBeta, FollowsAConstantVelocityWithoutErrorAndLagsBehindAnAcceleration) {
-  // Its lag under a constant acceleration a is a dt^2 (1 - alpha) / beta after the update: Kalata (1984).
+TEST(AlphaBeta, HasNoErrorAtConstantVelocityAndTheKnownLagUnderAcceleration) {
+  // The lag under a constant acceleration a is a dt^2 (1 - alpha) / beta after the update: Kalata (1984).
   AlphaBetaSettings settings;
   settings.alpha = 0.6;
   settings.beta = 0.3;
@@ -207,8 +207,8 @@ TEST(AlphaBeta, WidensItsGateWithSpeedAndWithMisses) {
   EXPECT_NEAR(filter.gate().centre.x(), 12.0, 1e-12);
 }
 
-TEST(Condensation, GivesTheKalmanPosteriorOnAverage) {
-  // The world is linear and normal, so that Kalman's belief is the true posterior.
+TEST(Condensation, AgreesWithTheKalmanPosteriorOnAverage) {
+  // The model is linear and Gaussian, so that the Kalman filter gives the exact posterior.
   KalmanSettings kalman_settings;
   kalman_settings.acceleration_u_s2 = 30.0;
   kalman_settings.birth_speed_u_s = 20.0;
@@ -244,13 +244,14 @@ TEST(Condensation, GivesTheKalmanPosteriorOnAverage) {
     covariance += condensation.belief().covariance / kSeeds;
   }
 
-  // A run of 256 particles is off by about an eighth of the posterior's deviation; 300 runs, and a bias of 1/256.
+  // The error of one run of 256 particles is about an eighth of the posterior standard deviation. The mean of 300 runs
+  // has a smaller error and a bias of 1/256.
   EXPECT_LT((mean - kalman.belief().point).norm(), 0.03 * sigma);
   EXPECT_LT((velocity - kalman.belief().velocity).norm(), 0.4);
   EXPECT_LT((covariance - kalman.belief().covariance).norm(), 0.06 * kalman.belief().covariance.norm());
 }
 
-TEST(Condensation, StartsAnewWhereASightingLeavesNoParticleAlive) {
+TEST(Condensation, SamplesAnewAroundAMeasurementFarFromAllParticles) {
   Condensation<2> condensation({}, {Vector<2>::Zero(), Matrix<2>::Identity() * 0.01});
   condensation.predict(0.01);
   const Vector<2> far(1e4, -1e4);
@@ -261,7 +262,7 @@ TEST(Condensation, StartsAnewWhereASightingLeavesNoParticleAlive) {
   EXPECT_TRUE(condensation.belief().covariance.allFinite());
 }
 
-TEST(Condensation, RepeatsItselfToTheBit) {
+TEST(Condensation, GivesEqualResultsInEqualRuns) {
   const auto run = [] {
     Condensation<3> condensation({}, {Vector<3>::Zero(), Matrix<3>::Identity()});
     for (int k = 0; k < 20; ++k) {
@@ -274,7 +275,7 @@ TEST(Condensation, RepeatsItselfToTheBit) {
   EXPECT_EQ(run(), run());
 }
 
-TEST(Gate, TellsTheLikelihoodOfANormalDensity) {
+TEST(Gate, HasTheCostOfANormalDensity) {
   Matrix<2> covariance;
   covariance << 2.0, 0.3, 0.3, 1.0;
   const Gate<2> gate{Vector<2>(1.0, 2.0), covariance};
@@ -282,7 +283,7 @@ TEST(Gate, TellsTheLikelihoodOfANormalDensity) {
 
   const auto fit = gate.fit(seen);
 
-  // Worked by hand: S = [2.5 .3; .3 1.5], det 3.66, off (1.5, -1): (1.5 * 2.25 + 2 * .3 * 1.5 + 2.5) / 3.66.
+  // Computed by hand: S = [2.5 .3; .3 1.5], det 3.66, off (1.5, -1): (1.5 * 2.25 + 2 * .3 * 1.5 + 2.5) / 3.66.
   EXPECT_NEAR(fit.distance2, (1.5 * 2.25 + 2.0 * 0.3 * 1.5 + 2.5) / 3.66, 1e-12);
   EXPECT_NEAR(fit.cost, fit.distance2 + std::log(3.66) + 2.0 * std::log(2.0 * M_PI), 1e-12);
 }

@@ -11,7 +11,7 @@
 namespace mocap::filter {
 namespace {
 
-/// Never adapts, as long as no innovation is larger than expected.
+/// Settings without adaptation, except for innovations that are larger than expected.
 IsotropicKalmanSettings fixed_noise(double acceleration, double birth_speed) {
   IsotropicKalmanSettings settings;
   settings.acceleration_u_s2 = acceleration;
@@ -21,8 +21,8 @@ IsotropicKalmanSettings fixed_noise(double acceleration, double birth_speed) {
   return settings;
 }
 
-/// The same problem on one axis by weighted least squares over the whole history: unknown are the first point and
-/// velocity and what each step adds to both.
+/// The estimate on one axis by weighted least squares over the whole history. The unknowns are the first position and
+/// velocity, and the process noise of each step.
 Eigen::Vector2d least_squares(const std::vector<double>& seen, double variance, double dt,
                               const IsotropicKalmanSettings& settings, Eigen::Matrix2d& covariance) {
   const auto steps = static_cast<int>(seen.size()) - 1;
@@ -51,7 +51,7 @@ Eigen::Vector2d least_squares(const std::vector<double>& seen, double variance, 
   return state * (all * right);
 }
 
-TEST(IsotropicKalman, GivesWhatLeastSquaresOverTheWholeHistoryGives) {
+TEST(IsotropicKalman, AgreesWithLeastSquaresOverTheWholeHistory) {
   Random random(11);
   const double dt = 0.04;
   const double variance = 0.25;
@@ -60,7 +60,7 @@ TEST(IsotropicKalman, GivesWhatLeastSquaresOverTheWholeHistoryGives) {
   std::vector<double> y{-2.0};
   IsotropicKalman<2> kalman(settings, {x[0], y[0]}, variance);
   for (int k = 1; k <= 20; ++k) {
-    // A fifth of the deviation that is expected: no innovation surprises.
+    // A fifth of the expected deviation, so that the noise does not adapt.
     x.push_back(1.0 + 0.3 * k + 0.1 * random.normal());
     y.push_back(-2.0 - 0.2 * k + 0.1 * random.normal());
     kalman.predict(dt);
@@ -81,7 +81,7 @@ TEST(IsotropicKalman, GivesWhatLeastSquaresOverTheWholeHistoryGives) {
   }
 }
 
-TEST(IsotropicKalman, GivesTheWorkedPosteriorOfOneSighting) {
+TEST(IsotropicKalman, GivesThePosteriorComputedByHand) {
   // By hand: P = [1 0; 0 4] at first; dt = 0.5, W = (2 x 0.5)^2 = 1.
   // pp = 1 + 0.25 x 4 + 0.25 / 3 = 25/12, pv = 0.5 x 4 + 0.5 / 2 = 9/4, vv = 4 + 1 = 5.
   // S = 25/12 + 11/12 = 3: gains 25/36 and 3/4; the innovation 0.6 is less than sqrt(3).
@@ -100,7 +100,7 @@ TEST(IsotropicKalman, GivesTheWorkedPosteriorOfOneSighting) {
   EXPECT_EQ(motion.point.y(), 0.0);
 }
 
-/// A filter that has seen 60 sightings of a point that moves steadily along x, 100 times a second.
+/// A filter after 60 measurements, at 100 Hz, of a point with constant velocity along x.
 IsotropicKalman<2> after_a_steady_second(const IsotropicKalmanSettings& settings, double speed) {
   IsotropicKalman<2> kalman(settings, {0.0, 0.0}, 1e-4);
   for (int k = 1; k <= 60; ++k) {
@@ -110,23 +110,24 @@ IsotropicKalman<2> after_a_steady_second(const IsotropicKalmanSettings& settings
   return kalman;
 }
 
-TEST(IsotropicKalman, FollowsASharpTurnAtOnce) {
+TEST(IsotropicKalman, FollowsASharpTurnInOneStep) {
   const IsotropicKalmanSettings settings;
   IsotropicKalman<2> kalman = after_a_steady_second(settings, 200.0);
 
-  // It turns back at the beginning of the step: 2 u further should be 2 u less, the innovation is -4 u.
+  // The point reverses at the start of the step: it moves by -2 u instead of 2 u, and the innovation is -4 u.
   kalman.predict(0.01);
   const Vector<2> before = kalman.motion().point;
   kalman.update(before - Vector<2>(4.0, 0.0), 1e-4);
 
-  // Gains 1 and 3/2 / dt, to what the sighting's own variance takes off: 1e-4 of 8.
+  // The gains are 1 and 3/2 / dt, reduced by the variance of the measurement: 1e-4 in 8.
   EXPECT_NEAR(kalman.motion().point.x(), before.x() - 4.0, 1e-3);
   EXPECT_NEAR(kalman.motion().velocity.x(), 200.0 - 1.5 * 4.0 / 0.01, 1.0);
-  // That the turn may have come at another time of the step is known: a deviation of half the innovation and more.
+  // The time of the turn within the step is unknown: the velocity has a standard deviation of half the innovation or
+  // more.
   EXPECT_GT(std::sqrt(kalman.motion().vv) * 0.01, 0.5 * 4.0);
 }
 
-TEST(IsotropicKalman, BecomesSharpWhileTheMotionIsSteady) {
+TEST(IsotropicKalman, ReducesItsNoiseDuringSteadyMotion) {
   const IsotropicKalmanSettings settings;
   IsotropicKalman<2> kalman(settings, {0.0, 0.0}, 1e-4);
   kalman.predict(0.01);
@@ -140,7 +141,7 @@ TEST(IsotropicKalman, BecomesSharpWhileTheMotionIsSteady) {
   EXPECT_LT(later.motion().pp, 0.1 * first);
 }
 
-TEST(IsotropicKalman, KnowsLessAndLessOfAHiddenPoint) {
+TEST(IsotropicKalman, IncreasesTheCovarianceOfAHiddenPoint) {
   IsotropicKalmanSettings settings;
   IsotropicKalman<3> kalman(settings, Vector<3>::Zero(), 1e-6);
   double before = 0.0;
@@ -153,7 +154,7 @@ TEST(IsotropicKalman, KnowsLessAndLessOfAHiddenPoint) {
   EXPECT_NEAR(kalman.since_seen_s(), 0.2, 1e-12);
 }
 
-TEST(InnovationCost, IsTheLikelihoodAtTheLikeliestVariance) {
+TEST(InnovationCost, IsTheCostAtTheVarianceOfGreatestLikelihood) {
   for (const double distance2 : {0.0, 0.5, 1.9, 2.1, 30.0, 4000.0}) {
     const double variance = 1.0;
     double best = 1e300;

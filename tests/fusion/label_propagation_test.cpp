@@ -14,30 +14,30 @@ namespace mocap::fusion {
 namespace {
 
 constexpr TrackId kTrack{7};
-constexpr Label kName{SubjectId{0}, 2};
-const Eigen::Vector3d kTracked(0.0, 0.0, 1.0);  // where its track leads to, not surely
-const Eigen::Vector3d kTold(0.1, 0.0, 1.0);     // where the body says that it is, more surely
+constexpr Label kLabel{SubjectId{0}, 2};
+const Eigen::Vector3d kPredictedByTrack(0.0, 0.0, 1.0);  // by its 3D track, less certain
+const Eigen::Vector3d kPredictedByBody(0.1, 0.0, 1.0);   // by the skeleton, more certain
 
-/// What a test says of the one marker, and what the row made of it.
+/// The input of a test about its one marker, and what the parts received.
 struct Script {
-  int cameras = 0;                      // see it
-  TrackId bearer;                       // the track that bears the name
-  bool called = false;                  // the matcher was told the name
-  Eigen::Vector3d place;                // and where to look for the track
-  bool ray = false;                     // the solver was told a ray of that name
-  bool ambiguous_observations = false;  // and what the labeller surmised
+  int cameras = 0;                      // number of cameras that see the marker
+  TrackId labelled_track;               // the track that the labeller gives the label
+  bool has_label = false;               // the matcher received the label
+  Eigen::Vector3d position;             // the matcher received this prediction
+  bool has_bearing = false;             // the solver received a bearing with the label
+  bool ambiguous_observations = false;  // the solver received the ambiguous observation
 };
 
 class ScriptedMatcher : public Matcher {
  public:
   explicit ScriptedMatcher(Script& script) : script_(script) {}
-  const Matches& match(const FrameSet&, const Expected& expected) override {
-    script_.called = expected.markers[0].label == kName;
-    script_.place = expected.markers[0].position.v;
+  const Matches& match(const FrameSet&, const Predictions& predicted) override {
+    script_.has_label = predicted.markers[0].label == kLabel;
+    script_.position = predicted.markers[0].position.v;
     matches_.bearing_only.clear();
     matches_.matches.clear();
     if (script_.cameras == 1) matches_.bearing_only.push_back({});
-    if (script_.cameras > 1) matches_.matches.push_back({}).expected = 0;
+    if (script_.cameras > 1) matches_.matches.push_back({}).prediction = 0;
     return matches_;
   }
 
@@ -48,57 +48,59 @@ class ScriptedMatcher : public Matcher {
 
 class OneTrack : public support::EmptyTracker {
  public:
-  void predict(Timestamp, Expected& into) const override {
-    ExpectedMarker& one = into.markers.push_back({});
+  OneTrack() {
+    PredictedMarker& one = predictions_.push_back({});
     one.track = kTrack;
-    one.position.v = kTracked;
+    one.position.v = kPredictedByTrack;
   }
+  const PredictedMarkers& predict(Timestamp) override { return predictions_; }
+
+ private:
+  PredictedMarkers predictions_;
 };
 
 class ScriptedLabeller : public support::EmptyLabeller {
  public:
   explicit ScriptedLabeller(Script& script) : script_(script) {
-    labels_.resize(1);
-    labels_[0].subject = kName.subject;
-    labels_[0].markers.resize(3);
+    labelling_.labels.resize(1);
+    labelling_.labels[0].subject = kLabel.subject;
+    labelling_.labels[0].markers.resize(3);
+    labelling_.ambiguous_observations.push_back({kLabel, {kPredictedByBody}});
   }
-  const Labels& label(const TrackedMarkers&, const Expected&) override {
-    labels_[0].markers[kName.marker].track = script_.bearer;
-    return labels_;
-  }
-  std::span<const AmbiguousObservation> ambiguous_observations() const override {
-    return {&ambiguous_observations_, 1};
+  const Labelling& label(const TrackedMarkers&, const Predictions&) override {
+    labelling_.labels[0].markers[kLabel.marker].track = script_.labelled_track;
+    return labelling_;
   }
 
  private:
   Script& script_;
-  Labels labels_;
-  AmbiguousObservation ambiguous_observations_{kName, {kTold}};
+  Labelling labelling_;
 };
 
 class ScriptedSolver : public support::EmptySolver {
  public:
-  explicit ScriptedSolver(Script& script) : script_(script) {}
-  const Poses& solve(Labels& labels, Timestamp at, std::span<const LabelledBearing> rays,
-                     std::span<const AmbiguousObservation> ambiguous_observations) override {
-    script_.ray = rays.size() == 1 && rays[0].label == kName;
-    script_.ambiguous_observations = ambiguous_observations.size() == 1 && ambiguous_observations[0].label == kName;
-    return EmptySolver::solve(labels, at, rays, ambiguous_observations);
-  }
-  void predict(Timestamp, Expected& into) const override {
-    ExpectedMarker& one = into.markers.push_back({});
-    one.label = kName;
-    one.position.v = kTold;
+  explicit ScriptedSolver(Script& script) : script_(script) {
+    PredictedMarker& one = predictions_.push_back({});
+    one.label = kLabel;
+    one.position.v = kPredictedByBody;
     one.covariance_m2 = 1e-4 * Eigen::Matrix3d::Identity();
   }
+  const SolvedSubjects& solve(const Labels& labels, Timestamp at, std::span<const LabelledBearing> rays,
+                              std::span<const AmbiguousObservation> ambiguous_observations) override {
+    script_.has_bearing = rays.size() == 1 && rays[0].label == kLabel;
+    script_.ambiguous_observations = ambiguous_observations.size() == 1 && ambiguous_observations[0].label == kLabel;
+    return EmptySolver::solve(labels, at, rays, ambiguous_observations);
+  }
+  const PredictedMarkers& predict(Timestamp) override { return predictions_; }
 
  private:
   Script& script_;
+  PredictedMarkers predictions_;
 };
 
-class FuseNames : public testing::Test {
+class LabelPropagation : public testing::Test {
  protected:
-  FuseNames() {
+  LabelPropagation() {
     FusionParts parts = support::empty_row();
     parts.matcher = std::make_unique<ScriptedMatcher>(script);
     parts.tracker = std::make_unique<OneTrack>();
@@ -106,9 +108,10 @@ class FuseNames : public testing::Test {
     parts.solver = std::make_unique<ScriptedSolver>(script);
     fusion.emplace(std::move(parts), 1U);
     view_.camera = CameraId{0};
-    script.bearer = kTrack;
+    view_.blobs.push_back({});
+    script.labelled_track = kTrack;
     step(2);
-    script.bearer = {};
+    script.labelled_track = {};
   }
   void step(int sets = 1) {
     for (int i = 0; i < sets; ++i) {
@@ -128,75 +131,75 @@ class FuseNames : public testing::Test {
   std::uint64_t number_ = 0;
 };
 
-TEST_F(FuseNames, ARayOfAHiddenMarkerKeepsItsNameAsLongAsOneCameraSeesIt) {
+TEST_F(LabelPropagation, KeepsTheLabelOfAHiddenMarkerWhileOneCameraSeesIt) {
   script.cameras = 1;
 
   step(200);
 
-  EXPECT_TRUE(script.called);
-  EXPECT_TRUE(script.ray);
+  EXPECT_TRUE(script.has_label);
+  EXPECT_TRUE(script.has_bearing);
 }
 
-TEST_F(FuseNames, WhatTheLabellerSurmisesReachesTheSolver) { EXPECT_TRUE(script.ambiguous_observations); }
+TEST_F(LabelPropagation, PassesAmbiguousObservationsToTheSolver) { EXPECT_TRUE(script.ambiguous_observations); }
 
-TEST_F(FuseNames, ANameOutlivesAMomentInWhichNoCameraSeesTheMarker) {
+TEST_F(LabelPropagation, KeepsTheLabelWhileNoCameraSeesTheMarkerForAMoment) {
   step(10);
-  EXPECT_TRUE(script.called);
+  EXPECT_TRUE(script.has_label);
   script.cameras = 1;
   step();
 
-  EXPECT_TRUE(script.ray);
+  EXPECT_TRUE(script.has_bearing);
 }
 
-TEST_F(FuseNames, ATrackThatNobodySawForLongHasNoNameAnyMore) {
+TEST_F(LabelPropagation, DropsTheLabelOfATrackThatNoCameraSawForLong) {
   step(30);
-  EXPECT_FALSE(script.called);
+  EXPECT_FALSE(script.has_label);
   script.cameras = 1;
   step();
 
-  EXPECT_FALSE(script.ray);
+  EXPECT_FALSE(script.has_bearing);
 }
 
-TEST_F(FuseNames, ANameOutlivesItsLastRayBy150Ms) {
+TEST_F(LabelPropagation, RetainsTheLabelFor150MsAfterTheLastBearing) {
   script.cameras = 1;
   step();
   script.cameras = 0;
 
-  step(18);  // the last of them 150 ms after the ray
-  EXPECT_TRUE(script.called);
+  step(18);  // the last of them 150 ms after the bearing
+  EXPECT_TRUE(script.has_label);
 
   step(2);
-  EXPECT_FALSE(script.called);
+  EXPECT_FALSE(script.has_label);
 }
 
-TEST_F(FuseNames, ANameThatLeftATrackThatTwoCamerasSeeIsNotKept) {
+TEST_F(LabelPropagation, DropsALabelThatLeftATrackThatTwoCamerasSee) {
   script.cameras = 2;
 
   step(2);
 
-  EXPECT_FALSE(script.called);
+  EXPECT_FALSE(script.has_label);
 }
 
-TEST_F(FuseNames, ANameThatAnotherTrackBearsIsNotKept) {
+TEST_F(LabelPropagation, DropsALabelThatAnotherTrackHas) {
   script.cameras = 1;
-  script.bearer = TrackId{8};
+  script.labelled_track = TrackId{8};
 
   step(2);
 
-  EXPECT_FALSE(script.called);
-  EXPECT_FALSE(script.ray);
+  EXPECT_FALSE(script.has_label);
+  EXPECT_FALSE(script.has_bearing);
 }
 
-TEST_F(FuseNames, AMarkerThatOneCameraSeesIsSoughtWhereTheBodySaysIfThatIsSurer) {
-  script.bearer = kTrack;
+TEST_F(LabelPropagation, SearchesABearingOnlyMarkerWhereTheMoreCertainSkeletonPredictsIt) {
+  script.labelled_track = kTrack;
   step();
-  EXPECT_EQ(script.place, kTracked);
-  script.bearer = {};
+  EXPECT_EQ(script.position, kPredictedByTrack);
+  script.labelled_track = {};
   script.cameras = 1;
 
   step(2);
 
-  EXPECT_EQ(script.place, kTold);
+  EXPECT_EQ(script.position, kPredictedByBody);
 }
 
 }  // namespace

@@ -1,28 +1,47 @@
-#include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
+#include <cstring>
 #include <memory>
 #include <random>
 #include <string>
 
 #include "base/expects.h"
 #include "clients/messages.h"
+#include "decode.h"
 #include "feed.h"
+#include "fuzz/fuzz_arguments.h"
+#include "mocap/v1/event.pb.h"
+#include "mocap/v1/health.pb.h"
 
-// Messages that a hostile feed could send to the C client: good ones with bytes changed, cut, doubled and joined, and
-// plain noise, each in memory of its own that ends with its last byte. Whatever the client then hands out is finite and
-// fits its description.
+// Fuzzes the C client with messages of a hostile feed: valid messages with bytes changed, removed, repeated and joined,
+// and random bytes. Each message is copied to a memory block of its exact size, so that the address sanitizer detects
+// reads beyond its end. Every frame that the client returns must be finite and match its description.
 //
-// usage: client_fuzz [SECONDS [SEED]]
+// usage: client_fuzz [COUNT [SEED]]
 
 namespace mocap::client {
 namespace {
 
 std::size_t below(std::mt19937_64& random, std::size_t end) { return end == 0 ? 0 : random() % end; }
 
-std::string good(std::mt19937_64& random) {
-  switch (below(random, 5)) {
+v1::Health health_report(std::mt19937_64& random) {
+  v1::Health said;
+  for (std::size_t i = below(random, 4); i > 0; --i) said.add_cameras()->set_name("north");
+  said.add_recordings()->set_path("take.jsonl");
+  said.add_latencies()->set_stage(v1::LATENCY_STAGE_TOTAL);
+  said.mutable_feed()->set_listeners(3);
+  return said;
+}
+
+std::string valid_message(std::mt19937_64& random) {
+  switch (below(random, 7)) {
+    case 4: return testing::envelope("health", health_report(random));
+    case 5: {
+      v1::Event said;
+      said.set_kind(v1::EVENT_KIND_SUBJECT_FOUND);
+      said.set_subject(static_cast<std::uint32_t>(below(random, 3)));
+      said.set_message(std::string(below(random, 600), 'e'));
+      return testing::envelope("event", said);
+    }
     case 0: return testing::description_message("mocap.v1", 1, below(random, 2) == 0 ? "a" : "b");
     case 1: return testing::two_bones_description();
     case 2: return testing::two_bones_snapshot({0, 0, 0, 1, 0, 0, 1, 0});
@@ -42,9 +61,12 @@ std::string good(std::mt19937_64& random) {
   }
 }
 
-std::string spoilt(std::mt19937_64& random) {
-  std::string message = good(random);
-  const std::size_t head = message.find('\0') + 1;
+// Bytes of the topic and its end.
+std::size_t head_of(const std::string& message) { return message.find('\0') + 1; }
+
+std::string damaged_message(std::mt19937_64& random) {
+  std::string message = valid_message(random);
+  const std::size_t head = head_of(message);
   for (std::size_t times = below(random, 6); times > 0 && message.size() > head; --times) {
     const std::size_t place = head + below(random, message.size() - head);
     switch (below(random, 5)) {
@@ -54,7 +76,10 @@ std::string spoilt(std::mt19937_64& random) {
         break;
       case 2: message.resize(place); break;
       case 3: message.insert(place, message, place, below(random, 40)); break;
-      default: message += good(random).substr(head);
+      default: {
+        const std::string joined = valid_message(random);
+        message.append(joined, head_of(joined));
+      }
     }
   }
   if (below(random, 8) == 0) {
@@ -88,18 +113,15 @@ void check(const Frame& frame) {
 
 int main(int argc, char** argv) {
   using namespace mocap::client;  // NOLINT: the program
-  const double seconds = argc > 1 ? std::atof(argv[1]) : 3.0;
-  const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
-  std::mt19937_64 random(seed);
-  Feed feed({"tcp://127.0.0.1:5570", "snapshot", MOCAP_AXES_UNREAL, 4, 1, false});
+  const mocap::fuzz::Arguments arguments(argc, argv);
+  std::mt19937_64 random(arguments.seed);
+  Feed feed({"tcp://127.0.0.1:5570", "snapshot", MOCAP_AXES_UNREAL, 4, 1});
   feed.note({.connected = true, .connections = 1});
   Frame frame;
-  unsigned long tries = 0;
   unsigned long frames = 0;
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-  for (; std::chrono::steady_clock::now() < end; ++tries) {
-    const std::string message = spoilt(random);
-    // A copy that ends with its last byte: what reads past it is found by the address sanitizer.
+  for (std::uint64_t tries = 0; tries < arguments.count; ++tries) {
+    const std::string message = damaged_message(random);
+    // A copy in a block of the exact size: the address sanitizer detects reads beyond its end.
     const std::unique_ptr<char[]> exact(new char[message.size()]);
     message.copy(exact.get(), message.size());
     const Now now{static_cast<std::int64_t>(tries) * 1'000'000,
@@ -109,9 +131,13 @@ int main(int argc, char** argv) {
       ++frames;
       check(frame);
     }
+    mocap_event event;
+    while (feed.next_event(event)) MOCAP_EXPECTS(std::memchr(event.message, 0, sizeof(event.message)) != nullptr);
+    Answer answer;
+    decode_answer({exact.get(), message.size()}, answer);
+    decode_answer({exact.get() + message.find('\0') + 1, message.size() - message.find('\0') - 1}, answer);
     if (tries % 64 == 0) feed.diagnose(now);
   }
-  std::printf("client_fuzz: %lu messages, %lu frames, seed %llu\n", tries, frames,
-              static_cast<unsigned long long>(seed));
+  arguments.print("messages");
   return frames > 0 ? 0 : 1;
 }

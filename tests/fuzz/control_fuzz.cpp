@@ -1,22 +1,20 @@
 #include <google/protobuf/stubs/logging.h>
 
-#include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <random>
 #include <string>
 
 #include "base/expects.h"
+#include "fuzz/fuzz_arguments.h"
 #include "mocap/v1/control.pb.h"
-#include "wire/control_codec.h"
-#include "wire/decode.h"
+#include "wire/codec/control_codec.h"
+#include "wire/codec/decode.h"
 
-// Requests of random bytes, and good ones with bytes changed, cut or added, as strangers may send them: each is read or
-// refused with a reason; what is read is in its bounds. The feed's own messages, too, which clients read by the same
-// code.
+// Fuzzes the decoders with requests of untrusted clients: random bytes, and valid requests with bytes damaged, removed
+// or added. Each request must be decoded within its bounds or rejected with a reason. Also decodes damaged messages of
+// the feed.
 //
-// usage: control_fuzz [SECONDS [SEED]]
+// usage: control_fuzz [COUNT [SEED]]
 
 namespace mocap::wire {
 namespace {
@@ -26,11 +24,11 @@ class Fuzz {
   explicit Fuzz(std::uint64_t seed) : random_(seed) {}
 
   void try_once() {
-    const std::string bytes = below(8) == 0 ? junk() : changed(good());
+    const std::string bytes = below(8) == 0 ? random_bytes() : damaged(valid_request());
     v1::Request request;
     if (request.ParseFromString(bytes)) check(decode(request));
     v1::Snapshot snapshot;
-    if (snapshot.ParseFromString(changed(good_snapshot()))) static_cast<void>(decode(snapshot));
+    if (snapshot.ParseFromString(damaged(valid_snapshot()))) static_cast<void>(decode(snapshot));
     v1::Description description;
     if (description.ParseFromString(bytes)) static_cast<void>(decode(description));
     v1::Health health;
@@ -48,13 +46,13 @@ class Fuzz {
     }
   }
 
-  std::string junk() {
+  std::string random_bytes() {
     std::string bytes(static_cast<std::size_t>(below(300)), '\0');
     for (char& byte : bytes) byte = static_cast<char>(random_());
     return bytes;
   }
 
-  std::string good() {
+  std::string valid_request() {
     v1::Request request;
     request.set_id(random_());
     switch (below(9)) {
@@ -84,7 +82,7 @@ class Fuzz {
     return request.SerializeAsString();
   }
 
-  std::string good_snapshot() {
+  std::string valid_snapshot() {
     v1::Snapshot snapshot;
     snapshot.mutable_instants()->set_exposed_at_ns(1);
     v1::SubjectState& subject = *snapshot.add_subjects();
@@ -99,13 +97,13 @@ class Fuzz {
     return snapshot.SerializeAsString();
   }
 
-  std::string changed(std::string bytes) {
+  std::string damaged(std::string bytes) {
     for (int i = below(4); i > 0 && !bytes.empty(); --i) {
       const auto at = random_() % bytes.size();
       switch (below(4)) {
         case 0: bytes[at] = static_cast<char>(random_()); break;
         case 1: bytes.resize(at); break;
-        case 2: bytes.insert(at, junk()); break;
+        case 2: bytes.insert(at, random_bytes()); break;
         default: bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(8)));
       }
     }
@@ -133,13 +131,9 @@ class Fuzz {
 
 int main(int argc, char** argv) {
   google::protobuf::SetLogHandler(nullptr);
-  const double seconds = argc > 1 ? std::atof(argv[1]) : 60.0;
-  mocap::wire::Fuzz fuzz(argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1);
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-  unsigned long count = 0;
-  for (; std::chrono::steady_clock::now() < end; count += 100) {
-    for (int i = 0; i < 100; ++i) fuzz.try_once();
-  }
-  std::printf("control_fuzz: %lu requests\n", count);
+  const mocap::fuzz::Arguments arguments(argc, argv);
+  mocap::wire::Fuzz fuzz(arguments.seed);
+  for (std::uint64_t i = 0; i < arguments.count; ++i) fuzz.try_once();
+  arguments.print("requests");
   return 0;
 }

@@ -1,8 +1,5 @@
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <memory>
 #include <random>
 #include <vector>
@@ -11,11 +8,13 @@
 #include "detect/blob_detector.h"
 #include "detect/kernels/detect_kernels.h"
 #include "detect/pixel_rows.h"
+#include "fuzz/fuzz_arguments.h"
 
-// Images of every format, of sizes and strides that fit and that lie, in memory that ends with their last byte: what
-// reads past it is found by the address sanitizer. Blobs must be finite and in the image.
+// Fuzzes the detector with images of every format, with right and wrong sizes and strides. Each image is in a memory
+// block of its exact size, so that the address sanitizer detects reads beyond its end. Blobs must be finite and inside
+// the image.
 //
-// usage: detect_fuzz [SECONDS [SEED]]
+// usage: detect_fuzz [COUNT [SEED]]
 
 namespace mocap::fuzz {
 namespace {
@@ -41,7 +40,7 @@ std::size_t row_bytes(PixelFormat format, int width_px) {
   }
 }
 
-/// Dark with bright patches, noise, or any bytes.
+/// Fills an image with bright patches on a dark background, with white, or with random bytes.
 void fill(std::mt19937_64& random, std::span<std::byte> bytes) {
   const int kind = below(random, 4);
   const auto dark = static_cast<std::byte>(below(random, 40));
@@ -85,7 +84,7 @@ void try_once(std::mt19937_64& random, const std::vector<const detect::DetectKer
   image.width_px = width;
   image.height_px = height;
   image.format = format;
-  // The most that any layout needs; then, now and then, less.
+  // The size that the format needs; in one of eight cases less.
   std::size_t size = image.stride_bytes * static_cast<std::size_t>(height - 1) + least;
   if (below(random, 8) == 0) size = random() % (size + 1);
   const auto memory = std::make_unique<std::byte[]>(std::max<std::size_t>(1, size));
@@ -98,15 +97,10 @@ void try_once(std::mt19937_64& random, const std::vector<const detect::DetectKer
 }  // namespace mocap::fuzz
 
 int main(int argc, char** argv) {
-  const double seconds = argc > 1 ? std::atof(argv[1]) : 60.0;
-  std::mt19937_64 random(argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1);
+  const mocap::fuzz::Arguments arguments(argc, argv);
+  std::mt19937_64 random(arguments.seed);
   const auto kernels = mocap::detect::all_kernels();
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-  unsigned long count = 0;
-  while (std::chrono::steady_clock::now() < end) {
-    for (int i = 0; i < 100; ++i) mocap::fuzz::try_once(random, kernels);
-    count += 100;
-  }
-  std::printf("detect_fuzz: %lu images\n", count);
+  for (std::uint64_t i = 0; i < arguments.count; ++i) mocap::fuzz::try_once(random, kernels);
+  arguments.print("images");
   return 0;
 }

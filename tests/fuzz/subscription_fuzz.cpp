@@ -1,8 +1,6 @@
 #include <zmq.h>
 
 #include <chrono>
-#include <cstdio>
-#include <cstdlib>
 #include <memory>
 #include <random>
 #include <string>
@@ -11,16 +9,17 @@
 #include "base/expects.h"
 #include "base/log.h"
 #include "base/time.h"
+#include "fuzz/fuzz_arguments.h"
 #include "model/description.h"
 #include "wire/subscriptions.h"
 #include "wire/zmq_publisher.h"
 #include "wire/zmq_subscriber.h"
 
-// Peers that subscribe to anything, end what they never began, send what is no subscription, and go in the middle of
-// it, against a real publisher whose description changes; and the same against Subscriptions alone, whose bounds must
-// hold and whose counts must come back to nought.
+// Fuzzes a real publisher, whose description changes, with peers that subscribe to random topics, end subscriptions
+// that they never made, send malformed messages and disconnect at any time. Also fuzzes Subscriptions alone: its bounds
+// must hold, and its counts must return to zero.
 //
-// usage: subscription_fuzz [SECONDS [SEED]]
+// usage: subscription_fuzz [COUNT [SEED]]
 
 namespace mocap::wire {
 namespace {
@@ -58,7 +57,7 @@ class Fuzz {
     try_alone();
   }
 
-  // Whoever behaves is told the description first, once the others have gone.
+  // After the hostile peers have gone, a normal subscriber must receive the description first.
   void check_still_well() {
     for (void* peer : peers_) zmq_close(peer);
     peers_.clear();
@@ -104,7 +103,7 @@ class Fuzz {
     MOCAP_EXPECTS(publisher_->describe(description).has_value());
   }
 
-  // A subscription more and more; at the end all are ended, and nobody is left.
+  // Adds many subscriptions, then ends them all; none may remain.
   void try_alone() {
     Subscriptions alone;
     alone.set_topics({std::string("snapshot\0", 9), std::string("subject/a\0", 10)});
@@ -134,16 +133,13 @@ class Fuzz {
 }  // namespace mocap::wire
 
 int main(int argc, char** argv) {
-  const double seconds = argc > 1 ? std::atof(argv[1]) : 60.0;
-  const auto seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
+  const mocap::fuzz::Arguments arguments(argc, argv);
   mocap::set_log_level(mocap::LogLevel::Error);
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-  unsigned long count = 0;
   {
-    mocap::wire::Fuzz fuzz(seed);
-    for (; std::chrono::steady_clock::now() < end; ++count) fuzz.try_once();
+    mocap::wire::Fuzz fuzz(arguments.seed);
+    for (std::uint64_t i = 0; i < arguments.count; ++i) fuzz.try_once();
     fuzz.check_still_well();
   }
-  std::printf("subscription_fuzz: %lu rounds\n", count);
+  arguments.print("rounds");
   return 0;
 }

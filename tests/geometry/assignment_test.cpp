@@ -13,29 +13,30 @@ namespace {
 
 using Columns = std::vector<std::uint32_t>;
 
-/// The smallest sum of costs over all assignments, by trying them all.
-double cheapest(std::size_t rows, std::size_t columns, const std::vector<AllowedPair>& pairs, double alone,
+/// The smallest sum of costs over all assignments, by brute force.
+double cheapest(std::size_t rows, std::size_t columns, const std::vector<AllowedPair>& pairs, double unassigned_cost,
                 std::size_t row = 0, std::uint32_t taken = 0) {
   if (row == rows) return 0.0;
-  double best = alone + cheapest(rows, columns, pairs, alone, row + 1, taken);
+  double best = unassigned_cost + cheapest(rows, columns, pairs, unassigned_cost, row + 1, taken);
   for (const AllowedPair& pair : pairs) {
     if (pair.row != row || ((taken >> pair.column) & 1U) != 0) continue;
-    best = std::min(best, pair.cost + cheapest(rows, columns, pairs, alone, row + 1, taken | (1U << pair.column)));
+    best = std::min(best,
+                    pair.cost + cheapest(rows, columns, pairs, unassigned_cost, row + 1, taken | (1U << pair.column)));
   }
   return best;
 }
 
-/// The sum of costs of what was assigned; fails where a column is used twice or a pair was not allowed.
-double cost_of(std::span<const std::uint32_t> assigned, const std::vector<AllowedPair>& pairs, double alone) {
+/// The sum of costs of an assignment; infinite if a pair is not allowed. Fails if a column is assigned twice.
+double cost_of(std::span<const std::uint32_t> assigned, const std::vector<AllowedPair>& pairs, double unassigned_cost) {
   double sum = 0.0;
-  Columns used;
+  Columns used_columns;
   for (std::uint32_t row = 0; row < assigned.size(); ++row) {
     if (assigned[row] == Assigner::kAlone) {
-      sum += alone;
+      sum += unassigned_cost;
       continue;
     }
-    EXPECT_EQ(std::count(used.begin(), used.end(), assigned[row]), 0) << "column used twice";
-    used.push_back(assigned[row]);
+    EXPECT_EQ(std::count(used_columns.begin(), used_columns.end(), assigned[row]), 0) << "column assigned twice";
+    used_columns.push_back(assigned[row]);
     double pair_cost = std::numeric_limits<double>::infinity();
     for (const AllowedPair& pair : pairs) {
       if (pair.row == row && pair.column == assigned[row]) pair_cost = std::min(pair_cost, pair.cost);
@@ -67,17 +68,18 @@ TEST(Assigner, FindsTheCheapestOfAllAssignmentsOnSmallCases) {
     const auto rows = static_cast<std::uint32_t>(random() % 7 + 1);
     const auto columns = static_cast<std::uint32_t>(random() % 7 + 1);
     const double density = 0.15 + 0.2 * static_cast<double>(trial % 5);
-    const double alone = static_cast<double>(trial % 4) * 3.0 - 1.0;
+    const double unassigned_cost = static_cast<double>(trial % 4) * 3.0 - 1.0;
     const std::vector<AllowedPair> pairs = random_pairs(random, rows, columns, density, trial % 2 == 0);
 
-    const auto assigned = assigner.assign(rows, columns, pairs, alone);
+    const auto assigned = assigner.assign(rows, columns, pairs, unassigned_cost);
 
     ASSERT_EQ(assigned.size(), rows);
-    ASSERT_NEAR(cost_of(assigned, pairs, alone), cheapest(rows, columns, pairs, alone), 1e-9) << "trial " << trial;
+    ASSERT_NEAR(cost_of(assigned, pairs, unassigned_cost), cheapest(rows, columns, pairs, unassigned_cost), 1e-9)
+        << "trial " << trial;
   }
 }
 
-TEST(Assigner, PrefersTheBestSumToTheNearestPair) {
+TEST(Assigner, PrefersTheLeastSumToTheCheapestPair) {
   Assigner assigner(2, 2, 4);
   const std::vector<AllowedPair> pairs{{0, 0, 1.0}, {0, 1, 2.0}, {1, 0, 1.5}};
 
@@ -86,14 +88,14 @@ TEST(Assigner, PrefersTheBestSumToTheNearestPair) {
   EXPECT_EQ(Columns(assigned.begin(), assigned.end()), (Columns{1, 0}));
 }
 
-TEST(Assigner, LeavesARowAloneRatherThanPayMoreThanThatCosts) {
+TEST(Assigner, LeavesARowUnassignedIfItsPairCostsAtLeastAsMuch) {
   Assigner assigner(1, 1, 1);
 
   EXPECT_EQ(assigner.assign(1, 1, std::vector<AllowedPair>{{0, 0, 4.0}}, 4.0)[0], Assigner::kAlone);
   EXPECT_EQ(assigner.assign(1, 1, std::vector<AllowedPair>{{0, 0, 3.9}}, 4.0)[0], 0U);
 }
 
-TEST(Assigner, GivesNothingForNothing) {
+TEST(Assigner, AcceptsNoRowsAndNoColumns) {
   Assigner assigner(3, 3, 9);
 
   EXPECT_TRUE(assigner.assign(0, 3, {}, 1.0).empty());
@@ -103,8 +105,8 @@ TEST(Assigner, GivesNothingForNothing) {
 }
 
 TEST(Assigner, FindsTheIdentityAmongAHundredCrowdedRows) {
-  // Points on a line, 1 apart, each 0.2 off: squared distances add up least for the identity, since the order of points
-  // on a line is never worth changing under a convex cost.
+  // Points on a line at distances of 1, each displaced by 0.2. The identity has the least sum of squared distances,
+  // because a convex cost never favours a change of the order on a line.
   std::vector<AllowedPair> pairs;
   for (std::uint32_t row = 0; row < 100; ++row) {
     for (std::uint32_t column = 0; column < 100; ++column) {

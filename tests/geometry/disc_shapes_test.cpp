@@ -9,11 +9,11 @@ namespace {
 
 struct Moments {
   double area = 0.0;
-  double x = 0.0;  ///< middle
+  double x = 0.0;  ///< centroid
   double roundness = 0.0;
 };
 
-/// Counts the points of a fine grid that lie inside.
+/// Moments of a shape by counting the points of a fine grid inside it.
 template <class Inside>
 Moments count(Inside&& inside) {
   constexpr int kPoints = 1200;
@@ -36,7 +36,7 @@ Moments count(Inside&& inside) {
   return {n * step * step, mean, std::sqrt(std::min(ratio, 1.0 / ratio))};
 }
 
-TEST(TwoDiscs, TellsTheDistanceFromWhatCountingPointsGives) {
+TEST(TwoDiscs, GivesTheDistanceFromMomentsOfCountedPoints) {
   const TwoDiscs discs;
   for (const double distance : {0.0, 0.1, 0.45, 1.0, 1.6, 1.95, 2.4}) {
     const double half = 0.5 * distance;
@@ -44,13 +44,13 @@ TEST(TwoDiscs, TellsTheDistanceFromWhatCountingPointsGives) {
       return (x - half) * (x - half) + y * y < 1.0 || (x + half) * (x + half) + y * y < 1.0;
     });
 
-    // A step of the table is 0.05; the area is flat near two radii, the counted points are good to 1e-3.
+    // A step of the table is 0.05. The area changes little near two radii, and counted points are accurate to 1e-3.
     EXPECT_NEAR(discs.distance_from_area(seen.area / M_PI), std::min(distance, 2.0), 0.02) << distance;
     EXPECT_NEAR(discs.distance_from_roundness(seen.roundness), distance, 0.01) << distance;
   }
 }
 
-TEST(TwoDiscs, KeepsToItsRangeOutsideOfIt) {
+TEST(TwoDiscs, ClampsToItsRange) {
   const TwoDiscs discs;
   EXPECT_EQ(discs.distance_from_area(0.3), 0.0);
   EXPECT_EQ(discs.distance_from_area(7.0), 2.0);
@@ -58,7 +58,7 @@ TEST(TwoDiscs, KeepsToItsRangeOutsideOfIt) {
   EXPECT_EQ(discs.distance_from_roundness(0.0), TwoDiscs::kMax);
 }
 
-TEST(CutDisc, TellsTheCentreFromWhatCountingPointsGives) {
+TEST(CutDisc, GivesTheCentreFromMomentsOfCountedPoints) {
   const CutDisc cut;
   for (const double edge : {-0.7, -0.4, 0.0, 0.3, 0.6, 0.9}) {
     const Moments seen = count([&](double x, double y) { return x * x + y * y < 1.0 && x < edge; });
@@ -70,7 +70,7 @@ TEST(CutDisc, TellsTheCentreFromWhatCountingPointsGives) {
   }
 }
 
-TEST(CutDisc, IsAWholeDiscWhereNothingIsHidden) {
+TEST(CutDisc, IsAWholeDiscIfNothingIsHidden) {
   const CutDisc cut;
   EXPECT_EQ(cut.shape(1.3).offset, 0.0);
   EXPECT_EQ(cut.shape(1.0).roundness, 1.0);

@@ -18,7 +18,7 @@ NormalizedPoint seen(const CameraModel& camera, const Vector3d& point) {
   return {(camera.camera_from_world * WorldPoint{point}).v.hnormalized()};
 }
 
-TEST(EpipolarLine, GoesThroughWhatTheOtherCameraSees) {
+TEST(EpipolarLine, ContainsTheProjectionInTheOtherCamera) {
   std::mt19937 random(1);
   const auto a = camera_at({4.0, 0.0, 2.5});
   const auto b = camera_at({1.0, 3.0, 2.0});
@@ -33,7 +33,7 @@ TEST(EpipolarLine, GoesThroughWhatTheOtherCameraSees) {
   }
 }
 
-TEST(EpipolarLine, IsTheOneThatOpenCvDraws) {
+TEST(EpipolarLine, EqualsThatOfOpenCv) {
   std::mt19937 random(2);
   const auto a = camera_at({4.0, 0.0, 2.5});
   const auto b = camera_at({1.0, 3.0, 2.0});
@@ -43,7 +43,7 @@ TEST(EpipolarLine, IsTheOneThatOpenCvDraws) {
     for (int j = 0; j < 3; ++j) reference_f(i, j) = f(i, j);
   }
   for (const Vector3d& point : test::cloud(20, random)) {
-    // Pixels without distortion: ray times focal length plus image centre.
+    // Undistorted pixels: ray times focal length plus principal point.
     const auto pixel = [&](const CameraModel& c) {
       const auto ray = seen(c, point);
       return Eigen::Vector2d(ray.v.x() * c.lens.fx_px + c.lens.cx_px, ray.v.y() * c.lens.fy_px + c.lens.cy_px);
@@ -57,7 +57,7 @@ TEST(EpipolarLine, IsTheOneThatOpenCvDraws) {
   }
 }
 
-TEST(EpipolarLine, IsNoneForARayIntoTheOtherCamera) {
+TEST(EpipolarLine, IsZeroForARayThroughTheOtherCamera) {
   const auto a = camera_at({4.0, 0.0, 1.0});
   const auto b = camera_at({-4.0, 0.0, 1.0});
   const auto e = essential(a.camera_from_world, b.camera_from_world);

@@ -8,7 +8,7 @@
 namespace mocap::geometry {
 namespace {
 
-Lens bent(LensKind kind) {
+Lens distorted_lens(LensKind kind) {
   Lens lens{kind, 900.0, 910.0, 652.0, 500.0, {}};
   if (kind == LensKind::Fisheye) {
     lens.distortion << 0.05, -0.01, 0.004, -0.001, 0.0;
@@ -22,8 +22,8 @@ cv::Matx33d matrix(const Lens& lens) { return {lens.fx_px, 0, lens.cx_px, 0, len
 
 class BothLenses : public testing::TestWithParam<LensKind> {};
 
-TEST_P(BothLenses, DistortAsOpenCvDoes) {
-  const Lens lens = bent(GetParam());
+TEST_P(BothLenses, DistortLikeOpenCv) {
+  const Lens lens = distorted_lens(GetParam());
   for (double x = -0.6; x <= 0.6; x += 0.2) {
     for (double y = -0.5; y <= 0.5; y += 0.25) {
       std::vector<cv::Point2d> reference;
@@ -46,7 +46,7 @@ TEST_P(BothLenses, DistortAsOpenCvDoes) {
 }
 
 TEST_P(BothLenses, UndistortFindsTheRayOfEveryPixelOfTheImage) {
-  const Lens lens = bent(GetParam());
+  const Lens lens = distorted_lens(GetParam());
   for (int x = 0; x <= 1280; x += 128) {
     for (int y = 0; y <= 1024; y += 128) {
       const PixelPoint pixel{{x, y}};
@@ -57,8 +57,8 @@ TEST_P(BothLenses, UndistortFindsTheRayOfEveryPixelOfTheImage) {
   }
 }
 
-TEST_P(BothLenses, TellTheSlopeThatDifferencesShow) {
-  const Lens lens = bent(GetParam());
+TEST_P(BothLenses, HaveTheDerivativeOfFiniteDifferences) {
+  const Lens lens = distorted_lens(GetParam());
   constexpr double kStep = 1e-5;
   for (double x = -0.6; x <= 0.61; x += 0.2) {
     for (double y = -0.5; y <= 0.51; y += 0.25) {
@@ -68,13 +68,14 @@ TEST_P(BothLenses, TellTheSlopeThatDifferencesShow) {
       Eigen::Matrix2d by_differences;
       by_differences << (distort(lens, {{x + kStep, y}}).v - distort(lens, {{x - kStep, y}}).v) / (2.0 * kStep),
           (distort(lens, {{x, y + kStep}}).v - distort(lens, {{x, y - kStep}}).v) / (2.0 * kStep);
-      EXPECT_LT((at.px_from_ray - by_differences).norm(), 1e-5) << x << " " << y;  // px; of 900, the step squared
+      EXPECT_LT((at.px_from_ray - by_differences).norm(), 1e-5)
+          << x << " " << y;  // px; focal length 900 px, error quadratic in the step
     }
   }
 }
 
 TEST_P(BothLenses, UndistortToAMillionthOfAPixelAtTheBorder) {
-  const Lens lens = bent(GetParam());
+  const Lens lens = distorted_lens(GetParam());
   for (double along = 0.0; along <= 1.0; along += 0.05) {
     const Eigen::Vector2d corner(1279.5, 1023.5);
     for (const Eigen::Vector2d& at :
@@ -89,7 +90,7 @@ TEST_P(BothLenses, UndistortToAMillionthOfAPixelAtTheBorder) {
 
 INSTANTIATE_TEST_SUITE_P(Lens, BothLenses, testing::Values(LensKind::Pinhole, LensKind::Fisheye));
 
-TEST(Undistort, GivesNoRayWhereTheImageFoldsOver) {
+TEST(Undistort, GivesNoRayWhereTheDistortionFoldsTheImage) {
   Lens lens{LensKind::Pinhole, 500.0, 500.0, 320.0, 240.0, {}};
   lens.distortion << -0.5, 0.0, 0.0, 0.0, 0.0;  // r (1 - r^2 / 2) never exceeds 0.544
 
@@ -98,7 +99,7 @@ TEST(Undistort, GivesNoRayWhereTheImageFoldsOver) {
 
 TEST(Project, SeesNothingBehindTheCamera) {
   CameraModel camera;
-  camera.lens = bent(LensKind::Pinhole);
+  camera.lens = distorted_lens(LensKind::Pinhole);
 
   EXPECT_FALSE(project(camera, {{0.0, 0.0, -2.0}}));
   EXPECT_TRUE(project(camera, {{0.0, 0.0, 2.0}}));

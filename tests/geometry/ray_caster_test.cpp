@@ -14,29 +14,29 @@
 namespace mocap::geometry {
 namespace {
 
-CameraModel camera_of(LensKind kind, double bend) {
+CameraModel camera_of(LensKind kind, double strength) {
   CameraModel camera = test::camera_at({4.0, 0.0, 2.5});
   camera.lens.kind = kind;
   if (kind == LensKind::Fisheye) camera.lens.distortion << 0.05, -0.01, 0.004, -0.001, 0.0;
-  camera.lens.distortion *= bend;
+  camera.lens.distortion *= strength;
   return camera;
 }
 
-struct Bent {
+struct DistortedLens {
   LensKind kind;
-  double bend;
+  double strength;
 };
 
-std::ostream& operator<<(std::ostream& out, const Bent& lens) {
-  return out << (lens.kind == LensKind::Fisheye ? "fisheye " : "pinhole ") << lens.bend;
+std::ostream& operator<<(std::ostream& out, const DistortedLens& lens) {
+  return out << (lens.kind == LensKind::Fisheye ? "fisheye " : "pinhole ") << lens.strength;
 }
 
-class RayCasterOf : public testing::TestWithParam<Bent> {};
+class RayCasterOf : public testing::TestWithParam<DistortedLens> {};
 
-TEST_P(RayCasterOf, UndoesTheLensEverywhereInTheImageAndTellsItsSlope) {
-  const CameraModel camera = camera_of(GetParam().kind, GetParam().bend);
+TEST_P(RayCasterOf, CorrectsDistortionInTheWholeImageAndGivesTheDerivative) {
+  const CameraModel camera = camera_of(GetParam().kind, GetParam().strength);
   std::mt19937 random(1);
-  std::uniform_real_distribution<double> x(-5.0, camera.width_px + 4.0);  // a little outside too
+  std::uniform_real_distribution<double> x(-5.0, camera.width_px + 4.0);  // includes pixels outside the image
   std::uniform_real_distribution<double> y(-5.0, camera.height_px + 4.0);
   for (int i = 0; i < 5000; ++i) {
     const PixelPoint pixel{{x(random), y(random)}};
@@ -45,18 +45,18 @@ TEST_P(RayCasterOf, UndoesTheLensEverywhereInTheImageAndTellsItsSlope) {
 
     ASSERT_TRUE(ray) << pixel.v.transpose();
     EXPECT_LT((distort(camera.lens, ray->point).v - pixel.v).norm(), 1e-6) << pixel.v.transpose();
-    const Eigen::Vector2d turn(1e-4, -2e-4);
-    const Eigen::Vector2d moved = distort(camera.lens, {ray->point.v + turn}).v - pixel.v;
-    EXPECT_LT((ray->px_from_ray * turn - moved).norm(), 1e-3 * moved.norm()) << pixel.v.transpose();
+    const Eigen::Vector2d step(1e-4, -2e-4);
+    const Eigen::Vector2d moved = distort(camera.lens, {ray->point.v + step}).v - pixel.v;
+    EXPECT_LT((ray->px_from_ray * step - moved).norm(), 1e-3 * moved.norm()) << pixel.v.transpose();
   }
 }
 
-TEST_P(RayCasterOf, CastsManyAtOnceAsWellAsEachAlone) {
-  const CameraModel camera = camera_of(GetParam().kind, GetParam().bend);
+TEST_P(RayCasterOf, CastsManyPixelsAsPreciselyAsEachAlone) {
+  const CameraModel camera = camera_of(GetParam().kind, GetParam().strength);
   const RayCaster caster(camera);
   std::vector<double> u;
   std::vector<double> v;
-  for (double y = -3.5; y < camera.height_px + 4.0; y += 20.25) {  // all along the border too, and a little outside
+  for (double y = -3.5; y < camera.height_px + 4.0; y += 20.25) {  // includes the border and pixels outside the image
     for (double x = -3.5; x < camera.width_px + 4.0; x += 20.25) {
       u.push_back(x);
       v.push_back(y);
@@ -76,11 +76,11 @@ TEST_P(RayCasterOf, CastsManyAtOnceAsWellAsEachAlone) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Lenses, RayCasterOf,
-                         testing::Values(Bent{LensKind::Pinhole, 0.0}, Bent{LensKind::Pinhole, 1.0},
-                                         Bent{LensKind::Pinhole, 1.6}, Bent{LensKind::Fisheye, 1.0},
-                                         Bent{LensKind::Fisheye, 3.0}));
+                         testing::Values(DistortedLens{LensKind::Pinhole, 0.0}, DistortedLens{LensKind::Pinhole, 1.0},
+                                         DistortedLens{LensKind::Pinhole, 1.6}, DistortedLens{LensKind::Fisheye, 1.0},
+                                         DistortedLens{LensKind::Fisheye, 3.0}));
 
-TEST(RayCaster, GivesNoRayWhereTheImageFoldsOver) {
+TEST(RayCaster, GivesNoRayWhereTheDistortionFoldsTheImage) {
   CameraModel camera;
   camera.width_px = 640;
   camera.height_px = 480;
@@ -104,7 +104,7 @@ TEST(RayCaster, GivesNoRayWhereTheImageFoldsOver) {
       1e-6);
 }
 
-TEST(RayCaster, GivesNoRayForNoPixel) {
+TEST(RayCaster, GivesNoRayForAPixelThatIsNotFinite) {
   const RayCaster caster(camera_of(LensKind::Pinhole, 1.0));
 
   EXPECT_FALSE(ray_of(camera_of(LensKind::Pinhole, 1.0).lens, {{std::numeric_limits<double>::quiet_NaN(), 3.0}}));

@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 using test::camera_at;
 using test::ring;
 
-// Cameras, and what each of them saw of one point.
+// Several cameras and the noisy view of one point in each.
 struct Seen {
   Rig rig;
   std::vector<CameraRows> rows;
@@ -62,7 +62,8 @@ struct Seen {
 
 constexpr std::array<double, 3> kSigmas_px{0.05, 0.2, 0.3};
 
-// The distance in the image in standard deviations, for Ceres to square: the whole lens, no slope of it.
+// Residual for Ceres: the reprojection error in standard deviations, with the full lens model instead of its
+// derivative.
 struct Reprojection {
   const CameraModel* camera;
   PixelPoint pixel;
@@ -109,13 +110,13 @@ TEST(RayQuadric, IsTheSquaredReprojectionErrorOfAnyPoint) {
 
     const double off_px = std::sqrt(form) / depth * seen.sigma_px[c];
 
-    // Half a pixel off; the slope of the lens changes by a thousandth over that.
+    // The error is half a pixel, and the derivative of the lens changes by a thousandth over half a pixel.
     const double truth_px = (project(seen.rig[c], {near})->v - seen.pixels[c].v).norm();
     EXPECT_NEAR(off_px, truth_px, 2e-3 * truth_px) << c;
   }
 }
 
-TEST(RayQuadric, IsTheSameForManyRaysAsForOne) {
+TEST(RayQuadric, IsTheSameForManyRaysAsForEachAlone) {
   std::mt19937 random(2);
   const Seen seen(ring(1), {0.1, 0.2, 1.0}, kSigmas_px, random);
   RayColumns rays(3);
@@ -155,15 +156,15 @@ TEST(AgreeOnQuadrics, FindsThePointThatCeresFinds) {
         const Vector3d off = found.point.v - best;
         return std::sqrt(off.dot(found.covariance_m2.inverse() * off));
       };
-      // In standard deviations. From 4 cm off, which is 1 % of the depth, the weights are 2 % wrong: of the rms of the
-      // error that is a thousandth. From near by it is error over focal length, 3e-4.
+      // In standard deviations. A start 4 cm off, which is 1 % of the depth, makes the weights wrong by 2 %. From a
+      // near start the error is reprojection error over focal length, 3e-4.
       EXPECT_LT(sigmas_off(agreed->refined), 0.05) << cameras;
       EXPECT_LT(sigmas_off(again->refined), 0.005) << cameras;
     }
   }
 }
 
-TEST(AgreeOnQuadrics, PromisesTheCovarianceThatTheErrorsHave) {
+TEST(AgreeOnQuadrics, HasErrorsThatAgreeWithItsCovariance) {
   std::mt19937 random(4);
   const Rig rig = ring(4);
   double nees = 0.0;
@@ -180,7 +181,7 @@ TEST(AgreeOnQuadrics, PromisesTheCovarianceThatTheErrorsHave) {
   EXPECT_NEAR(nees / 3000, 3.0, 0.14);
 }
 
-TEST(AgreeOnQuadrics, GetsThereFromAStartHalfAMetreOff) {
+TEST(AgreeOnQuadrics, ConvergesFromAStartHalfAMetreOff) {
   std::mt19937 random(5);
   const Vector3d point(0.2, 0.3, 1.1);
   const Seen seen(ring(6), point, kSigmas_px, random);
@@ -191,12 +192,13 @@ TEST(AgreeOnQuadrics, GetsThereFromAStartHalfAMetreOff) {
   const auto from_far = agree(far, {point + Vector3d(0.3, -0.3, 0.25)}, {2.0, 4.0});
 
   ASSERT_TRUE(from_near && from_far);
-  EXPECT_LT((from_near->refined.point.v - from_far->refined.point.v).norm(), 2e-6);  // m; a sigma is 2e-4
+  EXPECT_LT((from_near->refined.point.v - from_far->refined.point.v).norm(),
+            2e-6);  // m; the standard deviation is 2e-4
 }
 
-// A view that is wrong and sure of itself drags the point so far that each of the others looks worse than it. Only
-// trying to do without each in turn tells them apart.
-TEST(AgreeOnQuadrics, LeavesOutTheWrongViewWhereARightOneLooksWorse) {
+// An outlier with a small sigma moves the point so far that another view may have the largest error. Only leaving out
+// each view in direction identifies the outlier.
+TEST(AgreeOnQuadrics, RemovesTheOutlierEvenIfAnotherViewHasALargerError) {
   std::mt19937 random(6);
   std::uniform_real_distribution<double> angle(0.0, 6.28);
   const Agreement agreement{0.2, 4.0};
@@ -208,10 +210,10 @@ TEST(AgreeOnQuadrics, LeavesOutTheWrongViewWhereARightOneLooksWorse) {
     std::array<double, 4> sigmas{0.3, 0.3, 0.3, 0.3};
     sigmas[wrong] = 0.05;
     Seen seen(ring(4), point, sigmas, random);
-    const double turn = angle(random);
-    seen.pixels[wrong].v += 15.0 * Vector2d(std::cos(turn), std::sin(turn));
+    const double direction = angle(random);
+    seen.pixels[wrong].v += 15.0 * Vector2d(std::cos(direction), std::sin(direction));
     seen.cast();
-    // Where, of all four, another lies farthest off for what it is allowed.
+    // Cases in which another view has the largest ratio of error to limit at the optimum of all four views.
     const Vector3d of_all = optimum(seen, point);
     const auto excess = [&](std::size_t c) {
       return (project(seen.rig[c], {of_all})->v - seen.pixels[c].v).norm() / std::hypot(0.2, 4.0 * sigmas[c]);
@@ -228,7 +230,7 @@ TEST(AgreeOnQuadrics, LeavesOutTheWrongViewWhereARightOneLooksWorse) {
   }
 
   EXPECT_GE(misleading, 100);
-  EXPECT_GE(right, misleading * 95 / 100);  // in few directions another choice agrees as well
+  EXPECT_GE(right, misleading * 95 / 100);  // in a few directions another subset agrees as well
 }
 
 TEST(AgreeOnQuadrics, KeepsTheSubsetThatBruteForceOverAllSubsetsFinds) {
@@ -240,8 +242,8 @@ TEST(AgreeOnQuadrics, KeepsTheSubsetThatBruteForceOverAllSubsetsFinds) {
     const std::array<double, 1> sigma{0.1};
     Seen seen(ring(6), point, sigma, random);
     for (const std::size_t wrong : {static_cast<std::size_t>(k % 6), static_cast<std::size_t>((k + 2) % 6)}) {
-      const double turn = angle(random);
-      seen.pixels[wrong].v += 20.0 * Vector2d(std::cos(turn), std::sin(turn));
+      const double direction = angle(random);
+      seen.pixels[wrong].v += 20.0 * Vector2d(std::cos(direction), std::sin(direction));
     }
     seen.cast();
     const Agreement agreement{1.0, 4.0};
@@ -254,7 +256,7 @@ TEST(AgreeOnQuadrics, KeepsTheSubsetThatBruteForceOverAllSubsetsFinds) {
         if ((subset >> c & 1U) == 0) continue;
         some.push_back({&seen.rig[c].camera_from_world, seen.rays[c].point, seen.rays[c].px_from_ray, 0.1, c});
       }
-      const auto found = agree(some, agreement);  // the other way: by sightings
+      const auto found = agree(some, agreement);  // the implementation for Sighting
       if (found && found->kept == some.size()) best = subset;
     }
     auto sightings = seen.sightings();
@@ -266,7 +268,7 @@ TEST(AgreeOnQuadrics, KeepsTheSubsetThatBruteForceOverAllSubsetsFinds) {
     same += kept == best ? 1 : 0;
   }
 
-  EXPECT_GE(same, 97);  // one at a time is not all subsets
+  EXPECT_GE(same, 97);  // removing one view at a time does not test all subsets
 }
 
 TEST(AgreeOnQuadrics, GivesNoPointBetweenTwoCamerasThatFaceEachOther) {
@@ -277,16 +279,16 @@ TEST(AgreeOnQuadrics, GivesNoPointBetweenTwoCamerasThatFaceEachOther) {
 
   const auto agreed = agree(sightings, {{0.3, 0.0, 1.0}}, {2.0, 4.0});
 
-  // Nothing, or a covariance that says so: the depth is known no better than 10 cm.
+  // No point, or a covariance of more than 10 cm along the depth.
   EXPECT_TRUE(!agreed || agreed->refined.covariance_m2(0, 0) > 0.01);
 }
 
-TEST(AgreeOnQuadrics, LeavesOutACameraThatThePointIsBehind) {
+TEST(AgreeOnQuadrics, RemovesACameraThatHasThePointBehindIt) {
   std::mt19937 random(9);
   const std::array<double, 1> sigma{0.1};
   const Vector3d point(0.0, 0.1, 1.0);
   Seen seen(ring(4), point, sigma, random);
-  seen.rig[2].camera_from_world = test::look_at({0.5, 0.1, 1.0}, {4.0, 0.3, 1.0});  // looks away from it
+  seen.rig[2].camera_from_world = test::look_at({0.5, 0.1, 1.0}, {4.0, 0.3, 1.0});  // looks away from the point
   seen.rows[2] = CameraRows(seen.rig[2].camera_from_world);
   seen.cast();
   auto sightings = seen.sightings();
@@ -298,7 +300,7 @@ TEST(AgreeOnQuadrics, LeavesOutACameraThatThePointIsBehind) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_NE(sightings[i].source, 2u);
 }
 
-TEST(AgreeOnQuadrics, FailsWhereTwoRaysPassEachOtherByFar) {
+TEST(AgreeOnQuadrics, FailsIfTwoRaysMissEachOther) {
   std::mt19937 random(10);
   const std::array<double, 1> sigma{0.1};
   Seen seen({camera_at({4.0, 0.0, 2.5}), camera_at({0.0, 4.0, 2.5})}, {0.0, 0.0, 1.0}, sigma, random);

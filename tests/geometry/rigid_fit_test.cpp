@@ -18,7 +18,7 @@ std::vector<PointPair> random_pairs(std::mt19937& random, int count) {
   return pairs;
 }
 
-TEST(FitRigid, RecoversAnyTurnAndPlace) {
+TEST(FitRigid, RecoversAnyRotationAndTranslation) {
   std::mt19937 random(1);
   for (int trial = 0; trial < 100; ++trial) {
     std::vector<PointPair> pairs = random_pairs(random, 3 + trial % 5);
@@ -36,7 +36,7 @@ TEST(FitRigid, RecoversAnyTurnAndPlace) {
   }
 }
 
-TEST(FitRigid, NeverGivesAMirrorImage) {
+TEST(FitRigid, NeverReturnsAReflection) {
   std::mt19937 random(2);
   std::vector<PointPair> pairs = random_pairs(random, 6);
   for (PointPair& pair : pairs) pair.to = {pair.from.x(), -pair.from.y(), pair.from.z()};
@@ -48,7 +48,7 @@ TEST(FitRigid, NeverGivesAMirrorImage) {
   EXPECT_GT(fit->rms_m, 0.1);
 }
 
-TEST(FitRigid, LeavesOutWhatHasNoWeight) {
+TEST(FitRigid, IgnoresPointsOfWeightZero) {
   std::mt19937 random(3);
   std::vector<PointPair> pairs = random_pairs(random, 5);
   for (PointPair& pair : pairs) pair.to = pair.from + Eigen::Vector3d(1, 0, 0);
@@ -66,7 +66,7 @@ TEST(FitRigid, RefusesTooFewPointsAndPointsOnALine) {
   EXPECT_FALSE(fit_rigid(std::vector<PointPair>(4, PointPair{{1, 1, 1}, {2, 2, 2}})));
 }
 
-TEST(FitUpright, RecoversYawScaleAndPlace) {
+TEST(FitUpright, RecoversYawScaleAndTranslation) {
   std::mt19937 random(4);
   for (int trial = 0; trial < 60; ++trial) {
     std::vector<PointPair> pairs = random_pairs(random, 6);

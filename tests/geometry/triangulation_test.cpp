@@ -27,7 +27,7 @@ Sighting sight(const CameraFromWorld& camera_from_world, const Vector3d& point) 
   return sighting;
 }
 
-// What a camera with a lens sees of `point`, its pixel moved by `off_px`.
+// The sighting of `point` by a camera with a lens; its pixel is displaced by `off_px`.
 Sighting sight(const CameraModel& camera, const Vector3d& point, const Vector2d& off_px, double sigma_px) {
   const PixelPoint pixel{project(camera, {point})->v + off_px};
   Sighting sighting;
@@ -51,7 +51,7 @@ std::vector<Sighting> sight_all(const Rig& rig, const Vector3d& point, double si
   return sightings;
 }
 
-TEST(Triangulate, FindsThePointThatPerfectSightingsLookAt) {
+TEST(Triangulate, FindsThePointOfPerfectSightings) {
   const Vector3d point(0.3, -0.2, 1.1);
   const Rig rig = ring(5);
   std::vector<Sighting> sightings;
@@ -63,7 +63,7 @@ TEST(Triangulate, FindsThePointThatPerfectSightingsLookAt) {
   EXPECT_LT((found->v - point).norm(), 1e-12);  // m; rounding
 }
 
-TEST(Triangulate, ComesCloseToOpenCv) {
+TEST(Triangulate, AgreesWithOpenCv) {
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0.0, 1e-4);  // a tenth of a pixel
   const Rig rig{camera_at({4.0, 0.0, 2.5}), camera_at({1.0, 3.8, 2.5})};
@@ -89,7 +89,7 @@ TEST(Triangulate, ComesCloseToOpenCv) {
     const auto found = triangulate(pair);
 
     ASSERT_TRUE(found);
-    // Both are linear, with other weights: they differ by second order of the noise only.
+    // Both methods are linear with different weights: the results differ in second order of the noise.
     EXPECT_LT((found->v - Vector3d(h(0), h(1), h(2)) / h(3)).norm(), 2e-4) << point.transpose();
   }
 }
@@ -121,7 +121,7 @@ TEST(Triangulate, RefusesAPointOnTheLineBetweenTwoCamerasThatFaceEachOther) {
 }
 
 TEST(Triangulate, RefusesAPointBehindACamera) {
-  const auto left = look_at({-0.5, 0.0, 1.0}, {0.0, 5.0, 1.0});  // both look along +y from y = 0
+  const auto left = look_at({-0.5, 0.0, 1.0}, {0.0, 5.0, 1.0});  // both cameras look along +y from y = 0
   const auto right = look_at({+0.5, 0.0, 1.0}, {0.0, 5.0, 1.0});
   const Vector3d behind(0.0, -2.0, 1.0);
 
@@ -129,7 +129,7 @@ TEST(Triangulate, RefusesAPointBehindACamera) {
             TriangulationFailure::BehindACamera);
 }
 
-TEST(Refine, FindsTheLeastReprojectionError) {
+TEST(Refine, MinimisesTheReprojectionError) {
   std::mt19937 random(2);
   const Rig rig = ring(4);
   const auto sightings = sight_all(rig, {0.4, -0.3, 1.5}, 0.5, random);
@@ -142,7 +142,7 @@ TEST(Refine, FindsTheLeastReprojectionError) {
   const auto refined = refine(sightings, *triangulate(sightings));
 
   ASSERT_TRUE(refined);
-  // No step along any axis makes it smaller; a thousandth of the standard deviation is told apart.
+  // No step along any axis decreases the error. The test detects a thousandth of the standard deviation.
   const double least = cost(refined->point.v);
   for (int axis = 0; axis < 3; ++axis) {
     const double sigma = std::sqrt(refined->covariance_m2(axis, axis));
@@ -154,7 +154,7 @@ TEST(Refine, FindsTheLeastReprojectionError) {
   EXPECT_NEAR(refined->rms_px, std::sqrt(least * 0.25 / 4.0), 1e-9);
 }
 
-TEST(Refine, PromisesTheCovarianceThatTheErrorsHave) {
+TEST(Refine, HasErrorsThatAgreeWithItsCovariance) {
   std::mt19937 random(3);
   const Rig rig = ring(4);
   double nees = 0.0;
@@ -184,7 +184,7 @@ TEST(Refine, WeighsEachSightingByItsOwnSigma) {
   EXPECT_LT((refined->point.v - point).norm(), 1e-5);  // m; 3 px of equal weight would move it by 4 mm
 }
 
-TEST(Agree, KeepsAllWhenAllAgree) {
+TEST(Agree, KeepsAllSightingsIfAllAgree) {
   std::mt19937 random(4);
   const Rig rig = ring(6);
   auto sightings = sight_all(rig, {0.0, 0.5, 1.0}, 0.1, random);
@@ -195,7 +195,7 @@ TEST(Agree, KeepsAllWhenAllAgree) {
   EXPECT_EQ(agreed->kept, 6u);
 }
 
-TEST(Agree, LeavesOutTheOneOrTwoThatLookElsewhere) {
+TEST(Agree, RemovesOneOrTwoOutliers) {
   std::mt19937 random(5);
   for (const std::size_t cameras : {4u, 5u, 8u, 12u}) {
     const Rig rig = ring(cameras);
@@ -218,7 +218,7 @@ TEST(Agree, LeavesOutTheOneOrTwoThatLookElsewhere) {
   }
 }
 
-TEST(Agree, FindsTheOneOfFourThatIsWrongThoughItDragsThePointAlong) {
+TEST(Agree, FindsTheOutlierAmongFourThatMovesThePoint) {
   std::mt19937 random(6);
   std::uniform_real_distribution<double> angle(0.0, 6.28);
   const Rig rig = ring(4);
@@ -235,10 +235,10 @@ TEST(Agree, FindsTheOneOfFourThatIsWrongThoughItDragsThePointAlong) {
     right += agreed && agreed->kept == 3 && sightings[3].source == wrong ? 1 : 0;
   }
 
-  EXPECT_GE(right, 190);  // in few directions another choice agrees as well
+  EXPECT_GE(right, 190);  // in a few directions another subset agrees as well
 }
 
-TEST(Agree, FailsWhereTwoRaysPassEachOtherByFar) {
+TEST(Agree, FailsIfTwoRaysMissEachOther) {
   const Rig rig{camera_at({4.0, 0.0, 2.5}), camera_at({0.0, 4.0, 2.5})};
   std::vector<Sighting> pair{sight(rig[0], {0.0, 0.0, 1.0}, {0.0, 0.0}, 0.1),
                              sight(rig[1], {0.0, 0.0, 1.1}, {0.0, 0.0}, 0.1)};

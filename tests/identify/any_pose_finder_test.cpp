@@ -15,11 +15,11 @@ using test::person;
 
 struct Cloud {
   std::vector<Eigen::Vector3d> points;
-  std::vector<int> marker_of_point;  // -1: nobody's
+  std::vector<int> marker_of_point;  // -1: clutter
 };
 
-// A person in some pose, some markers hidden, some points about that are no markers, in no order.
-Cloud stand(const MarkerSet& set, int hidden, int ghosts, std::mt19937& random) {
+// The markers of a person in a random pose in random order, without `hidden` of them and with `ghosts` clutter points.
+Cloud random_cloud(const MarkerSet& set, int hidden, int ghosts, std::mt19937& random) {
   std::normal_distribution<double> normal(0.0, 0.0005);
   std::uniform_real_distribution<double> flat(-1.0, 1.0);
   kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
@@ -42,24 +42,24 @@ Cloud stand(const MarkerSet& set, int hidden, int ghosts, std::mt19937& random) 
   return cloud;
 }
 
-struct Names {
+struct LabelCounts {
   int right = 0;
   int wrong = 0;
 };
 
-Names judge(const FoundPose& found, const Cloud& cloud) {
-  Names names;
+LabelCounts count_labels(const FoundPose& found, const Cloud& cloud) {
+  LabelCounts counts;
   for (std::size_t m = 0; m < found.point_of_marker.size(); ++m) {
     const int p = found.point_of_marker[m];
     if (p < 0) continue;
     const bool right = cloud.marker_of_point[static_cast<std::size_t>(p)] == static_cast<int>(m);
-    ++(right ? names.right : names.wrong);
+    ++(right ? counts.right : counts.wrong);
   }
-  return names;
+  return counts;
 }
 
-// Another body than the file's, as no file knows it: sides that differ by a per cent or so.
-MarkerSet some_body(const std::string& name, std::mt19937& random) {
+// A body that differs from the file: size by up to 10 %, and each bone by up to 2 %, so that left differs from right.
+MarkerSet random_body(const std::string& name, std::mt19937& random) {
   std::uniform_real_distribution<double> flat(-1.0, 1.0);
   MarkerSet set = person(name);
   const double size = 1.0 + 0.1 * flat(random);
@@ -75,30 +75,31 @@ TEST_P(FindsAnyPose, AmongGhostsWithMarkersMissing) {
   int found_bodies = 0, right = 0, wrong = 0;
   constexpr int kTrials = 12;
   for (int trial = 0; trial < kTrials; ++trial) {
-    const MarkerSet set = some_body(GetParam(), random);
+    const MarkerSet set = random_body(GetParam(), random);
     AnyPoseFinder finder(set, {});
-    const Cloud cloud = stand(set, trial % 3, 2 * (trial % 3), random);
+    const Cloud cloud = random_cloud(set, trial % 3, 2 * (trial % 3), random);
 
     const auto& found = finder.find(cloud.points);
 
     if (!found) continue;
     ++found_bodies;
-    right += judge(*found, cloud).right;
-    wrong += judge(*found, cloud).wrong;
+    right += count_labels(*found, cloud).right;
+    wrong += count_labels(*found, cloud).wrong;
     EXPECT_LT(found->rms_m, 0.003) << trial;
   }
-  // Some stand such that one cannot tell: then it waits for them to move.
+  // Some poses are ambiguous. The daemon then waits until the subject moves.
   EXPECT_GE(found_bodies, 11);
-  // Of 180 bodies in baseline41, 60 for each of three seeds, one has two wrong names, the head's: it is this seed's.
+  // In 180 bodies of baseline41 (60 for each of three seeds) one body has two wrong labels, on the head; this seed
+  // includes that body.
   EXPECT_LE(wrong, 2);
-  // One marker a joint leaves some open as long as any ghost is about.
+  // With one marker for each joint, clutter points leave some markers ambiguous.
   EXPECT_GE(right, found_bodies * static_cast<int>(person(GetParam()).markers.size()) * 11 / 20);
 }
 
 INSTANTIATE_TEST_SUITE_P(ShippedSets, FindsAnyPose, ::testing::Values("openmocap18", "baseline41", "pluginGait39"),
                          [](const auto& set) { return std::string(set.param); });
 
-TEST(AnyPoseFinder, FindsNobodyInRandomPoints) {
+TEST(AnyPoseFinder, FindsNothingInRandomPoints) {
   std::mt19937 random(12);
   std::uniform_real_distribution<double> flat(-1.0, 1.0);
   for (const char* name : {"openmocap18", "baseline41"}) {
@@ -112,7 +113,7 @@ TEST(AnyPoseFinder, FindsNobodyInRandomPoints) {
   }
 }
 
-TEST(AnyPoseFinder, FindsNobodyAmongTooFewPoints) {
+TEST(AnyPoseFinder, FindsNothingInTooFewOrCoincidentPoints) {
   AnyPoseFinder finder(person("openmocap18"), {});
 
   EXPECT_FALSE(finder.find({}));
@@ -120,64 +121,63 @@ TEST(AnyPoseFinder, FindsNobodyAmongTooFewPoints) {
   EXPECT_FALSE(finder.find(std::vector<Eigen::Vector3d>(40, Eigen::Vector3d::Zero())));
 }
 
-TEST(AnyPoseFinder, LeavesOutWhatTellsLeftFromRightOfAMirrorImage) {
+TEST(AnyPoseFinder, LeavesAsymmetricMarkersOfAMirrorImageWithoutPoint) {
   std::mt19937 random(13);
   const MarkerSet set = person("baseline41");
   AnyPoseFinder finder(set, {});
   for (int trial = 0; trial < 3; ++trial) {
-    Cloud cloud = stand(set, 0, 0, random);
+    Cloud cloud = random_cloud(set, 0, 0, random);
     for (Eigen::Vector3d& point : cloud.points) point.y() = -point.y();
 
     const auto& found = finder.find(cloud.points);
 
-    // At most the reading that has left and right where the mirrored body has them, without the markers that tell them
-    // apart.
+    // A hypothesis with left and right exchanged may fit, but without the markers that distinguish the sides.
     if (found) {
       EXPECT_LE(found->explained, 35);
     }
   }
 }
 
-TEST(AnyPoseFinder, FindsTheSameWhenTheWorkIsSpreadOverCalls) {
+TEST(AnyPoseFinder, FindsTheSamePoseIfTheWorkIsSpreadOverCalls) {
   std::mt19937 random(14);
   const MarkerSet set = person("baseline41");
-  AnyPoseFinder at_once(set, {}), in_turns(set, {});
-  const Cloud cloud = stand(set, 2, 4, random);
+  AnyPoseFinder in_one_call(set, {}), in_many_calls(set, {});
+  const Cloud cloud = random_cloud(set, 2, 4, random);
 
-  const auto& found = at_once.find(cloud.points);
-  in_turns.begin(cloud.points);
+  const auto& found = in_one_call.find(cloud.points);
+  in_many_calls.begin(cloud.points);
   int calls = 1;
-  while (!in_turns.advance(200)) ++calls;
+  while (!in_many_calls.advance(200)) ++calls;
 
-  ASSERT_TRUE(found && in_turns.found());
+  ASSERT_TRUE(found && in_many_calls.found());
   EXPECT_TRUE(std::equal(found->point_of_marker.begin(), found->point_of_marker.end(),
-                         in_turns.found()->point_of_marker.begin()));
+                         in_many_calls.found()->point_of_marker.begin()));
   EXPECT_GT(calls, 3);
 }
 
-TEST(AnyPoseFinder, FindsTheBodyThatItWasFittedTo) {
+TEST(AnyPoseFinder, FindsAFittedBodyAfterRefit) {
   std::mt19937 random(15);
-  const MarkerSet file = person("baseline41"), body = some_body("baseline41", random);
+  const MarkerSet file = person("baseline41"), body = random_body("baseline41", random);
   AnyPoseFinder finder(file, {});
   std::vector<Eigen::Vector3d> rest_offsets, marker_offsets;
   for (const Bone& bone : body.skeleton.bones) rest_offsets.push_back(bone.rest_offset_m);
   for (const MarkerOnBone& marker : body.markers) marker_offsets.push_back(marker.offset_m);
 
   finder.refit(rest_offsets, marker_offsets);
-  const Cloud cloud = stand(body, 0, 0, random);
+  const Cloud cloud = random_cloud(body, 0, 0, random);
   const auto& found = finder.find(cloud.points);
 
   ASSERT_TRUE(found);
-  EXPECT_EQ(judge(*found, cloud).wrong, 0);
+  EXPECT_EQ(count_labels(*found, cloud).wrong, 0);
   EXPECT_LT(found->rms_m, 0.001);
 }
 
-TEST(AnyPoseFinder, FindsItsOwnBodyBesideAnotherOfTheSameSet) {
+TEST(AnyPoseFinder, FindsItsBodyBesideAnotherBodyOfTheSameMarkerSet) {
   std::mt19937 random(16);
-  const MarkerSet own = some_body("baseline41", random), other = some_body("baseline41", random);
+  const MarkerSet own = random_body("baseline41", random), other = random_body("baseline41", random);
   AnyPoseFinder finder(own, {});
-  Cloud cloud = stand(own, 0, 0, random);
-  const Cloud beside = stand(other, 0, 0, random);
+  Cloud cloud = random_cloud(own, 0, 0, random);
+  const Cloud beside = random_cloud(other, 0, 0, random);
   for (std::size_t i = 0; i < beside.points.size(); ++i) {
     cloud.points.push_back(beside.points[i] + Eigen::Vector3d(1.2, 0.0, 0.0));
     cloud.marker_of_point.push_back(-1);
@@ -186,7 +186,7 @@ TEST(AnyPoseFinder, FindsItsOwnBodyBesideAnotherOfTheSameSet) {
   const auto& found = finder.find(cloud.points);
 
   ASSERT_TRUE(found);
-  EXPECT_EQ(judge(*found, cloud).wrong, 0);
+  EXPECT_EQ(count_labels(*found, cloud).wrong, 0);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "identify/tpose_finder.h"
+#include "kinematics/rotation.h"
 #include "support/test_body.h"
 
 namespace mocap::identify {
@@ -14,7 +15,7 @@ using test::person;
 
 constexpr double kLowered_rad = 0.785;
 
-// Bones turned by their names, without any help of what is tested.
+// The local poses with both upper arms, found by their names, lowered. Independent of make_a_pose.
 std::vector<Pose> lowered(const kinematics::PoseFit& body, double left_rad, double right_rad) {
   std::vector<Pose> locals(body.locals().begin(), body.locals().end());
   const auto& bones = body.marker_set().skeleton.bones;
@@ -27,28 +28,28 @@ std::vector<Pose> lowered(const kinematics::PoseFit& body, double left_rad, doub
 
 class ShippedSets : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(ShippedSets, StandInAPoseWhereTheirUpperArmsAreLowered) {
+TEST_P(ShippedSets, HaveAnAPoseWithLoweredUpperArms) {
   const MarkerSet set = person(GetParam());
   kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
   body.set_locals(lowered(body, kLowered_rad, kLowered_rad));
 
-  const auto stance = make_a_pose(set, kLowered_rad);
+  const auto a_pose = make_a_pose(set, kLowered_rad);
 
-  ASSERT_TRUE(stance);
-  const kinematics::PoseFit at_rest(stance->set, kinematics::PoseFit::Lengths::Fixed);
+  ASSERT_TRUE(a_pose);
+  const kinematics::PoseFit at_rest(a_pose->set, kinematics::PoseFit::Lengths::Fixed);
   for (std::size_t m = 0; m < set.markers.size(); ++m) {
     EXPECT_LT((at_rest.marker_at(m) - body.marker_at(m)).norm(), 1e-12) << set.markers[m].name;
   }
   for (std::size_t b = 0; b < set.skeleton.bones.size(); ++b) {
-    EXPECT_LT(test::angle_between(stance->rotations[b], body.world()[b].rotation), 1e-12) << set.skeleton.bones[b].name;
+    EXPECT_LT(test::angle_between(a_pose->rotations[b], body.world()[b].rotation), 1e-12) << set.skeleton.bones[b].name;
   }
 }
 
-TEST_P(ShippedSets, AreFoundInAPoseByTheSetThatRestsInIt) {
+TEST_P(ShippedSets, AreIdentifiedInAPoseWithTheReposedMarkerSet) {
   const MarkerSet set = person(GetParam());
-  const auto stance = make_a_pose(set, kLowered_rad);
-  ASSERT_TRUE(stance);
-  TPoseFinder finder(stance->set, {.max_joint_angle_rad = 0.2}, 128);
+  const auto a_pose = make_a_pose(set, kLowered_rad);
+  ASSERT_TRUE(a_pose);
+  TPoseFinder finder(a_pose->set, {.max_joint_angle_rad = 0.2}, 128);
   kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
   for (const double off_rad : {-0.18, -0.1, 0.0, 0.1, 0.18}) {
     std::vector<Pose> locals = lowered(body, kLowered_rad + off_rad, kLowered_rad - 0.03);
@@ -70,11 +71,11 @@ TEST_P(ShippedSets, AreFoundInAPoseByTheSetThatRestsInIt) {
 INSTANTIATE_TEST_SUITE_P(CalibrationPose, ShippedSets, ::testing::Values("openmocap18", "baseline41"),
                          [](const auto& set) { return std::string(set.param); });
 
-TEST(CalibrationPose, FindsNobodyInAPoseWhoseArmsHangFurtherDown) {
+TEST(CalibrationPose, IsNotIdentifiedIfTheArmsHangFurtherDown) {
   const MarkerSet set = person("baseline41");
-  const auto stance = make_a_pose(set, kLowered_rad);
-  ASSERT_TRUE(stance);
-  TPoseFinder finder(stance->set, {.max_joint_angle_rad = 0.2}, 128);
+  const auto a_pose = make_a_pose(set, kLowered_rad);
+  ASSERT_TRUE(a_pose);
+  TPoseFinder finder(a_pose->set, {.max_joint_angle_rad = 0.2}, 128);
   kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
   for (const double lowered_rad : {1.15, 1.3, 1.5}) {
     std::vector<Pose> locals = lowered(body, lowered_rad, lowered_rad);
@@ -87,7 +88,7 @@ TEST(CalibrationPose, FindsNobodyInAPoseWhoseArmsHangFurtherDown) {
   }
 }
 
-TEST(CalibrationPose, IsNothingForABodyWithoutArmsThatTurnSoFar) {
+TEST(CalibrationPose, DoesNotExistForABodyWithoutArmsOfThatRange) {
   MarkerSet stiff = person("openmocap18");
   for (Bone& bone : stiff.skeleton.bones) bone.turns[0] = AngleRange{-0.5, 0.5};
   MarkerSet one_bone = person("openmocap18");

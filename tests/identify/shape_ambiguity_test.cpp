@@ -10,27 +10,28 @@ namespace {
 
 constexpr double kTolerance_m = 0.012;
 
-MarkerSet thing(const std::vector<Eigen::Vector3d>& places_m) {
+MarkerSet rigid_body(const std::vector<Eigen::Vector3d>& offsets_m) {
   MarkerSet set;
   set.skeleton.bones.push_back({});
-  for (const Eigen::Vector3d& place : places_m) set.markers.push_back({"m", 0, place, {}});
+  for (const Eigen::Vector3d& offset : offsets_m) set.markers.push_back({"m", 0, offset, {}});
   return set;
 }
 
-TEST(SameShape, ATurnedAndReorderedThingIsMistakenForTheFirst) {
+TEST(ShapeAmbiguity, ExistsForARotatedAndReorderedBody) {
   const MarkerSet first = test::person("rigid4");
   MarkerSet second = first;
-  const Eigen::Quaterniond turn = kinematics::from_rotation_vector({0.4, -1.0, 2.0});
-  for (MarkerOnBone& marker : second.markers) marker.offset_m = turn * marker.offset_m + Eigen::Vector3d(0.1, 0.2, 0.3);
+  const Eigen::Quaterniond rotation = kinematics::from_rotation_vector({0.4, -1.0, 2.0});
+  for (MarkerOnBone& marker : second.markers)
+    marker.offset_m = rotation * marker.offset_m + Eigen::Vector3d(0.1, 0.2, 0.3);
   std::swap(second.markers[0], second.markers[2]);
 
-  const auto mistaken = find_shape_ambiguity(first, second, kTolerance_m);
+  const auto correspondence = find_shape_ambiguity(first, second, kTolerance_m);
 
-  ASSERT_TRUE(mistaken);
-  EXPECT_EQ(*mistaken, (MarkerCorrespondence{2, 1, 0, 3}));
+  ASSERT_TRUE(correspondence);
+  EXPECT_EQ(*correspondence, (MarkerCorrespondence{2, 1, 0, 3}));
 }
 
-TEST(SameShape, AMirrorImageIsAnotherThing) {
+TEST(ShapeAmbiguity, DoesNotExistForAMirrorImage) {
   const MarkerSet first = test::person("rigid4");
   MarkerSet second = first;
   for (MarkerOnBone& marker : second.markers) marker.offset_m.y() = -marker.offset_m.y();
@@ -38,7 +39,7 @@ TEST(SameShape, AMirrorImageIsAnotherThing) {
   EXPECT_FALSE(find_shape_ambiguity(first, second, kTolerance_m));
 }
 
-TEST(SameShape, AThingThatStandsInALargerOneIsMistakenForIt) {
+TEST(ShapeAmbiguity, ExistsForAPartOfALargerBodyButNotTheOtherWay) {
   const MarkerSet larger = test::person("rigid4");
   MarkerSet part = larger;
   part.markers.erase(part.markers.begin());
@@ -47,15 +48,15 @@ TEST(SameShape, AThingThatStandsInALargerOneIsMistakenForIt) {
   EXPECT_FALSE(find_shape_ambiguity(larger, part, kTolerance_m));
 }
 
-TEST(SameShape, AThingIsMistakenForItselfOnlyWhereItIsSymmetric) {
-  const MarkerSet lopsided = test::person("rigid4");
-  const MarkerSet isosceles = thing({{0.0, 0.0, 0.0}, {0.1, 0.05, 0.0}, {0.1, -0.05, 0.0}});
+TEST(ShapeAmbiguity, OfABodyWithItselfExistsOnlyIfTheBodyIsSymmetric) {
+  const MarkerSet asymmetric = test::person("rigid4");
+  const MarkerSet isosceles = rigid_body({{0.0, 0.0, 0.0}, {0.1, 0.05, 0.0}, {0.1, -0.05, 0.0}});
 
-  EXPECT_FALSE(find_shape_ambiguity(lopsided, lopsided, kTolerance_m));
+  EXPECT_FALSE(find_shape_ambiguity(asymmetric, asymmetric, kTolerance_m));
   EXPECT_TRUE(find_shape_ambiguity(isosceles, isosceles, kTolerance_m));
 }
 
-TEST(SameShape, BodiesAreTheSameUntilABoneOrAMarkerIsElsewhere) {
+TEST(SameBody, NeedsEqualBonesAndMarkers) {
   const MarkerSet one = test::person("baseline41");
   MarkerSet longer = one;
   longer.skeleton.bones[5].rest_offset_m *= 1.3;

@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <utility>
 #include <vector>
 
+#include "kinematics/joint_prior.h"
 #include "kinematics/rotation.h"
 #include "support/test_body.h"
 
@@ -18,7 +20,7 @@ using test::person;
 using test::random_pose;
 using test::see;
 
-TEST(RotationVector, AndTurnByAreEachOthersInverse) {
+TEST(Rotation, VectorAndQuaternionConversionsAreInverse) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal(0.0, 0.8);
   for (int i = 0; i < 200; ++i) {
@@ -29,7 +31,7 @@ TEST(RotationVector, AndTurnByAreEachOthersInverse) {
   }
 }
 
-TEST(ChangeOfRotationVector, AgreesWithFiniteDifferences) {
+TEST(InverseLeftJacobian, AgreesWithFiniteDifferences) {
   std::mt19937 random(2);
   std::normal_distribution<double> normal(0.0, 0.8);
   for (int i = 0; i < 50; ++i) {
@@ -47,7 +49,7 @@ TEST(ChangeOfRotationVector, AgreesWithFiniteDifferences) {
   }
 }
 
-TEST(PoseFit, FindsARandomPoseFromItsMarkersStartingAtRest) {
+TEST(PoseFit, FindsARandomPoseFromTheRestPose) {
   const MarkerSet set = person("baseline41");
   std::mt19937 random(3);
   for (int trial = 0; trial < 20; ++trial) {
@@ -58,7 +60,7 @@ TEST(PoseFit, FindsARandomPoseFromItsMarkersStartingAtRest) {
 
     const PoseFitResult result = fit.solve(see(truth), PosePrior{.outlier_m = 0.3}, 60);
 
-    // Priors of 3 rad bend an exact pose by less than a millimetre.
+    // Rest pose priors with a standard deviation of 3 rad bias an exact pose by less than a millimetre.
     EXPECT_LT(result.rms_m, 0.001);
     for (std::size_t b = 0; b < set.skeleton.bones.size(); ++b) {
       EXPECT_LT((fit.world()[b].position - truth.world()[b].position).norm(), 0.005) << set.skeleton.bones[b].name;
@@ -66,7 +68,7 @@ TEST(PoseFit, FindsARandomPoseFromItsMarkersStartingAtRest) {
   }
 }
 
-TEST(PoseFit, IsNotPulledAwayByOneWrongMarker) {
+TEST(PoseFit, IsNotBiasedByOneOutlier) {
   const MarkerSet set = person("baseline41");
   PoseFit truth(set, PoseFit::Lengths::Fixed);
   std::vector<Observation> seen = see(truth);
@@ -80,7 +82,7 @@ TEST(PoseFit, IsNotPulledAwayByOneWrongMarker) {
   }
 }
 
-TEST(PoseFit, FindsEveryJointOfOneMarkerAJoint) {
+TEST(PoseFit, FindsThePoseOfABodyWithOneMarkerPerJoint) {
   const MarkerSet set = person("openmocap18");
   std::mt19937 random(4);
   for (int trial = 0; trial < 20; ++trial) {
@@ -115,14 +117,14 @@ TEST(PoseFit, RecoversTheBoneLengthsOfAnotherBody) {
 
     EXPECT_LT(result.rms_m, 0.002);
     for (std::size_t b = 1; b < other.skeleton.bones.size(); ++b) {
-      // Two markers of 1 mm noise tell a length to 1.4 mm; four sigma, and the prior's pull.
+      // Two markers with 1 mm noise determine a length to 1.4 mm: four standard deviations, and the bias of the prior.
       EXPECT_NEAR(fit.locals()[b].position.norm(), other.skeleton.bones[b].rest_offset_m.norm(), 0.007)
           << other.skeleton.bones[b].name;
     }
   }
 }
 
-TEST(PoseFit, StaysFiniteWhateverIsSeen) {
+TEST(PoseFit, StaysFiniteForUnusableObservations) {
   const MarkerSet set = person("baseline41");
   PoseFit fit(set, PoseFit::Lengths::Fixed);
   const double nan = std::nan("");
@@ -137,7 +139,7 @@ TEST(PoseFit, StaysFiniteWhateverIsSeen) {
   }
 }
 
-TEST(TurnOfChangedVector, IsTheInverseOfChangeOfRotationVector) {
+TEST(LeftJacobian, IsTheInverseOfInverseLeftJacobian) {
   std::mt19937 random(7);
   std::normal_distribution<double> normal(0.0, 0.8);
   for (const double scale : {1e-3, 0.05, 1.0}) {
@@ -149,38 +151,38 @@ TEST(TurnOfChangedVector, IsTheInverseOfChangeOfRotationVector) {
   }
 }
 
-// Gauss and Newton's gradient of a joint's prior, by small turns either way.
-TEST(JointPrior, HasTheSlopesThatFiniteDifferencesGive) {
+// The oracle is central differences of the cost.
+TEST(JointPrior, GradientAgreesWithFiniteDifferences) {
   Bone bone;
   bone.parent = 0;
   bone.turns = {AngleRange{-0.3, 0.2}, AngleRange{-0.1, 1.0}, AngleRange{-1.5, 0.1}};
   Bone hinge = bone;
   hinge.turns[0] = hinge.turns[2] = std::nullopt;
-  const std::vector<Eigen::Matrix3d> hold{
+  const std::vector<Eigen::Matrix3d> information{
       (Eigen::Matrix3d() << 9.0, 1.0, 0.0, 1.0, 30.0, 2.0, 0.0, 2.0, 4.0).finished()};
   const PosePrior prior{
-      .rest_sigma_rad = 0.7, .rest_range_fraction = 0.5, .limit_sigma_rad = 0.2, .prior_information = hold};
+      .rest_sigma_rad = 0.7, .rest_range_fraction = 0.5, .limit_sigma_rad = 0.2, .prior_information = information};
   std::mt19937 random(8);
   std::normal_distribution<double> normal(0.0, 0.5);
-  const Eigen::Matrix3d level = Eigen::Matrix3d::Identity();
-  const Eigen::Matrix3d leaning = from_rotation_vector({0.0, 0.6, 0.0}).toRotationMatrix();
+  const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d tilted = from_rotation_vector({0.0, 0.6, 0.0}).toRotationMatrix();
   for (const auto& [one, nominal_from_calibrated] :
-       {std::pair(bone, level), std::pair(hinge, level), std::pair(bone, leaning)}) {
+       {std::pair(bone, identity), std::pair(hinge, identity), std::pair(bone, tilted)}) {
     JointPrior joint(one, false);
     joint.set_hinge_axis(nominal_from_calibrated);
     joint.set(prior, 0);
     for (int i = 0; i < 20; ++i) {
       const auto any = [&] { return from_rotation_vector({normal(random), normal(random), normal(random)}); };
-      const Eigen::Quaterniond local = joint.project_to_free_axes(any()), held = any();
-      (void)joint.evaluate(local, held);
+      const Eigen::Quaterniond local = joint.project_to_free_axes(any()), prior_rotation = any();
+      (void)joint.evaluate(local, prior_rotation);
       JointTerms terms;
       joint.add(Eigen::Matrix3d::Identity(), terms);
 
       for (int axis = 0; axis < 3; ++axis) {
         const Eigen::Vector3d small = 1e-6 * Eigen::Vector3d::Unit(axis);
         const double slope = 0.5 *
-                             (joint.evaluate(joint.apply_step(local, small), held) -
-                              joint.evaluate(joint.apply_step(local, -small), held)) /
+                             (joint.evaluate(joint.apply_step(local, small), prior_rotation) -
+                              joint.evaluate(joint.apply_step(local, -small), prior_rotation)) /
                              2e-6;
         EXPECT_NEAR(slope, terms.gradient[axis], 1e-5 * std::max(1.0, std::abs(slope)));
       }
@@ -188,10 +190,10 @@ TEST(JointPrior, HasTheSlopesThatFiniteDifferencesGive) {
   }
 }
 
-TEST(PoseFit, LeavesAxesAloneThatDoNotTurn) {
+TEST(PoseFit, KeepsLockedAxesAtZero) {
   MarkerSet set = person("baseline41");
   for (Bone& bone : set.skeleton.bones) {
-    // Knees and elbows as hinges.
+    // Knees and elbows as one-axis joints.
     if (bone.name.ends_with("LowLeg")) bone.turns[0] = bone.turns[2] = std::nullopt;
     if (bone.name.ends_with("LowArm")) bone.turns[0] = bone.turns[1] = std::nullopt;
   }
@@ -206,38 +208,38 @@ TEST(PoseFit, LeavesAxesAloneThatDoNotTurn) {
 
   const PoseFitResult result = fit.solve(seen, PosePrior{.outlier_m = 0.3}, 60);
 
-  EXPECT_LT(result.rms_m, 0.006);  // the noise of three axes
+  EXPECT_LT(result.rms_m, 0.006);  // 3 mm noise in each of three axes
   for (std::size_t b = 0; b < set.skeleton.bones.size(); ++b) {
     const Eigen::Vector3d phi = rotation_vector(fit.locals()[b].rotation);
     const bool knee = set.skeleton.bones[b].name.ends_with("LowLeg");
     const bool elbow = set.skeleton.bones[b].name.ends_with("LowArm");
     EXPECT_LT(knee ? std::hypot(phi.x(), phi.z()) : elbow ? std::hypot(phi.x(), phi.y()) : 0.0, 1e-9);
-    // 3 mm on markers 5 cm beside the limb's axis.
-    const double turned = angle_between(fit.world()[b].rotation, truth.world()[b].rotation);
-    EXPECT_LT(knee || elbow ? turned : 0.0, 0.15);
+    // 3 mm noise on markers 5 cm beside the axis of the limb.
+    const double error_rad = angle_between(fit.world()[b].rotation, truth.world()[b].rotation);
+    EXPECT_LT(knee || elbow ? error_rad : 0.0, 0.15);
   }
 }
 
-// A ray tells nothing along itself: what is pulled along it costs nothing, what is moved across it does.
-TEST(PoseFit, IsDrawnToARayAndNotAlongIt) {
+// Moving the marker along the ray has no cost, so the smallest displacement is across the ray.
+TEST(PoseFit, MovesAMarkerAcrossARayAndNotAlongIt) {
   const MarkerSet set = person("rigid4");
   PoseFit fit(set, PoseFit::Lengths::Fixed);
   const Eigen::Vector3d marker = fit.marker_at(0);
   const Eigen::Vector3d eye(0.0, -4.0, 0.5), direction = (marker + Eigen::Vector3d(0.05, 0.0, 0.0) - eye).normalized();
-  const double hold_rad = 1e-3;
-  const PosePrior prior{.prior_sigma_rad = {&hold_rad, 1}, .prior_root_sigma_m = 1.0, .outlier_m = 10.0};
+  const double prior_sigma_rad = 1e-3;
+  const PosePrior prior{.prior_sigma_rad = {&prior_sigma_rad, 1}, .prior_root_sigma_m = 1.0, .outlier_m = 10.0};
 
   const PoseFitResult result = fit.solve(std::vector{observe_ray(0, eye, direction, 1e-4, marker, 0.001)}, prior, 20);
 
-  EXPECT_TRUE(result.settled);
+  EXPECT_TRUE(result.converged);
   const Eigen::Vector3d off = fit.marker_at(0) - eye;
   EXPECT_LT((off - direction * direction.dot(off)).norm(), 1e-5);
   // The shortest way to the ray is across it.
   EXPECT_LT(std::abs((fit.marker_at(0) - marker).dot(direction)), 1e-4);
 }
 
-// Two sightings of one marker, each sure of another axis, meet where the axes' own information says.
-TEST(PoseFit, BelievesEachDirectionOfASightingByItsOwnSigma) {
+// Two observations of one marker disagree by 20 mm along x, with standard deviations of 30 and 10 mm.
+TEST(PoseFit, WeightsEachDirectionOfAnObservationByItsCovariance) {
   const MarkerSet set = person("rigid4");
   PoseFit fit(set, PoseFit::Lengths::Fixed);
   const Eigen::Vector3d place = fit.marker_at(0), right(0.02, 0.0, 0.0);
@@ -246,11 +248,12 @@ TEST(PoseFit, BelievesEachDirectionOfASightingByItsOwnSigma) {
   };
   const std::vector<Observation> seen{observe_point(0, place, covariance(0.03, 0.001), 1e-6),
                                       observe_point(0, place + right, covariance(0.01, 0.001), 1e-6)};
-  const double hold_rad = 1e-4;
+  const double prior_sigma_rad = 1e-4;
 
-  (void)fit.solve(seen, PosePrior{.prior_sigma_rad = {&hold_rad, 1}, .prior_root_sigma_m = 1e3, .outlier_m = 1e3}, 20);
+  (void)fit.solve(seen,
+                  PosePrior{.prior_sigma_rad = {&prior_sigma_rad, 1}, .prior_root_sigma_m = 1e3, .outlier_m = 1e3}, 20);
 
-  // 9 : 1 in favour of the second.
+  // Inverse variances weight the observations 1 : 9.
   EXPECT_NEAR((fit.marker_at(0) - place).x(), 0.9 * 0.02, 1e-5);
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 using test::person;
 
-bool tells(const MarkerSet& set, const std::string& bone) {
+bool is_observable(const MarkerSet& set, const std::string& bone) {
   const auto& bones = set.skeleton.bones;
   const auto found = std::find_if(bones.begin(), bones.end(), [&](const Bone& one) { return one.name == bone; });
   return rotation_observability(set)[static_cast<std::size_t>(found - bones.begin())];
@@ -23,33 +23,33 @@ MarkerSet without(MarkerSet set, const std::string& marker) {
   return set;
 }
 
-TEST(TurnsTold, EveryBoneOfBaseline41IsTold) {
-  const std::vector<bool> told = rotation_observability(person("baseline41"));
+TEST(RotationObservability, HoldsForEveryBoneOfBaseline41) {
+  const std::vector<bool> observable = rotation_observability(person("baseline41"));
 
-  EXPECT_EQ(std::count(told.begin(), told.end(), true), static_cast<std::ptrdiff_t>(told.size()));
+  EXPECT_EQ(std::count(observable.begin(), observable.end(), true), static_cast<std::ptrdiff_t>(observable.size()));
 }
 
-TEST(TurnsTold, AHandOfOneMarkerMayTurnAboutTheLineToIt) {
+TEST(RotationObservability, FailsForAHandWithOneMarker) {
   const MarkerSet set = without(person("baseline41"), "LHandIn");
 
-  EXPECT_FALSE(tells(set, "LeftHand"));
-  EXPECT_TRUE(tells(set, "RightHand"));
-  EXPECT_TRUE(tells(set, "LeftLowArm"));
+  EXPECT_FALSE(is_observable(set, "LeftHand"));
+  EXPECT_TRUE(is_observable(set, "RightHand"));
+  EXPECT_TRUE(is_observable(set, "LeftLowArm"));
 }
 
-TEST(TurnsTold, ANeckBetweenChestAndHeadNeedsAMarkerOfItsOwn) {
+TEST(RotationObservability, FailsForANeckWithoutAMarkerOfItsOwn) {
   const MarkerSet set = without(person("baseline41"), "BackTop");
 
-  EXPECT_FALSE(tells(set, "Neck"));
-  EXPECT_TRUE(tells(set, "Head"));
+  EXPECT_FALSE(is_observable(set, "Neck"));
+  EXPECT_TRUE(is_observable(set, "Head"));
 }
 
-TEST(TurnsTold, OneMarkerAJointTellsNoLimbsTurnAboutItself) {
+TEST(RotationObservability, FailsForTheTwistOfLimbsWithOneMarkerPerJoint) {
   const MarkerSet set = person("openmocap18");
 
-  EXPECT_TRUE(tells(set, "Hips"));
-  EXPECT_FALSE(tells(set, "LeftHand"));
-  EXPECT_FALSE(tells(set, "LeftFoot"));
+  EXPECT_TRUE(is_observable(set, "Hips"));
+  EXPECT_FALSE(is_observable(set, "LeftHand"));
+  EXPECT_FALSE(is_observable(set, "LeftFoot"));
 }
 
 }  // namespace

@@ -16,71 +16,71 @@ using test::LabelWorld;
 using test::markers_of;
 using test::moving_later;
 
-// A forearm that moves while nobody sees it and the hand; then a lone marker of theirs comes back, in sight to the end.
-struct LoneMarker : testing::Test {
-  LoneMarker() {
+// A forearm and hand that move while they are hidden; then one of their markers is detected again. Two solvers: one
+// gets the ambiguous observations, the other (blind) does not.
+struct AmbiguousObservations : testing::Test {
+  AmbiguousObservations() {
     world.add("baseline41", moving_later({{"LeftUpArm", {0.0, 0.0, -0.4}}, {"LeftLowArm", {0.0, 0.3, -0.7}}}));
-    world.begin();
-    told = solve::make_skeleton_solver({}, world.subjects());
-    has_no_trusted_label = solve::make_skeleton_solver({}, world.subjects());
+    world.identify_all();
+    solver = solve::make_skeleton_solver({}, world.subjects());
+    blind_solver = solve::make_skeleton_solver({}, world.subjects());
   }
 
   void step(int sets) {
     for (int i = 0; i < sets; ++i) {
       world.step();
-      Labels labels = world.labels();
-      hand_told_m = off_m(told->solve(labels, world.at(), {}, world.ambiguous_observations()));
-      labels = world.labels();
-      hand_blind_m = off_m(has_no_trusted_label->solve(labels, world.at()));
+      const Labels& labels = world.labels();
+      hand_error_m = off_m(solver->solve(labels, world.at(), {}, world.ambiguous_observations()).poses);
+      blind_hand_error_m = off_m(blind_solver->solve(labels, world.at()).poses);
     }
   }
   double off_m(const Poses& poses) {
-    const auto& bones = world.one().set.skeleton.bones;
+    const auto& bones = world.actor().set.skeleton.bones;
     std::size_t hand = 0;
     while (bones[hand].name != "LeftHand") ++hand;
-    return (poses[0].bones[hand].world_from_bone.position - world.one().truth->world()[hand].position).norm();
+    return (poses[0].bones[hand].world_from_bone.position - world.actor().truth->world()[hand].position).norm();
   }
-  // Whether it is surmised then.
-  bool comes_back_alone() {
+  // Returns whether the marker is an ambiguous observation then.
+  bool lone_marker_reappears() {
     step(110);
     hide("LeftLowArm LeftHand");
     step(70);
-    world.bring_back(world.one().tracks[world.marker("LWristOut")]);
+    world.reappear(world.actor().tracks[world.marker("LWristOut")]);
     step(20);
     return !world.ambiguous_observations().empty();
   }
   void hide(std::string_view bones) {
-    for (const std::size_t m : markers_of(world.one(), bones)) world.one().tracks[m].hidden = true;
+    for (const std::size_t m : markers_of(world.actor(), bones)) world.actor().tracks[m].hidden = true;
   }
 
   LabelWorld world;
-  std::unique_ptr<SkeletonSolver> told, has_no_trusted_label;
-  double hand_told_m = 0.0, hand_blind_m = 0.0;
+  std::unique_ptr<SkeletonSolver> solver, blind_solver;
+  double hand_error_m = 0.0, blind_hand_error_m = 0.0;
 };
 
-TEST_F(LoneMarker, ThatMayBeEitherOfTwoIsSurmisedAndTellsWhereItsLimbIs) {
+TEST_F(AmbiguousObservations, ConstrainTheLimbOfATrackThatMayBeEitherOfTwoMarkers) {
   step(110);
   hide("LeftLowArm LeftHand");
   step(70);
   EXPECT_TRUE(world.ambiguous_observations().empty());
-  EXPECT_GT(hand_blind_m, 0.1);
+  EXPECT_GT(blind_hand_error_m, 0.1);
 
-  world.bring_back(world.one().tracks[world.marker("LWristOut")]);
+  world.reappear(world.actor().tracks[world.marker("LWristOut")]);
   step(40);
 
   ASSERT_EQ(world.ambiguous_observations().size(), 1U);
   const AmbiguousObservation& one = world.ambiguous_observations()[0];
   EXPECT_EQ(one.label.subject, SubjectId{0});
-  EXPECT_LT((one.position.v - world.true_place(one.label.marker)).norm(), 0.1);
-  EXPECT_EQ(world.wrongs(), 0);
-  EXPECT_LT(hand_told_m, 0.5 * hand_blind_m);
+  EXPECT_LT((one.position.v - world.true_position(one.label.marker)).norm(), 0.1);
+  EXPECT_EQ(world.wrong_count(), 0);
+  EXPECT_LT(hand_error_m, 0.5 * blind_hand_error_m);
 }
 
-TEST_F(LoneMarker, IsSurmisedNoMoreWhenItHasItsName) {
-  ASSERT_TRUE(comes_back_alone());
+TEST_F(AmbiguousObservations, EndWhenTheMarkerHasItsLabel) {
+  ASSERT_TRUE(lone_marker_reappears());
 
-  for (const std::size_t m : markers_of(world.one(), "LeftLowArm LeftHand")) {
-    if (world.one().tracks[m].hidden) world.bring_back(world.one().tracks[m]);
+  for (const std::size_t m : markers_of(world.actor(), "LeftLowArm LeftHand")) {
+    if (world.actor().tracks[m].hidden) world.reappear(world.actor().tracks[m]);
   }
   for (int set = 0; set < 20; ++set) {
     step(1);
@@ -88,27 +88,27 @@ TEST_F(LoneMarker, IsSurmisedNoMoreWhenItHasItsName) {
       EXPECT_NE(world.label(one.label.marker).state, LabelState::Measured) << set;
   }
 
-  EXPECT_EQ(world.rights(), world.markers());
+  EXPECT_EQ(world.correct_count(), world.marker_count());
   EXPECT_TRUE(world.ambiguous_observations().empty());
 }
 
-// Of a hand and forearm some markers are seen; one of these hides as its neighbour on the bone comes out, and its track
-// takes that for it. A name that is given and taken back set by set is of no use to anybody.
-TEST(SurmisedMarkers, ATrackThatMayBeEitherOfTwoIsNotNamedAndUnnamedInTurns) {
+// Some markers of a hand and forearm are detected. One of these hides while its neighbour on the bone appears, and the
+// track continues on the neighbour. The label of the track must not change from set to set.
+TEST(AmbiguousTracks, AreNotLabelledAndUnlabelledInTurns) {
   const std::vector<const char*> arm{"LHandIn", "LHandOut", "LWristIn", "LWristOut", "LUArmHigh", "LElbowOut"};
   for (unsigned seed = 0; seed < 24; ++seed) {
     std::mt19937 random(seed);
-    std::uniform_real_distribution<double> turn_rad(-1.0, 1.0);
-    const auto turn = [&] { return turn_rad(random); };
+    std::uniform_real_distribution<double> angle_rad(-1.0, 1.0);
+    const auto angle = [&] { return angle_rad(random); };
     LabelWorld world;
-    world.add("baseline41", moving_later({{"LeftUpArm", {turn(), turn(), turn()}},
-                                          {"LeftLowArm", {turn(), 0.0, -1.0 + turn()}},
-                                          {"LeftHand", {turn(), turn(), 0.0}}}));
-    world.begin();
+    world.add("baseline41", moving_later({{"LeftUpArm", {angle(), angle(), angle()}},
+                                          {"LeftLowArm", {angle(), 0.0, -1.0 + angle()}},
+                                          {"LeftHand", {angle(), angle(), 0.0}}}));
+    world.identify_all();
     world.step(95);
-    auto& tracks = world.one().tracks;
+    auto& tracks = world.actor().tracks;
     const std::size_t hides = world.marker(arm[seed % 4]), comes = world.marker(arm[seed % 4 ^ 1]);
-    for (const char* name : arm) tracks[world.marker(name)].hidden = world.marker(name) != hides && turn() < 0.6;
+    for (const char* name : arm) tracks[world.marker(name)].hidden = world.marker(name) != hides && angle() < 0.6;
     tracks[comes].hidden = true;
     world.step(22);
     world.exchange(tracks[comes], tracks[hides]);
@@ -116,23 +116,23 @@ TEST(SurmisedMarkers, ATrackThatMayBeEitherOfTwoIsNotNamedAndUnnamedInTurns) {
     tracks[hides].hidden = true;
 
     int changes = 0;
-    bool was_named = true;
+    bool was_labelled = true;
     for (int set = 0; set < 40; ++set) {
       world.step();
       const bool labelled = std::ranges::any_of(arm, [&](const char* name) {
         const LabelledMarker& label = world.label(world.marker(name));
         return label.state == LabelState::Measured && label.track == tracks[comes].id;
       });
-      changes += labelled != was_named ? 1 : 0;
-      was_named = labelled;
-      EXPECT_EQ(world.wrongs(), 0) << seed << " set " << set;
+      changes += labelled != was_labelled ? 1 : 0;
+      was_labelled = labelled;
+      EXPECT_EQ(world.wrong_count(), 0) << seed << " set " << set;
     }
     EXPECT_LE(changes, 2) << seed;
   }
 }
 
-TEST_F(LoneMarker, TellsWithTheShareOfEachThatItMayBe) {
-  ASSERT_TRUE(comes_back_alone());
+TEST_F(AmbiguousObservations, HaveTheSpreadOfTheCandidateMarkers) {
+  ASSERT_TRUE(lone_marker_reappears());
 
   const AmbiguousObservation& one = world.ambiguous_observations()[0];
 
@@ -140,51 +140,50 @@ TEST_F(LoneMarker, TellsWithTheShareOfEachThatItMayBe) {
   EXPECT_LT(one.sigma_m, 0.1);
 }
 
-// Of a whole arm a lone marker may be at the shoulder or on the hand.
-TEST_F(LoneMarker, ThatMayBeAnywhereOnAnArmTellsAsSurelyAsItMay) {
+// A lone marker of a whole arm may be at the shoulder or on the hand.
+TEST_F(AmbiguousObservations, OfAWholeArmHaveASpreadThatCoversTheError) {
   step(110);
   hide("LeftUpArm LeftLowArm LeftHand");
   step(70);
 
-  world.bring_back(world.one().tracks[world.marker("LElbowOut")]);
+  world.reappear(world.actor().tracks[world.marker("LElbowOut")]);
   for (int set = 0; set < 20; ++set) {
     step(1);
     for (const AmbiguousObservation& one : world.ambiguous_observations()) {
-      const double off_m = (one.position.v - world.true_place(one.label.marker)).norm();
+      const double off_m = (one.position.v - world.true_position(one.label.marker)).norm();
       EXPECT_GT(one.sigma_m, 0.05) << set;
       EXPECT_LT(off_m, 3.0 * one.sigma_m) << set;
     }
   }
-  EXPECT_LT(hand_told_m, hand_blind_m);
+  EXPECT_LT(hand_error_m, blind_hand_error_m);
 }
 
-TEST_F(LoneMarker, IsNotSurmisedWhereARayHasAName) {
+TEST_F(AmbiguousObservations, AreNotUsedBesideABearingOnlyObservation) {
   step(110);
   hide("LeftLowArm LeftHand");
-  const auto name = [&](const char* marker) {
+  const auto label_of = [&](const char* marker) {
     return Label{SubjectId{0}, static_cast<std::uint32_t>(world.marker(marker))};
   };
   const WorldPoint eye{{4.0, 1.0, 2.5}};
-  for (const bool by_ray : {true, false}) {
+  for (const bool with_ray : {true, false}) {
     for (int set = 0; set < 8; ++set) {
       world.step();
-      const Eigen::Vector3d to = world.true_place(world.marker("LHandOut")) - eye.v;
+      const Eigen::Vector3d to = world.true_position(world.marker("LHandOut")) - eye.v;
       std::vector<LabelledBearing> rays;
-      if (by_ray) rays.push_back({name("LHandOut"), CameraId{0}, eye, to.normalized(), 2e-4});
-      const Eigen::Vector3d aside(0.0, 0.0, set < 4 ? 0.0 : 0.06);  // the ray is believed after some sets
+      if (with_ray) rays.push_back({label_of("LHandOut"), CameraId{0}, eye, to.normalized(), 2e-4});
+      const Eigen::Vector3d aside(0.0, 0.0, set < 4 ? 0.0 : 0.06);  // the ray is accepted after some sets
       const std::vector<AmbiguousObservation> ambiguous_observations{
-          {name("LWristOut"), {world.true_place(world.marker("LWristOut")) + aside}}};
-      Labels labels = world.labels();
-      hand_told_m = off_m(told->solve(labels, world.at(), rays, ambiguous_observations));
-      labels = world.labels();
-      hand_blind_m = off_m(has_no_trusted_label->solve(labels, world.at(), rays));
+          {label_of("LWristOut"), {world.true_position(world.marker("LWristOut")) + aside}}};
+      const Labels& labels = world.labels();
+      hand_error_m = off_m(solver->solve(labels, world.at(), rays, ambiguous_observations).poses);
+      blind_hand_error_m = off_m(blind_solver->solve(labels, world.at(), rays).poses);
     }
-    EXPECT_EQ(hand_told_m - hand_blind_m < 0.01, by_ray) << hand_told_m << ' ' << hand_blind_m;
+    EXPECT_EQ(hand_error_m - blind_hand_error_m < 0.01, with_ray) << hand_error_m << ' ' << blind_hand_error_m;
   }
 }
 
-TEST_F(LoneMarker, ThatEndsIsSurmisedNoMore) {
-  ASSERT_TRUE(comes_back_alone());
+TEST_F(AmbiguousObservations, EndWithTheirTrack) {
+  ASSERT_TRUE(lone_marker_reappears());
 
   hide("LeftLowArm LeftHand");
   step(1);
@@ -192,9 +191,9 @@ TEST_F(LoneMarker, ThatEndsIsSurmisedNoMore) {
   EXPECT_TRUE(world.ambiguous_observations().empty());
 }
 
-// The arms move all the time, and of their markers half are hidden, each for half a second.
-TEST(SurmisedMarkers, HiddenHandsAreSeldomNamedWrongly) {
-  int wrongs = 0, rights = 0, visible = 0;
+// The arm moves all the time, and half of its markers are hidden, each for half a second.
+TEST(AmbiguousTracks, OfHiddenHandsAreSeldomLabelledWrongly) {
+  int wrong_count = 0, correct_count = 0, detected = 0;
   for (unsigned seed = 0; seed < 12; ++seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> phase_rad(0.0, 6.28);
@@ -213,31 +212,31 @@ TEST(SurmisedMarkers, HiddenHandsAreSeldomNamedWrongly) {
       if (bone == "LeftHand") return kinematics::from_rotation_vector({swing(5, 0.5), swing(6, 0.4), swing(7, 0.4)});
       return Eigen::Quaterniond::Identity();
     });
-    world.begin();
+    world.identify_all();
     world.step(150);
-    const auto arm = markers_of(world.one(), "LeftUpArm LeftLowArm LeftHand");
+    const auto arm = markers_of(world.actor(), "LeftUpArm LeftLowArm LeftHand");
     std::uniform_int_distribution<int> when(0, 59);
     std::bernoulli_distribution hides(0.55);
-    std::vector<int> turns(arm.size());
-    for (int& turn : turns) turn = when(random);
+    std::vector<int> hidden_from(arm.size());
+    for (int& set : hidden_from) set = when(random);
     for (int set = 0; set < 900; ++set) {
       for (std::size_t i = 0; i < arm.size(); ++i) {
-        if (set % 60 != turns[i]) continue;
-        auto& track = world.one().tracks[arm[i]];
+        if (set % 60 != hidden_from[i]) continue;
+        auto& track = world.actor().tracks[arm[i]];
         const bool was = track.hidden, now = hides(random);
-        if (was && !now) world.bring_back(track);
+        if (was && !now) world.reappear(track);
         track.hidden = now;
       }
       world.step();
-      wrongs += world.wrongs();
+      wrong_count += world.wrong_count();
       for (const std::size_t m : arm) {
-        visible += world.one().tracks[m].hidden ? 0 : 1;
-        rights += world.right(m) ? 1 : 0;
+        detected += world.actor().tracks[m].hidden ? 0 : 1;
+        correct_count += world.is_correct(m) ? 1 : 0;
       }
     }
   }
-  EXPECT_LT(wrongs, 100);
-  EXPECT_GT(rights, 0.7 * visible);
+  EXPECT_LT(wrong_count, 100);
+  EXPECT_GT(correct_count, 0.7 * detected);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -16,9 +17,10 @@ namespace mocap::label {
 namespace {
 
 constexpr double kStep_s = 1.0 / 60.0;
-constexpr int kStill = 60;  // sets in T-pose
+constexpr int kTPoseSets = 60;  // sets in T-pose
 
-// One person whose markers are tracked one track each, as good or as badly as a test wants.
+// One simulated person at 60 sets a second. Each marker has one 3D track, which a test hides, replaces, shifts or
+// exchanges. A label is correct if its track is within 20 mm of the marker.
 class World {
  public:
   explicit World(const std::string& name, bool fitted = false)
@@ -36,13 +38,13 @@ class World {
     while (set_.markers[m].name != name) ++m;
     return m;
   }
-  Eigen::Vector3d true_place(std::size_t m) const { return truth_.marker_at(m); }
+  Eigen::Vector3d true_position(std::size_t m) const { return truth_.marker_at(m); }
   const SubjectLabels& labels() const { return *labels_; }
-  bool right(std::size_t m) const { return measured(m) && off_m(m) < 0.02; }
-  bool wrong(std::size_t m) const { return measured(m) && off_m(m) >= 0.02; }
-  int wrongs() const {
+  bool is_correct(std::size_t m) const { return measured(m) && error_m(m) < 0.02; }
+  bool is_wrong(std::size_t m) const { return measured(m) && error_m(m) >= 0.02; }
+  int wrong_count() const {
     int count = 0;
-    for (std::size_t m = 0; m < set_.markers.size(); ++m) count += wrong(m) ? 1 : 0;
+    for (std::size_t m = 0; m < set_.markers.size(); ++m) count += is_wrong(m) ? 1 : 0;
     return count;
   }
 
@@ -52,20 +54,20 @@ class World {
   void hide_all() {
     for (std::size_t m = 0; m < tracks_.size(); ++m) hide(m);
   }
-  void bring_all_back() {
-    for (std::size_t m = 0; m < tracks_.size(); ++m) bring_back(m);
+  void all_reappear() {
+    for (std::size_t m = 0; m < tracks_.size(); ++m) reappear(m);
   }
-  int rights() const {
+  int correct_count() const {
     int count = 0;
-    for (std::size_t m = 0; m < set_.markers.size(); ++m) count += right(m) ? 1 : 0;
+    for (std::size_t m = 0; m < set_.markers.size(); ++m) count += is_correct(m) ? 1 : 0;
     return count;
   }
   Labeller& labeller() { return *labeller_; }
-  // Lets time pass that nobody sees.
+  // Skips sets: the labeller is not called.
   void skip(int sets) { sets_ += sets; }
 
-  // A new track, for the old one ended meanwhile.
-  void bring_back(std::size_t m) { tracks_[m] = {TrackId{next_id_++}, false, Eigen::Vector3d::Zero()}; }
+  // The marker is detected again, with a new track.
+  void reappear(std::size_t m) { tracks_[m] = {TrackId{next_id_++}, false, Eigen::Vector3d::Zero()}; }
 
   void step(int sets = 1) {
     for (int i = 0; i < sets; ++i) step_once();
@@ -79,10 +81,10 @@ class World {
   };
 
   bool measured(std::size_t m) const { return labels().markers[m].state == LabelState::Measured; }
-  double off_m(std::size_t m) const { return (labels().markers[m].position.v - true_place(m)).norm(); }
+  double error_m(std::size_t m) const { return (labels().markers[m].position.v - true_position(m)).norm(); }
 
   void step_once() {
-    const double t_s = std::max(0, sets_ - kStill) * kStep_s;
+    const double t_s = std::max(0, sets_ - kTPoseSets) * kStep_s;
     std::vector<Pose> locals;
     for (const Bone& bone : set_.skeleton.bones) {
       Pose pose{bone.rest_offset_m, Eigen::Quaterniond::Identity()};
@@ -109,9 +111,9 @@ class World {
       track.age_sets = 10;
       tracked.push_back(track);
     }
-    Expected expected;
+    Predictions expected;
     expected.at = from_ns(1'000'000'000) + from_s(sets_++ * kStep_s);
-    labels_ = &labeller_->label(tracked, expected)[0];
+    labels_ = &labeller_->label(tracked, expected).labels[0];
   }
 
   MarkerSet set_;
@@ -125,20 +127,20 @@ class World {
   std::normal_distribution<double> noise_{0.0, 0.0005};
 };
 
-TEST(LabelMarkers, NamesATPoseAndKeepsAllNamesInMotion) {
+TEST(BodyLabeller, IdentifiesATPoseAndKeepsAllLabelsInMotion) {
   for (const char* name : {"openmocap18", "baseline41"}) {
     World world(name);
-    world.step(kStill);
+    world.step(kTPoseSets);
     ASSERT_EQ(world.labels().phase, SubjectPhase::Tracking) << name;
 
     for (int i = 0; i < 240; ++i) {
       world.step();
-      for (std::size_t m = 0; m < world.labels().markers.size(); ++m) EXPECT_TRUE(world.right(m)) << name << m;
+      for (std::size_t m = 0; m < world.labels().markers.size(); ++m) EXPECT_TRUE(world.is_correct(m)) << name << m;
     }
   }
 }
 
-TEST(LabelMarkers, MendsTwoTracksThatExchangeTheirMarkersAtOnce) {
+TEST(BodyLabeller, PublishesNoWrongLabelWhenTwoTracksExchangeTheirMarkers) {
   struct Case {
     const char *set, *a, *b;
   };
@@ -146,7 +148,7 @@ TEST(LabelMarkers, MendsTwoTracksThatExchangeTheirMarkersAtOnce) {
                           Case{"openmocap18", "LeftUpLeg", "RightUpLeg"}, Case{"baseline41", "LWristIn", "LWristOut"},
                           Case{"baseline41", "RToeTip", "RToeOut"}, Case{"baseline41", "LHeel", "LAnkleOut"}}) {
     World world(one.set);
-    world.step(kStill + 90);
+    world.step(kTPoseSets + 90);
     const std::size_t a = world.marker(one.a);
     const std::size_t b = world.marker(one.b);
 
@@ -154,111 +156,111 @@ TEST(LabelMarkers, MendsTwoTracksThatExchangeTheirMarkersAtOnce) {
 
     for (int i = 0; i < 30; ++i) {
       world.step();
-      EXPECT_EQ(world.wrongs(), 0) << one.a << " set " << i;
+      EXPECT_EQ(world.wrong_count(), 0) << one.a << " set " << i;
     }
-    EXPECT_TRUE(world.right(a) && world.right(b)) << one.a;
+    EXPECT_TRUE(world.is_correct(a) && world.is_correct(b)) << one.a;
   }
 }
 
-TEST(LabelMarkers, TakesTheNameBackFromATrackThatLeavesTheBody) {
+TEST(BodyLabeller, RemovesTheLabelOfATrackThatLeavesTheBody) {
   World world("openmocap18");
-  world.step(kStill + 90);
+  world.step(kTPoseSets + 90);
   const std::size_t foot = world.marker("LeftFoot");
 
   world.shift(foot, {0.0, 0.15, 0.0});
   world.step();
 
-  EXPECT_EQ(world.wrongs(), 0);
+  EXPECT_EQ(world.wrong_count(), 0);
 }
 
-TEST(LabelMarkers, GivesALostNameBackWithinFiveSetsOfItsMarkerBeingSeen) {
+TEST(BodyLabeller, LabelsAMarkerWithinFiveSetsOfItsReturn) {
   for (const char* name : {"LeftCollar", "RightUpArm", "LeftHand", "RightFoot", "LeftLowLeg"}) {
     World world("openmocap18");
-    world.step(kStill + 90);
+    world.step(kTPoseSets + 90);
     const std::size_t m = world.marker(name);
     world.hide(m);
     world.step(24);
 
-    world.bring_back(m);
+    world.reappear(m);
     for (int i = 0; i < 5; ++i) {
       world.step();
-      EXPECT_EQ(world.wrongs(), 0) << name;
+      EXPECT_EQ(world.wrong_count(), 0) << name;
     }
 
-    EXPECT_TRUE(world.right(m)) << name;
+    EXPECT_TRUE(world.is_correct(m)) << name;
   }
 }
 
-TEST(LabelMarkers, ReadsBothWristMarkersRightAfterBothWereHidden) {
+TEST(BodyLabeller, LabelsBothWristMarkersAfterBothWereHidden) {
   World world("baseline41");
-  world.step(kStill + 90);
+  world.step(kTPoseSets + 90);
   const std::size_t in = world.marker("LWristIn");
   const std::size_t out = world.marker("LWristOut");
   world.hide(in);
   world.hide(out);
   world.step(20);
 
-  world.bring_back(out);
+  world.reappear(out);
   world.step(4);
-  world.bring_back(in);
+  world.reappear(in);
   world.step(10);
 
-  EXPECT_EQ(world.wrongs(), 0);
-  EXPECT_TRUE(world.right(in) && world.right(out));
+  EXPECT_EQ(world.wrong_count(), 0);
+  EXPECT_TRUE(world.is_correct(in) && world.is_correct(out));
 }
 
-TEST(LabelMarkers, NamesABodyWhoseMeasuresAreKnownInMidMotion) {
+TEST(BodyLabeller, IdentifiesAFittedBodyInMotion) {
   for (const char* name : {"openmocap18", "baseline41"}) {
     World world(name, true);
-    world.skip(kStill + 100);
+    world.skip(kTPoseSets + 100);
 
     for (int i = 0; i < 30; ++i) {
       world.step();
-      EXPECT_EQ(world.wrongs(), 0) << name << i;
+      EXPECT_EQ(world.wrong_count(), 0) << name << i;
     }
 
     EXPECT_EQ(world.labels().phase, SubjectPhase::Tracking) << name;
-    // Some limbs may wait until their motion tells.
-    EXPECT_GE(world.rights(), static_cast<int>(world.labels().markers.size()) * 3 / 4) << name;
+    // Ambiguous limbs may wait until motion resolves them.
+    EXPECT_GE(world.correct_count(), static_cast<int>(world.labels().markers.size()) * 3 / 4) << name;
   }
 }
 
-TEST(LabelMarkers, NamesABodyAgainWithinHalfASecondOfABlackout) {
+TEST(BodyLabeller, IdentifiesABodyAgainWithinHalfASecondOfABlackout) {
   for (const char* name : {"openmocap18", "baseline41"}) {
     World world(name);
-    world.step(kStill + 70);
+    world.step(kTPoseSets + 70);
     world.hide_all();
     world.step(60);
 
-    world.bring_all_back();
+    world.all_reappear();
     for (int i = 0; i < 30; ++i) {
       world.step();
-      EXPECT_EQ(world.wrongs(), 0) << name << i;
+      EXPECT_EQ(world.wrong_count(), 0) << name << i;
     }
 
-    EXPECT_GE(world.rights(), static_cast<int>(world.labels().markers.size()) * 9 / 10) << name;
+    EXPECT_GE(world.correct_count(), static_cast<int>(world.labels().markers.size()) * 9 / 10) << name;
   }
 }
 
-TEST(LabelMarkers, WaitsForATPoseAfterAReset) {
+TEST(BodyLabeller, WaitsForATPoseAfterAReset) {
   World world("baseline41");
-  world.step(kStill + 70);
+  world.step(kTPoseSets + 70);
   ASSERT_EQ(world.labels().phase, SubjectPhase::Tracking);
 
   world.labeller().reset(SubjectId{0});
   world.step(60);
 
   EXPECT_EQ(world.labels().phase, SubjectPhase::Searching);
-  EXPECT_EQ(world.rights(), 0);
+  EXPECT_EQ(world.correct_count(), 0);
 }
 
-TEST(LabelMarkers, GivesNoNamesToASubjectThatIsAway) {
+TEST(BodyLabeller, LabelsNoSubjectThatIsAway) {
   World world("baseline41");
-  world.step(kStill + 70);
+  world.step(kTPoseSets + 70);
 
   world.labeller().set_away(SubjectId{0}, true);
   world.step(60);
-  EXPECT_EQ(world.rights() + world.wrongs(), 0);
+  EXPECT_EQ(world.correct_count() + world.wrong_count(), 0);
 
   world.labeller().set_away(SubjectId{0}, false);
   world.step(30);

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -10,8 +11,8 @@ namespace {
 
 using test::LabelWorld;
 
-/// Stands with lowered arms, and walks on the spot when the time begins.
-test::Moves a_pose_then_walking(double lowered_rad) {
+/// Arms lowered by an angle at first, then walking on the spot.
+test::Motion a_pose_then_walking(double lowered_rad) {
   return [lowered_rad, walks = test::walking()](const std::string& bone, double t_s) -> Eigen::Quaterniond {
     const Eigen::Quaterniond walking = walks(bone, t_s);
     const double left = 1.0 - std::min(1.0, t_s);
@@ -23,25 +24,25 @@ test::Moves a_pose_then_walking(double lowered_rad) {
   };
 }
 
-class LabelStanding : public ::testing::TestWithParam<const char*> {};
+class CalibrationPoseLabels : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(LabelStanding, NamesAnAPoseOfAnybodyAndKeepsAllNamesInMotion) {
+TEST_P(CalibrationPoseLabels, StartInAnAPoseAndStayCorrectInMotion) {
   for (const double lowered_rad : {0.65, 0.785, 0.95}) {
     LabelWorld world;
     world.add(GetParam(), a_pose_then_walking(lowered_rad), {0.3, -0.2, 0.95}, 2.0, 0.95);
-    world.begin();
-    EXPECT_EQ(world.rights(), world.markers()) << lowered_rad;
+    world.identify_all();
+    EXPECT_EQ(world.correct_count(), world.marker_count()) << lowered_rad;
 
     world.step(240);
 
-    EXPECT_EQ(world.rights(), world.markers()) << lowered_rad;
+    EXPECT_EQ(world.correct_count(), world.marker_count()) << lowered_rad;
   }
 }
 
-TEST_P(LabelStanding, MeasuresWhoStandsInAPoseInTheFramesOfTheRestPose) {
+TEST_P(CalibrationPoseLabels, GiveOffsetsInTheFramesOfTheRestPose) {
   LabelWorld world;
   const LabelWorld::Person& person = world.add(GetParam(), a_pose_then_walking(0.785), {0.0, 0.0, 0.95}, 0.0, 0.95);
-  world.begin();
+  world.identify_all();
   const std::optional<SubjectFit> fit = world.take_fit();
 
   ASSERT_TRUE(fit);
@@ -54,18 +55,18 @@ TEST_P(LabelStanding, MeasuresWhoStandsInAPoseInTheFramesOfTheRestPose) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(ShippedSets, LabelStanding, ::testing::Values("openmocap18", "baseline41"),
+INSTANTIATE_TEST_SUITE_P(ShippedSets, CalibrationPoseLabels, ::testing::Values("openmocap18", "baseline41"),
                          [](const auto& set) { return std::string(set.param); });
 
-// More than is searched at once. Lights that were there before anybody came are not all that is looked at.
-TEST(LabelCrowd, WhoStandsBeforeAWallOfLightsIsNamed) {
+// More points than one search uses, most of them older than the tracks of the person.
+TEST(SubjectSearch, FindsAPersonInFrontOfAWallOfLights) {
   LabelWorld world;
   world.add("baseline41", test::walking());
-  for (int i = 0; i < 170; ++i) world.ghosts.emplace_back(3.0, 0.1 * (i / 10) - 0.8, 0.2 * (i % 10));
+  for (int i = 0; i < 170; ++i) world.clutter.emplace_back(3.0, 0.1 * (i / 10) - 0.8, 0.2 * (i % 10));
 
-  world.begin();
+  world.identify_all();
 
-  EXPECT_EQ(world.rights(), world.markers());
+  EXPECT_EQ(world.correct_count(), world.marker_count());
 }
 
 }  // namespace

@@ -8,9 +8,9 @@ namespace {
 
 using test::LabelWorld;
 
-constexpr float kSure = 0.9F;
+constexpr float kHighConfidence = 0.9F;
 
-TEST(LabelStates, AMarkerIsMeasuredThenFilledThenLostWhenNobodySeesIt) {
+TEST(LabelStates, GoFromMeasuredToFilledToLostWhileAMarkerIsHidden) {
   LabelWorld world;
   world.add("baseline41", test::walking());
   const auto solver = solve::make_skeleton_solver({.fill_for_s = 0.5, .smoothing = {}}, world.subjects());
@@ -18,22 +18,21 @@ TEST(LabelStates, AMarkerIsMeasuredThenFilledThenLostWhenNobodySeesIt) {
   const auto step = [&](int sets) {
     for (int i = 0; i < sets; ++i) {
       world.step();
-      labels = world.labels();
-      (void)solver->solve(labels, world.at());
+      labels = solver->solve(world.labels(), world.at()).labels;
     }
   };
-  world.begin();
+  world.identify_all();
   step(120);
   const std::size_t knee = world.marker("LKneeOut");
   EXPECT_EQ(labels[0].markers[knee].state, LabelState::Measured);
 
-  world.one().tracks[knee].hidden = true;
+  world.actor().tracks[knee].hidden = true;
   step(30);
 
   EXPECT_EQ(labels[0].markers[knee].state, LabelState::Filled);
-  EXPECT_LT(labels[0].markers[knee].confidence, kSure);
-  // Thigh, hip and shin markers tell the knee: within the thickness of skin.
-  EXPECT_LT((labels[0].markers[knee].position.v - world.true_place(knee)).norm(), 0.01);
+  EXPECT_LT(labels[0].markers[knee].confidence, kHighConfidence);
+  // Markers of thigh, hip and shin determine the knee to within 10 mm, the thickness of skin.
+  EXPECT_LT((labels[0].markers[knee].position.v - world.true_position(knee)).norm(), 0.01);
 
   step(60);
 
@@ -41,65 +40,66 @@ TEST(LabelStates, AMarkerIsMeasuredThenFilledThenLostWhenNobodySeesIt) {
   EXPECT_EQ(labels[0].markers[knee].confidence, 0.0F);
 }
 
-TEST(LabelStates, ANameIsSureAfterAWhileAndNotWhenItsTrackHasJumped) {
+TEST(LabelStates, HaveHighConfidenceUntilTheTrackJumps) {
   LabelWorld world;
   world.add("baseline41", test::walking());
-  world.begin();
+  world.identify_all();
   world.step(60);
   const std::size_t in = world.marker("LWristIn");
   const std::size_t out = world.marker("LWristOut");
-  for (std::size_t m = 0; m < world.one().tracks.size(); ++m) EXPECT_GT(world.label(m).confidence, kSure) << m;
+  for (std::size_t m = 0; m < world.actor().tracks.size(); ++m)
+    EXPECT_GT(world.label(m).confidence, kHighConfidence) << m;
 
-  world.exchange(world.one().tracks[in], world.one().tracks[out]);
+  world.exchange(world.actor().tracks[in], world.actor().tracks[out]);
   world.step();
 
-  EXPECT_LT(world.label(in).confidence, kSure);
-  EXPECT_LT(world.label(out).confidence, kSure);
-  EXPECT_GT(world.label(world.marker("HeadTop")).confidence, kSure);
+  EXPECT_LT(world.label(in).confidence, kHighConfidence);
+  EXPECT_LT(world.label(out).confidence, kHighConfidence);
+  EXPECT_GT(world.label(world.marker("HeadTop")).confidence, kHighConfidence);
 }
 
-TEST(LabelStates, ATrackThatComesBackFromCoastingBearsItsOldName) {
+TEST(LabelStates, ReturnToATrackThatIsDetectedAgainAfterCoasting) {
   LabelWorld world;
   world.add("baseline41", test::walking());
-  world.begin();
+  world.identify_all();
   world.step(120);
   const std::size_t out = world.marker("RWristOut");
-  world.one().tracks[world.marker("RWristIn")].hidden = true;
-  world.one().tracks[out].coasts = true;
+  world.actor().tracks[world.marker("RWristIn")].hidden = true;
+  world.actor().tracks[out].coasts = true;
   world.step(12);
   EXPECT_NE(world.label(out).state, LabelState::Measured);
 
-  world.one().tracks[out].coasts = false;
+  world.actor().tracks[out].coasts = false;
   world.step(5);
 
-  EXPECT_EQ(world.wrongs(), 0);
-  EXPECT_TRUE(world.right(out));
+  EXPECT_EQ(world.wrong_count(), 0);
+  EXPECT_TRUE(world.is_correct(out));
 }
 
-TEST(LabelStates, ABodyThatItsTracksDoNotFitAnyMoreIsLetGo) {
+TEST(LabelStates, EndWhenTheTracksNoLongerFitTheBody) {
   LabelWorld world;
   world.add("baseline41", test::walking());
-  world.begin();
+  world.identify_all();
   world.step(120);
-  auto& tracks = world.one().tracks;
+  auto& tracks = world.actor().tracks;
 
-  // Both legs' markers go elsewhere, each on its own.
+  // The markers of both legs move away, each in its own direction.
   int away = 0;
   for (std::size_t m = world.marker("LThigh"); m < tracks.size(); ++m) {
-    const std::string& name = world.one().set.markers[m].name;
+    const std::string& name = world.actor().set.markers[m].name;
     if (name.find("Shoulder") != std::string::npos || name.find("Arm") != std::string::npos) continue;
     if (name.find("Elbow") != std::string::npos || name.find("Wrist") != std::string::npos) continue;
-    world.bring_back(tracks[m]);
+    world.reappear(tracks[m]);
     ++away;
     tracks[m].off = 0.25 * Eigen::Vector3d(std::sin(2.0 * away), std::cos(3.0 * away), std::sin(5.0 * away + 1.0));
   }
-  bool let_go = false;
-  for (int i = 0; i < 180 && !let_go; ++i) {
+  bool lost = false;
+  for (int i = 0; i < 180 && !lost; ++i) {
     world.step();
-    let_go = world.phase() != SubjectPhase::Tracking;
+    lost = world.phase() != SubjectPhase::Tracking;
   }
 
-  EXPECT_TRUE(let_go);
+  EXPECT_TRUE(lost);
 }
 
 }  // namespace

@@ -19,21 +19,23 @@
 
 namespace mocap::test {
 
-/// How the joints of a person are turned; by the name of the bone, `t_s` after the T-pose.
-using Moves = std::function<Eigen::Quaterniond(const std::string& bone, double t_s)>;
+/// Local rotation of a bone, by its name, `t_s` seconds after the T-pose.
+using Motion = std::function<Eigen::Quaterniond(const std::string& bone, double t_s)>;
 
-/// People whose markers are tracked one track each, as good or as badly as a test wants; and who gets which name.
+/// Simulated people and a labeller. Each marker has one 3D track, which a test hides, replaces, shifts or exchanges.
+/// The labels are compared with the truth: a label is correct if its track is within 20 mm of the marker. Truth by
+/// forward kinematics; 120 sets a second; position noise 0.5 mm; fixed seed.
 class LabelWorld {
  public:
   static constexpr double kStep_s = 1.0 / 120.0;
-  static constexpr int kStill = 90;  ///< sets in T-pose
+  static constexpr int kTPoseSets = 90;  ///< sets in T-pose before the motion starts
 
   struct Track {
     TrackId id;
     bool hidden = false;
-    bool coasts = false;  ///< nobody sees it; its track goes on
+    bool coasts = false;  ///< not detected, but its track continues
     std::uint32_t missed_sets = 0;
-    Eigen::Vector3d off = Eigen::Vector3d::Zero();
+    Eigen::Vector3d off = Eigen::Vector3d::Zero();  ///< of the track from the marker, m
   };
   struct Person {
     MarkerSet set;
@@ -42,14 +44,14 @@ class LabelWorld {
     Eigen::Vector3d place_m = Eigen::Vector3d::Zero();
     double heading_rad = 0.0;
     double scale = 1.0;
-    Moves moves;
+    Motion motion;
     std::size_t subject = 0;
   };
 
   LabelWorld() { people_.reserve(kMaxSubjects); }
 
-  /// Adds a person who wears a shipped marker set, `scale` times as tall as it says.
-  Person& add(const std::string& set, Moves moves, const Eigen::Vector3d& place_m = {0.0, 0.0, 1.0},
+  /// Adds a person with a shipped marker set, scaled by `scale`.
+  Person& add(const std::string& set, Motion motion, const Eigen::Vector3d& place_m = {0.0, 0.0, 1.0},
               double heading_rad = 0.0, double scale = 1.0) {
     Person& one = people_.emplace_back();
     one.set = person(set);
@@ -59,52 +61,54 @@ class LabelWorld {
     one.place_m = place_m;
     one.heading_rad = heading_rad;
     one.scale = scale;
-    one.moves = std::move(moves);
-    for (std::size_t m = 0; m < one.set.markers.size(); ++m) bring_back(one.tracks.emplace_back());
+    one.motion = std::move(motion);
+    for (std::size_t m = 0; m < one.set.markers.size(); ++m) reappear(one.tracks.emplace_back());
     subjects_.push_back({"actor" + std::to_string(subjects_.size()), person(set)});
     return one;
   }
 
   const std::vector<Subject>& subjects() const { return subjects_; }
-  const Labels& labels() const { return *labels_; }
-  std::span<const AmbiguousObservation> ambiguous_observations() const { return labeller_->ambiguous_observations(); }
-  std::optional<SubjectFit> take_fit() { return labeller_->take_fit(); }
+  const Labels& labels() const { return labelling_->labels; }
+  std::span<const AmbiguousObservation> ambiguous_observations() const { return labelling_->ambiguous_observations; }
+  std::optional<SubjectFit> take_fit() { return std::exchange(fit_, std::nullopt); }
   Timestamp at() const { return from_ns(1'000'000'000) + from_s((sets_ - 1) * kStep_s); }
 
-  Person& one(std::size_t p = 0) { return people_[p]; }
+  Person& actor(std::size_t p = 0) { return people_[p]; }
   std::size_t marker(const std::string& name, std::size_t p = 0) const {
     std::size_t m = 0;
     while (people_[p].set.markers[m].name != name) ++m;
     return m;
   }
-  Eigen::Vector3d true_place(std::size_t m, std::size_t p = 0) const { return people_[p].truth->marker_at(m); }
+  Eigen::Vector3d true_position(std::size_t m, std::size_t p = 0) const { return people_[p].truth->marker_at(m); }
   const LabelledMarker& label(std::size_t m, std::size_t p = 0) const {
-    return (*labels_)[people_[p].subject].markers[m];
+    return labels()[people_[p].subject].markers[m];
   }
-  SubjectPhase phase(std::size_t p = 0) const { return (*labels_)[people_[p].subject].phase; }
-  double off_m(std::size_t m, std::size_t p = 0) const { return (label(m, p).position.v - true_place(m, p)).norm(); }
-  bool right(std::size_t m, std::size_t p = 0) const {
-    return label(m, p).state == LabelState::Measured && off_m(m, p) < 0.02;
+  SubjectPhase phase(std::size_t p = 0) const { return labels()[people_[p].subject].phase; }
+  double error_m(std::size_t m, std::size_t p = 0) const {
+    return (label(m, p).position.v - true_position(m, p)).norm();
   }
-  bool wrong(std::size_t m, std::size_t p = 0) const {
-    return label(m, p).state == LabelState::Measured && off_m(m, p) >= 0.02;
+  bool is_correct(std::size_t m, std::size_t p = 0) const {
+    return label(m, p).state == LabelState::Measured && error_m(m, p) < 0.02;
   }
-  int wrongs() const { return count(&LabelWorld::wrong); }
-  int rights() const { return count(&LabelWorld::right); }
-  int markers() const {
+  bool is_wrong(std::size_t m, std::size_t p = 0) const {
+    return label(m, p).state == LabelState::Measured && error_m(m, p) >= 0.02;
+  }
+  int wrong_count() const { return count(&LabelWorld::is_wrong); }
+  int correct_count() const { return count(&LabelWorld::is_correct); }
+  int marker_count() const {
     std::size_t sum = 0;
     for (const Person& one : people_) sum += one.tracks.size();
     return static_cast<int>(sum);
   }
 
-  label::LabelSettings settings;  ///< from `begin` on
+  label::LabelSettings settings;  ///< used by `identify_all`
 
-  /// Lights that are nobody's marker, from the next set on; they stand before all others.
-  std::vector<Eigen::Vector3d> ghosts;
+  /// Positions of tracks that are no marker. They come first in the list of tracks.
+  std::vector<Eigen::Vector3d> clutter;
 
   void exchange(Track& a, Track& b) { std::swap(a.id, b.id); }
-  /// A new track, for the old one ended meanwhile.
-  void bring_back(Track& track) {
+  /// The marker is detected again, with a new track.
+  void reappear(Track& track) {
     track = {};
     track.id = TrackId{next_id_++};
   }
@@ -112,16 +116,25 @@ class LabelWorld {
   void step(int sets = 1) {
     for (int i = 0; i < sets; ++i) step_once();
   }
-  /// Stands in T-pose until all are named; each person is then the subject that took most of the markers.
-  void begin() {
+  /// Continues with a labeller of other subjects, which adopts the belief of the one before. The caller sets
+  /// Person::subject.
+  void change_subjects(std::vector<Subject> subjects, const Handover& handover) {
+    subjects_ = std::move(subjects);
+    std::unique_ptr<Labeller> next = label::make_labeller(settings, subjects_);
+    next->adopt(*labeller_, handover);
+    labeller_ = std::move(next);
+  }
+
+  /// Runs the T-pose until all are labelled. A person's subject is then the one with most of the person's tracks.
+  void identify_all() {
     labeller_ = label::make_labeller(settings, subjects_);
-    step(kStill);
+    step(kTPoseSets);
     for (std::size_t p = 0; p < people_.size(); ++p) {
       for (std::size_t s = 0; s < people_.size(); ++s) {
         people_[p].subject = s;
-        int rights = 0;
-        for (std::size_t m = 0; m < people_[p].tracks.size(); ++m) rights += right(m, p) ? 1 : 0;
-        if (2 * rights > static_cast<int>(people_[p].tracks.size())) break;
+        int correct_count = 0;
+        for (std::size_t m = 0; m < people_[p].tracks.size(); ++m) correct_count += is_correct(m, p) ? 1 : 0;
+        if (2 * correct_count > static_cast<int>(people_[p].tracks.size())) break;
       }
     }
   }
@@ -138,7 +151,7 @@ class LabelWorld {
   void pose(Person& one, double t_s) {
     std::vector<Pose> locals;
     for (const Bone& bone : one.set.skeleton.bones) {
-      Pose pose{bone.rest_offset_m, one.moves(bone.name, t_s)};
+      Pose pose{bone.rest_offset_m, one.motion(bone.name, t_s)};
       if (bone.parent < 0) {
         pose.position = one.place_m;
         pose.rotation = kinematics::from_rotation_vector({0.0, 0.0, one.heading_rad}) * pose.rotation;
@@ -149,13 +162,13 @@ class LabelWorld {
   }
 
   void step_once() {
-    const double t_s = std::max(0, sets_ - kStill) * kStep_s;
+    const double t_s = std::max(0, sets_ - kTPoseSets) * kStep_s;
     TrackedMarkers tracked;
-    for (std::size_t i = 0; i < ghosts.size(); ++i) {
+    for (std::size_t i = 0; i < clutter.size(); ++i) {
       TrackedMarker track;
       track.id = TrackId{static_cast<std::uint32_t>(100'000 + i)};
       track.state = TrackState::Confirmed;
-      track.position.v = ghosts[i];
+      track.position.v = clutter[i];
       track.covariance_m2 = 1e-6 * Eigen::Matrix3d::Identity();
       track.cameras = 4;
       track.age_sets = 10;
@@ -182,45 +195,47 @@ class LabelWorld {
         tracked.push_back(track);
       }
     }
-    Expected expected;
+    Predictions expected;
     expected.at = from_ns(1'000'000'000) + from_s(sets_++ * kStep_s);
-    labels_ = &labeller_->label(tracked, expected);
+    labelling_ = &labeller_->label(tracked, expected);
+    if (labelling_->fit) fit_ = labelling_->fit;
   }
 
   std::vector<Person> people_;
   std::vector<Subject> subjects_;
   std::unique_ptr<Labeller> labeller_;
-  const Labels* labels_ = nullptr;
+  const Labelling* labelling_ = nullptr;
+  std::optional<SubjectFit> fit_;
   std::uint32_t next_id_ = 100;
   int sets_ = 0;
   std::mt19937 random_{7};
   std::normal_distribution<double> noise_{0.0, 0.0005};
 };
 
-/// Goes into a posture within a second and then sways in it a little.
-inline Moves into_posture(std::vector<std::pair<std::string, Eigen::Vector3d>> turns) {
-  return [turns = std::move(turns)](const std::string& bone, double t_s) {
+/// Motion into a posture within a second, with a small sway.
+inline Motion into_posture(std::vector<std::pair<std::string, Eigen::Vector3d>> rotations) {
+  return [rotations = std::move(rotations)](const std::string& bone, double t_s) {
     const double share = std::min(1.0, t_s);
     const double sway = 0.03 * std::sin(5.0 * t_s);
-    for (const auto& [name, turn] : turns) {
-      if (name == bone) return kinematics::from_rotation_vector(share * (1.0 + sway) * turn);
+    for (const auto& [name, rotation] : rotations) {
+      if (name == bone) return kinematics::from_rotation_vector(share * (1.0 + sway) * rotation);
     }
     return Eigen::Quaterniond::Identity();
   };
 }
 
-/// Moves a limb's joints while nobody sees it: from 1 s after the T-pose on, within half a second.
-inline Moves moving_later(std::vector<std::pair<std::string, Eigen::Vector3d>> turns) {
-  return [turns = std::move(turns)](const std::string& bone, double t_s) -> Eigen::Quaterniond {
+/// Motion of some joints from 1.0 s to 1.5 s after the T-pose, while a test hides the limb.
+inline Motion moving_later(std::vector<std::pair<std::string, Eigen::Vector3d>> rotations) {
+  return [rotations = std::move(rotations)](const std::string& bone, double t_s) -> Eigen::Quaterniond {
     const double share = std::clamp((t_s - 1.0) / 0.5, 0.0, 1.0);
-    for (const auto& [name, turn] : turns) {
-      if (name == bone) return kinematics::from_rotation_vector(share * turn);
+    for (const auto& [name, rotation] : rotations) {
+      if (name == bone) return kinematics::from_rotation_vector(share * rotation);
     }
     return Eigen::Quaterniond::Identity();
   };
 }
 
-/// The markers of some bones, whose names stand in `bones`.
+/// The markers of the bones whose names are in the string `bones`.
 inline std::vector<std::size_t> markers_of(const LabelWorld::Person& one, std::string_view bones) {
   std::vector<std::size_t> markers;
   for (std::size_t m = 0; m < one.set.markers.size(); ++m) {
@@ -230,8 +245,8 @@ inline std::vector<std::size_t> markers_of(const LabelWorld::Person& one, std::s
   return markers;
 }
 
-/// Swings arms and legs as one who walks on the spot.
-inline Moves walking() {
+/// Arms and legs swing as in walking on the spot.
+inline Motion walking() {
   return [](const std::string& bone, double t_s) -> Eigen::Quaterniond {
     const double down = 1.1 * std::min(1.0, t_s);
     const double swing = 0.4 * std::sin(6.0 * t_s) * std::min(1.0, t_s);
@@ -243,8 +258,8 @@ inline Moves walking() {
   };
 }
 
-/// Both hands together before the breast, both feet side by side.
-inline Moves hands_and_feet_together() {
+/// Both hands together in front of the chest, both feet side by side.
+inline Motion hands_and_feet_together() {
   return into_posture({{"LeftUpArm", {0.0, 0.0, -1.85}},
                        {"RightUpArm", {0.0, 0.0, 1.85}},
                        {"LeftUpLeg", {-0.05, 0.0, 0.0}},

@@ -18,11 +18,12 @@ using test::moving_later;
 
 constexpr std::string_view kLeg = "LeftUpLeg LeftLowLeg LeftFoot";
 
-std::vector<std::size_t> leg_of(LabelWorld& world) { return markers_of(world.one(), kLeg); }
+std::vector<std::size_t> leg_of(LabelWorld& world) { return markers_of(world.actor(), kLeg); }
 
-// A person, told by all markers but those of a leg, which has moved; and the leg's markers as places.
-struct ReadLimb : testing::Test {
-  ReadLimb()
+// A person whose markers are observed except those of a leg, which has moved. The candidates are the markers of the
+// leg, in reverse order.
+struct LegHypotheses : testing::Test {
+  LegHypotheses()
       : set(test::person("baseline41")),
         constraints(set),
         body(set, {}),
@@ -68,33 +69,34 @@ struct ReadLimb : testing::Test {
   LimbHypothesisSolver limb;
 };
 
-TEST_F(ReadLimb, ALegThatMovedIsFound) {
-  const int judged = limb.advance(constraints, 1000);
+TEST_F(LegHypotheses, FindALegThatMoved) {
+  const int evaluated = limb.advance(constraints, 1000);
 
   EXPECT_FALSE(limb.busy());
-  EXPECT_GT(judged, static_cast<int>(DistanceConstraintMatcher::kMaxAssignments));  // its neighbours were exchanged
+  EXPECT_GT(evaluated,
+            static_cast<int>(DistanceConstraintMatcher::kMaxAssignments));  // swaps of neighbours were evaluated
   ASSERT_NE(limb.found(), nullptr);
   for (std::size_t n = 0; n < limb.label_count(); ++n)
     EXPECT_EQ(limb.found()->candidate_of[n], static_cast<int>(limb.label_count() - 1 - n)) << n;
 }
 
-TEST_F(ReadLimb, WhatIsFoundDoesNotHangOnHowMuchIsDoneAtATime) {
+TEST_F(LegHypotheses, DoNotDependOnTheWorkOfOneCall) {
   LimbHypothesisSolver slow = limb;
-  const int judged = limb.advance(constraints, 1000);
+  const int evaluated = limb.advance(constraints, 1000);
   int calls = 0, sum = 0;
   for (; slow.busy() && calls < 1000; ++calls) {
     EXPECT_EQ(slow.found(), nullptr);
     sum += slow.advance(constraints, 1);
   }
 
-  EXPECT_EQ(sum, judged);
-  EXPECT_GE(calls, judged);
+  EXPECT_EQ(sum, evaluated);
+  EXPECT_GE(calls, evaluated);
   ASSERT_TRUE(slow.found() != nullptr && limb.found() != nullptr);
   EXPECT_EQ(slow.found()->candidate_of, limb.found()->candidate_of);
   EXPECT_EQ(slow.found()->cost, limb.found()->cost);
 }
 
-TEST_F(ReadLimb, APlaceIsOfAllNamesThatGoodReadingsGiveIt) {
+TEST_F(LegHypotheses, GiveAssociationProbabilitiesOverTheBestHypotheses) {
   (void)limb.advance(constraints, 1000);
   for (std::size_t n = 0; n < limb.label_count(); ++n) {
     const LimbHypothesisSolver::Probabilities probabilities =
@@ -102,12 +104,12 @@ TEST_F(ReadLimb, APlaceIsOfAllNamesThatGoodReadingsGiveIt) {
     for (std::size_t other = 0; other < probabilities.size(); ++other)
       EXPECT_NEAR(probabilities[other], other == n ? 1.0 : 0.0, 1e-12) << n << ' ' << other;
   }
-  const LimbHypothesisSolver::Probabilities nobodys =
+  const LimbHypothesisSolver::Probabilities unused =
       limb.association_probabilities(static_cast<int>(limb.candidate_count()));
-  EXPECT_TRUE(std::ranges::all_of(nobodys, [](double share) { return share == 0.0; }));
+  EXPECT_TRUE(std::ranges::all_of(unused, [](double share) { return share == 0.0; }));
 }
 
-TEST_F(ReadLimb, ALimbThatMayBeNowhereHasNoLikeliestPlaces) {
+TEST_F(LegHypotheses, AssignNothingToALimbWithoutCandidates) {
   (void)limb.advance(constraints, 1000);
   ASSERT_GE(limb.likeliest().candidate_of[0], 0);
 
@@ -121,7 +123,7 @@ TEST_F(ReadLimb, ALimbThatMayBeNowhereHasNoLikeliestPlaces) {
   EXPECT_EQ(limb.likeliest().candidate_of[0], LimbHypothesisSolver::kUnassigned);
 }
 
-TEST_F(ReadLimb, StoppedItFindsNothing) {
+TEST_F(LegHypotheses, FindNothingAfterStop) {
   EXPECT_EQ(limb.advance(constraints, 3), 3);
   EXPECT_TRUE(limb.busy());
 
@@ -132,15 +134,15 @@ TEST_F(ReadLimb, StoppedItFindsNothing) {
   EXPECT_EQ(limb.found(), nullptr);
 }
 
-// Two readings a set: a leg takes fifty sets and more.
-struct SlowLimbs : testing::Test {
-  SlowLimbs() {
+// Two hypotheses a set: the search for a leg takes more than fifty sets.
+struct LimbSearchOverManySets : testing::Test {
+  LimbSearchOverManySets() {
     world.settings.limb_work = 2;
     world.add("baseline41", moving_later({{"LeftUpLeg", {0.0, -1.1, 0.0}}, {"LeftLowLeg", {0.0, 1.3, 0.0}}}));
-    world.begin();
+    world.identify_all();
     world.step(110);
     leg = leg_of(world);
-    for (const std::size_t m : leg) world.one().tracks[m].hidden = true;
+    for (const std::size_t m : leg) world.actor().tracks[m].hidden = true;
     world.step(70);
   }
 
@@ -148,45 +150,45 @@ struct SlowLimbs : testing::Test {
   std::vector<std::size_t> leg;
 };
 
-TEST_F(SlowLimbs, ALegIsNamedSomeSetsLater) {
-  for (const std::size_t m : leg) world.bring_back(world.one().tracks[m]);
+TEST_F(LimbSearchOverManySets, LabelsALegSomeSetsLater) {
+  for (const std::size_t m : leg) world.reappear(world.actor().tracks[m]);
   world.step(2);
-  EXPECT_LT(world.rights(), world.markers());
+  EXPECT_LT(world.correct_count(), world.marker_count());
   for (int set = 0; set < 120; ++set) {
     world.step();
-    EXPECT_EQ(world.wrongs(), 0) << set;
+    EXPECT_EQ(world.wrong_count(), 0) << set;
   }
 
-  EXPECT_EQ(world.rights(), world.markers());
+  EXPECT_EQ(world.correct_count(), world.marker_count());
 }
 
-// What was read of tracks that ended meanwhile is nothing.
-TEST_F(SlowLimbs, TracksThatEndWhileTheyAreReadLeaveNoWrongNames) {
-  auto& tracks = world.one().tracks;
-  for (const std::size_t m : leg) world.bring_back(tracks[m]);
+// A result on tracks that ended during the search must not be applied.
+TEST_F(LimbSearchOverManySets, LeavesNoWrongLabelsWhenTracksEnd) {
+  auto& tracks = world.actor().tracks;
+  for (const std::size_t m : leg) world.reappear(tracks[m]);
   for (int round = 0; round < 10; ++round) {
     world.step(5);
-    for (const std::size_t m : leg) world.bring_back(tracks[m]);
-    EXPECT_EQ(world.wrongs(), 0) << round;
+    for (const std::size_t m : leg) world.reappear(tracks[m]);
+    EXPECT_EQ(world.wrong_count(), 0) << round;
   }
   for (int set = 0; set < 200; ++set) {
     world.step();
-    EXPECT_EQ(world.wrongs(), 0) << set;
+    EXPECT_EQ(world.wrong_count(), 0) << set;
   }
-  EXPECT_EQ(world.rights(), world.markers());
+  EXPECT_EQ(world.correct_count(), world.marker_count());
 }
 
-bool a_track_bears_two_names(LabelWorld& world) {
-  std::vector<std::uint32_t> borne;
-  for (std::size_t m = 0; m < world.one().tracks.size(); ++m) {
-    if (world.label(m).state != LabelState::Lost) borne.push_back(world.label(m).track.value);
+bool a_track_has_two_labels(LabelWorld& world) {
+  std::vector<std::uint32_t> tracks_with_label;
+  for (std::size_t m = 0; m < world.actor().tracks.size(); ++m) {
+    if (world.label(m).state != LabelState::Lost) tracks_with_label.push_back(world.label(m).track.value);
   }
-  std::sort(borne.begin(), borne.end());
-  return std::adjacent_find(borne.begin(), borne.end()) != borne.end();
+  std::sort(tracks_with_label.begin(), tracks_with_label.end());
+  return std::adjacent_find(tracks_with_label.begin(), tracks_with_label.end()) != tracks_with_label.end();
 }
 
-// A shin that moves while nobody sees it, every second.
-test::Moves shin_of(unsigned seed) {
+// A shin that moves every second, while a test hides it.
+test::Motion shin_of(unsigned seed) {
   return [seed](const std::string& bone, double t_s) -> Eigen::Quaterniond {
     if (bone != "LeftLowLeg" && bone != "LeftUpLeg") return Eigen::Quaterniond::Identity();
     const auto pose = [&](int second) {
@@ -200,30 +202,30 @@ test::Moves shin_of(unsigned seed) {
   };
 }
 
-// While the shin is read, names of the thigh, and others beside it, go to other tracks, or end.
-TEST(SlowLimbsAnyhow, NoTrackBearsTwoNames) {
+// During the search for the shin, labels of the thigh and hips change their tracks, or their tracks end.
+TEST(LimbSearch, GivesNoTrackTwoLabels) {
   for (unsigned seed = 1; seed <= 30; ++seed) {
     std::mt19937 random(seed);
     LabelWorld world;
     world.settings.limb_work = 1 + static_cast<int>(seed % 3);
     world.add("baseline41", shin_of(seed));
-    world.begin();
-    auto& tracks = world.one().tracks;
-    const std::vector<std::size_t> shin = markers_of(world.one(), "LeftLowLeg LeftFoot");
-    std::vector<std::size_t> near = markers_of(world.one(), "Hips LeftUpLeg");
+    world.identify_all();
+    auto& tracks = world.actor().tracks;
+    const std::vector<std::size_t> shin = markers_of(world.actor(), "LeftLowLeg LeftFoot");
+    std::vector<std::size_t> near = markers_of(world.actor(), "Hips LeftUpLeg");
     for (int round = 0; round < 6; ++round) {
       std::shuffle(near.begin(), near.end(), random);
       world.step(48);
       for (const std::size_t m : shin) tracks[m].hidden = true;
       world.step(24);
-      for (const std::size_t m : shin) world.bring_back(tracks[m]);
+      for (const std::size_t m : shin) world.reappear(tracks[m]);
       for (int set = 0; set < 48; ++set) {
         world.step();
-        EXPECT_FALSE(a_track_bears_two_names(world)) << seed << ' ' << round << ' ' << set;
+        EXPECT_FALSE(a_track_has_two_labels(world)) << seed << ' ' << round << ' ' << set;
         if (set == 1 + round) world.exchange(tracks[near[0]], tracks[near[1]]);
         if (set == 1 + round) tracks[near[2]].coasts = true;
         if (set == 2 + round) world.exchange(tracks[near[3]], tracks[shin[seed % shin.size()]]);
-        if (set == 30) world.bring_back(tracks[near[2]]);
+        if (set == 30) world.reappear(tracks[near[2]]);
       }
     }
   }

@@ -16,69 +16,68 @@ using test::LabelWorld;
 using test::markers_of;
 using test::moving_later;
 
-TEST(LabelLimbs, ALegThatMovedUnseenIsReadAmongManyLightsThatStandFurtherOff) {
+TEST(ReassociateLimb, LabelsALegThatMovedWhileHiddenAmongManyDistantLights) {
   LabelWorld world;
   world.add("baseline41", moving_later({{"LeftUpLeg", {0.0, -1.1, 0.0}}, {"LeftLowLeg", {0.0, 1.3, 0.0}}}));
-  world.begin();
+  world.identify_all();
   world.step(110);
-  auto& one = world.one();
+  auto& one = world.actor();
   const auto leg = markers_of(one, "LeftUpLeg LeftLowLeg LeftFoot");
   for (const std::size_t m : leg) one.tracks[m].hidden = true;
   world.step(70);
 
-  // On a wall beside the leg, half a metre off.
+  // On a wall beside the leg, at half a metre.
   const Eigen::Vector3d beside = one.place_m + Eigen::Vector3d(0.1, 0.55, -0.3);
   for (int i = 0; i < 60; ++i)
-    world.ghosts.push_back(beside + Eigen::Vector3d(0.05 * (i % 6), 0.0, -0.06 * static_cast<double>(i / 6)));
-  for (const std::size_t m : leg) world.bring_back(one.tracks[m]);
+    world.clutter.push_back(beside + Eigen::Vector3d(0.05 * (i % 6), 0.0, -0.06 * static_cast<double>(i / 6)));
+  for (const std::size_t m : leg) world.reappear(one.tracks[m]);
   world.step(10);
 
-  EXPECT_EQ(world.wrongs(), 0);
-  for (const std::size_t m : leg) EXPECT_TRUE(world.right(m)) << one.set.markers[m].name;
+  EXPECT_EQ(world.wrong_count(), 0);
+  for (const std::size_t m : leg) EXPECT_TRUE(world.is_correct(m)) << one.set.markers[m].name;
 }
 
-// An arm that swung down while nobody saw it: its markers come back half a metre and more from where they are thought
-// to be.
-TEST(LabelLimbs, AnArmThatComesBackFarFromWhereItIsThoughtToBeIsNamed) {
+// An arm that swung down while it was hidden: its markers return half a metre and more from their predictions.
+TEST(ReassociateLimb, LabelsAnArmThatReturnsFarFromItsPrediction) {
   LabelWorld world;
   world.add("baseline41", moving_later({{"LeftUpArm", {1.2, 0.0, 0.0}}}));
-  world.begin();
+  world.identify_all();
   world.step(110);
-  auto& one = world.one();
+  auto& one = world.actor();
   const auto far = markers_of(one, "LeftLowArm LeftHand");
   const auto unseen = markers_of(one, "LeftUpArm LeftLowArm LeftHand");
   for (const std::size_t m : unseen) one.tracks[m].hidden = true;
   world.step(70);
 
-  for (const std::size_t m : far) world.bring_back(one.tracks[m]);
+  for (const std::size_t m : far) world.reappear(one.tracks[m]);
   world.step(20);
 
-  EXPECT_EQ(world.wrongs(), 0);
-  for (const std::size_t m : far) EXPECT_TRUE(world.right(m)) << one.set.markers[m].name;
+  EXPECT_EQ(world.wrong_count(), 0);
+  for (const std::size_t m : far) EXPECT_TRUE(world.is_correct(m)) << one.set.markers[m].name;
 }
 
-// One marker of a forearm that moved unseen may be any of its four: no name is given for a guess.
-TEST(LabelLimbs, ALoneMarkerThatMayBeAnyOfALimbGetsNoWrongName) {
+// One marker of a forearm that moved while hidden may be any of four.
+TEST(ReassociateLimb, GivesALoneMarkerOfALimbNoWrongLabel) {
   for (const char* name : {"LWristIn", "LWristOut", "LHandIn", "LHandOut"}) {
     LabelWorld world;
     world.add("baseline41", moving_later({{"LeftUpArm", {0.0, 0.0, -0.5}}, {"LeftLowArm", {0.0, 0.5, -1.2}}}));
-    world.begin();
+    world.identify_all();
     world.step(110);
-    auto& one = world.one();
+    auto& one = world.actor();
     for (const std::size_t m : markers_of(one, "LeftLowArm LeftHand")) one.tracks[m].hidden = true;
     world.step(70);
 
-    world.bring_back(one.tracks[world.marker(name)]);
+    world.reappear(one.tracks[world.marker(name)]);
 
     for (int set = 0; set < 30; ++set) {
       world.step();
-      ASSERT_EQ(world.wrongs(), 0) << name << " in set " << set;
+      ASSERT_EQ(world.wrong_count(), 0) << name << " in set " << set;
     }
   }
 }
 
-// The turns of the left arm, of many, that bring its wrist nearest to the waist.
-test::Moves hand_at_the_waist() {
+// The rotations of the left arm, out of 4000 random ones, that bring its wrist nearest to the waist.
+test::Motion hand_at_the_waist() {
   const MarkerSet set = test::person("baseline41");
   kinematics::PoseFit pose(set, kinematics::PoseFit::Lengths::Fixed);
   std::size_t wrist = 0, waist = 0;
@@ -106,26 +105,26 @@ test::Moves hand_at_the_waist() {
   return test::into_posture(best);
 }
 
-TEST(LabelLimbs, ALimbThatIsReadDoesNotTakeAMarkerThatMayWellBeAnothers) {
+TEST(ReassociateLimb, AssignsNoMarkerThatMayBelongToAnotherLimb) {
   LabelWorld world;
   world.add("baseline41", hand_at_the_waist());
-  world.begin();
+  world.identify_all();
   world.step(200);
-  auto& one = world.one();
+  auto& one = world.actor();
   for (const char* name : {"WaistLFront", "LWristIn", "LWristOut", "LHandOut", "LElbowOut"})
     one.tracks[world.marker(name)].hidden = true;
   world.step(40);
 
-  world.bring_back(one.tracks[world.marker("WaistLFront")]);
+  world.reappear(one.tracks[world.marker("WaistLFront")]);
 
   for (int set = 0; set < 30; ++set) {
     world.step();
-    ASSERT_EQ(world.wrongs(), 0) << "in set " << set;
+    ASSERT_EQ(world.wrong_count(), 0) << "in set " << set;
   }
 }
 
-// An arm that swings at `fast_rad_s` and turns round within a set, 2 s after the T-pose.
-test::Moves turning_round(double fast_rad_s) {
+// An arm that swings at `fast_rad_s` and reverses within a set, 2 s after the T-pose.
+test::Motion reversing_arm(double fast_rad_s) {
   return [fast_rad_s](const std::string& bone, double t_s) -> Eigen::Quaterniond {
     const double swung = fast_rad_s * (0.3 - std::abs(t_s - 2.0));
     const double share = std::clamp(swung, 0.0, 2.0);
@@ -136,21 +135,22 @@ test::Moves turning_round(double fast_rad_s) {
   };
 }
 
-// The tracks of a hand that turns round leap, and its neighbours' names are missing: none of these takes its track.
-TEST(LabelLimbs, AHandThatTurnsRoundWithinASetIsNotTakenForAHiddenNeighbour) {
+// The tracks of a hand that reverses are discontinuous, and its neighbours are hidden: no hidden neighbour gets the
+// track.
+TEST(ReassociateLimb, KeepsAHandThatReversesWithinASetFromItsHiddenNeighbours) {
   for (const char* name : {"LWristIn", "LWristOut", "LHandIn", "LHandOut"}) {
     for (const int sets_before : {15, 5}) {
       LabelWorld world;
-      world.add("baseline41", turning_round(15.0));
-      world.begin();
+      world.add("baseline41", reversing_arm(15.0));
+      world.identify_all();
       world.step(240 - sets_before);
-      auto& one = world.one();
+      auto& one = world.actor();
       const std::size_t alone = world.marker(name);
       for (const std::size_t m : markers_of(one, "LeftLowArm LeftHand")) one.tracks[m].hidden = m != alone;
       int wrong = 0;
       for (int set = 0; set < 50; ++set) {
         world.step();
-        wrong += world.wrongs() > 0 ? 1 : 0;
+        wrong += world.wrong_count() > 0 ? 1 : 0;
       }
       EXPECT_EQ(wrong, 0) << name << " hidden " << sets_before << " sets before";
     }

@@ -9,14 +9,15 @@ namespace mocap::pose {
 namespace {
 
 constexpr double kStep_s = 1.0 / 120.0;
-constexpr double kSigma_m2 = 2.0 * 0.25 * 5e-5;  // a reach of 25 cm, known to 0.05 mm
+constexpr double kSigma_m2 = 2.0 * 0.25 * 5e-5;  // reach 25 cm, standard deviation 0.05 mm
 const Eigen::Vector3d kRay = Eigen::Vector3d::UnitX();
 
 Timestamp at(int set) { return from_ns(1'000'000'000) + from_s(set * kStep_s); }
 
-// After half a second on the way `depth_m`, by time, of which only its square is seen, with noise.
+// The state after half a second of a motion `depth_m` (a function of time, s), of which only the square is measured,
+// with noise.
 template <class Depth>
-DepthGaussianSum led(const Depth& depth_m, int sets = 60) {
+DepthGaussianSum after_motion(const Depth& depth_m, int sets = 60) {
   std::mt19937 random(5);
   std::normal_distribution<double> noise_m2(0.0, kSigma_m2);
   DepthGaussianSum ray;
@@ -29,44 +30,44 @@ DepthGaussianSum led(const Depth& depth_m, int sets = 60) {
   return ray;
 }
 
-TEST(DepthGaussianSum, GoesThroughWithItsSpeed) {
-  const DepthGaussianSum ray = led([](double t_s) { return -0.1 + 0.4 * t_s; });
+TEST(DepthGaussianSum, CrossesTheTangentPointAtConstantVelocity) {
+  const DepthGaussianSum ray = after_motion([](double t_s) { return -0.1 + 0.4 * t_s; });
 
   EXPECT_LT(ray.cost(DepthGaussianSum::Far), 0.1);
   EXPECT_GT(ray.cost(DepthGaussianSum::Near), 4.0);
 }
 
-TEST(DepthGaussianSum, GoesThroughAndBack) {
-  const DepthGaussianSum ray = led([](double t_s) { return 0.06 * std::cos(12.6 * t_s); });
+TEST(DepthGaussianSum, FollowsAnOscillationThroughTheTangentPoint) {
+  const DepthGaussianSum ray = after_motion([](double t_s) { return 0.06 * std::cos(12.6 * t_s); });
 
   EXPECT_LT(ray.cost(DepthGaussianSum::Far), 0.1);
   EXPECT_GT(ray.cost(DepthGaussianSum::Near), 4.0);
 }
 
-TEST(DepthGaussianSum, TurnsBackThatComesNear) {
-  const DepthGaussianSum ray = led([](double t_s) { return -0.065 - 0.045 * std::cos(12.6 * t_s); });
+TEST(DepthGaussianSum, TurnsBackBeforeTheTangentPoint) {
+  const DepthGaussianSum ray = after_motion([](double t_s) { return -0.065 - 0.045 * std::cos(12.6 * t_s); });
 
   EXPECT_LT(ray.cost(DepthGaussianSum::Near), 0.1);
   EXPECT_GT(ray.cost(DepthGaussianSum::Far), 4.0);
 }
 
-// Where nothing moves, both sides are alike; but it did not leave the one that it was on.
-TEST(DepthGaussianSum, StaysWhereItIsAndIsSureOfIt) {
-  const DepthGaussianSum ray = led([](double) { return 0.08; });
+// Without motion the measurements of both branches are equal, but the state does not leave its branch.
+TEST(DepthGaussianSum, KeepsTheBranchOfAMarkerAtRest) {
+  const DepthGaussianSum ray = after_motion([](double) { return 0.08; });
 
   EXPECT_LT(ray.cost(DepthGaussianSum::Far), 0.1);
   EXPECT_GT(ray.cost(DepthGaussianSum::Near), 4.0);
 }
 
-TEST(DepthGaussianSum, IsUnsureOfWhatStayedAtTheTouch) {
-  const DepthGaussianSum ray = led([](double) { return -0.001; });
+TEST(DepthGaussianSum, IsAmbiguousForAMarkerAtRestAtTheTangentPoint) {
+  const DepthGaussianSum ray = after_motion([](double) { return -0.001; });
 
   EXPECT_LT(ray.cost(DepthGaussianSum::Near), 1.0);
   EXPECT_LT(ray.cost(DepthGaussianSum::Far), 1.0);
 }
 
-TEST(DepthGaussianSum, ReadingsThatWereDroppedLeaveNoTrace) {
-  DepthGaussianSum ray = led([](double t_s) { return -0.1 + 0.4 * t_s; });
+TEST(DepthGaussianSum, IgnoresUpdatesThatWereNotCommitted) {
+  DepthGaussianSum ray = after_motion([](double t_s) { return -0.1 + 0.4 * t_s; });
   DepthGaussianSum same = ray;
 
   ray.update(at(61), kRay, 0.04, kSigma_m2);
@@ -76,8 +77,8 @@ TEST(DepthGaussianSum, ReadingsThatWereDroppedLeaveNoTrace) {
   EXPECT_EQ(ray.cost(DepthGaussianSum::Near), same.cost(DepthGaussianSum::Near));
 }
 
-TEST(DepthGaussianSum, FollowsOneRayForAMoment) {
-  const DepthGaussianSum ray = led([](double) { return 0.08; });
+TEST(DepthGaussianSum, FollowsOneRayForATenthOfASecond) {
+  const DepthGaussianSum ray = after_motion([](double) { return 0.08; });
 
   EXPECT_TRUE(ray.follows(kRay, at(61)));
   EXPECT_FALSE(ray.follows(Eigen::Vector3d::UnitY(), at(61)));

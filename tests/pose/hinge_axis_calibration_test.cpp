@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "kinematics/rotation.h"
 #include "pose/skeleton_tracker.h"
 #include "support/test_body.h"
 
@@ -19,74 +20,76 @@ std::size_t bone_named(const MarkerSet& set, const std::string& name) {
   return b;
 }
 
-// A left elbow bent about a line that leans by `axis_offset_rad` about the arm.
+// A left elbow bent by `by_rad` about an axis that is rotated by `axis_offset_rad` about the arm from the nominal axis.
 Eigen::Quaterniond bent(double by_rad, double axis_offset_rad) {
   return kinematics::from_rotation_vector(by_rad *
                                           Eigen::Vector3d(std::sin(axis_offset_rad), 0.0, -std::cos(axis_offset_rad)));
 }
 
-TEST(HingeAxisCalibration, LearnByHowMuchAnElbowLeansWhileItBends) {
+TEST(HingeAxisCalibration, LearnsTheAxisOffsetOfABendingElbow) {
   const MarkerSet set = test::person("baseline41");
   const std::size_t elbow = bone_named(set, "LeftLowArm");
-  HingeAxisCalibration leans(set.skeleton);
+  HingeAxisCalibration axes(set.skeleton);
 
   for (int i = 0; i < 120; ++i) {
     const double by_rad = 0.5 + 0.4 * std::sin(0.1 * i);
-    (void)leans.update(elbow, bent(by_rad, 0.5), Eigen::Matrix3d::Identity(), kStep_s);
+    (void)axes.update(elbow, bent(by_rad, 0.5), Eigen::Matrix3d::Identity(), kStep_s);
   }
 
-  // The file's own way still counts for a tenth of a second.
-  EXPECT_NEAR(leans.axis_offset_rad(elbow), 0.5, 0.08);
-  const Eigen::Vector3d as_file =
-      leans.nominal_from_calibrated(elbow) * kinematics::rotation_vector(bent(0.9, leans.axis_offset_rad(elbow)));
-  EXPECT_TRUE(as_file.isApprox(Eigen::Vector3d(0.0, 0.0, -0.9), 1e-9)) << as_file.transpose();
+  // The nominal axis has the weight of a tenth of a second.
+  EXPECT_NEAR(axes.axis_offset_rad(elbow), 0.5, 0.08);
+  const Eigen::Vector3d nominal_rotation =
+      axes.nominal_from_calibrated(elbow) * kinematics::rotation_vector(bent(0.9, axes.axis_offset_rad(elbow)));
+  EXPECT_TRUE(nominal_rotation.isApprox(Eigen::Vector3d(0.0, 0.0, -0.9), 1e-9)) << nominal_rotation.transpose();
 }
 
-TEST(HingeAxisCalibration, LearnTheOtherElbowTheOtherWayAbout) {
+TEST(HingeAxisCalibration, LearnsTheOppositeOffsetOfTheRightElbow) {
   const MarkerSet set = test::person("baseline41");
   const std::size_t elbow = bone_named(set, "RightLowArm");
-  HingeAxisCalibration leans(set.skeleton);
+  HingeAxisCalibration axes(set.skeleton);
 
   for (int i = 0; i < 120; ++i) {
-    const Eigen::Quaterniond turn = kinematics::from_rotation_vector({0.9 * std::sin(-0.4), 0.0, 0.9 * std::cos(0.4)});
-    (void)leans.update(elbow, turn, Eigen::Matrix3d::Identity(), kStep_s);
+    const Eigen::Quaterniond rotation =
+        kinematics::from_rotation_vector({0.9 * std::sin(-0.4), 0.0, 0.9 * std::cos(0.4)});
+    (void)axes.update(elbow, rotation, Eigen::Matrix3d::Identity(), kStep_s);
   }
 
-  const Eigen::Vector3d as_file =
-      leans.nominal_from_calibrated(elbow) * Eigen::Vector3d(0.9 * std::sin(-0.4), 0.0, 0.9 * std::cos(0.4));
-  EXPECT_NEAR(as_file.x(), 0.0, 0.06);
-  EXPECT_GT(as_file.z(), 0.89);
+  const Eigen::Vector3d nominal_rotation =
+      axes.nominal_from_calibrated(elbow) * Eigen::Vector3d(0.9 * std::sin(-0.4), 0.0, 0.9 * std::cos(0.4));
+  EXPECT_NEAR(nominal_rotation.x(), 0.0, 0.06);
+  EXPECT_GT(nominal_rotation.z(), 0.89);
 }
 
-TEST(HingeAxisCalibration, LearnNothingOfWhatNoMarkerTellsNorOfJointsThatBendEveryWay) {
+TEST(HingeAxisCalibration, LearnsNothingFromUnobservedAxesAndFromBallJoints) {
   const MarkerSet set = test::person("baseline41");
   const std::size_t elbow = bone_named(set, "LeftLowArm"), shoulder = bone_named(set, "LeftUpArm");
-  HingeAxisCalibration leans(set.skeleton);
-  Eigen::Matrix3d aside_untold = Eigen::Matrix3d::Identity();
-  aside_untold(0, 0) = 0.3;
+  HingeAxisCalibration axes(set.skeleton);
+  Eigen::Matrix3d minor_axis_unobserved = Eigen::Matrix3d::Identity();
+  minor_axis_unobserved(0, 0) = 0.3;
 
   for (int i = 0; i < 120; ++i) {
-    EXPECT_FALSE(leans.update(elbow, bent(1.0, 0.5), aside_untold, kStep_s));
-    EXPECT_FALSE(leans.update(shoulder, bent(1.0, 0.5), Eigen::Matrix3d::Identity(), kStep_s));
+    EXPECT_FALSE(axes.update(elbow, bent(1.0, 0.5), minor_axis_unobserved, kStep_s));
+    EXPECT_FALSE(axes.update(shoulder, bent(1.0, 0.5), Eigen::Matrix3d::Identity(), kStep_s));
   }
 
-  EXPECT_EQ(leans.axis_offset_rad(elbow), 0.0);
-  EXPECT_TRUE(leans.nominal_from_calibrated(shoulder).isIdentity());
+  EXPECT_EQ(axes.axis_offset_rad(elbow), 0.0);
+  EXPECT_TRUE(axes.nominal_from_calibrated(shoulder).isIdentity());
 }
 
-TEST(HingeAxisCalibration, GoBackToTheFilesWhenTheBodyIsForgotten) {
+TEST(HingeAxisCalibration, ReturnsToTheNominalAxisAfterAReset) {
   const MarkerSet set = test::person("baseline41");
   const std::size_t elbow = bone_named(set, "LeftLowArm");
-  HingeAxisCalibration leans(set.skeleton);
-  for (int i = 0; i < 60; ++i) (void)leans.update(elbow, bent(1.0, 0.5), Eigen::Matrix3d::Identity(), kStep_s);
+  HingeAxisCalibration axes(set.skeleton);
+  for (int i = 0; i < 60; ++i) (void)axes.update(elbow, bent(1.0, 0.5), Eigen::Matrix3d::Identity(), kStep_s);
 
-  leans.reset();
+  axes.reset();
 
-  EXPECT_EQ(leans.axis_offset_rad(elbow), 0.0);
+  EXPECT_EQ(axes.axis_offset_rad(elbow), 0.0);
 }
 
-// Readings are judged by that cost: an arm that bends as it always does must not look like one with wrong names.
-TEST(SkeletonTracker, FindsNothingOddInAnElbowThatBendsAboutTheBodysOwnAxis) {
+// The cost ranks label hypotheses: an elbow that bends about the subject's axis must not have the cost of a wrong
+// label.
+TEST(SkeletonTracker, HasALowCostForAnElbowThatBendsAboutTheLearnedAxis) {
   const MarkerSet set = test::person("baseline41");
   const std::size_t elbow = bone_named(set, "LeftLowArm");
   kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
@@ -109,7 +112,7 @@ TEST(SkeletonTracker, FindsNothingOddInAnElbowThatBendsAboutTheBodysOwnAxis) {
     body.commit(seen);
   }
 
-  EXPECT_LT(costs.back(), 2.0);  // 9, in half squared sigmas, about the file's axis
+  EXPECT_LT(costs.back(), 2.0);  // half squared standard deviations; 9 with the nominal axis
 }
 
 }  // namespace

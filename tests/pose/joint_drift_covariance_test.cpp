@@ -13,45 +13,46 @@ namespace mocap::pose {
 namespace {
 
 constexpr double kStep_s = 1.0 / 120.0;
-constexpr double kLeast_rad = 0.15;
+constexpr double kInitialSigma_rad = 0.15;
 
-// How far the bone may have turned about an axis, rad.
-double sigma_rad(const JointDriftCovariance& turns, int axis) {
-  const Eigen::Matrix3d weight = turns.prior_information(0, kLeast_rad, 0.0);
+// Standard deviation of the bone's rotation about an axis, rad.
+double sigma_rad(const JointDriftCovariance& drift, int axis) {
+  const Eigen::Matrix3d weight = drift.prior_information(0, kInitialSigma_rad, 0.0);
   return 1.0 / std::sqrt(weight(axis, axis));
 }
 
-TEST(JointDriftCovariance, StrayAboutTheAxisAloneThatNoMarkerTells) {
-  JointDriftCovariance turns(1);
-  const Eigen::Matrix3d share = Eigen::Vector3d(1.0, 0.0, 1.0).asDiagonal();
+TEST(JointDriftCovariance, GrowsOnlyAboutTheUnobservedAxis) {
+  JointDriftCovariance drift(1);
+  const Eigen::Matrix3d observed_fraction = Eigen::Vector3d(1.0, 0.0, 1.0).asDiagonal();
 
-  for (int set = 0; set < 36; ++set) turns.step(0, share, kStep_s);
+  for (int set = 0; set < 36; ++set) drift.step(0, observed_fraction, kStep_s);
 
-  // 0.3 s at 2.5 rad/s, upon what is unsure in any case.
-  EXPECT_NEAR(sigma_rad(turns, 0), kLeast_rad, 1e-9);
-  EXPECT_NEAR(sigma_rad(turns, 1), kLeast_rad + 0.75, 1e-9);
-  EXPECT_NEAR(sigma_rad(turns, 2), kLeast_rad, 1e-9);
+  // 0.3 s at 2.5 rad/s, added to the initial standard deviation.
+  EXPECT_NEAR(sigma_rad(drift, 0), kInitialSigma_rad, 1e-9);
+  EXPECT_NEAR(sigma_rad(drift, 1), kInitialSigma_rad + 0.75, 1e-9);
+  EXPECT_NEAR(sigma_rad(drift, 2), kInitialSigma_rad, 1e-9);
 }
 
-TEST(JointDriftCovariance, AreKnownAgainInTheSetThatTellsThem) {
-  JointDriftCovariance turns(1);
-  for (int set = 0; set < 60; ++set) turns.step(0, Eigen::Matrix3d::Zero(), kStep_s);
+TEST(JointDriftCovariance, IsResetInTheSetThatObservesTheRotation) {
+  JointDriftCovariance drift(1);
+  for (int set = 0; set < 60; ++set) drift.step(0, Eigen::Matrix3d::Zero(), kStep_s);
 
-  turns.step(0, Eigen::Matrix3d::Identity(), kStep_s);
+  drift.step(0, Eigen::Matrix3d::Identity(), kStep_s);
 
-  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(sigma_rad(turns, axis), kLeast_rad, 1e-9);
+  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(sigma_rad(drift, axis), kInitialSigma_rad, 1e-9);
 }
 
-TEST(JointDriftCovariance, AreNeverLessKnownThanAnywhere) {
-  JointDriftCovariance turns(1);
+TEST(JointDriftCovariance, IsBounded) {
+  JointDriftCovariance drift(1);
 
-  for (int set = 0; set < 10'000; ++set) turns.step(0, Eigen::Matrix3d::Zero(), kStep_s);
+  for (int set = 0; set < 10'000; ++set) drift.step(0, Eigen::Matrix3d::Zero(), kStep_s);
 
-  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(sigma_rad(turns, axis), kMaxJointDrift_rad, 1e-9);
+  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(sigma_rad(drift, axis), kMaxJointDrift_rad, 1e-9);
 }
 
-// One marker of a hand tells how the hand points; where the other is, half a second later, it does not.
-TEST(SkeletonTracker, DoesNotTakeAHandForKnownBecauseOneOfItsMarkersIsSeen) {
+// One marker of a hand observes the direction of the hand. After half a second it does not determine the position of
+// the other marker.
+TEST(SkeletonTracker, IncreasesTheCovarianceOfAHiddenMarkerOfAnObservedHand) {
   const MarkerSet set = test::person("baseline41");
   kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
   SkeletonTracker body(set, {});
@@ -74,7 +75,7 @@ TEST(SkeletonTracker, DoesNotTakeAHandForKnownBecauseOneOfItsMarkersIsSeen) {
   }
 
   EXPECT_LT(spread_m.front(), 0.02);
-  EXPECT_GT(spread_m.back(), 0.03);  // it may be anywhere on a circle of some 30 mm about the one that is seen
+  EXPECT_GT(spread_m.back(), 0.03);  // the hidden marker lies on a circle with a radius of about 30 mm
 }
 
 }  // namespace

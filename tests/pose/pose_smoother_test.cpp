@@ -14,42 +14,42 @@ namespace {
 
 constexpr double kStep_s = 1.0 / 120.0;
 
-std::vector<Pose> at(double x_m, double turn_rad) {
+std::vector<Pose> at(double x_m, double angle_rad) {
   return {{{x_m, 0.0, 1.0}, Eigen::Quaterniond::Identity()},
-          {{0.0, 0.3, 0.0}, kinematics::from_rotation_vector({0.0, turn_rad, 0.0})}};
+          {{0.0, 0.3, 0.0}, kinematics::from_rotation_vector({0.0, angle_rad, 0.0})}};
 }
 
-double turn_of(std::span<const Pose> poses) { return kinematics::rotation_vector(poses[1].rotation).y(); }
+double angle_of(std::span<const Pose> poses) { return kinematics::rotation_vector(poses[1].rotation).y(); }
 
-TEST(PoseSmoother, ChangesNothingWhenItIsOff) {
+TEST(PoseSmoother, ChangesNothingIfDisabled) {
   PoseSmoother smoother({}, 2);
   for (int i = 0; i < 10; ++i) {
     const auto shown = smoother.step(at(0.1 * i, 0.2 * i), kStep_s);
 
     EXPECT_EQ(shown[0].position.x(), 0.1 * i);
-    EXPECT_NEAR(turn_of(shown), 0.2 * i, 1e-12);
+    EXPECT_NEAR(angle_of(shown), 0.2 * i, 1e-12);
     EXPECT_EQ(smoother.delay_s(), 0.0);
   }
 }
 
-TEST(PoseSmoother, HalvesTheTremblingOfWhatIsAtRest) {
+TEST(PoseSmoother, HalvesTheJitterOfAPoseAtRest) {
   PoseSmoother smoother({.min_cutoff_hz = 2.0, .beta = 0.1}, 2);
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0.0, 0.001);
   double raw2 = 0.0, shown2 = 0.0;
   for (int i = 0; i < 2000; ++i) {
-    const double x = noise(random), turn = noise(random);
-    const auto shown = smoother.step(at(x, turn), kStep_s);
+    const double x = noise(random), angle = noise(random);
+    const auto shown = smoother.step(at(x, angle), kStep_s);
     if (i < 100) continue;
-    raw2 += x * x + turn * turn;
-    shown2 += std::pow(shown[0].position.x(), 2) + std::pow(turn_of(shown), 2);
+    raw2 += x * x + angle * angle;
+    shown2 += std::pow(shown[0].position.x(), 2) + std::pow(angle_of(shown), 2);
   }
 
   EXPECT_LT(shown2, 0.25 * raw2);
 }
 
-// What moves evenly is behind by its speed times the delay of a first-order low-pass.
-TEST(PoseSmoother, IsAsLateAsItSays) {
+// A motion at constant velocity lags by velocity times the delay of a first-order low-pass.
+TEST(PoseSmoother, HasTheReportedDelay) {
   for (const double beta : {0.0, 0.5}) {
     PoseSmoother smoother({.min_cutoff_hz = 2.0, .beta = beta}, 2);
     double x = 0.0, shown_x = 0.0;
@@ -60,19 +60,19 @@ TEST(PoseSmoother, IsAsLateAsItSays) {
 
     const double cutoff_hz = 2.0 + beta * 0.8;
     EXPECT_NEAR((x - shown_x) / 0.8, 1.0 / (2.0 * std::numbers::pi * cutoff_hz), 1e-4);
-    // The mean of the root's place, which moves, and two turns, which rest.
+    // The mean of the root's position, which moves, and two rotations, which are at rest.
     const double at_rest_s = 1.0 / (2.0 * std::numbers::pi * 2.0);
     EXPECT_NEAR(smoother.delay_s(), (2.0 * at_rest_s + (x - shown_x) / 0.8) / 3.0, 1e-4);
   }
 }
 
-TEST(PoseSmoother, GoesTheShortWayRound) {
+TEST(PoseSmoother, InterpolatesAlongTheShorterRotation) {
   PoseSmoother smoother({.min_cutoff_hz = 2.0, .beta = 0.0}, 2);
   (void)smoother.step(at(0.0, 3.1), kStep_s);
 
   const auto shown = smoother.step(at(0.0, -3.1), kStep_s);
 
-  EXPECT_GT(std::abs(turn_of(shown)), 3.1);
+  EXPECT_GT(std::abs(angle_of(shown)), 3.1);
 }
 
 }  // namespace

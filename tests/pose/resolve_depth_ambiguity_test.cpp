@@ -22,10 +22,10 @@ constexpr double kStep_s = 1.0 / 60.0;
 
 Timestamp at(int set) { return from_ns(1'000'000'000) + from_s(set * kStep_s); }
 
-// The left elbow is stretched and bent again; while it is nearly straight all markers beyond it hide, save that one
-// camera sees one of the hand's. It looks on along the way on which the marker comes: the way back is on the same rays.
-// The right forearm hides from all meanwhile, and that the left one is laid elsewhere must not move it.
-TEST(SkeletonTracker, LaysALimbOnTheOtherPlaceWhereTheRayMeetsItsReach) {
+// The left elbow straightens and bends again. While it is nearly straight, all markers beyond the elbow hide, except
+// that one camera sees one marker of the hand. The camera looks along the path of the marker, so the way back lies on
+// the same rays. The right forearm is hidden meanwhile, and the reinitialisation of the left forearm must not move it.
+TEST(SkeletonTracker, ReinitialisesALimbAtTheOtherIntersectionOfRayAndReachSphere) {
   const MarkerSet set = person("baseline41");
   const auto elbow = bone_named(set, "LeftLowArm");
   const std::size_t hand = bone_named(set, "LeftHand");
@@ -46,7 +46,7 @@ TEST(SkeletonTracker, LaysALimbOnTheOtherPlaceWhereTheRayMeetsItsReach) {
   SkeletonTracker body(set, {});
 
   for (int step = 0; step <= 90; ++step) {
-    bend(0.6 + 0.55 * std::cos(step * 0.07));  // to 0.05 at 45
+    bend(0.6 + 0.55 * std::cos(step * 0.07));  // minimum 0.05 rad at step 45
     std::vector<kinematics::Observation> seen;
     for (const kinematics::Observation& one : see(truth)) {
       const auto on = static_cast<std::size_t>(set.markers[static_cast<std::size_t>(one.marker)].bone);
@@ -72,8 +72,8 @@ TEST(SkeletonTracker, LaysALimbOnTheOtherPlaceWhereTheRayMeetsItsReach) {
   EXPECT_LT((body.pose().world()[right_hand].position - truth.world()[right_hand].position).norm(), 0.05);
 }
 
-// An arm that stood still in sight of all a set ago is where it was, however strangely it is held.
-TEST(SkeletonTracker, LeavesALimbWhereItWasToldJustNowThoughARayMeetsItsReachElsewhere) {
+// All cameras saw the arm at rest one set ago: it must stay there, even in an unusual posture.
+TEST(SkeletonTracker, KeepsALimbThatWasObservedOneSetAgo) {
   const MarkerSet set = person("baseline41");
   const std::size_t on_hand = marker_named(set, "LHandOut");
   kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
@@ -81,17 +81,17 @@ TEST(SkeletonTracker, LeavesALimbWhereItWasToldJustNowThoughARayMeetsItsReachEls
   std::uniform_real_distribution<double> anywhere(-1.0, 1.0);
 
   for (int i = 0; i < 100; ++i) {
-    std::vector<Pose> strange = test::random_pose(set, 1.5, random);
+    std::vector<Pose> posture = test::random_pose(set, 1.5, random);
     for (const char* joint : {"LeftUpArm", "LeftLowArm", "LeftHand"}) {
       const std::size_t bone = bone_named(set, joint);
-      Eigen::Vector3d turned;
+      Eigen::Vector3d rotation_rad;
       for (int axis = 0; axis < 3; ++axis) {
         const auto& range = set.skeleton.bones[bone].turns[static_cast<std::size_t>(axis)];
-        turned[axis] = 0.8 * (anywhere(random) < 0.0 ? range->min_rad : range->max_rad);
+        rotation_rad[axis] = 0.8 * (anywhere(random) < 0.0 ? range->min_rad : range->max_rad);
       }
-      strange[bone].rotation = kinematics::from_rotation_vector(turned);
+      posture[bone].rotation = kinematics::from_rotation_vector(rotation_rad);
     }
-    truth.set_locals(strange);
+    truth.set_locals(posture);
     const Eigen::Vector3d hand = truth.marker_at(on_hand);
     const Eigen::Vector3d eye =
         hand + 4.0 * Eigen::Vector3d(anywhere(random), anywhere(random), 0.4 * anywhere(random)).normalized();
@@ -114,14 +114,15 @@ TEST(SkeletonTracker, LeavesALimbWhereItWasToldJustNowThoughARayMeetsItsReachEls
   }
 }
 
-// A forearm bends, and one camera alone sees the hand, which moves along the ray where that touches the hand's reach.
-class OnTheTouchOfARay : public ::testing::Test {
+// A forearm bends, and one camera alone sees the hand, which moves along the ray near the point where the ray touches
+// the reach sphere of the hand.
+class AtTheTangentPointOfARay : public ::testing::Test {
  protected:
-  OnTheTouchOfARay() {
-    bend(kTouch_rad);
-    const Eigen::Vector3d touch = truth.marker_at(hand);
-    bend(kTouch_rad + 1e-6);
-    eye = touch - 4.0 * (truth.marker_at(hand) - touch).normalized();
+  AtTheTangentPointOfARay() {
+    bend(kTangent_rad);
+    const Eigen::Vector3d tangent_point = truth.marker_at(hand);
+    bend(kTangent_rad + 1e-6);
+    eye = tangent_point - 4.0 * (truth.marker_at(hand) - tangent_point).normalized();
   }
 
   void bend(double by_rad) {
@@ -130,7 +131,7 @@ class OnTheTouchOfARay : public ::testing::Test {
     truth.set_locals(locals);
   }
 
-  // How far the hand is off in the end.
+  // Position error of the hand at the end, m.
   template <class Bent>
   double follow(const Bent& bent_rad, unsigned seed = 3) {
     SkeletonTracker body(set, {});
@@ -159,7 +160,7 @@ class OnTheTouchOfARay : public ::testing::Test {
     return (body.predicted_position(hand) - truth.marker_at(hand)).norm();
   }
 
-  static constexpr double kTouch_rad = 1.2;
+  static constexpr double kTangent_rad = 1.2;
   static constexpr double kSkin_m = 5e-4;
   MarkerSet set = person("openmocap18");
   std::size_t hand = marker_named(set, "LeftHand");
@@ -167,24 +168,24 @@ class OnTheTouchOfARay : public ::testing::Test {
   Eigen::Vector3d eye;
 };
 
-TEST_F(OnTheTouchOfARay, AHandGoesThroughThatGoesOn) {
+TEST_F(AtTheTangentPointOfARay, FollowsAHandThatMovesOn) {
   EXPECT_LT(follow([](double t_s) { return 1.2 + 1.1 * (t_s - 1.0); }), 0.01);
 }
 
-// So slowly that noise hides the touch for a sixth of a second.
-TEST_F(OnTheTouchOfARay, MostHandsGoThroughThatGoOnSlowly) {
-  int astray = 0;
+// The hand is so slow that noise hides the tangent point for a sixth of a second.
+TEST_F(AtTheTangentPointOfARay, FollowsMostHandsThatMoveOnSlowly) {
+  int wrong = 0;
   for (unsigned seed = 1; seed <= 20; ++seed) {
-    if (follow([](double t_s) { return 1.2 + 0.5 * (t_s - 1.0); }, seed) > 0.01) ++astray;
+    if (follow([](double t_s) { return 1.2 + 0.5 * (t_s - 1.0); }, seed) > 0.01) ++wrong;
   }
-  EXPECT_LE(astray, 6);
+  EXPECT_LE(wrong, 6);
 }
 
-TEST_F(OnTheTouchOfARay, AHandGoesThroughAndBackAgain) {
+TEST_F(AtTheTangentPointOfARay, FollowsAHandThatPassesAndReturns) {
   EXPECT_LT(follow([](double t_s) { return 1.2 + 0.5 * std::sin(8.0 * (t_s - 1.0)); }), 0.01);
 }
 
-TEST_F(OnTheTouchOfARay, AHandTurnsBackThatComesNear) {
+TEST_F(AtTheTangentPointOfARay, FollowsAHandThatTurnsBackBeforeIt) {
   EXPECT_LT(follow([](double t_s) { return 0.85 + 0.25 * std::cos(8.0 * (t_s - 1.0)); }), 0.01);
 }
 

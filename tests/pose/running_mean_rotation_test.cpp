@@ -10,36 +10,36 @@ namespace mocap::pose {
 namespace {
 
 constexpr double kStep_s = 1.0 / 120.0;
-const Eigen::Matrix3d kTold = Eigen::Matrix3d::Identity();
+const Eigen::Matrix3d kFullyObserved = Eigen::Matrix3d::Identity();
 
-// A joint that swings by 0.8 rad about 0.9 rad of the x axis, 1.5 times a second.
-Eigen::Quaterniond swung(int step) {
+// A rotation about the x axis that oscillates by 0.8 rad around 0.9 rad, 1.5 times a second.
+Eigen::Quaterniond oscillating(int step) {
   return kinematics::from_rotation_vector({0.9 + 0.8 * std::sin(9.42 * step * kStep_s), 0.0, 0.0});
 }
 
-TEST(RunningMeanRotation, AreTheMiddleOfASwing) {
-  RunningMeanRotation turns(1);
+TEST(RunningMeanRotation, IsTheCentreOfAnOscillation) {
+  RunningMeanRotation mean(1);
 
-  for (int step = 0; step < 480; ++step) turns.update(0, swung(step), kTold, kStep_s);
+  for (int step = 0; step < 480; ++step) mean.update(0, oscillating(step), kFullyObserved, kStep_s);
 
-  const Eigen::Vector3d off = turns.rotation_to_mean(0, kinematics::from_rotation_vector({0.9, 0.0, 0.0}));
+  const Eigen::Vector3d off = mean.rotation_to_mean(0, kinematics::from_rotation_vector({0.9, 0.0, 0.0}));
   EXPECT_LT(off.norm(), 0.15);
-  EXPECT_NEAR(turns.rotation_to_mean(0, kinematics::from_rotation_vector({1.7, 0.0, 0.0})).x(), off.x() - 0.8, 1e-9);
+  EXPECT_NEAR(mean.rotation_to_mean(0, kinematics::from_rotation_vector({1.7, 0.0, 0.0})).x(), off.x() - 0.8, 1e-9);
 }
 
-TEST(RunningMeanRotation, LeadNowhereWhereNothingToldThem) {
-  RunningMeanRotation turns(2);
+TEST(RunningMeanRotation, IsUnknownWithoutObservedRotation) {
+  RunningMeanRotation mean(2);
   const Eigen::Matrix3d about_one_axis = Eigen::Vector3d(1.0, 0.0, 0.0).asDiagonal();
 
-  for (int step = 0; step < 480; ++step) turns.update(0, swung(step), about_one_axis, kStep_s);
+  for (int step = 0; step < 480; ++step) mean.update(0, oscillating(step), about_one_axis, kStep_s);
 
-  EXPECT_FALSE(turns.known(0));
-  EXPECT_EQ(turns.rotation_to_mean(0, swung(0)).norm(), 0.0);
-  turns.update(0, swung(0), kTold, kStep_s);
-  EXPECT_TRUE(turns.known(0));
-  EXPECT_FALSE(turns.known(1));
-  turns.reset();
-  EXPECT_FALSE(turns.known(0));
+  EXPECT_FALSE(mean.known(0));
+  EXPECT_EQ(mean.rotation_to_mean(0, oscillating(0)).norm(), 0.0);
+  mean.update(0, oscillating(0), kFullyObserved, kStep_s);
+  EXPECT_TRUE(mean.known(0));
+  EXPECT_FALSE(mean.known(1));
+  mean.reset();
+  EXPECT_FALSE(mean.known(0));
 }
 
 }  // namespace

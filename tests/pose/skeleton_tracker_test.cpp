@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <string>
@@ -23,7 +24,7 @@ constexpr double kStep_s = 1.0 / 60.0;
 
 Timestamp at(int set) { return from_ns(1'000'000'000) + from_s(set * kStep_s); }
 
-// Walks along x and swings both arms forth and back, down at the sides.
+// Walks along x with both arms down at the sides, swinging forwards and backwards.
 std::vector<Pose> swinging(const MarkerSet& set, int step) {
   const double t_s = step * kStep_s;
   const double swing = 0.5 * std::sin(4.0 * t_s);
@@ -54,7 +55,7 @@ void follow(SkeletonTracker& body, const std::vector<kinematics::Observation>& s
   body.commit(seen);
 }
 
-TEST(SkeletonTracker, KeepsAHiddenShoulderWhereItIsForHalfASecond) {
+TEST(SkeletonTracker, PredictsAHiddenShoulderForHalfASecond) {
   const MarkerSet set = person("openmocap18");
   const std::size_t hidden = marker_named(set, "LeftUpArm");
   kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
@@ -69,12 +70,12 @@ TEST(SkeletonTracker, KeepsAHiddenShoulderWhereItIsForHalfASecond) {
     (void)body.update(seen);
     body.commit(seen);
 
-    // What a person who sees the picture expects of a hidden joint.
+    // m; a larger error of a hidden joint is visible to an animator.
     EXPECT_LT((body.predicted_position(hidden) - truth.marker_at(hidden)).norm(), 0.03) << step;
   }
 }
 
-TEST(SkeletonTracker, TellsAHiddenMarkerLessSurelyTheLongerItIsHidden) {
+TEST(SkeletonTracker, IncreasesTheCovarianceOfAHiddenMarkerWithTime) {
   const MarkerSet set = person("openmocap18");
   const std::size_t hand = marker_named(set, "LeftHand");
   kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
@@ -90,12 +91,13 @@ TEST(SkeletonTracker, TellsAHiddenMarkerLessSurelyTheLongerItIsHidden) {
   const Eigen::Matrix3d late = body.predicted_covariance(hand);
 
   EXPECT_LT(soon.trace(), late.trace());
-  // The forearm, along y, does not stretch: sure along it, unsure where the elbow bends.
+  // The forearm lies along y and does not stretch: small variance along y, large variance across, where the elbow
+  // bends.
   EXPECT_LT(std::sqrt(late(1, 1)), 0.02);
   EXPECT_GT(std::sqrt(late(0, 0)), 0.10);
 }
 
-TEST(SkeletonTracker, FindsAHandThatComesOutElsewhere) {
+TEST(SkeletonTracker, FindsAHandThatReappearsElsewhere) {
   const MarkerSet set = person("openmocap18");
   const std::size_t hand = marker_named(set, "LeftHand");
   kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
@@ -112,8 +114,8 @@ TEST(SkeletonTracker, FindsAHandThatComesOutElsewhere) {
   EXPECT_LT((body.predicted_position(hand) - truth.marker_at(hand)).norm(), 0.005);
 }
 
-// A leg that swings forth stretches and bends again.
-TEST(SkeletonTracker, BendsAKneeForthOnlyOfWhichFootAndHipAloneAreSeen) {
+// A leg that swings forwards straightens and bends again.
+TEST(SkeletonTracker, BendsAKneeForwardsIfOnlyFootAndHipAreObserved) {
   const MarkerSet set = person("baseline41");
   kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
   const auto bone = [&](const std::string& name) { return static_cast<std::size_t>(bone_named(set, name)); };
@@ -139,14 +141,15 @@ TEST(SkeletonTracker, BendsAKneeForthOnlyOfWhichFootAndHipAloneAreSeen) {
     (void)body.update(seen);
     body.commit(seen);
 
-    // On the wrong side it would be off by 0.5 m in the end; a stretched leg hardly tells how far its knee is aside.
+    // A knee bent backwards would have an error of 0.5 m in the end. A straight leg hardly constrains the knee
+    // sideways.
     const Eigen::Vector3d off =
         body.pose().world()[bone("RightLowLeg")].position - truth.world()[bone("RightLowLeg")].position;
     EXPECT_LT(off.norm(), step < 17 ? 0.15 : 0.06) << step;
   }
 }
 
-TEST(SkeletonTracker, LaysALimbAnewThatIsTurnedTheWrongWayRound) {
+TEST(SkeletonTracker, ReinitialisesAForearmWithReversedTwist) {
   const MarkerSet set = person("baseline41");
   const std::size_t in = marker_named(set, "LWristIn");
   kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
@@ -158,11 +161,11 @@ TEST(SkeletonTracker, LaysALimbAnewThatIsTurnedTheWrongWayRound) {
   body.predict(at(1));
   (void)body.update(see(truth));
 
-  // It was 80 mm off; what one set's hold leaves is gone with the next.
+  // m; the initial error is 80 mm, and the motion prior of one set leaves a small part of it.
   EXPECT_LT((body.predicted_position(in) - truth.marker_at(in)).norm(), 0.015);
 }
 
-TEST(SkeletonTracker, LaysALimbAnewOnlyForAReadingThatMayComeWithin) {
+TEST(SkeletonTracker, ReinitialisesALimbOnlyForAHypothesisThatMayBeBelowTheMaximumCost) {
   const MarkerSet set = person("baseline41");
   kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
   SkeletonTracker body(set, {});
@@ -177,21 +180,21 @@ TEST(SkeletonTracker, LaysALimbAnewOnlyForAReadingThatMayComeWithin) {
     return see(truth);
   };
 
-  int laid_anew = 0;
+  int reinitialised = 0;
   for (int i = 1; i <= 20; ++i) {
     const std::vector<kinematics::Observation> seen = with_arm_bent(0.1 * i);
     const double cost = body.evaluate_hypothesis(seen).cost;
     const double at_once = body.evaluate_hypothesis(seen, -1e9).cost;
-    laid_anew += at_once > cost ? 1 : 0;
+    reinitialised += at_once > cost ? 1 : 0;
 
     EXPECT_GE(at_once, cost) << i;
-    EXPECT_EQ(body.evaluate_hypothesis(seen, cost).cost, cost) << i;  // whatever may come within is told as it is
+    EXPECT_EQ(body.evaluate_hypothesis(seen, cost).cost, cost) << i;  // a cost that may be below the maximum is exact
   }
-  EXPECT_GT(laid_anew, 5);
+  EXPECT_GT(reinitialised, 5);
 }
 
-// A lone marker of an arm that is seen elsewhere than thought turns joints that no other marker tells of.
-TEST(SkeletonTracker, TakesForNoMotionThatALoneMarkerIsElsewhere) {
+// The only observed marker of an arm reappears elsewhere and rotates joints that no other marker observes.
+TEST(SkeletonTracker, DerivesNoVelocityFromTheCorrectionByALoneMarker) {
   const MarkerSet set = person("baseline41");
   const std::size_t wrist = marker_named(set, "LWristIn");
   kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
@@ -226,8 +229,8 @@ TEST(SkeletonTracker, TakesForNoMotionThatALoneMarkerIsElsewhere) {
   }
 }
 
-// A forearm that nobody sees is where the last fit has it, wherever a reading's pose is looked for.
-TEST(SkeletonTracker, HoldsToItsLastFitWhereverTheSearchBegins) {
+// A hidden forearm stays at the pose of the last fit, wherever the search for a hypothesis begins.
+TEST(SkeletonTracker, KeepsTheMotionPriorAroundTheLastFitForAnyStart) {
   const MarkerSet set = person("baseline41");
   const auto elbow = static_cast<std::size_t>(bone_named(set, "LeftLowArm"));
   kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
@@ -247,8 +250,8 @@ TEST(SkeletonTracker, HoldsToItsLastFitWhereverTheSearchBegins) {
   EXPECT_LT(test::angle_between(body.pose().locals()[elbow].rotation, fitted), 0.05);
 }
 
-// Of a hand one marker alone is seen, and it may be either of two: which of them turns the hand about itself.
-TEST(SkeletonTracker, ExplainsATwinNearWhereTheOtherLedTo) {
+// Only one marker of a hand is observed, and it may be either of two. The choice determines the twist of the hand.
+TEST(SkeletonTracker, FindsALowerCostForASameBoneMarkerFromTheOtherHypothesis) {
   const MarkerSet set = person("baseline41");
   const auto in = static_cast<int>(marker_named(set, "LHandIn"));
   const auto out = static_cast<int>(marker_named(set, "LHandOut"));
@@ -269,22 +272,22 @@ TEST(SkeletonTracker, ExplainsATwinNearWhereTheOtherLedTo) {
       (void)body.update(seen);
       body.commit(seen);
     }
-    std::vector<kinematics::Observation> twin = seen;
-    for (kinematics::Observation& one : twin) {
+    std::vector<kinematics::Observation> other_label = seen;
+    for (kinematics::Observation& one : other_label) {
       if (one.marker == out) one.marker = in;
     }
     (void)body.evaluate_hypothesis(seen);
-    const std::vector<Pose> led_to(body.pose().locals().begin(), body.pose().locals().end());
+    const std::vector<Pose> start_pose(body.pose().locals().begin(), body.pose().locals().end());
 
-    const double cost = body.evaluate_hypothesis(twin).cost;
-    better += body.evaluate_from(led_to, swings, twin, cost).cost < cost - 0.5 ? 1 : 0;
+    const double cost = body.evaluate_hypothesis(other_label).cost;
+    better += body.evaluate_from(start_pose, swings, other_label, cost).cost < cost - 0.5 ? 1 : 0;
   }
 
   EXPECT_GT(better, 5);
 }
 
-// A knee that swings, and of which nobody sees anything from where it is bent far and fast on.
-TEST(SkeletonTracker, DoesNotBendOnAKneeThatHides) {
+// A swinging knee whose markers all hide while it bends fast.
+TEST(SkeletonTracker, DoesNotExtrapolateTheBendOfAHiddenKnee) {
   const MarkerSet set = person("baseline41");
   const auto knee = static_cast<std::size_t>(bone_named(set, "LeftLowLeg"));
   const auto foot = static_cast<std::size_t>(bone_named(set, "LeftFoot"));
@@ -305,13 +308,13 @@ TEST(SkeletonTracker, DoesNotBendOnAKneeThatHides) {
       });
     }
     follow(body, seen, at(step));
-    // A shin is 0.4 m long; 0.7 of it is what a straight line would end at.
+    // m; a shin is 0.4 m long, and an extrapolation at constant velocity would have an error of 0.7 of it.
     EXPECT_LT((body.pose().world()[foot].position - truth.world()[foot].position).norm(), 0.2) << step - kHidden;
   }
 }
 
-// An arm that runs, of which the forearm's one marker is seen: the collar bone must not follow it.
-TEST(SkeletonTracker, TurnsNoCollarBoneFarForALoneMarkerOfTheForearm) {
+// An arm swings as in running, and only one marker of the forearm is observed: the collar bone must not follow.
+TEST(SkeletonTracker, RotatesNoCollarBoneFarForALoneMarkerOfTheForearm) {
   const MarkerSet set = person("baseline41");
   const auto collar = static_cast<std::size_t>(bone_named(set, "RightCollar"));
   const auto upper = static_cast<std::size_t>(bone_named(set, "RightUpArm"));

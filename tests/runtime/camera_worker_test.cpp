@@ -52,7 +52,7 @@ struct Rig {
   WakeSignal wake;
   CameraChannel channel{8, wake};
 
-  // Runs the worker until its camera is at its end.
+  // Runs the worker until its camera ends.
   void run(CameraParts camera, const CameraWorkerSettings& settings = quick()) {
     CameraWorker worker(std::move(camera), settings, channel);
     worker.run(std::stop_token{});
@@ -66,7 +66,7 @@ struct Rig {
   }
 };
 
-TEST(CameraWorker, DeliversEveryImageAndSaysWhenTheSourceIsThrough) {
+TEST(CameraWorker, DeliversEveryImageAndReportsTheEndOfTheSource) {
   Rig rig;
 
   rig.run(parts({{Deliver{0}, Deliver{1}, Deliver{2}, kEnd}}));
@@ -75,7 +75,7 @@ TEST(CameraWorker, DeliversEveryImageAndSaysWhenTheSourceIsThrough) {
   EXPECT_EQ(rig.channel.delivery.load(), Delivery::Ended);
 }
 
-TEST(CameraWorker, CountsTheGapsInTheCamerasOwnNumbers) {
+TEST(CameraWorker, CountsGapsInTheFrameNumbers) {
   Rig rig;
 
   rig.run(parts({{Deliver{5}, Deliver{6}, Deliver{9}, Deliver{10}, kEnd}}));
@@ -83,7 +83,7 @@ TEST(CameraWorker, CountsTheGapsInTheCamerasOwnNumbers) {
   EXPECT_EQ(rig.channel.counters.missing_frames.read(), 2U);
 }
 
-/// One blob an image, and something for each filter.
+/// Returns one blob for each image and a different count for each filter.
 class BusyDetector : public Detector {
  public:
   Detection detect(const Image&) override {
@@ -102,7 +102,7 @@ class BusyDetector : public Detector {
   }
 };
 
-TEST(CameraWorker, CountsWhatItsDetectorLeftOutAndByWhat) {
+TEST(CameraWorker, CountsRejectedBlobsByFilter) {
   Rig rig;
   CameraParts camera = parts({{Deliver{0}, Deliver{1}, kEnd}});
   camera.make_detector = [](const Image&) -> Result<std::unique_ptr<Detector>> {
@@ -125,7 +125,7 @@ TEST(CameraWorker, CountsWhatItsDetectorLeftOutAndByWhat) {
   EXPECT_EQ(levels.background_grey, 12.0);
 }
 
-TEST(CameraWorker, OpensALostCameraAnewAndGoesOn) {
+TEST(CameraWorker, ReopensALostCamera) {
   Rig rig;
 
   rig.run(parts({{Deliver{0}, kGone}, {Deliver{0}, kEnd}}));
@@ -134,7 +134,7 @@ TEST(CameraWorker, OpensALostCameraAnewAndGoesOn) {
   EXPECT_EQ(rig.channel.counters.frames.read(), 2U);
 }
 
-TEST(CameraWorker, TellsWhyACameraWasLost) {
+TEST(CameraWorker, LogsWhyACameraWasLost) {
   Rig rig;
 
   rig.run(parts({{Deliver{0}, kGone}, {kEnd}}));
@@ -147,50 +147,56 @@ TEST(CameraWorker, TellsWhyACameraWasLost) {
   EXPECT_EQ(errors, std::vector<std::string>{"cable pulled"});
 }
 
-TEST(CameraWorker, LeavesTheNameThatTheLineBearsAlreadyOutOfTheReason) {
+TEST(CameraWorker, OmitsTheCameraNameFromTheReason) {
   Rig rig;
 
   rig.run(parts({{Error{ErrorCode::DeviceLost, "camera 'north': cable pulled"}}, {kEnd}}));
 
-  std::string told;
+  std::string logged;
   CameraNote note;
-  while (rig.channel.notes.try_pop(note)) told.append(note.error.begin(), note.error.end());
-  EXPECT_EQ(told, "cable pulled");
+  while (rig.channel.notes.try_pop(note)) logged.append(note.error.begin(), note.error.end());
+  EXPECT_EQ(logged, "cable pulled");
 }
 
-TEST(CameraWorker, LogsAReasonOnceHoweverOftenItTriesAndAgainAfterItStreamed) {
+TEST(CameraWorker, LogsAReasonOnceUntilTheCameraStreamsAgain) {
   Rig rig;
   testing::internal::CaptureStderr();
 
   rig.run(parts({{kGone}, {kGone}, {kGone}, {Deliver{0}, kGone}, {kGone}, {kEnd}}));
 
   const std::string log = testing::internal::GetCapturedStderr();
-  std::size_t told = 0;
+  std::size_t logged = 0;
   for (std::size_t at = log.find("cable pulled"); at != std::string::npos; at = log.find("cable pulled", at + 1))
-    ++told;
-  EXPECT_EQ(told, 2U) << log;
+    ++logged;
+  EXPECT_EQ(logged, 2U) << log;
 }
 
-// Says twice that it is still being looked for.
+// A camera whose first two starts fail.
 class SlowToFind : public ScriptedCamera {
  public:
-  using ScriptedCamera::ScriptedCamera;
+  SlowToFind(Error failure, std::deque<std::vector<Step>> starts)
+      : ScriptedCamera(CameraId{0}, std::move(starts)), failure_(std::move(failure)) {}
 
   Status start() override {
-    if (++starts_ <= 2) return Error{ErrorCode::Timeout, "still looking"};
+    if (++starts_ <= 2) return failure_;
     return ScriptedCamera::start();
   }
 
  private:
+  Error failure_;
   int starts_ = 0;
 };
 
-TEST(CameraWorker, AsksACameraThatIsStillLookedForAgainWithoutABackoffOrAnError) {
-  Rig rig;
+CameraParts slow_to_find(Error failure) {
   CameraParts camera = parts({});
-  camera.camera = std::make_unique<SlowToFind>(CameraId{0}, std::deque<std::vector<Step>>{{Deliver{0}, kEnd}});
+  camera.camera = std::make_unique<SlowToFind>(std::move(failure), std::deque<std::vector<Step>>{{Deliver{0}, kEnd}});
+  return camera;
+}
 
-  rig.run(std::move(camera));
+TEST(CameraWorker, RetriesADiscoveryInProgressWithoutBackoffOrError) {
+  Rig rig;
+
+  rig.run(slow_to_find({ErrorCode::Timeout, "still looking"}));
 
   EXPECT_EQ(rig.channel.counters.frames.read(), 1U);
   EXPECT_EQ(rig.channel.counters.reopened.read(), 0U);
@@ -198,7 +204,69 @@ TEST(CameraWorker, AsksACameraThatIsStillLookedForAgainWithoutABackoffOrAnError)
   while (rig.channel.notes.try_pop(note)) EXPECT_NE(note.phase, CameraPhase::Reopening);
 }
 
-TEST(CameraWorker, OpensASilentCameraAnew) {
+struct Noted {
+  std::vector<CameraPhase> phases;
+  std::string log;
+};
+
+Noted run_and_note(Rig& rig, CameraParts camera, const CameraWorkerSettings& settings) {
+  Noted noted;
+  testing::internal::CaptureStderr();
+  rig.run(std::move(camera), settings);
+  noted.log = testing::internal::GetCapturedStderr();
+  CameraNote note;
+  while (rig.channel.notes.try_pop(note)) noted.phases.push_back(note.phase);
+  return noted;
+}
+
+TEST(CameraWorker, WaitsForADeviceThatIsNotThereYetWithoutAnError) {
+  Rig rig;
+  CameraWorkerSettings settings = quick();
+  settings.first_image_within = std::chrono::hours(1);
+
+  const Noted noted = run_and_note(rig, slow_to_find({ErrorCode::NotFound, "nothing answers"}), settings);
+
+  EXPECT_EQ(noted.phases, (std::vector{CameraPhase::Starting, CameraPhase::Starting, CameraPhase::Starting,
+                                       CameraPhase::Streaming, CameraPhase::Ended}));
+  EXPECT_THAT(noted.log, testing::ContainsRegex("info +camera north: nothing answers; waiting"));
+  EXPECT_THAT(noted.log, testing::Not(testing::HasSubstr("error")));
+}
+
+TEST(CameraWorker, ReportsADeviceThatDoesNotAppearInTimeAsAnError) {
+  Rig rig;
+  CameraWorkerSettings settings = quick();
+  settings.first_image_within = Duration::zero();
+
+  const Noted noted = run_and_note(rig, slow_to_find({ErrorCode::NotFound, "nothing answers"}), settings);
+
+  EXPECT_THAT(noted.phases, testing::Contains(CameraPhase::Reopening));
+  EXPECT_THAT(noted.log, testing::ContainsRegex("error +camera north: nothing answers; the other cameras continue"));
+}
+
+TEST(CameraWorker, ReportsADeviceThatRefusesToStartAsAnErrorAtOnce) {
+  Rig rig;
+  CameraWorkerSettings settings = quick();
+  settings.first_image_within = std::chrono::hours(1);
+
+  const Noted noted = run_and_note(rig, slow_to_find({ErrorCode::Unsupported, "no such format"}), settings);
+
+  EXPECT_THAT(noted.phases, testing::Contains(CameraPhase::Reopening));
+  EXPECT_THAT(noted.log, testing::ContainsRegex("error +camera north: no such format"));
+}
+
+TEST(CameraWorker, ReportsALostDeviceAsAnErrorAtOnce) {
+  Rig rig;
+  CameraWorkerSettings settings = quick();
+  settings.first_image_within = std::chrono::hours(1);
+  const Error absent{ErrorCode::NotFound, "nothing answers"};
+
+  const Noted noted = run_and_note(rig, parts({{Deliver{0}, absent}, {Deliver{1}, kEnd}}), settings);
+
+  EXPECT_EQ(noted.phases, (std::vector{CameraPhase::Starting, CameraPhase::Streaming, CameraPhase::Reopening,
+                                       CameraPhase::Streaming, CameraPhase::Ended}));
+}
+
+TEST(CameraWorker, ReopensASilentCamera) {
   Rig rig;
 
   rig.run(parts({{Deliver{0}}, {Deliver{0}, kEnd}}));
@@ -206,7 +274,7 @@ TEST(CameraWorker, OpensASilentCameraAnew) {
   EXPECT_EQ(rig.channel.counters.reopened.read(), 1U);
 }
 
-TEST(CameraWorker, SaysThatACameraIsSilentAndWhyUntilItStreamsAgain) {
+TEST(CameraWorker, ReportsASilentCameraAndTheReasonUntilItStreams) {
   Rig rig;
 
   rig.run(parts({{Deliver{0}}, {kGone}, {Deliver{0}, kEnd}}));
@@ -222,7 +290,7 @@ TEST(CameraWorker, SaysThatACameraIsSilentAndWhyUntilItStreamsAgain) {
                                  CameraPhase::Reopening, CameraPhase::Streaming, CameraPhase::Ended}));
 }
 
-TEST(CameraWorker, CountsABrokenImageAndKeepsTheCamera) {
+TEST(CameraWorker, CountsADamagedImageAndKeepsTheCamera) {
   Rig rig;
 
   rig.run(parts({{Deliver{0}, Error{ErrorCode::Io, "half an image"}, Deliver{2}, kEnd}}));
@@ -232,7 +300,7 @@ TEST(CameraWorker, CountsABrokenImageAndKeepsTheCamera) {
   EXPECT_EQ(rig.delivered(), (std::vector<std::uint64_t>{0, 2}));
 }
 
-TEST(CameraWorker, RefusesImagesOfAnotherSizeThanTheRigs) {
+TEST(CameraWorker, RejectsImagesWhoseSizeDiffersFromTheRig) {
   Rig rig;
   CameraParts camera = parts({{Deliver{0, 32, 32}}, {kEnd}});
   camera.expected_width_px = 64;
@@ -244,7 +312,7 @@ TEST(CameraWorker, RefusesImagesOfAnotherSizeThanTheRigs) {
   EXPECT_EQ(rig.channel.counters.reopened.read(), 1U);
 }
 
-TEST(CameraWorker, DropsTheNewImageAndCountsItWhenNobodyTakesThem) {
+TEST(CameraWorker, DropsAndCountsTheNewImageIfTheQueueIsFull) {
   Rig rig;
   std::vector<Step> list;
   for (std::uint64_t i = 0; i < 20; ++i) list.push_back(Deliver{i});
@@ -256,7 +324,7 @@ TEST(CameraWorker, DropsTheNewImageAndCountsItWhenNobodyTakesThem) {
   EXPECT_EQ(rig.delivered().front(), 0U);
 }
 
-TEST(CameraWorker, LosesNothingWhenItMayWait) {
+TEST(CameraWorker, LosesNothingIfItMayWait) {
   Rig rig;
   std::vector<Step> list;
   for (std::uint64_t i = 0; i < 500; ++i) list.push_back(Deliver{i});
@@ -265,14 +333,14 @@ TEST(CameraWorker, LosesNothingWhenItMayWait) {
   settings.lossless = true;
 
   std::jthread worker([&] { rig.run(parts({list}), settings); });
-  std::uint64_t taken = 0;
-  while (taken < 500) {
+  std::uint64_t received = 0;
+  while (received < 500) {
     const auto ticket = rig.wake.ticket();
     if (rig.channel.frames.front() == nullptr) {
       rig.wake.wait(ticket, std::chrono::seconds(10));
       continue;
     }
-    ASSERT_EQ(rig.channel.frames.front()->number, taken++);
+    ASSERT_EQ(rig.channel.frames.front()->number, received++);
     rig.channel.frames.pop();
     rig.channel.room.signal();
   }
@@ -280,7 +348,7 @@ TEST(CameraWorker, LosesNothingWhenItMayWait) {
   EXPECT_EQ(rig.channel.counters.dropped_queue_full.read(), 0U);
 }
 
-TEST(CameraWorker, EndsSoonWhenStoppedInTheMiddleOfALongBackoff) {
+TEST(CameraWorker, StopsDuringALongBackoff) {
   Rig rig;
   CameraWorkerSettings settings = quick();
   settings.first_backoff = settings.longest_backoff = std::chrono::seconds(60);
@@ -290,7 +358,7 @@ TEST(CameraWorker, EndsSoonWhenStoppedInTheMiddleOfALongBackoff) {
   {
     std::jthread thread([&](const std::stop_token& stop) { worker.run(stop); });
     CameraNote note;
-    while (note.phase != CameraPhase::Reopening) {
+    while (note.error.empty()) {
       const auto ticket = rig.wake.ticket();
       if (!rig.channel.notes.try_pop(note)) rig.wake.wait(ticket, milliseconds(10));
     }

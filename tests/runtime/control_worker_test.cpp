@@ -31,7 +31,7 @@ ControlRequest request(ControlAction action, const std::string& name = {}) {
   return wanted;
 }
 
-// Asks one thing after the other, then ends the worker.
+// A server that returns the given requests one after the other, then stops the worker.
 class Script final : public ControlServer {
  public:
   Script(std::vector<ControlRequest> requests, std::vector<ControlAnswer>& answers, std::stop_source& end)
@@ -69,7 +69,7 @@ struct World {
   }
 };
 
-// Does what the threads of a daemon do with orders: says yes to each.
+// Plays the fusion thread and the camera thread: answers each order with success.
 std::jthread obliging(World& world) {
   return std::jthread([&world](const std::stop_token& stop) {
     while (!stop.stop_requested()) {
@@ -86,7 +86,7 @@ std::jthread obliging(World& world) {
   });
 }
 
-TEST(ControlWorker, RefusesWhatIsNotThereAndNamesWhatIs) {
+TEST(ControlWorker, RejectsUnknownNamesAndListsTheKnownOnes) {
   World world;
 
   const auto answers =
@@ -98,12 +98,12 @@ TEST(ControlWorker, RefusesWhatIsNotThereAndNamesWhatIs) {
   EXPECT_THAT(answers[1].message, HasSubstr("configured with: north"));
 }
 
-TEST(ControlWorker, LeavesANewSubjectToTheMainThread) {
+TEST(ControlWorker, ForwardsANewSubjectToTheMainThread) {
   World world;
   MainOrder order;
   std::jthread main([&](const std::stop_token& stop) {
     while (!stop.stop_requested() && !world.control.to_main.try_pop(order)) std::this_thread::yield();
-    static_cast<void>(world.control.from_main.try_push({order.number, true, "starts anew"}));
+    static_cast<void>(world.control.from_main.try_push({order.number, true, "changed"}));
   });
   ControlRequest ben = request(ControlAction::AddSubject, "ben"), anna = request(ControlAction::AddSubject, "anna");
   ben.marker_set = anna.marker_set = "/sets/rigid3.toml";
@@ -111,14 +111,14 @@ TEST(ControlWorker, LeavesANewSubjectToTheMainThread) {
   const auto answers = world.ask({ben, anna});
   main.join();
 
-  EXPECT_EQ(answers[0].message, "starts anew");
+  EXPECT_EQ(answers[0].message, "changed");
   EXPECT_EQ(order.subject, "ben");
   EXPECT_EQ(order.marker_set, "/sets/rigid3.toml");
   EXPECT_EQ(answers[1].code, ControlCode::Invalid);
   EXPECT_THAT(answers[1].message, HasSubstr("there is a subject 'anna' already"));
 }
 
-TEST(ControlWorker, RefusesAFitOfAnotherBody) {
+TEST(ControlWorker, RejectsAFitOfAnotherBody) {
   World world;
   ControlRequest fit = request(ControlAction::FitSubject, "anna");
   fit.rest_offsets_m.resize(2);
@@ -130,7 +130,7 @@ TEST(ControlWorker, RefusesAFitOfAnotherBody) {
   EXPECT_THAT(answers[0].message, HasSubstr("has 2 bones and 3 markers, the fit has 2 and 7"));
 }
 
-TEST(ControlWorker, TellsWhenAThreadDoesNotAnswer) {
+TEST(ControlWorker, ReportsAThreadThatDoesNotAnswer) {
   World world;
 
   const auto answers = world.ask({request(ControlAction::ResetSubject, "anna")});
@@ -138,7 +138,7 @@ TEST(ControlWorker, TellsWhenAThreadDoesNotAnswer) {
   EXPECT_EQ(answers[0].code, ControlCode::Timeout);
 }
 
-TEST(ControlWorker, KnowsWhoIsAwayAndWhetherTheCamerasRun) {
+TEST(ControlWorker, ReportsAbsentSubjectsAndWhetherCamerasRun) {
   World world;
   const auto threads = obliging(world);
 
@@ -160,18 +160,19 @@ TEST(ControlWorker, DoesNotStopAReplay) {
   EXPECT_EQ(answers[0].code, ControlCode::Unsupported);
 }
 
-TEST(ControlWorker, HandsOnWhatTheMainThreadSaysThoughItEndsTheWorkerAtOnce) {
+TEST(ControlWorker, ExecutesNoRequestBetweenItsAnswerAndTheChange) {
   World world;
   std::jthread main([&world](const std::stop_token& stop) {
     MainOrder order;
     while (!stop.stop_requested() && !world.control.to_main.try_pop(order)) std::this_thread::yield();
-    static_cast<void>(world.control.from_main.try_push({order.number, true, "starts anew"}));
+    static_cast<void>(world.control.from_main.try_push({order.number, true, "changed", true}));
   });
 
-  const auto answers = world.ask({request(ControlAction::Reload)});
+  const auto answers = world.ask({request(ControlAction::Reload), request(ControlAction::GetStatus)});
 
+  ASSERT_EQ(answers.size(), 1U);
   EXPECT_EQ(answers[0].code, ControlCode::Done);
-  EXPECT_EQ(answers[0].message, "starts anew");
+  EXPECT_EQ(answers[0].message, "changed");
 }
 
 }  // namespace

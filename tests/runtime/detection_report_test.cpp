@@ -7,12 +7,12 @@ namespace {
 
 using std::chrono::seconds;
 
-/// A camera at 60 Hz whose detector is asked once a second.
+/// A camera at 60 Hz whose report is updated once a second.
 class Camera {
  public:
   explicit Camera(bool automatic = true) : report_(automatic) {}
 
-  /// One more second, in which these were added; the lines that it gives.
+  /// Advances by one second in which `more` is added to the counts; returns the log lines.
   std::vector<std::string> second(const DetectionCounts& more, double threshold_grey = 38.0) {
     seen_.images += 60;
     seen_.counts.blobs += more.blobs;
@@ -22,11 +22,11 @@ class Camera {
     seen_.counts.rows_given_up += more.rows_given_up;
     seen_.levels = {threshold_grey, 2.1, 12.0};
     now_ += seconds(1);
-    std::vector<std::string> told;
+    std::vector<std::string> lines;
     for (const auto& line : report_.look(seen_, now_)) {
-      told.push_back((line.level == LogLevel::Warn ? "warn " : "info ") + line.what);
+      lines.push_back((line.level == LogLevel::Warn ? "warn " : "info ") + line.what);
     }
-    return told;
+    return lines;
   }
 
  private:
@@ -43,7 +43,7 @@ DetectionCounts blobs(std::uint64_t count) {
   return counts;
 }
 
-TEST(DetectionReport, TellsTheThresholdOnce) {
+TEST(DetectionReport, LogsTheThresholdOnce) {
   Camera camera;
 
   EXPECT_EQ(camera.second(blobs(100)), Lines{"info threshold 38 grey (noise 2.1, background 12), automatic"});
@@ -51,7 +51,7 @@ TEST(DetectionReport, TellsTheThresholdOnce) {
   EXPECT_EQ(Camera(false).second(blobs(100)), Lines{"info threshold 38 grey (noise 2.1, background 12), as set"});
 }
 
-TEST(DetectionReport, TellsAThresholdThatHasChangedMuchAndNotMoreOftenThanEveryTenSeconds) {
+TEST(DetectionReport, LogsALargeThresholdChangeAtMostEveryTenSeconds) {
   Camera camera;
   camera.second(blobs(100));
   for (int i = 0; i < 9; ++i) EXPECT_EQ(camera.second(blobs(100), 60.0), Lines{});
@@ -61,7 +61,7 @@ TEST(DetectionReport, TellsAThresholdThatHasChangedMuchAndNotMoreOftenThanEveryT
   for (int i = 0; i < 20; ++i) EXPECT_EQ(camera.second(blobs(100), 65.0), Lines{}) << "a little is no news";
 }
 
-TEST(DetectionReport, TellsWhyACameraSeesNothingAfterThreeSecondsAndOnceAMinute) {
+TEST(DetectionReport, LogsWhyACameraSeesNothingAfterThreeSecondsThenOnceAMinute) {
   Camera camera;
   camera.second(blobs(100));
   DetectionCounts lost;
@@ -75,7 +75,7 @@ TEST(DetectionReport, TellsWhyACameraSeesNothingAfterThreeSecondsAndOnceAMinute)
   EXPECT_EQ(camera.second(lost).size(), 1U);
 }
 
-TEST(DetectionReport, AnEmptyVolumeIsNoWarning) {
+TEST(DetectionReport, DoesNotWarnOfAnEmptyVolume) {
   Camera camera;
   camera.second({});
   camera.second({});
@@ -84,7 +84,7 @@ TEST(DetectionReport, AnEmptyVolumeIsNoWarning) {
   EXPECT_EQ(camera.second({}), Lines{"info 0 blobs in 60 images: nothing is bright enough (threshold 38 grey)"});
 }
 
-TEST(DetectionReport, SomebodyWhoIsHiddenForAMomentIsNoNews) {
+TEST(DetectionReport, DoesNotWarnOfAShortOcclusion) {
   Camera camera;
   camera.second(blobs(100));
   for (int i = 0; i < 50; ++i) {
@@ -94,7 +94,7 @@ TEST(DetectionReport, SomebodyWhoIsHiddenForAMomentIsNoNews) {
   }
 }
 
-TEST(DetectionReport, WarnsWhereABoundIsReachedAlsoThoughThereAreBlobs) {
+TEST(DetectionReport, WarnsIfABoundIsReachedDespiteBlobs) {
   Camera camera;
   camera.second(blobs(100));
   DetectionCounts over = blobs(512);
@@ -107,7 +107,7 @@ TEST(DetectionReport, WarnsWhereABoundIsReachedAlsoThoughThereAreBlobs) {
   EXPECT_EQ(camera.second(over), Lines{});
 }
 
-TEST(DetectionReport, OfACameraThatDeliversNothingSaysNothing) {
+TEST(DetectionReport, LogsNothingForACameraWithoutImages) {
   DetectionReport report(true);
 
   for (int i = 0; i < 100; ++i) EXPECT_TRUE(report.look({}, from_ns(i * 1'000'000'000LL)).empty());

@@ -32,7 +32,7 @@ TEST(LatencyHistogram, AgreesWithSortedSpansToSixPercent) {
   EXPECT_EQ(figures.max.count(), all.back());
 }
 
-TEST(LatencyHistogram, HoldsTheExtremes) {
+TEST(LatencyHistogram, ClampsExtremeDurations) {
   LatencyHistogram histogram;
   histogram.add(Duration{-5});
   histogram.add(Duration::max());
@@ -41,7 +41,7 @@ TEST(LatencyHistogram, HoldsTheExtremes) {
   EXPECT_EQ(histogram.figures().max, Duration::max());
 }
 
-TEST(StageLatency, ToldByTheInstantsThatAreThereAndByNoOthers) {
+TEST(StageLatency, UsesOnlyTheInstantsThatAreSet) {
   StageLatency latency;
   Instants instants{.exposed_at = from_ns(1'000'000),
                     .received_at = {},

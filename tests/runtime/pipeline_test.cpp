@@ -5,6 +5,7 @@
 #include <atomic>
 #include <thread>
 
+#include "runtime/status_line.h"
 #include "support/empty_row.h"
 #include "support/scripted_camera.h"
 
@@ -28,16 +29,17 @@ class NoTracks : public BlobTracker {
   void track(BlobFrame&) override {}
 };
 
-// What was sent, readable while the publish thread still works.
+// Counts of the published messages, readable while the publish thread runs.
 struct Sent {
   std::atomic<std::uint64_t> snapshots{0};
   std::atomic<std::uint64_t> complete{0};
   std::atomic<std::uint64_t> descriptions{0};
   std::atomic<std::uint64_t> reports{0};
+  std::atomic<std::uint64_t> recorded{0};  // records of the first recording in the last report
   std::atomic<bool> in_order{true};
   WakeSignal changed;
 
-  // Waits until a number is reached; false after 20 s.
+  // Waits until `reached` returns true; returns false after 20 s.
   template <class Reached>
   bool wait_until(Reached reached) {
     const Timestamp limit = host_now() + std::chrono::seconds(20);
@@ -65,8 +67,9 @@ class MemoryPublisher : public Publisher {
     sent_.changed.signal();
     return {};
   }
-  Status report(const Health&) override {
+  Status report(const Health& health) override {
     ++sent_.reports;
+    if (!health.recordings.empty()) sent_.recorded = health.recordings[0].records;
     sent_.changed.signal();
     return {};
   }
@@ -87,6 +90,26 @@ class CountingWriter : public Writer {
 
  private:
   std::atomic<std::uint64_t>& written_;
+};
+
+// Writes `space` snapshots of 10 bytes, then fails.
+class FullDiskWriter : public Writer {
+ public:
+  FullDiskWriter(std::atomic<std::uint64_t>& calls, std::uint64_t space) : calls_(calls), space_(space) {}
+  Status write(const Snapshot&) override {
+    ++calls_;
+    if (written_ == space_) return Error{ErrorCode::Io, "the disk is full"};
+    ++written_;
+    return {};
+  }
+  std::string path() const override { return "take.jsonl"; }
+  RecordingSize size() const override { return {10 * written_, written_}; }
+  Status finish() override { return {}; }
+
+ private:
+  std::atomic<std::uint64_t>& calls_;
+  std::uint64_t space_;
+  std::uint64_t written_ = 0;
 };
 
 std::vector<Step> images(std::uint64_t count, bool then_end) {
@@ -123,7 +146,7 @@ PipelineSettings lossless() {
   return settings;
 }
 
-TEST(Pipeline, CarriesEverySetOfAReplayToThePublisherInOrder) {
+TEST(Pipeline, PublishesEverySetOfAReplayInOrder) {
   Sent sent;
   Pipeline pipeline(lossless(), parts({{images(2000, true)}, {images(2000, true)}, {images(2000, true)}}, sent));
 
@@ -147,7 +170,47 @@ TEST(Pipeline, WritesEverySetOfAReplay) {
   EXPECT_EQ(written, 500U);
 }
 
-TEST(Pipeline, GoesOnWithTheOtherCamerasWhenOneIsNotThere) {
+TEST(Pipeline, WritesNothingAfterAFailedWriteAndReportsIt) {
+  Sent sent;
+  std::atomic<std::uint64_t> calls{0};
+  PipelineParts made = parts({{images(500, true)}}, sent);
+  made.writers.push_back(std::make_unique<FullDiskWriter>(calls, 100));
+  Pipeline pipeline(lossless(), std::move(made));
+
+  ASSERT_TRUE(sent.wait_until([&] { return pipeline.finished(); }));
+  pipeline.stop();
+
+  EXPECT_EQ(sent.snapshots, 500U);
+  EXPECT_EQ(calls, 101U);
+  ASSERT_EQ(pipeline.recordings().size(), 1U);
+  const RecordingProgress& recording = *pipeline.recordings()[0];
+  EXPECT_EQ(recording.path(), "take.jsonl");
+  EXPECT_EQ(recording.state(), RecordingState::Failed);
+  EXPECT_EQ(recording.error(), "the disk is full");
+  EXPECT_EQ(recording.size().records, 100U);
+  EXPECT_EQ(pipeline.side_counters().written.read(), 100U);
+  EXPECT_EQ(totals_of(pipeline).failed_recordings, std::vector<std::string>{"take.jsonl"});
+}
+
+TEST(Pipeline, ReportsTheSizeOfARecording) {
+  Sent sent;
+  std::atomic<std::uint64_t> calls{0};
+  PipelineParts made = parts({{images(50, false)}}, sent);
+  made.writers.push_back(std::make_unique<FullDiskWriter>(calls, 1000));
+  PipelineSettings settings;
+  settings.publish.report_every = milliseconds(10);
+  Pipeline pipeline(settings, std::move(made));
+
+  ASSERT_TRUE(sent.wait_until([&] { return sent.recorded >= 1; }));
+  EXPECT_EQ(pipeline.recordings()[0]->state(), RecordingState::Recording);
+  pipeline.stop();
+
+  EXPECT_EQ(pipeline.recordings()[0]->state(), RecordingState::Ended);
+  EXPECT_EQ(pipeline.recordings()[0]->size().records, calls);
+  EXPECT_EQ(pipeline.recordings()[0]->size().bytes, 10 * calls);
+}
+
+TEST(Pipeline, ContinuesWithoutAMissingCamera) {
   Sent sent;
   Pipeline pipeline({}, parts({{images(200, false)}, {}}, sent));
 
@@ -164,7 +227,7 @@ TEST(Pipeline, FinishesAReplayInWhichOneCameraEndsEarly) {
   EXPECT_EQ(sent.complete, 100U);
 }
 
-TEST(Pipeline, ReportsItsHealthAndProgress) {
+TEST(Pipeline, ReportsHealthAndProgress) {
   Sent sent;
   PipelineSettings settings;
   settings.publish.report_every = milliseconds(10);
@@ -175,7 +238,7 @@ TEST(Pipeline, ReportsItsHealthAndProgress) {
   EXPECT_TRUE(pipeline.progressed());
 }
 
-TEST(Pipeline, StopsWithinASecondWhileACameraIsSilent) {
+TEST(Pipeline, StopsWithinASecondWithASilentCamera) {
   Sent sent;
   Pipeline pipeline({}, parts({{images(5, false)}, {images(5, false)}}, sent));
   ASSERT_TRUE(sent.wait_until([&] { return sent.snapshots >= 1; }));

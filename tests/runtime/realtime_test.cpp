@@ -17,21 +17,21 @@ namespace {
 
 constexpr std::size_t kImage_bytes = 640 * 480;
 
-// As the allocator tells of itself, in XML.
+// Counts the heaps in glibc's XML report.
 std::size_t heaps() {
   char* text = nullptr;
   std::size_t length = 0;
   std::FILE* const file = open_memstream(&text, &length);
   malloc_info(0, file);
   std::fclose(file);
-  const std::string told(text, length);
+  const std::string report(text, length);
   std::free(text);
   std::size_t count = 0;
-  for (std::size_t at = 0; (at = told.find("<heap nr", at)) != std::string::npos; ++at) ++count;
+  for (std::size_t at = 0; (at = report.find("<heap nr", at)) != std::string::npos; ++at) ++count;
   return count;
 }
 
-// Each of them holds memory while the others take theirs.
+// Allocates in `count` threads that all hold their memory at the same time.
 void take_memory_in_threads(std::ptrdiff_t count) {
   std::barrier all_hold(count);
   std::vector<std::jthread> threads;
@@ -55,7 +55,7 @@ class OneHeap : public testing::Test {
   }
 };
 
-TEST_F(OneHeap, ServesThreadsThatComeAndGo) {
+TEST_F(OneHeap, IsSharedByShortLivedThreads) {
   const std::size_t before = heaps();
 
   take_memory_in_threads(8);
@@ -63,7 +63,7 @@ TEST_F(OneHeap, ServesThreadsThatComeAndGo) {
   EXPECT_EQ(heaps(), before);
 }
 
-TEST_F(OneHeap, LeavesImagesThePagesOfTheirOwnAlsoAfterTheFirstWasFreed) {
+TEST_F(OneHeap, MapsImagesSeparatelyAlsoAfterOneWasFreed) {
   std::make_unique<std::byte[]>(kImage_bytes).reset();
   const std::size_t before = blocks_with_own_pages();
 

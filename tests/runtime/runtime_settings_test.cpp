@@ -7,7 +7,7 @@
 namespace mocap::runtime {
 namespace {
 
-// All keys of a pipeline, which stand in five sections.
+// Checks the keys of a pipeline in all five sections.
 std::vector<KeyFault> value_faults_of(PipelineSettings pipeline) {
   KeyCheck check;
   declare_capture_keys(check, pipeline);
@@ -20,7 +20,7 @@ std::vector<KeyFault> value_faults_of(PipelineSettings pipeline) {
 
 TEST(PipelineSettings, HaveDefaultsWithinTheirRanges) { EXPECT_TRUE(value_faults_of({}).empty()); }
 
-TEST(PipelineSettings, RefuseAPriorityThatTheKernelDoesNotHave) {
+TEST(PipelineSettings, RejectAPriorityThatTheKernelDoesNotHave) {
   PipelineSettings pipeline;
   pipeline.fusion.thread.fifo_priority = 100;
 
@@ -28,7 +28,7 @@ TEST(PipelineSettings, RefuseAPriorityThatTheKernelDoesNotHave) {
   EXPECT_EQ(value_faults_of(pipeline)[0].message, "fusion_fifo_priority is 100, expected 0 to 99");
 }
 
-TEST(PipelineSettings, LetThePublishThreadWaitLikeTheFusionThread) {
+TEST(PipelineSettings, GiveThePublishThreadTheWaitModeOfTheFusionThread) {
   PipelineSettings pipeline;
   pipeline.fusion.waiting = Waiting::Spin;
   KeyCheck check;
@@ -38,7 +38,7 @@ TEST(PipelineSettings, LetThePublishThreadWaitLikeTheFusionThread) {
   EXPECT_EQ(pipeline.publish.waiting, Waiting::Spin);
 }
 
-TEST(PipelineSettings, RefuseAFirstBackoffOverTheLongest) {
+TEST(PipelineSettings, RejectAFirstBackoffAboveTheMaximum) {
   PipelineSettings pipeline;
   EXPECT_TRUE(reopen_faults_of(pipeline).empty());
 

@@ -15,7 +15,7 @@
 namespace mocap::runtime {
 namespace {
 
-// What systemd is to a service: a datagram socket that its environment names.
+// Plays systemd: a datagram socket whose path is in the environment.
 class ServiceManager : public testing::Test {
  protected:
   void SetUp() override {
@@ -43,7 +43,7 @@ class ServiceManager : public testing::Test {
   int socket_ = -1;
 };
 
-TEST_F(ServiceManager, HearsOfReadinessProgressAndTheEnd) {
+TEST_F(ServiceManager, ReceivesReadinessProgressAndStop) {
   Service service;
 
   service.ready("4 of 4 cameras");
@@ -54,7 +54,7 @@ TEST_F(ServiceManager, HearsOfReadinessProgressAndTheEnd) {
   EXPECT_EQ(heard(), "STOPPING=1\nSTATUS=stopping");
 }
 
-TEST_F(ServiceManager, HearsAStatusOnceAndInOneLine) {
+TEST_F(ServiceManager, ReceivesEachStatusOnceInOneLine) {
   Service service;
 
   service.status("3 of 4 cameras\nWATCHDOG=1");
@@ -64,31 +64,32 @@ TEST_F(ServiceManager, HearsAStatusOnceAndInOneLine) {
   EXPECT_EQ(heard(), "");
 }
 
-TEST_F(ServiceManager, IsFedTwiceInTheTimeThatItsWatchdogTolerates) {
+TEST_F(ServiceManager, GetsTwoKeepAlivesPerWatchdogPeriod) {
   ::setenv("WATCHDOG_USEC", "3000000", 1);
   ::setenv("WATCHDOG_PID", std::to_string(::getpid()).c_str(), 1);
 
   EXPECT_EQ(Service().watchdog_interval(), std::chrono::milliseconds(1500));
 }
 
-TEST_F(ServiceManager, ThatWatchesAnotherProcessIsNotFed) {
+TEST_F(ServiceManager, GetsNoKeepAliveIfItWatchesAnotherProcess) {
   ::setenv("WATCHDOG_USEC", "3000000", 1);
   ::setenv("WATCHDOG_PID", "1", 1);
 
   EXPECT_EQ(Service().watchdog_interval(), Duration{0});
 }
 
-TEST_F(ServiceManager, ReadsStandardErrorWhereTheJournalIsConnectedToIt) {
-  struct stat our {};
-  ASSERT_EQ(::fstat(STDERR_FILENO, &our), 0);
-  ::setenv("JOURNAL_STREAM", (std::to_string(our.st_dev) + ":" + std::to_string(our.st_ino)).c_str(), 1);
+TEST_F(ServiceManager, ReadsStandardErrorIfTheJournalIsConnected) {
+  struct stat stderr_status {};
+  ASSERT_EQ(::fstat(STDERR_FILENO, &stderr_status), 0);
+  ::setenv("JOURNAL_STREAM",
+           (std::to_string(stderr_status.st_dev) + ":" + std::to_string(stderr_status.st_ino)).c_str(), 1);
   EXPECT_TRUE(Service().logs_to_journal());
 
-  ::setenv("JOURNAL_STREAM", "1:1", 1);  // another file: redirected since
+  ::setenv("JOURNAL_STREAM", "1:1", 1);  // another file, as after a redirection
   EXPECT_FALSE(Service().logs_to_journal());
 }
 
-TEST(Service, StartedByHandTellsNobody) {
+TEST(Service, SendsNothingIfStartedByHand) {
   Service service;
 
   service.ready("alone");

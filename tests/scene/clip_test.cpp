@@ -28,7 +28,7 @@ constexpr const char* kSmall =
     "}\n }\n}\n"
     "MOTION\nFrames: 2\nFrame Time: 0.5\n1 2 3 0 0 0 0 0 0\n3 2 3 90 0 0 0 0 40\n";
 
-TEST(Bvh, TurnsEvenlyBetweenFrames) {
+TEST(Bvh, InterpolatesTwoFramesLinearly) {
   const auto bvh = parse_bvh(kSmall);
   ASSERT_TRUE(bvh) << bvh.error().message;
   BvhPosture posture;
@@ -42,7 +42,7 @@ TEST(Bvh, TurnsEvenlyBetweenFrames) {
   EXPECT_LT(posture.turns[1].angularDistance(Eigen::Quaterniond(quarter_y)), 1e-9);
 }
 
-TEST(Bvh, TurnsAboutItsChannelsInTheirOrder) {
+TEST(Bvh, RotatesInTheOrderOfTheChannels) {
   std::string text = kSmall;
   text.replace(text.find("1 2 3 0 0 0 0 0 0"), 17, "1 2 3 0 0 0 90 90 0");
   const auto bvh = parse_bvh(text);
@@ -51,7 +51,7 @@ TEST(Bvh, TurnsAboutItsChannelsInTheirOrder) {
 
   posture_of(*bvh, 0.0, posture);
 
-  // About x first (y becomes z), about z then, which leaves that in place.
+  // The rotation about x comes first and moves y to z; the rotation about z does not move z.
   EXPECT_LT((posture.turns[1] * Eigen::Vector3d::UnitY() - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
 }
 
@@ -68,7 +68,7 @@ TEST(Bvh, RefusesEveryTruncationWithTheLine) {
   }
 }
 
-TEST(Bvh, ReadsRealFilesAndMovesThemOverTheFloor) {
+TEST(Bvh, ReadsRealFilesAndPutsTheMotionOnTheFloor) {
   for (const char* name : {"bvh/cmu_131_01.bvh", "bvh/cmu_18_01_walk_shakehands_A.bvh", "bvh/dm_walk.bvh"}) {
     const std::string text = read(name);
     if (text.empty()) GTEST_SKIP() << "no " << support::shared_data_folder();
@@ -86,12 +86,12 @@ TEST(Bvh, ReadsRealFilesAndMovesThemOverTheFloor) {
         high = std::max(high, marker.position.v.z());
       }
     }
-    EXPECT_NEAR(low, 0.05, 0.03) << name;  // the sole; frames between the sampled instants
+    EXPECT_NEAR(low, 0.05, 0.03) << name;  // the sole height; frames may be between the sampled instants
     EXPECT_NEAR(high, 1.65, 0.25) << name;
   }
 }
 
-TEST(KnownJoint, KnowsWhatOtherProgramsCallThem) {
+TEST(KnownJoint, FindsNamesOfOtherPrograms) {
   EXPECT_EQ(known_joint("mixamorig:LeftForeArm"), "LeftLowArm");
   EXPECT_EQ(known_joint("right_hip"), "RightUpLeg");
   EXPECT_EQ(known_joint("lfemur"), "LeftUpLeg");
@@ -101,7 +101,7 @@ TEST(KnownJoint, KnowsWhatOtherProgramsCallThem) {
   EXPECT_EQ(known_joint("rclavicle"), "RightCollar");
 }
 
-// The first samples were read from the files by another program.
+// Another program read the expected values from the same file.
 TEST(C3d, ReadsFloatSamples) {
   const std::string bytes = read("c3d/btk_pig_walk_static_100.c3d");
   if (bytes.empty()) GTEST_SKIP() << "no " << support::shared_data_folder();
@@ -116,7 +116,7 @@ TEST(C3d, ReadsFloatSamples) {
   EXPECT_TRUE(c3d.sample(0, 0).there);
 }
 
-TEST(C3d, TellsMarkersFromGhostsAndModelOutputs) {
+TEST(C3d, DistinguishesMarkersGhostsAndModelOutputs) {
   const std::string ghosts = read("c3d/pycgm_movement_42unlabelled_120.c3d"),
                     model = read("c3d/btk_pig_walk_fullbody_100.c3d");
   if (ghosts.empty()) GTEST_SKIP() << "no " << support::shared_data_folder();
@@ -128,8 +128,8 @@ TEST(C3d, TellsMarkersFromGhostsAndModelOutputs) {
   EXPECT_EQ(std::ranges::count(of_model, C3dPointKind::Marker), 35);
 }
 
-// The cleaned trial of the same capture, in another format, by another program.
-TEST(C3d, ReadsDecIntegersAsTheCleanedTrialHasThem) {
+// The oracle is a smoothed export of the same trial by another program, in TRC format.
+TEST(C3d, ReadsDecIntegersWithin5mmOfTheSmoothedExport) {
   const std::string bytes = read("c3d/btk_gait_cammask_100.c3d"), trc = read("trc/btk_Gait.trc");
   if (bytes.empty()) GTEST_SKIP() << "no " << support::shared_data_folder();
 
@@ -141,7 +141,7 @@ TEST(C3d, ReadsDecIntegersAsTheCleanedTrialHasThem) {
   std::string line;
   int compared = 0, near = 0;
   for (int i = 0; std::getline(lines, line); ++i) {
-    std::array<std::string, 5> cells;  // frame, time, x, y, z; empty where the marker was not there
+    std::array<std::string, 5> cells;  // frame, time, x, y, z; empty if the marker has no position
     std::istringstream fields(line);
     for (std::string& cell : cells) std::getline(fields, cell, '\t');
     if (i < 5 || cells[0].empty() || cells[2].empty()) continue;
@@ -151,14 +151,14 @@ TEST(C3d, ReadsDecIntegersAsTheCleanedTrialHasThem) {
     const C3dSample& sample = c3d.sample(frame - 1, shoulder);
     if (!sample.there) continue;
     ++compared;
-    near += (sample.position_m - cleaned_mm / 1000.0).norm() < 0.005 ? 1 : 0;  // it was smoothed by mm
+    near += (sample.position_m - cleaned_mm / 1000.0).norm() < 0.005 ? 1 : 0;  // smoothing moved it by some mm
     EXPECT_NE(sample.cameras, 0) << frame;
   }
   EXPECT_GT(compared, 100);
   EXPECT_EQ(near, compared);
 }
 
-TEST(C3d, SurvivesEveryTruncationAndManyBrokenBytes) {
+TEST(C3d, SurvivesTruncationsAndManyBrokenBytes) {
   const std::string whole = read("c3d/btk_pig_walk_static_100.c3d");
   if (whole.empty()) GTEST_SKIP() << "no " << support::shared_data_folder();
   for (std::size_t length = 0; length < whole.size(); length += 997) {
@@ -172,7 +172,7 @@ TEST(C3d, SurvivesEveryTruncationAndManyBrokenBytes) {
   (void)parse_c3d(std::as_bytes(std::span(bytes)));
 }
 
-TEST(C3dActor, HidesWhatTheRecordingDidNotSeeAndShowsItsGhosts) {
+TEST(C3dActor, HasNoPositionInGapsAndShowsGhosts) {
   const std::string gaps = read("c3d/btk_gait_cammask_100.c3d"),
                     nameless = read("c3d/pycgm_movement_42unlabelled_120.c3d");
   if (gaps.empty()) GTEST_SKIP() << "no " << support::shared_data_folder();
@@ -180,7 +180,7 @@ TEST(C3dActor, HidesWhatTheRecordingDidNotSeeAndShowsItsGhosts) {
   ASSERT_TRUE(with_gaps && with_ghosts);
   ActorState state;
 
-  (*with_gaps)->at(0.0, state);  // in its first frame the shoulder has residual -1
+  (*with_gaps)->at(0.0, state);  // the shoulder has residual -1 in the first frame
   EXPECT_FALSE(state.markers[0].there);
   (*with_gaps)->at(3.0, state);
   EXPECT_GT(std::ranges::count(state.markers, true, &ActorMarker::there), 10);

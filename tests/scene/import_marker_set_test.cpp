@@ -26,7 +26,7 @@ std::optional<C3d> shared_c3d(const std::string& name) {
 
 Skeleton human() { return test::person("pluginGait39").skeleton; }
 
-TEST(KnownMarker, IsFoundByEachConvention) {
+TEST(KnownMarker, IsFoundInEachConvention) {
   EXPECT_EQ(known_marker("LASI")->bone, "Hips");
   EXPECT_EQ(known_marker("Anna:RASI")->bone, "Hips");
   EXPECT_LT(known_marker("Anna:RASI")->offset_m.y(), 0.0);
@@ -37,21 +37,21 @@ TEST(KnownMarker, IsFoundByEachConvention) {
   EXPECT_FALSE(known_marker(""));
 }
 
-TEST(KnownMarker, IsWhereTheShippedSetsHaveIt) {
+TEST(KnownMarker, HasTheOffsetOfTheShippedMarkerSets) {
   for (const char* name : {"pluginGait39", "baseline41"}) {
     const MarkerSet set = test::person(name);
     for (const MarkerOnBone& marker : set.markers) {
-      if (marker.name == "BackTop") continue;  // ours sits on the neck, where others have it on the back
+      if (marker.name == "BackTop") continue;  // on the neck in the shipped set, on the back in other sets
       const auto known = known_marker(marker.name);
       ASSERT_TRUE(known) << marker.name;
       EXPECT_EQ(known->bone, set.skeleton.bones[static_cast<std::size_t>(marker.bone)].name) << marker.name;
-      // The shipped sets have some markers higher on one side than on the other.
+      // Some markers of the shipped sets are asymmetric on purpose, by up to 40 mm.
       EXPECT_LT((known->offset_m - marker.offset_m).norm(), 0.041) << marker.name;
     }
   }
 }
 
-TEST(ImportMarkerSet, LeavesOutWhatIsNoMarkerAndSaysWhatItDoesNotKnow) {
+TEST(ImportMarkerSet, OmitsPointsThatAreNoMarkersAndListsUnknownLabels) {
   C3d c3d;
   c3d.labels = {"Anna:LASI", "Anna:RASI", "Anna:LPSI", "Anna:C7", "Anna:Hat", "*110", "LKneeAngles", "Anna:C7", "CLAV"};
   c3d.frames = 1;
@@ -70,7 +70,7 @@ TEST(ImportMarkerSet, LeavesOutWhatIsNoMarkerAndSaysWhatItDoesNotKnow) {
   EXPECT_EQ(imported->model_outputs, 1U);
 }
 
-TEST(ImportMarkerSet, RefusesAFileOfUnknownLabels) {
+TEST(ImportMarkerSet, RefusesAFileWithUnknownLabelsOnly) {
   C3d c3d;
   c3d.labels = {"a", "b", "c"};
   c3d.frames = 1;
@@ -83,13 +83,13 @@ struct Trial {
   const char* still;
   const char* moving;
   std::size_t markers;
-  double most_by_still_m;
-  double most_by_motion_m;
+  double max_rms_from_still_m;
+  double max_rms_from_motion_m;
 };
 
 class RecordedSubject : public ::testing::TestWithParam<Trial> {};
 
-TEST_P(RecordedSubject, FittedToAStaticTrialExplainsAMovement) {
+TEST_P(RecordedSubject, HasSmallResidualsInAMovementAfterAFit) {
   const auto still = shared_c3d(GetParam().still);
   const auto moving = shared_c3d(GetParam().moving);
   if (!still || !moving) GTEST_SKIP() << "no shared data at " << support::shared_data_folder();
@@ -103,9 +103,9 @@ TEST_P(RecordedSubject, FittedToAStaticTrialExplainsAMovement) {
   const auto better = bodyfit::fit_subject(imported->marker_set, at_rest, motion, {});
 
   ASSERT_TRUE(fitted && better);
-  // What a static trial does not tell is where joints are: skin moves some mm, the rest is that.
-  EXPECT_LT(bodyfit::residuals_of(fitted->marker_set, motion, 5).rms_m, GetParam().most_by_still_m);
-  EXPECT_LT(bodyfit::residuals_of(better->marker_set, motion, 5).rms_m, GetParam().most_by_motion_m);
+  // A static trial does not determine the joint centres. Skin motion contributes some mm; the rest is joint centres.
+  EXPECT_LT(bodyfit::residuals_of(fitted->marker_set, motion, 5).rms_m, GetParam().max_rms_from_still_m);
+  EXPECT_LT(bodyfit::residuals_of(better->marker_set, motion, 5).rms_m, GetParam().max_rms_from_motion_m);
   EXPECT_TRUE(fitted->from_rest);
 }
 
@@ -114,7 +114,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(Trial{"btk_pig_walk_static_100.c3d", "btk_pig_walk_fullbody_100.c3d", 35, 0.010, 0.006},
                       Trial{"pycgm_static_38unlabelled_120.c3d", "pycgm_movement_42unlabelled_120.c3d", 39, 0.018,
                             0.006},
-                      // No static trial: the middle of a lively take tells next to nothing.
+                      // No static trial: the median of a moving take contains hardly any information.
                       Trial{"btk_optitrack36_100.c3d", "btk_optitrack36_100.c3d", 36, 1.0, 0.013}));
 
 }  // namespace

@@ -9,7 +9,7 @@
 namespace mocap::scene {
 namespace {
 
-// One bone and one marker that go along +x with 1 m/s.
+// One bone and one marker that move along +x at 1 m/s.
 class Walker final : public Actor {
  public:
   Walker() {
@@ -29,7 +29,7 @@ class Walker final : public Actor {
   MarkerSet set_;
 };
 
-TEST(PlacedActor, TurnsMovesAndDelaysTheWholeMotion) {
+TEST(PlacedActor, RotatesMovesAndDelaysTheMotion) {
   const auto actor = make_placed_actor(std::make_unique<Walker>(),
                                        {.at_m = {3.0, 1.0}, .heading_rad = 0.5 * std::numbers::pi, .delay_s = 2.0});
   ActorState state;
@@ -44,7 +44,7 @@ TEST(PlacedActor, TurnsMovesAndDelaysTheWholeMotion) {
   EXPECT_TRUE(state.ghosts[0].v.isApprox(Eigen::Vector3d(3.0, 1.0, 2.0), 1e-12));
 }
 
-// A trunk of two bones along z, 12 cm thick, and an arm's marker beside it.
+// A vertical trunk with a radius of 12 cm, and a marker of an arm.
 struct Trunk {
   Trunk() {
     const char* names[] = {"Hips", "Chest", "LeftUpArm", "LeftLowArm"};
@@ -68,17 +68,17 @@ struct Trunk {
   ActorState state;
 };
 
-TEST(Flesh, HidesNoMarkerThatLiesInItFromItsOwnSide) {
+TEST(Flesh, DoesNotHideAMarkerFromTheSideOnWhichItLies) {
   Trunk trunk;
   const Eigen::Vector3d before(4.0, 0.0, 1.2), behind(-4.0, 0.0, 1.2);
 
   EXPECT_FALSE(trunk.hides({0.2, 0.0, 1.2}, before));
   EXPECT_TRUE(trunk.hides({0.2, 0.0, 1.2}, behind));
-  EXPECT_FALSE(trunk.hides({0.08, 0.0, 1.2}, before));  // 4 cm under where the skin would be
+  EXPECT_FALSE(trunk.hides({0.08, 0.0, 1.2}, before));  // 4 cm below the surface of the capsule
   EXPECT_TRUE(trunk.hides({0.08, 0.0, 1.2}, behind));
 }
 
-TEST(Flesh, HidesOtherPeoplesLights) {
+TEST(Flesh, HidesPointsOfOtherSubjects) {
   const Trunk trunk;
   const Flesh flesh(trunk.set);
 

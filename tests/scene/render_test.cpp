@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kSize = 64;
 
-ImageSettings quiet() {
+ImageSettings noiseless() {
   ImageSettings settings;
   settings.background_grey = 0.0;
   settings.read_noise_grey = 0.0;
@@ -44,7 +44,7 @@ Light light_of(const std::vector<std::byte>& pixels) {
   return light;
 }
 
-TEST(Renderer, PutsTheCentroidOfADiscWhereItsMiddleIs) {
+TEST(Renderer, PutsTheCentroidOfADiscAtItsCentre) {
   Random random(1);
   Eigen::Vector2d bias = Eigen::Vector2d::Zero();
   constexpr int kDiscs = 400;
@@ -52,19 +52,20 @@ TEST(Renderer, PutsTheCentroidOfADiscWhereItsMiddleIs) {
     const Eigen::Vector2d middle(20.0 + 20.0 * random.uniform(), 20.0 + 20.0 * random.uniform());
     const Disc disc{middle, middle, 1.5 + 4.0 * random.uniform(), 1.0};
 
-    const Light light = light_of(draw(quiet(), std::span(&disc, 1)));
+    const Light light = light_of(draw(noiseless(), std::span(&disc, 1)));
 
-    // Rounding to whole grey levels is all that is left: some 40 pixels of 0.29 levels rms at 4 px of arm in 1600.
+    // The error is rounding to whole grey levels: about 40 pixels with 0.29 levels rms at 4 px from the centre, divided
+    // by a sum of 1600 levels.
     EXPECT_LT((light.centroid - middle).norm(), 0.03) << middle.transpose() << " r " << disc.radius_px;
     bias += (light.centroid - middle) / kDiscs;
   }
   EXPECT_LT(bias.norm(), 0.002);
 }
 
-TEST(Renderer, GivesADiscTheLightOfItsArea) {
+TEST(Renderer, DrawsLightInProportionToTheAreaOfADisc) {
   for (const double radius_px : {1.5, 2.5, 6.0}) {
     const Disc disc{{31.3, 30.8}, {31.3, 30.8}, radius_px, 1.0};
-    ImageSettings settings = quiet();
+    ImageSettings settings = noiseless();
 
     const Light light = light_of(draw(settings, std::span(&disc, 1)));
 
@@ -75,7 +76,7 @@ TEST(Renderer, GivesADiscTheLightOfItsArea) {
 
 TEST(Renderer, AgreesWithBruteForceSamplingOfDiscAndBlur) {
   const Disc disc{{30.2, 33.7}, {30.2, 33.7}, 2.2, 1.0};
-  ImageSettings settings = quiet();
+  ImageSettings settings = noiseless();
   const std::vector<std::byte> pixels = draw(settings, std::span(&disc, 1));
   const double s = settings.point_spread_px * std::numbers::sqrt2;
   constexpr int kFine = 200;  // samples of the disc along an axis
@@ -98,18 +99,18 @@ TEST(Renderer, AgreesWithBruteForceSamplingOfDiscAndBlur) {
   }
 }
 
-TEST(Renderer, SmearsAMovingDiscAroundTheMiddleOfItsWay) {
+TEST(Renderer, SmearsAMovingDiscAroundTheMiddleOfItsPath) {
   const Disc still{{30.0, 30.0}, {30.0, 30.0}, 2.0, 1.0};
   const Disc moving{{26.0, 29.0}, {34.0, 31.0}, 2.0, 1.0};
 
-  const Light sharp = light_of(draw(quiet(), std::span(&still, 1)));
-  const Light smeared = light_of(draw(quiet(), std::span(&moving, 1)));
+  const Light sharp = light_of(draw(noiseless(), std::span(&still, 1)));
+  const Light smeared = light_of(draw(noiseless(), std::span(&moving, 1)));
 
   EXPECT_LT((smeared.centroid - still.begin_px).norm(), 0.02);
   EXPECT_NEAR(smeared.sum / sharp.sum, 1.0, 0.01);
 }
 
-TEST(Renderer, SaturatesAndSurvivesWhatNoCameraSees) {
+TEST(Renderer, SaturatesAndIgnoresDiscsThatAreNotFiniteOrTooLarge) {
   const double nan = std::nan("");
   const std::vector<Disc> discs{{{10.0, 10.0}, {10.0, 10.0}, 4.0, 1.0},
                                 {{nan, 3.0}, {nan, 3.0}, 2.0, 1.0},
@@ -125,7 +126,7 @@ TEST(Renderer, SaturatesAndSurvivesWhatNoCameraSees) {
   EXPECT_EQ(std::to_integer<int>(pixels[63]), 255);
 }
 
-TEST(Renderer, GivesTheSameBytesForTheSameSeedAndOthersForAnother) {
+TEST(Renderer, GivesEqualBytesForEqualSeedAndNumberOnly) {
   const Disc disc{{30.2, 33.7}, {30.4, 33.7}, 2.2, 1.0};
   ImageSettings settings, other;
   other.seed = 2;
@@ -135,7 +136,7 @@ TEST(Renderer, GivesTheSameBytesForTheSameSeedAndOthersForAnother) {
   EXPECT_NE(draw(settings, std::span(&disc, 1), 7), draw(other, std::span(&disc, 1), 7));
 }
 
-TEST(Renderer, HasTheNoiseThatIsAskedFor) {
+TEST(Renderer, HasBackgroundNoiseOfTheSettings) {
   ImageSettings settings;
   settings.background_grey = 20.0;
   settings.read_noise_grey = 3.0;

@@ -15,7 +15,7 @@
 namespace mocap::scene {
 namespace {
 
-// human18's joints of an adult, one marker each.
+// The joints of human18 with the lengths of an adult, one marker in each joint.
 MarkerSet person() {
   struct Row {
     const char* name;
@@ -54,7 +54,7 @@ MarkerSet person() {
 
 Program program(const char* text) { return *parse_program(text); }
 
-TEST(ProceduralActor, BeginsInTheTPoseInTheMiddleOfTheVolume) {
+TEST(ProceduralActor, StartsInTPoseInTheCentreOfTheVolume) {
   const auto actor = make_procedural_actor(person(), program("tpose:2,walk"));
   ActorState state;
 
@@ -62,13 +62,13 @@ TEST(ProceduralActor, BeginsInTheTPoseInTheMiddleOfTheVolume) {
 
   for (const Pose& pose : state.world_from_bone)
     EXPECT_LT(pose.rotation.angularDistance(Eigen::Quaterniond::Identity()), 1e-12);
-  EXPECT_NEAR(state.world_from_bone[10].position.z(), 0.08, 1e-9);  // a foot stands on the floor
+  EXPECT_NEAR(state.world_from_bone[10].position.z(), 0.08, 1e-9);  // a foot on the floor
   EXPECT_LT(state.world_from_bone[0].position.head<2>().norm(), 1e-12);
 }
 
 class EveryAct : public testing::TestWithParam<const char*> {};
 
-TEST_P(EveryAct, MovesAsAPersonDoesAndStaysInTheVolume) {
+TEST_P(EveryAct, HasHumanSpeedsAndStaysInTheVolume) {
   const auto actor = make_procedural_actor(person(), program(GetParam()));
   ActorState before, now;
   constexpr double kStep_s = 1.0 / 240.0;
@@ -92,7 +92,7 @@ INSTANTIATE_TEST_SUITE_P(All, EveryAct,
                          testing::Values("tpose:2,walk", "apose:2,walk", "wave", "jump", "spin", "crouch",
                                          "tpose:2,walk:5,wave:3,jump:4,spin:4,crouch:3,walk"));
 
-TEST(Program, NamesTheWordThatIsNoAct) {
+TEST(Program, RefusesAWordThatIsNotAnAct) {
   for (const char* text : {"", "walk,", "dance:3", "walk:0", "walk:nan", "walk:-3", "walk:3s", "tpose:3;walk"}) {
     const auto parsed = parse_program(text);
     ASSERT_FALSE(parsed) << text;
@@ -100,7 +100,7 @@ TEST(Program, NamesTheWordThatIsNoAct) {
   }
 }
 
-TEST(SegmentDistance, IsThatOfTheNearestOfManyPointPairs) {
+TEST(SegmentDistance, AgreesWithTheNearestOfManyPointPairs) {
   Random random(3);
   const auto point = [&] { return Eigen::Vector3d(random.uniform(), random.uniform(), random.uniform()); };
   for (int i = 0; i < 200; ++i) {
@@ -125,14 +125,14 @@ TEST(Flesh, HidesAMarkerBehindTheTrunkOnly) {
   make_procedural_actor(set, program("tpose"))->at(0.0, state);
   const Flesh flesh(set);
   const Eigen::Vector3d chest_m = state.world_from_bone[1].position + Eigen::Vector3d(0, 0, 0.1);
-  state.markers[14].position.v = chest_m + Eigen::Vector3d(0.4, 0, 0);  // the right hand before the chest
+  state.markers[14].position.v = chest_m + Eigen::Vector3d(0.4, 0, 0);  // the right hand in front of the chest
 
   EXPECT_TRUE(flesh.hides(state, 14, chest_m - Eigen::Vector3d(4, 0, 0)));
   EXPECT_FALSE(flesh.hides(state, 14, chest_m + Eigen::Vector3d(4, 0, 0)));
   EXPECT_FALSE(flesh.hides(state, 0, chest_m + Eigen::Vector3d(4, 0, 0)));  // a marker on the trunk itself
 }
 
-TEST(RingRig, SeesThePersonInAllImages) {
+TEST(RingRig, HasAWalkingPersonInAllImages) {
   const Volume volume(make_procedural_actor(person(), program("walk")), ring_rig({.cameras = 6}), {.occlusion = false});
   ActorState state;
   for (double t_s = 0.0; t_s < 16.0; t_s += 0.1) {
@@ -143,7 +143,7 @@ TEST(RingRig, SeesThePersonInAllImages) {
   }
 }
 
-TEST(Volume, TellsTheTruthOfEachMarkerAndBone) {
+TEST(Volume, GivesTheTrueStateOfEachMarkerAndBone) {
   const Volume volume(make_procedural_actor(person(), program("tpose:2,walk")), ring_rig({}), {});
   auto snapshot = std::make_unique<Snapshot>();
 
@@ -168,7 +168,7 @@ TEST(Volume, TellsTheTruthOfEachMarkerAndBone) {
   EXPECT_LT((again.position - bones[4].world_from_bone.position).norm(), 1e-12);
 }
 
-TEST(Eye, DrawsEachSeenMarkerWhereTheLensPutsIt) {
+TEST(Eye, DrawsVisibleMarkersAtTheirProjections) {
   ImageSettings settings{.background_grey = 0.0, .read_noise_grey = 0.0, .electrons_per_grey = 0.0};
   const Volume volume(make_procedural_actor(person(), program("tpose")), ring_rig({}), settings);
   Eye eye(volume, 1);

@@ -1,5 +1,6 @@
-#include "settings/add_subject.h"
+#include "settings/subject/add_subject.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -32,7 +33,7 @@ TEST(AddSubject, AppendsATableAndKeepsEveryOtherByte) {
 
   ASSERT_TRUE(added) << added.error().message;
   EXPECT_EQ(text_of(file),
-            std::string(kConfiguration) + "\n[[subject]]\nname = \"ben\"\nmarker_set = \"/sets/rigid3.toml\"\n");
+            fmt::format("{}\n[[subject]]\nname = \"ben\"\nmarker_set = \"/sets/rigid3.toml\"\n", kConfiguration));
   EXPECT_EQ(std::filesystem::status(file).permissions(),
             std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
   EXPECT_EQ(files_in(folder.path()), 1U);
@@ -52,6 +53,20 @@ TEST(AddSubject, ChangesNothingIfTheNewTextHasFaults) {
   EXPECT_THAT(added.error().message, HasSubstr("there is no such file"));
   EXPECT_THAT(tried, HasSubstr("/nothere.toml"));
   EXPECT_EQ(text_of(file), kConfiguration);
+  EXPECT_EQ(files_in(folder.path()), 1U);
+}
+
+TEST(AddSubject, MakesTheFileInTheStateFolder) {
+  support::TemporaryFolder folder;
+  const auto file = folder.path() / "added.toml";
+  const auto good = [](const auto&) { return Faults{}; };
+
+  ASSERT_TRUE(add_subject_to_state(file, {"ben", "/sets/rigid3.toml"}, good));
+  ASSERT_TRUE(add_subject_to_state(file, {"eve", "/sets/rigid4.toml"}, good));
+
+  EXPECT_THAT(text_of(file),
+              HasSubstr("[[subject]]\nname = \"ben\"\nmarker_set = \"/sets/rigid3.toml\"\n\n[[subject]]\n"
+                        "name = \"eve\""));
   EXPECT_EQ(files_in(folder.path()), 1U);
 }
 

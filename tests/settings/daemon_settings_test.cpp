@@ -2,10 +2,11 @@
 
 #include <gmock/gmock.h>
 
+#include "base/install_folders.h"
 #include "cameras/aravis/aravis_settings.h"
-#include "settings/marker_set_file.h"
-#include "settings/rig_file.h"
-#include "settings/subject_file.h"
+#include "settings/rig/rig_file.h"
+#include "settings/subject/marker_set_file.h"
+#include "settings/subject/subject_file.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
@@ -17,6 +18,17 @@ using testing::HasSubstr;
 using testing::Not;
 
 const std::filesystem::path kConfig = std::filesystem::path(support::source_folder()) / "config";
+
+// A subject and a camera whose marker set is a shipped one.
+constexpr const char* kShippedSet = R"(
+[[subject]]
+name = "actor"
+marker_set = "markersets/openmocap18.toml"
+[[camera]]
+name = "east"
+driver = "synthetic"
+marker_set = "markersets/openmocap18.toml"
+)";
 
 class Configuration : public testing::Test {
  protected:
@@ -67,6 +79,34 @@ TEST_F(Configuration, IsReadWithTheRigInTheOrderOfTheCameras) {
   EXPECT_EQ(settings->subject_models[0].marker_set.markers.size(), 18U);
   ASSERT_EQ(settings->simulated.size(), 2U);
   EXPECT_EQ(settings->simulated[1].markers.size(), 18U);
+}
+
+TEST_F(Configuration, FindsAShippedMarkerSetThatIsNotBesideIt) {
+  const auto settings = load_daemon_settings(write("[capture]\nrig = \"rig.toml\"\n" + std::string(kShippedSet)));
+
+  ASSERT_TRUE(settings) << to_text(settings.error());
+  EXPECT_EQ(settings->subjects[0].marker_set_file, install_folders().data / "markersets/openmocap18.toml");
+  EXPECT_EQ(settings->subject_models[0].marker_set.markers.size(), 18U);
+  EXPECT_EQ(settings->simulated[0].markers.size(), 18U);
+}
+
+TEST_F(Configuration, PrefersTheMarkerSetBesideIt) {
+  std::filesystem::create_directory(folder_.path() / "markersets");
+  std::filesystem::copy(kConfig / "markersets/rigid4.toml", folder_.path() / "markersets/openmocap18.toml");
+
+  const auto settings = load_daemon_settings(write("[capture]\nrig = \"rig.toml\"\n" + std::string(kShippedSet)));
+
+  ASSERT_TRUE(settings) << to_text(settings.error());
+  EXPECT_EQ(settings->subjects[0].marker_set_file, folder_.path() / "markersets/openmocap18.toml");
+  EXPECT_EQ(settings->subject_models[0].marker_set.markers.size(), 4U);  // its skeleton is the shipped one
+}
+
+TEST_F(Configuration, NamesBothPlacesOfAMissingMarkerSet) {
+  const std::string faults = faults_of(good("[[subject]]\nname = \"actor\"\nmarker_set = \"sets/none.toml\"\n"));
+
+  EXPECT_THAT(faults, HasSubstr("daemon.toml:5:14: subject 'actor': marker_set: neither " +
+                                (folder_.path() / "sets/none.toml").string() + " nor " +
+                                (install_folders().data / "sets/none.toml").string() + " exists"));
 }
 
 TEST_F(Configuration, RefusesRigidBodiesOfOneShapeAndAllowsPeopleWithOneMarkerSet) {
@@ -121,6 +161,50 @@ driver = "aravis"
                 ":16:1: camera 'east': 0 of serial, device_name, address and mac are set, expected exactly one\n" +  //
                 file + ":17:8: camera 'east': name 'east' is there twice, expected a different one each\n" +         //
                 file + ": 9 faults, nothing started");
+}
+
+TEST_F(Configuration, IsRefusedIfItIsAnotherKindOfFile) {
+  const auto faults_of_file = [](const std::filesystem::path& file) {
+    const auto settings = load_daemon_settings(file);
+    return settings ? std::string() : to_text(settings.error());
+  };
+
+  EXPECT_THAT(faults_of_file(kConfig / "demo.rig.toml"),
+              AllOf(HasSubstr("demo.rig.toml:1:1: this looks like a rig file; give the configuration"),
+                    HasSubstr(": 1 fault,")));
+  EXPECT_THAT(faults_of_file(kConfig / "markersets" / "rigid3.toml"), HasSubstr("this looks like a marker set"));
+  EXPECT_THAT(faults_of_file(kConfig / "skeletons" / "human18.toml"), HasSubstr("this looks like a skeleton"));
+}
+
+TEST_F(Configuration, NamesMisspeltRequiredKeys) {
+  const std::string faults = faults_of(R"([capture]
+rigg = "rig.toml"
+[[camera]]
+nam = "east"
+driver = "synthetic"
+[[camera]]
+name = "west"
+drvier = "synthetic"
+[[subject]]
+name = "anna"
+marker_sett = "set.toml"
+)");
+
+  EXPECT_THAT(faults, HasSubstr(":2:1: capture: unknown key 'rigg', did you mean 'rig'?"));
+  EXPECT_THAT(faults, HasSubstr("unknown key 'nam', did you mean 'name'?"));
+  EXPECT_THAT(faults, HasSubstr(":8:1: camera 'west': unknown key 'drvier', did you mean 'driver'?"));
+  EXPECT_THAT(faults, HasSubstr(":11:1: subject 'anna': unknown key 'marker_sett', did you mean 'marker_set'?"));
+  for (const char* key : {"rig", "name", "driver"}) {
+    EXPECT_EQ(faults.find(std::string(key) + " is missing"), std::string::npos) << faults;
+  }
+  EXPECT_EQ(faults.find("subject 'anna': marker_set is missing"), std::string::npos) << faults;
+}
+
+TEST_F(Configuration, SaysThatACameraNeedsTwoBrackets) {
+  const std::string faults = faults_of("[capture]\nrig = \"rig.toml\"\n[camera]\nname = \"east\"\n");
+
+  EXPECT_THAT(faults, HasSubstr(":3:1: [camera] has one bracket, expected [[camera]]"));
+  EXPECT_THAT(faults, HasSubstr(": 1 fault,"));
 }
 
 TEST_F(Configuration, IsRefusedIfTimesContradictEachOther) {

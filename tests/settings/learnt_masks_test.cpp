@@ -1,11 +1,11 @@
-#include "settings/learnt_masks.h"
+#include "settings/rig/learnt_masks.h"
 
 #include <gmock/gmock.h>
 
 #include <fstream>
 #include <iterator>
 
-#include "settings/rig_file.h"
+#include "settings/rig/rig_file.h"
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
@@ -27,7 +27,7 @@ mask = [[[0, 0], [9, 0], [9, 9]]]  # the window
 size = [640, 480]
 matrix = [[500.0, 0.0, 319.5], [0.0, 500.0, 239.5], [0.0, 0.0, 1.0]]
 rotation = [0.1, 0.2, 0.3]
-translation = [0, 0, 3]
+translation = [1, 0, 3]
 
 [metadata]
 wand_m = [0.5, 0.2]

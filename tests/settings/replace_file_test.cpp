@@ -1,11 +1,11 @@
-#include "settings/replace_file.h"
+#include "settings/toml/replace_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <iterator>
 
-#include "settings/text_file.h"
+#include "settings/toml/text_file.h"
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {

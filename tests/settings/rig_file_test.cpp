@@ -1,4 +1,4 @@
-#include "settings/rig_file.h"
+#include "settings/rig/rig_file.h"
 
 #include <gmock/gmock.h>
 
@@ -175,8 +175,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadRig{"[ 0.96185615, 1.52944835, 0.52421935]", "[[1,0,0],[0,1,0],[0,0,1.1]]", "matrix is no rotation"},
         BadRig{"[ 0.96185615, 1.52944835, 0.52421935]", "[[1,0,0],[0,1,0],[0,0,-1]]", "determinant -1"},
         BadRig{"translation", "translaton",
-               ":7:1: camera 'M11139': unknown key 'translaton', did you mean 'translation'?"},
-        BadRig{"translation", "translaton", ":1:1: camera 'M11139': translation is missing, expected [x, y, z] in m"},
+               ":7:1: camera 'M11139': unknown key 'translaton', did you mean 'translation'? Expected [x, y, z] in m"},
+        BadRig{"translation", "offset", ":1:1: camera 'M11139': translation is missing, expected [x, y, z] in m"},
         BadRig{"fisheye = false", "fisheye = 0", ":8:11: camera 'M11139': fisheye is 0, expected true or false"},
         BadRig{"fisheye = false", "mask = [[1, 2], [3, 4], [5, 6]]",
                ":8:9: camera 'M11139': mask has a list of 2 as a polygon, expected a list of at least 3 corners"},
@@ -185,6 +185,19 @@ INSTANTIATE_TEST_SUITE_P(
             ":8:26: camera 'M11139': mask has a list of 2 as a corner, expected [x, y], px, each -1000000 to 1000000"},
         BadRig{"fisheye = false", "mask = true", ":8:8: camera 'M11139': mask is true, expected a list of polygons"},
         BadRig{"[metadata]", "[cam_02]\nname = \"M11139\"\n[metadata]", "camera 'M11139': is in this rig twice"},
+        BadRig{
+            "[ 0.96185615, 1.52944835, 0.52421935]", "[55.1, 87.6, 30.0]",
+            ":6:12: camera 'M11139': rotation [55.1, 87.6, 30] has an angle of 107.749 rad, expected 0 to pi; it looks "
+            "like degrees: multiply by pi / 180"},
+        BadRig{"[ -0.62705257, -0.48604618, 1.66481352]", "[-627.1, -486.0, 1664.8]",
+               ":7:15: camera 'M11139': the camera is 1844.18 m from the origin, expected at most 1000 m; translation "
+               "looks like millimetres: divide by 1000"},
+        BadRig{"1237.0284", "6.2",
+               ":4:10: camera 'M11139': focal length of 6.2 px gives an opening angle of 179.3 "
+               "degrees, expected 5 to 170; the focal length looks like millimetres"},
+        BadRig{"951.8050", "4000",
+               ":4:10: camera 'M11139': principal point is [4000, 545.528] px, expected x -960 to "
+               "2880"},
         BadRig{"[metadata]", "[metadata", ":10:10: "}),
     [](const auto& bad) { return "Case" + std::to_string(bad.index); });
 

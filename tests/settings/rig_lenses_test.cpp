@@ -1,10 +1,10 @@
-#include "settings/rig_lenses.h"
+#include "settings/rig/rig_lenses.h"
 
 #include <gmock/gmock.h>
 
 #include <fstream>
 
-#include "settings/rig_file.h"
+#include "settings/rig/rig_file.h"
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {

@@ -1,4 +1,4 @@
-#include "settings/rig_text.h"
+#include "settings/rig/rig_text.h"
 
 #include <gtest/gtest.h>
 

@@ -70,7 +70,7 @@ TEST(Sections, NameTheUnitOfEachNumberThatHasOne) {
                                            "camera_cpus",
                                            "fusion_cpus",
                                            "publish_cpus"};
-  const std::set<std::string_view> units{"px", "px2", "s", "ms", "us", "mm", "m", "deg", "hz", "s2", "grey"};
+  const std::set<std::string_view> units{"px", "px2", "s", "ms", "us", "mm", "m", "deg", "hz", "s2", "grey", "mb"};
   DaemonSettings defaults;
   for (const Section& section : sections()) {
     KeyList list;

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 
 #include "identify/asymmetry.h"
-#include "settings/shape_checks.h"
+#include "settings/subject/shape_checks.h"
 #include "support/test_body.h"
 
 namespace mocap::settings {

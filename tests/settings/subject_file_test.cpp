@@ -1,4 +1,4 @@
-#include "settings/subject_file.h"
+#include "settings/subject/subject_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,8 +9,8 @@
 #include <random>
 #include <string>
 
-#include "settings/marker_set_file.h"
-#include "settings/subject_keeper.h"
+#include "settings/subject/marker_set_file.h"
+#include "settings/subject/subject_keeper.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 const fs::path kMarkerSet = fs::path(support::source_folder()) / "config" / "markersets" / "baseline41.toml";
 
-SubjectFile somebody() {
+SubjectFile fitted_subject() {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> flat(-0.5, 0.5);
   SubjectFile subject;
@@ -64,7 +64,7 @@ class SubjectFileTest : public ::testing::Test {
 };
 
 TEST_F(SubjectFileTest, ReadsBackTheSameBits) {
-  const SubjectFile written = somebody();
+  const SubjectFile written = fitted_subject();
   ASSERT_TRUE(save_subject(path_, written));
 
   const auto read = load_subject(path_);
@@ -86,7 +86,7 @@ TEST_F(SubjectFileTest, ReadsBackTheSameBits) {
 }
 
 TEST_F(SubjectFileTest, ListsFaultsWithTheirPlaces) {
-  ASSERT_TRUE(save_subject(path_, somebody()));
+  ASSERT_TRUE(save_subject(path_, fitted_subject()));
   const std::string whole = text();
   const auto faults = [&](const std::string& from, const std::string& to) {
     std::ofstream(path_) << whole;
@@ -99,12 +99,12 @@ TEST_F(SubjectFileTest, ListsFaultsWithTheirPlaces) {
   EXPECT_THAT(faults("\"HeadTop\"", "\"HeadFront\""), HasSubstr("is there twice"));
   EXPECT_THAT(faults("fitted_on", "fited_on"), HasSubstr("unknown key 'fited_on'"));
   EXPECT_THAT(faults("baseline41.toml", "baseline42.toml"), HasSubstr("no such file"));
-  EXPECT_THAT(faults("name = \"Anna", "nam = \"Anna"), HasSubstr("name is missing"));
+  EXPECT_THAT(faults("name = \"Anna", "nam = \"Anna"), HasSubstr("unknown key 'nam', did you mean 'name'?"));
   EXPECT_THAT(faults("offset_m = [", "offset_m = [9000.0, "), HasSubstr("expected"));
 }
 
 TEST_F(SubjectFileTest, IsReplacedAtEachFit) {
-  const SubjectFile known = somebody();
+  const SubjectFile known = fitted_subject();
   const auto keeper = make_subject_keeper({{SubjectId{1}, path_, known}});
   SubjectFit fit;
   fit.subject = SubjectId{1};

@@ -1,4 +1,4 @@
-#include "settings/suggestion.h"
+#include "settings/toml/suggestion.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "settings/text_edit.h"
+#include "settings/toml/text_edit.h"
 
 #include <gtest/gtest.h>
 

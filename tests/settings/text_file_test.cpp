@@ -1,4 +1,4 @@
-#include "settings/text_file.h"
+#include "settings/toml/text_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

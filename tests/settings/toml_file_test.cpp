@@ -1,4 +1,4 @@
-#include "settings/toml_file.h"
+#include "settings/toml/toml_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -115,6 +115,41 @@ TEST_F(Toml, MissesARequiredKey) {
   table.text("name", name, {.required = "the name of the camera"});
 
   EXPECT_THAT(faults(), ElementsAre("1:1: name is missing, expected the name of the camera"));
+}
+
+TEST_F(Toml, NamesAMisspeltRequiredKeyInsteadOfAMissingOne) {
+  TomlTable table = open("\nnam = \"west\"\nplace = 1\n");
+  std::string name, site;
+
+  table.text("name", name, {.required = "the name of the camera"});
+  table.text("site", site, {.required = "the site of the camera"});
+  table.done();
+
+  EXPECT_THAT(faults(), ElementsAre("1:1: site is missing, expected the site of the camera",
+                                    "2:1: unknown key 'nam', did you mean 'name'? Expected the name of the camera",
+                                    "3:1: unknown key 'place'; known are name, site"));
+}
+
+TEST_F(Toml, NamesAMisspeltKeyOnceIfItIsRequiredLater) {
+  TomlTable table = open("marker_sett = \"a.toml\"\n");
+  std::string set;
+  table.text("marker_set", set);
+
+  table.done();
+
+  EXPECT_FALSE(table.require("marker_set", "a file"));
+  EXPECT_THAT(faults(), ElementsAre("1:1: unknown key 'marker_sett', did you mean 'marker_set'?"));
+}
+
+TEST_F(Toml, ExplainsHeadingsWithTheWrongNumberOfBrackets) {
+  TomlTable root = open("[camera]\nname = \"west\"\n[[capture]]\nrig = \"r\"\n");
+
+  EXPECT_TRUE(root.tables("camera", "camera").empty());
+  EXPECT_FALSE(root.table("capture", "capture"));
+
+  EXPECT_THAT(faults(),
+              ElementsAre("1:1: [camera] has one bracket, expected [[camera]]: one such table for each camera",
+                          "3:1: [[capture]] has two brackets, expected [capture]: this section exists once"));
 }
 
 TEST_F(Toml, LooksForAPathThatMustExist) {

@@ -19,7 +19,8 @@ namespace mocap::test {
 
 constexpr double kStep_s = 1.0 / 120.0;
 
-/// Somebody whose markers are named without fault; a test says which are seen. Truth comes by forward kinematics alone.
+/// A simulated person with correct labels, and a solver. A test selects the markers that are measured. Truth by forward
+/// kinematics; 120 sets a second; fixed seed.
 class SolveWorld {
  public:
   explicit SolveWorld(const std::string& name, const solve::SolveSettings& settings = {})
@@ -44,27 +45,28 @@ class SolveWorld {
   }
   const MarkerSet& set() const { return set_; }
   double t_s() const { return sets_ * kStep_s; }
-  void show(std::size_t m, bool shown) { shows_[m] = shown; }
-  void show_all(bool shown) { std::fill(shows_.begin(), shows_.end(), shown); }
-  /// Of one camera, `off_m` beside the marker.
-  void see_by_ray(std::size_t m, const Eigen::Vector3d& eye, const Eigen::Vector3d& off_m = Eigen::Vector3d::Zero()) {
+  void show(std::size_t m, bool measured) { shows_[m] = measured; }
+  void show_all(bool measured) { std::fill(shows_.begin(), shows_.end(), measured); }
+  /// One camera at `eye` observes the marker, at an offset of `off_m` from its true position.
+  void observe_by_ray(std::size_t m, const Eigen::Vector3d& eye,
+                      const Eigen::Vector3d& off_m = Eigen::Vector3d::Zero()) {
     rays_.push_back({m, eye, off_m});
   }
-  void see_no_more_by_ray(std::size_t m) {
+  void end_ray(std::size_t m) {
     std::erase_if(rays_, [m](const Ray& ray) { return ray.marker == m; });
   }
   void noise(double sigma_m) { noise_m_ = sigma_m; }
-  /// How fast it moves, against what is usual.
+  /// Factor on the speed of the motion.
   void pace(double factor) { pace_ = factor; }
   void bend_left_hand(const Eigen::Vector3d& phi) { left_hand_ = phi; }
-  /// The body is known anew, as it was known.
+  /// Gives the solver the body model that it has.
   void refit() {
     SubjectFit fit;
     for (const Bone& one : set_.skeleton.bones) fit.rest_offsets_m.push_back(one.rest_offset_m);
     for (const MarkerOnBone& one : set_.markers) fit.marker_offsets_m.push_back(one.offset_m);
     solver_->refit(fit);
   }
-  void spoil(std::size_t m, const Eigen::Vector3d& place) { spoiled_.emplace_back(m, place); }
+  void corrupt(std::size_t m, const Eigen::Vector3d& position) { corrupted_.emplace_back(m, position); }
 
   Eigen::Vector3d true_marker(std::size_t m) const {
     const MarkerOnBone& on = set_.markers[m];
@@ -72,11 +74,11 @@ class SolveWorld {
   }
   const Pose& true_bone(std::size_t b) const { return truth_[b]; }
   const SubjectPose& pose() const { return *pose_; }
-  const BonePose& shown(std::size_t b) const { return pose_->bones[b]; }
+  const BonePose& published(std::size_t b) const { return pose_->bones[b]; }
   const LabelledMarker& label(std::size_t m) const { return labels_[0].markers[m]; }
-  double off_m(std::size_t b) const { return (shown(b).world_from_bone.position - truth_[b].position).norm(); }
+  double error_m(std::size_t b) const { return (published(b).world_from_bone.position - truth_[b].position).norm(); }
 
-  /// Two arms that swing, an elbow that bends, a body that goes and turns.
+  /// Both arms and legs swing, elbows and knees bend, the body moves and rotates.
   void step(int count = 1) {
     for (int i = 0; i < count; ++i) step_once();
   }
@@ -91,7 +93,7 @@ class SolveWorld {
   void move() {
     const double t = moved_s_;
     moved_s_ += pace_ * kStep_s;
-    std::vector<Eigen::Quaterniond> turns;
+    std::vector<Eigen::Quaterniond> rotations;
     for (const Bone& one : set_.skeleton.bones) {
       Eigen::Vector3d phi = Eigen::Vector3d::Zero();
       if (one.parent < 0) phi = {0.0, 0.05 * std::sin(2.0 * t), 0.3 * std::sin(0.8 * t)};
@@ -103,9 +105,9 @@ class SolveWorld {
       if (one.name == "LeftUpLeg") phi = {0.0, 0.4 * std::sin(4.0 * t), 0.0};
       if (one.name == "RightUpLeg") phi = {0.0, -0.4 * std::sin(4.0 * t), 0.0};
       if (one.name == "LeftLowLeg") phi = {0.0, 0.5 + 0.4 * std::sin(4.0 * t), 0.0};
-      turns.push_back(kinematics::from_rotation_vector(phi));
+      rotations.push_back(kinematics::from_rotation_vector(phi));
     }
-    kinematics::compute_forward_kinematics(set_.skeleton, {0.3 * std::sin(t), 0.2 * t, 1.0}, turns, truth_);
+    kinematics::compute_forward_kinematics(set_.skeleton, {0.3 * std::sin(t), 0.2 * t, 1.0}, rotations, truth_);
   }
 
   void step_once() {
@@ -120,13 +122,15 @@ class SolveWorld {
       label.covariance_m2 = (noise_m_ * noise_m_ + 1e-8) * Eigen::Matrix3d::Identity();
       label.cameras = 4;
     }
-    for (const auto& [m, place] : spoiled_) labels_[0].markers[m].position.v = place;
+    for (const auto& [m, position] : corrupted_) labels_[0].markers[m].position.v = position;
     std::vector<LabelledBearing> rays;
     for (const auto& [m, eye, off_m] : rays_) {
       const Label label{SubjectId{0}, static_cast<std::uint32_t>(m)};
       rays.push_back({label, CameraId{3}, {eye}, (true_marker(m) + off_m - eye).normalized(), 1e-4});
     }
-    pose_ = &solver_->solve(labels_, from_ns(1'000'000'000) + from_s(t_s()), rays)[0];
+    const SolvedSubjects& solved = solver_->solve(labels_, from_ns(1'000'000'000) + from_s(t_s()), rays);
+    labels_ = solved.labels;
+    pose_ = &solved.poses[0];
     ++sets_;
   }
 
@@ -135,7 +139,7 @@ class SolveWorld {
   std::vector<Pose> truth_;
   std::vector<bool> shows_;
   std::vector<Ray> rays_;
-  std::vector<std::pair<std::size_t, Eigen::Vector3d>> spoiled_;
+  std::vector<std::pair<std::size_t, Eigen::Vector3d>> corrupted_;
   Labels labels_;
   const SubjectPose* pose_ = nullptr;
   double noise_m_ = 0.0;

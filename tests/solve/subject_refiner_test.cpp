@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "kinematics/rotation.h"
 #include "solve/tree_solver.h"
 #include "support/test_body.h"
 
@@ -17,10 +18,11 @@ using kinematics::PoseFit;
 
 constexpr double kRate_hz = 120.0;
 
-/// Somebody whose bones are up to 12 % and whose markers up to 20 mm off the file's, seen with 0.2 mm of noise.
-class Somebody {
+/// A person whose bones differ from the marker set file by up to 12 % and whose markers by up to 20 mm. Measured with
+/// 0.2 mm of noise; fixed seed.
+class Person {
  public:
-  Somebody(const MarkerSet& file, unsigned seed, double arms_lowered_rad)
+  Person(const MarkerSet& file, unsigned seed, double arms_lowered_rad)
       : random_(seed), body_(other(file), PoseFit::Lengths::Fixed) {
     from_.assign(body_.locals().begin(), body_.locals().end());
     from_[0].position.z() = 1.0;
@@ -34,15 +36,15 @@ class Somebody {
     to_ = from_;
   }
 
-  /// Stands for a second, then moves from pose to pose.
+  /// Sets the true pose: one second in the first pose, then from random pose to random pose, each within half a second.
   void at(int set) {
     const int since = set - static_cast<int>(kRate_hz);
-    if (since >= 0 && since % kSetsAPose == 0) {
+    if (since >= 0 && since % kSetsPerPose == 0) {
       from_ = to_;
       to_ = test::random_pose(body_.marker_set(), 0.6, random_);
       to_[0].position = 0.3 * to_[0].position + Eigen::Vector3d(0.0, 0.0, 0.7);
     }
-    double share = since < 0 ? 0.0 : (since % kSetsAPose + 1.0) / kSetsAPose;
+    double share = since < 0 ? 0.0 : (since % kSetsPerPose + 1.0) / kSetsPerPose;
     share = share * share * (3.0 - 2.0 * share);
     std::vector<Pose> locals = to_;
     for (std::size_t b = 0; b < to_.size(); ++b) {
@@ -52,7 +54,7 @@ class Somebody {
     body_.set_locals(locals);
   }
 
-  Labels seen() {
+  Labels measured_labels() {
     std::normal_distribution<double> normal(0.0, 0.0002);
     Labels labels;
     labels.push_back({SubjectId{0}, SubjectPhase::Tracking, {}});
@@ -69,7 +71,7 @@ class Somebody {
   const PoseFit& body() const { return body_; }
 
  private:
-  static constexpr int kSetsAPose = 60;
+  static constexpr int kSetsPerPose = 60;
 
   MarkerSet other(const MarkerSet& file) {
     std::uniform_real_distribution<double> flat(-1.0, 1.0);
@@ -86,8 +88,8 @@ class Somebody {
   std::vector<Pose> from_, to_;
 };
 
-// As it is known when it was just recognised: bones of the right size, markers where the file has them.
-SubjectFit recognised(const MarkerSet& file, const MarkerSet& truth) {
+// Body model after the identification: bones and markers of the file, scaled to the size of the person.
+SubjectFit just_identified(const MarkerSet& file, const MarkerSet& truth) {
   SubjectFit fit;
   fit.subject = SubjectId{0};
   const double size = truth.skeleton.bones[1].rest_offset_m.norm() / file.skeleton.bones[1].rest_offset_m.norm();
@@ -96,54 +98,54 @@ SubjectFit recognised(const MarkerSet& file, const MarkerSet& truth) {
   return fit;
 }
 
-// Markers tell all of these joints' place and turn.
-bool told(const std::string& bone) {
+// Whether markers determine position and rotation of the joint.
+bool is_observed(const std::string& bone) {
   return bone != "Hips" && bone != "Neck" && !bone.ends_with("Hand") && !bone.ends_with("Foot");
 }
 
 struct Errors {
-  double joints_m2 = 0.0, turns_rad2 = 0.0;
+  double joints_m2 = 0.0, rotations_rad2 = 0.0;
   int count = 0;
 
-  void add(const SubjectPose& shown, const PoseFit& truth) {
-    for (std::size_t b = 0; b < shown.bones.size(); ++b) {
-      if (!told(truth.marker_set().skeleton.bones[b].name)) continue;
-      joints_m2 += (shown.bones[b].world_from_bone.position - truth.world()[b].position).squaredNorm();
-      turns_rad2 +=
-          std::pow(test::angle_between(shown.bones[b].world_from_bone.rotation, truth.world()[b].rotation), 2);
+  void add(const SubjectPose& published, const PoseFit& truth) {
+    for (std::size_t b = 0; b < published.bones.size(); ++b) {
+      if (!is_observed(truth.marker_set().skeleton.bones[b].name)) continue;
+      joints_m2 += (published.bones[b].world_from_bone.position - truth.world()[b].position).squaredNorm();
+      rotations_rad2 +=
+          std::pow(test::angle_between(published.bones[b].world_from_bone.rotation, truth.world()[b].rotation), 2);
       ++count;
     }
   }
   double joint_rms_m() const { return std::sqrt(joints_m2 / count); }
-  double turn_rms_rad() const { return std::sqrt(turns_rad2 / count); }
+  double rotation_rms_rad() const { return std::sqrt(rotations_rad2 / count); }
 };
 
-struct Course {
-  Errors before, after;   // of the first and of the last second of the motion
-  std::vector<int> fits;  // sets after which one was given
+struct TrackingRun {
+  Errors before, after;   // in the first and in the last second of the motion
+  std::vector<int> fits;  // sets in which a body model was adopted
 };
 
-Course track(const std::string& name, unsigned seed, int sets, const RefineSettings& settings,
-             double arms_lowered_rad = 0.0) {
+TrackingRun track(const std::string& name, unsigned seed, int sets, const RefineSettings& settings,
+                  double arms_lowered_rad = 0.0) {
   const MarkerSet file = test::person(name);
   const std::vector<Subject> subjects{{"somebody", file}};
-  Somebody somebody(file, seed, arms_lowered_rad);
+  Person person(file, seed, arms_lowered_rad);
   const auto solver = make_skeleton_solver({}, subjects);
   SubjectRefiner refiner(settings, subjects);
-  Course run;
+  TrackingRun run;
   for (int set = 0; set < sets; ++set) {
     const Timestamp at = from_ns(1'000'000'000) + from_s(set / kRate_hz);
-    somebody.at(set);
-    Labels labels = somebody.seen();
+    person.at(set);
+    const Labels measured = person.measured_labels();
     if (set == 0) {
-      const SubjectFit fit = recognised(file, somebody.body().marker_set());
+      const SubjectFit fit = just_identified(file, person.body().marker_set());
       solver->refit(fit);
       refiner.recognised(fit);
     }
-    const Poses& poses = solver->solve(labels, at);
+    const auto& [labels, poses] = solver->solve(measured, at);
     const int second = static_cast<int>(kRate_hz);
-    if (set > second && set <= 2 * second) run.before.add(poses[0], somebody.body());
-    if (set >= sets - 2 * second) run.after.add(poses[0], somebody.body());
+    if (set > second && set <= 2 * second) run.before.add(poses[0], person.body());
+    if (set >= sets - 2 * second) run.after.add(poses[0], person.body());
     if (const auto fit = refiner.step(labels, poses, at)) {
       run.fits.push_back(set);
       solver->refit(*fit);
@@ -152,27 +154,27 @@ Course track(const std::string& name, unsigned seed, int sets, const RefineSetti
   return run;
 }
 
-TEST(RefineSubject, BringsJointsWithinThreeMillimetresWhileTracking) {
+TEST(SubjectRefiner, ReducesJointErrorsBelowThreeMillimetresWhileTracking) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
-    const Course run = track("baseline41", seed, 2400, {});
+    const TrackingRun run = track("baseline41", seed, 2400, {});
 
     EXPECT_LT(run.after.joint_rms_m(), 0.003);
-    EXPECT_LT(run.after.turn_rms_rad(), 0.0175);
+    EXPECT_LT(run.after.rotation_rms_rad(), 0.0175);
     EXPECT_LE(run.fits.size(), 10U);
   }
 }
 
-TEST(RefineSubject, DoesNotTakeTheArmsOfAnAPoseForArmsAtRest) {
+TEST(SubjectRefiner, DoesNotAssumeThatTheArmsOfAnAPoseAreAtRest) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
-    const Course run = track("baseline41", seed, 240, {}, 0.785);
+    const TrackingRun run = track("baseline41", seed, 240, {}, 0.785);
 
-    // Markers are 2 cm off, and few poses were seen yet. Arms that were held for straight would be off by twice that.
+    // Markers are 2 cm off and few poses are stored. Arms that are mistaken for straight would add twice that error.
     EXPECT_LT(run.after.joint_rms_m(), 0.02);
-    EXPECT_LT(run.after.turn_rms_rad(), 0.12);
+    EXPECT_LT(run.after.rotation_rms_rad(), 0.12);
   }
 }
 
-TEST(RefineSubject, GivesTheSameFitsForTheSameSets) {
+TEST(SubjectRefiner, GivesTheSameFitsForTheSameSets) {
   EXPECT_EQ(track("baseline41", 5, 900, {}).fits, track("baseline41", 5, 900, {}).fits);
 }
 

@@ -46,7 +46,7 @@ void count(bool by_new) noexcept {
 
 }  // namespace
 
-// glibc's own names for what is replaced below.
+// glibc's names of the functions that are replaced below.
 extern "C" {
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);

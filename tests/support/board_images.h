@@ -16,7 +16,7 @@
 
 namespace mocap::support {
 
-/// Draws boards as a lens shows them, and says where their corners are.
+/// Renders images of calibration boards through a lens model, and computes the true positions of their corners.
 class BoardImages {
  public:
   BoardImages(const Lens& lens, int width_px, int height_px, const calibration::Board& board)
@@ -29,8 +29,8 @@ class BoardImages {
     }
   }
 
-  /// A random pose in which the board's middle is at `px`, `distance_m` off, tilted by `tilt_rad` to a random side. The
-  /// board's x to the right, its y down, as OpenCV 4.6 lays a ChArUco board.
+  /// Returns a random pose of the board: its centre is seen at `px`, `distance_m` from the camera, and the board is
+  /// tilted by `tilt_rad` about a random axis. Board frame: x right, y down, as for OpenCV 4.6 ChArUco boards.
   CameraFromWorld pose(const Eigen::Vector2d& px, double distance_m, double tilt_rad, std::mt19937& random) const {
     std::uniform_real_distribution<double> turn(0.0, 6.283185307179586);
     const double side = turn(random);
@@ -44,7 +44,7 @@ class BoardImages {
     return pose;
   }
 
-  /// Grey levels with noise of 2.
+  /// Renders an image; Gaussian noise with a standard deviation of 2 grey levels.
   std::vector<std::uint8_t> draw(const CameraFromWorld& pose, std::mt19937& random) {
     if (rays_.empty()) cast_rays();
     std::normal_distribution<double> noise(0.0, 2.0);
@@ -58,19 +58,19 @@ class BoardImages {
     return pixels;
   }
 
-  /// Where the lens shows a point of the board; nothing outside the image.
+  /// Projects a point of the board; returns nothing if it is outside the image.
   std::optional<Eigen::Vector2d> seen(const CameraFromWorld& pose, const Eigen::Vector2d& board_m) const {
     const Eigen::Vector3d at = pose.rotation * Eigen::Vector3d(board_m.x(), board_m.y(), 0.0) + pose.translation;
     if (at.z() < 0.01) return std::nullopt;
     const PixelPoint px = geometry::distort(lens_, {at.head<2>() / at.z()});
     const bool inside = px.v.x() > 1.0 && px.v.y() > 1.0 && px.v.x() < width_px_ - 2.0 && px.v.y() < height_px_ - 2.0;
-    // The polynomial may fold back into the image from far outside.
+    // The distortion polynomial can map points far outside the image back into it; reject those.
     const auto back = geometry::undistort(lens_, px);
     if (!inside || !back || (back->v - at.head<2>() / at.z()).norm() > 1e-6) return std::nullopt;
     return px.v;
   }
 
-  /// All inner corners as a finder would give them, `noise_px` off.
+  /// Returns all visible inner corners as a corner detector would, with Gaussian noise of `noise_px`.
   calibration::BoardView view(const CameraFromWorld& pose, double noise_px, std::mt19937& random) const {
     std::normal_distribution<double> noise(0.0, noise_px);
     calibration::BoardView view;
@@ -88,9 +88,9 @@ class BoardImages {
 
  private:
   static constexpr int kSquare_px = 120;
-  static constexpr int kSamples = 4;  // of a pixel, each way
+  static constexpr int kSamples = 4;  // samples of a pixel along each axis
 
-  // Of the pixels' corners; within a pixel they are as good as straight.
+  // Computes the rays of all pixel corners. Within a pixel, rays are interpolated linearly.
   void cast_rays() {
     rays_.resize(static_cast<std::size_t>((width_px_ + 1) * (height_px_ + 1)));
     for (int row = 0; row <= height_px_; ++row) {
@@ -129,7 +129,7 @@ class BoardImages {
     return Eigen::Vector2d((1.0 - u) * *left + u * *right);
   }
 
-  // 0 to 1: what the ray meets; half grey beside the board.
+  // Brightness, 0 to 1, of the point that the ray hits; 0.5 beside the board.
   double bright(const CameraFromWorld& pose, const Eigen::Vector2d& ray) const {
     const Eigen::Vector3d direction(ray.x(), ray.y(), 1.0);
     const Eigen::Vector3d normal = pose.rotation.col(2);

@@ -12,7 +12,7 @@ inline Rig eight_cameras() {
       {.cameras = 8, .radius_m = 4.0, .height_m = 2.5, .width_px = 1280, .height_px = 1024, .hfov_rad = 1.1});
 }
 
-/// Turned about a slanted axis of its own, and moved.
+/// Returns the camera rotated by `turn_rad` about an oblique axis of its own frame and translated by `move_m`.
 inline CameraModel bumped(CameraModel camera, double turn_rad, double move_m) {
   const Eigen::Vector3d centre = camera.centre().v + move_m * Eigen::Vector3d(0.6, 0.0, 0.8);
   camera.camera_from_world.rotation =

@@ -7,10 +7,10 @@
 
 namespace mocap::support {
 
-/// A row that finds nothing: for tests of what is around it.
+/// Fusion parts that return empty results, for tests of the code around the fusion.
 class EmptyMatcher : public Matcher {
  public:
-  const Matches& match(const FrameSet&, const Expected&) override { return nothing_; }
+  const Matches& match(const FrameSet&, const Predictions&) override { return nothing_; }
 
  private:
   Matches nothing_;
@@ -26,37 +26,39 @@ class EmptyTriangulator : public Triangulator {
 
 class EmptyTracker : public MarkerTracker {
  public:
-  void predict(Timestamp, Expected&) const override {}
-  const TrackedMarkers& step(const Markers&, const Expected&, std::span<const BearingOnlyObservation>) override {
+  const PredictedMarkers& predict(Timestamp) override { return no_predictions_; }
+  const TrackedMarkers& step(const Markers&, const Predictions&, std::span<const BearingOnlyObservation>,
+                             std::span<const CandidatePoint>) override {
     return nothing_;
   }
 
  private:
+  PredictedMarkers no_predictions_;
   TrackedMarkers nothing_;
 };
 
 class EmptyLabeller : public Labeller {
  public:
-  const Labels& label(const TrackedMarkers&, const Expected&) override { return nothing_; }
-  std::span<const AmbiguousObservation> ambiguous_observations() const override { return {}; }
-  std::optional<SubjectFit> take_fit() override { return std::nullopt; }
+  const Labelling& label(const TrackedMarkers&, const Predictions&) override { return nothing_; }
   void refit(const SubjectFit& /*fit*/) override {}
 
  private:
-  Labels nothing_;
+  Labelling nothing_;
 };
 
 class EmptySolver : public SkeletonSolver {
  public:
-  const Poses& solve(Labels&, Timestamp, std::span<const LabelledBearing>,
-                     std::span<const AmbiguousObservation>) override {
+  const SolvedSubjects& solve(const Labels& labels, Timestamp, std::span<const LabelledBearing>,
+                              std::span<const AmbiguousObservation>) override {
+    nothing_.labels = labels;
     return nothing_;
   }
   void refit(const SubjectFit&) override {}
-  void predict(Timestamp, Expected&) const override {}
+  const PredictedMarkers& predict(Timestamp) override { return no_predictions_; }
 
  private:
-  Poses nothing_;
+  PredictedMarkers no_predictions_;
+  SolvedSubjects nothing_;
 };
 
 inline fusion::FusionParts empty_row() {

@@ -28,7 +28,7 @@ inline CameraFromWorld look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d
   return camera_from_world;
 }
 
-/// A 1280x1024 camera with a bent lens.
+/// A 1280x1024 camera with lens distortion.
 inline CameraModel camera_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target = {0.0, 0.0, 1.0}) {
   CameraModel camera;
   camera.width_px = 1280;
@@ -46,7 +46,7 @@ inline CameraModel camera_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& 
 inline Rig ring(std::size_t count) {
   Rig rig;
   for (std::size_t i = 0; i < count; ++i) {
-    // Not quite even: no two cameras face each other exactly.
+    // Uneven spacing, so that no two cameras face each other exactly.
     const double angle = 2.0 * std::numbers::pi * (static_cast<double>(i) + 0.1 * static_cast<double>(i % 3)) /
                          static_cast<double>(count);
     rig.push_back(camera_at({4.0 * std::cos(angle), 4.0 * std::sin(angle), 2.5}));
@@ -54,7 +54,7 @@ inline Rig ring(std::size_t count) {
   return rig;
 }
 
-/// Markers spread evenly over a box about as large as a person who moves.
+/// Returns markers uniformly distributed in a box of the size of a moving person.
 inline std::vector<Eigen::Vector3d> cloud(std::size_t count, std::mt19937& random) {
   std::uniform_real_distribution<double> across(-0.8, 0.8);
   std::uniform_real_distribution<double> up(0.1, 1.9);
@@ -63,7 +63,8 @@ inline std::vector<Eigen::Vector3d> cloud(std::size_t count, std::mt19937& rando
   return markers;
 }
 
-/// 18 markers on the joints of a figure that walks along x, at `time_s`; by pairs from head to foot.
+/// Returns 18 markers on the joints of a figure that walks along x, at `time_s`: four on the axis of the body, then
+/// those of each side from neck to foot.
 inline std::vector<Eigen::Vector3d> walker(double time_s) {
   const double swing = std::sin(2.0 * std::numbers::pi * time_s);
   const double x = -1.0 + 1.2 * time_s;
@@ -87,20 +88,20 @@ inline std::vector<Eigen::Vector3d> walker(double time_s) {
 
 struct SeenAs {
   double sigma_px = 0.1;      ///< of each blob's centroid
-  double missed = 0.0;        ///< share of the views of a marker that give no blob
+  double missed = 0.0;        ///< fraction of the views of a marker without a blob
   double false_blobs = 0.0;   ///< per true blob
   double merge_below_px = 0;  ///< two blobs nearer than this become one
 };
 
-/// A frame set, and which marker each of its blobs is of.
+/// A frame set, and the true marker of each of its blobs.
 struct SeenWorld {
   std::vector<std::unique_ptr<BlobFrame>> frames;
-  /// The marker, by view and blob; -1: none. A merged blob is of `marker_of` and `also_of`.
+  /// Index of the marker, by view and blob; -1: none. A merged blob belongs to `marker_of` and `also_of`.
   std::vector<std::vector<int>> marker_of;
   std::vector<std::vector<int>> also_of;
   FrameSet set;
 
-  /// How many views show a marker by a blob of its own.
+  /// Returns the number of views with an unmerged blob of the marker.
   int views_of(int marker) const {
     int views = 0;
     for (std::size_t v = 0; v < marker_of.size(); ++v) {
@@ -161,12 +162,12 @@ inline SeenWorld see(const Rig& rig, std::span<const Eigen::Vector3d> markers, c
   return world;
 }
 
-/// Where each marker is expected: `off_m` away, at random, and told so.
-inline Expected expect(std::span<const Eigen::Vector3d> markers, double off_m, std::mt19937& random) {
+/// Returns predictions of the markers with Gaussian errors of `off_m` on each axis and the matching covariance.
+inline Predictions expect(std::span<const Eigen::Vector3d> markers, double off_m, std::mt19937& random) {
   std::normal_distribution<double> noise(0.0, off_m);
-  Expected expected;
+  Predictions expected;
   for (std::size_t m = 0; m < markers.size(); ++m) {
-    ExpectedMarker marker;
+    PredictedMarker marker;
     marker.position.v = markers[m] + Eigen::Vector3d(noise(random), noise(random), noise(random));
     marker.covariance_m2 = Eigen::Matrix3d::Identity() * off_m * off_m;
     marker.track = TrackId{static_cast<std::uint32_t>(m)};

@@ -4,10 +4,10 @@
 
 namespace mocap::support {
 
-/// Folders that depend on where the project lies. Told by one small file, so that a compiler's cache knows all others
-/// wherever it lies.
-std::string source_folder();       ///< the project
-std::string shared_data_folder();  ///< recordings beside it, which need not be there: tests skip without them
-std::string program_folder();      ///< the programs of this build
+/// Absolute paths. places.cpp alone contains them, so that a compiler cache can reuse all other object files for
+/// another working copy.
+std::string source_folder();       ///< root of the source tree
+std::string shared_data_folder();  ///< recordings next to the source tree; tests are skipped if it does not exist
+std::string program_folder();      ///< programs of this build
 
 }  // namespace mocap::support

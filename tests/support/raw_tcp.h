@@ -12,10 +12,10 @@
 
 namespace mocap::support {
 
-/// A TCP connection to a loopback port that says what a test wants.
+/// A TCP connection to a loopback port, over which a test sends arbitrary bytes.
 class RawTcp {
  public:
-  /// `endpoint`: tcp://127.0.0.1:PORT. What comes waits in a small buffer, so that who sends soon notices.
+  /// `endpoint`: tcp://127.0.0.1:PORT. The receive buffer is small, so that the sender soon notices a stalled test.
   explicit RawTcp(const std::string& endpoint) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
@@ -33,17 +33,17 @@ class RawTcp {
   void send(std::string_view bytes) {
     open_ = open_ && ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
   }
-  /// What a SUB socket without security says first (RFC 23, ZMTP 3.0), greeting and READY. Who goes on before the other
-  /// side's READY is here may be sent away.
+  /// Performs the handshake of a SUB socket without security (RFC 23, ZMTP 3.0): greeting and READY. Waits for the
+  /// peer's READY, because the peer may reject earlier messages.
   void subscribe_to_nothing_yet() {
     std::string greeting("\xff\0\0\0\0\0\0\0\1\x7f\3\0NULL", 16);
     greeting.resize(64, '\0');
     send(greeting);
     take(64);
     send({"\4\x19\5READY\xbSocket-Type\0\0\0\3SUB", 27});
-    take(28);  // of an XPUB socket
+    take(28);  // READY of an XPUB socket
   }
-  /// What is here now; open() is false once the other side ended.
+  /// Returns the received bytes without waiting; open() is false after the peer closed the connection.
   std::string receive() {
     char bytes[4096];
     const ssize_t count = ::recv(socket_, bytes, sizeof(bytes), MSG_DONTWAIT);

@@ -11,7 +11,7 @@
 
 namespace mocap::support {
 
-/// One thing that a scripted camera does when it is asked for the next image.
+/// A step of a scripted camera: the image that one call of `next` returns.
 struct Deliver {
   std::uint64_t number;
   int width_px = 64;
@@ -19,8 +19,8 @@ struct Deliver {
 };
 using Step = std::variant<Deliver, Error>;
 
-/// A camera that does what a list says, start by start, for faults that no real one has on demand. Each start takes
-/// the next list; without one it fails with NotFound. At the end of a list it is silent.
+/// A camera that follows a script, for faults that a real camera does not have on demand. Each start begins the next
+/// list of steps; without a further list it fails with NotFound. After the last step of a list, no image comes.
 class ScriptedCamera : public Camera {
  public:
   ScriptedCamera(CameraId id, std::deque<std::vector<Step>> starts) : id_(id), starts_(std::move(starts)) {}

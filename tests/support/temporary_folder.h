@@ -8,7 +8,7 @@
 
 namespace mocap::support {
 
-/// A folder of this process that is gone with the object.
+/// A temporary folder that the destructor removes with its content.
 class TemporaryFolder {
  public:
   TemporaryFolder() {

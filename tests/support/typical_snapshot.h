@@ -16,7 +16,7 @@ struct TypicalSize {
   std::uint32_t cameras = 8;
 };
 
-/// One subject whose bones hang on each other in a row and bear the markers in turn.
+/// A description with one subject: its bones form a chain, and the markers are distributed over the bones in turn.
 inline Description typical_description(TypicalSize size = {}) {
   Description description;
   description.producer = "mocapd test";
@@ -48,7 +48,8 @@ inline Description typical_description(TypicalSize size = {}) {
   return description;
 }
 
-/// An instant of a subject that is tracked whole, days after the start: numbers as long as they are in the field.
+/// A snapshot in which all markers and bones are measured, ten days after the start of the host, so that the encoded
+/// numbers are as long as in a real session.
 inline Snapshot typical_snapshot(const Description& description, std::uint32_t seed = 1) {
   std::mt19937 random(seed);
   const auto number = [&](double most) { return std::uniform_real_distribution<double>(-most, most)(random); };

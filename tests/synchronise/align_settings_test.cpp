@@ -13,7 +13,7 @@ TEST(AlignSettings, HaveDefaultsWithinTheirRanges) {
   EXPECT_TRUE(check_keys(defaults).empty());
 }
 
-TEST(AlignSettings, RefuseAWindowWithoutLength) {
+TEST(AlignSettings, RejectAnEmptyWindow) {
   AlignSettings align;
   align.window = Duration{0};
 

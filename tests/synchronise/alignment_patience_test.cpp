@@ -1,4 +1,4 @@
-// For whom a set waits, and for how long.
+// Tests for which cameras a set waits, and how long.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -13,7 +13,7 @@ namespace {
 
 using std::chrono::microseconds;
 
-TEST(FrameAligner, WaitsForACameraThatStopsAFewTimesAndAgainWhenItIsBackInTime) {
+TEST(FrameAligner, StopsWaitingForAStoppedCameraAndResumesWhenItIsInTime) {
   FrameAligner aligner(kSettings, 2);
   for (int i = 0; i < 4; ++i) {
     aligner.add(seen_by(0, 1000 + 8000 * i));
@@ -28,7 +28,7 @@ TEST(FrameAligner, WaitsForACameraThatStopsAFewTimesAndAgainWhenItIsBackInTime) 
   EXPECT_TRUE(aligner.take(at(41'000))) << "a frame that comes too late for any set is no reason to wait";
 
   aligner.add(seen_by(1, 41'000, 1500));
-  EXPECT_EQ(aligner.counts().late, 2U) << "its set had left";
+  EXPECT_EQ(aligner.counts().late, 2U) << "its set was returned already";
   aligner.add(seen_by(0, 49'000));
   EXPECT_FALSE(aligner.take(at(50'000))) << "its last frame would have been in time";
   aligner.add(seen_by(1, 49'000, 1500));
@@ -37,7 +37,7 @@ TEST(FrameAligner, WaitsForACameraThatStopsAFewTimesAndAgainWhenItIsBackInTime) 
   EXPECT_EQ(set->views.size(), 2U);
 }
 
-TEST(FrameAligner, EndsPatienceWhenACameraHasNoMoreRoom) {
+TEST(FrameAligner, StopsWaitingIfTheQueueOfACameraIsFull) {
   FrameAligner aligner({.window = microseconds(500), .patience = std::chrono::seconds(1)}, 2);
   for (int i = 0; i < 8; ++i) {
     EXPECT_FALSE(aligner.take(at(8000 * i)));
@@ -48,7 +48,7 @@ TEST(FrameAligner, EndsPatienceWhenACameraHasNoMoreRoom) {
   EXPECT_TRUE(aligner.take(at(57'000)));
 }
 
-TEST(FrameAligner, DoesNotWaitForACameraThatIsSlowerWhereNoFrameOfItIsDue) {
+TEST(FrameAligner, DoesNotWaitForASlowerCameraIfNoFrameIsDue) {
   FrameAligner aligner({.window = microseconds(500), .patience = std::chrono::milliseconds(20)}, 2);
   const auto run = [&](int from, int to) {
     int waited = 0;
@@ -60,7 +60,7 @@ TEST(FrameAligner, DoesNotWaitForACameraThatIsSlowerWhereNoFrameOfItIsDue) {
     }
     return waited;
   };
-  EXPECT_GT(run(0, 600), 0) << "its pace is not known yet";
+  EXPECT_GT(run(0, 600), 0) << "its frame rate is not known yet";
   aligner.assess_timing();
 
   EXPECT_EQ(run(600, 700), 0);

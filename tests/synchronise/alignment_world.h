@@ -21,6 +21,6 @@ inline BlobFrame seen_by(std::uint32_t camera, std::int64_t us, std::int64_t del
 
 inline constexpr AlignSettings kSettings{.window = std::chrono::microseconds(500),
                                          .patience = std::chrono::microseconds(2000)};
-inline constexpr Timestamp kForever = Timestamp::min();  // patience never ends
+inline constexpr Timestamp kForever = Timestamp::min();  // patience never runs out
 
 }  // namespace mocap::synchronise

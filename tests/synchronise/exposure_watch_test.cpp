@@ -11,7 +11,7 @@ namespace {
 
 using std::chrono::microseconds;
 
-/// How a camera's exposures lie against the trigger of the others.
+/// Timing of a camera's exposures relative to the common trigger.
 struct Clockwork {
   double offset_us = 0.0;
   double drift_us_s = 0.0;
@@ -21,7 +21,7 @@ struct Clockwork {
 
 constexpr double kJitter_us = 40.0;
 
-/// Lets a watch see `seconds` of cameras whose time stamps jitter and whose images get lost.
+/// Returns a watch after `seconds` of frames with time stamp jitter and lost images.
 ExposureWatch watched(const std::vector<Clockwork>& cameras, double seconds, unsigned seed) {
   struct Event {
     Timestamp at;
@@ -46,25 +46,25 @@ ExposureWatch watched(const std::vector<Clockwork>& cameras, double seconds, uns
   return watch;
 }
 
-TEST(ExposureWatch, BelievesCamerasOnOneTriggerAndTellsTheirOffsets) {
+TEST(ExposureWatch, ReportsTriggeredCamerasAsSynchronisedWithTheirOffsets) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const ExposureWatch watch = watched({{-60.0}, {-20.0}, {20.0}, {60.0}}, 12.0, seed);
     for (std::uint32_t c = 0; c < 4; ++c) {
       const CameraTiming& timing = watch.timing({c});
       ASSERT_TRUE(timing.is_known);
       EXPECT_TRUE(timing.synchronised) << "camera " << c << " seed " << seed;
-      // 40 us of jitter, some 500 frames that count, at the end of a line that may turn.
+      // Jitter of 40 us over about 500 effective frames; the error is largest at the end of the fitted line.
       EXPECT_NEAR(to_us(timing.offset), -60.0 + 40.0 * c, 15.0);
       EXPECT_NEAR(timing.drift_us_s, 0.0, 3.0);
       EXPECT_NEAR(timing.rate_hz, 100.0, 1.0);
-      // Its own and that of the camera that serves as clock, which has none against itself.
+      // Jitter of the camera plus that of the reference camera; the reference camera has none relative to itself.
       const bool is_clock = timing.jitter < microseconds(1);
       EXPECT_NEAR(to_us(timing.jitter), is_clock ? 0.0 : 1.41 * kJitter_us, 0.3 * kJitter_us);
     }
   }
 }
 
-TEST(ExposureWatch, TellsWhichCameraRunsFreeWhicheverItIs) {
+TEST(ExposureWatch, DetectsTheFreeRunningCamera) {
   for (std::uint32_t free = 0; free < 4; ++free) {
     std::vector<Clockwork> cameras(4);
     cameras[free] = {.offset_us = 2700.0, .drift_us_s = 40.0};
@@ -75,7 +75,7 @@ TEST(ExposureWatch, TellsWhichCameraRunsFreeWhicheverItIs) {
   }
 }
 
-TEST(ExposureWatch, TellsACameraThatDriftsThroughTheOthersExposures) {
+TEST(ExposureWatch, DetectsADriftingCamera) {
   const ExposureWatch watch = watched({{}, {}, {.offset_us = -100.0, .drift_us_s = 20.0}}, 10.0, 3);
 
   EXPECT_TRUE(watch.timing({0}).synchronised);
@@ -84,7 +84,7 @@ TEST(ExposureWatch, TellsACameraThatDriftsThroughTheOthersExposures) {
   EXPECT_LT(std::abs(to_us(watch.timing({2}).offset)), 200.0);
 }
 
-TEST(ExposureWatch, TellsACameraOfAnotherRate) {
+TEST(ExposureWatch, DetectsACameraWithAnotherRate) {
   const ExposureWatch watch = watched({{}, {}, {.rate_hz = 99.0}}, 10.0, 4);
 
   EXPECT_TRUE(watch.timing({0}).synchronised);
@@ -92,7 +92,7 @@ TEST(ExposureWatch, TellsACameraOfAnotherRate) {
   EXPECT_NEAR(watch.timing({2}).rate_hz, 99.0, 0.5);
 }
 
-TEST(ExposureWatch, FindsNoGroupAmongCamerasThatAllRunFree) {
+TEST(ExposureWatch, FindsNoGroupIfAllCamerasRunFree) {
   const ExposureWatch watch = watched({{0.0, 15.0}, {2300.0, -22.0}, {-4100.0, 41.0}, {4300.0, -60.0}}, 10.0, 5);
 
   int alone = 0;
@@ -100,7 +100,7 @@ TEST(ExposureWatch, FindsNoGroupAmongCamerasThatAllRunFree) {
   EXPECT_EQ(alone, 3) << "one is what the others are compared with";
 }
 
-TEST(ExposureWatch, SaysNothingYetOfACameraThatHasJustBegun) {
+TEST(ExposureWatch, DoesNotJudgeACameraThatHasJustStarted) {
   ExposureWatch watch = watched({{}, {}}, 1.0, 6);
   EXPECT_FALSE(watch.timing({0}).is_known);
 
@@ -110,7 +110,7 @@ TEST(ExposureWatch, SaysNothingYetOfACameraThatHasJustBegun) {
   EXPECT_FALSE(watch.timing({1}).is_known);
 }
 
-TEST(ExposureWatch, GoesOnWhenTheCameraThatServesAsClockFallsSilent) {
+TEST(ExposureWatch, ReplacesASilentReferenceCamera) {
   ExposureWatch watch(microseconds(500), 3);
   for (int i = 0; i < 2000; ++i) {
     const Timestamp at = from_ns(1'000'000'000) + microseconds(10'000 * i);

@@ -21,7 +21,7 @@ std::vector<std::uint32_t> cameras_of(const FrameSet& set) {
   return ids;
 }
 
-TEST(FrameAligner, GivesASetAsSoonAsEveryCameraHasDelivered) {
+TEST(FrameAligner, ReturnsASetOnceEveryCameraHasDelivered) {
   FrameAligner aligner(kSettings, 2);
   aligner.add(seen_by(1, 1100));
   EXPECT_FALSE(aligner.take(kForever));
@@ -37,7 +37,7 @@ TEST(FrameAligner, GivesASetAsSoonAsEveryCameraHasDelivered) {
   EXPECT_EQ(aligner.counts().complete, 1u);
 }
 
-TEST(FrameAligner, GoesOnWithoutTheLateCameraWhenPatienceEnds) {
+TEST(FrameAligner, ReturnsASetWithoutTheLateCameraAfterPatience) {
   FrameAligner aligner(kSettings, 2);
   aligner.add(seen_by(0, 1000));
 
@@ -47,16 +47,16 @@ TEST(FrameAligner, GoesOnWithoutTheLateCameraWhenPatienceEnds) {
   EXPECT_EQ(aligner.patience_ends(), std::nullopt);
 }
 
-TEST(FrameAligner, CountsPatienceFromTheArrivalOfTheFirst) {
+TEST(FrameAligner, MeasuresPatienceFromTheFirstArrival) {
   FrameAligner aligner(kSettings, 3);
   aligner.add(seen_by(0, 1000, 9000));
-  aligner.add(seen_by(1, 1100, 7000));  // exposed later, here earlier
+  aligner.add(seen_by(1, 1100, 7000));  // exposed later, arrives earlier
 
   EXPECT_FALSE(aligner.take(at(1100 + 7000 + 1999)));
   EXPECT_TRUE(aligner.take(at(1100 + 7000 + 2000)));
 }
 
-TEST(FrameAligner, DropsAndCountsTheLateFrameAndKeepsThatCamerasNext) {
+TEST(FrameAligner, DropsAndCountsALateFrameButNotTheNextOne) {
   FrameAligner aligner(kSettings, 2);
   aligner.add(seen_by(0, 1000));
   ASSERT_TRUE(aligner.take(at(3000)));
@@ -72,7 +72,7 @@ TEST(FrameAligner, DropsAndCountsTheLateFrameAndKeepsThatCamerasNext) {
   EXPECT_EQ(aligner.counts().late, 1u);
 }
 
-TEST(FrameAligner, DoesNotWaitForAFrameThatWasLost) {
+TEST(FrameAligner, DoesNotWaitForALostFrame) {
   FrameAligner aligner(kSettings, 2);
   aligner.add(seen_by(0, 1000));
   aligner.add(seen_by(1, 9000));  // camera 1 lost the image at 1000
@@ -96,9 +96,9 @@ TEST(FrameAligner, DropsAndCountsARepeatedFrame) {
   EXPECT_EQ(aligner.counts().repeated, 2u);
 }
 
-TEST(FrameAligner, BelievesACameraAgainWhoseClockLeaptAndCameBack) {
+TEST(FrameAligner, AcceptsACameraAgainAfterAClockJump) {
   FrameAligner aligner(kSettings, 2);
-  aligner.add(seen_by(1, 1'000'000'000));  // nonsense
+  aligner.add(seen_by(1, 1'000'000'000));  // a wrong time stamp
   std::size_t with_both = 0;
   for (int i = 0; i < 20; ++i) {
     aligner.add(seen_by(0, 1000 + 8000 * i));
@@ -109,7 +109,7 @@ TEST(FrameAligner, BelievesACameraAgainWhoseClockLeaptAndCameBack) {
   EXPECT_EQ(with_both, 20u - 7u);
 }
 
-TEST(FrameAligner, NeitherWaitsForNorForgetsAFinishedCamera) {
+TEST(FrameAligner, KeepsFramesOfAFinishedCameraWithoutWaitingForIt) {
   FrameAligner aligner(kSettings, 2);
   aligner.add(seen_by(1, 1000));
   aligner.finish(CameraId{1});
@@ -131,7 +131,7 @@ TEST(FrameAligner, NeitherWaitsForNorForgetsAFinishedCamera) {
   EXPECT_EQ(aligner.take(kForever)->views.size(), 2u);
 }
 
-TEST(FrameAligner, HasNoRoomForACameraFarAheadAndCountsWhatItDrops) {
+TEST(FrameAligner, DropsAndCountsFramesOfACameraFarAhead) {
   FrameAligner aligner(kSettings, 2);
   int kept = 0;
   while (aligner.has_room(CameraId{0})) aligner.add(seen_by(0, 1000 + 8000 * kept++));
@@ -143,7 +143,7 @@ TEST(FrameAligner, HasNoRoomForACameraFarAheadAndCountsWhatItDrops) {
   EXPECT_EQ(aligner.counts().overflow, 1u);
 }
 
-TEST(FrameAligner, TellsHowFarEachCameraIsOffTheMean) {
+TEST(FrameAligner, ReportsTheSkewOfEachCamera) {
   FrameAligner aligner(kSettings, 2);
   for (int i = 0; i < 3; ++i) {
     aligner.add(seen_by(0, 1000 + 8000 * i));
@@ -175,14 +175,14 @@ TEST(FrameAligner, KeepsTheViewsOfASetUntilTheNextCall) {
   EXPECT_EQ(set->views[0]->blobs[0].centroid.v.y(), 4.0);
 }
 
-// What a run of the aligner gave: exposure of the set, and whose views.
+// A set that the aligner returned: its exposure and the cameras of its views.
 struct Given {
   Timestamp exposed_at;
   std::vector<std::uint32_t> cameras;
   bool operator==(const Given&) const = default;
 };
 
-// Feeds each camera's frames in order, the cameras mingled at random, as a replay does: nothing is dropped.
+// Adds the frames as a replay does: each camera's frames in order, the cameras interleaved at random. Drops nothing.
 std::vector<Given> replay(const std::vector<std::vector<BlobFrame>>& frames, unsigned seed) {
   FrameAligner aligner(kSettings, frames.size());
   std::vector<std::size_t> next(frames.size(), 0);
@@ -209,7 +209,7 @@ std::vector<Given> replay(const std::vector<std::vector<BlobFrame>>& frames, uns
   return given;
 }
 
-TEST(FrameAligner, GivesTheSameSetsHoweverTheDeliveriesMingle) {
+TEST(FrameAligner, ReturnsTheSameSetsForAnyOrderOfDelivery) {
   std::mt19937 random(7);
   std::vector<std::vector<BlobFrame>> frames(4);
   for (std::uint32_t c = 0; c < 4; ++c) {
@@ -227,7 +227,7 @@ TEST(FrameAligner, GivesTheSameSetsHoweverTheDeliveriesMingle) {
   EXPECT_EQ(first, second);
 }
 
-// Images on their way from cameras of unequal delay, in the order of their arrival.
+// The arrival of one image; cameras have different delays.
 struct Delivery {
   Timestamp arrives_at;
   BlobFrame frame;
@@ -239,18 +239,18 @@ struct Network {
   int instants = 300;
   double lost = 0.03;
   double repeated = 0.02;
-  double straggles = 0.0;  ///< share of camera 0's images that come 15 ms late
+  double straggles = 0.0;  ///< fraction of camera 0's images that arrive 15 ms late
 };
 
 constexpr std::int64_t kPeriod_us = 8333;
-constexpr std::int64_t kMostDelay_us = 1500;  // less than patience apart
+constexpr std::int64_t kMostDelay_us = 1500;  // delays differ by less than patience
 
 std::vector<Delivery> deliveries(const Network& network, std::mt19937& random) {
   const auto chance = [&](double share) { return std::uniform_real_distribution<double>(0.0, 1.0)(random) < share; };
   std::vector<Delivery> all;
   for (std::uint32_t c = 0; c < network.cameras; ++c) {
     const auto delay_us = static_cast<std::int64_t>(random() % kMostDelay_us);
-    // A clock that is off by a little, more and more: 60 us at the end.
+    // The camera's clock drifts, by at most 60 us at the end.
     const double drift = 0.2 * static_cast<double>(random() % 100) / 100.0;
     for (int i = 0; i < network.instants; ++i) {
       if (chance(network.lost)) continue;
@@ -264,7 +264,7 @@ std::vector<Delivery> deliveries(const Network& network, std::mt19937& random) {
     }
   }
   std::ranges::stable_sort(all, {}, &Delivery::arrives_at);
-  // A camera hands its images over in order, late ones too.
+  // Each camera delivers its images in order, also the late ones.
   for (std::uint32_t c = 0; c < network.cameras; ++c) {
     std::vector<Delivery*> own;
     for (Delivery& one : all) {
@@ -282,7 +282,7 @@ std::vector<Delivery> deliveries(const Network& network, std::mt19937& random) {
   return all;
 }
 
-// What a live run gives: a look at every arrival and when patience ends.
+// Result of a live run, in which `take` is called at each arrival and whenever patience ends.
 struct LiveRun {
   std::vector<std::vector<std::pair<std::uint32_t, std::uint64_t>>> sets;  // camera and number of each view
   std::vector<Timestamp> exposures;
@@ -312,7 +312,7 @@ LiveRun run_live(const std::vector<Delivery>& all, std::size_t cameras) {
   return run;
 }
 
-TEST(FrameAligner, GivesEveryImageOnceWhateverTheDelays) {
+TEST(FrameAligner, ReturnsEveryImageOnceForAnyDelays) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     std::mt19937 random(seed);
     const Network network{.cameras = 2 + seed % 7};
@@ -335,7 +335,7 @@ TEST(FrameAligner, GivesEveryImageOnceWhateverTheDelays) {
   }
 }
 
-TEST(FrameAligner, LosesOnlyTheViewOfTheCameraThatComesLate) {
+TEST(FrameAligner, LosesOnlyTheViewOfALateCamera) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     std::mt19937 random(seed);
     const Network network{.cameras = 4, .lost = 0.0, .repeated = 0.0, .straggles = 0.2};
@@ -357,7 +357,7 @@ TEST(FrameAligner, LosesOnlyTheViewOfTheCameraThatComesLate) {
   }
 }
 
-TEST(FrameAligner, TellsACameraWhoseFramesAreInNoSetOfTheOthers) {
+TEST(FrameAligner, ReportsACameraWhoseFramesMatchNoOtherCamera) {
   FrameAligner aligner(kSettings, 3);
   for (int i = 0; i < 1000; ++i) {
     aligner.add(seen_by(0, 10'000 + 10'000 * i));

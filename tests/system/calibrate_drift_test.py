@@ -1,5 +1,6 @@
-"""A camera that is bumped while the daemon captures: named in log and health, mended from the daemon's own recording, right
-again after a reload. The cameras are served (GigE Vision); one of them is taken away and comes back turned."""
+"""A camera is bumped during a capture: the daemon reports it in log and health, mocap-calibrate refine corrects the rig from
+the daemon's recording, and the camera agrees with the rig after a reload. The cameras are simulated (GigE Vision); one is
+stopped and restarted with another pose."""
 
 import json
 import math
@@ -31,8 +32,8 @@ BUMPED = "cam3"
 TURN_DEG, MOVE_M = 0.3, 0.005
 
 
-def turn_of(r):
-    """The quaternion of a Rodrigues vector, w first."""
+def quaternion_of(r):
+    """Returns the quaternion (w first) of a Rodrigues vector."""
     angle = math.sqrt(sum(x * x for x in r))
     s = math.sin(angle / 2) / angle if angle > 0 else 0.5
     return [math.cos(angle / 2), *(s * x for x in r)]
@@ -47,25 +48,25 @@ def product(a, b):
     ]
 
 
-def turned(q, v):
+def rotated(q, v):
     return product(product(q, [0.0, *v]), [q[0], -q[1], -q[2], -q[3]])[1:]
 
 
 def centre(camera):
-    q = turn_of(camera["rotation"])
-    return [-x for x in turned([q[0], -q[1], -q[2], -q[3]], camera["translation"])]
+    q = quaternion_of(camera["rotation"])
+    return [-x for x in rotated([q[0], -q[1], -q[2], -q[3]], camera["translation"])]
 
 
 def bump(text, name, deg, move_m):
-    """The rig's text with one camera turned about a slanted axis of its own, and moved."""
+    """Returns the text of the rig file with one camera rotated about an oblique axis of its own frame, and translated."""
     camera = tomllib.loads(text)[name]
     axis = [x / math.sqrt(1.0 + 4.0 + 0.25) for x in (1.0, 2.0, 0.5)]
-    q = product(turn_of([math.radians(deg) * x for x in axis]), turn_of(camera["rotation"]))
+    q = product(quaternion_of([math.radians(deg) * x for x in axis]), quaternion_of(camera["rotation"]))
     at = [a + move_m * b for a, b in zip(centre(camera), (0.6, 0.0, 0.8))]
     sine = math.sqrt(sum(x * x for x in q[1:]))
     angle = 2 * math.atan2(sine, q[0])
     rotation = [angle * x / sine for x in q[1:]]
-    translation = [-x for x in turned(turn_of(rotation), at)]
+    translation = [-x for x in rotated(quaternion_of(rotation), at)]
     before, own = text.split(f"[{name}]\n")
     own = re.sub(r"rotation = \[.*\]", f"rotation = {rotation}", own, count=1)
     own = re.sub(r"translation = \[.*\]", f"translation = {translation}", own, count=1)
@@ -83,16 +84,16 @@ class BumpedCamera(unittest.TestCase):
         self.control = f"{feed}:{int(port) + 1}"
 
     def serve(self, number, rig):
-        """One camera of the volume: all show the same motion, whenever they were started."""
+        """Serves one camera; all cameras show the same motion whenever they were started."""
         return self.desk.start("mocap-sim", "--serve", "--rig", rig, "--only", number, "--fps", "30", "--motion",
                                "tpose:2,walk", "--marker-set", SOURCE / "config/markersets/baseline41.toml",
                                "--epoch", self.epoch_ns)
 
-    def until_it_says(self, program, words, timeout_s=60, after=0):
+    def wait_for_log(self, program, words, timeout_s=60, after=0):
         limit = time.monotonic() + timeout_s
-        while words not in program.said()[after:]:
-            self.assertIsNone(program.process.poll(), program.said())
-            self.assertLess(time.monotonic(), limit, f"not said within {timeout_s} s: {words}\n{program.said()[after:]}")
+        while words not in program.output()[after:]:
+            self.assertIsNone(program.process.poll(), program.output())
+            self.assertLess(time.monotonic(), limit, f"not said within {timeout_s} s: {words}\n{program.output()[after:]}")
             time.sleep(0.02)
 
     def health(self):
@@ -102,7 +103,7 @@ class BumpedCamera(unittest.TestCase):
         return json.loads(path.read_text())["cameras"]
 
     def until_seen(self, frames, timeout_s=60):
-        """The health once every camera has sent so many images."""
+        """Waits until every camera has sent this number of images; returns the health."""
         limit = time.monotonic() + timeout_s
         while True:
             health = self.health()
@@ -110,30 +111,39 @@ class BumpedCamera(unittest.TestCase):
                 return health
             self.assertLess(time.monotonic(), limit, f"not {frames} images of each camera within {timeout_s} s: {health}")
 
+    def until_none_differs(self, timeout_s=120):
+        """Waits until no camera differs from the rig."""
+        limit = time.monotonic() + timeout_s
+        health = self.health()
+        while len(health) < 4 or any(camera["bumped"] for camera in health.values()):
+            self.assertLess(time.monotonic(), limit, f"a camera still differs after {timeout_s} s: {health}")
+            health = self.health()
+
     def start_the_daemon(self):
         text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint)
         text += "".join(GIGE.format(number=number, address=number + 1) for number in range(1, 5))
         self.config = self.desk.write("mocapd.toml", text)
         daemon = self.desk.start("mocapd", "--config", self.config)
         for number in range(1, 5):
-            self.until_it_says(daemon, f"camera cam{number}: streaming")
+            self.wait_for_log(daemon, f"camera cam{number}: streaming")
         return daemon
 
-    def test_a_camera_bumped_while_people_walk_is_named_mended_and_right_again(self):
+    def test_a_bumped_camera_is_reported_and_agrees_again_after_refinement(self):
         served = {number: self.serve(number, RIG) for number in range(1, 5)}
         daemon = self.start_the_daemon()
         before = self.until_seen(100)
 
         served[3].end()
         self.serve(3, self.truth)
-        self.until_it_says(daemon, f"camera {BUMPED}: streaming", after=daemon.said().rfind(f"camera {BUMPED}: "))
-        self.until_it_says(daemon, f"camera {BUMPED}: stands otherwise than the rig says")
+        self.wait_for_log(daemon, f"camera {BUMPED}: streaming", after=daemon.output().rfind(f"camera {BUMPED}: "))
+        self.wait_for_log(daemon, f"camera {BUMPED}: differs from the rig")
         named = self.health()
         self.until_seen(named[BUMPED]["frames"] + 200)
         held = self.desk.run("mocap-calibrate", "verify", "--config", self.config, "--seconds", "2")
         refined = self.desk.run("mocap-calibrate", "refine", "--blobs", "take.blobs", "--rig", "rig.toml")
         reloaded = self.desk.run("mocapctl", "reload", "--endpoint", self.control)
-        self.until_it_says(daemon, "starts anew")
+        self.wait_for_log(daemon, "configuration changed")
+        self.until_none_differs()
 
         self.assertEqual([name for name, camera in before.items() if camera["bumped"]], [])
         self.assertEqual([name for name, camera in named.items() if camera["bumped"]], [BUMPED])
@@ -142,7 +152,7 @@ class BumpedCamera(unittest.TestCase):
         self.assertIn('if mocapd is running it holds the cameras: stop it, or set [record] blobs = "take.blobs"', held.stderr)
         self.assertEqual(refined.returncode, 0, refined.stderr + refined.stdout)
         self.assertIn(f"camera {BUMPED}: was moved within the first", refined.stdout)
-        self.assertRegex(refined.stdout, rf"camera {BUMPED}: was turned by 0\.\d+ degrees")
+        self.assertRegex(refined.stdout, rf"camera {BUMPED}: was rotated by 0\.\d+ degrees")
         rig = tomllib.loads((self.desk.folder / "rig.toml").read_text())
         truth = tomllib.loads(self.truth.read_text())
         off_mm = {name: 1e3 * math.dist(centre(rig[name]), centre(truth[name])) for name in truth if name != "metadata"}

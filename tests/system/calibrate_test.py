@@ -1,4 +1,4 @@
-"""A rig by a waved wand, through the real chain: images, detectors, recordings, mocap-calibrate."""
+"""Wand calibration of a rig with all real steps: images, detectors, recordings, mocap-calibrate."""
 
 import math
 import shutil
@@ -26,7 +26,7 @@ RIG = SOURCE / "config/demo.rig.toml"
 
 
 def centres(path):
-    """Where the cameras of a rig file stand: -R^T t, by camera."""
+    """Returns the camera centres of a rig file, -R^T t, by name."""
     found = {}
     for name, camera in tomllib.loads(path.read_text()).items():
         if name == "metadata":
@@ -58,25 +58,25 @@ class Calibrate(unittest.TestCase):
     def replay(self):
         return [REPLAY.format(number=number, folder="wave") for number in range(1, 5)]
 
-    def expect_apart(self, rig, most_m):
-        """Distances between cameras are the truth's: whatever world the rig lies in."""
+    def expect_true_distances(self, rig, most_m):
+        """Expects the true distances between the cameras. Distances do not depend on the world frame of the rig."""
         truth, found = centres(RIG), centres(self.desk.folder / rig)
         self.assertEqual(truth.keys(), found.keys())
         for a in truth:
             for b in truth:
                 self.assertAlmostEqual(math.dist(truth[a], truth[b]), math.dist(found[a], found[b]), delta=most_m)
 
-    def test_recorded_images_give_the_rig_that_they_were_taken_with(self):
+    def test_recorded_images_give_the_true_rig(self):
         config = self.config("replay.toml", self.replay())
 
         solved = self.desk.run("mocap-calibrate", "wand", "--config", config, "--out", "solved.toml", "--record", "take.blobs")
         again = self.desk.run("mocap-calibrate", "wand", "--blobs", "take.blobs", "--rig", RIG, "--out", "again.toml")
 
         self.assertEqual(solved.returncode, 0, solved.stderr)
-        self.expect_apart("solved.toml", 0.004)
+        self.expect_true_distances("solved.toml", 0.004)
         self.assertIn("floor: where it was", solved.stdout)
         self.assertEqual(again.returncode, 0, again.stderr)
-        self.expect_apart("again.toml", 0.004)
+        self.expect_true_distances("again.toml", 0.004)
 
     def test_no_lens_file_is_needed(self):
         config = self.config("nolens.toml", self.replay())
@@ -84,34 +84,34 @@ class Calibrate(unittest.TestCase):
         solved = self.desk.run("mocap-calibrate", "wand", "--config", config, "--fov", "60", "--out", "nolens.rig.toml")
 
         self.assertEqual(solved.returncode, 0, solved.stderr)
-        self.expect_apart("nolens.rig.toml", 0.06)
+        self.expect_true_distances("nolens.rig.toml", 0.06)
 
-    def test_the_daemon_records_what_calibrates(self):
+    def test_a_recording_of_the_daemon_gives_the_rig(self):
         config = self.config("daemon.toml", self.replay(), blobs="daemon.blobs")
         daemon = self.desk.start("mocapd", "--config", config)
         daemon.wait(120)
 
         solved = self.desk.run("mocap-calibrate", "wand", "--blobs", "daemon.blobs", "--rig", RIG, "--out", "daemon.rig.toml")
 
-        self.assertEqual(solved.returncode, 0, solved.stderr + daemon.said())
-        self.expect_apart("daemon.rig.toml", 0.004)
+        self.assertEqual(solved.returncode, 0, solved.stderr + daemon.output())
+        self.expect_true_distances("daemon.rig.toml", 0.004)
 
-    def test_a_wand_of_another_length_is_refused_and_nothing_is_written(self):
+    def test_a_wrong_wand_length_is_rejected_and_nothing_is_written(self):
         config = self.config("wrong.toml", self.replay())
 
         solved = self.desk.run("mocap-calibrate", "wand", "--config", config, "--wand", "0,128,400", "--out", "wrong.rig.toml")
 
         self.assertEqual(solved.returncode, 65, solved.stderr)
-        self.assertIn("the wand is 500 mm long, told was 400", solved.stderr)
+        self.assertIn("the wand is 500 mm long, expected 400", solved.stderr)
         self.assertFalse((self.desk.folder / "wrong.rig.toml").exists())
 
-    def test_gige_cameras_are_calibrated_as_they_stream_and_laid_on_the_floor(self):
+    def test_streaming_gige_cameras_are_calibrated_and_aligned_with_the_floor(self):
         config = self.config("gige.toml", [GIGE.format(number=number, address=number + 1) for number in range(1, 5)])
         served = self.desk.start("mocap-sim", "--serve", "--rig", RIG, "--motion", "wand", "--fps", "30")
         solved = self.desk.run("mocap-calibrate", "wand", "--config", config, "--moved", "--seconds", "20", "--out", "gige.rig.toml")
         served.end()
         self.assertEqual(solved.returncode, 0, solved.stderr)
-        self.expect_apart("gige.rig.toml", 0.004)
+        self.expect_true_distances("gige.rig.toml", 0.004)
 
         self.desk.start("mocap-sim", "--serve", "--rig", RIG, "--motion", "frame:600,400", "--fps", "30")
         laid = self.desk.run("mocap-calibrate", "floor", "--config", config, "--rig", "gige.rig.toml", "--seconds", "3")

@@ -1,5 +1,5 @@
-"""The whole chain with real programs: served GigE Vision cameras, the daemon, the feed. Runs in a network of its own
-(tools/own_network.sh), where the cameras have their addresses."""
+"""The complete system with real programs: simulated GigE Vision cameras, the daemon, the feed. Runs in its own network
+namespace (tools/own_network.sh), in which the cameras have their addresses."""
 
 import json
 import os
@@ -71,7 +71,7 @@ class Chain(unittest.TestCase):
         return self.desk.start("mocap-sim", "--serve", "--rig", SOURCE / "config/demo.rig.toml",
                                "--motion", "tpose:2,walk", *more)
 
-    def test_a_killed_camera_comes_back_by_itself_and_the_others_go_on(self):
+    def test_a_killed_camera_is_reopened_while_the_others_continue(self):
         epoch = time.monotonic_ns() + 3_000_000_000
         sims = {n: self.simulate("--only", str(n), "--epoch", str(epoch)) for n in range(1, 5)}
         self.desk.start("mocapd", "--config", self.config())
@@ -79,11 +79,11 @@ class Chain(unittest.TestCase):
         feed.wait_for(lambda s: cameras_used(s) == 4 and tracking(s), 120, "four cameras and a subject")
 
         sims[3].send(signal.SIGKILL)
-        feed.wait_for(lambda s: cameras_used(s) == 3 and tracking(s), 120, "the feed goes on with three")
+        feed.wait_for(lambda s: cameras_used(s) == 3 and tracking(s), 120, "the feed continues with three cameras")
         self.simulate("--only", "3", "--epoch", str(epoch))
-        feed.wait_for(lambda s: cameras_used(s) == 4 and tracking(s), 120, "the fourth is back")
+        feed.wait_for(lambda s: cameras_used(s) == 4 and tracking(s), 120, "the fourth camera is back")
 
-    def test_nobody_notices_a_killed_subscriber(self):
+    def test_a_killed_subscriber_does_not_affect_the_feed(self):
         self.simulate()
         daemon = self.desk.start("mocapd", "--config", self.config())
         feed, victim = self.desk.watch(), self.desk.watch()
@@ -91,13 +91,13 @@ class Chain(unittest.TestCase):
         victim.wait_for(tracking, 120, "a subject for the other, too")
 
         victim.program.send(signal.SIGKILL)
-        before = feed.wait_for(lambda s: True, 120, "the feed goes on")
+        before = feed.wait_for(lambda s: True, 120, "the feed continues")
         after = feed.wait_for(lambda s: int(s["number"]) >= int(before["number"]) + 120, 120, "for two seconds")
 
         self.assertIsNone(daemon.process.poll())
         self.assertGreaterEqual(int(after["number"]), int(before["number"]) + 120)
 
-    def test_a_second_daemon_on_the_same_port_says_so_and_ends_with_69(self):
+    def test_a_second_daemon_on_the_same_port_ends_with_69(self):
         self.simulate()
         config = self.config()
         self.desk.start("mocapd", "--config", config)
@@ -108,7 +108,7 @@ class Chain(unittest.TestCase):
         self.assertEqual(second.returncode, 69, second.stderr)
         self.assertIn(self.desk.endpoint, second.stderr)
 
-    def test_sigterm_ends_it_within_a_second_with_exit_code_0(self):
+    def test_sigterm_ends_the_daemon_within_a_second_with_exit_code_0(self):
         self.simulate()
         daemon = self.desk.start("mocapd", "--config", self.config())
         self.desk.watch().wait_for(tracking, 120, "a subject")
@@ -117,11 +117,11 @@ class Chain(unittest.TestCase):
         daemon.send(signal.SIGTERM)
         code = daemon.wait(10)
 
-        self.assertEqual(code, 0, daemon.said())
+        self.assertEqual(code, 0, daemon.output())
         self.assertLess(time.monotonic() - begun, 1.0)
 
-    def test_sigterm_ends_it_within_a_second_whatever_it_does_about_cameras_that_are_not_there(self):
-        """Looking around takes a second, and more for several cameras; the end comes at each phase of that."""
+    def test_sigterm_ends_the_daemon_within_a_second_while_it_searches_for_cameras(self):
+        """The search takes a second, and longer for several cameras; SIGTERM is sent in each phase of the search."""
         ways = ['serial = "NOWHERE1"', 'device_name = "nowhere"', 'address = "127.0.0.4"', 'address = "127.0.0.77"']
         for name, absent in {"one": ways[:1], "all": ways}.items():
             text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint)
@@ -130,30 +130,30 @@ class Chain(unittest.TestCase):
             for phase_s in (0.1, 0.5, 0.9, 1.4, 2.3):
                 with self.subTest(absent=name, phase_s=phase_s):
                     daemon = self.desk.start("mocapd", "--config", config)
-                    self.until_it_says(daemon, "started, cameras=")
-                    time.sleep(phase_s)  # the phase is what is tried here
+                    self.wait_for_log(daemon, "started, cameras=")
+                    time.sleep(phase_s)  # sets the phase of the search
 
                     begun = time.monotonic()
                     daemon.send(signal.SIGTERM)
                     code = daemon.wait(10)
 
-                    self.assertEqual(code, 0, daemon.said())
-                    self.assertLess(time.monotonic() - begun, 1.0, daemon.said())
+                    self.assertEqual(code, 0, daemon.output())
+                    self.assertLess(time.monotonic() - begun, 1.0, daemon.output())
 
-    def test_it_tells_once_which_camera_is_not_there_and_not_that_it_still_looks(self):
+    def test_a_missing_camera_is_logged_once(self):
         text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint)
         text += ABSENT.format(number=1, which='serial = "NOWHERE1"')
         daemon = self.desk.start("mocapd", "--config", self.desk.write("absent.toml", text))
 
-        self.until_it_says(daemon, "no Aravis camera with serial NOWHERE1; found none")
+        self.wait_for_log(daemon, "no Aravis camera with serial NOWHERE1; found none")
 
-        self.assertNotIn("still looking", daemon.said())
+        self.assertNotIn("still looking", daemon.output())
 
-    def until_it_says(self, program, words, timeout_s=60):
+    def wait_for_log(self, program, words, timeout_s=60):
         limit = time.monotonic() + timeout_s
-        while words not in program.said():
-            self.assertIsNone(program.process.poll(), program.said())
-            self.assertLess(time.monotonic(), limit, f"not said within {timeout_s} s: {words}\n{program.said()}")
+        while words not in program.output():
+            self.assertIsNone(program.process.poll(), program.output())
+            self.assertLess(time.monotonic(), limit, f"not said within {timeout_s} s: {words}\n{program.output()}")
             time.sleep(0.02)
 
     @unittest.skipIf(os.environ.get("MOCAP_SANITIZE"), "a sanitizer cannot keep the cameras' pace; replay_test scores there")
@@ -165,11 +165,11 @@ class Chain(unittest.TestCase):
         with open(stream, "wb") as out:
             watch = Program(self.desk.folder, "mocap-watch", self.desk.endpoint, "--json", "--seconds", "5", stdout=out)
             self.desk.callback(watch.end)
-            self.assertEqual(watch.wait(30), 0, watch.said())
+            self.assertEqual(watch.wait(30), 0, watch.output())
         sim.send(signal.SIGTERM)
         sim.wait(10)
 
-        scored = self.desk.run("mocap-eval", "score", "--truth", truth, "--stream", stream, "--json")
+        scored = self.desk.run("mocap-score", "--truth", truth, "--stream", stream, "--json")
 
         figures = json.loads(scored.stdout)
         self.assertEqual(figures["label_errors"], 0, figures)

@@ -1,4 +1,4 @@
-"""What an operator who types mocapd gets: words and exit codes."""
+"""Output and exit codes of the mocapd command line."""
 
 import os
 import re
@@ -42,7 +42,7 @@ class Commands(unittest.TestCase):
         self.assertEqual(ended.stdout, "")
         return ended.stderr
 
-    def test_every_shipped_configuration_is_good(self):
+    def test_every_shipped_configuration_is_valid(self):
         for path in sorted((SOURCE / "config").glob("*.toml")):
             if "rig" in path.name:
                 continue
@@ -60,7 +60,7 @@ class Commands(unittest.TestCase):
         self.assertIn("examples:", self.ended("--help").stdout)
         self.assertRegex(self.ended("--version").stdout, r"^mocapd \d+\.\d+\.\d+\n$")
 
-    def test_a_file_that_is_none_is_told_in_one_line(self):
+    def test_an_unreadable_file_gives_one_line(self):
         (self.desk.folder / "folder.toml").mkdir(exist_ok=True)
         junk = self.desk.folder / "junk.toml"
         junk.write_bytes(bytes(range(256)) * 16)
@@ -70,12 +70,12 @@ class Commands(unittest.TestCase):
         self.assertIn("junk.toml:1:", self.faults(junk))
         self.assertIn("expected at least one", self.faults(self.desk.write("empty.toml", "")))
 
-    def test_all_faults_are_told_at_once_each_with_its_place(self):
-        told = self.faults(self.config('[detect]\ntreshold = 1\n[log]\nlevel = "loud"\n'))
+    def test_all_faults_are_listed_with_their_places(self):
+        faults = self.faults(self.config('[detect]\ntreshold = 1\n[log]\nlevel = "loud"\n'))
 
-        self.assertRegex(told, r"my\.toml:\d+:1: detect: unknown key 'treshold', did you mean 'threshold'\?")
-        self.assertRegex(told, r"my\.toml:\d+:9: log: level is 'loud', expected one of")
-        self.assertIn("2 faults", told)
+        self.assertRegex(faults, r"my\.toml:\d+:1: detect: unknown key 'treshold', did you mean 'threshold'\?")
+        self.assertRegex(faults, r"my\.toml:\d+:9: log: level is 'loud', expected one of")
+        self.assertIn("2 faults", faults)
 
     def test_a_marker_set_that_does_not_distinguish_front_from_back_gives_a_warning(self):
         limbs = "ShoulderTop|UArmHigh|ElbowOut|WristOut|Thigh|KneeOut|Shin|AnkleOut"
@@ -91,26 +91,26 @@ class Commands(unittest.TestCase):
         self.assertEqual(ended.returncode, 0, ended.stderr)
         self.assertRegex(ended.stderr, r"worn\.toml: warning: front and back of subject 'actor' .*LThigh.* in .*sparse")
 
-    def test_what_only_the_driver_knows_to_be_wrong_is_told_before_it_runs(self):
+    def test_faults_that_only_the_driver_detects_are_listed_before_the_start(self):
         path = self.config('motion = "dance:2"\n')
 
         self.assertIn("camera 'cam1': motion: 'dance:2'", self.faults(path))
         self.assertEqual(self.ended("--config", path).returncode, 78)
 
-    def test_a_folder_that_is_not_there_is_no_fault_of_ours(self):
+    def test_a_missing_folder_ends_with_69(self):
         ended = self.ended("--config", self.config('[record]\nsnapshots = "/nothere/take.pb"\n'))
 
         self.assertEqual(ended.returncode, 69, ended.stderr)
         self.assertIn("'/nothere/take.pb'", ended.stderr)
 
-    def test_an_unknown_user_may_not_read_it(self):
+    def test_an_unreadable_configuration_is_a_fault(self):
         if os.geteuid() == 0:
             self.skipTest("root reads everything")
         path = self.config(name="secret.toml")
         path.chmod(0)
         self.assertIn("Permission denied", self.faults(path))
 
-    def test_the_settings_in_force_are_logged_for_who_asks(self):
+    def test_the_settings_in_force_are_logged_at_debug_level(self):
         ended = self.ended("--config", self.config('speed = 0\n[log]\nlevel = "debug"\n[record]\nsnapshots = "/nothere/x.pb"\n'))
 
         self.assertRegex(ended.stderr, r"debug settings: align\.window_us = 500\n")

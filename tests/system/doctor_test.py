@@ -1,4 +1,4 @@
-"""mocap-watch --doctor against real sockets, each with one fault: one line, what helps, its own exit code."""
+"""mocap-watch --doctor with real sockets that each have one fault: one line with a remedy, and an exit code for each fault."""
 
 import contextlib
 import socket
@@ -29,13 +29,13 @@ class Doctor(unittest.TestCase):
         for word in words:
             self.assertIn(word, said)
 
-    def test_all_is_well(self):
+    def test_no_fault(self):
         self.assert_says(self.feed().endpoint, 0, "all is well", "cameras 4 of 4")
 
     def test_nothing_listens(self):
         self.assert_says(f"tcp://127.0.0.1:{free_port()}", 11, "nothing listens", "start mocapd")
 
-    def test_who_listens_is_no_feed(self):
+    def test_another_program_listens(self):
         listener = socket.socket()
         self.addCleanup(listener.close)
         listener.bind(("127.0.0.1", 0))
@@ -49,33 +49,33 @@ class Doctor(unittest.TestCase):
                     peer.close()
 
         threading.Thread(target=hang_up, daemon=True).start()
-        self.assert_says(f"tcp://127.0.0.1:{listener.getsockname()[1]}", 12, "is no mocapd", "check the port")
+        self.assert_says(f"tcp://127.0.0.1:{listener.getsockname()[1]}", 12, "is not a mocapd", "compare the port")
 
-    def test_another_kind_of_zeromq_socket_is_no_feed(self):
+    def test_another_kind_of_zeromq_socket_listens(self):
         context = zmq.Context()
         self.addCleanup(context.destroy, linger=0)
         answers = context.socket(zmq.REP)
         port = answers.bind_to_random_port("tcp://127.0.0.1")
-        self.assert_says(f"tcp://127.0.0.1:{port}", 12, "is no mocapd")
+        self.assert_says(f"tcp://127.0.0.1:{port}", 12, "is not a mocapd")
 
-    def test_each_fault_of_the_keys_is_told_apart(self):
+    def test_each_fault_of_the_keys_has_its_own_exit_code(self):
         server, ours, others = (tuple(key.decode() for key in zmq.curve_keypair()) for _ in range(3))
         feed = self.feed(keys=[key.encode() for key in server], allowed={ours[0].encode()})
 
         def keys(server_key, pair):
             file = self.desk.write("own.key", f"# a comment\npublic {pair[0]}\nsecret {pair[1]}\n")
-            return "--server-key", server_key, "--key", file
+            return "--server-key", server_key, "--secret-key", file
 
         in_a_file = self.desk.write("server.key", f"public {server[0]}\n")
         self.assert_says(feed.endpoint, 0, "all is well", keys=keys(server[0], ours))
         self.assert_says(feed.endpoint, 0, "all is well", keys=keys(in_a_file, ours))
-        self.assert_says(feed.endpoint, 13, "wants a key", "mocapctl keys new")
-        self.assert_says(feed.endpoint, 14, "does not know our public key", "mocapctl keys allow", keys=keys(server[0], others))
-        self.assert_says(feed.endpoint, 15, "is not who our server key says", keys=keys(others[0], ours))
+        self.assert_says(feed.endpoint, 13, "requires a key", "mocapctl keys new")
+        self.assert_says(feed.endpoint, 14, "does not know the public key of this client", "mocapctl keys allow", keys=keys(server[0], others))
+        self.assert_says(feed.endpoint, 15, "does not have the server key of this client", keys=keys(others[0], ours))
         self.assert_says(feed.endpoint, 64, "server_key is neither a key", keys=("--server-key", "short"))
 
     def test_no_description(self):
-        self.assert_says(self.feed(describes=False).endpoint, 16, "never says what it sends")
+        self.assert_says(self.feed(describes=False).endpoint, 16, "sends no description")
 
     def test_version_too_new(self):
         self.assert_says(self.feed(protocol="mocap.v2").endpoint, 17, "mocap.v2", "update this client")
@@ -88,13 +88,13 @@ class Doctor(unittest.TestCase):
 
     def test_capture_stopped(self):
         feed = self.feed(cameras={"north": STOPPED}, rate_hz=0)
-        self.assert_says(feed.endpoint, 19, "capture was stopped", "start it again")
+        self.assert_says(feed.endpoint, 19, "the capture there was stopped", "start it again")
 
     def test_subject_searching(self):
-        self.assert_says(self.feed(phase=SEARCHING).endpoint, 20, "nobody is recognised", "T-pose")
+        self.assert_says(self.feed(phase=SEARCHING).endpoint, 20, "no subject is identified", "T-pose")
 
     def test_clock_skew(self):
-        self.assert_says(self.feed(utc_error_ns=10_000_000_000).endpoint, 21, "ms ahead of ours", "time server")
+        self.assert_says(self.feed(utc_error_ns=10_000_000_000).endpoint, 21, "ms ahead of this machine", "time server")
         self.assert_says(self.feed(utc_error_ns=-10_000_000_000).endpoint, 21, "time server")
 
 

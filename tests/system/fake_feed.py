@@ -1,4 +1,4 @@
-"""A feed that says what a test wants, faults included: real sockets, the real messages, no daemon."""
+"""A feed with arbitrary content, faults included: real sockets and real messages, no daemon."""
 
 import os
 import sys
@@ -21,25 +21,43 @@ SEARCHING, TRACKING = 1, 2
 STANDING = {"position": [0.0, 0.0, 1.0], "rotation_xyzw": [0.0, 0.0, 0.0, 1.0]}
 
 
+def chain(bone):
+    """The bones of one subject: a name, or the names of a chain of bones, root first."""
+    return (bone,) if isinstance(bone, str) else bone
+
+
 def description(protocol="mocap.v1", version=1, session="session", bones=("Hips",)):
+    """One subject for each entry of `bones` (see chain). A prop's bone is called "Body" and has no name in engines."""
     said = description_pb2.Description(protocol=protocol, version=version, producer="fake 1", session_id=session, nominal_rate_hz=100)
     for i, bone in enumerate(bones):
         subject = said.subjects.add(name=f"actor{i}" if i else "actor", marker_set="one", skeleton="one")
-        subject.bones.add(name=bone, unity_name="Hips", unreal_name="pelvis", vrm_name="hips")
+        for index, name in enumerate(chain(bone)):
+            added = subject.bones.add(name=name)
+            if index > 0:
+                added.parent = index - 1
+                added.unity_name = name
+                added.rest_offset_m.z = 0.25
+            elif name != "Body":
+                added.unity_name, added.unreal_name, added.vrm_name = "Hips", "pelvis", "hips"
         subject.markers.add(name="M", bone=0)
     return said
 
 
-def snapshot(number, sequence, version=1, phase=TRACKING, poses=(STANDING,)):
-    """Each pose is one subject's only bone."""
+def snapshot(number, sequence, version=1, phase=TRACKING, poses=(STANDING,), bones=(), points=()):
+    """Returns a snapshot with one subject for each pose; the pose is that of its root. `points` are unlabelled markers."""
     said = snapshot_pb2.Snapshot(number=number, sequence=sequence, description_version=version, expected_views=4)
     said.views.cameras.extend(range(4))
     for i, pose in enumerate(poses):
-        add_subject(said.subjects.add(subject=i, phase=phase), phase, pose)
+        add_subject(said.subjects.add(subject=i, phase=phase), phase, pose, len(chain(bones[i])) - 1 if i < len(bones) else 0)
+    for track, point in enumerate(points, 1):
+        said.unlabelled.track_ids_plus_one.append(track)
+        said.unlabelled.positions_m.extend(point)
+        said.unlabelled.cameras.append(2)
+        said.unlabelled.residuals_millipx.append(50)
     return said
 
 
-def add_subject(subject, phase, pose):
+def add_subject(subject, phase, pose, children=0):
     subject.markers.states.append(2)
     subject.markers.positions_m.extend(pose["position"])
     subject.markers.cameras.append(3)
@@ -56,22 +74,32 @@ def add_subject(subject, phase, pose):
         if "velocity" in pose:
             bones.velocities_m_s.extend(pose["velocity"])
             bones.spins_rad_s.extend(pose["spin"])
+        for _ in range(children):  # at the root, not rotated against it
+            bones.states.append(2)
+            bones.confidences_percent.append(98)
+            bones.world_positions_m.extend(pose["position"])
+            bones.world_rotations_xyzw.extend(pose["rotation_xyzw"])
+            bones.local_rotations_xyzw.extend((0.0, 0.0, 0.0, 1.0))
+            if "velocity" in pose:
+                bones.velocities_m_s.extend(pose["velocity"])
+                bones.spins_rad_s.extend(pose["spin"])
 
 
-# Fields 3001 (bytes) and 3002 (varint), which this schema does not have.
+# Fields 3001 (bytes) and 3002 (varint), which the schema does not have.
 UNKNOWN = b"\xca\xbb\x01\x03new" + b"\xd0\xbb\x01\x07"
 
 
 class FakeFeed:
-    """Sends from a thread of its own until it is closed. What it says may be changed while it runs."""
+    """Sends messages in a thread until closed. The attributes may be changed while it runs."""
 
     def __init__(self, port=None, rate_hz=100, keys=None, allowed=None, protocol="mocap.v1", version=1, session="session", bones=("Hips",),
                  phase=TRACKING, poses=(STANDING,), cameras=None, describes=True, utc_error_ns=0,
-                 later_revision=False):
+                 later_revision=False, points=(), timecode=None):
         self.port = port or free_port()
         self.endpoint = f"tcp://127.0.0.1:{self.port}"
         self.rate_hz, self.protocol, self.version, self.session, self.bones = rate_hz, protocol, version, session, bones
         self.phase, self.poses, self.describes, self.utc_error_ns = phase, poses, describes, utc_error_ns
+        self.points, self.timecode = points, timecode
         self._more = UNKNOWN if later_revision else b""
         self.cameras = cameras if cameras is not None else {"north": STREAMING}
         self.sent = 0
@@ -112,7 +140,8 @@ class FakeFeed:
         zap = context.socket(zmq.REP)
         zap.bind("inproc://zeromq.zap.01")
         socket = context.socket(zmq.XPUB)
-        # What a client lacks, it lost itself: after a pause of this thread its rounds come all at once.
+        # A long send queue: after a pause, this thread sends all overdue messages at once. The feed must not lose them,
+        # so that every lost message is the client's fault.
         for option, value in ((zmq.LINGER, 0), (zmq.SNDHWM, 1000)):
             socket.setsockopt(option, value)
         if self._keys is not None:
@@ -139,7 +168,9 @@ class FakeFeed:
                 said_version = version
                 socket.send(self._health())
             if self.rate_hz > 0:
-                said = snapshot(sequence + 1, sequence, version, self.phase, self.poses)
+                said = snapshot(sequence + 1, sequence, version, self.phase, self.poses, self.bones, self.points)
+                if self.timecode is not None:
+                    said.timecode.CopyFrom(snapshot_pb2.Timecode(**self.timecode))
                 said.utc_minus_host_ns = self._utc_minus_host()
                 now = time.monotonic_ns()
                 instants = said.instants

@@ -1,5 +1,5 @@
-"""What goes wrong with cameras on a network: each fault is told with its cure and shown in health, the other cameras go
-on, and the camera is back without a restart. Runs in a network of its own (tools/own_network.sh)."""
+"""Faults of cameras on a network: the daemon logs each fault with a remedy and reports it in health, the other cameras
+continue, and the camera comes back without a restart. Runs in its own network namespace (tools/own_network.sh)."""
 
 import json
 import os
@@ -58,19 +58,19 @@ class Faults(unittest.TestCase):
         return self.desk.start("mocap-sim", "--serve", "--rig", SOURCE / "config/demo.rig.toml", "--fps", "30",
                                "--loop-images", "8", *more)
 
-    def each_alone(self, **more):
+    def simulate_each(self, **more):
         return {n: self.simulate("--only", str(n), *more.get(f"cam{n}", ())) for n in range(1, 5)}
 
-    def until_it_says(self, program, words, timeout_s=60, after=0):
+    def wait_for_log(self, program, words, timeout_s=60, after=0):
         limit = time.monotonic() + timeout_s
-        while words not in program.said()[after:]:
-            self.assertIsNone(program.process.poll(), program.said())
-            self.assertLess(time.monotonic(), limit, f"not said within {timeout_s} s: {words}\n{program.said()[after:]}")
+        while words not in program.output()[after:]:
+            self.assertIsNone(program.process.poll(), program.output())
+            self.assertLess(time.monotonic(), limit, f"not said within {timeout_s} s: {words}\n{program.output()[after:]}")
             time.sleep(0.02)
 
     def until_all_stream(self, daemon):
         for number in range(1, 5):
-            self.until_it_says(daemon, f"camera cam{number}: streaming")
+            self.wait_for_log(daemon, f"camera cam{number}: streaming")
 
     def health(self, seconds=3):
         path = self.desk.folder / "summary.json"
@@ -79,14 +79,14 @@ class Faults(unittest.TestCase):
         return json.loads(path.read_text())["cameras"]
 
     def resources(self, daemon):
-        """Files, threads and own memory in MB of the daemon."""
+        """Returns the number of open files and threads of the daemon, and its private memory in MB."""
         proc = f"/proc/{daemon.process.pid}"
         with open(f"{proc}/status") as status:
             resident = next(int(line.split()[1]) for line in status if line.startswith("RssAnon"))
         return len(os.listdir(f"{proc}/fd")), len(os.listdir(f"{proc}/task")), resident / 1024
 
     def resources_at_rest(self, daemon, most_threads):
-        """The same once no thread takes its leave of a camera that is gone any more: for up to 12 s it asks in vain."""
+        """Returns the resources once the threads that disconnect from a lost camera have ended; each tries for up to 12 s."""
         limit = time.monotonic() + 60
         held = self.resources(daemon)
         while time.monotonic() < limit and held[1] > most_threads:
@@ -95,19 +95,19 @@ class Faults(unittest.TestCase):
         return held
 
     def replug(self, sims, daemon):
-        """Unplugs camera 3 and plugs it in again; how long it took from being there to images, s."""
-        seen = len(daemon.said())
+        """Stops camera 3 and starts it again; returns the time in s from its start to its first image."""
+        seen = len(daemon.output())
         sims[3].send(signal.SIGKILL)
         sims[3].wait(5)
-        self.until_it_says(daemon, "error camera cam3:", after=seen)
+        self.wait_for_log(daemon, "error camera cam3:", after=seen)
         sims[3] = self.simulate("--only", "3")
-        self.until_it_says(sims[3], "served address")
+        self.wait_for_log(sims[3], "served address")
         begun = time.monotonic()
-        self.until_it_says(daemon, "camera cam3: streaming", after=seen)
+        self.wait_for_log(daemon, "camera cam3: streaming", after=seen)
         return time.monotonic() - begun
 
-    def test_a_camera_that_is_unplugged_again_and_again_is_back_each_time_and_leaves_nothing_behind(self):
-        sims = self.each_alone()
+    def test_a_repeatedly_unplugged_camera_comes_back_and_leaks_nothing(self):
+        sims = self.simulate_each()
         daemon = self.daemon()
         self.until_all_stream(daemon)
         before, held = self.health(), self.resources(daemon)
@@ -124,79 +124,80 @@ class Faults(unittest.TestCase):
         self.assertLessEqual(left[0], held[0])
         self.assertLessEqual(left[1], held[1])
         if os.environ.get("MOCAP_SANITIZE"):
-            return  # a sanitizer keeps what is freed for a while, and makes the daemon too slow for some packets
+            return  # a sanitizer delays the release of memory, and the daemon is then too slow for some packets
         for name in ("cam1", "cam2", "cam4"):
             self.assertEqual(after[name]["failed_frames"], before[name]["failed_frames"], name)
-        self.assertLess(left[2] - held[2], 4.0)  # what is used for the first time; a camera's buffers are 5 MB
+        self.assertLess(left[2] - held[2], 4.0)  # margin for first-time allocations; the buffers of one camera have 5 MB
 
-    def test_a_camera_that_falls_silent_is_told_and_opened_anew_and_the_others_go_on(self):
-        self.each_alone(cam2=("--silent-after", "60"))
+    def test_a_silent_camera_is_reported_and_reopened_while_the_others_continue(self):
+        self.simulate_each(cam2=("--silent-after", "60"))
         daemon = self.daemon()
         self.until_all_stream(daemon)
 
-        self.until_it_says(daemon, "camera cam2: open, but no image for 500 ms")
-        self.until_it_says(daemon, "camera cam2: streaming", after=daemon.said().index("open, but no image"))
+        self.wait_for_log(daemon, "camera cam2: open, but no image for 500 ms")
+        self.wait_for_log(daemon, "camera cam2: streaming", after=daemon.output().index("open, but no image"))
 
         cameras = self.health()
         self.assertGreaterEqual(cameras["cam2"]["reopened"], 1)
         for name in ("cam1", "cam3", "cam4"):
             self.assertEqual(cameras[name]["reopened"], 0)
 
-    def test_lost_packets_come_again_and_missing_and_repeated_images_are_told_once_with_a_cure(self):
-        self.each_alone(cam1=("--packet-loss", "0.01"), cam2=("--skip-every", "15"), cam3=("--repeat-every", "15"))
+    def test_lost_packets_are_resent_and_missing_and_repeated_images_logged_once_with_a_remedy(self):
+        self.simulate_each(cam1=("--packet-loss", "0.01"), cam2=("--skip-every", "15"), cam3=("--repeat-every", "15"))
         daemon = self.daemon()
         self.until_all_stream(daemon)
-        self.until_it_says(daemon, "images never came")
+        self.wait_for_log(daemon, "images never came")
 
         cameras = self.health(5)
 
         self.assertGreater(cameras["cam1"]["resent_packets"], 0)
         self.assertGreater(cameras["cam2"]["missing_frames"], 3)
-        told = [line for line in daemon.said().splitlines() if "cam2" in line and "images never came" in line]
-        self.assertEqual(len(told), 1, daemon.said())
-        self.assertIn("mocapctl doctor", daemon.said())
+        lines = [line for line in daemon.output().splitlines() if "cam2" in line and "images never came" in line]
+        self.assertEqual(len(lines), 1, daemon.output())
+        self.assertIn("mocapctl doctor", daemon.output())
 
-    def test_wrong_settings_are_told_with_what_is_right_and_the_other_cameras_go_on(self):
-        self.each_alone()
+    def test_wrong_settings_are_logged_with_the_valid_ones_while_the_other_cameras_continue(self):
+        self.simulate_each()
         daemon = self.daemon({2: 'features = { Nonsense = 1 }', 3: 'gain_db = 50.5\npixel_format = "Mono12"',
                               4: "ptp = true"})
 
-        self.until_it_says(daemon, "camera cam1: streaming")
-        self.until_it_says(daemon, "camera cam2: the camera has no feature Nonsense")
-        self.until_it_says(daemon, "camera cam4: streaming")
-        self.until_it_says(daemon, "keeps PTP time: role=Slave")
+        self.wait_for_log(daemon, "camera cam1: streaming")
+        self.wait_for_log(daemon, "camera cam2: the camera has no feature Nonsense")
+        self.wait_for_log(daemon, "camera cam4: streaming")
+        self.wait_for_log(daemon, "keeps PTP time: role=Slave")
 
         cameras = self.health()
         self.assertIn("Nonsense", cameras["cam2"]["last_error"])
         self.assertEqual(cameras["cam2"]["phase"], "reopening")
 
-    def test_a_camera_that_another_program_controls_is_busy_until_it_lets_go(self):
-        self.each_alone()
+    def test_a_camera_is_busy_while_another_program_controls_it(self):
+        self.simulate_each()
         first = self.daemon()
         self.until_all_stream(first)
         other = self.desk.write("other.toml", (self.desk.folder / "mocapd.toml").read_text().replace(
             self.desk.endpoint, "tcp://127.0.0.1:*"))
         second = self.desk.start("mocapd", "--config", other)
-        self.until_it_says(second, "is controlled by another program")
+        self.wait_for_log(second, "is controlled by another program")
 
         first.send(signal.SIGTERM)
         first.wait(10)
 
         self.until_all_stream(second)
 
-    def test_images_of_another_size_than_the_rigs_are_refused_with_both_sizes(self):
-        self.each_alone()
+    def test_images_whose_size_differs_from_the_rig_are_rejected_with_both_sizes(self):
+        self.simulate_each()
         text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint)
         for number in range(1, 5):
             camera = CAMERA.format(number=number, host=number + 1, more="")
             text += camera.replace("width_px = 640\nheight_px = 480\n", 'features = { Width = 320 }\n') if number == 2 else camera
         daemon = self.desk.start("mocapd", "--config", self.desk.write("mocapd.toml", text))
 
-        self.until_it_says(daemon, "camera cam2: images are 320x480, the rig was calibrated at 640x480")
-        self.until_it_says(daemon, "camera cam1: streaming")
+        self.wait_for_log(daemon, "camera cam2: images are 320x480, the rig was calibrated at 640x480")
+        self.wait_for_log(daemon, "camera cam1: streaming")
 
-    def test_mocapctl_lists_describes_and_shows_what_a_camera_sees(self):
-        self.each_alone()
+    def test_mocapctl_lists_describes_and_shows_cameras(self):
+        for camera in self.simulate_each().values():
+            self.wait_for_log(camera, "served address=")
         text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint)
         for number in range(1, 5):
             text += CAMERA.format(number=number, host=number + 1, more="")
@@ -216,7 +217,7 @@ class Faults(unittest.TestCase):
 
 
 class UsbController(unittest.TestCase):
-    """Two USB3 Vision cameras on one controller, as the kernel would tell of them in /sys."""
+    """Two USB3 Vision cameras on one controller, as the kernel describes them in /sys."""
 
     def setUp(self):
         self.desk = Desk()
@@ -234,7 +235,7 @@ class UsbController(unittest.TestCase):
                 file.write_text(text + "\n")
             (devices / device.name).symlink_to(device)
 
-    def test_mocapctl_lists_what_its_cameras_share_and_what_a_configuration_asks_of_it(self):
+    def test_mocapctl_lists_the_bandwidth_of_the_bus_and_of_a_configuration(self):
         text = f'[capture]\nrig = "{SOURCE}/config/demo.rig.toml"\n'
         for number in (1, 2):
             text += f'[[camera]]\nname = "cam{number}"\ndriver = "aravis"\nserial = "A{number}"\nrate_hz = 700\n'
@@ -245,13 +246,14 @@ class UsbController(unittest.TestCase):
 
         self.assertEqual(asked.returncode, 0, asked.stderr)
         self.assertIn("usb2 of controller 0000:00:14.0 gives 400 MB/s, shared by A", shared.stdout)
-        # 640 x 480 pixels of a byte, 700 times a second, by each.
+        self.assertIn("cameras with driver replay, synthetic, tcp; they cannot be discovered", shared.stdout)
+        # Each camera sends 640 x 480 pixels of one byte, 700 times a second.
         self.assertIn("cameras send 430.1 MB/s (cam1 215.0 + cam2 215.0) of 400 MB/s that it gives; too much",
                       asked.stdout)
 
 
 class Cable(unittest.TestCase):
-    """A camera at the other end of a cable: two networks joined by a pair of virtual cards, as large as jumbo frames."""
+    """A camera at the other end of a cable: two network namespaces joined by a veth pair with an MTU of 9000 (jumbo frames)."""
 
     HERE, THERE = "10.77.0.1", "10.77.0.2"
 
@@ -290,8 +292,8 @@ class Cable(unittest.TestCase):
         text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint) + camera
         daemon = self.desk.start("mocapd", "--config", self.desk.write("mocapd.toml", text))
         limit = time.monotonic() + 60
-        while "camera cam1: streaming" not in daemon.said():
-            self.assertLess(time.monotonic(), limit, daemon.said())
+        while "camera cam1: streaming" not in daemon.output():
+            self.assertLess(time.monotonic(), limit, daemon.output())
             time.sleep(0.05)
 
         before = self.received()
@@ -303,11 +305,12 @@ class Cable(unittest.TestCase):
         cam1 = json.loads(path.read_text())["cameras"]["cam1"]
         self.assertEqual(cam1["failed_frames"], 0)
         packets = after["packets"] - before["packets"]
-        self.assertGreater((after["bytes"] - before["bytes"]) / packets, 7000)  # bytes a packet, its last ones too
+        # Mean size of a packet in bytes, including the last packet of each image.
+        self.assertGreater((after["bytes"] - before["bytes"]) / packets, 7000)
         with open(f"/proc/{daemon.process.pid}/net/packet") as sockets:
             kinds = {line.split()[2] for line in sockets.readlines()[1:]}
         self.assertIn("3", kinds, "Aravis's packet socket (SOCK_RAW)")
-        self.assertIn("2", kinds, "ours, which stamps arrivals (SOCK_DGRAM)")
+        self.assertIn("2", kinds, "the daemon's packet socket, which records arrival times (SOCK_DGRAM)")
 
 
 if __name__ == "__main__":

@@ -1,16 +1,17 @@
 #!/usr/bin/env bash
-# Runs a program on a real kernel of its own with simulated cameras, in a virtual machine that needs no KVM and no root:
-# the host's own / is the guest's root (read-only, over 9p, under a tmpfs), so that built programs run there as they are.
+# Runs a program with simulated cameras on its own kernel, in a virtual machine that needs neither KVM nor root. The root of
+# the guest is the host's / (read-only over 9p, with a tmpfs overlay), so that built programs run unchanged from any folder but
+# /run and below.
 #
 #   guest_vm.sh [vivid=N] [loopback=N] [usb3=N] [usbip=N] BUILD_DIR PROGRAM [ARGUMENT...]
 #
 #   vivid=N     N cameras /dev/video0.. of the kernel's test driver
-#   loopback=N  N devices /dev/video0.. of v4l2loopback, which show what another program writes
-#   usb3=N      N USB3 host controllers whose devices are made by programs (dummy_hcd, FunctionFS), and udev
-#   usbip=N     N devices that programs make, all on one USB2 host controller (vhci_hcd.0); with usb3
+#   loopback=N  N devices /dev/video0.. of v4l2loopback, which deliver the images that another program writes
+#   usb3=N      N USB3 host controllers whose devices programs simulate (dummy_hcd, FunctionFS), and udev
+#   usbip=N     N devices that programs simulate, all on one USB2 host controller (vhci_hcd.0); needs usb3
 #
-# Exit: that of PROGRAM; 77 where no such machine can be had (says why). Kernel, headers and what else is needed are
-# fetched once into BUILD_DIR/guest_vm.
+# Exit code: that of PROGRAM; 77 with a reason if the virtual machine is not possible. Kernel, headers and other packages are
+# downloaded once into BUILD_DIR/guest_vm.
 set -euo pipefail
 
 skip() {
@@ -43,27 +44,36 @@ busybox=$(command -v busybox) || skip "busybox is missing; apt-get install busyb
 { ldd "$busybox" 2>&1 || true; } | grep -qE 'not a dynamic|statically linked' || skip "busybox is not static; apt-get install busybox-static"
 command -v cpio >/dev/null || packer="$busybox cpio"
 
-# Unpacks Debian packages below $cache/NAME; nothing is installed.
+# The packages are unpacked in $unpacking: the build of a kernel module refuses a path with spaces, as $cache may have.
+unpacking=$(mktemp -d /tmp/mocap-guest.XXXXXX)
+trap 'rm -rf "$unpacking"' EXIT
+
+# Downloads Debian packages and unpacks them into $unpacking; installs nothing. Does nothing if $cache/NAME exists.
 fetch() {
   local name=$1
   shift
   [ -d "$cache/$name" ] && return
-  rm -rf "$cache/unpacking" && mkdir "$cache/unpacking"
   for package in "$@"; do
-    (cd "$cache" && apt-get download -qq "$package" >/dev/null 2>&1) || skip "cannot download $package"
-    dpkg -x "$cache/$package"_*.deb "$cache/unpacking"
-    rm -f "$cache/$package"_*.deb
+    (cd "$unpacking" && apt-get download -qq "$package" >/dev/null 2>&1) || skip "cannot download $package"
+    dpkg -x "$unpacking/$package"_*.deb "$unpacking/$name"
+    rm -f "$unpacking/$package"_*.deb
   done
+}
+# Moves the unpacked packages NAME into the cache, as a whole or not at all.
+keep() {
+  rm -rf "$cache/$1.new"
+  cp -r "$unpacking/$1" "$cache/$1.new"
+  mv "$cache/$1.new" "$cache/$1"
 }
 
 if [ ! -d "$cache/root" ]; then
   package=$(apt-cache depends linux-image-amd64 2>/dev/null | sed -n 's/.*Depends: \(linux-image-[0-9][^ ]*-amd64\).*/\1/p' | head -1)
   [ -n "$package" ] || skip "apt knows no linux-image-amd64"
   fetch root "$package"
-  release=$(ls "$cache/unpacking/lib/modules")
-  "$busybox" depmod -b "$cache/unpacking" "$release" 2>/dev/null || true
-  [ -s "$cache/unpacking/lib/modules/$release/modules.dep" ] || skip "cannot index the modules of $package"
-  mv "$cache/unpacking" "$cache/root"
+  release=$(ls "$unpacking/root/lib/modules")
+  "$busybox" depmod -b "$unpacking/root" "$release" 2>/dev/null || true
+  [ -s "$unpacking/root/lib/modules/$release/modules.dep" ] || skip "cannot index the modules of $package"
+  keep root
 fi
 kernels=("$cache"/root/boot/vmlinuz-*)
 kernel=${kernels[0]}
@@ -72,23 +82,25 @@ modules=$cache/root/lib/modules/$release
 
 if [ "$loopback" -gt 0 ] && [ ! -d "$cache/loopback" ]; then
   fetch loopback v4l2loopback-dkms "linux-headers-$release" "linux-headers-${release%-*}-common" "linux-kbuild-$(cut -d. -f1,2 <<<"$release")"
-  headers=$cache/unpacking/usr/src/linux-headers-$release
-  sed -i "s#/usr/src#$cache/unpacking/usr/src#g" "$headers/Makefile"
-  mkdir "$cache/unpacking/built"
-  cp "$cache"/unpacking/usr/src/v4l2loopback-*/*.[ch] "$cache/unpacking/built/"
-  echo 'obj-m := v4l2loopback.o' >"$cache/unpacking/built/Makefile"
-  make -s -C "$headers" M="$cache/unpacking/built" modules >"$cache/loopback.log" 2>&1 || skip "v4l2loopback cannot be built, see $cache/loopback.log"
-  mkdir "$cache/loopback"
-  mv "$cache/unpacking/built/v4l2loopback.ko" "$cache/loopback/"
-  rm -rf "$cache/unpacking"
+  sources=$unpacking/loopback/usr/src
+  headers=$sources/linux-headers-$release
+  sed -i "s#/usr/src#$sources#g" "$headers/Makefile"
+  mkdir "$unpacking/built"
+  cp "$sources"/v4l2loopback-*/*.[ch] "$unpacking/built/"
+  echo 'obj-m := v4l2loopback.o' >"$unpacking/built/Makefile"
+  make -s -C "$headers" M="$unpacking/built" modules >"$cache/loopback.log" 2>&1 || skip "v4l2loopback cannot be built, see $cache/loopback.log"
+  rm -rf "$unpacking/loopback"
+  mkdir "$unpacking/loopback"
+  mv "$unpacking/built/v4l2loopback.ko" "$unpacking/loopback/"
+  keep loopback
 fi
-# Who is plugged in is told to libusb by udev alone.
+# libusb learns of connected devices only from udev.
 if [ "$usb3" -gt 0 ] && [ ! -d "$cache/udev" ]; then
   fetch udev udev
-  mv "$cache/unpacking" "$cache/udev"
+  keep udev
 fi
 
-# Modules and, before each, all that it needs, as paths below $modules.
+# Prints modules as paths below $modules, each after all its dependencies.
 in_order() {
   local line
   for module in "$@"; do
@@ -96,7 +108,7 @@ in_order() {
     for path in $(echo "${line#*:}" | tr ' ' '\n' | tac) ${line%%:*}; do echo "$path"; done
   done | awk '!seen[$0]++'
 }
-# WORD, as often as COUNT says, with commas.
+# Prints WORD COUNT times, separated by commas.
 each() {
   local list=
   for ((i = 0; i < $2; i++)); do list+=${list:+,}$1; done
@@ -108,10 +120,17 @@ wanted=()
 [ "$usb3" -eq 0 ] || wanted+=(dummy_hcd usb_f_fs)
 [ "$usbip" -eq 0 ] || wanted+=(vhci-hcd usbip-vudc)
 vivid_options="n_devs=$vivid node_types=$(each 0x1 "$vivid") no_error_inj=0"
-insert_vivid="$busybox insmod $(in_order vivid | tail -1 | sed "s#^#$modules/#") $vivid_options"
+# Prints the words quoted for a shell.
+quoted() {
+  local words
+  words=$(printf '%q ' "$@")
+  echo "${words% }"
+}
+vivid_module=$(in_order vivid | tail -1)
+insert_vivid="$busybox insmod $(quoted "$modules/$vivid_module") $vivid_options"
 
 image=$cache/initramfs.$$
-trap 'rm -rf "$image" "$image".cpio "$cache/output.$$"' EXIT
+trap 'rm -rf "$image" "$image".cpio "$cache/output.$$" "$unpacking"' EXIT
 mkdir -p "$image"/{bin,modules,proc,sys,dev,lower,upper,root}
 cp "$busybox" "$image/bin/busybox"
 for path in $(in_order virtio_pci 9p 9pnet_virtio overlay); do
@@ -120,14 +139,14 @@ for path in $(in_order virtio_pci 9p 9pnet_virtio overlay); do
 done
 for path in $(in_order "${wanted[@]}"); do
   case $path in
-    */vivid.ko) echo "${insert_vivid#* }" ;;
-    */dummy_hcd.ko) echo "insmod $modules/$path is_super_speed=1 num=$usb3" ;;
-    */usbip-vudc.ko) echo "insmod $modules/$path num=$usbip" ;;
-    *) echo "insmod $modules/$path" ;;
+    */vivid.ko) options=$vivid_options ;;
+    */dummy_hcd.ko) options="is_super_speed=1 num=$usb3" ;;
+    */usbip-vudc.ko) options="num=$usbip" ;;
+    *) options= ;;
   esac
-done | sed -E 's#(insmod )#\1/root#' >"$image/insert"
-[ "$loopback" -eq 0 ] || echo "insmod /root$cache/loopback/v4l2loopback.ko devices=$loopback exclusive_caps=$(each 1 "$loopback")" >>"$image/insert"
-quoted=$(printf '%q ' "$program" "$@")
+  echo "insmod $(quoted "/root$modules/$path") $options"
+done >"$image/insert"
+[ "$loopback" -eq 0 ] || echo "insmod $(quoted "/root$cache/loopback/v4l2loopback.ko") devices=$loopback exclusive_caps=$(each 1 "$loopback")" >>"$image/insert"
 cat >"$image/init" <<END
 #!/bin/busybox sh
 export PATH=/bin
@@ -138,35 +157,35 @@ mount -t 9p -o trans=virtio,version=9p2000.L,ro,msize=262144,cache=loose root9p 
 mount -t tmpfs tmpfs /upper
 mkdir /upper/top /upper/work
 mount -t overlay -o lowerdir=/lower,upperdir=/upper/top,workdir=/upper/work overlay /root
-mount -t tmpfs tmpfs /root/tmp
 mount -t tmpfs tmpfs /root/run
 . /insert
-echo never >/sys/kernel/mm/transparent_hugepage/enabled # a process has what it uses, and not what the kernel adds
+echo never >/sys/kernel/mm/transparent_hugepage/enabled # so that the memory of a process is only what it uses
 [ "$usb3" = 0 ] || mount -t configfs configfs /sys/kernel/config
 mkdir -p /dev/shm
 for each in proc sys dev; do mount -o rbind /\$each /root/\$each; done
 ip link set lo up
-cat >/root/tmp/run <<'RUN'
-cd /tmp
-export HOME=/tmp MOCAP_GUEST=1 MOCAP_BIN_DIR=$build/bin MOCAP_REPLUG_ROUNDS=${MOCAP_REPLUG_ROUNDS:-}
+mkdir /root/run/desk
+cat >/root/run/program <<'RUN'
+cd /run/desk
+export HOME=/run/desk TMPDIR=/run/desk MOCAP_GUEST=1 MOCAP_BIN_DIR=$(quoted "$build/bin") MOCAP_REPLUG_ROUNDS=${MOCAP_REPLUG_ROUNDS:-}
 export PATH=/usr/sbin:/usr/bin:/sbin:/bin PYTHONDONTWRITEBYTECODE=1
 if [ $vivid != 0 ]; then
   export MOCAP_V4L2_DEVICE=\$(ls /dev/video* | head -1)
   export MOCAP_VIVID_REMOVE="$busybox rmmod vivid"
-  export MOCAP_VIVID_INSERT="$insert_vivid && while [ ! -e \$MOCAP_V4L2_DEVICE ]; do :; done"
+  export MOCAP_VIVID_INSERT=$(quoted "$insert_vivid")" && while [ ! -e \$MOCAP_V4L2_DEVICE ]; do :; done"
 fi
 if [ $usb3 != 0 ]; then
   mkdir -p /etc/udev/rules.d /run/udev && mount -t tmpfs tmpfs /usr/lib/udev 2>/dev/null
   mkdir -p /usr/lib/udev/rules.d
-  cp $cache/udev/lib/udev/rules.d/50-udev-default.rules /usr/lib/udev/rules.d/
-  cp $here/../../systemd/60-mocapd.rules /etc/udev/rules.d/
-  $cache/udev/bin/udevadm info --version >/dev/null || echo "guest_vm: no udevadm"
-  (exec -a systemd-udevd $cache/udev/bin/udevadm --daemon --resolve-names=early)
+  cp $(quoted "$cache/udev/lib/udev/rules.d/50-udev-default.rules") /usr/lib/udev/rules.d/
+  cp $(quoted "$here/../../systemd/60-mocapd.rules") /etc/udev/rules.d/
+  $(quoted "$cache/udev/bin/udevadm") info --version >/dev/null || echo "guest_vm: no udevadm"
+  (exec -a systemd-udevd $(quoted "$cache/udev/bin/udevadm") --daemon --resolve-names=early)
 fi
-$quoted
+$(quoted "$program" "$@")
 echo "guest_vm: exit \$?"
 RUN
-chroot /root /bin/bash /tmp/run
+chroot /root /bin/bash /run/program
 poweroff -f
 END
 chmod +x "$image/init"

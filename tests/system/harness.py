@@ -1,4 +1,4 @@
-"""Runs the project's programs as a user does: real processes, real sockets, files in a folder of their own."""
+"""Runs the programs as a user does: real processes, real sockets, files in a temporary folder."""
 
 import contextlib
 import json
@@ -16,7 +16,7 @@ SOURCE = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("MOCAP_BIN_DIR", SOURCE / "build/release/bin"))
 
 
-# Tables of cameras, one number each.
+# Configuration tables of one camera each.
 REPLAY = """
 [[camera]]
 name = "cam{number}"
@@ -36,7 +36,7 @@ packet_size_bytes = 8000
 
 
 def synthetic_volume(endpoint):
-    """A configuration: one actor, four cameras that need no network."""
+    """Returns a configuration with one actor and four synthetic cameras, which need no network."""
     marker_set = SOURCE / "config/markersets/openmocap18.toml"
     return f"""
 [capture]
@@ -56,8 +56,8 @@ marker_set = "{marker_set}"
 
 
 def free_port():
-    """The lower of two neighbouring ports that nobody has: the feed's and the daemon's own choice for control. Below
-    those that the kernel gives to who connects: one of them, closed a minute ago, would keep the daemon from listening.
+    """Returns the lower of two free neighbouring ports, for the feed and for control. The ports are below the range of
+    ports that the kernel assigns to outgoing connections: a recently closed one of those would block the daemon's bind.
     """
     for port in _PORTS:
         with socket.socket() as feed, socket.socket() as control, contextlib.suppress(OSError):
@@ -67,7 +67,7 @@ def free_port():
 
 
 class Program:
-    """A running program; its output goes to a file, read when something is wrong."""
+    """A running program; its output goes to a log file."""
 
     def __init__(self, folder, *arguments, stdout=None):
         name = pathlib.Path(arguments[0]).name
@@ -96,12 +96,12 @@ class Program:
                 self.process.wait()
         self._log_file.close()
 
-    def said(self):
+    def output(self):
         return self.log.read_text(errors="replace")
 
 
 class Feed:
-    """Snapshots as `mocap-watch --json` prints them, newest kept."""
+    """The snapshots that `mocap-watch --json` prints; keeps the newest."""
 
     def __init__(self, folder, endpoint):
         self.program = Program(folder, "mocap-watch", endpoint, "--json", "--seconds", "600", stdout=subprocess.PIPE)
@@ -120,7 +120,7 @@ class Feed:
                 self._changed.notify_all()
 
     def wait_for(self, holds, timeout_s, what):
-        """The first snapshot from now on for which `holds` is true."""
+        """Returns the first snapshot from now on for which `holds` is true."""
         limit = time.monotonic() + timeout_s
         with self._changed:
             seen = self.count
@@ -139,7 +139,7 @@ class Feed:
 
 
 class Desk(contextlib.ExitStack):
-    """A folder and the programs started in it; all ended, and the folder gone, at its end."""
+    """A temporary folder and the programs started in it. At its end the programs are stopped and the folder is removed."""
 
     def __init__(self):
         super().__init__()

@@ -1,4 +1,4 @@
-"""Masks: learnt from an empty volume by mocap-calibrate, kept in the rig, obeyed by the daemon."""
+"""Masks: mocap-calibrate learns them from an empty volume and saves them in the rig; the daemon applies them."""
 
 import json
 import re
@@ -51,32 +51,33 @@ class Masks(unittest.TestCase):
     def calibrate(self, folder, *more, config=None, frames=60):
         return self.desk.run("mocap-calibrate", "mask", "--config", config or self.config(folder), "--frames", frames, *more)
 
-    def nameless(self):
-        """How many markers without a name the daemon tells of in a second of the take, when the subject is named."""
+    def count_unlabelled(self):
+        """Returns the number of unlabelled markers in the last second of the take, when the subject is labelled."""
+        (self.desk.folder / "take.jsonl").unlink(missing_ok=True)
         ended = self.desk.run("mocapd", "--config", self.config("take"))
         self.assertEqual(ended.returncode, 0, ended.stderr)
         lines = (self.desk.folder / "take.jsonl").read_text().splitlines()[-60:]
         return sum(len(json.loads(line).get("unlabelled", {}).get("positionsM", [])) // 3 for line in lines)
 
-    def labelled_share(self):
-        """Of the names in the last second of the take, those that cameras measured."""
+    def measured_fraction(self):
+        """Returns the fraction of measured labels in the last second of the take."""
         lines = (self.desk.folder / "take.jsonl").read_text().splitlines()[-60:]
         states = [state for line in lines for state in json.loads(line)["subjects"][0]["markers"]["states"]]
         return sum(state == "MARKER_STATE_MEASURED" for state in states) / len(states)
 
     def test_lights_are_masked_and_no_marker_is_lost(self):
-        before = self.nameless()
+        before = self.count_unlabelled()
         learnt = self.calibrate("empty")
-        after = self.nameless()
+        after = self.count_unlabelled()
 
         self.assertEqual(learnt.returncode, 0, learnt.stderr)
         self.assertRegex(learnt.stdout, r"camera cam1: [1-9]\d* lights, [1-9]\d* polygons, 0\.\d\d % of the image masked")
         self.assertNotIn("moved", learnt.stderr)
-        self.assertGreater(before, 60, "the lights are markers without a mask")
+        self.assertGreater(before, 60, "without a mask the lights give markers")
         self.assertEqual(after, 0)
-        self.assertGreater(self.labelled_share(), 0.99)
+        self.assertGreater(self.measured_fraction(), 0.99)
 
-    def test_the_rest_of_the_rig_is_as_it_was_and_clear_takes_the_masks_out_again(self):
+    def test_only_masks_change_in_the_rig_and_clear_removes_them(self):
         original = self.rig().read_text()
 
         self.assertEqual(self.calibrate("empty", "--dry-run").returncode, 0)
@@ -86,19 +87,19 @@ class Masks(unittest.TestCase):
         self.assertEqual(masked.count("mask_learnt"), 4)
         self.assertEqual(re.sub(r"mask_learnt = \[\n(  .*\n)+\]\n", "", masked), original)
         self.assertEqual(self.calibrate("empty").returncode, 0)
-        self.assertEqual(self.rig().read_text(), masked, "learnt anew, the same comes out")
+        self.assertEqual(self.rig().read_text(), masked, "learning again gives the same masks")
         self.assertEqual(self.calibrate("empty", "--clear").returncode, 0)
         self.assertEqual(self.rig().read_text(), original)
 
-    def test_somebody_who_walks_is_told_of_and_not_masked(self):
+    def test_a_walking_person_is_reported_and_not_masked(self):
         learnt = self.calibrate("take", frames=240)
 
         self.assertEqual(learnt.returncode, 0, learnt.stderr)
         self.assertRegex(learnt.stderr, r"camera cam1: \d+ bright spots moved, or came and went, and are not masked")
-        self.assertEqual(self.nameless(), 0, "the lights alone were masked")
-        self.assertGreater(self.labelled_share(), 0.99)
+        self.assertEqual(self.count_unlabelled(), 0, "only the lights were masked")
+        self.assertGreater(self.measured_fraction(), 0.99)
 
-    def test_too_much_is_refused_and_nothing_is_written(self):
+    def test_a_too_large_mask_is_rejected_and_nothing_is_written(self):
         original = self.rig().read_text()
 
         learnt = self.calibrate("empty", "--most-percent", "0.1")
@@ -107,7 +108,7 @@ class Masks(unittest.TestCase):
         self.assertRegex(learnt.stderr, r"camera cam\d: 0\.\d % of the image would be masked, expected 0\.1 % at most")
         self.assertEqual(self.rig().read_text(), original)
 
-    def test_a_camera_that_is_not_there_is_told_by_name_and_nothing_is_written(self):
+    def test_a_missing_camera_is_named_and_nothing_is_written(self):
         original = self.rig().read_text()
         text = CONFIG.format(source=SOURCE, record="none.jsonl") + GIGE.format(number=1, address=77)
 
@@ -117,7 +118,7 @@ class Masks(unittest.TestCase):
         self.assertIn("camera 'cam1'", learnt.stderr)
         self.assertEqual(self.rig().read_text(), original)
 
-    def test_gige_cameras_are_learnt_as_they_stream(self):
+    def test_masks_are_learnt_from_streaming_gige_cameras(self):
         self.desk.start("mocap-sim", "--serve", "--rig", SOURCE / "config/demo.rig.toml", "--empty", *LIGHTS)
         text = CONFIG.format(source=SOURCE, record="gige.jsonl")
         text += "".join(GIGE.format(number=number, address=number + 1) for number in range(1, 5))
@@ -128,14 +129,14 @@ class Masks(unittest.TestCase):
         self.assertRegex(learnt.stdout, r"camera cam4: [1-9]\d* lights")
         self.assertEqual(self.rig().read_text().count("mask_learnt"), 4)
 
-    def test_the_log_tells_the_threshold_and_why_there_are_no_blobs(self):
+    def test_the_log_has_the_threshold_and_the_reason_for_no_blobs(self):
         config = self.config("stands", "[detect]\nmin_area_px2 = 400\n")
         config.write_text(config.read_text().replace("speed = 0", "speed = 0.2"))
         daemon = self.desk.start("mocapd", "--config", config)
         daemon.wait(60)
 
-        self.assertRegex(daemon.said(), r"camera cam1: threshold \d+ grey \(noise [\d.]+, background 1\d\), automatic")
-        self.assertRegex(daemon.said(), r"camera cam1: 0 blobs in \d+ images: \d+ too small \(threshold \d+ grey\)")
+        self.assertRegex(daemon.output(), r"camera cam1: threshold \d+ grey \(noise [\d.]+, background 1\d\), automatic")
+        self.assertRegex(daemon.output(), r"camera cam1: 0 blobs in \d+ images: \d+ too small \(threshold \d+ grey\)")
 
 
 if __name__ == "__main__":

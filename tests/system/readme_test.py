@@ -1,13 +1,13 @@
-"""What the README prints runs as printed. In a network of its own (tools/own_network.sh), where the feed's port is
-free."""
+"""The examples in the README run as printed; tests/system/first_hour.sh runs its commands. Runs in its own network namespace
+(tools/own_network.sh), in which the feed's port is free."""
 
 import ast
 import os
-import re
 import subprocess
 import threading
 import unittest
 
+import readme
 from harness import BIN, SOURCE, Desk
 
 CONFIG = """
@@ -29,7 +29,7 @@ marker_set = "{source}/config/markersets/openmocap18.toml"
 
 
 def first_python_block():
-    return re.search(r"^```python\n(.*?)^```", (SOURCE / "README.md").read_text(), re.MULTILINE | re.DOTALL).group(1)
+    return readme.block((SOURCE / "README.md").read_text(), "python")
 
 
 class Readme(unittest.TestCase):
@@ -41,18 +41,39 @@ class Readme(unittest.TestCase):
         text = CONFIG.format(source=SOURCE) + "".join(CAMERA.format(number=n, source=SOURCE) for n in range(1, 5))
         return self.desk.start("mocapd", "--config", self.desk.write("mocapd.toml", text))
 
-    def test_the_subscriber_is_ten_lines_and_the_one_that_is_shipped(self):
+    def test_the_subscriber_in_the_readme_is_the_shipped_one_and_has_ten_lines(self):
         code = first_python_block()
 
         self.assertEqual(len(code.splitlines()), 10)
         self.assertEqual(code, (SOURCE / "tools/clients/python/subscribe.py").read_text())
 
-    def test_the_subscriber_prints_where_the_named_markers_are(self):
+    def test_commands_are_the_lines_of_plain_blocks_and_command_lines_in_the_text(self):
+        text = """
+Run `mocapctl cameras list`, not `mocapd` or `tools/clients`; `systemctl
+status`, `tools/build.sh` and again `mocapctl cameras list`.
+
+   ```
+   sudo one && two   # why
+   # nothing
+   three \\
+     four &   # five
+   ```
+
+```text
+output
+```
+"""
+        found = readme.commands(text)
+
+        self.assertEqual(found, ["mocapctl cameras list", "systemctl status", "tools/build.sh", "sudo one && two",
+                                 "three four &"])
+
+    def test_the_subscriber_prints_the_positions_of_labelled_markers(self):
         daemon = self.start_daemon()
         subscriber = subprocess.Popen(
             ["/usr/bin/python3", "-c", first_python_block()], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
             env={**os.environ, "PYTHONPATH": str(BIN.parent / "python")}, cwd=self.desk.folder)
-        limit = threading.Timer(40, subscriber.kill)  # then its output ends, and the test fails
+        limit = threading.Timer(40, subscriber.kill)  # its output then ends, and the test fails
         limit.start()
         self.addCleanup(limit.cancel)
         self.addCleanup(subscriber.communicate)
@@ -62,7 +83,7 @@ class Readme(unittest.TestCase):
 
         if whole is None:
             subscriber.kill()
-            self.fail(subscriber.stderr.read() + daemon.said())
+            self.fail(subscriber.stderr.read() + daemon.output())
         heights = {name: place[2] for name, place in whole.items()}
         self.assertGreater(heights["Head"], heights["Hips"])
         self.assertGreater(heights["Hips"], heights["LeftFoot"])

@@ -1,4 +1,4 @@
-"""A daemon whose camera is pulled out and put in again and again, in a machine of its own (guest_vm.sh)."""
+"""A daemon whose camera is unplugged and plugged in repeatedly, in a virtual machine (guest_vm.sh)."""
 
 import json
 import os
@@ -21,12 +21,12 @@ name = "actor"
 marker_set = "{source}/config/markersets/openmocap18.toml"
 """
 
-LIMIT_S = 60  # never reached when all is well, however slow the machine
+LIMIT_S = 60  # time limit of a failing test, sufficient on a slow machine
 
 
-@unittest.skipUnless(os.environ.get("MOCAP_GUEST"), "unplugs what guest_vm.sh simulates; it runs this")
+@unittest.skipUnless(os.environ.get("MOCAP_GUEST"), "needs the simulated devices of guest_vm.sh, which runs this test")
 class Unplugging(unittest.TestCase):
-    """Two cameras, cam1 and cam2; cam1 is pulled out."""
+    """Two cameras, cam1 and cam2; the tests unplug cam1."""
 
     def setUp(self):
         self.desk = Desk()
@@ -42,14 +42,14 @@ class Unplugging(unittest.TestCase):
     def until(self, holds, program, what):
         limit = time.monotonic() + LIMIT_S
         while not holds():
-            self.assertIsNone(program.process.poll(), program.said())
-            self.assertLess(time.monotonic(), limit, f"not within {LIMIT_S} s: {what}\n{program.said()}")
+            self.assertIsNone(program.process.poll(), program.output())
+            self.assertLess(time.monotonic(), limit, f"not within {LIMIT_S} s: {what}\n{program.output()}")
             time.sleep(0.05)
 
-    def said(self, program, words, after=0):
-        """When it said so, in seconds of the day, by its own log; waits for it."""
-        self.until(lambda: words in program.said()[after:], program, words)
-        line = next(line for line in program.said()[after:].splitlines() if words in line)
+    def wait_for_log(self, program, words, after=0):
+        """Waits until the log has these words; returns the time of the log line in seconds of the day."""
+        self.until(lambda: words in program.output()[after:], program, words)
+        line = next(line for line in program.output()[after:].splitlines() if words in line)
         hours, minutes, seconds = line.split()[0].split(":")
         return 3600 * int(hours) + 60 * int(minutes) + float(seconds)
 
@@ -66,18 +66,18 @@ class Unplugging(unittest.TestCase):
         return json.loads(path.read_text())["cameras"]
 
     def unplug_again_and_again(self, daemon, rounds, pull_out, put_in):
-        """`put_in` returns at the moment when the device is there again."""
+        """`put_in` must return at the moment when the device is present again."""
         for name in ("cam1", "cam2"):
-            self.said(daemon, f"camera {name}: streaming")
+            self.wait_for_log(daemon, f"camera {name}: streaming")
         before, held, took = None, None, []
         for number in range(rounds):
-            seen = len(daemon.said())
+            seen = len(daemon.output())
             pull_out()
-            self.said(daemon, "error camera cam1:", seen)
+            self.wait_for_log(daemon, "error camera cam1:", seen)
             put_in()
             there = time.time() % 86400
-            took.append((self.said(daemon, "camera cam1: streaming", seen) - there) % 86400)
-            if number == 1:  # what is made at the first time stays
+            took.append((self.wait_for_log(daemon, "camera cam1: streaming", seen) - there) % 86400)
+            if number == 1:  # first-time allocations remain
                 before, held = self.health(), self.resources(daemon)
         after = self.health()
         self.until(lambda: self.resources(daemon)["threads"] <= held["threads"], daemon, "no thread more than before")
@@ -91,5 +91,5 @@ class Unplugging(unittest.TestCase):
         for count in ("failed_frames", "reopened"):
             self.assertEqual(after["cam2"][count], before["cam2"][count], count)
         self.assertLessEqual(now["files"], held["files"])
-        # Of a camera's buffers and description nothing stays, nor do holes in the heap grow with each round.
+        # The daemon must release the camera's buffers and description, and the heap must not fragment further.
         self.assertLess(now["own_kb"] - held["own_kb"], 2048)

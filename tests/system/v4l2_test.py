@@ -20,7 +20,7 @@ rate_hz = 10
 
 ROUNDS = int(os.environ.get("MOCAP_REPLUG_ROUNDS") or 10)
 
-# linux/videodev2.h; the controls of vivid are told by name, since their numbers are its own.
+# Constants of linux/videodev2.h. The controls of vivid are found by name: their numbers are private to the driver.
 VIDIOC_QUERYCTRL = 0xC0445624
 VIDIOC_S_CTRL = 0xC008561C
 NEXT = 0x80000000
@@ -42,10 +42,10 @@ def set_control(device, name, value):
 
 
 class V4l2(Unplugging):
-    def test_a_camera_is_back_each_time_it_is_plugged_in_again(self):
+    def test_a_camera_comes_back_each_time_it_is_plugged_in(self):
         daemon = self.daemon(320, 180, CAMERA.format(number=0).replace("cam0", "cam1"),
                              CAMERA.format(number=1).replace("cam1", "cam2"))
-        # vivid is there again when its last reader has closed it.
+        # vivid comes back when its last reader has closed the device.
         self.unplug_again_and_again(daemon, ROUNDS, lambda: set_control("/dev/video0", "Disconnect", 1), lambda: None)
 
 

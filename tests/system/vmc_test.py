@@ -1,4 +1,4 @@
-"""mocap-vmc, read by an OSC implementation that is not ours (liblo)."""
+"""mocap-vmc with both of its protocols, tested with an independent OSC implementation (liblo)."""
 
 import json
 import struct
@@ -11,12 +11,12 @@ try:
 except ImportError:
     raise SystemExit(77)
 
-from fake_feed import SEARCHING, FakeFeed
+from fake_feed import SEARCHING, TRACKING, FakeFeed
 from harness import SOURCE, Desk, free_port, synthetic_volume
 
 
 class Receiver:
-    """Hears VMC as a marionette does."""
+    """A VMC receiver ("marionette" in the protocol)."""
 
     def __init__(self):
         self.port = free_port()
@@ -46,7 +46,7 @@ class Vmc(unittest.TestCase):
         program = desk.start("mocap-vmc", feed.endpoint, "--port", receiver.port, *more)
         return feed, receiver, program
 
-    def test_says_the_axis_vectors_in_unitys_axes(self):
+    def test_sends_the_axis_vectors_in_unitys_axes(self):
         for path in sorted((SOURCE / "proto/axes").glob("*.json")):
             case = json.loads(path.read_text())
             with self.subTest(case["name"]):
@@ -63,17 +63,17 @@ class Vmc(unittest.TestCase):
                 for found, wanted in zip(receiver.bones["Hips"], expected, strict=True):
                     self.assertAlmostEqual(found, wanted, delta=1e-5)
 
-    def test_says_all_that_a_receiver_asks_for(self):
+    def test_sends_all_messages_that_a_receiver_needs(self):
         _, receiver, program = self.start()
 
         receiver.hear(8, until=lambda: "/VMC/Ext/Bone/Pos" in receiver.said)
 
-        self.assertEqual(receiver.said.get("/VMC/Ext/OK"), ("iiii", [1, 3, 0, 1]), program.said())
+        self.assertEqual(receiver.said.get("/VMC/Ext/OK"), ("iiii", [1, 3, 0, 1]), program.output())
         self.assertEqual(receiver.said["/VMC/Ext/T"][0], "f")
         self.assertEqual(receiver.said["/VMC/Ext/Root/Pos"], ("sfffffff", ["root", 0, 0, 0, 0, 0, 0, 1]))
         self.assertEqual(receiver.said["/VMC/Ext/Bone/Pos"][0], "sfffffff")
 
-    def test_says_that_nobody_is_tracked(self):
+    def test_reports_that_nobody_is_tracked(self):
         _, receiver, _ = self.start(phase=SEARCHING)
 
         receiver.hear(8, until=lambda: "/VMC/Ext/OK" in receiver.said)
@@ -81,7 +81,36 @@ class Vmc(unittest.TestCase):
         self.assertEqual(receiver.said["/VMC/Ext/OK"][1], [1, 3, 0, 0])
         self.assertEqual(receiver.bones, {})
 
-    def test_a_whole_body_fits_into_unsplit_packets_bones_told_from_their_parents(self):
+    def test_sends_the_axis_vectors_as_trackers_of_vrchat(self):
+        for path in sorted((SOURCE / "proto/axes").glob("*.json")):
+            case = json.loads(path.read_text())
+            with self.subTest(case["name"]):
+                _, receiver, program = self.start("--protocol", "vrchat", poses=[case["mocap"]])
+
+                receiver.hear(60, until=lambda: "/tracking/trackers/1/rotation" in receiver.said)
+
+                types, values = receiver.said["/tracking/trackers/1/position"]
+                self.assertEqual((types, values), ("fff", case["vrchat"]["position"]), program.output())
+                for found, wanted in zip(receiver.said["/tracking/trackers/1/rotation"][1], case["vrchat"]["euler_deg"], strict=True):
+                    self.assertAlmostEqual(found, wanted, delta=0.03)  # single precision near the pole
+
+    def test_trackers_stop_when_nobody_is_tracked_and_return(self):
+        feed, receiver, program = self.start("--protocol", "vrchat")
+        receiver.hear(60, until=lambda: receiver.said)
+        self.assertTrue(receiver.said, program.output())
+
+        feed.phase = SEARCHING
+        limit = time.monotonic() + 60
+        while receiver.said and time.monotonic() < limit:
+            receiver.said.clear()
+            receiver.hear(0.5, until=lambda: receiver.said)
+        self.assertEqual(receiver.said, {})
+        feed.phase = TRACKING
+        receiver.hear(60, until=lambda: receiver.said)
+
+        self.assertIn("/tracking/trackers/1/position", receiver.said)
+
+    def test_a_whole_body_fits_into_unsplit_packets_with_bones_relative_to_parents(self):
         desk = Desk()
         self.addCleanup(desk.close)
         port = free_port()
@@ -99,7 +128,7 @@ class Vmc(unittest.TestCase):
             largest = max(largest, len(packet))
             self.assertEqual(packet[:8], b"#bundle\0")
             at = 16
-            while at < len(packet):  # read by hand: the second independent look at the bytes
+            while at < len(packet):  # parsed by hand, independently of liblo
                 (size,) = struct.unpack(">i", packet[at:at + 4])
                 message = packet[at + 4:at + 4 + size]
                 if message.startswith(b"/VMC/Ext/Bone/Pos\0"):
@@ -109,7 +138,7 @@ class Vmc(unittest.TestCase):
 
         self.assertLessEqual(largest, 1400)
         self.assertEqual(len(bones), 18)
-        # Hips in the world; a foot from its lower leg: 0.41 m below it whatever the pose.
+        # Hips are relative to the world; a foot is relative to its lower leg, 0.41 m below it in any pose.
         self.assertGreater(bones["Hips"][1], 0.5)
         self.assertAlmostEqual(sum(v * v for v in bones["LeftFoot"][:3]) ** 0.5, (0.045**2 + 0.41**2) ** 0.5, delta=0.05)
         for name, values in bones.items():

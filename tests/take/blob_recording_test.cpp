@@ -8,6 +8,7 @@
 #include <iterator>
 #include <random>
 
+#include "support/file_size_limit.h"
 #include "support/temporary_folder.h"
 
 namespace mocap::take {
@@ -63,7 +64,7 @@ class BlobRecordingTest : public ::testing::Test {
   support::TemporaryFolder folder_;
 };
 
-TEST_F(BlobRecordingTest, GivesBackWhatWasWritten) {
+TEST_F(BlobRecordingTest, RoundTripsFrames) {
   const auto frames = record(60);
 
   const auto read = read_blob_recording(path());
@@ -89,7 +90,7 @@ TEST_F(BlobRecordingTest, GivesBackWhatWasWritten) {
   }
 }
 
-TEST_F(BlobRecordingTest, IsGoodUpToWhereItWasCutOff) {
+TEST_F(BlobRecordingTest, ReadsATruncatedFileUpToItsEnd) {
   record(60);
   const std::string whole = bytes();
   const auto all = read_blob_recording(path());
@@ -103,7 +104,38 @@ TEST_F(BlobRecordingTest, IsGoodUpToWhereItWasCutOff) {
   EXPECT_EQ(read->pictures[0].size() + read->pictures[1].size() + 1, all->pictures[0].size() + all->pictures[1].size());
 }
 
-TEST_F(BlobRecordingTest, NeverTakesDamageForAPlace) {
+TEST_F(BlobRecordingTest, EndsWithTheLastWholeImageOnAFullDisk) {
+  std::mt19937 random(5);
+  auto writer = make_blob_writer(path(), kCameras);
+  ASSERT_TRUE(writer);
+  Status written;
+  {
+    const support::FileSizeLimit full_disk(100'000);
+    for (std::uint64_t i = 0; i < 5000 && written; ++i) written = (*writer)->write(some_frame(random, 0, i));
+  }
+
+  const auto read = read_blob_recording(path());
+
+  ASSERT_FALSE(written);
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_FALSE(read->cut_off);
+  EXPECT_GT(read->pictures[0].size(), 100U);
+  EXPECT_EQ(read->pictures[0].size(), (*writer)->size().records);
+  EXPECT_EQ(std::filesystem::file_size(path()), (*writer)->size().bytes);
+}
+
+TEST_F(BlobRecordingTest, KeepsAnExistingRecording) {
+  record(60);
+  const std::string first = bytes();
+  record(4);
+
+  EXPECT_EQ(bytes(), first);
+  const auto second = read_blob_recording(folder_.path() / "take-2.blobs");
+  ASSERT_TRUE(second) << second.error().message;
+  EXPECT_EQ(second->pictures[0].size() + second->pictures[1].size(), 4U);
+}
+
+TEST_F(BlobRecordingTest, RejectsDamagedRecords) {
   record(40);
   const std::string whole = bytes();
   std::mt19937 random(3);
@@ -132,7 +164,7 @@ TEST_F(BlobRecordingTest, NeverTakesDamageForAPlace) {
   EXPECT_GT(refused, 100U);
 }
 
-TEST_F(BlobRecordingTest, RefusesPicturesThatAreNotLaterThanTheOneBefore) {
+TEST_F(BlobRecordingTest, RejectsImagesThatAreNotLaterThanTheOneBefore) {
   std::mt19937 random(1);
   {
     auto writer = make_blob_writer(path(), kCameras);
@@ -148,7 +180,7 @@ TEST_F(BlobRecordingTest, RefusesPicturesThatAreNotLaterThanTheOneBefore) {
   EXPECT_THAT(read.error().message, HasSubstr("camera 'north' that is not later than the one before"));
 }
 
-TEST_F(BlobRecordingTest, HasANameThatEndsInBlobs) {
+TEST_F(BlobRecordingTest, RequiresTheExtensionBlobs) {
   const auto writer = make_blob_writer(folder_.path() / "take.csv", kCameras);
 
   ASSERT_FALSE(writer);

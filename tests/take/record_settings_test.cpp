@@ -13,7 +13,7 @@ TEST(RecordSettings, HaveDefaultsWithinTheirRanges) {
   EXPECT_TRUE(check_keys(defaults).empty());
 }
 
-TEST(RecordSettings, RefuseAFileOfAnotherKind) {
+TEST(RecordSettings, RejectAnotherFileExtension) {
   EXPECT_TRUE(faults_of(RecordSettings{}).empty());
   EXPECT_TRUE(faults_of(RecordSettings{.snapshots = "run.jsonl", .blobs = "run.blobs"}).empty());
   EXPECT_TRUE(faults_of(RecordSettings{.snapshots = "run.pb", .blobs = {}}).empty());

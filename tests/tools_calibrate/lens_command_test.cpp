@@ -8,7 +8,7 @@
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
-#include "settings/rig_file.h"
+#include "settings/rig/rig_file.h"
 #include "support/board_images.h"
 #include "support/temporary_folder.h"
 
@@ -76,7 +76,7 @@ mask = [[[1.0, 2.0], [3.0, 4.0], [5.0, 0.0]]]
 who = "me"
 )";
 
-TEST(LensCommand, PutsTheLensOfImagesIntoTheRigAndLeavesTheRest) {
+TEST(LensCommand, WritesTheLensesOfImagesIntoTheRigAndKeepsTheRest) {
   const support::TemporaryFolder folder;
   draw_boards(folder.path() / "shots/door", 24, 0.8);
   draw_boards(folder.path() / "shots/window", 24, 0.8);
@@ -101,7 +101,7 @@ TEST(LensCommand, PutsTheLensOfImagesIntoTheRigAndLeavesTheRest) {
   EXPECT_THAT(text, HasSubstr("who = \"me\""));
 }
 
-TEST(LensCommand, WatchesTheCamerasOfAConfigurationAndMakesTheRigFileWhereThereIsNone) {
+TEST(LensCommand, RunsTheCamerasOfAConfigurationAndCreatesTheRigFile) {
   const support::TemporaryFolder folder;
   draw_boards(folder.path() / "door", 24, 0.8);
   draw_boards(folder.path() / "window", 24, 0.8);
@@ -123,7 +123,7 @@ TEST(LensCommand, WatchesTheCamerasOfAConfigurationAndMakesTheRigFileWhereThereI
   }
 }
 
-TEST(LensCommand, WritesNothingWhereTheBoardsDoNotTellTheLens) {
+TEST(LensCommand, WritesNothingIfTheBoardsDoNotDetermineTheLens) {
   const support::TemporaryFolder folder;
   draw_boards(folder.path() / "shots/door", 12, 0.0);
   const auto rig_file = folder.write("rig.toml", kRig);
@@ -134,7 +134,7 @@ TEST(LensCommand, WritesNothingWhereTheBoardsDoNotTellTheLens) {
   EXPECT_EQ(read(rig_file), kRig);
 }
 
-TEST(LensCommand, WritesNothingWhereTheRigHasAnotherImageSize) {
+TEST(LensCommand, WritesNothingIfTheRigHasAnotherImageSize) {
   const support::TemporaryFolder folder;
   draw_boards(folder.path() / "shots/door", 24, 0.8);
   std::string other = kRig;
@@ -147,7 +147,7 @@ TEST(LensCommand, WritesNothingWhereTheRigHasAnotherImageSize) {
   EXPECT_EQ(read(rig_file), other);
 }
 
-TEST(LensCommand, RefusesAnEmptyFolderAndACommandLineThatSaysTooLittle) {
+TEST(LensCommand, RefusesAnEmptyFolderAndAnIncompleteCommandLine) {
   const support::TemporaryFolder folder;
   EXPECT_EQ(run({"--images", folder.path().string(), "--dry-run"}), 69);
   EXPECT_EQ(run({"--images", folder.path().string()}), 64);

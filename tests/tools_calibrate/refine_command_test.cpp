@@ -5,13 +5,13 @@
 #include "calibrate/floor_command.h"
 #include "calibrate/verify_command.h"
 #include "calibration/floor/floor.h"
-#include "geometry/lens.h"
 #include "lib/cli/app.h"
+#include "recording_file.h"
 #include "scene/random.h"
-#include "settings/rig_file.h"
+#include "settings/rig/rig_file.h"
 #include "support/bumped_camera.h"
+#include "support/moving_markers.h"
 #include "support/temporary_folder.h"
-#include "take_file.h"
 
 namespace mocap::calibrate {
 namespace {
@@ -19,57 +19,27 @@ namespace {
 using calibration::Take;
 using test::bumped;
 using test::eight_cameras;
+using test::moving_markers;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-void see(const Rig& rig, std::span<const Eigen::Vector3d> points, double t_s, scene::Random& random, Take& take) {
-  take.cameras.resize(rig.size());
-  for (std::size_t c = 0; c < rig.size(); ++c) {
-    calibration::Picture& picture = take.cameras[c].emplace_back();
-    picture.exposed_at = from_ns(0) + from_s(t_s);
-    for (const Eigen::Vector3d& point : points) {
-      const auto at = geometry::project(rig[c], {point});
-      if (!at || !geometry::in_image(rig[c], *at) || random.uniform() < 0.2) continue;
-      picture.spots.push_back({{at->v + 0.1 * Eigen::Vector2d(random.normal(), random.normal())}, 0.1});
-    }
-    for (int i = 0; i < 2; ++i)
-      picture.spots.push_back({{{1280.0 * random.uniform(), 1024.0 * random.uniform()}}, 0.1});
-  }
-}
-
-// Markers that wander through the volume for ten seconds.
-Take moving_markers(const Rig& rig, std::uint64_t seed, double seconds = 10.0) {
-  scene::Random random(seed);
-  Take take;
-  for (double t = 0.0; t < seconds; t += 1.0 / 60.0) {
-    std::vector<Eigen::Vector3d> points;
-    for (int m = 0; m < 20; ++m) {
-      const double phase = 1.7 * m;
-      points.emplace_back(1.2 * std::sin(0.5 * t + phase), 1.2 * std::cos(0.37 * t + 2.3 * phase),
-                          1.0 + 0.7 * std::sin(0.61 * t + 0.9 * phase));
-    }
-    see(rig, points, t, random, take);
-  }
-  return take;
-}
-
 Take still_points(const Rig& rig, std::span<const Eigen::Vector3d> points, std::uint64_t seed) {
   scene::Random random(seed);
   Take take;
-  for (double t = 0.0; t < 3.0; t += 1.0 / 60.0) see(rig, points, t, random, take);
+  for (double t = 0.0; t < 3.0; t += 1.0 / 60.0) test::see_points(rig, points, t, random, take);
   return take;
 }
 
-struct Ran {
+struct Outcome {
   int exit = 0;
-  std::string said;
+  std::string output;
 };
 
 template <class Options>
-Ran run(void (*add)(cli::App&, Options&), int (*run_it)(const Options&), const char* name,
-        const std::vector<std::string>& arguments) {
+Outcome run(void (*add)(cli::App&, Options&), int (*run_it)(const Options&), const char* name,
+            const std::vector<std::string>& arguments) {
   cli::App app("test");
   Options options;
   add(app, options);
@@ -77,46 +47,65 @@ Ran run(void (*add)(cli::App&, Options&), int (*run_it)(const Options&), const c
   for (const std::string& argument : arguments) words.push_back(argument.c_str());
   ::testing::internal::CaptureStderr();
   ::testing::internal::CaptureStdout();
-  Ran ran;
+  Outcome ran;
   EXPECT_EQ(app.parse(static_cast<int>(words.size()), words.data()), std::nullopt);
   ran.exit = run_it(options);
   std::fflush(stdout);
-  ran.said = ::testing::internal::GetCapturedStderr() + ::testing::internal::GetCapturedStdout();
+  ran.output = ::testing::internal::GetCapturedStderr() + ::testing::internal::GetCapturedStdout();
   return ran;
 }
 
-class OldRig : public ::testing::Test {
+class RigCommands : public ::testing::Test {
  protected:
   std::string path(const char* name) const { return (folder_.path() / name).string(); }
 
   std::vector<std::string> files(const Take& take, const Rig& rig) const {
-    testing::write_take(path("take.blobs"), take, rig);
+    testing::write_recording(path("take.blobs"), take, rig);
     EXPECT_TRUE(settings::save_rig(path("rig.toml"), rig, {}));
     return {"--blobs", path("take.blobs"), "--rig", path("rig.toml")};
   }
-  Ran verify(const std::vector<std::string>& arguments) const {
+  Outcome verify(const std::vector<std::string>& arguments) const {
     return run<VerifyOptions>(add_verify_command, run_verify, "verify", arguments);
   }
-  Ran refine(const std::vector<std::string>& arguments) const {
+  Outcome refine(const std::vector<std::string>& arguments) const {
     return run<RefineOptions>(add_refine_command, run_refine, "refine", arguments);
   }
-  Ran floor(const std::vector<std::string>& arguments) const {
+  Outcome floor(const std::vector<std::string>& arguments) const {
     return run<FloorOptions>(add_floor_command, run_floor, "floor", arguments);
   }
 
   support::TemporaryFolder folder_;
 };
 
-TEST_F(OldRig, ThatIsRightIsSaidToBe) {
+TEST_F(RigCommands, VerifyAcceptsACorrectRig) {
   const Rig rig = eight_cameras();
 
-  const Ran ran = verify(files(moving_markers(rig, 1), rig));
+  const Outcome ran = verify(files(moving_markers(rig, 1), rig));
 
-  EXPECT_EQ(ran.exit, kExitOk) << ran.said;
-  EXPECT_THAT(ran.said, Not(HasSubstr("otherwise")));
+  EXPECT_EQ(ran.exit, kExitOk) << ran.output;
+  EXPECT_THAT(ran.output, Not(HasSubstr("deviates")));
 }
 
-TEST_F(OldRig, WithABumpedCameraIsMendedToHalfAMillimetre) {
+TEST_F(RigCommands, VerifyAndRefineRefuseExchangedCameras) {
+  Rig rig = eight_cameras();
+  rig[2] = bumped(rig[2], 0.0, 0.3);  // without it the rig has symmetries
+  rig[5] = bumped(rig[5], 0.0, -0.2);
+  Take take = moving_markers(rig, 21);
+  std::swap(take.cameras[2], take.cameras[5]);
+  const auto arguments = files(take, rig);
+
+  const Outcome verified = verify(arguments);
+  const Outcome refined = refine(arguments);
+
+  const std::string sentence = rig[2].name + " and " + rig[5].name + " fit if exchanged";
+  EXPECT_EQ(verified.exit, kExitData);
+  EXPECT_THAT(verified.output, HasSubstr(sentence));
+  EXPECT_THAT(verified.output, HasSubstr("camera " + rig[2].name + ": does not fit the rig"));
+  EXPECT_EQ(refined.exit, kExitData);
+  EXPECT_THAT(refined.output, HasSubstr(sentence));
+}
+
+TEST_F(RigCommands, RefineRepairsABumpedCameraToHalfAMillimetre) {
   for (std::uint64_t seed = 2; seed < 5; ++seed) {
     const Rig file = eight_cameras();
     Rig truth = file;
@@ -124,15 +113,15 @@ TEST_F(OldRig, WithABumpedCameraIsMendedToHalfAMillimetre) {
     truth[c] = bumped(truth[c], 0.3 * kDegree, 0.005);
     const auto arguments = files(moving_markers(truth, seed), file);
 
-    const Ran before = verify(arguments);
-    const Ran mended = refine(arguments);
-    const Ran after = verify(arguments);
+    const Outcome before = verify(arguments);
+    const Outcome refined = refine(arguments);
+    const Outcome after = verify(arguments);
 
     EXPECT_EQ(before.exit, kExitData);
-    EXPECT_THAT(before.said, HasSubstr("camera " + file[c].name + ": stands otherwise than the rig says"));
-    EXPECT_THAT(before.said, HasSubstr("1 of 8 cameras stand otherwise"));
-    ASSERT_EQ(mended.exit, kExitOk) << mended.said;
-    EXPECT_EQ(after.exit, kExitOk) << after.said;
+    EXPECT_THAT(before.output, HasSubstr("camera " + file[c].name + ": deviates from the rig"));
+    EXPECT_THAT(before.output, HasSubstr("1 of 8 cameras deviate"));
+    ASSERT_EQ(refined.exit, kExitOk) << refined.output;
+    EXPECT_EQ(after.exit, kExitOk) << after.output;
     const auto rig = settings::load_rig(path("rig.toml"));
     ASSERT_TRUE(rig);
     for (std::size_t i = 0; i < rig->size(); ++i)
@@ -140,7 +129,7 @@ TEST_F(OldRig, WithABumpedCameraIsMendedToHalfAMillimetre) {
   }
 }
 
-// One take after the other, of the same cameras.
+// Appends a second recording of the same cameras.
 Take then(Take first, const Take& second) {
   const Duration later = first.cameras[0].back().exposed_at - from_ns(0) + from_s(1.0 / 60.0);
   for (std::size_t c = 0; c < first.cameras.size(); ++c) {
@@ -152,35 +141,35 @@ Take then(Take first, const Take& second) {
   return first;
 }
 
-TEST_F(OldRig, OfWhichACameraIsBumpedMeanwhileIsMendedFromWhatCameAfter) {
+TEST_F(RigCommands, RefineUsesOnlyTheRecordingAfterABump) {
   const Rig file = eight_cameras();
   Rig truth = file;
   truth[5] = bumped(truth[5], 0.3 * kDegree, 0.005);
   const auto arguments = files(then(moving_markers(file, 11, 6.0), moving_markers(truth, 12)), file);
 
-  const Ran before = verify(arguments);
-  const Ran mended = refine(arguments);
+  const Outcome before = verify(arguments);
+  const Outcome refined = refine(arguments);
 
   EXPECT_EQ(before.exit, kExitData);
-  EXPECT_THAT(before.said, HasSubstr("camera " + file[5].name + ": was moved within the first"));
-  EXPECT_THAT(before.said, HasSubstr("1 of 8 cameras stand otherwise"));
-  ASSERT_EQ(mended.exit, kExitOk) << mended.said;
+  EXPECT_THAT(before.output, HasSubstr("camera " + file[5].name + ": was moved within the first"));
+  EXPECT_THAT(before.output, HasSubstr("1 of 8 cameras deviate"));
+  ASSERT_EQ(refined.exit, kExitOk) << refined.output;
   const auto rig = settings::load_rig(path("rig.toml"));
   ASSERT_TRUE(rig);
   for (std::size_t i = 0; i < rig->size(); ++i)
     EXPECT_LT(((*rig)[i].centre().v - truth[i].centre().v).norm(), 5e-4) << "m, camera " << i;
 }
 
-TEST_F(OldRig, ThatIsALittleOffAllOverIsImproved) {
+TEST_F(RigCommands, RefineImprovesARigWithSmallErrorsInAllCameras) {
   const Rig truth = eight_cameras();
   Rig file = truth;
   scene::Random random(9);
   for (CameraModel& camera : file) camera = bumped(camera, 0.02 * kDegree * random.normal(), 0.001 * random.normal());
   const auto arguments = files(moving_markers(truth, 6), file);
 
-  const Ran ran = refine(arguments);
+  const Outcome ran = refine(arguments);
 
-  ASSERT_EQ(ran.exit, kExitOk) << ran.said;
+  ASSERT_EQ(ran.exit, kExitOk) << ran.output;
   const auto rig = settings::load_rig(path("rig.toml"));
   ASSERT_TRUE(rig);
   double turn_before = 0.0;
@@ -198,7 +187,7 @@ TEST_F(OldRig, ThatIsALittleOffAllOverIsImproved) {
   EXPECT_LT(turn_after, 0.3 * turn_before);
 }
 
-TEST_F(OldRig, IsNotTouchedWhereMarkersDoNotTell) {
+TEST_F(RigCommands, RefineRefusesARecordingWithoutMarkers) {
   const Rig rig = eight_cameras();
   Take take = moving_markers(rig, 7, 2.0);
   for (auto& camera : take.cameras) {
@@ -206,86 +195,86 @@ TEST_F(OldRig, IsNotTouchedWhereMarkersDoNotTell) {
   }
   const auto arguments = files(take, rig);
 
-  const Ran verified = verify(arguments);
-  const Ran refined = refine(arguments);
+  const Outcome verified = verify(arguments);
+  const Outcome refined = refine(arguments);
 
   EXPECT_EQ(verified.exit, kExitData);
-  EXPECT_THAT(verified.said, HasSubstr("8 of 8 cameras are not told of"));
+  EXPECT_THAT(verified.output, HasSubstr("8 of 8 cameras are undetermined"));
   EXPECT_EQ(refined.exit, kExitData);
-  EXPECT_THAT(refined.said, HasSubstr("expected 50 at least"));
+  EXPECT_THAT(refined.output, HasSubstr("expected at least 50"));
 }
 
 // --- the floor -------------------------------------------------------------------------------------------------------
 
 const std::vector<Eigen::Vector3d> kFrame{{0.0, 0.0, 0.0}, {0.6, 0.0, 0.0}, {0.0, 0.4, 0.0}};
 
-// The same cameras, in a frame of their own.
+// The same cameras in an arbitrary frame.
 Rig without_floor(const Rig& rig) {
   Pose away;
   away.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(2.0, Eigen::Vector3d(1.0, 0.3, -0.4).normalized()));
   away.position = {1.0, -2.0, 0.5};
-  return calibration::laid_on({away, 0.0}, rig);
+  return calibration::in_world({away, 0.0}, rig);
 }
 
-TEST_F(OldRig, IsLaidOnTheFloorFrame) {
+TEST_F(RigCommands, FloorMovesTheWorldOntoTheFloorFrame) {
   const Rig truth = eight_cameras();
   const auto arguments = files(still_points(truth, kFrame, 1), without_floor(truth));
 
-  const Ran ran = floor(arguments);
+  const Outcome ran = floor(arguments);
 
-  ASSERT_EQ(ran.exit, kExitOk) << ran.said;
+  ASSERT_EQ(ran.exit, kExitOk) << ran.output;
   const auto rig = settings::load_rig(path("rig.toml"));
   ASSERT_TRUE(rig);
   for (std::size_t i = 0; i < truth.size(); ++i)
     EXPECT_LT(((*rig)[i].centre().v - truth[i].centre().v).norm(), 2e-3) << "m, 4 m off a frame of 0.6 m";
 }
 
-TEST_F(OldRig, IsNotLaidOnAMirroredFloorNorOnACeiling) {
+TEST_F(RigCommands, FloorRefusesAMirroredFrameAndAFrameOnTheCeiling) {
   const Rig truth = eight_cameras();
   const std::vector<Eigen::Vector3d> mirrored{{0.0, 0.0, 0.0}, {0.6, 0.0, 0.0}, {0.0, -0.4, 0.0}};
-  const Ran wrong_side = floor(files(still_points(truth, mirrored, 2), without_floor(truth)));
-  // Cameras that hang on the floor's side of the frame: its markers look down.
+  const Outcome wrong_side = floor(files(still_points(truth, mirrored, 2), without_floor(truth)));
+  // Cameras below the frame.
   Rig under = truth;
   for (CameraModel& camera : under)
     camera.camera_from_world = scene::look_at({camera.centre().v.x(), camera.centre().v.y(), -2.5}, {0.0, 0.0, 0.0});
-  const Ran ceiling = floor(files(still_points(under, kFrame, 3), without_floor(under)));
+  const Outcome ceiling = floor(files(still_points(under, kFrame, 3), without_floor(under)));
 
   EXPECT_EQ(wrong_side.exit, kExitData);
-  EXPECT_THAT(wrong_side.said, HasSubstr("the world would be mirrored"));
+  EXPECT_THAT(wrong_side.output, HasSubstr("the world would be mirrored"));
   EXPECT_EQ(ceiling.exit, kExitData);
-  EXPECT_THAT(ceiling.said, HasSubstr("the world would be upside down"));
+  EXPECT_THAT(ceiling.output, HasSubstr("the world would be upside down"));
 }
 
-TEST_F(OldRig, OfAWandThatWasToldTooLongIsFoundOutByTheFrame) {
+TEST_F(RigCommands, FloorReportsAWrongScale) {
   Rig truth = eight_cameras();
   const Take take = still_points(truth, kFrame, 4);
   for (CameraModel& camera : truth) camera.camera_from_world.translation *= 1.25;
 
-  const Ran ran = floor(files(take, truth));
+  const Outcome ran = floor(files(take, truth));
 
   EXPECT_EQ(ran.exit, kExitData);
-  EXPECT_THAT(ran.said, HasSubstr("a floor frame that is 1.250 times as large as told"));
+  EXPECT_THAT(ran.output, HasSubstr("the floor frame is 1.250 times as large as expected"));
 }
 
-TEST_F(OldRig, IsNotLaidOnWhatIsNoFrame) {
+TEST_F(RigCommands, FloorRefusesMarkersThatFormNoFrame) {
   const Rig truth = eight_cameras();
   const std::vector<Eigen::Vector3d> two{{0.0, 0.0, 0.0}, {0.6, 0.0, 0.0}};
 
-  const Ran ran = floor(files(still_points(truth, two, 5), truth));
+  const Outcome ran = floor(files(still_points(truth, two, 5), truth));
 
   EXPECT_EQ(ran.exit, kExitData);
-  EXPECT_THAT(ran.said, HasSubstr("no floor frame among 2 markers that lie still"));
+  EXPECT_THAT(ran.output, HasSubstr("no floor frame among 2 stationary markers"));
 }
 
-TEST_F(OldRig, IsLaidOnMarkersOnTheFloor) {
+TEST_F(RigCommands, FloorFitsThePlaneThroughMarkers) {
   const Rig truth = eight_cameras();
   const std::vector<Eigen::Vector3d> four{{-0.9, 0.1, 0.01}, {0.8, -0.2, 0.01}, {0.1, 0.9, 0.01}, {0.3, -0.8, 0.01}};
 
   auto arguments = files(still_points(truth, four, 6), without_floor(truth));
   arguments.insert(arguments.end(), {"--markers", "--height", "10"});
-  const Ran ran = floor(arguments);
+  const Outcome ran = floor(arguments);
 
-  ASSERT_EQ(ran.exit, kExitOk) << ran.said;
+  ASSERT_EQ(ran.exit, kExitOk) << ran.output;
   const auto rig = settings::load_rig(path("rig.toml"));
   ASSERT_TRUE(rig);
   for (const CameraModel& camera : *rig) EXPECT_NEAR(camera.centre().v.z(), 2.5, 3e-3);

@@ -17,7 +17,7 @@ using testing::HasSubstr;
 struct Solved {
   Rig truth;
   calibration::RigEvidence evidence;
-  calibration::RigJudgement judgement;
+  calibration::RigAssessment assessment;
 };
 
 const Solved& solved() {
@@ -26,20 +26,20 @@ const Solved& solved() {
     simworld::WandWorld world({.cameras = 5, .noise_px = 0.1, .seconds = 20.0, .rate_hz = 30.0}, wand, 11);
     const auto solution = calibration::solve_wand(world.take(), world.truth(), wand, {});
     Solved made{world.truth(), calibration::evidence_of(*solution, std::nullopt), {}};
-    made.judgement = calibration::judge_rig(made.evidence);
+    made.assessment = calibration::assess_rig(made.evidence);
     return made;
   }();
   return solved;
 }
 
-RigReport report() { return {"north hall <2>", solved().evidence, solved().judgement}; }
+RigReport report() { return {"north hall <2>", solved().evidence, solved().assessment}; }
 
-TEST(Report, ItsJsonHasTheKeysOfTheContract) {
-  RigReport told = report();
-  told.to_truth =
+TEST(Report, TheJsonHasTheDocumentedKeys) {
+  RigReport report_to_truth = report();
+  report_to_truth.to_truth =
       *calibration::compare_rigs(solved().truth, solved().evidence.rig, calibration::RigAlignment::AllCameras);
 
-  const auto json = nlohmann::json::parse(report_json(told));
+  const auto json = nlohmann::json::parse(report_json(report_to_truth));
 
   ASSERT_EQ(json["cameras"].size(), 5u);
   for (const auto& [name, camera] : json["cameras"].items()) {
@@ -53,24 +53,24 @@ TEST(Report, ItsJsonHasTheKeysOfTheContract) {
   EXPECT_GT(json["wand"]["max_mm"].get<double>(), json["wand"]["mean_mm"].get<double>());
   EXPECT_GT(json["wand"]["std_mm"].get<double>(), 0.0);
   EXPECT_LT(std::abs(json["scale_error"].get<double>()), 1e-3);
-  EXPECT_TRUE(json["floor"].is_null());  // nobody laid one
+  EXPECT_TRUE(json["floor"].is_null());  // not measured
   EXPECT_THAT(json["grade"].get<std::string>(), testing::AnyOf("excellent", "good"));
   EXPECT_LT(json["position_error_mm"].get<double>(), 1.0);
   EXPECT_LT(json["rotation_error_deg"].get<double>(), 0.02);
 }
 
-TEST(Report, ThePageDrawsEachCameraAndKeepsNamesHarmless) {
+TEST(Report, ThePageShowsEachCameraAndEscapesNames) {
   const std::string svg = report_svg(report());
 
   EXPECT_THAT(svg, HasSubstr("north hall &lt;2&gt;"));
   for (const auto& camera : solved().evidence.rig) EXPECT_THAT(svg, HasSubstr(">" + camera.name + "<"));
   EXPECT_THAT(svg, HasSubstr("Wand length"));
-  EXPECT_THAT(svg, HasSubstr("How well a marker is located"));
+  EXPECT_THAT(svg, HasSubstr("Uncertainty of a marker position"));
   EXPECT_THAT(svg, testing::Not(HasSubstr("nan")));
   EXPECT_THAT(svg, testing::Not(HasSubstr("inf")));
 }
 
-TEST(Report, IsWrittenAsTheNameEnds) {
+TEST(Report, TheSuffixOfTheFileDecidesTheFormat) {
   const support::TemporaryFolder folder;
   const auto text_of = [&](const char* name) {
     EXPECT_TRUE(write_report(folder.path() / name, report()));
@@ -80,7 +80,7 @@ TEST(Report, IsWrittenAsTheNameEnds) {
   EXPECT_THAT(text_of("report.svg"), testing::StartsWith("<svg"));
   EXPECT_THAT(text_of("report.json"), testing::StartsWith("{"));
   EXPECT_THAT(text_of("report.txt"), testing::StartsWith("north hall"));
-  // To look at it with one's own eyes.
+  // Set MOCAP_KEEP_REPORT to a path to look at the report.
   const char* kept = std::getenv("MOCAP_KEEP_REPORT");
   if (kept != nullptr) {
     EXPECT_TRUE(write_report(kept, report()));

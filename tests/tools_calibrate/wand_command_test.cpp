@@ -10,9 +10,9 @@
 
 #include "geometry/rigid_fit.h"
 #include "lib/simworld/wand_world.h"
-#include "settings/rig_file.h"
+#include "recording_file.h"
+#include "settings/rig/rig_file.h"
 #include "support/temporary_folder.h"
-#include "take_file.h"
 
 namespace mocap::calibrate {
 namespace {
@@ -24,13 +24,13 @@ using ::testing::HasSubstr;
 
 const Wand kWand{{0.0, 0.16, 0.5}};
 
-struct Ran {
+struct Outcome {
   int exit = 0;
-  std::string said;
+  std::string output;
 };
 
-// The command as a user gives it.
-Ran run(const std::vector<std::string>& arguments) {
+// Runs the subcommand with the arguments of a user.
+Outcome run(const std::vector<std::string>& arguments) {
   cli::App app("test");
   WandOptions options;
   add_wand_command(app, options);
@@ -38,11 +38,11 @@ Ran run(const std::vector<std::string>& arguments) {
   for (const std::string& argument : arguments) words.push_back(argument.c_str());
   ::testing::internal::CaptureStderr();
   ::testing::internal::CaptureStdout();
-  Ran ran;
+  Outcome ran;
   const auto ended = app.parse(static_cast<int>(words.size()), words.data());
   ran.exit = ended ? *ended : run_wand(options);
   std::fflush(stdout);
-  ran.said += ::testing::internal::GetCapturedStderr() + ::testing::internal::GetCapturedStdout();
+  ran.output += ::testing::internal::GetCapturedStderr() + ::testing::internal::GetCapturedStdout();
   return ran;
 }
 
@@ -50,9 +50,9 @@ class WandCommand : public ::testing::Test {
  protected:
   std::string path(const char* name) const { return (folder_.path() / name).string(); }
 
-  // Runs on a take, with the truth as the rig before.
-  Ran run_on(const Take& take, const Rig& truth, const Rig& before, std::vector<std::string> more = {}) const {
-    testing::write_take(path("take.blobs"), take, truth);
+  // Runs on a recording, with `before` as the previous rig.
+  Outcome run_on(const Take& take, const Rig& truth, const Rig& before, std::vector<std::string> more = {}) const {
+    testing::write_recording(path("take.blobs"), take, truth);
     EXPECT_TRUE(settings::save_rig(path("before.toml"), before, {}));
     std::vector<std::string> arguments{"--blobs", path("take.blobs"), "--rig", path("before.toml"),
                                        "--out",   path("rig.toml")};
@@ -66,12 +66,12 @@ class WandCommand : public ::testing::Test {
 
 simworld::WandWorldSettings small_world() { return {.cameras = 5, .noise_px = 0.1, .seconds = 20.0, .rate_hz = 30.0}; }
 
-TEST_F(WandCommand, WritesARigInTheWorldOfTheOneBefore) {
+TEST_F(WandCommand, WritesARigInTheWorldOfThePreviousRig) {
   WandWorld world(small_world(), kWand, 21);
 
-  const Ran ran = run_on(world.take(), world.truth(), world.truth());
+  const Outcome ran = run_on(world.take(), world.truth(), world.truth());
 
-  ASSERT_EQ(ran.exit, kExitOk) << ran.said;
+  ASSERT_EQ(ran.exit, kExitOk) << ran.output;
   const auto rig = settings::load_rig(path("rig.toml"));
   ASSERT_TRUE(rig);
   for (std::size_t c = 0; c < rig->size(); ++c) {
@@ -83,11 +83,11 @@ TEST_F(WandCommand, WritesARigInTheWorldOfTheOneBefore) {
 TEST_F(WandCommand, WritesReportsBesideTheRig) {
   WandWorld world(small_world(), kWand, 25);
 
-  const Ran ran = run_on(world.take(), world.truth(), world.truth(),
-                         {"--report", path("report.svg"), "--report", path("report.json")});
+  const Outcome ran = run_on(world.take(), world.truth(), world.truth(),
+                             {"--report", path("report.svg"), "--report", path("report.json")});
 
-  ASSERT_EQ(ran.exit, kExitOk) << ran.said;
-  EXPECT_THAT(ran.said, HasSubstr("against the rig before"));
+  ASSERT_EQ(ran.exit, kExitOk) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("against the previous rig"));
   std::ifstream json(path("report.json"));
   const std::string text{std::istreambuf_iterator<char>(json), {}};
   for (const char* key : {"\"cam5\"", "\"heldout_px\"", "\"coverage\"", "\"std_mm\"", "\"scale_error\"", "\"grade\""})
@@ -95,35 +95,35 @@ TEST_F(WandCommand, WritesReportsBesideTheRig) {
   EXPECT_TRUE(std::filesystem::exists(path("report.svg")));
 }
 
-TEST_F(WandCommand, NeedsNoLensesAndThenGuessesTheFloor) {
+TEST_F(WandCommand, EstimatesUnknownLensesAndAProvisionalFloor) {
   WandWorld world(small_world(), kWand, 22);
-  testing::write_take(path("take.blobs"), world.take(), world.truth());
+  testing::write_recording(path("take.blobs"), world.take(), world.truth());
 
-  const Ran ran = run({"--blobs", path("take.blobs"), "--fov", "60", "--out", path("rig.toml")});
+  const Outcome ran = run({"--blobs", path("take.blobs"), "--fov", "60", "--out", path("rig.toml")});
 
-  ASSERT_EQ(ran.exit, kExitOk) << ran.said;
-  EXPECT_THAT(ran.said, HasSubstr("floor: a guess"));
+  ASSERT_EQ(ran.exit, kExitOk) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("floor: provisional"));
   const auto rig = settings::load_rig(path("rig.toml"));
   ASSERT_TRUE(rig);
-  for (const CameraModel& camera : *rig) EXPECT_GT(camera.centre().v.z(), 0.5) << "cameras hang over the floor";
+  for (const CameraModel& camera : *rig) EXPECT_GT(camera.centre().v.z(), 0.5) << "cameras are above the floor";
 }
 
 TEST_F(WandCommand, WritesNothingInADryRun) {
   WandWorld world(small_world(), kWand, 23);
 
-  const Ran ran = run_on(world.take(), world.truth(), world.truth(), {"--dry-run"});
+  const Outcome ran = run_on(world.take(), world.truth(), world.truth(), {"--dry-run"});
 
-  EXPECT_EQ(ran.exit, kExitOk) << ran.said;
+  EXPECT_EQ(ran.exit, kExitOk) << ran.output;
   EXPECT_FALSE(wrote());
 }
 
-TEST_F(WandCommand, KeepsTheRigThatWasThereWhenATakeIsRefused) {
+TEST_F(WandCommand, KeepsTheRigFileIfARecordingIsRefused) {
   WandWorld world(small_world(), kWand, 24);
   Take take = world.take();
   for (auto& picture : take.cameras[2]) picture.spots.clear();
   std::ofstream(path("rig.toml")) << "# mine\n";
 
-  const Ran ran = run_on(take, world.truth(), world.truth());
+  const Outcome ran = run_on(take, world.truth(), world.truth());
 
   EXPECT_EQ(ran.exit, kExitData);
   std::ifstream file(path("rig.toml"));
@@ -132,7 +132,7 @@ TEST_F(WandCommand, KeepsTheRigThatWasThereWhenATakeIsRefused) {
   EXPECT_EQ(text, "# mine");
 }
 
-// --- what is refused -------------------------------------------------------------------------------------------------
+// --- refused recordings
 
 struct World {
   WandWorld sim;
@@ -147,7 +147,7 @@ struct World {
 struct Bad {
   const char* name;
   std::function<World()> world;
-  std::vector<const char*> told;  // parts of the message
+  std::vector<const char*> message;  // parts of it
 };
 
 World without_overlap() {
@@ -209,7 +209,7 @@ World with_a_still_wand() {
 
 World with_a_late_camera() {
   World world(39);
-  // Its stamps are 8 ms early: what it shows is where the wand was later.
+  // The time stamps of the second camera are 8 ms early.
   auto settings = small_world();
   settings.rate_hz = 500.0;
   WandWorld fine(settings, kWand, 39);
@@ -255,51 +255,53 @@ World with_a_camera_that_is_in_no_rig() {
 
 const std::vector<Bad> kBad{
     {"no overlap", without_overlap, {"no overlap", "'cam4'"}},
-    {"few samples", with_few_samples, {"camera 'cam", "expected 60 at least; wave", "more where"}},
-    {"wrong order", with_markers_in_another_order, {"divides it at 0.32, expected 0.50"}},
-    {"middle marker off", with_a_middle_marker_a_little_off, {"middle marker is at 170 mm of 500, told was 160"}},
+    {"few samples", with_few_samples, {"camera 'cam", "expected at least 60; wave", "more samples"}},
+    {"wrong order", with_markers_in_another_order, {"divides the line at 0.32, expected 0.50"}},
+    {"middle marker off",
+     with_a_middle_marker_a_little_off,
+     {"middle marker of the wand is at 170 mm of 500, expected 160"}},
     {"wrong length",
      with_a_wand_of_another_length,
-     {"1.250 times as far apart", "the wand is 400 mm long, told was 500"}},
+     {"1.250 times as far apart", "the wand is 400 mm long, expected 500"}},
     {"two wands", with_two_wands, {"two wands in"}},
-    {"still wand", with_a_still_wand, {"lies still"}},
+    {"still wand", with_a_still_wand, {"does not move"}},
     {"not synchronised", with_a_late_camera, {"camera 'cam2'", "about 8.", "ms later than"}},
     {"mirrored", with_a_mirrored_camera, {"camera 'cam3': its images are mirrored"}},
     {"another size", with_a_lens_file_of_another_size, {"camera 'cam2'", "1280x1024", "640x512"}},
-    {"blind camera", with_a_blind_camera, {"camera 'cam5': no wand in any of 600 pictures"}},
-    {"unknown camera", with_a_camera_that_is_in_no_rig, {"camera 'cam1': its lens is not known"}},
+    {"blind camera", with_a_blind_camera, {"camera 'cam5': no wand in any of 600 images"}},
+    {"unknown camera", with_a_camera_that_is_in_no_rig, {"camera 'cam1': its lens is unknown"}},
 };
 
-class BadTake : public WandCommand, public ::testing::WithParamInterface<std::size_t> {};
+class BadRecording : public WandCommand, public ::testing::WithParamInterface<std::size_t> {};
 
-TEST_P(BadTake, GivesItsOwnMessageAndNoRig) {
+TEST_P(BadRecording, IsRefusedWithAMessageAndWritesNoRig) {
   const Bad& bad = kBad[GetParam()];
   World world = bad.world();
 
-  const Ran ran = run_on(world.take, world.sim.truth(), world.before, world.more);
+  const Outcome ran = run_on(world.take, world.sim.truth(), world.before, world.more);
 
   EXPECT_NE(ran.exit, kExitOk) << bad.name;
-  for (const char* part : bad.told) EXPECT_THAT(ran.said, HasSubstr(part)) << bad.name;
+  for (const char* part : bad.message) EXPECT_THAT(ran.output, HasSubstr(part)) << bad.name;
   EXPECT_FALSE(wrote()) << bad.name;
 }
 
-INSTANTIATE_TEST_SUITE_P(All, BadTake, ::testing::Range(std::size_t{0}, kBad.size()));
+INSTANTIATE_TEST_SUITE_P(All, BadRecording, ::testing::Range(std::size_t{0}, kBad.size()));
 
-TEST_F(WandCommand, RefusesFilesThatAreNoRecordings) {
+TEST_F(WandCommand, RefusesFilesThatAreNotRecordings) {
   const auto garbage = folder_.write("garbage.blobs", "P5 640 480 255 ...").string();
   const auto newer = folder_.write("newer.blobs", std::string("mocapblobs\n\x02\x08\x07", 14)).string();
   const auto empty = folder_.write("empty.blobs", "").string();
 
-  EXPECT_THAT(run({"--blobs", garbage, "--out", path("rig.toml")}).said, HasSubstr("is no blob recording"));
-  EXPECT_THAT(run({"--blobs", newer, "--out", path("rig.toml")}).said, HasSubstr("has version 7, expected 1 to 1"));
-  EXPECT_THAT(run({"--blobs", empty, "--out", path("rig.toml")}).said, HasSubstr("is no blob recording"));
+  EXPECT_THAT(run({"--blobs", garbage, "--out", path("rig.toml")}).output, HasSubstr("is no blob recording"));
+  EXPECT_THAT(run({"--blobs", newer, "--out", path("rig.toml")}).output, HasSubstr("has version 7, expected 1 to 1"));
+  EXPECT_THAT(run({"--blobs", empty, "--out", path("rig.toml")}).output, HasSubstr("is no blob recording"));
   EXPECT_EQ(run({"--blobs", path("none.blobs"), "--out", path("rig.toml")}).exit, kExitNoInput);
   EXPECT_FALSE(wrote());
 }
 
-TEST_F(WandCommand, RefusesWandsThatThereAreNot) {
+TEST_F(WandCommand, RefusesInvalidWands) {
   for (const char* wand : {"600", "0,500,160", "0", "10,500", "0,a,500", "0,1,2,3", ""}) {
-    const Ran ran = run({"--blobs", "any.blobs", "--out", path("rig.toml"), "--wand", wand});
+    const Outcome ran = run({"--blobs", "any.blobs", "--out", path("rig.toml"), "--wand", wand});
     EXPECT_EQ(ran.exit, kExitUsage) << wand;
   }
 }

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-// A machine as its files describe it.
+// A folder with the /proc, /sys and /etc files of a machine.
 struct Machine {
   support::TemporaryFolder folder;
 
@@ -32,7 +32,7 @@ struct Machine {
   }
 };
 
-TEST(Doctor, TellsTheSysctlThatGivesImagesRoom) {
+TEST(Doctor, ReportsTheSysctlThatEnlargesTheSocketBuffer) {
   Machine machine;
   machine.has("proc/sys/net/core/rmem_max", "212992");
 
@@ -47,7 +47,7 @@ TEST(Doctor, TellsTheSysctlThatGivesImagesRoom) {
   EXPECT_EQ(enough.cure, "");
 }
 
-TEST(Doctor, LooksAtSpeedAndMtuOfEachCardAndPassesOverLoopback) {
+TEST(Doctor, ChecksSpeedAndMtuOfEachCardExceptLoopback) {
   Machine machine;
   machine.has("sys/class/net/lo/mtu", "65536");
   machine.has("sys/class/net/eth0/device/vendor", "0x8086");
@@ -63,7 +63,7 @@ TEST(Doctor, LooksAtSpeedAndMtuOfEachCardAndPassesOverLoopback) {
   EXPECT_THAT(machine.finding("mtu lo").check, HasSubstr("no such check"));
 }
 
-TEST(Doctor, AsksForPtpOnlyWhereCamerasKeepIt) {
+TEST(Doctor, RequiresPtpOnlyIfCamerasUseIt) {
   Machine machine;
   machine.has("proc/17/comm", "bash");
   EXPECT_THAT(machine.finding("ptp4l").check, HasSubstr("no such check"));
@@ -73,7 +73,7 @@ TEST(Doctor, AsksForPtpOnlyWhereCamerasKeepIt) {
   EXPECT_EQ(machine.finding("ptp4l", {.ptp = true}).verdict, Verdict::Good);
 }
 
-TEST(Doctor, LooksForRulesClockSourceAndUsbMemory) {
+TEST(Doctor, ChecksUdevRulesClockSourceAndUsbMemory) {
   Machine machine;
   machine.has("sys/module/usbcore/parameters/usbfs_memory_mb", "16");
   machine.has("sys/devices/system/clocksource/clocksource0/current_clocksource", "hpet");
@@ -87,7 +87,7 @@ TEST(Doctor, LooksForRulesClockSourceAndUsbMemory) {
   EXPECT_EQ(machine.finding("clock source").verdict, Verdict::Good);
 }
 
-TEST(Doctor, GivesEachBadFindingACommandOrAWordOfWhatToDo) {
+TEST(Doctor, ProposesARemedyForEachBadFinding) {
   const Machine machine;
   for (const Finding& each : examine_machine({.ptp = true, .records_to = "/no/such/folder"}, machine.folder.path())) {
     if (each.verdict != Verdict::Bad) continue;

@@ -5,10 +5,13 @@
 #include <array>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "support/places.h"
+#include "support/shell.h"
 #include "support/temporary_folder.h"
 
 namespace mocap::ctl {
@@ -26,7 +29,7 @@ struct Ended {
 };
 
 Ended run(const std::string& arguments) {
-  const std::string command = support::program_folder() + "/mocapctl " + arguments + " 2>&1";
+  const std::string command = support::quoted(support::program_folder() + "/mocapctl") + " " + arguments + " 2>&1";
   FILE* pipe = ::popen(command.c_str(), "r");
   Ended ended{-1, {}};
   std::array<char, 4096> block;
@@ -40,22 +43,23 @@ TEST(Mocapctl, ImportsFitsAndShowsARecordedSubject) {
   if (!fs::exists(kC3d)) GTEST_SKIP() << "no shared data at " << support::shared_data_folder();
   const support::TemporaryFolder folder;
   const std::string out = folder.path().string();
-  const std::string skeleton = " --skeleton " + (kConfig / "skeletons/human18.toml").string();
+  const std::string skeleton = " --skeleton " + support::quoted(kConfig / "skeletons/human18.toml");
 
-  const Ended imported = run("subject import " + (kC3d / "pycgm_static_38unlabelled_120.c3d").string() +
+  const Ended imported = run("subject import " + support::quoted(kC3d / "pycgm_static_38unlabelled_120.c3d") +
                              " --name anna --static --json --date 2009-07-01 --out " + out + skeleton);
   ASSERT_EQ(imported.exit, 0) << imported.out;
   const auto json = nlohmann::json::parse(imported.out);
   EXPECT_EQ(json["markers"].size(), 39U);
   EXPECT_EQ(json["ghosts"], 38);
   EXPECT_LT(json["residual_mm"], 1.0);
-  // The forearms' markers sit 50 mm apart along them; its thigh wands differ to the fore only, which tells no side.
+  // The markers of the two forearms differ by 50 mm along the arm. The thigh wands differ only in the forward
+  // direction, which does not distinguish left from right.
   const std::vector<std::vector<std::string>> asymmetric{{"LFRM", "RFRM"}};
   EXPECT_EQ(json["asymmetric"], asymmetric);
 
-  const Ended fitted = run("subject fit --c3d " + (kC3d / "pycgm_movement_42unlabelled_120.c3d").string() + " --rest " +
-                           (kC3d / "pycgm_static_38unlabelled_120.c3d").string() + " --marker-set " + out +
-                           "/anna.markers.toml --out " + out + "/better.toml --name anna");
+  const Ended fitted = run("subject fit --c3d " + support::quoted(kC3d / "pycgm_movement_42unlabelled_120.c3d") +
+                           " --rest " + support::quoted(kC3d / "pycgm_static_38unlabelled_120.c3d") + " --marker-set " +
+                           out + "/anna.markers.toml --out " + out + "/better.toml --name anna");
   ASSERT_EQ(fitted.exit, 0) << fitted.out;
   EXPECT_THAT(fitted.out, HasSubstr("subject anna: 39 markers of anna"));
 
@@ -66,22 +70,70 @@ TEST(Mocapctl, ImportsFitsAndShowsARecordedSubject) {
   EXPECT_GT(subject["residual_mm"], 0.5);
 }
 
-TEST(Mocapctl, SaysWhatIsWrong) {
+TEST(Mocapctl, ReportsInvalidInput) {
   EXPECT_EQ(run("").exit, 64);
   EXPECT_EQ(run("subject fit --marker-set x --out y").exit, 64);
-  const Ended missing =
-      run("subject import nothing.c3d --name n --out /tmp --skeleton " + (kConfig / "skeletons/human18.toml").string());
+  const Ended missing = run("subject import nothing.c3d --name n --out /tmp --skeleton " +
+                            support::quoted(kConfig / "skeletons/human18.toml"));
   EXPECT_EQ(missing.exit, 65);
   EXPECT_THAT(missing.out, HasSubstr("nothing.c3d: cannot be read"));
-  const Ended no_subject = run("subject show " + (kConfig / "markersets/rigid4.toml").string());
+  const Ended no_subject = run("subject show " + support::quoted(kConfig / "markersets/rigid4.toml"));
   EXPECT_EQ(no_subject.exit, 78);
   EXPECT_THAT(no_subject.out, HasSubstr("format is missing"));
 }
 
-TEST(Mocapctl, HelpsWithExamples) {
+TEST(Mocapctl, DescribesOnlyCamerasOfAMakeThatHasFeatures) {
+  const std::string config = " --config " + (kConfig / "synthetic.toml").string();
+
+  const Ended synthetic = run("cameras describe cam1" + config);
+  const Ended unknown = run("cameras describe nowhere" + config);
+
+  EXPECT_EQ(synthetic.exit, 78);
+  EXPECT_THAT(synthetic.out, HasSubstr("cameras with driver synthetic have no features beside their settings"));
+  EXPECT_EQ(unknown.exit, 78);
+  EXPECT_THAT(unknown.out, HasSubstr("has no camera 'nowhere'"));
+}
+
+TEST(Mocapctl, PrintsExamplesInTheHelp) {
   const Ended help = run("--help");
   EXPECT_EQ(help.exit, 0);
   EXPECT_THAT(help.out, HasSubstr("mocapctl subject import static.c3d"));
+}
+
+TEST(Mocapctl, DrawsTheShippedMarkerSetsAsTheirReadmeShowsThem) {
+  const auto text_of = [](const fs::path& file) {
+    std::ifstream in(file);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const std::string readme = text_of(kConfig / "markersets" / "README.md");
+  std::size_t sets = 0;
+  for (const fs::directory_entry& entry : fs::directory_iterator(kConfig / "markersets")) {
+    if (entry.path().extension() != ".toml") continue;
+    ++sets;
+    const std::string name = entry.path().stem().string();
+
+    const Ended drawn = run("subject draw " + entry.path().string());
+
+    EXPECT_EQ(drawn.exit, 0) << drawn.out;
+    EXPECT_EQ(drawn.out, text_of(kConfig / "markersets" / "drawings" / (name + ".svg")))
+        << "draw it again: mocapctl subject draw config/markersets/" << name
+        << ".toml --out config/markersets/drawings/" << name << ".svg";
+    EXPECT_THAT(readme, HasSubstr("drawings/" + name + ".svg"));
+  }
+  EXPECT_GE(sets, 7U);
+}
+
+TEST(Mocapctl, DrawsEachMarkerWithItsLabelAndRefusesAnotherFile) {
+  support::TemporaryFolder folder;
+  const fs::path picture = folder.path() / "set.svg";
+
+  ASSERT_EQ(
+      run("subject draw " + (kConfig / "markersets/baseline41.toml").string() + " --out " + picture.string()).exit, 0);
+
+  std::ifstream in(picture);
+  const std::string svg(std::istreambuf_iterator<char>(in), {});
+  for (const char* label : {">HeadTop<", ">LHeel<", ">RToeTip<", ">BackLeft<"}) EXPECT_THAT(svg, HasSubstr(label));
+  EXPECT_EQ(run("subject draw " + (kConfig / "demo.toml").string()).exit, 78);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// mocap-eval as people run it.
+// Tests of the program mocap-eval with its command line.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -10,7 +10,8 @@
 #include <nlohmann/json.hpp>
 
 #include "support/places.h"
-#include "wire/json.h"
+#include "support/shell.h"
+#include "wire/codec/json.h"
 
 namespace mocap::eval {
 namespace {
@@ -24,7 +25,7 @@ struct Outcome {
 };
 
 Outcome run(const std::string& arguments) {
-  const std::string command = support::program_folder() + "/mocap-eval " + arguments;
+  const std::string command = support::quoted(support::program_folder() + "/mocap-eval") + " " + arguments;
   std::FILE* pipe = ::popen(command.c_str(), "r");
   EXPECT_NE(pipe, nullptr);
   std::string out;
@@ -80,7 +81,7 @@ TEST_F(MocapEval, PrintsOneJsonObjectWithAndWithoutTheSubcommand) {
   }
 }
 
-TEST_F(MocapEval, ExitsWith1WhenADemandIsNotMet) {
+TEST_F(MocapEval, ExitsWith1IfALimitIsNotMet) {
   const std::string files = "score --truth " + write("truth", 0.0) + " --stream " + write("stream", 0.003);
 
   EXPECT_EQ(run(files + " --max-label-errors 0 --min-frames 100").exit_code, 0);
@@ -88,11 +89,11 @@ TEST_F(MocapEval, ExitsWith1WhenADemandIsNotMet) {
 
   EXPECT_EQ(done.exit_code, 1);
   EXPECT_THAT(done.out, HasSubstr("marker_rms_mm is 3.0"));
-  EXPECT_EQ(run(files + " --max-joint-rms-mm 1000 2>&1").exit_code, 1);                // no joints at all
-  EXPECT_EQ(run(files + " --require-match --max-marker-rms-mm 4 2>&1").exit_code, 1);  // the same
+  EXPECT_EQ(run(files + " --max-joint-rms-mm 1000 2>&1").exit_code, 1);                // the stream has no joints
+  EXPECT_EQ(run(files + " --require-match --max-marker-rms-mm 4 2>&1").exit_code, 1);  // the stream has no joints
 }
 
-TEST_F(MocapEval, JudgesNamesAndBonesOfFilesAndDrawsThem) {
+TEST_F(MocapEval, ScoresLabelsAndBonesOfFilesAndWritesPlots) {
   const std::string files = "--truth " + write("truth", 0.0) + " --stream " + write("stream", 0.001);
   const std::string plots = " --json --plots " + (folder_ / "plots").string();
 
@@ -103,7 +104,7 @@ TEST_F(MocapEval, JudgesNamesAndBonesOfFilesAndDrawsThem) {
   for (const char* key : {"precision", "recall", "f1"}) EXPECT_EQ(json.at(key), 1.0) << key;
   EXPECT_EQ(json.at("wrong_events"), 0);
   EXPECT_EQ(json.at("longest_wrong_sets"), 0);
-  EXPECT_EQ(json.at("availability"), 0.0);  // the stream has names but no skeleton
+  EXPECT_EQ(json.at("availability"), 0.0);  // the stream has labels but no skeleton
   EXPECT_EQ(json.at("first_label_s"), 0.0);
   EXPECT_TRUE(json.at("reacquire_s").is_null());
   EXPECT_EQ(json.at("mota"), 1.0);
@@ -114,7 +115,7 @@ TEST_F(MocapEval, JudgesNamesAndBonesOfFilesAndDrawsThem) {
   EXPECT_TRUE(fs::exists(folder_ / "plots" / "names_0.svg"));
 }
 
-TEST_F(MocapEval, RunsASceneThatAFileTells) {
+TEST_F(MocapEval, RunsASceneFromAFile) {
   const std::string scene = write_text("scene.toml",
                                        "seconds = 2\n[goal]\nf1 = 0.9\n[[actor]]\nname = 'a'\nmotion = 'tpose'\n"
                                        "marker_set = '" +
@@ -131,7 +132,7 @@ TEST_F(MocapEval, RunsASceneThatAFileTells) {
   EXPECT_TRUE(fs::exists(folder_ / "plots" / "scene_a_joints.svg"));
 }
 
-TEST_F(MocapEval, SaysWhichMotionIsNotThereAndWhatIsWrongWithAScene) {
+TEST_F(MocapEval, ReportsAMissingMotionAndTheFaultsOfAScene) {
   const std::string actor =
       "[[actor]]\nname = 'a'\nmarker_set = '" + support::source_folder() + "/config/markersets/baseline41.toml'\n";
   const std::string missing = write_text("missing.toml", actor + "motion = 'no_such.bvh'\n");
@@ -145,7 +146,7 @@ TEST_F(MocapEval, SaysWhichMotionIsNotThereAndWhatIsWrongWithAScene) {
   EXPECT_THAT(refused.out, HasSubstr("faulty.toml:5:1: actor 'a': unknown key 'secons'"));
 }
 
-TEST_F(MocapEval, NamesTheLineThatCannotBeRead) {
+TEST_F(MocapEval, ReportsTheLineThatCannotBeRead) {
   const std::string truth = write("truth", 0.0);
   const std::string bad = write_text("bad", R"({"instants":{"exposedAtNs":"1"}})"
                                             "\n\nnonsense\n");
@@ -156,7 +157,7 @@ TEST_F(MocapEval, NamesTheLineThatCannotBeRead) {
   EXPECT_THAT(done.out, HasSubstr("bad:3: not a snapshot in JSON"));
 }
 
-TEST_F(MocapEval, ReadsAStreamWhoseWriterWasStoppedInTheMiddle) {
+TEST_F(MocapEval, ReadsAStreamWithAnIncompleteLastLine) {
   const std::string truth = write("truth", 0.0);
   const std::string stream = write("stream", 0.0);
   fs::resize_file(stream, fs::file_size(stream) - 20);
@@ -167,7 +168,7 @@ TEST_F(MocapEval, ReadsAStreamWhoseWriterWasStoppedInTheMiddle) {
   EXPECT_EQ(nlohmann::json::parse(done.out).at("stream_frames"), 199);
 }
 
-TEST_F(MocapEval, SaysWhatIsWrongWithItsArguments) {
+TEST_F(MocapEval, ReportsInvalidArguments) {
   EXPECT_EQ(run("2>&1").exit_code, 64);
   EXPECT_EQ(run("nonsense 2>&1").exit_code, 64);
   EXPECT_EQ(run("score 2>&1").exit_code, 64);

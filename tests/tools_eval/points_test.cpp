@@ -26,7 +26,7 @@ PointsScore run(const simworld::PointMotion& motion, const simworld::WorldSettin
   PointsScorer scorer(world.rig(), settings.noise_px, score);
   for (int set = 0; set < sets; ++set) {
     const simworld::SeenInstant& seen = world.next();
-    if (row.step(seen)) scorer.add(seen, row.matches(), row.markers(), row.expected(), row.tracked());
+    if (row.step(seen)) scorer.add(seen, row.matches(), row.markers(), row.predicted(), row.tracked());
   }
   return score;
 }
@@ -44,9 +44,9 @@ TEST(EvalPoints, FindsEveryMarkerOfASwarmAtTheBoundOfTheGeometry) {
     const PointsScore score = run(*swarm, settings, 150, 3);
 
     EXPECT_EQ(score.seen_by_3plus.found, score.seen_by_3plus.of);
-    // 4500 points of three axes: the ratio scatters by 0.6 %.
+    // 4500 points with three axes each: the standard deviation of the ratio is 0.6 %.
     EXPECT_NEAR(ratio_to_bound(score), 1.0, 0.03) << noise_px << " px";
-    // Within the tenth that is the goal: what a rig shows to be off is learnt, and never learnt to be less than none.
+    // The goal is 10 %. The learned rig error cannot be negative, so the reported covariance is slightly too large.
     EXPECT_NEAR(score.nees.mean(), 3.0, 0.3) << noise_px << " px";
     EXPECT_EQ(score.id_changes, 0U);
     EXPECT_EQ(score.ghosts, 0U);
@@ -63,11 +63,11 @@ TEST(EvalPoints, TheBoundGrowsWithTheNoiseAndShrinksWithTheCameras) {
   };
 
   EXPECT_NEAR(bound_mm(8, 0.2) / bound_mm(8, 0.1), 2.0, 1e-6);
-  // As the root of their number, about: the rings differ.
+  // About the square root of the number of cameras; not exactly, because the rings differ.
   EXPECT_NEAR(bound_mm(4, 0.1) / bound_mm(16, 0.1), 2.0, 0.4);
 }
 
-TEST(EvalPoints, FalseBlobsMissesAndLostImagesMakeNoTrack) {
+TEST(EvalPoints, FalseBlobsMissesAndLostImagesCreateNoGhostTrack) {
   const auto swarm = simworld::make_swarm(40, 8);
   simworld::WorldSettings settings;
   settings.false_blobs = 0.1;
@@ -95,7 +95,7 @@ TEST(EvalPoints, TheSameSeedGivesTheSameWorldAndAnotherADifferentOne) {
   EXPECT_NE(a.squared_error_m2.total, c.squared_error_m2.total);
 }
 
-TEST(EvalPoints, BlobsThatTouchBecomeOneInTheMiddleOfBoth) {
+TEST(EvalPoints, BlobsThatTouchMergeAtTheirMeanPosition) {
   const auto swarm = simworld::make_swarm(60, 3);
   simworld::WorldSettings settings;
   settings.merge = true;
@@ -142,14 +142,14 @@ TEST(EvalPoints, HidesMarkersAsOftenAndAsLongAsRealCamerasDo) {
   std::sort(runs.begin(), runs.end());
 
   EXPECT_NEAR(seen / (kSets * kLights), 0.63, 0.05);
-  // As measured: 2 to 6 sets in the median, 30 to 200 at the 90th percentile.
+  // Measured on recordings: 2 to 6 sets in the median, 30 to 200 sets at the 90th percentile.
   EXPECT_GE(runs[runs.size() / 2], 2);
   EXPECT_LE(runs[runs.size() / 2], 6);
   EXPECT_GE(runs[runs.size() * 9 / 10], 30);
   EXPECT_LE(runs[runs.size() * 9 / 10], 200);
 }
 
-TEST(EvalPoints, ReadsTrcAndSaysWhatIsWrongWithOtherFiles) {
+TEST(EvalPoints, ReadsTrcAndReportsTheFaultsOfOtherFiles) {
   const support::TemporaryFolder folder;
   const std::string trc = (folder.path() / "two.trc").string();
   std::ofstream(trc) << "PathFileType\t4\t(X/Y/Z)\ttwo.trc\n"
@@ -174,7 +174,7 @@ TEST(EvalPoints, ReadsTrcAndSaysWhatIsWrongWithOtherFiles) {
   EXPECT_EQ(simworld::load_motion((folder.path() / "empty.trc").string(), 0).error().code, ErrorCode::InvalidArgument);
 }
 
-// Identity changes of real motion, every camera seeing every marker.
+// Number of identity changes in recorded motion that all cameras see.
 std::uint64_t id_changes(const std::string& file, double rate_hz, std::uint64_t seed) {
   const auto motion = simworld::load_motion(support::shared_data_folder() + "/c3d/" + file, 0);
   if (!motion) return 9999;
@@ -183,7 +183,7 @@ std::uint64_t id_changes(const std::string& file, double rate_hz, std::uint64_t 
   return run(**motion, settings, static_cast<int>((*motion)->length_s() * rate_hz) + 1, seed).id_changes;
 }
 
-TEST(EvalPoints, NobodyChangesIdentityInRecordedMotionThatAllCamerasSee) {
+TEST(EvalPoints, KeepsAllIdentitiesInRecordedMotionThatAllCamerasSee) {
   if (!std::ifstream(support::shared_data_folder() + "/c3d/btk_optitrack36_100.c3d")) {
     GTEST_SKIP() << "no motion data at " << support::shared_data_folder();
   }
@@ -191,7 +191,7 @@ TEST(EvalPoints, NobodyChangesIdentityInRecordedMotionThatAllCamerasSee) {
     EXPECT_EQ(id_changes("btk_pig_walk_fullbody_100.c3d", rate_hz, 21), 0U) << rate_hz << " Hz";
     EXPECT_EQ(id_changes("btk_optitrack36_100.c3d", rate_hz, 21), 0U) << rate_hz << " Hz";
   }
-  // Its gaps are in its nameless lights; a linker of constant velocity changes 46.
+  // Only unlabelled points of the recording have gaps. A constant-velocity tracker has 46 identity changes.
   EXPECT_LE(id_changes("pycgm_movement_42unlabelled_120.c3d", 120.0, 21), 23U);
 }
 

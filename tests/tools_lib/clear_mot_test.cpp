@@ -44,7 +44,7 @@ TEST(ClearMot, AgreesWithTheWorkedExample) {
   EXPECT_NEAR(*counts.motp(), toy.at("derived_here").at("motp").get<double>(), 1e-12);
 }
 
-TEST(ClearMot, KeepsAPairThoughAnotherIsCheaper) {
+TEST(ClearMot, KeepsAPairAlthoughAnotherIsCloser) {
   ClearMot mot;
   const std::vector<std::uint64_t> objects{7}, tracks{1, 2};
 
@@ -70,7 +70,7 @@ TEST(ClearMot, CountsASwitchAfterAGap) {
   EXPECT_NEAR(*mot.counts().mota(), 1.0 - 2.0 / 3.0, 1e-12);
 }
 
-TEST(ClearMot, RestsOnNothingWithoutObjects) {
+TEST(ClearMot, HasNoFiguresWithoutObjects) {
   ClearMot mot;
 
   mot.add({}, std::vector<std::uint64_t>{1}, {});

@@ -12,7 +12,7 @@ constexpr std::uint32_t kMarkers = 4;
 
 Timestamp at_set(int i) { return from_ns(1'000'000'000) + i * std::chrono::milliseconds(10); }
 
-// Two subjects of four markers each, 300 mm apart, all in view of four cameras, tracked with whole skeletons.
+// Two subjects of four markers each, 300 mm apart, all seen by four cameras and tracked with complete skeletons.
 EvalFrame truth_at(int set) {
   EvalFrame frame;
   frame.exposed_at = at_set(set);
@@ -29,7 +29,7 @@ NamedMarker& name(EvalFrame& frame, std::uint32_t subject, std::uint32_t marker)
   return frame.markers[subject * kMarkers + marker];
 }
 
-// What is said, set by set: the truth, changed by `change`.
+// Scores the truth, modified by `change` in each set.
 template <class Change>
 std::map<std::uint32_t, LabelCounts> judge(int sets, Change change, LabelScorer& scorer) {
   for (int set = 0; set < sets; ++set) {
@@ -40,7 +40,7 @@ std::map<std::uint32_t, LabelCounts> judge(int sets, Change change, LabelScorer&
   return scorer.finish();
 }
 
-TEST(LabelScorer, GivesFullMarksToTheTruth) {
+TEST(LabelScorer, ScoresTheTruthAsPerfect) {
   LabelScorer scorer;
 
   const auto counts = judge(
@@ -60,7 +60,7 @@ TEST(LabelScorer, GivesFullMarksToTheTruth) {
   EXPECT_EQ(scorer.mot().switches, 0U);
 }
 
-TEST(LabelScorer, CountsASwapOfTwoNamesForThreeSets) {
+TEST(LabelScorer, CountsASwapOfTwoLabelsForThreeSets) {
   LabelScorer scorer;
   const auto swap = [](int set, EvalFrame&, EvalFrame& said) {
     if (set >= 10 && set < 13) std::swap(name(said, 0, 1).position_m, name(said, 0, 2).position_m);
@@ -68,7 +68,7 @@ TEST(LabelScorer, CountsASwapOfTwoNamesForThreeSets) {
 
   const LabelCounts counts = judge(100, swap, scorer).at(0);
 
-  // 6 wrong of 400 names; 6 of 400 visible markers without theirs.
+  // 6 of 400 labels are wrong; 6 of 400 visible markers lack their label.
   EXPECT_NEAR(*counts.precision(), 394.0 / 400.0, 1e-12);
   EXPECT_NEAR(*counts.recall(), 394.0 / 400.0, 1e-12);
   EXPECT_NEAR(*counts.f1(), 394.0 / 400.0, 1e-12);
@@ -84,10 +84,10 @@ TEST(LabelScorer, CountsASwapOfTwoNamesForThreeSets) {
   EXPECT_EQ(event.on->marker, 2U);
   EXPECT_EQ(counts.longest_wrong_sets, 3U);
   EXPECT_EQ(counts.exchanged, 0U);
-  EXPECT_EQ(scorer.mot().switches, 4U);  // there and back, two markers
+  EXPECT_EQ(scorer.mot().switches, 4U);  // two markers, each twice: swapped and swapped back
 }
 
-TEST(LabelScorer, TellsANameThatMovesToAnotherSubject) {
+TEST(LabelScorer, CountsALabelThatMovesToAnotherSubject) {
   LabelScorer scorer;
   const auto move = [](int set, EvalFrame& truth, EvalFrame& said) {
     if (set < 50) return;
@@ -102,7 +102,7 @@ TEST(LabelScorer, TellsANameThatMovesToAnotherSubject) {
   EXPECT_EQ(counts.at(1).exchanged, 0U);
 }
 
-TEST(LabelScorer, TakesTwentyMillimetresForRight) {
+TEST(LabelScorer, AcceptsLabelsWithinTwentyMillimetres) {
   LabelScorer scorer;
   const auto shift = [](int set, EvalFrame&, EvalFrame& said) {
     if (set == 20) name(said, 0, 0).position_m.z() += 0.0199;
@@ -115,13 +115,13 @@ TEST(LabelScorer, TakesTwentyMillimetresForRight) {
   EXPECT_EQ(counts.right, 399U);
 }
 
-TEST(LabelScorer, SeesASwapOfMarkersThatAreNearEachOther) {
+TEST(LabelScorer, DetectsASwapOfMarkersThatAreCloseTogether) {
   LabelScorer scorer;
   const auto swap = [](int set, EvalFrame& truth, EvalFrame& said) {
     name(truth, 0, 1).position_m = name(truth, 0, 0).position_m + Eigen::Vector3d(0.0, 0.0, 0.015);
     name(said, 0, 1).position_m = name(truth, 0, 1).position_m;
     if (set == 40) std::swap(name(said, 0, 0).position_m, name(said, 0, 1).position_m);
-    if (set == 50) name(said, 0, 0).position_m.z() += 0.008;  // a little nearer to the other: noise
+    if (set == 50) name(said, 0, 0).position_m.z() += 0.008;  // slightly closer to the other marker: noise
   };
 
   const LabelCounts counts = judge(100, swap, scorer).at(0);
@@ -129,7 +129,7 @@ TEST(LabelScorer, SeesASwapOfMarkersThatAreNearEachOther) {
   EXPECT_EQ(counts.wrong, 2U);
 }
 
-TEST(LabelScorer, AsksNoNameOfWhatOneCameraSees) {
+TEST(LabelScorer, ExpectsNoLabelForAMarkerThatOneCameraSees) {
   LabelScorer scorer;
   const auto hide = [](int, EvalFrame& truth, EvalFrame& said) {
     name(truth, 0, 3).cameras = 1;
@@ -146,7 +146,7 @@ TEST(LabelScorer, AsksNoNameOfWhatOneCameraSees) {
   EXPECT_NEAR(*counts.filled_rms_mm(), 30.0, 1e-6);
 }
 
-TEST(LabelScorer, CountsAMarkerInViewThatIsOnlyFilledAsMissed) {
+TEST(LabelScorer, CountsAVisibleMarkerThatIsOnlyFilledAsMissed) {
   LabelScorer scorer;
   const auto fill = [](int set, EvalFrame&, EvalFrame& said) {
     if (set >= 50) name(said, 0, 3).state = LabelState::Filled;
@@ -158,7 +158,7 @@ TEST(LabelScorer, CountsAMarkerInViewThatIsOnlyFilledAsMissed) {
   EXPECT_EQ(*counts.precision(), 1.0);
 }
 
-TEST(LabelScorer, BeginsWithTheFirstName) {
+TEST(LabelScorer, StartsWithTheFirstLabel) {
   LabelScorer scorer;
   const auto late = [](int set, EvalFrame&, EvalFrame& said) {
     if (set >= 40) return;
@@ -174,7 +174,7 @@ TEST(LabelScorer, BeginsWithTheFirstName) {
   EXPECT_NEAR(counts.first_label_s.at(0), 0.4, 1e-9);
 }
 
-TEST(LabelScorer, GivesNothingToWhoNeverNames) {
+TEST(LabelScorer, GivesZeroWithoutAnyLabel) {
   LabelScorer scorer;
 
   const LabelCounts counts = judge(
@@ -187,7 +187,7 @@ TEST(LabelScorer, GivesNothingToWhoNeverNames) {
   EXPECT_TRUE(counts.first_label_s.empty());
 }
 
-// Nothing in view from set 20 to 39; the names come back at set `named`.
+// No marker is visible in sets 20 to 39. The labels return in set `named`.
 auto blackout(int named) {
   return [named](int set, EvalFrame& truth, EvalFrame& said) {
     if (set >= 20 && set < 40) {
@@ -197,7 +197,7 @@ auto blackout(int named) {
   };
 }
 
-TEST(LabelScorer, TimesHowLongNamesTakeToComeBack) {
+TEST(LabelScorer, MeasuresTheTimeUntilLabelsReturn) {
   LabelScorer soon, never;
 
   const LabelCounts back = judge(100, blackout(47), soon).at(0);
@@ -207,13 +207,13 @@ TEST(LabelScorer, TimesHowLongNamesTakeToComeBack) {
   EXPECT_NEAR(back.reacquire_s[0], 0.07, 1e-9);
   EXPECT_EQ(*back.reacquired_share(0.5), 1.0);
   EXPECT_EQ(*back.reacquired_share(0.05), 0.0);
-  EXPECT_EQ(back.visible, 80U * kMarkers);  // the dark asks for nothing
+  EXPECT_EQ(back.visible, 80U * kMarkers);  // no label is expected during the outage
   ASSERT_EQ(gone.reacquire_s.size(), 1U);
   EXPECT_TRUE(std::isinf(gone.reacquire_s[0]));
   EXPECT_EQ(*gone.reacquired_share(0.5), 0.0);
 }
 
-TEST(LabelScorer, LeavesOutWhatTheTruthDoesNotKnow) {
+TEST(LabelScorer, IgnoresMarkersThatTheTruthLacks) {
   LabelScorer scorer;
   const auto gap = [](int set, EvalFrame& truth, EvalFrame&) {
     if (set >= 50) truth.markers.erase(truth.markers.begin());
@@ -226,7 +226,7 @@ TEST(LabelScorer, LeavesOutWhatTheTruthDoesNotKnow) {
   EXPECT_EQ(*counts.f1(), 1.0);
 }
 
-TEST(LabelScorer, DrawsTheTimelineOfEveryMarker) {
+TEST(LabelScorer, RecordsTheTimelineOfEveryMarker) {
   LabelScorer scorer(true);
   const auto mix = [](int set, EvalFrame&, EvalFrame& said) {
     if (set == 3) name(said, 0, 0).position_m.z() += 0.1;
@@ -242,7 +242,7 @@ TEST(LabelScorer, DrawsTheTimelineOfEveryMarker) {
   EXPECT_EQ(timeline.t_s.size(), 8U);
 }
 
-TEST(LabelScorer, CountsGhostsButNoRecordedLights) {
+TEST(LabelScorer, CountsGhostsButNotRecordedUnlabelledPoints) {
   LabelScorer scorer;
   const auto lights = [](int, EvalFrame& truth, EvalFrame& said) {
     truth.unlabelled_m = {{5.0, 5.0, 1.0}};

@@ -31,7 +31,7 @@ class SceneFileTest : public ::testing::Test {
 
 constexpr const char* kActor = "[[actor]]\nname = 'a'\nmotion = 'walk'\nmarker_set = 'm.toml'\n";
 
-TEST_F(SceneFileTest, KnowsTheUsualScene) {
+TEST_F(SceneFileTest, ReadsATypicalScene) {
   const auto scene = load(kActor);
 
   ASSERT_TRUE(scene);
@@ -45,28 +45,28 @@ TEST_F(SceneFileTest, KnowsTheUsualScene) {
   EXPECT_EQ(scene->actors.at(0).marker_set, folder_.path() / "m.toml");
 }
 
-TEST_F(SceneFileTest, TellsEveryFaultWithItsLine) {
+TEST_F(SceneFileTest, ReportsEveryFaultWithItsLine) {
   const std::string told =
       faults(std::string(kActor) + "sise = 0.9\n\n[image]\nfalse_blobs = 11\n\n[hide]\nshare = 1\n");
 
   EXPECT_THAT(told, HasSubstr("scene.toml:5:1: actor 'a': unknown key 'sise', did you mean 'size'?"));
   EXPECT_THAT(told, HasSubstr("scene.toml:8:15: image: false_blobs is 11"));
-  EXPECT_THAT(told, HasSubstr("scene.toml:10:"));  // [hide] is no list
+  EXPECT_THAT(told, HasSubstr("scene.toml:10:"));  // [hide] is not an array of tables
 }
 
-TEST_F(SceneFileTest, WantsAMotionForEverybody) {
+TEST_F(SceneFileTest, RequiresAMotionForEveryActor) {
   EXPECT_THAT(faults("[[actor]]\nname = 'a'\nmarker_set = 'm.toml'\n"), HasSubstr("actor 'a' has no motion"));
   EXPECT_EQ(faults("[[actor]]\nname = 'a'\nmarker_set = 'm.toml'\n[[clip]]\nmotion = 'x.bvh'\n"), "none");
 }
 
-TEST_F(SceneFileTest, WantsActorsThatAreToldApart) {
+TEST_F(SceneFileTest, RequiresDifferentActorNames) {
   EXPECT_THAT(faults("seconds = 1\n"), HasSubstr("there is no [[actor]]"));
   EXPECT_THAT(faults(std::string(kActor) + kActor), HasSubstr("actor 'a' is there twice"));
   EXPECT_THAT(faults(std::string(kActor) + "[[only_camera]]\nactor = 'b'\nmarkers = 'x'\n"),
               HasSubstr("there is no actor 'b'"));
 }
 
-TEST_F(SceneFileTest, TakesTheStagesSectionsOfTheDaemon) {
+TEST_F(SceneFileTest, AcceptsTheSectionsOfThePipelineSteps) {
   const auto scene = load(std::string(kActor) + "[match]\ncalibration_px = 0.25\n");
 
   ASSERT_TRUE(scene);
@@ -75,7 +75,7 @@ TEST_F(SceneFileTest, TakesTheStagesSectionsOfTheDaemon) {
   EXPECT_THAT(faults(std::string(kActor) + "[publish]\n"), HasSubstr("unknown key 'publish'"));
 }
 
-TEST_F(SceneFileTest, FindsAMotionBesideItself) {
+TEST_F(SceneFileTest, FindsAMotionNextToTheSceneFile) {
   std::ofstream(folder_.path() / "clip.bvh") << "HIERARCHY";
   const auto scene = load(kActor);
   ASSERT_TRUE(scene);
@@ -84,7 +84,7 @@ TEST_F(SceneFileTest, FindsAMotionBesideItself) {
   EXPECT_EQ(find_motion(*scene, "none.bvh").error().code, ErrorCode::NotFound);
 }
 
-TEST(SceneFiles, OfTheProjectAreAllSound) {
+TEST(SceneFiles, OfTheProjectAreAllValid) {
   std::size_t count = 0;
   for (const auto& entry : fs::directory_iterator(support::source_folder() + "/config/scenes")) {
     const auto scene = load_scene(entry.path());

@@ -39,11 +39,11 @@ Truth truth_of(int frames) {
   return std::move(*truth);
 }
 
-TEST(Score, OfTheTruthItselfIsPerfect) {
+TEST(Score, IsPerfectForTheTruth) {
   const Score s = score(truth_of(300), take(300), {});
 
   EXPECT_EQ(s.stream_frames, 300U);
-  EXPECT_EQ(s.frames, 200U);  // the first second is not judged
+  EXPECT_EQ(s.frames, 200U);  // the first second is not scored
   EXPECT_EQ(s.labels_expected, 600U);
   EXPECT_EQ(s.labels_right, 600U);
   EXPECT_EQ(s.label_errors + s.missing + s.ghosts + s.gaps + s.duplicates, 0U);
@@ -53,14 +53,14 @@ TEST(Score, OfTheTruthItselfIsPerfect) {
   EXPECT_EQ(*s.time_to_first_label_s, 0.0);
 }
 
-TEST(Score, TakesTheTruthBetweenItsInstants) {
+TEST(Score, InterpolatesTheTruthBetweenItsInstants) {
   const Score s = score(truth_of(300), take(299, std::chrono::milliseconds(3)), {});
 
   EXPECT_NEAR(*s.marker_rms_mm, 0.0, 1e-6);  // without interpolation: 3 mm
   EXPECT_NEAR(*s.rotation_rms_deg, 0.0, 1e-5);
 }
 
-TEST(Score, MeasuresHowFarOffMarkersAndJointsAre) {
+TEST(Score, MeasuresTheErrorsOfMarkersAndJoints) {
   std::vector<EvalFrame> stream = take(300);
   for (EvalFrame& frame : stream) {
     frame.markers[0].position_m.z() += 0.003;
@@ -85,10 +85,10 @@ TEST(Score, CountsASwapAsTwoErrors) {
 
   EXPECT_EQ(s.label_errors, 2U);
   EXPECT_EQ(s.labels_right, 598U);
-  EXPECT_NEAR(*s.marker_rms_mm, 0.0, 1e-9);  // of the right ones
+  EXPECT_NEAR(*s.marker_rms_mm, 0.0, 1e-9);  // of the right labels
 }
 
-TEST(Score, CountsANameThatIsNearerToAnotherMarker) {
+TEST(Score, CountsALabelThatIsCloserToAnotherMarker) {
   std::vector<EvalFrame> known = take(300);
   for (EvalFrame& frame : known)
     frame.markers[1].position_m = frame.markers[0].position_m + Eigen::Vector3d(0.0, 0.015, 0.0);
@@ -100,7 +100,7 @@ TEST(Score, CountsANameThatIsNearerToAnotherMarker) {
   EXPECT_EQ(s.label_errors, 1U);
 }
 
-TEST(Score, TellsAWrongGuessFromAWrongName) {
+TEST(Score, DistinguishesAWrongFilledMarkerFromAWrongLabel) {
   std::vector<EvalFrame> stream = take(300);
   for (const int i : {200, 201}) stream[static_cast<std::size_t>(i)].markers[2].state = LabelState::Filled;
   stream[200].markers[2].position_m.z() += 0.010;
@@ -114,7 +114,7 @@ TEST(Score, TellsAWrongGuessFromAWrongName) {
   EXPECT_NEAR(*s.filled_rms_mm, std::sqrt((100.0 + 900.0) / 2.0), 1e-6);
 }
 
-TEST(Score, CountsWhatIsMissingUnknownOrAGhost) {
+TEST(Score, CountsMissingUnknownAndGhostMarkers) {
   std::vector<EvalFrame> stream = take(300);
   stream[210].markers.pop_back();
   stream[211].markers.push_back({0, 77, LabelState::Measured, Eigen::Vector3d::Zero()});
@@ -154,7 +154,7 @@ TEST(Score, CountsGapsRepetitionsAndFramesWithoutTruth) {
   EXPECT_EQ(s.frames_without_truth, 30U);
 }
 
-TEST(Score, OfAStreamWithoutLabelsRestsOnNothing) {
+TEST(Score, HasNoFiguresForAStreamWithoutLabels) {
   std::vector<EvalFrame> stream = take(300);
   for (EvalFrame& frame : stream) frame.markers.clear();
 
@@ -169,7 +169,7 @@ TEST(Score, OfAStreamWithoutLabelsRestsOnNothing) {
   EXPECT_FALSE(to_text(s).empty());
 }
 
-TEST(Truth, GivesNothingWhereFramesAreMissing) {
+TEST(Truth, IsEmptyWhereFramesAreMissing) {
   std::vector<EvalFrame> frames = take(100);
   frames.erase(frames.begin() + 50, frames.begin() + 60);
   const auto truth = Truth::of(frames);
@@ -181,7 +181,7 @@ TEST(Truth, GivesNothingWhereFramesAreMissing) {
   EXPECT_FALSE(truth->at(at_frame(100)));
 }
 
-TEST(Truth, RefusesInstantsThatDoNotRise) {
+TEST(Truth, RefusesInstantsThatDoNotIncrease) {
   std::vector<EvalFrame> frames = take(3);
   frames[2].exposed_at = frames[1].exposed_at;
 

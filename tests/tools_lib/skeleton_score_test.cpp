@@ -23,7 +23,7 @@ EvalFrame bones_at(int set) {
   return frame;
 }
 
-TEST(SkeletonScorer, MeasuresJointsTurnsAndHiddenJoints) {
+TEST(SkeletonScorer, MeasuresJointsRotationsAndHiddenJoints) {
   SkeletonScorer scorer(true);
   const double turned_rad = 2.0 * std::numbers::pi / 180.0;
   for (int set = 0; set < 50; ++set) {
@@ -42,12 +42,12 @@ TEST(SkeletonScorer, MeasuresJointsTurnsAndHiddenJoints) {
   EXPECT_NEAR(1000.0 * counts.max_m, 6.0, 1e-9);
   EXPECT_NEAR(*counts.rotation_rms_deg(), 2.0 / std::sqrt(3.0), 1e-6);
   EXPECT_NEAR(*counts.hidden_joint_rms_mm(), 6.0, 1e-9);
-  EXPECT_NEAR(*counts.jitter_mm(), 0.0, 1e-9);  // an error that stays is no jitter
+  EXPECT_NEAR(*counts.jitter_mm(), 0.0, 1e-9);  // a constant error is not jitter
   EXPECT_EQ(scorer.errors().at(0).size(), 50U);
 }
 
-TEST(SkeletonScorer, SetsBonesApartWhoseTurnNoMarkerTells) {
-  SkeletonScorer scorer(false, {{true, false}});  // what is not said of the third is told
+TEST(SkeletonScorer, SeparatesBonesWhoseRotationIsNotObservable) {
+  SkeletonScorer scorer(false, {{true, false}});  // the third bone is not listed and counts as observable
   EvalFrame said = bones_at(0);
   const auto turned = [](double deg) {
     return Eigen::Quaterniond(Eigen::AngleAxisd(deg * std::numbers::pi / 180.0, Eigen::Vector3d::UnitZ()));
@@ -58,13 +58,13 @@ TEST(SkeletonScorer, SetsBonesApartWhoseTurnNoMarkerTells) {
 
   const SkeletonCounts& counts = scorer.counts().at(0);
 
-  EXPECT_NEAR(*counts.rotation_untold_deg(), 8.0, 1e-6);
-  EXPECT_NEAR(*counts.rotation_told_deg(), 3.0 / std::sqrt(2.0), 1e-6);
-  EXPECT_NEAR(*counts.rotation_rms_deg(), std::sqrt((9.0 + 64.0) / 3.0), 1e-6);  // none is left out
+  EXPECT_NEAR(*counts.rotation_unobservable_deg(), 8.0, 1e-6);
+  EXPECT_NEAR(*counts.rotation_observable_deg(), 3.0 / std::sqrt(2.0), 1e-6);
+  EXPECT_NEAR(*counts.rotation_rms_deg(), std::sqrt((9.0 + 64.0) / 3.0), 1e-6);  // over all bones
   EXPECT_NEAR(*scorer.bones().at(0).at(1).rotation_rms_deg(), 8.0, 1e-6);
 }
 
-TEST(SkeletonScorer, TellsTheSizeOfWhiteNoise) {
+TEST(SkeletonScorer, EstimatesTheStandardDeviationOfWhiteNoise) {
   SkeletonScorer scorer;
   scene::Random random(3);
   for (int set = 0; set < 3000; ++set) {
@@ -75,11 +75,11 @@ TEST(SkeletonScorer, TellsTheSizeOfWhiteNoise) {
     scorer.add(bones_at(set), said);
   }
 
-  // 27000 second differences: 1 %.
+  // 27000 second differences: standard deviation 1 %.
   EXPECT_NEAR(*scorer.counts().at(0).jitter_mm(), 0.5, 0.01);
 }
 
-TEST(SkeletonScorer, TakesNoSecondDifferenceAcrossAGap) {
+TEST(SkeletonScorer, ComputesNoSecondDifferenceAcrossAGap) {
   SkeletonScorer scorer;
   for (int set = 0; set < 40; ++set) {
     EvalFrame said = bones_at(set);
@@ -94,7 +94,7 @@ TEST(SkeletonScorer, TakesNoSecondDifferenceAcrossAGap) {
   EXPECT_EQ(scorer.counts().at(0).sets, 39U);
 }
 
-TEST(SkeletonScorer, RestsOnNothingWithoutPoses) {
+TEST(SkeletonScorer, HasNoFiguresWithoutPoses) {
   SkeletonScorer scorer;
 
   scorer.add(bones_at(0), EvalFrame{});

@@ -31,7 +31,7 @@ std::vector<std::uint32_t> tracks_of(BlobTracker& tracker, const Points& points,
 
 constexpr std::uint32_t kNone = BlobTrackId::kNothing;
 
-TEST(PaperBlobTracker, NamesOnlyWhatTheFirstFrameWithBlobsShows) {
+TEST(PaperBlobTracker, AssignsLabelsOnlyInTheFirstFrameWithBlobs) {
   for (const track2d::TrackMethod method :
        {track2d::TrackMethod::AlphaBeta, track2d::TrackMethod::Kalman, track2d::TrackMethod::Condensation}) {
     const auto tracker = paper_study::make_paper_blob_tracker({.method = method});
@@ -41,15 +41,15 @@ TEST(PaperBlobTracker, NamesOnlyWhatTheFirstFrameWithBlobsShows) {
   }
 }
 
-TEST(PaperBlobTracker, LetsTheFirstLabelTakeTheNearestEvenWhereAllTogetherWouldBeBetterOff) {
+TEST(PaperBlobTracker, AssignsTheNearestBlobToTheFirstLabelEvenIfAnotherAssignmentIsBetter) {
   const auto tracker = paper_study::make_paper_blob_tracker({.method = track2d::TrackMethod::AlphaBeta});
   tracks_of(*tracker, {{100.0, 100.0}, {130.0, 100.0}}, 0);
 
-  // The second's own blob is nearer to the first than the first's own.
+  // The blob of the second label is closer to the first label than the blob of the first label.
   EXPECT_EQ(tracks_of(*tracker, {{80.0, 100.0}, {116.0, 100.0}}, 1), (std::vector<std::uint32_t>{kNone, 0}));
 }
 
-TEST(PaperBlobTracker, FindsALabelAgainWhereItIsExpectedHoweverLongItWasHidden) {
+TEST(PaperBlobTracker, FindsALabelAtItsPredictionAfterAnyTimeHidden) {
   const auto tracker = paper_study::make_paper_blob_tracker({.method = track2d::TrackMethod::AlphaBeta});
   tracks_of(*tracker, {{100.0, 100.0}}, 0);
   int k = 1;
@@ -59,14 +59,14 @@ TEST(PaperBlobTracker, FindsALabelAgainWhereItIsExpectedHoweverLongItWasHidden) 
   EXPECT_EQ(tracks_of(*tracker, {{100.0 + 5.0 * k, 110.0}}, k), (std::vector<std::uint32_t>{0}));
 }
 
-TEST(PaperBlobTracker, TakesNothingOutsideOfItsGate) {
+TEST(PaperBlobTracker, AssignsNoBlobOutsideTheGate) {
   const auto tracker = paper_study::make_paper_blob_tracker({.method = track2d::TrackMethod::AlphaBeta});
   tracks_of(*tracker, {{100.0, 100.0}}, 0);
   EXPECT_EQ(tracks_of(*tracker, {{140.0, 100.0}}, 1), (std::vector<std::uint32_t>{kNone}));
   EXPECT_EQ(tracks_of(*tracker, {{139.9, 100.0}}, 2), (std::vector<std::uint32_t>{0}));
 }
 
-TEST(PaperBlobTracker, TellsAheadWhatTheNextFrameWillBeMeasuredBy) {
+TEST(PaperBlobTracker, PredictsTheNextFrameWithoutAChangeOfState) {
   for (const track2d::TrackMethod method :
        {track2d::TrackMethod::AlphaBeta, track2d::TrackMethod::Kalman, track2d::TrackMethod::Condensation}) {
     const auto tracker = paper_study::make_paper_blob_tracker({.method = method});
@@ -79,7 +79,7 @@ TEST(PaperBlobTracker, TellsAheadWhatTheNextFrameWillBeMeasuredBy) {
     inspection->predict_tracks(from_ns(10 * 33'000'000LL), again);
 
     ASSERT_EQ(ahead.size(), 1U);
-    EXPECT_EQ(ahead[0].point.v, again[0].point.v);  // it changed nothing
+    EXPECT_EQ(ahead[0].point.v, again[0].point.v);  // the prediction changed no state
     const Eigen::Vector2d edge = ahead[0].point.v + Eigen::Vector2d(ahead[0].gate_radius_px, 0.0);
     const auto copy_of_what_follows = tracks_of(*tracker, {edge + Eigen::Vector2d(1e-6, 0.0)}, 10);
     EXPECT_EQ(copy_of_what_follows, (std::vector<std::uint32_t>{kNone}));

@@ -1,4 +1,4 @@
-// The laws by which the study's clips are drawn, measured on the clips.
+// Measures the laws of the study's clips on generated clips.
 #include "paper_study/clip.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ std::vector<double> speeds_of(const Clip& clip, std::size_t marker = 0) {
   return speeds;
 }
 
-/// The cosine of the change of heading in each frame but the ends.
+/// The cosine of the change of heading in each frame except the first and the last.
 std::vector<double> bends_of(const Clip& clip) {
   std::vector<double> bends;
   const auto& way = clip.ways_px[0];
@@ -59,7 +59,7 @@ TEST(Clip, StaysTwentyPixelsFromTheBorder) {
 }
 
 TEST(Clip, HasAsManyScoredFramesAsTheStudy) {
-  // 1700, 1080 and 1700 samples of 20 clips; the label is given in the first frame.
+  // 1700, 1080 and 1700 samples of 20 clips; the label is assigned in the first frame.
   EXPECT_EQ(make_clip(Situation::Slow, 1).frames(), 86U);
   EXPECT_EQ(make_clip(Situation::Rapid, 1).frames(), 55U);
   EXPECT_EQ(make_clip(Situation::Accelerated, 1).frames(), 86U);
@@ -72,23 +72,23 @@ struct Zigzag {
 
 class ZigzagClip : public ::testing::TestWithParam<Zigzag> {};
 
-TEST_P(ZigzagClip, GoesAtOneSpeedInLegsOfItsLength) {
+TEST_P(ZigzagClip, HasConstantSpeedAndTheSpecifiedLegLength) {
   double frames = 0.0, legs = 0.0, way_px = 0.0, slowest_px = 1e9, fastest_px = 0.0;
   for (std::uint64_t seed = 0; seed < kClips; ++seed) {
     const Clip clip = make_clip(GetParam().situation, seed);
     const std::vector<double> speeds = speeds_of(clip);
-    const double speed_px = *std::ranges::max_element(speeds);  // a frame with a turn in it goes less far
+    const double speed_px = *std::ranges::max_element(speeds);  // the motion in a frame with a turn is shorter
     slowest_px = std::min(slowest_px, speed_px);
     fastest_px = std::max(fastest_px, speed_px);
     for (const double bend : bends_of(clip)) {
-      if (bend < 1.0 - 1e-9) legs += 0.5;  // the way of the frame with the turn differs from the one before and after
+      if (bend < 1.0 - 1e-9) legs += 0.5;  // the direction in a frame with a turn differs from both neighbours
     }
     frames += static_cast<double>(speeds.size());
     way_px += speed_px * static_cast<double>(speeds.size());
   }
   EXPECT_NEAR(slowest_px, GetParam().min_speed_px, 0.3);
   EXPECT_NEAR(fastest_px, GetParam().max_speed_px, 0.3);
-  // Clips of long legs have fewer of them: the mean of 1 / leg counts, and 10 %.
+  // Clips with long legs have fewer legs, so the mean of 1 / leg is compared, with a tolerance of 10 %.
   const double spread = GetParam().max_leg_px - GetParam().min_leg_px;
   const double mean_leg_px = spread / std::log(GetParam().max_leg_px / GetParam().min_leg_px);
   EXPECT_NEAR(way_px / legs, mean_leg_px, 0.1 * mean_leg_px);
@@ -99,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(Study, ZigzagClip,
                                            Zigzag{Situation::Rapid, 22.0, 32.0, 50.0, 120.0}),
                          [](const auto& test) { return name_of(test.param.situation); });
 
-TEST(AcceleratedClip, GoesFromHalfAPixelToAPeakAndBackAtAConstantAcceleration) {
+TEST(AcceleratedClip, AcceleratesConstantlyFromHalfAPixelPerFrameToAPeakAndBack) {
   double highest_px = 0.0, most_px = 0.0, least_px = 1e9;
   for (std::uint64_t seed = 0; seed < kClips; ++seed) {
     const std::vector<double> speeds = speeds_of(make_clip(Situation::Accelerated, seed));
@@ -118,7 +118,7 @@ TEST(AcceleratedClip, GoesFromHalfAPixelToAPeakAndBackAtAConstantAcceleration) {
   EXPECT_GT(highest_px, 33.0);
 }
 
-TEST(OcclusionClip, HidesTheMarkerInTheMiddleOfItsWayAndNeverNearItsEnds) {
+TEST(OcclusionClip, HidesTheMarkerInTheMiddleOfItsPathAndNeverNearTheEnds) {
   int straight = 0;
   for (std::uint64_t seed = 0; seed < kClips; ++seed) {
     const Clip clip = make_clip(Situation::Occlusion, seed);
@@ -154,7 +154,7 @@ TEST(SwappingClip, BringsTwoMarkersTogetherAndApartAgain) {
     EXPECT_GE(apart(clip.frames() - 1), 40.0);
     double nearest_px = 1e9;
     for (std::size_t k = 0; k < clip.frames(); ++k) nearest_px = std::min(nearest_px, apart(k));
-    EXPECT_LE(nearest_px, 8.0 + 5.0);  // the miss distance, and half a frame of relative motion
+    EXPECT_LE(nearest_px, 8.0 + 5.0);  // the miss distance plus half a frame of relative motion
     if (clip.turned_back) ++turned_back;
   }
   EXPECT_NEAR(turned_back, kClips / 5, 23);  // four standard deviations

@@ -1,4 +1,4 @@
-// The study's filters: the preset `paper`.
+// Tests of the study's filters (preset `paper`).
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -18,8 +18,9 @@ static_assert(filter::PointFilter<PaperCondensation, 2>);
 
 filter::Seen<2> seen(double x, double y) { return {{x, y}, filter::Matrix<2>::Identity()}; }
 
-TEST(PaperAlphaBeta, ErrsByAFifthOfTheErrorBeforeAfterAChangeOfVelocity) {
-  // With alpha 1 an error e leaves (1 - beta) e of the velocity's error: e_k = 0.2^k |dv|, whatever the time step.
+TEST(PaperAlphaBeta, ReducesTheErrorToAFifthInEachFrameAfterAChangeOfVelocity) {
+  // With alpha = 1 the velocity error decreases by the factor 1 - beta = 0.2 in each frame: e_k = 0.2^k |dv|, for any
+  // time step.
   PaperAlphaBeta filter({}, seen(100.0, 200.0));
   const double speed_px = 30.0;
   double expected_px = speed_px;
@@ -32,7 +33,7 @@ TEST(PaperAlphaBeta, ErrsByAFifthOfTheErrorBeforeAfterAChangeOfVelocity) {
   }
 }
 
-TEST(PaperAlphaBeta, LooksWithin40PxOfA640x480ImageAndGoesOnUnseenUpToTheBorder) {
+TEST(PaperAlphaBeta, HasAGateOf40PxIn640x480AndContinuesHiddenUpToTheBorder) {
   PaperAlphaBeta filter({}, seen(600.0, 240.0));
   EXPECT_NEAR(filter.radius_px(), 40.0, 1e-12);
   filter.predict(1.0);
@@ -46,11 +47,11 @@ TEST(PaperAlphaBeta, LooksWithin40PxOfA640x480ImageAndGoesOnUnseenUpToTheBorder)
   EXPECT_NEAR(filter.radius_px(), 40.0, 1e-12);
 }
 
-/// The same filter as weighted least squares over the whole history: unknown are the first velocity and the change of
-/// velocity in each step; the first point is known.
+/// The same filter as weighted least squares over the whole history. Unknowns: the first velocity and the change of
+/// velocity in each step. The first point is known.
 Eigen::Vector4d batch(const std::vector<filter::Vector<2>>& points, const std::vector<filter::Vector<2>>& noise) {
   const auto steps = static_cast<Eigen::Index>(points.size()) - 1;
-  const Eigen::Index unknowns = 2 + 2 * steps;  // velocity at first, then its changes
+  const Eigen::Index unknowns = 2 + 2 * steps;  // first velocity, then its changes
   filter::Matrix<2> r;
   r << 0.2845, 0.0045, 0.0045, 0.0455;
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(unknowns, unknowns);
@@ -59,7 +60,7 @@ Eigen::Vector4d batch(const std::vector<filter::Vector<2>>& points, const std::v
   Eigen::MatrixXd place = Eigen::MatrixXd::Zero(2, unknowns), velocity = place;
   velocity.leftCols(2).setIdentity();
   for (Eigen::Index k = 0; k < steps; ++k) {
-    place += velocity;  // the noise of the step changes the velocity after it
+    place += velocity;  // the noise of a step changes the velocity of the next step
     velocity.middleCols(2 + 2 * k, 2).setIdentity();
     const filter::Vector<2> q = noise[static_cast<std::size_t>(k)];
     information.block(2 + 2 * k, 2 + 2 * k, 2, 2) += q.cwiseInverse().asDiagonal().toDenseMatrix();
@@ -72,11 +73,11 @@ Eigen::Vector4d batch(const std::vector<filter::Vector<2>>& points, const std::v
   return state;
 }
 
-TEST(PaperKalman, GivesWhatLeastSquaresOverTheWholeHistoryGives) {
+TEST(PaperKalman, AgreesWithLeastSquaresOverTheWholeHistory) {
   filter::Random random(11);
   std::vector<filter::Vector<2>> points{{300.0, 200.0}};
   std::vector<filter::Vector<2>> noise{
-      {0.2, 0.2}};  // of each step; then by the velocity known before the step before it
+      {0.2, 0.2}};  // noise of each step; later it depends on the velocity known two steps before
   PaperKalman filter({}, {points[0], filter::Matrix<2>::Identity()});
   filter::Vector<2> known = filter::Vector<2>::Zero();
   for (int k = 1; k <= 12; ++k) {
@@ -92,7 +93,7 @@ TEST(PaperKalman, GivesWhatLeastSquaresOverTheWholeHistoryGives) {
   }
 }
 
-TEST(PaperKalman, CutsItsPredictionToWholePixelsAndItsGateToo) {
+TEST(PaperKalman, TruncatesPredictionAndGateToWholePixels) {
   PaperKalman filter({}, seen(100.5, 50.5));
   filter.predict(1.0);
   EXPECT_EQ(filter.gate().centre, filter::Vector<2>(100.0, 50.0));
@@ -101,7 +102,7 @@ TEST(PaperKalman, CutsItsPredictionToWholePixelsAndItsGateToo) {
   EXPECT_EQ(filter.gate().covariance(0, 0), filter.radius_px() * filter.radius_px());
 }
 
-TEST(PaperKalman, LooksWithinLessAfterItsPointWasHidden) {
+TEST(PaperKalman, HasASmallerGateAfterTheMarkerWasHidden) {
   PaperKalman filter({}, seen(100.0, 100.0));
   const double x = 100.0;
   for (int k = 1; k <= 20; ++k) {
@@ -112,14 +113,14 @@ TEST(PaperKalman, LooksWithinLessAfterItsPointWasHidden) {
   const double before_px = filter.radius_px();
   for (int k = 0; k < 15; ++k) {
     filter.coast();
-    EXPECT_EQ(filter.belief().point, filter.gate().centre);  // the prediction counts as seen
+    EXPECT_EQ(filter.belief().point, filter.gate().centre);  // the prediction counts as a measurement
     filter.predict(1.0);
   }
   EXPECT_LT(filter.radius_px(), before_px);
-  EXPECT_LT(filter.belief().velocity.x(), 11.0);  // cutting to whole pixels brakes it
+  EXPECT_LT(filter.belief().velocity.x(), 11.0);  // the truncation to whole pixels reduces the velocity
 }
 
-TEST(PaperKalman, StaysAsCertainAfterTenThousandFrames) {
+TEST(PaperKalman, KeepsABoundedCovarianceForTenThousandFrames) {
   PaperKalman filter({}, seen(320.0, 240.0));
   for (int k = 0; k < 10000; ++k) {
     filter.predict(1.0);
@@ -131,12 +132,12 @@ TEST(PaperKalman, StaysAsCertainAfterTenThousandFrames) {
   }
   const filter::Matrix<2> covariance = filter.belief().covariance;
   EXPECT_EQ(covariance(0, 1), covariance(1, 0));
-  EXPECT_LT(covariance.norm(), 0.2845 + 0.0455);  // of the sightings
+  EXPECT_LT(covariance.norm(), 0.2845 + 0.0455);  // trace of R, the measurement noise
 }
 
-TEST(PaperCondensation, PredictsAboutWhereThePointWasSeenLast) {
-  // With normal particles around the last place, weighing by their own variance v halves it, and a uniform step of up
-  // to s adds s^2 / 3: it settles at 2/3 s^2 for each axis.
+TEST(PaperCondensation, PredictsAboutTheLastMeasuredPosition) {
+  // For normally distributed particles, weighting with their own variance v halves v, and a uniform step of up to s
+  // adds s^2 / 3. The stationary variance is 2/3 s^2 for each axis.
   filter::Vector<2> mean = filter::Vector<2>::Zero();
   double radius_px = 0.0, n = 0.0;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
@@ -153,11 +154,11 @@ TEST(PaperCondensation, PredictsAboutWhereThePointWasSeenLast) {
 
   EXPECT_LT((mean / n - filter::Vector<2>(400.0, 150.0)).norm(), 1.5);
   const double sigma_x_px = std::sqrt(2.0 / 3.0) * 640.0 / 7.5, sigma_y_px = std::sqrt(2.0 / 3.0) * 480.0 / 7.5;
-  // A uniform step is no normal one, and the first particle is never selected away: 12 %.
+  // Tolerance 12 %: the steps are uniform, not normal, and the first particle always survives the resampling.
   EXPECT_NEAR(radius_px / n, 0.5 * (sigma_x_px + sigma_y_px), 0.12 * radius_px / n);
 }
 
-TEST(PaperCondensation, LagsBehindAMovingPointByMoreThanAStepAndStaysWhereItWasWhenUnseen) {
+TEST(PaperCondensation, LagsBehindAMovingPointByMoreThanAStepAndStaysWhileHidden) {
   PaperCondensation filter({}, seen(50.0, 240.0));
   double lag_px = 0.0;
   for (int k = 1; k <= 25; ++k) {
@@ -165,7 +166,7 @@ TEST(PaperCondensation, LagsBehindAMovingPointByMoreThanAStepAndStaysWhereItWasW
     if (k > 5) lag_px += (50.0 + 20.0 * k - filter.gate().centre.x()) / 20.0;
     filter.update(seen(50.0 + 20.0 * k, 240.0));
   }
-  // The particles follow half of the way in each step: 20 px of the step, and 20 px of lag of their mean.
+  // The mean of the particles moves half of the distance in each step: 20 px of the step plus 20 px of lag.
   EXPECT_NEAR(lag_px, 40.0, 8.0);
 
   filter.predict(1.0);

@@ -1,4 +1,4 @@
-// Seeing the clips, following the label, counting losses and errors.
+// Tests of drawing and detecting clips, following the label, and counting losses and errors.
 #include "paper_study/follow.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ Clip straight(Situation situation, std::size_t frames) {
   return clip;
 }
 
-/// Predicts a fixed offset from the truth, and misses its blob in one frame.
+/// A tracker that predicts with a fixed offset from the truth and misses its blob in one frame.
 class ScriptedTracker final : public BlobTracker, public track2d::BlobTrackInspection {
  public:
   ScriptedTracker(const Clip& clip, double off_px, int missed_frame, double label_off_px = 0.0)
@@ -31,7 +31,7 @@ class ScriptedTracker final : public BlobTracker, public track2d::BlobTrackInspe
     ++frame_;
     for (Blob& blob : frame.blobs) {
       blob.centroid.v.x() += label_off_px_;
-      if (!takes_back_) blob.track = {7};
+      if (!omits_track_id_) blob.track = {7};
     }
   }
   void track_all(Timestamp, std::span<Blob>) override {}
@@ -49,10 +49,10 @@ class ScriptedTracker final : public BlobTracker, public track2d::BlobTrackInspe
   int frame_ = -1;
 
  public:
-  bool takes_back_ = false;  ///< knows its blob, and does not say so
+  bool omits_track_id_ = false;  ///< tracks its blob but does not report the track id
 };
 
-TEST(Viewer, ShowsBothDetectorsEachDiscWhereItIs) {
+TEST(Viewer, BothDetectorsFindEachDiscAtItsPosition) {
   Viewer viewer;
   const Sightings sightings = viewer.see(straight(Situation::Slow, 5));
 
@@ -61,15 +61,15 @@ TEST(Viewer, ShowsBothDetectorsEachDiscWhereItIs) {
     const Eigen::Vector2d truth(100.3 + 5.0 * static_cast<double>(k), 200.6);
     ASSERT_EQ(sightings.paper[k].blobs.size(), 1U);
     ASSERT_EQ(sightings.ours[k].blobs.size(), 1U);
-    // Cut at grey 230 the disc is a little small and uneven; ours weighs every grey.
+    // Thresholded at grey 230, the disc is slightly too small and uneven. Our detector weights every grey level.
     EXPECT_LT((sightings.paper[k].blobs[0].centroid.v - truth).norm(), 0.3);
     EXPECT_LT((sightings.ours[k].blobs[0].centroid.v - truth).norm(), 0.05);
-    // Every pixel that the disc touches counts: half a pixel more of radius.
+    // Every pixel that the disc touches counts, so the radius is half a pixel larger.
     EXPECT_NEAR(sightings.ours[k].blobs[0].area_px2, M_PI * 7.5 * 7.5, 10.0);
   }
 }
 
-TEST(Viewer, HidesWhatIsBehindABarrierToAFractionOfAPixel) {
+TEST(Viewer, HidesDiscsBehindABarrierWithSubpixelPrecision) {
   Clip clip = straight(Situation::Occlusion, 1);
   clip.barriers.push_back({{110.3 + 0.25, 200.6}, Eigen::Vector2d::UnitX(), 10.0, 30.0});  // from 100.55 on
   Viewer viewer;
@@ -77,23 +77,23 @@ TEST(Viewer, HidesWhatIsBehindABarrierToAFractionOfAPixel) {
   double light = 0.0;
   for (const std::byte grey : viewer.draw(clip, 0)) light += std::to_integer<int>(grey) / 255.0;
 
-  // The disc up to a chord 0.25 px right of its middle: half of it and a strip of 2 r by 0.25; edges are cut to an
-  // eighth of a pixel.
+  // The visible part of the disc ends at a chord 0.25 px right of its centre: half of the disc and a strip of 2 r by
+  // 0.25 px. Edges are sampled to an eighth of a pixel.
   EXPECT_NEAR(light, 0.5 * M_PI * 49.0 + 14.0 * 0.25, 14.0 / 8.0);
 
   clip.barriers.back().centre_px.x() = 100.3;
   for (const std::byte grey : viewer.draw(clip, 0)) EXPECT_EQ(std::to_integer<int>(grey), 0);
 }
 
-TEST(PaperDetector, LeavesOutWhatIsTooSmallOrTooLargeForTheStudy) {
-  // 0.005 % of the image are 15.4 px. Of the disc, a segment 2 px high is left (13 px, less where it is grey), then one
-  // of 5 px (49 px).
+TEST(PaperDetector, RejectsBlobsBelowAndAboveTheAreaLimits) {
+  // 0.005 % of the image are 15.4 px. First a disc segment of 2 px height is visible (at most 13 px), then one of 5 px
+  // height (49 px).
   for (const auto& [height_px, blobs] : {std::pair{2.0, 0U}, {5.0, 1U}}) {
     Clip clip = straight(Situation::Occlusion, 1);
     clip.barriers.push_back({{100.3 - 7.0 + height_px + 10.0, 200.6}, Eigen::Vector2d::UnitX(), 10.0, 30.0});
     EXPECT_EQ(Viewer().see(clip).paper[0].blobs.size(), blobs);
   }
-  // 0.4 % are 1229 px: twelve discs that overlap a little are more.
+  // 0.4 % are 1229 px. Twelve discs with a small overlap have a larger area.
   Clip clip = straight(Situation::Slow, 1);
   for (int i = 1; i < 12; ++i) clip.ways_px.push_back({clip.ways_px[0][0] + Eigen::Vector2d(11.0 * i, 0.0)});
   EXPECT_TRUE(Viewer().see(clip).paper[0].blobs.empty());
@@ -106,7 +106,7 @@ TEST(Follow, MeasuresTheErrorOfEachPrediction) {
 
   const Followed followed = follow(tracker, clip, sightings.ours);
 
-  ASSERT_EQ(followed.errors_px.size(), 9U);  // all but the first
+  ASSERT_EQ(followed.errors_px.size(), 9U);  // all frames except the first
   for (const double error_px : followed.errors_px) EXPECT_NEAR(error_px, 3.5, 1e-9);
   EXPECT_FALSE(followed.lost);
 }
@@ -133,16 +133,16 @@ TEST(Follow, CountsALabelMoreThanFifteenPixelsOffAsLost) {
   EXPECT_TRUE(follow(far, clip, sightings.ours).lost);
 }
 
-TEST(Follow, CountsANameThatWasTakenBackAsLost) {
+TEST(Follow, CountsALabelWithoutReportedTrackAsLost) {
   const Clip clip = straight(Situation::Occlusion, 10);
   const Sightings sightings = Viewer().see(clip);
   ScriptedTracker tracker(clip, 0.0, -1);
-  tracker.takes_back_ = true;
+  tracker.omits_track_id_ = true;
 
   EXPECT_TRUE(follow(tracker, clip, sightings.ours).lost);
 }
 
-TEST(Follow, LosesNoMarkerThatGoesStraightOnWithAnyMethod) {
+TEST(Follow, LosesNoMarkerInStraightMotionWithAnyMethod) {
   Clip clip = straight(Situation::Slow, 60);
   for (Eigen::Vector2d& point : clip.ways_px[0]) point.x() = 100.0 + 0.4 * (point.x() - 100.0);  // 2 px per frame
   const Sightings sightings = Viewer().see(clip);
@@ -152,13 +152,13 @@ TEST(Follow, LosesNoMarkerThatGoesStraightOnWithAnyMethod) {
   }
 }
 
-TEST(ErrorFigures, GiveTheMeanOfTheKeptAndOfAllWith99PercentLimits) {
+TEST(ErrorFigures, HaveTheMeansWithoutAndWithLostClipsAnd99PercentLimits) {
   const std::vector<double> kept{1.0, 2.0, 3.0, 4.0}, all{1.0, 2.0, 3.0, 4.0, 40.0};
   const ErrorFigures figures = figures_of(kept, all);
   EXPECT_EQ(figures.samples, 4U);
   EXPECT_DOUBLE_EQ(figures.mean, 2.5);
   EXPECT_DOUBLE_EQ(figures.mean_all, 10.0);
-  // Standard deviation 1.29099, of the mean half of it, times 2.5758.
+  // Standard deviation 1.29099; that of the mean is half, times 2.5758.
   EXPECT_NEAR(figures.high - figures.mean, 1.66269, 1e-4);
   EXPECT_NEAR(figures.mean - figures.low, 1.66269, 1e-4);
   EXPECT_EQ(figures_of({}, all).samples, 0U);

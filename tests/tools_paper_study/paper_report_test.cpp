@@ -1,4 +1,4 @@
-// Costs, the four cameras, the tables, the drawings, and the command as people run it.
+// Tests of the costs, the runs with four cameras, the tables, the plots, and the program with its command line.
 #include "paper_study/report.h"
 
 #include <gmock/gmock.h>
@@ -15,6 +15,7 @@
 #include "paper_study/plots.h"
 #include "paper_study/published.h"
 #include "support/places.h"
+#include "support/shell.h"
 
 namespace mocap::paper_study {
 namespace {
@@ -33,7 +34,7 @@ TEST(CostFigures, AreThePercentilesOfTheTimes) {
   EXPECT_EQ(cost.max_ms, 100.0);
 }
 
-TEST(MeasureCosts, TimesEveryMethodAndTheReferenceWhileAllKeepTheirNames) {
+TEST(MeasureCosts, TimesEveryMethodAndTheReferenceWithStableTrackIds) {
   int told = 0;
   const CostSettings settings{{1, 30, 600}, 40};
 
@@ -47,7 +48,8 @@ TEST(MeasureCosts, TimesEveryMethodAndTheReferenceWhileAllKeepTheirNames) {
       EXPECT_GT(row.cost.median_ms, 0.0);
       EXPECT_LE(row.cost.p5_ms, row.cost.median_ms);
       EXPECT_LE(row.cost.p95_ms, row.cost.max_ms);
-      // The study's CONDENSATION errs by tens of pixels and looks within 60: neighbours 100 px apart change names.
+      // The study's CONDENSATION has errors of tens of pixels and a gate of 60 px, so neighbours 100 px apart exchange
+      // their track ids.
       if (method.method != "paper_condensation") {
         EXPECT_TRUE(row.kept_all) << method.method << " " << row.markers;
       }
@@ -55,7 +57,7 @@ TEST(MeasureCosts, TimesEveryMethodAndTheReferenceWhileAllKeepTheirNames) {
   }
 }
 
-TEST(CvReference, FollowsMarkersAndTakesTheNearestThatIsLeft) {
+TEST(CvReference, TracksMarkersWithGreedyAssignment) {
   CvReference reference(40.0);
   std::vector<Blob> blobs(2);
   for (int k = 0; k < 20; ++k) {
@@ -69,7 +71,7 @@ TEST(CvReference, FollowsMarkersAndTakesTheNearestThatIsLeft) {
   }
 }
 
-TEST(JudgeMultiview, KeepsWhatPassesBehindAWallAndWhatCrosses) {
+TEST(JudgeMultiview, KeepsLabelsBehindABarrierAndAtACrossing) {
   const std::array situations{Situation::Occlusion, Situation::Swapping};
   for (const MultiviewQuality& quality : judge_multiview({3, 77}, situations, [](int) {})) {
     EXPECT_EQ(quality.losses, 0) << name_of(quality.situation);
@@ -83,7 +85,7 @@ Report small_report() {
   return report;
 }
 
-TEST(Report, StandsAsJsonUnderTheNamesOfItsFigures) {
+TEST(Report, HasAJsonKeyForEachFigure) {
   const auto json = nlohmann::json::parse(to_json(small_report()));
   EXPECT_EQ(json.at("clips"), 2);
   EXPECT_EQ(json.at("losses").at("slow").at("published_alpha_beta"), 3);
@@ -96,7 +98,7 @@ TEST(Report, StandsAsJsonUnderTheNamesOfItsFigures) {
   }
 }
 
-TEST(Report, PutsEveryTableOfTheStudyIntoMarkdown) {
+TEST(Report, WritesEveryTableOfTheStudyAsMarkdown) {
   Report report = small_report();
   report.costs = measure_costs({{1, 30}, 5}, [](int) {});
   const std::string text = to_markdown(report);
@@ -109,7 +111,7 @@ TEST(Report, PutsEveryTableOfTheStudyIntoMarkdown) {
   EXPECT_THAT(text, Not(HasSubstr("nan")));
 }
 
-TEST(Plot, DrawsTheWaysTheBarrierAndTheGates) {
+TEST(Plot, ShowsThePathsTheBarrierAndTheGates) {
   const Clip clip = make_clip(Situation::Occlusion, 4);
   Followed followed;
   for (std::size_t k = 1; k < clip.frames(); ++k) {
@@ -128,7 +130,7 @@ struct Outcome {
 };
 
 Outcome run(const std::string& arguments) {
-  const std::string command = support::program_folder() + "/mocap-eval paper " + arguments;
+  const std::string command = support::quoted(support::program_folder() + "/mocap-eval") + " paper " + arguments;
   std::FILE* pipe = ::popen(command.c_str(), "r");
   EXPECT_NE(pipe, nullptr);
   std::string out;
@@ -170,7 +172,7 @@ TEST(MocapEvalPaper, GivesTheSameFiguresForTheSameSeedBaseAndOthersForAnother) {
   EXPECT_NE(run("--clips 3 --no-cost --no-multiview --json --seed-base 2 2>/dev/null").out, one);
 }
 
-TEST(MocapEvalPaper, DrawsTheClipsIntoAFolder) {
+TEST(MocapEvalPaper, WritesPlotsOfTheClipsToAFolder) {
   const fs::path folder = fs::temp_directory_path() / ("mocap_paper_plots_" + std::to_string(::getpid()));
   EXPECT_EQ(run("--clips 1 --no-cost --no-multiview --plots " + folder.string() + " >/dev/null").exit_code, 0);
   EXPECT_TRUE(fs::exists(folder / "swapping_0_default.svg"));
@@ -179,7 +181,7 @@ TEST(MocapEvalPaper, DrawsTheClipsIntoAFolder) {
   EXPECT_EQ(run("--clips 1 --plots /proc/none 2>&1").exit_code, 69);
 }
 
-TEST(MocapEvalPaper, SaysWhatIsWrongWithItsArgumentsAndShowsExamples) {
+TEST(MocapEvalPaper, ReportsInvalidArgumentsAndShowsExamples) {
   EXPECT_EQ(run("--clips 0 2>&1").exit_code, 64);
   EXPECT_EQ(run("--json --markdown 2>&1").exit_code, 64);
   EXPECT_EQ(run("--nonsense 2>&1").exit_code, 64);

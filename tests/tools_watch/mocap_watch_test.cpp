@@ -1,4 +1,4 @@
-// mocap-watch, and the Python subscriber, as people run them, on a feed of this process.
+// Tests of the programs mocap-watch and subscribe.py with a feed of this process.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -10,8 +10,9 @@
 #include <thread>
 
 #include "support/places.h"
+#include "support/shell.h"
 #include "support/temporary_folder.h"
-#include "wire/json.h"
+#include "wire/codec/json.h"
 #include "wire/sample_description.h"
 #include "wire/zmq_publisher.h"
 
@@ -35,9 +36,11 @@ Outcome run(const std::string& command) {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, out};
 }
 
-Outcome watch(const std::string& arguments) { return run(support::program_folder() + "/mocap-watch " + arguments); }
+Outcome watch(const std::string& arguments) {
+  return run(support::quoted(support::program_folder() + "/mocap-watch") + " " + arguments);
+}
 
-// A feed of a subject of two markers, one of them lost; every tenth snapshot is left out of the wire by the daemon.
+// A feed of one subject with two markers, one of them lost. The publisher skips every tenth snapshot.
 class Feed {
  public:
   Feed() : publisher_(std::move(*wire::ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"}))) {
@@ -60,7 +63,13 @@ class Feed {
     Health health;
     health.latency[2] = {100, std::chrono::microseconds(400), std::chrono::microseconds(900),
                          std::chrono::microseconds(1500)};
-    health.cameras.push_back({"north", CameraPhase::Streaming, 120.0, 1000, 3, 0, 0, 1, 0, 0, 0, "", {}, {}});
+    CameraHealth& north = health.cameras.emplace_back();
+    north.name = "north";
+    north.phase = CameraPhase::Streaming;
+    north.rate_hz = 120.0;
+    north.frames = 1000;
+    north.missing_frames = 3;
+    north.reopened = 1;
     while (!stop.stop_requested()) {
       ++snapshot.number;
       const Timestamp now = host_now();
@@ -70,7 +79,8 @@ class Feed {
       } else {
         EXPECT_TRUE(publisher_->report(health));
       }
-      std::this_thread::sleep_for(std::chrono::milliseconds(4));  // the pace of a feed, nothing is awaited
+      std::this_thread::sleep_for(
+          std::chrono::milliseconds(4));  // the period of the feed; the sleep waits for no event
     }
   }
 
@@ -100,7 +110,7 @@ TEST(MocapWatch, PrintsEveryFrameAsALineOfJson) {
   EXPECT_EQ(count, 50U);
 }
 
-TEST(MocapWatch, TellsTheStateOfTheFeedInALine) {
+TEST(MocapWatch, PrintsTheStateOfTheFeedInOneLine) {
   Feed feed;
 
   const Outcome done = watch(feed.endpoint() + " --seconds 2.5");
@@ -113,7 +123,7 @@ TEST(MocapWatch, TellsTheStateOfTheFeedInALine) {
   EXPECT_THAT(done.out, HasSubstr("lost 0 drops 3"));
 }
 
-TEST(MocapWatch, SumsUpAsOneJsonObject) {
+TEST(MocapWatch, WritesASummaryAsOneJsonObject) {
   Feed feed;
   const support::TemporaryFolder folder;
   const std::string file = (folder.path() / "summary.json").string();
@@ -124,7 +134,7 @@ TEST(MocapWatch, SumsUpAsOneJsonObject) {
   const auto summary = nlohmann::json::parse(run("cat " + file).out);
   EXPECT_EQ(summary.at("frames"), 60);
   EXPECT_EQ(summary.at("lost"), 0);
-  EXPECT_GT(summary.at("passed_over"), 0);  // the daemon left some out
+  EXPECT_GT(summary.at("passed_over"), 0);  // the daemon skipped sets
   EXPECT_EQ(summary.at("complete_share"), 1.0);
   EXPECT_EQ(summary.at("tracking_share"), 1.0);
   EXPECT_EQ(summary.at("labelled_share"), 0.5);
@@ -133,7 +143,7 @@ TEST(MocapWatch, SumsUpAsOneJsonObject) {
   EXPECT_LT(summary.at("age_p50_ms"), 1000.0);
 }
 
-TEST(MocapWatch, SaysThatNothingListensAndExitsWith69) {
+TEST(MocapWatch, ReportsThatNothingListensAndExitsWith69) {
   std::string endpoint;
   {
     const Feed feed;
@@ -144,29 +154,29 @@ TEST(MocapWatch, SaysThatNothingListensAndExitsWith69) {
 
   EXPECT_EQ(done.exit_code, 69);
   EXPECT_THAT(done.out, HasSubstr("no data from " + endpoint));
-  EXPECT_THAT(done.out, HasSubstr("nothing listens there"));
+  EXPECT_THAT(done.out, HasSubstr("nothing listens at " + endpoint));
 }
 
-TEST(MocapWatch, SaysThatTheDaemonIsThereAndSilent) {
+TEST(MocapWatch, ReportsThatTheDaemonIsSilent) {
   const auto publisher = wire::ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"});
   ASSERT_TRUE(publisher);
 
   const Outcome done = watch((*publisher)->endpoint() + " --seconds 0.5 2>&1");
 
   EXPECT_EQ(done.exit_code, 69);
-  EXPECT_THAT(done.out, HasSubstr("connected, and nothing was said yet"));
+  EXPECT_THAT(done.out, HasSubstr("connected, but nothing was received yet"));
 }
 
-TEST(MocapWatch, EndsWhenNobodyReadsItsOutput) {
+TEST(MocapWatch, EndsWhenItsOutputIsClosed) {
   Feed feed;
 
-  const Outcome done = run("timeout 20 " + support::program_folder() + "/mocap-watch " + feed.endpoint() +
-                           " --json | head -n 3 | wc -l");
+  const Outcome done = run("timeout 20 " + support::quoted(support::program_folder() + "/mocap-watch") + " " +
+                           feed.endpoint() + " --json | head -n 3 | wc -l");
 
   EXPECT_EQ(done.out, "3\n");
 }
 
-TEST(MocapWatch, SaysWhatIsWrongWithItsArguments) {
+TEST(MocapWatch, ReportsInvalidArguments) {
   EXPECT_EQ(watch("nonsense 2>&1").exit_code, 64);
   EXPECT_EQ(watch("--frames 0 2>&1").exit_code, 64);
   EXPECT_EQ(watch("--json --summary - 2>&1").exit_code, 64);

@@ -18,11 +18,11 @@ std::set<std::uint32_t> near(const BlobGrid& grid, const Eigen::Vector2d& centre
   return found;
 }
 
-TEST(BlobGrid, FindsWhatLookingAtAllBlobsFinds) {
+TEST(BlobGrid, FindsTheSameBlobsAsASearchOfAllBlobs) {
   std::mt19937 random(5);
   BlobGrid grid(600);
   for (const std::size_t count : {0U, 1U, 6U, 7U, 30U, 600U}) {
-    for (const double height : {480.0, 3.0, 0.0}) {  // a field, a strip, a line
+    for (const double height : {480.0, 3.0, 0.0}) {  // an area, a strip, a line
       std::uniform_real_distribution<double> x(-100.0, 540.0);
       std::uniform_real_distribution<double> y(0.0, height + 1e-9);
       std::vector<BlobGrid::Entry> entries;
@@ -43,7 +43,7 @@ TEST(BlobGrid, FindsWhatLookingAtAllBlobsFinds) {
   }
 }
 
-TEST(BlobGrid, HoldsBlobsThatAreAllInOnePlace) {
+TEST(BlobGrid, FindsBlobsThatAreAllAtOnePosition) {
   BlobGrid grid(100);
   const std::vector<BlobGrid::Entry> entries(100, {3.0, 4.0, 0});
   std::vector<BlobGrid::Entry> numbered = entries;

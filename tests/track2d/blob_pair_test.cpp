@@ -1,4 +1,4 @@
-// Markers of a radius of 7 px whose discs overlap in the image, 30 images a second.
+// Markers with a radius of 7 px whose discs overlap in the image, at 30 Hz.
 #include "track2d/blob_pair.h"
 
 #include <gtest/gtest.h>
@@ -16,13 +16,13 @@ namespace mocap::track2d {
 namespace {
 
 using Point = Eigen::Vector2d;
-using Way = std::function<Point(double image)>;
+using Path = std::function<Point(double image)>;
 using Hidden = std::function<bool(const Point&)>;
 
 constexpr double kRadius_px = 7.0;
 constexpr double kRate_hz = 30.0;
 
-/// The blob of what is seen of some discs, by counting points a fifth of a pixel apart.
+/// The blob of the visible part of some discs, by counting points at a distance of 0.2 px.
 Blob blob_of(const std::vector<Point>& discs, const Hidden& hidden) {
   constexpr double kStep = 0.2;
   Point low = discs.front();
@@ -76,82 +76,83 @@ BlobFrame frame_of(int image, const std::vector<Point>& discs, const Hidden& hid
   return frame;
 }
 
-/// What became of two markers' names.
-struct Hypothesis {
-  std::vector<BlobTrackId> names;       ///< of each marker at image 10
-  std::vector<BlobTrackId> last_names;  ///< and in the last one
-  int wrong = 0;                        ///< images in which a blob bore the other's name, or that of both markers one
-  int unnamed_apart = 0;                ///< images after they parted in which a name was taken back
+/// The track ids of markers during a run.
+struct IdHistory {
+  std::vector<BlobTrackId> first_ids;  ///< by marker, in image 10
+  std::vector<BlobTrackId> last_ids;   ///< by marker, in the last image
+  int wrong = 0;                       ///< blobs of one marker with the id of another track
+  int separate_without_id = 0;         ///< blobs of one marker without an id, after the markers merged
 };
 
-Hypothesis tell(const std::vector<Way>& ways, int images, const Hidden& hidden = {}) {
+IdHistory track_markers(const std::vector<Path>& paths, int images, const Hidden& hidden = {}) {
   const auto tracker = make_blob_tracker({});
-  Hypothesis hypothesis;
-  hypothesis.names.resize(ways.size());
-  bool met = false;
+  IdHistory history;
+  history.first_ids.resize(paths.size());
+  bool was_merged = false;
   for (int image = 0; image < images; ++image) {
     std::vector<Point> discs;
-    for (const Way& way : ways) discs.push_back(way(image));
+    for (const Path& path : paths) discs.push_back(path(image));
     BlobFrame frame = frame_of(image, discs, hidden);
     tracker->track(frame);
-    const bool merged = ways.size() == 2 && frame.blobs.size() == 1;
-    met = met || merged;
-    hypothesis.last_names.assign(ways.size(), {});
+    const bool merged = paths.size() == 2 && frame.blobs.size() == 1;
+    was_merged = was_merged || merged;
+    history.last_ids.assign(paths.size(), {});
     for (const Blob& blob : frame.blobs) {
-      for (std::size_t m = 0; m < ways.size(); ++m) {
+      for (std::size_t m = 0; m < paths.size(); ++m) {
         if ((blob.centroid.v - discs[m]).norm() > 8.0) continue;
-        if (image == 10) hypothesis.names[m] = blob.track;
-        hypothesis.last_names[m] = blob.track;
+        if (image == 10) history.first_ids[m] = blob.track;
+        history.last_ids[m] = blob.track;
         if (image <= 10) continue;
-        const bool named = blob.track.names_something();
-        if (named && blob.track != hypothesis.names[m] && !merged) ++hypothesis.wrong;
-        if (met && !merged && !named) ++hypothesis.unnamed_apart;
+        const bool has_id = blob.track.names_something();
+        if (has_id && blob.track != history.first_ids[m] && !merged) ++history.wrong;
+        if (was_merged && !merged && !has_id) ++history.separate_without_id;
       }
     }
   }
-  return hypothesis;
+  return history;
 }
 
-Way straight(const Point& at_40, const Point& per_image) {
+Path straight(const Point& at_40, const Point& per_image) {
   return [=](double image) -> Point { return at_40 + (image - 40.0) * per_image; };
 }
 
-/// On its way until the marker is at the point of image 40, then back the way it came.
-Way there_and_back(const Point& at_40, const Point& per_image) {
+/// A straight path to the point of image 40, then back.
+Path there_and_back(const Point& at_40, const Point& per_image) {
   return [=](double image) -> Point { return at_40 - std::abs(image - 40.0) * per_image; };
 }
 
-TEST(BlobPair, KeepsTheNamesOfMarkersThatCrossWhateverTheirMissDistance) {
+TEST(BlobPair, KeepsTheIdsOfMarkersThatCrossAtAnyMissDistance) {
   for (const double miss_px : {0.0, 2.0, 5.0, 9.0, 13.0}) {
     for (const double speed : {1.5, 3.0, 6.0}) {
-      const Hypothesis hypothesis =
-          tell({straight({300.0, 200.0}, {speed, 0.4}), straight({300.0, 200.0 + miss_px}, {-speed, 0.4})}, 90);
+      const IdHistory history = track_markers(
+          {straight({300.0, 200.0}, {speed, 0.4}), straight({300.0, 200.0 + miss_px}, {-speed, 0.4})}, 90);
 
-      EXPECT_EQ(hypothesis.wrong, 0) << miss_px << " px, " << speed << " px";
-      EXPECT_EQ(hypothesis.last_names, hypothesis.names) << miss_px << " px, " << speed << " px";
+      EXPECT_EQ(history.wrong, 0) << miss_px << " px, " << speed << " px";
+      EXPECT_EQ(history.last_ids, history.first_ids) << miss_px << " px, " << speed << " px";
     }
   }
 }
 
-TEST(BlobPair, KeepsTheNamesOfMarkersThatTurnBack) {
-  // Where the miss distance is not lost in what area and elongation tell; nearer by, nobody knows.
+TEST(BlobPair, KeepsTheIdsOfMarkersThatTurnBack) {
+  // At smaller miss distances, area and elongation of the merged blob are not precise enough.
   for (const double miss_px : {6.0, 9.0, 12.0}) {
-    const Hypothesis hypothesis =
-        tell({there_and_back({300.0, 200.0}, {3.0, 0.5}), there_and_back({300.0, 200.0 + miss_px}, {-2.0, 0.8})}, 90);
+    const IdHistory history = track_markers(
+        {there_and_back({300.0, 200.0}, {3.0, 0.5}), there_and_back({300.0, 200.0 + miss_px}, {-2.0, 0.8})}, 90);
 
-    EXPECT_EQ(hypothesis.wrong, 0) << miss_px << " px";
-    EXPECT_EQ(hypothesis.last_names, hypothesis.names) << miss_px << " px";
+    EXPECT_EQ(history.wrong, 0) << miss_px << " px";
+    EXPECT_EQ(history.last_ids, history.first_ids) << miss_px << " px";
   }
 }
 
-TEST(BlobPair, KeepsTheNameOfAMarkerThatPassesOneAtRest) {
-  const Hypothesis hypothesis = tell({straight({300.0, 200.0}, {0.0, 0.0}), straight({301.0, 203.0}, {3.0, 1.0})}, 80);
+TEST(BlobPair, KeepsTheIdOfAMarkerThatPassesOneAtRest) {
+  const IdHistory history =
+      track_markers({straight({300.0, 200.0}, {0.0, 0.0}), straight({301.0, 203.0}, {3.0, 1.0})}, 80);
 
-  EXPECT_EQ(hypothesis.wrong, 0);
-  EXPECT_EQ(hypothesis.last_names, hypothesis.names);
+  EXPECT_EQ(history.wrong, 0);
+  EXPECT_EQ(history.last_ids, history.first_ids);
 }
 
-TEST(BlobPair, GivesNoNameToABlobOfTwoMarkers) {
+TEST(BlobPair, GivesNoIdToABlobOfTwoMarkers) {
   const auto tracker = make_blob_tracker({});
   for (int image = 0; image < 60; ++image) {
     BlobFrame frame = frame_of(
@@ -171,52 +172,53 @@ TEST(BlobPair, GivesNoNameToABlobOfTwoMarkers) {
   }
 }
 
-TEST(BlobPair, NamesMarkersSoonAfterTheyCrossed) {
-  const Hypothesis hypothesis = tell({straight({300.0, 200.0}, {3.0, 0.4}), straight({300.0, 206.0}, {-3.0, 0.4})}, 90);
+TEST(BlobPair, GivesIdsSoonAfterMarkersCrossed) {
+  const IdHistory history =
+      track_markers({straight({300.0, 200.0}, {3.0, 0.4}), straight({300.0, 206.0}, {-3.0, 0.4})}, 90);
 
-  // Two blobs, three images at most.
-  EXPECT_LE(hypothesis.unnamed_apart, 6);
+  // At most three images with two blobs each.
+  EXPECT_LE(history.separate_without_id, 6);
 }
 
 TEST(TrackBlobs, KeepsSpeedAndDirectionOfAMarkerThatGoesBehindABarrier) {
   const auto tracker = make_blob_tracker({});
   const auto& inspection = dynamic_cast<const BlobTrackInspection&>(*tracker);
   const Hidden barrier = [](const Point& at) { return at.x() > 300.0 && at.x() < 360.0; };
-  BlobTrackId name;
+  BlobTrackId id;
   for (int image = 0; image < 90; ++image) {
     const Point truth(200.0 + 4.0 * image, 150.0 + 1.0 * image);
     BlobFrame frame = frame_of(image, {truth}, barrier);
     std::vector<BlobTrackBelief> expected;
     inspection.predict_tracks(frame.exposed_at, expected);
-    if (image == 20) name = expected[0].track;
+    if (image == 20) id = expected[0].track;
     if (image > 5) {
       ASSERT_EQ(expected.size(), 1U);
-      // A disc's shown part has its middle up to 7 px off; its cut tells where the disc is.
+      // The centroid of the visible part is up to 7 px from the centre; the estimate of the occluded disc corrects it.
       EXPECT_LT((expected[0].point.v - truth).norm(), 1.5) << "image " << image;
       EXPECT_EQ(expected[0].state == BlobTrackState::Coasting, image > 27 && image <= 39) << "image " << image;
     }
     tracker->track(frame);
     if (image > 45) {
-      EXPECT_EQ(frame.blobs[0].track, name);
+      EXPECT_EQ(frame.blobs[0].track, id);
     }
   }
 }
 
-TEST(TrackBlobs, KeepsApartTwoMarkersThatCrossBehindABarrier) {
+TEST(TrackBlobs, KeepsTheIdsOfTwoMarkersThatCrossBehindABarrier) {
   const Hidden barrier = [](const Point& at) { return at.x() > 270.0 && at.x() < 330.0; };
 
-  const Hypothesis hypothesis =
-      tell({straight({300.0, 200.0}, {4.0, 1.0}), straight({303.0, 205.0}, {-3.5, 1.5})}, 90, barrier);
+  const IdHistory history =
+      track_markers({straight({300.0, 200.0}, {4.0, 1.0}), straight({303.0, 205.0}, {-3.5, 1.5})}, 90, barrier);
 
-  EXPECT_EQ(hypothesis.wrong, 0);
-  EXPECT_EQ(hypothesis.last_names, hypothesis.names);
+  EXPECT_EQ(history.wrong, 0);
+  EXPECT_EQ(history.last_ids, history.first_ids);
 }
 
-TEST(TrackBlobs, TakesANameBackRatherThanGivesItToANeighbour) {
+TEST(TrackBlobs, DoesNotGiveTheIdOfAHiddenMarkerToANeighbour) {
   const auto tracker = make_blob_tracker({});
-  std::vector<BlobTrackId> names(3);
+  std::vector<BlobTrackId> ids(3);
   for (int image = 0; image < 40; ++image) {
-    // Three in a row, 16 px apart, that move together; the middle one disappears.
+    // Three markers on a line, 16 px apart, move together; the middle one disappears.
     const bool hidden = image >= 20 && image < 30;
     std::vector<Point> discs;
     for (int m = 0; m < 3; ++m) {
@@ -227,13 +229,13 @@ TEST(TrackBlobs, TakesANameBackRatherThanGivesItToANeighbour) {
     tracker->track(frame);
     std::vector<BlobTrackId> now;
     for (const Blob& blob : frame.blobs) now.push_back(blob.track);
-    if (image == 10) names = now;
+    if (image == 10) ids = now;
     if (image <= 10) continue;
-    EXPECT_EQ(now, hidden ? (std::vector<BlobTrackId>{names[0], names[2]}) : names) << "image " << image;
+    EXPECT_EQ(now, hidden ? (std::vector<BlobTrackId>{ids[0], ids[2]}) : ids) << "image " << image;
   }
 }
 
-TEST(TrackBlobs, ShowsATrackFromItsFirstImageToItsLast) {
+TEST(TrackBlobs, ReportsATrackFromItsFirstToItsLastImage) {
   TrackBlobsSettings settings;
   settings.max_coast = std::chrono::milliseconds(110);
   const auto tracker = make_blob_tracker(settings);
@@ -256,7 +258,7 @@ TEST(TrackBlobs, ShowsATrackFromItsFirstImageToItsLast) {
 
   using enum BlobTrackState;
   EXPECT_EQ(states, (std::vector{Tentative, Confirmed, Coasting, Coasting, Coasting, Lost}));
-  // 10 px for each image that it is not seen, and a little for what it knows less.
+  // 10 px for each image without a measurement (300 px/s at 30 Hz), and less for the growth of the covariance.
   EXPECT_NEAR(reach_px[3] - reach_px[2], 10.0, 4.0);
   EXPECT_NEAR(reach_px[4] - reach_px[3], 10.0, 4.0);
 }

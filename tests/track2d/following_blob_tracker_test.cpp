@@ -34,7 +34,7 @@ class EveryMethod : public testing::TestWithParam<TrackMethod> {
   }
 };
 
-TEST_P(EveryMethod, GivesAnIdToWhatWasSeenThreeTimes) {
+TEST_P(EveryMethod, GivesAnIdToABlobThatWasDetectedThreeTimes) {
   const auto tracker = EveryMethod::tracker();
   for (int image = 0; image < 5; ++image) {
     BlobFrame frame = frame_of(image, {{100.0 + 3.0 * image, 50.0}});
@@ -43,7 +43,7 @@ TEST_P(EveryMethod, GivesAnIdToWhatWasSeenThreeTimes) {
   }
 }
 
-TEST_P(EveryMethod, KeepsTheIdsOfThirtyWanderersWhoseBlobsComeInAnyOrder) {
+TEST_P(EveryMethod, KeepsTheIdsOfThirtyMarkersWhoseBlobsComeInAnyOrder) {
   const auto tracker = EveryMethod::tracker();
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0.0, 0.05);
@@ -73,7 +73,7 @@ TEST_P(EveryMethod, KeepsTheIdsOfThirtyWanderersWhoseBlobsComeInAnyOrder) {
   EXPECT_EQ(changes, 0);
 }
 
-TEST_P(EveryMethod, FindsABlobAgainBehindABarrier) {
+TEST_P(EveryMethod, KeepsTheIdOfAMarkerThatPassesBehindABarrier) {
   const auto tracker = EveryMethod::tracker();
   BlobTrackId before;
   for (int image = 0; image < 40; ++image) {
@@ -88,22 +88,22 @@ TEST_P(EveryMethod, FindsABlobAgainBehindABarrier) {
   }
 }
 
-TEST_P(EveryMethod, NeverGivesOneIdTwiceNorTheIdOfATrackThatEnded) {
+TEST_P(EveryMethod, NeverGivesOneIdTwiceOrTheIdOfATrackThatEnded) {
   TrackBlobsSettings settings;
   settings.method = GetParam();
   settings.max_coast = std::chrono::milliseconds(250);
   const auto tracker = make_blob_tracker(settings);
   std::set<std::uint32_t> ended;
-  for (int stay = 0; stay < 20; ++stay) {
-    std::mt19937 place(static_cast<unsigned>(stay));
+  for (int scene = 0; scene < 20; ++scene) {
+    std::mt19937 place(static_cast<unsigned>(scene));
     std::vector<Eigen::Vector2d> points;
     for (int i = 0; i < 20; ++i) {
       points.push_back({static_cast<double>(place() % 640), static_cast<double>(place() % 480)});
     }
     std::set<std::uint32_t> now;
     for (int image = 0; image < 10; ++image) {
-      // One second between the stays: longer than a track coasts.
-      BlobFrame frame = frame_of(70 * stay + image, points);
+      // One second between two scenes: longer than a track coasts.
+      BlobFrame frame = frame_of(70 * scene + image, points);
       tracker->track(frame);
       now.clear();
       for (const Blob& blob : frame.blobs) {
@@ -117,7 +117,7 @@ TEST_P(EveryMethod, NeverGivesOneIdTwiceNorTheIdOfATrackThatEnded) {
   }
 }
 
-TEST_P(EveryMethod, TakesFullFramesAndFramesOutOfOrderWithoutHarm) {
+TEST_P(EveryMethod, SurvivesFullFramesAndFramesOutOfOrder) {
   const auto tracker = EveryMethod::tracker();
   std::mt19937 random(2);
   for (int image = 0; image < 12; ++image) {
@@ -145,7 +145,7 @@ INSTANTIATE_TEST_SUITE_P(TrackBlobs, EveryMethod,
                            return std::string();
                          });
 
-TEST(TrackBlobs, KeepsTwoMarkersApartThatCross) {
+TEST(TrackBlobs, KeepsTheIdsOfTwoMarkersThatCross) {
   const auto tracker = make_blob_tracker({});
   BlobTrackId first;
   BlobTrackId second;

@@ -22,16 +22,16 @@ namespace {
 
 constexpr double kSigma_m = 0.0003;
 
-Marker marker_at(const Eigen::Vector3d& position, std::uint32_t expected = Match::kNew) {
+Marker marker_at(const Eigen::Vector3d& position, std::uint32_t predicted = Match::kNew) {
   Marker marker;
   marker.position = {position};
   marker.covariance_m2 = Eigen::Matrix3d::Identity() * kSigma_m * kSigma_m;
   marker.cameras = 4;
-  marker.expected = expected;
+  marker.prediction = predicted;
   return marker;
 }
 
-/// Lets a tracker see a world at a rate.
+/// A tracker that observes markers at a fixed rate.
 struct Watch {
   std::unique_ptr<MarkerTracker> tracker;
   double rate_hz;
@@ -46,10 +46,10 @@ struct Watch {
   const TrackedMarkers& see(const std::vector<Marker>& seen) {
     Markers markers;
     for (const Marker& marker : seen) markers.push_back(marker);
-    Expected expected;
-    expected.at = at();
+    Predictions predicted;
+    predicted.at = at();
     ++set;
-    return tracker->step(markers, expected);
+    return tracker->step(markers, predicted);
   }
 };
 
@@ -58,7 +58,49 @@ const TrackedMarker* by_id(const TrackedMarkers& tracked, TrackId id) {
   return found == tracked.end() ? nullptr : found;
 }
 
-TEST(TrackMarkers, BelievesAMarkerAfterThreeConsecutiveSets) {
+// A set that shows candidates only.
+const TrackedMarkers& see_candidates(Watch& watch, const std::vector<Eigen::Vector3d>& points) {
+  std::vector<CandidatePoint> candidates;
+  for (const Eigen::Vector3d& point : points)
+    candidates.push_back({{point}, Eigen::Matrix3d::Identity() * kSigma_m * kSigma_m});
+  Predictions predicted;
+  predicted.at = watch.at();
+  ++watch.set;
+  return watch.tracker->step({}, predicted, {}, candidates);
+}
+
+TEST(KalmanMarkerTracker, TracksACandidateWithoutPredictingIt) {
+  Watch watch(100.0);
+
+  EXPECT_TRUE(see_candidates(watch, {{0, 0, 1}}).empty());
+  EXPECT_TRUE(see_candidates(watch, {{0, 0, 1}}).empty());
+  const TrackedMarkers third = see_candidates(watch, {{0, 0, 1}});
+  const TrackedMarkers missed = see_candidates(watch, {});
+
+  ASSERT_EQ(third.size(), 1U);
+  EXPECT_EQ(third[0].state, TrackState::Candidate);
+  EXPECT_EQ(third[0].cameras, 2U);
+  ASSERT_EQ(missed.size(), 1U);
+  EXPECT_EQ(missed[0].state, TrackState::Coasting);
+  EXPECT_EQ(missed[0].id, third[0].id);
+  EXPECT_TRUE(watch.tracker->predict(watch.at()).empty());
+  for (int set = 0; set < 6; ++set) (void)see_candidates(watch, {});  // 60 ms, of which 50 ms are bridged
+  EXPECT_TRUE(see_candidates(watch, {}).empty());
+}
+
+TEST(KalmanMarkerTracker, GivesNoMarkerToTheTrackOfACandidate) {
+  Watch watch(100.0);
+  for (int set = 0; set < 3; ++set) (void)see_candidates(watch, {{0, 0, 1}});
+
+  const TrackedMarkers& tracked = watch.see({marker_at({0, 0, 1})});
+
+  ASSERT_EQ(tracked.size(), 2U);
+  EXPECT_EQ(tracked[0].state, TrackState::Tentative);
+  EXPECT_EQ(tracked[1].state, TrackState::Coasting);
+  EXPECT_NE(tracked[0].id, tracked[1].id);
+}
+
+TEST(KalmanMarkerTracker, ConfirmsATrackAfterThreeConsecutiveSets) {
   Watch watch(100.0);
 
   EXPECT_EQ(watch.see({marker_at({0, 0, 1})})[0].state, TrackState::Tentative);
@@ -69,7 +111,7 @@ TEST(TrackMarkers, BelievesAMarkerAfterThreeConsecutiveSets) {
   EXPECT_EQ(third[0].cameras, 4U);
 }
 
-TEST(TrackMarkers, ForgetsATentativeMarkerAtOnceAndNeverReusesItsId) {
+TEST(KalmanMarkerTracker, EndsATentativeTrackWithItsFirstMissAndNeverReusesItsId) {
   Watch watch(100.0);
   const TrackId first = watch.see({marker_at({0, 0, 1})})[0].id;
 
@@ -77,7 +119,7 @@ TEST(TrackMarkers, ForgetsATentativeMarkerAtOnceAndNeverReusesItsId) {
   EXPECT_NE(watch.see({marker_at({0, 0, 1})})[0].id, first);
 }
 
-TEST(TrackMarkers, IsNearerToTheTruthThanItsSightingsOnAStraightWay) {
+TEST(KalmanMarkerTracker, IsMoreAccurateThanItsMeasurementsOnAStraightPath) {
   TrackMarkersSettings calm;
   calm.acceleration_m_s2 = 0.5;
   calm.acceleration_per_speed_1_s = 0.0;
@@ -94,14 +136,14 @@ TEST(TrackMarkers, IsNearerToTheTruthThanItsSightingsOnAStraightWay) {
     if (k < 100) continue;
     tracked_squares += (tracked[0].position.v - truth).squaredNorm();
     seen_squares += (seen - truth).squaredNorm();
-    // A quarter of the process noise's own share a step.
+    // A quarter of the process noise of one step.
     EXPECT_LT((tracked[0].velocity_m_s - Eigen::Vector3d(0.8, -0.3, 0.0)).norm(), 0.08);
   }
   EXPECT_LT(tracked_squares, 0.5 * seen_squares);
 }
 
-TEST(TrackMarkers, FollowsAHandThatIsThrownForward) {
-  // To 8 m/s and back within 0.4 s: up to 63 m/s^2, ten times what the calm marker is expected to do.
+TEST(KalmanMarkerTracker, FollowsAFastHand) {
+  // To 8 m/s and back within 0.4 s: up to 63 m/s^2, ten times the process noise of a marker at rest.
   Watch watch(100.0);
   std::set<std::uint32_t> ids;
   for (int k = 0; k < 200; ++k) {
@@ -114,21 +156,21 @@ TEST(TrackMarkers, FollowsAHandThatIsThrownForward) {
   EXPECT_EQ(ids.size(), 1U);
 }
 
-TEST(TrackMarkers, TakesAMarkerThat2DTracksKnowWhereverItLies) {
+TEST(KalmanMarkerTracker, AcceptsAMarkerKnownBy2DTracksOutsideItsGate) {
   for (const bool known : {false, true}) {
     Watch watch(30.0);
     TrackId id;
     for (int k = 0; k < 20; ++k) id = watch.see({marker_at({0, 0, 1})})[0].id;
-    Expected expected;
-    expected.at = watch.at();
-    watch.tracker->predict(expected.at, expected);
-    ASSERT_EQ(expected.markers.size(), 1U);
-    EXPECT_EQ(expected.markers[0].cameras, 4U);
+    Predictions predicted;
+    predicted.at = watch.at();
+    predicted.markers = watch.tracker->predict(predicted.at);
+    ASSERT_EQ(predicted.markers.size(), 1U);
+    EXPECT_EQ(predicted.markers[0].cameras, 4U);
     Markers markers;
     markers.push_back(marker_at({0.5, 0, 1}, 0));
     markers[0].by_blob_tracks = known;
 
-    const TrackedMarkers& tracked = watch.tracker->step(markers, expected);
+    const TrackedMarkers& tracked = watch.tracker->step(markers, predicted);
 
     const TrackedMarker* track = by_id(tracked, id);
     ASSERT_NE(track, nullptr);
@@ -136,7 +178,7 @@ TEST(TrackMarkers, TakesAMarkerThat2DTracksKnowWhereverItLies) {
   }
 }
 
-TEST(TrackMarkers, FindsAnOccludedMarkerAgainWhereItComesOut) {
+TEST(KalmanMarkerTracker, FindsAnOccludedMarkerAgain) {
   Watch watch(100.0);
   const auto truth = [](double t) { return Eigen::Vector3d(0.6 * t, 0.0, 1.0 + 0.05 * std::sin(3.0 * t)); };
   TrackId id;
@@ -160,7 +202,7 @@ TEST(TrackMarkers, FindsAnOccludedMarkerAgainWhereItComesOut) {
   EXPECT_EQ(back[0].missed_sets, 0U);
 }
 
-TEST(TrackMarkers, EndsATrackThatStaysHiddenLongerThanMaxCoast) {
+TEST(KalmanMarkerTracker, EndsATrackThatIsHiddenLongerThanMaxCoast) {
   TrackMarkersSettings settings;
   settings.max_coast = std::chrono::milliseconds(95);
   Watch watch(100.0, settings);
@@ -170,9 +212,9 @@ TEST(TrackMarkers, EndsATrackThatStaysHiddenLongerThanMaxCoast) {
   EXPECT_TRUE(watch.see({}).empty());
 }
 
-TEST(TrackMarkers, KeepsMarkersApartThatCross) {
+TEST(KalmanMarkerTracker, KeepsTheIdsOfMarkersThatCross) {
   Watch watch(100.0);
-  // They pass at 3 mm, at 2 m/s relative: nearest neighbour from the last position would swap them.
+  // They pass at a distance of 3 mm and 2 m/s: a nearest neighbour of the last position would swap them.
   const auto left = [](double t) { return Eigen::Vector3d(t - 0.5, 0.0015, 1.0); };
   const auto right = [](double t) { return Eigen::Vector3d(0.5 - t, -0.0015, 1.0); };
   TrackId left_id;
@@ -194,7 +236,7 @@ TEST(TrackMarkers, KeepsMarkersApartThatCross) {
   }
 }
 
-TEST(TrackMarkers, KeepsARowOfMarkersAlongAnyAxis) {
+TEST(KalmanMarkerTracker, KeepsTheIdsOfALineOfMarkersAlongAnyAxis) {
   for (const Eigen::Vector3d& along : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(0, 0, 1)}) {
     Watch watch(100.0);
     std::vector<TrackId> ids;
@@ -217,10 +259,10 @@ TEST(TrackMarkers, KeepsARowOfMarkersAlongAnyAxis) {
   }
 }
 
-TEST(TrackMarkers, WeighsEachMarkerWithItsOwnCovariance) {
+TEST(KalmanMarkerTracker, WeightsEachMarkerByItsCovariance) {
   Watch watch(100.0);
   for (int k = 0; k < 30; ++k) (void)watch.see({marker_at({0, 0, 1})});
-  // Seen by two cameras that look along y: 30 mm off there, and so uncertain there.
+  // Two cameras look along y: the error along y is 30 mm, and the covariance is large along y.
   Marker uncertain = marker_at({0.0004, 0.030, 1.0});
   uncertain.covariance_m2(1, 1) = 0.02 * 0.02;
 
@@ -231,96 +273,96 @@ TEST(TrackMarkers, WeighsEachMarkerWithItsOwnCovariance) {
   EXPECT_GT(tracked[0].position.v.x(), 0.0001);
 }
 
-/// Three sets of two markers, and what the tracker expects next.
-Expected expected_of_pair(Watch& watch) {
+/// The predictions of a tracker after three sets of two markers.
+Predictions predicted_of_pair(Watch& watch) {
   for (int k = 0; k < 3; ++k) (void)watch.see({marker_at({0, 0, 1}), marker_at({0.2, 0, 1})});
-  Expected expected;
-  expected.at = watch.at();
-  watch.tracker->predict(expected.at, expected);
-  return expected;
+  Predictions predicted;
+  predicted.at = watch.at();
+  predicted.markers = watch.tracker->predict(predicted.at);
+  return predicted;
 }
 
-TEST(TrackMarkers, PredictsEachLivingTrackWithItsIdAndChangesNothing) {
+TEST(KalmanMarkerTracker, PredictsEachTrackWithItsIdAndChangesNothing) {
   Watch watch(100.0);
-  const Expected expected = expected_of_pair(watch);
-  Expected again;
-  watch.tracker->predict(expected.at, again);
+  const Predictions predicted = predicted_of_pair(watch);
+  Predictions again;
+  again.markers = watch.tracker->predict(predicted.at);
 
-  ASSERT_EQ(expected.markers.size(), 2U);
+  ASSERT_EQ(predicted.markers.size(), 2U);
   ASSERT_EQ(again.markers.size(), 2U);
-  EXPECT_NEAR((expected.markers[1].position.v - Eigen::Vector3d(0.2, 0, 1)).norm(), 0.0, 1e-9);
-  EXPECT_EQ(expected.markers[1].covariance_m2, again.markers[1].covariance_m2);
-  EXPECT_NE(expected.markers[0].track, expected.markers[1].track);
+  EXPECT_NEAR((predicted.markers[1].position.v - Eigen::Vector3d(0.2, 0, 1)).norm(), 0.0, 1e-9);
+  EXPECT_EQ(predicted.markers[1].covariance_m2, again.markers[1].covariance_m2);
+  EXPECT_NE(predicted.markers[0].track, predicted.markers[1].track);
 }
 
-TEST(TrackMarkers, GivesAMarkerToTheTrackThatItWasExpectedToBe) {
+TEST(KalmanMarkerTracker, UpdatesTheTrackWhosePredictionAMarkerWasMatchedTo) {
   Watch watch(100.0);
-  Expected expected = expected_of_pair(watch);
-  expected.markers[1].label = {{0}, 7};
-  // 3 mm off: nothing else claims it, and it brings the name.
+  Predictions predicted = predicted_of_pair(watch);
+  predicted.markers[1].label = {{0}, 7};
+  // 3 mm off, and no other track competes for it.
   Markers markers;
   markers.push_back(marker_at({0.203, 0, 1}, 1));
   markers.push_back(marker_at({0.001, 0, 1}, 0));
 
-  const TrackedMarkers& tracked = watch.tracker->step(markers, expected);
+  const TrackedMarkers& tracked = watch.tracker->step(markers, predicted);
 
   ASSERT_EQ(tracked.size(), 2U);
-  EXPECT_EQ(tracked[1].id, expected.markers[1].track);
-  EXPECT_EQ(tracked[1].expected_label, (Label{{0}, 7}));
-  EXPECT_FALSE(tracked[0].expected_label.names_something());
+  EXPECT_EQ(tracked[1].id, predicted.markers[1].track);
+  EXPECT_EQ(predicted.markers[tracked[1].prediction].label, (Label{{0}, 7}));
+  EXPECT_EQ(tracked[0].prediction, 0U);
 }
 
-TEST(TrackMarkers, RefusesAnExpectedMarkerFarOutsideOfItsGate) {
+TEST(KalmanMarkerTracker, RefusesAMatchedMarkerFarOutsideTheGate) {
   Watch watch(100.0);
-  Expected expected = expected_of_pair(watch);
-  expected.markers[1].label = {{0}, 7};
+  Predictions predicted = predicted_of_pair(watch);
+  predicted.markers[1].label = {{0}, 7};
   Markers markers;
   markers.push_back(marker_at({0.7, 0, 1}, 1));
 
-  const TrackedMarkers& tracked = watch.tracker->step(markers, expected);
+  const TrackedMarkers& tracked = watch.tracker->step(markers, predicted);
 
   ASSERT_EQ(tracked.size(), 3U);
   EXPECT_EQ(tracked[1].state, TrackState::Coasting);
   EXPECT_NEAR(tracked[1].position.v.x(), 0.2, 0.01);
   EXPECT_EQ(tracked[2].state, TrackState::Tentative);
-  EXPECT_FALSE(tracked[2].expected_label.names_something());
+  EXPECT_EQ(tracked[2].prediction, Match::kNew);
 }
 
-/// What a tracker expects of its first marker in the next set.
-Expected expected_next(const Watch& watch) {
-  Expected expected;
-  expected.at = watch.at();
-  watch.tracker->predict(expected.at, expected);
-  return expected;
+/// The predictions of a tracker for the next set; there is at least one.
+Predictions predicted_next(const Watch& watch) {
+  Predictions predicted;
+  predicted.at = watch.at();
+  predicted.markers = watch.tracker->predict(predicted.at);
+  return predicted;
 }
 
-/// How many tracks there are after a resting marker jerked aside, as many standard deviations as told, and the matcher
-/// found it; and which has the marker.
+/// The number of tracks after a marker at rest moved by `sigmas` standard deviations and the matcher found it, and the
+/// track that has it.
 std::pair<std::size_t, TrackId> tracks_after_a_jerk(double sigmas) {
   Watch watch(120.0);
   for (int k = 0; k < 60; ++k) (void)watch.see({marker_at({0, 0, 1})});
-  const Expected expected = expected_next(watch);
-  const double off_m = sigmas * std::sqrt(expected.markers[0].covariance_m2(0, 0) + kSigma_m * kSigma_m);
+  const Predictions predicted = predicted_next(watch);
+  const double off_m = sigmas * std::sqrt(predicted.markers[0].covariance_m2(0, 0) + kSigma_m * kSigma_m);
   Markers markers;
   markers.push_back(marker_at({off_m, 0, 1}, 0));
-  const TrackedMarkers& tracked = watch.tracker->step(markers, expected);
+  const TrackedMarkers& tracked = watch.tracker->step(markers, predicted);
   for (const TrackedMarker& track : tracked) {
     if (track.cameras > 0) return {tracked.size(), track.id};
   }
   return {tracked.size(), {}};
 }
 
-TEST(TrackMarkers, KeepsAMarkerThatTheMatcherFoundAtTheEdgeOfItsOwnGate) {
-  // Four standard deviations are the gate of what nobody expected; a jerk goes beyond it, and nothing else is near.
+TEST(KalmanMarkerTracker, AcceptsAMarkerAtTheEdgeOfTheMatchersGate) {
+  // The usual gate is four standard deviations; a jerk exceeds it, and no other marker is near.
   EXPECT_EQ(tracks_after_a_jerk(5.0), (std::pair<std::size_t, TrackId>{1, TrackId{0}}));
-  // Nobody else is there whom it could be: thrown off its way by much more, it still is the same.
+  // The outlier hypothesis accepts a much larger jump, because no other track competes.
   EXPECT_EQ(tracks_after_a_jerk(9.0), (std::pair<std::size_t, TrackId>{1, TrackId{0}}));
   EXPECT_EQ(tracks_after_a_jerk(40.0), (std::pair<std::size_t, TrackId>{2, TrackId{1}}));
 }
 
-TEST(TrackMarkers, KeepsTheIdsOfHandsWhoseEverySixthImageIsMissingUnnoticed) {
-  // As recordings are that were thinned out without their time stamps: every fifth step is twice as long. Two markers
-  // 60 mm apart swing at up to 3.8 m/s.
+TEST(KalmanMarkerTracker, KeepsTheIdsOfHandsIfEverySixthImageIsMissingUnnoticed) {
+  // Like a recording that was decimated without its time stamps: every fifth step is twice as long. Two markers 60 mm
+  // apart swing at up to 3.8 m/s.
   Watch watch(100.0);
   std::map<int, std::set<std::uint32_t>> ids;
   for (int k = 0; k < 400; ++k) {
@@ -334,18 +376,18 @@ TEST(TrackMarkers, KeepsTheIdsOfHandsWhoseEverySixthImageIsMissingUnnoticed) {
   EXPECT_EQ(ids[1].size(), 1U);
 }
 
-/// The ray of a camera 4 m away along y that sees a marker; of the first expected marker.
+/// The bearing of a marker from a camera 4 m away along y, matched to the first prediction.
 BearingOnlyObservation ray_to(const Eigen::Vector3d& marker) {
   BearingOnlyObservation bearing_only;
-  bearing_only.expected = 0;
+  bearing_only.prediction = 0;
   bearing_only.eye = {{0.0, -4.0, 1.5}};
   bearing_only.direction = (marker - bearing_only.eye.v).normalized();
   bearing_only.sigma_rad = 0.0001;
   return bearing_only;
 }
 
-/// How far off a marker that goes in a circle is after 0.3 s in which nobody or one camera saw it: across the camera's
-/// ray and along it.
+/// The error of a track on a circle after 0.3 s in which no camera or one camera saw the marker: across the ray of the
+/// camera and along it.
 std::pair<double, double> off_after_occlusion(bool one_camera_sees_it) {
   Watch watch(100.0);
   const auto truth = [](double t_s) {
@@ -354,13 +396,13 @@ std::pair<double, double> off_after_occlusion(bool one_camera_sees_it) {
   for (int k = 0; k < 50; ++k) (void)watch.see({marker_at(truth(watch.t_s()))});
   Eigen::Vector3d off = Eigen::Vector3d::Zero();
   for (int k = 0; k < 30; ++k) {
-    Expected expected;
-    expected.at = watch.at();
-    watch.tracker->predict(expected.at, expected);
+    Predictions predicted;
+    predicted.at = watch.at();
+    predicted.markers = watch.tracker->predict(predicted.at);
     const Eigen::Vector3d place = truth(watch.t_s());
     const BearingOnlyObservation ray = ray_to(place);
     const auto rays = one_camera_sees_it ? std::span(&ray, 1) : std::span<const BearingOnlyObservation>();
-    const TrackedMarkers& tracked = watch.tracker->step({}, expected, rays);
+    const TrackedMarkers& tracked = watch.tracker->step({}, predicted, rays);
     ++watch.set;
     EXPECT_EQ(tracked.size(), 1U);
     if (tracked.size() != 1) return {1.0, 1.0};
@@ -371,43 +413,43 @@ std::pair<double, double> off_after_occlusion(bool one_camera_sees_it) {
   return {(off - along * along.dot(off)).norm(), std::abs(along.dot(off))};
 }
 
-TEST(TrackMarkers, FollowsAMarkerAlongTheRayOfTheOneCameraThatSeesIt) {
-  // 0.4 mm is what the ray tells; the circle turns away from a straight way by 0.4 mm a set.
+TEST(KalmanMarkerTracker, FollowsAMarkerByTheBearingsOfOneCamera) {
+  // The bearing is accurate to 0.4 mm; the circle deviates from a straight line by 0.4 mm a set.
   EXPECT_LT(off_after_occlusion(true).first, 0.002);
   EXPECT_LT(off_after_occlusion(true).second, 0.05);
   EXPECT_GT(off_after_occlusion(false).first, 0.1);
 }
 
-TEST(TrackMarkers, RefusesARayThatPassesFarFromItsMarker) {
+TEST(KalmanMarkerTracker, RefusesABearingFarFromItsTrack) {
   Watch watch(100.0);
   for (int k = 0; k < 20; ++k) (void)watch.see({marker_at({0, 0, 1})});
-  const Expected expected = expected_next(watch);
+  const Predictions predicted = predicted_next(watch);
   const BearingOnlyObservation ray = ray_to({0.1, 0, 1});
 
-  const TrackedMarkers& tracked = watch.tracker->step({}, expected, std::span(&ray, 1));
+  const TrackedMarkers& tracked = watch.tracker->step({}, predicted, std::span(&ray, 1));
 
   ASSERT_EQ(tracked.size(), 1U);
   EXPECT_LT(tracked[0].position.v.x(), 0.001);
 }
 
-TEST(TrackMarkers, EndsAHiddenTrackOnceItCouldBeAnywhere) {
-  // A hand that shakes at 3 Hz and 5.6 m/s, and a marker at rest; both go hidden.
+TEST(KalmanMarkerTracker, EndsAHiddenTrackThatIsTooUncertain) {
+  // A hand that shakes at 3 Hz and 5.6 m/s, and a marker at rest; then both are hidden.
   Watch watch(100.0);
   for (int k = 0; k < 200; ++k) {
     const double x = 0.3 * std::sin(6.0 * M_PI * watch.t_s());
     (void)watch.see({marker_at({x, 0, 1}), marker_at({3, 0, 1})});
   }
-  ASSERT_EQ(expected_next(watch).markers.size(), 2U);
+  ASSERT_EQ(predicted_next(watch).markers.size(), 2U);
 
   int sets = 0;
   for (; sets < 50; ++sets) {
-    const std::size_t expected = expected_next(watch).markers.size();
+    const std::size_t predicted = predicted_next(watch).markers.size();
     const std::size_t left = watch.see({}).size();
-    ASSERT_EQ(left, expected) << "what is expected lives";
+    ASSERT_EQ(left, predicted) << "predicted tracks exist";
     if (left == 1) break;
   }
 
-  // Known to 150 mm it coasts, for a tenth of a second at least; 500 ms would be the end of any.
+  // A track coasts until its standard deviation is 150 mm, at least 0.1 s; every track ends after 500 ms.
   EXPECT_GE(sets, 8);
   EXPECT_LE(sets, 40);
   const TrackedMarkers& then = watch.see({marker_at({0.3, 0, 1})});
@@ -417,25 +459,25 @@ TEST(TrackMarkers, EndsAHiddenTrackOnceItCouldBeAnywhere) {
   EXPECT_EQ(then[1].id, TrackId{2});
 }
 
-TEST(TrackMarkers, BelievesAMarkerAtOnceWhereTheBodyToldItsPlace) {
+TEST(KalmanMarkerTracker, ConfirmsAMarkerAtOnceIfASkeletonPredictedIt) {
   Watch watch(100.0);
-  Expected expected;
-  expected.at = watch.at();
-  ExpectedMarker told;
-  told.position = {{0, 0, 1}};
-  told.label = {{2}, 5};
-  expected.markers.push_back(told);
+  Predictions predicted;
+  predicted.at = watch.at();
+  PredictedMarker from_skeleton;
+  from_skeleton.position = {{0, 0, 1}};
+  from_skeleton.label = {{2}, 5};
+  predicted.markers.push_back(from_skeleton);
   Markers markers;
   markers.push_back(marker_at({0, 0, 1.001}, 0));
 
-  const TrackedMarkers& tracked = watch.tracker->step(markers, expected);
+  const TrackedMarkers& tracked = watch.tracker->step(markers, predicted);
 
   ASSERT_EQ(tracked.size(), 1U);
   EXPECT_EQ(tracked[0].state, TrackState::Confirmed);
-  EXPECT_EQ(tracked[0].expected_label, (Label{{2}, 5}));
+  EXPECT_EQ(predicted.markers[tracked[0].prediction].label, (Label{{2}, 5}));
 }
 
-TEST(TrackMarkers, LeavesOutWhatIsNoNumberAndStaysWithinItsBound) {
+TEST(KalmanMarkerTracker, IgnoresMeasurementsThatAreNotFiniteAndStaysWithinItsBound) {
   Watch watch(100.0);
   Marker broken = marker_at({std::nan(""), 0, 1});
   Marker flat = marker_at({0, 0, 1});
@@ -449,7 +491,7 @@ TEST(TrackMarkers, LeavesOutWhatIsNoNumberAndStaysWithinItsBound) {
   }
 }
 
-/// Points of a TRC file (in mm) by frame; a marker that is missing in a frame is empty.
+/// The points of a TRC file (mm) by frame; a missing marker is empty.
 std::vector<std::vector<std::optional<Eigen::Vector3d>>> read_trc(const std::string& path) {
   std::ifstream file(path);
   std::vector<std::vector<std::optional<Eigen::Vector3d>>> frames;
@@ -473,7 +515,7 @@ std::vector<std::vector<std::optional<Eigen::Vector3d>>> read_trc(const std::str
   return frames;
 }
 
-/// How often one of the first `named` markers that was seen in two consecutive frames changed its track.
+/// The number of track changes of the first `named` markers between consecutive frames in which they are visible.
 int id_changes(const std::vector<std::vector<std::optional<Eigen::Vector3d>>>& frames, double rate_hz, int every,
                std::size_t named) {
   Watch watch(rate_hz / every);
@@ -501,23 +543,23 @@ int id_changes(const std::vector<std::vector<std::optional<Eigen::Vector3d>>>& f
   return changes;
 }
 
-TEST(TrackMarkers, KeepsMostIdsOfABalletDancerAt30Hz) {
+TEST(KalmanMarkerTracker, KeepsMostIdsOfABalletDancerAt30Hz) {
   const auto frames = read_trc(support::shared_data_folder() + "/trc/btk_ballet_reduced.trc");
   if (frames.empty()) GTEST_SKIP() << "no motion data at " << support::shared_data_folder();
 
   const int changes = id_changes(frames, 30.0, 1, 41);
 
   RecordProperty("id_changes", changes);
-  // A linker that takes the nearest to a constant velocity changes 19 ids on this file.
+  // For comparison: nearest neighbour with constant velocity changes 19 ids on this file.
   EXPECT_LE(changes, 19);
 }
 
-TEST(TrackMarkers, KeepsTheIdsOfARawWalkAt100And50HzButWhereItsMarkersJump) {
+TEST(KalmanMarkerTracker, KeepsTheIdsOfARecordedWalkAt100And50HzExceptAtJumps) {
   const auto frames = read_trc(support::shared_data_folder() + "/trc/btk_Gait.trc");
   if (frames.empty()) GTEST_SKIP() << "no motion data at " << support::shared_data_folder();
 
-  // 33 named markers; the columns after them hold nameless fragments, seen like all others. Some named markers jump by
-  // 13 to 50 mm and back within one frame: each jump rightly ends one track and begins another.
+  // 33 labelled markers; the other columns hold unlabelled fragments, which the tracker observes too. Some labelled
+  // markers jump by 13 to 50 mm and back within one frame: each jump correctly ends one track and starts another.
   EXPECT_LE(id_changes(frames, 100.0, 1, 33), 12);
   EXPECT_LE(id_changes(frames, 100.0, 2, 33), 20);
 }

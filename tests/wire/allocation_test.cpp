@@ -1,4 +1,4 @@
-// Counts what this program itself allocates; ZeroMQ's own buffers come from malloc and are not counted.
+// Counts the calls of operator new in this program. ZeroMQ allocates its buffers with malloc; they are not counted.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "random_model.h"
-#include "wire/encode.h"
+#include "wire/codec/encode.h"
 #include "wire/zmq_publisher.h"
 
 namespace {
@@ -14,7 +14,7 @@ thread_local std::size_t allocations = 0;
 }  // namespace
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kCanCount = false;  // the heap is the sanitizer's
+constexpr bool kCanCount = false;  // the sanitizer replaces operator new
 #else
 constexpr bool kCanCount = true;
 
@@ -53,7 +53,7 @@ Snapshot with_subjects(std::uint32_t count, testing::RandomModel& random) {
   return snapshot;
 }
 
-TEST(ZmqPublisher, AllocatesNothingOfItsOwnOnceWarm) {
+TEST(ZmqPublisher, DoesNotAllocateAfterWarmUp) {
   if (!kCanCount) GTEST_SKIP() << "a sanitizer owns the heap";
   testing::RandomModel random(31);
   auto publisher = ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"});
@@ -77,7 +77,7 @@ TEST(ZmqPublisher, AllocatesNothingOfItsOwnOnceWarm) {
   EXPECT_EQ(after - before, 0U);
 }
 
-TEST(Allocations, AreCountedAtAll) {
+TEST(Allocations, AreCounted) {
   if (!kCanCount) GTEST_SKIP() << "a sanitizer owns the heap";
   const std::size_t before = allocations;
   auto* number = new std::vector<int>(100);

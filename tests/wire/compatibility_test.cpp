@@ -1,4 +1,4 @@
-// The schema against the one that was released (proto/baseline.binpb), and against the rules of Protobuf's style guide.
+// Compares the schema with the released schema (proto/baseline.binpb) and with the rules of Protobuf's style guide.
 // After a release: protoc -I proto --include_imports --descriptor_set_out=proto/baseline.binpb proto/mocap/v1/*.proto
 #include <gmock/gmock.h>
 #include <google/protobuf/descriptor.pb.h>
@@ -28,7 +28,7 @@ using google::protobuf::FileDescriptorSet;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-// Messages and enums by their full names, nested ones too.
+// All messages and enums, including nested ones, by their full names.
 struct Schema {
   std::map<std::string, DescriptorProto> messages;
   std::map<std::string, EnumDescriptorProto> enums;
@@ -61,7 +61,7 @@ const FieldDescriptorProto* find(const DescriptorProto& message, int number) {
   return nullptr;
 }
 
-// What an old reader of `before`, or one of its JSON, could not live with in `now`.
+// Lists the changes from `before` to `now` that break a reader of `before` (binary or JSON).
 std::vector<std::string> broken(const FileDescriptorSet& before, const FileDescriptorSet& now) {
   const Schema old_schema(before), new_schema(now);
   std::vector<std::string> all;
@@ -117,9 +117,9 @@ FileDescriptorSet as_released() {
   return files;
 }
 
-TEST(Schema, CanBeReadByWhoReadsTheReleasedOne) { EXPECT_THAT(broken(as_released(), as_built()), IsEmpty()); }
+TEST(Schema, IsCompatibleWithTheReleasedSchema) { EXPECT_THAT(broken(as_released(), as_built()), IsEmpty()); }
 
-TEST(Schema, ABreakingChangeIsFound) {
+TEST(Schema, DetectsABreakingChange) {
   const FileDescriptorSet released = as_released();
   const auto after = [&](const std::function<void(DescriptorProto&)>& change) {
     FileDescriptorSet changed = released;
@@ -162,7 +162,7 @@ std::string upper_snake(const std::string& camel) {
   return text;
 }
 
-TEST(Schema, KeepsToTheStyleGuide) {
+TEST(Schema, FollowsTheProtobufStyleGuide) {
   const Schema schema(as_built());
   for (const auto& [name, each] : schema.enums) {
     const std::string prefix = upper_snake(each.name()) + "_";
@@ -178,8 +178,8 @@ TEST(Schema, KeepsToTheStyleGuide) {
   }
 }
 
-// The worked example of proto/README.md: its lines "OFFSET  HEX BYTES  what it is" make one message of the feed.
-TEST(Schema, TheReadmesHexDumpIsAMessageOfTheFeed) {
+// The example in proto/README.md: its lines "OFFSET  HEX BYTES  explanation" together are one message of the feed.
+TEST(Schema, HexDumpInTheReadmeIsAMessageOfTheFeed) {
   std::ifstream in(support::source_folder() + "/proto/README.md");
   std::string bytes;
   bool inside = false;

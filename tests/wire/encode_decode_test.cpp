@@ -6,9 +6,9 @@
 #include "random_model.h"
 #include "sample_description.h"
 #include "support/typical_snapshot.h"
-#include "wire/decode.h"
-#include "wire/encode.h"
-#include "wire/snapshot_encoder.h"
+#include "wire/codec/decode.h"
+#include "wire/codec/encode.h"
+#include "wire/codec/snapshot_encoder.h"
 
 namespace mocap::wire {
 namespace {
@@ -92,7 +92,7 @@ v1::Snapshot over_the_wire(const v1::Snapshot& message) {
   return arrived;
 }
 
-TEST(EncodeSnapshot, ComesBackTheSameThroughOneReusedMessage) {
+TEST(EncodeSnapshot, RoundTripsThroughAReusedMessage) {
   RandomModel random(1);
   v1::Snapshot message;
   for (int round = 0; round < 300; ++round) {
@@ -107,7 +107,7 @@ TEST(EncodeSnapshot, ComesBackTheSameThroughOneReusedMessage) {
   }
 }
 
-TEST(EncodeSnapshot, CarriesASnapshotAtAllDesignBounds) {
+TEST(EncodeSnapshot, EncodesASnapshotAtAllDesignBounds) {
   RandomModel random(2);
   Snapshot full;
   for (std::uint32_t i = 0; i < kMaxCameras; ++i) full.views.push_back({CameraId{i}, i, Duration(i), i});
@@ -129,10 +129,10 @@ TEST(EncodeSnapshot, CarriesASnapshotAtAllDesignBounds) {
   expect_same(full, *read);
 }
 
-TEST(EncodeSnapshot, LeavesAbsentWhatIsNotKnown) {
+TEST(EncodeSnapshot, OmitsUnknownFields) {
   v1::Snapshot message;
   RandomModel random(3);
-  encode(random.snapshot(), message);  // what stood there before must not shine through
+  encode(random.snapshot(), message);  // the next encode must remove all of this
 
   encode(Snapshot{}, message);
 
@@ -146,7 +146,7 @@ TEST(EncodeSnapshot, LeavesAbsentWhatIsNotKnown) {
   EXPECT_EQ(message.subjects_size(), 0);
 }
 
-TEST(EncodeSnapshot, SaysNothingOfWhereALostMarkerIs) {
+TEST(EncodeSnapshot, WritesZerosForALostMarker) {
   Snapshot snapshot;
   SubjectLabels& labels = snapshot.labels.push_back({});
   labels.subject = SubjectId{0};
@@ -159,7 +159,7 @@ TEST(EncodeSnapshot, SaysNothingOfWhereALostMarkerIs) {
   EXPECT_THAT(message.subjects(0).markers().positions_m(), ::testing::ElementsAre(0.0F, 0.0F, 0.0F));
 }
 
-TEST(EncodeHealth, HasEachFigureOfTheFeedInItsPlace) {
+TEST(EncodeHealth, WritesEachCounterOfTheFeedToItsField) {
   Health health;
   health.feed = {1, 2, 3, 4, 5, 6, 7, 8, 9};
 
@@ -177,8 +177,75 @@ TEST(EncodeHealth, HasEachFigureOfTheFeedInItsPlace) {
   EXPECT_EQ(back->feed.behind, 9U);
 }
 
-// As the feed sends it: a client knows the rest offsets by the description.
-TEST(EncodeSnapshot, FitsSixtyMarkersAndTwentyFourBonesIntoTwoAndAHalfKilobytes) {
+TEST(EncodeHealth, RoundTripsTheReasonsOfMissingSubjects) {
+  Health health;
+  SearchHealth& sent = health.searches.emplace_back();
+  sent.subject = SubjectId{3};
+  sent.cause = SearchCause::OutOfView;
+  sent.points = 20;
+  sent.still = 19;
+  sent.markers = 41;
+  sent.explained = 18;
+  sent.missing.push_back({7, WorldPoint{{0.5, -0.25, 1.75}}, 2});
+  sent.known_set = bounded_text<63>("openmocap18");
+  sent.known_set_markers = 18;
+  sent.sentence = bounded_text<511>("anna is not found: move");
+
+  v1::Health message;
+  encode(health, message);
+  const Result<Health> back = decode(message);
+
+  ASSERT_TRUE(back);
+  ASSERT_EQ(back->searches.size(), 1U);
+  const SearchHealth& came = back->searches[0];
+  EXPECT_EQ(came.subject, sent.subject);
+  EXPECT_EQ(came.cause, sent.cause);
+  EXPECT_EQ(message.searches(0).cause(), v1::SEARCH_CAUSE_OUT_OF_VIEW);
+  EXPECT_EQ(std::tuple(came.points, came.still, came.markers, came.explained), std::tuple(20U, 19U, 41U, 18U));
+  ASSERT_EQ(came.missing.size(), 1U);
+  EXPECT_EQ(came.missing[0].marker, 7U);
+  EXPECT_EQ(came.missing[0].position.v, sent.missing[0].position.v);
+  EXPECT_EQ(came.missing[0].in_view_of, 2U);
+  EXPECT_EQ(text_of(came.known_set), "openmocap18");
+  EXPECT_EQ(came.known_set_markers, 18U);
+  EXPECT_EQ(text_of(came.sentence), "anna is not found: move");
+}
+
+TEST(EncodeHealth, RoundTripsRecordings) {
+  Health health;
+  health.recordings = {{"a.jsonl", RecordingState::Recording, 1, 2, ""},
+                       {"b.blobs", RecordingState::Ended, 3, 4, ""},
+                       {"c.pb", RecordingState::Failed, 5, 6, "no space \xFF"}};
+
+  v1::Health message;
+  encode(health, message);
+  const Result<Health> back = decode(message);
+  message.mutable_recordings(0)->set_state(static_cast<v1::RecordingState>(77));
+  const Result<Health> unknown = decode(message);
+
+  ASSERT_TRUE(back);
+  ASSERT_EQ(back->recordings.size(), 3U);
+  EXPECT_EQ(back->recordings[1].state, RecordingState::Ended);
+  EXPECT_EQ(back->recordings[1].size_bytes, 3U);
+  EXPECT_EQ(back->recordings[1].records, 4U);
+  EXPECT_EQ(back->recordings[2].path, "c.pb");
+  EXPECT_EQ(back->recordings[2].state, RecordingState::Failed);
+  EXPECT_EQ(back->recordings[2].error, "no space ?");
+  ASSERT_TRUE(unknown);
+  EXPECT_EQ(unknown->recordings[0].state, RecordingState::Recording);
+}
+
+TEST(EncodeSnapshot, ClearsTheDescriptionOfAReusedMessage) {
+  v1::Snapshot message;
+  *message.mutable_description() = encode(sample_description(7));
+
+  encode(Snapshot{}, message);
+
+  EXPECT_FALSE(message.has_description());
+}
+
+// Encoded as by the feed, without the local positions that a client knows from the description.
+TEST(EncodeSnapshot, Needs2500BytesFor60MarkersAnd24Bones) {
   const Description description = support::typical_description();
   const Snapshot snapshot = support::typical_snapshot(description);
   ASSERT_TRUE(stands_at_rest_offsets(snapshot, description));
@@ -191,7 +258,7 @@ TEST(EncodeSnapshot, FitsSixtyMarkersAndTwentyFourBonesIntoTwoAndAHalfKilobytes)
   EXPECT_LT(message.ByteSizeLong(), 2500U);
 }
 
-TEST(SnapshotEncoder, GivesTheVeryBytesThatProtobufMakes) {
+TEST(SnapshotEncoder, WritesTheSameBytesAsProtobuf) {
   RandomModel random(41);
   SnapshotEncoder encoder;
   v1::Snapshot message;
@@ -217,7 +284,7 @@ TEST(SnapshotEncoder, GivesTheVeryBytesThatProtobufMakes) {
   }
 }
 
-TEST(SnapshotEncoder, WritesASnapshotAtAllDesignBounds) {
+TEST(SnapshotEncoder, EncodesASnapshotAtAllDesignBounds) {
   Snapshot full;
   full.number = std::numeric_limits<std::uint64_t>::max();
   for (std::uint32_t i = 0; i < kMaxCameras; ++i) {
@@ -247,11 +314,11 @@ TEST(SnapshotEncoder, WritesASnapshotAtAllDesignBounds) {
   EXPECT_EQ(std::string(bytes.begin(), bytes.end()), message.SerializeAsString());
 }
 
-TEST(EncodeSnapshot, LeavesOutWhatIsNotWanted) {
+TEST(EncodeSnapshot, OmitsPartsThatAreNotSelected) {
   const Description description = support::typical_description();
   const Snapshot snapshot = support::typical_snapshot(description);
   v1::Snapshot message;
-  encode(snapshot, message);  // what stood there before must not shine through
+  encode(snapshot, message);  // the next encode must remove all of this
 
   encode(snapshot, message,
          {.views = false, .markers = false, .local_positions = false, .velocities = false, .unlabelled = false});
@@ -268,7 +335,7 @@ TEST(EncodeSnapshot, LeavesOutWhatIsNotWanted) {
   EXPECT_EQ(message.subjects_size(), 0);
 }
 
-TEST(EncodeSnapshot, LeavesLocalPositionsToTheDescriptionOnlyWhereTheyAreItsOwn) {
+TEST(EncodeSnapshot, OmitsLocalPositionsOnlyIfTheyEqualTheRestOffsets) {
   const Description description = support::typical_description();
   Snapshot snapshot = support::typical_snapshot(description);
   EXPECT_TRUE(stands_at_rest_offsets(snapshot, description));
@@ -282,7 +349,7 @@ TEST(EncodeSnapshot, LeavesLocalPositionsToTheDescriptionOnlyWhereTheyAreItsOwn)
   EXPECT_TRUE(stands_at_rest_offsets(snapshot, description));
 }
 
-TEST(DecodeSnapshot, TakesLocalPositionsThatWereLeftOutFromTheDescription) {
+TEST(DecodeSnapshot, FillsOmittedLocalPositionsFromTheDescription) {
   const Description description = support::typical_description();
   const Snapshot sent = support::typical_snapshot(description);
   v1::Snapshot message;
@@ -294,11 +361,12 @@ TEST(DecodeSnapshot, TakesLocalPositionsThatWereLeftOutFromTheDescription) {
 
   for (std::size_t i = 0; i < sent.poses[0].bones.size(); ++i) {
     const Eigen::Vector3d& was = sent.poses[0].bones[i].parent_from_bone.position;
-    EXPECT_LT((read->poses[0].bones[i].parent_from_bone.position - was).norm(), 1e-6) << "bone " << i;  // m, floats
+    EXPECT_LT((read->poses[0].bones[i].parent_from_bone.position - was).norm(), 1e-6)
+        << "bone " << i;  // m; single precision
   }
 }
 
-TEST(DecodeSnapshot, NamesTheColumnThatHasTheWrongLength) {
+TEST(DecodeSnapshot, NamesTheColumnOfWrongLength) {
   RandomModel random(5);
   Snapshot snapshot;
   snapshot.unlabelled.resize(2);
@@ -313,7 +381,7 @@ TEST(DecodeSnapshot, NamesTheColumnThatHasTheWrongLength) {
   EXPECT_THAT(read.error().message, HasSubstr("positions_m has 7 numbers, expected 6 for 2 entries"));
 }
 
-TEST(DecodeSnapshot, RefusesMoreThanTheBounds) {
+TEST(DecodeSnapshot, RejectsMoreEntriesThanTheBounds) {
   v1::Snapshot message;
   encode(Snapshot{}, message);
   for (std::size_t i = 0; i <= kMaxSubjects; ++i) message.add_subjects()->set_subject(static_cast<std::uint32_t>(i));
@@ -322,7 +390,7 @@ TEST(DecodeSnapshot, RefusesMoreThanTheBounds) {
   EXPECT_THAT(decode(message).error().message, HasSubstr("subjects has 17 entries"));
 }
 
-TEST(DecodeSnapshot, RefusesASubjectThatStandsTwice) {
+TEST(DecodeSnapshot, RejectsADuplicateSubject) {
   Snapshot snapshot;
   snapshot.labels.push_back({}).subject = SubjectId{3};
   v1::Snapshot message;
@@ -330,10 +398,10 @@ TEST(DecodeSnapshot, RefusesASubjectThatStandsTwice) {
   *message.add_subjects() = message.subjects(0);
 
   ASSERT_FALSE(decode(message));
-  EXPECT_THAT(decode(message).error().message, HasSubstr("subject 3 stands twice"));
+  EXPECT_THAT(decode(message).error().message, HasSubstr("subject 3 occurs twice"));
 }
 
-TEST(DecodeSnapshot, RefusesNumbersThatAreNone) {
+TEST(DecodeSnapshot, RejectsNumbersThatAreNotFinite) {
   Snapshot snapshot;
   snapshot.unlabelled.resize(1);
   v1::Snapshot message;
@@ -343,7 +411,7 @@ TEST(DecodeSnapshot, RefusesNumbersThatAreNone) {
   EXPECT_FALSE(decode(message));
 }
 
-TEST(DecodeSnapshot, RefusesARotationThatIsNoUnitQuaternion) {
+TEST(DecodeSnapshot, RejectsARotationThatIsNotAUnitQuaternion) {
   Snapshot snapshot;
   SubjectPose& pose = snapshot.poses.push_back({});
   pose.subject = SubjectId{0};
@@ -356,7 +424,7 @@ TEST(DecodeSnapshot, RefusesARotationThatIsNoUnitQuaternion) {
   EXPECT_THAT(decode(message).error().message, HasSubstr("local_rotations_xyzw: rotation 0 has length 0.5"));
 }
 
-TEST(DecodeSnapshot, TakesAStateOfALaterVersionForLost) {
+TEST(DecodeSnapshot, ReadsAnUnknownStateAsLost) {
   Snapshot snapshot;
   SubjectLabels& labels = snapshot.labels.push_back({});
   labels.subject = SubjectId{0};
@@ -371,7 +439,7 @@ TEST(DecodeSnapshot, TakesAStateOfALaterVersionForLost) {
   EXPECT_EQ(read->labels[0].markers[0].state, LabelState::Lost);
 }
 
-// Whatever bytes come: an error or a snapshot that can be encoded again, never a crash.
+// Any bytes must give an error or a snapshot that can be encoded again.
 TEST(DecodeSnapshot, SurvivesDamagedMessages) {
   RandomModel random(6);
   int accepted = 0;
@@ -410,7 +478,7 @@ TEST(DecodeSnapshot, SurvivesRandomBytes) {
   }
 }
 
-TEST(EncodeDescription, ComesBackTheSame) {
+TEST(EncodeDescription, RoundTrips) {
   const Description sent = sample_description(7);
 
   const Result<Description> read = decode(encode(sent));
@@ -424,7 +492,7 @@ TEST(EncodeDescription, ComesBackTheSame) {
   EXPECT_EQ(read->cameras[1].name, "south");
   EXPECT_EQ(read->cameras[1].lens.kind, LensKind::Fisheye);
   EXPECT_EQ(read->cameras[0].lens.distortion, sent.cameras[0].lens.distortion);
-  // A rotation goes as a quaternion: a few roundings of double precision.
+  // The rotation is transmitted as a quaternion: tolerance of a few roundings in double precision.
   EXPECT_TRUE(read->cameras[0].camera_from_world.rotation.isApprox(sent.cameras[0].camera_from_world.rotation, 1e-14));
   EXPECT_EQ(read->cameras[0].camera_from_world.translation, sent.cameras[0].camera_from_world.translation);
   const MarkerSet& set = read->subjects.at(0).marker_set;
@@ -439,7 +507,7 @@ TEST(EncodeDescription, ComesBackTheSame) {
   EXPECT_EQ(set.markers.at(0).colour, (std::array<float, 3>{1.0F, 0.5F, 0.25F}));
 }
 
-TEST(EncodeDescription, SaysHowTheNumbersAreToBeRead) {
+TEST(EncodeDescription, StatesTheConventions) {
   const v1::Description message = encode(sample_description());
 
   EXPECT_EQ(message.protocol(), "mocap.v1");
@@ -449,7 +517,7 @@ TEST(EncodeDescription, SaysHowTheNumbersAreToBeRead) {
   EXPECT_EQ(message.conventions().quaternion_order(), v1::QUATERNION_ORDER_XYZW);
 }
 
-TEST(DecodeDescription, RefusesAnotherProtocol) {
+TEST(DecodeDescription, RejectsAnotherProtocol) {
   v1::Description message = encode(sample_description());
   message.set_protocol("mocap.v2");
 
@@ -457,15 +525,15 @@ TEST(DecodeDescription, RefusesAnotherProtocol) {
   EXPECT_THAT(decode(message).error().message, HasSubstr("protocol is 'mocap.v2', expected 'mocap.v1'"));
 }
 
-TEST(DecodeDescription, RefusesABoneThatStandsBeforeItsParent) {
+TEST(DecodeDescription, RejectsABoneBeforeItsParent) {
   v1::Description message = encode(sample_description());
   message.mutable_subjects(0)->mutable_bones(0)->set_parent(1);
 
   ASSERT_FALSE(decode(message));
-  EXPECT_THAT(decode(message).error().message, HasSubstr("bone 'Hips': its parent 1 does not stand before it"));
+  EXPECT_THAT(decode(message).error().message, HasSubstr("bone 'Hips': its parent 1 does not precede it"));
 }
 
-TEST(EncodeHealth, ComesBackTheSameAndLeavesOutStagesThatNothingPassed) {
+TEST(EncodeHealth, RoundTripsAndOmitsStagesWithoutSamples) {
   Health sent;
   sent.at = from_ns(123456789);
   sent.set_rate_hz = 59.5;
@@ -498,7 +566,9 @@ TEST(EncodeHealth, ComesBackTheSameAndLeavesOutStagesThatNothingPassed) {
                           0.0,
                           0.0,
                           ClockSource::Lost,
-                          true});
+                          true,
+                          {20, 15},
+                          0.75});
 
   v1::Health message;
   encode(sent, message);
@@ -524,6 +594,8 @@ TEST(EncodeHealth, ComesBackTheSameAndLeavesOutStagesThatNothingPassed) {
   EXPECT_EQ(read->cameras[0].levels.noise_grey, 2.5);
   EXPECT_EQ(read->cameras[0].levels.background_grey, 12.0);
   EXPECT_EQ(read->cameras[0].missing_packets, 8U);
+  EXPECT_EQ(read->cameras[0].blob_use.blobs, 20U);
+  EXPECT_EQ(read->cameras[0].marker_share, 0.75);
   EXPECT_FALSE(read->cameras[0].synchronised);
   EXPECT_EQ(read->cameras[0].offset_us, 1500.0);
   EXPECT_EQ(read->cameras[0].drift_us_s, 40.0);
@@ -536,7 +608,7 @@ TEST(EncodeHealth, ComesBackTheSameAndLeavesOutStagesThatNothingPassed) {
   EXPECT_EQ(read->cameras[0].last_error, "gone");
 }
 
-TEST(EncodeHealth, KeepsTextReadableWhateverADriverSaid) {
+TEST(EncodeHealth, ReplacesInvalidUtf8InDriverMessages) {
   Health sent;
   sent.cameras.resize(1);
   sent.cameras[0].last_error = "caf\xC3\xA9 \xFF\xC3 \xED\xA0\x80 end";

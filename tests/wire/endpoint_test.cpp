@@ -8,7 +8,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(Endpoint, IsLocalOnlyWhenNoOtherMachineCanReachIt) {
+TEST(Endpoint, IsLocalOnlyIfNoOtherMachineCanReachIt) {
   for (const char* local : {"tcp://127.0.0.1:5570", "tcp://127.3.2.1:*", "tcp://localhost:5570", "tcp://[::1]:5570",
                             "ipc:///run/mocapd/feed"}) {
     EXPECT_TRUE(is_local(local)) << local;
@@ -20,14 +20,14 @@ TEST(Endpoint, IsLocalOnlyWhenNoOtherMachineCanReachIt) {
   }
 }
 
-TEST(Endpoint, BeyondThisMachineMustBeWantedInSoManyWords) {
+TEST(Endpoint, RemoteNeedsAllowRemote) {
   EXPECT_TRUE(check_endpoint("tcp://127.0.0.1:5570", false));
   EXPECT_TRUE(check_endpoint("tcp://*:5570", true));
   ASSERT_FALSE(check_endpoint("tcp://*:5570", false));
   EXPECT_THAT(check_endpoint("tcp://*:5570", false).error().message, HasSubstr("allow_remote = true"));
 }
 
-TEST(Endpoint, ThatIsNoneIsRefused) {
+TEST(Endpoint, MalformedIsRejected) {
   for (const char* wrong : {"", "5570", "tcp://", "tcp://127.0.0.1", "tcp://127.0.0.1:", "tcp://127.0.0.1:99999",
                             "tcp://127.0.0.1:55x", "tcp://:5570", "ipc://", "http://127.0.0.1:80", "inproc://x"}) {
     const Status checked = check_endpoint(wrong, true);

@@ -1,4 +1,4 @@
-// Those who mean harm to an open feed, or do it by stalling.
+// Hostile and stalled peers of a feed without authentication.
 #include <gtest/gtest.h>
 #include <zmq.h>
 
@@ -19,9 +19,9 @@ namespace {
 using std::chrono::milliseconds;
 using testing::sample_description;
 
-constexpr Duration kLong = std::chrono::seconds(60);  // never waited for when all is well
+constexpr Duration kLong = std::chrono::seconds(60);  // time limit of a failing test
 
-TEST(Publisher, CutsOffWhoSubscribesWithoutEnd) {
+TEST(Publisher, DisconnectsAPeerWithTooManySubscriptions) {
   auto publisher = ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"});
   ASSERT_TRUE(publisher) << publisher.error().message;
   void* context = zmq_ctx_new();
@@ -43,7 +43,7 @@ TEST(Publisher, CutsOffWhoSubscribesWithoutEnd) {
   zmq_ctx_term(context);
 }
 
-TEST(Publisher, CutsOffWhoSubscribesToOneThingWithoutEnd) {
+TEST(Publisher, DisconnectsAPeerThatRepeatsOneSubscriptionTooOften) {
   auto publisher = ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"});
   ASSERT_TRUE(publisher) << publisher.error().message;
   void* context = zmq_ctx_new();
@@ -64,7 +64,7 @@ TEST(Publisher, CutsOffWhoSubscribesToOneThingWithoutEnd) {
   zmq_ctx_term(context);
 }
 
-TEST(Publisher, SendsPeersOfOldProtocolsAwayThatCouldNotBeCutOff) {
+TEST(Publisher, RejectsPeersOfZmtp1And2) {
   auto publisher = ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"});
   ASSERT_TRUE(publisher) << publisher.error().message;
   ASSERT_TRUE((*publisher)->describe(sample_description()));
@@ -87,7 +87,7 @@ TEST(Publisher, SendsPeersOfOldProtocolsAwayThatCouldNotBeCutOff) {
   EXPECT_EQ((*publisher)->feed().listeners, 0U);
 }
 
-TEST(Publisher, CutsOffWhoSendsWhatIsNoSubscription) {
+TEST(Publisher, DisconnectsAPeerThatSendsInvalidSubscriptions) {
   auto publisher = ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"});
   ASSERT_TRUE(publisher) << publisher.error().message;
   void* context = zmq_ctx_new();
@@ -106,7 +106,7 @@ TEST(Publisher, CutsOffWhoSendsWhatIsNoSubscription) {
   zmq_ctx_term(context);
 }
 
-TEST(Listener, CutsOffWhoseMessageIsReadBeforeItIsKnownToHaveCome) {
+TEST(Listener, DisconnectsAPeerWhoseMessagePrecedesItsAcceptedEvent) {
   Listener listener("feed");
   ListenSettings settings;
   settings.endpoints = {"tcp://127.0.0.1:*"};
@@ -124,13 +124,13 @@ TEST(Listener, CutsOffWhoseMessageIsReadBeforeItIsKnownToHaveCome) {
   EXPECT_EQ(listener.figures().cut_off, 1U);
 }
 
-TEST(Publisher, CountsWhoDoesNotTakeWhatItIsSent) {
+TEST(Publisher, CountsAStalledSubscriber) {
   auto publisher = ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"});
   ASSERT_TRUE(publisher) << publisher.error().message;
   ASSERT_TRUE((*publisher)->describe(sample_description()));
   support::RawTcp stalled((*publisher)->endpoint());
   stalled.subscribe_to_nothing_yet();
-  stalled.send({"\0\1\1", 3});  // to everything
+  stalled.send({"\0\1\1", 3});  // subscribes to all topics
 
   EXPECT_EQ((*publisher)->feed().behind, 0U);
   Snapshot snapshot;
@@ -143,19 +143,19 @@ TEST(Publisher, CountsWhoDoesNotTakeWhatItIsSent) {
   EXPECT_EQ((*publisher)->feed().behind, 1U);
 }
 
-TEST(Publisher, LetsAListenerInWhileStrangersFlood) {
+TEST(Publisher, AcceptsASubscriberDuringAFlood) {
   auto publisher = ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"});
   ASSERT_TRUE(publisher) << publisher.error().message;
   ASSERT_TRUE((*publisher)->describe(sample_description()));
   const std::string& endpoint = (*publisher)->endpoint();
   std::jthread flood([&endpoint](const std::stop_token& stop) {
-    std::string junk;  // messages that are no subscriptions
+    std::string junk;  // messages that are not subscriptions
     for (int i = 0; i < 1000; ++i) junk.append("\0\x64", 2).append(100, 'x');
     while (!stop.stop_requested()) {
       support::RawTcp stranger(endpoint);
       stranger.subscribe_to_nothing_yet();
       stranger.send(junk);
-      while (stranger.open() && !stop.stop_requested()) stranger.receive();  // until it is cut
+      while (stranger.open() && !stop.stop_requested()) stranger.receive();  // until the publisher disconnects it
     }
   });
 
@@ -178,7 +178,7 @@ TEST(Publisher, LetsAListenerInWhileStrangersFlood) {
   EXPECT_GE((*publisher)->feed().cut_off, 1U);
 }
 
-TEST(Publisher, CutsOffTheNewestOverItsConnections) {
+TEST(Publisher, ClosesTheNewestConnectionAboveTheLimit) {
   auto publisher = ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*", .max_connections = 3});
   ASSERT_TRUE(publisher) << publisher.error().message;
   ASSERT_TRUE((*publisher)->describe(sample_description()));

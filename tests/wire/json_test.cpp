@@ -1,17 +1,17 @@
-#include "wire/json.h"
+#include "wire/codec/json.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "random_model.h"
-#include "wire/encode.h"
+#include "wire/codec/encode.h"
 
 namespace mocap::wire {
 namespace {
 
 using ::testing::HasSubstr;
 
-TEST(JsonLine, ComesBackTheSame) {
+TEST(JsonLine, RoundTrips) {
   testing::RandomModel random(11);
   for (int round = 0; round < 50; ++round) {
     const Snapshot sent = random.snapshot(12);
@@ -29,7 +29,7 @@ TEST(JsonLine, ComesBackTheSame) {
   }
 }
 
-TEST(JsonLine, IsTheCanonicalFormThatOtherProgramsWrite) {
+TEST(JsonLine, AcceptsCanonicalJsonOfOtherPrograms) {
   Snapshot snapshot;
   snapshot.number = 12;
   snapshot.instants.exposed_at = from_ns(5000000000);
@@ -47,14 +47,14 @@ TEST(JsonLine, IsTheCanonicalFormThatOtherProgramsWrite) {
             R"("trackIdsPlusOne":[0],"residualsMillipx":[0]}}]})");
 }
 
-TEST(JsonLine, SaysWhatIsWrong) {
+TEST(JsonLine, NamesTheFault) {
   EXPECT_THAT(from_json_line("{").error().message, HasSubstr("not a snapshot in JSON"));
   EXPECT_THAT(from_json_line("[]").error().message, HasSubstr("not a snapshot in JSON"));
   EXPECT_THAT(from_json_line("{}").error().message, HasSubstr("instants are missing"));
   EXPECT_FALSE(from_json_line(""));
 }
 
-TEST(JsonLine, IgnoresWhatALaterVersionAdds) {
+TEST(JsonLine, IgnoresUnknownFields) {
   const auto read = from_json_line(R"({"instants":{"exposedAtNs":"1"},"colour":{"of":["the","sky"]}})");
 
   ASSERT_TRUE(read) << read.error().message;

@@ -10,8 +10,8 @@
 
 namespace mocap::wire::testing {
 
-/// Models full of numbers that the wire keeps exactly: single precision, whole percents, thousandths
-/// of a pixel.
+/// Random models whose numbers the wire format represents exactly: single precision, whole percents, thousandths of a
+/// pixel.
 class RandomModel {
  public:
   explicit RandomModel(std::uint32_t seed) : random_(seed) {}

@@ -4,7 +4,7 @@
 
 namespace mocap::wire::testing {
 
-/// Two cameras, one subject of two bones and two markers.
+/// A description with two cameras and one subject of two bones and two markers.
 inline Description sample_description(std::uint32_t version = 1) {
   Description d;
   d.version = version;

@@ -1,8 +1,9 @@
-// Who may listen: CURVE with a list of allowed keys, and limits for those who mean harm.
+// CURVE authentication with a list of allowed keys.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <zmq.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -21,12 +22,13 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using testing::sample_description;
 
-constexpr Duration kLong = seconds(20);  // never waited for when all is well
+constexpr Duration kLong = seconds(20);  // time limit of a failing test
 
-// A feed with CURVE, a list of one viewer, and somebody who serves it.
+// A feed with CURVE whose list has one viewer, anna; a thread publishes snapshots.
 class GuardedFeed {
  public:
   GuardedFeed() {
@@ -49,11 +51,11 @@ class GuardedFeed {
       while (!stop.stop_requested()) {
         ++snapshot.number;
         EXPECT_TRUE(publisher_->publish(snapshot));
-        std::this_thread::sleep_for(milliseconds(1));  // the pace of a feed, nothing is awaited
+        std::this_thread::sleep_for(milliseconds(1));  // the rate of the feed; the test does not wait here
       }
     });
   }
-  // The publisher is the caller's from then on.
+  // Stops the thread, so that the caller may use the publisher.
   void rest() {
     thread_.request_stop();
     if (thread_.joinable()) thread_.join();
@@ -64,8 +66,8 @@ class GuardedFeed {
   std::unique_ptr<ZmqSubscriber> listener(const std::string& server_key, const KeyPair& own) {
     SubscriberSettings settings;
     settings.endpoint = publisher_->endpoint();
-    settings.server_key = server_key;
-    settings.own_key = own;
+    settings.keys.server_key = server_key;
+    settings.keys.own_key = own;
     return std::move(*ZmqSubscriber::open(settings));
   }
   FeedHealth figures() {
@@ -83,7 +85,7 @@ class GuardedFeed {
   std::jthread thread_;
 };
 
-// Nothing comes while somebody who may listen gets hundreds of messages.
+// Expects that `stranger` receives nothing while an allowed client receives 300 messages.
 void expect_silence(GuardedFeed& feed, ZmqSubscriber& stranger) {
   const auto anna = feed.listener(feed.server_.public_key, feed.anna_);
   for (int i = 0; i < 300; ++i) ASSERT_TRUE(anna->next(kLong));
@@ -91,7 +93,7 @@ void expect_silence(GuardedFeed& feed, ZmqSubscriber& stranger) {
   EXPECT_FALSE(stranger.link().connected);
 }
 
-TEST(GuardedFeed, GivesTheDescriptionFirstToWhoIsAllowed) {
+TEST(GuardedFeed, SendsTheDescriptionFirstToAnAllowedClient) {
   GuardedFeed feed;
 
   const auto anna = feed.listener(feed.server_.public_key, feed.anna_);
@@ -101,7 +103,7 @@ TEST(GuardedFeed, GivesTheDescriptionFirstToWhoIsAllowed) {
   EXPECT_EQ(first->topic, "description");
 }
 
-TEST(GuardedFeed, GivesNothingToAKeyThatIsNotAllowed) {
+TEST(GuardedFeed, SendsNothingToAKeyThatIsNotAllowed) {
   GuardedFeed feed;
   const auto stranger = feed.listener(feed.server_.public_key, *new_key_pair());
 
@@ -110,7 +112,7 @@ TEST(GuardedFeed, GivesNothingToAKeyThatIsNotAllowed) {
   EXPECT_GE(feed.figures().refused_clients, 1U);
 }
 
-TEST(GuardedFeed, GivesNothingToWhoTakesItForAnotherServer) {
+TEST(GuardedFeed, SendsNothingToAClientWithAnotherServerKey) {
   GuardedFeed feed;
   const auto lost = feed.listener(new_key_pair()->public_key, feed.anna_);
 
@@ -119,7 +121,7 @@ TEST(GuardedFeed, GivesNothingToWhoTakesItForAnotherServer) {
   EXPECT_GE(feed.figures().failed_handshakes, 1U);
 }
 
-TEST(GuardedFeed, GivesNothingToWhoHasNoKey) {
+TEST(GuardedFeed, SendsNothingToAClientWithoutAKey) {
   GuardedFeed feed;
   const auto open = feed.listener("", {});
 
@@ -128,7 +130,7 @@ TEST(GuardedFeed, GivesNothingToWhoHasNoKey) {
   EXPECT_GE(feed.figures().failed_handshakes, 1U);
 }
 
-TEST(GuardedFeed, CutsAClientOffWhoseKeyIsRevokedAndKeepsTheOthers) {
+TEST(GuardedFeed, DisconnectsOnlyTheClientWhoseKeyIsRevoked) {
   GuardedFeed feed;
   const KeyPair ben = *new_key_pair();
   feed.allow({{feed.anna_.public_key, Role::Viewer, "anna"}, {ben.public_key, Role::Viewer, "ben"}});
@@ -149,18 +151,18 @@ TEST(GuardedFeed, CutsAClientOffWhoseKeyIsRevokedAndKeepsTheOthers) {
   EXPECT_GE(feed.figures().cut_off, 1U);
 }
 
-TEST(GuardedFeed, LetsAKeyInThatIsAllowedWhileItRuns) {
+TEST(GuardedFeed, AcceptsAKeyThatIsAddedWhileRunning) {
   GuardedFeed feed;
   const KeyPair ben = *new_key_pair();
   EXPECT_FALSE(feed.listener(feed.server_.public_key, ben)->next(milliseconds(50)));
 
   feed.allow({{ben.public_key, Role::Operator, "ben"}});
 
-  // ZeroMQ does not try again by itself once it was told that its key is refused.
+  // A ZeroMQ client does not retry after its key was rejected, so a new client connects.
   EXPECT_TRUE(feed.listener(feed.server_.public_key, ben)->next(kLong));
 }
 
-TEST(GuardedFeed, MayListenWhereOtherMachinesReachIt) {
+TEST(GuardedFeed, MayListenAtARemoteEndpoint) {
   support::TemporaryFolder folder;
   ASSERT_TRUE(save_key_pair(folder.path() / "server.key", *new_key_pair()));
   ASSERT_TRUE(save_allowed_keys(folder.path() / "allowed.keys", {}));
@@ -190,7 +192,7 @@ TEST(Publisher, ListensAtSeveralEndpointsAtOnce) {
   }
 }
 
-TEST(GuardedFeed, DoesNotListenWhereZeroMQWouldAskNobody) {
+TEST(GuardedFeed, RejectsAnEmptyZapDomain) {
   support::TemporaryFolder folder;
   ASSERT_TRUE(save_key_pair(folder.path() / "server.key", *new_key_pair()));
   ASSERT_TRUE(save_allowed_keys(folder.path() / "allowed.keys", {}));
@@ -204,7 +206,7 @@ TEST(GuardedFeed, DoesNotListenWhereZeroMQWouldAskNobody) {
   EXPECT_TRUE((*keeper)->guard(socket));
 }
 
-TEST(CurveKeys, AreReadAsTheyWereWritten) {
+TEST(CurveKeys, RoundTripThroughFiles) {
   support::TemporaryFolder folder;
   const KeyPair pair = *new_key_pair();
   ASSERT_TRUE(save_key_pair(folder.path() / "a.key", pair));
@@ -219,10 +221,39 @@ TEST(CurveKeys, AreReadAsTheyWereWritten) {
   EXPECT_EQ(save_key_pair(folder.path() / "a.key", pair).error().code, ErrorCode::Busy);
 }
 
-TEST(CurveKeys, AListMayHaveCommentsThoughKeysHaveThatCharacterToo) {
+TEST(CurveKeys, WithASecretThatOthersCanReadAreRefused) {
+  support::TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "a.key";
+  const KeyPair pair = *new_key_pair();
+  ASSERT_TRUE(save_key_pair(file, pair));
+  std::filesystem::permissions(file, std::filesystem::perms(0640));
+
+  const Result<KeyPair> read = load_key_pair(file);
+
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().code, ErrorCode::InvalidArgument);
+  EXPECT_THAT(read.error().message, AllOf(HasSubstr("mode 0640"), HasSubstr("chmod 600 '" + file.string() + "'")));
+  EXPECT_EQ(*load_public_key(file), pair.public_key);
+}
+
+TEST(CurveKeys, OfTheServiceManagerMayHaveAnAccessListInTheBitsOfTheGroup) {
+  support::TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "a.key";
+  ASSERT_TRUE(save_key_pair(file, *new_key_pair()));
+  ::setenv("CREDENTIALS_DIRECTORY", folder.path().c_str(), 1);
+
+  std::filesystem::permissions(file, std::filesystem::perms(0440));
+  EXPECT_TRUE(load_key_pair(file));
+  std::filesystem::permissions(file, std::filesystem::perms(0444));
+  EXPECT_FALSE(load_key_pair(file));
+
+  ::unsetenv("CREDENTIALS_DIRECTORY");
+}
+
+TEST(CurveKeys, DistinguishCommentsFromKeysThatContainAHash) {
   support::TemporaryFolder folder;
   std::string key = new_key_pair()->public_key;
-  key[1] = key[39] = '#';  // Z85 has it
+  key[1] = key[39] = '#';  // a character of Z85
   ASSERT_TRUE(is_key(key));
   std::ofstream(folder.path() / "list") << "# all of us\n\n" << key << " operator anna # the boss\n";
 
@@ -235,12 +266,12 @@ TEST(CurveKeys, AListMayHaveCommentsThoughKeysHaveThatCharacterToo) {
   EXPECT_EQ(read->front().name, "anna");
 }
 
-TEST(CurveKeys, AListSaysWhichLineIsWrong) {
+TEST(CurveKeys, NameTheMalformedLineOfAList) {
   support::TemporaryFolder folder;
   std::ofstream(folder.path() / "short") << "# fine\nabc viewer anna\n";
   std::ofstream(folder.path() / "role") << new_key_pair()->public_key << " king anna\n";
 
-  EXPECT_THAT(load_allowed_keys(folder.path() / "short").error().message, HasSubstr("line 2: 'abc' is no key"));
+  EXPECT_THAT(load_allowed_keys(folder.path() / "short").error().message, HasSubstr("line 2: 'abc' is not a key"));
   EXPECT_THAT(load_allowed_keys(folder.path() / "role").error().message, HasSubstr("role is 'king'"));
   EXPECT_EQ(load_allowed_keys(folder.path() / "nothere").error().code, ErrorCode::NotFound);
 }

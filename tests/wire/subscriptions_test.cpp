@@ -17,7 +17,7 @@ Subscriptions with_two_topics() {
   return subscriptions;
 }
 
-// So many strangers, each with as many prefixes as one may have, that nothing more is kept.
+// 20 connections, each with its maximum of 256 prefixes: together more than the limit of all prefixes.
 Subscriptions full() {
   Subscriptions subscriptions = with_two_topics();
   for (int connection = 0; connection < 20; ++connection) {
@@ -29,26 +29,27 @@ Subscriptions full() {
   return subscriptions;
 }
 
-TEST(Subscriptions, WantATopicAsLongAsSomePrefixBeginsIt) {
+TEST(Subscriptions, WantATopicWhileAPrefixMatches) {
   Subscriptions subscriptions = with_two_topics();
 
   EXPECT_FALSE(subscriptions.wanted(0));
   static_cast<void>(subscriptions.take("\1snap", 5));
   EXPECT_TRUE(subscriptions.wanted(0));
   EXPECT_FALSE(subscriptions.wanted(1));
-  static_cast<void>(subscriptions.take("\0snap"s, -1));  // ZeroMQ does not say who was last to want it
+  static_cast<void>(
+      subscriptions.take("\0snap"s, -1));  // ZeroMQ does not report the connection of the last unsubscribe
   EXPECT_FALSE(subscriptions.wanted(0));
 }
 
-TEST(Subscriptions, TellWhatIsNoSubscription) {
+TEST(Subscriptions, RejectMalformedMessages) {
   Subscriptions subscriptions = with_two_topics();
 
   EXPECT_EQ(subscriptions.take("snapshot", 5), Verdict::NoSubscription);
   EXPECT_EQ(subscriptions.take("", 5), Verdict::NoSubscription);
-  EXPECT_EQ(subscriptions.take("\1", 5), Verdict::Fine);  // everything
+  EXPECT_EQ(subscriptions.take("\1", 5), Verdict::Fine);  // all topics
 }
 
-TEST(Subscriptions, KeepARealTopicThoughStrangersFilledTheRoom) {
+TEST(Subscriptions, AcceptAnExistingTopicWhenFull) {
   Subscriptions subscriptions = full();
   ASSERT_EQ(subscriptions.take("\1more junk", 100), Verdict::TooMany);
 
@@ -57,7 +58,18 @@ TEST(Subscriptions, KeepARealTopicThoughStrangersFilledTheRoom) {
   EXPECT_TRUE(subscriptions.wanted(0));
 }
 
-TEST(Subscriptions, DoNotBlameTheNextOwnerOfADescriptor) {
+TEST(Subscriptions, AcceptALongPrefixOnlyOfAnExistingTopic) {
+  const std::string name(1000, 'a');
+  Subscriptions subscriptions;
+  subscriptions.set_topics({"subject/" + name + '\0'});
+
+  EXPECT_EQ(subscriptions.take("\1subject/" + name, 5), Verdict::Fine);
+  EXPECT_TRUE(subscriptions.wanted(0));
+  EXPECT_EQ(subscriptions.take("\1subject/" + std::string(249, 'b'), 5), Verdict::TooMany);
+  EXPECT_EQ(subscriptions.take("\1subject/" + std::string(248, 'b'), 5), Verdict::Fine);
+}
+
+TEST(Subscriptions, ResetTheLimitsOfAReusedDescriptor) {
   Subscriptions subscriptions = with_two_topics();
   Verdict verdict = Verdict::Fine;
   for (int i = 0; i < 10000 && verdict == Verdict::Fine; ++i) verdict = subscriptions.take("\1health", 5);

@@ -16,7 +16,7 @@ TEST(WireSettings, HaveDefaultsWithinTheirRangesAndRules) {
   EXPECT_TRUE(faults_of(CurveSettings{}).empty());
 }
 
-TEST(PublisherSettings, LetOtherMachinesInOnlyIfAskedToOrWithKeys) {
+TEST(PublisherSettings, PermitRemoteEndpointsOnlyWithAllowRemoteOrKeys) {
   PublisherSettings feed;
   feed.more_endpoints = {"tcp://0.0.0.0:5570"};
 
@@ -33,7 +33,7 @@ TEST(PublisherSettings, LetOtherMachinesInOnlyIfAskedToOrWithKeys) {
   EXPECT_TRUE(authenticated.empty());
 }
 
-TEST(ControlSettings, NeedNoEndpointIfTheyAreOffOrBesideTheFeed) {
+TEST(ControlSettings, NeedNoEndpointIfOffOrDerivedFromTheFeed) {
   ControlSettings control;
   for (const char* endpoint : {"", "none"}) {
     control.endpoint = endpoint;
@@ -43,7 +43,7 @@ TEST(ControlSettings, NeedNoEndpointIfTheyAreOffOrBesideTheFeed) {
   EXPECT_EQ(faults_of(control).size(), 1U);
 }
 
-TEST(CurveSettings, NeedBothFilesOrNone) {
+TEST(CurveSettings, NeedBothFilesOrNeither) {
   EXPECT_EQ(faults_of(CurveSettings{.server_key = "server.key", .allowed = {}}).at(0).key, "server_key");
   EXPECT_EQ(faults_of(CurveSettings{.server_key = {}, .allowed = "clients"}).at(0).key, "allowed_keys");
   EXPECT_TRUE(faults_of(CurveSettings{.server_key = "server.key", .allowed = "clients"}).empty());

@@ -1,4 +1,4 @@
-// Control over real sockets: what is asked, who may, and what cannot be read.
+// The control server over real sockets: requests, roles and malformed messages.
 #include "wire/zmq_control.h"
 
 #include <gmock/gmock.h>
@@ -15,7 +15,7 @@
 #include "mocap/v1/control.pb.h"
 #include "sample_description.h"
 #include "support/temporary_folder.h"
-#include "wire/control_codec.h"
+#include "wire/codec/control_codec.h"
 #include "wire/zmq_socket.h"
 
 namespace mocap::wire {
@@ -25,9 +25,9 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
 
-constexpr Duration kLong = seconds(20);  // never waited for when all is well
+constexpr Duration kLong = seconds(20);  // time limit of a failing test
 
-// Answers every request that gets through with the name of its subject or camera, after so much work.
+// Answers each valid request with its `name`, after computing for `work`.
 class EchoingDaemon {
  public:
   explicit EchoingDaemon(ControlSettings settings = {}, Duration work = {}) {
@@ -51,7 +51,7 @@ class EchoingDaemon {
   }
   const std::string& endpoint() const { return control_->endpoint(); }
   std::unique_ptr<ControlClient> client(const std::string& server_key = {}, const KeyPair& own = {}) {
-    return std::move(*ControlClient::open({control_->endpoint(), server_key, own}));
+    return std::move(*ControlClient::open({control_->endpoint(), {server_key, own}}));
   }
 
  private:
@@ -61,10 +61,10 @@ class EchoingDaemon {
 
 v1::Answer ask(ControlClient& client, const std::string& bytes) {
   v1::Answer answer;
-  const Result<std::string> came = client.ask(bytes, kLong);
-  EXPECT_TRUE(came) << came.error().message;
-  if (came) {
-    EXPECT_TRUE(answer.ParseFromString(*came));
+  const Result<std::string> received = client.ask(bytes, kLong);
+  EXPECT_TRUE(received) << received.error().message;
+  if (received) {
+    EXPECT_TRUE(answer.ParseFromString(*received));
   }
   return answer;
 }
@@ -93,7 +93,7 @@ TEST(Control, AnswersWithTheRequestsId) {
   EXPECT_EQ(answer.message(), "anna");
 }
 
-TEST(Control, AnswersWhatItCannotReadAndGoesOn) {
+TEST(Control, AnswersMalformedRequestsAndContinues) {
   EchoingDaemon daemon;
   const auto client = daemon.client();
 
@@ -108,7 +108,7 @@ TEST(Control, AnswersWhatItCannotReadAndGoesOn) {
   EXPECT_EQ(ask(*client, reset_of("anna")).code(), v1::CODE_DONE);
 }
 
-TEST(Control, CutsWhoSendsTooMuchAtOnceAndServesTheOthers) {
+TEST(Control, DisconnectsAClientWithATooLongMessageAndServesOthers) {
   EchoingDaemon daemon;
   const auto hostile = daemon.client();
   const auto client = daemon.client();
@@ -118,7 +118,7 @@ TEST(Control, CutsWhoSendsTooMuchAtOnceAndServesTheOthers) {
   EXPECT_EQ(ask(*client, reset_of("anna")).code(), v1::CODE_DONE);
 }
 
-TEST(Control, ServesManyAtOnceEachWithTheirOwnAnswer) {
+TEST(Control, ServesConcurrentClients) {
   EchoingDaemon daemon;
   std::vector<std::jthread> operators;
   std::atomic<int> right{0};
@@ -138,9 +138,9 @@ TEST(Control, ServesManyAtOnceEachWithTheirOwnAnswer) {
   EXPECT_EQ(right, 8 * 50);
 }
 
-// Half of what may wait for a client is asked ahead, so something always waits to be worked off: ZeroMQ does not look
-// by itself then whether answers were taken.
-TEST(Control, LosesNoAnswerOfWhoAsksAheadAndReads) {
+// The client keeps eight requests in flight, half of the server's send queue, so the server always has a request to
+// read. ZeroMQ then does not update its count of delivered answers by itself.
+TEST(Control, LosesNoAnswerOfAClientThatPipelinesRequests) {
   constexpr std::uint64_t kAhead = 8, kAll = 2000;
   EchoingDaemon daemon({}, std::chrono::microseconds(30));
   const ZmqContext context;
@@ -164,7 +164,7 @@ TEST(Control, LosesNoAnswerOfWhoAsksAheadAndReads) {
   EXPECT_EQ(answered, kAll);
 }
 
-TEST(Control, LetsAViewerLookAndNoMore) {
+TEST(Control, ForbidsChangesToAViewer) {
   EchoingDaemon daemon({.endpoint = {}, .role_without_keys = Role::Viewer});
   const auto client = daemon.client();
 
@@ -176,7 +176,7 @@ TEST(Control, LetsAViewerLookAndNoMore) {
   EXPECT_EQ(reset.code(), v1::CODE_FORBIDDEN);
 }
 
-TEST(Control, KnowsTheRoleOfEachKeyAndNothingOfTheOthers) {
+TEST(Control, AppliesTheRoleOfEachKey) {
   support::TemporaryFolder folder;
   const KeyPair server = *new_key_pair(), anna = *new_key_pair(), ben = *new_key_pair();
   ASSERT_TRUE(save_key_pair(folder.path() / "server.key", server));
@@ -190,7 +190,7 @@ TEST(Control, KnowsTheRoleOfEachKeyAndNothingOfTheOthers) {
   EXPECT_FALSE(daemon.client()->ask(std::string(), milliseconds(300)));
 }
 
-TEST(ControlCodec, ReadsWhatItWrote) {
+TEST(ControlCodec, RoundTrips) {
   ControlRequest fit;
   fit.action = ControlAction::FitSubject;
   fit.name = "anna";
@@ -220,7 +220,40 @@ TEST(ControlCodec, ReadsWhatItWrote) {
   }
 }
 
-TEST(ControlCodec, TakesANewSubjectThatCanStandInAConfiguration) {
+TEST(ControlCodec, RoundTripsTheOrdersOfTakes) {
+  ControlRequest start;
+  start.action = ControlAction::Take;
+  start.take = {.action = TakeAction::Start,
+                .name = "walk",
+                .slate = "12A",
+                .text = "first try",
+                .before = std::chrono::seconds(20),
+                .length = std::chrono::milliseconds(1500),
+                .countdown = std::chrono::seconds(3),
+                .at_utc_ns = 5};
+
+  const auto read = decode(encode(start));
+
+  ASSERT_TRUE(read);
+  EXPECT_FALSE(only_looks(read->action));
+  EXPECT_EQ(read->take.name, "walk");
+  EXPECT_EQ(read->take.slate, "12A");
+  EXPECT_EQ(read->take.text, "first try");
+  EXPECT_EQ(read->take.before, start.take.before);
+  EXPECT_EQ(read->take.length, start.take.length);
+  EXPECT_EQ(read->take.countdown, start.take.countdown);
+  EXPECT_EQ(read->take.at_utc_ns, 5);
+  for (const auto action :
+       {TakeAction::Start, TakeAction::Stop, TakeAction::Cancel, TakeAction::Mark, TakeAction::Next}) {
+    start.take.action = action;
+    EXPECT_EQ(decode(encode(start))->take.action, action);
+  }
+  v1::Request wrong = encode(start);
+  wrong.mutable_take()->set_before_s(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_THAT(decode(wrong).error().message, HasSubstr("before_s is nan, expected 0 to"));
+}
+
+TEST(ControlCodec, AcceptsANewSubjectOnlyIfItCanBeQuotedInAConfiguration) {
   v1::Request request;
   v1::SubjectRequest& subject = *request.mutable_subject();
   subject.set_action(v1::SubjectRequest::ACTION_ADD);
@@ -232,16 +265,16 @@ TEST(ControlCodec, TakesANewSubjectThatCanStandInAConfiguration) {
 
   for (const char* path : {"sets/rigid3.toml", "/a\"\n[control]\nendpoint = \"tcp://0.0.0.0:1", "/a\\"}) {
     subject.set_marker_set(path);
-    EXPECT_THAT(decode(request).error().message, HasSubstr("marker_set is no absolute path")) << path;
+    EXPECT_THAT(decode(request).error().message, HasSubstr("marker_set is not an absolute path")) << path;
   }
   subject.set_marker_set("/sets/rigid3.toml");
   for (const char* name : {"", "a\"b", "a\nb"}) {
     subject.set_name(name);
-    EXPECT_THAT(decode(request).error().message, HasSubstr("name is empty or has quotes")) << name;
+    EXPECT_THAT(decode(request).error().message, HasSubstr("name is empty, or has quotes")) << name;
   }
 }
 
-TEST(ControlCodec, SaysWhatIsWrong) {
+TEST(ControlCodec, NamesTheFault) {
   v1::Request request;
   request.mutable_camera()->set_exposure_us(std::numeric_limits<double>::quiet_NaN());
   EXPECT_THAT(decode(request).error().message, HasSubstr("exposure_us is nan, expected 1 to"));
@@ -256,7 +289,7 @@ TEST(ControlCodec, SaysWhatIsWrong) {
   EXPECT_THAT(decode(request).error().message, HasSubstr("images is 1, expected 10 to"));
 }
 
-TEST(ControlEndpoint, StandsBesideTheFeeds) {
+TEST(ControlEndpoint, IsDerivedFromTheFeedsEndpoint) {
   EXPECT_EQ(control_beside("tcp://127.0.0.1:5570"), "tcp://127.0.0.1:5571");
   EXPECT_EQ(control_beside("tcp://[::1]:5570"), "tcp://[::1]:5571");
   EXPECT_EQ(control_beside("tcp://127.0.0.1:*"), "tcp://127.0.0.1:*");

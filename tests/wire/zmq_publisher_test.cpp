@@ -14,7 +14,7 @@
 #include "mocap/v1/snapshot.pb.h"
 #include "random_model.h"
 #include "sample_description.h"
-#include "wire/decode.h"
+#include "wire/codec/decode.h"
 #include "wire/zmq_subscriber.h"
 
 namespace mocap::wire {
@@ -26,7 +26,7 @@ using ::testing::HasSubstr;
 using testing::RandomModel;
 using testing::sample_description;
 
-constexpr Duration kLong = seconds(20);  // never waited for when all is well
+constexpr Duration kLong = seconds(20);  // time limit of a failing test
 
 std::unique_ptr<ZmqPublisher> publisher_at(const std::string& endpoint, std::size_t subjects = 1) {
   auto opened = ZmqPublisher::open({.endpoint = endpoint, .subjects = subjects});
@@ -47,7 +47,7 @@ std::unique_ptr<ZmqSubscriber> subscriber_to(const std::string& endpoint, int qu
   return subscriber_with(settings);
 }
 
-// A daemon that sends until somebody got what they wanted.
+// Publishes snapshots every 2 ms and health every 50 snapshots, until destroyed.
 class Daemon {
  public:
   explicit Daemon(const std::string& endpoint = "tcp://127.0.0.1:*") : publisher_(publisher_at(endpoint)) {
@@ -65,7 +65,7 @@ class Daemon {
       if (snapshot.number % 50 == 0) {
         EXPECT_TRUE(publisher_->report({}));
       }
-      std::this_thread::sleep_for(milliseconds(2));  // the pace of a feed, nothing is awaited
+      std::this_thread::sleep_for(milliseconds(2));  // the rate of the feed; the test does not wait here
     }
   }
 
@@ -86,7 +86,7 @@ v1::Snapshot snapshot_in(const FeedMessage& message) {
   return snapshot;
 }
 
-TEST(ZmqPublisher, TellsEachLateJoinerTheDescriptionFirst) {
+TEST(ZmqPublisher, SendsTheDescriptionFirstToLateSubscribers) {
   Daemon daemon;
 
   for (int join = 0; join < 100; ++join) {
@@ -101,7 +101,7 @@ TEST(ZmqPublisher, TellsEachLateJoinerTheDescriptionFirst) {
   }
 }
 
-TEST(ZmqPublisher, WelcomesWithTheNewDescriptionOnceItChanged) {
+TEST(ZmqPublisher, SendsTheNewDescriptionAsWelcomeMessage) {
   const auto publisher = publisher_at("tcp://127.0.0.1:*");
   ASSERT_TRUE(publisher->describe(sample_description(1)));
   ASSERT_TRUE(publisher->describe(sample_description(2)));
@@ -150,7 +150,7 @@ TEST(ZmqPublisher, WorksOverIpc) {
   ::unlink(path.c_str());
 }
 
-TEST(ZmqPublisher, SaysThatSomebodyElseListensThere) {
+TEST(ZmqPublisher, FailsIfTheEndpointIsInUse) {
   const auto first = publisher_at("tcp://127.0.0.1:*");
 
   const auto second = ZmqPublisher::open({.endpoint = first->endpoint()});
@@ -161,7 +161,7 @@ TEST(ZmqPublisher, SaysThatSomebodyElseListensThere) {
   EXPECT_THAT(second.error().message, HasSubstr("another program listens there"));
 }
 
-TEST(ZmqPublisher, SaysWhatIsWrongWithItsSettings) {
+TEST(ZmqPublisher, NamesTheFaultInItsSettings) {
   EXPECT_EQ(ZmqPublisher::open({.endpoint = "tcp://0.0.0.0:*"}).error().code, ErrorCode::InvalidArgument);
   EXPECT_EQ(ZmqPublisher::open({.endpoint = "tcp://192.0.2.1:*", .allow_remote = true}).error().code,
             ErrorCode::NotFound);
@@ -169,7 +169,7 @@ TEST(ZmqPublisher, SaysWhatIsWrongWithItsSettings) {
   EXPECT_EQ(make_zmq_publisher({.endpoint = "nonsense"}).error().code, ErrorCode::InvalidArgument);
 }
 
-TEST(ZmqPublisher, StampsWhenItSentOnlyWhereTheOtherInstantsAreKnown) {
+TEST(ZmqPublisher, SetsSentAtOnlyIfTheOtherInstantsAreKnown) {
   const auto publisher = publisher_at("tcp://127.0.0.1:*");
   Snapshot replayed;
   Snapshot live;
@@ -184,18 +184,18 @@ TEST(ZmqPublisher, StampsWhenItSentOnlyWhereTheOtherInstantsAreKnown) {
   EXPECT_GE(*live.instants.sent_at, now);
 }
 
-TEST(ZmqPublisher, DoesNotWaitForAListenerThatDoesNotRead) {
+TEST(ZmqPublisher, DoesNotWaitForAStalledSubscriber) {
   const auto publisher = publisher_at("tcp://127.0.0.1:*");
   ASSERT_TRUE(publisher->describe(sample_description()));
   const auto stalled = subscriber_to(publisher->endpoint(), 1);
-  while (!stalled->next(milliseconds(5))) ASSERT_TRUE(publisher->report({}));  // it has joined
+  while (!stalled->next(milliseconds(5))) ASSERT_TRUE(publisher->report({}));  // until it has joined
   RandomModel random(21);
   Snapshot large = random.snapshot(kMaxLabels);
 
   const Timestamp start = host_now();
   for (int i = 0; i < 5000; ++i) ASSERT_TRUE(publisher->publish(large));
 
-  // About 10 us each; a publisher that waited would never end.
+  // About 10 us each; a publisher that waits for the subscriber would never finish.
   EXPECT_LT(host_now() - start, seconds(30));
   Result<FeedMessage> got = stalled->next(milliseconds(200));
   int received = 0;
@@ -203,11 +203,11 @@ TEST(ZmqPublisher, DoesNotWaitForAListenerThatDoesNotRead) {
     ++received;
     got = stalled->next(milliseconds(200));
   }
-  EXPECT_LT(received, 5000);  // the rest was dropped for it
+  EXPECT_LT(received, 5000);  // the other messages were dropped
 }
 
-// All topics of a set together are more messages than wait for a listener to one of them.
-TEST(ZmqPublisher, LosesNoTopicOfWhoListensToAllAndReads) {
+// One frame set sends more messages on all topics together than the default send queue holds.
+TEST(ZmqPublisher, LosesNoTopicOfASubscriberToAllTopics) {
   constexpr std::uint64_t kSets = 100;
   const auto publisher = publisher_at("tcp://127.0.0.1:*", kMaxSubjects);
   SubscriberSettings all{.endpoint = publisher->endpoint(), .topics = {"description", "snapshot", "markers"}};
@@ -224,18 +224,18 @@ TEST(ZmqPublisher, LosesNoTopicOfWhoListensToAllAndReads) {
 
   for (std::uint64_t set = 0; set < kSets; ++set) {
     ASSERT_TRUE(publisher->publish(snapshot));
-    std::set<std::string> came;
-    while (came.size() < kMaxSubjects + 2) {
+    std::set<std::string> received_topics;
+    while (received_topics.size() < kMaxSubjects + 2) {
       const Result<FeedMessage> got = subscriber->next(kLong);
-      ASSERT_TRUE(got) << "set " << set << ": " << came.size() << " topics";
+      ASSERT_TRUE(got) << "set " << set << ": " << received_topics.size() << " topics";
       if (got->topic == "description") continue;
       ASSERT_EQ(snapshot_in(*got).sequence(), set) << got->topic;
-      came.insert(got->topic);
+      received_topics.insert(got->topic);
     }
   }
 }
 
-TEST(ZmqPublisher, LosesNoEventOfManyAtOnce) {
+TEST(ZmqPublisher, LosesNoneOfManySimultaneousEvents) {
   const auto publisher = publisher_at("tcp://127.0.0.1:*");
   Description ring = sample_description();
   ring.cameras.resize(kMaxCameras, ring.cameras.front());
@@ -259,8 +259,8 @@ TEST(ZmqPublisher, LosesNoEventOfManyAtOnce) {
   }
 }
 
-// Peers that speak ZeroMQ and mean harm: subscriptions of random bytes, messages that are none, and far too long ones.
-TEST(ZmqPublisher, OutlivesHostilePeers) {
+// Hostile ZeroMQ peers: subscriptions to random bytes, messages that are not subscriptions, and far too long messages.
+TEST(ZmqPublisher, SurvivesHostilePeers) {
   Daemon daemon;
   const auto witness = subscriber_to(daemon.endpoint());
   ASSERT_TRUE(first_of(*witness, "snapshot"));
@@ -287,7 +287,7 @@ TEST(ZmqPublisher, OutlivesHostilePeers) {
   for (int i = 0; i < 50; ++i) EXPECT_TRUE(first_of(*witness, "snapshot"));
 }
 
-TEST(ZmqPublisher, GoesAwayAtOnceThoughAListenerIsStalled) {
+TEST(ZmqPublisher, ClosesAtOnceWithAStalledSubscriber) {
   auto publisher = publisher_at("tcp://127.0.0.1:*");
   ASSERT_TRUE(publisher->describe(sample_description()));
   const auto stalled = subscriber_to(publisher->endpoint(), 1);
@@ -302,7 +302,7 @@ TEST(ZmqPublisher, GoesAwayAtOnceThoughAListenerIsStalled) {
   EXPECT_LT(host_now() - start, seconds(1));
 }
 
-TEST(ZmqSubscriber, KnowsWhetherItIsConnected) {
+TEST(ZmqSubscriber, ReportsWhetherItIsConnected) {
   const auto publisher = publisher_at("tcp://127.0.0.1:*");
   const auto subscriber = subscriber_to(publisher->endpoint());
   while (!subscriber->link().connected) (void)subscriber->next(milliseconds(5));
@@ -311,7 +311,7 @@ TEST(ZmqSubscriber, KnowsWhetherItIsConnected) {
   EXPECT_EQ(ZmqSubscriber::open({.endpoint = "nonsense"}).error().code, ErrorCode::InvalidArgument);
 }
 
-TEST(ZmqSubscriber, ComesBackWhenTheDaemonDoes) {
+TEST(ZmqSubscriber, ReconnectsAfterARestartOfTheDaemon) {
   auto daemon = std::make_unique<Daemon>();
   const std::string endpoint = daemon->endpoint();
   const auto subscriber = subscriber_to(endpoint);
@@ -322,7 +322,7 @@ TEST(ZmqSubscriber, ComesBackWhenTheDaemonDoes) {
   daemon = std::make_unique<Daemon>(endpoint);
 
   EXPECT_TRUE(first_of(*subscriber, "snapshot"));
-  // That it is connected may be told after what comes by the connection.
+  // The event "connected" may arrive after the first message of the connection.
   for (int i = 0; i < 400 && subscriber->link().connections < 2; ++i) (void)subscriber->next(milliseconds(5));
   EXPECT_EQ(subscriber->link().connections, 2U);
 }

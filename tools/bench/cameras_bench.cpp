@@ -22,8 +22,8 @@
 #include "cameras/own_network.h"
 #include "cameras/v4l2/v4l2_settings.h"
 #include "scene/ring_rig.h"
-#include "settings/marker_set_file.h"
-#include "settings/rig_file.h"
+#include "settings/rig/rig_file.h"
+#include "settings/subject/marker_set_file.h"
 
 namespace mocap::bench {
 namespace {
@@ -32,7 +32,7 @@ constexpr double kExposure_us = 500.0;
 constexpr int kLoopImages = 16;
 constexpr double kAllStreamWithin_s = 20.0;
 
-/// A folder for the rig, gone at the end.
+/// A temporary folder for the rig file.
 class Folder {
  public:
   Folder() {
@@ -51,7 +51,7 @@ class Folder {
   std::filesystem::path path_;
 };
 
-/// mocap-sim as a process of its own, ended with us.
+/// A mocap-sim process that ends with this object.
 class Server {
  public:
   explicit Server(const std::vector<std::string>& arguments) {
@@ -80,8 +80,8 @@ class Server {
   pid_t process_ = 0;
 };
 
-/// Sums up how far the exposures of all views are from those that the server made: an exposure ends with each whole
-/// period of UTC, and by action commands begins with it.
+/// Accumulates the errors of the reported exposure times. The true exposure of the server ends at a whole period of
+/// UTC, or starts there if action commands trigger it.
 class TimeErrors {
  public:
   TimeErrors(double rate_hz, bool begin_with_period)
@@ -104,7 +104,7 @@ class TimeErrors {
     }
   }
 
-  void tell(CamerasBenchFigures& figures) const {
+  void report_errors(CamerasBenchFigures& figures) const {
     if (count_ == 0) return;
     const auto count = static_cast<double>(count_);
     figures.time_error_us = std::sqrt(square_us2_ / count);
@@ -137,7 +137,7 @@ class MeasuringPublisher : public Publisher {
   const std::atomic<bool>& measuring_;
 };
 
-/// What all threads of this process have used, by kind.
+/// CPU time of all threads of this process so far, by kind.
 struct Used {
   double receive_s = 0.0, camera_s = 0.0, all_s = 0.0;
 };
@@ -170,7 +170,7 @@ Counted counted_so_far(const runtime::Pipeline& pipeline, const std::vector<cons
   for (std::uint32_t i = 0; i < pipeline.camera_count(); ++i) {
     const runtime::CameraCounters& camera = pipeline.camera_counters(CameraId{i});
     counted.frames += camera.frames.read();
-    // An image that came broken is a gap in the numbers, too.
+    // An incomplete image is also a gap in the frame numbers.
     counted.lost += std::max(camera.missing_frames.read(), camera.failed_frames.read());
     counted.lost += camera.dropped_queue_full.read();
     counted.resent += streams[i]->resent_packets.load(std::memory_order_relaxed);
@@ -212,16 +212,16 @@ cameras::CameraSettings camera_of(const CamerasBenchSettings& wanted, int index)
   return {name, camera};
 }
 
-settings::DaemonSettings daemon_of(const CamerasBenchSettings& wanted, const MarkerSet& worn) {
+settings::DaemonSettings daemon_of(const CamerasBenchSettings& wanted, const MarkerSet& marker_set) {
   settings::DaemonSettings settings;
   settings.rig = scene::ring_rig({.cameras = wanted.count, .width_px = wanted.width_px, .height_px = wanted.height_px});
   for (int i = 0; i < wanted.count; ++i) {
     settings.cameras.push_back(camera_of(wanted, i));
     settings.rig[static_cast<std::size_t>(i)].name = settings.cameras.back().name;
-    settings.simulated.push_back(worn);
+    settings.simulated.push_back(marker_set);
   }
   settings.subjects.push_back({.name = "subject", .marker_set_file = wanted.marker_set, .file = {}, .keep = {}});
-  settings.subject_models.push_back({"subject", worn});
+  settings.subject_models.push_back({"subject", marker_set});
   settings.nominal_rate_hz = wanted.rate_hz;
   settings.pipeline.align.window = from_s(0.4 / wanted.rate_hz);
   if (wanted.patience_us > 0.0) settings.pipeline.align.patience = from_s(1e-6 * wanted.patience_us);
@@ -229,7 +229,7 @@ settings::DaemonSettings daemon_of(const CamerasBenchSettings& wanted, const Mar
   return settings;
 }
 
-// Whether /dev/video0 is a device of v4l2loopback, which shows what mocap-sim writes.
+// Whether /dev/video0 is a v4l2loopback device, to which mocap-sim must write.
 bool loops_back() {
   std::string name;
   std::getline(std::ifstream("/sys/class/video4linux/video0/name"), name);
@@ -300,7 +300,7 @@ CamerasBenchFigures figures_of(const CamerasBenchSettings& wanted, const Counted
 }  // namespace
 
 Result<CamerasBenchFigures> run_cameras_bench(const CamerasBenchSettings& wanted) {
-  set_log_level(LogLevel::Error);  // what is lost is counted
+  set_log_level(LogLevel::Error);  // lost images are counted, not logged
   double load = 0.0;
   getloadavg(&load, 1);
   const bool served = wanted.bus == "gige";
@@ -311,9 +311,9 @@ Result<CamerasBenchFigures> run_cameras_bench(const CamerasBenchSettings& wanted
     return Error{ErrorCode::Unsupported, fmt::format("no /dev/video{}; load vivid with n_devs={}, or v4l2loopback",
                                                      wanted.count - 1, wanted.count)};
   }
-  const Result<MarkerSet> worn = settings::load_marker_set(wanted.marker_set);
-  if (!worn) return worn.error();
-  const settings::DaemonSettings daemon = daemon_of(wanted, *worn);
+  const Result<MarkerSet> marker_set = settings::load_marker_set(wanted.marker_set);
+  if (!marker_set) return marker_set.error();
+  const settings::DaemonSettings daemon = daemon_of(wanted, *marker_set);
   const Folder folder;
   const std::filesystem::path rig = folder.path() / "rig.toml";
   if (const Status saved = settings::save_rig(rig, daemon.rig, {}); !saved) return saved.error();
@@ -345,7 +345,7 @@ Result<CamerasBenchFigures> run_cameras_bench(const CamerasBenchSettings& wanted
       figures_of(wanted, before, counted_so_far(pipeline, streams), used_before, used_so_far(), seconds);
   pipeline.stop();
   figures.load = load;
-  if (served) errors.tell(figures);
+  if (served) errors.report_errors(figures);
   return figures;
 }
 

@@ -14,18 +14,15 @@ nlohmann::json number_or_null(const std::optional<double>& value) {
   return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
 }
 
-std::string text_of(const std::optional<double>& value) {
-  return value ? fmt::format("{:.1f} us", *value) : "not told";
-}
+std::string text_of(const std::optional<double>& value) { return value ? fmt::format("{:.1f} us", *value) : "unknown"; }
 
 }  // namespace
 
-void tell_cameras(cli::App& command, CamerasBenchSettings& settings) {
+void add_cameras_options(cli::App& command, CamerasBenchSettings& settings) {
   command
       .add_option("--bus", settings.bus,
-                  "gige: served by mocap-sim on loopback; v4l2: /dev/video0 and on, of vivid, v4l2loopback (which "
-                  "mocap-sim then "
-                  "feeds) or real ones")
+                  "gige: served by mocap-sim on loopback; v4l2: /dev/video0, /dev/video1, ... (vivid, v4l2loopback fed "
+                  "by mocap-sim, or real cameras)")
       ->check(cli::IsMember({"gige", "v4l2"}))
       ->capture_default_str();
   command.add_option("--count", settings.count, "cameras")->check(cli::Range(1, 64))->capture_default_str();
@@ -41,33 +38,36 @@ void tell_cameras(cli::App& command, CamerasBenchSettings& settings) {
             }
             return std::nullopt;
           },
-          "of the images, px, such as 640x480 (the default)")
+          "image size, px, such as 640x480 (the default)")
       ->type_name("WxH");
-  command.add_option("--rate", settings.rate_hz, "images a second, Hz")
+  command.add_option("--rate", settings.rate_hz, "frame rate, Hz")
       ->check(cli::Range(1.0, 1000.0))
       ->capture_default_str();
   command.add_option("--seconds", settings.seconds, "measured time, s")
       ->check(cli::Range(0.5, 3600.0))
       ->capture_default_str();
-  command.add_option("--warm-up", settings.warm_up_s, "s before that, from when all cameras stream")
+  command
+      .add_option("--warm-up", settings.warm_up_s, "time between the first image of all cameras and the measurement, s")
       ->check(cli::Range(0.0, 600.0))
       ->capture_default_str();
   command.add_option("--format", settings.pixel_format, "pixel format; default: Mono8, GREY");
   command.add_option("--clock", settings.clock, "estimated or utc")
       ->check(cli::IsMember({"estimated", "utc"}))
       ->capture_default_str();
-  command.add_option("--trigger", settings.trigger, "free_run, or action: told to expose by action commands (gige)")
+  command
+      .add_option("--trigger", settings.trigger, "free_run, or action: exposures triggered by action commands (gige)")
       ->check(cli::IsMember({"free_run", "action"}))
       ->capture_default_str();
-  command.add_flag("--ptp", settings.ptp, "the cameras keep PTP time (gige)");
-  command.add_option("--clock-skew-us", settings.clock_skew_us, "of the cameras' clocks (gige)");
-  command.add_option("--clock-drift-ppm", settings.clock_drift_ppm, "of the cameras' clocks (gige)");
+  command.add_flag("--ptp", settings.ptp, "camera clocks follow PTP (gige)");
+  command.add_option("--clock-skew-us", settings.clock_skew_us, "offset of the camera clocks (gige)");
+  command.add_option("--clock-drift-ppm", settings.clock_drift_ppm, "drift of the camera clocks (gige)");
   command.add_option("--delivery-jitter-us", settings.delivery_jitter_us, "mean delay of an image (gige)");
   command.add_option("--packet-loss", settings.packet_loss, "share of the packets that are lost (gige)");
   command.add_option("--packet-size", settings.packet_size_bytes, "bytes (gige)")
       ->check(cli::Range(576, 65507))
       ->capture_default_str();
-  command.add_option("--patience-us", settings.patience_us, "of a set for its last image; 0: the daemon's own");
+  command.add_option("--patience-us", settings.patience_us,
+                     "how long a set waits for its last image; 0: default of the daemon");
 }
 
 int cameras(const CamerasBenchSettings& settings, bool json) {
@@ -97,13 +97,13 @@ int cameras(const CamerasBenchSettings& settings, bool json) {
     return kExitOk;
   }
   fmt::print(
-      "sets           {}, {} passed over for a newer one\ncomplete       {:.2f} %\nimages         {}, lost {} ({:.3f} "
+      "sets           {}, {} skipped for a newer set\ncomplete       {:.2f} %\nimages         {}, lost {} ({:.3f} "
       "% came)\n",
       f.sets, f.passed_over, 100.0 * f.complete_share, f.frames, f.lost, 100.0 * f.frames_share);
-  fmt::print("packets        {} sent again, {} never came\n", f.resent_packets, f.missing_packets);
+  fmt::print("packets        {} resent, {} missing\n", f.resent_packets, f.missing_packets);
   fmt::print("a camera costs {:.1f} % of a processor to receive, {:.1f} % to detect and track, {:.1f} % in all\n",
              100.0 * f.receive_cpu_share, 100.0 * f.detect_cpu_share, 100.0 * f.daemon_cpu_share);
-  fmt::print("exposures      off by {} rms (mean {}), apart by {} rms\nload before    {:.1f}\n",
+  fmt::print("exposure time  error {} rms (mean {}), between cameras {} rms\nload before    {:.1f}\n",
              text_of(f.time_error_us), text_of(f.time_offset_us), text_of(f.apart_us), f.load);
   return kExitOk;
 }

@@ -5,10 +5,10 @@
 
 namespace mocap::bench {
 
-/// The options of `mocap-bench cameras`.
-void tell_cameras(cli::App& command, CamerasBenchSettings& settings);
+/// Adds the options of `mocap-bench cameras`.
+void add_cameras_options(cli::App& command, CamerasBenchSettings& settings);
 
-/// Runs it and prints the figures; the exit code.
+/// Runs the bench and prints the figures. Returns the exit code.
 int cameras(const CamerasBenchSettings& settings, bool json);
 
 }  // namespace mocap::bench

@@ -16,14 +16,15 @@
 namespace mocap::bench {
 namespace {
 
-// More than the last cache of any machine that runs this: what was read is gone when it is read again.
+// Larger than the last-level cache of any machine, so that each image is read from memory.
 constexpr std::size_t kSetBytes = 160U << 20U;
-constexpr std::size_t kNoiseBytes = 64U << 20U;  // of each of two
+constexpr std::size_t kNoiseBytes = 64U << 20U;  // size of each of two image sets
 constexpr int kRounds = 12;
-constexpr int kDrawn = 24;  // images that differ; the set repeats them at other addresses
-// The bound of a disc takes some ms: of more discs than that, only every second, third, ... is scored.
+constexpr int kDrawn = 24;  // different images; the set repeats them at other addresses
+// The Cramer-Rao bound of a disc takes some ms. If there are more discs than this, only every second, third, ... is
+// scored.
 constexpr std::size_t kScored = 1000;
-// Between dark (12) and marker (200), where OpenCV's contours are most precise.
+// About the middle between background (12) and marker (200), where OpenCV's contours are most precise.
 constexpr double kOpencvThreshold_grey = 100.0;
 
 double median(std::vector<double> values) {
@@ -39,7 +40,7 @@ double timed_us(Work&& work) {
   return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - begin).count();
 }
 
-/// The floor: every byte once, from the first to the last, in the widest loads that the processor has.
+/// Lower bound of the detection time: reads every byte once, in order, with the widest loads of the processor.
 __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default"))) std::uint64_t plain_read(
     const std::byte* bytes, std::size_t size) {
   constexpr std::size_t kLanes = 32;
@@ -74,7 +75,8 @@ void time_all(const simworld::DetectSceneSettings& settings, std::span<const sim
   }
   std::vector<double> read, detect, contours, to_read, to_contours;
   volatile std::uint64_t keep = 0;
-  // A round goes over the set once for each; ratios are of one round, whatever else the machine does in another one.
+  // Each round processes the set once with each method. A ratio is formed within one round, so that the load of the
+  // machine affects both of its times.
   for (int round = 0; round < kRounds; ++round) {
     std::vector<double> a, b, c;
     for (std::size_t i = 0; i < count; ++i) {
@@ -89,7 +91,7 @@ void time_all(const simworld::DetectSceneSettings& settings, std::span<const sim
       const Image image = view_of(std::span(set).subspan(i * bytes, bytes), settings);
       c.push_back(timed_us([&] { keep = keep + opencv.detect(image).blobs.size(); }));
     }
-    if (round == 0) continue;  // first touch of memory and code
+    if (round == 0) continue;  // the first round warms memory and code
     read.push_back(median(a));
     detect.push_back(median(b));
     contours.push_back(median(c));
@@ -103,8 +105,8 @@ void time_all(const simworld::DetectSceneSettings& settings, std::span<const sim
   figures.speedup_opencv = median(to_contours);
 }
 
-/// The worst over thresholds: in the middle all rows are noise, high up noise is runs and blobs. The dark images have
-/// markers; neither they nor the noise are in the cache.
+/// Measures white noise at the worst threshold: at medium thresholds all rows contain noise, at high thresholds the
+/// noise forms runs and blobs. The reference is dark images with markers. Neither set fits into the cache.
 Status time_white_noise(const simworld::DetectSceneSettings& settings, Detector& ours, DetectBenchFigures& figures) {
   simworld::DetectSceneSettings dark = settings;
   dark.busy = false;
@@ -125,7 +127,7 @@ Status time_white_noise(const simworld::DetectSceneSettings& settings, Detector&
     }
     return median(times);
   };
-  median_of(dark_set, ours);  // first touch of memory and code
+  median_of(dark_set, ours);  // warms memory and code
   for (const double threshold_grey : {128.0, 224.0, 240.0, 244.0, 246.0, 248.0, 252.0, 255.0}) {
     auto made = detect::make_blob_detector({.threshold = threshold_grey}, PixelFormat::Mono8, settings.width_px,
                                            settings.height_px);
@@ -139,7 +141,7 @@ Status time_white_noise(const simworld::DetectSceneSettings& settings, Detector&
   return {};
 }
 
-/// Adds up squares; `finished` makes root mean squares of them.
+/// Adds squared errors. finished() converts the sums to root mean squares.
 void add(DetectRadiusFigures& to, const Blob& blob, const scene::Disc& disc, double bound_px) {
   to.blobs += 1;
   to.centroid_rms_px += 0.5 * (blob.centroid.v - disc.begin_px).squaredNorm();
@@ -196,7 +198,7 @@ Result<DetectBenchFigures> run_detect_bench(const simworld::DetectSceneSettings&
   auto opencv = bench::make_opencv_detector({.threshold = kOpencvThreshold_grey}, PixelFormat::Mono8, settings.width_px,
                                             settings.height_px);
   if (!opencv) return opencv.error();
-  cv::setNumThreads(1);  // as ours: its threshold would take all processors
+  cv::setNumThreads(1);  // ours uses one thread; cv::threshold would use all processors
   const std::vector<simworld::DetectImage> drawn = simworld::draw_images(settings, kDrawn);
   DetectBenchFigures figures;
   figures.isa = detect::best_kernels().name;

@@ -4,7 +4,7 @@
 
 namespace mocap::bench {
 
-/// Runs the detection bench and prints its figures, as a table or as one JSON object. Gives the exit code.
+/// Runs the detection bench and prints its figures as a table or as one JSON object. Returns the exit code.
 int detect(const simworld::DetectSceneSettings& settings, bool json);
 
 }  // namespace mocap::bench

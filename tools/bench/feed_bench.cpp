@@ -16,8 +16,8 @@
 #include "base/exit_codes.h"
 #include "base/time.h"
 #include "support/typical_snapshot.h"
-#include "wire/encode.h"
-#include "wire/snapshot_encoder.h"
+#include "wire/codec/encode.h"
+#include "wire/codec/snapshot_encoder.h"
 #include "wire/zmq_publisher.h"
 #include "wire/zmq_socket.h"
 
@@ -25,7 +25,7 @@ namespace mocap::bench {
 namespace {
 
 constexpr std::string_view kTopic{"snapshot\0", 9};
-constexpr std::uint64_t kWarmUp = 100;  // messages before those that are counted
+constexpr std::uint64_t kWarmUp = 100;  // messages before the first counted message
 constexpr Duration kJoinWithin = std::chrono::seconds(20);
 
 double at(std::vector<double>& sorted, double share) {
@@ -33,7 +33,7 @@ double at(std::vector<double>& sorted, double share) {
   return sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
 }
 
-// The first field of a snapshot is its number.
+// Reads the number of a snapshot, which is its first field.
 std::uint64_t number_in(std::string_view message) {
   std::uint64_t number = 0;
   for (std::size_t i = kTopic.size() + 1, shift = 0; i < message.size() && shift < 64; ++i, shift += 7) {
@@ -44,7 +44,7 @@ std::uint64_t number_in(std::string_view message) {
   return 0;
 }
 
-// Sleeps until shortly before, then spins: a timer's own lateness is not the feed's.
+// Sleeps until shortly before `at`, then polls, so that the latency of the timer is not measured.
 void wait_until(Timestamp at) {
   const Duration early = std::chrono::microseconds(300);
   if (at - host_now() > early) std::this_thread::sleep_until(at - early);
@@ -52,7 +52,7 @@ void wait_until(Timestamp at) {
   }
 }
 
-// When each number was handed over; written by the publishing thread, read by who receives it.
+// Send time of each snapshot number, ns. Written by the publishing thread, read by the receiving thread.
 using Clock = std::vector<std::atomic<std::int64_t>>;
 
 class Receivers {
@@ -84,7 +84,7 @@ class Receivers {
     }
   }
 
-  std::vector<double> ages_us;  // after the end
+  std::vector<double> ages_us;  // complete after the end
   std::vector<std::uint64_t> counts() const {
     std::vector<std::uint64_t> all;
     for (const auto& socket : sockets_) all.push_back(socket->counted);
@@ -98,7 +98,7 @@ class Receivers {
     std::uint64_t counted = 0;
   };
   void take(ZmqSocketOf& one, std::string_view bytes) {
-    if (!bytes.starts_with(kTopic)) return;  // the description
+    if (!bytes.starts_with(kTopic)) return;  // skip the description
     if (!std::exchange(one.joined, true)) ++joined_;
     const std::uint64_t number = number_in(bytes);
     if (number < kWarmUp || number > last_) return;
@@ -130,7 +130,7 @@ double measure_encode_us(const Description& description, Snapshot& snapshot) {
   return at(spans, 0.5);
 }
 
-// A snapshot and a raw message of the same size, turn about, each to one subscriber.
+// Sends snapshots and raw messages of the same size alternately, each to one subscriber.
 Status measure_one_way(const FeedBenchSettings& settings, const Description& description, Snapshot snapshot,
                        FeedBenchFigures& figures) {
   auto publisher = wire::ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"});
@@ -183,7 +183,7 @@ void raise_descriptor_limit() {
   }
 }
 
-// Of a snapshot as it is sent, after days of a session.
+// Size of a snapshot on the wire, with a sequence number of a session that lasts for days.
 std::size_t message_bytes(const Snapshot& snapshot) {
   v1::Snapshot message;
   wire::encode(snapshot, message, {.local_positions = false, .velocities = false});
@@ -223,14 +223,14 @@ Result<FeedBenchFigures> run_feed_bench(const FeedBenchSettings& settings) {
       const Timestamp handed = host_now();
       if (snapshot.number == 1 && receivers.joined() < static_cast<std::size_t>(settings.subscribers)) {
         if (handed - begun > kJoinWithin) return Error{ErrorCode::Timeout, "not all subscribers could join"};
-        snapshot.number = 0;  // counting begins when all are there
+        snapshot.number = 0;  // counting starts when all subscribers have joined
       }
       ++snapshot.number;
       sent[snapshot.number].store(to_ns(handed), std::memory_order_relaxed);
       if (Status done = (*publisher)->publish(snapshot); !done) return done.error();
       if (snapshot.number >= kWarmUp) publish_us.push_back(to_us(host_now() - handed));
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(500));  // for what is on its way
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));  // let the last messages arrive
   }
   const auto counts = receivers.counts();
   const auto expected = static_cast<double>(last - kWarmUp + 1);
@@ -254,17 +254,18 @@ Result<FeedBenchFigures> run_feed_bench(const FeedBenchSettings& settings) {
 }
 
 cli::App* add_feed_bench(cli::App& app, FeedBenchSettings& settings) {
-  cli::App* feed = app.add_subcommand("feed", "the feed to many subscribers on loopback: share, age, cost");
-  feed->add_option("--subscribers", settings.subscribers, "that listen to every snapshot")
+  cli::App* feed = app.add_subcommand("feed", "the feed to many subscribers on loopback: received share, age, cost");
+  feed->examples("  mocap-bench feed --subscribers 200 --rate 120 --seconds 5 --json");
+  feed->add_option("--subscribers", settings.subscribers, "number of subscribers to all snapshots")
       ->check(cli::Range(1, 10000))
       ->capture_default_str();
-  feed->add_option("--rate", settings.rate_hz, "snapshots a second, Hz")
+  feed->add_option("--rate", settings.rate_hz, "snapshot rate, Hz")
       ->check(cli::Range(1.0, 1000.0))
       ->capture_default_str();
   feed->add_option("--seconds", settings.seconds, "measured time, s")
       ->check(cli::Range(0.5, 600.0))
       ->capture_default_str();
-  feed->add_option("--joins", settings.joins, "late joins, one after the other, without keys and with")
+  feed->add_option("--joins", settings.joins, "number of late joins, one after the other, without and with keys")
       ->check(cli::Range(0, 100000))
       ->capture_default_str();
   return feed;

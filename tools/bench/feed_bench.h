@@ -12,28 +12,28 @@ struct FeedBenchSettings {
   int subscribers = 1;
   double rate_hz = 120.0;
   double seconds = 5.0;
-  int joins = 200;  ///< late ones, one after the other, without keys and with
+  int joins = 200;  ///< number of late joins, one after the other, without and with keys
 };
 
 struct FeedBenchFigures {
-  double received_share = 0.0;  ///< of the messages that each subscriber should have got, of all of them
-  double least_share = 0.0;     ///< of the subscriber that got least
-  double publish_p50_us = 0.0;  ///< the call that encodes and hands to ZeroMQ
+  double received_share = 0.0;  ///< received / expected messages, over all subscribers
+  double least_share = 0.0;     ///< received_share of the worst subscriber
+  double publish_p50_us = 0.0;  ///< duration of publish(), which encodes and passes the message to ZeroMQ
   double publish_p99_us = 0.0;
-  double age_p50_us = 0.0;  ///< from that call's beginning to received
+  double age_p50_us = 0.0;  ///< from the call of publish() to the reception
   double age_p99_us = 0.0;
   double encode_us = 0.0;       ///< median: snapshot to bytes
-  std::size_t bytes = 0;        ///< of a message
-  double raw_p50_us = 0.0;      ///< a raw ZeroMQ message of the same size, from send to received, in the same run
-  double one_way_p50_us = 0.0;  ///< a snapshot to a single subscriber, turn about with these
+  std::size_t bytes = 0;        ///< size of a message
+  double raw_p50_us = 0.0;      ///< age of raw ZeroMQ messages of the same size, in the same run
+  double one_way_p50_us = 0.0;  ///< age of snapshots to a single subscriber, sent alternately with the raw messages
   JoinFigures open_joins;
   JoinFigures key_joins;
 };
 
-/// One subject of 60 markers and 24 bones, seen by 8 cameras, over TCP on loopback.
+/// Publishes one subject of 60 markers and 24 bones, seen by 8 cameras, over TCP on loopback.
 Result<FeedBenchFigures> run_feed_bench(const FeedBenchSettings& settings);
 
-/// `mocap-bench feed` and its options.
+/// Adds the subcommand `mocap-bench feed` with its options.
 cli::App* add_feed_bench(cli::App& app, FeedBenchSettings& settings);
 int print_feed_bench(const FeedBenchSettings& settings, bool json);
 

@@ -28,7 +28,7 @@ using std::chrono::milliseconds;
 constexpr Duration kPatience = std::chrono::seconds(10);
 constexpr std::string_view kSnapshot{"snapshot\0", 9}, kDescription{"description\0", 12};
 
-// A feed at its pace, served as the daemon's publish thread does.
+// A feed at a constant rate, served as by the daemon's publish thread.
 class RunningFeed {
  public:
   static Result<std::unique_ptr<RunningFeed>> start(double rate_hz, bool keys) {
@@ -116,7 +116,7 @@ Result<Join> join(const wire::ZmqContext& context, const RunningFeed& feed) {
       return seen;
     }
   }
-  return Error{ErrorCode::Timeout, "a listener joined and heard no snapshot for 10 s"};
+  return Error{ErrorCode::Timeout, "a subscriber joined and received no snapshot for 10 s"};
 }
 
 }  // namespace

@@ -12,15 +12,16 @@
 #include "associate/match_triangulator.h"
 #include "associate/multi_view_matcher.h"
 #include "fuse_reference.h"
-#include "settings/marker_set_file.h"
+#include "model/identity_map.h"
+#include "settings/subject/marker_set_file.h"
 #include "synchronise/frame_aligner.h"
 #include "track3d/kalman_marker_tracker.h"
 
 namespace mocap::bench {
 namespace {
 
-constexpr double kNear_m = 0.01;     // a marker farther than that from every true one is a ghost
-constexpr int kReferenceSets = 100;  // the reference is slow with many cameras, and hardly varies
+constexpr double kNear_m = 0.01;     // an output farther than this from every true marker is a ghost
+constexpr int kReferenceSets = 100;  // few sets suffice: the reference is slow with many cameras and varies little
 
 Duration thread_time() {
   timespec now{};
@@ -42,7 +43,7 @@ double at_share(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(rank)];
 }
 
-// How right the markers of all sets were.
+// Comparison of the markers of all sets with the truth.
 struct Truth {
   std::uint64_t visible = 0;
   std::uint64_t found = 0;
@@ -77,7 +78,7 @@ struct Truth {
   }
 };
 
-// The row from blobs to tracks.
+// The pipeline from blobs to 3D tracks.
 class Row {
  public:
   Row(const Rig& rig, bool predicted)
@@ -86,24 +87,24 @@ class Row {
         matcher_(associate::make_matcher({}, rig)),
         triangulator_(associate::make_triangulator({}, rig)),
         tracker_(track3d::make_marker_tracker({})),
-        expected_(std::make_unique<Expected>()) {}
+        identities_(rig.size()) {}
 
-  // Five instants more than parts: where each begins and the last ends.
+  // `at` receives the start of each part and the end of the last part.
   const Markers& step(const simworld::FuseWorld& world, std::array<Timestamp, kPartCount + 1>& at) {
     at[kAlign] = host_now();
     for (const auto& frame : world.frames()) aligner_.add(*frame);
     const std::optional<FrameSet> set = aligner_.take(Timestamp::min());
     MOCAP_EXPECTS(set.has_value());
     at[kPredict] = host_now();
-    expected_->at = set->exposed_at;
-    expected_->markers.clear();
-    if (predicted_) tracker_->predict(set->exposed_at, *expected_);
+    const Predictions& predicted =
+        identities_.predict(*set, predicted_ ? tracker_->predict(set->exposed_at) : no_predictions_, no_predictions_);
     at[kMatch] = host_now();
-    const Matches& matches = matcher_->match(*set, *expected_);
+    const Matches& matches = matcher_->match(*set, predicted);
     at[kTriangulate] = host_now();
     const Markers& markers = triangulator_->triangulate(*set, matches);
     at[kTrack] = host_now();
-    tracker_->step(markers, *expected_);
+    tracker_->step(markers, predicted);
+    identities_.update(*set, matches, {});
     at[kPartCount] = host_now();
     skipped_ = matches.skipped;
     return markers;
@@ -117,7 +118,8 @@ class Row {
   std::unique_ptr<Matcher> matcher_;
   std::unique_ptr<Triangulator> triangulator_;
   std::unique_ptr<MarkerTracker> tracker_;
-  std::unique_ptr<Expected> expected_;
+  IdentityMap identities_;
+  PredictedMarkers no_predictions_;
   std::uint32_t skipped_ = 0;
 };
 
@@ -148,8 +150,8 @@ FuseBenchFigures figures_of(const Spans& spans, const Truth& truth, const FuseBe
   return f;
 }
 
-FuseBenchFigures measure(const FuseBenchSettings& settings, const MarkerSet& worn, bool predicted) {
-  simworld::FuseWorld world(settings.world, worn);
+FuseBenchFigures measure(const FuseBenchSettings& settings, const MarkerSet& marker_set, bool predicted) {
+  simworld::FuseWorld world(settings.world, marker_set);
   FuseReference reference(world.rig());
   Row row(world.rig(), predicted);
   Spans spans;
@@ -184,9 +186,9 @@ FuseBenchFigures measure(const FuseBenchSettings& settings, const MarkerSet& wor
 }  // namespace
 
 Result<std::vector<FuseBenchFigures>> run_fuse_bench(const FuseBenchSettings& settings) {
-  const Result<MarkerSet> worn = settings::load_marker_set(settings.marker_set);
-  if (!worn) return worn.error();
-  return std::vector{measure(settings, *worn, true), measure(settings, *worn, false)};
+  const Result<MarkerSet> marker_set = settings::load_marker_set(settings.marker_set);
+  if (!marker_set) return marker_set.error();
+  return std::vector{measure(settings, *marker_set, true), measure(settings, *marker_set, false)};
 }
 
 }  // namespace mocap::bench

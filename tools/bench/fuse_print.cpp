@@ -41,7 +41,7 @@ std::string power(std::span<const FuseBenchFigures> figures, std::string_view mo
   return exponent ? fmt::format(", {} blobs^{:.2f}", over, *exponent) : std::string{};
 }
 
-// How the cost of a mode grows: over all sizes, with the markers alone and with the cameras alone.
+// The growth of the cost in one mode: over all sizes, with the markers only, and with the cameras only.
 std::string growth_line(std::span<const FuseBenchFigures> figures, std::string_view mode) {
   if (!growth_exponent(figures, mode)) return {};
   double least = std::numeric_limits<double>::infinity(), most = 0.0;

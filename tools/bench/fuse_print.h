@@ -9,14 +9,15 @@
 
 namespace mocap::bench {
 
-/// A JSON array, one object a mode.
+/// A JSON array with one object for each mode.
 std::string fuse_json(std::span<const FuseBenchFigures> figures);
 
-/// A table, times in us; ghosts in a thousand sets. Of three sizes or more it says how the cost grows with the blobs.
+/// A table with times in us and ghosts in 1000 sets. With three sizes or more it includes the growth of the cost with
+/// the number of blobs.
 std::string fuse_table(std::span<const FuseBenchFigures> figures);
 
-/// The power of the number of blobs with which the median grows, by least squares of the logarithms over all figures of
-/// a mode: 1 is linear. Nothing where they have fewer than three numbers of blobs, which tell no growth.
+/// The exponent p of the fit median ~ blobs^p, by least squares of the logarithms over all figures of a mode; 1 is
+/// linear. Empty with fewer than three different numbers of blobs.
 std::optional<double> growth_exponent(std::span<const FuseBenchFigures> figures, std::string_view mode);
 
 }  // namespace mocap::bench

@@ -10,17 +10,16 @@
 
 namespace mocap::bench {
 
-/// Blobs to points as one writes it with OpenCV: undistortPoints; computeCorrespondEpilines from each camera to its
-/// neighbour on the ring; of the blobs within 2 px of a line the nearest; triangulatePoints of the pairs.
-///
-/// It knows no expected markers, asks as many pairs as there are cameras (of all there may be), and does not say which
-/// pairs are one marker: each of that would cost more.
+/// Reference from blobs to points with OpenCV: undistortPoints; computeCorrespondEpilines from each camera to its
+/// neighbour on the ring; the nearest blob within 2 px of a line; triangulatePoints of the pairs. The reference does
+/// less work than the daemon: it uses no predictions, tests only neighbouring cameras, and does not join pairs of the
+/// same marker.
 class FuseReference {
  public:
   explicit FuseReference(const Rig& rig);
   ~FuseReference();
 
-  /// The points of one set; borrowed until the next call.
+  /// The points of one set. Valid until the next call.
   std::span<const WorldPoint> step(std::span<const std::unique_ptr<BlobFrame>> frames);
 
  private:

@@ -23,7 +23,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// A TCP connection to the feed that speaks as it likes.
+// A TCP connection to the feed that can send arbitrary bytes.
 class Tcp {
  public:
   explicit Tcp(std::uint16_t port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
@@ -31,7 +31,7 @@ class Tcp {
     address.sin_family = AF_INET;
     address.sin_port = htons(port);
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    const timeval patience{0, 200'000};  // of a send that nobody takes, an answer that nobody gives
+    const timeval patience{0, 200'000};  // limit for a blocked send or a missing answer
     ::setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof(patience));
     ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
     open_ = ::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
@@ -44,7 +44,7 @@ class Tcp {
   }
 
   bool open() const { return open_; }
-  // False once the other side has had enough.
+  // Returns false once the peer has closed the connection.
   bool send(std::string_view bytes) {
     while (open_ && !bytes.empty()) {
       const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
@@ -53,8 +53,8 @@ class Tcp {
     }
     return open_;
   }
-  // ZeroMQ's greeting and READY of a SUB socket without security (RFC 23, ZMTP 3.0), and the answers to them: who goes
-  // on before these are here is sent away before he can do harm.
+  // Sends the greeting and the READY command of a SUB socket without security (RFC 23, ZMTP 3.0) and reads the answers.
+  // A peer that sends more before the answers is disconnected before the attack.
   bool greet() {
     std::string greeting("\xff\0\0\0\0\0\0\0\1\x7f\3\0NULL", 16);
     greeting.resize(64, '\0');
@@ -97,12 +97,12 @@ class Stalled final : public Attack {
   wire::ZmqMessage message_;
 };
 
-// One subscription of 256 MiB, again and again while it is cut off.
+// Sends one subscription of 256 MiB, repeatedly because the feed closes the connection.
 class HugeSubscription final : public Attack {
  public:
   explicit HugeSubscription(std::uint16_t port) : port_(port) {}
   void go_on(Timestamp until) override {
-    const std::string head("\2\0\0\0\0\x10\0\0\0\1", 10);  // a long frame of 256 MiB that subscribes
+    const std::string head("\2\0\0\0\0\x10\0\0\0\1", 10);  // header of a long frame of 256 MiB with a subscription
     const std::string piece(1 << 20, 'x');
     while (host_now() < until) {
       Tcp tcp(port_);
@@ -138,7 +138,8 @@ class ManySubscriptions final : public Attack {
       }
       if (sent >= kAll) {
         const Timestamp rest = std::min(until, host_now() + milliseconds(1500));
-        while (host_now() < rest) std::this_thread::sleep_for(milliseconds(10));  // it stays, with all it has
+        while (host_now() < rest)
+          std::this_thread::sleep_for(milliseconds(10));  // keep the connection with all subscriptions
       }
     }
   }
@@ -166,7 +167,7 @@ class RandomBytes final : public Attack {
   std::mt19937_64 random_;
 };
 
-// 2,000 connections that never say a word.
+// 2,000 connections that never send a byte.
 class HalfOpen final : public Attack {
  public:
   explicit HalfOpen(std::uint16_t port) : port_(port) {}

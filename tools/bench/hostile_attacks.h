@@ -8,12 +8,12 @@
 
 namespace mocap::bench {
 
-/// Somebody who means harm to a feed on a loopback port, or does it by stalling. Lives until its destructor.
+/// A hostile or stalled peer of a feed on a loopback port. The attack ends with the destructor.
 class Attack {
  public:
   virtual ~Attack() = default;
 
-  /// As long as it takes, `until` at most.
+  /// Continues the attack. Returns when the attack is complete or at `until`.
   virtual void go_on(Timestamp until) = 0;
 };
 

@@ -19,7 +19,7 @@
 #include "base/time.h"
 #include "hostile_attacks.h"
 #include "support/typical_snapshot.h"
-#include "wire/decode.h"
+#include "wire/codec/decode.h"
 #include "wire/zmq_publisher.h"
 #include "wire/zmq_subscriber.h"
 
@@ -35,22 +35,22 @@ void raise_descriptor_limit() {
   setrlimit(RLIMIT_NOFILE, &limit);
 }
 
-// The feed, in a process of its own that lives until it is told to end.
-[[noreturn]] void serve(double rate_hz, int tell) {
+// Runs the feed in a child process until a signal ends it. Writes the port to `port_pipe`.
+[[noreturn]] void serve(double rate_hz, int port_pipe) {
   const Description description = support::typical_description();
   Snapshot snapshot = support::typical_snapshot(description);
   auto publisher = wire::ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"});
   if (!publisher || !(*publisher)->describe(description)) ::_exit(1);
   const std::string& endpoint = (*publisher)->endpoint();
   const auto port = static_cast<std::uint16_t>(std::stoi(endpoint.substr(endpoint.rfind(':') + 1)));
-  if (::write(tell, &port, sizeof(port)) != sizeof(port)) ::_exit(1);
+  if (::write(port_pipe, &port, sizeof(port)) != sizeof(port)) ::_exit(1);
   Health health;
   const Duration period = from_s(1.0 / rate_hz);
   Timestamp next = host_now();
   Timestamp reported = next;
   for (;;) {
     std::this_thread::sleep_until(next += period);
-    next = std::max(next, host_now() - period);  // what was missed is not made up for
+    next = std::max(next, host_now() - period);  // skip missed periods
     ++snapshot.number;
     const Timestamp handed = host_now();
     static_cast<void>((*publisher)->publish(snapshot));
@@ -80,9 +80,9 @@ class FeedProcess {
     ::close(ends[1]);
     auto made = std::make_unique<FeedProcess>();
     made->process_ = process;
-    const bool told = ::read(ends[0], &made->port_, sizeof(made->port_)) == sizeof(made->port_);
+    const bool has_port = ::read(ends[0], &made->port_, sizeof(made->port_)) == sizeof(made->port_);
     ::close(ends[0]);
-    if (!told) return Error{ErrorCode::Io, "the feed did not start"};
+    if (!has_port) return Error{ErrorCode::Io, "the feed did not start"};
     return made;
   }
   ~FeedProcess() {
@@ -104,7 +104,7 @@ class FeedProcess {
   std::uint16_t port_ = 0;
 };
 
-// A subscriber that behaves, and looks at the feed's memory now and then.
+// A well-behaved subscriber that also samples the memory of the feed.
 class Witness {
  public:
   explicit Witness(FeedProcess& feed) : feed_(feed) {
@@ -119,7 +119,7 @@ class Witness {
     publish_max_ms_ = 0.0;
     most_behind_ = 0;
   }
-  // With the gap that lasts.
+  // Includes the current gap.
   double worst_gap_ms() const {
     return 1e-6 * static_cast<double>(std::max(worst_gap_ns_.load(), to_ns(host_now()) - last_ns_.load()));
   }
@@ -184,18 +184,18 @@ FeedHealth growth(const FeedHealth& before, const FeedHealth& after) {
   return by;
 }
 
-void settle() { std::this_thread::sleep_for(milliseconds(600)); }  // two reports of the feed
+void settle() { std::this_thread::sleep_for(milliseconds(600)); }  // longer than two health reports of the feed
 
 }  // namespace
 
 Result<HostileBenchFigures> run_hostile_bench(const HostileBenchSettings& settings) {
   raise_descriptor_limit();
-  auto feed = FeedProcess::start(settings.rate_hz);  // before this process has threads
+  auto feed = FeedProcess::start(settings.rate_hz);  // fork before this process has threads
   if (!feed) return feed.error();
   Witness witness(**feed);
   const Timestamp begun = host_now();
   while (!witness.hears()) {
-    if (host_now() - begun > std::chrono::seconds(10)) return Error{ErrorCode::Timeout, "the feed says nothing"};
+    if (host_now() - begun > std::chrono::seconds(10)) return Error{ErrorCode::Timeout, "the feed sends nothing"};
     std::this_thread::sleep_for(milliseconds(10));
   }
   settle();
@@ -212,10 +212,10 @@ Result<HostileBenchFigures> run_hostile_bench(const HostileBenchSettings& settin
       attack->go_on(host_now() + from_s(settings.seconds));
       settle();
     }
-    AttackFigures& told = figures.attacks.emplace_back();
-    told = {name, witness.worst_gap_ms(), witness.publish_max_ms(), witness.most_mb() - quiet_mb,
-            growth(before, witness.health())};
-    told.counted.behind = witness.most_behind();
+    AttackFigures& attack_figures = figures.attacks.emplace_back();
+    attack_figures = {name, witness.worst_gap_ms(), witness.publish_max_ms(), witness.most_mb() - quiet_mb,
+                      growth(before, witness.health())};
+    attack_figures.counted.behind = witness.most_behind();
     figures.worst_gap_ms = std::max(figures.worst_gap_ms, figures.attacks.back().worst_gap_ms);
     figures.growth_mb = std::max(figures.growth_mb, figures.attacks.back().growth_mb);
     settle();
@@ -225,14 +225,16 @@ Result<HostileBenchFigures> run_hostile_bench(const HostileBenchSettings& settin
 }
 
 cli::App* add_hostile_bench(cli::App& app, HostileBenchSettings& settings) {
-  cli::App* hostile = app.add_subcommand("hostile", "the feed while others stall, flood and lie: gaps, memory");
-  hostile->add_option("--rate", settings.rate_hz, "snapshots a second, Hz")
+  cli::App* hostile = app.add_subcommand(
+      "hostile", "the feed with hostile peers that stall, flood and send malformed data: gaps, memory");
+  hostile->examples("  mocap-bench hostile --seconds 2 --json");
+  hostile->add_option("--rate", settings.rate_hz, "snapshot rate, Hz")
       ->check(cli::Range(1.0, 1000.0))
       ->capture_default_str();
-  hostile->add_option("--seconds", settings.seconds, "of each attack, s")
+  hostile->add_option("--seconds", settings.seconds, "duration of each attack, s")
       ->check(cli::Range(0.5, 600.0))
       ->capture_default_str();
-  hostile->add_option("--seed", settings.seed, "of the random bytes")->capture_default_str();
+  hostile->add_option("--seed", settings.seed, "seed of the random bytes")->capture_default_str();
   return hostile;
 }
 

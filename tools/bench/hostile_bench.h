@@ -12,30 +12,30 @@ namespace mocap::bench {
 
 struct HostileBenchSettings {
   double rate_hz = 120.0;
-  double seconds = 4.0;  ///< of each attack
+  double seconds = 4.0;  ///< duration of each attack
   std::uint64_t seed = 1;
 };
 
 struct AttackFigures {
   std::string name;
-  double worst_gap_ms = 0.0;    ///< between two snapshots at a subscriber that behaves; a period is part of it
-  double publish_max_ms = 0.0;  ///< the longest call of publish(): the rest of a gap is waiting for a processor
-  double growth_mb = 0.0;       ///< of the feed's process, from before all attacks to the most during this one
-  FeedHealth counted;           ///< what the feed's own figures grew by
+  double worst_gap_ms = 0.0;    ///< between two snapshots at a well-behaved subscriber; includes one period
+  double publish_max_ms = 0.0;  ///< longest call of publish(); the rest of a gap is waiting for a processor
+  double growth_mb = 0.0;  ///< memory of the feed's process: maximum during this attack minus value before all attacks
+  FeedHealth counted;      ///< increase of the feed's health counters
 };
 
 struct HostileBenchFigures {
-  double quiet_gap_ms = 0.0;  ///< the worst without any attack: the machine's own
+  double quiet_gap_ms = 0.0;  ///< worst gap without an attack, caused by the machine
   double worst_gap_ms = 0.0;
   double growth_mb = 0.0;
   bool alive = false;
   std::vector<AttackFigures> attacks;
 };
 
-/// A feed in a process of its own; one attack after the other while a subscriber listens.
+/// Runs a feed in a child process and one attack after the other while a subscriber measures the gaps.
 Result<HostileBenchFigures> run_hostile_bench(const HostileBenchSettings& settings);
 
-/// `mocap-bench hostile` and its options.
+/// Adds the subcommand `mocap-bench hostile` with its options.
 cli::App* add_hostile_bench(cli::App& app, HostileBenchSettings& settings);
 int print_hostile_bench(const HostileBenchSettings& settings, bool json);
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/exit_codes.h"
+#include "base/install_folders.h"
 #include "base/log.h"
 #include "cameras_print.h"
 #include "detect_report.h"
@@ -18,7 +19,6 @@
 #include "lib/cli/app.h"
 #include "pipeline_bench.h"
 #include "solve_bench.h"
-#include "support/places.h"
 
 namespace mocap::bench {
 namespace {
@@ -26,20 +26,20 @@ namespace {
 constexpr const char* kExamples = R"(examples:
   mocap-bench pipeline                          8 synthetic cameras at 120 Hz, 41 markers, as a table
   mocap-bench pipeline --json                   the same as one JSON object
-  mocap-bench pipeline --cameras 4 --rate 60    less of it
-  mocap-bench detect --size 1280x1024           blobs of 40 markers: time, and error against the bound of physics
+  mocap-bench pipeline --cameras 4 --rate 60    the same with another size
+  mocap-bench detect --size 1280x1024           blobs of 40 markers: time, and error against the Cramer-Rao bound
   mocap-bench detect --variant busy --markers 200
-  mocap-bench fuse --cameras 8 --markers 40     blobs to tracks in one thread, known and unknown markers, as a table
+  mocap-bench fuse --cameras 8 --markers 40     blobs to 3D tracks in one thread, with and without predictions, as a table
   mocap-bench fuse --json                       the same as a JSON array of both modes
   mocap-bench fuse --growth                     over cameras and markers: is the cost linear in the blobs?
   mocap-bench cameras --count 8 --rate 120      8 served GigE cameras of 640x480, from packet to feed
   mocap-bench cameras --count 4 --size 1280x1024 --rate 100 --seconds 60 --json
   mocap-bench cameras --clock-skew-us 5000 --clock-drift-ppm 50 --delivery-jitter-us 2000 --warm-up 10
   mocap-bench cameras --bus v4l2 --count 2 --rate 30 --format MJPEG
-  mocap-bench solve --subjects 3 --json         names and skeletons of three people who walk, against Ceres
+  mocap-bench solve --subjects 3 --json         labels and skeletons of three walking people, against Ceres
   mocap-bench feed --subscribers 200 --rate 120 --seconds 5 --json
-                                                what all of them get, how old it is, what it costs
-  mocap-bench hostile --json                    a subscriber's worst gap while others stall, flood and lie)";
+                                                received share, age and cost of the snapshots
+  mocap-bench hostile --json                    worst gap of a subscriber while hostile peers attack)";
 
 void print_pipeline(const PipelineBenchFigures& f, bool json) {
   if (json) {
@@ -71,7 +71,7 @@ int pipeline(const PipelineBenchSettings& settings, bool json) {
   return kExitOk;
 }
 
-void tell_pipeline(cli::App& pipeline, PipelineBenchSettings& settings) {
+void add_pipeline_options(cli::App& pipeline, PipelineBenchSettings& settings) {
   pipeline.add_option("--cameras", settings.cameras, "synthetic cameras in a ring")
       ->check(cli::Range(2, 64))
       ->capture_default_str();
@@ -81,11 +81,11 @@ void tell_pipeline(cli::App& pipeline, PipelineBenchSettings& settings) {
   pipeline.add_option("--seconds", settings.seconds, "measured time, s")
       ->check(cli::Range(0.5, 3600.0))
       ->capture_default_str();
-  pipeline.add_option("--marker-set", settings.marker_set, "worn by the subject")->capture_default_str();
-  pipeline.add_option("--seed", settings.seed, "of the images' noise")->capture_default_str();
+  pipeline.add_option("--marker-set", settings.marker_set, "marker set of the subject")->capture_default_str();
+  pipeline.add_option("--seed", settings.seed, "seed of the image noise")->capture_default_str();
 }
 
-void tell_detect(cli::App& detect, simworld::DetectSceneSettings& settings) {
+void add_detect_options(cli::App& detect, simworld::DetectSceneSettings& settings) {
   detect
       .add_option(
           "--size",
@@ -97,50 +97,54 @@ void tell_detect(cli::App& detect, simworld::DetectSceneSettings& settings) {
             if (!fits) return size + ", expected WxH, each 64 to 16384";
             return std::nullopt;
           },
-          "of the images, px, such as 1280x1024 (the default)")
+          "image size, px, such as 1280x1024 (the default)")
       ->type_name("WxH");
-  detect.add_option("--markers", settings.markers, "in an image")->check(cli::Range(1, 512))->capture_default_str();
+  detect.add_option("--markers", settings.markers, "markers in an image")
+      ->check(cli::Range(1, 512))
+      ->capture_default_str();
   detect.add_choice("--variant", settings.busy, {{"dark", false}, {"busy", true}}, "dark, or busy with bright clutter");
-  detect.add_option("--peak", settings.peak_grey, "of a marker over the background, grey levels; over 240 saturates")
+  detect
+      .add_option("--peak", settings.peak_grey,
+                  "peak of a marker above the background, grey levels; saturates above 240")
       ->check(cli::Range(30.0, 2000.0))
       ->capture_default_str();
   detect.add_option("--noise", settings.noise_grey, "standard deviation, grey levels")
       ->check(cli::Range(0.0, 30.0))
       ->capture_default_str();
-  detect.add_option("--seed", settings.seed, "of places and noise")->capture_default_str();
+  detect.add_option("--seed", settings.seed, "seed of positions and noise")->capture_default_str();
 }
 
-void tell_fuse(cli::App& fuse, FuseBenchSettings& settings, bool& growth) {
+void add_fuse_options(cli::App& fuse, FuseBenchSettings& settings, bool& growth) {
   fuse.add_option("--cameras", settings.world.cameras, "in a ring")->check(cli::Range(2, 64))->capture_default_str();
-  fuse.add_option("--markers", settings.world.markers, "on people who walk")
+  fuse.add_option("--markers", settings.world.markers, "markers on walking people")
       ->check(cli::Range(1, 320))
       ->capture_default_str();
   fuse.add_option("--sets", settings.sets, "measured")->check(cli::Range(10, 1000000))->capture_default_str();
   fuse.add_option("--rate", settings.world.rate_hz, "sets a second, Hz")
       ->check(cli::Range(1.0, 1000.0))
       ->capture_default_str();
-  fuse.add_option("--missed", settings.world.missed, "share of a marker's views that give no blob")
+  fuse.add_option("--missed", settings.world.missed, "share of a marker's views without a blob")
       ->check(cli::Range(0.0, 0.9))
       ->capture_default_str();
-  fuse.add_option("--false-blobs", settings.world.false_blobs, "for each marker and image")
+  fuse.add_option("--false-blobs", settings.world.false_blobs, "false blobs for each marker and image")
       ->check(cli::Range(0.0, 1.0))
       ->capture_default_str();
-  fuse.add_option("--sigma", settings.world.sigma_px, "of the blobs' places, px")
+  fuse.add_option("--sigma", settings.world.sigma_px, "standard deviation of a blob centroid, px")
       ->check(cli::Range(0.0, 2.0))
       ->capture_default_str();
-  fuse.add_option("--seed", settings.world.seed, "of noise, misses and false blobs")->capture_default_str();
+  fuse.add_option("--seed", settings.world.seed, "seed of noise, misses and false blobs")->capture_default_str();
   fuse.add_flag("--growth", growth,
-                "several numbers of cameras and markers, and the power of the blobs that the cost grows with");
+                "run several numbers of cameras and markers and print the growth exponent of the cost with the blobs");
 }
 
-void tell_solve(cli::App& solve, SolveBenchSettings& settings) {
-  solve.add_option("--subjects", settings.subjects, "people who walk")->check(cli::Range(1, 6))->capture_default_str();
+void add_solve_options(cli::App& solve, SolveBenchSettings& settings) {
+  solve.add_option("--subjects", settings.subjects, "walking people")->check(cli::Range(1, 6))->capture_default_str();
   solve.add_option("--sets", settings.sets, "measured")->check(cli::Range(10, 1000000))->capture_default_str();
   solve.add_option("--rate", settings.rate_hz, "sets a second, Hz")
       ->check(cli::Range(1.0, 1000.0))
       ->capture_default_str();
-  solve.add_option("--marker-set", settings.marker_set, "worn by everybody")->capture_default_str();
-  solve.add_option("--seed", settings.seed, "of noise and false blobs")->capture_default_str();
+  solve.add_option("--marker-set", settings.marker_set, "marker set of each person")->capture_default_str();
+  solve.add_option("--seed", settings.seed, "seed of noise and false blobs")->capture_default_str();
 }
 
 int fuse(FuseBenchSettings settings, bool json, bool growth) {
@@ -184,7 +188,7 @@ int solve(const SolveBenchSettings& settings, bool json) {
   fmt::print("p99            {:.1f} us, {:.1f} times the median\nmax            {:.1f} us\n", f.p99_us,
              f.p99_over_median, f.max_us);
   fmt::print("Ceres          {:.0f} us for the poses alone, {:.1f} times our solver\n", f.ceres_us, f.speedup_ceres);
-  fmt::print("named rightly  {:.2f} %\ntracked        {:.2f} %\n", 100.0 * f.right_share, 100.0 * f.tracked_share);
+  fmt::print("right labels   {:.2f} %\ntracked        {:.2f} %\n", 100.0 * f.right_share, 100.0 * f.tracked_share);
   return kExitOk;
 }
 
@@ -193,32 +197,44 @@ int solve(const SolveBenchSettings& settings, bool json) {
 
 int main(int argc, char** argv) {
   using namespace mocap;  // NOLINT: the program
-  cli::App app{"mocap-bench: what the daemon's parts cost on this machine", "mocap-bench"};
+  cli::App app{"mocap-bench: time and memory of the daemon's parts on this machine", "mocap-bench"};
   app.footer(bench::kExamples);
   app.require_subcommand(1);
 
-  const std::string marker_set = support::source_folder() + "/config/markersets/baseline41.toml";
+  const std::string marker_set = (install_folders().data / "markersets" / "baseline41.toml").string();
   bool json = false;
   bool growth = false;
   bench::PipelineBenchSettings running;
   running.marker_set = marker_set;
-  cli::App* pipeline = app.add_subcommand("pipeline", "latency from a set's last blob to its snapshot at ZeroMQ");
-  bench::tell_pipeline(*pipeline, running);
+  cli::App* pipeline = app.add_subcommand("pipeline", "latency from the last blob of a set to the snapshot at ZeroMQ");
+  pipeline->examples("  mocap-bench pipeline --cameras 8 --rate 120 --seconds 10");
+  bench::add_pipeline_options(*pipeline, running);
   simworld::DetectSceneSettings scene;
-  cli::App* detect = app.add_subcommand("detect", "blobs of an image in memory: time and precision");
-  bench::tell_detect(*detect, scene);
+  cli::App* detect = app.add_subcommand("detect", "detection in images in memory: time and precision");
+  detect->examples(
+      "  mocap-bench detect --size 1280x1024 --markers 40\n"
+      "  mocap-bench detect --variant busy --json");
+  bench::add_detect_options(*detect, scene);
   bench::FuseBenchSettings fusing;
   fusing.marker_set = marker_set;
-  cli::App* fuse = app.add_subcommand("fuse", "cost of a set from blobs to tracks, against OpenCV, in one thread");
-  bench::tell_fuse(*fuse, fusing, growth);
+  cli::App* fuse = app.add_subcommand("fuse", "time for a set from blobs to 3D tracks, against OpenCV, in one thread");
+  fuse->examples(
+      "  mocap-bench fuse --cameras 8 --markers 40\n"
+      "  mocap-bench fuse --growth --json");
+  bench::add_fuse_options(*fuse, fusing, growth);
   bench::SolveBenchSettings solving;
   solving.marker_set = marker_set;
   bench::CamerasBenchSettings served;
   served.marker_set = marker_set;
-  cli::App* cameras = app.add_subcommand("cameras", "real packets and drivers, from the camera to the feed");
-  bench::tell_cameras(*cameras, served);
-  cli::App* solve = app.add_subcommand("solve", "names and skeletons: what the labeller and the solver cost in a set");
-  bench::tell_solve(*solve, solving);
+  cli::App* cameras =
+      app.add_subcommand("cameras", "cameras with real packets and drivers: lost images, CPU time, exposure times");
+  cameras->examples(
+      "  mocap-bench cameras --count 8 --rate 120\n"
+      "  mocap-bench cameras --bus v4l2 --count 2 --rate 30 --format MJPEG");
+  bench::add_cameras_options(*cameras, served);
+  cli::App* solve = app.add_subcommand("solve", "time for labels and skeletons of a set");
+  solve->examples("  mocap-bench solve --subjects 3 --json");
+  bench::add_solve_options(*solve, solving);
   bench::FeedBenchSettings feeding;
   cli::App* feed = bench::add_feed_bench(app, feeding);
   bench::HostileBenchSettings attacked;
@@ -234,7 +250,7 @@ int main(int argc, char** argv) {
   if (fuse->parsed()) return bench::fuse(fusing, json, growth);
   if (feed->parsed()) return bench::print_feed_bench(feeding, json);
   if (hostile->parsed()) {
-    set_log_level(LogLevel::Error);  // the attacks are told as figures
+    set_log_level(LogLevel::Error);  // the effects of the attacks are printed as figures
     return bench::print_hostile_bench(attacked, json);
   }
   if (solve->parsed()) return bench::solve(solving, json);

@@ -29,13 +29,13 @@ class OpencvDetector final : public Detector {
 
  private:
   void find(const Image& image, Detection& found) {
-    // OpenCV has no view of bytes that nobody may write; it only reads these.
+    // cv::Mat has no constructor for const data. OpenCV only reads the bytes.
     const cv::Mat grey(height_px_, width_px_, CV_8UC1, const_cast<std::byte*>(image.bytes.data()), image.stride_bytes);
     cv::threshold(grey, bright_, *settings_.threshold - 1.0, 255.0, cv::THRESH_BINARY);
     cv::findContours(bright_, contours_, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
     for (const auto& contour : contours_) {
       const cv::Moments moments = cv::moments(contour);
-      // The contour leads through the middles of its pixels: half of them lie outside of its area.
+      // The contour passes through the centres of its pixels, so half of their area lies outside of it.
       const double area = moments.m00 + 0.5 * static_cast<double>(contour.size()) + 1.0;
       if (area < settings_.min_area_px2 || area > settings_.max_area_px2 || moments.m00 <= 0.0) {
         ++found.filtered;

@@ -7,11 +7,9 @@
 
 namespace mocap::bench {
 
-/// The detector as one writes it with OpenCV: threshold, external contours, their moments. What tests and benches
-/// compare ours with; not for the daemon. Knows area and centroid only.
-///
-/// Mono8 alone, and a threshold that is set. Fails with Unsupported or InvalidArgument. Gives no blobs where OpenCV
-/// fails.
+/// Creates a reference detector with OpenCV for tests and benches: threshold, external contours, moments. Its blobs
+/// have only area and centroid. Fails with Unsupported if the format is not Mono8, and with InvalidArgument if the
+/// settings have no threshold. The detector returns no blobs if OpenCV fails.
 Result<std::unique_ptr<Detector>> make_opencv_detector(const detect::DetectSettings& settings, PixelFormat format,
                                                        int width_px, int height_px);
 

@@ -11,7 +11,7 @@
 #include "assemble.h"
 #include "cameras/synthetic/synthetic_settings.h"
 #include "scene/ring_rig.h"
-#include "settings/marker_set_file.h"
+#include "settings/subject/marker_set_file.h"
 #include "support/allocation_counter.h"
 
 namespace mocap::bench {
@@ -19,7 +19,7 @@ namespace {
 
 constexpr Duration kWarmUp = std::chrono::seconds(2);
 
-// Passes everything on to the real publisher and keeps the spans; its room is taken before.
+// Forwards each call to the real publisher and records the latencies in preallocated memory.
 class MeasuringPublisher : public Publisher {
  public:
   MeasuringPublisher(std::unique_ptr<Publisher> real, std::vector<Duration>& spans, PipelineBenchFigures& figures,
@@ -53,7 +53,7 @@ class MeasuringPublisher : public Publisher {
   std::uint64_t markers_ = 0;
 };
 
-settings::DaemonSettings synthetic_daemon(const PipelineBenchSettings& wanted, const MarkerSet& worn) {
+settings::DaemonSettings synthetic_daemon(const PipelineBenchSettings& wanted, const MarkerSet& marker_set) {
   settings::DaemonSettings settings;
   settings.rig =
       scene::ring_rig({.cameras = wanted.cameras, .width_px = wanted.width_px, .height_px = wanted.height_px});
@@ -67,12 +67,13 @@ settings::DaemonSettings synthetic_daemon(const PipelineBenchSettings& wanted, c
     synthetic.seed = wanted.seed;
     synthetic.epoch = epoch;
     settings.cameras.push_back({camera.name, synthetic});
-    settings.simulated.push_back(worn);
+    settings.simulated.push_back(marker_set);
   }
   settings.subjects.push_back({.name = "subject", .marker_set_file = wanted.marker_set, .file = {}, .keep = {}});
-  settings.subject_models.push_back({"subject", worn});
+  settings.subject_models.push_back({"subject", marker_set});
   settings.nominal_rate_hz = wanted.rate_hz;
-  // The cameras draw their images on the cores that are measured, one after the other: the last may come this late.
+  // The synthetic cameras draw their images one after the other on the measured cores, so the last image may be late by
+  // half a period.
   settings.pipeline.align.patience = from_s(0.5 / wanted.rate_hz);
   settings.publish.endpoint = "tcp://127.0.0.1:*";
   return settings;
@@ -97,9 +98,9 @@ double microseconds_at(const std::vector<Duration>& sorted, double share) {
 }  // namespace
 
 Result<PipelineBenchFigures> run_pipeline_bench(const PipelineBenchSettings& wanted) {
-  const Result<MarkerSet> worn = settings::load_marker_set(wanted.marker_set);
-  if (!worn) return worn.error();
-  const settings::DaemonSettings daemon = synthetic_daemon(wanted, *worn);
+  const Result<MarkerSet> marker_set = settings::load_marker_set(wanted.marker_set);
+  if (!marker_set) return marker_set.error();
+  const settings::DaemonSettings daemon = synthetic_daemon(wanted, *marker_set);
   Result<Assembly> assembly = assemble(daemon);
   if (!assembly) return assembly.error();
 

@@ -19,11 +19,11 @@
 namespace mocap::bench {
 namespace {
 
-constexpr double kWarmUp_s = 5.0;   // T-pose, names, and a second of walking
-constexpr int kReferenceSets = 60;  // the reference is slow, and hardly varies
-constexpr int kReferenceStep = 4;   // it follows the warm-up from the T-pose on, every so many sets
+constexpr double kWarmUp_s = 5.0;   // T-pose, identification, and one second of walking
+constexpr int kReferenceSets = 60;  // few sets suffice: the reference is slow and varies little
+constexpr int kReferenceStep = 4;   // during the warm-up the reference follows the motion with every n-th set
 
-// Where up to six people walk, each a figure of eight of 1.1 m, m; and the ring that sees them all.
+// Centres of the figures of eight (1.1 m) in which up to six people walk, m.
 constexpr std::array<std::array<double, 2>, 6> kPlaces_m{
     {{0.0, 0.0}, {0.0, 2.4}, {0.0, -2.4}, {2.4, 1.2}, {2.4, -1.2}, {-2.4, 0.0}}};
 
@@ -40,7 +40,7 @@ double at_share(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(rank)];
 }
 
-// What a part of the row takes, set by set.
+// Adds the CPU time of the thread between constructor and destructor to a sum.
 class Stopwatch {
  public:
   explicit Stopwatch(double& spent_us) : spent_us_(spent_us), begun_us_(thread_us()) {}
@@ -58,14 +58,10 @@ class TimedLabeller final : public Labeller {
   TimedLabeller(std::unique_ptr<Labeller> labeller, double& spent_us)
       : labeller_(std::move(labeller)), spent_us_(spent_us) {}
 
-  const Labels& label(const TrackedMarkers& tracked, const Expected& expected) override {
+  const Labelling& label(const TrackedMarkers& tracked, const Predictions& predicted) override {
     const Stopwatch watch(spent_us_);
-    return labeller_->label(tracked, expected);
+    return labeller_->label(tracked, predicted);
   }
-  std::span<const AmbiguousObservation> ambiguous_observations() const override {
-    return labeller_->ambiguous_observations();
-  }
-  std::optional<SubjectFit> take_fit() override { return labeller_->take_fit(); }
   void refit(const SubjectFit& fit) override { labeller_->refit(fit); }
 
  private:
@@ -78,15 +74,15 @@ class TimedSolver final : public SkeletonSolver {
   TimedSolver(std::unique_ptr<SkeletonSolver> solver, double& spent_us)
       : solver_(std::move(solver)), spent_us_(spent_us) {}
 
-  const Poses& solve(Labels& labels, Timestamp at, std::span<const LabelledBearing> rays,
-                     std::span<const AmbiguousObservation> ambiguous_observations) override {
+  const SolvedSubjects& solve(const Labels& labels, Timestamp at, std::span<const LabelledBearing> rays,
+                              std::span<const AmbiguousObservation> ambiguous_observations) override {
     const Stopwatch watch(spent_us_);
     return solver_->solve(labels, at, rays, ambiguous_observations);
   }
   void refit(const SubjectFit& fit) override { solver_->refit(fit); }
-  void predict(Timestamp at, Expected& into) const override {
+  const PredictedMarkers& predict(Timestamp at) override {
     const Stopwatch watch(spent_us_);
-    solver_->predict(at, into);
+    return solver_->predict(at);
   }
 
  private:
@@ -116,10 +112,10 @@ simworld::SceneFile scene_of(const SolveBenchSettings& settings) {
 
 struct Spans {
   std::vector<double> both_us, label_us, solve_us, reference_us;
-  double reference_rms_m = 0.0;  // the worst
+  double reference_rms_m = 0.0;  // largest rms of all poses
 };
 
-// The reference on the same bodies, from the true places of all markers.
+// Measures the reference on the same bodies, from the true positions of all markers.
 void time_reference(std::vector<SolveReference>& references, const std::vector<simworld::Performer>& performers,
                     double t_s, Spans& spans) {
   double spent_us = 0.0, worst_rms_m = 0.0;
@@ -199,9 +195,9 @@ Result<SolveBenchFigures> run_solve_bench(const SolveBenchSettings& settings) {
     spans.both_us.push_back(label_us + solve_us);
     spans.label_us.push_back(label_us);
     spans.solve_us.push_back(solve_us);
-    scoring::EvalFrame said = scoring::frame_of(snapshot);
-    recognition.apply(world.truth(), said);
-    names.add(world.truth(), said);
+    scoring::EvalFrame reported = scoring::frame_of(snapshot);
+    recognition.apply(world.truth(), reported);
+    names.add(world.truth(), reported);
     if (set - warm_up < kReferenceSets) {
       time_reference(references, world.performers(), world.t_s(), spans);
     }

@@ -8,16 +8,16 @@
 
 namespace mocap::bench {
 
-/// A body's pose from its markers as one writes it with Ceres: a rotation vector a bone and the root's place, residuals
-/// of all markers, derivatives by autodiff, dense QR, from the pose of the set before. It knows no limits, no outliers
-/// and no names.
+/// Reference for the pose of a body from its markers, with Ceres: one rotation vector for each bone and the root
+/// position, residuals of all markers, automatic derivatives, dense QR, initial value from the previous set. Without
+/// joint limits, outliers and labelling.
 class SolveReference {
  public:
-  explicit SolveReference(const MarkerSet& worn);
+  explicit SolveReference(const MarkerSet& marker_set);
   SolveReference(SolveReference&& other) noexcept;
   ~SolveReference();
 
-  /// The rms of the markers from where the pose has them, m. All markers of the set are there.
+  /// Solves the pose. `markers` must contain all markers of the marker set. Returns the rms of the residuals, m.
   double solve(std::span<const WorldPoint> markers);
 
  private:

@@ -8,11 +8,11 @@
 
 namespace mocap::calibrate {
 
-/// `mocap-calibrate export` and `import`: rigs to and from the files of other programs.
+/// The subcommands `export` and `import` of mocap-calibrate: rigs to and from files of other programs.
 class FilesCommands {
  public:
   void add(cli::App& app);
-  /// The exit code; nothing where neither was asked for.
+  /// The exit code; nothing if the command line has neither subcommand.
   std::optional<int> run() const;
 
  private:

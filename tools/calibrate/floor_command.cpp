@@ -3,37 +3,37 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibrate/marker_row.h"
+#include "calibrate/marker_pipeline.h"
 #include "calibrate/rig_output.h"
 #include "calibration/floor/floor.h"
-#include "calibration/floor/frame_size.h"
+#include "calibration/floor/floor_frame_scale.h"
 
 namespace mocap::calibrate {
 namespace {
 
-constexpr double kSeconds = 5.0;
-// Nearer to its size, a frame was refused for something else.
-constexpr double kOtherSize = 0.02;
+constexpr double kLiveSeconds = 5.0;
+// Below this relative difference the size of the floor frame is not the reason for its refusal.
+constexpr double kMinScaleError = 0.02;
 constexpr double kWalkSeconds = 30.0;
 
-Result<calibration::Floor> find_floor(const FloorOptions& options, const take::BlobRecording& recording,
-                                      const Rig& rig) {
+Result<calibration::Floor> measure_floor(const FloorOptions& options, const take::BlobRecording& recording,
+                                         const Rig& rig) {
   const double height_m = 1e-3 * options.height_mm;
-  if (options.by_walk) return calibration::floor_by_walk(marker_places(recording, rig), height_m, rig);
+  if (options.by_walk) return calibration::floor_from_walk(marker_positions(recording, rig), height_m, rig);
   std::vector<Eigen::Vector3d> points;
-  for (const StillMarker& marker : still_markers(recording, rig)) points.push_back(marker.at_m);
-  if (options.by_markers) return calibration::floor_by_points(points, height_m, rig);
+  for (const StationaryMarker& marker : stationary_markers(recording, rig)) points.push_back(marker.at_m);
+  if (options.by_markers) return calibration::floor_from_points(points, height_m, rig);
   const calibration::FloorFrame frame{1e-3 * options.frame_mm[0], 1e-3 * options.frame_mm[1], height_m};
-  auto floor = calibration::floor_by_frame(points, frame, rig);
+  auto floor = calibration::floor_from_frame(points, frame, rig);
   if (floor) return floor;
-  // A frame of the right shape and of another size: then the wand was not as long as was told.
-  const auto times = calibration::frame_times_larger(points, frame);
-  if (times && std::abs(*times - 1.0) > kOtherSize) {
+  // A frame of the right shape and another size: the scale of the rig is wrong.
+  const auto scale = calibration::floor_frame_scale(points, frame);
+  if (scale && std::abs(*scale - 1.0) > kMinScaleError) {
     return Error{
         ErrorCode::InvalidArgument,
-        fmt::format("a floor frame that is {:.3f} times as large as told ({:.0f}, {:.0f} mm): the wand was told "
-                    "{} by as much, or these are another frame's arms; say them with --frame",
-                    *times, options.frame_mm[0], options.frame_mm[1], *times > 1.0 ? "longer" : "shorter")};
+        fmt::format("the floor frame is {:.3f} times as large as expected ({:.0f}, {:.0f} mm): the length of the wand "
+                    "was set too {}, or the frame has other arm lengths; set them with --frame",
+                    *scale, options.frame_mm[0], options.frame_mm[1], *scale > 1.0 ? "large" : "small")};
   }
   return floor;
 }
@@ -41,68 +41,73 @@ Result<calibration::Floor> find_floor(const FloorOptions& options, const take::B
 }  // namespace
 
 void add_floor_command(cli::App& app, FloorOptions& options) {
-  cli::App* floor = app.add_subcommand("floor", "lay a floor frame down: where the floor is, and the axes");
-  add_take_options(*floor, options.take);
-  floor->add_option("--rig", options.rig, "the rig whose world is laid on the floor; default: the configuration's")
-      ->type_name("FILE");
-  floor->add_option("--out", options.out, "the rig file to write; default: the same")->type_name("FILE");
-  auto* frame = floor
-                    ->add_option("--frame", options.frame_mm,
-                                 "the frame's long arm (along x) and short arm (along y), mm; its corner is the origin")
-                    ->delimiter(',')
-                    ->expected(2)
-                    ->check(cli::Range(50.0, 10000.0))
-                    ->capture_default_str();
-  auto* markers = floor
-                      ->add_flag("--markers", options.by_markers,
-                                 "three or more markers that lie on the floor, instead of a frame: they tell no axes")
-                      ->excludes(frame);
-  floor->add_flag("--walk", options.by_walk, "the lowest places of somebody's markers who walks about")
+  cli::App* floor = app.add_subcommand("floor", "measure the floor with a floor frame, with markers, or with a walk");
+  add_recording_options(*floor, options.take);
+  floor->examples(
+      "  mocap-calibrate floor --config my.toml --frame 600,400\n"
+      "  mocap-calibrate floor --config my.toml --walk --height 40");
+  floor->add_option("--rig", options.rig, "rig file; default: the configuration's")->type_name("FILE");
+  floor->add_option("--out", options.out, "rig file to write; default: the same")->type_name("FILE");
+  auto* frame =
+      floor
+          ->add_option("--frame", options.frame_mm,
+                       "length of the long arm (along x) and of the short arm (along y), mm; the corner is the origin")
+          ->delimiter(',')
+          ->expected(2)
+          ->check(cli::Range(50.0, 10000.0))
+          ->capture_default_str();
+  auto* markers =
+      floor
+          ->add_flag("--markers", options.by_markers,
+                     "three markers or more on the floor instead of a frame; they do not determine the axes")
+          ->excludes(frame);
+  floor->add_flag("--walk", options.by_walk, "the lowest markers of a person who walks through the volume")
       ->excludes(frame)
       ->excludes(markers);
-  floor->add_option("--height", options.height_mm, "of the (lowest) markers' centres over the floor, mm")
+  floor->add_option("--height", options.height_mm, "height of the centres of the (lowest) markers above the floor, mm")
       ->check(cli::Range(-100.0, 1000.0))
       ->capture_default_str();
-  floor->add_option("--seconds", options.take.seconds, "of live cameras; default 5, of a walk 30")
+  floor->add_option("--seconds", options.take.seconds, "duration of live cameras; default 5, with --walk 30")
       ->check(cli::Range(1.0, 3600.0));
-  floor->add_flag("--dry-run", options.dry_run, "say what it would do, write nothing");
+  floor->add_flag("--dry-run", options.dry_run, "report only, write nothing");
 }
 
 int run_floor(const FloorOptions& options) {
   if (options.rig.empty() && options.take.config.empty()) {
-    say("say whose floor it is with --rig FILE or --config FILE");
+    print_message("set the rig with --rig FILE or --config FILE");
     return kExitUsage;
   }
-  catch_end();
-  TakeOptions take = options.take;
-  if (take.seconds <= 0.0) take.seconds = options.by_walk ? kWalkSeconds : kSeconds;
+  catch_signals();
+  RecordingOptions take = options.take;
+  if (take.seconds <= 0.0) take.seconds = options.by_walk ? kWalkSeconds : kLiveSeconds;
   const auto gathered = gather_blobs(take);
   if (!gathered) {
-    say("{}", gathered.error().message);
+    print_message("{}", gathered.error().message);
     return gathered.error().exit;
   }
   const std::filesystem::path file = options.rig.empty() ? gathered->rig_file : options.rig;
-  const auto rig = with_lenses(*gathered, file, {});
+  const auto rig = rig_with_lenses(*gathered, file, {});
   if (!rig) {
-    say("{}", rig.error().message);
+    print_message("{}", rig.error().message);
     return rig.error().exit;
   }
-  const auto floor = find_floor(options, gathered->recording, *rig);
+  const auto floor = measure_floor(options, gathered->recording, *rig);
   if (!floor) {
-    say("{}", floor.error().message);
+    print_message("{}", floor.error().message);
     return kExitData;
   }
-  const Rig laid = calibration::laid_on(*floor, *rig);
-  double low = 1e9;
-  double high = -1e9;
-  for (const CameraModel& camera : laid) {
-    low = std::min(low, camera.centre().v.z());
-    high = std::max(high, camera.centre().v.z());
+  const Rig placed = calibration::in_world(*floor, *rig);
+  double lowest = 1e9;
+  double highest = -1e9;
+  for (const CameraModel& camera : placed) {
+    lowest = std::min(lowest, camera.centre().v.z());
+    highest = std::max(highest, camera.centre().v.z());
   }
-  fmt::print("floor: fits to {:.1f} mm; the cameras hang {:.2f} to {:.2f} m over it\n", 1e3 * floor->rms_m, low, high);
+  fmt::print("floor: residual {:.1f} mm; the cameras are {:.2f} to {:.2f} m above the floor\n", 1e3 * floor->rms_m,
+             lowest, highest);
   if (options.dry_run) return kExitOk;
   const char* how = options.by_walk ? "walk" : options.by_markers ? "markers" : "frame";
-  return write_rig(options.out.empty() ? file : options.out, laid,
+  return write_rig(options.out.empty() ? file : options.out, placed,
                    {{"floor", std::string(how)}, {"floor_rms_mm", 1e3 * floor->rms_m}}, "floor");
 }
 

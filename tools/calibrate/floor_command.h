@@ -9,7 +9,7 @@
 namespace mocap::calibrate {
 
 struct FloorOptions {
-  TakeOptions take;
+  RecordingOptions take;
   std::filesystem::path rig;  ///< empty: the configuration's
   std::filesystem::path out;  ///< empty: the rig
   std::vector<double> frame_mm{600.0, 400.0};
@@ -19,10 +19,10 @@ struct FloorOptions {
   bool dry_run = false;
 };
 
-/// `mocap-calibrate floor`
+/// Adds the subcommand `floor`.
 void add_floor_command(cli::App& app, FloorOptions& options);
 
-/// Lays a rig's world on the floor that is seen. Gives the program's exit code.
+/// Measures the floor and moves the world frame of a rig onto it. Returns the exit code of the program.
 int run_floor(const FloorOptions& options);
 
 }  // namespace mocap::calibrate

@@ -13,26 +13,26 @@
 
 namespace mocap::calibrate {
 
-/// `mocap-calibrate lens`: lenses from images of a chessboard or a ChArUco board.
+/// The subcommand `lens` of mocap-calibrate: intrinsic calibration with a chessboard or a ChArUco board.
 class LensCommand {
  public:
   void add(cli::App& app);
-  /// The exit code; nothing where it was not asked for.
+  /// The exit code; nothing if the command line does not have the subcommand.
   std::optional<int> run();
 
  private:
-  /// One camera, and what it saw.
-  struct Seen {
+  /// The views of one camera.
+  struct CameraViews {
     std::string name;
     LensViews views;
   };
 
   int run_lens();
-  Result<std::vector<Seen>> look_through_folders(const calibration::BoardFinder& finder) const;
-  Result<std::vector<Seen>> watch_cameras(const calibration::BoardFinder& finder);
-  bool is_wanted(const std::string& camera) const;
-  void keep_wanted(settings::DaemonSettings& settings) const;
-  int fit_and_write(const std::vector<Seen>& cameras);
+  Result<std::vector<CameraViews>> read_folders(const calibration::BoardFinder& finder) const;
+  Result<std::vector<CameraViews>> run_cameras_live(const calibration::BoardFinder& finder);
+  bool is_selected(const std::string& camera) const;
+  void keep_selected(settings::DaemonSettings& settings) const;
+  int fit_and_write(const std::vector<CameraViews>& cameras);
 
   cli::App* command_ = nullptr;
   std::filesystem::path config_;

@@ -14,17 +14,17 @@ using calibration::LensFit;
 using Json = nlohmann::ordered_json;
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-// Held-out boards off by more than this times the others: the lens fits its own boards only.
+// A larger ratio of the cross-validation residual to the fit residual is a sign of overfitting. Chosen by hand.
 constexpr double kOverfit = 1.4;
-constexpr double kGuess_px = 1.0;
+constexpr double kMaxCornerSigma_px = 1.0;
 
 constexpr std::array<const char*, 9> kPinholeNames{"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"};
 constexpr std::array<const char*, 9> kFisheyeNames{"fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4", ""};
 
 const auto& names_of(const Lens& lens) { return lens.kind == LensKind::Fisheye ? kFisheyeNames : kPinholeNames; }
 
-calibration::LensVector values_of(const Lens& lens) {
-  calibration::LensVector values;
+calibration::IntrinsicVector values_of(const Lens& lens) {
+  calibration::IntrinsicVector values;
   values << lens.fx_px, lens.fy_px, lens.cx_px, lens.cy_px, lens.distortion;
   return values;
 }
@@ -32,23 +32,24 @@ calibration::LensVector values_of(const Lens& lens) {
 std::string fit_text(const LensFit& fit) {
   const auto values = values_of(fit.lens);
   std::string text;
-  for (int i = 0; i < calibration::kLensParts; ++i) {
-    if (!fit.claimed[i]) continue;
+  for (int i = 0; i < calibration::kIntrinsicCount; ++i) {
+    if (!fit.estimated[i]) continue;
     text += fmt::format("  {:<3} {:>12.{}f} +- {:.{}f}{}\n", names_of(fit.lens)[static_cast<std::size_t>(i)], values[i],
                         i < 4 ? 3 : 6, fit.sigma[i], i < 4 ? 3 : 6, i < 4 ? " px" : "");
   }
-  for (const std::string& left : fit.not_claimed) text += fmt::format("  not claimed, left at 0: {}\n", left);
-  text += fmt::format("  {:.3f} px rms, {:.3f} px on boards that had no say; {} boards", fit.rms_px, fit.heldout_px,
-                      fit.views);
-  text += fit.left_out.empty() ? "\n" : fmt::format(", {} that do not fit left out\n", fit.left_out.size());
-  text += fmt::format("  rays known to {:.3f} px where boards were, {:.3f} px in the image's corners\n",
+  for (const std::string& left : fit.not_estimated) text += fmt::format("  not estimated, stays 0: {}\n", left);
+  text +=
+      fmt::format("  {:.3f} px rms, {:.3f} px on held-out boards; {} boards", fit.rms_px, fit.heldout_px, fit.views);
+  text += fit.left_out.empty() ? "\n" : fmt::format(", {} inconsistent boards left out\n", fit.left_out.size());
+  text += fmt::format("  uncertainty of rays: {:.3f} px where boards were seen, {:.3f} px in the image corners\n",
                       fit.rim_sigma_px, fit.corner_sigma_px);
   if (fit.heldout_px > kOverfit * fit.rms_px) {
-    text += "  hint: boards that had no say lie farther off: show more of them, at more places and angles\n";
+    text += "  hint: held-out boards have a larger residual: show more boards, at more positions and angles\n";
   }
-  if (!(fit.corner_sigma_px < kGuess_px)) {
-    text += fmt::format("  hint: beyond {:.0f} % of the way to the corners the lens is a guess; show the board there\n",
-                        100.0 * fit.coverage.reach);
+  if (!(fit.corner_sigma_px < kMaxCornerSigma_px)) {
+    text += fmt::format(
+        "  hint: the lens is uncertain beyond {:.0f} % of the distance to the corners; show the board there\n",
+        100.0 * fit.coverage.reach);
   }
   return text;
 }
@@ -73,13 +74,13 @@ Json json_of(const LensOutcome& outcome) {
   json["corner_sigma_px"] = std::isfinite(fit.corner_sigma_px) ? Json(fit.corner_sigma_px) : Json(nullptr);
   json["fisheye"] = fit.lens.kind == LensKind::Fisheye;
   const auto values = values_of(fit.lens);
-  for (int i = 0; i < calibration::kLensParts; ++i) {
+  for (int i = 0; i < calibration::kIntrinsicCount; ++i) {
     const std::string name = names_of(fit.lens)[static_cast<std::size_t>(i)];
     if (name.empty()) continue;
     json["lens"][name] = values[i];
-    if (fit.claimed[i]) json["sigma"][name] = fit.sigma[i];
+    if (fit.estimated[i]) json["sigma"][name] = fit.sigma[i];
   }
-  json["not_claimed"] = fit.not_claimed;
+  json["not_claimed"] = fit.not_estimated;
   return json;
 }
 
@@ -89,7 +90,7 @@ std::string lens_text(const LensOutcome& outcome) {
   std::string text = fmt::format("camera {}: board found in {} of {} images, {}x{}\n", outcome.name, outcome.found,
                                  outcome.images, outcome.width_px, outcome.height_px);
   text +=
-      fmt::format("  {:.0f} % of the image covered, to {:.0f} % of the way to the corners{}\n",
+      fmt::format("  {:.0f} % of the image covered, to {:.0f} % of the distance to the corners{}\n",
                   100.0 * outcome.coverage.share, 100.0 * outcome.coverage.reach,
                   outcome.fit ? fmt::format(", tilts up to {:.0f} degrees", kDegrees * outcome.fit->coverage.tilt_rad)
                               : std::string());

@@ -8,7 +8,7 @@
 
 namespace mocap::calibrate {
 
-/// What came of one camera.
+/// The result of one camera.
 struct LensOutcome {
   std::string name;
   std::size_t images = 0;
@@ -19,10 +19,10 @@ struct LensOutcome {
   Result<calibration::LensFit> fit;
 };
 
-/// Lines for a terminal.
+/// Lines of text.
 std::string lens_text(const LensOutcome& outcome);
 
-/// One object: `cameras.<name>.{rms_px,heldout_px,coverage,...}`, or `refused` with the reason.
+/// One JSON object: `cameras.<name>.{rms_px,heldout_px,coverage,...}`, or `refused` with the reason.
 std::string lens_json(const std::vector<LensOutcome>& outcomes);
 
 }  // namespace mocap::calibrate

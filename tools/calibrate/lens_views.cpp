@@ -15,9 +15,10 @@ namespace {
 
 using Eigen::Vector2d;
 
-// A board counts as another view when one of its corners moved by this share of the image's diagonal.
-constexpr double kMoved = 0.04;
-constexpr int kDarkest = 200;  // corners in a field
+// A view is new if an outer corner of the board moved by this fraction of the image diagonal. Chosen by hand; not yet
+// measured.
+constexpr double kNewViewDistance = 0.04;
+constexpr int kSaturation = 200;  // corners in a cell that give the darkest character
 
 GreyPixels of_mat(const cv::Mat& mat) {
   GreyPixels grey;
@@ -27,7 +28,7 @@ GreyPixels of_mat(const cv::Mat& mat) {
   return grey;
 }
 
-// `step` bytes from pixel to pixel; of 16-bit pixels the `bits` used ones are made 8.
+// `step`: bytes per pixel. 16-bit pixels with `bits` used bits are scaled to 8.
 GreyPixels of_rows(const Image& image, std::size_t step, int bits) {
   GreyPixels grey;
   grey.width_px = image.width_px;
@@ -46,14 +47,14 @@ GreyPixels of_rows(const Image& image, std::size_t step, int bits) {
   return grey;
 }
 
-bool is_image(const std::filesystem::path& file) {
+bool is_image_file(const std::filesystem::path& file) {
   static const std::set<std::string> endings{".png", ".pgm", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"};
   std::string ending = file.extension().string();
   std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return endings.contains(ending);
 }
 
-// Where an affine map, the best that there is, puts the corners of the box about the board's points.
+// Maps the bounding box of the board's corners into the image with the best affine map.
 std::array<Vector2d, 4> outline_of(const calibration::BoardView& view) {
   const auto count = static_cast<Eigen::Index>(view.seen_px.size());
   Eigen::MatrixX3d board(count, 3);
@@ -85,8 +86,8 @@ Result<GreyPixels> grey_of(const Image& image) {
     case PixelFormat::Mjpeg: break;
     default:
       return Error{ErrorCode::Unsupported,
-                   "boards are not looked for in packed or raw colour images; set the camera's "
-                   "pixel format to Mono8 while lenses are calibrated"};
+                   "boards cannot be detected in packed or raw colour images; set the pixel format of the camera to "
+                   "Mono8 for the calibration of lenses"};
   }
   try {
     const cv::Mat bytes(1, static_cast<int>(image.bytes.size()), CV_8UC1,
@@ -95,7 +96,7 @@ Result<GreyPixels> grey_of(const Image& image) {
     if (!grey.empty()) return of_mat(grey);
   } catch (const cv::Exception&) {  // falls through to the error
   }
-  return Error{ErrorCode::Io, "an image is no JPEG that could be read"};
+  return Error{ErrorCode::Io, "an image is not a readable JPEG"};
 }
 
 Result<GreyPixels> read_grey(const std::filesystem::path& file) {
@@ -104,7 +105,7 @@ Result<GreyPixels> read_grey(const std::filesystem::path& file) {
     if (!grey.empty()) return of_mat(grey);
   } catch (const cv::Exception&) {  // falls through to the error
   }
-  return Error{ErrorCode::Io, fmt::format("{} is no image that could be read", file.string())};
+  return Error{ErrorCode::Io, fmt::format("{} is not a readable image", file.string())};
 }
 
 Result<std::vector<std::filesystem::path>> images_of(const std::filesystem::path& folder, const std::string& camera) {
@@ -113,7 +114,7 @@ Result<std::vector<std::filesystem::path>> images_of(const std::filesystem::path
   const auto& place = !camera.empty() && std::filesystem::is_directory(own, failed) ? own : folder;
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(place, failed)) {
-    if (entry.is_regular_file(failed) && is_image(entry.path())) files.push_back(entry.path());
+    if (entry.is_regular_file(failed) && is_image_file(entry.path())) files.push_back(entry.path());
   }
   std::ranges::sort(files);
   if (files.empty()) {
@@ -124,14 +125,14 @@ Result<std::vector<std::filesystem::path>> images_of(const std::filesystem::path
   return files;
 }
 
-Status LensViews::take(const GreyPixels& image) {
+Status LensViews::add(const GreyPixels& image) {
   if (images_ == 0) {
     width_px_ = image.width_px;
     height_px_ = image.height_px;
   }
   if (image.width_px != width_px_ || image.height_px != height_px_) {
-    return Error{ErrorCode::InvalidArgument, fmt::format("an image is {}x{}, those before are {}x{}", image.width_px,
-                                                         image.height_px, width_px_, height_px_)};
+    return Error{ErrorCode::InvalidArgument, fmt::format("an image is {}x{}, the images before are {}x{}",
+                                                         image.width_px, image.height_px, width_px_, height_px_)};
   }
   ++images_;
   if (full()) return {};
@@ -146,7 +147,7 @@ Status LensViews::take(const GreyPixels& image) {
 }
 
 bool LensViews::is_new(const Outline& outline) const {
-  const double least = kMoved * std::hypot(width_px_, height_px_);
+  const double least = kNewViewDistance * std::hypot(width_px_, height_px_);
   return std::ranges::all_of(outlines_, [&](const Outline& before) {
     double most = 0.0;
     for (std::size_t i = 0; i < outline.size(); ++i) most = std::max(most, (outline[i] - before[i]).norm());
@@ -158,11 +159,11 @@ std::string coverage_map(const calibration::LensCoverage& coverage, const std::s
   constexpr std::string_view kShades = ".:-=+*#%@";
   std::string text;
   for (std::size_t i = 0; i < coverage.corners.size(); ++i) {
-    if (i % calibration::kLensFields == 0) text += indent;
-    const double dark = std::log1p(std::min(coverage.corners[i], kDarkest)) / std::log1p(kDarkest);
+    if (i % calibration::kImageCells == 0) text += indent;
+    const double dark = std::log1p(std::min(coverage.corners[i], kSaturation)) / std::log1p(kSaturation);
     const auto shade = static_cast<std::size_t>(std::ceil(dark * static_cast<double>(kShades.size() - 1)));
     text += std::string(2, kShades[shade]);
-    if (i % calibration::kLensFields == calibration::kLensFields - 1) text += '\n';
+    if (i % calibration::kImageCells == calibration::kImageCells - 1) text += '\n';
   }
   return text;
 }

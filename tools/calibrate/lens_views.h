@@ -13,7 +13,7 @@
 
 namespace mocap::calibrate {
 
-/// An 8-bit image of one's own.
+/// An 8-bit image that owns its pixels.
 struct GreyPixels {
   std::vector<std::uint8_t> bytes;
   int width_px = 0;
@@ -24,25 +24,24 @@ struct GreyPixels {
   }
 };
 
-/// The brightness of a camera's image. Fails with Unsupported for packed formats and raw colour.
+/// The brightness of an image. Fails with Unsupported for packed formats and raw colour.
 Result<GreyPixels> grey_of(const Image& image);
-/// Fails with Io where the file is no image.
+/// Reads an image file. Fails with Io if it is no image.
 Result<GreyPixels> read_grey(const std::filesystem::path& file);
 
-/// One camera's images: those in `folder`/`camera`, else in `folder` itself; by their names' order. Fails with
-/// NotFound.
+/// The image files of one camera, sorted by name: those in `folder`/`camera` if it exists, else those in `folder`.
+/// Fails with NotFound if there are none.
 Result<std::vector<std::filesystem::path>> images_of(const std::filesystem::path& folder, const std::string& camera);
 
-/// Gathers the boards that one camera sees: those only that stand elsewhere than all before.
+/// Collects views of a board in one camera. A view is kept only if the board is elsewhere than in all views before.
 class LensViews {
  public:
-  LensViews(const calibration::BoardFinder& finder, std::size_t most_views)
-      : finder_(finder), most_views_(most_views) {}
+  LensViews(const calibration::BoardFinder& finder, std::size_t max_views) : finder_(finder), max_views_(max_views) {}
 
-  /// Looks for the board. Fails with InvalidArgument where the image has another size than those before.
-  Status take(const GreyPixels& image);
+  /// Adds an image. Fails with InvalidArgument if its size differs from the images before.
+  Status add(const GreyPixels& image);
 
-  bool full() const { return views_.size() >= most_views_; }
+  bool full() const { return views_.size() >= max_views_; }
   std::size_t images() const { return images_; }
   std::size_t found() const { return found_; }
   int width_px() const { return width_px_; }
@@ -51,12 +50,12 @@ class LensViews {
   calibration::LensCoverage coverage() const { return calibration::coverage_of(views_, width_px_, height_px_); }
 
  private:
-  using Outline = std::array<Eigen::Vector2d, 4>;  ///< about where the board's corners are in the image
+  using Outline = std::array<Eigen::Vector2d, 4>;  ///< approximate outer corners of the board in the image
 
   bool is_new(const Outline& outline) const;
 
   const calibration::BoardFinder& finder_;
-  std::size_t most_views_;
+  std::size_t max_views_;
   std::size_t images_ = 0;
   std::size_t found_ = 0;
   int width_px_ = 0;
@@ -65,7 +64,7 @@ class LensViews {
   std::vector<Outline> outlines_;
 };
 
-/// The 8 x 8 fields of an image as lines of a terminal: "." empty, then the more corners the darker.
+/// The 8 x 8 cells of an image as lines of text: "." for an empty cell, and a darker character for more corners.
 std::string coverage_map(const calibration::LensCoverage& coverage, const std::string& indent);
 
 }  // namespace mocap::calibrate

@@ -1,4 +1,4 @@
-// mocap-calibrate: teaches a rig file what only the cameras know. See --help.
+// mocap-calibrate: calibrates cameras and writes rig files. See --help.
 #include <cstdio>
 #include <exception>
 
@@ -15,28 +15,28 @@
 namespace {
 
 constexpr const char* kExamples = R"(examples:
-  mocap-calibrate wand --config my.toml --wand 500           wave a wand of 500 mm; the rig is written when it is enough
-  mocap-calibrate wand --blobs take.blobs --fov 60 --out rig.toml   of a recording, without lens files
-  mocap-calibrate floor --config my.toml --frame 600,400     the floor frame lies where the origin shall be
-  mocap-calibrate verify --config my.toml                    move markers: does every camera stand as the rig says?
-  mocap-calibrate refine --config my.toml                    mend a rig of which a camera was bumped
-  mocap-calibrate mask --config my.toml            learn what shines while nobody is there, write it into the rig
-  mocap-calibrate mask --config my.toml --dry-run  only say what it would mask
-  mocap-calibrate mask --config my.toml --clear    forget what was learnt
+  mocap-calibrate wand --config my.toml --wand 500           wave a wand of 500 mm; writes the rig when complete
+  mocap-calibrate wand --blobs take.blobs --fov 60 --out rig.toml   from a recording, without lens files
+  mocap-calibrate floor --config my.toml --frame 600,400     a floor frame is at the origin
+  mocap-calibrate verify --config my.toml                    move markers: do all cameras agree with the rig?
+  mocap-calibrate refine --config my.toml                    repair a rig after a camera was bumped
+  mocap-calibrate mask --config my.toml            learn the lights in the empty volume, write masks into the rig
+  mocap-calibrate mask --config my.toml --dry-run  only report the masks
+  mocap-calibrate mask --config my.toml --clear    remove all learned masks
   mocap-calibrate lens --config my.toml --columns 8 --rows 6 --square-mm 40   show a ChArUco board to each camera
   mocap-calibrate lens --images shots --board chessboard --columns 9 --rows 7 --square-mm 25 --rig my.rig.toml
-  mocap-calibrate import Calib.qca.txt my.rig.toml       make a rig of another program's calibration
+  mocap-calibrate import Calib.qca.txt my.rig.toml       make a rig from a file of another program
   mocap-calibrate compare old.rig.toml new.rig.toml      camera by camera: what moved
   mocap-calibrate export --format kalibr my.rig.toml camchain.yaml
 
-exit codes: 0 done, 64 wrong command line, 65 what was seen is refused and nothing is written, 66 a recording is not there,
-69 a camera is missing or taken, 78 wrong configuration)";
+exit codes: 0 done, 64 wrong command line, 65 recording or images refused (nothing is written), 66 recording not found,
+69 a camera is missing or busy, 78 wrong configuration)";
 
 }  // namespace
 
 int main(int argc, char** argv) {
   using namespace mocap;  // NOLINT: the program
-  cli::App app{"mocap-calibrate: teaches a rig file what only the cameras know", "mocap-calibrate"};
+  cli::App app{"mocap-calibrate: calibrates cameras and writes rig files", "mocap-calibrate"};
   app.footer(kExamples);
   app.require_subcommand(1);
   calibrate::MaskOptions mask;

@@ -11,18 +11,18 @@ namespace mocap::calibrate {
 struct MaskOptions {
   std::filesystem::path config;
   std::filesystem::path rig;  ///< empty: the configuration's
-  std::size_t frames = 200;   ///< of each camera
+  std::size_t frames = 200;   ///< images of each camera
   detect::LearnMaskSettings learn;
-  double most_percent = 20.0;  ///< of an image; more is refused
+  double most_percent = 20.0;  ///< largest masked part of an image
   bool dry_run = false;
   bool clear = false;
 };
 
-/// `mocap-calibrate mask`
+/// Adds the subcommand `mask`.
 void add_mask_command(cli::App& app, MaskOptions& options);
 
-/// Runs all cameras of the configuration on an empty volume, learns what shines, and writes it into the rig. Gives the
-/// program's exit code.
+/// Runs all cameras of the configuration on an empty volume, learns masks of the lights and writes them into the rig.
+/// Returns the exit code of the program.
 int run_mask(const MaskOptions& options);
 
 }  // namespace mocap::calibrate

@@ -2,70 +2,74 @@
 
 #include <numbers>
 
-#include "calibrate/mend_rig.h"
+#include "calibrate/repair_recording.h"
 #include "calibrate/rig_output.h"
 
 namespace mocap::calibrate {
 namespace {
 
-constexpr double kSeconds = 10.0;
-// Of a recording, the last: how the cameras stand now.
-constexpr double kRecordedSeconds = 60.0;
-
-void tell(const MendedRig& mended, const Rig& before) {
-  if (mended.moved) fmt::print("{}\n", words_of(*mended.moved, before));
-  for (const MendedCamera& camera : mended.cameras) {
-    fmt::print("camera {}: was turned by {:.3f} degrees and moved by {:.2f} mm\n", camera.name,
-               camera.turned_rad * 180.0 / std::numbers::pi, 1e3 * camera.moved_m);
+void report(const RecordingRepair& repaired, const Rig& before) {
+  if (repaired.bump) fmt::print("{}\n", describe(*repaired.bump, before));
+  for (const calibration::RepairedCamera& camera : repaired.cameras) {
+    fmt::print("camera {}: was rotated by {:.3f} degrees and moved by {:.2f} mm\n", camera.name,
+               camera.rotated_rad * 180.0 / std::numbers::pi, 1e3 * camera.moved_m);
   }
-  fmt::print("rig: {:.3f} px before, {:.3f} px after\n", mended.before_px, mended.after_px);
+  fmt::print("rig: residual {:.3f} px before, {:.3f} px after\n", repaired.before_px, repaired.after_px);
 }
 
 }  // namespace
 
 void add_refine_command(cli::App& app, RefineOptions& options) {
-  cli::App* refine =
-      app.add_subcommand("refine", "move any markers: mend a rig that drifted, or of which a camera was bumped");
-  add_take_options(*refine, options.verify.take);
-  refine->add_option("--rig", options.verify.rig, "the rig; default: the configuration's")->type_name("FILE");
-  refine->add_option("--out", options.out, "the rig file to write; default: the same")->type_name("FILE");
+  cli::App* refine = app.add_subcommand("refine", "repair a rig with moving markers: drift, or a bumped camera");
+  add_recording_options(*refine, options.verify.take);
+  refine->examples(
+      "  mocap-calibrate refine --config my.toml\n"
+      "  mocap-calibrate refine --blobs take.blobs --rig my.rig.toml --out new.rig.toml");
+  refine->add_option("--rig", options.verify.rig, "rig file; default: the configuration's")->type_name("FILE");
+  refine->add_option("--out", options.out, "rig file to write; default: the same")->type_name("FILE");
   refine
       ->add_option("--drift-px", options.verify.drift_px,
-                   "a camera that is off by more is mended from the others first")
+                   "a camera with a larger deviation is repaired from the others first")
       ->check(cli::Range(0.05, 20.0))
       ->capture_default_str();
   refine
       ->add_option("--seconds", options.verify.take.seconds,
-                   "of live cameras, default 10; or the last of a recording, default 60")
+                   "duration of live cameras, default 10; or the last part of a recording, default 60")
       ->check(cli::Range(1.0, 3600.0));
-  refine->add_flag("--dry-run", options.dry_run, "say what it would do, write nothing");
+  refine->add_flag("--dry-run", options.dry_run, "report only, write nothing");
   refine->add_option("--threads", options.threads)->check(cli::Range(1, 64))->capture_default_str();
 }
 
 int run_refine(const RefineOptions& options) {
-  catch_end();
-  TakeOptions take = options.verify.take;
-  if (take.seconds <= 0.0) take.seconds = take.blobs.empty() ? kSeconds : kRecordedSeconds;
+  catch_signals();
+  RecordingOptions take = options.verify.take;
+  if (take.seconds <= 0.0) take.seconds = take.blobs.empty() ? kLiveSeconds : kRecordedSeconds;
   const auto gathered = gather_blobs(take);
   if (!gathered) {
-    say("{}", gathered.error().message);
+    print_message("{}", gathered.error().message);
     return gathered.error().exit;
   }
   const std::filesystem::path file = options.verify.rig.empty() ? gathered->rig_file : options.verify.rig;
-  const auto rig = with_lenses(*gathered, file, {});
+  const auto rig = rig_with_lenses(*gathered, file, {});
   if (!rig) {
-    say("{}", rig.error().message);
+    print_message("{}", rig.error().message);
     return rig.error().exit;
   }
-  const auto mended =
-      mend_rig(gathered->recording, *rig, {.drift_px = options.verify.drift_px, .threads = options.threads});
-  if (!mended) {
-    say("{}", mended.error().message);
-    return mended.error().exit;
+  const RigDeviations deviations = measure_deviations(gathered->recording, *rig, options.verify.drift_px);
+  if (const auto diagnosis = diagnose(gathered->recording, *rig, deviations); !diagnosis.findings.empty()) {
+    print_findings(diagnosis, *rig);
+    return kExitData;
   }
-  tell(*mended, *rig);
+  const auto repaired = repair_from_recording(gathered->recording, *rig,
+                                              {.drift_px = options.verify.drift_px, .threads = options.threads});
+  if (!repaired) {
+    print_message("{}", repaired.error().message);
+    return repaired.error().exit;
+  }
+  report(*repaired, *rig);
   if (options.dry_run) return kExitOk;
-  return write_rig(options.out.empty() ? file : options.out, mended->rig, {{"refined_px", mended->after_px}}, "refine");
+  return write_rig(options.out.empty() ? file : options.out, repaired->rig, {{"refined_px", repaired->after_px}},
+                   "refine");
 }
 
 }  // namespace mocap::calibrate

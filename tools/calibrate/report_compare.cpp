@@ -4,23 +4,22 @@
 
 #include "base/exit_codes.h"
 #include "calibrate/report_rig.h"
+#include "calibrate/terminal.h"
 #include "calibration/rig/compare_rigs.h"
-#include "settings/rig_file.h"
+#include "settings/rig/rig_file.h"
 
 namespace mocap::calibrate {
-namespace {
-
-constexpr int kExitData = 65;  // sysexits EX_DATAERR
-
-}  // namespace
 
 void CompareCommand::add(cli::App& app) {
-  command_ = app.add_subcommand("compare", "how two rigs differ, camera by camera");
-  command_->add_option("old", old_, "the rig to compare with")->required()->type_name("OLD.toml");
-  command_->add_option("new", new_, "the rig that is looked at")->required()->type_name("NEW.toml");
+  command_ = app.add_subcommand("compare", "compare two rigs camera by camera");
+  command_->examples(
+      "  mocap-calibrate compare old.rig.toml new.rig.toml\n"
+      "  mocap-calibrate compare --truth truth.rig.toml my.rig.toml --json");
+  command_->add_option("old", old_, "the reference rig")->required()->type_name("OLD.toml");
+  command_->add_option("new", new_, "the rig to compare")->required()->type_name("NEW.toml");
   command_->add_flag("--truth", truth_,
-                     "OLD is right: all cameras count alike when the frames are laid on each other; else those that "
-                     "stayed count most");
+                     "OLD is the truth: align the frames over all cameras with equal weights; default: robustly, with "
+                     "little weight for cameras that moved");
   command_->add_flag("--json", json_, "print one JSON object");
 }
 
@@ -34,7 +33,7 @@ std::optional<int> CompareCommand::run() const {
     return kExitConfig;
   }
   const auto change = calibration::compare_rigs(
-      *old_rig, *new_rig, truth_ ? calibration::RigAlignment::AllCameras : calibration::RigAlignment::MostStayed);
+      *old_rig, *new_rig, truth_ ? calibration::RigAlignment::AllCameras : calibration::RigAlignment::RobustToMoved);
   if (!change) {
     fmt::print(stderr, "mocap-calibrate: {} and {}: {}\n", old_.string(), new_.string(), change.error().message);
     return kExitData;

@@ -7,11 +7,11 @@
 
 namespace mocap::calibrate {
 
-/// `mocap-calibrate compare`: how two rigs differ, camera by camera.
+/// The subcommand `compare` of mocap-calibrate.
 class CompareCommand {
  public:
   void add(cli::App& app);
-  /// The exit code; nothing where it was not asked for.
+  /// The exit code; nothing if the command line does not have the subcommand.
   std::optional<int> run() const;
 
  private:

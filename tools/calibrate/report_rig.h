@@ -5,35 +5,35 @@
 #include <string>
 
 #include "base/result.h"
+#include "calibration/rig/assess_rig.h"
 #include "calibration/rig/compare_rigs.h"
-#include "calibration/rig/judge_rig.h"
 
 namespace mocap::calibrate {
 
-/// What is told about a rig. Borrows evidence and judgement for the call.
+/// The content of a report about a rig. Borrows evidence and assessment for the call.
 struct RigReport {
   std::string title;
   const calibration::RigEvidence& evidence;
-  const calibration::RigJudgement& judgement;
-  std::optional<calibration::RigChange> since_old = std::nullopt;  ///< against the rig that it replaces
-  std::optional<calibration::RigChange> to_truth = std::nullopt;   ///< against a rig that is known to be right
+  const calibration::RigAssessment& assessment;
+  std::optional<calibration::RigChange> since_previous = std::nullopt;  ///< against the previous rig
+  std::optional<calibration::RigChange> to_truth = std::nullopt;        ///< against a true rig
 };
 
-/// Lines for a terminal.
+/// Lines of text.
 std::string report_text(const RigReport& report);
 
 /// One JSON object. Keys: `cameras.<name>.{rms_px,heldout_px,points,coverage,...}`, `wand.{mean_mm,std_mm,min_mm,
 /// max_mm}`, `scale_error`, `floor`, `volume`, `grade`, `issues`, and against a truth `position_error_mm`,
-/// `rotation_error_deg`. What is not known is null.
+/// `rotation_error_deg`. Unknown figures are null.
 std::string report_json(const RigReport& report);
 
-/// One page.
+/// One page as SVG.
 std::string report_svg(const RigReport& report);
 
-/// Writes the report as the file's name ends: .svg, .json, else as text. Fails with Io.
+/// Writes the report in the format of the file's suffix: .svg, .json, else text. Fails with Io.
 Status write_report(const std::filesystem::path& path, const RigReport& report);
 
-/// What `compare` prints, and its JSON.
+/// The change of a rig as text and as JSON.
 std::string change_text(const calibration::RigChange& change);
 std::string change_json(const calibration::RigChange& change);
 

@@ -9,19 +9,19 @@
 namespace mocap::calibrate {
 namespace {
 
-using calibration::CameraJudgement;
+using calibration::CameraAssessment;
 using calibration::Grade;
-using calibration::kImageFields;
-using calibration::RigJudgement;
+using calibration::kImageCells;
+using calibration::RigAssessment;
 using calibration::VolumeUncertainty;
 using Eigen::Vector2d;
 
 constexpr double kWide_px = 1200.0;
 constexpr double kMargin_px = 30.0;
 constexpr double kGap_px = 16.0;
-constexpr double kMm = 1e3;
-constexpr std::size_t kMostArrows = 260;  // in one image: more are a blot
-constexpr std::size_t kMostIssues = 8;
+constexpr double kMmPerM = 1e3;
+constexpr std::size_t kMaxArrows = 260;  // in one image
+constexpr std::size_t kMaxIssues = 8;
 
 std::string escaped(const std::string& text) {
   std::string safe;
@@ -56,13 +56,13 @@ const char* colour_of(Grade grade) {
   return kColours[static_cast<std::size_t>(grade)];
 }
 
-// The next of 1, 2, 5, 10, ... at or under a value.
+// The largest of 1, 2, 5, 10, ... that does not exceed the value.
 double round_down(double value) {
   const double power = std::pow(10.0, std::floor(std::log10(value)));
   return power * (value >= 5.0 * power ? 5.0 : value >= 2.0 * power ? 2.0 : 1.0);
 }
 
-// Yellow through green to violet: readable in grey, and by those who see no red.
+// The colour map viridis: monotonic in brightness and readable for colour-blind people.
 std::string heat(double share) {
   constexpr std::array<std::array<double, 3>, 5> kStops{
       {{253, 231, 37}, {94, 201, 98}, {33, 145, 140}, {59, 82, 139}, {68, 1, 84}}};
@@ -79,7 +79,7 @@ std::string heat(double share) {
 /// Draws the page from top to bottom.
 class Page {
  public:
-  explicit Page(const RigReport& report) : report_(report), judgement_(report.judgement) {}
+  explicit Page(const RigReport& report) : report_(report), assessment_(report.assessment) {}
 
   std::string draw() {
     header();
@@ -100,9 +100,9 @@ class Page {
   void header() {
     y_ = kMargin_px + 18.0;
     body_ += words(kMargin_px, y_, "Rig calibration: " + report_.title, "font-size='22' font-weight='bold'");
-    const std::string grade = calibration::name_of(judgement_.grade);
+    const std::string grade = calibration::name_of(assessment_.grade);
     body_ += box(kWide_px - kMargin_px - 130.0, y_ - 22.0, 130.0, 30.0,
-                 fmt::format("rx='6' fill='{}'", colour_of(judgement_.grade)));
+                 fmt::format("rx='6' fill='{}'", colour_of(assessment_.grade)));
     body_ += words(kWide_px - kMargin_px - 65.0, y_ - 1.0, grade,
                    "class='m' fill='white' font-size='17' font-weight='bold'");
   }
@@ -113,32 +113,34 @@ class Page {
       y_ += 40.0;
     }
     body_ += words(x, y_, name, "class='s'") + words(x, y_ + 17.0, value, "font-size='15'");
-    // No font to measure with: some 6 px a letter at 10.5 px, 9 at 15.
+    // Estimated text widths: 6 px a letter at font size 10.5, 9.2 px at 15.
     x += 24.0 + std::max(6.0 * static_cast<double>(name.size()), 9.2 * static_cast<double>(value.size()));
   }
 
   void figures() {
     y_ += 30.0;
     double x = kMargin_px;
-    figure(x, "reprojection, rms per axis", fmt::format("{:.3f} px", judgement_.rms_px));
-    if (judgement_.heldout_px) figure(x, "on held-out samples", fmt::format("{:.3f} px", *judgement_.heldout_px));
-    if (judgement_.wand) {
-      const auto& wand = *judgement_.wand;
-      figure(x, "wand", fmt::format("{:.2f} ± {:.2f} mm", kMm * wand.mean_m, kMm * wand.std_m));
+    figure(x, "reprojection, rms per axis", fmt::format("{:.3f} px", assessment_.rms_px));
+    if (assessment_.heldout_px) figure(x, "on held-out samples", fmt::format("{:.3f} px", *assessment_.heldout_px));
+    if (assessment_.wand) {
+      const auto& wand = *assessment_.wand;
+      figure(x, "wand", fmt::format("{:.2f} ± {:.2f} mm", kMmPerM * wand.mean_m, kMmPerM * wand.std_m));
     }
-    if (judgement_.scale_error) figure(x, "scale error", fmt::format("{:+.3f} %", 100.0 * *judgement_.scale_error));
+    if (assessment_.scale_error) figure(x, "scale error", fmt::format("{:+.3f} %", 100.0 * *assessment_.scale_error));
     figure(x, "floor",
-           judgement_.floor ? fmt::format("{:.1f} mm rms", kMm * judgement_.floor->rms_m) : std::string("none yet"));
-    if (judgement_.volume)
-      figure(x, "marker position, one sigma", fmt::format("{:.2f} mm", kMm * judgement_.volume->median_m));
+           assessment_.floor ? fmt::format("{:.1f} mm rms", kMmPerM * assessment_.floor->rms_m)
+                             : std::string("not measured"));
+    if (assessment_.volume)
+      figure(x, "marker position, one sigma", fmt::format("{:.2f} mm", kMmPerM * assessment_.volume->median_m));
     if (report_.to_truth)
-      figure(x, "cameras against truth", fmt::format("{:.2f} mm", kMm * report_.to_truth->position_m));
-    if (report_.since_old)
-      figure(x, "cameras since the rig before", fmt::format("{:.2f} mm", kMm * report_.since_old->position_m));
+      figure(x, "cameras against truth", fmt::format("{:.2f} mm", kMmPerM * report_.to_truth->position_m));
+    if (report_.since_previous)
+      figure(x, "cameras against the previous rig",
+             fmt::format("{:.2f} mm", kMmPerM * report_.since_previous->position_m));
     y_ += 34.0;
   }
 
-  // In lines that fit the page.
+  // Wraps the text to the page width.
   void paragraph(double x, const std::string& text) {
     constexpr std::size_t kLetters = 150;
     for (std::size_t at = 0; at < text.size();) {
@@ -154,30 +156,30 @@ class Page {
   }
 
   void issues() {
-    const auto& list = judgement_.issues;
+    const auto& list = assessment_.issues;
     y_ += 6.0;
-    for (std::size_t i = 0; i < std::min(list.size(), kMostIssues); ++i) {
+    for (std::size_t i = 0; i < std::min(list.size(), kMaxIssues); ++i) {
       body_ += box(kMargin_px, y_ - 9.0, 10.0, 10.0, fmt::format("rx='2' fill='{}'", colour_of(list[i].grade)));
       paragraph(kMargin_px + 18.0, list[i].text);
     }
-    if (list.size() > kMostIssues) {
-      body_ += words(kMargin_px + 18.0, y_, fmt::format("and {} more, in the text report", list.size() - kMostIssues));
+    if (list.size() > kMaxIssues) {
+      body_ += words(kMargin_px + 18.0, y_, fmt::format("and {} more, in the text report", list.size() - kMaxIssues));
       y_ += 17.0;
     }
   }
 
   void cameras() {
-    const std::size_t count = judgement_.cameras.size();
+    const std::size_t count = assessment_.cameras.size();
     if (count == 0) return;
     y_ += 22.0;
     body_ += words(kMargin_px, y_, "Cameras", "class='h'");
     const double scale = arrow_scale();
-    body_ +=
-        words(kMargin_px + 90.0, y_,
-              fmt::format("shade: points in each field of the image;  lines: seen minus projected, {:.0f} times as "
-                          "long as they are (blue: made of, orange: held out)",
-                          scale),
-              "class='s'");
+    body_ += words(
+        kMargin_px + 90.0, y_,
+        fmt::format("shade: points in each image cell;  lines: observed minus projected, {:.0f} times enlarged (blue: "
+                    "used for the adjustment, orange: held out)",
+                    scale),
+        "class='s'");
     y_ += 12.0;
     const std::size_t columns = count <= 4 ? std::max<std::size_t>(2, count) : count <= 15 ? 5 : 8;
     const double width =
@@ -192,30 +194,30 @@ class Page {
     }
   }
 
-  // So that a usual residual is about a fortieth of an image.
+  // An rms residual is drawn about as long as a fortieth of the image width.
   double arrow_scale() const {
     double width = 0.0;
     for (const CameraModel& camera : report_.evidence.rig) {
       width += camera.width_px / static_cast<double>(report_.evidence.rig.size());
     }
-    return round_down(std::clamp(width / 40.0 / std::max(1e-3, judgement_.rms_px), 1.0, 5000.0));
+    return round_down(std::clamp(width / 40.0 / std::max(1e-3, assessment_.rms_px), 1.0, 5000.0));
   }
 
-  // Gives where it ends.
+  // Returns the y of its lower end.
   double tile(std::size_t index, double x, double width, double scale) {
-    const CameraJudgement& camera = judgement_.cameras[index];
+    const CameraAssessment& camera = assessment_.cameras[index];
     const CameraModel& model = report_.evidence.rig[index];
     const double zoom = width / model.width_px;
     const double height = zoom * model.height_px;
     int most = 1;
-    for (const auto& field : camera.fields) most = std::max(most, field.points);
-    for (std::size_t i = 0; i < camera.fields.size(); ++i) {
-      const int points = camera.fields[i].points;
+    for (const auto& cell : camera.cells) most = std::max(most, cell.points);
+    for (std::size_t i = 0; i < camera.cells.size(); ++i) {
+      const int points = camera.cells[i].points;
       const double share = points > 0 ? 0.12 + 0.38 * std::log1p(points) / std::log1p(most) : 0.0;
-      const double side_x = width / kImageFields;
-      const double side_y = height / kImageFields;
-      const auto row = static_cast<double>(i / kImageFields);
-      const auto column = static_cast<double>(i % kImageFields);
+      const double side_x = width / kImageCells;
+      const double side_y = height / kImageCells;
+      const auto row = static_cast<double>(i / kImageCells);
+      const auto column = static_cast<double>(i % kImageCells);
       body_ +=
           box(x + column * side_x, y_ + row * side_y, side_x, side_y,
               points > 0 ? fmt::format("fill='#7f9fbf' fill-opacity='{:.2f}'", share) : std::string("fill='#f7ece6'"));
@@ -230,8 +232,8 @@ class Page {
     body_ += words(x, under + 44.0, fmt::format("{} points, {:.0f} % covered", camera.points, 100.0 * camera.coverage),
                    "class='s'");
     body_ += words(x, under + 58.0,
-                   fmt::format("±{:.2f} mm, ±{:.4f}°", kMm * camera.position_doubt_m,
-                               camera.rotation_doubt_rad * 57.29577951308232),
+                   fmt::format("±{:.2f} mm, ±{:.4f}°", kMmPerM * camera.position_sigma_m,
+                               camera.rotation_sigma_rad * 57.29577951308232),
                    "class='s'");
     return under + 64.0;
   }
@@ -240,7 +242,7 @@ class Page {
     const auto& all = report_.evidence.residuals;
     const auto mine = [&](const auto& sight) { return static_cast<std::size_t>(sight.camera) == index; };
     const auto count = static_cast<std::size_t>(std::ranges::count_if(all, mine));
-    const std::size_t step = std::max<std::size_t>(1, (count + kMostArrows - 1) / kMostArrows);
+    const std::size_t step = std::max<std::size_t>(1, (count + kMaxArrows - 1) / kMaxArrows);
     std::size_t number = 0;
     for (const auto& sight : all) {
       if (!mine(sight) || number++ % step != 0) continue;
@@ -254,9 +256,9 @@ class Page {
   void lower_part() {
     const double top = y_ + 30.0;
     double bottom = top;
-    if (judgement_.wand) bottom = std::max(bottom, histogram(kMargin_px, top, 300.0, 200.0));
-    if (judgement_.volume) {
-      const double left = judgement_.wand ? 370.0 : kMargin_px;
+    if (assessment_.wand) bottom = std::max(bottom, histogram(kMargin_px, top, 300.0, 200.0));
+    if (assessment_.volume) {
+      const double left = assessment_.wand ? 370.0 : kMargin_px;
       bottom = std::max(bottom, slices(left, top, kWide_px - kMargin_px - left));
     }
     y_ = bottom;
@@ -264,15 +266,15 @@ class Page {
 
   double histogram(double x, double y, double width, double height) {
     constexpr int kBins = 30;
-    const auto& wand = *judgement_.wand;
+    const auto& wand = *assessment_.wand;
     body_ += words(x, y, "Wand length", "class='h'");
-    body_ += words(x + 120.0, y, fmt::format("{} samples, by rays alone", wand.samples), "class='s'");
+    body_ += words(x + 120.0, y, fmt::format("{} samples, triangulated", wand.samples), "class='s'");
     const double top = y + 14.0;
-    const double reach = std::max({4.0 * wand.std_m, std::abs(wand.mean_m - wand.told_m) * 1.3, 1e-6});
+    const double reach = std::max({4.0 * wand.std_m, std::abs(wand.mean_m - wand.nominal_m) * 1.3, 1e-6});
     std::array<int, kBins> bins{};
     int beyond = 0;
     for (const double length : report_.evidence.lengths_m) {
-      const double at = (length - wand.told_m + reach) / (2.0 * reach) * kBins;
+      const double at = (length - wand.nominal_m + reach) / (2.0 * reach) * kBins;
       if (at < 0.0 || at >= kBins) {
         ++beyond;
       } else {
@@ -286,26 +288,26 @@ class Page {
     }
     body_ += stroke({x, top + height}, {x + width, top + height}, "stroke='#888'");
     body_ += stroke({x + 0.5 * width, top}, {x + 0.5 * width, top + height}, "stroke='#c4302b' stroke-dasharray='4 3'");
-    body_ +=
-        words(x + 0.5 * width, top + height + 15.0, fmt::format("told {:.1f} mm", kMm * wand.told_m), "class='m s'");
-    body_ += words(x, top + height + 15.0, fmt::format("−{:.2f} mm", kMm * reach), "class='s'");
-    body_ += words(x + width, top + height + 15.0, fmt::format("+{:.2f} mm", kMm * reach), "class='e s'");
+    body_ += words(x + 0.5 * width, top + height + 15.0, fmt::format("nominal {:.1f} mm", kMmPerM * wand.nominal_m),
+                   "class='m s'");
+    body_ += words(x, top + height + 15.0, fmt::format("−{:.2f} mm", kMmPerM * reach), "class='s'");
+    body_ += words(x + width, top + height + 15.0, fmt::format("+{:.2f} mm", kMmPerM * reach), "class='e s'");
     body_ += words(x, top + height + 33.0,
-                   fmt::format("mean {:.3f}, std {:.3f}, {:.2f} to {:.2f} mm{}", kMm * wand.mean_m, kMm * wand.std_m,
-                               kMm * wand.min_m, kMm * wand.max_m,
-                               beyond > 0 ? fmt::format("; {} beyond", beyond) : std::string()),
+                   fmt::format("mean {:.3f}, std {:.3f}, {:.2f} to {:.2f} mm{}", kMmPerM * wand.mean_m,
+                               kMmPerM * wand.std_m, kMmPerM * wand.min_m, kMmPerM * wand.max_m,
+                               beyond > 0 ? fmt::format("; {} outside", beyond) : std::string()),
                    "class='s'");
     return top + height + 40.0;
   }
 
   double slices(double x, double y, double width) {
-    const VolumeUncertainty& volume = *judgement_.volume;
+    const VolumeUncertainty& volume = *assessment_.volume;
     const auto count = static_cast<double>(volume.sigma_m.size());
-    body_ += words(x, y, "How well a marker is located", "class='h'");
-    body_ += words(x + 260.0, y, "one sigma, from above; grey: fewer than two cameras see it", "class='s'");
+    body_ += words(x, y, "Uncertainty of a marker position", "class='h'");
+    body_ += words(x + 260.0, y, "one sigma, seen from above; grey: fewer than two cameras see the point", "class='s'");
     const double each = (width - kGap_px * (count - 1.0)) / count;
     const double cell = std::min(each / volume.columns, 200.0 / volume.rows);
-    // About the median, so that what hardly differs looks alike.
+    // Colour range about the median, so that small differences have similar colours.
     const double low = 0.5 * volume.median_m;
     const double high = 2.0 * volume.median_m;
     double bottom = y;
@@ -317,7 +319,7 @@ class Page {
     body_ += words(x + 330.0, bottom + 17.0,
                    fmt::format("x {:.1f} to {:.1f} m, y {:.1f} to {:.1f} m{}", volume.from_m.x(), volume.to_m.x(),
                                volume.from_m.y(), volume.to_m.y(),
-                               judgement_.floor ? "" : "; no floor yet: from the middle of the cameras"),
+                               assessment_.floor ? "" : "; floor not measured: origin at the mean of the cameras"),
                    "class='s'");
     return bottom + 40.0;
   }
@@ -330,7 +332,7 @@ class Page {
             volume.sigma_m[slice][static_cast<std::size_t>(row) * static_cast<std::size_t>(volume.columns) +
                                   static_cast<std::size_t>(column)];
         const std::string fill = std::isfinite(sigma) ? heat((sigma - low) / (high - low)) : "#d5d5d5";
-        // y of the world points up the page.
+        // The y axis of the world points up on the page.
         body_ += box(x + cell * column, y + cell * (volume.rows - 1 - row), cell + 0.4, cell + 0.4,
                      fmt::format("fill='{}' shape-rendering='crispEdges'", fill));
       }
@@ -349,12 +351,12 @@ class Page {
       body_ +=
           box(x + wide * i / kSteps, y, wide / kSteps + 0.4, 10.0, fmt::format("fill='{}'", heat((i + 0.5) / kSteps)));
     }
-    body_ += words(x, y + 23.0, fmt::format("{:.2f} mm", kMm * low), "class='s'");
-    body_ += words(x + wide, y + 23.0, fmt::format("{:.2f} mm and more", kMm * high), "class='e s'");
+    body_ += words(x, y + 23.0, fmt::format("{:.2f} mm", kMmPerM * low), "class='s'");
+    body_ += words(x + wide, y + 23.0, fmt::format("{:.2f} mm and more", kMmPerM * high), "class='e s'");
   }
 
   const RigReport& report_;
-  const RigJudgement& judgement_;
+  const RigAssessment& assessment_;
   std::string body_;
   double y_ = 0.0;
 };

@@ -2,12 +2,13 @@
 
 #include <filesystem>
 
-#include "calibrate/say.h"
-#include "settings/rig_file.h"
+#include "calibrate/terminal.h"
+#include "settings/rig/rig_file.h"
 
 namespace mocap::calibrate {
 
-/// Writes a rig with who solved it and when beside `facts`; says so. Gives the program's exit code.
-int write_rig(const std::filesystem::path& path, const Rig& rig, settings::RigMetadata facts, const char* solved_by);
+/// Writes a rig file with `facts`, the subcommand and the time as its metadata, and reports it. Returns the exit code
+/// of the program.
+int write_rig(const std::filesystem::path& path, const Rig& rig, settings::RigMetadata facts, const char* subcommand);
 
 }  // namespace mocap::calibrate

@@ -13,16 +13,16 @@ namespace {
 
 constexpr Duration kPatience = std::chrono::milliseconds(50);
 constexpr Duration kWatchEvery = std::chrono::milliseconds(100);
-// A camera that is looked for, or that was just told to begin, takes its time.
+// Discovery and the start of a camera take seconds.
 constexpr Duration kFirstImageWithin = std::chrono::seconds(10);
-// Simulated cameras show one world, which begins when all of them stand ready.
+// Simulated cameras share one world, which starts when all of them are ready.
 constexpr Duration kReadyWithin = std::chrono::milliseconds(200);
 constexpr Duration kSilentAfter = std::chrono::seconds(2);
 
-Error silent(const std::string& name, Duration span) {
-  return {ErrorCode::Timeout, fmt::format("camera '{}': no image for {:.0f} s; does it stream? mocapd must not have it "
-                                          "open at the same time",
-                                          name, to_s(span))};
+Error silence_error(const std::string& name, Duration span) {
+  return {ErrorCode::Timeout,
+          fmt::format("camera '{}': no image for {:.0f} s; check that it streams and that mocapd does not hold it",
+                      name, to_s(span))};
 }
 
 Status start(Camera& camera, const std::string& name, const std::stop_token& stop) {
@@ -30,7 +30,8 @@ Status start(Camera& camera, const std::string& name, const std::stop_token& sto
   for (;;) {
     const Status started = camera.start();
     if (started || started.error().code != ErrorCode::Timeout) return started;
-    if (stop.stop_requested() || host_now() - begun_at > kFirstImageWithin) return silent(name, kFirstImageWithin);
+    if (stop.stop_requested() || host_now() - begun_at > kFirstImageWithin)
+      return silence_error(name, kFirstImageWithin);
   }
 }
 
@@ -39,32 +40,32 @@ Status run(const runtime::CameraParts& parts, CameraRun& run, const std::stop_to
   const std::string& name = parts.name;
   const Status started = start(camera, name, stop);
   if (!started) return started;
-  Timestamp heard_at = host_now();
+  Timestamp last_image_at = host_now();
   while (!stop.stop_requested()) {
     const Result<Frame> frame = camera.next(kPatience);
     if (frame) {
-      heard_at = host_now();
-      const Result<Wish> wish = run.take(*frame, parts);
-      if (!wish) return wish.error();
+      last_image_at = host_now();
+      const Result<RunState> state = run.handle(*frame, parts);
+      if (!state) return state.error();
       run.images.fetch_add(1, std::memory_order_relaxed);
-      if (*wish == Wish::Enough) return {};
+      if (*state == RunState::Finished) return {};
       continue;
     }
     if (frame.error().code == ErrorCode::EndOfStream) return {};
-    const bool may_go_on = frame.error().code == ErrorCode::Timeout || frame.error().code == ErrorCode::Io;
-    if (!may_go_on) return frame.error();
-    const Duration allowed = run.images == 0 ? kFirstImageWithin : kSilentAfter;
-    if (host_now() - heard_at > allowed) return silent(name, allowed);
+    const bool is_transient = frame.error().code == ErrorCode::Timeout || frame.error().code == ErrorCode::Io;
+    if (!is_transient) return frame.error();
+    const Duration timeout = run.images == 0 ? kFirstImageWithin : kSilentAfter;
+    if (host_now() - last_image_at > timeout) return silence_error(name, timeout);
   }
-  return Error{ErrorCode::Timeout, fmt::format("camera '{}': ended before it had enough", name)};
+  return Error{ErrorCode::Timeout, fmt::format("camera '{}': ended before it had delivered enough images", name)};
 }
 
 }  // namespace
 
 void run_cameras(const settings::DaemonSettings& settings, std::vector<CameraRun>& runs,
                  const std::function<bool()>& watch) {
-  settings::DaemonSettings hurried = settings;
-  for (cameras::CameraSettings& camera : hurried.cameras) {
+  settings::DaemonSettings full_speed = settings;
+  for (cameras::CameraSettings& camera : full_speed.cameras) {
     if (auto* replay = camera.driver.as<cameras::ReplaySettings>()) replay->speed = 0.0;
   }
   const Timestamp epoch = host_now() + kReadyWithin;
@@ -72,7 +73,7 @@ void run_cameras(const settings::DaemonSettings& settings, std::vector<CameraRun
   std::vector<std::jthread> threads;
   for (std::uint32_t i = 0; i < runs.size(); ++i) {
     threads.emplace_back([&, i](const std::stop_token& stop) {
-      Result<runtime::CameraParts> parts = assemble_camera(hurried, CameraId{i}, epoch);
+      Result<runtime::CameraParts> parts = assemble_camera(full_speed, CameraId{i}, epoch);
       if (parts) {
         runs[i].end = run(*parts, runs[i], stop);
         parts->camera->stop();

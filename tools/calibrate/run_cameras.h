@@ -12,23 +12,23 @@
 
 namespace mocap::calibrate {
 
-enum class Wish { More, Enough };
+enum class RunState { Continue, Finished };
 
-/// What is done with each image of a camera, on that camera's own thread; the parts make its detector. An error ends
-/// that camera's run.
-using TakeImage = std::function<Result<Wish>(const Frame&, const runtime::CameraParts&)>;
+/// Handles one image of a camera, on the camera's own thread; the parts make its detector. An error ends the run of
+/// that camera.
+using ImageHandler = std::function<Result<RunState>(const Frame&, const runtime::CameraParts&)>;
 
-/// One camera's run.
+/// The run of one camera.
 struct CameraRun {
-  TakeImage take;
-  std::atomic<std::size_t> images{0};  ///< so far; any thread may read
-  std::atomic<bool> failed{false};     ///< it ended, and not well; any thread may read
-  Status end;                          ///< why it ended; good when enough came or a recording is through
+  ImageHandler handle;
+  std::atomic<std::size_t> images{0};  ///< handled so far; any thread may read
+  std::atomic<bool> failed{false};     ///< ended with an error; any thread may read
+  Status end;                          ///< success if the handler finished or a replay ended
 };
 
-/// Runs all cameras of `settings` as the daemon does, at once (the light of one is seen by the others), until each has
-/// enough; recordings as fast as they go. `runs` are by CameraId. `watch` is called about ten times a second on the
-/// caller's thread; returning false ends it all.
+/// Runs all cameras of `settings` at once, as the daemon does (each sees the lights of the others), until every handler
+/// has finished; replays at full speed. `runs`: by CameraId. Calls `watch` about ten times a second on the caller's
+/// thread; if it returns false, all runs end.
 void run_cameras(const settings::DaemonSettings& settings, std::vector<CameraRun>& runs,
                  const std::function<bool()>& watch);
 

@@ -3,71 +3,107 @@
 #include <algorithm>
 #include <numbers>
 
-#include "calibrate/standing.h"
+#include "calibrate/rig_deviations.h"
+#include "lib/rigcheck/recorded_spots.h"
 
 namespace mocap::calibrate {
 namespace {
 
-constexpr double kSeconds = 10.0;
-// Of a recording, the last: how the cameras stand now.
-constexpr double kRecordedSeconds = 60.0;
-// Of markers in views, weighted: fewer do not tell how a camera stands.
-constexpr double kLeastViews = 100.0;
+bool fits(const calibration::RigDiagnosis& diagnosis, std::size_t camera) {
+  return std::ranges::none_of(diagnosis.findings, [&](const calibration::RigFinding& finding) {
+    const bool is_exchanged = finding.fault == calibration::RigFault::Exchanged && finding.other == camera;
+    return finding.fault == calibration::RigFault::OtherRig || finding.camera == camera || is_exchanged;
+  });
+}
 
-void tell(const CameraModel& camera, const drift::CameraDrift& drift) {
-  if (drift.views < kLeastViews) {
-    fmt::print("camera {}: not told; too few markers that it and three others see\n", camera.name);
+void report(const CameraModel& camera, const drift::CameraDrift& drift, bool fits) {
+  if (!fits) {
+    fmt::print("camera {}: does not fit the rig\n", camera.name);
     return;
   }
-  fmt::print("camera {}: {} ({:.2f} px rms; {:.2f} px by a turn of {:.3f} degrees and a move of {:.1f} mm)\n",
-             camera.name, drift.drifted ? "stands otherwise than the rig says" : "as the rig says", drift.rms_px,
-             drift.off_px, drift.turned_rad * 180.0 / std::numbers::pi, 1e3 * drift.moved_m);
+  if (drift.views < kMinViews) {
+    fmt::print("camera {}: undetermined; too few markers that this and three other cameras see\n", camera.name);
+    return;
+  }
+  fmt::print(
+      "camera {}: {} ({:.2f} px rms; {:.2f} px by a rotation of {:.3f} degrees and a translation of {:.1f} mm)\n",
+      camera.name, drift.drifted ? "deviates from the rig" : "agrees with the rig", drift.rms_px, drift.off_px,
+      drift.turned_rad * 180.0 / std::numbers::pi, 1e3 * drift.moved_m);
 }
 
 }  // namespace
 
-std::string words_of(const MovedMeanwhile& moved, const Rig& rig) {
-  return fmt::format("camera {}: was moved within the first {:.1f} s of the take; only what came after counts",
-                     rig[moved.camera].name, moved.after_s);
+std::string describe(const CameraBump& bump, const Rig& rig) {
+  return fmt::format("camera {}: was moved within the first {:.1f} s of the recording; only the rest is used",
+                     rig[bump.camera].name, bump.after_s);
+}
+
+calibration::RigDiagnosis diagnose(const take::BlobRecording& recording, const Rig& rig,
+                                   const RigDeviations& deviations) {
+  const take::BlobRecording used = deviations.bump ? since(recording, deviations.bump->at) : recording;
+  const auto show = [](const std::string& tested) { show_progress("comparing blobs and rig: " + tested); };
+  calibration::RigDiagnosis diagnosis = calibration::diagnose_rig(rig, rigcheck::spots_of(used), show);
+  clear_progress();
+  std::erase_if(diagnosis.findings, [&](const calibration::RigFinding& finding) {
+    return finding.fault == calibration::RigFault::OtherPose && deviations.drifts[finding.camera].drifted;
+  });
+  return diagnosis;
+}
+
+void print_findings(const calibration::RigDiagnosis& diagnosis, const Rig& rig) {
+  for (const calibration::RigFinding& finding : diagnosis.findings)
+    print_message("{}", calibration::sentence_of(finding, rig));
 }
 
 void add_verify_command(cli::App& app, VerifyOptions& options) {
-  cli::App* verify = app.add_subcommand("verify", "move any markers: does every camera stand as the rig says?");
-  add_take_options(*verify, options.take);
-  verify->add_option("--rig", options.rig, "the rig; default: the configuration's")->type_name("FILE");
-  verify->add_option("--drift-px", options.drift_px, "a camera may be off by so much on the whole")
+  cli::App* verify = app.add_subcommand("verify", "check with moving markers that every camera agrees with the rig");
+  add_recording_options(*verify, options.take);
+  verify->examples(
+      "  mocap-calibrate verify --config my.toml\n"
+      "  mocap-calibrate verify --blobs take.blobs --rig my.rig.toml --drift-px 0.5");
+  verify->add_option("--rig", options.rig, "rig file; default: the configuration's")->type_name("FILE");
+  verify->add_option("--drift-px", options.drift_px, "largest deviation of a camera that agrees with the rig")
       ->check(cli::Range(0.05, 20.0))
       ->capture_default_str();
   verify
       ->add_option("--seconds", options.take.seconds,
-                   "of live cameras, default 10; or the last of a recording, default 60")
+                   "duration of live cameras, default 10; or the last part of a recording, default 60")
       ->check(cli::Range(1.0, 3600.0));
 }
 
 int run_verify(const VerifyOptions& options) {
-  catch_end();
-  TakeOptions take = options.take;
-  if (take.seconds <= 0.0) take.seconds = take.blobs.empty() ? kSeconds : kRecordedSeconds;
+  catch_signals();
+  RecordingOptions take = options.take;
+  if (take.seconds <= 0.0) take.seconds = take.blobs.empty() ? kLiveSeconds : kRecordedSeconds;
   const auto gathered = gather_blobs(take);
   if (!gathered) {
-    say("{}", gathered.error().message);
+    print_message("{}", gathered.error().message);
     return gathered.error().exit;
   }
-  const auto rig = with_lenses(*gathered, options.rig.empty() ? gathered->rig_file : options.rig, {});
+  const auto rig = rig_with_lenses(*gathered, options.rig.empty() ? gathered->rig_file : options.rig, {});
   if (!rig) {
-    say("{}", rig.error().message);
+    print_message("{}", rig.error().message);
     return rig.error().exit;
   }
-  const Standing standing = standing_of(gathered->recording, *rig, options.drift_px);
-  const std::vector<drift::CameraDrift>& drifts = standing.drifts;
-  if (standing.moved) fmt::print("{}\n", words_of(*standing.moved, *rig));
-  for (std::size_t c = 0; c < rig->size(); ++c) tell((*rig)[c], drifts[c]);
+  const RigDeviations deviations = measure_deviations(gathered->recording, *rig, options.drift_px);
+  const std::vector<drift::CameraDrift>& drifts = deviations.drifts;
+  if (deviations.bump) fmt::print("{}\n", describe(*deviations.bump, *rig));
+  const calibration::RigDiagnosis diagnosis = diagnose(gathered->recording, *rig, deviations);
+  for (std::size_t c = 0; c < rig->size(); ++c) report((*rig)[c], drifts[c], fits(diagnosis, c));
   std::fflush(stdout);
-  const auto wrong = std::ranges::count_if(drifts, &drift::CameraDrift::drifted);
-  const auto untold = std::ranges::count_if(drifts, [](const auto& drift) { return drift.views < kLeastViews; });
-  if (wrong > 0) say("{} of {} cameras stand otherwise; mend the rig with mocap-calibrate refine", wrong, rig->size());
-  if (untold > 0) say("{} of {} cameras are not told of; move markers where four cameras look", untold, rig->size());
-  return wrong > 0 || untold > 0 ? kExitData : kExitOk;
+  print_findings(diagnosis, *rig);
+  if (!diagnosis.findings.empty()) return kExitData;
+  const auto deviating = std::ranges::count_if(drifts, &drift::CameraDrift::drifted);
+  const auto undetermined = std::ranges::count_if(drifts, [](const auto& drift) { return drift.views < kMinViews; });
+  if (deviating > 0)
+    print_message("{} of {} cameras deviate from the rig; repair the rig with mocap-calibrate refine", deviating,
+                  rig->size());
+  if (rig->size() < calibration::kMinDiagnosedCameras)
+    print_message("a rig of {} cameras cannot be judged; three cameras or more are needed", rig->size());
+  else if (undetermined > 0)
+    print_message("{} of {} cameras are undetermined; move markers in the common view of four cameras", undetermined,
+                  rig->size());
+  return deviating > 0 || undetermined > 0 ? kExitData : kExitOk;
 }
 
 }  // namespace mocap::calibrate

@@ -4,25 +4,37 @@
 #include <string>
 
 #include "calibrate/gather_blobs.h"
-#include "calibrate/standing.h"
+#include "calibrate/rig_deviations.h"
+#include "calibration/diagnosis/diagnose_rig.h"
 #include "lib/cli/app.h"
 
 namespace mocap::calibrate {
 
-/// What to say of a camera that was bumped while a take was made.
-std::string words_of(const MovedMeanwhile& moved, const Rig& rig);
+/// A sentence about a camera that was bumped during a recording.
+std::string describe(const CameraBump& moved, const Rig& rig);
+
+/// The cameras that do not fit the rig, other than by a motion that the drift watch has detected.
+calibration::RigDiagnosis diagnose(const take::BlobRecording& recording, const Rig& rig,
+                                   const RigDeviations& deviations);
+
+/// Prints a sentence for each finding.
+void print_findings(const calibration::RigDiagnosis& diagnosis, const Rig& rig);
+
+/// Durations of `verify` and `refine` without --seconds: of live cameras, and the last part of a recording.
+inline constexpr double kLiveSeconds = 10.0;
+inline constexpr double kRecordedSeconds = 60.0;
 
 struct VerifyOptions {
-  TakeOptions take;
+  RecordingOptions take;
   std::filesystem::path rig;  ///< empty: the configuration's
   double drift_px = 1.0;
 };
 
-/// `mocap-calibrate verify`
+/// Adds the subcommand `verify`.
 void add_verify_command(cli::App& app, VerifyOptions& options);
 
-/// Says, camera by camera, whether the rig is still right. Gives the program's exit code: kExitData where a camera
-/// stands otherwise, or where nothing can be told.
+/// Reports for each camera whether its pose agrees with the rig. Returns the exit code of the program: kExitData if a
+/// camera deviates or does not fit, or if the deviation of a camera is undetermined.
 int run_verify(const VerifyOptions& options);
 
 struct RefineOptions {
@@ -32,11 +44,10 @@ struct RefineOptions {
   int threads = 2;
 };
 
-/// `mocap-calibrate refine`
+/// Adds the subcommand `refine`.
 void add_refine_command(cli::App& app, RefineOptions& options);
 
-/// Mends cameras that were bumped from what the others see, then all of them, by any moving markers. Gives the
-/// program's exit code.
+/// Repairs a rig from moving markers: first bumped cameras, then all. Returns the exit code of the program.
 int run_refine(const RefineOptions& options);
 
 }  // namespace mocap::calibrate

@@ -12,27 +12,27 @@
 namespace mocap::calibrate {
 
 struct WandOptions {
-  TakeOptions take;
+  RecordingOptions take;
   std::string wand = "500";
-  std::filesystem::path rig;      ///< names, lenses and, to keep the floor, places; empty: the configuration's
-  std::optional<double> fov_deg;  ///< instead of lenses: how wide the cameras look, about
-  bool fisheye = false;           ///< lenses that are not known are fisheye ones
+  std::filesystem::path rig;      ///< lenses, and the world frame to keep; empty: the configuration's
+  std::optional<double> fov_deg;  ///< horizontal field of view, instead of lenses
+  bool fisheye = false;           ///< with fov_deg: fisheye lenses
   bool refine_lens = false;
-  bool moved = false;                          ///< the cameras do not stand where the rig says
+  bool moved = false;                          ///< the cameras, or the scale, are not as in the rig
   std::filesystem::path out;                   ///< empty: the configuration's rig file
-  std::vector<std::filesystem::path> reports;  ///< .svg, .json or text, by their names
-  std::filesystem::path truth;                 ///< a rig that is known to be right, for the report; empty: none
+  std::vector<std::filesystem::path> reports;  ///< the suffix decides: .svg, .json, or text
+  std::filesystem::path truth;                 ///< a true rig, for the report; empty: none
   bool dry_run = false;
   int threads = 2;
 };
 
-/// A preset by its length in mm (250, 400, 500), or places of two or three markers in mm: "0,160,500".
+/// Parses a preset (250, 400 or 500), or the positions of two or three markers in mm: "0,160,500".
 Result<calibration::Wand> parse_wand(const std::string& text);
 
-/// `mocap-calibrate wand`
+/// Adds the subcommand `wand`.
 void add_wand_command(cli::App& app, WandOptions& options);
 
-/// Gathers a take of a waved wand, solves for all cameras and writes the rig. Gives the program's exit code.
+/// Records a waved wand, calibrates all cameras and writes the rig. Returns the exit code of the program.
 int run_wand(const WandOptions& options);
 
 }  // namespace mocap::calibrate

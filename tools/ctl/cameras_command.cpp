@@ -1,7 +1,7 @@
 #include "ctl/cameras_command.h"
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -10,17 +10,14 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <variant>
+#include <string_view>
 #include <vector>
 
 #include "base/exit_codes.h"
 #include "base/log.h"
-#include "cameras/aravis/aravis_describe.h"
-#include "cameras/aravis/aravis_discovery.h"
-#include "cameras/aravis/aravis_settings.h"
 #include "cameras/aravis/usb_bandwidth.h"
+#include "cameras/camera_make.h"
 #include "cameras/open_camera.h"
-#include "cameras/v4l2/v4l2_discovery.h"
 #include "ctl/shot.h"
 #include "detect/blob_detector.h"
 #include "settings/daemon_settings.h"
@@ -43,30 +40,7 @@ int fail(const Error& error) {
   return error.code == ErrorCode::InvalidArgument ? kExitConfig : kExitUnavailable;
 }
 
-void print_as_json(const std::vector<cameras::DiscoveredCamera>& aravis, const std::vector<cameras::VideoNode>& nodes,
-                   const std::vector<std::string>& usb) {
-  nlohmann::json list = nlohmann::json::array();
-  for (const auto& each : aravis) {
-    list.push_back({{"driver", "aravis"},
-                    {"bus", each.bus},
-                    {"serial", each.serial},
-                    {"address", each.address},
-                    {"mac", each.mac},
-                    {"vendor", each.vendor},
-                    {"model", each.model}});
-  }
-  for (const auto& each : nodes) {
-    list.push_back({{"driver", "v4l2"},
-                    {"device", each.device.string()},
-                    {"bus", each.bus},
-                    {"serial", each.serial},
-                    {"model", each.card}});
-  }
-  for (const std::string& each : usb) list.push_back({{"usb", each}});
-  fmt::print("{}\n", list.dump());
-}
-
-// What the cameras on each bus share; with a configuration, what they ask of it too.
+// The bandwidth of each USB bus that has cameras; with a configuration, also the bandwidth that its cameras need.
 Result<std::vector<std::string>> usb_lines(const CamerasOptions& options) {
   if (options.config.empty()) return cameras::usb_buses_of_cameras(options.sys);
   const auto settings = settings::load_daemon_settings(options.config);
@@ -78,53 +52,93 @@ Result<std::vector<std::string>> usb_lines(const CamerasOptions& options) {
   return lines;
 }
 
+std::string shown(const std::string& value) { return value.empty() ? "-" : value; }
+
+// One line for each camera: "driver property value property value", with values aligned over the cameras of the make.
+std::string lines_of(std::string_view driver, const std::vector<KeyPairs>& found) {
+  const auto width_of = [&](std::size_t column) {
+    std::size_t width = 0;
+    for (const KeyPairs& camera : found) {
+      if (column < camera.size()) width = std::max(width, shown(camera[column].second).size());
+    }
+    return width;
+  };
+  std::string text;
+  for (const KeyPairs& camera : found) {
+    text += fmt::format("{:<7}", driver);
+    for (std::size_t column = 0; column < camera.size(); ++column) {
+      const auto& [property, value] = camera[column];
+      const bool last = column + 1 == camera.size();
+      text += fmt::format(" {} {:<{}}", property, shown(value), last ? 0 : width_of(column));
+    }
+    text += '\n';
+  }
+  return text;
+}
+
 int run_list(const CamerasOptions& options) {
   const auto usb = usb_lines(options);
   if (!usb) return fail(usb.error());
-  const auto aravis = cameras::discover_cameras();
-  const auto nodes = cameras::list_video_nodes();
+  nlohmann::json list = nlohmann::json::array();
+  std::string text;
+  std::vector<std::string_view> not_discoverable;
+  for (const cameras::CameraMake& make : cameras::camera_makes()) {
+    if (make.discover == nullptr) {
+      not_discoverable.push_back(make.name.driver);
+      continue;
+    }
+    const std::vector<KeyPairs> found = make.discover();
+    text += lines_of(make.name.driver, found);
+    for (const KeyPairs& camera : found) {
+      nlohmann::json& entry = list.emplace_back(nlohmann::json{{"driver", make.name.driver}});
+      for (const auto& [property, value] : camera) entry[property] = value;
+    }
+  }
+  for (const std::string& each : *usb) list.push_back({{"usb", each}});
   if (options.json) {
-    print_as_json(aravis, nodes, *usb);
+    fmt::print("{}\n", list.dump());
     return kExitOk;
   }
-  if (aravis.empty() && nodes.empty()) fmt::print("no camera answers; mocapctl doctor looks why\n");
-  for (const auto& each : aravis) {
-    fmt::print("aravis  {:<12} serial {:<16} address {:<16} mac {:<18} {} {}\n", each.bus, each.serial, each.address,
-               each.mac, each.vendor, each.model);
-  }
-  for (const auto& each : nodes) {
-    fmt::print("v4l2    {:<12} serial {:<16} bus {} {}\n", each.device.string(),
-               each.serial.empty() ? "-" : each.serial, each.bus, each.card);
-  }
+  fmt::print("{}", text.empty() ? "no camera answers; mocapctl doctor examines this machine\n" : text);
   for (const std::string& each : *usb) fmt::print("usb     {}\n", each);
+  fmt::print("not listed: cameras with driver {}; they cannot be discovered\n", fmt::join(not_discoverable, ", "));
   return kExitOk;
 }
 
-// The camera that the configuration has under this name; else an address, a MAC or a serial number.
-Result<cameras::AravisSettings> camera_named(const CamerasOptions& options) {
-  cameras::AravisSettings camera;
-  if (!options.config.empty()) {
-    const auto settings = settings::load_daemon_settings(options.config);
-    if (!settings) return Error{ErrorCode::InvalidArgument, settings::to_text(settings.error())};
-    for (const auto& each : settings->cameras) {
-      const auto* found = each.driver.as<cameras::AravisSettings>();
-      if (found != nullptr && each.name == options.camera) return *found;
-    }
+using Features = Result<std::vector<cameras::FeatureValue>>;
+
+// Features of the camera with this name in the configuration.
+Features features_by_name(const CamerasOptions& options) {
+  const auto settings = settings::load_daemon_settings(options.config);
+  if (!settings) return Error{ErrorCode::InvalidArgument, settings::to_text(settings.error())};
+  const auto camera = std::ranges::find(settings->cameras, options.camera, &cameras::CameraSettings::name);
+  if (camera == settings->cameras.end()) {
     return Error{ErrorCode::InvalidArgument,
-                 fmt::format("{} has no aravis camera '{}'", options.config.string(), options.camera)};
+                 fmt::format("{} has no camera '{}'", options.config.string(), options.camera)};
   }
-  in_addr address{};
-  const bool is_address = inet_pton(AF_INET, options.camera.c_str(), &address) == 1;
-  const bool is_mac = std::count(options.camera.begin(), options.camera.end(), ':') == 5;
-  (is_address ? camera.address : is_mac ? camera.mac : camera.serial) = options.camera;
-  camera.packet_socket = false;
-  return camera;
+  const cameras::CameraMake* const make = cameras::find_make(camera->driver.driver());
+  if (make == nullptr || make->describe == nullptr) {
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("camera '{}': cameras with driver {} have no features beside their settings",
+                             options.camera, camera->driver.driver())};
+  }
+  return make->describe(camera->driver);
+}
+
+// Features of the camera of any make that has this address, MAC or serial number.
+Features features_by_word(const std::string& word) {
+  Error missing{ErrorCode::NotFound, fmt::format("no camera {}", word)};
+  for (const cameras::CameraMake& make : cameras::camera_makes()) {
+    if (make.describe == nullptr) continue;
+    Features features = make.describe(make.identified_by(word));
+    if (features || features.error().code != ErrorCode::NotFound) return features;
+    missing = features.error();
+  }
+  return missing;
 }
 
 int run_describe(const CamerasOptions& options) {
-  const auto camera = camera_named(options);
-  if (!camera) return fail(camera.error());
-  const auto features = cameras::describe_aravis_camera(*camera);
+  const Features features = options.config.empty() ? features_by_word(options.camera) : features_by_name(options);
   if (!features) return fail(features.error());
   if (options.json) {
     nlohmann::json list = nlohmann::json::array();
@@ -148,7 +162,7 @@ int run_describe(const CamerasOptions& options) {
   return kExitOk;
 }
 
-// The first whole image; a camera that is still looked for is asked again.
+// Starts the camera, again while the search for it goes on, and returns the first complete image.
 Result<Frame> first_image(Camera& camera) {
   const Timestamp end = host_now() + kImagePatience;
   Status begun = camera.start();
@@ -161,7 +175,8 @@ Result<Frame> first_image(Camera& camera) {
     if (frame.error().code != ErrorCode::Timeout && frame.error().code != ErrorCode::Io) return frame.error();
     if (!frame.error().message.empty()) broken = frame.error().message;
   }
-  return Error{ErrorCode::Timeout, broken.empty() ? "it is open, and no image came for 10 s; is it triggered" : broken};
+  return Error{ErrorCode::Timeout,
+               broken.empty() ? "the camera is open, but no image came within 10 s; is the camera triggered?" : broken};
 }
 
 int run_shot(const CamerasOptions& options) {
@@ -197,7 +212,10 @@ int run_shot(const CamerasOptions& options) {
 
 void add_cameras_command(cli::App& app, std::function<int()>& chosen) {
   auto options = std::make_shared<CamerasOptions>();
-  cli::App* const command = app.add_subcommand("cameras", "the cameras that answer, what they can do, what they see");
+  cli::App* const command = app.add_subcommand("cameras", "lists cameras, describes their features, saves an image");
+  command->examples(
+      "  mocapctl cameras list\n"
+      "  mocapctl cameras describe 192.168.10.2");
   command->require_subcommand(1);
   const auto add = [&](const char* name, const char* about, int (*run)(const CamerasOptions&)) {
     cli::App* const sub = command->add_subcommand(name, about);
@@ -209,20 +227,28 @@ void add_cameras_command(cli::App& app, std::function<int()>& chosen) {
     });
     return sub;
   };
-  cli::App* const list = add("list", "all cameras on the network, the USB and in the kernel", run_list);
+  cli::App* const list = add("list", "each connected camera that can be discovered, and the load of the USB", run_list);
+  list->examples(
+      "  mocapctl cameras list\n"
+      "  mocapctl cameras list --config my.toml --json");
   list->add_flag("--json", options->json, "a JSON array");
-  list->add_option("--config", options->config, "also what its cameras ask of each USB bus")
+  list->add_option("--config", options->config, "also the bandwidth that its cameras need on each USB bus")
       ->check(cli::ExistingFile{});
-  list->add_option("--sys", options->sys, "where the kernel tells what is plugged in")->capture_default_str();
-  cli::App* const describe = add("describe", "each feature of a camera, its value and its range", run_describe);
+  list->add_option("--sys", options->sys, "the sysfs folder in which the kernel lists devices")->capture_default_str();
+  cli::App* const describe = add("describe", "each feature of a camera with its value and range", run_describe);
+  describe->examples(
+      "  mocapctl cameras describe 192.168.10.2\n"
+      "  mocapctl cameras describe north-east --config my.toml --json");
   describe->add_option("camera", options->camera, "an address, a serial number or a MAC; with --config, a name")
       ->required();
-  describe->add_option("--config", options->config, "whose camera it is")->check(cli::ExistingFile{});
+  describe->add_option("--config", options->config, "the daemon's configuration that has the camera")
+      ->check(cli::ExistingFile{});
   describe->add_flag("--json", options->json, "a JSON array");
-  cli::App* const shot = add("shot", "one image with its blobs drawn in", run_shot);
-  shot->add_option("camera", options->camera, "its name in the configuration")->required();
-  shot->add_option("--config", options->config, "the daemon's")->required()->check(cli::ExistingFile{});
-  shot->add_option("--out", options->out, "a PNG")->capture_default_str();
+  cli::App* const shot = add("shot", "one image with the detected blobs drawn into it", run_shot);
+  shot->examples("  mocapctl cameras shot north-east --config my.toml --out north-east.png");
+  shot->add_option("camera", options->camera, "the camera's name in the configuration")->required();
+  shot->add_option("--config", options->config, "the daemon's configuration")->required()->check(cli::ExistingFile{});
+  shot->add_option("--out", options->out, "the PNG file to write")->capture_default_str();
 }
 
 }  // namespace mocap::ctl

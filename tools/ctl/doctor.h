@@ -8,26 +8,26 @@ namespace mocap::ctl {
 
 enum class Verdict { Good, Warning, Bad };
 
-/// One thing looked at: how it is, and what mends it.
+/// The result of one check.
 struct Finding {
   std::string check;  ///< "net.core.rmem_max"
   Verdict verdict = Verdict::Good;
-  std::string what;
-  std::string cure;  ///< a command, or nothing
+  std::string what;  ///< the state that was found
+  std::string cure;  ///< a command that repairs the state; empty: none
 };
 
-/// What the machine is asked for.
+/// The features that the machine must support.
 struct Demands {
-  bool gige = true;  ///< cameras on the network
+  bool gige = true;  ///< GigE Vision cameras
   bool usb3 = true;  ///< USB3 Vision cameras
-  bool v4l2 = true;  ///< cameras of the kernel
+  bool v4l2 = true;  ///< V4L2 cameras
   bool ptp = false;
-  bool real_time = true;  ///< threads of SCHED_FIFO
+  bool real_time = true;  ///< threads with SCHED_FIFO
   bool locked_memory = true;
-  std::filesystem::path records_to = ".";
+  std::filesystem::path records_to = ".";  ///< folder of the takes
 };
 
-/// Looks at the machine below `root` (/proc, /sys, /etc, /dev), which is / but in tests.
+/// Checks the machine. `root`: folder that contains /proc, /sys, /etc and /dev; tests use a copy.
 std::vector<Finding> examine_machine(const Demands& demands, const std::filesystem::path& root = "/");
 
 }  // namespace mocap::ctl

@@ -1,6 +1,7 @@
 #include "ctl/doctor_command.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -11,25 +12,31 @@
 #include <vector>
 
 #include "base/exit_codes.h"
+#include "calibration/diagnosis/diagnose_rig.h"
 #include "cameras/aravis/aravis_discovery.h"
 #include "cameras/aravis/aravis_settings.h"
 #include "cameras/aravis/usb_bandwidth.h"
 #include "cameras/v4l2/v4l2_discovery.h"
 #include "cameras/v4l2/v4l2_settings.h"
 #include "ctl/doctor.h"
+#include "lib/rigcheck/recorded_spots.h"
 #include "settings/daemon_settings.h"
+#include "settings/rig/rig_file.h"
+#include "take/blob_recording.h"
 
 namespace mocap::ctl {
 namespace {
 
 struct DoctorOptions {
   std::filesystem::path config;
+  std::filesystem::path rig;
+  std::filesystem::path blobs;
   bool json = false;
 };
 
 constexpr const char* kWords[] = {"good", "warning", "bad"};  // by Verdict
 
-// What this configuration needs, and not what any might.
+// The features that this configuration needs.
 Demands demands_of(const settings::DaemonSettings& settings) {
   Demands demands{.gige = false, .usb3 = false, .v4l2 = false};
   for (const cameras::CameraSettings& camera : settings.cameras) {
@@ -52,7 +59,7 @@ std::string missing_words(const cameras::AravisSettings& camera, const std::vect
   constexpr Duration kPatience = std::chrono::milliseconds(400);
   if (!camera.address.empty()) {
     if (cameras::gige_camera_answers(camera.address, kPatience)) return {};
-    return fmt::format("nobody answers at {}; {}", camera.address, cameras::listed(all));
+    return fmt::format("no camera answers at {}; {}", camera.address, cameras::listed(all));
   }
   const bool there = std::any_of(all.begin(), all.end(), [&](const cameras::DiscoveredCamera& each) {
     return !camera.serial.empty() ? each.serial == camera.serial : camera.mac.empty() || each.mac == camera.mac;
@@ -90,6 +97,57 @@ void look_at_usb(const settings::DaemonSettings& settings, std::vector<Finding>&
   }
 }
 
+constexpr double kExaminedSeconds = 60.0;  // the last part of a recording, as of mocap-calibrate verify
+
+// The cameras of the rig in the order of the recording; fails if the rig lacks one.
+Result<Rig> rig_of_recording(const Rig& rig, const take::BlobRecording& recording) {
+  Rig ordered;
+  for (const take::RecordedCamera& camera : recording.cameras) {
+    const auto found = std::ranges::find(rig, camera.name, &CameraModel::name);
+    if (found == rig.end()) {
+      return Error{ErrorCode::NotFound, fmt::format("camera '{}' of the recording is not in the rig; choose the rig of "
+                                                    "the same cameras with --rig",
+                                                    camera.name)};
+    }
+    ordered.push_back(*found);
+  }
+  return ordered;
+}
+
+std::vector<Finding> findings_of(const calibration::RigDiagnosis& diagnosis, const Rig& rig) {
+  std::vector<Finding> findings;
+  if (rig.size() < calibration::kMinDiagnosedCameras) {
+    return {{"rig", Verdict::Warning,
+             fmt::format("a rig of {} cameras cannot be judged; three cameras or more are needed", rig.size()), ""}};
+  }
+  for (const calibration::RigFinding& finding : diagnosis.findings)
+    findings.push_back({"rig", Verdict::Bad, calibration::sentence_of(finding, rig), ""});
+  for (const std::size_t camera : diagnosis.undetermined) {
+    findings.push_back(
+        {"rig", Verdict::Warning,
+         fmt::format("{} shares too few moving markers with the others for a judgement", rig[camera].name),
+         "record a person who walks through the whole volume"});
+  }
+  if (findings.empty()) findings.push_back({"rig", Verdict::Good, "the blobs of all cameras fit the rig", ""});
+  return findings;
+}
+
+// Adds whether the recorded blobs of all cameras fit the rig.
+Status look_at_rig(const DoctorOptions& options, const Rig& rig, std::vector<Finding>& findings) {
+  auto recording = take::read_blob_recording(options.blobs);
+  if (!recording) return recording.error();
+  const auto ordered = rig_of_recording(rig, *recording);
+  if (!ordered) return ordered.error();
+  const auto last = rigcheck::last_of(rigcheck::spots_of(*recording), from_s(kExaminedSeconds));
+  const auto show = [](const std::string& tested) {
+    if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r\033[Kcomparing blobs and rig: {}", tested);
+  };
+  const auto diagnosis = calibration::diagnose_rig(*ordered, last, show);
+  if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r\033[K");
+  for (Finding& finding : findings_of(diagnosis, *ordered)) findings.push_back(std::move(finding));
+  return {};
+}
+
 void print(const std::vector<Finding>& findings, bool json) {
   if (json) {
     nlohmann::json list = nlohmann::json::array();
@@ -110,6 +168,7 @@ void print(const std::vector<Finding>& findings, bool json) {
 
 int run(const DoctorOptions& options) {
   std::vector<Finding> findings;
+  Rig rig;
   if (options.config.empty()) {
     findings = examine_machine({});
   } else {
@@ -121,6 +180,21 @@ int run(const DoctorOptions& options) {
     findings = examine_machine(demands_of(*settings));
     look_for_cameras(*settings, findings);
     look_at_usb(*settings, findings);
+    rig = settings->rig;
+  }
+  if (!options.rig.empty()) {
+    auto loaded = settings::load_rig(options.rig);
+    if (!loaded) {
+      fmt::print(stderr, "{}\n", settings::to_text(loaded.error()));
+      return kExitConfig;
+    }
+    rig = *std::move(loaded);
+  }
+  if (!options.blobs.empty()) {
+    if (const Status looked = look_at_rig(options, rig, findings); !looked) {
+      fmt::print(stderr, "mocapctl: {}\n", looked.error().message);
+      return kExitData;
+    }
   }
   print(findings, options.json);
   const bool bad =
@@ -133,10 +207,23 @@ int run(const DoctorOptions& options) {
 void add_doctor_command(cli::App& app, std::function<int()>& chosen) {
   auto options = std::make_shared<DoctorOptions>();
   cli::App* const doctor =
-      app.add_subcommand("doctor", "looks whether this machine can receive cameras; 69 where something is bad");
-  doctor->add_option("--config", options->config, "looks at what this configuration needs, and for its cameras")
+      app.add_subcommand("doctor", "check whether this machine can receive cameras; exit code 69 if a finding is bad");
+  doctor->examples(
+      "  mocapctl doctor\n"
+      "  mocapctl doctor --config my.toml --json\n"
+      "  mocapctl doctor --config my.toml --blobs take.blobs");
+  doctor->add_option("--config", options->config, "check only what this configuration needs, and search its cameras")
       ->check(cli::ExistingFile{});
-  doctor->add_flag("--json", options->json, "a JSON array of findings");
+  doctor
+      ->add_option("--blobs", options->blobs,
+                   "blob recording of moving markers; name the cameras that do not fit the rig, and why (exchanged, "
+                   "turned, other lens, ...)")
+      ->type_name("FILE")
+      ->check(cli::ExistingFile{});
+  doctor->add_option("--rig", options->rig, "rig file for --blobs; default: the configuration's")
+      ->type_name("FILE")
+      ->check(cli::ExistingFile{});
+  doctor->add_flag("--json", options->json, "print a JSON array of findings");
   doctor->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
 }
 

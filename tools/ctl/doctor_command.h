@@ -6,7 +6,7 @@
 
 namespace mocap::ctl {
 
-/// `mocapctl doctor`; `chosen` runs it when it is the command that was named.
+/// Adds the subcommand `mocapctl doctor`. The parser sets `chosen` to the run function if the command line has it.
 void add_doctor_command(cli::App& app, std::function<int()>& chosen);
 
 }  // namespace mocap::ctl

@@ -13,8 +13,6 @@
 namespace mocap::ctl {
 namespace {
 
-constexpr int kExitData = 65;  // sysexits EX_DATAERR
-
 int fail(const Error& error) {
   fmt::print(stderr, "mocapctl: {}\n", error.message);
   return error.code == ErrorCode::InvalidArgument ? kExitData : kExitUnavailable;
@@ -27,12 +25,13 @@ int run_new(const KeysOptions& options) {
   if (options.json) {
     fmt::print("{}\n", nlohmann::ordered_json{{"file", options.file.string()}, {"public", pair->public_key}}.dump());
   } else {
-    fmt::print("{}: written, for its owner alone; its public key is\n{}\n", options.file.string(), pair->public_key);
+    fmt::print("{}: written, readable only by its owner; its public key is\n{}\n", options.file.string(),
+               pair->public_key);
   }
   return kExitOk;
 }
 
-// A list that is not there yet is empty.
+// Reads the list of allowed keys. A missing file is an empty list.
 Result<std::vector<wire::AllowedKey>> read_list(const KeysOptions& options) {
   auto keys = wire::load_allowed_keys(options.list);
   if (!keys && keys.error().code == ErrorCode::NotFound && !std::filesystem::exists(options.list)) {
@@ -67,11 +66,11 @@ int run_revoke(const KeysOptions& options) {
   const auto gone = std::erase_if(
       *keys, [&](const wire::AllowedKey& known) { return known.public_key == key || known.name == options.who; });
   if (gone == 0) {
-    return fail({ErrorCode::InvalidArgument, fmt::format("{}: has no '{}'; mocapctl keys list shows who is in it",
-                                                         options.list.string(), options.who)});
+    return fail({ErrorCode::InvalidArgument,
+                 fmt::format("{}: has no '{}'; see mocapctl keys list", options.list.string(), options.who)});
   }
   if (const Status saved = wire::save_allowed_keys(options.list, *keys); !saved) return fail(saved.error());
-  fmt::print("{}: {} taken out; a daemon that runs cuts them off within a second\n", options.list.string(), gone);
+  fmt::print("{}: {} removed; a running daemon disconnects them within a second\n", options.list.string(), gone);
   return kExitOk;
 }
 
@@ -93,34 +92,40 @@ int run_list(const KeysOptions& options) {
 }  // namespace
 
 void add_keys_command(cli::App& app, KeysOptions& options) {
-  cli::App* keys = app.add_subcommand("keys", "who may connect to a daemon that other machines reach (CURVE)");
+  cli::App* keys =
+      app.add_subcommand("keys", "keys of the clients that may connect to a daemon over the network (CURVE)");
   keys->require_subcommand(1);
   keys->footer(R"(examples:
   mocapctl keys new server.key                       the daemon's own: [security] server_key = "server.key"
   mocapctl keys new anna.key                         a client's; its public line may travel, its secret one never
   mocapctl keys allow anna.key --name anna --role operator --list allowed.keys
                                                      [security] allowed_keys = "allowed.keys"
-  mocapctl keys revoke anna --list allowed.keys      a daemon that runs cuts anna off within a second
-  mocapctl status --endpoint tcp://10.0.0.7:5571 --server-key server.key --key anna.key)");
-  cli::App* make = keys->add_subcommand("new", "make a pair of keys");
-  make->add_option("file", options.file, "that gets it, for its owner alone; there must be none yet")->required();
+  mocapctl keys revoke anna --list allowed.keys      a running daemon disconnects anna within a second
+  mocapctl status --endpoint tcp://10.0.0.7:5571 --server-key server.key \
+      --secret-key anna.key)");
+  cli::App* make = keys->add_subcommand("new", "create a key pair");
+  make->examples(
+      "  mocapctl keys new server.key\n"
+      "  mocapctl keys new anna.key --json");
+  make->add_option("file", options.file, "file to write, readable only by its owner; must not exist")->required();
   make->callback([&options] { options.run = [&options] { return run_new(options); }; });
-  cli::App* allow = keys->add_subcommand("allow", "put a client's key on the list, or change its role");
-  allow->add_option("key", options.who, "a public key, or the file of one")->required();
-  allow->add_option("--name", options.name, "whose it is: one word, for people and the log");
-  allow->add_option("--role", options.role, "viewer: watches and asks; operator: changes things, too")
+  cli::App* allow = keys->add_subcommand("allow", "add a client's key to the list, or change its role");
+  allow->examples("  mocapctl keys allow anna.key --name anna --role operator --list allowed.keys");
+  allow->add_option("key", options.who, "a public key, or a file with one")->required();
+  allow->add_option("--name", options.name, "name of the client for lists and the log: one word");
+  allow->add_option("--role", options.role, "viewer: reads data and state; operator: also changes the state")
       ->check(cli::IsMember({"viewer", "operator"}))
       ->capture_default_str();
   allow->callback([&options] { options.run = [&options] { return run_allow(options); }; });
-  cli::App* revoke = keys->add_subcommand("revoke", "take a client's key from the list");
-  revoke->add_option("key", options.who, "a public key, the file of one, or a name")->required();
+  cli::App* revoke = keys->add_subcommand("revoke", "remove a client's key from the list");
+  revoke->examples("  mocapctl keys revoke anna --list allowed.keys");
+  revoke->add_option("key", options.who, "a public key, a file with one, or a name")->required();
   revoke->callback([&options] { options.run = [&options] { return run_revoke(options); }; });
-  cli::App* list = keys->add_subcommand("list", "who may connect");
+  cli::App* list = keys->add_subcommand("list", "show the clients that may connect");
+  list->examples("  mocapctl keys list --list allowed.keys --json");
   list->callback([&options] { options.run = [&options] { return run_list(options); }; });
   for (cli::App* command : {allow, revoke, list}) {
-    command->add_option("--list", options.list, "the list of those who may connect")
-        ->type_name("FILE")
-        ->capture_default_str();
+    command->add_option("--list", options.list, "the list of allowed keys")->type_name("FILE")->capture_default_str();
   }
   for (cli::App* command : {make, list}) command->add_flag("--json", options.json, "print JSON");
 }

@@ -9,16 +9,16 @@
 namespace mocap::ctl {
 
 struct KeysOptions {
-  std::function<int()> run;    ///< of the command that was named
-  std::filesystem::path file;  ///< that a new key goes to
+  std::function<int()> run;    ///< runs the subcommand of the command line
+  std::filesystem::path file;  ///< output file of `new`
   std::filesystem::path list = "allowed.keys";
-  std::string who;  ///< a key, the file of one, or (revoke) a name
+  std::string who;  ///< a key, a file with a key, or (revoke) a name
   std::string name;
   std::string role = "viewer";
   bool json = false;
 };
 
-/// `mocapctl keys new`, `allow`, `revoke` and `list`; `options.run` is then the one that was named.
+/// Adds `mocapctl keys new`, `allow`, `revoke` and `list`. The parser sets `options.run` to the chosen subcommand.
 void add_keys_command(cli::App& app, KeysOptions& options);
 
 }  // namespace mocap::ctl

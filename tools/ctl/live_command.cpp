@@ -6,19 +6,24 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
+#include <iomanip>
+#include <sstream>
 
 #include "base/exit_codes.h"
 #include "mocap/v1/control.pb.h"
-#include "settings/subject_file.h"
-#include "wire/control_codec.h"
+#include "model/blob_use.h"
+#include "settings/shipped_files.h"
+#include "settings/subject/subject_file.h"
+#include "wire/codec/control_codec.h"
 #include "wire/zmq_control.h"
 
 namespace mocap::ctl {
 namespace {
 
-constexpr int kExitData = 65;    // sysexits EX_DATAERR
-constexpr int kExitNoPerm = 77;  // sysexits EX_NOPERM
+// A take ends when the disk has all of it.
+constexpr double kTakePatience_s = 35.0;
 
 int fail(const std::string& why, int code) {
   fmt::print(stderr, "mocapctl: {}\n", why);
@@ -44,33 +49,73 @@ const char* word_of(v1::SubjectPhase phase, bool away) {
   }
 }
 
-// "CAMERA_PHASE_STREAMING" as "streaming".
-std::string word_of(v1::CameraPhase phase) {
-  std::string word = v1::CameraPhase_Name(phase);
-  word = word.substr(std::min(word.size(), std::string("CAMERA_PHASE_").size()));
+// Converts CAMERA_PHASE_STREAMING to "streaming", with the prefix "CAMERA_PHASE_".
+std::string word_of(const std::string& name, const std::string& prefix) {
+  std::string word = name.substr(std::min(name.size(), prefix.size()));
   for (char& c : word) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return word;
+}
+
+std::string word_of(v1::CameraPhase phase) { return word_of(v1::CameraPhase_Name(phase), "CAMERA_PHASE_"); }
+
+std::string word_of(v1::RecordingState state) { return word_of(v1::RecordingState_Name(state), "RECORDING_STATE_"); }
+
+// The share of the camera's blobs in 3D markers over the last second, and why it is too small.
+std::string marker_share_of(const v1::Health& health, int index) {
+  const v1::CameraHealth& camera = health.cameras(index);
+  if (!camera.has_marker_share()) return "in 3D -";
+  std::vector<BlobUse> use;
+  for (const v1::CameraHealth& each : health.cameras()) use.push_back({each.fused_blobs(), each.marker_blobs()});
+  const std::string why = why_no_markers(use, static_cast<std::size_t>(index));
+  return fmt::format("in 3D {:.0f} %{}", 100.0 * camera.marker_share(),
+                     why.empty() ? why : fmt::format("  {} since the start; {}", why, kNoMarkersRemedy));
+}
+
+void print_camera(const v1::Health& health, int index) {
+  const v1::CameraHealth& camera = health.cameras(index);
+  fmt::print("camera  {:20} {:10} {:6.1f} Hz  frames {}  missing {}  {}  {}{}\n", camera.name(),
+             word_of(camera.phase()), camera.rate_hz(), camera.frames(), camera.missing_frames(),
+             marker_share_of(health, index), camera.last_error(),
+             camera.bumped() ? fmt::format("deviates from the rig by {:.1f} px", camera.rig_off_px()) : std::string());
+}
+
+// The reason why a subject is not found; empty if the daemon has none.
+std::string reason_of(const v1::Status& status, int subject) {
+  for (const v1::SearchHealth& search : status.health().searches()) {
+    if (static_cast<int>(search.subject()) == subject) return search.sentence();
+  }
+  return {};
+}
+
+void print_take(const v1::TakeHealth& take) {
+  fmt::print("take    {:20} {:10} {:.2f} s  {:.1f} MB  lost sets {}  lost images {}  {}{}{}  {}\n",
+             take.path().empty() ? take.name() : take.path(), word_of(v1::TakeState_Name(take.state()), "TAKE_STATE_"),
+             take.seconds(), 1e-6 * static_cast<double>(take.size_bytes()), take.lost_sets(), take.lost_images(),
+             word_of(v1::TakeQuality_Name(take.quality()), "TAKE_QUALITY_"), take.reasons().empty() ? "" : ": ",
+             take.reasons(), take.message());
 }
 
 void print_status(const v1::Status& status) {
   fmt::print("{}  session {}  capture {}  you are {}\n", status.producer(), status.session_id(),
              status.capturing() ? "runs" : "is stopped", status.role());
-  for (const auto& subject : status.subjects()) {
+  for (int i = 0; i < status.subjects_size(); ++i) {
+    const v1::SubjectStatus& subject = status.subjects(i);
     fmt::print("subject {:20} {}\n", subject.name(), word_of(subject.phase(), subject.away()));
+    if (const std::string reason = reason_of(status, i); !reason.empty()) fmt::print("        {}\n", reason);
   }
   if (!status.has_health()) return fmt::print("no report yet\n");
   const v1::Health& health = status.health();
-  for (const auto& camera : health.cameras()) {
-    fmt::print("camera  {:20} {:10} {:6.1f} Hz  frames {}  missing {}  {}{}\n", camera.name(), word_of(camera.phase()),
-               camera.rate_hz(), camera.frames(), camera.missing_frames(), camera.last_error(),
-               camera.bumped() ? fmt::format("stands otherwise than the rig says: {:.1f} px off", camera.rig_off_px())
-                               : std::string());
-  }
+  for (int i = 0; i < health.cameras_size(); ++i) print_camera(health, i);
   fmt::print("sets    {:.1f}/s, complete {} of {}\n", health.set_rate_hz(), health.complete_sets(), health.sets());
   const v1::FeedHealth& feed = health.feed();
   fmt::print("feed    listeners {}  behind {}  refused {}  failed handshakes {}  cut off {}  sent {}\n",
              feed.listeners(), feed.behind(), feed.refused_clients(), feed.failed_handshakes(), feed.cut_off(),
              health.sent_snapshots());
+  for (const auto& recording : health.recordings()) {
+    fmt::print("record  {:20} {:10} {:.1f} MB  records {}  {}\n", recording.path(), word_of(recording.state()),
+               1e-6 * static_cast<double>(recording.size_bytes()), recording.records(), recording.error());
+  }
+  if (health.has_take()) print_take(health.take());
 }
 
 void print_json(const google::protobuf::Message& message) {
@@ -88,26 +133,12 @@ void print(const v1::Answer& answer, bool json) {
   if (answer.code() == v1::CODE_DONE) fmt::print("{}\n", answer.message());
 }
 
-// A public key, or the file of one; empty for none.
-Result<std::string> key_of(const std::string& text) {
-  if (text.empty() || wire::is_key(text)) return text;
-  return wire::load_public_key(text);
-}
-
 int ask(const LiveOptions& options, const ControlRequest& request) {
   wire::ControlClient::Settings settings;
   settings.endpoint = options.endpoint;
-  const Result<std::string> server_key = key_of(options.server_key);
-  if (!server_key) return fail(server_key.error().message, kExitData);
-  settings.server_key = *server_key;
-  if (settings.server_key.empty() != options.key.empty()) {
-    return fail("--server-key and --key go together: the daemon's public key, and your own pair", kExitUsage);
-  }
-  if (!options.key.empty()) {
-    Result<wire::KeyPair> own = wire::load_key_pair(options.key);
-    if (!own) return fail(own.error().message, kExitData);
-    settings.own_key = *own;
-  }
+  Result<wire::ClientKeys> keys = wire::load_client_keys(options.keys.server_key, options.keys.secret_key);
+  if (!keys) return fail(keys.error().message, kExitUsage);
+  settings.keys = *std::move(keys);
   auto client = wire::ControlClient::open(settings);
   if (!client) return fail(client.error().message, kExitUsage);
   v1::Request message = wire::encode(request);
@@ -115,10 +146,40 @@ int ask(const LiveOptions& options, const ControlRequest& request) {
   const Result<std::string> came = (*client)->ask(message.SerializeAsString(), from_s(options.timeout_s));
   if (!came) return fail(came.error().message, kExitUnavailable);
   v1::Answer answer;
-  if (!answer.ParseFromString(*came)) return fail("the answer is none of mocap.v1", kExitData);
+  if (!answer.ParseFromString(*came)) return fail("the answer is not a mocap.v1 message", kExitData);
   print(answer, options.json);
   if (answer.code() != v1::CODE_DONE && !options.json) fmt::print(stderr, "mocapctl: {}\n", answer.message());
   return exit_code_of(answer.code());
+}
+
+// Seconds since 1970 of "2026-03-01T12:00:00Z" or of the next "12:00:00", both UTC.
+std::optional<std::int64_t> utc_ns_of(const std::string& text) {
+  std::tm when{};
+  std::istringstream date(text);
+  date >> std::get_time(&when, "%Y-%m-%dT%H:%M:%SZ");
+  if (date && date.peek() == std::istringstream::traits_type::eof()) return ::timegm(&when) * 1'000'000'000LL;
+  const std::time_t now = std::time(nullptr);
+  ::gmtime_r(&now, &when);
+  std::istringstream time(text);
+  time >> std::get_time(&when, "%H:%M:%S");
+  if (!time || time.peek() != std::istringstream::traits_type::eof()) return std::nullopt;
+  const std::time_t today = ::timegm(&when);
+  return (today > now ? today : today + 86400) * 1'000'000'000LL;
+}
+
+int order_take(LiveOptions& options) {
+  TakeOrder& order = options.request.take;
+  order.before = from_s(options.before_s);
+  order.length = from_s(options.seconds);
+  order.countdown = from_s(options.countdown_s);
+  if (!options.at.empty()) {
+    const auto at = utc_ns_of(options.at);
+    if (!at)
+      return fail(fmt::format("--at is '{}', expected 12:34:56 or 2026-03-01T12:34:56Z, both UTC", options.at),
+                  kExitUsage);
+    order.at_utc_ns = *at;
+  }
+  return ask(options, options.request);
 }
 
 int fit(LiveOptions& options) {
@@ -130,20 +191,23 @@ int fit(LiveOptions& options) {
   return ask(options, options.request);
 }
 
-void tell_connection(cli::App& command, LiveOptions& options) {
+void add_connection_options(cli::App& command, LiveOptions& options) {
   command.add_option("--endpoint", options.endpoint, "the daemon's control endpoint")->capture_default_str();
-  command.add_option("--server-key", options.server_key, "the daemon's public key, or the file of it")
-      ->type_name("KEY|FILE");
-  command.add_option("--key", options.key, "your own pair of keys")->type_name("FILE");
-  command.add_option("--timeout-s", options.timeout_s, "how long to wait for the answer")
+  cli::add_key_options(command, options.keys);
+  command.add_option("--timeout-s", options.timeout_s, "longest wait for the answer")
       ->check(cli::Range(0.1, 600.0))
       ->capture_default_str();
   command.add_flag("--json", options.json, "print the answer as JSON");
 }
 
-cli::App* add(cli::App& parent, const char* name, const char* what, ControlAction action, LiveOptions& options) {
+// `example`: the command line after "mocapctl ".
+cli::App* add(cli::App& parent, const char* name, const char* what, const char* example, ControlAction action,
+              LiveOptions& options) {
   cli::App* command = parent.add_subcommand(name, what);
-  tell_connection(*command, options);
+  command->examples(fmt::format(
+      "  mocapctl {0}\n  mocapctl {0} --endpoint tcp://10.0.0.7:5571 --server-key server.key --secret-key anna.key",
+      example));
+  add_connection_options(*command, options);
   command->callback([&options, action] {
     options.request.action = action;
     options.run = [&options] { return ask(options, options.request); };
@@ -151,12 +215,56 @@ cli::App* add(cli::App& parent, const char* name, const char* what, ControlActio
   return command;
 }
 
+void add_take_times(cli::App& command, LiveOptions& options) {
+  command.add_option("--slate", options.request.take.slate, "what is recorded; the takes are numbered within it");
+  command.add_option("--notes", options.request.take.text, "notes for the take");
+  command.add_option("--before", options.before_s, "the take begins so many seconds earlier; see [takes] before_s")
+      ->check(cli::Range(0.0, 600.0));
+  command.add_option("--seconds", options.seconds, "the take ends after this time; default: at take stop")
+      ->check(cli::Range(0.0, 604800.0));
+  command.add_option("--countdown", options.countdown_s, "the take starts after so many seconds")
+      ->check(cli::Range(0.0, 604800.0));
+  command.add_option("--at", options.at, "the take starts at this time, UTC")->type_name("HH:MM:SS");
+}
+
+void add_takes(cli::App& app, LiveOptions& options) {
+  cli::App& take = *app.get_subcommand("take");
+  const struct {
+    const char *name, *what, *example;
+    TakeAction action;
+  } commands[] = {
+      {"start", "start a take (running daemon)", "take start walk --before 20 --seconds 60", TakeAction::Start},
+      {"stop", "end the take; returns when its file is on the disk (running daemon)", "take stop", TakeAction::Stop},
+      {"cancel", "end the take and delete its file (running daemon)", "take cancel", TakeAction::Cancel},
+      {"mark", "mark this instant in the take (running daemon)", "take mark 'prop fell'", TakeAction::Mark},
+      {"next", "end the take, if any, and start the next one of its slate (running daemon)", "take next",
+       TakeAction::Next}};
+  for (const auto& [name, what, example, action] : commands) {
+    cli::App* command = add(take, name, what, example, ControlAction::Take, options);
+    if (action == TakeAction::Start) {
+      command->add_option("name", options.request.take.name, "name of the take; default: by [takes] name");
+    }
+    if (action == TakeAction::Start || action == TakeAction::Next) add_take_times(*command, options);
+    if (action == TakeAction::Mark) command->add_option("text", options.request.take.text, "what happened");
+    command->callback([&options, action = action] {
+      options.request.action = ControlAction::Take;
+      options.request.take.action = action;
+      options.timeout_s = std::max(options.timeout_s, kTakePatience_s);
+      options.run = [&options] { return order_take(options); };
+    });
+  }
+}
+
 void add_cameras(cli::App& app, LiveOptions& options) {
-  cli::App* camera = app.add_subcommand("camera", "settings of a camera that runs");
+  cli::App* camera = app.add_subcommand("camera", "settings of a running camera");
+  camera->examples("  mocapctl camera set north-east --exposure-us 800 --gain-db 6");
   camera->require_subcommand(1);
-  cli::App* set = camera->add_subcommand("set", "exposure and gain, until the daemon is started again");
-  tell_connection(*set, options);
-  set->add_option("name", options.request.name, "of the camera")->required();
+  cli::App* set = camera->add_subcommand("set", "set exposure and gain until the next start of the daemon");
+  set->examples(
+      "  mocapctl camera set north-east --exposure-us 800\n"
+      "  mocapctl camera set north-east --gain-db 6");
+  add_connection_options(*set, options);
+  set->add_option("name", options.request.name, "name of the camera")->required();
   auto* exposure = set->add_option("--exposure-us", options.exposure_us, "us")->check(cli::Range(1.0, 1e6));
   auto* gain = set->add_option("--gain-db", options.gain_db, "dB")->check(cli::Range(0.0, 60.0));
   set->callback([&options, exposure, gain] {
@@ -165,103 +273,72 @@ void add_cameras(cli::App& app, LiveOptions& options) {
     if (*gain) options.request.gain_db = options.gain_db;
     options.run = [&options] { return ask(options, options.request); };
   });
-  cli::App* mask = app.add_subcommand("mask", "what shines in the empty volume");
+  cli::App* mask = app.add_subcommand("mask", "masks of lights in the empty volume");
+  mask->examples(
+      "  mocapctl mask learn\n"
+      "  mocapctl mask learn --camera north-east --images 500");
   mask->require_subcommand(1);
-  cli::App* learn = add(*mask, "learn", "look at the empty volume, mask what shines, keep it in the rig and start anew",
-                        ControlAction::LearnMask, options);
-  learn->add_option("--camera", options.request.name, "this one alone");
-  learn->add_option("--images", options.request.images, "of each camera; default 100")->check(cli::Range(10, 10000));
+  cli::App* learn = add(*mask, "learn", "learn the lights in the empty volume, save the masks and use them at once",
+                        "mask learn --camera north-east", ControlAction::LearnMask, options);
+  learn->add_option("--camera", options.request.name, "only this camera");
+  learn->add_option("--images", options.request.images, "number of images of each camera; default 100")
+      ->check(cli::Range(10, 10000));
 }
 
 }  // namespace
 
 void add_live_commands(cli::App& app, LiveOptions& options) {
-  add(app, "status", "how the daemon is", ControlAction::GetStatus, options);
-  add(app, "description", "cameras, subjects, bones, markers", ControlAction::GetDescription, options);
-  add(app, "snapshot", "the next snapshot, as JSON", ControlAction::GetSnapshot, options);
-  add(app, "reload", "read the configuration anew, and start anew with it if it is good", ControlAction::Reload,
-      options);
+  add(app, "status", "state of the daemon", "status", ControlAction::GetStatus, options);
+  add(app, "description", "cameras, subjects, bones, markers", "description", ControlAction::GetDescription, options);
+  add(app, "snapshot", "the next snapshot, as JSON", "snapshot", ControlAction::GetSnapshot, options);
+  add(app, "reload", "read the configuration again, and use it if it is valid; what is unchanged goes on", "reload",
+      ControlAction::Reload, options);
   cli::App* capture = app.add_subcommand("capture", "the cameras of the running daemon");
+  capture->examples(
+      "  mocapctl capture stop\n"
+      "  mocapctl capture start");
   capture->require_subcommand(1);
-  add(*capture, "start", "let them run", ControlAction::StartCapture, options);
-  add(*capture, "stop", "let them rest; feed and subjects stay", ControlAction::StopCapture, options);
+  add(*capture, "start", "start all cameras", "capture start", ControlAction::StartCapture, options);
+  add(*capture, "stop", "stop all cameras; feed and subjects stay", "capture stop", ControlAction::StopCapture,
+      options);
 
   cli::App& subject = *app.get_subcommand("subject");
   const struct {
-    const char *name, *what;
+    const char *name, *what, *example;
     ControlAction action;
   } subjects[] = {
-      {"add", "look for a subject again, or for a new one (running daemon)", ControlAction::AddSubject},
-      {"remove", "a subject is away: do not look for it (running daemon)", ControlAction::RemoveSubject},
-      {"reset", "forget a subject's place and measures; the next T-pose or A-pose tells (running daemon)",
-       ControlAction::ResetSubject},
-      {"wear", "a subject measures as this file says from now on (running daemon)", ControlAction::FitSubject}};
-  for (const auto& [name, what, action] : subjects) {
-    cli::App* command = add(subject, name, what, action, options);
-    command->add_option("name", options.request.name, "of the subject, as the configuration has it")->required();
+      {"add", "search for a subject again, or for a new subject (running daemon)",
+       "subject add anna --marker-set markersets/baseline41.toml", ControlAction::AddSubject},
+      {"remove", "a subject is absent: do not search for it (running daemon)", "subject remove anna",
+       ControlAction::RemoveSubject},
+      {"reset", "discard a subject's pose and body; the next T-pose or A-pose measures both again (running daemon)",
+       "subject reset anna", ControlAction::ResetSubject},
+      {"wear", "use the body of this subject file from now on (running daemon)", "subject wear anna anna.toml",
+       ControlAction::FitSubject}};
+  for (const auto& [name, what, example, action] : subjects) {
+    cli::App* command = add(subject, name, what, example, action, options);
+    command->add_option("name", options.request.name, "name of the subject, as in the configuration")->required();
     if (action == ControlAction::AddSubject) {
       command
           ->add_option("--marker-set", options.request.marker_set,
-                       "a new subject wears this; kept in the daemon's configuration, and the daemon starts anew")
+                       "marker set of a new subject; is added to the daemon's configuration")
           ->type_name("FILE.toml")
           ->check(cli::ExistingFile{})
-          ->transform(
-              [](const std::string& file) { return std::filesystem::absolute(file).lexically_normal().string(); });
+          ->transform([](const std::string& file) {
+            return std::filesystem::absolute(settings::find_shipped(file, {}).path).lexically_normal().string();
+          });
     }
     if (action != ControlAction::FitSubject) continue;
-    command->add_option("file", options.subject_file, "of mocapctl subject fit")->required()->type_name("FILE.toml");
+    command->add_option("file", options.subject_file, "subject file of mocapctl subject fit")
+        ->required()
+        ->type_name("FILE.toml");
     command->callback([&options] {
       options.request.action = ControlAction::FitSubject;
       options.run = [&options] { return fit(options); };
     });
   }
   add_cameras(app, options);
-}
-
-namespace {
-
-// The words that may follow a row of commands.
-void print_words(const cli::App& app, const std::string& row) {
-  std::string words;
-  for (const cli::App* command : app.subcommands()) {
-    words += command->get_name() + ' ';
-  }
-  for (const std::string& name : app.option_names()) words += "--" + name + ' ';
-  fmt::print("    '{}') words='{}' ;;\n", row, words);
-  for (const cli::App* command : app.subcommands()) {
-    print_words(*command, row + ' ' + command->get_name());
-  }
-}
-
-int print_completion(const cli::App& app) {
-  fmt::print(R"(# bash completion of mocapctl; source it, or put it into /etc/bash_completion.d
-_mocapctl() {{
-  local row=mocapctl word words= i
-  for ((i = 1; i < COMP_CWORD; i++)); do
-    word=${{COMP_WORDS[i]}}
-    [[ $word == -* ]] && break
-    row="$row $word"
-  done
-  case "$row" in
-)");
-  print_words(app, "mocapctl");
-  fmt::print(R"(  esac
-  if [[ -n $words ]]; then
-    mapfile -t COMPREPLY < <(compgen -W "$words" -- "${{COMP_WORDS[COMP_CWORD]}}")
-  else
-    mapfile -t COMPREPLY < <(compgen -f -- "${{COMP_WORDS[COMP_CWORD]}}")
-  fi
-}}
-complete -o bashdefault -F _mocapctl mocapctl
-)");
-  return kExitOk;
-}
-
-}  // namespace
-
-void add_completion_command(cli::App& app, std::function<int()>& run) {
-  cli::App* completion = app.add_subcommand("completion", "print what bash needs: source <(mocapctl completion)");
-  completion->callback([&app, &run] { run = [&app] { return print_completion(app); }; });
+  add_takes(app, options);
 }
 
 }  // namespace mocap::ctl

@@ -5,28 +5,29 @@
 #include <string>
 
 #include "lib/cli/app.h"
+#include "lib/cli/key_options.h"
 #include "model/control.h"
 
 namespace mocap::ctl {
 
 struct LiveOptions {
-  std::function<int()> run;  ///< of the command that was named
+  std::function<int()> run;  ///< runs the command of the command line
   std::string endpoint = "tcp://127.0.0.1:5571";
-  std::string server_key;     ///< a public key, or the file of one
-  std::filesystem::path key;  ///< our own pair
+  cli::KeyOptions keys;
   double timeout_s = 5.0;
   bool json = false;
   ControlRequest request;
   double exposure_us = 0.0;
   double gain_db = -1.0;
   std::filesystem::path subject_file;
+  double before_s = 0.0;  ///< of take start and take next, as the next three
+  double seconds = 0.0;
+  double countdown_s = 0.0;
+  std::string at;
 };
 
-/// The commands that ask a running daemon; `options.run` is then the one that was named. After add_subject_command:
-/// some stand beneath `subject`.
+/// Adds the commands that send a request to a running daemon. The parser sets `options.run` to the chosen command. Call
+/// after add_subject_command() and add_take_command(), because some commands are subcommands of `subject` and `take`.
 void add_live_commands(cli::App& app, LiveOptions& options);
-
-/// `mocapctl completion`: prints what bash needs to complete the commands of `app`.
-void add_completion_command(cli::App& app, std::function<int()>& run);
 
 }  // namespace mocap::ctl

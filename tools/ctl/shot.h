@@ -8,7 +8,7 @@
 
 namespace mocap::ctl {
 
-/// Writes the image as a PNG of 8 bits, each blob in a box with its number of the list.
+/// Writes the image as an 8-bit PNG, with a box around each blob and its index in `blobs`. Fails with Io.
 Status save_shot(const std::filesystem::path& path, const Image& image, const Blobs& blobs);
 
 }  // namespace mocap::ctl

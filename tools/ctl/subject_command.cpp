@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdio>
 #include <ctime>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -12,19 +13,19 @@
 
 #include "base/exit_codes.h"
 #include "base/time.h"
+#include "ctl/marker_set_drawing.h"
 #include "ctl/takes.h"
 #include "identify/asymmetry.h"
 #include "scene/import_marker_set.h"
-#include "settings/marker_set_file.h"
-#include "settings/subject_file.h"
+#include "settings/shipped_files.h"
+#include "settings/subject/marker_set_file.h"
+#include "settings/subject/subject_file.h"
 
 namespace mocap::ctl {
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-constexpr int kExitData = 65;  // sysexits EX_DATAERR
 
 template <class... Arguments>
 void say(fmt::format_string<Arguments...> text, Arguments&&... arguments) {
@@ -37,18 +38,6 @@ std::string utc_now() {
   ::gmtime_r(&seconds, &utc);
   char text[32];
   return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc)};
-}
-
-// Where human18 stands: below this folder, or one above it that has a configuration.
-std::optional<fs::path> usual_skeleton() {
-  std::error_code ignored;
-  for (fs::path folder = fs::current_path(ignored);; folder = folder.parent_path()) {
-    for (const char* config : {"config", "."}) {
-      const fs::path file = folder / config / "skeletons" / "human18.toml";
-      if (fs::exists(file, ignored)) return file;
-    }
-    if (folder == folder.root_path()) return std::nullopt;
-  }
 }
 
 Json json_of(const settings::SubjectFile& subject) {
@@ -70,11 +59,12 @@ Json json_of(const settings::SubjectFile& subject) {
           {"markers", markers}};
 }
 
-// Lengths are from the parent's joint to the bone's own; a residual of 0 was not told.
+// Prints the subject as a table. A length is the distance from the joint of the parent to the joint of the bone. A
+// residual of 0 is unknown.
 void print(const settings::SubjectFile& subject) {
   fmt::print("subject {}: {} markers of {}, size {:.3f}, residual {:.1f} mm, fitted {}\n\n", subject.name,
              subject.marker_set.markers.size(), subject.marker_set.name, subject.size, 1e3 * subject.residual_m,
-             subject.fitted_on.empty() ? "at a date that nobody told" : subject.fitted_on);
+             subject.fitted_on.empty() ? "at an unknown date" : subject.fitted_on);
   fmt::print("{:<16} {:<16} {:>9} {:>12}\n", "bone", "hangs on", "length mm", "residual mm");
   const auto& bones = subject.marker_set.skeleton.bones;
   for (std::size_t b = 0; b < bones.size(); ++b) {
@@ -104,17 +94,17 @@ settings::SubjectFile file_of(const bodyfit::FittedSubject& fitted, const Subjec
           .marker_residuals_m = fitted.residuals.marker_rms_m};
 }
 
-// Nothing, with words, where the takes tell too little.
+// Empty, with an error message, if the takes contain too few markers.
 std::optional<bodyfit::FittedSubject> fit_body(const MarkerSet& set, const bodyfit::LabelledTake& at_rest,
                                                const bodyfit::LabelledTake& moving) {
   const auto fitted = bodyfit::fit_subject(set, at_rest, moving, {});
   if (!fitted) {
-    say("{} frames at rest and {} moving show too few of the {} markers of '{}' to fit a body to", at_rest.frames(),
+    say("{} frames at rest and {} moving show too few of the {} markers of '{}' to fit a body", at_rest.frames(),
         moving.frames(), set.markers.size(), set.name);
     return std::nullopt;
   }
   if (!fitted->from_rest && set.skeleton.bones.size() > 1) {
-    say("no T-pose or A-pose told how the bones' frames lie: rotations are as the marker set has its markers");
+    say("without a T-pose or A-pose the axes of the bones are those of the marker set");
   }
   return *fitted;
 }
@@ -124,12 +114,12 @@ int exit_of(const Error& error) {
   return error.code == ErrorCode::Io ? kExitUnavailable : kExitData;
 }
 
-// `worn`: the marker set that was written, beside the subject file `out`.
-void tell_import(const SubjectOptions& options, const scene::ImportedMarkerSet& imported, const MarkerSet& worn,
-                 const settings::SubjectFile& subject, const fs::path& out) {
+// Reports an import. `imported_set`: the marker set that was written next to the subject file `out`.
+void report_import(const SubjectOptions& options, const scene::ImportedMarkerSet& imported,
+                   const MarkerSet& imported_set, const settings::SubjectFile& subject, const fs::path& out) {
   std::vector<std::array<std::string, 2>> asymmetric;
-  for (const auto& [one, other] : worn.asymmetric)
-    asymmetric.push_back({worn.markers[one].name, worn.markers[other].name});
+  for (const auto& [one, other] : imported_set.asymmetric)
+    asymmetric.push_back({imported_set.markers[one].name, imported_set.markers[other].name});
   if (options.json) {
     Json all = json_of(subject);
     all["unknown"] = imported.unknown;
@@ -142,23 +132,88 @@ void tell_import(const SubjectOptions& options, const scene::ImportedMarkerSet& 
     fmt::print("{}\n", all.dump(2));
   } else {
     print(subject);
-    fmt::print("\n{} nameless points and {} outputs of models left out\n", imported.ghosts, imported.model_outputs);
+    fmt::print("\n{} unlabelled points and {} model outputs left out\n", imported.ghosts, imported.model_outputs);
     for (const auto& [one, other] : asymmetric)
-      fmt::print("{} and {} are no mirror images of each other seen from the front: they tell the sides\n", one, other);
+      fmt::print("{} and {} are not symmetric seen from the front: they distinguish left from right\n", one, other);
     fmt::print("written: {} and {}\n", subject.marker_set_file.string(), out.string());
   }
+}
+
+void add_import(cli::App& subject, SubjectOptions& options) {
+  cli::App* command = subject.add_subcommand(
+      "import", "make a marker set from the labels of a C3D file, with its asymmetric marker pairs, and fit the body");
+  command->examples(
+      "  mocapctl subject import static.c3d --name anna --static --out subjects\n"
+      "  mocapctl subject import walk.c3d --name bob --out subjects --json");
+  command->add_option("file", options.file, "a C3D file")->required()->type_name("FILE.c3d");
+  command->add_option("--name", options.name, "name of the subject and its marker set")->required();
+  command->add_flag("--static", options.at_rest, "the file is a static trial: a person stands in T-pose or A-pose");
+  command->add_option("--skeleton", options.skeleton, "default: skeletons/human18.toml of the shipped ones")
+      ->type_name("FILE");
+  command->add_option("--out", options.out, "output folder of NAME.markers.toml and NAME.subject.toml")
+      ->required()
+      ->type_name("DIR");
+  command->callback([&options] { options.run = run_import; });
+  command->add_flag("--json", options.json, "print JSON");
+  command->add_option("--date", options.date, "date in the file; default: now, UTC")->type_name("TEXT");
+}
+
+void add_fit(cli::App& subject, SubjectOptions& options) {
+  cli::App* command = subject.add_subcommand("fit", "fit a body to a recording with labelled markers");
+  command->examples(
+      "  mocapctl subject fit --c3d walk.c3d --rest static.c3d --marker-set subjects/anna.markers.toml --out "
+      "anna.toml\n"
+      "  mocapctl subject fit --stream take.jsonl --rest-s 2 --marker-set markersets/baseline41.toml --out anna.toml");
+  command->add_option("--stream", options.stream, "a recorded feed, JSON lines")->type_name("FILE.jsonl");
+  command->add_option("--c3d", options.c3d, "a C3D file")->type_name("FILE.c3d");
+  command->add_option("--rest", options.rest, "a static trial of the same body")->type_name("FILE.c3d");
+  command->add_option("--rest-s", options.rest_s, "duration of the T-pose or A-pose at the start of the feed, s")
+      ->check(cli::Range(0.0, 600.0));
+  command->add_option("--subject", options.subject, "index of the subject in the feed, from 0")->capture_default_str();
+  command
+      ->add_option("--marker-set", options.marker_set,
+                   "marker set of the recording: a file, or a shipped one as markersets/baseline41.toml")
+      ->required()
+      ->type_name("FILE.toml");
+  command->add_option("--name", options.name, "name of the subject; default: name of the output file");
+  command->add_option("--out", options.out, "the subject file to write")->required()->type_name("FILE.toml");
+  command->callback([&options] { options.run = run_fit; });
+  command->add_flag("--json", options.json, "print JSON");
+  command->add_option("--date", options.date, "date in the file; default: now, UTC")->type_name("TEXT");
+}
+
+void add_show(cli::App& subject, SubjectOptions& options) {
+  cli::App* command = subject.add_subcommand("show", "print a table of lengths, markers and residuals");
+  command->examples(
+      "  mocapctl subject show subjects/anna.subject.toml\n"
+      "  mocapctl subject show anna.toml --json");
+  command->add_option("file", options.file, "a subject file")->required()->type_name("FILE.toml");
+  command->callback([&options] { options.run = run_show; });
+  command->add_flag("--json", options.json, "print JSON");
+}
+
+void add_draw(cli::App& subject, SubjectOptions& options) {
+  cli::App* command = subject.add_subcommand("draw", "draw a marker set as SVG: front, back, labels, bones");
+  command->examples(
+      "  mocapctl subject draw config/markersets/baseline41.toml --out baseline41.svg\n"
+      "  mocapctl subject draw anna.toml > anna.svg");
+  command->add_option("markerset", options.marker_set, "a marker set or a subject file")
+      ->required()
+      ->type_name("FILE.toml");
+  command->add_option("--out", options.out, "the picture to write; default: standard output")->type_name("FILE.svg");
+  command->callback([&options] { options.run = run_draw; });
 }
 
 }  // namespace
 
 int run_import(const SubjectOptions& options) {
-  const std::optional<fs::path> skeleton_file =
-      options.skeleton.empty() ? usual_skeleton() : std::optional(options.skeleton);
-  if (!skeleton_file) {
-    say("no config/skeletons/human18.toml here or above, expected one; or say --skeleton FILE");
+  const settings::FoundFile skeleton_file =
+      settings::find_shipped(options.skeleton.empty() ? "skeletons/human18.toml" : options.skeleton, {});
+  if (!skeleton_file.missing.empty()) {
+    say("--skeleton: {}", skeleton_file.missing);
     return kExitConfig;
   }
-  const auto skeleton = settings::load_skeleton(*skeleton_file);
+  const auto skeleton = settings::load_skeleton(skeleton_file.path);
   if (!skeleton) {
     say("{}", skeleton.error().message);
     return kExitConfig;
@@ -169,25 +224,25 @@ int run_import(const SubjectOptions& options) {
   if (!imported)
     return exit_of({imported.error().code, fmt::format("{}: {}", options.file.string(), imported.error().message)});
 
-  for (const std::string& label : imported->unknown)
-    say("label '{}' follows no convention that is known; left out", label);
-  for (const std::string& label : imported->twice) say("label '{}' is there twice; the first counts", label);
+  for (const std::string& label : imported->unknown) say("label '{}' is unknown; left out", label);
+  for (const std::string& label : imported->twice) say("label '{}' occurs twice; the first is used", label);
 
   const bodyfit::LabelledTake take = scene::take_of(*c3d, imported->marker_set);
   const auto fitted = fit_body(imported->marker_set, options.at_rest ? take : bodyfit::LabelledTake{},
                                options.at_rest ? bodyfit::LabelledTake{} : take);
-  const MarkerSet worn = fitted ? identify::with_asymmetries(imported->marker_set, *fitted) : imported->marker_set;
+  const MarkerSet imported_set =
+      fitted ? identify::with_asymmetries(imported->marker_set, *fitted) : imported->marker_set;
   std::error_code failed;
   fs::create_directories(options.out, failed);
   const fs::path marker_set = options.out / (options.name + ".markers.toml");
   const fs::path out = options.out / (options.name + ".subject.toml");
-  const Status set_saved = settings::save_marker_set(marker_set, worn, *skeleton_file);
+  const Status set_saved = settings::save_marker_set(marker_set, imported_set, skeleton_file.path);
   if (!set_saved) return exit_of(set_saved.error());
   if (!fitted) return kExitData;
   const settings::SubjectFile subject = file_of(*fitted, options, marker_set);
   const Status saved = settings::save_subject(out, subject);
   if (!saved) return exit_of(saved.error());
-  tell_import(options, *imported, worn, subject, out);
+  report_import(options, *imported, imported_set, subject, out);
   return kExitOk;
 }
 
@@ -196,7 +251,12 @@ int run_fit(const SubjectOptions& options) {
     say("expected a recording: one of --stream FILE.jsonl and --c3d FILE.c3d, or --rest FILE.c3d alone");
     return kExitUsage;
   }
-  const auto set = settings::load_marker_set(options.marker_set);
+  const settings::FoundFile set_file = settings::find_shipped(options.marker_set, {});
+  if (!set_file.missing.empty()) {
+    say("--marker-set: {}", set_file.missing);
+    return kExitConfig;
+  }
+  const auto set = settings::load_marker_set(set_file.path);
   if (!set) {
     say("{}", set.error().message);
     return kExitConfig;
@@ -216,7 +276,7 @@ int run_fit(const SubjectOptions& options) {
   }
   const auto fitted = fit_body(*set, takes.at_rest, takes.moving);
   if (!fitted) return kExitData;
-  const settings::SubjectFile subject = file_of(*fitted, options, options.marker_set);
+  const settings::SubjectFile subject = file_of(*fitted, options, set_file.path);
   const Status saved = settings::save_subject(options.out, subject);
   if (!saved) return exit_of(saved.error());
   if (options.json) {
@@ -242,43 +302,42 @@ int run_show(const SubjectOptions& options) {
   return kExitOk;
 }
 
-void add_subject_command(cli::App& app, SubjectOptions& options) {
-  cli::App* subject = app.add_subcommand("subject", "bodies: import, fit, show");
-  subject->require_subcommand(1);
-
-  cli::App* import = subject->add_subcommand(
-      "import", "make a marker set of a C3D file's labels, with the pairs that tell the sides, and fit the body");
-  import->add_option("file", options.file, "a C3D file")->required()->type_name("FILE.c3d");
-  import->add_option("--name", options.name, "of the subject and its marker set")->required();
-  import->add_flag("--static", options.at_rest, "it is a static trial: somebody stands in T-pose or A-pose");
-  import->add_option("--skeleton", options.skeleton, "default: config/skeletons/human18.toml here or above")
-      ->type_name("FILE");
-  import->add_option("--out", options.out, "folder that gets NAME.markers.toml and NAME.subject.toml")
-      ->required()
-      ->type_name("DIR");
-  import->callback([&options] { options.run = run_import;
-});
-
-cli::App* fit = subject->add_subcommand("fit", "fit a body to a recording whose markers have names");
-fit->add_option("--stream", options.stream, "a recorded feed, JSON lines")->type_name("FILE.jsonl");
-fit->add_option("--c3d", options.c3d, "a C3D file")->type_name("FILE.c3d");
-fit->add_option("--rest", options.rest, "a static trial of the same body")->type_name("FILE.c3d");
-fit->add_option("--rest-s", options.rest_s, "seconds at the beginning of the feed that are a T-pose or A-pose")
-    ->check(cli::Range(0.0, 600.0));
-fit->add_option("--subject", options.subject, "which subject of the feed, from 0")->capture_default_str();
-fit->add_option("--marker-set", options.marker_set, "what is worn")->required()->type_name("FILE.toml");
-fit->add_option("--name", options.name, "of the subject; default: the name of the file that is written");
-fit->add_option("--out", options.out, "the subject file to write")->required()->type_name("FILE.toml");
-fit->callback([&options] { options.run = run_fit; });
-
-cli::App* show = subject->add_subcommand("show", "a table of lengths, markers and residuals");
-show->add_option("file", options.file, "a subject file")->required()->type_name("FILE.toml");
-show->callback([&options] { options.run = run_show; });
-
-for (cli::App* command : {import, fit, show}) command->add_flag("--json", options.json, "print JSON");
-for (cli::App* command : {import, fit}) {
-  command->add_option("--date", options.date, "that the file is to bear; default: now, UTC")->type_name("TEXT");
+int run_draw(const SubjectOptions& options) {
+  auto set = settings::load_marker_set(options.marker_set);
+  if (!set) {
+    // The file of a fitted body has its markers too.
+    auto subject = settings::load_subject(options.marker_set);
+    if (!subject) {
+      say("{}", set.error().message);
+      return kExitConfig;
+    }
+    set = std::move(subject->marker_set);
+  }
+  const std::string svg = marker_set_svg(*set);
+  if (options.out.empty()) {
+    fmt::print("{}", svg);
+    return kExitOk;
+  }
+  std::ofstream out(options.out);
+  out << svg;
+  if (!out.flush()) {
+    say("{}: cannot be written", options.out.string());
+    return kExitUnavailable;
+  }
+  return kExitOk;
 }
-}  // namespace mocap::ctl
+
+void add_subject_command(cli::App& app, SubjectOptions& options) {
+  cli::App* subject = app.add_subcommand("subject", "bodies: import, fit, show, draw");
+  subject->examples(
+      "  mocapctl subject import static.c3d --name anna --static --out subjects\n"
+      "  mocapctl subject show subjects/anna.subject.toml\n"
+      "  mocapctl subject reset anna");
+  subject->require_subcommand(1);
+  add_import(*subject, options);
+  add_fit(*subject, options);
+  add_show(*subject, options);
+  add_draw(*subject, options);
+}
 
 }  // namespace mocap::ctl

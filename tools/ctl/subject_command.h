@@ -9,12 +9,12 @@
 namespace mocap::ctl {
 
 struct SubjectOptions {
-  int (*run)(const SubjectOptions&) = nullptr;  ///< of the command that was named
+  int (*run)(const SubjectOptions&) = nullptr;  ///< runs the subcommand of the command line
   std::filesystem::path file;
   std::string name;
   bool at_rest = false;            ///< import: the file is a static trial
-  std::filesystem::path skeleton;  ///< import; empty: human18 of the configuration folder nearest
-  std::filesystem::path out;       ///< import: a folder; fit: a file
+  std::filesystem::path skeleton;  ///< import; empty: human18 of the nearest configuration folder
+  std::filesystem::path out;       ///< import: a folder; fit, draw: a file
   std::filesystem::path stream, c3d, rest, marker_set;
   double rest_s = 0.0;
   std::uint32_t subject = 0;
@@ -22,11 +22,12 @@ struct SubjectOptions {
   bool json = false;
 };
 
-/// `mocapctl subject import`, `fit` and `show`; `options.run` is then the one that was named.
+/// Adds `mocapctl subject import`, `fit`, `show` and `draw`. The parser sets `options.run` to the chosen subcommand.
 void add_subject_command(cli::App& app, SubjectOptions& options);
 
 int run_import(const SubjectOptions& options);
 int run_fit(const SubjectOptions& options);
 int run_show(const SubjectOptions& options);
+int run_draw(const SubjectOptions& options);
 
 }  // namespace mocap::ctl

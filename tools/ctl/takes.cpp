@@ -8,7 +8,7 @@
 #include <optional>
 #include <span>
 
-#include "wire/json.h"
+#include "wire/codec/json.h"
 
 namespace mocap::ctl {
 
@@ -33,7 +33,7 @@ Result<StreamTakes> read_stream(const std::filesystem::path& path, std::uint32_t
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     const Result<Snapshot> snapshot = wire::from_json_line(line);
     if (!snapshot) {
-      if (in.eof()) break;  // its writer was stopped in the middle of the line
+      if (in.eof()) break;  // the writer was interrupted in the middle of the last line
       return Error{ErrorCode::InvalidArgument,
                    fmt::format("{}:{}: {}", path.string(), number, snapshot.error().message)};
     }

@@ -11,6 +11,7 @@
 
 namespace mocap::ctl {
 
+/// Reads a C3D file. Fails with NotFound, or with InvalidArgument and the reason.
 Result<scene::C3d> read_c3d(const std::filesystem::path& path);
 
 struct StreamTakes {
@@ -18,8 +19,9 @@ struct StreamTakes {
   bodyfit::LabelledTake moving;
 };
 
-/// The measured markers of one subject of a recorded feed (JSON lines): those of the first `rest_s` seconds that it is
-/// tracked, and those after. Fails with NotFound, or with InvalidArgument and the line.
+/// Reads the measured markers of one subject from a recorded feed (JSON lines). The first `rest_s` seconds in which the
+/// subject is tracked go to `at_rest`, the others to `moving`. Fails with NotFound, or with InvalidArgument and the
+/// line.
 Result<StreamTakes> read_stream(const std::filesystem::path& path, std::uint32_t subject, const MarkerSet& set,
                                 double rest_s);
 

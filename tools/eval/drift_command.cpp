@@ -10,7 +10,8 @@
 #include <vector>
 
 #include "assemble.h"
-#include "calibrate/mend_rig.h"
+#include "base/exit_codes.h"
+#include "calibrate/repair_recording.h"
 #include "eval/command.h"
 #include "lib/cli/app.h"
 #include "lib/simworld/drift_world.h"
@@ -19,18 +20,16 @@
 namespace mocap::eval {
 namespace {
 
-constexpr int kBadData = 65;  // sysexits EX_DATAERR
-
 constexpr const char* kHelp =
-    "People move before simulated cameras; at some instant one camera is turned and moved, in directions that the "
-    "seed\n"
-    "tells, and the daemon's own row (align, match, triangulate, track, label, solve, watch) goes on. named_s: how "
-    "long\n"
-    "it took until the watch named it. false_alarms: other cameras that were named, or this one before. After --after\n"
-    "seconds the rig is mended as by mocap-calibrate refine, from the take's last ones; position_error_mm and\n"
-    "rotation_error_deg are then of the bumped camera, worst_mm of the worst of all, without alignment.\n"
-    "--deg 0 --mm 0 tells false alarms alone.\n"
+    "People move in front of simulated cameras. At --at seconds one camera is rotated and moved in random\n"
+    "directions. The daemon's own pipeline (align, match, triangulate, track, label, solve, watch) continues.\n"
+    "named_s: time from then until the drift watch reports the camera. false_alarms: reports of other cameras,\n"
+    "or of this camera before. --after seconds later the rig is repaired as by mocap-calibrate refine, from the\n"
+    "last seconds of the take. position_error_mm and rotation_error_deg are the errors of the moved camera\n"
+    "after the repair, worst_mm is the largest position error of all cameras, without alignment. --deg 0 --mm 0\n"
+    "measures only false alarms.\n"
     "\n"
+    "examples:\n"
     "  mocap-eval drift config/scenes/walk_about.toml --seeds 5\n"
     "  mocap-eval drift config/scenes/walk_about.toml --deg 0 --mm 0 --after 300 --json\n";
 
@@ -47,19 +46,19 @@ struct Options {
 
 struct Outcome {
   std::string camera;
-  double named_s = -1.0;  // after the bump; below 0: never
+  double named_s = -1.0;  // time since the bump; negative: never reported
   int false_alarms = 0;
-  double off_px = 0.0;                      // the most that a camera which stands right was said to be off
-  double turned_deg = 0.0, moved_mm = 0.0;  // as the watch told at the end
+  double off_px = 0.0;                      // largest reported offset of a camera that did not move
+  double turned_deg = 0.0, moved_mm = 0.0;  // estimate of the drift watch at the end
   bool refined = false;
   std::string why_not;
   double position_error_mm = 0.0, rotation_error_deg = 0.0, worst_mm = 0.0;
 };
 
-// The row from blobs to snapshots as the daemon makes it, and what it says of the cameras.
-class Watched {
+// The daemon's pipeline from blobs to snapshots, with its drift watch.
+class WatchedPipeline {
  public:
-  Watched(const settings::DaemonSettings& settings)
+  WatchedPipeline(const settings::DaemonSettings& settings)
       : align_(settings.pipeline.align), aligner_(align_, settings.rig.size()), fusion_(assemble_fusion(settings)) {}
 
   const drift::CameraDrift& step(const std::vector<BlobFrame>& frames) {
@@ -89,21 +88,21 @@ double degrees_between(const CameraModel& a, const CameraModel& b) {
   return std::abs(off.angle()) * 180.0 / std::numbers::pi;
 }
 
-void mend(const take::BlobRecording& take, const simworld::DriftWorld& world, const Options& options,
-          Outcome& outcome) {
-  const auto mended = calibrate::mend_rig(calibrate::last_of(take, options.refine_s), world.rig(),
-                                          {.drift_px = options.drift_px, .threads = 2});
-  if (!mended) {
-    outcome.why_not = mended.error().message;
+void repair(const take::BlobRecording& take, const simworld::DriftWorld& world, const Options& options,
+            Outcome& outcome) {
+  const auto repaired = calibrate::repair_from_recording(calibrate::last_of(take, options.refine_s), world.rig(),
+                                                         {.drift_px = options.drift_px, .threads = 2});
+  if (!repaired) {
+    outcome.why_not = repaired.error().message;
     return;
   }
   outcome.refined = true;
   for (std::uint32_t c = 0; c < world.truth().size(); ++c) {
-    const double off_mm = 1e3 * (mended->rig[c].centre().v - world.truth()[c].centre().v).norm();
+    const double off_mm = 1e3 * (repaired->rig[c].centre().v - world.truth()[c].centre().v).norm();
     outcome.worst_mm = std::max(outcome.worst_mm, off_mm);
     if (c != world.camera()) continue;
     outcome.position_error_mm = off_mm;
-    outcome.rotation_error_deg = degrees_between(mended->rig[c], world.truth()[c]);
+    outcome.rotation_error_deg = degrees_between(repaired->rig[c], world.truth()[c]);
   }
 }
 
@@ -115,7 +114,7 @@ Result<Outcome> run_seed(const simworld::SceneFile& scene, const Options& option
   daemon.rig = world->rig();
   daemon.subject_models = world->subjects();
   daemon.drift.drift_px = options.drift_px;
-  Watched row(daemon);
+  WatchedPipeline row(daemon);
   take::BlobRecording take;
   take.pictures.resize(world->rig().size());
   for (const CameraModel& camera : world->rig())
@@ -138,7 +137,7 @@ Result<Outcome> run_seed(const simworld::SceneFile& scene, const Options& option
     }
     named[c] = drift.drifted;
   }
-  if (bumps) mend(take, *world, options, outcome);
+  if (bumps) repair(take, *world, options, outcome);
   return outcome;
 }
 
@@ -179,7 +178,7 @@ int run(const Options& options) {
   const auto scene = simworld::load_scene(options.scene);
   if (!scene) {
     fmt::print(stderr, "{}\n", settings::to_text(scene.error()));
-    return kBadData;
+    return kExitData;
   }
   std::vector<Outcome> all;
   for (int i = 0; i < options.seeds; ++i) {
@@ -188,7 +187,7 @@ int run(const Options& options) {
     auto outcome = run_seed(*scene, options, seed);
     if (!outcome) {
       fmt::print(stderr, "mocap-eval: {}\n", outcome.error().message);
-      return kBadData;
+      return kExitData;
     }
     if (!options.json) print_text(seed, *outcome);
     all.push_back(*std::move(outcome));
@@ -201,25 +200,30 @@ int run(const Options& options) {
 
 int run_drift(int argc, const char* const* argv) {
   Options options;
-  cli::App app("Does the daemon notice that a camera was bumped?", "mocap-eval drift");
-  app.add_option("scene", options.scene, "the scene, as in config/scenes")->required();
-  app.add_option("--deg", options.bump.turn_deg, "how far the camera is turned")
+  cli::App app("Scores the detection and repair of a moved camera.", "mocap-eval drift");
+  app.add_option("scene", options.scene, "scene file, as in config/scenes")->required();
+  app.add_option("--deg", options.bump.turn_deg, "rotation of the camera, degrees")
       ->check(cli::Range(0.0, 5.0))
       ->capture_default_str();
-  app.add_option("--mm", options.bump.move_mm, "and moved")->check(cli::Range(0.0, 200.0))->capture_default_str();
-  app.add_option("--at", options.bump.at_s, "when, s")->check(cli::Range(0.0, 3600.0))->capture_default_str();
-  app.add_option("--after", options.after_s, "how long the take goes on, s")
+  app.add_option("--mm", options.bump.move_mm, "displacement of the camera, mm")
+      ->check(cli::Range(0.0, 200.0))
+      ->capture_default_str();
+  app.add_option("--at", options.bump.at_s, "time of the bump, s")
+      ->check(cli::Range(0.0, 3600.0))
+      ->capture_default_str();
+  app.add_option("--after", options.after_s, "duration after the bump, s")
       ->check(cli::Range(0.1, 36000.0))
       ->capture_default_str();
-  app.add_option("--drift-px", options.drift_px, "as [watch] drift_px")
+  app.add_option("--drift-px", options.drift_px, "value of [watch] drift_px")
       ->check(cli::Range(0.05, 20.0))
       ->capture_default_str();
-  app.add_option("--refine-seconds", options.refine_s, "of the take's end, from which the rig is mended")
+  app.add_option("--refine-seconds", options.refine_s,
+                 "duration at the end of the take from which the rig is repaired, s")
       ->check(cli::Range(1.0, 3600.0))
       ->capture_default_str();
   app.add_option("--seeds", options.seeds)->check(cli::Range(1, 1000))->capture_default_str();
   app.add_option("--first-seed", options.first_seed)->capture_default_str();
-  app.add_flag("--json", options.json, "print one JSON object over all seeds: the worst of each");
+  app.add_flag("--json", options.json, "print one JSON object with the worst figures over all seeds");
   app.footer(kHelp);
   if (const auto exit = app.parse(argc, argv)) return *exit;
   return run(options);

@@ -31,19 +31,20 @@ struct Options {
 };
 
 void add_options(cli::App& app, Options& options) {
-  app.add_option("--seed-base", options.quality.seed_base, "another base gives other clips")->capture_default_str();
+  app.add_option("--seed-base", options.quality.seed_base, "seed of the random clips")->capture_default_str();
   app.add_option("--clips", options.quality.clips, "clips of each situation")
       ->check(cli::Range(1, 10000))
       ->capture_default_str();
   auto* json = app.add_flag("--json", options.json, "print one JSON object");
-  app.add_flag("--markdown", options.markdown, "print the study's tables beside ours")->excludes(json);
-  app.add_option("--plots", options.plots, "folder for drawings of the clips (SVG); made where it is missing");
+  app.add_flag("--markdown", options.markdown, "print the tables of the study next to our results")->excludes(json);
+  app.add_option("--plots", options.plots,
+                 "write drawings of the clips (SVG) to this folder, which is created if needed");
   app.add_flag("--no-cost", options.no_cost, "do not measure costs");
   app.add_flag("--no-multiview", options.no_multiview, "leave out the clips with four cameras");
   app.footer(kExamples);
 }
 
-/// Percent done on a terminal's standard error; nothing where that is none.
+/// Shows the progress on standard error if that is a terminal.
 class ProgressBar {
  public:
   explicit ProgressBar(int all) : all_(all) {}
@@ -92,7 +93,7 @@ paper_study::Report run(const Options& options) {
 
 int run_paper(int argc, const char* const* argv) {
   Options options;
-  cli::App app("Rebuilds the tracking study and judges our trackers on its clips.", "mocap-eval paper");
+  cli::App app("Rebuilds the tracking study and scores our trackers on its clips.", "mocap-eval paper");
   add_options(app, options);
   if (const auto exit = app.parse(argc, argv)) return *exit;
   if (!options.plots.empty()) {

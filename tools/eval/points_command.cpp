@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "base/exit_codes.h"
 #include "eval/command.h"
 #include "eval/points_ghosts.h"
 #include "eval/points_row.h"
@@ -19,21 +20,17 @@
 namespace mocap::eval {
 namespace {
 
-constexpr int kBadData = 65;  // sysexits EX_DATAERR
-constexpr int kNoInput = 66;  // sysexits EX_NOINPUT
-
 constexpr const char* kExamples =
-    "Simulated cameras look at markers that move as in a recording; the blobs go through the daemon's own stages "
-    "(align,\n"
-    "match, triangulate, track), and what comes out is compared with the truth.\n"
+    "Simulated cameras look at moving markers. The blobs pass the daemon's own steps (align, match,\n"
+    "triangulate, track), and the result is compared with the truth.\n"
     "\n"
-    "rms_mm is the error of triangulated points, bound_mm what the true rays and the noise allow at best. nees is the\n"
-    "squared error in units of the covariance that was told: nees_expected (3) where it tells the truth. recall_3plus "
-    "and\n"
-    "recall_2 (of markers that a track foretold) count triangulated points by the cameras that have a blob of the\n"
-    "marker alone. ghosts are confirmed tracks where nothing is. id_changes: a marker bears another track than "
-    "before.\n"
+    "rms_mm is the error of triangulated points, bound_mm the Cramer-Rao bound with the true rays and noise.\n"
+    "nees is the normalised estimation error squared; nees_expected (3) for a consistent covariance.\n"
+    "recall_3plus and recall_2 (of markers that a track predicted) count triangulated points by the number of\n"
+    "cameras that have a blob of the marker alone. ghosts are confirmed tracks without a marker. id_changes: a\n"
+    "marker has a different track than before.\n"
     "\n"
+    "examples:\n"
     "  mocap-eval points --markers 80 --false 0.1 --seeds 3\n"
     "  mocap-eval points --motion walk.c3d --cameras 8 --rate 25 --noise-px 0.1 --json\n"
     "  mocap-eval points --motion dance.bvh --visibility measured --merge --misses 0.01 --seconds 5\n";
@@ -52,38 +49,38 @@ struct Options {
 
 int fail(const Error& error) {
   fmt::print(stderr, "mocap-eval: {}\n", error.message);
-  return error.code == ErrorCode::InvalidArgument ? kBadData : kNoInput;
+  return error.code == ErrorCode::InvalidArgument ? kExitData : kExitNoInput;
 }
 
 void add_options(cli::App& app, Options& options) {
   simworld::WorldSettings& world = options.world;
-  app.add_option("--motion", options.motion, "a .c3d, .bvh or .trc file; without one, markers that wander about");
+  app.add_option("--motion", options.motion, "a .c3d, .bvh or .trc file; default: a random swarm");
   app.add_option("--markers", options.markers,
-                 "how many, worn by as many people as it takes; 0: those of the file, or 40 that wander")
+                 "number of markers, on as many people as needed; 0: the markers of the file, or a swarm of 40")
       ->check(cli::Range(std::size_t{0}, std::size_t{512}));
   app.add_option("--cameras", world.cameras)->check(cli::Range(2, 64))->capture_default_str();
-  app.add_option("--rate", options.rate_hz, "sets a second; without it the recording's own")
+  app.add_option("--rate", options.rate_hz, "sets per second; default: rate of the recording")
       ->check(cli::Range(1.0, 2000.0));
-  app.add_option("--seconds", options.seconds, "how long; without it, the length of the recording")
+  app.add_option("--seconds", options.seconds, "duration, s; default: length of the recording")
       ->check(cli::Range(0.0, 36000.0));
-  app.add_option("--noise-px", world.noise_px, "standard deviation of a blob's place, each axis")
+  app.add_option("--noise-px", world.noise_px, "standard deviation of a blob centroid, each axis")
       ->check(cli::Range(0.01, 5.0))
       ->capture_default_str();
-  app.add_option("--misses", world.misses, "share of the views that give no blob")->check(cli::Range(0.0, 1.0));
-  app.add_option("--false", world.false_blobs, "false blobs for each true one")->check(cli::Range(0.0, 10.0));
-  app.add_option("--lost-frames", world.lost_frames, "share of images that never come")->check(cli::Range(0.0, 1.0));
-  app.add_option("--jitter-us", world.jitter_us, "error of the cameras' time stamps, either way, at most")
+  app.add_option("--misses", world.misses, "share of the views without a blob")->check(cli::Range(0.0, 1.0));
+  app.add_option("--false", world.false_blobs, "number of false blobs for each true blob")
+      ->check(cli::Range(0.0, 10.0));
+  app.add_option("--lost-frames", world.lost_frames, "share of the images that are lost")->check(cli::Range(0.0, 1.0));
+  app.add_option("--jitter-us", world.jitter_us, "largest error of a camera's time stamps")
       ->check(cli::Range(0.0, 200.0));
-  app.add_flag("--merge", world.merge, "blobs that touch become one");
+  app.add_flag("--merge", world.merge, "join blobs that touch");
   app.add_choice("--visibility", world.visibility,
                  {{"perfect", simworld::Visibility::Perfect}, {"measured", simworld::Visibility::Measured}},
                  "perfect, or as measured on real recordings (63 % of the views)");
-  app.add_option("--seeds", options.seeds, "worlds to try, each with its own rig and noise")
+  app.add_option("--seeds", options.seeds, "number of simulated worlds, each with its own rig and noise")
       ->check(cli::Range(1, 1000))
       ->capture_default_str();
   app.add_option("--first-seed", options.first_seed)->capture_default_str();
-  app.add_flag("--list-faults", options.list_faults,
-               "print what each ghost and each miss was made of, on standard error");
+  app.add_flag("--list-faults", options.list_faults, "print the blobs of each ghost and each miss on standard error");
   app.add_flag("--json", options.json, "print one JSON object");
   app.footer(kExamples);
 }
@@ -94,16 +91,17 @@ void run_seed(const Options& options, const simworld::PointMotion& motion, int s
   PointsScorer scorer(world.rig(), options.world.noise_px, score);
   const double seconds = options.seconds.value_or(motion.length_s());
   const auto sets = static_cast<int>(seconds * options.world.rate_hz + 1e-6) + 1;
-  const bool tell = isatty(STDERR_FILENO) != 0;
+  const bool shows_progress = isatty(STDERR_FILENO) != 0;
   for (int set = 0; set < sets; ++set) {
     const simworld::SeenInstant& seen = world.next();
-    if (tell && set % 50 == 0) fmt::print(stderr, "\rseed {} of {}, set {} of {} ", seed + 1, options.seeds, set, sets);
+    if (shows_progress && set % 50 == 0)
+      fmt::print(stderr, "\rseed {} of {}, set {} of {} ", seed + 1, options.seeds, set, sets);
     if (!row.step(seen)) continue;
-    scorer.add(seen, row.matches(), row.markers(), row.expected(), row.tracked());
+    scorer.add(seen, row.matches(), row.markers(), row.predicted(), row.tracked());
     if (!options.list_faults) continue;
     fmt::print(stderr, "{}{}", describe_ghosts(set, seen, row, scorer), describe_misses(set, seen, row, scorer));
   }
-  if (tell) fmt::print(stderr, "\r{:40}\r", "");
+  if (shows_progress) fmt::print(stderr, "\r{:40}\r", "");
 }
 
 int run(Options& options) {
@@ -130,7 +128,7 @@ int run(Options& options) {
 
 int run_points(int argc, const char* const* argv) {
   Options options;
-  cli::App app("How well are markers found in space?", "mocap-eval points");
+  cli::App app("Scores 3D markers from simulated cameras.", "mocap-eval points");
   add_options(app, options);
   if (const auto exit = app.parse(argc, argv)) return *exit;
   return run(options);

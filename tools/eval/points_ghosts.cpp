@@ -10,7 +10,7 @@
 namespace mocap::eval {
 namespace {
 
-// The marker that the track took in this set.
+// The marker that was associated with the track in this set.
 const Marker* marker_of(const TrackedMarker& track, const Markers& markers) {
   const auto same = [&](const Marker& m) { return m.residual_px == track.residual_px && m.cameras == track.cameras; };
   const auto found = std::ranges::find_if(markers, same);
@@ -45,10 +45,10 @@ std::string describe_ghosts(int set, const simworld::SeenInstant& truth, const P
       nearest = i;
     }
     const Marker* marker = marker_of(*track, row.markers());
-    const bool told = marker != nullptr && marker->expected != Match::kNew;
+    const bool predicted = marker != nullptr && marker->prediction != Match::kNew;
     text += fmt::format(
         "set {} track {} age {} {} sigma {:.1f} mm, rms {:.2f} px, {:.1f} mm off {} (track {}, {} alone, {} merged):",
-        set, track->id.value, track->age_sets, told ? "expected" : "new",
+        set, track->id.value, track->age_sets, predicted ? "predicted" : "new",
         1000.0 * std::sqrt(track->covariance_m2.trace()), track->residual_px, 1000.0 * least_m, nearest,
         scorer.last_track(nearest), std::popcount(truth.alone_in[nearest]), std::popcount(truth.merged_in[nearest]));
     if (marker != nullptr) text += lights_of(row.matches().matches[marker->match], truth, row.set());
@@ -62,13 +62,13 @@ std::string describe_misses(int set, const simworld::SeenInstant& truth, const P
   std::string text;
   for (const std::size_t light : scorer.missed()) {
     const std::uint32_t track = scorer.last_track(light);
-    const auto foretold =
-        std::ranges::find_if(row.expected().markers, [&](const auto& m) { return m.track.value == track; });
+    const auto prediction =
+        std::ranges::find_if(row.predicted().markers, [&](const auto& m) { return m.track.value == track; });
     text += fmt::format("missed in set {}: {} of track {}", set, light, track);
-    if (foretold != row.expected().markers.end()) {
-      text += fmt::format(", foretold {:.1f} mm off, sigma {:.1f} mm",
-                          1000.0 * (foretold->position.v - truth.lights[light].position).norm(),
-                          1000.0 * std::sqrt(foretold->covariance_m2.trace()));
+    if (prediction != row.predicted().markers.end()) {
+      text += fmt::format(", predicted {:.1f} mm off, sigma {:.1f} mm",
+                          1000.0 * (prediction->position.v - truth.lights[light].position).norm(),
+                          1000.0 * std::sqrt(prediction->covariance_m2.trace()));
     }
     for (std::size_t view = 0; view < row.set().views.size(); ++view) {
       const BlobFrame& frame = *row.set().views[view];
@@ -80,14 +80,14 @@ std::string describe_misses(int set, const simworld::SeenInstant& truth, const P
         for (const Match& match : row.matches().matches) {
           const auto holds = [&](const BlobRef& seen) { return seen.view == view && seen.blob == blob; };
           if (std::ranges::none_of(match.sightings, holds)) continue;
-          text += match.expected == Match::kNew
+          text += match.prediction == Match::kNew
                       ? fmt::format(" new by {} views", match.sightings.size())
-                      : fmt::format(" track {} by {} views", row.expected().markers[match.expected].track.value,
+                      : fmt::format(" track {} by {} views", row.predicted().markers[match.prediction].track.value,
                                     match.sightings.size());
         }
         for (const BearingOnlyObservation& bearing_only : row.matches().bearing_only) {
           if (bearing_only.sighting.view == view && bearing_only.sighting.blob == blob)
-            text += fmt::format(" alone track {}", row.expected().markers[bearing_only.expected].track.value);
+            text += fmt::format(" alone track {}", row.predicted().markers[bearing_only.prediction].track.value);
         }
       }
     }

@@ -8,12 +8,13 @@
 
 namespace mocap::eval {
 
-/// What the ghosts of the scorer's last set were made of, one line each: the track, how old it is, whether the matcher
-/// expected it, the nearest light, and the lights in the blobs of its match, camera by camera.
+/// Describes the ghosts of the scorer's last set, one line each: the track, its age, whether it was predicted, the
+/// nearest light, and the lights in the blobs of its match in each camera.
 std::string describe_ghosts(int set, const simworld::SeenInstant& truth, const PointsRow& row,
                             const PointsScorer& scorer);
 
-/// The known lights with two views that the scorer's last set missed, one line each: whose their blobs became.
+/// Describes the known lights with two views that were missed in the scorer's last set, one line each: the matches that
+/// used their blobs.
 std::string describe_misses(int set, const simworld::SeenInstant& truth, const PointsRow& row,
                             const PointsScorer& scorer);
 

@@ -80,12 +80,12 @@ std::string to_text(const PointsScore& s) {
   recall("exactly 2, known", s.seen_by_2_known);
   recall("exactly 2, not known", s.seen_by_2_new);
   recall("2 or more, by merged blobs", s.merged);
-  text += fmt::format("tracks    {:.4f} % of {} seen by 2 or more; rms {:.4f} mm, coasting {:.2f} mm; {} born\n",
+  text += fmt::format("tracks    {:.4f} % of {} seen by 2 or more; rms {:.4f} mm, coasting {:.2f} mm; {} initiated\n",
                       100.0 * s.tracked.value(), s.tracked.of, rms_mm(s.squared_error_track_m2),
                       rms_mm(s.squared_error_coast_m2), s.births);
   text += fmt::format("ghosts    {:.2f} tracks, {:.2f} points in 1000 sets\n", per_1000(s.ghosts, s.sets),
                       per_1000(s.point_ghosts, s.sets));
-  text += fmt::format("ids       {} changes, {} of them of named markers, {} in view\n", s.id_changes,
+  text += fmt::format("ids       {} changes, {} of them of labelled markers, {} in view\n", s.id_changes,
                       s.id_changes_named, s.id_changes_in_view);
   if (s.skipped > 0) text += fmt::format("skipped   {} hypotheses: the work for one set is bounded\n", s.skipped);
   return text;

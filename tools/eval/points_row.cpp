@@ -16,7 +16,8 @@ PointsRow::PointsRow(const Rig& rig)
     : aligner_(kAlign, rig.size()),
       matcher_(associate::make_matcher({}, rig)),
       triangulator_(associate::make_triangulator({}, rig)),
-      tracker_(track3d::make_marker_tracker({})) {
+      tracker_(track3d::make_marker_tracker({})),
+      identities_(rig.size()) {
   for (std::size_t c = 0; c < rig.size(); ++c) blob_trackers_.push_back(track2d::make_blob_tracker({}));
 }
 
@@ -30,12 +31,11 @@ bool PointsRow::step(const simworld::SeenInstant& seen) {
   const auto set = aligner_.take(seen.exposed_at + kAlign.window + kAlign.patience);
   if (!set) return false;
   set_ = *set;
-  expected_.at = set->exposed_at;
-  expected_.markers.clear();
-  tracker_->predict(set->exposed_at, expected_);
-  matches_ = &matcher_->match(*set, expected_);
+  predicted_ = &identities_.predict(*set, tracker_->predict(set->exposed_at), {});
+  matches_ = &matcher_->match(*set, *predicted_);
   markers_ = &triangulator_->triangulate(*set, *matches_);
-  tracked_ = &tracker_->step(*markers_, expected_, matches_->bearing_only);
+  tracked_ = &tracker_->step(*markers_, *predicted_, matches_->bearing_only);
+  identities_.update(*set, *matches_, {});
   return true;
 }
 

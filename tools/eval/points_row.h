@@ -5,6 +5,7 @@
 
 #include "lib/simworld/points_world.h"
 #include "model/camera_model.h"
+#include "model/identity_map.h"
 #include "module/blob_tracker.h"
 #include "module/marker_tracker.h"
 #include "module/matcher.h"
@@ -13,16 +14,16 @@
 
 namespace mocap::eval {
 
-/// The daemon's stages from blobs to tracks, with their default settings.
+/// The daemon's steps from blobs to 3D tracks, with default settings.
 class PointsRow {
  public:
   explicit PointsRow(const Rig& rig);
 
-  /// Takes in one instant; false where no image of it came. The results are borrowed until the next call.
+  /// Processes one instant. Returns false if all its images were lost. The results are valid until the next call.
   bool step(const simworld::SeenInstant& seen);
 
   const FrameSet& set() const { return set_; }
-  const Expected& expected() const { return expected_; }
+  const Predictions& predicted() const { return *predicted_; }
   const Matches& matches() const { return *matches_; }
   const Markers& markers() const { return *markers_; }
   const TrackedMarkers& tracked() const { return *tracked_; }
@@ -35,7 +36,8 @@ class PointsRow {
   std::unique_ptr<Triangulator> triangulator_;
   std::unique_ptr<MarkerTracker> tracker_;
   FrameSet set_;
-  Expected expected_;
+  IdentityMap identities_;
+  const Predictions* predicted_ = nullptr;
   const Matches* matches_ = nullptr;
   const Markers* markers_ = nullptr;
   const TrackedMarkers* tracked_ = nullptr;

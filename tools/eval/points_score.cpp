@@ -16,8 +16,8 @@ using Eigen::Vector3d;
 
 constexpr std::uint32_t kNobody = geometry::Assigner::kAlone;
 constexpr std::size_t kMaxPairs = 1 << 16;
-// An output farther off its light than this, and than so many standard deviations of what its views can tell, is
-// somewhere else: a marker is about as large.
+// Gate between an output and its light: the larger of 10 mm (about the size of a marker) and 5 standard deviations of
+// the Cramer-Rao bound.
 constexpr double kLeastGate_m = 0.010;
 constexpr double kGateSigmas = 5.0;
 
@@ -29,7 +29,7 @@ PointsScorer::PointsScorer(const Rig& rig, double noise_px, PointsScore& score)
     : rig_(rig), noise_px_(noise_px), score_(score), assigner_(kMaxMarkers, kMaxMarkers, kMaxPairs) {}
 
 void PointsScorer::add(const simworld::SeenInstant& truth, const Matches& matches, const Markers& markers,
-                       const Expected& expected, const TrackedMarkers& tracked) {
+                       const Predictions& expected, const TrackedMarkers& tracked) {
   last_track_.resize(truth.lights.size(), kNobody);
   last_set_.resize(truth.lights.size(), 0);
   ++set_;
@@ -40,7 +40,7 @@ void PointsScorer::add(const simworld::SeenInstant& truth, const Matches& matche
   score_tracks(truth, tracked);
 }
 
-// Cramer and Rao's for the true rays: each view tells two axes of the image to noise_px.
+// Cramer-Rao bound from the true rays: each view measures both image axes with noise_px.
 PointsScorer::Bound PointsScorer::bound_of(const Vector3d& light, std::uint64_t cameras) const {
   constexpr double kStep_m = 1e-5;
   Bound bound;
@@ -59,8 +59,8 @@ PointsScorer::Bound PointsScorer::bound_of(const Vector3d& light, std::uint64_t 
     information += slope.transpose() * slope;
   }
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(information);
-  if (!(eigen.eigenvalues()[0] > 1e2)) return bound;  // known no better than 0.1 m
-  bound.told = true;
+  if (!(eigen.eigenvalues()[0] > 1e2)) return bound;  // position uncertain by more than 0.1 m
+  bound.observable = true;
   bound.covariance_m2 = information.inverse();
   bound.gate_m = std::max(kLeastGate_m, kGateSigmas / std::sqrt(eigen.eigenvalues()[0]));
   return bound;
@@ -76,7 +76,7 @@ void PointsScorer::find_bounds(const simworld::SeenInstant& truth) {
   }
 }
 
-// Which output is which light: one to one, nearest in sum.
+// Assigns outputs to lights one to one, with the least sum of squared normalised distances.
 void PointsScorer::pair_up(const simworld::SeenInstant& truth, const std::vector<Vector3d>& places) {
   pairs_.clear();
   for (std::uint32_t i = 0; i < truth.lights.size(); ++i) {
@@ -86,20 +86,21 @@ void PointsScorer::pair_up(const simworld::SeenInstant& truth, const std::vector
       if (cost < 1.0 && pairs_.size() < kMaxPairs) pairs_.push_back({i, p, cost});
     }
   }
-  // Every pair is better than none.
+  // An unassigned light costs more than any pair inside its gate.
   const auto columns = assigner_.assign(truth.lights.size(), places.size(), pairs_, 4.0);
   place_of_.assign(columns.begin(), columns.end());
 }
 
-// Whether a track bore it in the last set, or foretells it now within four standard deviations.
-bool PointsScorer::is_known(std::size_t light, const Vector3d& place, const Expected& expected) const {
-  const auto foretold =
+// Whether a track was assigned to the light in the last set, or predicts it now within four standard deviations.
+bool PointsScorer::is_known(std::size_t light, const Vector3d& place, const Predictions& expected) const {
+  const auto prediction =
       std::ranges::find_if(expected.markers, [&](const auto& m) { return m.track.value == last_track_[light]; });
-  if (last_track_[light] == kNobody || foretold == expected.markers.end()) return false;
-  return last_set_[light] + 1 == set_ || nees_of(place - foretold->position.v, foretold->covariance_m2) < 16.0;
+  if (last_track_[light] == kNobody || prediction == expected.markers.end()) return false;
+  return last_set_[light] + 1 == set_ || nees_of(place - prediction->position.v, prediction->covariance_m2) < 16.0;
 }
 
-void PointsScorer::score_points(const simworld::SeenInstant& truth, const Markers& markers, const Expected& expected) {
+void PointsScorer::score_points(const simworld::SeenInstant& truth, const Markers& markers,
+                                const Predictions& expected) {
   std::vector<Vector3d> places;
   for (const Marker& marker : markers) places.push_back(marker.position.v);
   pair_up(truth, places);
@@ -124,7 +125,7 @@ void PointsScorer::score_points(const simworld::SeenInstant& truth, const Marker
     const Vector3d error = marker.position.v - truth.lights[i].position;
     if (seen != alone) {
       score_.squared_error_merged_m2.add(error.squaredNorm());
-    } else if (bounds_[i].told) {
+    } else if (bounds_[i].observable) {
       score_.squared_error_m2.add(error.squaredNorm());
       score_.bound_m2.add(bounds_[i].covariance_m2.trace());
       score_.nees.add(nees_of(error, marker.covariance_m2));
@@ -162,7 +163,7 @@ void PointsScorer::score_tracks(const simworld::SeenInstant& truth, const Tracke
     last_track_[i] = track.id.value;
     last_set_[i] = set_;
     const Vector3d error = track.position.v - truth.lights[i].position;
-    if (truth.merged_in[i] != 0 || !bounds_[i].told) continue;
+    if (truth.merged_in[i] != 0 || !bounds_[i].observable) continue;
     score_.squared_error_track_m2.add(error.squaredNorm());
     score_.nees_track.add(nees_of(error, track.covariance_m2));
   }

@@ -11,7 +11,7 @@
 
 namespace mocap::eval {
 
-/// Found of how many.
+/// A counted share.
 struct Share {
   std::uint64_t found = 0;
   std::uint64_t of = 0;
@@ -35,66 +35,68 @@ struct Sum {
   }
 };
 
-/// What became of the points, over all sets and seeds.
+/// Figures of the 3D points and tracks over all sets and seeds.
 struct PointsScore {
   std::uint64_t sets = 0;
-  std::uint64_t views = 0;   ///< blobs of lights, merged ones counted for each
-  std::uint64_t lights = 0;  ///< that were there, over the sets
-  Sum squared_error_m2;      ///< of points all of whose views have a blob of it alone
-  Sum bound_m2;              ///< the least variance that these views allow
+  std::uint64_t views = 0;   ///< views of lights; a merged blob counts for each of its lights
+  std::uint64_t lights = 0;  ///< present lights, summed over the sets
+  Sum squared_error_m2;      ///< of points whose views all have a blob of the light alone
+  Sum bound_m2;              ///< Cramer-Rao bound of the variance with these views
   Sum nees;
   Sum squared_error_merged_m2;  ///< of the other points
   Sum squared_error_track_m2;   ///< of the confirmed tracks of the points in squared_error_m2
   Sum nees_track;
-  Sum squared_error_coast_m2;  ///< of tracks that coast, from the light that they bore
+  Sum squared_error_coast_m2;  ///< of coasting tracks, against their last light
   Share seen_by_3plus, seen_by_2_known, seen_by_2_new, merged;
-  Share tracked;                         ///< lights with two views or more that a confirmed track bears
-  std::uint64_t point_ghosts = 0;        ///< triangulated where no light is
-  std::uint64_t ghosts = 0;              ///< confirmed tracks, seen in the set, where no light is
-  std::uint64_t id_changes = 0;          ///< a light bears another track than when it was last tracked
-  std::uint64_t id_changes_named = 0;    ///< of these, lights that have a name in the recording
-  std::uint64_t id_changes_in_view = 0;  ///< of these, from one set to the next
-  std::uint64_t births = 0;              ///< tracks
-  std::uint64_t skipped = 0;             ///< hypotheses of new markers left untried for want of time
+  Share tracked;                         ///< lights with at least two views that have a confirmed track
+  std::uint64_t point_ghosts = 0;        ///< triangulated points without a light
+  std::uint64_t ghosts = 0;              ///< confirmed tracks, measured in the set, without a light
+  std::uint64_t id_changes = 0;          ///< a light has a different track than when it was last tracked
+  std::uint64_t id_changes_named = 0;    ///< changes of lights that have a label in the recording
+  std::uint64_t id_changes_in_view = 0;  ///< changes from one set to the next
+  std::uint64_t births = 0;              ///< initiated tracks
+  std::uint64_t skipped = 0;             ///< hypotheses of new markers that were skipped to bound the work
 };
 
-/// Compares what the stages say with the truth, set by set.
+/// Compares the results of the steps with the truth, set by set.
 class PointsScorer {
  public:
-  /// `rig` outlives it. A new scorer for each run: it remembers who was who.
+  /// `rig` and `score` must outlive the scorer. Use a new scorer for each run, because it retains the tracks of the
+  /// lights.
   PointsScorer(const Rig& rig, double noise_px, PointsScore& score);
 
-  void add(const simworld::SeenInstant& truth, const Matches& matches, const Markers& markers, const Expected& expected,
-           const TrackedMarkers& tracked);
+  void add(const simworld::SeenInstant& truth, const Matches& matches, const Markers& markers,
+           const Predictions& expected, const TrackedMarkers& tracked);
 
-  /// Confirmed tracks, seen in the last set, where no light is.
+  /// Confirmed tracks, measured in the last set, without a light.
   const std::vector<const TrackedMarker*>& ghosts() const { return ghosts_; }
-  /// Lights that exactly two cameras see and a track foretold, in the last set, of which there is no point.
+  /// Lights without a triangulated point in the last set, although exactly two cameras see them and a track predicts
+  /// them.
   const std::vector<std::size_t>& missed() const { return missed_; }
-  /// The track that bears or bore a light last.
+  /// The current or last track of a light.
   std::uint32_t last_track(std::size_t light) const { return last_track_[light]; }
 
  private:
   struct Bound {
-    bool told = false;  ///< two views or more, that tell depth
+    bool observable = false;  ///< the views determine the position
     Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();
-    double gate_m = 0.0;  ///< farther off is not this light
+    double gate_m = 0.0;  ///< an output farther away is not this light
   };
 
   void find_bounds(const simworld::SeenInstant& truth);
   Bound bound_of(const Eigen::Vector3d& light, std::uint64_t cameras) const;
   void pair_up(const simworld::SeenInstant& truth, const std::vector<Eigen::Vector3d>& places);
-  void score_points(const simworld::SeenInstant& truth, const Markers& markers, const Expected& expected);
+  void score_points(const simworld::SeenInstant& truth, const Markers& markers, const Predictions& expected);
   void score_tracks(const simworld::SeenInstant& truth, const TrackedMarkers& tracked);
-  bool is_known(std::size_t light, const Eigen::Vector3d& place, const Expected& expected) const;
+  bool is_known(std::size_t light, const Eigen::Vector3d& place, const Predictions& expected) const;
 
   const Rig& rig_;
   double noise_px_;
   PointsScore& score_;
   std::vector<Bound> bounds_;              // by light
-  std::vector<std::uint32_t> place_of_;    // by light: the output that it is, or kAlone
+  std::vector<std::uint32_t> place_of_;    // by light: index of the assigned output, or kAlone
   std::vector<std::uint32_t> last_track_;  // by light
-  std::vector<std::uint64_t> last_set_;    // by light: when it bore that
+  std::vector<std::uint64_t> last_set_;    // by light: number of the set with that track
   std::vector<const TrackedMarker*> ghosts_;
   std::vector<std::size_t> missed_;
   std::uint64_t set_ = 0;
@@ -103,7 +105,7 @@ class PointsScorer {
   geometry::Assigner assigner_;
 };
 
-/// The figures as one JSON object, or as a table for people.
+/// The figures as one JSON object or as text.
 std::string to_json(const PointsScore& score, const std::string& motion, const simworld::WorldSettings& settings,
                     int seeds);
 std::string to_text(const PointsScore& score);

@@ -8,32 +8,30 @@
 
 #include "base/exit_codes.h"
 #include "eval/command.h"
-#include "eval/plots.h"
 #include "eval/scene_report.h"
 #include "eval/scene_run.h"
 #include "lib/cli/app.h"
+#include "score/plots.h"
 
 namespace mocap::eval {
 namespace {
 
 constexpr int kNotMet = 1;
-constexpr int kBadData = 65;  // sysexits EX_DATAERR
-constexpr int kNoInput = 66;  // sysexits EX_NOINPUT
 
 constexpr const char* kHelp =
-    "Simulated cameras see people move; the blobs go through the daemon's own row (align, match, triangulate, track,\n"
-    "label, solve), and what comes out is compared with the truth. Blobs are computed, with the detector's noise.\n"
+    "Simulated cameras see moving people. The blobs pass the daemon's own pipeline (align, match, triangulate,\n"
+    "track, label, solve), and the result is compared with the truth. Blobs are computed with a model of the\n"
+    "detector's noise.\n"
     "\n"
-    "prec, recall, f1: of names shown as measured. Right: within 20 mm of its own marker. Recall is over markers that\n"
-    "two cameras see. Judged from the subject's first name on. wrong: runs of consecutive sets in which a name is "
-    "over\n"
-    "20 mm off or on another marker; longest: the longest, sets. avail: share of the sets with a marker in view, "
-    "after\n"
-    "the first name, in which the subject is tracked with a whole skeleton. reacq: s until 90 % of the markers in "
-    "view\n"
-    "bear their names again after nothing was seen for 0.1 s, 95th percentile. joint: rms mm; hidden: of joints\n"
-    "without a marker in view; jitter: mm, white noise that has the second difference which the error has.\n"
+    "prec, recall, f1: of the measured labels. A label is right within 20 mm of its own marker. Recall is over\n"
+    "markers that two cameras see. Scoring begins with the subject's first label. wrong: runs of consecutive\n"
+    "sets in which a label is over 20 mm off or on another marker; longest: the longest run, sets. avail: share\n"
+    "of the sets with a visible marker, after the first label, in which the subject is tracked with a complete\n"
+    "skeleton. reacq: after 0.1 s without a visible marker, time in s until 90 % of the visible markers have\n"
+    "their labels again, 95th percentile. joint: rms in mm; hidden: joints without a visible marker; jitter:\n"
+    "mm, standard deviation of white noise with the second difference of the error.\n"
     "\n"
+    "examples:\n"
     "  mocap-eval scene config/scenes/bvh_baseline41.toml\n"
     "  mocap-eval scene config/scenes/handshake.toml --seed 3 --json --plots /tmp/plots\n"
     "  mocap-eval scene config/scenes/hidden30.toml --only dm_run --wrong 10\n";
@@ -46,11 +44,12 @@ struct Options {
   std::string snapshots;
   std::optional<double> seconds;
   std::size_t wrong = 0;
+  bool reasons = false;
   bool json = false;
   bool demand = false;
 };
 
-// The name of a clip without folder and ending, for the files that are written about it.
+// The file name of a clip without folder and extension, for the names of output files.
 std::string stem_of(const std::string& clip) {
   return clip.empty() ? "scene" : std::filesystem::path(clip).stem().string();
 }
@@ -59,7 +58,7 @@ bool is_wanted(const Options& options, const std::string& clip) {
   return options.only.empty() || clip.find(options.only) != std::string::npos;
 }
 
-// A file a clip and subject, of names and of joints.
+// Writes one plot of the labels and one plot of the joints for each subject of a clip.
 Status draw(const std::string& folder, const SceneOutcome& clip) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
@@ -68,11 +67,11 @@ Status draw(const std::string& folder, const SceneOutcome& clip) {
     const std::string name = stem + "_" + clip.subjects[id];
     if (const auto line = clip.timelines.find(id); line != clip.timelines.end()) {
       const Status drawn =
-          plot_names(folder + "/" + name + "_names.svg", "names: " + name, line->second, clip.marker_names[id]);
+          score::plot_names(folder + "/" + name + "_names.svg", "labels: " + name, line->second, clip.marker_names[id]);
       if (!drawn) return drawn;
     }
     if (const auto errors = clip.errors.find(id); errors != clip.errors.end()) {
-      const Status drawn = plot_errors(folder + "/" + name + "_joints.svg", "joints: " + name, errors->second);
+      const Status drawn = score::plot_errors(folder + "/" + name + "_joints.svg", "joints: " + name, errors->second);
       if (!drawn) return drawn;
     }
   }
@@ -83,7 +82,7 @@ int run(const Options& options) {
   auto scene = simworld::load_scene(options.file);
   if (!scene) {
     fmt::print(stderr, "{}\n", settings::to_text(scene.error()));
-    return kBadData;
+    return kExitData;
   }
   if (options.seconds) scene->seconds = *options.seconds;
   SceneResults results;
@@ -95,7 +94,8 @@ int run(const Options& options) {
     if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r{:<60}\r", clip);
     if (!options.snapshots.empty()) {
       std::error_code error;
-      std::filesystem::create_directories(options.snapshots, error);  // the writer reports a folder that is missing
+      std::filesystem::create_directories(options.snapshots,
+                                          error);  // the writer reports an error if the folder is missing
       wanted.snapshots = std::filesystem::path(options.snapshots) / (stem_of(clip) + ".pb");
     }
     auto outcome = run_scene(*scene, clip, wanted);
@@ -105,13 +105,13 @@ int run(const Options& options) {
     }
     if (!outcome) {
       fmt::print(stderr, "mocap-eval: {}\n", outcome.error().message);
-      return kBadData;
+      return kExitData;
     }
     results.clips.push_back(std::move(*outcome));
     if (!options.plots.empty()) {
       if (const Status drawn = draw(options.plots, results.clips.back()); !drawn) {
         fmt::print(stderr, "mocap-eval: {}\n", drawn.error().message);
-        return kNoInput;
+        return kExitNoInput;
       }
     }
     if (scene->only_camera.empty()) continue;
@@ -120,7 +120,8 @@ int run(const Options& options) {
   }
   fmt::print("{}{}", options.json ? to_json(*scene, results) : to_text(*scene, results), options.json ? "\n" : "");
   if (!options.json) fmt::print("{}", wrong_text(results, options.wrong));
-  if (results.clips.empty()) return kNoInput;
+  if (options.reasons && !options.json) fmt::print("{}", reasons_text(results));
+  if (results.clips.empty()) return kExitNoInput;
   const auto goals = goals_of(*scene, results);
   const bool missed = std::ranges::any_of(goals, [](const GoalMet& goal) { return !goal.met; });
   return options.demand && missed ? kNotMet : kExitOk;
@@ -130,16 +131,19 @@ int run(const Options& options) {
 
 int run_scene(int argc, const char* const* argv) {
   Options options;
-  cli::App app("How well does the daemon name and pose people?", "mocap-eval scene");
-  app.add_option("file", options.file, "the scene, as in config/scenes")->required();
-  app.add_option("--seed", options.seed, "of noise, bodies and events; without it, the file's");
-  app.add_option("--only", options.only, "run only the clips whose names have this in them");
-  app.add_option("--seconds", options.seconds, "of each clip; without it, the file's")->check(cli::Range(0.1, 36000.0));
-  app.add_option("--plots", options.plots, "draw what happened to the names, and the joints' errors, into this folder");
-  app.add_option("--snapshots", options.snapshots, "write each clip's snapshots into this folder, as CLIP.pb");
-  app.add_option("--wrong", options.wrong, "list so many of each clip's wrong names, the longest first");
+  cli::App app("Scores labels and skeletons in a simulated scene.", "mocap-eval scene");
+  app.add_option("file", options.file, "scene file, as in config/scenes")->required();
+  app.add_option("--seed", options.seed, "seed of noise, bodies and events; default: seed of the file");
+  app.add_option("--only", options.only, "run only clips whose names contain this text");
+  app.add_option("--seconds", options.seconds, "duration of each clip, s; default: seconds of the file")
+      ->check(cli::Range(0.1, 36000.0));
+  app.add_option("--plots", options.plots, "write plots of labels and joint errors to this folder");
+  app.add_option("--snapshots", options.snapshots,
+                 "write the snapshots of each clip to this folder, as CLIP.pb, or CLIP-2.pb if it exists");
+  app.add_option("--wrong", options.wrong, "list this number of wrong labels for each clip, longest first");
+  app.add_flag("--reasons", options.reasons, "list why a subject was not found, once a second while it is missing");
   app.add_flag("--json", options.json, "print one JSON object");
-  app.add_flag("--require-goals", options.demand, "exit 1 when a goal of the file is missed");
+  app.add_flag("--require-goals", options.demand, "exit 1 if a goal of the file is missed");
   app.footer(kHelp);
   if (const auto exit = app.parse(argc, argv)) return *exit;
   return run(options);

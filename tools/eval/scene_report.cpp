@@ -68,7 +68,7 @@ std::optional<double> ray_gain(const SceneResults& results) {
   return *without / *with;
 }
 
-// The worst of a figure over clips; nothing where one clip has none.
+// The worst value of a figure over all clips. Empty if a clip lacks the figure.
 template <class Figure>
 std::optional<double> worst(const SceneResults& results, bool least, Figure figure) {
   std::optional<double> found;
@@ -146,8 +146,8 @@ std::string row_text(const std::string& who, const scoring::LabelCounts& l, cons
                      scoring::cell(l.marker_rms_mm(), 2), rest);
 }
 
-// The bones whose turn is left open, of whoever has such.
-std::string untold_text(const SceneResults& results) {
+// Lists the bones whose rotation is not fully observable, for each subject.
+std::string unobservable_text(const SceneResults& results) {
   std::string text;
   if (results.clips.empty()) return text;
   const SceneOutcome& clip = results.clips.front();
@@ -156,12 +156,13 @@ std::string untold_text(const SceneResults& results) {
     for (std::size_t b = 0; b < clip.bone_names[id].size(); ++b) {
       if (!clip.rotation_observability[id][b]) bones += " " + clip.bone_names[id][b];
     }
-    if (!bones.empty()) text += fmt::format("{}: no marker tells the whole turn of{}\n", clip.subjects[id], bones);
+    if (!bones.empty()) text += fmt::format("{}: rotation not fully observable:{}\n", clip.subjects[id], bones);
   }
   if (text.empty()) return text;
   const scoring::SkeletonCounts all = all_bones(results);
-  return text + fmt::format("rotation: rms {} deg of the bones that are told, {} deg of the others\n",
-                            scoring::cell(all.rotation_told_deg(), 2), scoring::cell(all.rotation_untold_deg(), 2));
+  return text + fmt::format("rotation: rms {} deg of fully observable bones, {} deg of the others\n",
+                            scoring::cell(all.rotation_observable_deg(), 2),
+                            scoring::cell(all.rotation_unobservable_deg(), 2));
 }
 
 std::string short_name(const std::string& path) { return path.substr(path.rfind('/') + 1); }
@@ -235,14 +236,14 @@ std::string to_text(const simworld::SceneFile& scene, const SceneResults& result
   if (results.clips.size() > 1) text += row_text("all", all_labels(results), all_bones(results), "");
   if (const scoring::LabelCounts all = all_labels(results); !all.reacquire_s.empty()) {
     text +=
-        fmt::format("named again within 0.5 s after {} of {} blackouts\n",
+        fmt::format("labelled again within 0.5 s after {} of {} blackouts\n",
                     std::ranges::count_if(all.reacquire_s, [](double s) { return s <= 0.5; }), all.reacquire_s.size());
   }
   if (const auto with = watched_rms_mm(results.clips)) {
     text += fmt::format("watched joint: rms {} mm, without the ray {} mm, {} times less\n", scoring::cell(with, 1),
                         scoring::cell(watched_rms_mm(results.without_rays), 1), scoring::cell(ray_gain(results), 2));
   }
-  text += untold_text(results);
+  text += unobservable_text(results);
   for (const std::string& motion : results.skipped) text += fmt::format("skipped: {}\n", motion);
   for (const GoalMet& goal : goals_of(scene, results)) {
     text += fmt::format("{:<7} {} = {} (goal {})\n", goal.met ? "met" : "MISSED", goal.key,
@@ -266,6 +267,16 @@ std::string wrong_text(const SceneResults& results, std::size_t most) {
                           short_name(clip.clip), clip.subjects[event.subject],
                           clip.marker_names[event.subject][event.marker], event.from_s, event.sets,
                           1000.0 * event.farthest_m, on);
+    }
+  }
+  return text;
+}
+
+std::string reasons_text(const SceneResults& results) {
+  std::string text;
+  for (const SceneOutcome& clip : results.clips) {
+    for (const SearchReason& reason : clip.reasons) {
+      text += fmt::format("reason: {:<24} {:7.2f} s {}\n", short_name(clip.clip), reason.t_s, reason.sentence);
     }
   }
   return text;

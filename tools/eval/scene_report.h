@@ -8,14 +8,16 @@
 
 namespace mocap::eval {
 
-/// A scene's results: a run a clip, and, where [[only_camera]] asks for it, the same without the rays.
+/// Results of a scene: one run for each clip and, if the scene has [[only_camera]], a second run without those
+/// single-camera views.
 struct SceneResults {
   std::vector<SceneOutcome> clips;
-  std::vector<SceneOutcome> without_rays;  ///< by clip; empty: not run
-  std::vector<std::string> skipped;        ///< clips that are not there
+  std::vector<SceneOutcome> without_rays;  ///< by clip; empty if not run
+  std::vector<std::string> skipped;        ///< clips whose motion file is missing
 };
 
-/// What [goal] asks for, and what came out: of the worst clip, or (reacquired_share, exchanges, ray_gain) of all.
+/// One figure of [goal] and its value: over all clips for reacquired_share, exchanges and ray_gain, otherwise of the
+/// worst clip.
 struct GoalMet {
   std::string key;
   double goal = 0.0;
@@ -24,13 +26,16 @@ struct GoalMet {
 };
 std::vector<GoalMet> goals_of(const simworld::SceneFile& scene, const SceneResults& results);
 
-/// One JSON object in one line: all clips together, "worst" of each figure, "clips" with "subjects", "goals".
+/// One JSON object in one line: the figures of all clips together, "worst", "clips" with "subjects", "goals".
 std::string to_json(const simworld::SceneFile& scene, const SceneResults& results);
 
-/// For people: a line a clip and subject, the sum, the goals.
+/// Text for a terminal: one line for each clip and subject, the total, the goals.
 std::string to_text(const simworld::SceneFile& scene, const SceneResults& results);
 
-/// The wrong names, a line each, the longest of each clip first, `most` a clip.
+/// Lists at most `most` wrong-label events of each clip, one line each, longest first.
 std::string wrong_text(const SceneResults& results, std::size_t most);
+
+/// Lists the reasons why a subject was not found, one line each: clip, time, sentence.
+std::string reasons_text(const SceneResults& results);
 
 }  // namespace mocap::eval

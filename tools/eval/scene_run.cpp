@@ -7,13 +7,12 @@
 #include <utility>
 
 #include "assemble.h"
+#include "eval/blob_pipeline.h"
 #include "kinematics/rotation_observability.h"
 #include "lib/simworld/recognition.h"
 #include "lib/simworld/scene_world.h"
-#include "settings/rig_file.h"
-#include "synchronise/frame_aligner.h"
+#include "settings/rig/rig_file.h"
 #include "take/snapshot_writer.h"
-#include "track2d/following_blob_tracker.h"
 
 namespace mocap::eval {
 namespace {
@@ -25,36 +24,7 @@ Result<Rig> rig_of(const simworld::SceneFile& scene) {
   return *std::move(rig);
 }
 
-// The row from blobs to snapshots as the daemon makes it, with each camera's 2D tracks.
-class Row {
- public:
-  explicit Row(const settings::DaemonSettings& settings)
-      : align_(settings.pipeline.align), aligner_(align_, settings.rig.size()), fusion_(assemble_fusion(settings)) {
-    for (std::size_t c = 0; c < settings.rig.size(); ++c) {
-      blob_trackers_.push_back(track2d::make_blob_tracker(settings.track_blobs));
-    }
-  }
-
-  const Snapshot& step(const std::vector<BlobFrame>& frames) {
-    for (const BlobFrame& frame : frames) {
-      frame_ = frame;
-      blob_trackers_[frame.camera.value]->track(frame_);
-      aligner_.add(frame_);
-    }
-    const auto set = aligner_.take(frames.front().exposed_at + align_.window + align_.patience);
-    MOCAP_EXPECTS(set.has_value());
-    return fusion_->step(*set);
-  }
-
- private:
-  std::vector<std::unique_ptr<BlobTracker>> blob_trackers_;  // by camera
-  BlobFrame frame_;
-  synchronise::AlignSettings align_;
-  synchronise::FrameAligner aligner_;
-  std::unique_ptr<fusion::Fusion> fusion_;
-};
-
-// What this thread has computed so far; what others on the machine take is not in it.
+// CPU time of this thread, s.
 double thread_s() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -62,16 +32,27 @@ double thread_s() {
 }
 
 void judge_watched(const std::vector<simworld::JointWatch>& watches, double t_s, const scoring::EvalFrame& truth,
-                   const scoring::EvalFrame& said, SceneOutcome& outcome) {
+                   const scoring::EvalFrame& reported, SceneOutcome& outcome) {
   for (const simworld::JointWatch& watch : watches) {
     if (!watch.span.has(t_s)) continue;
     const auto is_it = [&](const scoring::PosedBone& b) { return b.subject == watch.subject && b.bone == watch.bone; };
     const auto own = std::ranges::find_if(truth.bones, is_it);
-    const auto bone = std::ranges::find_if(said.bones, is_it);
-    if (own == truth.bones.end() || bone == said.bones.end()) continue;
+    const auto bone = std::ranges::find_if(reported.bones, is_it);
+    if (own == truth.bones.end() || bone == reported.bones.end()) continue;
     outcome.watched_squares_m2 += (bone->position_m - own->position_m).squaredNorm();
     ++outcome.watched;
   }
+}
+
+// The detector's counts of one set of blobs, as the cameras of the daemon report them.
+std::vector<CameraSight> sights_of(const std::vector<BlobFrame>& frames, std::size_t camera_count) {
+  std::vector<CameraSight> sights(camera_count);
+  for (const BlobFrame& frame : frames) {
+    CameraSight& sight = sights[frame.camera.value];
+    sight.images = 1;
+    sight.detection.blobs = frame.blobs.size();
+  }
+  return sights;
 }
 
 SceneOutcome about(const std::string& clip, const std::vector<simworld::Performer>& performers) {
@@ -86,6 +67,15 @@ SceneOutcome about(const std::string& clip, const std::vector<simworld::Performe
     outcome.rotation_observability.push_back(kinematics::rotation_observability(performer.subject.marker_set));
   }
   return outcome;
+}
+
+Description description_of(const settings::DaemonSettings& settings) {
+  Description description;
+  description.producer = "mocap-eval";
+  description.nominal_rate_hz = settings.nominal_rate_hz;
+  description.cameras = settings.rig;
+  description.subjects = settings.subject_models;
+  return description;
 }
 
 }  // namespace
@@ -106,12 +96,13 @@ Result<SceneOutcome> run_scene(const simworld::SceneFile& scene, const std::stri
   SceneOutcome outcome = about(clip, *performers);
   simworld::Recognition recognition(*performers);
   simworld::SceneWorld world(scene, *rig, std::move(*performers), std::move(*events), settings.seed);
-  Row row(daemon);
+  BlobPipeline pipeline(daemon);
+  const std::unique_ptr<SearchExplainer> explainer = assemble_explainer(daemon);
   scoring::LabelScorer labels(settings.keeps_plots);
   scoring::SkeletonScorer bones(settings.keeps_plots, outcome.rotation_observability);
   std::unique_ptr<Writer> snapshots;
   if (!settings.snapshots.empty()) {
-    auto opened = take::make_snapshot_writer(settings.snapshots);
+    auto opened = take::make_snapshot_writer(settings.snapshots, description_of(daemon));
     if (!opened) return opened.error();
     snapshots = *std::move(opened);
   }
@@ -121,16 +112,23 @@ Result<SceneOutcome> run_scene(const simworld::SceneFile& scene, const std::stri
     world.step();
     const double seen_s = thread_s();
     outcome.world_s += seen_s - begun_s;
-    const Snapshot& snapshot = row.step(world.frames());
+    const Snapshot& snapshot = pipeline.step(world.frames());
     outcome.row_s += thread_s() - seen_s;
+    if (const SearchReport* search = pipeline.search()) {
+      const SearchHealth why = explainer->explain(*search, sights_of(world.frames(), daemon.rig.size()));
+      if (why.cause != SearchCause::None) {
+        outcome.reasons.push_back({world.t_s(), why.subject.value, why.cause, std::string(text_of(why.sentence))});
+      }
+    }
     if (snapshots) {
+      if (pipeline.fit()) static_cast<void>(snapshots->learn(*pipeline.fit()));
       if (const Status written = snapshots->write(snapshot); !written) return written.error();
     }
-    scoring::EvalFrame said = scoring::frame_of(snapshot);
-    recognition.apply(world.truth(), said);
-    labels.add(world.truth(), said);
-    bones.add(world.truth(), said);
-    judge_watched(watches, world.t_s(), world.truth(), said, outcome);
+    scoring::EvalFrame reported = scoring::frame_of(snapshot);
+    recognition.apply(world.truth(), reported);
+    labels.add(world.truth(), reported);
+    bones.add(world.truth(), reported);
+    judge_watched(watches, world.t_s(), world.truth(), reported, outcome);
   }
   if (snapshots) {
     if (const Status finished = snapshots->finish(); !finished) return finished.error();

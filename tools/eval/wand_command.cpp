@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/exit_codes.h"
 #include "calibration/wand/solve_wand.h"
 #include "eval/command.h"
 #include "geometry/rigid_fit.h"
@@ -19,17 +20,15 @@
 namespace mocap::eval {
 namespace {
 
-constexpr int kBadData = 65;  // sysexits EX_DATAERR
-
 constexpr const char* kExamples =
-    "A wand is waved before simulated cameras; the calibration that comes out is laid on the true one (turned and\n"
-    "moved, not scaled) and compared. rms_px is per axis. predicted_over_true: the standard deviations that the "
-    "solution\n"
-    "tells of all camera places and turns, over the errors, as a whole (root of degrees of freedom over chi squared).\n"
-    "A solution that tells the truth has 1 on the whole, and a single take strays from it by predicted_chance, "
-    "standard\n"
-    "deviation; --seeds tells it over several takes, and of the other figures the worst.\n"
+    "A wand is moved in front of simulated cameras. The calibration is aligned with the true rig (rotation and\n"
+    "translation, no scale) and compared with it. rms_px is per axis. predicted_over_true: the standard\n"
+    "deviations that the solution predicts for all camera poses, over the true errors (root of degrees of\n"
+    "freedom over chi-square). A consistent solution has 1 on average; one take deviates by the standard\n"
+    "deviation predicted_chance. With --seeds this figure is computed over several takes, and the other figures\n"
+    "are the worst of all takes.\n"
     "\n"
+    "examples:\n"
     "  mocap-eval wand --cameras 8 --noise-px 0.1 --seconds 60\n"
     "  mocap-eval wand --no-lens --seed 3 --json\n"
     "  mocap-eval wand --cameras 6 --seconds 10 --rate 20 --seeds 20\n";
@@ -45,14 +44,14 @@ struct Options {
 };
 
 struct Score {
-  double position_error_mm = 0.0;  ///< root of the mean over cameras
+  double position_error_mm = 0.0;  ///< root mean square over the cameras
   double position_worst_mm = 0.0;
   double rotation_error_deg = 0.0;
   double rotation_worst_deg = 0.0;
   double scale_error = 0.0;
-  double focal_error = 0.0;  ///< the worst, as a share
+  double focal_error = 0.0;  ///< largest relative error
   double predicted_over_true = 0.0;
-  double predicted_chance = 0.0;  ///< standard deviation of it by chance, where the truth is told
+  double predicted_chance = 0.0;  ///< expected standard deviation of predicted_over_true for a consistent solution
   double rms_px = 0.0;
   std::size_t samples = 0;
   double wand_mean_mm = 0.0, wand_std_mm = 0.0, wand_min_mm = 0.0, wand_max_mm = 0.0;
@@ -67,7 +66,7 @@ double spread(const Rig& rig) {
   return std::sqrt(sum);
 }
 
-// The covariance has six directions in which the rig as a whole moves and turns; nothing is told of these.
+// The covariance is singular in the six directions of a rigid motion of the whole rig, which are left out.
 double predicted_over_true(const Eigen::VectorXd& errors, const Eigen::MatrixXd& covariance) {
   if (covariance.rows() != errors.size()) return 0.0;
   const Eigen::VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();  // m and rad
@@ -83,14 +82,14 @@ Score compare(const calibration::WandSolution& solution, const Rig& truth) {
   std::vector<geometry::PointPair> centres;
   for (std::size_t c = 0; c < rig.size(); ++c) centres.push_back({rig[c].centre().v, truth[c].centre().v});
   Score score;
-  const auto laid = geometry::fit_rigid(centres);
-  if (!laid) return score;
-  const Eigen::Matrix3d turn = laid->to_from.rotation.toRotationMatrix();
+  const auto aligned = geometry::fit_rigid(centres);
+  if (!aligned) return score;
+  const Eigen::Matrix3d turn = aligned->to_from.rotation.toRotationMatrix();
   double places = 0.0;
   double turns = 0.0;
   Eigen::VectorXd errors(6 * static_cast<Eigen::Index>(rig.size()));  // in the rig's axes
   for (std::size_t c = 0; c < rig.size(); ++c) {
-    const double place = (laid->to_from * centres[c].from - centres[c].to).norm();
+    const double place = (aligned->to_from * centres[c].from - centres[c].to).norm();
     const Eigen::Matrix3d off =
         truth[c].camera_from_world.rotation * (rig[c].camera_from_world.rotation * turn.transpose()).transpose();
     const Eigen::AngleAxisd turned(off);
@@ -98,7 +97,7 @@ Score compare(const calibration::WandSolution& solution, const Rig& truth) {
     places += place * place;
     turns += angle * angle;
     const auto first = 6 * static_cast<Eigen::Index>(c);
-    errors.segment<3>(first) = turn.transpose() * (centres[c].to - laid->to_from * centres[c].from);
+    errors.segment<3>(first) = turn.transpose() * (centres[c].to - aligned->to_from * centres[c].from);
     errors.segment<3>(first + 3) = -(rig[c].camera_from_world.rotation.transpose() * (turned.angle() * turned.axis()));
     score.position_worst_mm = std::max(score.position_worst_mm, 1e3 * place);
     score.rotation_worst_deg = std::max(score.rotation_worst_deg, angle * 180.0 / std::numbers::pi);
@@ -122,10 +121,10 @@ Score compare(const calibration::WandSolution& solution, const Rig& truth) {
   return score;
 }
 
-// The worst of each figure over several takes; what is told of the errors, over all of them.
+// The worst value of each figure over several takes; predicted_over_true is computed over all takes.
 Score worst_of(const std::vector<Score>& all) {
   Score worst = all.front();
-  double told = 0.0;  // mean chi squared over its degrees of freedom
+  double chi2_mean = 0.0;  // mean chi squared over its degrees of freedom
   for (const Score& one : all) {
     worst.position_error_mm = std::max(worst.position_error_mm, one.position_error_mm);
     worst.position_worst_mm = std::max(worst.position_worst_mm, one.position_worst_mm);
@@ -139,9 +138,9 @@ Score worst_of(const std::vector<Score>& all) {
     worst.wand_min_mm = std::min(worst.wand_min_mm, one.wand_min_mm);
     worst.wand_max_mm = std::max(worst.wand_max_mm, one.wand_max_mm);
     worst.seconds = std::max(worst.seconds, one.seconds);
-    told += 1.0 / (one.predicted_over_true * one.predicted_over_true) / static_cast<double>(all.size());
+    chi2_mean += 1.0 / (one.predicted_over_true * one.predicted_over_true) / static_cast<double>(all.size());
   }
-  worst.predicted_over_true = 1.0 / std::sqrt(told);
+  worst.predicted_over_true = 1.0 / std::sqrt(chi2_mean);
   worst.predicted_chance /= std::sqrt(static_cast<double>(all.size()));
   return worst;
 }
@@ -163,11 +162,12 @@ void print(const Options& options, const Score& score) {
     return;
   }
   fmt::print("{} cameras, {} samples, {:.1f} s{}\n", options.world.cameras, score.samples, score.seconds,
-             options.seeds > 1 ? fmt::format("; the worst of {} takes", options.seeds) : "");
+             options.seeds > 1 ? fmt::format("; worst of {} takes", options.seeds) : "");
   fmt::print("  reprojection        {:.4f} px rms per axis (noise {})\n", score.rms_px, options.world.noise_px);
-  fmt::print("  camera places       {:.3f} mm rms, {:.3f} mm at worst; foretold over true {:.2f} +- {:.2f} by chance\n",
-             score.position_error_mm, score.position_worst_mm, score.predicted_over_true, score.predicted_chance);
-  fmt::print("  camera turns        {:.4f} degrees rms, {:.4f} at worst\n", score.rotation_error_deg,
+  fmt::print(
+      "  camera positions    {:.3f} mm rms, {:.3f} mm at worst; predicted over true {:.2f} +- {:.2f} by chance\n",
+      score.position_error_mm, score.position_worst_mm, score.predicted_over_true, score.predicted_chance);
+  fmt::print("  camera rotations    {:.4f} degrees rms, {:.4f} at worst\n", score.rotation_error_deg,
              score.rotation_worst_deg);
   fmt::print("  scale               {:+.4f} %\n", 100.0 * score.scale_error);
   fmt::print("  focal length        {:.4f} % at worst\n", 100.0 * score.focal_error);
@@ -182,14 +182,14 @@ Result<Score, std::string> run_seed(const Options& options, const calibration::W
   calibration::WandSettings settings;
   settings.lens_known = !options.no_lens;
   settings.threads = options.threads;
-  const bool tell = isatty(STDERR_FILENO) != 0;
+  const bool shows_progress = isatty(STDERR_FILENO) != 0;
   const auto begun = std::chrono::steady_clock::now();
   const auto solution = calibration::solve_wand(take, start, wand, settings, [&](const char* doing, double share) {
-    if (tell) fmt::print(stderr, "\r\x1b[2K{} {:.0f} %", doing, 100.0 * share);
+    if (shows_progress) fmt::print(stderr, "\r\x1b[2K{} {:.0f} %", doing, 100.0 * share);
     return true;
   });
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
-  if (tell) fmt::print(stderr, "\r\x1b[2K");
+  if (shows_progress) fmt::print(stderr, "\r\x1b[2K");
   if (!solution) return fmt::format("seed {}: {}", seed, solution.error().message);
   Score score = compare(*solution, world.truth());
   score.seconds = seconds;
@@ -204,7 +204,7 @@ int run(const Options& options) {
     const auto score = run_seed(options, wand, options.seed + static_cast<std::uint64_t>(i));
     if (!score) {
       fmt::print(stderr, "mocap-eval: {}\n", score.error());
-      return kBadData;
+      return kExitData;
     }
     scores.push_back(*score);
   }
@@ -216,29 +216,30 @@ int run(const Options& options) {
 
 int run_wand(int argc, const char* const* argv) {
   Options options;
-  cli::App app("How right is a calibration by a wand?", "mocap-eval wand");
+  cli::App app("Scores a calibration from a simulated wand.", "mocap-eval wand");
   simworld::WandWorldSettings& world = options.world;
   app.add_option("--cameras", world.cameras)->check(cli::Range(2, 64))->capture_default_str();
-  app.add_option("--noise-px", world.noise_px, "standard deviation of a blob's place, each axis")
+  app.add_option("--noise-px", world.noise_px, "standard deviation of a blob centroid, each axis")
       ->check(cli::Range(0.001, 5.0))
       ->capture_default_str();
-  app.add_option("--seconds", world.seconds, "how long the wand is waved")
+  app.add_option("--seconds", world.seconds, "duration of the take, s")
       ->check(cli::Range(0.1, 3600.0))
       ->capture_default_str();
-  app.add_option("--rate", world.rate_hz, "pictures a second")->check(cli::Range(1.0, 1000.0))->capture_default_str();
-  app.add_option("--false", world.false_blobs, "false blobs for each true one")
+  app.add_option("--rate", world.rate_hz, "images per second")->check(cli::Range(1.0, 1000.0))->capture_default_str();
+  app.add_option("--false", world.false_blobs, "number of false blobs for each true blob")
       ->check(cli::Range(0.0, 1.0))
       ->capture_default_str();
-  app.add_option("--wand", options.wand_mm, "places of its markers, mm, from the first: 0,160,500")
+  app.add_option("--wand", options.wand_mm, "distances of its markers from the first marker, mm: 0,160,500")
       ->delimiter(',')
       ->expected(2, 3)
       ->capture_default_str();
   app.add_option("--seed", options.seed)->capture_default_str();
-  app.add_option("--seeds", options.seeds, "takes, each with its own rig and noise: --seed and those after it")
+  app.add_option("--seeds", options.seeds,
+                 "number of takes, each with its own rig and noise: --seed and the following seeds")
       ->check(cli::Range(1, 1000))
       ->capture_default_str();
   app.add_option("--threads", options.threads)->check(cli::Range(1, 64))->capture_default_str();
-  app.add_flag("--no-lens", options.no_lens, "lenses known only by a field of view that is wrong by up to 20 %");
+  app.add_flag("--no-lens", options.no_lens, "start without lenses, with focal lengths that are wrong by up to 20 %");
   app.add_flag("--fisheye", world.fisheye, "fisheye lenses, 126 degrees wide");
   app.add_flag("--json", options.json, "print one JSON object");
   app.footer(kExamples);

@@ -11,7 +11,7 @@ namespace {
 constexpr ZigzagLaw kSlow{86, 20.0, 25.0, 80.0, 150.0, 40.0, 120.0, 0.2};
 constexpr ZigzagLaw kRapid{55, 22.0, 32.0, 50.0, 120.0, 30.0, 110.0, 0.15};
 constexpr std::size_t kAcceleratedFrames = 86;
-// Others that stroll through the picture.
+// Law of the unlabelled markers that cross the image.
 constexpr ZigzagLaw kStroll{86, 4.0, 12.0, 80.0, 200.0, 20.0, 90.0, 0.2};
 constexpr int kStrollers = 4;
 constexpr double kClearAtStart_px = 60.0;
@@ -67,7 +67,7 @@ LossRule loss_rule_of(Situation situation) {
   switch (situation) {
     case Situation::Occlusion:
     case Situation::Swapping:
-    case Situation::PassersBy:  // a passer-by may cover the marker for a moment
+    case Situation::PassersBy:  // another marker may cover the labelled marker briefly
     case Situation::TwoBehindOne: return LossRule::LastFrame;
     default: return LossRule::AnyMiss;
   }

@@ -18,9 +18,9 @@
 namespace mocap::paper_study {
 namespace {
 
-constexpr int kMarkersOfAnImage = 30;  // of 640x480; larger images for more
-constexpr int kWarmUpFrames = 20;      // not timed: tracks are born, memory is touched
-constexpr double kRadius_px = 12.0;    // of the circles: 2.5 px per frame
+constexpr int kMarkersOfAnImage = 30;  // up to this number in 640x480 px; larger images for more markers
+constexpr int kWarmUpFrames = 20;      // not timed: tracks are initiated, caches are warmed
+constexpr double kRadius_px = 12.0;    // radius of the circles: 2.5 px per frame
 constexpr double kFramesRound = 30.0;
 constexpr const char* kReference = "cv_kalman";
 
@@ -28,10 +28,10 @@ using Step = std::function<void(Timestamp at, std::span<Blob> blobs)>;
 
 struct Stage {
   int width_px, height_px;
-  std::vector<std::vector<Blob>> frames;  // as a detector gives them: from top to bottom
+  std::vector<std::vector<Blob>> frames;  // blobs in the order of a detector: from top to bottom
 };
 
-/// Markers in the middles of equal cells, each on its circle.
+/// Generates markers on circles in the centres of equal cells.
 Stage make_stage(int markers, int frames) {
   const double more = std::sqrt(std::max(1.0, static_cast<double>(markers) / kMarkersOfAnImage));
   Stage stage{static_cast<int>(kWidth_px * more), static_cast<int>(kHeight_px * more), {}};
@@ -56,7 +56,7 @@ Stage make_stage(int markers, int frames) {
   return stage;
 }
 
-/// The names from left to right, row by row of the cells: the circles never leave their cell.
+/// The track ids in the order of the cells, row by row. Each circle stays inside its cell.
 std::vector<std::uint32_t> names_of(const Stage& stage, std::vector<Blob> blobs) {
   const int across = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(blobs.size()) * 4.0 / 3.0)));
   const int down = (static_cast<int>(blobs.size()) + across - 1) / across;

@@ -7,7 +7,7 @@
 
 namespace mocap::paper_study {
 
-/// What tracking alone takes for one frame, ms: predict, gate, assign, update.
+/// Time of the tracking steps for one frame, ms: predict, gate, assign, update.
 struct CostFigures {
   double p5_ms = 0.0;
   double median_ms = 0.0;
@@ -18,11 +18,11 @@ struct CostFigures {
 struct CostRow {
   int markers = 0;
   CostFigures cost;
-  bool kept_all = true;  ///< every marker bore the name in the last frame that it bore in the first timed one
+  bool kept_all = true;  ///< every marker has the same track id in the first timed frame and in the last frame
 };
 
 struct MethodCost {
-  std::string method;  ///< those of methods(), and "cv_kalman", the reference
+  std::string method;  ///< a name of methods(), or "cv_kalman" for the reference
   std::vector<CostRow> rows;
 };
 
@@ -31,9 +31,8 @@ struct CostSettings {
   int frames = 200;
 };
 
-/// Times every method on markers on simple ways: small circles, far enough apart. Images have 640x480 px up to 30
-/// markers, and so many more for more that markers are as far apart. `progress` is told how many of the methods' rows
-/// are done.
+/// Measures every method with markers on small, well separated circles. Images have 640x480 px for up to 30 markers,
+/// and are larger for more markers so that the density stays equal. Calls `progress` with the number of finished rows.
 std::vector<MethodCost> measure_costs(const CostSettings& settings, const std::function<void(int done)>& progress);
 int cost_rows(const CostSettings& settings);
 

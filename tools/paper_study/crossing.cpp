@@ -1,4 +1,4 @@
-// The situations with barriers, and those where ways meet.
+// The situations with barriers, and those with crossing paths.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kFrames = 86;
 constexpr double kLast = static_cast<double>(kFrames - 1);
-constexpr std::size_t kClearFrames = 8;  // at the start and at the end
+constexpr std::size_t kClearFrames = 8;  // free frames at the start and at the end
 constexpr double kDegree = std::numbers::pi / 180.0;
 
 double draw_curvature(scene::Random& random, double min_radius_px, double max_radius_px) {
@@ -36,7 +36,7 @@ bool ends_are_clear(const Points& way, const Barrier& barrier) {
   return true;
 }
 
-/// Along the image's rows or columns, whichever is nearer to the heading.
+/// The image axis that is nearer to the heading.
 Eigen::Vector2d nearest_axis(double angle_rad) {
   const Eigen::Vector2d heading = heading_of(angle_rad);
   return std::abs(heading.x()) >= std::abs(heading.y()) ? Eigen::Vector2d::UnitX() : Eigen::Vector2d::UnitY();
@@ -47,7 +47,8 @@ struct BehindBarrier {
   Barrier barrier;
 };
 
-// A way whose middle frame is drawn, with a barrier around it; drawn until it lies in the image.
+// Draws a path with a barrier around the position in a random middle frame. Repeats until the path lies inside the
+// image.
 BehindBarrier draw_behind(scene::Random& random) {
   const double speed_px = draw(random, 3.0, 7.0);
   const double curvature = draw_curvature(random, 80.0, 250.0);
@@ -80,7 +81,7 @@ Clip two_behind_one(scene::Random& random) {
   for (;;) {
     BehindBarrier drawn = draw_behind(random);
     if (!ends_are_clear(drawn.way, drawn.barrier)) continue;
-    // The other's way leads through the same barrier at about the same time.
+    // The path of the other marker leads through the same barrier at about the same time.
     const double angle_rad = std::atan2(drawn.barrier.along.y(), drawn.barrier.along.x()) +
                              draw(random, 30.0, 180.0) * kDegree * (happens(random, 0.5) ? 1.0 : -1.0);
     const Eigen::Vector2d off_px(draw(random, -15.0, 15.0), draw(random, -15.0, 15.0));
@@ -104,7 +105,7 @@ Clip swapping(scene::Random& random) {
     const double apart_rad = draw(random, 20.0, 120.0) * kDegree * (happens(random, 0.5) ? 1.0 : -1.0);
     const double middle = kLast * draw(random, 0.4, 0.6);
     const Arc one{draw_point(random), angle_rad, draw_curvature(random, 100.0, 400.0)};
-    // At the meeting they are the miss distance apart, across their relative motion.
+    // At the crossing, the markers are displaced perpendicular to their relative motion.
     const Eigen::Vector2d relative_px =
         other_speed_px * heading_of(angle_rad + apart_rad) - speed_px * heading_of(angle_rad);
     const Eigen::Vector2d across = Eigen::Vector2d(-relative_px.y(), relative_px.x()).normalized();

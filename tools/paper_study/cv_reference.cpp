@@ -6,7 +6,7 @@ namespace mocap::paper_study {
 
 struct CvReference::Tracks {
   std::vector<cv::KalmanFilter> filters;
-  cv::Mat measured = cv::Mat(2, 1, CV_32F);  // braces would make it a list
+  cv::Mat measured = cv::Mat(2, 1, CV_32F);  // not braces: they would select the initializer_list constructor
 };
 
 namespace {

@@ -8,15 +8,15 @@
 
 namespace mocap::paper_study {
 
-/// The usual way with a library, to compare costs with: one cv::KalmanFilter (4 state variables, 2 measured) for each
-/// marker, and each in turn takes the nearest blob within its gate that is left.
+/// Reference for the cost: one cv::KalmanFilter (4 state variables, 2 measurements) for each marker, and greedy
+/// assignment of the nearest free blob within the gate.
 class CvReference {
  public:
   explicit CvReference(double gate_px);
   ~CvReference();
   CvReference(CvReference&&) noexcept;
 
-  /// One frame; the first names the blobs. Writes each blob's `track`.
+  /// Tracks one frame and writes each blob's `track`. The first frame initiates one track for each blob.
   void track(std::span<Blob> blobs);
 
  private:

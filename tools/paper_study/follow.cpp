@@ -50,7 +50,7 @@ class Follower {
     tracker_.track(*frame_);
   }
 
-  /// Of the label's track; before it has one, of the only track there is.
+  /// The belief of the label's track. Before the label has a track, the belief of the only track.
   std::optional<BlobTrackBelief> belief_of(BlobTrackId track, Timestamp at) {
     beliefs_.clear();
     inspection_->predict_tracks(at, beliefs_);
@@ -86,7 +86,7 @@ class Follower {
   BlobTracker& tracker_;
   const track2d::BlobTrackInspection* inspection_;
   const Clip& clip_;
-  std::unique_ptr<BlobFrame> frame_ = std::make_unique<BlobFrame>();  // large
+  std::unique_ptr<BlobFrame> frame_ = std::make_unique<BlobFrame>();  // on the heap because a BlobFrame is large
   std::vector<BlobTrackBelief> beliefs_;
   BlobTrackId label_;
   FollowedFrame last_;

@@ -9,28 +9,27 @@
 
 namespace mocap::paper_study {
 
-/// One frame of a clip as a tracker lived through it.
+/// State of a tracker in one frame of a clip.
 struct FollowedFrame {
-  Eigen::Vector2d predicted_px = Eigen::Vector2d::Zero();  ///< for this frame, before it was seen
-  double gate_radius_px = 0.0;                             ///< 0: the track has ended
-  Eigen::Vector2d label_px = Eigen::Vector2d::Zero();      ///< where the label stands after it
-  bool held = false;                                       ///< the label took a blob
-  bool named = false;                                      ///< and the frame says so
+  Eigen::Vector2d predicted_px = Eigen::Vector2d::Zero();  ///< prediction for this frame, before its blobs
+  double gate_radius_px = 0.0;                             ///< 0 after the end of the track
+  Eigen::Vector2d label_px = Eigen::Vector2d::Zero();      ///< position of the label after this frame
+  bool held = false;                                       ///< a blob was assigned to the label
+  bool named = false;                                      ///< and that blob has the label's track id in the output
 };
 
-/// How a tracker fared in one clip: all frames but the first, in which the label is given.
+/// Result of a tracker in one clip: all frames except the first, in which the label is assigned.
 struct Followed {
   std::vector<FollowedFrame> frames;
-  std::vector<double> errors_px;  ///< of the predictions, by frame
+  std::vector<double> errors_px;  ///< prediction errors, by frame
   bool lost = false;
 };
 
-/// Runs a tracker, new and with BlobTrackInspection, through a clip.
-///
-/// The label is given in the first frame to the track of the labelled marker's blob, confirmed or not: from then on it
-/// is that track, and nothing gives it back once the track has ended. The first frame shows the labelled marker alone,
-/// as the operator's click did. An error is the distance of the prediction from the truth; where the track has ended,
-/// its last prediction stays.
+/// Runs a new tracker that implements BlobTrackInspection on a clip.
+/// In the first frame, which shows only the labelled marker (the study's operator clicked on it), the label is assigned
+/// to the track of the marker's blob, confirmed or not. The label stays with this track and is lost when the track
+/// ends. An error is the distance of the prediction from the truth. After the end of the track the last prediction is
+/// used.
 Followed follow(BlobTracker& tracker, const Clip& clip, std::span<const Seen> sightings);
 
 }  // namespace mocap::paper_study

@@ -1,4 +1,4 @@
-// Tables I to VII of the study: published, rebuilt, ours.
+// Writes tables I to VII of the study with the published, rebuilt and our figures.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -53,17 +53,17 @@ void add_losses(std::string& text, const Report& report) {
                    losses_of(quality, "default"), seen == report.multiview.end() ? "-" : std::to_string(seen->losses));
   }
   text +=
-      "\nThe study's clips are not published: these are drawn by laws on which its code gives about its figures, so a "
-      "rebuilt count is to be compared with the second figure, whose deviation is that of 20 clips drawn at random. "
-      "Published swapping figures of CONDENSATION (16) are not reached on any such clips. The study gives a label by "
-      "an operator's click; ours is the track that is born on the marker in the first frame. The situations after "
-      "swapping are ours; there the study has no figures.\n\n";
+      "\nThe clips of the study are not published. Our clips follow laws with which the code of the study gives "
+      "about its published figures, so compare a rebuilt count with the second figure, whose deviation is that of "
+      "20 random clips. No such clips reach the published swapping figure of CONDENSATION (16). In the study an "
+      "operator's click assigns the label; here the label belongs to the track that starts on the marker in the "
+      "first frame. The situations after swapping are ours; the study has no figures for them.\n\n";
 }
 
-/// Where the rebuilt count stands against the study's code; by how many standard deviations.
+/// Adds the differences between the rebuilt losses and those of the study's code, in standard deviations.
 void add_check(std::string& text, const Report& report) {
   auto out = std::back_inserter(text);
-  text += "How far the rebuilt losses are from the study's code, in its standard deviations (0.5 where it has none):";
+  text += "Difference of the rebuilt losses from the study's code, in standard deviations (0.5 if it has none):";
   for (const Situation situation : kStudied) {
     const SituationQuality* quality = find(report, situation);
     if (quality == nullptr) continue;
@@ -118,11 +118,12 @@ void add_errors(std::string& text, const Report& report) {
     text += "\n";
   }
   text +=
-      "Samples, limits and mean are of the clips without a loss, as in the study: what loses hard clips looks precise. "
-      "The last column counts every clip; a label that is lost keeps erring. The laws of the clips set the speed so "
-      "that the rebuilt Alpha-Beta errs about as published; the other methods' errors are then a test. CONDENSATION "
-      "errs by about twice the way of a frame, since its particles know no velocity. Errors are from the true place, "
-      "the study's from the detected one, a tenth of a pixel apart.\n\n";
+      "Samples, limits and mean cover the clips without a loss, as in the study, so a method that loses hard clips "
+      "looks precise. The last column covers all clips; a lost label continues to add errors. The laws of the "
+      "clips set the speed so that the rebuilt Alpha-Beta filter has about the published error; the errors of the "
+      "other methods are then a test. The error of CONDENSATION is about twice the motion between frames, because "
+      "its particles have no velocity. Our errors refer to the true position, the study's to the detected "
+      "position; the difference is 0.1 px.\n\n";
 }
 
 const MethodCost* find_cost(const Report& report, const std::string& method) {
@@ -159,9 +160,8 @@ void add_costs(std::string& text, const Report& report) {
   const MethodCost* chosen = find_cost(report, "default");
   if (reference != nullptr && chosen != nullptr) {
     text +=
-        "## The default beside the usual way with a library\n\n| markers | cv::KalmanFilter, greedy | default | ratio "
-        "of "
-        "medians |\n|---|---|---|---|\n";
+        "## The default compared with an OpenCV implementation\n\n| markers | cv::KalmanFilter, greedy | default | "
+        "ratio of medians |\n|---|---|---|---|\n";
     for (std::size_t i = 0; i < chosen->rows.size(); ++i) {
       const CostRow& ours = chosen->rows[i];
       const CostRow& theirs = reference->rows[i];
@@ -170,13 +170,10 @@ void add_costs(std::string& text, const Report& report) {
     }
   }
   text +=
-      "\nPublished times are of a computer of 2010 and are not to be compared one by one; those of the other columns "
-      "are "
-      "of this run, in one thread, and count tracking alone. The rebuilt filters are plain code for their laws, not "
-      "the "
-      "study's library calls, and so cheaper than its own code would be here. Ours assigns all tracks at once and "
-      "looks "
-      "for crossing markers too, which the other two do not.\n";
+      "\nPublished times are from a computer of 2010 and cannot be compared directly. The other columns are from "
+      "this run, in one thread, for the tracking only. The rebuilt filters are direct implementations, not the "
+      "library calls of the study, and are faster than its own code would be here. Our tracker also solves the "
+      "global assignment and handles crossing markers, which the other two do not.\n";
 }
 
 }  // namespace

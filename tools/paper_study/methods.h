@@ -12,23 +12,23 @@
 
 namespace mocap::paper_study {
 
-/// What a tracker is made for.
+/// Parameters for the construction of a tracker.
 struct TrackerNeeds {
-  std::uint64_t seed = 1;  ///< of those that draw random numbers
+  std::uint64_t seed = 1;  ///< for trackers that use random numbers
   int width_px = kWidth_px;
   int height_px = kHeight_px;
   std::size_t max_blobs = kMaxBlobs;
 };
 
-/// A way of tracking that is judged.
+/// A tracking method that the study evaluates.
 struct Method {
-  std::string name;     ///< as in reports: "paper_kalman"
-  bool paper_detector;  ///< sees with the study's detector; otherwise with the daemon's
+  std::string name;     ///< name in reports, for example "paper_kalman"
+  bool paper_detector;  ///< uses the study's detector; otherwise the daemon's detector
   std::unique_ptr<BlobTracker> (*make)(const TrackerNeeds& needs);
 };
 
-/// The study's trackers (paper_*), ours with their default settings (mocap_*), and `default`: the tracker that the
-/// daemon runs when nothing is set.
+/// The study's trackers (paper_*), our trackers with default settings (mocap_*), and `default`, the default tracker of
+/// the daemon.
 std::span<const Method> methods();
 
 }  // namespace mocap::paper_study

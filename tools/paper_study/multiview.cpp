@@ -29,18 +29,19 @@ namespace mocap::paper_study {
 namespace {
 
 constexpr double kMetresPerPixel = 0.005;
-constexpr double kMiddleHeight_m = 1.3;                    // the plane reaches from 0.1 to 2.5 m
-constexpr double kLeastDepth_m = 0.1, kMostDepth_m = 0.4;  // by which markers pass before or behind the labelled one
-constexpr double kWallOff_m = 0.5;                         // from the labelled marker's plane
+constexpr double kMiddleHeight_m = 1.3;  // the plane extends from 0.1 to 2.5 m above the floor
+constexpr double kLeastDepth_m = 0.1,
+                 kMostDepth_m = 0.4;  // distance of other markers in front of or behind the labelled marker
+constexpr double kWallOff_m = 0.5;    // distance of the barrier from the plane of the labelled marker
 constexpr double kOnMarker_m = 0.03;
 constexpr double kOffMarker_m = 15.0 * kMetresPerPixel;
 constexpr std::size_t kLabelWithin = 8;  // frames
 constexpr std::uint64_t kPlaneSeed = 0x9A9E4;
 
-/// Where a clip's image plane stands in the volume: upright, facing one of the cameras, which sees about the clip.
+/// Pose of a clip's image plane in the volume: upright and facing one of the cameras, whose image is about the clip.
 struct ClipPlane {
-  Eigen::Vector3d right, normal;  // the normal points to that camera
-  std::vector<double> depths_m;   // of each marker, towards that camera
+  Eigen::Vector3d right, normal;  // the normal points to the camera
+  std::vector<double> depths_m;   // by marker: distance from the plane towards the camera
 
   ClipPlane(const Rig& rig, std::size_t markers, std::uint64_t seed) {
     scene::Random random(seed ^ kPlaneSeed);
@@ -74,7 +75,7 @@ bool inside(const Quad& quad, const Eigen::Vector2d& point) {
   return left == 0 || left == 4;
 }
 
-/// The wall as a camera sees it; none where it stands behind the markers or in the back of the camera.
+/// The image of the barrier in a camera. Empty if the barrier is behind the markers or behind the camera.
 std::optional<Quad> wall_in(const CameraModel& camera, const ClipPlane& plane, const Barrier& barrier) {
   const WorldPoint centre = plane.at(barrier.centre_px, kWallOff_m);
   if ((camera.centre().v - centre.v).dot(plane.normal) <= 0.0) return std::nullopt;
@@ -91,7 +92,7 @@ std::optional<Quad> wall_in(const CameraModel& camera, const ClipPlane& plane, c
   return quad;
 }
 
-/// One camera: draws the clip, finds its blobs and tracks them.
+/// One camera: draws the clip, detects its blobs and tracks them.
 class Post {
  public:
   Post(CameraId id, const CameraModel& model, const scene::ImageSettings& image)
@@ -165,7 +166,7 @@ fusion::Fusion make_row(const Rig& rig) {
   return {std::move(row), static_cast<std::uint32_t>(rig.size())};
 }
 
-/// Which track bears the label, and whether it was lost.
+/// Keeps the 3D track that has the label, and whether the label was lost.
 class Label3d {
  public:
   explicit Label3d(LossRule rule) : rule_(rule) {}

@@ -4,7 +4,7 @@
 
 namespace mocap::paper_study {
 
-/// The size of the images that a filter of the study follows a point in; what it predicts stays within, 0 to the size.
+/// The size of the images of a filter. Predictions are clamped to 0 to the size.
 struct PaperImage {
   double width_px = 640.0;
   double height_px = 480.0;
@@ -12,13 +12,12 @@ struct PaperImage {
   filter::Vector<2> clamped(const filter::Vector<2>& point) const;
 };
 
-/// The Alpha-Beta filter of the study, its weaknesses included; px and frames: every step is one frame, whatever time
-/// passed.
+/// The Alpha-Beta filter of the study, including its weaknesses. Units are px and frames: every step is one frame,
+/// independent of the elapsed time.
 ///
 ///   x' = x + v;   r = z - x';   x = x' + 1.0 r;   v = v + 0.8 r     (equations 1 to 3)
-///
-/// The gate is a fixed circle of 5 % of the image diagonal. An unseen point goes on with its velocity, up to the border
-/// of the image.
+/// The gate is a circle with a radius of 5 % of the image diagonal. A hidden point continues with its velocity up to
+/// the border of the image.
 ///
 /// Source: Queiroz, Gomide, de Albuquerque Araujo, "Evaluation of real time tracking methods for an open source motion
 /// capture system", section III.A.

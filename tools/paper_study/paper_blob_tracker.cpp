@@ -14,10 +14,10 @@
 namespace mocap::paper_study {
 namespace {
 
-// Every step of the study's filters is one frame; they do not look at the time.
+// Every step of the study's filters is one frame, independent of the elapsed time.
 constexpr double kFrame = 1.0;
 
-/// `MakeFilter` makes the filter F of a label from its first blob.
+/// `MakeFilter` creates the filter F of a label from its first blob.
 template <class F, class MakeFilter>
 class PaperBlobTracker final : public BlobTracker, public track2d::BlobTrackInspection {
  public:
@@ -74,7 +74,7 @@ class PaperBlobTracker final : public BlobTracker, public track2d::BlobTrackInsp
     double nearest_px = label.filter.radius_px();
     label.blob = track2d::BlobTrackBelief::kUnseen;
     for (std::uint32_t i = 0; i < blobs.size(); ++i) {
-      if (blobs[i].track.names_something()) continue;  // gone
+      if (blobs[i].track.names_something()) continue;  // already assigned
       const double distance_px = (blobs[i].centroid.v - centre).norm();
       if (!(distance_px < nearest_px)) continue;
       nearest_px = distance_px;

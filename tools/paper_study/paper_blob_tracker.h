@@ -9,18 +9,17 @@
 
 namespace mocap::paper_study {
 
-/// The preset `paper`: the trackers of the study as they were, their weaknesses included.
+/// The preset `paper`: the original trackers of the study, including their weaknesses.
 struct PaperTrackSettings {
   track2d::TrackMethod method = track2d::TrackMethod::AlphaBeta;  ///< AlphaBeta, Kalman or Condensation
   int width_px = 640;
   int height_px = 480;
-  std::uint64_t seed = 1;  ///< CONDENSATION
+  std::uint64_t seed = 1;  ///< for CONDENSATION
 };
 
-/// Makes a tracker that names things once: each blob of the first frame that has any gets a label (in the study the
-/// operator's click did that), and nothing is named later. Each label, in the order of naming, takes the nearest blob
-/// inside its gate, and that blob is gone for the others. A label never becomes lost. It implements
-/// BlobTrackInspection. `track` does not allocate.
+/// Makes a tracker that assigns labels once: each blob of the first frame with blobs gets a label (in the study by an
+/// operator's click). In the order of the labels, the nearest free blob inside the gate is assigned to each label. A
+/// label never ends. The tracker implements BlobTrackInspection; track() does not allocate.
 std::unique_ptr<BlobTracker> make_paper_blob_tracker(const PaperTrackSettings& settings);
 
 }  // namespace mocap::paper_study

@@ -26,7 +26,7 @@ void PaperCondensation::predict(double) {
     total += weights_[i];
     sum += weights_[i] * particles_[i];
   }
-  if (!(total > 0.0)) return;  // no particle anywhere near: all stays as it is
+  if (!(total > 0.0)) return;  // all weights underflow: keep the state
   predicted_ = image_.clamped(sum / total);
   select_and_diffuse(total);
 }
@@ -42,7 +42,8 @@ void PaperCondensation::weigh() {
   }
 }
 
-// Particle i of the new set is the first of the old whose summed weight is over i shares of the whole.
+// Systematic resampling: particle i of the new set is the first particle of the old set whose cumulative weight exceeds
+// i / kParticles of the total.
 void PaperCondensation::select_and_diffuse(double total) {
   const std::array<filter::Vector<2>, kParticles> old = particles_;
   double sum = weights_[0];

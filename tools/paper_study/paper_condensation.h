@@ -8,15 +8,14 @@
 
 namespace mocap::paper_study {
 
-/// The CONDENSATION filter of the study, its weaknesses included; px and frames: every step is one frame, whatever time
-/// passed.
-///
-/// 100 particles of place alone, at first over the whole image. A step weighs them by their distance to where the point
-/// was seen last, with their own spread for the scale, predicts their weighted mean, selects by weight, and moves each
-/// by a uniform step of up to width / 7.5 and height / 7.5 (a fifth of the bounds, width / 1.5 and height / 1.5). The
-/// prediction is thus about where the point was seen last. The gate is a circle: half of the summed standard deviations
-/// of x and y before the step. An unseen point stays where it is. Selection begins with the first particle whatever its
-/// weight, so that one wanders off and the gate widens slowly: from 66 px after ten frames to twice that after 800.
+/// The CONDENSATION filter of the study, including its weaknesses. Units are px and frames: every step is one frame,
+/// independent of the elapsed time. 100 particles with positions only, initially over the whole image. A step weights
+/// the particles by their distance to the last measurement relative to their own spread, predicts the weighted mean,
+/// resamples, and adds a uniform step of up to width / 7.5 and height / 7.5 (a fifth of the bounds width / 1.5 and
+/// height / 1.5). The prediction is therefore about the last measured position. The gate is a circle with half of the
+/// summed standard deviations of x and y before the step as radius. A hidden point stays where it is. Resampling starts
+/// with the first particle whatever its weight, so that this particle drifts away and the gate grows slowly: from 66 px
+/// after ten frames to twice that after 800.
 ///
 /// Source: as PaperAlphaBeta, section III.C; the step: Isard and Blake, "CONDENSATION" (1998), figure 5.
 class PaperCondensation {

@@ -11,7 +11,7 @@ namespace mocap::paper_study {
 namespace {
 
 constexpr int kThreshold_grey = 230;
-constexpr double kMinArea = 0.005e-2;  // shares of the image
+constexpr double kMinArea = 0.005e-2;  // fraction of the image area
 constexpr double kMaxArea = 0.4e-2;
 
 class PaperDetector final : public Detector {
@@ -38,7 +38,7 @@ class PaperDetector final : public Detector {
   }
 
  private:
-  /// Puts the row's runs behind those there are, and tells how many there are then.
+  /// Appends the runs of the row after the first `runs` runs. Returns the new number of runs.
   std::size_t add_row(const Image& image, int y, std::size_t runs) {
     const std::byte* row = image.bytes.data() + static_cast<std::size_t>(y) * image.stride_bytes;
     const auto bright = [](std::byte grey) { return std::to_integer<int>(grey) >= kThreshold_grey; };

@@ -33,7 +33,7 @@ void PaperKalman::predict(double) {
   velocity_sigma_ = 0.5 * (std::sqrt(covariance_(2, 2)) + std::sqrt(covariance_(3, 3)));
   predicted_ = image_.clamped({std::trunc(state_[0]), std::trunc(state_[1])});
   shown_ = predicted_;
-  noise_ = (kNoise + kNoisePerSpeed * known_velocity.array().abs()).matrix();  // for the next step
+  noise_ = (kNoise + kNoisePerSpeed * known_velocity.array().abs()).matrix();  // process noise of the next step
 }
 
 double PaperKalman::radius_px() const { return std::trunc(kGatePerSigma * velocity_sigma_); }
@@ -45,7 +45,7 @@ void PaperKalman::correct(const filter::Vector<2>& point) {
       covariance_.leftCols<2>() * (covariance_.topLeftCorner<2, 2>() + noise).inverse();
   state_ += (gain * (point - state_.head<2>())).eval();
   covariance_ = (covariance_ - gain * covariance_.topRows<2>()).eval();
-  covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();  // rounding must not make it lopsided
+  covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();  // keep the matrix symmetric despite rounding
   shown_ = point;
 }
 

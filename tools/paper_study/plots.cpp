@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kPlottedClips = 3;
 constexpr std::size_t kGateEvery = 5;
-constexpr double kWidestGate_px = 300.0;  // a gate over the whole image only hides the rest
+constexpr double kWidestGate_px = 300.0;  // a gate of the size of the image would hide everything else
 
 void add_way(std::string& svg, const std::vector<Eigen::Vector2d>& way_px, bool labelled) {
   svg += "<polyline class=\"";
@@ -63,13 +63,13 @@ Status write(const std::filesystem::path& path, const std::string& text) {
 
 std::string plot(const Clip& clip, const Followed& followed, const std::string& title) {
   std::string svg = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\">\n"
-      "<style>rect{{fill:white}} text{{font:14px sans-serif}} .way,.other{{fill:none;stroke:black;stroke-dasharray:4 "
-      "2}}"
-      " .other{{stroke:#bbb}} .barrier{{fill:#8888;stroke:#555}} .gate{{fill:none;stroke:#36c;stroke-opacity:.5}}"
-      " .error{{stroke:#d33;stroke-opacity:.5}} .prediction{{fill:#d33}} .missed{{fill:none;stroke:#d33}}"
-      " .label{{fill:none;stroke:#080;stroke-width:3}} .key{{font-size:10px;fill:#555}}</style>\n"
-      "<rect width=\"{0}\" height=\"{1}\"/>\n",
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
+      "height=\"{1}\">\n<style>rect{{fill:white}} text{{font:14px sans-serif}} "
+      ".way,.other{{fill:none;stroke:black;stroke-dasharray:4 2}} .other{{stroke:#bbb}} "
+      ".barrier{{fill:#8888;stroke:#555}} .gate{{fill:none;stroke:#36c;stroke-opacity:.5}} "
+      ".error{{stroke:#d33;stroke-opacity:.5}} .prediction{{fill:#d33}} .missed{{fill:none;stroke:#d33}} "
+      ".label{{fill:none;stroke:#080;stroke-width:3}} .key{{font-size:10px;fill:#555}}</style>\n<rect "
+      "width=\"{0}\" height=\"{1}\"/>\n",
       kWidth_px, kHeight_px);
   for (const Barrier& barrier : clip.barriers) add_barrier(svg, barrier);
   for (std::size_t i = clip.ways_px.size(); i-- > 0;) add_way(svg, clip.ways_px[i], i == 0);
@@ -83,9 +83,8 @@ std::string plot(const Clip& clip, const Followed& followed, const std::string& 
   }
   svg += fmt::format("<text x=\"8\" y=\"18\">{}{}</text>\n", title, followed.lost ? " - lost" : "");
   svg +=
-      "<text class=\"key\" x=\"8\" y=\"472\">red: predicted (open: no blob); blue: gate; green: the label's end; "
-      "dashed: ways; "
-      "grey: barrier</text>\n</svg>\n";
+      "<text class=\"key\" x=\"8\" y=\"472\">red: predicted (open: no blob); blue: gate; "
+      "green: last position of the label; dashed: paths; grey: barrier</text>\n</svg>\n";
   return svg;
 }
 

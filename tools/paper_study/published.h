@@ -11,20 +11,20 @@
 
 namespace mocap::paper_study {
 
-// What the study printed: Queiroz, Gomide, de Albuquerque Araujo, "Evaluation of real time tracking methods for an open
+// Figures published in: Queiroz, Gomide, de Albuquerque Araujo, "Evaluation of real time tracking methods for an open
 // source motion capture system".
 
-/// Its methods, in the order of its tables.
+/// The methods of the study, in the order of its tables.
 inline constexpr std::array kStudyMethods{"alpha_beta", "kalman", "condensation"};
 
-/// Table I: losses of 20 clips; none for situations that are ours.
+/// Table I: losses in 20 clips. Empty for our own situations.
 std::optional<int> published_losses(Situation situation, std::size_t method);
 
-/// Tables II to IV, px, with 99 % limits; the published mean leaves lost clips out, and so `mean_all` is not told (0).
+/// Tables II to IV, px, with 99 % limits. The published mean excludes lost clips, so `mean_all` is unknown (0).
 std::optional<ErrorFigures> published_errors(Situation situation, std::size_t method);
 
-/// The study's own code, run on clips drawn by the laws that make_clip follows: losses of 20 and their standard
-/// deviation over 10 runs, and the mean error of the clips that it did not lose (0 where none was told).
+/// Results of the study's own code on clips with the laws of make_clip(): losses in 20 clips and their standard
+/// deviation over 10 runs, and the mean error of the clips without a loss (0 if unknown).
 struct OriginalCode {
   double losses;
   double deviation;

@@ -16,7 +16,7 @@ double mean_of(std::span<const double> values) {
   return values.empty() ? 0.0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-/// What one method has gathered over the clips of a situation.
+/// Losses and errors of one method over the clips of a situation.
 struct Gathered {
   int losses = 0;
   std::vector<double> kept_px, all_px;

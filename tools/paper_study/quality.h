@@ -10,14 +10,14 @@
 
 namespace mocap::paper_study {
 
-/// The errors of a method's predictions in the clips of a situation, px. The study's way: only clips without a loss
-/// count, and the limits are those of the mean's 99 % confidence interval by the central limit theorem.
+/// Prediction errors of a method in the clips of a situation, px. As in the study, only clips without a loss count, and
+/// the limits are the 99 % confidence interval of the mean by the central limit theorem.
 struct ErrorFigures {
   std::uint64_t samples = 0;
   double low = 0.0;
   double mean = 0.0;
   double high = 0.0;
-  double mean_all = 0.0;  ///< over all clips, lost ones included
+  double mean_all = 0.0;  ///< over all clips, including lost ones
 };
 
 ErrorFigures figures_of(std::span<const double> kept_px, std::span<const double> all_px);
@@ -34,11 +34,12 @@ struct SituationQuality {
 };
 
 struct QualitySettings {
-  int clips = 20;  ///< of each situation
+  int clips = 20;  ///< clips of each situation
   std::uint64_t seed_base = 1;
 };
 
-/// Draws the clips of these situations and runs every method on each. `progress` is told how many clips are done.
+/// Generates the clips of these situations and runs every method on each clip. Calls `progress` with the number of
+/// finished clips.
 std::vector<SituationQuality> judge(const QualitySettings& settings, std::span<const Situation> situations,
                                     const std::function<void(int done)>& progress);
 

@@ -9,7 +9,7 @@
 
 namespace mocap::paper_study {
 
-/// All that one run found; what was left out is empty.
+/// All results of one run. Parts that were not run are empty.
 struct Report {
   QualitySettings settings;
   std::vector<SituationQuality> one_camera;
@@ -17,13 +17,13 @@ struct Report {
   std::vector<MethodCost> costs;
 };
 
-/// One JSON object in one line: losses, error_px, multiview_losses, cost_ms, each by situation or method.
+/// One JSON object in one line with losses, error_px, multiview_losses and cost_ms, each by situation or method.
 std::string to_json(const Report& report);
 
-/// For people: losses and errors of every method in every situation, costs of 30 markers.
+/// Text with losses and errors of every method in every situation, and costs for 30 and 1000 markers.
 std::string to_text(const Report& report);
 
-/// Tables I to VII of the study, each with the published value, our rebuild and ours, and a sentence on the difference.
+/// Tables I to VII of the study with the published, rebuilt and our values, and remarks on the differences.
 std::string to_markdown(const Report& report);
 
 }  // namespace mocap::paper_study

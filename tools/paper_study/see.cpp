@@ -11,12 +11,12 @@
 namespace mocap::paper_study {
 namespace {
 
-constexpr int kSubpixels = 4;  // each way, where a barrier's edge cuts a pixel
+constexpr int kSubpixels = 4;  // samples per axis in a pixel at the edge of a barrier
 
 scene::ImageSettings image_settings() {
   scene::ImageSettings image;
   image.peak_grey = 255.0;
-  image.point_spread_px = 0.0;  // the edge of the exact disc over each pixel is all the antialiasing
+  image.point_spread_px = 0.0;  // only the exact coverage of each pixel by the disc smooths the edge
   image.background_grey = 0.0;
   image.read_noise_grey = 0.0;
   image.electrons_per_grey = 0.0;
@@ -29,7 +29,7 @@ std::unique_ptr<Detector> make_our_detector() {
   return std::move(*made);
 }
 
-/// How much of a pixel the barrier leaves free.
+/// Share of a pixel that the barrier does not cover.
 double free_share(const Barrier& barrier, const Eigen::Vector2d& pixel) {
   constexpr double kHalfDiagonal_px = 0.71;
   if (barrier.distance_px(pixel) > kHalfDiagonal_px) return 1.0;

@@ -12,27 +12,27 @@
 
 namespace mocap::paper_study {
 
-/// What a detector found in one image of a clip.
+/// Blobs of one image of a clip.
 struct Seen {
   Timestamp at;
   std::vector<Blob> blobs;
 };
 
-/// A clip as the two detectors saw it, by frame.
+/// Blobs of a clip by frame, from two detectors.
 struct Sightings {
-  std::vector<Seen> paper;  ///< the study's detector
-  std::vector<Seen> ours;   ///< the daemon's, with its default settings
+  std::vector<Seen> paper;  ///< from the study's detector
+  std::vector<Seen> ours;   ///< from the daemon's detector with default settings
 };
 
-/// Draws clips and finds their blobs: 8-bit images, discs of grey 255 with antialiased edges on black, exact where the
-/// barriers cut them. Each image is drawn and searched once, for all trackers.
+/// Draws clips and detects their blobs: 8-bit images, discs of grey 255 with smooth edges on black, partly covered by
+/// barriers. Each image is drawn and processed once for all trackers.
 class Viewer {
  public:
   Viewer();
 
   Sightings see(const Clip& clip);
 
-  /// Draws one frame; the pixels are borrowed until the next call.
+  /// Draws one frame. The pixels are valid until the next call.
   std::span<const std::byte> draw(const Clip& clip, std::size_t frame);
 
  private:

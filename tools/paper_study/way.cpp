@@ -10,13 +10,14 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kTurnJitter_deg = 15.0;
-constexpr double kMostTurn_deg = 160.0;  // of a direction drawn anew: legs do not fall on each other
-constexpr double kSlowEnd_px = 0.5;      // speed per frame at the end of an accelerated leg
+constexpr double kMostTurn_deg =
+    160.0;  // largest change to a new random direction, so that consecutive legs do not overlap
+constexpr double kSlowEnd_px = 0.5;  // speed per frame at the end of an accelerated leg
 
 double draw_angle(scene::Random& random) { return draw(random, 0.0, 2.0 * std::numbers::pi); }
 double draw_side(scene::Random& random) { return happens(random, 0.5) ? 1.0 : -1.0; }
 
-/// How far it is to the margin.
+/// Distance to the margin of the image in a direction.
 double free_way(const Eigen::Vector2d& from_px, double angle_rad) {
   const Eigen::Vector2d heading = heading_of(angle_rad);
   const Eigen::Vector2d far(kWidth_px - 1 - kMargin_px, kHeight_px - 1 - kMargin_px);
@@ -28,14 +29,14 @@ double free_way(const Eigen::Vector2d& from_px, double angle_rad) {
   return way;
 }
 
-/// Any direction with `room_px` before it.
+/// A random direction with at least `room_px` to the margin.
 double draw_free_angle(scene::Random& random, const Eigen::Vector2d& from_px, double room_px) {
   double angle_rad = draw_angle(random);
   while (free_way(from_px, angle_rad) < room_px) angle_rad = draw_angle(random);
   return angle_rad;
 }
 
-/// The heading after a turn; where it would lead out, to the other side, or else as much further as it must be.
+/// The heading after a turn. If the leg would leave the image, turns to the other side, or by a larger angle.
 double turned(double angle_rad, double turn_rad, const Eigen::Vector2d& point_px, double leg_px) {
   for (int tries = 0; tries < 36; ++tries) {
     const double more_rad = 5.0 * kDegree * tries;
@@ -47,7 +48,8 @@ double turned(double angle_rad, double turn_rad, const Eigen::Vector2d& point_px
   return angle_rad + std::numbers::pi;
 }
 
-/// The first of many drawn directions with `room_px` before it, or else the one with the most.
+/// The first of up to 51 drawn directions with at least `room_px` to the margin, or else the direction with the largest
+/// distance.
 template <class Draw>
 double widest(const Eigen::Vector2d& from_px, double room_px, Draw draw_direction) {
   double best_rad = draw_direction();
@@ -94,10 +96,10 @@ Points zigzag(const ZigzagLaw& law, scene::Random& random) {
   const auto draw_leg = [&] { return mean_leg_px * draw(random, 0.7, 1.3); };
   Points way{draw_point(random)};
   Eigen::Vector2d point_px = way.front();
-  double leg_px = draw_leg();  // what is left of it
+  double leg_px = draw_leg();  // remaining length of the leg
   double angle_rad = draw_free_angle(random, point_px, leg_px);
   double side = draw_side(random);
-  double left_px = speed_px;  // of this frame's way
+  double left_px = speed_px;  // remaining motion in this frame
   while (way.size() < law.frames) {
     const double step_px = std::min(left_px, leg_px);
     point_px += step_px * heading_of(angle_rad);
@@ -150,7 +152,7 @@ Points random_acceleration(std::size_t frames, scene::Random& random) {
     velocity_px += sigma_px * Eigen::Vector2d(random.normal(), random.normal());
     if (velocity_px.norm() > kMaxSpeed_px) velocity_px *= kMaxSpeed_px / velocity_px.norm();
     const Eigen::Vector2d next_px = way.back() + velocity_px;
-    // Bounces off the margin.
+    // Reflects the velocity at the margin.
     for (const int axis : {0, 1}) {
       const double far_px = (axis == 0 ? kWidth_px : kHeight_px) - 1 - kMargin_px;
       if (next_px[axis] < kMargin_px || next_px[axis] > far_px) velocity_px[axis] = -velocity_px[axis];

@@ -6,28 +6,30 @@
 
 namespace mocap::sim {
 
-/// A camera's own clock: it is off UTC and runs at its own pace, until PTP makes it follow UTC. Any thread.
+/// The clock of a simulated camera. It has an offset and a drift against UTC until PTP makes it follow UTC. Any thread.
 class CameraClock {
  public:
-  /// Off by `skew_ns` at `began_utc_ns`, and by `drift` seconds more each second.
+  /// The clock is ahead of UTC by `skew_ns` at `began_utc_ns`. The offset grows by `drift` seconds per second.
   CameraClock(double skew_ns, double drift, std::int64_t began_utc_ns)
       : skew_ns_(skew_ns), drift_(drift), began_utc_ns_(began_utc_ns) {}
 
+  /// The time that the clock shows at an instant of UTC.
   std::uint64_t stamp_ns(std::int64_t utc_ns) const {
     return static_cast<std::uint64_t>(utc_ns + std::llround(ahead_ns(utc_ns)));
   }
 
-  /// The instant of UTC at which it shows this.
+  /// The instant of UTC at which the clock shows `stamp_ns`.
   std::int64_t utc_ns(std::int64_t stamp_ns) const {
     const std::int64_t about = stamp_ns - std::llround(ahead_ns(stamp_ns));
     return stamp_ns - std::llround(ahead_ns(about));
   }
 
-  /// From now on it follows UTC, ahead by this.
+  /// PTP: from now on the clock is ahead of UTC by the constant `ahead_ns`.
   void follow_utc(std::int64_t ahead_ns) {
     followed_ahead_ns_ = ahead_ns;
     follows_ = true;
   }
+  /// Returns to the clock's own offset and drift.
   void run_free() { follows_ = false; }
   bool follows_utc() const { return follows_; }
 

@@ -30,13 +30,13 @@ GigeActions::Answer GigeActions::take(std::uint8_t flags, std::span<const std::u
   if (due_utc_ns_.size() >= kQueue) return Answer::Overflow;
   const std::int64_t due_utc_ns = std::max(at_utc_ns, arrived_utc_ns);
   due_utc_ns_.insert(std::upper_bound(due_utc_ns_.begin(), due_utc_ns_.end(), due_utc_ns), due_utc_ns);
-  told_.notify_one();
+  command_added_.notify_one();
   return at_utc_ns < arrived_utc_ns ? Answer::Late : Answer::Done;
 }
 
 std::optional<std::int64_t> GigeActions::next_utc_ns(Duration patience) {
   std::unique_lock lock(mutex_);
-  if (!told_.wait_for(lock, patience, [&] { return !due_utc_ns_.empty(); })) return std::nullopt;
+  if (!command_added_.wait_for(lock, patience, [&] { return !due_utc_ns_.empty(); })) return std::nullopt;
   const std::int64_t next = due_utc_ns_.front();
   due_utc_ns_.pop_front();
   return next;

@@ -11,8 +11,8 @@ namespace mocap::sim {
 namespace {
 
 constexpr std::uint32_t kImageChunk = 0x1;
-constexpr std::size_t kTagBytes = 8;    // which chunk, and how long
-constexpr std::size_t kValueBytes = 8;  // each of ours
+constexpr std::size_t kTagBytes = 8;    // chunk id and length
+constexpr std::size_t kValueBytes = 8;  // all our chunks have this length
 
 template <class T>
 void append(std::vector<std::byte>& to, T net) {

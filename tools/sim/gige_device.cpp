@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::uint16_t kPort = 3956;
 constexpr std::uint8_t kKey = 0x42;
-// Commands; an acknowledge is the next number.
+// Command ids of GVCP. The id of an acknowledge is the id of its command plus 1.
 constexpr std::uint16_t kDiscovery = 0x0002, kResend = 0x0040, kReadRegister = 0x0080, kWriteRegister = 0x0082,
                         kReadMemory = 0x0084, kWriteMemory = 0x0086, kAction = 0x0100;
 constexpr std::uint16_t kAccessDenied = 0x8006;
@@ -68,7 +68,7 @@ int bound_socket(in_addr address, bool shared) {
 
 std::int64_t utc_now_ns() { return to_ns(host_now()) + utc_minus_host().count(); }
 
-// When the kernel took a datagram in: what a camera's hardware would go by.
+// Time at which the kernel received a datagram, like the reception time in the hardware of a camera.
 std::int64_t arrived_utc_ns(msghdr& message) {
   for (cmsghdr* each = CMSG_FIRSTHDR(&message); each != nullptr; each = CMSG_NXTHDR(&message, each)) {
     if (each->cmsg_level != SOL_SOCKET || each->cmsg_type != SCM_TIMESTAMPNS) continue;
@@ -81,7 +81,7 @@ std::int64_t arrived_utc_ns(msghdr& message) {
 
 }  // namespace
 
-/// One datagram of a client, and the socket that took it.
+/// One datagram of a client, and the socket that received it.
 struct GigeDevice::Command {
   int socket = -1;
   sockaddr_in from{};
@@ -116,7 +116,7 @@ Result<std::unique_ptr<GigeDevice>> GigeDevice::serve(const Settings& settings) 
 }
 
 GigeDevice::~GigeDevice() {
-  thread_ = {};  // ended and joined
+  thread_ = {};  // stop and join the thread before the members are destroyed
   for (const int each : sockets_) {
     if (each >= 0) close(each);
   }
@@ -138,7 +138,8 @@ Status GigeDevice::open() {
   everybody.s_addr = htonl(INADDR_BROADCAST);
   sockets_[1] = bound_socket(everybody, true);
   in_addr subnet{};
-  subnet.s_addr = address.s_addr | htonl(0x00ffffff);  // loopback's, where cameras are served
+  subnet.s_addr =
+      address.s_addr | htonl(0x00ffffff);  // broadcast address of a /8 network: cameras are served on loopback
   sockets_[2] = bound_socket(subnet, true);
   return {};
 }
@@ -240,7 +241,7 @@ StreamRoute GigeDevice::route() const {
   route.to.sin_addr.s_addr = htonl(read(kStreamAddress));
   route.to.sin_port = htons(static_cast<std::uint16_t>(read(kStreamPort)));
   route.packet_bytes = read(kPacketSize) & 0xffff;
-  route.packet_delay = Duration{read(kPacketDelay)};  // the clock counts ns
+  route.packet_delay = Duration{read(kPacketDelay)};  // in ticks of the camera clock, 1 ns
   return route;
 }
 
@@ -329,7 +330,7 @@ bool GigeDevice::write_command(const Command& command) {
   return true;
 }
 
-// Only while a client controls the camera; who else knows the keys may send it too.
+// Accepts an action command while a client controls the camera. Any host that has the keys may send the command.
 void GigeDevice::take_action(const Command& command) {
   if (!client_) return;
   const ActionKeys keys{read(kActionDeviceKey), read(kActionGroupKey), read(kActionGroupMask)};

@@ -20,11 +20,10 @@ typedef struct _ArvFakeCamera ArvFakeCamera;  // NOLINT(bugprone-reserved-identi
 
 namespace mocap::sim {
 
-/// A GigE Vision camera at one address of this machine, as far as the network sees it: discovery, registers, control by
-/// one client at a time (heartbeat), packets on request. What it shows is somebody else's matter.
-///
-/// The registers and their GenICam description are those of Aravis's fake camera, with pixel formats of 10 and 12
-/// bits, PTP, a latch of the clock, test packets, chunk data and action commands added.
+/// The network side of a simulated GigE Vision camera at one address of this machine: discovery, registers, exclusive
+/// control by one client (heartbeat), image packets and packet resend. The caller supplies the images. Registers and
+/// GenICam description are those of Aravis's fake camera, plus pixel formats of 10 and 12 bits, PTP, a timestamp latch,
+/// test packets, chunk data and action commands.
 ///
 /// Source: GigE Vision 2.0, part "GVCP" and the bootstrap registers.
 class GigeDevice {
@@ -35,45 +34,45 @@ class GigeDevice {
     std::uint32_t width_px = 640, height_px = 480;
     double rate_hz = 60.0;
     double exposure_us = 500.0;
-    double lost_share = 0.0;  ///< of the packets of images
-    bool resends = true;      ///< packets that are asked for
+    double lost_share = 0.0;  ///< share of the image packets that are not sent
+    bool resends = true;      ///< answers requests for packet resend
     std::int64_t ptp_offset_ns = 0;
-    double clock_skew_us = 0.0;  ///< of its own clock; none while it keeps PTP time
+    double clock_skew_us = 0.0;  ///< offset of the camera clock while PTP is off
     double clock_drift_ppm = 0.0;
     std::uint64_t seed = 1;
   };
 
-  /// Answers from now on. Fails with Busy where the address cannot be had.
+  /// Starts a thread that answers commands until destruction. Fails with Busy if the address cannot be bound.
   static Result<std::unique_ptr<GigeDevice>> serve(const Settings& settings);
   ~GigeDevice();
   GigeDevice(const GigeDevice&) = delete;
   GigeDevice& operator=(const GigeDevice&) = delete;
 
-  /// Whether a client wants images now.
+  /// Whether a client has started the acquisition.
   bool acquiring() const;
 
-  /// Raised each time that a client begins to want images.
+  /// Number of acquisition starts so far.
   unsigned acquisitions() const { return acquisitions_; }
 
   enum class Trigger { Free, Software, Line, Action };
   Trigger trigger() const;
-  /// Whether a software trigger waits; it is taken.
+  /// Returns whether a software trigger is pending, and clears it.
   bool take_software_trigger();
-  /// Its action commands, as instants to expose at.
+  /// The exposure instants requested by action commands.
   GigeActions& actions() { return actions_; }
 
   const CameraClock& clock() const { return clock_; }
-  /// Its master is gone: from now on its clock is its own again.
+  /// Simulates the loss of the PTP master: the clock runs free from now on.
   void lose_ptp();
 
   std::uint32_t read(std::uint32_t address) const;
   std::uint32_t period_us() const;
   std::uint32_t exposure_us() const;
-  /// Format and region that the client has chosen; id and stamp are the caller's.
+  /// Pixel format and region chosen by the client. The caller must fill in id and stamp.
   ServedImage layout() const;
-  std::size_t payload_bytes() const;  ///< of the pixels
+  std::size_t payload_bytes() const;  ///< size of the pixels, without chunks
 
-  /// The thread that shows images fills `room` and sends; chunks are added as the client wants them.
+  /// The image thread writes the pixels into room() and calls send(), which appends the enabled chunks.
   std::span<std::byte> room() { return stream_.room(payload_bytes()); }
   void send(const ServedImage& image);
   void rehearse(const ServedImage& image) { stream_.rehearse(image, route()); }
@@ -102,7 +101,7 @@ class GigeDevice {
   CameraClock clock_;
   GigeActions actions_;
   GvspStream stream_;
-  int sockets_[3] = {-1, -1, -1};  // control, and discovery by broadcast to all and to the subnet
+  int sockets_[3] = {-1, -1, -1};  // control; discovery by limited broadcast; discovery by subnet broadcast
   std::optional<sockaddr_in> client_;
   Timestamp client_heard_at_;
   std::atomic<unsigned> acquisitions_{0};

@@ -44,7 +44,7 @@ std::string ptp() {
          register_at("PtpStatusRegister", kPtpStatus, "RO") + integer("PtpOffsetFromMaster", kPtpOffset_ns, "RO");
 }
 
-// Bits of the register that holds the packets' size; the first is the highest (GigE Vision 2.0, SCPS).
+// Bits of the packet size register. Bit 0 is the most significant (GigE Vision 2.0, SCPS).
 std::string test_packets() {
   std::string text;
   for (const auto& [name, bit] : {std::pair{"GevSCPSFireTestPacket", 0}, std::pair{"GevSCPSDoNotFragment", 1}}) {
@@ -65,7 +65,7 @@ std::string boolean(std::string_view name, unsigned address) {
          register_at(fmt::format("{}Register", name), address, "RW");
 }
 
-// A value that the camera writes behind the image: no register, but a chunk of the buffer.
+// A feature whose value stands in a chunk behind the image instead of a register.
 std::string chunk(std::string_view name, std::uint32_t id, bool is_float) {
   const std::string_view kind = is_float ? "Float" : "Integer";
   const std::string_view reg = is_float ? "FloatReg" : "IntReg";
@@ -91,7 +91,7 @@ std::string chunks() {
          chunk("ChunkExposureTime", kExposureChunk, true) + chunk("ChunkFrameID", kFrameIdChunk, false);
 }
 
-// One action, and the clock that it may be scheduled by.
+// Features of one action command and of the clock that schedules it.
 std::string actions() {
   return integer("ActionDeviceKey", kActionDeviceKey, "RW") +
          R"(<Integer Name="ActionSelector" NameSpace="Standard"><Value>1</Value><Min>1</Min><Max>1</Max></Integer>)" +

@@ -24,7 +24,8 @@
 namespace mocap::sim {
 namespace {
 
-constexpr std::int64_t kMostBehind = 24, kMostBehindDrawn = 2;  // images; drawing never catches up
+constexpr std::int64_t kMostBehind = 24,
+                       kMostBehindDrawn = 2;  // images; an image that must be drawn first cannot catch up
 constexpr std::int64_t kLookAtStop_ns = 20'000'000;
 constexpr std::int64_t kMostEarly_ns = 150'000;
 constexpr std::int64_t kForgets_ns = 12'000'000, kRehearsal_ns = 60'000;
@@ -43,8 +44,8 @@ void sleep_until_utc(std::int64_t at_ns) {
   clock_nanosleep(CLOCK_REALTIME, TIMER_ABSTIME, &until, nullptr);
 }
 
-/// Waits for an instant of UTC as an electronic circuit does: a thread that sleeps is woken some tens of microseconds
-/// late, so it asks to be woken earlier by what that took before, and looks at the clock for the rest.
+/// Waits for an instant of UTC with less jitter than a sleep. The kernel wakes a sleeping thread some tens of
+/// microseconds late, so the sleep ends earlier by the previous lateness and the thread polls the clock for the rest.
 class Alarm {
  public:
   void wait_until(std::int64_t at_ns) {
@@ -61,7 +62,7 @@ class Alarm {
   std::int64_t early_ns_ = 0;
 };
 
-/// One GigE Vision camera: its device, and the thread that exposes and sends.
+/// One GigE Vision camera: the device, and the thread that exposes and sends images.
 class GigeCamera {
  public:
   GigeCamera(const Options& options, const scene::Volume& volume, std::size_t camera, Stage& stage)
@@ -101,7 +102,7 @@ class GigeCamera {
 
  private:
   void run(const std::stop_token& stop) {
-    prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);  // ns; the usual 50 us would be an error of every exposure
+    prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);  // ns; the default of 50 us would delay every exposure
     unsigned acquisition = 0;
     while (!stop.stop_requested()) {
       if (!device_->acquiring()) {
@@ -114,7 +115,7 @@ class GigeCamera {
       }
       switch (device_->trigger()) {
         case GigeDevice::Trigger::Software: expose_when_triggered(); break;
-        case GigeDevice::Trigger::Action: expose_when_told(); break;
+        case GigeDevice::Trigger::Action: expose_on_action(); break;
         default: expose_by_the_clock(stop);
       }
     }
@@ -128,26 +129,29 @@ class GigeCamera {
     send(expose(number, number * period_us * 1000));
   }
 
-  // An action command begins an exposure, when it came or at the instant that it names.
-  void expose_when_told() {
+  // An action command starts an exposure on arrival or at the scheduled instant.
+  void expose_on_action() {
     const auto begins_ns = device_->actions().next_utc_ns(kLookForAction);
     if (!begins_ns) return;
     const std::int64_t period_ns = std::int64_t{device_->period_us()} * 1000;
     const std::int64_t end_ns = *begins_ns + std::int64_t{device_->exposure_us()} * 1000;
-    // Near the clock's periods, so that all cameras show the same of a loop; then by what lies between.
-    last_number_ = told_ns_ == 0
-                       ? *begins_ns / period_ns
-                       : last_number_ + std::max<std::int64_t>(1, (*begins_ns - told_ns_ + period_ns / 2) / period_ns);
-    told_ns_ = *begins_ns;
+    // The first image number is the number of the UTC period, so that all cameras show the same image of a loop. Later
+    // numbers follow from the time between commands.
+    last_number_ =
+        last_action_ns_ == 0
+            ? *begins_ns / period_ns
+            : last_number_ + std::max<std::int64_t>(1, (*begins_ns - last_action_ns_ + period_ns / 2) / period_ns);
+    last_action_ns_ = *begins_ns;
     const ServedImage image = expose(last_number_, end_ns);
     send_at(image, end_ns + late_ns(period_ns / 1000));
   }
 
-  // An exposure ends with a whole period of UTC, whether the camera runs free or a trigger box gives the beat. The
-  // image is there before, so that it leaves at its time.
+  // An exposure ends at a whole period of UTC, both in free run and with a trigger line. The image is drawn in advance
+  // so that it is sent on time.
   void expose_by_the_clock(const std::stop_token& stop) {
     const std::int64_t period_us = device_->period_us();
-    // A host that is busy lets images leave late, as it would not with a camera; much too late, they are left out.
+    // On a busy host images leave late, which a real camera would not do. Images that are more than kMostBehind periods
+    // late are skipped.
     const std::int64_t due = utc_ns() / 1000 / period_us + 1;
     const bool catches_up = due - last_number_ <= (loop_ ? kMostBehind : kMostBehindDrawn);
     last_number_ = catches_up ? last_number_ + 1 : due;
@@ -181,7 +185,8 @@ class GigeCamera {
     return image;
   }
 
-  // A camera sends at its time however long it did nothing; a processor that slept is some 30 us late.
+  // A real camera sends on time after any pause, but a processor that slept is some 30 us late. A rehearsal warms the
+  // caches.
   void send_at(const ServedImage& image, std::int64_t leaves_ns) {
     if (leaves_ns - sent_ns_ > kForgets_ns) {
       alarm_.wait_until(leaves_ns - kRehearsal_ns);
@@ -207,7 +212,7 @@ class GigeCamera {
     return std::llround(1e3 * std::min(late_us, 0.9 * static_cast<double>(period_us)));
   }
 
-  // The region that the client has chosen; what lies outside of the sensor is black.
+  // Copies the region chosen by the client. Pixels outside of the sensor are black.
   void copy(const std::vector<std::byte>& pixels, const ServedImage& region) {
     const std::size_t left = region.left, top = region.top;
     const auto sensor_width = static_cast<std::size_t>(model_.width_px);
@@ -231,19 +236,19 @@ class GigeCamera {
   const Options& options_;
   const CameraModel& model_;
   Stage& stage_;
-  double sign_;  // clocks differ from camera to camera
+  double sign_;  // sign of clock offset and drift: alternates from camera to camera
   std::mt19937_64 random_;
   Alarm alarm_;
   std::unique_ptr<Loop> loop_;
   std::unique_ptr<Ahead> ahead_;
   std::unique_ptr<GigeDevice> device_;
   std::vector<std::byte> row_;
-  std::int64_t images_ = 0;  // since the client began
+  std::int64_t images_ = 0;  // images since the start of the acquisition
   std::int64_t last_number_ = 0;
   std::int64_t sent_ns_ = 0;
-  std::int64_t told_ns_ = 0;  // by the last action
+  std::int64_t last_action_ns_ = 0;  // start of the last exposure by an action command
   bool streams_ = false;
-  std::jthread thread_;  // last: ended before what it uses
+  std::jthread thread_;  // declared last, so that the thread ends before the members that it uses are destroyed
 };
 
 std::string address_after(const std::string& first, std::size_t steps) {

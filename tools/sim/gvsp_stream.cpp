@@ -11,8 +11,8 @@
 namespace mocap::sim {
 namespace {
 
-constexpr std::uint32_t kHeaders = 20 + 8 + 8;  // of IP, UDP and GVSP, which the size of a packet counts
-constexpr std::size_t kBatch = 16;              // packets of one system call
+constexpr std::uint32_t kHeaders = 20 + 8 + 8;  // IP, UDP and GVSP headers, which are part of the packet size
+constexpr std::size_t kBatch = 16;              // packets for one system call
 constexpr std::uint32_t kLeader = 1, kTrailer = 2, kPayload = 3;
 constexpr std::uint16_t kImage = 1, kWithChunks = 0x4000;  // payload type
 
@@ -25,7 +25,7 @@ void put32(std::byte* at, std::uint32_t value) {
   std::memcpy(at, &net, sizeof net);
 }
 
-// A packet's own bytes: the GVSP header, and in a leader or trailer all of it.
+// The GVSP header of a packet, or a complete leader or trailer.
 struct Head {
   std::array<std::byte, 44> bytes{};
   std::size_t size = 8;
@@ -52,7 +52,7 @@ Head head_of(const ServedImage& image, std::uint32_t packet, std::uint32_t last)
   return head;
 }
 
-// Packets that leave in one system call.
+// Collects packets and sends them with one system call.
 class Batch {
  public:
   Batch(int socket, const sockaddr_in& to) : socket_(socket), to_(to) {}
@@ -72,7 +72,7 @@ class Batch {
   }
 
   void send() {
-    // A packet that the system refuses is lost on the way, as others are.
+    // A packet that the system refuses counts as lost on the network.
     if (count_ > 0) sendmmsg(socket_, messages_.data(), static_cast<unsigned>(count_), 0);
     count_ = 0;
   }
@@ -86,7 +86,8 @@ class Batch {
   std::size_t count_ = 0;
 };
 
-// A thread that sleeps is woken some tens of microseconds late; packets are closer than that.
+// Sleeps, then polls the clock: the kernel wakes a sleeping thread some tens of microseconds late, more than the
+// distance of packets.
 void wait_until(Timestamp at) {
   constexpr Duration kWaking = std::chrono::microseconds(80);
   const Duration left = at - host_now();
@@ -113,7 +114,8 @@ bool GvspStream::open(in_addr from) {
   address.sin_addr = from;
   const int room = 4 << 20;
   if (socket_ >= 0) setsockopt(socket_, SOL_SOCKET, SO_SNDBUF, &room, sizeof room);
-  const int whole = IP_PMTUDISC_DO;  // a packet that does not fit the link is not broken up: who negotiates finds out
+  const int whole = IP_PMTUDISC_DO;  // do not fragment, so that a client that negotiates the packet size detects
+                                     // packets that are too large
   if (socket_ >= 0) setsockopt(socket_, IPPROTO_IP, IP_MTU_DISCOVER, &whole, sizeof whole);
   socklen_t length = sizeof own_;
   return socket_ >= 0 && bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
@@ -146,8 +148,9 @@ void GvspStream::send(const ServedImage& image, std::span<const std::byte> behin
     filled.whole = true;
     kept = &filled;
   }
-  // Without the lock: only this thread changes the ring, and it does so in `room`.
-  // Cameras have a link each: that of the next one does not wait until this one's image is through.
+  // No lock: only this thread changes the ring, in room().
+  // Real cameras have separate links. The yield after the leader lets the threads of the other cameras start their
+  // images.
   transmit(*kept, 0, 0);
   sched_yield();
   transmit(*kept, 1, kept->last_packet());
@@ -170,10 +173,10 @@ void GvspStream::resend(std::uint16_t id, std::uint32_t first, std::uint32_t las
 }
 
 void GvspStream::transmit(const Kept& kept, std::uint32_t first, std::uint32_t last) {
-  std::mt19937_64 random(seed_ * 1'000'003 + ++sendings_);  // of this sending alone: two threads share no generator
+  std::mt19937_64 random(seed_ * 1'000'003 + ++sendings_);  // one generator for each call, because two threads may send
   std::bernoulli_distribution lost(lost_share_);
   Batch batch(socket_, kept.route.to);
-  // Each packet leaves at an instant of its own; what was late is made up for, as no camera's link is ever late.
+  // Each packet has its own departure time. A late packet does not delay the following packets.
   const Duration delay = kept.route.packet_delay;
   Timestamp leaves_at = delay > Duration::zero() ? host_now() : Timestamp{};
   for (std::uint32_t packet = first; packet <= last; ++packet) {

@@ -15,57 +15,56 @@
 
 namespace mocap::sim {
 
-/// What stands in the leader of an image.
+/// Content of the leader of an image.
 struct ServedImage {
   std::uint16_t id = 0;  ///< 1 to 65535
   std::uint64_t stamp_ns = 0;
   std::uint32_t pixel_format = 0;  ///< GenICam PFNC
   std::uint32_t width = 0, height = 0, left = 0, top = 0;
-  bool chunks = false;               ///< more follows the pixels
-  std::uint64_t chunk_stamp_ns = 0;  ///< what stands there
-  double exposure_us = 0.0;          ///< the same
+  bool chunks = false;               ///< chunks follow the pixels
+  std::uint64_t chunk_stamp_ns = 0;  ///< value of the time stamp chunk
+  double exposure_us = 0.0;          ///< value of the exposure chunk
 };
 
-/// Where packets go, and how.
+/// Destination, size and spacing of packets.
 struct StreamRoute {
   sockaddr_in to{};
-  std::uint32_t packet_bytes = 1400;  ///< with the headers of IP, UDP and GVSP
-  Duration packet_delay{};            ///< between two packets, as the client asked for it
+  std::uint32_t packet_bytes = 1400;  ///< includes the headers of IP, UDP and GVSP
+  Duration packet_delay{};            ///< between two packets, set by the client
 };
 
-/// The sending side of one GigE Vision stream channel: leader, payload and trailer packets of each image, and again
-/// those that are asked for. Keeps the last images for that.
-///
-/// One thread fills and sends; any thread resends. Source: GigE Vision 2.0, part "GVSP".
+/// The sender of one GigE Vision stream channel: leader, payload and trailer packets of each image, and packet resend.
+/// Retains the last images for resend. One thread calls room() and send(); any thread may call resend(). Source: GigE
+/// Vision 2.0, part "GVSP".
 class GvspStream {
  public:
-  /// Of the packets, this share is lost: those that are sent again, too.
+  /// `lost_share`: probability that a packet, including a resent packet, is not sent.
   GvspStream(double lost_share, std::uint64_t seed);
   ~GvspStream();
   GvspStream(const GvspStream&) = delete;
   GvspStream& operator=(const GvspStream&) = delete;
 
-  /// Sends from this address, network order. False: the system gives no socket there.
+  /// Binds the socket to an address in network byte order. Returns false if the system refuses the address.
   bool open(in_addr from);
 
-  /// Room for the next image, to be filled before `send`.
+  /// The payload buffer of the next image. Fill it before send().
   std::span<std::byte> room(std::size_t bytes);
 
-  /// Sends what was filled in and `behind` it; may be called again for the same image. `room` makes place for the next.
+  /// Sends the payload followed by the bytes of `behind`. May be called again for the same image. room() starts the
+  /// next image.
   void send(const ServedImage& image, std::span<const std::byte> behind, const StreamRoute& route);
 
-  /// Does what `send` will do first, to nobody: what the processor has forgotten of it since the last image makes no
-  /// image late.
+  /// Runs the first part of send() without a receiver, to warm the processor's caches before an image is due.
   void rehearse(const ServedImage& image, const StreamRoute& route);
 
-  /// Sends packets `first` to `last` of an image again; nothing where it is forgotten already.
+  /// Sends packets `first` to `last` of an image again. Does nothing if the image is no longer retained.
   void resend(std::uint16_t id, std::uint32_t first, std::uint32_t last);
 
-  /// One packet of the length that the client wants to try.
+  /// Sends one test packet of the packet size that the client negotiates.
   void send_test_packet(const StreamRoute& route);
 
  private:
-  static constexpr std::size_t kKept = 16;  // at 120 Hz 130 ms, longer than a client asks for packets
+  static constexpr std::size_t kKept = 16;  // 130 ms at 120 Hz, longer than a client waits before it requests packets
 
   struct Kept {
     std::vector<std::byte> payload;
@@ -84,7 +83,7 @@ class GvspStream {
   std::atomic<std::uint64_t> sendings_{0};
   int socket_ = -1;
   sockaddr_in own_{};
-  std::mutex mutex_;  // for the ring
+  std::mutex mutex_;  // protects the ring
   std::array<Kept, kKept> ring_;
   Kept rehearsed_;
   std::size_t next_ = 0;

@@ -11,7 +11,7 @@
 namespace mocap::sim {
 namespace {
 
-/// One camera's folder.
+/// The output folder of one camera.
 class Folder {
  public:
   Folder(std::filesystem::path path, const scene::Volume& volume, std::size_t camera)

@@ -16,7 +16,7 @@
 #include "options.h"
 #include "scene/volume.h"
 #include "settings/faults.h"
-#include "settings/rig_file.h"
+#include "settings/rig/rig_file.h"
 #include "truth_file.h"
 #include "usb3_server.h"
 #include "v4l2_server.h"

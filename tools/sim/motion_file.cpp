@@ -14,7 +14,8 @@
 #include "scene/clip_actor.h"
 #include "scene/procedural_actor.h"
 #include "scene/prop_actor.h"
-#include "settings/marker_set_file.h"
+#include "settings/shipped_files.h"
+#include "settings/subject/marker_set_file.h"
 
 namespace mocap::sim {
 namespace {
@@ -26,13 +27,11 @@ Result<std::string> read_whole(const std::filesystem::path& file) {
   return std::string(std::istreambuf_iterator<char>(stream), {});
 }
 
-// As called from the project's folder, or as it lies beside the build.
-std::filesystem::path default_marker_set() {
-  const std::filesystem::path file = "config/markersets/openmocap18.toml";
-  std::error_code error;
-  if (std::filesystem::exists(file, error)) return file;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-  return program.parent_path() / "../../.." / file;
+// The file of --marker-set, or the set of the default.
+Result<std::filesystem::path> marker_set_file(const std::filesystem::path& wanted) {
+  const settings::FoundFile found = settings::find_shipped(wanted.empty() ? "markersets/openmocap18.toml" : wanted, {});
+  if (found.missing.empty()) return found.path;
+  return Error{ErrorCode::NotFound, "marker set: " + found.missing};
 }
 
 Error in_file(const std::string& file, const Error& error) {
@@ -53,7 +52,9 @@ Result<std::unique_ptr<scene::Actor>> make_actor(const Options& options) {
   if (scene::is_prop(options.motion)) return scene::make_prop_actor(options.motion);
   std::optional<MarkerSet> marker_set;
   if (extension != ".bvh" || !options.marker_set.empty()) {
-    auto loaded = settings::load_marker_set(options.marker_set.empty() ? default_marker_set() : options.marker_set);
+    const auto file = marker_set_file(options.marker_set);
+    if (!file) return file.error();
+    auto loaded = settings::load_marker_set(*file);
     if (!loaded) return loaded.error();
     marker_set = std::move(*loaded);
   }

@@ -8,7 +8,8 @@
 
 namespace mocap::sim {
 
-/// Who moves, and how: built-in acts, a BVH or a C3D file. Fails with what is wrong with the motion or marker set.
+/// Creates the actor with the motion of the options: built-in acts, a BVH or a C3D file. Fails with the error of the
+/// motion or marker set file.
 Result<std::unique_ptr<scene::Actor>> make_actor(const Options& options);
 
 }  // namespace mocap::sim

@@ -11,10 +11,11 @@ namespace mocap::sim {
 namespace {
 
 constexpr const char* kAbout =
-    "A simulated capture volume: somebody with markers moves, cameras see it, and the truth is written down.\n"
-    "It serves GigE Vision cameras on loopback addresses, plugs in USB3 Vision cameras, or writes image folders.";
+    "A simulated capture volume: a person with markers moves in front of cameras, and the truth can be written to a "
+    "file.\n"
+    "Serves GigE Vision cameras on loopback addresses, plugs in USB3 Vision cameras, or writes image folders.";
 
-constexpr const char* kExamples = R"(Examples:
+constexpr const char* kExamples = R"(examples:
   mocap-sim --serve --ring 4 --write-rig rig.toml --write-truth truth.jsonl
       four GigE Vision cameras SIM001.. at 127.0.0.2.., somebody walks once all of them stream
   mocap-sim --folders /tmp/walk --ring 8 --seconds 10 --motion tpose:3,walk:20,wave --write-truth truth.jsonl
@@ -27,16 +28,17 @@ constexpr const char* kExamples = R"(Examples:
       cameras without PTP on a bad network)";
 
 void add_motion(cli::App& app, Options& options) {
-  app.add_option(
-         "--motion", options.motion,
-         "acts with seconds (tpose, apose, walk, wave, jump, spin, crouch; the last goes on), or a .bvh or .c3d file, "
-         "or wand:0,160,500 or frame:600,400 (mm) to calibrate by")
+  app.add_option("--motion", options.motion,
+                 "acts with seconds (tpose, apose, walk, wave, jump, spin, crouch; the last act continues), or a .bvh "
+                 "or .c3d file, or a calibration object wand:0,160,500 or frame:600,400 (mm)")
       ->capture_default_str()
       ->group("Motion");
-  app.add_option("--marker-set", options.marker_set,
-                 "what the body wears; default: config/markersets/openmocap18.toml, and a BVH's own joints")
+  app.add_option(
+         "--marker-set", options.marker_set,
+         "marker set of the body; default: markersets/openmocap18.toml of the shipped ones, for a BVH its joints")
       ->group("Motion");
-  app.add_option("--bvh-unit", options.bvh_unit_m, "metres of a BVH's unit; 0: so that the body is 1.75 m tall")
+  app.add_option("--bvh-unit", options.bvh_unit_m,
+                 "metres for one unit of a BVH; 0: scale the body to a height of 1.75 m")
       ->check(cli::Range(0.0, 10.0))
       ->group("Motion");
   app.add_option("--tpose", options.t_pose_s, "seconds of T-pose before a BVH begins")
@@ -47,8 +49,8 @@ void add_motion(cli::App& app, Options& options) {
 
 void add_rig(cli::App& app, Options& options) {
   auto* rig =
-      app.add_option("--rig", options.rig, "cameras of a rig file")->check(cli::ExistingFile{})->group("Cameras");
-  app.add_option("--ring", options.ring.cameras, "so many cameras on a ring")
+      app.add_option("--rig", options.rig, "rig file with the cameras")->check(cli::ExistingFile{})->group("Cameras");
+  app.add_option("--ring", options.ring.cameras, "number of cameras on a ring")
       ->check(cli::Range(1, 64))
       ->capture_default_str()
       ->excludes(rig)
@@ -62,12 +64,12 @@ void add_rig(cli::App& app, Options& options) {
       ->check(cli::Range(16, 8192))
       ->capture_default_str()
       ->group("Cameras");
-  app.add_option("--write-rig", options.write_rig, "writes the cameras down as a rig file")->group("Cameras");
+  app.add_option("--write-rig", options.write_rig, "write the cameras to this rig file")->group("Cameras");
   app.add_option("--fps", options.rate_hz, "images a second")
       ->check(cli::Range(1.0, 1000.0))
       ->capture_default_str()
       ->group("Cameras");
-  app.add_option("--exposure-us", options.exposure_us, "exposure; a client that sets it is obeyed")
+  app.add_option("--exposure-us", options.exposure_us, "exposure time; a client can change it")
       ->check(cli::Range(1.0, 100000.0))
       ->capture_default_str()
       ->group("Cameras");
@@ -89,99 +91,99 @@ void add_image(cli::App& app, Options& options) {
       ->check(cli::Range(0.0, 5.0))
       ->group("Image");
   app.add_option("--marker-mm", options.marker_diameter_mm,
-                 "diameter of a marker; it is never shown with a radius under 1.5 px")
+                 "diameter of a marker, mm; its image has a radius of at least 1.5 px")
       ->check(cli::Range(1.0, 200.0))
       ->capture_default_str()
       ->group("Image");
-  app.add_option("--clutter", image.clutter, "lights that are nobody's marker")
+  app.add_option("--clutter", image.clutter, "number of lights that are not markers")
       ->check(cli::Range(0, 200))
       ->group("Image");
-  app.add_flag("--empty", image.nobody, "nobody is in the volume: only --clutter shines")->group("Image");
+  app.add_flag("--empty", image.nobody, "empty volume: only --clutter is visible")->group("Image");
   app.add_flag("--no-occlusion", options.no_occlusion, "the body hides no marker")->group("Image");
-  app.add_option("--seed", image.seed, "of all that is random")->capture_default_str()->group("Image");
+  app.add_option("--seed", image.seed, "seed of all random numbers")->capture_default_str()->group("Image");
 }
 
 void add_output(cli::App& app, Options& options) {
   auto* serve =
-      app.add_flag("--serve", options.serve, "serves GigE Vision cameras until SIGTERM or --seconds")->group("Output");
+      app.add_flag("--serve", options.serve, "serve GigE Vision cameras until SIGTERM or --seconds")->group("Output");
   auto* usb3 =
-      app.add_flag("--usb3", options.usb3,
-                   "plugs in USB3 Vision cameras, one a controller dummy_udc.0, dummy_udc.1, ..., with images drawn "
-                   "beforehand (8, or --loop-images), until SIGTERM or --seconds; needs root, dummy_hcd and usb_f_fs")
+      app.add_flag(
+             "--usb3", options.usb3,
+             "plug in USB3 Vision cameras, each on its own controller dummy_udc.0, dummy_udc.1, ..., with images drawn "
+             "in advance (8, or --loop-images), until SIGTERM or --seconds; needs root, dummy_hcd and usb_f_fs")
           ->excludes(serve)
           ->group("Output");
   app.add_flag("--one-controller", options.usb_one_controller,
-               "all on one USB2 controller of the host, by usbip-vudc.0, usbip-vudc.1, ... and vhci_hcd.0; needs these "
-               "modules (usbip-vudc num=N, vhci-hcd) in place of dummy_hcd")
+               "all cameras on one USB2 controller of the host, through usbip-vudc.0, usbip-vudc.1, ... and "
+               "vhci_hcd.0; needs these modules (usbip-vudc num=N, vhci-hcd) instead of dummy_hcd")
       ->needs(usb3)
       ->group("Output");
-  app.add_option(
-         "--v4l2", options.v4l2,
-         "shows the cameras on these devices of v4l2loopback, with images drawn beforehand (8, or --loop-images), "
-         "until SIGTERM or --seconds")
+  app.add_option("--v4l2", options.v4l2,
+                 "write the images of the cameras to these v4l2loopback devices, with images drawn in advance (8, or "
+                 "--loop-images), until SIGTERM or --seconds")
       ->excludes(serve)
       ->group("Output");
-  app.add_option("--v4l2-format", options.v4l2_format, "of --v4l2")
+  app.add_option("--v4l2-format", options.v4l2_format, "pixel format of --v4l2")
       ->check(cli::IsMember({"MJPEG", "GREY"}))
       ->capture_default_str()
       ->group("Output");
-  app.add_option("--folders", options.folders, "writes <folder>/<camera>/000000.pgm and timestamps.csv")
+  app.add_option("--folders", options.folders, "write <folder>/<camera>/000000.pgm and timestamps.csv")
       ->excludes(serve)
       ->group("Output");
-  app.add_option("--write-truth", options.write_truth, "JSON lines, one an exposure")->group("Output");
-  app.add_option("--seconds", options.seconds, "ends after so long; --folders: 10 where not given")
+  app.add_option("--write-truth", options.write_truth, "write the truth as JSON lines, one line for each exposure")
+      ->group("Output");
+  app.add_option("--seconds", options.seconds, "end after this time, s; default for --folders: 10")
       ->check(cli::Range(0.0, 1e6))
       ->group("Output");
   app.add_option("--first-address", options.first_address, "loopback address of the first camera; the others follow")
       ->check(cli::ValidIPV4{})
       ->capture_default_str()
       ->group("Output");
-  app.add_option("--serial-prefix", options.serial_prefix, "serial numbers are this and 001, 002, ...")
+  app.add_option("--serial-prefix", options.serial_prefix, "serial numbers are this prefix and 001, 002, ...")
       ->capture_default_str()
       ->group("Output");
-  app.add_option("--only", options.only, "serves this camera of the rig alone (1: the first), at its own address")
+  app.add_option("--only", options.only, "serve only this camera of the rig (1: the first), at its usual address")
       ->check(cli::Range(1, 64))
       ->needs(serve)
       ->group("Output");
   app.add_option("--epoch", options.epoch_ns,
-                 "ns on CLOCK_MONOTONIC when the motion begins; default: when all cameras stream, and until then its "
-                 "first instant is held (--start-on-stream)")
+                 "start of the motion, ns on CLOCK_MONOTONIC; default: when all cameras stream (--start-on-stream)")
       ->needs(serve)
       ->group("Output");
   app.add_flag("--start-on-stream", options.start_on_stream,
-               "the default of --serve: the motion begins when all cameras stream")
+               "the default of --serve: the motion starts when all cameras stream; before, its first pose is shown")
       ->needs(serve)
       ->group("Output");
 }
 
 void add_faults(cli::App& app, Options& options) {
   app.add_option("--clock-skew-us", options.clock_skew_us,
-                 "the cameras' clocks are off by this, every second one the other way")
+                 "offset of the camera clocks, with alternating sign from camera to camera")
       ->check(cli::Range(-1e9, 1e9))
       ->group("Faults");
-  app.add_option("--clock-drift-ppm", options.clock_drift_ppm, "and run too fast by this, or too slow")
+  app.add_option("--clock-drift-ppm", options.clock_drift_ppm, "drift of the camera clocks, with alternating sign")
       ->check(cli::Range(-1000.0, 1000.0))
       ->group("Faults");
   app.add_option("--delivery-jitter-us", options.delivery_jitter_us,
-                 "images leave late by a random time of this mean (exponential)")
+                 "mean delay of an image (exponential distribution)")
       ->check(cli::Range(0.0, 1e6))
       ->group("Faults");
-  app.add_option("--packet-loss", options.packet_loss, "share of the packets that never arrive, 0.01: one in a hundred")
+  app.add_option("--packet-loss", options.packet_loss, "share of the packets that are lost, 0.01: one in a hundred")
       ->check(cli::Range(0.0, 0.9))
       ->group("Faults");
-  app.add_flag("--no-resend", options.no_resend, "packets are not sent again")->group("Faults");
-  app.add_option("--skip-every", options.skip_every, "each n-th image is exposed and never sent")
+  app.add_flag("--no-resend", options.no_resend, "do not answer requests for packet resend")->group("Faults");
+  app.add_option("--skip-every", options.skip_every, "every n-th image is exposed but not sent")
       ->check(cli::Range(0, 1000000))
       ->group("Faults");
-  app.add_option("--repeat-every", options.repeat_every, "each n-th image is sent twice")
+  app.add_option("--repeat-every", options.repeat_every, "every n-th image is sent twice")
       ->check(cli::Range(0, 1000000))
       ->group("Faults");
-  app.add_option("--silent-after", options.silent_after,
-                 "so many images after a client began, no more are sent, without a word")
+  app.add_option("--silent-after", options.silent_after, "stop sending without notice after this number of images")
       ->check(cli::Range(0, 1000000))
       ->group("Faults");
   app.add_option("--loop-images", options.loop_images,
-                 "so many images are drawn beforehand and shown to and fro: spares the processor, fits no truth")
+                 "draw this number of images in advance and show them forwards and backwards: saves processor time, "
+                 "does not match the truth")
       ->check(cli::Range(0, 10000))
       ->excludes(app.get_option("--write-truth"))
       ->group("Output");
@@ -192,7 +194,7 @@ void add_faults(cli::App& app, Options& options) {
 CommandLine read_command_line(int argc, char** argv) {
   CommandLine line;
   Options& options = line.options;
-  cli::App app(kAbout);
+  cli::App app(kAbout, "mocap-sim");
   app.footer(kExamples);
   add_motion(app, options);
   add_rig(app, options);

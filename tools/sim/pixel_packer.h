@@ -7,7 +7,7 @@
 
 namespace mocap::sim {
 
-/// Writes pixels of 8 bits as a camera of another format (GenICam PFNC) would; what finds no room is left out.
+/// Converts 8-bit pixels to another pixel format (GenICam PFNC). Pixels beyond the end of the output are dropped.
 class Packer {
  public:
   Packer(std::span<std::byte> to, std::uint32_t pixel_format) : to_(to), format_(pixel_format) {}
@@ -38,18 +38,18 @@ class Packer {
     }
   }
 
-  // Bits run on over the ends of rows.
+  // The bit stream continues across row ends.
   void packed(std::span<const std::byte> row, unsigned bits) {
     for (const std::byte pixel : row) {
-      held_ |= (static_cast<unsigned>(pixel) << (bits - 8)) << held_bits_;
-      for (held_bits_ += bits; held_bits_ >= 8 && at_ < to_.size(); held_bits_ -= 8, held_ >>= 8) {
-        to_[at_++] = static_cast<std::byte>(held_ & 0xff);
+      pending_ |= (static_cast<unsigned>(pixel) << (bits - 8)) << pending_bits_;
+      for (pending_bits_ += bits; pending_bits_ >= 8 && at_ < to_.size(); pending_bits_ -= 8, pending_ >>= 8) {
+        to_[at_++] = static_cast<std::byte>(pending_ & 0xff);
       }
     }
-    if (at_ < to_.size() && held_bits_ > 0) to_[at_] = static_cast<std::byte>(held_ & 0xff);
+    if (at_ < to_.size() && pending_bits_ > 0) to_[at_] = static_cast<std::byte>(pending_ & 0xff);
   }
 
-  // Two pixels in three bytes: the high bits of both, and between them the low ones, which are 0 here.
+  // Two pixels in three bytes: high bits of the first, low bits of both (always 0 here), high bits of the second.
   void pairs(std::span<const std::byte> row) {
     for (const std::byte pixel : row) {
       if (second_ && at_ < to_.size()) to_[at_++] = std::byte{0};
@@ -61,8 +61,8 @@ class Packer {
   std::span<std::byte> to_;
   std::uint32_t format_;
   std::size_t at_ = 0;
-  unsigned held_ = 0;
-  unsigned held_bits_ = 0;
+  unsigned pending_ = 0;
+  unsigned pending_bits_ = 0;
   bool second_ = false;
 };
 

@@ -20,7 +20,7 @@
 
 namespace mocap::sim {
 
-/// One exposure: in which period of UTC, and its middle on the host's clock.
+/// One exposure: the number of its UTC period, and its middle on the host's monotonic clock.
 struct Exposure {
   std::int64_t number = -1;
   std::int64_t period_us = 0;
@@ -28,9 +28,11 @@ struct Exposure {
   Timestamp middle;
 };
 
-/// What the cameras have in common: the motion's clock, the way from UTC to the host's clock, what was exposed.
+/// State shared by the camera threads: the start of the motion, the offset of UTC to the host's clock, and the list of
+/// exposures. Any thread.
 class Stage {
  public:
+  /// Value of the start of the motion before the motion starts.
   static constexpr std::int64_t kHeld = std::numeric_limits<std::int64_t>::max();
 
   Stage(std::size_t cameras, std::optional<std::int64_t> epoch_ns) : waiting_for_(cameras) {
@@ -38,6 +40,7 @@ class Stage {
     follow_utc();
   }
 
+  /// Updates the offset of UTC to the host's clock.
   void follow_utc() { utc_minus_host_ns_ = utc_minus_host().count(); }
 
   Exposure exposure(std::int64_t number, std::int64_t period_us, std::uint32_t length_us,
@@ -46,14 +49,14 @@ class Stage {
     return {number, period_us, length_us, from_ns(middle_utc_ns - utc_minus_host_ns_)};
   }
 
-  /// Seconds in the motion; 0 until it has begun.
+  /// Time since the start of the motion, s; 0 before the start.
   double motion_s(Timestamp at) const {
     const std::int64_t begin_ns = begin_ns_;
     return begin_ns == kHeld ? 0.0 : std::max(0.0, to_s(Duration{to_ns(at) - begin_ns}));
   }
 
-  /// A camera's first image. With the last camera's the motion begins, late enough that no image of the time after
-  /// has been drawn yet.
+  /// Reports the first image of a camera. After the last camera's first image the motion starts with a delay of 4
+  /// periods, so that images that are already drawn precede the start.
   void streams(const Exposure& exposure) {
     if (--waiting_for_ != 0 || begin_ns_ != kHeld) return;
     begin_ns_ = to_ns(exposure.middle) + 4 * exposure.period_us * 1000;
@@ -68,6 +71,7 @@ class Stage {
     exposed_.push_back(exposure.middle);
   }
 
+  /// Returns the exposures since the last call.
   std::deque<Timestamp> take_exposed() {
     const std::scoped_lock lock(mutex_);
     return std::exchange(exposed_, {});
@@ -82,10 +86,10 @@ class Stage {
   std::deque<Timestamp> exposed_;
 };
 
-/// A thread that draws the next image while the last one is on its way.
+/// A thread that draws the next image while the current image is sent.
 class Ahead {
  public:
-  // What is drawn may be so far off the exposure; a marker at 5 m/s is off by half a millimetre.
+  // Largest difference between the drawn and the actual exposure time. A marker at 5 m/s moves by 0.5 mm.
   static constexpr Duration kSameInstant = std::chrono::microseconds(100);
 
   Ahead(const scene::Volume& volume, std::size_t camera, const Stage& stage)
@@ -94,8 +98,8 @@ class Ahead {
     pixels_.resize(static_cast<std::size_t>(model.width_px) * static_cast<std::size_t>(model.height_px));
   }
 
-  /// Gives the image of `exposure`, drawn already if all went as foreseen, to `take`, and begins the next one.
-  /// Returns the exposure as it was drawn.
+  /// Calls `take` with the image of `exposure`, which usually is already drawn, and starts to draw the next image.
+  /// Returns the exposure that was drawn.
   template <class Take>
   Exposure deliver(const Exposure& exposure, Take take) {
     std::unique_lock lock(mutex_);
@@ -103,7 +107,7 @@ class Ahead {
       return ready_.number == exposure.number && ready_.period_us == exposure.period_us &&
              ready_.length_us == exposure.length_us && std::chrono::abs(ready_.middle - exposure.middle) < kSameInstant;
     };
-    // What is being drawn may be it; if not, ask for it.
+    // Wait for the image in progress. If it is another exposure, request the right one.
     changed_.wait(lock, [&] { return !wanted_; });
     if (!is_ready()) {
       wanted_ = exposure;
@@ -144,7 +148,8 @@ class Ahead {
   std::jthread thread_;
 };
 
-/// Images drawn beforehand and shown to and fro: for whoever measures the receiver and not the drawing.
+/// Images drawn in advance and shown forwards and backwards, for benchmarks of the receiver without the cost of
+/// drawing.
 class Loop {
  public:
   Loop(const scene::Volume& volume, std::size_t camera, int images, double rate_hz, double exposure_s) {

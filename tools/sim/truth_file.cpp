@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "wire/json.h"
+#include "wire/codec/json.h"
 
 namespace mocap::sim {
 
@@ -28,7 +28,7 @@ void TruthFile::write(double t_s, Timestamp exposed_at) {
 Status TruthFile::finish() {
   if (file_.empty()) return {};
   stream_.close();
-  if (!stream_) return Error{ErrorCode::Io, fmt::format("truth: '{}' is not whole: the disk refused", file_.string())};
+  if (!stream_) return Error{ErrorCode::Io, fmt::format("truth: '{}' is incomplete: a write failed", file_.string())};
   return {};
 }
 

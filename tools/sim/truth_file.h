@@ -10,15 +10,15 @@
 
 namespace mocap::sim {
 
-/// The truth as JSON lines, one a call of `write`. One thread.
+/// Writes the truth as JSON lines, one line for each call of write(). One thread.
 class TruthFile {
  public:
-  /// Writes nothing where `file` is empty. Fails with Io when it cannot be written.
+  /// An empty `file` writes nothing. Fails with Io if the file cannot be created.
   static Result<std::unique_ptr<TruthFile>> open(const std::filesystem::path& file, const scene::Volume& volume);
 
   void write(double t_s, Timestamp exposed_at);
 
-  /// Everything is in the file. Fails with Io when something was not written.
+  /// Closes the file. Fails with Io if a write failed.
   Status finish();
 
  private:

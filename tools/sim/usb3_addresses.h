@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-/// Where the registers of our USB3 Vision camera are.
+/// Register addresses of the simulated USB3 Vision camera.
 namespace mocap::sim::usb3 {
 
 // Technology agnostic bootstrap registers (GenCP 1.3, section 5).
@@ -17,7 +17,7 @@ inline constexpr std::size_t kSbrmAt = 0x1000, kU3vVersion = kSbrmAt, kMostComma
 inline constexpr std::size_t kSirmAt = 0x1100, kStreamEnable = kSirmAt + 0x04, kNeedsPayload = kSirmAt + 0x08,
                              kNeedsLeader = kSirmAt + 0x10, kNeedsTrailer = kSirmAt + 0x14, kSirmEnd = kSirmAt + 0x30;
 inline constexpr std::size_t kManifestAt = 0x1800;
-// Our features: 32 bits each, but for the three that are doubles.
+// Device-specific features: 32 bits each, except rate, exposure and gain, which are doubles.
 inline constexpr std::size_t kFeatures = 0x2000, kWidth = 0x2000, kHeight = 0x2004, kLeft = 0x2008, kTop = 0x200c,
                              kSensorWidth = 0x2010, kSensorHeight = 0x2014, kPixelFormat = 0x2018, kPayload = 0x201c,
                              kAcquisitionMode = 0x2020, kStart = 0x2024, kStop = 0x2028, kTriggerSelector = 0x202c,

@@ -37,12 +37,12 @@ bool put(const fs::path& file, const std::string& text) {
   return to.good();
 }
 
-constexpr unsigned kSerialText = 3;  // manufacturer, product, serial number: as configfs counts them
+constexpr unsigned kSerialText = 3;  // string index in configfs: manufacturer, product, serial number
 
-// Of bulk endpoints, bytes.
+// Maximum packet sizes of bulk endpoints, bytes.
 constexpr unsigned kFullSpeedPacket = 64, kHighSpeedPacket = 512, kSuperSpeedPacket = 1024;
 
-// The descriptors that FunctionFS hands to the host: an interface and endpoints, for USB 2 and for USB 3.
+// The descriptors that FunctionFS passes to the host: interfaces and endpoints for USB 2 and USB 3.
 class Descriptors {
  public:
   explicit Descriptors(unsigned packet_bytes) : packet_bytes_(packet_bytes) {}
@@ -51,15 +51,17 @@ class Descriptors {
   void interface(unsigned number, unsigned protocol, unsigned endpoints) {
     add({9, 4, number, 0, endpoints, 0xef, 5, protocol, 0});
   }
-  // FunctionFS hands on no descriptor of USB3 Vision's own, in which the 12th byte is the number of the text that tells
-  // one camera from another (GUID). Two interface associations have a byte there that is no use to anybody.
+  // FunctionFS does not pass on the class-specific descriptor of USB3 Vision, whose 12th byte is the string index of
+  // the camera's GUID. Two interface associations carry the index at the position where Aravis reads it, in an
+  // otherwise unused byte (see decisions/0003).
   void number_of_guid(unsigned text) {
     add({8, 0x0b, 1, 2, 0xef, 5, 0, 0});
     add({8, 0x0b, 1, text, 0xef, 5, 0, 0});
   }
   void bulk_endpoint(unsigned address) {
     add({7, 5, address, 2, packet_bytes_ & 0xff, packet_bytes_ >> 8, 0});
-    if (packet_bytes_ == kSuperSpeedPacket) add({6, 0x30, 15, 0, 0, 0});  // companion: bursts of 16 packets
+    if (packet_bytes_ == kSuperSpeedPacket)
+      add({6, 0x30, 15, 0, 0, 0});  // endpoint companion descriptor: bursts of 16 packets
   }
   std::uint32_t count() const { return count_; }
   const std::vector<std::byte>& bytes() const { return bytes_; }
@@ -74,9 +76,9 @@ class Descriptors {
   std::uint32_t count_ = 0;
 };
 
-// dummy_hcd gives OUT endpoints the numbers 2, 7, 12 and only then 1, and the first IN endpoint 1. Aravis takes the
-// control channel's two for one number, so an interface that is no use to anybody takes the first three. usbip-vudc
-// counts both from 1.
+// dummy_hcd assigns OUT endpoints the numbers 2, 7, 12 and then 1, and the first IN endpoint number 1. Aravis assumes
+// that both endpoints of the control channel have the same number, so an unused interface occupies the first three OUT
+// endpoints. usbip-vudc numbers both directions from 1.
 unsigned idle_endpoints(bool by_usbip) { return by_usbip ? 0 : 3; }
 
 Descriptors describe(unsigned packet_bytes, unsigned idle) {
@@ -100,7 +102,7 @@ void append(std::vector<std::byte>& to, std::initializer_list<std::uint32_t> val
   }
 }
 
-// For all speeds: where those of full speed are missing, Linux 6.1 takes the address of an endpoint from nowhere.
+// Descriptors of all speeds. Without the full-speed descriptors, Linux 6.1 reads an undefined endpoint address.
 std::vector<std::byte> descriptors_for_kernel(unsigned idle) {
   const Descriptors speeds[] = {describe(kFullSpeedPacket, idle), describe(kHighSpeedPacket, idle),
                                 describe(kSuperSpeedPacket, idle)};
@@ -153,7 +155,7 @@ ssize_t UsbPipe::transfer(unsigned short operation, void* bytes, std::size_t cou
   iocb* requests[] = {&request};
   while (syscall(SYS_io_submit, context_, 1, requests) != 1) {
     if (!wanted() || (errno != EAGAIN && errno != EINTR)) return -1;
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));  // not plugged in
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));  // the host has not enabled the device yet
   }
   io_event event{};
   bool cancelled = false;
@@ -162,7 +164,7 @@ ssize_t UsbPipe::transfer(unsigned short operation, void* bytes, std::size_t cou
     const long done = syscall(SYS_io_getevents, context_, 1, 1, &event, &patience);
     if (done == 1) return event.res < 0 ? -1 : static_cast<ssize_t>(event.res);
     if (cancelled || wanted()) continue;
-    syscall(SYS_io_cancel, context_, &request, &event);  // its end comes as an event
+    syscall(SYS_io_cancel, context_, &request, &event);  // the cancelled request completes with an event
     cancelled = true;
   }
 }
@@ -217,17 +219,17 @@ Status Usb3Gadget::open_function() {
   std::vector<std::byte> no_texts;
   append(no_texts, {FUNCTIONFS_STRINGS_MAGIC, 16, 0, 0});
   if (::write(events_, no_texts.data(), no_texts.size()) < 0) return failed(folder + "/ep0");
-  // The first are those of the idle interface.
+  // The first endpoints belong to the unused interface.
   const auto endpoint = [&](unsigned number) { return fmt::format("{}/ep{}", folder, idle + number); };
   if (const Status opened = answers_.open(endpoint(1)); !opened) return opened;
   if (const Status opened = commands_.open(endpoint(2)); !opened) return opened;
   return stream_.open(endpoint(3));
 }
 
-// Device and host are two ends of one connection, which the kernel keeps. Source: Linux, drivers/usb/usbip
-// (vudc_sysfs.c, vhci_sysfs.c).
+// Device and host use the two ends of one socket pair. The kernel keeps both ends open. Source: Linux,
+// drivers/usb/usbip (vudc_sysfs.c, vhci_sysfs.c).
 Status Usb3Gadget::connect_by_usbip() const {
-  constexpr unsigned kHighSpeed = 3;  // USB_SPEED_HIGH: usbip-vudc has no faster
+  constexpr unsigned kHighSpeed = 3;  // USB_SPEED_HIGH, the highest speed of usbip-vudc
   const fs::path platform = "/sys/devices/platform";
   int ends[2] = {-1, -1};
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) return failed("socketpair");
@@ -255,7 +257,7 @@ void Usb3Gadget::follow_events(const std::stop_token& stop) {
     usb_functionfs_event event{};
     if (::read(events_, &event, sizeof event) != sizeof event) continue;
     if (event.type == FUNCTIONFS_DISABLE || event.type == FUNCTIONFS_UNBIND) registers_.unplugged();
-    // No request is known: a transfer in the wrong direction refuses it.
+    // No control request is supported: a transfer in the wrong direction stalls the endpoint.
     if (event.type != FUNCTIONFS_SETUP) continue;
     std::byte nothing{};
     if ((event.u.setup.bRequestType & USB_DIR_IN) != 0) {

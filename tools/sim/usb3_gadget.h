@@ -17,7 +17,7 @@
 
 namespace mocap::sim {
 
-/// One endpoint of a FunctionFS, transfer by transfer. One thread.
+/// One endpoint of a FunctionFS instance. One thread.
 class UsbPipe {
  public:
   UsbPipe() = default;
@@ -27,8 +27,8 @@ class UsbPipe {
 
   Status open(const std::string& file);
 
-  /// Moves bytes to the host (`write`) or from it, and waits for it while `wanted` holds. How many were moved; -1 when
-  /// the device is not plugged in, was unplugged, or they are no longer wanted.
+  /// Transfers bytes to the host (write) or from the host (read). Waits for the end of the transfer while `wanted`
+  /// returns true. Returns the number of bytes, or -1 if the device is unplugged or `wanted` returns false.
   ssize_t write(std::span<const std::byte> bytes, const std::function<bool()>& wanted);
   ssize_t read(std::span<std::byte> room, const std::function<bool()>& wanted);
 
@@ -39,30 +39,30 @@ class UsbPipe {
   aio_context_t context_ = 0;
 };
 
-/// A USB3 Vision device that a USB device controller of this machine shows to the host at its other end, which is this
-/// machine too: dummy_hcd, each with a host's controller of its own at the speed of USB 3, or usbip-vudc, all on the
-/// one controller vhci_hcd.0 at the speed of USB 2. Needs root, configfs at /sys/kernel/config and the modules
-/// dummy_hcd (is_super_speed=1), or vhci-hcd and usbip-vudc, and usb_f_fs.
-///
-/// Unplugged and plugged in again by what is written to /sys/kernel/config/usb_gadget/NAME/UDC.
+/// A USB3 Vision device on an emulated USB device controller, which is connected to a host controller of the same
+/// machine. With dummy_hcd each device has its own host controller at USB 3 speed. With usbip-vudc all devices share
+/// the host controller vhci_hcd.0 at USB 2 speed. Needs root, configfs at /sys/kernel/config and the modules dummy_hcd
+/// (is_super_speed=1), or vhci-hcd and usbip-vudc, and usb_f_fs. Writing to /sys/kernel/config/usb_gadget/NAME/UDC
+/// unplugs the device and plugs it in again.
 ///
 /// Source: Linux, Documentation/usb/functionfs.rst and gadget_configfs.rst; USB3 Vision 1.0.1, section 3 (descriptors).
 class Usb3Gadget {
  public:
   struct Settings {
-    std::string name;        ///< of the gadget in configfs
-    std::string serial;      ///< in the USB's own descriptor
-    std::string controller;  ///< dummy_udc.0; usbip-vudc.0
-    unsigned port = 0;       ///< of the host's controller, with usbip-vudc
+    std::string name;        ///< name of the gadget in configfs
+    std::string serial;      ///< serial number in the USB device descriptor
+    std::string controller;  ///< for example dummy_udc.0 or usbip-vudc.0
+    unsigned port = 0;       ///< port of the host controller, for usbip-vudc
   };
 
-  /// Plugs it in; `registers` outlive it. Fails with Unsupported where the system has no such thing.
+  /// Creates and plugs in the device. `registers` must outlive it. Fails with Unsupported if the system lacks the
+  /// controller or the modules.
   static Result<std::unique_ptr<Usb3Gadget>> plug_in(const Settings& settings, Usb3Registers& registers);
   ~Usb3Gadget();
   Usb3Gadget(const Usb3Gadget&) = delete;
   Usb3Gadget& operator=(const Usb3Gadget&) = delete;
 
-  /// Sends one transfer of the stream; false when the client has ended it.
+  /// Sends one transfer of the stream. Returns false if the client has stopped the stream.
   bool send(std::span<const std::byte> transfer);
 
  private:

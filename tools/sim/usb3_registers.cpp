@@ -66,7 +66,7 @@ void Usb3Registers::put_bootstrap(const Settings& settings, std::size_t xml_byte
   put_text(usb3::kDeviceVersion, "1");
   put_text(usb3::kSerial, settings.serial);
   put_text(usb3::kUserName, settings.serial);
-  put(usb3::kCapability, std::uint64_t{1});  // a user-defined name
+  put(usb3::kCapability, std::uint64_t{1});  // supports a user-defined name
   put(usb3::kResponseTime_ms, std::uint32_t{200});
   put(usb3::kManifest, std::uint64_t{usb3::kManifestAt});
   put(usb3::kSbrm, std::uint64_t{usb3::kSbrmAt});
@@ -80,7 +80,7 @@ void Usb3Registers::put_bootstrap(const Settings& settings, std::size_t xml_byte
   put(usb3::kSpeed, std::uint32_t{8});  // SuperSpeed
   put(usb3::kNeedsLeader, std::uint32_t{usb3::kLeaderBytes});
   put(usb3::kNeedsTrailer, std::uint32_t{usb3::kTrailerBytes});
-  // The manifest: one file, uncompressed, of schema 1.1.
+  // The manifest: one uncompressed file, schema version 1.1.
   put(usb3::kManifestAt, std::uint64_t{1});
   put(usb3::kManifestAt + 8, std::uint32_t{0x0100'0000});
   put(usb3::kManifestAt + 12, std::uint32_t{0x0101'0000});
@@ -136,7 +136,7 @@ std::uint16_t Usb3Registers::write(std::uint64_t address, std::span<const std::b
   if (data.size() > before.size()) return kWrongParameter;
   std::memcpy(before.data(), memory_.data() + address, data.size());
   std::memcpy(memory_.data() + address, data.data(), data.size());
-  if (!believable()) {
+  if (!is_valid()) {
     std::memcpy(memory_.data() + address, before.data(), data.size());
     return kWrongParameter;
   }
@@ -144,8 +144,9 @@ std::uint16_t Usb3Registers::write(std::uint64_t address, std::span<const std::b
   return kDone;
 }
 
-// The offsets are looked at by who sends: a client sets size and place one after the other.
-bool Usb3Registers::believable() const {
+// Checks the values that a client may write. Offsets are not checked here, because a client sets size and offset one
+// after the other; the sender clips the region.
+bool Usb3Registers::is_valid() const {
   const auto width = get<std::uint32_t>(usb3::kWidth), height = get<std::uint32_t>(usb3::kHeight);
   const double rate_hz = get<double>(usb3::kRate_hz), exposure_us = get<double>(usb3::kExposure_us);
   return width >= 16 && width <= get<std::uint32_t>(usb3::kSensorWidth) && height >= 16 &&
@@ -154,7 +155,7 @@ bool Usb3Registers::believable() const {
          get<double>(usb3::kGain_db) <= 24.0;
 }
 
-// What follows from a register that was written.
+// Side effects of a register write.
 void Usb3Registers::follow(std::uint64_t address) {
   if (address == usb3::kStart) put(usb3::kAcquiring, std::uint32_t{1});
   if (address == usb3::kStop) put(usb3::kAcquiring, std::uint32_t{0});
@@ -163,7 +164,7 @@ void Usb3Registers::follow(std::uint64_t address) {
   put(usb3::kNeedsPayload, payload_bytes());
 }
 
-// PFNC has the bits of a pixel in bits 16 to 23.
+// In PFNC, bits 16 to 23 contain the number of bits per pixel.
 std::uint64_t Usb3Registers::payload_bytes() const {
   const std::uint64_t bits_a_pixel = (get<std::uint32_t>(usb3::kPixelFormat) >> 16) & 0xff;
   const std::uint64_t pixels = std::uint64_t{get<std::uint32_t>(usb3::kWidth)} * get<std::uint32_t>(usb3::kHeight);

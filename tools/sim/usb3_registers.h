@@ -9,8 +9,8 @@
 
 namespace mocap::sim {
 
-/// The memory of a USB3 Vision camera as its client sees it: bootstrap registers, features, and the GenICam file that
-/// tells what they are. Does not know what carries the commands. Any thread.
+/// The memory of a USB3 Vision camera that a client reads and writes: bootstrap registers, features, and the GenICam
+/// file that describes them. Independent of the transport. Any thread.
 ///
 /// Source: GenCP 1.3 (commands, ABRM, manifest); USB3 Vision 1.0.1 (SBRM, SIRM).
 class Usb3Registers {
@@ -22,7 +22,7 @@ class Usb3Registers {
     double exposure_us = 500.0;
   };
 
-  /// What the client has chosen.
+  /// Pixel format and region chosen by the client.
   struct Layout {
     std::uint32_t pixel_format = 0;  ///< GenICam PFNC
     std::uint32_t width_px = 0, height_px = 0, left_px = 0, top_px = 0;
@@ -30,26 +30,27 @@ class Usb3Registers {
   };
   enum class Trigger { Free, Software, Line };
 
-  /// Longest command that is taken, and longest acknowledge that is given, bytes.
+  /// Largest accepted command and largest acknowledge, bytes.
   static constexpr std::size_t kMostCommand_bytes = 1024;
   static constexpr std::size_t kMostAcknowledge_bytes = 16384;
 
   explicit Usb3Registers(const Settings& settings);
 
-  /// Does what a command says and writes the acknowledge into `room`; how long that is, and 0 for what is no command or
-  /// wants no answer. Refuses addresses that are not there, what cannot be written, and sizes off a sensor.
+  /// Executes a command and writes the acknowledge into `room`. Returns the length of the acknowledge, or 0 if the
+  /// bytes are not a command or the command needs no acknowledge. The acknowledge has an error status for unknown
+  /// addresses, read-only registers and invalid values.
   std::size_t answer(std::span<const std::byte> command, std::span<std::byte> room);
 
-  /// Whether the client wants images now: the acquisition and the stream channel are both on.
+  /// Whether both the acquisition and the stream channel are enabled.
   bool streaming() const;
-  /// The client is gone: as after power-up, but for what it set.
+  /// Disables the acquisition and the stream channel after the device is unplugged. Other settings remain.
   void unplugged();
 
   Layout layout() const;
   double rate_hz() const;
   double exposure_us() const;
   Trigger trigger() const;
-  /// Whether a software trigger waits; it is taken.
+  /// Returns whether a software trigger is pending, and clears it.
   bool take_software_trigger();
 
  private:
@@ -61,7 +62,7 @@ class Usb3Registers {
   void put_bootstrap(const Settings& settings, std::size_t xml_bytes);
   std::uint16_t read(std::uint64_t address, std::span<std::byte> into) const;
   std::uint16_t write(std::uint64_t address, std::span<const std::byte> data);
-  bool believable() const;
+  bool is_valid() const;
   void follow(std::uint64_t address);
   std::uint64_t payload_bytes() const;
 

@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::uint32_t kLeader = 0x4c563355, kTrailer = 0x54563355;  // "U3VL", "U3VT"
 constexpr Duration kLookForClient = std::chrono::milliseconds(2);
-constexpr int kUsualLoop = 8;  // images, where --loop-images says none
+constexpr int kUsualLoop = 8;  // number of images if --loop-images is 0
 constexpr std::size_t kMostTransfer_bytes = 1 << 20;
 
 template <class T>
@@ -73,7 +73,7 @@ class Usb3Camera {
     }
   }
 
-  // What comes too late for its instant is left out, as a camera whose buffer is full does, and its number with it.
+  // Skips images that would be too late, with their numbers, like a camera whose buffer is full.
   void expose(const std::stop_token& stop) {
     const auto period_ns = static_cast<std::int64_t>(1e9 / registers_.rate_hz());
     const std::int64_t number = std::max(to_ns(host_now()) / period_ns + 1, last_number_ + 1);
@@ -88,7 +88,7 @@ class Usb3Camera {
     send(layout, end_ns - std::llround(1e3 * registers_.exposure_us()));
   }
 
-  // The region that the client has chosen; what lies outside of the sensor is black.
+  // Draws the region chosen by the client. Pixels outside of the sensor are black.
   void draw(const Usb3Registers::Layout& layout, std::int64_t number) {
     const std::vector<std::byte>& pixels = loop_.image(number);
     payload_.assign(layout.payload_bytes, std::byte{0});
@@ -105,13 +105,13 @@ class Usb3Camera {
     }
   }
 
-  // Source: USB3 Vision 1.0.1, section 5.3: leader, payload, trailer.
+  // Sends leader, payload and trailer. Source: USB3 Vision 1.0.1, section 5.3.
   void send(const Usb3Registers::Layout& layout, std::int64_t stamp_ns) {
     std::array<std::byte, usb3::kLeaderBytes> leader{};
     set(leader, 0, kLeader);
     set(leader, 6, std::uint16_t{usb3::kLeaderBytes});
     set(leader, 8, block_id_);
-    set(leader, 18, std::uint16_t{1});  // an image
+    set(leader, 18, std::uint16_t{1});  // payload type: image
     set(leader, 20, stamp_ns);
     const std::uint32_t values[] = {layout.pixel_format, layout.width_px, layout.height_px, layout.left_px,
                                     layout.top_px};
@@ -139,7 +139,7 @@ class Usb3Camera {
   std::vector<std::byte> payload_, row_;
   std::uint64_t block_id_ = 0;
   std::int64_t last_number_ = 0;
-  std::jthread thread_;  // last: ended before what it uses
+  std::jthread thread_;  // declared last, so that the thread ends before the members that it uses are destroyed
 };
 
 }  // namespace

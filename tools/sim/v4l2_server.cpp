@@ -23,7 +23,7 @@
 namespace mocap::sim {
 namespace {
 
-constexpr int kUsualLoop = 8;  // images, where --loop-images says none
+constexpr int kUsualLoop = 8;  // number of images if --loop-images is 0
 constexpr int kQuality = 90;
 constexpr Duration kLookAtStop = std::chrono::milliseconds(20);
 
@@ -73,8 +73,8 @@ class LoopbackCamera {
     format.fmt.pix.sizeimage = format.fmt.pix.width * format.fmt.pix.height;
     if (ioctl(handle_, VIDIOC_S_FMT, &format) != 0) {
       return Error{ErrorCode::Unsupported,
-                   fmt::format("{} takes no {}x{} images: {}; a device of v4l2loopback does", device_, model_.width_px,
-                               model_.height_px, std::strerror(errno))};
+                   fmt::format("{} does not accept {}x{} images: {}; is it a v4l2loopback device?", device_,
+                               model_.width_px, model_.height_px, std::strerror(errno))};
     }
     thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
     log_info("camera " + model_.name,

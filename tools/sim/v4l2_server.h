@@ -8,11 +8,10 @@
 
 namespace mocap::sim {
 
-/// Shows the volume's cameras on devices of v4l2loopback, `options.v4l2` one by one, as MJPEG or GREY, until `end` is
-/// set or `options.seconds` have passed. Images are drawn and compressed beforehand; each is written when a period of
-/// the host's clock ends.
-///
-/// Fails with NotFound where a device is not there, and with Unsupported where it takes no images.
+/// Writes the images of the volume's cameras to the v4l2loopback devices of `options.v4l2`, one for each camera, as
+/// MJPEG or GREY, until `end` is set or `options.seconds` have passed. Images are drawn and compressed in advance. Each
+/// image is written at the end of a period of the host's monotonic clock. Fails with NotFound if a device does not
+/// exist, and with Unsupported if a device does not accept images.
 Status serve_v4l2(const Options& options, const scene::Volume& volume, const std::atomic<bool>& end);
 
 }  // namespace mocap::sim

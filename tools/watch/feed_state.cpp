@@ -4,14 +4,14 @@
 
 #include <algorithm>
 
-#include "wire/decode.h"
+#include "wire/codec/decode.h"
 #include "wire/zmq_publisher.h"
 
 namespace mocap::watch {
 namespace {
 
 constexpr Duration kRateWindow = std::chrono::seconds(2);
-constexpr std::size_t kAges = 20000;  // over a minute at 240 Hz
+constexpr std::size_t kAges = 20000;  // more than a minute at 240 Hz
 
 LastSnapshot facts_of(const Snapshot& snapshot) {
   LastSnapshot facts;
@@ -42,7 +42,7 @@ const v1::Snapshot* FeedState::take(const wire::FeedMessage& message, Timestamp 
 }
 
 void FeedState::take_snapshot(const std::string& payload, Timestamp now) {
-  if (!message_.ParseFromString(payload)) return note_fault("a snapshot that is no Protobuf message");
+  if (!message_.ParseFromString(payload)) return note_fault("a snapshot is not a valid Protobuf message");
   const Result<Snapshot> snapshot = wire::decode(message_);
   if (!snapshot) return note_fault(snapshot.error().message);
   readable_ = true;
@@ -58,7 +58,8 @@ void FeedState::take_snapshot(const std::string& payload, Timestamp now) {
   arrivals_.push_back(now);
   arrivals_.erase(arrivals_.begin(), std::find_if(arrivals_.begin(), arrivals_.end(),
                                                   [&](Timestamp at) { return now - at <= kRateWindow; }));
-  // By UTC, so that it also holds on another machine whose clock is right; the offset of this one cancels at home.
+  // The age is computed in UTC, so that it is valid on another machine with a synchronised clock. On the daemon's
+  // machine the offset of the clock cancels.
   if (!message_.has_utc_minus_host_ns()) return;
   const Duration age = now + utc_minus_host() - (last_->exposed_at + Duration(message_.utc_minus_host_ns()));
   if (ages_.size() < kAges) {
@@ -86,7 +87,7 @@ void FeedState::count_numbers(const v1::Snapshot& message) {
 
 void FeedState::take_description(const std::string& payload) {
   v1::Description message;
-  if (!message.ParseFromString(payload)) return note_fault("a description that is no Protobuf message");
+  if (!message.ParseFromString(payload)) return note_fault("a description is not a valid Protobuf message");
   Result<Description> read = wire::decode(message);
   if (!read) return note_fault(read.error().message);
   description_ = std::move(*read);
@@ -94,10 +95,10 @@ void FeedState::take_description(const std::string& payload) {
 
 void FeedState::take_health(const std::string& payload) {
   v1::Health message;
-  if (!message.ParseFromString(payload)) return note_fault("a health report that is no Protobuf message");
+  if (!message.ParseFromString(payload)) return note_fault("a health report is not a valid Protobuf message");
   Result<Health> read = wire::decode(message);
   if (!read) return note_fault(read.error().message);
-  // Counts that fall are another run's.
+  // After a restart of the daemon the counts start again, so a difference is meaningless.
   const bool same_run = health_ && health_->at < read->at && health_->cameras.size() == read->cameras.size();
   health_before_ = same_run ? std::move(health_) : std::nullopt;
   health_ = std::move(*read);
@@ -113,7 +114,7 @@ double FeedState::rate_hz(Timestamp now) const {
       std::find_if(arrivals_.begin(), arrivals_.end(), [&](Timestamp at) { return now - at <= kRateWindow; });
   const auto count = std::distance(first, arrivals_.end());
   if (count < 2) return 0.0;
-  // Up to now, so that the rate falls when nothing comes any more.
+  // Divide by the time until now, so that the rate decreases if no more snapshots arrive.
   return static_cast<double>(count - 1) / std::max(to_s(now - *first), 1e-3);
 }
 

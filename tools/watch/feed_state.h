@@ -14,7 +14,7 @@
 
 namespace mocap::watch {
 
-/// What arrived: a snapshot's facts as the display and the summary need them.
+/// The facts of the last snapshot that the display and the summary need.
 struct LastSnapshot {
   std::uint64_t number = 0;
   Timestamp exposed_at;
@@ -22,40 +22,42 @@ struct LastSnapshot {
   std::uint32_t expected_views = 0;
   std::uint32_t labelled = 0;  ///< measured or filled
   std::uint32_t measured = 0;
-  std::uint32_t labels = 0;  ///< that the marker sets have
+  std::uint32_t labels = 0;  ///< labels of all marker sets
   std::uint32_t unlabelled = 0;
-  std::vector<SubjectPhase> phases;  ///< by subject
+  std::vector<SubjectPhase> phases;  ///< indexed by subject
 };
 
-/// Follows a feed: knows the last of each topic, counts what came and what was lost on the way. `now` is the host's
-/// clock and is an argument.
+/// Tracks the state of a feed: the last message of each topic, and counts of received and lost messages. Times are on
+/// the host's monotonic clock and are arguments.
 class FeedState {
  public:
-  /// Takes one message in. Gives the snapshot's message where it was one that could be read.
+  /// Processes one message. Returns the snapshot message if the message is a valid snapshot, else null. The pointer is
+  /// valid until the next call.
   const v1::Snapshot* take(const wire::FeedMessage& message, Timestamp now);
 
   const std::optional<Description>& description() const { return description_; }
   const std::optional<Health>& health() const { return health_; }
-  /// The report before that, of the same run; absent until there are two.
+  /// The health report before the last one, if both are from the same run of the daemon.
   const std::optional<Health>& health_before() const { return health_before_; }
   const std::optional<LastSnapshot>& last() const { return last_; }
   Timestamp last_arrival() const { return last_arrival_; }
 
   std::uint64_t frames() const { return frames_; }
   std::uint64_t complete() const { return complete_; }
-  std::uint64_t lost() const { return lost_; }                ///< gaps in the sequence of the topic
-  std::uint64_t passed_over() const { return passed_over_; }  ///< sets that the daemon did not send
-  std::uint64_t restarts() const { return restarts_; }        ///< the sequence began anew
+  std::uint64_t lost() const { return lost_; }                ///< missing sequence numbers of the topic
+  std::uint64_t passed_over() const { return passed_over_; }  ///< sets that the daemon skipped
+  std::uint64_t restarts() const { return restarts_; }        ///< how often the sequence restarted
   std::uint64_t unreadable() const { return unreadable_; }
   const std::string& last_fault() const { return last_fault_; }
-  std::uint64_t tracking() const { return tracking_; }  ///< snapshots with a tracked subject
-  std::uint64_t labelled() const { return labelled_; }  ///< markers, over all snapshots
+  std::uint64_t tracking() const { return tracking_; }  ///< number of snapshots with a tracked subject
+  std::uint64_t labelled() const { return labelled_; }  ///< labelled markers, summed over all snapshots
   std::uint64_t labels_expected() const { return labels_expected_; }
 
-  /// Snapshots a second over the last two seconds.
+  /// Snapshot rate over the last two seconds, Hz.
   double rate_hz(Timestamp now) const;
 
-  /// Age of the data when it came, p in 0 to 1; absent when nothing came or the clocks cannot be compared.
+  /// The quantile `p` (0 to 1) of the age of the data on arrival. Absent without snapshots or if the clocks cannot be
+  /// compared.
   std::optional<Duration> age(double p) const;
 
  private:
@@ -84,8 +86,8 @@ class FeedState {
   std::uint64_t labelled_ = 0;
   std::uint64_t labels_expected_ = 0;
   std::string last_fault_;
-  std::vector<Timestamp> arrivals_;  // of the last two seconds, oldest first
-  std::vector<Duration> ages_;       // the newest kAges, as a ring
+  std::vector<Timestamp> arrivals_;  // arrivals in the last two seconds, oldest first
+  std::vector<Duration> ages_;       // ring buffer of the newest kAges ages
   std::size_t next_age_ = 0;
 };
 

@@ -9,23 +9,23 @@
 #include <optional>
 #include <string>
 
+#include "base/exit_codes.h"
 #include "lib/cli/app.h"
+#include "lib/cli/key_options.h"
 #include "watch/doctor.h"
 #include "watch/feed_state.h"
 #include "watch/report.h"
-#include "wire/json.h"
+#include "wire/codec/json.h"
 #include "wire/zmq_subscriber.h"
 
 namespace {
 
 using namespace mocap;  // NOLINT: the program
 
-constexpr int kUsage = 64;        // sysexits EX_USAGE
-constexpr int kUnavailable = 69;  // sysexits EX_UNAVAILABLE
-constexpr int kCannotWrite = 73;  // sysexits EX_CANTCREAT
 constexpr Duration kPatience = std::chrono::milliseconds(50);
-constexpr Duration kSilence = std::chrono::seconds(2);  // then say why
-constexpr int kQueueEveryFrame = 100000;                // who prints all frames may fall behind this far
+constexpr Duration kSilence = std::chrono::seconds(2);            // silence after which the reason is printed
+constexpr Duration kFaultLasts = std::chrono::milliseconds(700);  // the same without a connection
+constexpr int kQueueEveryFrame = 100000;                          // queue length if every frame is printed
 
 volatile std::sig_atomic_t stop_asked = 0;
 void ask_stop(int /*signal*/) { stop_asked = 1; }
@@ -37,18 +37,17 @@ struct Options {
   std::optional<std::uint64_t> frames;
   std::string summary;
   bool doctor = false;
-  std::string server_key;
-  std::string key;
+  cli::KeyOptions keys;
 };
 
-// One line that is written over on a terminal, one line after the other elsewhere.
+// Shows a status line: overwrites the line on a terminal, prints a new line elsewhere.
 class Display {
  public:
   explicit Display(std::FILE* to) : to_(to), terminal_(::isatty(::fileno(to)) != 0) {}
 
   Duration pace() const { return terminal_ ? std::chrono::milliseconds(200) : std::chrono::milliseconds(1000); }
 
-  // A line that wraps could not be written over.
+  // Width of the terminal. A line that wraps cannot be overwritten.
   std::size_t columns() const {
     winsize size{};
     if (!terminal_ || ::ioctl(::fileno(to_), TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return std::string::npos;
@@ -78,7 +77,7 @@ class Watch {
   Watch(const Options& options, wire::ZmqSubscriber& subscriber)
       : options_(options), subscriber_(subscriber), display_(options.json ? stderr : stdout), started_(host_now()) {}
 
-  // False when nobody can read what is printed.
+  // Returns false if standard output is closed.
   bool run() {
     Timestamp next_show = started_ + display_.pace();
     while (!over()) {
@@ -86,7 +85,7 @@ class Watch {
       const Timestamp now = host_now();
       if (now < next_show) continue;
       next_show = now + display_.pace();
-      tell(now);
+      show(now);
     }
     display_.end();
     return true;
@@ -101,7 +100,7 @@ class Watch {
     return stop_asked != 0 || enough() || (options_.seconds && to_s(host_now() - started_) >= *options_.seconds);
   }
 
-  // Takes all that waits; the display then shows the newest.
+  // Processes all waiting messages, so that the display shows the newest state.
   bool drain() {
     Result<wire::FeedMessage> message = subscriber_.next(kPatience);
     while (message || message.error().code == ErrorCode::InvalidArgument) {
@@ -120,9 +119,10 @@ class Watch {
     return std::fwrite(line.data(), 1, line.size(), stdout) == line.size() && std::fputc('\n', stdout) != EOF;
   }
 
-  void tell(Timestamp now) {
+  void show(Timestamp now) {
     const Duration silent_for = now - std::max(started_, feed_.last_arrival());
-    if (silent_for >= kSilence) {
+    const bool fault = subscriber_.link().fault != wire::LinkFault::None;
+    if (silent_for >= (fault ? kFaultLasts : kSilence)) {
       const std::string reason = watch::reason_for_silence(feed_, subscriber_.link(), options_.endpoint, silent_for);
       display_.show(reason.substr(0, display_.columns()));
     } else if (!options_.json && feed_.last()) {
@@ -148,10 +148,16 @@ int watch_feed(const Options& options) {
   wire::SubscriberSettings settings;
   settings.endpoint = options.endpoint;
   settings.receive_queue = kQueueEveryFrame;
+  Result<wire::ClientKeys> keys = wire::load_client_keys(options.keys.server_key, options.keys.secret_key);
+  if (!keys) {
+    fmt::print(stderr, "mocap-watch: {}\n", keys.error().message);
+    return kExitUsage;
+  }
+  settings.keys = *std::move(keys);
   const auto subscriber = wire::ZmqSubscriber::open(settings);
   if (!subscriber) {
     fmt::print(stderr, "mocap-watch: {}\n", subscriber.error().message);
-    return kUsage;
+    return kExitUsage;
   }
   Watch watch(options, **subscriber);
   const bool written = watch.run();
@@ -162,14 +168,14 @@ int watch_feed(const Options& options) {
   if (!options.summary.empty() &&
       !write_summary(options.summary, watch::summary_json(watch.feed(), options.endpoint, watch.watched()))) {
     fmt::print(stderr, "mocap-watch: the summary cannot be written to '{}'\n", options.summary);
-    return kCannotWrite;
+    return kExitCannotWrite;
   }
-  if (!written) return kCannotWrite;
-  return watch.feed().frames() > 0 ? 0 : kUnavailable;
+  if (!written) return kExitCannotWrite;
+  return watch.feed().frames() > 0 ? 0 : kExitUnavailable;
 }
 
 int doctor(const Options& options) {
-  watch::DoctorOptions asked{options.endpoint, options.server_key, options.key};
+  watch::DoctorOptions asked{options.endpoint, options.keys.server_key, options.keys.secret_key};
   if (options.seconds) asked.seconds = *options.seconds;
   const watch::DoctorWord word = watch::ask_doctor(asked);
   fmt::print(word.exit_code == 0 ? stdout : stderr, "mocap-watch: {}\n", word.sentence);
@@ -180,31 +186,34 @@ int doctor(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  cli::App app("Shows the feed of a mocapd: exit 0 when data came, 69 when none did.", "mocap-watch");
+  cli::App app("Shows the feed of a mocapd. Exit code 0 if data arrived, 69 if not.", "mocap-watch");
   app.footer(R"(examples:
   mocap-watch                                     the live state of the daemon on this machine
   mocap-watch tcp://127.0.0.1:5570 --seconds 10   for ten seconds
   mocap-watch --json > stream.jsonl               every snapshot as a line of JSON, until Ctrl-C
-  mocap-watch --doctor tcp://10.0.0.7:5570        why no data comes, in one line, and what helps
-exit codes of --doctor: 0 well, 11 nothing listens, 12 no feed, 13 a key is missing, 14 our key is refused, 15 the server's
-key is wrong, 16 no description, 17 version too new, 18 cameras silent, 19 no snapshots, 20 subject searching, 21 clock
-skew, 22 too early to say)");
-  app.add_option("endpoint", options.endpoint, "where it listens")->capture_default_str();
+  mocap-watch --doctor tcp://10.0.0.7:5570        why no data arrives or a subject
+                                                  is not found, and what helps
+  mocap-watch tcp://10.0.0.7:5570 --server-key server.key --secret-key anna.key
+                                                  a daemon that demands keys
+exit codes of --doctor: 0 well, 11 nothing listens, 12 no feed, 13 a key is
+missing, 14 our key is refused, 15 the server's key is wrong, 16 no description,
+17 version too new, 18 cameras silent, 19 no snapshots, 20 subject searching,
+21 clock skew, 22 too early to say, 40 a camera contributes nothing)");
+  app.add_option("endpoint", options.endpoint, "endpoint of the feed")->capture_default_str();
   app.add_flag("--json", options.json, "print every snapshot as a line of JSON");
   app.add_option("--seconds", options.seconds, "end after this time")->check(cli::PositiveNumber{});
   app.add_option("--frames", options.frames, "end after this many snapshots")->check(cli::PositiveNumber{});
   app.add_option("--summary", options.summary, "at the end, write one JSON object to this file (-: standard output)");
   app.add_flag("--doctor", options.doctor, "say why there is no data");
-  app.add_option("--server-key", options.server_key, "for --doctor: the daemon's public key, or a file with it");
-  app.add_option("--key", options.key, "for --doctor: our own key, a file of mocapctl keys new");
+  cli::add_key_options(app, options.keys);
   if (const auto exit = app.parse(argc, argv)) return *exit;
   if (options.json && options.summary == "-") {
     fmt::print(stderr, "mocap-watch: --json already prints to standard output; give --summary a file\n");
-    return kUsage;
+    return kExitUsage;
   }
   if (options.doctor) return doctor(options);
   std::signal(SIGINT, ask_stop);
   std::signal(SIGTERM, ask_stop);
-  std::signal(SIGPIPE, SIG_IGN);  // a reader that left is an error of the write
+  std::signal(SIGPIPE, SIG_IGN);  // a closed reader becomes an error of the write
   return watch_feed(options);
 }

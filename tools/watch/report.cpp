@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "watch/idle_cameras.h"
+
 namespace mocap::watch {
 namespace {
 
@@ -43,6 +45,15 @@ const char* word_of(CameraPhase phase) {
   return "unknown";
 }
 
+const char* word_of(RecordingState state) {
+  switch (state) {
+    case RecordingState::Recording: return "recording";
+    case RecordingState::Ended: return "ended";
+    case RecordingState::Failed: return "failed";
+  }
+  return "unknown";
+}
+
 double ms(Duration span) { return to_us(span) / 1000.0; }
 
 std::string subjects_of(const FeedState& feed) {
@@ -57,7 +68,7 @@ std::string subjects_of(const FeedState& feed) {
 }
 
 std::string latencies_of(const FeedState& feed) {
-  if (!feed.health()) return " | latency not told yet";
+  if (!feed.health()) return " | latency unknown yet";
   std::string text = " | ms p50/p99/max";
   for (std::size_t i = 0; i < kLatencyStages; ++i) {
     const LatencyFigures& f = feed.health()->latency[i];
@@ -66,8 +77,8 @@ std::string latencies_of(const FeedState& feed) {
   return text;
 }
 
-// For narrow terminals.
-std::string whole_way_of(const FeedState& feed) {
+// The total latency only, for narrow terminals.
+std::string total_latency_of(const FeedState& feed) {
   if (!feed.health()) return {};
   const LatencyFigures& f = feed.health()->latency[static_cast<std::size_t>(LatencyStage::Total)];
   return fmt::format(" | {:.1f}/{:.1f}/{:.1f} ms", ms(f.p50), ms(f.p99), ms(f.max));
@@ -81,7 +92,8 @@ std::uint64_t drops_of(const Health& health) {
   return drops;
 }
 
-// Which cameras stream and see nothing, and why: "cam1: 0 blobs in 60 images: 212 too small (threshold 38 grey)".
+// Lists the cameras that stream but find no blobs, with the reason: "cam1: 0 blobs in 60 images: 212 too small
+// (threshold 38 grey)".
 std::string blind_cameras(const FeedState& feed) {
   if (!feed.health() || !feed.health_before()) return {};
   std::string text;
@@ -95,7 +107,7 @@ std::string blind_cameras(const FeedState& feed) {
   return text;
 }
 
-// Who of the cameras is not streaming, in words.
+// Lists the cameras that do not stream, with their phase and error.
 std::string silent_cameras(const Health& health) {
   std::string text;
   for (const CameraHealth& camera : health.cameras) {
@@ -106,12 +118,31 @@ std::string silent_cameras(const Health& health) {
   return text;
 }
 
-// Who of the cameras stands otherwise than the rig says.
+// Lists the cameras whose pose deviates from the rig.
 std::string bumped_cameras(const Health& health) {
   std::string text;
   for (const CameraHealth& camera : health.cameras) {
     if (!camera.bumped) continue;
     text += fmt::format("{}{} was moved: {:.1f} px off", text.empty() ? "" : ", ", camera.name, camera.rig_off_px);
+  }
+  return text;
+}
+
+// The daemon's reasons why subjects are not found, one sentence each.
+std::string missing_subjects(const Health& health) {
+  std::string text;
+  for (const SearchHealth& search : health.searches) {
+    text += fmt::format("{}{}", text.empty() ? "" : "; ", text_of(search.sentence));
+  }
+  return text;
+}
+
+// Lists the recordings of which a write failed.
+std::string failed_recordings(const Health& health) {
+  std::string text;
+  for (const RecordingHealth& recording : health.recordings) {
+    if (recording.state != RecordingState::Failed) continue;
+    text += fmt::format("{}{}", text.empty() ? "" : ", ", recording.error);
   }
   return text;
 }
@@ -125,13 +156,16 @@ std::string status_line(const FeedState& feed, Timestamp now, std::size_t column
                                  last.expected_views, last.labelled, last.labels);
   if (last.unlabelled > 0) line += fmt::format(" +{}", last.unlabelled);
   line += " |" + subjects_of(feed);
+  if (feed.health() && !missing_subjects(*feed.health()).empty()) line += " | " + missing_subjects(*feed.health());
   if (const auto age = feed.age(0.5)) line += fmt::format(" | age {:.1f} ms", ms(*age));
   line += fmt::format(" | lost {}", feed.lost());
   if (feed.health()) line += fmt::format(" drops {}", drops_of(*feed.health()));
   if (const std::string blind = blind_cameras(feed); !blind.empty()) line += " | " + blind;
+  if (const std::string idle = idle_cameras(feed); !idle.empty()) line += " | " + idle;
   if (feed.health() && !bumped_cameras(*feed.health()).empty()) line += " | " + bumped_cameras(*feed.health());
+  if (feed.health() && !failed_recordings(*feed.health()).empty()) line += " | " + failed_recordings(*feed.health());
   if (feed.unreadable() > 0) line += fmt::format(" unreadable {} ({})", feed.unreadable(), feed.last_fault());
-  for (const std::string& latency : {latencies_of(feed), whole_way_of(feed)}) {
+  for (const std::string& latency : {latencies_of(feed), total_latency_of(feed)}) {
     if (line.size() + latency.size() <= columns) return line + latency;
   }
   return line.substr(0, columns);
@@ -140,15 +174,15 @@ std::string status_line(const FeedState& feed, Timestamp now, std::size_t column
 std::string reason_for_silence(const FeedState& feed, const wire::LinkStatus& link, const std::string& endpoint,
                                Duration silent_for) {
   std::string reason;
-  if (!link.connected && link.failed_handshakes > 0) {
-    reason = "somebody listens there who does not speak this feed's protocol";
+  if (!link.connected && link.fault != wire::LinkFault::None) {
+    reason = wire::explain(link.fault, endpoint, {"[publish] endpoint"});
   } else if (!link.connected) {
-    reason =
-        link.connections > 0 ? "the connection is gone, trying again" : "nothing listens there; is mocapd running?";
+    reason = link.connections > 0 ? "the connection was lost, trying again"
+                                  : "nothing answers at this address: check the address, the network and firewalls";
   } else if (feed.unreadable() > 0 && feed.frames() == 0) {
-    reason = "what comes cannot be read: " + feed.last_fault();
+    reason = "the messages cannot be read: " + feed.last_fault();
   } else if (!feed.description() && !feed.health()) {
-    reason = "connected, and nothing was said yet";
+    reason = "connected, but nothing was received yet";
   } else if (feed.health() && !silent_cameras(*feed.health()).empty()) {
     reason = "cameras: " + silent_cameras(*feed.health());
   } else {
@@ -186,6 +220,7 @@ nlohmann::ordered_json camera_object(const CameraHealth& camera) {
           {"threshold_grey", camera.levels.threshold_grey},
           {"noise_grey", camera.levels.noise_grey},
           {"background_grey", camera.levels.background_grey},
+          {"brightest_grey", camera.levels.brightest_grey},
           {"reopened", camera.reopened},
           {"resent_packets", camera.resent_packets},
           {"missing_packets", camera.missing_packets},
@@ -199,6 +234,9 @@ nlohmann::ordered_json camera_object(const CameraHealth& camera) {
           {"clock_uncertainty_us", camera.clock_uncertainty_us},
           {"clock_source", word_of(camera.clock_source)},
           {"chunk_times", camera.chunk_times},
+          {"fused_blobs", camera.blob_use.blobs},
+          {"marker_blobs", camera.blob_use.in_markers},
+          {"marker_share", camera.marker_share ? nlohmann::ordered_json(*camera.marker_share) : nullptr},
           {"bumped", camera.bumped},
           {"rig_off_px", camera.rig_off_px},
           {"rig_turned_deg", camera.rig_turned_rad * 180.0 / std::numbers::pi},
@@ -215,6 +253,14 @@ nlohmann::ordered_json feed_object(const FeedHealth& feed) {
           {"cut_off", feed.cut_off},
           {"failed_accepts", feed.failed_accepts},
           {"subscriptions", feed.subscriptions}};
+}
+
+nlohmann::ordered_json recording_object(const RecordingHealth& recording) {
+  return {{"path", recording.path},
+          {"state", word_of(recording.state)},
+          {"size_bytes", recording.size_bytes},
+          {"records", recording.records},
+          {"error", recording.error}};
 }
 
 }  // namespace
@@ -247,6 +293,12 @@ std::string summary_json(const FeedState& feed, const std::string& endpoint, Dur
     object["drops"] = drops_of(*feed.health());
     object["feed"] = feed_object(feed.health()->feed);
     for (const CameraHealth& camera : feed.health()->cameras) object["cameras"][camera.name] = camera_object(camera);
+    for (const RecordingHealth& recording : feed.health()->recordings) {
+      object["recordings"].push_back(recording_object(recording));
+    }
+    for (const SearchHealth& search : feed.health()->searches) {
+      object["missing_subjects"].push_back(std::string(text_of(search.sentence)));
+    }
   }
   return object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }

@@ -7,15 +7,15 @@
 
 namespace mocap::watch {
 
-/// The state of the feed in one line of `columns` characters at most, for people. Where there is no room for the
-/// latency of every stage, that of the whole way is told.
+/// The state of the feed in one line of at most `columns` characters. If the line is too short for the latencies of all
+/// stages, only the total latency is shown.
 std::string status_line(const FeedState& feed, Timestamp now, std::size_t columns);
 
-/// Why no snapshot comes, as far as it can be known from here.
+/// The reason why no snapshot arrives, as far as the client can know it.
 std::string reason_for_silence(const FeedState& feed, const wire::LinkStatus& link, const std::string& endpoint,
                                Duration silent_for);
 
-/// The whole watch as one JSON object in one line.
+/// A summary of the whole observation as one JSON object in one line.
 std::string summary_json(const FeedState& feed, const std::string& endpoint, Duration watched);
 
 }  // namespace mocap::watch

@@ -6,15 +6,12 @@
 
 #include "base/expects.h"
 #include "base/loops.h"
+#include "geometry/limits.h"
 
 namespace mocap::associate {
 namespace {
 
-// Closer to a camera's plane than this is not in front of it.
-constexpr double kMinTriangulationDepth_m = 0.01;
-// Information of a point that is known to 1 m.
-constexpr double kMinInformation_1_m2 = 1.0;
-// Depths that change by more than this share make the weights wrong.
+// A larger displacement, as a share of the depth, makes the weights wrong by more than this share.
 constexpr double kMaxRelativeDisplacement = 0.01;
 
 }  // namespace
@@ -30,13 +27,13 @@ BatchTriangulator::BatchTriangulator(std::size_t max_markers, std::size_t max_vi
   errors_.resize(max_views * kErrorColumns * lanes);
 }
 
-void BatchTriangulator::begin(const Expected& expected) {
-  marker_count_ = expected.markers.size();
+void BatchTriangulator::begin(const Predictions& predicted) {
+  marker_count_ = predicted.markers.size();
   lane_count_ = (marker_count_ + kLanesAtOnce - 1) / kLanesAtOnce * kLanesAtOnce;
   view_count_ = 0;
   MOCAP_EXPECTS(lane_count_ <= count_.size());
   for (std::size_t m = 0; m < marker_count_; ++m) {
-    const Eigen::Vector3d& at = expected.markers.data()[m].position.v;
+    const Eigen::Vector3d& at = predicted.markers.data()[m].position.v;
     for (int axis = 0; axis < 3; ++axis) start_[static_cast<std::size_t>(axis)][m] = at[axis];
   }
   for (Floats& column : sum_) std::fill_n(column.begin(), lane_count_, 0.0F);
@@ -45,7 +42,7 @@ void BatchTriangulator::begin(const Expected& expected) {
   std::fill_n(variance_px2_.begin() + static_cast<std::ptrdiff_t>(marker_count_), lane_count_ - marker_count_, 0.0F);
 }
 
-// A column for each number, so that the loops over them run several at a time.
+// Copies the rays of the view to columns by marker, so that the following loops use SIMD instructions.
 void BatchTriangulator::gather(const ViewRays& view, const RayAssignments& assigned) {
   const std::uint32_t* const ray_of = assigned.rays().data();
   const double *x = view.rays.x.data(), *y = view.rays.y.data();
@@ -60,7 +57,7 @@ void BatchTriangulator::gather(const ViewRays& view, const RayAssignments& assig
     to_y[m] = y[ray];
     to_variance[m] = sigma * sigma;
   }
-  // Apart from the others: a processor has no more registers than these loops have columns.
+  // A second loop, because the processor has too few registers for all columns in one.
   const double *ux = view.rays.ux.data(), *uy = view.rays.uy.data(), *vx = view.rays.vx.data(),
                *vy = view.rays.vy.data();
   float *to_ux = ux_.data(), *to_uy = uy_.data(), *to_vx = vx_.data(), *to_vy = vy_.data();
@@ -106,22 +103,22 @@ MOCAP_WIDE void BatchTriangulator::add_gathered(const ViewRays& view) {
         *counted = count_.data(), *least_depth = min_depth_m_.data();
   float *at_u = error(view_count_, 0), *u_x = error(view_count_, 1), *u_y = error(view_count_, 2),
         *u_z = error(view_count_, 3), *at_v = error(view_count_, 4), *v_x = error(view_count_, 5),
-        *v_y = error(view_count_, 6), *v_z = error(view_count_, 7), *own_px2 = error(view_count_, 8);
+        *v_y = error(view_count_, 6), *v_z = error(view_count_, 7), *ray_px2 = error(view_count_, 8);
   const std::size_t count = lane_count_ / kLanesAtOnce * kLanesAtOnce;
   MOCAP_INDEPENDENT_TURNS
   for (std::size_t m = 0; m < count; ++m) {
-    const bool is_held = variance[m] > 0.0F;
-    const float has = is_held ? 1.0F : 0.0F;
+    const bool has_ray = variance[m] > 0.0F;
+    const float has = has_ray ? 1.0F : 0.0F;
     const double depth = d0 * px[m] + d1 * py[m] + d2 * pz[m] + t2;
     const double inverse_depth = 1.0 / depth;
     const auto to_x = static_cast<float>((r0 * px[m] + r1 * py[m] + r2 * pz[m] + t0) * inverse_depth - sx[m]);
     const auto to_y = static_cast<float>((s0 * px[m] + s1 * py[m] + s2 * pz[m] + t1) * inverse_depth - sy[m]);
-    // What is not held may be anywhere, in the camera's plane too: nothing of it is added.
-    const float off_x = is_held ? to_x : 0.0F, off_y = is_held ? to_y : 0.0F;
-    const float inverse = is_held ? static_cast<float>(inverse_depth) : 0.0F;
+    // A marker without a ray may lie in the plane of the camera: its values are replaced, not multiplied by 0 (NaN).
+    const float off_x = has_ray ? to_x : 0.0F, off_y = has_ray ? to_y : 0.0F;
+    const float inverse = has_ray ? static_cast<float>(inverse_depth) : 0.0F;
     const auto x = static_cast<float>(sx[m]), y = static_cast<float>(sy[m]);
     const auto depth_m = static_cast<float>(depth);
-    const float weight = has / (is_held ? variance[m] : 1.0F);
+    const float weight = has / (has_ray ? variance[m] : 1.0F);
     const float ax = (r00 - x * r20) * inverse, ay = (r01 - x * r21) * inverse, az = (r02 - x * r22) * inverse;
     const float bx = (r10 - y * r20) * inverse, by = (r11 - y * r21) * inverse, bz = (r12 - y * r22) * inverse;
     const float ux = sux[m], uy = suy[m], vx = svx[m], vy = svy[m];
@@ -138,7 +135,7 @@ MOCAP_WIDE void BatchTriangulator::add_gathered(const ViewRays& view) {
     gy[m] -= weight * (u1 * off_u + v1 * off_v);
     gz[m] -= weight * (u2 * off_u + v2 * off_v);
     counted[m] += has;
-    least_depth[m] = is_held & (depth_m < least_depth[m]) ? depth_m : least_depth[m];
+    least_depth[m] = has_ray & (depth_m < least_depth[m]) ? depth_m : least_depth[m];
     at_u[m] = off_u;
     u_x[m] = u0;
     u_y[m] = u1;
@@ -147,13 +144,13 @@ MOCAP_WIDE void BatchTriangulator::add_gathered(const ViewRays& view) {
     v_x[m] = v0;
     v_y[m] = v1;
     v_z[m] = v2;
-    own_px2[m] = variance[m];
+    ray_px2[m] = variance[m];
   }
 }
 
 void BatchTriangulator::solve() { solve(0, lane_count_); }
 
-// From and to a multiple of kLanesAtOnce.
+// `first` and `end` are multiples of kLanesAtOnce.
 MOCAP_WIDE void BatchTriangulator::solve(std::size_t first, std::size_t end) {
   const float *sxx = sum_[0].data(), *sxy = sum_[1].data(), *sxz = sum_[2].data(), *syy = sum_[3].data(),
               *syz = sum_[4].data(), *szz = sum_[5].data(), *sgx = sum_[6].data(), *sgy = sum_[7].data(),
@@ -171,8 +168,9 @@ MOCAP_WIDE void BatchTriangulator::solve(std::size_t first, std::size_t end) {
     const double ixx = yy * zz - yz * yz, ixy = xz * yz - xy * zz, ixz = xy * yz - xz * yy;
     const double iyy = xx * zz - xz * xz, iyz = xy * xz - xx * yz, izz = xx * yy - xy * xy;
     const double determinant = xx * ixx + xy * ixy + xz * ixz;
-    // Determinant over principal minors bounds the least eigenvalue from below, tightly where that one is small.
-    const double least = kMinInformation_1_m2 * (ixx + iyy + izz);
+    // The determinant over the sum of the principal minors is a lower bound of the smallest eigenvalue, tight if that
+    // eigenvalue is small.
+    const double least = geometry::kMinInformation_1_m2 * (ixx + iyy + izz);
     const bool is_observable = (determinant > least) & (determinant > 0.0);
     const double inverse = 1.0 / (is_observable ? determinant : 1.0);
     cxx[m] = ixx * inverse;
@@ -187,7 +185,7 @@ MOCAP_WIDE void BatchTriangulator::solve(std::size_t first, std::size_t end) {
     const auto nearest = static_cast<double>(least_depth[m]);
     const double most = kMaxRelativeDisplacement * nearest;
     observable[m] =
-        is_observable & (nearest > kMinTriangulationDepth_m) & (x * x + y * y + z * z <= most * most) ? 1.0 : 0.0;
+        is_observable & (nearest > geometry::kMinDepth_m) & (x * x + y * y + z * z <= most * most) ? 1.0 : 0.0;
     to_x[m] = x;
     to_y[m] = y;
     to_z[m] = z;
@@ -205,14 +203,14 @@ MOCAP_WIDE void BatchTriangulator::classify_outliers(const geometry::Agreement& 
   for (std::size_t view = 0; view < view_count_; ++view) {
     const float *at_u = error(view, 0), *u_x = error(view, 1), *u_y = error(view, 2), *u_z = error(view, 3);
     const float *at_v = error(view, 4), *v_x = error(view, 5), *v_y = error(view, 6), *v_z = error(view, 7);
-    const float* own_px2 = error(view, 8);
+    const float* ray_px2 = error(view, 8);
     MOCAP_INDEPENDENT_TURNS
     for (std::size_t m = 0; m < count; ++m) {
       const auto x = static_cast<float>(to_x[m]), y = static_cast<float>(to_y[m]), z = static_cast<float>(to_z[m]);
       const float u = at_u[m] + u_x[m] * x + u_y[m] * y + u_z[m] * z;
       const float v = at_v[m] + v_x[m] * x + v_y[m] * y + v_z[m] * z;
       const float off_px2 = u * u + v * v;
-      outliers[m] += off_px2 <= floor_px2 + sigmas2 * own_px2[m] ? 0.0F : 1.0F;
+      outliers[m] += off_px2 <= floor_px2 + sigmas2 * ray_px2[m] ? 0.0F : 1.0F;
       sum[m] += off_px2;
     }
   }
@@ -231,7 +229,7 @@ geometry::Refined BatchTriangulator::triangulation(std::size_t marker) const {
   return refined;
 }
 
-// What one marker's rays are off, side by side.
+// Copies the errors of one marker to consecutive memory.
 void BatchTriangulator::load_errors(std::size_t marker) {
   for (std::size_t view = 0; view < view_count_; ++view) {
     const float* from = error(view, 0) + marker;
@@ -240,7 +238,7 @@ void BatchTriangulator::load_errors(std::size_t marker) {
   }
 }
 
-// The ray that is farthest off for what it may be.
+// The ray with the largest ratio of squared error to its bound.
 MOCAP_WIDE BatchTriangulator::Worst BatchTriangulator::worst(std::size_t marker, const geometry::Agreement& agreement) {
   const auto floor_px2 = static_cast<float>(agreement.floor_px * agreement.floor_px);
   const auto sigmas2 = static_cast<float>(agreement.sigmas * agreement.sigmas);
@@ -265,12 +263,12 @@ MOCAP_WIDE BatchTriangulator::Worst BatchTriangulator::worst(std::size_t marker,
   return worst;
 }
 
-// Adds a ray to its marker's sums, or takes it out: `times` is 1 or -1.
+// Adds a ray to the normal equations of its marker (`times` 1) or removes it (`times` -1).
 void BatchTriangulator::update_sums(std::size_t marker, std::size_t view, float times) {
   std::array<float, kErrorColumns> e;
   for (std::size_t column = 0; column < kErrorColumns; ++column) e[column] = error(view, column)[marker];
-  const auto& [u, ux, uy, uz, v, vx, vy, vz, own_px2] = e;
-  const float weight = times / own_px2;
+  const auto& [u, ux, uy, uz, v, vx, vy, vz, ray_px2] = e;
+  const float weight = times / ray_px2;
   const std::array<float, 9> parts{ux * ux + vx * vx,  ux * uy + vx * vy,  ux * uz + vx * vz,
                                    uy * uy + vy * vy,  uy * uz + vy * vz,  uz * uz + vz * vz,
                                    -(ux * u + vx * v), -(uy * u + vy * v), -(uz * u + vz * v)};
@@ -286,8 +284,8 @@ void BatchTriangulator::add_ray(std::size_t marker, std::size_t view, const View
   const geometry::RayColumns& slope = rays.rays;
   const Eigen::Vector4d u = slope.ux[ray] * along_x + slope.uy[ray] * along_y;
   const Eigen::Vector4d v = slope.vx[ray] * along_x + slope.vy[ray] * along_y;
-  const double own_px2 = rays.sigma_px[ray] * rays.sigma_px[ray];
-  const std::array<double, kErrorColumns> e{u.dot(at), u[0], u[1], u[2], v.dot(at), v[0], v[1], v[2], own_px2};
+  const double ray_px2 = rays.sigma_px[ray] * rays.sigma_px[ray];
+  const std::array<double, kErrorColumns> e{u.dot(at), u[0], u[1], u[2], v.dot(at), v[0], v[1], v[2], ray_px2};
   for (std::size_t column = 0; column < kErrorColumns; ++column) {
     error(view, column)[marker] = static_cast<float>(e[column]);
   }
@@ -297,7 +295,8 @@ void BatchTriangulator::add_ray(std::size_t marker, std::size_t view, const View
 
 std::optional<std::uint64_t> BatchTriangulator::reject_outliers(std::size_t marker,
                                                                 const geometry::Agreement& agreement) {
-  constexpr float kFew = 8.0F;  // of so few rays a wrong one drags the point so far that another may look worse
+  constexpr float kFew =
+      8.0F;  // with so few rays an outlier moves the point so far that a good ray may have the larger error
   std::uint64_t rejected = 0;
   load_errors(marker);
   for (;;) {

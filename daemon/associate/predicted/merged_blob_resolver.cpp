@@ -10,22 +10,24 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Standard deviation of where a marker is foreseen beside its neighbours: a share of their distance, and at least this.
+// Standard deviation of the predicted position of a marker relative to its neighbours: a share of their distance and at
+// least the minimum. Chosen by hand; not yet measured.
 constexpr double kMinPositionSigma_px = 0.25;
 constexpr double kRelativeSigma = 0.2;
-// Markers that nearly coincide make a blob as round as a lone one; within this they are taken for one.
+// Two markers nearer than this form a blob as round as a single marker. Chosen by hand; not yet measured.
 constexpr double kCoincidenceRadius_px = 1.5;
-// How far a foreseen place may be off beyond the blob's own extent.
+// Bounds of the allowed distance of a prediction beyond the extent of the blob. Chosen by hand; not yet measured.
 constexpr double kMinSlack_px = 1.0;
 constexpr double kMaxSlack_px = 4.0;
-// The shape tells the spread of markers to so much: pixels' grid, overlap, unlike distances.
+// Uncertainty of the spread that the shape of a blob gives: pixel grid, overlap, unequal sizes. Chosen by hand; not yet
+// measured.
 constexpr double kSpreadSigma_px = 0.4;
 constexpr double kRelativeSpreadSigma = 0.15;
-// Squared deviations of mean and spread together, 4 degrees of freedom: 1 in 25 true ones is refused.
+// Chi-square gate of mean and spread, 4 degrees of freedom, 96 %: one true group in 25 is rejected.
 constexpr double kMaxMisfit = 10.0;
 
-// The inertia along a direction beyond that across it, with twice the angle: what stretches in opposite directions has
-// in common adds up, what is at right angles cancels.
+// The elongation of a set of points: second moment along a direction minus the one across it, as a vector at twice the
+// angle. Contributions in opposite directions add up, contributions at right angles cancel.
 Vector2d elongation(const Vector2d& off_px) {
   return {off_px.x() * off_px.x() - off_px.y() * off_px.y(), 2.0 * off_px.x() * off_px.y()};
 }
@@ -35,8 +37,8 @@ struct HalfRotation {
   double sine = 0.0;
 };
 
-// Half of the angle from a stretch of that length to a direction (unit, or zero), so at most a quarter turn; none where
-// a direction is not told.
+// Half of the angle between an elongation of norm `length` and the direction `to`; the identity if one of them is zero.
+// `to` is a unit vector or zero.
 HalfRotation half_rotation(const Vector2d& from, double length, const Vector2d& to) {
   if (!(length > 0.0) || to.isZero()) return {};
   const double cosine = std::clamp(from.dot(to) / length, -1.0, 1.0);
@@ -44,11 +46,11 @@ HalfRotation half_rotation(const Vector2d& from, double length, const Vector2d& 
   return {std::sqrt(0.5 * (1.0 + cosine)), std::copysign(std::sqrt(0.5 * (1.0 - cosine)), across)};
 }
 
-// Sets of bits, one or more: of one, of two.
+// Whether a non-empty set of bits has exactly one element, or exactly two.
 bool is_one(std::uint32_t bits) { return (bits & (bits - 1)) == 0; }
 bool is_pair(std::uint32_t bits) { return !is_one(bits) && is_one(bits & (bits - 1)); }
 
-// A blob of several like markers reaches no further from its centroid than twice their spread.
+// Markers of equal size lie within twice their spread of the centroid of their merged blob.
 double reach_px(double spread_px) { return 2.0 * spread_px; }
 
 }  // namespace
@@ -79,7 +81,8 @@ bool MergedBlobResolver::resolve(const ViewRays& view, const RayBins& bins, cons
   return shared;
 }
 
-// Each marker without a ray wishes for the blob that it should lie in, or nearest to.
+// Each marker without a ray is a candidate for the blob whose extent contains its prediction or is nearest to its
+// prediction.
 void MergedBlobResolver::gather_merge_candidates(const ViewRays& view, const RayBins& bins,
                                                  const PredictedMeasurements& predicted,
                                                  const RayAssignments& assigned) {
@@ -100,7 +103,7 @@ void MergedBlobResolver::gather_merge_candidates(const ViewRays& view, const Ray
     bins.visit_near(predicted.x[m], predicted.y[m], half, [&](std::size_t ray) {
       const double spread = view.spread_px[ray];
       const double off2 = (Vector2d(view.x(ray), view.y(ray)) - at).squaredNorm();
-      if (spread == 0.0 && off2 >= coincidence2) return;  // most rays, without the root
+      if (spread == 0.0 && off2 >= coincidence2) return;  // excludes most rays without a square root
       const double off_px = view.focal_px * std::sqrt(off2);
       const double over = off_px - (spread > 0.0 ? reach_px(spread) + slack : kCoincidenceRadius_px);
       if (over >= min_misfit) return;
@@ -115,7 +118,7 @@ void MergedBlobResolver::gather_merge_candidates(const ViewRays& view, const Ray
   });
 }
 
-// Those who wish for one ray, and before them who holds it.
+// The candidates for one ray; the marker to which the ray is assigned comes first.
 MergedBlobResolver::Group MergedBlobResolver::group_of(std::span<const MergeCandidate> merge_candidates,
                                                        const RayAssignments& assigned) {
   Group group;
@@ -129,11 +132,11 @@ MergedBlobResolver::Group MergedBlobResolver::group_of(std::span<const MergeCand
   return group;
 }
 
-// How the foreseen markers of a subset lie.
+// The predicted arrangement of a subset of a group.
 MergedBlobResolver::Layout MergedBlobResolver::layout_of(const ViewRays& view, const PredictedMeasurements& predicted,
                                                          const Group& group, std::uint32_t subset) {
   Layout layout;
-  if (is_pair(subset)) {  // most are: both lie as far from the mean, to opposite sides
+  if (is_pair(subset)) {  // the usual case: both are equally far from the mean, on opposite sides
     const std::uint32_t a = group.markers[static_cast<std::size_t>(std::countr_zero(subset))];
     const std::uint32_t b = group.markers[static_cast<std::size_t>(std::bit_width(subset) - 1)];
     const Vector2d at_a = predicted.centre(a), at_b = predicted.centre(b);
@@ -159,7 +162,7 @@ MergedBlobResolver::Layout MergedBlobResolver::layout_of(const ViewRays& view, c
   return layout;
 }
 
-// The two or more of the group that explain the blob best, as a set of bits; none where none do.
+// The subset of two or more markers that explains the blob best; empty if none is inside the gate.
 MergedBlobResolver::SubsetFit MergedBlobResolver::best_subset(const ViewRays& view,
                                                               const PredictedMeasurements& predicted,
                                                               const BlobShape& measured, const Group& group) {
@@ -173,7 +176,8 @@ MergedBlobResolver::SubsetFit MergedBlobResolver::best_subset(const ViewRays& vi
     const Layout layout = layout_of(view, predicted, group, subset);
     const double mean_px2 = view.focal_px * view.focal_px * (layout.mean - measured.centroid).squaredNorm();
     const double predicted_px = layout.length_px;
-    // Without an axis the length alone is compared; with one, the squares, whose errors are twice the length's.
+    // Without an axis the lengths are compared; with an axis the squared lengths, whose errors are 2 * length times as
+    // large.
     const double off_px = measured_px2.isZero()
                               ? predicted_px - measured_px
                               : (layout.stretch_px2 - measured_px2).norm() / (predicted_px + measured_px);
@@ -186,8 +190,8 @@ MergedBlobResolver::SubsetFit MergedBlobResolver::best_subset(const ViewRays& vi
   return best;
 }
 
-// Which of them is on which side is foreseen; how far apart and in which direction they are is what the shape tells. A
-// distance that was foreseen would confirm itself from set to set.
+// Places the markers of a subset in their blob: the order comes from the predictions, distance and direction come from
+// the shape. A predicted distance would confirm itself from set to set.
 void MergedBlobResolver::split(const ViewRays& view, const PredictedMeasurements& predicted, RayAssignments& assigned,
                                std::uint32_t ray, const BlobShape& measured, const Group& group, const SubsetFit& fit) {
   const auto& [subset, layout] = fit;
@@ -206,7 +210,8 @@ void MergedBlobResolver::split(const ViewRays& view, const PredictedMeasurements
   }
 }
 
-// One marker hides behind its owner's light, or is not there at all: both have it, neither knows it well.
+// A marker whose prediction coincides with an assigned blob is occluded or absent: both markers share the blob, with a
+// larger uncertainty.
 bool MergedBlobResolver::assign_occluded(const PredictedMeasurements& predicted, RayAssignments& assigned,
                                          std::uint32_t ray, const Group& group, double focal_px) {
   float widest_px = 0.0F;

@@ -13,39 +13,41 @@
 
 namespace mocap::associate {
 
-/// Where one view should see each expected marker, a column for each number so that loops over them run several at a
-/// time. In single precision: to a thousandth of a pixel.
+/// The predicted measurements of all markers in one view, as columns for SIMD loops. Single precision is accurate to a
+/// thousandth of a pixel.
 struct PredictedMeasurements {
   std::vector<float> x, y;                             ///< on the image plane at distance 1
-  std::vector<float> xx, xy, yy;                       ///< covariance of that place
-  std::vector<float> depth_m;                          ///< in front of the camera's plane; not over 0: not to be seen
-  std::vector<std::int32_t> left, right, top, bottom;  ///< its gate, as RayBins::Gate
+  std::vector<float> xx, xy, yy;                       ///< covariance of that position
+  std::vector<float> depth_m;                          ///< distance in front of the plane of the camera
+  std::vector<std::int32_t> left, right, top, bottom;  ///< the gate, as RayBins::Gate
 
   void resize(std::size_t markers) {
     for (auto* column : {&x, &y, &xx, &xy, &yy, &depth_m}) column->resize(markers);
     for (auto* column : {&left, &right, &top, &bottom}) column->resize(markers);
   }
   Eigen::Vector2d centre(std::size_t marker) const { return Eigen::Vector2f(x[marker], y[marker]).cast<double>(); }
-  /// Standard deviation, mean of both axes.
+  /// Standard deviation: root of the mean variance of both axes.
   double sigma_px(std::size_t marker, double focal_px) const {
     return focal_px * std::sqrt(0.5 * static_cast<double>(xx[marker] + yy[marker]));
   }
-  bool usable(std::size_t marker) const { return depth_m[marker] > kMinDepth_m; }
-
-  static constexpr float kMinDepth_m = 0.05F;
+  /// Whether the marker is in front of the camera.
+  bool usable(std::size_t marker) const { return depth_m[marker] > kMinDepthSingle_m; }
 };
 
-/// Finds the expected markers that are one blob together in a view. Never allocates after construction.
+/// Resolves merged blobs: finds the predicted markers that form one blob together (merged measurements). Never
+/// allocates after construction.
 ///
-/// A marker that has no ray of its own in the view, and should be within a blob, may be the other half of it. Markers
-/// are believed to share a blob when their foreseen places have the blob's centroid as their mean, and lie as far from
-/// it as the blob's shape tells. Each of them then is as far from the centroid as the shape tells, on the side on which
-/// it is foreseen: neighbours are foreseen with about the same error, so that this is far surer than their places.
+/// A marker without an exclusive ray whose prediction lies within a blob may be part of that blob. A group of markers
+/// shares a blob if the mean of their predictions is near the centroid and their spread matches the elongation of the
+/// blob. Each marker is then placed at the distance that the shape gives, on the side where it is predicted:
+/// neighbouring predictions have about the same error, so their relative position is much more certain than their
+/// positions.
 class MergedBlobResolver {
  public:
   explicit MergedBlobResolver(std::size_t max_markers);
 
-  /// `bins` are of the view's rays, `predicted` is by marker. Says whether any blob has more than one holder now.
+  /// Adds shared blobs to `assigned`. `bins` holds the rays of the view, `predicted` is by marker. Returns whether any
+  /// blob is shared.
   bool resolve(const ViewRays& view, const RayBins& bins, const PredictedMeasurements& predicted,
                RayAssignments& assigned);
 
@@ -61,21 +63,22 @@ class MergedBlobResolver {
     bool has_assigned = false;
   };
 
-  // What the blob that a group wishes for tells.
+  // The measured shape of a merged blob.
   struct BlobShape {
     Eigen::Vector2d centroid;  // on the image plane at distance 1
     Eigen::Vector2d axis;      // as ViewRays::axis
     double spread_px;
   };
 
+  // The predicted arrangement of the markers of a group.
   struct Layout {
     Eigen::Vector2d mean = Eigen::Vector2d::Zero();         // on the image plane at distance 1
-    Eigen::Vector2d stretch_px2 = Eigen::Vector2d::Zero();  // elongation, mean over the markers
-    double length_px = 0.0;                                 // root of its magnitude
-    double sigma_px = 0.0;                                  // of a foreseen place, mean
+    Eigen::Vector2d stretch_px2 = Eigen::Vector2d::Zero();  // elongation(), mean over the markers
+    double length_px = 0.0;                                 // root of its norm
+    double sigma_px = 0.0;                                  // mean standard deviation of the predictions
   };
 
-  // Which markers of a group explain its blob, a bit each, and how they are foreseen to lie.
+  // The markers of a group that explain its blob, one bit each, and their predicted arrangement.
   struct SubsetFit {
     std::uint32_t subset = 0;
     Layout layout;

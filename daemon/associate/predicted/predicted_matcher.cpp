@@ -10,7 +10,7 @@ namespace mocap::associate {
 namespace {
 
 constexpr std::uint32_t kNone = AssignedRay::kNone;
-// Places of markers in blobs that they share, in one set.
+// Bound for one set: positions of markers in shared blobs.
 constexpr std::size_t kMaxSharedPlaces = 16 * kMaxMarkers;
 
 }  // namespace
@@ -25,7 +25,6 @@ PredictedMatcher::PredictedMatcher(const MatchSettings& settings, std::size_t ca
       assigner_(kMaxMarkers, kMaxBlobs, kMaxGateCandidates),
       merged_resolver_(kMaxMarkers),
       gates_(settings_),
-      blob_tracks_(camera_count),
       triangulator_(kMaxMarkers, camera_count),
       camera_count_(camera_count),
       view_count_(camera_count),
@@ -34,7 +33,7 @@ PredictedMatcher::PredictedMatcher(const MatchSettings& settings, std::size_t ca
       assigned_cost_(kMaxBlobs, 0.0),
       sole_candidates_(kMaxBlobs, 0),
       assignments_(kMaxMarkers, camera_count),
-      tracked_markers_(camera_count * kMaxBlobs, BlobTrackOwners::kUnknown),
+      tracked_markers_(camera_count * kMaxBlobs, BlobIdentities::kUnknown),
       has_tracked_markers_(camera_count, 0),
       found_(kMaxMarkers),
       view_counts_(kMaxMarkers, 0),
@@ -48,21 +47,20 @@ PredictedMatcher::PredictedMatcher(const MatchSettings& settings, std::size_t ca
   broken_tracks_.reserve(kMaxMarkers);
 }
 
-void PredictedMatcher::match(const FrameSet& frames, RayTable& rays, const Expected& expected, Matches& into) {
-  const std::size_t count = expected.markers.size();
+void PredictedMatcher::match(RayTable& rays, const Predictions& predicted, Matches& into) {
+  const std::size_t count = predicted.markers.size();
   view_count_ = rays.view_count();
   marker_count_ = count;
   shared_quadrics_.clear();
   assignments_.begin(count, view_count_);
-  gates_.set_predictions(expected);
-  blob_tracks_.set_predictions(expected);
+  gates_.set_predictions(predicted);
   broken_tracks_.clear();
-  triangulator_.begin(expected);
-  // All of a view at once: its numbers are in the cache then.
+  triangulator_.begin(predicted);
+  // All steps of one view run together, so that the data of the view stay in the cache.
   for (std::size_t view = 0; view < view_count_; ++view) {
     rays.cast(view);
     if (count == 0) continue;
-    look_up_owners(*frames.views[view], rays[view], view);
+    look_up_identities(predicted, rays[view], view);
     const bool shared = assign_view(rays[view], view);
     assignments_.set_view(view, rays[view], ray_assignments_,
                           std::span(tracked_markers_).subspan(view * kMaxBlobs, kMaxBlobs), shared);
@@ -79,32 +77,29 @@ void PredictedMatcher::match(const FrameSet& frames, RayTable& rays, const Expec
   for (std::size_t m = 0; m < count; ++m) {
     const bool triangulated = accept_triangulation(m);
     view_counts_[m] = static_cast<std::uint32_t>(triangulated ? triangulator_.ray_count(m)
-                                                              : agree(rays, m, expected.markers.data()[m].position));
+                                                              : agree(rays, m, predicted.markers.data()[m].position));
   }
   for (std::size_t m = count; m-- > 0;) merge_duplicate_track(rays, m);
-  // What three or more views tell goes before what two do.
-  take_rays_of_sure(rays);
+  // Markers with three or more views get their rays before markers with two.
+  use_rays_of_three_views(rays);
   rays.list_unassigned(settings_.agree_sigmas);
   for (std::size_t m = 0; m < count; ++m) {
     if (view_counts_[m] < 3 || view_counts_[m] == view_count_) continue;
     search_missing_views(rays, m);
-    if (view_counts_[m] == 2) update_use_counts(rays, m, -1);  // a new view set others at odds
+    if (view_counts_[m] == 2) update_use_counts(rays, m, -1);  // the new view disagreed and others were removed
   }
   for (std::size_t m = 0; m < count; ++m) {
-    if (view_counts_[m] == 2) resolve_two_view(rays, m, expected.markers.data()[m]);
+    if (view_counts_[m] == 2) resolve_two_view(rays, m, predicted.markers.data()[m]);
   }
   for (std::size_t m = 0; m < count; ++m) {
     if (view_counts_[m] == 1) ++into.seen_once;
     if (view_counts_[m] >= 2) append_match(rays, m, into);
   }
   update_rig_error(rays);
-  update_owners(frames, rays);
 }
 
-// From some markers a set, each in its turn: the rig changes slowly.
+// Learns the rig error from a few markers a set, in turn: the rig error changes slowly.
 void PredictedMatcher::update_rig_error(const RayTable& rays) {
-  constexpr std::size_t kRigErrorMarkersPerSet = 4;
-  constexpr std::uint32_t kMinRigErrorViews = 4;
   if (view_count_ != camera_count_) return;
   for (std::size_t i = 0; i < std::min(kRigErrorMarkersPerSet, marker_count_); ++i) {
     const std::size_t m = set_count_++ % marker_count_;
@@ -131,9 +126,9 @@ void PredictedMatcher::update_use_counts(RayTable& rays, std::size_t marker, int
   }
 }
 
-// The rays of all markers that three or more views agree on: all that were held, but for those given up and those of
-// the few other markers.
-void PredictedMatcher::take_rays_of_sure(RayTable& rays) const {
+// Sets the use counts of all rays to the number of markers with three or more views that have the ray: all assigned
+// rays, less the released ones and those of the other markers.
+void PredictedMatcher::use_rays_of_three_views(RayTable& rays) const {
   for (std::size_t view = 0; view < view_count_; ++view) rays[view].set_use_counts(assignments_.use_counts(view));
   for (const auto& [view, ray] : assignments_.released()) rays[view].decrement_use(ray);
   for (std::size_t m = 0; m < marker_count_; ++m) {
@@ -147,7 +142,7 @@ void PredictedMatcher::append_match(const RayTable& rays, std::size_t marker, Ma
     return;
   }
   Match& match = into.matches.push_back(none_);
-  match.expected = static_cast<std::uint32_t>(marker);
+  match.prediction = static_cast<std::uint32_t>(marker);
   match.by_blob_tracks = tracked_view_count(marker) >= 2;
   const geometry::Refined& found = found_[marker];
   match.triangulation = {found.point, found.covariance_m2, found.rms_px, agreement_.floor_px, agreement_.sigmas};
@@ -156,6 +151,7 @@ void PredictedMatcher::append_match(const RayTable& rays, std::size_t marker, Ma
     const Assignment& one = assignments_(marker, view);
     BlobRef& seen = match.sightings.push_back({static_cast<std::uint16_t>(view), one.blob, 0.0F, 0.0F, one.sigma_px});
     if (!one.is_shared()) continue;
+    seen.is_shared = true;
     const geometry::RayColumns& slope = rays[view].rays;
     const Eigen::Vector2d offset = assignments_.shared_place(one).offset.cast<double>();
     seen.off_x_px = static_cast<float>(slope.ux[one.ray] * offset.x() + slope.uy[one.ray] * offset.y());
@@ -163,24 +159,24 @@ void PredictedMatcher::append_match(const RayTable& rays, std::size_t marker, Ma
   }
 }
 
-// A marker that shares all its blobs may be there or not; the others explain the blobs without it. The last born is the
-// first to go: two tracks of one marker must not live on each other's blobs.
+// Releases all rays of a marker that shares all its blobs with other markers: the other markers explain these blobs.
+// The youngest track is tested first, so that two tracks of one marker do not sustain each other.
 void PredictedMatcher::remove_duplicate_assignments() {
   for (std::size_t m = marker_count_; m-- > 0;) {
     if (!assignments_.has_exclusive_ray(m)) assignments_.release_all(m);
   }
 }
 
-// How unlikely the pair is. How much wider the gate is than its floor enters: of two markers that fit a blob equally
-// well the surer one has it, and of two blobs the surer one is had. A gate never shrinks below two standard deviations,
-// however unsure the marker is.
+// The cost of a candidate: -2 log likelihood up to a constant, d^2 + log det S. If two markers are at the same
+// normalised distance, the more certain marker gets the blob. The log term is limited so that the gate of an uncertain
+// marker never shrinks below two standard deviations.
 double PredictedMatcher::cost_of(const GateCandidate& candidate) const {
   return static_cast<double>(candidate.distance2) +
          std::min(static_cast<double>(std::log(std::max(1.0F, candidate.widening))), max_widening_cost_);
 }
 
-// All expected markers of one view at once: the exact assignment by likelihood. Most markers and rays have nobody else,
-// or several have one and the same alone: these need no assignment. Says whether any ray is shared.
+// Assigns the rays of one view to all predicted markers with the least total cost. Most markers and rays have only each
+// other, which needs no assignment solver. Returns whether any ray is shared.
 bool PredictedMatcher::assign_view(const ViewRays& view, std::size_t index) {
   ray_assignments_.begin(marker_count_, view.size());
   if (view.size() == 0) return false;
@@ -191,8 +187,8 @@ bool PredictedMatcher::assign_view(const ViewRays& view, std::size_t index) {
   return merged_resolver_.resolve(view, gates_.bins(), gates_.predicted(), ray_assignments_);
 }
 
-// A marker and a ray that have nobody else. The logarithm in the cost is dear: where even 1 + log <= widening passes,
-// it is not asked. Others are several.
+// Assigns each marker and ray that are each other's only candidate; collects all other candidates in ambiguous_. The
+// logarithm of the cost is slow: since 1 + log(w) <= w, the test without the logarithm is sufficient.
 void PredictedMatcher::assign_unambiguous(std::span<const GateCandidate> candidates, std::size_t index) {
   const auto limit = static_cast<float>(gate2_) + 1.0F;
   const bool has_tracks = has_tracked_markers_[index] != 0;
@@ -212,7 +208,7 @@ void PredictedMatcher::assign_unambiguous(std::span<const GateCandidate> candida
   }
 }
 
-// All other candidates, marker by marker.
+// Assigns the ambiguous candidates, marker by marker.
 void PredictedMatcher::assign_ambiguous(std::span<const GateCandidate> candidates, std::size_t index) {
   const auto marker = [&](std::size_t i) { return candidates[ambiguous_[i]].marker; };
   const auto last_of = [&](std::size_t first) {
@@ -235,8 +231,9 @@ void PredictedMatcher::assign_ambiguous(std::span<const GateCandidate> candidate
   if (!contested_.empty()) assign_contested(candidates, index);
 }
 
-// One marker's. Where one ray is wanted by such only as want nothing else, or one marker wants such only as nobody else
-// wants, the cheapest is the best.
+// Assigns the candidates of one marker if they form a star: several markers with one ray as their only candidate, or
+// one marker with several rays that have no other candidate. In a star the cheapest candidate is optimal. All other
+// candidates go to the assignment solver.
 void PredictedMatcher::assign_marker(std::span<const GateCandidate> candidates,
                                      std::span<const std::uint32_t> candidate_indices, std::size_t index) {
   bool star = true;
@@ -254,7 +251,7 @@ void PredictedMatcher::assign_marker(std::span<const GateCandidate> candidates,
   }
 }
 
-// Holds the cheaper of what a ray or a marker of a star has and what it is offered.
+// Assigns a candidate of a star if it is cheaper than the assignment so far.
 void PredictedMatcher::assign_if_cheaper(const GateCandidate& candidate, double cost) {
   const std::uint32_t previous_ray = ray_assignments_.rays()[candidate.marker];
   const std::uint32_t assigned_marker = ray_assignments_.assigned_marker(candidate.ray);
@@ -291,7 +288,8 @@ void PredictedMatcher::assign_contested(std::span<const GateCandidate> candidate
   for (const std::uint32_t ray : column_rays_) column_of_[ray] = kNone;
 }
 
-// The place of a marker in a blob that it shares, as a ray; made once a set. Without room the whole blob stands for it.
+// The quadric of a marker's position in a shared blob, made once a set. Beyond the bound the quadric of the blob is
+// used.
 const geometry::RayQuadric& PredictedMatcher::shared_quadric(const ViewRays& view, AssignedRay& shared_place) {
   if (shared_place.quadric == kNone) {
     if (shared_quadrics_.size() == kMaxSharedPlaces) return view.quadric[shared_place.ray];
@@ -304,7 +302,7 @@ const geometry::RayQuadric& PredictedMatcher::shared_quadric(const ViewRays& vie
   return shared_quadrics_[shared_place.quadric];
 }
 
-// Whether the two sightings in front look from directions that differ enough.
+// Whether the rays of the first two sightings are far enough from parallel.
 bool PredictedMatcher::has_parallax(const RayTable& rays, std::size_t marker) const {
   const auto direction = [&](std::size_t i) {
     const std::uint32_t view = sightings_[i].source;
@@ -313,7 +311,7 @@ bool PredictedMatcher::has_parallax(const RayTable& rays, std::size_t marker) co
   return std::abs(direction(0).dot(direction(1))) < max_cos_angle_;
 }
 
-// Whether a marker's rays, three or more, all agreed at once, or nearly all of many.
+// Whether the batch triangulation of a marker is valid: three or more rays agree, after outliers were removed.
 bool PredictedMatcher::accept_triangulation(std::size_t marker) {
   is_triangulated_[marker] = 0;
   if (triangulator_.ray_count(marker) < 3) return false;
@@ -324,7 +322,7 @@ bool PredictedMatcher::accept_triangulation(std::size_t marker) {
          (!assignments_.any_shared() || assignments_.has_exclusive_ray(marker));
 }
 
-// Whether the rays of a marker agree but for some that are odd, which are given back.
+// Whether the rays of a marker agree after outliers were removed and released.
 bool PredictedMatcher::remove_outliers(std::size_t marker) {
   const auto left_out = triangulator_.reject_outliers(marker, agreement_);
   if (!left_out) return false;
@@ -334,7 +332,7 @@ bool PredictedMatcher::remove_outliers(std::size_t marker) {
   return true;
 }
 
-// Appends what the views hold of a marker.
+// Appends the sightings of a marker in all views.
 void PredictedMatcher::add_sightings(RayTable& rays, std::size_t marker) {
   for (std::uint64_t views = assignments_.views(marker); views != 0; views &= views - 1) {
     const auto view = static_cast<std::size_t>(std::countr_zero(views));
@@ -348,7 +346,7 @@ void PredictedMatcher::add_sightings(RayTable& rays, std::size_t marker) {
   }
 }
 
-// How many of a marker's views agree; the others are given back.
+// Returns the number of views of a marker that agree; releases the others.
 std::size_t PredictedMatcher::agree(RayTable& rays, std::size_t marker, const WorldPoint& start) {
   sightings_.clear();
   add_sightings(rays, marker);
@@ -363,7 +361,7 @@ std::size_t PredictedMatcher::agree(RayTable& rays, std::size_t marker, const Wo
   return assignments_.has_exclusive_ray(marker) ? agreed->kept : 0;
 }
 
-// Where the point is known now, a view that gave no blob or a wrong one is asked again.
+// Searches a view without a ray of the marker again, now that the point is known.
 void PredictedMatcher::search_missing_views(RayTable& rays, std::size_t marker) {
   const geometry::Refined found = found_[marker];
   const std::size_t released = assignments_.released().size();

@@ -10,7 +10,7 @@
 namespace mocap::associate {
 namespace {
 
-bool is_usable(const ExpectedMarker& marker) {
+bool is_usable(const PredictedMarker& marker) {
   return marker.position.v.allFinite() && marker.covariance_m2.allFinite() &&
          (marker.covariance_m2.diagonal().array() >= 0.0).all();
 }
@@ -18,7 +18,7 @@ bool is_usable(const ExpectedMarker& marker) {
 }  // namespace
 
 PredictionGates::PredictionGates(const MatchSettings& settings) : settings_(settings), gates_containing_(kMaxBlobs, 0) {
-  for (auto& column : expected_) column.resize(kMaxMarkers);
+  for (auto& column : marker_columns_) column.resize(kMaxMarkers);
   predicted_.resize(kMaxMarkers);
   candidates_.resize(kMaxGateCandidates);
   nearby_.resize(8 * kMaxBlobs);
@@ -33,27 +33,26 @@ std::span<const GateCandidate> PredictionGates::candidates(const ViewRays& view)
   return std::span(candidates_).first(candidate_count_);
 }
 
-// The expected markers by column.
-void PredictionGates::set_predictions(const Expected& expected) {
-  marker_count_ = expected.markers.size();
+void PredictionGates::set_predictions(const Predictions& predictions) {
+  marker_count_ = predictions.markers.size();
   for (std::size_t m = 0; m < marker_count_; ++m) {
-    const ExpectedMarker& marker = expected.markers.data()[m];
+    const PredictedMarker& marker = predictions.markers.data()[m];
     const Eigen::Vector3f at = marker.position.v.cast<float>();
     const Eigen::Matrix3f spread = marker.covariance_m2.cast<float>();
     const float x = is_usable(marker) ? at.x() : std::numeric_limits<float>::quiet_NaN();
     const std::array<float, 9> row{
         x, at.y(), at.z(), spread(0, 0), spread(0, 1), spread(0, 2), spread(1, 1), spread(1, 2), spread(2, 2)};
-    for (std::size_t column = 0; column < row.size(); ++column) expected_[column][m] = row[column];
+    for (std::size_t column = 0; column < row.size(); ++column) marker_columns_[column][m] = row[column];
   }
 }
 
-// Where a camera should see each of them: the place, and its covariance by the slope of the projection.
+// Projects mean and covariance (first order) of all markers into a view.
 MOCAP_WIDE void PredictionGates::project_markers(const CameraModel& camera) {
   const Eigen::Matrix3f r = camera.camera_from_world.rotation.cast<float>();
   const Eigen::Vector3f t = camera.camera_from_world.translation.cast<float>();
   const float r00 = r(0, 0), r01 = r(0, 1), r02 = r(0, 2), r10 = r(1, 0), r11 = r(1, 1), r12 = r(1, 2);
   const float r20 = r(2, 0), r21 = r(2, 1), r22 = r(2, 2), t0 = t[0], t1 = t[1], t2 = t[2];
-  const auto& e = expected_;
+  const auto& e = marker_columns_;
   const float *px = e[0].data(), *py = e[1].data(), *pz = e[2].data(), *cxx = e[3].data(), *cxy = e[4].data(),
               *cxz = e[5].data(), *cyy = e[6].data(), *cyz = e[7].data(), *czz = e[8].data();
   float* const to_x = predicted_.x.data();
@@ -86,7 +85,7 @@ MOCAP_WIDE void PredictionGates::project_markers(const CameraModel& camera) {
   }
 }
 
-// The bins that each marker's gate covers in the view.
+// Computes the bins that each gate covers.
 MOCAP_WIDE void PredictionGates::bound_gates(double focal_px) {
   const auto [min_x, min_y, per_x, per_y, last] = bins_.scale();
   const auto floor = static_cast<float>(std::pow(settings_.gate_floor_px / focal_px, 2));
@@ -106,8 +105,8 @@ MOCAP_WIDE void PredictionGates::bound_gates(double focal_px) {
   for (std::size_t m = 0; m < count; ++m) {
     const float half_x = sigmas * std::sqrt(xx[m] + floor_and_ray);
     const float half_y = sigmas * std::sqrt(yy[m] + floor_and_ray);
-    // Behind the camera the gate is empty.
-    const float width = depth[m] > PredictedMeasurements::kMinDepth_m ? 1.0F : 0.0F;
+    // The gate of a marker that is not in front of the camera is empty.
+    const float width = depth[m] > kMinDepthSingle_m ? 1.0F : 0.0F;
     left[m] = bin((x[m] - half_x - min_x) * per_x - kRounding);
     right[m] = bin(width * ((x[m] + half_x - min_x) * per_x + kRounding + 1.0F));
     top[m] = bin((y[m] - half_y - min_y) * per_y - kRounding);
@@ -115,8 +114,8 @@ MOCAP_WIDE void PredictionGates::bound_gates(double focal_px) {
   }
 }
 
-// The rays in each marker's gate: those in its bins, block by block, then those of them that lie near enough. How many
-// bins' rays there are nobody foresees; one or two are written down in any case, so that it seldom has to be asked.
+// Finds the rays in the bins of each gate, in blocks, then tests their distances. The processor cannot predict the
+// number of rays in the bins; the first two rays are written without a branch, which covers most gates.
 void PredictionGates::gather_candidates(const ViewRays& view) {
   candidate_count_ = 0;
   const bool one_word = bins_.has_one_word();
@@ -148,7 +147,7 @@ void PredictionGates::gather_candidates(const ViewRays& view) {
   measure_candidates(view, nearby_count);
 }
 
-// Of the rays that lie near those in the gates.
+// Keeps the nearby rays that are inside the gates.
 void PredictionGates::measure_candidates(const ViewRays& view, std::size_t count) {
   const auto gate2 = static_cast<float>(settings_.gate_sigmas * settings_.gate_sigmas);
   const auto floor = static_cast<float>(std::pow(settings_.gate_floor_px / view.focal_px, 2));

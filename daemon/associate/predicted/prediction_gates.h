@@ -13,33 +13,36 @@
 
 namespace mocap::associate {
 
-/// A ray in the gate of an expected marker.
+/// A ray inside the gate of a predicted marker.
 struct GateCandidate {
   std::uint32_t marker;
   std::uint32_t ray;
-  float distance2;  ///< in standard deviations, squared
-  float widening;   ///< how much larger the gate's area is than its floor's
+  float distance2;  ///< squared Mahalanobis distance
+  float widening;   ///< determinant of the innovation covariance over that of the gate's floor
 };
 
-/// More of them in one view: the gates tell nothing any more, and the rest is left out.
+/// Bound for one view; candidates beyond the bound are ignored.
 inline constexpr std::size_t kMaxGateCandidates = 16 * kMaxMarkers;
 
-/// Where each view should see the expected markers, and which rays lie there. Never allocates after construction.
+/// Projects the predicted markers into each view and finds the rays inside their gates. Never allocates after
+/// construction.
 class PredictionGates {
  public:
-  /// `settings` must outlive it.
+  /// `settings` must outlive this object.
   explicit PredictionGates(const MatchSettings& settings);
 
-  /// Takes in the markers of a set.
-  void set_predictions(const Expected& expected);
+  /// Sets the predicted markers of a set.
+  void set_predictions(const Predictions& predictions);
 
-  /// The rays of a view in each marker's gate, by marker. Valid until the next call, as is what follows.
+  /// Finds the rays of a view inside the gates, in the order of the markers. This result and those of the functions
+  /// below are valid until the next call.
   std::span<const GateCandidate> candidates(const ViewRays& view);
 
-  /// In how many gates of that view a ray lies.
+  /// The number of gates that contain a ray of the view.
   std::uint16_t gates_containing(std::size_t ray) const { return gates_containing_[ray]; }
+  /// The predicted measurements in the view.
   const PredictedMeasurements& predicted() const { return predicted_; }
-  /// Of the view's rays.
+  /// The index of the rays of the view.
   const RayBins& bins() const { return bins_; }
 
  private:
@@ -50,14 +53,14 @@ class PredictionGates {
 
   const MatchSettings& settings_;
   std::size_t marker_count_ = 0;
-  // Place and covariance (xx xy xz yy yz zz) of each expected marker, by column; the place is NaN where not usable.
-  std::array<std::vector<float>, 9> expected_;
+  // Position and covariance (xx xy xz yy yz zz) of the predicted markers as columns; the position is NaN if not usable.
+  std::array<std::vector<float>, 9> marker_columns_;
   PredictedMeasurements predicted_;
   struct NearbyRay {
     std::uint32_t marker, ray;
   };
-  RayBins bins_;                   // of the view: one for all of them stays in the cache
-  std::vector<NearbyRay> nearby_;  // by bins
+  RayBins bins_;                   // of one view at a time, so that it stays in the cache
+  std::vector<NearbyRay> nearby_;  // in the bins of the gates
   std::vector<GateCandidate> candidates_;
   std::size_t candidate_count_ = 0;
   std::vector<std::uint16_t> gates_containing_;

@@ -11,18 +11,18 @@
 
 namespace mocap::associate {
 
-/// What one view holds of an expected marker: a ray, or kNone; and where the marker is in a blob that several share.
+/// The assignment of a ray of one view to a predicted marker, with the position of the marker in a shared blob.
 struct AssignedRay {
   static constexpr std::uint32_t kNone = 0xFFFF'FFFF;
 
   std::uint32_t ray = kNone;
-  std::uint32_t quadric = kNone;                     ///< the holder's own number for that place as a ray
+  std::uint32_t quadric = kNone;                     ///< index of the quadric of that position, or kNone
   Eigen::Vector2f offset = Eigen::Vector2f::Zero();  ///< from the ray, on the image plane at distance 1
-  float sigma_px = 0.0F;                             ///< of that place; 0: the ray's own
-  bool hidden = false;  ///< behind the light of the one whose ray it is, if it is there at all
+  float sigma_px = 0.0F;                             ///< of that position; 0: the sigma_px of the ray
+  bool hidden = false;  ///< the marker is absent, or occluded by the marker to which the ray belongs
 };
 
-/// What one view holds of all expected markers. Never allocates after construction.
+/// The assignments of one view's rays to all predicted markers. Never allocates after construction.
 class RayAssignments {
  public:
   static constexpr std::uint32_t kNone = AssignedRay::kNone;
@@ -32,7 +32,7 @@ class RayAssignments {
     shared_places_.reserve(max_markers);
   }
 
-  /// A view of so many rays and markers, none of which it holds yet.
+  /// Begins a view with this number of markers and rays, all unassigned.
   void begin(std::size_t markers, std::size_t rays) {
     for (const std::uint32_t marker : shared_markers_) place_index_[marker] = kNone;
     shared_markers_.clear();
@@ -42,9 +42,9 @@ class RayAssignments {
     std::fill_n(assigned_marker_.begin(), rays, kNone);
   }
 
-  /// By marker: its ray, or kNone.
+  /// The ray of each marker, or kNone.
   std::span<const std::uint32_t> rays() const { return std::span(ray_).first(marker_count_); }
-  /// The marker that has a ray, the first of several; or kNone.
+  /// The marker to which a ray is assigned (the first of several), or kNone.
   std::uint32_t assigned_marker(std::size_t ray) const { return assigned_marker_[ray]; }
 
   void assign(std::uint32_t marker, std::uint32_t ray) {
@@ -56,7 +56,7 @@ class RayAssignments {
     ray_[marker] = kNone;
   }
 
-  /// The place of a marker in a ray that it shares with its holder.
+  /// Assigns a shared ray; the caller writes the position of the marker into the result.
   AssignedRay& assign_shared(std::uint32_t marker, std::uint32_t ray) {
     ray_[marker] = ray;
     if (place_index_[marker] == kNone) {
@@ -68,14 +68,14 @@ class RayAssignments {
     shared_place.ray = ray;
     return shared_place;
   }
-  /// The markers that have such a place, and their places in the same order.
+  /// The markers with a shared ray, and their positions in the same order.
   std::span<const std::uint32_t> shared_markers() const { return shared_markers_; }
   std::span<const AssignedRay> shared_places() const { return shared_places_; }
 
  private:
   std::size_t marker_count_ = 0;
   std::vector<std::uint32_t> ray_;          // by marker
-  std::vector<std::uint32_t> place_index_;  // by marker: number of its place, or kNone
+  std::vector<std::uint32_t> place_index_;  // by marker: index of its shared position, or kNone
   std::vector<std::uint32_t> assigned_marker_ = std::vector(kMaxBlobs, kNone);  // by ray
   std::vector<std::uint32_t> shared_markers_;
   std::vector<AssignedRay> shared_places_;

@@ -13,32 +13,31 @@
 
 namespace mocap::associate {
 
-/// What a view holds of a marker: as little as is asked about all of them.
+/// The assignment of one view to one marker. Compact, because the matcher reads all assignments often.
 struct Assignment {
   static constexpr std::uint16_t kNone = 0xFFFF;
 
   std::uint16_t ray = kNone;
-  std::uint16_t shared_place =
-      kNone;               ///< number of the place in a blob that is shared; kNone: the blob is the marker's alone
-  std::uint16_t blob = 0;  ///< index in the BlobFrame
-  bool by_track = false;   ///< the blob's 2D track was this marker's before
-  float sigma_px = 0.0F;   ///< of the ray, or of the place
+  std::uint16_t shared_place = kNone;  ///< index of the position in a shared blob; kNone: the blob is not shared
+  std::uint16_t blob = 0;              ///< index in the BlobFrame
+  bool by_track = false;               ///< the 2D track of the blob is established as this marker's
+  float sigma_px = 0.0F;               ///< of the ray, or of the position in the shared blob
 
   bool has_ray() const { return ray != kNone; }
   bool is_shared() const { return shared_place != kNone; }
 };
 
-/// What all views hold of all expected markers, marker by marker: the views are assigned one after the other, but the
-/// questions are asked of each marker over its views. Never allocates after construction.
+/// The assignments of all views to all predicted markers, stored marker by marker: the views are assigned one after
+/// another, but later steps read all views of one marker. Never allocates after construction.
 class ViewAssignments {
  public:
   ViewAssignments(std::size_t max_markers, std::size_t max_views)
       : assignments_(max_markers * max_views), views_(max_markers, 0), use_counts_(max_views * kMaxBlobs, 0) {
     shared_places_.reserve(16 * max_markers);
-    released_.reserve(2 * max_markers * max_views);  // what is given up may be found again, once
+    released_.reserve(2 * max_markers * max_views);  // a released ray may be assigned and released again
   }
 
-  /// A set of so many markers and views.
+  /// Begins a set with this number of markers and views.
   void begin(std::size_t markers, std::size_t views) {
     marker_count_ = markers;
     view_count_ = views;
@@ -48,8 +47,8 @@ class ViewAssignments {
     any_shared_ = false;
   }
 
-  /// Takes in what a view holds, and whose each of its rays is by its 2D track. `shared`: some rays have more than one
-  /// holder.
+  /// Stores the assignments of one view. `tracked_marker`: by ray, the marker that its 2D track is established as.
+  /// `shared`: whether any ray belongs to several markers.
   void set_view(std::size_t view, const ViewRays& rays, const RayAssignments& assigned,
                 std::span<const std::uint32_t> tracked_marker, bool shared) {
     any_shared_ = any_shared_ || shared;
@@ -79,18 +78,18 @@ class ViewAssignments {
   const Assignment& operator()(std::size_t marker, std::size_t view) const {
     return assignments_[marker * view_count_ + view];
   }
-  /// All of a marker's, by view.
+  /// The assignments of a marker, by view.
   std::span<const Assignment> of(std::size_t marker) const {
     return std::span(assignments_).subspan(marker * view_count_, view_count_);
   }
-  /// The views that hold a ray of a marker, a bit each.
+  /// The views that have a ray of a marker, one bit each.
   std::uint64_t views(std::size_t marker) const { return views_[marker]; }
-  /// What is known of a place that is shared.
+  /// The position in a shared blob. Precondition: the assignment is shared.
   AssignedRay& shared_place(const Assignment& assignment) { return shared_places_[assignment.shared_place]; }
   const AssignedRay& shared_place(const Assignment& assignment) const {
     return shared_places_[assignment.shared_place];
   }
-  /// All that is known.
+  /// The assignment with the position in a shared blob.
   AssignedRay assigned(std::size_t marker, std::size_t view) const {
     const Assignment& assignment = (*this)(marker, view);
     if (assignment.is_shared()) return shared_place(assignment);
@@ -99,6 +98,7 @@ class ViewAssignments {
     return assigned;
   }
 
+  /// Removes an assignment and records it in released().
   void unassign(std::size_t marker, std::size_t view) {
     Assignment& assignment = assignments_[marker * view_count_ + view];
     if (!assignment.has_ray()) return;
@@ -106,12 +106,12 @@ class ViewAssignments {
       released_.push_back({static_cast<std::uint16_t>(view), assignment.ray});
     clear(marker, view);
   }
-  /// The marker has the whole ray.
+  /// Assigns an exclusive ray.
   void assign(std::size_t marker, std::size_t view, const ViewRays& rays, std::size_t ray, bool by_track) {
     assignments_[marker * view_count_ + view] = assignment_of(rays, ray, by_track);
     views_[marker] |= std::uint64_t{1} << view;
   }
-  /// The first marker has what the second had, where that had anything; `by_track`: by its 2D track.
+  /// Moves the assignment of marker `from`, if there is one, to marker `to`.
   void transfer(std::size_t to, std::size_t from, std::size_t view, bool by_track) {
     Assignment& given = assignments_[from * view_count_ + view];
     if (!given.has_ray()) return;
@@ -122,20 +122,20 @@ class ViewAssignments {
   }
 
   bool any_shared() const { return any_shared_; }
-  /// Of a set's rays those that a marker gave up since they were taken in, by `unassign`.
+  /// A ray that was removed by `unassign` in this set.
   struct ReleasedRay {
     std::uint16_t view, ray;
   };
   std::span<const ReleasedRay> released() const { return released_; }
-  /// How many markers held each ray of a view when it was taken in, without those that forsook it.
+  /// By ray of a view: the number of markers that had it after set_view(), less those of release_all().
   std::span<const std::uint8_t> use_counts(std::size_t view) const {
     return std::span(use_counts_).subspan(view * kMaxBlobs, kMaxBlobs);
   }
-  /// Whether one marker alone holds the ray.
+  /// Whether the ray belongs to one marker only.
   bool is_exclusive(std::size_t view, std::size_t ray) const {
     return !any_shared_ || use_counts_[view * kMaxBlobs + ray] == 1;
   }
-  /// Whether a view shows this marker and no other.
+  /// Whether any view has an exclusive ray of the marker.
   bool has_exclusive_ray(std::size_t marker) const {
     const std::span<const Assignment> views = of(marker);
     for (std::size_t view = 0; view < views.size(); ++view) {
@@ -143,7 +143,7 @@ class ViewAssignments {
     }
     return false;
   }
-  /// A marker leaves all its rays to the others that hold them.
+  /// Removes all assignments of a marker whose rays all belong to other markers too.
   void release_all(std::size_t marker) {
     for (std::uint64_t views = views_[marker]; views != 0; views &= views - 1) {
       const auto view = static_cast<std::size_t>(std::countr_zero(views));
@@ -164,11 +164,11 @@ class ViewAssignments {
   std::size_t marker_count_ = 0;
   std::size_t view_count_ = 0;
   bool any_shared_ = false;
-  std::vector<Assignment> assignments_;     // of marker * view count + view
-  std::vector<std::uint64_t> views_;        // by marker: which hold a ray of it
-  std::vector<AssignedRay> shared_places_;  // that are shared
+  std::vector<Assignment> assignments_;     // at marker * view count + view
+  std::vector<std::uint64_t> views_;        // by marker: one bit for each view with a ray
+  std::vector<AssignedRay> shared_places_;  // positions in shared blobs
   std::vector<ReleasedRay> released_;
-  std::vector<std::uint8_t> use_counts_;  // of view * kMaxBlobs + ray: how many markers hold it
+  std::vector<std::uint8_t> use_counts_;  // at view * kMaxBlobs + ray: number of markers that have it
 };
 
 }  // namespace mocap::associate

@@ -6,12 +6,6 @@
 #include "base/loops.h"
 
 namespace mocap::associate {
-namespace {
-
-// A marker nearer to the camera's plane than that is not in front of it.
-constexpr float kMinDepth_m = 0.05F;
-
-}  // namespace
 
 void BatchProjector::place(std::size_t view, const ViewRays& rays) {
   const auto& [x, y, depth] = *rays.rows;
@@ -83,7 +77,7 @@ MOCAP_WIDE void BatchProjector::cast(const Point& point, std::size_t view_count)
 }
 
 std::optional<std::size_t> BatchProjector::nearest_unassigned(std::size_t view, const ViewRays& rays) const {
-  if (!(depth_m_[view] > kMinDepth_m)) return std::nullopt;
+  if (!(depth_m_[view] > kMinDepthSingle_m)) return std::nullopt;
   const RayBins::Gate gate{static_cast<std::size_t>(left_[view]), static_cast<std::size_t>(right_[view]),
                            static_cast<std::size_t>(top_[view]), static_cast<std::size_t>(bottom_[view])};
   const float x = x_[view], y = y_[view], xy = xy_[view];

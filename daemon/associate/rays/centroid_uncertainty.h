@@ -8,43 +8,45 @@
 
 namespace mocap::associate {
 
-/// How well a blob tells where the marker is, px, each axis: its own sigma_px, and what its shape casts doubt on.
+/// The standard deviation of a marker's position from the centroid of its blob, px, each axis: the detector's sigma_px
+/// and the uncertainty from the shape of the blob.
 ///
-/// Where two markers overlap in an image, or nearly touch, they are one blob, whose centroid lies between them. Of two
-/// like discs that lie 2 d apart the inertia along exceeds that across by d^2, so that area and roundness tell d, which
-/// is how far the centroid is off either marker. A lone marker is a disc but for the pixels' grid.
+/// Two markers that overlap or nearly touch in the image form one blob, whose centroid lies between them. For two equal
+/// discs at a distance of 2 d, the second moment along the connecting line exceeds the one across it by d^2; so area
+/// and roundness give d, the offset of the centroid from either marker. A single marker is a disc, except for the
+/// effect of the pixel grid.
 double centroid_sigma_px(const Blob& blob);
-/// The same, where its `spread_px` is known.
+/// The same, if the `spread_px` of the blob is known.
 inline double centroid_sigma_px(const Blob& blob, double spread_px) {
-  // A detector that promises more than this promises too much; and nothing divides by zero.
+  // Lower bound of the detector's sigma_px: the Cramer-Rao bound of a typical blob is 0.0093 px. Avoids division by
+  // zero.
   constexpr double kMinCentroidSigma_px = 0.01;
-  // Share of the squared offset that counts: the offset is nearly the same for every merged pair of its shape, so that
-  // gates of 3.5 deviations need not hold three of it.
+  // Share of the squared offset that is used as variance. The offset of a merged pair is nearly deterministic, so a
+  // gate of 3.5 sigma need not contain three offsets. Chosen by hand; not yet measured.
   constexpr double kOffsetVarianceShare = 0.67;
   const double sigma_px = std::max(blob.sigma_px, kMinCentroidSigma_px);
   return spread_px > 0.0 ? std::sqrt(sigma_px * sigma_px + kOffsetVarianceShare * spread_px * spread_px) : sigma_px;
 }
 
-/// By so much the grid of pixels lets the squared half axes of a disc differ: 99.9 % of a million lone discs of 15 px^2
-/// had less than 2.2 px^2.
+/// Difference of the squared half axes of a single disc that the pixel grid alone can cause: 99.9 % of a million
+/// rendered discs of 15 px^2 had less than 2.2 px^2.
 inline constexpr double kGridInertia_px2 = 2.3;
 
-/// Whether the blob is as round as a lone marker's, so that its `spread_px` is 0: told without root or division.
+/// Whether the blob is as round as a single marker, so that its `spread_px` is 0. Needs no root and no division.
 inline bool is_round(const Blob& blob) {
   const double roundness = std::clamp(blob.roundness, 0.05, 1.0);
   return !(blob.area_px2 * (1.0 - roundness * roundness) > std::numbers::pi * kGridInertia_px2 * roundness);
 }
 
-/// How far off the centroid of a blob may be that is much larger than the blobs of lone markers in its image; 0 where
-/// it is not. A crowd of three or more may be as round as one.
+/// The possible offset of a marker from the centroid of a blob that is much larger than the typical blob of its image,
+/// px; 0 for a blob of usual size. Three or more markers can form a round blob.
 double crowd_offset_px(const Blob& blob, double typical_area_px2);
 
-/// Whether any blob can be such a crowd, whichever is the usual area: where none is much larger than the smallest,
-/// nobody needs to know it.
+/// Whether any blob of an image can have a `crowd_offset_px`, whatever the typical area is: a test without the median.
 bool may_contain_crowd(double least_area_px2, double most_area_px2);
 
-/// How far the markers of a merged blob lie from its centroid, px, root of the mean square, as far as its shape tells;
-/// 0 for a blob that is as round as a lone marker's.
+/// The rms distance of the markers of a merged blob from its centroid, px, estimated from its shape; 0 for a blob that
+/// is as round as a single marker.
 double spread_px(const Blob& blob);
 
 }  // namespace mocap::associate

@@ -32,7 +32,7 @@ void ListedRays::add_all(const RayPlaces& rays) {
 }
 
 void ListedRays::bin(const RayBounds& bounds, float typical_variance, float sigmas) {
-  // So few are sooner looked at one by one.
+  // With so few rays a linear search is faster. Chosen by hand; not yet measured.
   constexpr std::size_t kFew = 4;
   if (count_ <= kFew) return;
   binned_ = count_;

@@ -9,7 +9,8 @@
 namespace mocap::associate {
 
 void RayBins::fill(const RayPlaces& rays, const RayBounds& bounds, float typical_variance, float sigmas) {
-  constexpr std::size_t kMany = 2 * 64, kFew = 16;  // many rays are worth fine bins, a few are not
+  constexpr std::size_t kMany = 2 * 64,
+                        kFew = 16;  // fine bins pay off only for many rays; chosen by hand, not yet measured
   constexpr float kMinExtent = 1e-9F;
   count_ = rays.x.size();
   MOCAP_EXPECTS(count_ <= kMaxBlobs);
@@ -18,7 +19,7 @@ void RayBins::fill(const RayPlaces& rays, const RayBounds& bounds, float typical
   sigmas_ = sigmas;
   typical_variance_ = typical_variance;
   variance_ = std::min(bounds.max_variance, typical_variance);
-  const float most = reach(bounds.max_variance);  // out of the rays' bounds too
+  const float most = reach(bounds.max_variance);  // extents reach beyond the bounds of the positions
   const auto bins = static_cast<float>(bins_);
   scale_ = {bounds.min_x - most, bounds.min_y - most,
             bins / std::max(kMinExtent, bounds.max_x - bounds.min_x + 2.0F * most),
@@ -29,12 +30,12 @@ void RayBins::fill(const RayPlaces& rays, const RayBounds& bounds, float typical
   bound_words();
 }
 
-// The deviations of a gate and of a ray that it looks for add up to no more than their sum: what the gate does not
-// reckon with the ray reaches out to meet it.
+// sqrt(a + b) <= sqrt(a) + sqrt(b): a gate for the typical variance and the extent of a ray for the rest of its
+// variance overlap if the ray is in the full gate.
 MOCAP_WIDE void RayBins::find_extents(const RayPlaces& rays) {
   const float sigmas = sigmas_, typical_variance = typical_variance_;
   const auto [min_x, min_y, per_x, per_y, bins] = scale_;
-  const float last = bins - 1.0F;  // the farthest ray lies in the last bin, not past it
+  const float last = bins - 1.0F;  // the last ray lies in the last bin, not after it
   const float *x = rays.x.data(), *y = rays.y.data(), *variance = rays.variance.data();
   std::int32_t *left = left_.data(), *right = right_.data(), *top = top_.data(), *bottom = bottom_.data();
   const auto after = [last](float at) {
@@ -66,28 +67,28 @@ void RayBins::mark_extents() {
   }
 }
 
-// What lies before a bin lies before the next.
+// Prefix union: the end of a ray before a bin is also before all later bins.
 MOCAP_WIDE void RayBins::accumulate_masks() {
   using Four = std::uint64_t __attribute__((vector_size(32)));
   for (std::size_t word = 0; word < words_; ++word) {
     Four sum{};
     std::uint64_t* at = before_.data() + 4 * word;
     for (std::size_t bin = 0; bin <= bins_; ++bin, at += 4 * words_) {
-      Four own;
-      std::memcpy(&own, at, sizeof own);
-      sum |= own;
+      Four in_bin;
+      std::memcpy(&in_bin, at, sizeof in_bin);
+      sum |= in_bin;
       std::memcpy(at, &sum, sizeof sum);
     }
   }
 }
 
-// Where the words begin and end that have rays from a bin on, or before it.
+// Computes first_word_ and end_word_.
 MOCAP_WIDE void RayBins::bound_words() {
   const auto all = static_cast<std::uint8_t>(words_);
   first_word_.fill(words_ == 1 ? std::uint8_t{0} : all);
   end_word_.fill(words_ == 1 ? all : std::uint8_t{0});
   if (words_ <= 1) return;
-  // The words before write over what the words after them have written; and the other way round.
+  // In reverse order, earlier words overwrite the entries of later ones; then in order, later words overwrite.
   for (std::size_t word = words_; word-- > 0;) {
     std::int32_t most = 0;
     for (std::size_t ray = 64 * word; ray < std::min(count_, 64 * word + 64); ++ray)

@@ -17,11 +17,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// A marker nearer to the camera's plane than that is not in front of it.
-constexpr double kMinDepth_m = 0.05;
-
+// The largest distance from the axis, on the image plane at distance 1, of a ray of the image, with a margin of 5 %.
 double max_ray_norm(const CameraModel& camera) {
-  // The rays of the image's border, told at its corners and middles; a wide lens bends the middles out the farthest.
+  // The corners and the middles of the borders are sampled: a barrel distortion moves the middles outward the most.
   double reach = 0.0;
   for (const double u : {0.0, 0.5, 1.0}) {
     for (const double v : {0.0, 0.5, 1.0}) {
@@ -36,7 +34,7 @@ double max_ray_norm(const CameraModel& camera) {
 
 Vector2d ViewRays::axis(std::size_t ray) const {
   if (!(spread_px[ray] > 0.0) || !std::isfinite(axis_rad[ray])) return Vector2d::Zero();
-  // A blob tells its axis to a thousandth at best.
+  // Single precision suffices: the axis of a blob is known to a thousandth at best.
   const auto twice = static_cast<float>(2.0 * axis_rad[ray]);
   return {static_cast<double>(std::cos(twice)), static_cast<double>(std::sin(twice))};
 }
@@ -76,7 +74,7 @@ void ViewRays::make_all_quadrics() {
 }
 
 void ViewRays::index() {
-  // A few more than there are rays: `for_each_unassigned` looks at eight at once.
+  // `for_each_unassigned` reads eight counters at once: the counters past the last ray are not zero.
   std::fill_n(use_count.begin(), size(), std::uint8_t{0});
   std::fill_n(use_count.begin() + static_cast<std::ptrdiff_t>(size()), std::min<std::size_t>(8, kMaxBlobs - size()),
               std::uint8_t{1});
@@ -100,7 +98,7 @@ void ViewRays::list_unassigned(float sigmas) {
 
 namespace {
 
-// The least and the greatest of many numbers, eight chains of them side by side.
+// The minimum and the maximum of many numbers, in eight independent chains so that the compiler uses SIMD instructions.
 struct Range {
   static constexpr std::size_t kLanes = 8;
   std::array<float, kLanes> least, most;
@@ -113,7 +111,7 @@ struct Range {
     least[lane] = value < least[lane] ? value : least[lane];
     most[lane] = value > most[lane] ? value : most[lane];
   }
-  // Halved again and again: no branch that nobody foresees.
+  // Pairwise reduction without branches.
   float min() const {
     std::array<float, kLanes> left = least;
     for (std::size_t half = kLanes / 2; half > 0; half /= 2) {
@@ -132,7 +130,7 @@ struct Range {
 
 }  // namespace
 
-// The bounds of all rays, and their numbers in single precision.
+// Computes the bounds of all rays and copies their numbers in single precision.
 MOCAP_WIDE void ViewRays::bound() {
   const std::size_t count = size();
   for (auto* column : {&x_f, &y_f, &variance_f, &sigma_f}) column->resize(count);
@@ -157,7 +155,7 @@ MOCAP_WIDE void ViewRays::bound() {
   }
   for (std::size_t i = whole; i < count; ++i) include(i, i - whole);
   bounds_ = {of_x.min(), of_x.max(), of_y.min(), of_y.max(), of_variance.max()};
-  // Single precision may have rounded it down.
+  // The rounding to single precision may have decreased the maximum.
   max_spread_px_ = 1.000001 * static_cast<double>(of_spread.max());
 }
 
@@ -216,7 +214,7 @@ void RayTable::cast_rays(const BlobFrame& frame, ViewRays& view) {
   view.index();
 }
 
-// What the blobs tell beside their rays. Says whether any of them can be a crowd.
+// Copies the properties of the blobs except their rays. Returns whether any blob may be a crowd of markers.
 bool RayTable::prepare_blobs(const BlobFrame& frame, ViewRays& view) {
   const std::size_t count = frame.blobs.size();
   view.sigma_px.resize(count);
@@ -245,7 +243,7 @@ bool RayTable::prepare_blobs(const BlobFrame& frame, ViewRays& view) {
   return may_contain_crowd(least_px2, most_px2);
 }
 
-// By the middle one of the blobs' areas.
+// Increases the uncertainty of blobs that are much larger than the median blob.
 void RayTable::inflate_crowd_sigma(const BlobFrame& frame, ViewRays& view) {
   for (std::size_t b = 0; b < frame.blobs.size(); ++b) areas_px2_[b] = frame.blobs.data()[b].area_px2;
   const auto end = areas_px2_.begin() + static_cast<std::ptrdiff_t>(frame.blobs.size());
@@ -257,7 +255,7 @@ void RayTable::inflate_crowd_sigma(const BlobFrame& frame, ViewRays& view) {
   }
 }
 
-// Takes out the blobs that no ray leads to.
+// Removes the blobs without a ray.
 void ViewRays::drop_missing() {
   const auto& exists = rays.exists;
   if (std::ranges::find(exists, 0) == exists.end()) return;
@@ -283,7 +281,7 @@ bool RayTable::is_in_image(std::size_t view, const WorldPoint& point) const {
   const CameraPoint seen = camera.camera_from_world * point;
   if (!(seen.v.z() > 0.0)) return false;
   const NormalizedPoint ray{seen.v.head<2>() / seen.v.z()};
-  // Far from the axis the polynomial of the distortion may fold back into the image.
+  // Far from the axis the distortion polynomial may fold back into the image.
   const double reach = max_ray_norm_[static_cast<std::size_t>(&camera - rig_.data())];
   return ray.v.norm() <= reach && geometry::in_image(camera, geometry::distort(camera.lens, ray));
 }

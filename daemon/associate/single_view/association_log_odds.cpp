@@ -10,14 +10,14 @@ namespace mocap::associate {
 namespace {
 
 const double kLn2Pi = std::log(2.0 * std::numbers::pi);
-// Near a blob is so far along each axis.
+// Half width of the window of the local clutter density. Chosen by hand; not yet measured.
 constexpr double kDensityWindow_px = 40.0;
 
-// Rays beside one that may be anything, per px^2. `use_count`: those that belong to markers count too.
+// The density of other rays that may be clutter, per px^2. `count_assigned`: includes the rays that belong to markers.
 double clutter_density_1_px2(const ViewRays& view, std::size_t ray, bool count_assigned) {
   const auto counts = [&](std::size_t other) { return other != ray && (count_assigned || view.use_count[other] == 0); };
   const double about = kDensityWindow_px / view.focal_px;
-  double all = 1.0;  // nobody knows that there is none
+  double all = 1.0;  // one more than the number of rays, so that the density is never 0
   double near = 0.0;
   for (std::size_t other = 0; other < view.size(); ++other) {
     if (!counts(other)) continue;
@@ -29,7 +29,7 @@ double clutter_density_1_px2(const ViewRays& view, std::size_t ray, bool count_a
   return all / image_px2 + near / (4.0 * kDensityWindow_px * kDensityWindow_px);
 }
 
-// Logarithm of the density of a normal distribution with mean 0.
+// The log density of a normal distribution with mean 0.
 template <int N>
 double log_density(const Eigen::Matrix<double, N, 1>& at, const Eigen::Matrix<double, N, N>& covariance) {
   const Eigen::LLT<Eigen::Matrix<double, N, N>> root(covariance);
@@ -74,8 +74,8 @@ double pair_log_odds(const ViewObservation& a, const ViewObservation& b, const E
   return both - std::max({a_alone + others_b, b_alone + others_a, others_a + others_b});
 }
 
-double single_view_log_odds(const ViewRays& view, std::size_t ray, const ExpectedMarker& expected, double rig_px) {
-  const auto projection = view.projection(expected.position.v, expected.covariance_m2);
+double single_view_log_odds(const ViewRays& view, std::size_t ray, const PredictedMarker& predicted, double rig_px) {
+  const auto projection = view.projection(predicted.position.v, predicted.covariance_m2);
   if (!projection) return -std::numeric_limits<double>::infinity();
   const Eigen::Vector2d off_px = view.focal_px * (Eigen::Vector2d(view.x(ray), view.y(ray)) - projection->centre);
   Eigen::Matrix2d covariance_px2 = view.focal_px * view.focal_px * projection->covariance;

@@ -5,41 +5,46 @@
 #include "associate/predicted/predicted_matcher.h"
 #include "associate/single_view/association_log_odds.h"
 
-// What is known of a marker by its blobs' 2D tracks, by two views alone, or by one.
+// The part of PredictedMatcher for markers with few views: identity of 2D tracks, matches of two views, bearing-only
+// observations.
 
 namespace mocap::associate {
 namespace {
 
 constexpr std::uint32_t kNone = AssignedRay::kNone;
-// A 2D track leaps to another marker in one of a thousand images; natural logarithm.
+// Natural log odds that a 2D track stays on its marker: it jumps to another marker in 1 of 1000 images. Chosen by hand;
+// not yet measured.
 constexpr double kTrackSwapLogOdds = 6.9;
-// In every second set or so a marker that one view alone shows, or none, meets a blob of something else within its
-// gate: of these, one in so many (33) for each view that might have one is believed, and 2D tracks hold back the most.
+// Log odds that a match of two views needs, for each view that may have contributed a false blob: exp(3.5) = 33. About
+// every second set a marker with one view or none has a false second blob in its gate. Chosen by hand; not yet
+// measured.
 constexpr double kPairLogOdds = 3.5;
-// A camera that saw a marker sees it in the next set in nine cases of ten.
+// Log odds that a camera that saw a marker sees it in the next set: 9 of 10. Chosen by hand; not yet measured.
 constexpr double kLostViewLogOdds = 2.3;
-// A marker that one camera alone saw comes into another's view in one set of a hundred, and has a 2D track there soon;
-// what flashes has none.
+// Additional log odds for a second view without a 2D track: a bearing-only marker enters another view in 1 of 100 sets,
+// and soon has a 2D track there; a flash has none. See decisions/0014.
 constexpr double kNewViewLogOdds = 4.6;
-// Where the 2D track of a marker that a camera alone sees broke, the blob near by is the marker's in nine cases of ten;
-// hidden markers come into a camera's view once in a second or two.
+// Log odds that the next blob near a bearing-only marker whose 2D track ended is the marker's: against other hidden
+// markers, which enter a view once in a second or two. See decisions/0010. Chosen by hand; not yet measured.
 constexpr double kBrokenTrackLogOdds = 4.0;
-// One blob alone only keeps a track in place.
+// Log odds against clutter that a bearing-only observation needs: 100 to 1. Chosen by hand; not yet measured.
 constexpr double kBearingOnlyLogOdds = 4.6;
-// And is another's if that is not less likely by this.
+// Another marker makes the observation ambiguous unless it is less likely by these log odds (20 to 1). Chosen by hand;
+// not yet measured.
 constexpr double kRivalLogOdds = 3.0;
-// Of a marker that is known less well than hidden neighbours lie apart nobody can say which of them a lone blob is.
+// A prediction with a larger standard deviation cannot be distinguished from hidden neighbours. Chosen by hand; not
+// yet measured.
 constexpr double kAmbiguousPosition_m = 0.02;
-// Points of two expected markers that lie farther apart are two markers.
+// Two tracks whose points lie farther apart are different markers. Chosen by hand; not yet measured.
 constexpr double kSameMarker_m = 0.02;
 
 BearingOnlyObservation bearing_only_observation(const ViewRays& view, std::size_t ray, std::size_t marker,
                                                 std::size_t index) {
-  // A patch of the plane at distance 1 is seen under its area over the cube of its distance.
+  // The solid angle of a patch of the plane at distance 1 is its area over the cube of its distance from the centre.
   const double solid_angle_1_px2 = std::pow(1.0 + view.x(ray) * view.x(ray) + view.y(ray) * view.y(ray), -1.5) /
                                    view.rays[ray].px_from_ray.determinant();
   BearingOnlyObservation bearing_only;
-  bearing_only.expected = static_cast<std::uint32_t>(marker);
+  bearing_only.prediction = static_cast<std::uint32_t>(marker);
   bearing_only.sighting = {static_cast<std::uint16_t>(index), view.blob[ray], 0.0F, 0.0F,
                            static_cast<float>(view.sigma_px[ray])};
   bearing_only.eye = view.camera->centre();
@@ -50,18 +55,19 @@ BearingOnlyObservation bearing_only_observation(const ViewRays& view, std::size_
 
 }  // namespace
 
-// Whose each blob is, by what its 2D track was before.
-void PredictedMatcher::look_up_owners(const BlobFrame& frame, const ViewRays& view, std::size_t index) {
-  blob_tracks_.begin_image(frame.camera);
+// Looks up the predicted marker of each ray of a view by its 2D track, and the broken 2D tracks: those of markers that
+// only this camera saw recently and that no blob of this view continues.
+void PredictedMatcher::look_up_identities(const Predictions& predicted, const ViewRays& view, std::size_t index) {
   has_tracked_markers_[index] = 0;
   std::uint32_t* const tracked_markers = tracked_markers_.data() + index * kMaxBlobs;
-  std::fill_n(tracked_markers, view.size(), BlobTrackOwners::kUnknown);
-  if (!view.any_track) return;
+  std::fill_n(tracked_markers, view.size(), BlobIdentities::kUnknown);
+  if (!view.any_track || index >= predicted.views.size()) return;
+  const BlobIdentities& identities = predicted.views[index];
   for (std::size_t ray = 0; ray < view.size(); ++ray) {
-    tracked_markers[ray] = blob_tracks_.predicted_marker(frame.camera, view.track[ray]);
-    if (tracked_markers[ray] != BlobTrackOwners::kUnknown) has_tracked_markers_[index] = 1;
+    tracked_markers[ray] = identities.marker_of_blob[view.blob[ray]];
+    if (tracked_markers[ray] != BlobIdentities::kUnknown) has_tracked_markers_[index] = 1;
   }
-  for (const std::uint32_t marker : blob_tracks_.recent_bearing_only(frame.camera)) {
+  for (const std::uint32_t marker : identities.recent_bearing_only) {
     if (broken_tracks_.size() == broken_tracks_.capacity() ||
         std::find(tracked_markers, tracked_markers + view.size(), marker) != tracked_markers + view.size())
       continue;
@@ -70,14 +76,15 @@ void PredictedMatcher::look_up_owners(const BlobFrame& frame, const ViewRays& vi
   }
 }
 
-// Whether the 2D track of a blob was another marker's; unless that one surely lies elsewhere, and the 2D track leapt.
+// Whether the 2D track of the blob is established as another marker's. Returns false if three or more views find the
+// other marker at another position: then the 2D track jumped.
 bool PredictedMatcher::is_other_markers(const RayTable& rays, std::size_t marker, std::size_t view) const {
   const Assignment& assignment = assignments_(marker, view);
   if (!assignment.has_ray()) return false;
   const std::uint16_t ray = assignment.ray;
   const std::uint32_t tracked = tracked_marker(view, ray);
-  if (tracked == marker || tracked == BlobTrackOwners::kUnknown) return false;
-  if (tracked == BlobTrackOwners::kUnpredicted || view_counts_[tracked] < 3) return true;
+  if (tracked == marker || tracked == BlobIdentities::kUnknown) return false;
+  if (tracked == BlobIdentities::kUnpredicted || view_counts_[tracked] < 3) return true;
   return rays[view].off_px(ray, found_[tracked].point) <
          settings_.agree_sigmas * std::hypot(error_.px(), rays[view].sigma_px[ray]);
 }
@@ -88,20 +95,9 @@ std::size_t PredictedMatcher::tracked_view_count(std::size_t marker) const {
   return count;
 }
 
-void PredictedMatcher::update_owners(const FrameSet& frames, const RayTable& rays) {
-  for (std::size_t view = 0; view < view_count_; ++view) {
-    const ViewRays& view_rays = rays[view];
-    if (!view_rays.any_track) continue;
-    for (std::size_t m = 0; m < marker_count_; ++m) {
-      const Assignment& one = assignments_(m, view);
-      if (view_counts_[m] < 3 || !one.has_ray() || one.is_shared() || one.by_track) continue;
-      blob_tracks_.associate(frames.views[view]->camera, view_rays.track[one.ray], static_cast<std::uint32_t>(m));
-    }
-  }
-}
-
-// A marker that two views alone show, where nothing that is known better has their blobs.
-void PredictedMatcher::resolve_two_view(RayTable& rays, std::size_t marker, const ExpectedMarker& expected) {
+// Resolves a marker with two views: releases blobs that markers with more views use, searches more views, and keeps the
+// pair only if it is significant.
+void PredictedMatcher::resolve_two_view(RayTable& rays, std::size_t marker, const PredictedMarker& predicted) {
   for (std::size_t view = 0; view < view_count_; ++view) {
     const Assignment& one = assignments_(marker, view);
     if (!one.has_ray() || one.is_shared() || rays[view].use_count[one.ray] == 0) continue;
@@ -111,19 +107,20 @@ void PredictedMatcher::resolve_two_view(RayTable& rays, std::size_t marker, cons
   if (view_counts_[marker] == 2) {
     update_use_counts(rays, marker, +1);
     search_missing_views(rays, marker);
-    if (view_counts_[marker] != 2 || is_significant_pair(rays, marker, expected)) return;
+    if (view_counts_[marker] != 2 || is_significant_pair(rays, marker, predicted)) return;
     update_use_counts(rays, marker, -1);
   }
-  retain_likeliest_view(rays, marker, expected);
+  retain_likeliest_view(rays, marker, predicted);
 }
 
-// Whether both blobs of a marker that two views alone show are hardly anything else's.
+// Whether the two blobs of a marker are significantly more likely the marker's than clutter.
 bool PredictedMatcher::is_significant_pair(const RayTable& rays, std::size_t marker,
-                                           const ExpectedMarker& expected) const {
-  const bool was_lone = expected.cameras < 2 && tracked_view_count(marker) == 1;
-  // Any of the other views might have had a blob of something else; and where more saw it just now, it lies elsewhere.
+                                           const PredictedMarker& predicted) const {
+  const bool was_lone = predicted.cameras < 2 && tracked_view_count(marker) == 1;
+  // Multiple comparisons: any other view might have had a false blob. If more cameras saw the marker in the last set,
+  // most of these cameras should see the marker now.
   double against = std::log(std::max(1.0, static_cast<double>(view_count_) - 1.0));
-  if (expected.cameras > 2) against += kLostViewLogOdds * (expected.cameras - 2.0);
+  if (predicted.cameras > 2) against += kLostViewLogOdds * (predicted.cameras - 2.0);
   BoundedVector<ViewObservation, 2> pair;
   for (std::size_t view = 0; view < view_count_; ++view) {
     const AssignedRay assigned = assignments_.assigned(marker, view);
@@ -139,16 +136,17 @@ bool PredictedMatcher::is_significant_pair(const RayTable& rays, std::size_t mar
     return view.off_px.squaredNorm() / (view.sigma_px * view.sigma_px);
   };
   if (off2(pair[0]) + off2(pair[1]) > settings_.agree_sigmas * settings_.agree_sigmas) return false;
-  const Eigen::Vector3d ahead = expected.position.v - found_[marker].point.v;
-  return pair_log_odds(pair[0], pair[1], ahead, expected.covariance_m2) > kPairLogOdds + against;
+  const Eigen::Vector3d ahead = predicted.position.v - found_[marker].point.v;
+  return pair_log_odds(pair[0], pair[1], ahead, predicted.covariance_m2) > kPairLogOdds + against;
 }
 
-// Of a pair that is not believed, the view that was the marker's before: by its 2D track, else because it alone has a
-// blob where the marker is foreseen. What one camera sees must not be lost because another sees something else nearby.
-void PredictedMatcher::retain_likeliest_view(const RayTable& rays, std::size_t marker, const ExpectedMarker& expected) {
+// Retains one view of a pair that is not significant: the view whose 2D track is the marker's, else the only view whose
+// blob is significantly the marker's. Clutter in another camera must not remove a valid bearing.
+void PredictedMatcher::retain_likeliest_view(const RayTable& rays, std::size_t marker,
+                                             const PredictedMarker& predicted) {
   std::size_t retained_view = view_count_;
   const std::size_t tracked_views = tracked_view_count(marker);
-  if (tracked_views == 0) retained_view = likeliest_view(rays, marker, expected);
+  if (tracked_views == 0) retained_view = likeliest_view(rays, marker, predicted);
   for (std::size_t view = 0; view < view_count_ && tracked_views == 1; ++view) {
     if (assignments_(marker, view).by_track) retained_view = view;
   }
@@ -158,13 +156,13 @@ void PredictedMatcher::retain_likeliest_view(const RayTable& rays, std::size_t m
   view_counts_[marker] = retained_view < view_count_ ? 1 : 0;
 }
 
-// The only view whose blob is surely no other's; the number of views where none is, or two are.
+// The only view whose blob is significantly the marker's; the number of views if there is none or more than one.
 std::size_t PredictedMatcher::likeliest_view(const RayTable& rays, std::size_t marker,
-                                             const ExpectedMarker& expected) const {
+                                             const PredictedMarker& predicted) const {
   std::size_t likely = view_count_;
   for (std::size_t view = 0; view < view_count_; ++view) {
     const Assignment& one = assignments_(marker, view);
-    if (!one.has_ray() || !(single_view_log_odds(rays[view], one.ray, expected, error_.px()) > kBearingOnlyLogOdds))
+    if (!one.has_ray() || !(single_view_log_odds(rays[view], one.ray, predicted, error_.px()) > kBearingOnlyLogOdds))
       continue;
     if (likely < view_count_) return view_count_;
     likely = view;
@@ -172,21 +170,21 @@ std::size_t PredictedMatcher::likeliest_view(const RayTable& rays, std::size_t m
   return likely;
 }
 
-// Whether this view alone saw the marker a moment ago by a 2D track that is gone.
+// Whether this view alone saw the marker recently, by a 2D track that has ended.
 bool PredictedMatcher::is_track_broken(std::size_t view, std::size_t marker) const {
   return std::any_of(broken_tracks_.begin(), broken_tracks_.end(),
                      [&](const BrokenTrack& one) { return one.view == view && one.marker == marker; });
 }
 
-// What the 2D track of a blob adds to the cost of its being the marker's.
+// The cost that the identity of a blob's 2D track adds to its assignment to a marker (-2 log odds).
 double PredictedMatcher::track_continuity_cost(std::size_t marker, std::size_t view, std::size_t ray) const {
   if (has_tracked_markers_[view] == 0) return 0.0;
   const std::uint32_t tracked = tracked_marker(view, ray);
-  if (tracked == BlobTrackOwners::kUnknown) return is_track_broken(view, marker) ? -2.0 * kBrokenTrackLogOdds : 0.0;
+  if (tracked == BlobIdentities::kUnknown) return is_track_broken(view, marker) ? -2.0 * kBrokenTrackLogOdds : 0.0;
   return tracked == marker ? -2.0 * kTrackSwapLogOdds : 2.0 * kTrackSwapLogOdds;
 }
 
-// A marker that leapt out of its gate is known by its 2D track; whether it really did the other views tell.
+// Assigns a ray outside the gate to the marker of its 2D track. The agreement of the views then decides.
 void PredictedMatcher::assign_by_track(const ViewRays& view, std::size_t index) {
   for (std::uint32_t ray = 0; ray < view.size(); ++ray) {
     const std::uint32_t tracked = tracked_marker(index, ray);
@@ -197,20 +195,21 @@ void PredictedMatcher::assign_by_track(const ViewRays& view, std::size_t index) 
   }
 }
 
-// What else may have made the blob: markers that hardly any view shows, by how likely each is.
+// The distribution of other markers that may be the source of a blob: markers with at most one view, by their
+// likelihood.
 PredictedMatcher::RivalDistribution PredictedMatcher::rival_distribution(const ViewRays& view, std::size_t ray,
                                                                          std::size_t marker, double odds,
-                                                                         const Expected& expected) const {
+                                                                         const Predictions& predicted) const {
   RivalDistribution distribution;
   double total = 1.0;
   double square_m2 = 0.0;
   for (std::size_t other = 0; other < marker_count_; ++other) {
     if (other == marker || view_counts_[other] > 1) continue;
-    const ExpectedMarker& one = expected.markers.data()[other];
+    const PredictedMarker& one = predicted.markers.data()[other];
     const double ahead = single_view_log_odds(view, ray, one, error_.px()) - odds;
     if (!std::isfinite(ahead)) continue;
     if (ahead > -kRivalLogOdds) distribution.is_empty = false;
-    const Eigen::Vector3d apart = one.position.v - expected.markers.data()[marker].position.v;
+    const Eigen::Vector3d apart = one.position.v - predicted.markers.data()[marker].position.v;
     const double share = std::exp(std::min(0.0, ahead));
     total += share;
     distribution.off_m += share * apart;
@@ -221,20 +220,19 @@ PredictedMatcher::RivalDistribution PredictedMatcher::rival_distribution(const V
   return distribution;
 }
 
-// Whichever it is that is seen: the marker lies beside the ray by what those that it may be lie apart.
-void PredictedMatcher::shift_bearing(const RivalDistribution& distribution, const ExpectedMarker& expected,
+// Shifts the bearing so that it constrains the mean of the possible markers, and adds their spread to its uncertainty.
+void PredictedMatcher::shift_bearing(const RivalDistribution& distribution, const PredictedMarker& predicted,
                                      BearingOnlyObservation& bearing_only) {
-  const double depth_m = (expected.position.v - bearing_only.eye.v).dot(bearing_only.direction);
+  const double depth_m = (predicted.position.v - bearing_only.eye.v).dot(bearing_only.direction);
   if (!(depth_m > 0.0)) return;
   bearing_only.direction = (depth_m * bearing_only.direction - distribution.off_m).normalized();
   bearing_only.sigma_rad = std::hypot(bearing_only.sigma_rad, distribution.spread_m / depth_m);
 }
 
-void PredictedMatcher::append_bearing_only(const FrameSet& frames, const RayTable& rays, const Expected& expected,
-                                           Matches& into) {
+void PredictedMatcher::append_bearing_only(const RayTable& rays, const Predictions& predicted, Matches& into) {
   for (std::size_t m = 0; m < marker_count_; ++m) {
     if (view_counts_[m] != 1) continue;
-    const ExpectedMarker& marker = expected.markers.data()[m];
+    const PredictedMarker& marker = predicted.markers.data()[m];
     for (std::size_t view = 0; view < view_count_; ++view) {
       const Assignment& one = assignments_(m, view);
       const std::uint16_t ray = one.ray;
@@ -247,20 +245,17 @@ void PredictedMatcher::append_bearing_only(const FrameSet& frames, const RayTabl
       BearingOnlyObservation bearing_only = bearing_only_observation(rays[view], ray, m, view);
       RivalDistribution distribution;
       if (!one.by_track && !is_track_broken(view, m))
-        distribution = rival_distribution(rays[view], ray, m, odds, expected);
+        distribution = rival_distribution(rays[view], ray, m, odds, predicted);
       const bool unknown = marker.covariance_m2.trace() > 3.0 * kAmbiguousPosition_m * kAmbiguousPosition_m;
       if (!distribution.is_empty && unknown) shift_bearing(distribution, marker, bearing_only);
+      bearing_only.is_ambiguous = !distribution.is_empty;
       if (!into.bearing_only.try_push_back(bearing_only)) return;
-      if (!distribution.is_empty) continue;
-      const CameraId camera = frames.views[view]->camera;
-      blob_tracks_.note_bearing_only(camera, bearing_only.expected);
-      blob_tracks_.associate(camera, rays[view].track[ray], bearing_only.expected);
     }
   }
 }
 
-// Two tracks of one marker would share its views for ever, each with half of them: where all of both agree on one
-// point, the older has them.
+// Merges two tracks of one marker, which would otherwise share its views permanently: if all views of both agree on one
+// point, the older track gets them.
 void PredictedMatcher::merge_duplicate_track(RayTable& rays, std::size_t marker) {
   if (view_counts_[marker] < 2 || 2 * view_counts_[marker] > view_count_) return;
   for (std::size_t older = 0; older < marker_count_; ++older) {

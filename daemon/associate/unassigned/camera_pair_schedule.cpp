@@ -14,7 +14,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// The point that all cameras look at, as well as one can say: nearest to their optical axes.
+// The point nearest to the optical axes of all cameras in the least-squares sense; regularised for parallel axes.
 Vector3d centre_of_view(const Rig& rig) {
   Matrix3d normal = 1e-6 * Matrix3d::Identity();
   Vector3d rhs = Vector3d::Zero();
@@ -29,8 +29,8 @@ Vector3d centre_of_view(const Rig& rig) {
 
 }  // namespace
 
-// Best suited are cameras that see the middle of the volume from 60 degrees apart: near enough to see the same side of
-// a body, far enough to tell depth.
+// Cameras 60 degrees apart are near enough to see the same side of a body and far enough apart to measure depth. Chosen
+// by hand; not yet measured.
 CameraPairSchedule::CameraPairSchedule(const Rig& rig) {
   constexpr double kBestAngle_rad = std::numbers::pi / 3.0;
   struct Candidate {
@@ -48,7 +48,7 @@ CameraPairSchedule::CameraPairSchedule(const Rig& rig) {
     }
   }
   std::ranges::stable_sort(candidates, {}, &Candidate::angle_error);
-  std::vector<std::uint64_t> used_cameras;  // by round: the cameras that have a partner
+  std::vector<std::uint64_t> used_cameras;  // by round: cameras with a partner, one bit each
   for (const auto& [angle_error, a, b] : candidates) {
     const std::uint64_t both = (std::uint64_t{1} << a) | (std::uint64_t{1} << b);
     std::size_t round = 0;

@@ -10,18 +10,20 @@
 
 namespace mocap::associate {
 
-/// Two cameras, and the epipolar geometry from the first to the second.
+/// Two cameras and their essential matrix, which maps a ray of `a` to its epipolar line in `b`.
 struct CameraPair {
   std::uint32_t a, b;
   std::size_t round;
   Eigen::Matrix3d essential;
 };
 
-/// All pairs of a rig's cameras, in rounds in each of which a camera has one partner: the best suited first.
+/// All camera pairs of a rig in rounds. In a round each camera has at most one partner. The most suitable pairs come
+/// first: their cameras see the centre of the volume from about 60 degrees apart.
 class CameraPairSchedule {
  public:
   explicit CameraPairSchedule(const Rig& rig);
 
+  /// The number of rounds, and the pairs of one round.
   std::size_t size() const { return first_of_round_.size() - 1; }
   std::span<const CameraPair> round(std::size_t i) const {
     return std::span(pairs_).subspan(first_of_round_[i], first_of_round_[i + 1] - first_of_round_[i]);
@@ -29,8 +31,8 @@ class CameraPairSchedule {
   std::span<const CameraPair> all() const { return pairs_; }
 
  private:
-  std::vector<CameraPair> pairs_;            // in the order of their rounds
-  std::vector<std::size_t> first_of_round_;  // in the pairs; one more at the end
+  std::vector<CameraPair> pairs_;            // in the order of the rounds
+  std::vector<std::size_t> first_of_round_;  // index in pairs_; one more element at the end
 };
 
 }  // namespace mocap::associate

@@ -16,16 +16,18 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+// Bound on the memory for one set.
 constexpr std::size_t kMaxHypotheses = 4096;
-// The bound on the work for one set, in steps of about a nanosecond.
+// Bound on the work for one set, in units of about a nanosecond: 4 ms.
 constexpr std::size_t kMaxWork = 4'000'000;
 constexpr std::size_t kProjectionWork = 40;
-// Rounds of pairs in a set: all of up to 16 cameras. Of more the first, which suit best, and the rest in turn.
+// Rounds in one set: all rounds of up to 16 cameras. With more cameras, each set covers the first, most suitable rounds
+// and some of the others in turn. See decisions/0003.
 constexpr std::size_t kMaxRoundsPerSet = 16;
 constexpr std::size_t kFixedRounds = 4;
-// Of so few rays hardly any lies near another's line by chance: so many lines or more are asked at once whether one
-// does.
-constexpr std::size_t kMinRaysForBatch = 16;
+// With at most kMaxRaysForBatch rays in one view and at least kMinLinesForBatch in the other, all epipolar lines are
+// tested in one batch first, because few rays lie near a line by chance. Chosen by hand; not yet measured.
+constexpr std::size_t kMaxRaysForBatch = 16;
 constexpr std::size_t kMinLinesForBatch = 4;
 
 }  // namespace
@@ -47,6 +49,7 @@ UnassignedMatcher::UnassignedMatcher(const MatchSettings& settings, const Rig& r
   hypotheses_.reserve(kMaxHypotheses);
   decision_queue_.reserve(kMaxHypotheses);
   undecided_.reserve(kMaxHypotheses);
+  candidates_.reserve(kMaxHypotheses);
 }
 
 void UnassignedMatcher::match(RayTable& rays, std::uint32_t missing_views, Matches& into) {
@@ -58,10 +61,11 @@ void UnassignedMatcher::match(RayTable& rays, std::uint32_t missing_views, Match
   retrying_ = false;
   hypotheses_.clear();
   undecided_.clear();
+  candidates_.clear();
   gather_unassigned(rays);
   if (views_with_unassigned_ < 2) return;
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
-    // Where all are free all will be asked about, and many at once cost less; else few are.
+    // If all rays are unassigned, all quadrics are needed, and computing them together is faster.
     if (unassigned_[view].count == rays[view].size()) rays[view].make_all_quadrics();
     const auto first = static_cast<std::ptrdiff_t>(view * kMaxBlobs);
     std::fill_n(best_of_.begin() + first, rays[view].size(), kNone);
@@ -83,6 +87,7 @@ void UnassignedMatcher::match(RayTable& rays, std::uint32_t missing_views, Match
   accept_hypotheses(rays, true, into);
   retry_deferred(rays, into);
   accept_isolated_pairs(rays, into);
+  append_candidates(rays, into);
   into.skipped += skipped_;
 }
 
@@ -114,7 +119,7 @@ void UnassignedMatcher::match_pair(RayTable& rays, const CameraPair& pair) {
   const auto a = rays.view_of(pair.a);
   const auto b = rays.view_of(pair.b);
   if (!a || !b || unassigned_[*b].count == 0) return;
-  const bool at_once = unassigned_[*b].count <= kMinRaysForBatch && unassigned_[*a].count >= kMinLinesForBatch;
+  const bool at_once = unassigned_[*b].count <= kMaxRaysForBatch && unassigned_[*a].count >= kMinLinesForBatch;
   bool measured = false;
   for (std::size_t i = 0; i < unassigned_[*a].count; ++i) {
     if (work_ > kMaxWork) {
@@ -129,15 +134,16 @@ void UnassignedMatcher::match_pair(RayTable& rays, const CameraPair& pair) {
   }
 }
 
-// Both blobs' errors move them off the line, and so does the rig's.
+// The gate around an epipolar line, from the errors of both blobs and of the rig.
 double UnassignedMatcher::epipolar_gate_px(double sigma_px) const {
   return std::sqrt(rig_px_ * rig_px_ + sigma_px * sigma_px) * 2.0 * settings_.agree_sigmas;
 }
 
-// Told a little too near rather than too far.
+// For each ray of a: the distance of the nearest ray of b from its epipolar line, less the gate. Rounded down, so that
+// no ray in the gate is missed.
 MOCAP_WIDE void UnassignedMatcher::measure_line_excess(const UnassignedRays& of_a, const UnassignedRays& of_b,
                                                        const CameraPair& pair) {
-  constexpr float kRounding = 1e-5F;  // of the baseline, and of what is allowed
+  constexpr float kRounding = 1e-5F;  // relative to the baseline and to the gate
   const Eigen::Matrix3f e = pair.essential.cast<float>();
   const float xx = e(0, 0), xy = e(0, 1), x1 = e(0, 2), yx = e(1, 0), yy = e(1, 1), y1 = e(1, 2);
   const float zx = e(2, 0), zy = e(2, 1), z1 = e(2, 2), rounding = kRounding * e.norm();
@@ -170,11 +176,11 @@ MOCAP_WIDE void UnassignedMatcher::measure_line_excess(const UnassignedRays& of_
   }
 }
 
-// A ray of camera a, against all of b that lie near its epipolar line: the nearest first.
+// Pairs a ray of a with the rays of b near its epipolar line, the nearest first.
 void UnassignedMatcher::match_ray(RayTable& rays, const CameraPair& pair, std::size_t a, std::size_t i, std::size_t b) {
   const HypothesisRay of_a{static_cast<std::uint16_t>(a), unassigned_[a].ray[i]};
   const auto line = geometry::epipolar_line(pair.essential, {{rays[a].x(of_a.ray), rays[a].y(of_a.ray)}});
-  if (line.n.isZero()) return;  // looks right into the other camera
+  if (line.n.isZero()) return;  // the ray passes through the other camera: no epipolar line
   work_ += unassigned_[b].count;
   find_line_candidates(unassigned_[b], line.n,
                        epipolar_gate_px(rays[a].sigma_px[of_a.ray]) / std::min(rays[a].focal_px, rays[b].focal_px));
@@ -187,7 +193,7 @@ void UnassignedMatcher::match_ray(RayTable& rays, const CameraPair& pair, std::s
   }
 }
 
-// The distance of each free ray from the line.
+// The distance of each unassigned ray from the line.
 MOCAP_WIDE void UnassignedMatcher::measure_line_distances(const UnassignedRays& of_b, const Vector3d& line) {
   const float* const x = of_b.x.data();
   const float* const y = of_b.y.data();
@@ -212,7 +218,7 @@ void UnassignedMatcher::find_line_candidates(const UnassignedRays& of_b, const V
   });
 }
 
-// Rays of well supported hypotheses, which lost them when all was decided.
+// Pairs again the rays that were deferred for a well supported hypothesis but are still unassigned.
 void UnassignedMatcher::retry_deferred(RayTable& rays, Matches& into) {
   bool any = false;
   for (std::size_t view = 0; view < rays.view_count(); ++view) {
@@ -224,12 +230,13 @@ void UnassignedMatcher::retry_deferred(RayTable& rays, Matches& into) {
   accept_hypotheses(rays, true, into);
 }
 
-// Whether both rays already are of one marker: asking again would give the same.
+// Whether both rays have the same best hypothesis: pairing them again would give the same hypothesis.
 bool UnassignedMatcher::is_explained(HypothesisRay a, HypothesisRay b) const {
   return best_of_[slot(a)] != kNone && best_of_[slot(a)] == best_of_[slot(b)];
 }
 
-// Whether a well supported hypothesis has the ray; then nobody asks about it for now.
+// Marks a ray that belongs to a well supported hypothesis as deferred: the ray is not paired before retry_deferred().
+// Returns whether the ray was deferred.
 bool UnassignedMatcher::defer(HypothesisRay member) {
   const std::uint32_t best = best_of_[slot(member)];
   if (best == kNone || !hypotheses_[best].is_well_supported) return false;
@@ -246,7 +253,7 @@ void UnassignedMatcher::try_pair(RayTable& rays, std::size_t a, std::size_t i, s
   gather_support(rays, trial_);
   if (trial_.members.size() > 2) {
     if (!refine(rays, trial_)) return;
-    // Known better now, the point may find views that it missed, and tell near blobs apart.
+    // The refined point may find views that were missed and separates near blobs.
     if (trial_.members.size() < rays.view_count()) {
       const std::size_t before = trial_.members.size();
       gather_support(rays, trial_);
@@ -254,10 +261,14 @@ void UnassignedMatcher::try_pair(RayTable& rays, std::size_t a, std::size_t i, s
     }
   }
   count_observing_cameras(rays, trial_);
-  if (trial_.members.size() >= required_views(trial_)) store(trial_);
+  if (trial_.members.size() >= required_views(trial_)) {
+    store(trial_);
+  } else if (!retrying_ && candidates_.size() < kMaxHypotheses && may_be_candidate(rays, trial_)) {
+    candidates_.push_back(trial_);
+  }
 }
 
-// Makes the trial of two rays, if they meet where a marker can be.
+// Makes the trial hypothesis of two rays. Returns false if the rays do not meet inside the volume.
 bool UnassignedMatcher::triangulate_pair(RayTable& rays, std::size_t a, std::size_t i, std::size_t b, std::size_t j) {
   work_ += kProjectionWork;
   const Vector3d& along_a = unassigned_[a].direction[i];
@@ -267,7 +278,7 @@ bool UnassignedMatcher::triangulate_pair(RayTable& rays, std::size_t a, std::siz
   const double ab = along_a.dot(along_b);
   const double bb = along_b.squaredNorm();
   if (ab * ab > max_cos_angle_ * max_cos_angle_ * aa * bb) return false;
-  // Where the rays pass each other nearest; parameters are depths.
+  // The points of closest approach; the parameters are depths.
   const double inverse = 1.0 / (aa * bb - ab * ab);
   const double depth_a = (along_a.dot(between) * bb - along_b.dot(between) * ab) * inverse;
   const double depth_b = (along_a.dot(between) * ab - along_b.dot(between) * aa) * inverse;
@@ -281,8 +292,7 @@ bool UnassignedMatcher::triangulate_pair(RayTable& rays, std::size_t a, std::siz
   return refine(rays, trial_);
 }
 
-// Adds the nearest free ray of each view that has none in the hypothesis. The rig's error makes the point less certain
-// than its rays promise.
+// Adds the nearest unassigned ray of each other view. The rig error increases the covariance of the point.
 void UnassignedMatcher::gather_support(RayTable& rays, Hypothesis& from) {
   std::uint64_t has = 0;
   double sum_1_px2 = 0.0;
@@ -301,7 +311,7 @@ void UnassignedMatcher::gather_support(RayTable& rays, Hypothesis& from) {
   }
 }
 
-// Finds the point of the members, leaves out those that do not agree; false where nothing is left to believe.
+// Computes the point of the members and removes outliers. Returns false if no point inside the volume is left.
 bool UnassignedMatcher::refine(RayTable& rays, Hypothesis& hypothesis) {
   sightings_.clear();
   for (const auto& [view, ray] : hypothesis.members) {
@@ -322,8 +332,8 @@ bool UnassignedMatcher::refine(RayTable& rays, Hypothesis& hypothesis) {
   return true;
 }
 
-// How many cameras could see the point; as far as anything hangs on it: of few views more than are needed are as good
-// as many, and what most cameras of the set see needs no count.
+// Counts the cameras that could see the point, as far as a decision depends on it: the count stops at the required
+// number, and a hypothesis with most views of the set needs no count.
 void UnassignedMatcher::count_observing_cameras(const RayTable& rays, Hypothesis& hypothesis) const {
   const std::size_t views = hypothesis.members.size();
   const std::size_t most = rays.view_count() + missing_views_;

@@ -14,42 +14,41 @@
 
 namespace mocap::associate {
 
-/// The second half of matching: finds markers that nobody expected, among the rays that are not taken. Never allocates
-/// after construction.
+/// The second half of matching: finds markers without a prediction among the unassigned rays. Never allocates after
+/// construction.
 ///
-/// Pairs of cameras are asked in rounds, in each of which a camera has one partner, the best suited first. A pair's
-/// rays near each other's epipolar lines give a hypothesis, which the other views support or not. What nearly all
-/// cameras support is believed at the end of the round, so that later rounds have little left; the rest is decided
-/// when all rounds are through.
+/// Camera pairs are processed in rounds (CameraPairSchedule). Two rays near each other's epipolar lines (Hartley and
+/// Zisserman 2004, chapter 9) form a hypothesis, which is triangulated and supported by the nearest rays of the other
+/// views. A hypothesis with nearly all cameras is accepted at the end of its round, which leaves fewer rays for later
+/// rounds; the others are accepted after the last round, most views first, then least error.
 class UnassignedMatcher {
  public:
-  /// All three must outlive it; `error` tells how far off a view of one marker may be.
+  /// `settings`, `rig` and `error` must outlive this object.
   UnassignedMatcher(const MatchSettings& settings, const Rig& rig, RigError& error);
 
-  /// Appends the markers found and takes their rays. `missing_views`: cameras whose view the set lacks; any of them
-  /// might have seen a marker.
+  /// Appends a match for each marker found and assigns its rays. `missing_views`: number of cameras without a view in
+  /// the set; any of them might have seen a marker.
   void match(RayTable& rays, std::uint32_t missing_views, Matches& into);
 
  private:
   static constexpr std::uint32_t kNone = 0xFFFF'FFFF;  // no hypothesis
-  // A ray of a view.
   struct HypothesisRay {
     std::uint16_t view;
     std::uint16_t ray;
   };
   struct Hypothesis {
     geometry::Refined at;
-    std::uint32_t observing_cameras = 0;  // cameras in whose image the point lies, those without a view included
-    bool is_well_supported = false;       // nobody need ask about its rays for now
+    std::uint32_t observing_cameras = 0;  // cameras that could see the point, including those without a view
+    bool is_well_supported = false;       // its rays are paired again only if they remain unassigned
     BoundedVector<HypothesisRay, kMaxCameras> members;
   };
   using Sightings = BoundedVector<geometry::QuadricSighting, kMaxCameras>;
-  // The rays of a view that are not taken, by column.
+  // The unassigned rays of a view, as columns.
   struct UnassignedRays {
     std::size_t count = 0;
     std::vector<std::uint16_t> ray = std::vector<std::uint16_t>(kMaxBlobs);
     std::vector<float> x = std::vector<float>(kMaxBlobs), y = x, sigma_px = x;
-    // In the world, 1 m along the camera's axis.
+    // In the world, at depth 1 m.
     std::vector<Eigen::Vector3d> direction = std::vector<Eigen::Vector3d>(kMaxBlobs);
     Eigen::Vector3d eye;
     double focal_px = 1.0;
@@ -58,7 +57,7 @@ class UnassignedMatcher {
   };
   struct LineCandidate {
     float distance;
-    std::uint32_t index;  // in the free rays
+    std::uint32_t index;  // index in UnassignedRays
   };
 
   void gather_unassigned(const RayTable& rays);
@@ -81,41 +80,44 @@ class UnassignedMatcher {
   void store(const Hypothesis& hypothesis);
   void discard(std::uint32_t index);
   void accept_hypotheses(RayTable& rays, bool last_round, Matches& into);
-  bool remove_taken(RayTable& rays, Hypothesis& hypothesis);
+  bool remove_used_rays(RayTable& rays, Hypothesis& hypothesis);
   void accept(RayTable& rays, const Hypothesis& hypothesis, Matches& into);
   void accept_isolated_pairs(RayTable& rays, Matches& into);
+  bool may_be_candidate(const RayTable& rays, const Hypothesis& hypothesis) const;
+  void append_candidates(const RayTable& rays, Matches& into);
+  void append_candidate(const RayTable& rays, const Hypothesis& hypothesis, Matches& into) const;
   bool is_better(std::size_t a, std::size_t b) const;
   static std::size_t slot(HypothesisRay member) { return member.view * kMaxBlobs + member.ray; }
 
   const MatchSettings& settings_;
   RigError& error_;
-  double rig_px_ = 0.0;  // of this set
+  double rig_px_ = 0.0;  // rig error in this set
   geometry::Agreement agreement_;
   CameraPairSchedule rounds_;
   double max_cos_angle_;
-  std::size_t next_round_ = 0;  // of those that are not asked in every set
+  std::size_t next_round_ = 0;  // the next of the rounds that are not processed in every set
   std::uint32_t missing_views_ = 0;
   std::size_t work_ = 0;
   std::uint32_t skipped_ = 0;
 
   std::vector<Hypothesis> hypotheses_;
-  std::vector<std::uint32_t> decision_queue_;  // a heap of hypotheses that wait for their decision
+  std::vector<std::uint32_t> decision_queue_;  // heap of hypotheses, the best first
   std::vector<std::uint32_t> undecided_;
-  std::vector<std::uint32_t> best_of_;  // of view * kMaxBlobs + ray: the best hypothesis that it is a member of
-  std::vector<std::uint32_t> competitor_count_;  // likewise: how many two-view hypotheses want it
-  std::vector<std::uint8_t> deferred_;           // likewise: whether a question about it was put off
+  std::vector<Hypothesis> candidates_;           // have too few views for a match
+  std::vector<std::uint32_t> best_of_;           // at view * kMaxBlobs + ray: the best hypothesis with this ray
+  std::vector<std::uint32_t> competitor_count_;  // likewise: number of two-view hypotheses with this ray
+  std::vector<std::uint8_t> deferred_;           // likewise: whether a pairing was deferred
   std::vector<UnassignedRays> unassigned_;       // by view
-  std::size_t views_with_unassigned_ = 0;        // that have any
-  bool retrying_ = false;                        // only about rays that were put off
+  std::size_t views_with_unassigned_ = 0;        // number of views with unassigned rays
+  bool retrying_ = false;                        // only deferred rays are paired
   std::vector<float> distance_;
-  // Of a pair of cameras, by the first one's free rays: their lines, and how much farther off than allowed the nearest
-  // ray of the other is.
+  // For a camera pair, by unassigned ray of a: its epipolar line in b, and the result of measure_line_excess().
   std::array<std::vector<float>, 3> epipolar_lines_;
   std::vector<float> line_excess_;
   std::vector<LineCandidate> line_candidates_;
   Hypothesis trial_;
   Sightings sightings_;
-  // A copy costs what is in it; one made from nothing is cleared as a whole, with the room for all cameras.
+  // Copying an empty match is cheaper than value-initialising a match with capacity for all cameras.
   const Match none_{};
 };
 

@@ -12,8 +12,8 @@
 namespace mocap::calibration {
 
 enum class BoardKind {
-  Chessboard,  ///< only as a whole: all its corners must be seen
-  Charuco,     ///< squares with ArUco markers: a part of it is enough, so that it may reach over the image's rim
+  Chessboard,  ///< found only if all its corners are in the image
+  Charuco,     ///< chessboard with ArUco markers: a visible part is enough, so it may extend beyond the image border
 };
 
 /// A flat board with a known pattern.
@@ -22,11 +22,11 @@ struct Board {
   int columns = 8;  ///< squares, not corners
   int rows = 6;
   double square_m = 0.04;
-  double marker_m = 0.03;             ///< side of a marker; Charuco only
-  std::string dictionary = "4x4_50";  ///< of the markers, by the name that OpenCV has for it without DICT_
+  double marker_m = 0.03;             ///< side of an ArUco marker; Charuco only
+  std::string dictionary = "4x4_50";  ///< ArUco dictionary, by OpenCV's name without DICT_
 };
 
-/// An 8-bit image; borrowed.
+/// A borrowed 8-bit image.
 struct GreyImage {
   const std::uint8_t* pixels = nullptr;
   int width_px = 0;
@@ -34,31 +34,31 @@ struct GreyImage {
   std::size_t stride_bytes = 0;
 };
 
-/// A board's inner corners in one image.
+/// The inner corners of a board in one image.
 struct BoardView {
-  std::vector<Eigen::Vector2d> seen_px;
-  std::vector<Eigen::Vector2d> board_m;  ///< where each lies on the board
+  std::vector<Eigen::Vector2d> seen_px;  ///< observed
+  std::vector<Eigen::Vector2d> board_m;  ///< the same corners on the board
 };
 
-/// Finds one board in images.
+/// Finds the corners of one board in images.
 class BoardFinder {
  public:
-  /// Fails with InvalidArgument where there can be no such board: sizes, an unknown dictionary or one that is too
-  /// small.
+  /// Fails with InvalidArgument if the board is impossible: its sizes, an unknown dictionary, or a dictionary with too
+  /// few markers.
   static Result<BoardFinder> make(const Board& board);
   BoardFinder(BoardFinder&&) noexcept;
   BoardFinder& operator=(BoardFinder&&) noexcept;
   ~BoardFinder();
 
-  /// The corners, to some hundredths of a pixel; none where the board is not seen, or fewer than 6 of its corners, or
-  /// all on one line.
+  /// The corners with an error of some hundredths of a pixel (tests/calibration/find_board_test.cpp). Empty if fewer
+  /// than 6 corners are found, or if all of them lie on one line.
   BoardView find(const GreyImage& image) const;
 
  private:
-  struct Made;
-  explicit BoardFinder(std::unique_ptr<Made> made);
+  struct Detector;
+  explicit BoardFinder(std::unique_ptr<Detector> detector);
 
-  std::unique_ptr<Made> made_;
+  std::unique_ptr<Detector> detector_;
 };
 
 }  // namespace mocap::calibration

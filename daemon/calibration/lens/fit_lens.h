@@ -5,46 +5,46 @@
 #include <vector>
 
 #include "base/result.h"
+#include "calibration/image_cells.h"
 #include "calibration/lens/find_board.h"
 #include "calibration/lens/lens_bundle.h"
 #include "model/camera_model.h"
 
 namespace mocap::calibration {
 
-inline constexpr int kLensFields = 8;  ///< an image is looked at in 8 x 8 fields
-
-/// Where in a camera's image boards were seen.
+/// The part of a camera's image in which boards were seen.
 struct LensCoverage {
-  std::array<int, kLensFields * kLensFields> corners{};  ///< by field, row by row
-  double share = 0.0;                                    ///< of the fields with a corner
-  double reach = 0.0;     ///< the farthest corners' distance from the middle, over that of the image's own corner
-  double tilt_rad = 0.0;  ///< widest angle between two boards, where their poses are known
+  std::array<int, kImageCells * kImageCells> corners{};  ///< number of corners by image cell, row by row
+  double share = 0.0;                                    ///< fraction of the cells with a corner
+  /// 99th percentile of the corners' distances from the image centre, as a fraction of that of the image corners.
+  double reach = 0.0;
+  double tilt_rad = 0.0;  ///< largest angle between two boards; 0 before a fit
 };
 
 LensCoverage coverage_of(const std::vector<BoardView>& views, int width_px, int height_px);
 
 struct LensFit {
   Lens lens;
-  LensVector sigma = LensVector::Zero();  ///< standard deviations: fx fy cx cy and distortion; 0: not looked for
-  LensParts claimed = LensParts::Constant(false);
-  std::vector<std::string> not_claimed;  ///< what the views do not tell, and is left at 0: which, and why
-  double rms_px = 0.0;                   ///< per axis
-  double heldout_px = 0.0;               ///< per axis, of boards that had no say in the lens
-  double corner_sigma_px = 0.0;  ///< how well it is known in the image's corners; a turn of the camera does not count
-  double rim_sigma_px = 0.0;     ///< the same on the rim of what boards covered
+  IntrinsicVector sigma = IntrinsicVector::Zero();  ///< standard deviations; 0 for parameters that were not estimated
+  IntrinsicMask estimated = IntrinsicMask::Constant(false);
+  std::vector<std::string> not_estimated;  ///< distortion terms that stay 0, each with the reason
+  double rms_px = 0.0;                     ///< per axis
+  double heldout_px = 0.0;                 ///< per axis, by cross-validation
+  double corner_sigma_px = 0.0;            ///< see MappingUncertainty
+  double rim_sigma_px = 0.0;
   LensCoverage coverage;
-  std::size_t views = 0;
-  std::vector<std::size_t> left_out;  ///< views whose board does not fit the others
+  std::size_t views = 0;              ///< boards that were used
+  std::vector<std::size_t> left_out;  ///< indices of views that are inconsistent with the others
 };
 
-/// Fits a lens to boards that one camera saw.
+/// Estimates the intrinsics of one camera from views of a board.
 ///
-/// Parts of the distortion are taken up one after the other while they explain more than chance does. Refused
-/// (InvalidArgument, with what to do) are too few boards, boards that are all nearly parallel, or that leave too much
-/// of the image empty: then focal length, centre or distortion would be guesses.
+/// Distortion terms are added one after the other as long as each explains significantly more than noise. Fails with
+/// InvalidArgument and an advice if the views do not determine focal length and principal point: too few boards, boards
+/// that are nearly parallel, or boards in a small part of the image.
 ///
-/// Deterministic. Source: Zhang, "A flexible new technique for camera calibration" (2000), for the idea; starts from
-/// several focal lengths instead of a closed form, which fisheye lenses have none of.
+/// Deterministic. Allocates. Source: Zhang, "A flexible new technique for camera calibration" (2000). The initial focal
+/// length comes from a search over fields of view instead of Zhang's closed form, which fisheye lenses do not have.
 Result<LensFit> fit_lens(const std::vector<BoardView>& views, int width_px, int height_px, LensKind kind);
 
 }  // namespace mocap::calibration

@@ -10,42 +10,46 @@
 
 namespace mocap::calibration {
 
-inline constexpr int kLensParts = 9;  ///< fx fy cx cy and the five of `distortion`
-using LensVector = Eigen::Matrix<double, kLensParts, 1>;
-using LensMatrix = Eigen::Matrix<double, kLensParts, kLensParts>;
+inline constexpr int kIntrinsicCount = 9;  ///< fx fy cx cy and the five of Lens::distortion
+using IntrinsicVector = Eigen::Matrix<double, kIntrinsicCount, 1>;
+using IntrinsicMatrix = Eigen::Matrix<double, kIntrinsicCount, kIntrinsicCount>;
 
-/// Which parts of a lens are looked for; the others stay as they are.
-using LensParts = Eigen::Array<bool, kLensParts, 1>;
+/// The intrinsic parameters that a fit estimates; the others stay constant.
+using IntrinsicMask = Eigen::Array<bool, kIntrinsicCount, 1>;
 
-/// A lens, and where it saw the boards.
+/// The unknowns and the observations of an intrinsic calibration.
 struct LensBundle {
   Lens lens;
   std::vector<BoardView> views;
-  std::vector<CameraFromWorld> camera_from_board;  ///< by view
+  std::vector<CameraFromWorld> camera_from_board;  ///< by view; the world is the board
 };
 
-/// What a fit leaves.
-struct LensResidue {
-  double sum_px2 = 0.0;  ///< of squared residuals, both axes
+/// The residual of a fit.
+struct LensResidual {
+  double sum_px2 = 0.0;  ///< squared residuals of all corners, both axes
   std::size_t points = 0;
   std::vector<double> view_rms_px;  ///< per axis
   double rms_px() const;            ///< per axis
 };
 
-/// How the pixel of a ray moves with the lens's parts.
-Eigen::Matrix<double, 2, kLensParts> pixel_by_lens(const Lens& lens, const Eigen::Vector2d& ray);
+/// Derivative of the pixel of a ray by the intrinsic parameters.
+Eigen::Matrix<double, 2, kIntrinsicCount> pixel_jacobian(const Lens& lens, const Eigen::Vector2d& ray);
 
-/// Moves lens and boards to the least sum of squared residuals (Levenberg-Marquardt, each board eliminated).
-LensResidue adjust_lens(LensBundle& bundle, const LensParts& parts, int most_steps);
+/// Minimises the sum of squared reprojection residuals over the masked intrinsic parameters and all board poses:
+/// Levenberg-Marquardt with the board poses eliminated (Schur complement).
+LensResidual adjust_lens(LensBundle& bundle, const IntrinsicMask& parameters, int max_iterations);
 
-/// Only the boards move.
-LensResidue place_boards(LensBundle& bundle);
+/// As adjust_lens with constant intrinsics: only the board poses are estimated.
+LensResidual refit_board_poses(LensBundle& bundle);
 
-/// Covariance of the parts that were looked for, for residuals of 1 px; zero elsewhere. Nothing where the views do not
-/// determine them.
-std::optional<LensMatrix> lens_covariance(const LensBundle& bundle, const LensParts& parts);
+/// Covariance of the masked intrinsic parameters for residuals of 1 px; zero for the others. Nothing if the views do
+/// not determine the parameters.
+std::optional<IntrinsicMatrix> lens_covariance(const LensBundle& bundle, const IntrinsicMask& parameters);
 
-/// Where a board is, by a lens that is about right; nothing where too few of its corners have a ray.
-std::optional<CameraFromWorld> place_board(const BoardView& view, const Lens& lens);
+/// The pose of a board for given intrinsics, by planar PnP. Nothing if fewer than 6 corners have a ray, or if the board
+/// would be behind the camera.
+///
+/// Source: Collins, Bartoli, "Infinitesimal plane-based pose estimation" (2014), as implemented by OpenCV.
+std::optional<CameraFromWorld> estimate_board_pose(const BoardView& view, const Lens& lens);
 
 }  // namespace mocap::calibration

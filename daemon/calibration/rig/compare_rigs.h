@@ -9,36 +9,36 @@
 
 namespace mocap::calibration {
 
-/// How the frames of two rigs are brought together before they are compared.
+/// How the frames of two rigs are aligned before they are compared.
 enum class RigAlignment {
-  AllCameras,  ///< over all cameras alike, as errors against a truth are told
-  MostStayed,  ///< over those that stayed: a camera that was bumped does not pull the others along
+  AllCameras,     ///< least squares over all cameras: errors against a known truth
+  RobustToMoved,  ///< robust: cameras that moved against the others have little weight
 };
 
-/// How one camera stands in the other rig.
+/// The change of one camera between two rigs.
 struct CameraChange {
   std::string name;
-  double position_m = 0.0;      ///< after alignment
-  double rotation_rad = 0.0;    ///< likewise
-  double raw_position_m = 0.0;  ///< as the files have it
+  double position_m = 0.0;    ///< after the alignment
+  double rotation_rad = 0.0;  ///< after the alignment
+  double raw_position_m = 0.0;
   double raw_rotation_rad = 0.0;
-  double focal_share = 0.0;  ///< new over old, less one; the worse of both axes
-  double image_px = 0.0;     ///< root mean square of how far points before all cameras lie apart in its image
+  double focal_change = 0.0;  ///< relative change of the focal length; that of fx or fy, whichever is larger
+  double image_px = 0.0;      ///< rms displacement in the image of points in the volume in front of the cameras
 };
 
 struct RigChange {
-  std::vector<CameraChange> cameras;  ///< those that are in both, in the order of the new one
+  std::vector<CameraChange> cameras;  ///< those in both rigs, in the order of the new one
   std::vector<std::string> only_old;
   std::vector<std::string> only_new;
-  Pose old_from_new;            ///< the alignment
-  double position_m = 0.0;      ///< root of the mean square over cameras, after alignment
-  double rotation_rad = 0.0;    ///< likewise
-  double scale = 1.0;           ///< spread of the new centres over that of the old
-  double frame_moved_m = 0.0;   ///< how far the world's origin moved
-  double frame_turned_rad = 0;  ///< and turned
+  Pose old_from_new;               ///< the alignment
+  double position_m = 0.0;         ///< rms over the cameras, after the alignment
+  double rotation_rad = 0.0;       ///< the same
+  double scale = 1.0;              ///< extent of the new camera centres over that of the old ones
+  double world_moved_m = 0.0;      ///< translation of the world frame
+  double world_rotated_rad = 0.0;  ///< rotation of the world frame
 };
 
-/// Compares cameras by their names. Fails with InvalidArgument where fewer than two are in both.
+/// Compares two rigs; cameras correspond by name. Fails with InvalidArgument if fewer than two cameras are in both.
 Result<RigChange> compare_rigs(const Rig& old_rig, const Rig& new_rig, RigAlignment alignment);
 
 }  // namespace mocap::calibration

@@ -6,16 +6,18 @@
 #include <array>
 #include <cmath>
 
-#include "calibration/bend.h"
-#include "calibration/median.h"
+#include "calibration/distort_ray.h"
+#include "calibration/robust_statistics.h"
 #include "geometry/lens.h"
 
 namespace mocap::calibration {
 namespace {
 
-constexpr std::size_t kLeastMarkers = 50;
+// Chosen by hand; not yet measured.
+constexpr std::size_t kMinMarkers = 50;
 
-struct Off {
+/// Reprojection residual of one marker with constant intrinsics, in units of its standard deviation.
+struct Reprojection {
   const CameraModel* camera;
   Eigen::Vector2d px;
   double sigma_px;
@@ -25,24 +27,24 @@ struct Off {
     T in_camera[3];
     ceres::AngleAxisRotatePoint(pose, point, in_camera);
     for (int i = 0; i < 3; ++i) in_camera[i] += pose[3 + i];
-    const T depth = in_camera[2] < kNearest_m ? T(kNearest_m) : in_camera[2];
-    const Lens& own = camera->lens;
-    T lens[9] = {T(own.fx_px), T(own.fy_px), T(own.cx_px), T(own.cy_px)};
-    for (int i = 0; i < 5; ++i) lens[4 + i] = T(own.distortion[i]);
+    const T depth = in_camera[2] < kMinDepth_m ? T(kMinDepth_m) : in_camera[2];
+    const Lens& intrinsics = camera->lens;
+    T lens[9] = {T(intrinsics.fx_px), T(intrinsics.fy_px), T(intrinsics.cx_px), T(intrinsics.cy_px)};
+    for (int i = 0; i < 5; ++i) lens[4 + i] = T(intrinsics.distortion[i]);
     T at[2];
-    bend<T>(own.kind, lens, in_camera[0] / depth, in_camera[1] / depth, at);
+    distort_ray<T>(intrinsics.kind, lens, in_camera[0] / depth, in_camera[1] / depth, at);
     residual[0] = (at[0] - px.x()) / sigma_px;
     residual[1] = (at[1] - px.y()) / sigma_px;
     return true;
   }
 };
 
-/// The camera stands about where it stood.
-struct Stays {
+/// Gaussian prior of a camera's pose, about its initial pose.
+struct PosePrior {
   std::array<double, 6> pose;
   Eigen::Vector3d centre;
-  double move_m;
-  double turn_rad;
+  double position_sigma_m;
+  double rotation_sigma_rad;
 
   template <class T>
   bool operator()(const T* now, T* residual) const {
@@ -50,8 +52,8 @@ struct Stays {
     T at[3];
     ceres::AngleAxisRotatePoint(back, now + 3, at);
     for (int i = 0; i < 3; ++i) {
-      residual[i] = (-at[i] - centre[i]) / move_m;
-      residual[3 + i] = (now[i] - pose[static_cast<std::size_t>(i)]) / turn_rad;
+      residual[i] = (-at[i] - centre[i]) / position_sigma_m;
+      residual[3 + i] = (now[i] - pose[static_cast<std::size_t>(i)]) / rotation_sigma_rad;
     }
     return true;
   }
@@ -69,27 +71,27 @@ Poses poses_of(const Rig& rig) {
   return poses;
 }
 
-double robust_rms_px(const Rig& rig, const std::vector<SeenMarker>& markers,
+double robust_rms_px(const Rig& rig, const std::vector<ObservedMarker>& markers,
                      const std::vector<std::array<double, 3>>& points) {
-  std::vector<double> off;
+  std::vector<double> lengths;
   for (std::size_t m = 0; m < markers.size(); ++m) {
-    for (const MarkerSight& sight : markers[m].sights) {
-      const auto at = geometry::project(rig[static_cast<std::size_t>(sight.camera)],
+    for (const MarkerObservation& observation : markers[m].observations) {
+      const auto at = geometry::project(rig[static_cast<std::size_t>(observation.camera)],
                                         {Eigen::Vector3d(points[m][0], points[m][1], points[m][2])});
-      if (at) off.push_back((at->v - sight.at.v).norm());
+      if (at) lengths.push_back((at->v - observation.at.v).norm());
     }
   }
-  return off.empty() ? 0.0 : median(off) / 1.1774;
+  return lengths.empty() ? 0.0 : median(lengths) / kRayleighMedian;
 }
 
 }  // namespace
 
-std::optional<RefinedRig> refine_rig(const Rig& rig, const std::vector<SeenMarker>& markers,
+std::optional<RefinedRig> refine_rig(const Rig& rig, const std::vector<ObservedMarker>& markers,
                                      const RefineRigSettings& settings) {
-  if (markers.size() < kLeastMarkers) return std::nullopt;
+  if (markers.size() < kMinMarkers) return std::nullopt;
   Poses poses = poses_of(rig);
   std::vector<std::array<double, 3>> points;
-  for (const SeenMarker& marker : markers)
+  for (const ObservedMarker& marker : markers)
     points.push_back({marker.point.v.x(), marker.point.v.y(), marker.point.v.z()});
   RefinedRig refined{rig, robust_rms_px(rig, markers, points), 0.0};
 
@@ -97,17 +99,17 @@ std::optional<RefinedRig> refine_rig(const Rig& rig, const std::vector<SeenMarke
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   auto* const loss = new ceres::CauchyLoss(3.0);
   for (std::size_t m = 0; m < markers.size(); ++m) {
-    for (const MarkerSight& sight : markers[m].sights) {
-      const auto c = static_cast<std::size_t>(sight.camera);
-      problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<Off, 2, 6, 3>(new Off{&rig[c], sight.at.v, sight.sigma_px}), loss,
-          poses[c].data(), points[m].data());
+    for (const MarkerObservation& observation : markers[m].observations) {
+      const auto c = static_cast<std::size_t>(observation.camera);
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Reprojection, 2, 6, 3>(
+                                   new Reprojection{&rig[c], observation.at.v, observation.sigma_px}),
+                               loss, poses[c].data(), points[m].data());
     }
-    if (!markers[m].sights.empty()) ordering->AddElementToGroup(points[m].data(), 0);
+    if (!markers[m].observations.empty()) ordering->AddElementToGroup(points[m].data(), 0);
   }
   for (std::size_t c = 0; c < rig.size(); ++c) {
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Stays, 6, 6>(new Stays{
-                                 poses[c], rig[c].centre().v, settings.usual_move_m, settings.usual_turn_rad}),
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PosePrior, 6, 6>(new PosePrior{
+                                 poses[c], rig[c].centre().v, settings.position_prior_m, settings.rotation_prior_rad}),
                              nullptr, poses[c].data());
     ordering->AddElementToGroup(poses[c].data(), 1);
   }

@@ -1,37 +1,45 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
-#include "calibration/rig/fit_camera.h"
+#include "calibration/rig/resect_camera.h"
 
 namespace mocap::calibration {
 
-/// A marker at one instant, as several cameras saw it.
-struct MarkerSight {
-  int camera = 0;
+/// The image of a marker in one camera.
+struct MarkerObservation {
+  int camera = 0;  ///< index in the rig
   PixelPoint at;
-  double sigma_px = 0.1;
+  double sigma_px = 0.1;  ///< standard deviation per axis
 };
-struct SeenMarker {
-  WorldPoint point;  ///< about
-  std::vector<MarkerSight> sights;
+
+/// One marker at one instant.
+struct ObservedMarker {
+  WorldPoint point;  ///< initial position
+  std::vector<MarkerObservation> observations;
 };
 
 struct RefineRigSettings {
-  double usual_move_m = 0.02;  ///< a rig drifts by no more, standard deviation: holds the rig as a whole where it is
-  double usual_turn_rad = 0.01;
+  /// Standard deviations of the prior on each camera's pose. The prior fixes the gauge: position, rotation and scale of
+  /// the rig as a whole. Chosen by hand: several times the drift of a rig.
+  double position_prior_m = 0.02;
+  double rotation_prior_rad = 0.01;
   int threads = 2;
 };
 
 struct RefinedRig {
   Rig rig;
-  double before_px = 0.0;  ///< rms per axis, robust (from the median), with the markers placed by the rig before
-  double after_px = 0.0;
+  double before_px = 0.0;  ///< robust rms per axis (from the median), of the initial rig and marker positions
+  double after_px = 0.0;   ///< the same after the adjustment
 };
 
-/// Moves all cameras so that markers that several of them saw agree. Lenses stay; so do place, turn and size of the rig
-/// as a whole, which moving markers do not tell. Nothing for fewer than 50 markers or when no solution comes.
-std::optional<RefinedRig> refine_rig(const Rig& rig, const std::vector<SeenMarker>& markers,
+/// Bundle adjustment of the extrinsics of all cameras and of the markers' positions; intrinsics are constant. Markers
+/// that move freely determine neither position, rotation nor scale of the rig as a whole: the prior keeps them. Nothing
+/// for fewer than 50 markers, or if Ceres finds no solution.
+///
+/// Source: Triggs et al., "Bundle adjustment - a modern synthesis" (2000).
+std::optional<RefinedRig> refine_rig(const Rig& rig, const std::vector<ObservedMarker>& markers,
                                      const RefineRigSettings& settings);
 
 }  // namespace mocap::calibration

@@ -7,174 +7,180 @@
 #include <functional>
 #include <optional>
 
-#include "calibration/wand/hold_out.h"
-#include "calibration/wand/join_cameras.h"
-#include "calibration/wand/place_wand.h"
-#include "calibration/wand/rate_wand.h"
+#include "calibration/wand/cross_validation.h"
+#include "calibration/wand/initial_extrinsics.h"
+#include "calibration/wand/solution_quality.h"
 #include "calibration/wand/time_offset.h"
-#include "calibration/wand/wand_views.h"
+#include "calibration/wand/wand_detections.h"
+#include "calibration/wand/wand_poses.h"
 
 namespace mocap::calibration {
 namespace {
 
-// One round of the solution: what is free, how far a spot may lie from where its marker should be, which share of the
-// samples takes part.
-struct Round {
-  LensFreedom lens;
+// Largest distance from the epipolar line, with known lenses and with approximate ones, whose distortion is unknown.
+constexpr double kEpipolarGate_px = 1.5;
+constexpr double kEpipolarGateOfUnknownLens_px = 8.0;
+
+// A larger time offset displaces moving markers by more than their centroid noise: at 1 m/s and 4 m, a focal length of
+// 1100 px gives 0.4 px in 1.5 ms.
+constexpr double kMaxTimeOffset_s = 1.5e-3;
+// The offset must be so many standard deviations to be sure of it. Chosen by hand; not yet measured.
+constexpr double kTimeOffsetSigmas = 6.0;
+
+// Smallest fraction of the wand markers detected by a camera that must be where the other cameras predict them. Chosen
+// by hand; decisions/0004.
+constexpr double kMinInlierFraction = 0.3;
+
+// Wands are manufactured to half a millimetre; a larger difference is a wrong --wand.
+constexpr double kMaxMarkerOffset_m = 2e-3;
+
+/// One stage of the adjustment: the free intrinsics, the gate of a blob about its marker, and the bounds of the work.
+struct Stage {
+  FreeIntrinsics free_intrinsics;
   double gate_px;
-  std::size_t most_samples;
-  int most_steps;
+  std::size_t max_samples;
+  int max_iterations;
 };
 
-// From coarse to fine. With unknown lenses the first places are off by what the lens bends.
-std::vector<Round> rounds_of(const WandSettings& settings) {
-  const std::size_t all = static_cast<std::size_t>(settings.most_samples);
+// From coarse to fine. With unknown lenses the first gates include the unknown distortion. Chosen by hand; figures of
+// the result: mocap-eval wand.
+std::vector<Stage> stages_of(const WandSettings& settings) {
+  const std::size_t all = static_cast<std::size_t>(settings.max_samples);
   if (settings.lens_known) {
-    const LensFreedom lens = settings.refine_lens ? LensFreedom::All : LensFreedom::Fixed;
-    return {{LensFreedom::Fixed, 20.0, 400, 30}, {lens, 3.0, 1500, 30}, {lens, 1.5, all, 20}};
+    const FreeIntrinsics free = settings.refine_lens ? FreeIntrinsics::All : FreeIntrinsics::None;
+    return {{FreeIntrinsics::None, 20.0, 400, 30}, {free, 3.0, 1500, 30}, {free, 1.5, all, 20}};
   }
-  return {{LensFreedom::Focal, 60.0, 400, 60},
-          {LensFreedom::Rough, 30.0, 600, 60},
-          {LensFreedom::All, 10.0, 1500, 60},
-          {LensFreedom::All, 3.0, 1500, 40},
-          {LensFreedom::All, 1.5, all, 25}};
+  return {{FreeIntrinsics::FocalLengths, 60.0, 400, 60},
+          {FreeIntrinsics::FocalLengthsAndK1, 30.0, 600, 60},
+          {FreeIntrinsics::All, 10.0, 1500, 60},
+          {FreeIntrinsics::All, 3.0, 1500, 40},
+          {FreeIntrinsics::All, 1.5, all, 25}};
 }
 
-// A camera whose exposures are further off than this spoils what it sees of anything that moves.
-constexpr double kMostLate_s = 1.5e-3;
-constexpr double kSure = 6.0;
-
-std::optional<WandRefusal> refuse_time(const std::vector<TimeOffset>& offsets, const Rig& rig) {
+std::optional<WandError> check_time_offsets(const std::vector<TimeOffset>& offsets, const Rig& rig) {
   const auto worst = std::ranges::max_element(
       offsets, {}, [](const TimeOffset& offset) { return std::abs(offset.late_s) / std::max(1e-6, offset.sigma_s); });
-  if (std::abs(worst->late_s) < std::max(kMostLate_s, kSure * worst->sigma_s)) return std::nullopt;
+  if (std::abs(worst->late_s) < std::max(kMaxTimeOffset_s, kTimeOffsetSigmas * worst->sigma_s)) return std::nullopt;
   const auto camera = static_cast<std::size_t>(worst - offsets.begin());
-  return WandRefusal{
+  return WandError{
       WandFault::NotSynchronous,
-      fmt::format("camera '{}': its pictures are about {:.1f} ms {} those of the others; synchronise the cameras "
-                  "(a common trigger, or PTP) and take again",
+      fmt::format("camera '{}': its images are about {:.1f} ms {} those of the other cameras; synchronise the cameras "
+                  "(a common trigger, or PTP) and record again",
                   rig[camera].name, 1e3 * std::abs(worst->late_s),
                   worst->late_s > 0.0 ? "later than" : "earlier than")};
 }
 
-// Of the markers that a camera sees of the wand, where the others say that it was: with less it goes with no other.
-constexpr double kLeastAgreeing = 0.3;
-
-// A camera that was joined by chance: what it sees is not where the solution puts it.
-std::optional<WandRefusal> refuse_odd(const WandViews& views, const Bundle& bundle, const WandSettings& settings,
-                                      double reach_px) {
-  std::vector<std::size_t> agreeing(bundle.rig.size(), 0);
-  std::vector<std::size_t> all(bundle.rig.size(), 0);
-  std::vector<int> instants(bundle.places.size(), -1);
-  for (const Sight& sight : bundle.sights) {
-    ++agreeing[static_cast<std::size_t>(sight.camera)];
-    instants[static_cast<std::size_t>(sight.place)] = sight.picture;
+// Refuses a camera whose initial pose was estimated from chance inliers: the other cameras do not confirm its views.
+std::optional<WandError> check_inlier_fractions(const WandDetections& detections, const Bundle& bundle,
+                                                const WandSettings& settings, double gate_px) {
+  std::vector<std::size_t> inliers(bundle.rig.size(), 0);
+  std::vector<std::size_t> detected(bundle.rig.size(), 0);
+  std::vector<int> instants(bundle.wand_poses.size(), -1);
+  for (const Observation& observation : bundle.observations) {
+    ++inliers[static_cast<std::size_t>(observation.camera)];
+    instants[static_cast<std::size_t>(observation.wand_pose)] = observation.instant;
   }
   for (const int instant : instants) {
     for (std::size_t c = 0; c < bundle.rig.size() && instant >= 0; ++c)
-      all[c] += views.of[c][static_cast<std::size_t>(instant)] ? bundle.wand.marks_m.size() : 0;
+      detected[c] += detections.views[c][static_cast<std::size_t>(instant)] ? bundle.wand.marks_m.size() : 0;
   }
   for (std::size_t c = 0; c < bundle.rig.size(); ++c) {
-    if (static_cast<double>(agreeing[c]) >= kLeastAgreeing * static_cast<double>(all[c])) continue;
-    if (auto mirrored = refuse_mirrored(views, bundle.rig, c, bundle.wand, settings, reach_px)) return mirrored;
-    return WandRefusal{
+    if (static_cast<double>(inliers[c]) >= kMinInlierFraction * static_cast<double>(detected[c])) continue;
+    if (auto mirrored = check_mirrored(detections, bundle.rig, c, bundle.wand, settings, gate_px)) return mirrored;
+    return WandError{
         WandFault::NoOverlap,
-        fmt::format("camera '{}': only {} of {} markers that it saw of the wand are where the other cameras "
-                    "say; see that its lens file is right and that it is synchronised, and wave where it "
-                    "and others look",
-                    bundle.rig[c].name, agreeing[c], all[c])};
+        fmt::format("camera '{}': only {} of {} wand markers that it detects are where the other cameras predict them; "
+                    "check its lens file and its synchronisation, and wave the wand in the common view of this and "
+                    "other cameras",
+                    bundle.rig[c].name, inliers[c], detected[c])};
   }
   return std::nullopt;
 }
 
-// Real wands are made to half a millimetre.
-constexpr double kMostOff_m = 2e-3;
-
-std::optional<WandRefusal> refuse_marks(const Bundle& bundle) {
-  const std::vector<double> measured = measured_marks_m(bundle);
-  const std::vector<double>& told = bundle.wand.marks_m;
-  if (measured.size() != 3 || std::abs(measured[1] - told[1]) <= kMostOff_m) return std::nullopt;
-  return WandRefusal{
+std::optional<WandError> check_markers(const Bundle& bundle) {
+  const std::vector<double> measured = triangulated_markers_m(bundle);
+  const std::vector<double>& nominal = bundle.wand.marks_m;
+  if (measured.size() != 3 || std::abs(measured[1] - nominal[1]) <= kMaxMarkerOffset_m) return std::nullopt;
+  return WandError{
       WandFault::WrongWand,
-      fmt::format(
-          "the wand's middle marker is at {:.0f} mm of {:.0f}, told was {:.0f}; say the distances of yours, from "
-          "one end, with --wand",
-          1e3 * measured[1], 1e3 * measured[2], 1e3 * told[1])};
+      fmt::format("the middle marker of the wand is at {:.0f} mm of {:.0f}, expected {:.0f}; set the marker "
+                  "positions of your wand, from one end, with --wand",
+                  1e3 * measured[1], 1e3 * measured[2], 1e3 * nominal[1])};
 }
 
-constexpr const char* kEnded = "ended before there was a solution";
-
-// Places by the round's gate, then cameras and places adjusted to what lies within; the last round leaves out what is
-// far off for good.
-std::optional<WandRefusal> go_round(const WandViews& views, const Round& round, bool last, const WandSettings& settings,
-                                    const std::function<bool(int)>& steps, Bundle& bundle) {
-  place_wand(views, bundle, {.gate_px = round.gate_px, .most_samples = round.most_samples});
-  if (bundle.places.size() < static_cast<std::size_t>(settings.least_samples)) {
-    return WandRefusal{WandFault::TooFewSamples,
-                       fmt::format("only {} samples agree over two cameras or more, expected {} at least; wave the "
-                                   "wand longer, where several cameras see it",
-                                   bundle.places.size(), settings.least_samples)};
+// Triangulates the wand with the gate of the stage, then adjusts cameras and wand poses to the blobs inside the gate.
+// The last stage uses the squared loss and removes outliers instead.
+std::optional<WandError> run_stage(const WandDetections& detections, const Stage& stage, bool last,
+                                   const WandSettings& settings, const std::function<bool(int)>& progress,
+                                   Bundle& bundle) {
+  triangulate_wand_poses(detections, bundle, {.gate_px = stage.gate_px, .max_samples = stage.max_samples});
+  if (bundle.wand_poses.size() < static_cast<std::size_t>(settings.min_samples)) {
+    return WandError{WandFault::TooFewSamples,
+                     fmt::format("only {} samples are consistent over two cameras or more, expected at least {}; wave "
+                                 "the wand longer in the common view of several cameras",
+                                 bundle.wand_poses.size(), settings.min_samples)};
   }
-  BundleSettings adjusting;
-  adjusting.lens = round.lens;
-  adjusting.outlier_sigmas = 0.5 * round.gate_px / bundle.sights.front().sigma_px;
-  adjusting.most_steps = round.most_steps;
-  adjusting.threads = settings.threads;
+  BundleSettings adjustment;
+  adjustment.free_intrinsics = stage.free_intrinsics;
+  adjustment.loss_scale_sigmas = 0.5 * stage.gate_px / bundle.observations.front().sigma_px;
+  adjustment.max_iterations = stage.max_iterations;
+  adjustment.threads = settings.threads;
   if (last) {
-    drop_outliers(bundle);
-    adjusting.outlier_sigmas = 0.0;
+    remove_outliers(bundle);
+    adjustment.loss_scale_sigmas = 0.0;
   }
-  if (!adjust(bundle, adjusting, steps)) {
-    return WandRefusal{WandFault::NoSolution,
-                       "the cameras and the wand do not explain each other; see that the wand's "
-                       "lengths and the lens files are right"};
+  if (!adjust_bundle(bundle, adjustment, progress)) {
+    return WandError{WandFault::NoSolution,
+                     "the adjustment of cameras and wand does not converge; check the marker positions of the wand and "
+                     "the lens files"};
   }
-  if (last && drop_outliers(bundle) > 0 && !adjust(bundle, adjusting, steps))
-    return WandRefusal{WandFault::NoSolution, kEnded};
+  if (last && remove_outliers(bundle) > 0 && !adjust_bundle(bundle, adjustment, progress))
+    return WandError{WandFault::NoSolution, kCancelled};
   return std::nullopt;
 }
 
 }  // namespace
 
-Result<WandSolution, WandRefusal> solve_wand(const Take& take, const Rig& start, const Wand& wand,
-                                             const WandSettings& settings, const Progress& progress) {
-  const auto going_on = [&](const char* doing, double share) { return !progress || progress(doing, share); };
-  const WandRefusal ended{WandFault::NoSolution, kEnded};
-  if (!going_on("looking for the wand", 0.0)) return ended;
-  auto views = look_for_wand(take, start, wand, settings);
-  if (!views) return views.error();
-  const double reach_px = settings.lens_known ? 1.5 : 8.0;
-  auto rig = join_cameras(*views, start, wand, settings, reach_px, progress);
+Result<WandSolution, WandError> solve_wand(const Take& recording, const Rig& start, const Wand& wand,
+                                           const WandSettings& settings, const Progress& progress) {
+  const auto report = [&](const char* step, double fraction) { return !progress || progress(step, fraction); };
+  const WandError cancelled{WandFault::NoSolution, kCancelled};
+  if (!report("detecting the wand", 0.0)) return cancelled;
+  auto detections = detect_wands(recording, start, wand, settings);
+  if (!detections) return detections.error();
+  const double epipolar_gate_px = settings.lens_known ? kEpipolarGate_px : kEpipolarGateOfUnknownLens_px;
+  auto rig = initial_extrinsics(*detections, start, wand, settings, epipolar_gate_px, progress);
   if (!rig) return rig.error();
 
   Bundle bundle;
   bundle.wand = wand;
   bundle.rig = *std::move(rig);
-  const std::vector<Round> rounds = rounds_of(settings);
-  for (std::size_t r = 0; r < rounds.size(); ++r) {
-    const Round& round = rounds[r];
-    const bool last = r + 1 == rounds.size();
-    const auto steps = [&](int step) {
-      return going_on("adjusting", (static_cast<double>(r) + static_cast<double>(step) / round.most_steps) /
-                                       static_cast<double>(rounds.size()));
+  const std::vector<Stage> stages = stages_of(settings);
+  for (std::size_t s = 0; s < stages.size(); ++s) {
+    const Stage& stage = stages[s];
+    const bool last = s + 1 == stages.size();
+    const auto iterations = [&](int iteration) {
+      return report("adjusting", (static_cast<double>(s) + static_cast<double>(iteration) / stage.max_iterations) /
+                                     static_cast<double>(stages.size()));
     };
-    if (auto refusal = go_round(*views, round, last, settings, steps, bundle)) return *refusal;
-    // Before the gates get narrow and leave out what moves fast.
-    if (r + 1 == rounds.size() / 2) {
-      if (auto refusal = refuse_time(time_offsets(*views, bundle, 2.0 * round.gate_px), bundle.rig)) return *refusal;
-      if (auto refusal = refuse_marks(bundle)) return *refusal;
+    if (auto error = run_stage(*detections, stage, last, settings, iterations, bundle)) return *error;
+    // Before the gates are so narrow that they exclude the displaced views of fast markers.
+    if (s + 1 == stages.size() / 2) {
+      const auto offsets = estimate_time_offsets(*detections, bundle, 2.0 * stage.gate_px);
+      if (auto error = check_time_offsets(offsets, bundle.rig)) return *error;
+      if (auto error = check_markers(bundle)) return *error;
     }
-    if (last || (r == 0 && settings.lens_known)) {
-      if (auto refusal = refuse_odd(*views, bundle, settings, reach_px)) return *refusal;
+    if (last || (s == 0 && settings.lens_known)) {
+      if (auto error = check_inlier_fractions(*detections, bundle, settings, epipolar_gate_px)) return *error;
     }
   }
-  const std::vector<TimeOffset> offsets = time_offsets(*views, bundle, rounds.back().gate_px);
-  WandSolution solution = rate_wand(std::move(bundle), rounds.back().lens);
-  if (!going_on("checking", 0.95)) return ended;
-  hold_out(solution, rounds.back().lens, settings.threads);
+  const std::vector<TimeOffset> offsets = estimate_time_offsets(*detections, bundle, stages.back().gate_px);
+  WandSolution solution = assess_solution(std::move(bundle), stages.back().free_intrinsics);
+  if (!report("validating", 0.95)) return cancelled;
+  validate_held_out(solution, stages.back().free_intrinsics, settings.threads);
   for (std::size_t c = 0; c < offsets.size(); ++c) {
-    solution.cameras[c].late_s = offsets[c].late_s;
-    solution.cameras[c].late_sigma_s = offsets[c].sigma_s;
+    solution.cameras[c].time_offset_s = offsets[c].late_s;
+    solution.cameras[c].time_offset_sigma_s = offsets[c].sigma_s;
   }
   return solution;
 }

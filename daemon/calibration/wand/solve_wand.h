@@ -6,83 +6,89 @@
 
 #include "base/result.h"
 #include "calibration/bundle.h"
+#include "calibration/wand/instants.h"
 #include "calibration/wand/wand.h"
 #include "calibration/wand/wand_recording.h"
 
 namespace mocap::calibration {
 
 struct WandSettings {
-  bool lens_known = true;    ///< the rig's lenses are good; else only about as wide as they say
-  bool refine_lens = false;  ///< solve for known lenses, too
-  Duration most_skew = std::chrono::milliseconds(5);  ///< pictures of one instant lie no further apart
-  int least_samples = 60;                             ///< instants in which a camera and another see the wand
-  int most_samples = 20000;                           ///< more are thinned out evenly
+  bool lens_known = true;        ///< the intrinsics of the rig are calibrated; else only approximate focal lengths
+  bool refine_lens = false;      ///< estimate the intrinsics although they are calibrated
+  Duration max_skew = kMaxSkew;  ///< largest difference of exposure times within an instant
+  int min_samples = 60;          ///< instants at which a camera and another camera see the wand
+  int max_samples = 20000;       ///< more are thinned out evenly
   int threads = 2;
 };
 
-/// Why a take gives no rig.
+/// The reason why a recording gives no rig.
 enum class WandFault {
-  NoWand,     ///< a camera saw none
-  WrongWand,  ///< three markers on a line, but not divided as told
-  TwoWands,
-  StillWand,
-  TooFewSamples,
-  NoOverlap,       ///< a camera that shares too little with the others
-  Mirrored,        ///< a camera whose images are
-  NotSynchronous,  ///< a camera's time is off
-  WrongImageSize,  ///< spots where the lens file has no image
-  NoSolution,
+  NoWand,          ///< a camera does not see a wand
+  WrongWand,       ///< three collinear markers, but with another division ratio
+  TwoWands,        ///< two wands in many images
+  StillWand,       ///< the wand does not move
+  TooFewSamples,   ///< too few instants with the wand in two cameras
+  NoOverlap,       ///< a camera shares too little with the others, or is inconsistent with them
+  Mirrored,        ///< the images of a camera are mirrored
+  NotSynchronous,  ///< the exposure times of a camera are wrong
+  WrongImageSize,  ///< blobs outside the image for which the intrinsics were calibrated
+  NoSolution,      ///< the adjustment failed or was cancelled
 };
 
-struct WandRefusal {
+struct WandError {
   WandFault fault;
-  std::string message;  ///< names the camera, the figure, what was expected, what to do
+  std::string message;  ///< names the camera, the figure, what was expected and what to do
 };
 
-/// How far off one marker of the wand was seen.
-struct SightResidual {
-  int camera = 0;
-  PixelPoint at;                                          ///< where it was seen
-  Eigen::Vector2d residual_px = Eigen::Vector2d::Zero();  ///< seen minus projected
-  bool held_out = false;  ///< its sample had no say in the rig that it is projected by, only in where the wand was
+/// The message of a NoSolution error after `progress` returned false.
+inline constexpr const char* kCancelled = "cancelled before there was a solution";
+
+/// Reprojection residual of one wand marker.
+struct ObservationResidual {
+  int camera = 0;                                         ///< index in the rig
+  PixelPoint at;                                          ///< observed
+  Eigen::Vector2d residual_px = Eigen::Vector2d::Zero();  ///< observed minus projected
+  /// Whether the rig of this residual was adjusted without the sample (its wand pose was estimated from the sample).
+  bool held_out = false;
 };
 
-/// A camera's share in a solution.
-struct CameraQuality {
+/// The figures of one camera in a solution.
+struct CameraAccuracy {
   double rms_px = 0.0;      ///< per axis
-  double heldout_px = 0.0;  ///< the same of samples that had no say in the rig; 0 where there were too few
-  std::size_t points = 0;   ///< markers that it saw and that count
-  double coverage = 0.0;    ///< share of its image's 8 x 8 fields with at least a point
-  CameraDoubt doubt;
-  double late_s = 0.0;  ///< its pictures are taken so long after those of the others
-  double late_sigma_s = 0.0;
+  double heldout_px = 0.0;  ///< per axis, of held-out samples; 0: too few
+  std::size_t points = 0;   ///< observations
+  double coverage = 0.0;    ///< fraction of the 8 x 8 image cells with an observation
+  PoseUncertainty uncertainty;
+  double time_offset_s = 0.0;  ///< positive: the camera exposes after the others
+  double time_offset_sigma_s = 0.0;
 };
 
-/// Cameras in a frame of their own: the first camera's. `floor` lays them on the ground.
+/// A rig in the frame of its first camera. The functions of floor/ move it into a world frame.
 struct WandSolution {
   Bundle bundle;
-  std::vector<CameraQuality> cameras;
-  double rms_px = 0.0;         ///< per axis, of all
-  double heldout_px = 0.0;     ///< the same of samples that had no say in the rig; 0 where there were too few
-  double length_mean_m = 0.0;  ///< end to end, triangulated without being told the length
+  std::vector<CameraAccuracy> cameras;
+  double rms_px = 0.0;         ///< per axis, of all observations
+  double heldout_px = 0.0;     ///< per axis, of held-out samples; 0: too few
+  double length_mean_m = 0.0;  ///< of the wand, end to end, triangulated without the known length
   double length_std_m = 0.0;
   double length_min_m = 0.0;
   double length_max_m = 0.0;
-  std::size_t samples = 0;     ///< instants
-  Eigen::MatrixXd covariance;  ///< of centres and turns, as RigDoubt has it
-  /// Every sight of the solution, then those of each tenth sample again, by a rig that was solved without them.
-  std::vector<SightResidual> residuals;
+  std::size_t samples = 0;     ///< wand poses with observations
+  Eigen::MatrixXd covariance;  ///< of the camera poses, as in RigCovariance
+  /// Residuals of all observations, then again of every tenth sample with a rig that was adjusted without these
+  /// samples.
+  std::vector<ObservationResidual> residuals;
 };
 
-/// What is being done, and which share of it is done. False ends it.
-using Progress = std::function<bool(const char* doing, double share)>;
+/// Receives the current step and the fraction of it that is done. Returning false cancels the calibration.
+using Progress = std::function<bool(const char* step, double fraction)>;
 
-/// Solves for all cameras by a wand that was waved: finds it in each picture, relates cameras in pairs, joins these
-/// over the overlaps that tell most, and adjusts everything at once. `start` gives names, image sizes and lenses; where
-/// its cameras stand is not looked at.
+/// Calibrates the extrinsics (and, if asked, the intrinsics) of all cameras from a recording of a waved wand: detects
+/// the wand in each image, estimates relative poses of pairs of cameras, joins them, and runs bundle adjustment in
+/// stages with decreasing gates. `start` gives names, image sizes and intrinsics; its poses are ignored.
 ///
-/// Deterministic. Allocates. Sources: as relate and adjust say.
-Result<WandSolution, WandRefusal> solve_wand(const Take& take, const Rig& start, const Wand& wand,
-                                             const WandSettings& settings, const Progress& progress = {});
+/// Deterministic. Allocates. Sources: see estimate_two_view_geometry and adjust_bundle.
+Result<WandSolution, WandError> solve_wand(const Take& recording, const Rig& start, const Wand& wand,
+                                           const WandSettings& settings, const Progress& progress = {});
 
 }  // namespace mocap::calibration

@@ -6,105 +6,114 @@
 #include <limits>
 #include <optional>
 
-#include "calibration/median.h"
-#include "calibration/wand/place_wand.h"
+#include "calibration/robust_statistics.h"
+#include "calibration/wand/wand_poses.h"
 #include "geometry/lens.h"
 
 namespace mocap::calibration {
 namespace {
 
 using Eigen::Vector2d;
+using Vector7 = Eigen::Matrix<double, 7, 1>;
+using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
-constexpr std::size_t kMostSamples = 1500;
-constexpr std::size_t kLeastSamples = 30;
-// Between two places further apart in time the wand did not go straight.
-constexpr double kStraight_s = 0.12;
-constexpr double kLeastMotion_px_s = 60.0;
+// Bounds of the number of samples. Chosen by hand; not yet measured.
+constexpr std::size_t kMaxSamples = 1500;
+constexpr std::size_t kMinSamples = 30;
+// The velocity of the wand is a central difference over at most this span: over a longer one the motion is not
+// straight. Chosen by hand; not yet measured.
+constexpr double kMaxSpan_s = 0.12;
+// A slower marker carries no information about time: 1.5 ms times 60 px/s is about the centroid noise of 0.1 px.
+constexpr double kMinSpeed_px_s = 60.0;
+constexpr int kIterations = 8;
 
-// One sight: what a lag of a second, and a small turn and move of the camera, would make of it, px.
-struct Row {
-  Eigen::Matrix<double, 2, 7> slope;
-  Vector2d off;
+// One observation, linearised: unknowns are the time offset (s) and a small change of the camera's pose (rad, m).
+struct Equation {
+  Eigen::Matrix<double, 2, 7> jacobian;
+  Vector2d residual_px;
 };
 
-// How a sight moves with the camera's pose: without it, a pose that was solved with late pictures hides part of the
-// lag.
-Eigen::Matrix<double, 2, 6> slope_of_pose(const CameraModel& camera, const WorldPoint& point) {
+// Derivative of the projection of a point by a rotation and a translation of the camera, in the camera's frame.
+Eigen::Matrix<double, 2, 6> projection_jacobian(const CameraModel& camera, const WorldPoint& point) {
   const Eigen::Vector3d at = (camera.camera_from_world * point).v;
   const Vector2d ray = at.head<2>() / at.z();
-  Eigen::Matrix<double, 2, 3> move;
-  move << 1.0, 0.0, -ray.x(), 0.0, 1.0, -ray.y();
-  move = geometry::distort_with_slope(camera.lens, {ray}).px_from_ray * move / at.z();
+  Eigen::Matrix<double, 2, 3> by_point;
+  by_point << 1.0, 0.0, -ray.x(), 0.0, 1.0, -ray.y();
+  by_point = geometry::distort_with_slope(camera.lens, {ray}).px_from_ray * by_point / at.z();
   Eigen::Matrix3d cross;
   cross << 0.0, at.z(), -at.y(), -at.z(), 0.0, at.x(), at.y(), -at.x(), 0.0;
-  Eigen::Matrix<double, 2, 6> slope;
-  slope << move * cross, move;
-  return slope;
+  Eigen::Matrix<double, 2, 6> jacobian;
+  jacobian << by_point * cross, by_point;
+  return jacobian;
 }
 
-// Where the wand's motion at a place leads in a camera's image, px/s: from the places before and after.
-std::optional<Vector2d> motion_px_s(const WandViews& views, const Bundle& bundle, const Sight& sight,
-                                    const std::vector<int>& instant_of) {
-  const auto p = static_cast<std::size_t>(sight.place);
-  if (p == 0 || p + 1 >= bundle.places.size()) return std::nullopt;
-  const auto at = [&](std::size_t place) { return views.instants[static_cast<std::size_t>(instant_of[place])].at; };
+// Image velocity of an observed marker, by central differences of the neighbouring wand poses.
+std::optional<Vector2d> velocity_px_s(const WandDetections& detections, const Bundle& bundle,
+                                      const Observation& observation, const std::vector<int>& instant_of) {
+  const auto p = static_cast<std::size_t>(observation.wand_pose);
+  if (p == 0 || p + 1 >= bundle.wand_poses.size()) return std::nullopt;
+  const auto at = [&](std::size_t pose) { return detections.instants[static_cast<std::size_t>(instant_of[pose])].at; };
   const double span_s = to_s(at(p + 1) - at(p - 1));
-  if (!(span_s > 0.0) || span_s > kStraight_s) return std::nullopt;
-  const CameraModel& camera = bundle.rig[static_cast<std::size_t>(sight.camera)];
-  const auto before = geometry::project(camera, bundle.marker(bundle.places[p - 1], sight.mark));
-  const auto after = geometry::project(camera, bundle.marker(bundle.places[p + 1], sight.mark));
+  if (!(span_s > 0.0) || span_s > kMaxSpan_s) return std::nullopt;
+  const CameraModel& camera = bundle.rig[static_cast<std::size_t>(observation.camera)];
+  const auto before = geometry::project(camera, bundle.marker_position(bundle.wand_poses[p - 1], observation.marker));
+  const auto after = geometry::project(camera, bundle.marker_position(bundle.wand_poses[p + 1], observation.marker));
   if (!before || !after) return std::nullopt;
   return (after->v - before->v) / span_s;
 }
 
-// Least squares for lag and pose at once; what is far off counts less and less.
-TimeOffset offset_of(const std::vector<Row>& rows) {
-  if (rows.size() < kLeastSamples) return {0.0, std::numeric_limits<double>::infinity()};
-  Eigen::Matrix<double, 7, 1> change = Eigen::Matrix<double, 7, 1>::Zero();
-  Eigen::Matrix<double, 7, 7> curvature;
-  double spread = 0.0;
-  for (int round = 0; round < 8; ++round) {
-    std::vector<double> off;
-    for (const Row& row : rows) off.push_back((row.off - row.slope * change).norm());
-    spread = std::max(1e-3, median(off) / 1.1774);  // the median of a Rayleigh distribution
-    curvature.setZero();
-    Eigen::Matrix<double, 7, 1> pull = Eigen::Matrix<double, 7, 1>::Zero();
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      const double weight = 1.0 / (1.0 + off[i] * off[i] / (9.0 * spread * spread));
-      curvature += weight * rows[i].slope.transpose() * rows[i].slope;
-      pull += weight * rows[i].slope.transpose() * rows[i].off;
+// Iteratively reweighted least squares with Cauchy weights.
+TimeOffset solve_equations(const std::vector<Equation>& equations) {
+  if (equations.size() < kMinSamples) return {0.0, std::numeric_limits<double>::infinity()};
+  Vector7 estimate = Vector7::Zero();
+  Matrix7 normal;
+  double sigma_px = 0.0;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    std::vector<double> lengths;
+    for (const Equation& equation : equations)
+      lengths.push_back((equation.residual_px - equation.jacobian * estimate).norm());
+    sigma_px = std::max(1e-3, median(lengths) / kRayleighMedian);
+    normal.setZero();
+    Vector7 rhs = Vector7::Zero();
+    for (std::size_t i = 0; i < equations.size(); ++i) {
+      const double weight = 1.0 / (1.0 + lengths[i] * lengths[i] / (9.0 * sigma_px * sigma_px));
+      normal += weight * equations[i].jacobian.transpose() * equations[i].jacobian;
+      rhs += weight * equations[i].jacobian.transpose() * equations[i].residual_px;
     }
-    // Scaled, since s, rad and m stand side by side.
-    const Eigen::Matrix<double, 7, 1> scale = curvature.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
-    curvature = scale.asDiagonal() * curvature * scale.asDiagonal();
-    curvature.diagonal().array() += 1e-9;
-    change = scale.asDiagonal() * curvature.ldlt().solve(scale.asDiagonal() * pull);
-    curvature = scale.asDiagonal() * curvature.inverse() * scale.asDiagonal();
+    // Scaled to a unit diagonal, because the unknowns have the units s, rad and m.
+    const Vector7 scale = normal.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
+    normal = scale.asDiagonal() * normal * scale.asDiagonal();
+    normal.diagonal().array() += 1e-9;
+    estimate = scale.asDiagonal() * normal.ldlt().solve(scale.asDiagonal() * rhs);
+    normal = scale.asDiagonal() * normal.inverse() * scale.asDiagonal();
   }
-  return {change[0], spread * std::sqrt(curvature(0, 0))};
+  return {estimate[0], sigma_px * std::sqrt(normal(0, 0))};  // `normal` is inverted here: the covariance for 1 px
 }
 
 }  // namespace
 
-std::vector<TimeOffset> time_offsets(const WandViews& views, const Bundle& bundle, double gate_px) {
+std::vector<TimeOffset> estimate_time_offsets(const WandDetections& detections, const Bundle& bundle, double gate_px) {
   std::vector<TimeOffset> offsets;
-  Bundle placed{bundle.rig, bundle.wand, {}, {}};
+  Bundle others{bundle.rig, bundle.wand, {}, {}};
   for (std::size_t c = 0; c < bundle.rig.size(); ++c) {
-    place_wand(views, placed, {.gate_px = gate_px, .most_samples = kMostSamples, .without = static_cast<int>(c)});
-    std::vector<int> instant_of(placed.places.size(), 0);
-    for (const Sight& sight : placed.sights) instant_of[static_cast<std::size_t>(sight.place)] = sight.picture;
-    std::vector<Row> rows;
-    for (const Sight& sight : placed.sights) {
-      if (sight.camera != static_cast<int>(c)) continue;
-      const auto motion = motion_px_s(views, placed, sight, instant_of);
-      const auto residual = placed.residual_px(sight);
-      if (!motion || !residual || motion->norm() < kLeastMotion_px_s) continue;
-      const WorldPoint at = placed.marker(placed.places[static_cast<std::size_t>(sight.place)], sight.mark);
-      Row& row = rows.emplace_back();
-      row.slope << *motion, slope_of_pose(placed.rig[c], at);
-      row.off = *residual;
+    triangulate_wand_poses(detections, others,
+                           {.gate_px = gate_px, .max_samples = kMaxSamples, .excluded_camera = static_cast<int>(c)});
+    std::vector<int> instant_of(others.wand_poses.size(), 0);
+    for (const Observation& observation : others.observations)
+      instant_of[static_cast<std::size_t>(observation.wand_pose)] = observation.instant;
+    std::vector<Equation> equations;
+    for (const Observation& observation : others.observations) {
+      if (observation.camera != static_cast<int>(c)) continue;
+      const auto velocity = velocity_px_s(detections, others, observation, instant_of);
+      const auto residual = others.residual_px(observation);
+      if (!velocity || !residual || velocity->norm() < kMinSpeed_px_s) continue;
+      const WandPose& pose = others.wand_poses[static_cast<std::size_t>(observation.wand_pose)];
+      Equation& equation = equations.emplace_back();
+      equation.jacobian << *velocity,
+          projection_jacobian(others.rig[c], others.marker_position(pose, observation.marker));
+      equation.residual_px = *residual;
     }
-    offsets.push_back(offset_of(rows));
+    offsets.push_back(solve_equations(equations));
   }
   return offsets;
 }

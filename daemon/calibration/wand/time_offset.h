@@ -3,18 +3,21 @@
 #include <vector>
 
 #include "calibration/bundle.h"
-#include "calibration/wand/wand_views.h"
+#include "calibration/wand/wand_detections.h"
 
 namespace mocap::calibration {
 
-/// How long after the others a camera takes its pictures, as far as their time stamps do not say so.
+/// The part of a camera's exposure time that its time stamps do not report.
 struct TimeOffset {
-  double late_s = 0.0;
-  double sigma_s = 0.0;  ///< infinite where the wand's motion does not tell
+  double late_s = 0.0;   ///< positive: the camera exposes after the other cameras
+  double sigma_s = 0.0;  ///< standard deviation; infinite if the motion of the wand does not determine the offset
 };
 
-/// By camera: its spots lie along the wand's motion from where the other cameras put the wand. Needs places in the
-/// bundle's frame that are right to `gate_px`.
-std::vector<TimeOffset> time_offsets(const WandViews& views, const Bundle& bundle, double gate_px);
+/// Estimates the time offset of each camera against the others, together with a correction of its pose.
+///
+/// The other cameras triangulate the wand; a late camera sees each marker displaced along its image motion. The pose of
+/// the camera is an unknown of the same least-squares problem, because a pose that was estimated from late images hides
+/// a part of the offset. Requires wand poses in `bundle` that are accurate to `gate_px`.
+std::vector<TimeOffset> estimate_time_offsets(const WandDetections& detections, const Bundle& bundle, double gate_px);
 
 }  // namespace mocap::calibration

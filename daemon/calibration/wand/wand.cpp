@@ -5,78 +5,83 @@
 namespace mocap::calibration {
 namespace {
 
-struct Reading {
-  WandSpots spots;
-  double badness = 0.0;
+// A candidate whose cost is within this of the best one leaves the detection ambiguous. A cost of 1 is one tolerance.
+// Chosen by hand; not yet measured.
+constexpr double kAmbiguityMargin = 0.5;
+
+struct Candidate {
+  WandBlobs blobs;
+  double cost = 0.0;
 };
 
-bool share_a_spot(const WandSpots& a, const WandSpots& b) {
-  return std::ranges::any_of(a, [&](int spot) { return spot >= 0 && std::ranges::find(b, spot) != b.end(); });
+bool share_a_blob(const WandBlobs& a, const WandBlobs& b) {
+  return std::ranges::any_of(a, [&](int blob) { return blob >= 0 && std::ranges::find(b, blob) != b.end(); });
 }
 
-// How badly three spots make a wand of which `from` is the first marker; negative: not at all.
-double badness_of(const Eigen::Vector2d& from, const Eigen::Vector2d& middle, const Eigen::Vector2d& to,
-                  double divided_at, const WandShape& shape) {
+// Squared deviations from the line and from the division ratio, in tolerances, of three blobs as a wand with the first
+// marker at `from`. Negative: outside the tolerances.
+double candidate_cost(const Eigen::Vector2d& from, const Eigen::Vector2d& middle, const Eigen::Vector2d& to,
+                      double wand_ratio, const WandTolerance& tolerance) {
   const Eigen::Vector2d along = to - from;
   const double length = along.norm();
-  if (length < shape.shortest_px) return -1.0;
+  if (length < tolerance.min_length_px) return -1.0;
   const Eigen::Vector2d u = along / length;
-  const Eigen::Vector2d off = middle - from;
-  const double straight = shape.straight_px + shape.straight_share * length;
-  const double beside = std::abs(u.x() * off.y() - u.y() * off.x()) / straight;
-  const double divided = std::abs(u.dot(off) / length - divided_at) / shape.ratio_slack;
-  return beside <= 1.0 && divided <= 1.0 ? beside * beside + divided * divided : -1.0;
+  const Eigen::Vector2d offset = middle - from;
+  const double max_offset = tolerance.offset_px + tolerance.offset_fraction * length;
+  const double line = std::abs(u.x() * offset.y() - u.y() * offset.x()) / max_offset;
+  const double ratio = std::abs(u.dot(offset) / length - wand_ratio) / tolerance.ratio_tolerance;
+  return line <= 1.0 && ratio <= 1.0 ? line * line + ratio * ratio : -1.0;
 }
 
-std::vector<Reading> readings_of_three(std::span<const Eigen::Vector2d> spots, const Wand& wand,
-                                       const WandShape& shape) {
-  std::vector<Reading> readings;
-  const double divided_at = wand.marks_m[1] / wand.length_m();
-  const auto n = static_cast<int>(spots.size());
-  const auto at = [&](int i) { return spots[static_cast<std::size_t>(i)]; };
+std::vector<Candidate> three_marker_candidates(std::span<const Eigen::Vector2d> blobs, const Wand& wand,
+                                               const WandTolerance& tolerance) {
+  std::vector<Candidate> candidates;
+  const double wand_ratio = wand.marks_m[1] / wand.length_m();
+  const auto n = static_cast<int>(blobs.size());
+  const auto at = [&](int i) { return blobs[static_cast<std::size_t>(i)]; };
   for (int from = 0; from < n; ++from) {
     for (int to = 0; to < n; ++to) {
-      if (to == from || (wand.reads_both_ways() && to < from)) continue;
+      if (to == from || (wand.is_symmetric() && to < from)) continue;
       for (int middle = 0; middle < n; ++middle) {
         if (middle == from || middle == to) continue;
-        const double badness = badness_of(at(from), at(middle), at(to), divided_at, shape);
-        if (badness >= 0.0) readings.push_back({{from, middle, to}, badness});
+        const double cost = candidate_cost(at(from), at(middle), at(to), wand_ratio, tolerance);
+        if (cost >= 0.0) candidates.push_back({{from, middle, to}, cost});
       }
     }
   }
-  return readings;
+  return candidates;
 }
 
 }  // namespace
 
-WandShape wand_shape(bool lens_known) {
-  WandShape shape;
-  if (!lens_known) {
-    shape.straight_px = 2.0;
-    shape.straight_share = 0.03;
+WandTolerance wand_tolerance(bool lenses_known) {
+  WandTolerance tolerance;
+  if (!lenses_known) {
+    tolerance.offset_px = 2.0;
+    tolerance.offset_fraction = 0.03;
   }
-  return shape;
+  return tolerance;
 }
 
-WandLook find_wand(std::span<const Eigen::Vector2d> spots_px, const Wand& wand, const WandShape& shape) {
-  WandLook look;
-  if (spots_px.size() > shape.most_spots) return look;
+WandDetection detect_wand(std::span<const Eigen::Vector2d> blobs_px, const Wand& wand, const WandTolerance& tolerance) {
+  WandDetection detection;
+  if (blobs_px.size() > tolerance.max_blobs) return detection;
   if (wand.marks_m.size() == 2) {
-    look.seen = spots_px.size() == 2 && (spots_px[1] - spots_px[0]).norm() >= shape.shortest_px;
-    if (look.seen) look.spots = {0, 1, -1};
-    look.twice = spots_px.size() == 4;
-    return look;
+    detection.found = blobs_px.size() == 2 && (blobs_px[1] - blobs_px[0]).norm() >= tolerance.min_length_px;
+    if (detection.found) detection.blobs = {0, 1, -1};
+    detection.two_wands = blobs_px.size() == 4;
+    return detection;
   }
-  const std::vector<Reading> readings = readings_of_three(spots_px, wand, shape);
-  if (readings.empty()) return look;
-  const auto best = std::ranges::min_element(readings, {}, &Reading::badness);
-  look.spots = best->spots;
-  // Another reading that fits half as well leaves it open which one is the wand.
-  look.seen = std::ranges::none_of(
-      readings, [&](const Reading& other) { return &other != &*best && other.badness < best->badness + 0.5; });
-  look.twice =
-      std::ranges::any_of(readings, [&](const Reading& other) { return !share_a_spot(other.spots, best->spots); });
-  return look;
+  const std::vector<Candidate> candidates = three_marker_candidates(blobs_px, wand, tolerance);
+  if (candidates.empty()) return detection;
+  const auto best = std::ranges::min_element(candidates, {}, &Candidate::cost);
+  detection.blobs = best->blobs;
+  detection.found = std::ranges::none_of(candidates, [&](const Candidate& other) {
+    return &other != &*best && other.cost < best->cost + kAmbiguityMargin;
+  });
+  detection.two_wands =
+      std::ranges::any_of(candidates, [&](const Candidate& other) { return !share_a_blob(other.blobs, best->blobs); });
+  return detection;
 }
 
 }  // namespace mocap::calibration

@@ -9,41 +9,44 @@
 
 namespace mocap::calibration {
 
-inline constexpr std::size_t kMostMarks = 3;
+inline constexpr std::size_t kMaxWandMarkers = 3;
 
-/// A stiff stick with two or three markers on a line.
+/// A calibration wand: a rigid rod with two or three markers on a line.
 struct Wand {
-  std::vector<double> marks_m;  ///< place of each marker along it, from the first: 0, then ascending
+  std::vector<double> marks_m;  ///< distance of each marker from the first: 0, then ascending
 
   double length_m() const { return marks_m.back(); }
   double middle_m() const { return 0.5 * marks_m.back(); }
-  /// Whether it looks the same from either end.
-  bool reads_both_ways() const { return marks_m.size() == 2 || std::abs(marks_m[1] / marks_m.back() - 0.5) < 0.04; }
+  /// Whether the two ends cannot be distinguished: two markers, or a middle marker within 4 % of the midpoint.
+  bool is_symmetric() const { return marks_m.size() == 2 || std::abs(marks_m[1] / marks_m.back() - 0.5) < 0.04; }
 };
 
-/// Where the spots of a wand are in one picture: index of the spot by marker, -1 where it was not seen.
-using WandSpots = std::array<int, kMostMarks>;
+/// The blobs of a wand in one image: index of the blob by marker, -1 if the marker was not detected.
+using WandBlobs = std::array<int, kMaxWandMarkers>;
 
-/// What is taken for a wand in a picture.
-struct WandShape {
-  double straight_px = 1.0;      ///< a middle marker may lie so far off the line
-  double straight_share = 0.01;  ///< and so much of the wand's length in the image more: what the lens bends
-  double ratio_slack = 0.09;     ///< of where the middle marker divides it: a tilted wand's near half looks longer
-  double shortest_px = 12.0;     ///< end to end
-  std::size_t most_spots = 48;   ///< with more the picture tells nothing
+/// Tolerances of the detection of a wand in one image.
+struct WandTolerance {
+  double offset_px = 1.0;         ///< largest distance of the middle marker from the line through the ends ...
+  double offset_fraction = 0.01;  ///< ... plus this fraction of the wand's image length, for lens distortion
+  /// Largest difference of the division ratio from the wand's own: perspective lengthens the near part of a tilted
+  /// wand.
+  double ratio_tolerance = 0.09;
+  double min_length_px = 12.0;  ///< end to end
+  std::size_t max_blobs = 48;   ///< images with more blobs are skipped: the search is cubic in their number
 };
 
-/// As it fits lenses that are known, or that are only about as wide as is said.
-WandShape wand_shape(bool lens_known);
+/// Tolerances for known lenses (the rays are undistorted), or for lenses of which only the field of view is known.
+WandTolerance wand_tolerance(bool lenses_known);
 
-/// What a picture shows.
-struct WandLook {
-  bool seen = false;   ///< just one reading, or one that is clearly the best
-  bool twice = false;  ///< two wands that share no spot
-  WandSpots spots{-1, -1, -1};
+/// The result of a detection in one image.
+struct WandDetection {
+  bool found = false;      ///< exactly one candidate, or one that is clearly the best
+  bool two_wands = false;  ///< two candidates without a common blob
+  WandBlobs blobs{-1, -1, -1};
 };
 
-/// Looks for the wand among the spots of one picture. Of two markers, only where there are no other spots.
-WandLook find_wand(std::span<const Eigen::Vector2d> spots_px, const Wand& wand, const WandShape& shape);
+/// Detects the wand among the blobs of one image (undistorted, px). Three markers are found by collinearity and
+/// division ratio; two markers only if the image has exactly two blobs. Time: cubic in the number of blobs.
+WandDetection detect_wand(std::span<const Eigen::Vector2d> blobs_px, const Wand& wand, const WandTolerance& tolerance);
 
 }  // namespace mocap::calibration

@@ -7,20 +7,20 @@
 
 namespace mocap::calibration {
 
-/// A bright spot in one image.
+/// The centroid of one blob.
 struct Spot {
   PixelPoint at;
-  double sigma_px = 0.1;  ///< standard deviation of each axis; over 0
+  double sigma_px = 0.1;  ///< standard deviation per axis; greater than 0
 };
 
-/// What one camera saw at one instant.
+/// The blobs of one image.
 struct Picture {
   Timestamp exposed_at;
   std::vector<Spot> spots;
 };
 
-/// What the cameras saw while somebody waved a wand: pictures by camera, in the order of the rig, each in the order of
-/// their exposure.
+/// The blobs of all cameras while a wand was waved: images by camera, in the order of the rig, those of one camera in
+/// the order of their exposure.
 struct Take {
   std::vector<std::vector<Picture>> cameras;
 };

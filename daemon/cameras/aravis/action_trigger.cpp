@@ -13,6 +13,8 @@
 #include <cstddef>
 #include <cstring>
 
+#include "cameras/clock/exposure_clock.h"
+
 namespace mocap::cameras {
 namespace {
 
@@ -20,13 +22,15 @@ constexpr std::uint16_t kPort = 3956;
 constexpr std::uint8_t kKey = 0x42, kScheduled = 0x80, kAnswerWanted = 0x01;
 constexpr std::uint16_t kAction = 0x0100, kActionAnswer = 0x0101;
 constexpr std::uint16_t kNoReferenceTime = 0x8013;
-// What cameras keep of scheduled actions is some 10; this is long enough for a thread that is late.
+// Cameras queue about 10 scheduled actions. 0.1 s is longer than the delay of a camera thread on a busy machine. Design
+// values, see decisions/0011.
 constexpr int kMostAhead = 8;
 constexpr Duration kAhead = std::chrono::milliseconds(100);
-// By a network and a camera that are slow.
+// Shortest time from a scheduled command to its exposure, for a slow network and a slow camera. Design value.
 constexpr Duration kLeastAhead = std::chrono::milliseconds(2);
-// A master gives UTC, or by the standard TAI; since 2017 they are so far apart. Farther off it has a time of its own.
-constexpr Duration kTaiMinusUtc = std::chrono::seconds(37), kNear = std::chrono::milliseconds(50);
+// A PTP master distributes UTC, or TAI as the standard (IEEE 1588) says. A camera clock
+// that differs by more than kNear from both has another time scale.
+constexpr Duration kNear = std::chrono::milliseconds(50);
 constexpr int kProbes = 4, kAnswerPatience_ms = 250;
 
 template <class T>
@@ -63,7 +67,7 @@ void ActionTrigger::send(std::uint8_t flags, Duration at) {
   const bool scheduled = (flags & kScheduled) != 0;
   std::array<std::uint8_t, 28> packet{kKey, flags};
   const std::size_t size = scheduled ? 28 : 20;
-  if (++request_ == 0) ++request_;  // 0 is none
+  if (++request_ == 0) ++request_;  // 0 is not a valid request id
   put(&packet[2], htobe16(kAction));
   put(&packet[4], htobe16(static_cast<std::uint16_t>(size - 8)));
   put(&packet[6], htobe16(request_));
@@ -72,9 +76,9 @@ void ActionTrigger::send(std::uint8_t flags, Duration at) {
   put(&packet[16], htobe32(kActionGroupMask));
   if (scheduled) {
     put(&packet[20], htobe64(static_cast<std::uint64_t>(at.count())));
-    told_[request_ % told_.size()] = {request_, at};
+    commands_[request_ % commands_.size()] = {request_, at};
   }
-  // One that the system refuses is an image less, as one that is lost on the way.
+  // A failed send loses one image, as a lost packet does.
   [[maybe_unused]] const ssize_t sent = ::send(socket_, packet.data(), size, MSG_NOSIGNAL);
 }
 
@@ -89,29 +93,31 @@ Status ActionTrigger::probe(Timestamp now) {
     if (status < 0x8000) return {};
     return Error{
         ErrorCode::Unsupported,
-        fmt::format("trigger = \"action\": the camera refuses an action by its time ({}); set ptp = false, and "
-                    "it is told at the instant",
+        fmt::format("trigger = \"action\": the camera refuses scheduled action commands ({}); set ptp = false "
+                    "for commands at exposure time",
                     status == kNoReferenceTime ? "it keeps no PTP time" : fmt::format("status {:#06x}", status))};
   }
   return {};
 }
 
-// The first multiple after this.
+// Sets the next exposure to the first multiple of the period after `clock`.
 void ActionTrigger::skip_to(Duration clock) { next_ = (clock / period_ + 1) * period_; }
 
-// Whoever lost its master refuses this command and all later ones.
+// Reads acknowledgements. A camera that lost its PTP master refuses a scheduled command and all later ones; the next
+// exposure is then the first refused one.
 void ActionTrigger::take_answers() {
   std::array<std::uint8_t, 64> answer{};
   for (ssize_t size; (size = recv(socket_, answer.data(), answer.size(), MSG_DONTWAIT)) >= 0;) {
     if (size < 8 || get16(&answer[2]) != kActionAnswer || get16(&answer[0]) != kNoReferenceTime) continue;
-    const Told& told = told_[get16(&answer[6]) % told_.size()];
-    if (told.request != get16(&answer[6])) continue;
-    next_ = std::min(next_, told.at);
+    const Command& command = commands_[get16(&answer[6]) % commands_.size()];
+    if (command.request != get16(&answer[6])) continue;
+    next_ = std::min(next_, command.at);
     refused_ = true;
   }
 }
 
-// What the camera shows of its clock, some milliseconds late, tells which one all cameras have.
+// Estimates the offset of the common clock from UTC. The camera's clock was read some milliseconds late; an offset near
+// 0 or near TAI - UTC is taken as exactly that.
 void ActionTrigger::learn_common_clock(Duration utc_minus_host) {
   const Duration ahead_of_utc = camera_minus_host_ - utc_minus_host;
   common_minus_utc_ = ahead_of_utc;
@@ -129,7 +135,8 @@ void ActionTrigger::send_due(Timestamp now, Duration utc_minus_host, bool ahead)
   const Duration clock = now.time_since_epoch() + clock_minus_host;
   const Duration horizon = ahead ? std::min(kAhead, kMostAhead * period_) : Duration::zero();
   const Duration first = clock + (ahead ? kLeastAhead : Duration::zero());
-  // From one way of telling to the other it goes on with what was not told yet, unless the clock leapt.
+  // A change between scheduled and immediate commands continues with the first exposure that was not commanded yet,
+  // unless the clock jumped.
   const bool leapt = next_ - clock > kAhead + period_;
   const bool missed = ahead ? next_ < first : clock - next_ > period_ / 2;
   if (!begun_ || leapt || missed) skip_to(first);

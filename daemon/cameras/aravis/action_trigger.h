@@ -11,46 +11,51 @@
 
 namespace mocap::cameras {
 
-/// What a camera must be set to, so that it takes our action commands for its own.
+/// Device key, group key and group mask that a camera must be set to, so that it accepts the action commands of this
+/// daemon.
 inline constexpr std::uint32_t kActionDeviceKey = 0x6d6f6361;
 inline constexpr std::uint32_t kActionGroupKey = 1;
 inline constexpr std::uint32_t kActionGroupMask = 0xffffffff;
 
-/// Tells one GigE Vision camera when to expose, by action commands. All exposures begin at whole multiples of the
-/// period, so that cameras of one period expose together though nobody tells one of the other.
+/// Commands the exposures of one GigE Vision camera by action commands. Each exposure begins at a whole multiple of the
+/// period, so that cameras of equal period expose together without communication between their threads
+/// (decisions/0009).
 ///
-/// A camera that keeps PTP time is told ahead, by that time: it exposes as precisely as it keeps the time. One that
-/// does not is told at the instant itself, by the host's UTC: as precisely as this thread is woken, some 0.1 ms.
+/// A camera that keeps PTP time gets each command ahead of time, scheduled by the camera's clock: the exposure is as
+/// precise as that clock. Another camera gets each command at exposure time, by the host's UTC: the exposure is as
+/// precise as the wake-up of this thread, about 0.1 ms.
 ///
-/// A camera that loses its master says so by refusing what it is told ahead, some 0.1 s before it would have exposed:
-/// from that exposure on it is told at the instant, by what the host knows of the master's time (UTC or TAI; of a
-/// master with a time of its own what this camera showed last, some milliseconds late). So none is left out, and none
-/// is told twice.
+/// A camera that loses its PTP master refuses scheduled commands, about 0.1 s before their exposures. From the first
+/// refused exposure on, the camera gets immediate commands, by the host's estimate of the master's time: UTC or TAI,
+/// or, if the master has another time scale, the last value of the camera's clock, some milliseconds late. No exposure
+/// is omitted and no exposure is commanded twice (decisions/0011).
 ///
 /// One thread. Source: GigE Vision 2.0, part "GVCP" (ACTION_CMD).
 class ActionTrigger {
  public:
-  /// A socket from this host's address to the camera's. Fails with Io.
+  /// Opens a socket from this host's address to the camera's address. Fails with Io.
   static Result<std::unique_ptr<ActionTrigger>> open(in_addr host, in_addr camera, Duration period);
   ~ActionTrigger();
   ActionTrigger(const ActionTrigger&) = delete;
   ActionTrigger& operator=(const ActionTrigger&) = delete;
 
-  /// What the camera's clock is ahead of the host's, within some milliseconds: says which multiples are still to come.
+  /// Sets the difference of the camera's clock and the host's clock, correct within some milliseconds. The difference
+  /// determines which multiples of the period are in the future.
   void set_clock(Duration camera_minus_host) { camera_minus_host_ = camera_minus_host; }
 
-  /// Whether the camera refuses to be told ahead, since it was last told at the instant for another reason.
+  /// True after the camera refused a scheduled command, until send_due() is called with `ahead` = false.
   bool refused() const { return refused_; }
 
-  /// Asks the camera whether it takes an action by its own time. Waits for the answer, 1 s at most; a camera that gives
-  /// none is believed. Fails with Unsupported.
+  /// Tests whether the camera accepts scheduled commands: sends up to 4 and waits for an acknowledgement, 1 s at most.
+  /// A camera that does not answer counts as one that accepts them. Fails with Unsupported.
   Status probe(Timestamp now);
 
-  /// Sends what is due: with `ahead` all exposures of the next 0.1 s (8 at most) by the camera's time, else the one
-  /// whose instant is now. What is past is left out. Never waits, never allocates.
+  /// Sends the commands that are due. With `ahead`: the commands of all exposures of the next 0.1 s (8 at most),
+  /// scheduled by the camera's clock. Otherwise: the command of the exposure that begins at `now`. Skips past
+  /// exposures. Never waits, never allocates.
   void send_due(Timestamp now, Duration utc_minus_host, bool ahead);
 
-  /// When to call `send_due` again; before its first call: at once.
+  /// Time of the next call of send_due(). Before the first call: a time in the past.
   Timestamp next_due() const { return next_due_; }
 
  private:
@@ -63,16 +68,16 @@ class ActionTrigger {
   int socket_;
   Duration period_;
   Duration camera_minus_host_{};
-  Duration common_minus_utc_{};  // of the clock by whose multiples all cameras expose
-  Duration next_{};              // the next exposure, by that clock
+  Duration common_minus_utc_{};  // exposures begin at multiples of the period on the common clock
+  Duration next_{};              // begin of the next exposure on the clock in use
   bool ahead_ = false;
   bool begun_ = false;
   bool refused_ = false;
-  struct Told {
+  struct Command {
     std::uint16_t request = 0;
     Duration at{};
   };
-  std::array<Told, 16> told_{};  // ahead, by request
+  std::array<Command, 16> commands_{};  // scheduled commands, at index request % size
   Timestamp next_due_;
   std::uint16_t request_ = 0;
 };

@@ -1,7 +1,7 @@
 #include "cameras/aravis/aravis_camera.h"
 
 #include <fmt/format.h>
-// Aravis's C headers do not keep our warnings.
+// The C headers of Aravis cause these warnings.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic"
 #pragma GCC diagnostic ignored "-Wconversion"
@@ -33,12 +33,13 @@
 namespace mocap::cameras {
 namespace {
 
-// start() answers within this, and close_aside() within that: a service that is told to end has a second for both.
+// Limits of start() and close_aside(): a service that is terminated has 1 s for both (decisions/0004).
 constexpr Duration kStartPatience = std::chrono::milliseconds(300);
 constexpr Duration kClosePatience = std::chrono::milliseconds(250);
-// From a packet's arrival until Aravis's thread runs and notes it: what waking a thread takes on Linux.
+// Time from the arrival of a packet to the time stamp that Aravis's receive thread takes: the wake-up of a thread on an
+// idle Linux machine (decisions/0008).
 constexpr Duration kWaking = std::chrono::microseconds(40);
-// No image takes longer from its first byte to its last.
+// Longest transfer of an image, first byte to last byte. Design value.
 constexpr Duration kLongestWay = std::chrono::seconds(1);
 
 std::string text_of(const char* text) { return text != nullptr ? text : ""; }
@@ -56,8 +57,8 @@ const char* reason_of(ArvBufferStatus status) {
 
 using Opened = Result<std::unique_ptr<AravisDevice>>;
 
-// Opens a camera on a thread of its own, which knows nothing of us: Aravis looks around for a second and may wait for
-// an answer for several. Where nobody takes the answer any more, the thread closes again what it opened.
+// Opens a camera on a separate thread that holds no object of the daemon: Aravis searches for about 1 s and may wait
+// for an answer for several seconds. If the future is destroyed first, the thread closes the camera again.
 std::future<Opened> open_aside(AravisSettings settings, Seen seen) {
   std::promise<Opened> promise;
   std::future<Opened> answer = promise.get_future();
@@ -71,18 +72,20 @@ std::future<Opened> open_aside(AravisSettings settings, Seen seen) {
   return answer;
 }
 
-// Ends the life of what holds a camera, waiting no longer than a live one takes. Of a camera that is gone Aravis takes
-// leave for up to 12 s, asking again and again; that then goes on aside, on a thread that knows nothing of us.
+// Destroys `holder` on a separate thread and waits 250 ms at most, which is enough for a camera that answers. Closing a
+// lost camera takes Aravis up to 12 s; the thread, which holds no object of the daemon, then continues alone
+// (decisions/0004).
 template <class Holder>
 void close_aside(Holder holder) noexcept try {
   std::promise<void> closed;
   const std::future<void> done = closed.get_future();
-  std::thread([held = std::optional<Holder>(std::move(holder)), told = std::move(closed)]() mutable {
+  std::thread([held = std::optional<Holder>(std::move(holder)), promise = std::move(closed)]() mutable {
     held.reset();
-    told.set_value();
+    promise.set_value();
   }).detach();
   done.wait_for(kClosePatience);
-} catch (const std::exception& failure) {  // no thread to be had: the camera was closed with the lambda
+} catch (const std::exception& failure) {
+  // No thread could be created. The destruction of the lambda closed the camera.
   log_warn("camera", fmt::format("closed without a thread: {}", failure.what()));
 }
 
@@ -131,19 +134,19 @@ class AravisCamera : public Camera {
   AravisSettings settings_;
   StreamCounters* counters_;
 
-  std::future<Opened> opening_;  // under way, or its answer not yet taken; outlives stop()
+  std::future<Opened> opening_;  // attempt in progress, or its result; survives stop()
   std::unique_ptr<AravisDevice> device_;
-  ArvBuffer* lent_ = nullptr;  // ours until the next call
+  ArvBuffer* lent_ = nullptr;  // in use by the caller until the next call
   Seen seen_ = Seen::Never;
   bool trigger_due_ = false;
   ExposureClock clock_;
-  std::optional<Duration> chunk_ahead_;      // of the stamp in the leader, as of the last image with both
-  std::unique_ptr<ArrivalStamps> arrivals_;  // null: not allowed, or another bus
+  std::optional<Duration> chunk_ahead_;      // chunk time minus leader time of the last image with both
+  std::unique_ptr<ArrivalStamps> arrivals_;  // null: no permission, or not a network camera
   std::uint64_t leaps_counted_ = 0;
   FrameCounter frames_;
   std::uint64_t last_id_ = 0;
   std::uint64_t last_stamp_ns_ = 0;
-  std::array<std::uint64_t, 5> counted_{};  // of this stream: already in counters_
+  std::array<std::uint64_t, 5> counted_{};  // statistics of this stream that counters_ contain already
 };
 
 AravisCamera::~AravisCamera() {
@@ -155,14 +158,14 @@ Status AravisCamera::start() try {
   stop();
   if (!opening_.valid()) opening_ = open_aside(settings_, seen_);
   if (opening_.wait_for(kStartPatience) != std::future_status::ready) {
-    return error(ErrorCode::Timeout, "still looking for it and opening it; start again for the answer");
+    return error(ErrorCode::Timeout, "still looking for the camera and opening it; start again for the result");
   }
   Opened opened = opening_.get();
   if (!opened) return error(opened.error().code, opened.error().message);
   seen_ = (*opened)->on_usb() ? Seen::OnUsb : Seen::OnNetwork;
   return begin(std::move(*opened));
 } catch (const std::exception& failure) {
-  return error(ErrorCode::Io, fmt::format("no thread that opens it: {}", failure.what()));
+  return error(ErrorCode::Io, fmt::format("cannot create the thread that opens the camera: {}", failure.what()));
 }
 
 Status AravisCamera::begin(std::unique_ptr<AravisDevice> device) {
@@ -171,7 +174,7 @@ Status AravisCamera::begin(std::unique_ptr<AravisDevice> device) {
   chunk_ahead_.reset();
   counted_ = {};
   arrivals_ = stamps_of_arrival();
-  // Of an answer that waited long.
+  // The camera may have been lost since the attempt to open it ended.
   Status begun = device_->lost() ? error(ErrorCode::DeviceLost, "the camera stopped answering") : Status{};
   AravisFailure failure;
   if (begun) arv_camera_start_acquisition(device_->camera(), failure);
@@ -220,7 +223,7 @@ Result<Frame> AravisCamera::next(Duration patience) {
   return frame;
 }
 
-// Tells the camera meanwhile when to expose, where that is ours to tell.
+// Sends the action commands that are due during the wait, if this daemon triggers the camera.
 ArvBuffer* AravisCamera::wait_for_buffer(Duration patience) {
   const auto pop = [this](Duration within) {
     const auto us = std::chrono::duration_cast<std::chrono::microseconds>(within).count();
@@ -274,8 +277,8 @@ std::unique_ptr<ArrivalStamps> AravisCamera::stamps_of_arrival() const {
   return ArrivalStamps::open(camera, arv_gv_stream_get_port(ARV_GV_STREAM(device_->stream())));
 }
 
-// When the image's first packet was here: the way of the other bytes says nothing of the camera's clock. The kernel
-// tells it, or Aravis, on UTC, which may step meanwhile.
+// Arrival of the image's first packet; later packets contain no information about the camera's clock. The stamp of the
+// kernel or of Aravis is UTC, which may be stepped, so a time outside of the possible range is replaced by `received`.
 Timestamp AravisCamera::first_byte_at(ArvBuffer* buffer, Timestamp received) {
   std::optional<Duration> utc;
   if (arrivals_) utc = arrivals_->arrival_utc(arv_buffer_get_frame_id(buffer));
@@ -284,8 +287,8 @@ Timestamp AravisCamera::first_byte_at(ArvBuffer* buffer, Timestamp received) {
   return first < received && received - first < kLongestWay ? first : received;
 }
 
-// What the camera writes behind the image is the exposure's own; an image without it, where others have it, is told by
-// its leader and what lies between the two.
+// Stamp and exposure from chunk data if the image has them. An image that lost its chunk data uses the stamp in its
+// leader and the difference of chunk time and leader time of the last image that had both.
 ImageInstants AravisCamera::instants_of(ArvBuffer* buffer, Timestamp received) {
   ImageInstants image{};
   image.stamp = Duration{static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer))};
@@ -294,9 +297,9 @@ ImageInstants AravisCamera::instants_of(ArvBuffer* buffer, Timestamp received) {
   image.received = received;
   image.utc_minus_host = utc_minus_host();
   if (AravisChunks* const chunks = device_->chunks()) {
-    const AravisChunks::Told told = chunks->read(buffer);
-    if (told.exposure) image.exposure = *told.exposure;
-    if (told.begin) chunk_ahead_ = *told.begin - image.stamp;
+    const AravisChunks::Values values = chunks->read(buffer);
+    if (values.exposure) image.exposure = *values.exposure;
+    if (values.begin) chunk_ahead_ = *values.begin - image.stamp;
     if (chunk_ahead_) image.stamp += *chunk_ahead_;
   }
   if (ActionTrigger* const trigger = device_->action_trigger()) {
@@ -306,14 +309,14 @@ ImageInstants AravisCamera::instants_of(ArvBuffer* buffer, Timestamp received) {
   return image;
 }
 
-// Its PTP clock is looked at now and then; who is told when to expose says at once that it has no time to do so by.
+// The PTP state is read every 2 s only; a refused action command shows the loss of the master immediately.
 bool AravisCamera::keeps_time() const {
   const ActionTrigger* const trigger = device_->action_trigger();
   return device_->keeps_time() && (trigger == nullptr || !trigger->refused());
 }
 
-// A network that doubles packets, or a camera that sends an image twice: it has shown nothing new. One without a clock
-// is told by its ids alone, which FrameCounter does.
+// True for an image that came before: a network duplicated its packets, or the camera sent it twice. An image without a
+// time stamp is never a repetition here; FrameCounter treats its id.
 bool AravisCamera::came_before(ArvBuffer* buffer) {
   const std::uint64_t stamp_ns = arv_buffer_get_timestamp(buffer);
   const std::uint64_t id = arv_buffer_get_frame_id(buffer);

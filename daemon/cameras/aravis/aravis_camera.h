@@ -11,21 +11,22 @@
 
 namespace mocap::cameras {
 
-/// A GigE Vision or USB3 Vision camera, by Aravis. `name` stands in its messages. `counters` outlive the camera; null
-/// where nobody reads them.
+/// Makes a GigE Vision or USB3 Vision camera that uses Aravis. `name` is the camera's name in messages. `counters`
+/// outlive the camera; null if they are not needed.
 ///
-/// start() opens the device, sets what the settings ask for and checks that the camera took it, all on a thread aside.
-/// It waits 300 ms for that; then it fails with Timeout, and the next start() takes up the same answer (looking around
-/// takes a second). It fails with NotFound and what was found instead, Busy when another program controls the camera,
-/// InvalidArgument naming feature, value and range. next() lends the stream's own buffer. When the camera stops
-/// answering, next() fails with DeviceLost (after some 5 s without an answer; silence is the caller's to notice), and
-/// start() opens it anew. stop() and the end take 250 ms each at most.
+/// start() opens the device, applies the settings and reads them back, on a separate thread. start() waits 300 ms for
+/// the result and then fails with Timeout; the next start() waits for the same attempt (a search takes about 1 s).
+/// start() fails with NotFound and a list of the cameras that were found, with Busy if another program controls the
+/// camera, and with InvalidArgument naming feature, value and range. The pixels of next() are in the stream's own
+/// buffer. If the camera does not answer for about 5 s, next() fails with DeviceLost, and start() opens the camera
+/// again; a camera that answers but sends no image is the caller's concern. stop() and the destructor take 250 ms each
+/// at most.
 ///
-/// The middle of the exposure is told on the host's clock as AravisSettings::clock says.
+/// AravisSettings::clock selects how the middle of the exposure is converted to the host's clock.
 std::unique_ptr<Camera> make_aravis_camera(CameraId id, std::string name, AravisSettings settings,
                                            StreamCounters* counters = nullptr);
 
-/// The same, for the list of makes.
+/// CameraMake::open of this make.
 Result<std::unique_ptr<Camera>> open_aravis_camera(CameraId id, const std::string& name, const AravisSettings& settings,
                                                    const CameraSurroundings& surroundings);
 

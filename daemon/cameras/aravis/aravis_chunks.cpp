@@ -1,7 +1,7 @@
 #include "cameras/aravis/aravis_chunks.h"
 
 #include <fmt/format.h>
-// Aravis's C headers do not keep our warnings.
+// The C headers of Aravis cause these warnings.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic"
 #pragma GCC diagnostic ignored "-Wconversion"
@@ -22,7 +22,7 @@ constexpr const char* kExposureTime = "ExposureTime";
 constexpr int kMissedForGood = 3;
 constexpr double kLongestExposure_us = 10e6;
 
-// The feature that bears the chunk's value; null where there is none.
+// Enables the chunk `selector` and returns the feature that has its value; null if the camera does not have it.
 ArvGcNode* turned_on(ArvCamera* camera, const char* selector, const char* value) {
   ArvGcNode* const node = arv_device_get_feature(arv_camera_get_device(camera), value);
   if (node == nullptr || !(ARV_IS_GC_INTEGER(node) || ARV_IS_GC_FLOAT(node))) return nullptr;
@@ -31,7 +31,7 @@ ArvGcNode* turned_on(ArvCamera* camera, const char* selector, const char* value)
   return failure.happened() ? nullptr : node;
 }
 
-// Of a GigE camera's clock; those on the USB count nanoseconds.
+// Duration of a tick of the camera's clock, ns. GigE cameras state a frequency; USB cameras count nanoseconds.
 double ns_per_tick(ArvCamera* camera) {
   ArvDevice* const device = arv_camera_get_device(camera);
   if (!ARV_IS_GV_DEVICE(device)) return 1.0;
@@ -40,7 +40,7 @@ double ns_per_tick(ArvCamera* camera) {
   return failure.happened() || ticks == 0 ? 1.0 : 1e9 / static_cast<double>(ticks);
 }
 
-// Exactly, where a tick is a nanosecond: UTC in nanoseconds has more digits than a double.
+// Exact if a tick is 1 ns: UTC in nanoseconds has more digits than a double.
 Duration of_ticks(gint64 ticks, double ns_per_tick) {
   if (ns_per_tick == 1.0) return Duration{ticks};
   return Duration{std::llround(static_cast<long double>(ticks) * static_cast<long double>(ns_per_tick))};
@@ -73,17 +73,17 @@ void AravisChunks::came(Chunk& chunk, bool whole) {
   if (chunk.missed >= kMissedForGood) chunk.node = nullptr;
 }
 
-AravisChunks::Told AravisChunks::read(ArvBuffer* buffer) {
-  Told told;
+AravisChunks::Values AravisChunks::read(ArvBuffer* buffer) {
+  Values values;
   ArvGcNode* const any = timestamp_.node != nullptr ? timestamp_.node : exposure_.node;
-  if (any == nullptr) return told;
+  if (any == nullptr) return values;
   const bool there = arv_buffer_has_chunks(buffer) != 0;
   if (there) arv_gc_set_buffer(arv_gc_node_get_genicam(any), buffer);
   if (timestamp_.node != nullptr) {
     AravisFailure failure;
     const gint64 ticks = there ? arv_gc_integer_get_value(ARV_GC_INTEGER(timestamp_.node), failure) : 0;
-    if (!failure.happened() && ticks > 0) told.begin = of_ticks(ticks, ns_per_tick_);
-    came(timestamp_, told.begin.has_value());
+    if (!failure.happened() && ticks > 0) values.begin = of_ticks(ticks, ns_per_tick_);
+    came(timestamp_, values.begin.has_value());
   }
   if (exposure_.node != nullptr) {
     AravisFailure failure;
@@ -93,10 +93,10 @@ AravisChunks::Told AravisChunks::read(ArvBuffer* buffer) {
     } else if (there) {
       us = static_cast<double>(arv_gc_integer_get_value(ARV_GC_INTEGER(exposure_.node), failure));
     }
-    if (!failure.happened() && us > 0.0 && us < kLongestExposure_us) told.exposure = from_s(us * 1e-6);
-    came(exposure_, told.exposure.has_value());
+    if (!failure.happened() && us > 0.0 && us < kLongestExposure_us) values.exposure = from_s(us * 1e-6);
+    came(exposure_, values.exposure.has_value());
   }
-  return told;
+  return values;
 }
 
 std::string AravisChunks::names() const {

@@ -12,38 +12,39 @@ typedef struct _ArvGcNode ArvGcNode;  // NOLINT(bugprone-reserved-identifier)
 
 namespace mocap::cameras {
 
-/// What a camera writes behind each image about it (GenICam's chunk data): when its exposure began, by the camera's own
-/// clock, and how long it was. One thread, while the camera is open.
+/// Reads the chunk data that a camera appends to each image (GenICam): begin of the exposure on the camera's clock, and
+/// its length. One thread, while the camera is open.
 ///
-/// Not by Aravis's ArvChunkParser: it reads the camera's description anew, and two that do so at once break each other.
+/// Aravis's ArvChunkParser is not used: it parses the camera's feature description again, and two concurrent parsers
+/// corrupt each other (decisions/0010).
 ///
 /// Source: GenICam SFNC 2.7, chapter "Chunk data control" (ChunkTimestamp: at the start of the frame,
 /// ChunkExposureTime: us).
 class AravisChunks {
  public:
-  struct Told {
+  struct Values {
     std::optional<Duration> begin;
     std::optional<Duration> exposure;
   };
 
-  /// Turns on what the camera has of the two, before its stream is made: images become larger. Null where it has none
-  /// or refuses.
+  /// Enables the two chunks, as far as the camera has them. Call this before the stream is created, because images
+  /// become larger. Null if the camera has neither or refuses.
   static std::unique_ptr<AravisChunks> turn_on(ArvCamera* camera);
 
-  /// Turns chunk data off again where a program before turned it on.
+  /// Disables chunk data, which another program may have enabled.
   static void turn_off(ArvCamera* camera);
 
-  /// Of a whole image. A chunk that does not come is no longer asked for.
-  Told read(ArvBuffer* buffer);
+  /// Reads the chunks of a complete image. A chunk that is missing in 3 images in a row is no longer read.
+  Values read(ArvBuffer* buffer);
 
-  /// Such as "Timestamp, ExposureTime".
+  /// The chunks that are read, such as "Timestamp, ExposureTime".
   std::string names() const;
 
  private:
-  // A feature whose value is in the image, as long as it comes.
+  // The feature with a chunk's value; null once the chunk is no longer read.
   struct Chunk {
     ArvGcNode* node = nullptr;
-    int missed = 0;  // in a row
+    int missed = 0;  // consecutive images without the chunk
   };
 
   AravisChunks() = default;

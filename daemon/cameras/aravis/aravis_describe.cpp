@@ -1,12 +1,15 @@
 #include "cameras/aravis/aravis_describe.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
-// Aravis's C headers do not keep our warnings.
+// The C headers of Aravis cause these warnings.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic"
 #pragma GCC diagnostic ignored "-Wconversion"
 #include <arv.h>
 #pragma GCC diagnostic pop
+
+#include <algorithm>
 
 #include "cameras/aravis/aravis_device.h"
 #include "cameras/aravis/aravis_failure.h"
@@ -26,7 +29,7 @@ std::string choices_of(ArvGcEnumeration* node) {
   return text;
 }
 
-void tell_kind(ArvGcNode* node, FeatureValue& feature) {
+void read_kind(ArvGcNode* node, FeatureValue& feature) {
   AravisFailure failure;
   if (ARV_IS_GC_ENUMERATION(node)) {
     feature.kind = "enumeration";
@@ -52,7 +55,7 @@ void tell_kind(ArvGcNode* node, FeatureValue& feature) {
 
 void gather(ArvDevice* device, const char* name, const std::string& category, std::vector<FeatureValue>& into) {
   ArvGcNode* const node = arv_device_get_feature(device, name);
-  if (node == nullptr || into.size() > 4096) return;  // a description that names itself has no end
+  if (node == nullptr || into.size() > 4096) return;  // a category that contains itself would recurse for ever
   if (ARV_IS_GC_CATEGORY(node)) {
     for (const GSList* each = arv_gc_category_get_features(ARV_GC_CATEGORY(node)); each != nullptr; each = each->next) {
       gather(device, static_cast<const char*>(each->data), name, into);
@@ -64,7 +67,7 @@ void gather(ArvDevice* device, const char* name, const std::string& category, st
   FeatureValue feature;
   feature.category = category;
   feature.name = name;
-  tell_kind(node, feature);
+  read_kind(node, feature);
   if (feature.kind != "command") {
     feature.value = text_of(arv_gc_feature_node_get_value_as_string(ARV_GC_FEATURE_NODE(node), failure));
   }
@@ -82,6 +85,16 @@ Result<std::vector<FeatureValue>> describe_aravis_camera(const AravisSettings& s
   std::vector<FeatureValue> features;
   gather(arv_camera_get_device((*device)->camera()), "Root", "", features);
   return features;
+}
+
+AravisSettings aravis_settings_for(const std::string& word) {
+  AravisSettings camera;
+  in_addr address{};
+  const bool is_address = inet_pton(AF_INET, word.c_str(), &address) == 1;
+  const bool is_mac = std::count(word.begin(), word.end(), ':') == 5;
+  (is_address ? camera.address : is_mac ? camera.mac : camera.serial) = word;
+  camera.packet_socket = false;
+  return camera;
 }
 
 }  // namespace mocap::cameras

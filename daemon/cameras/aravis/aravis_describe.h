@@ -5,21 +5,16 @@
 
 #include "base/result.h"
 #include "cameras/aravis/aravis_settings.h"
+#include "cameras/camera_make.h"
 
 namespace mocap::cameras {
 
-/// One feature of a camera, as it is now.
-struct FeatureValue {
-  std::string category;
-  std::string name;
-  std::string kind;   ///< integer, float, boolean, enumeration, text, command
-  std::string value;  ///< empty where it cannot be read
-  std::string range;  ///< "10 to 20000", "Line0, Line1", or nothing
-  bool settable = false;
-};
-
-/// Opens the camera that `settings` names, reads all that it can do and lets go of it. Takes some seconds. Fails as
-/// make_aravis_camera's start() does.
+/// Opens the camera that `settings` identify, reads all its GenICam features and closes it. Takes some seconds. Fails
+/// as start() of an Aravis camera does.
 Result<std::vector<FeatureValue>> describe_aravis_camera(const AravisSettings& settings);
+
+/// Settings of the camera that `word` identifies: an IPv4 address, a MAC (six parts separated by colons), or else a
+/// serial number. The packet socket is off, so that a camera on loopback can be described too.
+AravisSettings aravis_settings_for(const std::string& word);
 
 }  // namespace mocap::cameras

@@ -1,7 +1,7 @@
 #include "cameras/aravis/aravis_device.h"
 
 #include <fmt/format.h>
-// Aravis's C headers do not keep our warnings.
+// The C headers of Aravis cause these warnings.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic"
 #pragma GCC diagnostic ignored "-Wconversion"
@@ -28,20 +28,22 @@
 namespace mocap::cameras {
 namespace {
 
-// What a GigE stream may fall behind before the kernel drops packets; the kernel caps it at net.core.rmem_max.
+// Receive buffer of a GigE stream; packets beyond it are dropped. The kernel limits the size to net.core.rmem_max.
 constexpr int kSocketBuffer_bytes = 32 * 1024 * 1024;
-// A packet is asked for again when later ones have been here for so long; then each so often; and an image from which
-// nothing came for so long is given up. Aravis's own 1, 20 and 100 ms make an image late by three periods at 120 Hz,
-// and those behind it too, since images are handed on in their order.
+// Resend requests: the first after kAskAfter_us without the packet while later packets arrive, then one every
+// kAskAgain_us. An image without a new packet for kGiveUp_us is given up. Aravis's defaults of 1, 20 and 100 ms delay
+// an image by three periods at 120 Hz, and the images after it too, because images are delivered in order.
 constexpr guint kAskAfter_us = 1000;
 constexpr guint kAskAgain_us = 3000;
-// Of an image's packets: the first image comes before the socket has its room, so that most of them may be asked for.
+// Largest share of an image's packets that may be requested again. 1: the first image arrives before the socket buffer
+// has its size, so most of its packets may be lost.
 constexpr double kMostAsked = 1.0;
 constexpr guint kGiveUp_us = 80000;
-// A camera answers within a network's round trip; a busy one within some tens of milliseconds.
+// Longest wait for a discovery answer. A camera answers within the round trip time of the network, a busy camera within
+// some 10 ms. Design value.
 constexpr Duration kAnswerPatience = std::chrono::milliseconds(400);
 
-// A camera that was pulled out is looked for so often, and for so long at a time.
+// Interval and duration of the search for a USB camera that was unplugged.
 constexpr Duration kLookAtUsb = std::chrono::milliseconds(20);
 constexpr Duration kUsbPatience = std::chrono::milliseconds(1500);
 
@@ -54,10 +56,11 @@ GQuark lost_mark() {
 
 void mark_lost(ArvDevice* lost, gpointer) { g_object_set_qdata(G_OBJECT(lost), lost_mark(), GINT_TO_POINTER(1)); }
 
-// Drops a camera, its stream before. The heartbeat's thread holds the device while it tells that control is lost; were
-// the last reference its own, the device would end on that thread, wait for that very thread, and GLib would end the
-// process. So nobody is told any more, and the last reference is ours, given up when the device has no other.
-void let_go(ArvCamera* camera, ArvStream* stream) {
+// Releases a stream and its camera. The heartbeat thread of Aravis holds a reference to the device while it emits
+// control-lost. If that reference were the last one, the device would be destroyed on the heartbeat thread, wait for
+// that thread itself, and GLib would abort the process. So the signal is disconnected, and this function keeps a
+// reference until no other is left (decisions/0006).
+void release(ArvCamera* camera, ArvStream* stream) {
   auto* const device = G_OBJECT(g_object_ref(arv_camera_get_device(camera)));
   g_signal_handlers_disconnect_by_func(device, reinterpret_cast<gpointer>(&mark_lost), nullptr);
   if (stream != nullptr) g_object_unref(stream);
@@ -65,7 +68,7 @@ void let_go(ArvCamera* camera, ArvStream* stream) {
   const Timestamp end = host_now() + kEmissionEndsWithin;
   const auto held_by_others = [device] { return g_atomic_int_get(&device->ref_count) > 1; };
   while (held_by_others() && host_now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  if (!held_by_others()) g_object_unref(device);  // else a device is kept for good, which is less than a process lost
+  if (!held_by_others()) g_object_unref(device);  // otherwise the device leaks, which is better than an abort
 }
 
 template <class T>
@@ -74,7 +77,7 @@ struct Unref {
 };
 template <>
 struct Unref<ArvCamera> {
-  void operator()(ArvCamera* camera) const noexcept { let_go(camera, nullptr); }
+  void operator()(ArvCamera* camera) const noexcept { release(camera, nullptr); }
 };
 template <class T>
 using Held = std::unique_ptr<T, Unref<T>>;
@@ -87,15 +90,16 @@ Result<Held<ArvCamera>> open_as(const std::string& device) {
       !arv_gv_device_is_controller(ARV_GV_DEVICE(arv_camera_get_device(camera.get())))) {
     return Error{ErrorCode::Busy, fmt::format("{} is controlled by another program; end that one", device)};
   }
-  // The heartbeat's thread marks the device and not us: it may still be at it when we are gone.
+  // The heartbeat thread marks the device, not this object: the thread may run longer than this object exists.
   g_signal_connect(arv_camera_get_device(camera.get()), "control-lost", G_CALLBACK(mark_lost), nullptr);
   return camera;
 }
 
-// An address is asked directly: that reaches cameras whose network takes no broadcast.
+// Queries an address directly, which also finds cameras on networks that carry no broadcasts.
 Result<Held<ArvCamera>> open_at_address(const std::string& address, Seen seen) {
   if (gige_camera_answers(address, kAnswerPatience)) return open_as(address);
-  // Who else is there helps the operator who mistyped; a camera that was there has lost its power or cable.
+  // A list of the other cameras helps if the address is mistyped. A camera that was found before has lost its power or
+  // cable.
   const std::string others = seen != Seen::Never ? "check its power and cable" : listed(discover_cameras());
   return Error{ErrorCode::NotFound, fmt::format("no Aravis camera answers at {}; {}", address, others)};
 }
@@ -111,8 +115,9 @@ std::optional<UsbDevice> usb3_camera(const std::string& serial, Duration patienc
   }
 }
 
-// By the name that Aravis makes of the descriptor's texts, which it looks for on the USB first. Never by
-// arv_uv_device_new: two cameras that are opened at once without Aravis's own lock end the process.
+// Opens by the identifier that Aravis composes of the texts in the USB descriptor and that Aravis searches on the USB
+// first. arv_uv_device_new is not used: two concurrent calls outside of the lock of Aravis abort the process
+// (decisions/0007).
 Result<Held<ArvCamera>> open_on_usb(const UsbDevice& found) { return open_as(found.manufacturer + "-" + found.serial); }
 
 Result<Held<ArvCamera>> open_by_serial(const std::string& serial, Seen seen) {
@@ -151,19 +156,19 @@ Result<Held<ArvCamera>> open(const AravisSettings& settings, Seen seen) {
   return Error{ErrorCode::InvalidArgument, "aravis needs one of serial, device_name, address and mac"};
 }
 
-// Says once what the kernel must be told so that images wait and are not lost.
+// Warns once per process if the receive buffer that the kernel permits holds fewer than 8 images.
 void check_socket_room(guint payload_bytes) {
   constexpr guint64 kImages = 8;
-  static std::atomic<bool> told{false};
+  static std::atomic<bool> warned{false};
   std::uint64_t most = 0;
   std::ifstream("/proc/sys/net/core/rmem_max") >> most;
   const guint64 wanted = std::min<guint64>(kSocketBuffer_bytes, kImages * payload_bytes);
-  if (most == 0 || most >= wanted || told.exchange(true)) return;
-  log_warn(
-      "cameras",
-      fmt::format("net.core.rmem_max is {} bytes, room for {:.1f} images of {} bytes: packets are lost where their "
-                  "thread is late; sysctl -w net.core.rmem_max={}, and systemd/60-mocapd.conf to keep it",
-                  most, static_cast<double>(most) / payload_bytes, payload_bytes, kSocketBuffer_bytes));
+  if (most == 0 || most >= wanted || warned.exchange(true)) return;
+  log_warn("cameras",
+           fmt::format(
+               "net.core.rmem_max is {} bytes, enough for {:.1f} images of {} bytes: packets are lost if the receive "
+               "thread is late; sysctl -w net.core.rmem_max={}, and systemd/60-mocapd.conf to keep it",
+               most, static_cast<double>(most) / payload_bytes, payload_bytes, kSocketBuffer_bytes));
 }
 
 Result<Held<ArvStream>> open_stream(ArvCamera* camera, int buffers) {
@@ -191,8 +196,8 @@ in_addr ipv4(GSocketAddress* address) {
   return raw;
 }
 
-// Of the camera that keeps PTP time, its clock is read to know about which second it has; one that shows none has the
-// host's UTC.
+// If the camera keeps PTP time, its clock is read for the approximate time. A camera without a readable clock is taken
+// to have the host's UTC.
 Result<std::unique_ptr<ActionTrigger>> open_action_trigger(ArvCamera* camera, Duration period, bool by_its_time) {
   ArvGvDevice* const device = ARV_GV_DEVICE(arv_camera_get_device(camera));
   auto trigger = ActionTrigger::open(ipv4(arv_gv_device_get_interface_address(device)),
@@ -215,9 +220,9 @@ void AravisDevice::watch_ptp() {
 }
 
 AravisDevice::~AravisDevice() {
-  ptp_watch_ = {};  // ended and joined before what it reads is closed
+  ptp_watch_ = {};  // the thread must end before the camera is closed
   arv_camera_stop_acquisition(camera_, nullptr);
-  let_go(camera_, stream_);
+  release(camera_, stream_);
 }
 
 bool AravisDevice::on_usb() const { return arv_camera_is_uv_device(camera_) != 0; }

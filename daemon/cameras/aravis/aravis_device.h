@@ -15,11 +15,12 @@ typedef struct _ArvStream ArvStream;  // NOLINT(bugprone-reserved-identifier): A
 
 namespace mocap::cameras {
 
-/// A camera that is open, controlled by us and set; its stream is there and its acquisition not yet begun. Its end
-/// stops and closes it, for which Aravis takes up to 12 s when the camera is gone. One thread at a time.
+/// An open camera that this process controls, with settings applied and stream created; the acquisition is not started.
+/// The destructor stops and closes the camera, which takes Aravis up to 12 s if the camera is lost. One thread at a
+/// time.
 class AravisDevice {
  public:
-  /// Takes both over.
+  /// Takes ownership of `camera` and `stream`.
   AravisDevice(ArvCamera* camera, ArvStream* stream, const AravisFeatures& features,
                std::unique_ptr<AravisChunks> chunks)
       : camera_(camera), stream_(stream), features_(features), chunks_(std::move(chunks)) {}
@@ -31,20 +32,20 @@ class AravisDevice {
   ArvStream* stream() const { return stream_; }
   const AravisFeatures& features() const { return features_; }
 
-  /// What it writes behind its images; null where nothing.
+  /// Reader of the chunk data; null if the camera has none.
   AravisChunks* chunks() const { return chunks_.get(); }
 
-  /// What tells it when to expose; null where something else does.
+  /// Sender of action commands; null unless trigger = "action".
   ActionTrigger* action_trigger() const { return action_trigger_.get(); }
   void be_triggered_by(std::unique_ptr<ActionTrigger> trigger) { action_trigger_ = std::move(trigger); }
 
-  /// Whether the camera stopped answering; after some 5 s without an answer.
+  /// True once the camera has not answered for about 5 s.
   bool lost() const;
   bool on_usb() const;
 
-  /// From now on the state of its PTP clock is watched, on a thread that ends with the device.
+  /// Starts a thread that reads the PTP state; the thread ends with this object.
   void watch_ptp();
-  /// Whether it keeps its master's time, as it last said; true of one that is not watched. Any thread.
+  /// The last known PTP state: true if the camera keeps its master's time. True without watch_ptp(). Any thread.
   bool keeps_time() const { return keeps_time_; }
 
  private:
@@ -57,14 +58,16 @@ class AravisDevice {
   std::jthread ptp_watch_;
 };
 
-/// Whether a camera was there before, and where.
+/// Where a camera was found the last time.
 enum class Seen { Never, OnNetwork, OnUsb };
 
-/// Looks for the camera that `settings` names, opens and sets it, and makes its stream. One that was seen before is
-/// looked for where it was: at its address without asking who else is there, or on the USB, where it is waited for.
+/// Finds the camera that `settings` identify, opens it, applies the settings and creates the stream. A camera that was
+/// found before is searched where it was: at its address, without a discovery of all cameras, or on the USB, where the
+/// function waits 1.5 s for it.
 ///
-/// Takes a second for the looking and several when the camera falls silent meanwhile: for a thread that may wait. Fails
-/// with NotFound and what was found instead, Busy when another program controls the camera, and as apply_settings does.
+/// Takes about 1 s for the discovery, and several seconds if the camera stops answering during the call: not for a
+/// thread with a deadline. Fails with NotFound and a list of the cameras that were found, with Busy if another program
+/// controls the camera, and as apply_settings() does.
 Result<std::unique_ptr<AravisDevice>> open_aravis_device(const AravisSettings& settings, Seen seen);
 
 }  // namespace mocap::cameras

@@ -6,7 +6,7 @@
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
-// Aravis's C headers do not keep our warnings.
+// The C headers of Aravis cause these warnings.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic"
 #pragma GCC diagnostic ignored "-Wconversion"
@@ -54,9 +54,9 @@ bool acknowledged(int handle, Duration patience) {
 }  // namespace
 
 std::vector<DiscoveredCamera> discover_cameras() {
-  // Never destroyed: a thread that opens a camera may still look around when the process ends.
+  // Never destroyed, because a detached thread that opens a camera may still search when the process ends.
   struct Known {
-    std::mutex one_at_a_time;  // Aravis keeps one list for the process
+    std::mutex one_at_a_time;  // Aravis has one list of devices per process
     std::vector<DiscoveredCamera> answer;
     Timestamp answered_at;
   };
@@ -64,7 +64,7 @@ std::vector<DiscoveredCamera> discover_cameras() {
 
   const Timestamp now = host_now();
   const std::lock_guard<std::mutex> lock(known.one_at_a_time);
-  if (known.answered_at > now) return known.answer;  // came while we waited for our turn
+  if (known.answered_at > now) return known.answer;  // another thread searched while this one waited for the lock
   arv_update_device_list();
   known.answer.clear();
   for (unsigned i = 0; i < arv_get_n_devices(); ++i) {
@@ -75,6 +75,19 @@ std::vector<DiscoveredCamera> discover_cameras() {
   }
   known.answered_at = host_now();
   return known.answer;
+}
+
+std::vector<KeyPairs> find_aravis_cameras() {
+  std::vector<KeyPairs> found;
+  for (const DiscoveredCamera& each : discover_cameras()) {
+    found.push_back({{"bus", each.bus},
+                     {"serial", each.serial},
+                     {"address", each.address},
+                     {"mac", each.mac},
+                     {"vendor", each.vendor},
+                     {"model", each.model}});
+  }
+  return found;
 }
 
 std::string listed(const std::vector<DiscoveredCamera>& cameras) {
@@ -92,7 +105,7 @@ bool gige_camera_answers(const std::string& address, Duration patience) {
   to.sin_port = htons(kGvcpPort);
   if (inet_pton(AF_INET, address.c_str(), &to.sin_addr) != 1) return false;
   const Socket socket;
-  // Connected: a host that refuses the port says so at once.
+  // Connected, so that a host that refuses the port is reported at once.
   if (connect(socket.get(), reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0) return false;
   for (const Duration wait : {patience / 3, patience - patience / 3}) {
     send(socket.get(), kDiscoveryCommand.data(), kDiscoveryCommand.size(), MSG_NOSIGNAL);

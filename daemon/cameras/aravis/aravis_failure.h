@@ -9,8 +9,8 @@ typedef struct _GError GError;  // NOLINT(bugprone-reserved-identifier): GLib's 
 
 namespace mocap::cameras {
 
-/// Collects the GError of one call of Aravis after the other: give it as the call's last argument, then look whether
-/// it happened. One thread.
+/// Holds the GError of the last Aravis call. Pass the object as the last argument of each call, then test happened().
+/// One thread.
 class AravisFailure {
  public:
   AravisFailure() = default;
@@ -18,13 +18,14 @@ class AravisFailure {
   AravisFailure& operator=(const AravisFailure&) = delete;
   ~AravisFailure();
 
-  /// Forgets the failure before.
+  /// Clears the previous error.
   operator GError**();
 
   bool happened() const { return error_ != nullptr; }
   std::string text() const;
 
-  /// "what: text", with the code that Aravis's own means: NotFound, Unsupported, Busy or Io.
+  /// The message "what: text" with the code that corresponds to the error code of Aravis: NotFound, Unsupported, Busy
+  /// or Io.
   Error error(std::string_view what) const;
 
  private:

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-// Aravis's C headers do not keep our warnings.
+// The C headers of Aravis cause these warnings.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic"
 #pragma GCC diagnostic ignored "-Wconversion"
@@ -27,7 +27,7 @@
 namespace mocap::cameras {
 namespace {
 
-constexpr const char* kSoftware = "software";  // of AravisSettings::trigger
+constexpr const char* kSoftware = "software";  // value of AravisSettings::trigger
 constexpr const char* kAction = "action";
 
 std::optional<PixelFormat> pixel_format_of(ArvPixelFormat format) {
@@ -96,7 +96,7 @@ Status set_region(ArvCamera* camera, const AravisSettings& settings) {
                   refusal)};
 }
 
-// A feature that is a number: how Aravis sets it, reads it and tells its range.
+// A numeric feature with the functions of Aravis that set it, read it and read its range.
 struct Number {
   const char* name;
   void (*set)(ArvCamera*, double, GError**);
@@ -115,7 +115,7 @@ Status set_number(ArvCamera* camera, const Number& number, double value) {
   if (failure.happened()) return failure.error(fmt::format("{} = {} is refused", number.name, value));
   const double taken = number.get(camera, failure);
   if (failure.happened()) return failure.error(fmt::format("cannot read back {}", number.name));
-  // Cameras round to their own steps; two hundredths are no longer a rounding.
+  // Cameras round to their own steps. A difference of more than 2 % is not rounding.
   if (std::abs(taken - value) <= std::max(0.02 * std::abs(value), 0.1)) return {};
   double least = 0.0, most = 0.0;
   number.bounds(camera, &least, &most, nullptr);
@@ -138,21 +138,22 @@ Status set_integer(ArvCamera* camera, const char* feature, gint64 value) {
                             : Status{};
 }
 
-// The first action that the camera has, set to our keys. Its own rate would leave out commands that come a little
-// early.
+// Selects the first action that the camera has and sets its keys. The camera's own frame rate limit is switched off: it
+// would ignore commands that arrive a little early.
 Status set_action(ArvCamera* camera, const AravisSettings& settings) {
   if (!settings.rate_hz) return Error{ErrorCode::InvalidArgument, "trigger = \"action\" needs rate_hz"};
   const std::vector<std::string> sources = trigger_sources(camera);
   const auto action = std::ranges::find_if(sources, [](const std::string& each) { return each.starts_with("Action"); });
   if (!arv_camera_is_gv_device(camera) || action == sources.end()) {
-    return Error{ErrorCode::Unsupported,
-                 fmt::format("trigger = \"action\": the camera takes no action commands (GigE Vision 2); it offers {}",
-                             fmt::join(sources, ", "))};
+    return Error{
+        ErrorCode::Unsupported,
+        fmt::format("trigger = \"action\": the camera does not accept action commands (GigE Vision 2); it offers {}",
+                    fmt::join(sources, ", "))};
   }
   AravisFailure failure;
   arv_camera_set_trigger(camera, action->c_str(), failure);
   if (failure.happened()) return failure.error(fmt::format("trigger {} is refused", *action));
-  arv_camera_set_boolean(camera, "AcquisitionFrameRateEnable", FALSE, nullptr);  // many have none
+  arv_camera_set_boolean(camera, "AcquisitionFrameRateEnable", FALSE, nullptr);  // many cameras do not have the feature
   const gint64 number = std::atoi(action->c_str() + std::string_view("Action").size());
   for (const auto& [feature, value] : {std::pair<const char*, gint64>{"ActionDeviceKey", kActionDeviceKey},
                                        {"ActionSelector", number},
@@ -167,7 +168,7 @@ Status set_trigger(ArvCamera* camera, const AravisSettings& settings) {
   if (settings.trigger == kAction) return set_action(camera, settings);
   AravisFailure failure;
   if (settings.trigger == "free_run") {
-    arv_camera_clear_triggers(camera, nullptr);  // a camera without triggers runs free
+    arv_camera_clear_triggers(camera, nullptr);  // fails on cameras without triggers, which run free anyway
     return {};
   }
   arv_camera_set_trigger(camera, settings.trigger == kSoftware ? "Software" : settings.trigger.c_str(), failure);
@@ -182,7 +183,7 @@ Status set_transport(ArvCamera* camera, const AravisSettings& settings) {
   if (!arv_camera_is_gv_device(camera)) return {};
   arv_camera_gv_set_stream_options(
       camera, settings.packet_socket ? ARV_GV_STREAM_OPTION_NONE : ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
-  if (!settings.packet_size_bytes) {  // the stream negotiates when it is made: the largest that comes through
+  if (!settings.packet_size_bytes) {  // the stream negotiates the largest size that arrives
     arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_ALWAYS);
     return {};
   }
@@ -194,7 +195,7 @@ Status set_transport(ArvCamera* camera, const AravisSettings& settings) {
   return {};
 }
 
-// A feature selects what the next one means, so each is written and read back before the next.
+// Each feature is written and read back before the next, because a feature may be the selector of the next.
 Status set_feature(ArvCamera* camera, const Feature& feature) {
   const auto& [name, value] = feature;
   ArvGcNode* const node = arv_device_get_feature(arv_camera_get_device(camera), name.c_str());
@@ -211,23 +212,22 @@ Status set_feature(ArvCamera* camera, const Feature& feature) {
   if (failure.happened()) return failure.error(fmt::format("feature {} = {} is refused", name, value));
   const char* const read = arv_gc_feature_node_get_value_as_string(ARV_GC_FEATURE_NODE(node), failure);
   const std::string taken = read != nullptr ? read : "";
-  if (failure.happened() || taken == value) return {};  // some can only be written
+  if (failure.happened() || taken == value) return {};  // some features are write-only
   double wanted = 0.0, got = 0.0;
   const bool numbers = std::sscanf(value.c_str(), "%lf", &wanted) == 1 && std::sscanf(taken.c_str(), "%lf", &got) == 1;
   if (numbers && std::abs(got - wanted) <= std::max(0.02 * std::abs(wanted), 1e-9)) return {};
   return Error{ErrorCode::InvalidArgument, fmt::format("feature {} is {}, the camera has {}", name, value, taken)};
 }
 
-// Where a camera makes its rate slower for a long exposure, it says so by the rate that it has then.
+// A camera that lowers its rate for a long exposure reports the lower rate, so the check succeeds.
 Status check_period(ArvCamera* camera, double exposure_us) {
   AravisFailure failure;
   const double rate_hz = arv_camera_get_frame_rate(camera, failure);
   if (failure.happened() || rate_hz <= 0.0 || exposure_us <= 1e6 / rate_hz) return {};
-  return Error{
-      ErrorCode::InvalidArgument,
-      fmt::format("its exposure of {:.0f} us is longer than the {:.0f} us from image to image at {:.1f} Hz; set "
-                  "exposure_us lower, or rate_hz",
-                  exposure_us, 1e6 / rate_hz, rate_hz)};
+  return Error{ErrorCode::InvalidArgument,
+               fmt::format("its exposure of {:.0f} us is longer than the period of {:.0f} us at {:.1f} Hz; set "
+                           "exposure_us lower, or rate_hz",
+                           exposure_us, 1e6 / rate_hz, rate_hz)};
 }
 
 Status set_numbers(ArvCamera* camera, const AravisSettings& settings) {
@@ -235,7 +235,7 @@ Status set_numbers(ArvCamera* camera, const AravisSettings& settings) {
     if (Status set = set_number(camera, kRate, *settings.rate_hz); !set) return set;
   }
   if (settings.exposure_us) {
-    arv_camera_set_exposure_time_auto(camera, ARV_AUTO_OFF, nullptr);  // many have no automatic
+    arv_camera_set_exposure_time_auto(camera, ARV_AUTO_OFF, nullptr);  // many cameras have no automatic exposure
     if (Status set = set_number(camera, kExposure, *settings.exposure_us); !set) return set;
   }
   if (settings.gain_db) {
@@ -248,8 +248,9 @@ Status set_numbers(ArvCamera* camera, const AravisSettings& settings) {
 }  // namespace
 
 Result<AravisFeatures> apply_settings(ArvCamera* camera, const AravisSettings& settings) {
-  arv_camera_stop_acquisition(camera, nullptr);  // of a program that died while it streamed; idle cameras refuse
-  arv_camera_set_acquisition_mode(camera, ARV_ACQUISITION_MODE_CONTINUOUS, nullptr);  // most have no other
+  // Another program may have ended without a stop. The call fails on an idle camera.
+  arv_camera_stop_acquisition(camera, nullptr);
+  arv_camera_set_acquisition_mode(camera, ARV_ACQUISITION_MODE_CONTINUOUS, nullptr);  // most cameras have no other mode
   const Result<PixelFormat> format = set_pixel_format(camera, settings);
   if (!format) return format.error();
   if (const Status set = set_region(camera, settings); !set) return set.error();
@@ -266,7 +267,7 @@ Result<AravisFeatures> apply_settings(ArvCamera* camera, const AravisSettings& s
     if (const Status set = set_feature(camera, feature); !set) return set.error();
   }
   AravisFeatures features{*format, exposure, settings.trigger == kSoftware, std::nullopt};
-  // In whole microseconds, as simulated cameras count their periods too.
+  // Whole microseconds, the unit in which simulated cameras count their periods.
   if (settings.trigger == kAction) {
     features.action_period = std::chrono::microseconds(static_cast<std::int64_t>(1e6 / *settings.rate_hz));
   }

@@ -11,17 +11,17 @@ typedef struct _ArvCamera ArvCamera;  // NOLINT(bugprone-reserved-identifier): A
 
 namespace mocap::cameras {
 
-/// What a camera will deliver, as it said itself after it was set.
+/// Properties of the images that a camera delivers, as read back after the settings were applied.
 struct AravisFeatures {
   PixelFormat format = PixelFormat::Mono8;
-  Duration exposure{};  ///< zero of a camera that cannot tell
+  Duration exposure{};  ///< zero if the camera does not state it
   bool software_trigger = false;
-  std::optional<Duration> action_period;  ///< set: each image wants an action command, so often
+  std::optional<Duration> action_period;  ///< interval of action commands; absent without trigger = "action"
 };
 
-/// Sets what `settings` asks for on an open camera that we control, and reads back whether the camera took it. Fails
-/// with InvalidArgument or Unsupported naming feature, value and what the camera offers, and with Io when it does not
-/// answer. Any thread that has the camera to itself; takes a round trip or two a feature.
+/// Applies `settings` to an open camera that this process controls and reads each value back. Fails with
+/// InvalidArgument or Unsupported, naming feature, value and the values that the camera offers, and with Io if the
+/// camera does not answer. Any thread that has exclusive use of the camera; takes one or two round trips per feature.
 Result<AravisFeatures> apply_settings(ArvCamera* camera, const AravisSettings& settings);
 
 }  // namespace mocap::cameras

@@ -1,7 +1,7 @@
 #include "cameras/aravis/aravis_ptp.h"
 
 #include <fmt/format.h>
-// Aravis's C headers do not keep our warnings.
+// The C headers of Aravis cause these warnings.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic"
 #pragma GCC diagnostic ignored "-Wconversion"
@@ -20,14 +20,14 @@
 namespace mocap::cameras {
 namespace {
 
-// An election takes two announce intervals, of 2 s each by default.
+// The election of a master takes two announce intervals, of 2 s each by default.
 constexpr Duration kRolePatience = std::chrono::seconds(8);
 constexpr Duration kLookAgain = std::chrono::milliseconds(100);
 constexpr Duration kWatchEvery = std::chrono::seconds(2);
-// Hardware keeps 1 us, software some 10; farther, markers at 5 m/s are off by half a millimetre.
+// PTP in hardware keeps 1 us, in software about 10 us. At 100 us a marker at 5 m/s is displaced by 0.5 mm.
 constexpr Duration kFarOff = std::chrono::microseconds(100);
 
-// The features' names in the standard and before it.
+// Names of the features in the standard, and before the standard.
 struct Names {
   const char* enable;
   const char* status;
@@ -83,7 +83,7 @@ std::optional<Duration> read_clock(ArvCamera* camera) {
 Status enable_ptp(ArvCamera* camera) {
   const Names* const names = names_of(camera);
   if (names == nullptr) {
-    return Error{ErrorCode::Unsupported, "ptp = true, and the camera has no PTP (PtpEnable); set ptp = false"};
+    return Error{ErrorCode::Unsupported, "ptp = true, but the camera has no PTP (PtpEnable); set ptp = false"};
   }
   AravisFailure failure;
   arv_device_set_boolean_feature_value(arv_camera_get_device(camera), names->enable, TRUE, failure);
@@ -96,13 +96,13 @@ Status enable_ptp(ArvCamera* camera) {
   if (!state || !settled(state->role)) {
     return Error{
         ErrorCode::Timeout,
-        fmt::format("PTP is enabled, and the camera is {} after {:.0f} s, expected Slave or Master; is there a "
-                    "master (ptp4l), and does the switch let multicast through",
+        fmt::format("PTP is enabled, but the camera is {} after {:.0f} s, expected Slave or Master; check that a "
+                    "master runs (ptp4l) and that the switch forwards multicast",
                     state ? state->role : "gone", to_s(kRolePatience))};
   }
   const char* const serial = arv_camera_get_device_serial_number(camera, nullptr);
   log_info("camera", fmt::format("{} keeps PTP time: role={} offset={}", serial != nullptr ? serial : "", state->role,
-                                 state->offset ? fmt::format("{:.3f}us", to_us(*state->offset)) : "not told"));
+                                 state->offset ? fmt::format("{:.3f}us", to_us(*state->offset)) : "unknown"));
   return {};
 }
 
@@ -110,24 +110,24 @@ std::optional<std::string> PtpWatch::follow(const PtpState& state) {
   const bool in_role = state.enabled && settled(state.role);
   const bool near = !state.offset || (*state.offset<kFarOff&& * state.offset> - kFarOff);
   if (std::exchange(well_, in_role && near) == well_) return std::nullopt;
-  const std::string offset = state.offset ? fmt::format("{:.3f}us", to_us(*state.offset)) : "not told";
+  const std::string offset = state.offset ? fmt::format("{:.3f}us", to_us(*state.offset)) : "unknown";
   if (well_) return fmt::format("keeps PTP time again: role={} offset={}", state.role, offset);
   if (!in_role) {
     return fmt::format(
-        "keeps PTP time no more: role={}, expected Slave or Master; its times are learnt from the "
-        "receipts meanwhile. Look after the master (ptp4l) and the link",
+        "lost PTP time: role={}, expected Slave or Master; exposure times are estimated from the "
+        "times of receipt. Check the master (ptp4l) and the link",
         state.enabled ? state.role : "Disabled");
   }
   return fmt::format(
-      "PTP clock is off its master's by {}, expected within {:.0f}us; look whether the master was "
-      "changed, and for other traffic on the link",
+      "PTP clock is off its master's by {}, expected within {:.0f}us; check whether the master was "
+      "changed, and the link for other traffic",
       offset, to_us(kFarOff));
 }
 
 void watch_ptp(ArvCamera* camera, const std::string& who, std::atomic<bool>& is_well, const std::stop_token& stop) {
   PtpWatch watch;
   std::mutex mutex;
-  std::condition_variable_any nobody_calls;
+  std::condition_variable_any never_notified;
   std::unique_lock lock(mutex);
   while (!stop.stop_requested()) {
     if (const std::optional<PtpState> state = read_ptp(camera); state && state->role != kUnknown) {
@@ -135,7 +135,7 @@ void watch_ptp(ArvCamera* camera, const std::string& who, std::atomic<bool>& is_
       is_well = watch.is_well();
       if (words) watch.is_well() ? log_info(who, *words) : log_warn(who, *words);
     }
-    nobody_calls.wait_for(lock, stop, kWatchEvery, [] { return false; });
+    never_notified.wait_for(lock, stop, kWatchEvery, [] { return false; });
   }
 }
 

@@ -27,7 +27,8 @@ std::string text_in(const fs::path& file) {
 
 bool is_root_hub(const std::string& name) { return name.starts_with("usb"); }
 
-// Interfaces stand below their device as 2-1:1.0; USB3 Vision is class ef, subclass 05; video that of UVC is 0e.
+// The folder of an interface is in that of its device and is named 2-1:1.0. USB3 Vision has class ef, subclass 05; UVC
+// has class 0e.
 void find_interfaces(UsbDevice& device) {
   std::error_code missing;
   const std::string begin = device.folder.filename().string() + ":";
@@ -39,8 +40,8 @@ void find_interfaces(UsbDevice& device) {
   }
 }
 
-// PCIe to 5 GT/s is coded 8 in 10, above 128 in 130; packets of 128 bytes leave some 85 % of that. Controllers within
-// the processor have no such link, or one of width 0.
+// PCIe codes 8 bits in 10 up to 5 GT/s and 128 bits in 130 above. Packets of 128 bytes leave about 85 %. Controllers
+// inside the processor have no such link, or a link of width 0.
 double usable_pcie_mb_per_s(const fs::path& controller) {
   const double gt_per_s = std::atof(text_in(controller / "current_link_speed").c_str());
   const double lanes = std::atof(text_in(controller / "current_link_width").c_str());
@@ -48,7 +49,8 @@ double usable_pcie_mb_per_s(const fs::path& controller) {
   return 0.85 * 1e3 / 8.0 * gt_per_s * coding * lanes;
 }
 
-// The bus is named by the root hub, the first folder usbN on the way down; the controller is what that hangs on.
+// The bus is the root hub: the first folder usbN on the path to the device. The controller is the parent of the root
+// hub.
 void find_bus(UsbDevice& device) {
   fs::path at = device.folder;
   while (at.has_relative_path() && !is_root_hub(at.filename().string())) at = at.parent_path();
@@ -85,7 +87,7 @@ const UsbDevice* device_of(const CameraSettings& camera, const std::vector<UsbDe
   const Result<fs::path> node = find_video_node(*v4l2);
   std::error_code missing;
   if (!node) return nullptr;
-  const fs::path real = fs::canonical(*node, missing);  // a link under /dev/v4l
+  const fs::path real = fs::canonical(*node, missing);  // resolves a link under /dev/v4l
   const fs::path at = fs::canonical(sys / "class/video4linux" / real.filename() / "device", missing);
   const auto found = std::find_if(devices.begin(), devices.end(), [&](const UsbDevice& each) {
     return !missing && at.string().starts_with(each.folder.string() + "/");
@@ -93,11 +95,10 @@ const UsbDevice* device_of(const CameraSettings& camera, const std::vector<UsbDe
   return found != devices.end() ? &*found : nullptr;
 }
 
-// What lies between cameras and their bus, or between the controller and the processor, and is shared by those beyond
-// it.
+// A link between cameras and their bus, or between the controller and the processor. All cameras beyond it share it.
 struct Link {
   std::string what;  // "are plugged in at 480 Mbit/s"
-  std::string bus;   // in whose line it is told
+  std::string bus;   // bus whose UsbLoad names the link
   double given_mb_per_s = 0.0;
   double needed_mb_per_s = 0.0;
   std::vector<std::string> cameras;
@@ -109,7 +110,8 @@ struct Link {
   }
 };
 
-// From the camera's own plug by all hubs, each a folder below the next one's, up to the controller.
+// Adds a camera to each link on its path: its own port, all hubs (each in the folder of the next one), and the
+// controller.
 void add_to_links(std::map<fs::path, Link>& links, const UsbDevice& device, const std::string& camera, double needed) {
   const auto add = [&](const fs::path& at, const std::string& what, double given) {
     Link& link = links.try_emplace(at, Link{what, device.bus, given, 0.0, {}}).first->second;
@@ -139,7 +141,7 @@ std::vector<UsbDevice> list_usb_devices(const fs::path& sys) {
     std::error_code gone;
     UsbDevice device;
     device.folder = fs::canonical(entry.path(), gone);
-    if (gone) continue;  // pulled out meanwhile
+    if (gone) continue;  // unplugged since the listing
     device.manufacturer = text_in(device.folder / "manufacturer");
     device.product = text_in(device.folder / "product");
     device.serial = text_in(device.folder / "serial");
@@ -151,8 +153,9 @@ std::vector<UsbDevice> list_usb_devices(const fs::path& sys) {
   return devices;
 }
 
-// USB 2: 13 packets of 512 bytes in 125 us are 53 MB/s, of which controllers reach some 40. USB 3: 5 Gbit/s coded 8 in
-// 10 are 500 MB/s, of which packets and acknowledges leave some 400; from 10 Gbit/s on coded 128 in 132, some 90 %.
+// USB 2: 13 packets of 512 bytes in 125 us are 53 MB/s; controllers reach about 40. USB 3 at 5 Gbit/s: 8 bits coded in
+// 10 are 500 MB/s; packets and acknowledgements leave about 400. From 10 Gbit/s on: 128 bits coded in 132, of which
+// about 90 % are usable.
 double usable_mb_per_s(double speed_mbps) {
   if (speed_mbps < 480.0) return speed_mbps / 12.0;
   if (speed_mbps < 5000.0) return 40.0;

@@ -17,9 +17,9 @@ namespace {
 
 constexpr std::uint8_t kExtendedIds = 0x80;
 constexpr std::size_t kUdpHeader = 8;
-constexpr std::uint32_t kSeen_bytes = 128;  // of a packet: the longest IP header, UDP's, GVSP's
+constexpr std::uint32_t kSeen_bytes = 128;  // part of a packet that is read: the longest IP header, UDP's, GVSP's
 
-// The kernel runs this on each packet that comes, its data beginning with the IP header.
+// Attaches a filter that the kernel runs on each packet. The data of a packet begins with the IP header.
 bool let_leaders_through(int socket, in_addr camera, std::uint16_t port) {
   sock_filter program[] = {
       BPF_STMT(BPF_LD | BPF_B | BPF_ABS, 9),  // protocol
@@ -45,7 +45,7 @@ std::optional<std::uint16_t> id_of(std::span<const std::uint8_t> packet) {
   if (packet.empty()) return std::nullopt;
   const std::size_t gvsp = std::size_t{packet[0] & 0x0fU} * 4 + kUdpHeader;
   if (packet.size() < gvsp + 16) return std::nullopt;
-  // Of an extended id of 64 bits the lowest 16 are enough: only the last images are looked for.
+  // The lowest 16 bits of an extended id of 64 bits are enough, because only the last 64 images are searched.
   const std::size_t at = gvsp + ((packet[gvsp + 4] & kExtendedIds) != 0 ? 14 : 2);
   return static_cast<std::uint16_t>(packet[at] << 8 | packet[at + 1]);
 }
@@ -63,7 +63,7 @@ Duration stamp_of(msghdr& message) {
 }  // namespace
 
 std::unique_ptr<ArrivalStamps> ArrivalStamps::open(in_addr camera, std::uint16_t port) {
-  // Protocol 0: nothing comes before the filter is there.
+  // Protocol 0: the socket receives nothing before the filter is attached.
   const int handle = socket(AF_PACKET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (handle < 0) return nullptr;
   std::unique_ptr<ArrivalStamps> stamps(new ArrivalStamps(handle));
@@ -80,9 +80,9 @@ std::unique_ptr<ArrivalStamps> ArrivalStamps::open(in_addr camera, std::uint16_t
 ArrivalStamps::~ArrivalStamps() { close(socket_); }
 
 ArrivalStamps::Arrival* ArrivalStamps::find(std::uint16_t id) {
-  const auto found = std::ranges::find_if(ring_, [id](const Arrival& each) {  // of an id that came again, the first
-    return each.id == id && each.utc != Duration::zero();
-  });
+  // If a leader arrived twice, the ring has its first arrival only.
+  const auto found =
+      std::ranges::find_if(ring_, [id](const Arrival& each) { return each.id == id && each.utc != Duration::zero(); });
   return found == ring_.end() ? nullptr : &*found;
 }
 

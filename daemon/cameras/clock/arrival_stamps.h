@@ -12,25 +12,25 @@
 
 namespace mocap::cameras {
 
-/// Tells when the first packet of a GigE Vision image arrived, as the kernel stamped it: whatever keeps the thread that
-/// receives from running (its waking, other threads, the host) is not in it, other than in a stamp that this thread
-/// takes.
+/// Reads the arrival time of the first packet (leader) of each GigE Vision image from the kernel. Unlike a time stamp
+/// taken by the receive thread, the kernel's stamp contains no delay of a thread or of the scheduler (decisions/0008).
 ///
-/// A packet socket beside the stream's own, whose filter lets the leaders of one stream through and nothing else; works
-/// on loopback too. Needs CAP_NET_RAW. One thread.
+/// Uses a packet socket beside the stream's socket, with a filter that passes only the leaders of one stream. Works on
+/// loopback too. Needs CAP_NET_RAW. One thread.
 ///
 /// Source: GigE Vision 2.0, part "GVSP" (leader, extended ids); packet(7), socket(7) (SO_TIMESTAMPNS).
 class ArrivalStamps {
  public:
-  /// Of the stream from `camera` to this host's UDP port; null where the system does not allow it.
+  /// Opens the socket for the stream from `camera` to this host's UDP port `port`. Null if the system does not permit
+  /// it.
   static std::unique_ptr<ArrivalStamps> open(in_addr camera, std::uint16_t port);
 
   ~ArrivalStamps();
   ArrivalStamps(const ArrivalStamps&) = delete;
   ArrivalStamps& operator=(const ArrivalStamps&) = delete;
 
-  /// When the leader of the image with this id arrived for the first time, since the Unix epoch (UTC); nothing where it
-  /// was lost or is long ago. Never waits, never allocates.
+  /// First arrival of the leader of the image `frame_id`, since the Unix epoch (UTC). Absent if the leader was lost or
+  /// is not among the last 64. Never waits, never allocates.
   std::optional<Duration> arrival_utc(std::uint64_t frame_id);
 
  private:

@@ -8,21 +8,22 @@ namespace mocap::cameras {
 namespace {
 
 constexpr double kBucket_s = 0.5;
-// Crystals keep 100 ppm; two of them, and some room.
+// Crystals are within 100 ppm. Two crystals differ by at most 200 ppm; the rest is margin.
 constexpr double kMaxDrift = 500e-6;
-// No clock runs away this far between two frames: farther is a leap of the counter.
+// A clock does not drift this far between two frames. A larger difference is a jump of the counter.
 constexpr double kLeap_s = 0.02;
-// A stall delivers late for a while and then catches up; what stays late for this long is a leap.
+// After a stall, delivery catches up. A delay that lasts longer than this is a jump of the counter.
 constexpr double kLateForGood_s = 2.0;
-// A slope of a shorter window is the noise of two delays; one that was known before is better for longer.
+// Shortest window for a slope: below it the slope is the noise of two delays. A slope that is known from before a jump
+// is used for longer.
 constexpr double kMinSpan_s = 1.0;
 constexpr double kRelearnSpan_s = 10.0;
-// With fewer buckets their lowest samples say nothing of how near they come to the line.
+// With fewer buckets, their lowest samples do not show the distance to the line.
 constexpr std::size_t kLeastBuckets = 4;
-// The error of the line, in the middle height of the buckets' lowest samples over it, shared by their number; by
-// simulation of exponential, uniform and half-normal delays at 30 to 200 Hz.
+// Standard deviation of the line, in units of the median height of the buckets' lowest samples above the line, divided
+// by the number of buckets. From a simulation of exponential, uniform and half-normal delays at 30 to 200 Hz.
 constexpr double kErrorPerHeight = 9.0;
-constexpr double kUsualDrift = 50e-6;  // standard deviation of a crystal's, against the host's
+constexpr double kUsualDrift = 50e-6;  // standard deviation of the drift between two crystals
 constexpr double kSpreadForgets = 1.0 / 64.0;
 
 }  // namespace
@@ -87,7 +88,7 @@ ClockMapping::Line ClockMapping::line_under_samples() const {
     while (hull.size() >= 2) {
       const Sample& a = hull[hull.size() - 2];
       const Sample& b = hull.back();
-      if ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x) > 0.0) break;  // a, b, c turn left: b stays
+      if ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x) > 0.0) break;  // a, b, c turn left: b is on the hull
       hull.pop_back();
     }
     hull.push_back(c);
@@ -101,24 +102,25 @@ ClockMapping::Line ClockMapping::line_under_samples() const {
     while (i + 1 < hull.size() && hull[i].x < middle) ++i;
     line.slope = std::clamp((hull[i].y - hull[i - 1].y) / (hull[i].x - hull[i - 1].x), -kMaxDrift, kMaxDrift);
   }
-  const auto lay_under = [&] {
+  const auto shift_below_samples = [&] {
     line.height = std::numeric_limits<double>::infinity();
     for (const Sample& s : hull) line.height = std::min(line.height, s.y - line.slope * s.x);
   };
-  lay_under();
-  // Few late samples tell a slope that no two crystals have: what is known of crystals weighs against it.
+  shift_below_samples();
+  // A few late samples can give a slope that no pair of crystals has, so the slope is combined with a Gaussian prior on
+  // the drift (decisions/0005).
   const double span = hull.back().x - hull.front().x;
   if (span >= kMinSpan_s) {
     const double expected = slope_known_ ? known_slope_ : 0.0;
-    const double doubt = 2.0 * error_of(line) / span;
-    line.slope =
-        expected + (line.slope - expected) * kUsualDrift * kUsualDrift / (kUsualDrift * kUsualDrift + doubt * doubt);
-    lay_under();
+    const double slope_error = 2.0 * error_of(line) / span;
+    line.slope = expected + (line.slope - expected) * kUsualDrift * kUsualDrift /
+                                (kUsualDrift * kUsualDrift + slope_error * slope_error);
+    shift_below_samples();
   }
   return line;
 }
 
-// s. By the middle height: a stall of delivery lifts a few buckets high.
+// Standard deviation of the line, s. Uses the median, because a stall of the delivery raises a few buckets.
 double ClockMapping::error_of(const Line& line) const {
   BoundedVector<double, kWindow> heights;
   for (const Bucket& bucket : buckets_) heights.push_back(bucket.lowest.y - line.at(bucket.lowest.x));

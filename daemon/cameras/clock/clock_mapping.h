@@ -9,40 +9,41 @@
 
 namespace mocap::cameras {
 
-/// Tells the host's time of what a camera stamped with its own clock.
+/// Converts time stamps of a camera's clock to the host's clock.
 ///
-/// A frame is here some time after its stamp: a fixed least delay, and whatever the way added that time. The way only
-/// adds, so the truth lies under all samples (camera time, receipt minus camera time): the line sought is the edge of
-/// their lower convex hull that spans the middle of the window. It is the best line under all samples for delays of
-/// any one-sided law, and the most likely one for exponential delays. What stays unknown is the fixed least delay;
-/// the caller knows it, or lives with it.
+/// A frame arrives some time after its stamp: a constant minimum delay and a variable delay of at least 0. Each sample
+/// is (camera time, time of receipt minus camera time), so all samples are above the line that describes the camera's
+/// clock. The estimated line is the edge of their lower convex hull that spans the middle of the window: the best line
+/// below all samples for any law of one-sided delays, and the maximum likelihood estimate for exponential delays. The
+/// minimum delay is not observable; the caller subtracts it if it is known.
 ///
-/// The window's memory is bounded: of each half second the one sample nearest to the line is kept, for 32 s. Never
-/// allocates; some hundred nanoseconds a frame. Deterministic. One thread.
+/// The window is 32 s. Of each half second only the sample nearest to the line is kept. Never allocates; takes some 100
+/// ns per frame. Deterministic. One thread. See decisions/0005.
 ///
 /// Source: Moon, Skelly and Towsley, "Estimation and removal of clock skew from network delay measurements" (INFOCOM
 /// 1999); the hull is Andrew's monotone chain.
 class ClockMapping {
  public:
-  /// Takes in one frame and tells the host's time of its stamp, plus the least delay. When the camera's clock wraps,
-  /// runs back or leaps, the offset is learnt anew and the drift is kept: a crystal does not change with its counter. A
-  /// clock that stands still gives the time of receipt. Never later than `received`.
+  /// Adds one frame and returns the host's time of its stamp, plus the minimum delay; never later than `received`. If
+  /// the camera's clock wraps, runs backwards or jumps, the offset is estimated again and the drift is kept, because
+  /// the crystal is the same. If the clock stands still, the result is `received`.
   Timestamp map(Duration camera_time, Timestamp received);
 
-  /// Forgets everything: after the camera was started again.
+  /// Forgets everything. Call this when the camera was started again.
   void reset();
 
-  /// Seconds that the host's clock gains on the camera's in a second, as now estimated; within 500 ppm.
+  /// Estimated drift: seconds that the host's clock gains per second of the camera's clock; within 500 ppm.
   double drift() const { return line_.slope; }
 
-  /// Standard deviation of the last mapped time about the truth plus the least delay, as the samples tell it: 1
-  /// to 2 times the error that is there, for delays of an exponential, uniform or half-normal law.
+  /// Estimated standard deviation of the last result about the true time plus the minimum delay. 1 to 2 times the real
+  /// error for exponential, uniform and half-normal delays.
   Duration uncertainty() const { return uncertainty_; }
 
-  /// How often the camera's clock wrapped, ran back, leapt or began to stand still; `reset` does not count.
+  /// Number of times that the camera's clock wrapped, ran backwards, jumped or stopped. Calls of reset() are not
+  /// counted.
   std::uint64_t leaps() const { return leaps_; }
 
-  /// Whether the last frames all bore the same stamp.
+  /// True if the last frames all had the same stamp.
   bool stands_still() const { return still_ >= kStill; }
 
  private:
@@ -63,7 +64,7 @@ class ClockMapping {
     Sample lowest;
   };
 
-  static constexpr int kStill = 3;  // frames of one stamp: an image that was sent twice is no clock that stands still
+  static constexpr int kStill = 3;  // repeated stamps; fewer may be an image that was sent twice
 
   void begin(Duration camera_time, Timestamp received);
   void begin_anew(Duration camera_time, Timestamp received);
@@ -73,17 +74,17 @@ class ClockMapping {
   double error_of(const Line& line) const;
   Duration judge(const Sample& newest);
 
-  BoundedVector<Bucket, kWindow> buckets_;  // in the order of time
+  BoundedVector<Bucket, kWindow> buckets_;  // in order of time
   Line line_;
   bool begun_ = false;
   Duration first_camera_time_{};
   Timestamp first_received_;
   Duration last_camera_time_{};
-  double late_since_x_ = -1.0;  // since when every sample lies far above the line; negative: the last did not
-  double known_slope_ = 0.0;    // from before a leap
+  double late_since_x_ = -1.0;  // all samples since then are far above the line; negative: the last one is not
+  double known_slope_ = 0.0;    // estimate before the last jump
   bool slope_known_ = false;
-  int still_ = 0;          // frames since that bore the stamp of the one before
-  double spread_s_ = 0.0;  // mean height of the samples over the line
+  int still_ = 0;          // consecutive frames with the stamp of the frame before
+  double spread_s_ = 0.0;  // running mean of the height of samples above the line
   Duration uncertainty_{};
   std::uint64_t leaps_ = 0;
 };

@@ -11,10 +11,9 @@
 namespace mocap::cameras {
 namespace {
 
-// A clock said to be UTC may be this far from the receipt and still be believed.
+// Largest difference of the stamp and the time of receipt at which the clock is accepted as UTC.
 constexpr Duration kBelievable = std::chrono::seconds(10);
-constexpr Duration kTaiMinusUtc = std::chrono::seconds(37);  // since 2017; no leap second is planned
-constexpr int kLearns = 64;                                  // images
+constexpr int kOffsetSmoothing = 64;  // images of the running mean
 
 double into_exposure(const std::string& stamps) {
   if (stamps == "start") return 0.0;
@@ -41,10 +40,10 @@ void ExposureClock::reset() {
 
 bool ExposureClock::believes(Duration ahead, Duration exposure) {
   if (ahead <= exposure && ahead > -kBelievable) return true;
-  if (!std::exchange(doubted_, true)) {
+  if (!std::exchange(warned_, true)) {
     log_warn("camera " + name_,
-             fmt::format("its clock is {:.3f}s off UTC; going on with clock = \"estimated\". Synchronise "
-                         "it (PTP) or set that",
+             fmt::format("its clock is {:.3f}s off UTC; clock = \"estimated\" is used instead. Synchronise "
+                         "it (PTP), or set clock = \"estimated\"",
                          to_s(ahead)));
   }
   return false;
@@ -54,23 +53,23 @@ Timestamp ExposureClock::middle_of(const ImageInstants& image, bool synchronised
   const Duration half = image.exposure / 2;
   const Duration begin =
       image.stamp - (image.stamp_tells_begin ? Duration::zero() : share(image.exposure, into_exposure_));
-  // An image leaves when its exposure is over, so it is the end that the receipts tell. The mapping learns from every
-  // image, so that it is ready when the camera's UTC is none any more.
+  // An image is sent when its exposure ends, so the mapping uses the end of the exposure. Every image is added, so that
+  // the mapping is ready when the camera's UTC becomes invalid.
   const Timestamp mapped = mapping_.map(begin + image.exposure, image.first_byte) - delivery_ - half;
   Timestamp middle = mapped - mapped_late_;
   source_ = wants_utc_ ? ClockSource::Lost : ClockSource::Receipts;
   if (wants_utc_ && synchronised) {
-    Timestamp told = Timestamp{begin - image.utc_minus_host} + half;
-    // A PTP master that keeps to the standard gives TAI, which is ahead of UTC by the leap seconds.
-    if (told - image.received > kTaiMinusUtc - kBelievable) told -= kTaiMinusUtc;
-    if (believes(told - image.received, image.exposure)) {
-      const Duration late = mapped - told;
-      mapped_late_ = std::exchange(late_known_, true) ? mapped_late_ + (late - mapped_late_) / kLearns : late;
-      middle = told;
+    Timestamp by_camera = Timestamp{begin - image.utc_minus_host} + half;
+    // A PTP master that follows the standard distributes TAI, which is ahead of UTC by the leap seconds.
+    if (by_camera - image.received > kTaiMinusUtc - kBelievable) by_camera -= kTaiMinusUtc;
+    if (believes(by_camera - image.received, image.exposure)) {
+      const Duration late = mapped - by_camera;
+      mapped_late_ = std::exchange(late_known_, true) ? mapped_late_ + (late - mapped_late_) / kOffsetSmoothing : late;
+      middle = by_camera;
       source_ = ClockSource::Camera;
     }
   }
-  // Images of one camera keep the order of their exposure, also while the mapping still learns.
+  // Exposures of one camera must increase, also while the mapping converges.
   last_ = std::max(middle, last_ + Duration{1});
   return last_;
 }

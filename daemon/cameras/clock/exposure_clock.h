@@ -10,35 +10,38 @@
 
 namespace mocap::cameras {
 
-/// What came with one image about its instant.
+/// TAI - UTC since 2017; no leap second is planned.
+inline constexpr Duration kTaiMinusUtc = std::chrono::seconds(37);
+
+/// Times that belong to one image.
 struct ImageInstants {
-  Duration stamp{};         ///< by the camera's clock
-  Duration exposure{};      ///< how long it was
-  bool stamp_tells_begin;   ///< of the exposure, whatever the settings say
-  Timestamp first_byte;     ///< here
-  Timestamp received;       ///< whole
-  Duration utc_minus_host;  ///< now
+  Duration stamp{};         ///< on the camera's clock
+  Duration exposure{};      ///< length of the exposure
+  bool stamp_tells_begin;   ///< stamp = begin of the exposure; overrides the settings
+  Timestamp first_byte;     ///< arrival of the first byte
+  Timestamp received;       ///< arrival of the last byte
+  Duration utc_minus_host;  ///< current difference
 };
 
-/// Tells the middle of each exposure on the host's clock, as AravisSettings::clock says: by the camera's own UTC while
-/// that can be believed, else by the receipts. The mapping from the receipts learns all the time, and how far it is off
-/// the camera's UTC, so that a camera which loses its master goes on without a jump. Never allocates, but for a warning
-/// once. Deterministic. One thread.
+/// Computes the middle of each exposure on the host's clock, from the camera's UTC while it is plausible, otherwise by
+/// ClockMapping, as AravisSettings::clock selects. The mapping and its offset from the camera's UTC are estimated all
+/// the time, so that a camera that loses its PTP master causes no step (decisions/0010). Never allocates, except for
+/// one warning. Deterministic. One thread.
 class ExposureClock {
  public:
-  /// `name` is the camera's, for the log.
+  /// `name` is the camera's name in the log.
   ExposureClock(std::string name, const AravisSettings& settings);
 
-  /// Forgets what was learnt of the clock: after the camera was started again.
+  /// Forgets the mapping. Call this when the camera was started again.
   void reset();
 
-  /// Later than that of the image before. `synchronised`: whether the camera says that it keeps PTP time, or was never
-  /// asked to.
+  /// Returns the middle of the exposure, later than that of the image before. `synchronised`: the camera keeps PTP
+  /// time, or PTP is not used.
   Timestamp middle_of(const ImageInstants& image, bool synchronised);
 
-  /// Of the last exposure.
+  /// Origin of the last result.
   ClockSource source() const { return source_; }
-  /// Standard deviation of the last exposure; 0 by the camera's own UTC.
+  /// Standard deviation of the last result; 0 if it comes from the camera's UTC.
   Duration uncertainty() const;
   std::uint64_t leaps() const { return mapping_.leaps(); }
 
@@ -48,11 +51,11 @@ class ExposureClock {
   std::string name_;
   bool wants_utc_;
   Duration delivery_;
-  double into_exposure_;  // where the stamp lies, in exposures after the begin
+  double into_exposure_;  // position of the stamp, in lengths of the exposure after its begin
   ClockMapping mapping_;
-  Duration mapped_late_{};  // what the mapping's middles lie after the camera's own, by experience
+  Duration mapped_late_{};  // running mean of mapped time minus the camera's UTC
   bool late_known_ = false;
-  bool doubted_ = false;
+  bool warned_ = false;
   ClockSource source_ = ClockSource::Unknown;
   Timestamp last_;
 };

@@ -4,9 +4,9 @@
 
 namespace mocap::cameras {
 
-/// Makes an ever-growing frame number of the ids that a device stamps: GigE Vision's 16-bit block ids (1 to 65535,
+/// Converts the frame ids of a device to increasing frame numbers. Ids are GigE Vision's 16-bit block ids (1 to 65535,
 /// then 1 again; 0 is never used), V4L2's 32-bit sequence, or 64-bit ids. A gap in the ids is the same gap in the
-/// numbers; an id that repeats or runs back (the device started anew) counts as the next.
+/// numbers. An id that repeats or runs backwards (the device restarted) counts as the next number.
 class FrameCounter {
  public:
   std::uint64_t number_of(std::uint64_t id) {
@@ -23,7 +23,7 @@ class FrameCounter {
   }
 
  private:
-  // A counter that had come near its end and is now near its beginning went round; the distance, or 1.
+  // Distance from the last id to `id` if the counter wrapped (from near its end to near its begin), otherwise 1.
   std::uint64_t wrapped(std::uint64_t id) const {
     constexpr std::uint64_t kEnd16 = 0xFFFF;
     constexpr std::uint64_t kEnd32 = 0xFFFF'FFFF;

@@ -2,14 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/videoio.hpp>
 #include <thread>
 #include <utility>
 
 #include "base/log.h"
+#include "cameras/replay/image_file.h"
 #include "cameras/replay/replay_recording.h"
+#include "cameras/replay/video_file.h"
 
 namespace mocap::cameras {
 namespace {
@@ -38,16 +37,15 @@ class ReplayCamera : public Camera {
   ReplaySettings settings_;
 
   Recording recording_;
-  cv::VideoCapture video_;
-  cv::Mat read_;   // as it stands in the video
-  cv::Mat image_;  // grey: lent until the next call
+  std::unique_ptr<VideoFile> video_;
+  GreyImage image_;  // lent until the next call
   bool started_ = false;
-  std::size_t next_ = 0;  // of the recording's frames
-  std::uint64_t turn_number_ = 0;
-  Duration turn_time_{};  // added to the recorded numbers and times, turn by turn
+  std::size_t next_ = 0;  // index of the next frame
+  std::uint64_t pass_number_ = 0;
+  Duration pass_time_{};  // added to the recorded times in this pass
   bool paced_ = false;
-  Timestamp first_due_;      // on the host's clock
-  Timestamp first_exposed_;  // in the recording
+  Timestamp first_due_;      // time of the first frame on the host's clock
+  Timestamp first_exposed_;  // recorded time of the first frame
   RecordedFrame last_;
 };
 
@@ -55,8 +53,8 @@ Status ReplayCamera::start() {
   stop();
   if (Status opened = open(); !opened) return opened;
   next_ = 0;
-  turn_number_ = 0;
-  turn_time_ = Duration::zero();
+  pass_number_ = 0;
+  pass_time_ = Duration::zero();
   paced_ = false;
   started_ = true;
   log_info("camera " + name_,
@@ -76,22 +74,20 @@ Status ReplayCamera::open() {
   return recording_.video.empty() ? Status{} : rewind();
 }
 
-Status ReplayCamera::rewind() try {
+Status ReplayCamera::rewind() {
   if (recording_.video.empty()) return {};
-  video_.release();
-  if (video_.open(recording_.video.string())) return {};
-  return error(ErrorCode::Unsupported,
-               fmt::format("cannot open the video {}: not a format that OpenCV reads here", recording_.video.string()));
-} catch (const cv::Exception& failure) {
-  return error(ErrorCode::Unsupported,
-               fmt::format("cannot open the video {}: {}", recording_.video.string(), failure.what()));
+  video_.reset();
+  Result<std::unique_ptr<VideoFile>> opened = open_video(recording_.video);
+  if (!opened) return error(opened.error().code, opened.error().message);
+  video_ = *std::move(opened);
+  return {};
 }
 
-// The next frame with its number and time in this turn.
+// The next frame with its number and time in this pass.
 Result<RecordedFrame> ReplayCamera::upcoming() {
   const bool untimed_video = !recording_.video.empty() && recording_.frames.empty();
   if (!untimed_video && next_ == recording_.frames.size()) {
-    return error(ErrorCode::EndOfStream, "the recording is through");
+    return error(ErrorCode::EndOfStream, "the recording has ended");
   }
   RecordedFrame frame;
   if (untimed_video) {
@@ -100,8 +96,8 @@ Result<RecordedFrame> ReplayCamera::upcoming() {
   } else {
     frame = recording_.frames[next_];
   }
-  frame.number += turn_number_;
-  frame.exposed_at += turn_time_;
+  frame.number += pass_number_;
+  frame.exposed_at += pass_time_;
   return frame;
 }
 
@@ -121,22 +117,16 @@ bool ReplayCamera::wait_until_due(const RecordedFrame& frame, Duration patience)
   return true;
 }
 
-Status ReplayCamera::load(const RecordedFrame& frame) try {
-  if (recording_.video.empty()) {
-    image_ = cv::imread(frame.file.string(), cv::IMREAD_GRAYSCALE);
-    if (!image_.empty()) return {};
-    return error(ErrorCode::Io, fmt::format("cannot read {}: no such image, or broken", frame.file.string()));
+Status ReplayCamera::load(const RecordedFrame& frame) {
+  Result<GreyImage> image = recording_.video.empty() ? read_grey_image(frame.file) : video_->next();
+  if (image) {
+    image_ = *std::move(image);
+    return {};
   }
-  if (!video_.read(read_)) return error(ErrorCode::EndOfStream, "the video is through");
-  if (read_.channels() == 1) {
-    image_ = read_;
-  } else {
-    // Blue, green and red as luminance weighs them (ITU-R BT.601); a grey recording comes out as it was.
-    cv::transform(read_, image_, cv::Matx13f(0.114F, 0.587F, 0.299F));
-  }
-  return {};
-} catch (const cv::Exception& failure) {
-  return error(ErrorCode::Io, fmt::format("cannot read frame {}: {}", frame.number, failure.what()));
+  if (image.error().code == ErrorCode::EndOfStream) return error(ErrorCode::EndOfStream, image.error().message);
+  return error(ErrorCode::Io, recording_.video.empty()
+                                  ? image.error().message
+                                  : fmt::format("cannot read frame {}: {}", frame.number, image.error().message));
 }
 
 Result<Frame> ReplayCamera::next(Duration patience) {
@@ -145,15 +135,15 @@ Result<Frame> ReplayCamera::next(Duration patience) {
   if (coming && !wait_until_due(*coming, patience)) return Error{ErrorCode::Timeout, {}};
   Status loaded = coming ? load(*coming) : Status{coming.error()};
   if (!loaded && loaded.error().code == ErrorCode::EndOfStream && settings_.loop && next_ > 0) {
-    // The next turn begins one mean period after the last frame.
+    // The next pass begins one mean period after the last frame.
     const auto period = from_s(1.0 / settings_.rate_hz);
     const bool timed = recording_.frames.size() > 1;
     const Duration step = timed ? (recording_.frames.back().exposed_at - recording_.frames.front().exposed_at) /
                                       static_cast<std::int64_t>(recording_.frames.size() - 1)
                                 : period;
     const RecordedFrame first = recording_.frames.empty() ? RecordedFrame{} : recording_.frames.front();
-    turn_number_ = last_.number + 1 - first.number;
-    turn_time_ = last_.exposed_at + step - first.exposed_at;
+    pass_number_ = last_.number + 1 - first.number;
+    pass_time_ = last_.exposed_at + step - first.exposed_at;
     next_ = 0;
     if (Status again = rewind(); !again) return again.error();
     return next(patience);
@@ -169,12 +159,8 @@ Result<Frame> ReplayCamera::next(Duration patience) {
   frame.number = coming->number;
   frame.exposed_at = coming->exposed_at;
   frame.received_at = coming->exposed_at;
-  frame.image = {
-      {reinterpret_cast<const std::byte*>(image_.data), image_.step[0] * static_cast<std::size_t>(image_.rows)},
-      image_.step[0],
-      image_.cols,
-      image_.rows,
-      PixelFormat::Mono8};
+  frame.image = {image_.pixels, static_cast<std::size_t>(image_.width_px), image_.width_px, image_.height_px,
+                 PixelFormat::Mono8};
   return frame;
 }
 

@@ -10,19 +10,20 @@
 
 namespace mocap::cameras {
 
-/// Plays what a camera recorded. `name` is the camera's: in messages, and of its folder.
+/// Makes a camera that plays a recording. `name` is the camera's name in messages and the name of its folder.
 ///
-/// A frame's `exposed_at` is always the recorded time, and so is its `received_at`: the same recording gives the same
-/// frames at any pace. At a pace (speed over 0) next() gives a frame not before it is due: the first at once, the
-/// others at the recorded distance from it, divided by the speed, by the host's clock. So latencies against the host's
-/// clock have no meaning in a replay.
+/// `exposed_at` and `received_at` of a frame are the recorded time, so the same recording gives the same frames at any
+/// speed. With a speed above 0, next() delivers the first frame at once and each other frame at its recorded distance
+/// from the first, divided by the speed, on the host's clock. Latencies against the host's clock have no meaning in a
+/// replay.
 ///
-/// Numbers that the recording leaves out are gaps in Frame::number. Looped, numbers and times go on growing: each turn
-/// begins one mean period after the last frame. start() begins anew, fails with NotFound where nothing is recorded and
-/// with InvalidArgument where timestamps.csv is wrong. A file that cannot be read is an Io error of its frame.
+/// Numbers that the recording lacks are gaps in Frame::number. With `loop`, numbers and times continue to increase:
+/// each pass begins one mean period after the last frame. start() plays from the begin; it fails with NotFound if there
+/// is no recording and with InvalidArgument if timestamps.csv is invalid. A file that cannot be read is an Io error of
+/// its frame.
 std::unique_ptr<Camera> make_replay_camera(CameraId id, std::string name, ReplaySettings settings);
 
-/// The same, for the list of makes.
+/// CameraMake::open of this make.
 Result<std::unique_ptr<Camera>> open_replay_camera(CameraId id, const std::string& name, const ReplaySettings& settings,
                                                    const CameraSurroundings& surroundings);
 

@@ -42,7 +42,7 @@ struct Contents {
   bool any() const { return !images.empty() || !videos.empty(); }
 };
 
-// Files that are neither images with a number nor videos are somebody else's.
+// Ignores files that are neither numbered images nor videos.
 Contents contents_of(const fs::path& folder) {
   Contents contents;
   std::error_code ignored;

@@ -11,29 +11,29 @@
 
 namespace mocap::cameras {
 
-/// When each recorded image was exposed, by its frame number.
+/// Time of exposure of each recorded image, by its frame number.
 using RecordedTimes = std::map<std::uint64_t, Timestamp>;
 
-/// Reads a timestamps.csv: a header line `frame,time_ns`, then one row a frame, numbers and times growing. Fails with
-/// NotFound where there is no such file, and with InvalidArgument naming file and line where a row is wrong.
+/// Reads a timestamps.csv: a header line `frame,time_ns`, then one line per frame; numbers and times increase. Fails
+/// with NotFound if there is no such file, and with InvalidArgument, naming file and line, if a line is invalid.
 Result<RecordedTimes> read_recorded_times(const std::filesystem::path& file);
 
-/// One recorded image that can be played.
+/// A recorded image.
 struct RecordedFrame {
   std::uint64_t number = 0;
   Timestamp exposed_at;
   std::filesystem::path file;  ///< empty in a video
 };
 
-/// What one camera recorded: either numbered images, or a video.
+/// The recording of one camera: numbered images, or a video.
 struct Recording {
-  std::vector<RecordedFrame> frames;  ///< in the order of their numbers
+  std::vector<RecordedFrame> frames;  ///< in order of their numbers
   std::filesystem::path video;        ///< empty: numbered images
 };
 
-/// Looks through a camera's folder: `folder` itself, or `folder`/`camera` where that is one. Images are named by their
-/// frame number (.pgm, .png); a number that is left out is a lost image. In a video the k-th image (from 0) is the k-th
-/// row of timestamps.csv. Without timestamps.csv, number n was exposed n periods of `rate_hz` after time 0.
+/// Finds a camera's recording in `folder`/`camera` if that is a folder, otherwise in `folder`. The name of an image
+/// file is its frame number (.pgm, .png); a missing number is a lost image. Image k of a video (from 0) belongs to data
+/// line k of timestamps.csv. Without timestamps.csv, number n was exposed n periods of `rate_hz` after time 0.
 Result<Recording> find_recording(const std::filesystem::path& folder, const std::string& camera, double rate_hz);
 
 }  // namespace mocap::cameras

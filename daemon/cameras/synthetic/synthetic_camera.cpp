@@ -44,7 +44,7 @@ class SyntheticCamera final : public Camera {
     eye_.reset();
     volume_ = std::make_unique<scene::Volume>(scene::make_procedural_actor(marker_set_, std::move(*program)),
                                               Rig{model_}, image);
-    // One camera a volume: the id keeps the noise of cameras apart.
+    // Each camera has a volume of its own; the id makes the noise of cameras differ.
     eye_ = std::make_unique<scene::Eye>(*volume_, 0, id_.value);
     pixels_.resize(static_cast<std::size_t>(model_.width_px) * static_cast<std::size_t>(model_.height_px));
     next_ = 0;
@@ -87,16 +87,16 @@ class SyntheticCamera final : public Camera {
   }
 
  private:
-  // On the grid of the simulated world, which runs `speed` times as fast as the host's clock.
+  // Middle of the exposure on the clock of the simulated world, which runs `speed` times as fast as the host's clock.
   Timestamp exposed_at(std::uint64_t number) const {
     return began_at_ + from_s(static_cast<double>(number) / settings_.rate_hz);
   }
-  // On the host's clock: the end of the exposure.
+  // End of the exposure on the host's clock.
   Timestamp due_at(std::uint64_t number) const {
     const double s = static_cast<double>(number) / settings_.rate_hz + 0.5e-6 * settings_.exposure_us;
     return began_at_ + from_s(s / settings_.speed);
   }
-  // The newest image that is due, or number 0.
+  // Number of the newest image that is due; 0 if none is.
   std::uint64_t newest(Timestamp now) const {
     const double s = to_s(now - began_at_) * settings_.speed - 0.5e-6 * settings_.exposure_us;
     return s <= 0.0 ? 0 : static_cast<std::uint64_t>(s * settings_.rate_hz);
@@ -132,7 +132,7 @@ Result<std::unique_ptr<Camera>> open_synthetic_camera(CameraId id, const std::st
   const Rig& rig = surroundings.rig != nullptr ? *surroundings.rig : none;
   const auto model = std::ranges::find(rig, name, &CameraModel::name);
   if (model == rig.end()) {
-    return refuse("a synthetic camera needs its lens and place, and the rig has no camera of this name");
+    return refuse("a synthetic camera needs its lens and pose, but the rig has no camera of this name");
   }
   return make_synthetic_camera(id, settings, *model, *surroundings.marker_set);
 }

@@ -24,7 +24,8 @@ struct SyntheticSettings {
   double noise_grey = 2.0;
   std::uint64_t seed = 1;
   double speed = 1.0;
-  /// No key: exposures are whole periods after it, and the motion begins there. One instant for all cameras.
+  /// Not a key. Exposures are at whole periods after this time, and the motion begins at it; the same for all cameras
+  /// (decisions/0002).
   Timestamp epoch;
 };
 

@@ -168,7 +168,8 @@ Result<Frame> TcpCamera::frame_of(const TcpHeader& header, Timestamp received) {
   if (header.stamp < Duration::zero() || header.stamp > kMaxStamp) {
     return broken(header.frame_number, fmt::format("its stamp is {} ns", header.stamp.count()));
   }
-  // The mapping learns from the first byte: the transmission time of the others depends on the size of the image.
+  // The mapping uses the arrival of the first byte, because the arrival of the last byte depends on the size of the
+  // image.
   Timestamp middle;
   if (settings_.stamps_are_utc) {
     middle = Timestamp{header.stamp - utc_minus_host()};

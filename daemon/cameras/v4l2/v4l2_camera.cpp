@@ -43,7 +43,8 @@ class V4l2Camera : public Camera {
   std::optional<CameraAdjustment> adjustment() const override { return CameraAdjustment{settings_.exposure_us}; }
   Status adjust(const CameraAdjustment& to) override {
     if (to.gain_db)
-      return Error{ErrorCode::Unsupported, "its gain has the driver's own unit, no dB; set gain in the configuration"};
+      return Error{ErrorCode::Unsupported,
+                   "the gain has the unit of the driver, not dB; set gain in the configuration"};
     settings_.exposure_us = to.exposure_us;
     return {};
   }
@@ -67,7 +68,7 @@ class V4l2Camera : public Camera {
   Timestamp exposed_at(const v4l2_buffer& buffer, Timestamp received);
   Error broken(const v4l2_buffer& buffer, const std::string& what);
 
-  // ioctl again and again while signals interrupt it; 0, or what errno says.
+  // Calls ioctl, again if a signal interrupts it. Returns 0 or errno.
   int call(unsigned long request, void* argument) const {
     int done = 0;
     do {
@@ -91,14 +92,14 @@ class V4l2Camera : public Camera {
   V4l2Settings settings_;
   StreamCounters* counters_;
 
-  std::filesystem::path path_;  // of the node, as it was found when it was opened last
+  std::filesystem::path path_;  // device node at the last start()
   int device_ = kNone;
   KnownFormat format_ = known_video_formats()[0];
   std::size_t stride_bytes_ = 0;
   Duration exposure_{};
   std::vector<Mapped> buffers_;
-  std::optional<std::uint32_t> lent_;  // the driver's buffer that is ours until the next call
-  bool stamps_doubted_ = false;
+  std::optional<std::uint32_t> lent_;  // buffer of the driver that the caller uses until the next call
+  bool stamps_invalid_ = false;
   ClockMapping clock_;
   Timestamp last_exposed_;
   FrameCounter frames_;
@@ -123,7 +124,7 @@ Status V4l2Camera::begin() {
   if (Status done = map_buffers(); !done) return done;
   int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   if (const int reason = call(VIDIOC_STREAMON, &type)) return failed("VIDIOC_STREAMON", reason);
-  stamps_doubted_ = false;
+  stamps_invalid_ = false;
   clock_.reset();
   log_info("camera " + name_,
            fmt::format("started driver=v4l2 device={} format={} size={}x{} exposure={:.0f}us", path_.string(),
@@ -153,7 +154,7 @@ Status V4l2Camera::open_device() {
       (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? capability.device_caps : capability.capabilities;
   if ((able & V4L2_CAP_VIDEO_CAPTURE) == 0 || (able & V4L2_CAP_STREAMING) == 0) {
     return error(ErrorCode::Unsupported,
-                 "does not capture video by streaming; a camera has several nodes, take another");
+                 "does not capture video by streaming; a camera has several nodes, use another one");
   }
   return {};
 }
@@ -206,14 +207,14 @@ Status V4l2Camera::set_rate() {
   const int reason = call(VIDIOC_S_PARM, &wanted);
   const v4l2_captureparm& got = wanted.parm.capture;
   if (reason == ENOTTY || reason == EINVAL || (reason == 0 && (got.capability & V4L2_CAP_TIMEPERFRAME) == 0)) {
-    log_warn("camera " + name_, fmt::format("{} has no settable rate; it gives its own", path_.string()));
+    log_warn("camera " + name_, fmt::format("{} has no settable rate; the rate of the device is used", path_.string()));
     return {};
   }
   if (reason != 0) return failed("VIDIOC_S_PARM", reason);
   const double rate_hz = got.timeperframe.numerator == 0
                              ? 0.0
                              : static_cast<double>(got.timeperframe.denominator) / got.timeperframe.numerator;
-  if (std::abs(rate_hz - settings_.rate_hz) <= 0.02 * settings_.rate_hz) return {};  // 29.97 passes for 30
+  if (std::abs(rate_hz - settings_.rate_hz) <= 0.02 * settings_.rate_hz) return {};  // 29.97 Hz is accepted as 30 Hz
   return error(ErrorCode::Unsupported,
                fmt::format("VIDIOC_S_PARM gave {:.2f} Hz for rate_hz = {}; set a rate that the device "
                            "has at {}x{}",
@@ -256,8 +257,8 @@ Status V4l2Camera::set_controls() {
     if (Status set = set_control("gain", V4L2_CID_GAIN, *settings_.gain); !set) return set;
   }
   v4l2_control exposure{V4L2_CID_EXPOSURE_ABSOLUTE, 0};
-  const bool told = call(VIDIOC_G_CTRL, &exposure) == 0;
-  exposure_ = told ? from_s(exposure.value * kExposureUnit_us * 1e-6) : Duration::zero();
+  const bool has_exposure = call(VIDIOC_G_CTRL, &exposure) == 0;
+  exposure_ = has_exposure ? from_s(exposure.value * kExposureUnit_us * 1e-6) : Duration::zero();
   return {};
 }
 
@@ -309,7 +310,7 @@ Result<Frame> V4l2Camera::next(Duration patience) {
   const int reason = call(VIDIOC_DQBUF, &buffer);
   const Timestamp received = host_now();
   if (reason == EAGAIN && (waiting.revents & (POLLERR | POLLHUP)) == 0) return Error{ErrorCode::Timeout, {}};
-  // A device that was pulled out, or whose stream broke down, polls as an error for ever.
+  // Polling a device that was unplugged, or whose stream failed, reports an error for ever.
   if (reason != 0) return error(ErrorCode::DeviceLost, fmt::format("VIDIOC_DQBUF failed: {}", std::strerror(reason)));
   if (buffer.index >= buffers_.size()) return error(ErrorCode::Io, "VIDIOC_DQBUF gave a buffer that is not ours");
   lent_ = buffer.index;
@@ -351,7 +352,7 @@ Result<Frame> V4l2Camera::frame_of(const v4l2_buffer& buffer, Timestamp received
   frame.exposed_at = exposed_at(buffer, received);
   if (counters_ != nullptr) {
     counters_->completed_frames.fetch_add(1, std::memory_order_relaxed);
-    counters_->clock_uncertainty_us.store(stamps_doubted_ ? to_us(clock_.uncertainty()) : 0.0,
+    counters_->clock_uncertainty_us.store(stamps_invalid_ ? to_us(clock_.uncertainty()) : 0.0,
                                           std::memory_order_relaxed);
   }
   return frame;
@@ -359,22 +360,22 @@ Result<Frame> V4l2Camera::frame_of(const v4l2_buffer& buffer, Timestamp received
 
 Timestamp V4l2Camera::exposed_at(const v4l2_buffer& buffer, Timestamp received) {
   Timestamp stamp{std::chrono::seconds(buffer.timestamp.tv_sec) + std::chrono::microseconds(buffer.timestamp.tv_usec)};
-  // The mapping learns from every frame, so that it is ready when a stamp turns out to be wrong.
+  // Every frame is added to the mapping, so that it is ready when a stamp turns out to be invalid.
   const Timestamp mapped = clock_.map(stamp.time_since_epoch(), received);
   const bool monotonic = (buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
-  if (!stamps_doubted_ && (!monotonic || stamp > received)) {
-    stamps_doubted_ = true;
+  if (!stamps_invalid_ && (!monotonic || stamp > received)) {
+    stamps_invalid_ = true;
     log_warn("camera " + name_,
              fmt::format("{} stamps {}; going on with times estimated from the receipt", path_.string(),
-                         monotonic ? "a time that is yet to come" : "by a clock that it does not name"));
+                         monotonic ? "a time in the future" : "by a clock that it does not name"));
   }
-  // Estimated times end with the receipt, whatever was stamped.
+  // Estimated times are those of the end of the frame, whatever the stamp means.
   const bool from_start =
-      !stamps_doubted_ && (buffer.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+      !stamps_invalid_ && (buffer.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
   const Timestamp middle = from_start        ? stamp + exposure_ / 2
-                           : stamps_doubted_ ? mapped - exposure_ / 2
+                           : stamps_invalid_ ? mapped - exposure_ / 2
                                              : stamp - exposure_ / 2;
-  // Images of one camera keep the order of their exposure, also while the mapping still learns.
+  // Exposures of one camera must increase, also while the mapping converges.
   last_exposed_ = std::max(middle, last_exposed_ + Duration{1});
   return last_exposed_;
 }

@@ -11,21 +11,21 @@
 
 namespace mocap::cameras {
 
-/// A camera of the Linux kernel's video API, by memory-mapped streaming. `name` stands in its messages. `counters`
-/// outlive the camera; null where nobody reads them.
+/// Makes a camera of the Linux kernel's video API, with memory-mapped buffers. `name` is the camera's name in messages.
+/// `counters` outlive the camera; null if they are not needed.
 ///
-/// start() negotiates format, size and rate and fails where the driver gives others; every failure names device, call
-/// and reason. GREY, Y10, YUYV and NV12 frames are lent from the driver's buffer; MJPEG is decoded to Mono8.
+/// start() sets format, size and rate, and fails if the driver selects others; each failure names device, call and
+/// reason. GREY, Y10, Y12, Bayer, YUYV and NV12 pixels are in the driver's buffer; MJPEG is decoded to Mono8.
 ///
-/// The middle of the exposure is told by the driver's stamp where it is monotonic: half an exposure after a stamp of
-/// the start of the exposure, half an exposure before a stamp of the end of the frame (the way of the bytes is in it:
-/// these cameras do not tell it). Where the stamp's clock is not named (v4l2loopback), or a stamp is yet to come
-/// (vivid), the time is estimated from the receipts (ClockMapping). The exposure is what the driver's control says; 0
-/// where it has none.
+/// The middle of the exposure is computed from the driver's stamp if its clock is the monotonic one: half an exposure
+/// after a stamp of the start of the exposure, or half an exposure before a stamp of the end of the frame (which
+/// contains the unknown transfer time). If the clock is not stated (v4l2loopback), or a stamp is in the future (vivid),
+/// ClockMapping estimates the time from the times of receipt. The exposure is the value of the driver's control, 0 if
+/// there is none.
 std::unique_ptr<Camera> make_v4l2_camera(CameraId id, std::string name, V4l2Settings settings,
                                          StreamCounters* counters = nullptr);
 
-/// The same, for the list of makes.
+/// CameraMake::open of this make.
 Result<std::unique_ptr<Camera>> open_v4l2_camera(CameraId id, const std::string& name, const V4l2Settings& settings,
                                                  const CameraSurroundings& surroundings);
 

@@ -22,7 +22,7 @@ std::string text_of(const __u8 (&text)[N]) {
   return {begin, std::find(begin, begin + N, '\0')};
 }
 
-// The file `serial` of the nearest device above, as the USB has it.
+// Reads the file `serial` of the nearest parent device that has one, which is the USB device.
 std::string serial_of(const std::string& node) {
   std::error_code missing;
   fs::path device = fs::canonical(fs::path("/sys/class/video4linux") / node / "device", missing);
@@ -40,11 +40,11 @@ std::optional<VideoNode> node_of(const std::string& name) {
   const int handle = ::open(node.device.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
   if (handle < 0) return std::nullopt;
   v4l2_capability capability{};
-  const bool told = ioctl(handle, VIDIOC_QUERYCAP, &capability) == 0;
+  const bool known = ioctl(handle, VIDIOC_QUERYCAP, &capability) == 0;
   ::close(handle);
   const std::uint32_t able =
       (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? capability.device_caps : capability.capabilities;
-  if (!told || (able & V4L2_CAP_VIDEO_CAPTURE) == 0) return std::nullopt;
+  if (!known || (able & V4L2_CAP_VIDEO_CAPTURE) == 0) return std::nullopt;
   node.card = text_of(capability.card);
   node.driver = text_of(capability.driver);
   node.bus = text_of(capability.bus_info);
@@ -80,11 +80,20 @@ std::vector<VideoNode> list_video_nodes() {
   return nodes;
 }
 
+std::vector<KeyPairs> find_v4l2_cameras() {
+  std::vector<KeyPairs> found;
+  for (const VideoNode& each : list_video_nodes()) {
+    found.push_back(
+        {{"device", each.device.string()}, {"bus", each.bus}, {"serial", each.serial}, {"model", each.card}});
+  }
+  return found;
+}
+
 Result<fs::path> find_video_node(const V4l2Settings& settings) {
   if (!settings.device.empty()) return settings.device;
   const std::vector<VideoNode> nodes = list_video_nodes();
   for (const VideoNode& node : nodes) {
-    // A camera has several nodes of one serial; the first that captures is the one of the images.
+    // A camera has several nodes of one serial number; the first one that captures delivers the images.
     if (!settings.serial.empty() ? node.serial == settings.serial : node.bus == settings.bus) return node.device;
   }
   return Error{ErrorCode::NotFound,

@@ -8,16 +8,17 @@
 
 namespace mocap::cameras {
 
-/// A format of the kernel's video API: as the configuration calls it, as the kernel does, and how we read it.
+/// A format of the kernel's video API: its name in the configuration, its code in the kernel, and the corresponding
+/// pixel format.
 struct KnownFormat {
   const char* name;
   std::uint32_t fourcc;
   PixelFormat format;
 };
-/// All formats that we read.
+/// All supported formats.
 std::span<const KnownFormat> known_video_formats();
 
-/// The four letters of a format.
+/// The four characters of a format code.
 std::string text_of_fourcc(std::uint32_t fourcc);
 
 }  // namespace mocap::cameras

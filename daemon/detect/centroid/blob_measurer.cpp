@@ -11,35 +11,36 @@
 namespace mocap::detect {
 namespace {
 
-// What is darker than this many standard deviations over the background weighs nothing.
+// Pixels darker than this many standard deviations over the background have weight 0.
 constexpr double kLowOverNoise = 2.0;
-// The centre of a blob cut from another marker may be off by about this share of its radius.
+// Standard deviation of the centre of a blob that was split from another marker, as a share of the blob's radius:
+// without and with a fit of its rim.
 constexpr double kSplitSigma = 0.04;
 constexpr double kFittedSplitSigma = 0.002;
-constexpr double kSplitMargin_px = 1.0;  // how far from the cut the other one's light is
-constexpr double kClippedHeight = 1.5;
-// Where the fit of a disc that the range cuts off begins.
-constexpr double kInitialEdge_px = 0.58;    // of a lens that blurs by half a pixel
-constexpr double kUnclippedEdge_px = 0.66;  // what such an edge measures where the range cuts nothing off
-constexpr double kSigmaOfEdge = 0.88;
-constexpr double kFitRoundness = 0.7;  // what is longer is no disc
-// What the grid leaves of such a disc's centroid without the fit, radius 1 px.
+constexpr double kSplitMargin_px = 1.0;  // the light of the other marker reaches this far across the cut
+constexpr double kClippedHeight = 1.5;   // initial height of a saturated disc, in multiples of the range
+// Initial values of the fit of a saturated disc.
+constexpr double kInitialEdge_px = 0.58;    // blur of a lens with a standard deviation of half a pixel
+constexpr double kUnclippedEdge_px = 0.66;  // measured edge width with that blur and without saturation
+constexpr double kSigmaOfEdge = 0.88;       // standard deviation of the blur over the measured edge width
+constexpr double kFitRoundness = 0.7;       // a less round blob is not a disc
+// Standard deviation of the weighted centroid of a saturated disc of radius 1 px, from the pixel grid.
 constexpr double kClippedSigma_px = 0.028;
-// Less round than that may be two discs.
+// A less round component may be two discs.
 constexpr double kMinSingleRoundness = 0.85;
 
-/// A fit of noise may end anywhere; a marker whose middle is out of its own pixels is none.
+/// Whether the centre of a disc lies inside its window. A fit to noise may end anywhere.
 bool is_within(int width_px, int height_px, const SoftDisc& disc) {
   return disc.x >= -0.5 && disc.x <= width_px - 0.5 && disc.y >= -0.5 && disc.y <= height_px - 0.5;
 }
 
 Eigen::Vector2d axis_of(const Shape& shape) { return {std::cos(shape.axis_rad()), std::sin(shape.axis_rad())}; }
 
-/// How far the brightest of the pixels on a disc's plateau is likely to be over it, in standard deviations.
+/// The expected excess of the brightest pixel of a disc over the disc's plateau, in standard deviations of the noise.
 double peak_over_plateau(double area_px2) {
   constexpr double kPlateauMargin_px = 1.2;
   const double inside_px = std::max(0.0, std::sqrt(area_px2 / M_PI) - kPlateauMargin_px);
-  // The greatest of n normal deviates is on average near 0.85 sqrt(2 ln n), for n up to some hundred.
+  // The expected maximum of n normal deviates is about 0.85 sqrt(2 ln n), for n up to some hundred.
   return 0.85 * std::sqrt(2.0 * std::log(M_PI * inside_px * inside_px + 1.0));
 }
 
@@ -65,7 +66,7 @@ void BlobMeasurer::measure(const Image& image, const GreyLevels& grey_levels, Im
   ComponentBlobs& measured = component_blobs_[i];
   measured.clear();
   if (window.width_px > kMaxBox_px || window.height_px > kMaxBox_px) {
-    // No marker is that large; where it is, to a share of its size, is all that can be told.
+    // No marker is that large: the blob gets the centre of gravity, with a standard deviation proportional to its size.
     Blob blob;
     blob.centroid = {{shape.x, shape.y}};
     blob.sigma_px = kUnknownCentroidSigma * std::sqrt(shape.area_px2 / M_PI);
@@ -167,7 +168,7 @@ IntensitySums BlobMeasurer::weigh(const GreyLevels& grey_levels, const Window& w
                                   double roundness) const {
   const double low = std::floor(grey_levels.low.value_or(grey_levels.background + kLowOverNoise * grey_levels.noise));
   IntensityRamp weighing;
-  // Below the threshold, so that what is bright weighs something.
+  // `low` is below the threshold, so that each bright pixel has a weight above 0.
   weighing.low = static_cast<std::uint32_t>(std::clamp(low, 0.0, grey_levels.threshold - 1.0));
   const double over =
       statistics.peak >= grey_levels.top
@@ -177,8 +178,10 @@ IntensitySums BlobMeasurer::weigh(const GreyLevels& grey_levels, const Window& w
   IntensitySums intensity;
   intensity.middle_x = window.x + box_.width_px / 2;
   intensity.middle_y = window.y + box_.height_px / 2;
-  intensity.width_px = box_.width_px;
-  intensity.height_px = box_.height_px;
+  intensity.begin_x = window.x;
+  intensity.begin_y = window.y;
+  intensity.end_x = window.x + window.width_px;
+  intensity.end_y = window.y + window.height_px;
   intensity.peak = statistics.peak;
   intensity.bright = statistics.bright;
   intensity.at_top = count_at_top(grey_levels, statistics);
@@ -188,7 +191,8 @@ IntensitySums BlobMeasurer::weigh(const GreyLevels& grey_levels, const Window& w
   return intensity;
 }
 
-// Of a disc that the range cuts off the rim is so steep that the grid spoils any weighted mean; a fit bears it.
+// Replaces the weighted centroid of a saturated disc by a fit of its rim. The rim of a saturated disc is so steep that
+// the pixel grid biases every weighted mean.
 void BlobMeasurer::refine(const GreyLevels& grey_levels, const Window& window, MeasuredBlob& weighed) {
   auto& [blob, radius_px, edge_px] = weighed;
   const bool fits = blob.roundness > kFitRoundness && fits_left_ > 0;
@@ -197,7 +201,8 @@ void BlobMeasurer::refine(const GreyLevels& grey_levels, const Window& window, M
   const double first_x = window.x, first_y = window.y;
   start.x = blob.centroid.v.x() - first_x;
   start.y = blob.centroid.v.y() - first_y;
-  // The brighter the disc, the narrower is what the range leaves of its edge; half of the range is then the less of it.
+  // The brighter the disc, the narrower the visible part of its edge: the edge width gives the initial height of the
+  // disc over the range.
   const double times_range = std::clamp(1.05 + 4.0 * (kUnclippedEdge_px - edge_px), 1.05, 3.0);
   start.height = times_range * (grey_levels.top - grey_levels.background);
   start.edge_px = std::max(kInitialEdge_px, kSigmaOfEdge * edge_px);
@@ -212,7 +217,8 @@ void BlobMeasurer::refine(const GreyLevels& grey_levels, const Window& window, M
   blob.sigma_px = fitted->sigma_px;
 }
 
-// What is left of a disc beside another one has its middle elsewhere; the rim that is left still tells of the whole.
+// Fits one of two split discs to the part of its rim on its own side: the centroid of that part is not the centre of
+// the disc. Returns whether the fit succeeded.
 bool BlobMeasurer::fit_side(const GreyLevels& grey_levels, const Window& window, const BoxStatistics& statistics,
                             Blob& blob) {
   const double radius_px = std::sqrt(blob.area_px2 / M_PI);
@@ -259,7 +265,7 @@ ComponentBlobs BlobMeasurer::split(const GreyLevels& grey_levels, const Window& 
       Blob blob = measure_blob(grey_levels, weigh(grey_levels, window, statistics, side.roundness())).blob;
       blob.axis_rad = side.axis_rad();
       keep_side(pixels_, box_, middle, axis, waist.at_px + (far_side ? kSplitMargin_px : -kSplitMargin_px), far_side);
-      // A side that is long and no disc is two more.
+      // A side that is elongated and does not fit a disc may be two markers itself.
       blob.merged = !fit_side(grey_levels, window, statistics, blob) && blob.roundness < kFitRoundness;
       measured.push_back(blob);
     }

@@ -10,31 +10,31 @@
 namespace mocap::detect {
 namespace {
 
-constexpr int kUnknowns = 5;  // x, y, radius, and the shares that edge and height grow by
+constexpr int kUnknowns = 5;  // x, y, radius, and the relative changes of edge and height
 using Vector = Eigen::Matrix<double, kUnknowns, 1>;
 using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 
 constexpr int kMaxRounds = 10;
-constexpr double kConvergedShare = 0.95;  // of the squares before
-constexpr double kConverged_px = 1e-3;    // the next step would be its square
+constexpr double kConvergedShare = 0.95;  // least ratio of the sum of squares to the one before the last step
+constexpr double kConverged_px = 1e-3;    // convergence is quadratic: the next step would be about 1e-6 px
 constexpr double kMaxShift_px = 1.0;
 constexpr double kMaxRelativeShift = 0.3;  // of the radius
 constexpr std::size_t kMaxRim = 2048;
-constexpr double kOutside_px = 5.0;  // how far outside of the start's radius the rim's light may reach
+constexpr double kOutside_px = 5.0;  // the light of the rim reaches at most this far outside the initial radius
 constexpr double kDarkOverNoise = 3.0;
-// Of a rim that is all but cut off by the range, edge and height cannot be told apart; then they are likely these.
+// Prior of edge and height. If saturation hides nearly all of the rim, the pixels do not determine both.
 constexpr double kPriorEdge_px = 0.65;
 constexpr double kEdgeSigmaShare = 0.5;
 constexpr double kHeightSigmaShare = 0.7;
 constexpr double kLeastEdge_px = 0.25;
 constexpr double kMostEdge_px = 3.0;
-// The model's own error, as a share of the range: pixels are squares and lenses not Gaussian. A disc drawn out by a
-// fifth leaves more than three times as much.
+// Standard deviation of the model error, as a share of the range: pixels are squares, and the blur is not Gaussian. A
+// disc that motion elongates by a fifth has residuals more than three times as large.
 constexpr double kModelError = 0.012;
 constexpr double kWorstModelError = 0.04;
 
-// Four numbers, added and multiplied lane by lane; an extension that GCC and Clang share. One compilation, no fused
-// operations: the same sums on every processor.
+// Four numbers in a vector (an extension of GCC and Clang). The file is compiled once, without fused operations, so
+// that every processor computes the same sums.
 constexpr std::size_t kLanes = 4;
 using Floats = float __attribute__((vector_size(16)));
 using Mask = decltype(Floats{} < Floats{});
@@ -50,7 +50,8 @@ Floats least(Floats a, Floats b) { return a < b ? a : b; }
 Floats root(Floats v) { return Floats{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])}; }
 double sum_of(Floats v) { return (static_cast<double>(v[0]) + v[1]) + (static_cast<double>(v[2]) + v[3]); }
 
-/// Pixels that tell of the rim, from the middle that the fit starts with; filled up to whole vectors with a grey of -1.
+/// The pixels around the rim, with coordinates relative to the initial centre. Padded to whole vectors with a grey
+/// level of -1.
 struct Rim {
   std::size_t size = 0;
   alignas(16) std::array<float, kMaxRim> x;
@@ -65,7 +66,7 @@ struct Rim {
   }
 };
 
-/// Gathers the pixels that tell of the rim: those that are neither dark nor cut off by the range, and their neighbours.
+/// Gathers the pixels of the rim: those that are neither dark nor saturated, and their neighbours.
 void gather_rim(const Box& box, int width_px, const DiscFitLevels& levels, const SoftDisc& start, Rim& rim) {
   const double most = start.radius_px + kOutside_px;
   const auto top = levels.top;
@@ -92,21 +93,22 @@ void gather_rim(const Box& box, int width_px, const DiscFitLevels& levels, const
   while (rim.size % kLanes != 0) rim.add(0.0F, 0.0F, -1.0F);
 }
 
+/// The normal equations of the fit.
 struct Normals {
   Matrix matrix = Matrix::Zero();
   Vector rhs = Vector::Zero();
-  double squares = 0.0;  // of the residuals
-  double seen = 0.0;     // pixels that the range did not cut off
+  double squares = 0.0;  // sum of squared residuals
+  double seen = 0.0;     // number of pixels that constrain the model: pixel or model is below the top of the range
 };
 
-/// The normal distribution and its density at t, which is the light of a blurred edge and its slope.
+/// The normal distribution and its density at t: the profile of a blurred edge, and the slope of the profile.
 struct Edge {
   Floats below, slope;
 };
-// The distribution: Abramowitz and Stegun, Handbook of Mathematical Functions (1964), 26.2.17, off by 7.5e-8 at most.
+// Source: Abramowitz and Stegun, Handbook of Mathematical Functions (1964), 26.2.17; the error is at most 7.5e-8.
 Edge edge_at(Floats t) {
   const Floats far = least(all_of(5.0), t < 0.0F ? -t : t);
-  // exp(x) is exp(x / 32) squared five times over, and that is a short series.
+  // exp(x) is exp(x / 32) squared five times; exp(x / 32) needs a short series only.
   const Floats x = far * far * (-0.5F / 32.0F);
   Floats power = 1.0F + x * (1.0F + x * (1.0F / 2 + x * (1.0F / 6 + x * (1.0F / 24 + x * (1.0F / 120 + x / 720.0F)))));
   for (int i = 0; i < 5; ++i) power = power * power;
@@ -116,7 +118,8 @@ Edge edge_at(Floats t) {
   return {t < 0.0F ? beyond : 1.0F - beyond, slope};
 }
 
-/// The equations of least squares about `disc`, in levels. Its middle is from the one that the fit started with.
+/// The normal equations linearised at `disc`, residuals in grey levels. The centre of `disc` is relative to the initial
+/// centre.
 Normals normals_at(const Rim& rim, const SoftDisc& disc, const DiscFitLevels& levels) {
   const Floats top = all_of(levels.top), background = all_of(levels.background), one = all_of(1.0), none{};
   const Floats height = all_of(disc.height), radius = all_of(disc.radius_px), per_edge = all_of(1.0 / disc.edge_px);
@@ -131,7 +134,8 @@ Normals normals_at(const Rim& rim, const SoftDisc& disc, const DiscFitLevels& le
     const Mask is_pixel = grey >= none, cut_off = model >= top, tells = is_pixel & ~cut_off;
     const Floats residual = where(is_pixel, grey - least(model, top));
     squares += residual * residual;
-    // Cut off where the model is too: nothing to tell. Not cut off there: the model is too bright.
+    // If pixel and model are both saturated, the pixel constrains nothing. If only the model is, the model is too
+    // bright.
     seen += where(tells | (is_pixel & cut_off & (grey < top)), one);
     const Floats light = where(tells, height * slope), steep = light * per_edge, toward = steep / distance;
     const Floats row[kUnknowns] = {toward * dx, toward * dy, steep, -light * t, where(tells, height * below)};
@@ -150,8 +154,8 @@ Normals normals_at(const Rim& rim, const SoftDisc& disc, const DiscFitLevels& le
   return normals;
 }
 
-/// Adds what is likely about edge and height before a pixel is seen, to equations of unit variance.
-void add_likely(const SoftDisc& disc, const SoftDisc& start, double variance, Normals& normals) {
+/// Adds the prior of edge and height to the normal equations, whose residuals have the given variance.
+void add_prior(const SoftDisc& disc, const SoftDisc& start, double variance, Normals& normals) {
   const double edge_weight = variance / (kEdgeSigmaShare * kEdgeSigmaShare);
   const double height_weight = variance / (kHeightSigmaShare * kHeightSigmaShare);
   const double edge_off = (kPriorEdge_px - disc.edge_px) / disc.edge_px;
@@ -185,19 +189,19 @@ std::optional<FittedDisc> fit_disc(const Box& box, int width_px, const DiscFitLe
   SoftDisc disc = start;
   disc.x = disc.y = 0.0;
   Normals normals = normals_at(rim, disc, levels);
-  add_likely(disc, start, variance, normals);
+  add_prior(disc, start, variance, normals);
   double damping = 1e-3;
-  bool settled = false;
-  for (int round = 0; round < kMaxRounds && !settled; ++round) {
+  bool converged = false;
+  for (int round = 0; round < kMaxRounds && !converged; ++round) {
     Matrix damped = normals.matrix;
     damped.diagonal() *= 1.0 + damping;
     const Vector step = damped.ldlt().solve(normals.rhs);
     if (!step.allFinite()) return std::nullopt;
     const SoftDisc next = moved(disc, step);
     Normals at_next = normals_at(rim, next, levels);
-    add_likely(next, start, variance, at_next);
-    settled = std::max(std::abs(step[0]), std::abs(step[1])) < kConverged_px &&
-              at_next.squares > kConvergedShare * normals.squares && at_next.squares < 1.001 * normals.squares;
+    add_prior(next, start, variance, at_next);
+    converged = std::max(std::abs(step[0]), std::abs(step[1])) < kConverged_px &&
+                at_next.squares > kConvergedShare * normals.squares && at_next.squares < 1.001 * normals.squares;
     if (at_next.squares > normals.squares) {
       damping = std::min(1e6, 10.0 * damping);
       continue;

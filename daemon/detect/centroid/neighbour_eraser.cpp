@@ -8,7 +8,7 @@
 namespace mocap::detect {
 namespace {
 
-constexpr int kRowWords = kMaxBox_px / 64 + 2;  // the first and the last are dark
+constexpr int kRowWords = kMaxBox_px / 64 + 2;  // the first and the last word are dark
 
 int distance2(int across, int down) { return across * across + down * down; }
 
@@ -52,7 +52,7 @@ void NeighbourEraser::draw(std::span<const Run> runs, int first_x, int first_y, 
   }
 }
 
-/// The pixels that have one of `bits` at that step.
+/// The pixels of a word from which the offset `step` leads to a pixel of `bits`.
 std::uint64_t NeighbourEraser::shifted(const Bits& bits, std::size_t word, const Step& step) const {
   const std::uint64_t* at = bits.data() + static_cast<std::ptrdiff_t>(word) + step.down * kRowWords;
   if (step.across > 0) return at[0] >> step.across | at[1] << (64 - step.across);

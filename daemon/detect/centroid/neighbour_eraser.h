@@ -14,7 +14,7 @@ namespace mocap::detect {
 /// Works on bits, 64 pixels at a time. Thread: one. Allocates in the constructor only.
 class NeighbourEraser {
  public:
-  /// A bright pixel claims the pixels within `reach_px`, horizontally and vertically.
+  /// A bright pixel of another component removes the pixels within `reach_px`, horizontally and vertically.
   explicit NeighbourEraser(int reach_px);
 
   /// Sets the pixels of other components in `pixels`, the pixels of the box, to 0. `runs` are the component's own; the

@@ -7,8 +7,9 @@
 namespace mocap::detect {
 namespace {
 
-// A waist that much thinner than the smaller hump parts two discs; half of that is worth a warning. Noise and grid left
-// less than the half on each of 100,000 single discs, drawn out to three times their width or not.
+// Relative depth of a minimum below the smaller of the two maxima beside it. From kSplitDip on, the component is two
+// discs; from kDoubtfulDip on, it may be. Each of 100,000 rendered single discs, elongated up to three times their
+// width or not, was below kDoubtfulDip.
 constexpr double kSplitDip = 0.10;
 constexpr double kDoubtfulDip = 0.05;
 constexpr int kBins = 2 * kMaxBox_px;
@@ -17,11 +18,12 @@ constexpr int kBins = 2 * kMaxBox_px;
 
 Waist find_waist(const Box& box, std::uint32_t threshold, const Eigen::Vector2d& middle_px,
                  const Eigen::Vector2d& axis) {
-  // No pixel is farther from the middle than the box is long across; only these bins are in use, the outer ones dark.
+  // No pixel is farther from the centre than the diagonal of the box: only these bins are used, and the outermost bins
+  // are dark.
   const auto reach = static_cast<std::size_t>(std::hypot(box.width_px, box.height_px)) + 3;
   const std::size_t first = kBins / 2 - std::min<std::size_t>(reach, kBins / 2);
   const std::size_t end = std::min<std::size_t>(kBins / 2 + reach + 1, kBins);
-  // Light along the axis, each pixel's shared between the two nearest bins.
+  // Light along the axis; the light of a pixel is distributed to the two nearest bins.
   std::array<double, kBins> light;
   std::fill(light.begin() + first, light.begin() + end, 0.0);
   for (int y = 0; y < box.height_px; ++y) {
@@ -38,7 +40,7 @@ Waist find_waist(const Box& box, std::uint32_t threshold, const Eigen::Vector2d&
   std::array<double, kBins> smooth;
   smooth[first] = smooth[end - 1] = 0.0;
   for (std::size_t i = first + 1; i + 1 < end; ++i) smooth[i] = 0.25 * (light[i - 1] + 2.0 * light[i] + light[i + 1]);
-  std::array<double, kBins> after;  // the greatest from here on
+  std::array<double, kBins> after;  // maximum from a bin on
   after[end - 1] = 0.0;
   for (std::size_t i = end - 1; i-- > first;) after[i] = std::max(after[i + 1], smooth[i]);
   double before = 0.0, best = 0.0;

@@ -22,7 +22,8 @@ struct GreyLevels {
 /// The box of a blob, and the sums over it.
 struct IntensitySums {
   int middle_x = 0, middle_y = 0;      ///< centre of the box, in the image
-  int width_px = 0, height_px = 0;     ///< of the box
+  int begin_x = 0, begin_y = 0;        ///< first pixel of the box
+  int end_x = 0, end_y = 0;            ///< behind the last pixel of the box, without its padding
   std::uint32_t peak = 0, bright = 0;  ///< largest grey level; number of pixels over the threshold
   std::uint32_t at_top = 0;            ///< number of saturated pixels
   std::uint32_t span = 1;              ///< grey levels from u = 0 to u = 1

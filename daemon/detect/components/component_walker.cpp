@@ -25,19 +25,19 @@ inline int zeros_above(Bits128 bits) {
   return high != 0 ? std::countl_zero(high) : 64 + std::countl_zero(static_cast<std::uint64_t>(bits));
 }
 
-/// `count` bits from `first` on; one or more.
+/// A mask of `count` bits (1 or more) from bit `first` on.
 template <class Bits>
 inline Bits bits_at(int first, int count) {
   return ~Bits{0} >> ((kWidth<Bits> - count) & (kWidth<Bits> - 1)) << first;
 }
 
-/// The pixels of a run, and those beside it.
+/// The pixels of a run and the pixel on either side.
 template <class Bits>
 inline Bits grown(Bits run) {
   return run | run << 1U | run >> 1U;
 }
 
-/// The run about bit `i`, which is set.
+/// The run that contains bit `i`, which is set.
 template <class Bits>
 inline Bits run_around(Bits bits, int i) {
   const int up = zeros_below(static_cast<Bits>(~(bits >> i)));
@@ -50,9 +50,9 @@ inline Bits without_first_run(Bits bits) {
   return bits & (bits + (bits & (~bits + 1)));
 }
 
-constexpr int kLead = 24;  // of a window's pixels are left of a component's first one
+constexpr int kLead = 24;  // pixels of a window to the left of the component's first pixel
 constexpr std::size_t kWindowRows = 128;
-/// Eight rows at a time.
+/// One number for each of eight rows.
 using Lanes = std::int32_t __attribute__((vector_size(32)));
 
 [[gnu::always_inline]] inline std::int64_t total(Lanes lanes) {
@@ -62,10 +62,10 @@ using Lanes = std::int32_t __attribute__((vector_size(32)));
   return half[0];
 }
 
-/// The sums over runs of consecutive rows from 0 on, without their box. There is room for 8 rows more; of 128 rows of
-/// 128 pixels all fits 32 bits.
+/// The sums over the runs of consecutive rows from 0 on, without the bounding box. The array has capacity for 8 more
+/// rows. For 128 rows of 128 pixels each sum fits 32 bits.
 [[gnu::always_inline]] inline RunSums sums_of(std::uint32_t* spans, std::size_t rows) {
-  std::memset(spans + rows, 0, sizeof(Lanes));  // a run of no length adds nothing
+  std::memset(spans + rows, 0, sizeof(Lanes));  // padding: a run of length 0 adds nothing
   Lanes n{}, x{}, xx{}, cubes{}, y{}, yy{}, xy{}, at_y{0, 1, 2, 3, 4, 5, 6, 7};
   for (std::size_t i = 0; i < rows; i += 8) {
     Lanes span;
@@ -84,7 +84,7 @@ using Lanes = std::int32_t __attribute__((vector_size(32)));
   return {total(n), total(x), total(y), total(xx), total(cubes), total(yy), total(xy)};
 }
 
-/// Pixels of a row from any x on, 64 or 128 of them.
+/// A window of 64 or 128 pixels of a row, from any x on.
 template <class Bits>
 struct Window {
   std::uint64_t* at;
@@ -115,7 +115,7 @@ ComponentWalker::ComponentWalker(int width_px, int height_px, std::size_t max_ru
     : places_(width_px),
       bits_(static_cast<std::size_t>(places_.pitch()) * (static_cast<std::size_t>(height_px) + 2)),
       words_(bits_.data() + places_.pitch() + 1),
-      // The last component of a part may pass its share, and sums are of 8 rows.
+      // The last component of a part may exceed the bound of the part, and sums_of() writes 8 rows of padding.
       spans_(max_runs + BrightWords::kParts * kWindowRows + sizeof(Lanes) / sizeof(Span)),
       runs_(kWindowRows),
       found_(spans_.size()) {}
@@ -144,8 +144,8 @@ void ComponentWalker::begin_image() {
   too_small_ = 0;
 }
 
-/// Takes the component whose first pixel is at (x, y), if it has one run a row; the pixel left of it is dark. False
-/// where the window is too small to tell.
+/// Stores the component whose first pixel is at (x, y), if it has one run per row. Precondition: the pixel to the left
+/// of (x, y) is dark. Returns false if the component does not fit into the window.
 template <class Bits>
 [[gnu::always_inline]] inline bool ComponentWalker::walk_through(int y, int x) {
   constexpr Bits kRim = Bits{1} | Bits{1} << (kWidth<Bits> - 1);
@@ -172,13 +172,13 @@ template <class Bits>
     reach = grown(run);
     if (((touched & ~run) | (others & reach)) != 0) return true;
   }
-  take<Bits>(begin_x, y, std::span(runs).first(count));
+  store<Bits>(begin_x, y, std::span(runs).first(count));
   return true;
 }
 
-/// Wipes the runs seen through a window, and keeps them as a component.
+/// Clears the runs in the bit image and stores them as a component, unless their area is below the least area.
 template <class Bits>
-[[gnu::always_inline]] inline void ComponentWalker::take(int begin_x, int y, std::span<const Bits> runs) {
+[[gnu::always_inline]] inline void ComponentWalker::store(int begin_x, int y, std::span<const Bits> runs) {
   const std::ptrdiff_t pitch = places_.pitch();
   Window<Bits> window{at(y, begin_x >> 6), begin_x & 63};
   Span* const spans = spans_.data() + span_count_;
@@ -208,8 +208,9 @@ template <class Bits>
   span_count_ += runs.size();
 }
 
-/// Takes all components of a single pixel out of a word, those at its ends left; they are too small. Gives the rest.
-[[gnu::always_inline]] inline std::uint64_t ComponentWalker::take_single(std::uint64_t* at, std::uint64_t bits) {
+/// Clears the components of a single pixel in a word, except at the ends of the word, and counts them as too small.
+/// Returns the remaining pixels of the word.
+[[gnu::always_inline]] inline std::uint64_t ComponentWalker::clear_single(std::uint64_t* at, std::uint64_t bits) {
   constexpr std::uint64_t kEnds = 1ULL | 1ULL << 63U;
   const std::ptrdiff_t pitch = places_.pitch();
   const std::uint64_t beside = grown(at[-pitch]) | grown(at[pitch]) | bits << 1U | bits >> 1U;
@@ -233,12 +234,12 @@ MOCAP_BITS ComponentWalker::Walked ComponentWalker::walk(std::span<BrightWord> w
     const BrightWord each = words[i];
     std::uint64_t* const at = first + each.place;
     std::uint64_t bits = at[0];
-    if (bits == 0) continue;  // walked down
+    if (bits == 0) continue;  // all pixels belong to components that were found from rows above
     if (min_area_px2 > 1) {
-      bits = take_single(at, bits);
+      bits = clear_single(at, bits);
       if (bits == 0) continue;
     }
-    // A run that comes from the word before has its first pixel there.
+    // A run that continues from the previous word has its first pixel there.
     const std::uint64_t goes_on = at[-1] >> 63U;
     if ((goes_on & bits) != 0) bits = without_first_run(bits);
     const int y = places_.y(each), word_x = places_.x(each, y);

@@ -19,9 +19,10 @@ struct PlainComponent {
   std::uint32_t first_span = 0, rows = 0;
 };
 
-/// Finds the components of a binary image that have one run of at most 100 pixels in each of at most 128 rows; nearly
-/// all markers are such. Follows each component down from its first row, through a window of 64 pixels (one word per
-/// row), or 128 pixels if the component is wider.
+/// Finds the components of a binary image that have one run in each of at most 128 rows, as nearly all markers have.
+/// Follows each component down from its first row in a window of 64 pixels (one word per row), or of 128 pixels if the
+/// component is wider. The runs must lie within the window: up to 23 pixels to the left of the first pixel, and up to
+/// 102 pixels to its right.
 ///
 /// Thread: one. Allocates in the constructor only.
 class ComponentWalker {
@@ -55,11 +56,11 @@ class ComponentWalker {
   using Span = std::uint32_t;
 
   std::uint64_t* at(int y, int word) { return words_ + static_cast<std::ptrdiff_t>(places_.pitch()) * y + word; }
-  std::uint64_t take_single(std::uint64_t* at, std::uint64_t bits);
+  std::uint64_t clear_single(std::uint64_t* at, std::uint64_t bits);
   template <class Bits>
   bool walk_through(int y, int x);
   template <class Bits>
-  void take(int begin_x, int y, std::span<const Bits> runs);
+  void store(int begin_x, int y, std::span<const Bits> runs);
 
   WordPlaces places_;
   std::vector<std::uint64_t> bits_;  // rows, separated by dark words, with a dark row above and below

@@ -9,23 +9,24 @@
 namespace mocap::detect {
 namespace {
 
-// What an image, and a row, may bring at most; more is noise over the threshold, and the work stays bounded. A marker
-// of radius 4 px is 9 runs.
+// Bounds on the number of runs of an image and of a row. More runs are noise over the threshold, and the bounds limit
+// the work. A marker of radius 4 px has 9 runs.
 constexpr std::size_t kPixelsPerRun = 160;
-constexpr std::size_t kMinMaxRuns = 8192;  // of as many blobs as are kept, 16 rows each
+constexpr std::size_t kMinMaxRuns = 8192;  // kMaxBlobs blobs of 16 rows
 constexpr std::size_t kRowPixelsPerRun = 40;
 constexpr std::size_t kMinRowRunBound = 32;
-constexpr std::size_t kMinNoiseWords = 4;  // of a row, or three of four: noise is all over it
+constexpr std::size_t kMinNoiseWords = 4;  // a noise row has more bright words, and more than 3/4 of its words
 
 std::size_t max_runs(int width_px, int height_px) {
   const std::size_t pixels = static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
   return std::max(kMinMaxRuns, pixels / kPixelsPerRun);
 }
 
-/// The runs of words that are in the order of rows and x. Gives how many.
+/// Writes the runs of the words, which are in the order of rows and x. Returns the number of runs.
 std::size_t extract_runs(const WordPlaces& places, std::span<const BrightWord> words, Run* out) {
   Run* end = out;
-  std::uint32_t goes_on_at = std::numeric_limits<std::uint32_t>::max();  // the last run, if its first pixel is bright
+  // The word in which the last run continues, if the first pixel of that word is bright.
+  std::uint32_t goes_on_at = std::numeric_limits<std::uint32_t>::max();
   for (const BrightWord& each : words) {
     const auto y = static_cast<std::uint16_t>(places.y(each));
     const int x = places.x(each, y);
@@ -45,12 +46,37 @@ std::size_t extract_runs(const WordPlaces& places, std::span<const BrightWord> w
   return static_cast<std::size_t>(end - out);
 }
 
-MOCAP_BITS std::size_t runs_in(std::span<const BrightWord> words) {
+/// The number of runs. Stops counting above `limit`: noise has too many runs to count.
+MOCAP_BITS std::size_t runs_in(std::span<const BrightWord> words, std::size_t limit) {
   std::size_t runs = 0;
   BrightWord last;
   for (const BrightWord& each : words) {
     runs += runs_begun(last, each);
     last = each;
+    if (runs > limit) break;
+  }
+  return runs;
+}
+
+using RunBounds = std::array<std::size_t, BrightWords::kParts>;
+
+/// Shares the bound on the runs of an image among its parts so that the least share is as large as possible: a part
+/// with fewer runs than an equal share leaves the rest to the others (max-min fairness: Bertsekas and Gallager, Data
+/// Networks, 2nd ed. (1992), section 6.5.2). Noise in one part cannot take the share of another.
+RunBounds share_of_runs(BrightWords& words, std::size_t max_runs) {
+  RunBounds runs{};
+  std::array<std::size_t, BrightWords::kParts> order{};
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    order[i] = i;
+    runs[i] = runs_in(words.part(static_cast<int>(i)), max_runs);
+  }
+  std::ranges::sort(order, {}, [&](std::size_t i) { return runs[i]; });
+  std::size_t left = max_runs;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    std::size_t& bound = runs[order[k]];
+    const std::size_t share = left / (order.size() - k);
+    left -= std::min(bound, share);
+    bound = share;
   }
   return runs;
 }
@@ -67,7 +93,7 @@ std::uint32_t rows_of(const WordPlaces& places, std::span<BrightWord> words) {
   return rows;
 }
 
-/// In the order of rows, then x.
+/// A number that orders pixels by row, then x.
 std::uint32_t pixel_place(int y, int x) { return static_cast<std::uint32_t>(y) << 16U | static_cast<std::uint32_t>(x); }
 
 }  // namespace
@@ -92,11 +118,12 @@ void ImageComponents::join(std::uint32_t min_area_px2, std::uint32_t max_area_px
     if (words_.max_words_in_row() > noise_words_) reject_noise_rows(words);
     walker_.draw(words);
   }
+  const RunBounds bounds = share_of_runs(words_, max_runs_);
   walker_.begin_image();
   std::size_t runs = 0;
   std::array<std::span<BrightWord>, BrightWords::kParts> left;
   for (int i = 0; i < BrightWords::kParts; ++i) {
-    const auto walked = walker_.walk(words_.part(i), min_area_px2, max_runs_ / BrightWords::kParts);
+    const auto walked = walker_.walk(words_.part(i), min_area_px2, bounds[static_cast<std::size_t>(i)]);
     rows_given_up_ += rows_of(words_.places(), walked.unread);
     runs += extract_runs(words_.places(), walked.left, joined_.room().data() + runs);
     left[static_cast<std::size_t>(i)] = walked.left;
@@ -114,7 +141,7 @@ void ImageComponents::reject_noise_rows(std::span<BrightWord> words) {
   while (!words.empty()) {
     const std::span<BrightWord> row = first_row(words_.places(), words);
     words = words.subspan(row.size());
-    if (row.size() <= noise_words_ || runs_in(row) <= row_run_bound_) continue;
+    if (row.size() <= noise_words_ || runs_in(row, row_run_bound_) <= row_run_bound_) continue;
     ++rows_given_up_;
     for (BrightWord& each : row) each.bits = 0;
   }
@@ -122,8 +149,8 @@ void ImageComponents::reject_noise_rows(std::span<BrightWord> words) {
 
 void ImageComponents::merge(std::uint32_t max_area_px2) {
   selected_.clear();
-  std::uint32_t next = 0;  // of the joined
-  const auto take_joined_before = [&](std::uint64_t first_px) {
+  std::uint32_t next = 0;  // index of the next component of joined_
+  const auto add_joined_before = [&](std::uint64_t first_px) {
     for (; next < joined_.count(); ++next) {
       const std::uint32_t at = pixel_place(joined_.sums(next).begin_y, joined_.first_x(next));
       if (at >= first_px) break;
@@ -133,14 +160,14 @@ void ImageComponents::merge(std::uint32_t max_area_px2) {
   const std::span<const PlainComponent> plain = walker_.found();
   for (std::uint32_t i = 0; i < plain.size(); ++i) {
     const std::uint32_t at = pixel_place(plain[i].sums.begin_y, plain[i].first_x);
-    take_joined_before(at);
+    add_joined_before(at);
     if (plain[i].sums.n > max_area_px2) {
       ++too_large_;
     } else {
       selected_.push_back({at, i, true});
     }
   }
-  take_joined_before(std::numeric_limits<std::uint64_t>::max());
+  add_joined_before(std::numeric_limits<std::uint64_t>::max());
 }
 
 void ImageComponents::keep_largest(std::size_t max_count) {

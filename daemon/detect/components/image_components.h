@@ -24,7 +24,7 @@ class ImageComponents {
   BrightWords& room() { return words_; }
   const BrightWords& room() const { return words_; }
 
-  /// Finds the components of the words in the buffer. Keeps those whose area is within the bounds, at most the
+  /// Finds the components of the words in the buffer. Keeps the components whose area is within the bounds, at most the
   /// `max_count` largest.
   void join(std::uint32_t min_area_px2, std::uint32_t max_area_px2, std::size_t max_count);
 
@@ -36,7 +36,9 @@ class ImageComponents {
   /// Whether a masked pixel is an 8-neighbour of the component.
   bool touches_mask(std::size_t i);
 
-  std::uint32_t too_small() const { return too_small_; }  ///< components under the least area
+  bool is_masked(int x, int y) const { return !mask_.empty() && mask_.masks(x, y); }
+
+  std::uint32_t too_small() const { return too_small_; }  ///< components below the least area
   std::uint32_t too_large() const { return too_large_; }
   std::uint32_t dropped() const { return dropped_; }  ///< components over `max_count`
   /// Rows that were dropped as noise, see make_blob_detector.

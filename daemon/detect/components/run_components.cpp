@@ -32,10 +32,10 @@ void RunComponents::join_all() {
   const Run* const runs = runs_.data();
   const auto count = static_cast<std::uint32_t>(run_count_);
   std::uint32_t labels = 0;
-  std::uint32_t above = 0;      // the runs of the row above from here on may still touch
-  std::uint32_t above_end = 0;  // and end where this row begins
+  std::uint32_t above = 0;      // first run of the row above that may touch the current run
+  std::uint32_t above_end = 0;  // end of the runs of the row above
   std::uint32_t row_begin = 0;
-  std::uint32_t row_y = 0xFFFF'FFFE;  // of no row
+  std::uint32_t row_y = 0xFFFF'FFFE;  // no row
   for (std::uint32_t index = 0; index < count; ++index) {
     const Run run = runs[index];
     if (run.y != row_y) {
@@ -43,8 +43,8 @@ void RunComponents::join_all() {
       above_end = row_begin = index;
       row_y = run.y;
     }
-    // A corner touches: [begin - 1, end + 1) of this row against the runs above. Those that end before this run begins
-    // cannot touch the next one either; the last that touches may.
+    // 8-connectivity: a run touches the pixels [begin - 1, end + 1) of the row above. A run above that ends before this
+    // run begins cannot touch the next run either, but the last run above that touches this run may.
     while (above < above_end && runs[above].end < run.begin) ++above;
     std::uint32_t label;
     if (above < above_end && runs[above].begin <= run.end) {
@@ -103,7 +103,8 @@ void RunComponents::choose(std::uint32_t min_area_px2, std::uint32_t max_area_px
 }
 
 void RunComponents::gather() {
-  // Counting sort of the runs by component. A label's parent is smaller than itself: one way through finds all roots.
+  // Counting sort of the runs by component. The parent of a label is never larger than the label, so one pass finds all
+  // roots.
   std::fill_n(next_.begin(), label_count_, kNotKept);
   std::uint32_t first = 0;
   for (const std::uint32_t root : selected_) {

@@ -10,7 +10,7 @@
 
 namespace mocap::detect {
 
-/// Joins the bright runs of an image to 8-connected components.
+/// Joins the runs of bright pixels of an image to 8-connected components.
 ///
 /// Thread: one. Allocates in the constructor only.
 ///

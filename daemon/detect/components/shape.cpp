@@ -6,8 +6,8 @@
 namespace mocap::detect {
 namespace {
 
-// Of 0 to 1, off by 2e-8 at most; a quarter of the time of the library's, and the same on every processor. Abramowitz
-// and Stegun, Handbook of Mathematical Functions (1964), 4.4.49.
+// The arctangent of 0 to 1, with an error of at most 2e-8. Takes a quarter of the time of std::atan and gives the same
+// result on every processor. Source: Abramowitz and Stegun, Handbook of Mathematical Functions (1964), 4.4.49.
 double arctangent(double x) {
   const double s = x * x, s2 = s * s, s4 = s2 * s2;
   const double low = (1.0 - 0.3333314528 * s) + (0.1999355085 - 0.1420889944 * s) * s2;
@@ -28,7 +28,7 @@ Shape shape_of(const RunSums& sums) {
   shape.area_px2 = static_cast<double>(sums.n);
   shape.x = 0.5 * of(sums.x);
   shape.y = of(sums.y);
-  // The pixels of a run spread by (length^2 - 1) / 12; a pixel that is a square makes up for the one.
+  // The pixel centres of a run have the variance (length^2 - 1) / 12; the square shape of a pixel adds 1 / 12.
   shape.xx = 0.25 * of(sums.xx) + of(sums.cubes) / 12.0 - shape.x * shape.x;
   shape.yy = of(sums.yy) - shape.y * shape.y + 1.0 / 12.0;
   shape.xy = 0.5 * of(sums.xy) - shape.x * shape.y;
@@ -45,7 +45,7 @@ double Shape::axis_rad() const {
   const double across = 2.0 * xy, along = xx - yy;
   const double low = std::min(std::abs(across), std::abs(along)), high = std::max(std::abs(across), std::abs(along));
   double angle_rad = high > 0.0 ? arctangent(low / high) : 0.0;
-  // Of a round blob which way it goes is chance: no branch would foresee it.
+  // Without a branch, because the processor cannot predict the direction of a round blob.
   const auto is_steep = static_cast<double>(std::abs(across) > std::abs(along));
   const auto is_back = static_cast<double>(along < 0.0);
   angle_rad += is_steep * (0.5 * M_PI - 2.0 * angle_rad);

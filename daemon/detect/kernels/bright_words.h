@@ -40,9 +40,9 @@ inline std::size_t runs_begun(const BrightWord& last, const BrightWord& word) {
   return static_cast<std::size_t>(std::popcount(word.bits & ~(word.bits << 1U | goes_on)));
 }
 
-/// The words of an image that have a bright pixel, in the order of rows and x. The image has four parts, one above the
-/// other, each with a buffer: the parts are read in turns, row by row, because memory delivers a few streams faster
-/// than one.
+/// The words of an image that have a bright pixel, in the order of rows and x. The image has four parts, one above
+/// another, each with a buffer. The parts are read in turns, row by row, because memory delivers several streams faster
+/// than a single stream.
 class BrightWords {
  public:
   static constexpr int kParts = 4;
@@ -69,7 +69,7 @@ class BrightWords {
   }
   /// The position of a part's next word: the caller writes there, and advances the pointer.
   BrightWord*& end(int part) { return end_[static_cast<std::size_t>(part)]; }
-  /// Number of words in the row that has most.
+  /// The largest number of bright words in a row.
   std::size_t max_words_in_row() const { return max_words_in_row_; }
   void count_row(const BrightWord* begin, const BrightWord* end) {
     max_words_in_row_ = std::max(max_words_in_row_, static_cast<std::size_t>(end - begin));

@@ -5,8 +5,8 @@
 
 #include "detect/kernels/scalar_kernels.h"
 
-// This file is compiled once for each target. SSE4 is x86-64-v2, AVX2 v3, AVX3 v4; what lies between them gains
-// nothing.
+// This file is compiled once for each target: SSE4 is x86-64-v2, AVX2 is v3, AVX3 is v4. The targets between them are
+// not faster.
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_AVX3_DL)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "detect/kernels/detect_kernels.cpp"
@@ -22,11 +22,12 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Compares pixels with the threshold. Unsigned vectors have no comparison: their greatest bit is flipped.
+/// Compares pixels with the threshold. Unsigned vectors have no comparison: with the highest bit flipped, the signed
+/// comparison has the same result.
 template <class D, class S = hn::RebindToSigned<D>>
 struct Brightness {
   hn::Vec<D> flip;
-  hn::Vec<S> darker;  // than the threshold, by one
+  hn::Vec<S> darker;  // the threshold minus 1, highest bit flipped
   explicit Brightness(std::uint32_t threshold)
       : flip(hn::BitCast(D(), hn::Set(S(), hwy::LimitsMin<hn::TFromD<S>>()))),
         darker(hn::BitCast(S(), hn::Xor(hn::Set(D(), static_cast<hn::TFromD<D>>(threshold - 1)), flip))) {}
@@ -61,7 +62,7 @@ struct WordPixels {
   }
 };
 
-/// 64 pixels, one bit each.
+/// The bits of 64 pixels; a set bit is a bright pixel.
 template <class Pixels>
 HWY_INLINE std::uint64_t bright_bits(const Pixels& pixels, const std::byte* at) {
   const hn::RebindToSigned<typename Pixels::D> d;
@@ -78,9 +79,9 @@ HWY_INLINE std::uint64_t bright_bits(const Pixels& pixels, const std::byte* at) 
   return bits;
 }
 
-/// Appends the bright words of a row in each of some parts, from `part` on, without a branch that depends on the
-/// pixels: which words are bright no processor foresees, and each surprise costs as much as reading a thousand pixels.
-/// The rows are read in turns, word by word: memory feeds a few streams faster than one.
+/// Appends the bright words of one row of each of `kRows` parts, from `part` on. No branch depends on the pixels: the
+/// processor cannot predict which words are bright, and a misprediction costs as much as reading a thousand pixels. The
+/// rows are read in turns, word by word, because memory delivers several streams faster than a single stream.
 template <std::size_t kRows, class Pixels>
 HWY_INLINE void scan_together(const Pixels& pixels, const ScanRows& rows, int y, int part, BrightWords& found) {
   constexpr std::size_t kWordBytes = 64 * Pixels::kBytes;
@@ -105,7 +106,7 @@ HWY_INLINE void scan_together(const Pixels& pixels, const ScanRows& rows, int y,
   }
   for (std::size_t k = 0; k < kRows; ++k) {
     if (rest != 0) {
-      // The last pixels lie in the word that ends where the row does.
+      // The last pixels are read as the 64 pixels that end with the row.
       const std::byte* last = at[k] + static_cast<std::size_t>(rows.width_px - 64) * Pixels::kBytes;
       const std::uint64_t bits = bright_bits(pixels, last) >> (64 - rest);
       *to[k] = {bits, place[k] + static_cast<std::uint32_t>(words)};
@@ -148,7 +149,7 @@ using S32 = hn::Repartition<std::int32_t, D16>;
 using V16 = hn::Vec<S16>;
 using V32 = hn::Vec<S32>;
 
-/// Adds products of lanes to sums; which lane of the sums gets which product is open.
+/// Adds products of lanes to sums. The lane of the sums to which a product is added is unspecified.
 HWY_INLINE void add_products(V16 a, V16 b, V32& sums) {
   auto rest = hn::Zero(S32());
   sums = hn::ReorderWidenMulAccumulate(S32(), a, b, sums, rest);
@@ -159,12 +160,12 @@ HWY_INLINE void add_products(V16 a, V16 b, V32& sums) {
 HWY_INLINE void store_sums(V32 a, V32 b, V32 c, V32 d, std::int32_t (&sums)[4]) {
   const S32 d32;
   const hn::Repartition<std::int64_t, S32> d64;
-  // Transposes blocks of four lanes, and adds on the way.
+  // Transposes blocks of four lanes and adds the rows of each block.
   const auto ab = hn::BitCast(d64, hn::Add(hn::InterleaveLower(d32, a, b), hn::InterleaveUpper(d32, a, b)));
   const auto cd = hn::BitCast(d64, hn::Add(hn::InterleaveLower(d32, c, d), hn::InterleaveUpper(d32, c, d)));
   const auto all =
       hn::Add(hn::BitCast(d32, hn::InterleaveLower(d64, ab, cd)), hn::BitCast(d32, hn::InterleaveUpper(d64, ab, cd)));
-  // What is left: a block or two, each with all four.
+  // Each remaining block of four lanes has a part of all four sums.
   std::int32_t blocks[hn::MaxLanes(S32())];
   hn::StoreU(all, d32, blocks);
   for (std::size_t i = 0; i < 4; ++i) {
@@ -173,7 +174,7 @@ HWY_INLINE void store_sums(V32 a, V32 b, V32 c, V32 d, std::int32_t (&sums)[4]) 
   }
 }
 
-/// Adds pixels up to a survey.
+/// Accumulates the statistics of pixels: peak and number of bright pixels.
 class Surveying {
  public:
   HWY_INLINE explicit Surveying(std::uint32_t threshold)
@@ -181,7 +182,7 @@ class Surveying {
 
   HWY_INLINE void add(hn::Vec<D16> grey) {
     peak_ = hn::Max(peak_, grey);
-    // A mask is all ones: minus 1. At most 192 x 12 of them come together.
+    // A set mask lane is all ones, which is -1. A lane gets at most 192 x 12 pixels, which fits 16 bits.
     bright_ = hn::Sub(bright_, hn::VecFromMask(d_, hn::Eq(hn::Max(grey, threshold_), grey)));
   }
 
@@ -227,10 +228,10 @@ BoxStatistics survey(const Box& box, std::uint32_t threshold) {
   return survey.seen();
 }
 
-/// Sums of one power of u. Those of columns fit 16 bits for some rows, and are then folded.
+/// The sums of one power of u. The sums of columns have 16 bits and are added to the other sums every kRows rows.
 class PowerSums {
  public:
-  static constexpr int kRows = 16;  // times 2047 is less than 2^15
+  static constexpr int kRows = 16;  // 16 * 2047 is less than 2^15
 
   HWY_INLINE PowerSums() : weight(hn::Zero(S32())), x(weight), y(weight), column_(hn::Zero(S16())) {}
   HWY_INLINE void add(V16 power, V16 at_y) {

@@ -11,7 +11,7 @@ namespace mocap::detect {
 /// (grey << shift) * factor >> 16.
 struct Scale {
   int shift;             ///< span << shift uses all 16 bits
-  std::uint32_t factor;  ///< such that the end of the span becomes 2047
+  std::uint32_t factor;  ///< such that the end of the span becomes 2047, or 2046 by rounding
 
   explicit Scale(std::uint32_t span)
       : shift(std::countl_zero(static_cast<std::uint16_t>(span))), factor((2047U << 16U) / (span << shift)) {}

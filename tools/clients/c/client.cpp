@@ -1,4 +1,4 @@
-// The C ABI: opaque handles, one thread a client, nothing thrown across.
+// The C ABI: opaque handles, one thread for each client, no exceptions across the boundary.
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
@@ -7,20 +7,25 @@
 #include <new>
 #include <thread>
 
+#include "clock.h"
 #include "mocap_client.h"
 #include "socket.h"
+#include "text.h"
 
 using mocap::client::Axes;
+using mocap::client::copy_text;
 using mocap::client::Feed;
 using mocap::client::FeedSettings;
+using mocap::client::fill;
 using mocap::client::Frame;
 using mocap::client::read_keys;
 using mocap::client::Socket;
 using mocap::client::SocketSettings;
+using mocap::client::text_of;
 
 struct mocap_client {
   std::mutex mutex;  // guards feed
-  std::condition_variable came;
+  std::condition_variable frame_received;
   Feed feed;
   std::unique_ptr<Socket> socket;
   std::thread thread;
@@ -48,9 +53,9 @@ struct mocap_client {
         const std::lock_guard<std::mutex> lock(mutex);
         feed.note(socket->link());
       } catch (const std::exception&) {
-        // Out of memory: this message is lost, the next may fit.
+        // Out of memory: drop this message and continue.
       }
-      if (any) came.notify_all();
+      if (any) frame_received.notify_all();
     }
   }
 };
@@ -62,21 +67,6 @@ constexpr int32_t kNoMemory = -2;
 constexpr int32_t kMaxKept = 100000;
 std::atomic<std::uint64_t> next_id{1};
 
-std::string text_of(const char* text) { return text == nullptr ? "" : text; }
-
-void say(char* into, std::size_t size, const std::string& text) {
-  if (into == nullptr || size == 0) return;
-  const std::size_t length = std::min(size - 1, text.size());
-  std::memcpy(into, text.data(), length);
-  into[length] = '\0';
-}
-
-// Fills as much as the caller's own header knows of.
-template <typename Struct>
-void fill(Struct* into, std::size_t size, const Struct& from) {
-  std::memcpy(into, &from, std::min(size, sizeof(Struct)));
-}
-
 std::string fault_of(const mocap_client_options& options) {
   if (!Axes::known(options.axes))
     return "axes is " + std::to_string(options.axes) + ", expected 0 to 4 (enum mocap_axes)";
@@ -84,7 +74,7 @@ std::string fault_of(const mocap_client_options& options) {
     return "keep is " + std::to_string(options.keep) + ", expected 1 to " + std::to_string(kMaxKept);
   }
   if (options.topic == nullptr || *options.topic == '\0')
-    return "topic is empty, expected \"snapshot\" or another of the feed";
+    return "topic is empty, expected \"snapshot\" or another topic of the feed";
   return {};
 }
 
@@ -100,7 +90,7 @@ mocap_client* open_client(const mocap_client_options& options, std::string& faul
   std::unique_ptr<Socket> socket = Socket::open(socket_settings, fault);
   if (socket == nullptr) return nullptr;
   return new mocap_client({socket_settings.endpoint, socket_settings.topic, options.axes,
-                           static_cast<std::size_t>(options.keep), next_id++, !socket_settings.keys.server.empty()},
+                           static_cast<std::size_t>(options.keep), next_id++},
                           std::move(socket));
 }
 
@@ -137,10 +127,10 @@ mocap_client* mocap_client_open(const mocap_client_options* options, char* fault
     if (options != nullptr) fill(&all, options->size, *options);
     std::string why;
     mocap_client* client = open_client(all, why);
-    if (client == nullptr) say(fault, fault_size, why);
+    if (client == nullptr) copy_text(fault, fault_size, why);
     return client;
   } catch (const std::exception& exception) {
-    say(fault, fault_size, exception.what());
+    copy_text(fault, fault_size, exception.what());
     return nullptr;
   }
 }
@@ -160,8 +150,8 @@ int32_t mocap_client_wait(mocap_client* client, mocap_frame* frame, int32_t time
   if (client == nullptr || frame == nullptr) return kNull;
   std::unique_lock<std::mutex> lock(client->mutex);
   int32_t got = 0;
-  client->came.wait_for(lock, std::chrono::milliseconds(std::max(timeout_ms, 0)),
-                        [&] { return (got = hand_out(*client, frame->frame)) != 0; });
+  client->frame_received.wait_for(lock, std::chrono::milliseconds(std::max(timeout_ms, 0)),
+                                  [&] { return (got = hand_out(*client, frame->frame)) != 0; });
   return got;
 }
 
@@ -177,11 +167,27 @@ int32_t mocap_client_diagnose(mocap_client* client, char* sentence, size_t sente
   try {
     const std::lock_guard<std::mutex> lock(client->mutex);
     const mocap::client::Diagnosis diagnosis = client->feed.diagnose(mocap::client::now());
-    say(sentence, sentence_size, diagnosis.sentence);
+    copy_text(sentence, sentence_size, diagnosis.sentence);
     return diagnosis.code;
   } catch (const std::exception&) {
     return kNoMemory;
   }
+}
+
+int32_t mocap_client_get_health(mocap_client* client, mocap_health* into) {
+  if (client == nullptr || into == nullptr) return kNull;
+  const std::lock_guard<std::mutex> lock(client->mutex);
+  into->health = client->feed.health();
+  return into->health == nullptr ? 0 : 1;
+}
+
+int32_t mocap_client_next_event(mocap_client* client, mocap_event* into, size_t size) {
+  if (client == nullptr || into == nullptr) return kNull;
+  const std::lock_guard<std::mutex> lock(client->mutex);
+  mocap_event event;
+  if (!client->feed.next_event(event)) return 0;
+  fill(into, size, event);
+  return 1;
 }
 
 }  // extern "C"

@@ -26,11 +26,12 @@ void complete_bones(SubjectFrame& subject, const std::vector<mocap_bone>& bones)
 
 const char* complete(Frame& frame, const Description& description) {
   for (SubjectFrame& subject : frame.subjects) {
-    if (subject.subject >= description.subjects.size()) return "a subject that is not described";
+    if (subject.subject >= description.subjects.size()) return "a subject without a description";
     const SubjectDescription& known = description.subjects[subject.subject];
-    if (!subject.bones.empty() && subject.bones.size() != known.bones.size()) return "bones that are not described";
+    if (!subject.bones.empty() && subject.bones.size() != known.bones.size())
+      return "bones that differ from the description";
     if (!subject.markers.empty() && subject.markers.size() != known.markers.size()) {
-      return "markers that are not described";
+      return "markers that differ from the description";
     }
     complete_bones(subject, known.bones);
   }

@@ -6,18 +6,20 @@
 
 namespace mocap::client {
 
-/// The only place that knows the schema (proto/mocap/v1). Each reads a message that may come from anybody and gives
-/// nullptr, or what is wrong with it in a few words; then what was filled means nothing. Numbers that are not finite,
-/// columns that do not fit, and more than the daemon's design bounds are refused; what is not known is passed over.
-
-/// In the feed's axes. Local poses that are not sent are left for `complete`. Memory of `into` is used again.
+/// The decoders of the message schema (proto/mocap/v1). A message is untrusted. Each function returns nullptr, or a
+/// short description of the fault; `into` is then undefined. The decoders refuse numbers that are not finite, columns
+/// of different lengths, and counts beyond the daemon's design bounds. They skip unknown fields. Positions and
+/// rotations stay in the axes of the feed. complete() adds local poses that the message omits. The decoders reuse the
+/// memory of `into`.
 const char* decode_snapshot(std::string_view bytes, Frame& into);
 
 const char* decode_description(std::string_view bytes, Description& into);
 const char* decode_health(std::string_view bytes, Health& into);
+const char* decode_event(std::string_view bytes, Event& into);
+const char* decode_answer(std::string_view bytes, Answer& into);
 
-/// Puts the local poses in that the feed leaves out, by the description that the frame refers to. Fails where the two
-/// do not fit.
+/// Computes the local poses that the feed omits, from the description to which the frame refers. Returns nullptr, or a
+/// fault if frame and description do not match.
 const char* complete(Frame& frame, const Description& description);
 
 }  // namespace mocap::client

@@ -9,15 +9,15 @@ namespace {
 constexpr float kPercent = 100.0F;
 constexpr float kMilli = 1000.0F;
 constexpr std::int64_t kMaxInstant_ns =
-    3'000'000'000'000'000'000;  // UTC in 2065; three of them add up without overflow
+    3'000'000'000'000'000'000;  // UTC in 2065; the sum of three such values does not overflow
 
-// Numbers of one column, one or more a thing, put where `put` says. How many things there are is told by the first
-// column that comes; all others must agree.
+// The number of rows of a set of columns. The first column determines the number; all other columns must have the same
+// number.
 struct Rows {
   std::size_t count = 0;
   bool known = false;
   void expect(std::size_t things, std::size_t bound) {
-    if (things > bound) throw Fault{"more things than a daemon sends"};
+    if (things > bound) throw Fault{"more rows than the limit"};
     if (known && things != count) throw Fault{"columns differ in length"};
     known = true;
     count = things;
@@ -30,12 +30,12 @@ void expect(Rows& rows, std::vector<Thing>& things, std::size_t count, std::size
   if (things.size() < count) things.resize(count);
 }
 
-// A column of floats, `width` a thing.
+// Reads a column of floats with `width` floats in each row.
 template <typename Thing, typename Put>
 void floats(pbf_reader& from, Rows& rows, std::vector<Thing>& things, std::size_t width, std::size_t bound, Put put) {
   const auto column = from.get_packed_float();
   const std::size_t numbers = column.size();
-  if (numbers % width != 0) throw Fault{"a column that ends within a vector"};
+  if (numbers % width != 0) throw Fault{"a column with an incomplete vector"};
   expect(rows, things, numbers / width, bound);
   float values[4] = {};
   std::size_t i = 0;
@@ -45,20 +45,20 @@ void floats(pbf_reader& from, Rows& rows, std::vector<Thing>& things, std::size_
   }
 }
 
-// A column of whole numbers, one a thing.
+// Reads a column of integers with one integer in each row.
 template <typename Thing, typename Put>
 void wholes(pbf_reader& from, Rows& rows, std::vector<Thing>& things, std::size_t bound, Put put) {
   const auto column = from.get_packed_uint32();
   std::size_t count = 0;
   for (auto at = column.begin(); at != column.end(); ++at) {
-    if (++count > bound) throw Fault{"more things than a daemon sends"};
+    if (++count > bound) throw Fault{"more rows than the limit"};
   }
   expect(rows, things, count, bound);
   std::size_t i = 0;
   for (const std::uint32_t value : column) put(things[i++], value);
 }
 
-// Protobuf leaves a column out that is empty, and nothing else: what is wanted must be there.
+// Protobuf omits only empty columns, so a required column must be present if there are rows.
 void want(bool there) {
   if (!there) throw Fault{"a column is missing"};
 }
@@ -68,7 +68,7 @@ mocap_quat quat(const float* v) { return {v[0], v[1], v[2], v[3]}; }
 
 mocap_quat unit(mocap_quat q) {
   const float norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
-  if (!(norm > 0.9F && norm < 1.1F)) throw Fault{"a rotation that is no unit quaternion"};
+  if (!(norm > 0.9F && norm < 1.1F)) throw Fault{"a rotation that is not a unit quaternion"};
   return {q.x / norm, q.y / norm, q.z / norm, q.w / norm};
 }
 
@@ -79,11 +79,12 @@ std::int32_t state_of(std::uint32_t code) {
 
 std::int64_t instant(pbf_reader& from) {
   const std::int64_t ns = from.get_int64();
-  if (ns < -kMaxInstant_ns || ns > kMaxInstant_ns) throw Fault{"an instant beyond all bounds"};
+  if (ns < -kMaxInstant_ns || ns > kMaxInstant_ns) throw Fault{"an instant out of range"};
   return ns;
 }
 
 void read_instants(pbf_reader from, mocap_frame_info& into) {
+  into.exposed_at_ns = 0;  // Protobuf omits this instant if it is 0
   while (from.next()) {
     switch (from.tag_and_type()) {
       case whole(1): into.exposed_at_ns = instant(from); break;
@@ -105,7 +106,7 @@ std::uint32_t count_views(pbf_reader from) {
     }
     const auto column = from.get_packed_uint32();
     for (auto at = column.begin(); at != column.end(); ++at) {
-      if (++cameras > kMaxCameras) throw Fault{"more cameras than a daemon has"};
+      if (++cameras > kMaxCameras) throw Fault{"more cameras than the limit"};
     }
   }
   return cameras;
@@ -253,7 +254,7 @@ void read_points(pbf_reader from, std::vector<mocap_point>& into) {
 void read_snapshot(pbf_reader from, Frame& into) {
   into.info = {};
   mocap_frame_info& info = into.info;
-  info.received_at_ns = info.detected_at_ns = info.fused_at_ns = info.sent_at_ns = MOCAP_ABSENT;
+  info.exposed_at_ns = info.received_at_ns = info.detected_at_ns = info.fused_at_ns = info.sent_at_ns = MOCAP_ABSENT;
   info.utc_minus_host_ns = MOCAP_ABSENT;
   into.points.clear();
   std::size_t subjects = 0;
@@ -267,7 +268,7 @@ void read_snapshot(pbf_reader from, Frame& into) {
       case whole(6): info.expected_cameras = from.get_uint32(); break;
       case part(7): info.cameras = count_views(from.get_message()); break;
       case part(8):
-        if (++subjects > kMaxSubjects) throw Fault{"more subjects than a daemon has"};
+        if (++subjects > kMaxSubjects) throw Fault{"more subjects than the limit"};
         if (into.subjects.size() < subjects) into.subjects.resize(subjects);
         read_subject(from.get_message(), into.subjects[subjects - 1]);
         break;

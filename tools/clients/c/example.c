@@ -1,4 +1,5 @@
-/* Prints where the first subject's bones are, once a second. usage: mocap_example [ENDPOINT [SECONDS]] */
+/* Prints the bone positions of the first subject once a second.
+ * usage: mocap_example [ENDPOINT [SECONDS [SERVER_KEY SECRET_KEY]]]    (keys: files of mocapctl keys new) */
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
@@ -10,8 +11,10 @@ static void print_frame(const mocap_frame* frame) {
   mocap_frame_get_info(frame, &info, sizeof info);
   mocap_subject subject;
   if (!mocap_frame_get_subject(frame, 0, &subject, sizeof subject)) return;
-  printf("frame %llu, %.1f ms old, %u of %u cameras, %s\n", (unsigned long long)info.number,
-         (double)mocap_frame_age_ns(frame) / 1e6, info.cameras, info.expected_cameras, subject.name);
+  printf("frame %llu, ", (unsigned long long)info.number);
+  const int64_t age_ns = mocap_frame_age_ns(frame);
+  if (age_ns != MOCAP_ABSENT) printf("%.1f ms old, ", (double)age_ns / 1e6);
+  printf("%u of %u cameras, %s\n", info.cameras, info.expected_cameras, subject.name);
   for (size_t i = 0; i < subject.bone_pose_count; ++i) {
     const mocap_bone_pose* pose = &subject.bone_poses[i];
     if (pose->state == MOCAP_STATE_LOST) continue;
@@ -26,6 +29,10 @@ int main(int argc, char** argv) {
   mocap_client_options_init(&options, sizeof options);
   if (argc > 1) options.endpoint = argv[1];
   const int seconds = argc > 2 ? atoi(argv[2]) : 10;
+  if (argc > 4) {
+    options.server_key = argv[3];
+    options.secret_key = argv[4];
+  }
 
   char text[256];
   mocap_client* client = mocap_client_open(&options, text, sizeof text);
@@ -48,6 +55,7 @@ int main(int argc, char** argv) {
       mocap_client_diagnose(client, text, sizeof text);
       printf("no data: %s\n", text);
     }
+    fflush(stdout);
   }
   mocap_statistics statistics;
   mocap_client_get_statistics(client, &statistics, sizeof statistics);

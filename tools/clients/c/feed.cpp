@@ -3,16 +3,26 @@
 #include <algorithm>
 
 #include "decode.h"
+#include "text.h"
 
 namespace mocap::client {
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kRateWindow_ns = 2 * kSecond_ns;
-// A message from this machine takes no longer than that; what does comes through a tunnel from another one's clock.
+// Longest transit time of a message on the same machine. A longer time means a tunnel to another machine with another
+// clock.
 constexpr std::int64_t kMaxLocalTransit_ns = 60 * kSecond_ns;
+// At a Windows machine's own address the daemon runs in a virtual machine, with another monotonic clock.
+#ifdef _WIN32
+constexpr bool kDaemonRunsHere = false;
+#else
+constexpr bool kDaemonRunsHere = true;
+#endif
 constexpr std::string_view kDescriptionTopic = "description";
 constexpr std::string_view kHealthTopic = "health";
+constexpr std::string_view kEventTopic = "event";
+constexpr std::size_t kMaxEvents = 256;  // the newest, for a caller that takes none
 constexpr const char* kProtocol = "mocap.v1";
 
 bool starts_with(std::string_view text, std::string_view with) { return text.substr(0, with.size()) == with; }
@@ -26,6 +36,7 @@ bool same_clock(bool local, const mocap_frame_info& info, Now now) {
 }  // namespace
 
 bool is_local(std::string_view endpoint) {
+  if (!kDaemonRunsHere) return false;
   for (const std::string_view at : {"ipc://", "inproc://", "tcp://127.", "tcp://localhost:", "tcp://[::1]:"}) {
     if (starts_with(endpoint, at)) return true;
   }
@@ -33,7 +44,7 @@ bool is_local(std::string_view endpoint) {
 }
 
 std::int64_t age_of(const Frame& frame, Now now) {
-  if (frame.serial == 0) return MOCAP_ABSENT;
+  if (frame.serial == 0 || frame.info.exposed_at_ns == MOCAP_ABSENT) return MOCAP_ABSENT;
   if (frame.same_clock) return now.host_ns - frame.info.exposed_at_ns;
   if (frame.info.utc_minus_host_ns == MOCAP_ABSENT) return MOCAP_ABSENT;
   return now.utc_ns - (frame.info.exposed_at_ns + frame.info.utc_minus_host_ns);
@@ -61,13 +72,14 @@ void Feed::take(std::string_view message, Now now) {
   const std::string_view bytes = message.substr(end + 1);
   if (topic == kDescriptionTopic) return take_description(bytes);
   if (topic == kHealthTopic) return take_health(bytes);
+  if (topic == kEventTopic) return take_event(bytes);
   if (topic == settings_.topic) take_snapshot(bytes, now);
 }
 
 void Feed::take_description(std::string_view bytes) {
   auto read = std::make_shared<Description>();
   const char* fault = decode_description(bytes, *read);
-  // Only the name of the protocol is certain to be where it always was.
+  // In an unknown protocol only the field with its name is reliable.
   if (fault == nullptr && read->protocol != kProtocol) {
     foreign_protocol_ = read->protocol.empty() ? "without a name" : read->protocol.substr(0, 40);
     description_ = nullptr;
@@ -79,7 +91,7 @@ void Feed::take_description(std::string_view bytes) {
     return;
   }
   foreign_protocol_.clear();
-  // It comes once a second; frames go on with the one they have.
+  // The daemon repeats an unchanged description once a second.
   if (description_ && description_->version == read->version && description_->session == read->session) return;
   if (description_ && description_->session != read->session) {
     ++counts_.restarts;
@@ -93,10 +105,36 @@ void Feed::take_description(std::string_view bytes) {
 }
 
 void Feed::take_health(std::string_view bytes) {
-  const char* fault = decode_health(bytes, health_);
-  if (fault == nullptr) return;
+  auto read = std::make_shared<Health>();
+  const char* fault = decode_health(bytes, *read);
+  if (fault == nullptr) {
+    health_ = std::move(read);
+    return;
+  }
   ++counts_.unreadable;
   last_fault_ = fault;
+}
+
+void Feed::take_event(std::string_view bytes) {
+  Event read;
+  if (const char* fault = decode_event(bytes, read); fault != nullptr) {
+    ++counts_.unreadable;
+    last_fault_ = fault;
+    return;
+  }
+  if (description_ && read.subject && *read.subject < description_->subjects.size())
+    copy_text(read.event.name, sizeof(read.event.name), description_->subjects[*read.subject].name);
+  if (description_ && read.camera && *read.camera < description_->cameras.size())
+    copy_text(read.event.name, sizeof(read.event.name), description_->cameras[*read.camera]);
+  if (events_.size() == kMaxEvents) events_.pop_front();
+  events_.push_back(read.event);
+}
+
+bool Feed::next_event(mocap_event& into) {
+  if (events_.empty()) return false;
+  into = events_.front();
+  events_.pop_front();
+  return true;
 }
 
 void Feed::take_snapshot(std::string_view bytes, Now now) {
@@ -104,7 +142,7 @@ void Feed::take_snapshot(std::string_view bytes, Now now) {
   const char* fault = decode_snapshot(bytes, scratch_);
   if (fault == nullptr) {
     count(scratch_.info, now);
-    // Another version's indices point elsewhere; the description comes at once, or again within a second.
+    // The indices of the snapshot refer to another description, which arrives within a second.
     if (!description_ || description_->version != scratch_.info.description_version) return;
     change_axes(scratch_);
     fault = complete(scratch_, *description_);
@@ -129,7 +167,7 @@ void Feed::take_snapshot(std::string_view bytes, Now now) {
 void Feed::count(const mocap_frame_info& info, Now now) {
   if (counted_ && info.sequence >= next_sequence_) counts_.lost += info.sequence - next_sequence_;
   if (counted_ && info.sequence < next_sequence_ && description_ && description_->version == info.description_version) {
-    ++counts_.restarts;  // of a daemon whose new description did not come yet
+    ++counts_.restarts;  // the daemon restarted, but its new description has not arrived yet
   }
   counted_ = true;
   next_sequence_ = info.sequence + 1;
@@ -188,7 +226,7 @@ mocap_statistics Feed::statistics(Now now) const {
     ++within;
     oldest = std::min(oldest, arrivals_[i]);
   }
-  // Up to now, so that the rate falls when nothing comes any more.
+  // Divide by the time until now, so that the rate decreases if no more snapshots arrive.
   if (within > 1 && now.host_ns > oldest) {
     all.rate_hz =
         static_cast<double>(within - 1) * static_cast<double>(kSecond_ns) / static_cast<double>(now.host_ns - oldest);

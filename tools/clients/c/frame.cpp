@@ -1,11 +1,12 @@
-// The C ABI's view into a frame.
+// Access to a frame through the C ABI.
 #include "frame.h"
 
 #include <algorithm>
 #include <cstring>
 
+#include "clock.h"
 #include "feed.h"
-#include "socket.h"
+#include "text.h"
 
 using mocap::client::SubjectDescription;
 using mocap::client::SubjectFrame;
@@ -32,6 +33,24 @@ std::size_t copy(const std::vector<Entry>& from, Entry* into, std::size_t capaci
   const std::size_t count = std::min(capacity, from.size());
   if (into != nullptr && count > 0) std::memcpy(into, from.data(), count * sizeof(Entry));
   return from.size();
+}
+
+// The index of the entry with this name, or -1 with an explanation in `fault`.
+template <typename Entry>
+int32_t find(const std::vector<Entry>& entries, const char* kind, const std::string& owner, const std::string& name,
+             char* fault, std::size_t fault_size) {
+  std::vector<std::string> names;
+  for (const Entry& entry : entries) {
+    if (name == entry.name) return static_cast<int32_t>(names.size());
+    names.emplace_back(entry.name);
+  }
+  mocap::client::copy_text(fault, fault_size, mocap::client::unknown_name(kind, name, "'" + owner + "'", names));
+  return -1;
+}
+
+int32_t no_subject(char* fault, std::size_t fault_size) {
+  mocap::client::copy_text(fault, fault_size, "the frame has no such subject");
+  return -1;
 }
 
 }  // namespace
@@ -149,6 +168,20 @@ void mocap_frame_bone_rest_offset(const mocap_frame* frame, size_t subject, size
 const char* mocap_frame_marker_name(const mocap_frame* frame, size_t subject, size_t marker) {
   const SubjectDescription* known = description_of(frame, subject);
   return known == nullptr || marker >= known->markers.size() ? "" : known->markers[marker].name;
+}
+
+int32_t mocap_frame_find_bone(const mocap_frame* frame, size_t subject, const char* name, char* fault,
+                              size_t fault_size) {
+  const SubjectDescription* known = description_of(frame, subject);
+  if (known == nullptr) return no_subject(fault, fault_size);
+  return find(known->bones, "bone", known->name, mocap::client::text_of(name), fault, fault_size);
+}
+
+int32_t mocap_frame_find_marker(const mocap_frame* frame, size_t subject, const char* name, char* fault,
+                                size_t fault_size) {
+  const SubjectDescription* known = description_of(frame, subject);
+  if (known == nullptr) return no_subject(fault, fault_size);
+  return find(known->markers, "marker", known->name, mocap::client::text_of(name), fault, fault_size);
 }
 
 }  // extern "C"

@@ -3,6 +3,7 @@
 #include <zmq.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
 
 namespace mocap::client {
@@ -15,9 +16,10 @@ bool is_key(const std::string& text) {
   return text.size() == kLength && zmq_z85_decode(binary, text.c_str()) != nullptr;
 }
 
-// The key on the line that begins with `word`; empty: there is none.
+// Returns the key on the line that begins with `word`, or an empty string.
 std::string find_in_file(const std::string& path, const std::string& word) {
-  std::ifstream in(path);
+  // UTF-8 also on Windows, where a plain std::string is in the code page of the system.
+  std::ifstream in(std::filesystem::path(std::u8string(path.begin(), path.end())));
   for (std::string first, value; in >> first;) {
     if (first == word && in >> value) return is_key(value) ? value : std::string();
     std::getline(in, value);
@@ -29,7 +31,7 @@ std::string find_in_file(const std::string& path, const std::string& word) {
 
 std::string read_keys(Keys& keys) {
   if (keys.server.empty() && keys.own_public.empty() && keys.own_secret.empty()) return {};
-  if (keys.own_public.empty()) keys.own_public = keys.own_secret;  // then it is a file that has both
+  if (keys.own_public.empty()) keys.own_public = keys.own_secret;  // own_secret is then a file with both keys
   const struct {
     std::string* key;
     const char* word;

@@ -4,15 +4,16 @@
 
 namespace mocap::client {
 
-/// CURVE keys, 40 characters of Z85 each; all empty: none.
+/// CURVE keys, each 40 characters of Z85. All empty: no encryption.
 struct Keys {
   std::string server;
   std::string own_public;
   std::string own_secret;
 };
 
-/// Each may be a key, or a file of `mocapctl keys new` that holds it (lines "public KEY" and "secret KEY"); where
-/// `own_secret` is such a file, `own_public` may be left out. Gives what is wrong, or nothing.
+/// Replaces each path by the key in that file. Each member may be a key or a file of `mocapctl keys new` (lines "public
+/// KEY" and "secret KEY"). If `own_secret` is a file, `own_public` may be empty. Returns an error message, or an empty
+/// string.
 std::string read_keys(Keys& keys);
 
 }  // namespace mocap::client

@@ -17,29 +17,27 @@ struct SocketSettings {
   Keys keys;
 };
 
-/// The connection to a feed. It is made again by itself, also after failures after which ZeroMQ gives up (a key that is
-/// not allowed yet). All calls but `interrupt` by one thread.
+/// The connection to a feed. Reconnects automatically, also after errors after which ZeroMQ gives up (a key that is not
+/// allowed yet). One thread must make all calls except interrupt().
 class Socket {
  public:
-  /// Begins to connect. nullptr when a setting is wrong; `fault` then says which.
+  /// Starts to connect. Returns nullptr if a setting is invalid, with the reason in `fault`.
   static std::unique_ptr<Socket> open(const SocketSettings& settings, std::string& fault);
   ~Socket();
 
-  /// Waits for messages at most `patience_ms` and gives all that wait to `take`. False once it was interrupted.
+  /// Waits at most `patience_ms` for messages and passes all waiting messages to `take`. Returns false after
+  /// interrupt().
   bool receive(int patience_ms, const std::function<void(std::string_view)>& take);
 
-  /// Ends the present and every later `receive`. By any one other thread, once.
+  /// Ends the current and every later receive(). One other thread may call it, once.
   void interrupt();
 
-  const Link& link() const;
+  Link link() const;
 
  private:
   struct Impl;
   explicit Socket(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
-
-/// Monotonic and UTC.
-Now now();
 
 }  // namespace mocap::client

@@ -1,4 +1,4 @@
-// mocap_client.hpp: the C library (mocap_client.h) with C++'s manners. Header only; C++20; throws nothing.
+// mocap_client.hpp: C++ wrapper of the C library (mocap_client.h). Header only, C++20, throws no exceptions.
 //
 //   std::string fault;
 //   auto client = mocap::Client::open({.endpoint = "tcp://127.0.0.1:5570", .axes = MOCAP_AXES_UNREAL}, &fault);
@@ -19,18 +19,18 @@
 
 namespace mocap {
 
-/// As mocap_client_options; empty keys: none.
+/// See mocap_client_options. Empty keys: no encryption.
 struct ClientOptions {
   std::string endpoint = "tcp://127.0.0.1:5570";
   std::string topic = "snapshot";
   int axes = MOCAP_AXES_MOCAP;
   int keep = 1;
-  std::string server_key = {};  // so that leaving it out is no warning
+  std::string server_key = {};  // the initialiser avoids a warning if the member is omitted
   std::string public_key = {};
   std::string secret_key = {};
 };
 
-/// One subject of a frame; borrows from it.
+/// One subject of a frame. Valid until the frame is polled again or destroyed.
 class ClientSubject {
  public:
   explicit ClientSubject(const mocap_subject& raw) : raw_(raw) {}
@@ -48,7 +48,7 @@ class ClientSubject {
   mocap_subject raw_;
 };
 
-/// Holds one frame; polled again and again it keeps its memory.
+/// Owns one frame. Repeated polls reuse its memory.
 class ClientFrame {
  public:
   ClientFrame() : raw_(mocap_frame_new()) {}
@@ -58,7 +58,7 @@ class ClientFrame {
     mocap_frame_get_info(raw_.get(), &into, sizeof into);
     return into;
   }
-  /// Exposure to now, ns; empty where nobody knows.
+  /// Time from the exposure to now, ns; empty if unknown.
   std::optional<std::int64_t> age_ns() const {
     const std::int64_t age = mocap_frame_age_ns(raw_.get());
     return age == MOCAP_ABSENT ? std::nullopt : std::optional(age);
@@ -101,7 +101,7 @@ struct ClientDiagnosis {
 /// A feed. Each method may be called from any thread.
 class Client {
  public:
-  /// Begins to connect. Empty when an option is wrong; `fault`, if given, says which.
+  /// Starts to connect. Empty if an option is invalid, with the reason in `fault` if given.
   static std::optional<Client> open(const ClientOptions& options = {}, std::string* fault = nullptr) {
     mocap_client_options raw;
     mocap_client_options_init(&raw, sizeof raw);
@@ -121,7 +121,7 @@ class Client {
     return Client(opened);
   }
 
-  /// True: `frame` holds a newer one now. Never waits.
+  /// Returns true if `frame` was replaced by a newer frame. Never waits.
   bool poll(ClientFrame& frame) const { return mocap_client_poll(raw_.get(), frame.raw()) == 1; }
   bool wait(ClientFrame& frame, int timeout_ms) const {
     return mocap_client_wait(raw_.get(), frame.raw(), timeout_ms) == 1;

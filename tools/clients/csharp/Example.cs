@@ -1,4 +1,4 @@
-// Prints where each subject's root is, once a second. usage: mono Example.exe [ENDPOINT [SECONDS]]
+// Prints the root position of each subject once a second. usage: mono Example.exe [ENDPOINT [SECONDS]]
 using System;
 using System.Diagnostics;
 

@@ -1,4 +1,4 @@
-// The feed of a mocapd for C#: P/Invoke on libmocap_client. C# 5, no unsafe code, runs on Mono, .NET and Unity.
+// C# client for the feed of a mocapd: P/Invoke on libmocap_client. C# 5, no unsafe code, for Mono, .NET and Unity.
 //
 //   using (var client = new Mocap.Client("tcp://127.0.0.1:5570", Mocap.Axes.Unity)) {
 //     var frame = new Mocap.Frame();
@@ -11,18 +11,19 @@ using System.Text;
 
 namespace Mocap {
 
-/// The axes in which positions and rotations come.
+/// The axes of positions and rotations.
 public enum Axes { Mocap = 0, Unity = 1, Unreal = 2, Godot = 3, Gltf = 4 }
 
 public enum Phase { Searching = 1, Tracking = 2, Lost = 3 }
 
-/// Of a bone or a marker.
+/// State of a bone or a marker.
 public enum State { Lost = 1, Measured = 2, Filled = 3 }
 
-/// Why no data comes, or that all is well.
+/// The reason why no data arrives; Well: no fault.
 public enum Diagnosis {
   Well = 0, NothingListens = 1, NotAFeed = 2, KeyMissing = 3, KeyRefused = 4, ServerKeyWrong = 5, NoDescription = 6,
-  VersionTooNew = 7, CamerasSilent = 8, NoSnapshots = 9, SubjectSearching = 10, ClockSkew = 11, Connecting = 12
+  VersionTooNew = 7, CamerasSilent = 8, NoSnapshots = 9, SubjectSearching = 10, ClockSkew = 11, Connecting = 12,
+  NoAnswer = 13
 }
 
 [StructLayout(LayoutKind.Sequential)]
@@ -31,7 +32,7 @@ public struct Vec3 { public float X, Y, Z; }
 [StructLayout(LayoutKind.Sequential)]
 public struct Quat { public float X, Y, Z, W; }
 
-/// One bone at one instant, as mocap_bone_pose.
+/// One bone at one instant. See mocap_bone_pose.
 [StructLayout(LayoutKind.Sequential)]
 public struct BonePose {
   public Vec3 Position;
@@ -44,7 +45,7 @@ public struct BonePose {
   public State State;
 }
 
-/// One named marker at one instant, as mocap_marker_pose.
+/// One labelled marker at one instant. See mocap_marker_pose.
 [StructLayout(LayoutKind.Sequential)]
 public struct MarkerPose {
   public Vec3 Position;
@@ -55,7 +56,7 @@ public struct MarkerPose {
   public State State;
 }
 
-/// A marker without a name, as mocap_point.
+/// An unlabelled marker. See mocap_point.
 [StructLayout(LayoutKind.Sequential)]
 public struct Point {
   public Vec3 Position;
@@ -64,7 +65,7 @@ public struct Point {
   public uint Track;
 }
 
-/// As mocap_frame_info. An instant that is not known is Client.Absent.
+/// See mocap_frame_info. An unknown instant is Client.Absent.
 [StructLayout(LayoutKind.Sequential)]
 public struct FrameInfo {
   public ulong Number, Sequence;
@@ -75,7 +76,7 @@ public struct FrameInfo {
   public uint TimecodeDropFrame, Reserved;
 }
 
-/// As mocap_statistics.
+/// See mocap_statistics.
 [StructLayout(LayoutKind.Sequential)]
 public struct Statistics {
   public ulong Received, Lost, Skipped, Unreadable, Restarts, Connections, Bytes;
@@ -83,32 +84,67 @@ public struct Statistics {
   public long AgeNs, AgeP50Ns, AgeP99Ns;
 }
 
-/// What a bone is; strings are empty where it has no such name.
+/// Description of a bone. Strings are empty if the bone has no such name.
 public sealed class Bone {
   public string Name, UnityName, UnrealName, VrmName;
   public int Parent;  // -1: the root
   public Vec3 RestOffset;
 }
 
-/// What a subject is. The same object from frame to frame until the daemon describes it anew.
+/// Description of a subject. The same object in all frames until the daemon sends a new description.
 public sealed class SubjectDescription {
   public string Name;
   public Bone[] Bones;
   public string[] Markers;
 }
 
-/// One subject of a frame. Its arrays are used again by the next Poll into the same frame.
+/// One subject of a frame. The next Poll with the same frame overwrites its arrays.
 public sealed class Subject {
   public SubjectDescription Description;
   public Phase Phase;
-  public int BoneCount;  // of BonePoses; 0 while it is not tracked
+  public int BoneCount;  // number of valid BonePoses; 0 while the subject is not tracked
   public BonePose[] BonePoses = new BonePose[0];
   public int MarkerCount;
   public MarkerPose[] MarkerPoses = new MarkerPose[0];
   public string Name { get { return Description.Name; } }
+  internal Frame Owner;
+  internal UIntPtr Index;
+
+  /// The index of a bone in BonePoses and Description.Bones. Throws KeyNotFoundException, with the names that exist.
+  public int BoneIndex(string name) {
+    return Find((byte[] utf8, byte[] fault) =>
+        Native.mocap_frame_find_bone(Owner.Handle, Index, utf8, fault, Native.At(fault.Length)), name);
+  }
+  public int MarkerIndex(string name) {
+    return Find((byte[] utf8, byte[] fault) =>
+        Native.mocap_frame_find_marker(Owner.Handle, Index, utf8, fault, Native.At(fault.Length)), name);
+  }
+
+  /// Throws as BoneIndex, and InvalidOperationException while the subject has no poses (BoneCount is 0).
+  public BonePose Bone(string name) {
+    int index = BoneIndex(name);
+    if (BoneCount == 0) throw NotTracked("bones");
+    return BonePoses[index];
+  }
+  public MarkerPose Marker(string name) {
+    int index = MarkerIndex(name);
+    if (MarkerCount == 0) throw NotTracked("markers");
+    return MarkerPoses[index];
+  }
+
+  static int Find(Func<byte[], byte[], int> find, string name) {
+    var fault = new byte[4096];
+    int index = find(Encoding.UTF8.GetBytes(name + "\0"), fault);
+    if (index < 0) throw new KeyNotFoundException(Native.Text(fault));
+    return index;
+  }
+  Exception NotTracked(string what) {
+    return new InvalidOperationException("'" + Name + "' is " + Phase.ToString().ToLowerInvariant() + ": its " + what +
+                                         " have no positions now");
+  }
 }
 
-internal static class Native {
+internal static partial class Native {
   const string Library = "mocap_client";
   public const int Abi = 1;
 
@@ -152,6 +188,11 @@ internal static class Native {
   [DllImport(Library)]
   public static extern void mocap_frame_bone_rest_offset(IntPtr frame, UIntPtr subject, UIntPtr bone, out Vec3 into);
   [DllImport(Library)]
+  public static extern int mocap_frame_find_bone(IntPtr frame, UIntPtr subject, byte[] name, byte[] fault, UIntPtr size);
+  [DllImport(Library)]
+  public static extern int mocap_frame_find_marker(IntPtr frame, UIntPtr subject, byte[] name, byte[] fault,
+                                                   UIntPtr size);
+  [DllImport(Library)]
   public static extern IntPtr mocap_frame_marker_name(IntPtr frame, UIntPtr subject, UIntPtr marker);
 
   public static UIntPtr SizeOf<T>() { return (UIntPtr)(uint)Marshal.SizeOf(typeof(T)); }
@@ -170,7 +211,7 @@ internal static class Native {
     return Encoding.UTF8.GetString(utf8, 0, length < 0 ? utf8.Length : length);
   }
 
-  // NULL for null. To be freed with Marshal.FreeHGlobal.
+  // Converts a string for the C library. NULL for null. Free the result with Marshal.FreeHGlobal.
   public static IntPtr Utf8(string text) {
     if (text == null) return IntPtr.Zero;
     byte[] bytes = Encoding.UTF8.GetBytes(text + "\0");
@@ -180,7 +221,7 @@ internal static class Native {
   }
 }
 
-/// Holds one frame; polled again and again it keeps its memory. Belongs to one thread at a time.
+/// Owns one frame. Repeated polls reuse its memory. Use from one thread at a time.
 public sealed class Frame : IDisposable {
   IntPtr handle_ = Native.mocap_frame_new();
   readonly List<Subject> subjects_ = new List<Subject>();
@@ -199,10 +240,10 @@ public sealed class Frame : IDisposable {
   public FrameInfo Info { get; private set; }
   public string Session { get { return session_; } }
   public IList<Subject> Subjects { get { return subjects_; } }
-  /// The first Info.PointCount are markers without a name.
+  /// The first Info.PointCount elements are unlabelled markers.
   public Point[] Points { get { return points_; } }
 
-  /// Exposure to now; Client.Absent where nobody knows.
+  /// Time from the exposure to now, ns; Client.Absent if unknown.
   public long AgeNs { get { return Native.mocap_frame_age_ns(Handle); } }
 
   public Subject FindSubject(string name) {
@@ -219,7 +260,7 @@ public sealed class Frame : IDisposable {
   }
   ~Frame() { Dispose(); }
 
-  // Takes over what the library put into the handle.
+  // Copies the content of the handle into this object.
   internal void Take() {
     FrameInfo info;
     Native.mocap_frame_get_info(Handle, out info, Native.SizeOf<FrameInfo>());
@@ -236,6 +277,8 @@ public sealed class Frame : IDisposable {
   }
 
   void Take(Subject into, UIntPtr index) {
+    into.Owner = this;
+    into.Index = index;
     into.Description = Describe(index);
     into.Phase = (Phase)Native.mocap_frame_subject_phase(Handle, index);
     if (into.BonePoses.Length < into.Description.Bones.Length) {
@@ -278,13 +321,14 @@ public sealed class Frame : IDisposable {
   }
 }
 
-/// A feed. Connects, and connects again, by itself; each method may be called from any thread.
-public sealed class Client : IDisposable {
+/// A connection to a feed. Reconnects automatically. Each method may be called from any thread.
+public sealed partial class Client : IDisposable {
   public const long Absent = long.MinValue;
   IntPtr handle_;
 
-  /// Returns at once; nobody need be there yet. Throws ArgumentException when an argument is wrong. Keys are CURVE's,
-  /// 40 characters of Z85 each; all three or none.
+  /// Returns immediately; the daemon need not run yet. Throws ArgumentException if an argument is invalid. Keys are
+  /// CURVE keys, each 40 characters of Z85 or a file of mocapctl keys new. With such a file as secretKey, publicKey may be
+  /// null. All null: no encryption.
   public Client(string endpoint = "tcp://127.0.0.1:5570", Axes axes = Axes.Mocap, string topic = "snapshot", int keep = 1,
                 string serverKey = null, string publicKey = null, string secretKey = null) {
     if (Native.mocap_client_abi() != Native.Abi) {
@@ -314,10 +358,10 @@ public sealed class Client : IDisposable {
     }
   }
 
-  /// True: the frame holds a newer one now. Never waits.
+  /// Returns true if the frame was replaced by a newer frame. Never waits.
   public bool Poll(Frame frame) { return Took(Native.mocap_client_poll(Handle, frame.Handle), frame); }
 
-  /// The same, and waits for it. Not for a thread that draws.
+  /// Like Poll, but waits for the next frame. Do not use in a render thread.
   public bool Wait(Frame frame, int timeoutMs) {
     return Took(Native.mocap_client_wait(Handle, frame.Handle, timeoutMs), frame);
   }
@@ -336,7 +380,7 @@ public sealed class Client : IDisposable {
     }
   }
 
-  /// Why no data comes, in one line together with what helps.
+  /// The reason why no data arrives, and a remedy, in one line.
   public Diagnosis Diagnose(out string sentence) {
     var text = new byte[512];
     int code = Native.mocap_client_diagnose(Handle, text, Native.At(text.Length));

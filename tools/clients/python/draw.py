@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Draws what a feed shows as an SVG picture: skeletons, labelled markers, and the trails of the markers.
+"""Draws a feed as an SVG picture: skeletons, labelled markers, and the trails of the markers.
 
 usage: draw.py [ENDPOINT] [--seconds S] [--poses N] [--labels] [-o FILE]
 
   ENDPOINT      the feed; default tcp://127.0.0.1:5570
-  --seconds S   how long to watch; default 3
+  --seconds S   how long to record; default 3
   --poses N     how many poses to draw, evenly spaced in time; default 5
   --labels      write the markers' labels beside the last pose
   -o FILE       default skeleton.svg
@@ -21,14 +21,14 @@ import time
 from mocap_client import Client
 
 WIDTH_PX, HEIGHT_PX, MARGIN_PX = 960, 480, 40
-VIEW_RAD = math.radians(20)  # the viewer stands in front of the volume, turned about the vertical axis by this angle
-TILT_RAD = math.radians(12)  # and looks down by this angle
+VIEW_RAD = math.radians(20)  # rotation of the view about the vertical axis
+TILT_RAD = math.radians(12)  # downward tilt of the view
 BONE, MARKER, TRAIL, FLOOR, INK = "#2f6fb0", "#e4572e", "#e4b49c", "#d8dde3", "#3a4048"
 PALETTE = (BONE, "#3c8d53")
 
 
 def project(point, turn):
-    """World (m, z up) to the picture's plane (m, y up): parallel projection."""
+    """Projects a world point (m, z up) to the picture plane (m, y up) by parallel projection."""
     x, y, z = (float(value) for value in point)
     across = x * math.cos(turn) + y * math.sin(turn)
     deep = -x * math.sin(turn) + y * math.cos(turn)
@@ -36,7 +36,7 @@ def project(point, turn):
 
 
 def watch(endpoint, seconds):
-    """Frames in which at least one subject has a skeleton, and the reason why there is none."""
+    """Returns the frames with at least one skeleton, and the reason if there are none."""
     frames, reason = [], ""
     with Client(endpoint, keep="all") as client:
         patience = time.monotonic() + 10.0
@@ -90,7 +90,7 @@ def seen(subject):
 
 
 def heading(frames):
-    """The angle that shows the way of the first subject across the picture."""
+    """The view angle for which the first subject moves across the picture."""
     roots = [next(s for s in f.subjects.values() if len(s.bones)).bones.positions[0] for f in (frames[0], frames[-1])]
     along = roots[1] - roots[0]
     return math.atan2(float(along[1]), float(along[0])) + VIEW_RAD
@@ -143,7 +143,7 @@ def main():
         return 0
     frames, reason = watch(chosen.endpoint, chosen.seconds)
     if not frames:
-        print(f"draw: no skeleton came from {chosen.endpoint}: {reason}", file=sys.stderr)
+        print(f"draw: no skeleton arrived from {chosen.endpoint}: {reason}", file=sys.stderr)
         return 69
     with open(chosen.file, "w", encoding="utf-8") as file:
         file.write(draw(frames, max(chosen.poses, 1), chosen.labels))

@@ -1,4 +1,4 @@
-"""Prints where the head of each tracked subject is, and why nothing comes. usage: example.py [ENDPOINT [SECONDS]]"""
+"""Prints the position of the first bone of each tracked subject, or why no data arrives. usage: example.py [ENDPOINT [SECONDS]]"""
 
 import sys
 import time

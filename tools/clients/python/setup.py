@@ -1,4 +1,4 @@
-"""Adds the messages' Python code (mocap/v1/*_pb2.py), made by protoc from the project's proto/, to what is built."""
+"""Adds the Python code of the messages (mocap/v1/*_pb2.py) to the package; protoc generates the code from proto/."""
 
 import pathlib
 import subprocess
@@ -14,7 +14,7 @@ class BuildWithMessages(build_py):
         super().run()
         messages = sorted(PROTO.glob("mocap/v1/*.proto"))
         if not messages:
-            raise SystemExit(f"{PROTO}: no mocap/v1/*.proto there; install from a clone of the whole project")
+            raise SystemExit(f"{PROTO}: no mocap/v1/*.proto found; install from a complete clone of the project")
         subprocess.run(["protoc", f"--proto_path={PROTO}", f"--python_out={self.build_lib}", *map(str, messages)], check=True)
 
 

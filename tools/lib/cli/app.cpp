@@ -1,6 +1,8 @@
 #include "lib/cli/app.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <sstream>
 
 #include "base/exit_codes.h"
 #include "base/expects.h"
@@ -12,7 +14,92 @@ int print_error(const CLI::App& app, const CLI::ParseError& error) {
   return app.exit(error) == 0 ? kExitOk : kExitUsage;
 }
 
+constexpr std::size_t kColumns = 80;
+
+// Breaks each line of `text` between words, so that no line has more than `columns` characters unless a word has.
+std::string wrapped(const std::string& text, std::size_t columns) {
+  std::string all;
+  std::size_t used = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find_first_of(" \n", begin), text.size());
+    const std::size_t length = end - begin;
+    if (used > 0 && used + 1 + length > columns) {
+      all += '\n';
+      used = 0;
+    } else if (used > 0) {
+      all += ' ';
+      ++used;
+    }
+    all.append(text, begin, length);
+    used += length;
+    if (end < text.size() && text[end] == '\n') {
+      all += '\n';
+      used = 0;
+    }
+    begin = end + 1;
+  }
+  return all;
+}
+
+// Indents each line but the first.
+std::string indented(std::string text, std::size_t columns) {
+  for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', end + 1)) {
+    text.insert(end + 1, columns, ' ');
+  }
+  return text;
+}
+
+// A line of a footer in lines of 80 columns. The explanation that follows a command after two or more spaces moves to
+// the next line.
+std::string wrapped_example(const std::string& line) {
+  constexpr std::size_t kIndent = 6;
+  if (line.size() <= kColumns) return line;
+  const std::size_t begin = line.find_first_not_of(' ');
+  const std::size_t gap = line.find("  ", begin);
+  const std::string explanation = std::string(kIndent, ' ');
+  if (gap != std::string::npos) {
+    const std::string right = line.substr(line.find_first_not_of(' ', gap));
+    return wrapped_example(line.substr(0, gap)) + '\n' + explanation +
+           indented(wrapped(right, kColumns - kIndent), kIndent);
+  }
+  if (begin == 0) return wrapped(line, kColumns);
+  if (begin > kIndent) return explanation + indented(wrapped(line.substr(begin), kColumns - kIndent), kIndent);
+  // A command: the shell continues a line that ends with a backslash.
+  std::string command = indented(wrapped(line.substr(begin), kColumns - kIndent - 2), kIndent);
+  for (std::size_t end = command.find('\n'); end != std::string::npos; end = command.find('\n', end + 3)) {
+    command.insert(end, " \\");
+  }
+  return std::string(begin, ' ') + command;
+}
+
+// The help text of CLI11 in lines of 80 columns.
+class Formatter : public CLI::Formatter {
+ public:
+  std::string make_option_desc(const CLI::Option* option) const override {
+    return wrapped(CLI::Formatter::make_option_desc(option), kColumns - column_width_);
+  }
+  std::string make_subcommand(const CLI::App* subcommand) const override {
+    std::ostringstream out;
+    CLI::detail::format_help(out, subcommand->get_name(),
+                             wrapped(subcommand->get_description(), kColumns - column_width_), column_width_);
+    return out.str();
+  }
+  std::string make_description(const CLI::App* app) const override {
+    return wrapped(CLI::Formatter::make_description(app), kColumns);
+  }
+  std::string make_footer(const CLI::App* app) const override {
+    std::istringstream lines(CLI::Formatter::make_footer(app));
+    std::string all;
+    for (std::string line; std::getline(lines, line);) all += wrapped_example(line) + '\n';
+    return all;
+  }
+};
+
 }  // namespace
+
+std::string version_of(std::string_view name) {
+  return std::string(name.substr(0, name.find(' '))) + " " MOCAP_VERSION;
+}
 
 Check::Check(CLI::Validator condition) : condition_(std::make_unique<CLI::Validator>(std::move(condition))) {}
 Check::Check(Check&&) noexcept = default;
@@ -84,8 +171,15 @@ Option* Option::transform(std::function<std::string(std::string)> replacement) {
 Option::operator bool() const { return static_cast<bool>(option_); }
 
 App::App(std::string about, std::string name)
-    : own_(std::make_unique<CLI::App>(std::move(about), std::move(name))), app_(*own_) {}
-App::App(CLI::App& subcommand) : app_(subcommand) {}
+    : own_(std::make_unique<CLI::App>(std::move(about), std::move(name))),
+      app_(*own_),
+      version_(version_of(own_->get_name())) {
+  app_.formatter(std::make_shared<Formatter>());  // subcommands inherit it
+  app_.set_version_flag("--version", version_);
+}
+App::App(CLI::App& subcommand, std::string version) : app_(subcommand), version_(std::move(version)) {
+  app_.set_version_flag("--version", version_)->group("");  // works, but is not listed
+}
 App::~App() = default;
 
 Option* App::keep(CLI::Option* option) { return options_.emplace_back(std::make_unique<Option>(*option)).get(); }
@@ -125,10 +219,12 @@ Option* App::add_flag(std::string name, bool& value, std::string help) {
 
 App* App::add_subcommand(std::string name, std::string about) {
   CLI::App* const subcommand = app_.add_subcommand(std::move(name), std::move(about));
-  return subcommands_.emplace_back(std::make_unique<App>(*subcommand)).get();
+  return subcommands_.emplace_back(std::make_unique<App>(*subcommand, version_)).get();
 }
 
 void App::footer(std::string text) { app_.footer(std::move(text)); }
+
+void App::examples(std::string lines) { app_.footer("examples:\n" + std::move(lines)); }
 
 void App::require_subcommand(int count) { app_.require_subcommand(count); }
 
@@ -160,19 +256,5 @@ App* App::get_subcommand(const std::string& name) const {
 Option* App::get_option(const std::string& name) { return keep(app_.get_option(name)); }
 
 std::string App::get_name() const { return app_.get_name(); }
-
-std::vector<const App*> App::subcommands() const {
-  std::vector<const App*> all;
-  for (const auto& subcommand : subcommands_) all.push_back(subcommand.get());
-  return all;
-}
-
-std::vector<std::string> App::option_names() const {
-  std::vector<std::string> names;
-  for (const CLI::Option* option : app_.get_options()) {
-    for (const std::string& name : option->get_lnames()) names.push_back(name);
-  }
-  return names;
-}
 
 }  // namespace mocap::cli

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -70,7 +71,7 @@ class Option {
   Option* capture_default_str();
   /// The placeholder of the value in the help text.
   Option* type_name(std::string name);
-  /// The heading of the help text under which the option stands.
+  /// The heading of the help text under which the option stands; empty: the option is not shown.
   Option* group(std::string name);
   Option* required();
   Option* excludes(Option* other);
@@ -99,14 +100,17 @@ concept OptionValue = std::same_as<T, bool> || std::same_as<T, int> || std::same
     std::same_as<T, std::vector<double>> || std::same_as<T, std::vector<std::string>> ||
     std::same_as<T, std::vector<std::filesystem::path>>;
 
-/// The command line of a program, or of one subcommand.
-///
-/// A thin cover of CLI11: app.cpp alone includes CLI11's header, because the code of that header takes 6 s to compile
-/// in every file that includes it. The variables and the callbacks that are given to an App must outlive App::parse().
+/// "PROGRAM VERSION", the line that --version prints. `name`: "PROGRAM" or "PROGRAM COMMAND".
+std::string version_of(std::string_view name);
+
+/// The command line of a program, or of one subcommand. The first word of `name` is the program's, for --version, which
+/// each subcommand takes too.
+/// A thin wrapper of CLI11. Only app.cpp includes the header of CLI11, which takes 6 s to compile in each file. The
+/// variables and the callbacks that are given to an App must outlive App::parse().
 class App {
  public:
   explicit App(std::string about, std::string name = "");
-  explicit App(CLI::App& subcommand);  ///< for add_subcommand
+  App(CLI::App& subcommand, std::string version);  ///< for add_subcommand
   ~App();
   App(const App&) = delete;
   App& operator=(const App&) = delete;
@@ -125,6 +129,8 @@ class App {
 
   /// Prints `text` below the help text.
   void footer(std::string text);
+  /// Prints "examples:" and these lines below the help text. Every program and subcommand has examples of its own.
+  void examples(std::string lines);
   void require_subcommand(int count);
   /// Calls `run` when the command line has this subcommand.
   void callback(std::function<void()> run);
@@ -142,15 +148,13 @@ class App {
   App* get_subcommand(const std::string& name) const;
   Option* get_option(const std::string& name);
   std::string get_name() const;
-  std::vector<const App*> subcommands() const;
-  /// The long names of all options, without the dashes.
-  std::vector<std::string> option_names() const;
 
  private:
   Option* keep(CLI::Option* option);
 
   std::unique_ptr<CLI::App> own_;  // empty in a subcommand: the App above owns it
   CLI::App& app_;
+  std::string version_;  // what --version prints
   std::vector<std::unique_ptr<Option>> options_;
   std::vector<std::unique_ptr<App>> subcommands_;
 };

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::size_t kMost = 2048;
 constexpr std::size_t kMostPairs = 1 << 16;
-// Dearer than any distance, so that another match is always worth it.
+// Cost of an unassigned object or track. It exceeds any distance, so that the number of matches is maximised first.
 constexpr double kAlone = 1e6;
 
 }  // namespace

@@ -45,8 +45,8 @@ void put(nlohmann::ordered_json& into, const SkeletonCounts& b) {
   into["joint_rms_mm"] = or_null(b.joint_rms_mm());
   into["joint_max_mm"] = b.joints > 0 ? nlohmann::ordered_json(1000.0 * b.max_m) : nlohmann::ordered_json(nullptr);
   into["rotation_rms_deg"] = or_null(b.rotation_rms_deg());
-  into["rotation_told_deg"] = or_null(b.rotation_told_deg());
-  into["rotation_untold_deg"] = or_null(b.rotation_untold_deg());
+  into["rotation_told_deg"] = or_null(b.rotation_observable_deg());
+  into["rotation_untold_deg"] = or_null(b.rotation_unobservable_deg());
   into["jitter_mm"] = or_null(b.jitter_mm());
   into["hidden_joint_rms_mm"] = or_null(b.hidden_joint_rms_mm());
   into["hidden_joints"] = b.hidden_joints;

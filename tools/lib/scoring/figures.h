@@ -10,18 +10,18 @@
 
 namespace mocap::scoring {
 
-/// A number, or null where it is absent or infinite.
+/// The figure as a JSON number, or null if the figure is absent or infinite.
 nlohmann::ordered_json or_null(const std::optional<double>& figure);
 
-/// The figures under the names that stand in all reports.
+/// Adds the figures to a JSON object, with the same keys in all reports.
 void put(nlohmann::ordered_json& into, const LabelCounts& labels);
 void put(nlohmann::ordered_json& into, const SkeletonCounts& bones);
 void put(nlohmann::ordered_json& into, const ClearMot::Counts& mot);
 
-/// "12.34", or "-" where there is none.
+/// The figure as text with `digits` decimals, or "-" if the figure is absent.
 std::string cell(const std::optional<double>& figure, int digits);
 
-/// The mean time to a first name; nothing where a subject never had one.
+/// The mean time to the first label over the subjects. Empty if a subject was never labelled.
 std::optional<double> first_label_s(const LabelCounts& labels);
 
 }  // namespace mocap::scoring

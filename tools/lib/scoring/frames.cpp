@@ -8,8 +8,8 @@
 #include <fstream>
 #include <iostream>
 
-#include "wire/decode.h"
-#include "wire/json.h"
+#include "wire/codec/decode.h"
+#include "wire/codec/json.h"
 
 namespace mocap::scoring {
 namespace {
@@ -28,7 +28,7 @@ Result<std::vector<EvalFrame>> read_stream(std::istream& in, const std::string& 
   std::vector<EvalFrame> frames;
   std::string line;
   for (std::size_t number = 1; std::getline(in, line); ++number) {
-    const bool cut_off = in.eof();  // the line has no end
+    const bool cut_off = in.eof();  // the last line lacks its newline
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     Result<EvalFrame> frame = read_line(line);
     if (frame) {

@@ -7,9 +7,10 @@
 namespace mocap::scoring {
 namespace {
 
-constexpr Duration kOutageFrom = std::chrono::milliseconds(100);
-constexpr double kNamedAgain = 0.9;
-constexpr double kNearerBy = 0.5;  // noise makes nobody's neighbour half as far as himself
+constexpr Duration kOutageFrom = std::chrono::milliseconds(100);  // shortest outage that counts
+constexpr double kNamedAgain = 0.9;  // share of the visible markers with the right label that ends an outage
+constexpr double kNearerBy =
+    0.5;  // measurement noise alone never makes another marker half as far away as the own marker
 
 std::optional<double> share(std::uint64_t part, std::uint64_t whole) {
   if (whole == 0) return std::nullopt;
@@ -81,22 +82,22 @@ void LabelCounts::add(const LabelCounts& other) {
   reacquire_s.insert(reacquire_s.end(), other.reacquire_s.begin(), other.reacquire_s.end());
 }
 
-void LabelScorer::add(const EvalFrame& truth, const EvalFrame& said) {
-  if (!begun_at_) begun_at_ = said.exposed_at;
+void LabelScorer::add(const EvalFrame& truth, const EvalFrame& reported) {
+  if (!begun_at_) begun_at_ = reported.exposed_at;
   for (const NamedMarker& marker : truth.markers) subjects_.try_emplace(marker.subject);
   for (auto& [id, subject] : subjects_) {
     const auto measured = [&, id = id](const NamedMarker& name) {
       return name.subject == id && name.state == LabelState::Measured;
     };
-    if (!subject.begun && std::ranges::any_of(said.markers, measured)) {
+    if (!subject.begun && std::ranges::any_of(reported.markers, measured)) {
       subject.begun = true;
-      subject.counts.first_label_s.push_back(to_s(said.exposed_at - *begun_at_));
+      subject.counts.first_label_s.push_back(to_s(reported.exposed_at - *begun_at_));
     }
-    const Verdicts verdicts = judge(id, subject, truth, said);
-    follow_outage(subject, verdicts, said.exposed_at);
+    const Verdicts verdicts = judge(id, subject, truth, reported);
+    follow_outage(subject, verdicts, reported.exposed_at);
   }
-  count_mot(truth, said);
-  count_ghosts(truth, said);
+  count_mot(truth, reported);
+  count_ghosts(truth, reported);
 }
 
 void LabelScorer::end_event(WrongEvent& run, LabelCounts& counts) {
@@ -152,13 +153,13 @@ LabelScorer::Judged LabelScorer::judge_name(const NamedMarker& name, const EvalF
 }
 
 LabelScorer::Verdicts LabelScorer::judge(std::uint32_t id, Subject& subject, const EvalFrame& truth,
-                                         const EvalFrame& said) {
+                                         const EvalFrame& reported) {
   LabelCounts& counts = subject.begun ? subject.counts : subject.before;
   Verdicts verdicts;
   ++counts.sets;
   std::uint32_t markers = 0;
   for (const NamedMarker& m : truth.markers) markers = m.subject == id ? std::max(markers, m.marker + 1) : markers;
-  for (const NamedMarker& m : said.markers) markers = m.subject == id ? std::max(markers, m.marker + 1) : markers;
+  for (const NamedMarker& m : reported.markers) markers = m.subject == id ? std::max(markers, m.marker + 1) : markers;
   if (subject.wrong_run.size() < markers) subject.wrong_run.resize(markers);
   std::vector<NameState> states(subject.wrong_run.size(), NameState::Unseen);
   for (const NamedMarker& m : truth.markers) {
@@ -166,14 +167,14 @@ LabelScorer::Verdicts LabelScorer::judge(std::uint32_t id, Subject& subject, con
     ++verdicts.visible;
     states[m.marker] = NameState::Lost;
   }
-  for (const NamedMarker& name : said.markers) {
+  for (const NamedMarker& name : reported.markers) {
     if (name.subject != id) continue;
     const bool visible = states[name.marker] == NameState::Lost;
     const Judged judged = judge_name(name, truth, counts);
     const NameState state = judged.state;
     if (state != NameState::Unseen) states[name.marker] = state;
     if (state == NameState::Wrong)
-      note_wrong(name, judged, subject.wrong_run[name.marker], to_s(said.exposed_at - *begun_at_));
+      note_wrong(name, judged, subject.wrong_run[name.marker], to_s(reported.exposed_at - *begun_at_));
     verdicts.right += visible && state == NameState::Right ? 1U : 0U;
     verdicts.wrong += state == NameState::Wrong ? 1U : 0U;
   }
@@ -187,9 +188,9 @@ LabelScorer::Verdicts LabelScorer::judge(std::uint32_t id, Subject& subject, con
     const auto whole = [&](const SubjectSaid& s) {
       return s.subject == id && s.phase == SubjectPhase::Tracking && s.whole;
     };
-    counts.tracked_sets += std::ranges::any_of(said.subjects, whole) ? 1U : 0U;
+    counts.tracked_sets += std::ranges::any_of(reported.subjects, whole) ? 1U : 0U;
   }
-  if (keeps_timeline_) keep(id, states, to_s(said.exposed_at - *begun_at_));
+  if (keeps_timeline_) keep(id, states, to_s(reported.exposed_at - *begun_at_));
   return verdicts;
 }
 
@@ -221,8 +222,9 @@ void LabelScorer::follow_outage(Subject& subject, const Verdicts& verdicts, Time
   subject.reacquiring = false;
 }
 
-// Objects are the visible markers; names on others may be right or not, and count for nothing.
-void LabelScorer::count_mot(const EvalFrame& truth, const EvalFrame& said) {
+// The objects of CLEAR-MOT are the visible markers. A label of an invisible marker is not counted, unless it lies
+// within 20 mm of a visible marker.
+void LabelScorer::count_mot(const EvalFrame& truth, const EvalFrame& reported) {
   objects_.clear();
   tracks_.clear();
   pairs_.clear();
@@ -232,7 +234,7 @@ void LabelScorer::count_mot(const EvalFrame& truth, const EvalFrame& said) {
     objects_.push_back(name_of(m));
     own_.push_back(&m);
   }
-  for (const NamedMarker& name : said.markers) {
+  for (const NamedMarker& name : reported.markers) {
     if (name.state != LabelState::Measured) continue;
     const std::size_t before = pairs_.size();
     const auto track = static_cast<std::uint32_t>(tracks_.size());
@@ -247,9 +249,9 @@ void LabelScorer::count_mot(const EvalFrame& truth, const EvalFrame& said) {
   mot_.add(objects_, tracks_, pairs_);
 }
 
-void LabelScorer::count_ghosts(const EvalFrame& truth, const EvalFrame& said) {
-  unlabelled_ += said.unlabelled_m.size();
-  for (const Eigen::Vector3d& found : said.unlabelled_m) {
+void LabelScorer::count_ghosts(const EvalFrame& truth, const EvalFrame& reported) {
+  unlabelled_ += reported.unlabelled_m.size();
+  for (const Eigen::Vector3d& found : reported.unlabelled_m) {
     const auto near = [&](const NamedMarker& m) { return (found - m.position_m).norm() <= kGhostFrom_m; };
     const auto near_nameless = [&](const Eigen::Vector3d& at) { return (found - at).norm() <= kGhostFrom_m; };
     if (std::ranges::none_of(truth.markers, near) && std::ranges::none_of(truth.unlabelled_m, near_nameless)) ++ghosts_;

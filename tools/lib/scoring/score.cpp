@@ -9,7 +9,7 @@ namespace {
 constexpr double kMm = 1000.0;
 constexpr double kDegrees = 180.0 / 3.141592653589793;
 
-// Root mean square and largest of what it is given.
+// Root mean square and maximum of the added values.
 class Spread {
  public:
   void add(double value) {
@@ -39,12 +39,12 @@ class Judge {
  public:
   explicit Judge(const ScoreSettings& settings) : settings_(settings) {}
 
-  void judge(const EvalFrame& truth, const EvalFrame& said) {
+  void judge(const EvalFrame& truth, const EvalFrame& reported) {
     ++score_.frames;
-    if (said.expected_views > 0 && said.views >= said.expected_views) ++complete_;
-    judge_labels(truth, said);
-    judge_bones(truth, said);
-    judge_unlabelled(truth, said);
+    if (reported.expected_views > 0 && reported.views >= reported.expected_views) ++complete_;
+    judge_labels(truth, reported);
+    judge_bones(truth, reported);
+    judge_unlabelled(truth, reported);
   }
 
   Score take() {
@@ -62,9 +62,9 @@ class Judge {
   }
 
  private:
-  void judge_labels(const EvalFrame& truth, const EvalFrame& said) {
+  void judge_labels(const EvalFrame& truth, const EvalFrame& reported) {
     score_.labels_expected += truth.markers.size();
-    for (const NamedMarker& marker : said.markers) {
+    for (const NamedMarker& marker : reported.markers) {
       const NamedMarker* own =
           find(truth.markers, [&](const auto& m) { return m.subject == marker.subject && m.marker == marker.marker; });
       if (own == nullptr) {
@@ -91,8 +91,8 @@ class Judge {
            }) != nullptr;
   }
 
-  void judge_bones(const EvalFrame& truth, const EvalFrame& said) {
-    for (const PosedBone& bone : said.bones) {
+  void judge_bones(const EvalFrame& truth, const EvalFrame& reported) {
+    for (const PosedBone& bone : reported.bones) {
       const PosedBone* own =
           find(truth.bones, [&](const auto& b) { return b.subject == bone.subject && b.bone == bone.bone; });
       if (own == nullptr) continue;
@@ -101,9 +101,9 @@ class Judge {
     }
   }
 
-  void judge_unlabelled(const EvalFrame& truth, const EvalFrame& said) {
-    score_.unlabelled += said.unlabelled_m.size();
-    for (const Eigen::Vector3d& found : said.unlabelled_m) {
+  void judge_unlabelled(const EvalFrame& truth, const EvalFrame& reported) {
+    score_.unlabelled += reported.unlabelled_m.size();
+    for (const Eigen::Vector3d& found : reported.unlabelled_m) {
       const auto near = [&](const NamedMarker& m) {
         return kMm * (found - m.position_m).norm() <= settings_.ghost_from_mm;
       };
@@ -114,7 +114,7 @@ class Judge {
   ScoreSettings settings_;
   Score score_;
   std::uint64_t complete_ = 0;
-  std::uint64_t given_ = 0;  // names that the truth has too
+  std::uint64_t given_ = 0;  // reported labels that the truth contains
   Spread measured_mm_;
   Spread filled_mm_;
   Spread joints_mm_;

@@ -23,7 +23,7 @@ PosedBone between(const PosedBone& a, const PosedBone& b, double share) {
 std::pair<std::uint32_t, std::uint32_t> name_of(const NamedMarker& m) { return {m.subject, m.marker}; }
 std::pair<std::uint32_t, std::uint32_t> name_of(const PosedBone& b) { return {b.subject, b.bone}; }
 
-// Both lists stand in the order of their names.
+// Both lists are sorted by label.
 template <class Thing>
 std::vector<Thing> between(const std::vector<Thing>& a, const std::vector<Thing>& b, double share) {
   std::vector<Thing> mixed;

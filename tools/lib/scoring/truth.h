@@ -8,17 +8,17 @@
 
 namespace mocap::scoring {
 
-/// The truth at any instant, straight on between the instants at which it is known.
+/// The truth at any instant. Between the known instants, positions are interpolated linearly and rotations by slerp.
 class Truth {
  public:
-  /// Fails with InvalidArgument when there are no frames or their instants do not rise.
+  /// Fails with InvalidArgument if `frames` is empty or its instants do not increase strictly.
   static Result<Truth> of(std::vector<EvalFrame> frames);
 
-  /// Markers and bones that both neighbouring frames know. Outside the known instants, and where frames are missing in
-  /// the truth, the nearest frame where it is within half a period; otherwise nothing.
+  /// The markers and bones that both neighbouring frames contain. Outside the known instants, and in a gap of the
+  /// truth, the nearest frame if it is at most half a period away; otherwise empty.
   std::optional<EvalFrame> at(Timestamp when) const;
 
-  /// Median distance of its instants; a second where there is one frame only.
+  /// The median period of the frames. 1 s if there is only one frame.
   Duration period() const { return period_; }
 
  private:

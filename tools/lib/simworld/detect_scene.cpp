@@ -9,7 +9,8 @@ namespace mocap::simworld {
 namespace {
 
 constexpr double kTop_grey = 255.0;
-constexpr double kGap_px = 8.0;  // between what must not touch: the blur, and the border that a blob is grown by, twice
+constexpr double kGap_px =
+    8.0;  // least distance of two pieces: twice the sum of the blur and the border by which a blob is grown
 constexpr int kTries = 20000;
 constexpr int kClutterPieces = 60;
 
@@ -22,7 +23,7 @@ bool apart(const Piece& a, const Piece& b) {
          std::abs(a.y - b.y) > a.half_height + b.half_height + kGap_px;
 }
 
-/// Places pieces so that none touches another.
+/// Places pieces at random positions so that no piece touches another.
 class Layout {
  public:
   Layout(const DetectSceneSettings& settings, std::uint64_t seed) : settings_(settings), random_(seed) {}
@@ -49,7 +50,7 @@ class Layout {
   std::vector<Piece> taken_;
 };
 
-/// Lamps, edges and cables: none is a marker.
+/// Bright rectangles in the shape of lamps, edges and cables.
 std::vector<Piece> clutter_of(Layout& layout) {
   std::vector<Piece> pieces;
   for (int i = 0; i < kClutterPieces; ++i) {
@@ -64,7 +65,7 @@ std::vector<Piece> clutter_of(Layout& layout) {
 double phi(double x) { return std::exp(-0.5 * x * x) / std::sqrt(2.0 * std::numbers::pi); }
 double cumulated(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
 
-/// The light of a blurred disc of brightness 1 about (dx, dy) on the pixel at the origin.
+/// The light on the pixel at the origin from a blurred disc of brightness 1 with centre (dx, dy), px.
 double light_on_pixel(double dx, double dy, double radius_px) {
   const double s = kPointSpread_px;
   const auto integral = [s](double x) { return x * cumulated(x / s) + s * phi(x / s); };
@@ -81,8 +82,9 @@ double light_on_pixel(double dx, double dy, double radius_px) {
   return light;
 }
 
-/// What a pixel of that grey tells of its own grey, times the variance: less where the end of the range cuts the noise.
-double told_by(double grey, double sigma) {
+/// Fisher information of one pixel value about its mean `grey`, times the noise variance. 1 within the range; less
+/// where saturation at kTop_grey censors the noise.
+double censored_information(double grey, double sigma) {
   const double z = (kTop_grey - grey) / sigma;
   if (z > 6.0) return 1.0;
   if (z < -6.0) return 0.0;
@@ -130,13 +132,14 @@ std::vector<DetectImage> draw_images(const DetectSceneSettings& settings, int co
 
 double centroid_bound_px(const scene::Disc& disc, const DetectSceneSettings& settings) {
   constexpr double kStep_px = 1e-3;
-  // Half the diagonal of a pixel and 6 standard deviations of the blur from the edge, light is flat: it tells nothing.
+  // Pixels farther from the edge of the disc than half a pixel diagonal plus 6 standard deviations of the blur have no
+  // intensity gradient, so they carry no information about the position.
   constexpr double kRim_px = 0.71 + 6.0 * kPointSpread_px;
   const double sigma = std::sqrt(settings.noise_grey * settings.noise_grey + 1.0 / 12.0);
   const int reach = static_cast<int>(std::ceil(disc.radius_px + 5.0));
   const int middle_x = static_cast<int>(std::lround(disc.begin_px.x()));
   const int middle_y = static_cast<int>(std::lround(disc.begin_px.y()));
-  double told_x = 0.0, told_y = 0.0;
+  double information_x = 0.0, information_y = 0.0;
   for (int y = middle_y - reach; y <= middle_y + reach; ++y) {
     for (int x = middle_x - reach; x <= middle_x + reach; ++x) {
       const double dx = disc.begin_px.x() - x, dy = disc.begin_px.y() - y;
@@ -144,12 +147,12 @@ double centroid_bound_px(const scene::Disc& disc, const DetectSceneSettings& set
       const auto light = [&](double u, double v) { return settings.peak_grey * light_on_pixel(u, v, disc.radius_px); };
       const double slope_x = (light(dx + kStep_px, dy) - light(dx - kStep_px, dy)) / (2.0 * kStep_px);
       const double slope_y = (light(dx, dy + kStep_px) - light(dx, dy - kStep_px)) / (2.0 * kStep_px);
-      const double told = told_by(kBackground_grey + light(dx, dy), sigma) / (sigma * sigma);
-      told_x += told * slope_x * slope_x;
-      told_y += told * slope_y * slope_y;
+      const double information = censored_information(kBackground_grey + light(dx, dy), sigma) / (sigma * sigma);
+      information_x += information * slope_x * slope_x;
+      information_y += information * slope_y * slope_y;
     }
   }
-  return std::sqrt(0.5 * (1.0 / told_x + 1.0 / told_y));
+  return std::sqrt(0.5 * (1.0 / information_x + 1.0 / information_y));
 }
 
 }  // namespace mocap::simworld

@@ -29,7 +29,7 @@ std::span<const std::uint32_t> DrawnBlobs::see(std::size_t camera, std::uint64_t
   into = eye.detector->detect({eye.pixels, stride, eye.width_px, eye.height_px, PixelFormat::Mono8}).blobs;
   blob_of_.assign(spots.size(), BlobMaker::kNone);
   for (std::size_t i = 0; i < spots.size(); ++i) {
-    double least_px = spots[i].radius_px + 2.0;  // a blob of two discs has its middle between them
+    double least_px = spots[i].radius_px + 2.0;  // the centroid of a merged blob lies between its discs
     for (std::uint32_t b = 0; b < into.size(); ++b) {
       const double off_px = (into[b].centroid.v - spots[i].centre_px).norm();
       if (off_px >= least_px) continue;

@@ -13,13 +13,13 @@
 
 namespace mocap::simworld {
 
-/// The slow way to the blobs of an image, to hold BlobMaker against: it is drawn, and the daemon's detector looks at
-/// it. Lights do not move within an exposure.
+/// Reference for BlobMaker: draws the image and runs the daemon's detector on it. Lights do not move during an
+/// exposure.
 class DrawnBlobs {
  public:
   DrawnBlobs(const Rig& rig, std::uint64_t seed);
 
-  /// As BlobMaker::see, for image `number` of a camera.
+  /// Like BlobMaker::see(), for image `number` of a camera.
   std::span<const std::uint32_t> see(std::size_t camera, std::uint64_t number, std::span<const Spot> spots,
                                      Blobs& into);
 

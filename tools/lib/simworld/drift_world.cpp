@@ -4,26 +4,11 @@
 #include <numbers>
 #include <utility>
 
+#include "lib/simworld/irregular_rig.h"
 #include "scene/random.h"
-#include "scene/ring_rig.h"
-#include "settings/rig_file.h"
 
 namespace mocap::simworld {
 namespace {
-
-Eigen::Vector3d direction(scene::Random& random) {
-  return Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized();
-}
-
-// Cameras that nobody has set up with a ruler.
-Rig rig_of(const SceneFile& scene, scene::Random& random) {
-  Rig rig = scene::ring_rig(scene.ring);
-  for (CameraModel& camera : rig) {
-    const Eigen::Vector3d eye = camera.centre().v + 0.2 * random.normal() * direction(random);
-    camera.camera_from_world = scene::look_at(eye, Eigen::Vector3d(0.0, 0.0, 1.0) + 0.2 * direction(random));
-  }
-  return rig;
-}
 
 Result<std::unique_ptr<SceneWorld>> world_of(const SceneFile& scene, const Rig& rig, std::uint64_t seed) {
   auto performers = make_performers(scene, {}, seed);
@@ -37,21 +22,16 @@ Result<std::unique_ptr<SceneWorld>> world_of(const SceneFile& scene, const Rig& 
 
 Result<DriftWorld> DriftWorld::make(const SceneFile& scene, const Bump& bump, std::uint64_t seed) {
   scene::Random random(scene::mixed(seed ^ 0xD21F7));
-  Rig rig;
-  if (scene.rig_file.empty()) {
-    rig = rig_of(scene, random);
-  } else {
-    auto loaded = settings::load_rig(scene.rig_file);
-    if (!loaded) return Error{ErrorCode::InvalidArgument, settings::to_text(loaded.error())};
-    rig = *std::move(loaded);
-  }
+  auto made = irregular_rig(scene, random);
+  if (!made) return made.error();
+  const Rig rig = *std::move(made);
   DriftWorld world;
   world.at_s_ = bump.at_s;
   world.camera_ = static_cast<std::uint32_t>(random.bits() % rig.size());
   Rig truth = rig;
   CameraModel& camera = truth[world.camera_];
-  const Eigen::Vector3d centre = camera.centre().v + 1e-3 * bump.move_mm * direction(random);
-  const Eigen::AngleAxisd turn(bump.turn_deg * std::numbers::pi / 180.0, direction(random));
+  const Eigen::Vector3d centre = camera.centre().v + 1e-3 * bump.move_mm * random_direction(random);
+  const Eigen::AngleAxisd turn(bump.turn_deg * std::numbers::pi / 180.0, random_direction(random));
   camera.camera_from_world.rotation = turn * camera.camera_from_world.rotation;
   camera.camera_from_world.translation = -(camera.camera_from_world.rotation * centre);
   auto before = world_of(scene, rig, seed);

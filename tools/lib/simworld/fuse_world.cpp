@@ -17,9 +17,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kRadius_px = 3.0;  // of a marker's disc
-// How far each of the people is off the middle of the volume, m. They walk through each other: only their markers are
-// seen.
+constexpr double kRadius_px = 3.0;  // radius of a marker's disc
+// Offset of each person from the middle of the volume, m. People walk through each other because only markers are
+// simulated.
 constexpr std::array<std::pair<double, double>, 8> kPlaces_m{
     {{0.0, 0.0}, {0.7, 0.5}, {-0.7, -0.4}, {0.5, -0.8}, {-0.5, 0.8}, {1.0, -0.2}, {-1.0, 0.2}, {0.1, 0.9}}};
 constexpr std::array<const char*, 4> kPrograms{"walk", "walk:6,wave:4,walk", "walk:3,crouch:3,walk", "spin:4,walk"};
@@ -34,11 +34,11 @@ scene::Program program_of(std::size_t person) { return *scene::parse_program(kPr
 
 }  // namespace
 
-FuseWorld::FuseWorld(const FuseWorldSettings& settings, const MarkerSet& worn)
+FuseWorld::FuseWorld(const FuseWorldSettings& settings, const MarkerSet& marker_set)
     : settings_(settings), rig_(bent_ring(settings.cameras)), random_(settings.seed) {
   const auto wanted = static_cast<std::size_t>(settings.markers);
-  const std::size_t people = (wanted + worn.markers.size() - 1) / worn.markers.size();
-  for (std::size_t i = 0; i < people; ++i) people_.push_back(scene::make_procedural_actor(worn, program_of(i)));
+  const std::size_t people = (wanted + marker_set.markers.size() - 1) / marker_set.markers.size();
+  for (std::size_t i = 0; i < people; ++i) people_.push_back(scene::make_procedural_actor(marker_set, program_of(i)));
   for (std::uint32_t camera = 0; camera < rig_.size(); ++camera) {
     frames_.push_back(std::make_unique<BlobFrame>());
     frames_.back()->camera = CameraId{camera};
@@ -60,7 +60,7 @@ void FuseWorld::step(std::uint64_t number) {
 void FuseWorld::move(double t_s) {
   markers_.clear();
   for (std::size_t i = 0; i < people_.size(); ++i) {
-    // Each begins at another moment of the motion, told by the seed.
+    // Each person starts at a different time of the motion, which depends on the seed.
     const double begun_s = 1.7 * static_cast<double>(i) + static_cast<double>(settings_.seed % 97) * 0.31;
     people_[i]->at(begun_s + t_s, state_);
     const auto [x_m, y_m] = kPlaces_m[i % kPlaces_m.size()];
@@ -92,7 +92,7 @@ void FuseWorld::look(std::size_t camera) {
     add({random_.uniform() * model.width_px, random_.uniform() * model.height_px}, -1);
   }
   merge(lights_);
-  // A detector gives blobs from the top of the image to the bottom.
+  // A detector lists blobs from the top of the image to the bottom.
   std::ranges::sort(lights_, {}, [](const Light& light) { return light.blob.centroid.v.y(); });
 
   Blobs& blobs = frames_[camera]->blobs;
@@ -104,7 +104,7 @@ void FuseWorld::look(std::size_t camera) {
   }
 }
 
-// Two discs that touch are one blob, whose shape tells how far they are apart.
+// Joins discs that touch into one blob. The roundness of the blob depends on the distance of the discs.
 void FuseWorld::merge(std::vector<Light>& lights) {
   for (std::size_t i = 0; i < lights.size(); ++i) {
     for (std::size_t j = i + 1; j < lights.size(); ++j) {

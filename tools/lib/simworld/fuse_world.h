@@ -16,32 +16,32 @@ struct FuseWorldSettings {
   int cameras = 8;
   int markers = 40;
   double rate_hz = 120.0;
-  double sigma_px = 0.1;      ///< of each blob's centroid
-  double missed = 0.03;       ///< share of the views of a marker that give no blob
-  double false_blobs = 0.02;  ///< for each marker and image
+  double sigma_px = 0.1;      ///< standard deviation of a blob centroid, each axis
+  double missed = 0.03;       ///< probability that a view of a marker gives no blob
+  double false_blobs = 0.02;  ///< expected number for each marker and image
   std::uint64_t seed = 1;
 };
 
-/// A ring of cameras with bent lenses around people who walk, wave and crouch, and the blobs that the cameras see of
-/// them: with noise, misses, false blobs, and one blob for markers that touch. The bodies hide nothing.
+/// Blobs of a ring of cameras with lens distortion around people who walk, wave and crouch: with noise, missed
+/// detections, false blobs and merged blobs. Bodies hide no markers.
 class FuseWorld {
  public:
-  /// Everybody wears `worn`, until the markers are as many as wanted.
-  FuseWorld(const FuseWorldSettings& settings, const MarkerSet& worn);
+  /// Each person has the markers of `marker_set`. There are as many people as `settings.markers` needs.
+  FuseWorld(const FuseWorldSettings& settings, const MarkerSet& marker_set);
 
   const Rig& rig() const { return rig_; }
 
-  /// Goes on to set `number` (the first is 0).
+  /// Simulates set `number`. The first set is 0.
   void step(std::uint64_t number);
 
-  /// What the cameras saw, by camera.
+  /// The blobs of the current set, by camera.
   const std::vector<std::unique_ptr<BlobFrame>>& frames() const { return frames_; }
-  /// Where the markers are, and how many cameras show each by a blob of its own.
+  /// The true positions of the markers, and the number of cameras in which each has a blob of its own.
   const std::vector<WorldPoint>& markers() const { return markers_; }
   const std::vector<int>& views() const { return views_; }
 
  private:
-  // A blob, and the marker it is of; -1: of none, or of more than one.
+  // A blob and the index of its marker; -1 for a false or merged blob.
   struct Light {
     Blob blob;
     int marker;

@@ -23,12 +23,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-// People stand on a grid this wide, and each is this much ahead of the one before, or less where the recording is
-// short.
+// People stand on a grid with this spacing. Each person is ahead of the previous person by this time, or by less in a
+// short recording.
 constexpr double kApart_m = 0.9;
 constexpr double kOutOfStep_s = 0.73;
 
-// The lights of one recording, forth and back without end.
+// The lights of one recording, played forwards and backwards in an endless loop.
 class Clip {
  public:
   virtual ~Clip() = default;
@@ -38,8 +38,8 @@ class Clip {
   virtual void at(double t_s, std::vector<Light>& into) const = 0;
 };
 
-// The points of a C3D or TRC file but those that a model computed; up along z, the middle of all places at the middle
-// of the volume.
+// The measured points of a C3D or TRC file, without points that a model computed. Rotated so that z is up, and moved so
+// that the centre of all positions is the centre of the volume.
 class PointClip final : public Clip {
  public:
   explicit PointClip(scene::C3d points) : points_(std::move(points)) {
@@ -57,7 +57,7 @@ class PointClip final : public Clip {
   double rate_hz() const override { return points_.rate_hz; }
 
   void at(double t_s, std::vector<Light>& into) const override {
-    // Between samples only where it matters: at the recording's own rate every sample is met exactly.
+    // Interpolates between samples. At the rate of the recording, each sample is reproduced exactly.
     const double last = static_cast<double>(points_.frames - 1);
     double at = last > 0.0 ? std::fmod(t_s * points_.rate_hz, 2.0 * last) : 0.0;
     at = at > last ? 2.0 * last - at : at;
@@ -80,7 +80,8 @@ class PointClip final : public Clip {
     bool named;
   };
 
-  // People are taller than wide: of y and z the axis along which the markers of one instant lie farther apart is up.
+  // Chooses y or z as the vertical axis: the axis along which the markers of one instant have the larger variance,
+  // because people are taller than wide.
   void stand_up() {
     double spread_y = 0.0, spread_z = 0.0;
     Vector3d low = Vector3d::Constant(1e9), high = -low;
@@ -112,7 +113,7 @@ class PointClip final : public Clip {
   Vector3d to_middle_ = Vector3d::Zero();
 };
 
-// The joints of a BVH.
+// The joints of a BVH file.
 class JointClip final : public Clip {
  public:
   JointClip(std::unique_ptr<scene::Actor> actor, double length_s, double rate_hz)
@@ -145,7 +146,7 @@ class Crowd final : public PointMotion {
   }
 
   std::size_t light_count() const override { return markers_ + nameless_; }
-  // Until the first of them is at the end: who turns back there does so at once, as nobody can.
+  // Ends when the first person reaches the end of the clip: the reversal there is an unrealistic jump of the velocity.
   double length_s() const override { return clip_->length_s() - step_s_ * static_cast<double>(people_ - 1); }
   double rate_hz() const override { return clip_->rate_hz(); }
 
@@ -238,7 +239,7 @@ std::optional<double> number_of(const std::string& cell) {
   return value;
 }
 
-// Lines of a TRC file after its header: frame, time, x y z of each marker.
+// Adds one data line of a TRC file: frame, time, x y z of each marker.
 void add_trc_frame(const std::vector<std::string>& cells, double unit_m, scene::C3d& into) {
   for (std::size_t m = 0; m < into.labels.size(); ++m) {
     scene::C3dSample sample;

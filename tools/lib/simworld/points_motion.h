@@ -11,14 +11,14 @@
 
 namespace mocap::simworld {
 
-/// A point that shines: a marker, or a nameless light of a recording.
+/// A bright point: a marker, or an unlabelled point of a recording.
 struct Light {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m
-  bool there = false;                                  ///< false: the recording has a gap here
-  bool named = true;                                   ///< false: a nameless light of a recording
+  bool there = false;                                  ///< false in a gap of the recording
+  bool named = true;                                   ///< false: an unlabelled point of a recording
 };
 
-/// Lights that move: a recording's, worn by as many people as it takes, or a swarm made up.
+/// Moving lights: copies of a recording, or a random swarm.
 class PointMotion {
  public:
   virtual ~PointMotion() = default;
@@ -27,15 +27,16 @@ class PointMotion {
   virtual double length_s() const = 0;
   virtual double rate_hz() const = 0;  ///< of the recording
 
-  /// Where each light is, `t_s` after the beginning; always the same lights in the same order.
+  /// Replaces `into` with all lights at time `t_s` since the start. Number and order of the lights never change.
   virtual void at(double t_s, std::vector<Light>& into) const = 0;
 };
 
-/// The motion of a C3D, BVH or TRC file. `markers` of several people who stand apart and are out of step; 0: those of
-/// one. Nameless points of a C3D come with the first. Fails with NotFound, or InvalidArgument with what is wrong.
+/// Loads the motion of a C3D, BVH or TRC file. Copies the recorded person, displaced in space and time, until there are
+/// `markers` markers; 0: one person. The unlabelled points of a C3D file are added once. Fails with NotFound, or with
+/// InvalidArgument and the reason.
 Result<std::unique_ptr<PointMotion>> load_motion(const std::string& file, std::size_t markers);
 
-/// `markers` that wander about on smooth ways of their own, each up to about 2 m/s.
+/// A swarm of `markers` markers on independent smooth paths with speeds up to about 2 m/s.
 std::unique_ptr<PointMotion> make_swarm(std::size_t markers, std::uint64_t seed);
 
 }  // namespace mocap::simworld

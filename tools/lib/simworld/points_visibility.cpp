@@ -7,9 +7,9 @@ namespace mocap::simworld {
 namespace {
 
 constexpr double kSeenShare = 0.63;
-// Median and 90th percentile of how long a camera does not see a marker give a log-normal distribution (what is hidden
-// between two sets goes unnoticed, so that its median is under the measured one); nothing stays
-// hidden for longer than the end of an exercise.
+// The time for which a marker is hidden from a camera is log-normal, fitted to the measured median and 90th percentile
+// (see points_visibility.h). The median is smaller than the measured 0.04 s because occlusions between two samples are
+// not measured. The maximum bounds the tail of the distribution.
 constexpr double kMedianHidden_s = 0.025;
 constexpr double kSpreadHidden = 2.7;  // ln(0.8 / 0.025) / 1.2816
 constexpr double kMostHidden_s = 3.0;

@@ -8,18 +8,18 @@
 namespace mocap::simworld {
 
 enum class Visibility {
-  Perfect,   ///< every camera sees what lies in its image
-  Measured,  ///< hidden as often and as long as markers are from real cameras
+  Perfect,   ///< a camera sees each light inside its image
+  Measured,  ///< occlusions as frequent and as long as in recordings of real cameras
 };
 
-/// Which camera sees which light: as camera masks of real recordings tell it. There, a camera sees a marker 63 % of the
-/// time (3.6 to 4.6 of 6 to 7 cameras); once hidden it stays so for 4 frames of 100 Hz in the median, 80 at the 90th
-/// percentile. Cameras are hidden independently of each other.
+/// Random visibility of each light in each camera, with the statistics of the camera masks in real recordings: a camera
+/// sees a marker 63 % of the time (3.6 to 4.6 of 6 to 7 cameras), and a hidden marker stays hidden for 4 frames at 100
+/// Hz in the median and 80 frames at the 90th percentile. Cameras are independent.
 class VisibilityModel {
  public:
   VisibilityModel(Visibility kind, std::size_t cameras, std::size_t lights, std::uint64_t seed);
 
-  /// Goes on by `dt_s`.
+  /// Advances the time by `dt_s`.
   void advance(double dt_s);
 
   bool sees(std::size_t camera, std::size_t light) const;
@@ -27,7 +27,7 @@ class VisibilityModel {
  private:
   struct State {
     bool visible = true;
-    double left_s = 0.0;  ///< until it changes
+    double left_s = 0.0;  ///< time until `visible` changes
   };
 
   double hidden_s();

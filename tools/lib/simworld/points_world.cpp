@@ -16,11 +16,11 @@ using Eigen::Vector3d;
 
 constexpr int kWidth_px = 1280;
 constexpr int kHeight_px = 1024;
-constexpr double kHalfField_rad = 0.567;  // 65 degrees across
-// Light on neighbouring pixels is one blob.
+constexpr double kHalfField_rad = 0.567;  // horizontal field of view: 65 degrees
+// Discs merge if the gap between them is at most one pixel.
 constexpr double kTouch_px = 1.0;
 
-// Where the lights of a motion are, all in all.
+// Bounding box of all lights over the whole motion.
 struct Extent {
   Vector3d low = Vector3d::Constant(1e9);
   Vector3d high = Vector3d::Constant(-1e9);
@@ -40,7 +40,8 @@ Extent extent_of(const PointMotion& motion) {
   return extent;
 }
 
-// Cameras of one make, far enough away to have the whole motion in their images; each stands a little off the ring.
+// A ring of equal cameras, far enough away to contain the whole motion in each image, with small random deviations from
+// the ring.
 Rig rig_around(const Extent& extent, int cameras, scene::Random& random) {
   const Vector3d middle = 0.5 * (extent.low + extent.high);
   const double half_m = 0.5 * (extent.high - extent.low).head<2>().norm();
@@ -127,7 +128,7 @@ void PointsWorld::see(std::uint32_t camera, BlobFrame& frame) {
 
 namespace {
 
-// The union of discs as a detector measures it: area, centroid and inertia, on a fine grid.
+// Area, centroid and second moments of a union of discs, computed on a fine grid.
 struct Silhouette {
   double area_px2 = 0.0;
   Vector2d centroid = Vector2d::Zero();

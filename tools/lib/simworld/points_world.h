@@ -13,41 +13,42 @@
 
 namespace mocap::simworld {
 
-/// How the simulated cameras see.
+/// Settings of the simulated cameras.
 struct WorldSettings {
   int cameras = 8;
   double rate_hz = 100.0;
-  double noise_px = 0.1;     ///< standard deviation of a blob's centroid, each axis; told truthfully
-  double misses = 0.0;       ///< share of a marker's views that give no blob
-  double false_blobs = 0.0;  ///< per blob of a marker, anywhere in the image
-  double lost_frames = 0.0;  ///< share of images that never come
-  double jitter_us = 0.0;    ///< the time stamps of one instant differ by so much, either way
+  double noise_px = 0.1;     ///< standard deviation of a blob centroid, each axis; equal to the blob's sigma_px
+  double misses = 0.0;       ///< probability that a view of a marker gives no blob
+  double false_blobs = 0.0;  ///< expected number for each blob of a marker, anywhere in the image
+  double lost_frames = 0.0;  ///< probability that an image is lost
+  double jitter_us = 0.0;    ///< largest deviation of a time stamp from the instant, in both directions
   double marker_diameter_m = 0.014;
-  bool merge = false;  ///< blobs that touch become one
+  bool merge = false;  ///< join blobs that touch
   Visibility visibility = Visibility::Perfect;
 };
 
-/// One instant: what is true, and what the cameras saw of it.
+/// One instant: the true lights and the blobs of the cameras.
 struct SeenInstant {
   Timestamp exposed_at;
   std::vector<Light> lights;
-  std::vector<std::uint64_t> alone_in;           ///< by light: the cameras that have a blob of it alone, a bit each
-  std::vector<std::uint64_t> merged_in;          ///< by light: the cameras in which it shares a blob
-  std::vector<std::optional<BlobFrame>> frames;  ///< by camera; nothing: lost
-  /// By camera, then by blob: the lights in it; none: a false blob.
+  std::vector<std::uint64_t> alone_in;  ///< by light: bit mask of the cameras in which the light has a blob of its own
+  std::vector<std::uint64_t>
+      merged_in;  ///< by light: bit mask of the cameras in which the light is part of a merged blob
+  std::vector<std::optional<BlobFrame>> frames;  ///< by camera; empty: the image was lost
+  /// By camera, then by blob: the lights of the blob; empty for a false blob.
   std::vector<std::vector<std::vector<std::uint32_t>>> lights_in;
 };
 
-/// A simulated rig around a motion. The same seed gives the same world. Cameras stand on a ring that is wide enough
-/// for the motion, not quite evenly; 1280x1024, lenses bent.
+/// A simulated rig around a motion: cameras of 1280x1024 px with lens distortion on a slightly uneven ring that is wide
+/// enough for the motion. The same seed gives the same world.
 class PointsWorld {
  public:
-  /// `motion` outlives it.
+  /// `motion` must outlive the PointsWorld.
   PointsWorld(const WorldSettings& settings, const PointMotion& motion, std::uint64_t seed);
 
   const Rig& rig() const { return rig_; }
 
-  /// The next instant, one period after the last.
+  /// Simulates the next instant, one period after the previous one. Valid until the next call.
   const SeenInstant& next();
 
  private:

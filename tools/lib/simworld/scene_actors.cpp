@@ -18,7 +18,7 @@
 #include "scene/placed_actor.h"
 #include "scene/procedural_actor.h"
 #include "scene/random.h"
-#include "settings/marker_set_file.h"
+#include "settings/subject/marker_set_file.h"
 
 namespace mocap::simworld {
 namespace {
@@ -35,8 +35,8 @@ Result<std::string> read_whole(const fs::path& file) {
   return std::string(std::istreambuf_iterator<char>(stream), {});
 }
 
-// The body that wears the set: of another size, with markers that sit somewhere else than the set says.
-MarkerSet worn(MarkerSet set, const SceneActor& actor, scene::Random random) {
+// The true body of the actor: the marker set with scaled bones and with random errors of the marker offsets.
+MarkerSet true_marker_set(MarkerSet set, const SceneActor& actor, scene::Random random) {
   for (Bone& bone : set.skeleton.bones) bone.rest_offset_m *= actor.size;
   for (MarkerOnBone& marker : set.markers) {
     marker.offset_m *= actor.size;
@@ -74,11 +74,12 @@ Result<std::unique_ptr<scene::Actor>> c3d_actor(const fs::path& file) {
   return scene::make_c3d_actor(std::move(*c3d));
 }
 
-// The body of a static trial: its labels tell the markers, their places the body.
-Result<MarkerSet> fitted(const fs::path& file, const MarkerSet& told) {
+// The marker set fitted to a static trial: the labels of the C3D file select the markers, the positions determine bone
+// lengths and marker offsets.
+Result<MarkerSet> fitted(const fs::path& file, const MarkerSet& given) {
   const auto c3d = read_c3d(file);
   if (!c3d) return c3d.error();
-  auto imported = scene::import_marker_set(*c3d, told.skeleton, told.name);
+  auto imported = scene::import_marker_set(*c3d, given.skeleton, given.name);
   if (!imported) return in_file(file, imported.error());
   const MarkerSet& set = imported->marker_set;
   auto fit = bodyfit::fit_subject(set, scene::take_of(*c3d, set), {}, {});
@@ -101,9 +102,9 @@ Result<Performer> make_performer(const SceneFile& scene, const SceneActor& wante
                                  scene::Random random) {
   const std::string& motion = wanted.motion.empty() ? clip : wanted.motion;
   const std::string extension = fs::path(motion).extension().string();
-  Result<MarkerSet> told = settings::load_marker_set(wanted.marker_set);
-  if (!told) return told.error();
-  const MarkerSet body = worn(*told, wanted, random);
+  Result<MarkerSet> given = settings::load_marker_set(wanted.marker_set);
+  if (!given) return given.error();
+  const MarkerSet body = true_marker_set(*given, wanted, random);
 
   std::unique_ptr<scene::Actor> actor;
   if (extension == ".bvh" || extension == ".c3d") {
@@ -118,7 +119,7 @@ Result<Performer> make_performer(const SceneFile& scene, const SceneActor& wante
     actor = scene::make_procedural_actor(body, std::move(*program));
   }
   Performer performer;
-  performer.subject = {wanted.name, wanted.stored ? body : std::move(*told), wanted.stored};
+  performer.subject = {wanted.name, wanted.stored ? body : std::move(*given), wanted.stored};
   if (!wanted.fit.empty()) {
     const auto file = find_motion(scene, wanted.fit);
     if (!file) return file.error();

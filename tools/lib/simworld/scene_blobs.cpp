@@ -9,25 +9,27 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Measured on rendered discs, 3600 of each radius: error 0.0080 px at 1.5 px, 0.0057 at 3, 0.0042 at 6; told 0.0071,
-// 0.0046, 0.0032.
-constexpr double kError_px = 0.0098;  // over the root of the radius
-constexpr double kTold_px = 0.0084;
-constexpr double kGlow_px = 0.72;  // how much wider than the disc is what is over the threshold
-// Two discs are one blob until the dark between them shows: 3.25 px apart at radius 1.5, 3.8 at 2, 5.1 at 3.
+// Measured on rendered discs, 3600 of each radius 1.5, 3 and 6 px: centroid error 0.0080, 0.0057 and 0.0042 px per
+// axis; sigma_px that the detector reports 0.0071, 0.0046 and 0.0032 px.
+constexpr double kError_px = 0.0098;  // centroid error, divided by the square root of the radius in px
+constexpr double kSigma_px = 0.0084;  // reported sigma_px, divided in the same way
+constexpr double kGlow_px = 0.72;     // the region above the threshold extends this far beyond the disc
+// Two discs form one blob if their centres are closer than kOne_px + kOnePerRadius * radius. Measured limits: 3.25 px
+// at radius 1.5 px, 3.8 at 2, 5.1 at 3.
 constexpr double kOne_px = 1.4;
 constexpr double kOnePerRadius = 1.25;
-constexpr double kDoubtful_px = 0.4;  // just before that it is called merged
-// Their light overlaps up to here; they are cut apart, which costs precision: error 0.026 to 0.008 px, told 0.03.
+constexpr double kDoubtful_px = 0.4;  // within this distance below the limit the detector marks the blob as merged
+// Up to this gap between the discs their light overlaps. The detector splits them, which increases the centroid error
+// to 0.008 to 0.026 px; sigma_px is 0.03.
 constexpr double kOverlap_px = 1.8;
 constexpr double kCutError_px = 0.012;
-constexpr double kCutTold_px = 0.018;
-constexpr double kCutToldPerRadius = 0.0063;
-constexpr double kJoinedTold_px = 0.018;
+constexpr double kCutSigma_px = 0.018;
+constexpr double kCutSigmaPerRadius = 0.0063;
+constexpr double kJoinedSigma_px = 0.018;
 constexpr double kFalseLeastRadius_px = 0.8;
 constexpr double kFalseRadii_px = 1.2;
 
-// The union of discs as a detector measures it: area, centroid and inertia, on a fine grid.
+// Area, centroid and second moments of a union of discs, computed on a fine grid.
 struct Silhouette {
   double area_px2 = 0.0;
   Vector2d centroid = Vector2d::Zero();
@@ -69,13 +71,13 @@ Silhouette silhouette_of(std::span<const Spot* const> spots) {
 
 }  // namespace
 
-Blob BlobMaker::alone(const Spot& spot, double added_px, double told_px, scene::Random& random) const {
+Blob BlobMaker::alone(const Spot& spot, double added_px, double sigma_px, scene::Random& random) const {
   Blob blob;
   const double radius_px = std::max(0.5, spot.radius_px), root = std::sqrt(radius_px);
   const double error_px = noise_ * std::hypot(kError_px / root, added_px);
   const double x_px = error_px * random.normal();
   blob.centroid.v = spot.centre_px + Vector2d(x_px, error_px * random.normal());
-  blob.sigma_px = noise_ * std::hypot(kTold_px / root, told_px);
+  blob.sigma_px = noise_ * std::hypot(kSigma_px / root, sigma_px);
   blob.area_px2 = std::round(std::numbers::pi * (radius_px + kGlow_px) * (radius_px + kGlow_px));
   blob.peak = 0.95;
   blob.roundness = std::clamp(1.0 - (0.1 + 0.1 * random.uniform()) / radius_px, 0.5, 1.0);
@@ -87,7 +89,7 @@ Blob BlobMaker::joined(std::span<const Spot* const> spots, scene::Random& random
   const Silhouette shape = silhouette_of(spots);
   Spot whole = *spots.front();
   whole.centre_px = shape.centroid;
-  Blob blob = alone(whole, 0.0, kJoinedTold_px, random);
+  Blob blob = alone(whole, 0.0, kJoinedSigma_px, random);
   blob.area_px2 = shape.area_px2;
   const double mean = 0.5 * (shape.xx + shape.yy);
   const double half_range = std::hypot(0.5 * (shape.xx - shape.yy), shape.xy);
@@ -134,7 +136,7 @@ std::span<const std::uint32_t> BlobMaker::see(std::span<const Spot> spots, scene
       const Spot& spot = *members_.front();
       const bool cut = touched_[static_cast<std::size_t>(&spot - spots.data())];
       blob =
-          alone(spot, cut ? kCutError_px : 0.0, cut ? kCutTold_px + kCutToldPerRadius * spot.radius_px : 0.0, random);
+          alone(spot, cut ? kCutError_px : 0.0, cut ? kCutSigma_px + kCutSigmaPerRadius * spot.radius_px : 0.0, random);
     }
     if (into.try_push_back(blob)) continue;
     for (std::uint32_t i = 0; i < count; ++i) blob_of_[i] = group_of_[i] == group ? kNone : blob_of_[i];

@@ -10,33 +10,33 @@
 
 namespace mocap::simworld {
 
-/// A light in an image.
+/// The image of one light.
 struct Spot {
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
   double radius_px = 0.0;
-  std::uint32_t light = 0;  ///< whose; the caller's own number
+  std::uint32_t light = 0;  ///< number of the light, chosen by the caller
 };
 
-/// What the detector makes of the discs of one image, without drawing them: their blobs with its noise, its sigma, its
-/// areas, and one blob for those that it cannot tell apart.
-///
-/// Its figures are those of the default detector on the default rendering (peak 230 over background 12, noise 2, blur
-/// 0.5 px), radius 1.5 to 6 px; a test holds the two against each other.
+/// Model of the detector: computes the blobs of the discs of one image without drawing the image. Models the centroid
+/// error, sigma_px, the area, and one blob for discs that the detector cannot separate. The constants were measured
+/// with the default detector on the default rendering (peak 230 above background 12, noise 2, blur 0.5 px) for radii
+/// of 1.5 to 6 px. A test compares the model with DrawnBlobs.
 class BlobMaker {
  public:
-  /// `noise` times the detector's own.
+  /// `noise`: factor on the centroid error and on sigma_px of the detector.
   explicit BlobMaker(double noise) : noise_(noise) {}
 
-  /// Appends the blobs of the spots, in no order; gives which blob shows each spot (kNone: no room for it).
+  /// Appends the blobs of the spots in no particular order. Returns the blob of each spot, or kNone if `into` was full.
+  /// Valid until the next call.
   std::span<const std::uint32_t> see(std::span<const Spot> spots, scene::Random& random, Blobs& into);
 
-  /// Appends a blob of something that is no marker, anywhere in the image.
+  /// Appends a false blob at a random position of the image.
   void add_false(int width_px, int height_px, scene::Random& random, Blobs& into) const;
 
   static constexpr std::uint32_t kNone = 0xFFFF'FFFF;
 
  private:
-  Blob alone(const Spot& spot, double added_px, double told_px, scene::Random& random) const;
+  Blob alone(const Spot& spot, double added_px, double sigma_px, scene::Random& random) const;
   Blob joined(std::span<const Spot* const> spots, scene::Random& random) const;
 
   double noise_;

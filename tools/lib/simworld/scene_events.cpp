@@ -49,21 +49,21 @@ Status SceneEvents::plan_single_views(const SceneFile& scene, const std::vector<
                                       std::size_t cameras, bool rays) {
   for (const SceneOnlyCamera& wanted : scene.only_camera) {
     const auto performer = index_of(scene.actors, wanted.actor);
-    MOCAP_EXPECTS(performer.has_value());  // the file's reader has seen to that
+    MOCAP_EXPECTS(performer.has_value());  // load_scene() has checked the name
     if (static_cast<std::size_t>(wanted.camera) > cameras) {
       return Error{ErrorCode::InvalidArgument,
                    fmt::format("only_camera: camera is {}, the rig has {}", wanted.camera, cameras)};
     }
-    const MarkerSet& worn = performers[*performer].actor->marker_set();
+    const MarkerSet& marker_set = performers[*performer].actor->marker_set();
     for (int i = 0; i < wanted.times; ++i) {
       SceneOnlyCamera only = wanted;
       only.from_s += i * (wanted.for_s + wanted.gap_s);
       const std::uint32_t camera = rays ? static_cast<std::uint32_t>(wanted.camera - 1) : kNone;
-      if (const Status added = add_markers(only, only.markers, *performer, worn, camera); !added) return added;
-      if (const Status added = add_markers(only, only.hidden, *performer, worn, kNone); !added) return added;
+      if (const Status added = add_markers(only, only.markers, *performer, marker_set, camera); !added) return added;
+      if (const Status added = add_markers(only, only.hidden, *performer, marker_set, kNone); !added) return added;
       if (only.bone.empty()) continue;
-      const auto bone = index_of(worn.skeleton.bones, only.bone);
-      if (!bone) return unknown("bone", only.bone, worn.name);
+      const auto bone = index_of(marker_set.skeleton.bones, only.bone);
+      if (!bone) return unknown("bone", only.bone, marker_set.name);
       watches_.push_back({{only.from_s, only.from_s + only.for_s}, *performer, *bone});
     }
   }
@@ -71,17 +71,18 @@ Status SceneEvents::plan_single_views(const SceneFile& scene, const std::vector<
 }
 
 Status SceneEvents::add_markers(const SceneOnlyCamera& only, const std::string& names, std::uint32_t performer,
-                                const MarkerSet& worn, std::uint32_t camera) {
+                                const MarkerSet& marker_set, std::uint32_t camera) {
   std::istringstream words(names);
   for (std::string name; words >> name;) {
-    const auto marker = index_of(worn.markers, name);
-    if (!marker) return unknown("marker", name, worn.name);
+    const auto marker = index_of(marker_set.markers, name);
+    if (!marker) return unknown("marker", name, marker_set.name);
     single_views_.push_back({{only.from_s, only.from_s + only.for_s}, performer, *marker, camera});
   }
   return {};
 }
 
-// How long a marker stays visible, so that the share comes out: at random, whatever went before.
+// Exponentially distributed time for which a marker stays visible. The mean is chosen so that the marker is hidden for
+// `hide.share` of the time.
 double SceneEvents::visible_s(const SceneHide& hide) {
   const double mean_s = hide.for_s * (1.0 - hide.share) / std::max(1e-6, hide.share);
   return -mean_s * std::log(1.0 - random_.uniform());
@@ -97,7 +98,7 @@ void SceneEvents::advance(double t_s) {
           marker = {};
           continue;
         }
-        if (marker.until_s == 0.0) {  // it begins, in the middle of whatever goes on
+        if (marker.until_s == 0.0) {  // the first call: start in the middle of a hidden or visible interval
           marker.hidden = random_.uniform() < hide.share;
           marker.until_s = t_s + (marker.hidden ? hide.for_s * random_.uniform() : visible_s(hide));
         }

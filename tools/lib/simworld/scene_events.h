@@ -11,7 +11,7 @@
 
 namespace mocap::simworld {
 
-/// A stretch of a scene.
+/// A time interval of a scene, including `from_s`, excluding `to_s`.
 struct Span {
   double from_s = 0.0;
   double to_s = 0.0;
@@ -19,27 +19,29 @@ struct Span {
   bool has(double t_s) const { return t_s >= from_s && t_s < to_s; }
 };
 
-/// While it lasts, one joint is judged by itself.
+/// An interval in which one joint is scored separately.
 struct JointWatch {
   Span span;
   std::uint32_t subject = 0;
   std::uint32_t bone = 0;
 };
 
-/// What keeps cameras from seeing, when: the scene's [[blackout]], [[hide]] and [[only_camera]].
+/// Occlusion events of a scene: [[blackout]], [[hide]] and [[only_camera]].
 class SceneEvents {
  public:
-  /// Fails where an event names a marker, bone or camera that is not there. `rays`: false hides from the one camera,
-  /// too.
+  /// Fails if an event refers to a marker, bone or camera that does not exist. `rays` = false: the markers of
+  /// [[only_camera]] are hidden from that camera too.
   static Result<SceneEvents> make(const SceneFile& scene, const std::vector<Performer>& performers, std::size_t cameras,
                                   std::uint64_t seed, bool rays);
 
-  /// Goes on to an instant, later than the last.
+  /// Advances to time `t_s`, which must be later than the previous time.
   void advance(double t_s);
 
+  /// Whether a [[blackout]] is active.
   bool blind() const { return blind_; }
+  /// Whether an event hides the marker from the camera.
   bool hides(std::uint32_t performer, std::uint32_t marker, std::uint32_t camera) const;
-  /// Whether the marker is left to this camera, which then sees it whatever body is in between.
+  /// Whether [[only_camera]] makes the marker visible to this camera, even through a body.
   bool shows(std::uint32_t performer, std::uint32_t marker, std::uint32_t camera) const;
 
   const std::vector<Span>& blackouts() const { return blackouts_; }
@@ -54,7 +56,7 @@ class SceneEvents {
     Span span;
     std::uint32_t performer = 0;
     std::uint32_t marker = 0;
-    std::uint32_t camera = 0;  // kNone: no camera sees it
+    std::uint32_t camera = 0;  // kNone: hidden from all cameras
   };
   static constexpr std::uint32_t kNone = 0xFFFF'FFFF;
 
@@ -63,7 +65,7 @@ class SceneEvents {
   Status plan_single_views(const SceneFile& scene, const std::vector<Performer>& performers, std::size_t cameras,
                            bool rays);
   Status add_markers(const SceneOnlyCamera& only, const std::string& names, std::uint32_t performer,
-                     const MarkerSet& worn, std::uint32_t camera);
+                     const MarkerSet& marker_set, std::uint32_t camera);
   double visible_s(const SceneHide& hide);
 
   scene::Random random_;
@@ -71,7 +73,8 @@ class SceneEvents {
   std::vector<SceneHide> hides_;
   std::vector<OneMarker> single_views_;
   std::vector<JointWatch> watches_;
-  std::vector<std::vector<Hidden>> hidden_;  // by performer, by marker; of all [[hide]] together the last that began
+  std::vector<std::vector<Hidden>>
+      hidden_;  // by performer, then by marker; where several [[hide]] overlap, the last of them decides
   double t_s_ = 0.0;
   bool blind_ = false;
 };

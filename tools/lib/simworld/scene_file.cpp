@@ -8,7 +8,7 @@
 
 #include "model/bounds.h"
 #include "settings/sections.h"
-#include "settings/toml_file.h"
+#include "settings/toml/toml_file.h"
 
 namespace mocap::simworld {
 namespace {
@@ -16,10 +16,10 @@ namespace {
 namespace fs = std::filesystem;
 using settings::TomlTable;
 
-// Sections of mocapd.toml that change how the row works.
+// Sections of mocapd.toml with settings of the pipeline steps.
 constexpr const char* kRowSections[] = {"align", "match", "triangulate", "track_markers", "label", "solve", "refine"};
 
-void tell_rig(TomlTable& table, SceneFile& scene) {
+void read_rig(TomlTable& table, SceneFile& scene) {
   table.number("cameras", scene.ring.cameras, {2, 64});
   table.number("radius_m", scene.ring.radius_m, {0.5, 100});
   table.number("height_m", scene.ring.height_m, {0.1, 50});
@@ -29,7 +29,7 @@ void tell_rig(TomlTable& table, SceneFile& scene) {
   table.path("file", scene.rig_file);
 }
 
-void tell_image(TomlTable& table, SceneFile& scene) {
+void read_image(TomlTable& table, SceneFile& scene) {
   table.number("marker_diameter_mm", scene.marker_diameter_mm, {1, 100});
   table.number("noise", scene.noise, {0, 100});
   table.number("false_blobs", scene.false_blobs, {0, 10});
@@ -44,6 +44,7 @@ SceneActor read_actor(TomlTable& table) {
   table.require("name", "the subject's name");
   table.text("motion", actor.motion);
   table.path("marker_set", actor.marker_set);
+  if (!actor.marker_set.empty()) actor.marker_set = table.shipped_file("marker_set").path;
   table.require("marker_set", "a file of config/markersets");
   table.number("t_pose_s", actor.t_pose_s, {0, 1000});
   table.number("arms_lowered_deg", actor.arms_lowered_deg, {0, 90});
@@ -84,7 +85,7 @@ SceneOnlyCamera read_only_camera(TomlTable& table) {
   SceneOnlyCamera only;
   table.text("actor", only.actor);
   table.text("markers", only.markers);
-  table.require("markers", "the names of markers that one camera sees");
+  table.require("markers", "names of the markers that only one camera sees");
   table.text("hidden", only.hidden);
   table.text("bone", only.bone);
   table.number("camera", only.camera, {1, 64});
@@ -96,7 +97,7 @@ SceneOnlyCamera read_only_camera(TomlTable& table) {
   return only;
 }
 
-void tell_goal(TomlTable& table, SceneGoal& goal) {
+void read_goal(TomlTable& table, SceneGoal& goal) {
   table.number("f1", goal.f1, {0, 1});
   table.number("availability", goal.availability, {0, 1});
   table.number("longest_wrong_sets", goal.longest_wrong_sets, {0, 1e6});
@@ -153,9 +154,9 @@ Result<SceneFile, settings::Faults> load_scene(const fs::path& path) {
   root.number("seconds", scene.seconds, {0.1, 36000});
   root.number("rate_hz", scene.rate_hz, {1, 2000});
   root.number("seed", scene.seed, {0, 1e15});
-  if (auto rig = root.table("rig", "rig")) tell_rig(*rig, scene), rig->done();
-  if (auto image = root.table("image", "image")) tell_image(*image, scene), image->done();
-  if (auto goal = root.table("goal", "goal")) tell_goal(*goal, scene.goal), goal->done();
+  if (auto rig = root.table("rig", "rig")) read_rig(*rig, scene), rig->done();
+  if (auto image = root.table("image", "image")) read_image(*image, scene), image->done();
+  if (auto goal = root.table("goal", "goal")) read_goal(*goal, scene.goal), goal->done();
   for (const settings::Section& section : settings::sections()) {
     const bool of_the_row =
         std::ranges::any_of(kRowSections, [&](const char* name) { return std::string_view(name) == section.name; });

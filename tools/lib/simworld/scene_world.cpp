@@ -8,8 +8,8 @@
 namespace mocap::simworld {
 namespace {
 
-constexpr double kLeastRadius_px = 1.5;  // the glare of a retroreflector, as scene::ImageSettings has it
-constexpr std::uint32_t kSeenFrom = 2;   // cameras that make a marker visible
+constexpr double kLeastRadius_px = 1.5;  // glare of a retroreflector, as in scene::ImageSettings
+constexpr std::uint32_t kSeenFrom = 2;   // number of cameras from which a marker counts as visible
 
 }  // namespace
 
@@ -48,7 +48,7 @@ void SceneWorld::step() {
   truth_.number = number_++;
   truth_.exposed_at = at;
   truth_.views = truth_.expected_views = static_cast<std::uint32_t>(rig_.size());
-  tell_truth();
+  update_truth();
 }
 
 void SceneWorld::move() {
@@ -108,11 +108,11 @@ void SceneWorld::look(std::uint32_t camera) {
   if (drawn_) return;
   const int extra = false_count(lit);
   for (int i = 0; i < extra; ++i) maker_.add_false(model.width_px, model.height_px, random_, blobs);
-  // A detector gives blobs from the top of the image to the bottom.
+  // A detector lists blobs from the top of the image to the bottom.
   std::ranges::sort(blobs, {}, [](const Blob& blob) { return blob.centroid.v.y(); });
 }
 
-void SceneWorld::tell_truth() {
+void SceneWorld::update_truth() {
   for (const Light& light : lights_) {
     const bool nobodys =
         light.marker == kGhost || performers_[light.performer].marker_of[light.marker] == Performer::kNobodys;

@@ -15,7 +15,7 @@
 
 namespace mocap::simworld {
 
-/// A scene as its cameras see it, set by set. The same file, clip and seed give the same world.
+/// Simulates the blobs of a scene, set by set. The same file, clip and seed give the same world.
 class SceneWorld {
  public:
   SceneWorld(const SceneFile& scene, Rig rig, std::vector<Performer> performers, SceneEvents events,
@@ -24,20 +24,20 @@ class SceneWorld {
   const Rig& rig() const { return rig_; }
   const std::vector<Performer>& performers() const { return performers_; }
 
-  /// Goes on to the next set; the first is at 0 s.
+  /// Simulates the next set. The first set is at 0 s.
   void step();
 
   double t_s() const { return t_s_; }
-  /// What the cameras saw, by camera.
+  /// The blobs of the current set, by camera.
   const std::vector<BlobFrame>& frames() const { return frames_; }
-  /// What is true: markers with the number of cameras that see them; a bone is Measured if one of its own markers is
-  /// seen by two cameras, else Filled.
+  /// The truth of the current set. Each marker has the number of cameras that see it. A bone is Measured if at least
+  /// two cameras see one of its markers, else Filled.
   const scoring::EvalFrame& truth() const { return truth_; }
 
  private:
   struct Light {
     std::uint32_t performer = 0;
-    std::uint32_t marker = 0;  // of the actor; kGhost: a nameless one
+    std::uint32_t marker = 0;  // index in the actor's marker set, or kGhost for an unlabelled point
     Eigen::Vector3d at_m = Eigen::Vector3d::Zero();
     std::uint32_t cameras = 0;
   };
@@ -48,7 +48,7 @@ class SceneWorld {
   int false_count(std::size_t lit);
   void add_false_spots(const CameraModel& model);
   bool is_hidden(const Light& light, std::uint32_t camera) const;
-  void tell_truth();
+  void update_truth();
 
   double rate_hz_, false_blobs_, radius_m_;
   bool occlusion_;
@@ -60,7 +60,7 @@ class SceneWorld {
   std::vector<scene::ActorState> states_;
   scene::Random random_;
   BlobMaker maker_;
-  std::unique_ptr<DrawnBlobs> drawn_;  // null: blobs are computed
+  std::unique_ptr<DrawnBlobs> drawn_;  // null: blobs come from BlobMaker
   std::uint64_t number_ = 0;
   double t_s_ = 0.0;
   std::vector<Light> lights_;

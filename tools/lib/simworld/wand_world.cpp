@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 constexpr double kBodyRadius_m = 0.2;
 constexpr double kBodyHeight_m = 1.75;
-constexpr double kArm_m = 0.7;  // from the middle of the body to that of the wand
+constexpr double kArm_m = 0.7;  // distance from the axis of the body to the centre of the wand
 
 Vector3d about(scene::Random& random, const Vector3d& middle, double share) {
   return middle.cwiseProduct(Vector3d::Ones() + share * Vector3d(2.0 * random.uniform() - 1.0,
@@ -91,7 +91,7 @@ void WandWorld::see(const CameraModel& camera, std::span<const Vector3d> marks, 
     const Vector2d anywhere(random_.uniform() * camera.width_px, random_.uniform() * camera.height_px);
     picture.spots.push_back({{anywhere}, settings_.noise_px});
   }
-  // In no order that tells which is which.
+  // The order of the spots must not reveal the order of the wand's markers.
   std::ranges::sort(picture.spots, {}, [](const calibration::Spot& spot) { return spot.at.v.y(); });
 }
 

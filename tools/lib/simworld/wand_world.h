@@ -9,27 +9,28 @@
 
 namespace mocap::simworld {
 
-/// A simulated take of a wand.
+/// Settings of a simulated wand recording.
 struct WandWorldSettings {
   int cameras = 8;
-  double noise_px = 0.1;  ///< standard deviation of a blob's centroid, each axis; told truthfully
+  double noise_px = 0.1;  ///< standard deviation of a blob centroid, each axis; equal to the reported sigma
   double seconds = 60.0;
   double rate_hz = 60.0;
-  double false_blobs = 0.01;  ///< for each true one, anywhere in the image
-  bool body = true;           ///< whoever waves the wand stands in the way of some views
-  bool fisheye = false;       ///< 126 degrees wide; else pinhole lenses, 63 degrees
+  double false_blobs = 0.01;  ///< expected number for each true blob, anywhere in the image
+  bool body = true;           ///< the body of the person with the wand hides some views
+  bool fisheye = false;       ///< fisheye lenses of 126 degrees; otherwise pinhole lenses of 63 degrees
 };
 
-/// Cameras on a ring of 4 m radius, 2.5 m high, not quite evenly, 1280x1024, lenses bent and not quite centred; a wand
-/// led through the volume at up to about 2 m/s, turned every way. The same seed gives the same world.
+/// A wand that moves through the volume at up to about 2 m/s in all orientations, seen by cameras of 1280x1024 px on a
+/// slightly uneven ring of 4 m radius and 2.5 m height. The lenses have distortion and a decentred principal point. The
+/// same seed gives the same world.
 class WandWorld {
  public:
   WandWorld(const WandWorldSettings& settings, const calibration::Wand& wand, std::uint64_t seed);
 
   const Rig& truth() const { return truth_; }
   calibration::Take take();
-  /// What one knows who has no lens files: focal lengths wrong by up to `share` either way, no distortion, the optical
-  /// centre in the middle of the image.
+  /// Initial lenses for a calibration without lens files: focal lengths with a random error of up to `share`, no
+  /// distortion, the principal point in the centre of the image, and no poses.
   Rig rough_lenses(double share);
 
  private:

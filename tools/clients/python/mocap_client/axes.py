@@ -1,4 +1,4 @@
-"""From the feed's axes (right-handed, x forward, y left, z up, m) to an engine's."""
+"""Converts from the axes of the feed (right-handed, x forward, y left, z up, m) to the axes of an engine."""
 
 import dataclasses
 
@@ -7,7 +7,7 @@ import numpy as np
 
 @dataclasses.dataclass(frozen=True)
 class Axes:
-    """New axis i is sign[i] times the feed's axis source[i]; sense is -1 where that mirrors."""
+    """Engine axis i is sign[i] times feed axis source[i]. sense is -1 if the conversion is a reflection."""
 
     source: tuple
     sign: tuple
@@ -15,15 +15,15 @@ class Axes:
     sense: int
 
     def place(self, vectors):
-        """Of positions and velocities, one a row."""
+        """Converts positions and velocities, one in each row."""
         return vectors[..., self.source] * np.float32(self.unit) * np.asarray(self.sign, np.float32)
 
     def spin(self, vectors):
-        """Of turns about axes, rad/s."""
+        """Converts angular velocities, rad/s."""
         return vectors[..., self.source] * np.float32(self.sense) * np.asarray(self.sign, np.float32)
 
     def turn(self, quaternions):
-        """Of rotations, x y z w: the axis moves along, and a mirror turns its sense round."""
+        """Converts rotations, x y z w. A reflection reverses the sense of rotation."""
         return np.concatenate([self.spin(quaternions[..., :3]), quaternions[..., 3:]], axis=-1)
 
 

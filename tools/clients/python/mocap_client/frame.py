@@ -1,12 +1,13 @@
-"""One snapshot as numpy arrays. The only file that knows the schema (proto/mocap/v1/snapshot.proto)."""
+"""One snapshot as numpy arrays. The only file that depends on the schema (proto/mocap/v1/snapshot.proto)."""
 
 import dataclasses
+import difflib
 import enum
 
 import numpy as np
 
 
-MAX_NUMBER = 1e9  # no place, speed or turn is larger
+MAX_NUMBER = 1e9  # bound for positions, velocities and rotations
 
 
 class Phase(enum.IntEnum):
@@ -16,7 +17,7 @@ class Phase(enum.IntEnum):
 
 
 class State(enum.IntEnum):
-    """Of a bone or a marker."""
+    """State of a bone or a marker."""
 
     LOST = 1
     MEASURED = 2
@@ -24,22 +25,41 @@ class State(enum.IntEnum):
 
 
 class Unreadable(Exception):
-    """A message that is none of this feed."""
+    """The message does not belong to this feed or is invalid."""
+
+
+class UnknownName(LookupError, ValueError):
+    """There is no such bone, marker or subject."""
+
+
+class NotTracked(IndexError):
+    """The subject is not tracked, so its bones or markers have no positions."""
+
+
+def index_of(kind, name, owner, known):
+    """The index of a name, or UnknownName with a suggestion and all names."""
+    if name in known:
+        return known.index(name)
+    lowered = [one.lower() for one in known]
+    near = difflib.get_close_matches(str(name).lower(), lowered, n=1, cutoff=0.6)
+    advice = f", did you mean '{known[lowered.index(near[0])]}'?" if near else ""
+    names = f"its {kind}s are {', '.join(known)}" if known else "it has none"
+    raise UnknownName(f"{owner} has no {kind} '{name}'{advice}; {names}")
 
 
 @dataclasses.dataclass
 class Bones:
-    """One row a bone, in the order of `names`; no rows unless the subject is tracked. Single precision."""
+    """One row for each bone, in the order of `names`; no rows unless the subject is tracked. Single precision."""
 
     names: list
     parents: np.ndarray  # -1: the root
     states: np.ndarray
     confidences: np.ndarray  # 0 to 1
-    positions: np.ndarray  # (n, 3) of the joints, in the world
+    positions: np.ndarray  # (n, 3) positions of the joints in the world
     rotations: np.ndarray  # (n, 4) x y z w
     local_positions: np.ndarray  # in the parent's frame
     local_rotations: np.ndarray
-    velocities: np.ndarray  # 0 where the feed does not tell
+    velocities: np.ndarray  # 0 if the feed omits them
     spins: np.ndarray
 
     def __len__(self):
@@ -48,7 +68,7 @@ class Bones:
 
 @dataclasses.dataclass
 class Bone:
-    """One row; the arrays are views."""
+    """One row of Bones. The arrays are views."""
 
     state: int
     confidence: float
@@ -59,6 +79,18 @@ class Bone:
 
 
 @dataclasses.dataclass
+class Marker:
+    """One row of Markers. The position is a view."""
+
+    state: int
+    position: np.ndarray
+    residual_px: float
+    cameras: int
+    confidence: float
+    track: int
+
+
+@dataclasses.dataclass
 class Markers:
     names: list
     states: np.ndarray
@@ -66,7 +98,7 @@ class Markers:
     residuals_px: np.ndarray
     cameras: np.ndarray
     confidences: np.ndarray
-    tracks: np.ndarray  # plus 1; 0: none
+    tracks: np.ndarray  # id of the 3D track, plus 1; 0: none
 
     def __len__(self):
         return len(self.positions)
@@ -74,7 +106,7 @@ class Markers:
 
 @dataclasses.dataclass
 class Points:
-    """Markers without a name."""
+    """Unlabelled markers."""
 
     positions: np.ndarray
     residuals_px: np.ndarray
@@ -91,13 +123,26 @@ class Subject:
     phase: Phase
     bones: Bones
     markers: Markers
-    residual_m: float  # nan: not known
+    residual_m: float  # nan: unknown
     smoothing_delay_s: float
 
     def bone(self, name):
-        i = self.bones.names.index(name)
+        """Raises UnknownName, with the names that exist, for an unknown name, and NotTracked while there are no poses."""
+        i = self._row("bone", self.bones, name)
         b = self.bones
         return Bone(int(b.states[i]), float(b.confidences[i]), b.positions[i], b.rotations[i], b.local_positions[i], b.local_rotations[i])
+
+    def marker(self, name):
+        """Raises as bone()."""
+        i = self._row("marker", self.markers, name)
+        m = self.markers
+        return Marker(int(m.states[i]), m.positions[i], float(m.residuals_px[i]), int(m.cameras[i]), float(m.confidences[i]), int(m.tracks[i]))
+
+    def _row(self, kind, rows, name):
+        i = index_of(kind, name, f"'{self.name}'", rows.names)
+        if not len(rows):
+            raise NotTracked(f"'{self.name}' is {self.phase.name.lower()}: its {kind}s have no positions now; check len(subject.{kind}s)")
+        return i
 
 
 @dataclasses.dataclass
@@ -108,18 +153,23 @@ class Frame:
     session: str
     cameras: int
     expected_cameras: int
-    exposed_at_ns: int
-    sent_at_ns: int  # None: not known
-    utc_minus_host_ns: int  # None: not known
-    same_clock: bool  # the daemon's host is this one
+    exposed_at_ns: int  # None: unknown
+    sent_at_ns: int  # None: unknown
+    utc_minus_host_ns: int  # None: unknown
+    same_clock: bool  # daemon and client run on the same host
     subjects: dict  # by name
     points: Points
+
+    def subject(self, name):
+        """Raises UnknownName, with the names that exist, for an unknown name."""
+        index_of("subject", name, "the frame", list(self.subjects))
+        return self.subjects[name]
 
 
 def _floats(column, width):
     array = np.fromiter(column, np.float32, len(column))
-    if len(array) % width or not (np.abs(array) <= MAX_NUMBER).all():  # which also holds for none that is not finite
-        raise Unreadable("a column that ends within a vector, or a number beyond all bounds")
+    if len(array) % width or not (np.abs(array) <= MAX_NUMBER).all():  # the comparison is also false for NaN
+        raise Unreadable("a column with an incomplete vector, or a number that is out of range")
     return array.reshape(-1, width)
 
 
@@ -151,12 +201,12 @@ def _bones(message, known, axes):
     rotations = _floats(message.world_rotations_xyzw, 4)
     parents = np.array([bone.parent if bone.HasField("parent") else -1 for bone in known.bones], np.int32)
     if n not in (0, len(parents)):
-        raise Unreadable("bones that are not described")
+        raise Unreadable("bones that differ from the description")
     parents = parents[:n]
     roots = parents < 0
     if message.local_positions_m:
         local_positions = _floats(message.local_positions_m, 3)
-    else:  # left out where each bone's is its rest offset
+    else:  # omitted if each local position is the rest offset
         rest = np.array([(b.rest_offset_m.x, b.rest_offset_m.y, b.rest_offset_m.z) for b in known.bones], np.float32)[:n].reshape(-1, 3)
         local_positions = np.where(roots[:, None], positions, rest)
     if message.local_rotations_xyzw:
@@ -178,7 +228,7 @@ def _markers(message, known, axes):
     positions = _floats(message.positions_m, 3)
     n = len(positions)
     if n not in (0, len(known.markers)):
-        raise Unreadable("markers that are not described")
+        raise Unreadable("markers that differ from the description")
     columns = [_wholes(column, n) for column in (message.states, message.cameras, message.confidences_percent,
                                                  message.track_ids_plus_one, message.residuals_millipx)]
     _same_length(positions, *columns)
@@ -196,7 +246,7 @@ def _points(message, axes):
 
 def _subject(message, description, axes):
     if message.subject >= len(description.subjects):
-        raise Unreadable("a subject that is not described")
+        raise Unreadable("a subject without a description")
     known = description.subjects[message.subject]
     phase = Phase(message.phase) if message.phase in (2, 3) else Phase.SEARCHING
     return Subject(known.name, phase, _bones(message.bones, known, axes), _markers(message.markers, known, axes),
@@ -204,12 +254,13 @@ def _subject(message, description, axes):
 
 
 def frame_of(message, description, axes, same_clock):
-    """Raises Unreadable where message and description do not fit."""
+    """Converts a message. Raises Unreadable if message and description do not match."""
     subjects = [_subject(subject, description, axes) for subject in message.subjects]
     instants = message.instants
     return Frame(
         number=message.number, sequence=message.sequence, description_version=message.description_version,
         session=description.session_id, cameras=len(message.views.cameras), expected_cameras=message.expected_views,
-        exposed_at_ns=instants.exposed_at_ns, sent_at_ns=instants.sent_at_ns if instants.HasField("sent_at_ns") else None,
+        exposed_at_ns=instants.exposed_at_ns if message.HasField("instants") else None,
+        sent_at_ns=instants.sent_at_ns if instants.HasField("sent_at_ns") else None,
         utc_minus_host_ns=message.utc_minus_host_ns if message.HasField("utc_minus_host_ns") else None,
         same_clock=same_clock, subjects={subject.name: subject for subject in subjects}, points=_points(message.unlabelled, axes))

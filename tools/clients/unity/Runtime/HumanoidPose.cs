@@ -1,18 +1,18 @@
-// What a humanoid's bones should be, from one subject of a frame. Plain C# without UnityEngine, so that it is tested
-// where there is no Unity.
+// Converts one subject of a frame to the bones of a humanoid. Plain C# without UnityEngine, so that it can be tested
+// without Unity.
 using System.Collections.Generic;
 
 namespace Mocap {
 
-/// A bone to be set, in the axes of Unity, from the subject's place: rotation turns it out of the T-pose.
+/// The pose of one bone in Unity's axes. The rotation is relative to the T-pose.
 public struct HumanoidBone {
-  public string Name;  // of UnityEngine.HumanBodyBones
+  public string Name;  // value of UnityEngine.HumanBodyBones
   public Vec3 Position;
   public Quat Rotation;
 }
 
 public static class HumanoidPose {
-  /// Puts the bones of `subject` that have a name in HumanBodyBones and a known pose into `into`, parents first. The
+  /// Fills `into` with the bones of `subject` that have a name in HumanBodyBones and a known pose, parents first. The
   /// frame must come from a client with Axes.Unity.
   public static void Read(Subject subject, List<HumanoidBone> into) {
     into.Clear();

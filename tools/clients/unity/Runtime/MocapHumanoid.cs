@@ -1,4 +1,5 @@
-// Drives a humanoid by one subject of the feed. Put it beside an Animator with a humanoid avatar that stands in T-pose.
+// Animates a humanoid with one subject of the feed. Add it to an object that has an Animator with a humanoid avatar, with
+// the character in T-pose.
 using System;
 using System.Collections.Generic;
 using UnityEngine;
@@ -7,48 +8,40 @@ namespace Mocap {
 
 [AddComponentMenu("Mocap/Mocap Humanoid")]
 [RequireComponent(typeof(Animator))]
-public sealed class MocapHumanoid : MonoBehaviour {
-  [Tooltip("tcp://ADDRESS:PORT of the daemon's feed")]
-  public string endpoint = "tcp://127.0.0.1:5570";
-  [Tooltip("Name of the subject; empty: the first")]
+public sealed class MocapHumanoid : MocapReceiver {
+  [Tooltip("Name of the subject; empty: the first person")]
   public string subject = "";
-  [Tooltip("Length of the character's legs over those of the subject")]
+  [Tooltip("Leg length of the character divided by that of the subject")]
   public float scale = 1.0f;
-  [Tooltip("CURVE keys, 40 characters each; empty: none")]
-  public string serverKey = "", publicKey = "", secretKey = "";
-
-  /// Why no data comes, or that all is well; for an inspector or a label.
-  public string Status { get; private set; }
 
   struct Target {
     public Transform Bone;
-    public Quaternion AtRest;  // in the character's root, T-pose
+    public Quaternion AtRest;  // rotation in the frame of the character's root, in T-pose
     public bool IsHips;
   }
 
   readonly Dictionary<string, Target> targets_ = new Dictionary<string, Target>();
   readonly List<HumanoidBone> pose_ = new List<HumanoidBone>();
-  Client client_;
   Frame frame_;
-  float nextStatus_;
+  Subject found_;
+  SubjectDescription compared_;
+  string fault_ = "";
+  string posture_ = "";  // a remark on the character's pose at start
+  string lacking_ = "";  // bones that the subject has and the character lacks
 
   void OnEnable() {
-    ReadRestPose(GetComponent<Animator>());
-    frame_ = new Frame();
-    try {
-      client_ = new Client(endpoint, Axes.Unity, "snapshot", 1, serverKey, publicKey, secretKey);
-    } catch (Exception fault) {  // a wrong option, or no native library for this platform
-      Status = fault.Message;
-      Debug.LogError("mocap: " + fault.Message, this);
+    var animator = GetComponent<Animator>();
+    compared_ = null;
+    pose_.Clear();
+    fault_ = HumanoidCheck.Fault(animator);
+    if (fault_.Length > 0) {
+      Debug.LogError("mocap: " + fault_, this);
       enabled = false;
+      return;
     }
-  }
-
-  void OnDisable() {
-    if (client_ != null) client_.Dispose();
-    if (frame_ != null) frame_.Dispose();
-    client_ = null;
-    frame_ = null;
+    posture_ = HumanoidCheck.PoseFault(animator);
+    if (posture_.Length > 0) Debug.LogWarning("mocap: " + posture_, this);
+    ReadRestPose(animator);
   }
 
   void ReadRestPose(Animator animator) {
@@ -65,31 +58,45 @@ public sealed class MocapHumanoid : MonoBehaviour {
     }
   }
 
-  // After the Animator, so that it does not write over the pose.
-  void LateUpdate() {
-    if (client_ == null) return;
-    if (client_.Poll(frame_)) {
-      Subject found = subject.Length > 0 ? frame_.FindSubject(subject)
-                                         : frame_.Subjects.Count > 0 ? frame_.Subjects[0] : null;
-      if (found != null) HumanoidPose.Read(found, pose_);
-    }
+  protected override void Show(Frame frame, bool isNew) {
+    if (isNew) Read(frame);
     Apply();
-    if (Time.unscaledTime < nextStatus_) return;
-    nextStatus_ = Time.unscaledTime + 1.0f;
-    string sentence;
-    client_.Diagnose(out sentence);
-    Status = sentence;
+  }
+
+  void Read(Frame frame) {
+    frame_ = frame;
+    found_ = SubjectChoice.Find(frame, subject, SubjectChoice.Person);
+    if (found_ == null) return;
+    if (found_.Description != compared_) Compare(found_);
+    if (found_.BoneCount > 0) HumanoidPose.Read(found_, pose_);
+  }
+
+  // Once for each description.
+  void Compare(Subject found) {
+    compared_ = found.Description;
+    List<string> unmatched = HumanoidCheck.Unmatched(found, targets_.Keys);
+    lacking_ = unmatched.Count > 0 ? "the character has no " + string.Join(", ", unmatched.ToArray()) : "";
+    if (lacking_.Length > 0) Debug.LogWarning("mocap: '" + found.Name + "': " + lacking_, this);
+  }
+
+  protected override string Describe() {
+    if (fault_.Length > 0) return fault_;
+    if (frame_ == null) return "no frame yet";
+    if (found_ == null) return SubjectChoice.Fault(frame_, subject, "person");
+    string state = "'" + found_.Name + (found_.BoneCount > 0 ? "' is tracked" : "' is not found yet");
+    foreach (string remark in new[] { lacking_, posture_ }) {
+      if (remark.Length > 0) state += "; " + remark;
+    }
+    return state;
   }
 
   void Apply() {
     foreach (HumanoidBone told in pose_) {
       Target target;
       if (!targets_.TryGetValue(told.Name, out target)) continue;
-      var turn = new Quaternion(told.Rotation.X, told.Rotation.Y, told.Rotation.Z, told.Rotation.W);
-      target.Bone.rotation = transform.rotation * turn * target.AtRest;
+      target.Bone.rotation = transform.rotation * ToUnity.Rotation(told.Rotation) * target.AtRest;
       if (!target.IsHips) continue;
-      var place = new Vector3(told.Position.X, told.Position.Y, told.Position.Z);
-      target.Bone.position = transform.position + transform.rotation * (place * scale);
+      target.Bone.position = transform.position + transform.rotation * (ToUnity.Position(told.Position) * scale);
     }
   }
 }

@@ -1,58 +1,62 @@
 #pragma once
 
+#include <atomic>
+
 #include "CoreMinimal.h"
 #include "HAL/Runnable.h"
 #include "ILiveLinkSource.h"
-#include "LiveLinkSourceFactory.h"
+#include "MocapSettings.h"
 
-#include "MocapLiveLinkSource.generated.h"
-
+class FMocapSceneClock;
+class FRunnableThread;
+class ILiveLinkClient;
 struct mocap_client;
 struct mocap_frame;
 struct mocap_subject;
 
-// Each subject of a mocapd's feed as a Live Link subject. One thread waits for frames and pushes them.
+// Provides each subject of a mocapd feed as a Live Link subject: a person with the Animation role, a prop (one bone)
+// with the Transform role. One thread waits for frames and pushes them.
 class MOCAPLIVELINK_API FMocapLiveLinkSource : public ILiveLinkSource, public FRunnable {
  public:
-  explicit FMocapLiveLinkSource(const FString& InEndpoint);
-  virtual ~FMocapLiveLinkSource() override;
+  explicit FMocapLiveLinkSource(const FMocapSettings& InSettings);
+  ~FMocapLiveLinkSource() override;
 
   // ILiveLinkSource
-  virtual void ReceiveClient(ILiveLinkClient* InClient, FGuid InSourceGuid) override;
-  virtual bool IsSourceStillValid() const override { return Client != nullptr; }
-  virtual bool RequestSourceShutdown() override;
-  virtual FText GetSourceType() const override { return FText::FromString(TEXT("mocapd")); }
-  virtual FText GetSourceMachineName() const override { return FText::FromString(Endpoint); }
-  virtual FText GetSourceStatus() const override;
+  void ReceiveClient(ILiveLinkClient* InClient, FGuid InSourceGuid) override;
+  bool IsSourceStillValid() const override { return Client != nullptr; }
+  bool RequestSourceShutdown() override;
+  FText GetSourceType() const override { return FText::FromString(TEXT("mocapd")); }
+  FText GetSourceMachineName() const override { return FText::FromString(Settings.Endpoint()); }
+  FText GetSourceStatus() const override;
 
   // FRunnable
-  virtual uint32 Run() override;
-  virtual void Stop() override { bStopping = true; }
+  uint32 Run() override;
+  void Stop() override { bStopping = true; }
 
  private:
-  void Push(const mocap_frame* Frame);
-  void PushSkeleton(const mocap_subject& Subject, FName Name);
-  void PushPose(const mocap_subject& Subject, FName Name, int64 AgeNs);
-  void End();
+  struct FTimes;
 
-  FString Endpoint;
+  void Open();
+  void End();
+  void Push(const mocap_frame* Frame, FMocapSceneClock& Clock);
+  bool IsDescribedAnew(const mocap_frame* Frame, uint32 Version);
+  void RemoveMissing(const mocap_frame* Frame);
+  void PushSkeleton(const mocap_subject& Subject, FName Name);
+  void PushProp(FName Name);
+  void PushSkeletonPose(const mocap_subject& Subject, FName Name, const FTimes& Times);
+  void PushPropPose(const mocap_subject& Subject, FName Name, const FTimes& Times);
+  FTransform Local(const mocap_subject& Subject, int32 Bone) const;
+
+  FMocapSettings Settings;
+  FString Fault;  // the reason why Client is null
   mocap_client* Client = nullptr;
   ILiveLinkClient* LiveLink = nullptr;
   FGuid SourceGuid;
   FRunnableThread* Thread = nullptr;
-  TAtomic<bool> bStopping{false};
+  std::atomic<bool> bStopping{false};
+
+  // Of the thread alone.
   FString Session;
   uint32 DescriptionVersion = 0;
-};
-
-// "mocapd" in Live Link's list of sources; the connection string is the endpoint.
-UCLASS()
-class MOCAPLIVELINK_API UMocapLiveLinkSourceFactory : public ULiveLinkSourceFactory {
-  GENERATED_BODY()
-
- public:
-  virtual FText GetSourceDisplayName() const override { return FText::FromString(TEXT("mocapd")); }
-  virtual FText GetSourceTooltip() const override { return FText::FromString(TEXT("The feed of a mocapd")); }
-  virtual EMenuType GetMenuType() const override { return EMenuType::MenuEntry; }
-  virtual TSharedPtr<ILiveLinkSource> CreateSource(const FString& ConnectionString) const override;
+  TArray<FName> Described;  // subjects whose static data was pushed
 };

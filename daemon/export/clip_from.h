@@ -1,0 +1,17 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "export/clip.h"
+#include "export/clip_builder.h"
+#include "take/snapshot_reader.h"
+
+namespace mocap::exports {
+
+/// Reads a recording into a builder. `progress` is called from time to time with the share that was read, 0 to 1. Fails
+/// as SnapshotReader::next and ClipBuilder do.
+Status read_into(ClipBuilder& builder, take::SnapshotReader& recording, const std::function<void(double)>& progress);
+
+}  // namespace mocap::exports

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "base/time.h"
+
+namespace mocap {
+
+enum class TakeAction { Start, Stop, Cancel, Mark, Next };
+
+/// A request of an operator about takes.
+struct TakeOrder {
+  std::uint64_t number = 0;  ///< of the order; its answer has the same
+  TakeAction action = TakeAction::Start;
+  std::string name = {};       ///< Start: name of the take; empty: by [takes] name
+  std::string slate = {};      ///< Start, Next; empty: the slate of the last take
+  std::string text = {};       ///< Start, Next: notes; Mark: the text of the mark
+  Duration before{};           ///< Start, Next: the take begins so much earlier
+  Duration length{};           ///< Start, Next: the take ends after this time; zero: at Stop
+  Duration countdown{};        ///< Start, Next: the take starts after this time
+  std::int64_t at_utc_ns = 0;  ///< Start, Next: the take starts at this time; 0: at once
+};
+
+enum class TakeOutcome { Done, Invalid, NotFound, Failed };
+
+/// The answer to an order.
+struct TakeDone {
+  std::uint64_t order = 0;
+  TakeOutcome outcome = TakeOutcome::Done;
+  std::string message;  ///< for the operator
+};
+
+}  // namespace mocap

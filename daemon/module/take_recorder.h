@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "base/time.h"
+#include "model/blob.h"
+#include "model/description.h"
+#include "model/health.h"
+#include "model/snapshot.h"
+#include "model/take_health.h"
+#include "model/take_order.h"
+
+namespace mocap {
+
+/// Records takes on an operator's order, with what happened before the order.
+///
+/// Two threads use it: the intake thread hands over what was captured and never waits for the disk; the disk thread
+/// writes the files.
+class TakeRecorder {
+ public:
+  virtual ~TakeRecorder() = default;
+
+  // For the intake thread.
+  virtual void keep(const BlobFrame& frame) = 0;
+  virtual void keep(const Snapshot& snapshot) = 0;
+  virtual void keep(const Health& health) = 0;
+  /// A subject was fitted. The fit applies from the next snapshot on.
+  virtual void learn(const SubjectFit& fit) = 0;
+  /// Images that were dropped before they reached the recorder, since the start.
+  virtual void count_dropped_images(std::uint64_t total) = 0;
+
+  /// Another configuration is in force from now on. A take of the same cameras goes on; another one ends. For the
+  /// intake thread, or while it does not run.
+  virtual void describe(const Description& description, Timestamp now) = 0;
+
+  // For the disk thread.
+  virtual void follow(const TakeOrder& order, Timestamp now) = 0;
+  /// Writes what waits, and starts and ends takes that are due. May wait for the disk.
+  virtual void work(Timestamp now) = 0;
+  /// The next answer to an order, if there is one.
+  virtual std::optional<TakeDone> next_answer() = 0;
+  virtual TakeHealth health() const = 0;
+  /// Ends a take that is in progress. The last call.
+  virtual void finish(Timestamp now) = 0;
+};
+
+}  // namespace mocap

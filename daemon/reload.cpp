@@ -1,0 +1,111 @@
+#include "reload.h"
+
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "assemble.h"
+#include "base/log.h"
+#include "settings/rig/learnt_masks.h"
+#include "settings/subject/add_subject.h"
+#include "wire/curve_keys.h"
+
+namespace mocap {
+namespace {
+
+// Constructs each camera without opening it, and returns the faults that only the driver detects.
+settings::Faults driver_faults(const settings::DaemonSettings& settings, const std::filesystem::path& config) {
+  settings::Faults faults{config, {}};
+  for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
+    const Result<runtime::CameraParts> made = assemble_camera(settings, CameraId{i}, Timestamp{});
+    if (!made) faults.list.push_back({config, 0, 0, made.error().message});
+  }
+  return faults;
+}
+
+// Returns the faults of the server's key and of the list of clients' keys. A key that the service manager provides is
+// not there when the file is checked by hand.
+settings::Faults key_faults(const wire::CurveSettings& curve, const std::filesystem::path& config) {
+  settings::Faults faults{config, {}};
+  if (!curve.on()) return faults;
+  if (!settings::is_unresolved_credential(curve.server_key)) {
+    if (const auto own = wire::load_key_pair(curve.server_key); !own) {
+      faults.list.push_back({config, 0, 0, "security: server_key: " + own.error().message});
+    }
+  }
+  if (!settings::is_unresolved_credential(curve.allowed)) {
+    if (const auto allowed = wire::load_allowed_keys(curve.allowed); !allowed) {
+      faults.list.push_back({config, 0, 0, "security: allowed_keys: " + allowed.error().message});
+    }
+  }
+  return faults;
+}
+
+// Saves learnt masks: to the state folder if there is one, otherwise to the rig file.
+Status save_masks(const Configuration& now, const std::vector<std::vector<MaskPolygon>>& masks) {
+  Rig rig = now.settings->rig;
+  for (std::size_t i = 0; i < rig.size(); ++i) rig[i].learnt_masks = masks[i];
+  if (now.state.exist()) return settings::write_learnt_masks(now.state.learnt_masks, rig);
+  return settings::save_learnt_masks(now.settings->capture.rig_file, rig);
+}
+
+// Adds a subject: to the file in the state folder if there is one, otherwise to the configuration.
+Status save_subject(const Configuration& now, const settings::NewSubject& subject) {
+  const auto faults_of = [](const auto& loaded) { return loaded ? settings::Faults{} : loaded.error(); };
+  if (!now.state.exist()) {
+    return settings::add_subject(now.file, subject,
+                                 [&](const auto& tried) { return faults_of(load_checked(tried, now.state)); });
+  }
+  return settings::add_subject_to_state(now.state.added_subjects, subject, [&](const auto& tried) {
+    settings::StateFiles state = now.state;
+    state.added_subjects = tried;
+    return faults_of(load_checked(now.file, state));
+  });
+}
+
+}  // namespace
+
+Result<settings::DaemonSettings, settings::Faults> load_checked(const std::filesystem::path& config,
+                                                                const settings::StateFiles& state) {
+  Result<settings::DaemonSettings, settings::Faults> settings = settings::load_daemon_settings(config, state);
+  if (!settings) return settings;
+  settings::Faults faults = driver_faults(*settings, config);
+  settings::Faults keys = key_faults(settings->publish.curve, config);
+  faults.list.insert(faults.list.end(), keys.list.begin(), keys.list.end());
+  if (!faults.list.empty()) return faults;
+  if (const wire::CurveSettings& curve = settings->publish.curve; curve.on()) {
+    if (const auto key = wire::load_key_pair(curve.server_key)) settings->server_public_key = key->public_key;
+  }
+  return settings;
+}
+
+std::unique_ptr<settings::DaemonSettings> reload(const Configuration& now, const runtime::MainOrder& order,
+                                                 runtime::MainDone& answer) {
+  answer.order = order.number;
+  Status saved;
+  if (!order.masks.empty()) saved = save_masks(now, order.masks);
+  if (saved && !order.subject.empty()) saved = save_subject(now, {order.subject, order.marker_set});
+  if (!saved) {
+    answer.message = saved.error().message;
+    return nullptr;
+  }
+  Result<settings::DaemonSettings, settings::Faults> read = load_checked(now.file, now.state);
+  if (!read) {
+    answer.message = settings::to_text(read.error());
+    return nullptr;
+  }
+  answer.done = true;
+  answer.message = now.file.string() + " is in force; unchanged subjects, cameras and recordings continue";
+  return std::make_unique<settings::DaemonSettings>(*std::move(read));
+}
+
+void log_reload(const runtime::MainDone& answer) {
+  std::istringstream lines(answer.message);
+  for (std::string line; std::getline(lines, line);) {
+    answer.done ? log_info("reload", line) : log_error("reload", line);
+  }
+  if (!answer.done) log_error("reload", "the daemon keeps the settings that it had; correct the file and reload");
+}
+
+}  // namespace mocap

@@ -1,0 +1,85 @@
+#include "runtime/take_worker.h"
+
+#include <utility>
+
+namespace mocap::runtime {
+namespace {
+
+constexpr Duration kLongestSleep = std::chrono::milliseconds(50);
+// Period of the disk thread during a take: with the chunks of 50 ms, a crash loses less than 100 ms of a take.
+constexpr Duration kDiskPeriod = std::chrono::milliseconds(10);
+constexpr Duration kReportPeriod = std::chrono::milliseconds(250);
+
+}  // namespace
+
+TakeWorker::TakeWorker(std::unique_ptr<TakeRecorder> recorder, std::vector<CameraChannel*> cameras,
+                       SnapshotChannel& snapshots, TakeChannel& channel, WakeSignal& wake)
+    : recorder_(std::move(recorder)),
+      cameras_(std::move(cameras)),
+      snapshots_(snapshots),
+      channel_(channel),
+      wake_(wake) {}
+
+void TakeWorker::change(const Description& description, std::vector<CameraChannel*> cameras) {
+  recorder_->describe(description, host_now());
+  cameras_ = std::move(cameras);
+}
+
+void TakeWorker::run_intake(const std::stop_token& stop) {
+  for (;;) {
+    const WakeSignal::Ticket ticket = wake_.ticket();
+    const bool ended = stop.stop_requested();
+    if (take_in()) continue;
+    if (ended) return;
+    wake_.wait(ticket, kLongestSleep);
+  }
+}
+
+bool TakeWorker::take_in() {
+  bool any = false;
+  std::uint64_t dropped = 0;
+  for (CameraChannel* camera : cameras_) {
+    dropped += camera->counters.dropped_take_full.read();
+    while (const BlobFrame* oldest = camera->to_take->front()) {
+      recorder_->keep(*oldest);
+      camera->to_take->pop();
+      any = true;
+    }
+  }
+  recorder_->count_dropped_images(dropped);
+  while (const Snapshot* oldest = snapshots_.snapshots.front()) {
+    SubjectFit fit;  // is pushed before the first snapshot that uses it
+    while (snapshots_.fits.try_pop(fit)) recorder_->learn(fit);
+    recorder_->keep(*oldest);
+    snapshots_.snapshots.pop();
+    any = true;
+  }
+  while (const Health* oldest = channel_.health.front()) {
+    recorder_->keep(*oldest);
+    channel_.health.pop();
+  }
+  return any;
+}
+
+void TakeWorker::run_disk(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    const WakeSignal::Ticket ticket = channel_.ordered.ticket();
+    TakeOrder order;
+    while (channel_.orders.try_pop(order)) recorder_->follow(order, host_now());
+    recorder_->work(host_now());
+    report(host_now());
+    while (const auto answer = recorder_->next_answer()) static_cast<void>(channel_.done.try_push(*answer));
+    const bool busy = reported_ == TakeState::Waiting || reported_ == TakeState::Recording;
+    channel_.ordered.wait(ticket, busy ? kDiskPeriod : kLongestSleep);
+  }
+}
+
+void TakeWorker::report(Timestamp now) {
+  const TakeHealth state = recorder_->health();
+  if (state.state == reported_ && now - reported_at_ < kReportPeriod) return;
+  reported_ = state.state;
+  reported_at_ = now;
+  static_cast<void>(channel_.states.try_push(state));
+}
+
+}  // namespace mocap::runtime

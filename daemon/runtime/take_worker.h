@@ -1,0 +1,56 @@
+#pragma once
+
+#include <memory>
+#include <stop_token>
+#include <vector>
+
+#include "base/spsc_queue.h"
+#include "base/wake_signal.h"
+#include "module/take_recorder.h"
+#include "runtime/camera_worker.h"
+#include "runtime/fusion_worker.h"
+
+namespace mocap::runtime {
+
+/// Queues between the recorder of takes and the other threads, besides those of images and snapshots.
+struct TakeChannel {
+  SpscQueue<TakeOrder> orders{4};   ///< from the control thread, which then signals ordered
+  WakeSignal ordered;               ///< wakes the disk thread
+  SpscQueue<TakeDone> done{8};      ///< to the control thread
+  SpscQueue<Health> health{4};      ///< from the publish thread, with each report
+  SpscQueue<TakeHealth> states{8};  ///< to the publish thread, several times a second and at each change
+};
+
+/// The two threads of the recorder of takes. Intake empties the queues of images and snapshots and never waits for the
+/// disk; the disk thread follows orders and writes. If the disk is too slow, images are missing in the take, never in
+/// the feed.
+class TakeWorker {
+ public:
+  /// All objects outlive the worker. `wake`: signalled by the camera threads.
+  TakeWorker(std::unique_ptr<TakeRecorder> recorder, std::vector<CameraChannel*> cameras, SnapshotChannel& snapshots,
+             TakeChannel& channel, WakeSignal& wake);
+
+  /// The loop of the intake thread; returns when stopped and the queues are empty.
+  void run_intake(const std::stop_token& stop);
+  /// The loop of the disk thread; returns when stopped. A take in progress goes on with the next call.
+  void run_disk(const std::stop_token& stop);
+
+  /// Continues with another configuration. Call while the intake thread does not run.
+  void change(const Description& description, std::vector<CameraChannel*> cameras);
+  /// Ends a take in progress. Call while no thread runs; the last call.
+  void finish() { recorder_->finish(host_now()); }
+
+ private:
+  bool take_in();
+  void report(Timestamp now);
+
+  std::unique_ptr<TakeRecorder> recorder_;
+  std::vector<CameraChannel*> cameras_;
+  SnapshotChannel& snapshots_;
+  TakeChannel& channel_;
+  WakeSignal& wake_;
+  Timestamp reported_at_;
+  TakeState reported_ = TakeState::None;
+};
+
+}  // namespace mocap::runtime

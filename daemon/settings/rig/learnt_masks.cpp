@@ -1,0 +1,92 @@
+#include "settings/rig/learnt_masks.h"
+
+#include <fmt/format.h>
+
+#include <toml++/toml.h>
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "settings/rig/rig_text.h"
+#include "settings/toml/replace_file.h"
+#include "settings/toml/text_edit.h"
+#include "settings/toml/text_file.h"
+
+namespace mocap::settings {
+namespace {
+
+std::size_t offset_of(const LineIndex& lines, const toml::source_position& at) {
+  return lines.offset_of(at.line, at.column);
+}
+
+const CameraModel* find(const Rig& rig, const std::string& name) {
+  const auto found = std::find_if(rig.begin(), rig.end(), [&](const CameraModel& each) { return each.name == name; });
+  return found == rig.end() ? nullptr : &*found;
+}
+
+TextEdit edit_of(const toml::table& table, const CameraModel& camera, const std::string& text, const LineIndex& lines) {
+  const std::span<const MaskPolygon> masks(camera.learnt_masks);
+  const std::string line = masks.empty() ? "" : fmt::format("{} = {}", kLearntMask, mask_text(masks));
+  toml::source_position last = table.source().begin;  // the header
+  for (const auto& [key, node] : table) {
+    const auto end = node.source().end;
+    if (key.str() == kLearntMask) {
+      const std::size_t begin = offset_of(lines, key.source().begin);
+      const std::size_t behind = offset_of(lines, end);
+      return {begin, masks.empty() ? lines.next_line(behind) : behind, line};
+    }
+    if (std::tie(last.line, last.column) < std::tie(end.line, end.column)) last = end;
+  }
+  const std::size_t at = lines.next_line(offset_of(lines, last));
+  if (masks.empty()) return {at, at, ""};
+  const bool open_end = at == text.size() && !text.empty() && text.back() != '\n';
+  return {at, at, (open_end ? "\n" : "") + line + "\n"};
+}
+
+// The file without the learned masks: the part that the edit must not change.
+toml::table rest_of(toml::table root) {
+  for (auto&& [key, node] : root) {
+    if (toml::table* table = node.as_table()) table->erase(kLearntMask);
+  }
+  return root;
+}
+
+}  // namespace
+
+Status save_learnt_masks(const std::filesystem::path& path, const Rig& rig) {
+  const Result<std::string, Fault> read = read_text(path);
+  if (!read) return Error{ErrorCode::Io, to_text(read.error())};
+  const std::string& text = *read;
+  try {
+    const toml::table root = toml::parse(text, path.string());
+    const LineIndex lines(text);
+    std::vector<TextEdit> edits;
+    for (const auto& [key, node] : root) {
+      const toml::table* table = node.as_table();
+      if (table == nullptr || key.str() == "metadata") continue;
+      const CameraModel* camera = find(rig, (*table)["name"].value_or(std::string(key.str())));
+      if (camera == nullptr) continue;
+      if (table->is_inline()) {
+        return Error{ErrorCode::InvalidArgument, fmt::format("{}: camera '{}' stands in braces, expected a table [{}]",
+                                                             path.string(), camera->name, camera->name)};
+      }
+      edits.push_back(edit_of(*table, *camera, text, lines));
+    }
+    const std::string result = edited(text, std::move(edits));
+    if (rest_of(toml::parse(result, path.string())) != rest_of(root)) {
+      return Error{
+          ErrorCode::InvalidArgument,
+          fmt::format("{} cannot be edited without harm to the rest; write it with a table [name] a camera and "
+                      "a line a key",
+                      path.string())};
+    }
+    return replace_file(path, result);
+  } catch (const toml::parse_error& error) {
+    return Error{ErrorCode::InvalidArgument, fmt::format("{}:{}:{}: {}", path.string(), error.source().begin.line,
+                                                         error.source().begin.column, error.description())};
+  }
+}
+
+}  // namespace mocap::settings

@@ -1,0 +1,73 @@
+#include "take/camera_blobs.h"
+
+#include <fmt/core.h>
+
+#include <cmath>
+
+#include "take/blob_format.h"
+
+namespace mocap::take {
+
+void encode(const BlobFrame& from, v1::CameraBlobs& into) {
+  into.Clear();
+  into.set_camera(from.camera.value);
+  into.set_number(from.number);
+  into.set_exposed_at_ns(to_ns(from.exposed_at));
+  into.set_received_at_ns(to_ns(from.received_at));
+  into.set_detected_at_ns(to_ns(from.detected_at));
+  for (const Blob& blob : from.blobs) {
+    into.add_x_px(blob.centroid.v.x());
+    into.add_y_px(blob.centroid.v.y());
+    into.add_sigma_px(blob.sigma_px);
+    into.add_area_px2(blob.area_px2);
+    into.add_peak(blob.peak);
+    into.add_roundness(blob.roundness);
+    into.add_axis_rad(blob.axis_rad);
+    into.add_saturated(blob.saturated);
+    into.add_flags((blob.touches_border ? kTouchesBorder : 0U) | (blob.merged ? kMerged : 0U));
+    into.add_track_ids_plus_one(blob.track.value + 1);  // no track: the largest value becomes 0
+  }
+}
+
+Result<BlobFrame> decode(const v1::CameraBlobs& from) {
+  const int n = from.x_px_size();
+  const bool alike = from.y_px_size() == n && from.sigma_px_size() == n && from.area_px2_size() == n &&
+                     from.peak_size() == n && from.roundness_size() == n && from.axis_rad_size() == n &&
+                     from.saturated_size() == n && from.flags_size() == n && from.track_ids_plus_one_size() == n;
+  if (!alike || n > static_cast<int>(kMaxBlobs) || from.camera() >= kMaxCameras) {
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("blobs of camera {}: columns of different length, over {} blobs, or over {} cameras",
+                             from.camera(), kMaxBlobs, kMaxCameras)};
+  }
+  BlobFrame into;
+  into.camera = CameraId{from.camera()};
+  into.number = from.number();
+  into.exposed_at = from_ns(from.exposed_at_ns());
+  into.received_at = from_ns(from.received_at_ns());
+  into.detected_at = from_ns(from.detected_at_ns());
+  for (int i = 0; i < n; ++i) {
+    Blob blob;
+    blob.centroid.v = {from.x_px(i), from.y_px(i)};
+    blob.sigma_px = from.sigma_px(i);
+    blob.area_px2 = from.area_px2(i);
+    blob.peak = from.peak(i);
+    blob.roundness = from.roundness(i);
+    blob.axis_rad = from.axis_rad(i);
+    blob.saturated = from.saturated(i);
+    blob.touches_border = (from.flags(i) & kTouchesBorder) != 0;
+    blob.merged = (from.flags(i) & kMerged) != 0;
+    blob.track = BlobTrackId{from.track_ids_plus_one(i) - 1};
+    const bool valid = blob.centroid.v.allFinite() && std::isfinite(blob.sigma_px) && blob.sigma_px > 0.0 &&
+                       std::isfinite(blob.area_px2) && std::isfinite(blob.peak) && std::isfinite(blob.roundness) &&
+                       std::isfinite(blob.saturated) && !std::isinf(blob.axis_rad);
+    if (!valid) {
+      return Error{ErrorCode::InvalidArgument,
+                   fmt::format("blobs of camera {}: blob {} has a number that is not finite, or a sigma of {} px",
+                               from.camera(), i, blob.sigma_px)};
+    }
+    into.blobs.push_back(blob);
+  }
+  return into;
+}
+
+}  // namespace mocap::take

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "base/result.h"
+#include "mocap/v1/take.pb.h"
+#include "model/blob.h"
+
+namespace mocap::take {
+
+/// Encodes without loss. A reused message keeps its memory.
+void encode(const BlobFrame& from, v1::CameraBlobs& into);
+
+/// Decodes a message of an untrusted file. Fails with InvalidArgument if columns differ in length, there are more than
+/// kMaxBlobs blobs or kMaxCameras cameras, or a position or sigma is not a valid number.
+Result<BlobFrame> decode(const v1::CameraBlobs& from);
+
+}  // namespace mocap::take

@@ -1,0 +1,210 @@
+#include "take/snapshot_reader.h"
+
+#include <fmt/core.h>
+#include <google/protobuf/io/zero_copy_stream_impl.h>
+#include <google/protobuf/util/delimited_message_util.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <string>
+#include <utility>
+
+#include "take/take_reader.h"
+#include "wire/codec/decode.h"
+#include "wire/codec/json.h"
+
+namespace mocap::take {
+namespace {
+
+Timecode timecode_of(const v1::Timecode& from) {
+  return {from.hours(), from.minutes(), from.seconds(), from.frames(), from.frames_per_second(), from.drop_frame()};
+}
+
+// What all forms have in common: messages become snapshots.
+class MessageReader : public SnapshotReader {
+ public:
+  explicit MessageReader(const std::filesystem::path& path) : path_(path) {}
+
+  Result<const RecordedSnapshot*> next() final {
+    Result<bool> found = next_message();
+    if (!found) return found.error();
+    if (!*found) return static_cast<const RecordedSnapshot*>(nullptr);
+    if (const Status read = read_message(); !read) return wrong(read.error().message);
+    return static_cast<const RecordedSnapshot*>(&recorded_);
+  }
+  const Description& description() const final { return description_; }
+
+ protected:
+  // Reads the next message into message_. False at the end.
+  virtual Result<bool> next_message() = 0;
+  // Names the message that was read last.
+  virtual std::string place() const = 0;
+
+  Error wrong(const std::string& why) const {
+    return {ErrorCode::InvalidArgument, fmt::format("{}:{}: {}", path_.string(), place(), why)};
+  }
+
+  // Takes over the description of the messages that follow.
+  Status learn(Result<Description> read) {
+    if (!read) return read.error();
+    description_ = std::move(*read);
+    described_ = true;
+    return {};
+  }
+
+  std::filesystem::path path_;
+  v1::Snapshot message_;
+
+ private:
+  Status read_message() {
+    if (message_.has_description()) {
+      if (const Status learnt = learn(wire::decode(message_.description())); !learnt) return learnt;
+    }
+    if (!described_) {
+      return Error{ErrorCode::InvalidArgument,
+                   "the recording has no description, which names markers and bones; record with [record]"};
+    }
+    Result<Snapshot> snapshot = wire::decode(message_);
+    if (!snapshot) return snapshot.error();
+    recorded_.snapshot = std::move(*snapshot);
+    wire::put_at_rest_offsets(message_, description_, recorded_.snapshot);
+    recorded_.utc_minus_host_ns.reset();
+    if (message_.has_utc_minus_host_ns()) recorded_.utc_minus_host_ns = message_.utc_minus_host_ns();
+    recorded_.timecode.reset();
+    if (message_.has_timecode()) recorded_.timecode = timecode_of(message_.timecode());
+    return {};
+  }
+
+  bool described_ = false;
+  Description description_;
+  RecordedSnapshot recorded_;
+};
+
+class FileReader : public MessageReader {
+ public:
+  explicit FileReader(const std::filesystem::path& path)
+      : MessageReader(path), bytes_(std::filesystem::file_size(path)), file_(path, std::ios::binary) {}
+
+  double progress() const final {
+    return bytes_ == 0 ? 1.0 : std::min(1.0, static_cast<double>(position()) / static_cast<double>(bytes_));
+  }
+
+ protected:
+  // Number of bytes that were read.
+  virtual std::uint64_t position() const = 0;
+
+  std::uint64_t bytes_;
+  std::ifstream file_;
+};
+
+class ProtobufReader final : public FileReader {
+ public:
+  explicit ProtobufReader(const std::filesystem::path& path) : FileReader(path), stream_(&file_) {}
+
+ private:
+  Result<bool> next_message() override {
+    at_ = stream_.ByteCount();
+    message_.Clear();
+    bool at_end = false;
+    if (google::protobuf::util::ParseDelimitedFromZeroCopyStream(&message_, &stream_, &at_end)) return true;
+    // The last message of a recording that was cut off is incomplete, so that reading it reaches the end of the file.
+    if (at_end || position() >= bytes_) return false;
+    return wrong("not a message of mocap.v1.Snapshot");
+  }
+  std::uint64_t position() const override { return static_cast<std::uint64_t>(stream_.ByteCount()); }
+  std::string place() const override { return fmt::format("byte {}", at_); }
+
+  google::protobuf::io::IstreamInputStream stream_;
+  std::int64_t at_ = 0;
+};
+
+class JsonReader final : public FileReader {
+ public:
+  using FileReader::FileReader;
+
+ private:
+  Result<bool> next_message() override {
+    while (std::getline(file_, line_)) {
+      ++number_;
+      read_bytes_ += line_.size() + 1;
+      if (line_.find_first_not_of(" \t\r") == std::string::npos) continue;
+      Result<v1::Snapshot> message = wire::message_from_json_line(line_);
+      if (!message && file_.eof()) return false;  // the recording was cut off within its last line
+      if (!message) return wrong(message.error().message);
+      message_ = std::move(*message);
+      return true;
+    }
+    return false;
+  }
+  std::uint64_t position() const override { return read_bytes_; }
+  std::string place() const override { return fmt::format("{}", number_); }
+
+  std::string line_;
+  std::uint64_t number_ = 0, read_bytes_ = 0;
+};
+
+class McapReader final : public MessageReader {
+ public:
+  McapReader(const std::filesystem::path& path, TakeReader take)
+      : MessageReader(path),
+        take_(std::move(take)),
+        cursor_(take_.messages({{TakeTopic::Description, TakeTopic::Snapshot}, {}, {}})) {}
+
+  double progress() const override {
+    const double span_s = to_s(take_.last_at() - take_.first_at());
+    return span_s > 0.0 ? std::clamp(to_s(at_ - take_.first_at()) / span_s, 0.0, 1.0) : 1.0;
+  }
+
+ private:
+  Result<bool> next_message() override {
+    for (;;) {
+      const Result<std::optional<TakeRecord>> record = cursor_.next();
+      if (!record) return record.error();
+      if (!*record) return false;
+      at_ = (*record)->at;
+      if ((*record)->topic == TakeTopic::Description) {
+        if (const Status learnt = learn(description_of(**record)); !learnt) return wrong(learnt.error().message);
+        continue;
+      }
+      Result<v1::Snapshot> message = snapshot_message_of(**record);
+      if (!message) return wrong(message.error().message);
+      message_ = std::move(*message);
+      return true;
+    }
+  }
+  std::string place() const override { return fmt::format("{} ns", to_ns(at_)); }
+
+  TakeReader take_;
+  TakeCursor cursor_;  // of take_
+  Timestamp at_ = take_.first_at();
+};
+
+Result<std::unique_ptr<SnapshotReader>> open_take(const std::filesystem::path& path) {
+  Result<TakeReader> take = TakeReader::open(path);
+  if (!take) return take.error();
+  return std::unique_ptr<SnapshotReader>(std::make_unique<McapReader>(path, std::move(*take)));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<SnapshotReader>> open_snapshots(const std::filesystem::path& path) {
+  const auto ending = path.extension();
+  if (ending == ".mcap") return open_take(path);
+  if (ending != ".jsonl" && ending != ".pb") {
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("{}: ends in '{}', expected .mcap, .pb or .jsonl", path.string(), ending.string())};
+  }
+  std::error_code failed;
+  if (!std::filesystem::is_regular_file(path, failed)) {
+    return Error{ErrorCode::NotFound, fmt::format("{}: is not a file", path.string())};
+  }
+  if (!std::ifstream(path)) {
+    return Error{ErrorCode::Io, fmt::format("{}: cannot be read: {}", path.string(), std::strerror(errno))};
+  }
+  if (ending == ".pb") return std::unique_ptr<SnapshotReader>(std::make_unique<ProtobufReader>(path));
+  return std::unique_ptr<SnapshotReader>(std::make_unique<JsonReader>(path));
+}
+
+}  // namespace mocap::take

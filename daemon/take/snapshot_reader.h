@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "base/result.h"
+#include "model/description.h"
+#include "model/snapshot.h"
+#include "model/timecode.h"
+
+namespace mocap::take {
+
+/// A snapshot of a recording, with what only the recording knows of it.
+struct RecordedSnapshot {
+  Snapshot snapshot;
+  std::optional<std::int64_t> utc_minus_host_ns;
+  std::optional<Timecode> timecode;
+};
+
+/// Reads the snapshots of a recording, one after the other.
+class SnapshotReader {
+ public:
+  virtual ~SnapshotReader() = default;
+
+  /// The next snapshot; its address is valid until the next call. Null at the end, also if the recording was cut off
+  /// within its last snapshot. Fails with InvalidArgument (the message names the byte or the line) and Io.
+  virtual Result<const RecordedSnapshot*> next() = 0;
+
+  /// The description that the last snapshot refers to. Its version changes when the description does.
+  virtual const Description& description() const = 0;
+
+  /// The share of the recording that was read, 0 to 1.
+  virtual double progress() const = 0;
+};
+
+/// Opens a take (`.mcap`) or a recording of `make_snapshot_writer` (`.pb` or `.jsonl`). Fails with NotFound, Io,
+/// Unsupported (a newer format) and InvalidArgument (another extension, or not a take).
+Result<std::unique_ptr<SnapshotReader>> open_snapshots(const std::filesystem::path& path);
+
+}  // namespace mocap::take

@@ -1,0 +1,149 @@
+#include "take/take_info.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <ctime>
+
+namespace mocap::take {
+namespace {
+
+constexpr const char* kFormat = "mocap-take/1";
+
+std::string joined(const std::vector<std::string>& lines) { return fmt::format("{}", fmt::join(lines, "\n")); }
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::size_t begin = 0;
+  while (begin < text.size()) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    if (end > begin) lines.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return lines;
+}
+
+// Takes texts out of a metadata record. After the first text that is not a number, `status` has the error.
+class Keys {
+ public:
+  explicit Keys(mcap::Texts texts) : texts_(std::move(texts)) {}
+
+  std::string text(const std::string& key) {
+    const auto found = texts_.extract(key);
+    return found.empty() ? std::string() : std::move(found.mapped());
+  }
+
+  std::optional<std::int64_t> number(const std::string& key, std::int64_t least, std::int64_t most) {
+    const std::string value = text(key);
+    if (value.empty()) return std::nullopt;
+    std::int64_t number = 0;
+    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+    if (error != std::errc() || end != value.data() + value.size() || number < least || number > most) {
+      status_ = Error{ErrorCode::InvalidArgument,
+                      fmt::format("metadata 'take': {} is '{}', expected {} to {}", key, value, least, most)};
+      return std::nullopt;
+    }
+    return number;
+  }
+
+  const Status& status() const noexcept { return status_; }
+  mcap::Texts others() { return std::move(texts_); }
+
+ private:
+  mcap::Texts texts_;
+  Status status_;
+};
+
+bool is_plain(std::string_view text, bool lines) {
+  return std::all_of(text.begin(), text.end(), [&](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return (byte >= 0x20 && byte != 0x7F) || (lines && c == '\n');
+  });
+}
+
+constexpr std::int64_t kAnyTime_ns = std::numeric_limits<std::int64_t>::max() / 4;
+
+}  // namespace
+
+Status check(const TakeInfo& info) {
+  std::size_t bytes = info.notes.size();
+  std::vector<std::string> texts = info.tags;
+  texts.insert(texts.end(), {info.name, info.slate, info.producer, info.start_timecode, info.end_timecode});
+  for (const std::string& text : texts) {
+    bytes += text.size();
+    if (!is_plain(text, false))
+      return Error{ErrorCode::InvalidArgument, fmt::format("take: '{}' has control characters, expected text", text)};
+  }
+  if (!is_plain(info.notes, true))
+    return Error{ErrorCode::InvalidArgument, "take: the notes have control characters, expected text and newlines"};
+  if (bytes > kMaxInfo_bytes) {
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("take: name, notes and tags have {} bytes, expected at most {}", bytes, kMaxInfo_bytes)};
+  }
+  if (info.rating && (*info.rating < 0 || *info.rating > kMaxRating)) {
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("take: the rating is {}, expected 0 to {}", *info.rating, kMaxRating)};
+  }
+  return {};
+}
+
+mcap::Metadata encode(const TakeInfo& info) {
+  mcap::Metadata metadata{kTakeMetadata, info.others};
+  mcap::Texts& texts = metadata.texts;
+  texts["format"] = kFormat;
+  texts["name"] = info.name;
+  texts["slate"] = info.slate;
+  texts["take_number"] = info.number == 0 ? "" : std::to_string(info.number);
+  texts["notes"] = info.notes;
+  texts["tags"] = joined(info.tags);
+  texts["rating"] = info.rating ? std::to_string(*info.rating) : "";
+  texts["producer"] = info.producer;
+  texts["utc_minus_host_ns"] = std::to_string(info.utc_minus_host.count());
+  for (const auto& [key, at] : {std::pair{"start", info.started_at}, {"end", info.ended_at}}) {
+    texts[fmt::format("{}_ns", key)] = at ? std::to_string(to_ns(*at)) : "";
+    texts[fmt::format("{}_utc", key)] = at ? utc_text(*at, info.utc_minus_host) : "";
+  }
+  texts["start_timecode"] = info.start_timecode;
+  texts["end_timecode"] = info.end_timecode;
+  texts["repaired"] = info.repaired ? std::string("1") : std::string();
+  return metadata;
+}
+
+Result<TakeInfo> decode_info(const mcap::Metadata& metadata) {
+  Keys keys(metadata.texts);
+  TakeInfo info;
+  if (const std::string format = keys.text("format"); format != kFormat) {
+    return Error{ErrorCode::Unsupported, fmt::format("its format is '{}', expected {}", format, kFormat)};
+  }
+  info.name = keys.text("name");
+  info.slate = keys.text("slate");
+  info.number = static_cast<std::uint32_t>(keys.number("take_number", 0, 0xFFFF'FFFF).value_or(0));
+  info.notes = keys.text("notes");
+  info.tags = lines_of(keys.text("tags"));
+  if (const auto rating = keys.number("rating", 0, kMaxRating)) info.rating = static_cast<int>(*rating);
+  info.producer = keys.text("producer");
+  info.utc_minus_host = Duration(keys.number("utc_minus_host_ns", -kAnyTime_ns, kAnyTime_ns).value_or(0));
+  if (const auto at = keys.number("start_ns", -kAnyTime_ns, kAnyTime_ns)) info.started_at = from_ns(*at);
+  if (const auto at = keys.number("end_ns", -kAnyTime_ns, kAnyTime_ns)) info.ended_at = from_ns(*at);
+  static_cast<void>(keys.text("start_utc"));
+  static_cast<void>(keys.text("end_utc"));
+  info.start_timecode = keys.text("start_timecode");
+  info.end_timecode = keys.text("end_timecode");
+  info.repaired = !keys.text("repaired").empty();
+  if (!keys.status()) return keys.status().error();
+  info.others = keys.others();
+  return info;
+}
+
+std::string utc_text(Timestamp at, Duration utc_minus_host) {
+  const Duration utc = at.time_since_epoch() + utc_minus_host;
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(utc);
+  const std::time_t whole = seconds.count();
+  std::tm parts{};
+  ::gmtime_r(&whole, &parts);
+  return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:09}Z", parts, (utc - seconds).count());
+}
+
+}  // namespace mocap::take

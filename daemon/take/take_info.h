@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "base/time.h"
+#include "take/mcap/records.h"
+
+namespace mocap::take {
+
+/// The name of the metadata record of a take. A file may have several; the last one counts.
+inline constexpr const char* kTakeMetadata = "take";
+
+/// What an operator knows about a take, and when it was recorded.
+struct TakeInfo {
+  std::string name;
+  std::string slate;
+  std::uint32_t number = 0;  ///< take number of the slate; 0: none
+  std::string notes;
+  std::vector<std::string> tags;
+  std::optional<int> rating;            ///< 0 to 5
+  std::string producer;                 ///< program and version
+  Duration utc_minus_host{};            ///< at the start; the times of the file are host times plus this
+  std::optional<Timestamp> started_at;  ///< host clock
+  std::optional<Timestamp> ended_at;    ///< nothing: the recording did not end
+  std::string start_timecode;           ///< HH:MM:SS:FF, or ; before the frames if drop-frame; empty: none
+  std::string end_timecode;
+  bool repaired = false;  ///< the recording was cut off, and its index was written later
+  mcap::Texts others;     ///< keys that this version does not know; they are kept
+};
+
+inline constexpr int kMaxRating = 5;
+
+/// Largest total of the texts, so that they fit into the space that a recording keeps free for its end.
+inline constexpr std::size_t kMaxInfo_bytes = 12 * 1024;
+
+/// Fails with InvalidArgument if a text has control characters other than newlines in notes, if the texts exceed
+/// kMaxInfo_bytes, or if the rating is out of range.
+Status check(const TakeInfo& info);
+
+mcap::Metadata encode(const TakeInfo& info);
+
+/// Fails with InvalidArgument if a number cannot be read.
+Result<TakeInfo> decode_info(const mcap::Metadata& metadata);
+
+/// "2026-03-01T12:00:00.123456789Z".
+std::string utc_text(Timestamp at, Duration utc_minus_host);
+
+}  // namespace mocap::take

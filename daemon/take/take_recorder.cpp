@@ -1,0 +1,582 @@
+#include "take/take_recorder.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <deque>
+#include <mutex>
+#include <utility>
+
+#include "base/log.h"
+#include "mocap/v1/event.pb.h"
+#include "mocap/v1/health.pb.h"
+#include "mocap/v1/take.pb.h"
+#include "model/search_health.h"
+#include "take/camera_blobs.h"
+#include "take/take_buffer.h"
+#include "take/take_name.h"
+#include "take/take_quality.h"
+#include "take/take_reader.h"
+#include "wire/codec/encode.h"
+#include "wire/codec/utf8.h"
+#include "wire/event_watch.h"
+
+namespace mocap::take {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kWho = "take";
+constexpr std::size_t kBatch_bytes = 1U << 20U;
+constexpr int kMostBatches = 8;  // of one call of `work`
+constexpr Duration kCheckPeriod = std::chrono::seconds(1);
+// Longest wait for the snapshots of the take's last instants.
+constexpr Duration kDrainPatience = std::chrono::milliseconds(300);
+constexpr double kMB = 1e6;
+// Between two takes of take next nothing must leave the memory.
+constexpr Duration kLeastKept = std::chrono::seconds(1);
+
+bool same_cameras(const Description& one, const Description& other) {
+  return std::ranges::equal(one.cameras, other.cameras, {}, &CameraModel::name, &CameraModel::name);
+}
+
+TakeDone answer_to(std::uint64_t order, TakeOutcome outcome, std::string message) {
+  return {order, outcome, std::move(message)};
+}
+
+// A take in progress.
+struct Recording {
+  std::unique_ptr<TakeWriter> writer;
+  TakeInfo info;
+  TakeMeter meter;
+  Timestamp from;               // earlier messages are left out
+  std::optional<Timestamp> to;  // later messages are left out
+  bool drained = false;         // a snapshot after `to` came
+  Timestamp checked_at;         // free space and folder
+  std::uint64_t dropped_before = 0;
+  std::vector<std::string> blob_topics;  // by camera
+  std::optional<TakeOrder> stopped_by;   // to be answered when the file is complete
+};
+
+class DiskTakeRecorder : public TakeRecorder {
+ public:
+  DiskTakeRecorder(TakesSettings settings, const Description& description, std::vector<TakeFile> files)
+      : settings_(std::move(settings)),
+        files_(std::move(files)),
+        buffer_(settings_.memory_mb * 1'000'000, std::max(settings_.before, kLeastKept)),
+        description_(description),
+        descriptions_{{Timestamp::min(), description}} {
+    events_.update(description, host_now());
+  }
+
+  void keep(const BlobFrame& frame) override {
+    if (!settings_.blobs) return;
+    encode(frame, blobs_);
+    blobs_.SerializeToString(&bytes_);
+    buffer_.add({BufferedKind::Blobs, frame.camera.value, frame.exposed_at, bytes_});
+  }
+
+  void keep(const Snapshot& snapshot) override {
+    const Timestamp at = snapshot.instants.exposed_at;
+    if (description_changed_) add_description(at);
+    wire::encode(snapshot, snapshot_);
+    snapshot_.SerializeToString(&bytes_);
+    buffer_.add({BufferedKind::Snapshot, 0, at, bytes_});
+    events_.update(snapshot);
+    add_events();
+  }
+
+  void keep(const Health& health) override {
+    wire::encode(health, health_message_);
+    health_message_.SerializeToString(&bytes_);
+    buffer_.add({BufferedKind::Health, 0, health.at, bytes_});
+    events_.update(health);
+    add_events();
+  }
+
+  void learn(const SubjectFit& fit) override {
+    description_ = with_fit(std::move(description_), fit);
+    description_changed_ = true;
+  }
+
+  void count_dropped_images(std::uint64_t total) override { dropped_images_.store(total, std::memory_order_relaxed); }
+
+  void describe(const Description& description, Timestamp now) override {
+    const bool same = same_cameras(description, description_);
+    description_ = description;
+    description_changed_ = true;
+    if (same) return;
+    buffer_.add({BufferedKind::Break, 0, now, {}});
+    {
+      const std::lock_guard lock(descriptions_mutex_);
+      descriptions_.clear();
+    }
+    add_description(now);
+  }
+
+  void follow(const TakeOrder& order, Timestamp now) override {
+    switch (order.action) {
+      case TakeAction::Start: return order_start(order, now);
+      case TakeAction::Stop: return order_stop(order, now);
+      case TakeAction::Cancel: return order_cancel(order, now);
+      case TakeAction::Mark: return order_mark(order, now);
+      case TakeAction::Next: return order_next(order, now);
+    }
+  }
+
+  void work(Timestamp now) override {
+    if (waiting_ && now >= due_at_) {
+      const TakeOrder order = *std::exchange(waiting_, std::nullopt);
+      const TakeDone started = start(order, now);
+      if (started.outcome != TakeOutcome::Done) {
+        state_.state = TakeState::Failed;
+        state_.message = bounded_text<511>(started.message);
+        log_error(kWho, started.message);
+      }
+    }
+    for (int i = 0; recording_ && i < kMostBatches; ++i) {
+      if (!write_waiting()) break;
+    }
+    if (!recording_) return;
+    check(now);
+    if (!recording_) return;
+    const bool due = recording_->to && (recording_->drained || now > *recording_->to + kDrainPatience);
+    if (due) {
+      end(now, {});
+    } else if (const Status ticked = recording_->writer->tick(now); !ticked) {
+      end(now, ticked.error().message);
+    }
+  }
+
+  std::optional<TakeDone> next_answer() override {
+    if (answers_.empty()) return std::nullopt;
+    TakeDone next = std::move(answers_.front());
+    answers_.pop_front();
+    return next;
+  }
+
+  TakeHealth health() const override {
+    TakeHealth health = state_;
+    if (recording_) fill(health, recording_->meter.report());
+    return health;
+  }
+
+  void finish(Timestamp now) override {
+    waiting_.reset();
+    if (!recording_) return;
+    if (!recording_->to) recording_->to = now;
+    while (recording_ && write_waiting()) {
+    }
+    if (recording_) end(now, {});
+  }
+
+ private:
+  // --- intake thread ---
+
+  void add_description(Timestamp at) {
+    description_changed_ = false;
+    wire::encode(description_).SerializeToString(&description_bytes_);
+    buffer_.add({BufferedKind::Description, 0, at, description_bytes_});
+    events_.update(description_, at);
+    const std::lock_guard lock(descriptions_mutex_);
+    descriptions_.emplace_back(at, description_);
+    // The last one before the oldest message stays.
+    while (descriptions_.size() > 1 && descriptions_[1].first < at - settings_.before) descriptions_.pop_front();
+  }
+
+  void add_events() {
+    while (!events_.unsent().empty()) {
+      const v1::Event& event = events_.unsent().front();
+      event.SerializeToString(&bytes_);
+      buffer_.add({BufferedKind::Event, 0, from_ns(event.at_ns()), bytes_});
+      events_.remove_oldest();
+    }
+  }
+
+  Description description_at(Timestamp at) const {
+    const std::lock_guard lock(descriptions_mutex_);
+    Description found = descriptions_.front().second;
+    for (const auto& [since, description] : descriptions_) {
+      if (since <= at) found = description;
+    }
+    return found;
+  }
+
+  // --- disk thread: orders ---
+
+  void answer(const TakeOrder& order, TakeOutcome outcome, std::string message) {
+    answers_.push_back(answer_to(order.number, outcome, std::move(message)));
+  }
+
+  void order_start(const TakeOrder& order, Timestamp now) {
+    if (recording_) {
+      return answer(order, TakeOutcome::Failed,
+                    fmt::format("take '{}' is being recorded; stop it first, or use take next", recording_->info.name));
+    }
+    if (waiting_) {
+      return answer(order, TakeOutcome::Failed, "a take waits for its start already; mocapctl take cancel ends that");
+    }
+    if (const Status valid = check_order(order); !valid) {
+      return answer(order, TakeOutcome::Invalid, valid.error().message);
+    }
+    const Duration wait =
+        order.at_utc_ns != 0 ? Duration{order.at_utc_ns} - to_span(now) - utc_minus_host() : order.countdown;
+    if (wait <= Duration::zero()) return start_now(order, now);
+    waiting_ = order;
+    due_at_ = now + wait;
+    begin_state(TakeState::Waiting);
+    state_.name = bounded_text<255>(order.name);
+    answer(order, TakeOutcome::Done, fmt::format("the take starts in {:.1f} s", to_s(wait)));
+  }
+
+  static Duration to_span(Timestamp at) { return at.time_since_epoch(); }
+
+  void start_now(const TakeOrder& order, Timestamp now) {
+    TakeDone started = start(order, now);
+    if (started.outcome == TakeOutcome::Failed) log_error(kWho, started.message);
+    answers_.push_back(std::move(started));
+  }
+
+  void order_stop(const TakeOrder& order, Timestamp now) {
+    if (recording_) {
+      if (recording_->stopped_by) {
+        return answer(order, TakeOutcome::Failed, "the take is being stopped already");
+      }
+      if (!recording_->to || *recording_->to > now) recording_->to = now;
+      recording_->stopped_by = order;
+      return;
+    }
+    if (waiting_) return order_cancel(order, now);
+    answer(order, TakeOutcome::NotFound, "no take is being recorded; mocapctl take start begins one");
+  }
+
+  void order_cancel(const TakeOrder& order, Timestamp) {
+    if (!recording_) {
+      const bool waited = std::exchange(waiting_, std::nullopt).has_value();
+      if (waited) state_.state = TakeState::Cancelled;
+      return answer(order, waited ? TakeOutcome::Done : TakeOutcome::NotFound,
+                    waited ? "the take that waited does not start" : "no take is being recorded");
+    }
+    const std::string path = recording_->writer->path();
+    answer_stopped(TakeOutcome::Failed, fmt::format("{}: cancelled", path));
+    (void)recording_->writer->finish(recording_->info);
+    recording_.reset();
+    buffer_.release();
+    std::error_code error;
+    fs::remove(path, error);
+    state_.state = TakeState::Cancelled;
+    if (error) {
+      return answer(order, TakeOutcome::Failed, fmt::format("'{}' cannot be deleted: {}", path, error.message()));
+    }
+    log_info(kWho, fmt::format("'{}' cancelled and deleted", path));
+    answer(order, TakeOutcome::Done, fmt::format("{}: cancelled and deleted", path));
+  }
+
+  void order_mark(const TakeOrder& order, Timestamp now) {
+    if (!recording_)
+      return answer(order, TakeOutcome::NotFound, "no take is being recorded, so there is nothing to mark");
+    v1::Event event;
+    event.set_at_ns(to_ns(now));
+    event.set_kind(v1::EVENT_KIND_MARK);
+    event.set_message(wire::valid_utf8(order.text));
+    const Status written = recording_->writer->append(kEventTopic, now, event.SerializeAsString());
+    if (!written) {
+      answer(order, TakeOutcome::Failed, written.error().message);
+      return end(now, written.error().message);
+    }
+    answer(order, TakeOutcome::Done,
+           fmt::format("{}: marked at {:.3f} s", recording_->info.name, to_s(now - recording_->from)));
+  }
+
+  // The take in progress ends first; the next one starts with the instant of the order.
+  void order_next(const TakeOrder& order, Timestamp now) {
+    TakeOrder start = order;
+    start.action = TakeAction::Start;
+    if (!recording_) return order_start(start, now);
+    if (next_) return answer(order, TakeOutcome::Failed, "the next take is about to start already");
+    if (!recording_->to || *recording_->to > now) recording_->to = now;
+    next_ = start;
+  }
+
+  Status check_order(const TakeOrder& order) const {
+    if (!order.name.empty()) {
+      if (const Status valid = check_name(order.name, "the name of the take"); !valid) return valid;
+      if (has_take(settings_.folder, order.name)) {
+        return Error{ErrorCode::InvalidArgument,
+                     fmt::format("there is a take '{}' in {} already; the next free name is '{}'", order.name,
+                                 settings_.folder.string(), free_name(settings_.folder, order.name))};
+      }
+    }
+    if (!order.slate.empty()) {
+      if (const Status valid = check_name(order.slate, "the slate"); !valid) return valid;
+    }
+    if (order.before > settings_.before) {
+      return Error{ErrorCode::InvalidArgument,
+                   fmt::format("before is {:.1f} s, expected at most [takes] before_s = {:.1f}", to_s(order.before),
+                               to_s(settings_.before))};
+    }
+    return {};
+  }
+
+  // --- disk thread: a take ---
+
+  TakeDone start(const TakeOrder& order, Timestamp now) {
+    const auto refused = [&](TakeOutcome outcome, std::string why) {
+      return answer_to(order.number, outcome, std::move(why));
+    };
+    if (const Status valid = check_order(order); !valid) return refused(TakeOutcome::Invalid, valid.error().message);
+    std::error_code error;
+    fs::create_directories(settings_.folder, error);
+    if (error) {
+      return refused(TakeOutcome::Failed,
+                     fmt::format("[takes] folder '{}' cannot be made: {}", settings_.folder.string(), error.message()));
+    }
+    if (const Status free = check_free_space(); !free) return refused(TakeOutcome::Failed, free.error().message);
+
+    Recording recording;
+    TakeStart begin;
+    begin.info = info_of(order);
+    recording.from = now - order.before;
+    const std::optional<Timestamp> oldest = buffer_.hold(recording.from);
+    recording.from = std::max(recording.from, std::min(oldest.value_or(now), now));
+    begin.info.started_at = recording.from;
+    begin.description = description_at(recording.from);
+    begin.files = files_;
+    Result<std::unique_ptr<TakeWriter>> writer =
+        TakeWriter::create(settings_.folder / (begin.info.name + ".mcap"), begin);
+    if (!writer) {
+      buffer_.release();
+      return refused(writer.error().code == ErrorCode::InvalidArgument ? TakeOutcome::Invalid : TakeOutcome::Failed,
+                     writer.error().message);
+    }
+    recording.writer = *std::move(writer);
+    recording.info = begin.info;
+    recording.checked_at = now;
+    recording.dropped_before = dropped_images_.load(std::memory_order_relaxed);
+    recording.meter.describe(begin.description);
+    for (const CameraModel& camera : begin.description.cameras) {
+      recording.blob_topics.push_back(std::string(kBlobsTopics) + camera.name);
+    }
+    if (order.length > Duration::zero()) recording.to = now + order.length;
+    slate_ = recording.info.slate;
+    begin_state(TakeState::Recording);
+    ++state_.takes;
+    state_.name = bounded_text<255>(recording.info.name);
+    state_.path = bounded_text<1023>(recording.writer->path());
+    const std::string words =
+        fmt::format("recording '{}', from {:.1f} s before", recording.writer->path(), to_s(now - recording.from));
+    recording_ = std::move(recording);
+    log_info(kWho, words);
+    return refused(TakeOutcome::Done, words);
+  }
+
+  void begin_state(TakeState state) {
+    const std::uint64_t takes = state_.takes;
+    state_ = {};
+    state_.state = state;
+    state_.takes = takes;
+  }
+
+  TakeInfo info_of(const TakeOrder& order) const {
+    TakeInfo info;
+    info.producer = description_at(Timestamp::max()).producer;
+    info.utc_minus_host = utc_minus_host();
+    info.notes = order.text;
+    info.slate = !order.slate.empty() ? order.slate : slate_;
+    info.name = order.name;
+    if (!info.name.empty()) return info;
+    const TakeName next =
+        next_name(settings_.folder, settings_.name, info.slate, to_span(host_now()) + info.utc_minus_host);
+    info.name = next.name;
+    info.number = next.number;
+    return info;
+  }
+
+  Status check_free_space() const {
+    std::error_code error;
+    const fs::space_info space = fs::space(settings_.folder, error);
+    if (error) {
+      return Error{ErrorCode::Io, fmt::format("[takes] folder '{}': {}", settings_.folder.string(), error.message())};
+    }
+    if (space.available >= settings_.min_free_mb * 1'000'000) return {};
+    return Error{
+        ErrorCode::Io,
+        fmt::format("'{}' has {:.0f} MB free, less than [takes] min_free_mb = {}; free some space",
+                    settings_.folder.string(), static_cast<double>(space.available) / kMB, settings_.min_free_mb)};
+  }
+
+  // Whether the file still has a name: a take in a folder that was removed would vanish with the last byte.
+  Status check_file() const {
+    struct stat now {};
+    const std::string& path = recording_->writer->path();
+    if (::stat(path.c_str(), &now) == 0) return {};
+    return Error{ErrorCode::Io, fmt::format("'{}' is gone ({}): its folder or its file was removed", path,
+                                            std::strerror(errno))};  // NOLINT(concurrency-mt-unsafe)
+  }
+
+  void check(Timestamp now) {
+    const TakeBuffer::Lost lost = buffer_.lost();
+    const std::uint64_t dropped = dropped_images_.load(std::memory_order_relaxed) - recording_->dropped_before;
+    recording_->meter.set_lost_images(lost.images + dropped);
+    if (lost.images + lost.others > 0) {
+      return end(now,
+                 fmt::format("the disk is too slow: {} MB wait to be written ([takes] memory_mb); use a faster disk "
+                             "for [takes] folder",
+                             settings_.memory_mb));
+    }
+    if (now - recording_->checked_at < kCheckPeriod) return;
+    recording_->checked_at = now;
+    for (const Status& good : {check_file(), check_free_space()}) {
+      if (!good) return end(now, good.error().message);
+    }
+  }
+
+  // Returns whether there was anything to write and the take goes on.
+  bool write_waiting() {
+    const std::vector<BufferedMessage>& batch = buffer_.next(kBatch_bytes);
+    for (const BufferedMessage& message : batch) {
+      if (message.kind == BufferedKind::Break) {
+        end(message.at, "the cameras of the configuration changed");
+        return false;
+      }
+      if (message.at < recording_->from) continue;
+      if (recording_->to && message.at > *recording_->to) {
+        recording_->drained = recording_->drained || message.kind == BufferedKind::Snapshot;
+        continue;
+      }
+      if (const Status written = write(message); !written) {
+        end(message.at, written.error().message);
+        return false;
+      }
+    }
+    return !batch.empty();
+  }
+
+  Status write(const BufferedMessage& message) {
+    TakeWriter& writer = *recording_->writer;
+    switch (message.kind) {
+      case BufferedKind::Blobs:
+        if (message.camera >= recording_->blob_topics.size()) return {};
+        return writer.append(recording_->blob_topics[message.camera], message.at, message.bytes);
+      case BufferedKind::Snapshot: return write_snapshot(message);
+      case BufferedKind::Description: {
+        const Result<Description> description = description_of({TakeTopic::Description, message.at, message.bytes});
+        if (description) recording_->meter.describe(*description);
+        return writer.append(kDescriptionTopic, message.at, message.bytes);
+      }
+      case BufferedKind::Health: return writer.append(kHealthTopic, message.at, message.bytes);
+      case BufferedKind::Event: return writer.append(kEventTopic, message.at, message.bytes);
+      case BufferedKind::Break: break;
+    }
+    return {};
+  }
+
+  Status write_snapshot(const BufferedMessage& message) {
+    if (!read_.ParseFromArray(message.bytes.data(), static_cast<int>(message.bytes.size()))) return {};
+    recording_->meter.add(read_);
+    if (!settings_.snapshots) return {};
+    read_.set_utc_minus_host_ns(recording_->info.utc_minus_host.count());
+    read_.SerializeToString(&written_);
+    return recording_->writer->append(kSnapshotTopic, message.at, written_);
+  }
+
+  // Adds the quality to the info of a take, as far as its bound permits: the most important first.
+  static void describe_end(TakeInfo& info, const QualityReport& report, const std::string& why) {
+    const std::pair<const char*, std::string> texts[] = {
+        {"quality", name_of(report.quality)},
+        {"ended_early", why},
+        {"quality_reasons", fmt::format("{}", fmt::join(report.reasons, "; "))},
+        {"quality_figures", to_json(report)}};
+    for (const auto& [key, text] : texts) {
+      if (text.empty()) continue;
+      info.others[key] = text;
+      if (!mocap::take::check(info)) info.others.erase(key);
+    }
+  }
+
+  // Completes the file. `why`: the reason of an early end; empty: as ordered.
+  void end(Timestamp now, const std::string& why) {
+    Recording ended = *std::exchange(recording_, std::nullopt);
+    buffer_.release();
+    const QualityReport report = ended.meter.report();
+    ended.info.ended_at = ended.to ? std::min(*ended.to, now) : now;
+    describe_end(ended.info, report, why);
+    const Status finished = ended.writer->finish(ended.info);
+    fill(state_, report);
+    state_.size_bytes = ended.writer->size().bytes;
+    const std::string fault = !why.empty() ? why : finished ? std::string() : finished.error().message;
+    state_.state = fault.empty() ? TakeState::Ended : TakeState::Failed;
+    state_.message = bounded_text<511>(fault);
+    const std::string words = words_of(ended, report, fault);
+    fault.empty() ? log_info(kWho, words) : log_error(kWho, words + "; the feed continues");
+    const TakeOutcome outcome = fault.empty() ? TakeOutcome::Done : TakeOutcome::Failed;
+    if (ended.stopped_by) answer(*ended.stopped_by, outcome, words);
+    if (const auto next = std::exchange(next_, std::nullopt)) order_start(*next, ended.to.value_or(now));
+  }
+
+  static std::string words_of(const Recording& take, const QualityReport& report, const std::string& fault) {
+    std::string words = fmt::format("'{}' ended, {:.2f} s, {:.1f} MB, {}", take.writer->path(), report.seconds,
+                                    static_cast<double>(take.writer->size().bytes) / kMB, name_of(report.quality));
+    if (!report.reasons.empty()) words += fmt::format(": {}", fmt::join(report.reasons, "; "));
+    return fault.empty() ? words : fmt::format("{}; it ended early: {}", words, fault);
+  }
+
+  void answer_stopped(TakeOutcome outcome, std::string message) {
+    if (recording_->stopped_by) answer(*recording_->stopped_by, outcome, message);
+    if (const auto next = std::exchange(next_, std::nullopt)) answer(*next, outcome, std::move(message));
+  }
+
+  void fill(TakeHealth& health, const QualityReport& report) const {
+    health.seconds = report.seconds;
+    health.sets = report.sets;
+    health.lost_sets = report.lost_sets;
+    health.lost_images = report.lost_images;
+    health.quality = report.quality;
+    health.reasons = bounded_text<511>(fmt::format("{}", fmt::join(report.reasons, "; ")));
+    if (recording_) health.size_bytes = recording_->writer->size().bytes;
+  }
+
+  const TakesSettings settings_;
+  const std::vector<TakeFile> files_;
+  TakeBuffer buffer_;
+  std::atomic<std::uint64_t> dropped_images_{0};
+
+  // Of the intake thread.
+  Description description_;
+  bool description_changed_ = false;
+  wire::EventWatch events_;
+  v1::CameraBlobs blobs_;
+  v1::Snapshot snapshot_;
+  v1::Health health_message_;
+  std::string bytes_, description_bytes_;
+
+  mutable std::mutex descriptions_mutex_;
+  std::deque<std::pair<Timestamp, Description>> descriptions_;  // since when each is in force
+
+  // Of the disk thread.
+  std::optional<Recording> recording_;
+  std::optional<TakeOrder> waiting_;  // starts at due_at_
+  Timestamp due_at_;
+  std::optional<TakeOrder> next_;  // starts when the take in progress has ended
+  std::deque<TakeDone> answers_;
+  std::string slate_ = "take";
+  TakeHealth state_;
+  v1::Snapshot read_;
+  std::string written_;
+};
+
+}  // namespace
+
+std::unique_ptr<TakeRecorder> make_take_recorder(const TakesSettings& settings, const Description& description,
+                                                 std::vector<TakeFile> files) {
+  log_info(kWho, fmt::format("ready to record to '{}'; the last {:.0f} s are kept in at most {} MB of memory",
+                             settings.folder.string(), to_s(settings.before), settings.memory_mb));
+  return std::make_unique<DiskTakeRecorder>(settings, description, std::move(files));
+}
+
+}  // namespace mocap::take

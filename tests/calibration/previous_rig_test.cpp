@@ -1,0 +1,63 @@
+#include "calibration/rig/previous_rig.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "scene/ring_rig.h"
+
+namespace mocap::calibration {
+namespace {
+
+Rig scaled(Rig rig, double scale) {
+  for (CameraModel& camera : rig) camera.camera_from_world.translation *= scale;
+  return rig;
+}
+
+Rig with_moved_camera(Rig rig, std::size_t index, double distance_m) {
+  CameraModel& camera = rig[index];
+  const Eigen::Vector3d centre = camera.centre().v + Eigen::Vector3d(distance_m, 0.0, 0.0);
+  camera.camera_from_world.translation = -(camera.camera_from_world.rotation * centre);
+  return rig;
+}
+
+TEST(PreviousRig, MeasuresTheScaleOfUnmovedCameras) {
+  const Rig rig = scene::ring_rig({.cameras = 5});
+
+  const auto scale = scale_of_previous(scaled(rig, 1.25), rig);
+
+  ASSERT_TRUE(scale);
+  EXPECT_NEAR(*scale, 1.25, 1e-9);
+}
+
+TEST(PreviousRig, HasNoScaleIfCamerasWereMoved) {
+  const Rig rig = scene::ring_rig({.cameras = 4});
+  const Rig moved = with_moved_camera(with_moved_camera(rig, 0, 1.0), 1, -0.7);
+
+  EXPECT_FALSE(scale_of_previous(moved, rig));
+  EXPECT_FALSE(scale_of_previous(Rig(rig.begin(), rig.begin() + 2), Rig(rig.begin(), rig.begin() + 2)));
+}
+
+TEST(PreviousRig, FindsTheWorldOfThePreviousRigWithoutAMovedCamera) {
+  const Rig previous = scene::ring_rig({.cameras = 6});
+  const Pose away{{0.5, -1.0, 2.0}, Eigen::Quaterniond(Eigen::AngleAxisd(1.1, Eigen::Vector3d(0.0, 0.6, 0.8)))};
+  const Rig rig = in_world({away, 0.0}, with_moved_camera(previous, 2, 0.3));
+
+  const auto floor = pose_in_previous_world(rig, previous);
+
+  ASSERT_TRUE(floor);
+  const Rig back = in_world(*floor, rig);
+  for (const std::size_t c : {0u, 1u, 3u, 4u, 5u})
+    EXPECT_LT((back[c].centre().v - previous[c].centre().v).norm(), 1e-9) << c;
+}
+
+TEST(PreviousRig, HasNoWorldIfMostCamerasWereMoved) {
+  const Rig previous = scene::ring_rig({.cameras = 4});
+  Rig rig = previous;
+  for (std::size_t c = 0; c < 3; ++c) rig = with_moved_camera(rig, c, 0.2 * static_cast<double>(c + 1));
+
+  EXPECT_FALSE(pose_in_previous_world(rig, previous));
+}
+
+}  // namespace
+}  // namespace mocap::calibration

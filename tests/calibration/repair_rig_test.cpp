@@ -1,0 +1,162 @@
+#include "calibration/rig/repair_rig.h"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <map>
+
+#include "calibration/rig/refine_rig.h"
+#include "calibration/sighting_of.h"
+#include "geometry/lens.h"
+#include "geometry/triangulation.h"
+#include "scene/random.h"
+#include "scene/ring_rig.h"
+
+namespace mocap::calibration {
+namespace {
+
+using testing::HasSubstr;
+
+CameraModel bumped(CameraModel camera) {
+  const Eigen::Vector3d centre = camera.centre().v + Eigen::Vector3d(0.004, -0.003, 0.002);
+  camera.camera_from_world.rotation =
+      Eigen::AngleAxisd(0.005, Eigen::Vector3d::UnitY()) * camera.camera_from_world.rotation;
+  camera.camera_from_world.translation = -(camera.camera_from_world.rotation * centre);
+  return camera;
+}
+
+/// Markers at random positions, observed by true cameras with little noise. The association is known.
+class IdealRecording final : public MarkerRecording {
+ public:
+  IdealRecording(Rig truth, int instants) : truth_(std::move(truth)) {
+    scene::Random random(4);
+    for (int i = 0; i < instants; ++i) {
+      auto& set = sets_.emplace_back();
+      for (int m = 0; m < 5; ++m) {
+        auto& marker = set.emplace_back();
+        const Eigen::Vector3d at(2.0 * random.uniform() - 1.0, 2.0 * random.uniform() - 1.0, 0.5 + random.uniform());
+        for (const CameraModel& camera : truth_) {
+          Blob blob;
+          blob.centroid = *geometry::project(camera, {at});
+          blob.centroid.v += 0.05 * Eigen::Vector2d(random.normal(), random.normal());
+          marker.push_back(blob);
+        }
+      }
+    }
+    for (std::size_t i = 0; i < sets_.size(); ++i) {
+      for (std::size_t c = 0; c < truth_.size(); ++c) {
+        auto& image = images_[{c, i}];
+        for (const auto& marker : sets_[i]) image.push_back(marker[c]);
+      }
+    }
+  }
+
+  void triangulate(const Rig& rig, const std::vector<bool>& excluded,
+                   const std::function<void(const TriangulatedSet&)>& visit) const override {
+    for (std::size_t i = 0; i < sets_.size(); ++i) {
+      TriangulatedSet set{time_of(i), {}};
+      for (const auto& blobs : sets_[i]) {
+        TriangulatedMarker marker;
+        std::vector<geometry::Sighting> rays;
+        for (std::uint32_t c = 0; c < rig.size(); ++c) {
+          if (!excluded.empty() && excluded[c]) continue;
+          rays.push_back(sighting_of(rig[c], *geometry::undistort(rig[c].lens, blobs[c].centroid), 0.1));
+          marker.views.push_back({CameraId{c}, blobs[c]});
+        }
+        marker.position = geometry::refine(rays, *geometry::triangulate(rays))->point;
+        set.markers.push_back(marker);
+      }
+      visit(set);
+    }
+  }
+
+  std::span<const Blob> blobs(CameraId camera, Timestamp exposed_at) const override {
+    return images_.at({camera.value, static_cast<std::size_t>((exposed_at - from_ns(0)).count())});
+  }
+
+  std::vector<CameraDeviation> deviations(const Rig& rig) const override {
+    std::vector<CameraDeviation> deviations;
+    for (std::size_t c = 0; c < rig.size(); ++c) {
+      const double moved_m = (rig[c].centre().v - truth_[c].centre().v).norm();
+      CameraFromWorld estimate = truth_[c].camera_from_world;  // of a drift watch: better than the rig, not exact
+      estimate.translation.x() += 0.01;
+      deviations.push_back({moved_m > 1e-3, 1e3 * moved_m, estimate});
+    }
+    return deviations;
+  }
+
+  const Rig& truth() const { return truth_; }
+
+ private:
+  static Timestamp time_of(std::size_t set) { return from_ns(static_cast<std::int64_t>(set)); }
+
+  Rig truth_;
+  std::vector<std::vector<std::vector<Blob>>> sets_;  // by instant, marker, camera
+  std::map<std::pair<std::size_t, std::size_t>, std::vector<Blob>> images_;
+};
+
+TEST(RepairRig, RestoresABumpedCamera) {
+  for (const int cameras : {4, 6}) {  // with four, leave-one-out validation finds the bumped camera
+    const IdealRecording recording(scene::ring_rig({.cameras = cameras}), 60);
+    Rig rig = recording.truth();
+    rig[1] = bumped(rig[1]);
+
+    const auto repaired = repair_rig(recording, rig, recording.deviations(rig), 1);
+
+    ASSERT_TRUE(repaired) << repaired.error().message;
+    ASSERT_EQ(repaired->cameras.size(), 1u);
+    EXPECT_EQ(repaired->cameras[0].name, rig[1].name);
+    EXPECT_NEAR(repaired->cameras[0].rotated_rad, 0.005, 5e-4);
+    for (std::size_t c = 0; c < rig.size(); ++c)
+      EXPECT_LT((repaired->rig[c].centre().v - recording.truth()[c].centre().v).norm(), 1e-3) << c;  // m
+    EXPECT_LT(repaired->after_px, 0.06);
+  }
+}
+
+TEST(RepairRig, RefusesTooFewMarkers) {
+  const IdealRecording recording(scene::ring_rig({.cameras = 6}), 5);
+
+  const auto repaired = repair_rig(recording, recording.truth(), recording.deviations(recording.truth()), 1);
+
+  ASSERT_FALSE(repaired);
+  EXPECT_THAT(repaired.error().message, HasSubstr("25 markers that three cameras or more see, expected at least 50"));
+}
+
+TEST(RepairRig, RefusesARigWithTooManyBumpedCameras) {
+  const IdealRecording recording(scene::ring_rig({.cameras = 4}), 30);
+  Rig rig = recording.truth();
+  std::vector<CameraDeviation> deviations = recording.deviations(rig);
+  for (CameraDeviation& deviation : deviations) deviation.drifted = true;
+  for (CameraModel& camera : rig) camera = bumped(bumped(bumped(camera)));
+
+  const auto repaired = repair_rig(recording, rig, deviations, 1);
+
+  EXPECT_FALSE(repaired);
+}
+
+TEST(RefineRig, ReducesTheResidualOfPerturbedCameras) {
+  const IdealRecording recording(scene::ring_rig({.cameras = 5}), 40);
+  Rig rig = recording.truth();
+  scene::Random random(8);
+  for (CameraModel& camera : rig)
+    camera.camera_from_world.translation += 1e-3 * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
+  std::vector<ObservedMarker> markers;
+  recording.triangulate(rig, {}, [&](const TriangulatedSet& set) {
+    for (const TriangulatedMarker& marker : set.markers) {
+      ObservedMarker& observed = markers.emplace_back();
+      observed.point = marker.position;
+      for (const MarkerView& view : marker.views)
+        observed.observations.push_back({static_cast<int>(view.camera.value), view.blob.centroid, 0.05});
+    }
+  });
+
+  const auto refined = refine_rig(rig, markers, {.threads = 1});
+
+  ASSERT_TRUE(refined);
+  EXPECT_GT(refined->before_px, 0.15);
+  EXPECT_NEAR(refined->after_px, 0.05, 0.02);  // the noise, less the degrees of freedom
+}
+
+}  // namespace
+}  // namespace mocap::calibration

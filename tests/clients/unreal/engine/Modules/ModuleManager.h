@@ -1,0 +1,14 @@
+#pragma once
+
+#include "CoreMinimal.h"
+
+class IModuleInterface {
+ public:
+  virtual ~IModuleInterface() = default;
+  virtual void StartupModule() {}
+  virtual void ShutdownModule() {}
+};
+class FDefaultModuleImpl : public IModuleInterface {};
+#define IMPLEMENT_MODULE(Implementation, Name) \
+  IModuleInterface* InitializeModule##Name();  \
+  IModuleInterface* InitializeModule##Name() { return new Implementation; }

@@ -1,0 +1,122 @@
+#include "label/subject_search.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "kinematics/pose_fit.h"
+#include "label/test_tracks.h"
+#include "support/test_body.h"
+
+namespace mocap::label {
+namespace {
+
+constexpr Duration kStep = std::chrono::microseconds(8333);
+
+// A body that stands still, and one search for it.
+struct Search {
+  explicit Search(bool fitted, const std::vector<Pose>& locals = {})
+      : set(test::person("baseline41")),
+        truth(set, kinematics::PoseFit::Lengths::Fixed),
+        search({}, {"actor", set, fitted}) {
+    if (!locals.empty()) truth.set_locals(locals);
+    for (std::size_t m = 0; m < set.markers.size(); ++m)
+      tracked.push_back(test::detected_track(static_cast<std::uint32_t>(100 + m), truth.marker_at(m)));
+  }
+
+  // Null if nothing is found within `limit`; the time of the search is in `duration`.
+  const RecognisedSubject* run(Duration limit) {
+    const Timestamp start = from_ns(1'000'000'000);
+    for (Timestamp at = start; at < start + limit; at += kStep) {
+      test::update(tracks, tracked);
+      stationary.update(tracked, at);
+      duration = at - start;
+      if (const RecognisedSubject* found = search.step(tracks, stationary, at)) return found;
+    }
+    return nullptr;
+  }
+
+  MarkerSet set;
+  kinematics::PoseFit truth;
+  SubjectSearch search;
+  StationaryTracks stationary{LabelSettings{}.still_radius_m};
+  LabelledTracks tracks;
+  TrackedMarkers tracked;  // by marker
+  Duration duration{0};
+};
+
+TEST(SubjectSearch, IdentifiesATPoseThatIsHeldForTheSetTime) {
+  Search search(false);
+
+  const RecognisedSubject* found = search.run(std::chrono::seconds(2));
+
+  ASSERT_NE(found, nullptr);
+  EXPECT_GE(search.duration, LabelSettings{}.still_for);
+  EXPECT_TRUE(found->is_newly_fitted);
+  for (std::size_t m = 0; m < search.set.markers.size(); ++m)
+    EXPECT_EQ(found->track_of_marker[m], search.tracked[m].id) << m;
+}
+
+TEST(SubjectSearch, IdentifiesATPoseWithCandidatesForAThirdOfItsMarkers) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> flat(-1.0, 1.0);
+  Search search(false);
+  for (std::size_t m = 0; m < search.set.markers.size(); m += 3) search.tracked[m].state = TrackState::Candidate;
+  for (std::uint32_t i = 0; i < 40; ++i) {
+    const Eigen::Vector3d clutter(1.5 * flat(random), 1.5 * flat(random), 1.0 + flat(random));
+    search.tracked.push_back(test::detected_track(1000 + i, clutter));
+    search.tracked.back().state = TrackState::Candidate;
+  }
+
+  const RecognisedSubject* found = search.run(std::chrono::seconds(2));
+
+  ASSERT_NE(found, nullptr);
+  for (std::size_t m = 0; m < search.set.markers.size(); ++m)
+    EXPECT_EQ(found->track_of_marker[m], search.tracked[m].id) << m;
+}
+
+TEST(SubjectSearch, UsesNoCandidateForAFittedBodyInAnyPose) {
+  Search search(true);
+  for (TrackedMarker& track : search.tracked) track.state = TrackState::Candidate;
+
+  EXPECT_EQ(search.run(std::chrono::seconds(1)), nullptr);
+}
+
+TEST(SubjectSearch, IdentifiesAFittedBodyInAnotherPose) {
+  std::mt19937 random(3);
+  Search search(true, test::random_pose(test::person("baseline41"), 0.3, random));
+
+  const RecognisedSubject* found = search.run(std::chrono::seconds(2));
+
+  ASSERT_NE(found, nullptr);
+  EXPECT_FALSE(found->is_newly_fitted);
+  std::size_t labelled = 0;
+  for (std::size_t m = 0; m < search.set.markers.size(); ++m) {
+    if (!found->track_of_marker[m].names_something()) continue;
+    EXPECT_EQ(found->track_of_marker[m], search.tracked[m].id) << m;
+    ++labelled;
+  }
+  EXPECT_GE(2 * labelled, search.set.markers.size());
+}
+
+TEST(SubjectSearch, FindsNothingAmongTracksWithALabel) {
+  Search search(true);
+
+  test::update(search.tracks, search.tracked);
+  search.stationary.update(search.tracked, from_ns(1'000'000'000));
+  search.tracks.labelled.assign(search.tracked.size(), true);
+
+  EXPECT_EQ(search.search.step(search.tracks, search.stationary, from_ns(1'000'000'000)), nullptr);
+  EXPECT_FALSE(search.search.busy());
+}
+
+TEST(SubjectSearch, ComparesBodiesOnlyIfTheyAreFitted) {
+  Search search(false);
+  const RecognisedSubject* found = search.run(std::chrono::seconds(2));
+
+  ASSERT_NE(found, nullptr);
+  EXPECT_FALSE(search.search.residual_cost(*found, search.tracks).has_value());
+}
+
+}  // namespace
+}  // namespace mocap::label

@@ -1,0 +1,106 @@
+#include "take/snapshot_reader.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "support/temporary_folder.h"
+#include "take/example_take.h"
+#include "take/snapshot_writer.h"
+#include "wire/random_model.h"
+#include "wire/sample_description.h"
+
+namespace mocap::take {
+namespace {
+
+using ::testing::HasSubstr;
+using wire::testing::RandomModel;
+using wire::testing::sample_description;
+
+class SnapshotReaderTest : public ::testing::TestWithParam<const char*> {
+ protected:
+  std::filesystem::path path() const { return folder_.path() / (std::string("take") + GetParam()); }
+
+  void record(int count) {
+    auto writer = make_snapshot_writer(path(), sample_description());
+    ASSERT_TRUE(writer);
+    RandomModel random(1);
+    for (int i = 0; i < count; ++i) ASSERT_TRUE((*writer)->write(random.snapshot(20)));
+    ASSERT_TRUE((*writer)->finish());
+  }
+
+  support::TemporaryFolder folder_;
+};
+
+TEST_P(SnapshotReaderTest, ReadsWhatTheWriterWrote) {
+  record(30);
+
+  auto reader = open_snapshots(path());
+
+  ASSERT_TRUE(reader) << reader.error().message;
+  RandomModel random(1);
+  for (int i = 0; i < 30; ++i) {
+    const auto next = (*reader)->next();
+    ASSERT_TRUE(next) << next.error().message;
+    ASSERT_NE(*next, nullptr);
+    const Snapshot truth = random.snapshot(20);
+    EXPECT_EQ((*next)->snapshot.number, truth.number);
+    EXPECT_EQ((*next)->snapshot.instants.exposed_at, truth.instants.exposed_at);
+    EXPECT_EQ((*reader)->description().subjects[0].name, "actor");
+  }
+  EXPECT_EQ(*(*reader)->next(), nullptr);
+  EXPECT_DOUBLE_EQ((*reader)->progress(), 1.0);
+}
+
+TEST_P(SnapshotReaderTest, EndsBeforeAnIncompleteSnapshot) {
+  record(5);
+  std::filesystem::resize_file(path(), std::filesystem::file_size(path()) - 10);
+
+  auto reader = open_snapshots(path());
+
+  int count = 0;
+  for (auto next = (*reader)->next(); next && *next != nullptr; next = (*reader)->next()) ++count;
+  EXPECT_EQ(count, 4);
+  EXPECT_TRUE((*reader)->next());
+}
+
+TEST_P(SnapshotReaderTest, RefusesOtherContent) {
+  folder_.write(std::string("take") + GetParam(), std::string(300, '\7') + "\n\n");
+
+  auto reader = open_snapshots(path());
+
+  const auto next = (*reader)->next();
+  ASSERT_FALSE(next);
+  EXPECT_EQ(next.error().code, ErrorCode::InvalidArgument);
+  EXPECT_THAT(next.error().message, HasSubstr(path().string()));
+}
+
+INSTANTIATE_TEST_SUITE_P(Forms, SnapshotReaderTest, ::testing::Values(".pb", ".jsonl"),
+                         [](const auto& form) { return std::string(form.param + 1); });
+
+TEST(OpenSnapshots, ReadsATake) {
+  const support::TemporaryFolder folder;
+  ASSERT_NO_FATAL_FAILURE(record_example(folder.path() / "walk.mcap", 40));
+
+  auto reader = open_snapshots(folder.path() / "walk.mcap");
+
+  ASSERT_TRUE(reader) << reader.error().message;
+  for (std::uint64_t set = 0; set < 40; ++set) {
+    const auto next = (*reader)->next();
+    ASSERT_TRUE(next && *next != nullptr);
+    EXPECT_EQ((*next)->snapshot.number, set);
+    EXPECT_EQ((*next)->utc_minus_host_ns, 1'700'000'000'000'000'000);
+    EXPECT_EQ((*reader)->description().subjects.size(), example_description().subjects.size());
+  }
+  EXPECT_EQ(*(*reader)->next(), nullptr);
+  EXPECT_NEAR((*reader)->progress(), 1.0, 0.1);
+}
+
+TEST(OpenSnapshots, RefusesOtherFiles) {
+  EXPECT_EQ(open_snapshots("take.txt").error().code, ErrorCode::InvalidArgument);
+  EXPECT_EQ(open_snapshots("/no/such/take.pb").error().code, ErrorCode::NotFound);
+}
+
+}  // namespace
+}  // namespace mocap::take

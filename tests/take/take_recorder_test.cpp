@@ -1,0 +1,259 @@
+#include "take/take_recorder.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "example_take.h"
+#include "model/search_health.h"
+
+namespace mocap::take {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kSecond = 120;  // sets of 1/120 s
+
+class Takes : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder = fs::temp_directory_path() / ("mocap-takes-" + std::to_string(::getpid()));
+    fs::remove_all(folder);
+    settings.folder = folder;
+    settings.min_free_mb = 1;
+    settings.memory_mb = 64;
+    restart();
+  }
+  void TearDown() override {
+    recorder.reset();
+    fs::remove_all(folder);
+  }
+
+  void restart() {
+    recorder = make_take_recorder(settings, example_description(), {{.name = "mocapd.toml", .bytes = "[detect]\n"}});
+  }
+
+  void capture(std::uint64_t sets) {
+    for (const std::uint64_t end = next + sets; next < end; ++next) {
+      for (std::uint32_t camera = 0; camera < kExampleCameras; ++camera) recorder->keep(example_blobs(camera, next));
+      recorder->keep(example_snapshot(next));
+      recorder->work(now());
+    }
+  }
+
+  // Just after the exposure of the last set.
+  Timestamp now() const { return example_time(next) - Duration(1000); }
+
+  TakeDone order(TakeOrder order) {
+    order.number = ++orders;
+    recorder->follow(order, now());
+    recorder->work(now());
+    auto answer = recorder->next_answer();
+    if (!answer) {
+      capture(2);  // a take ends when the snapshots of its last instant came
+      answer = recorder->next_answer();
+    }
+    if (!answer) return {0, TakeOutcome::Failed, "no answer"};
+    EXPECT_EQ(answer->order, order.number);
+    return *std::move(answer);
+  }
+  TakeDone start(const std::string& name = {}) { return order({.action = TakeAction::Start, .name = name}); }
+  TakeDone stop() { return order({.action = TakeAction::Stop}); }
+
+  std::set<std::uint64_t> sets_of(const std::string& name) const {
+    std::set<std::uint64_t> sets;
+    const auto reader = TakeReader::open(folder / (name + ".mcap"));
+    if (!reader) {
+      ADD_FAILURE() << reader.error().message;
+      return sets;
+    }
+    EXPECT_FALSE(reader->cut_off());
+    const auto file = reader->file("mocapd.toml");
+    EXPECT_TRUE(file && *file == "[detect]\n");
+    TakeCursor cursor = reader->messages({{TakeTopic::Snapshot}, {}, {}});
+    for (auto record = cursor.next(); record && *record; record = cursor.next()) {
+      sets.insert(snapshot_of(**record)->number);
+    }
+    std::map<std::string, std::uint64_t> counts = reader->counts();
+    EXPECT_NEAR(static_cast<double>(counts["blobs/camera0"]), static_cast<double>(sets.size()), 1.0);
+    return sets;
+  }
+
+  fs::path folder;
+  TakesSettings settings;
+  std::unique_ptr<TakeRecorder> recorder;
+  std::uint64_t next = 0;  // set
+  std::uint64_t orders = 0;
+};
+
+std::set<std::uint64_t> range(std::uint64_t from, std::uint64_t to) {
+  std::set<std::uint64_t> all;
+  for (; from < to; ++from) all.insert(from);
+  return all;
+}
+
+TEST_F(Takes, HaveEverySetFromStartToStop) {
+  capture(kSecond);
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  capture(2 * kSecond);
+  const TakeDone stopped = stop();
+
+  EXPECT_EQ(stopped.outcome, TakeOutcome::Done) << stopped.message;
+  EXPECT_NE(stopped.message.find("take_001.mcap' ended"), std::string::npos) << stopped.message;
+  EXPECT_EQ(sets_of("take_001"), range(kSecond, 3 * kSecond));
+  EXPECT_EQ(recorder->health().state, TakeState::Ended);
+  EXPECT_EQ(recorder->health().sets, 2 * kSecond);
+  EXPECT_EQ(recorder->health().lost_sets, 0U);
+}
+
+TEST_F(Takes, IncludeWhatAlreadyHappened) {
+  capture(3 * kSecond);
+  ASSERT_EQ(order({.action = TakeAction::Start, .before = std::chrono::seconds(2)}).outcome, TakeOutcome::Done);
+  capture(kSecond);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  const std::set<std::uint64_t> sets = sets_of("take_001");
+  EXPECT_EQ(*sets.begin(), kSecond);
+  EXPECT_EQ(sets, range(*sets.begin(), 4 * kSecond));
+}
+
+TEST_F(Takes, AreNumberedAndNeverOverwritten) {
+  capture(2);
+  ASSERT_EQ(start("walk").outcome, TakeOutcome::Done);
+  capture(10);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+  const auto size = fs::file_size(folder / "walk.mcap");
+
+  const TakeDone again = start("walk");
+
+  EXPECT_EQ(again.outcome, TakeOutcome::Invalid);
+  EXPECT_NE(again.message.find("the next free name is 'walk-2'"), std::string::npos) << again.message;
+  EXPECT_EQ(fs::file_size(folder / "walk.mcap"), size);
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_EQ(order({.action = TakeAction::Start, .slate = "run"}).outcome, TakeOutcome::Done);
+    capture(10);
+    ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+  }
+  EXPECT_TRUE(fs::exists(folder / "run_001.mcap"));
+  EXPECT_TRUE(fs::exists(folder / "run_002.mcap"));
+}
+
+TEST_F(Takes, NextGoesOnWithoutAGap) {
+  capture(2);
+  ASSERT_EQ(order({.action = TakeAction::Start, .slate = "run"}).outcome, TakeOutcome::Done);
+  capture(kSecond);
+  const TakeDone second = order({.action = TakeAction::Next, .before = std::chrono::milliseconds(1)});
+  ASSERT_EQ(second.outcome, TakeOutcome::Done) << second.message;
+  capture(kSecond);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  std::set<std::uint64_t> both = sets_of("run_001");
+  both.merge(sets_of("run_002"));
+  EXPECT_EQ(both, range(2, *both.rbegin() + 1));
+}
+
+TEST_F(Takes, EndAfterTheirLength) {
+  ASSERT_EQ(order({.action = TakeAction::Start, .length = std::chrono::seconds(1)}).outcome, TakeOutcome::Done);
+  capture(2 * kSecond);
+
+  EXPECT_EQ(recorder->health().state, TakeState::Ended);
+  EXPECT_NEAR(static_cast<double>(sets_of("take_001").size()), 120.0, 1.0);
+}
+
+TEST_F(Takes, StartAfterACountdown) {
+  ASSERT_EQ(order({.action = TakeAction::Start, .countdown = std::chrono::seconds(1)}).outcome, TakeOutcome::Done);
+  EXPECT_EQ(recorder->health().state, TakeState::Waiting);
+  capture(2 * kSecond);
+  EXPECT_EQ(recorder->health().state, TakeState::Recording);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  EXPECT_NEAR(static_cast<double>(*sets_of("take_001").begin()), 120.0, 2.0);
+}
+
+TEST_F(Takes, ThatAreCancelledLeaveNoFile) {
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  capture(kSecond);
+
+  EXPECT_EQ(order({.action = TakeAction::Cancel}).outcome, TakeOutcome::Done);
+
+  EXPECT_TRUE(fs::is_empty(folder));
+  EXPECT_EQ(recorder->health().state, TakeState::Cancelled);
+  EXPECT_EQ(stop().outcome, TakeOutcome::NotFound);
+}
+
+TEST_F(Takes, HaveTheMarksOfTheOperator) {
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  capture(kSecond);
+  ASSERT_EQ(order({.action = TakeAction::Mark, .text = "prop fell"}).outcome, TakeOutcome::Done);
+  capture(10);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  const auto reader = TakeReader::open(folder / "take_001.mcap");
+  ASSERT_TRUE(reader);
+  TakeCursor cursor = reader->messages({{TakeTopic::Event}, {}, {}});
+  std::vector<std::string> marks;  // among the events of the subject
+  for (auto record = cursor.next(); record && *record; record = cursor.next()) {
+    const auto event = event_of(**record);
+    ASSERT_TRUE(event);
+    if (event->kind() == v1::EVENT_KIND_MARK) marks.push_back(event->message());
+  }
+  EXPECT_EQ(marks, std::vector<std::string>{"prop fell"});
+}
+
+TEST_F(Takes, EndWhenTheirFolderIsRemoved) {
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  capture(10);
+  fs::remove_all(folder);
+  capture(2 * kSecond);
+
+  EXPECT_EQ(recorder->health().state, TakeState::Failed);
+  EXPECT_NE(text_of(recorder->health().message).find("was removed"), std::string_view::npos);
+}
+
+TEST_F(Takes, DoNotStartWithTooLittleFreeSpace) {
+  settings.min_free_mb = 1'000'000'000;
+  restart();
+
+  const TakeDone refused = start();
+
+  EXPECT_EQ(refused.outcome, TakeOutcome::Failed);
+  EXPECT_NE(refused.message.find("min_free_mb"), std::string::npos) << refused.message;
+}
+
+TEST_F(Takes, OfTheSameCamerasGoOnThroughAChangeOfTheConfiguration) {
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  capture(kSecond);
+  Description changed = example_description();
+  changed.version = 2;
+  recorder->describe(changed, now());
+  capture(kSecond);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  EXPECT_EQ(sets_of("take_001"), range(0, 2 * kSecond));
+  EXPECT_EQ(TakeReader::open(folder / "take_001.mcap")->counts()["description"], 2U);
+}
+
+TEST_F(Takes, EndWhereTheCamerasChange) {
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  capture(kSecond);
+  Description changed = example_description();
+  changed.cameras[0].name = "another";
+  recorder->describe(changed, now());
+  capture(1);
+
+  EXPECT_EQ(recorder->health().state, TakeState::Failed);
+  EXPECT_EQ(sets_of("take_001"), range(0, kSecond));
+}
+
+TEST_F(Takes, EndWithTheDaemon) {
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  capture(kSecond);
+  recorder->finish(now());
+
+  EXPECT_EQ(recorder->health().state, TakeState::Ended);
+  EXPECT_EQ(sets_of("take_001"), range(0, kSecond));
+}
+
+}  // namespace
+}  // namespace mocap::take

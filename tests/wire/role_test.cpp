@@ -1,0 +1,16 @@
+#include "wire/role.h"
+
+#include <gtest/gtest.h>
+
+namespace mocap::wire {
+namespace {
+
+TEST(Role, HasTheNameThatTheControlProtocolStates) {
+  EXPECT_STREQ(name_of(Role::Viewer), "viewer");
+  EXPECT_STREQ(name_of(Role::Operator), "operator");
+}
+
+TEST(Role, HasTheRightsOfAViewerIfUnknown) { EXPECT_STREQ(name_of(static_cast<Role>(7)), "viewer"); }
+
+}  // namespace
+}  // namespace mocap::wire

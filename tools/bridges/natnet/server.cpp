@@ -1,0 +1,229 @@
+#include "bridges/natnet/server.h"
+
+#include <fmt/format.h>
+#include <sys/epoll.h>
+
+#include <utility>
+
+#include "bridges/lib/feed_source.h"
+#include "bridges/natnet/command.h"
+
+namespace mocap::natnet {
+namespace {
+
+using bridge::monotonic_ns;
+using bridge::Peer;
+
+constexpr std::string_view kProgram = "mocap-natnet";
+// A new client, or one that changed its version, gets no frame before it got the descriptions: clients decode frames
+// that are under way with the wrong version. A client that asks for no descriptions gets them after this time.
+constexpr std::int64_t kHold_ns = 1'000'000'000;
+
+std::array<std::uint8_t, 4> bytes_of(std::uint32_t address) {
+  return {static_cast<std::uint8_t>(address >> 24U), static_cast<std::uint8_t>(address >> 16U),
+          static_cast<std::uint8_t>(address >> 8U), static_cast<std::uint8_t>(address)};
+}
+
+}  // namespace
+
+Server::Server(ServerOptions options, bridge::Statistics& statistics)
+    : options_(std::move(options)), statistics_(statistics) {
+  const Client fixed{.settings = options_.settings, .fixed = true};
+  for (const Peer& to : options_.to) clients_.emplace(to, fixed);
+  if (options_.group) clients_.emplace(Peer{*options_.group, options_.data_port}, fixed);
+}
+
+std::string Server::open(bridge::EventLoop& loop) {
+  std::string fault;
+  socket_ = bridge::UdpSocket::open({options_.listen, options_.command_port}, fault);
+  if (!socket_) return fault;
+  if (options_.group && !socket_->send_multicast_from(options_.listen, options_.hops)) {
+    return "this machine cannot send multicasts from the address of --listen";
+  }
+  bridge::warn_if_open(kProgram, "NatNet", options_.listen);
+  loop.watch(socket_->descriptor(), EPOLLIN, [this](std::uint32_t /*events*/) {
+    forget_unreachable();
+    socket_->receive([this](const Peer& from, std::string_view packet) { receive(from, packet); });
+  });
+  bridge::say(kProgram, fmt::format("serves NatNet clients at {}{}", bridge::to_string(socket_->bound()),
+                                    options_.group ? ", multicast to " +
+                                                         bridge::to_string(Peer{*options_.group, options_.data_port})
+                                                   : ""));
+  return {};
+}
+
+void Server::receive(const Peer& from, std::string_view packet) {
+  const std::optional<Request> request = read_request(packet);
+  if (!request) {
+    ++statistics_.invalid;
+    return;
+  }
+  ++statistics_.requests;
+  handle(from, *request);
+}
+
+void Server::handle(const Peer& from, const Request& request) {
+  switch (request.message) {
+    case Message::Connect: return connect(from, request);
+    case Message::Discovery:
+      if (options_.answer_discovery)
+        send_server_info(from, nearest(request.wanted.value_or(options_.settings.version)));
+      return;
+    case Message::EchoRequest:
+      send(from, echo_packet(writer_, request.stamp, static_cast<std::uint64_t>(monotonic_ns())));
+      return;
+    case Message::Disconnect:
+      if (known(from) != nullptr) clients_.erase(from);
+      return;
+    default: break;
+  }
+  Client* client = known(from);
+  if (client == nullptr && request.message == Message::KeepAlive) {
+    // A client of the time before this program started: it learns the version, and then gets frames again.
+    connect(from, request);
+    client = known(from);
+  }
+  if (client == nullptr) client = join(from);
+  if (client == nullptr) return;
+  client->heard_ns = monotonic_ns();
+  if (request.message == Message::KeepAlive) client->keeps_alive = true;
+  if (request.message == Message::RequestModels) send_models(from, *client);
+  if (request.message == Message::Request) command(from, *client, request.text);
+}
+
+Server::Client* Server::known(const Peer& from) {
+  const auto found = clients_.find(from);
+  return found == clients_.end() || found->second.fixed ? nullptr : &found->second;
+}
+
+// Frames are held until the client got the descriptions.
+Server::Client* Server::join(const Peer& from) {
+  if (clients_.size() >= kMaxClients || clients_.contains(from)) return nullptr;
+  const std::int64_t now_ns = monotonic_ns();
+  return &clients_.emplace(from, Client{options_.settings, now_ns, now_ns}).first->second;
+}
+
+void Server::connect(const Peer& from, const Request& request) {
+  Client* client = known(from);
+  if (client == nullptr) client = join(from);
+  if (client == nullptr) return;
+  const std::int64_t now_ns = monotonic_ns();
+  *client = Client{options_.settings, now_ns, now_ns};
+  if (!options_.group) {  // all receivers of a multicast share its version
+    if (request.wanted) client->settings.version = nearest(*request.wanted);
+    client->settings.subscribed_only = request.subscribed_only;
+  }
+  send_server_info(from, client->settings.version);
+}
+
+void Server::command(const Peer& from, Client& client, std::string_view text) {
+  const Settings before = client.settings;
+  const Answer answer =
+      execute(text, client.settings, {reader_.scene().rate_hz, /*changeable=*/!options_.group.has_value()});
+  if (client.settings.version != before.version) client.held_ns = monotonic_ns();
+  if (const auto* code = std::get_if<std::int32_t>(&answer)) send(from, response_packet(writer_, *code));
+  if (const auto* number = std::get_if<float>(&answer)) send(from, response_packet(writer_, *number));
+  if (const auto* word = std::get_if<std::string>(&answer)) {
+    send(from, response_packet(writer_, std::string_view(*word)));
+  }
+  if (std::holds_alternative<Unknown>(answer)) send(from, unrecognised_packet(writer_));
+  if (std::holds_alternative<Leave>(answer)) {
+    send(from, response_packet(writer_, kDone));
+    clients_.erase(from);
+  }
+}
+
+void Server::send_server_info(const Peer& to, Version version) {
+  send(to, server_info_packet(writer_, {version, options_.data_port, options_.group.has_value(),
+                                        bytes_of(options_.group.value_or(0))}));
+}
+
+void Server::send_models(const Peer& to, Client& client) {
+  send(to, models_packet(writer_, reader_.scene(), client.settings));
+  client.held_ns = 0;
+}
+
+void Server::send_models_to_all() {
+  for (auto& [peer, client] : clients_) {
+    if (!bridge::is_multicast(peer.address) && client.held_ns == 0) send_models(peer, client);
+  }
+}
+
+void Server::send(const Peer& to, std::string_view packet) {
+  if (packet.empty()) {
+    ++statistics_.dropped;
+    if (!std::exchange(too_large_, true)) {
+      bridge::say(
+          kProgram,
+          "warning: a frame is larger than the 65507 bytes of a UDP packet and is not sent; clients must switch "
+          "markers off, or the daemon must track fewer subjects");
+    }
+    return;
+  }
+  const bridge::Sent sent = socket_->send(to, packet);
+  if (sent != bridge::Sent::Done) {
+    ++statistics_.dropped;
+    return;
+  }
+  ++statistics_.sent;
+  statistics_.bytes += packet.size();
+}
+
+// Clients with the same settings get the same packet.
+void Server::send_frames() {
+  const auto now_ns = static_cast<std::uint64_t>(monotonic_ns());
+  const Settings* encoded = nullptr;
+  std::string_view packet;
+  for (const auto& [peer, client] : clients_) {
+    const bool gets_multicast = options_.group.has_value() && !client.fixed;
+    if (client.held_ns != 0 || gets_multicast) continue;
+    if (encoded == nullptr || !(*encoded == client.settings)) {
+      packet = frame_packet(writer_, reader_.scene(), client.settings, now_ns);
+      encoded = &client.settings;
+    }
+    send(peer, packet);
+  }
+}
+
+void Server::take(const ClientFrame& frame, bool anew) {
+  reader_.read(frame, anew, monotonic_ns());
+  if (anew) send_models_to_all();
+  send_frames();
+}
+
+void Server::lose(const ClientFrame* last) {
+  if (last == nullptr) return;
+  reader_.lose(monotonic_ns());
+  send_frames();
+}
+
+bool Server::is_silent(const Client& client, std::int64_t now_ns) const {
+  if (client.fixed) return false;
+  const auto patience_ns =
+      client.keeps_alive ? kKeepAlive_ns : static_cast<std::int64_t>(options_.forget_after_s * 1e9);
+  return now_ns - client.heard_ns > patience_ns;
+}
+
+void Server::tick() {
+  const std::int64_t now_ns = monotonic_ns();
+  std::erase_if(clients_, [&](const auto& entry) { return is_silent(entry.second, now_ns); });
+  for (auto& [peer, client] : clients_) {
+    if (client.held_ns != 0 && now_ns - client.held_ns > kHold_ns) send_models(peer, client);
+  }
+}
+
+void Server::forget_unreachable() {
+  socket_->unreachable([this](const Peer& peer) {
+    if (known(peer) != nullptr) clients_.erase(peer);
+  });
+}
+
+std::vector<bridge::Receiver> Server::receivers() const {
+  std::vector<bridge::Receiver> all;
+  for (const auto& [peer, client] : clients_) {
+    all.push_back({bridge::to_string(peer), to_string(client.settings)});
+  }
+  return all;
+}
+
+}  // namespace mocap::natnet

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace mocap::bridge {
+
+/// A UDP socket that is connected to one receiver. On Linux and on Windows.
+class UdpSender {
+ public:
+  /// Returns nullptr if the host's name is unknown or the host cannot be reached, with the reason in `fault`.
+  static std::unique_ptr<UdpSender> open(const std::string& host, const std::string& port, std::string& fault);
+  ~UdpSender();
+  UdpSender(const UdpSender&) = delete;
+  UdpSender& operator=(const UdpSender&) = delete;
+
+  /// Sends one packet. Returns false if this machine refuses it; a missing receiver may start later.
+  bool send(std::string_view packet);
+
+  /// Whether the receiver's address is a loopback address of this machine.
+  bool is_local() const;
+
+ private:
+  struct Impl;
+  explicit UdpSender(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace mocap::bridge

@@ -1,0 +1,117 @@
+#include "calibrate/marker_pipeline.h"
+
+#include <algorithm>
+#include <map>
+
+#include "associate/match_triangulator.h"
+#include "associate/multi_view_matcher.h"
+#include "calibrate/gather_blobs.h"
+#include "calibration/wand/instants.h"
+#include "model/identity_map.h"
+#include "track3d/kalman_marker_tracker.h"
+
+namespace mocap::calibrate {
+namespace {
+
+// Chosen by hand: several times the noise of a triangulated marker.
+constexpr double kMaxMotion_m = 0.003;
+constexpr double kUnbounded_m = 1000.0;
+constexpr std::size_t kMaxPositions = 20000;
+
+// Exposure times without blobs: group_by_instant needs no more.
+calibration::Take times_of(const take::BlobRecording& recording) {
+  calibration::Take take;
+  for (const auto& pictures : recording.pictures) {
+    auto& camera = take.cameras.emplace_back();
+    for (const auto& image : pictures) camera.push_back({image.exposed_at, {}});
+  }
+  return take;
+}
+
+}  // namespace
+
+void run_pipeline(const take::BlobRecording& recording, const Rig& rig, const std::vector<bool>& excluded,
+                  const std::function<void(const PipelineOutput&)>& visit) {
+  associate::MatchSettings match;
+  match.volume_min_m.setConstant(-kUnbounded_m);
+  match.volume_max_m.setConstant(kUnbounded_m);
+  const auto matcher = associate::make_matcher(match, rig);
+  const auto triangulator = associate::make_triangulator({}, rig);
+  const auto tracker = track3d::make_marker_tracker({});
+  const calibration::Take times = times_of(recording);
+  std::vector<BlobFrame> views(rig.size());
+  const auto identities = std::make_unique<IdentityMap>(rig.size());
+  FrameSet frames;
+  for (const calibration::Instant& instant : calibration::group_by_instant(times, calibration::kMaxSkew)) {
+    frames.views.clear();
+    for (std::uint32_t c = 0; c < rig.size(); ++c) {
+      if (instant.image[c] < 0 || (!excluded.empty() && excluded[c])) continue;
+      const take::RecordedPicture& image = recording.pictures[c][static_cast<std::size_t>(instant.image[c])];
+      BlobFrame& view = views[c];
+      view.camera = CameraId{c};
+      view.number = image.number;
+      view.exposed_at = image.exposed_at;
+      view.blobs.clear();
+      for (const Blob& blob : image.blobs) {
+        if (!view.blobs.try_push_back(blob)) break;
+      }
+      frames.views.push_back(&view);
+    }
+    if (frames.views.empty()) continue;
+    ++frames.number;
+    frames.exposed_at = instant.at;
+    frames.expected_views = static_cast<std::uint32_t>(rig.size());
+    const Predictions& predicted = identities->predict(frames, tracker->predict(instant.at), {});
+    const Matches& matches = matcher->match(frames, predicted);
+    const Markers& markers = triangulator->triangulate(frames, matches);
+    visit({frames, matches, markers, tracker->step(markers, predicted, matches.bearing_only)});
+    identities->update(frames, matches, {});
+  }
+}
+
+std::vector<StationaryMarker> stationary_markers(const take::BlobRecording& recording, const Rig& rig) {
+  struct Sum {
+    Eigen::Vector3d first;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    std::size_t sets = 0;
+    Timestamp from, to;
+    bool has_moved = false;
+  };
+  std::map<TrackId, Sum> tracks;
+  std::size_t sets = 0;
+  run_pipeline(recording, rig, {}, [&](const PipelineOutput& output) {
+    ++sets;
+    for (const TrackedMarker& marker : output.tracked) {
+      if (marker.state != TrackState::Confirmed) continue;
+      const Eigen::Vector3d& at = marker.position.v;
+      auto [entry, is_new] =
+          tracks.try_emplace(marker.id, Sum{at, {0.0, 0.0, 0.0}, 0, output.frames.exposed_at, {}, false});
+      Sum& sum = entry->second;
+      sum.has_moved = sum.has_moved || (at - sum.first).norm() > kMaxMotion_m;
+      sum.sum += at;
+      ++sum.sets;
+      sum.to = output.frames.exposed_at;
+    }
+  });
+  std::vector<StationaryMarker> stationary;
+  for (const auto& [id, sum] : tracks) {
+    if (sum.has_moved || 2 * sum.sets < sets || to_s(sum.to - sum.from) < 1.0) continue;
+    stationary.push_back({sum.sum / static_cast<double>(sum.sets), sum.sets});
+  }
+  return stationary;
+}
+
+std::vector<Eigen::Vector3d> marker_positions(const take::BlobRecording& recording, const Rig& rig) {
+  std::vector<Eigen::Vector3d> positions;
+  run_pipeline(recording, rig, {}, [&](const PipelineOutput& output) {
+    for (const Marker& marker : output.markers) {
+      if (marker.cameras >= 3) positions.push_back(marker.position.v);
+    }
+  });
+  if (positions.size() <= kMaxPositions) return positions;
+  std::vector<Eigen::Vector3d> some;
+  for (std::size_t i = 0; i < kMaxPositions; ++i) some.push_back(positions[i * positions.size() / kMaxPositions]);
+  return some;
+}
+
+}  // namespace mocap::calibrate

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "model/camera_model.h"
+#include "model/sighting.h"
+#include "take/blob_recording.h"
+
+namespace mocap::calibrate {
+
+/// The result of the pipeline for one instant; borrowed for the call.
+struct PipelineOutput {
+  const FrameSet& frames;
+  const Matches& matches;
+  const Markers& markers;
+  const TrackedMarkers& tracked;
+};
+
+/// Runs the daemon's pipeline up to 3D tracks (associate, triangulate, track) on a recording, without bounds of the
+/// volume, and calls `visit` for each instant. `excluded`: cameras whose views are left out, by CameraId; empty: none.
+void run_pipeline(const take::BlobRecording& recording, const Rig& rig, const std::vector<bool>& excluded,
+                  const std::function<void(const PipelineOutput&)>& visit);
+
+/// A marker that does not move.
+struct StationaryMarker {
+  Eigen::Vector3d at_m = Eigen::Vector3d::Zero();  ///< mean position
+  std::size_t sets = 0;                            ///< instants with the marker
+};
+
+/// The markers that stay within 3 mm for at least half of the instants and one second.
+std::vector<StationaryMarker> stationary_markers(const take::BlobRecording& recording, const Rig& rig);
+
+/// The positions of all markers that three cameras or more see, at all instants; at most 20000, thinned out evenly.
+std::vector<Eigen::Vector3d> marker_positions(const take::BlobRecording& recording, const Rig& rig);
+
+}  // namespace mocap::calibrate

@@ -1,0 +1,88 @@
+#include "ctl/new_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+namespace mocap::ctl {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_taken(const fs::path& path) {
+  struct stat status {};
+  return ::lstat(path.c_str(), &status) == 0;
+}
+
+// "folder/walk-2.c3d" for "folder/walk.c3d", or the next number that is free.
+fs::path next_free(const fs::path& path) {
+  for (int number = 2;; ++number) {
+    fs::path next =
+        path.parent_path() / fmt::format("{}-{}{}", path.stem().string(), number, path.extension().string());
+    if (!is_taken(next)) return next;
+  }
+}
+
+Error taken(const fs::path& path) {
+  return {ErrorCode::InvalidArgument,
+          fmt::format("{} exists and is kept; the next free name is {}", path.string(), next_free(path).string())};
+}
+
+}  // namespace
+
+Result<NewFile> NewFile::create(fs::path path) {
+  if (is_taken(path)) return taken(path);
+  fs::path part = path;
+  part += fmt::format(".{}.part", ::getpid());
+  const int file = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  NewFile created(std::move(path), std::move(part), file);
+  if (file < 0) return created.failed("cannot be created");
+  return created;
+}
+
+NewFile::NewFile(fs::path path, fs::path part, int file)
+    : path_(std::move(path)), part_(std::move(part)), file_(file) {}
+
+NewFile::NewFile(NewFile&& other) noexcept
+    : path_(std::move(other.path_)), part_(std::move(other.part_)), file_(std::exchange(other.file_, -1)) {}
+
+NewFile::~NewFile() {
+  if (file_ < 0) return;
+  ::close(file_);
+  ::unlink(part_.c_str());
+}
+
+Status NewFile::append(std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(file_, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return failed("cannot be written");
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return {};
+}
+
+Status NewFile::finish() {
+  if (::fsync(file_) != 0 && errno != EINVAL && errno != EROFS) return failed("cannot be flushed to the disk");
+  if (::renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, path_.c_str(), RENAME_NOREPLACE) != 0) {
+    if (errno == EEXIST) return taken(path_);
+    // Some file systems cannot refuse to replace.
+    if (errno != EINVAL || is_taken(path_) || ::rename(part_.c_str(), path_.c_str()) != 0) {
+      return failed("cannot be given its name");
+    }
+  }
+  ::close(std::exchange(file_, -1));
+  return {};
+}
+
+Error NewFile::failed(std::string_view what) const {
+  return {ErrorCode::Io, fmt::format("{} {}: {}", path_.string(), what, std::strerror(errno))};
+}
+
+}  // namespace mocap::ctl
