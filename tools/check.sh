@@ -78,10 +78,10 @@ tidy() {
     return 0
   fi
   echo "check: ${#sources[@]} source files, up to a minute each"
-  # clang-tidy cannot read the precompiled header of g++. Without that header, missing includes are found too.
-  mkdir -p build/release/tidy
-  sed -E 's/-Winvalid-pch -include [^ ]+|-fpch-preprocess//g' build/release/compile_commands.json >build/release/tidy/compile_commands.json
-  printf '%s\n' "${sources[@]}" | xargs -P "$(nproc)" -n 1 clang-tidy --quiet -p build/release/tidy 2>&1 |
+  # clang-tidy needs the command of each file, and cannot read the precompiled header of g++. Without that header, missing
+  # includes are found too.
+  cmake --preset release -B build/tidy -DMOCAP_BATCHES=OFF -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON >/dev/null
+  printf '%s\n' "${sources[@]}" | xargs -P "$(nproc)" -n 1 clang-tidy --quiet -p build/tidy 2>&1 |
     sed -E '/^[0-9]+ warnings? (generated|treated as errors)|^Suppressed|^Use -header-filter/d'
 }
 

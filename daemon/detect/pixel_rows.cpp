@@ -58,12 +58,12 @@ bool runs_on(const PixelLayout& pixel_layout, const Image& image) {
 }
 
 /// The position of the first pixel of a row: `pixel` pixels after the byte.
-struct Place {
+struct RowPlace {
   const std::byte* bytes;
   std::size_t pixel;
 };
 
-Place row_place(const PixelLayout& pixel_layout, const Image& image, int y) {
+RowPlace row_place(const PixelLayout& pixel_layout, const Image& image, int y) {
   if (runs_on(pixel_layout, image)) {
     return {image.bytes.data(), static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width_px)};
   }

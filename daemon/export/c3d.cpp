@@ -15,7 +15,6 @@
 namespace mocap::exports {
 namespace {
 
-constexpr std::size_t kBlock_bytes = 512;
 constexpr std::size_t kMaxFrames = 65535, kMaxPoints = 65535;  // of 16-bit fields
 constexpr std::size_t kMaxEvents = 255, kMaxHeaderEvents = 18;
 constexpr std::uint16_t kHeaderEventsKey = 12345;  // event labels of four characters
@@ -200,7 +199,7 @@ std::string header_label(const std::string& name) {
   return label;
 }
 
-std::string header_of(const Clip& clip, const Shape& shape, std::uint16_t data_start) {
+std::string c3d_header(const Clip& clip, const Shape& shape, std::uint16_t data_start) {
   const std::size_t events = std::min(clip.events.size(), kMaxHeaderEvents);
   std::string h("\2P", 2);  // the parameter section begins at block 2
   append_u16(h, static_cast<std::uint16_t>(shape.labels.size()));
@@ -261,7 +260,7 @@ Status write_file(const Clip& clip, const WriteOptions& options, const Sink& sin
   const Result<std::string> parameters = parameters_of(clip, shape, options, data_start);
   if (!parameters) return parameters.error();
   BufferedSink out(sink);
-  out.text() = header_of(clip, shape, data_start) + *parameters;
+  out.text() = c3d_header(clip, shape, data_start) + *parameters;
   if (const Status written = write_frames(clip, shape, options, out); !written) return written;
   return out.finish();
 }

@@ -8,7 +8,6 @@
 namespace mocap::exports {
 namespace {
 
-constexpr std::size_t kBlock_bytes = 512;
 constexpr std::size_t kMaxBlocks = 255;
 constexpr std::size_t kMaxTexts = 255;
 constexpr std::size_t kMaxText_bytes = 127;  // 255 texts stay below 32 KiB: some readers have signed offsets

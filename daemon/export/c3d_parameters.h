@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <initializer_list>
 #include <span>
@@ -10,6 +11,9 @@
 #include "base/result.h"
 
 namespace mocap::exports {
+
+/// A C3D file consists of blocks.
+inline constexpr std::size_t kBlock_bytes = 512;
 
 /// Appends a number in Intel byte order.
 void append_u16(std::string& bytes, std::uint16_t number);

@@ -22,7 +22,7 @@ std::string cell(const std::string& text) {
   return quoted + '"';
 }
 
-std::string header_of(const Clip& clip, const WriteOptions& options) {
+std::string csv_header(const Clip& clip, const WriteOptions& options) {
   const std::string_view unit = name_of(options.unit);
   std::string text = "frame,time_s";
   if (clip.first_timecode) text += ",timecode";
@@ -91,7 +91,7 @@ void append_timecode(std::string& text, const Clip& clip, double time_s) {
   text += ',' + text_of(timecode_of(frames_of(*clip.first_timecode) + frames, *clip.first_timecode));
 }
 
-void append_row(std::string& text, const Clip& clip, std::size_t frame, const WriteOptions& options) {
+void append_csv_row(std::string& text, const Clip& clip, std::size_t frame, const WriteOptions& options) {
   const double time_s = clip.rate.time_s(static_cast<std::int64_t>(frame));
   fmt::format_to(std::back_inserter(text), "{},{:.9f}", clip.first_frame + static_cast<std::int64_t>(frame), time_s);
   if (clip.first_timecode) append_timecode(text, clip, time_s);
@@ -107,9 +107,9 @@ void append_row(std::string& text, const Clip& clip, std::size_t frame, const Wr
 
 Status write_csv(const Clip& clip, const WriteOptions& options, const Sink& sink) {
   BufferedSink out(sink);
-  out.text() = header_of(clip, options);
+  out.text() = csv_header(clip, options);
   for (std::size_t frame = 0; frame < clip.frames; ++frame) {
-    append_row(out.text(), clip, frame, options);
+    append_csv_row(out.text(), clip, frame, options);
     if (const Status passed = out.pass_on(); !passed) return passed;
   }
   return out.finish();

@@ -132,7 +132,7 @@ std::vector<float> flat(const std::vector<Eigen::Vector3f>& vectors) {
 }
 
 template <class Value>
-std::span<const Value> all(const std::vector<Value>& values) {
+std::span<const Value> all_of(const std::vector<Value>& values) {
   return values;
 }
 
@@ -150,12 +150,14 @@ std::size_t add_mesh(Document& document, const SkinnedSkeleton& skeleton) {
     weights.insert(weights.end(), {1.0F, 0.0F, 0.0F, 0.0F});
   }
   const std::size_t positions =
-      document.add(all(flat(mesh.points_m)), kFloat, {.type = "VEC3", .target = kArrayBuffer, .has_range = true});
-  const std::size_t normals = document.add(all(flat(mesh.normals)), kFloat, {.type = "VEC3", .target = kArrayBuffer});
-  const std::size_t joint_indices = document.add(all(joints), kUnsignedShort, {.type = "VEC4", .target = kArrayBuffer});
-  const std::size_t joint_weights = document.add(all(weights), kFloat, {.type = "VEC4", .target = kArrayBuffer});
+      document.add(all_of(flat(mesh.points_m)), kFloat, {.type = "VEC3", .target = kArrayBuffer, .has_range = true});
+  const std::size_t normals =
+      document.add(all_of(flat(mesh.normals)), kFloat, {.type = "VEC3", .target = kArrayBuffer});
+  const std::size_t joint_indices =
+      document.add(all_of(joints), kUnsignedShort, {.type = "VEC4", .target = kArrayBuffer});
+  const std::size_t joint_weights = document.add(all_of(weights), kFloat, {.type = "VEC4", .target = kArrayBuffer});
   const std::size_t triangles =
-      document.add(all(indices), kUnsignedInt, {.type = "SCALAR", .target = kElementArrayBuffer});
+      document.add(all_of(indices), kUnsignedInt, {.type = "SCALAR", .target = kElementArrayBuffer});
   const Json primitive{
       {"attributes",
        {{"POSITION", positions}, {"NORMAL", normals}, {"JOINTS_0", joint_indices}, {"WEIGHTS_0", joint_weights}}},
@@ -164,7 +166,7 @@ std::size_t add_mesh(Document& document, const SkinnedSkeleton& skeleton) {
   return document.push("meshes", {{"name", skeleton.name}, {"primitives", Json::array({primitive})}});
 }
 
-// Adds the nodes of all bones in bind pose; returns the index of the root, after which the others follow in order.
+// Adds the nodes of all_of bones in bind pose; returns the index of the root, after which the others follow in order.
 std::size_t add_joints(Document& document, const SkinnedSkeleton& skeleton) {
   const std::size_t first = document.size_of("nodes");
   for (const SkinnedBone& bone : skeleton.bones) {
@@ -187,7 +189,7 @@ std::size_t add_skin(Document& document, const SkinnedSkeleton& skeleton, std::s
     inverse_binds.insert(inverse_binds.end(), bone_from_world.data(), bone_from_world.data() + 16);
     joints.push_back(first + joints.size());
   }
-  const std::size_t accessor = document.add(all(inverse_binds), kFloat, {.type = "MAT4"});
+  const std::size_t accessor = document.add(all_of(inverse_binds), kFloat, {.type = "MAT4"});
   return document.push(
       "skins",
       {{"name", skeleton.name}, {"inverseBindMatrices", accessor}, {"skeleton", first}, {"joints", std::move(joints)}});
@@ -211,9 +213,9 @@ void add_motion(Document& document, Json& animation, const JointMotion& motion, 
       rotations.insert(rotations.end(), {q[0], q[1], q[2], q[3]});
       translations.insert(translations.end(), {t[0], t[1], t[2]});
     }
-    add_channel(animation, {times, document.add(all(rotations), kFloat, {.type = "VEC4"})}, first + b, "rotation");
+    add_channel(animation, {times, document.add(all_of(rotations), kFloat, {.type = "VEC4"})}, first + b, "rotation");
     if (motion.translates(b)) {
-      add_channel(animation, {times, document.add(all(translations), kFloat, {.type = "VEC3"})}, first + b,
+      add_channel(animation, {times, document.add(all_of(translations), kFloat, {.type = "VEC3"})}, first + b,
                   "translation");
     }
   }
@@ -224,7 +226,7 @@ std::size_t add_times(Document& document, const Clip& clip) {
   for (std::size_t f = 0; f < clip.frames; ++f) {
     times_s.push_back(static_cast<float>(clip.rate.time_s(static_cast<std::int64_t>(f))));
   }
-  return document.add(all(times_s), kFloat, {.type = "SCALAR", .has_range = true});
+  return document.add(all_of(times_s), kFloat, {.type = "SCALAR", .has_range = true});
 }
 
 Json scene_of(const Clip& clip, Json nodes) {

@@ -4,6 +4,9 @@
 
 namespace mocap::exports {
 
+inline bool known(const MarkerSample& sample) { return sample.state != LabelState::Lost; }
+inline bool known(const BoneSample& sample) { return sample.state != BoneState::Lost; }
+
 /// Known samples of one marker or bone on both sides of an instant. The samples before `from` and after `to`, one frame
 /// away, may be null. `frames` is the distance of `from` and `to`.
 template <class Sample>

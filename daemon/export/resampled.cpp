@@ -8,9 +8,6 @@
 namespace mocap::exports {
 namespace {
 
-bool known(const MarkerSample& sample) { return sample.state != LabelState::Lost; }
-bool known(const BoneSample& sample) { return sample.state != BoneState::Lost; }
-
 // A time as a recorded frame and the share of the way to the next one.
 struct Place {
   std::size_t frame = 0;

@@ -18,7 +18,7 @@ std::string without_spaces(std::string label) {
   return label;
 }
 
-std::string header_of(const Clip& clip, const std::vector<std::string>& labels, Unit unit) {
+std::string trc_header(const Clip& clip, const std::vector<std::string>& labels, Unit unit) {
   std::string text = fmt::format("PathFileType\t4\t(X/Y/Z)\t{}.trc\n", without_spaces(clip.name));
   text += "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames\n";
   text += fmt::format("{0:.6f}\t{0:.6f}\t{1}\t{2}\t{3}\t{0:.6f}\t{4}\t{1}\n", clip.rate.hz(), clip.frames,
@@ -31,7 +31,7 @@ std::string header_of(const Clip& clip, const std::vector<std::string>& labels, 
   return text;
 }
 
-void append_row(std::string& text, const Clip& clip, std::size_t frame, const WriteOptions& options) {
+void append_trc_row(std::string& text, const Clip& clip, std::size_t frame, const WriteOptions& options) {
   auto out = std::back_inserter(text);
   fmt::format_to(out, "{}\t{:.8f}", frame + 1, clip.rate.time_s(static_cast<std::int64_t>(frame)));
   const int decimals = decimals_of(options.unit);
@@ -52,9 +52,9 @@ Status write_trc(const Clip& clip, const WriteOptions& options, const Sink& sink
   const std::vector<std::string> labels = marker_labels(clip);
   if (labels.empty()) return Error{ErrorCode::InvalidArgument, "TRC: the take has no markers"};
   BufferedSink out(sink);
-  out.text() = header_of(clip, labels, options.unit);
+  out.text() = trc_header(clip, labels, options.unit);
   for (std::size_t frame = 0; frame < clip.frames; ++frame) {
-    append_row(out.text(), clip, frame, options);
+    append_trc_row(out.text(), clip, frame, options);
     if (const Status passed = out.pass_on(); !passed) return passed;
   }
   return out.finish();

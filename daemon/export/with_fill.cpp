@@ -8,9 +8,6 @@
 namespace mocap::exports {
 namespace {
 
-bool known(const MarkerSample& sample) { return sample.state != LabelState::Lost; }
-bool known(const BoneSample& sample) { return sample.state != BoneState::Lost; }
-
 // Interpolates the gaps of up to `longest` frames of one marker or bone, whose samples are `width` apart.
 template <class Sample>
 void fill_gaps(std::vector<Sample>& samples, std::size_t column, std::size_t width, std::size_t longest) {

@@ -1,11 +1,8 @@
 #include "runtime/blob_recorder.h"
+#include "runtime/stop_check.h"
 
 namespace mocap::runtime {
-namespace {
-
-constexpr Duration kLongestSleep = std::chrono::milliseconds(50);
-
-}  // namespace
+namespace {}  // namespace
 
 BlobRecorder::BlobRecorder(std::unique_ptr<BlobWriter> writer, std::vector<CameraChannel*> cameras, WakeSignal& wake)
     : writer_(std::move(writer)), cameras_(std::move(cameras)), wake_(wake), progress_(writer_->path()) {}
@@ -16,7 +13,7 @@ void BlobRecorder::run(const std::stop_token& stop) {
     const bool ended = stop.stop_requested();
     if (write_waiting()) continue;
     if (ended) break;
-    wake_.wait(ticket, kLongestSleep);
+    wake_.wait(ticket, kStopCheckPeriod);
   }
   if (pausing()) return;
   if (progress_.state() == RecordingState::Failed) return;

@@ -7,7 +7,7 @@
 namespace mocap::runtime {
 namespace {
 
-constexpr Duration kRepeatAfter = std::chrono::minutes(1);
+constexpr Duration kRepeatFaultAfter = std::chrono::minutes(1);
 
 struct Message {
   std::uint64_t CameraHealth::*count;
@@ -39,7 +39,7 @@ void CameraFaults::report(const CameraHealth& now, Timestamp at) {
   for (std::size_t i = 0; i < kKinds; ++i) {
     const std::uint64_t count = now.*kMessages[i].count;
     Kind& kind = kinds_[i];
-    if (count <= kind.logged || (kind.logged_at && at - *kind.logged_at < kRepeatAfter)) continue;
+    if (count <= kind.logged || (kind.logged_at && at - *kind.logged_at < kRepeatFaultAfter)) continue;
     log_warn("camera " + now.name,
              fmt::format("{} {} total={}; {}", count - kind.logged, kMessages[i].what, count, kMessages[i].remedy));
     kind = {count, at};

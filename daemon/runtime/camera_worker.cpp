@@ -6,12 +6,12 @@
 #include <string_view>
 
 #include "base/log.h"
+#include "runtime/stop_check.h"
 
 namespace mocap::runtime {
 namespace {
 
 // Longest wait before the loop checks for a stop request.
-constexpr Duration kStopCheckPeriod = std::chrono::milliseconds(50);
 constexpr Duration kRepeatAfter = std::chrono::minutes(1);
 constexpr Duration kBrightestPeriod = std::chrono::milliseconds(500);
 

@@ -6,12 +6,12 @@
 #include <thread>
 
 #include "base/log.h"
+#include "runtime/stop_check.h"
 
 namespace mocap::runtime {
 namespace {
 
 constexpr const char* kWho = "control";
-constexpr Duration kStopCheckPeriod = std::chrono::milliseconds(50);
 constexpr Duration kSnapshotPatience = std::chrono::seconds(1);
 constexpr Duration kMainPatience = std::chrono::seconds(5);   // the main thread reads files
 constexpr Duration kOrderPatience = std::chrono::seconds(3);  // a camera restart takes up to 2 s

@@ -7,7 +7,7 @@
 namespace mocap::runtime {
 namespace {
 
-constexpr Duration kStopCheckPeriod = std::chrono::milliseconds(500);
+constexpr Duration kExplainPeriod = std::chrono::milliseconds(500);
 // Period of the counts of the cameras; reports of several subjects within it share them.
 constexpr Duration kLookPeriod = std::chrono::milliseconds(500);
 
@@ -28,7 +28,7 @@ void ExplainWorker::run(const std::stop_token& stop) {
     const WakeSignal::Ticket ticket = search_.there_is_work.ticket();
     const SearchReport* report = search_.reports.front();
     if (report == nullptr) {
-      search_.there_is_work.wait(ticket, kStopCheckPeriod);
+      search_.there_is_work.wait(ticket, kExplainPeriod);
       continue;
     }
     explain(*report);

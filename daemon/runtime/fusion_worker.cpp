@@ -6,12 +6,12 @@
 #include <utility>
 
 #include "base/log.h"
+#include "runtime/stop_check.h"
 
 namespace mocap::runtime {
 namespace {
 
 // Longest sleep of the loop, so that it counts its iterations for the watchdog and notices a stop request.
-constexpr Duration kLongestSleep = std::chrono::milliseconds(50);
 constexpr Duration kTimingPeriod = std::chrono::seconds(1);
 
 }  // namespace
@@ -69,7 +69,7 @@ void FusionWorker::run(const std::stop_token& stop) {
     if (settings_.lossless && all_ended()) break;
     if (settings_.waiting == Waiting::Spin) continue;
     const Duration until_patience_ends = aligner_.patience_ends().value_or(Timestamp::max()) - host_now();
-    links_.wake->wait(ticket, std::min(settings_.lossless ? kLongestSleep : until_patience_ends, kLongestSleep));
+    links_.wake->wait(ticket, std::min(settings_.lossless ? kStopCheckPeriod : until_patience_ends, kStopCheckPeriod));
   }
   if (pausing()) return follow_orders();  // the ids in the orders are those of this configuration
   for (SnapshotChannel* channel : {links_.publish, links_.side}) {
@@ -162,7 +162,7 @@ bool FusionWorker::push(const Snapshot& snapshot, SnapshotChannel& to, const std
     if (to.snapshots.try_push(snapshot)) break;
     if (!settings_.lossless || (stop.stop_requested() && !pausing())) return false;
     counters_.beats.add();
-    to.room.wait(ticket, kLongestSleep);
+    to.room.wait(ticket, kStopCheckPeriod);
   }
   to.there_is_work.signal();
   return true;

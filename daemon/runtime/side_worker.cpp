@@ -3,11 +3,10 @@
 #include <utility>
 
 #include "base/log.h"
+#include "runtime/stop_check.h"
 
 namespace mocap::runtime {
 namespace {
-
-constexpr Duration kLongestSleep = std::chrono::milliseconds(50);
 
 void log_failed(const Status& done) {
   if (!done) log_error("record", done.error().message);
@@ -82,7 +81,7 @@ void SideWorker::run() {
     if (any) continue;
     if (ended) break;
     if (pausing()) return;
-    channel_->there_is_work.wait(ticket, kLongestSleep);
+    channel_->there_is_work.wait(ticket, kStopCheckPeriod);
   }
   (void)learn_fits();
   for (const auto& file : files_) file->finish();

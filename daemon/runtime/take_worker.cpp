@@ -1,11 +1,11 @@
 #include "runtime/take_worker.h"
+#include "runtime/stop_check.h"
 
 #include <utility>
 
 namespace mocap::runtime {
 namespace {
 
-constexpr Duration kLongestSleep = std::chrono::milliseconds(50);
 // Period of the disk thread during a take: with the chunks of 50 ms, a crash loses less than 100 ms of a take.
 constexpr Duration kDiskPeriod = std::chrono::milliseconds(10);
 constexpr Duration kReportPeriod = std::chrono::milliseconds(250);
@@ -31,7 +31,7 @@ void TakeWorker::run_intake(const std::stop_token& stop) {
     const bool ended = stop.stop_requested();
     if (take_in()) continue;
     if (ended) return;
-    wake_.wait(ticket, kLongestSleep);
+    wake_.wait(ticket, kStopCheckPeriod);
   }
 }
 
@@ -70,7 +70,7 @@ void TakeWorker::run_disk(const std::stop_token& stop) {
     report(host_now());
     while (const auto answer = recorder_->next_answer()) static_cast<void>(channel_.done.try_push(*answer));
     const bool busy = reported_ == TakeState::Waiting || reported_ == TakeState::Recording;
-    channel_.ordered.wait(ticket, busy ? kDiskPeriod : kLongestSleep);
+    channel_.ordered.wait(ticket, busy ? kDiskPeriod : kStopCheckPeriod);
   }
 }
 

@@ -28,20 +28,20 @@ constexpr std::array kAliases{
     Alias{"Foot", "foot"},
 };
 
-constexpr std::array<std::string_view, 18> kJoints{
+constexpr std::array<std::string_view, 18> kKnownJoints{
     "Hips",       "Chest",       "Neck",      "Head",       "LeftCollar",  "LeftUpArm",
     "LeftLowArm", "LeftHand",    "LeftUpLeg", "LeftLowLeg", "LeftFoot",    "RightCollar",
     "RightUpArm", "RightLowArm", "RightHand", "RightUpLeg", "RightLowLeg", "RightFoot"};
 
-std::string_view find(const std::string& joint) {
-  const auto known = std::ranges::find(kJoints, joint);
-  return known == kJoints.end() ? std::string_view{} : *known;
+std::string_view find_joint(const std::string& joint) {
+  const auto known = std::ranges::find(kKnownJoints, joint);
+  return known == kKnownJoints.end() ? std::string_view{} : *known;
 }
 
 std::string_view find_alias(std::string_view side, std::string_view name) {
   for (const Alias& alias : kAliases) {
     if (alias.name != name) continue;
-    const auto joint = find(std::string(side) + std::string(alias.joint));
+    const auto joint = find_joint(std::string(side) + std::string(alias.joint));
     if (!joint.empty()) return joint;
   }
   return {};

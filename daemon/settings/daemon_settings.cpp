@@ -150,12 +150,17 @@ void load_rig_as_found(TomlFile& file, DaemonSettings& settings) {
   }
 }
 
+// A missing rig is never replaced by a shipped one: a calibration is true for one installation only.
 void load_whole_rig(TomlFile& file, DaemonTables& tables, DaemonSettings& settings) {
+  TomlTable& capture = tables.section("capture");
   if (settings.capture.rig_file.empty()) {
     constexpr const char* kExpected = "the calibration file of the cameras";
-    TomlTable& capture = tables.section("capture");
     if (capture.require("rig", kExpected)) capture.fault("rig", fmt::format("rig is '', expected {}", kExpected));
     return;
+  }
+  std::error_code ignored;
+  if (!std::filesystem::exists(settings.capture.rig_file, ignored)) {
+    return capture.fault("rig", fmt::format("rig: {}: no such file", settings.capture.rig_file.string()));
   }
   const Result<Rig, Faults> rig = load_rig(settings.capture.rig_file);
   if (!rig) return file.add(rig.error());

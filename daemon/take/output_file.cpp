@@ -25,8 +25,6 @@ constexpr std::size_t kPiece_bytes = 64 * 1024;
 // Space is reserved in steps of this size while the disk has it: one system call for many pieces.
 constexpr std::uint64_t kReserve_bytes = 1024 * 1024;
 
-constexpr int kLargestNumber = 9999;
-
 Error cannot_open(const std::filesystem::path& path) {
   return {ErrorCode::Io, fmt::format("recording '{}' cannot be opened: {}", path.string(), std::strerror(errno))};
 }

@@ -12,6 +12,9 @@
 
 namespace mocap::take {
 
+/// Largest number of a free name, as in take-9999.jsonl.
+inline constexpr int kLargestNumber = 9999;
+
 /// Returns the number as a Protobuf varint, 1 to 10 bytes.
 std::string varint(std::uint64_t number);
 

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "take/output_file.h"
 #include "take/take_reader.h"
 
 namespace mocap::take {
@@ -40,8 +41,6 @@ std::optional<Error> fault_of(const TakeRecord& record) {
 }
 
 constexpr std::size_t kMaxFaults = 1000;
-
-constexpr int kLargestNumber = 9999;
 
 std::string free_name_beside(const std::filesystem::path& path) {
   for (int number = 2; number <= kLargestNumber; ++number) {

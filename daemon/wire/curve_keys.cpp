@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t kKeyLength = 40;
 constexpr std::uintmax_t kMostBytes = 1 << 20;  // about 20000 clients; a larger file is not a list of keys
 
-Error wrong(const std::filesystem::path& path, std::string_view what) {
+Error bad_key_file(const std::filesystem::path& path, std::string_view what) {
   return {ErrorCode::InvalidArgument, fmt::format("{}: {}", path.string(), what)};
 }
 
@@ -37,7 +37,7 @@ Result<std::string> read(const std::filesystem::path& path) {
     }
     return Error{ErrorCode::NotFound, fmt::format("{}: cannot be read; mocapctl keys makes such files", path.string())};
   }
-  if (size > kMostBytes) return wrong(path, "is larger than 1 MiB, expected a file of mocapctl keys");
+  if (size > kMostBytes) return bad_key_file(path, "is larger than 1 MiB, expected a file of mocapctl keys");
   std::ostringstream text;
   text << in.rdbuf();
   return text.str();
@@ -72,14 +72,15 @@ Status write_new(const std::filesystem::path& path, const std::string& text, mod
 // the bits of the group are the mask.
 Status check_private(const std::filesystem::path& path) {
   struct ::stat status {};
-  if (::stat(path.c_str(), &status) != 0) return wrong(path, std::strerror(errno));
+  if (::stat(path.c_str(), &status) != 0) return bad_key_file(path, std::strerror(errno));
   const char* credentials = std::getenv("CREDENTIALS_DIRECTORY");
   const bool is_credential = credentials != nullptr && path.parent_path() == std::filesystem::path(credentials);
   const mode_t others = is_credential ? S_IRWXO : S_IRWXG | S_IRWXO;
   if ((status.st_mode & others) == 0) return {};
-  return wrong(path, fmt::format("has a secret key and mode {:04o}, so that its group or others have access; expected "
-                                 "0600: chmod 600 '{}'; consider a new key",
-                                 status.st_mode & 07777, path.string()));
+  return bad_key_file(path,
+                      fmt::format("has a secret key and mode {:04o}, so that its group or others have access; expected "
+                                  "0600: chmod 600 '{}'; consider a new key",
+                                  status.st_mode & 07777, path.string()));
 }
 
 Result<KeyPair> parse_key_pair(const std::filesystem::path& path) {
@@ -96,9 +97,10 @@ Result<KeyPair> parse_key_pair(const std::filesystem::path& path) {
       std::getline(lines, value);
     }
   }
-  if (!is_key(pair.public_key)) return wrong(path, "has no line 'public KEY', expected a file of mocapctl keys new");
+  if (!is_key(pair.public_key))
+    return bad_key_file(path, "has no line 'public KEY', expected a file of mocapctl keys new");
   if (!pair.secret_key.empty() && !is_key(pair.secret_key))
-    return wrong(path, "the line 'secret KEY' has no valid key");
+    return bad_key_file(path, "the line 'secret KEY' has no valid key");
   return pair;
 }
 
@@ -155,7 +157,8 @@ Result<ClientKeys> load_client_keys(const std::string& server_key, const std::st
   }
   Result<KeyPair> own = load_key_pair(secret_key);
   if (!own) return own.error();
-  if (own->secret_key.empty()) return wrong(secret_key, "has no line 'secret KEY', expected the file of your own key");
+  if (own->secret_key.empty())
+    return bad_key_file(secret_key, "has no line 'secret KEY', expected the file of your own key");
   keys.own_key = *std::move(own);
   return keys;
 }
@@ -183,9 +186,9 @@ Result<std::vector<AllowedKey>> load_allowed_keys(const std::filesystem::path& p
     if (!(words >> key)) continue;
     words >> role >> name;
     if (!is_key(key))
-      return wrong(path, fmt::format("line {}: '{}' is not a key, expected 40 characters", number, key));
+      return bad_key_file(path, fmt::format("line {}: '{}' is not a key, expected 40 characters", number, key));
     if (role != "viewer" && role != "operator") {
-      return wrong(path, fmt::format("line {}: role is '{}', expected viewer or operator", number, role));
+      return bad_key_file(path, fmt::format("line {}: role is '{}', expected viewer or operator", number, role));
     }
     keys.push_back({key, role == "operator" ? Role::Operator : Role::Viewer, name});
   }

@@ -15,7 +15,7 @@ namespace {
 constexpr std::string_view kTcp = "tcp://";
 constexpr std::string_view kIpc = "ipc://";
 
-Error wrong(std::string message) { return {ErrorCode::InvalidArgument, std::move(message)}; }
+Error bad_endpoint(std::string message) { return {ErrorCode::InvalidArgument, std::move(message)}; }
 
 std::string_view host_of(std::string_view tcp_endpoint) {
   const std::string_view rest = tcp_endpoint.substr(kTcp.size());
@@ -33,13 +33,14 @@ Status check_tcp(std::string_view endpoint) {
   const auto colon = rest.rfind(':');
   const std::string_view port = colon == std::string_view::npos ? "" : rest.substr(colon + 1);
   if (colon == 0 || colon == std::string_view::npos || port.empty()) {
-    return wrong(fmt::format("endpoint '{}': expected tcp://ADDRESS:PORT", endpoint));
+    return bad_endpoint(fmt::format("endpoint '{}': expected tcp://ADDRESS:PORT", endpoint));
   }
   if (port == "*") return {};
   unsigned number = 0;
   const auto [end, fault] = std::from_chars(port.data(), port.data() + port.size(), number);
   if (fault != std::errc{} || end != port.data() + port.size() || number > 65535) {
-    return wrong(fmt::format("endpoint '{}': port is '{}', expected 0 to 65535 or * (a free one)", endpoint, port));
+    return bad_endpoint(
+        fmt::format("endpoint '{}': port is '{}', expected 0 to 65535 or * (a free one)", endpoint, port));
   }
   return {};
 }
@@ -48,8 +49,8 @@ Status check_ipc(std::string_view endpoint) {
   const std::string_view path = endpoint.substr(kIpc.size());
   const sockaddr_un address{};
   if (path.empty() || path.size() >= sizeof(address.sun_path)) {
-    return wrong(fmt::format("endpoint '{}': the path has {} characters, expected 1 to {}", endpoint, path.size(),
-                             sizeof(address.sun_path) - 1));
+    return bad_endpoint(fmt::format("endpoint '{}': the path has {} characters, expected 1 to {}", endpoint,
+                                    path.size(), sizeof(address.sun_path) - 1));
   }
   return {};
 }
@@ -64,14 +65,14 @@ bool is_local(std::string_view endpoint) {
 }
 
 Status check_endpoint(const std::string& endpoint, bool allow_remote) {
-  if (endpoint.find('\0') != std::string::npos) return wrong("endpoint has a zero byte");
+  if (endpoint.find('\0') != std::string::npos) return bad_endpoint("endpoint has a zero byte");
   const bool tcp = endpoint.starts_with(kTcp);
   if (!tcp && !endpoint.starts_with(kIpc)) {
-    return wrong(fmt::format("endpoint '{}': expected tcp://ADDRESS:PORT or ipc://PATH", endpoint));
+    return bad_endpoint(fmt::format("endpoint '{}': expected tcp://ADDRESS:PORT or ipc://PATH", endpoint));
   }
   if (const Status shape = tcp ? check_tcp(endpoint) : check_ipc(endpoint); !shape) return shape;
   if (!allow_remote && !is_local(endpoint)) {
-    return wrong(
+    return bad_endpoint(
         fmt::format("endpoint '{}': other machines can reach it and clients are not authenticated; listen at "
                     "tcp://127.0.0.1:5570, authenticate clients with [security] (mocapctl keys), or set "
                     "allow_remote = true to permit unauthenticated clients",

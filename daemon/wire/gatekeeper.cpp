@@ -13,8 +13,8 @@ namespace mocap::wire {
 namespace {
 
 constexpr const char* kAddress = "inproc://zeromq.zap.01";
-constexpr std::size_t kMaxLogged = 256;  // bound of logged_at_
-constexpr Duration kRepeatAfter = std::chrono::minutes(1);
+constexpr std::size_t kMaxLoggedRefusals = 256;  // bound of logged_at_
+constexpr Duration kRepeatRefusalAfter = std::chrono::minutes(1);
 constexpr std::size_t kParts = 7;  // version, request id, domain, address, identity, mechanism, public key (RFC 27)
 
 }  // namespace
@@ -111,9 +111,9 @@ void Gatekeeper::answer(std::string_view status, std::string_view text, std::str
 }
 
 void Gatekeeper::log_refused(const std::string& key, std::string_view address, Timestamp now) {
-  if (logged_at_.size() >= kMaxLogged) logged_at_.clear();
+  if (logged_at_.size() >= kMaxLoggedRefusals) logged_at_.clear();
   const auto [entry, first] = logged_at_.try_emplace(key, now);
-  if (!first && now - entry->second < kRepeatAfter) return;
+  if (!first && now - entry->second < kRepeatRefusalAfter) return;
   entry->second = now;
   log_warn(who_, fmt::format("refused a client, address={} key={}: the key is not in {}; mocapctl keys allow adds it",
                              address, key, file_.string()));

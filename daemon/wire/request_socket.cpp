@@ -1,4 +1,5 @@
 #include "wire/request_socket.h"
+#include "wire/zmq_socket.h"
 
 #include <zmq.h>
 
@@ -11,15 +12,12 @@
 namespace mocap::wire {
 namespace {
 
-constexpr Duration kLongestWait = std::chrono::milliseconds(50);
 // The client reports a fault that persists for this time: about seven attempts of ZeroMQ (one every 100 ms). An
 // operator waits for the answer, and reads the fault within a second.
 constexpr Duration kFaultIsFinal = std::chrono::milliseconds(800);
-constexpr int kHandshake_ms = 700;  // a peer that does not answer the handshake is not a daemon
+constexpr int kRequestHandshake_ms = 700;  // a peer that does not answer the handshake is not a daemon
 
 Timestamp now() { return std::chrono::steady_clock::now(); }
-
-long whole_ms(Duration span) { return static_cast<long>(std::chrono::ceil<std::chrono::milliseconds>(span).count()); }
 
 // The next message part of a socket, or nothing.
 std::optional<std::string> receive(void* socket) {
@@ -77,7 +75,7 @@ struct RequestSocket::Impl {
     unanswered = false;
     if (context != nullptr) socket = zmq_socket(context, ZMQ_DEALER);
     if (socket == nullptr) return failure(endpoint + ": no ZeroMQ socket");
-    if (!set(ZMQ_LINGER, 0) || !set(ZMQ_HANDSHAKE_IVL, kHandshake_ms)) return failure(endpoint);
+    if (!set(ZMQ_LINGER, 0) || !set(ZMQ_HANDSHAKE_IVL, kRequestHandshake_ms)) return failure(endpoint);
     if (endpoint.starts_with("tcp://[") && !set(ZMQ_IPV6, 1)) return failure(endpoint);
     if (!set_keys()) return endpoint + ": the keys are malformed, or this libzmq was built without CURVE";
     link.watch(context, socket, !settings.server_key.empty());

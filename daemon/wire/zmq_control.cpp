@@ -10,6 +10,7 @@
 #include "base/log.h"
 #include "wire/codec/control_codec.h"
 #include "wire/listener.h"
+#include "wire/zmq_socket.h"
 
 namespace mocap::wire {
 namespace {
@@ -19,9 +20,6 @@ constexpr int kMaxIncoming_bytes = 65536;  // the largest request, a fit of all 
 constexpr int kSendQueue = 16;             // answers that wait for one client; ZeroMQ frees them by halves of the queue
 constexpr int kMaxConnections = 200;
 constexpr std::size_t kMostFrames = 4;  // routing id, empty delimiter of a REQ client, request; one to spare
-constexpr Duration kLongestWait = std::chrono::milliseconds(50);
-
-long whole_ms(Duration span) { return std::chrono::ceil<std::chrono::milliseconds>(span).count(); }
 
 }  // namespace
 

@@ -20,9 +20,9 @@
 namespace mocap::wire {
 namespace {
 
-constexpr const char* kWho = "feed";
+constexpr const char* kFeed = "feed";
 // Time for the subscription messages of one call (decisions/0004): a flood neither delays the feed nor accumulates.
-constexpr Duration kServeFor = std::chrono::milliseconds(1);
+constexpr Duration kServeSubscribersFor = std::chrono::milliseconds(1);
 constexpr int kServedPerLook = 64;  // messages between two readings of the clock
 
 // A message buffer: topic, zero byte, Protobuf. Allocates only when a message is larger than all before.
@@ -75,7 +75,7 @@ v1::Synchronisation synchronisation_of(const Health& health) {
 }  // namespace
 
 struct ZmqPublisher::Impl {
-  Listener listener{kWho};
+  Listener listener{kFeed};
   Subscriptions subscriptions;
   EventWatch events;
   std::vector<Channel> channels;  // by Topic
@@ -112,7 +112,7 @@ struct ZmqPublisher::Impl {
     const Timestamp begun = host_now();
     listener.serve(begun);
     forget_gone();
-    for (int i = 1; i % kServedPerLook != 0 || host_now() - begun < kServeFor; ++i) {
+    for (int i = 1; i % kServedPerLook != 0 || host_now() - begun < kServeSubscribersFor; ++i) {
       if (!request.receive(listener.socket())) {
         forget_gone();
         return listener.heard_all();

@@ -1,13 +1,21 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
 
 #include "base/result.h"
+#include "base/time.h"
 
 namespace mocap::wire {
+
+/// Longest wait for a message before a stop request is looked for.
+inline constexpr Duration kLongestWait = std::chrono::milliseconds(50);
+
+/// A time as zmq_poll takes it, rounded up.
+inline long whole_ms(Duration span) { return std::chrono::ceil<std::chrono::milliseconds>(span).count(); }
 
 /// Returns the error of the last failed ZeroMQ call of this thread; its message starts with "WHAT: ".
 Error zmq_failure(const std::string& what);

@@ -11,10 +11,10 @@
 namespace mocap::wire {
 namespace {
 
-constexpr int kReconnect_ms = 100;      // delay before the first new attempt; doubles up to the maximum
-constexpr int kMaxReconnect_ms = 1000;  // maximum of this delay
-constexpr int kHeartbeat_ms = 1000;     // period of heartbeats, which detect a dead host
-constexpr int kHandshake_ms = 2000;     // a peer that does not answer the handshake is not a feed
+constexpr int kReconnect_ms = 100;       // delay before the first new attempt; doubles up to the maximum
+constexpr int kMaxReconnect_ms = 1000;   // maximum of this delay
+constexpr int kFeedHeartbeat_ms = 1000;  // period of heartbeats, which detect a dead host
+constexpr int kFeedHandshake_ms = 2000;  // a peer that does not answer the handshake is not a feed
 
 }  // namespace
 
@@ -35,8 +35,8 @@ struct ZmqSubscriber::Impl {
                    {ZMQ_LINGER, 0},
                    {ZMQ_RECONNECT_IVL, kReconnect_ms},
                    {ZMQ_RECONNECT_IVL_MAX, kMaxReconnect_ms},
-                   {ZMQ_HANDSHAKE_IVL, kHandshake_ms},
-                   {ZMQ_HEARTBEAT_IVL, kHeartbeat_ms},
+                   {ZMQ_HANDSHAKE_IVL, kFeedHandshake_ms},
+                   {ZMQ_HEARTBEAT_IVL, kFeedHeartbeat_ms},
                    {ZMQ_IPV6, endpoint.starts_with("tcp://[") ? 1 : 0}};
     for (const auto& [option, value] : options) {
       if (Status set = socket.set(option, value); !set) return set;

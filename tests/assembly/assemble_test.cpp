@@ -8,7 +8,7 @@
 #include "support/places.h"
 
 namespace mocap {
-namespace {
+namespace assemble_test {
 
 settings::DaemonSettings live_synthetic_daemon(const MarkerSet& worn) {
   settings::DaemonSettings settings;
@@ -52,5 +52,5 @@ TEST(Assemble, ReportsItsVersionToClients) {
   EXPECT_EQ(assembly->parts.description.producer.rfind("mocapd 0.", 0), 0U) << assembly->parts.description.producer;
 }
 
-}  // namespace
+}  // namespace assemble_test
 }  // namespace mocap

@@ -13,7 +13,7 @@
 #include "support/places.h"
 
 namespace mocap {
-namespace {
+namespace handover_test {
 
 constexpr std::uint64_t kChangedAfterSets = 250;  // the subject walks; it was identified in its T-pose
 constexpr std::uint64_t kSets = 400;
@@ -184,5 +184,5 @@ TEST_F(HandoverTest, OnlyACameraWithAnotherDeviceIsOpenedAnew) {
   EXPECT_EQ(step_of(before, next, CameraId{3}), runtime::CameraStep::Refresh);
 }
 
-}  // namespace
+}  // namespace handover_test
 }  // namespace mocap

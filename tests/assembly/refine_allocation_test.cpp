@@ -14,7 +14,7 @@
 #include "support/places.h"
 
 namespace mocap::assembly {
-namespace {
+namespace refine_allocation_test {
 
 /// A body that swings each joint at a different frequency; its markers are 10 mm off their nominal positions.
 class Swinging {
@@ -90,5 +90,5 @@ TEST(RefineSubject, DoesNotAllocateAfterConstruction) {
   EXPECT_EQ(count.by_malloc, 0U);
 }
 
-}  // namespace
+}  // namespace refine_allocation_test
 }  // namespace mocap::assembly

@@ -12,7 +12,7 @@
 #include "support/places.h"
 
 namespace mocap {
-namespace {
+namespace steady_state_test {
 
 constexpr int kCameras = 4;
 constexpr std::uint64_t kWarmUpSets = 300;     // the subject is identified in its T-pose and starts to walk
@@ -94,5 +94,5 @@ TEST(SteadyState, DoesNotAllocateInTenThousandFrames) {
   EXPECT_EQ(seen.allocations.by_malloc, 0U);
 }
 
-}  // namespace
+}  // namespace steady_state_test
 }  // namespace mocap

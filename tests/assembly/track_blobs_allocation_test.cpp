@@ -10,7 +10,7 @@
 #include "track2d/following_blob_tracker.h"
 
 namespace mocap::assembly {
-namespace {
+namespace track_blobs_allocation_test {
 
 /// Moving blobs that meet, merge, disappear and come back.
 void fill(BlobFrame& frame, int image, std::mt19937& random) {
@@ -55,5 +55,5 @@ TEST(TrackBlobs, DoesNotAllocateAfterConstruction) {
   }
 }
 
-}  // namespace
+}  // namespace track_blobs_allocation_test
 }  // namespace mocap::assembly

@@ -8,7 +8,7 @@
 #include <numbers>
 
 namespace mocap::associate {
-namespace {
+namespace association_log_odds_test {
 
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
@@ -95,5 +95,5 @@ TEST(AssociationLogOdds, FallWithTheUncertaintyOfTheMarkerAndWithClutter) {
   EXPECT_NEAR(sure.log_odds(), crowded.log_odds() + std::log(50.0), 1e-9);
 }
 
-}  // namespace
+}  // namespace association_log_odds_test
 }  // namespace mocap::associate

@@ -13,7 +13,7 @@
 #include "support/marker_world.h"
 
 namespace mocap::associate {
-namespace {
+namespace batch_projector_test {
 
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
@@ -116,5 +116,5 @@ TEST(BatchProjector, FindsNothingForAPointBehindTheCamera) {
   EXPECT_FALSE(views.projector->nearest_unassigned(0, view));
 }
 
-}  // namespace
+}  // namespace batch_projector_test
 }  // namespace mocap::associate

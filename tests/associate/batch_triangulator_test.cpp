@@ -11,7 +11,7 @@
 #include "support/marker_world.h"
 
 namespace mocap::associate {
-namespace {
+namespace batch_triangulator_test {
 
 using namespace mocap::test;
 using Eigen::Vector3d;
@@ -263,5 +263,5 @@ TEST(ViewRays, CountsTheUnassignedRays) {
   EXPECT_EQ(std::ranges::count(unassigned, 3U), 0);
 }
 
-}  // namespace
+}  // namespace batch_triangulator_test
 }  // namespace mocap::associate

@@ -12,7 +12,7 @@
 #include "support/marker_world.h"
 
 namespace mocap::associate {
-namespace {
+namespace camera_pair_schedule_test {
 
 using Eigen::Vector3d;
 using namespace mocap::test;
@@ -95,5 +95,5 @@ TEST(CameraPairSchedule, IsEmptyForOneCameraAndToleratesParallelCameras) {
   EXPECT_TRUE(schedule.all()[0].essential.allFinite());
 }
 
-}  // namespace
+}  // namespace camera_pair_schedule_test
 }  // namespace mocap::associate

@@ -11,7 +11,7 @@
 #include "scene/render.h"
 
 namespace mocap::associate {
-namespace {
+namespace centroid_uncertainty_test {
 
 constexpr int kSize_px = 64;
 
@@ -84,5 +84,5 @@ TEST(CentroidUncertainty, GrowsForABlobMuchLargerThanTypical) {
   EXPECT_EQ(crowd_offset_px(triple, 30.0), 0.0);  // not large enough: a single marker near the camera
 }
 
-}  // namespace
+}  // namespace centroid_uncertainty_test
 }  // namespace mocap::associate

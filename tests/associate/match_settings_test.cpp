@@ -5,7 +5,7 @@
 #include "base/key_check.h"
 
 namespace mocap::associate {
-namespace {
+namespace match_settings_test {
 
 TEST(MatchSettings, HaveDefaultsWithinTheirRanges) {
   const MatchSettings defaults;
@@ -31,5 +31,5 @@ TEST(MatchSettings, IncludeTheFacesOfTheVolume) {
   EXPECT_FALSE(match.in_volume(match.volume_max_m + Eigen::Vector3d(0.0, 0.0, 1e-6)));
 }
 
-}  // namespace
+}  // namespace match_settings_test
 }  // namespace mocap::associate

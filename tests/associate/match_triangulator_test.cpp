@@ -10,7 +10,7 @@
 #include "support/marker_world.h"
 
 namespace mocap::associate {
-namespace {
+namespace match_triangulator_test {
 
 using namespace mocap::test;
 using Eigen::Vector3d;
@@ -142,5 +142,5 @@ TEST(MatchTriangulator, IncludesTheRigErrorInTheCovariance) {
   EXPECT_NEAR(nees / count, 3.0, 0.75);
 }
 
-}  // namespace
+}  // namespace match_triangulator_test
 }  // namespace mocap::associate

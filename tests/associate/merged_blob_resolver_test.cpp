@@ -13,7 +13,7 @@
 #include "support/marker_world.h"
 
 namespace mocap::associate {
-namespace {
+namespace merged_blob_resolver_test {
 
 using namespace mocap::test;
 using Eigen::Vector2d;
@@ -161,5 +161,5 @@ TEST(MergedBlobResolver, SharesNoBlobWhoseShapeDoesNotFit) {
   }
 }
 
-}  // namespace
+}  // namespace merged_blob_resolver_test
 }  // namespace mocap::associate

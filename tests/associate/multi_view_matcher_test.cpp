@@ -14,7 +14,7 @@
 #include "support/marker_world.h"
 
 namespace mocap::associate {
-namespace {
+namespace multi_view_matcher_test {
 
 using namespace mocap::test;
 using Eigen::Vector3d;
@@ -572,5 +572,5 @@ TEST(MultiViewMatcher, MergesTwoTracksOfOneMarkerIntoTheOlder) {
   EXPECT_EQ(matches.matches.size(), 3u);
 }
 
-}  // namespace
+}  // namespace multi_view_matcher_test
 }  // namespace mocap::associate

@@ -19,7 +19,7 @@
 #include "support/places.h"
 
 namespace mocap::associate {
-namespace {
+namespace particles_test {
 
 const std::string kFolder = support::shared_data_folder() + "/multiview/particles/";
 constexpr int kCameras = 3;
@@ -170,5 +170,5 @@ TEST(Particles, AreFoundWhereAnotherProgramFoundThemWithARealRig) {
   EXPECT_GE(near, 0.9 * wanted);
 }
 
-}  // namespace
+}  // namespace particles_test
 }  // namespace mocap::associate

@@ -11,7 +11,7 @@
 #include "support/marker_world.h"
 
 namespace mocap::associate {
-namespace {
+namespace predicted_matcher_test {
 
 using Eigen::Vector3d;
 using namespace mocap::test;
@@ -176,5 +176,5 @@ TEST(PredictedMatcher, LeavesMarkersOutsideTheVolumeUnmatched) {
   EXPECT_EQ(match_of(matches, 1), nullptr);
 }
 
-}  // namespace
+}  // namespace predicted_matcher_test
 }  // namespace mocap::associate

@@ -15,7 +15,7 @@
 #include "support/marker_world.h"
 
 namespace mocap::associate {
-namespace {
+namespace prediction_gates_test {
 
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
@@ -119,5 +119,5 @@ TEST(PredictionGates, AreEmptyForMarkersThatAreUnknownOrBehindTheCamera) {
   EXPECT_TRUE(views.gates.candidates(view).empty());
 }
 
-}  // namespace
+}  // namespace prediction_gates_test
 }  // namespace mocap::associate

@@ -6,7 +6,7 @@
 #include <vector>
 
 namespace mocap::associate {
-namespace {
+namespace ray_assignments_test {
 
 constexpr std::uint32_t kNone = RayAssignments::kNone;
 
@@ -83,5 +83,5 @@ TEST(RayAssignments, ForgetThePreviousView) {
   EXPECT_EQ(assignments.assign_shared(1, 0).offset.x(), 0.0F);
 }
 
-}  // namespace
+}  // namespace ray_assignments_test
 }  // namespace mocap::associate

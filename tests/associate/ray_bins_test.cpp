@@ -12,7 +12,7 @@
 #include "associate/rays/listed_rays.h"
 
 namespace mocap::associate {
-namespace {
+namespace ray_bins_test {
 
 constexpr float kSigmas = 4.0F;
 constexpr float kUsual = 0.01F * 0.01F;
@@ -121,5 +121,5 @@ TEST(ListedRays, VisitRaysFromTheBinsAndRaysAddedLater) {
   EXPECT_TRUE(rays->has(0) && rays->has(99));
 }
 
-}  // namespace
+}  // namespace ray_bins_test
 }  // namespace mocap::associate

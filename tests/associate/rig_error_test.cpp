@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace mocap::associate {
-namespace {
+namespace rig_error_test {
 
 constexpr std::size_t kViews = 6;
 constexpr double kBlob_px = 0.04;
@@ -88,5 +88,5 @@ TEST(PointError, IsNearlyZeroIfBlobNoiseExplainsTheResiduals) {
   EXPECT_LT(sum_px2, 0.15 * 0.01);  // at most 15 % of the variance of the blobs
 }
 
-}  // namespace
+}  // namespace rig_error_test
 }  // namespace mocap::associate

@@ -7,7 +7,7 @@
 #include "support/marker_world.h"
 
 namespace mocap::associate {
-namespace {
+namespace single_view_association_test {
 
 using Eigen::Vector3d;
 using namespace mocap::test;
@@ -198,5 +198,5 @@ TEST(SingleViewAssociation, DoesNotShiftTheBearingOfAWellKnownMarker) {
   EXPECT_LT(off_m(matches.bearing_only[0], hand.markers[0]), 0.001);
 }
 
-}  // namespace
+}  // namespace single_view_association_test
 }  // namespace mocap::associate

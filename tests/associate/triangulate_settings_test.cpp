@@ -5,7 +5,7 @@
 #include "base/key_check.h"
 
 namespace mocap::associate {
-namespace {
+namespace triangulate_settings_test {
 
 TEST(TriangulateSettings, HaveDefaultsWithinTheirRanges) {
   const TriangulateSettings defaults;
@@ -21,5 +21,5 @@ TEST(TriangulateSettings, StateTheLargestSigmaInMillimetres) {
   EXPECT_EQ(check_keys(triangulate)[0].message, "max_sigma_mm is 2000, expected 0.01 to 1000");
 }
 
-}  // namespace
+}  // namespace triangulate_settings_test
 }  // namespace mocap::associate

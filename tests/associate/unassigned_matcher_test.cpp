@@ -14,7 +14,7 @@
 #include "support/marker_world.h"
 
 namespace mocap::associate {
-namespace {
+namespace unassigned_matcher_test {
 
 using namespace mocap::test;
 
@@ -145,5 +145,5 @@ TEST(UnassignedMatcher, GivesNoCandidateOfBlobsThatAMatchHas) {
   EXPECT_EQ(matches.candidates.size(), 0u);
 }
 
-}  // namespace
+}  // namespace unassigned_matcher_test
 }  // namespace mocap::associate

@@ -10,7 +10,7 @@
 #include "support/marker_world.h"
 
 namespace mocap::associate {
-namespace {
+namespace view_assignments_test {
 
 using namespace mocap::test;
 using Eigen::Vector3d;
@@ -109,5 +109,5 @@ TEST(ViewRays, SetsTheUseCountsOfAllRays) {
   EXPECT_EQ(view.unassigned_count(), view.size() - 2);
 }
 
-}  // namespace
+}  // namespace view_assignments_test
 }  // namespace mocap::associate

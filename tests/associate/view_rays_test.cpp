@@ -12,7 +12,7 @@
 #include "support/marker_world.h"
 
 namespace mocap::associate {
-namespace {
+namespace view_rays_test {
 
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
@@ -233,5 +233,5 @@ TEST(RayTable, HasNoRaysForAnEmptyView) {
   EXPECT_TRUE(table.rays->nearest_unassigned(0));
 }
 
-}  // namespace
+}  // namespace view_rays_test
 }  // namespace mocap::associate

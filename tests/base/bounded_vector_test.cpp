@@ -5,7 +5,7 @@
 #include <string>
 
 namespace mocap {
-namespace {
+namespace bounded_vector_test {
 
 using Strings = BoundedVector<std::string, 3>;
 
@@ -59,5 +59,5 @@ TEST(BoundedVectorDeathTest, StopsTheProcessOnAnIndexPastTheEnd) {
   EXPECT_DEATH(static_cast<void>(one[1]), "broken promise");
 }
 
-}  // namespace
+}  // namespace bounded_vector_test
 }  // namespace mocap

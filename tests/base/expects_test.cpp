@@ -5,7 +5,7 @@
 #include <csignal>
 
 namespace mocap {
-namespace {
+namespace expects_test {
 
 TEST(Expects, EvaluatesATrueConditionOnceAndContinues) {
   int evaluations = 0;
@@ -23,5 +23,5 @@ TEST(ExpectsDeathTest, AbortsWithFileAndTextOfAFalseCondition) {
               "expects_test\\.cpp:[0-9]+: broken promise: cameras <= 64");
 }
 
-}  // namespace
+}  // namespace expects_test
 }  // namespace mocap

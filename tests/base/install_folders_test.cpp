@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace mocap {
-namespace {
+namespace install_folders_test {
 
 TEST(InstallFolders, AreFoundFromTheProgramUnderAnyPrefix) {
   const InstallFolders folders = install_folders_of("/opt/motion capture/bin/mocapd");
@@ -24,5 +24,5 @@ TEST(InstallFolders, OfTheBuildTreeHaveTheShippedFiles) {
   EXPECT_TRUE(std::filesystem::exists(install_folders().data / "skeletons" / "human18.toml"));
 }
 
-}  // namespace
+}  // namespace install_folders_test
 }  // namespace mocap

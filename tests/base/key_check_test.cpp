@@ -6,7 +6,7 @@
 #include <array>
 
 namespace mocap {
-namespace {
+namespace key_check_test {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
@@ -52,5 +52,5 @@ TEST(KeyCheck, NamesEachValueOutsideItsRangeOrChoices) {
                           "cpus: cpus is -1, expected 0 to 1023", "place_m: place_m is 11, expected -10 to 10"));
 }
 
-}  // namespace
+}  // namespace key_check_test
 }  // namespace mocap

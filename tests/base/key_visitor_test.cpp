@@ -8,7 +8,7 @@
 #include <numbers>
 
 namespace mocap {
-namespace {
+namespace key_visitor_test {
 
 using testing::ElementsAre;
 
@@ -136,5 +136,5 @@ TEST(KeyRange, IncludesBothEndsAndExcludesNaN) {
   EXPECT_EQ(range_text(range), "1 to 255");
 }
 
-}  // namespace
+}  // namespace key_visitor_test
 }  // namespace mocap

@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 namespace mocap {
-namespace {
+namespace literal_text_test {
 
 TEST(LiteralText, NumbersAreReadBackBitIdenticalAndHaveADecimalPoint) {
   for (const double value : {0.1, 1.0 / 3.0, -2.5e-300, 1e22, 123456789.0}) {
@@ -23,5 +23,5 @@ TEST(LiteralText, ListsAreInBrackets) {
   EXPECT_EQ(list_text({}), "[]");
 }
 
-}  // namespace
+}  // namespace literal_text_test
 }  // namespace mocap

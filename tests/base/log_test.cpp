@@ -6,7 +6,7 @@
 #include <string>
 
 namespace mocap {
-namespace {
+namespace log_test {
 
 using testing::HasSubstr;
 using testing::internal::CaptureStderr;
@@ -83,5 +83,5 @@ TEST_F(Log, AcceptsBracesInAMessage) {
   EXPECT_THAT(GetCapturedStderr(), HasSubstr("control: request {} is {invalid"));
 }
 
-}  // namespace
+}  // namespace log_test
 }  // namespace mocap

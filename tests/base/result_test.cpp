@@ -8,7 +8,7 @@
 #include <string>
 
 namespace mocap {
-namespace {
+namespace result_test {
 
 enum class Failure { TooFew, TooMany };
 
@@ -70,5 +70,5 @@ TEST(ErrorCodes, HaveDifferentNames) {
   EXPECT_EQ(names.count("unknown"), 0U);
 }
 
-}  // namespace
+}  // namespace result_test
 }  // namespace mocap

@@ -7,7 +7,7 @@
 #include "base/wake_signal.h"
 
 namespace mocap {
-namespace {
+namespace spsc_queue_test {
 
 TEST(SpscQueue, ReturnsItemsInTheOrderOfArrival) {
   SpscQueue<int> queue(4);
@@ -62,5 +62,5 @@ TEST(SpscQueue, LosesAndReordersNothingBetweenTwoThreads) {
   }
 }
 
-}  // namespace
+}  // namespace spsc_queue_test
 }  // namespace mocap

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 namespace mocap {
-namespace {
+namespace time_test {
 
 TEST(Time, ConvertsAnInstantToNanosecondsAndBackExactly) {
   // UTC in nanoseconds has more digits than a double.
@@ -47,5 +47,5 @@ TEST(HostClock, PlusItsOffsetIsUtc) {
   EXPECT_LT(utc, after + std::chrono::milliseconds(100));
 }
 
-}  // namespace
+}  // namespace time_test
 }  // namespace mocap

@@ -5,7 +5,7 @@
 #include <thread>
 
 namespace mocap {
-namespace {
+namespace wake_signal_test {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
@@ -41,5 +41,5 @@ TEST(WakeSignal, WakesASleepingThread) {
   EXPECT_LT(host_now() - before, seconds(10));
 }
 
-}  // namespace
+}  // namespace wake_signal_test
 }  // namespace mocap

@@ -7,7 +7,7 @@
 #include "support/test_body.h"
 
 namespace mocap::bodyfit {
-namespace {
+namespace body_offsets_test {
 
 using Eigen::Vector3d;
 
@@ -56,5 +56,5 @@ TEST(BodyInstant, IsEmptyInRestPose) {
   }
 }
 
-}  // namespace
+}  // namespace body_offsets_test
 }  // namespace mocap::bodyfit

@@ -13,7 +13,7 @@
 #include "support/test_body.h"
 
 namespace mocap::bodyfit {
-namespace {
+namespace fit_subject_test {
 
 using test::angle_between;
 using test::person;
@@ -205,5 +205,5 @@ TEST_P(FitSubject, FindsJointsAndMarkersFromARangeOfMotion) {
 INSTANTIATE_TEST_SUITE_P(ShippedSets, FitSubject, ::testing::Values("openmocap18", "baseline41", "pluginGait39"),
                          [](const auto& set) { return std::string(set.param); });
 
-}  // namespace
+}  // namespace fit_subject_test
 }  // namespace mocap::bodyfit

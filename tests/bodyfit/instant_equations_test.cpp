@@ -13,7 +13,7 @@
 #include "support/test_body.h"
 
 namespace mocap::bodyfit {
-namespace {
+namespace instant_equations_test {
 
 using Eigen::Vector3d;
 
@@ -265,5 +265,5 @@ TEST(InstantEquations, CountTheUnknownsThatTheMarkersObserve) {
   EXPECT_NEAR(none, 6.0, 1e-6);
 }
 
-}  // namespace
+}  // namespace instant_equations_test
 }  // namespace mocap::bodyfit

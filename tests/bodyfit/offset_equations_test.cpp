@@ -11,7 +11,7 @@
 #include "support/test_body.h"
 
 namespace mocap::bodyfit {
-namespace {
+namespace offset_equations_test {
 
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
@@ -221,5 +221,5 @@ TEST(OffsetPriors, OfAFittedBodyHoldTheBonesMoreTightlyThanTheMarkers) {
   EXPECT_LT(of_fitted.prior_cost(moved, 1.0), 10.0 * of_file.prior_cost(moved, 1.0));
 }
 
-}  // namespace
+}  // namespace offset_equations_test
 }  // namespace mocap::bodyfit

@@ -13,7 +13,7 @@
 #include "lib/simworld/wand_world.h"
 
 namespace mocap::calibration {
-namespace {
+namespace assess_rig_test {
 
 using testing::Contains;
 using testing::Field;
@@ -212,5 +212,5 @@ TEST(AssessRig, FiguresDoNotDependOnTheWorldFrame) {
   }
 }
 
-}  // namespace
+}  // namespace assess_rig_test
 }  // namespace mocap::calibration

@@ -14,7 +14,7 @@
 #include "scene/ring_rig.h"
 
 namespace mocap::calibration {
-namespace {
+namespace bundle_test {
 
 using Eigen::Vector3d;
 
@@ -120,5 +120,5 @@ TEST(BundleProblem, ListsTheFreeIntrinsics) {
   EXPECT_EQ(free_intrinsic_indices(FreeIntrinsics::All, LensKind::Fisheye).size(), 8u);
 }
 
-}  // namespace
+}  // namespace bundle_test
 }  // namespace mocap::calibration

@@ -9,7 +9,7 @@
 #include "lib/simworld/wand_world.h"
 
 namespace mocap::calibration {
-namespace {
+namespace compare_rigs_test {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
@@ -107,5 +107,5 @@ TEST(CompareRigs, RefusesRigsWithFewerThanTwoCommonCameras) {
   EXPECT_THAT(change.error().message, testing::HasSubstr("1 camera is in both rigs by name"));
 }
 
-}  // namespace
+}  // namespace compare_rigs_test
 }  // namespace mocap::calibration

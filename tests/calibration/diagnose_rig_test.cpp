@@ -11,7 +11,7 @@
 #include "support/moving_markers.h"
 
 namespace mocap::calibration {
-namespace {
+namespace diagnose_rig_test {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -224,5 +224,5 @@ TEST(RigDiagnosis, FindsTwoFaultsAtOnce) {
   }
 }
 
-}  // namespace
+}  // namespace diagnose_rig_test
 }  // namespace mocap::calibration

@@ -7,7 +7,7 @@
 #include "support/board_images.h"
 
 namespace mocap::calibration {
-namespace {
+namespace find_board_test {
 
 using support::BoardImages;
 
@@ -115,5 +115,5 @@ TEST(FindBoard, RefusesImpossibleBoards) {
   EXPECT_THAT(message({BoardKind::Chessboard, 2, 6, 0.03, 0.0, ""}), testing::HasSubstr("board is 2 x 6 squares"));
 }
 
-}  // namespace
+}  // namespace find_board_test
 }  // namespace mocap::calibration

@@ -9,7 +9,7 @@
 #include "support/board_images.h"
 
 namespace mocap::calibration {
-namespace {
+namespace fit_lens_test {
 
 using support::BoardImages;
 using testing::HasSubstr;
@@ -222,5 +222,5 @@ TEST(FitLens, ThePixelJacobianEqualsFiniteDifferences) {
   }
 }
 
-}  // namespace
+}  // namespace fit_lens_test
 }  // namespace mocap::calibration

@@ -11,7 +11,7 @@
 #include "scene/ring_rig.h"
 
 namespace mocap::calibration {
-namespace {
+namespace floor_test {
 
 using Eigen::Vector3d;
 
@@ -101,5 +101,5 @@ TEST(FloorFrameScale, IsThatOfTheOnlyFrameWithTheSameShape) {
   EXPECT_FALSE(floor_frame_scale(two, frame));
 }
 
-}  // namespace
+}  // namespace floor_test
 }  // namespace mocap::calibration

@@ -5,7 +5,7 @@
 #include <array>
 
 namespace mocap::calibration {
-namespace {
+namespace image_cells_test {
 
 using Cells = std::array<int, kImageCells * kImageCells>;
 
@@ -27,5 +27,5 @@ TEST(ImageCells, NamesNoRegionIfEveryRegionIsHalfCovered) {
   EXPECT_EQ(least_covered_region(cells, kImageCells), "");
 }
 
-}  // namespace
+}  // namespace image_cells_test
 }  // namespace mocap::calibration

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace mocap::calibration {
-namespace {
+namespace instants_test {
 
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
@@ -44,5 +44,5 @@ TEST(Instants, TwoImagesOfOneCameraAreTwoInstants) {
   EXPECT_EQ(group_by_instant(recording, milliseconds(5)).size(), 3u);
 }
 
-}  // namespace
+}  // namespace instants_test
 }  // namespace mocap::calibration

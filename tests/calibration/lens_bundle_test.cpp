@@ -10,7 +10,7 @@
 #include "support/board_images.h"
 
 namespace mocap::calibration {
-namespace {
+namespace lens_bundle_test {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -196,5 +196,5 @@ TEST(LensResidual, IsTheRootOfTheMeanSquarePerAxis) {
   EXPECT_DOUBLE_EQ((LensResidual{.sum_px2 = 8.0, .points = 1, .view_rms_px = {}}.rms_px()), 2.0);
 }
 
-}  // namespace
+}  // namespace lens_bundle_test
 }  // namespace mocap::calibration

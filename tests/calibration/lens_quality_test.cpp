@@ -8,7 +8,7 @@
 #include "support/board_images.h"
 
 namespace mocap::calibration {
-namespace {
+namespace lens_quality_test {
 
 using support::BoardImages;
 
@@ -78,5 +78,5 @@ TEST(LensQuality, UncertaintyGrowsTowardsTheImageCorners) {
   EXPECT_GT(uncertainty.rim_px, 0.0);
 }
 
-}  // namespace
+}  // namespace lens_quality_test
 }  // namespace mocap::calibration

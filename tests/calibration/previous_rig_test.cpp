@@ -7,7 +7,7 @@
 #include "scene/ring_rig.h"
 
 namespace mocap::calibration {
-namespace {
+namespace previous_rig_test {
 
 Rig scaled(Rig rig, double scale) {
   for (CameraModel& camera : rig) camera.camera_from_world.translation *= scale;
@@ -59,5 +59,5 @@ TEST(PreviousRig, HasNoWorldIfMostCamerasWereMoved) {
   EXPECT_FALSE(pose_in_previous_world(rig, previous));
 }
 
-}  // namespace
+}  // namespace previous_rig_test
 }  // namespace mocap::calibration

@@ -14,7 +14,7 @@
 #include "scene/ring_rig.h"
 
 namespace mocap::calibration {
-namespace {
+namespace repair_rig_test {
 
 using testing::HasSubstr;
 
@@ -158,5 +158,5 @@ TEST(RefineRig, ReducesTheResidualOfPerturbedCameras) {
   EXPECT_NEAR(refined->after_px, 0.05, 0.02);  // the noise, less the degrees of freedom
 }
 
-}  // namespace
+}  // namespace repair_rig_test
 }  // namespace mocap::calibration

@@ -15,7 +15,7 @@
 #include "support/places.h"
 
 namespace mocap::calibration {
-namespace {
+namespace resect_camera_test {
 
 CameraModel some_camera() {
   CameraModel camera;
@@ -119,5 +119,5 @@ TEST(ResectCamera, FitsTheCamerasOfARealRigToHalfAPixel) {
   }
 }
 
-}  // namespace
+}  // namespace resect_camera_test
 }  // namespace mocap::calibration

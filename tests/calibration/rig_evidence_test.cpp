@@ -10,7 +10,7 @@
 #include "geometry/lens.h"
 
 namespace mocap::calibration {
-namespace {
+namespace rig_evidence_test {
 
 using Eigen::Vector3d;
 
@@ -122,5 +122,5 @@ TEST(RigEvidence, IsUprightWithoutAFloorIfTheCamerasHaveOneHeight) {
   for (const Vector3d& point : evidence.points_m) EXPECT_LT(point.z(), 0.0) << "the wand is below the cameras";
 }
 
-}  // namespace
+}  // namespace rig_evidence_test
 }  // namespace mocap::calibration

@@ -16,7 +16,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::calibration {
-namespace {
+namespace rig_format_test {
 
 using support::expect_same_rig;
 using support::random_rig;
@@ -272,5 +272,5 @@ TEST(RigImport, NamesTheLineOfAnImplausibleCamera) {
   EXPECT_THAT(parsed.error()[0].message, HasSubstr("looks like degrees"));
 }
 
-}  // namespace
+}  // namespace rig_format_test
 }  // namespace mocap::calibration

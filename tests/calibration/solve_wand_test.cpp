@@ -9,7 +9,7 @@
 #include "lib/simworld/wand_world.h"
 
 namespace mocap::calibration {
-namespace {
+namespace solve_wand_test {
 
 using simworld::WandWorld;
 using simworld::WandWorldSettings;
@@ -245,5 +245,5 @@ TEST(SolveWand, HeldOutSamplesRevealAnOverfittedLens) {
   EXPECT_GT(solution->heldout_px, 1.05 * solution->rms_px);
 }
 
-}  // namespace
+}  // namespace solve_wand_test
 }  // namespace mocap::calibration

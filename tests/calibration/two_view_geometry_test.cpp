@@ -9,7 +9,7 @@
 #include "scene/ring_rig.h"
 
 namespace mocap::calibration {
-namespace {
+namespace two_view_geometry_test {
 
 using Eigen::Vector3d;
 
@@ -96,5 +96,5 @@ TEST(TriangulateMidpoint, FindsAPointInFrontOfBothCamerasOnly) {
   EXPECT_FALSE(none);
 }
 
-}  // namespace
+}  // namespace two_view_geometry_test
 }  // namespace mocap::calibration

@@ -9,7 +9,7 @@
 #include <random>
 
 namespace mocap::calibration {
-namespace {
+namespace volume_uncertainty_test {
 
 using Eigen::Vector3d;
 
@@ -161,5 +161,5 @@ TEST(VolumeUncertainty, IsUnseenWithoutCameras) {
   EXPECT_EQ(volume->median_m, 0.0);
 }
 
-}  // namespace
+}  // namespace volume_uncertainty_test
 }  // namespace mocap::calibration

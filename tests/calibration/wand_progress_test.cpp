@@ -5,7 +5,7 @@
 #include "lib/simworld/wand_world.h"
 
 namespace mocap::calibration {
-namespace {
+namespace wand_progress_test {
 
 using testing::HasSubstr;
 
@@ -58,5 +58,5 @@ TEST(WandProgress, NamesACameraThatIsNotConnected) {
   EXPECT_THAT(progress.advice(), HasSubstr("common view of " + world.truth()[2].name));
 }
 
-}  // namespace
+}  // namespace wand_progress_test
 }  // namespace mocap::calibration

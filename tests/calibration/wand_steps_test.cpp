@@ -13,7 +13,7 @@
 #include "lib/simworld/wand_world.h"
 
 namespace mocap::calibration {
-namespace {
+namespace wand_steps_test {
 
 const Wand kWand{{0.0, 0.16, 0.5}};
 constexpr double kNoise_px = 0.1;
@@ -113,5 +113,5 @@ TEST_F(WandSteps, TheQualityOfATrueRigIsTheNoise) {
   EXPECT_EQ(triangulated_lengths_m(bundle).size(), solution.samples);
 }
 
-}  // namespace
+}  // namespace wand_steps_test
 }  // namespace mocap::calibration

@@ -5,7 +5,7 @@
 #include <vector>
 
 namespace mocap::calibration {
-namespace {
+namespace wand_test {
 
 const Wand kThree{{0.0, 0.16, 0.5}};
 const Wand kTwo{{0.0, 0.5}};
@@ -71,5 +71,5 @@ TEST(DetectWand, FindsTwoMarkersOnlyWithoutOtherBlobs) {
   EXPECT_FALSE(detect_wand(blobs, kTwo, {}).found);
 }
 
-}  // namespace
+}  // namespace wand_test
 }  // namespace mocap::calibration

@@ -17,7 +17,7 @@
 #include "cameras/own_network.h"
 
 namespace mocap::cameras {
-namespace {
+namespace action_trigger_test {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
@@ -161,5 +161,5 @@ TEST_F(ActionTriggerTest, SkipsPastExposuresAfterADelay) {
   EXPECT_LE(after.size(), 6U);
 }
 
-}  // namespace
+}  // namespace action_trigger_test
 }  // namespace mocap::cameras

@@ -14,7 +14,7 @@
 #include "cameras/own_network.h"
 
 namespace mocap::cameras {
-namespace {
+namespace aravis_camera_test {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
@@ -382,5 +382,5 @@ TEST_F(AravisCamera, IsHarmlessWhenNeverStarted) {
   EXPECT_EQ(camera->next(milliseconds(1)).error().code, ErrorCode::DeviceLost);
 }
 
-}  // namespace
+}  // namespace aravis_camera_test
 }  // namespace mocap::cameras

@@ -16,7 +16,7 @@
 #include "cameras/served_gige.h"
 
 namespace mocap::cameras {
-namespace {
+namespace aravis_chunks_test {
 
 struct Unref {
   void operator()(gpointer object) const { g_object_unref(object); }
@@ -76,5 +76,5 @@ TEST_F(ServedChunks, AreNotReadAnyMoreIfThreeImagesInARowLackThem) {
   EXPECT_FALSE(chunks->read(without_chunks.get()).exposure);
 }
 
-}  // namespace
+}  // namespace aravis_chunks_test
 }  // namespace mocap::cameras

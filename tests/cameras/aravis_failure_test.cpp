@@ -12,7 +12,7 @@
 #include <vector>
 
 namespace mocap::cameras {
-namespace {
+namespace aravis_failure_test {
 
 void fail(GError** error, GQuark domain, int code) { g_set_error_literal(error, domain, code, "no answer"); }
 
@@ -63,5 +63,5 @@ TEST(AravisFailure, OfAnotherLibraryIsAnInputOutputError) {
   EXPECT_EQ(failure.error("x").code, ErrorCode::Io);
 }
 
-}  // namespace
+}  // namespace aravis_failure_test
 }  // namespace mocap::cameras

@@ -12,7 +12,7 @@
 #pragma GCC diagnostic pop
 
 namespace mocap::cameras {
-namespace {
+namespace aravis_features_test {
 
 using testing::HasSubstr;
 
@@ -125,5 +125,5 @@ TEST_F(ApplySettings, RefusesActionCommandsThatTheCameraDoesNotAccept) {
   EXPECT_THAT(error.message, HasSubstr("does not accept action commands"));
 }
 
-}  // namespace
+}  // namespace aravis_features_test
 }  // namespace mocap::cameras

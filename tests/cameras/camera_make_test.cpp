@@ -14,7 +14,7 @@
 #include "cameras/served_gige.h"
 
 namespace mocap::cameras {
-namespace {
+namespace camera_make_test {
 
 using testing::AllOf;
 using testing::AnyOf;
@@ -101,5 +101,5 @@ TEST(CameraMakeTable, DistinguishesAddressMacAndSerialNumberOfAnAravisCamera) {
   }
 }
 
-}  // namespace
+}  // namespace camera_make_test
 }  // namespace mocap::cameras

@@ -15,7 +15,7 @@
 #include "cameras/v4l2/v4l2_settings.h"
 
 namespace mocap::cameras {
-namespace {
+namespace camera_settings_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -134,5 +134,5 @@ TEST(SyntheticSettings, UseRecordedTimeIfTheyDoNotFollowTheClock) {
   EXPECT_TRUE(facts_of(camera, "west").recorded_time);
 }
 
-}  // namespace
+}  // namespace camera_settings_test
 }  // namespace mocap::cameras

@@ -7,7 +7,7 @@
 #include <random>
 
 namespace mocap::cameras {
-namespace {
+namespace clock_mapping_test {
 
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
@@ -220,5 +220,5 @@ TEST(ClockMapping, SurvivesASecondOfStalledDelivery) {
   EXPECT_LT(worst_us, 50.0);
 }
 
-}  // namespace
+}  // namespace clock_mapping_test
 }  // namespace mocap::cameras

@@ -29,7 +29,7 @@ void declare_keys(KeyVisitor& /*keys*/, OtherSettings& /*camera*/) {}
 std::vector<KeyFault> faults_of(const OtherSettings& /*camera*/) { return {}; }
 CameraFacts facts_of(const OtherSettings& /*camera*/, const std::string& /*camera_name*/) { return {}; }
 
-namespace {
+namespace driver_settings_test {
 
 TEST(DriverSettings, HoldTheSettingsOfAnyMake) {
   const DriverSettings settings = PinholeSettings{.port = 7};
@@ -79,5 +79,5 @@ TEST(DriverSettings, DistinguishValuesOutOfRangeFromBrokenRules) {
   EXPECT_EQ(broken.faults()[0].message, "port is that of a web server");
 }
 
-}  // namespace
+}  // namespace driver_settings_test
 }  // namespace mocap::cameras

@@ -7,7 +7,7 @@
 #include <random>
 
 namespace mocap::cameras {
-namespace {
+namespace exposure_clock_test {
 
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
@@ -110,5 +110,5 @@ TEST(ExposureClock, AcceptsACameraThatCountsTaiAndRejectsOneThatCountsFromItsSta
   EXPECT_EQ(own.source(), ClockSource::Lost);
 }
 
-}  // namespace
+}  // namespace exposure_clock_test
 }  // namespace mocap::cameras

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace mocap::cameras {
-namespace {
+namespace frame_counter_test {
 
 std::uint64_t step(std::uint64_t from, std::uint64_t to) {
   FrameCounter counter;
@@ -28,5 +28,5 @@ TEST(FrameCounter, CountsARepeatedOrEarlierIdAsTheNext) {
   EXPECT_EQ(step(500, 1), 1U);
 }
 
-}  // namespace
+}  // namespace frame_counter_test
 }  // namespace mocap::cameras

@@ -16,7 +16,7 @@
 #include "cameras/served_gige.h"
 
 namespace mocap::cameras {
-namespace {
+namespace gige_chunks_test {
 
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
@@ -323,5 +323,5 @@ TEST_F(GigeExposures, AnUnknownLineIsRefusedWithAListOfTheKnownOnes) {
   EXPECT_THAT(refused.message, HasSubstr("Action1"));
 }
 
-}  // namespace
+}  // namespace gige_chunks_test
 }  // namespace mocap::cameras

@@ -22,7 +22,7 @@
 #include "cameras/served_gige.h"
 
 namespace mocap::cameras {
-namespace {
+namespace gige_faults_test {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
@@ -342,5 +342,5 @@ TEST_F(GigeFaults, ReconnectsTenTimesWithoutLeaks) {
   EXPECT_LT(memory_in_use(), taken + 64 * 1024);
 }
 
-}  // namespace
+}  // namespace gige_faults_test
 }  // namespace mocap::cameras

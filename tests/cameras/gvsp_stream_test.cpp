@@ -15,7 +15,7 @@
 #include "base/time.h"
 
 namespace mocap::sim {
-namespace {
+namespace gvsp_stream_test {
 
 using std::chrono::microseconds;
 
@@ -86,5 +86,5 @@ TEST(GvspStream, SendsNoPacketBeforeItsTimeIfTheClientSetsADelay) {
   }
 }
 
-}  // namespace
+}  // namespace gvsp_stream_test
 }  // namespace mocap::sim

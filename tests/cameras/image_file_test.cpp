@@ -12,7 +12,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::cameras {
-namespace {
+namespace image_file_test {
 
 using testing::HasSubstr;
 
@@ -139,5 +139,5 @@ TEST(ImageFile, NamesTheFileThatCannotBeRead) {
   EXPECT_THAT(missing.error().message, HasSubstr("none.pgm"));
 }
 
-}  // namespace
+}  // namespace image_file_test
 }  // namespace mocap::cameras

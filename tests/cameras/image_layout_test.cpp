@@ -6,7 +6,7 @@
 #include <vector>
 
 namespace mocap::cameras {
-namespace {
+namespace image_layout_test {
 
 // Bits from one pixel to the next. In YUYV every second byte is luminance.
 const std::vector<std::pair<PixelFormat, std::size_t>> kBits{
@@ -66,5 +66,5 @@ TEST(ImageLayout, AnEmptyImageNeedsNoBytes) {
 
 TEST(ImageLayout, MjpegHasNoRows) { EXPECT_EQ(packed_stride_bytes(PixelFormat::Mjpeg, 640), 0U); }
 
-}  // namespace
+}  // namespace image_layout_test
 }  // namespace mocap::cameras

@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace mocap::cameras {
-namespace {
+namespace jpeg_decoder_test {
 
 // A bright disc on a dark gradient, in colour as from a webcam.
 cv::Mat picture() {
@@ -67,5 +67,5 @@ TEST(JpegDecoder, RefusesAnotherSizeAndOtherData) {
   EXPECT_EQ(decoder.decode({}, 64, 48).error().code, ErrorCode::Io);
 }
 
-}  // namespace
+}  // namespace jpeg_decoder_test
 }  // namespace mocap::cameras

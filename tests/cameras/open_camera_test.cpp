@@ -9,7 +9,7 @@
 #include "cameras/v4l2/v4l2_settings.h"
 
 namespace mocap::cameras {
-namespace {
+namespace open_camera_test {
 
 using testing::HasSubstr;
 
@@ -70,5 +70,5 @@ TEST(OpenCamera, NeedsASyntheticCameraInTheRig) {
               HasSubstr("the rig has no camera of this name"));
 }
 
-}  // namespace
+}  // namespace open_camera_test
 }  // namespace mocap::cameras

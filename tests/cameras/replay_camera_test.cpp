@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace mocap::cameras {
-namespace {
+namespace replay_camera_test {
 
 namespace fs = std::filesystem;
 using std::chrono::milliseconds;
@@ -213,5 +213,5 @@ TEST_F(ReplayCamera, PlaysAVideo) {
   }
 }
 
-}  // namespace
+}  // namespace replay_camera_test
 }  // namespace mocap::cameras

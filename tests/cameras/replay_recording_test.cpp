@@ -6,7 +6,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::cameras {
-namespace {
+namespace replay_recording_test {
 
 using testing::HasSubstr;
 
@@ -106,5 +106,5 @@ TEST(FindRecording, RefusesAFolderWithSeveralRecordings) {
   }
 }
 
-}  // namespace
+}  // namespace replay_recording_test
 }  // namespace mocap::cameras

@@ -7,7 +7,7 @@
 #include "scene/ring_rig.h"
 
 namespace mocap::cameras {
-namespace {
+namespace synthetic_camera_test {
 
 MarkerSet stick() {
   MarkerSet set;
@@ -75,5 +75,5 @@ TEST(SyntheticCamera, TimesOutWhenNoImageIsDue) {
   EXPECT_EQ(camera->next(std::chrono::milliseconds(1)).error().code, ErrorCode::Timeout);
 }
 
-}  // namespace
+}  // namespace synthetic_camera_test
 }  // namespace mocap::cameras

@@ -19,7 +19,7 @@
 #include "cameras/tcp/tcp_header.h"
 
 namespace mocap::cameras {
-namespace {
+namespace tcp_camera_test {
 
 using testing::HasSubstr;
 
@@ -406,5 +406,5 @@ TEST(TcpSettings, OfTwoCamerasDifferInAddressOrPort) {
   EXPECT_EQ(west.size->width_px, 32);
 }
 
-}  // namespace
+}  // namespace tcp_camera_test
 }  // namespace mocap::cameras

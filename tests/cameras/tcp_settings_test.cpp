@@ -7,7 +7,7 @@
 #include "base/key_check.h"
 
 namespace mocap::cameras {
-namespace {
+namespace tcp_settings_test {
 
 TEST(TcpSettings, NameEveryValueOutsideItsRange) {
   TcpSettings settings;
@@ -47,5 +47,5 @@ TEST(TcpSettings, StateRateAndSizeOfTheImages) {
   EXPECT_FALSE(facts.recorded_time);
 }
 
-}  // namespace
+}  // namespace tcp_settings_test
 }  // namespace mocap::cameras

@@ -13,7 +13,7 @@
 #include "usb3_addresses.h"
 
 namespace mocap::sim {
-namespace {
+namespace usb3_registers_test {
 
 constexpr std::uint32_t kMagic = 0x43563355;
 constexpr std::uint16_t kAnswered = 0x4000, kRead = 0x0800, kWrite = 0x0802;
@@ -170,5 +170,5 @@ TEST_F(Usb3Camera, DoesNotAnswerInvalidCommandsAndCommandsWithoutAcknowledgement
   EXPECT_EQ(registers_.layout().width_px, 100U) << "and does it";
 }
 
-}  // namespace
+}  // namespace usb3_registers_test
 }  // namespace mocap::sim

@@ -10,7 +10,7 @@
 #include "cameras/aravis/aravis_settings.h"
 
 namespace mocap::cameras {
-namespace {
+namespace usb_bandwidth_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -175,5 +175,5 @@ TEST_F(UsbBandwidth, IgnoresOtherDevicesAndAbsentCameras) {
   EXPECT_TRUE(usb_loads({camera("left", "A1", "Mono8", 100.0)}, {}, sys_).empty());
 }
 
-}  // namespace
+}  // namespace usb_bandwidth_test
 }  // namespace mocap::cameras

@@ -18,7 +18,7 @@
 #include "cameras/v4l2/v4l2_discovery.h"
 
 namespace mocap::cameras {
-namespace {
+namespace v4l2_camera_test {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
@@ -329,5 +329,5 @@ TEST_F(V4l2Vivid, LeaksNothingOverFiftyStarts) {
   EXPECT_EQ(open_files(), files);
 }
 
-}  // namespace
+}  // namespace v4l2_camera_test
 }  // namespace mocap::cameras

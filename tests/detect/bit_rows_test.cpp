@@ -6,7 +6,7 @@
 #include <random>
 
 namespace mocap::detect {
-namespace {
+namespace bit_rows_test {
 
 constexpr int kWidth_px = 256;
 using Row = std::array<std::uint64_t, kWidth_px / 64>;
@@ -56,5 +56,5 @@ TEST(BitRows, MaskThePixelsOfARangeThatLieInOneWord) {
   }
 }
 
-}  // namespace
+}  // namespace bit_rows_test
 }  // namespace mocap::detect

@@ -10,7 +10,7 @@
 #include "detect/kernels/detect_kernels.h"
 
 namespace mocap::detect {
-namespace {
+namespace blob_detector_test {
 
 /// An image of one byte a pixel with its own pixels.
 struct Picture {
@@ -370,5 +370,5 @@ TEST(DetectBlobs, RefusesUnreadableFormatsAndSettingsOutsideTheirRanges) {
   EXPECT_EQ(make_blob_detector({.grow_px = 9}, PixelFormat::Mono8, 64, 64).error().code, ErrorCode::InvalidArgument);
 }
 
-}  // namespace
+}  // namespace blob_detector_test
 }  // namespace mocap::detect

@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace mocap::detect {
-namespace {
+namespace bright_words_test {
 
 TEST(WordPlaces, GiveEachWordOfAnImageItsOwnPlaceInTheOrderOfRows) {
   for (const int width_px : {1, 63, 64, 65, 1280}) {
@@ -94,5 +94,5 @@ TEST(BrightWords, HaveRoomForAWhiteImageInFourParts) {
   }
 }
 
-}  // namespace
+}  // namespace bright_words_test
 }  // namespace mocap::detect

@@ -9,7 +9,7 @@
 #include "detect/random_bits.h"
 
 namespace mocap::detect {
-namespace {
+namespace component_walker_test {
 
 constexpr std::size_t kManyRuns = 20'000;
 
@@ -164,5 +164,5 @@ TEST(ComponentWalker, ClearsTheWordsBeyondTheBoundOfItsRuns) {
   EXPECT_EQ(given.walker.found()[0].sums.n, 16);
 }
 
-}  // namespace
+}  // namespace component_walker_test
 }  // namespace mocap::detect

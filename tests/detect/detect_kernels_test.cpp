@@ -12,7 +12,7 @@
 #include "detect/components/image_components.h"
 
 namespace mocap::detect {
-namespace {
+namespace detect_kernels_test {
 
 constexpr int kThreshold = 128;
 
@@ -287,5 +287,5 @@ TEST(ImageComponents, DropARowOfNoise) {
   }
 }
 
-}  // namespace
+}  // namespace detect_kernels_test
 }  // namespace mocap::detect

@@ -5,7 +5,7 @@
 #include "base/key_check.h"
 
 namespace mocap::detect {
-namespace {
+namespace detect_settings_test {
 
 TEST(DetectSettings, HaveDefaultsWithinTheirRanges) {
   const DetectSettings defaults;
@@ -34,5 +34,5 @@ TEST(DetectSettings, RefuseALowThresholdAboveTheThreshold) {
   EXPECT_EQ(faults_of(detect)[0].key, "low_threshold");
 }
 
-}  // namespace
+}  // namespace detect_settings_test
 }  // namespace mocap::detect

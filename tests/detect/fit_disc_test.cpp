@@ -12,7 +12,7 @@
 #include "scene/render.h"
 
 namespace mocap::detect {
-namespace {
+namespace fit_disc_test {
 
 constexpr int kSide = 48;
 constexpr double kBackground = 12.0;
@@ -160,5 +160,5 @@ TEST(FitDisc, FindsADiscWithoutNoise) {
   EXPECT_NEAR(fitted->disc.radius_px, 5.0, 0.1);
 }
 
-}  // namespace
+}  // namespace fit_disc_test
 }  // namespace mocap::detect

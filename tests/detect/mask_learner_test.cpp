@@ -9,7 +9,7 @@
 #include "detect/blob_detector.h"
 
 namespace mocap::detect {
-namespace {
+namespace mask_learner_test {
 
 constexpr int kWidth = 160;
 constexpr int kHeight = 120;
@@ -185,5 +185,5 @@ TEST(MaskLearner, GivesTheDetectorAMaskThatHidesTheLampAndNotTheMarker) {
   EXPECT_FALSE(seen.blobs[0].touches_border);
 }
 
-}  // namespace
+}  // namespace mask_learner_test
 }  // namespace mocap::detect

@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace mocap::detect {
-namespace {
+namespace neighbour_eraser_test {
 
 constexpr std::uint32_t kThreshold = 100;
 constexpr int kFirstX = 700, kFirstY = 300;  // position of the box in its image
@@ -81,5 +81,5 @@ TEST(NeighbourEraser, RemovesPixelsAtMostAsFarFromANeighbour) {
   }
 }
 
-}  // namespace
+}  // namespace neighbour_eraser_test
 }  // namespace mocap::detect

@@ -11,7 +11,7 @@
 #include <vector>
 
 namespace mocap::detect {
-namespace {
+namespace noise_floor_test {
 
 constexpr int kWidth_px = 1280;
 constexpr int kHeight_px = 1024;
@@ -166,5 +166,5 @@ TEST(NoiseFloor, OfADeepFormatIsInItsOwnLevels) {
   EXPECT_NEAR(floor.noise, 24.0, 0.3 * 24.0);
 }
 
-}  // namespace
+}  // namespace noise_floor_test
 }  // namespace mocap::detect

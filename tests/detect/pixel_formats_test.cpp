@@ -9,7 +9,7 @@
 #include "detect/row_mask.h"
 
 namespace mocap::detect {
-namespace {
+namespace pixel_formats_test {
 
 struct Bits {
   std::vector<std::uint8_t> bytes;
@@ -144,5 +144,5 @@ TEST(DetectBlobs, FindsNothingInsideAMaskAndIncreasesSigmaAtItsEdge) {
   EXPECT_FALSE(found.blobs[1].touches_border);
 }
 
-}  // namespace
+}  // namespace pixel_formats_test
 }  // namespace mocap::detect

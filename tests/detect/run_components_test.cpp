@@ -9,7 +9,7 @@
 #include "detect/random_bits.h"
 
 namespace mocap::detect {
-namespace {
+namespace run_components_test {
 
 constexpr std::uint32_t kAnyArea_px2 = 1'000'000;
 
@@ -133,5 +133,5 @@ TEST(RunComponents, OfTheLastImageAreForgotten) {
   EXPECT_EQ(components.count(), 0U);
 }
 
-}  // namespace
+}  // namespace run_components_test
 }  // namespace mocap::detect

@@ -10,7 +10,7 @@
 #include <vector>
 
 namespace mocap::detect {
-namespace {
+namespace scalar_kernels_test {
 
 constexpr int kWidth_px = 150, kHeight_px = 13;
 constexpr std::size_t kStride = 311;
@@ -152,5 +152,5 @@ TEST(Scale, MapsEachSpanToElevenBitsWithoutOverflow) {
   }
 }
 
-}  // namespace
+}  // namespace scalar_kernels_test
 }  // namespace mocap::detect

@@ -5,7 +5,7 @@
 #include <cmath>
 
 namespace mocap::detect {
-namespace {
+namespace shape_test {
 
 TEST(Shape, HasTheAxisOfTheStandardArctangent) {
   for (int degree = -180; degree <= 180; ++degree) {
@@ -24,5 +24,5 @@ TEST(Shape, HasTheAxisOfTheStandardArctangent) {
 
 TEST(Shape, HasAnAxisOfZeroIfRound) { EXPECT_EQ(Shape{}.axis_rad(), 0.0); }
 
-}  // namespace
+}  // namespace shape_test
 }  // namespace mocap::detect

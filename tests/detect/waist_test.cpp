@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace mocap::detect {
-namespace {
+namespace waist_test {
 
 using Eigen::Vector2d;
 
@@ -122,5 +122,5 @@ TEST(Moments, OfADarkBoxAreRoundAndPositive) {
   EXPECT_EQ(moments_of(Picture().box(), kThreshold), Eigen::Vector3d(1.0, 1.0, 0.0));
 }
 
-}  // namespace
+}  // namespace waist_test
 }  // namespace mocap::detect

@@ -7,7 +7,7 @@
 #include <random>
 
 namespace mocap::detect {
-namespace {
+namespace weighted_centroid_test {
 
 /// Random sums, also such as no disc has.
 IntensitySums random_sums(std::mt19937& random) {
@@ -79,5 +79,5 @@ TEST(WeightedCentroid, LiesInTheBoxWithoutItsPadding) {
   EXPECT_GT(outside, 0) << "no sums with a cubic centroid in the padding";
 }
 
-}  // namespace
+}  // namespace weighted_centroid_test
 }  // namespace mocap::detect

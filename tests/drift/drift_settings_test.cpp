@@ -5,7 +5,7 @@
 #include "base/key_check.h"
 
 namespace mocap::drift {
-namespace {
+namespace drift_settings_test {
 
 TEST(DriftSettings, HaveDefaultsWithinTheirRanges) {
   const DriftSettings defaults;
@@ -13,5 +13,5 @@ TEST(DriftSettings, HaveDefaultsWithinTheirRanges) {
   EXPECT_TRUE(check_keys(defaults).empty());
 }
 
-}  // namespace
+}  // namespace drift_settings_test
 }  // namespace mocap::drift

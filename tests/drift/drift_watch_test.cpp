@@ -14,7 +14,7 @@
 #include "track3d/kalman_marker_tracker.h"
 
 namespace mocap::drift {
-namespace {
+namespace drift_watch_test {
 
 using test::bumped;
 using test::eight_cameras;
@@ -186,5 +186,5 @@ TEST(DriftWatch, MeasuresASmallDriftBeforeTheMatcherLosesTheCamera) {
   }
 }
 
-}  // namespace
+}  // namespace drift_watch_test
 }  // namespace mocap::drift

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace mocap::explain {
-namespace {
+namespace search_evidence_test {
 
 SearchEvidence every_fact() {
   SearchEvidence evidence;
@@ -63,5 +63,5 @@ TEST(SuspectsOf, AreBlindCamerasWithManyMarkersInView) {
   EXPECT_EQ(suspects[0]->name, "a");
 }
 
-}  // namespace
+}  // namespace search_evidence_test
 }  // namespace mocap::explain

@@ -9,7 +9,7 @@
 #include "support/test_body.h"
 
 namespace mocap::explain {
-namespace {
+namespace search_explainer_test {
 
 using test::person;
 using testing::HasSubstr;
@@ -273,5 +273,5 @@ TEST(SearchExplainer, NamesTheMissingMarkerOfAProp) {
   EXPECT_THAT(sentence(health), HasSubstr("1 of 4 markers are missing (W3)"));
 }
 
-}  // namespace
+}  // namespace search_explainer_test
 }  // namespace mocap::explain

@@ -11,7 +11,7 @@
 #include "scene/c3d.h"
 
 namespace mocap::exports {
-namespace {
+namespace c3d_test {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -203,5 +203,5 @@ TEST(WriteC3d, EndsWhenTheSinkFails) {
   EXPECT_EQ(write_c3d(testing::sample_clip(), {}, full).error().message, "full");
 }
 
-}  // namespace
+}  // namespace c3d_test
 }  // namespace mocap::exports

@@ -8,7 +8,7 @@
 #include "export/timecode.h"
 
 namespace mocap::exports {
-namespace {
+namespace clip_test {
 
 using ::testing::HasSubstr;
 using testing::path_m;
@@ -315,5 +315,5 @@ TEST(Resampled, InterpolatesBetweenFramesButNotOverGaps) {
   }
 }
 
-}  // namespace
+}  // namespace clip_test
 }  // namespace mocap::exports

@@ -9,7 +9,7 @@
 #include "support/places.h"
 
 namespace mocap::exports {
-namespace {
+namespace in_axes_test {
 
 using nlohmann::json;
 
@@ -42,5 +42,5 @@ TEST(InAxes, AgreesWithThePublishedPosesInGltfAxes) {
   EXPECT_GE(poses, 10);
 }
 
-}  // namespace
+}  // namespace in_axes_test
 }  // namespace mocap::exports

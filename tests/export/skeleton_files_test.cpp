@@ -20,7 +20,7 @@
 #include "support/test_body.h"
 
 namespace mocap::exports {
-namespace {
+namespace skeleton_files_test {
 
 Bone bone(const std::string& name, int parent, const BoneAliases& aliases) {
   Bone made;
@@ -270,5 +270,5 @@ TEST(SkeletonFiles, HaveOneFrameIfTheClipHas) {
   EXPECT_TRUE(write_fbx(clip, BoneNames::Skeleton).has_value());
 }
 
-}  // namespace
+}  // namespace skeleton_files_test
 }  // namespace mocap::exports

@@ -10,7 +10,7 @@
 #include "export/trc.h"
 
 namespace mocap::exports {
-namespace {
+namespace text_formats_test {
 
 using ::testing::ElementsAre;
 using Writer = Status (*)(const Clip&, const WriteOptions&, const Sink&);
@@ -164,5 +164,5 @@ TEST(WriteCsv, QuotesNames) {
   EXPECT_NE(text.find(",\"a,\"\"b\"\".x_mm\","), std::string::npos);
 }
 
-}  // namespace
+}  // namespace text_formats_test
 }  // namespace mocap::exports

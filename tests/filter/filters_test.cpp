@@ -10,7 +10,7 @@
 #include "filter/point_filter.h"
 
 namespace mocap::filter {
-namespace {
+namespace filters_test {
 
 static_assert(PointFilter<Kalman<2>, 2> && PointFilter<Kalman<3>, 3>);
 static_assert(PointFilter<AlphaBeta<2>, 2> && PointFilter<AlphaBeta<3>, 3>);
@@ -288,5 +288,5 @@ TEST(Gate, HasTheCostOfANormalDensity) {
   EXPECT_NEAR(fit.cost, fit.distance2 + std::log(3.66) + 2.0 * std::log(2.0 * M_PI), 1e-12);
 }
 
-}  // namespace
+}  // namespace filters_test
 }  // namespace mocap::filter

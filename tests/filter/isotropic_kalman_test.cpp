@@ -9,7 +9,7 @@
 #include "filter/random.h"
 
 namespace mocap::filter {
-namespace {
+namespace isotropic_kalman_test {
 
 /// Settings without adaptation, except for innovations that are larger than expected.
 IsotropicKalmanSettings fixed_noise(double acceleration, double birth_speed) {
@@ -165,5 +165,5 @@ TEST(InnovationCost, IsTheCostAtTheVarianceOfGreatestLikelihood) {
   }
 }
 
-}  // namespace
+}  // namespace isotropic_kalman_test
 }  // namespace mocap::filter

@@ -7,7 +7,7 @@
 #include "filter/random.h"
 
 namespace mocap::filter {
-namespace {
+namespace symmetric_test {
 
 // No unit: rounding of products of numbers near 1.
 constexpr double kRounding = 1e-9;
@@ -63,5 +63,5 @@ TEST(Cofactors, HaveNoDeterminantIfTheMatrixIsSingular) {
   EXPECT_FALSE(inverse_of<3>(Matrix<3>::Zero()).allFinite());
 }
 
-}  // namespace
+}  // namespace symmetric_test
 }  // namespace mocap::filter

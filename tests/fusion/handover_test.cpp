@@ -8,7 +8,7 @@
 #include "support/empty_row.h"
 
 namespace mocap::fusion {
-namespace {
+namespace handover_test {
 
 SubjectFit fit_of(SubjectId subject) {
   SubjectFit fit;
@@ -61,5 +61,5 @@ TEST(FusionHandover, ForgetsTheFitOfASubjectThatDoesNotContinue) {
   EXPECT_FALSE(now->fit().has_value());
 }
 
-}  // namespace
+}  // namespace handover_test
 }  // namespace mocap::fusion

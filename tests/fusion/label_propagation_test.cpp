@@ -11,7 +11,7 @@
 #include "support/empty_row.h"
 
 namespace mocap::fusion {
-namespace {
+namespace label_propagation_test {
 
 constexpr TrackId kTrack{7};
 constexpr Label kLabel{SubjectId{0}, 2};
@@ -202,5 +202,5 @@ TEST_F(LabelPropagation, SearchesABearingOnlyMarkerWhereTheMoreCertainSkeletonPr
   EXPECT_EQ(script.position, kPredictedByBody);
 }
 
-}  // namespace
+}  // namespace label_propagation_test
 }  // namespace mocap::fusion

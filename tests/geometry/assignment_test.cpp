@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace mocap::geometry {
-namespace {
+namespace assignment_test {
 
 using Columns = std::vector<std::uint32_t>;
 
@@ -121,5 +121,5 @@ TEST(Assigner, FindsTheIdentityAmongAHundredCrowdedRows) {
   for (std::uint32_t row = 0; row < 100; ++row) EXPECT_EQ(assigned[row], row);
 }
 
-}  // namespace
+}  // namespace assignment_test
 }  // namespace mocap::geometry

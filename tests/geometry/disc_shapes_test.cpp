@@ -5,7 +5,7 @@
 #include <cmath>
 
 namespace mocap::geometry {
-namespace {
+namespace disc_shapes_test {
 
 struct Moments {
   double area = 0.0;
@@ -77,5 +77,5 @@ TEST(CutDisc, IsAWholeDiscIfNothingIsHidden) {
   EXPECT_EQ(cut.shape(-1.0).offset, 1.0);
 }
 
-}  // namespace
+}  // namespace disc_shapes_test
 }  // namespace mocap::geometry

@@ -9,7 +9,7 @@
 #include "support/marker_world.h"
 
 namespace mocap::geometry {
-namespace {
+namespace epipolar_test {
 
 using Eigen::Vector3d;
 using test::camera_at;
@@ -65,5 +65,5 @@ TEST(EpipolarLine, IsZeroForARayThroughTheOtherCamera) {
   EXPECT_TRUE(epipolar_line(e, seen(a, {-4.0, 0.0, 1.0})).n.isZero());
 }
 
-}  // namespace
+}  // namespace epipolar_test
 }  // namespace mocap::geometry

@@ -6,7 +6,7 @@
 #include <vector>
 
 namespace mocap::geometry {
-namespace {
+namespace lens_test {
 
 Lens distorted_lens(LensKind kind) {
   Lens lens{kind, 900.0, 910.0, 652.0, 500.0, {}};
@@ -105,5 +105,5 @@ TEST(Project, SeesNothingBehindTheCamera) {
   EXPECT_TRUE(project(camera, {{0.0, 0.0, 2.0}}));
 }
 
-}  // namespace
+}  // namespace lens_test
 }  // namespace mocap::geometry

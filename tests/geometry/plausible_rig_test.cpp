@@ -7,7 +7,7 @@
 #include "scene/ring_rig.h"
 
 namespace mocap::geometry {
-namespace {
+namespace plausible_rig_test {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -100,5 +100,5 @@ TEST(RotationVector, IsInRadiansAndAtMostPi) {
               HasSubstr("the same rotation is [-1.57079633, 0, 0]"));
 }
 
-}  // namespace
+}  // namespace plausible_rig_test
 }  // namespace mocap::geometry

@@ -12,7 +12,7 @@
 #include "support/marker_world.h"
 
 namespace mocap::geometry {
-namespace {
+namespace ray_caster_test {
 
 CameraModel camera_of(LensKind kind, double strength) {
   CameraModel camera = test::camera_at({4.0, 0.0, 2.5});
@@ -115,5 +115,5 @@ TEST(RayCaster, GivesNoRayForAPixelThatIsNotFinite) {
   EXPECT_EQ(rays.exists[0] + rays.exists[1], 0);
 }
 
-}  // namespace
+}  // namespace ray_caster_test
 }  // namespace mocap::geometry

@@ -14,7 +14,7 @@
 #include "support/marker_world.h"
 
 namespace mocap::geometry {
-namespace {
+namespace ray_quadric_test {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -311,5 +311,5 @@ TEST(AgreeOnQuadrics, FailsIfTwoRaysMissEachOther) {
   EXPECT_EQ(agree(sightings, {{0.0, 0.0, 1.0}}, {1.0, 4.0}).error(), TriangulationFailure::Disagreement);
 }
 
-}  // namespace
+}  // namespace ray_quadric_test
 }  // namespace mocap::geometry

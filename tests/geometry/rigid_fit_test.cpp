@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace mocap::geometry {
-namespace {
+namespace rigid_fit_test {
 
 std::vector<PointPair> random_pairs(std::mt19937& random, int count) {
   std::normal_distribution<double> normal(0.0, 1.0);
@@ -89,5 +89,5 @@ TEST(FitUpright, RefusesAVerticalLine) {
   EXPECT_FALSE(fit_upright(line));
 }
 
-}  // namespace
+}  // namespace rigid_fit_test
 }  // namespace mocap::geometry

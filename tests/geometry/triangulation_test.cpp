@@ -11,7 +11,7 @@
 #include "support/marker_world.h"
 
 namespace mocap::geometry {
-namespace {
+namespace triangulation_test {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -246,5 +246,5 @@ TEST(Agree, FailsIfTwoRaysMissEachOther) {
   EXPECT_EQ(agree(pair, {}).error(), TriangulationFailure::Disagreement);
 }
 
-}  // namespace
+}  // namespace triangulation_test
 }  // namespace mocap::geometry

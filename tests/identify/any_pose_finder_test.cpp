@@ -9,7 +9,7 @@
 #include "support/test_body.h"
 
 namespace mocap::identify {
-namespace {
+namespace any_pose_finder_test {
 
 using test::person;
 
@@ -189,5 +189,5 @@ TEST(AnyPoseFinder, FindsItsBodyBesideAnotherBodyOfTheSameMarkerSet) {
   EXPECT_EQ(count_labels(*found, cloud).wrong, 0);
 }
 
-}  // namespace
+}  // namespace any_pose_finder_test
 }  // namespace mocap::identify

@@ -11,7 +11,7 @@
 #include "support/test_body.h"
 
 namespace mocap::identify {
-namespace {
+namespace asymmetry_test {
 
 using test::person;
 
@@ -108,5 +108,5 @@ TEST(FrontBackAmbiguity, ExistsIfOnlyLimbMarkersDistinguishTheFrontAndNoPairIsAs
   EXPECT_FALSE(has_front_back_ambiguity(asymmetric, {}));
 }
 
-}  // namespace
+}  // namespace asymmetry_test
 }  // namespace mocap::identify

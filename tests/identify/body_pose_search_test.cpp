@@ -11,7 +11,7 @@
 #include "support/test_body.h"
 
 namespace mocap::identify {
-namespace {
+namespace body_pose_search_test {
 
 using Eigen::Vector3d;
 
@@ -216,5 +216,5 @@ TEST(BodyPoseSearch, UsesTheJointsOfTheFittedBodyAfterARefit) {
   }
 }
 
-}  // namespace
+}  // namespace body_pose_search_test
 }  // namespace mocap::identify

@@ -9,7 +9,7 @@
 #include "support/test_body.h"
 
 namespace mocap::identify {
-namespace {
+namespace calibration_pose_test {
 
 using test::person;
 
@@ -100,5 +100,5 @@ TEST(CalibrationPose, DoesNotExistForABodyWithoutArmsOfThatRange) {
   EXPECT_FALSE(make_a_pose({}, kLowered_rad));
 }
 
-}  // namespace
+}  // namespace calibration_pose_test
 }  // namespace mocap::identify

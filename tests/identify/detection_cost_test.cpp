@@ -6,7 +6,7 @@
 #include <numbers>
 
 namespace mocap::identify {
-namespace {
+namespace detection_cost_test {
 
 // Minus the log likelihood of a residual in standard deviations, relative to a residual of 0.
 double residual_cost(double sigmas) {
@@ -22,5 +22,5 @@ TEST(MissedDetectionCost, EqualsTheCostOfAResidualOfFourStandardDeviations) {
   EXPECT_GT(residual_cost(4.1), kMissedDetectionCost);
 }
 
-}  // namespace
+}  // namespace detection_cost_test
 }  // namespace mocap::identify

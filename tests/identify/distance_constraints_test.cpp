@@ -12,7 +12,7 @@
 #include "support/test_body.h"
 
 namespace mocap::identify {
-namespace {
+namespace distance_constraints_test {
 
 using Eigen::Vector3d;
 
@@ -151,5 +151,5 @@ TEST(DistanceConstraints, AreThoseOfTheFittedBodyAfterARefit) {
   }
 }
 
-}  // namespace
+}  // namespace distance_constraints_test
 }  // namespace mocap::identify

@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace mocap::identify {
-namespace {
+namespace rigid_finder_test {
 
 using Eigen::Vector3d;
 
@@ -103,5 +103,5 @@ TEST(RigidFinder, RejectsAPropThatIsBentBeyondTheTolerance) {
   EXPECT_FALSE(finder.find(moved(bent)));
 }
 
-}  // namespace
+}  // namespace rigid_finder_test
 }  // namespace mocap::identify

@@ -6,7 +6,7 @@
 #include "support/test_body.h"
 
 namespace mocap::identify {
-namespace {
+namespace shape_ambiguity_test {
 
 constexpr double kTolerance_m = 0.012;
 
@@ -68,5 +68,5 @@ TEST(SameBody, NeedsEqualBonesAndMarkers) {
   EXPECT_FALSE(is_same_body(one, moved, kTolerance_m));
 }
 
-}  // namespace
+}  // namespace shape_ambiguity_test
 }  // namespace mocap::identify

@@ -11,7 +11,7 @@
 #include "support/test_body.h"
 
 namespace mocap::identify {
-namespace {
+namespace tpose_finder_test {
 
 using test::person;
 
@@ -192,5 +192,5 @@ TEST(TPoseFinder, FindsNothingInTooFewOrCoincidentPoints) {
   EXPECT_FALSE(finder.find(std::vector<Eigen::Vector3d>(40, Eigen::Vector3d::Zero())));
 }
 
-}  // namespace
+}  // namespace tpose_finder_test
 }  // namespace mocap::identify

@@ -6,7 +6,7 @@
 #include "support/test_body.h"
 
 namespace mocap::kinematics {
-namespace {
+namespace bone_shapes_test {
 
 TEST(BoneShapes, PointsAndJointsAgreeWithTheWorldPositionsOfAPose) {
   const MarkerSet set = test::person("openmocap18");
@@ -73,5 +73,5 @@ TEST(BoneShapes, TakeOverFittedOffsets) {
   }
 }
 
-}  // namespace
+}  // namespace bone_shapes_test
 }  // namespace mocap::kinematics

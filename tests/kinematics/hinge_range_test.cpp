@@ -7,7 +7,7 @@
 #include "support/test_body.h"
 
 namespace mocap::kinematics {
-namespace {
+namespace hinge_range_test {
 
 TEST(HingeRange, ElbowsAndKneesBendOneWayAboutOneAxisOnly) {
   const MarkerSet set = test::person("baseline41");
@@ -34,5 +34,5 @@ TEST(HingeRange, ReachIsNeverNegative) {
   EXPECT_EQ(reach.positive_rad, 0.9);
 }
 
-}  // namespace
+}  // namespace hinge_range_test
 }  // namespace mocap::kinematics

@@ -5,7 +5,7 @@
 #include <numbers>
 
 namespace mocap::kinematics {
-namespace {
+namespace kinematic_tree_test {
 
 // A root, an upper bone along x and a lower bone along x, 0.3 m and 0.2 m long.
 Skeleton two_links() {
@@ -53,5 +53,5 @@ TEST(SitsInJoint, HoldsWithinAMillimetre) {
   EXPECT_FALSE(sits_in_joint(marker));
 }
 
-}  // namespace
+}  // namespace kinematic_tree_test
 }  // namespace mocap::kinematics

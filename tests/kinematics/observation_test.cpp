@@ -6,7 +6,7 @@
 #include <limits>
 
 namespace mocap::kinematics {
-namespace {
+namespace observation_test {
 
 TEST(Observation, OfAPointAddsSkinMotionToItsCovariance) {
   const Eigen::Matrix3d covariance = Eigen::Vector3d(9e-6, 16e-6, 0.0).asDiagonal();
@@ -47,5 +47,5 @@ TEST(Observation, IsUnusableWithANumberThatIsNotFinite) {
   EXPECT_FALSE(is_usable(seen));
 }
 
-}  // namespace
+}  // namespace observation_test
 }  // namespace mocap::kinematics

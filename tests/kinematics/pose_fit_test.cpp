@@ -13,7 +13,7 @@
 #include "support/test_body.h"
 
 namespace mocap::kinematics {
-namespace {
+namespace pose_fit_test {
 
 using test::angle_between;
 using test::person;
@@ -257,5 +257,5 @@ TEST(PoseFit, WeightsEachDirectionOfAnObservationByItsCovariance) {
   EXPECT_NEAR((fit.marker_at(0) - place).x(), 0.9 * 0.02, 1e-5);
 }
 
-}  // namespace
+}  // namespace pose_fit_test
 }  // namespace mocap::kinematics

@@ -8,7 +8,7 @@
 #include "support/test_body.h"
 
 namespace mocap::kinematics {
-namespace {
+namespace rotation_observability_test {
 
 using test::person;
 
@@ -52,5 +52,5 @@ TEST(RotationObservability, FailsForTheTwistOfLimbsWithOneMarkerPerJoint) {
   EXPECT_FALSE(is_observable(set, "LeftFoot"));
 }
 
-}  // namespace
+}  // namespace rotation_observability_test
 }  // namespace mocap::kinematics

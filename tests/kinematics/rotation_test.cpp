@@ -9,7 +9,7 @@
 #include "kinematics/algebra.h"
 
 namespace mocap::kinematics {
-namespace {
+namespace rotation_test {
 
 TEST(CrossMatrix, TimesAVectorIsTheCrossProduct) {
   const Eigen::Vector3d a(1.0, -2.0, 3.0), b(-0.5, 4.0, 2.5);
@@ -55,5 +55,5 @@ TEST(RotationBetween, TakesADirectionToNearlyItsOpposite) {
   }
 }
 
-}  // namespace
+}  // namespace rotation_test
 }  // namespace mocap::kinematics

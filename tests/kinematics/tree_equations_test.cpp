@@ -12,7 +12,7 @@
 #include <vector>
 
 namespace mocap::kinematics {
-namespace {
+namespace tree_equations_test {
 
 struct Point {
   std::size_t link;
@@ -223,5 +223,5 @@ TEST(BoneTerms, AgreeForAScalarWeightAndAnIsotropicMatrix) {
   EXPECT_LT((by_matrix.w - by_scalar.w).norm() + (by_matrix.v - by_scalar.v).norm(), 1e-12);
 }
 
-}  // namespace
+}  // namespace tree_equations_test
 }  // namespace mocap::kinematics

@@ -10,7 +10,7 @@
 #include "solve/tree_solver.h"
 
 namespace mocap::label {
-namespace {
+namespace ambiguous_observations_test {
 
 using test::LabelWorld;
 using test::markers_of;
@@ -239,5 +239,5 @@ TEST(AmbiguousTracks, OfHiddenHandsAreSeldomLabelledWrongly) {
   EXPECT_GT(correct_count, 0.7 * detected);
 }
 
-}  // namespace
+}  // namespace ambiguous_observations_test
 }  // namespace mocap::label

@@ -14,7 +14,7 @@
 #include "support/test_body.h"
 
 namespace mocap::label {
-namespace {
+namespace body_labeller_test {
 
 constexpr double kStep_s = 1.0 / 60.0;
 constexpr int kTPoseSets = 60;  // sets in T-pose
@@ -267,5 +267,5 @@ TEST(BodyLabeller, LabelsNoSubjectThatIsAway) {
   EXPECT_EQ(world.labels().phase, SubjectPhase::Tracking);
 }
 
-}  // namespace
+}  // namespace body_labeller_test
 }  // namespace mocap::label

@@ -7,7 +7,7 @@
 #include "label/label_world.h"
 
 namespace mocap::label {
-namespace {
+namespace calibration_pose_labels_test {
 
 using test::LabelWorld;
 
@@ -69,5 +69,5 @@ TEST(SubjectSearch, FindsAPersonInFrontOfAWallOfLights) {
   EXPECT_EQ(world.correct_count(), world.marker_count());
 }
 
-}  // namespace
+}  // namespace calibration_pose_labels_test
 }  // namespace mocap::label

@@ -13,7 +13,7 @@
 #include "support/test_body.h"
 
 namespace mocap::label {
-namespace {
+namespace distance_constraint_matcher_test {
 
 constexpr double kUnassigned = 12.0;
 
@@ -253,5 +253,5 @@ TEST(DistanceConstraintMatcher, KeepsTheOtherLabelsInAlternatives) {
   }
 }
 
-}  // namespace
+}  // namespace distance_constraint_matcher_test
 }  // namespace mocap::label

@@ -5,7 +5,7 @@
 #include "base/key_check.h"
 
 namespace mocap::label {
-namespace {
+namespace label_settings_test {
 
 TEST(LabelSettings, HaveDefaultsWithinTheirRanges) {
   const LabelSettings defaults;
@@ -13,5 +13,5 @@ TEST(LabelSettings, HaveDefaultsWithinTheirRanges) {
   EXPECT_TRUE(check_keys(defaults).empty());
 }
 
-}  // namespace
+}  // namespace label_settings_test
 }  // namespace mocap::label

@@ -4,7 +4,7 @@
 #include "solve/tree_solver.h"
 
 namespace mocap::label {
-namespace {
+namespace label_states_test {
 
 using test::LabelWorld;
 
@@ -102,5 +102,5 @@ TEST(LabelStates, EndWhenTheTracksNoLongerFitTheBody) {
   EXPECT_TRUE(lost);
 }
 
-}  // namespace
+}  // namespace label_states_test
 }  // namespace mocap::label

@@ -5,7 +5,7 @@
 #include "label/label_world.h"
 
 namespace mocap::label {
-namespace {
+namespace label_swaps_test {
 
 using test::LabelWorld;
 
@@ -106,5 +106,5 @@ TEST(LabelSwaps, OfBothLegsAreCorrectedWithinFiveSets) {
   EXPECT_LE(wrong, 5);
 }
 
-}  // namespace
+}  // namespace label_swaps_test
 }  // namespace mocap::label

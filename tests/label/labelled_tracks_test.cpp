@@ -5,7 +5,7 @@
 #include "label/test_tracks.h"
 
 namespace mocap::label {
-namespace {
+namespace labelled_tracks_test {
 
 TEST(LabelledTracks, FindATrackByItsId) {
   TrackedMarkers tracked;
@@ -34,5 +34,5 @@ TEST(LabelledTracks, HaveNoLabelsInANewSet) {
   EXPECT_FALSE(tracks.labelled[0] || tracks.trusted[0]);
 }
 
-}  // namespace
+}  // namespace labelled_tracks_test
 }  // namespace mocap::label

@@ -3,7 +3,7 @@
 #include "label/label_world.h"
 
 namespace mocap::label {
-namespace {
+namespace labeller_handover_test {
 
 using test::LabelWorld;
 
@@ -56,5 +56,5 @@ TEST(LabellerHandover, FindsAFittedBodyInAnyPoseIfTheCamerasMoved) {
   EXPECT_EQ(world.wrong_count(), 0);
 }
 
-}  // namespace
+}  // namespace labeller_handover_test
 }  // namespace mocap::label

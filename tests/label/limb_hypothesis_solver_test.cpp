@@ -10,7 +10,7 @@
 #include "label/label_world.h"
 
 namespace mocap::label {
-namespace {
+namespace limb_hypothesis_solver_test {
 
 using test::LabelWorld;
 using test::markers_of;
@@ -231,5 +231,5 @@ TEST(LimbSearch, GivesNoTrackTwoLabels) {
   }
 }
 
-}  // namespace
+}  // namespace limb_hypothesis_solver_test
 }  // namespace mocap::label

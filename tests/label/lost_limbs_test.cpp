@@ -9,7 +9,7 @@
 #include "label/label_world.h"
 
 namespace mocap::label {
-namespace {
+namespace lost_limbs_test {
 
 using test::LabelWorld;
 using test::markers_of;
@@ -209,5 +209,5 @@ TEST_F(HiddenArm, ALightBesideItGetsNoLabel) {
   }
 }
 
-}  // namespace
+}  // namespace lost_limbs_test
 }  // namespace mocap::label

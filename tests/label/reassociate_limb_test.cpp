@@ -10,7 +10,7 @@
 #include "label/label_world.h"
 
 namespace mocap::label {
-namespace {
+namespace reassociate_limb_test {
 
 using test::LabelWorld;
 using test::markers_of;
@@ -157,5 +157,5 @@ TEST(ReassociateLimb, KeepsAHandThatReversesWithinASetFromItsHiddenNeighbours) {
   }
 }
 
-}  // namespace
+}  // namespace reassociate_limb_test
 }  // namespace mocap::label

@@ -5,7 +5,7 @@
 #include "label/test_tracks.h"
 
 namespace mocap::label {
-namespace {
+namespace search_reports_test {
 
 constexpr Timestamp kStart = from_ns(1'000'000'000);
 constexpr Duration kStep = std::chrono::milliseconds(500);
@@ -54,5 +54,5 @@ TEST(SearchReports, HaveTheUnlabelledTracksAndThoseThatStandStill) {
   EXPECT_EQ(report.points[2].v.x(), 3.0);  // the stationary candidate comes last
 }
 
-}  // namespace
+}  // namespace search_reports_test
 }  // namespace mocap::label

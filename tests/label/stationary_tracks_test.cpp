@@ -5,7 +5,7 @@
 #include "label/test_tracks.h"
 
 namespace mocap::label {
-namespace {
+namespace stationary_tracks_test {
 
 constexpr Duration kStep = std::chrono::milliseconds(10);
 constexpr Timestamp kStart = from_ns(1'000'000'000);
@@ -48,5 +48,5 @@ TEST(StationaryTracks, KeepTheirMeanWhileTheyCoast) {
   EXPECT_NEAR(stationary.mean(0).x(), 0.0, 1e-12);
 }
 
-}  // namespace
+}  // namespace stationary_tracks_test
 }  // namespace mocap::label

@@ -7,7 +7,7 @@
 #include "label/labelled_person.h"
 
 namespace mocap::label {
-namespace {
+namespace subject_labeller_test {
 
 using test::LabelledPerson;
 
@@ -72,5 +72,5 @@ TEST(SubjectLabeller, ForgetsAllLabels) {
       std::ranges::all_of(labels.markers, [](const LabelledMarker& label) { return label.state == LabelState::Lost; }));
 }
 
-}  // namespace
+}  // namespace subject_labeller_test
 }  // namespace mocap::label

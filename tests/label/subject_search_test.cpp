@@ -9,7 +9,7 @@
 #include "support/test_body.h"
 
 namespace mocap::label {
-namespace {
+namespace subject_search_test {
 
 constexpr Duration kStep = std::chrono::microseconds(8333);
 
@@ -118,5 +118,5 @@ TEST(SubjectSearch, ComparesBodiesOnlyIfTheyAreFitted) {
   EXPECT_FALSE(search.search.residual_cost(*found, search.tracks).has_value());
 }
 
-}  // namespace
+}  // namespace subject_search_test
 }  // namespace mocap::label

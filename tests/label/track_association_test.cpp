@@ -8,7 +8,7 @@
 #include "label/labelled_person.h"
 
 namespace mocap::label {
-namespace {
+namespace track_association_test {
 
 using test::LabelledPerson;
 
@@ -63,5 +63,5 @@ TEST(TrackAssociation, GivesNoLabelToATrackOutsideTheGate) {
   EXPECT_EQ(person.labels().markers[foot].state, LabelState::Lost);
 }
 
-}  // namespace
+}  // namespace track_association_test
 }  // namespace mocap::label

@@ -5,7 +5,7 @@
 #include <vector>
 
 namespace mocap {
-namespace {
+namespace blob_use_test {
 
 TEST(BlobUse, HasNoShareWithoutBlobs) {
   EXPECT_EQ(BlobUse{}.share(), std::nullopt);
@@ -41,5 +41,5 @@ TEST(WhyNoMarkers, DoesNotJudgeTwoCameras) {
   EXPECT_EQ(why_no_markers(one_with_reflections, 1), "");
 }
 
-}  // namespace
+}  // namespace blob_use_test
 }  // namespace mocap

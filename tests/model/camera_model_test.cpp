@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 
 namespace mocap {
-namespace {
+namespace camera_model_test {
 
 TEST(CameraModel, OfTheIdentityPoseIsAtTheOrigin) { EXPECT_EQ(CameraModel{}.centre().v, Eigen::Vector3d::Zero()); }
 
@@ -26,5 +26,5 @@ TEST(CameraModel, HasItsCentreWhereItsFrameHasTheOrigin) {
   EXPECT_GT(origin.v.y(), 0.0) << "and in the lower half of the image";
 }
 
-}  // namespace
+}  // namespace camera_model_test
 }  // namespace mocap

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace mocap {
-namespace {
+namespace description_test {
 
 TEST(Description, TakesLengthsOffsetsAndVersionOfAFit) {
   Description before;
@@ -31,5 +31,5 @@ TEST(Description, TakesLengthsOffsetsAndVersionOfAFit) {
   EXPECT_EQ(after.subjects[0].marker_set.markers[0].offset_m, before.subjects[0].marker_set.markers[0].offset_m);
 }
 
-}  // namespace
+}  // namespace description_test
 }  // namespace mocap

@@ -6,7 +6,7 @@
 #include <vector>
 
 namespace mocap {
-namespace {
+namespace identity_map_test {
 
 constexpr CameraId kCamera{1};
 constexpr BlobTrackId kBlobTrack{7};
@@ -250,5 +250,5 @@ TEST(IdentityMap, PrefersTheBodyForARetainedLabelIfTheBodyIsMoreCertain) {
   EXPECT_EQ(map->predict(frames, tracks, bodies).markers[0].position.v, bodies[0].position.v);
 }
 
-}  // namespace
+}  // namespace identity_map_test
 }  // namespace mocap

@@ -5,7 +5,7 @@
 #include <type_traits>
 
 namespace mocap {
-namespace {
+namespace ids_test {
 
 TEST(Ids, NameNothingByDefault) {
   EXPECT_FALSE(CameraId{}.names_something());
@@ -34,5 +34,5 @@ TEST(Labels, AreOrderedBySubjectAndThenByMarker) {
   EXPECT_NE(last_of_first, (Label{SubjectId{1}, 52}));
 }
 
-}  // namespace
+}  // namespace ids_test
 }  // namespace mocap

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace mocap {
-namespace {
+namespace transform_test {
 
 const Eigen::Matrix3d kTurn = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, -2, 3).normalized()).toRotationMatrix();
 
@@ -25,5 +25,5 @@ TEST(Pose, ProductAppliesTheInnerPoseFirst) {
   EXPECT_LT((outer.inverse() * (outer * point) - point).norm(), 1e-12);
 }
 
-}  // namespace
+}  // namespace transform_test
 }  // namespace mocap

@@ -14,7 +14,7 @@
 #include "support/test_body.h"
 
 namespace mocap::pose {
-namespace {
+namespace bone_pose_hypothesis_test {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
@@ -121,5 +121,5 @@ TEST(ToLocalPoses, RecoversTheJointRotationsOfAPose) {
   }
 }
 
-}  // namespace
+}  // namespace bone_pose_hypothesis_test
 }  // namespace mocap::pose

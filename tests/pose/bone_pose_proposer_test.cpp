@@ -10,7 +10,7 @@
 #include "support/test_body.h"
 
 namespace mocap::pose {
-namespace {
+namespace bone_pose_proposer_test {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
@@ -160,5 +160,5 @@ TEST(BonePoseProposer, LeavesUsedPointsAndKnownMarkersAlone) {
   }
 }
 
-}  // namespace
+}  // namespace bone_pose_proposer_test
 }  // namespace mocap::pose

@@ -6,7 +6,7 @@
 #include <random>
 
 namespace mocap::pose {
-namespace {
+namespace depth_gaussian_sum_test {
 
 constexpr double kStep_s = 1.0 / 120.0;
 constexpr double kSigma_m2 = 2.0 * 0.25 * 5e-5;  // reach 25 cm, standard deviation 0.05 mm
@@ -85,5 +85,5 @@ TEST(DepthGaussianSum, FollowsOneRayForATenthOfASecond) {
   EXPECT_FALSE(ray.follows(kRay, at(75)));
 }
 
-}  // namespace
+}  // namespace depth_gaussian_sum_test
 }  // namespace mocap::pose

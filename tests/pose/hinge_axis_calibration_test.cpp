@@ -10,7 +10,7 @@
 #include "support/test_body.h"
 
 namespace mocap::pose {
-namespace {
+namespace hinge_axis_calibration_test {
 
 constexpr double kStep_s = 1.0 / 120.0;
 
@@ -115,5 +115,5 @@ TEST(SkeletonTracker, HasALowCostForAnElbowThatBendsAboutTheLearnedAxis) {
   EXPECT_LT(costs.back(), 2.0);  // half squared standard deviations; 9 with the nominal axis
 }
 
-}  // namespace
+}  // namespace hinge_axis_calibration_test
 }  // namespace mocap::pose

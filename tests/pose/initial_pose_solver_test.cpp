@@ -10,7 +10,7 @@
 #include "support/test_body.h"
 
 namespace mocap::pose {
-namespace {
+namespace initial_pose_solver_test {
 
 // rad, m: the markers have no noise, so only rounding remains where markers determine the pose.
 constexpr double kRounding = 1e-6;
@@ -136,5 +136,5 @@ TEST(InitialPoseSolver, UsesTheOffsetsOfTheFittedBody) {
   EXPECT_LT((body.locals[0].position - body.truth.world()[0].position).norm(), kRounding);
 }
 
-}  // namespace
+}  // namespace initial_pose_solver_test
 }  // namespace mocap::pose

@@ -10,7 +10,7 @@
 #include "support/test_body.h"
 
 namespace mocap::pose {
-namespace {
+namespace joint_drift_covariance_test {
 
 constexpr double kStep_s = 1.0 / 120.0;
 constexpr double kInitialSigma_rad = 0.15;
@@ -78,5 +78,5 @@ TEST(SkeletonTracker, IncreasesTheCovarianceOfAHiddenMarkerOfAnObservedHand) {
   EXPECT_GT(spread_m.back(), 0.03);  // the hidden marker lies on a circle with a radius of about 30 mm
 }
 
-}  // namespace
+}  // namespace joint_drift_covariance_test
 }  // namespace mocap::pose

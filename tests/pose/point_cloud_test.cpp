@@ -6,7 +6,7 @@
 #include <vector>
 
 namespace mocap::pose {
-namespace {
+namespace point_cloud_test {
 
 using Eigen::Vector3d;
 
@@ -59,5 +59,5 @@ TEST(PointCloud, IgnoresPointsBeyondItsBound) {
   EXPECT_EQ(cloud[kMaxCloudPoints - 1], points[kMaxCloudPoints - 1]);
 }
 
-}  // namespace
+}  // namespace point_cloud_test
 }  // namespace mocap::pose

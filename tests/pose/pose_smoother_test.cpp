@@ -10,7 +10,7 @@
 #include "kinematics/rotation.h"
 
 namespace mocap::pose {
-namespace {
+namespace pose_smoother_test {
 
 constexpr double kStep_s = 1.0 / 120.0;
 
@@ -75,5 +75,5 @@ TEST(PoseSmoother, InterpolatesAlongTheShorterRotation) {
   EXPECT_GT(std::abs(angle_of(shown)), 3.1);
 }
 
-}  // namespace
+}  // namespace pose_smoother_test
 }  // namespace mocap::pose

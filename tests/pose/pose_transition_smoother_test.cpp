@@ -9,7 +9,7 @@
 #include "kinematics/rotation.h"
 
 namespace mocap::pose {
-namespace {
+namespace pose_transition_smoother_test {
 
 constexpr double kStep_s = 0.01;
 
@@ -83,5 +83,5 @@ TEST(PoseTransitionSmoother, DoesNotEaseUsualPredictionErrors) {
   }
 }
 
-}  // namespace
+}  // namespace pose_transition_smoother_test
 }  // namespace mocap::pose

@@ -10,7 +10,7 @@
 #include "support/test_body.h"
 
 namespace mocap::pose {
-namespace {
+namespace resolve_depth_ambiguity_test {
 
 using test::bone_named;
 using test::marker_named;
@@ -189,5 +189,5 @@ TEST_F(AtTheTangentPointOfARay, FollowsAHandThatTurnsBackBeforeIt) {
   EXPECT_LT(follow([](double t_s) { return 0.85 + 0.25 * std::cos(8.0 * (t_s - 1.0)); }), 0.01);
 }
 
-}  // namespace
+}  // namespace resolve_depth_ambiguity_test
 }  // namespace mocap::pose

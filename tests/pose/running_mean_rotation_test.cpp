@@ -7,7 +7,7 @@
 #include "kinematics/rotation.h"
 
 namespace mocap::pose {
-namespace {
+namespace running_mean_rotation_test {
 
 constexpr double kStep_s = 1.0 / 120.0;
 const Eigen::Matrix3d kFullyObserved = Eigen::Matrix3d::Identity();
@@ -42,5 +42,5 @@ TEST(RunningMeanRotation, IsUnknownWithoutObservedRotation) {
   EXPECT_FALSE(mean.known(0));
 }
 
-}  // namespace
+}  // namespace running_mean_rotation_test
 }  // namespace mocap::pose

@@ -12,7 +12,7 @@
 #include "support/test_body.h"
 
 namespace mocap::pose {
-namespace {
+namespace skeleton_tracker_test {
 
 using test::bone_named;
 using test::marker_named;
@@ -341,5 +341,5 @@ TEST(SkeletonTracker, RotatesNoCollarBoneFarForALoneMarkerOfTheForearm) {
   }
 }
 
-}  // namespace
+}  // namespace skeleton_tracker_test
 }  // namespace mocap::pose

@@ -5,7 +5,7 @@
 #include "base/key_check.h"
 
 namespace mocap::pose {
-namespace {
+namespace smooth_settings_test {
 
 TEST(SmoothSettings, HaveDefaultsWithinTheirRanges) {
   const SmoothSettings defaults;
@@ -13,5 +13,5 @@ TEST(SmoothSettings, HaveDefaultsWithinTheirRanges) {
   EXPECT_TRUE(check_keys(defaults).empty());
 }
 
-}  // namespace
+}  // namespace smooth_settings_test
 }  // namespace mocap::pose

@@ -9,7 +9,7 @@
 #include "support/test_body.h"
 
 namespace mocap::pose {
-namespace {
+namespace swivel_plane_prior_test {
 
 constexpr double kStep_s = 1.0 / 120.0;
 constexpr double kAxisOffset_rad = 0.5;
@@ -169,5 +169,5 @@ TEST(SwivelPlanePrior, MovesAnElbowIntoThePlaneAndKeepsItsBend) {
   EXPECT_NEAR(std::acos(tip.y()), 0.8, 0.05);
 }
 
-}  // namespace
+}  // namespace swivel_plane_prior_test
 }  // namespace mocap::pose

@@ -6,7 +6,7 @@
 #include <string>
 
 namespace mocap::runtime {
-namespace {
+namespace camera_faults_test {
 
 using std::chrono::seconds;
 using testing::HasSubstr;
@@ -79,5 +79,5 @@ TEST(CameraFaults, OfDifferentKindsDoNotDelayEachOther) {
   EXPECT_THAT(lines, HasSubstr("5 times its clock jumped"));
 }
 
-}  // namespace
+}  // namespace camera_faults_test
 }  // namespace mocap::runtime

@@ -8,7 +8,7 @@
 #include "support/scripted_camera.h"
 
 namespace mocap::runtime {
-namespace {
+namespace camera_worker_test {
 
 using std::chrono::milliseconds;
 using support::Deliver;
@@ -367,5 +367,5 @@ TEST(CameraWorker, StopsDuringALongBackoff) {
   EXPECT_LT(host_now() - before, std::chrono::seconds(20));
 }
 
-}  // namespace
+}  // namespace camera_worker_test
 }  // namespace mocap::runtime

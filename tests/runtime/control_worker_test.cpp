@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace mocap::runtime {
-namespace {
+namespace control_worker_test {
 
 using ::testing::HasSubstr;
 
@@ -175,5 +175,5 @@ TEST(ControlWorker, ExecutesNoRequestBetweenItsAnswerAndTheChange) {
   EXPECT_EQ(answers[0].message, "changed");
 }
 
-}  // namespace
+}  // namespace control_worker_test
 }  // namespace mocap::runtime

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace mocap::runtime {
-namespace {
+namespace counters_test {
 
 TEST(Counter, AddsOneUnlessGivenANumber) {
   Counter counter;
@@ -57,5 +57,5 @@ TEST(DetectionCounters, AddTheCountsOfEachImageAndHoldTheLevelsOfTheLast) {
   EXPECT_EQ(counters.levels().background_grey, 12.0);
 }
 
-}  // namespace
+}  // namespace counters_test
 }  // namespace mocap::runtime

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace mocap::runtime {
-namespace {
+namespace detection_report_test {
 
 using std::chrono::seconds;
 
@@ -113,5 +113,5 @@ TEST(DetectionReport, LogsNothingForACameraWithoutImages) {
   for (int i = 0; i < 100; ++i) EXPECT_TRUE(report.look({}, from_ns(i * 1'000'000'000LL)).empty());
 }
 
-}  // namespace
+}  // namespace detection_report_test
 }  // namespace mocap::runtime

@@ -11,7 +11,7 @@
 #include "support/empty_row.h"
 
 namespace mocap::runtime {
-namespace {
+namespace fusion_worker_test {
 
 using std::chrono::milliseconds;
 
@@ -178,5 +178,5 @@ TEST(FusionWorker, ExecutesAndAnswersTheOrdersOfOperators) {
   }
 }
 
-}  // namespace
+}  // namespace fusion_worker_test
 }  // namespace mocap::runtime

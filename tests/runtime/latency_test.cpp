@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace mocap::runtime {
-namespace {
+namespace latency_test {
 
 using std::chrono::microseconds;
 
@@ -59,5 +59,5 @@ TEST(StageLatency, UsesOnlyTheInstantsThatAreSet) {
   EXPECT_EQ(latency.take()[static_cast<std::size_t>(LatencyStage::Total)].count, 0U);
 }
 
-}  // namespace
+}  // namespace latency_test
 }  // namespace mocap::runtime

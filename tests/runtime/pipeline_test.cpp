@@ -10,7 +10,7 @@
 #include "support/scripted_camera.h"
 
 namespace mocap::runtime {
-namespace {
+namespace pipeline_test {
 
 using std::chrono::milliseconds;
 using support::Deliver;
@@ -249,5 +249,5 @@ TEST(Pipeline, StopsWithinASecondWithASilentCamera) {
   EXPECT_LT(host_now() - before, std::chrono::seconds(1));
 }
 
-}  // namespace
+}  // namespace pipeline_test
 }  // namespace mocap::runtime

@@ -10,7 +10,7 @@
 #include "runtime/control_channel.h"
 
 namespace mocap::runtime {
-namespace {
+namespace publish_worker_test {
 
 using testing::ElementsAre;
 
@@ -221,5 +221,5 @@ TEST(PublishWorker, ReportsTheCountersOfAllThreads) {
   EXPECT_EQ(north.last_error, "cable");
 }
 
-}  // namespace
+}  // namespace publish_worker_test
 }  // namespace mocap::runtime

@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace mocap::runtime {
-namespace {
+namespace realtime_test {
 
 constexpr std::size_t kImage_bytes = 640 * 480;
 
@@ -72,5 +72,5 @@ TEST_F(OneHeap, MapsImagesSeparatelyAlsoAfterOneWasFreed) {
   EXPECT_EQ(blocks_with_own_pages(), before + 1);
 }
 
-}  // namespace
+}  // namespace realtime_test
 }  // namespace mocap::runtime

@@ -5,7 +5,7 @@
 #include "base/key_check.h"
 
 namespace mocap::runtime {
-namespace {
+namespace runtime_settings_test {
 
 // Checks the keys of a pipeline in all five sections.
 std::vector<KeyFault> value_faults_of(PipelineSettings pipeline) {
@@ -48,5 +48,5 @@ TEST(PipelineSettings, RejectAFirstBackoffAboveTheMaximum) {
   EXPECT_EQ(reopen_faults_of(pipeline)[0].message, "first_backoff_ms is 3000, over longest_backoff_ms = 2000");
 }
 
-}  // namespace
+}  // namespace runtime_settings_test
 }  // namespace mocap::runtime

@@ -13,7 +13,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::runtime {
-namespace {
+namespace service_test {
 
 // Plays systemd: a datagram socket whose path is in the environment.
 class ServiceManager : public testing::Test {
@@ -100,5 +100,5 @@ TEST(Service, SendsNothingIfStartedByHand) {
   EXPECT_FALSE(service.logs_to_journal());
 }
 
-}  // namespace
+}  // namespace service_test
 }  // namespace mocap::runtime

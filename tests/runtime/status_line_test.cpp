@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 namespace mocap::runtime {
-namespace {
+namespace status_line_test {
 
 TEST(StatusLine, CoversTheLastTwoSecondsNotTheWholeRun) {
   const RunTotals before{{1000, 1000, 400}, 1000, 900, 990, 3, {}};
@@ -39,5 +39,5 @@ TEST(StatusLine, ShowsZeroWithoutImages) {
             "cameras=0 of 1 sets=0.0/s complete=0.0% sent=0.0/s dropped=0");
 }
 
-}  // namespace
+}  // namespace status_line_test
 }  // namespace mocap::runtime

@@ -8,7 +8,7 @@
 #include <string>
 
 namespace mocap::scene {
-namespace {
+namespace bvh_test {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
@@ -121,5 +121,5 @@ TEST(ParseBvh, NamesLineAndReasonOfAFault) {
   EXPECT_THAT(fault_of(kFiveFrames, "91 0 20", "91 nan 20"), HasSubstr("BVH line 20: expected a number"));
 }
 
-}  // namespace
+}  // namespace bvh_test
 }  // namespace mocap::scene

@@ -11,7 +11,7 @@
 #include <vector>
 
 namespace mocap::scene {
-namespace {
+namespace c3d_test {
 
 constexpr std::size_t kBlock = 512;
 enum : std::uint8_t { kIntel = 84, kDec = 85, kMips = 86 };
@@ -169,5 +169,5 @@ TEST(C3dPoints, AreMarkersGhostsOrModelOutputsByTheirLabels) {
                                               ModelOutput, ModelOutput, Marker, Ghost}));
 }
 
-}  // namespace
+}  // namespace c3d_test
 }  // namespace mocap::scene

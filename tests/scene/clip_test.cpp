@@ -13,7 +13,7 @@
 #include "support/places.h"
 
 namespace mocap::scene {
-namespace {
+namespace clip_test {
 
 std::string read(const std::string& name) {
   std::ifstream stream(std::filesystem::path(support::shared_data_folder()) / name, std::ios::binary);
@@ -193,5 +193,5 @@ TEST(C3dActor, HasNoPositionInGapsAndShowsGhosts) {
   EXPECT_GT(ghosts, 300U);
 }
 
-}  // namespace
+}  // namespace clip_test
 }  // namespace mocap::scene

@@ -12,7 +12,7 @@
 #include "support/test_body.h"
 
 namespace mocap::scene {
-namespace {
+namespace import_marker_set_test {
 
 std::optional<C3d> shared_c3d(const std::string& name) {
   const std::filesystem::path path = std::filesystem::path(support::shared_data_folder()) / "c3d" / name;
@@ -117,5 +117,5 @@ INSTANTIATE_TEST_SUITE_P(
                       // No static trial: the median of a moving take contains hardly any information.
                       Trial{"btk_optitrack36_100.c3d", "btk_optitrack36_100.c3d", 36, 1.0, 0.013}));
 
-}  // namespace
+}  // namespace import_marker_set_test
 }  // namespace mocap::scene

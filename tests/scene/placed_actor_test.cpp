@@ -7,7 +7,7 @@
 #include "scene/occlusion.h"
 
 namespace mocap::scene {
-namespace {
+namespace placed_actor_test {
 
 // One bone and one marker that move along +x at 1 m/s.
 class Walker final : public Actor {
@@ -87,5 +87,5 @@ TEST(Flesh, HidesPointsOfOtherSubjects) {
   EXPECT_FALSE(flesh.hides(ActorState{}, Eigen::Vector3d(0.5, 0.0, 1.2), Eigen::Vector3d(-4.0, 0.0, 1.2)));
 }
 
-}  // namespace
+}  // namespace placed_actor_test
 }  // namespace mocap::scene

@@ -6,7 +6,7 @@
 #include <cmath>
 
 namespace mocap::scene {
-namespace {
+namespace program_test {
 
 using testing::HasSubstr;
 
@@ -84,5 +84,5 @@ TEST(ActMix, OfANegativeTimeIsThatOfTheStart) {
   EXPECT_EQ(mix.first.spent_s, 0.0);
 }
 
-}  // namespace
+}  // namespace program_test
 }  // namespace mocap::scene

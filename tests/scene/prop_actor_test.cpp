@@ -6,7 +6,7 @@
 #include <cmath>
 
 namespace mocap::scene {
-namespace {
+namespace prop_actor_test {
 
 using Eigen::Vector3d;
 
@@ -102,5 +102,5 @@ TEST(PropActor, IsKnownByTheNameBeforeTheColon) {
   EXPECT_FALSE(is_prop("walk:20"));
 }
 
-}  // namespace
+}  // namespace prop_actor_test
 }  // namespace mocap::scene

@@ -8,7 +8,7 @@
 #include "scene/random.h"
 
 namespace mocap::scene {
-namespace {
+namespace render_test {
 
 constexpr int kSize = 64;
 
@@ -153,5 +153,5 @@ TEST(Renderer, HasBackgroundNoiseOfTheSettings) {
   EXPECT_NEAR(std::sqrt(squares / (kSize * kSize) - mean * mean), std::hypot(3.0, 0.29), 0.17);  // 5 sigma
 }
 
-}  // namespace
+}  // namespace render_test
 }  // namespace mocap::scene

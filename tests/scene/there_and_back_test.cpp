@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace mocap::scene {
-namespace {
+namespace there_and_back_test {
 
 TEST(ThereAndBack, ReachesBothEndsWithBoundedAcceleration) {
   for (const double length_s : {0.4, 2.0, 7.0}) {
@@ -30,5 +30,5 @@ TEST(ThereAndBack, IsZeroForAnEmptyRecordingAndNegativeTimes) {
   EXPECT_EQ(there_and_back_s(-1.0, 2.0), 0.0);
 }
 
-}  // namespace
+}  // namespace there_and_back_test
 }  // namespace mocap::scene

@@ -13,7 +13,7 @@
 #include "scene/ring_rig.h"
 
 namespace mocap::scene {
-namespace {
+namespace volume_test {
 
 // The joints of human18 with the lengths of an adult, one marker in each joint.
 MarkerSet person() {
@@ -194,5 +194,5 @@ TEST(Eye, DrawsVisibleMarkersAtTheirProjections) {
   }
 }
 
-}  // namespace
+}  // namespace volume_test
 }  // namespace mocap::scene

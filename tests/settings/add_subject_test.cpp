@@ -9,7 +9,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
-namespace {
+namespace add_subject_test {
 
 using testing::HasSubstr;
 
@@ -70,5 +70,5 @@ TEST(AddSubject, MakesTheFileInTheStateFolder) {
   EXPECT_EQ(files_in(folder.path()), 1U);
 }
 
-}  // namespace
+}  // namespace add_subject_test
 }  // namespace mocap::settings

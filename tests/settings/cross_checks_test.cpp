@@ -9,7 +9,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
-namespace {
+namespace cross_checks_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -109,5 +109,5 @@ TEST_F(CrossChecks, FindEachCameraInTheRigWithItsSize) {
   EXPECT_THAT(faults(), ElementsAre(HasSubstr("is not in the rig")));
 }
 
-}  // namespace
+}  // namespace cross_checks_test
 }  // namespace mocap::settings

@@ -11,7 +11,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
-namespace {
+namespace daemon_settings_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -224,7 +224,8 @@ TEST_F(Configuration, IsRefusedIfTheRigHasAnotherImageSize) {
 
 TEST_F(Configuration, IsRefusedWithoutARig) {
   EXPECT_THAT(faults_of(camera("east")), HasSubstr("rig is missing, expected the calibration file of the cameras"));
-  EXPECT_THAT(faults_of("[capture]\nrig = \"none.toml\"\n" + camera("east")), HasSubstr("none.toml: no such file"));
+  EXPECT_THAT(faults_of("[capture]\nrig = \"none.toml\"\n" + camera("east")),
+              AllOf(HasSubstr(":2:7: capture: rig: "), HasSubstr("none.toml: no such file")));
 }
 
 TEST_F(Configuration, ListsTheFaultsOfTheRigWithTheirPlacesInTheRigFile) {
@@ -407,5 +408,5 @@ TEST(ShippedConfiguration, HasNoFault) {
   }
 }
 
-}  // namespace
+}  // namespace daemon_settings_test
 }  // namespace mocap::settings

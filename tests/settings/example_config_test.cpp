@@ -22,7 +22,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
-namespace {
+namespace example_config_test {
 
 namespace fs = std::filesystem;
 
@@ -256,5 +256,5 @@ TEST(EveryRange, HoldsItsEndsAndNothingBeyond) {
   }
 }
 
-}  // namespace
+}  // namespace example_config_test
 }  // namespace mocap::settings

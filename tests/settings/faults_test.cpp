@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace mocap::settings {
-namespace {
+namespace faults_test {
 
 TEST(Faults, AreListedByPlaceWithThoseOfOtherFilesLast) {
   const Faults faults{"a.toml",
@@ -25,5 +25,5 @@ TEST(Faults, AreCountedInWords) {
             "a.toml:1:1: wrong\na.toml: 1 fault, nothing started");
 }
 
-}  // namespace
+}  // namespace faults_test
 }  // namespace mocap::settings

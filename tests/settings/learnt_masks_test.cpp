@@ -9,7 +9,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
-namespace {
+namespace learnt_masks_test {
 
 using testing::HasSubstr;
 
@@ -120,5 +120,5 @@ TEST_F(LearntMasks, AreNotWrittenIntoAFileThatCannotBeEdited) {
   EXPECT_FALSE(save_learnt_masks(folder_.path() / "none.toml", {camera("east", {kDoor})}));
 }
 
-}  // namespace
+}  // namespace learnt_masks_test
 }  // namespace mocap::settings

@@ -10,7 +10,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
-namespace {
+namespace machine_checks_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -91,5 +91,5 @@ TEST_F(MachineChecks, FindAProcessorThatTheMachineDoesNotHave) {
                     HasSubstr("1 fault,")));
 }
 
-}  // namespace
+}  // namespace machine_checks_test
 }  // namespace mocap::settings

@@ -10,7 +10,7 @@
 #include <string>
 
 namespace mocap::settings {
-namespace {
+namespace marker_set_file_test {
 
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
@@ -352,5 +352,5 @@ TEST_F(MarkerSetFile, RefusesAFolderAndNumbersThatAreNotFinite) {
   EXPECT_THAT(skeleton.error().message, HasSubstr("s.toml:4:15: bone 'A': rest_offset_m"));
 }
 
-}  // namespace
+}  // namespace marker_set_file_test
 }  // namespace mocap::settings

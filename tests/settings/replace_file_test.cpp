@@ -9,7 +9,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
-namespace {
+namespace replace_file_test {
 
 std::size_t files_in(const std::filesystem::path& folder) {
   return static_cast<std::size_t>(
@@ -51,5 +51,5 @@ TEST(ReplaceFile, FailsWithIoAndLeavesNothingBehind) {
   EXPECT_FALSE(without_folder);
 }
 
-}  // namespace
+}  // namespace replace_file_test
 }  // namespace mocap::settings

@@ -10,7 +10,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
-namespace {
+namespace rig_file_test {
 
 using testing::HasSubstr;
 
@@ -249,5 +249,5 @@ TEST_F(RigFile, ListsAllFaultsAtOnce) {
   EXPECT_THAT(faults, HasSubstr(": 8 faults, nothing started"));
 }
 
-}  // namespace
+}  // namespace rig_file_test
 }  // namespace mocap::settings

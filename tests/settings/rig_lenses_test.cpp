@@ -8,7 +8,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
-namespace {
+namespace rig_lenses_test {
 
 using testing::HasSubstr;
 
@@ -105,5 +105,5 @@ TEST(RigLenses, RefusesAFileThatItCannotEditAndKeepsIt) {
   EXPECT_EQ(read(path), kRig);
 }
 
-}  // namespace
+}  // namespace rig_lenses_test
 }  // namespace mocap::settings

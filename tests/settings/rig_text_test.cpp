@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace mocap::settings {
-namespace {
+namespace rig_text_test {
 
 TEST(NumberText, ReadsBackAsTheSameBits) {
   for (const double value : {0.1, -1.0 / 3.0, 1e-300, 1e300, 123456789.0, std::numeric_limits<double>::denorm_min()}) {
@@ -36,5 +36,5 @@ TEST(MaskText, HasOnePolygonPerLine) {
   EXPECT_EQ(mask_text(masks), "[\n  [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],\n]");
 }
 
-}  // namespace
+}  // namespace rig_text_test
 }  // namespace mocap::settings

@@ -9,7 +9,7 @@
 #include "settings/key_list.h"
 
 namespace mocap::settings {
-namespace {
+namespace sections_test {
 
 TEST(Sections, HaveDefaultsWithinTheirRangesAndRules) {
   DaemonSettings defaults;
@@ -84,5 +84,5 @@ TEST(Sections, NameTheUnitOfEachNumberThatHasOne) {
   }
 }
 
-}  // namespace
+}  // namespace sections_test
 }  // namespace mocap::settings

@@ -9,7 +9,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
-namespace {
+namespace settings_in_force_test {
 
 class SettingsInForce : public testing::Test {
  protected:
@@ -99,5 +99,5 @@ TEST_F(SettingsInForce, AreRefusedWithTheFaultsOfTheStateFiles) {
   EXPECT_THAT(to_text(all.error()), testing::HasSubstr("added_subjects.toml:3:2: unknown key 'detect'"));
 }
 
-}  // namespace
+}  // namespace settings_in_force_test
 }  // namespace mocap::settings

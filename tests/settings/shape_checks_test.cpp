@@ -5,7 +5,7 @@
 #include "support/test_body.h"
 
 namespace mocap::settings {
-namespace {
+namespace shape_checks_test {
 
 using testing::AllOf;
 using testing::ElementsAre;
@@ -44,5 +44,5 @@ TEST(ShapeWarnings, EndWithPairsThatDistinguishTheSides) {
   EXPECT_THAT(shape_warnings(with_subject(set, false)), IsEmpty());
 }
 
-}  // namespace
+}  // namespace shape_checks_test
 }  // namespace mocap::settings

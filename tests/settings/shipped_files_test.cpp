@@ -5,7 +5,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
-namespace {
+namespace shipped_files_test {
 
 class ShippedFiles : public testing::Test {
  protected:
@@ -59,5 +59,5 @@ TEST_F(ShippedFiles, MayBeInASisterFolder) {
   EXPECT_EQ(find_file("../skeletons/a.toml", beside_.path(), shipped_.path() / "markersets").path, file);
 }
 
-}  // namespace
+}  // namespace shipped_files_test
 }  // namespace mocap::settings

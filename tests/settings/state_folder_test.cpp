@@ -7,7 +7,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
-namespace {
+namespace state_folder_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -90,5 +90,5 @@ TEST(StateMasks, WithFaultsAreRefusedAndWithoutAFileNothingChanges) {
   EXPECT_THAT(to_text(faults.error()), HasSubstr("bad.toml:3:1: camera 'west': unknown key 'masks'"));
 }
 
-}  // namespace
+}  // namespace state_folder_test
 }  // namespace mocap::settings

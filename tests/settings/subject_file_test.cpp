@@ -15,7 +15,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
-namespace {
+namespace subject_file_test {
 
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
@@ -144,5 +144,5 @@ TEST_F(SubjectFileTest, MarkerSetIsReadAsItWasWritten) {
   EXPECT_FALSE(set.asymmetric.empty());
 }
 
-}  // namespace
+}  // namespace subject_file_test
 }  // namespace mocap::settings

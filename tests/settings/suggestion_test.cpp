@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace mocap::settings {
-namespace {
+namespace suggestion_test {
 
 TEST(EditDistance, CountsTypingErrors) {
   EXPECT_EQ(edit_distance("threshold", "threshold"), 0U);
@@ -27,5 +27,5 @@ TEST(NearestWord, IsEmptyIfNoWordIsSimilar) {
   EXPECT_EQ(nearest_word("x", {}), std::nullopt);
 }
 
-}  // namespace
+}  // namespace suggestion_test
 }  // namespace mocap::settings

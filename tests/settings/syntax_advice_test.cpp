@@ -7,7 +7,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
-namespace {
+namespace syntax_advice_test {
 
 using ::testing::HasSubstr;
 
@@ -52,5 +52,5 @@ TEST(SyntaxAdvice, KeepsTheMessageOfTheParserForOtherCauses) {
   EXPECT_EQ(explain_syntax("a = 07\n", 1, "leading zeroes are prohibited"), "leading zeroes are prohibited");
 }
 
-}  // namespace
+}  // namespace syntax_advice_test
 }  // namespace mocap::settings

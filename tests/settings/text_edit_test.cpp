@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace mocap::settings {
-namespace {
+namespace text_edit_test {
 
 TEST(LineIndex, FindsTheOffsetOfALineAndColumn) {
   const std::string text = "one\ntwo\n\nfour";
@@ -32,5 +32,5 @@ TEST(Edited, AppliesAllEditsToTheirOffsetsInTheOldText) {
   EXPECT_EQ(edited(text, {}), text);
 }
 
-}  // namespace
+}  // namespace text_edit_test
 }  // namespace mocap::settings

@@ -6,7 +6,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
-namespace {
+namespace text_file_test {
 
 TEST(ReadText, GivesEveryByteOfAFile) {
   const support::TemporaryFolder folder;
@@ -27,5 +27,5 @@ TEST(ReadText, RefusesWhatIsNoSettingsFile) {
             "is over 16 MB, expected a settings file");
 }
 
-}  // namespace
+}  // namespace text_file_test
 }  // namespace mocap::settings

@@ -8,7 +8,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
-namespace {
+namespace toml_file_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -224,5 +224,5 @@ TEST(TomlFile, ThatIsNoTomlIsOneFaultWithItsPlace) {
   EXPECT_EQ(file.error().list[0].line, 1U);
 }
 
-}  // namespace
+}  // namespace toml_file_test
 }  // namespace mocap::settings

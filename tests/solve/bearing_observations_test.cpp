@@ -8,7 +8,7 @@
 #include "solve/solve_world.h"
 
 namespace mocap::solve {
-namespace {
+namespace bearing_observations_test {
 
 using World = test::SolveWorld;
 
@@ -141,5 +141,5 @@ TEST(BearingOnlyObservation, CountsFromItsSecondSetOn) {
   EXPECT_EQ(world.label(hand).cameras, 1U);
 }
 
-}  // namespace
+}  // namespace bearing_observations_test
 }  // namespace mocap::solve

@@ -5,7 +5,7 @@
 #include "base/key_check.h"
 
 namespace mocap::solve {
-namespace {
+namespace refine_settings_test {
 
 TEST(RefineSettings, HaveDefaultsWithinTheirRanges) {
   const RefineSettings defaults;
@@ -13,5 +13,5 @@ TEST(RefineSettings, HaveDefaultsWithinTheirRanges) {
   EXPECT_TRUE(check_keys(defaults).empty());
 }
 
-}  // namespace
+}  // namespace refine_settings_test
 }  // namespace mocap::solve

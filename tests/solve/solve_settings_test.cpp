@@ -5,7 +5,7 @@
 #include "base/key_check.h"
 
 namespace mocap::solve {
-namespace {
+namespace solve_settings_test {
 
 TEST(SolveSettings, HaveDefaultsWithinTheirRanges) {
   const SolveSettings defaults;
@@ -21,5 +21,5 @@ TEST(SolveSettings, CheckTheSmoothingToo) {
   EXPECT_EQ(check_keys(solve)[0].key, "smoothing_beta");
 }
 
-}  // namespace
+}  // namespace solve_settings_test
 }  // namespace mocap::solve

@@ -12,7 +12,7 @@
 #include "support/test_body.h"
 
 namespace mocap::solve {
-namespace {
+namespace subject_refiner_test {
 
 using kinematics::PoseFit;
 
@@ -178,5 +178,5 @@ TEST(SubjectRefiner, GivesTheSameFitsForTheSameSets) {
   EXPECT_EQ(track("baseline41", 5, 900, {}).fits, track("baseline41", 5, 900, {}).fits);
 }
 
-}  // namespace
+}  // namespace subject_refiner_test
 }  // namespace mocap::solve

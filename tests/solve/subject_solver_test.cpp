@@ -6,7 +6,7 @@
 #include "support/test_body.h"
 
 namespace mocap::solve {
-namespace {
+namespace subject_solver_test {
 
 constexpr Timestamp kStart = from_ns(1'000'000'000);
 constexpr Duration kStep = std::chrono::microseconds(8333);
@@ -88,5 +88,5 @@ TEST(SubjectSolver, AdoptsANewBodyModelInTheNextSet) {
   EXPECT_LT(residual_m, 0.0032);
 }
 
-}  // namespace
+}  // namespace subject_solver_test
 }  // namespace mocap::solve

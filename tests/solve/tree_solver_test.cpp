@@ -11,7 +11,7 @@
 #include "support/test_body.h"
 
 namespace mocap::solve {
-namespace {
+namespace tree_solver_test {
 
 using test::kStep_s;
 using World = test::SolveWorld;
@@ -234,5 +234,5 @@ TEST(TreeSolver, StaysFiniteForAnyLabels) {
   }
 }
 
-}  // namespace
+}  // namespace tree_solver_test
 }  // namespace mocap::solve

@@ -5,7 +5,7 @@
 #include "base/key_check.h"
 
 namespace mocap::synchronise {
-namespace {
+namespace align_settings_test {
 
 TEST(AlignSettings, HaveDefaultsWithinTheirRanges) {
   const AlignSettings defaults;
@@ -21,5 +21,5 @@ TEST(AlignSettings, RejectAnEmptyWindow) {
   EXPECT_EQ(check_keys(align)[0].message, "window_us is 0, expected 1 to 1000000");
 }
 
-}  // namespace
+}  // namespace align_settings_test
 }  // namespace mocap::synchronise

@@ -9,7 +9,7 @@
 #include "synchronise/frame_aligner.h"
 
 namespace mocap::synchronise {
-namespace {
+namespace alignment_patience_test {
 
 using std::chrono::microseconds;
 
@@ -66,5 +66,5 @@ TEST(FrameAligner, DoesNotWaitForASlowerCameraIfNoFrameIsDue) {
   EXPECT_EQ(run(600, 700), 0);
 }
 
-}  // namespace
+}  // namespace alignment_patience_test
 }  // namespace mocap::synchronise

@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace mocap::synchronise {
-namespace {
+namespace exposure_watch_test {
 
 using std::chrono::microseconds;
 
@@ -126,5 +126,5 @@ TEST(ExposureWatch, ReplacesASilentReferenceCamera) {
   EXPECT_NEAR(to_us(watch.timing({2}).offset), 3000.0, 5.0);
 }
 
-}  // namespace
+}  // namespace exposure_watch_test
 }  // namespace mocap::synchronise

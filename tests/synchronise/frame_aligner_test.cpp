@@ -11,7 +11,7 @@
 #include "synchronise/alignment_world.h"
 
 namespace mocap::synchronise {
-namespace {
+namespace frame_aligner_test {
 
 using std::chrono::microseconds;
 
@@ -373,5 +373,5 @@ TEST(FrameAligner, ReportsACameraWhoseFramesMatchNoOtherCamera) {
   EXPECT_NEAR(aligner.timing(CameraId{2}).drift_us_s, 33.3, 2.0);
 }
 
-}  // namespace
+}  // namespace frame_aligner_test
 }  // namespace mocap::synchronise

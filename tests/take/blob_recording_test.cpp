@@ -12,7 +12,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::take {
-namespace {
+namespace blob_recording_test {
 
 using ::testing::HasSubstr;
 
@@ -187,5 +187,5 @@ TEST_F(BlobRecordingTest, RequiresTheExtensionBlobs) {
   EXPECT_THAT(writer.error().message, HasSubstr("expected .blobs"));
 }
 
-}  // namespace
+}  // namespace blob_recording_test
 }  // namespace mocap::take

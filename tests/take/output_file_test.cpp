@@ -13,7 +13,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::take {
-namespace {
+namespace output_file_test {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
@@ -136,5 +136,5 @@ TEST_F(OutputFileTest, KeepsNoHeadWithoutARecord) {
   EXPECT_EQ(file->size().bytes, 0U);
 }
 
-}  // namespace
+}  // namespace output_file_test
 }  // namespace mocap::take

@@ -13,7 +13,7 @@
 #include "take/take_edit.h"
 
 namespace mocap::take {
-namespace {
+namespace readers_test {
 
 struct Ended {
   int exit = -1;
@@ -68,5 +68,5 @@ TEST_P(TakeReaders, McapCoreReadsEveryMessageAndFile) {
 INSTANTIATE_TEST_SUITE_P(Compressions, TakeReaders,
                          ::testing::Values(mcap::Compression::Zstd, mcap::Compression::Lz4, mcap::Compression::None));
 
-}  // namespace
+}  // namespace readers_test
 }  // namespace mocap::take

@@ -5,7 +5,7 @@
 #include "base/key_check.h"
 
 namespace mocap::take {
-namespace {
+namespace record_settings_test {
 
 TEST(RecordSettings, HaveDefaultsWithinTheirRanges) {
   const RecordSettings defaults;
@@ -25,5 +25,5 @@ TEST(RecordSettings, RejectAnotherFileExtension) {
   EXPECT_EQ(faults[1].message, "blobs is 'run.pb', expected a file name that ends in .blobs");
 }
 
-}  // namespace
+}  // namespace record_settings_test
 }  // namespace mocap::take

@@ -12,7 +12,7 @@
 #include "wire/sample_description.h"
 
 namespace mocap::take {
-namespace {
+namespace snapshot_reader_test {
 
 using ::testing::HasSubstr;
 using wire::testing::RandomModel;
@@ -102,5 +102,5 @@ TEST(OpenSnapshots, RefusesOtherFiles) {
   EXPECT_EQ(open_snapshots("/no/such/take.pb").error().code, ErrorCode::NotFound);
 }
 
-}  // namespace
+}  // namespace snapshot_reader_test
 }  // namespace mocap::take

@@ -19,7 +19,7 @@
 #include "wire/sample_description.h"
 
 namespace mocap::take {
-namespace {
+namespace snapshot_writer_test {
 
 namespace fs = std::filesystem;
 using ::testing::ElementsAre;
@@ -212,5 +212,5 @@ TEST_F(SnapshotWriterTest, WritesNothingAfterClose) {
   EXPECT_EQ(fs::file_size(folder_ / "take.jsonl"), 0U);
 }
 
-}  // namespace
+}  // namespace snapshot_writer_test
 }  // namespace mocap::take

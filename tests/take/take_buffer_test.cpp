@@ -5,7 +5,7 @@
 #include <string>
 
 namespace mocap::take {
-namespace {
+namespace take_buffer_test {
 
 Timestamp second(double s) { return from_ns(0) + from_s(s); }
 
@@ -91,5 +91,5 @@ TEST(TakeBuffer, ATakeDoesNotReachBackBeyondABreak) {
   EXPECT_EQ(all_of(buffer), "new ");
 }
 
-}  // namespace
+}  // namespace take_buffer_test
 }  // namespace mocap::take

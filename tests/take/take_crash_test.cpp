@@ -18,7 +18,7 @@
 #include "take/take_writer.h"
 
 namespace mocap::take {
-namespace {
+namespace take_crash_test {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -164,5 +164,5 @@ TEST(TakeCrash, AFullDiskEndsTheTakeWithItsIndex) {
   EXPECT_EQ(WEXITSTATUS(status), 0) << "step of record_on_a_full_disk";
 }
 
-}  // namespace
+}  // namespace take_crash_test
 }  // namespace mocap::take

@@ -6,7 +6,7 @@
 #include <fstream>
 
 namespace mocap::take {
-namespace {
+namespace take_name_test {
 
 // 2026-03-01 12:34:56 UTC.
 constexpr Duration kNoon = std::chrono::seconds(1772368496);
@@ -65,5 +65,5 @@ TEST_F(TakeNames, ThatLeaveTheFolderAreRefused) {
   EXPECT_TRUE(check_pattern("{date}_{slate}_{number}"));
 }
 
-}  // namespace
+}  // namespace take_name_test
 }  // namespace mocap::take

@@ -7,7 +7,7 @@
 #include "example_take.h"
 
 namespace mocap::take {
-namespace {
+namespace take_quality_test {
 
 constexpr int kSets = 240;  // 2 s
 
@@ -128,5 +128,5 @@ TEST(TakeQuality, TellsTheCameraThatDeliversLess) {
   EXPECT_TRUE(has_reason(report, "in 90.0 % of the sets"));
 }
 
-}  // namespace
+}  // namespace take_quality_test
 }  // namespace mocap::take

@@ -9,7 +9,7 @@
 #include "model/search_health.h"
 
 namespace mocap::take {
-namespace {
+namespace take_recorder_test {
 
 namespace fs = std::filesystem;
 
@@ -255,5 +255,5 @@ TEST_F(Takes, EndWithTheDaemon) {
   EXPECT_EQ(sets_of("take_001"), range(0, kSecond));
 }
 
-}  // namespace
+}  // namespace take_recorder_test
 }  // namespace mocap::take

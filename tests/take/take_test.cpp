@@ -14,7 +14,7 @@
 #include "take/take_writer.h"
 
 namespace mocap::take {
-namespace {
+namespace take_test {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -344,5 +344,5 @@ TEST(TakeInfo, KeepsUnknownKeysAndWritesUtc) {
   EXPECT_EQ(metadata.texts.at("start_utc"), "2023-11-14T22:13:25.000000000Z");
 }
 
-}  // namespace
+}  // namespace take_test
 }  // namespace mocap::take

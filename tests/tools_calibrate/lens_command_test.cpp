@@ -13,7 +13,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::calibrate {
-namespace {
+namespace lens_command_test {
 
 using testing::HasSubstr;
 
@@ -155,5 +155,5 @@ TEST(LensCommand, RefusesAnEmptyFolderAndAnIncompleteCommandLine) {
   EXPECT_EQ(run({"--images", folder.path().string(), "--dry-run", "--marker-mm", "50"}), 64);
 }
 
-}  // namespace
+}  // namespace lens_command_test
 }  // namespace mocap::calibrate

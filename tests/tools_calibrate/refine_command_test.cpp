@@ -14,7 +14,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::calibrate {
-namespace {
+namespace refine_command_test {
 
 using calibration::Take;
 using test::bumped;
@@ -280,5 +280,5 @@ TEST_F(RigCommands, FloorFitsThePlaneThroughMarkers) {
   for (const CameraModel& camera : *rig) EXPECT_NEAR(camera.centre().v.z(), 2.5, 3e-3);
 }
 
-}  // namespace
+}  // namespace refine_command_test
 }  // namespace mocap::calibrate

@@ -10,7 +10,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::calibrate {
-namespace {
+namespace report_test {
 
 using testing::HasSubstr;
 
@@ -87,5 +87,5 @@ TEST(Report, TheSuffixOfTheFileDecidesTheFormat) {
   }
 }
 
-}  // namespace
+}  // namespace report_test
 }  // namespace mocap::calibrate

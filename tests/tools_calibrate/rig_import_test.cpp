@@ -6,7 +6,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::calibrate {
-namespace {
+namespace rig_import_test {
 
 using calibration::RigFormat;
 using support::expect_same_rig;
@@ -68,5 +68,5 @@ TEST(RigImport, ListsUnknownKeysOfAPose2SimFile) {
   EXPECT_THAT(read->notices[2], HasSubstr("[charuco]"));
 }
 
-}  // namespace
+}  // namespace rig_import_test
 }  // namespace mocap::calibrate

@@ -15,7 +15,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::calibrate {
-namespace {
+namespace wand_command_test {
 
 using calibration::Take;
 using calibration::Wand;
@@ -306,5 +306,5 @@ TEST_F(WandCommand, RefusesInvalidWands) {
   }
 }
 
-}  // namespace
+}  // namespace wand_command_test
 }  // namespace mocap::calibrate

@@ -10,7 +10,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::ctl {
-namespace {
+namespace doctor_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -95,5 +95,5 @@ TEST(Doctor, ProposesARemedyForEachBadFinding) {
   }
 }
 
-}  // namespace
+}  // namespace doctor_test
 }  // namespace mocap::ctl

@@ -18,7 +18,7 @@
 #include "take/snapshot_writer.h"
 
 namespace mocap::ctl {
-namespace {
+namespace export_command_test {
 
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
@@ -145,5 +145,5 @@ TEST_F(ExportCommand, RefusesWhatAFormatCannotDo) {
   EXPECT_EQ(files(), 2U);
 }
 
-}  // namespace
+}  // namespace export_command_test
 }  // namespace mocap::ctl

@@ -15,7 +15,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::ctl {
-namespace {
+namespace mocapctl_test {
 
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
@@ -136,5 +136,5 @@ TEST(Mocapctl, DrawsEachMarkerWithItsLabelAndRefusesAnotherFile) {
   EXPECT_EQ(run("subject draw " + (kConfig / "demo.toml").string()).exit, 78);
 }
 
-}  // namespace
+}  // namespace mocapctl_test
 }  // namespace mocap::ctl

@@ -9,7 +9,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::ctl {
-namespace {
+namespace shot_test {
 
 TEST(Shot, ShowsTheImageWithABoxAndTheIndexOfEachBlob) {
   const std::vector<std::byte> pixels(40 * 30, std::byte{7});
@@ -49,5 +49,5 @@ TEST(Shot, RefusesAnotherFormat) {
   EXPECT_THAT(saved.error().message, testing::HasSubstr("ends in .png"));
 }
 
-}  // namespace
+}  // namespace shot_test
 }  // namespace mocap::ctl

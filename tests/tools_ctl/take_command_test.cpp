@@ -12,7 +12,7 @@
 #include "take/example_take.h"
 
 namespace mocap::ctl {
-namespace {
+namespace take_command_test {
 
 using ::testing::HasSubstr;
 
@@ -100,5 +100,5 @@ TEST_F(TakeCommand, DeletesOnlyWithYes) {
   EXPECT_EQ(run("show walk-3.mcap").exit, 66);
 }
 
-}  // namespace
+}  // namespace take_command_test
 }  // namespace mocap::ctl

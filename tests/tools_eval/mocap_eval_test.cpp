@@ -14,7 +14,7 @@
 #include "wire/codec/json.h"
 
 namespace mocap::eval {
-namespace {
+namespace mocap_eval_test {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
@@ -178,5 +178,5 @@ TEST_F(MocapEval, ReportsInvalidArguments) {
   EXPECT_THAT(run("score --truth " + write_text("empty", "") + " --stream x 2>&1").out, HasSubstr("has no frames"));
 }
 
-}  // namespace
+}  // namespace mocap_eval_test
 }  // namespace mocap::eval

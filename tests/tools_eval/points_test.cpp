@@ -16,7 +16,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::eval {
-namespace {
+namespace points_test {
 
 PointsScore run(const simworld::PointMotion& motion, const simworld::WorldSettings& settings, int sets,
                 std::uint64_t seed) {
@@ -195,5 +195,5 @@ TEST(EvalPoints, KeepsAllIdentitiesInRecordedMotionThatAllCamerasSee) {
   EXPECT_LE(id_changes("pycgm_movement_42unlabelled_120.c3d", 120.0, 21), 23U);
 }
 
-}  // namespace
+}  // namespace points_test
 }  // namespace mocap::eval

@@ -16,7 +16,7 @@
 #include "take/blob_recording.h"
 
 namespace mocap::eval {
-namespace {
+namespace recorded_takes_test {
 
 /// Stored figures of one take.
 struct FrozenTake {
@@ -104,5 +104,5 @@ INSTANTIATE_TEST_SUITE_P(Frozen, RecordedTakes,
                                                     0.1174}),
                          [](const auto& test) { return std::string(test.param.name); });
 
-}  // namespace
+}  // namespace recorded_takes_test
 }  // namespace mocap::eval

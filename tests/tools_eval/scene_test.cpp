@@ -13,7 +13,7 @@
 #include "support/places.h"
 
 namespace mocap::eval {
-namespace {
+namespace scene_test {
 
 constexpr int kWidth_px = 480, kHeight_px = 400;
 
@@ -332,5 +332,5 @@ TEST(Recognition, DoesNotExchangeSubjectsWithStoredBodies) {
   EXPECT_EQ(said.markers[0].position_m, twins.said.markers[0].position_m);
 }
 
-}  // namespace
+}  // namespace scene_test
 }  // namespace mocap::eval

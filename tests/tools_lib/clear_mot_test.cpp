@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace mocap::scoring {
-namespace {
+namespace clear_mot_test {
 
 std::vector<std::uint64_t> ids(const nlohmann::json& list) { return list.get<std::vector<std::uint64_t>>(); }
 
@@ -80,5 +80,5 @@ TEST(ClearMot, HasNoFiguresWithoutObjects) {
   EXPECT_EQ(mot.counts().false_positives, 1U);
 }
 
-}  // namespace
+}  // namespace clear_mot_test
 }  // namespace mocap::scoring

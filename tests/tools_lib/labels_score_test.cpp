@@ -6,7 +6,7 @@
 #include <utility>
 
 namespace mocap::scoring {
-namespace {
+namespace labels_score_test {
 
 constexpr std::uint32_t kMarkers = 4;
 
@@ -255,5 +255,5 @@ TEST(LabelScorer, CountsGhostsButNotRecordedUnlabelledPoints) {
   EXPECT_EQ(scorer.ghosts(), 10U);
 }
 
-}  // namespace
+}  // namespace labels_score_test
 }  // namespace mocap::scoring

@@ -9,7 +9,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::simworld {
-namespace {
+namespace scene_file_test {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
@@ -94,5 +94,5 @@ TEST(SceneFiles, OfTheProjectAreAllValid) {
   EXPECT_GE(count, 9U);
 }
 
-}  // namespace
+}  // namespace scene_file_test
 }  // namespace mocap::simworld

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 namespace mocap::scoring {
-namespace {
+namespace score_test {
 
 constexpr Duration kPeriod = std::chrono::milliseconds(10);
 
@@ -189,5 +189,5 @@ TEST(Truth, RefusesInstantsThatDoNotIncrease) {
   EXPECT_FALSE(Truth::of({}));
 }
 
-}  // namespace
+}  // namespace score_test
 }  // namespace mocap::scoring

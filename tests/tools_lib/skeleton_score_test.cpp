@@ -8,7 +8,7 @@
 #include "scene/random.h"
 
 namespace mocap::scoring {
-namespace {
+namespace skeleton_score_test {
 
 EvalFrame bones_at(int set) {
   EvalFrame frame;
@@ -103,5 +103,5 @@ TEST(SkeletonScorer, HasNoFiguresWithoutPoses) {
   EXPECT_FALSE(SkeletonCounts{}.joint_rms_mm());
 }
 
-}  // namespace
+}  // namespace skeleton_score_test
 }  // namespace mocap::scoring

@@ -6,7 +6,7 @@
 #include <vector>
 
 namespace mocap::paper_study {
-namespace {
+namespace paper_blob_tracker_test {
 
 using Points = std::vector<Eigen::Vector2d>;
 
@@ -86,5 +86,5 @@ TEST(PaperBlobTracker, PredictsTheNextFrameWithoutAChangeOfState) {
   }
 }
 
-}  // namespace
+}  // namespace paper_blob_tracker_test
 }  // namespace mocap::paper_study

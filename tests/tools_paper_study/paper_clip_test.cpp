@@ -8,7 +8,7 @@
 #include <numeric>
 
 namespace mocap::paper_study {
-namespace {
+namespace paper_clip_test {
 
 constexpr std::uint64_t kClips = 200;
 
@@ -167,5 +167,5 @@ TEST(Barrier, MeasuresTheDistanceToItsEdge) {
   EXPECT_NEAR(barrier.distance_px(Eigen::Vector2d(100.0, 50.0) + 25.0 * Eigen::Vector2d(-0.8, 0.6)), 5.0, 1e-9);
 }
 
-}  // namespace
+}  // namespace paper_clip_test
 }  // namespace mocap::paper_study

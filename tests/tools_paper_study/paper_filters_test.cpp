@@ -10,7 +10,7 @@
 #include "paper_study/paper_kalman.h"
 
 namespace mocap::paper_study {
-namespace {
+namespace paper_filters_test {
 
 static_assert(filter::PointFilter<PaperAlphaBeta, 2>);
 static_assert(filter::PointFilter<PaperKalman, 2>);
@@ -184,5 +184,5 @@ TEST(PaperCondensation, GivesTheSameForTheSameSeed) {
   EXPECT_NE(one.gate().centre, other.gate().centre);
 }
 
-}  // namespace
+}  // namespace paper_filters_test
 }  // namespace mocap::paper_study

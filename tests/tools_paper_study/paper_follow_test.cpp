@@ -11,7 +11,7 @@
 #include "track2d/blob_track_inspection.h"
 
 namespace mocap::paper_study {
-namespace {
+namespace paper_follow_test {
 
 Clip straight(Situation situation, std::size_t frames) {
   Clip clip;
@@ -174,5 +174,5 @@ TEST(Judge, GivesTheSameFiguresEachTime) {
   }
 }
 
-}  // namespace
+}  // namespace paper_follow_test
 }  // namespace mocap::paper_study

@@ -18,7 +18,7 @@
 #include "support/shell.h"
 
 namespace mocap::paper_study {
-namespace {
+namespace paper_report_test {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
@@ -191,5 +191,5 @@ TEST(MocapEvalPaper, ReportsInvalidArgumentsAndShowsExamples) {
   EXPECT_THAT(help.out, HasSubstr("--seed-base"));
 }
 
-}  // namespace
+}  // namespace paper_report_test
 }  // namespace mocap::paper_study

@@ -17,7 +17,7 @@
 #include "wire/zmq_publisher.h"
 
 namespace mocap::watch {
-namespace {
+namespace mocap_watch_test {
 
 using ::testing::HasSubstr;
 
@@ -183,5 +183,5 @@ TEST(MocapWatch, ReportsInvalidArguments) {
   EXPECT_EQ(watch("--help").exit_code, 0);
 }
 
-}  // namespace
+}  // namespace mocap_watch_test
 }  // namespace mocap::watch

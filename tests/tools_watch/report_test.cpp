@@ -7,7 +7,7 @@
 #include "wire/zmq_publisher.h"
 
 namespace mocap::watch {
-namespace {
+namespace report_test {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -107,5 +107,5 @@ TEST(StatusLine, SaysWhyASubjectIsNotFound) {
   EXPECT_THAT(feed.summary(), HasSubstr(R"("missing_subjects":["anna is not found: no camera sees a marker"])"));
 }
 
-}  // namespace
+}  // namespace report_test
 }  // namespace mocap::watch

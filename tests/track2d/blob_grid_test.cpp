@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace mocap::track2d {
-namespace {
+namespace blob_grid_test {
 
 std::set<std::uint32_t> near(const BlobGrid& grid, const Eigen::Vector2d& centre, double reach) {
   std::set<std::uint32_t> found;
@@ -54,5 +54,5 @@ TEST(BlobGrid, FindsBlobsThatAreAllAtOnePosition) {
   EXPECT_TRUE(near(grid, {3.0, 5.0}, 0.5).empty());
 }
 
-}  // namespace
+}  // namespace blob_grid_test
 }  // namespace mocap::track2d

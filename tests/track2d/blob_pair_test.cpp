@@ -13,7 +13,7 @@
 #include "track2d/following_blob_tracker.h"
 
 namespace mocap::track2d {
-namespace {
+namespace blob_pair_test {
 
 using Point = Eigen::Vector2d;
 using Path = std::function<Point(double image)>;
@@ -263,5 +263,5 @@ TEST(TrackBlobs, ReportsATrackFromItsFirstToItsLastImage) {
   EXPECT_NEAR(reach_px[4] - reach_px[3], 10.0, 4.0);
 }
 
-}  // namespace
+}  // namespace blob_pair_test
 }  // namespace mocap::track2d

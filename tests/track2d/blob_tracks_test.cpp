@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace mocap::track2d {
-namespace {
+namespace blob_tracks_test {
 
 using Point = filter::Vector<2>;
 
@@ -211,5 +211,5 @@ TEST(BlobTracks, StartNoTrackBeyondTwiceTheBlobsOfAnImage) {
   EXPECT_EQ(camera.tracks.tracks().size(), 4U);
 }
 
-}  // namespace
+}  // namespace blob_tracks_test
 }  // namespace mocap::track2d

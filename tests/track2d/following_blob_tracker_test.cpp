@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace mocap::track2d {
-namespace {
+namespace following_blob_tracker_test {
 
 constexpr double kRate_hz = 60.0;
 
@@ -163,5 +163,5 @@ TEST(TrackBlobs, KeepsTheIdsOfTwoMarkersThatCross) {
   }
 }
 
-}  // namespace
+}  // namespace following_blob_tracker_test
 }  // namespace mocap::track2d

@@ -5,7 +5,7 @@
 #include "base/key_check.h"
 
 namespace mocap::track2d {
-namespace {
+namespace track_blobs_settings_test {
 
 TEST(TrackBlobsSettings, HaveDefaultsWithinTheirRanges) {
   const TrackBlobsSettings defaults;
@@ -13,5 +13,5 @@ TEST(TrackBlobsSettings, HaveDefaultsWithinTheirRanges) {
   EXPECT_TRUE(check_keys(defaults).empty());
 }
 
-}  // namespace
+}  // namespace track_blobs_settings_test
 }  // namespace mocap::track2d

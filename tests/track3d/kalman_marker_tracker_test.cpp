@@ -18,7 +18,7 @@
 #include <vector>
 
 namespace mocap::track3d {
-namespace {
+namespace kalman_marker_tracker_test {
 
 constexpr double kSigma_m = 0.0003;
 
@@ -564,5 +564,5 @@ TEST(KalmanMarkerTracker, KeepsTheIdsOfARecordedWalkAt100And50HzExceptAtJumps) {
   EXPECT_LE(id_changes(frames, 100.0, 2, 33), 20);
 }
 
-}  // namespace
+}  // namespace kalman_marker_tracker_test
 }  // namespace mocap::track3d

@@ -11,7 +11,7 @@
 #include "filter/random.h"
 
 namespace mocap::track3d {
-namespace {
+namespace point_tracks_test {
 
 using Tracks = PointTracks<filter::Kalman<3>, 3>;
 using Seen = filter::Seen<3>;
@@ -220,5 +220,5 @@ TEST(PointTracks, StartNoTrackBeyondTheirBound) {
   EXPECT_EQ(tracker.tracks.tracks().size(), 3U);
 }
 
-}  // namespace
+}  // namespace point_tracks_test
 }  // namespace mocap::track3d

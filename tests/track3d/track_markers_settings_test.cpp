@@ -5,7 +5,7 @@
 #include "base/key_check.h"
 
 namespace mocap::track3d {
-namespace {
+namespace track_markers_settings_test {
 
 TEST(TrackMarkersSettings, HaveDefaultsWithinTheirRanges) {
   const TrackMarkersSettings defaults;
@@ -13,5 +13,5 @@ TEST(TrackMarkersSettings, HaveDefaultsWithinTheirRanges) {
   EXPECT_TRUE(check_keys(defaults).empty());
 }
 
-}  // namespace
+}  // namespace track_markers_settings_test
 }  // namespace mocap::track3d

@@ -9,23 +9,23 @@
 #include "wire/codec/encode.h"
 #include "wire/zmq_publisher.h"
 
-namespace {
+namespace allocation_test {
 thread_local std::size_t allocations = 0;
-}  // namespace
+}  // namespace allocation_test
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kCanCount = false;  // the sanitizer replaces operator new
 #else
 constexpr bool kCanCount = true;
 
-namespace {
+namespace allocation_test {
 
 void* counted(std::size_t size) {
   ++allocations;
   if (void* memory = std::malloc(size)) return memory;
   throw std::bad_alloc();
 }
-}  // namespace
+}  // namespace allocation_test
 
 void* operator new(std::size_t size) { return counted(size); }
 void* operator new[](std::size_t size) { return counted(size); }
@@ -36,7 +36,7 @@ void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); 
 #endif
 
 namespace mocap::wire {
-namespace {
+namespace allocation_test {
 
 Snapshot with_subjects(std::uint32_t count, testing::RandomModel& random) {
   Snapshot snapshot;
@@ -87,5 +87,5 @@ TEST(Allocations, AreCounted) {
   EXPECT_EQ(after - before, 2U);
 }
 
-}  // namespace
+}  // namespace allocation_test
 }  // namespace mocap::wire

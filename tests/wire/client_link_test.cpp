@@ -17,7 +17,7 @@
 #include "wire/zmq_subscriber.h"
 
 namespace mocap::wire {
-namespace {
+namespace client_link_test {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
@@ -173,5 +173,5 @@ TEST(ClientKeys, AreReadFromFilesAndRefusedInHalves) {
   EXPECT_THAT(load_client_keys(server_file, public_only.string()).error().message, HasSubstr("no line 'secret KEY'"));
 }
 
-}  // namespace
+}  // namespace client_link_test
 }  // namespace mocap::wire

@@ -18,7 +18,7 @@
 #include "support/places.h"
 
 namespace mocap::wire {
-namespace {
+namespace compatibility_test {
 
 using google::protobuf::DescriptorProto;
 using google::protobuf::EnumDescriptorProto;
@@ -209,5 +209,5 @@ TEST(Schema, HexDumpInTheReadmeIsAMessageOfTheFeed) {
   EXPECT_THAT(snapshot.subjects(0).markers().residuals_millipx(), ElementsAre(120U, 0U));
 }
 
-}  // namespace
+}  // namespace compatibility_test
 }  // namespace mocap::wire

@@ -11,7 +11,7 @@
 #include "wire/codec/snapshot_encoder.h"
 
 namespace mocap::wire {
-namespace {
+namespace encode_decode_test {
 
 using ::mocap::wire::testing::RandomModel;
 using ::mocap::wire::testing::sample_description;
@@ -621,5 +621,5 @@ TEST(EncodeHealth, ReplacesInvalidUtf8InDriverMessages) {
   EXPECT_EQ(arrived.cameras(0).last_error(), "caf\xC3\xA9 ?\? ?\?? end");
 }
 
-}  // namespace
+}  // namespace encode_decode_test
 }  // namespace mocap::wire

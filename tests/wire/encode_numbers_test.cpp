@@ -6,7 +6,7 @@
 #include <limits>
 
 namespace mocap::wire {
-namespace {
+namespace encode_numbers_test {
 
 TEST(EncodeNumbers, HaveACodeForEachState) {
   EXPECT_EQ(code_of(SubjectPhase::Searching), v1::SUBJECT_PHASE_SEARCHING);
@@ -45,5 +45,5 @@ TEST(EncodeNumbers, ReserveZeroForNoTrack) {
   EXPECT_EQ(plus_one(TrackId{TrackId::kNothing - 1}), TrackId::kNothing);
 }
 
-}  // namespace
+}  // namespace encode_numbers_test
 }  // namespace mocap::wire

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace mocap::wire {
-namespace {
+namespace endpoint_test {
 
 using ::testing::HasSubstr;
 
@@ -37,5 +37,5 @@ TEST(Endpoint, MalformedIsRejected) {
   EXPECT_FALSE(check_endpoint("ipc://" + std::string(200, 'x'), false));
 }
 
-}  // namespace
+}  // namespace endpoint_test
 }  // namespace mocap::wire

@@ -5,7 +5,7 @@
 #include <memory>
 
 namespace mocap::wire {
-namespace {
+namespace event_watch_test {
 
 constexpr Timestamp kNow = from_ns(5'000'000'000);
 
@@ -146,5 +146,5 @@ TEST(EventWatch, IgnoresASubjectBeyondTheBound) {
   EXPECT_TRUE(watch.unsent().empty());
 }
 
-}  // namespace
+}  // namespace event_watch_test
 }  // namespace mocap::wire

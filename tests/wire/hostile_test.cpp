@@ -14,7 +14,7 @@
 #include "wire/zmq_subscriber.h"
 
 namespace mocap::wire {
-namespace {
+namespace hostile_test {
 
 using std::chrono::milliseconds;
 using testing::sample_description;
@@ -201,5 +201,5 @@ TEST(Publisher, ClosesTheNewestConnectionAboveTheLimit) {
   EXPECT_GE((*publisher)->feed().cut_off, 1U);
 }
 
-}  // namespace
+}  // namespace hostile_test
 }  // namespace mocap::wire

@@ -7,7 +7,7 @@
 #include "wire/codec/encode.h"
 
 namespace mocap::wire {
-namespace {
+namespace json_test {
 
 using ::testing::HasSubstr;
 
@@ -61,5 +61,5 @@ TEST(JsonLine, IgnoresUnknownFields) {
   EXPECT_EQ(read->instants.exposed_at, from_ns(1));
 }
 
-}  // namespace
+}  // namespace json_test
 }  // namespace mocap::wire

@@ -10,7 +10,7 @@
 #include <vector>
 
 namespace mocap::wire {
-namespace {
+namespace request_socket_test {
 
 constexpr Duration kLong = std::chrono::seconds(60);  // limit of a failing test
 
@@ -88,5 +88,5 @@ TEST(RequestSocket, NamesAMalformedEndpoint) {
   EXPECT_THAT(fault, ::testing::HasSubstr("endpoint 'nonsense': expected tcp://ADDRESS:PORT or ipc://PATH"));
 }
 
-}  // namespace
+}  // namespace request_socket_test
 }  // namespace mocap::wire

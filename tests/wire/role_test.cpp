@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace mocap::wire {
-namespace {
+namespace role_test {
 
 TEST(Role, HasTheNameThatTheControlProtocolStates) {
   EXPECT_STREQ(name_of(Role::Viewer), "viewer");
@@ -12,5 +12,5 @@ TEST(Role, HasTheNameThatTheControlProtocolStates) {
 
 TEST(Role, HasTheRightsOfAViewerIfUnknown) { EXPECT_STREQ(name_of(static_cast<Role>(7)), "viewer"); }
 
-}  // namespace
+}  // namespace role_test
 }  // namespace mocap::wire

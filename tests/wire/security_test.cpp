@@ -18,7 +18,7 @@
 #include "wire/zmq_subscriber.h"
 
 namespace mocap::wire {
-namespace {
+namespace security_test {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
@@ -276,5 +276,5 @@ TEST(CurveKeys, NameTheMalformedLineOfAList) {
   EXPECT_EQ(load_allowed_keys(folder.path() / "nothere").error().code, ErrorCode::NotFound);
 }
 
-}  // namespace
+}  // namespace security_test
 }  // namespace mocap::wire

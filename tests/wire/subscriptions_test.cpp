@@ -6,7 +6,7 @@
 #include <string_view>
 
 namespace mocap::wire {
-namespace {
+namespace subscriptions_test {
 
 using Verdict = Subscriptions::Verdict;
 using namespace std::string_literals;
@@ -80,5 +80,5 @@ TEST(Subscriptions, ResetTheLimitsOfAReusedDescriptor) {
   EXPECT_EQ(subscriptions.take("\1snapshot", 5), Verdict::Fine);
 }
 
-}  // namespace
+}  // namespace subscriptions_test
 }  // namespace mocap::wire

@@ -7,7 +7,7 @@
 #include <string>
 
 namespace mocap::wire {
-namespace {
+namespace utf8_test {
 
 /// The bytes of a code point, encoded by the bit patterns of RFC 3629 in `length` bytes, valid or not.
 std::string encoded(std::uint32_t code_point, int length) {
@@ -64,5 +64,5 @@ TEST(AssignValidUtf8, ReplacesTheTextAndKeepsTheMemory) {
   EXPECT_EQ(into.data(), memory);
 }
 
-}  // namespace
+}  // namespace utf8_test
 }  // namespace mocap::wire

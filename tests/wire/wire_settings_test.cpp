@@ -5,7 +5,7 @@
 #include "base/key_check.h"
 
 namespace mocap::wire {
-namespace {
+namespace wire_settings_test {
 
 TEST(WireSettings, HaveDefaultsWithinTheirRangesAndRules) {
   EXPECT_TRUE(check_keys(PublisherSettings{}).empty());
@@ -49,5 +49,5 @@ TEST(CurveSettings, NeedBothFilesOrNeither) {
   EXPECT_TRUE(faults_of(CurveSettings{.server_key = "server.key", .allowed = "clients"}).empty());
 }
 
-}  // namespace
+}  // namespace wire_settings_test
 }  // namespace mocap::wire

@@ -19,7 +19,7 @@
 #include "wire/zmq_socket.h"
 
 namespace mocap::wire {
-namespace {
+namespace zmq_control_test {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
@@ -296,5 +296,5 @@ TEST(ControlEndpoint, IsDerivedFromTheFeedsEndpoint) {
   EXPECT_EQ(control_beside("ipc:///run/mocapd/feed"), "ipc:///run/mocapd/feed.control");
 }
 
-}  // namespace
+}  // namespace zmq_control_test
 }  // namespace mocap::wire

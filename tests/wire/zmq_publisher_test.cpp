@@ -18,7 +18,7 @@
 #include "wire/zmq_subscriber.h"
 
 namespace mocap::wire {
-namespace {
+namespace zmq_publisher_test {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
@@ -327,5 +327,5 @@ TEST(ZmqSubscriber, ReconnectsAfterARestartOfTheDaemon) {
   EXPECT_EQ(subscriber->link().connections, 2U);
 }
 
-}  // namespace
+}  // namespace zmq_publisher_test
 }  // namespace mocap::wire

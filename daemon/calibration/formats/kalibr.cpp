@@ -74,7 +74,7 @@ std::optional<CameraStep> read_step(YamlCamera& camera, const YamlValue& value, 
 }
 
 // The pose of the camera: relative to the camera before it, or to the world (the first camera, or a chain with an IMU).
-std::optional<CameraStep> read_pose(YamlCamera& camera, bool first, const CameraStep& before) {
+std::optional<CameraStep> read_kalibr_pose(YamlCamera& camera, bool first, const CameraStep& before) {
   if (const YamlValue* step = camera.table().find({"T_cn_cnm1"})) {
     const auto read = read_step(camera, *step, "T_cn_cnm1");
     if (!read) return std::nullopt;
@@ -118,7 +118,7 @@ Result<ParsedRig, FormatFaults> parse_kalibr(const std::string& text) {
         foreign.height_px = (*sides)[1];
       }
     }
-    const auto pose = read_pose(camera, number == 0, before);
+    const auto pose = read_kalibr_pose(camera, number == 0, before);
     if (!pose || !camera.is_valid()) continue;
     foreign.rotation = pose->rotation;
     foreign.translation_m = pose->translation;

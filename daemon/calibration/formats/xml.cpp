@@ -8,7 +8,7 @@
 namespace mocap::calibration {
 namespace {
 
-constexpr int kMaxDepth = 32;
+constexpr int kMaxXmlDepth = 32;
 
 /// A recursive-descent parser; stops at the first fault.
 class XmlParser {
@@ -112,7 +112,7 @@ class XmlParser {
   }
 
   bool element(XmlElement& element, int depth) {
-    if (depth > kMaxDepth) return fail("is deeper than a calibration can be");
+    if (depth > kMaxXmlDepth) return fail("is deeper than a calibration can be");
     if (!more() || text_[at_] != '<') return fail("has no XML element");
     element.at = place();
     ++at_;

@@ -17,7 +17,7 @@ using Matrix23 = Eigen::Matrix<double, 2, 3>;
 using Matrix29 = Eigen::Matrix<double, 2, kIntrinsicCount>;
 
 constexpr int kFolds = 5;
-constexpr int kMaxIterations = 60;
+constexpr int kMaxQualityIterations = 60;
 // One in so many corners of each board samples the image area that boards covered.
 constexpr std::size_t kCornerStride = 5;
 
@@ -90,7 +90,7 @@ double cross_validate(const LensBundle& bundle, const IntrinsicMask& parameters)
       part.camera_from_board.push_back(bundle.camera_from_board[v]);
     }
     if (test.views.empty()) continue;
-    adjust_lens(train, parameters, kMaxIterations);
+    adjust_lens(train, parameters, kMaxQualityIterations);
     test.lens = train.lens;
     const LensResidual residual = refit_board_poses(test);
     sum += residual.sum_px2;

@@ -30,8 +30,8 @@ constexpr double kMinSigma_px = 0.02;
 constexpr std::size_t kMinObservationsOfPose = 6;
 constexpr std::size_t kMinObservationsOfCamera = 12;
 
-/// Reprojection residual of one point, in units of its standard deviation.
-struct Reprojection {
+/// ReprojectionByPose residual of one point, in units of its standard deviation.
+struct ReprojectionByPose {
   LensKind kind;
   PointObservation observation;
 
@@ -105,8 +105,8 @@ std::optional<FittedCamera> solve(const CameraModel& start, std::span<const Poin
   Parameters parameters(start);
   ceres::Problem problem;
   for (const PointObservation& observation : observations) {
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Reprojection, 2, kPoseSize, kIntrinsicsSize>(
-                                 new Reprojection{start.lens.kind, observation}),
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ReprojectionByPose, 2, kPoseSize, kIntrinsicsSize>(
+                                 new ReprojectionByPose{start.lens.kind, observation}),
                              new ceres::CauchyLoss(3.0), parameters.pose.data(), parameters.lens.data());
   }
   if (free.empty()) {

@@ -11,14 +11,14 @@ namespace {
 // Every tenth wand pose is held out: the rig loses little.
 constexpr int kHoldOutInterval = 10;
 // Below so many observations no rms is given.
-constexpr std::size_t kMinObservations = 20;
+constexpr std::size_t kMinErrors = 20;
 
 struct Sum {
   double squares = 0.0;
   std::size_t observations = 0;
 
   double rms() const {
-    return observations < kMinObservations ? 0.0 : std::sqrt(squares / (2.0 * static_cast<double>(observations)));
+    return observations < kMinErrors ? 0.0 : std::sqrt(squares / (2.0 * static_cast<double>(observations)));
   }
 };
 

@@ -29,7 +29,7 @@ constexpr double kTimeOffsetSigmas = 6.0;
 
 // Smallest fraction of the wand markers detected by a camera that must be where the other cameras predict them. Chosen
 // by hand; decisions/0004.
-constexpr double kMinInlierFraction = 0.3;
+constexpr double kMinCameraInlierFraction = 0.3;
 
 // Wands are manufactured to half a millimetre; a larger difference is a wrong --wand.
 constexpr double kMaxMarkerOffset_m = 2e-3;
@@ -85,7 +85,7 @@ std::optional<WandError> check_inlier_fractions(const WandDetections& detections
       detected[c] += detections.views[c][static_cast<std::size_t>(instant)] ? bundle.wand.marks_m.size() : 0;
   }
   for (std::size_t c = 0; c < bundle.rig.size(); ++c) {
-    if (static_cast<double>(inliers[c]) >= kMinInlierFraction * static_cast<double>(detected[c])) continue;
+    if (static_cast<double>(inliers[c]) >= kMinCameraInlierFraction * static_cast<double>(detected[c])) continue;
     if (auto mirrored = check_mirrored(detections, bundle.rig, c, bundle.wand, settings, gate_px)) return mirrored;
     return WandError{
         WandFault::NoOverlap,

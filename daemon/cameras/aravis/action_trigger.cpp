@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::uint16_t kPort = 3956;
 constexpr std::uint8_t kKey = 0x42, kScheduled = 0x80, kAnswerWanted = 0x01;
-constexpr std::uint16_t kAction = 0x0100, kActionAnswer = 0x0101;
+constexpr std::uint16_t kActionCommand = 0x0100, kActionAcknowledge = 0x0101;
 constexpr std::uint16_t kNoReferenceTime = 0x8013;
 // Cameras queue about 10 scheduled actions. 0.1 s is longer than the delay of a camera thread on a busy machine. Design
 // values, see decisions/0011.
@@ -68,7 +68,7 @@ void ActionTrigger::send(std::uint8_t flags, Duration at) {
   std::array<std::uint8_t, 28> packet{kKey, flags};
   const std::size_t size = scheduled ? 28 : 20;
   if (++request_ == 0) ++request_;  // 0 is not a valid request id
-  put(&packet[2], htobe16(kAction));
+  put(&packet[2], htobe16(kActionCommand));
   put(&packet[4], htobe16(static_cast<std::uint16_t>(size - 8)));
   put(&packet[6], htobe16(request_));
   put(&packet[8], htobe32(kActionDeviceKey));
@@ -88,7 +88,7 @@ Status ActionTrigger::probe(Timestamp now) {
     pollfd waiting{socket_, POLLIN, 0};
     std::array<std::uint8_t, 64> answer{};
     if (poll(&waiting, 1, kAnswerPatience_ms) <= 0) continue;
-    if (recv(socket_, answer.data(), answer.size(), 0) < 8 || get16(&answer[2]) != kActionAnswer) continue;
+    if (recv(socket_, answer.data(), answer.size(), 0) < 8 || get16(&answer[2]) != kActionAcknowledge) continue;
     const std::uint16_t status = get16(&answer[0]);
     if (status < 0x8000) return {};
     return Error{
@@ -108,7 +108,7 @@ void ActionTrigger::skip_to(Duration clock) { next_ = (clock / period_ + 1) * pe
 void ActionTrigger::take_answers() {
   std::array<std::uint8_t, 64> answer{};
   for (ssize_t size; (size = recv(socket_, answer.data(), answer.size(), MSG_DONTWAIT)) >= 0;) {
-    if (size < 8 || get16(&answer[2]) != kActionAnswer || get16(&answer[0]) != kNoReferenceTime) continue;
+    if (size < 8 || get16(&answer[2]) != kActionAcknowledge || get16(&answer[0]) != kNoReferenceTime) continue;
     const Command& command = commands_[get16(&answer[6]) % commands_.size()];
     if (command.request != get16(&answer[6])) continue;
     next_ = std::min(next_, command.at);

@@ -25,6 +25,7 @@
 #include "cameras/aravis/aravis_chunks.h"
 #include "cameras/aravis/aravis_device.h"
 #include "cameras/aravis/aravis_failure.h"
+#include "cameras/aravis/glib_text.h"
 #include "cameras/clock/arrival_stamps.h"
 #include "cameras/clock/exposure_clock.h"
 #include "cameras/clock/frame_counter.h"
@@ -41,8 +42,6 @@ constexpr Duration kClosePatience = std::chrono::milliseconds(250);
 constexpr Duration kWaking = std::chrono::microseconds(40);
 // Longest transfer of an image, first byte to last byte. Design value.
 constexpr Duration kLongestWay = std::chrono::seconds(1);
-
-std::string text_of(const char* text) { return text != nullptr ? text : ""; }
 
 const char* reason_of(ArvBufferStatus status) {
   switch (status) {

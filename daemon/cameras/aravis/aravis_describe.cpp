@@ -13,11 +13,10 @@
 
 #include "cameras/aravis/aravis_device.h"
 #include "cameras/aravis/aravis_failure.h"
+#include "cameras/aravis/glib_text.h"
 
 namespace mocap::cameras {
 namespace {
-
-std::string text_of(const char* text) { return text != nullptr ? text : ""; }
 
 std::string choices_of(ArvGcEnumeration* node) {
   AravisFailure failure;

@@ -1,4 +1,5 @@
 #include "cameras/aravis/aravis_discovery.h"
+#include "cameras/aravis/glib_text.h"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -25,8 +26,6 @@ constexpr std::uint16_t kGvcpPort = 3956;
 // Key 0x42, flags "acknowledge", command DISCOVERY_CMD, no payload, request 1.
 constexpr std::array<std::uint8_t, 8> kDiscoveryCommand{0x42, 0x01, 0x00, 0x02, 0x00, 0x00, 0x00, 0x01};
 constexpr std::uint8_t kDiscoveryAcknowledge = 0x03;
-
-std::string text_of(const char* text) { return text != nullptr ? text : ""; }
 
 class Socket {
  public:

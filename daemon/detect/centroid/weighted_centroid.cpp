@@ -26,8 +26,8 @@ constexpr double kSlopeOfSum = 6.0 * kFullWeight / (4.0 * kFullSlope);
 constexpr std::array<double, 6> kSquares{-0.0061, -0.3332, -0.6927, 0.1125, 1.5443, 3.0603};
 constexpr std::array<double, 6> kCubes{0.0629, 0.1792, 0.2587, -0.2701, 0.6469, -2.2417};
 constexpr double kLeastRadius_px = 0.6;
-constexpr double kLeastEdge_px = 0.2;
-constexpr double kMostEdge_px = 1.1;
+constexpr double kLeastWeightedEdge_px = 0.2;
+constexpr double kMostWeightedEdge_px = 1.1;
 // Lower bound of the roundness: the roundness of a line is 0.
 constexpr double kLeastRoundness = 0.05;
 
@@ -41,7 +41,7 @@ struct Cubic {
 
 template <class V>
 Cubic<V> weights_for(const V& radius_px, const V& edge_px) {
-  const V s = 1.0 / radius_px.max(kLeastRadius_px), e = edge_px.max(kLeastEdge_px).min(kMostEdge_px);
+  const V s = 1.0 / radius_px.max(kLeastRadius_px), e = edge_px.max(kLeastWeightedEdge_px).min(kMostWeightedEdge_px);
   // The terms are added in pairs, which shortens the chain of dependent additions.
   const auto at = [&s, &e](const std::array<double, 6>& k) -> V {
     return (k[0] + k[1] * s) + (k[2] + k[4] * s) * e + (k[3] * (s * s) + k[5] * (e * e));

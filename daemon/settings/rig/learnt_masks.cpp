@@ -17,10 +17,6 @@
 namespace mocap::settings {
 namespace {
 
-std::size_t offset_of(const LineIndex& lines, const toml::source_position& at) {
-  return lines.offset_of(at.line, at.column);
-}
-
 const CameraModel* find(const Rig& rig, const std::string& name) {
   const auto found = std::find_if(rig.begin(), rig.end(), [&](const CameraModel& each) { return each.name == name; });
   return found == rig.end() ? nullptr : &*found;
@@ -33,13 +29,13 @@ TextEdit edit_of(const toml::table& table, const CameraModel& camera, const std:
   for (const auto& [key, node] : table) {
     const auto end = node.source().end;
     if (key.str() == kLearntMask) {
-      const std::size_t begin = offset_of(lines, key.source().begin);
-      const std::size_t behind = offset_of(lines, end);
+      const std::size_t begin = offset_in(lines, key.source().begin);
+      const std::size_t behind = offset_in(lines, end);
       return {begin, masks.empty() ? lines.next_line(behind) : behind, line};
     }
     if (std::tie(last.line, last.column) < std::tie(end.line, end.column)) last = end;
   }
-  const std::size_t at = lines.next_line(offset_of(lines, last));
+  const std::size_t at = lines.next_line(offset_in(lines, last));
   if (masks.empty()) return {at, at, ""};
   const bool open_end = at == text.size() && !text.empty() && text.back() != '\n';
   return {at, at, (open_end ? "\n" : "") + line + "\n"};

@@ -31,10 +31,6 @@ std::string value_text(const Lens& lens, const std::string& key) {
                      list_text({0.0, 0.0, 1.0}));
 }
 
-std::size_t offset_of(const LineIndex& lines, const toml::source_position& at) {
-  return lines.offset_of(at.line, at.column);
-}
-
 // The edits of one camera's table.
 void edit_lens(const toml::table& table, const Lens& lens, const std::string& text, const LineIndex& lines,
                std::vector<TextEdit>& edits) {
@@ -51,10 +47,10 @@ void edit_lens(const toml::table& table, const Lens& lens, const std::string& te
       continue;
     }
     edits.push_back(
-        {offset_of(lines, node->source().begin), offset_of(lines, node->source().end), value_text(lens, key)});
+        {offset_in(lines, node->source().begin), offset_in(lines, node->source().end), value_text(lens, key)});
   }
   if (added.empty()) return;
-  const std::size_t at = lines.next_line(offset_of(lines, last));
+  const std::size_t at = lines.next_line(offset_in(lines, last));
   const bool open_end = at == text.size() && !text.empty() && text.back() != '\n';
   edits.push_back({at, at, (open_end ? "\n" : "") + added});
 }
@@ -74,7 +70,7 @@ std::string new_table(const CameraModel& camera) {
 }
 
 // The file without lenses and without the tables that the edit adds: the part that the edit must not change.
-toml::table rest_of(toml::table root, const std::vector<std::string>& added) {
+toml::table without_lenses(toml::table root, const std::vector<std::string>& added) {
   for (const std::string& name : added) root.erase(name);
   for (auto&& [key, node] : root) {
     toml::table* table = node.as_table();
@@ -119,7 +115,7 @@ Result<std::string> edited_rig(const std::filesystem::path& path, const std::str
     result += new_table(camera);
     added.push_back(camera.name);
   }
-  if (rest_of(toml::parse(result, path.string()), added) != rest_of(root, {})) {
+  if (without_lenses(toml::parse(result, path.string()), added) != without_lenses(root, {})) {
     return refuse(path,
                   "cannot be edited without harm to the rest; write it with a table [name] a camera and a line a key");
   }

@@ -29,6 +29,12 @@ class LineIndex {
   std::vector<std::size_t> starts_;
 };
 
+/// The offset of a position that a parser reports.
+template <class Position>
+std::size_t offset_in(const LineIndex& lines, const Position& at) {
+  return lines.offset_of(at.line, at.column);
+}
+
 /// The text with all edits applied. Edits do not overlap.
 std::string edited(const std::string& text, std::vector<TextEdit> edits);
 

@@ -11,22 +11,22 @@ namespace {
 
 constexpr int kZstdLevel = 1;
 
-Error damaged(std::string_view compression, const char* why) {
+Error not_decompressed(std::string_view compression, const char* why) {
   return {ErrorCode::InvalidArgument, fmt::format("its records cannot be uncompressed ({}: {})", compression, why)};
 }
 
 Result<std::string> uncompress_zstd(std::string_view records, std::uint64_t size) {
   std::string out(size, '\0');
   const std::size_t written = ZSTD_decompress(out.data(), out.size(), records.data(), records.size());
-  if (ZSTD_isError(written) != 0U) return damaged("zstd", ZSTD_getErrorName(written));
-  if (written != size) return damaged("zstd", "the chunk announces another size");
+  if (ZSTD_isError(written) != 0U) return not_decompressed("zstd", ZSTD_getErrorName(written));
+  if (written != size) return not_decompressed("zstd", "the chunk announces another size");
   return out;
 }
 
 Result<std::string> uncompress_lz4(std::string_view records, std::uint64_t size) {
   LZ4F_dctx* context = nullptr;
   if (LZ4F_isError(LZ4F_createDecompressionContext(&context, LZ4F_VERSION)) != 0U) {
-    return damaged("lz4", "no memory");
+    return not_decompressed("lz4", "no memory");
   }
   const std::unique_ptr<LZ4F_dctx, LZ4F_errorCode_t (*)(LZ4F_dctx*)> owner(context, LZ4F_freeDecompressionContext);
   std::string out(size, '\0');
@@ -34,12 +34,13 @@ Result<std::string> uncompress_lz4(std::string_view records, std::uint64_t size)
   while (hint != 0 && read < records.size()) {
     std::size_t out_bytes = out.size() - written, in_bytes = records.size() - read;
     hint = LZ4F_decompress(context, out.data() + written, &out_bytes, records.data() + read, &in_bytes, nullptr);
-    if (LZ4F_isError(hint) != 0U) return damaged("lz4", LZ4F_getErrorName(hint));
-    if (in_bytes == 0 && out_bytes == 0) return damaged("lz4", "the chunk announces another size");
+    if (LZ4F_isError(hint) != 0U) return not_decompressed("lz4", LZ4F_getErrorName(hint));
+    if (in_bytes == 0 && out_bytes == 0) return not_decompressed("lz4", "the chunk announces another size");
     read += in_bytes;
     written += out_bytes;
   }
-  if (hint != 0 || read != records.size() || written != size) return damaged("lz4", "the chunk announces another size");
+  if (hint != 0 || read != records.size() || written != size)
+    return not_decompressed("lz4", "the chunk announces another size");
   return out;
 }
 
@@ -89,7 +90,7 @@ Result<std::string> uncompress(std::string_view compression, std::string_view re
     return Error{ErrorCode::Unsupported,
                  fmt::format("its compression is '{}', expected zstd, lz4 or none", compression)};
   }
-  if (records.size() != uncompressed_bytes) return damaged("none", "the chunk announces another size");
+  if (records.size() != uncompressed_bytes) return not_decompressed("none", "the chunk announces another size");
   return std::string(records);
 }
 

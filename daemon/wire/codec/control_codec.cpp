@@ -20,19 +20,19 @@ constexpr std::uint32_t kLeastImages = 10, kMostImages = 10000;
 constexpr double kLongestSpan_s = 7 * 86400.0;
 constexpr std::size_t kLongestName = 255, kLongestPath = 4095;
 
-Error wrong(std::string what) { return {ErrorCode::InvalidArgument, std::move(what)}; }
+Error wrong_control(std::string what) { return {ErrorCode::InvalidArgument, std::move(what)}; }
 
 Result<std::vector<Eigen::Vector3d>> vectors(const google::protobuf::RepeatedField<double>& column, std::size_t most,
                                              const char* name) {
   if (column.size() % 3 != 0 || static_cast<std::size_t>(column.size()) > 3 * most) {
-    return wrong(fmt::format("{} has {} numbers, expected 3 each for at most {}", name, column.size(), most));
+    return wrong_control(fmt::format("{} has {} numbers, expected 3 each for at most {}", name, column.size(), most));
   }
   std::vector<Eigen::Vector3d> all;
   for (int i = 0; i < column.size(); i += 3) {
     const Eigen::Vector3d v(column[i], column[i + 1], column[i + 2]);
     if (!v.allFinite() || v.cwiseAbs().maxCoeff() > kFarthestOffset_m) {
-      return wrong(fmt::format("{}: entry {} is too large or not finite, expected at most {} m", name, i / 3,
-                               kFarthestOffset_m));
+      return wrong_control(fmt::format("{}: entry {} is too large or not finite, expected at most {} m", name, i / 3,
+                                       kFarthestOffset_m));
     }
     all.push_back(v);
   }
@@ -48,15 +48,16 @@ bool can_be_quoted(const std::string& text) {
 Status check_new_subject(const v1::SubjectRequest& from) {
   const std::string& path = from.marker_set();
   if (path.front() != '/' || path.size() > kLongestPath || !can_be_quoted(path)) {
-    return wrong("marker_set is not an absolute path on the daemon's machine, or has quotes or control characters");
+    return wrong_control(
+        "marker_set is not an absolute path on the daemon's machine, or has quotes or control characters");
   }
   if (from.name().empty() || !can_be_quoted(from.name())) {
-    return wrong("name is empty, or has quotes or control characters");
+    return wrong_control("name is empty, or has quotes or control characters");
   }
   return {};
 }
 
-Result<ControlRequest> decode_subject(const v1::SubjectRequest& from) {
+Result<ControlRequest> decode_subject_request(const v1::SubjectRequest& from) {
   ControlRequest into;
   into.name = from.name();
   switch (from.action()) {
@@ -64,7 +65,7 @@ Result<ControlRequest> decode_subject(const v1::SubjectRequest& from) {
     case v1::SubjectRequest::ACTION_REMOVE: into.action = ControlAction::RemoveSubject; break;
     case v1::SubjectRequest::ACTION_RESET: into.action = ControlAction::ResetSubject; break;
     case v1::SubjectRequest::ACTION_FIT: into.action = ControlAction::FitSubject; break;
-    default: return wrong("subject: action is missing, expected add, remove, reset or fit");
+    default: return wrong_control("subject: action is missing, expected add, remove, reset or fit");
   }
   if (into.action == ControlAction::AddSubject && !from.marker_set().empty()) {
     if (Status new_one = check_new_subject(from); !new_one) return new_one.error();
@@ -76,26 +77,27 @@ Result<ControlRequest> decode_subject(const v1::SubjectRequest& from) {
   auto markers = vectors(from.marker_offsets_m(), kMaxLabels, "marker_offsets_m");
   if (!markers) return markers.error();
   if (!std::isfinite(from.residual_m()) || from.residual_m() < 0.0)
-    return wrong("residual_m is negative or not finite");
+    return wrong_control("residual_m is negative or not finite");
   into.rest_offsets_m = *std::move(bones);
   into.marker_offsets_m = *std::move(markers);
   into.residual_m = from.residual_m();
   return into;
 }
 
-Result<ControlRequest> decode_camera(const v1::CameraRequest& from) {
+Result<ControlRequest> decode_camera_request(const v1::CameraRequest& from) {
   ControlRequest into;
   into.action = ControlAction::AdjustCamera;
   into.name = from.name();
   if (from.has_exposure_us()) into.exposure_us = from.exposure_us();
   if (from.has_gain_db()) into.gain_db = from.gain_db();
-  if (!into.exposure_us && !into.gain_db) return wrong("camera: nothing to set, expected exposure_us or gain_db");
+  if (!into.exposure_us && !into.gain_db)
+    return wrong_control("camera: nothing to set, expected exposure_us or gain_db");
   // The comparisons are written so that NaN is rejected.
   if (into.exposure_us && !(*into.exposure_us >= 1.0 && *into.exposure_us <= kMostExposure_us)) {
-    return wrong(fmt::format("exposure_us is {}, expected 1 to {}", *into.exposure_us, kMostExposure_us));
+    return wrong_control(fmt::format("exposure_us is {}, expected 1 to {}", *into.exposure_us, kMostExposure_us));
   }
   if (into.gain_db && !(*into.gain_db >= 0.0 && *into.gain_db <= kMostGain_dB)) {
-    return wrong(fmt::format("gain_db is {}, expected 0 to {}", *into.gain_db, kMostGain_dB));
+    return wrong_control(fmt::format("gain_db is {}, expected 0 to {}", *into.gain_db, kMostGain_dB));
   }
   return into;
 }
@@ -106,7 +108,7 @@ Result<ControlRequest> decode_mask(const v1::MaskRequest& from) {
   into.name = from.camera();
   into.images = from.images();
   if (into.images != 0 && (into.images < kLeastImages || into.images > kMostImages)) {
-    return wrong(fmt::format("images is {}, expected {} to {}", into.images, kLeastImages, kMostImages));
+    return wrong_control(fmt::format("images is {}, expected {} to {}", into.images, kLeastImages, kMostImages));
   }
   return into;
 }
@@ -121,7 +123,7 @@ Result<ControlRequest> decode_capture(const v1::CaptureRequest& from) {
   switch (from.action()) {
     case v1::CaptureRequest::ACTION_START: return plain(ControlAction::StartCapture);
     case v1::CaptureRequest::ACTION_STOP: return plain(ControlAction::StopCapture);
-    default: return wrong("capture: action is missing, expected start or stop");
+    default: return wrong_control("capture: action is missing, expected start or stop");
   }
 }
 
@@ -136,7 +138,7 @@ Result<ControlRequest> decode_take(const v1::TakeRequest& from) {
     case v1::TakeRequest::ACTION_CANCEL: take.action = TakeAction::Cancel; break;
     case v1::TakeRequest::ACTION_MARK: take.action = TakeAction::Mark; break;
     case v1::TakeRequest::ACTION_NEXT: take.action = TakeAction::Next; break;
-    default: return wrong("take: action is missing, expected start, stop, cancel, mark or next");
+    default: return wrong_control("take: action is missing, expected start, stop, cancel, mark or next");
   }
   const struct {
     const char* name;
@@ -144,10 +146,11 @@ Result<ControlRequest> decode_take(const v1::TakeRequest& from) {
   } spans[] = {{"before_s", from.before_s()}, {"seconds", from.seconds()}, {"countdown_s", from.countdown_s()}};
   for (const auto& [name, value] : spans) {
     if (value >= 0.0 && value <= kLongestSpan_s) continue;
-    return wrong(fmt::format("{} is {}, expected 0 to {}", name, value, kLongestSpan_s));
+    return wrong_control(fmt::format("{} is {}, expected 0 to {}", name, value, kLongestSpan_s));
   }
-  if (from.at_utc_ns() < 0) return wrong(fmt::format("at_utc_ns is {}, expected a time after 1970", from.at_utc_ns()));
-  if (from.text().size() > kLongestPath) return wrong(fmt::format("text has over {} bytes", kLongestPath));
+  if (from.at_utc_ns() < 0)
+    return wrong_control(fmt::format("at_utc_ns is {}, expected a time after 1970", from.at_utc_ns()));
+  if (from.text().size() > kLongestPath) return wrong_control(fmt::format("text has over {} bytes", kLongestPath));
   take.name = from.name();
   take.slate = from.slate();
   take.text = from.text();
@@ -229,21 +232,21 @@ v1::TakeRequest encode_take(const TakeOrder& from) {
 }  // namespace
 
 Result<ControlRequest> decode(const v1::Request& from) {
-  Result<ControlRequest> read = wrong("the request is empty, or of a later version than this daemon");
+  Result<ControlRequest> read = wrong_control("the request is empty, or of a later version than this daemon");
   switch (from.what_case()) {
     case v1::Request::kStatus: return plain(ControlAction::GetStatus);
     case v1::Request::kDescription: return plain(ControlAction::GetDescription);
     case v1::Request::kSnapshot: return plain(ControlAction::GetSnapshot);
     case v1::Request::kReload: return plain(ControlAction::Reload);
     case v1::Request::kCapture: return decode_capture(from.capture());
-    case v1::Request::kSubject: read = decode_subject(from.subject()); break;
-    case v1::Request::kCamera: read = decode_camera(from.camera()); break;
+    case v1::Request::kSubject: read = decode_subject_request(from.subject()); break;
+    case v1::Request::kCamera: read = decode_camera_request(from.camera()); break;
     case v1::Request::kMask: read = decode_mask(from.mask()); break;
     case v1::Request::kTake: read = decode_take(from.take()); break;
     case v1::Request::WHAT_NOT_SET: break;
   }
   if (read && read->name.size() > kLongestName) {
-    return wrong(fmt::format("name has {} bytes, at most {} are allowed", read->name.size(), kLongestName));
+    return wrong_control(fmt::format("name has {} bytes, at most {} are allowed", read->name.size(), kLongestName));
   }
   return read;
 }

@@ -13,9 +13,9 @@ namespace {
 // normalise.
 constexpr float kUnitNorm = 1e-3F;
 
-Error wrong(std::string message) { return {ErrorCode::InvalidArgument, "snapshot: " + std::move(message)}; }
+Error wrong_snapshot(std::string message) { return {ErrorCode::InvalidArgument, "snapshot: " + std::move(message)}; }
 
-SubjectPhase phase_of(v1::SubjectPhase code) {
+SubjectPhase subject_phase_of(v1::SubjectPhase code) {
   switch (code) {
     case v1::SUBJECT_PHASE_TRACKING: return SubjectPhase::Tracking;
     case v1::SUBJECT_PHASE_LOST: return SubjectPhase::Lost;
@@ -44,14 +44,16 @@ TrackId track_of(std::uint32_t plus_one) { return plus_one == 0 ? TrackId{} : Tr
 template <class Column>
 Status has(const Column& column, int count, int width, const char* name) {
   if (column.size() == count * width) return {};
-  return wrong(fmt::format("{} has {} numbers, expected {} for {} entries", name, column.size(), count * width, count));
+  return wrong_snapshot(
+      fmt::format("{} has {} numbers, expected {} for {} entries", name, column.size(), count * width, count));
 }
 
 using Floats = google::protobuf::RepeatedField<float>;
 
 Status finite(const Floats& column, const char* name) {
   for (int i = 0; i < column.size(); ++i) {
-    if (!std::isfinite(column[i])) return wrong(fmt::format("{}[{}] is {}, expected a number", name, i, column[i]));
+    if (!std::isfinite(column[i]))
+      return wrong_snapshot(fmt::format("{}[{}] is {}, expected a number", name, i, column[i]));
   }
   return {};
 }
@@ -68,12 +70,12 @@ double residual_at(const google::protobuf::RepeatedField<std::uint32_t>& millipx
 
 Status within(int count, std::size_t bound, const char* name) {
   if (static_cast<std::size_t>(count) <= bound) return {};
-  return wrong(fmt::format("{} has {} entries, at most {} are allowed", name, count, bound));
+  return wrong_snapshot(fmt::format("{} has {} entries, at most {} are allowed", name, count, bound));
 }
 
 Status percents(const google::protobuf::RepeatedField<std::uint32_t>& column, const char* name) {
   for (const std::uint32_t p : column) {
-    if (p > 100) return wrong(fmt::format("{} holds {}, expected 0 to 100", name, p));
+    if (p > 100) return wrong_snapshot(fmt::format("{} holds {}, expected 0 to 100", name, p));
   }
   return {};
 }
@@ -97,7 +99,7 @@ Eigen::Quaterniond rotation_at(const Floats& column, int i) {
 }
 
 Result<Instants> decode_instants(const v1::Snapshot& from) {
-  if (!from.has_instants()) return wrong("instants are missing, expected at least exposed_at_ns");
+  if (!from.has_instants()) return wrong_snapshot("instants are missing, expected at least exposed_at_ns");
   const v1::Instants& wire = from.instants();
   Instants into;
   into.exposed_at = from_ns(wire.exposed_at_ns());
@@ -118,9 +120,9 @@ Status decode_views(const v1::Views& from, BoundedVector<ViewStatus, kMaxCameras
   for (int i = 0; i < count; ++i) {
     const CameraId camera{from.cameras(i)};
     if (camera.value >= kMaxCameras)
-      return wrong(fmt::format("views name camera {}, expected 0 to {}", camera.value, kMaxCameras - 1));
+      return wrong_snapshot(fmt::format("views name camera {}, expected 0 to {}", camera.value, kMaxCameras - 1));
     if (std::any_of(into.begin(), into.end(), [&](const auto& v) { return v.camera == camera; })) {
-      return wrong(fmt::format("views name camera {} twice", camera.value));
+      return wrong_snapshot(fmt::format("views name camera {} twice", camera.value));
     }
     into.push_back({camera, from.frame_numbers(i), Duration(from.skews_ns(i)), from.blobs(i)});
   }
@@ -154,7 +156,8 @@ Status unit(const Floats& column, const char* name) {
   for (int i = 0; 4 * i < column.size(); ++i) {
     const double norm = rotation_at(column, i).norm();
     if (!(std::abs(norm - 1.0) < kUnitNorm)) {  // NaN is rejected, too
-      return wrong(fmt::format("{}: rotation {} has length {:.6g}, expected a unit quaternion", name, i, norm));
+      return wrong_snapshot(
+          fmt::format("{}: rotation {} has length {:.6g}, expected a unit quaternion", name, i, norm));
     }
   }
   return {};
@@ -198,26 +201,26 @@ bool names(const Subjects& subjects, SubjectId subject) {
   return std::any_of(subjects.begin(), subjects.end(), [&](const auto& s) { return s.subject == subject; });
 }
 
-Status decode_subject(const v1::SubjectState& from, Snapshot& into) {
+Status decode_subject_state(const v1::SubjectState& from, Snapshot& into) {
   const SubjectId subject{from.subject()};
   if (subject.value >= kMaxSubjects) {
-    return wrong(fmt::format("subject is {}, expected 0 to {}", subject.value, kMaxSubjects - 1));
+    return wrong_snapshot(fmt::format("subject is {}, expected 0 to {}", subject.value, kMaxSubjects - 1));
   }
   if (names(into.labels, subject) || names(into.poses, subject)) {
-    return wrong(fmt::format("subject {} occurs twice", subject.value));
+    return wrong_snapshot(fmt::format("subject {} occurs twice", subject.value));
   }
   if (from.has_markers()) {
     SubjectLabels& labels = into.labels.push_back({});
     labels.subject = subject;
-    labels.phase = phase_of(from.phase());
+    labels.phase = subject_phase_of(from.phase());
     if (const Status read = decode_markers(from.markers(), labels.markers); !read) return read;
   }
   if (from.has_bones()) {
     SubjectPose& pose = into.poses.push_back({});
     pose.subject = subject;
-    if (!std::isfinite(from.residual_m())) return wrong("residual_m is not a number");
+    if (!std::isfinite(from.residual_m())) return wrong_snapshot("residual_m is not a number");
     pose.residual_m = from.residual_m();
-    if (!std::isfinite(from.smoothing_delay_s())) return wrong("smoothing_delay_s is not a number");
+    if (!std::isfinite(from.smoothing_delay_s())) return wrong_snapshot("smoothing_delay_s is not a number");
     pose.smoothing_delay_s = from.smoothing_delay_s();
     if (const Status read = decode_bones(from.bones(), pose.bones); !read) return read;
   }
@@ -246,7 +249,7 @@ Status decode_into(const v1::Snapshot& from, Snapshot& into) {
   }
   if (const Status fits = within(from.subjects_size(), kMaxSubjects, "subjects"); !fits) return fits;
   for (const v1::SubjectState& subject : from.subjects()) {
-    if (const Status read = decode_subject(subject, into); !read) return read;
+    if (const Status read = decode_subject_state(subject, into); !read) return read;
   }
   return decode_unlabelled(from.unlabelled(), into.unlabelled);
 }
@@ -272,7 +275,8 @@ Result<Snapshot> decode(const v1::Snapshot& from) {
   const Result<Instants> instants = decode_instants(from);
   if (!instants) return instants.error();
   if (from.expected_views() > kMaxCameras) {
-    return wrong(fmt::format("expected_views is {}, at most {} are allowed", from.expected_views(), kMaxCameras));
+    return wrong_snapshot(
+        fmt::format("expected_views is {}, at most {} are allowed", from.expected_views(), kMaxCameras));
   }
   Snapshot into;
   into.number = from.number();

@@ -10,27 +10,30 @@
 namespace mocap::wire {
 namespace {
 
-Error wrong(std::string message) { return {ErrorCode::InvalidArgument, "description: " + std::move(message)}; }
+Error wrong_description(std::string message) {
+  return {ErrorCode::InvalidArgument, "description: " + std::move(message)};
+}
 
 Eigen::Vector3d vector_of(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
 Status check_conventions(const v1::Description& from) {
   if (from.protocol() != kProtocol) {
-    return wrong(
+    return wrong_description(
         fmt::format("protocol is '{}', expected '{}': use a client of that version", from.protocol(), kProtocol));
   }
   const v1::Conventions& c = from.conventions();
   if (c.length_unit() != v1::LENGTH_UNIT_METRE || c.handedness() != v1::HANDEDNESS_RIGHT || c.up_axis() != v1::AXIS_Z ||
       c.quaternion_order() != v1::QUATERNION_ORDER_XYZW || c.clock() != v1::CLOCK_HOST_MONOTONIC) {
-    return wrong("conventions are not metres, right-handed, z up, x y z w and the host's monotonic clock");
+    return wrong_description("conventions are not metres, right-handed, z up, x y z w and the host's monotonic clock");
   }
   return {};
 }
 
-Result<CameraModel> decode_camera(const v1::Camera& from) {
+Result<CameraModel> decode_camera_model(const v1::Camera& from) {
   constexpr std::uint32_t kMaxSide_px = 65536;  // far above any camera; keeps the conversion to int valid
   if (from.width_px() > kMaxSide_px || from.height_px() > kMaxSide_px) {
-    return wrong(fmt::format("camera '{}' is {} x {} px large", from.name(), from.width_px(), from.height_px()));
+    return wrong_description(
+        fmt::format("camera '{}' is {} x {} px large", from.name(), from.width_px(), from.height_px()));
   }
   CameraModel into;
   into.name = from.name();
@@ -42,20 +45,21 @@ Result<CameraModel> decode_camera(const v1::Camera& from) {
   into.lens.cx_px = from.cx_px();
   into.lens.cy_px = from.cy_px();
   if (from.distortion_size() != 5) {
-    return wrong(fmt::format("camera '{}' has {} distortions, expected 5", from.name(), from.distortion_size()));
+    return wrong_description(
+        fmt::format("camera '{}' has {} distortions, expected 5", from.name(), from.distortion_size()));
   }
   for (int i = 0; i < 5; ++i) into.lens.distortion[i] = from.distortion(i);
   const v1::Quaternion& q = from.camera_from_world_rotation();
   const Eigen::Quaterniond rotation(q.w(), q.x(), q.y(), q.z());
   if (!(std::abs(rotation.norm() - 1.0) < 1e-6)) {
-    return wrong(fmt::format("camera '{}': rotation is not a unit quaternion", from.name()));
+    return wrong_description(fmt::format("camera '{}': rotation is not a unit quaternion", from.name()));
   }
   into.camera_from_world = {rotation.normalized().toRotationMatrix(),
                             vector_of(from.camera_from_world_translation_m())};
   const Lens& lens = into.lens;
   if (!(std::isfinite(lens.fx_px) && std::isfinite(lens.fy_px) && std::isfinite(lens.cx_px) &&
         std::isfinite(lens.cy_px) && lens.distortion.allFinite() && into.camera_from_world.translation.allFinite())) {
-    return wrong(fmt::format("camera '{}' has a number that is not finite", from.name()));
+    return wrong_description(fmt::format("camera '{}' has a number that is not finite", from.name()));
   }
   return into;
 }
@@ -67,7 +71,7 @@ std::optional<AngleRange> angle_range_of(bool present, const v1::AngleRange& ran
 
 Result<Bone> decode_bone(const v1::Bone& from, std::size_t index) {
   if (from.has_parent() && from.parent() >= index) {
-    return wrong(fmt::format("bone '{}': its parent {} does not precede it", from.name(), from.parent()));
+    return wrong_description(fmt::format("bone '{}': its parent {} does not precede it", from.name(), from.parent()));
   }
   Bone into;
   into.name = from.name();
@@ -76,31 +80,35 @@ Result<Bone> decode_bone(const v1::Bone& from, std::size_t index) {
   into.turns = {angle_range_of(from.has_turn_x(), from.turn_x()), angle_range_of(from.has_turn_y(), from.turn_y()),
                 angle_range_of(from.has_turn_z(), from.turn_z())};
   into.aliases = {from.unity_name(), from.unreal_name(), from.vrm_name()};
-  if (!into.rest_offset_m.allFinite()) return wrong(fmt::format("bone '{}': rest_offset_m is not finite", from.name()));
+  if (!into.rest_offset_m.allFinite())
+    return wrong_description(fmt::format("bone '{}': rest_offset_m is not finite", from.name()));
   return into;
 }
 
 Result<MarkerOnBone> decode_marker(const v1::Marker& from, std::size_t bones) {
   if (from.bone() >= bones) {
-    return wrong(fmt::format("marker '{}' is on bone {}, expected less than {}", from.name(), from.bone(), bones));
+    return wrong_description(
+        fmt::format("marker '{}' is on bone {}, expected less than {}", from.name(), from.bone(), bones));
   }
   if (from.colour_rgb_size() != 0 && from.colour_rgb_size() != 3) {
-    return wrong(fmt::format("marker '{}': colour has {} numbers, expected 3", from.name(), from.colour_rgb_size()));
+    return wrong_description(
+        fmt::format("marker '{}': colour has {} numbers, expected 3", from.name(), from.colour_rgb_size()));
   }
   MarkerOnBone into;
   into.name = from.name();
   into.bone = static_cast<int>(from.bone());
   into.offset_m = vector_of(from.offset_m());
   for (int i = 0; i < from.colour_rgb_size(); ++i) into.colour[static_cast<std::size_t>(i)] = from.colour_rgb(i);
-  if (!into.offset_m.allFinite()) return wrong(fmt::format("marker '{}': offset_m is not finite", from.name()));
+  if (!into.offset_m.allFinite())
+    return wrong_description(fmt::format("marker '{}': offset_m is not finite", from.name()));
   return into;
 }
 
-Result<Subject> decode_subject(const v1::Subject& from) {
+Result<Subject> decode_subject_description(const v1::Subject& from) {
   if (static_cast<std::size_t>(from.bones_size()) > kMaxBones ||
       static_cast<std::size_t>(from.markers_size()) > kMaxLabels) {
-    return wrong(fmt::format("subject '{}' has {} bones and {} markers, at most {} and {} are allowed", from.name(),
-                             from.bones_size(), from.markers_size(), kMaxBones, kMaxLabels));
+    return wrong_description(fmt::format("subject '{}' has {} bones and {} markers, at most {} and {} are allowed",
+                                         from.name(), from.bones_size(), from.markers_size(), kMaxBones, kMaxLabels));
   }
   Subject into;
   into.name = from.name();
@@ -120,7 +128,7 @@ Result<Subject> decode_subject(const v1::Subject& from) {
   return into;
 }
 
-CameraPhase phase_of(v1::CameraPhase code) {
+CameraPhase camera_phase_of(v1::CameraPhase code) {
   switch (code) {
     case v1::CAMERA_PHASE_STREAMING: return CameraPhase::Streaming;
     case v1::CAMERA_PHASE_SILENT: return CameraPhase::Silent;
@@ -195,8 +203,8 @@ Result<Description> decode(const v1::Description& from) {
   if (const Status ours = check_conventions(from); !ours) return ours.error();
   if (static_cast<std::size_t>(from.cameras_size()) > kMaxCameras ||
       static_cast<std::size_t>(from.subjects_size()) > kMaxSubjects) {
-    return wrong(fmt::format("{} cameras and {} subjects, at most {} and {} are allowed", from.cameras_size(),
-                             from.subjects_size(), kMaxCameras, kMaxSubjects));
+    return wrong_description(fmt::format("{} cameras and {} subjects, at most {} and {} are allowed",
+                                         from.cameras_size(), from.subjects_size(), kMaxCameras, kMaxSubjects));
   }
   Description into;
   into.version = from.version();
@@ -204,12 +212,12 @@ Result<Description> decode(const v1::Description& from) {
   into.session_id = from.session_id();
   into.nominal_rate_hz = from.nominal_rate_hz();
   for (const v1::Camera& camera : from.cameras()) {
-    Result<CameraModel> read = decode_camera(camera);
+    Result<CameraModel> read = decode_camera_model(camera);
     if (!read) return read.error();
     into.cameras.push_back(std::move(*read));
   }
   for (const v1::Subject& subject : from.subjects()) {
-    Result<Subject> read = decode_subject(subject);
+    Result<Subject> read = decode_subject_description(subject);
     if (!read) return read.error();
     into.subjects.push_back(std::move(*read));
   }
@@ -238,7 +246,7 @@ Result<Health> decode(const v1::Health& from) {
   for (const v1::CameraHealth& camera : from.cameras()) {
     into.cameras.push_back(
         {camera.name(),
-         phase_of(camera.phase()),
+         camera_phase_of(camera.phase()),
          camera.rate_hz(),
          camera.frames(),
          camera.missing_frames(),

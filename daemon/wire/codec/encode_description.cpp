@@ -68,7 +68,7 @@ void encode_subject(const Subject& from, v1::Subject& into) {
   }
 }
 
-v1::LatencyStage code_of(LatencyStage stage) {
+v1::LatencyStage stage_code_of(LatencyStage stage) {
   switch (stage) {
     case LatencyStage::Receive: return v1::LATENCY_STAGE_RECEIVE;
     case LatencyStage::Detect: return v1::LATENCY_STAGE_DETECT;
@@ -79,7 +79,7 @@ v1::LatencyStage code_of(LatencyStage stage) {
   return v1::LATENCY_STAGE_UNSPECIFIED;
 }
 
-v1::CameraPhase code_of(CameraPhase phase) {
+v1::CameraPhase camera_code_of(CameraPhase phase) {
   switch (phase) {
     case CameraPhase::Starting: return v1::CAMERA_PHASE_STARTING;
     case CameraPhase::Streaming: return v1::CAMERA_PHASE_STREAMING;
@@ -93,7 +93,7 @@ v1::CameraPhase code_of(CameraPhase phase) {
 
 void encode_camera_health(const CameraHealth& from, v1::CameraHealth& into) {
   assign_valid_utf8(from.name, *into.mutable_name());
-  into.set_phase(code_of(from.phase));
+  into.set_phase(camera_code_of(from.phase));
   into.set_rate_hz(from.rate_hz);
   into.set_frames(from.frames);
   into.set_missing_frames(from.missing_frames);
@@ -135,7 +135,7 @@ void encode_camera_health(const CameraHealth& from, v1::CameraHealth& into) {
   assign_valid_utf8(from.last_error, *into.mutable_last_error());
 }
 
-v1::RecordingState code_of(RecordingState state) {
+v1::RecordingState recording_code_of(RecordingState state) {
   switch (state) {
     case RecordingState::Recording: return v1::RECORDING_STATE_RECORDING;
     case RecordingState::Ended: return v1::RECORDING_STATE_ENDED;
@@ -146,7 +146,7 @@ v1::RecordingState code_of(RecordingState state) {
 
 void encode_recording(const RecordingHealth& from, v1::RecordingHealth& into) {
   assign_valid_utf8(from.path, *into.mutable_path());
-  into.set_state(code_of(from.state));
+  into.set_state(recording_code_of(from.state));
   into.set_size_bytes(from.size_bytes);
   into.set_records(from.records);
   assign_valid_utf8(from.error, *into.mutable_error());
@@ -214,7 +214,7 @@ void encode(const Health& from, v1::Health& into) {
     const LatencyFigures& figures = from.latency[i];
     if (figures.count == 0) continue;
     v1::StageLatency& to = *into.add_latencies();
-    to.set_stage(code_of(static_cast<LatencyStage>(i)));
+    to.set_stage(stage_code_of(static_cast<LatencyStage>(i)));
     to.set_count(figures.count);
     to.set_p50_ns(figures.p50.count());
     to.set_p99_ns(figures.p99.count());

@@ -145,7 +145,7 @@ void write_subject(const SubjectLabels* labels, const SubjectPose* pose, const P
 }
 
 template <class Things>
-auto find(const Things& things, SubjectId subject) -> decltype(things.data()) {
+auto find_subject(const Things& things, SubjectId subject) -> decltype(things.data()) {
   const auto found = std::find_if(things.begin(), things.end(), [&](const auto& t) { return t.subject == subject; });
   return found == things.end() ? nullptr : found;
 }
@@ -155,11 +155,12 @@ void write_subjects(const Snapshot& from, const Parts& parts, Backwards& to) {
   const auto wanted = [&](SubjectId subject) { return !parts.subject || *parts.subject == subject; };
   for (std::size_t i = from.poses.size(); i-- > 0;) {
     const SubjectPose& pose = from.poses[i];
-    if (wanted(pose.subject) && find(from.labels, pose.subject) == nullptr) write_subject(nullptr, &pose, parts, to);
+    if (wanted(pose.subject) && find_subject(from.labels, pose.subject) == nullptr)
+      write_subject(nullptr, &pose, parts, to);
   }
   for (std::size_t i = from.labels.size(); i-- > 0;) {
     const SubjectLabels& labels = from.labels[i];
-    if (wanted(labels.subject)) write_subject(&labels, find(from.poses, labels.subject), parts, to);
+    if (wanted(labels.subject)) write_subject(&labels, find_subject(from.poses, labels.subject), parts, to);
   }
 }
 
