@@ -84,9 +84,21 @@ TEST_F(NatNetCommand, AnswersWithTheValue) {
   EXPECT_EQ(run("Bitstream,new"), Answer(kNotPossible));
   EXPECT_EQ(run("GetProperty,,Labeled Markers"), Answer(std::string("true")));
   EXPECT_EQ(run("StartRecording"), Answer(kNotPossible));
+  EXPECT_EQ(run("SetRecordTakeName,walk"), Answer(kNotPossible));
   EXPECT_EQ(run("Dance"), Answer(Unknown{}));
   EXPECT_EQ(run(""), Answer(Unknown{}));
   EXPECT_EQ(run("Disconnect"), Answer(Leave{}));
+}
+
+TEST_F(NatNetCommand, OrdersTakesWhereClientsMayRecord) {
+  const auto record = [&](std::string_view text) { return execute(text, settings_, {.records = true}); };
+
+  EXPECT_EQ(record("StartRecording"), Answer(Record{true, ""}));
+  EXPECT_EQ(record("SetRecordTakeName,walk 3"), Answer(kDone));
+  EXPECT_EQ(record("StartRecording"), Answer(Record{true, "walk 3"}));
+  EXPECT_EQ(record("StopRecording"), Answer(Record{false, ""}));
+  EXPECT_EQ(record("SetRecordTakeName"), Answer(kNotPossible));
+  EXPECT_EQ(record("SetRecordTakeName," + std::string(201, 'x')), Answer(kNotPossible));
 }
 
 TEST_F(NatNetCommand, SubscribesToABoundedNumberOfSubjects) {

@@ -85,6 +85,11 @@ static class ControlProbe {
       case "fit": return Done(control.FitSubject(words[1], Numbers(words[2]), Numbers(words[3]), 0.001));
       case "camera": return Done(control.SetCamera(words[1], Optional(words[2]), Optional(words[3])));
       case "mask": return Done(control.LearnMask(words[1] == "-" ? null : words[1], int.Parse(words[2]), 60000));
+      case "take-start": return Done(control.StartTake(words[1], notes: words.Length > 2 ? words[2] : null));
+      case "take-stop": return Done(control.StopTake(60000));
+      case "take-cancel": return Done(control.CancelTake());
+      case "take-mark": return Done(control.MarkTake(words[2]));
+      case "take-next": return Done(control.NextTake(timeoutMs: 60000));
       default: return Done(control.Reload());
     }
   }

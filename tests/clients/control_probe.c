@@ -104,9 +104,10 @@ static size_t read_numbers(char* list, double* into) {
 }
 
 static int32_t kind_of(const char* what) {
-  static const char* const names[] = {"status", "start", "stop", "add", "remove", "reset", "fit", "camera", "mask",
-                                      "reload"};
-  for (int32_t i = 0; i < 10; ++i) {
+  static const char* const names[] = {"status",     "start",     "stop",        "add",       "remove",
+                                      "reset",      "fit",       "camera",      "mask",      "reload",
+                                      "take-start", "take-stop", "take-cancel", "take-mark", "take-next"};
+  for (int32_t i = 0; i < 15; ++i) {
     if (strcmp(what, names[i]) == 0) return i + 1;
   }
   return 0;
@@ -120,6 +121,8 @@ static void ask(char** words, int count) {
   if (request.kind == MOCAP_REQUEST_SUBJECT_ADD && count > 2) request.marker_set = words[2];
   if (request.kind == MOCAP_REQUEST_CAMERA_SET && strcmp(words[2], "-") != 0) request.exposure_us = atof(words[2]);
   if (request.kind == MOCAP_REQUEST_CAMERA_SET && strcmp(words[3], "-") != 0) request.gain_db = atof(words[3]);
+  if (request.kind >= MOCAP_REQUEST_TAKE_START && count > 2) request.text = words[2];
+  if (request.kind == MOCAP_REQUEST_TAKE_STOP) request.timeout_ms = 60000;
   if (request.kind == MOCAP_REQUEST_MASK_LEARN) {
     request.images = (uint32_t)atoi(words[2]);
     request.timeout_ms = 60000;

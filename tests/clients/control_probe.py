@@ -39,6 +39,11 @@ REQUESTS = {
     "camera": lambda control, name, exposure, gain: {"message": control.set_camera(name, optional(exposure), optional(gain))},
     "mask": lambda control, name, images: {"message": control.learn_mask(None if name == "-" else name, int(images), timeout_s=60)},
     "reload": lambda control: {"message": control.reload()},
+    "take-start": lambda control, name, notes="": {"message": control.start_take(name, notes=notes)},
+    "take-stop": lambda control: {"message": control.stop_take(timeout_s=60)},
+    "take-cancel": lambda control: {"message": control.cancel_take()},
+    "take-mark": lambda control, name, text: {"message": control.mark_take(text)},
+    "take-next": lambda control: {"message": control.next_take(timeout_s=60)},
     "frame": lambda control: {"bones": len(next(iter(control.snapshot().subjects.values())).bones.names)},
 }
 

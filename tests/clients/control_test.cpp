@@ -199,6 +199,33 @@ TEST(ClientRequest, HasItsArguments) {
   EXPECT_EQ(parsed(mask).mask().camera(), "anna");
 }
 
+TEST(ClientRequest, OrdersTakes) {
+  for (const auto& [kind, action] : {std::pair{MOCAP_REQUEST_TAKE_START, v1::TakeRequest::ACTION_START},
+                                     {MOCAP_REQUEST_TAKE_STOP, v1::TakeRequest::ACTION_STOP},
+                                     {MOCAP_REQUEST_TAKE_CANCEL, v1::TakeRequest::ACTION_CANCEL},
+                                     {MOCAP_REQUEST_TAKE_MARK, v1::TakeRequest::ACTION_MARK},
+                                     {MOCAP_REQUEST_TAKE_NEXT, v1::TakeRequest::ACTION_NEXT}}) {
+    EXPECT_EQ(parsed(request_of(kind)).take().action(), action);
+  }
+  mocap_request start = request_of(MOCAP_REQUEST_TAKE_START);
+  start.slate = "12A";
+  start.text = "a note";
+  start.before_s = 1.5;
+  start.seconds = 2.5;
+  start.countdown_s = 3.5;
+  start.at_utc_ns = 4;
+
+  const v1::TakeRequest take = parsed(start).take();
+
+  EXPECT_EQ(take.name(), "anna");
+  EXPECT_EQ(take.slate(), "12A");
+  EXPECT_EQ(take.text(), "a note");
+  EXPECT_EQ(take.before_s(), 1.5);
+  EXPECT_EQ(take.seconds(), 2.5);
+  EXPECT_EQ(take.countdown_s(), 3.5);
+  EXPECT_EQ(take.at_utc_ns(), 4);
+}
+
 TEST(ClientAnswer, HasTheStatus) {
   v1::Answer said;
   said.set_id(3);

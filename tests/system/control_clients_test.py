@@ -107,6 +107,26 @@ class Clients(unittest.TestCase):
                 self.assertEqual((unknown["code"], unknown["diagnosis"]), (NOT_FOUND, 0))
                 self.assertIn("actor", unknown["message"])
 
+    def test_each_client_records_takes(self):
+        daemon = Daemon(self.desk)
+        until(daemon.status, "an answer")
+        for client in COMMANDS:
+            with self.subTest(client):
+                probe = self.probe(client, daemon)
+                until(lambda: {camera["phase"] for camera in probe.ask("status")["cameras"]} == {STREAMING}, "the cameras stream")
+                self.assertIn(f"{client}.mcap", self.done(probe, "take-start", client, "a-note")["message"])
+                self.done(probe, "take-mark", "-", "jump")
+                self.done(probe, "take-next")
+                self.assertIn(".mcap", self.done(probe, "take-stop")["message"])
+                self.assertNotEqual(probe.ask("take-stop")["code"], DONE)
+                takes = list(self.desk.folder.rglob(f"{client}.mcap"))
+                self.assertEqual(len(takes), 1)
+                shown = json.loads(self.desk.run("mocapctl", "take", "show", takes[0], "--json").stdout)
+                self.assertEqual((shown["state"], shown["info"]["notes"]), ("complete", "a-note"))
+                self.done(probe, "take-start", f"{client}-cancelled")
+                self.done(probe, "take-cancel")
+                self.assertEqual(list(self.desk.folder.rglob(f"{client}-cancelled.mcap")), [])
+
     def test_each_client_sends_the_requests_that_change_the_settings(self):
         daemon = Daemon(self.desk)
         self.desk.write("my.rig.toml", (SOURCE / "config/demo.rig.toml").read_text())

@@ -336,6 +336,41 @@ class NatNet(unittest.TestCase):
         self.client().ask_models()
         self.assertIn("neither encryption nor passwords", self.bridge.output())
 
+    def test_a_client_records_a_take_through_the_control_endpoint(self):
+        self.desk.start("mocapd", "--config", self.desk.write("my.toml", synthetic_volume(self.desk.endpoint)))
+        host, port = self.desk.endpoint.rsplit(":", 1)
+        self.serve(self.desk.endpoint, "--control", f"{host}:{int(port) + 1}")
+        client = self.client((4, 1))
+        take = self.desk.folder / "takes/night walk.mcap"
+        self.assertTrue(client.done("SetRecordTakeName,night walk"))
+
+        self.assertTrue(client.done("StartRecording"))
+        self.wait(take.exists)
+        self.assertTrue(client.done("StopRecording"))
+        self.wait(lambda: "take" in self.bridge.output() and self.shown(take)["state"] == "complete")
+
+        self.assertTrue(client.done("StopRecording"))  # accepted by the bridge, refused by the daemon
+        self.wait(lambda: "a client's order was refused" in self.bridge.output())
+
+    def shown(self, take):
+        return json.loads(self.desk.run("mocapctl", "take", "show", take, "--json").stdout)
+
+    def wait(self, holds):
+        limit = time.monotonic() + LIMIT_S
+        while not holds():
+            self.assertLess(time.monotonic(), limit, self.bridge.output())
+            time.sleep(0.05)
+
+    def test_mocapctl_lists_the_bridge_and_its_clients(self):
+        self.serve(self.feed().endpoint)
+        self.client((4, 1)).ask_models()
+        self.status(lambda status: len(status["receivers"]) == 1)
+
+        listed = self.desk.run("mocapctl", "bridge", "list", "--folder", self.status_file.parent).stdout
+
+        self.assertRegex(listed, r"mocap-natnet: 1 receiver, \d+ packets sent, 0 dropped")
+        self.assertRegex(listed, r"127\.0\.0\.1:\d+ +4\.1")
+
     def test_poses_of_the_daemon_equal_those_of_another_client(self):
         config = self.desk.write("my.toml", synthetic_volume(self.desk.endpoint))
         self.desk.start("mocapd", "--config", config)

@@ -33,7 +33,7 @@ constexpr Duration kPrintEvery = std::chrono::seconds(5);
 
 volatile std::sig_atomic_t stop_requested = 0;
 
-int exit_code_for(ErrorCode code) {
+int exit_of_lens(ErrorCode code) {
   switch (code) {
     case ErrorCode::InvalidArgument: return kExitData;
     case ErrorCode::Unsupported: return kExitConfig;
@@ -119,7 +119,7 @@ int LensCommand::run_lens() {
   const auto seen = config_.empty() ? read_folders(*finder) : run_cameras_live(*finder);
   if (!seen) {
     print_message("{}", seen.error().message);
-    return exit_code_for(seen.error().code);
+    return exit_of_lens(seen.error().code);
   }
   return fit_and_write(*seen);
 }
@@ -248,7 +248,7 @@ int LensCommand::fit_and_write(const std::vector<CameraViews>& cameras) {
   if (dry_run_) return kExitOk;
   if (const Status saved = settings::save_lenses(rig_, lenses); !saved) {
     print_message("{}", saved.error().message);
-    return exit_code_for(saved.error().code);
+    return exit_of_lens(saved.error().code);
   }
   if (!json_) {
     fmt::print("{}: lenses of {} cameras written; calibrate their poses again (mocap-calibrate wand)\n", rig_.string(),

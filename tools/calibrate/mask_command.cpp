@@ -82,7 +82,7 @@ bool use_rig(const MaskOptions& options, settings::DaemonSettings& settings) {
   return true;
 }
 
-int exit_code_for(ErrorCode code) {
+int exit_of_mask(ErrorCode code) {
   return code == ErrorCode::InvalidArgument || code == ErrorCode::Unsupported ? kExitConfig : kExitUnavailable;
 }
 
@@ -105,7 +105,7 @@ int gather(const settings::DaemonSettings& settings, std::vector<Learner>& learn
   for (std::size_t i = 0; i < runs.size(); ++i) {
     if (!runs[i].end) {
       print_message("{}", runs[i].end.error().message);
-      exit = exit_code_for(runs[i].end.error().code);
+      exit = exit_of_mask(runs[i].end.error().code);
     } else if (learners[i].images() < kMinFrames) {
       print_message("camera '{}': only {} images arrived, expected at least {}", learners[i].model().name,
                     learners[i].images(), kMinFrames);
@@ -148,7 +148,7 @@ int write(const MaskOptions& options, const std::filesystem::path& path, const R
   const Status saved = settings::save_learnt_masks(path, rig);
   if (!saved) {
     print_message("{}", saved.error().message);
-    return exit_code_for(saved.error().code);
+    return exit_of_mask(saved.error().code);
   }
   fmt::print("{}: written; restart mocapd to use it\n", path.string());
   return kExitOk;

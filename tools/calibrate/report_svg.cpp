@@ -19,7 +19,7 @@ using Eigen::Vector2d;
 constexpr double kWide_px = 1200.0;
 constexpr double kMargin_px = 30.0;
 constexpr double kGap_px = 16.0;
-constexpr double kMmPerM = 1e3;
+constexpr double kMmPerMetre = 1e3;
 constexpr std::size_t kMaxArrows = 260;  // in one image
 constexpr std::size_t kMaxIssues = 8;
 
@@ -124,19 +124,19 @@ class Page {
     if (assessment_.heldout_px) figure(x, "on held-out samples", fmt::format("{:.3f} px", *assessment_.heldout_px));
     if (assessment_.wand) {
       const auto& wand = *assessment_.wand;
-      figure(x, "wand", fmt::format("{:.2f} ± {:.2f} mm", kMmPerM * wand.mean_m, kMmPerM * wand.std_m));
+      figure(x, "wand", fmt::format("{:.2f} ± {:.2f} mm", kMmPerMetre * wand.mean_m, kMmPerMetre * wand.std_m));
     }
     if (assessment_.scale_error) figure(x, "scale error", fmt::format("{:+.3f} %", 100.0 * *assessment_.scale_error));
     figure(x, "floor",
-           assessment_.floor ? fmt::format("{:.1f} mm rms", kMmPerM * assessment_.floor->rms_m)
+           assessment_.floor ? fmt::format("{:.1f} mm rms", kMmPerMetre * assessment_.floor->rms_m)
                              : std::string("not measured"));
     if (assessment_.volume)
-      figure(x, "marker position, one sigma", fmt::format("{:.2f} mm", kMmPerM * assessment_.volume->median_m));
+      figure(x, "marker position, one sigma", fmt::format("{:.2f} mm", kMmPerMetre * assessment_.volume->median_m));
     if (report_.to_truth)
-      figure(x, "cameras against truth", fmt::format("{:.2f} mm", kMmPerM * report_.to_truth->position_m));
+      figure(x, "cameras against truth", fmt::format("{:.2f} mm", kMmPerMetre * report_.to_truth->position_m));
     if (report_.since_previous)
       figure(x, "cameras against the previous rig",
-             fmt::format("{:.2f} mm", kMmPerM * report_.since_previous->position_m));
+             fmt::format("{:.2f} mm", kMmPerMetre * report_.since_previous->position_m));
     y_ += 34.0;
   }
 
@@ -232,7 +232,7 @@ class Page {
     body_ += words(x, under + 44.0, fmt::format("{} points, {:.0f} % covered", camera.points, 100.0 * camera.coverage),
                    "class='s'");
     body_ += words(x, under + 58.0,
-                   fmt::format("±{:.2f} mm, ±{:.4f}°", kMmPerM * camera.position_sigma_m,
+                   fmt::format("±{:.2f} mm, ±{:.4f}°", kMmPerMetre * camera.position_sigma_m,
                                camera.rotation_sigma_rad * 57.29577951308232),
                    "class='s'");
     return under + 64.0;
@@ -288,13 +288,13 @@ class Page {
     }
     body_ += stroke({x, top + height}, {x + width, top + height}, "stroke='#888'");
     body_ += stroke({x + 0.5 * width, top}, {x + 0.5 * width, top + height}, "stroke='#c4302b' stroke-dasharray='4 3'");
-    body_ += words(x + 0.5 * width, top + height + 15.0, fmt::format("nominal {:.1f} mm", kMmPerM * wand.nominal_m),
+    body_ += words(x + 0.5 * width, top + height + 15.0, fmt::format("nominal {:.1f} mm", kMmPerMetre * wand.nominal_m),
                    "class='m s'");
-    body_ += words(x, top + height + 15.0, fmt::format("−{:.2f} mm", kMmPerM * reach), "class='s'");
-    body_ += words(x + width, top + height + 15.0, fmt::format("+{:.2f} mm", kMmPerM * reach), "class='e s'");
+    body_ += words(x, top + height + 15.0, fmt::format("−{:.2f} mm", kMmPerMetre * reach), "class='s'");
+    body_ += words(x + width, top + height + 15.0, fmt::format("+{:.2f} mm", kMmPerMetre * reach), "class='e s'");
     body_ += words(x, top + height + 33.0,
-                   fmt::format("mean {:.3f}, std {:.3f}, {:.2f} to {:.2f} mm{}", kMmPerM * wand.mean_m,
-                               kMmPerM * wand.std_m, kMmPerM * wand.min_m, kMmPerM * wand.max_m,
+                   fmt::format("mean {:.3f}, std {:.3f}, {:.2f} to {:.2f} mm{}", kMmPerMetre * wand.mean_m,
+                               kMmPerMetre * wand.std_m, kMmPerMetre * wand.min_m, kMmPerMetre * wand.max_m,
                                beyond > 0 ? fmt::format("; {} outside", beyond) : std::string()),
                    "class='s'");
     return top + height + 40.0;
@@ -351,8 +351,8 @@ class Page {
       body_ +=
           box(x + wide * i / kSteps, y, wide / kSteps + 0.4, 10.0, fmt::format("fill='{}'", heat((i + 0.5) / kSteps)));
     }
-    body_ += words(x, y + 23.0, fmt::format("{:.2f} mm", kMmPerM * low), "class='s'");
-    body_ += words(x + wide, y + 23.0, fmt::format("{:.2f} mm and more", kMmPerM * high), "class='e s'");
+    body_ += words(x, y + 23.0, fmt::format("{:.2f} mm", kMmPerMetre * low), "class='s'");
+    body_ += words(x + wide, y + 23.0, fmt::format("{:.2f} mm and more", kMmPerMetre * high), "class='e s'");
   }
 
   const RigReport& report_;

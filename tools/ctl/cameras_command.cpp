@@ -35,7 +35,7 @@ struct CamerasOptions {
   bool json = false;
 };
 
-int fail(const Error& error) {
+int fail_cameras(const Error& error) {
   fmt::print(stderr, "mocapctl: {}\n", error.message);
   return error.code == ErrorCode::InvalidArgument ? kExitConfig : kExitUnavailable;
 }
@@ -78,7 +78,7 @@ std::string lines_of(std::string_view driver, const std::vector<KeyPairs>& found
 
 int run_list(const CamerasOptions& options) {
   const auto usb = usb_lines(options);
-  if (!usb) return fail(usb.error());
+  if (!usb) return fail_cameras(usb.error());
   nlohmann::json list = nlohmann::json::array();
   std::string text;
   std::vector<std::string_view> not_discoverable;
@@ -139,7 +139,7 @@ Features features_by_word(const std::string& word) {
 
 int run_describe(const CamerasOptions& options) {
   const Features features = options.config.empty() ? features_by_word(options.camera) : features_by_name(options);
-  if (!features) return fail(features.error());
+  if (!features) return fail_cameras(features.error());
   if (options.json) {
     nlohmann::json list = nlohmann::json::array();
     for (const auto& each : *features) {
@@ -188,21 +188,21 @@ int run_shot(const CamerasOptions& options) {
   const auto found = std::find_if(settings->cameras.begin(), settings->cameras.end(),
                                   [&](const auto& each) { return each.name == options.camera; });
   if (found == settings->cameras.end()) {
-    return fail(
+    return fail_cameras(
         {ErrorCode::InvalidArgument, fmt::format("{} has no camera '{}'", options.config.string(), options.camera)});
   }
   const CameraId id{static_cast<std::uint32_t>(found - settings->cameras.begin())};
   const auto camera = cameras::open_camera(
       id, *found, {.rig = &settings->rig, .marker_set = &settings->simulated[id.value], .counters = nullptr});
-  if (!camera) return fail(camera.error());
+  if (!camera) return fail_cameras(camera.error());
   const auto frame = first_image(**camera);
-  if (!frame) return fail(frame.error());
+  if (!frame) return fail_cameras(frame.error());
   const Image& image = frame->image;
   const auto detector = detect::make_blob_detector(settings::detect_of(*settings, id), image.format, image.width_px,
                                                    image.height_px, settings->rig[id.value].masks);
-  if (!detector) return fail(detector.error());
+  if (!detector) return fail_cameras(detector.error());
   const Detection detection = (*detector)->detect(image);
-  if (const Status saved = save_shot(options.out, image, detection.blobs); !saved) return fail(saved.error());
+  if (const Status saved = save_shot(options.out, image, detection.blobs); !saved) return fail_cameras(saved.error());
   fmt::print("{}: {}x{}, {} blobs, threshold {:.0f} grey\n", options.out.string(), image.width_px, image.height_px,
              detection.blobs.size(), detection.threshold_grey);
   return kExitOk;

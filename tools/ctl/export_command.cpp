@@ -42,7 +42,7 @@ struct ExportOptions {
   bool json = false;
 };
 
-int exit_of(const Error& error) {
+int exit_of_export(const Error& error) {
   fmt::print(stderr, "mocapctl: {}\n", error.message);
   return error.code == ErrorCode::Io ? kExitUnavailable : kExitData;
 }
@@ -196,7 +196,7 @@ int run_export(ExportOptions options) {
     options.out = options.take.stem().string() + '.' + std::string((*format)->extension);
   }
   const Status done = export_take(options, **format, *how);
-  return done ? kExitOk : exit_of(done.error());
+  return done ? kExitOk : exit_of_export(done.error());
 }
 
 using Fault = std::optional<std::string>;

@@ -13,15 +13,15 @@
 namespace mocap::ctl {
 namespace {
 
-int fail(const Error& error) {
+int fail_keys(const Error& error) {
   fmt::print(stderr, "mocapctl: {}\n", error.message);
   return error.code == ErrorCode::InvalidArgument ? kExitData : kExitUnavailable;
 }
 
 int run_new(const KeysOptions& options) {
   const Result<wire::KeyPair> pair = wire::new_key_pair();
-  if (!pair) return fail(pair.error());
-  if (const Status saved = wire::save_key_pair(options.file, *pair); !saved) return fail(saved.error());
+  if (!pair) return fail_keys(pair.error());
+  if (const Status saved = wire::save_key_pair(options.file, *pair); !saved) return fail_keys(saved.error());
   if (options.json) {
     fmt::print("{}\n", nlohmann::ordered_json{{"file", options.file.string()}, {"public", pair->public_key}}.dump());
   } else {
@@ -44,15 +44,15 @@ int run_allow(const KeysOptions& options) {
   std::string key = options.who;
   if (!wire::is_key(key)) {
     Result<std::string> read = wire::load_public_key(options.who);
-    if (!read) return fail(read.error());
+    if (!read) return fail_keys(read.error());
     key = *read;
   }
   auto keys = read_list(options);
-  if (!keys) return fail(keys.error());
+  if (!keys) return fail_keys(keys.error());
   std::erase_if(*keys, [&](const wire::AllowedKey& known) { return known.public_key == key; });
   const wire::Role role = options.role == "operator" ? wire::Role::Operator : wire::Role::Viewer;
   keys->push_back({key, role, options.name});
-  if (const Status saved = wire::save_allowed_keys(options.list, *keys); !saved) return fail(saved.error());
+  if (const Status saved = wire::save_allowed_keys(options.list, *keys); !saved) return fail_keys(saved.error());
   fmt::print("{}: {} may connect as {}\n", options.list.string(), options.name.empty() ? key : options.name,
              options.role);
   return kExitOk;
@@ -60,23 +60,23 @@ int run_allow(const KeysOptions& options) {
 
 int run_revoke(const KeysOptions& options) {
   auto keys = wire::load_allowed_keys(options.list);
-  if (!keys) return fail(keys.error());
+  if (!keys) return fail_keys(keys.error());
   std::string key = options.who;
   if (const auto read = wire::load_public_key(options.who); read) key = *read;
   const auto gone = std::erase_if(
       *keys, [&](const wire::AllowedKey& known) { return known.public_key == key || known.name == options.who; });
   if (gone == 0) {
-    return fail({ErrorCode::InvalidArgument,
-                 fmt::format("{}: has no '{}'; see mocapctl keys list", options.list.string(), options.who)});
+    return fail_keys({ErrorCode::InvalidArgument,
+                      fmt::format("{}: has no '{}'; see mocapctl keys list", options.list.string(), options.who)});
   }
-  if (const Status saved = wire::save_allowed_keys(options.list, *keys); !saved) return fail(saved.error());
+  if (const Status saved = wire::save_allowed_keys(options.list, *keys); !saved) return fail_keys(saved.error());
   fmt::print("{}: {} removed; a running daemon disconnects them within a second\n", options.list.string(), gone);
   return kExitOk;
 }
 
 int run_list(const KeysOptions& options) {
   const auto keys = wire::load_allowed_keys(options.list);
-  if (!keys) return fail(keys.error());
+  if (!keys) return fail_keys(keys.error());
   if (options.json) {
     auto all = nlohmann::ordered_json::array();
     for (const auto& key : *keys) {

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "base/exit_codes.h"
+#include "ctl/bridge_command.h"
 #include "ctl/cameras_command.h"
 #include "ctl/config_command.h"
 #include "ctl/doctor_command.h"
@@ -50,6 +51,8 @@ constexpr const char* kExamples = R"(examples:
       length, topics, rates, notes; take --help: verify, repair, note, rename
   mocapctl take export takes/walk-3.mcap --out walk.fbx
       as C3D, TRC, CSV, BVH, glTF, USD or FBX; see take export --help
+  mocapctl bridge list
+      who receives the feed by NatNet, VRPN, Rokoko or VMC
   mocapctl keys new server.key
       keys for a daemon that other machines reach; see mocapctl keys --help
 
@@ -69,6 +72,7 @@ int main(int argc, char** argv) {
   ctl::add_subject_command(app, options);
   std::function<int()> chosen;
   ctl::add_cameras_command(app, chosen);
+  ctl::add_bridge_command(app, chosen);
   ctl::add_doctor_command(app, chosen);
   ctl::add_config_command(app, chosen);
   ctl::KeysOptions keys;

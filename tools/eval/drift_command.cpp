@@ -20,7 +20,7 @@
 namespace mocap::eval {
 namespace {
 
-constexpr const char* kHelp =
+constexpr const char* kDriftHelp =
     "People move in front of simulated cameras. At --at seconds one camera is rotated and moved in random\n"
     "directions. The daemon's own pipeline (align, match, triangulate, track, label, solve, watch) continues.\n"
     "named_s: time from then until the drift watch reports the camera. false_alarms: reports of other cameras,\n"
@@ -33,7 +33,7 @@ constexpr const char* kHelp =
     "  mocap-eval drift config/scenes/walk_about.toml --seeds 5\n"
     "  mocap-eval drift config/scenes/walk_about.toml --deg 0 --mm 0 --after 300 --json\n";
 
-struct Options {
+struct DriftOptions {
   std::string scene;
   simworld::Bump bump;
   double after_s = 12.0;
@@ -88,7 +88,7 @@ double degrees_between(const CameraModel& a, const CameraModel& b) {
   return std::abs(off.angle()) * 180.0 / std::numbers::pi;
 }
 
-void repair(const take::BlobRecording& take, const simworld::DriftWorld& world, const Options& options,
+void repair(const take::BlobRecording& take, const simworld::DriftWorld& world, const DriftOptions& options,
             Outcome& outcome) {
   const auto repaired = calibrate::repair_from_recording(calibrate::last_of(take, options.refine_s), world.rig(),
                                                          {.drift_px = options.drift_px, .threads = 2});
@@ -106,7 +106,7 @@ void repair(const take::BlobRecording& take, const simworld::DriftWorld& world, 
   }
 }
 
-Result<Outcome> run_seed(const simworld::SceneFile& scene, const Options& options, std::uint64_t seed) {
+Result<Outcome> run_drift_seed(const simworld::SceneFile& scene, const DriftOptions& options, std::uint64_t seed) {
   const bool bumps = options.bump.turn_deg > 0.0 || options.bump.move_mm > 0.0;
   auto world = simworld::DriftWorld::make(scene, options.bump, seed);
   if (!world) return world.error();
@@ -174,7 +174,7 @@ void print_json(const std::vector<Outcome>& all) {
       all.size(), named, slowest, false_alarms, off, refined, position, rotation, worst);
 }
 
-int run(const Options& options) {
+int evaluate_drift(const DriftOptions& options) {
   const auto scene = simworld::load_scene(options.scene);
   if (!scene) {
     fmt::print(stderr, "{}\n", settings::to_text(scene.error()));
@@ -184,7 +184,7 @@ int run(const Options& options) {
   for (int i = 0; i < options.seeds; ++i) {
     const std::uint64_t seed = options.first_seed + static_cast<std::uint64_t>(i);
     if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\rseed {} ", seed);
-    auto outcome = run_seed(*scene, options, seed);
+    auto outcome = run_drift_seed(*scene, options, seed);
     if (!outcome) {
       fmt::print(stderr, "mocap-eval: {}\n", outcome.error().message);
       return kExitData;
@@ -199,7 +199,7 @@ int run(const Options& options) {
 }  // namespace
 
 int run_drift(int argc, const char* const* argv) {
-  Options options;
+  DriftOptions options;
   cli::App app("Scores the detection and repair of a moved camera.", "mocap-eval drift");
   app.add_option("scene", options.scene, "scene file, as in config/scenes")->required();
   app.add_option("--deg", options.bump.turn_deg, "rotation of the camera, degrees")
@@ -224,9 +224,9 @@ int run_drift(int argc, const char* const* argv) {
   app.add_option("--seeds", options.seeds)->check(cli::Range(1, 1000))->capture_default_str();
   app.add_option("--first-seed", options.first_seed)->capture_default_str();
   app.add_flag("--json", options.json, "print one JSON object with the worst figures over all seeds");
-  app.footer(kHelp);
+  app.footer(kDriftHelp);
   if (const auto exit = app.parse(argc, argv)) return *exit;
-  return run(options);
+  return evaluate_drift(options);
 }
 
 }  // namespace mocap::eval

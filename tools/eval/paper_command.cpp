@@ -14,14 +14,14 @@
 namespace mocap::eval {
 namespace {
 
-constexpr const char* kExamples = R"(examples:
+constexpr const char* kPaperExamples = R"(examples:
   mocap-eval paper                        every method in every situation, 20 clips each
   mocap-eval paper --markdown             tables I to VII: published, rebuilt, ours
   mocap-eval paper --seed-base 7 --json   other clips, as one JSON object
   mocap-eval paper --clips 3 --plots out  and a drawing of each clip in the folder out
   mocap-eval paper --no-cost              losses and errors alone: the machine may be busy)";
 
-struct Options {
+struct PaperOptions {
   paper_study::QualitySettings quality;
   std::string plots;
   bool json = false;
@@ -30,7 +30,7 @@ struct Options {
   bool no_multiview = false;
 };
 
-void add_options(cli::App& app, Options& options) {
+void add_paper_options(cli::App& app, PaperOptions& options) {
   app.add_option("--seed-base", options.quality.seed_base, "seed of the random clips")->capture_default_str();
   app.add_option("--clips", options.quality.clips, "clips of each situation")
       ->check(cli::Range(1, 10000))
@@ -41,7 +41,7 @@ void add_options(cli::App& app, Options& options) {
                  "write drawings of the clips (SVG) to this folder, which is created if needed");
   app.add_flag("--no-cost", options.no_cost, "do not measure costs");
   app.add_flag("--no-multiview", options.no_multiview, "leave out the clips with four cameras");
-  app.footer(kExamples);
+  app.footer(kPaperExamples);
 }
 
 /// Shows the progress on standard error if that is a terminal.
@@ -65,7 +65,7 @@ class ProgressBar {
   bool terminal_ = ::isatty(STDERR_FILENO) != 0;
 };
 
-paper_study::Report run(const Options& options) {
+paper_study::Report evaluate_paper(const PaperOptions& options) {
   using paper_study::Situation;
   std::vector<Situation> situations(paper_study::kStudied.begin(), paper_study::kStudied.end());
   situations.insert(situations.end(), paper_study::kHarder.begin(), paper_study::kHarder.end());
@@ -92,9 +92,9 @@ paper_study::Report run(const Options& options) {
 }  // namespace
 
 int run_paper(int argc, const char* const* argv) {
-  Options options;
+  PaperOptions options;
   cli::App app("Rebuilds the tracking study and scores our trackers on its clips.", "mocap-eval paper");
-  add_options(app, options);
+  add_paper_options(app, options);
   if (const auto exit = app.parse(argc, argv)) return *exit;
   if (!options.plots.empty()) {
     if (const Status drawn = paper_study::draw_plots(options.quality, options.plots); !drawn) {
@@ -102,7 +102,7 @@ int run_paper(int argc, const char* const* argv) {
       return kExitUnavailable;
     }
   }
-  const paper_study::Report report = run(options);
+  const paper_study::Report report = evaluate_paper(options);
   if (options.json) {
     fmt::print("{}\n", to_json(report));
   } else {

@@ -20,7 +20,7 @@
 namespace mocap::eval {
 namespace {
 
-constexpr const char* kExamples =
+constexpr const char* kPointsExamples =
     "Simulated cameras look at moving markers. The blobs pass the daemon's own steps (align, match,\n"
     "triangulate, track), and the result is compared with the truth.\n"
     "\n"
@@ -35,7 +35,7 @@ constexpr const char* kExamples =
     "  mocap-eval points --motion walk.c3d --cameras 8 --rate 25 --noise-px 0.1 --json\n"
     "  mocap-eval points --motion dance.bvh --visibility measured --merge --misses 0.01 --seconds 5\n";
 
-struct Options {
+struct PointsOptions {
   std::string motion;
   std::size_t markers = 0;
   simworld::WorldSettings world;
@@ -52,7 +52,7 @@ int fail(const Error& error) {
   return error.code == ErrorCode::InvalidArgument ? kExitData : kExitNoInput;
 }
 
-void add_options(cli::App& app, Options& options) {
+void add_points_options(cli::App& app, PointsOptions& options) {
   simworld::WorldSettings& world = options.world;
   app.add_option("--motion", options.motion, "a .c3d, .bvh or .trc file; default: a random swarm");
   app.add_option("--markers", options.markers,
@@ -82,10 +82,10 @@ void add_options(cli::App& app, Options& options) {
   app.add_option("--first-seed", options.first_seed)->capture_default_str();
   app.add_flag("--list-faults", options.list_faults, "print the blobs of each ghost and each miss on standard error");
   app.add_flag("--json", options.json, "print one JSON object");
-  app.footer(kExamples);
+  app.footer(kPointsExamples);
 }
 
-void run_seed(const Options& options, const simworld::PointMotion& motion, int seed, PointsScore& score) {
+void run_points_seed(const PointsOptions& options, const simworld::PointMotion& motion, int seed, PointsScore& score) {
   simworld::PointsWorld world(options.world, motion, options.first_seed + static_cast<std::uint64_t>(seed));
   PointsRow row(world.rig());
   PointsScorer scorer(world.rig(), options.world.noise_px, score);
@@ -104,7 +104,7 @@ void run_seed(const Options& options, const simworld::PointMotion& motion, int s
   if (shows_progress) fmt::print(stderr, "\r{:40}\r", "");
 }
 
-int run(Options& options) {
+int evaluate_points(PointsOptions& options) {
   std::unique_ptr<simworld::PointMotion> motion;
   if (options.motion.empty()) {
     motion = simworld::make_swarm(options.markers == 0 ? 40 : options.markers, options.first_seed);
@@ -115,7 +115,7 @@ int run(Options& options) {
   }
   options.world.rate_hz = options.rate_hz.value_or(motion->rate_hz());
   PointsScore score;
-  for (int seed = 0; seed < options.seeds; ++seed) run_seed(options, *motion, seed, score);
+  for (int seed = 0; seed < options.seeds; ++seed) run_points_seed(options, *motion, seed, score);
   if (options.json) {
     fmt::print("{}\n", to_json(score, options.motion.empty() ? "swarm" : options.motion, options.world, options.seeds));
   } else {
@@ -127,11 +127,11 @@ int run(Options& options) {
 }  // namespace
 
 int run_points(int argc, const char* const* argv) {
-  Options options;
+  PointsOptions options;
   cli::App app("Scores 3D markers from simulated cameras.", "mocap-eval points");
-  add_options(app, options);
+  add_points_options(app, options);
   if (const auto exit = app.parse(argc, argv)) return *exit;
-  return run(options);
+  return evaluate_points(options);
 }
 
 }  // namespace mocap::eval

@@ -18,7 +18,7 @@ using calibration::RigFault;
 using calibration::RigFinding;
 using simworld::PlantedFault;
 
-constexpr const char* kHelp =
+constexpr const char* kRigsHelp =
     "Blobs of each scene and seed are recorded once with a rig that fits and once for each fault: two cameras\n"
     "exchanged, turned by 3 degrees, upside down, other lens, other rig, mirrored, one frame late. The diagnosis of\n"
     "mocap-calibrate verify and mocapctl doctor must find each fault, and no other.\n"
@@ -29,7 +29,7 @@ constexpr const char* kHelp =
     "  mocap-eval rigs config/scenes/walk_about.toml --seeds 5\n"
     "  mocap-eval rigs config/scenes/*.toml --healthy --seeds 3\n";
 
-struct Options {
+struct RigsOptions {
   std::vector<std::string> scenes;
   double seconds = 10.0;
   std::uint64_t first_seed = 1;
@@ -39,7 +39,7 @@ struct Options {
 };
 
 /// Counts of the runs with one fault.
-struct Score {
+struct RigsScore {
   int runs = 0;
   int found = 0;
   int blamed = 0;
@@ -70,7 +70,7 @@ bool is_the_fault(const RigFinding& finding, PlantedFault fault, const simworld:
   return false;
 }
 
-void add(const RigDiagnosis& diagnosis, PlantedFault fault, const simworld::FaultyRecording& made, Score& score) {
+void add(const RigDiagnosis& diagnosis, PlantedFault fault, const simworld::FaultyRecording& made, RigsScore& score) {
   bool found = false;
   bool blamed = false;
   for (const RigFinding& finding : diagnosis.findings) {
@@ -89,7 +89,7 @@ void add(const RigDiagnosis& diagnosis, PlantedFault fault, const simworld::Faul
 }
 
 Status run_one(const simworld::SceneFile& scene, const std::string& clip, PlantedFault fault, std::uint64_t seed,
-               const Options& options, Score& score) {
+               const RigsOptions& options, RigsScore& score) {
   const auto made = simworld::record_with_fault(scene, clip, fault, seed, options.seconds);
   if (!made) return made.error();
   const auto began = std::chrono::steady_clock::now();
@@ -107,8 +107,8 @@ Status run_one(const simworld::SceneFile& scene, const std::string& clip, Plante
   return {};
 }
 
-Status run_fault(const simworld::SceneFile& scene, PlantedFault fault, const Options& options) {
-  Score score;
+Status run_fault(const simworld::SceneFile& scene, PlantedFault fault, const RigsOptions& options) {
+  RigsScore score;
   std::vector<std::string> clips = scene.clips;
   if (clips.empty()) clips.emplace_back();
   for (int i = 0; i < options.seeds; ++i) {
@@ -123,7 +123,7 @@ Status run_fault(const simworld::SceneFile& scene, PlantedFault fault, const Opt
   return {};
 }
 
-int run(const Options& options) {
+int evaluate_rigs(const RigsOptions& options) {
   for (const std::string& path : options.scenes) {
     const auto scene = simworld::load_scene(path);
     if (!scene) {
@@ -146,7 +146,7 @@ int run(const Options& options) {
 }  // namespace
 
 int run_rigs(int argc, const char* const* argv) {
-  Options options;
+  RigsOptions options;
   cli::App app("Scores the diagnosis of cameras that do not fit the rig.", "mocap-eval rigs");
   app.add_option("scenes", options.scenes, "scene files, as in config/scenes")->required();
   app.add_option("--seconds", options.seconds, "duration of each recording, s")
@@ -156,9 +156,9 @@ int run_rigs(int argc, const char* const* argv) {
   app.add_option("--first-seed", options.first_seed)->capture_default_str();
   app.add_flag("--healthy", options.healthy, "only rigs without a fault");
   app.add_flag("--verbose", options.verbose, "print the findings of each run");
-  app.footer(kHelp);
+  app.footer(kRigsHelp);
   if (const auto exit = app.parse(argc, argv)) return *exit;
-  return run(options);
+  return evaluate_rigs(options);
 }
 
 }  // namespace mocap::eval

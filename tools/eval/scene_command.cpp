@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kNotMet = 1;
 
-constexpr const char* kHelp =
+constexpr const char* kSceneHelp =
     "Simulated cameras see moving people. The blobs pass the daemon's own pipeline (align, match, triangulate,\n"
     "track, label, solve), and the result is compared with the truth. Blobs are computed with a model of the\n"
     "detector's noise.\n"
@@ -36,7 +36,7 @@ constexpr const char* kHelp =
     "  mocap-eval scene config/scenes/handshake.toml --seed 3 --json --plots /tmp/plots\n"
     "  mocap-eval scene config/scenes/hidden30.toml --only dm_run --wrong 10\n";
 
-struct Options {
+struct SceneOptions {
   std::string file;
   std::optional<std::uint64_t> seed;
   std::string only;
@@ -54,7 +54,7 @@ std::string stem_of(const std::string& clip) {
   return clip.empty() ? "scene" : std::filesystem::path(clip).stem().string();
 }
 
-bool is_wanted(const Options& options, const std::string& clip) {
+bool is_wanted(const SceneOptions& options, const std::string& clip) {
   return options.only.empty() || clip.find(options.only) != std::string::npos;
 }
 
@@ -78,7 +78,7 @@ Status draw(const std::string& folder, const SceneOutcome& clip) {
   return {};
 }
 
-int run(const Options& options) {
+int evaluate_scene(const SceneOptions& options) {
   auto scene = simworld::load_scene(options.file);
   if (!scene) {
     fmt::print(stderr, "{}\n", settings::to_text(scene.error()));
@@ -130,7 +130,7 @@ int run(const Options& options) {
 }  // namespace
 
 int run_scene(int argc, const char* const* argv) {
-  Options options;
+  SceneOptions options;
   cli::App app("Scores labels and skeletons in a simulated scene.", "mocap-eval scene");
   app.add_option("file", options.file, "scene file, as in config/scenes")->required();
   app.add_option("--seed", options.seed, "seed of noise, bodies and events; default: seed of the file");
@@ -144,9 +144,9 @@ int run_scene(int argc, const char* const* argv) {
   app.add_flag("--reasons", options.reasons, "list why a subject was not found, once a second while it is missing");
   app.add_flag("--json", options.json, "print one JSON object");
   app.add_flag("--require-goals", options.demand, "exit 1 if a goal of the file is missed");
-  app.footer(kHelp);
+  app.footer(kSceneHelp);
   if (const auto exit = app.parse(argc, argv)) return *exit;
-  return run(options);
+  return evaluate_scene(options);
 }
 
 }  // namespace mocap::eval

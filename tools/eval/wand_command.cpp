@@ -20,7 +20,7 @@
 namespace mocap::eval {
 namespace {
 
-constexpr const char* kExamples =
+constexpr const char* kWandExamples =
     "A wand is moved in front of simulated cameras. The calibration is aligned with the true rig (rotation and\n"
     "translation, no scale) and compared with it. rms_px is per axis. predicted_over_true: the standard\n"
     "deviations that the solution predicts for all camera poses, over the true errors (root of degrees of\n"
@@ -33,7 +33,7 @@ constexpr const char* kExamples =
     "  mocap-eval wand --no-lens --seed 3 --json\n"
     "  mocap-eval wand --cameras 6 --seconds 10 --rate 20 --seeds 20\n";
 
-struct Options {
+struct WandOptions {
   simworld::WandWorldSettings world;
   std::vector<double> wand_mm{0.0, 160.0, 500.0};
   std::uint64_t seed = 1;
@@ -43,7 +43,7 @@ struct Options {
   bool json = false;
 };
 
-struct Score {
+struct WandScore {
   double position_error_mm = 0.0;  ///< root mean square over the cameras
   double position_worst_mm = 0.0;
   double rotation_error_deg = 0.0;
@@ -77,11 +77,11 @@ double predicted_over_true(const Eigen::VectorXd& errors, const Eigen::MatrixXd&
   return std::sqrt(static_cast<double>(along.size() - 6) / chi2);
 }
 
-Score compare(const calibration::WandSolution& solution, const Rig& truth) {
+WandScore compare(const calibration::WandSolution& solution, const Rig& truth) {
   const Rig& rig = solution.bundle.rig;
   std::vector<geometry::PointPair> centres;
   for (std::size_t c = 0; c < rig.size(); ++c) centres.push_back({rig[c].centre().v, truth[c].centre().v});
-  Score score;
+  WandScore score;
   const auto aligned = geometry::fit_rigid(centres);
   if (!aligned) return score;
   const Eigen::Matrix3d turn = aligned->to_from.rotation.toRotationMatrix();
@@ -122,10 +122,10 @@ Score compare(const calibration::WandSolution& solution, const Rig& truth) {
 }
 
 // The worst value of each figure over several takes; predicted_over_true is computed over all takes.
-Score worst_of(const std::vector<Score>& all) {
-  Score worst = all.front();
+WandScore worst_of(const std::vector<WandScore>& all) {
+  WandScore worst = all.front();
   double chi2_mean = 0.0;  // mean chi squared over its degrees of freedom
-  for (const Score& one : all) {
+  for (const WandScore& one : all) {
     worst.position_error_mm = std::max(worst.position_error_mm, one.position_error_mm);
     worst.position_worst_mm = std::max(worst.position_worst_mm, one.position_worst_mm);
     worst.rotation_error_deg = std::max(worst.rotation_error_deg, one.rotation_error_deg);
@@ -145,7 +145,7 @@ Score worst_of(const std::vector<Score>& all) {
   return worst;
 }
 
-void print(const Options& options, const Score& score) {
+void print(const WandOptions& options, const WandScore& score) {
   if (options.json) {
     fmt::print(
         "{{\"cameras\": {}, \"noise_px\": {}, \"no_lens\": {}, \"seed\": {}, \"seeds\": {}, \"samples\": {}, "
@@ -175,7 +175,8 @@ void print(const Options& options, const Score& score) {
              score.wand_min_mm, score.wand_max_mm);
 }
 
-Result<Score, std::string> run_seed(const Options& options, const calibration::Wand& wand, std::uint64_t seed) {
+Result<WandScore, std::string> run_wand_seed(const WandOptions& options, const calibration::Wand& wand,
+                                             std::uint64_t seed) {
   simworld::WandWorld world(options.world, wand, seed);
   const calibration::Take take = world.take();
   Rig start = options.no_lens ? world.rough_lenses(0.2) : world.truth();
@@ -191,17 +192,17 @@ Result<Score, std::string> run_seed(const Options& options, const calibration::W
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   if (shows_progress) fmt::print(stderr, "\r\x1b[2K");
   if (!solution) return fmt::format("seed {}: {}", seed, solution.error().message);
-  Score score = compare(*solution, world.truth());
+  WandScore score = compare(*solution, world.truth());
   score.seconds = seconds;
   return score;
 }
 
-int run(const Options& options) {
+int evaluate_wand(const WandOptions& options) {
   calibration::Wand wand;
   for (const double mark : options.wand_mm) wand.marks_m.push_back(1e-3 * mark);
-  std::vector<Score> scores;
+  std::vector<WandScore> scores;
   for (int i = 0; i < options.seeds; ++i) {
-    const auto score = run_seed(options, wand, options.seed + static_cast<std::uint64_t>(i));
+    const auto score = run_wand_seed(options, wand, options.seed + static_cast<std::uint64_t>(i));
     if (!score) {
       fmt::print(stderr, "mocap-eval: {}\n", score.error());
       return kExitData;
@@ -215,7 +216,7 @@ int run(const Options& options) {
 }  // namespace
 
 int run_wand(int argc, const char* const* argv) {
-  Options options;
+  WandOptions options;
   cli::App app("Scores a calibration from a simulated wand.", "mocap-eval wand");
   simworld::WandWorldSettings& world = options.world;
   app.add_option("--cameras", world.cameras)->check(cli::Range(2, 64))->capture_default_str();
@@ -242,9 +243,9 @@ int run_wand(int argc, const char* const* argv) {
   app.add_flag("--no-lens", options.no_lens, "start without lenses, with focal lengths that are wrong by up to 20 %");
   app.add_flag("--fisheye", world.fisheye, "fisheye lenses, 126 degrees wide");
   app.add_flag("--json", options.json, "print one JSON object");
-  app.footer(kExamples);
+  app.footer(kWandExamples);
   if (const auto exit = app.parse(argc, argv)) return *exit;
-  return run(options);
+  return evaluate_wand(options);
 }
 
 }  // namespace mocap::eval

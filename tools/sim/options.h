@@ -13,6 +13,9 @@
 
 namespace mocap::sim {
 
+/// Number of images of a loop if --loop-images is 0.
+inline constexpr int kUsualLoop = 8;
+
 /// Options of the command line.
 struct Options {
   std::string motion = "tpose:2,walk";

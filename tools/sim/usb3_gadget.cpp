@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kLookAtStop_ms = 20;
+constexpr int kLookAtGadgetStop_ms = 20;
 constexpr long kLookAtWanted_ns = 5'000'000;
 
 fs::path gadget_folder(const std::string& name) { return fs::path("/sys/kernel/config/usb_gadget") / name; }
@@ -253,7 +253,7 @@ Usb3Gadget::~Usb3Gadget() {
 void Usb3Gadget::follow_events(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     pollfd waiting{events_, POLLIN, 0};
-    if (poll(&waiting, 1, kLookAtStop_ms) != 1) continue;
+    if (poll(&waiting, 1, kLookAtGadgetStop_ms) != 1) continue;
     usb_functionfs_event event{};
     if (::read(events_, &event, sizeof event) != sizeof event) continue;
     if (event.type == FUNCTIONFS_DISABLE || event.type == FUNCTIONFS_UNBIND) registers_.unplugged();

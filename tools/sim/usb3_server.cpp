@@ -24,13 +24,12 @@
 namespace mocap::sim {
 namespace {
 
-constexpr std::uint32_t kLeader = 0x4c563355, kTrailer = 0x54563355;  // "U3VL", "U3VT"
-constexpr Duration kLookForClient = std::chrono::milliseconds(2);
-constexpr int kUsualLoop = 8;  // number of images if --loop-images is 0
+constexpr std::uint32_t kUsbLeader = 0x4c563355, kUsbTrailer = 0x54563355;  // "U3VL", "U3VT"
+constexpr Duration kLookForUsbClient = std::chrono::milliseconds(2);
 constexpr std::size_t kMostTransfer_bytes = 1 << 20;
 
 template <class T>
-void set(std::span<std::byte> bytes, std::size_t place, T value) {
+void set_field(std::span<std::byte> bytes, std::size_t place, T value) {
   std::memcpy(bytes.data() + place, &value, sizeof value);
 }
 
@@ -61,12 +60,12 @@ class Usb3Camera {
     while (!stop.stop_requested()) {
       if (!registers_.streaming()) {
         block_id_ = 0;
-        std::this_thread::sleep_for(kLookForClient);
+        std::this_thread::sleep_for(kLookForUsbClient);
         continue;
       }
       const bool asked = registers_.trigger() != Usb3Registers::Trigger::Software || registers_.take_software_trigger();
       if (!asked) {
-        std::this_thread::sleep_for(kLookForClient);
+        std::this_thread::sleep_for(kLookForUsbClient);
         continue;
       }
       expose(stop);
@@ -108,20 +107,20 @@ class Usb3Camera {
   // Sends leader, payload and trailer. Source: USB3 Vision 1.0.1, section 5.3.
   void send(const Usb3Registers::Layout& layout, std::int64_t stamp_ns) {
     std::array<std::byte, usb3::kLeaderBytes> leader{};
-    set(leader, 0, kLeader);
-    set(leader, 6, std::uint16_t{usb3::kLeaderBytes});
-    set(leader, 8, block_id_);
-    set(leader, 18, std::uint16_t{1});  // payload type: image
-    set(leader, 20, stamp_ns);
+    set_field(leader, 0, kUsbLeader);
+    set_field(leader, 6, std::uint16_t{usb3::kLeaderBytes});
+    set_field(leader, 8, block_id_);
+    set_field(leader, 18, std::uint16_t{1});  // payload type: image
+    set_field(leader, 20, stamp_ns);
     const std::uint32_t values[] = {layout.pixel_format, layout.width_px, layout.height_px, layout.left_px,
                                     layout.top_px};
-    for (std::size_t i = 0; i < std::size(values); ++i) set(leader, 28 + 4 * i, values[i]);
+    for (std::size_t i = 0; i < std::size(values); ++i) set_field(leader, 28 + 4 * i, values[i]);
     std::array<std::byte, usb3::kTrailerBytes> trailer{};
-    set(trailer, 0, kTrailer);
-    set(trailer, 6, std::uint16_t{usb3::kTrailerBytes});
-    set(trailer, 8, block_id_);
-    set(trailer, 20, std::uint64_t{payload_.size()});
-    set(trailer, 28, layout.height_px);
+    set_field(trailer, 0, kUsbTrailer);
+    set_field(trailer, 6, std::uint16_t{usb3::kTrailerBytes});
+    set_field(trailer, 8, block_id_);
+    set_field(trailer, 20, std::uint64_t{payload_.size()});
+    set_field(trailer, 28, layout.height_px);
     if (!gadget_->send(leader)) return;
     for (std::size_t begin = 0; begin < payload_.size(); begin += kMostTransfer_bytes) {
       const std::size_t count = std::min(kMostTransfer_bytes, payload_.size() - begin);

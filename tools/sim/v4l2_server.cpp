@@ -23,7 +23,6 @@
 namespace mocap::sim {
 namespace {
 
-constexpr int kUsualLoop = 8;  // number of images if --loop-images is 0
 constexpr int kQuality = 90;
 constexpr Duration kLookAtStop = std::chrono::milliseconds(20);
 

@@ -4,11 +4,11 @@
 #include <sys/epoll.h>
 
 #include <cstdio>
-#include <fstream>
 #include <optional>
 
 #include "bridges/lib/feed_source.h"
 #include "bridges/lib/udp_socket.h"
+#include "bridges/status/status_file.h"
 
 namespace mocap::bridge {
 namespace {
@@ -25,7 +25,11 @@ constexpr std::int64_t kPatience_ns = 2 * kSecond_ns;  // before the log explain
 class Run {
  public:
   Run(std::string_view program, const BridgeOptions& options, Protocol& protocol, Statistics& statistics)
-      : program_(program), options_(options), protocol_(protocol), statistics_(statistics) {}
+      : program_(program),
+        options_(options),
+        protocol_(protocol),
+        statistics_(statistics),
+        status_(program, options.status_file) {}
 
   int run() {
     EventLoop loop;
@@ -93,24 +97,20 @@ class Run {
     next_status_ns_ = now_ns + kSecond_ns;
     const bool logs =
         options_.statistics_s > 0.0 && static_cast<double>(now_ns - logged_ns_) >= options_.statistics_s * 1e9;
-    if (!logs && options_.status_file.empty()) return;
     const std::string status = to_json(program_, statistics_, protocol_.receivers(),
                                        source.client().diagnose().sentence, source.client().statistics().lost);
     if (logs) {
       logged_ns_ = now_ns;
       say(program_, status);
     }
-    if (options_.status_file.empty()) return;
-    // Renamed, so that a reader never sees half a file.
-    const std::string partial = options_.status_file + ".new";
-    std::ofstream(partial) << status << '\n';
-    std::rename(partial.c_str(), options_.status_file.c_str());
+    status_.write(status);
   }
 
   std::string program_;
   const BridgeOptions& options_;
   Protocol& protocol_;
   Statistics& statistics_;
+  StatusFile status_;
   ClientFrame frame_;
   std::optional<std::uint32_t> described_;  // version of the description of frame_
   std::string session_;
@@ -140,7 +140,9 @@ void add_bridge_options(cli::App& app, BridgeOptions& options, bool listens) {
       ->capture_default_str();
   app.add_option("--statistics", options.statistics_s, "log statistics as JSON at this interval, s")
       ->check(cli::PositiveNumber{});
-  app.add_option("--status-file", options.status_file, "write the statistics to this file once a second")
+  app.add_option(
+         "--status-file", options.status_file,
+         "write the statistics to this file once a second; without it, to a file that mocapctl bridge list reads")
       ->type_name("FILE");
   app.add_option("--seconds", options.seconds, "end after this time")->check(cli::PositiveNumber{});
 }

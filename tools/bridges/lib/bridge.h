@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bridges/lib/event_loop.h"
-#include "bridges/lib/statistics.h"
+#include "bridges/status/statistics.h"
 #include "lib/cli/app.h"
 #include "lib/cli/key_options.h"
 #include "mocap_client.hpp"
@@ -20,7 +20,7 @@ struct BridgeOptions {
   double lost_after_s = 0.5;         ///< without a frame for this time the feed is lost
   double statistics_s = 0.0;         ///< interval of the statistics in the log; 0: none
   double seconds = 0.0;              ///< end after this time; 0: never
-  std::string status_file;           ///< written once a second with the statistics; empty: none
+  std::string status_file;           ///< written once a second with the statistics; empty: see StatusFile
 };
 
 /// Adds the options to the command line: ENDPOINT, keys, --listen, --lost-after, --statistics, --status-file,

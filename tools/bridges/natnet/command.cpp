@@ -10,6 +10,7 @@ namespace mocap::natnet {
 namespace {
 
 constexpr std::size_t kMaxSubscriptions = 256;
+constexpr std::size_t kMaxTakeName = 200;  // bytes; a file name has at most 255
 
 std::vector<std::string_view> split(std::string_view text) {
   std::vector<std::string_view> words;
@@ -73,11 +74,20 @@ Answer subscribe(const Words& words, Settings& settings, const CommandFacts& fac
   return kDone;
 }
 
-// Commands for recordings, playback and live mode. Subscribers of the feed cannot record; playback does not exist.
-constexpr std::array<std::string_view, 11> kNotOffered{
-    "StartRecording",       "StopRecording",       "SetRecordTakeName", "SetCurrentSession",       "TimelinePlay",
-    "TimelineStop",         "SetPlaybackTakeName", "EditMode",          "SetPlaybackCurrentFrame", "SetPlaybackLooping",
-    "SetPlaybackStartFrame"};
+// StartRecording, StopRecording and SetRecordTakeName,NAME. The daemon checks the name.
+Answer record(const Words& words, Settings& settings, const CommandFacts& facts) {
+  if (!facts.records) return kNotPossible;
+  if (words[0] == "StartRecording") return Record{true, settings.take_name};
+  if (words[0] == "StopRecording") return Record{false, {}};
+  if (words.size() != 2 || words[1].size() > kMaxTakeName) return kNotPossible;
+  settings.take_name = words[1];
+  return kDone;
+}
+
+// Commands of playback and live mode, which do not exist here.
+constexpr std::array<std::string_view, 8> kNotOffered{
+    "SetCurrentSession",       "TimelinePlay",       "TimelineStop",         "SetPlaybackTakeName", "EditMode",
+    "SetPlaybackCurrentFrame", "SetPlaybackLooping", "SetPlaybackStartFrame"};
 
 }  // namespace
 
@@ -89,6 +99,9 @@ Answer execute(std::string_view text, Settings& settings, const CommandFacts& fa
   if (command == "SetProperty") return set(words, settings, facts);
   if (command == "GetProperty") return get(words, settings);
   if (command == "SubscribeToData" || command == "SubscribeByID") return subscribe(words, settings, facts);
+  if (command == "StartRecording" || command == "StopRecording" || command == "SetRecordTakeName") {
+    return record(words, settings, facts);
+  }
   if (command == "LiveMode") return kDone;
   if (command == "Disconnect") return Leave{};
   const bool known = std::find(kNotOffered.begin(), kNotOffered.end(), command) != kNotOffered.end();

@@ -2,11 +2,13 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "bridges/natnet/server.h"
+#include "bridges/natnet/take_orders.h"
 
 namespace {
 
@@ -16,6 +18,7 @@ constexpr const char* kExamples = R"(examples:
   mocap-natnet                                        clients on this machine, unicast
   mocap-natnet tcp://10.0.0.7:5570 --listen 10.0.0.9  clients in the network of the address 10.0.0.9
   mocap-natnet --listen 10.0.0.9 --multicast 239.255.42.99 --up z
+  mocap-natnet --control tcp://127.0.0.1:5571         clients may start and end takes
   mocap-natnet --to 10.0.0.5:1511                     a client that listens at a fixed port and never connects
 exit codes: 0 stopped, 64 invalid command line, 69 the port is in use or the address is not of this machine)";
 
@@ -25,6 +28,7 @@ struct Options {
   std::string group;
   std::string version = "3.1";
   std::vector<std::string> to;
+  std::string control;
   int command_port = 1510;
   int data_port = 1511;
 };
@@ -55,6 +59,12 @@ void add_options(cli::App& app, Options& options) {
       {{"motive", natnet::Naming::Motive}, {"fbx", natnet::Naming::Fbx}, {"bvh", natnet::Naming::Bvh}},
       "names of bones until a client sets its own; default: motive");
   app.add_option("--to", options.to, "also send to this address and port; may be repeated")->type_name("ADDRESS:PORT");
+  app.add_option(
+         "--control", options.control,
+         "let clients start and end takes through the daemon's control endpoint, usually tcp://ADDRESS:5571; with "
+         "keys, --secret-key needs the role operator. NatNet clients prove nothing: whoever reaches the command port "
+         "can record")
+      ->type_name("ENDPOINT");
   app.add_flag("--discovery", options.server.answer_discovery, "answer clients that search for servers");
   app.add_option("--forget-after", options.server.forget_after_s,
                  "forget a silent client that never sent a keep-alive after this time, s; other clients are forgotten "
@@ -102,6 +112,13 @@ int main(int argc, char** argv) {
   add_options(app, options);
   if (const auto exit = app.parse(argc, argv)) return *exit;
   if (const std::string fault = complete(options); !fault.empty()) return app.fail(fault);
+  std::unique_ptr<natnet::TakeOrders> orders;
+  if (!options.control.empty()) {
+    std::string fault;
+    orders = natnet::TakeOrders::open(options.control, options.bridge.keys, fault);
+    if (!orders) return app.fail("--control: " + fault);
+    options.server.record = [&orders](const natnet::Record& wanted) { return orders->order(wanted); };
+  }
   bridge::Statistics statistics;
   natnet::Server server(options.server, statistics);
   return bridge::run_bridge("mocap-natnet", options.bridge, server, statistics);

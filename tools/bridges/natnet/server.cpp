@@ -118,8 +118,13 @@ void Server::connect(const Peer& from, const Request& request) {
 
 void Server::command(const Peer& from, Client& client, std::string_view text) {
   const Settings before = client.settings;
-  const Answer answer =
-      execute(text, client.settings, {reader_.scene().rate_hz, /*changeable=*/!options_.group.has_value()});
+  Answer answer = execute(text, client.settings,
+                          {reader_.scene().rate_hz, /*changeable=*/!options_.group.has_value(),
+                           /*records=*/options_.record != nullptr});
+  if (const auto* wanted = std::get_if<Record>(&answer)) {
+    bridge::say(kProgram, fmt::format("{} {} a take", to_string(from), wanted->start ? "starts" : "ends"));
+    answer = options_.record(*wanted) ? kDone : kNotPossible;
+  }
   if (client.settings.version != before.version) client.held_ns = monotonic_ns();
   if (const auto* code = std::get_if<std::int32_t>(&answer)) send(from, response_packet(writer_, *code));
   if (const auto* number = std::get_if<float>(&answer)) send(from, response_packet(writer_, *number));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -8,6 +9,7 @@
 
 #include "bridges/lib/bridge.h"
 #include "bridges/lib/udp_socket.h"
+#include "bridges/natnet/command.h"
 #include "bridges/natnet/packets.h"
 #include "bridges/natnet/request.h"
 #include "bridges/natnet/scene.h"
@@ -24,6 +26,8 @@ struct ServerOptions {
   Settings settings;                   ///< of a new client and of the multicast
   std::vector<bridge::Peer> to;        ///< receivers that never connect
   bool answer_discovery = false;
+  /// Passes on a client's order about takes and returns whether it was accepted; empty: clients cannot record.
+  std::function<bool(const Record&)> record;
   double forget_after_s = 3600.0;  ///< a silent client that never sent a keep-alive
 };
 

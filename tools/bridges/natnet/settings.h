@@ -34,6 +34,7 @@ struct Settings {
   bool bodies = true;
   bool skeletons = true;
   std::vector<Subscription> subscriptions;
+  std::string take_name;         ///< of the next take that the client starts
   bool subscribed_only = false;  ///< without a subscription the client gets nothing, else everything
 
   bool operator==(const Settings&) const = default;

@@ -6,6 +6,8 @@
 #include <csignal>
 #include <cstdint>
 
+#include "bridges/status/statistics.h"
+#include "bridges/status/status_file.h"
 #include "bridges/udp/rate_limit.h"
 #include "bridges/udp/udp_sender.h"
 
@@ -18,6 +20,7 @@ constexpr int kUsage = 64;        // sysexits EX_USAGE
 constexpr int kUnavailable = 69;  // sysexits EX_UNAVAILABLE
 constexpr int kWait_ms = 50;      // the longest time until a signal is noticed
 constexpr auto kSilence = std::chrono::seconds(1);
+constexpr auto kStatusInterval = std::chrono::seconds(1);
 constexpr auto kReportInterval = std::chrono::seconds(2);
 
 volatile std::sig_atomic_t stop_asked = 0;
@@ -32,7 +35,8 @@ class SendLoop {
         client_(client),
         receiver_(receiver),
         writer_(writer),
-        limit_(options.rate_hz) {}
+        limit_(options.rate_hz),
+        status_(program, options.status_file) {}
 
   void run() {
     while (stop_asked == 0 && (options_.seconds <= 0.0 || time_s() < options_.seconds)) {
@@ -40,34 +44,43 @@ class SendLoop {
       const auto now = Clock::now();
       if (arrived) {
         last_frame_ = now;
-        if (limit_.admits(now)) send(&frame_);
+        if (limit_.admits(now)) {
+          send(&frame_);
+          counts_.note_added(std::chrono::nanoseconds(Clock::now() - now).count());
+        }
       } else if (now - last_frame_ > kSilence) {
         last_frame_ = now;
+        if (!silent_ && counts_.frames > 0) ++counts_.losses;
+        silent_ = true;
         send(nullptr);
       }
       if (now >= next_report_) report_change();
+      if (now >= next_status_) write_status(now);
     }
   }
 
-  std::uint64_t frames() const { return frames_; }
+  std::uint64_t frames() const { return counts_.frames; }
 
   void report_counts() const {
-    fmt::print(stderr, "{}: frames={} packets={} bytes={} not_sent={} lost={}\n", program_, frames_, packets_, bytes_,
-               not_sent_, client_.statistics().lost);
+    fmt::print(stderr, "{}: frames={} packets={} bytes={} not_sent={} lost={}\n", program_, counts_.frames,
+               counts_.sent, counts_.bytes, counts_.dropped, client_.statistics().lost);
   }
 
  private:
   double time_s() const { return std::chrono::duration<double>(Clock::now() - started_).count(); }
 
   void send(const ClientFrame* frame) {
-    if (frame != nullptr) ++frames_;
+    if (frame != nullptr) {
+      ++counts_.frames;
+      silent_ = false;
+    }
     for (const std::string& packet : writer_.write(frame, time_s())) {
       if (!receiver_.send(packet)) {
-        ++not_sent_;
+        ++counts_.dropped;
         continue;
       }
-      ++packets_;
-      bytes_ += packet.size();
+      ++counts_.sent;
+      counts_.bytes += packet.size();
     }
   }
 
@@ -80,6 +93,12 @@ class SendLoop {
     fmt::print(stderr, "{}: {}\n", program_, now.sentence);
   }
 
+  void write_status(Clock::time_point now) {
+    next_status_ = now + kStatusInterval;
+    status_.write(to_json(program_, counts_, {{options_.host + ":" + options_.port, "udp"}},
+                          client_.diagnose().sentence, client_.statistics().lost));
+  }
+
   const std::string& program_;
   const SendOptions& options_;
   const Client& client_;
@@ -90,10 +109,10 @@ class SendLoop {
   Clock::time_point started_ = Clock::now();
   Clock::time_point last_frame_ = started_;
   Clock::time_point next_report_ = started_ + kReportInterval;
-  std::uint64_t frames_ = 0;
-  std::uint64_t packets_ = 0;
-  std::uint64_t bytes_ = 0;
-  std::uint64_t not_sent_ = 0;  // refused by this machine: too large, or no receiver at that port
+  Statistics counts_;
+  StatusFile status_;
+  Clock::time_point next_status_ = started_;
+  bool silent_ = true;
   int reported_ = -1;
 };
 

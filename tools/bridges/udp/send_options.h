@@ -13,9 +13,10 @@ struct SendOptions {
   ClientOptions feed;
   std::string host = "127.0.0.1";
   std::string port = {};
-  double rate_hz = 60.0;      ///< largest rate
-  double seconds = 0.0;       ///< end after this time; 0: never
-  cli::KeyOptions keys = {};  // the initialiser avoids a warning if the member is omitted
+  double rate_hz = 60.0;         ///< largest rate
+  double seconds = 0.0;          ///< end after this time; 0: never
+  std::string status_file = {};  ///< written once a second with the statistics; empty: see StatusFile
+  cli::KeyOptions keys = {};     // the initialiser avoids a warning if the member is omitted
 };
 
 /// Adds these options to the command line. `options` must outlive App::parse().

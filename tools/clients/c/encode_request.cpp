@@ -17,11 +17,13 @@ enum Field {
   kSubject = 6,
   kCamera = 7,
   kMask = 8,
-  kReload = 9
+  kReload = 9,
+  kTake = 10
 };
 
 // Values of the actions.
 enum Capture { kStart = 1, kStop = 2 };
+enum Take { kTakeStart = 1, kTakeStop = 2, kTakeCancel = 3, kTakeMark = 4, kTakeNext = 5 };
 enum Subject { kAdd = 1, kRemove = 2, kReset = 3, kFit = 4 };
 
 std::string encode_capture(Capture action) {
@@ -62,6 +64,20 @@ std::string encode_mask(const mocap_request& request) {
   return bytes;
 }
 
+std::string encode_take(const mocap_request& request, Take action) {
+  std::string bytes;
+  pbf_writer into(bytes);
+  into.add_enum(1, action);
+  if (request.name != nullptr) into.add_string(2, request.name);
+  if (request.slate != nullptr) into.add_string(3, request.slate);
+  if (request.text != nullptr) into.add_string(4, request.text);
+  into.add_double(5, request.before_s);
+  into.add_double(6, request.seconds);
+  into.add_double(7, request.countdown_s);
+  into.add_int64(8, request.at_utc_ns);
+  return bytes;
+}
+
 }  // namespace
 
 std::string encode_request(const mocap_request& request, std::uint64_t id) {
@@ -81,6 +97,11 @@ std::string encode_request(const mocap_request& request, std::uint64_t id) {
     case MOCAP_REQUEST_CAMERA_SET: into.add_message(kCamera, encode_camera(request)); break;
     case MOCAP_REQUEST_MASK_LEARN: into.add_message(kMask, encode_mask(request)); break;
     case MOCAP_REQUEST_RELOAD: into.add_message(kReload, std::string{}); break;
+    case MOCAP_REQUEST_TAKE_START: into.add_message(kTake, encode_take(request, kTakeStart)); break;
+    case MOCAP_REQUEST_TAKE_STOP: into.add_message(kTake, encode_take(request, kTakeStop)); break;
+    case MOCAP_REQUEST_TAKE_CANCEL: into.add_message(kTake, encode_take(request, kTakeCancel)); break;
+    case MOCAP_REQUEST_TAKE_MARK: into.add_message(kTake, encode_take(request, kTakeMark)); break;
+    case MOCAP_REQUEST_TAKE_NEXT: into.add_message(kTake, encode_take(request, kTakeNext)); break;
     default: return {};
   }
   return bytes;

@@ -423,7 +423,13 @@ enum mocap_request_kind {
   MOCAP_REQUEST_SUBJECT_FIT = 7,    /* `name` has the fit in the offsets */
   MOCAP_REQUEST_CAMERA_SET = 8,     /* exposure_us and gain_db of camera `name` */
   MOCAP_REQUEST_MASK_LEARN = 9,     /* lights of the empty volume, of camera `name` or of all */
-  MOCAP_REQUEST_RELOAD = 10         /* read the configuration again */
+  MOCAP_REQUEST_RELOAD = 10,        /* read the configuration again */
+  /* Takes. The answer's message names the file. */
+  MOCAP_REQUEST_TAKE_START = 11,  /* record the take `name`; refused while another one is recorded */
+  MOCAP_REQUEST_TAKE_STOP = 12,   /* the answer comes when the file is on the disk: give a timeout of 30 s */
+  MOCAP_REQUEST_TAKE_CANCEL = 13, /* end the take and delete its file */
+  MOCAP_REQUEST_TAKE_MARK = 14,   /* write the event `text` into the take */
+  MOCAP_REQUEST_TAKE_NEXT = 15    /* end the take and start the next one of the same slate */
 };
 
 typedef struct mocap_control_options {
@@ -441,7 +447,7 @@ typedef struct mocap_request {
   size_t size;        /* of this struct; set by mocap_request_init */
   int32_t kind;       /* enum mocap_request_kind */
   int32_t timeout_ms; /* 0 (default): that of the options */
-  const char* name;   /* of the subject or camera */
+  const char* name;   /* of the subject, camera or take; NULL for TAKE_START: by [takes] name of the configuration */
   /* Absolute path on the daemon's machine, for SUBJECT_ADD of a new subject; NULL (default): a configured subject. */
   const char* marker_set;
   double exposure_us; /* NaN (default): unchanged */
@@ -454,6 +460,13 @@ typedef struct mocap_request {
   const double* marker_offsets_m;
   size_t marker_offset_count;
   double residual_m; /* rms residual of the markers; 0 (default): unknown */
+  /* For TAKE_START and TAKE_NEXT; NULL and 0 are the defaults. */
+  const char* slate;  /* NULL: the slate of the last take */
+  const char* text;   /* notes; for TAKE_MARK: the text of the mark */
+  double before_s;    /* the take begins so much earlier */
+  double seconds;     /* the take ends after this time; 0: at TAKE_STOP */
+  double countdown_s; /* the take starts after this time */
+  int64_t at_utc_ns;  /* the take starts at this time; 0: at once */
 } mocap_request;
 
 typedef struct mocap_status {

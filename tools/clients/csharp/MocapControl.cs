@@ -202,11 +202,14 @@ internal static partial class Native {
     public IntPtr MarkerOffsets;
     public UIntPtr MarkerOffsetCount;
     public double ResidualM;
+    public IntPtr Slate, Text;
+    public double BeforeS, Seconds, CountdownS;
+    public long AtUtcNs;
   }
 
   public enum RequestKind {
     Status = 1, CaptureStart = 2, CaptureStop = 3, SubjectAdd = 4, SubjectRemove = 5, SubjectReset = 6, SubjectFit = 7,
-    CameraSet = 8, MaskLearn = 9, Reload = 10
+    CameraSet = 8, MaskLearn = 9, Reload = 10, TakeStart = 11, TakeStop = 12, TakeCancel = 13, TakeMark = 14, TakeNext = 15
   }
 
   [DllImport(Library)] public static extern IntPtr mocap_health_new();
@@ -343,6 +346,28 @@ public sealed class Control : IDisposable {
   /// The daemon reads its configuration again; what did not change continues. Nothing changes if the configuration has a fault.
   public string Reload(int timeoutMs = 0) { return Ask(NewRequest(Native.RequestKind.Reload, timeoutMs)); }
 
+  /// Records a take. name: of the file; null: by [takes] name. beforeS: the take begins so much earlier. seconds: its length; 0:
+  /// until StopTake. countdownS, atUtcNs: the take starts later.
+  public string StartTake(string name = null, string slate = null, string notes = null, double beforeS = 0, double seconds = 0,
+                          double countdownS = 0, long atUtcNs = 0) {
+    Native.Request request = NewRequest(Native.RequestKind.TakeStart);
+    request.BeforeS = beforeS;
+    request.Seconds = seconds;
+    request.CountdownS = countdownS;
+    request.AtUtcNs = atUtcNs;
+    return AskTake(request, name, slate, notes);
+  }
+  /// Ends the take. The answer, which names the file, comes when the file is on the disk.
+  public string StopTake(int timeoutMs = 30000) { return Ask(NewRequest(Native.RequestKind.TakeStop, timeoutMs)); }
+  /// Ends the take and deletes its file.
+  public string CancelTake() { return Ask(NewRequest(Native.RequestKind.TakeCancel)); }
+  /// Writes an event with the text into the take.
+  public string MarkTake(string text) { return AskTake(NewRequest(Native.RequestKind.TakeMark), null, null, text); }
+  /// Ends the take, if one is recorded, and starts the next one of the same slate.
+  public string NextTake(string notes = null, int timeoutMs = 30000) {
+    return AskTake(NewRequest(Native.RequestKind.TakeNext, timeoutMs), null, null, notes);
+  }
+
   public void Dispose() {
     if (handle_ != IntPtr.Zero) Native.mocap_control_close(handle_);
     handle_ = IntPtr.Zero;
@@ -372,6 +397,17 @@ public sealed class Control : IDisposable {
     } finally {
       Marshal.FreeHGlobal(request.Name);
       Marshal.FreeHGlobal(request.MarkerSet);
+    }
+  }
+
+  string AskTake(Native.Request request, string name, string slate, string text) {
+    request.Slate = Native.Utf8(slate);
+    request.Text = Native.Utf8(text);
+    try {
+      return Ask(request, name);
+    } finally {
+      Marshal.FreeHGlobal(request.Slate);
+      Marshal.FreeHGlobal(request.Text);
     }
   }
 

@@ -1,4 +1,5 @@
 #include "lib/scoring/figures.h"
+#include "lib/scoring/or_null.h"
 
 #include <fmt/format.h>
 
@@ -7,11 +8,6 @@
 #include <nlohmann/json.hpp>
 
 namespace mocap::scoring {
-
-nlohmann::ordered_json or_null(const std::optional<double>& figure) {
-  if (!figure || !std::isfinite(*figure)) return nullptr;
-  return *figure;
-}
 
 std::optional<double> first_label_s(const LabelCounts& labels) {
   if (labels.first_label_s.empty()) return std::nullopt;

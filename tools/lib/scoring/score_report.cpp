@@ -3,15 +3,11 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "lib/scoring/or_null.h"
 #include "lib/scoring/score.h"
 
 namespace mocap::scoring {
 namespace {
-
-nlohmann::ordered_json or_null(const std::optional<double>& figure) {
-  if (!figure) return nullptr;
-  return *figure;
-}
 
 std::string or_dash(const std::optional<double>& figure, const char* unit) {
   return figure ? fmt::format("{:.3f} {}", *figure, unit) : std::string("-");

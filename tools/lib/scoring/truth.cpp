@@ -20,8 +20,8 @@ PosedBone between(const PosedBone& a, const PosedBone& b, double share) {
   return mixed;
 }
 
-std::pair<std::uint32_t, std::uint32_t> name_of(const NamedMarker& m) { return {m.subject, m.marker}; }
-std::pair<std::uint32_t, std::uint32_t> name_of(const PosedBone& b) { return {b.subject, b.bone}; }
+std::pair<std::uint32_t, std::uint32_t> label_of(const NamedMarker& m) { return {m.subject, m.marker}; }
+std::pair<std::uint32_t, std::uint32_t> label_of(const PosedBone& b) { return {b.subject, b.bone}; }
 
 // Both lists are sorted by label.
 template <class Thing>
@@ -29,9 +29,9 @@ std::vector<Thing> between(const std::vector<Thing>& a, const std::vector<Thing>
   std::vector<Thing> mixed;
   auto other = b.begin();
   for (const Thing& thing : a) {
-    while (other != b.end() && name_of(*other) < name_of(thing)) ++other;
+    while (other != b.end() && label_of(*other) < label_of(thing)) ++other;
     if (other == b.end()) break;
-    if (name_of(*other) == name_of(thing)) mixed.push_back(between(thing, *other, share));
+    if (label_of(*other) == label_of(thing)) mixed.push_back(between(thing, *other, share));
   }
   return mixed;
 }

@@ -30,20 +30,20 @@ constexpr double kFalseLeastRadius_px = 0.8;
 constexpr double kFalseRadii_px = 1.2;
 
 // Area, centroid and second moments of a union of discs, computed on a fine grid.
-struct Silhouette {
+struct SpotSilhouette {
   double area_px2 = 0.0;
   Vector2d centroid = Vector2d::Zero();
   double xx = 0.0, yy = 0.0, xy = 0.0;
 };
 
-Silhouette silhouette_of(std::span<const Spot* const> spots) {
+SpotSilhouette silhouette_of(std::span<const Spot* const> spots) {
   constexpr double kGrid_px = 0.25;
   Vector2d low = Vector2d::Constant(1e9), high = -low;
   for (const Spot* spot : spots) {
     low = low.cwiseMin(spot->centre_px - Vector2d::Constant(spot->radius_px + kGlow_px));
     high = high.cwiseMax(spot->centre_px + Vector2d::Constant(spot->radius_px + kGlow_px));
   }
-  Silhouette sum;
+  SpotSilhouette sum;
   for (double y = 0.5 * kGrid_px; y < high.y() - low.y(); y += kGrid_px) {
     for (double x = 0.5 * kGrid_px; x < high.x() - low.x(); x += kGrid_px) {
       const Vector2d off(x, y);
@@ -86,7 +86,7 @@ Blob BlobMaker::alone(const Spot& spot, double added_px, double sigma_px, scene:
 }
 
 Blob BlobMaker::joined(std::span<const Spot* const> spots, scene::Random& random) const {
-  const Silhouette shape = silhouette_of(spots);
+  const SpotSilhouette shape = silhouette_of(spots);
   Spot whole = *spots.front();
   whole.centre_px = shape.centroid;
   Blob blob = alone(whole, 0.0, kJoinedSigma_px, random);

@@ -125,6 +125,28 @@ class Control:
         """The daemon reads its configuration again; what did not change continues. Nothing changes if the configuration has a fault."""
         return self._do(timeout_s, reload={})
 
+    def start_take(self, name="", slate="", notes="", before_s=0.0, seconds=0.0, countdown_s=0.0, at_utc_ns=0):
+        """Records a take. name: of the file, "": by [takes] name; before_s: the take begins so much earlier; seconds: its length, 0:
+        until stop_take; countdown_s, at_utc_ns: the take starts later."""
+        return self._take("START", name=name, slate=slate, text=notes, before_s=before_s, seconds=seconds, countdown_s=countdown_s,
+                          at_utc_ns=at_utc_ns)
+
+    def stop_take(self, timeout_s=30.0):
+        """Ends the take. The answer, which names the file, comes when the file is on the disk."""
+        return self._take("STOP", timeout_s)
+
+    def cancel_take(self):
+        """Ends the take and deletes its file."""
+        return self._take("CANCEL")
+
+    def mark_take(self, text):
+        """Writes an event with the text into the take."""
+        return self._take("MARK", text=text)
+
+    def next_take(self, timeout_s=30.0):
+        """Ends the take, if one is recorded, and starts the next one of the same slate."""
+        return self._take("NEXT", timeout_s)
+
     # Any request
 
     def ask(self, request, timeout_s=None):
@@ -145,6 +167,9 @@ class Control:
 
     def _do(self, timeout_s=None, **what):
         return self.ask(control_pb2.Request(**what), timeout_s).message
+
+    def _take(self, action, timeout_s=None, **more):
+        return self._do(timeout_s, take={"action": control_pb2.TakeRequest.Action.Value(f"ACTION_{action}"), **more})
 
     def _subject(self, action, name, **more):
         action = control_pb2.SubjectRequest.Action.Value(f"ACTION_{action}")

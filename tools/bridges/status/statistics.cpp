@@ -1,4 +1,4 @@
-#include "bridges/lib/statistics.h"
+#include "bridges/status/statistics.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

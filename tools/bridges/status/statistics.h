@@ -21,7 +21,7 @@ class Statistics {
   std::uint64_t frames = 0;    ///< from the feed
   std::uint64_t sent = 0;      ///< packets
   std::uint64_t bytes = 0;     ///< sent
-  std::uint64_t dropped = 0;   ///< packets that the kernel did not take: a full buffer
+  std::uint64_t dropped = 0;   ///< packets that the kernel did not take: a full buffer, or no receiver at that port
   std::uint64_t requests = 0;  ///< from receivers, understood
   std::uint64_t invalid = 0;   ///< packets from receivers that are no valid requests
   std::uint64_t losses = 0;    ///< times that the feed fell silent
