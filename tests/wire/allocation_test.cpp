@@ -9,23 +9,23 @@
 #include "wire/codec/encode.h"
 #include "wire/zmq_publisher.h"
 
-namespace allocation_test {
+namespace {
 thread_local std::size_t allocations = 0;
-}  // namespace allocation_test
+}  // namespace
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kCanCount = false;  // the sanitizer replaces operator new
 #else
 constexpr bool kCanCount = true;
 
-namespace allocation_test {
+namespace {
 
 void* counted(std::size_t size) {
   ++allocations;
   if (void* memory = std::malloc(size)) return memory;
   throw std::bad_alloc();
 }
-}  // namespace allocation_test
+}  // namespace
 
 void* operator new(std::size_t size) { return counted(size); }
 void* operator new[](std::size_t size) { return counted(size); }

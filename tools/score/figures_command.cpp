@@ -43,7 +43,7 @@ constexpr const char* kSkeletonHelp =
     "  mocap-score skeleton --truth truth.jsonl --stream stream.jsonl\n"
     "  mocap-score skeleton --truth truth.jsonl --stream stream.jsonl --plots plots\n";
 
-struct Options {
+struct FiguresOptions {
   std::string truth, stream, plots;
   bool json = false;
 };
@@ -55,12 +55,12 @@ struct Judged {
   std::uint64_t without_truth = 0;
 };
 
-int fail(const Error& error) {
+int fail_figures(const Error& error) {
   fmt::print(stderr, "mocap-score: {}\n", error.message);
   return error.code == ErrorCode::InvalidArgument ? kExitData : kExitNoInput;
 }
 
-Result<Judged> judge(const Options& options) {
+Result<Judged> judge(const FiguresOptions& options) {
   Result<std::vector<scoring::EvalFrame>> known = scoring::read_frames(options.truth);
   if (!known) return known.error();
   const Result<scoring::Truth> truth = scoring::Truth::of(std::move(*known));
@@ -97,7 +97,7 @@ Json with_subjects(const std::map<std::uint32_t, Counts>& by_subject) {
   return object;
 }
 
-Status draw(const Options& options, const Judged& judged, bool names) {
+Status draw(const FiguresOptions& options, const Judged& judged, bool names) {
   if (options.plots.empty()) return {};
   std::error_code error;
   fs::create_directories(options.plots, error);
@@ -134,7 +134,7 @@ void print(const Json& object, bool json) {
 }
 
 int run(int argc, const char* const* argv, bool names) {
-  Options options;
+  FiguresOptions options;
   cli::App app(names ? "Scores the labels of a stream." : "Scores the bones of a stream.",
                names ? "mocap-score labels" : "mocap-score skeleton");
   app.add_option("--truth", options.truth, "truth, JSON lines")->required();
@@ -144,7 +144,7 @@ int run(int argc, const char* const* argv, bool names) {
   app.footer(names ? kLabelsHelp : kSkeletonHelp);
   if (const auto exit = app.parse(argc, argv)) return *exit;
   auto judged = judge(options);
-  if (!judged) return fail(judged.error());
+  if (!judged) return fail_figures(judged.error());
   Json object = names ? with_subjects(judged->names) : with_subjects(judged->bones.counts());
   if (names) {
     scoring::put(object, judged->labels.mot());
@@ -154,7 +154,7 @@ int run(int argc, const char* const* argv, bool names) {
   object["frames_without_truth"] = judged->without_truth;
   print(object, options.json);
   const Status drawn = draw(options, *judged, names);
-  return drawn ? kExitOk : fail(drawn.error());
+  return drawn ? kExitOk : fail_figures(drawn.error());
 }
 
 }  // namespace

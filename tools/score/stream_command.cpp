@@ -35,7 +35,7 @@ Demands filled_up(Demands demands) {
   return demands;
 }
 
-struct Options {
+struct StreamOptions {
   std::string truth;
   std::string stream;
   scoring::ScoreSettings settings;
@@ -75,18 +75,18 @@ bool meets(const scoring::Score& s, const Demands& demands) {
   return std::all_of(std::begin(met), std::end(met), [](bool m) { return m; });
 }
 
-int fail(const Error& error) {
+int fail_stream(const Error& error) {
   fmt::print(stderr, "mocap-score: {}\n", error.message);
   return error.code == ErrorCode::InvalidArgument ? kExitData : kExitNoInput;
 }
 
-int score_files(const Options& options) {
+int score_files(const StreamOptions& options) {
   Result<std::vector<scoring::EvalFrame>> known = scoring::read_frames(options.truth);
-  if (!known) return fail(known.error());
+  if (!known) return fail_stream(known.error());
   const Result<scoring::Truth> truth = scoring::Truth::of(std::move(*known));
-  if (!truth) return fail({truth.error().code, options.truth + ": " + truth.error().message});
+  if (!truth) return fail_stream({truth.error().code, options.truth + ": " + truth.error().message});
   const Result<std::vector<scoring::EvalFrame>> stream = scoring::read_frames(options.stream);
-  if (!stream) return fail(stream.error());
+  if (!stream) return fail_stream(stream.error());
 
   const scoring::Score result = scoring::score(*truth, *stream, options.settings);
 
@@ -94,7 +94,7 @@ int score_files(const Options& options) {
   return meets(result, options.require_match ? filled_up(options.demands) : options.demands) ? 0 : kNotMet;
 }
 
-void add_options(cli::App& app, Options& options) {
+void add_options(cli::App& app, StreamOptions& options) {
   app.add_option("--truth", options.truth, "JSON lines of the truth")->required();
   app.add_option("--stream", options.stream, "JSON lines of the stream (mocap-watch --json); -: standard input")
       ->required();
@@ -117,7 +117,7 @@ void add_options(cli::App& app, Options& options) {
 }  // namespace
 
 int run_score(int argc, const char* const* argv) {
-  Options options;
+  StreamOptions options;
   cli::App app("Compares a stream of snapshots with the truth.", "mocap-score");
   add_options(app, options);
   app.examples(

@@ -1,11 +1,12 @@
 #include "lib/scoring/figures.h"
-#include "lib/scoring/or_null.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+
+#include "lib/scoring/or_null.h"
 
 namespace mocap::scoring {
 
