@@ -15,7 +15,7 @@
 namespace mocap::calibrate {
 namespace lens_command_test {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr int kWidth_px = 320;
 constexpr int kHeight_px = 240;

@@ -60,7 +60,7 @@ class RigCommands : public ::testing::Test {
   std::string path(const char* name) const { return (folder_.path() / name).string(); }
 
   std::vector<std::string> files(const Take& take, const Rig& rig) const {
-    testing::write_recording(path("take.blobs"), take, rig);
+    calibrate::testing::write_recording(path("take.blobs"), take, rig);
     EXPECT_TRUE(settings::save_rig(path("rig.toml"), rig, {}));
     return {"--blobs", path("take.blobs"), "--rig", path("rig.toml")};
   }

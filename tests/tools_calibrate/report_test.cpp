@@ -12,7 +12,7 @@
 namespace mocap::calibrate {
 namespace report_test {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 struct Solved {
   Rig truth;
@@ -54,7 +54,7 @@ TEST(Report, TheJsonHasTheDocumentedKeys) {
   EXPECT_GT(json["wand"]["std_mm"].get<double>(), 0.0);
   EXPECT_LT(std::abs(json["scale_error"].get<double>()), 1e-3);
   EXPECT_TRUE(json["floor"].is_null());  // not measured
-  EXPECT_THAT(json["grade"].get<std::string>(), testing::AnyOf("excellent", "good"));
+  EXPECT_THAT(json["grade"].get<std::string>(), ::testing::AnyOf("excellent", "good"));
   EXPECT_LT(json["position_error_mm"].get<double>(), 1.0);
   EXPECT_LT(json["rotation_error_deg"].get<double>(), 0.02);
 }
@@ -66,8 +66,8 @@ TEST(Report, ThePageShowsEachCameraAndEscapesNames) {
   for (const auto& camera : solved().evidence.rig) EXPECT_THAT(svg, HasSubstr(">" + camera.name + "<"));
   EXPECT_THAT(svg, HasSubstr("Wand length"));
   EXPECT_THAT(svg, HasSubstr("Uncertainty of a marker position"));
-  EXPECT_THAT(svg, testing::Not(HasSubstr("nan")));
-  EXPECT_THAT(svg, testing::Not(HasSubstr("inf")));
+  EXPECT_THAT(svg, ::testing::Not(HasSubstr("nan")));
+  EXPECT_THAT(svg, ::testing::Not(HasSubstr("inf")));
 }
 
 TEST(Report, TheSuffixOfTheFileDecidesTheFormat) {
@@ -77,9 +77,9 @@ TEST(Report, TheSuffixOfTheFileDecidesTheFormat) {
     std::ifstream in(folder.path() / name);
     return std::string(std::istreambuf_iterator<char>(in), {});
   };
-  EXPECT_THAT(text_of("report.svg"), testing::StartsWith("<svg"));
-  EXPECT_THAT(text_of("report.json"), testing::StartsWith("{"));
-  EXPECT_THAT(text_of("report.txt"), testing::StartsWith("north hall"));
+  EXPECT_THAT(text_of("report.svg"), ::testing::StartsWith("<svg"));
+  EXPECT_THAT(text_of("report.json"), ::testing::StartsWith("{"));
+  EXPECT_THAT(text_of("report.txt"), ::testing::StartsWith("north hall"));
   // Set MOCAP_KEEP_REPORT to a path to look at the report.
   const char* kept = std::getenv("MOCAP_KEEP_REPORT");
   if (kept != nullptr) {

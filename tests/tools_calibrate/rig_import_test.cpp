@@ -11,7 +11,7 @@ namespace rig_import_test {
 using calibration::RigFormat;
 using support::expect_same_rig;
 using support::random_rig;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 std::string faults_of(const std::string& file, const std::string& text, std::optional<RigFormat> format = {}) {
   const support::TemporaryFolder folder;

@@ -52,7 +52,7 @@ class WandCommand : public ::testing::Test {
 
   // Runs on a recording, with `before` as the previous rig.
   Outcome run_on(const Take& take, const Rig& truth, const Rig& before, std::vector<std::string> more = {}) const {
-    testing::write_recording(path("take.blobs"), take, truth);
+    calibrate::testing::write_recording(path("take.blobs"), take, truth);
     EXPECT_TRUE(settings::save_rig(path("before.toml"), before, {}));
     std::vector<std::string> arguments{"--blobs", path("take.blobs"), "--rig", path("before.toml"),
                                        "--out",   path("rig.toml")};
@@ -97,7 +97,7 @@ TEST_F(WandCommand, WritesReportsBesideTheRig) {
 
 TEST_F(WandCommand, EstimatesUnknownLensesAndAProvisionalFloor) {
   WandWorld world(small_world(), kWand, 22);
-  testing::write_recording(path("take.blobs"), world.take(), world.truth());
+  calibrate::testing::write_recording(path("take.blobs"), world.take(), world.truth());
 
   const Outcome ran = run({"--blobs", path("take.blobs"), "--fov", "60", "--out", path("rig.toml")});
 

@@ -6,9 +6,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "lib/scoring/or_null.h"
-
 namespace mocap::scoring {
+
+nlohmann::ordered_json or_null(const std::optional<double>& figure) {
+  if (!figure) return nullptr;
+  return *figure;
+}
 
 std::optional<double> first_label_s(const LabelCounts& labels) {
   if (labels.first_label_s.empty()) return std::nullopt;

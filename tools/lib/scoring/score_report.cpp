@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "lib/scoring/or_null.h"
+#include "lib/scoring/figures.h"
 #include "lib/scoring/score.h"
 
 namespace mocap::scoring {
