@@ -29,6 +29,8 @@
 #include "take/take_recorder.h"
 #include "track2d/following_blob_tracker.h"
 #include "track3d/kalman_marker_tracker.h"
+#include "trigger/desk.h"
+#include "trigger/udp_port.h"
 #include "wire/zmq_control.h"
 #include "wire/zmq_publisher.h"
 
@@ -143,10 +145,35 @@ std::vector<take::TakeFile> take_files(const settings::DaemonSettings& settings)
   return files;
 }
 
-// Null in a replay, whose blobs are recorded already, and if nobody can ask for a take.
+// Not in a replay, whose blobs are recorded already, and not if nobody can ask for a take.
+bool records_takes(const settings::DaemonSettings& settings) {
+  return !is_replay(settings) && (settings.control.endpoint != "none" || settings.trigger.listens());
+}
+
+// Null if no takes are recorded.
 std::unique_ptr<TakeRecorder> make_takes(const settings::DaemonSettings& settings, const Description& description) {
-  if (is_replay(settings) || settings.control.endpoint == "none") return nullptr;
+  if (!records_takes(settings)) return nullptr;
   return take::make_take_recorder(settings.takes, description, take_files(settings));
+}
+
+// Null if takes have no remote triggers.
+Result<std::unique_ptr<runtime::TriggerParts>> open_trigger(const settings::DaemonSettings& settings) {
+  const trigger::TriggerSettings& wanted = settings.trigger;
+  if (!records_takes(settings) || !(wanted.listens() || wanted.tells())) {
+    return std::unique_ptr<runtime::TriggerParts>{};
+  }
+  Result<std::unique_ptr<DatagramPort>> port = trigger::open_udp_port(wanted);
+  if (!port) return port.error();
+  // Seconds since 1970: fewer packets than seconds. Vicon refuses numbers over 1e10.
+  const std::int64_t utc_s = (to_ns(host_now()) + utc_minus_host().count()) / 1'000'000'000;
+  auto parts = std::make_unique<runtime::TriggerParts>();
+  parts->desk = trigger::make_desk(wanted, static_cast<std::uint64_t>(utc_s));
+  parts->port = std::move(*port);
+  if (wanted.listens()) {
+    log_info("trigger",
+             fmt::format("takes are started and stopped by UDP packets of {}", fmt::join(wanted.senders, ", ")));
+  }
+  return parts;
 }
 
 Result<runtime::CameraChange> change_camera(const settings::DaemonSettings& before, const settings::DaemonSettings& now,
@@ -246,6 +273,9 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   if (!blobs) return blobs.error();
   made.parts.blob_writer = std::move(*blobs);
   made.parts.takes = make_takes(settings, made.parts.description);
+  Result<std::unique_ptr<runtime::TriggerParts>> trigger = open_trigger(settings);
+  if (!trigger) return trigger.error();
+  made.parts.trigger = std::move(*trigger);
   if (!settings.kept.empty()) made.parts.writers.push_back(settings::make_subject_keeper(settings.kept));
   return made;
 }
@@ -292,6 +322,9 @@ Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& 
   if (!now.subject_models.empty()) change.explainer = assemble_explainer(now);
   if (!settings::same_feed(before, now)) change.open_publisher = [&now] { return open_publisher(now); };
   if (!settings::same_control(before, now)) change.open_control = [&now] { return open_control(now); };
+  if (!settings::same_section(before, now, "trigger") || records_takes(before) != records_takes(now)) {
+    change.open_trigger = [&now] { return open_trigger(now); };
+  }
 
   change.snapshots_continue = before.record.snapshots == now.record.snapshots && pipeline.records_snapshots();
   if (!change.snapshots_continue) {
@@ -304,8 +337,7 @@ Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& 
     if (!blobs) return blobs.error();
     change.blob_writer = std::move(*blobs);
   }
-  const bool none_before = before.control.endpoint == "none", none_now = now.control.endpoint == "none";
-  change.takes_continue = before.takes == now.takes && !none_before && !none_now;
+  change.takes_continue = before.takes == now.takes && records_takes(before) && records_takes(now);
   if (!change.takes_continue) change.takes = make_takes(now, change.description);
   if (!now.kept.empty()) change.writers.push_back(settings::make_subject_keeper(now.kept));
   return change;

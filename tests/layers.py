@@ -50,6 +50,7 @@ THIRD_PARTIES = {
     "toml++": (r"toml", "settings"),
     "libsystemd": (r"systemd/", "runtime/service.cpp"),
     "CLI11": (r"CLI/", "main"),
+    "expat": (r"expat", "trigger/xml_packet.cpp"),
     "JSON": (r"nlohmann/", "export take wire"),
     "compression": (r"(zstd|lz4frame|zlib)\.h", "take/mcap"),
 }

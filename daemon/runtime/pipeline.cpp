@@ -36,6 +36,7 @@ Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
     set_recording(*unit.channel);
   }
   set_takes(std::move(parts.takes));
+  set_trigger(std::move(parts.trigger));
   if (!parts.writers.empty()) {
     to_side_ = std::make_unique<SnapshotChannel>(at_least_one(settings_.side_queue_snapshots));
     side_worker_ =
@@ -64,6 +65,7 @@ Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
   start_fusion();
   for (std::size_t i = 0; i < cameras_.size(); ++i) start_camera(i);
   start_control();
+  start_trigger();
 }
 
 Pipeline::~Pipeline() { stop(); }
@@ -208,6 +210,28 @@ void Pipeline::stop_take_disk() {
   if (take_disk_thread_.joinable()) take_disk_thread_.join();
 }
 
+// Call while the trigger thread does not run.
+void Pipeline::set_trigger(std::unique_ptr<TriggerParts> parts) {
+  trigger_worker_.reset();
+  take_channel_.news_wanted.store(parts != nullptr, std::memory_order_release);
+  while (take_channel_.news.front() != nullptr) take_channel_.news.pop();
+  if (parts) trigger_worker_ = std::make_unique<TriggerWorker>(std::move(*parts), take_channel_);
+}
+
+void Pipeline::start_trigger() {
+  if (!trigger_worker_) return;
+  trigger_thread_ = std::jthread([this](const std::stop_token& token) {
+    name_this_thread("mocap-trigger");
+    trigger_worker_->run(token);
+  });
+}
+
+void Pipeline::stop_trigger() {
+  trigger_thread_.request_stop();
+  take_channel_.news_came.signal();
+  if (trigger_thread_.joinable()) trigger_thread_.join();
+}
+
 void Pipeline::start_publish() {
   publish_worker_->resume();
   publish_thread_ = std::jthread([this] {
@@ -259,7 +283,11 @@ void Pipeline::stop() {
   if (fusion_thread_.joinable()) fusion_thread_.join();
   stop_take_intake();
   stop_take_disk();
-  if (take_worker_) take_worker_->finish();
+  if (take_worker_) {
+    take_worker_->finish();
+    take_worker_->tell_changes();
+  }
+  stop_trigger();
   // After the end of the fusion thread, the publish and side threads process the waiting snapshots and return.
   if (publish_thread_.joinable()) publish_thread_.join();
   if (side_thread_.joinable()) side_thread_.join();

@@ -25,6 +25,7 @@
 #include "runtime/runtime_settings.h"
 #include "runtime/side_worker.h"
 #include "runtime/take_worker.h"
+#include "runtime/trigger_worker.h"
 #include "synchronise/frame_aligner.h"
 
 namespace mocap::runtime {
@@ -39,6 +40,7 @@ struct PipelineParts {
   std::unique_ptr<ControlServer> control;           ///< none: no requests are received
   std::unique_ptr<SearchExplainer> explainer = {};  ///< none: health has no reasons for missing subjects
   std::unique_ptr<TakeRecorder> takes = {};         ///< none: no takes are recorded
+  std::unique_ptr<TriggerParts> trigger = {};       ///< none: takes have no remote triggers
 };
 
 /// How a camera continues in the next configuration.
@@ -75,6 +77,7 @@ struct PipelineChange {
   bool blobs_continue = false;                   ///< only with the same cameras
   std::unique_ptr<TakeRecorder> takes = {};      ///< null: no takes are recorded, or takes_continue
   bool takes_continue = false;                   ///< with the same recorder
+  OpenPart<TriggerParts> open_trigger = {};      ///< may return null: takes have no remote triggers
 };
 
 /// All threads and the queues between them. The threads run from the constructor to `stop`. The main thread owns it.
@@ -154,6 +157,7 @@ class Pipeline {
   void change_side(PipelineChange& change);
   Status change_publisher(const OpenPart<Publisher>& open);
   Status change_control(const OpenPart<ControlServer>& open);
+  Status change_trigger(const OpenPart<TriggerParts>& open);
 
   void start_camera(std::size_t camera);
   void start_side();
@@ -163,6 +167,9 @@ class Pipeline {
   void stop_take_intake();
   void stop_take_disk();
   void set_takes(std::unique_ptr<TakeRecorder> recorder);
+  void set_trigger(std::unique_ptr<TriggerParts> parts);
+  void start_trigger();
+  void stop_trigger();
   void change_takes(PipelineChange& change);
   void start_publish();
   void start_fusion();
@@ -191,6 +198,7 @@ class Pipeline {
   std::unique_ptr<BlobRecorder> blob_recorder_;
   std::unique_ptr<ExplainWorker> explain_worker_;
   std::unique_ptr<TakeWorker> take_worker_;
+  std::unique_ptr<TriggerWorker> trigger_worker_;
   std::vector<std::unique_ptr<SideFile>> ended_files_;  // to be finished
   std::unique_ptr<TakeWorker> ended_takes_;             // to be finished
   std::vector<CameraUnit> cameras_;                     // by CameraId
@@ -206,6 +214,7 @@ class Pipeline {
   std::jthread explain_thread_;
   std::jthread take_intake_thread_;
   std::jthread take_disk_thread_;
+  std::jthread trigger_thread_;
 };
 
 }  // namespace mocap::runtime

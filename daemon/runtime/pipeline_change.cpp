@@ -29,6 +29,7 @@ Status Pipeline::change(PipelineChange change) {
   Status changed = change_control(change.open_control);
   change_row(change);
   if (changed) changed = change_publisher(change.open_publisher);
+  if (changed) changed = change_trigger(change.open_trigger);
   start_side();
   start_recorder();
   start_takes();
@@ -224,6 +225,17 @@ Status Pipeline::change_publisher(const OpenPart<Publisher>& open) {
   Result<std::unique_ptr<Publisher>> publisher = open();
   if (!publisher) return publisher.error();
   publish_worker_->set_publisher(std::move(*publisher));
+  return {};
+}
+
+Status Pipeline::change_trigger(const OpenPart<TriggerParts>& open) {
+  if (!open) return {};
+  stop_trigger();
+  set_trigger(nullptr);  // closes the sockets
+  Result<std::unique_ptr<TriggerParts>> parts = open();
+  if (!parts) return parts.error();
+  set_trigger(std::move(*parts));
+  start_trigger();
   return {};
 }
 

@@ -9,6 +9,9 @@ namespace {
 // Period of the disk thread during a take: with the chunks of 50 ms, a crash loses less than 100 ms of a take.
 constexpr Duration kDiskPeriod = std::chrono::milliseconds(10);
 constexpr Duration kReportPeriod = std::chrono::milliseconds(250);
+// Numbers of the trigger's orders have this bit on their way through the recorder: its answers go to the trigger
+// thread.
+constexpr std::uint64_t kOfTrigger = std::uint64_t{1} << 63U;
 
 }  // namespace
 
@@ -64,14 +67,54 @@ bool TakeWorker::take_in() {
 void TakeWorker::run_disk(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     const WakeSignal::Ticket ticket = channel_.ordered.ticket();
-    TakeOrder order;
-    while (channel_.orders.try_pop(order)) recorder_->follow(order, host_now());
+    follow_orders();
     recorder_->work(host_now());
     report(host_now());
-    while (const auto answer = recorder_->next_answer()) static_cast<void>(channel_.done.try_push(*answer));
+    pass_answers();
+    tell_changes();
     const bool busy = reported_ == TakeState::Waiting || reported_ == TakeState::Recording;
     channel_.ordered.wait(ticket, busy ? kDiskPeriod : kStopCheckPeriod);
   }
+}
+
+void TakeWorker::follow_orders() {
+  TakeOrder order;
+  while (channel_.orders.try_pop(order)) recorder_->follow(order, host_now());
+  while (channel_.trigger_orders.try_pop(order)) {
+    const std::uint64_t number = order.number;
+    order.number |= kOfTrigger;
+    recorder_->follow(order, host_now());
+    if (!pass_answers(number)) tell({number, std::nullopt, recorder_->health()});
+  }
+}
+
+// Returns whether the trigger's order `awaited` was answered.
+bool TakeWorker::pass_answers(std::uint64_t awaited) {
+  bool came = false;
+  while (auto answer = recorder_->next_answer()) {
+    if ((answer->order & kOfTrigger) == 0) {
+      static_cast<void>(channel_.done.try_push(*answer));
+      continue;
+    }
+    const std::uint64_t number = answer->order &= ~kOfTrigger;
+    came = came || number == awaited;
+    tell({number, *std::move(answer), recorder_->health()});
+  }
+  return came;
+}
+
+void TakeWorker::tell(TakeNews news) {
+  if (!channel_.news_wanted.load(std::memory_order_acquire)) return;
+  told_ = {news.take->state, news.take->takes};
+  static_cast<void>(channel_.news.try_push(news));
+  channel_.news_came.signal();
+}
+
+void TakeWorker::tell_changes() {
+  if (!channel_.news_wanted.load(std::memory_order_acquire)) return told_.reset();
+  const TakeHealth take = recorder_->health();
+  if (told_ && told_->state == take.state && told_->takes == take.takes) return;
+  tell({0, std::nullopt, take});
 }
 
 void TakeWorker::report(Timestamp now) {

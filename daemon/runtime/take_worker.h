@@ -1,11 +1,15 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <vector>
 
 #include "base/spsc_queue.h"
+#include "base/wake_descriptor.h"
 #include "base/wake_signal.h"
+#include "model/take_news.h"
 #include "module/take_recorder.h"
 #include "runtime/camera_worker.h"
 #include "runtime/fusion_worker.h"
@@ -14,11 +18,15 @@ namespace mocap::runtime {
 
 /// Queues between the recorder of takes and the other threads, besides those of images and snapshots.
 struct TakeChannel {
-  SpscQueue<TakeOrder> orders{4};   ///< from the control thread, which then signals ordered
-  WakeSignal ordered;               ///< wakes the disk thread
-  SpscQueue<TakeDone> done{8};      ///< to the control thread
-  SpscQueue<Health> health{4};      ///< from the publish thread, with each report
-  SpscQueue<TakeHealth> states{8};  ///< to the publish thread, several times a second and at each change
+  SpscQueue<TakeOrder> orders{4};          ///< from the control thread, which then signals ordered
+  WakeSignal ordered;                      ///< wakes the disk thread
+  SpscQueue<TakeDone> done{8};             ///< to the control thread
+  SpscQueue<Health> health{4};             ///< from the publish thread, with each report
+  SpscQueue<TakeHealth> states{8};         ///< to the publish thread, several times a second and at each change
+  SpscQueue<TakeOrder> trigger_orders{8};  ///< from the trigger thread, which then signals ordered
+  SpscQueue<TakeNews> news{32};            ///< to the trigger thread, if news_wanted
+  WakeDescriptor news_came;                ///< wakes the trigger thread
+  std::atomic<bool> news_wanted{false};    ///< a trigger thread runs
 };
 
 /// The two threads of the recorder of takes. Intake empties the queues of images and snapshots and never waits for the
@@ -39,10 +47,15 @@ class TakeWorker {
   void change(const Description& description, std::vector<CameraChannel*> cameras);
   /// Ends a take in progress. Call while no thread runs; the last call.
   void finish() { recorder_->finish(host_now()); }
+  /// Tells the trigger thread of another take, or another state of the take. Disk thread, or while it does not run.
+  void tell_changes();
 
  private:
   bool take_in();
   void report(Timestamp now);
+  void follow_orders();
+  bool pass_answers(std::uint64_t awaited = 0);
+  void tell(TakeNews news);
 
   std::unique_ptr<TakeRecorder> recorder_;
   std::vector<CameraChannel*> cameras_;
@@ -51,6 +64,11 @@ class TakeWorker {
   WakeSignal& wake_;
   Timestamp reported_at_;
   TakeState reported_ = TakeState::None;
+  struct Told {
+    TakeState state = TakeState::None;
+    std::uint64_t takes = 0;
+  };
+  std::optional<Told> told_;  // to the trigger thread
 };
 
 }  // namespace mocap::runtime

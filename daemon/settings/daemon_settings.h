@@ -27,6 +27,7 @@
 #include "take/takes_settings.h"
 #include "track2d/track_blobs_settings.h"
 #include "track3d/track_markers_settings.h"
+#include "trigger/trigger_settings.h"
 #include "wire/wire_settings.h"
 
 namespace mocap::settings {
@@ -67,6 +68,7 @@ struct DaemonSettings {
   wire::ControlSettings control;
   take::RecordSettings record;
   take::TakesSettings takes;
+  trigger::TriggerSettings trigger;
   runtime::PipelineSettings pipeline;
 
   std::filesystem::path file;           ///< of this configuration

@@ -67,6 +67,11 @@ TEST(Sections, NameTheUnitOfEachNumberThatHasOne) {
                                            "publish_fifo_priority",
                                            "threshold",
                                            "low_threshold",
+                                           "xml_ports",
+                                           "xsens_ports",
+                                           "osc_ports",
+                                           "xml_answer_port",
+                                           "osc_answer_port",
                                            "camera_cpus",
                                            "fusion_cpus",
                                            "publish_cpus"};

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/time.h"
+#include "model/take_news.h"
+#include "model/take_order.h"
+#include "module/datagram_port.h"
+
+namespace mocap {
+
+/// What a TriggerDesk wants done.
+struct TriggerActions {
+  struct Line {
+    bool refused = false;
+    std::string text;
+  };
+
+  std::optional<TakeOrder> order;  ///< for the recorder; its number is the desk's
+  std::vector<Datagram> packets;   ///< to be sent
+  std::vector<Line> lines;         ///< for the log
+};
+
+/// Decides what remote triggers do: reads their packets, orders takes, answers, and tells others about takes. Opens
+/// nothing and reads no clock. One thread.
+class TriggerDesk {
+ public:
+  virtual ~TriggerDesk() = default;
+
+  virtual TriggerActions receive(const Datagram& datagram, Timestamp now) = 0;
+
+  /// The recorder answered an order, is executing one, or has another take.
+  virtual TriggerActions hear(const TakeNews& news, Timestamp now) = 0;
+};
+
+}  // namespace mocap

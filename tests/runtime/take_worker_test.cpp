@@ -1,0 +1,170 @@
+#include "runtime/take_worker.h"
+
+#include <gtest/gtest.h>
+#include <poll.h>
+
+#include <deque>
+#include <thread>
+
+#include "model/search_health.h"
+
+namespace mocap::runtime {
+namespace take_worker_test {
+
+constexpr int kPatience_ms = 60'000;
+
+// Starts at once, and ends a take with the next call of `work`.
+class ScriptedRecorder final : public TakeRecorder {
+ public:
+  void keep(const BlobFrame&) override {}
+  void keep(const Snapshot&) override {}
+  void keep(const Health&) override {}
+  void learn(const SubjectFit&) override {}
+  void count_dropped_images(std::uint64_t) override {}
+  void describe(const Description&, Timestamp) override {}
+
+  void follow(const TakeOrder& order, Timestamp) override {
+    if (order.action == TakeAction::Stop && take_.state == TakeState::Recording) {
+      stopped_by_ = order.number;
+      return;
+    }
+    const bool starts = order.action == TakeAction::Start && take_.state != TakeState::Recording;
+    if (starts) begin(order.name);
+    answers_.push_back({order.number, starts ? TakeOutcome::Done : TakeOutcome::Failed, order.name});
+  }
+  void work(Timestamp) override {
+    if (stopped_by_ == 0) return;
+    take_.state = TakeState::Ended;
+    answers_.push_back({stopped_by_, TakeOutcome::Done, "ended"});
+    stopped_by_ = 0;
+  }
+  std::optional<TakeDone> next_answer() override {
+    if (answers_.empty()) return std::nullopt;
+    TakeDone answer = answers_.front();
+    answers_.pop_front();
+    return answer;
+  }
+  TakeHealth health() const override { return take_; }
+  void finish(Timestamp) override {
+    if (take_.state == TakeState::Recording) take_.state = TakeState::Ended;
+  }
+
+ private:
+  void begin(const std::string& name) {
+    take_.state = TakeState::Recording;
+    take_.name = bounded_text<255>(name);
+    ++take_.takes;
+  }
+
+  TakeHealth take_;
+  std::uint64_t stopped_by_ = 0;
+  std::deque<TakeDone> answers_;
+};
+
+// The disk thread, and this test as control thread and trigger thread.
+class TakeWorkerTest : public testing::Test {
+ protected:
+  ~TakeWorkerTest() override {
+    disk.request_stop();
+    channel.ordered.signal();
+  }
+
+  void start() {
+    disk = std::jthread([this](const std::stop_token& stop) { worker.run_disk(stop); });
+  }
+  void order(SpscQueue<TakeOrder>& queue, std::uint64_t number, TakeAction action, const std::string& name = {}) {
+    ASSERT_TRUE(queue.try_push({.number = number, .action = action, .name = name}));
+    channel.ordered.signal();
+  }
+  TakeNews next_news() {
+    for (;;) {
+      channel.news_came.clear();
+      TakeNews news;
+      if (channel.news.try_pop(news)) return news;
+      pollfd wanted{channel.news_came.number(), POLLIN, 0};
+      if (::poll(&wanted, 1, kPatience_ms) == 1) continue;
+      ADD_FAILURE() << "no news";
+      return {};
+    }
+  }
+  TakeDone next_answer() {
+    TakeDone answer;
+    for (int tries = 0; tries < kPatience_ms && !channel.done.try_pop(answer); ++tries) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return answer;
+  }
+
+  WakeSignal wake;
+  SnapshotChannel snapshots{4};
+  TakeChannel channel;
+  TakeWorker worker{std::make_unique<ScriptedRecorder>(), {}, snapshots, channel, wake};
+  std::jthread disk;
+};
+
+TEST_F(TakeWorkerTest, GivesTheTriggerItsAnswersAndTheTakeThatTheyMade) {
+  channel.news_wanted = true;
+  start();
+  EXPECT_EQ(next_news().take->state, TakeState::None);  // as it is at the start
+
+  order(channel.trigger_orders, 7, TakeAction::Start, "walk");
+  const TakeNews started = next_news();
+  EXPECT_EQ(started.order, 7U);
+  ASSERT_TRUE(started.done && started.take);
+  EXPECT_EQ(started.done->order, 7U);
+  EXPECT_EQ(text_of(started.take->name), "walk");
+
+  order(channel.trigger_orders, 8, TakeAction::Stop);
+  const TakeNews executing = next_news();
+  EXPECT_EQ(executing.order, 8U);
+  EXPECT_FALSE(executing.done);
+  const TakeNews ended = next_news();
+  EXPECT_EQ(ended.order, 8U);
+  ASSERT_TRUE(ended.done);
+  EXPECT_EQ(ended.take->state, TakeState::Ended);
+
+  order(channel.trigger_orders, 9, TakeAction::Mark);
+  EXPECT_EQ(next_news().done->outcome, TakeOutcome::Failed);
+  TakeDone none;
+  EXPECT_FALSE(channel.done.try_pop(none));
+}
+
+TEST_F(TakeWorkerTest, TellsTheTriggerOfTakesOfOperators) {
+  channel.news_wanted = true;
+  start();
+  next_news();
+
+  order(channel.orders, 7, TakeAction::Start, "run");
+
+  EXPECT_EQ(next_answer().order, 7U);
+  const TakeNews started = next_news();
+  EXPECT_EQ(started.order, 0U);
+  EXPECT_FALSE(started.done);
+  EXPECT_EQ(started.take->state, TakeState::Recording);
+}
+
+TEST_F(TakeWorkerTest, KeepsNoNewsWithoutATrigger) {
+  start();
+  order(channel.orders, 7, TakeAction::Start, "run");
+
+  EXPECT_EQ(next_answer().outcome, TakeOutcome::Done);
+  EXPECT_EQ(channel.news.size(), 0U);
+}
+
+TEST_F(TakeWorkerTest, TellsOfTheEndWithTheDaemon) {
+  channel.news_wanted = true;
+  start();
+  next_news();
+  order(channel.orders, 7, TakeAction::Start, "run");
+  next_news();
+  disk.request_stop();
+  disk.join();
+
+  worker.finish();
+  worker.tell_changes();
+
+  EXPECT_EQ(next_news().take->state, TakeState::Ended);
+}
+
+}  // namespace take_worker_test
+}  // namespace mocap::runtime
