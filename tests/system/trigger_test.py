@@ -222,7 +222,7 @@ class Triggers(unittest.TestCase):
         self.assertEqual(controller.receive(), b'<StartRecordingAck Result="TRUE"/>\0')
         controller.send(b"<StopRecordingReq/>", XSENS_PORT)
         self.assertEqual(controller.receive(), b'<StopRecordingAck Result="TRUE"/>\0')
-        self.until(lambda: self.health()["take"]["state"] == "TAKE_STATE_ENDED", "the take ended")
+        self.until(lambda: self.health().get("take", {}).get("state") == "TAKE_STATE_ENDED", "the take ended")
 
         controller.send(osc("/RecordStart", "si", "run", 3), OSC_PORT)
         self.assertEqual(controller.receive(), osc("/RecordStartConfirm", "s", "00:00:00.000"))
