@@ -60,6 +60,8 @@ void copy(const BodyInstant& from, BodyInstant& to) {
   std::copy(from.at_rest.begin(), from.at_rest.end(), to.at_rest.begin());
 }
 
+}  // namespace
+
 // At most `capacity` poses, the most different of those that were offered. The first one is never replaced.
 class PoseCollection {
  public:
@@ -112,8 +114,6 @@ class PoseCollection {
   std::vector<double> distances_;
   std::size_t size_ = 0;
 };
-
-}  // namespace
 
 // The refinement of one subject: gathers poses, fits, validates.
 class SubjectRefiner::SubjectRefinement {

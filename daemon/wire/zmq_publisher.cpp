@@ -25,6 +25,8 @@ constexpr const char* kFeed = "feed";
 constexpr Duration kServeSubscribersFor = std::chrono::milliseconds(1);
 constexpr int kServedPerLook = 64;  // messages between two readings of the clock
 
+}  // namespace
+
 // A message buffer: topic, zero byte, Protobuf. Allocates only when a message is larger than all before.
 class Envelope {
  public:
@@ -56,6 +58,8 @@ struct Channel {
   Envelope envelope;
   std::uint64_t sequence = 0;
 };
+
+namespace {
 
 // Length of the send queue of one peer: at least two messages of each topic (decisions/0005). ZeroMQ counts messages of
 // all topics together and learns of delivered messages in steps of half a queue, so a shorter queue loses the last
