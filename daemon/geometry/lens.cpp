@@ -57,12 +57,12 @@ Distorted distort_ray(const Lens& lens, const Vector2d& ray) {
   return lens.kind == LensKind::Fisheye ? distort_fisheye(lens.distortion, ray) : distort_pinhole(lens.distortion, ray);
 }
 
-constexpr int kMaxSteps = 30;
+constexpr int kMaxUndistortSteps = 30;
 constexpr double kSolved = 1e-12;  // on the image plane at distance 1; far below any centroid error
 
 std::optional<Vector2d> undistort_pinhole(const Eigen::Matrix<double, 5, 1>& k, const Vector2d& target) {
   Vector2d ray = target;
-  for (int step = 0; step < kMaxSteps; ++step) {
+  for (int step = 0; step < kMaxUndistortSteps; ++step) {
     const Distorted now = distort_pinhole(k, ray);
     const Vector2d error = now.v - target;
     // Beyond the maximum of the distortion polynomial the image folds over itself: no ray maps to that pixel.
@@ -78,7 +78,7 @@ std::optional<Vector2d> undistort_fisheye(const Eigen::Matrix<double, 5, 1>& k, 
   const double r = target.norm();
   if (r < 1e-12) return target;
   double theta = std::min(r, kRightAngle - 1e-3);
-  for (int step = 0; step < kMaxSteps; ++step) {
+  for (int step = 0; step < kMaxUndistortSteps; ++step) {
     const auto [value, slope] = fisheye_angle(k, theta);
     if (!(slope > 1e-6)) return std::nullopt;
     if (std::abs(value - r) < kSolved) {
