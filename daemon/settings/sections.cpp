@@ -77,6 +77,7 @@ constexpr Section kSections[] = {
     {"takes",
      "takes, recorded when mocapctl take start asks for one; a relative folder is in the state folder of the service",
      declare<&All::takes>, faults<&All::takes>},
+    {"timecode", "the timecode of snapshots and takes; a replay has none", declare<&All::timecode>, kNoRules},
     {"reopen", "a camera that failed or fell silent; the others go on", declare_reopen, reopen_faults, "operation"},
     {"queues", "a full queue drops the new item and counts it", declare_queues, kNoRules},
     {"realtime", "threads and the operating system", declare_realtime, kNoRules},
