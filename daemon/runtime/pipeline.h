@@ -75,6 +75,7 @@ struct PipelineChange {
   bool blobs_continue = false;                   ///< only with the same cameras
   std::unique_ptr<TakeRecorder> takes = {};      ///< null: no takes are recorded, or takes_continue
   bool takes_continue = false;                   ///< with the same recorder
+  std::vector<TakeFile> take_files = {};         ///< of takes that start later, if takes_continue
 };
 
 /// All threads and the queues between them. The threads run from the constructor to `stop`. The main thread owns it.

@@ -36,12 +36,13 @@ class TakeWorker {
   void run_disk(const std::stop_token& stop);
 
   /// Continues with another configuration. Call while the intake thread does not run.
-  void change(const Description& description, std::vector<CameraChannel*> cameras);
+  void change(const Description& description, std::vector<TakeFile> files, std::vector<CameraChannel*> cameras);
   /// Ends a take in progress. Call while no thread runs; the last call.
   void finish() { recorder_->finish(host_now()); }
 
  private:
   bool take_in();
+  std::optional<std::uint32_t> expected_views_of(const Snapshot& snapshot);
   void report(Timestamp now);
 
   std::unique_ptr<TakeRecorder> recorder_;
