@@ -11,6 +11,7 @@ void declare_keys(KeyVisitor& keys, ReplaySettings& camera) {
             {.help = "the camera's folder, or the folder that contains it under the camera's name; it holds images "
                      "000000.pgm or .png, or one video, and timestamps.csv",
              .example = ".",
+             .example_is_active = true,
              .must_exist = true});
   keys.path("file", camera.file,
             {.help = "instead of folder: a take, which has the blobs of the camera of this name",
