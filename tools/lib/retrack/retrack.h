@@ -13,11 +13,11 @@
 namespace mocap::retrack {
 
 struct RetrackOrder {
-  std::filesystem::path take;
-  std::filesystem::path out;  ///< the new take; ends in .mcap
-  OtherFiles others;
+  std::filesystem::path take = {};
+  std::filesystem::path out = {};  ///< the new take; ends in .mcap
+  OtherFiles others = {};
   /// The part that the new take has, after the start of the take. Tracking begins at the start of the take in any case.
-  std::optional<Duration> from, to;
+  std::optional<Duration> from = {}, to = {};
   bool every_set = false;  ///< sets are formed anew of all images, instead of those that the daemon fused
 };
 

@@ -13,10 +13,10 @@ namespace mocap::retrack {
 
 /// Files that replace those of a take. An empty path: the take's own.
 struct OtherFiles {
-  std::filesystem::path settings;  ///< a configuration
-  std::filesystem::path rig;
-  std::filesystem::path
-      subjects;  ///< a folder with a file NAME.toml for the body of each subject NAME that it replaces
+  std::filesystem::path settings = {};  ///< a configuration
+  std::filesystem::path rig = {};
+  /// A folder with a file NAME.toml for the body of each subject NAME that it replaces.
+  std::filesystem::path subjects = {};
 };
 
 /// The settings with which a take is tracked again.
