@@ -14,6 +14,7 @@
 #include "associate/multi_view_matcher.h"
 #include "base/log.h"
 #include "cameras/aravis/usb_bandwidth.h"
+#include "cameras/jpeg_encoder.h"
 #include "cameras/open_camera.h"
 #include "cameras/synthetic/synthetic_settings.h"
 #include "detect/blob_detector.h"
@@ -245,6 +246,7 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   Result<std::unique_ptr<BlobWriter>> blobs = open_blobs(settings);
   if (!blobs) return blobs.error();
   made.parts.blob_writer = std::move(*blobs);
+  made.parts.preview_encoder = std::make_unique<cameras::JpegEncoder>();
   made.parts.takes = make_takes(settings, made.parts.description);
   if (!settings.kept.empty()) made.parts.writers.push_back(settings::make_subject_keeper(settings.kept));
   return made;

@@ -13,6 +13,7 @@
 #include "runtime/fusion_worker.h"
 #include "runtime/latency.h"
 #include "runtime/pausable.h"
+#include "runtime/preview_worker.h"
 #include "runtime/recording_progress.h"
 #include "runtime/runtime_settings.h"
 #include "runtime/take_worker.h"
@@ -34,8 +35,9 @@ class PublishWorker : public Pausable {
     const FusionCounters* fusion = nullptr;
     ControlChannel* control = nullptr;  ///< may be null
     std::vector<const RecordingProgress*> recordings = {};
-    SearchChannel* search = nullptr;  ///< may be null: no reasons are published
-    TakeChannel* takes = nullptr;     ///< may be null: no takes are recorded
+    SearchChannel* search = nullptr;     ///< may be null: no reasons are published
+    TakeChannel* takes = nullptr;        ///< may be null: no takes are recorded
+    PreviewChannel* previews = nullptr;  ///< may be null: no previews are made
   };
 
   PublishWorker(std::unique_ptr<Publisher> publisher, Description description, PublishWorkerSettings settings,
@@ -59,6 +61,8 @@ class PublishWorker : public Pausable {
   void send(Snapshot& snapshot);
   void update_control(const Snapshot& snapshot);
   void report_when_due();
+  void send_preview();
+  void ask_for_previews();
   void gather_health(Timestamp now);
   void gather_camera(std::size_t camera, double seconds);
   void gather_recordings();
@@ -72,6 +76,7 @@ class PublishWorker : public Pausable {
   StageLatency latency_;
   Health health_;
   Timestamp reported_at_;
+  Timestamp asked_for_previews_at_;
   std::uint64_t sets_reported_ = 0;
   std::vector<std::uint64_t> frames_reported_;  // by camera
   std::vector<CameraFaults> faults_;            // by camera
