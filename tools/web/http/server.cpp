@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -44,6 +45,7 @@ constexpr int kMaxRequestsInWork = 8;             // of one page
 constexpr const char* kSubprotocol = "mocap.v1";
 constexpr Duration kReadPatience = std::chrono::seconds(5);
 constexpr Duration kChangePatience = std::chrono::seconds(35);  // a take ends when the disk has all of it
+constexpr Duration kLinger = std::chrono::seconds(2);           // after the last reply of a connection
 constexpr Duration kTick = std::chrono::milliseconds(200);
 constexpr Duration kStatePeriod = std::chrono::seconds(1);
 
@@ -381,6 +383,16 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   void end() {
     error_code ignored;
     stream_->next_layer().socket().shutdown(tcp::socket::shutdown_send, ignored);
+    stream_->next_layer().expires_after(kLinger);
+    discard();
+  }
+
+  // Reads what the client still sends: closing a connection with unread data would discard the reply too.
+  void discard() {
+    stream_->async_read_some(asio::buffer(discarded_),
+                             [self = shared_from_this()](error_code error, std::size_t /*bytes*/) {
+                               if (!error) self->discard();
+                             });
   }
 
   std::optional<AnyStream> stream_;
@@ -392,6 +404,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   http::request<http::string_body> request_;
   std::optional<http::response<http::string_body>> response_;
   TokenBucket requests_{50.0, 200.0};
+  std::array<char, 4096> discarded_{};
 };
 
 Status load_certificate(asio::ssl::context& tls, const ServerSettings& settings) {
