@@ -18,7 +18,7 @@
 namespace mocap::ctl {
 namespace {
 
-constexpr Duration kPatience = std::chrono::seconds(5);
+constexpr Duration kAnswerWithin = std::chrono::seconds(5);
 constexpr Duration kCheck = std::chrono::milliseconds(2200);  // two reports of health
 // A take of eight cameras at 120 Hz with 40 blobs each, before compression; the estimate until a take was recorded.
 constexpr double kUsualTake_bytes_s = 4e6;
@@ -31,7 +31,7 @@ struct PreflightOptions {
 };
 
 Result<v1::Answer> ask(wire::ControlClient& client, const v1::Request& request) {
-  const Result<std::string> came = client.ask(request.SerializeAsString(), kPatience);
+  const Result<std::string> came = client.ask(request.SerializeAsString(), kAnswerWithin);
   if (!came) return came.error();
   v1::Answer answer;
   if (!answer.ParseFromString(*came)) return Error{ErrorCode::InvalidArgument, "the answer is not a mocap.v1 message"};
