@@ -1,0 +1,2 @@
+import type { JSX } from "preact";
+export function CamerasPage(): JSX.Element { return <p>cameras</p>; }

@@ -1,0 +1,2 @@
+import type { JSX } from "preact";
+export function SubjectsPage(): JSX.Element { return <p>subjects</p>; }
