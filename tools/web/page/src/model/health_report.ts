@@ -33,8 +33,6 @@ const kSilent_s = 2;
 // A snapshot older than this is late for an avatar on a screen; the goal of the daemon is below 20 ms.
 const kLate_ns = 50_000_000n;
 const kSlowShare = 0.9;
-// Rig error that mocapd warns of: [drift] warn_px.
-const kRigOff_px = 2;
 const kUsefulShare = 0.3;
 
 const phaseText: Record<CameraPhase, string> = {
@@ -72,8 +70,7 @@ function cameraReasons(camera: CameraHealth, before: CameraHealth | undefined): 
   if (camera.phase !== CameraPhase.STREAMING && camera.phase !== CameraPhase.ENDED) {
     reasons.push(bad(`${name}: ${cameraPhaseText(camera.phase)}${camera.lastError && `: ${camera.lastError}`}.`, "mocapctl doctor"));
   }
-  if (camera.bumped) reasons.push(bad(`${name} no longer stands as the rig says${camera.rigOffPx === undefined ? "" : ` (${camera.rigOffPx.toFixed(1)} px off)`}.`, "mocap-calibrate drift"));
-  else if ((camera.rigOffPx ?? 0) > kRigOff_px) reasons.push(look(`${name}: ${camera.rigOffPx!.toFixed(1)} px off the rig.`, "mocap-calibrate drift"));
+  if (camera.bumped) reasons.push(bad(`${name} no longer stands as the rig says${camera.rigOffPx === undefined ? "" : ` (${camera.rigOffPx.toFixed(1)} px off)`}.`, "mocap-calibrate refine --config FILE"));
   if (camera.synchronised === false) reasons.push(look(`${name} does not expose together with the others.`, "Check its trigger or PTP"));
   if (camera.clockSource === ClockSource.LOST) reasons.push(look(`${name}: its clock lost PTP.`, "Check ptp4l on the host"));
   const missing = growth(camera.missingFrames, before?.missingFrames) + growth(camera.failedFrames, before?.failedFrames);
@@ -87,7 +84,7 @@ function shareReasons(health: Health): Reason[] {
   if (!shares.some((share) => share !== undefined && share > 2 * kUsefulShare)) return [];
   return health.cameras
     .filter((camera) => camera.markerShare !== undefined && camera.markerShare < kUsefulShare && !camera.bumped)
-    .map((camera) => look(`Camera ${camera.name}: only ${Math.round(100 * camera.markerShare!)} % of its blobs are markers: reflections, or it does not fit the rig.`, "mocap-calibrate mask"));
+    .map((camera) => look(`Camera ${camera.name}: only ${Math.round(100 * camera.markerShare!)} % of its blobs are markers: reflections, or it does not fit the rig.`, "mocap-calibrate mask --config FILE"));
 }
 
 function pipelineReasons(health: Health, before: Health | null, nominal_hz: number): Reason[] {
