@@ -1,16 +1,18 @@
 import type { JSX } from "preact";
 import { useState } from "preact/hooks";
 import { type CameraHealth, CameraPhase, ClockSource } from "../../gen/mocap/v1/health_pb";
-import { CameraPicture, CameraTile, blobsOf, cameraLevel, cameraWord } from "../parts/camera_tile";
+import { CameraPicture } from "../parts/camera_picture";
+import { CameraTile, blobsOf, cameraLevel, cameraWord } from "../parts/camera_tile";
 import { useCameras } from "../parts/hooks";
 import { LevelPill } from "../parts/level_mark";
-import { SceneLegend } from "../parts/scene_legend";
-import { OrderButton, OutcomeLine, Panel } from "../parts/small";
+import { BlobLegend, SceneLegend } from "../parts/scene_legend";
+import { OrderButton, OutcomeLine, Panel, Toggle } from "../parts/small";
 import type { CameraView } from "../model/camera_view";
 import { count, fixed, kUnknown } from "../model/format";
 import { health, mayChange } from "../state/live";
 import { type Outcome, order, orderAndSay } from "../state/orders";
 import { addressOf, route } from "../state/route";
+import { tileImages } from "../state/stage_options";
 
 const healthOf = (name: string): CameraHealth | undefined => health.value?.cameras.find((camera) => camera.name === name);
 
@@ -63,14 +65,15 @@ function All({ cameras }: { cameras: CameraView[] }): JSX.Element {
   return (
     <>
       <div class="row">
-        <SceneLegend />
+        {tileImages.value ? <BlobLegend /> : <SceneLegend />}
         <span class="row push">
+          <Toggle text="Images" hint="Previews of the cameras; without them, the markers as each camera sees them" on={tileImages.value} set={(on) => (tileImages.value = on)} />
           <OrderButton text="Start cameras" disabled={!mayChange.value || !stopped} run={() => capture("ACTION_START", "Start cameras")} />
           <OrderButton text="Stop cameras" disabled={!mayChange.value || stopped} run={() => capture("ACTION_STOP", "Stop cameras")} />
         </span>
       </div>
       <section class="tiles" aria-label="Cameras">
-        {cameras.map((camera, index) => <CameraTile key={camera.name} camera={camera} index={index} />)}
+        {cameras.map((camera, index) => <CameraTile key={camera.name} camera={camera} index={index} images={tileImages.value} />)}
       </section>
       {cameras.length === 0 && <p class="panel empty">The feed has described no camera yet.</p>}
       {cameras.length > 0 && <Panel title="Figures"><Figures cameras={cameras} /></Panel>}
@@ -139,7 +142,7 @@ function One({ camera, index }: { camera: CameraView; index: number }): JSX.Elem
     <div class="large">
       <div class="stack">
         <article class="panel tile">
-          <CameraPicture camera={camera} />
+          <CameraPicture camera={camera} images />
           <div class="about">
             <header><h2>{camera.name}</h2><LevelPill level={cameraLevel(state)} text={cameraWord(state)} /></header>
             <div class="figures">
@@ -149,7 +152,7 @@ function One({ camera, index }: { camera: CameraView; index: number }): JSX.Elem
             {state?.lastError && <p class="bad">{state.lastError}</p>}
           </div>
         </article>
-        <SceneLegend />
+        <BlobLegend />
       </div>
       <div class="stack">
         <Exposure name={camera.name} />

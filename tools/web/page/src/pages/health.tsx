@@ -5,8 +5,10 @@ import { eventKind, eventText } from "../model/event_text";
 import { bytes, count, fixed, kUnknown, milliseconds } from "../model/format";
 import { stage } from "../model/health_report";
 import { kStages } from "../model/history";
+import { latencyHistogram } from "../model/latency_histogram";
 import { ReasonList } from "../parts/dialogs";
 import { Graph } from "../parts/graph";
+import { Histogram } from "../parts/histogram";
 import { LevelMark, LevelPill, levelText } from "../parts/level_mark";
 import { Panel } from "../parts/small";
 import { description, eventCount, health, history, light, missed } from "../state/live";
@@ -51,6 +53,21 @@ function Latency({ known }: { known: Health }): JSX.Element {
             lines={kStages.map((which) => ({ label: stageNames.get(which) ?? "", values: samples.p99ByStage_ms.get(which) ?? [] }))} />
         </details>
       </div>
+    </Panel>
+  );
+}
+
+function Histograms({ known }: { known: Health }): JSX.Element | null {
+  const [which, setWhich] = useState(LatencyStage.TOTAL);
+  const buckets = latencyHistogram(known, history.before(), which);
+  if (known.latencyTotals.length === 0) return null;
+  return (
+    <Panel title="Latency of the last minute" tools={(
+      <select class="input filter" aria-label="Stage" value={String(which)} onChange={(event) => setWhich(Number(event.currentTarget.value))}>
+        {[LatencyStage.TOTAL, ...kStages].map((each) => <option key={each} value={String(each)}>{stageNames.get(each)}</option>)}
+      </select>
+    )}>
+      {buckets.length > 0 ? <Histogram buckets={buckets} label={`Latency of ${stageNames.get(which)}: share of the sets by upper end`} /> : <p class="soft">Nothing measured yet.</p>}
     </Panel>
   );
 }
@@ -152,6 +169,7 @@ export function HealthPage(): JSX.Element {
       <div class="stack">
         <Panel title="Now" tools={<LevelPill level={light.value} text={levelText[light.value]} />}><ReasonList /></Panel>
         {known && <Latency known={known} />}
+        {known && <Histograms known={known} />}
         {known && <Rate known={known} />}
       </div>
       <div class="stack">

@@ -2,11 +2,12 @@ import type { JSX } from "preact";
 import { CameraTile } from "../parts/camera_tile";
 import { useCameras } from "../parts/hooks";
 import { ScenePanel } from "../parts/scene_panel";
-import { Panel } from "../parts/small";
+import { Panel, Toggle } from "../parts/small";
 import { SubjectCard, stateOf } from "../parts/subject_card";
 import { fixed } from "../model/format";
 import { phaseText, sceneSummary } from "../model/summary";
 import { description, snapshot } from "../state/live";
+import { stripImages } from "../state/stage_options";
 
 /** What the picture shows, as text and as a table. */
 function InWords(): JSX.Element {
@@ -48,8 +49,12 @@ export function StagePage(): JSX.Element {
           {subjects.map((subject, index) => <SubjectCard key={subject.name} subject={subject} index={index} />)}
         </Panel>
       </div>
+      <div class="row">
+        <h2>Cameras</h2>
+        <span class="push"><Toggle text="Images" hint="Previews of the cameras; they cost the daemon a little time" on={stripImages.value} set={(on) => (stripImages.value = on)} /></span>
+      </div>
       <section class="strip" aria-label="Cameras" tabIndex={0}>
-        {cameras.map((camera, index) => <CameraTile key={camera.name} camera={camera} index={index} />)}
+        {cameras.map((camera, index) => <CameraTile key={camera.name} camera={camera} index={index} images={stripImages.value} />)}
       </section>
       <InWords />
     </>

@@ -1,21 +1,14 @@
-// One camera: the markers of the snapshot as this camera sees them, its image if previews are on, and its figures.
+// One camera: what it sees, and its figures.
 
 import type { JSX } from "preact";
-import { useEffect, useRef } from "preact/hooks";
 import { type CameraHealth, CameraPhase } from "../../gen/mocap/v1/health_pb";
 import type { CameraView } from "../model/camera_view";
 import { fixed, kUnknown } from "../model/format";
 import { type Level, cameraPhaseText } from "../model/health_report";
-import { sceneFrame } from "../model/scene_frame";
-import { description, health, newestSnapshot, onFrame, snapshot } from "../state/live";
+import { health, snapshot } from "../state/live";
 import { addressOf } from "../state/route";
-import { clearedContext } from "../view/canvas_size";
-import { drawMark } from "../view/marks";
-import { type Palette, readPalette } from "../view/palette";
-import { useSeen, useTheme } from "./hooks";
+import { CameraPicture } from "./camera_picture";
 import { LevelPill } from "./level_mark";
-
-const kDrawEvery_ms = 100;
 
 export function cameraLevel(camera: CameraHealth | undefined): Level {
   if (!camera) return "look";
@@ -33,50 +26,14 @@ export function blobsOf(index: number): number | null {
   return views && at >= 0 ? (views.blobs[at] ?? null) : null;
 }
 
-function drawMarkers(context: CanvasRenderingContext2D, camera: CameraView, width: number, height: number, palette: Palette): void {
-  const newest = newestSnapshot();
-  const described = description.peek();
-  if (!newest || !described || !camera.calibrated) return;
-  const scale = Math.min(width / camera.width_px, height / camera.height_px);
-  const [left, top] = [(width - scale * camera.width_px) / 2, (height - scale * camera.height_px) / 2];
-  for (const marker of sceneFrame(described, newest, health.peek()).markers) {
-    const at = camera.project(marker.at_m);
-    if (at) drawMark(context, [left + scale * (at[0] + 0.5), top + scale * (at[1] + 0.5)], marker.state, Math.max(2, width / 130), palette, marker.subject);
-  }
-}
-
-export function CameraPicture({ camera }: { camera: CameraView }): JSX.Element {
-  const box = useRef<HTMLDivElement>(null);
-  const canvas = useRef<HTMLCanvasElement>(null);
-  const seen = useSeen(box);
-  const palette = useRef<Palette>(readPalette());
-  useTheme(() => (palette.current = readPalette()));
-  useEffect(() => {
-    if (!seen) return undefined;
-    let drawn_ms = -Infinity;
-    return onFrame(() => {
-      const now = performance.now();
-      if (now - drawn_ms < kDrawEvery_ms) return;
-      drawn_ms = now;
-      const cleared = canvas.current && clearedContext(canvas.current);
-      if (cleared) drawMarkers(cleared.context, camera, cleared.width, cleared.height, palette.current);
-    });
-  }, [seen, camera]);
-  return (
-    <div class="picture" ref={box}>
-      <canvas ref={canvas} role="img" aria-label={`Markers as camera ${camera.name} sees them`} />
-      {!camera.calibrated && <span class="note">not calibrated</span>}
-    </div>
-  );
-}
-
-export function CameraTile({ camera, index }: { camera: CameraView; index: number }): JSX.Element {
+/** `images`: previews are wanted. */
+export function CameraTile({ camera, index, images }: { camera: CameraView; index: number; images: boolean }): JSX.Element {
   const state = health.value?.cameras.find((candidate) => candidate.name === camera.name);
   const level = cameraLevel(state);
   const blobs = blobsOf(index);
   return (
     <article class={`panel tile ${level === "bad" ? "troubled" : ""}`} aria-label={`Camera ${camera.name}`}>
-      <CameraPicture camera={camera} />
+      <CameraPicture camera={camera} images={images} />
       <div class="about">
         <header>
           <a href={addressOf("cameras", camera.name)}>{camera.name}</a>

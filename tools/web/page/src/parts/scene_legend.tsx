@@ -1,8 +1,9 @@
 import type { JSX } from "preact";
 import { useRef } from "preact/hooks";
+import type { BlobUse } from "../model/blob_use";
 import type { DrawnState } from "../model/scene_frame";
 import { clearedContext } from "../view/canvas_size";
-import { type BlobUse, drawBlob, drawMark } from "../view/marks";
+import { drawBlob, drawMark } from "../view/marks";
 import { type Palette, readPalette } from "../view/palette";
 import { useTheme } from "./hooks";
 

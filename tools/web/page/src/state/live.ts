@@ -15,6 +15,7 @@ import { DataAge } from "../model/data_age";
 import { healthReasons, worst } from "../model/health_report";
 import { History } from "../model/history";
 import { MarkerWatch } from "../model/marker_watch";
+import { RecentSnapshots } from "../model/recent_snapshots";
 import { exposedUtc_ms } from "../model/timecode";
 
 const kSlowPace_ms = 250;
@@ -38,6 +39,7 @@ export const silent_s = signal<number | null>(null);
 export const history = new History();
 export const markers = new MarkerWatch();
 export const dataAge = new DataAge();
+export const recent = new RecentSnapshots();
 
 /** Everything that needs the role operator is offered only to an operator; the daemon checks it again. */
 export const mayChange = computed(() => open.value && server.value?.connected === true && server.value.role !== "viewer");
@@ -95,6 +97,7 @@ function takeSnapshot(received: Snapshot): void {
   const now = performance.now();
   newest = received;
   markers.add(received, now);
+  recent.add(received);
   const exposed_ms = exposedUtc_ms(received);
   if (exposed_ms !== null) dataAge.add(exposed_ms, Date.now());
   newestAt_ms = now;

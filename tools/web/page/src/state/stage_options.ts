@@ -17,6 +17,10 @@ export const selected = signal<Selected | null>(null);
 /** The operator prefers the top view, also with WebGL. */
 export const topView = signal(stored("view", "3d") === "top");
 
+/** Images of the cameras, on the strip of the stage and on the page Cameras. A preview costs the daemon time, so the strip is off at first. */
+export const stripImages = signal(stored("strip-images", "off") === "on");
+export const tileImages = signal(stored("tile-images", "on") === "on");
+
 export const kSwitches: { name: Switch; text: string; key: string; hint: string }[] = [
   { name: "cameras", text: "Cameras", key: "c", hint: "Cameras and the pyramids that they see (C)" },
   { name: "trails", text: "Trails", key: "t", hint: "The last second of each marker (T)" },
@@ -37,5 +41,7 @@ export function followNext(subjects: number): void {
 
 export function startStageOptions(): void {
   effect(() => store("stage", kSwitches.map(({ name }) => name).filter((name) => stageOptions.value[name]).join(",")));
+  effect(() => store("strip-images", stripImages.value ? "on" : "off"));
+  effect(() => store("tile-images", tileImages.value ? "on" : "off"));
   effect(() => store("view", topView.value ? "top" : "3d"));
 }

@@ -1,9 +1,8 @@
 // Marks of markers and blobs on 2D canvases: each state has a shape as well as a colour.
 
+import type { BlobUse } from "../model/blob_use";
 import type { DrawnState } from "../model/scene_frame";
 import { type Palette, subjectColour } from "./palette";
-
-export type BlobUse = "used" | "unused" | "uncalibrated";
 
 type Context = CanvasRenderingContext2D;
 type Place = readonly [number, number];
@@ -48,18 +47,21 @@ export function drawMark(context: Context, at: Place, state: DrawnState, radius:
   }
 }
 
-/** Ring: view of a 3D marker; cross: used for nothing; triangle: the camera is not calibrated. */
+/** Ring: view of a 3D marker; cross: used for nothing; triangle: the camera is not calibrated; dot: unknown. */
 export function drawBlob(context: Context, at: Place, use: BlobUse, radius: number, palette: Palette): void {
   const [u, v] = at;
   context.lineWidth = 2;
-  context.strokeStyle = palette[use];
+  context.strokeStyle = context.fillStyle = use === "unknown" ? palette.unlabelled : palette[use];
   if (use === "used") {
     disc(context, at, radius);
     context.stroke();
   } else if (use === "unused") {
     cross(context, at, 0.8 * radius);
-  } else {
+  } else if (use === "uncalibrated") {
     polygon(context, [[u, v - radius], [u + radius, v + 0.8 * radius], [u - radius, v + 0.8 * radius]]);
     context.stroke();
+  } else {
+    disc(context, at, 2);
+    context.fill();
   }
 }
