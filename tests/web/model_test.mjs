@@ -8,10 +8,12 @@ import { SimulatedDaemon } from "./simulated_daemon.mjs";
 import { cameraOnRing } from "./simulated_person.mjs";
 
 const [{ splitMessage }, { readServerText }, { WantedTopics }, { CameraView }, { sceneFrame }, { healthReasons, worst }, { History }, { MarkerWatch }, { DataAge },
-  { seenVolume, camerasThatSee }, { Coverage }, format, timecode, { readShots, writeShots }, { readFaults }, { Trails }, { sceneSummary }, { qrPath }, { eventText }] =
+  { seenVolume, camerasThatSee }, { Coverage }, format, timecode, { readShots, writeShots }, { readFaults }, { Trails }, { sceneSummary }, { qrPath }, { eventText },
+  { RecentSnapshots }, { blobUses }, { latencyHistogram }] =
   await pageModules("feed/message", "feed/server_text", "feed/topics", "model/camera_view", "model/scene_frame", "model/health_report", "model/history",
     "model/marker_watch", "model/data_age", "model/seen_volume", "model/coverage", "model/format", "model/timecode", "model/shot_list", "model/config_faults",
-    "view/trails", "model/summary", "model/qr_path", "model/event_text");
+    "view/trails", "model/summary", "model/qr_path", "model/event_text", "model/recent_snapshots",
+    "model/blob_use", "model/latency_histogram");
 const wire = await messages();
 const { fromBinary } = await import("./modules.mjs").then(({ protobuf }) => protobuf());
 const decode = (name, bytes) => fromBinary(wire.schema(name), bytes);
@@ -216,7 +218,16 @@ test("The volume that three cameras see contains the middle, is closed, and is e
   const cameras = Array.from({ length: 8 }, (_unused, i) => new CameraView(cameraOnRing(i, 8)));
   const { faces, volume_m3 } = seenVolume(cameras);
   assert.equal(camerasThatSee(cameras, [0, 0, 1]), 8);
-  assert.ok(volume_m3 > 20 && volume_m3 < 200, `${volume_m3}`);
+  // Monte Carlo over the same box: the cells of 0.5 m make a border that is up to a tenth off.
+  const box_m = 4.5;
+  let seen = 0;
+  const kPoints = 20000;
+  for (let i = 1; i <= kPoints; i++) {
+    const point = [0.7548776662 * i, 0.5698402910 * i, 0.4301597090 * i].map((value) => value % 1); // a low-discrepancy sequence
+    if (camerasThatSee(cameras, [(2 * point[0] - 1) * box_m, (2 * point[1] - 1) * box_m, 3 * point[2]]) >= 3) seen++;
+  }
+  const expected_m3 = (seen / kPoints) * 4 * box_m * box_m * 3;
+  assert.ok(Math.abs(volume_m3 - expected_m3) < 0.1 * expected_m3, `${volume_m3} m3, expected about ${expected_m3} m3`);
   // The faces of a closed surface cancel along each axis: as many look one way as the other.
   for (const axis of [0, 1, 2]) assert.equal(faces.filter((face) => face.every((corner) => corner[axis] === face[0][axis])).length % 2, 0);
   assert.equal(seenVolume(cameras.slice(0, 2)).faces.length, 0);
@@ -285,4 +296,31 @@ test("An event names its subject or camera", () => {
   assert.equal(eventText({ kind: 1, subject: 0, message: "" }, described), "Anna");
   assert.equal(eventText({ kind: 4, camera: 1, message: "no image for 500 ms" }, described), "cam2: no image for 500 ms");
   assert.equal(eventText({ kind: 4, camera: 99, message: "x" }, described), "x");
+});
+
+test("The snapshot of an image's exposure is found, and none of another exposure", () => {
+  const recent = new RecentSnapshots();
+  for (let i = 0; i < 100; i++) recent.add({ number: BigInt(i), instants: { exposedAtNs: BigInt(i) * 16_000_000n } });
+  assert.equal(recent.at(90n * 16_000_000n + 2_000_000n).number, 90n);
+  assert.equal(recent.at(10n * 16_000_000n), null);
+  assert.equal(new RecentSnapshots().at(0n), null);
+});
+
+test("A blob at a projected marker is used, another one is not, and without set or calibration the page does not claim to know", () => {
+  const camera = new CameraView(cameraOnRing(0, 8));
+  const frame = sceneFrame(described, snapshotAt(10), null);
+  const [u, v] = camera.project(frame.markers[0].at_m);
+  const blobs = { x_px: [u + 1, 3], y_px: [v - 1, 3] };
+  assert.deepEqual(blobUses(blobs, camera, frame), ["used", "unused"]);
+  assert.deepEqual(blobUses(blobs, camera, null), ["unknown", "unknown"]);
+  assert.deepEqual(blobUses(blobs, plainCamera({ fxPx: 0 }), frame), ["uncalibrated", "uncalibrated"]);
+});
+
+test("A histogram is of the time between two messages of health", () => {
+  const at = (counts) => ({ latencyBoundsS: [0.001, 0.01], latencyTotals: [{ stage: 5, counts, sumS: 0 }] });
+  const shares = (now, before) => latencyHistogram(now, before, 5).map(({ share }) => share);
+  assert.deepEqual(shares(at([5n, 20n, 5n]), at([5n, 5n, 0n])), [0, 0.75, 0.25]);
+  assert.deepEqual(latencyHistogram(at([1n, 1n, 0n]), null, 5).map(({ to_ms }) => to_ms), [1, 10, Infinity]);
+  assert.deepEqual(shares(at([1n]), null), []);
+  assert.deepEqual(shares({ latencyBoundsS: [], latencyTotals: [] }, null), []);
 });

@@ -13,25 +13,33 @@ if (!out) {
   console.error("usage: node screenshots.mjs OUTDIR [ADDRESS]");
   process.exit(64);
 }
+const kPatience_ms = 120000;
 mkdirSync(out, { recursive: true });
 const standIn = given ? null : await StandIn.start(process.env.MOCAP_PAGE_DIST);
 const address = given ?? standIn.address;
 const browser = await startBrowser();
 
-async function picture(name, viewport, colorScheme) {
-  const context = await browser.newContext({ viewport, colorScheme });
-  const page = await context.newPage();
-  await page.goto(`${address}#/${name}`);
-  await page.getByText(/Good|Look|Bad/).first().waitFor();
+/** Waits until the page shows data, as a person would before looking. */
+async function settled(page, name) {
+  await page.getByText(/^(Good|Look|Bad)$/).first().waitFor();
   await page.locator(".silence").waitFor({ state: "detached" });
-  // The graphs need some seconds of health.
-  await page.waitForTimeout(name === "health" ? 6000 : 2500);
-  const file = `${name.replace("/", "_")}_${viewport.width}_${colorScheme}.png`;
-  await page.screenshot({ path: join(out, file), fullPage: name !== "monitor" });
-  console.log(file);
-  await context.close();
+  await page.waitForTimeout(name === "health" ? 5000 : 2000); // graphs and trails need some seconds of data
 }
 
-for (const name of kPages) for (const viewport of kSizes) for (const scheme of ["dark", "light"]) await picture(name, viewport, scheme);
+for (const colorScheme of ["dark", "light"]) {
+  for (const viewport of kSizes) {
+    const context = await browser.newContext({ viewport, colorScheme });
+    context.setDefaultTimeout(kPatience_ms);
+    const page = await context.newPage();
+    for (const name of kPages) {
+      await page.goto(`${address}#/${name}`);
+      await settled(page, name);
+      const file = `${name.replace("/", "_")}_${viewport.width}_${colorScheme}.png`;
+      await page.screenshot({ path: join(out, file), fullPage: name !== "monitor" });
+      console.log(file);
+    }
+    await context.close();
+  }
+}
 await browser.close();
 await standIn?.stop();

@@ -1,11 +1,16 @@
 // The messages of a daemon with eight cameras, two persons and a prop that nobody finds, at chosen times.
 
-import { messages } from "./modules.mjs";
-import { cameraOnRing, poseAt, readMarkers, readSkeleton, rotated } from "./simulated_person.mjs";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { here, messages } from "./modules.mjs";
+import { cameraOnRing, poseAt, projected, readMarkers, readSkeleton, rotated } from "./simulated_person.mjs";
 
 const kCameras = 8;
 export const kRate_hz = 60;
 const SEARCHING = 1, TRACKING = 2, LOST_MARKER = 1, MEASURED = 2, FILLED = 3, STREAMING = 2;
+
+// A drawn room, 320 x 256 px.
+const kRoom = readFileSync(join(here, "room.jpg"));
 
 const vector = ([x, y, z]) => ({ x, y, z });
 
@@ -41,6 +46,8 @@ function tracked(one, index, t, centre, ahead_rad) {
   };
 }
 
+const kBounds_s = [0.001, 0.002, 0.003, 0.004, 0.005, 0.007, 0.01, 0.02, 0.05];
+const kShares = [0, 0.01, 0.3, 0.42, 0.16, 0.06, 0.03, 0.015, 0.004, 0.001];
 const latencies = (t) => [[1, 2.4], [2, 0.12], [3, 0.6], [4, 0.14], [5, 3.2]].map(([stage, ms]) => ({
   stage, count: 60n, p50Ns: BigInt(Math.round(1e6 * ms * (1 + 0.1 * Math.sin(t)))), p99Ns: BigInt(Math.round(1e6 * ms * (1.5 + 0.2 * Math.sin(t / 3)))),
   maxNs: BigInt(Math.round(2e6 * ms)),
@@ -100,12 +107,25 @@ export class SimulatedDaemon {
         offsetUs: 3 * i - 10, driftUsS: 0.02 * i, jitterUs: 4 + i, clockUncertaintyUs: 5, bumped: false, rigOffPx: 0.18 + 0.02 * i, rigTurnedRad: 0.0003, rigMovedM: 0.0004,
         clockSource: 1, fusedBlobs: 44n * total, markerBlobs: 42n * total, markerShare: 0.95 - 0.01 * i, ...this.cameraFaults.get(i),
       })),
+      latencyBoundsS: kBounds_s, latencyTotals: [1, 2, 3, 4, 5].map((stage) => ({ stage, counts: kShares.map((share) => BigInt(Math.floor(share * number))), sumS: 0.003 * number })),
       feed: { listeners: 2, connections: 7n, disconnections: 5n, subscriptions: 5 },
       searches: [{
         subject: 2, cause: 6, points: 2, stillPoints: 2, markers: 4, explained: 2, missingMarkers: [2, 3], missingPositionsM: [2.1, -1.1, 0.05, 2.2, -1.3, 0.08],
         missingInViewOf: [5, 6], sentence: "camera-prop: 2 of 4 markers are seen; C and D are hidden, fell off or are too dim",
       }],
       ...(this.take && { take: { ...this.take, takes: BigInt(this.takes) } }), ...this.healthFields,
+    });
+  }
+
+  /** What camera `index` sees at the snapshot `number`: a drawn room the first person's blobs, and two reflections. */
+  preview(index, number, utc_ms) {
+    const camera = cameraOnRing(index, kCameras);
+    const { places, turns } = poseAt(this.subjects[0].bones, number / kRate_hz);
+    const points = this.subjects[0].markers.map((marker) => rotated(turns[marker.bone], marker.offset).map((value, i) => value + places[marker.bone][i]));
+    const pixels = points.map((point) => projected(camera, point)).concat([[200, 150], [1100, 880]]);
+    return this.wire.encode("Preview", {
+      sequence: BigInt(number), frameNumber: BigInt(number), exposedAtNs: BigInt(Math.round((utc_ms - 4) * 1e6)), widthPx: camera.widthPx, heightPx: camera.heightPx, step: 4,
+      jpeg: kRoom, xPx: pixels.map(([u]) => u), yPx: pixels.map(([, v]) => v), areaPx2: pixels.map(() => 20),
     });
   }
 

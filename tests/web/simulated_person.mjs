@@ -95,3 +95,11 @@ export function cameraOnRing(i, count) {
     cameraFromWorldRotation: quaternionOf(rows.flat()), cameraFromWorldTranslationM: { x, y, z },
   };
 }
+
+/** Pixels of a point of the world, for a camera without distortion. */
+export function projected(camera, point) {
+  const { x, y, z, w } = camera.cameraFromWorldRotation;
+  const t = camera.cameraFromWorldTranslationM;
+  const [a, b, c] = sum(rotated([x, y, z, w], point), [t.x, t.y, t.z]);
+  return [camera.cxPx + (camera.fxPx * a) / c, camera.cyPx + (camera.fyPx * b) / c];
+}

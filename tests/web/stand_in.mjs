@@ -112,8 +112,18 @@ export class StandIn {
       if (!this.sending) return;
       this.number++;
       for (const viewer of this.viewers) this.offer(viewer);
+      if (this.number % 6 === 0) this.sendPreviews();
       if (this.number % kRate_hz === 0) this.second();
     }, 1000 / kRate_hz);
+  }
+
+  sendPreviews() {
+    for (const viewer of this.viewers) {
+      for (const topic of viewer.topics) {
+        const camera = /^preview\/cam(\d+)$/.exec(topic);
+        if (camera) viewer.send(topic, this.daemon.preview(Number(camera[1]) - 1, this.number, Date.now()));
+      }
+    }
   }
 
   second() {

@@ -1,11 +1,10 @@
-// The volume that at least three cameras see, as the faces of a grid of cells.
+// The volume between the cameras that at least three of them see, as the faces of a grid of cells.
 
 import type { CameraView, Vec3 } from "./camera_view";
 
 export const kCamerasNeeded = 3;
 const kCell_m = 0.5;
 const kCeiling_m = 3;
-const kMargin_m = 2;
 const kMaxCells = 40000;
 
 /** Side faces of the cells' outline: four corners each. */
@@ -31,7 +30,7 @@ export function seenVolume(cameras: CameraView[]): SeenVolume {
   if (calibrated.length < kCamerasNeeded) return { faces: [], volume_m3: 0 };
   const range = (axis: 0 | 1) => {
     const places = calibrated.map((camera) => camera.centre_m[axis]);
-    return [Math.floor((Math.min(...places) - kMargin_m) / kCell_m), Math.ceil((Math.max(...places) + kMargin_m) / kCell_m)];
+    return [Math.floor(Math.min(...places) / kCell_m), Math.ceil(Math.max(...places) / kCell_m)];
   };
   const [x0, x1] = range(0);
   const [y0, y1] = range(1);

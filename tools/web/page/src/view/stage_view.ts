@@ -20,6 +20,9 @@ const kMarkerRadius_m = 0.018;
 const kFrustum_m = 0.45;
 const kFollowShare = 0.15;
 const kPick_px = 14;
+// Without a graphics processor a picture costs the processor some 50 ms, which other programs on this machine need.
+const kSoftwareEvery_ms = 100;
+const kSoftware = /swiftshader|llvmpipe|softpipe|software/i;
 const kShapes: DrawnState[] = ["measured", "filled", "unlabelled", "missing"];
 
 const vector = ([x, y, z]: Vec3): Vector3 => new Vector3(x, y, z);
@@ -41,6 +44,8 @@ export class StageView implements SceneView {
   private options: SceneOptions = { cameras: true, trails: false, names: false, volume: false, follow: null };
   private selected: Selected | null = null;
   private frame: SceneFrame | null = null;
+  private readonly drawEvery_ms: number;
+  private drawnAt_ms = -Infinity;
   private scheduled = false;
   private fitted = false;
   private downAt: [number, number] = [0, 0];
@@ -49,6 +54,7 @@ export class StageView implements SceneView {
   /** Throws if there is no WebGL. `overlay` lies over `canvas` and shows names. */
   constructor(private readonly canvas: HTMLCanvasElement, private readonly overlay: HTMLCanvasElement, private readonly onPick: (picked: Selected | null) => void) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.drawEvery_ms = kSoftware.test(rendererName(this.renderer)) ? kSoftwareEvery_ms : 0;
     this.eye.up.set(0, 0, 1);
     this.eye.position.set(5, -4, 3);
     this.controls = new OrbitControls(this.eye, canvas);
@@ -162,7 +168,13 @@ export class StageView implements SceneView {
 
   private draw(): void {
     this.scheduled = false;
-    const { width, height, ratio } = boxSize(this.canvas);
+    if (performance.now() - this.drawnAt_ms < this.drawEvery_ms) {
+      this.schedule();
+      return;
+    }
+    this.drawnAt_ms = performance.now();
+    const { width, height, ratio: full } = boxSize(this.canvas);
+    const ratio = this.drawEvery_ms > 0 ? 1 : full;
     if (this.canvas.width !== Math.floor(width * ratio) || this.canvas.height !== Math.floor(height * ratio)) {
       this.renderer.setPixelRatio(ratio);
       this.renderer.setSize(width, height, false);
@@ -325,6 +337,12 @@ export class StageView implements SceneView {
     }
     this.onPick(picked);
   };
+}
+
+function rendererName(renderer: WebGLRenderer): string {
+  const context = renderer.getContext();
+  const info = context.getExtension("WEBGL_debug_renderer_info");
+  return String(context.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : context.RENDERER));
 }
 
 function instances(geometry: BufferGeometry, material: Material, count: number): InstancedMesh {
