@@ -298,12 +298,14 @@ test("An event names its subject or camera", () => {
   assert.equal(eventText({ kind: 4, camera: 99, message: "x" }, described), "x");
 });
 
-test("The snapshot of an image's exposure is found, and none of another exposure", () => {
+test("The snapshot nearest to an image is found, and none that is too far", () => {
   const recent = new RecentSnapshots();
   for (let i = 0; i < 100; i++) recent.add({ number: BigInt(i), instants: { exposedAtNs: BigInt(i) * 16_000_000n } });
-  assert.equal(recent.at(90n * 16_000_000n + 2_000_000n).number, 90n);
-  assert.equal(recent.at(10n * 16_000_000n), null);
-  assert.equal(new RecentSnapshots().at(0n), null);
+  const { snapshot, apart_ms } = recent.near(90n * 16_000_000n + 2_000_000n);
+  assert.equal(snapshot.number, 90n);
+  assert.equal(apart_ms, 2);
+  assert.equal(recent.near(10n * 16_000_000n), null);
+  assert.equal(new RecentSnapshots().near(0n), null);
 });
 
 test("A blob at a projected marker is used, another one is not, and without set or calibration the page does not claim to know", () => {
@@ -312,6 +314,10 @@ test("A blob at a projected marker is used, another one is not, and without set 
   const [u, v] = camera.project(frame.markers[0].at_m);
   const blobs = { x_px: [u + 1, 3], y_px: [v - 1, 3] };
   assert.deepEqual(blobUses(blobs, camera, frame), ["used", "unused"]);
+  const moved = { x_px: [u + 10], y_px: [v] };
+  const alone = { ...frame, markers: frame.markers.slice(0, 1) };
+  assert.deepEqual(blobUses(moved, camera, alone), ["unused"]);
+  assert.deepEqual(blobUses(moved, camera, alone, 15), ["used"]);
   assert.deepEqual(blobUses(blobs, camera, null), ["unknown", "unknown"]);
   assert.deepEqual(blobUses(blobs, plainCamera({ fxPx: 0 }), frame), ["uncalibrated", "uncalibrated"]);
 });

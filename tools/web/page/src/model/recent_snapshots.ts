@@ -1,11 +1,11 @@
-// The last snapshots, to find the one of the same exposure as an image that came later.
+// The last snapshots, to find the one that was exposed with an image that came later.
 
 import type { Snapshot } from "../../gen/mocap/v1/snapshot_pb";
 
 // A quarter of a second at 120 Hz.
 const kKept = 30;
-// Half the time between two exposures at 60 Hz.
-const kSameExposure_ns = 8_000_000n;
+// A browser that draws 30 times a second has a snapshot within this time of each image.
+const kNear_ns = 20_000_000n;
 
 const distance = (snapshot: Snapshot, at_ns: bigint): bigint => {
   const apart = (snapshot.instants?.exposedAtNs ?? 0n) - at_ns;
@@ -20,10 +20,11 @@ export class RecentSnapshots {
     if (this.kept.length > kKept) this.kept.shift();
   }
 
-  /** The snapshot exposed at this instant; null if it was skipped or is too old. */
-  at(exposed_ns: bigint): Snapshot | null {
+  /** The snapshot exposed nearest to this instant, and the time between the two; null if there is none within 20 ms. */
+  near(exposed_ns: bigint): { snapshot: Snapshot; apart_ms: number } | null {
     let nearest: Snapshot | null = null;
     for (const snapshot of this.kept) if (!nearest || distance(snapshot, exposed_ns) < distance(nearest, exposed_ns)) nearest = snapshot;
-    return nearest && distance(nearest, exposed_ns) <= kSameExposure_ns ? nearest : null;
+    if (!nearest || distance(nearest, exposed_ns) > kNear_ns) return null;
+    return { snapshot: nearest, apart_ms: Number(distance(nearest, exposed_ns)) / 1e6 };
   }
 }

@@ -42,11 +42,11 @@ function Markers({ subject, index }: { subject: Subject; index: number }): JSX.E
   return (
     <div class="table-box" tabIndex={0} role="region" aria-label={`Markers of ${subject.name}`}>
       <table>
-        <caption>Last seen and label changes are counted since this page was opened. A name selects the marker on the stage.</caption>
+        <caption>Label: probability that it is right. Seen: when it was last measured. Changes of the label are counted since this page was opened. A name selects the marker on the stage.</caption>
         <thead>
           <tr>
-            <th>Marker</th><th>State</th><th class="number">Residual</th><th class="number">Cameras</th><th class="number">Label right</th>
-            <th class="number">Last seen</th><th class="number">Label changes</th>
+            <th>Marker</th><th>State</th><th class="number">Residual</th><th class="number">Cameras</th><th class="number">Label</th>
+            <th class="number">Seen</th><th class="number">Changes</th>
           </tr>
         </thead>
         <tbody>{subject.markers.map((marker, row) => <MarkerRow key={marker.name} subject={subject} index={index} row={row} columns={columns} />)}</tbody>

@@ -17,9 +17,9 @@ function followPreviews(view: CameraCanvas, camera: CameraView, arrived: () => v
     const preview = decode(PreviewSchema, payload);
     if (!preview || preview.xPx.length !== preview.yPx.length) return;
     arrived();
-    const set = recent.at(preview.exposedAtNs);
-    const frame = set && description.peek() ? sceneFrame(description.peek()!, set, null) : null;
-    void view.showPreview(preview, blobUses({ x_px: preview.xPx, y_px: preview.yPx }, camera, frame));
+    const set = recent.near(preview.exposedAtNs);
+    const frame = set && description.peek() ? sceneFrame(description.peek()!, set.snapshot, null) : null;
+    void view.showPreview(preview, blobUses({ x_px: preview.xPx, y_px: preview.yPx }, camera, frame, set?.apart_ms));
   });
 }
 

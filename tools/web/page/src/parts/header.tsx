@@ -17,7 +17,7 @@ function Recorder(): JSX.Element {
   const label = take ? `Stop the take ${take.name}` : "Record a take";
   return (
     <div class="recorder" role="group" aria-label="Recording">
-      <button class={`button record digits ${take ? (waiting ? "waiting" : "running") : ""}`} type="button" aria-label={`${label}: ${text}`}
+      <button class={`button record ${take ? (waiting ? "waiting" : "running digits") : ""}`} type="button" aria-label={`${label}: ${text}`}
         title={mayChange.value ? `${label} (Shift R)` : "Needs a connection and the role operator"} disabled={!mayChange.value || takeBusy.value}
         onClick={() => void (take ? stopTake() : startTake())}>
         {text}
