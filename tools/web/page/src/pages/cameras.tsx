@@ -3,6 +3,7 @@ import { useState } from "preact/hooks";
 import { type CameraHealth, CameraPhase, ClockSource } from "../../gen/mocap/v1/health_pb";
 import { CameraPicture } from "../parts/camera_picture";
 import { CameraTile, blobsOf, cameraLevel, cameraWord } from "../parts/camera_tile";
+import { GreyHistogram } from "../parts/grey_histogram";
 import { useCameras } from "../parts/hooks";
 import { LevelPill } from "../parts/level_mark";
 import { BlobLegend, SceneLegend } from "../parts/scene_legend";
@@ -136,13 +137,14 @@ function details(state: CameraHealth): [string, string][] {
 }
 
 function One({ camera, index }: { camera: CameraView; index: number }): JSX.Element {
+  const [greys, setGreys] = useState<Float32Array | null>(null);
   const state = healthOf(camera.name);
   const blobs = blobsOf(index);
   return (
     <div class="large">
       <div class="stack">
         <article class="panel tile">
-          <CameraPicture camera={camera} images />
+          <CameraPicture camera={camera} images onGreys={setGreys} />
           <div class="about">
             <header><h2>{camera.name}</h2><LevelPill level={cameraLevel(state)} text={cameraWord(state)} /></header>
             <div class="figures">
@@ -155,6 +157,7 @@ function One({ camera, index }: { camera: CameraView; index: number }): JSX.Elem
         <BlobLegend />
       </div>
       <div class="stack">
+        <Panel title="Brightness"><GreyHistogram greys={greys} threshold_grey={state?.thresholdGrey} /></Panel>
         <Exposure name={camera.name} />
         <Mask name={camera.name} />
         <Panel title="Figures">

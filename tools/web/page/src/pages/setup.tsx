@@ -91,9 +91,11 @@ export function SetupPage(): JSX.Element {
     <div class="columns">
       <div class="stack">
         <Panel title="Doctor" tools={<LevelPill level={light.value} text={levelText[light.value]} />}>
-          <ReasonList />
-          <p class="faint">Network cards, USB, permissions and buffers of the machine:</p>
-          <Command text="mocapctl doctor" />
+          <div class="stack">
+            <ReasonList />
+            <p class="faint">Network cards, USB, permissions and buffers of the machine:</p>
+            <Command text="mocapctl doctor" />
+          </div>
         </Panel>
         <Configuration />
       </div>

@@ -137,8 +137,7 @@ function Log(): JSX.Element {
   const events = history.events.filter(({ event }) => takeEvents.has(event.kind));
   return (
     <Panel title="Takes since this page was opened">
-      {events.length === 0 && <p class="soft">None. All takes of the machine:</p>}
-      {events.length === 0 && <Command text="mocapctl take list" />}
+      {events.length === 0 && <div class="stack"><p class="soft">None. All takes of the machine:</p><Command text="mocapctl take list" /></div>}
       {events.length > 0 && (
         <div class="table-box log" tabIndex={0} role="region" aria-label="Takes">
           <table>

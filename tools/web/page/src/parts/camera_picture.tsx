@@ -34,7 +34,8 @@ function followMarkers(view: CameraCanvas, skip: () => boolean): () => void {
   });
 }
 
-export function CameraPicture({ camera, images }: { camera: CameraView; images: boolean }): JSX.Element {
+/** `onGreys`: called twice a second with the histogram of the preview, if there is one. */
+export function CameraPicture({ camera, images, onGreys }: { camera: CameraView; images: boolean; onGreys?(greys: Float32Array | null): void }): JSX.Element {
   const box = useRef<HTMLDivElement>(null);
   const canvas = useRef<HTMLCanvasElement>(null);
   const view = useRef<CameraCanvas | null>(null);
@@ -47,7 +48,10 @@ export function CameraPicture({ camera, images }: { camera: CameraView; images: 
     view.current = made;
     let imageAt_ms = -Infinity;
     const fresh = () => performance.now() - imageAt_ms < kNoImage_ms;
-    const watch = window.setInterval(() => setHasImage(fresh()), kNoImage_ms / 4);
+    const watch = window.setInterval(() => {
+      setHasImage(fresh());
+      onGreys?.(fresh() ? made.greys() : null);
+    }, kNoImage_ms / 4);
     const ends = [followMarkers(made, fresh)];
     if (images) ends.push(followPreviews(made, camera, () => (imageAt_ms = performance.now())));
     return () => {

@@ -8,6 +8,10 @@ import { clearedContext } from "./canvas_size";
 import { drawBlob, drawMark } from "./marks";
 import { type Palette, readPalette } from "./palette";
 
+export const kGreys = 64;
+// The histogram needs no more pixels than this.
+const kSample_px = 160;
+
 interface Shown {
   image: ImageBitmap;
   preview: Preview;
@@ -54,6 +58,22 @@ export class CameraCanvas {
   recolour(): void {
     this.palette = readPalette();
     if (this.shown) this.drawPreview();
+  }
+
+  /** Share of the preview's pixels in each of 64 steps of grey; null without a preview. */
+  greys(): Float32Array | null {
+    if (!this.shown) return null;
+    const { image } = this.shown;
+    const small = new OffscreenCanvas(kSample_px, Math.max(1, Math.round((kSample_px * image.height) / image.width)));
+    const context = small.getContext("2d");
+    if (!context) return null;
+    // Without smoothing: a mean of pixels would hide a small bright marker.
+    context.imageSmoothingEnabled = false;
+    context.drawImage(image, 0, 0, small.width, small.height);
+    const { data } = context.getImageData(0, 0, small.width, small.height);
+    const shares = new Float32Array(kGreys);
+    for (let i = 0; i < data.length; i += 4) shares[data[i] >> 2] += 4 / data.length;
+    return shares;
   }
 
   dispose(): void {

@@ -5,6 +5,7 @@ export interface Palette {
   ink: string;
   faint: string;
   grid: string;
+  line: string;
   unlabelled: string;
   missing: string;
   used: string;
@@ -20,7 +21,7 @@ export function readPalette(): Palette {
   const colour = (name: string) => style.getPropertyValue(`--${name}`).trim() || "#888888";
   return {
     subjects: [1, 2, 3, 4, 5, 6].map((i) => colour(`subject-${i}`)),
-    ink: colour("ink"), faint: colour("ink-faint"), grid: colour("grid"), unlabelled: colour("unlabelled"), missing: colour("missing"),
+    ink: colour("ink"), faint: colour("ink-faint"), grid: colour("grid"), line: colour("line"), unlabelled: colour("unlabelled"), missing: colour("missing"),
     used: colour("used"), unused: colour("unused"), uncalibrated: colour("uncalibrated"), bad: colour("bad"), accent: colour("accent"),
     surface: colour("surface"),
   };

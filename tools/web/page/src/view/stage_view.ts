@@ -16,6 +16,8 @@ import { Trails } from "./trails";
 
 const kMaxMarkers = 1024;
 const kMaxBones = 2048;
+// Forty of each marker of sixteen subjects.
+const kMaxTrailLines = 40 * 656;
 const kMarkerRadius_m = 0.018;
 const kFrustum_m = 0.45;
 const kFollowShare = 0.15;
@@ -72,7 +74,7 @@ export class StageView implements SceneView {
       missing: instances(new TorusGeometry(kMarkerRadius_m * 1.8, 0.005, 6, 20), new MeshBasicMaterial(), kMaxMarkers),
     };
     this.bones = instances(boneGeometry(), new MeshLambertMaterial({ transparent: true, opacity: 0.9 }), kMaxBones);
-    this.trailLines = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ vertexColors: true, transparent: true, opacity: 0.7 }));
+    this.trailLines = new LineSegments(emptyLines(kMaxTrailLines), new LineBasicMaterial({ vertexColors: true, transparent: true, opacity: 0.7 }));
     for (const lines of [this.trailLines, this.frusta]) lines.frustumCulled = false;
     const sun = new DirectionalLight(0xffffff, 2.2);
     sun.position.set(2, -3, 6);
@@ -135,7 +137,7 @@ export class StageView implements SceneView {
       this.scene.remove(this.grid);
       this.grid.dispose();
     }
-    this.grid = new GridHelper(12, 12, this.palette.faint, this.palette.grid);
+    this.grid = new GridHelper(12, 12, this.palette.line, this.palette.grid);
     this.grid.rotation.x = Math.PI / 2;
     this.scene.add(this.grid);
     (this.volume.material as MeshBasicMaterial).color.set(this.palette.accent);
@@ -244,20 +246,31 @@ export class StageView implements SceneView {
   }
 
   private placeTrails(): void {
-    const points: number[] = [];
-    const colours: number[] = [];
+    const points = this.trailLines.geometry.getAttribute("position") as BufferAttribute;
+    const colours = this.trailLines.geometry.getAttribute("color") as BufferAttribute;
     const colour = new Color();
+    let vertex = 0;
+    const add = (at_m: Vec3) => {
+      points.setXYZ(vertex, ...at_m);
+      colours.setXYZ(vertex, colour.r, colour.g, colour.b);
+      vertex++;
+    };
     if (this.options.trails) {
       for (const trail of this.trails.all()) {
         colour.set(subjectColour(this.palette, trail.subject));
-        for (let i = 1; i < trail.points_m.length; i++) {
-          points.push(...trail.points_m[i - 1], ...trail.points_m[i]);
-          colours.push(colour.r, colour.g, colour.b, colour.r, colour.g, colour.b);
+        for (let i = 1; i < trail.points_m.length && vertex < 2 * kMaxTrailLines; i++) {
+          add(trail.points_m[i - 1]);
+          add(trail.points_m[i]);
         }
       }
     }
-    this.trailLines.visible = points.length > 0;
-    if (points.length > 0) replaceLines(this.trailLines, points, colours);
+    this.trailLines.visible = vertex > 0;
+    this.trailLines.geometry.setDrawRange(0, vertex);
+    for (const column of [points, colours]) {
+      column.clearUpdateRanges();
+      column.addUpdateRange(0, 3 * vertex);
+      column.needsUpdate = true;
+    }
   }
 
   private drawFrusta(): void {
@@ -363,6 +376,11 @@ function finish(mesh: InstancedMesh, count: number): void {
   mesh.instanceColor.clearUpdateRanges();
   mesh.instanceColor.addUpdateRange(0, 3 * count);
   mesh.instanceColor.needsUpdate = true;
+}
+
+function emptyLines(count: number): BufferGeometry {
+  const column = () => new BufferAttribute(new Float32Array(6 * count), 3).setUsage(DynamicDrawUsage);
+  return new BufferGeometry().setAttribute("position", column()).setAttribute("color", column());
 }
 
 /** A four-sided double pyramid from the origin to z = 1, widest near its joint. */
