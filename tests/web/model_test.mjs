@@ -266,6 +266,7 @@ test("Unknown numbers are a dash, not 0", () => {
 test("Ages, durations and sizes read as people say them", () => {
   assert.deepEqual([0.0042, 3.21, 12.4, 600].map(format.age), ["4\u2009ms", "3.2\u2009s", "12\u2009s", "10\u2009min"]);
   assert.deepEqual([0, 61.9, 3723].map(format.duration), ["00:00", "01:01", "1:02:03"]);
+  assert.deepEqual([812, 2280, 4_100_000].map(format.compact), ["812", "2.3k", "4.1M"]);
   assert.deepEqual([4200n, 5_300_000n, 7_800_000_000n].map(format.bytes), ["4\u2009kB", "5.3\u2009MB", "7.80\u2009GB"]);
 });
 

@@ -11,6 +11,12 @@ export function count(value: bigint | number | null | undefined): string {
   return value === null || value === undefined ? kUnknown : value.toLocaleString("en-GB").replace(/,/g, "\u2009");
 }
 
+/** "812", "2.3k", "4.1M": for a place that is narrow. */
+export function compact(value: number): string {
+  if (value < 1000) return String(value);
+  return value < 1e6 ? `${(value / 1e3).toFixed(1)}k` : `${(value / 1e6).toFixed(1)}M`;
+}
+
 export const milliseconds = (ns: bigint | null | undefined, digits = 1): string =>
   ns === null || ns === undefined ? kUnknown : fixed(Number(ns) / 1e6, digits, "ms");
 

@@ -63,7 +63,7 @@ export function CameraPicture({ camera, images, onGreys }: { camera: CameraView;
   }, [seen, camera, images]);
   const note = !camera.calibrated ? "not calibrated" : images && !hasImage ? "no image; markers as this camera sees them" : "";
   return (
-    <div class="picture" ref={box}>
+    <div class="picture always-dark" ref={box}>
       <canvas ref={canvas} role="img" aria-label={`${hasImage ? "Image" : "Markers as seen"} by camera ${camera.name}`} />
       {note && <span class="note">{note}</span>}
     </div>

@@ -2,7 +2,7 @@
 
 import type { JSX } from "preact";
 import { LatencyStage, TakeState } from "../../gen/mocap/v1/health_pb";
-import { age, count, duration, fixed, kUnknown } from "../model/format";
+import { age, compact, count, duration, fixed, kUnknown } from "../model/format";
 import { stage } from "../model/health_report";
 import { shownTime } from "../model/timecode";
 import { reasonsShown } from "../state/keys";
@@ -57,10 +57,10 @@ function Facts(): JSX.Element {
       <Fact name={time.source} value={time.text} hint="Time of the exposure that is shown" extra="time" />
       <Fact name="Age" value={age(dataAge.age_s(Date.now()))}
         hint={dataAge.clocksAgree ? "From the exposure until now" : "Since the exposure; the clocks of the two machines differ, so the network's shortest delay is not in it"} />
-      <Fact name="Latency p50/p99" value={`${ms(total?.p50Ns)}/${ms(total?.p99Ns)}\u2009ms`} hint="From the exposure until the daemon sent the snapshot, over the last second" />
-      <Fact name="Take no." value={health.value?.take ? count(health.value.take.takes) : kUnknown} hint="Takes since the daemon started" />
+      <Fact name="p50/p99" value={`${ms(total?.p50Ns)}/${ms(total?.p99Ns)}\u2009ms`} hint="Latency, median and 99th percentile: from the exposure until the daemon sent the snapshot, over the last second" />
+      <Fact name="Takes" value={health.value?.take ? count(health.value.take.takes) : kUnknown} hint="Takes since the daemon started" />
       <Fact name="Disk" value={kUnknown} hint="The daemon does not publish its free disk space; a take ends early below [takes] min_free_mb" />
-      <Fact name="Missed" value={count(missed.value)} hint="Snapshots that this browser did not draw because a newer one was there. The feed lost nothing" />
+      <Fact name="Missed" value={compact(missed.value)} hint="Snapshots that this browser did not draw because a newer one was there. The feed lost nothing" />
     </dl>
   );
 }

@@ -33,6 +33,7 @@ export function SceneLegend(): JSX.Element {
 
 const uses: { use: BlobUse; text: string }[] = [
   { use: "used", text: "blob that is a view of a marker" }, { use: "unused", text: "blob that is used for nothing" }, { use: "uncalibrated", text: "blob of a camera that is not calibrated" },
+  { use: "unknown", text: "blob, use not known at this instant" },
 ];
 
 export function BlobLegend(): JSX.Element {

@@ -19,12 +19,14 @@ interface Shown {
 }
 
 export class CameraCanvas {
-  private palette: Palette = readPalette();
+  private palette: Palette;
   private shown: Shown | null = null;
   private decoding = false;
   private ended = false;
 
-  constructor(private readonly canvas: HTMLCanvasElement, private readonly camera: CameraView) {}
+  constructor(private readonly canvas: HTMLCanvasElement, private readonly camera: CameraView) {
+    this.palette = readPalette(canvas);
+  }
 
   /** While an image is decoded, newer ones are skipped. */
   async showPreview(preview: Preview, uses: BlobUse[]): Promise<void> {
@@ -56,7 +58,7 @@ export class CameraCanvas {
   }
 
   recolour(): void {
-    this.palette = readPalette();
+    this.palette = readPalette(this.canvas);
     if (this.shown) this.drawPreview();
   }
 

@@ -16,8 +16,9 @@ export interface Palette {
   surface: string;
 }
 
-export function readPalette(): Palette {
-  const style = getComputedStyle(document.documentElement);
+/** The colours in force at `element`. */
+export function readPalette(element: Element = document.documentElement): Palette {
+  const style = getComputedStyle(element);
   const colour = (name: string) => style.getPropertyValue(`--${name}`).trim() || "#888888";
   return {
     subjects: [1, 2, 3, 4, 5, 6].map((i) => colour(`subject-${i}`)),
