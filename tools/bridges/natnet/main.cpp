@@ -44,7 +44,8 @@ void add_options(cli::App& app, Options& options) {
   app.add_option("--command-port", options.command_port, "UDP port that clients connect to")
       ->check(cli::Range(1, 65535))
       ->capture_default_str();
-  app.add_option("--data-port", options.data_port, "UDP port of the multicast, which clients are told")
+  app.add_option("--data-port", options.data_port,
+                 "UDP port of the multicast; the server names this port to its clients")
       ->check(cli::Range(1, 65535))
       ->capture_default_str();
   app.add_option("--bitstream", options.version,
