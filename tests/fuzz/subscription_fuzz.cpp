@@ -57,7 +57,8 @@ class Fuzz {
     try_alone();
   }
 
-  // After the hostile peers have gone, a normal subscriber must receive the description first.
+  // After the hostile peers have gone, a normal subscriber must receive the description first. It waits until the
+  // publisher has read what the peers left.
   void check_still_well() {
     for (void* peer : peers_) zmq_close(peer);
     peers_.clear();
@@ -65,7 +66,8 @@ class Fuzz {
     settings.endpoint = publisher_->endpoint();
     const auto subscriber = std::move(*ZmqSubscriber::open(settings));
     Result<FeedMessage> first = subscriber->next(std::chrono::milliseconds(5));
-    for (int i = 0; i < 2000 && !first; ++i) {
+    const Timestamp give_up = host_now() + std::chrono::minutes(4);
+    while (!first && host_now() < give_up) {
       publisher_->serve();
       first = subscriber->next(std::chrono::milliseconds(5));
     }
