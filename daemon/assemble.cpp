@@ -27,6 +27,7 @@
 #include "take/blob_recording.h"
 #include "take/snapshot_writer.h"
 #include "take/take_recorder.h"
+#include "timecode/timecode_sources.h"
 #include "track2d/following_blob_tracker.h"
 #include "track3d/kalman_marker_tracker.h"
 #include "trigger/desk.h"
@@ -176,6 +177,12 @@ Result<std::unique_ptr<runtime::TriggerParts>> open_trigger(const settings::Daem
   return parts;
 }
 
+// Null in a replay, whose time is that of the recording.
+std::unique_ptr<TimecodeSource> make_timecode(const settings::DaemonSettings& settings) {
+  if (is_replay(settings)) return nullptr;
+  return timecode::make_timecode_source(settings.timecode, settings.nominal_rate_hz);
+}
+
 Result<runtime::CameraChange> change_camera(const settings::DaemonSettings& before, const settings::DaemonSettings& now,
                                             CameraId id, Timestamp epoch) {
   runtime::CameraChange change;
@@ -276,6 +283,7 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   Result<std::unique_ptr<runtime::TriggerParts>> trigger = open_trigger(settings);
   if (!trigger) return trigger.error();
   made.parts.trigger = std::move(*trigger);
+  made.parts.timecode = make_timecode(settings);
   if (!settings.kept.empty()) made.parts.writers.push_back(settings::make_subject_keeper(settings.kept));
   return made;
 }
@@ -339,6 +347,9 @@ Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& 
   }
   change.takes_continue = before.takes == now.takes && records_takes(before) && records_takes(now);
   if (!change.takes_continue) change.takes = make_takes(now, change.description);
+  change.timecode_continues =
+      settings::same_section(before, now, "timecode") && before.nominal_rate_hz == now.nominal_rate_hz;
+  if (!change.timecode_continues) change.timecode = make_timecode(now);
   if (!now.kept.empty()) change.writers.push_back(settings::make_subject_keeper(now.kept));
   return change;
 }

@@ -9,6 +9,7 @@
 #include "base/log.h"
 #include "settings/rig/learnt_masks.h"
 #include "settings/subject/add_subject.h"
+#include "timecode/timecode_sources.h"
 #include "wire/curve_keys.h"
 
 namespace mocap {
@@ -42,6 +43,15 @@ settings::Faults key_faults(const wire::CurveSettings& curve, const std::filesys
   return faults;
 }
 
+// Returns the fault of a source of timecode that cannot work.
+settings::Faults timecode_faults(const settings::DaemonSettings& settings, const std::filesystem::path& config) {
+  settings::Faults faults{config, {}};
+  if (const Status good = timecode::check(settings.timecode); !good) {
+    faults.list.push_back({config, 0, 0, "timecode: wav: " + good.error().message});
+  }
+  return faults;
+}
+
 // Saves learnt masks: to the state folder if there is one, otherwise to the rig file.
 Status save_masks(const Configuration& now, const std::vector<std::vector<MaskPolygon>>& masks) {
   Rig rig = now.settings->rig;
@@ -71,8 +81,10 @@ Result<settings::DaemonSettings, settings::Faults> load_checked(const std::files
   Result<settings::DaemonSettings, settings::Faults> settings = settings::load_daemon_settings(config, state);
   if (!settings) return settings;
   settings::Faults faults = driver_faults(*settings, config);
-  settings::Faults keys = key_faults(settings->publish.curve, config);
-  faults.list.insert(faults.list.end(), keys.list.begin(), keys.list.end());
+  for (const settings::Faults& more :
+       {key_faults(settings->publish.curve, config), timecode_faults(*settings, config)}) {
+    faults.list.insert(faults.list.end(), more.list.begin(), more.list.end());
+  }
   if (!faults.list.empty()) return faults;
   if (const wire::CurveSettings& curve = settings->publish.curve; curve.on()) {
     if (const auto key = wire::load_key_pair(curve.server_key)) settings->server_public_key = key->public_key;

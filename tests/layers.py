@@ -48,6 +48,8 @@ THIRD_PARTIES = {
     "Ceres": (r"(ceres|glog)/", "calibration"),
     "yaml-cpp": (r"yaml-cpp/", "calibration/formats"),
     "toml++": (r"toml", "settings"),
+    "libltc": (r"ltc\.h", "timecode"),
+    "ALSA": (r"alsa/", "timecode"),
     "libsystemd": (r"systemd/", "runtime/service.cpp"),
     "CLI11": (r"CLI/", "main"),
     "expat": (r"expat", "trigger/xml_packet.cpp"),

@@ -15,7 +15,8 @@ packages=(
   # libraries
   libaravis-dev libusb-1.0-0-dev libopencv-dev libopencv-contrib-dev libeigen3-dev libceres-dev libhwy-dev libturbojpeg0-dev libpng-dev
   libzmq3-dev libprotozero-dev libprotobuf-dev protobuf-compiler libspdlog-dev libfmt-dev libsystemd-dev
-  libcli11-dev libtomlplusplus-dev libyaml-cpp-dev nlohmann-json3-dev libzstd-dev liblz4-dev zlib1g-dev libexpat1-dev
+  libcli11-dev libtomlplusplus-dev libyaml-cpp-dev nlohmann-json3-dev libzstd-dev liblz4-dev zlib1g-dev libexpat1-dev libltc-dev
+  libasound2-dev
   # the demo (own network of the simulated cameras) and clients in Python
   iproute2 procps python3 python3-zmq python3-protobuf python3-numpy
 )

@@ -10,7 +10,7 @@
 #include "export/c3d_parameters.h"
 #include "export/in_axes.h"
 #include "export/labels.h"
-#include "export/timecode.h"
+#include "model/timecode.h"
 
 namespace mocap::exports {
 namespace {

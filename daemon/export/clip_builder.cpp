@@ -6,8 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "export/clip_timecode.h"
 #include "export/rates.h"
-#include "export/timecode.h"
 
 namespace mocap::exports {
 namespace {
@@ -91,11 +91,10 @@ ClipBuilder::Track* ClipBuilder::track_of(SubjectId subject) {
   return track < 0 ? nullptr : &tracks_[static_cast<std::size_t>(track)];
 }
 
-Status ClipBuilder::add(const Snapshot& snapshot, std::optional<std::int64_t> utc_minus_host_ns,
-                        const std::optional<Timecode>& timecode) {
+Status ClipBuilder::add(const Snapshot& snapshot, std::optional<std::int64_t> utc_minus_host_ns) {
   if (times_.empty()) utc_minus_host_ns_ = utc_minus_host_ns;
-  if (timecode && !timecode_) {
-    timecode_ = timecode;
+  if (snapshot.timecode && !timecode_) {
+    timecode_ = snapshot.timecode;
     timecode_at_ = times_.size();
   }
   times_.push_back(snapshot.instants.exposed_at);
@@ -221,9 +220,8 @@ Result<Clip> ClipBuilder::build() {
              times_.size() - static_cast<std::size_t>(used)};
   if (utc_minus_host_ns_) clip.first_utc_ns = to_ns(times_.front()) + *utc_minus_host_ns_;
   if (timecode_ && timecode_->frames_per_second > 0) {
-    const double before_s = to_s(times_[timecode_at_] - times_.front());
-    const double frames = before_s * rate_hz(*timecode_, clip.rate.denominator == 1001);
-    clip.first_timecode = timecode_of(frames_of(*timecode_) - std::llround(frames), *timecode_);
+    clip.first_timecode = timecode_;
+    clip.first_timecode = timecode_at(clip, to_s(times_.front() - times_[timecode_at_]));
   }
   for (Track& track : tracks_) {
     const MarkerSet& set = track.rows.subject.marker_set;

@@ -36,8 +36,7 @@ class ClipBuilder {
   Status learn(const Description& description);
 
   /// Adds the next snapshot. Fails with InvalidArgument if its markers or bones do not fit the description.
-  Status add(const Snapshot& snapshot, std::optional<std::int64_t> utc_minus_host_ns,
-             const std::optional<Timecode>& timecode);
+  Status add(const Snapshot& snapshot, std::optional<std::int64_t> utc_minus_host_ns);
 
   void mark(Timestamp at, std::string name);
 

@@ -18,7 +18,7 @@ Status read_into(ClipBuilder& builder, take::SnapshotReader& recording, const st
       if (const Status learnt = builder.learn(recording.description()); !learnt) return learnt;
       version = recording.description().version;
     }
-    const Status added = builder.add(recorded.snapshot, recorded.utc_minus_host_ns, recorded.timecode);
+    const Status added = builder.add(recorded.snapshot, recorded.utc_minus_host_ns);
     if (!added) return added;
     if (count % kSnapshotsPerReport == 0) progress(recording.progress());
   }

@@ -7,9 +7,10 @@
 #include <iterator>
 #include <vector>
 
+#include "export/clip_timecode.h"
 #include "export/in_axes.h"
 #include "export/labels.h"
-#include "export/timecode.h"
+#include "model/timecode.h"
 
 namespace mocap::exports {
 namespace {
@@ -85,16 +86,10 @@ void append_bones(std::string& text, const ClipSubject& subject, std::size_t fra
   }
 }
 
-void append_timecode(std::string& text, const Clip& clip, double time_s) {
-  const double passed = time_s * rate_hz(*clip.first_timecode, clip.rate.denominator == 1001);
-  const auto frames = static_cast<std::int64_t>(std::floor(passed + 1e-6));
-  text += ',' + text_of(timecode_of(frames_of(*clip.first_timecode) + frames, *clip.first_timecode));
-}
-
 void append_csv_row(std::string& text, const Clip& clip, std::size_t frame, const WriteOptions& options) {
   const double time_s = clip.rate.time_s(static_cast<std::int64_t>(frame));
   fmt::format_to(std::back_inserter(text), "{},{:.9f}", clip.first_frame + static_cast<std::int64_t>(frame), time_s);
-  if (clip.first_timecode) append_timecode(text, clip, time_s);
+  if (clip.first_timecode) text += ',' + text_of(timecode_at(clip, time_s));
   for (const ClipSubject& subject : clip.subjects) {
     const std::size_t markers = subject.subject.marker_set.markers.size();
     for (std::size_t m = 0; m < markers; ++m) append_marker(text, subject.markers[frame * markers + m], options);

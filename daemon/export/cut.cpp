@@ -6,7 +6,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "export/timecode.h"
+#include "export/clip_timecode.h"
+#include "model/timecode.h"
 
 namespace mocap::exports {
 namespace {
@@ -35,7 +36,8 @@ Result<double> frame_at(const Clip& clip, const RangeEnd& end) {
   std::int64_t frames = frames_of(*at) - frames_of(first);
   const std::int64_t day = frames_of(timecode_of(-1, first)) + 1;
   if (frames < -day / 2) frames += day;  // the take passes midnight
-  return static_cast<double>(frames) / rate_hz(first, clip.rate.denominator == 1001) * clip.rate.hz();
+  const double frames_per_s = rate_hz(first, clip.rate.denominator == 1001);
+  return static_cast<double>(frames) / frames_per_s * clip.rate.hz() - first.subframe;
 }
 
 template <class Sample>
@@ -56,11 +58,7 @@ void keep(Clip& clip, std::size_t first, std::size_t count) {
   for (ClipEvent& event : clip.events) event.time_s -= begin_s;
   std::erase_if(clip.events, [&](const ClipEvent& event) { return event.time_s < 0.0 || event.time_s >= length_s; });
   if (clip.first_utc_ns) *clip.first_utc_ns += std::llround(1e9 * begin_s);
-  if (clip.first_timecode) {
-    const double passed = begin_s * rate_hz(*clip.first_timecode, clip.rate.denominator == 1001);
-    const auto frames = static_cast<std::int64_t>(std::floor(passed + kSameFrame));
-    clip.first_timecode = timecode_of(frames_of(*clip.first_timecode) + frames, *clip.first_timecode);
-  }
+  if (clip.first_timecode) clip.first_timecode = timecode_at(clip, begin_s);
   clip.first_frame += static_cast<std::int64_t>(first);
   clip.frames = count;
 }

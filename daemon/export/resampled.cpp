@@ -60,6 +60,10 @@ Clip resampled(Clip clip, const Rate& rate) {
   }
   clip.first_frame = std::llround(clip.rate.time_s(clip.first_frame) * rate.hz());
   clip.frames = places.size();
+  if (clip.first_timecode) {
+    std::uint32_t& subframe = clip.first_timecode->subframe;
+    subframe = static_cast<std::uint32_t>(subframe * rate.hz() / clip.rate.hz());
+  }
   clip.rate = rate;
   return clip;
 }

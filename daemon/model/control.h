@@ -17,6 +17,7 @@ enum class ControlAction {
   GetStatus,
   GetDescription,
   GetSnapshot,
+  GetShots,
   StartCapture,
   StopCapture,
   AddSubject,     ///< the subject is searched (again)
@@ -32,7 +33,7 @@ enum class ControlAction {
 /// Whether the request reads only.
 constexpr bool only_looks(ControlAction action) {
   return action == ControlAction::GetStatus || action == ControlAction::GetDescription ||
-         action == ControlAction::GetSnapshot;
+         action == ControlAction::GetSnapshot || action == ControlAction::GetShots;
 }
 
 /// A request of an operator to the running daemon.
@@ -72,6 +73,7 @@ struct ControlAnswer {
   std::optional<ControlStatus> status;
   const Description* description = nullptr;  ///< borrowed
   const Snapshot* snapshot = nullptr;        ///< borrowed
+  std::optional<std::vector<Shot>> shots = std::nullopt;
 };
 
 }  // namespace mocap

@@ -12,6 +12,7 @@
 #include "model/detection_counts.h"
 #include "model/search_health.h"
 #include "model/take_health.h"
+#include "model/timecode_health.h"
 
 namespace mocap {
 
@@ -106,6 +107,7 @@ struct Health {
   std::vector<RecordingHealth> recordings;
   TakeHealth take;                     ///< the take that is recorded, or the last one
   std::vector<SearchHealth> searches;  ///< subjects that are not found, with the reason
+  TimecodeHealth timecode;             ///< the source of timecode, if there is one
 };
 
 }  // namespace mocap

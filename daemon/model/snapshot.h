@@ -7,6 +7,7 @@
 #include "base/time.h"
 #include "model/sighting.h"
 #include "model/subject_state.h"
+#include "model/timecode.h"
 
 namespace mocap {
 
@@ -41,6 +42,7 @@ struct Snapshot {
   std::uint64_t number = 0;               ///< number of the set in this run: a gap is a set that was skipped
   std::uint32_t description_version = 0;  ///< version of the description that this snapshot's indices refer to
   Instants instants;
+  std::optional<Timecode> timecode;  ///< of the exposure; empty: the run has no timecode now
   std::uint32_t expected_views = 0;
   BoundedVector<ViewStatus, kMaxCameras> views;
   Labels labels;

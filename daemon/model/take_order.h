@@ -1,13 +1,17 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "base/time.h"
+#include "model/shot.h"
+#include "model/timecode.h"
 
 namespace mocap {
 
-enum class TakeAction { Start, Stop, Cancel, Mark, Next };
+enum class TakeAction { Start, Stop, Cancel, Mark, Next, ListShots, ImportShots, ClearShots };
 
 /// A request of an operator about takes.
 struct TakeOrder {
@@ -20,6 +24,9 @@ struct TakeOrder {
   Duration length{};           ///< Start, Next: the take ends after this time; zero: at Stop
   Duration countdown{};        ///< Start, Next: the take starts after this time
   std::int64_t at_utc_ns = 0;  ///< Start, Next: the take starts at this time; 0: at once
+  /// Start, Next: the take starts at this timecode; only hours to frames count. Empty: at once.
+  std::optional<Timecode> at_timecode = {};
+  std::vector<Shot> shots = {};  ///< ImportShots
 };
 
 enum class TakeOutcome { Done, Invalid, NotFound, Failed };
@@ -28,7 +35,8 @@ enum class TakeOutcome { Done, Invalid, NotFound, Failed };
 struct TakeDone {
   std::uint64_t order = 0;
   TakeOutcome outcome = TakeOutcome::Done;
-  std::string message;  ///< for the operator
+  std::string message;                          ///< for the operator
+  std::optional<std::vector<Shot>> shots = {};  ///< of an order about shots
 };
 
 }  // namespace mocap

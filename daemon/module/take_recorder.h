@@ -10,6 +10,7 @@
 #include "model/snapshot.h"
 #include "model/take_health.h"
 #include "model/take_order.h"
+#include "model/timecode_health.h"
 
 namespace mocap {
 
@@ -36,6 +37,8 @@ class TakeRecorder {
 
   // For the disk thread.
   virtual void follow(const TakeOrder& order, Timestamp now) = 0;
+  /// The state of the source of timecode, by which a take may start.
+  virtual void set_timecode(const TimecodeHealth& timecode, Timestamp now) = 0;
   /// Writes what waits, and starts and ends takes that are due. May wait for the disk.
   virtual void work(Timestamp now) = 0;
   /// The next answer to an order, if there is one.

@@ -119,6 +119,11 @@ ControlAnswer ControlWorker::execute(const ControlRequest& request, const std::s
     case ControlAction::AdjustCamera: return adjust_camera(request, stop);
     case ControlAction::LearnMask: return learn_mask(request, stop);
     case ControlAction::Reload: return order_main({}, stop);
+    case ControlAction::GetShots: {
+      ControlRequest list;
+      list.take.action = TakeAction::ListShots;
+      return order_take(list, stop);
+    }
     case ControlAction::Take: return order_take(request, stop);
   }
   return failure(ControlCode::Unsupported, "unknown request");
@@ -326,7 +331,10 @@ ControlAnswer ControlWorker::order_take(const ControlRequest& request, const std
   TakeDone answer;
   while (!stop.stop_requested() && host_now() - begun < kTakePatience) {
     while (links_.takes->done.try_pop(answer)) {
-      if (answer.order == order.number) return failure(code_of(answer.outcome), answer.message);
+      if (answer.order != order.number) continue;
+      ControlAnswer taken = failure(code_of(answer.outcome), answer.message);
+      taken.shots = std::move(answer.shots);
+      return taken;
     }
     std::this_thread::sleep_for(kAnswerPollPeriod);
   }

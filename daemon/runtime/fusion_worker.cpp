@@ -41,6 +41,7 @@ void FusionWorker::change(Change change) {
   change.fusion->adopt(*fusion_, change.handover);
   fusion_ = std::move(change.fusion);
   settings_ = std::move(change.settings);
+  if (change.links.timecode == nullptr) timecode_.reset();
   const std::vector<CameraChannel*> before = std::exchange(links_, std::move(change.links)).cameras;
   if (before.size() != links_.cameras.size() || !(change.align == align_)) {
     synchronise::FrameAligner aligner(change.align, links_.cameras.size());
@@ -62,6 +63,7 @@ void FusionWorker::run(const std::stop_token& stop) {
     counters_.beats.add();
     const WakeSignal::Ticket ticket = links_.wake->ticket();
     follow_orders();
+    follow_timecode();
     const bool gathered = gather();
     const bool fused = fuse_ready_sets(stop);
     send_timing();
@@ -134,6 +136,7 @@ void FusionWorker::fuse(const FrameSet& frames, const std::stop_token& stop) {
   Snapshot& snapshot = fusion_->step(frames);
   update_rig_gauges();
   count_blobs();
+  snapshot.timecode = timecode_ ? timecode_at(*timecode_, snapshot.instants.exposed_at) : std::nullopt;
   if (settings_.lossless) {
     snapshot.instants.received_at.reset();
     snapshot.instants.detected_at.reset();
@@ -197,6 +200,12 @@ void FusionWorker::follow_orders() {
     done.done = true;
     for (const char c : words) done.message.push_back(c);
     static_cast<void>(links_.control->from_fusion.try_push(done));
+  }
+}
+
+void FusionWorker::follow_timecode() {
+  if (links_.timecode == nullptr) return;
+  while (links_.timecode->to_fusion.try_pop(timecode_)) {
   }
 }
 

@@ -10,6 +10,7 @@
 #include "model/search_health.h"
 #include "model/search_report.h"
 #include "model/snapshot.h"
+#include "model/timecode_health.h"
 #include "runtime/camera_worker.h"
 #include "runtime/counters.h"
 #include "runtime/pausable.h"
@@ -38,6 +39,14 @@ struct SearchChannel {
   WakeSignal there_is_work;  ///< signalled by the fusion thread
 };
 
+/// Queues from the timecode thread, which sends up to 100 items a second. A full queue drops an item; the next one comes
+/// within 50 ms.
+struct TimecodeChannel {
+  SpscQueue<std::optional<TimecodeClock>> to_fusion{4};  ///< empty: there is no timecode
+  SpscQueue<TimecodeHealth> to_publish{16};
+  SpscQueue<TimecodeHealth> to_takes{16};
+};
+
 /// The fusion thread: groups the blobs of all cameras into frame sets, fuses each set and pushes the snapshot to the
 /// publish thread and the side thread.
 class FusionWorker : public Pausable {
@@ -47,10 +56,11 @@ class FusionWorker : public Pausable {
     std::vector<CameraChannel*> cameras;  ///< by CameraId
     SnapshotChannel* publish = nullptr;
     SnapshotChannel* side = nullptr;
-    SnapshotChannel* takes = nullptr;   ///< may be null: no takes are recorded
-    WakeSignal* wake = nullptr;         ///< signalled by the camera threads and the control thread
-    ControlChannel* control = nullptr;  ///< may be null
-    SearchChannel* search = nullptr;    ///< may be null: reports of searches are dropped
+    SnapshotChannel* takes = nullptr;     ///< may be null: no takes are recorded
+    WakeSignal* wake = nullptr;           ///< signalled by the camera threads and the control thread
+    ControlChannel* control = nullptr;    ///< may be null
+    SearchChannel* search = nullptr;      ///< may be null: reports of searches are dropped
+    TimecodeChannel* timecode = nullptr;  ///< may be null: snapshots have no timecode
   };
 
   FusionWorker(synchronise::AlignSettings align, std::unique_ptr<fusion::Fusion> fusion, FusionWorkerSettings settings,
@@ -82,6 +92,7 @@ class FusionWorker : public Pausable {
   void fuse(const FrameSet& frames, const std::stop_token& stop);
   bool push(const Snapshot& snapshot, SnapshotChannel& to, const std::stop_token& stop);
   void follow_orders();
+  void follow_timecode();
   void send_timing();
   void update_rig_gauges();
   void count_blobs();
@@ -97,6 +108,7 @@ class FusionWorker : public Pausable {
   FusionCounters& counters_;
   std::vector<Delivery> delivery_;  // by camera, as known to the aligner
   Timestamp timing_sent_at_;
+  std::optional<TimecodeClock> timecode_;
 };
 
 }  // namespace mocap::runtime

@@ -37,6 +37,7 @@ Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
   }
   set_takes(std::move(parts.takes));
   set_trigger(std::move(parts.trigger));
+  start_timecode(std::move(parts.timecode));
   if (!parts.writers.empty()) {
     to_side_ = std::make_unique<SnapshotChannel>(at_least_one(settings_.side_queue_snapshots));
     side_worker_ =
@@ -110,12 +111,19 @@ void Pipeline::set_explainer(std::unique_ptr<SearchExplainer> explainer) {
 
 FusionWorker::Links Pipeline::fusion_links() {
   return {borrow_channels(), to_publish_.get(), to_side_.get(), to_takes_.get(),
-          &wake_fusion_,     control_.get(),    search_.get()};
+          &wake_fusion_,     control_.get(),    search_.get(),  timecode_worker_ ? &timecode_channel_ : nullptr};
 }
 
 PublishWorker::Links Pipeline::publish_links() {
-  return {to_publish_.get(), borrow_channels(), borrow_streams(), &fusion_counters_,
-          control_.get(),    recordings(),      search_.get(),    records_takes_ ? &take_channel_ : nullptr};
+  return {to_publish_.get(),
+          borrow_channels(),
+          borrow_streams(),
+          &fusion_counters_,
+          control_.get(),
+          recordings(),
+          search_.get(),
+          records_takes_ ? &take_channel_ : nullptr,
+          timecode_worker_ ? &timecode_channel_ : nullptr};
 }
 
 ControlWorker::Links Pipeline::control_links() {
@@ -181,8 +189,8 @@ void Pipeline::set_takes(std::unique_ptr<TakeRecorder> recorder) {
   to_takes_.reset();
   if (!recorder) return;
   to_takes_ = std::make_unique<SnapshotChannel>(kTakeSnapshots);
-  take_worker_ =
-      std::make_unique<TakeWorker>(std::move(recorder), borrow_channels(), *to_takes_, take_channel_, wake_take_);
+  take_worker_ = std::make_unique<TakeWorker>(std::move(recorder), borrow_channels(), *to_takes_, take_channel_,
+                                              timecode_channel_, wake_take_);
 }
 
 void Pipeline::start_takes() {
@@ -230,6 +238,23 @@ void Pipeline::stop_trigger() {
   trigger_thread_.request_stop();
   take_channel_.news_came.signal();
   if (trigger_thread_.joinable()) trigger_thread_.join();
+}
+
+// Null: no source.
+void Pipeline::start_timecode(std::unique_ptr<TimecodeSource> source) {
+  if (!source) return;
+  timecode_worker_ = std::make_unique<TimecodeWorker>(std::move(source), timecode_channel_);
+  timecode_thread_ = std::jthread([this](const std::stop_token& token) {
+    name_this_thread("mocap-timecode");
+    timecode_worker_->run(token);
+  });
+}
+
+void Pipeline::stop_timecode() {
+  timecode_thread_.request_stop();
+  if (timecode_thread_.joinable()) timecode_thread_.join();
+  timecode_worker_.reset();
+  static_cast<void>(timecode_channel_.to_takes.try_push({}));  // a take that waits for a timecode waits for ever
 }
 
 void Pipeline::start_publish() {
@@ -291,6 +316,7 @@ void Pipeline::stop() {
   // After the end of the fusion thread, the publish and side threads process the waiting snapshots and return.
   if (publish_thread_.joinable()) publish_thread_.join();
   if (side_thread_.joinable()) side_thread_.join();
+  stop_timecode();
   explain_thread_.request_stop();
   if (search_) search_->there_is_work.signal();
   if (explain_thread_.joinable()) explain_thread_.join();

@@ -14,6 +14,7 @@
 #include "module/publisher.h"
 #include "module/search_explainer.h"
 #include "module/take_recorder.h"
+#include "module/timecode_source.h"
 #include "module/writer.h"
 #include "runtime/blob_recorder.h"
 #include "runtime/camera_worker.h"
@@ -26,6 +27,7 @@
 #include "runtime/side_worker.h"
 #include "runtime/take_worker.h"
 #include "runtime/trigger_worker.h"
+#include "runtime/timecode_worker.h"
 #include "synchronise/frame_aligner.h"
 
 namespace mocap::runtime {
@@ -41,6 +43,7 @@ struct PipelineParts {
   std::unique_ptr<SearchExplainer> explainer = {};  ///< none: health has no reasons for missing subjects
   std::unique_ptr<TakeRecorder> takes = {};         ///< none: no takes are recorded
   std::unique_ptr<TriggerParts> trigger = {};       ///< none: takes have no remote triggers
+  std::unique_ptr<TimecodeSource> timecode = {};    ///< none: snapshots have no timecode
 };
 
 /// How a camera continues in the next configuration.
@@ -70,14 +73,16 @@ struct PipelineChange {
   Description description;
   std::unique_ptr<SearchExplainer> explainer = {};  ///< null: health has no reasons for missing subjects
   OpenPart<Publisher> open_publisher;
-  OpenPart<ControlServer> open_control;          ///< may return null: no requests are received
-  std::vector<std::unique_ptr<Writer>> writers;  ///< beside the recordings that continue
-  bool snapshots_continue = false;               ///< recordings of snapshots go on in the same files
-  std::unique_ptr<BlobWriter> blob_writer;       ///< null: blobs are not recorded, or blobs_continue
-  bool blobs_continue = false;                   ///< only with the same cameras
-  std::unique_ptr<TakeRecorder> takes = {};      ///< null: no takes are recorded, or takes_continue
-  bool takes_continue = false;                   ///< with the same recorder
-  OpenPart<TriggerParts> open_trigger = {};      ///< may return null: takes have no remote triggers
+  OpenPart<ControlServer> open_control;           ///< may return null: no requests are received
+  std::vector<std::unique_ptr<Writer>> writers;   ///< beside the recordings that continue
+  bool snapshots_continue = false;                ///< recordings of snapshots go on in the same files
+  std::unique_ptr<BlobWriter> blob_writer;        ///< null: blobs are not recorded, or blobs_continue
+  bool blobs_continue = false;                    ///< only with the same cameras
+  std::unique_ptr<TakeRecorder> takes = {};       ///< null: no takes are recorded, or takes_continue
+  bool takes_continue = false;                    ///< with the same recorder
+  std::unique_ptr<TimecodeSource> timecode = {};  ///< null: snapshots have no timecode, or timecode_continues
+  bool timecode_continues = false;
+  OpenPart<TriggerParts> open_trigger = {};       ///< may return null: takes have no remote triggers
 };
 
 /// All threads and the queues between them. The threads run from the constructor to `stop`. The main thread owns it.
@@ -171,6 +176,8 @@ class Pipeline {
   void start_trigger();
   void stop_trigger();
   void change_takes(PipelineChange& change);
+  void start_timecode(std::unique_ptr<TimecodeSource> source);
+  void stop_timecode();
   void start_publish();
   void start_fusion();
   void start_control();
@@ -183,6 +190,7 @@ class Pipeline {
   bool records_takes_ = false;
   WakeSignal wake_take_;
   TakeChannel take_channel_;
+  TimecodeChannel timecode_channel_;
   std::unique_ptr<SnapshotChannel> to_takes_;  // null: no takes are recorded
   std::unique_ptr<SnapshotChannel> to_publish_;
   std::unique_ptr<SnapshotChannel> to_side_;  // null: nothing was written yet
@@ -199,6 +207,7 @@ class Pipeline {
   std::unique_ptr<ExplainWorker> explain_worker_;
   std::unique_ptr<TakeWorker> take_worker_;
   std::unique_ptr<TriggerWorker> trigger_worker_;
+  std::unique_ptr<TimecodeWorker> timecode_worker_;     // null: no source of timecode
   std::vector<std::unique_ptr<SideFile>> ended_files_;  // to be finished
   std::unique_ptr<TakeWorker> ended_takes_;             // to be finished
   std::vector<CameraUnit> cameras_;                     // by CameraId
@@ -215,6 +224,7 @@ class Pipeline {
   std::jthread take_intake_thread_;
   std::jthread take_disk_thread_;
   std::jthread trigger_thread_;
+  std::jthread timecode_thread_;
 };
 
 }  // namespace mocap::runtime

@@ -23,6 +23,10 @@ Status Pipeline::change(PipelineChange change) {
   settings_ = with_lossless(std::move(change.settings));
   pause_control();
   change_cameras(change);
+  if (!change.timecode_continues) {
+    stop_timecode();
+    start_timecode(std::move(change.timecode));
+  }
   std::unique_ptr<BlobRecorder> ended_recorder = pause_recorder(change);
   pause_explain();
   pause_row();

@@ -91,6 +91,7 @@ void PublishWorker::change(Description description, PublishWorkerSettings settin
   description_ = std::move(description);
   settings_ = std::move(settings);
   links_ = std::move(links);
+  if (links_.timecode == nullptr) health_.timecode = {};
   searches_.assign(kMaxSubjects, {});  // indices of subjects may differ
   list_recordings();
 }
@@ -185,6 +186,10 @@ void PublishWorker::update_control(const Snapshot& snapshot) {
 }
 
 void PublishWorker::report_when_due() {
+  if (links_.timecode != nullptr) {
+    while (links_.timecode->to_publish.try_pop(health_.timecode)) {
+    }
+  }
   const Timestamp now = host_now();
   if (now - reported_at_ < settings_.report_every) return;
   gather_health(now);

@@ -34,8 +34,9 @@ class PublishWorker : public Pausable {
     const FusionCounters* fusion = nullptr;
     ControlChannel* control = nullptr;  ///< may be null
     std::vector<const RecordingProgress*> recordings = {};
-    SearchChannel* search = nullptr;  ///< may be null: no reasons are published
-    TakeChannel* takes = nullptr;     ///< may be null: no takes are recorded
+    SearchChannel* search = nullptr;      ///< may be null: no reasons are published
+    TakeChannel* takes = nullptr;         ///< may be null: no takes are recorded
+    TimecodeChannel* timecode = nullptr;  ///< may be null: there is no source of timecode
   };
 
   PublishWorker(std::unique_ptr<Publisher> publisher, Description description, PublishWorkerSettings settings,

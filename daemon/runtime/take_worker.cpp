@@ -16,11 +16,12 @@ constexpr std::uint64_t kOfTrigger = std::uint64_t{1} << 63U;
 }  // namespace
 
 TakeWorker::TakeWorker(std::unique_ptr<TakeRecorder> recorder, std::vector<CameraChannel*> cameras,
-                       SnapshotChannel& snapshots, TakeChannel& channel, WakeSignal& wake)
+                       SnapshotChannel& snapshots, TakeChannel& channel, TimecodeChannel& timecode, WakeSignal& wake)
     : recorder_(std::move(recorder)),
       cameras_(std::move(cameras)),
       snapshots_(snapshots),
       channel_(channel),
+      timecode_(timecode),
       wake_(wake) {}
 
 void TakeWorker::change(const Description& description, std::vector<CameraChannel*> cameras) {
@@ -67,6 +68,8 @@ bool TakeWorker::take_in() {
 void TakeWorker::run_disk(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     const WakeSignal::Ticket ticket = channel_.ordered.ticket();
+    TimecodeHealth timecode;
+    while (timecode_.to_takes.try_pop(timecode)) recorder_->set_timecode(timecode, host_now());
     follow_orders();
     recorder_->work(host_now());
     report(host_now());

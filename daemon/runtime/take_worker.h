@@ -36,7 +36,7 @@ class TakeWorker {
  public:
   /// All objects outlive the worker. `wake`: signalled by the camera threads.
   TakeWorker(std::unique_ptr<TakeRecorder> recorder, std::vector<CameraChannel*> cameras, SnapshotChannel& snapshots,
-             TakeChannel& channel, WakeSignal& wake);
+             TakeChannel& channel, TimecodeChannel& timecode, WakeSignal& wake);
 
   /// The loop of the intake thread; returns when stopped and the queues are empty.
   void run_intake(const std::stop_token& stop);
@@ -61,6 +61,7 @@ class TakeWorker {
   std::vector<CameraChannel*> cameras_;
   SnapshotChannel& snapshots_;
   TakeChannel& channel_;
+  TimecodeChannel& timecode_;
   WakeSignal& wake_;
   Timestamp reported_at_;
   TakeState reported_ = TakeState::None;

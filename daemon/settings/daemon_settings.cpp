@@ -86,11 +86,12 @@ void write_into(const std::filesystem::path& folder, DaemonTables& tables, Daemo
   }
 }
 
-// The folder has a default, which a file without the key cannot make relative to itself.
+// The folder has a default, which a file without the key cannot make relative to itself. The shot list is in the state
+// folder, without one beside the takes.
 void place_takes(const StateFiles& state, DaemonSettings& settings) {
-  if (settings.takes.folder != take::TakesSettings{}.folder) return;
   const std::filesystem::path base = state.exist() ? state.folder : settings.file.parent_path();
-  settings.takes.folder = base / settings.takes.folder;
+  if (settings.takes.folder == take::TakesSettings{}.folder) settings.takes.folder = base / settings.takes.folder;
+  settings.takes.shots = (state.exist() ? state.folder : settings.takes.folder) / "shot_list.csv";
 }
 
 // Adds the subjects of the state file. One that the configuration has under the same name is left out: the operator has

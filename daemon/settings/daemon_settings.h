@@ -25,6 +25,7 @@
 #include "solve/solve_settings.h"
 #include "take/record_settings.h"
 #include "take/takes_settings.h"
+#include "timecode/timecode_settings.h"
 #include "track2d/track_blobs_settings.h"
 #include "track3d/track_markers_settings.h"
 #include "trigger/trigger_settings.h"
@@ -69,6 +70,7 @@ struct DaemonSettings {
   take::RecordSettings record;
   take::TakesSettings takes;
   trigger::TriggerSettings trigger;
+  timecode::TimecodeSettings timecode;
   runtime::PipelineSettings pipeline;
 
   std::filesystem::path file;           ///< of this configuration

@@ -79,6 +79,7 @@ constexpr Section kSections[] = {
      declare<&All::takes>, faults<&All::takes>},
     {"trigger", "takes that other programs start and stop over UDP, and programs that record with this one",
      declare<&All::trigger>, faults<&All::trigger>},
+    {"timecode", "the timecode of snapshots and takes; a replay has none", declare<&All::timecode>, kNoRules},
     {"reopen", "a camera that failed or fell silent; the others go on", declare_reopen, reopen_faults, "operation"},
     {"queues", "a full queue drops the new item and counts it", declare_queues, kNoRules},
     {"realtime", "threads and the operating system", declare_realtime, kNoRules},

@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "base/replace_file.h"
 #include "settings/rig/rig_text.h"
-#include "settings/toml/replace_file.h"
 #include "settings/toml/toml_file.h"
 
 namespace mocap::settings {

@@ -18,10 +18,6 @@
 namespace mocap::take {
 namespace {
 
-Timecode timecode_of(const v1::Timecode& from) {
-  return {from.hours(), from.minutes(), from.seconds(), from.frames(), from.frames_per_second(), from.drop_frame()};
-}
-
 // What all forms have in common: messages become snapshots.
 class MessageReader : public SnapshotReader {
  public:
@@ -72,8 +68,6 @@ class MessageReader : public SnapshotReader {
     wire::put_at_rest_offsets(message_, description_, recorded_.snapshot);
     recorded_.utc_minus_host_ns.reset();
     if (message_.has_utc_minus_host_ns()) recorded_.utc_minus_host_ns = message_.utc_minus_host_ns();
-    recorded_.timecode.reset();
-    if (message_.has_timecode()) recorded_.timecode = timecode_of(message_.timecode());
     return {};
   }
 

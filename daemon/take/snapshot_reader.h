@@ -8,7 +8,6 @@
 #include "base/result.h"
 #include "model/description.h"
 #include "model/snapshot.h"
-#include "model/timecode.h"
 
 namespace mocap::take {
 
@@ -16,7 +15,6 @@ namespace mocap::take {
 struct RecordedSnapshot {
   Snapshot snapshot;
   std::optional<std::int64_t> utc_minus_host_ns;
-  std::optional<Timecode> timecode;
 };
 
 /// Reads the snapshots of a recording, one after the other.

@@ -18,11 +18,13 @@
 #include "mocap/v1/take.pb.h"
 #include "model/search_health.h"
 #include "take/camera_blobs.h"
+#include "take/shot_list.h"
 #include "take/take_buffer.h"
 #include "take/take_name.h"
 #include "take/take_quality.h"
 #include "take/take_reader.h"
 #include "wire/codec/encode.h"
+#include "wire/codec/encode_numbers.h"
 #include "wire/codec/utf8.h"
 #include "wire/event_watch.h"
 
@@ -40,6 +42,9 @@ constexpr Duration kDrainPatience = std::chrono::milliseconds(300);
 constexpr double kMB = 1e6;
 // Between two takes of take next nothing must leave the memory.
 constexpr Duration kLeastKept = std::chrono::seconds(1);
+// A take that waits for a timecode starts also if the timecode passed so recently: a source that starts at this
+// timecode is known only 0.3 s later. At most kLeastKept.
+constexpr Duration kJustPassed = std::chrono::milliseconds(900);
 
 bool same_cameras(const Description& one, const Description& other) {
   return std::ranges::equal(one.cameras, other.cameras, {}, &CameraModel::name, &CameraModel::name);
@@ -59,8 +64,10 @@ struct Recording {
   bool drained = false;         // a snapshot after `to` came
   Timestamp checked_at;         // free space and folder
   std::uint64_t dropped_before = 0;
-  std::vector<std::string> blob_topics;  // by camera
-  std::optional<TakeOrder> stopped_by;   // to be answered when the file is complete
+  std::vector<std::string> blob_topics;                   // by camera
+  std::optional<TakeOrder> stopped_by;                    // to be answered when the file is complete
+  std::string shot;                                       // its name in the shot list; empty: none
+  std::optional<Timecode> first_timecode, last_timecode;  // of the snapshots
 };
 
 class DiskTakeRecorder : public TakeRecorder {
@@ -70,8 +77,10 @@ class DiskTakeRecorder : public TakeRecorder {
         files_(std::move(files)),
         buffer_(settings_.memory_mb * 1'000'000, std::max(settings_.before, kLeastKept)),
         description_(description),
-        descriptions_{{Timestamp::min(), description}} {
+        descriptions_{{Timestamp::min(), description}},
+        shots_(settings_.shots) {
     events_.update(description, host_now());
+    if (const Status loaded = shots_.load(); !loaded) log_error(kWho, loaded.error().message);
   }
 
   void keep(const BlobFrame& frame) override {
@@ -126,13 +135,21 @@ class DiskTakeRecorder : public TakeRecorder {
       case TakeAction::Cancel: return order_cancel(order, now);
       case TakeAction::Mark: return order_mark(order, now);
       case TakeAction::Next: return order_next(order, now);
+      case TakeAction::ListShots: return answer_shots(order, shots_words());
+      case TakeAction::ImportShots:
+      case TakeAction::ClearShots: return order_shots(order);
     }
+  }
+
+  void set_timecode(const TimecodeHealth& timecode, Timestamp now) override {
+    timecode_ = timecode;
+    if (waiting_ && waiting_->at_timecode && now < due_at_) due_at_ = due_by_timecode(*waiting_, now);
   }
 
   void work(Timestamp now) override {
     if (waiting_ && now >= due_at_) {
       const TakeOrder order = *std::exchange(waiting_, std::nullopt);
-      const TakeDone started = start(order, now);
+      const TakeDone started = start(order, order.at_timecode ? due_at_ : now);
       if (started.outcome != TakeOutcome::Done) {
         state_.state = TakeState::Failed;
         state_.message = bounded_text<511>(started.message);
@@ -224,6 +241,7 @@ class DiskTakeRecorder : public TakeRecorder {
     if (const Status valid = check_order(order); !valid) {
       return answer(order, TakeOutcome::Invalid, valid.error().message);
     }
+    if (order.at_timecode) return wait_for_timecode(order, now);
     const Duration wait =
         order.at_utc_ns != 0 ? Duration{order.at_utc_ns} - to_span(now) - utc_minus_host() : order.countdown;
     if (wait <= Duration::zero()) return start_now(order, now);
@@ -232,6 +250,39 @@ class DiskTakeRecorder : public TakeRecorder {
     begin_state(TakeState::Waiting);
     state_.name = bounded_text<255>(order.name);
     answer(order, TakeOutcome::Done, fmt::format("the take starts in {:.1f} s", to_s(wait)));
+  }
+
+  void wait_for_timecode(const TakeOrder& order, Timestamp now) {
+    if (timecode_.source == TimecodeSourceKind::None) {
+      return answer(
+          order, TakeOutcome::Invalid,
+          "the take cannot start at a timecode: [timecode] source is \"none\"; give a time (UTC) or set a source");
+    }
+    Timecode wanted = timecode_of(0, timecode_.format);
+    wanted.hours = order.at_timecode->hours;
+    wanted.minutes = order.at_timecode->minutes;
+    wanted.seconds = order.at_timecode->seconds;
+    wanted.frames = order.at_timecode->frames;
+    if (!is_valid(wanted)) {
+      return answer(order, TakeOutcome::Invalid,
+                    fmt::format("{} does not exist at {} frames per second{}", text_of(wanted),
+                                wanted.frames_per_second, wanted.drop_frame ? ", drop-frame" : ""));
+    }
+    waiting_ = order;
+    waiting_->at_timecode = wanted;
+    due_at_ = due_by_timecode(*waiting_, now);
+    begin_state(TakeState::Waiting);
+    state_.name = bounded_text<255>(order.name);
+    const std::string when = due_at_ == Timestamp::max()
+                                 ? std::string(text_of(timecode_.sentence))
+                                 : fmt::format("in {:.1f} s", std::max(0.0, to_s(due_at_ - now)));
+    answer(order, TakeOutcome::Done, fmt::format("the take starts at {}; {}", text_of(wanted), when));
+  }
+
+  // Never while there is no timecode.
+  Timestamp due_by_timecode(const TakeOrder& order, Timestamp now) const {
+    if (!timecode_.clock || now > timecode_.clock->valid_until) return Timestamp::max();
+    return time_of(*timecode_.clock, *order.at_timecode, now - kJustPassed);
   }
 
   static Duration to_span(Timestamp at) { return at.time_since_epoch(); }
@@ -263,6 +314,7 @@ class DiskTakeRecorder : public TakeRecorder {
                     waited ? "the take that waited does not start" : "no take is being recorded");
     }
     const std::string path = recording_->writer->path();
+    set_shot_done(recording_->shot, false);
     answer_stopped(TakeOutcome::Failed, fmt::format("{}: cancelled", path));
     (void)recording_->writer->finish(recording_->info);
     recording_.reset();
@@ -295,12 +347,50 @@ class DiskTakeRecorder : public TakeRecorder {
 
   // The take in progress ends first; the next one starts with the instant of the order.
   void order_next(const TakeOrder& order, Timestamp now) {
-    TakeOrder start = order;
-    start.action = TakeAction::Start;
-    if (!recording_) return order_start(start, now);
+    if (!recording_) return order_start(order, now);
     if (next_) return answer(order, TakeOutcome::Failed, "the next take is about to start already");
     if (!recording_->to || *recording_->to > now) recording_->to = now;
-    next_ = start;
+    next_ = order;
+  }
+
+  // --- disk thread: shots ---
+
+  void order_shots(const TakeOrder& order) {
+    const std::size_t before = shots_.shots().size(), left = shots_.left();
+    if (const Status replaced = shots_.replace(order.shots); !replaced) {
+      const bool invalid = replaced.error().code == ErrorCode::InvalidArgument;
+      return answer(order, invalid ? TakeOutcome::Invalid : TakeOutcome::Failed, replaced.error().message);
+    }
+    std::string words = order.shots.empty() ? "the shot list is empty now" : shots_words();
+    if (before > 0) words += fmt::format("; the list before had {} shots, {} of them not recorded", before, left);
+    log_info(kWho, words);
+    answer_shots(order, words);
+  }
+
+  std::string shots_words() const {
+    const Shot* next = shots_.next();
+    if (shots_.shots().empty()) return "the shot list is empty; mocapctl take shots import fills it";
+    return fmt::format("{} shots, {} left{}", shots_.shots().size(), shots_.left(),
+                       next != nullptr ? fmt::format(", next '{}'", next->name) : "");
+  }
+
+  void answer_shots(const TakeOrder& order, std::string message) {
+    answers_.push_back(answer_to(order.number, TakeOutcome::Done, std::move(message)));
+    answers_.back().shots = shots_.shots();
+  }
+
+  void set_shot_done(const std::string& name, bool done) {
+    if (name.empty()) return;
+    if (const Status saved = shots_.set_done(name, done); !saved) log_error(kWho, saved.error().message);
+  }
+
+  // The order with what the shot says. A name that a take has already gets a number: a list may be used again.
+  TakeOrder with_shot(TakeOrder order, const Shot& shot) const {
+    order.name = has_take(settings_.folder, shot.name) ? free_name(settings_.folder, shot.name) : shot.name;
+    if (order.slate.empty()) order.slate = shot.slate;
+    if (order.text.empty()) order.text = shot.notes;
+    if (order.length == Duration::zero()) order.length = shot.length;
+    return order;
   }
 
   Status check_order(const TakeOrder& order) const {
@@ -325,7 +415,23 @@ class DiskTakeRecorder : public TakeRecorder {
 
   // --- disk thread: a take ---
 
+  // `take next` takes the next shot of the list, if there is one.
   TakeDone start(const TakeOrder& order, Timestamp now) {
+    const Shot* shot = order.action == TakeAction::Next && order.name.empty() ? shots_.next() : nullptr;
+    if (shot == nullptr) return start_take(order, now);
+    const std::string name = shot->name;
+    TakeDone started = start_take(with_shot(order, *shot), now);
+    if (started.outcome != TakeOutcome::Done) return started;
+    recording_->shot = name;
+    set_shot_done(name, true);
+    const Shot* next = shots_.next();
+    started.message += fmt::format(
+        "; shot '{}', {}", name,
+        next == nullptr ? "the last one of the list" : fmt::format("{} left, next '{}'", shots_.left(), next->name));
+    return started;
+  }
+
+  TakeDone start_take(const TakeOrder& order, Timestamp now) {
     const auto refused = [&](TakeOutcome outcome, std::string why) {
       return answer_to(order.number, outcome, std::move(why));
     };
@@ -479,6 +585,10 @@ class DiskTakeRecorder : public TakeRecorder {
   Status write_snapshot(const BufferedMessage& message) {
     if (!read_.ParseFromArray(message.bytes.data(), static_cast<int>(message.bytes.size()))) return {};
     recording_->meter.add(read_);
+    if (read_.has_timecode()) {
+      recording_->last_timecode = wire::timecode_of(read_.timecode());
+      if (!recording_->first_timecode) recording_->first_timecode = recording_->last_timecode;
+    }
     if (!settings_.snapshots) return {};
     read_.set_utc_minus_host_ns(recording_->info.utc_minus_host.count());
     read_.SerializeToString(&written_);
@@ -504,6 +614,11 @@ class DiskTakeRecorder : public TakeRecorder {
     Recording ended = *std::exchange(recording_, std::nullopt);
     buffer_.release();
     const QualityReport report = ended.meter.report();
+    if (ended.first_timecode) {
+      ended.info.start_timecode = text_of(*ended.first_timecode);
+      ended.info.end_timecode = text_of(*ended.last_timecode);
+      ended.info.others["timecode_rate"] = fmt::format("{:.6g}", rate_hz(*ended.first_timecode));
+    }
     ended.info.ended_at = ended.to ? std::min(*ended.to, now) : now;
     describe_end(ended.info, report, why);
     const Status finished = ended.writer->finish(ended.info);
@@ -565,6 +680,8 @@ class DiskTakeRecorder : public TakeRecorder {
   std::optional<TakeOrder> next_;  // starts when the take in progress has ended
   std::deque<TakeDone> answers_;
   std::string slate_ = "take";
+  ShotList shots_;
+  TimecodeHealth timecode_;
   TakeHealth state_;
   v1::Snapshot read_;
   std::string written_;

@@ -19,6 +19,7 @@ struct TakesSettings {
   bool snapshots = true;
   Duration before = std::chrono::seconds(30);
   std::uint64_t memory_mb = 128;
+  std::filesystem::path shots;  ///< no key: file of the shot list; empty: it is not kept
 
   friend bool operator==(const TakesSettings&, const TakesSettings&) = default;
 };

@@ -55,6 +55,7 @@ Scene one_prop() {
   scene.exposed_ns = 1'000'000'000;
   scene.received_ns = 1'000'000'001;
   scene.timecode = 0x01020304;
+  scene.subframe = 3;
   scene.models_changed = true;
   scene.models.push_back(model);
   return scene;
@@ -85,7 +86,7 @@ TEST(NatNetFramePacket, OfVersion30HasThePropInYUp) {
                             kOne, kOne, kZero, kFloatTwo, kFloatOne, kHalf, kHalf, kHalf, kHalf, kHalf, "0100", kZero,
                             kZero, kZero, kZero,  // skeletons, labelled markers,
                                                   // force plates, devices
-                            "04030201", kZero, kInstants, "0200", kZero}));
+                            "04030201", "03000000", kInstants, "0200", kZero}));
 }
 
 TEST(NatNetFramePacket, OfVersion41HasSizesAndAPtpStampInZUp) {
@@ -104,7 +105,7 @@ TEST(NatNetFramePacket, OfVersion41HasSizesAndAPtpStampInZUp) {
                             kZero,      kZero,      kZero,      kZero,
                             kZero,      kZero,      kZero,      kZero,
                             kZero,      kZero,  // and the assets
-                            "04030201", kZero,      kInstants,  "0000000000000000",
+                            "04030201", "03000000", kInstants,  "0000000000000000",
                             "0200",     kZero}));
 }
 
@@ -121,11 +122,11 @@ TEST(NatNetFramePacket, HasMarkerSetsAndLabelledAndUnlabelledMarkers) {
   const std::string ahead = joined({kZero, kZero, kFloatOne});
   const std::string above = joined({kZero, kFloatOne, kZero});
   EXPECT_EQ(packet.substr(16),
-            joined({"02000000", "6200",     kOne,  ahead, "616c6c00", kOne,  ahead,  // sets "b" and "all"
-                    kOne,       above,                                               // other markers
-                    kZero,      kZero,                                               // bodies, skeletons
-                    "02000000", "01000100", ahead, kZero, "0a00",     kZero, "07000000", above,  kZero,
-                    "1200",     kZero,      kZero, kZero, "04030201", kZero, kInstants,  "0200", kZero}));
+            joined({"02000000", "6200",     kOne,  ahead, "616c6c00", kOne,       ahead,  // sets "b" and "all"
+                    kOne,       above,                                                    // other markers
+                    kZero,      kZero,                                                    // bodies, skeletons
+                    "02000000", "01000100", ahead, kZero, "0a00",     kZero,      "07000000", above,  kZero,
+                    "1200",     kZero,      kZero, kZero, "04030201", "03000000", kInstants,  "0200", kZero}));
 }
 
 TEST(NatNetFramePacket, HasBonesRelativeToTheParentIfAsked) {

@@ -2,10 +2,11 @@
 #include <gtest/gtest.h>
 
 #include "export/clip_builder.h"
+#include "export/clip_timecode.h"
 #include "export/edit_clip.h"
 #include "export/rates.h"
 #include "export/sample_clip.h"
-#include "export/timecode.h"
+#include "model/timecode.h"
 
 namespace mocap::exports {
 namespace clip_test {
@@ -34,6 +35,7 @@ class Recording {
   Status add(std::uint64_t number, double at_s, std::optional<Timecode> timecode = std::nullopt) {
     Snapshot snapshot;
     snapshot.number = number;
+    snapshot.timecode = timecode;
     snapshot.instants.exposed_at = from_ns(1'000'000'000) + from_s(at_s);
     SubjectLabels& labels = snapshot.labels.push_back({});
     labels.subject = SubjectId{0};
@@ -51,7 +53,7 @@ class Recording {
       bone.parent_from_bone.position = {static_cast<double>(number), 0.0, static_cast<double>(b)};
       bone.state = BoneState::Measured;
     }
-    return builder_.add(snapshot, 5'000'000'000, timecode);
+    return builder_.add(snapshot, 5'000'000'000);
   }
 
  private:
@@ -193,27 +195,22 @@ TEST(ClipBuilder, CountsTimecodeBackToTheFirstFrame) {
   ASSERT_TRUE(take.describe());
   ASSERT_TRUE(take.add(0, 0.0));
   for (std::uint64_t n = 1; n < 9; ++n)
-    ASSERT_TRUE(take.add(n, static_cast<double>(n) / 120.0, Timecode{1, 0, 0, 2, 30}));
+    ASSERT_TRUE(take.add(n, static_cast<double>(n) / 120.0, Timecode{1, 0, 0, 2, 30, false, false, 1}));
 
   EXPECT_EQ(text_of(*take.builder().build()->first_timecode), "01:00:00:02");
 }
 
-TEST(Timecode, CountsDropFrames) {
-  Timecode drop{0, 0, 59, 29, 30, true};
-  EXPECT_EQ(frames_of(drop), 1799);
-  EXPECT_EQ(text_of(timecode_of(1800, drop)), "00:01:00;02");
-  EXPECT_EQ(frames_of(Timecode{0, 10, 0, 0, 30, true}), 17982);
-  for (std::int64_t frame = 0; frame < 2'589'408; frame += 7) ASSERT_EQ(frames_of(timecode_of(frame, drop)), frame);
-  EXPECT_EQ(text_of(timecode_of(-1, drop)), "23:59:59;29");
-  EXPECT_EQ(text_of(timecode_of(25, Timecode{0, 0, 0, 0, 25})), "00:00:01:00");
-}
-
-TEST(Timecode, RefusesTextsThatAreNone) {
-  const Timecode like{0, 0, 0, 0, 25};
-  EXPECT_TRUE(parse_timecode("10:00:00:24", like));
-  for (const char* text : {"10:00:00:25", "24:00:00:00", "1:2:3", "10:00:00:00x", ""}) {
-    EXPECT_FALSE(parse_timecode(text, like)) << text;
+TEST(ClipBuilder, CountsSubframesOn) {
+  Recording take(120.0);
+  ASSERT_TRUE(take.describe());
+  for (std::uint64_t n = 0; n < 9; ++n) {
+    ASSERT_TRUE(take.add(n, static_cast<double>(n) / 120.0, Timecode{1, 0, 0, 2, 30, false, false, 3}));
   }
+  const Clip clip = *take.builder().build();
+
+  EXPECT_EQ(text_of(timecode_at(clip, 0.0)), "01:00:00:02");
+  EXPECT_EQ(text_of(timecode_at(clip, 1.0 / 120.0)), "01:00:00:03");
+  EXPECT_EQ(timecode_at(clip, 6.0 / 120.0).subframe, 1U);
 }
 
 TEST(Rates, AreFractions) {

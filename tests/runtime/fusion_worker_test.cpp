@@ -48,6 +48,7 @@ struct Queues {
   SnapshotChannel publish;
   SnapshotChannel side{8};
   ControlChannel control;
+  TimecodeChannel timecode;
   FusionCounters counters;
   RecordingLabeller::Calls calls;
 
@@ -68,7 +69,7 @@ struct Queues {
     fusion::FusionParts parts = support::empty_row();
     parts.labeller = std::make_unique<RecordingLabeller>(calls);
     FusionWorker worker({}, std::make_unique<fusion::Fusion>(std::move(parts), 2), settings,
-                        {{&west, &east}, &publish, &side, nullptr, &wake, &control}, counters);
+                        {{&west, &east}, &publish, &side, nullptr, &wake, &control, nullptr, &timecode}, counters);
     worker.run(settings.lossless ? std::stop_token{} : calls.stop.get_token());
   }
 
@@ -176,6 +177,47 @@ TEST(FusionWorker, ExecutesAndAnswersTheOrdersOfOperators) {
     EXPECT_TRUE(done.done);
     EXPECT_FALSE(done.message.empty());
   }
+}
+
+TEST(FusionWorker, GivesSnapshotsTheTimecodeOfTheirExposure) {
+  Queues queues(8);
+  TimecodeClock clock;
+  clock.format = {0, 0, 0, 0, 25};
+  clock.at = kStart;
+  clock.frames_at = 25.0 * 3600.0;
+  clock.frames_per_s = 25.0;
+  clock.exposures_per_s = 100.0;
+  ASSERT_TRUE(queues.timecode.to_fusion.try_push(std::nullopt));
+  ASSERT_TRUE(queues.timecode.to_fusion.try_push(clock));
+  queues.deliver(queues.west, CameraId{0}, {0, 1, 2, 3, 4, 5}, Delivery::Ended);
+  queues.deliver(queues.east, CameraId{1}, {0, 1, 2, 3, 4, 5}, Delivery::Ended);
+
+  queues.run(lossless());
+
+  std::vector<std::string> timecodes;
+  while (const Snapshot* oldest = queues.publish.snapshots.front()) {
+    ASSERT_TRUE(oldest->timecode);
+    timecodes.push_back(text_of(*oldest->timecode) + "." + std::to_string(oldest->timecode->subframe));
+    queues.publish.snapshots.pop();
+  }
+  const std::vector<std::string> expected{"01:00:00:00.0", "01:00:00:00.1", "01:00:00:00.2",
+                                          "01:00:00:00.3", "01:00:00:01.0", "01:00:00:01.1"};
+  EXPECT_EQ(timecodes, expected);
+}
+
+TEST(FusionWorker, GivesNoTimecodeAfterTheEndOfTheClock) {
+  Queues queues(8);
+  TimecodeClock clock;
+  clock.valid_until = kStart + milliseconds(15);
+  ASSERT_TRUE(queues.timecode.to_fusion.try_push(clock));
+  queues.deliver(queues.west, CameraId{0}, {1, 2}, Delivery::Ended);
+  queues.deliver(queues.east, CameraId{1}, {1, 2}, Delivery::Ended);
+
+  queues.run(lossless());
+
+  EXPECT_TRUE(queues.publish.snapshots.front()->timecode);
+  queues.publish.snapshots.pop();
+  EXPECT_FALSE(queues.publish.snapshots.front()->timecode);
 }
 
 }  // namespace fusion_worker_test

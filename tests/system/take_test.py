@@ -39,6 +39,12 @@ class Takes(unittest.TestCase):
         self.wait_for_sets(30)
         return daemon
 
+    def daemon_with_state(self):
+        (self.desk.folder / "state").mkdir(exist_ok=True)
+        daemon = self.desk.start("mocapd", "--config", self.config(), "--state", self.desk.folder / "state")
+        self.wait_for_sets(30)
+        return daemon
+
     def ctl(self, *arguments):
         return self.desk.run("mocapctl", *arguments, "--endpoint", self.control)
 
@@ -114,6 +120,32 @@ class Takes(unittest.TestCase):
         self.assertEqual(names, ["run_001.mcap", "walk.mcap"])
         self.take("start", "--seconds", "1")
         self.wait_for_take("ENDED")
+
+    def test_the_shot_list_is_followed_in_order_through_a_restart(self):
+        daemon = self.daemon_with_state()
+        self.desk.write("day.csv", "name,slate,notes,seconds\nwalk,A1,\"slow, calm\",\nrun,A2,,\nfall,,,2\n")
+        self.desk.write("bad.csv", "name,seconds\nwalk,soon\n")
+        refused = self.ctl("take", "shots", "import", "bad.csv")
+        self.assertEqual(refused.returncode, 65)
+        self.assertIn("bad.csv:2: seconds is 'soon'", refused.stderr)
+        self.assertIn("3 shots, 3 left, next 'walk'", self.take("shots", "import", "day.csv"))
+        self.assertIn("shot 'walk', 2 left, next 'run'", self.take("next"))
+        self.take("next")
+        self.take("cancel")  # run is to be taken again
+        daemon.end()
+        self.daemon_with_state()
+
+        self.assertIn("shot 'run', 1 left, next 'fall'", self.take("next"))
+        self.take("stop")
+        self.assertIn("the last one of the list", self.take("next"))
+        self.wait_for_take("ENDED")  # after 2 s
+        self.assertEqual([shot["done"] for shot in json.loads(self.take("shots", "list", "--json"))["shots"]["shots"]], [True] * 3)
+        self.assertIn("walk,A1,\"slow, calm\",,yes", self.take("shots", "list", "--csv"))
+        self.assertIn("is empty", self.take("shots", "clear"))
+        walk = self.show("state/takes/walk.mcap")
+        self.assertEqual((walk["info"]["slate"], walk["info"]["notes"]), ("A1", "slow, calm"))
+        names = sorted(path.name for path in (self.desk.folder / "state/takes").iterdir())
+        self.assertEqual(names, ["fall.mcap", "run.mcap", "walk.mcap"])
 
     def test_a_kill_leaves_a_take_that_opens(self):
         daemon = self.daemon()

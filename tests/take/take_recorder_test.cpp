@@ -255,5 +255,142 @@ TEST_F(Takes, EndWithTheDaemon) {
   EXPECT_EQ(sets_of("take_001"), range(0, kSecond));
 }
 
+// A source of timecode that has `start` at the first set.
+TimecodeHealth timecode_from(const Timecode& start, bool runs = true) {
+  TimecodeHealth health;
+  health.source = TimecodeSourceKind::Ltc;
+  health.format = start;
+  health.sentence = bounded_text<255>(runs ? "" : "no timecode because it does not run");
+  if (!runs) return health;
+  health.state = TimecodeState::Locked;
+  health.clock = TimecodeClock{};
+  health.clock->format = start;
+  health.clock->at = example_time(0);
+  health.clock->frames_at = static_cast<double>(frames_of(start));
+  health.clock->frames_per_s = rate_hz(start);
+  return health;
+}
+
+TEST_F(Takes, StartAtATimecode) {
+  const Timecode start{10, 0, 0, 0, 30};
+  recorder->set_timecode(timecode_from(start), now());
+  capture(kSecond);
+  const TakeDone waits = order({.action = TakeAction::Start, .name = "at", .at_timecode = Timecode{10, 0, 2, 15, 100}});
+  EXPECT_EQ(waits.outcome, TakeOutcome::Done);
+  EXPECT_NE(waits.message.find("starts at 10:00:02:15; in 1.5 s"), std::string::npos) << waits.message;
+  EXPECT_EQ(recorder->health().state, TakeState::Waiting);
+  capture(2 * kSecond);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  EXPECT_NEAR(static_cast<double>(*sets_of("at").begin()), 2.5 * kSecond, 1.0);
+}
+
+TEST_F(Takes, WaitForATimecodeThatDoesNotRunYet) {
+  recorder->set_timecode(timecode_from({10, 0, 0, 0, 25}, false), now());
+  capture(kSecond);
+  const TakeDone waits = order({.action = TakeAction::Start, .name = "at", .at_timecode = Timecode{10, 0, 1, 0, 100}});
+  EXPECT_NE(waits.message.find("does not run"), std::string::npos) << waits.message;
+  capture(kSecond);
+  EXPECT_EQ(recorder->health().state, TakeState::Waiting);
+
+  // The source has run from set 120 on, and is known 0.25 s later: the take begins where the timecode passed.
+  TimecodeHealth runs = timecode_from({10, 0, 1, 0, 25});
+  runs.clock->at = example_time(2 * kSecond);
+  capture(kSecond / 4);
+  recorder->set_timecode(runs, now());
+  capture(kSecond);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  EXPECT_NEAR(static_cast<double>(*sets_of("at").begin()), 2.0 * kSecond, 1.0);
+}
+
+TEST_F(Takes, RefuseATimecodeThatCannotCome) {
+  const TakeDone none = order({.action = TakeAction::Start, .at_timecode = Timecode{10, 0, 0, 0, 100}});
+  recorder->set_timecode(timecode_from({10, 0, 0, 0, 30, true}), now());
+  const TakeDone dropped = order({.action = TakeAction::Start, .at_timecode = Timecode{10, 1, 0, 0, 100}});
+  const TakeDone large = order({.action = TakeAction::Start, .at_timecode = Timecode{10, 1, 0, 30, 100}});
+
+  EXPECT_EQ(none.outcome, TakeOutcome::Invalid);
+  EXPECT_NE(none.message.find("source is \"none\""), std::string::npos) << none.message;
+  EXPECT_EQ(dropped.outcome, TakeOutcome::Invalid);
+  EXPECT_NE(dropped.message.find("10:01:00;00 does not exist"), std::string::npos) << dropped.message;
+  EXPECT_EQ(large.outcome, TakeOutcome::Invalid);
+}
+
+TEST_F(Takes, HaveTheTimecodeOfTheirSnapshots) {
+  ASSERT_EQ(start("coded").outcome, TakeOutcome::Done);
+  for (std::uint32_t frame = 3; frame < 20; ++frame) {
+    Snapshot snapshot = example_snapshot(next);
+    snapshot.timecode = Timecode{1, 2, 3, frame, 25};
+    recorder->keep(snapshot);
+    recorder->work(now());
+    ++next;
+  }
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  const auto reader = TakeReader::open(folder / "coded.mcap");
+  ASSERT_TRUE(reader);
+  EXPECT_EQ(reader->info().start_timecode, "01:02:03:03");
+  EXPECT_EQ(reader->info().end_timecode, "01:02:03:19");
+  EXPECT_EQ(reader->info().others.at("timecode_rate"), "25");
+}
+
+TEST_F(Takes, FollowTheShotList) {
+  settings.shots = folder / "shot_list.csv";
+  restart();
+  const std::vector<Shot> shots{{"walk", "A1", "slow", {}}, {"run", "A2", "", {}}, {"fall", "", "", {}}};
+  const TakeDone imported = order({.action = TakeAction::ImportShots, .shots = shots});
+  ASSERT_EQ(imported.outcome, TakeOutcome::Done) << imported.message;
+  EXPECT_EQ(imported.shots->size(), 3U);
+  capture(2);
+
+  const TakeDone walk = order({.action = TakeAction::Next});
+  EXPECT_NE(walk.message.find("shot 'walk', 2 left, next 'run'"), std::string::npos) << walk.message;
+  capture(kSecond);
+  ASSERT_EQ(order({.action = TakeAction::Next}).outcome, TakeOutcome::Done);  // ends walk, starts run
+  capture(kSecond);
+  ASSERT_EQ(order({.action = TakeAction::Cancel}).outcome, TakeOutcome::Done);  // run is to be taken again
+  restart();
+  capture(2);
+  ASSERT_EQ(order({.action = TakeAction::Next}).outcome, TakeOutcome::Done);
+  capture(kSecond);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  const auto reader = TakeReader::open(folder / "walk.mcap");
+  ASSERT_TRUE(reader);
+  EXPECT_EQ(reader->info().slate, "A1");
+  EXPECT_EQ(reader->info().notes, "slow");
+  EXPECT_TRUE(fs::exists(folder / "run.mcap"));
+  const TakeDone list = order({.action = TakeAction::ListShots});
+  std::vector<bool> done;
+  for (const Shot& shot : *list.shots) done.push_back(shot.done);
+  EXPECT_EQ(done, (std::vector<bool>{true, true, false}));
+}
+
+TEST_F(Takes, GoOnWithTheirSlateAfterTheLastShot) {
+  ASSERT_EQ(order({.action = TakeAction::ImportShots, .shots = {{"walk", "A1", "", {}}}}).outcome, TakeOutcome::Done);
+  capture(2);
+  ASSERT_EQ(order({.action = TakeAction::Next}).outcome, TakeOutcome::Done);
+  capture(kSecond);
+  ASSERT_EQ(order({.action = TakeAction::Next}).outcome, TakeOutcome::Done);
+  capture(kSecond);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  EXPECT_TRUE(fs::exists(folder / "A1_001.mcap"));
+}
+
+TEST_F(Takes, OfAShotThatWasTakenBeforeGetANumber) {
+  ASSERT_EQ(start("walk").outcome, TakeOutcome::Done);
+  capture(kSecond);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+  ASSERT_EQ(order({.action = TakeAction::ImportShots, .shots = {{"walk", "", "", {}}}}).outcome, TakeOutcome::Done);
+  ASSERT_EQ(order({.action = TakeAction::Next}).outcome, TakeOutcome::Done);
+  capture(kSecond);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  EXPECT_TRUE(fs::exists(folder / "walk-2.mcap"));
+  EXPECT_EQ(order({.action = TakeAction::ClearShots}).shots->size(), 0U);
+}
+
 }  // namespace take_recorder_test
 }  // namespace mocap::take

@@ -59,6 +59,7 @@ void expect_same(const Snapshot& a, const Snapshot& b) {
   EXPECT_EQ(a.description_version, b.description_version);
   EXPECT_EQ(a.expected_views, b.expected_views);
   expect_same(a.instants, b.instants);
+  EXPECT_EQ(a.timecode, b.timecode);
   ASSERT_EQ(a.views.size(), b.views.size());
   for (std::size_t i = 0; i < a.views.size(); ++i) {
     EXPECT_EQ(a.views[i].camera, b.views[i].camera);
@@ -209,6 +210,53 @@ TEST(EncodeHealth, RoundTripsTheReasonsOfMissingSubjects) {
   EXPECT_EQ(text_of(came.known_set), "openmocap18");
   EXPECT_EQ(came.known_set_markers, 18U);
   EXPECT_EQ(text_of(came.sentence), "anna is not found: move");
+}
+
+TEST(EncodeHealth, RoundTripsTheStateOfTimecode) {
+  Health health;
+  health.at = from_ns(20'000'000'000);
+  TimecodeHealth& sent = health.timecode;
+  sent.source = TimecodeSourceKind::Ltc;
+  sent.state = TimecodeState::Coasting;
+  sent.clock = TimecodeClock{};
+  sent.clock->format = {0, 0, 0, 0, 25};
+  sent.clock->at = from_ns(19'000'000'000);
+  sent.clock->frames_at = 25.0 * 3600.0;
+  sent.clock->frames_per_s = 25.0;
+  sent.last_frame_at = from_ns(18'500'000'000);
+  sent.drift_ppm = 12.5;
+  sent.frames = 1;
+  sent.rejected_frames = 2;
+  sent.jumps = 3;
+  sent.sentence = bounded_text<255>("no signal");
+  v1::Health message;
+
+  encode(health, message);
+  const Result<Health> back = decode(message);
+
+  EXPECT_FALSE(message.timecode().locked());
+  EXPECT_DOUBLE_EQ(message.timecode().age_s(), 1.5);
+  EXPECT_EQ(message.timecode().now().hours(), 1U);
+  EXPECT_EQ(message.timecode().now().seconds(), 1U);
+  ASSERT_TRUE(back);
+  const TimecodeHealth& came = back->timecode;
+  EXPECT_EQ(came.source, TimecodeSourceKind::Ltc);
+  EXPECT_EQ(came.state, TimecodeState::Coasting);
+  EXPECT_EQ(text_of(*timecode_at(*came.clock, health.at)), "01:00:01:00");
+  EXPECT_EQ(came.last_frame_at, sent.last_frame_at);
+  EXPECT_EQ(came.drift_ppm, 12.5);
+  EXPECT_EQ(came.frames, 1U);
+  EXPECT_EQ(came.rejected_frames, 2U);
+  EXPECT_EQ(came.jumps, 3U);
+  EXPECT_EQ(text_of(came.sentence), "no signal");
+}
+
+TEST(EncodeHealth, HasNoTimecodeWithoutASource) {
+  v1::Health message;
+  encode(Health{}, message);
+
+  EXPECT_FALSE(message.has_timecode());
+  EXPECT_EQ(decode(message)->timecode.source, TimecodeSourceKind::None);
 }
 
 TEST(EncodeHealth, RoundTripsRecordings) {

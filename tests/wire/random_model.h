@@ -37,6 +37,7 @@ class RandomModel {
     s.number = (std::uint64_t{up_to(0xFFFF'FFFFU)} << 32U) + up_to(0xFFFF'FFFFU);
     s.description_version = up_to(1000);
     s.instants = instants();
+    if (coin()) s.timecode = timecode();
     s.expected_views = up_to(kMaxCameras);
     for (std::uint32_t i = 0, n = up_to(std::min<std::uint32_t>(most, kMaxCameras)); i < n; ++i) {
       s.views.push_back({CameraId{i}, std::uint64_t{up_to(0xFFFF'FFFFU)} << 20U,
@@ -85,6 +86,16 @@ class RandomModel {
       bone.spin_rad_s = vector();
     }
     return pose;
+  }
+
+  Timecode timecode() {
+    Timecode format;
+    format.frames_per_second = coin() ? 30 : 24 + up_to(1);
+    format.drop_frame = format.frames_per_second == 30 && coin();
+    format.fractional = coin();
+    Timecode timecode = timecode_of(up_to(2'000'000), format);
+    timecode.subframe = up_to(3);
+    return timecode;
   }
 
   Instants instants() {

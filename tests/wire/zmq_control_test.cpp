@@ -248,9 +248,58 @@ TEST(ControlCodec, RoundTripsTheOrdersOfTakes) {
     start.take.action = action;
     EXPECT_EQ(decode(encode(start))->take.action, action);
   }
+  start.take.at_utc_ns = 0;
+  start.take.at_timecode = Timecode{10, 2, 3, 4, 25};
+  EXPECT_EQ(decode(encode(start))->take.at_timecode, start.take.at_timecode);
+  v1::Request both = encode(start);
+  both.mutable_take()->set_at_utc_ns(1);
+  EXPECT_THAT(decode(both).error().message, HasSubstr("both set"));
+  both.mutable_take()->clear_at_utc_ns();
+  both.mutable_take()->mutable_at_timecode()->set_hours(24);
+  EXPECT_THAT(decode(both).error().message, HasSubstr("at_timecode is 24:2:3, expected"));
   v1::Request wrong = encode(start);
   wrong.mutable_take()->set_before_s(std::numeric_limits<double>::quiet_NaN());
   EXPECT_THAT(decode(wrong).error().message, HasSubstr("before_s is nan, expected 0 to"));
+}
+
+TEST(ControlCodec, RoundTripsShots) {
+  ControlRequest filling;
+  filling.action = ControlAction::Take;
+  filling.take.action = TakeAction::ImportShots;
+  filling.take.shots = {{"walk", "A1", "slow", std::chrono::seconds(5), true}, {"run", "", "", {}, false}};
+  ControlRequest list, clear = filling;
+  list.action = ControlAction::GetShots;
+  clear.take = {.action = TakeAction::ClearShots};
+
+  const auto read = decode(encode(filling));
+
+  ASSERT_TRUE(read);
+  EXPECT_FALSE(only_looks(read->action));
+  EXPECT_EQ(read->take.action, TakeAction::ImportShots);
+  EXPECT_EQ(read->take.shots, filling.take.shots);
+  EXPECT_EQ(decode(encode(list))->action, ControlAction::GetShots);
+  EXPECT_TRUE(only_looks(ControlAction::GetShots));
+  EXPECT_EQ(decode(encode(clear))->take.action, TakeAction::ClearShots);
+  v1::Request wrong = encode(filling);
+  wrong.mutable_shots()->mutable_shots(0)->set_seconds(-1.0);
+  EXPECT_THAT(decode(wrong).error().message, HasSubstr("seconds is -1"));
+  wrong.mutable_shots()->clear_shots();
+  EXPECT_THAT(decode(wrong).error().message, HasSubstr("shots has 0 entries, expected 1 to 500"));
+  wrong.mutable_shots()->clear_action();
+  EXPECT_THAT(decode(wrong).error().message, HasSubstr("action is missing"));
+}
+
+TEST(ControlCodec, EncodesTheShotsOfAnAnswer) {
+  ControlAnswer answer;
+  answer.shots = {{"walk", "A1", "slow", std::chrono::seconds(5), true}};
+
+  const v1::Answer message = encode(answer);
+
+  ASSERT_EQ(message.shots().shots_size(), 1);
+  EXPECT_EQ(message.shots().shots(0).name(), "walk");
+  EXPECT_EQ(message.shots().shots(0).seconds(), 5.0);
+  EXPECT_TRUE(message.shots().shots(0).done());
+  EXPECT_FALSE(encode(ControlAnswer{}).has_shots());
 }
 
 TEST(ControlCodec, AcceptsANewSubjectOnlyIfItCanBeQuotedInAConfiguration) {

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include "base/exit_codes.h"
+#include "base/replace_file.h"
 #include "calibrate/rig_import.h"
 #include "calibrate/terminal.h"
 #include "calibration/formats/rig_format.h"
 #include "settings/rig/rig_file.h"
-#include "settings/toml/replace_file.h"
 
 namespace mocap::calibrate {
 namespace {
@@ -60,7 +60,7 @@ int FilesCommands::run_export() const {
   if (!rig) return print_error(rig.error());
   const auto written = calibration::rig_text(*rig, *calibration::format_named(format_));
   if (!written) return print_error(written.error());
-  if (const Status saved = settings::replace_file(to_, written->text); !saved) return print_error(saved.error());
+  if (const Status saved = replace_file(to_, written->text); !saved) return print_error(saved.error());
   print_notices(written->notices);
   fmt::print("{}: written, {} cameras as {}\n", to_.string(), rig->size(), format_);
   return kExitOk;

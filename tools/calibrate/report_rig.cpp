@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "settings/toml/replace_file.h"
+#include "base/replace_file.h"
 
 namespace mocap::calibrate {
 namespace {
@@ -181,7 +181,7 @@ Status write_report(const std::filesystem::path& path, const RigReport& report) 
   const std::string text = ending == ".svg"    ? report_svg(report)
                            : ending == ".json" ? report_json(report)
                                                : report_text(report);
-  return settings::replace_file(path, text);
+  return replace_file(path, text);
 }
 
 }  // namespace mocap::calibrate

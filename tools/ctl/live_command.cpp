@@ -8,7 +8,9 @@
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
+#include <fstream>
 #include <iomanip>
+#include <iterator>
 #include <sstream>
 
 #include "base/exit_codes.h"
@@ -16,6 +18,7 @@
 #include "model/blob_use.h"
 #include "settings/shipped_files.h"
 #include "settings/subject/subject_file.h"
+#include "take/shot_list.h"
 #include "wire/codec/control_codec.h"
 #include "wire/zmq_control.h"
 
@@ -95,6 +98,24 @@ void print_take(const v1::TakeHealth& take) {
              take.reasons(), take.message());
 }
 
+// "timecode 10:00:00:00 (LTC, locked, last frame 0.1 s ago, 12 ppm fast)", and why there is none.
+void print_timecode(const v1::TimecodeHealth& health) {
+  const v1::Timecode& at = health.now();
+  const Timecode now{at.hours(),      at.minutes(),    at.seconds(), at.frames(), at.frames_per_second(),
+                     at.drop_frame(), at.fractional(), at.subframe()};
+  const bool is_ltc = health.source() == v1::TIMECODE_SOURCE_LTC;
+  std::string line =
+      fmt::format("timecode {:19} {:10} {}", health.has_now() ? text_of(now) : "none",
+                  word_of(v1::TimecodeState_Name(health.state()), "TIMECODE_STATE_"), is_ltc ? "LTC" : "UTC");
+  if (health.has_now()) line += fmt::format("  {:.6g} frames/s", rate_hz(now));
+  if (health.has_age_s()) {
+    line += fmt::format("  last frame {:.1f} s ago  drift {:.0f} ppm  rejected {}  jumps {}", health.age_s(),
+                        health.drift_ppm(), health.rejected_frames(), health.jumps());
+  }
+  fmt::print("{}\n", line);
+  if (!health.sentence().empty()) fmt::print("        {}\n", health.sentence());
+}
+
 void print_status(const v1::Status& status) {
   fmt::print("{}  session {}  capture {}  you are {}\n", status.producer(), status.session_id(),
              status.capturing() ? "runs" : "is stopped", status.role());
@@ -116,6 +137,7 @@ void print_status(const v1::Status& status) {
                1e-6 * static_cast<double>(recording.size_bytes()), recording.records(), recording.error());
   }
   if (health.has_take()) print_take(health.take());
+  if (health.has_timecode()) print_timecode(health.timecode());
 }
 
 void print_json(const google::protobuf::Message& message) {
@@ -125,8 +147,22 @@ void print_json(const google::protobuf::Message& message) {
   if (google::protobuf::util::MessageToJsonString(message, &text, options).ok()) fmt::print("{}\n", text);
 }
 
-void print(const v1::Answer& answer, bool json) {
-  if (json) return print_json(answer);
+void print_shots(const v1::Answer& answer, bool csv) {
+  if (!csv) fmt::print("{}\n", answer.message());
+  std::vector<Shot> shots;
+  for (const v1::Shot& shot : answer.shots().shots()) {
+    shots.push_back({shot.name(), shot.slate(), shot.notes(), from_s(shot.seconds()), shot.done()});
+  }
+  if (csv) return fmt::print("{}", take::shots_csv(shots));
+  for (const Shot& shot : shots) {
+    fmt::print("{:4} {:24} {:16} {} {}\n", shot.done ? "done" : "", shot.name, shot.slate,
+               shot.length > Duration::zero() ? fmt::format("{:g} s", to_s(shot.length)) : "", shot.notes);
+  }
+}
+
+void print(const v1::Answer& answer, const LiveOptions& options) {
+  if (options.json) return print_json(answer);
+  if (answer.has_shots()) return print_shots(answer, options.csv);
   if (answer.has_status()) return print_status(answer.status());
   if (answer.has_description()) return print_json(answer.description());
   if (answer.has_snapshot()) return print_json(answer.snapshot());
@@ -147,7 +183,7 @@ int ask(const LiveOptions& options, const ControlRequest& request) {
   if (!came) return fail(came.error().message, kExitUnavailable);
   v1::Answer answer;
   if (!answer.ParseFromString(*came)) return fail("the answer is not a mocap.v1 message", kExitData);
-  print(answer, options.json);
+  print(answer, options);
   if (answer.code() != v1::CODE_DONE && !options.json) fmt::print(stderr, "mocapctl: {}\n", answer.message());
   return exit_code_of(answer.code());
 }
@@ -167,18 +203,40 @@ std::optional<std::int64_t> utc_ns_of(const std::string& text) {
   return (today > now ? today : today + 86400) * 1'000'000'000LL;
 }
 
+// "12:34:56:10", or with ; or . before the frames. The rate is that of the daemon.
+std::optional<Timecode> timecode_in(const std::string& text) {
+  Timecode any;
+  any.frames_per_second = 100;  // two digits; the daemon knows the rate and checks the frames
+  return parse_timecode(text, any);
+}
+
 int order_take(LiveOptions& options) {
   TakeOrder& order = options.request.take;
   order.before = from_s(options.before_s);
   order.length = from_s(options.seconds);
   order.countdown = from_s(options.countdown_s);
   if (!options.at.empty()) {
+    order.at_timecode = timecode_in(options.at);
     const auto at = utc_ns_of(options.at);
-    if (!at)
-      return fail(fmt::format("--at is '{}', expected 12:34:56 or 2026-03-01T12:34:56Z, both UTC", options.at),
-                  kExitUsage);
-    order.at_utc_ns = *at;
+    if (!at && !order.at_timecode) {
+      return fail(
+          fmt::format("--at is '{}', expected 12:34:56 or 2026-03-01T12:34:56Z, both UTC, or the timecode 12:34:56:10",
+                      options.at),
+          kExitUsage);
+    }
+    order.at_utc_ns = at.value_or(0);
   }
+  return ask(options, options.request);
+}
+
+int import_shots(LiveOptions& options) {
+  std::ifstream in(options.shots_file, std::ios::binary);
+  if (!in) return fail(fmt::format("'{}' cannot be read", options.shots_file.string()), kExitNoInput);
+  auto shots = take::parse_shots(std::string(std::istreambuf_iterator<char>(in), {}), options.shots_file.string());
+  if (!shots) return fail(shots.error().message, kExitData);
+  if (shots->empty())
+    return fail(fmt::format("'{}' has no shot below its header", options.shots_file.string()), kExitData);
+  options.request.take.shots = *std::move(shots);
   return ask(options, options.request);
 }
 
@@ -224,7 +282,8 @@ void add_take_times(cli::App& command, LiveOptions& options) {
       ->check(cli::Range(0.0, 604800.0));
   command.add_option("--countdown", options.countdown_s, "the take starts after so many seconds")
       ->check(cli::Range(0.0, 604800.0));
-  command.add_option("--at", options.at, "the take starts at this time, UTC")->type_name("HH:MM:SS");
+  command.add_option("--at", options.at, "the take starts at this time, UTC, or at this timecode")
+      ->type_name("HH:MM:SS[:FF]");
 }
 
 void add_takes(cli::App& app, LiveOptions& options) {
@@ -237,8 +296,8 @@ void add_takes(cli::App& app, LiveOptions& options) {
       {"stop", "end the take; returns when its file is on the disk (running daemon)", "take stop", TakeAction::Stop},
       {"cancel", "end the take and delete its file (running daemon)", "take cancel", TakeAction::Cancel},
       {"mark", "mark this instant in the take (running daemon)", "take mark 'prop fell'", TakeAction::Mark},
-      {"next", "end the take, if any, and start the next one of its slate (running daemon)", "take next",
-       TakeAction::Next}};
+      {"next", "end the take, if any, and start the next one: of the shot list, or of its slate (running daemon)",
+       "take next", TakeAction::Next}};
   for (const auto& [name, what, example, action] : commands) {
     cli::App* command = add(take, name, what, example, ControlAction::Take, options);
     if (action == TakeAction::Start) {
@@ -253,6 +312,35 @@ void add_takes(cli::App& app, LiveOptions& options) {
       options.run = [&options] { return order_take(options); };
     });
   }
+}
+
+void add_shots(cli::App& app, LiveOptions& options) {
+  cli::App* shots = app.get_subcommand("take")->add_subcommand("shots", "the shot list, which take next follows");
+  shots->examples(
+      "  mocapctl take shots import day1.csv\n"
+      "  mocapctl take shots list");
+  shots->require_subcommand(1);
+  cli::App* importing =
+      add(*shots, "import", "replace the shot list by a CSV file: name,slate,notes,seconds (running daemon)",
+          "take shots import day1.csv", ControlAction::Take, options);
+  importing->add_option("file", options.shots_file, "header name,slate,notes,seconds; only name is needed")
+      ->required()
+      ->type_name("FILE.csv");
+  importing->callback([&options] {
+    options.request.action = ControlAction::Take;
+    options.request.take.action = TakeAction::ImportShots;
+    options.run = [&options] { return import_shots(options); };
+  });
+  cli::App* list = add(*shots, "list", "the shots, with those that were taken (running daemon)", "take shots list",
+                       ControlAction::GetShots, options);
+  list->add_flag("--csv", options.csv, "print the list as a file for import");
+  cli::App* clear =
+      add(*shots, "clear", "empty the shot list (running daemon)", "take shots clear", ControlAction::Take, options);
+  clear->callback([&options] {
+    options.request.action = ControlAction::Take;
+    options.request.take.action = TakeAction::ClearShots;
+    options.run = [&options] { return ask(options, options.request); };
+  });
 }
 
 void add_cameras(cli::App& app, LiveOptions& options) {
@@ -339,6 +427,7 @@ void add_live_commands(cli::App& app, LiveOptions& options) {
   }
   add_cameras(app, options);
   add_takes(app, options);
+  add_shots(app, options);
 }
 
 }  // namespace mocap::ctl

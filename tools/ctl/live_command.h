@@ -24,6 +24,8 @@ struct LiveOptions {
   double seconds = 0.0;
   double countdown_s = 0.0;
   std::string at;
+  std::filesystem::path shots_file;  ///< of take shots import
+  bool csv = false;                  ///< of take shots list
 };
 
 /// Adds the commands that send a request to a running daemon. The parser sets `options.run` to the chosen command. Call

@@ -17,6 +17,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr int kFirstCode = 10;
 constexpr int kIdleCamera = 40;
+constexpr int kNoTimecode = 41;
 constexpr int kLook_ms = 100;
 constexpr double kWellFor_s = 2.5;  // the clock check needs two seconds
 // A connection fault that lasts this long is reported. A wrong server key may become a more
@@ -64,6 +65,12 @@ class HealthReports {
   FeedState feed_;
 };
 
+// Why there is no timecode, or no good one; empty: it is locked, or there is no source of timecode.
+std::string no_timecode(const FeedState& feed) {
+  if (!feed.health() || feed.health()->timecode.source == TimecodeSourceKind::None) return {};
+  return std::string(text_of(feed.health()->timecode.sentence));
+}
+
 // The faults beside which an idle camera is the better explanation.
 bool receives_data(int code) { return code == MOCAP_WELL || code == MOCAP_SUBJECT_SEARCHING; }
 
@@ -91,6 +98,8 @@ DoctorWord ask_doctor(const DoctorOptions& options) {
   }
   if (const std::string idle = idle_cameras(reports.feed()); receives_data(found.code) && !idle.empty())
     return {kIdleCamera, fmt::format("{}: {}", options.endpoint, idle)};
+  if (const std::string why = no_timecode(reports.feed()); receives_data(found.code) && !why.empty())
+    return {kNoTimecode, fmt::format("{}: {}", options.endpoint, why)};
   if (found.code == MOCAP_WELL) return {0, options.endpoint + ": " + found.sentence + figures_of(*client, frame)};
   return {kFirstCode + found.code, found.sentence};
 }

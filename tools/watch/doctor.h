@@ -12,7 +12,8 @@ struct DoctorOptions {
 };
 
 struct DoctorWord {
-  int exit_code = 0;     ///< 0: no fault; 10 + enum mocap_diagnosis; 40: a camera is idle; 64: an option is invalid
+  int exit_code =
+      0;  ///< 0: no fault; 10 + enum mocap_diagnosis; 40: a camera is idle; 41: no timecode; 64: an option is invalid
   std::string sentence;  ///< the fault and the remedy in one line
 };
 

@@ -198,7 +198,8 @@ int main(int argc, char** argv) {
 exit codes of --doctor: 0 well, 11 nothing listens, 12 no feed, 13 a key is
 missing, 14 our key is refused, 15 the server's key is wrong, 16 no description,
 17 version too new, 18 cameras silent, 19 no snapshots, 20 subject searching,
-21 clock skew, 22 too early to say, 40 a camera contributes nothing)");
+21 clock skew, 22 too early to say, 40 a camera contributes nothing,
+41 no timecode)");
   app.add_option("endpoint", options.endpoint, "endpoint of the feed")->capture_default_str();
   app.add_flag("--json", options.json, "print every snapshot as a line of JSON");
   app.add_option("--seconds", options.seconds, "end after this time")->check(cli::PositiveNumber{});

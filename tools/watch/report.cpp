@@ -137,6 +137,15 @@ std::string missing_subjects(const Health& health) {
   return text;
 }
 
+// "10:00:00:00 locked", or why there is no timecode; empty: the daemon has no source of timecode.
+std::string timecode_of(const Health& health) {
+  const TimecodeHealth& timecode = health.timecode;
+  if (timecode.source == TimecodeSourceKind::None) return {};
+  const auto now = timecode.clock ? timecode_at(*timecode.clock, health.at) : std::nullopt;
+  if (!timecode.sentence.empty()) return std::string(text_of(timecode.sentence));
+  return now ? fmt::format("timecode {}", text_of(*now)) : "no timecode";
+}
+
 // Lists the recordings of which a write failed.
 std::string failed_recordings(const Health& health) {
   std::string text;
@@ -163,6 +172,7 @@ std::string status_line(const FeedState& feed, Timestamp now, std::size_t column
   if (const std::string blind = blind_cameras(feed); !blind.empty()) line += " | " + blind;
   if (const std::string idle = idle_cameras(feed); !idle.empty()) line += " | " + idle;
   if (feed.health() && !bumped_cameras(*feed.health()).empty()) line += " | " + bumped_cameras(*feed.health());
+  if (feed.health() && !timecode_of(*feed.health()).empty()) line += " | " + timecode_of(*feed.health());
   if (feed.health() && !failed_recordings(*feed.health()).empty()) line += " | " + failed_recordings(*feed.health());
   if (feed.unreadable() > 0) line += fmt::format(" unreadable {} ({})", feed.unreadable(), feed.last_fault());
   for (const std::string& latency : {latencies_of(feed), total_latency_of(feed)}) {
@@ -255,6 +265,33 @@ nlohmann::ordered_json feed_object(const FeedHealth& feed) {
           {"subscriptions", feed.subscriptions}};
 }
 
+const char* word_of(TimecodeState state) {
+  switch (state) {
+    case TimecodeState::Searching: return "searching";
+    case TimecodeState::Locked: return "locked";
+    case TimecodeState::Coasting: return "coasting";
+    case TimecodeState::Lost: return "lost";
+  }
+  return "unknown";
+}
+
+nlohmann::ordered_json timecode_object(const Health& health) {
+  const TimecodeHealth& timecode = health.timecode;
+  const auto now = timecode.clock ? timecode_at(*timecode.clock, health.at) : std::nullopt;
+  nlohmann::ordered_json age_s = nullptr;
+  if (timecode.last_frame_at) age_s = to_s(health.at - *timecode.last_frame_at);
+  return {{"source", timecode.source == TimecodeSourceKind::Utc ? "utc" : "ltc"},
+          {"state", word_of(timecode.state)},
+          {"locked", timecode.state == TimecodeState::Locked},
+          {"age_s", age_s},
+          {"now", now ? nlohmann::ordered_json(text_of(*now)) : nullptr},
+          {"drift_ppm", timecode.drift_ppm},
+          {"frames", timecode.frames},
+          {"rejected_frames", timecode.rejected_frames},
+          {"jumps", timecode.jumps},
+          {"sentence", text_of(timecode.sentence)}};
+}
+
 nlohmann::ordered_json recording_object(const RecordingHealth& recording) {
   return {{"path", recording.path},
           {"state", word_of(recording.state)},
@@ -292,6 +329,8 @@ std::string summary_json(const FeedState& feed, const std::string& endpoint, Dur
     object["latency"] = latency_object(*feed.health());
     object["drops"] = drops_of(*feed.health());
     object["feed"] = feed_object(feed.health()->feed);
+    if (feed.health()->timecode.source != TimecodeSourceKind::None)
+      object["timecode"] = timecode_object(*feed.health());
     for (const CameraHealth& camera : feed.health()->cameras) object["cameras"][camera.name] = camera_object(camera);
     for (const RecordingHealth& recording : feed.health()->recordings) {
       object["recordings"].push_back(recording_object(recording));

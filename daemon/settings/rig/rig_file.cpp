@@ -7,9 +7,9 @@
 #include <cmath>
 #include <iterator>
 
+#include "base/replace_file.h"
 #include "geometry/plausible_rig.h"
 #include "settings/rig/rig_text.h"
-#include "settings/toml/replace_file.h"
 #include "settings/toml/toml_file.h"
 
 namespace mocap::settings {

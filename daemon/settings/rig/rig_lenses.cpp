@@ -9,9 +9,9 @@
 #include <tuple>
 #include <vector>
 
+#include "base/replace_file.h"
 #include "settings/rig/rig_file.h"
 #include "settings/rig/rig_text.h"
-#include "settings/toml/replace_file.h"
 #include "settings/toml/text_edit.h"
 #include "settings/toml/text_file.h"
 

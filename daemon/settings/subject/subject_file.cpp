@@ -6,9 +6,9 @@
 #include <optional>
 #include <system_error>
 
+#include "base/replace_file.h"
 #include "settings/rig/rig_text.h"
 #include "settings/subject/marker_set_file.h"
-#include "settings/toml/replace_file.h"
 #include "settings/toml/suggestion.h"
 #include "settings/toml/toml_file.h"
 

@@ -158,7 +158,47 @@ Result<ControlRequest> decode_take(const v1::TakeRequest& from) {
   take.length = from_s(from.seconds());
   take.countdown = from_s(from.countdown_s());
   take.at_utc_ns = from.at_utc_ns();
+  if (!from.has_at_timecode()) return into;
+  const v1::Timecode& at = from.at_timecode();
+  if (at.hours() > 23 || at.minutes() > 59 || at.seconds() > 59) {
+    return wrong_control(
+        fmt::format("at_timecode is {}:{}:{}, expected 0:0:0 to 23:59:59", at.hours(), at.minutes(), at.seconds()));
+  }
+  if (from.at_utc_ns() != 0) return wrong_control("at_utc_ns and at_timecode are both set, expected one of them");
+  take.at_timecode = timecode_of(at);
   return into;
+}
+
+Result<ControlRequest> decode_shots(const v1::ShotsRequest& from) {
+  ControlRequest into;
+  into.action = ControlAction::Take;
+  switch (from.action()) {
+    case v1::ShotsRequest::ACTION_LIST: into.action = ControlAction::GetShots; return into;
+    case v1::ShotsRequest::ACTION_CLEAR: into.take.action = TakeAction::ClearShots; return into;
+    case v1::ShotsRequest::ACTION_IMPORT: into.take.action = TakeAction::ImportShots; break;
+    default: return wrong_control("shots: action is missing, expected list, import or clear");
+  }
+  if (from.shots().empty() || static_cast<std::size_t>(from.shots_size()) > kMaxShots) {
+    return wrong_control(fmt::format("shots has {} entries, expected 1 to {}", from.shots_size(), kMaxShots));
+  }
+  for (const v1::Shot& shot : from.shots()) {
+    if (!(shot.seconds() >= 0.0 && shot.seconds() <= kLongestSpan_s)) {
+      return wrong_control(fmt::format("shots: seconds is {}, expected 0 to {}", shot.seconds(), kLongestSpan_s));
+    }
+    into.take.shots.push_back({shot.name(), shot.slate(), shot.notes(), from_s(shot.seconds()), shot.done()});
+  }
+  return into;
+}
+
+void encode_shots(const std::vector<Shot>& from, google::protobuf::RepeatedPtrField<v1::Shot>& into) {
+  for (const Shot& shot : from) {
+    v1::Shot& to = *into.Add();
+    to.set_name(valid_utf8(shot.name));
+    to.set_slate(valid_utf8(shot.slate));
+    to.set_notes(valid_utf8(shot.notes));
+    to.set_seconds(to_s(shot.length));
+    to.set_done(shot.done);
+  }
 }
 
 v1::Code answer_code_of(ControlCode code) {
@@ -210,6 +250,21 @@ v1::SubjectRequest encode_subject(const ControlRequest& from) {
   return into;
 }
 
+bool is_about_shots(TakeAction action) {
+  return action == TakeAction::ListShots || action == TakeAction::ImportShots || action == TakeAction::ClearShots;
+}
+
+v1::ShotsRequest encode_shots_request(const TakeOrder& from) {
+  v1::ShotsRequest into;
+  switch (from.action) {
+    case TakeAction::ImportShots: into.set_action(v1::ShotsRequest::ACTION_IMPORT); break;
+    case TakeAction::ClearShots: into.set_action(v1::ShotsRequest::ACTION_CLEAR); break;
+    default: into.set_action(v1::ShotsRequest::ACTION_LIST);
+  }
+  encode_shots(from.shots, *into.mutable_shots());
+  return into;
+}
+
 v1::TakeRequest encode_take(const TakeOrder& from) {
   v1::TakeRequest into;
   switch (from.action) {
@@ -218,6 +273,7 @@ v1::TakeRequest encode_take(const TakeOrder& from) {
     case TakeAction::Cancel: into.set_action(v1::TakeRequest::ACTION_CANCEL); break;
     case TakeAction::Mark: into.set_action(v1::TakeRequest::ACTION_MARK); break;
     case TakeAction::Next: into.set_action(v1::TakeRequest::ACTION_NEXT); break;
+    default: break;  // the orders about shots are another request
   }
   into.set_name(valid_utf8(from.name));
   into.set_slate(valid_utf8(from.slate));
@@ -226,6 +282,7 @@ v1::TakeRequest encode_take(const TakeOrder& from) {
   into.set_seconds(to_s(from.length));
   into.set_countdown_s(to_s(from.countdown));
   into.set_at_utc_ns(from.at_utc_ns);
+  if (from.at_timecode) encode(*from.at_timecode, *into.mutable_at_timecode());
   return into;
 }
 
@@ -243,6 +300,7 @@ Result<ControlRequest> decode(const v1::Request& from) {
     case v1::Request::kCamera: read = decode_camera_request(from.camera()); break;
     case v1::Request::kMask: read = decode_mask(from.mask()); break;
     case v1::Request::kTake: read = decode_take(from.take()); break;
+    case v1::Request::kShots: read = decode_shots(from.shots()); break;
     case v1::Request::WHAT_NOT_SET: break;
   }
   if (read && read->name.size() > kLongestName) {
@@ -258,7 +316,14 @@ v1::Request encode(const ControlRequest& from) {
     case ControlAction::GetDescription: into.mutable_description(); break;
     case ControlAction::GetSnapshot: into.mutable_snapshot(); break;
     case ControlAction::Reload: into.mutable_reload(); break;
-    case ControlAction::Take: *into.mutable_take() = encode_take(from.take); break;
+    case ControlAction::GetShots: into.mutable_shots()->set_action(v1::ShotsRequest::ACTION_LIST); break;
+    case ControlAction::Take:
+      if (is_about_shots(from.take.action)) {
+        *into.mutable_shots() = encode_shots_request(from.take);
+      } else {
+        *into.mutable_take() = encode_take(from.take);
+      }
+      break;
     case ControlAction::StartCapture: into.mutable_capture()->set_action(v1::CaptureRequest::ACTION_START); break;
     case ControlAction::StopCapture: into.mutable_capture()->set_action(v1::CaptureRequest::ACTION_STOP); break;
     case ControlAction::AddSubject:
@@ -285,6 +350,7 @@ v1::Answer encode(const ControlAnswer& from) {
   if (from.status) encode_status(*from.status, *into.mutable_status());
   if (from.description != nullptr) *into.mutable_description() = encode(*from.description);
   if (from.snapshot != nullptr) encode(*from.snapshot, *into.mutable_snapshot());
+  if (from.shots) encode_shots(*from.shots, *into.mutable_shots()->mutable_shots());
   return into;
 }
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <string>
 
+#include "wire/codec/encode_numbers.h"
+
 namespace mocap::wire {
 namespace {
 
@@ -279,6 +281,13 @@ Result<Snapshot> decode(const v1::Snapshot& from) {
         fmt::format("expected_views is {}, at most {} are allowed", from.expected_views(), kMaxCameras));
   }
   Snapshot into;
+  if (from.has_timecode()) {
+    into.timecode = timecode_of(from.timecode());
+    if (!is_valid(*into.timecode)) {
+      return wrong_snapshot(fmt::format("timecode is {} at {} frames per second, expected 00:00:00:00 to 23:59:59:FF",
+                                        text_of(*into.timecode), into.timecode->frames_per_second));
+    }
+  }
   into.number = from.number();
   into.description_version = from.description_version();
   into.instants = *instants;

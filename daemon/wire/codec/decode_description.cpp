@@ -6,9 +6,12 @@
 
 #include "wire/codec/decode.h"
 #include "wire/codec/encode.h"
+#include "wire/codec/encode_numbers.h"
 
 namespace mocap::wire {
 namespace {
+
+constexpr double kLongestAge_s = 1e9;  // fits into a Duration
 
 Error wrong_description(std::string message) {
   return {ErrorCode::InvalidArgument, "description: " + std::move(message)};
@@ -197,6 +200,39 @@ TakeHealth take_of(const v1::TakeHealth& from) {
   return into;
 }
 
+TimecodeState state_of(v1::TimecodeState state) {
+  switch (state) {
+    case v1::TIMECODE_STATE_SEARCHING: return TimecodeState::Searching;
+    case v1::TIMECODE_STATE_LOCKED: return TimecodeState::Locked;
+    case v1::TIMECODE_STATE_COASTING: return TimecodeState::Coasting;
+    default: return TimecodeState::Lost;
+  }
+}
+
+TimecodeHealth timecode_health_of(const v1::Health& all) {
+  const v1::TimecodeHealth& from = all.timecode();
+  const Timestamp at = from_ns(all.at_ns());
+  TimecodeHealth into;
+  into.source = from.source() == v1::TIMECODE_SOURCE_UTC ? TimecodeSourceKind::Utc : TimecodeSourceKind::Ltc;
+  into.state = state_of(from.state());
+  if (from.has_age_s() && from.age_s() >= 0.0 && from.age_s() < kLongestAge_s) {
+    into.last_frame_at = at - from_s(from.age_s());
+  }
+  if (const Timecode now = timecode_of(from.now()); from.has_now() && is_valid(now)) {
+    into.clock = TimecodeClock{};
+    into.clock->format = now;
+    into.clock->at = at;
+    into.clock->frames_at = static_cast<double>(frames_of(now));
+    into.clock->frames_per_s = rate_hz(now);
+  }
+  into.drift_ppm = from.drift_ppm();
+  into.frames = from.frames();
+  into.rejected_frames = from.rejected_frames();
+  into.jumps = from.jumps();
+  into.sentence = bounded_text<255>(from.sentence());
+  return into;
+}
+
 }  // namespace
 
 Result<Description> decode(const v1::Description& from) {
@@ -287,6 +323,7 @@ Result<Health> decode(const v1::Health& from) {
     into.searches.push_back(search_of(from.searches(i)));
   }
   if (from.has_take()) into.take = take_of(from.take());
+  if (from.has_timecode()) into.timecode = timecode_health_of(from);
   return into;
 }
 

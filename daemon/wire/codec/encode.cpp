@@ -199,6 +199,11 @@ void encode(const Snapshot& from, v1::Snapshot& into, const Parts& parts) {
   encode_instants(from.instants, *into.mutable_instants());
   into.clear_utc_minus_host_ns();
   into.clear_synchronisation();
+  if (from.timecode) {
+    encode(*from.timecode, *into.mutable_timecode());
+  } else {
+    into.clear_timecode();
+  }
   into.clear_description();
   into.set_expected_views(from.expected_views);
   if (from.views.empty() || !parts.views) {

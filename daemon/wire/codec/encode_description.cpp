@@ -1,4 +1,7 @@
+#include <algorithm>
+
 #include "wire/codec/encode.h"
+#include "wire/codec/encode_numbers.h"
 #include "wire/codec/utf8.h"
 
 namespace mocap::wire {
@@ -184,6 +187,20 @@ void encode_take(const TakeHealth& from, v1::TakeHealth& into) {
   into.set_takes(from.takes);
 }
 
+void encode_timecode(const Health& all, v1::TimecodeHealth& into) {
+  const TimecodeHealth& from = all.timecode;
+  into.set_source(static_cast<v1::TimecodeSource>(from.source));                     // the values are equal
+  into.set_state(static_cast<v1::TimecodeState>(static_cast<int>(from.state) + 1));  // in the same order
+  into.set_locked(from.state == TimecodeState::Locked);
+  if (from.last_frame_at) into.set_age_s(std::max(0.0, to_s(all.at - *from.last_frame_at)));
+  if (const auto now = from.clock ? timecode_at(*from.clock, all.at) : std::nullopt) encode(*now, *into.mutable_now());
+  into.set_drift_ppm(from.drift_ppm);
+  into.set_frames(from.frames);
+  into.set_rejected_frames(from.rejected_frames);
+  into.set_jumps(from.jumps);
+  into.set_sentence(valid_utf8(std::string(text_of(from.sentence))));
+}
+
 }  // namespace
 
 v1::Description encode(const Description& from) {
@@ -234,6 +251,7 @@ void encode(const Health& from, v1::Health& into) {
   for (const RecordingHealth& recording : from.recordings) encode_recording(recording, *into.add_recordings());
   for (const SearchHealth& search : from.searches) encode_search(search, *into.add_searches());
   if (from.take.state != TakeState::None) encode_take(from.take, *into.mutable_take());
+  if (from.timecode.source != TimecodeSourceKind::None) encode_timecode(from, *into.mutable_timecode());
 }
 
 }  // namespace mocap::wire

@@ -5,6 +5,7 @@
 
 #include "mocap/v1/snapshot.pb.h"
 #include "model/subject_state.h"
+#include "model/timecode.h"
 
 namespace mocap::wire {
 
@@ -47,6 +48,23 @@ inline std::uint32_t percent(float fraction) {
 inline std::uint32_t millipx(double residual_px) {
   // NOLINTNEXTLINE(bugprone-incorrect-roundings): as above
   return static_cast<std::uint32_t>(1000.0 * std::clamp(residual_px, 0.0, 1e6) + 0.5);
+}
+
+inline void encode(const Timecode& from, v1::Timecode& into) {
+  into.set_hours(from.hours);
+  into.set_minutes(from.minutes);
+  into.set_seconds(from.seconds);
+  into.set_frames(from.frames);
+  into.set_frames_per_second(from.frames_per_second);
+  into.set_drop_frame(from.drop_frame);
+  into.set_subframe(from.subframe);
+  into.set_fractional(from.fractional);
+}
+
+/// The numbers as they are; see `is_valid`.
+inline Timecode timecode_of(const v1::Timecode& from) {
+  return {from.hours(),      from.minutes(),    from.seconds(), from.frames(), from.frames_per_second(),
+          from.drop_frame(), from.fractional(), from.subframe()};
 }
 
 /// Returns the track number plus one; 0 stands for "no track".

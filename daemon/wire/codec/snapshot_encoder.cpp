@@ -194,6 +194,19 @@ void write_instants(const Instants& from, Backwards& to) {
   to.close(4, end);
 }
 
+void write_timecode(const Timecode& from, Backwards& to) {
+  const std::uint8_t* end = to.at();
+  to.number_unless_zero(8, from.fractional ? 1 : 0);
+  to.number_unless_zero(7, from.subframe);
+  to.number_unless_zero(6, from.drop_frame ? 1 : 0);
+  to.number_unless_zero(5, from.frames_per_second);
+  to.number_unless_zero(4, from.frames);
+  to.number_unless_zero(3, from.seconds);
+  to.number_unless_zero(2, from.minutes);
+  to.number_unless_zero(1, from.hours);
+  to.close(11, end);
+}
+
 // Upper bound of the encoded size: each entry with its longest varints, plus the fields that occur once.
 std::size_t most_bytes(const Snapshot& from) {
   std::size_t bytes = 512 + 30 * from.views.size() + 27 * from.unlabelled.size();
@@ -209,6 +222,7 @@ std::span<const std::uint8_t> SnapshotEncoder::encode(std::string_view head, con
   const std::size_t most = head.size() + most_bytes(from);
   if (bytes_.size() < most) bytes_.resize(std::bit_ceil(most));
   Backwards to(bytes_);
+  if (from.timecode) write_timecode(*from.timecode, to);
   if (sender.synchronisation) to.number(10, static_cast<std::uint64_t>(*sender.synchronisation));
   if (!from.unlabelled.empty() && parts.unlabelled) write_unlabelled(from.unlabelled, to);
   write_subjects(from, parts, to);

@@ -146,7 +146,7 @@ class FrameWriter {
 
   void put_suffix(std::uint64_t sent_ns) {
     writer_.put(scene_.timecode);
-    writer_.put(std::uint32_t{0});  // subframe
+    writer_.put(scene_.subframe);
     writer_.put(static_cast<double>(scene_.exposed_ns) / static_cast<double>(kTicksPerSecond));
     writer_.put(scene_.exposed_ns);
     writer_.put(scene_.received_ns);

@@ -114,6 +114,7 @@ const Scene& SceneReader::read(const ClientFrame& frame, bool anew, std::int64_t
   scene_.models_changed = now_ns - changed_ns_ < kChanged_ns;
   scene_.number = number_of(info.number);
   scene_.timecode = timecode_of(info);
+  scene_.subframe = info.timecode_subframe;
   read_instants(info, frame.age_ns(), now_ns);
   for (std::size_t i = 0; i < scene_.models.size(); ++i) {
     const auto subject = frame.subject(i);

@@ -62,6 +62,7 @@ struct Scene {
   std::uint64_t exposed_ns = 0;
   std::uint64_t received_ns = 0;
   std::uint32_t timecode = 0;  ///< hours, minutes, seconds, frames: one byte each; 0: none
+  std::uint32_t subframe = 0;  ///< of the timecode
   float rate_hz = 0.0F;        ///< nominal
   bool models_changed = false;
   std::vector<Model> models;

@@ -122,6 +122,7 @@ void read_timecode(pbf_reader from, mocap_frame_info& into) {
       case whole(4): into.timecode_frames = small(); break;
       case whole(5): into.timecode_rate = from.get_uint32(); break;
       case whole(6): into.timecode_drop_frame = from.get_bool() ? 1 : 0; break;
+      case whole(7): into.timecode_subframe = from.get_uint32(); break;
       default: from.skip();
     }
   }

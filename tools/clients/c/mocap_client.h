@@ -186,7 +186,7 @@ typedef struct mocap_frame_info {
   uint32_t timecode_rate;    /* SMPTE: counted frames per second; 0: the daemon has no timecode */
   uint8_t timecode_hours, timecode_minutes, timecode_seconds, timecode_frames;
   uint32_t timecode_drop_frame; /* 1: drop-frame counting for 29.97 Hz */
-  uint32_t reserved;
+  uint32_t timecode_subframe;   /* exposures since the start of the timecode frame, from 0 */
 } mocap_frame_info;
 
 typedef struct mocap_statistics {

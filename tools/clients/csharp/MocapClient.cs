@@ -73,7 +73,7 @@ public struct FrameInfo {
   public long ExposedAtNs, ReceivedAtNs, DetectedAtNs, FusedAtNs, SentAtNs, UtcMinusHostNs;
   public uint TimecodeRate;
   public byte TimecodeHours, TimecodeMinutes, TimecodeSeconds, TimecodeFrames;
-  public uint TimecodeDropFrame, Reserved;
+  public uint TimecodeDropFrame, TimecodeSubframe;
 }
 
 /// See mocap_statistics.

@@ -1,4 +1,4 @@
-#include "settings/toml/replace_file.h"
+#include "base/replace_file.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -9,7 +9,7 @@
 #include <string>
 #include <system_error>
 
-namespace mocap::settings {
+namespace mocap {
 namespace {
 
 Error io_error(const std::filesystem::path& path, const char* call, int code) {
@@ -62,4 +62,4 @@ Status replace_file(const std::filesystem::path& path, std::string_view text) {
   return {};
 }
 
-}  // namespace mocap::settings
+}  // namespace mocap

@@ -5,11 +5,11 @@
 
 #include "base/result.h"
 
-namespace mocap::settings {
+namespace mocap {
 
 /// Replaces the text of a file atomically: a reader finds the old text or the new text, also after a power failure. The
 /// text is written to a temporary file beside it, flushed to the disk and renamed. Fails with Io; the old file is then
 /// unchanged.
 Status replace_file(const std::filesystem::path& path, std::string_view text);
 
-}  // namespace mocap::settings
+}  // namespace mocap

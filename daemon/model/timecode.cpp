@@ -1,22 +1,32 @@
-#include "export/timecode.h"
+#include "model/timecode.h"
 
 #include <fmt/core.h>
 
 #include <cstdio>
 
-namespace mocap::exports {
+namespace mocap {
 namespace {
+
+constexpr std::uint32_t kMostFramesPerSecond = 240;
 
 // Drop-frame timecode skips the first two frame numbers of each minute but every tenth, four at 60 frames per second.
 std::int64_t dropped_per_minute(const Timecode& like) noexcept {
   return like.drop_frame ? like.frames_per_second / 15 : 0;
 }
 
+}  // namespace
+
+bool is_valid(const Timecode& t) noexcept {
+  if (t.hours > 23 || t.minutes > 59 || t.seconds > 59) return false;
+  if (t.frames_per_second == 0 || t.frames_per_second > kMostFramesPerSecond || t.frames >= t.frames_per_second) {
+    return false;
+  }
+  return t.seconds != 0 || t.minutes % 10 == 0 || t.frames >= dropped_per_minute(t);
+}
+
 std::int64_t frames_per_day(const Timecode& like) noexcept {
   return 86400 * std::int64_t{like.frames_per_second} - 24 * 54 * dropped_per_minute(like);
 }
-
-}  // namespace
 
 std::int64_t frames_of(const Timecode& t) noexcept {
   const std::int64_t minutes = 60 * std::int64_t{t.hours} + t.minutes;
@@ -34,6 +44,7 @@ Timecode timecode_of(std::int64_t frames, const Timecode& like) noexcept {
   if (dropped > 0)
     number += 9 * dropped * tens + (rest < 60 * fps ? 0 : dropped * ((rest - 60 * fps) / per_minute + 1));
   Timecode t = like;
+  t.subframe = 0;
   if (fps == 0) return t;
   t.frames = static_cast<std::uint32_t>(number % fps);
   const std::int64_t seconds = number / fps;
@@ -44,7 +55,8 @@ Timecode timecode_of(std::int64_t frames, const Timecode& like) noexcept {
 }
 
 double rate_hz(const Timecode& timecode, bool fractional) noexcept {
-  return timecode.frames_per_second * (timecode.drop_frame || fractional ? 1000.0 / 1001.0 : 1.0);
+  return timecode.frames_per_second *
+         (timecode.drop_frame || timecode.fractional || fractional ? 1000.0 / 1001.0 : 1.0);
 }
 
 std::string text_of(const Timecode& t) {
@@ -53,6 +65,7 @@ std::string text_of(const Timecode& t) {
 
 std::optional<Timecode> parse_timecode(std::string_view text, const Timecode& like) {
   Timecode t = like;
+  t.subframe = 0;
   char between = 0, more = 0;
   const std::string copy(text);
   if (std::sscanf(copy.c_str(), "%2u:%2u:%2u%c%2u%c", &t.hours, &t.minutes, &t.seconds, &between, &t.frames, &more) !=
@@ -64,4 +77,4 @@ std::optional<Timecode> parse_timecode(std::string_view text, const Timecode& li
   return t;
 }
 
-}  // namespace mocap::exports
+}  // namespace mocap

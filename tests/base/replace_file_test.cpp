@@ -1,19 +1,24 @@
-#include "settings/toml/replace_file.h"
+#include "base/replace_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <fstream>
 #include <iterator>
 
-#include "settings/toml/text_file.h"
 #include "support/temporary_folder.h"
 
-namespace mocap::settings {
+namespace mocap {
 namespace replace_file_test {
 
 std::size_t files_in(const std::filesystem::path& folder) {
   return static_cast<std::size_t>(
       std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator{}));
+}
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 TEST(ReplaceFile, WritesTheNewTextWithThePermissionsOfTheOldFile) {
@@ -25,7 +30,7 @@ TEST(ReplaceFile, WritesTheNewTextWithThePermissionsOfTheOldFile) {
 
   struct stat found {};
   ASSERT_EQ(::stat(path.c_str(), &found), 0);
-  EXPECT_EQ(*read_text(path), "new");
+  EXPECT_EQ(text_of(path), "new");
   EXPECT_EQ(found.st_mode & 07777U, 0640U);
   EXPECT_EQ(files_in(folder.path()), 1U) << "no temporary file is left";
 }
@@ -35,7 +40,7 @@ TEST(ReplaceFile, CreatesAFileThatIsNotThere) {
 
   ASSERT_TRUE(replace_file(folder.path() / "rig.toml", "text"));
 
-  EXPECT_EQ(*read_text(folder.path() / "rig.toml"), "text");
+  EXPECT_EQ(text_of(folder.path() / "rig.toml"), "text");
 }
 
 TEST(ReplaceFile, FailsWithIoAndLeavesNothingBehind) {
@@ -52,4 +57,4 @@ TEST(ReplaceFile, FailsWithIoAndLeavesNothingBehind) {
 }
 
 }  // namespace replace_file_test
-}  // namespace mocap::settings
+}  // namespace mocap

@@ -1,0 +1,167 @@
+"""Timecode of a running daemon: LTC from a WAV file that is played in real time, and UTC. Runs in its own network namespace."""
+
+import csv
+import json
+import time
+import unittest
+
+import ltc
+from harness import Desk, synthetic_volume
+
+LIMIT_S = 120  # of a failing test
+LONG_S = 600   # of a signal that must not end within a test
+FRAME_S = 0.04
+
+
+def until(holds, what):
+    limit = time.monotonic() + LIMIT_S
+    while not (value := holds()):
+        if time.monotonic() > limit:
+            raise AssertionError(f"not within {LIMIT_S} s: {what}")
+        time.sleep(0.05)
+    return value
+
+
+def seconds_of(timecode):
+    """Seconds since midnight at 25 frames a second."""
+    hours, minutes, seconds, frames = (int(timecode.get(key, 0)) for key in ("hours", "minutes", "seconds", "frames"))
+    return 3600 * hours + 60 * minutes + seconds + FRAME_S * frames
+
+
+def seconds_in(text):
+    hours, minutes, seconds, frames = map(int, text.split(":"))
+    return 3600 * hours + 60 * minutes + seconds + FRAME_S * frames
+
+
+class Timecode(unittest.TestCase):
+    def setUp(self):
+        self.desk = Desk()
+        self.addCleanup(self.desk.close)
+        host, port = self.desk.endpoint.rsplit(":", 1)
+        self.control = f"{host}:{int(port) + 1}"
+
+    def config(self, timecode):
+        return self.desk.write("mocapd.toml", synthetic_volume(self.desk.endpoint) +
+                               f"\n[takes]\nmin_free_mb = 1\n[timecode]\nrate = \"25\"\n{timecode}\n")
+
+    def daemon(self, timecode):
+        return self.desk.start("mocapd", "--config", self.config(timecode))
+
+    def ltc_daemon(self, seconds, more=""):
+        ltc.write_wav(self.desk.folder / "ltc.wav", seconds)
+        return self.daemon(f'source = "ltc"\nwav = "ltc.wav"\n{more}')
+
+    def ctl(self, *arguments):
+        return self.desk.run("mocapctl", *arguments, "--endpoint", self.control)
+
+    def do(self, *arguments):
+        done = self.ctl(*arguments)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def health(self):
+        asked = self.ctl("status", "--json")
+        return (json.loads(asked.stdout)["status"].get("health") or {}) if asked.returncode == 0 else {}
+
+    def wait_for(self, state):
+        return until(lambda: (t := self.health().get("timecode")) and t["state"] == f"TIMECODE_STATE_{state}" and t,
+                     f"timecode is {state}")
+
+    def snapshot(self):
+        return json.loads(self.do("snapshot", "--json"))["snapshot"]
+
+    def show(self, path):
+        shown = self.desk.run("mocapctl", "take", "show", path, "--json")
+        self.assertEqual(shown.returncode, 0, shown.stderr)
+        return json.loads(shown.stdout)["info"]
+
+    def test_snapshots_take_and_export_have_the_timecode_of_the_signal(self):
+        before = time.monotonic()
+        self.ltc_daemon(LONG_S)
+        health = self.wait_for("LOCKED")
+        after = time.monotonic()
+        self.assertTrue(health["locked"])
+        self.assertLess(health["ageS"], 0.5)
+        self.assertIn("timecode 10:00:", self.do("status"))
+
+        self.do("take", "start", "coded")
+        offsets = []
+        for _ in range(6):
+            snapshot = self.snapshot()
+            offsets.append(int(snapshot["instants"]["exposedAtNs"]) * 1e-9 - (seconds_of(snapshot["timecode"]) - 36000))
+            self.assertEqual(snapshot["timecode"]["framesPerSecond"], 25)
+            time.sleep(0.2)
+        until(lambda: int((self.health().get("take") or {}).get("sets", 0)) >= 30, "30 sets in the take")
+        self.do("take", "stop")
+
+        # Each exposure is 0 to 1 frame after the start of its timecode frame; the signal began when the daemon started.
+        self.assertLess(max(offsets) - min(offsets), FRAME_S + 0.005)
+        self.assertGreater(min(offsets), before)
+        self.assertLess(max(offsets), after)
+        info = self.show("takes/coded.mcap")
+        self.assertEqual(info["timecode_rate"], "25")
+        self.assertRegex(info["start_timecode"], r"10:0\d:\d\d:\d\d")
+        self.assertGreater(seconds_in(info["end_timecode"]), seconds_in(info["start_timecode"]))
+        exported = self.desk.run("mocapctl", "take", "export", "takes/coded.mcap", "--format", "csv", "--out", "coded.csv")
+        self.assertEqual(exported.returncode, 0, exported.stderr)
+        lines = [line for line in (self.desk.folder / "coded.csv").read_text().splitlines() if not line.startswith("#")]
+        rows = list(csv.DictReader(lines))
+        self.assertEqual(rows[0]["timecode"], info["start_timecode"])
+        self.assertAlmostEqual(seconds_in(rows[-1]["timecode"]), seconds_in(info["end_timecode"]), delta=FRAME_S + 0.001)
+
+    def test_the_end_of_the_signal_is_told(self):
+        self.ltc_daemon(4, "coast_s = 1")
+        lost = self.wait_for("LOST")
+        self.assertFalse(lost["locked"])
+        self.assertGreater(int(lost["frames"]), 50)
+        self.assertIn("ltc.wav' has ended", lost["sentence"])
+        until(lambda: self.health()["timecode"]["ageS"] > lost["ageS"] + 1, "the age grows")
+        self.assertNotIn("timecode", {key for key, value in self.snapshot().items() if value})
+        doctor = self.desk.run("mocap-watch", self.desk.endpoint, "--doctor")
+        self.assertEqual(doctor.returncode, 41, doctor.stdout + doctor.stderr)
+        self.assertRegex(doctor.stdout + doctor.stderr, "no timecode for .* because file .* has ended")
+
+    def test_a_take_starts_at_a_timecode(self):
+        self.ltc_daemon(LONG_S)
+        now = self.wait_for("LOCKED")["now"]
+        wanted = seconds_of(now) + 4
+        text = f"10:{int(wanted / 60) % 60:02}:{int(wanted) % 60:02}:12"
+        self.assertIn(f"the take starts at {text}", self.do("take", "start", "at", "--at", text))
+        until(lambda: int((self.health().get("take") or {}).get("sets", 0)) >= 10, "10 sets in the take")
+        self.do("take", "stop")
+
+        late = seconds_in(self.show("takes/at.mcap")["start_timecode"]) - seconds_in(text)
+        self.assertIn(round(late / FRAME_S), (0, 1))  # the first exposure after the start of the frame
+        refused = self.ctl("take", "start", "--at", "10:00:00:25")
+        self.assertEqual(refused.returncode, 65)
+        self.assertIn("10:00:00:25 does not exist at 25 frames per second", refused.stderr)
+
+    def test_utc_is_the_time_of_day(self):
+        self.daemon('source = "utc"')
+        self.wait_for("LOCKED")
+        snapshot = self.snapshot()
+        utc = until(lambda: int(self.health().get("utcMinusHostNs") or 0), "the offset to UTC")
+        exposed = (int(snapshot["instants"]["exposedAtNs"]) + utc) * 1e-9 % 86400
+        self.assertAlmostEqual(seconds_of(snapshot["timecode"]) + FRAME_S / 2, exposed, delta=FRAME_S)
+
+        self.config('source = "none"')
+        self.do("reload")
+        until(lambda: "timecode" not in self.health(), "no source of timecode in health")
+        self.assertIsNone(self.snapshot().get("timecode"))
+        refused = self.ctl("take", "start", "--at", "10:00:00:00")
+        self.assertIn("[timecode] source is", refused.stderr)
+
+    def test_the_configuration_is_checked(self):
+        config = self.config('source = "ltc"\nwav = "none.wav"')
+        checked = self.desk.run("mocapd", "--check-config", config)
+        self.assertEqual(checked.returncode, 78)
+        self.assertIn("none.wav' cannot be read", checked.stdout + checked.stderr)
+        config = self.config('source = "ltc"\ndevice = "none"')
+        self.assertEqual(self.desk.run("mocapd", "--check-config", config).returncode, 0)
+        self.desk.start("mocapd", "--config", config)
+        searching = until(lambda: (t := self.health().get("timecode")) and t["sentence"] and t, "a reason")
+        self.assertIn("no timecode because device 'none': cannot be opened", searching["sentence"])
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
