@@ -22,6 +22,7 @@ class ScriptedRecorder final : public TakeRecorder {
   void learn(const SubjectFit&) override {}
   void count_dropped_images(std::uint64_t) override {}
   void describe(const Description&, Timestamp) override {}
+  void set_timecode(const TimecodeHealth&, Timestamp) override {}
 
   void follow(const TakeOrder& order, Timestamp) override {
     if (order.action == TakeAction::Stop && take_.state == TakeState::Recording) {
@@ -98,7 +99,8 @@ class TakeWorkerTest : public testing::Test {
   WakeSignal wake;
   SnapshotChannel snapshots{4};
   TakeChannel channel;
-  TakeWorker worker{std::make_unique<ScriptedRecorder>(), {}, snapshots, channel, wake};
+  TimecodeChannel timecode;
+  TakeWorker worker{std::make_unique<ScriptedRecorder>(), {}, snapshots, channel, timecode, wake};
   std::jthread disk;
 };
 

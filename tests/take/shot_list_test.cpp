@@ -61,7 +61,7 @@ TEST(Shots, SurviveRandomText) {
   const std::string alphabet = "name,slate\n\r\"a1\xC3";
   for (int round = 0; round < 20'000; ++round) {
     std::string csv = round % 2 == 0 ? "name,notes\n" : "";
-    for (unsigned i = random() % 40; i > 0; --i) csv += alphabet[random() % alphabet.size()];
+    for (auto i = random() % 40; i > 0; --i) csv += alphabet[random() % alphabet.size()];
     if (const auto shots = parse_shots(csv, "x")) {
       const auto again = parse_shots(shots_csv(*shots), "x");
       ASSERT_TRUE(again) << csv << again.error().message;
