@@ -211,8 +211,9 @@ TEST(EveryChoice, OfTheTablesLoads) {
 TEST(EveryChoice, ThatACommentOfTheShippedFileNamesLoads) {
   ExampleFolder folder;
   const std::string example = with_rates(text_of(kConfig / "mocapd.toml"));
-  const std::regex list("one of ([A-Za-z0-9_<>]+(?:, [A-Za-z0-9_<>]+)*)");
-  const std::regex word("[A-Za-z0-9_<>]+");
+  const std::string choice = "[A-Za-z0-9_<>]+(?:\\.[A-Za-z0-9]+)?";
+  const std::regex list("one of (" + choice + "(?:, " + choice + ")*)");
+  const std::regex word(choice);
   int words = 0;
 
   for (const ExampleTable& table : tables_of(example)) {

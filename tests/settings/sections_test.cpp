@@ -67,6 +67,7 @@ TEST(Sections, NameTheUnitOfEachNumberThatHasOne) {
                                            "publish_fifo_priority",
                                            "threshold",
                                            "low_threshold",
+                                           "channel",
                                            "xml_ports",
                                            "xsens_ports",
                                            "osc_ports",
