@@ -39,8 +39,8 @@ struct SearchChannel {
   WakeSignal there_is_work;  ///< signalled by the fusion thread
 };
 
-/// Queues from the timecode thread, which sends up to 100 items a second. A full queue drops an item; the next one comes
-/// within 50 ms.
+/// Queues from the timecode thread, which sends up to 100 items a second. A full queue drops an item; the next one
+/// comes within 50 ms.
 struct TimecodeChannel {
   SpscQueue<std::optional<TimecodeClock>> to_fusion{4};  ///< empty: there is no timecode
   SpscQueue<TimecodeHealth> to_publish{16};

@@ -26,8 +26,8 @@
 #include "runtime/runtime_settings.h"
 #include "runtime/side_worker.h"
 #include "runtime/take_worker.h"
-#include "runtime/trigger_worker.h"
 #include "runtime/timecode_worker.h"
+#include "runtime/trigger_worker.h"
 #include "synchronise/frame_aligner.h"
 
 namespace mocap::runtime {
@@ -82,7 +82,7 @@ struct PipelineChange {
   bool takes_continue = false;                    ///< with the same recorder
   std::unique_ptr<TimecodeSource> timecode = {};  ///< null: snapshots have no timecode, or timecode_continues
   bool timecode_continues = false;
-  OpenPart<TriggerParts> open_trigger = {};       ///< may return null: takes have no remote triggers
+  OpenPart<TriggerParts> open_trigger = {};  ///< may return null: takes have no remote triggers
 };
 
 /// All threads and the queues between them. The threads run from the constructor to `stop`. The main thread owns it.
