@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <random>
 #include <string>
 #include <utility>
@@ -15,10 +13,12 @@
 #include "base/log.h"
 #include "cameras/aravis/usb_bandwidth.h"
 #include "cameras/open_camera.h"
+#include "cameras/replay/replay_settings.h"
 #include "cameras/synthetic/synthetic_settings.h"
 #include "detect/blob_detector.h"
 #include "explain/search_explainer.h"
 #include "label/body_labeller.h"
+#include "settings/packed_files.h"
 #include "settings/same_settings.h"
 #include "settings/subject/shipped_marker_sets.h"
 #include "settings/subject/subject_keeper.h"
@@ -26,6 +26,7 @@
 #include "solve/tree_solver.h"
 #include "take/blob_recording.h"
 #include "take/snapshot_writer.h"
+#include "take/take_camera.h"
 #include "take/take_recorder.h"
 #include "timecode/timecode_sources.h"
 #include "track2d/following_blob_tracker.h"
@@ -55,16 +56,6 @@ std::string session_id(bool replay) {
   if (replay) return "replay";
   std::random_device entropy;
   return fmt::format("{:08x}{:08x}", entropy(), entropy());
-}
-
-Description describe(const settings::DaemonSettings& settings, bool replay) {
-  Description description;
-  description.producer = "mocapd " MOCAP_VERSION;
-  description.session_id = session_id(replay);
-  description.nominal_rate_hz = settings.nominal_rate_hz;
-  description.cameras = settings.rig;
-  description.subjects = settings.subject_models;
-  return description;
 }
 
 std::vector<MaskPolygon> masks_of(const CameraModel& camera) {
@@ -127,21 +118,11 @@ Result<std::unique_ptr<BlobWriter>> open_blobs(const settings::DaemonSettings& s
   return take::make_blob_writer(settings.record.blobs, recorded_cameras(settings));
 }
 
-void add_file(const std::filesystem::path& path, const std::string& prefix, std::vector<take::TakeFile>& files) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return;
-  std::string bytes{std::istreambuf_iterator<char>(in), {}};
-  files.push_back({.name = prefix + path.filename().string(), .bytes = std::move(bytes)});
-}
-
 // The files that a take carries, as they are when the configuration comes into force.
-std::vector<take::TakeFile> take_files(const settings::DaemonSettings& settings) {
-  std::vector<take::TakeFile> files;
-  add_file(settings.file, "configuration/", files);
-  add_file(settings.capture.rig_file, "rig/", files);
-  for (const settings::SubjectSettings& subject : settings.subjects) {
-    add_file(subject.marker_set_file, "markersets/", files);
-    add_file(subject.file, "subjects/", files);
+std::vector<TakeFile> take_files(const settings::DaemonSettings& settings) {
+  std::vector<TakeFile> files;
+  for (settings::PackedFile& packed : settings::pack_files(settings)) {
+    files.push_back({.name = std::move(packed.name), .bytes = std::move(packed.bytes)});
   }
   return files;
 }
@@ -183,6 +164,34 @@ std::unique_ptr<TimecodeSource> make_timecode(const settings::DaemonSettings& se
   return timecode::make_timecode_source(settings.timecode, settings.nominal_rate_hz);
 }
 
+bool plays_take(const cameras::CameraSettings& camera) {
+  const auto* replay = camera.driver.as<cameras::ReplaySettings>();
+  return replay != nullptr && !replay->file.empty();
+}
+
+// Opens the camera with its detector and its 2D tracker.
+Status open_camera(const settings::DaemonSettings& settings, CameraId id, Timestamp epoch, runtime::CameraParts& into) {
+  const cameras::CameraSettings wanted = in_step(settings.cameras[id.value], epoch);
+  if (plays_take(wanted)) {
+    const auto* replay = wanted.driver.as<cameras::ReplaySettings>();
+    auto camera = take::make_take_camera(id, wanted.name, {replay->file, replay->speed, replay->loop});
+    into.make_detector = [camera = camera.get()](const Image&) { return take::make_take_detector(*camera); };
+    into.tracker = take::make_take_tracker();
+    into.camera = std::move(camera);
+    return {};
+  }
+  Result<std::unique_ptr<Camera>> camera = cameras::open_camera(
+      id, wanted, {.rig = &settings.rig, .marker_set = &settings.simulated[id.value], .counters = into.stream.get()});
+  if (!camera) return camera.error();
+  into.camera = std::move(*camera);
+  into.make_detector = [detect = settings::detect_of(settings, id),
+                        masks = masks_of(settings.rig[id.value])](const Image& like) {
+    return detect::make_blob_detector(detect, like.format, like.width_px, like.height_px, masks);
+  };
+  into.tracker = track2d::make_blob_tracker(settings.track_blobs);
+  return {};
+}
+
 Result<runtime::CameraChange> change_camera(const settings::DaemonSettings& before, const settings::DaemonSettings& now,
                                             CameraId id, Timestamp epoch) {
   runtime::CameraChange change;
@@ -198,6 +207,16 @@ Result<runtime::CameraChange> change_camera(const settings::DaemonSettings& befo
 }
 
 }  // namespace
+
+Description describe(const settings::DaemonSettings& settings, std::string session_id) {
+  Description description;
+  description.producer = "mocapd " MOCAP_VERSION;
+  description.session_id = std::move(session_id);
+  description.nominal_rate_hz = settings.nominal_rate_hz;
+  description.cameras = settings.rig;
+  description.subjects = settings.subject_models;
+  return description;
+}
 
 fusion::FusionParts assemble_row(const settings::DaemonSettings& settings) {
   fusion::FusionParts row;
@@ -228,19 +247,11 @@ std::unique_ptr<SearchExplainer> assemble_explainer(const settings::DaemonSettin
 }
 
 Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id, Timestamp epoch) {
-  const cameras::CameraSettings wanted = in_step(settings.cameras[id.value], epoch);
   const CameraModel& model = settings.rig[id.value];
   runtime::CameraParts parts;
-  parts.name = wanted.name;
+  parts.name = settings.cameras[id.value].name;
   parts.stream = std::make_unique<StreamCounters>();
-  Result<std::unique_ptr<Camera>> camera = cameras::open_camera(
-      id, wanted, {.rig = &settings.rig, .marker_set = &settings.simulated[id.value], .counters = parts.stream.get()});
-  if (!camera) return camera.error();
-  parts.camera = std::move(*camera);
-  parts.make_detector = [detect = settings::detect_of(settings, id), masks = masks_of(model)](const Image& like) {
-    return detect::make_blob_detector(detect, like.format, like.width_px, like.height_px, masks);
-  };
-  parts.tracker = track2d::make_blob_tracker(settings.track_blobs);
+  if (const Status opened = open_camera(settings, id, epoch, parts); !opened) return opened.error();
   parts.expected_width_px = model.width_px;
   parts.expected_height_px = model.height_px;
   parts.drawn_masks = model.masks;
@@ -264,7 +275,7 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   }
   log_usb_loads(settings);
   made.parts.fusion = assemble_fusion(settings);
-  made.parts.description = describe(settings, made.settings.lossless);
+  made.parts.description = describe(settings, session_id(made.settings.lossless));
   if (!settings.subject_models.empty()) made.parts.explainer = assemble_explainer(settings);
 
   Result<std::unique_ptr<Publisher>> publisher = open_publisher(settings);
@@ -291,7 +302,9 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
 runtime::CameraStep step_of(const settings::DaemonSettings& before, const settings::DaemonSettings& now, CameraId id) {
   if (!settings::same_device(before, now, id)) return runtime::CameraStep::Replace;
   if (before.pipeline.camera_queue_frames != now.pipeline.camera_queue_frames) return runtime::CameraStep::Replace;
-  return settings::same_processing(before, now, id) ? runtime::CameraStep::Continue : runtime::CameraStep::Refresh;
+  if (settings::same_processing(before, now, id)) return runtime::CameraStep::Continue;
+  // The detector of a take belongs to its camera.
+  return plays_take(now.cameras[id.value]) ? runtime::CameraStep::Replace : runtime::CameraStep::Refresh;
 }
 
 Handover handover_between(const settings::DaemonSettings& before, const settings::DaemonSettings& now) {
@@ -326,7 +339,7 @@ Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& 
   }
   log_usb_loads(now);
   change.fusion = assemble_fusion(now);
-  change.description = describe(now, change.settings.lossless);
+  change.description = describe(now, session_id(change.settings.lossless));
   if (!now.subject_models.empty()) change.explainer = assemble_explainer(now);
   if (!settings::same_feed(before, now)) change.open_publisher = [&now] { return open_publisher(now); };
   if (!settings::same_control(before, now)) change.open_control = [&now] { return open_control(now); };
@@ -346,7 +359,11 @@ Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& 
     change.blob_writer = std::move(*blobs);
   }
   change.takes_continue = before.takes == now.takes && records_takes(before) && records_takes(now);
-  if (!change.takes_continue) change.takes = make_takes(now, change.description);
+  if (change.takes_continue) {
+    change.take_files = take_files(now);
+  } else {
+    change.takes = make_takes(now, change.description);
+  }
   change.timecode_continues =
       settings::same_section(before, now, "timecode") && before.nominal_rate_hz == now.nominal_rate_hz;
   if (!change.timecode_continues) change.timecode = make_timecode(now);

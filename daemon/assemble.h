@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "base/result.h"
@@ -31,6 +32,9 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings);
 Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& before,
                                                 const settings::DaemonSettings& now, const runtime::Pipeline& pipeline,
                                                 Timestamp epoch);
+
+/// The description of a run with these settings, before any fit. `session_id`: of the run.
+Description describe(const settings::DaemonSettings& settings, std::string session_id);
 
 /// Whether all images come from recordings, so that the run has the recorded time.
 bool is_replay(const settings::DaemonSettings& settings);

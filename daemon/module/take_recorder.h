@@ -2,12 +2,14 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "base/time.h"
 #include "model/blob.h"
 #include "model/description.h"
 #include "model/health.h"
 #include "model/snapshot.h"
+#include "model/take_file.h"
 #include "model/take_health.h"
 #include "model/take_order.h"
 #include "model/timecode_health.h"
@@ -24,16 +26,17 @@ class TakeRecorder {
 
   // For the intake thread.
   virtual void keep(const BlobFrame& frame) = 0;
-  virtual void keep(const Snapshot& snapshot) = 0;
+  /// `expected_views`: of the frame set, which an incomplete set depends on; nothing: unknown.
+  virtual void keep(const Snapshot& snapshot, std::optional<std::uint32_t> expected_views) = 0;
   virtual void keep(const Health& health) = 0;
   /// A subject was fitted. The fit applies from the next snapshot on.
   virtual void learn(const SubjectFit& fit) = 0;
   /// Images that were dropped before they reached the recorder, since the start.
   virtual void count_dropped_images(std::uint64_t total) = 0;
 
-  /// Another configuration is in force from now on. A take of the same cameras goes on; another one ends. For the
-  /// intake thread, or while it does not run.
-  virtual void describe(const Description& description, Timestamp now) = 0;
+  /// Another configuration is in force from now on. A take of the same cameras goes on; another one ends. `files`: what
+  /// each later take carries. For the intake thread, or while it does not run.
+  virtual void describe(const Description& description, std::vector<TakeFile> files, Timestamp now) = 0;
 
   // For the disk thread.
   virtual void follow(const TakeOrder& order, Timestamp now) = 0;

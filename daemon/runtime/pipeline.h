@@ -80,6 +80,7 @@ struct PipelineChange {
   bool blobs_continue = false;                    ///< only with the same cameras
   std::unique_ptr<TakeRecorder> takes = {};       ///< null: no takes are recorded, or takes_continue
   bool takes_continue = false;                    ///< with the same recorder
+  std::vector<TakeFile> take_files = {};          ///< of takes that start later, if takes_continue
   std::unique_ptr<TimecodeSource> timecode = {};  ///< null: snapshots have no timecode, or timecode_continues
   bool timecode_continues = false;
   OpenPart<TriggerParts> open_trigger = {};  ///< may return null: takes have no remote triggers

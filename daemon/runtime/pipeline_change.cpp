@@ -200,7 +200,7 @@ void Pipeline::change_row(PipelineChange& change) {
 void Pipeline::change_takes(PipelineChange& change) {
   stop_take_intake();
   if (change.takes_continue) {
-    if (take_worker_) take_worker_->change(description_, borrow_channels());
+    if (take_worker_) take_worker_->change(description_, std::move(change.take_files), borrow_channels());
     return;
   }
   stop_take_disk();

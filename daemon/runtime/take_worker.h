@@ -44,7 +44,7 @@ class TakeWorker {
   void run_disk(const std::stop_token& stop);
 
   /// Continues with another configuration. Call while the intake thread does not run.
-  void change(const Description& description, std::vector<CameraChannel*> cameras);
+  void change(const Description& description, std::vector<TakeFile> files, std::vector<CameraChannel*> cameras);
   /// Ends a take in progress. Call while no thread runs; the last call.
   void finish() { recorder_->finish(host_now()); }
   /// Tells the trigger thread of another take, or another state of the take. Disk thread, or while it does not run.
@@ -52,6 +52,7 @@ class TakeWorker {
 
  private:
   bool take_in();
+  std::optional<std::uint32_t> expected_views_of(const Snapshot& snapshot);
   void report(Timestamp now);
   void follow_orders();
   bool pass_answers(std::uint64_t awaited = 0);

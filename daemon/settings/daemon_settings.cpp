@@ -344,6 +344,7 @@ Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path&
   }
   DaemonSettings settings;
   settings.file = path;
+  settings.state = state;
   DaemonTables tables = read_tables(*file, added ? &*added : nullptr, state, settings);
   check_together(tables, settings);
   if (need == RigNeed::Whole) {

@@ -74,6 +74,7 @@ struct DaemonSettings {
   runtime::PipelineSettings pipeline;
 
   std::filesystem::path file;           ///< of this configuration
+  StateFiles state;                     ///< read after it
   Rig rig;                              ///< by CameraId: the entry of each camera in the rig file
   std::vector<Subject> subject_models;  ///< by SubjectId: each subject with its marker set
   std::vector<MarkerSet> definitions;   ///< by SubjectId: the marker set without a body that the daemon keeps

@@ -20,6 +20,13 @@ Timestamp arrival_of(const BlobFrame& frame) {
 
 }  // namespace
 
+Timestamp mean_exposure(const FrameSet& set) {
+  const Timestamp first = set.views.front()->exposed_at;
+  Duration after_first{0};
+  for (const BlobFrame* view : set.views) after_first += view->exposed_at - first;
+  return first + after_first / static_cast<Duration::rep>(set.views.size());
+}
+
 FrameAligner::FrameAligner(AlignSettings settings, std::size_t camera_count)
     : settings_(settings), cameras_(camera_count), watch_(settings.window, camera_count) {
   MOCAP_EXPECTS(camera_count >= 1 && camera_count <= kMaxCameras);
@@ -147,14 +154,12 @@ FrameSet FrameAligner::gather(Timestamp end) {
   set.number = counts_.sets++;
   set.expected_views = expected_cameras();
   std::uint32_t expected_seen = 0;
-  Duration after_first{0};
   first_delay_ = *first_arrival(end) - *first_exposure();
   for (std::size_t c = 0; c < cameras_.size(); ++c) {
     CameraQueue& queue = cameras_[c];
     if (queue.size == 0 && is_due(c, end)) ++queue.missed_in_row;
     if (queue.size == 0 || queue.front().exposed_at > end) continue;
     set.views.push_back(&queue.front());
-    after_first += queue.front().exposed_at - set.views.front()->exposed_at;
     expected_seen += queue.expected ? 1 : 0;
     queue.pop();
     // A second frame of one camera within the window has no set: the frame period is shorter than the window.
@@ -163,7 +168,7 @@ FrameSet FrameAligner::gather(Timestamp end) {
       ++counts_.late;
     }
   }
-  set.exposed_at = set.views.front()->exposed_at + after_first / static_cast<Duration::rep>(set.views.size());
+  set.exposed_at = mean_exposure(set);
   if (expected_seen == set.expected_views) ++counts_.complete;
   last_set_end_ = end;
   learn_skew(set);

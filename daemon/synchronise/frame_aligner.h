@@ -31,6 +31,9 @@ struct CameraSkew {
   Duration mean() const { return sets == 0 ? Duration{0} : sum / static_cast<Duration::rep>(sets); }
 };
 
+/// The mean of the exposures of a set, which has at least one view.
+Timestamp mean_exposure(const FrameSet& set);
+
 /// Groups the frames that were exposed at one instant. Reads no clock: `now` is an argument, so that a replay gives the
 /// same sets as the live run.
 ///

@@ -34,6 +34,10 @@ struct TakeInfo {
 
 inline constexpr int kMaxRating = 5;
 
+/// A key of `others`: number of the first set that the daemon fused in the run of the take. A take that has this set
+/// began with the run, so that tracking it again gives the same snapshots.
+inline constexpr const char* kFirstSetOfRun = "first_set_of_run";
+
 /// Largest total of the texts, so that they fit into the space that a recording keeps free for its end.
 inline constexpr std::size_t kMaxInfo_bytes = 12 * 1024;
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace mocap::take {
 namespace {
@@ -246,6 +247,19 @@ std::string to_json(const QualityReport& report) {
     json["subjects"].push_back(std::move(one));
   }
   return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+void add_quality(TakeInfo& info, const QualityReport& report, const std::string& ended_early) {
+  const std::pair<const char*, std::string> texts[] = {
+      {"quality", name_of(report.quality)},
+      {"ended_early", ended_early},
+      {"quality_reasons", fmt::format("{}", fmt::join(report.reasons, "; "))},
+      {"quality_figures", to_json(report)}};
+  for (const auto& [key, text] : texts) {
+    if (text.empty()) continue;
+    info.others[key] = text;
+    if (!check(info)) info.others.erase(key);
+  }
 }
 
 }  // namespace mocap::take

@@ -9,6 +9,7 @@
 #include "mocap/v1/snapshot.pb.h"
 #include "model/description.h"
 #include "model/take_health.h"
+#include "take/take_info.h"
 
 namespace mocap::take {
 
@@ -50,6 +51,10 @@ const char* name_of(TakeQuality quality);
 
 /// The report as JSON on one line; shares are in percent of the sets.
 std::string to_json(const QualityReport& report);
+
+/// Adds the quality to the info of a take, as far as its bound permits: the most important first. `ended_early`: why
+/// the take ended before its time; empty: it did not.
+void add_quality(TakeInfo& info, const QualityReport& report, const std::string& ended_early);
 
 /// Measures the quality of a take, set by set: the same while it is recorded and from its file.
 class TakeMeter {

@@ -25,6 +25,9 @@ std::map<std::uint16_t, TakeTopic> topics_of(const mcap::Summary& summary, const
   std::map<std::uint16_t, TakeTopic> topics;
   for (const auto& [id, channel] : summary.channels) {
     const TakeTopic topic = topic_of(channel.topic);
+    const bool other_camera = topic == TakeTopic::Blobs && !selection.camera.empty() &&
+                              channel.topic != std::string(kBlobsTopics) + selection.camera;
+    if (other_camera) continue;
     if (selection.topics.empty() || selection.topics.contains(topic)) topics[id] = topic;
   }
   return topics;

@@ -41,9 +41,10 @@ Result<v1::Event> event_of(const TakeRecord& record);
 
 /// Which messages of a take a cursor returns.
 struct TakeSelection {
-  std::set<TakeTopic> topics;     ///< empty: all
-  std::optional<Timestamp> from;  ///< from this instant, included
-  std::optional<Timestamp> to;    ///< up to this instant, not included
+  std::set<TakeTopic> topics = {};     ///< empty: all
+  std::optional<Timestamp> from = {};  ///< from this instant, included
+  std::optional<Timestamp> to = {};    ///< up to this instant, not included
+  std::string camera = {};             ///< of Blobs: only the images of this camera; empty: of all
 };
 
 class TakeCursor;

@@ -40,6 +40,9 @@ constexpr Duration kCheckPeriod = std::chrono::seconds(1);
 // Longest wait for the snapshots of the take's last instants.
 constexpr Duration kDrainPatience = std::chrono::milliseconds(300);
 constexpr double kMB = 1e6;
+// The images of one set were exposed within this span: a take has all images of its first and last set.
+constexpr Duration kSetSpan = std::chrono::milliseconds(1);
+constexpr std::uint64_t kNoSet = ~std::uint64_t{0};
 // Between two takes of take next nothing must leave the memory.
 constexpr Duration kLeastKept = std::chrono::seconds(1);
 // A take that waits for a timecode starts also if the timecode passed so recently: a source that starts at this
@@ -74,10 +77,10 @@ class DiskTakeRecorder : public TakeRecorder {
  public:
   DiskTakeRecorder(TakesSettings settings, const Description& description, std::vector<TakeFile> files)
       : settings_(std::move(settings)),
-        files_(std::move(files)),
         buffer_(settings_.memory_mb * 1'000'000, std::max(settings_.before, kLeastKept)),
         description_(description),
         descriptions_{{Timestamp::min(), description}},
+        files_(std::move(files)),
         shots_(settings_.shots) {
     events_.update(description, host_now());
     if (const Status loaded = shots_.load(); !loaded) log_error(kWho, loaded.error().message);
@@ -90,10 +93,12 @@ class DiskTakeRecorder : public TakeRecorder {
     buffer_.add({BufferedKind::Blobs, frame.camera.value, frame.exposed_at, bytes_});
   }
 
-  void keep(const Snapshot& snapshot) override {
+  void keep(const Snapshot& snapshot, std::optional<std::uint32_t> expected_views) override {
     const Timestamp at = snapshot.instants.exposed_at;
+    if (first_set_.load(std::memory_order_relaxed) == kNoSet) first_set_.store(snapshot.number);
     if (description_changed_) add_description(at);
     wire::encode(snapshot, snapshot_);
+    if (expected_views) snapshot_.set_delivering_cameras(*expected_views);
     snapshot_.SerializeToString(&bytes_);
     buffer_.add({BufferedKind::Snapshot, 0, at, bytes_});
     events_.update(snapshot);
@@ -115,8 +120,12 @@ class DiskTakeRecorder : public TakeRecorder {
 
   void count_dropped_images(std::uint64_t total) override { dropped_images_.store(total, std::memory_order_relaxed); }
 
-  void describe(const Description& description, Timestamp now) override {
+  void describe(const Description& description, std::vector<TakeFile> files, Timestamp now) override {
     const bool same = same_cameras(description, description_);
+    {
+      const std::lock_guard lock(descriptions_mutex_);
+      files_ = std::move(files);
+    }
     description_ = description;
     description_changed_ = true;
     if (same) return;
@@ -213,6 +222,11 @@ class DiskTakeRecorder : public TakeRecorder {
       buffer_.add({BufferedKind::Event, 0, from_ns(event.at_ns()), bytes_});
       events_.remove_oldest();
     }
+  }
+
+  std::vector<TakeFile> files() const {
+    const std::lock_guard lock(descriptions_mutex_);
+    return files_;
   }
 
   Description description_at(Timestamp at) const {
@@ -448,11 +462,11 @@ class DiskTakeRecorder : public TakeRecorder {
     TakeStart begin;
     begin.info = info_of(order);
     recording.from = now - order.before;
-    const std::optional<Timestamp> oldest = buffer_.hold(recording.from);
+    const std::optional<Timestamp> oldest = buffer_.hold(recording.from - kSetSpan);
     recording.from = std::max(recording.from, std::min(oldest.value_or(now), now));
     begin.info.started_at = recording.from;
     begin.description = description_at(recording.from);
-    begin.files = files_;
+    begin.files = files();
     Result<std::unique_ptr<TakeWriter>> writer =
         TakeWriter::create(settings_.folder / (begin.info.name + ".mcap"), begin);
     if (!writer) {
@@ -494,6 +508,9 @@ class DiskTakeRecorder : public TakeRecorder {
     info.utc_minus_host = utc_minus_host();
     info.notes = order.text;
     info.slate = !order.slate.empty() ? order.slate : slate_;
+    if (const std::uint64_t first = first_set_.load(); first != kNoSet) {
+      info.others[kFirstSetOfRun] = std::to_string(first);
+    }
     info.name = order.name;
     if (!info.name.empty()) return info;
     const TakeName next =
@@ -550,8 +567,9 @@ class DiskTakeRecorder : public TakeRecorder {
         end(message.at, "the cameras of the configuration changed");
         return false;
       }
-      if (message.at < recording_->from) continue;
-      if (recording_->to && message.at > *recording_->to) {
+      const Duration around = message.kind == BufferedKind::Blobs ? kSetSpan : Duration::zero();
+      if (message.at < recording_->from - around) continue;
+      if (recording_->to && message.at > *recording_->to + around) {
         recording_->drained = recording_->drained || message.kind == BufferedKind::Snapshot;
         continue;
       }
@@ -595,20 +613,6 @@ class DiskTakeRecorder : public TakeRecorder {
     return recording_->writer->append(kSnapshotTopic, message.at, written_);
   }
 
-  // Adds the quality to the info of a take, as far as its bound permits: the most important first.
-  static void describe_end(TakeInfo& info, const QualityReport& report, const std::string& why) {
-    const std::pair<const char*, std::string> texts[] = {
-        {"quality", name_of(report.quality)},
-        {"ended_early", why},
-        {"quality_reasons", fmt::format("{}", fmt::join(report.reasons, "; "))},
-        {"quality_figures", to_json(report)}};
-    for (const auto& [key, text] : texts) {
-      if (text.empty()) continue;
-      info.others[key] = text;
-      if (!mocap::take::check(info)) info.others.erase(key);
-    }
-  }
-
   // Completes the file. `why`: the reason of an early end; empty: as ordered.
   void end(Timestamp now, const std::string& why) {
     Recording ended = *std::exchange(recording_, std::nullopt);
@@ -620,7 +624,7 @@ class DiskTakeRecorder : public TakeRecorder {
       ended.info.others["timecode_rate"] = fmt::format("{:.6g}", rate_hz(*ended.first_timecode));
     }
     ended.info.ended_at = ended.to ? std::min(*ended.to, now) : now;
-    describe_end(ended.info, report, why);
+    add_quality(ended.info, report, why);
     const Status finished = ended.writer->finish(ended.info);
     fill(state_, report);
     state_.size_bytes = ended.writer->size().bytes;
@@ -657,9 +661,9 @@ class DiskTakeRecorder : public TakeRecorder {
   }
 
   const TakesSettings settings_;
-  const std::vector<TakeFile> files_;
   TakeBuffer buffer_;
   std::atomic<std::uint64_t> dropped_images_{0};
+  std::atomic<std::uint64_t> first_set_{kNoSet};
 
   // Of the intake thread.
   Description description_;
@@ -672,6 +676,7 @@ class DiskTakeRecorder : public TakeRecorder {
 
   mutable std::mutex descriptions_mutex_;
   std::deque<std::pair<Timestamp, Description>> descriptions_;  // since when each is in force
+  std::vector<TakeFile> files_;                                 // of the configuration in force
 
   // Of the disk thread.
   std::optional<Recording> recording_;

@@ -14,6 +14,7 @@
 #include "model/description.h"
 #include "model/health.h"
 #include "model/snapshot.h"
+#include "model/take_file.h"
 #include "module/recording_size.h"
 #include "take/mcap/writer.h"
 #include "take/take_info.h"
@@ -26,13 +27,6 @@ inline constexpr std::string_view kSnapshotTopic = "snapshot";
 inline constexpr std::string_view kBlobsTopics = "blobs/";  ///< followed by the name of the camera
 inline constexpr std::string_view kHealthTopic = "health";
 inline constexpr std::string_view kEventTopic = "event";
-
-/// A file that a take carries: the configuration, the rig, a marker set, a subject.
-struct TakeFile {
-  std::string name;
-  std::string media_type = "application/toml";
-  std::string bytes;
-};
 
 /// What a take has from its start.
 struct TakeStart {

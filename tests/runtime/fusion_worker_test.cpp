@@ -47,6 +47,7 @@ struct Queues {
   CameraChannel west{8, wake}, east{8, wake};
   SnapshotChannel publish;
   SnapshotChannel side{8};
+  SnapshotChannel takes{8};
   ControlChannel control;
   TimecodeChannel timecode;
   FusionCounters counters;
@@ -69,7 +70,7 @@ struct Queues {
     fusion::FusionParts parts = support::empty_row();
     parts.labeller = std::make_unique<RecordingLabeller>(calls);
     FusionWorker worker({}, std::make_unique<fusion::Fusion>(std::move(parts), 2), settings,
-                        {{&west, &east}, &publish, &side, nullptr, &wake, &control, nullptr, &timecode}, counters);
+                        {{&west, &east}, &publish, &side, &takes, &wake, &control, nullptr, &timecode}, counters);
     worker.run(settings.lossless ? std::stop_token{} : calls.stop.get_token());
   }
 
@@ -122,6 +123,23 @@ TEST(FusionWorker, OmitsTheTimesOfArrivalInAReplayOnly) {
     EXPECT_EQ(snapshot->instants.detected_at.has_value(), !replay);
     EXPECT_EQ(snapshot->instants.fused_at.has_value(), !replay);
   }
+}
+
+TEST(FusionWorker, TellsTheRecorderOfTakesWhatASetExpected) {
+  Queues queues(8);
+  queues.deliver(queues.west, CameraId{0}, {0, 1}, Delivery::Ended);
+  queues.deliver(queues.east, CameraId{1}, {0, 1}, Delivery::Ended);
+
+  queues.run(lossless());
+
+  SetFacts facts;
+  for (const std::uint64_t number : {0, 1}) {
+    ASSERT_TRUE(queues.takes.facts.try_pop(facts));
+    EXPECT_EQ(facts.number, number);
+    EXPECT_EQ(queues.takes.snapshots.front()->number, number);
+    queues.takes.snapshots.pop();
+  }
+  EXPECT_FALSE(queues.publish.facts.try_pop(facts));
 }
 
 TEST(FusionWorker, FusesTheNewestSetOnlyIfLate) {

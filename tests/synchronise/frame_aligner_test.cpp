@@ -373,5 +373,13 @@ TEST(FrameAligner, ReportsACameraWhoseFramesMatchNoOtherCamera) {
   EXPECT_NEAR(aligner.timing(CameraId{2}).drift_us_s, 33.3, 2.0);
 }
 
+TEST(MeanExposure, IsThatOfAllViews) {
+  const BlobFrame west = seen_by(0, 10'000), north = seen_by(1, 10'050), east = seen_by(2, 9'980);
+  FrameSet set;
+  for (const BlobFrame* view : {&west, &north, &east}) set.views.push_back(view);
+
+  EXPECT_EQ(mean_exposure(set), at(10'010));
+}
+
 }  // namespace frame_aligner_test
 }  // namespace mocap::synchronise

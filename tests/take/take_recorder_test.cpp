@@ -37,7 +37,7 @@ class Takes : public testing::Test {
   void capture(std::uint64_t sets) {
     for (const std::uint64_t end = next + sets; next < end; ++next) {
       for (std::uint32_t camera = 0; camera < kExampleCameras; ++camera) recorder->keep(example_blobs(camera, next));
-      recorder->keep(example_snapshot(next));
+      recorder->keep(example_snapshot(next), std::nullopt);
       recorder->work(now());
     }
   }
@@ -226,7 +226,7 @@ TEST_F(Takes, OfTheSameCamerasGoOnThroughAChangeOfTheConfiguration) {
   capture(kSecond);
   Description changed = example_description();
   changed.version = 2;
-  recorder->describe(changed, now());
+  recorder->describe(changed, {{.name = "mocapd.toml", .bytes = "[detect]\n"}}, now());
   capture(kSecond);
   ASSERT_EQ(stop().outcome, TakeOutcome::Done);
 
@@ -234,12 +234,39 @@ TEST_F(Takes, OfTheSameCamerasGoOnThroughAChangeOfTheConfiguration) {
   EXPECT_EQ(TakeReader::open(folder / "take_001.mcap")->counts()["description"], 2U);
 }
 
+TEST_F(Takes, CarryTheFilesOfTheConfigurationInForce) {
+  recorder->describe(example_description(), {{.name = "mocapd.toml", .bytes = "[label]\n"}}, now());
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  capture(kSecond);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  EXPECT_EQ(*TakeReader::open(folder / "take_001.mcap")->file("mocapd.toml"), "[label]\n");
+}
+
+TEST_F(Takes, HaveTheImagesOfTheirLastSet) {
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  capture(kSecond);
+  recorder->keep(example_blobs(0, next));
+  BlobFrame late = example_blobs(1, next);
+  late.exposed_at = example_time(next) + std::chrono::microseconds(300);
+  recorder->keep(late);
+  recorder->keep(example_snapshot(next), std::optional<std::uint32_t>(2));
+  recorder->follow({.number = 9, .action = TakeAction::Stop}, example_time(next));
+  ++next;
+  capture(2);
+
+  const auto reader = TakeReader::open(folder / "take_001.mcap");
+  ASSERT_TRUE(reader) << reader.error().message;
+  auto counts = reader->counts();
+  EXPECT_EQ(counts["blobs/camera1"], counts["snapshot"]);
+}
+
 TEST_F(Takes, EndWhereTheCamerasChange) {
   ASSERT_EQ(start().outcome, TakeOutcome::Done);
   capture(kSecond);
   Description changed = example_description();
   changed.cameras[0].name = "another";
-  recorder->describe(changed, now());
+  recorder->describe(changed, {}, now());
   capture(1);
 
   EXPECT_EQ(recorder->health().state, TakeState::Failed);

@@ -19,6 +19,7 @@
 #include "lib/cli/app.h"
 #include "pipeline_bench.h"
 #include "solve_bench.h"
+#include "take_bench.h"
 
 namespace mocap::bench {
 namespace {
@@ -39,6 +40,7 @@ constexpr const char* kExamples = R"(examples:
   mocap-bench solve --subjects 3 --json         labels and skeletons of three walking people, against Ceres
   mocap-bench feed --subscribers 200 --rate 120 --seconds 5 --json
                                                 received share, age and cost of the snapshots
+  mocap-bench take --seconds 60 --json          a take beside 20 subscribers: losses, size; tracked again
   mocap-bench hostile --json                    worst gap of a subscriber while hostile peers attack)";
 
 void print_pipeline(const PipelineBenchFigures& f, bool json) {
@@ -237,9 +239,12 @@ int main(int argc, char** argv) {
   bench::add_solve_options(*solve, solving);
   bench::FeedBenchSettings feeding;
   cli::App* feed = bench::add_feed_bench(app, feeding);
+  bench::TakeBenchSettings recorded;
+  recorded.scene.marker_set = marker_set;
+  cli::App* take = bench::add_take_bench(app, recorded);
   bench::HostileBenchSettings attacked;
   cli::App* hostile = bench::add_hostile_bench(app, attacked);
-  for (cli::App* command : {pipeline, detect, fuse, solve, cameras, feed, hostile}) {
+  for (cli::App* command : {pipeline, detect, fuse, solve, cameras, feed, take, hostile}) {
     command->add_flag("--json", json,
                       command == fuse ? "one JSON array on standard output" : "one JSON object on standard output");
   }
@@ -248,6 +253,7 @@ int main(int argc, char** argv) {
   if (cameras->parsed()) return bench::cameras(served, json);
   if (detect->parsed()) return bench::detect(scene, json);
   if (fuse->parsed()) return bench::fuse(fusing, json, growth);
+  if (take->parsed()) return bench::print_take_bench(recorded, json);
   if (feed->parsed()) return bench::print_feed_bench(feeding, json);
   if (hostile->parsed()) {
     set_log_level(LogLevel::Error);  // the effects of the attacks are printed as figures

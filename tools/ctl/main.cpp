@@ -11,6 +11,7 @@
 #include "ctl/export_command.h"
 #include "ctl/keys_command.h"
 #include "ctl/live_command.h"
+#include "ctl/retrack_command.h"
 #include "ctl/subject_command.h"
 #include "ctl/take_command.h"
 #include "lib/cli/app.h"
@@ -49,6 +50,8 @@ constexpr const char* kExamples = R"(examples:
       record, beginning 20 s ago; take stop ends it
   mocapctl take show takes/walk-3.mcap
       length, topics, rates, notes; take --help: verify, repair, note, rename
+  mocapctl take retrack takes/walk-3.mcap --rig mended-rig.toml --out walk-3b.mcap
+      tracked again from its blobs, as the daemon does
   mocapctl take export takes/walk-3.mcap --out walk.fbx
       as C3D, TRC, CSV, BVH, glTF, USD or FBX; see take export --help
   mocapctl bridge list
@@ -80,6 +83,7 @@ int main(int argc, char** argv) {
   ctl::TakeOptions takes;
   ctl::add_take_command(app, takes);
   ctl::add_export_command(*app.get_subcommand("take"), chosen);
+  ctl::add_retrack_command(*app.get_subcommand("take"), chosen);
   ctl::LiveOptions live;
   ctl::add_live_commands(app, live);
   if (const auto exit = app.parse(argc, argv)) return *exit;

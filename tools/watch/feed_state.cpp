@@ -70,7 +70,8 @@ void FeedState::take_snapshot(const std::string& payload, Timestamp now) {
 }
 
 void FeedState::count_numbers(const v1::Snapshot& message) {
-  const std::uint64_t sequence = message.sequence();
+  // A take has no sequence numbers: there each missing set is a lost one.
+  const std::uint64_t sequence = message.has_sequence() ? message.sequence() : message.number();
   if (frames_ > 0) {
     if (sequence <= last_sequence_) {
       ++restarts_;

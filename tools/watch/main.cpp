@@ -5,7 +5,9 @@
 
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -15,6 +17,7 @@
 #include "watch/doctor.h"
 #include "watch/feed_state.h"
 #include "watch/report.h"
+#include "watch/take_player.h"
 #include "wire/codec/json.h"
 #include "wire/zmq_subscriber.h"
 
@@ -72,10 +75,17 @@ class Display {
   bool shown_ = false;
 };
 
+// The messages that are watched: of a feed, or of a take.
+struct Source {
+  std::function<Result<wire::FeedMessage>(Duration patience)> next;
+  std::function<std::string(const watch::FeedState& feed, Duration silent_for)> reason_for_silence;
+  std::function<bool()> has_fault;
+};
+
 class Watch {
  public:
-  Watch(const Options& options, wire::ZmqSubscriber& subscriber)
-      : options_(options), subscriber_(subscriber), display_(options.json ? stderr : stdout), started_(host_now()) {}
+  Watch(const Options& options, const Source& source)
+      : options_(options), source_(source), display_(options.json ? stderr : stdout), started_(host_now()) {}
 
   // Returns false if standard output is closed.
   bool run() {
@@ -97,20 +107,22 @@ class Watch {
  private:
   bool enough() const { return options_.frames && feed_.frames() >= *options_.frames; }
   bool over() const {
-    return stop_asked != 0 || enough() || (options_.seconds && to_s(host_now() - started_) >= *options_.seconds);
+    return stop_asked != 0 || ended_ || enough() ||
+           (options_.seconds && to_s(host_now() - started_) >= *options_.seconds);
   }
 
   // Processes all waiting messages, so that the display shows the newest state.
   bool drain() {
-    Result<wire::FeedMessage> message = subscriber_.next(kPatience);
+    Result<wire::FeedMessage> message = source_.next(kPatience);
     while (message || message.error().code == ErrorCode::InvalidArgument) {
       if (message) {
         const v1::Snapshot* snapshot = feed_.take(*message, host_now());
         if (snapshot != nullptr && options_.json && !print(*snapshot)) return false;
       }
       if (over()) return true;
-      message = subscriber_.next(Duration(0));
+      message = source_.next(Duration(0));
     }
+    ended_ = message.error().code == ErrorCode::EndOfStream;
     return !options_.json || std::fflush(stdout) == 0;
   }
 
@@ -121,9 +133,8 @@ class Watch {
 
   void show(Timestamp now) {
     const Duration silent_for = now - std::max(started_, feed_.last_arrival());
-    const bool fault = subscriber_.link().fault != wire::LinkFault::None;
-    if (silent_for >= (fault ? kFaultLasts : kSilence)) {
-      const std::string reason = watch::reason_for_silence(feed_, subscriber_.link(), options_.endpoint, silent_for);
+    if (silent_for >= (source_.has_fault() ? kFaultLasts : kSilence)) {
+      const std::string reason = source_.reason_for_silence(feed_, silent_for);
       display_.show(reason.substr(0, display_.columns()));
     } else if (!options_.json && feed_.last()) {
       display_.show(watch::status_line(feed_, now, display_.columns()));
@@ -131,10 +142,11 @@ class Watch {
   }
 
   const Options& options_;
-  wire::ZmqSubscriber& subscriber_;
+  const Source& source_;
   Display display_;
   watch::FeedState feed_;
   Timestamp started_;
+  bool ended_ = false;  // the take
 };
 
 bool write_summary(const std::string& to, const std::string& summary) {
@@ -142,6 +154,22 @@ bool write_summary(const std::string& to, const std::string& summary) {
   std::ofstream out(to);
   out << summary << '\n';
   return static_cast<bool>(out.flush());
+}
+
+// Returns the exit code.
+int watch_source(const Options& options, const Source& source) {
+  Watch watch(options, source);
+  const bool written = watch.run();
+  if (watch.feed().frames() == 0) {
+    fmt::print(stderr, "mocap-watch: {}\n", source.reason_for_silence(watch.feed(), watch.watched()));
+  }
+  if (!options.summary.empty() &&
+      !write_summary(options.summary, watch::summary_json(watch.feed(), options.endpoint, watch.watched()))) {
+    fmt::print(stderr, "mocap-watch: the summary cannot be written to '{}'\n", options.summary);
+    return kExitCannotWrite;
+  }
+  if (!written) return kExitCannotWrite;
+  return watch.feed().frames() > 0 ? 0 : kExitUnavailable;
 }
 
 int watch_feed(const Options& options) {
@@ -159,19 +187,27 @@ int watch_feed(const Options& options) {
     fmt::print(stderr, "mocap-watch: {}\n", subscriber.error().message);
     return kExitUsage;
   }
-  Watch watch(options, **subscriber);
-  const bool written = watch.run();
-  if (watch.feed().frames() == 0) {
-    fmt::print(stderr, "mocap-watch: {}\n",
-               watch::reason_for_silence(watch.feed(), (*subscriber)->link(), options.endpoint, watch.watched()));
+  return watch_source(options, {[&](Duration patience) { return (*subscriber)->next(patience); },
+                                [&](const watch::FeedState& feed, Duration silent_for) {
+                                  return watch::reason_for_silence(feed, (*subscriber)->link(), options.endpoint,
+                                                                   silent_for);
+                                },
+                                [&] { return (*subscriber)->link().fault != wire::LinkFault::None; }});
+}
+
+bool is_take(const std::string& endpoint) { return std::filesystem::path(endpoint).extension() == ".mcap"; }
+
+int watch_take(const Options& options) {
+  auto player =
+      watch::TakePlayer::open(options.endpoint, options.json ? watch::PlayPace::AtOnce : watch::PlayPace::Recorded);
+  if (!player) {
+    fmt::print(stderr, "mocap-watch: {}\n", player.error().message);
+    return player.error().code == ErrorCode::NotFound ? kExitNoInput : kExitData;
   }
-  if (!options.summary.empty() &&
-      !write_summary(options.summary, watch::summary_json(watch.feed(), options.endpoint, watch.watched()))) {
-    fmt::print(stderr, "mocap-watch: the summary cannot be written to '{}'\n", options.summary);
-    return kExitCannotWrite;
-  }
-  if (!written) return kExitCannotWrite;
-  return watch.feed().frames() > 0 ? 0 : kExitUnavailable;
+  return watch_source(options,
+                      {[&](Duration patience) { return player->next(patience); },
+                       [](const watch::FeedState&, Duration) { return std::string("the take has no snapshots here"); },
+                       [] { return false; }});
 }
 
 int doctor(const Options& options) {
@@ -191,6 +227,8 @@ int main(int argc, char** argv) {
   mocap-watch                                     the live state of the daemon on this machine
   mocap-watch tcp://127.0.0.1:5570 --seconds 10   for ten seconds
   mocap-watch --json > stream.jsonl               every snapshot as a line of JSON, until Ctrl-C
+  mocap-watch takes/walk-3.mcap                   plays a take
+  mocap-watch takes/walk-3.mcap --json            prints its snapshots at once
   mocap-watch --doctor tcp://10.0.0.7:5570        why no data arrives or a subject
                                                   is not found, and what helps
   mocap-watch tcp://10.0.0.7:5570 --server-key server.key --secret-key anna.key
@@ -200,7 +238,7 @@ missing, 14 our key is refused, 15 the server's key is wrong, 16 no description,
 17 version too new, 18 cameras silent, 19 no snapshots, 20 subject searching,
 21 clock skew, 22 too early to say, 40 a camera contributes nothing,
 41 no timecode)");
-  app.add_option("endpoint", options.endpoint, "endpoint of the feed")->capture_default_str();
+  app.add_option("endpoint", options.endpoint, "endpoint of the feed, or a take (.mcap)")->capture_default_str();
   app.add_flag("--json", options.json, "print every snapshot as a line of JSON");
   app.add_option("--seconds", options.seconds, "end after this time")->check(cli::PositiveNumber{});
   app.add_option("--frames", options.frames, "end after this many snapshots")->check(cli::PositiveNumber{});
@@ -212,9 +250,13 @@ missing, 14 our key is refused, 15 the server's key is wrong, 16 no description,
     fmt::print(stderr, "mocap-watch: --json already prints to standard output; give --summary a file\n");
     return kExitUsage;
   }
+  if (options.doctor && is_take(options.endpoint)) {
+    fmt::print(stderr, "mocap-watch: --doctor is for feeds; mocapctl take verify checks a take\n");
+    return kExitUsage;
+  }
   if (options.doctor) return doctor(options);
   std::signal(SIGINT, ask_stop);
   std::signal(SIGTERM, ask_stop);
   std::signal(SIGPIPE, SIG_IGN);  // a closed reader becomes an error of the write
-  return watch_feed(options);
+  return is_take(options.endpoint) ? watch_take(options) : watch_feed(options);
 }

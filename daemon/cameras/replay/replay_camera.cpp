@@ -172,6 +172,11 @@ std::unique_ptr<Camera> make_replay_camera(CameraId id, std::string name, Replay
 
 Result<std::unique_ptr<Camera>> open_replay_camera(CameraId id, const std::string& name, const ReplaySettings& settings,
                                                    const CameraSurroundings& /*surroundings*/) {
+  if (!settings.file.empty()) {
+    return Error{ErrorCode::Unsupported,
+                 fmt::format("camera '{}': '{}' is a take, which has blobs and no images; mocapd plays it", name,
+                             settings.file.string())};
+  }
   return make_replay_camera(id, name, settings);
 }
 

@@ -9,12 +9,14 @@
 
 namespace mocap::cameras {
 
-/// Images from files: a folder of numbered images or a video, with timestamps.csv beside them. Help, units and ranges:
+/// Images from files: a folder of numbered images or a video, with timestamps.csv beside them; or the blobs of a take
+/// (take/take_camera.h). Help, units and ranges:
 /// the table in replay_settings.cpp.
 struct ReplaySettings {
   static constexpr MakeName kMake{"replay", "recorded images", "recorded"};
 
   std::filesystem::path folder;
+  std::filesystem::path file;  ///< a take, instead of a folder
   double rate_hz = 60.0;
   double speed = 1.0;
   bool loop = false;

@@ -205,6 +205,7 @@ void encode(const Snapshot& from, v1::Snapshot& into, const Parts& parts) {
     into.clear_timecode();
   }
   into.clear_description();
+  into.clear_delivering_cameras();
   into.set_expected_views(from.expected_views);
   if (from.views.empty() || !parts.views) {
     into.clear_views();

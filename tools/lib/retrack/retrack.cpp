@@ -1,0 +1,259 @@
+#include "lib/retrack/retrack.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "assemble.h"
+#include "lib/retrack/aligned_sets.h"
+#include "lib/retrack/new_take.h"
+#include "lib/retrack/recorded_sets.h"
+#include "take/take_name.h"
+
+namespace mocap::retrack {
+namespace {
+
+namespace fs = std::filesystem;
+
+using take::TakeRecord;
+using take::TakeTopic;
+
+constexpr std::uint64_t kSetsPerProgress = 100;
+// An image takes less time to arrive and to be processed; a longer one is damage.
+constexpr Duration kLongestDelay = std::chrono::hours(1);
+
+Error wrong(std::string message) { return {ErrorCode::InvalidArgument, std::move(message)}; }
+
+// The ids in the settings of the cameras of a take, found by name.
+std::vector<CameraId> ids_in(const settings::DaemonSettings& settings, const Description& recorded) {
+  std::vector<CameraId> ids;
+  for (const CameraModel& camera : recorded.cameras) {
+    const auto found = std::ranges::find(settings.rig, camera.name, &CameraModel::name);
+    const auto index = static_cast<std::uint32_t>(found - settings.rig.begin());
+    ids.push_back(found == settings.rig.end() ? CameraId{} : CameraId{index});
+  }
+  return ids;
+}
+
+// Whether a camera of this image size can have seen the blobs. Other numbers are damage, which the tracking must not
+// calculate with.
+bool has_possible_blobs(const BlobFrame& frame, const CameraModel& camera) {
+  const double pixels = static_cast<double>(camera.width_px) * camera.height_px;
+  return std::ranges::all_of(frame.blobs, [&](const Blob& blob) {
+    const double x_px = blob.centroid.v.x(), y_px = blob.centroid.v.y();
+    return x_px >= -1.0 && x_px <= camera.width_px && y_px >= -1.0 && y_px <= camera.height_px &&
+           blob.sigma_px <= camera.width_px && blob.area_px2 >= 0.0 && blob.area_px2 <= pixels;
+  });
+}
+
+bool has_images(const take::TakeReader& take) {
+  return std::ranges::any_of(
+      take.counts(), [](const auto& topic) { return topic.first.starts_with(take::kBlobsTopics) && topic.second > 0; });
+}
+
+// Whether the take has the first set of its run, before any body was fitted.
+Result<bool> begins_with_run(const take::TakeReader& take, const Description& first) {
+  const auto known = take.info().others.find(take::kFirstSetOfRun);
+  if (known == take.info().others.end() || first.version != 1) return false;
+  take::TakeCursor cursor = take.messages({{TakeTopic::Snapshot}, {}, {}});
+  const auto record = cursor.next();
+  if (!record) return record.error();
+  if (!*record) return false;
+  const Result<v1::Snapshot> snapshot = take::snapshot_message_of(**record);
+  return snapshot && std::to_string(snapshot->number()) == known->second;
+}
+
+Status check_new_file(const fs::path& out) {
+  if (out.extension() != ".mcap") {
+    return wrong(fmt::format("--out is '{}', expected a name that ends in .mcap", out.string()));
+  }
+  std::error_code ignored;
+  if (!fs::exists(out, ignored)) return {};
+  const fs::path folder = out.parent_path().empty() ? fs::path(".") : out.parent_path();
+  return wrong(fmt::format("'{}' exists; the next free name is '{}'", out.string(),
+                           (out.parent_path() / (take::free_name(folder, out.stem().string()) + ".mcap")).string()));
+}
+
+// Reads a take once, from its start to its end, and tracks its sets.
+class Tracking {
+ public:
+  Tracking(const take::TakeReader& take, const settings::DaemonSettings& settings, std::vector<CameraId> camera_ids,
+           std::unique_ptr<SetSource> sets, NewTake& into)
+      : take_(take),
+        settings_(settings),
+        camera_ids_(std::move(camera_ids)),
+        sets_(std::move(sets)),
+        fusion_(assemble_fusion(settings)),
+        into_(into) {}
+
+  Status run(const Span& span, const std::function<void(const RetrackProgress&)>& progress) {
+    take::TakeCursor cursor = take_.messages();
+    for (;;) {
+      const Result<std::optional<TakeRecord>> record = cursor.next();
+      if (!record && record.error().code != ErrorCode::InvalidArgument) return record.error();
+      if (!record) {
+        ++report_.damaged;  // the cursor goes on behind the damaged chunk
+        continue;
+      }
+      if (!*record || (*record)->at > span.latest_image()) break;
+      if (const Status tracked = track_sets((*record)->at, progress); !tracked) return tracked;
+      if (const Status used = use(**record); !used) return used;
+    }
+    return track_sets(Timestamp::max(), progress);
+  }
+
+  const RetrackReport& report() const noexcept { return report_; }
+
+ private:
+  Status use(const TakeRecord& record) {
+    switch (record.topic) {
+      case TakeTopic::Blobs: return use_image(record);
+      case TakeTopic::Snapshot: return use_snapshot(record);
+      case TakeTopic::Health: return into_.append(take::kHealthTopic, record);
+      case TakeTopic::Event: return into_.append(take::kEventTopic, record);
+      case TakeTopic::Description:
+      case TakeTopic::Other: return {};
+    }
+    return {};
+  }
+
+  Status use_image(const TakeRecord& record) {
+    Result<BlobFrame> frame = take::blobs_of(record);
+    if (!frame || !is_consistent(*frame, record)) {
+      ++report_.damaged;
+      return {};
+    }
+    frame->camera = camera_ids_[frame->camera.value];
+    if (!frame->camera.names_something()) return {};
+    sets_->add(*frame);
+    return into_.append(*frame);
+  }
+
+  bool is_consistent(const BlobFrame& frame, const TakeRecord& record) const {
+    const auto soon = [&](Timestamp later) {
+      return later >= record.at - kLongestDelay && later <= record.at + kLongestDelay;
+    };
+    if (frame.camera.value >= camera_ids_.size() || frame.exposed_at != record.at) return false;
+    const CameraId id = camera_ids_[frame.camera.value];
+    return soon(frame.received_at) && soon(frame.detected_at) &&
+           (!id.names_something() || has_possible_blobs(frame, settings_.rig[id.value]));
+  }
+
+  Status use_snapshot(const TakeRecord& record) {
+    Result<v1::Snapshot> message = take::snapshot_message_of(record);
+    if (!message || message->instants().exposed_at_ns() != to_ns(record.at)) {
+      ++report_.damaged;
+      return {};
+    }
+    sets_->add(RecordedSnapshot{*std::move(message), std::string(record.bytes)});
+    return {};
+  }
+
+  Status track_sets(Timestamp read_up_to, const std::function<void(const RetrackProgress&)>& progress) {
+    while (const std::optional<TakeSet> set = sets_->next(read_up_to)) {
+      if (const Status tracked = track(*set); !tracked) return tracked;
+      if (report_.sets % kSetsPerProgress == 0) progress({share_of(set->frames.exposed_at), report_.sets});
+    }
+    return {};
+  }
+
+  Status track(const TakeSet& set) {
+    if (set.frames.exposed_at <= tracked_up_to_) {  // the daemon's sets come in the order of their exposure
+      ++report_.damaged;
+      return {};
+    }
+    tracked_up_to_ = set.frames.exposed_at;
+    const Snapshot& snapshot = fusion_->step(set.frames);
+    ++report_.sets;
+    report_.missing_views += set.missing_views;
+    if (const std::optional<SubjectFit>& fit = fusion_->fit()) {
+      if (const Status learnt = into_.learn(*fit, set.frames.exposed_at); !learnt) return learnt;
+    }
+    const Result<bool> same = into_.append(snapshot, set.recorded);
+    if (!same) return same.error();
+    report_.recorded += set.recorded ? 1 : 0;
+    report_.equal += *same ? 1 : 0;
+    if (set.recorded && !*same && !report_.first_difference) report_.first_difference = set.frames.number;
+    return {};
+  }
+
+  double share_of(Timestamp at) const {
+    const double whole_s = to_s(take_.last_at() - take_.first_at());
+    return whole_s > 0.0 ? std::clamp(to_s(at - take_.first_at()) / whole_s, 0.0, 1.0) : 1.0;
+  }
+
+  const take::TakeReader& take_;
+  const settings::DaemonSettings& settings_;
+  std::vector<CameraId> camera_ids_;
+  std::unique_ptr<SetSource> sets_;
+  std::unique_ptr<fusion::Fusion> fusion_;
+  NewTake& into_;
+  Timestamp tracked_up_to_ = Timestamp::min();
+  RetrackReport report_;
+};
+
+// The sets that the daemon fused, unless others are wanted or the take has none.
+std::unique_ptr<SetSource> source_of(const RetrackOrder& order, const take::TakeReader& take,
+                                     const settings::DaemonSettings& settings, const std::vector<CameraId>& ids) {
+  const auto cameras = static_cast<std::uint32_t>(settings.rig.size());
+  const auto counts = take.counts();
+  const auto snapshots = counts.find(std::string(take::kSnapshotTopic));
+  if (order.every_set || snapshots == counts.end() || snapshots->second == 0) {
+    return std::make_unique<AlignedSets>(settings.pipeline.align, cameras);
+  }
+  return std::make_unique<RecordedSets>(ids, cameras);
+}
+
+Span span_of(const RetrackOrder& order, const take::TakeReader& take) {
+  const Timestamp start = take.info().started_at.value_or(take.first_at());
+  Span span;
+  if (order.from) span.from = start + *order.from;
+  if (order.to) span.to = start + *order.to;
+  return span;
+}
+
+}  // namespace
+
+Result<RetrackReport> retrack(const RetrackOrder& order, const std::function<void(const RetrackProgress&)>& progress) {
+  if (const Status is_new = check_new_file(order.out); !is_new) return is_new.error();
+  const Result<take::TakeReader> take = take::TakeReader::open(order.take);
+  if (!take) return take.error();
+  if (!has_images(*take)) {
+    return wrong(
+        fmt::format("'{}': has no images of blobs, so that nothing can be tracked; record with [takes] blobs = "
+                    "true",
+                    order.take.string()));
+  }
+  const Result<Description> recorded = take->description();
+  if (!recorded) return recorded.error();
+  const Result<bool> from_start = begins_with_run(*take, *recorded);
+  if (!from_start) return from_start.error();
+  Result<TakeSettings> loaded = load_take_settings(*take, order.others);
+  if (!loaded) return loaded.error();
+  settings::DaemonSettings& settings = *loaded->settings;
+  if (!*from_start && order.others.subjects.empty()) use_bodies(*recorded, settings);
+
+  const std::vector<CameraId> ids = ids_in(settings, *recorded);
+  if (std::ranges::none_of(ids, [](CameraId id) { return id.names_something(); })) {
+    return wrong(fmt::format("'{}': the settings have none of its cameras", order.take.string()));
+  }
+  const Span span = span_of(order, *take);
+  Result<NewTake> into =
+      NewTake::create(order.out, *take, span, describe(settings, recorded->session_id), std::move(loaded->files));
+  if (!into) return into.error();
+  Tracking tracking(*take, settings, ids, source_of(order, *take, settings, ids), *into);
+  if (const Status tracked = tracking.run(span, progress); !tracked) return tracked.error();
+  Result<std::string> path = into->finish();
+  if (!path) return path.error();
+  RetrackReport report = tracking.report();
+  report.path = *std::move(path);
+  report.seconds = to_s(std::min(take->last_at(), span.to) - take->first_at());
+  report.from_start_of_run = *from_start;
+  return report;
+}
+
+}  // namespace mocap::retrack

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "base/result.h"
+#include "base/time.h"
+#include "lib/retrack/take_settings.h"
+
+namespace mocap::retrack {
+
+struct RetrackOrder {
+  std::filesystem::path take = {};
+  std::filesystem::path out = {};  ///< the new take; ends in .mcap
+  OtherFiles others = {};
+  /// The part that the new take has, after the start of the take. Tracking begins at the start of the take in any case.
+  std::optional<Duration> from = {}, to = {};
+  bool every_set = false;  ///< sets are formed anew of all images, instead of those that the daemon fused
+};
+
+struct RetrackProgress {
+  double share = 0.0;  ///< 0 to 1
+  std::uint64_t sets = 0;
+};
+
+struct RetrackReport {
+  std::string path;
+  std::uint64_t sets = 0;
+  double seconds = 0.0;                           ///< of the take, tracked
+  std::uint64_t recorded = 0;                     ///< sets with a snapshot in the take
+  std::uint64_t equal = 0;                        ///< of these: the new snapshot is the same, byte for byte
+  std::optional<std::uint64_t> first_difference;  ///< number of the first set that is not
+  std::uint64_t missing_views = 0;                ///< images of sets that the take does not have
+  std::uint64_t damaged = 0;                      ///< messages that were left out
+  bool from_start_of_run = false;                 ///< the take has the first set of its run
+};
+
+/// Tracks a take again with the parts of the daemon, and writes a new take. Reads no clock: the same take and settings
+/// give the same snapshots. `progress` is called about once in 100 sets.
+///
+/// Fails as TakeReader::open, load_take_settings and TakeWriter::create do, and with InvalidArgument if the new file
+/// exists, if the take has no images, or if the settings have none of its cameras.
+Result<RetrackReport> retrack(const RetrackOrder& order, const std::function<void(const RetrackProgress&)>& progress);
+
+}  // namespace mocap::retrack
