@@ -53,7 +53,7 @@ class ProgressLine {
   Timestamp started_;
 };
 
-int exit_of(const Error& error) {
+int report_failure(const Error& error) {
   fmt::print(stderr, "mocapctl: {}\n", error.message);
   switch (error.code) {
     case ErrorCode::NotFound: return kExitNoInput;
@@ -109,7 +109,7 @@ int run(const CommandLine& line) {
     ProgressLine progress;
     return retrack::retrack(order, [&](const RetrackProgress& now) { progress.show(now); });
   }();
-  if (!report) return exit_of(report.error());
+  if (!report) return report_failure(report.error());
   const double spent_s = std::max(to_s(host_now() - started), 1e-6);
   line.json ? print_json(*report, spent_s) : print_text(*report, spent_s);
   return kExitOk;
