@@ -77,14 +77,18 @@ class RecordedWorld {
       for (BlobFrame& image : images) trackers[image.camera.value]->track(image);
       if (set == wanted.from) writer = start(name, description, images.front().exposed_at);
       for (const BlobFrame& image : images) {
-        if (writer) EXPECT_TRUE(writer->append(image));
+        if (writer) {
+          EXPECT_TRUE(writer->append(image));
+        }
       }
       if (wanted.passed_over != 0 && set % wanted.passed_over == 1) continue;
       const bool late = wanted.late != 0 && set % wanted.late == 2;
       const Snapshot& snapshot = fusion->step(set_of(images, set, late ? kCameras - 1 : kCameras));
       if (fusion->fit()) {
         description = with_fit(std::move(description), *fusion->fit());
-        if (writer) EXPECT_TRUE(writer->append(description, snapshot.instants.exposed_at));
+        if (writer) {
+          EXPECT_TRUE(writer->append(description, snapshot.instants.exposed_at));
+        }
       }
       if (writer && wanted.snapshots) append(*writer, snapshot);
     }
