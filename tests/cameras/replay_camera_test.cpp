@@ -37,7 +37,9 @@ class ReplayCamera : public testing::Test {
     out << "P5\n5 3\n255\n" << std::string(15, static_cast<char>(grey));
   }
   void write_times(const std::string& text) const { std::ofstream(root_ / "north" / "timestamps.csv") << text; }
-  ReplaySettings as_fast_as_possible() const { return {.folder = root_, .file = {}, .rate_hz = 50.0, .speed = 0.0, .loop = false}; }
+  ReplaySettings as_fast_as_possible() const {
+    return {.folder = root_, .file = {}, .rate_hz = 50.0, .speed = 0.0, .loop = false};
+  }
 
   fs::path root_;
 };

@@ -15,6 +15,15 @@ TEST(LineIndex, FindsTheOffsetOfALineAndColumn) {
   EXPECT_EQ(lines.offset_of(4, 99), text.size());
 }
 
+TEST(LineIndex, FindsTheOffsetsOfATextThatBeginsWithAnEmptyLine) {
+  const std::string text = "\n\ntwo";
+  const LineIndex lines(text);
+
+  EXPECT_EQ(lines.offset_of(1, 1), 0U);
+  EXPECT_EQ(lines.offset_of(2, 1), 1U);
+  EXPECT_EQ(lines.offset_of(3, 2), 3U);
+}
+
 TEST(LineIndex, FindsTheNextLine) {
   const std::string text = "one\ntwo";
   const LineIndex lines(text);

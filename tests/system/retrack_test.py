@@ -29,10 +29,10 @@ class Retrack(unittest.TestCase):
         daemon = cls.desk.start("mocapd", "--config", config)
         until(lambda: cls.tracked(60), "the actor is tracked")
         cls.ctl("take", "start", "first", "--before", "30")  # all since the daemon started
-        until(lambda: cls.recorded(60), "60 more sets")
+        until(lambda: cls.recorded(120), "120 sets, those from before included")
         cls.ctl("take", "stop")
         cls.ctl("take", "start", "later")
-        until(lambda: cls.recorded(90), "90 more sets")
+        until(lambda: cls.recorded(300), "300 sets: enough to find the actor again")
         cls.ctl("take", "stop")
         daemon.end()
 

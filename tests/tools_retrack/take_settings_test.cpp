@@ -2,8 +2,8 @@
 
 #include <gmock/gmock.h>
 
-#include "tools_retrack/recorded_world.h"
 #include "settings/subject/subject_file.h"
+#include "tools_retrack/recorded_world.h"
 
 namespace mocap::retrack {
 namespace take_settings_test {

@@ -4,8 +4,8 @@
 
 namespace mocap::settings {
 
-LineIndex::LineIndex(const std::string& text) : text_(text) {
-  for (std::size_t at = 0; at != std::string::npos; at = text.find('\n', at)) starts_.push_back(at == 0 ? 0 : ++at);
+LineIndex::LineIndex(const std::string& text) : text_(text), starts_{0} {
+  for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at)) starts_.push_back(++at);
 }
 
 std::size_t LineIndex::offset_of(std::uint32_t line, std::uint32_t column) const {
