@@ -42,5 +42,5 @@ if [ -z "$(complaints "$work/broken" mocapd.service)" ]; then
   exit 1
 fi
 
-check_unit systemd/mocapd.service mocapd.service 19  # camera devices, network and real time
+check_unit systemd/mocapd.service mocapd.service 20  # camera and sound devices, network and real time
 check_unit systemd/mocap-bridge@.service mocap-bridge@vrpn.service 13  # network
