@@ -11,6 +11,7 @@
 #include <random>
 
 #include "support/file_size_limit.h"
+#include "support/sanitized.h"
 #include "support/temporary_folder.h"
 #include "take/example_take.h"
 #include "take/take_edit.h"
@@ -58,7 +59,8 @@ class SharedCount {
 TEST(TakeCrash, AKilledRecordingMissesAtMostTheLast100Ms) {
   std::mt19937 random(11);
   std::uint64_t most_lost = 0;
-  for (int round = 0; round < 200; ++round) {
+  constexpr int kRounds = support::kSanitized ? 60 : 200;
+  for (int round = 0; round < kRounds; ++round) {
     const support::TemporaryFolder folder;
     const std::filesystem::path path = folder.path() / "take.mcap";
     SharedCount recorded;

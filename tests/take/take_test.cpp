@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "support/sanitized.h"
 #include "support/temporary_folder.h"
 #include "take/camera_blobs.h"
 #include "take/example_take.h"
@@ -209,7 +210,7 @@ TEST_F(TakeTest, DamagedBytesGiveNoWrongMessage) {
   ASSERT_NO_FATAL_FAILURE(record_example(path(), 60));
   const std::string whole = bytes();
   std::mt19937 random(4);
-  constexpr unsigned kDamages = 200;
+  constexpr unsigned kDamages = support::kSanitized ? 60 : 200;
   std::size_t noticed = 0, kept = 0;
 
   for (unsigned i = 0; i < kDamages; ++i) {
