@@ -1,6 +1,7 @@
 """A running daemon with operators and subscribers: mocapctl, keys, late subscribers, topics. Runs in its own network
 namespace."""
 
+import functools
 import json
 import os
 import pathlib
@@ -11,6 +12,7 @@ import sys
 import time
 import unittest
 
+import harness
 from harness import BIN, SOURCE, Desk
 
 sys.path.insert(0, str(pathlib.Path(os.environ.get("MOCAP_BUILD_DIR", SOURCE / "build/release")) / "python"))
@@ -46,15 +48,7 @@ rate_hz = 30
 LONG_S = 60  # time limit of a failing test
 
 
-def until(holds, what, timeout_s=LONG_S):
-    limit = time.monotonic() + timeout_s
-    while True:
-        value = holds()
-        if value:
-            return value
-        if time.monotonic() > limit:
-            raise AssertionError(f"not within {timeout_s} s: {what}")
-        time.sleep(0.05)
+until = functools.partial(harness.until, timeout_s=LONG_S)
 
 
 class Daemon:

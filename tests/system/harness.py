@@ -35,6 +35,16 @@ packet_size_bytes = 8000
 """
 
 
+def until(holds, what, timeout_s=120):
+    """Waits until `holds` returns something true, and returns it. `what`: for the message of a failure."""
+    limit = time.monotonic() + timeout_s
+    while not (value := holds()):
+        if time.monotonic() > limit:
+            raise AssertionError(f"not within {timeout_s} s: {what}")
+        time.sleep(0.05)
+    return value
+
+
 def synthetic_volume(endpoint):
     """Returns a configuration with one actor and four synthetic cameras, which need no network."""
     marker_set = SOURCE / "config/markersets/openmocap18.toml"

@@ -9,10 +9,9 @@ import re
 import signal
 import sys
 import threading
-import time
 import unittest
 
-from harness import SOURCE, Desk
+from harness import SOURCE, Desk, until
 
 sys.path.insert(0, str(pathlib.Path(os.environ.get("MOCAP_BUILD_DIR", SOURCE / "build/release")) / "python"))
 try:
@@ -52,17 +51,6 @@ exposure_us = {exposure}
 
 TRACKING = snapshot_pb2.SUBJECT_PHASE_TRACKING
 LONG_S = 120  # time limit of a failing test
-
-
-def until(holds, what, timeout_s=LONG_S):
-    limit = time.monotonic() + timeout_s
-    while True:
-        value = holds()
-        if value:
-            return value
-        if time.monotonic() > limit:
-            raise AssertionError(f"not within {timeout_s} s: {what}")
-        time.sleep(0.05)
 
 
 class Listener:

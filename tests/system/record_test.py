@@ -8,10 +8,9 @@ import re
 import signal
 import subprocess
 import sys
-import time
 import unittest
 
-from harness import BIN, SOURCE, Desk, synthetic_volume
+from harness import BIN, SOURCE, Desk, synthetic_volume, until
 
 sys.path.insert(0, str(pathlib.Path(os.environ.get("MOCAP_BUILD_DIR", SOURCE / "build/release")) / "python"))
 try:
@@ -19,17 +18,6 @@ try:
 except ImportError as missing:
     print(f"skipped: {missing}; apt install python3-protobuf")
     sys.exit(77)
-
-LIMIT_S = 120  # of a failing test
-
-
-def until(holds, what):
-    limit = time.monotonic() + LIMIT_S
-    while not (value := holds()):
-        if time.monotonic() > limit:
-            raise AssertionError(f"not within {LIMIT_S} s: {what}")
-        time.sleep(0.05)
-    return value
 
 
 def delimited(data):

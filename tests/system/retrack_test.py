@@ -1,21 +1,9 @@
 """Takes of a running daemon, tracked again and replayed. Runs in its own network namespace."""
 
 import json
-import time
 import unittest
 
-from harness import SOURCE, Desk, synthetic_volume
-
-LIMIT_S = 120  # of a failing test
-
-
-def until(holds, what):
-    limit = time.monotonic() + LIMIT_S
-    while not (value := holds()):
-        if time.monotonic() > limit:
-            raise AssertionError(f"not within {LIMIT_S} s: {what}")
-        time.sleep(0.05)
-    return value
+from harness import SOURCE, Desk, synthetic_volume, until
 
 
 class Retrack(unittest.TestCase):

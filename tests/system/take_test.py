@@ -7,21 +7,9 @@ import pathlib
 import shutil
 import signal
 import subprocess
-import time
 import unittest
 
-from harness import BIN, Desk, synthetic_volume
-
-LIMIT_S = 120  # of a failing test
-
-
-def until(holds, what):
-    limit = time.monotonic() + LIMIT_S
-    while not (value := holds()):
-        if time.monotonic() > limit:
-            raise AssertionError(f"not within {LIMIT_S} s: {what}")
-        time.sleep(0.05)
-    return value
+from harness import BIN, Desk, synthetic_volume, until
 
 
 class Takes(unittest.TestCase):

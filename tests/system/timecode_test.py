@@ -6,20 +6,10 @@ import time
 import unittest
 
 import ltc
-from harness import Desk, synthetic_volume
+from harness import Desk, synthetic_volume, until
 
-LIMIT_S = 120  # of a failing test
-LONG_S = 600   # of a signal that must not end within a test
+LONG_S = 600  # of a signal that must not end within a test
 FRAME_S = 0.04
-
-
-def until(holds, what):
-    limit = time.monotonic() + LIMIT_S
-    while not (value := holds()):
-        if time.monotonic() > limit:
-            raise AssertionError(f"not within {LIMIT_S} s: {what}")
-        time.sleep(0.05)
-    return value
 
 
 def seconds_of(timecode):

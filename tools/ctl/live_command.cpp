@@ -20,6 +20,7 @@
 #include "settings/subject/subject_file.h"
 #include "take/shot_list.h"
 #include "wire/codec/control_codec.h"
+#include "wire/codec/encode_numbers.h"
 #include "wire/zmq_control.h"
 
 namespace mocap::ctl {
@@ -100,9 +101,7 @@ void print_take(const v1::TakeHealth& take) {
 
 // "timecode 10:00:00:00 (LTC, locked, last frame 0.1 s ago, 12 ppm fast)", and why there is none.
 void print_timecode(const v1::TimecodeHealth& health) {
-  const v1::Timecode& at = health.now();
-  const Timecode now{at.hours(),      at.minutes(),    at.seconds(), at.frames(), at.frames_per_second(),
-                     at.drop_frame(), at.fractional(), at.subframe()};
+  const Timecode now = wire::timecode_of(health.now());
   const bool is_ltc = health.source() == v1::TIMECODE_SOURCE_LTC;
   std::string line =
       fmt::format("timecode {:19} {:10} {}", health.has_now() ? text_of(now) : "none",
