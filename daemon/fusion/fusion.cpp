@@ -138,6 +138,7 @@ void Fusion::count_blobs(const FrameSet& frames, const Matches& matches, const M
 
 Snapshot& Fusion::describe(const FrameSet& frames, const TrackedMarkers& tracked, const SolvedSubjects& solved) {
   snapshot_.number = frames.number;
+  snapshot_.delivering_cameras = frames.expected_views;
   snapshot_.labels = solved.labels;
   snapshot_.poses = solved.poses;
   describe_views(frames);

@@ -44,6 +44,7 @@ struct Snapshot {
   Instants instants;
   std::optional<Timecode> timecode;  ///< of the exposure; empty: the run has no timecode now
   std::uint32_t expected_views = 0;
+  std::uint32_t delivering_cameras = 0;  ///< cameras that the set expected images of; only takes have it; 0: unknown
   BoundedVector<ViewStatus, kMaxCameras> views;
   Labels labels;
   Poses poses;

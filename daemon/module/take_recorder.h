@@ -26,8 +26,7 @@ class TakeRecorder {
 
   // For the intake thread.
   virtual void keep(const BlobFrame& frame) = 0;
-  /// `expected_views`: of the frame set, which an incomplete set depends on; nothing: unknown.
-  virtual void keep(const Snapshot& snapshot, std::optional<std::uint32_t> expected_views) = 0;
+  virtual void keep(const Snapshot& snapshot) = 0;
   virtual void keep(const Health& health) = 0;
   /// A subject was fitted. The fit applies from the next snapshot on.
   virtual void learn(const SubjectFit& fit) = 0;

@@ -156,9 +156,7 @@ void FusionWorker::fuse(const FrameSet& frames, const std::stop_token& stop) {
   }
   if (!push(snapshot, *links_.publish, stop)) counters_.dropped_publish_full.add();
   if (links_.side != nullptr && !push(snapshot, *links_.side, stop)) counters_.dropped_side_full.add();
-  if (links_.takes == nullptr) return;
-  static_cast<void>(links_.takes->facts.try_push({frames.number, frames.expected_views}));
-  if (!push(snapshot, *links_.takes, stop)) counters_.dropped_take_full.add();
+  if (links_.takes != nullptr && !push(snapshot, *links_.takes, stop)) counters_.dropped_take_full.add();
 }
 
 bool FusionWorker::push(const Snapshot& snapshot, SnapshotChannel& to, const std::stop_token& stop) {

@@ -20,18 +20,11 @@
 
 namespace mocap::runtime {
 
-/// What a frame set has that its snapshot lacks.
-struct SetFacts {
-  std::uint64_t number = 0;
-  std::uint32_t expected_views = 0;
-};
-
 /// Queues from the fusion thread to a thread that consumes snapshots.
 struct SnapshotChannel {
-  explicit SnapshotChannel(std::size_t queue_snapshots) : snapshots(queue_snapshots), facts(2 * queue_snapshots) {}
+  explicit SnapshotChannel(std::size_t queue_snapshots) : snapshots(queue_snapshots) {}
 
   SpscQueue<Snapshot> snapshots;
-  SpscQueue<SetFacts> facts;                 ///< to the recorder of takes alone; pushed before its snapshot
   SpscQueue<SubjectFit> fits{kMaxSubjects};  ///< pushed before the first snapshot that uses them
   std::atomic<bool> ended{false};            ///< set after the last snapshot
   WakeSignal there_is_work;                  ///< signalled by the fusion thread

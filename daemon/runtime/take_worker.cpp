@@ -55,7 +55,7 @@ bool TakeWorker::take_in() {
   while (const Snapshot* oldest = snapshots_.snapshots.front()) {
     SubjectFit fit;  // is pushed before the first snapshot that uses it
     while (snapshots_.fits.try_pop(fit)) recorder_->learn(fit);
-    recorder_->keep(*oldest, expected_views_of(*oldest));
+    recorder_->keep(*oldest);
     snapshots_.snapshots.pop();
     any = true;
   }
@@ -64,17 +64,6 @@ bool TakeWorker::take_in() {
     channel_.health.pop();
   }
   return any;
-}
-
-// The facts of a snapshot are pushed before it; those of a snapshot that found its queue full are passed over.
-std::optional<std::uint32_t> TakeWorker::expected_views_of(const Snapshot& snapshot) {
-  while (const SetFacts* oldest = snapshots_.facts.front()) {
-    const SetFacts facts = *oldest;
-    if (facts.number > snapshot.number) break;
-    snapshots_.facts.pop();
-    if (facts.number == snapshot.number) return facts.expected_views;
-  }
-  return std::nullopt;
 }
 
 void TakeWorker::run_disk(const std::stop_token& stop) {

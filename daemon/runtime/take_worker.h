@@ -52,7 +52,6 @@ class TakeWorker {
 
  private:
   bool take_in();
-  std::optional<std::uint32_t> expected_views_of(const Snapshot& snapshot);
   void report(Timestamp now);
   void follow_orders();
   bool pass_answers(std::uint64_t awaited = 0);

@@ -93,12 +93,12 @@ class DiskTakeRecorder : public TakeRecorder {
     buffer_.add({BufferedKind::Blobs, frame.camera.value, frame.exposed_at, bytes_});
   }
 
-  void keep(const Snapshot& snapshot, std::optional<std::uint32_t> expected_views) override {
+  void keep(const Snapshot& snapshot) override {
     const Timestamp at = snapshot.instants.exposed_at;
     if (first_set_.load(std::memory_order_relaxed) == kNoSet) first_set_.store(snapshot.number);
     if (description_changed_) add_description(at);
     wire::encode(snapshot, snapshot_);
-    if (expected_views) snapshot_.set_delivering_cameras(*expected_views);
+    if (snapshot.delivering_cameras > 0) snapshot_.set_delivering_cameras(snapshot.delivering_cameras);
     snapshot_.SerializeToString(&bytes_);
     buffer_.add({BufferedKind::Snapshot, 0, at, bytes_});
     events_.update(snapshot);

@@ -17,7 +17,7 @@ constexpr int kPatience_ms = 60'000;
 class ScriptedRecorder final : public TakeRecorder {
  public:
   void keep(const BlobFrame&) override {}
-  void keep(const Snapshot&, std::optional<std::uint32_t>) override {}
+  void keep(const Snapshot&) override {}
   void keep(const Health&) override {}
   void learn(const SubjectFit&) override {}
   void count_dropped_images(std::uint64_t) override {}

@@ -37,7 +37,7 @@ class Takes : public testing::Test {
   void capture(std::uint64_t sets) {
     for (const std::uint64_t end = next + sets; next < end; ++next) {
       for (std::uint32_t camera = 0; camera < kExampleCameras; ++camera) recorder->keep(example_blobs(camera, next));
-      recorder->keep(example_snapshot(next), std::nullopt);
+      recorder->keep(example_snapshot(next));
       recorder->work(now());
     }
   }
@@ -250,7 +250,9 @@ TEST_F(Takes, HaveTheImagesOfTheirLastSet) {
   BlobFrame late = example_blobs(1, next);
   late.exposed_at = example_time(next) + std::chrono::microseconds(300);
   recorder->keep(late);
-  recorder->keep(example_snapshot(next), std::optional<std::uint32_t>(2));
+  Snapshot last = example_snapshot(next);
+  last.delivering_cameras = 2;
+  recorder->keep(last);
   recorder->follow({.number = 9, .action = TakeAction::Stop}, example_time(next));
   ++next;
   capture(2);
@@ -259,6 +261,16 @@ TEST_F(Takes, HaveTheImagesOfTheirLastSet) {
   ASSERT_TRUE(reader) << reader.error().message;
   auto counts = reader->counts();
   EXPECT_EQ(counts["blobs/camera1"], counts["snapshot"]);
+  TakeCursor cursor = reader->messages({.topics = {TakeTopic::Snapshot}});
+  std::vector<std::uint32_t> delivering;
+  for (auto record = cursor.next(); record && *record; record = cursor.next()) {
+    const auto message = snapshot_message_of(**record);
+    ASSERT_TRUE(message);
+    delivering.push_back(message->has_delivering_cameras() ? message->delivering_cameras() : 0);
+  }
+  ASSERT_FALSE(delivering.empty());
+  EXPECT_EQ(delivering.front(), 0U) << "unknown";
+  EXPECT_EQ(delivering.back(), 2U);
 }
 
 TEST_F(Takes, EndWhereTheCamerasChange) {
@@ -349,7 +361,7 @@ TEST_F(Takes, HaveTheTimecodeOfTheirSnapshots) {
   for (std::uint32_t frame = 3; frame < 20; ++frame) {
     Snapshot snapshot = example_snapshot(next);
     snapshot.timecode = Timecode{1, 2, 3, frame, 25};
-    recorder->keep(snapshot, std::nullopt);
+    recorder->keep(snapshot);
     recorder->work(now());
     ++next;
   }
