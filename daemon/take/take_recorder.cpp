@@ -5,28 +5,19 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <deque>
-#include <mutex>
 #include <utility>
 
 #include "base/log.h"
 #include "mocap/v1/event.pb.h"
-#include "mocap/v1/health.pb.h"
-#include "mocap/v1/take.pb.h"
 #include "model/search_health.h"
-#include "take/camera_blobs.h"
 #include "take/shot_list.h"
-#include "take/take_buffer.h"
+#include "take/take_in_progress.h"
+#include "take/take_intake.h"
 #include "take/take_name.h"
-#include "take/take_quality.h"
-#include "take/take_reader.h"
-#include "wire/codec/encode.h"
-#include "wire/codec/encode_numbers.h"
 #include "wire/codec/utf8.h"
-#include "wire/event_watch.h"
 
 namespace mocap::take {
 namespace {
@@ -40,101 +31,32 @@ constexpr Duration kCheckPeriod = std::chrono::seconds(1);
 // Longest wait for the snapshots of the take's last instants.
 constexpr Duration kDrainPatience = std::chrono::milliseconds(300);
 constexpr double kMB = 1e6;
-// The images of one set were exposed within this span: a take has all images of its first and last set.
-constexpr Duration kSetSpan = std::chrono::milliseconds(1);
-constexpr std::uint64_t kNoSet = ~std::uint64_t{0};
 // Between two takes of take next nothing must leave the memory.
 constexpr Duration kLeastKept = std::chrono::seconds(1);
 // A take that waits for a timecode starts also if the timecode passed so recently: a source that starts at this
 // timecode is known only 0.3 s later. At most kLeastKept.
 constexpr Duration kJustPassed = std::chrono::milliseconds(900);
 
-bool same_cameras(const Description& one, const Description& other) {
-  return std::ranges::equal(one.cameras, other.cameras, {}, &CameraModel::name, &CameraModel::name);
-}
-
 TakeDone answer_to(std::uint64_t order, TakeOutcome outcome, std::string message) {
   return {order, outcome, std::move(message)};
 }
-
-// A take in progress.
-struct Recording {
-  std::unique_ptr<TakeWriter> writer;
-  TakeInfo info;
-  TakeMeter meter;
-  Timestamp from;               // earlier messages are left out
-  std::optional<Timestamp> to;  // later messages are left out
-  bool drained = false;         // a snapshot after `to` came
-  Timestamp checked_at;         // free space and folder
-  std::uint64_t dropped_before = 0;
-  std::vector<std::string> blob_topics;                   // by camera
-  std::optional<TakeOrder> stopped_by;                    // to be answered when the file is complete
-  std::string shot;                                       // its name in the shot list; empty: none
-  std::optional<Timecode> first_timecode, last_timecode;  // of the snapshots
-};
 
 class DiskTakeRecorder : public TakeRecorder {
  public:
   DiskTakeRecorder(TakesSettings settings, const Description& description, std::vector<TakeFile> files)
       : settings_(std::move(settings)),
-        buffer_(settings_.memory_mb * 1'000'000, std::max(settings_.before, kLeastKept)),
-        description_(description),
-        descriptions_{{Timestamp::min(), description}},
-        files_(std::move(files)),
+        intake_(settings_, kLeastKept, description, std::move(files)),
         shots_(settings_.shots) {
-    events_.update(description, host_now());
     if (const Status loaded = shots_.load(); !loaded) log_error(kWho, loaded.error().message);
   }
 
-  void keep(const BlobFrame& frame) override {
-    if (!settings_.blobs) return;
-    encode(frame, blobs_);
-    blobs_.SerializeToString(&bytes_);
-    buffer_.add({BufferedKind::Blobs, frame.camera.value, frame.exposed_at, bytes_});
-  }
-
-  void keep(const Snapshot& snapshot) override {
-    const Timestamp at = snapshot.instants.exposed_at;
-    if (first_set_.load(std::memory_order_relaxed) == kNoSet) first_set_.store(snapshot.number);
-    if (description_changed_) add_description(at);
-    wire::encode(snapshot, snapshot_);
-    if (snapshot.delivering_cameras > 0) snapshot_.set_delivering_cameras(snapshot.delivering_cameras);
-    snapshot_.SerializeToString(&bytes_);
-    buffer_.add({BufferedKind::Snapshot, 0, at, bytes_});
-    events_.update(snapshot);
-    add_events();
-  }
-
-  void keep(const Health& health) override {
-    wire::encode(health, health_message_);
-    health_message_.SerializeToString(&bytes_);
-    buffer_.add({BufferedKind::Health, 0, health.at, bytes_});
-    events_.update(health);
-    add_events();
-  }
-
-  void learn(const SubjectFit& fit) override {
-    description_ = with_fit(std::move(description_), fit);
-    description_changed_ = true;
-  }
-
-  void count_dropped_images(std::uint64_t total) override { dropped_images_.store(total, std::memory_order_relaxed); }
-
+  void keep(const BlobFrame& frame) override { intake_.keep(frame); }
+  void keep(const Snapshot& snapshot) override { intake_.keep(snapshot); }
+  void keep(const Health& health) override { intake_.keep(health); }
+  void learn(const SubjectFit& fit) override { intake_.learn(fit); }
+  void count_dropped_images(std::uint64_t total) override { intake_.count_dropped_images(total); }
   void describe(const Description& description, std::vector<TakeFile> files, Timestamp now) override {
-    const bool same = same_cameras(description, description_);
-    {
-      const std::lock_guard lock(descriptions_mutex_);
-      files_ = std::move(files);
-    }
-    description_ = description;
-    description_changed_ = true;
-    if (same) return;
-    buffer_.add({BufferedKind::Break, 0, now, {}});
-    {
-      const std::lock_guard lock(descriptions_mutex_);
-      descriptions_.clear();
-    }
-    add_description(now);
+    intake_.describe(description, std::move(files), now);
   }
 
   void follow(const TakeOrder& order, Timestamp now) override {
@@ -202,43 +124,7 @@ class DiskTakeRecorder : public TakeRecorder {
   }
 
  private:
-  // --- intake thread ---
-
-  void add_description(Timestamp at) {
-    description_changed_ = false;
-    wire::encode(description_).SerializeToString(&description_bytes_);
-    buffer_.add({BufferedKind::Description, 0, at, description_bytes_});
-    events_.update(description_, at);
-    const std::lock_guard lock(descriptions_mutex_);
-    descriptions_.emplace_back(at, description_);
-    // The last one before the oldest message stays.
-    while (descriptions_.size() > 1 && descriptions_[1].first < at - settings_.before) descriptions_.pop_front();
-  }
-
-  void add_events() {
-    while (!events_.unsent().empty()) {
-      const v1::Event& event = events_.unsent().front();
-      event.SerializeToString(&bytes_);
-      buffer_.add({BufferedKind::Event, 0, from_ns(event.at_ns()), bytes_});
-      events_.remove_oldest();
-    }
-  }
-
-  std::vector<TakeFile> files() const {
-    const std::lock_guard lock(descriptions_mutex_);
-    return files_;
-  }
-
-  Description description_at(Timestamp at) const {
-    const std::lock_guard lock(descriptions_mutex_);
-    Description found = descriptions_.front().second;
-    for (const auto& [since, description] : descriptions_) {
-      if (since <= at) found = description;
-    }
-    return found;
-  }
-
-  // --- disk thread: orders ---
+  // --- orders ---
 
   void answer(const TakeOrder& order, TakeOutcome outcome, std::string message) {
     answers_.push_back(answer_to(order.number, outcome, std::move(message)));
@@ -332,7 +218,7 @@ class DiskTakeRecorder : public TakeRecorder {
     answer_stopped(TakeOutcome::Failed, fmt::format("{}: cancelled", path));
     (void)recording_->writer->finish(recording_->info);
     recording_.reset();
-    buffer_.release();
+    intake_.buffer().release();
     std::error_code error;
     fs::remove(path, error);
     state_.state = TakeState::Cancelled;
@@ -367,7 +253,7 @@ class DiskTakeRecorder : public TakeRecorder {
     next_ = order;
   }
 
-  // --- disk thread: shots ---
+  // --- shots ---
 
   void order_shots(const TakeOrder& order) {
     const std::size_t before = shots_.shots().size(), left = shots_.left();
@@ -427,7 +313,7 @@ class DiskTakeRecorder : public TakeRecorder {
     return {};
   }
 
-  // --- disk thread: a take ---
+  // --- a take ---
 
   // `take next` takes the next shot of the list, if there is one.
   TakeDone start(const TakeOrder& order, Timestamp now) {
@@ -458,30 +344,25 @@ class DiskTakeRecorder : public TakeRecorder {
     }
     if (const Status free = check_free_space(); !free) return refused(TakeOutcome::Failed, free.error().message);
 
-    Recording recording;
     TakeStart begin;
     begin.info = info_of(order);
-    recording.from = now - order.before;
-    const std::optional<Timestamp> oldest = buffer_.hold(recording.from - kSetSpan);
-    recording.from = std::max(recording.from, std::min(oldest.value_or(now), now));
-    begin.info.started_at = recording.from;
-    begin.description = description_at(recording.from);
-    begin.files = files();
+    Timestamp from = now - order.before;
+    const std::optional<Timestamp> oldest = intake_.buffer().hold(from - kSetSpan);
+    from = std::max(from, std::min(oldest.value_or(now), now));
+    begin.info.started_at = from;
+    begin.description = intake_.description_at(from);
+    begin.files = intake_.files();
     Result<std::unique_ptr<TakeWriter>> writer =
         TakeWriter::create(settings_.folder / (begin.info.name + ".mcap"), begin);
     if (!writer) {
-      buffer_.release();
+      intake_.buffer().release();
       return refused(writer.error().code == ErrorCode::InvalidArgument ? TakeOutcome::Invalid : TakeOutcome::Failed,
                      writer.error().message);
     }
-    recording.writer = *std::move(writer);
-    recording.info = begin.info;
+    TakeInProgress recording(*std::move(writer), begin.info, begin.description, settings_.snapshots);
+    recording.from = from;
     recording.checked_at = now;
-    recording.dropped_before = dropped_images_.load(std::memory_order_relaxed);
-    recording.meter.describe(begin.description);
-    for (const CameraModel& camera : begin.description.cameras) {
-      recording.blob_topics.push_back(std::string(kBlobsTopics) + camera.name);
-    }
+    recording.dropped_before = intake_.dropped_images();
     if (order.length > Duration::zero()) recording.to = now + order.length;
     slate_ = recording.info.slate;
     begin_state(TakeState::Recording);
@@ -504,13 +385,11 @@ class DiskTakeRecorder : public TakeRecorder {
 
   TakeInfo info_of(const TakeOrder& order) const {
     TakeInfo info;
-    info.producer = description_at(Timestamp::max()).producer;
+    info.producer = intake_.description_at(Timestamp::max()).producer;
     info.utc_minus_host = utc_minus_host();
     info.notes = order.text;
     info.slate = !order.slate.empty() ? order.slate : slate_;
-    if (const std::uint64_t first = first_set_.load(); first != kNoSet) {
-      info.others[kFirstSetOfRun] = std::to_string(first);
-    }
+    if (const auto first = intake_.first_set()) info.others[kFirstSetOfRun] = std::to_string(*first);
     info.name = order.name;
     if (!info.name.empty()) return info;
     const TakeName next =
@@ -543,8 +422,8 @@ class DiskTakeRecorder : public TakeRecorder {
   }
 
   void check(Timestamp now) {
-    const TakeBuffer::Lost lost = buffer_.lost();
-    const std::uint64_t dropped = dropped_images_.load(std::memory_order_relaxed) - recording_->dropped_before;
+    const TakeBuffer::Lost lost = intake_.buffer().lost();
+    const std::uint64_t dropped = intake_.dropped_images() - recording_->dropped_before;
     recording_->meter.set_lost_images(lost.images + dropped);
     if (lost.images + lost.others > 0) {
       return end(now,
@@ -561,19 +440,13 @@ class DiskTakeRecorder : public TakeRecorder {
 
   // Returns whether there was anything to write and the take goes on.
   bool write_waiting() {
-    const std::vector<BufferedMessage>& batch = buffer_.next(kBatch_bytes);
+    const std::vector<BufferedMessage>& batch = intake_.buffer().next(kBatch_bytes);
     for (const BufferedMessage& message : batch) {
       if (message.kind == BufferedKind::Break) {
         end(message.at, "the cameras of the configuration changed");
         return false;
       }
-      const Duration around = message.kind == BufferedKind::Blobs ? kSetSpan : Duration::zero();
-      if (message.at < recording_->from - around) continue;
-      if (recording_->to && message.at > *recording_->to + around) {
-        recording_->drained = recording_->drained || message.kind == BufferedKind::Snapshot;
-        continue;
-      }
-      if (const Status written = write(message); !written) {
+      if (const Status written = recording_->write(message); !written) {
         end(message.at, written.error().message);
         return false;
       }
@@ -581,51 +454,12 @@ class DiskTakeRecorder : public TakeRecorder {
     return !batch.empty();
   }
 
-  Status write(const BufferedMessage& message) {
-    TakeWriter& writer = *recording_->writer;
-    switch (message.kind) {
-      case BufferedKind::Blobs:
-        if (message.camera >= recording_->blob_topics.size()) return {};
-        return writer.append(recording_->blob_topics[message.camera], message.at, message.bytes);
-      case BufferedKind::Snapshot: return write_snapshot(message);
-      case BufferedKind::Description: {
-        const Result<Description> description = description_of({TakeTopic::Description, message.at, message.bytes});
-        if (description) recording_->meter.describe(*description);
-        return writer.append(kDescriptionTopic, message.at, message.bytes);
-      }
-      case BufferedKind::Health: return writer.append(kHealthTopic, message.at, message.bytes);
-      case BufferedKind::Event: return writer.append(kEventTopic, message.at, message.bytes);
-      case BufferedKind::Break: break;
-    }
-    return {};
-  }
-
-  Status write_snapshot(const BufferedMessage& message) {
-    if (!read_.ParseFromArray(message.bytes.data(), static_cast<int>(message.bytes.size()))) return {};
-    recording_->meter.add(read_);
-    if (read_.has_timecode()) {
-      recording_->last_timecode = wire::timecode_of(read_.timecode());
-      if (!recording_->first_timecode) recording_->first_timecode = recording_->last_timecode;
-    }
-    if (!settings_.snapshots) return {};
-    read_.set_utc_minus_host_ns(recording_->info.utc_minus_host.count());
-    read_.SerializeToString(&written_);
-    return recording_->writer->append(kSnapshotTopic, message.at, written_);
-  }
-
   // Completes the file. `why`: the reason of an early end; empty: as ordered.
   void end(Timestamp now, const std::string& why) {
-    Recording ended = *std::exchange(recording_, std::nullopt);
-    buffer_.release();
+    TakeInProgress ended = *std::exchange(recording_, std::nullopt);
+    intake_.buffer().release();
     const QualityReport report = ended.meter.report();
-    if (ended.first_timecode) {
-      ended.info.start_timecode = text_of(*ended.first_timecode);
-      ended.info.end_timecode = text_of(*ended.last_timecode);
-      ended.info.others["timecode_rate"] = fmt::format("{:.6g}", rate_hz(*ended.first_timecode));
-    }
-    ended.info.ended_at = ended.to ? std::min(*ended.to, now) : now;
-    add_quality(ended.info, report, why);
-    const Status finished = ended.writer->finish(ended.info);
+    const Status finished = ended.finish(now, report, why);
     fill(state_, report);
     state_.size_bytes = ended.writer->size().bytes;
     const std::string fault = !why.empty() ? why : finished ? std::string() : finished.error().message;
@@ -638,7 +472,7 @@ class DiskTakeRecorder : public TakeRecorder {
     if (const auto next = std::exchange(next_, std::nullopt)) order_start(*next, ended.to.value_or(now));
   }
 
-  static std::string words_of(const Recording& take, const QualityReport& report, const std::string& fault) {
+  static std::string words_of(const TakeInProgress& take, const QualityReport& report, const std::string& fault) {
     std::string words = fmt::format("'{}' ended, {:.2f} s, {:.1f} MB, {}", take.writer->path(), report.seconds,
                                     static_cast<double>(take.writer->size().bytes) / kMB, name_of(report.quality));
     if (!report.reasons.empty()) words += fmt::format(": {}", fmt::join(report.reasons, "; "));
@@ -661,25 +495,10 @@ class DiskTakeRecorder : public TakeRecorder {
   }
 
   const TakesSettings settings_;
-  TakeBuffer buffer_;
-  std::atomic<std::uint64_t> dropped_images_{0};
-  std::atomic<std::uint64_t> first_set_{kNoSet};
-
-  // Of the intake thread.
-  Description description_;
-  bool description_changed_ = false;
-  wire::EventWatch events_;
-  v1::CameraBlobs blobs_;
-  v1::Snapshot snapshot_;
-  v1::Health health_message_;
-  std::string bytes_, description_bytes_;
-
-  mutable std::mutex descriptions_mutex_;
-  std::deque<std::pair<Timestamp, Description>> descriptions_;  // since when each is in force
-  std::vector<TakeFile> files_;                                 // of the configuration in force
+  TakeIntake intake_;
 
   // Of the disk thread.
-  std::optional<Recording> recording_;
+  std::optional<TakeInProgress> recording_;
   std::optional<TakeOrder> waiting_;  // starts at due_at_
   Timestamp due_at_;
   std::optional<TakeOrder> next_;  // starts when the take in progress has ended
@@ -688,8 +507,6 @@ class DiskTakeRecorder : public TakeRecorder {
   ShotList shots_;
   TimecodeHealth timecode_;
   TakeHealth state_;
-  v1::Snapshot read_;
-  std::string written_;
 };
 
 }  // namespace

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -29,10 +28,8 @@ struct Span {
   /// Whether an image of that exposure may be part of a set in the span: the images of a set are not quite
   /// simultaneous.
   bool has_image(Timestamp at) const { return at >= earliest_image() && at <= latest_image(); }
-  Timestamp earliest_image() const { return from == Timestamp::min() ? from : from - kSetSpan; }
-  Timestamp latest_image() const { return to == Timestamp::max() ? to : to + kSetSpan; }
-
-  static constexpr Duration kSetSpan = std::chrono::milliseconds(1);
+  Timestamp earliest_image() const { return from == Timestamp::min() ? from : from - take::kSetSpan; }
+  Timestamp latest_image() const { return to == Timestamp::max() ? to : to + take::kSetSpan; }
 };
 
 /// Writes a take that is tracked again: its new snapshots, and the images, health and events of the recording within a

@@ -1,0 +1,70 @@
+#include "take/take_in_progress.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "take/take_reader.h"
+#include "wire/codec/encode_numbers.h"
+
+namespace mocap::take {
+
+TakeInProgress::TakeInProgress(std::unique_ptr<TakeWriter> file, TakeInfo begun, const Description& description,
+                               bool snapshots)
+    : writer(std::move(file)), info(std::move(begun)), snapshots_(snapshots) {
+  meter.describe(description);
+  for (const CameraModel& camera : description.cameras) blob_topics_.push_back(std::string(kBlobsTopics) + camera.name);
+}
+
+Status TakeInProgress::write(const BufferedMessage& message) {
+  const Duration around = message.kind == BufferedKind::Blobs ? kSetSpan : Duration::zero();
+  if (message.at < from - around) return {};
+  if (!to || message.at <= *to + around) return append(message);
+  drained = drained || message.kind == BufferedKind::Snapshot;
+  return {};
+}
+
+Status TakeInProgress::append(const BufferedMessage& message) {
+  switch (message.kind) {
+    case BufferedKind::Blobs:
+      if (message.camera >= blob_topics_.size()) return {};
+      return writer->append(blob_topics_[message.camera], message.at, message.bytes);
+    case BufferedKind::Snapshot: return append_snapshot(message);
+    case BufferedKind::Description: {
+      const Result<Description> description = description_of({TakeTopic::Description, message.at, message.bytes});
+      if (description) meter.describe(*description);
+      return writer->append(kDescriptionTopic, message.at, message.bytes);
+    }
+    case BufferedKind::Health: return writer->append(kHealthTopic, message.at, message.bytes);
+    case BufferedKind::Event: return writer->append(kEventTopic, message.at, message.bytes);
+    case BufferedKind::Break: break;
+  }
+  return {};
+}
+
+Status TakeInProgress::append_snapshot(const BufferedMessage& message) {
+  if (!read_.ParseFromArray(message.bytes.data(), static_cast<int>(message.bytes.size()))) return {};
+  meter.add(read_);
+  if (read_.has_timecode()) {
+    last_timecode_ = wire::timecode_of(read_.timecode());
+    if (!first_timecode_) first_timecode_ = last_timecode_;
+  }
+  if (!snapshots_) return {};
+  read_.set_utc_minus_host_ns(info.utc_minus_host.count());
+  read_.SerializeToString(&written_);
+  return writer->append(kSnapshotTopic, message.at, written_);
+}
+
+Status TakeInProgress::finish(Timestamp now, const QualityReport& report, const std::string& ended_early) {
+  if (first_timecode_) {
+    info.start_timecode = text_of(*first_timecode_);
+    info.end_timecode = text_of(*last_timecode_);
+    info.others["timecode_rate"] = fmt::format("{:.6g}", rate_hz(*first_timecode_));
+  }
+  info.ended_at = to ? std::min(*to, now) : now;
+  add_quality(info, report, ended_early);
+  return writer->finish(info);
+}
+
+}  // namespace mocap::take
