@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 #include <signal.h>
 #include <spawn.h>
-#include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
@@ -24,6 +22,7 @@
 #include "scene/ring_rig.h"
 #include "settings/rig/rig_file.h"
 #include "settings/subject/marker_set_file.h"
+#include "support/temporary_folder.h"
 
 namespace mocap::bench {
 namespace {
@@ -31,25 +30,6 @@ namespace {
 constexpr double kExposure_us = 500.0;
 constexpr int kLoopImages = 16;
 constexpr double kAllStreamWithin_s = 20.0;
-
-/// A temporary folder for the rig file.
-class Folder {
- public:
-  Folder() {
-    std::array<char, 32> name{"/tmp/mocap-bench-XXXXXX"};
-    if (mkdtemp(name.data()) != nullptr) path_ = name.data();
-  }
-  ~Folder() {
-    std::error_code ignored;
-    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// A mocap-sim process that ends with this object.
 class Server {
@@ -314,7 +294,7 @@ Result<CamerasBenchFigures> run_cameras_bench(const CamerasBenchSettings& wanted
   const Result<MarkerSet> marker_set = settings::load_marker_set(wanted.marker_set);
   if (!marker_set) return marker_set.error();
   const settings::DaemonSettings daemon = daemon_of(wanted, *marker_set);
-  const Folder folder;
+  const support::TemporaryFolder folder;
   const std::filesystem::path rig = folder.path() / "rig.toml";
   if (const Status saved = settings::save_rig(rig, daemon.rig, {}); !saved) return saved.error();
   std::optional<Server> server;

@@ -11,6 +11,7 @@
 
 #include "associate/match_triangulator.h"
 #include "associate/multi_view_matcher.h"
+#include "at_share.h"
 #include "fuse_reference.h"
 #include "model/identity_map.h"
 #include "settings/subject/marker_set_file.h"
@@ -35,13 +36,6 @@ struct Spans {
   std::vector<double> whole_us, cpu_us, reference_us;
   std::array<std::vector<double>, kPartCount> part_us;
 };
-
-double at_share(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + rank, values.end());
-  return values[static_cast<std::size_t>(rank)];
-}
 
 // Comparison of the markers of all sets with the truth.
 struct Truth {

@@ -1,7 +1,6 @@
 #include "take_bench.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -18,11 +17,13 @@
 #include <vector>
 
 #include "assemble.h"
+#include "at_share.h"
 #include "base/exit_codes.h"
 #include "base/literal_text.h"
 #include "lib/retrack/retrack.h"
 #include "module/control_server.h"
 #include "settings/rig/rig_file.h"
+#include "support/temporary_folder.h"
 #include "wire/zmq_publisher.h"
 #include "wire/zmq_subscriber.h"
 
@@ -178,27 +179,6 @@ class Subscribers {
   std::jthread thread_;  // the last member, ends first
 };
 
-// The folder of the run; a temporary one is removed with its content.
-class RunFolder {
- public:
-  explicit RunFolder(const fs::path& wanted) : path_(wanted), is_temporary_(wanted.empty()) {
-    if (!is_temporary_) return;
-    std::string name = (fs::temp_directory_path() / "mocap-bench-XXXXXX").string();
-    if (::mkdtemp(name.data()) != nullptr) path_ = name;
-  }
-  RunFolder(const RunFolder&) = delete;
-  RunFolder& operator=(const RunFolder&) = delete;
-  ~RunFolder() {
-    std::error_code ignored;
-    if (is_temporary_ && !path_.empty()) fs::remove_all(path_, ignored);
-  }
-  const fs::path& path() const noexcept { return path_; }
-
- private:
-  fs::path path_;
-  bool is_temporary_;
-};
-
 // A configuration in a file, because a take carries its configuration.
 Result<settings::DaemonSettings> write_settings(const TakeBenchSettings& wanted, const simworld::SceneWorld& world,
                                                 const fs::path& folder) {
@@ -233,13 +213,6 @@ std::uint64_t dropped_by_take(const runtime::Pipeline& pipeline) {
     dropped += pipeline.camera_counters(CameraId{i}).dropped_take_full.read();
   }
   return dropped;
-}
-
-double at_share(std::vector<double>& values, double share) {
-  if (values.empty()) return 0.0;
-  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + rank, values.end());
-  return values[static_cast<std::size_t>(rank)];
 }
 
 void wait(Duration span) {
@@ -297,10 +270,11 @@ Status retrack_take(const fs::path& path, TakeBenchFigures& figures) {
 }  // namespace
 
 Result<TakeBenchFigures> run_take_bench(const TakeBenchSettings& wanted) {
-  const RunFolder folder(wanted.folder);
+  std::optional<support::TemporaryFolder> temporary;
+  const fs::path folder = wanted.folder.empty() ? temporary.emplace().path() : wanted.folder;
   Result<simworld::SceneWorld> world = make_bench_world(wanted.scene);
   if (!world) return world.error();
-  const Result<settings::DaemonSettings> daemon = write_settings(wanted, *world, folder.path());
+  const Result<settings::DaemonSettings> daemon = write_settings(wanted, *world, folder);
   if (!daemon) return daemon.error();
   SceneBlobs scene(*std::move(world), wanted.scene.rate_hz);
   Result<Assembly> assembly = assemble(*daemon);
@@ -333,7 +307,7 @@ Result<TakeBenchFigures> run_take_bench(const TakeBenchSettings& wanted) {
   figures.publish_p99_us = at_share(spans.recording_us, 0.99);
   figures.idle_publish_p50_us = at_share(spans.idle_us, 0.50);
   figures.idle_publish_p99_us = at_share(spans.idle_us, 0.99);
-  const fs::path path = folder.path() / "take_001.mcap";
+  const fs::path path = folder / "take_001.mcap";
   if (const Status judged = judge_take(path, figures); !judged) return judged.error();
   if (const Status retracked = retrack_take(path, figures); !retracked) return retracked.error();
   return figures;

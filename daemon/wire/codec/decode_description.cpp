@@ -200,6 +200,38 @@ TakeHealth take_of(const v1::TakeHealth& from) {
   return into;
 }
 
+CameraHealth camera_health_of(const v1::CameraHealth& camera) {
+  return {camera.name(),
+          camera_phase_of(camera.phase()),
+          camera.rate_hz(),
+          camera.frames(),
+          camera.missing_frames(),
+          camera.failed_frames(),
+          camera.dropped_queue_full(),
+          camera.reopened(),
+          camera.underruns(),
+          camera.resent_packets(),
+          camera.missing_packets(),
+          camera.last_error(),
+          detection_of(camera),
+          {camera.threshold_grey(), camera.noise_grey(), camera.background_grey(), camera.brightest_grey()},
+          !camera.has_synchronised() || camera.synchronised(),
+          camera.offset_us(),
+          camera.drift_us_s(),
+          camera.jitter_us(),
+          camera.repeated_frames(),
+          camera.clock_leaps(),
+          camera.clock_uncertainty_us(),
+          camera.bumped(),
+          camera.rig_off_px(),
+          camera.rig_turned_rad(),
+          camera.rig_moved_m(),
+          clock_source_of(camera.clock_source()),
+          camera.chunk_times(),
+          {camera.fused_blobs(), camera.marker_blobs()},
+          camera.has_marker_share() ? std::optional(camera.marker_share()) : std::nullopt};
+}
+
 TimecodeState state_of(v1::TimecodeState state) {
   switch (state) {
     case v1::TIMECODE_STATE_SEARCHING: return TimecodeState::Searching;
@@ -279,38 +311,7 @@ Result<Health> decode(const v1::Health& from) {
     if (stage.stage() < v1::LATENCY_STAGE_RECEIVE || index >= kLatencyStages) continue;
     into.latency[index] = {stage.count(), Duration(stage.p50_ns()), Duration(stage.p99_ns()), Duration(stage.max_ns())};
   }
-  for (const v1::CameraHealth& camera : from.cameras()) {
-    into.cameras.push_back(
-        {camera.name(),
-         camera_phase_of(camera.phase()),
-         camera.rate_hz(),
-         camera.frames(),
-         camera.missing_frames(),
-         camera.failed_frames(),
-         camera.dropped_queue_full(),
-         camera.reopened(),
-         camera.underruns(),
-         camera.resent_packets(),
-         camera.missing_packets(),
-         camera.last_error(),
-         detection_of(camera),
-         {camera.threshold_grey(), camera.noise_grey(), camera.background_grey(), camera.brightest_grey()},
-         !camera.has_synchronised() || camera.synchronised(),
-         camera.offset_us(),
-         camera.drift_us_s(),
-         camera.jitter_us(),
-         camera.repeated_frames(),
-         camera.clock_leaps(),
-         camera.clock_uncertainty_us(),
-         camera.bumped(),
-         camera.rig_off_px(),
-         camera.rig_turned_rad(),
-         camera.rig_moved_m(),
-         clock_source_of(camera.clock_source()),
-         camera.chunk_times(),
-         {camera.fused_blobs(), camera.marker_blobs()},
-         camera.has_marker_share() ? std::optional(camera.marker_share()) : std::nullopt});
-  }
+  for (const v1::CameraHealth& camera : from.cameras()) into.cameras.push_back(camera_health_of(camera));
   const v1::FeedHealth& feed = from.feed();
   into.feed = {feed.listeners(),         feed.connections(),     feed.disconnections(),
                feed.failed_handshakes(), feed.refused_clients(), feed.cut_off(),
