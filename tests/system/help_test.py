@@ -1,8 +1,6 @@
 """Every program and every subcommand has --version, and --help that fits 80 columns and has examples of its own."""
 
-import os
 import re
-import resource
 import subprocess
 import unittest
 
@@ -52,17 +50,8 @@ class Help(unittest.TestCase):
                     name = program if len(words) == 1 else "mocap[a-z-]*"
                     self.assertRegex(ended.stdout, rf"^{name} \d+\.\d+\.\d+\n$")
 
-    @unittest.skipIf(os.environ.get("MOCAP_SANITIZE"), "a sanitizer takes time at the start")
-    def test_the_daemon_prints_its_version_within_50_ms_of_processor_time(self):
-        def processor_s():
-            before = resource.getrusage(resource.RUSAGE_CHILDREN)
-            self.desk.run("mocapd", "--version")
-            after = resource.getrusage(resource.RUSAGE_CHILDREN)
-            return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-
-        self.assertLess(min(processor_s() for _ in range(10)), 0.05)
-
-    def test_daemon_and_clients_do_not_load_opencv(self):
+    def test_daemon_and_clients_load_few_libraries(self):
+        """The libraries that a program loads decide how soon it starts; OpenCV brings more than a hundred."""
         for program in ("mocapd", "mocapctl", "mocap-watch", "mocap-sim", "mocap-score", "mocap-vmc", "mocap-vrpn", "mocap-rokoko",
                         "mocap-natnet"):
             libraries = subprocess.run(["ldd", BIN / program], check=True, capture_output=True, text=True).stdout
