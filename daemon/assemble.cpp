@@ -12,6 +12,7 @@
 #include "associate/multi_view_matcher.h"
 #include "base/log.h"
 #include "cameras/aravis/usb_bandwidth.h"
+#include "cameras/jpeg_encoder.h"
 #include "cameras/open_camera.h"
 #include "cameras/replay/replay_settings.h"
 #include "cameras/synthetic/synthetic_settings.h"
@@ -290,6 +291,7 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   Result<std::unique_ptr<BlobWriter>> blobs = open_blobs(settings);
   if (!blobs) return blobs.error();
   made.parts.blob_writer = std::move(*blobs);
+  made.parts.preview_encoder = std::make_unique<cameras::JpegEncoder>();
   made.parts.takes = make_takes(settings, made.parts.description);
   Result<std::unique_ptr<runtime::TriggerParts>> trigger = open_trigger(settings);
   if (!trigger) return trigger.error();

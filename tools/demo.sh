@@ -12,7 +12,7 @@ usage: tools/demo.sh [--seconds N]
   --seconds N   duration of the live feed (default 15, at least 5)
 
 Installs what is missing (as root), builds, starts 4 simulated GigE cameras (640x480, 60 fps) of a walking subject and
-mocapd with config/demo.toml, shows the feed, ends all processes that it started and prints the comparison of the feed with the truth.
+mocapd with config/demo.toml, serves the page, shows the feed, ends all processes that it started and prints the comparison of the feed with the truth.
 TEXT
 }
 while [ $# -gt 0 ]; do
@@ -26,22 +26,42 @@ done
 case "$seconds" in ''|*[!0-9]*) echo "demo: --seconds is '$seconds', expected a whole number from 5" >&2; exit 64 ;; esac
 [ "$seconds" -ge 5 ] || { echo "demo: --seconds is $seconds, expected at least 5" >&2; exit 64; }
 
-if [ "${MOCAP_DEMO:-}" != built ]; then
-  tools/build.sh mocapd mocap-sim mocap-watch mocap-score
-  MOCAP_DEMO=built exec tools/own_network.sh tools/demo.sh --seconds "$seconds"
-fi
-
-bin=build/release/bin
-work=$(mktemp -d "${TMPDIR:-/tmp}/mocap-demo.XXXXXX")
 pids=()
 finish() {
   for pid in "${pids[@]}"; do kill -TERM "$pid" 2>/dev/null || true; done
   for pid in "${pids[@]}"; do wait "$pid" 2>/dev/null || true; done
-  rm -rf "$work"
 }
 trap finish EXIT
 trap 'exit 130' INT
 trap 'exit 143' TERM
+bin=build/release/bin
+
+# Starts mocap-web, and waits for its address, which is the first line of its log.
+start_page() {  # OPTION...
+  "$bin/mocap-web" "ipc://$work/feed" "$@" >"$work/web.log" 2>&1 &
+  local page=$!
+  pids+=("$page")
+  until grep -q 'http' "$work/web.log"; do
+    kill -0 "$page" 2>/dev/null || return 1
+    sleep 0.1
+  done
+}
+
+# The page is for the browser, so it stays in the network of this machine; the rest runs in a network of its own. A Unix socket connects
+# them.
+if [ -z "${MOCAP_DEMO:-}" ]; then
+  tools/build.sh mocapd mocap-sim mocap-watch mocap-score mocap-web
+  work=$(mktemp -d "${TMPDIR:-/tmp}/mocap-demo.XXXXXX")
+  trap 'finish; rm -rf "$work"' EXIT
+  start_page || start_page --port 0 || { cat "$work/web.log" >&2; exit 70; }
+  echo "demo: the page is at $(sed -n 's/^mocap-web: //p' "$work/web.log")"
+  MOCAP_DEMO="$work" tools/own_network.sh tools/demo.sh --seconds "$seconds" &
+  inner=$!
+  pids=("$inner" "${pids[@]}")
+  wait "$inner"
+  exit
+fi
+work=$MOCAP_DEMO
 
 # Prints the end of the log and exits if a program has ended unexpectedly.
 must_run() {
@@ -56,7 +76,11 @@ endpoint=tcp://127.0.0.1:5570
   >"$work/sim.log" 2>&1 &
 sim=$!
 pids+=("$sim")
-"$bin/mocapd" --config config/demo.toml >"$work/daemon.log" 2>&1 &
+{
+  sed "s#\"demo.rig.toml\"#\"$PWD/config/demo.rig.toml\"#; s#\"markersets/#\"$PWD/config/markersets/#" config/demo.toml
+  printf '[publish]\nmore_endpoints = ["ipc://%s/feed"]\n[control]\nmore_endpoints = ["ipc://%s/feed.control"]\n' "$work" "$work"
+} >"$work/demo.toml"
+"$bin/mocapd" --config "$work/demo.toml" >"$work/daemon.log" 2>&1 &
 daemon=$!
 pids+=("$daemon")
 "$bin/mocap-watch" "$endpoint" --json --seconds "$((seconds + 30))" >"$work/stream.jsonl" 2>"$work/recorder.log" &

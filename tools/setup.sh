@@ -15,8 +15,10 @@ packages=(
   # libraries
   libaravis-dev libusb-1.0-0-dev libopencv-dev libopencv-contrib-dev libeigen3-dev libceres-dev libhwy-dev libturbojpeg0-dev libpng-dev
   libzmq3-dev libprotozero-dev libprotobuf-dev protobuf-compiler libspdlog-dev libfmt-dev libsystemd-dev
-  libcli11-dev libtomlplusplus-dev libyaml-cpp-dev nlohmann-json3-dev libzstd-dev liblz4-dev zlib1g-dev libexpat1-dev libltc-dev
-  libasound2-dev
+  libcli11-dev libboost-dev libssl-dev libtomlplusplus-dev libyaml-cpp-dev nlohmann-json3-dev libzstd-dev liblz4-dev zlib1g-dev
+  libexpat1-dev libltc-dev libasound2-dev
+  # the page of mocap-web, whose npm packages are installed if npm is there
+  esbuild
   # the demo (own network of the simulated cameras) and clients in Python
   iproute2 procps python3 python3-zmq python3-protobuf python3-numpy
 )
@@ -51,15 +53,19 @@ fi
 # Node.js may come from elsewhere than Debian.
 if $tests && ! command -v npm >/dev/null; then packages+=(nodejs npm); fi
 
-# Installs the npm packages of the tests, as their lock files name them. Without a network their tests are skipped.
+# Installs npm packages as a lock file names them. Without them, WHAT.
+npm_ci() {  # LOCK WHAT
+  local folder
+  folder=$(dirname "$1")
+  if [ ! -e "$1" ] || [ -e "$folder/node_modules/.package-lock.json" ] || ! command -v npm >/dev/null; then return 0; fi
+  npm ci --prefix "$folder" --ignore-scripts --no-audit --no-fund --silent || echo "setup: npm ci in $folder failed; $2" >&2
+}
+
 install_npm_packages() {
-  local lock folder
-  for lock in "$(dirname "$0")"/../tests/*/npm/package-lock.json; do
-    folder=$(dirname "$lock")
-    [ ! -e "$folder/node_modules/.package-lock.json" ] || continue
-    npm ci --prefix "$folder" --ignore-scripts --no-audit --no-fund --silent ||
-      echo "setup: npm ci in $folder failed; the tests with these packages are skipped" >&2
-  done
+  local lock
+  npm_ci "$(dirname "$0")/web/page/package-lock.json" "mocap-web is built without its page"
+  $tests || return 0
+  for lock in "$(dirname "$0")"/../tests/*/npm/package-lock.json; do npm_ci "$lock" "the tests with these packages are skipped"; done
 }
 
 # One query for all packages, because dpkg-query starts slowly. An unknown package prints nothing.
@@ -70,7 +76,7 @@ for package in "${packages[@]}"; do
 done
 
 if [ ${#missing[@]} -eq 0 ]; then
-  if $tests && ! $check; then install_npm_packages; fi
+  $check || install_npm_packages
   exit 0
 fi
 if $check || [ "$(id -u)" -ne 0 ]; then
@@ -90,4 +96,4 @@ if ! { apt-get update -qq && apt-get install -y -qq --no-install-recommends "${m
   echo "setup: apt-get failed; nothing was built" >&2
   exit 69
 fi
-if $tests; then install_npm_packages; fi
+install_npm_packages

@@ -28,6 +28,21 @@ struct LatencyFigures {
   Duration max{};
 };
 
+/// Upper ends of the buckets of LatencyTotals; a latency above the last one is in the bucket after it.
+inline constexpr std::array<Duration, 15> kLatencyBounds = [] {
+  constexpr int kBounds_us[] = {250,   500,   1000,  2000,  3000,  4000,   6000,  8000,
+                                12000, 16000, 24000, 32000, 64000, 128000, 256000};
+  std::array<Duration, 15> bounds{};
+  for (std::size_t i = 0; i < bounds.size(); ++i) bounds[i] = std::chrono::microseconds(kBounds_us[i]);
+  return bounds;
+}();
+
+/// Latencies since the start.
+struct LatencyTotals {
+  std::array<std::uint64_t, kLatencyBounds.size() + 1> counts{};  ///< snapshots by bucket
+  Duration sum{};
+};
+
 enum class CameraPhase { Starting, Streaming, Silent, Reopening, Ended, Stopped };
 
 /// Counts of one camera since the start, and its state.
@@ -101,7 +116,8 @@ struct Health {
   std::uint64_t dropped_snapshots = 0;      ///< dropped because the publish queue was full
   std::uint64_t passed_over_snapshots = 0;  ///< skipped because the publisher was late and took the newest
   std::uint64_t sent_snapshots = 0;
-  std::array<LatencyFigures, kLatencyStages> latency;  ///< by LatencyStage
+  std::array<LatencyFigures, kLatencyStages> latency;        ///< by LatencyStage
+  std::array<LatencyTotals, kLatencyStages> latency_totals;  ///< by LatencyStage
   std::vector<CameraHealth> cameras;
   FeedHealth feed;
   std::vector<RecordingHealth> recordings;

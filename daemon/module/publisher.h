@@ -3,6 +3,7 @@
 #include "base/result.h"
 #include "model/description.h"
 #include "model/health.h"
+#include "model/preview.h"
 #include "model/snapshot.h"
 
 namespace mocap {
@@ -26,6 +27,11 @@ class Publisher {
   /// Accepts new subscribers and reads their requests. The calls above do this as well; call serve() about twenty times
   /// a second if they are less frequent.
   virtual void serve() {}
+
+  /// Whether somebody subscribes to the previews of this camera of the description.
+  virtual bool wants_preview(CameraId /*camera*/) const { return false; }
+  /// Sends a preview, if somebody wants it.
+  virtual Status send_preview(const Preview& /*preview*/) { return {}; }
 
   /// The state of the connections to subscribers.
   virtual FeedHealth feed() const { return {}; }

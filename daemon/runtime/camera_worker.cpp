@@ -163,6 +163,7 @@ Status CameraWorker::process(const Frame& frame, const std::stop_token& stop) {
   record(stop);
   keep_for_take();
   push(stop);
+  offer_preview(frame);
   return {};
 }
 
@@ -234,6 +235,10 @@ void CameraWorker::keep_for_take() {
   if (channel_.wake_take == nullptr) return;
   if (!channel_.to_take->try_push(seen_)) return channel_.counters.dropped_take_full.add();
   channel_.wake_take->signal();
+}
+
+void CameraWorker::offer_preview(const Frame& frame) {
+  if (channel_.wake_preview != nullptr && channel_.preview.offer(frame, seen_.blobs)) channel_.wake_preview->signal();
 }
 
 void CameraWorker::log_failure(const Error& error) {

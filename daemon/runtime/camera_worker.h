@@ -21,6 +21,7 @@
 #include "runtime/control_channel.h"
 #include "runtime/counters.h"
 #include "runtime/pausable.h"
+#include "runtime/preview_slot.h"
 #include "runtime/realtime.h"
 #include "runtime/runtime_settings.h"
 #include "synchronise/exposure_watch.h"
@@ -68,6 +69,8 @@ struct CameraChannel {
   WakeSignal record_room;               ///< signalled by the blob recorder when it removed frames
   WakeSignal* wake_recorder = nullptr;  ///< null: blobs are not recorded
   WakeSignal* wake_take = nullptr;      ///< null: no takes are recorded
+  PreviewSlot preview;                  ///< to the preview thread
+  WakeSignal* wake_preview = nullptr;   ///< null: no previews are made
   RigGauges rig;                        ///< set by the fusion thread
   BlobUseCounters blob_use;             ///< set by the fusion thread
   CameraCounters counters;
@@ -102,6 +105,7 @@ class CameraWorker : public Pausable {
   void push(const std::stop_token& stop);
   void record(const std::stop_token& stop);
   void keep_for_take();
+  void offer_preview(const Frame& frame);
   CameraPhase phase_after(const Error& error) const;
   void log_failure(const Error& error);
   void note(CameraPhase phase, const std::string& error = {});

@@ -45,9 +45,17 @@ LatencyFigures LatencyHistogram::figures() const noexcept {
   return {total_, quantile(0.50), quantile(0.99), Duration{static_cast<std::int64_t>(max_ns_)}};
 }
 
+void StageLatency::add(LatencyStage stage, Duration span) noexcept {
+  stages_[static_cast<std::size_t>(stage)].add(span);
+  LatencyTotals& totals = totals_[static_cast<std::size_t>(stage)];
+  const auto bucket = std::ranges::lower_bound(kLatencyBounds, span) - kLatencyBounds.begin();
+  ++totals.counts[static_cast<std::size_t>(bucket)];
+  totals.sum += std::max(span, Duration{0});
+}
+
 void StageLatency::add(const Instants& t) noexcept {
   const auto between = [this](LatencyStage stage, std::optional<Timestamp> from, std::optional<Timestamp> to) {
-    if (from && to) stages_[static_cast<std::size_t>(stage)].add(*to - *from);
+    if (from && to) add(stage, *to - *from);
   };
   between(LatencyStage::Receive, t.exposed_at, t.received_at);
   between(LatencyStage::Detect, t.received_at, t.detected_at);

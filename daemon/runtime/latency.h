@@ -42,8 +42,14 @@ class StageLatency {
   /// Returns the figures since the last call and clears the histograms.
   std::array<LatencyFigures, kLatencyStages> take() noexcept;
 
+  /// All latencies since the start.
+  const std::array<LatencyTotals, kLatencyStages>& totals() const noexcept { return totals_; }
+
  private:
+  void add(LatencyStage stage, Duration span) noexcept;
+
   std::array<LatencyHistogram, kLatencyStages> stages_;
+  std::array<LatencyTotals, kLatencyStages> totals_;
 };
 
 }  // namespace mocap::runtime

@@ -50,6 +50,10 @@ Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
         std::make_unique<ControlWorker>(std::move(parts.control), description_, settings_.lossless, control_links());
   }
   set_explainer(std::move(parts.explainer));
+  if (parts.preview_encoder) {
+    preview_worker_ =
+        std::make_unique<PreviewWorker>(std::move(parts.preview_encoder), borrow_channels(), preview_channel_);
+  }
   fusion_worker_ = std::make_unique<FusionWorker>(settings_.align, std::move(parts.fusion), settings_.fusion,
                                                   fusion_links(), fusion_counters_);
   if (parts.blob_writer) {
@@ -62,6 +66,7 @@ Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
   start_recorder();
   start_takes();
   start_explain();
+  start_previews();
   start_publish();
   start_fusion();
   for (std::size_t i = 0; i < cameras_.size(); ++i) start_camera(i);
@@ -83,7 +88,9 @@ CameraWorkerSettings Pipeline::camera_settings(std::size_t camera) const {
 }
 
 std::unique_ptr<CameraChannel> Pipeline::make_channel() {
-  return std::make_unique<CameraChannel>(at_least_one(settings_.camera_queue_frames), wake_fusion_);
+  auto channel = std::make_unique<CameraChannel>(at_least_one(settings_.camera_queue_frames), wake_fusion_);
+  channel->wake_preview = &preview_channel_.there_is_work;
+  return channel;
 }
 
 std::vector<CameraChannel*> Pipeline::borrow_channels() const {
@@ -123,7 +130,8 @@ PublishWorker::Links Pipeline::publish_links() {
           recordings(),
           search_.get(),
           records_takes_ ? &take_channel_ : nullptr,
-          timecode_worker_ ? &timecode_channel_ : nullptr};
+          timecode_worker_ ? &timecode_channel_ : nullptr,
+          preview_worker_ ? &preview_channel_ : nullptr};
 }
 
 ControlWorker::Links Pipeline::control_links() {
@@ -181,6 +189,14 @@ void Pipeline::start_explain() {
   explain_thread_ = std::jthread([this](const std::stop_token& token) {
     name_this_thread("mocap-explain");
     explain_worker_->run(token);
+  });
+}
+
+void Pipeline::start_previews() {
+  if (!preview_worker_) return;
+  preview_thread_ = std::jthread([this](const std::stop_token& token) {
+    name_this_thread("mocap-preview");
+    preview_worker_->run(token);
   });
 }
 
@@ -320,6 +336,7 @@ void Pipeline::stop() {
   explain_thread_.request_stop();
   if (search_) search_->there_is_work.signal();
   if (explain_thread_.joinable()) explain_thread_.join();
+  pause_previews();
 }
 
 Pipeline::Progress Pipeline::progress() const {

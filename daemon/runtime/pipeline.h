@@ -11,6 +11,7 @@
 #include "model/handover.h"
 #include "module/blob_writer.h"
 #include "module/control_server.h"
+#include "module/preview_encoder.h"
 #include "module/publisher.h"
 #include "module/search_explainer.h"
 #include "module/take_recorder.h"
@@ -22,6 +23,7 @@
 #include "runtime/control_worker.h"
 #include "runtime/explain_worker.h"
 #include "runtime/fusion_worker.h"
+#include "runtime/preview_worker.h"
 #include "runtime/publish_worker.h"
 #include "runtime/runtime_settings.h"
 #include "runtime/side_worker.h"
@@ -39,11 +41,12 @@ struct PipelineParts {
   std::vector<std::unique_ptr<Writer>> writers;  ///< none: no side thread
   std::unique_ptr<BlobWriter> blob_writer;       ///< none: blobs are not recorded
   Description description;
-  std::unique_ptr<ControlServer> control;           ///< none: no requests are received
-  std::unique_ptr<SearchExplainer> explainer = {};  ///< none: health has no reasons for missing subjects
-  std::unique_ptr<TakeRecorder> takes = {};         ///< none: no takes are recorded
-  std::unique_ptr<TriggerParts> trigger = {};       ///< none: takes have no remote triggers
-  std::unique_ptr<TimecodeSource> timecode = {};    ///< none: snapshots have no timecode
+  std::unique_ptr<ControlServer> control;                ///< none: no requests are received
+  std::unique_ptr<SearchExplainer> explainer = {};       ///< none: health has no reasons for missing subjects
+  std::unique_ptr<TakeRecorder> takes = {};              ///< none: no takes are recorded
+  std::unique_ptr<TriggerParts> trigger = {};            ///< none: takes have no remote triggers
+  std::unique_ptr<TimecodeSource> timecode = {};         ///< none: snapshots have no timecode
+  std::unique_ptr<PreviewEncoder> preview_encoder = {};  ///< none: no previews are made
 };
 
 /// How a camera continues in the next configuration.
@@ -157,6 +160,8 @@ class Pipeline {
   void set_recording(CameraChannel& channel);
   void set_explainer(std::unique_ptr<SearchExplainer> explainer);
   void pause_explain();
+  void start_previews();
+  void pause_previews();
   std::unique_ptr<BlobRecorder> pause_recorder(PipelineChange& change);
   void pause_row();
   void change_row(PipelineChange& change);
@@ -192,6 +197,7 @@ class Pipeline {
   WakeSignal wake_take_;
   TakeChannel take_channel_;
   TimecodeChannel timecode_channel_;
+  PreviewChannel preview_channel_;
   std::unique_ptr<SnapshotChannel> to_takes_;  // null: no takes are recorded
   std::unique_ptr<SnapshotChannel> to_publish_;
   std::unique_ptr<SnapshotChannel> to_side_;  // null: nothing was written yet
@@ -209,6 +215,7 @@ class Pipeline {
   std::unique_ptr<TakeWorker> take_worker_;
   std::unique_ptr<TriggerWorker> trigger_worker_;
   std::unique_ptr<TimecodeWorker> timecode_worker_;     // null: no source of timecode
+  std::unique_ptr<PreviewWorker> preview_worker_;       // null: no previews are made
   std::vector<std::unique_ptr<SideFile>> ended_files_;  // to be finished
   std::unique_ptr<TakeWorker> ended_takes_;             // to be finished
   std::vector<CameraUnit> cameras_;                     // by CameraId
@@ -226,6 +233,7 @@ class Pipeline {
   std::jthread take_disk_thread_;
   std::jthread trigger_thread_;
   std::jthread timecode_thread_;
+  std::jthread preview_thread_;
 };
 
 }  // namespace mocap::runtime

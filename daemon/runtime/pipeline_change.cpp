@@ -29,6 +29,7 @@ Status Pipeline::change(PipelineChange change) {
   }
   std::unique_ptr<BlobRecorder> ended_recorder = pause_recorder(change);
   pause_explain();
+  pause_previews();
   pause_row();
   Status changed = change_control(change.open_control);
   change_row(change);
@@ -38,6 +39,7 @@ Status Pipeline::change(PipelineChange change) {
   start_recorder();
   start_takes();
   start_explain();
+  start_previews();
   if (changed) start_publish();
   start_fusion();
   removed_.clear();
@@ -153,6 +155,11 @@ void Pipeline::pause_explain() {
   join(explain_thread_);
 }
 
+void Pipeline::pause_previews() {
+  preview_thread_.request_stop();
+  join(preview_thread_);
+}
+
 // In the order of the data flow, so that the queues are empty afterwards.
 void Pipeline::pause_row() {
   fusion_worker_->pause();
@@ -190,6 +197,7 @@ void Pipeline::change_row(PipelineChange& change) {
   change_side(change);
   change_takes(change);
   set_explainer(std::move(change.explainer));
+  if (preview_worker_) preview_worker_->change(borrow_channels());
   fusion_worker_->change(
       {settings_.align, std::move(change.fusion), std::move(change.handover), settings_.fusion, fusion_links()});
   publish_worker_->change(description_, settings_.publish, publish_links());

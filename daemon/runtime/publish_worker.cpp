@@ -18,6 +18,7 @@ constexpr Duration kReasonLasts = std::chrono::seconds(3);
 // period: they join within 0.1 s, and the thread costs next to nothing.
 constexpr Duration kIdleAfter = std::chrono::seconds(1);
 constexpr Duration kServeEveryIdle = std::chrono::milliseconds(50);
+constexpr Duration kAskForPreviewsEvery = std::chrono::milliseconds(50);
 
 std::string not_synchronised(const synchronise::CameraTiming& timing) {
   return fmt::format(
@@ -111,6 +112,7 @@ void PublishWorker::run() {
     const bool sent = send_waiting();
     if (!sent) publisher_->serve();
     report_when_due();
+    send_preview();
     if (sent) {
       sent_at = host_now();
       continue;
@@ -199,6 +201,27 @@ void PublishWorker::report_when_due() {
   if (!reported) log_error("publish", reported.error().message);
 }
 
+// Sends one preview in each iteration, so that several at once do not fill the send queue of a subscriber (wire,
+// decisions/0005).
+void PublishWorker::send_preview() {
+  if (links_.previews == nullptr) return;
+  if (const Preview* preview = links_.previews->previews.front()) {
+    const Status sent = publisher_->send_preview(*preview);
+    if (!sent) log_error("publish", sent.error().message);
+    links_.previews->previews.pop();
+  }
+  const Timestamp now = host_now();
+  if (now - asked_for_previews_at_ < kAskForPreviewsEvery) return;
+  asked_for_previews_at_ = now;
+  ask_for_previews();
+}
+
+void PublishWorker::ask_for_previews() {
+  for (std::uint32_t i = 0; i < links_.cameras.size(); ++i) {
+    links_.cameras[i]->preview.set_wanted(publisher_->wants_preview(CameraId{i}));
+  }
+}
+
 void PublishWorker::gather_health(Timestamp now) {
   const double seconds = to_s(now - reported_at_);
   reported_at_ = now;
@@ -212,6 +235,7 @@ void PublishWorker::gather_health(Timestamp now) {
   health_.set_rate_hz = static_cast<double>(health_.sets - sets_reported_) / seconds;
   sets_reported_ = health_.sets;
   health_.latency = latency_.take();
+  health_.latency_totals = latency_.totals();
   for (std::size_t i = 0; i < links_.cameras.size(); ++i) gather_camera(i, seconds);
   health_.feed = publisher_->feed();
   gather_recordings();

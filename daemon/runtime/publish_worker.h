@@ -13,6 +13,7 @@
 #include "runtime/fusion_worker.h"
 #include "runtime/latency.h"
 #include "runtime/pausable.h"
+#include "runtime/preview_worker.h"
 #include "runtime/recording_progress.h"
 #include "runtime/runtime_settings.h"
 #include "runtime/take_worker.h"
@@ -37,6 +38,7 @@ class PublishWorker : public Pausable {
     SearchChannel* search = nullptr;      ///< may be null: no reasons are published
     TakeChannel* takes = nullptr;         ///< may be null: no takes are recorded
     TimecodeChannel* timecode = nullptr;  ///< may be null: there is no source of timecode
+    PreviewChannel* previews = nullptr;   ///< may be null: no previews are made
   };
 
   PublishWorker(std::unique_ptr<Publisher> publisher, Description description, PublishWorkerSettings settings,
@@ -60,6 +62,8 @@ class PublishWorker : public Pausable {
   void send(Snapshot& snapshot);
   void update_control(const Snapshot& snapshot);
   void report_when_due();
+  void send_preview();
+  void ask_for_previews();
   void gather_health(Timestamp now);
   void gather_camera(std::size_t camera, double seconds);
   void gather_recordings();
@@ -73,6 +77,7 @@ class PublishWorker : public Pausable {
   StageLatency latency_;
   Health health_;
   Timestamp reported_at_;
+  Timestamp asked_for_previews_at_;
   std::uint64_t sets_reported_ = 0;
   std::vector<std::uint64_t> frames_reported_;  // by camera
   std::vector<CameraFaults> faults_;            // by camera

@@ -50,7 +50,8 @@ class Envelope {
   std::vector<std::uint8_t> bytes_;
 };
 
-// Indices of the topics in Subscriptions::set_topics. From kFirstSubject on there is one topic for each subject.
+// Indices of the topics in Subscriptions::set_topics. From kFirstSubject on there is one topic for each subject, then
+// one for each camera.
 enum Topic : std::size_t { kDescription, kSnapshot, kHealth, kEvent, kMarkers, kFirstSubject };
 
 struct Channel {
@@ -85,23 +86,29 @@ struct ZmqPublisher::Impl {
   std::vector<Channel> channels;  // by Topic
   SnapshotEncoder encoder;
   v1::Health health;
+  v1::Preview preview;
   ZmqMessage request;
   std::int64_t utc_minus_host_ns = utc_minus_host().count();
   std::optional<v1::Synchronisation> synchronisation;
   std::optional<Description> described;
   bool velocities = false;
 
+  std::size_t first_preview() const { return kFirstSubject + (described ? described->subjects.size() : 0); }
+
   void name_topics() {
     std::vector<Channel> before(std::make_move_iterator(channels.begin() + kFirstSubject),
                                 std::make_move_iterator(channels.end()));
     channels.erase(channels.begin() + kFirstSubject, channels.end());
-    for (const Subject& subject : described->subjects) {
-      Channel& channel = channels.emplace_back(kSubjectTopic + subject.name);
-      const auto same =
-          std::ranges::find(before, channel.envelope.topic(), [](const Channel& one) { return one.envelope.topic(); });
-      if (same != before.end()) channel.sequence = same->sequence;  // the topic goes on
-    }
+    for (const Subject& subject : described->subjects) add_topic(kSubjectTopic + subject.name, before);
+    for (const CameraModel& camera : described->cameras) add_topic(kPreviewTopic + camera.name, before);
     list_topics();
+  }
+
+  void add_topic(const std::string& topic, const std::vector<Channel>& before) {
+    Channel& channel = channels.emplace_back(topic);
+    const auto same =
+        std::ranges::find(before, channel.envelope.topic(), [](const Channel& one) { return one.envelope.topic(); });
+    if (same != before.end()) channel.sequence = same->sequence;  // the topic goes on
   }
 
   void list_topics() {
@@ -171,7 +178,7 @@ struct ZmqPublisher::Impl {
     if (Status sent = send_snapshot(from, kMarkers, markers); !sent) return sent;
     Parts one = whole;
     one.views = one.unlabelled = false;
-    for (std::size_t topic = kFirstSubject; topic < channels.size(); ++topic) {
+    for (std::size_t topic = kFirstSubject; topic < first_preview(); ++topic) {
       one.subject = SubjectId{static_cast<std::uint32_t>(topic - kFirstSubject)};
       if (Status sent = send_snapshot(from, topic, one); !sent) return sent;
     }
@@ -261,6 +268,20 @@ Status ZmqPublisher::report(const Health& health) {
 void ZmqPublisher::serve() {
   impl_->serve();
   static_cast<void>(impl_->send_event());
+}
+
+bool ZmqPublisher::wants_preview(CameraId camera) const {
+  const std::size_t topic = impl_->first_preview() + camera.value;
+  return topic < impl_->channels.size() && impl_->subscriptions.wanted(topic);
+}
+
+Status ZmqPublisher::send_preview(const Preview& preview) {
+  if (!wants_preview(preview.head.camera)) return {};
+  Channel& channel = impl_->channels[impl_->first_preview() + preview.head.camera.value];
+  encode(preview, impl_->preview);
+  impl_->preview.set_sequence(channel.sequence++);
+  channel.envelope.set_message(impl_->preview);
+  return impl_->send(channel);
 }
 
 FeedHealth ZmqPublisher::feed() const {

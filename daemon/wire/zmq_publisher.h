@@ -18,6 +18,7 @@ inline constexpr const char* kHealthTopic = "health";
 inline constexpr const char* kEventTopic = "event";
 inline constexpr const char* kMarkersTopic = "markers";
 inline constexpr const char* kSubjectTopic = "subject/";  ///< followed by the subject's name
+inline constexpr const char* kPreviewTopic = "preview/";  ///< followed by the camera's name
 
 /// Sends the feed over a ZeroMQ XPUB socket. Sending never blocks: messages that a slow subscriber does not receive are
 /// dropped for this subscriber alone, and a hostile peer is disconnected (wire/listener.h). A topic without subscribers
@@ -36,6 +37,8 @@ class ZmqPublisher final : public Publisher {
   Status publish(Snapshot& snapshot) override;
   Status report(const Health& health) override;
   void serve() override;
+  bool wants_preview(CameraId camera) const override;
+  Status send_preview(const Preview& preview) override;
   FeedHealth feed() const override;
 
   /// The first endpoint and all endpoints, with the port numbers in use.

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 #include <zmq.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 
@@ -55,6 +56,21 @@ struct ZmqSubscriber::Impl {
 
 ZmqSubscriber::ZmqSubscriber(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 ZmqSubscriber::~ZmqSubscriber() = default;
+
+Status ZmqSubscriber::subscribe(std::vector<std::string> topics) {
+  const auto change = [&](int option, const std::vector<std::string>& from,
+                          const std::vector<std::string>& without) -> Status {
+    for (const std::string& topic : from) {
+      if (std::ranges::find(without, topic) != without.end()) continue;
+      if (Status set = impl_->socket.set(option, topic + '\0'); !set) return set;
+    }
+    return {};
+  };
+  if (Status added = change(ZMQ_SUBSCRIBE, topics, impl_->settings.topics); !added) return added;
+  if (Status removed = change(ZMQ_UNSUBSCRIBE, impl_->settings.topics, topics); !removed) return removed;
+  impl_->settings.topics = std::move(topics);
+  return {};
+}
 
 const LinkStatus& ZmqSubscriber::link() const { return impl_->link.status(); }
 

@@ -39,6 +39,9 @@ class ZmqSubscriber {
   /// Io.
   Result<FeedMessage> next(Duration patience);
 
+  /// Replaces the list of topics, without a new connection.
+  Status subscribe(std::vector<std::string> topics);
+
   const LinkStatus& link() const;
 
  private:

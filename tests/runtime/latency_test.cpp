@@ -59,5 +59,24 @@ TEST(StageLatency, UsesOnlyTheInstantsThatAreSet) {
   EXPECT_EQ(latency.take()[static_cast<std::size_t>(LatencyStage::Total)].count, 0U);
 }
 
+TEST(StageLatency, CountsAllSinceTheStartInBuckets) {
+  StageLatency latency;
+  for (const std::int64_t ns : {0LL, 250'000LL, 250'001LL, 300'000'000LL, -5LL}) {
+    latency.add({.exposed_at = from_ns(1'000'000'000),
+                 .received_at = from_ns(1'000'000'000 + ns),
+                 .detected_at = {},
+                 .fused_at = {},
+                 .sent_at = {}});
+  }
+  static_cast<void>(latency.take());
+
+  const LatencyTotals& totals = latency.totals()[static_cast<std::size_t>(LatencyStage::Receive)];
+
+  EXPECT_EQ(totals.counts[0], 3U) << "up to 0.25 ms";
+  EXPECT_EQ(totals.counts[1], 1U);
+  EXPECT_EQ(totals.counts.back(), 1U);
+  EXPECT_EQ(totals.sum, Duration(300'500'001));
+}
+
 }  // namespace latency_test
 }  // namespace mocap::runtime

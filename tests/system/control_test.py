@@ -13,7 +13,7 @@ import time
 import unittest
 
 import harness
-from harness import BIN, SOURCE, Desk
+from harness import BIN, SOURCE, Desk, synthetic_volume
 
 sys.path.insert(0, str(pathlib.Path(os.environ.get("MOCAP_BUILD_DIR", SOURCE / "build/release")) / "python"))
 try:
@@ -476,6 +476,35 @@ class Control(unittest.TestCase):
         ask = script + '\nCOMP_WORDS=(mocapctl subject re); COMP_CWORD=2; _mocapctl; echo "${COMPREPLY[@]}"'
         completed = subprocess.run(["bash", "-c", ask], capture_output=True, text=True)
         self.assertEqual(completed.stdout.split(), ["remove", "reset"], completed.stderr)
+
+
+class Preflight(unittest.TestCase):
+    def setUp(self):
+        self.desk = Desk()
+        self.addCleanup(self.desk.close)
+
+    def preflight(self, *more):
+        host, port = self.desk.endpoint.rsplit(":", 1)
+        ended = self.desk.run("mocapctl", "preflight", "--endpoint", f"{host}:{int(port) + 1}", "--json", *more)
+        return ended.returncode, {each["check"]: each for each in json.loads(ended.stdout)}
+
+    def test_names_what_is_not_ready_and_what_mends_it(self):
+        code, found = self.preflight()
+        self.assertEqual((code, found["daemon"]["verdict"]), (69, "bad"))
+        self.assertIn("systemctl", found["daemon"]["cure"])
+        config = self.desk.write("my.toml", synthetic_volume(self.desk.endpoint))
+        self.desk.start("mocapd", "--config", config)
+        limit = time.monotonic() + 120
+        while found.get("subject actor", {}).get("verdict") != "good" and time.monotonic() < limit:
+            code, found = self.preflight("--config", config)
+
+        self.assertEqual(found["subject actor"]["verdict"], "good", found)
+        for check in ("camera cam1", "camera cam4", "sets", "subscribers", "disk", "calibration"):
+            self.assertIn(check, found)
+        host, port = self.desk.endpoint.rsplit(":", 1)
+        self.desk.run("mocapctl", "capture", "stop", "--endpoint", f"{host}:{int(port) + 1}")
+        code, found = self.preflight()
+        self.assertEqual((code, found["capture"]["cure"]), (69, "mocapctl capture start"))
 
 
 if __name__ == "__main__":

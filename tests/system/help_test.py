@@ -7,7 +7,7 @@ import unittest
 from harness import BIN, Desk
 
 PROGRAMS = ["mocapd", "mocapctl", "mocap-watch", "mocap-sim", "mocap-score", "mocap-eval", "mocap-bench",
-            "mocap-calibrate", "mocap-vmc", "mocap-vrpn", "mocap-rokoko", "mocap-natnet"]
+            "mocap-calibrate", "mocap-web", "mocap-vmc", "mocap-vrpn", "mocap-rokoko", "mocap-natnet"]
 COLUMNS = 80
 
 

@@ -44,3 +44,4 @@ fi
 
 check_unit systemd/mocapd.service mocapd.service 20  # camera and sound devices, network and real time
 check_unit systemd/mocap-bridge@.service mocap-bridge@vrpn.service 13  # network
+check_unit systemd/mocap-web.service mocap-web.service 13  # network

@@ -588,6 +588,8 @@ TEST(EncodeHealth, RoundTripsAndOmitsStagesWithoutSamples) {
   sent.sets = 100;
   sent.complete_sets = 99;
   sent.latency[static_cast<std::size_t>(LatencyStage::Fuse)] = {60, Duration(1000), Duration(2000), Duration(3000)};
+  sent.latency_totals[2].counts[3] = 77;
+  sent.latency_totals[2].sum = Duration(123'000'000);
   sent.cameras.push_back({"north",
                           CameraPhase::Reopening,
                           59.9,
@@ -628,6 +630,9 @@ TEST(EncodeHealth, RoundTripsAndOmitsStagesWithoutSamples) {
   EXPECT_EQ(read->complete_sets, 99U);
   EXPECT_EQ(read->latency[0].count, 0U);
   EXPECT_EQ(read->latency[2].p99, Duration(2000));
+  EXPECT_EQ(message.latency_totals_size(), 1);
+  EXPECT_EQ(read->latency_totals[2].counts, sent.latency_totals[2].counts);
+  EXPECT_EQ(read->latency_totals[2].sum, Duration(123'000'000));
   ASSERT_EQ(read->cameras.size(), 1U);
   EXPECT_EQ(read->cameras[0].phase, CameraPhase::Reopening);
   const DetectionCounts& detection = read->cameras[0].detection;

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "mocap/v1/event.pb.h"
+#include "mocap/v1/preview.pb.h"
 #include "mocap/v1/snapshot.pb.h"
 #include "random_model.h"
 #include "sample_description.h"
@@ -302,6 +303,42 @@ TEST(ZmqPublisher, ClosesAtOnceWithAStalledSubscriber) {
   EXPECT_LT(host_now() - start, seconds(1));
 }
 
+TEST(ZmqPublisher, SendsPreviewsOfACameraOnlyWhileSomebodyWantsThem) {
+  const auto publisher = publisher_at("tcp://127.0.0.1:*");
+  Description description = sample_description(5);
+  ASSERT_FALSE(description.cameras.empty());
+  ASSERT_TRUE(publisher->describe(description));
+  const std::string topic = kPreviewTopic + description.cameras[0].name;
+  Preview preview;
+  preview.head.number = 9;
+  preview.head.image_width_px = 1280;
+  preview.head.step = 2;
+  preview.head.blobs.push_back({1.5F, 2.5F, 30.0F});
+  preview.jpeg = {std::byte{1}, std::byte{0}, std::byte{2}};
+  EXPECT_FALSE(publisher->wants_preview(CameraId{0}));
+  EXPECT_TRUE(publisher->send_preview(preview));
+
+  const auto subscriber = subscriber_with({.endpoint = publisher->endpoint(), .topics = {topic}});
+  while (!publisher->wants_preview(CameraId{0})) {
+    publisher->serve();
+    static_cast<void>(subscriber->next(milliseconds(1)));
+  }
+  EXPECT_FALSE(publisher->wants_preview(CameraId{1}));
+  EXPECT_FALSE(publisher->wants_preview(CameraId{9999}));
+  ASSERT_TRUE(publisher->send_preview(preview));
+
+  const auto message = subscriber->next(kLong);
+  ASSERT_TRUE(message);
+  v1::Preview sent;
+  ASSERT_TRUE(sent.ParseFromString(message->payload));
+  EXPECT_EQ(sent.sequence(), 0U) << "the one before had no subscriber";
+  EXPECT_EQ(sent.frame_number(), 9U);
+  EXPECT_EQ(sent.step(), 2U);
+  EXPECT_EQ(sent.jpeg(), std::string("\1\0\2", 3));
+  EXPECT_EQ(sent.x_px(0), 1.5F);
+  EXPECT_EQ(sent.y_px(0), 2.5F);
+}
+
 TEST(ZmqSubscriber, ReportsWhetherItIsConnected) {
   const auto publisher = publisher_at("tcp://127.0.0.1:*");
   const auto subscriber = subscriber_to(publisher->endpoint());
@@ -309,6 +346,18 @@ TEST(ZmqSubscriber, ReportsWhetherItIsConnected) {
 
   EXPECT_EQ(subscriber->link().connections, 1U);
   EXPECT_EQ(ZmqSubscriber::open({.endpoint = "nonsense"}).error().code, ErrorCode::InvalidArgument);
+}
+
+TEST(ZmqSubscriber, ChangesItsTopicsWithinOneConnection) {
+  const Daemon daemon;
+  const auto subscriber = subscriber_with({.endpoint = daemon.endpoint(), .topics = {"health"}});
+  ASSERT_TRUE(first_of(*subscriber, "health"));
+
+  ASSERT_TRUE(subscriber->subscribe({"snapshot"}));
+
+  EXPECT_TRUE(first_of(*subscriber, "snapshot"));
+  while (first_of(*subscriber, "snapshot")->topic != "snapshot") continue;
+  EXPECT_EQ(subscriber->link().connections, 1U);
 }
 
 TEST(ZmqSubscriber, ReconnectsAfterARestartOfTheDaemon) {

@@ -38,8 +38,6 @@ std::optional<std::int64_t> number_of(const fs::path& path) {
   return value;
 }
 
-Finding good(std::string check, std::string what) { return {std::move(check), Verdict::Good, std::move(what), {}}; }
-
 /// Runs all checks. Each member function checks one subject and adds its findings.
 class Examination {
  public:

@@ -1,20 +1,11 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 #include <vector>
 
+#include "ctl/finding.h"
+
 namespace mocap::ctl {
-
-enum class Verdict { Good, Warning, Bad };
-
-/// The result of one check.
-struct Finding {
-  std::string check;  ///< "net.core.rmem_max"
-  Verdict verdict = Verdict::Good;
-  std::string what;  ///< the state that was found
-  std::string cure;  ///< a command that repairs the state; empty: none
-};
 
 /// The features that the machine must support.
 struct Demands {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <variant>
 #include <vector>
@@ -33,8 +32,6 @@ struct DoctorOptions {
   std::filesystem::path blobs;
   bool json = false;
 };
-
-constexpr const char* kWords[] = {"good", "warning", "bad"};  // by Verdict
 
 // The features that this configuration needs.
 Demands demands_of(const settings::DaemonSettings& settings) {
@@ -148,24 +145,6 @@ Status look_at_rig(const DoctorOptions& options, const Rig& rig, std::vector<Fin
   return {};
 }
 
-void print(const std::vector<Finding>& findings, bool json) {
-  if (json) {
-    nlohmann::json list = nlohmann::json::array();
-    for (const Finding& each : findings) {
-      list.push_back({{"check", each.check},
-                      {"verdict", kWords[static_cast<std::size_t>(each.verdict)]},
-                      {"what", each.what},
-                      {"cure", each.cure}});
-    }
-    fmt::print("{}\n", list.dump());
-    return;
-  }
-  for (const Finding& each : findings) {
-    fmt::print("{:<8} {:<28} {}\n", kWords[static_cast<std::size_t>(each.verdict)], each.check, each.what);
-    if (!each.cure.empty()) fmt::print("{:<8} {:<28} > {}\n", "", "", each.cure);
-  }
-}
-
 int run(const DoctorOptions& options) {
   std::vector<Finding> findings;
   Rig rig;
@@ -197,9 +176,7 @@ int run(const DoctorOptions& options) {
     }
   }
   print(findings, options.json);
-  const bool bad =
-      std::any_of(findings.begin(), findings.end(), [](const Finding& each) { return each.verdict == Verdict::Bad; });
-  return bad ? kExitUnavailable : kExitOk;
+  return is_bad(findings) ? kExitUnavailable : kExitOk;
 }
 
 }  // namespace

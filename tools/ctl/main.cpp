@@ -11,6 +11,7 @@
 #include "ctl/export_command.h"
 #include "ctl/keys_command.h"
 #include "ctl/live_command.h"
+#include "ctl/preflight_command.h"
 #include "ctl/retrack_command.h"
 #include "ctl/subject_command.h"
 #include "ctl/take_command.h"
@@ -38,6 +39,8 @@ constexpr const char* kExamples = R"(examples:
       one image with its blobs drawn in (mocapd must not have the camera)
   mocapctl doctor --config mocapd.toml
       what this machine lacks for these cameras, and the commands that mend it
+  mocapctl preflight
+      whether the running daemon is ready to record, and what mends what is not
   mocapctl config show
       every setting of the service, and the file it comes from
   mocapctl status
@@ -77,6 +80,7 @@ int main(int argc, char** argv) {
   ctl::add_cameras_command(app, chosen);
   ctl::add_bridge_command(app, chosen);
   ctl::add_doctor_command(app, chosen);
+  ctl::add_preflight_command(app, chosen);
   ctl::add_config_command(app, chosen);
   ctl::KeysOptions keys;
   ctl::add_keys_command(app, keys);

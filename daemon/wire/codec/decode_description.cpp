@@ -311,6 +311,14 @@ Result<Health> decode(const v1::Health& from) {
     if (stage.stage() < v1::LATENCY_STAGE_RECEIVE || index >= kLatencyStages) continue;
     into.latency[index] = {stage.count(), Duration(stage.p50_ns()), Duration(stage.p99_ns()), Duration(stage.max_ns())};
   }
+  for (const v1::LatencyTotals& stage : from.latency_totals()) {
+    const auto index = static_cast<std::size_t>(stage.stage() - v1::LATENCY_STAGE_RECEIVE);
+    if (stage.stage() < v1::LATENCY_STAGE_RECEIVE || index >= kLatencyStages) continue;
+    LatencyTotals& totals = into.latency_totals[index];
+    const std::size_t count = std::min(static_cast<std::size_t>(stage.counts_size()), totals.counts.size());
+    std::copy_n(stage.counts().begin(), count, totals.counts.begin());
+    if (std::abs(stage.sum_s()) < 1e9) totals.sum = from_s(stage.sum_s());
+  }
   for (const v1::CameraHealth& camera : from.cameras()) into.cameras.push_back(camera_health_of(camera));
   const v1::FeedHealth& feed = from.feed();
   into.feed = {feed.listeners(),         feed.connections(),     feed.disconnections(),

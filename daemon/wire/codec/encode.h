@@ -4,9 +4,11 @@
 
 #include "mocap/v1/description.pb.h"
 #include "mocap/v1/health.pb.h"
+#include "mocap/v1/preview.pb.h"
 #include "mocap/v1/snapshot.pb.h"
 #include "model/description.h"
 #include "model/health.h"
+#include "model/preview.h"
 #include "model/snapshot.h"
 
 namespace mocap::wire {
@@ -46,5 +48,8 @@ v1::Description encode(const Description& from);
 
 /// Encodes the counters of the daemon. Latency stages without samples are omitted. A reused message keeps its memory.
 void encode(const Health& from, v1::Health& into);
+
+/// Encodes a preview without its sequence number. A reused message keeps its memory.
+void encode(const Preview& from, v1::Preview& into);
 
 }  // namespace mocap::wire

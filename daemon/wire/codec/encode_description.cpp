@@ -217,6 +217,22 @@ v1::Description encode(const Description& from) {
   return into;
 }
 
+namespace {
+
+void encode_totals(const Health& from, v1::Health& into) {
+  for (const Duration bound : kLatencyBounds) into.add_latency_bounds_s(to_s(bound));
+  for (std::size_t i = 0; i < kLatencyStages; ++i) {
+    const LatencyTotals& totals = from.latency_totals[i];
+    if (std::ranges::count(totals.counts, 0U) == std::ssize(totals.counts)) continue;
+    v1::LatencyTotals& to = *into.add_latency_totals();
+    to.set_stage(stage_code_of(static_cast<LatencyStage>(i)));
+    for (const std::uint64_t count : totals.counts) to.add_counts(count);
+    to.set_sum_s(to_s(totals.sum));
+  }
+}
+
+}  // namespace
+
 void encode(const Health& from, v1::Health& into) {
   into.Clear();
   into.set_at_ns(to_ns(from.at));
@@ -237,6 +253,7 @@ void encode(const Health& from, v1::Health& into) {
     to.set_p99_ns(figures.p99.count());
     to.set_max_ns(figures.max.count());
   }
+  encode_totals(from, into);
   for (const CameraHealth& camera : from.cameras) encode_camera_health(camera, *into.add_cameras());
   v1::FeedHealth& feed = *into.mutable_feed();
   feed.set_listeners(from.feed.listeners);

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace mocap::ctl {
+
+enum class Verdict { Good, Warning, Bad };
+
+/// The result of one check.
+struct Finding {
+  std::string check;  ///< "net.core.rmem_max"
+  Verdict verdict = Verdict::Good;
+  std::string what;  ///< the state that was found
+  std::string cure;  ///< a command that repairs the state; empty: none
+};
+
+Finding good(std::string check, std::string what);
+Finding warning(std::string check, std::string what, std::string cure);
+Finding bad(std::string check, std::string what, std::string cure);
+
+bool is_bad(const std::vector<Finding>& findings);
+
+/// Prints the findings for people, or as a JSON array.
+void print(const std::vector<Finding>& findings, bool json);
+
+}  // namespace mocap::ctl

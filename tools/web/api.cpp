@@ -1,0 +1,82 @@
+#include "web/api.h"
+
+#include <fmt/format.h>
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/util/json_util.h>
+
+#include <algorithm>
+#include <array>
+
+namespace mocap::web {
+namespace {
+
+using google::protobuf::util::JsonParseOptions;
+using google::protobuf::util::JsonPrintOptions;
+
+// The requests that the role viewer may send; see control.proto.
+constexpr std::array<std::string_view, 3> kReads = {"status", "description", "snapshot"};
+
+const google::protobuf::OneofDescriptor& requests() { return *v1::Request::descriptor()->FindOneofByName("what"); }
+
+std::vector<Method> list_methods() {
+  std::vector<Method> all;
+  for (int i = 0; i < requests().field_count(); ++i) {
+    const std::string& name = requests().field(i)->name();
+    all.push_back({name, std::ranges::find(kReads, name) == kReads.end()});
+  }
+  return all;
+}
+
+std::string print(const google::protobuf::Message& message, bool defaults) {
+  JsonPrintOptions options;
+  options.always_print_primitive_fields = defaults;
+  std::string text;
+  if (!google::protobuf::util::MessageToJsonString(message, &text, options).ok()) return "{}";
+  return text;
+}
+
+}  // namespace
+
+const std::vector<Method>& methods() {
+  static const std::vector<Method> kAll = list_methods();
+  return kAll;
+}
+
+const Method* find_method(std::string_view name) {
+  const auto found = std::ranges::find(methods(), name, &Method::name);
+  return found == methods().end() ? nullptr : &*found;
+}
+
+Result<v1::Request> request_of(const Method& method, const std::string& params_json) {
+  v1::Request request;
+  const auto* field = requests().containing_type()->FindFieldByName(method.name);
+  google::protobuf::Message* params = request.GetReflection()->MutableMessage(&request, field);
+  if (params_json.find_first_not_of(" \t\r\n") == std::string::npos) return request;
+  const auto read = google::protobuf::util::JsonStringToMessage(params_json, params, JsonParseOptions());
+  if (!read.ok()) {
+    return Error{ErrorCode::InvalidArgument, fmt::format("{}: expected {} of control.proto as JSON: {}", method.name,
+                                                         params->GetDescriptor()->name(), std::string(read.message()))};
+  }
+  return request;
+}
+
+std::string params_of(const v1::Request& request) {
+  const auto* field = request.GetReflection()->GetOneofFieldDescriptor(request, &requests());
+  return field == nullptr ? "{}" : print(request.GetReflection()->GetMessage(request, field), false);
+}
+
+std::string json_of(const v1::Answer& answer) { return print(answer, true); }
+
+int http_status_of(v1::Code code) {
+  switch (code) {
+    case v1::CODE_DONE: return 200;
+    case v1::CODE_INVALID: return 400;
+    case v1::CODE_FORBIDDEN: return 403;
+    case v1::CODE_NOT_FOUND: return 404;
+    case v1::CODE_UNSUPPORTED: return 422;
+    case v1::CODE_TIMEOUT: return 504;
+    default: return 502;
+  }
+}
+
+}  // namespace mocap::web

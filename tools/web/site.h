@@ -1,0 +1,64 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "web/access.h"
+#include "web/api.h"
+#include "web/control_worker.h"
+#include "web/http_message.h"
+#include "web/hub.h"
+#include "web/metrics.h"
+#include "web/page_message.h"
+
+namespace mocap::web {
+
+/// Runs a function in the thread of the Site.
+using RunHere = std::function<void(std::function<void()>)>;
+
+/// The answers to the requests of browsers and machines. One thread. The Hub and the workers outlive the Site.
+class Site {
+ public:
+  struct Parts {
+    Hub& hub;
+    ControlWorker& reads;    ///< requests that change nothing
+    ControlWorker& changes;  ///< requests that may take long
+    RunHere run_here;
+  };
+
+  Site(AccessSettings access, const Parts& parts) : access_(std::move(access)), parts_(parts) {}
+
+  /// Calls `done` at once, or when the daemon has answered.
+  void answer(const HttpRequest& request, std::function<void(HttpReply)> done);
+
+  /// Whether this request may open the connection of a page; otherwise the refusal.
+  Result<Visitor, HttpReply> admit_page(const HttpRequest& request);
+
+  /// Executes a request of a page and says the answer, at once or when the daemon has answered.
+  void answer(const RequestMessage& request, const Visitor& visitor, const std::string& remote,
+              std::function<void(std::string)> say);
+
+  /// {"state":...} for a page of this visitor.
+  std::string state_text(const Visitor& visitor, Timestamp now) const;
+
+  WebCounts& counts() { return counts_; }
+  void note_refused(const std::string& reason) { ++counts_.refused[reason]; }
+
+ private:
+  /// The HTTP status of an answer and its JSON.
+  using Answered = std::function<void(int status, const v1::Answer& answer)>;
+
+  HttpReply page_or_status(const HttpRequest& request, const std::optional<Visitor>& visitor);
+  HttpReply readiness(bool tell_reason) const;
+  HttpReply metrics() const;
+  void answer_api(const HttpRequest& request, const Visitor& visitor, std::function<void(HttpReply)> done);
+  void execute(const Method& method, const std::string& params, const Visitor& visitor, const std::string& remote,
+               Answered done);
+
+  Access access_;
+  Parts parts_;
+  WebCounts counts_;
+  std::uint64_t next_id_ = 1;
+};
+
+}  // namespace mocap::web
