@@ -1,0 +1,333 @@
+// The page's reading, arithmetic and judgement, without a browser.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { pageModules } from "./bundle.mjs";
+import { messages } from "./modules.mjs";
+import { SimulatedDaemon } from "./simulated_daemon.mjs";
+import { cameraOnRing } from "./simulated_person.mjs";
+
+const [{ splitMessage }, { readServerText }, { WantedTopics }, { CameraView }, { sceneFrame }, { healthReasons, worst }, { History }, { MarkerWatch }, { DataAge },
+  { seenVolume, camerasThatSee }, { Coverage }, format, timecode, { readShots, writeShots }, { readFaults }, { Trails }, { sceneSummary }, { qrPath }, { eventText },
+  { RecentSnapshots }, { blobUses }, { latencyHistogram }] =
+  await pageModules("feed/message", "feed/server_text", "feed/topics", "model/camera_view", "model/scene_frame", "model/health_report", "model/history",
+    "model/marker_watch", "model/data_age", "model/seen_volume", "model/coverage", "model/format", "model/timecode", "model/shot_list", "model/config_faults",
+    "view/trails", "model/summary", "model/qr_path", "model/event_text", "model/recent_snapshots",
+    "model/blob_use", "model/latency_histogram");
+const wire = await messages();
+const { fromBinary } = await import("./modules.mjs").then(({ protobuf }) => protobuf());
+const decode = (name, bytes) => fromBinary(wire.schema(name), bytes);
+const near = (actual, expected, tolerance) => actual.forEach((value, i) => assert.ok(Math.abs(value - expected[i]) <= tolerance, `${actual} is not ${expected} within ${tolerance}`));
+
+const bytes = (...values) => new Uint8Array(values).buffer;
+
+test("A message is split into topic and payload", () => {
+  const { topic, payload } = splitMessage(bytes(5, 0x65, 0x76, 0x65, 0x6e, 0x74, 1, 2));
+  assert.equal(topic, "event");
+  assert.deepEqual([...payload], [1, 2]);
+});
+
+test("A message that is shorter than it says is refused", () => {
+  assert.equal(splitMessage(bytes()), null);
+  assert.equal(splitMessage(bytes(9, 0x65)), null);
+  assert.equal(splitMessage(bytes(0)).topic, "");
+});
+
+test("A text of the server that is not what it should be changes nothing", () => {
+  for (const text of ["", "null", "7", "[]", "{", '{"state":7}', '{"answer":[]}', '{"dropped":null}']) {
+    assert.deepEqual(Object.keys(readServerText(text)).filter((key) => key === "state"), []);
+  }
+  const { state } = readServerText('{"state":{"connected":"yes","age_s":"old","role":"king"}}');
+  assert.deepEqual(state, { connected: false, age_s: null, endpoint: "", reason: "", role: "unknown", version: "" });
+});
+
+test("An answer and the missed messages are read", () => {
+  const { answer, dropped } = readServerText('{"answer":{"id":3,"ok":false,"error":{"code":"CODE_INVALID","message":"why"}},"dropped":{"snapshot":12}}');
+  assert.deepEqual(answer, { id: 3, ok: false, result: undefined, code: "CODE_INVALID", message: "why" });
+  assert.equal(dropped.get("snapshot"), 12);
+});
+
+test("A topic is subscribed while at least one part wants it, and a hidden page keeps only the rare ones", async () => {
+  let applied = null;
+  const topics = new WantedTopics((list) => (applied = list));
+  topics.want("event");
+  const first = topics.want("snapshot");
+  const second = topics.want("snapshot");
+  await null;
+  assert.deepEqual(applied, ["event", "snapshot"]);
+  first();
+  first(); // a second end of the same wish does not count
+  assert.deepEqual(topics.topics(), ["event", "snapshot"]);
+  topics.setHidden(true);
+  assert.deepEqual(topics.topics(), ["event"]);
+  topics.setHidden(false);
+  second();
+  assert.deepEqual(topics.topics(), ["event"]);
+});
+
+const plainCamera = (fields) => new CameraView({
+  name: "c", widthPx: 1000, heightPx: 800, lensKind: 1, fxPx: 500, fyPx: 500, cxPx: 500, cyPx: 400, distortion: [0, 0, 0, 0, 0],
+  cameraFromWorldRotation: { x: 0, y: 0, z: 0, w: 1 }, cameraFromWorldTranslationM: { x: 0, y: 0, z: 0 }, ...fields,
+});
+
+test("A pinhole camera projects as by hand", () => {
+  near(plainCamera().project([0.2, -0.4, 2]), [550, 300], 1e-9);
+  // x = 0.1, y = 0.2: r2 = 0.05, radial 1.025, tangential p1: 2 * 0.01 * 0.02 and 0.01 * (0.05 + 0.08)
+  near(plainCamera({ distortion: [0.5, 0, 0.01, 0, 0] }).project([0.1, 0.2, 1]), [500 + 500 * (0.1025 + 0.0004), 400 + 500 * (0.205 + 0.0013)], 1e-9);
+});
+
+test("A fisheye camera maps the angle to the radius", () => {
+  const angle = 0.6;
+  near(plainCamera({ lensKind: 2 }).project([Math.sin(angle), 0, Math.cos(angle)]), [500 + 500 * angle, 400], 1e-9);
+});
+
+test("A point behind the camera or outside the image has no projection", () => {
+  assert.equal(plainCamera().project([0, 0, -1]), null);
+  assert.equal(plainCamera().project([5, 0, 1]), null);
+});
+
+test("A camera on the ring sees the point at which it looks in the middle, and a ray comes back", () => {
+  for (let i = 0; i < 8; i++) {
+    const camera = new CameraView(cameraOnRing(i, 8));
+    near(camera.project([0, 0, 0.9]), [639.5, 511.5], 1e-6);
+    near(camera.centre_m.slice(2), [2.4], 1e-9);
+    near(camera.project(camera.unproject(100, 900, 3)), [100, 900], 1e-6);
+  }
+});
+
+const daemon = new SimulatedDaemon(wire);
+const described = decode("Description", daemon.description());
+const snapshotAt = (number) => decode("Snapshot", daemon.snapshot(number, 1_700_000_000_000));
+
+test("A snapshot becomes markers, bones and roots", () => {
+  const frame = sceneFrame(described, snapshotAt(10), decode("Health", daemon.health(10, 0)));
+  assert.equal(frame.markers.filter((marker) => marker.subject === 0 && marker.state === "measured").length, 41);
+  assert.equal(frame.markers.filter((marker) => marker.state === "unlabelled").length, 2);
+  assert.deepEqual(frame.markers.filter((marker) => marker.state === "missing").map((marker) => marker.index), [2, 3]);
+  assert.ok(frame.roots_m[0] && frame.roots_m[1] && frame.roots_m[2] === null);
+  assert.ok(frame.bones.filter((bone) => bone.subject === 0).length >= 17);
+  assert.ok(frame.bones.every((bone) => [...bone.from_m, ...bone.to_m].every(Number.isFinite)));
+});
+
+test("A snapshot that does not fit the description is left out", () => {
+  const snapshot = snapshotAt(10);
+  snapshot.subjects[0].markers.states.pop();
+  snapshot.subjects[1].markers.positionsM.length = 5;
+  snapshot.subjects[0].bones.worldPositionsM.length = 4;
+  snapshot.subjects.push({ subject: 77, phase: 2 });
+  const frame = sceneFrame(described, snapshot, null);
+  assert.equal(frame.markers.filter((marker) => marker.subject >= 0).length, 0);
+  assert.equal(frame.bones.filter((bone) => bone.subject === 0).length, 0);
+});
+
+test("The summary says what the picture shows", () => {
+  assert.match(sceneSummary(described, snapshotAt(10)), /^8 of 8 cameras in this set\. Anna: tracking, 41 of 41 markers measured, at .* camera-prop: searching, 0 of 4.* 2 markers without a label\.$/);
+  assert.equal(sceneSummary(null, null), "No data yet.");
+});
+
+const known = (fields = {}) => ({
+  open: true, closedBecause: "", server: { connected: true, age_s: 0, endpoint: "tcp://x", reason: "", role: "operator", version: "1" }, description: described,
+  health: null, before: null, silent_s: 0.1, ...fields,
+});
+const healthWith = (camera, fields = {}) => {
+  const planted = new SimulatedDaemon(wire);
+  planted.cameraFaults.set(2, camera);
+  planted.healthFields = { searches: [], ...fields };
+  return decode("Health", planted.health(600, 0));
+};
+
+test("A healthy daemon has no reason", () => {
+  assert.deepEqual(healthReasons(known({ health: healthWith({}), before: healthWith({}) })), []);
+  assert.equal(worst([]), "good");
+});
+
+const faults = [
+  ["no server", { open: false, closedBecause: "gone" }, "bad", /No connection to mocap-web: gone/],
+  ["no daemon", { server: { ...known().server, connected: false, reason: "nothing listens" } }, "bad", /no connection to mocapd at tcp:\/\/x: nothing listens/],
+  ["silence", { silent_s: 12 }, "bad", /No data since 12.s/],
+  ["no description", { description: null }, "look", /No description/],
+  ["silent camera", { health: healthWith({ phase: 3, lastError: "timeout" }) }, "bad", /cam3: silent: timeout/],
+  ["moved camera", { health: healthWith({ bumped: true, rigOffPx: 7 }) }, "bad", /cam3 no longer stands as the rig says \(7\.0 px off\)/],
+  ["stopped camera", { health: healthWith({ phase: 6 }) }, "look", /cam3: stopped by an operator/],
+  ["free running camera", { health: healthWith({ synchronised: false }) }, "look", /cam3 does not expose together/],
+  ["lost clock", { health: healthWith({ clockSource: 3 }) }, "look", /cam3: its clock lost PTP/],
+  ["lost images", { health: healthWith({ missingFrames: 5n }), before: healthWith({ missingFrames: 2n }) }, "look", /cam3: 3 images lost/],
+  ["reflections", { health: healthWith({ markerShare: 0.1 }) }, "look", /cam3: only 10 % of its blobs/],
+  ["slow", { health: healthWith({}, { setRateHz: 31 }) }, "look", /31\.0 sets a second instead of 60\.0/],
+  ["late", { health: healthWith({}, { latencies: [{ stage: 5, count: 1n, p50Ns: 0n, p99Ns: 80_000_000n, maxNs: 0n }] }) }, "look", /p99 is 80 ms/],
+  ["skipped sets", { health: healthWith({}, { passedOverSets: 4n }), before: healthWith({}) }, "look", /4 sets skipped/],
+  ["slow subscriber", { health: healthWith({}, { feed: { behind: 2 } }) }, "look", /2 subscribers do not keep up/],
+  ["failed recording", { health: healthWith({}, { recordings: [{ path: "a.pb", state: 3, error: "disk full" }] }) }, "bad", /a\.pb failed: disk full/],
+  ["failed take", { health: healthWith({}, { take: { state: 4, name: "walk_001", message: "disk full" } }) }, "bad", /walk_001 ended early: disk full/],
+  ["poor take", { health: healthWith({}, { take: { state: 2, name: "walk_001", quality: 2, reasons: "gaps" } }) }, "look", /walk_001: gaps/],
+  ["lost subject", { health: healthWith({}, { searches: [{ subject: 0, sentence: "Anna: too few markers" }] }) }, "look", /Anna: too few markers/],
+];
+for (const [what, fields, level, text] of faults) {
+  test(`The light names a planted fault: ${what}`, () => {
+    const reasons = healthReasons(known(fields));
+    assert.equal(reasons.length, 1, JSON.stringify(reasons));
+    assert.equal(reasons[0].level, level);
+    assert.match(reasons[0].text, text);
+  });
+}
+
+test("The worst reason is first", () => {
+  const reasons = healthReasons(known({ health: healthWith({ phase: 3 }, { searches: [{ subject: 0, sentence: "Anna: not found" }] }) }));
+  assert.deepEqual(reasons.map((reason) => reason.level), ["bad", "look"]);
+});
+
+test("The history is bounded, gives health from a minute before, and begins anew with the daemon", () => {
+  const history = new History();
+  for (let second = 0; second < 2000; second++) history.addHealth({ atNs: BigInt(second) * 1_000_000_000n, latencies: [], setRateHz: 60 }, second);
+  assert.equal(history.samples().at_s.length, 900);
+  assert.equal(history.before().atNs, 1939_000_000_000n);
+  history.addHealth({ atNs: 5n, latencies: [], setRateHz: 60 }, 2001);
+  assert.equal(history.samples().at_s.length, 1);
+  for (let i = 0; i < 600; i++) history.addEvent({ sequence: BigInt(i) }, i);
+  assert.equal(history.events.length, 500);
+  assert.equal(history.events[0].event.sequence, 599n);
+});
+
+test("The watch counts label changes and remembers when a marker was measured", () => {
+  const watch = new MarkerWatch();
+  const snapshot = snapshotAt(10);
+  watch.add(snapshot, 100);
+  snapshot.subjects[0].markers.trackIdsPlusOne[5] = 4711;
+  snapshot.subjects[0].markers.states[6] = 1;
+  watch.add(snapshot, 200);
+  assert.equal(watch.of(0, 5).labelChanges, 1);
+  assert.equal(watch.of(0, 5).seenAt_ms, 200);
+  assert.equal(watch.of(0, 6).seenAt_ms, 100);
+  assert.equal(watch.of(9, 0), null);
+});
+
+test("The age includes the network if the clocks agree, and leaves the clocks' difference out if not", () => {
+  const same = new DataAge();
+  same.add(1000, 1020);
+  assert.equal(same.clocksAgree, true);
+  assert.equal(same.age_s(1100), 0.1);
+  const other = new DataAge();
+  other.add(1000, 61_000);
+  other.add(1100, 61_180);
+  assert.equal(other.clocksAgree, false);
+  assert.equal(other.age_s(61_200), 0.1);
+  assert.equal(new DataAge().age_s(5), null);
+});
+
+test("The volume that three cameras see contains the middle, is closed, and is empty for two cameras", () => {
+  const cameras = Array.from({ length: 8 }, (_unused, i) => new CameraView(cameraOnRing(i, 8)));
+  const { faces, volume_m3 } = seenVolume(cameras);
+  assert.equal(camerasThatSee(cameras, [0, 0, 1]), 8);
+  // Monte Carlo over the same box: the cells of 0.5 m make a border that is up to a tenth off.
+  const box_m = 4.5;
+  let seen = 0;
+  const kPoints = 20000;
+  for (let i = 1; i <= kPoints; i++) {
+    const point = [0.7548776662 * i, 0.5698402910 * i, 0.4301597090 * i].map((value) => value % 1); // a low-discrepancy sequence
+    if (camerasThatSee(cameras, [(2 * point[0] - 1) * box_m, (2 * point[1] - 1) * box_m, 3 * point[2]]) >= 3) seen++;
+  }
+  const expected_m3 = (seen / kPoints) * 4 * box_m * box_m * 3;
+  assert.ok(Math.abs(volume_m3 - expected_m3) < 0.1 * expected_m3, `${volume_m3} m3, expected about ${expected_m3} m3`);
+  // The faces of a closed surface cancel along each axis: as many look one way as the other.
+  for (const axis of [0, 1, 2]) assert.equal(faces.filter((face) => face.every((corner) => corner[axis] === face[0][axis])).length % 2, 0);
+  assert.equal(seenVolume(cameras.slice(0, 2)).faces.length, 0);
+});
+
+test("Coverage counts the cell of each marker", () => {
+  const camera = new CameraView(cameraOnRing(0, 8));
+  const coverage = new Coverage();
+  coverage.add([camera], [[0, 0, 0.9], [0, 0, 0.9], camera.unproject(5, 5, 2), [0, 0, 90]]);
+  const cells = coverage.of(camera.name);
+  assert.equal(cells.reduce((all, count) => all + count, 0), 3);
+  assert.equal(cells[0], 1);
+  assert.equal(coverage.share(camera.name), 2 / 192);
+  coverage.clear();
+  assert.equal(coverage.share(camera.name), 0);
+});
+
+test("Trails are bounded, and a jump of a label is not a path", () => {
+  const trails = new Trails();
+  const marker = (x) => [{ subject: 0, index: 0, state: "measured", at_m: [x, 0, 0] }];
+  for (let i = 0; i < 200; i++) trails.add(marker(0.001 * i), i);
+  assert.equal([...trails.all()][0].points_m.length, 40);
+  trails.add(marker(5), 201);
+  assert.equal([...trails.all()][0].points_m.length, 1);
+  trails.add([], 5000);
+  assert.equal([...trails.all()].length, 0);
+});
+
+test("Unknown numbers are a dash, not 0", () => {
+  assert.equal(format.fixed(undefined, 1, "ms"), "–");
+  assert.equal(format.fixed(NaN, 1), "–");
+  assert.equal(format.count(null), "–");
+  assert.equal(format.age(null), "–");
+});
+
+test("Ages, durations and sizes read as people say them", () => {
+  assert.deepEqual([0.0042, 3.21, 12.4, 600].map(format.age), ["4\u2009ms", "3.2\u2009s", "12\u2009s", "10\u2009min"]);
+  assert.deepEqual([0, 61.9, 3723].map(format.duration), ["00:00", "01:01", "1:02:03"]);
+  assert.deepEqual([812, 2280, 4_100_000].map(format.compact), ["812", "2.3k", "4.1M"]);
+  assert.deepEqual([4200n, 5_300_000n, 7_800_000_000n].map(format.bytes), ["4\u2009kB", "5.3\u2009MB", "7.80\u2009GB"]);
+});
+
+test("The header shows timecode if there is one, else UTC of the exposure", () => {
+  assert.deepEqual(timecode.shownTime({ timecode: { hours: 1, minutes: 2, seconds: 3, frames: 4, framesPerSecond: 30, dropFrame: true } }), { text: "01:02:03;04", source: "TC 30" });
+  assert.deepEqual(timecode.shownTime(snapshotAt(10)), { text: "22:13:19.99", source: "UTC" });
+  assert.equal(timecode.shownTime(null).source, "no time");
+});
+
+test("A shot list is read from a spreadsheet and comes back", () => {
+  const shots = readShots("walk\tslow, then fast\r\n\r\n  \nrun;to the door\njump");
+  assert.deepEqual(shots, [{ slate: "walk", notes: "slow, then fast" }, { slate: "run", notes: "to the door" }, { slate: "jump", notes: "" }]);
+  assert.deepEqual(readShots(writeShots(shots)), shots);
+  assert.equal(readShots("x\n".repeat(5000)).length, 200);
+});
+
+test("Faults of a configuration are read with file, line and column", () => {
+  const faults_read = readFaults("the configuration has 2 faults\nconfig/a b.toml:14:15: camera 'x': exposure_us is 25000, expected 10 to 20000\nm.toml:8:1: unknown key");
+  assert.deepEqual(faults_read.map(({ file, line, column }) => [file, line, column]), [["config/a b.toml", 14, 15], ["m.toml", 8, 1]]);
+});
+
+test("A QR code has its three finders", () => {
+  const { path, size } = qrPath("https://example.org/#/monitor");
+  for (const corner of [`M4 4h`, `M${size - 5} 4h`, `M4 ${size - 5}h`]) assert.ok(path.includes(corner), corner);
+});
+
+test("An event names its subject or camera", () => {
+  assert.equal(eventText({ kind: 1, subject: 0, message: "" }, described), "Anna");
+  assert.equal(eventText({ kind: 4, camera: 1, message: "no image for 500 ms" }, described), "cam2: no image for 500 ms");
+  assert.equal(eventText({ kind: 4, camera: 99, message: "x" }, described), "x");
+});
+
+test("The snapshot nearest to an image is found, and none that is too far", () => {
+  const recent = new RecentSnapshots();
+  for (let i = 0; i < 100; i++) recent.add({ number: BigInt(i), instants: { exposedAtNs: BigInt(i) * 16_000_000n } });
+  const { snapshot, apart_ms } = recent.near(90n * 16_000_000n + 2_000_000n);
+  assert.equal(snapshot.number, 90n);
+  assert.equal(apart_ms, 2);
+  assert.equal(recent.near(10n * 16_000_000n), null);
+  assert.equal(new RecentSnapshots().near(0n), null);
+});
+
+test("A blob at a projected marker is used, another one is not, and without set or calibration the page does not claim to know", () => {
+  const camera = new CameraView(cameraOnRing(0, 8));
+  const frame = sceneFrame(described, snapshotAt(10), null);
+  const [u, v] = camera.project(frame.markers[0].at_m);
+  const blobs = { x_px: [u + 1, 3], y_px: [v - 1, 3] };
+  assert.deepEqual(blobUses(blobs, camera, frame), ["used", "unused"]);
+  const moved = { x_px: [u + 10], y_px: [v] };
+  const alone = { ...frame, markers: frame.markers.slice(0, 1) };
+  assert.deepEqual(blobUses(moved, camera, alone), ["unused"]);
+  assert.deepEqual(blobUses(moved, camera, alone, 15), ["used"]);
+  assert.deepEqual(blobUses(blobs, camera, null), ["unknown", "unknown"]);
+  assert.deepEqual(blobUses(blobs, plainCamera({ fxPx: 0 }), frame), ["uncalibrated", "uncalibrated"]);
+});
+
+test("A histogram is of the time between two messages of health", () => {
+  const at = (counts) => ({ latencyBoundsS: [0.001, 0.01], latencyTotals: [{ stage: 5, counts, sumS: 0 }] });
+  const shares = (now, before) => latencyHistogram(now, before, 5).map(({ share }) => share);
+  assert.deepEqual(shares(at([5n, 20n, 5n]), at([5n, 5n, 0n])), [0, 0.75, 0.25]);
+  assert.deepEqual(latencyHistogram(at([1n, 1n, 0n]), null, 5).map(({ to_ms }) => to_ms), [1, 10, Infinity]);
+  assert.deepEqual(shares(at([1n]), null), []);
+  assert.deepEqual(shares({ latencyBoundsS: [], latencyTotals: [] }, null), []);
+});

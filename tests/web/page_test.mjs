@@ -1,0 +1,326 @@
+// The page in a real browser, against a stand-in of the server.
+//
+// usage: node --test page_test.mjs     with MOCAP_PAGE_DIST: folder of the built page
+
+import assert from "node:assert/strict";
+import { readdirSync, readFileSync } from "node:fs";
+import { join } from "node:path";
+import { after, afterEach, before, beforeEach, test } from "node:test";
+import { gzipSync } from "node:zlib";
+import { kPages, kSizes, startBrowser } from "./browser.mjs";
+import { axeSource } from "./modules.mjs";
+import { StandIn } from "./stand_in.mjs";
+
+const dist = process.env.MOCAP_PAGE_DIST;
+const kPatience_ms = 60000;
+const kMaxGzip = 400_000;
+const CAMERA_BACK = 5;
+
+let browser;
+let standIn;
+let contexts = [];
+before(async () => {
+  browser = await startBrowser();
+});
+after(() => browser?.close());
+beforeEach(async () => {
+  standIn = await StandIn.start(dist);
+});
+afterEach(async () => {
+  await Promise.all(contexts.map((context) => context.close()));
+  contexts = [];
+  await standIn.stop();
+});
+
+function refuseWebGl() {
+  const original = HTMLCanvasElement.prototype.getContext;
+  HTMLCanvasElement.prototype.getContext = function get(kind, ...rest) {
+    return kind.startsWith("webgl") ? null : original.call(this, kind, ...rest);
+  };
+}
+
+/**
+ * A page and its faults: errors, content that the browser refused, requests to elsewhere. Without WebGL, unless a test is about it: the
+ * processor draws it here, which takes seconds on a busy machine.
+ */
+async function visit(address, { webgl = false, ...options } = {}) {
+  const context = await browser.newContext({ viewport: kSizes[0], reducedMotion: "reduce", ...options });
+  contexts.push(context);
+  context.setDefaultTimeout(kPatience_ms);
+  const page = await context.newPage();
+  const faults = [];
+  page.on("pageerror", (error) => faults.push(String(error)));
+  page.on("console", (message) => message.type() === "error" && !/WebGL/.test(message.text()) && faults.push(message.text()));
+  page.on("request", (request) => request.url().startsWith(standIn.address) || faults.push(`request to ${request.url()}`));
+  if (!webgl) await page.addInitScript(refuseWebGl);
+  await page.goto(`${standIn.address}${address}`);
+  return { page, faults };
+}
+
+/** Waits until `holds` is true of the stand-in. */
+async function until(holds, what) {
+  const end = Date.now() + kPatience_ms;
+  while (!holds()) {
+    assert.ok(Date.now() < end, `not within ${kPatience_ms} ms: ${what}`);
+    await new Promise((resolve) => setTimeout(resolve, 10));
+  }
+}
+
+async function untilDrawn(count) {
+  const drawn = standIn.drawn + count;
+  await until(() => standIn.drawn >= drawn, `${count} snapshots drawn`);
+}
+
+/** The requests of a method that the stand-in received. */
+const asked = (method) => standIn.requests.filter((request) => request.method === method).map((request) => request.params);
+
+const silence = (page) => page.locator(".silence");
+
+test("The page has at most 400 kB gzipped", () => {
+  const size = readdirSync(dist).reduce((sum, name) => sum + gzipSync(readFileSync(join(dist, name)), { level: 9 }).length, 0);
+  assert.ok(size <= kMaxGzip, `${size} bytes`);
+});
+
+test("The stage shows subjects and cameras, and acknowledges what it has drawn", async () => {
+  const { page, faults } = await visit("#/stage", { webgl: true });
+
+  await page.getByRole("heading", { name: "Anna" }).waitFor();
+  await page.getByRole("img", { name: /Anna: tracking/ }).waitFor();
+  await page.getByText("camera-prop: 2 of 4 markers are seen").waitFor();
+  assert.equal(await page.getByRole("article", { name: /^Camera cam/ }).count(), 8);
+  await untilDrawn(5);
+  assert.deepEqual(faults, []);
+});
+
+test("The picture moves with the persons", async () => {
+  const { page } = await visit("#/stage", { webgl: true });
+  await page.getByRole("img", { name: /Anna: tracking/ }).waitFor();
+  await page.locator(".overlay").evaluate((overlay) => (overlay.hidden = true));
+
+  const pictures = [];
+  for (let i = 0; i < 2; i++) {
+    await untilDrawn(4);
+    pictures.push(await page.locator(".view canvas").first().screenshot());
+  }
+
+  assert.ok(!pictures[0].equals(pictures[1]));
+});
+
+test("Without WebGL the stage is a map, which moves too", async () => {
+  const { page, faults } = await visit("#/stage");
+  await page.getByRole("button", { name: "Top view", pressed: true }).waitFor();
+
+  const pictures = [];
+  for (let i = 0; i < 2; i++) {
+    await untilDrawn(4);
+    pictures.push(await page.locator(".view canvas").first().screenshot());
+  }
+
+  assert.ok(!pictures[0].equals(pictures[1]));
+  assert.deepEqual(faults, []);
+});
+
+/** Opens each page in turn, without loading the program anew. */
+async function walk(page, look) {
+  for (const name of kPages) {
+    await page.goto(`${standIn.address}#/${name}`);
+    await untilDrawn(2);
+    await look(name);
+  }
+}
+
+test("No page has a fault, breaks the content policy or asks another server", async () => {
+  const { page, faults } = await visit("", { webgl: true });
+  await walk(page, (name) => assert.deepEqual(faults, [], name));
+});
+
+test("Every page fits a phone", async () => {
+  const { page } = await visit("", { viewport: kSizes[1] });
+  await walk(page, async (name) => {
+    const width = await page.evaluate(() => document.documentElement.scrollWidth);
+    assert.ok(width <= kSizes[1].width, `${name} is ${width} px wide`);
+  });
+});
+
+for (const viewport of kSizes) {
+  for (const colorScheme of ["dark", "light"]) {
+    test(`axe-core has no serious finding on any page at ${viewport.width} px in ${colorScheme}`, async () => {
+      const { page } = await visit("", { viewport, colorScheme, bypassCSP: true });
+      await page.evaluate(axeSource());
+      const found = [];
+      await walk(page, async (name) => {
+        const { violations } = await page.evaluate(() => globalThis.axe.run(document));
+        for (const { id, impact, nodes } of violations) {
+          if (impact === "serious" || impact === "critical") found.push(`${name}: ${id}: ${nodes.map((node) => `${node.html} ${node.failureSummary}`).join(" | ")}`);
+        }
+      });
+      assert.deepEqual(found, []);
+    });
+  }
+}
+
+test("The record button starts a take of the slate after the countdown, shows it, and ends it", async () => {
+  const { page } = await visit("#/stage");
+  await page.getByRole("textbox", { name: "Slate" }).fill("walk");
+  await page.getByRole("combobox", { name: "Countdown before the take" }).selectOption("3");
+
+  await page.getByRole("button", { name: "Record a take" }).click();
+  await page.getByText("walk_001", { exact: true }).waitFor();
+  await page.getByRole("button", { name: "Stop the take walk_001" }).click();
+  await page.getByRole("button", { name: "Record a take" }).waitFor();
+
+  assert.deepEqual(asked("take").map(({ action, slate, countdownS }) => ({ action, slate, countdownS })), [
+    { action: "ACTION_START", slate: "walk", countdownS: 3 }, { action: "ACTION_STOP", slate: undefined, countdownS: undefined },
+  ]);
+});
+
+test("A refused order is told in the daemon's words", async () => {
+  standIn.refusals.set("take", { code: "CODE_FAILED", message: "only 312 MB are free, expected at least 500; delete takes or set [takes] min_free_mb" });
+  const { page } = await visit("#/takes");
+
+  await page.getByRole("button", { name: "Record a take" }).click();
+
+  await page.getByText("only 312 MB are free").waitFor();
+});
+
+test("A viewer is offered no change", async () => {
+  standIn.role = "viewer";
+  const { page } = await visit("#/subjects/Anna");
+  await page.getByRole("button", { name: "Search now" }).waitFor();
+
+  assert.equal(await page.getByRole("button", { name: "Search now" }).isDisabled(), true);
+  assert.equal(await page.getByRole("button", { name: /Record a take/ }).isDisabled(), true);
+  await page.keyboard.press("Shift+R");
+  await untilDrawn(2);
+  assert.deepEqual(standIn.requests, []);
+});
+
+test("Orders about subjects, cameras, masks and configuration are requests of the control protocol", async () => {
+  const { page } = await visit("#/subjects/Anna");
+  await page.getByRole("button", { name: "Search now" }).click();
+  await page.getByText("subject: done").first().waitFor();
+  await page.goto(`${standIn.address}#/cameras/cam2`);
+  await page.getByLabel("Exposure, µs").fill("750");
+  await page.getByRole("button", { name: "Set", exact: true }).click();
+  await page.getByText("camera: done").waitFor();
+  await page.goto(`${standIn.address}#/calibrate`);
+  await page.getByRole("button", { name: "Learn masks" }).click();
+  await page.getByText("mask: done").waitFor();
+  await page.getByRole("button", { name: "Reload" }).click();
+  await page.getByText("reload: done").waitFor();
+
+  assert.deepEqual(standIn.requests, [
+    { method: "subject", params: { action: "ACTION_ADD", name: "Anna" } }, { method: "camera", params: { name: "cam2", exposureUs: 750 } },
+    { method: "mask", params: { camera: "", images: 100 } }, { method: "reload", params: {} },
+  ]);
+});
+
+test("Faults of the configuration are listed with file and line", async () => {
+  standIn.refusals.set("reload", { code: "CODE_INVALID", message: "config/my.toml:14:15: camera 'cam1': exposure_us is 25000, expected 10 to 20000" });
+  const { page } = await visit("#/setup");
+
+  await page.getByRole("button", { name: "Reload" }).click();
+
+  await page.getByRole("row", { name: "config/my.toml 14 15 camera 'cam1': exposure_us is 25000, expected 10 to 20000" }).waitFor();
+});
+
+test("When the data stop, the page says since when over the whole view, and shows data again by itself", async () => {
+  const { page } = await visit("#/stage");
+  await page.getByRole("img", { name: /Anna: tracking/ }).waitFor();
+  assert.equal(await silence(page).count(), 0);
+
+  standIn.sending = false;
+  await silence(page).getByText(/No data since [0-9]+.s/).waitFor();
+  standIn.sending = true;
+
+  await silence(page).waitFor({ state: "detached" });
+});
+
+test("The page connects again by itself", async () => {
+  const { page } = await visit("#/stage");
+  await page.getByRole("img", { name: /Anna: tracking/ }).waitFor();
+
+  standIn.cut();
+  await until(() => standIn.viewers.size === 0, "cut");
+  await until(() => standIn.viewers.size === 1, "connected again");
+
+  await untilDrawn(5);
+  await silence(page).waitFor({ state: "detached" });
+});
+
+test("The page says why the server has no daemon", async () => {
+  standIn.connected = false;
+  standIn.sending = false;
+  standIn.reason = "nothing listens at tcp://127.0.0.1:5570; start mocapd";
+  const { page } = await visit("#/stage");
+
+  await silence(page).getByText("nothing listens at tcp://127.0.0.1:5570; start mocapd").waitFor();
+});
+
+test("A hidden page takes no snapshots, and takes them again when it is shown", async () => {
+  const { page } = await visit("#/stage");
+  await untilDrawn(2);
+  const hide = (hidden) => page.evaluate((now) => {
+    Object.defineProperty(document, "hidden", { value: now, configurable: true });
+    document.dispatchEvent(new Event("visibilitychange"));
+  }, hidden);
+  const topics = () => [...[...standIn.viewers][0].topics];
+
+  await hide(true);
+  await until(() => !topics().includes("snapshot"), "unsubscribed");
+  assert.deepEqual(topics(), ["description", "event"]);
+  await hide(false);
+
+  await until(() => topics().includes("snapshot"), "subscribed again");
+  await untilDrawn(2);
+});
+
+test("The keyboard does what its list says", async () => {
+  const { page } = await visit("#/stage");
+  await page.getByRole("heading", { name: "Anna" }).waitFor();
+
+  await page.keyboard.press("?");
+  await page.getByRole("dialog", { name: "Keyboard" }).getByText("Follow the next subject").waitFor();
+  await page.keyboard.press("Escape");
+  await page.keyboard.press("f");
+  await page.getByRole("button", { name: "Follow Anna", pressed: true }).waitFor();
+  await page.keyboard.press("3");
+  await page.getByRole("table", { name: /Changes of the label/ }).first().waitFor();
+  await page.getByRole("textbox", { name: "Slate" }).press("1"); // a letter of the slate, not the page 1
+  assert.match(page.url(), /#\/subjects/);
+  await page.getByRole("textbox", { name: "Slate" }).blur();
+  await page.keyboard.press("Shift+R");
+
+  await until(() => asked("take").length === 1, "record by key");
+});
+
+test("The health light gives the planted reason", async () => {
+  standIn.daemon.cameraFaults.set(4, { bumped: true, rigOffPx: 6.5 });
+  const { page } = await visit("#/cameras");
+
+  await page.getByRole("button", { name: "Health: Bad. Show the reasons" }).click();
+
+  await page.getByRole("dialog").getByText("Camera cam5 no longer stands as the rig says (6.5 px off).").waitFor();
+});
+
+test("Events are listed and filtered", async () => {
+  const { page } = await visit("#/health");
+  await until(() => [...standIn.viewers].some((viewer) => viewer.topics.has("event")), "subscribed to events");
+
+  standIn.event(CAMERA_BACK, { camera: 2 });
+  standIn.event(1, { subject: 0 });
+  await page.getByRole("row", { name: /camera back cam3/ }).waitFor();
+  await page.getByRole("searchbox", { name: "Filter the events" }).fill("anna");
+
+  await page.getByRole("row", { name: /camera back cam3/ }).waitFor({ state: "detached" });
+  await page.getByRole("row", { name: /subject found Anna/ }).waitFor();
+});
+
+test("A name with markup is shown as text", async () => {
+  standIn.daemon.subjects[0].name = "<img src=x onerror=alert(1)>";
+  const { page, faults } = await visit("#/stage");
+
+  await page.getByRole("heading", { name: "<img src=x onerror=alert(1)>" }).waitFor();
+
+  assert.deepEqual(faults, []);
+});

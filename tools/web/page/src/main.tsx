@@ -1,0 +1,15 @@
+import { render } from "preact";
+import { App } from "./app";
+import { startKeys } from "./state/keys";
+import { startLive } from "./state/live";
+import { startRoute } from "./state/route";
+import { startStageOptions } from "./state/stage_options";
+import { startTheme } from "./state/theme";
+import "./style/app.css";
+
+startTheme();
+startRoute();
+startKeys();
+startStageOptions();
+startLive();
+render(<App />, document.getElementById("page")!);

@@ -1,0 +1,105 @@
+// The picture of the volume with its switches and legend. Falls back to the top view where there is no WebGL.
+
+import { useSignalEffect } from "@preact/signals";
+import type { JSX } from "preact";
+import { useEffect, useRef, useState } from "preact/hooks";
+import type { CameraView } from "../model/camera_view";
+import { sceneFrame } from "../model/scene_frame";
+import { sceneSummary } from "../model/summary";
+import { description, health, newestSnapshot, onFrame, snapshot } from "../state/live";
+import { followNext, kSwitches, selected, stageOptions, toggle, topView } from "../state/stage_options";
+import type { SceneView } from "../view/scene_view";
+import { StageView } from "../view/stage_view";
+import { TopView } from "../view/top_view";
+import { useCameras, useKeys, useTheme } from "./hooks";
+import { SceneLegend } from "./scene_legend";
+import { Toggle } from "./small";
+
+const troubled = () => new Set(health.value?.cameras.filter((camera) => camera.bumped).map((camera) => camera.name) ?? []);
+
+/** Returns null without WebGL. */
+function makeStage(canvas: HTMLCanvasElement, overlay: HTMLCanvasElement): SceneView | null {
+  try {
+    return new StageView(canvas, overlay, (picked) => (selected.value = picked));
+  } catch {
+    return null;
+  }
+}
+
+/** Draws each snapshot and follows switches, selection and description. */
+function useView(view: { current: SceneView | null }, cameras: CameraView[], made: unknown): void {
+  const troubledNames = [...troubled()].join("\n");
+  useEffect(() => {
+    const subjects = description.value?.subjects ?? [];
+    view.current?.describe({
+      cameras, troubled: troubled(),
+      names: { subjects: subjects.map((subject) => subject.name), markers: subjects.map((subject) => subject.markers.map((marker) => marker.name)) },
+    });
+  }, [cameras, troubledNames, made]);
+  useEffect(() => {
+    const show = () => {
+      const newest = newestSnapshot();
+      const described = description.peek();
+      if (newest && described) view.current?.show(sceneFrame(described, newest, health.peek()));
+    };
+    show();
+    return onFrame(show);
+  }, [made]);
+  useSignalEffect(() => view.current?.setOptions(stageOptions.value));
+  useSignalEffect(() => view.current?.select(selected.value));
+  useTheme(() => view.current?.recolour());
+}
+
+function Tools({ flat, noWebGl, fit }: { flat: boolean; noWebGl: boolean; fit(): void }): JSX.Element {
+  const subjects = description.value?.subjects ?? [];
+  const followed = stageOptions.value.follow === null ? null : subjects[stageOptions.value.follow];
+  return (
+    <div class="tools" role="toolbar" aria-label="View">
+      {kSwitches.filter(({ name }) => !flat || name === "cameras" || name === "names").map(({ name, text, hint }) => (
+        <Toggle key={name} text={text} hint={hint} on={stageOptions.value[name]} set={() => toggle(name)} />
+      ))}
+      <Toggle text={followed ? `Follow ${followed.name}` : "Follow"} hint="Keeps a subject in the centre; again for the next one (F)" on={followed !== null}
+        set={() => followNext(subjects.length)} />
+      <button class="button" type="button" title="Shows the whole volume (0)" onClick={fit}>Fit</button>
+      <Toggle text="Top view" hint={noWebGl ? "This browser has no WebGL" : "A map in two dimensions (P)"} on={flat} set={(on) => !noWebGl && (topView.value = on)} />
+    </div>
+  );
+}
+
+export function ScenePanel({ plain = false }: { plain?: boolean }): JSX.Element {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const overlay = useRef<HTMLCanvasElement>(null);
+  const view = useRef<SceneView | null>(null);
+  const [noWebGl, setNoWebGl] = useState(false);
+  const flat = topView.value || noWebGl;
+  const cameras = useCameras();
+
+  useEffect(() => {
+    const made = flat ? new TopView(canvas.current!) : makeStage(canvas.current!, overlay.current!);
+    if (!made) setNoWebGl(true);
+    view.current = made;
+    made?.setOptions(stageOptions.peek());
+    made?.select(selected.peek());
+    return () => {
+      view.current = null;
+      made?.dispose();
+    };
+  }, [flat]);
+  useView(view, cameras, flat);
+  useKeys(() => [
+    ...kSwitches.map(({ name, key, hint }) => ({ key, shown: key.toUpperCase(), does: hint.replace(/ \(.\)$/, ""), run: () => toggle(name) })),
+    { key: "f", shown: "F", does: "Follow the next subject", run: () => followNext(description.peek()?.subjects.length ?? 0) },
+    { key: "0", shown: "0", does: "Show the whole volume", run: () => view.current?.fit() },
+    { key: "p", shown: "P", does: "Top view or three dimensions", run: () => (topView.value = !topView.peek()) },
+  ]);
+
+  return (
+    <figure class="panel view">
+      {/* A canvas keeps its first kind of context: another view needs another canvas. */}
+      <canvas key={flat ? "flat" : "deep"} ref={canvas} role="img" aria-label={sceneSummary(description.value, snapshot.value)} />
+      <canvas ref={overlay} class="overlay" aria-hidden="true" />
+      {!plain && <Tools flat={flat} noWebGl={noWebGl} fit={() => view.current?.fit()} />}
+      {!plain && <SceneLegend />}
+    </figure>
+  );
+}
