@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "wire/codec/decode.h"
@@ -265,6 +266,33 @@ TimecodeHealth timecode_health_of(const v1::Health& all) {
   return into;
 }
 
+// A newer daemon may have stages that this reader does not know.
+std::optional<std::size_t> index_of(v1::LatencyStage stage) {
+  const auto index = static_cast<std::size_t>(stage - v1::LATENCY_STAGE_RECEIVE);
+  return stage >= v1::LATENCY_STAGE_RECEIVE && index < kLatencyStages ? std::optional(index) : std::nullopt;
+}
+
+LatencyTotals totals_of(const v1::LatencyTotals& from) {
+  LatencyTotals into;
+  const std::size_t count = std::min(static_cast<std::size_t>(from.counts_size()), into.counts.size());
+  std::copy_n(from.counts().begin(), count, into.counts.begin());
+  if (std::abs(from.sum_s()) < 1e9) into.sum = from_s(from.sum_s());
+  return into;
+}
+
+void decode_latencies(const v1::Health& from, Health& into) {
+  for (const v1::StageLatency& stage : from.latencies()) {
+    const std::optional<std::size_t> index = index_of(stage.stage());
+    if (!index) continue;
+    into.latency[*index] = {stage.count(), Duration(stage.p50_ns()), Duration(stage.p99_ns()),
+                            Duration(stage.max_ns())};
+  }
+  for (const v1::LatencyTotals& stage : from.latency_totals()) {
+    if (const std::optional<std::size_t> index = index_of(stage.stage()))
+      into.latency_totals[*index] = totals_of(stage);
+  }
+}
+
 }  // namespace
 
 Result<Description> decode(const v1::Description& from) {
@@ -306,19 +334,7 @@ Result<Health> decode(const v1::Health& from) {
   into.dropped_snapshots = from.dropped_snapshots();
   into.passed_over_snapshots = from.passed_over_snapshots();
   into.sent_snapshots = from.sent_snapshots();
-  for (const v1::StageLatency& stage : from.latencies()) {
-    const auto index = static_cast<std::size_t>(stage.stage() - v1::LATENCY_STAGE_RECEIVE);
-    if (stage.stage() < v1::LATENCY_STAGE_RECEIVE || index >= kLatencyStages) continue;
-    into.latency[index] = {stage.count(), Duration(stage.p50_ns()), Duration(stage.p99_ns()), Duration(stage.max_ns())};
-  }
-  for (const v1::LatencyTotals& stage : from.latency_totals()) {
-    const auto index = static_cast<std::size_t>(stage.stage() - v1::LATENCY_STAGE_RECEIVE);
-    if (stage.stage() < v1::LATENCY_STAGE_RECEIVE || index >= kLatencyStages) continue;
-    LatencyTotals& totals = into.latency_totals[index];
-    const std::size_t count = std::min(static_cast<std::size_t>(stage.counts_size()), totals.counts.size());
-    std::copy_n(stage.counts().begin(), count, totals.counts.begin());
-    if (std::abs(stage.sum_s()) < 1e9) totals.sum = from_s(stage.sum_s());
-  }
+  decode_latencies(from, into);
   for (const v1::CameraHealth& camera : from.cameras()) into.cameras.push_back(camera_health_of(camera));
   const v1::FeedHealth& feed = from.feed();
   into.feed = {feed.listeners(),         feed.connections(),     feed.disconnections(),

@@ -7,6 +7,7 @@
 #include <boost/asio/ssl/stream.hpp>
 #include <boost/beast/core/basic_stream.hpp>
 #include <boost/beast/core/rate_policy.hpp>
+#include <boost/beast/http/fields.hpp>
 #include <boost/beast/websocket/teardown.hpp>
 #include <concepts>
 #include <cstddef>
@@ -15,6 +16,13 @@
 #include <utility>
 
 namespace mocap::web {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+namespace websocket = boost::beast::websocket;
+using asio::ip::tcp;
+using boost::system::error_code;
 
 /// A completion handler of any type. Beast's operations have long types: with this type the operations of the socket
 /// and of TLS are compiled once instead of once for each operation above them.

@@ -1,0 +1,137 @@
+#pragma once
+
+#include <array>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/rfc7230.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <boost/beast/http/write.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "web/http/any_stream.h"
+#include "web/http/messages.h"
+#include "web/http/page_session.h"
+#include "web/http/shared.h"
+#include "web/token_bucket.h"
+
+namespace mocap::web {
+
+inline constexpr std::size_t kMaxHeader_bytes = 8 * 1024;
+inline constexpr std::size_t kMaxBody_bytes = 64 * 1024;
+inline constexpr Duration kLinger = std::chrono::seconds(2);  ///< after the last reply of a connection
+
+/// One HTTP connection, until it ends or becomes a WebSocket. Its handlers keep it alive.
+class HttpSession : public std::enable_shared_from_this<HttpSession> {
+ public:
+  HttpSession(tcp::socket socket, asio::ssl::context* tls, Shared& shared, Place place, std::string remote)
+      : stream_(std::in_place, std::move(socket), tls),
+        shared_(shared),
+        place_(std::move(place)),
+        remote_(std::move(remote)) {}
+
+  void start() {
+    if (!stream_->has_tls()) return receive();
+    limit_time();
+    stream_->handshake(AnyHandler([self = shared_from_this()](error_code error, std::size_t /*bytes*/) {
+      if (!error) return self->receive();
+      self->shared_.site.note_refused("handshake");
+    }));
+  }
+
+ private:
+  void limit_time() { stream_->next_layer().expires_after(shared_.timeout); }
+
+  void receive() {
+    limit_time();
+    parser_.emplace();
+    parser_->header_limit(kMaxHeader_bytes);
+    parser_->body_limit(kMaxBody_bytes);
+    http::async_read(*stream_, received_, *parser_,
+                     [self = shared_from_this()](error_code error, std::size_t /*bytes*/) { self->take(error); });
+  }
+
+  void take(error_code error) {
+    if (error == http::error::end_of_stream) return;
+    if (error) return refuse(error);
+    request_ = parser_->release();
+    HttpRequest request = request_of(request_, remote_);
+    if (!requests_.take(host_now())) {
+      shared_.site.note_refused("flood");
+      request_.keep_alive(false);
+      return send(refusal(429, "too many requests; at most 50 a second on average"));
+    }
+    if (request.path == "/ws") return open_page(request);
+    shared_.site.answer(request, [self = shared_from_this()](HttpReply reply) { self->send(std::move(reply)); });
+  }
+
+  // Answers what can be answered; otherwise ends the connection.
+  void refuse(error_code error) {
+    const bool too_large =
+        error == http::error::header_limit || error == http::error::body_limit || error == http::error::buffer_overflow;
+    if (error == beast::error::timeout) return shared_.site.note_refused("timeout");
+    if (error.category() != http::make_error_code(http::error::end_of_stream).category()) return;
+    shared_.site.note_refused(too_large ? "size" : "malformed");
+    request_ = {};
+    request_.version(11);
+    request_.keep_alive(false);
+    if (error == http::error::body_limit) return send(refusal(413, "the body is too large, expected at most 64 KiB"));
+    if (too_large) return send(refusal(431, "the header is too large, expected at most 8 KiB"));
+    send(refusal(400, "malformed HTTP request"));
+  }
+
+  void open_page(const HttpRequest& request) {
+    if (!websocket::is_upgrade(request_) || received_.size() > 0) {
+      return send(refusal(426, "expected a WebSocket with the subprotocol mocap.v1"));
+    }
+    http::token_list offered(request_[http::field::sec_websocket_protocol]);
+    if (!offered.exists(kSubprotocol)) return send(refusal(400, "Sec-WebSocket-Protocol: expected mocap.v1"));
+    Result<Visitor, HttpReply> visitor = shared_.site.admit_page(request);
+    if (!visitor) return send(HttpReply(visitor.error()));
+    const auto page =
+        std::make_shared<PageSession>(*std::move(stream_), shared_, std::move(place_), *std::move(visitor), remote_);
+    stream_.reset();
+    page->start(request_);
+  }
+
+  void send(HttpReply&& reply) {
+    limit_time();
+    response_.emplace(response_of(std::move(reply), request_));
+    http::async_write(*stream_, *response_, [self = shared_from_this()](error_code error, std::size_t /*bytes*/) {
+      if (error) return;
+      if (self->response_->need_eof()) return self->end();
+      self->receive();
+    });
+  }
+
+  void end() {
+    error_code ignored;
+    stream_->next_layer().socket().shutdown(tcp::socket::shutdown_send, ignored);
+    stream_->next_layer().expires_after(kLinger);
+    discard();
+  }
+
+  // Reads what the client still sends: closing a connection with unread data would discard the reply too.
+  void discard() {
+    stream_->async_read_some(asio::buffer(discarded_),
+                             [self = shared_from_this()](error_code error, std::size_t /*bytes*/) {
+                               if (!error) self->discard();
+                             });
+  }
+
+  std::optional<AnyStream> stream_;
+  Shared& shared_;
+  Place place_;
+  std::string remote_;
+  beast::flat_buffer received_{kMaxHeader_bytes + kMaxBody_bytes};
+  std::optional<http::request_parser<http::string_body>> parser_;
+  http::request<http::string_body> request_;
+  std::optional<http::response<http::string_body>> response_;
+  TokenBucket requests_{50.0, 200.0};
+  std::array<char, 4096> discarded_{};
+};
+
+}  // namespace mocap::web
