@@ -310,6 +310,7 @@ TEST(ZmqPublisher, SendsPreviewsOfACameraOnlyWhileSomebodyWantsThem) {
   ASSERT_TRUE(publisher->describe(description));
   const std::string topic = kPreviewTopic + description.cameras[0].name;
   Preview preview;
+  preview.head.camera = CameraId{0};
   preview.head.number = 9;
   preview.head.image_width_px = 1280;
   preview.head.step = 2;
