@@ -11,8 +11,9 @@ usage: tools/demo.sh [--seconds N]
 
   --seconds N   duration of the live feed (default 15, at least 5)
 
-Installs what is missing (as root), builds, starts 4 simulated GigE cameras (640x480, 60 fps) of a walking subject and
-mocapd with config/demo.toml, serves the page, shows the feed, ends all processes that it started and prints the comparison of the feed with the truth.
+Installs what is missing (as root), builds, starts 4 simulated GigE cameras (640x480, 60 fps) of a walking subject,
+mocapd with config/demo.toml and the page, shows the feed, ends all processes that it started and prints the comparison of
+the feed with the truth.
 TEXT
 }
 while [ $# -gt 0 ]; do

@@ -12,8 +12,8 @@
 #include "base/expects.h"
 #include "fuzz/fuzz_arguments.h"
 #include "web/api.h"
-#include "web/page_message.h"
 #include "web/http/server.h"
+#include "web/page_message.h"
 
 // Fuzzes what a hostile browser reaches: HTTP requests and WebSocket frames, over a real socket to a real server, and
 // the readers of messages and parameters. Inputs are valid ones with bytes changed, removed and repeated. The server

@@ -82,6 +82,16 @@ stop() {
   within_s 20 not tracked || true
 }
 
+# Runs the README's mocap-web until the page says that the daemon's feed arrives.
+show_page() {
+  local command
+  find_printed mocap-web || return 0
+  as_user "exec $command" >/tmp/page.log 2>&1 &
+  step "$command" within_s 60 page_is_ready || true
+  pkill -TERM -x mocap-web || true
+}
+page_is_ready() { python3 -c 'import urllib.request as web; web.urlopen("http://127.0.0.1:5580/readyz", timeout=5)' 2>/dev/null; }
+
 # A command of the README that cannot run here, or is no step.
 excuse() {  # COMMAND WHY
   find_printed "$1" || return 0
@@ -149,6 +159,8 @@ play_operator() {
   start 'mocapd --config my.toml' tracked
   play 'mocap-watch --doctor'
   play 'mocapctl status'
+  show_page
+  but=69 play 'mocapctl preflight'  # it names what this room lacks, as a calibration by hand
   play 'mocapctl take start'
   play 'mocapctl take stop'
   play 'mocapctl take list'
@@ -174,6 +186,8 @@ play_administrator() {
   step "the actor of the synthetic cameras is tracked" within_s 60 tracked
   reached "from clone to packaged service"
   step "the feed of the service arrives" feed_arrives
+  play 'sudo systemctl enable --now mocap-web'
+  step "the page of the service has the feed" within_s 60 page_is_ready
   play 'man mocapctl-keys-new'
   play 'sudo mocapctl config show'
   play 'sudo systemctl reload mocapd'
