@@ -34,5 +34,13 @@ TEST(RateLimit, KeepsTheRateOfAFasterFeed) {
   EXPECT_NEAR(admitted(500, 500), 600, 20);
 }
 
+TEST(RateLimit, GoesOnWhenTheTimeOfTheFeedGoesBack) {
+  RateLimit limit(60.0);
+  ASSERT_TRUE(limit.admits(RateLimit::Time{} + std::chrono::hours(1)));
+
+  EXPECT_TRUE(limit.admits(RateLimit::Time{} + std::chrono::seconds(1)));
+  EXPECT_FALSE(limit.admits(RateLimit::Time{} + std::chrono::milliseconds(1001)));
+}
+
 }  // namespace
 }  // namespace mocap::bridge

@@ -103,6 +103,35 @@ class Rokoko(unittest.TestCase):
             self.assertEqual(scene.actors["actor"]["hip"][:3], [0, 1, 0])
             program.end()
 
+    def test_sends_to_several_receivers_which_mocapctl_lists(self):
+        other = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.addCleanup(other.close)
+        other.bind(("127.0.0.1", 0))
+        other.settimeout(LONG_S)
+        folder = self.desk.folder / "status"
+        folder.mkdir()
+        to = [f"127.0.0.1:{other.getsockname()[1]}", "127.0.0.1"]
+        self.desk.start("mocap-rokoko", "--status-file", folder / "rokoko.json", "--port", self.receiver.getsockname()[1],
+                        "--to", to[0], "--to", to[1], self.feed().endpoint)
+
+        self.wait_for(lambda scene: scene.actors)
+        limit = time.monotonic() + LONG_S
+        while not Scene(other.recv(65536)).actors and time.monotonic() < limit:
+            pass
+
+        listed = ""
+        while "2 receivers" not in listed and time.monotonic() < limit:
+            listed = self.desk.run("mocapctl", "bridge", "list", "--folder", folder).stdout
+        self.assertRegex(listed, r"mocap-rokoko: 2 receivers, \d+ packets sent, 0 dropped")
+        self.assertIn(to[0], listed)
+        self.assertIn(f"127.0.0.1:{self.receiver.getsockname()[1]}", listed)
+
+    def test_refuses_what_is_no_receiver(self):
+        program = self.send("tcp://127.0.0.1:1", "--to", "127.0.0.1:nine")
+
+        self.assertEqual(program.wait(LONG_S), 64)
+        self.assertIn("--to 127.0.0.1:nine: expected HOST, HOST:PORT or [IPV6]:PORT", program.output())
+
     def test_sends_the_axis_vectors(self):
         for path in sorted((SOURCE / "proto/axes").glob("*.json")):
             case = json.loads(path.read_text())

@@ -59,7 +59,9 @@ void add_options(cli::App& app, Options& options) {
       "--naming", options.server.settings.naming,
       {{"motive", natnet::Naming::Motive}, {"fbx", natnet::Naming::Fbx}, {"bvh", natnet::Naming::Bvh}},
       "names of bones until a client sets its own; default: motive");
-  app.add_option("--to", options.to, "also send to this address and port; may be repeated")->type_name("ADDRESS:PORT");
+  app.add_option("--to", options.to, "also send to this address and port; may be repeated")
+      ->one_value_each()
+      ->type_name("ADDRESS:PORT");
   app.add_option(
          "--control", options.control,
          "let clients start and end takes through the daemon's control endpoint, usually tcp://ADDRESS:5571; with "

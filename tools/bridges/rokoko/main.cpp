@@ -40,8 +40,9 @@ int main(int argc, char** argv) {
   app.footer(R"(examples:
   mocap-rokoko                                     all subjects of the daemon on this machine, to 127.0.0.1:14043
   mocap-rokoko tcp://10.0.0.7:5570 --subject anna --to 10.0.0.9 --rate 30
+  mocap-rokoko --to 10.0.0.9 --to 10.0.0.10:14044  two receivers
   mocap-rokoko --lz4 --to 10.0.0.9                 compressed to a third, for several people or fingers
-exit codes: 0 something was sent, 64 invalid command line, 69 the feed sent nothing or the receiver's name is unknown)");
+exit codes: 0 something was sent, 64 invalid command line, 69 the feed sent nothing or a receiver's name is unknown)");
   app.add_option("--subject", scene.subject, "name of the only subject to send; default: all");
   app.add_flag("--lz4", lz4, "compress each packet as an LZ4 frame");
   add_send_options(app, send);

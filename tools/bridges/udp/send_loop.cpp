@@ -5,6 +5,10 @@
 #include <chrono>
 #include <csignal>
 #include <cstdint>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "bridges/status/statistics.h"
 #include "bridges/status/status_file.h"
@@ -19,21 +23,31 @@ using Clock = std::chrono::steady_clock;
 constexpr int kUsage = 64;        // sysexits EX_USAGE
 constexpr int kUnavailable = 69;  // sysexits EX_UNAVAILABLE
 constexpr int kWait_ms = 50;      // the longest time until a signal is noticed
+// Frames that wait while the program has no processor: half a second at 120 Hz. Then a receiver gets them all.
+constexpr int kKept = 64;
 constexpr auto kSilence = std::chrono::seconds(1);
 constexpr auto kStatusInterval = std::chrono::seconds(1);
 constexpr auto kReportInterval = std::chrono::seconds(2);
 
+// The exposure of a frame, so that frames that arrive together after a delay count as their intervals say.
+Clock::time_point time_of(const ClientFrame& frame, Clock::time_point arrived) {
+  const std::int64_t exposed_ns = frame.info().exposed_at_ns;
+  return exposed_ns == MOCAP_ABSENT ? arrived : Clock::time_point(std::chrono::nanoseconds(exposed_ns));
+}
+
 volatile std::sig_atomic_t stop_asked = 0;
 void ask_stop(int /*signal*/) { stop_asked = 1; }
 
+using Receivers = std::vector<std::unique_ptr<UdpSender>>;
+
 class SendLoop {
  public:
-  SendLoop(const std::string& program, const SendOptions& options, const Client& client, UdpSender& receiver,
+  SendLoop(const std::string& program, const SendOptions& options, const Client& client, const Receivers& receivers,
            PacketWriter& writer)
       : program_(program),
         options_(options),
         client_(client),
-        receiver_(receiver),
+        receivers_(receivers),
         writer_(writer),
         limit_(options.rate_hz),
         status_(program, options.status_file) {}
@@ -44,7 +58,7 @@ class SendLoop {
       const auto now = Clock::now();
       if (arrived) {
         last_frame_ = now;
-        if (limit_.admits(now)) {
+        if (limit_.admits(time_of(frame_, now))) {
           send(&frame_);
           counts_.note_added(std::chrono::nanoseconds(Clock::now() - now).count());
         }
@@ -75,13 +89,17 @@ class SendLoop {
       silent_ = false;
     }
     for (const std::string& packet : writer_.write(frame, time_s())) {
-      if (!receiver_.send(packet)) {
-        ++counts_.dropped;
-        continue;
-      }
-      ++counts_.sent;
-      counts_.bytes += packet.size();
+      for (const auto& receiver : receivers_) send(packet, *receiver);
     }
+  }
+
+  void send(const std::string& packet, UdpSender& receiver) {
+    if (!receiver.send(packet)) {
+      ++counts_.dropped;
+      return;
+    }
+    ++counts_.sent;
+    counts_.bytes += packet.size();
   }
 
   // Prints the diagnosis when it changes.
@@ -95,14 +113,15 @@ class SendLoop {
 
   void write_status(Clock::time_point now) {
     next_status_ = now + kStatusInterval;
-    status_.write(to_json(program_, counts_, {{options_.host + ":" + options_.port, "udp"}},
-                          client_.diagnose().sentence, client_.statistics().lost));
+    std::vector<Receiver> receivers;
+    for (const auto& receiver : receivers_) receivers.push_back({receiver->name(), "udp"});
+    status_.write(to_json(program_, counts_, receivers, client_.diagnose().sentence, client_.statistics().lost));
   }
 
   const std::string& program_;
   const SendOptions& options_;
   const Client& client_;
-  UdpSender& receiver_;
+  const Receivers& receivers_;
   PacketWriter& writer_;
   RateLimit limit_;
   ClientFrame frame_;
@@ -116,9 +135,32 @@ class SendLoop {
   int reported_ = -1;
 };
 
+// Opens all receivers. Returns the exit code if one fails, after printing why.
+std::optional<int> open_receivers(const std::string& program, const SendOptions& options, Receivers& into) {
+  for (const std::string& text : options.to) {
+    const auto target = read_target(text, options.port);
+    if (!target) {
+      fmt::print(stderr, "{}: --to {}: expected HOST, HOST:PORT or [IPV6]:PORT\n", program, text);
+      return kUsage;
+    }
+    std::string fault;
+    auto receiver = UdpSender::open(target->host, target->port, fault);
+    if (!receiver) {
+      fmt::print(stderr, "{}: --to {} (port {}): {}\n", program, text, target->port, fault);
+      return kUnavailable;
+    }
+    if (!receiver->is_local()) {
+      fmt::print(stderr, "{}: sends to {} without encryption, as this protocol has none\n", program, target->host);
+    }
+    into.push_back(std::move(receiver));
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 int send_until_stopped(const std::string& program, SendOptions options, PacketWriter& writer) {
+  options.feed.keep = kKept;
   options.feed.server_key = options.keys.server_key;
   options.feed.secret_key = options.keys.secret_key;
   std::string fault;
@@ -127,17 +169,11 @@ int send_until_stopped(const std::string& program, SendOptions options, PacketWr
     fmt::print(stderr, "{}: {}\n", program, fault);
     return kUsage;
   }
-  const auto receiver = UdpSender::open(options.host, options.port, fault);
-  if (!receiver) {
-    fmt::print(stderr, "{}: --to {} --port {}: {}\n", program, options.host, options.port, fault);
-    return kUnavailable;
-  }
+  Receivers receivers;
+  if (const auto failed = open_receivers(program, options, receivers)) return *failed;
   std::signal(SIGINT, ask_stop);
   std::signal(SIGTERM, ask_stop);
-  if (!receiver->is_local()) {
-    fmt::print(stderr, "{}: sends to {} without encryption, as this protocol has none\n", program, options.host);
-  }
-  SendLoop loop(program, options, *client, *receiver, writer);
+  SendLoop loop(program, options, *client, receivers, writer);
   loop.run();
   if (loop.frames() == 0) fmt::print(stderr, "{}: {}\n", program, client->diagnose().sentence);
   loop.report_counts();

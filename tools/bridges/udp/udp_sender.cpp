@@ -75,7 +75,7 @@ struct UdpSender::Impl {
   }
 };
 
-UdpSender::UdpSender(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+UdpSender::UdpSender(std::unique_ptr<Impl> impl, std::string name) : impl_(std::move(impl)), name_(std::move(name)) {}
 UdpSender::~UdpSender() = default;
 
 std::unique_ptr<UdpSender> UdpSender::open(const std::string& host, const std::string& port, std::string& fault) {
@@ -96,7 +96,7 @@ std::unique_ptr<UdpSender> UdpSender::open(const std::string& host, const std::s
     fault = "cannot be reached";
     return nullptr;
   }
-  return std::unique_ptr<UdpSender>(new UdpSender(std::move(impl)));
+  return std::unique_ptr<UdpSender>(new UdpSender(std::move(impl), host + ":" + port));
 }
 
 bool UdpSender::send(std::string_view packet) {

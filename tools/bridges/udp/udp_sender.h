@@ -18,13 +18,17 @@ class UdpSender {
   /// Sends one packet. Returns false if this machine refuses it; a missing receiver may start later.
   bool send(std::string_view packet);
 
+  /// "HOST:PORT" as they were given.
+  const std::string& name() const { return name_; }
+
   /// Whether the receiver's address is a loopback address of this machine.
   bool is_local() const;
 
  private:
   struct Impl;
-  explicit UdpSender(std::unique_ptr<Impl> impl);
+  UdpSender(std::unique_ptr<Impl> impl, std::string name);
   std::unique_ptr<Impl> impl_;
+  std::string name_;
 };
 
 }  // namespace mocap::bridge

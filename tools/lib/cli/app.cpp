@@ -163,6 +163,11 @@ Option* Option::delimiter(char between_values) {
   return this;
 }
 
+Option* Option::one_value_each() {
+  option_.allow_extra_args(false);
+  return this;
+}
+
 Option* Option::transform(std::function<std::string(std::string)> replacement) {
   option_.transform(std::move(replacement));
   return this;

@@ -80,6 +80,8 @@ class Option {
   Option* expected(int count);
   Option* expected(int least, int most);
   Option* delimiter(char between_values);
+  /// Each occurrence of the option takes one value, so that a positional argument may follow it.
+  Option* one_value_each();
   /// Replaces the text of the option before it is read.
   Option* transform(std::function<std::string(std::string)> replacement);
 
