@@ -380,6 +380,26 @@ TEST(Client, CanBePolledByManyThreads) {
   stop = true;
 }
 
+TEST(Client, CallsTheProgramAfterEachMessage) {
+  Publisher publisher;
+  std::atomic<int> calls = 0;
+  const auto count = [](void* argument) { ++*static_cast<std::atomic<int>*>(argument); };
+  const auto client =
+      Client::open({.endpoint = publisher.endpoint(), .on_message = count, .on_message_argument = &calls});
+  ASSERT_TRUE(client);
+
+  const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  for (std::uint64_t i = 0; calls < 3 && std::chrono::steady_clock::now() < limit; ++i) {
+    publisher.send(testing::description_message());
+    publisher.send(testing::snapshot_message(i, host_ns()));
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));  // the rate of the feed; the test does not wait here
+  }
+
+  EXPECT_GE(calls, 3);
+  ClientFrame frame;
+  EXPECT_TRUE(client->poll(frame));
+}
+
 TEST(Client, NamesTheInvalidOption) {
   std::string fault;
   EXPECT_FALSE(Client::open({.endpoint = "nonsense"}, &fault));

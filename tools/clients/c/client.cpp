@@ -28,10 +28,16 @@ struct mocap_client {
   std::condition_variable frame_received;
   Feed feed;
   std::unique_ptr<Socket> socket;
+  void (*on_message)(void*);  // NULL: none
+  void* on_message_argument;
   std::thread thread;
 
-  mocap_client(const FeedSettings& settings, std::unique_ptr<Socket> opened)
-      : feed(settings), socket(std::move(opened)), thread([this] { run(); }) {}
+  mocap_client(const FeedSettings& settings, std::unique_ptr<Socket> opened, const mocap_client_options& options)
+      : feed(settings),
+        socket(std::move(opened)),
+        on_message(options.on_message),
+        on_message_argument(options.on_message_argument),
+        thread([this] { run(); }) {}
   mocap_client(const mocap_client&) = delete;
   mocap_client& operator=(const mocap_client&) = delete;
   ~mocap_client() {
@@ -55,7 +61,9 @@ struct mocap_client {
       } catch (const std::exception&) {
         // Out of memory: drop this message and continue.
       }
-      if (any) frame_received.notify_all();
+      if (!any) continue;
+      frame_received.notify_all();
+      if (on_message != nullptr) on_message(on_message_argument);
     }
   }
 };
@@ -91,7 +99,7 @@ mocap_client* open_client(const mocap_client_options& options, std::string& faul
   if (socket == nullptr) return nullptr;
   return new mocap_client({socket_settings.endpoint, socket_settings.topic, options.axes,
                            static_cast<std::size_t>(options.keep), next_id++},
-                          std::move(socket));
+                          std::move(socket), options);
 }
 
 int32_t hand_out(mocap_client& client, Frame& into) {

@@ -102,6 +102,10 @@ typedef struct mocap_client_options {
   const char* server_key;
   const char* public_key;
   const char* secret_key;
+  /* Called by the client's thread after each message, for a program that waits for other things too: it wakes the
+     program, which then polls. Must return at once, and must not close the client. NULL (default): none. */
+  void (*on_message)(void* argument);
+  void* on_message_argument;
 } mocap_client_options;
 
 /* One bone at one instant. 88 bytes. */

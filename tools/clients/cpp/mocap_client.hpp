@@ -28,6 +28,8 @@ struct ClientOptions {
   std::string server_key = {};  // the initialiser avoids a warning if the member is omitted
   std::string public_key = {};
   std::string secret_key = {};
+  void (*on_message)(void* argument) = nullptr;  ///< see mocap_client_options
+  void* on_message_argument = nullptr;
 };
 
 /// One subject of a frame. Valid until the frame is polled again or destroyed.
@@ -112,6 +114,8 @@ class Client {
     raw.server_key = options.server_key.c_str();
     raw.public_key = options.public_key.c_str();
     raw.secret_key = options.secret_key.c_str();
+    raw.on_message = options.on_message;
+    raw.on_message_argument = options.on_message_argument;
     char why[256] = {};
     mocap_client* opened = mocap_client_open(&raw, why, sizeof why);
     if (opened == nullptr) {
