@@ -81,6 +81,21 @@ class Vmc(unittest.TestCase):
         self.assertEqual(receiver.said["/VMC/Ext/OK"][1], [1, 3, 0, 0])
         self.assertEqual(receiver.bones, {})
 
+    def test_the_loss_of_the_daemon_is_no_frozen_pose(self):
+        feed, receiver, program = self.start()
+        tracked = lambda: receiver.said.get("/VMC/Ext/OK", (None, [None] * 4))[1][3]  # noqa: E731
+        receiver.hear(60, until=lambda: tracked() == 1)
+        self.assertEqual(tracked(), 1, program.output())
+
+        feed.close()
+        receiver.hear(60, until=lambda: tracked() == 0)
+        self.assertEqual(tracked(), 0, program.output())
+
+        again = FakeFeed(port=feed.port, session="another")
+        self.addCleanup(again.close)
+        receiver.hear(60, until=lambda: tracked() == 1)
+        self.assertEqual(tracked(), 1, program.output())
+
     def test_sends_the_axis_vectors_as_trackers_of_vrchat(self):
         for path in sorted((SOURCE / "proto/axes").glob("*.json")):
             case = json.loads(path.read_text())

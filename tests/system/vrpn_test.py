@@ -138,6 +138,22 @@ class Vrpn(unittest.TestCase):
                 return True
         return False
 
+    def test_mocapctl_lists_the_bridge_and_its_clients(self):
+        folder = self.desk.folder / "status"
+        folder.mkdir()
+        self.serve(self.feed().endpoint, "--status-file", folder / "vrpn.json")
+        client = self.client()
+        self.assertTrue(client.receive(LONG_S, lambda: client.poses))
+
+        listed = ""
+        limit = time.monotonic() + LONG_S
+        while "1 receiver," not in listed and time.monotonic() < limit:
+            client.receive(0.5)
+            listed = self.desk.run("mocapctl", "bridge", "list", "--folder", folder).stdout
+
+        self.assertRegex(listed, r"mocap-vrpn: 1 receiver, \d+ packets sent, 0 dropped")
+        self.assertRegex(listed, r"127\.0\.0\.1:\d+ +tcp")
+
     def test_hostile_clients_disturb_nobody(self):
         feed = self.feed()
         program = self.serve(feed.endpoint)
