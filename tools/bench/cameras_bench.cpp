@@ -1,10 +1,6 @@
 #include "cameras_bench.h"
 
 #include <fmt/format.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <cmath>
@@ -16,6 +12,7 @@
 
 #include "assemble.h"
 #include "base/log.h"
+#include "bench/program.h"
 #include "cameras/aravis/aravis_settings.h"
 #include "cameras/own_network.h"
 #include "cameras/v4l2/v4l2_settings.h"
@@ -30,35 +27,6 @@ namespace {
 constexpr double kExposure_us = 500.0;
 constexpr int kLoopImages = 16;
 constexpr double kAllStreamWithin_s = 20.0;
-
-/// A mocap-sim process that ends with this object.
-class Server {
- public:
-  explicit Server(const std::vector<std::string>& arguments) {
-    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "mocap-sim";
-    std::string own = program.string();
-    std::vector<std::string> all{own};
-    all.insert(all.end(), arguments.begin(), arguments.end());
-    std::vector<char*> raw;
-    for (std::string& each : all) raw.push_back(each.data());
-    raw.push_back(nullptr);
-    posix_spawn_file_actions_t quiet;
-    posix_spawn_file_actions_init(&quiet);
-    posix_spawn_file_actions_addopen(&quiet, STDERR_FILENO, "/dev/null", 1 /* O_WRONLY */, 0);
-    if (posix_spawn(&process_, own.c_str(), &quiet, nullptr, raw.data(), environ) != 0) process_ = 0;
-    posix_spawn_file_actions_destroy(&quiet);
-  }
-  ~Server() {
-    if (process_ <= 0) return;
-    kill(process_, SIGTERM);
-    waitpid(process_, nullptr, 0);
-  }
-  Server(const Server&) = delete;
-  Server& operator=(const Server&) = delete;
-
- private:
-  pid_t process_ = 0;
-};
 
 /// Accumulates the errors of the reported exposure times. The true exposure of the server ends at a whole period of
 /// UTC, or starts there if action commands trigger it.
@@ -297,9 +265,9 @@ Result<CamerasBenchFigures> run_cameras_bench(const CamerasBenchSettings& wanted
   const support::TemporaryFolder folder;
   const std::filesystem::path rig = folder.path() / "rig.toml";
   if (const Status saved = settings::save_rig(rig, daemon.rig, {}); !saved) return saved.error();
-  std::optional<Server> server;
-  if (served) server.emplace(server_arguments(wanted, rig));
-  if (!served && loops_back()) server.emplace(loopback_arguments(wanted, rig));
+  std::optional<Program> server;
+  if (served) server.emplace("mocap-sim", server_arguments(wanted, rig));
+  if (!served && loops_back()) server.emplace("mocap-sim", loopback_arguments(wanted, rig));
 
   Result<Assembly> assembly = assemble(daemon);
   if (!assembly) return assembly.error();

@@ -15,6 +15,8 @@
 
 #include "base/exit_codes.h"
 #include "base/time.h"
+#include "bench/snapshot_number.h"
+#include "bench/wait_until.h"
 #include "support/typical_snapshot.h"
 #include "wire/codec/encode.h"
 #include "wire/codec/snapshot_encoder.h"
@@ -31,25 +33,6 @@ constexpr Duration kJoinWithin = std::chrono::seconds(20);
 double at(std::vector<double>& sorted, double share) {
   if (sorted.empty()) return 0.0;
   return sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
-}
-
-// Reads the number of a snapshot, which is its first field.
-std::uint64_t number_in(std::string_view message) {
-  std::uint64_t number = 0;
-  for (std::size_t i = kTopic.size() + 1, shift = 0; i < message.size() && shift < 64; ++i, shift += 7) {
-    const auto byte = static_cast<unsigned char>(message[i]);
-    number |= static_cast<std::uint64_t>(byte & 0x7FU) << shift;
-    if (byte < 0x80U) return number;
-  }
-  return 0;
-}
-
-// Sleeps until shortly before `at`, then polls, so that the latency of the timer is not measured.
-void wait_until(Timestamp at) {
-  const Duration early = std::chrono::microseconds(300);
-  if (at - host_now() > early) std::this_thread::sleep_until(at - early);
-  while (host_now() < at) {
-  }
 }
 
 // Send time of each snapshot number, ns. Written by the publishing thread, read by the receiving thread.
@@ -100,7 +83,7 @@ class Receivers {
   void take(ZmqSocketOf& one, std::string_view bytes) {
     if (!bytes.starts_with(kTopic)) return;  // skip the description
     if (!std::exchange(one.joined, true)) ++joined_;
-    const std::uint64_t number = number_in(bytes);
+    const std::uint64_t number = snapshot_number(bytes.substr(kTopic.size()));
     if (number < kWarmUp || number > last_) return;
     ++one.counted;
     ages_us.push_back(1e-3 * static_cast<double>(to_ns(host_now()) - sent_[number].load(std::memory_order_relaxed)));

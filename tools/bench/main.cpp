@@ -10,6 +10,7 @@
 #include "base/exit_codes.h"
 #include "base/install_folders.h"
 #include "base/log.h"
+#include "bridges_bench.h"
 #include "cameras_print.h"
 #include "detect_report.h"
 #include "feed_bench.h"
@@ -41,6 +42,7 @@ constexpr const char* kExamples = R"(examples:
   mocap-bench feed --subscribers 200 --rate 120 --seconds 5 --json
                                                 received share, age and cost of the snapshots
   mocap-bench take --seconds 60 --json          a take beside 20 subscribers: losses, size; tracked again
+  mocap-bench bridges --json                    what each bridge adds to the feed's latency, with 10 receivers
   mocap-bench hostile --json                    worst gap of a subscriber while hostile peers attack)";
 
 void print_pipeline(const PipelineBenchFigures& f, bool json) {
@@ -242,9 +244,12 @@ int main(int argc, char** argv) {
   bench::TakeBenchSettings recorded;
   recorded.scene.marker_set = marker_set;
   cli::App* take = bench::add_take_bench(app, recorded);
+  bench::BridgesBenchSettings bridged;
+  bridged.marker_set = marker_set;
+  cli::App* bridges = bench::add_bridges_bench(app, bridged);
   bench::HostileBenchSettings attacked;
   cli::App* hostile = bench::add_hostile_bench(app, attacked);
-  for (cli::App* command : {pipeline, detect, fuse, solve, cameras, feed, take, hostile}) {
+  for (cli::App* command : {pipeline, detect, fuse, solve, cameras, feed, take, bridges, hostile}) {
     command->add_flag("--json", json,
                       command == fuse ? "one JSON array on standard output" : "one JSON object on standard output");
   }
@@ -255,6 +260,7 @@ int main(int argc, char** argv) {
   if (fuse->parsed()) return bench::fuse(fusing, json, growth);
   if (take->parsed()) return bench::print_take_bench(recorded, json);
   if (feed->parsed()) return bench::print_feed_bench(feeding, json);
+  if (bridges->parsed()) return bench::print_bridges_bench(bridged, json);
   if (hostile->parsed()) {
     set_log_level(LogLevel::Error);  // the effects of the attacks are printed as figures
     return bench::print_hostile_bench(attacked, json);
