@@ -2,6 +2,7 @@
 // come, never send a keep-alive, and close without a word. MOCAP_BRIDGE_FRAMES=432000 runs the whole hour, in about 3
 // to 7 minutes for each bridge; otherwise a minute of it runs.
 #include <gtest/gtest.h>
+#include <malloc.h>
 #include <unistd.h>
 
 #include <cstdint>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "bench/bridges/frame_number.h"
+#include "bench/bridges/free_port.h"
 #include "bench/bridges/people_feed.h"
 #include "bench/bridges/receivers.h"
 #include "bridges/lib/receiver_axes.h"
@@ -55,6 +57,12 @@ std::int64_t resident_bytes() {
   std::int64_t all_pages = 0, resident_pages = 0;
   std::ifstream("/proc/self/statm") >> all_pages >> resident_pages;
   return resident_pages * ::sysconf(_SC_PAGESIZE);
+}
+
+// Memory that this process has allocated and not freed.
+std::int64_t used_bytes() {
+  const auto info = ::mallinfo2();
+  return static_cast<std::int64_t>(info.uordblks + info.hblkhd);
 }
 
 // The frames of a feed of people, through the decoder of the client.
@@ -176,11 +184,14 @@ class Guests {
   std::uint64_t served_ = 0, left_ = 0;
 };
 
-// The memory after a quarter of the run and at its end.
+// The memory after a quarter of the run and at its end: in RAM, and in the heap, where freed memory of the start would
+// hide a short growth.
 class Growth {
  public:
   void note(std::uint64_t frame, std::uint64_t frames) {
-    if (frame == frames / 4) before_bytes_ = resident_bytes();
+    if (frame != frames / 4) return;
+    before_bytes_ = resident_bytes();
+    before_used_bytes_ = used_bytes();
   }
   void expect_none() const {
     constexpr std::int64_t kMost_bytes = 1 << 20;
@@ -188,10 +199,12 @@ class Growth {
     ::testing::Test::RecordProperty("grown_bytes", static_cast<int>(grown_bytes));
     if (support::kSanitized) return;  // sanitizers keep freed memory
     EXPECT_LT(grown_bytes, kMost_bytes);
+    EXPECT_LT(used_bytes() - before_used_bytes_, kMost_bytes);
   }
 
  private:
   std::int64_t before_bytes_ = 0;
+  std::int64_t before_used_bytes_ = 0;
 };
 
 // Runs a bridge with clients in one thread: `tick` of the loop sends one frame, then the loop serves the sockets.
@@ -223,7 +236,7 @@ void run_server(Server& server, EventLoop& loop, Guests& guests) {
 }
 
 TEST(Endurance, NatNetServesEveryFrameWithoutGrowth) {
-  const std::uint16_t port = open_port().bound().port;
+  const std::uint16_t port = *bench::free_port();
   Statistics statistics;
   natnet::ServerOptions options;
   options.command_port = port;
@@ -239,7 +252,7 @@ TEST(Endurance, NatNetServesEveryFrameWithoutGrowth) {
 }
 
 TEST(Endurance, VrpnServesEveryFrameWithoutGrowth) {
-  const std::uint16_t port = open_port().bound().port;
+  const std::uint16_t port = *bench::free_port();
   Statistics statistics;
   vrpn::Server server({.at = {INADDR_LOOPBACK, port}, .axes = vrpn_axes()}, statistics);
   EventLoop loop;

@@ -15,6 +15,7 @@
 
 #include "base/time.h"
 #include "bench/bridges/frame_number.h"
+#include "bench/bridges/free_port.h"
 #include "bench/bridges/people_feed.h"
 #include "bench/bridges/receivers.h"
 #include "bench/program.h"
@@ -40,14 +41,6 @@ struct Way {
   std::function<std::unique_ptr<Joining>()> joining;  // of a receiver
   NumberReader number;
 };
-
-// A port of this machine at which nobody listens now.
-Result<std::uint16_t> free_port() {
-  std::string fault;
-  const auto socket = bridge::UdpSocket::open({INADDR_LOOPBACK, 0}, fault);
-  if (!socket) return Error{ErrorCode::Io, fault};
-  return socket->bound().port;
-}
 
 std::vector<std::string> receivers_of(const std::vector<std::uint16_t>& ports) {
   std::vector<std::string> options{"--rate", "1000"};
@@ -143,7 +136,8 @@ class Run {
     if (const Status started = start(way); !started) return started.error();
     auto subscriber = subscribe(feed_.endpoint());
     if (!subscriber) return subscriber.error();
-    BridgeFigures figures{.protocol = protocol};
+    BridgeFigures figures;
+    figures.protocol = protocol;
     FrameRange range;
     {
       const std::jthread receiving(
