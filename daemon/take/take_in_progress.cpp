@@ -18,18 +18,32 @@ TakeInProgress::TakeInProgress(std::unique_ptr<TakeWriter> file, TakeInfo begun,
 }
 
 Status TakeInProgress::write(const BufferedMessage& message) {
-  const Duration around = message.kind == BufferedKind::Blobs ? kSetSpan : Duration::zero();
-  if (message.at < from - around) return {};
-  if (!to || message.at <= *to + around) return append(message);
-  drained = drained || message.kind == BufferedKind::Snapshot;
+  if (message.kind == BufferedKind::Blobs) return write_image(message);
+  const bool is_early = message.at < from;
+  if (!is_early && (!to || message.at <= *to)) return append(message);
+  if (message.kind != BufferedKind::Snapshot) return {};
+  if (is_early) {
+    edges_.forget(message.at);  // the images of a later set were exposed after the mean of this one
+  } else {
+    drained = true;
+  }
   return {};
+}
+
+Status TakeInProgress::write_image(const BufferedMessage& image) {
+  const bool is_early = image.at < from, is_late = to && image.at > *to;
+  if (image.at < from - kLongestSet || (is_late && image.at > *to + kLongestSet)) return {};
+  if ((is_early || is_late) && !edges_.add(image)) return {};
+  return append_image(image.camera, image.at, image.bytes);
+}
+
+Status TakeInProgress::append_image(std::uint32_t camera, Timestamp at, std::string_view bytes) {
+  return camera < blob_topics_.size() ? writer->append(blob_topics_[camera], at, bytes) : Status{};
 }
 
 Status TakeInProgress::append(const BufferedMessage& message) {
   switch (message.kind) {
-    case BufferedKind::Blobs:
-      if (message.camera >= blob_topics_.size()) return {};
-      return writer->append(blob_topics_[message.camera], message.at, message.bytes);
+    case BufferedKind::Blobs: return append_image(message.camera, message.at, message.bytes);
     case BufferedKind::Snapshot: return append_snapshot(message);
     case BufferedKind::Description: {
       const Result<Description> description = description_of({TakeTopic::Description, message.at, message.bytes});
@@ -45,6 +59,9 @@ Status TakeInProgress::append(const BufferedMessage& message) {
 
 Status TakeInProgress::append_snapshot(const BufferedMessage& message) {
   if (!read_.ParseFromArray(message.bytes.data(), static_cast<int>(message.bytes.size()))) return {};
+  for (const EdgeImages::Image& image : edges_.take(read_)) {
+    if (const Status written = append_image(image.camera, image.at, image.bytes); !written) return written;
+  }
   meter.add(read_);
   if (read_.has_timecode()) {
     last_timecode_ = wire::timecode_of(read_.timecode());

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.h"
@@ -11,6 +12,7 @@
 #include "model/description.h"
 #include "model/take_order.h"
 #include "model/timecode.h"
+#include "take/edge_images.h"
 #include "take/take_buffer.h"
 #include "take/take_quality.h"
 #include "take/take_writer.h"
@@ -23,8 +25,12 @@ class TakeInProgress {
   /// `info` and `description`: as the file was begun with. `snapshots`: whether the file gets them.
   TakeInProgress(std::unique_ptr<TakeWriter> writer, TakeInfo info, const Description& description, bool snapshots);
 
-  /// Writes a message of the memory if it is within the bounds. Fails as TakeWriter::append does.
+  /// Writes a message of the memory if it is within the bounds, or an image of a set that is. Fails as
+  /// TakeWriter::append does.
   Status write(const BufferedMessage& message);
+
+  /// Whether images after `to` may belong to a set of the take whose snapshot did not come yet.
+  bool awaits_set() const noexcept { return to && !drained && !edges_.empty(); }
 
   /// Completes info and file. `ended_early`: the reason; empty: as ordered. Fails as TakeWriter::finish does.
   Status finish(Timestamp now, const QualityReport& report, const std::string& ended_early);
@@ -42,11 +48,14 @@ class TakeInProgress {
 
  private:
   Status append(const BufferedMessage& message);
+  Status write_image(const BufferedMessage& image);
+  Status append_image(std::uint32_t camera, Timestamp at, std::string_view bytes);
   Status append_snapshot(const BufferedMessage& message);
 
   bool snapshots_;
   std::vector<std::string> blob_topics_;                    // by camera
   std::optional<Timecode> first_timecode_, last_timecode_;  // of the snapshots
+  EdgeImages edges_;
   v1::Snapshot read_;
   std::string written_;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "take/camera_blobs.h"
+#include "take/edge_images.h"
 #include "wire/codec/encode.h"
 
 namespace mocap::take {
@@ -18,7 +19,7 @@ TakeIntake::TakeIntake(const TakesSettings& settings, Duration least_kept, const
                        std::vector<TakeFile> files)
     : keeps_blobs_(settings.blobs),
       before_(settings.before),
-      buffer_(settings.memory_mb * 1'000'000, std::max(settings.before, least_kept)),
+      buffer_(settings.memory_mb * 1'000'000, std::max(settings.before, least_kept) + kLongestSet),
       description_(description),
       descriptions_{{Timestamp::min(), description}},
       files_(std::move(files)) {

@@ -26,7 +26,8 @@ namespace mocap::take {
 /// and files that were in force, so that a take may begin before its order.
 class TakeIntake {
  public:
-  /// Keeps the messages of the last `least_kept`, or of [takes] before_s if that is longer.
+  /// Keeps the messages of the last `least_kept`, or of [takes] before_s if that is longer, and of the images of one
+  /// set before.
   TakeIntake(const TakesSettings& settings, Duration least_kept, const Description& description,
              std::vector<TakeFile> files);
 

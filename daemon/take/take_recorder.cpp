@@ -30,9 +30,12 @@ constexpr int kMostBatches = 8;  // of one call of `work`
 constexpr Duration kCheckPeriod = std::chrono::seconds(1);
 // Longest wait for the snapshots of the take's last instants.
 constexpr Duration kDrainPatience = std::chrono::milliseconds(300);
+// The same, while images came that may belong to these snapshots.
+constexpr Duration kLongDrainPatience = kLongestSet + kDrainPatience;
 constexpr double kMB = 1e6;
 // Between two takes of take next nothing must leave the memory.
-constexpr Duration kLeastKept = std::chrono::seconds(1);
+constexpr Duration kLeastKept = std::chrono::seconds(2);
+static_assert(kLeastKept > kLongDrainPatience);
 // A take that waits for a timecode starts also if the timecode passed so recently: a source that starts at this
 // timecode is known only 0.3 s later. At most kLeastKept.
 constexpr Duration kJustPassed = std::chrono::milliseconds(900);
@@ -93,8 +96,7 @@ class DiskTakeRecorder : public TakeRecorder {
     if (!recording_) return;
     check(now);
     if (!recording_) return;
-    const bool due = recording_->to && (recording_->drained || now > *recording_->to + kDrainPatience);
-    if (due) {
+    if (is_over(now)) {
       end(now, {});
     } else if (const Status ticked = recording_->writer->tick(now); !ticked) {
       end(now, ticked.error().message);
@@ -315,6 +317,12 @@ class DiskTakeRecorder : public TakeRecorder {
 
   // --- a take ---
 
+  bool is_over(Timestamp now) const {
+    if (!recording_->to) return false;
+    const Duration patience = recording_->awaits_set() ? kLongDrainPatience : kDrainPatience;
+    return recording_->drained || now > *recording_->to + patience;
+  }
+
   // `take next` takes the next shot of the list, if there is one.
   TakeDone start(const TakeOrder& order, Timestamp now) {
     const Shot* shot = order.action == TakeAction::Next && order.name.empty() ? shots_.next() : nullptr;
@@ -347,7 +355,7 @@ class DiskTakeRecorder : public TakeRecorder {
     TakeStart begin;
     begin.info = info_of(order);
     Timestamp from = now - order.before;
-    const std::optional<Timestamp> oldest = intake_.buffer().hold(from - kSetSpan);
+    const std::optional<Timestamp> oldest = intake_.buffer().hold(from - kLongestSet);
     from = std::max(from, std::min(oldest.value_or(now), now));
     begin.info.started_at = from;
     begin.description = intake_.description_at(from);

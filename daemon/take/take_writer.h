@@ -28,9 +28,6 @@ inline constexpr std::string_view kBlobsTopics = "blobs/";  ///< followed by the
 inline constexpr std::string_view kHealthTopic = "health";
 inline constexpr std::string_view kEventTopic = "event";
 
-/// The images of one set were exposed within this span: a take has all images of its first and last set.
-inline constexpr Duration kSetSpan = std::chrono::milliseconds(1);
-
 /// What a take has from its start.
 struct TakeStart {
   TakeInfo info;  ///< `started_at` and `utc_minus_host` are required

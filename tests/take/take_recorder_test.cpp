@@ -252,6 +252,9 @@ TEST_F(Takes, HaveTheImagesOfTheirLastSet) {
   recorder->keep(late);
   Snapshot last = example_snapshot(next);
   last.delivering_cameras = 2;
+  last.views.clear();
+  last.views.push_back({CameraId{0}, next, Duration(0), 9});
+  last.views.push_back({CameraId{1}, late.number, late.exposed_at - example_time(next), 9});
   recorder->keep(last);
   recorder->follow({.number = 9, .action = TakeAction::Stop}, example_time(next));
   ++next;
@@ -271,6 +274,57 @@ TEST_F(Takes, HaveTheImagesOfTheirLastSet) {
   ASSERT_FALSE(delivering.empty());
   EXPECT_EQ(delivering.front(), 0U) << "unknown";
   EXPECT_EQ(delivering.back(), 2U);
+}
+
+// With a wide [align] window_us, camera 0 exposes 2 ms before the mean of the set and camera 1 2 ms after it.
+class TakesOfSpreadSets : public Takes {
+ protected:
+  void capture_spread(std::uint64_t sets) {
+    constexpr Duration kSkew = std::chrono::milliseconds(2);
+    for (const std::uint64_t end = next + sets; next < end; ++next) {
+      Snapshot snapshot = example_snapshot(next);
+      snapshot.views.clear();
+      for (std::uint32_t camera = 0; camera < kExampleCameras; ++camera) {
+        const Duration skew = camera == 0 ? -kSkew : kSkew;
+        BlobFrame frame = example_blobs(camera, next);
+        frame.exposed_at = example_time(next) + skew;
+        recorder->keep(frame);
+        snapshot.views.push_back({CameraId{camera}, frame.number, skew, 9});
+      }
+      recorder->keep(snapshot);
+      recorder->work(now());
+    }
+  }
+};
+
+TEST_F(TakesOfSpreadSets, HaveTheImagesOfTheirFirstAndLastSet) {
+  capture_spread(kSecond);
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  capture_spread(kSecond);
+  recorder->follow({.number = 9, .action = TakeAction::Stop}, example_time(next));  // the mean of the last set
+  capture_spread(2);
+
+  EXPECT_EQ(recorder->health().state, TakeState::Ended);
+  std::map<std::pair<std::uint32_t, std::int64_t>, int> images;  // by camera and exposure
+  const auto reader = TakeReader::open(folder / "take_001.mcap");
+  ASSERT_TRUE(reader) << reader.error().message;
+  TakeCursor cursor = reader->messages({.topics = {TakeTopic::Blobs}});
+  for (auto record = cursor.next(); record && *record; record = cursor.next()) {
+    const auto frame = blobs_of(**record);
+    ASSERT_TRUE(frame) << frame.error().message;
+    ++images[{frame->camera.value, to_ns(frame->exposed_at)}];
+  }
+  std::uint64_t sets = 0;
+  TakeCursor snapshots = reader->messages({.topics = {TakeTopic::Snapshot}});
+  for (auto record = snapshots.next(); record && *record; record = snapshots.next(), ++sets) {
+    const auto snapshot = snapshot_of(**record);
+    ASSERT_TRUE(snapshot) << snapshot.error().message;
+    for (const ViewStatus& view : snapshot->views) {
+      EXPECT_EQ((images[{view.camera.value, to_ns(snapshot->instants.exposed_at + view.skew)}]), 1)
+          << "set " << snapshot->number << ", camera " << view.camera.value;
+    }
+  }
+  EXPECT_EQ(sets, kSecond + 1);
 }
 
 TEST_F(Takes, EndWhereTheCamerasChange) {

@@ -22,6 +22,14 @@ class NewTakeOfAnExample : public testing::Test {
     return *std::move(made);
   }
 
+  static TakeSet set_with(std::optional<RecordedSnapshot> snapshot,
+                          std::initializer_list<const BlobFrame*> views = {}) {
+    TakeSet set;
+    for (const BlobFrame* view : views) set.frames.views.push_back(view);
+    set.recorded = std::move(snapshot);
+    return set;
+  }
+
   // The snapshot of a set as the example has it, with the stamps of a live run.
   static RecordedSnapshot recorded(std::uint64_t set) {
     RecordedSnapshot snapshot;
@@ -41,10 +49,10 @@ class NewTakeOfAnExample : public testing::Test {
 TEST_F(NewTakeOfAnExample, TakesOverTheStampsThatTrackingDoesNotGive) {
   NewTake made = create();
 
-  const auto same = made.append(take::example_snapshot(3), recorded(3));
+  const auto same = made.append(take::example_snapshot(3), set_with(recorded(3)));
   RecordedSnapshot other = recorded(4);
   other.bytes += "x";
-  const auto different = made.append(take::example_snapshot(4), other);
+  const auto different = made.append(take::example_snapshot(4), set_with(other));
 
   EXPECT_TRUE(same && *same);
   EXPECT_TRUE(different && !*different);
@@ -54,7 +62,7 @@ TEST_F(NewTakeOfAnExample, HasWhatIsInItsSpan) {
   NewTake made = create({take::example_time(5), take::example_time(7)});
   for (std::uint64_t set = 0; set < 10; ++set) {
     ASSERT_TRUE(made.append(take::example_blobs(0, set)));
-    ASSERT_TRUE(made.append(take::example_snapshot(set), std::nullopt));
+    ASSERT_TRUE(made.append(take::example_snapshot(set), set_with({})));
   }
 
   const auto path = made.finish();
@@ -69,6 +77,26 @@ TEST_F(NewTakeOfAnExample, HasWhatIsInItsSpan) {
   EXPECT_EQ(take->info().notes, from_->info().notes);
 }
 
+// Camera 1 exposes 2 ms after the mean of its set.
+TEST_F(NewTakeOfAnExample, HasTheImagesOfItsFirstAndLastSet) {
+  NewTake made = create({take::example_time(5), take::example_time(7)});
+  for (std::uint64_t set = 0; set < 10; ++set) {
+    const BlobFrame first = take::example_blobs(0, set);
+    BlobFrame second = take::example_blobs(1, set);
+    second.exposed_at += std::chrono::milliseconds(2);
+    ASSERT_TRUE(made.append(first));
+    ASSERT_TRUE(made.append(second));
+    ASSERT_TRUE(made.append(take::example_snapshot(set), set_with({}, {&first, &second})));
+  }
+
+  const auto path = made.finish();
+
+  const auto take = take::TakeReader::open(*path);
+  ASSERT_TRUE(take) << take.error().message;
+  EXPECT_EQ(take->counts().at("blobs/camera0"), 3U);
+  EXPECT_EQ(take->counts().at("blobs/camera1"), 3U);
+}
+
 TEST_F(NewTakeOfAnExample, DescribesABodyThatWasFittedBeforeItsSpan) {
   NewTake made = create({take::example_time(5), take::example_time(7)});
   SubjectFit fit;
@@ -78,8 +106,8 @@ TEST_F(NewTakeOfAnExample, DescribesABodyThatWasFittedBeforeItsSpan) {
   for (const Bone& bone : set.skeleton.bones) fit.rest_offsets_m.push_back(bone.rest_offset_m);
   for (const MarkerOnBone& marker : set.markers) fit.marker_offsets_m.push_back(marker.offset_m);
   ASSERT_TRUE(made.learn(fit, take::example_time(2)));
-  ASSERT_TRUE(made.append(take::example_snapshot(2), std::nullopt));
-  ASSERT_TRUE(made.append(take::example_snapshot(6), std::nullopt));
+  ASSERT_TRUE(made.append(take::example_snapshot(2), set_with({})));
+  ASSERT_TRUE(made.append(take::example_snapshot(6), set_with({})));
 
   const auto path = made.finish();
 

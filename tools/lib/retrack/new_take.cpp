@@ -67,7 +67,8 @@ Status NewTake::learn(const SubjectFit& fit, Timestamp at) {
   return described_ ? writer_->append(description_, at) : Status{};
 }
 
-Result<bool> NewTake::append(const Snapshot& snapshot, const std::optional<RecordedSnapshot>& recorded) {
+Result<bool> NewTake::append(const Snapshot& snapshot, const TakeSet& set) {
+  const std::optional<RecordedSnapshot>& recorded = set.recorded;
   const Timestamp at = snapshot.instants.exposed_at;
   wire::encode(snapshot, message_);
   message_.set_utc_minus_host_ns(info_.utc_minus_host.count());
@@ -75,6 +76,10 @@ Result<bool> NewTake::append(const Snapshot& snapshot, const std::optional<Recor
   message_.SerializeToString(&bytes_);
   const bool same = recorded && recorded->bytes == bytes_;
   if (!span_.has(at)) return same;
+  for (const BlobFrame* view : set.frames.views) {
+    if (span_.has(view->exposed_at)) continue;
+    if (const Status appended = writer_->append(*view); !appended) return appended.error();
+  }
   if (!std::exchange(described_, true)) {
     if (const Status described = writer_->append(description_, at); !described) return described.error();
   }
@@ -84,7 +89,7 @@ Result<bool> NewTake::append(const Snapshot& snapshot, const std::optional<Recor
 }
 
 Status NewTake::append(const BlobFrame& frame) {
-  return span_.has_image(frame.exposed_at) ? writer_->append(frame) : Status{};
+  return span_.has(frame.exposed_at) ? writer_->append(frame) : Status{};
 }
 
 Status NewTake::append(std::string_view topic, const take::TakeRecord& record) {

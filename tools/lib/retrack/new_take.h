@@ -25,11 +25,6 @@ struct Span {
   Timestamp to = Timestamp::max();
 
   bool has(Timestamp at) const { return at >= from && at <= to; }
-  /// Whether an image of that exposure may be part of a set in the span: the images of a set are not quite
-  /// simultaneous.
-  bool has_image(Timestamp at) const { return at >= earliest_image() && at <= latest_image(); }
-  Timestamp earliest_image() const { return from == Timestamp::min() ? from : from - take::kSetSpan; }
-  Timestamp latest_image() const { return to == Timestamp::max() ? to : to + take::kSetSpan; }
 };
 
 /// Writes a take that is tracked again: its new snapshots, and the images, health and events of the recording within a
@@ -43,8 +38,10 @@ class NewTake {
   /// The description that applies from the next snapshot on.
   Status learn(const SubjectFit& fit, Timestamp at);
   /// `recorded`: the snapshot of the take for the same set; stamps that tracking does not give are taken over from it.
-  /// Returns whether both are equal, byte for byte.
-  Result<bool> append(const Snapshot& snapshot, const std::optional<RecordedSnapshot>& recorded);
+  /// The images of the set that are outside of the span, but whose set is in it, are written too. Returns whether both
+  /// snapshots are equal, byte for byte.
+  Result<bool> append(const Snapshot& snapshot, const TakeSet& set);
+  /// An image, if it is in the span.
   Status append(const BlobFrame& frame);
   /// A health report or an event, as it was recorded.
   Status append(std::string_view topic, const take::TakeRecord& record);

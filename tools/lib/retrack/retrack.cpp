@@ -99,11 +99,13 @@ class Tracking {
         ++report_.damaged;  // the cursor goes on behind the damaged chunk
         continue;
       }
-      if (!*record || (*record)->at > span.latest_image()) break;
-      if (const Status tracked = track_sets((*record)->at, progress); !tracked) return tracked;
+      const bool ended = !*record;
+      if (const Status tracked = track_sets(ended ? Timestamp::max() : (*record)->at, span, progress); !tracked) {
+        return tracked;
+      }
+      if (ended || is_behind_) return {};
       if (const Status used = use(**record); !used) return used;
     }
-    return track_sets(Timestamp::max(), progress);
   }
 
   const RetrackReport& report() const noexcept { return report_; }
@@ -153,8 +155,11 @@ class Tracking {
     return {};
   }
 
-  Status track_sets(Timestamp read_up_to, const std::function<void(const RetrackProgress&)>& progress) {
+  Status track_sets(Timestamp read_up_to, const Span& span,
+                    const std::function<void(const RetrackProgress&)>& progress) {
     while (const std::optional<TakeSet> set = sets_->next(read_up_to)) {
+      is_behind_ = set->frames.exposed_at > span.to;
+      if (is_behind_) return {};
       if (const Status tracked = track(*set); !tracked) return tracked;
       if (report_.sets % kSetsPerProgress == 0) progress({share_of(set->frames.exposed_at), report_.sets});
     }
@@ -173,7 +178,7 @@ class Tracking {
     if (const std::optional<SubjectFit>& fit = fusion_->fit()) {
       if (const Status learnt = into_.learn(*fit, set.frames.exposed_at); !learnt) return learnt;
     }
-    const Result<bool> same = into_.append(snapshot, set.recorded);
+    const Result<bool> same = into_.append(snapshot, set);
     if (!same) return same.error();
     report_.recorded += set.recorded ? 1 : 0;
     report_.equal += *same ? 1 : 0;
@@ -193,6 +198,7 @@ class Tracking {
   std::unique_ptr<fusion::Fusion> fusion_;
   NewTake& into_;
   Timestamp tracked_up_to_ = Timestamp::min();
+  bool is_behind_ = false;  // a set after the span came
   RetrackReport report_;
 };
 
