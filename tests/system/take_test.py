@@ -1,74 +1,14 @@
-"""Takes of a running daemon: start, stop, cancel, mark, next, what happened before, a kill, a full disk, a reload. The feed loses no
+"""Takes of a running daemon: start, stop, cancel, mark, next, what happened before, a kill, a reload. The feed loses no
 set. Runs in its own network namespace."""
 
 import json
-import os
-import pathlib
-import shutil
 import signal
-import subprocess
 import unittest
 
-from harness import BIN, Desk, synthetic_volume, until
+from takes import TakesTest
 
 
-class Takes(unittest.TestCase):
-    def setUp(self):
-        self.desk = Desk()
-        self.addCleanup(self.desk.close)
-        host, port = self.desk.endpoint.rsplit(":", 1)
-        self.control = f"{host}:{int(port) + 1}"
-
-    def config(self, more=""):
-        return self.desk.write("mocapd.toml", synthetic_volume(self.desk.endpoint) + f"\n[takes]\nmin_free_mb = 1\n{more}\n")
-
-    def daemon(self, more=""):
-        daemon = self.desk.start("mocapd", "--config", self.config(more))
-        self.wait_for_sets(30)
-        return daemon
-
-    def daemon_with_state(self):
-        (self.desk.folder / "state").mkdir(exist_ok=True)
-        daemon = self.desk.start("mocapd", "--config", self.config(), "--state", self.desk.folder / "state")
-        self.wait_for_sets(30)
-        return daemon
-
-    def ctl(self, *arguments):
-        return self.desk.run("mocapctl", *arguments, "--endpoint", self.control)
-
-    def take(self, *arguments):
-        """Runs mocapctl take, which must succeed; returns what it prints."""
-        done = self.ctl("take", *arguments)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        return done.stdout
-
-    def health(self):
-        asked = self.ctl("status", "--json")
-        status = json.loads(asked.stdout)["status"] if asked.returncode == 0 else {}
-        return status.get("health") or {}
-
-    def wait_for_sets(self, more):
-        sets = int(self.health().get("sets", 0))
-        return until(lambda: int((h := self.health()).get("sets", 0)) >= sets + more and h, f"{more} more sets")
-
-    def wait_for_take(self, state):
-        return until(lambda: (t := self.health().get("take")) and t["state"] == f"TAKE_STATE_{state}" and t, f"take is {state}")
-
-    def wait_for_recorded(self, sets):
-        until(lambda: (t := self.health().get("take")) and t["state"] == "TAKE_STATE_RECORDING" and int(t["sets"]) >= sets,
-              f"{sets} sets in the take")
-
-    def show(self, path):
-        shown = self.desk.run("mocapctl", "take", "show", path, "--json")
-        self.assertEqual(shown.returncode, 0, shown.stderr)
-        verified = self.desk.run("mocapctl", "take", "verify", path)
-        self.assertEqual(verified.returncode, 0, verified.stdout + verified.stderr)
-        return json.loads(shown.stdout)
-
-    def expect_no_loss(self):
-        health = self.wait_for_sets(30)
-        self.assertEqual([int(health[key]) for key in ("droppedSnapshots",)], [0])
-
+class Takes(TakesTest):
     def test_start_mark_and_stop_give_a_whole_take_with_its_quality(self):
         self.daemon()
         self.assertIn("takes/take_001.mcap", self.take("start", "--notes", "first try"))
@@ -146,25 +86,6 @@ class Takes(unittest.TestCase):
         repaired = self.desk.run("mocapctl", "take", "repair", path)
         self.assertEqual(repaired.returncode, 0, repaired.stderr)
         self.assertGreaterEqual(self.show(path)["quality"]["sets"], 60)
-
-    def test_a_full_disk_ends_the_take_and_the_feed_goes_on(self):
-        (self.desk.folder / "full").mkdir()
-        mount = "mount -t tmpfs -o size=3m none full"
-        if subprocess.run(["unshare", "--mount", "sh", "-c", mount], cwd=self.desk.folder, capture_output=True).returncode != 0:
-            self.skipTest("no right to mount")
-        config = self.config('folder = "full"')
-        daemon = self.desk.start("/usr/bin/unshare", "--mount", "sh", "-c", mount + ' && exec "$@"', "sh",
-                                 BIN / "mocapd", "--config", config)
-        self.wait_for_sets(30)
-        self.take("start")
-        failed = self.wait_for_take("FAILED")
-        disk = pathlib.Path(f"/proc/{daemon.process.pid}/root{self.desk.folder}/full")
-        shutil.copy(disk / "take_001.mcap", self.desk.folder / "copy.mcap")
-
-        self.assertRegex(failed["message"], "min_free_mb|No space left")
-        self.assertEqual(self.show("copy.mcap")["state"], "complete")
-        self.expect_no_loss()
-        self.assertEqual(daemon.output().count("it ended early"), 1)
 
     def test_a_reload_goes_on_with_a_take(self):
         self.daemon()
