@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -30,7 +31,8 @@ class RecordedWorld {
   static constexpr double kRate_hz = 60.0;
   static constexpr Timestamp kStart = from_ns(9'000'000'000);
 
-  RecordedWorld() {
+  /// `mistake`: what is wrong in the rig of the configuration.
+  explicit RecordedWorld(const std::function<void(Rig&)>& mistake = {}) {
     const std::string set = support::source_folder() + "/config/markersets/openmocap18.toml";
     scene_.rate_hz = kRate_hz;
     scene_.ring = {.cameras = kCameras, .width_px = 1280, .height_px = 1024};
@@ -39,7 +41,10 @@ class RecordedWorld {
     actor.motion = "tpose:1.5,walk";
     actor.marker_set = set;
     actor.size = 0.97;
-    EXPECT_TRUE(settings::save_rig(folder_.path() / "rig.toml", scene::ring_rig(scene_.ring), {}));
+    true_rig_ = scene::ring_rig(scene_.ring);
+    Rig configured = true_rig_;
+    if (mistake) mistake(configured);
+    EXPECT_TRUE(settings::save_rig(folder_.path() / "rig.toml", configured, {}));
     std::string text =
         "[capture]\nrig = \"rig.toml\"\nrate_hz = 60\n[[subject]]\nname = \"actor\"\nmarker_set = \"" + set + "\"\n";
     for (std::uint32_t i = 1; i <= kCameras; ++i) {
@@ -53,6 +58,21 @@ class RecordedWorld {
 
   const std::filesystem::path& folder() const { return folder_.path(); }
   const settings::DaemonSettings& settings() const { return *settings_; }
+  const Rig& true_rig() const { return true_rig_; }
+
+  // Calls `use` with each of the first sets.
+  template <class Use>
+  void play(std::uint64_t sets, Use use) const {
+    simworld::SceneWorld world = make_world();
+    std::vector<std::unique_ptr<BlobTracker>> trackers;
+    for (std::uint32_t i = 0; i < kCameras; ++i) trackers.push_back(track2d::make_blob_tracker(settings_->track_blobs));
+    for (std::uint64_t set = 0; set < sets; ++set) {
+      world.step();
+      std::vector<BlobFrame> images = images_of(world, set);
+      for (BlobFrame& image : images) trackers[image.camera.value]->track(image);
+      use(set_of(images, set, kCameras));
+    }
+  }
 
   // Which sets and images the daemon had.
   struct Recording {
@@ -115,7 +135,7 @@ class RecordedWorld {
     EXPECT_TRUE(performers) << performers.error().message;
     auto events = simworld::SceneEvents::make(scene_, *performers, kCameras, 1, true);
     EXPECT_TRUE(events) << events.error().message;
-    return {scene_, settings_->rig, *std::move(performers), *std::move(events), 1};
+    return {scene_, true_rig_, *std::move(performers), *std::move(events), 1};
   }
 
   // The images, with the skews of cameras that do not expose at quite the same time.
@@ -164,6 +184,7 @@ class RecordedWorld {
 
   support::TemporaryFolder folder_;
   simworld::SceneFile scene_;
+  Rig true_rig_;
   std::unique_ptr<settings::DaemonSettings> settings_;
 };
 

@@ -154,7 +154,6 @@ TEST_F(Retrack, ReplacesNoFile) {
   EXPECT_FALSE(again(take, {.out = world_.folder() / "again.pb"})) << "not a take";
 }
 
-// The rig of the cameras is slightly wrong, and the mended one is right.
 TEST_F(Retrack, UsesAnotherRig) {
   const auto take = world_.record("walk", {.sets = 200});
   Rig bumped = world_.settings().rig;
@@ -170,6 +169,47 @@ TEST_F(Retrack, UsesAnotherRig) {
   EXPECT_FALSE(made->file("rig/rig.toml"));
   EXPECT_NEAR(made->description()->cameras[1].camera_from_world.translation.x(),
               bumped[1].camera_from_world.translation.x(), 1e-9);
+}
+
+// The median over the measured markers of all sets.
+double residual_px(const std::filesystem::path& take) {
+  std::vector<double> all_px;
+  for (const std::string& bytes : snapshots_in(take)) {
+    v1::Snapshot snapshot;
+    EXPECT_TRUE(snapshot.ParseFromString(bytes));
+    for (const v1::SubjectState& subject : snapshot.subjects()) {
+      const v1::LabelledMarkers& markers = subject.markers();
+      for (int i = 0; i < markers.states_size(); ++i) {
+        if (markers.states(i) == v1::MARKER_STATE_MEASURED) all_px.push_back(markers.residuals_millipx(i) / 1000.0);
+      }
+    }
+  }
+  EXPECT_GT(all_px.size(), 1000U) << "labelled markers";
+  std::ranges::nth_element(all_px, all_px.begin() + static_cast<std::ptrdiff_t>(all_px.size() / 2));
+  return all_px[all_px.size() / 2];
+}
+
+// One camera moved by 5 mm and turned by 0.3 degrees after its calibration.
+TEST(RetrackWithAMendedRig, HasTheResidualsOfTheRightRig) {
+  const RecordedWorld right;
+  const RecordedWorld wrong([](Rig& rig) {
+    rig[1].camera_from_world.translation.x() += 0.005;
+    rig[1].camera_from_world.rotation *= Eigen::AngleAxisd(0.005, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  });
+  const auto of_right = right.record("walk", {.sets = 240}), of_wrong = wrong.record("walk", {.sets = 240});
+  const auto mended = wrong.folder() / "mended.toml";
+  ASSERT_TRUE(settings::save_rig(mended, wrong.true_rig(), {}));
+  const auto order = [&](OtherFiles others) {
+    return RetrackOrder{.take = of_wrong, .out = wrong.folder() / "again.mcap", .others = std::move(others)};
+  };
+
+  const auto report = retrack(order({.rig = mended}), [](const RetrackProgress&) {});
+
+  ASSERT_TRUE(report) << report.error().message;
+  const double expected_px = residual_px(of_right);
+  EXPECT_GT(residual_px(of_wrong), 3.0 * expected_px) << "the comparison would mean nothing";
+  EXPECT_NEAR(residual_px(report->path), expected_px, 0.001) << "rounding to 0.001 px";
+  EXPECT_TRUE(snapshots_in(report->path) == snapshots_in(of_right));
 }
 
 TEST_F(Retrack, RefusesARigThatLacksACamera) {
