@@ -171,6 +171,34 @@ TEST_F(Retrack, UsesAnotherRig) {
               bumped[1].camera_from_world.translation.x(), 1e-9);
 }
 
+// The take begins while the person walks: the daemon needs some sets to find the person again.
+TEST_F(Retrack, OfflineHasLabelsFromTheFirstSetOn) {
+  const auto take = world_.record("walk", {.sets = 320, .from = 200});
+  const auto phases = [](const std::filesystem::path& path) {
+    std::vector<v1::SubjectPhase> all;
+    for (const std::string& bytes : snapshots_in(path)) {
+      v1::Snapshot snapshot;
+      EXPECT_TRUE(snapshot.ParseFromString(bytes));
+      all.push_back(snapshot.subjects(0).phase());
+    }
+    return all;
+  };
+  const auto live = again(take, {.out = world_.folder() / "live.mcap"});
+  shares_.clear();
+
+  const auto report = again(take, {.offline = true});
+
+  ASSERT_TRUE(live) << live.error().message;
+  ASSERT_TRUE(report) << report.error().message;
+  EXPECT_NE(phases(live->path).front(), v1::SUBJECT_PHASE_TRACKING) << "the comparison would mean nothing";
+  EXPECT_EQ(phases(report->path), std::vector(120, v1::SUBJECT_PHASE_TRACKING));
+  EXPECT_EQ(report->sets, 120U);
+  EXPECT_TRUE(std::ranges::is_sorted(shares_));
+  const auto made = take::TakeReader::open(report->path), from = take::TakeReader::open(take);
+  ASSERT_TRUE(made) << made.error().message;
+  EXPECT_EQ(made->counts().at("blobs/cam1"), from->counts().at("blobs/cam1"));
+}
+
 // The median over the measured markers of all sets.
 double residual_px(const std::filesystem::path& take) {
   std::vector<double> all_px;

@@ -25,6 +25,7 @@ using retrack::RetrackReport;
 struct CommandLine {
   RetrackOrder order;
   std::vector<double> range_s;  // none, or both ends
+  std::string preset = "live";
   bool json = false;
 };
 
@@ -103,6 +104,7 @@ int run(const CommandLine& line) {
     order.from = from_s(line.range_s[0]);
     order.to = from_s(line.range_s[1]);
   }
+  order.offline = line.preset == "offline";
   set_log_level(LogLevel::Warn);
   const Timestamp started = host_now();
   const Result<RetrackReport> report = [&] {
@@ -125,7 +127,8 @@ void add_retrack_command(cli::App& take, std::function<int()>& chosen) {
   command->examples(
       "  mocapctl take retrack walk-3.mcap --out walk-3b.mcap\n"
       "  mocapctl take retrack walk-3.mcap --rig mended-rig.toml --out walk-3b.mcap\n"
-      "  mocapctl take retrack walk-3.mcap --settings my.toml --subjects subjects --range 2 12.5 --json");
+      "  mocapctl take retrack walk-3.mcap --settings my.toml --subjects subjects --range 2 12.5 --json\n"
+      "  mocapctl take retrack walk-3.mcap --preset offline --out walk-3b.mcap");
   command->add_option("take", order.take, "the recorded take")->required()->type_name("TAKE.mcap");
   command
       ->add_option("--out", order.out,
@@ -146,6 +149,12 @@ void add_retrack_command(cli::App& take, std::function<int()>& chosen) {
           "first and last instant of the new take, s after the start; tracking begins at the start in any case")
       ->expected(2)
       ->type_name("FROM TO");
+  command
+      ->add_option(
+          "--preset", line->preset,
+          "live: as the daemon does, set by set. offline: also backwards in time, so that subjects have labels "
+          "before they were found, and gaps are filled from both sides; takes twice as long")
+      ->check(cli::IsMember({"live", "offline"}));
   command->add_flag("--every-set", order.every_set,
                     "form the sets anew from all images, with those that the daemon passed over");
   command->add_flag("--json", line->json, "print JSON");

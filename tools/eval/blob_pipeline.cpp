@@ -21,7 +21,8 @@ const Snapshot& BlobPipeline::step(const std::vector<BlobFrame>& frames) {
   }
   const auto set = aligner_.take(frames.front().exposed_at + align_.window + align_.patience);
   MOCAP_EXPECTS(set.has_value());
-  return fusion_->step(*set);
+  set_ = *set;
+  return fusion_->step(set_);
 }
 
 }  // namespace mocap::eval

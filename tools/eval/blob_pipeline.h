@@ -7,6 +7,7 @@
 #include "fusion/fusion.h"
 #include "model/blob.h"
 #include "model/search_report.h"
+#include "model/sighting.h"
 #include "model/snapshot.h"
 #include "module/blob_tracker.h"
 #include "settings/daemon_settings.h"
@@ -24,6 +25,9 @@ class BlobPipeline {
   /// Processes the blobs of one instant: one frame of each camera. The snapshot is valid until the next call.
   const Snapshot& step(const std::vector<BlobFrame>& frames);
 
+  /// The set of the last step. Valid until the next step.
+  const FrameSet& set() const noexcept { return set_; }
+
   /// Evidence of the search for a missing subject in the last step, if it was due.
   const SearchReport* search() const noexcept { return fusion_->search(); }
 
@@ -35,6 +39,7 @@ class BlobPipeline {
   BlobFrame frame_;
   synchronise::AlignSettings align_;
   synchronise::FrameAligner aligner_;
+  FrameSet set_;
   std::unique_ptr<fusion::Fusion> fusion_;
 };
 

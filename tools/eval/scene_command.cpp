@@ -47,6 +47,7 @@ struct SceneOptions {
   bool reasons = false;
   bool json = false;
   bool demand = false;
+  bool offline = false;
 };
 
 // The file name of a clip without folder and extension, for the names of output files.
@@ -86,7 +87,7 @@ int evaluate_scene(const SceneOptions& options) {
   }
   if (options.seconds) scene->seconds = *options.seconds;
   SceneResults results;
-  SceneRunSettings wanted{options.seed.value_or(scene->seed), true, !options.plots.empty(), {}};
+  SceneRunSettings wanted{options.seed.value_or(scene->seed), true, !options.plots.empty(), options.offline, {}};
   std::vector<std::string> clips = scene->clips;
   if (clips.empty()) clips.emplace_back();
   for (const std::string& clip : clips) {
@@ -115,7 +116,7 @@ int evaluate_scene(const SceneOptions& options) {
       }
     }
     if (scene->only_camera.empty()) continue;
-    auto blind = run_scene(*scene, clip, {wanted.seed, false, false, {}});
+    auto blind = run_scene(*scene, clip, {wanted.seed, false, false, options.offline, {}});
     if (blind) results.without_rays.push_back(std::move(*blind));
   }
   fmt::print("{}{}", options.json ? to_json(*scene, results) : to_text(*scene, results), options.json ? "\n" : "");
@@ -141,6 +142,8 @@ int run_scene(int argc, const char* const* argv) {
   app.add_option("--snapshots", options.snapshots,
                  "write the snapshots of each clip to this folder, as CLIP.pb, or CLIP-2.pb if it exists");
   app.add_option("--wrong", options.wrong, "list this number of wrong labels for each clip, longest first");
+  app.add_flag("--offline", options.offline,
+               "score the clip tracked again forwards and backwards, as mocapctl take retrack --preset offline does");
   app.add_flag("--reasons", options.reasons, "list why a subject was not found, once a second while it is missing");
   app.add_flag("--json", options.json, "print one JSON object");
   app.add_flag("--require-goals", options.demand, "exit 1 if a goal of the file is missed");

@@ -9,6 +9,7 @@
 #include "assemble.h"
 #include "eval/blob_pipeline.h"
 #include "kinematics/rotation_observability.h"
+#include "lib/offline/offline_tracks.h"
 #include "lib/simworld/recognition.h"
 #include "lib/simworld/scene_world.h"
 #include "settings/rig/rig_file.h"
@@ -30,6 +31,11 @@ double thread_s() {
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
+
+struct TrueSet {
+  double t_s = 0.0;
+  scoring::EvalFrame truth;
+};
 
 void judge_watched(const std::vector<simworld::JointWatch>& watches, double t_s, const scoring::EvalFrame& truth,
                    const scoring::EvalFrame& reported, SceneOutcome& outcome) {
@@ -106,6 +112,20 @@ Result<SceneOutcome> run_scene(const simworld::SceneFile& scene, const std::stri
     if (!opened) return opened.error();
     snapshots = *std::move(opened);
   }
+  std::unique_ptr<offline::OfflineTracks> offline;
+  if (settings.offline) {
+    auto created = offline::OfflineTracks::create(daemon, std::filesystem::temp_directory_path());
+    if (!created) return created.error();
+    offline = *std::move(created);
+  }
+  std::vector<TrueSet> truths;  // of the sets that are scored at the end
+  const auto judge = [&](const TrueSet& set, const Snapshot& snapshot) {
+    scoring::EvalFrame reported = scoring::frame_of(snapshot);
+    recognition.apply(set.truth, reported);
+    labels.add(set.truth, reported);
+    bones.add(set.truth, reported);
+    judge_watched(watches, set.t_s, set.truth, reported, outcome);
+  };
   const auto sets = static_cast<std::uint64_t>(scene.seconds * scene.rate_hz + 0.5);
   for (; outcome.sets < sets; ++outcome.sets) {
     const double begun_s = thread_s();
@@ -124,11 +144,20 @@ Result<SceneOutcome> run_scene(const simworld::SceneFile& scene, const std::stri
       if (pipeline.fit()) static_cast<void>(snapshots->learn(*pipeline.fit()));
       if (const Status written = snapshots->write(snapshot); !written) return written.error();
     }
-    scoring::EvalFrame reported = scoring::frame_of(snapshot);
-    recognition.apply(world.truth(), reported);
-    labels.add(world.truth(), reported);
-    bones.add(world.truth(), reported);
-    judge_watched(watches, world.t_s(), world.truth(), reported, outcome);
+    if (!offline) {
+      judge({world.t_s(), world.truth()}, snapshot);
+      continue;
+    }
+    if (const Status kept = offline->add(pipeline.set()); !kept) return kept.error();
+    truths.push_back({world.t_s(), world.truth()});
+  }
+  if (offline) {
+    if (const Status tracked = offline->finish([](double) {}); !tracked) return tracked.error();
+    for (std::size_t i = 0; i < truths.size(); ++i) {
+      const Result<Snapshot> snapshot = offline->snapshot(i);
+      if (!snapshot) return snapshot.error();
+      judge(truths[i], *snapshot);
+    }
   }
   if (snapshots) {
     if (const Status finished = snapshots->finish(); !finished) return finished.error();

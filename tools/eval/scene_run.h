@@ -47,6 +47,7 @@ struct SceneRunSettings {
   std::uint64_t seed = 1;
   bool rays = true;  ///< false: the markers of [[only_camera]] are hidden from that camera too
   bool keeps_plots = false;
+  bool offline = false;                  ///< scores the sets tracked again forwards and backwards (lib/offline)
   std::filesystem::path snapshots = {};  ///< output file of all snapshots (.pb or .jsonl); empty: none
 };
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "assemble.h"
+#include "lib/offline/offline_tracks.h"
 #include "lib/retrack/aligned_sets.h"
 #include "lib/retrack/new_take.h"
 #include "lib/retrack/recorded_sets.h"
@@ -23,6 +24,8 @@ using take::TakeRecord;
 using take::TakeTopic;
 
 constexpr std::uint64_t kSetsPerProgress = 100;
+// Of the time of --preset offline: reading with the forward pass, and the backward pass.
+constexpr double kShareOfCollecting = 0.5, kShareOfBackward = 0.45;
 // An image takes less time to arrive and to be processed; a longer one is damage.
 constexpr Duration kLongestDelay = std::chrono::hours(1);
 
@@ -78,16 +81,67 @@ Status check_new_file(const fs::path& out) {
                            (out.parent_path() / (take::free_name(folder, out.stem().string()) + ".mcap")).string()));
 }
 
+// Makes the snapshot of each set, in the order of the sets.
+class SetTracker {
+ public:
+  virtual ~SetTracker() = default;
+
+  // Borrowed until the next call. Null: there is none yet.
+  virtual Result<const Snapshot*> step(const FrameSet& set) = 0;
+  // The fit that the last snapshot is the first to use.
+  virtual const std::optional<SubjectFit>& fit() const = 0;
+};
+
+// As the daemon does.
+class LiveTracker : public SetTracker {
+ public:
+  explicit LiveTracker(const settings::DaemonSettings& settings) : fusion_(assemble_fusion(settings)) {}
+
+  Result<const Snapshot*> step(const FrameSet& set) override { return &fusion_->step(set); }
+  const std::optional<SubjectFit>& fit() const override { return fusion_->fit(); }
+
+ private:
+  std::unique_ptr<fusion::Fusion> fusion_;
+};
+
+// Collects the sets of a take. After OfflineTracks::finish, gives the snapshots of the same sets.
+class OfflineTracker : public SetTracker {
+ public:
+  explicit OfflineTracker(offline::OfflineTracks& tracks) : tracks_(tracks) {}
+
+  // From now on the sets come once more.
+  void begin_again() { next_ = 0; }
+
+  Result<const Snapshot*> step(const FrameSet& set) override {
+    if (!next_) {
+      const Status added = tracks_.add(set);
+      return added ? Result<const Snapshot*>(nullptr) : added.error();
+    }
+    Result<Snapshot> snapshot = tracks_.snapshot((*next_)++);
+    if (!snapshot) return snapshot.error();
+    snapshot_ = *std::move(snapshot);
+    return &snapshot_;
+  }
+  const std::optional<SubjectFit>& fit() const override { return none_; }
+
+ private:
+  offline::OfflineTracks& tracks_;
+  std::optional<std::size_t> next_;
+  Snapshot snapshot_;
+  const std::optional<SubjectFit> none_;
+};
+
 // Reads a take once, from its start to its end, and tracks its sets.
 class Tracking {
  public:
+  // `into`: null if there are no snapshots to be written yet.
   Tracking(const take::TakeReader& take, const settings::DaemonSettings& settings, std::vector<CameraId> camera_ids,
-           std::unique_ptr<SetSource> sets, NewTake& into)
+           std::unique_ptr<SetSource> sets, SetTracker& tracker, NewTake* into)
       : take_(take),
         settings_(settings),
         camera_ids_(std::move(camera_ids)),
         sets_(std::move(sets)),
-        fusion_(assemble_fusion(settings)),
+        tracker_(tracker),
         into_(into) {}
 
   Status run(const Span& span, const std::function<void(const RetrackProgress&)>& progress) {
@@ -115,8 +169,8 @@ class Tracking {
     switch (record.topic) {
       case TakeTopic::Blobs: return use_image(record);
       case TakeTopic::Snapshot: return use_snapshot(record);
-      case TakeTopic::Health: return into_.append(take::kHealthTopic, record);
-      case TakeTopic::Event: return into_.append(take::kEventTopic, record);
+      case TakeTopic::Health: return into_ == nullptr ? Status{} : into_->append(take::kHealthTopic, record);
+      case TakeTopic::Event: return into_ == nullptr ? Status{} : into_->append(take::kEventTopic, record);
       case TakeTopic::Description:
       case TakeTopic::Other: return {};
     }
@@ -132,7 +186,7 @@ class Tracking {
     frame->camera = camera_ids_[frame->camera.value];
     if (!frame->camera.names_something()) return {};
     sets_->add(*frame);
-    return into_.append(*frame);
+    return into_ == nullptr ? Status{} : into_->append(*frame);
   }
 
   bool is_consistent(const BlobFrame& frame, const TakeRecord& record) const {
@@ -172,13 +226,15 @@ class Tracking {
       return {};
     }
     tracked_up_to_ = set.frames.exposed_at;
-    const Snapshot& snapshot = fusion_->step(set.frames);
+    const Result<const Snapshot*> snapshot = tracker_.step(set.frames);
+    if (!snapshot) return snapshot.error();
     ++report_.sets;
     report_.missing_views += set.missing_views;
-    if (const std::optional<SubjectFit>& fit = fusion_->fit()) {
-      if (const Status learnt = into_.learn(*fit, set.frames.exposed_at); !learnt) return learnt;
+    if (into_ == nullptr) return {};
+    if (const std::optional<SubjectFit>& fit = tracker_.fit()) {
+      if (const Status learnt = into_->learn(*fit, set.frames.exposed_at); !learnt) return learnt;
     }
-    const Result<bool> same = into_.append(snapshot, set);
+    const Result<bool> same = into_->append(**snapshot, set);
     if (!same) return same.error();
     report_.recorded += set.recorded ? 1 : 0;
     report_.equal += *same ? 1 : 0;
@@ -195,8 +251,8 @@ class Tracking {
   const settings::DaemonSettings& settings_;
   std::vector<CameraId> camera_ids_;
   std::unique_ptr<SetSource> sets_;
-  std::unique_ptr<fusion::Fusion> fusion_;
-  NewTake& into_;
+  SetTracker& tracker_;
+  NewTake* into_;
   Timestamp tracked_up_to_ = Timestamp::min();
   bool is_behind_ = false;  // a set after the span came
   RetrackReport report_;
@@ -212,6 +268,29 @@ std::unique_ptr<SetSource> source_of(const RetrackOrder& order, const take::Take
     return std::make_unique<AlignedSets>(settings.pipeline.align, cameras);
   }
   return std::make_unique<RecordedSets>(ids, cameras);
+}
+
+// Reports a part of the work as its share of the whole.
+std::function<void(const RetrackProgress&)> from_share(double from, double to,
+                                                       const std::function<void(const RetrackProgress&)>& progress) {
+  return [=](const RetrackProgress& part) { progress({from + (to - from) * part.share, part.sets}); };
+}
+
+// The sets of the whole take, tracked forwards and backwards.
+Result<std::unique_ptr<offline::OfflineTracks>> collect(const RetrackOrder& order, const take::TakeReader& take,
+                                                        const settings::DaemonSettings& settings,
+                                                        const std::vector<CameraId>& ids,
+                                                        const std::function<void(const RetrackProgress&)>& progress) {
+  auto tracks = offline::OfflineTracks::create(settings, order.out.parent_path());
+  if (!tracks) return tracks.error();
+  OfflineTracker tracker(**tracks);
+  Tracking reading(take, settings, ids, source_of(order, take, settings, ids), tracker, nullptr);
+  const Status read = reading.run({}, from_share(0.0, kShareOfCollecting, progress));
+  if (!read) return read.error();
+  const auto passed = from_share(kShareOfCollecting, kShareOfCollecting + kShareOfBackward, progress);
+  const Status back = (*tracks)->finish([&](double share) { passed({share, reading.report().sets}); });
+  if (!back) return back.error();
+  return tracks;
 }
 
 Span span_of(const RetrackOrder& order, const take::TakeReader& take) {
@@ -248,11 +327,24 @@ Result<RetrackReport> retrack(const RetrackOrder& order, const std::function<voi
     return wrong(fmt::format("'{}': the settings have none of its cameras", order.take.string()));
   }
   const Span span = span_of(order, *take);
-  Result<NewTake> into =
-      NewTake::create(order.out, *take, span, describe(settings, recorded->session_id), std::move(loaded->files));
+  std::unique_ptr<offline::OfflineTracks> tracks;
+  std::unique_ptr<SetTracker> tracker;
+  if (order.offline) {
+    auto collected = collect(order, *take, settings, ids, progress);
+    if (!collected) return collected.error();
+    tracks = *std::move(collected);
+    auto offline = std::make_unique<OfflineTracker>(*tracks);
+    offline->begin_again();
+    tracker = std::move(offline);
+  } else {
+    tracker = std::make_unique<LiveTracker>(settings);
+  }
+  const Description description = describe(tracks ? tracks->settings() : settings, recorded->session_id);
+  Result<NewTake> into = NewTake::create(order.out, *take, span, description, std::move(loaded->files));
   if (!into) return into.error();
-  Tracking tracking(*take, settings, ids, source_of(order, *take, settings, ids), *into);
-  if (const Status tracked = tracking.run(span, progress); !tracked) return tracked.error();
+  Tracking tracking(*take, settings, ids, source_of(order, *take, settings, ids), *tracker, &*into);
+  const double written = order.offline ? kShareOfCollecting + kShareOfBackward : 0.0;
+  if (const Status tracked = tracking.run(span, from_share(written, 1.0, progress)); !tracked) return tracked.error();
   Result<std::string> path = into->finish();
   if (!path) return path.error();
   RetrackReport report = tracking.report();

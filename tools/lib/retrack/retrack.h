@@ -18,6 +18,7 @@ struct RetrackOrder {
   OtherFiles others = {};
   /// The part that the new take has, after the start of the take. Tracking begins at the start of the take in any case.
   std::optional<Duration> from = {}, to = {};
+  bool offline = false;    ///< tracked forwards and backwards: subjects from the start on, gaps filled from both sides
   bool every_set = false;  ///< sets are formed anew of all images, instead of those that the daemon fused
 };
 

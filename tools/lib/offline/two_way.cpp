@@ -1,0 +1,152 @@
+#include "lib/offline/two_way.h"
+
+#include <algorithm>
+
+namespace mocap::offline {
+namespace {
+
+// Two labels this far apart are not on one marker: markers are 14 mm wide, both passes see the same images.
+constexpr double kSameMarker_m = 0.010;
+// Labels measured by both passes from which their agreement is judged, and measured labels of a subject that is
+// started.
+constexpr int kFewest = 4;
+constexpr double kAgreeingShare = 0.8;
+
+double distance_m(const WorldPoint& a, const WorldPoint& b) { return (a.v - b.v).norm(); }
+
+// The index of the entry of a subject; size(): none.
+template <class Entries>
+std::size_t index_of(const Entries& entries, SubjectId subject) {
+  const auto found = std::ranges::find_if(entries, [&](const auto& entry) { return entry.subject == subject; });
+  return static_cast<std::size_t>(found - entries.begin());
+}
+
+bool is_taken(const Snapshot& snapshot, const WorldPoint& at) {
+  return std::ranges::any_of(snapshot.labels, [&](const SubjectLabels& subject) {
+    return std::ranges::any_of(subject.markers, [&](const LabelledMarker& marker) {
+      return marker.state == LabelState::Measured && distance_m(marker.position, at) < kSameMarker_m;
+    });
+  });
+}
+
+// A measured label of the backward pass, with the track that the forward pass has there. That marker has a label now.
+LabelledMarker claimed(LabelledMarker marker, Snapshot& from) {
+  marker.track = {};
+  if (marker.state != LabelState::Measured) return marker;
+  const auto nearest = std::ranges::min_element(
+      from.unlabelled, {}, [&](const UnlabelledMarker& other) { return distance_m(other.position, marker.position); });
+  if (nearest == from.unlabelled.end() || distance_m(nearest->position, marker.position) >= kSameMarker_m) {
+    return marker;
+  }
+  marker.track = nearest->track;
+  const auto kept = std::move(nearest + 1, from.unlabelled.end(), nearest);
+  while (from.unlabelled.end() != kept) from.unlabelled.pop_back();
+  return marker;
+}
+
+}  // namespace
+
+void TwoWay::judge(const SubjectLabels& forward, const SubjectLabels& backward) {
+  bool& trusted = trusted_[forward.subject.value];
+  if (backward.phase != SubjectPhase::Tracking) {
+    trusted = false;
+    return;
+  }
+  if (forward.phase != SubjectPhase::Tracking) return;
+  int both = 0, same = 0;
+  for (std::size_t m = 0; m < std::min(forward.markers.size(), backward.markers.size()); ++m) {
+    const LabelledMarker &one = forward.markers[m], &other = backward.markers[m];
+    if (one.state != LabelState::Measured || other.state != LabelState::Measured) continue;
+    ++both;
+    same += distance_m(one.position, other.position) < kSameMarker_m ? 1 : 0;
+  }
+  if (both >= kFewest) trusted = same >= kAgreeingShare * both;
+}
+
+Snapshot TwoWay::join(const Pass& forward, const Pass& backward) {
+  Snapshot joined = forward.snapshot;
+  for (std::size_t i = 0; i < forward.snapshot.labels.size(); ++i) {
+    const SubjectLabels& own = forward.snapshot.labels[i];
+    const std::size_t other = index_of(backward.snapshot.labels, own.subject);
+    if (other == backward.snapshot.labels.size()) continue;
+    judge(own, backward.snapshot.labels[other]);
+    if (!trusted_[own.subject.value]) continue;
+    if (own.phase != SubjectPhase::Tracking) {
+      start_subject(i, backward, other, joined);
+      continue;
+    }
+    fill_labels(backward.snapshot.labels[other], forward.ages.labels[i], backward.ages.labels[other], joined.labels[i],
+                joined);
+    const std::size_t pose = index_of(joined.poses, own.subject);
+    const std::size_t from = index_of(backward.snapshot.poses, own.subject);
+    if (pose == joined.poses.size() || from == backward.snapshot.poses.size()) continue;
+    fill_bones(backward.snapshot.poses[from], forward.ages.bones[pose], backward.ages.bones[from], joined.poses[pose]);
+  }
+  return joined;
+}
+
+// A subject of which a marker has the label of another subject already is left alone, and one that is only predicted:
+// in the dark the forward pass gave up, and the backward pass knows no more.
+void TwoWay::start_subject(std::size_t index, const Pass& backward, std::size_t from, Snapshot& into) const {
+  const SubjectLabels& found = backward.snapshot.labels[from];
+  const auto is_measured = [](const LabelledMarker& marker) { return marker.state == LabelState::Measured; };
+  if (std::ranges::count_if(found.markers, is_measured) < kFewest) return;
+  for (const LabelledMarker& marker : found.markers) {
+    if (is_measured(marker) && is_taken(into, marker.position)) return;
+  }
+  SubjectLabels started = found;
+  for (LabelledMarker& marker : started.markers) marker = claimed(marker, into);
+  into.labels[index] = started;
+  const std::size_t pose = index_of(backward.snapshot.poses, found.subject);
+  if (pose == backward.snapshot.poses.size()) return;
+  const std::size_t own = index_of(into.poses, found.subject);
+  if (own < into.poses.size()) {
+    into.poses[own] = backward.snapshot.poses[pose];
+  } else {
+    into.poses.push_back(backward.snapshot.poses[pose]);
+  }
+}
+
+void TwoWay::fill_labels(const SubjectLabels& from, const std::vector<float>& forward_ages,
+                         const std::vector<float>& backward_ages, SubjectLabels& into, Snapshot& all) const {
+  for (std::size_t m = 0; m < std::min(into.markers.size(), from.markers.size()); ++m) {
+    LabelledMarker& own = into.markers[m];
+    const LabelledMarker& other = from.markers[m];
+    if (own.state == LabelState::Measured || other.state == LabelState::Lost) continue;
+    if (other.state == LabelState::Measured) {
+      if (!is_taken(all, other.position)) own = claimed(other, all);
+    } else if (own.state == LabelState::Filled && own.cameras == 0 && other.cameras == 0) {
+      const double share = forward_share(forward_ages[m], backward_ages[m]);
+      own.position.v = share * own.position.v + (1.0 - share) * other.position.v;
+    }
+  }
+}
+
+// Lengths of filled bones are kept: only rotations are blended, and joints follow from the root on.
+void TwoWay::fill_bones(const SubjectPose& from, const std::vector<float>& forward_ages,
+                        const std::vector<float>& backward_ages, SubjectPose& into) const {
+  const std::vector<Bone>& bones = subjects_[into.subject.value].marker_set.skeleton.bones;
+  if (into.bones.size() != bones.size() || from.bones.size() != bones.size()) return;
+  for (std::size_t b = 0; b < bones.size(); ++b) {
+    BonePose& own = into.bones[b];
+    const BonePose& other = from.bones[b];
+    const bool is_root = bones[b].parent < 0;
+    if (own.state == BoneState::Filled && other.state != BoneState::Lost) {
+      const double share = forward_share(forward_ages[b], backward_ages[b]);
+      Pose& pose = own.world_from_bone;
+      pose.rotation = other.world_from_bone.rotation.slerp(share, pose.rotation);
+      if (is_root) pose.position = share * pose.position + (1.0 - share) * other.world_from_bone.position;
+      own.velocity_m_s = share * own.velocity_m_s + (1.0 - share) * other.velocity_m_s;
+      own.spin_rad_s = share * own.spin_rad_s + (1.0 - share) * other.spin_rad_s;
+    }
+    if (is_root) {
+      own.parent_from_bone = own.world_from_bone;
+      continue;
+    }
+    const Pose& parent = into.bones[static_cast<std::size_t>(bones[b].parent)].world_from_bone;
+    if (own.state == BoneState::Filled) own.world_from_bone.position = parent * own.parent_from_bone.position;
+    own.parent_from_bone = parent.inverse() * own.world_from_bone;
+  }
+}
+
+}  // namespace mocap::offline
