@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "detect/blob_detector.h"
 #include "eval/scene_run.h"
@@ -210,6 +211,27 @@ TEST(SceneWorld, SeesNothingInABlackout) {
   EXPECT_EQ(world.world->truth().markers.size(), 41U);
   world.go_to(1.6);
   EXPECT_GT(world.cameras(0), 1U);
+}
+
+TEST(SceneWorld, DeliversNoImageInAnImageLossThenOneCameraAfterTheOther) {
+  simworld::SceneFile scene = walker();
+  scene.image_losses.push_back({.first_s = 1.0, .for_min_s = 0.5, .for_max_s = 0.5, .return_s = 0.4});
+  World world(scene, true);
+
+  world.go_to(0.9);
+  const std::size_t cameras = world.world->rig().size();
+  EXPECT_EQ(world.world->frames().size(), cameras);
+  world.go_to(1.4);
+  EXPECT_TRUE(world.world->frames().empty());
+  EXPECT_EQ(world.world->truth().views, 0U);
+  std::set<std::size_t> counts;
+  while (world.world->t_s() < 1.95) {
+    world.world->step();
+    counts.insert(world.world->frames().size());
+  }
+
+  EXPECT_GT(counts.size(), 3U);
+  EXPECT_EQ(*counts.rbegin(), cameras);
 }
 
 TEST(SceneWorld, HidesTheConfiguredShareOfMarkers) {

@@ -31,6 +31,18 @@ class SceneFileTest : public ::testing::Test {
 
 constexpr const char* kActor = "[[actor]]\nname = 'a'\nmotion = 'walk'\nmarker_set = 'm.toml'\n";
 
+TEST_F(SceneFileTest, ReadsImageLosses) {
+  const std::string loss = "[[image_loss]]\nfor_min_s = 0.1\nfor_max_s = 0.3\nreturn_s = 0.2\ntimes = 3\n";
+
+  const auto scene = load(kActor + loss);
+
+  ASSERT_TRUE(scene);
+  ASSERT_EQ(scene->image_losses.size(), 1U);
+  EXPECT_EQ(scene->image_losses[0].for_max_s, 0.3);
+  EXPECT_EQ(scene->image_losses[0].times, 3);
+  EXPECT_THAT(faults(kActor + loss + "[[image_loss]]\nfor_min_s = 2\n"), HasSubstr("for_max_s is less than for_min_s"));
+}
+
 TEST_F(SceneFileTest, ReadsATypicalScene) {
   const auto scene = load(kActor);
 

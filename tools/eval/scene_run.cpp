@@ -132,6 +132,7 @@ Result<SceneOutcome> run_scene(const simworld::SceneFile& scene, const std::stri
     world.step();
     const double seen_s = thread_s();
     outcome.world_s += seen_s - begun_s;
+    if (world.frames().empty()) continue;  // nothing reaches the daemon
     const Snapshot& snapshot = pipeline.step(world.frames());
     outcome.row_s += thread_s() - seen_s;
     if (const SearchReport* search = pipeline.search()) {

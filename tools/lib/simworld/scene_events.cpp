@@ -26,6 +26,7 @@ Result<SceneEvents> SceneEvents::make(const SceneFile& scene, const std::vector<
                                       std::size_t cameras, std::uint64_t seed, bool rays) {
   SceneEvents events(scene::mixed(seed + 99));
   events.plan_blackouts(scene);
+  events.plan_image_losses(scene, cameras);
   events.hides_ = scene.hides;
   for (const Performer& performer : performers) {
     events.hidden_.emplace_back(performer.actor->marker_set().markers.size());
@@ -41,6 +42,18 @@ void SceneEvents::plan_blackouts(const SceneFile& scene) {
     for (int i = 0; i < blackout.times; ++i) {
       blackouts_.push_back({from_s, from_s + blackout.for_s});
       from_s += blackout.for_s + blackout.gap_min_s + random_.uniform() * (blackout.gap_max_s - blackout.gap_min_s);
+    }
+  }
+}
+
+void SceneEvents::plan_image_losses(const SceneFile& scene, std::size_t cameras) {
+  image_losses_.resize(cameras);
+  for (const SceneImageLoss& loss : scene.image_losses) {
+    double from_s = loss.first_s;
+    for (int i = 0; i < loss.times; ++i) {
+      const double to_s = from_s + loss.for_min_s + random_.uniform() * (loss.for_max_s - loss.for_min_s);
+      for (std::vector<Span>& one : image_losses_) one.push_back({from_s, to_s + random_.uniform() * loss.return_s});
+      from_s = to_s + loss.gap_s;
     }
   }
 }
@@ -109,6 +122,10 @@ void SceneEvents::advance(double t_s) {
       }
     }
   }
+}
+
+bool SceneEvents::delivers(std::uint32_t camera) const {
+  return std::ranges::none_of(image_losses_[camera], [&](const Span& span) { return span.has(t_s_); });
 }
 
 bool SceneEvents::hides(std::uint32_t performer, std::uint32_t marker, std::uint32_t camera) const {

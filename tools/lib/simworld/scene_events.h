@@ -26,7 +26,7 @@ struct JointWatch {
   std::uint32_t bone = 0;
 };
 
-/// Occlusion events of a scene: [[blackout]], [[hide]] and [[only_camera]].
+/// Events of a scene: [[blackout]], [[image_loss]], [[hide]] and [[only_camera]].
 class SceneEvents {
  public:
   /// Fails if an event refers to a marker, bone or camera that does not exist. `rays` = false: the markers of
@@ -39,6 +39,8 @@ class SceneEvents {
 
   /// Whether a [[blackout]] is active.
   bool blind() const { return blind_; }
+  /// Whether the camera delivers an image: no [[image_loss]] is active.
+  bool delivers(std::uint32_t camera) const;
   /// Whether an event hides the marker from the camera.
   bool hides(std::uint32_t performer, std::uint32_t marker, std::uint32_t camera) const;
   /// Whether [[only_camera]] makes the marker visible to this camera, even through a body.
@@ -62,6 +64,7 @@ class SceneEvents {
 
   explicit SceneEvents(std::uint64_t seed) : random_(seed) {}
   void plan_blackouts(const SceneFile& scene);
+  void plan_image_losses(const SceneFile& scene, std::size_t cameras);
   Status plan_single_views(const SceneFile& scene, const std::vector<Performer>& performers, std::size_t cameras,
                            bool rays);
   Status add_markers(const SceneOnlyCamera& only, const std::string& names, std::uint32_t performer,
@@ -70,6 +73,7 @@ class SceneEvents {
 
   scene::Random random_;
   std::vector<Span> blackouts_;
+  std::vector<std::vector<Span>> image_losses_;  // by camera
   std::vector<SceneHide> hides_;
   std::vector<OneMarker> single_views_;
   std::vector<JointWatch> watches_;

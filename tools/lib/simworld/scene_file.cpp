@@ -71,6 +71,19 @@ SceneBlackout read_blackout(TomlTable& table) {
   return blackout;
 }
 
+SceneImageLoss read_image_loss(TomlTable& table) {
+  SceneImageLoss loss;
+  table.number("first_s", loss.first_s, {0, 1e6});
+  table.number("for_min_s", loss.for_min_s, {0.01, 1000});
+  table.number("for_max_s", loss.for_max_s, {0.01, 1000});
+  table.number("return_s", loss.return_s, {0, 1000});
+  table.number("times", loss.times, {1, 10000});
+  table.number("gap_s", loss.gap_s, {0, 1000});
+  if (loss.for_max_s < loss.for_min_s) table.fault("for_max_s", "for_max_s is less than for_min_s");
+  table.done();
+  return loss;
+}
+
 SceneHide read_hide(TomlTable& table) {
   SceneHide hide;
   table.number("from_s", hide.from_s, {0, 1e6});
@@ -119,6 +132,9 @@ void read_lists(TomlTable& root, SceneFile& scene) {
   }
   for (TomlTable& table : root.tables("actor", "actor")) scene.actors.push_back(read_actor(table));
   for (TomlTable& table : root.tables("blackout", "blackout")) scene.blackouts.push_back(read_blackout(table));
+  for (TomlTable& table : root.tables("image_loss", "image_loss")) {
+    scene.image_losses.push_back(read_image_loss(table));
+  }
   for (TomlTable& table : root.tables("hide", "hide")) scene.hides.push_back(read_hide(table));
   for (TomlTable& table : root.tables("only_camera", "only_camera")) {
     scene.only_camera.push_back(read_only_camera(table));

@@ -38,6 +38,17 @@ struct SceneBlackout {
   double gap_max_s = 3.0;
 };
 
+/// [[image_loss]]: no camera delivers an image, as when the machine or the network stalls. Then the cameras return one
+/// by one.
+struct SceneImageLoss {
+  double first_s = 4.0;
+  double for_min_s = 0.05;
+  double for_max_s = 1.0;
+  double return_s = 0.2;  ///< each camera returns at a random time within this time after the loss
+  int times = 1;
+  double gap_s = 2.0;  ///< from the end of a loss to the start of the next
+};
+
 /// [[hide]]: random markers are hidden from all cameras, each for the same time.
 struct SceneHide {
   double from_s = 3.0;
@@ -83,6 +94,7 @@ struct SceneFile {
       clips;  ///< the scene runs once with each clip, which is the motion of the actors without a motion
   std::vector<SceneActor> actors;
   std::vector<SceneBlackout> blackouts;
+  std::vector<SceneImageLoss> image_losses;
   std::vector<SceneHide> hides;
   std::vector<SceneOnlyCamera> only_camera;
   SceneGoal goal;

@@ -24,8 +24,8 @@ SceneWorld::SceneWorld(const SceneFile& scene, Rig rig, std::vector<Performer> p
       events_(std::move(events)),
       states_(performers_.size()),
       random_(seed),
-      maker_(scene.noise),
-      frames_(rig_.size()) {
+      maker_(scene.noise) {
+  frames_.reserve(rig_.size());
   if (scene.drawn) drawn_ = std::make_unique<DrawnBlobs>(rig_, seed);
   for (const CameraModel& camera : rig_) eyes_m_.push_back(camera.centre().v);
   for (const Performer& performer : performers_) flesh_.emplace_back(performer.actor->marker_set());
@@ -36,18 +36,20 @@ void SceneWorld::step() {
   const Timestamp at = from_ns(1'000'000'000) + from_s(t_s_);
   events_.advance(t_s_);
   move();
+  frames_.clear();
   for (std::uint32_t camera = 0; camera < rig_.size(); ++camera) {
-    BlobFrame& frame = frames_[camera];
+    if (!events_.delivers(camera)) continue;
+    BlobFrame& frame = frames_.emplace_back();
     frame.camera = CameraId{camera};
     frame.number = number_;
     frame.exposed_at = frame.received_at = frame.detected_at = at;
-    frame.blobs.clear();
-    if (!events_.blind()) look(camera);
+    if (!events_.blind()) look(camera, frame.blobs);
   }
   truth_ = {};
   truth_.number = number_++;
   truth_.exposed_at = at;
-  truth_.views = truth_.expected_views = static_cast<std::uint32_t>(rig_.size());
+  truth_.views = static_cast<std::uint32_t>(frames_.size());
+  truth_.expected_views = static_cast<std::uint32_t>(rig_.size());
   update_truth();
 }
 
@@ -88,7 +90,7 @@ void SceneWorld::add_false_spots(const CameraModel& model) {
   }
 }
 
-void SceneWorld::look(std::uint32_t camera) {
+void SceneWorld::look(std::uint32_t camera, Blobs& blobs) {
   const CameraModel& model = rig_[camera];
   spots_.clear();
   for (std::uint32_t i = 0; i < lights_.size(); ++i) {
@@ -98,7 +100,6 @@ void SceneWorld::look(std::uint32_t camera) {
     const double depth_m = (model.camera_from_world * at).v.z();
     spots_.push_back({pixel->v, std::max(kLeastRadius_px, model.lens.fx_px * radius_m_ / depth_m), i});
   }
-  Blobs& blobs = frames_[camera].blobs;
   const std::size_t lit = spots_.size();
   if (drawn_) add_false_spots(model);
   const auto shown = drawn_ ? drawn_->see(camera, number_, spots_, blobs) : maker_.see(spots_, random_, blobs);

@@ -28,7 +28,7 @@ class SceneWorld {
   void step();
 
   double t_s() const { return t_s_; }
-  /// The blobs of the current set, by camera.
+  /// The blobs of the cameras that deliver an image at this time; may be empty.
   const std::vector<BlobFrame>& frames() const { return frames_; }
   /// The truth of the current set. Each marker has the number of cameras that see it. A bone is Measured if at least
   /// two cameras see one of its markers, else Filled.
@@ -44,7 +44,7 @@ class SceneWorld {
   static constexpr std::uint32_t kGhost = 0xFFFF'FFFF;
 
   void move();
-  void look(std::uint32_t camera);
+  void look(std::uint32_t camera, Blobs& blobs);
   int false_count(std::size_t lit);
   void add_false_spots(const CameraModel& model);
   bool is_hidden(const Light& light, std::uint32_t camera) const;
