@@ -36,6 +36,7 @@ class BodyLabeller final : public Labeller {
   const Labelling& label(const TrackedMarkers& tracked, const Predictions& expected) override {
     tracks_.update(tracked, expected);
     stationary_.update(tracked, expected.at);
+    lose_out_of_sight(expected.at);
     for (SubjectLabeller& subject : subjects_) subject.match_tracks(tracks_, expected.at);
     for (SubjectLabeller& subject : subjects_) {
       if (subject.tracking()) subject.predict(tracks_, expected.at);
@@ -90,9 +91,21 @@ class BodyLabeller final : public Labeller {
       if (!handover.poses) lose(i);
     }
     if (handover.poses) stationary_.adopt(same->stationary_);
+    at_ = same->at_;
+    step_ = same->step_;
   }
 
  private:
+  void lose_out_of_sight(Timestamp at) {
+    for (std::size_t i = 0; i < subjects_.size(); ++i) {
+      if (!subjects_[i].tracking() || !subjects_[i].is_out_of_sight(at, step_)) continue;
+      searches_[i].learn_joints(subjects_[i].body());
+      subjects_[i].lose();
+    }
+    step_ = at - at_;
+    at_ = at;
+  }
+
   // The subject is searched for with its body, in any pose.
   void lose(std::size_t subject) {
     if (subjects_[subject].tracking()) searches_[subject].learn_joints(subjects_[subject].body());
@@ -167,6 +180,8 @@ class BodyLabeller final : public Labeller {
   std::vector<SubjectSearch> searches_;  // by subject
   std::vector<char> away_;               // by subject
   std::size_t next_ = 0;                 // subject that is searched for
+  Timestamp at_;                         // last set
+  Duration step_{};                      // time between the last two sets
   Labelling labelling_;
 };
 

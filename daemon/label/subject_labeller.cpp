@@ -284,11 +284,21 @@ bool SubjectLabeller::follows_wrong_tracks() const {
 void SubjectLabeller::check_loss(LabelledTracks& tracks, Timestamp at) {
   std::size_t count = 0;
   for (std::size_t m = 0; m < memories_.size(); ++m) count += is_measured(m, tracks) ? 1 : 0;
+  if (count > 0) measured_at_ = at;
   if (4 * count >= memories_.size() && count >= 3) enough_at_ = at;
   if (!follows_wrong_tracks()) plausible_at_ = at;
   if (at - enough_at_ <= settings_.lost_after && at - plausible_at_ <= settings_.lost_after) return;
   for (std::size_t m = 0; m < memories_.size(); ++m) release(m, tracks);
   limb_.stop();
+  phase_ = SubjectPhase::Lost;
+}
+
+bool SubjectLabeller::is_out_of_sight(Timestamp at, Duration step) const {
+  return at - measured_at_ > std::max(from_s(kLabelMemory_s), 2 * step);
+}
+
+void SubjectLabeller::lose() {
+  forget();
   phase_ = SubjectPhase::Lost;
 }
 
@@ -327,7 +337,7 @@ bool SubjectLabeller::recognise(const RecognisedSubject& found, LabelledTracks& 
     return false;
   }
   phase_ = SubjectPhase::Tracking;
-  enough_at_ = plausible_at_ = at;
+  measured_at_ = enough_at_ = plausible_at_ = at;
   return true;
 }
 

@@ -242,6 +242,47 @@ TEST(BodyLabeller, IdentifiesABodyAgainWithinHalfASecondOfABlackout) {
   }
 }
 
+// After such a gap the predicted pose would give labels to other markers' tracks (decision 0019).
+TEST(BodyLabeller, LosesABodyThatWasNotMeasuredForAFifthOfASecond) {
+  for (const char* name : {"openmocap18", "baseline41"}) {
+    World world(name);
+    world.step(kTPoseSets + 70);
+    world.hide_all();
+    world.step(static_cast<int>(0.2 / kStep_s) + 1);
+
+    EXPECT_EQ(world.labels().phase, SubjectPhase::Lost) << name;
+  }
+}
+
+TEST(BodyLabeller, LosesABodyInTheFirstSetAfterAGapBetweenSets) {
+  for (const double gap_s : {0.1, 0.2}) {
+    World world("openmocap18");
+    world.step(kTPoseSets + 70);
+    ASSERT_EQ(world.labels().phase, SubjectPhase::Tracking);
+
+    world.skip(static_cast<int>(gap_s / kStep_s));
+    world.step();
+
+    EXPECT_EQ(world.labels().phase, gap_s < 0.15 ? SubjectPhase::Tracking : SubjectPhase::Lost) << gap_s;
+  }
+}
+
+TEST(BodyLabeller, KeepsABodyAtFiveSetsASecond) {
+  constexpr bool kIsFitted = true;
+  World world("openmocap18", kIsFitted);
+  world.step();
+  const auto step = [&] {
+    world.skip(static_cast<int>(0.2 / kStep_s) - 1);
+    world.step();
+  };
+  for (int i = 0; i < 50 && world.labels().phase != SubjectPhase::Tracking; ++i) step();
+
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_EQ(world.labels().phase, SubjectPhase::Tracking) << i;
+    step();
+  }
+}
+
 TEST(BodyLabeller, WaitsForATPoseAfterAReset) {
   World world("baseline41");
   world.step(kTPoseSets + 70);
