@@ -37,8 +37,10 @@ struct BlobAim {
 ///
 /// Tracks are in the order of initiation; an id is never used twice. Blobs are assigned to tracks with the least sum of
 /// costs over all pairs within the gates (global nearest neighbour; at most the 32 likeliest blobs of a gate),
-/// confirmed tracks first. Two confirmed tracks become a BlobPair if one blob could belong to both: their markers'
-/// discs overlap in the image, or the costs do not favour either clearly.
+/// confirmed tracks first. A confirmed track ends, and its blob initiates another one, if other assignments are nearly
+/// as likely: after a gap between two images, the markers may have exchanged their places. Two confirmed tracks become
+/// a BlobPair if one blob could belong to both: their markers' discs overlap in the image, or the costs do not favour
+/// either clearly.
 ///
 /// Thread: one. Allocates in the constructor only.
 ///
@@ -59,6 +61,7 @@ class BlobTracks {
     bool confirmed = false;
     bool sure = true;         ///< the blob belongs to this track alone, without ambiguity
     bool is_updated = false;  ///< the filter has been updated with this image
+    bool ambiguous = false;   ///< in this image, another assignment is nearly as likely
     double area_px2 = 0.0;
     Timestamp seen_at{};
   };
@@ -75,6 +78,8 @@ class BlobTracks {
     variance_.reserve(max_blobs);
     owner_.reserve(max_blobs);
     rows_.reserve(max_tracks_);
+    row_of_.reserve(max_blobs);
+    regrets_.reserve(max_tracks_);
     candidates_.reserve(max_tracks_ * kMaxCandidates);
   }
 
@@ -97,7 +102,9 @@ class BlobTracks {
     predict(dt_s);
     index_blobs(blobs);
     assign(true);
+    note_ambiguous();
     assign(false);
+    end_ambiguous();
     find_pairs(blobs);
     update_pairs(blobs);
     update_tracks(blobs);
@@ -127,6 +134,12 @@ class BlobTracks {
   // A blob with more than this share of the track's area is merged with another marker's blob.
   static constexpr double kMergedAreaRatio = 1.1;
 
+  /// Costs of a track in the last assignment: of the chosen blob, and the least of all others.
+  struct Regret {
+    double chosen = kUnassignedCost;
+    double second = kUnassignedCost;
+  };
+
   void predict(double dt_s) {
     for (BlobPair& pair : pairs_) pair.predict(dt_s);
     for (Track& track : tracks_) {
@@ -135,6 +148,7 @@ class BlobTracks {
       track.blob = kNone;
       track.sure = true;
       track.is_updated = false;
+      track.ambiguous = false;
     }
     lost_.clear();
     const auto ended = [this](const Track& track) { return at_ - track.seen_at > life_.max_coast; };
@@ -192,6 +206,40 @@ class BlobTracks {
       if (columns[row] == geometry::Assigner::kAlone) continue;
       tracks_[rows_[row]].blob = columns[row];
       owner_[columns[row]] = rows_[row];
+    }
+  }
+
+  /// Notes the tracks of the last assignment for which another one is nearly as likely: the track takes another blob of
+  /// its gate, and the owner of that blob its second best. Members of a pair have hypotheses of their own.
+  void note_ambiguous() {
+    regrets_.assign(rows_.size(), Regret{});
+    row_of_.assign(variance_.size(), kNone);
+    for (std::uint32_t row = 0; row < rows_.size(); ++row) {
+      if (const std::uint32_t blob = tracks_[rows_[row]].blob; blob != kNone) row_of_[blob] = row;
+    }
+    for (const geometry::AllowedPair& candidate : candidates_) {
+      Regret& regret = regrets_[candidate.row];
+      const bool chosen = tracks_[rows_[candidate.row]].blob == candidate.column;
+      (chosen ? regret.chosen : regret.second) = std::min(chosen ? regret.chosen : regret.second, candidate.cost);
+    }
+    for (const geometry::AllowedPair& candidate : candidates_) {
+      Track& track = tracks_[rows_[candidate.row]];
+      if (track.blob == kNone || track.blob == candidate.column) continue;
+      const std::uint32_t other = row_of_[candidate.column];
+      const double of_owner = other == kNone ? 0.0 : regrets_[other].second - regrets_[other].chosen;
+      if (candidate.cost - regrets_[candidate.row].chosen + of_owner >= kAmbiguityCost) continue;
+      track.ambiguous = true;
+      if (other != kNone) tracks_[rows_[other]].ambiguous = true;
+    }
+  }
+
+  void end_ambiguous() {
+    for (Track& track : tracks_) {
+      if (!track.ambiguous || track.pair != kNone) continue;
+      lost_.push_back({track.id, track.aim.centre_px});
+      owner_[track.blob] = kNone;
+      track.blob = kNone;
+      track.confirmed = false;
     }
   }
 
@@ -368,6 +416,8 @@ class BlobTracks {
   std::vector<std::uint32_t> owner_;  // by blob: index of the assigned track
   std::vector<std::uint32_t> rows_;   // tracks of the current assignment
   std::vector<geometry::AllowedPair> candidates_;
+  std::vector<std::uint32_t> row_of_;  // by blob: the row of its track in the last assignment
+  std::vector<Regret> regrets_;        // by row
 };
 
 }  // namespace mocap::track2d

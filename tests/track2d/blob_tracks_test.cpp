@@ -47,7 +47,8 @@ Blob blob_at(const Point& point, double area_px2 = kArea_px2, double roundness =
 
 // The tracks of a camera that takes one image each 10 ms.
 struct Camera {
-  explicit Camera(std::size_t max_blobs = 50) : tracks({3, std::chrono::milliseconds(95)}, max_blobs) {}
+  explicit Camera(std::size_t max_blobs = 50, Duration max_coast = std::chrono::milliseconds(95))
+      : tracks({3, max_coast}, max_blobs) {}
 
   void see(const std::vector<Blob>& blobs) {
     tracks.step(from_ns(0) + from_s(kStep_s * ++image), blobs,
@@ -98,6 +99,30 @@ TEST(BlobTracks, FollowMovingBlobsWhoseOrderChanges) {
     // px: the noise is 0.05 px
     EXPECT_LT((track.follower.kalman().motion().point - places[point_of_track[track.id]]).norm(), 0.3);
   }
+}
+
+TEST(BlobTracks, EndAfterAGapInWhichTheirMarkersMayHaveExchangedPlaces) {
+  constexpr int kNeighbours = 6;
+  Camera camera(50, std::chrono::seconds(2));
+  const Point alone(400.0, 300.0);
+  const auto row = [&](double x_px) {
+    std::vector<Blob> blobs;
+    for (int i = 0; i < kNeighbours; ++i) blobs.push_back(blob_at({x_px + 10.0 * i, 100.0}));
+    blobs.push_back(blob_at(alone));
+    return blobs;
+  };
+  for (int i = 0; i < 20; ++i) camera.see(row(100.0));
+
+  camera.image += 30;      // images are lost for 0.3 s
+  camera.see(row(113.0));  // each marker is now near the former place of its neighbour
+
+  EXPECT_EQ(camera.tracks.lost().size(), static_cast<std::size_t>(kNeighbours));
+  for (std::uint32_t id = 0; id < kNeighbours; ++id) EXPECT_EQ(camera.find(id), nullptr) << id;
+  ASSERT_NE(camera.find(kNeighbours), nullptr) << "the blob without a neighbour keeps its track";
+  EXPECT_EQ(camera.find(kNeighbours)->blob, static_cast<std::uint32_t>(kNeighbours));
+  for (int i = 0; i < 3; ++i) camera.see(row(113.0));
+  EXPECT_EQ(camera.tracks.tracks().size(), kNeighbours + 1U);
+  for (const auto& track : camera.tracks.tracks()) EXPECT_TRUE(track.confirmed) << track.id;
 }
 
 TEST(BlobTracks, AreConfirmedByThreeImagesAndATentativeOneEndsWithoutItsBlob) {
