@@ -15,6 +15,8 @@
 namespace mocap::ctl {
 namespace {
 
+using preflight::good;
+
 namespace fs = std::filesystem;
 
 constexpr std::int64_t kSocketRoom_bytes = 33554432;  // same value and reason as in systemd/60-mocapd.conf

@@ -3,9 +3,12 @@
 #include <filesystem>
 #include <vector>
 
-#include "ctl/finding.h"
+#include "lib/preflight/finding.h"
 
 namespace mocap::ctl {
+
+using preflight::Finding;
+using preflight::Verdict;
 
 /// The features that the machine must support.
 struct Demands {

@@ -26,6 +26,8 @@
 namespace mocap::ctl {
 namespace {
 
+using preflight::bad;
+
 struct DoctorOptions {
   std::filesystem::path config;
   std::filesystem::path rig;

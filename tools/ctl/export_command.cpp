@@ -40,6 +40,7 @@ struct ExportOptions {
   BoneNames names = BoneNames::Skeleton;
   exports::Fill fill;
   bool json = false;
+  bool progress = false;
 };
 
 int exit_of_export(const Error& error) {
@@ -51,13 +52,15 @@ Error wrong(std::string message) { return {ErrorCode::InvalidArgument, std::move
 
 std::string_view name_of(Axes axes) { return axes == Axes::ZUp ? "z-up" : "y-up"; }
 
-// Prints a percentage to a terminal, on one line.
+// Prints a percentage to a terminal, on one line; to a program a line each time.
 class ProgressLine {
  public:
+  explicit ProgressLine(bool for_program) : for_program_(for_program) {}
   ~ProgressLine() {
     if (shown_) fmt::print(stderr, "\r\033[K");
   }
   void show(double share) {
+    if (for_program_) return fmt::print(stderr, "progress {:.3f}\n", share);
     if (!on_terminal_) return;
     shown_ = true;
     fmt::print(stderr, "\rmocapctl: reading {:.0f} %", 100.0 * share);
@@ -65,6 +68,7 @@ class ProgressLine {
   }
 
  private:
+  bool for_program_;
   bool on_terminal_ = ::isatty(STDERR_FILENO) == 1;
   bool shown_ = false;
 };
@@ -102,7 +106,7 @@ Result<Clip> read_clip(const ExportOptions& options, exports::ClipReport& report
   if (!recording) return recording.error();
   exports::ClipBuilder builder(options.take.stem().string(), options.subjects);
   {
-    ProgressLine line;
+    ProgressLine line(options.progress);
     const Status read = exports::read_into(builder, **recording, [&](double share) { line.show(share); });
     if (!read) return read.error();
   }
@@ -310,6 +314,8 @@ void add_export_command(cli::App& take, std::function<int()>& chosen) {
   add_selection(*command, options, line->range);
   add_conventions(*command, options);
   command->add_flag("--json", options.json, "print JSON");
+  command->add_flag("--progress", options.progress,
+                    "print lines \"progress SHARE\", 0 to 1, to standard error, for a program that waits");
   command->callback([line, &chosen] { chosen = [line] { return run_command(*line); }; });
 }
 

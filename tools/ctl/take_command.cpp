@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/exit_codes.h"
+#include "lib/takes/take_report.h"
 #include "take/take_edit.h"
-#include "take/take_quality.h"
 #include "take/take_reader.h"
 
 namespace mocap::ctl {
@@ -37,39 +37,6 @@ int for_each_file(const TakeOptions& options, const std::function<int(const std:
     if (code == kExitOk) code = ended;
   }
   return code;
-}
-
-double seconds_of(const take::TakeReader& reader) { return to_s(reader.last_at() - reader.first_at()); }
-
-const char* state_of(const take::TakeReader& reader) {
-  if (reader.is_being_written()) return "is being recorded";
-  if (reader.cut_off()) return "cut off";
-  if (!reader.mcap().damages().empty()) return "damaged";
-  return reader.info().repaired ? "repaired" : "complete";
-}
-
-constexpr const char* kFigures = "quality_figures";
-
-// The quality of a take: the figures of its metadata, or measured from its snapshots if it has none (it was cut off, is
-// being recorded, or is large).
-ordered_json quality_of(const take::TakeReader& reader) {
-  const auto known = reader.info().others.find(kFigures);
-  if (known != reader.info().others.end()) {
-    if (ordered_json json = ordered_json::parse(known->second, nullptr, false); json.is_object()) return json;
-  }
-  take::TakeMeter meter;
-  if (const auto description = reader.description()) meter.describe(*description);
-  take::TakeCursor cursor = reader.messages({{take::TakeTopic::Description, take::TakeTopic::Snapshot}, {}, {}});
-  for (;;) {
-    const auto record = cursor.next();
-    if (!record || !*record) break;  // the rest of a damaged take cannot be read
-    if ((*record)->topic == take::TakeTopic::Snapshot) {
-      if (const auto snapshot = take::snapshot_message_of(**record)) meter.add(*snapshot);
-    } else if (const auto description = take::description_of(**record)) {
-      meter.describe(*description);
-    }
-  }
-  return ordered_json::parse(take::to_json(meter.report()));
 }
 
 // A number or text of untrusted metadata; nothing if it is of another kind.
@@ -115,36 +82,13 @@ void print_quality(const ordered_json& quality) {
   }
 }
 
-ordered_json json_of(const take::TakeReader& reader) {
-  const take::TakeInfo& info = reader.info();
-  const double seconds = seconds_of(reader);
-  ordered_json json{{"file", reader.mcap().path()},
-                    {"state", state_of(reader)},
-                    {"cut_off", reader.cut_off()},
-                    {"seconds", seconds},
-                    {"bytes", reader.mcap().file().size()},
-                    {"bytes_per_s", seconds > 0.0 ? static_cast<double>(reader.mcap().file().size()) / seconds : 0.0}};
-  json["topics"] = ordered_json::object();
-  for (const auto& [topic, count] : reader.counts()) {
-    json["topics"][topic] = {{"messages", count},
-                             {"rate_hz", seconds > 0.0 ? static_cast<double>(count) / seconds : 0.0}};
-  }
-  json["files"] = reader.files();
-  json["info"] = take::encode(info).texts;
-  json["info"].erase(kFigures);
-  json["quality"] = quality_of(reader);
-  json["damages"] = ordered_json::array();
-  for (const auto& damage : reader.mcap().damages()) json["damages"].push_back(damage.what);
-  return json;
-}
-
 void print_text(const take::TakeReader& reader) {
   const take::TakeInfo& info = reader.info();
-  const double seconds = seconds_of(reader);
-  const ordered_json quality = quality_of(reader);
+  const double seconds = takes::seconds_of(reader);
+  const ordered_json quality = takes::quality_of(reader);
   const auto bytes = static_cast<double>(reader.mcap().file().size());
   fmt::print("{}\n", reader.mcap().path());
-  fmt::print("  {}, {:.3f} s, {:.1f} MB, {:.2f} MB/s\n", state_of(reader), seconds, 1e-6 * bytes,
+  fmt::print("  {}, {:.3f} s, {:.1f} MB, {:.2f} MB/s\n", takes::state_of(reader), seconds, 1e-6 * bytes,
              seconds > 0.0 ? 1e-6 * bytes / seconds : 0.0);
   print_quality(quality);
   for (const auto& [topic, count] : reader.counts()) {
@@ -166,7 +110,7 @@ int run_show(const TakeOptions& options) {
     const auto reader = take::TakeReader::open(file);
     if (!reader) return fail(reader.error());
     if (options.json) {
-      fmt::print("{}\n", json_of(*reader).dump());
+      fmt::print("{}\n", takes::json_of(*reader).dump());
     } else {
       print_text(*reader);
     }
@@ -174,36 +118,18 @@ int run_show(const TakeOptions& options) {
   });
 }
 
-// The .mcap files among the files and in the folders, by name.
-std::vector<std::filesystem::path> takes_in(std::vector<std::filesystem::path> places) {
-  if (places.empty()) places.emplace_back(".");
-  std::vector<std::filesystem::path> takes;
-  for (const std::filesystem::path& place : places) {
-    std::error_code error;
-    if (!std::filesystem::is_directory(place, error)) {
-      takes.push_back(place);
-      continue;
-    }
-    for (const auto& entry : std::filesystem::directory_iterator(place, error)) {
-      if (entry.path().extension() == ".mcap") takes.push_back(entry.path());
-    }
-  }
-  std::sort(takes.begin(), takes.end());
-  return takes;
-}
-
 int run_list(const TakeOptions& options) {
   int code = kExitOk;
-  for (const std::filesystem::path& file : takes_in(options.files)) {
+  for (const std::filesystem::path& file : takes::takes_in(options.files)) {
     const auto reader = take::TakeReader::open(file);
     if (!reader) {
       code = fail(reader.error());
     } else if (options.json) {
-      fmt::print("{}\n", json_of(*reader).dump());
+      fmt::print("{}\n", takes::json_of(*reader).dump());
     } else {
       const take::TakeInfo& info = reader->info();
-      fmt::print("{:32} {:10} {:9.2f} s {:9.1f} MB  {}  {} {}\n", file.string(), state_of(*reader), seconds_of(*reader),
-                 1e-6 * static_cast<double>(reader->mcap().file().size()),
+      fmt::print("{:32} {:10} {:9.2f} s {:9.1f} MB  {}  {} {}\n", file.string(), takes::state_of(*reader),
+                 takes::seconds_of(*reader), 1e-6 * static_cast<double>(reader->mcap().file().size()),
                  info.rating ? fmt::format("{}/{}", *info.rating, take::kMaxRating) : "-/5", info.slate, info.notes);
     }
   }
@@ -253,17 +179,9 @@ int run_edit(const TakeOptions& options, const take::TakeEdit& edit) {
 }
 
 int run_rename(const TakeOptions& options) {
-  const std::filesystem::path& file = options.file;
-  // The file is renamed first, because only that can be refused.
-  const auto renamed = take::rename_take(file, options.text);
+  const auto renamed = takes::rename(options.file, options.text);
   if (!renamed) return fail(renamed.error());
-  take::TakeEdit edit;
-  edit.name = options.text;
-  if (const auto info = take::edit_take(*renamed, edit); !info) {
-    (void)take::rename_take(*renamed, file.stem().string());
-    return fail(info.error());
-  }
-  fmt::print("{}: now {}\n", file.string(), renamed->string());
+  fmt::print("{}: now {}\n", options.file.string(), renamed->string());
   return kExitOk;
 }
 
@@ -342,28 +260,28 @@ void add_edits(cli::App& takes, TakeOptions& options) {
 }  // namespace
 
 void add_take_command(cli::App& app, TakeOptions& options) {
-  cli::App* takes = app.add_subcommand("take", "recorded takes: list, show, verify, repair, note, rename, delete");
-  takes->examples(
+  cli::App* commands = app.add_subcommand("take", "recorded takes: list, show, verify, repair, note, rename, delete");
+  commands->examples(
       "  mocapctl take list takes\n"
       "  mocapctl take show takes/walk-3.mcap --json\n"
       "  mocapctl take repair takes/walk-3.mcap");
-  takes->require_subcommand(1);
-  cli::App* list = add(*takes, "list", "one line for each take", "takes", options, run_list);
+  commands->require_subcommand(1);
+  cli::App* list = add(*commands, "list", "one line for each take", "takes", options, run_list);
   list->add_option("place", options.files, "folders and takes; default: this folder")->type_name("PATH ...");
   cli::App* show =
-      add(*takes, "show", "quality, length, topics, rates, files, notes", "walk-3.mcap --json", options, run_show);
-  cli::App* verify = add(*takes, "verify", "check every checksum and every message; exit code 65 if one is wrong",
+      add(*commands, "show", "quality, length, topics, rates, files, notes", "walk-3.mcap --json", options, run_show);
+  cli::App* verify = add(*commands, "verify", "check every checksum and every message; exit code 65 if one is wrong",
                          "walk-3.mcap", options, run_verify);
-  cli::App* repair = add(*takes, "repair", "write the index of a take that was cut off; leave out damaged parts",
+  cli::App* repair = add(*commands, "repair", "write the index of a take that was cut off; leave out damaged parts",
                          "walk-3.mcap", options, run_repair);
   for (cli::App* command : {show, verify, repair}) add_files(*command, options);
   for (cli::App* command : {list, show, verify, repair}) add_json(*command, options);
-  add_edits(*takes, options);
-  cli::App* rename = add(*takes, "rename", "rename a take and its file; replaces no file", "walk-3.mcap walk-best",
+  add_edits(*commands, options);
+  cli::App* rename = add(*commands, "rename", "rename a take and its file; replaces no file", "walk-3.mcap walk-best",
                          options, run_rename);
   rename->add_option("file", options.file, "take")->required()->type_name("FILE.mcap");
   rename->add_option("name", options.text, "new name, without .mcap")->required();
-  cli::App* remove = add(*takes, "delete", "delete takes", "walk-3.mcap --yes", options, run_delete);
+  cli::App* remove = add(*commands, "delete", "delete takes", "walk-3.mcap --yes", options, run_delete);
   add_files(*remove, options);
   remove->add_flag("--yes", options.yes, "do not ask");
 }

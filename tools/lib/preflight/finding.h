@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace mocap::ctl {
+namespace mocap::preflight {
 
 enum class Verdict { Good, Warning, Bad };
 
@@ -21,7 +21,9 @@ Finding bad(std::string check, std::string what, std::string cure);
 
 bool is_bad(const std::vector<Finding>& findings);
 
+/// A JSON array of the findings: check, verdict ("good", "warning" or "bad"), what, cure.
+std::string json_of(const std::vector<Finding>& findings);
 /// Prints the findings for people, or as a JSON array.
 void print(const std::vector<Finding>& findings, bool json);
 
-}  // namespace mocap::ctl
+}  // namespace mocap::preflight

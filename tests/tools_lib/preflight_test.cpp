@@ -1,11 +1,11 @@
-#include "ctl/preflight.h"
+#include "lib/preflight/preflight.h"
 
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <functional>
 
-namespace mocap::ctl {
+namespace mocap::preflight {
 namespace preflight_test {
 
 using testing::HasSubstr;
@@ -140,4 +140,4 @@ TEST(Preflight, ToleratesADaemonThatSaysLittle) {
 }
 
 }  // namespace preflight_test
-}  // namespace mocap::ctl
+}  // namespace mocap::preflight

@@ -1,4 +1,4 @@
-#include "ctl/finding.h"
+#include "lib/preflight/finding.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-namespace mocap::ctl {
+namespace mocap::preflight {
 namespace {
 
 constexpr const char* kWords[] = {"good", "warning", "bad"};  // by Verdict
@@ -25,22 +25,23 @@ bool is_bad(const std::vector<Finding>& findings) {
   return std::ranges::any_of(findings, [](const Finding& each) { return each.verdict == Verdict::Bad; });
 }
 
-void print(const std::vector<Finding>& findings, bool json) {
-  if (json) {
-    nlohmann::json list = nlohmann::json::array();
-    for (const Finding& each : findings) {
-      list.push_back({{"check", each.check},
-                      {"verdict", kWords[static_cast<std::size_t>(each.verdict)]},
-                      {"what", each.what},
-                      {"cure", each.cure}});
-    }
-    fmt::print("{}\n", list.dump());
-    return;
+std::string json_of(const std::vector<Finding>& findings) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const Finding& each : findings) {
+    list.push_back({{"check", each.check},
+                    {"verdict", kWords[static_cast<std::size_t>(each.verdict)]},
+                    {"what", each.what},
+                    {"cure", each.cure}});
   }
+  return list.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+void print(const std::vector<Finding>& findings, bool json) {
+  if (json) return fmt::print("{}\n", json_of(findings));
   for (const Finding& each : findings) {
     fmt::print("{:<8} {:<28} {}\n", kWords[static_cast<std::size_t>(each.verdict)], each.check, each.what);
     if (!each.cure.empty()) fmt::print("{:<8} {:<28} > {}\n", "", "", each.cure);
   }
 }
 
-}  // namespace mocap::ctl
+}  // namespace mocap::preflight

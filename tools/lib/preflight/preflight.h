@@ -3,11 +3,11 @@
 #include <optional>
 #include <vector>
 
-#include "ctl/finding.h"
+#include "lib/preflight/finding.h"
 #include "mocap/v1/control.pb.h"
 #include "mocap/v1/description.pb.h"
 
-namespace mocap::ctl {
+namespace mocap::preflight {
 
 /// What the daemon and this machine say about a recording that is about to begin.
 struct PreflightFacts {
@@ -22,4 +22,4 @@ struct PreflightFacts {
 /// its name. Pure.
 std::vector<Finding> examine_daemon(const PreflightFacts& facts);
 
-}  // namespace mocap::ctl
+}  // namespace mocap::preflight

@@ -1,4 +1,4 @@
-#include "ctl/preflight.h"
+#include "lib/preflight/preflight.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 
 #include "model/blob_use.h"
 
-namespace mocap::ctl {
+namespace mocap::preflight {
 namespace {
 
 constexpr double kRateShare = 0.95;      // of the nominal rate; a camera's own rate is exact to 1 %
@@ -174,4 +174,4 @@ std::vector<Finding> examine_daemon(const PreflightFacts& facts) {
   return findings;
 }
 
-}  // namespace mocap::ctl
+}  // namespace mocap::preflight
