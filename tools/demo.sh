@@ -51,7 +51,7 @@ start_page() {  # OPTION...
 # The page is for the browser, so it stays in the network of this machine; the rest runs in a network of its own. A Unix socket connects
 # them.
 if [ -z "${MOCAP_DEMO:-}" ]; then
-  tools/build.sh mocapd mocap-sim mocap-watch mocap-score mocap-web
+  tools/build.sh mocapd mocap-sim mocap-watch mocap-score mocap-web mocapctl
   work=$(mktemp -d "${TMPDIR:-/tmp}/mocap-demo.XXXXXX")
   trap 'finish; rm -rf "$work"' EXIT
   start_page || start_page --port 0 || { cat "$work/web.log" >&2; exit 70; }

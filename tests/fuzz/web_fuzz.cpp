@@ -14,6 +14,7 @@
 #include "web/api.h"
 #include "web/http/server.h"
 #include "web/page_message.h"
+#include "web/query.h"
 
 // Fuzzes what a hostile browser reaches: HTTP requests and WebSocket frames, over a real socket to a real server, and
 // the readers of messages and parameters. Inputs are valid ones with bytes changed, removed and repeated. The server
@@ -50,7 +51,9 @@ std::string request(Random& random) {
   const std::string body = one_of(random, {"", "{}", "{\"action\":\"ACTION_MARK\",\"text\":\"x\"}", "[[[["});
   std::string text = one_of(random, {"GET", "POST", "HEAD", "OPTIONS", "PUT"});
   text += std::string(" ") + one_of(random, {"/", "/metrics", "/healthz", "/api/v1/take", "/api/v1/none",
-                                             "/api/v1/openapi.json", "/?token=x", "/ws", "http://a/b", "*"});
+                                             "/api/v1/openapi.json", "/?token=x", "/ws", "http://a/b", "*",
+                                             "/api/v1/takes", "/api/v1/takes/a%2Fb/snapshots?from_s=1&seconds=2",
+                                             "/api/v1/takes/a/export?format=c3d&unit=m", "/takes/a%20b.mcap"});
   text +=
       " HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\nAccept-Encoding: gzip\r\nCookie: "
       "mocap_token=a; b\r\n";
@@ -114,6 +117,8 @@ std::string exchange(std::uint16_t port, const std::string& first, const std::st
 void read_directly(Random& random) {
   const std::string text = damaged(random, page_text(random));
   static_cast<void>(read_page_message(text));
+  static_cast<void>(read_query(text));
+  static_cast<void>(percent_decoded(text));
   for (const Method& method : methods()) static_cast<void>(request_of(method, text));
 }
 
@@ -126,6 +131,7 @@ int main(int argc, char** argv) {
   Random random(arguments.seed);
   ServerSettings settings;
   settings.feed = "tcp://127.0.0.1:1";  // nothing listens
+  settings.takes = "/nowhere";
   settings.port = 0;
   settings.accepts_hz = 1e6;
   settings.timeout_s = 5.0;

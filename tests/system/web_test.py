@@ -448,6 +448,8 @@ class WithDaemon(unittest.TestCase):
     def test_the_api_is_the_control_protocol(self):
         paths = json.loads(self.web.get("/api/v1/openapi.json")[2])["paths"]
         for path, operations in paths.items():
+            if "/takes" in path or path == "/api/v1/preflight":
+                continue  # below
             (method,) = operations
             with self.subTest(path):
                 if method == "get":
@@ -516,6 +518,59 @@ class WithDaemon(unittest.TestCase):
         gaps_ns = [later.exposed_at_ns - earlier.exposed_at_ns for earlier, later in zip(previews, previews[1:], strict=False)]
         self.assertGreater(min(gaps_ns), 90e6)
 
+    def test_the_page_has_the_findings_of_preflight(self):
+        control = control_of(self.desk.endpoint)
+        direct = json.loads(self.desk.run("mocapctl", "preflight", "--json", "--endpoint", control).stdout)
+
+        status, _, text = self.web.get("/api/v1/preflight")
+
+        self.assertEqual(status, 200)
+        self.assertEqual([finding["check"] for finding in json.loads(text)], [finding["check"] for finding in direct])
+
+    def test_a_shot_is_recorded_described_played_exported_and_downloaded(self):
+        shots = {"action": "ACTION_IMPORT", "shots": [{"name": "walk 1", "slate": "walk", "notes": "slow"}]}
+        self.assertEqual(self.web.post("shots", shots)[0], 200)
+        self.assertEqual(self.web.post("take", {"action": "ACTION_NEXT"})[0], 200)
+        wait_until(lambda: json.loads(self.web.get("/api/v1/status")[2])["status"]["health"]["take"]["seconds"] > 1.5, "a take of 1.5 s")
+        self.assertEqual(self.web.post("take", {"action": "ACTION_STOP"})[0], 200)
+        listed = self.web.post("shots", {"action": "ACTION_LIST"})[1]["shots"]["shots"]
+        self.assertEqual([(shot["name"], shot["done"]) for shot in listed], [("walk 1", True)])
+
+        wait_until(lambda: self.web.get("/api/v1/takes")[0] == 200, "the folder of the takes")
+        (take,) = json.loads(self.web.get("/api/v1/takes")[2])["takes"]
+        self.assertEqual((take["name"], take["slate"], take["notes"], take["state"]), ("walk 1", "walk", "slow", "complete"))
+        path = "/api/v1/takes/walk%201"
+        self.assertEqual(json.loads(self.web.get(path)[2])["report"]["quality"]["sets"], json.loads(self.web.get(path)[2])["report"]["topics"]["snapshot"]["messages"])
+        piece = self.web.get(f"{path}/snapshots?from_s=0.5&seconds=0.5")[2]
+        kinds, numbers = read_piece(piece)
+        self.assertEqual(kinds[0], "d")
+        self.assertGreater(len(numbers), 10)
+        self.assertEqual(numbers, sorted(numbers))
+
+        status, headers, content = self.web.get("/takes/walk%201.mcap")
+        self.assertEqual((status, len(content)), (200, take["bytes"]))
+        self.assertIn("walk%201.mcap", headers["Content-Disposition"])
+        self.assertEqual(self.web.ask("HEAD", "/takes/walk%201.mcap")[1]["Content-Length"], str(take["bytes"]))
+        direct = self.desk.folder / "direct.csv"
+        (self.desk.folder / "walk 1.mcap").write_bytes(content)
+        self.assertEqual(self.desk.run("mocapctl", "take", "export", self.desk.folder / "walk 1.mcap", "--out", direct, "--unit", "mm").returncode, 0)
+        status, _, exported = self.web.get("/takes/walk%201.csv?unit=mm")
+        self.assertEqual((status, exported), (200, direct.read_bytes()))
+        wish = json.loads(self.web.get(f"{path}/export?format=csv&unit=mm")[2])
+        self.assertEqual((wish["state"], wish["file"]), ("done", "/takes/walk%201.csv?unit=mm"))
+        status, _, answer = self.web.get("/takes/walk%201.csv?unit=mile")
+        self.assertEqual(status, 422)
+        self.assertIn("mile", json.loads(answer)["message"])
+
+        self.assertEqual(self.web.ask("POST", f"{path}/edit", "{}")[0], 415)
+        self.assertEqual(self.web.get(f"{path}/delete")[0], 405)
+        self.assertEqual(self.web.post("takes/walk%201/edit", {"rating": 5})[0], 200)
+        self.assertEqual(self.web.post("takes/walk%201/rename", {"name": "best"})[0], 200)
+        self.assertEqual(json.loads(self.web.get("/api/v1/takes/best")[2])["rating"], 5)
+        self.assertEqual(self.web.post("takes/best/delete", {})[0], 200)
+        self.assertEqual(self.web.get("/takes/best.mcap")[0], 404)
+        self.assertIn('method=/api/v1/takes/walk%201/edit params={"rating": 5} answer=', self.web.program.output())
+
     def test_the_daemon_may_restart(self):
         self.daemon.end()
         wait_until(lambda: self.web.get("/readyz")[0] == 503, "the loss of the daemon")
@@ -525,6 +580,18 @@ class WithDaemon(unittest.TestCase):
 
         wait_until(lambda: self.web.get("/readyz")[0] == 200, "the daemon's return")
         self.assertEqual(self.web.get("/api/v1/status")[0], 200)
+
+
+def read_piece(piece):
+    """Returns the kinds of the messages of a piece of a take, and the numbers of its snapshots."""
+    kinds, numbers, at = "", [], 0
+    while at < len(piece):
+        size = int.from_bytes(piece[at:at + 4], "little")
+        kinds += chr(piece[at + 4])
+        if kinds[-1] == "s":
+            numbers.append(snapshot_pb2.Snapshot.FromString(piece[at + 13:at + 4 + size]).number)
+        at += 4 + size
+    return kinds, numbers
 
 
 def jpeg_size(data):

@@ -47,6 +47,16 @@ TEST(Api, NamesTheFaultOfParameters) {
   }
 }
 
+TEST(Api, LetsAViewerListTheShots) {
+  const Method& shots = *find_method("shots");
+  EXPECT_FALSE(is_change(shots, *request_of(shots, R"({"action":"ACTION_LIST"})")));
+  EXPECT_TRUE(is_change(shots, *request_of(shots, R"({"action":"ACTION_CLEAR"})")));
+  EXPECT_TRUE(is_change(shots, *request_of(shots, "{}")));
+
+  const Method& take = *find_method("take");
+  EXPECT_TRUE(is_change(take, *request_of(take, "{}")));
+}
+
 TEST(Api, WritesTheParametersForTheAuditLogInOneLine) {
   auto request = request_of(*find_method("take"), R"({"action":"ACTION_MARK","text":"two\nlines"})");
 
@@ -75,6 +85,8 @@ TEST(OpenApi, DescribesEveryMethodAndResolvesEveryReference) {
     const json& path = all["paths"]["/api/v1/" + method.name];
     EXPECT_TRUE(path.contains(method.changes ? "post" : "get")) << method.name;
   }
+  EXPECT_EQ(all["paths"]["/api/v1/takes/{name}/export"]["get"]["parameters"].size(), 8U);
+  EXPECT_TRUE(all["paths"]["/api/v1/takes/{name}/delete"].contains("post"));
   const std::string text = all.dump();
   for (std::size_t at = text.find("#/components/schemas/"); at != std::string::npos;
        at = text.find("#/components/schemas/", at + 1)) {

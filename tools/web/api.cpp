@@ -60,6 +60,10 @@ Result<v1::Request> request_of(const Method& method, const std::string& params_j
   return request;
 }
 
+bool is_change(const Method& method, const v1::Request& request) {
+  return method.changes && request.shots().action() != v1::ShotsRequest::ACTION_LIST;
+}
+
 std::string params_of(const v1::Request& request) {
   const auto* field = request.GetReflection()->GetOneofFieldDescriptor(request, &requests());
   return field == nullptr ? "{}" : print(request.GetReflection()->GetMessage(request, field), false);

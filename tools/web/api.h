@@ -15,7 +15,7 @@ inline constexpr std::string_view kApiPath = "/api/v1/";
 /// A method of the API: a member of Request.what of the control protocol.
 struct Method {
   std::string name;
-  bool changes = false;  ///< POST and role operator; otherwise GET and role viewer
+  bool changes = false;  ///< POST, and role operator if the request `is_change`; otherwise GET and role viewer
 };
 
 /// All methods, from the descriptor of the control protocol, so that a new request is a method at once.
@@ -26,6 +26,9 @@ const Method* find_method(std::string_view name);
 /// Makes the request `method` from its parameters in Protobuf's JSON. Empty parameters: none. Fails with
 /// InvalidArgument; the message names the fault.
 Result<v1::Request> request_of(const Method& method, const std::string& params_json);
+
+/// Whether the request needs the role operator: all of a method that changes, but for a list of the shots.
+bool is_change(const Method& method, const v1::Request& request);
 
 /// The parameters of a request as one line of JSON, for the audit log.
 std::string params_of(const v1::Request& request);

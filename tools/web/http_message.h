@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,12 +26,22 @@ struct HttpRequest {
   std::string remote;  ///< address and port of the client
 };
 
+/// A body that is too large for the memory.
+class ByteStream {
+ public:
+  virtual ~ByteStream() = default;
+  virtual std::uint64_t size() const = 0;
+  /// Calls `take` with the next piece, now or later. Empty: the end, or the bytes cannot be read.
+  virtual void next(std::function<void(std::string piece)> take) = 0;
+};
+
 /// The answer to a request. The server adds the headers that every answer has.
 struct HttpReply {
   int status = 200;
   std::string content_type = "text/plain; charset=utf-8";
   std::string body;
   std::vector<std::pair<std::string, std::string>> headers = {};
+  std::shared_ptr<ByteStream> stream = nullptr;  ///< instead of `body`
 };
 
 /// A reply of one line of text for a person, which says what is wrong and what helps.

@@ -73,6 +73,10 @@ void add_options(cli::App& app, Options& options) {
                  "the daemon's control endpoint; default: the port after the feed's")
       ->type_name("ENDPOINT");
   cli::add_key_options(app, options.keys);
+  app.add_option("--takes", options.server.takes,
+                 "folder of the recorded takes, [takes] folder of the daemon; default: that of the take which the "
+                 "daemon reports, if it is on this machine")
+      ->type_name("FOLDER");
   app.add_option("--listen", options.server.listen,
                  "address of this machine that browsers reach; 0.0.0.0 and ::: all. Beyond this machine "
                  "TLS and tokens are needed")
@@ -116,7 +120,7 @@ int serve(Options& options) {
   fmt::print("mocap-web: {}\n", (*server)->address());
   std::fflush(stdout);
   (*server)->run();
-  if ((*server)->waits_for_daemon()) std::_Exit(kExitOk);
+  if ((*server)->waits()) std::_Exit(kExitOk);
   return kExitOk;
 }
 

@@ -4,7 +4,9 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "web/api.h"
 
@@ -97,12 +99,91 @@ json answers(Schemas& schemas) {
 
 json operation_of(const Method& method, Schemas& schemas) {
   json operation{{"operationId", method.name},
-                 {"summary", method.changes ? "role operator; see control.proto" : "role viewer; see control.proto"},
+                 {"summary", method.name == "shots" ? "role viewer to list, otherwise operator; see control.proto"
+                             : method.changes       ? "role operator; see control.proto"
+                                                    : "role viewer; see control.proto"},
                  {"responses", answers(schemas)}};
   if (!method.changes) return {{"get", std::move(operation)}};
   operation["requestBody"] =
       content(schemas.reference(*v1::Request::descriptor()->FindFieldByName(method.name)->message_type()));
   return {{"post", std::move(operation)}};
+}
+
+// What this program itself answers, beside the requests of the control protocol.
+struct OwnMethod {
+  const char* path;
+  const char* method;
+  const char* id;
+  const char* summary;
+  const char* type;                                 ///< of the reply
+  std::vector<std::pair<const char*, bool>> query;  ///< names, and whether each is needed
+};
+
+const std::vector<OwnMethod>& own_methods() {
+  static const std::vector<OwnMethod> kAll{
+      {"/api/v1/preflight",
+       "get",
+       "preflight",
+       "the findings of mocapctl preflight: check, verdict, what, cure",
+       "application/json",
+       {}},
+      {"/api/v1/takes", "get", "takes", "the newest 500 takes of the folder", "application/json", {}},
+      {"/api/v1/takes/{name}", "get", "showTake", "a take as of mocapctl take show --json", "application/json", {}},
+      {"/api/v1/takes/{name}/verify", "get", "verifyTake", "valid, and the faults", "application/json", {}},
+      {"/api/v1/takes/{name}/snapshots",
+       "get",
+       "takeSnapshots",
+       "messages of a take: length of the rest (4 bytes, little-endian), 'd' (Description) or 's' (Snapshot), seconds "
+       "since the start (double), message; at most 10 s and about 4 MiB",
+       "application/octet-stream",
+       {{"from_s", false}, {"seconds", false}}},
+      {"/api/v1/takes/{name}/export",
+       "get",
+       "exportTake",
+       "starts an export, or says how it goes: state, progress, fault, file; the options are those of mocapctl take "
+       "export",
+       "application/json",
+       {{"format", true},
+        {"axes", false},
+        {"unit", false},
+        {"names", false},
+        {"fps", false},
+        {"fill", false},
+        {"subject", false}}},
+      {"/api/v1/takes/{name}/edit",
+       "post",
+       "editTake",
+       "role operator: notes, rating, tags, slate, number",
+       "application/json",
+       {}},
+      {"/api/v1/takes/{name}/rename", "post", "renameTake", "role operator: name", "application/json", {}},
+      {"/api/v1/takes/{name}/delete", "post", "deleteTake", "role operator: deletes the file", "application/json", {}},
+      {"/takes/{file}",
+       "get",
+       "takeFile",
+       "NAME.mcap: the take; NAME.FORMAT: its export, with the options of exportTake",
+       "application/octet-stream",
+       {}},
+  };
+  return kAll;
+}
+
+json parameter(const std::string& name, const char* place, bool needed) {
+  return {{"name", name}, {"in", place}, {"required", needed}, {"schema", {{"type", "string"}}}};
+}
+
+json operation_of(const OwnMethod& own, Schemas& schemas) {
+  json answered = answers(schemas);
+  answered["200"] = {{"description", "done"}, {"content", {{own.type, json::object()}}}};
+  json operation{{"operationId", own.id}, {"summary", own.summary}, {"responses", std::move(answered)}};
+  json parameters = json::array();
+  const std::string path = own.path;
+  if (const std::size_t open = path.find('{'); open != std::string::npos)
+    parameters.push_back(parameter(path.substr(open + 1, path.find('}') - open - 1), "path", true));
+  for (const auto& [name, needed] : own.query) parameters.push_back(parameter(name, "query", needed));
+  if (!parameters.empty()) operation["parameters"] = std::move(parameters);
+  if (std::string_view(own.method) == "post") operation["requestBody"] = content({{"type", "object"}});
+  return {{own.method, std::move(operation)}};
 }
 
 }  // namespace
@@ -111,9 +192,10 @@ std::string openapi_json() {
   Schemas schemas;
   json paths = json::object();
   for (const Method& method : methods()) paths[std::string(kApiPath) + method.name] = operation_of(method, schemas);
+  for (const OwnMethod& own : own_methods()) paths[own.path] = operation_of(own, schemas);
   const json all{
       {"openapi", "3.0.3"},
-      {"info", {{"title", "mocapd: the control protocol as JSON"}, {"version", "1"}}},
+      {"info", {{"title", "mocapd: the control protocol as JSON, preflight and takes"}, {"version", "1"}}},
       {"security", json::array({json::object(), {{"token", json::array()}}})},
       {"paths", std::move(paths)},
       {"components",

@@ -40,12 +40,11 @@ std::string one_line(std::string text) {
 }
 
 // Who changed what, from where, with which result.
-void audit(const Visitor& visitor, const std::string& remote, const std::string& method, const v1::Request& request,
-           const v1::Answer& answer) {
+void audit(const Visitor& visitor, const std::string& remote, const std::string& method, const std::string& params,
+           const std::string& answer) {
   constexpr std::size_t kMaxParams = 1000;
-  fmt::print(stderr, "mocap-web: audit: who={} role={} from={} method={} params={} answer={} {}\n", visitor.name,
-             wire::name_of(visitor.role), remote, method, params_of(request).substr(0, kMaxParams),
-             v1::Code_Name(answer.code()), one_line(answer.message()));
+  fmt::print(stderr, "mocap-web: audit: who={} role={} from={} method={} params={} answer={}\n", visitor.name,
+             wire::name_of(visitor.role), remote, method, one_line(params.substr(0, kMaxParams)), one_line(answer));
   std::fflush(stderr);
 }
 
@@ -95,53 +94,89 @@ void Site::answer(const HttpRequest& request, std::function<void(HttpReply)> don
     return done(*std::move(foreign));
   }
   const std::optional<Visitor> visitor = access_.visitor(request);
-  if (!request.path.starts_with(kApiPath)) return done(page_or_status(request, visitor));
+  const bool takes = TakeSite::is_about_takes(request.path);
+  if (!takes && !request.path.starts_with(kApiPath)) return done(page_or_status(request, visitor));
+  if (visitor && takes) return answer_takes(request, *visitor, std::move(done));
   if (visitor) return answer_api(request, *visitor, std::move(done));
   note_refused("token");
   done(no_token());
 }
 
+std::optional<HttpReply> Site::refuse_form(const HttpRequest& request, const std::string& name, bool changes) {
+  const std::string expected = changes ? "POST" : "GET";
+  if (request.method != expected && !(request.method == "HEAD" && !changes)) {
+    HttpReply reply = reply_with(405, refused(v1::CODE_INVALID, name + ": expected " + expected));
+    reply.headers.emplace_back("Allow", expected);
+    return reply;
+  }
+  // A form of another site can send any other type without asking the browser first.
+  if (changes && !is_json(request.content_type))
+    return reply_with(415, refused(v1::CODE_INVALID, "Content-Type: expected application/json"));
+  return std::nullopt;
+}
+
+HttpReply Site::refuse_role(const std::string& name) {
+  note_refused("role");
+  return reply_with(403, refused(v1::CODE_FORBIDDEN, name + ": needs the role operator, you are viewer"));
+}
+
+void Site::find_takes() {
+  if (const v1::Health* health = parts_.hub.health()) parts_.takes.note_take(health->take().path());
+}
+
+void Site::answer_takes(const HttpRequest& request, const Visitor& visitor, std::function<void(HttpReply)> done) {
+  const bool changes = is_change_of_take(request);
+  if (auto reply = refuse_form(request, "takes", changes)) return done(*std::move(reply));
+  find_takes();
+  if (!changes) return parts_.takes.answer(request, std::move(done));
+  if (visitor.role != wire::Role::Operator) return done(refuse_role("takes"));
+  ++counts_.changes;
+  parts_.takes.answer(request, [visitor, request, done = std::move(done)](HttpReply reply) {
+    audit(visitor, request.remote, request.path, request.body, reply.body);
+    done(std::move(reply));
+  });
+}
+
 void Site::answer_api(const HttpRequest& request, const Visitor& visitor, std::function<void(HttpReply)> done) {
   const std::string name = request.path.substr(kApiPath.size());
   if (name == "openapi.json" && request.method == "GET") return done({200, "application/json", openapi_json()});
+  if (name == "preflight" && request.method == "GET") {
+    find_takes();
+    return parts_.preflight.answer(parts_.takes.folder(), std::move(done));
+  }
   const Method* method = find_method(name);
   if (method == nullptr) {
     return done(
         reply_with(404, refused(v1::CODE_NOT_FOUND, "there is no such method; /api/v1/openapi.json lists all")));
   }
-  const std::string expected = method->changes ? "POST" : "GET";
-  if (request.method != expected) {
-    HttpReply reply = reply_with(405, refused(v1::CODE_INVALID, name + ": expected " + expected));
-    reply.headers.emplace_back("Allow", expected);
-    return done(std::move(reply));
-  }
-  // A form of another site can send any other type without asking the browser first.
-  if (method->changes && !is_json(request.content_type)) {
-    return done(reply_with(415, refused(v1::CODE_INVALID, "Content-Type: expected application/json")));
-  }
+  if (auto reply = refuse_form(request, name, method->changes)) return done(*std::move(reply));
   execute(*method, request.body, visitor, request.remote,
           [done = std::move(done)](int status, const v1::Answer& answer) { done(reply_with(status, answer)); });
 }
 
 void Site::execute(const Method& method, const std::string& params, const Visitor& visitor, const std::string& remote,
                    Answered done) {
-  if (method.changes && visitor.role != wire::Role::Operator) {
+  Result<v1::Request> request = request_of(method, params);
+  if (!request) return done(400, refused(v1::CODE_INVALID, request.error().message));
+  const bool changes = is_change(method, *request);
+  if (changes && visitor.role != wire::Role::Operator) {
     note_refused("role");
     return done(403, refused(v1::CODE_FORBIDDEN, method.name + ": needs the role operator, you are viewer"));
   }
-  Result<v1::Request> request = request_of(method, params);
-  if (!request) return done(400, refused(v1::CODE_INVALID, request.error().message));
   request->set_id(next_id_++);
-  if (method.changes) ++counts_.changes;
-  auto finish = [method, visitor, remote, request = *request, done](const Result<std::string>& came) {
+  if (changes) ++counts_.changes;
+  auto finish = [method, changes, visitor, remote, request = *request, done](const Result<std::string>& came) {
     v1::Answer answer;
     const bool answered = came && answer.ParseFromString(*came);
     if (!answered)
       answer = refused(v1::CODE_FAILED, came ? "the answer is not a mocap.v1 message" : came.error().message);
-    if (method.changes) audit(visitor, remote, method.name, request, answer);
+    if (changes) {
+      audit(visitor, remote, method.name, params_of(request),
+            fmt::format("{} {}", v1::Code_Name(answer.code()), answer.message()));
+    }
     done(answered ? http_status_of(answer.code()) : 503, answer);
   };
-  ControlWorker& worker = method.changes ? parts_.changes : parts_.reads;
+  ControlWorker& worker = changes ? parts_.changes : parts_.reads;
   const bool queued =
       worker.ask(request->SerializeAsString(), [run_here = parts_.run_here, finish](Result<std::string> came) {
         run_here([finish, came = std::move(came)] { finish(came); });

@@ -10,6 +10,8 @@
 #include "web/hub.h"
 #include "web/metrics.h"
 #include "web/page_message.h"
+#include "web/preflight_site.h"
+#include "web/take_site.h"
 
 namespace mocap::web {
 
@@ -23,6 +25,8 @@ class Site {
     Hub& hub;
     ControlWorker& reads;    ///< requests that change nothing
     ControlWorker& changes;  ///< requests that may take long
+    TakeSite& takes;
+    PreflightSite& preflight;
     RunHere run_here;
   };
 
@@ -49,8 +53,13 @@ class Site {
   using Answered = std::function<void(int status, const v1::Answer& answer)>;
 
   HttpReply page_or_status(const HttpRequest& request, const std::optional<Visitor>& visitor);
+  /// A refusal if the method of HTTP or the type of the body is not that of a change or a read.
+  static std::optional<HttpReply> refuse_form(const HttpRequest& request, const std::string& name, bool changes);
+  HttpReply refuse_role(const std::string& name);
   HttpReply readiness(bool tell_reason) const;
   HttpReply metrics() const;
+  void find_takes();
+  void answer_takes(const HttpRequest& request, const Visitor& visitor, std::function<void(HttpReply)> done);
   void answer_api(const HttpRequest& request, const Visitor& visitor, std::function<void(HttpReply)> done);
   void execute(const Method& method, const std::string& params, const Visitor& visitor, const std::string& remote,
                Answered done);

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <array>
+#include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/rfc7230.hpp>
+#include <boost/beast/http/serializer.hpp>
 #include <boost/beast/http/string_body.hpp>
 #include <boost/beast/http/write.hpp>
 #include <memory>
@@ -99,13 +101,44 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
 
   void send(HttpReply&& reply) {
     limit_time();
+    body_ = request_.method() == http::verb::head ? nullptr : reply.stream;
     response_.emplace(response_of(std::move(reply), request_));
+    if (body_) return send_header();
     http::async_write(*stream_, *response_, [self = shared_from_this()](error_code error, std::size_t /*bytes*/) {
-      if (error) return;
-      if (self->response_->need_eof()) return self->end();
-      self->receive();
+      if (!error) self->go_on();
     });
   }
+
+  void go_on() {
+    if (response_->need_eof()) return end();
+    receive();
+  }
+
+  void send_header() {
+    serializer_.emplace(*response_);
+    http::async_write_header(*stream_, *serializer_,
+                             [self = shared_from_this()](error_code error, std::size_t /*bytes*/) {
+                               if (!error) self->send_piece(self->body_->size());
+                             });
+  }
+
+  // `left`: bytes of the body that were not sent yet.
+  void send_piece(std::uint64_t left) {
+    if (left == 0) {
+      body_.reset();
+      return go_on();
+    }
+    body_->next([self = shared_from_this(), left](std::string piece) {
+      if (piece.empty() || piece.size() > left) return self->close();  // the client sees that the body is too short
+      self->limit_time();
+      self->piece_ = std::move(piece);
+      asio::async_write(*self->stream_, asio::buffer(self->piece_), [self, left](error_code error, std::size_t bytes) {
+        if (!error) self->send_piece(left - bytes);
+      });
+    });
+  }
+
+  void close() { stream_->next_layer().close(); }
 
   void end() {
     error_code ignored;
@@ -130,6 +163,9 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   std::optional<http::request_parser<http::string_body>> parser_;
   http::request<http::string_body> request_;
   std::optional<http::response<http::string_body>> response_;
+  std::optional<http::response_serializer<http::string_body>> serializer_;
+  std::shared_ptr<ByteStream> body_;
+  std::string piece_;
   TokenBucket requests_{50.0, 200.0};
   std::array<char, 4096> discarded_{};
 };

@@ -50,10 +50,10 @@ inline http::response<http::string_body> response_of(HttpReply&& reply,
   response.set(http::field::cache_control, "no-store");
   for (const auto& [name, value] : reply.headers) response.set(name, value);
   response.keep_alive(request.keep_alive());
-  const std::size_t size = reply.body.size();
+  const std::uint64_t size = reply.stream ? reply.stream->size() : reply.body.size();
   if (request.method() != http::verb::head) response.body() = std::move(reply.body);
   response.prepare_payload();
-  if (request.method() == http::verb::head) response.content_length(size);
+  if (reply.stream || request.method() == http::verb::head) response.content_length(size);
   return response;
 }
 

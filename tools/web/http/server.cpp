@@ -61,12 +61,17 @@ struct Server::Impl {
   asio::signal_set signals{loop, SIGINT, SIGTERM};
   std::unique_ptr<ControlWorker> reads;
   std::unique_ptr<ControlWorker> changes;
+  std::unique_ptr<PreflightSite> preflight;
+  std::unique_ptr<TakeSite> takes;
   std::unique_ptr<FeedReader> feed;
   TokenBucket accepts;
   Timestamp state_said_at;
   bool was_connected = false;
   bool accepting = false;
 
+  RunHere run_here() {
+    return [this](std::function<void()> work) { asio::post(loop, std::move(work)); };
+  }
   Status open_feed();
   Status open_port();
   void accept();
@@ -84,6 +89,10 @@ Status Server::Impl::open_feed() {
   auto changer = ControlWorker::open(control, kChangePatience);
   if (!changer) return changer.error();
   changes = *std::move(changer);
+  auto checker = PreflightSite::open(control, run_here());
+  if (!checker) return checker.error();
+  preflight = *std::move(checker);
+  takes = std::make_unique<TakeSite>(settings.takes, run_here());
   wire::SubscriberSettings subscriber{.endpoint = settings.feed, .topics = {}, .keys = settings.keys};
   const auto topics = hub.topics();
   subscriber.topics.assign(topics.begin(), topics.end());
@@ -191,9 +200,8 @@ Result<std::unique_ptr<Server>> Server::open(const ServerSettings& settings) {
   if (Status opened = impl->open_port(); !opened) return opened.error();
   if (Status opened = impl->open_feed(); !opened) return opened.error();
   Impl& parts = *impl;
-  parts.site.emplace(settings.access,
-                     Site::Parts{parts.hub, *parts.reads, *parts.changes,
-                                 [&parts](std::function<void()> work) { asio::post(parts.loop, std::move(work)); }});
+  parts.site.emplace(settings.access, Site::Parts{parts.hub, *parts.reads, *parts.changes, *parts.takes,
+                                                  *parts.preflight, parts.run_here()});
   parts.shared.emplace(
       Shared{*parts.site, parts.hub, from_s(settings.timeout_s), [&parts] { parts.feed->want(parts.hub.topics()); }});
   return std::unique_ptr<Server>(new Server(std::move(impl)));
@@ -206,7 +214,9 @@ std::string Server::address() const {
                      place.port());
 }
 
-bool Server::waits_for_daemon() const { return impl_->reads->is_busy() || impl_->changes->is_busy(); }
+bool Server::waits() const {
+  return impl_->reads->is_busy() || impl_->changes->is_busy() || impl_->preflight->is_busy() || impl_->takes->is_busy();
+}
 
 void Server::run() {
   impl_->signals.async_wait([this](error_code, int) { impl_->loop.stop(); });

@@ -14,6 +14,7 @@ struct ServerSettings {
   std::string feed = "tcp://127.0.0.1:5570";
   std::string control;  ///< empty: the port after the feed's
   wire::ClientKeys keys = {};
+  std::string takes;  ///< folder of the recorded takes; empty: that of the take which the daemon reports
   std::string listen = "127.0.0.1";
   std::uint16_t port = 5580;  ///< 0: any free port
   std::string certificate;    ///< PEM file; empty: no TLS
@@ -39,8 +40,8 @@ class Server {
   /// Serves until SIGINT or SIGTERM.
   void run();
 
-  /// Whether the daemon has not answered a request yet: the destructor would wait for it, up to 35 s.
-  bool waits_for_daemon() const;
+  /// Whether the daemon or a disk has not answered a request yet: the destructor would wait for it, up to 35 s.
+  bool waits() const;
 
  private:
   struct Impl;

@@ -1,0 +1,95 @@
+#include "web/take_site.h"
+
+#include <gmock/gmock.h>
+
+#include <future>
+#include <nlohmann/json.hpp>
+
+#include "support/temporary_folder.h"
+#include "take/example_take.h"
+
+namespace mocap::web {
+namespace take_site_test {
+
+using nlohmann::json;
+
+constexpr auto kLong = std::chrono::seconds(60);  // time limit of a failing test
+
+HttpReply ask(TakeSite& site, const std::string& path, const std::string& query = "", const std::string& body = "") {
+  HttpRequest request;
+  request.method = body.empty() ? "GET" : "POST";
+  request.path = path;
+  request.query = query;
+  request.body = body;
+  std::promise<HttpReply> came;
+  site.answer(request, [&](HttpReply reply) { came.set_value(std::move(reply)); });
+  auto reply = came.get_future();
+  EXPECT_EQ(reply.wait_for(kLong), std::future_status::ready);
+  return reply.get();
+}
+
+const TakeSite::RunHere kAtOnce = [](const std::function<void()>& work) { work(); };
+
+TEST(TakeSite, AnswersAboutTheTakesOfAFolder) {
+  const support::TemporaryFolder folder;
+  take::record_example(folder.path() / "walk 3.mcap", 24);
+  TakeSite site(folder.path(), kAtOnce);
+
+  EXPECT_EQ(json::parse(ask(site, "/api/v1/takes").body)["takes"][0]["name"], "walk 3");
+  EXPECT_EQ(json::parse(ask(site, "/api/v1/takes/walk%203").body)["slate"], "12A");
+  EXPECT_EQ(json::parse(ask(site, "/api/v1/takes/walk%203/verify").body)["valid"], true);
+  EXPECT_EQ(ask(site, "/api/v1/takes/walk%203/edit", "", R"({"rating":5})").status, 200);
+  EXPECT_GT(ask(site, "/api/v1/takes/walk%203/snapshots", "from_s=0&seconds=0.1").body.size(), 100U);
+  const HttpReply file = ask(site, "/takes/walk%203.mcap");
+  ASSERT_EQ(file.status, 200);
+  EXPECT_EQ(file.stream->size(), std::filesystem::file_size(folder.path() / "walk 3.mcap"));
+}
+
+TEST(TakeSite, RefusesWhatIsNotThere) {
+  const support::TemporaryFolder folder;
+  take::record_example(folder.path() / "walk.mcap", 3);
+  TakeSite site(folder.path() / "", kAtOnce);
+
+  EXPECT_EQ(ask(site, "/api/v1/takes/run").status, 404);
+  EXPECT_EQ(ask(site, "/api/v1/takes/walk/jump").status, 404);
+  EXPECT_EQ(ask(site, "/api/v1/takes/..%2fwalk").status, 400);
+  EXPECT_EQ(ask(site, "/api/v1/takes/%zz").status, 400);
+  EXPECT_EQ(ask(site, "/api/v1/takes/walk/snapshots", "from_s=-1").status, 400);
+  EXPECT_EQ(ask(site, "/api/v1/takes/walk/snapshots", "seconds=1000").status, 400);
+  EXPECT_EQ(ask(site, "/api/v1/takes/walk/snapshots", "seconds=nan").status, 400);
+  EXPECT_EQ(ask(site, "/api/v1/takes/walk/export").status, 400);
+  EXPECT_EQ(ask(site, "/takes/..%2Fwalk.mcap").status, 400);
+  EXPECT_EQ(ask(site, "/takes/walk").status, 404);
+  EXPECT_EQ(ask(site, "/takes/run.c3d").status, 404);
+}
+
+TEST(TakeSite, TakesTheFolderOfTheReportedTake) {
+  const support::TemporaryFolder folder;
+  TakeSite site({}, kAtOnce);
+  EXPECT_THAT(ask(site, "/api/v1/takes").body, testing::HasSubstr("--takes FOLDER"));
+
+  site.note_take("relative/walk.mcap");
+  EXPECT_EQ(site.folder(), "");
+  site.note_take((folder.path() / "walk.mcap").string());
+
+  EXPECT_EQ(ask(site, "/api/v1/takes").status, 200);
+  EXPECT_EQ(site.folder(), folder.path());
+}
+
+TEST(TakeSite, KnowsWhatChangesATake) {
+  HttpRequest request;
+  for (const char* path : {"/api/v1/takes/walk/edit", "/api/v1/takes/walk/rename", "/api/v1/takes/walk/delete"}) {
+    request.path = path;
+    EXPECT_TRUE(is_change_of_take(request)) << path;
+    EXPECT_TRUE(TakeSite::is_about_takes(path));
+  }
+  for (const char* path : {"/api/v1/takes", "/api/v1/takes/walk", "/takes/walk.mcap", "/api/v1/takes/walk/export"}) {
+    request.path = path;
+    EXPECT_FALSE(is_change_of_take(request)) << path;
+    EXPECT_TRUE(TakeSite::is_about_takes(path));
+  }
+  EXPECT_FALSE(TakeSite::is_about_takes("/api/v1/take"));
+}
+
+}  // namespace take_site_test
+}  // namespace mocap::web

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "web/exports.h"
+#include "web/http_message.h"
+#include "web/worker.h"
+
+namespace mocap::web {
+
+inline constexpr std::string_view kTakesApi = "/api/v1/takes";
+inline constexpr std::string_view kTakesPath = "/takes/";  ///< files for a download
+inline constexpr int kMaxDownloads = 8;
+
+/// The answers to requests about recorded takes: their files are read and written by workers, never in the server's
+/// loop. Of the thread of the loop.
+class TakeSite {
+ public:
+  using RunHere = std::function<void(std::function<void()>)>;
+  using Done = std::function<void(HttpReply)>;
+
+  /// `folder`: of the takes; empty: that of the take which the daemon reports.
+  TakeSite(std::filesystem::path folder, RunHere run_here);
+
+  /// The path of the newest take that the daemon reports; it names the folder if none was given.
+  void note_take(const std::string& path);
+  /// Empty: unknown.
+  const std::filesystem::path& folder() const { return folder_; }
+
+  static bool is_about_takes(std::string_view path);
+
+  /// Answers a request about takes; a change was permitted before. Calls `done` once.
+  void answer(const HttpRequest& request, Done done);
+
+  bool is_busy() const { return quick_.is_busy() || slow_.is_busy(); }
+
+ private:
+  using Query = std::map<std::string, std::string>;
+
+  void answer_api(const HttpRequest& request, const std::string& name, const std::string& verb, const Query& query,
+                  Done done);
+  void answer_file(const std::string& file_name, const Query& query, Done done);
+  void answer_export(const std::string& name, const std::string& format, const Query& query, Done done);
+  std::shared_ptr<ExportJob> wish_export(const std::string& name, const std::string& format, const Query& query,
+                                         HttpReply& refused);
+  void download(const std::shared_ptr<OpenFile>& file, const std::string& file_name, const Done& done);
+  /// Makes the reply in the worker's thread and gives it to `done` in the loop's.
+  void reply_from(Worker& worker, std::function<HttpReply()> make, Done done);
+
+  std::filesystem::path folder_;
+  bool folder_given_;
+  RunHere run_here_;
+  std::shared_ptr<std::atomic<int>> downloads_ = std::make_shared<std::atomic<int>>(0);
+  Exports exports_;
+  Worker quick_;  ///< reads lists and pieces
+  Worker slow_;   ///< reads whole takes
+};
+
+/// Whether a request about takes needs POST and the role operator; the others need GET.
+bool is_change_of_take(const HttpRequest& request);
+
+}  // namespace mocap::web
