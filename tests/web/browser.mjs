@@ -9,4 +9,4 @@ export const startBrowser = () => playwright().chromium.launch({ executablePath:
 
 export const kSizes = [{ width: 1280, height: 800 }, { width: 390, height: 844 }];
 
-export const kPages = ["stage", "cameras", "cameras/cam1", "subjects", "calibrate", "takes", "health", "setup", "monitor"];
+export const kPages = ["stage", "cameras", "cameras/cam1", "subjects", "calibrate", "takes", "takes/walk_002", "health", "setup", "monitor"];

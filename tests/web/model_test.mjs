@@ -9,11 +9,11 @@ import { cameraOnRing } from "./simulated_person.mjs";
 
 const [{ splitMessage }, { readServerText }, { WantedTopics }, { CameraView }, { sceneFrame }, { healthReasons, worst }, { History }, { MarkerWatch }, { DataAge },
   { seenVolume, camerasThatSee }, { Coverage }, format, timecode, { readShots, writeShots }, { readFaults }, { Trails }, { sceneSummary }, { qrPath }, { eventText },
-  { RecentSnapshots }, { blobUses }, { latencyHistogram }] =
+  { RecentSnapshots }, { blobUses }, { latencyHistogram }, { readFindings }, { splitPiece }, { TakeFrames }, { takeQuality, slateText, startedText, readTags }] =
   await pageModules("feed/message", "feed/server_text", "feed/topics", "model/camera_view", "model/scene_frame", "model/health_report", "model/history",
     "model/marker_watch", "model/data_age", "model/seen_volume", "model/coverage", "model/format", "model/timecode", "model/shot_list", "model/config_faults",
     "view/trails", "model/summary", "model/qr_path", "model/event_text", "model/recent_snapshots",
-    "model/blob_use", "model/latency_histogram");
+    "model/blob_use", "model/latency_histogram", "model/preflight", "model/take_piece", "model/take_frames", "model/take_text");
 const wire = await messages();
 const { fromBinary } = await import("./modules.mjs").then(({ protobuf }) => protobuf());
 const decode = (name, bytes) => fromBinary(wire.schema(name), bytes);
@@ -127,17 +127,12 @@ test("The summary says what the picture shows", () => {
 
 const known = (fields = {}) => ({
   open: true, closedBecause: "", server: { connected: true, age_s: 0, endpoint: "tcp://x", reason: "", role: "operator", version: "1" }, description: described,
-  health: null, before: null, silent_s: 0.1, ...fields,
+  health: null, findings: [{ check: "sets", level: "good", what: "120.0 a second", cure: "" }], silent_s: 0.1, ...fields,
 });
-const healthWith = (camera, fields = {}) => {
-  const planted = new SimulatedDaemon(wire);
-  planted.cameraFaults.set(2, camera);
-  planted.healthFields = { searches: [], ...fields };
-  return decode("Health", planted.health(600, 0));
-};
+const finding = (check, level, what = "is wrong") => ({ check, level, what, cure: "mocapctl doctor" });
 
 test("A healthy daemon has no reason", () => {
-  assert.deepEqual(healthReasons(known({ health: healthWith({}), before: healthWith({}) })), []);
+  assert.deepEqual(healthReasons(known()), []);
   assert.equal(worst([]), "good");
 });
 
@@ -146,21 +141,10 @@ const faults = [
   ["no daemon", { server: { ...known().server, connected: false, reason: "nothing listens" } }, "bad", /no connection to mocapd at tcp:\/\/x: nothing listens/],
   ["silence", { silent_s: 12 }, "bad", /No data since 12.s/],
   ["no description", { description: null }, "look", /No description/],
-  ["silent camera", { health: healthWith({ phase: 3, lastError: "timeout" }) }, "bad", /cam3: silent: timeout/],
-  ["moved camera", { health: healthWith({ bumped: true, rigOffPx: 7 }) }, "bad", /cam3 no longer stands as the rig says \(7\.0 px off\)/],
-  ["stopped camera", { health: healthWith({ phase: 6 }) }, "look", /cam3: stopped by an operator/],
-  ["free running camera", { health: healthWith({ synchronised: false }) }, "look", /cam3 does not expose together/],
-  ["lost clock", { health: healthWith({ clockSource: 3 }) }, "look", /cam3: its clock lost PTP/],
-  ["lost images", { health: healthWith({ missingFrames: 5n }), before: healthWith({ missingFrames: 2n }) }, "look", /cam3: 3 images lost/],
-  ["reflections", { health: healthWith({ markerShare: 0.1 }) }, "look", /cam3: only 10 % of its blobs/],
-  ["slow", { health: healthWith({}, { setRateHz: 31 }) }, "look", /31\.0 sets a second instead of 60\.0/],
-  ["late", { health: healthWith({}, { latencies: [{ stage: 5, count: 1n, p50Ns: 0n, p99Ns: 80_000_000n, maxNs: 0n }] }) }, "look", /p99 is 80 ms/],
-  ["skipped sets", { health: healthWith({}, { passedOverSets: 4n }), before: healthWith({}) }, "look", /4 sets skipped/],
-  ["slow subscriber", { health: healthWith({}, { feed: { behind: 2 } }) }, "look", /2 subscribers do not keep up/],
-  ["failed recording", { health: healthWith({}, { recordings: [{ path: "a.pb", state: 3, error: "disk full" }] }) }, "bad", /a\.pb failed: disk full/],
-  ["failed take", { health: healthWith({}, { take: { state: 4, name: "walk_001", message: "disk full" } }) }, "bad", /walk_001 ended early: disk full/],
-  ["poor take", { health: healthWith({}, { take: { state: 2, name: "walk_001", quality: 2, reasons: "gaps" } }) }, "look", /walk_001: gaps/],
-  ["lost subject", { health: healthWith({}, { searches: [{ subject: 0, sentence: "Anna: too few markers" }] }) }, "look", /Anna: too few markers/],
+  ["no check yet", { findings: null }, "look", /first check/],
+  ["finding", { findings: [finding("camera cam3", "bad", "its clock lost PTP")] }, "bad", /^Camera cam3: its clock lost PTP\.$/],
+  ["warning", { findings: [finding("disk", "look", "room for 20 minutes of takes")] }, "look", /^Disk: room for 20 minutes/],
+  ["poor take", { health: { take: { state: 2, name: "walk_001", quality: 2, reasons: "gaps" } } }, "look", /walk_001: gaps/],
 ];
 for (const [what, fields, level, text] of faults) {
   test(`The light names a planted fault: ${what}`, () => {
@@ -172,8 +156,90 @@ for (const [what, fields, level, text] of faults) {
 }
 
 test("The worst reason is first", () => {
-  const reasons = healthReasons(known({ health: healthWith({ phase: 3 }, { searches: [{ subject: 0, sentence: "Anna: not found" }] }) }));
+  const reasons = healthReasons(known({ findings: [finding("disk", "look"), finding("sets", "bad")] }));
   assert.deepEqual(reasons.map((reason) => reason.level), ["bad", "look"]);
+  assert.equal(worst(reasons), "bad");
+});
+
+test("A take that is recorded is no reason of the light", () => {
+  assert.deepEqual(healthReasons(known({ findings: [finding("take", "look", "walk_001 is being recorded")] })), []);
+});
+
+test("Findings of the server are read, and nothing else", () => {
+  const said = [{ check: "sets", verdict: "bad", what: "none", cure: "mocapctl status" }, { check: "x", verdict: "odd" }, null, 7, "text"];
+  assert.deepEqual(readFindings(said), [{ check: "sets", level: "bad", what: "none", cure: "mocapctl status" }]);
+  assert.deepEqual(readFindings({ message: "no" }), []);
+});
+
+function message(kind, at_s, payload) {
+  const bytes = Buffer.alloc(13 + payload.length);
+  bytes.writeUInt32LE(9 + payload.length, 0);
+  bytes.write(kind, 4, "latin1");
+  bytes.writeDoubleLE(at_s, 5);
+  bytes.set(payload, 13);
+  return bytes;
+}
+
+test("A piece of a take is split, up to a message that is not whole", () => {
+  const whole = Buffer.concat([message("d", 0, [1]), message("s", 0.5, [2, 3]), message("s", 0.6, [4])]);
+  const buffer = (bytes) => bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length);
+
+  const messages = splitPiece(buffer(whole));
+  assert.deepEqual(messages.map(({ kind, at_s, payload }) => [kind, at_s, [...payload]]), [["description", 0, [1]], ["snapshot", 0.5, [2, 3]], ["snapshot", 0.6, [4]]]);
+  assert.equal(splitPiece(buffer(whole.subarray(0, whole.length - 1))).length, 2);
+  assert.deepEqual(splitPiece(buffer(Buffer.from([255, 255, 255, 255, 0, 0]))), []);
+});
+
+/** Frames at 10 Hz whose snapshot is their time. */
+const frames10 = (from_s) => Array.from({ length: 20 }, (_unused, i) => ({ at_s: from_s + i / 10, snapshot: from_s + i / 10, description: null }));
+const settled = () => new Promise((resolve) => setImmediate(resolve));
+
+test("A take shows the newest frame at an instant, and loads what comes next", async () => {
+  const asked = [];
+  const frames = new TakeFrames(60, async (from_s) => { asked.push(from_s); return frames10(from_s); }, () => {}, assert.fail);
+  assert.equal(frames.at(0.25), null);
+  assert.equal(frames.isLoaded(0.25), false);
+  await settled();
+
+  assert.equal(frames.at(0.25).snapshot, 0.2);
+  assert.equal(frames.at(2).snapshot, 2);
+  assert.deepEqual(asked, [0, 2, 4]);
+  assert.ok(Math.abs(frames.step(0.2, true) - 0.3) < 1e-9);
+  assert.ok(Math.abs(frames.step(2, false) - 1.9) < 1e-9);
+});
+
+test("A take that is scrubbed keeps a bounded number of pieces", async () => {
+  const asked = [];
+  const frames = new TakeFrames(1000, async (from_s) => { asked.push(from_s); return frames10(from_s); }, () => {}, assert.fail);
+  for (let at_s = 0; at_s < 100; at_s += 2) {
+    frames.at(at_s);
+    await settled();
+  }
+
+  assert.equal(frames.isLoaded(0), false);
+  assert.equal(frames.isLoaded(98), true);
+  assert.equal(new Set(asked).size, asked.length);
+});
+
+test("A piece that cannot come is told once, and does not stop the others", async () => {
+  const faults_told = [];
+  const frames = new TakeFrames(4, async (from_s) => { if (from_s === 0) throw new Error("the disk is gone"); return frames10(from_s); }, () => {}, (reason) => faults_told.push(reason));
+  frames.at(0);
+  await settled();
+
+  assert.equal(frames.at(0), null);
+  assert.equal(frames.at(2.5).snapshot, 2.5);
+  assert.deepEqual(faults_told, ["the disk is gone"]);
+});
+
+test("Words about a take", () => {
+  assert.deepEqual(takeQuality("good"), { level: "good", text: "good" });
+  assert.deepEqual(takeQuality(""), { level: "look", text: "not judged" });
+  assert.equal(slateText("walk", 3), "walk 3");
+  assert.equal(slateText("", 0), "–");
+  assert.equal(startedText("nonsense"), "");
+  assert.match(startedText("2026-03-01T12:00:00.123456789Z"), /^2026-03-01 \d\d:\d\d:00$/);
+  assert.deepEqual(readTags(" best, two subjects,,"), ["best", "two subjects"]);
 });
 
 test("The history is bounded, gives health from a minute before, and begins anew with the daemon", () => {
@@ -277,10 +343,19 @@ test("The header shows timecode if there is one, else UTC of the exposure", () =
 });
 
 test("A shot list is read from a spreadsheet and comes back", () => {
-  const shots = readShots("walk\tslow, then fast\r\n\r\n  \nrun;to the door\njump");
-  assert.deepEqual(shots, [{ slate: "walk", notes: "slow, then fast" }, { slate: "run", notes: "to the door" }, { slate: "jump", notes: "" }]);
+  const shots = readShots("walk1\twalk\tslow, then fast\t12.5\r\n\r\n  \nrun1;run;to the door\njump");
+  assert.deepEqual(shots, [
+    { name: "walk1", slate: "walk", notes: "slow, then fast", seconds: 12.5, done: false }, { name: "run1", slate: "run", notes: "to the door", seconds: 0, done: false },
+    { name: "jump", slate: "", notes: "", seconds: 0, done: false },
+  ]);
   assert.deepEqual(readShots(writeShots(shots)), shots);
-  assert.equal(readShots("x\n".repeat(5000)).length, 200);
+  assert.equal(readShots("x\n".repeat(5000)).length, 500);
+});
+
+test("A shot that was taken stays taken when the list is edited", () => {
+  const before = [{ name: "walk1", slate: "walk", notes: "", seconds: 0, done: true }];
+
+  assert.deepEqual(readShots("walk1\twalk\tagain\njump", before).map(({ name, done }) => [name, done]), [["walk1", true], ["jump", false]]);
 });
 
 test("Faults of a configuration are read with file, line and column", () => {

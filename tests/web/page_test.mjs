@@ -174,6 +174,23 @@ test("The record button starts a take of the slate after the countdown, shows it
   ]);
 });
 
+test("The shot list is the daemon's: it is pasted, kept and followed", async () => {
+  standIn.shots = [{ name: "old1", slate: "old", notes: "", seconds: 0, done: true }];
+  const { page } = await visit("#/takes");
+  const list = page.getByRole("region", { name: "Shot list" });
+  await list.getByRole("rowheader", { name: "old1" }).waitFor();
+
+  await page.getByRole("button", { name: "Edit" }).click();
+  await page.getByLabel(/One shot a line/).fill("walk1\twalk\tto the door\t20\nrun1\trun");
+  await page.getByRole("button", { name: "Keep" }).click();
+  await list.getByRole("row", { name: /walk1 walk to the door 00:20 next/ }).waitFor();
+  await page.getByRole("button", { name: "Next shot" }).click();
+  await list.getByRole("row", { name: /walk1 .* taken/ }).waitFor();
+
+  assert.deepEqual(standIn.shots.map(({ name, seconds, done }) => [name, seconds, done]), [["walk1", 20, true], ["run1", 0, false]]);
+  assert.equal(await list.getByRole("row", { name: /run1 run .*next/ }).count(), 1);
+});
+
 test("A refused order is told in the daemon's words", async () => {
   standIn.refusals.set("take", { code: "CODE_FAILED", message: "only 312 MB are free, expected at least 500; delete takes or set [takes] min_free_mb" });
   const { page } = await visit("#/takes");
@@ -294,13 +311,79 @@ test("The keyboard does what its list says", async () => {
   await until(() => asked("take").length === 1, "record by key");
 });
 
-test("The health light gives the planted reason", async () => {
-  standIn.daemon.cameraFaults.set(4, { bumped: true, rigOffPx: 6.5 });
-  const { page } = await visit("#/cameras");
+test("The health light and the page Health give the findings of preflight", async () => {
+  standIn.findings.push({ check: "camera cam5", verdict: "bad", what: "deviates from the rig by 6.5 px", cure: "mocap-calibrate refine" });
+  const { page } = await visit("#/health");
 
+  const ready = page.getByRole("region", { name: "Ready to record?" });
+  await ready.getByText("mocap-calibrate refine").waitFor();
+  assert.equal(await ready.getByRole("listitem").count(), 4);
   await page.getByRole("button", { name: "Health: Bad. Show the reasons" }).click();
+  await page.getByRole("dialog").getByText("Camera cam5: deviates from the rig by 6.5 px.").waitFor();
+});
 
-  await page.getByRole("dialog").getByText("Camera cam5 no longer stands as the rig says (6.5 px off).").waitFor();
+test("A take is played, stepped and scrubbed, and is not taken for live", async () => {
+  const { page, faults } = await visit("#/takes");
+  await page.getByRole("link", { name: "walk_002" }).click();
+  const take = page.getByRole("region", { name: "Take walk_002, not live" });
+  await take.getByText("Take, not live").waitFor();
+  await take.getByRole("img", { name: /Anna: tracking/ }).waitFor();
+  const slider = take.getByRole("slider", { name: "Position in the take" });
+  const position = () => slider.inputValue().then(Number);
+
+  await slider.fill("4");
+  assert.equal(await position(), 4);
+  await page.keyboard.press("ArrowRight");
+  assert.ok((await position()) > 4);
+  await slider.evaluate((element) => element.blur());
+  await page.keyboard.press("j");
+  assert.ok((await position()) < 3.5);
+  await page.getByRole("button", { name: "Play" }).click();
+  await page.getByRole("button", { name: "Pause" }).waitFor();
+  const before = await position();
+  await page.waitForFunction((from) => Number(document.querySelector(".player input").value) > from, before);
+  await page.getByRole("button", { name: "Play" }).waitFor();
+
+  assert.equal(await position(), 6);
+  standIn.sending = false;
+  await page.getByRole("link", { name: "All takes" }).click();
+  await silence(page).waitFor();
+  await page.goBack();
+  await silence(page).waitFor({ state: "detached" });
+  assert.deepEqual(faults, []);
+});
+
+test("A take is rated, exported, downloaded, renamed and deleted", async () => {
+  const { page } = await visit("#/takes/walk_001");
+  await page.getByRole("textbox", { name: "Notes" }).fill("again");
+  await page.getByLabel("Rating, 5 is the best").selectOption("4");
+  await page.getByRole("button", { name: "Keep" }).click();
+  await page.getByText("walk_001: done").waitFor();
+
+  await page.getByLabel("Format").selectOption("bvh");
+  const exported = page.waitForEvent("download");
+  await page.getByRole("button", { name: "Export" }).click();
+  assert.match((await exported).url(), /\/takes\/walk_001\.bvh$/);
+  const downloaded = page.waitForEvent("download");
+  await page.getByRole("link", { name: "Download" }).click();
+  assert.match((await downloaded).url(), /\/takes\/walk_001\.mcap$/);
+  standIn.takes.exportFault = "subject 'prop' has no bones; export the others with --subject";
+  await page.getByRole("button", { name: "Export" }).click();
+  await page.getByText("subject 'prop' has no bones").waitFor();
+  await page.getByRole("button", { name: "Check" }).click();
+  await page.getByText("Every checksum and every message is right.").waitFor();
+
+  await page.getByRole("textbox", { name: "Name" }).fill("walk best");
+  await page.getByRole("button", { name: "Rename" }).click();
+  await page.getByRole("region", { name: "Take walk best, not live" }).waitFor();
+  page.on("dialog", (dialog) => dialog.accept());
+  await page.getByRole("button", { name: "Delete" }).click();
+  await page.getByRole("link", { name: "walk_002" }).waitFor();
+
+  assert.deepEqual(standIn.takes.changes, [
+    { name: "walk_001", verb: "edit", params: { notes: "again", tags: [], rating: 4 } }, { name: "walk_001", verb: "rename", params: { name: "walk best" } },
+    { name: "walk best", verb: "delete", params: {} },
+  ]);
 });
 
 test("Events are listed and filtered", async () => {

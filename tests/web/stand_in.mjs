@@ -4,6 +4,7 @@ import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { extname, join, normalize } from "node:path";
 import { kRate_hz, SimulatedDaemon } from "./simulated_daemon.mjs";
+import { SimulatedTakes } from "./simulated_takes.mjs";
 import { webSockets } from "./modules.mjs";
 
 const kTypes = { ".html": "text/html; charset=utf-8", ".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8", ".svg": "image/svg+xml" };
@@ -54,6 +55,14 @@ export class StandIn {
     this.requests = [];
     this.drawn = 0;
     this.refusals = new Map();
+    this.takes = new SimulatedTakes(daemon);
+    /** The findings of preflight. */
+    this.findings = [
+      { check: "camera cam1", verdict: "good", what: "60.0 images a second", cure: "" }, { check: "subject camera-prop", verdict: "warning", what: "2 of 4 markers are seen", cure: "mocap-watch --doctor" },
+      { check: "disk", verdict: "good", what: "room for 412 minutes of takes", cure: "" },
+    ];
+    /** The shot list of the daemon. */
+    this.shots = [];
     this.viewers = new Set();
     this.server = createServer((request, reply) => this.serve(dist, request, reply));
     const { WebSocketServer } = webSockets();
@@ -94,7 +103,22 @@ export class StandIn {
     for (const viewer of this.viewers) this.sayState(viewer);
   }
 
-  serve(dist, request, reply) {
+  /** The API over HTTP; false: the request is for a file of the page. */
+  async serveApi(request, reply) {
+    const url = new URL(request.url, "http://localhost");
+    let text = "";
+    for await (const part of request) text += part;
+    const answer = url.pathname === "/api/v1/preflight" ? [200, this.findings] : this.takes.answer(request.method, url, text && JSON.parse(text));
+    if (!answer) return false;
+    const [status, body] = answer;
+    const json = !Buffer.isBuffer(body);
+    const attachment = url.pathname.startsWith("/takes/") ? { "Content-Disposition": "attachment" } : {};
+    reply.writeHead(status, { "Content-Type": json ? "application/json" : "application/octet-stream", ...attachment }).end(json ? JSON.stringify(body) : body);
+    return true;
+  }
+
+  async serve(dist, request, reply) {
+    if (await this.serveApi(request, reply)) return;
     const path = normalize(new URL(request.url, "http://localhost").pathname);
     const name = path === "/" ? "index.html" : path.slice(1);
     let content;
@@ -187,7 +211,10 @@ export class StandIn {
       return;
     }
     const message = method === "take" ? this.record(params) : `${method}: done`;
-    viewer.say({ answer: { id, ok: true, result: { id: String(id), code: "CODE_DONE", message } } });
+    if (params.action === "ACTION_IMPORT") this.shots = params.shots;
+    if (params.action === "ACTION_CLEAR") this.shots = [];
+    const list = method === "shots" ? { shots: { shots: this.shots } } : {};
+    viewer.say({ answer: { id, ok: true, result: { id: String(id), code: "CODE_DONE", message, ...list } } });
   }
 
   /** The parameters must be Protobuf's JSON of the request. */
@@ -197,14 +224,16 @@ export class StandIn {
     } catch (error) {
       return { code: "CODE_INVALID", message: String(error) };
     }
-    return this.role === "viewer" ? { code: "CODE_FORBIDDEN", message: "the role viewer does not permit this request" } : null;
+    return this.role === "viewer" && params.action !== "ACTION_LIST" ? { code: "CODE_FORBIDDEN", message: "the role viewer does not permit this request" } : null;
   }
 
   record({ action, slate }) {
     const { daemon } = this;
     if (action === "ACTION_START" || action === "ACTION_NEXT") {
       daemon.takes++;
-      const name = `${slate || "take"}_${String(daemon.takes).padStart(3, "0")}`;
+      const shot = action === "ACTION_NEXT" && this.shots.find(({ done }) => !done);
+      if (shot) shot.done = true;
+      const name = shot ? shot.name : `${slate || "take"}_${String(daemon.takes).padStart(3, "0")}`;
       daemon.take = { state: RECORDING, name, path: `/var/lib/mocapd/takes/${name}.mcap`, seconds: 0, sizeBytes: 0n, sets: 0n, quality: 1 };
       this.event(TAKE_STARTED, { message: name });
     } else if (action === "ACTION_STOP" && daemon.take) {

@@ -1,21 +1,25 @@
-// Slates to record, pasted from a spreadsheet: the first column is the slate, the second the notes.
+// The shot list as text, one shot a line, as pasted from a spreadsheet: name, slate, notes, seconds.
 
-export interface Shot {
-  slate: string;
-  notes: string;
-}
+import type { Shot } from "../../gen/mocap/v1/control_pb";
 
-const kMaxShots = 200;
-const kMaxText = 200;
+export type ShotLine = Pick<Shot, "name" | "slate" | "notes" | "seconds" | "done">;
 
-/** One shot for each line with a slate. Columns end with a tab, or with a semicolon or comma if the line has no tab. */
-export function readShots(text: string): Shot[] {
-  const shots: Shot[] = [];
+// The bound of the daemon; it refuses a longer list with the reason.
+const kMaxShots = 500;
+
+/**
+ * One shot for each line with a name. Columns end with a tab, or with a semicolon or comma if the line has no tab. A shot of `before`
+ * that was taken stays taken.
+ */
+export function readShots(text: string, before: readonly ShotLine[] = []): ShotLine[] {
+  const done = new Set(before.filter((shot) => shot.done).map((shot) => shot.name));
+  const shots: ShotLine[] = [];
   for (const line of text.split(/\r?\n/)) {
-    const columns = line.split(line.includes("\t") ? "\t" : /[;,]/).map((column) => column.trim().slice(0, kMaxText));
-    if (columns[0]) shots.push({ slate: columns[0], notes: columns[1] ?? "" });
+    const [name = "", slate = "", notes = "", seconds = ""] = line.split(line.includes("\t") ? "\t" : /[;,]/).map((column) => column.trim());
+    if (name) shots.push({ name, slate, notes, seconds: Math.max(0, Number(seconds) || 0), done: done.has(name) });
   }
   return shots.slice(0, kMaxShots);
 }
 
-export const writeShots = (shots: Shot[]): string => shots.map((shot) => `${shot.slate}\t${shot.notes}`).join("\n");
+export const writeShots = (shots: readonly ShotLine[]): string =>
+  shots.map(({ name, slate, notes, seconds }) => [name, slate, notes, seconds || ""].join("\t").trimEnd()).join("\n");

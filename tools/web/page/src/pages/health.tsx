@@ -6,6 +6,7 @@ import { bytes, count, fixed, kUnknown, milliseconds } from "../model/format";
 import { stage } from "../model/health_report";
 import { kStages } from "../model/history";
 import { latencyHistogram } from "../model/latency_histogram";
+import { Preflight } from "../parts/preflight";
 import { ReasonList } from "../parts/dialogs";
 import { Graph } from "../parts/graph";
 import { Histogram } from "../parts/histogram";
@@ -168,6 +169,7 @@ export function HealthPage(): JSX.Element {
     <div class="columns">
       <div class="stack">
         <Panel title="Now" tools={<LevelPill level={light.value} text={levelText[light.value]} />}><ReasonList /></Panel>
+        <Preflight />
         {known && <Latency known={known} />}
         {known && <Histograms known={known} />}
         {known && <Rate known={known} />}

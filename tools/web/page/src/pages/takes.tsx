@@ -1,15 +1,16 @@
 import type { JSX } from "preact";
 import { useState } from "preact/hooks";
-import { EventKind } from "../../gen/mocap/v1/event_pb";
 import { type TakeHealth, TakeQuality, TakeState } from "../../gen/mocap/v1/health_pb";
 import { bytes, count, duration } from "../model/format";
 import type { Level } from "../model/health_report";
-import { readShots, writeShots } from "../model/shot_list";
 import { LevelPill } from "../parts/level_mark";
-import { Command, OrderButton, Panel } from "../parts/small";
-import { eventCount, health, history, mayChange } from "../state/live";
+import { ShotList } from "../parts/shot_list";
+import { OrderButton, Panel } from "../parts/small";
+import { health, mayChange } from "../state/live";
+import { TakeTable } from "../parts/take_table";
+import { TakePage } from "./take";
+import { addressOf, route } from "../state/route";
 import { activeTake, before_s, cancelTake, countdown_s, limit_s, markTake, nextTake, notes, slate, startTake, stopTake, takeBusy } from "../state/orders";
-import { store, stored } from "../state/storage";
 
 const stateText: Record<TakeState, string> = {
   [TakeState.UNSPECIFIED]: "recording", [TakeState.WAITING]: "waiting for its start", [TakeState.RECORDING]: "recording", [TakeState.ENDED]: "complete",
@@ -56,13 +57,7 @@ function Current({ take }: { take: TakeHealth | undefined }): JSX.Element {
             <Mark />
           </>
         )}
-        {!active && take.path && (
-          <>
-            <p class="faint">Quality figures, notes, rating and export are commands on the daemon's machine:</p>
-            <Command text={`mocapctl take show ${take.path}`} />
-            <Command text={`mocapctl take export ${take.path} --help`} />
-          </>
-        )}
+        {!active && take.state !== TakeState.CANCELLED && <p><a href={addressOf("takes", take.name)}>Play, rate, export</a></p>}
       </div>
     </Panel>
   );
@@ -87,89 +82,19 @@ function New(): JSX.Element {
   );
 }
 
-function ShotList(): JSX.Element {
-  const [text, setText] = useState(stored("shots", ""));
-  const [editing, setEditing] = useState(!text);
-  const shots = readShots(text);
-  const finish = () => {
-    store("shots", writeShots(shots));
-    setEditing(false);
-  };
-  const choose = (shot: (typeof shots)[number]) => {
-    slate.value = shot.slate;
-    notes.value = shot.notes;
-  };
-  return (
-    <Panel title="Shot list" tools={<button class="button" type="button" onClick={editing ? finish : () => setEditing(true)}>{editing ? "Done" : "Edit"}</button>}>
-      {editing && (
-        <label class="field">
-          <span>One shot a line, slate and notes, as pasted from a spreadsheet. Kept in this browser.</span>
-          <textarea rows={6} value={text} onInput={(event) => setText(event.currentTarget.value)} />
-        </label>
-      )}
-      {!editing && shots.length === 0 && <p class="soft">Empty.</p>}
-      {!editing && shots.length > 0 && (
-        <div class="table-box" tabIndex={0} role="region" aria-label="Shot list">
-          <table>
-            <thead><tr><th>Slate</th><th>Notes</th><th><span class="sr-only">Choose</span></th></tr></thead>
-            <tbody>
-              {shots.map((shot, i) => (
-                <tr key={i} data-selected={shot.slate === slate.value}>
-                  <th scope="row">{shot.slate}</th><td class="wide">{shot.notes}</td>
-                  <td><button class="button" type="button" onClick={() => choose(shot)} aria-label={`Take ${shot.slate} next`}>Next</button></td>
-                </tr>
-              ))}
-            </tbody>
-          </table>
-        </div>
-      )}
-    </Panel>
-  );
-}
-
-const takeEvents = new Map<EventKind, { text: string; level: Level }>([
-  [EventKind.TAKE_STARTED, { text: "started", level: "good" }], [EventKind.TAKE_ENDED, { text: "complete", level: "good" }],
-  [EventKind.TAKE_FAILED, { text: "ended early", level: "bad" }],
-]);
-
-function Log(): JSX.Element {
-  eventCount.value;
-  const events = history.events.filter(({ event }) => takeEvents.has(event.kind));
-  return (
-    <Panel title="Takes since this page was opened">
-      {events.length === 0 && <div class="stack"><p class="soft">None. All takes of the machine:</p><Command text="mocapctl take list" /></div>}
-      {events.length > 0 && (
-        <div class="table-box log" tabIndex={0} role="region" aria-label="Takes">
-          <table>
-            <thead><tr><th>Time</th><th>What</th><th>Take</th></tr></thead>
-            <tbody>
-              {events.map(({ at_s, event }) => {
-                const { text, level } = takeEvents.get(event.kind)!;
-                return (
-                  <tr key={`${event.sequence}`}>
-                    <td class="digits">{new Date(1000 * at_s).toLocaleTimeString("en-GB")}</td><td><LevelPill level={level} text={text} /></td><td class="wide">{event.message}</td>
-                  </tr>
-                );
-              })}
-            </tbody>
-          </table>
-        </div>
-      )}
-    </Panel>
-  );
-}
-
 export function TakesPage(): JSX.Element {
+  const name = route.value.argument;
+  if (name) return <TakePage name={name} />;
   return (
-    <div class="columns">
-      <div class="stack">
-        <Current take={health.value?.take} />
-        <New />
-      </div>
-      <div class="stack">
+    <div class="stack">
+      <div class="columns">
+        <div class="stack">
+          <Current take={health.value?.take} />
+          <New />
+        </div>
         <ShotList />
-        <Log />
       </div>
+      <TakeTable />
     </div>
   );
 }

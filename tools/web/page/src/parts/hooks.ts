@@ -6,9 +6,8 @@ import { description } from "../state/live";
 import { type Key, addKeys } from "../state/keys";
 import { shownTheme } from "../state/theme";
 
-/** The camera models of the description. */
-export function useCameras(): CameraView[] {
-  const described = description.value;
+/** The camera models of a description. */
+export function useCameras(described = description.value): CameraView[] {
   return useMemo(() => described?.cameras.map((camera) => new CameraView(camera)) ?? [], [described]);
 }
 

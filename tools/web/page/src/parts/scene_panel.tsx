@@ -6,7 +6,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import type { CameraView } from "../model/camera_view";
 import { sceneFrame } from "../model/scene_frame";
 import { sceneSummary } from "../model/summary";
-import { description, health, newestSnapshot, onFrame, snapshot } from "../state/live";
+import { liveSource, type SceneSource } from "../state/scene_source";
 import { followNext, kSwitches, selected, stageOptions, toggle, topView } from "../state/stage_options";
 import type { SceneView } from "../view/scene_view";
 import { StageView } from "../view/stage_view";
@@ -15,7 +15,7 @@ import { useCameras, useKeys, useTheme } from "./hooks";
 import { SceneLegend } from "./scene_legend";
 import { Toggle } from "./small";
 
-const troubled = () => new Set(health.value?.cameras.filter((camera) => camera.bumped).map((camera) => camera.name) ?? []);
+const troubled = (source: SceneSource) => new Set(source.health()?.cameras.filter((camera) => camera.bumped).map((camera) => camera.name) ?? []);
 
 /** Returns null without WebGL. */
 function makeStage(canvas: HTMLCanvasElement, overlay: HTMLCanvasElement): SceneView | null {
@@ -27,31 +27,31 @@ function makeStage(canvas: HTMLCanvasElement, overlay: HTMLCanvasElement): Scene
 }
 
 /** Draws each snapshot and follows switches, selection and description. */
-function useView(view: { current: SceneView | null }, cameras: CameraView[], made: unknown): void {
-  const troubledNames = [...troubled()].join("\n");
+function useView(source: SceneSource, view: { current: SceneView | null }, cameras: CameraView[], made: unknown): void {
+  const troubledNames = [...troubled(source)].join("\n");
   useEffect(() => {
-    const subjects = description.value?.subjects ?? [];
+    const subjects = source.description.value?.subjects ?? [];
     view.current?.describe({
-      cameras, troubled: troubled(),
+      cameras, troubled: troubled(source),
       names: { subjects: subjects.map((subject) => subject.name), markers: subjects.map((subject) => subject.markers.map((marker) => marker.name)) },
     });
-  }, [cameras, troubledNames, made]);
+  }, [source, cameras, troubledNames, made]);
   useEffect(() => {
     const show = () => {
-      const newest = newestSnapshot();
-      const described = description.peek();
-      if (newest && described) view.current?.show(sceneFrame(described, newest, health.peek()));
+      const newest = source.newest();
+      const described = source.description.peek();
+      if (newest && described) view.current?.show(sceneFrame(described, newest, source.health()));
     };
     show();
-    return onFrame(show);
-  }, [made]);
+    return source.onFrame(show);
+  }, [source, made]);
   useSignalEffect(() => view.current?.setOptions(stageOptions.value));
   useSignalEffect(() => view.current?.select(selected.value));
   useTheme(() => view.current?.recolour());
 }
 
-function Tools({ flat, noWebGl, fit }: { flat: boolean; noWebGl: boolean; fit(): void }): JSX.Element {
-  const subjects = description.value?.subjects ?? [];
+function Tools({ source, flat, noWebGl, fit }: { source: SceneSource; flat: boolean; noWebGl: boolean; fit(): void }): JSX.Element {
+  const subjects = source.description.value?.subjects ?? [];
   const followed = stageOptions.value.follow === null ? null : subjects[stageOptions.value.follow];
   return (
     <div class="tools" role="toolbar" aria-label="View">
@@ -66,13 +66,13 @@ function Tools({ flat, noWebGl, fit }: { flat: boolean; noWebGl: boolean; fit():
   );
 }
 
-export function ScenePanel({ plain = false }: { plain?: boolean }): JSX.Element {
+export function ScenePanel({ plain = false, source = liveSource }: { plain?: boolean; source?: SceneSource }): JSX.Element {
   const canvas = useRef<HTMLCanvasElement>(null);
   const overlay = useRef<HTMLCanvasElement>(null);
   const view = useRef<SceneView | null>(null);
   const [noWebGl, setNoWebGl] = useState(false);
   const flat = topView.value || noWebGl;
-  const cameras = useCameras();
+  const cameras = useCameras(source.description.value);
 
   useEffect(() => {
     const made = flat ? new TopView(canvas.current!) : makeStage(canvas.current!, overlay.current!);
@@ -85,10 +85,10 @@ export function ScenePanel({ plain = false }: { plain?: boolean }): JSX.Element 
       made?.dispose();
     };
   }, [flat]);
-  useView(view, cameras, flat);
+  useView(source, view, cameras, flat);
   useKeys(() => [
     ...kSwitches.map(({ name, key, hint }) => ({ key, shown: key.toUpperCase(), does: hint.replace(/ \(.\)$/, ""), run: () => toggle(name) })),
-    { key: "f", shown: "F", does: "Follow the next subject", run: () => followNext(description.peek()?.subjects.length ?? 0) },
+    { key: "f", shown: "F", does: "Follow the next subject", run: () => followNext(source.description.peek()?.subjects.length ?? 0) },
     { key: "0", shown: "0", does: "Show the whole volume", run: () => view.current?.fit() },
     { key: "p", shown: "P", does: "Top view or three dimensions", run: () => (topView.value = !topView.peek()) },
   ]);
@@ -96,9 +96,9 @@ export function ScenePanel({ plain = false }: { plain?: boolean }): JSX.Element 
   return (
     <figure class="panel view">
       {/* A canvas keeps its first kind of context: another view needs another canvas. */}
-      <canvas key={flat ? "flat" : "deep"} ref={canvas} role="img" aria-label={sceneSummary(description.value, snapshot.value)} />
+      <canvas key={flat ? "flat" : "deep"} ref={canvas} role="img" aria-label={sceneSummary(source.description.value, source.snapshot.value)} />
       <canvas ref={overlay} class="overlay" aria-hidden="true" />
-      {!plain && <Tools flat={flat} noWebGl={noWebGl} fit={() => view.current?.fit()} />}
+      {!plain && <Tools source={source} flat={flat} noWebGl={noWebGl} fit={() => view.current?.fit()} />}
       {!plain && <SceneLegend />}
     </figure>
   );

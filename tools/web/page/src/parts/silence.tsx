@@ -3,6 +3,7 @@
 import type { JSX } from "preact";
 import { CameraPhase } from "../../gen/mocap/v1/health_pb";
 import { age } from "../model/format";
+import { isTake } from "../state/route";
 import { closedBecause, health, open, server, silent_s } from "../state/live";
 
 const kSilent_s = 2;
@@ -18,6 +19,7 @@ function why(): string {
 }
 
 export function Silence(): JSX.Element | null {
+  if (isTake()) return null; // The page says that it is not live.
   const silent = silent_s.value;
   const quiet = silent === null || silent > kSilent_s;
   if (open.value && server.value?.connected !== false && !quiet) return null;

@@ -15,6 +15,7 @@ import { DataAge } from "../model/data_age";
 import { healthReasons, worst } from "../model/health_report";
 import { History } from "../model/history";
 import { MarkerWatch } from "../model/marker_watch";
+import type { Finding } from "../model/preflight";
 import { RecentSnapshots } from "../model/recent_snapshots";
 import { exposedUtc_ms } from "../model/timecode";
 
@@ -25,6 +26,8 @@ export const closedBecause = signal("the page has just been opened");
 export const server = signal<ServerState | null>(null);
 export const description = signal<Description | null>(null);
 export const health = signal<Health | null>(null);
+/** Of the last preflight; null: none has ended. */
+export const findings = signal<Finding[] | null>(null);
 /** Of the last 250 ms; canvases use onFrame. */
 export const snapshot = signal<Snapshot | null>(null);
 /** Counts events. */
@@ -44,8 +47,8 @@ export const recent = new RecentSnapshots();
 /** Everything that needs the role operator is offered only to an operator; the daemon checks it again. */
 export const mayChange = computed(() => open.value && server.value?.connected === true && server.value.role !== "viewer");
 export const reasons = computed(() => healthReasons({
-  open: open.value, closedBecause: closedBecause.value, server: server.value, description: description.value, health: health.value,
-  before: health.value && history.before(), silent_s: silent_s.value,
+  open: open.value, findings: findings.value, closedBecause: closedBecause.value, server: server.value, description: description.value, health: health.value,
+  silent_s: silent_s.value,
 }));
 export const light = computed(() => worst(reasons.value));
 

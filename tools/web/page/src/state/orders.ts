@@ -65,6 +65,8 @@ export function startTake(): Promise<Outcome> {
 export const stopTake = (): Promise<Outcome> => take("Stop", { action: "ACTION_STOP" });
 export const cancelTake = (): Promise<Outcome> => take("Cancel", { action: "ACTION_CANCEL" });
 export const nextTake = (): Promise<Outcome> => take("Next take", { action: "ACTION_NEXT", slate: slate.peek().trim() });
+/** The slate and notes of the shot apply, not those of the form. */
+export const nextShot = (): Promise<Outcome> => take("Next shot", { action: "ACTION_NEXT" });
 export const markTake = (text: string): Promise<Outcome> => orderAndSay("Mark", "take", { action: "ACTION_MARK", text });
 export const subjectOrder = (what: string, name: string, action: string): Promise<Outcome> =>
   orderAndSay(`${name}: ${what}`, "subject", { action, name });

@@ -27,6 +27,9 @@ export const addressOf = (page: PageName, argument = ""): string => `#/${page}${
 
 export const route = signal<Route>(readRoute(location.hash));
 
+/** The page shows a recorded take. */
+export const isTake = (): boolean => route.value.page === "takes" && route.value.argument !== "";
+
 export function startRoute(): void {
   window.addEventListener("hashchange", () => (route.value = readRoute(location.hash)));
 }
