@@ -133,7 +133,7 @@ class Clients(unittest.TestCase):
         for client in COMMANDS:
             with self.subTest(client):
                 self.desk.write("mocapd.toml", daemon.text().replace(str(SOURCE / "config/demo.rig.toml"), "my.rig.toml")
-                                .replace("tpose:2,walk", "tpose:600,walk"))
+                                .replace("tpose:20,walk", "tpose:600,walk"))
                 until(daemon.status, "an answer")
                 probe = self.probe(client, daemon)
                 self.done(probe, "reload")

@@ -41,7 +41,7 @@ CAMERA = """
 name = "cam{number}"
 driver = "synthetic"
 marker_set = "{source}/config/markersets/openmocap18.toml"
-motion = "tpose:2,walk"
+motion = "tpose:20,walk"
 rate_hz = 30
 """
 
@@ -289,7 +289,7 @@ class Control(unittest.TestCase):
         daemon = Daemon(self.desk)
         daemon.program.end()
         text = daemon.text(more='\n[record]\nsnapshots = "takes/all.jsonl"\n')
-        text = text.replace(str(SOURCE / "config/demo.rig.toml"), "rig.toml").replace("tpose:2,walk", "tpose:600,walk")
+        text = text.replace(str(SOURCE / "config/demo.rig.toml"), "rig.toml").replace("tpose:20,walk", "tpose:600,walk")
         text = text.replace('name = "actor"\n', 'name = "actor"\nkeep = "bodies/actor.toml"\n')
         daemon.config = self.desk.write("etc/mocapd.toml", text)
         before = {path.name: path.read_bytes() for path in etc.iterdir()}
@@ -339,7 +339,7 @@ class Control(unittest.TestCase):
         rig = self.desk.write("rig.toml", (SOURCE / "config/demo.rig.toml").read_text())
         daemon = Daemon(self.desk)
         text = daemon.text().replace(str(SOURCE / "config/demo.rig.toml"), str(rig))
-        self.desk.write("mocapd.toml", text.replace("tpose:2,walk", "tpose:600,walk"))  # a moving subject would not be masked
+        self.desk.write("mocapd.toml", text.replace("tpose:20,walk", "tpose:600,walk"))  # a moving subject would not be masked
         until(daemon.status, "an answer")
         version = daemon.version()
         self.done(daemon.ctl("reload"))
