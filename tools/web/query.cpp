@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <utility>
 
 namespace mocap::web {
 namespace {
@@ -17,6 +17,13 @@ std::optional<int> hex_digit(char c) {
 bool needs_no_escape(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' ||
          c == '.' || c == '~';
+}
+
+// The text before the first `separator`, and the text after it; everything and nothing if there is none.
+std::pair<std::string_view, std::string_view> split_at(std::string_view text, char separator) {
+  const std::size_t at = text.find(separator);
+  if (at == std::string_view::npos) return {text, {}};
+  return {text.substr(0, at), text.substr(at + 1)};
 }
 
 }  // namespace
@@ -40,14 +47,13 @@ std::optional<std::string> percent_decoded(std::string_view text) {
 std::optional<std::map<std::string, std::string>> read_query(std::string_view query) {
   std::map<std::string, std::string> values;
   while (!query.empty()) {
-    const std::size_t end = std::min(query.find('&'), query.size());
-    const std::string_view part = query.substr(0, end);
-    const std::size_t equals = std::min(part.find('='), part.size());
-    const auto name = percent_decoded(part.substr(0, equals));
-    const auto value = percent_decoded(part.substr(std::min(equals + 1, part.size())));
+    const auto [part, rest] = split_at(query, '&');
+    const auto [encoded_name, encoded_value] = split_at(part, '=');
+    const auto name = percent_decoded(encoded_name);
+    const auto value = percent_decoded(encoded_value);
     if (!name || !value) return std::nullopt;
     if (!name->empty()) values[*name] = *value;
-    query.remove_prefix(std::min(end + 1, query.size()));
+    query = rest;
   }
   return values;
 }
