@@ -16,8 +16,8 @@ function Controls({ playback }: { playback: Playback }): JSX.Element {
   return (
     <div class="player row" role="group" aria-label="Playback">
       <button class="button primary" type="button" onClick={() => playback.toggle()}>{playback.playing.value ? "Pause" : "Play"}</button>
-      <button class="button" type="button" title="One frame back (,)" aria-label="One frame back" onClick={() => playback.step(false)}>−1</button>
-      <button class="button" type="button" title="One frame on (.)" aria-label="One frame on" onClick={() => playback.step(true)}>+1</button>
+      <button class="button" type="button" title="One frame back (,)" aria-label="−1 frame" onClick={() => playback.step(false)}>−1</button>
+      <button class="button" type="button" title="One frame on (.)" aria-label="+1 frame" onClick={() => playback.step(true)}>+1</button>
       <input class="grow" type="range" min="0" max={playback.length_s} step="0.01" value={at_s} aria-label="Position in the take" aria-valuetext={where}
         onInput={(event) => playback.seek(Number(event.currentTarget.value))} />
       <span class="digits">{at_s.toFixed(2)} s<span class="soft"> / {duration(playback.length_s)}</span></span>
