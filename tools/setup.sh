@@ -53,12 +53,16 @@ fi
 # Node.js may come from elsewhere than Debian.
 if $tests && ! command -v npm >/dev/null; then packages+=(nodejs npm); fi
 
+# Without a network npm would otherwise try for minutes.
+npm_options=(--ignore-scripts --no-audit --no-fund --silent --prefer-offline --fetch-retries 1 --fetch-retry-mintimeout 1000
+  --fetch-retry-maxtimeout 1000)
+
 # Installs npm packages as a lock file names them. Without them, WHAT.
 npm_ci() {  # LOCK WHAT
   local folder
   folder=$(dirname "$1")
   if [ ! -e "$1" ] || [ -e "$folder/node_modules/.package-lock.json" ] || ! command -v npm >/dev/null; then return 0; fi
-  npm ci --prefix "$folder" --ignore-scripts --no-audit --no-fund --silent || echo "setup: npm ci in $folder failed; $2" >&2
+  npm ci --prefix "$folder" "${npm_options[@]}" || echo "setup: npm ci in $folder failed; $2" >&2
 }
 
 install_npm_packages() {
