@@ -12,6 +12,7 @@
 #include "geometry/assignment.h"
 #include "geometry/disc_shapes.h"
 #include "model/blob.h"
+#include "track2d/assignment_ambiguity.h"
 #include "track2d/blob_grid.h"
 #include "track2d/blob_pair.h"
 
@@ -70,7 +71,8 @@ class BlobTracks {
       : life_(life),
         max_tracks_(2 * max_blobs),
         grid_(max_blobs),
-        assigner_(max_tracks_, max_blobs, max_tracks_ * kMaxCandidates) {
+        assigner_(max_tracks_, max_blobs, max_tracks_ * kMaxCandidates),
+        ambiguity_(max_tracks_, max_blobs) {
     tracks_.reserve(max_tracks_);
     lost_.reserve(max_tracks_);
     pairs_.reserve(kMaxPairs);
@@ -78,8 +80,6 @@ class BlobTracks {
     variance_.reserve(max_blobs);
     owner_.reserve(max_blobs);
     rows_.reserve(max_tracks_);
-    row_of_.reserve(max_blobs);
-    regrets_.reserve(max_tracks_);
     candidates_.reserve(max_tracks_ * kMaxCandidates);
   }
 
@@ -102,7 +102,6 @@ class BlobTracks {
     predict(dt_s);
     index_blobs(blobs);
     assign(true);
-    note_ambiguous();
     assign(false);
     end_ambiguous();
     find_pairs(blobs);
@@ -133,12 +132,6 @@ class BlobTracks {
   static constexpr double kOccludedAreaRatio = 0.95;
   // A blob with more than this share of the track's area is merged with another marker's blob.
   static constexpr double kMergedAreaRatio = 1.1;
-
-  /// Costs of a track in the last assignment: of the chosen blob, and the least of all others.
-  struct Regret {
-    double chosen = kUnassignedCost;
-    double second = kUnassignedCost;
-  };
 
   void predict(double dt_s) {
     for (BlobPair& pair : pairs_) pair.predict(dt_s);
@@ -207,32 +200,12 @@ class BlobTracks {
       tracks_[rows_[row]].blob = columns[row];
       owner_[columns[row]] = rows_[row];
     }
+    if (!confirmed) return;
+    const auto ambiguous = ambiguity_.find(candidates_, columns, variance_.size(), kUnassignedCost, kAmbiguityCost);
+    for (std::size_t row = 0; row < rows_.size(); ++row) tracks_[rows_[row]].ambiguous = ambiguous[row] != 0;
   }
 
-  /// Notes the tracks of the last assignment for which another one is nearly as likely: the track takes another blob of
-  /// its gate, and the owner of that blob its second best. Members of a pair have hypotheses of their own.
-  void note_ambiguous() {
-    regrets_.assign(rows_.size(), Regret{});
-    row_of_.assign(variance_.size(), kNone);
-    for (std::uint32_t row = 0; row < rows_.size(); ++row) {
-      if (const std::uint32_t blob = tracks_[rows_[row]].blob; blob != kNone) row_of_[blob] = row;
-    }
-    for (const geometry::AllowedPair& candidate : candidates_) {
-      Regret& regret = regrets_[candidate.row];
-      const bool chosen = tracks_[rows_[candidate.row]].blob == candidate.column;
-      (chosen ? regret.chosen : regret.second) = std::min(chosen ? regret.chosen : regret.second, candidate.cost);
-    }
-    for (const geometry::AllowedPair& candidate : candidates_) {
-      Track& track = tracks_[rows_[candidate.row]];
-      if (track.blob == kNone || track.blob == candidate.column) continue;
-      const std::uint32_t other = row_of_[candidate.column];
-      const double of_owner = other == kNone ? 0.0 : regrets_[other].second - regrets_[other].chosen;
-      if (candidate.cost - regrets_[candidate.row].chosen + of_owner >= kAmbiguityCost) continue;
-      track.ambiguous = true;
-      if (other != kNone) tracks_[rows_[other]].ambiguous = true;
-    }
-  }
-
+  /// Ends the ambiguous tracks; their blobs initiate new ones. Members of a pair have hypotheses of their own.
   void end_ambiguous() {
     for (Track& track : tracks_) {
       if (!track.ambiguous || track.pair != kNone) continue;
@@ -404,6 +377,7 @@ class BlobTracks {
   std::size_t max_tracks_;
   BlobGrid grid_;
   geometry::Assigner assigner_;
+  AssignmentAmbiguity ambiguity_;
   geometry::TwoDiscs discs_;
   geometry::CutDisc cut_;
   std::vector<Track> tracks_;
@@ -416,8 +390,6 @@ class BlobTracks {
   std::vector<std::uint32_t> owner_;  // by blob: index of the assigned track
   std::vector<std::uint32_t> rows_;   // tracks of the current assignment
   std::vector<geometry::AllowedPair> candidates_;
-  std::vector<std::uint32_t> row_of_;  // by blob: the row of its track in the last assignment
-  std::vector<Regret> regrets_;        // by row
 };
 
 }  // namespace mocap::track2d
