@@ -1,12 +1,8 @@
 #include "take/take_recorder.h"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <deque>
 #include <utility>
 
@@ -14,9 +10,10 @@
 #include "mocap/v1/event.pb.h"
 #include "model/search_health.h"
 #include "take/shot_list.h"
+#include "take/take_folder.h"
 #include "take/take_in_progress.h"
 #include "take/take_intake.h"
-#include "take/take_name.h"
+#include "take/waiting_start.h"
 #include "wire/codec/utf8.h"
 
 namespace mocap::take {
@@ -37,9 +34,6 @@ constexpr double kMB = 1e6;
 // Between two takes of take next nothing must leave the memory.
 constexpr Duration kLeastKept = std::chrono::seconds(2);
 static_assert(kLeastKept > kLongDrainPatience);
-// A take that waits for a timecode starts also if the timecode passed so recently: a source that starts at this
-// timecode is known only 0.3 s later. At most kLeastKept.
-constexpr Duration kJustPassed = std::chrono::milliseconds(900);
 
 TakeDone answer_to(std::uint64_t order, TakeOutcome outcome, std::string message) {
   return {order, outcome, std::move(message)};
@@ -50,6 +44,7 @@ class DiskTakeRecorder : public TakeRecorder {
   DiskTakeRecorder(TakesSettings settings, const Description& description, std::vector<TakeFile> files)
       : settings_(std::move(settings)),
         intake_(settings_, kLeastKept, description, std::move(files)),
+        folder_(settings_),
         shots_(settings_.shots) {
     if (const Status loaded = shots_.load(); !loaded) log_error(kWho, loaded.error().message);
   }
@@ -76,21 +71,10 @@ class DiskTakeRecorder : public TakeRecorder {
     }
   }
 
-  void set_timecode(const TimecodeHealth& timecode, Timestamp now) override {
-    timecode_ = timecode;
-    if (waiting_ && waiting_->at_timecode && now < due_at_) due_at_ = due_by_timecode(*waiting_, now);
-  }
+  void set_timecode(const TimecodeHealth& timecode, Timestamp now) override { waiting_.set_timecode(timecode, now); }
 
   void work(Timestamp now) override {
-    if (waiting_ && now >= due_at_) {
-      const TakeOrder order = *std::exchange(waiting_, std::nullopt);
-      const TakeDone started = start(order, order.at_timecode ? due_at_ : now);
-      if (started.outcome != TakeOutcome::Done) {
-        state_.state = TakeState::Failed;
-        state_.message = bounded_text<511>(started.message);
-        log_error(kWho, started.message);
-      }
-    }
+    if (const auto due = waiting_.take_due(now)) start_due(*due);
     for (int i = 0; recording_ && i < kMostBatches; ++i) {
       const bool more = write_waiting();
       if (recording_) check(now);
@@ -118,7 +102,7 @@ class DiskTakeRecorder : public TakeRecorder {
   }
 
   void finish(Timestamp now) override {
-    waiting_.reset();
+    waiting_.cancel();
     if (!recording_) return;
     if (!recording_->to) recording_->to = now;
     while (recording_ && write_waiting()) {
@@ -138,57 +122,27 @@ class DiskTakeRecorder : public TakeRecorder {
       return answer(order, TakeOutcome::Failed,
                     fmt::format("take '{}' is being recorded; stop it first, or use take next", recording_->info.name));
     }
-    if (waiting_) {
+    if (waiting_.waits()) {
       return answer(order, TakeOutcome::Failed, "a take waits for its start already; mocapctl take cancel ends that");
     }
-    if (const Status valid = check_order(order); !valid) {
+    if (const Status valid = folder_.check_order(order); !valid) {
       return answer(order, TakeOutcome::Invalid, valid.error().message);
     }
-    if (order.at_timecode) return wait_for_timecode(order, now);
-    const Duration wait =
-        order.at_utc_ns != 0 ? Duration{order.at_utc_ns} - to_span(now) - utc_minus_host() : order.countdown;
-    if (wait <= Duration::zero()) return start_now(order, now);
-    waiting_ = order;
-    due_at_ = now + wait;
+    if (!order.at_timecode && wait_of(order, now) <= Duration::zero()) return start_now(order, now);
+    const Result<std::string> waits = waiting_.begin(order, now);
+    if (!waits) return answer(order, TakeOutcome::Invalid, waits.error().message);
     begin_state(TakeState::Waiting);
     state_.name = bounded_text<255>(order.name);
-    answer(order, TakeOutcome::Done, fmt::format("the take starts in {:.1f} s", to_s(wait)));
+    answer(order, TakeOutcome::Done, *waits);
   }
 
-  void wait_for_timecode(const TakeOrder& order, Timestamp now) {
-    if (timecode_.source == TimecodeSourceKind::None) {
-      return answer(
-          order, TakeOutcome::Invalid,
-          "the take cannot start at a timecode: [timecode] source is \"none\"; give a time (UTC) or set a source");
-    }
-    Timecode wanted = timecode_of(0, timecode_.format);
-    wanted.hours = order.at_timecode->hours;
-    wanted.minutes = order.at_timecode->minutes;
-    wanted.seconds = order.at_timecode->seconds;
-    wanted.frames = order.at_timecode->frames;
-    if (!is_valid(wanted)) {
-      return answer(order, TakeOutcome::Invalid,
-                    fmt::format("{} does not exist at {} frames per second{}", text_of(wanted),
-                                wanted.frames_per_second, wanted.drop_frame ? ", drop-frame" : ""));
-    }
-    waiting_ = order;
-    waiting_->at_timecode = wanted;
-    due_at_ = due_by_timecode(*waiting_, now);
-    begin_state(TakeState::Waiting);
-    state_.name = bounded_text<255>(order.name);
-    const std::string when = due_at_ == Timestamp::max()
-                                 ? std::string(text_of(timecode_.sentence))
-                                 : fmt::format("in {:.1f} s", std::max(0.0, to_s(due_at_ - now)));
-    answer(order, TakeOutcome::Done, fmt::format("the take starts at {}; {}", text_of(wanted), when));
+  void start_due(const WaitingStart::Due& due) {
+    const TakeDone started = start(due.order, due.at);
+    if (started.outcome == TakeOutcome::Done) return;
+    state_.state = TakeState::Failed;
+    state_.message = bounded_text<511>(started.message);
+    log_error(kWho, started.message);
   }
-
-  // Never while there is no timecode.
-  Timestamp due_by_timecode(const TakeOrder& order, Timestamp now) const {
-    if (!timecode_.clock || now > timecode_.clock->valid_until) return Timestamp::max();
-    return time_of(*timecode_.clock, *order.at_timecode, now - kJustPassed);
-  }
-
-  static Duration to_span(Timestamp at) { return at.time_since_epoch(); }
 
   void start_now(const TakeOrder& order, Timestamp now) {
     TakeDone started = start(order, now);
@@ -205,13 +159,13 @@ class DiskTakeRecorder : public TakeRecorder {
       recording_->stopped_by = order;
       return;
     }
-    if (waiting_) return order_cancel(order, now);
+    if (waiting_.waits()) return order_cancel(order, now);
     answer(order, TakeOutcome::NotFound, "no take is being recorded; mocapctl take start begins one");
   }
 
   void order_cancel(const TakeOrder& order, Timestamp) {
     if (!recording_) {
-      const bool waited = std::exchange(waiting_, std::nullopt).has_value();
+      const bool waited = waiting_.cancel();
       if (waited) state_.state = TakeState::Cancelled;
       return answer(order, waited ? TakeOutcome::Done : TakeOutcome::NotFound,
                     waited ? "the take that waited does not start" : "no take is being recorded");
@@ -287,35 +241,6 @@ class DiskTakeRecorder : public TakeRecorder {
     if (const Status saved = shots_.set_done(name, done); !saved) log_error(kWho, saved.error().message);
   }
 
-  // The order with what the shot says. A name that a take has already gets a number: a list may be used again.
-  TakeOrder with_shot(TakeOrder order, const Shot& shot) const {
-    order.name = has_take(settings_.folder, shot.name) ? free_name(settings_.folder, shot.name) : shot.name;
-    if (order.slate.empty()) order.slate = shot.slate;
-    if (order.text.empty()) order.text = shot.notes;
-    if (order.length == Duration::zero()) order.length = shot.length;
-    return order;
-  }
-
-  Status check_order(const TakeOrder& order) const {
-    if (!order.name.empty()) {
-      if (const Status valid = check_name(order.name, "the name of the take"); !valid) return valid;
-      if (has_take(settings_.folder, order.name)) {
-        return Error{ErrorCode::InvalidArgument,
-                     fmt::format("there is a take '{}' in {} already; the next free name is '{}'", order.name,
-                                 settings_.folder.string(), free_name(settings_.folder, order.name))};
-      }
-    }
-    if (!order.slate.empty()) {
-      if (const Status valid = check_name(order.slate, "the slate"); !valid) return valid;
-    }
-    if (order.before > settings_.before) {
-      return Error{ErrorCode::InvalidArgument,
-                   fmt::format("before is {:.1f} s, expected at most [takes] before_s = {:.1f}", to_s(order.before),
-                               to_s(settings_.before))};
-    }
-    return {};
-  }
-
   // --- a take ---
 
   bool is_over(Timestamp now) const {
@@ -329,7 +254,7 @@ class DiskTakeRecorder : public TakeRecorder {
     const Shot* shot = order.action == TakeAction::Next && order.name.empty() ? shots_.next() : nullptr;
     if (shot == nullptr) return start_take(order, now);
     const std::string name = shot->name;
-    TakeDone started = start_take(with_shot(order, *shot), now);
+    TakeDone started = start_take(folder_.with_shot(order, *shot), now);
     if (started.outcome != TakeOutcome::Done) return started;
     recording_->shot = name;
     set_shot_done(name, true);
@@ -344,14 +269,10 @@ class DiskTakeRecorder : public TakeRecorder {
     const auto refused = [&](TakeOutcome outcome, std::string why) {
       return answer_to(order.number, outcome, std::move(why));
     };
-    if (const Status valid = check_order(order); !valid) return refused(TakeOutcome::Invalid, valid.error().message);
-    std::error_code error;
-    fs::create_directories(settings_.folder, error);
-    if (error) {
-      return refused(TakeOutcome::Failed,
-                     fmt::format("[takes] folder '{}' cannot be made: {}", settings_.folder.string(), error.message()));
+    if (const Status valid = folder_.check_order(order); !valid) {
+      return refused(TakeOutcome::Invalid, valid.error().message);
     }
-    if (const Status free = check_free_space(); !free) return refused(TakeOutcome::Failed, free.error().message);
+    if (const Status ready = folder_.prepare(); !ready) return refused(TakeOutcome::Failed, ready.error().message);
 
     TakeStart begin;
     begin.info = info_of(order);
@@ -399,35 +320,10 @@ class DiskTakeRecorder : public TakeRecorder {
     info.notes = order.text;
     info.slate = !order.slate.empty() ? order.slate : slate_;
     if (const auto first = intake_.first_set()) info.others[kFirstSetOfRun] = std::to_string(*first);
-    info.name = order.name;
-    if (!info.name.empty()) return info;
-    const TakeName next =
-        next_name(settings_.folder, settings_.name, info.slate, to_span(host_now()) + info.utc_minus_host);
-    info.name = next.name;
-    info.number = next.number;
+    const TakeName name = folder_.name_for(order, info.slate, host_now().time_since_epoch() + info.utc_minus_host);
+    info.name = name.name;
+    info.number = name.number;
     return info;
-  }
-
-  Status check_free_space() const {
-    std::error_code error;
-    const fs::space_info space = fs::space(settings_.folder, error);
-    if (error) {
-      return Error{ErrorCode::Io, fmt::format("[takes] folder '{}': {}", settings_.folder.string(), error.message())};
-    }
-    if (space.available >= settings_.min_free_mb * 1'000'000) return {};
-    return Error{
-        ErrorCode::Io,
-        fmt::format("'{}' has {:.0f} MB free, less than [takes] min_free_mb = {}; free some space",
-                    settings_.folder.string(), static_cast<double>(space.available) / kMB, settings_.min_free_mb)};
-  }
-
-  // Whether the file still has a name: a take in a folder that was removed would vanish with the last byte.
-  Status check_file() const {
-    struct stat now {};
-    const std::string& path = recording_->writer->path();
-    if (::stat(path.c_str(), &now) == 0) return {};
-    return Error{ErrorCode::Io, fmt::format("'{}' is gone ({}): its folder or its file was removed", path,
-                                            std::strerror(errno))};  // NOLINT(concurrency-mt-unsafe)
   }
 
   void check(Timestamp now) {
@@ -442,7 +338,7 @@ class DiskTakeRecorder : public TakeRecorder {
     }
     if (now - recording_->checked_at < kCheckPeriod) return;
     recording_->checked_at = now;
-    for (const Status& good : {check_file(), check_free_space()}) {
+    for (const Status& good : {check_file(recording_->writer->path()), folder_.check_space()}) {
       if (!good) return end(now, good.error().message);
     }
   }
@@ -505,16 +401,15 @@ class DiskTakeRecorder : public TakeRecorder {
 
   const TakesSettings settings_;
   TakeIntake intake_;
+  const TakeFolder folder_;
 
   // Of the disk thread.
   std::optional<TakeInProgress> recording_;
-  std::optional<TakeOrder> waiting_;  // starts at due_at_
-  Timestamp due_at_;
+  WaitingStart waiting_;
   std::optional<TakeOrder> next_;  // starts when the take in progress has ended
   std::deque<TakeDone> answers_;
   std::string slate_ = "take";
   ShotList shots_;
-  TimecodeHealth timecode_;
   TakeHealth state_;
 };
 
