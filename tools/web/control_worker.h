@@ -1,15 +1,11 @@
 #pragma once
 
-#include <atomic>
-#include <condition_variable>
-#include <deque>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
-#include <thread>
 
 #include "base/result.h"
+#include "web/worker.h"
 #include "wire/zmq_control.h"
 
 namespace mocap::web {
@@ -23,7 +19,7 @@ class ControlWorker {
   /// Fails with InvalidArgument if the endpoint or a key is malformed.
   static Result<std::unique_ptr<ControlWorker>> open(const wire::ControlClient::Settings& settings, Duration patience);
   /// Requests that wait get no answer.
-  ~ControlWorker();
+  ~ControlWorker() = default;
   ControlWorker(const ControlWorker&) = delete;
   ControlWorker& operator=(const ControlWorker&) = delete;
 
@@ -31,23 +27,14 @@ class ControlWorker {
   /// requests wait.
   bool ask(std::string request, Done done);
   /// Whether a request waits for its answer: the destructor would wait too.
-  bool is_busy() const { return busy_; }
+  bool is_busy() const { return worker_.is_busy(); }
 
  private:
-  struct Waiting {
-    std::string request;
-    Done done;
-  };
   ControlWorker(std::unique_ptr<wire::ControlClient> client, Duration patience);
-  void run(const std::stop_token& stop);
 
-  std::unique_ptr<wire::ControlClient> client_;  // of the thread
+  std::unique_ptr<wire::ControlClient> client_;  // of the worker's thread
   Duration patience_;
-  std::atomic<bool> busy_ = false;
-  std::mutex mutex_;
-  std::condition_variable_any changed_;
-  std::deque<Waiting> waiting_;  // guarded by mutex_
-  std::jthread thread_;          // last: stops before the rest is destroyed
+  Worker worker_;  // last: stops before the rest is destroyed
 };
 
 }  // namespace mocap::web
