@@ -156,10 +156,10 @@ Result<fs::path> take_file(const fs::path& folder, const std::string& name) {
 Result<ordered_json> list_takes(const fs::path& folder) {
   std::error_code error;
   std::vector<DatedFile> files;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
+  for (fs::directory_iterator at(folder, error); !error && at != fs::directory_iterator(); at.increment(error)) {
     std::error_code gone;
-    if (entry.path().extension() == ".mcap" && entry.symlink_status(gone).type() == fs::file_type::regular)
-      files.push_back({entry.path(), entry.last_write_time(gone)});
+    if (at->path().extension() == ".mcap" && at->symlink_status(gone).type() == fs::file_type::regular)
+      files.push_back({at->path(), at->last_write_time(gone)});
   }
   if (error) {
     return Error{error == std::errc::no_such_file_or_directory ? ErrorCode::NotFound : ErrorCode::Io,
