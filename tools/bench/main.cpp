@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -196,6 +197,95 @@ int solve(const SolveBenchSettings& settings, bool json) {
   return kExitOk;
 }
 
+// The settings of all benches.
+struct Benches {
+  bool json = false;
+  bool growth = false;
+  PipelineBenchSettings pipeline;
+  simworld::DetectSceneSettings detect;
+  FuseBenchSettings fuse;
+  SolveBenchSettings solve;
+  CamerasBenchSettings cameras;
+  FeedBenchSettings feed;
+  TakeBenchSettings take;
+  BridgesBenchSettings bridges;
+  HostileBenchSettings hostile;
+
+  explicit Benches(const std::string& marker_set) {
+    const auto set = [&](auto&... each) { ((each = marker_set), ...); };
+    set(pipeline.marker_set, fuse.marker_set, solve.marker_set, cameras.marker_set, take.scene.marker_set,
+        bridges.marker_set);
+  }
+};
+
+struct Command {
+  cli::App* app;
+  std::function<int()> run;
+};
+
+Command pipeline_command(cli::App& app, Benches& all) {
+  cli::App* pipeline = app.add_subcommand("pipeline", "latency from the last blob of a set to the snapshot at ZeroMQ");
+  pipeline->examples("  mocap-bench pipeline --cameras 8 --rate 120 --seconds 10");
+  add_pipeline_options(*pipeline, all.pipeline);
+  return {pipeline, [&all] { return bench::pipeline(all.pipeline, all.json); }};
+}
+
+Command detect_command(cli::App& app, Benches& all) {
+  cli::App* detect = app.add_subcommand("detect", "detection in images in memory: time and precision");
+  detect->examples(
+      "  mocap-bench detect --size 1280x1024 --markers 40\n"
+      "  mocap-bench detect --variant busy --json");
+  add_detect_options(*detect, all.detect);
+  return {detect, [&all] { return bench::detect(all.detect, all.json); }};
+}
+
+Command fuse_command(cli::App& app, Benches& all) {
+  cli::App* fuse = app.add_subcommand("fuse", "time for a set from blobs to 3D tracks, against OpenCV, in one thread");
+  fuse->examples(
+      "  mocap-bench fuse --cameras 8 --markers 40\n"
+      "  mocap-bench fuse --growth --json");
+  add_fuse_options(*fuse, all.fuse, all.growth);
+  return {fuse, [&all] { return bench::fuse(all.fuse, all.json, all.growth); }};
+}
+
+Command cameras_command(cli::App& app, Benches& all) {
+  cli::App* cameras =
+      app.add_subcommand("cameras", "cameras with real packets and drivers: lost images, CPU time, exposure times");
+  cameras->examples(
+      "  mocap-bench cameras --count 8 --rate 120\n"
+      "  mocap-bench cameras --bus v4l2 --count 2 --rate 30 --format MJPEG");
+  add_cameras_options(*cameras, all.cameras);
+  return {cameras, [&all] { return bench::cameras(all.cameras, all.json); }};
+}
+
+Command solve_command(cli::App& app, Benches& all) {
+  cli::App* solve = app.add_subcommand("solve", "time for labels and skeletons of a set");
+  solve->examples("  mocap-bench solve --subjects 3 --json");
+  add_solve_options(*solve, all.solve);
+  return {solve, [&all] { return bench::solve(all.solve, all.json); }};
+}
+
+int hostile(const Benches& all) {
+  set_log_level(LogLevel::Error);  // the effects of the attacks are printed as figures
+  return print_hostile_bench(all.hostile, all.json);
+}
+
+std::vector<Command> add_commands(cli::App& app, Benches& all) {
+  std::vector<Command> commands = {pipeline_command(app, all), detect_command(app, all), fuse_command(app, all),
+                                   cameras_command(app, all), solve_command(app, all)};
+  commands.push_back({add_feed_bench(app, all.feed), [&all] { return print_feed_bench(all.feed, all.json); }});
+  commands.push_back({add_take_bench(app, all.take), [&all] { return print_take_bench(all.take, all.json); }});
+  commands.push_back(
+      {add_bridges_bench(app, all.bridges), [&all] { return print_bridges_bench(all.bridges, all.json); }});
+  commands.push_back({add_hostile_bench(app, all.hostile), [&all] { return hostile(all); }});
+  for (const Command& command : commands) {
+    const bool array = command.app->get_name() == "fuse";
+    command.app->add_flag("--json", all.json,
+                          array ? "one JSON array on standard output" : "one JSON object on standard output");
+  }
+  return commands;
+}
+
 }  // namespace
 }  // namespace mocap::bench
 
@@ -204,67 +294,12 @@ int main(int argc, char** argv) {
   cli::App app{"mocap-bench: time and memory of the daemon's parts on this machine", "mocap-bench"};
   app.footer(bench::kExamples);
   app.require_subcommand(1);
-
-  const std::string marker_set = (install_folders().data / "markersets" / "baseline41.toml").string();
-  bool json = false;
-  bool growth = false;
-  bench::PipelineBenchSettings running;
-  running.marker_set = marker_set;
-  cli::App* pipeline = app.add_subcommand("pipeline", "latency from the last blob of a set to the snapshot at ZeroMQ");
-  pipeline->examples("  mocap-bench pipeline --cameras 8 --rate 120 --seconds 10");
-  bench::add_pipeline_options(*pipeline, running);
-  simworld::DetectSceneSettings scene;
-  cli::App* detect = app.add_subcommand("detect", "detection in images in memory: time and precision");
-  detect->examples(
-      "  mocap-bench detect --size 1280x1024 --markers 40\n"
-      "  mocap-bench detect --variant busy --json");
-  bench::add_detect_options(*detect, scene);
-  bench::FuseBenchSettings fusing;
-  fusing.marker_set = marker_set;
-  cli::App* fuse = app.add_subcommand("fuse", "time for a set from blobs to 3D tracks, against OpenCV, in one thread");
-  fuse->examples(
-      "  mocap-bench fuse --cameras 8 --markers 40\n"
-      "  mocap-bench fuse --growth --json");
-  bench::add_fuse_options(*fuse, fusing, growth);
-  bench::SolveBenchSettings solving;
-  solving.marker_set = marker_set;
-  bench::CamerasBenchSettings served;
-  served.marker_set = marker_set;
-  cli::App* cameras =
-      app.add_subcommand("cameras", "cameras with real packets and drivers: lost images, CPU time, exposure times");
-  cameras->examples(
-      "  mocap-bench cameras --count 8 --rate 120\n"
-      "  mocap-bench cameras --bus v4l2 --count 2 --rate 30 --format MJPEG");
-  bench::add_cameras_options(*cameras, served);
-  cli::App* solve = app.add_subcommand("solve", "time for labels and skeletons of a set");
-  solve->examples("  mocap-bench solve --subjects 3 --json");
-  bench::add_solve_options(*solve, solving);
-  bench::FeedBenchSettings feeding;
-  cli::App* feed = bench::add_feed_bench(app, feeding);
-  bench::TakeBenchSettings recorded;
-  recorded.scene.marker_set = marker_set;
-  cli::App* take = bench::add_take_bench(app, recorded);
-  bench::BridgesBenchSettings bridged;
-  bridged.marker_set = marker_set;
-  cli::App* bridges = bench::add_bridges_bench(app, bridged);
-  bench::HostileBenchSettings attacked;
-  cli::App* hostile = bench::add_hostile_bench(app, attacked);
-  for (cli::App* command : {pipeline, detect, fuse, solve, cameras, feed, take, bridges, hostile}) {
-    command->add_flag("--json", json,
-                      command == fuse ? "one JSON array on standard output" : "one JSON object on standard output");
-  }
+  bench::Benches all((install_folders().data / "markersets" / "baseline41.toml").string());
+  const std::vector<bench::Command> commands = bench::add_commands(app, all);
   if (const auto exit = app.parse(argc, argv)) return *exit;
   set_log_level(LogLevel::Warn);
-  if (cameras->parsed()) return bench::cameras(served, json);
-  if (detect->parsed()) return bench::detect(scene, json);
-  if (fuse->parsed()) return bench::fuse(fusing, json, growth);
-  if (take->parsed()) return bench::print_take_bench(recorded, json);
-  if (feed->parsed()) return bench::print_feed_bench(feeding, json);
-  if (bridges->parsed()) return bench::print_bridges_bench(bridged, json);
-  if (hostile->parsed()) {
-    set_log_level(LogLevel::Error);  // the effects of the attacks are printed as figures
-    return bench::print_hostile_bench(attacked, json);
+  for (const bench::Command& command : commands) {
+    if (command.app->parsed()) return command.run();
   }
-  if (solve->parsed()) return bench::solve(solving, json);
-  return bench::pipeline(running, json);
+  return kExitUsage;
 }

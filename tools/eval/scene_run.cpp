@@ -84,6 +84,128 @@ Description description_of(const settings::DaemonSettings& settings) {
   return description;
 }
 
+/// Scores what the pipeline reports of one clip.
+class Scorer {
+ public:
+  Scorer(const std::vector<simworld::Performer>& performers, std::vector<simworld::JointWatch> watches,
+         const SceneRunSettings& settings, SceneOutcome& outcome)
+      : recognition_(performers),
+        watches_(std::move(watches)),
+        labels_(settings.keeps_plots),
+        bones_(settings.keeps_plots, outcome.rotation_observability),
+        outcome_(outcome) {}
+
+  void judge(const TrueSet& set, const Snapshot& snapshot) {
+    scoring::EvalFrame reported = scoring::frame_of(snapshot);
+    recognition_.apply(set.truth, reported);
+    labels_.add(set.truth, reported);
+    bones_.add(set.truth, reported);
+    judge_watched(watches_, set.t_s, set.truth, reported, outcome_);
+  }
+
+  void finish() {
+    outcome_.labels = labels_.finish();
+    outcome_.bones = bones_.counts();
+    outcome_.each_bone = bones_.bones();
+    outcome_.timelines = labels_.timelines();
+    outcome_.errors = bones_.errors();
+    outcome_.wrong = labels_.wrong_events();
+    outcome_.mot = labels_.mot();
+    outcome_.unlabelled = labels_.unlabelled();
+    outcome_.ghosts = labels_.ghosts();
+  }
+
+ private:
+  simworld::Recognition recognition_;
+  std::vector<simworld::JointWatch> watches_;
+  scoring::LabelScorer labels_;
+  scoring::SkeletonScorer bones_;
+  SceneOutcome& outcome_;
+};
+
+/// The daemon's pipeline over the sets of one clip.
+class SceneRun {
+ public:
+  SceneRun(const settings::DaemonSettings& daemon, simworld::SceneWorld world, Scorer scorer, SceneOutcome& outcome)
+      : camera_count_(daemon.rig.size()),
+        world_(std::move(world)),
+        pipeline_(daemon),
+        explainer_(assemble_explainer(daemon)),
+        scorer_(std::move(scorer)),
+        outcome_(outcome) {}
+
+  Status open(const settings::DaemonSettings& daemon, const SceneRunSettings& settings) {
+    if (!settings.snapshots.empty()) {
+      auto opened = take::make_snapshot_writer(settings.snapshots, description_of(daemon));
+      if (!opened) return opened.error();
+      snapshots_ = *std::move(opened);
+    }
+    if (settings.offline) {
+      auto created = offline::OfflineTracks::create(daemon, std::filesystem::temp_directory_path());
+      if (!created) return created.error();
+      offline_ = *std::move(created);
+    }
+    return {};
+  }
+
+  Status step() {
+    const double begun_s = thread_s();
+    world_.step();
+    const double seen_s = thread_s();
+    outcome_.world_s += seen_s - begun_s;
+    ++outcome_.sets;
+    if (world_.frames().empty()) return {};  // nothing reaches the daemon
+    const Snapshot& snapshot = pipeline_.step(world_.frames());
+    outcome_.row_s += thread_s() - seen_s;
+    explain();
+    if (Status written = write(snapshot); !written) return written;
+    if (!offline_) {
+      scorer_.judge({world_.t_s(), world_.truth()}, snapshot);
+      return {};
+    }
+    truths_.push_back({world_.t_s(), world_.truth()});
+    return offline_->add(pipeline_.set());
+  }
+
+  Status finish() {
+    if (offline_) {
+      if (Status tracked = offline_->finish([](double) {}); !tracked) return tracked;
+      for (std::size_t i = 0; i < truths_.size(); ++i) {
+        const Result<Snapshot> snapshot = offline_->snapshot(i);
+        if (!snapshot) return snapshot.error();
+        scorer_.judge(truths_[i], *snapshot);
+      }
+    }
+    scorer_.finish();
+    return snapshots_ ? snapshots_->finish() : Status{};
+  }
+
+ private:
+  void explain() {
+    const SearchReport* search = pipeline_.search();
+    if (search == nullptr) return;
+    const SearchHealth why = explainer_->explain(*search, sights_of(world_.frames(), camera_count_));
+    if (why.cause == SearchCause::None) return;
+    outcome_.reasons.push_back({world_.t_s(), why.subject.value, why.cause, std::string(text_of(why.sentence))});
+  }
+
+  Status write(const Snapshot& snapshot) {
+    if (!snapshots_) return {};
+    if (pipeline_.fit()) static_cast<void>(snapshots_->learn(*pipeline_.fit()));
+    return snapshots_->write(snapshot);
+  }
+
+  std::size_t camera_count_;
+  simworld::SceneWorld world_;
+  BlobPipeline pipeline_;
+  std::unique_ptr<SearchExplainer> explainer_;
+  Scorer scorer_;
+  SceneOutcome& outcome_;
+  std::unique_ptr<Writer> snapshots_;                // null: none are written
+  std::unique_ptr<offline::OfflineTracks> offline_;  // null: live
+  std::vector<TrueSet> truths_;                      // offline: of the sets that are scored at the end
+};
+
 }  // namespace
 
 Result<SceneOutcome> run_scene(const simworld::SceneFile& scene, const std::string& clip,
@@ -94,84 +216,20 @@ Result<SceneOutcome> run_scene(const simworld::SceneFile& scene, const std::stri
   if (!rig) return rig.error();
   auto events = simworld::SceneEvents::make(scene, *performers, rig->size(), settings.seed, settings.rays);
   if (!events) return events.error();
-  const std::vector<simworld::JointWatch> watches = events->watches();
-
   settings::DaemonSettings daemon = scene.daemon;
   daemon.rig = *rig;
   for (const simworld::Performer& performer : *performers) daemon.subject_models.push_back(performer.subject);
+
   SceneOutcome outcome = about(clip, *performers);
-  simworld::Recognition recognition(*performers);
+  Scorer scorer(*performers, events->watches(), settings, outcome);
   simworld::SceneWorld world(scene, *rig, std::move(*performers), std::move(*events), settings.seed);
-  BlobPipeline pipeline(daemon);
-  const std::unique_ptr<SearchExplainer> explainer = assemble_explainer(daemon);
-  scoring::LabelScorer labels(settings.keeps_plots);
-  scoring::SkeletonScorer bones(settings.keeps_plots, outcome.rotation_observability);
-  std::unique_ptr<Writer> snapshots;
-  if (!settings.snapshots.empty()) {
-    auto opened = take::make_snapshot_writer(settings.snapshots, description_of(daemon));
-    if (!opened) return opened.error();
-    snapshots = *std::move(opened);
-  }
-  std::unique_ptr<offline::OfflineTracks> offline;
-  if (settings.offline) {
-    auto created = offline::OfflineTracks::create(daemon, std::filesystem::temp_directory_path());
-    if (!created) return created.error();
-    offline = *std::move(created);
-  }
-  std::vector<TrueSet> truths;  // of the sets that are scored at the end
-  const auto judge = [&](const TrueSet& set, const Snapshot& snapshot) {
-    scoring::EvalFrame reported = scoring::frame_of(snapshot);
-    recognition.apply(set.truth, reported);
-    labels.add(set.truth, reported);
-    bones.add(set.truth, reported);
-    judge_watched(watches, set.t_s, set.truth, reported, outcome);
-  };
+  SceneRun run(daemon, std::move(world), std::move(scorer), outcome);
+  if (const Status opened = run.open(daemon, settings); !opened) return opened.error();
   const auto sets = static_cast<std::uint64_t>(scene.seconds * scene.rate_hz + 0.5);
-  for (; outcome.sets < sets; ++outcome.sets) {
-    const double begun_s = thread_s();
-    world.step();
-    const double seen_s = thread_s();
-    outcome.world_s += seen_s - begun_s;
-    if (world.frames().empty()) continue;  // nothing reaches the daemon
-    const Snapshot& snapshot = pipeline.step(world.frames());
-    outcome.row_s += thread_s() - seen_s;
-    if (const SearchReport* search = pipeline.search()) {
-      const SearchHealth why = explainer->explain(*search, sights_of(world.frames(), daemon.rig.size()));
-      if (why.cause != SearchCause::None) {
-        outcome.reasons.push_back({world.t_s(), why.subject.value, why.cause, std::string(text_of(why.sentence))});
-      }
-    }
-    if (snapshots) {
-      if (pipeline.fit()) static_cast<void>(snapshots->learn(*pipeline.fit()));
-      if (const Status written = snapshots->write(snapshot); !written) return written.error();
-    }
-    if (!offline) {
-      judge({world.t_s(), world.truth()}, snapshot);
-      continue;
-    }
-    if (const Status kept = offline->add(pipeline.set()); !kept) return kept.error();
-    truths.push_back({world.t_s(), world.truth()});
+  while (outcome.sets < sets) {
+    if (const Status stepped = run.step(); !stepped) return stepped.error();
   }
-  if (offline) {
-    if (const Status tracked = offline->finish([](double) {}); !tracked) return tracked.error();
-    for (std::size_t i = 0; i < truths.size(); ++i) {
-      const Result<Snapshot> snapshot = offline->snapshot(i);
-      if (!snapshot) return snapshot.error();
-      judge(truths[i], *snapshot);
-    }
-  }
-  if (snapshots) {
-    if (const Status finished = snapshots->finish(); !finished) return finished.error();
-  }
-  outcome.labels = labels.finish();
-  outcome.bones = bones.counts();
-  outcome.each_bone = bones.bones();
-  outcome.timelines = labels.timelines();
-  outcome.errors = bones.errors();
-  outcome.wrong = labels.wrong_events();
-  outcome.mot = labels.mot();
-  outcome.unlabelled = labels.unlabelled();
-  outcome.ghosts = labels.ghosts();
+  if (const Status finished = run.finish(); !finished) return finished.error();
   return outcome;
 }
 
