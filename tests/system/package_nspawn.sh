@@ -22,6 +22,14 @@ lines_of() { if [ -e "$1" ]; then wc -l <"$1"; else echo 0; fi; }
 is_longer() { [ "$(lines_of "$1")" -gt "$2" ]; }
 state=/var/lib/private/mocapd
 
+# Whether the unit runs, and its log says so: a system call that the unit forbids would end the program at its start.
+unit_says() {  # UNIT TEXT
+  systemctl start "$1"
+  within_s 60 journal_has "$1" "$2"
+}
+journal_has() { journalctl --unit "$1" --output cat | grep -q -- "$2"; }
+page_is_ready() { python3 -c 'import urllib.request as web; web.urlopen("http://127.0.0.1:5580/readyz", timeout=5)' 2>/dev/null; }
+
 check_install() {
   expect "apt installs the packages" apt install /packages/1/*.deb
   expect "one sentence says what to edit" said 'edit /etc/mocapd/mocapd.toml'
@@ -30,6 +38,11 @@ check_install() {
   expect "and starts at boot" systemctl --quiet is-enabled mocapd
   expect "the actor of the synthetic cameras is tracked" within_s 30 tracked
   expect "the feed arrives" mocap-watch --seconds 20 --frames 10 --summary /dev/null
+  expect "the page is not started unasked" not systemctl --quiet is-active mocap-web
+  expect "the unit of the page runs" unit_says mocap-web 'http://127.0.0.1:5580'
+  expect "and has the feed" within_s 60 page_is_ready
+  expect "the unit of a bridge runs and has the feed" unit_says mocap-bridge@natnet 'all is well'
+  systemctl stop mocap-web mocap-bridge@natnet
   expect "sysctl and udev have the files of the cameras" ls /usr/lib/sysctl.d/60-mocapd.conf /lib/udev/rules.d/60-mocapd.rules
 }
 

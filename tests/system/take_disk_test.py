@@ -1,5 +1,6 @@
-"""Takes on a disk that is full, slow, read-only or gone: the take ends cleanly, the operator is told once, the feed loses no set.
-Runs in its own network namespace; a test that needs the rights of root is skipped without them."""
+"""Takes on a disk that is full, slow or read-only, and in a folder that is removed. The take ends with a whole file, the
+operator gets one message, and the feed loses no set. Runs in its own network namespace; a test that needs the rights of root is
+skipped without them."""
 
 import os
 import pathlib
