@@ -12,8 +12,8 @@
 #include "base/expects.h"
 #include "fuzz/fuzz_arguments.h"
 #include "web/api.h"
+#include "web/feed/page_message.h"
 #include "web/http/server.h"
-#include "web/page_message.h"
 #include "web/query.h"
 
 // Fuzzes what a hostile browser reaches: HTTP requests and WebSocket frames, over a real socket to a real server, and

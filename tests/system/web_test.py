@@ -182,7 +182,7 @@ class Monitoring(WithFakeFeed):
         used = set()
         for name in ("mocap.rules.yml", "mocap.rules_test.yml", "grafana.json"):
             used |= set(re.findall(r"\bmocap_[a-z0-9_]+\b", (self.FOLDER / name).read_text()))
-        table = (SOURCE / "tools/web/metric_table.cpp").read_text() + (SOURCE / "tools/web/metrics.cpp").read_text()
+        table = (SOURCE / "tools/web/metrics/metric_table.cpp").read_text() + (SOURCE / "tools/web/metrics/metrics.cpp").read_text()
 
         self.assertEqual({name for name in used if f'"{name}"' not in table}, set())
         self.assertGreater(len(used), 20)

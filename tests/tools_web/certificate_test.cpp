@@ -1,4 +1,4 @@
-#include "web/certificate.h"
+#include "web/access/certificate.h"
 
 #include <gmock/gmock.h>
 #include <openssl/pem.h>

@@ -1,4 +1,4 @@
-#include "web/export_process.h"
+#include "web/takes/export_process.h"
 
 #include <gmock/gmock.h>
 

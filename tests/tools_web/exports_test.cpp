@@ -1,4 +1,4 @@
-#include "web/exports.h"
+#include "web/takes/exports.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "web/feed_reader.h"
+#include "web/feed/feed_reader.h"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "web/file_stream.h"
+#include "web/takes/file_stream.h"
 
 #include <gmock/gmock.h>
 

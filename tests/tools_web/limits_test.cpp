@@ -2,8 +2,8 @@
 
 #include <string>
 
+#include "web/feed/topics.h"
 #include "web/token_bucket.h"
-#include "web/topics.h"
 
 namespace mocap::web {
 namespace limits_test {

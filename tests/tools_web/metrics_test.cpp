@@ -1,4 +1,4 @@
-#include "web/metrics.h"
+#include "web/metrics/metrics.h"
 
 #include <gmock/gmock.h>
 #include <google/protobuf/descriptor.h>
@@ -8,7 +8,7 @@
 #include <set>
 #include <sstream>
 
-#include "web/metric_table.h"
+#include "web/metrics/metric_table.h"
 
 namespace mocap::web {
 namespace metrics_test {

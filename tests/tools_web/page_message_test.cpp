@@ -1,4 +1,4 @@
-#include "web/page_message.h"
+#include "web/feed/page_message.h"
 
 #include <gmock/gmock.h>
 

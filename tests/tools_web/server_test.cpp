@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "support/temporary_folder.h"
-#include "web/certificate.h"
+#include "web/access/certificate.h"
 
 namespace mocap::web {
 namespace server_test {

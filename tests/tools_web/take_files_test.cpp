@@ -1,4 +1,4 @@
-#include "web/take_files.h"
+#include "web/takes/take_files.h"
 
 #include <gmock/gmock.h>
 

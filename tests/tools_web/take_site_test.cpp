@@ -1,4 +1,4 @@
-#include "web/take_site.h"
+#include "web/takes/take_site.h"
 
 #include <gmock/gmock.h>
 

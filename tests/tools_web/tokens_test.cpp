@@ -1,4 +1,4 @@
-#include "web/tokens.h"
+#include "web/access/tokens.h"
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>

@@ -1,4 +1,4 @@
-#include "web/viewer.h"
+#include "web/feed/viewer.h"
 
 #include <gmock/gmock.h>
 

@@ -10,9 +10,9 @@
 #include "base/exit_codes.h"
 #include "lib/cli/app.h"
 #include "lib/cli/key_options.h"
-#include "web/certificate.h"
+#include "web/access/certificate.h"
+#include "web/access/tokens.h"
 #include "web/http/server.h"
-#include "web/tokens.h"
 
 namespace {
 

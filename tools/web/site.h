@@ -3,15 +3,15 @@
 #include <functional>
 #include <string>
 
-#include "web/access.h"
+#include "web/access/access.h"
 #include "web/api.h"
 #include "web/control_worker.h"
+#include "web/feed/hub.h"
+#include "web/feed/page_message.h"
 #include "web/http_message.h"
-#include "web/hub.h"
-#include "web/metrics.h"
-#include "web/page_message.h"
+#include "web/metrics/metrics.h"
 #include "web/preflight_site.h"
-#include "web/take_site.h"
+#include "web/takes/take_site.h"
 
 namespace mocap::web {
 

@@ -1,4 +1,4 @@
-#include "web/access.h"
+#include "web/access/access.h"
 
 #include <arpa/inet.h>
 

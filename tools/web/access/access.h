@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "base/result.h"
+#include "web/access/tokens.h"
 #include "web/http_message.h"
-#include "web/tokens.h"
 #include "wire/role.h"
 
 namespace mocap::web {

@@ -1,4 +1,4 @@
-#include "web/certificate.h"
+#include "web/access/certificate.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -15,7 +15,7 @@
 #include <cstring>
 #include <memory>
 
-#include "web/access.h"
+#include "web/access/access.h"
 
 namespace mocap::web {
 namespace {

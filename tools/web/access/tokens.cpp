@@ -1,4 +1,4 @@
-#include "web/tokens.h"
+#include "web/access/tokens.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

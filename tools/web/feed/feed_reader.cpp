@@ -1,9 +1,9 @@
-#include "web/feed_reader.h"
+#include "web/feed/feed_reader.h"
 
 #include <chrono>
 #include <utility>
 
-#include "web/topics.h"
+#include "web/feed/topics.h"
 
 namespace mocap::web {
 namespace {

@@ -1,4 +1,4 @@
-#include "web/hub.h"
+#include "web/feed/hub.h"
 
 #include <fmt/format.h>
 

@@ -10,7 +10,7 @@
 #include "base/time.h"
 #include "mocap/v1/description.pb.h"
 #include "mocap/v1/health.pb.h"
-#include "web/viewer.h"
+#include "web/feed/viewer.h"
 #include "wire/client_link.h"
 #include "wire/zmq_subscriber.h"
 

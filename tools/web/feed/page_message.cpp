@@ -1,10 +1,10 @@
-#include "web/page_message.h"
+#include "web/feed/page_message.h"
 
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
 
-#include "web/topics.h"
+#include "web/feed/topics.h"
 
 namespace mocap::web {
 namespace {

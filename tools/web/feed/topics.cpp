@@ -1,4 +1,4 @@
-#include "web/topics.h"
+#include "web/feed/topics.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
-#include "web/viewer.h"
+#include "web/feed/viewer.h"
 
 #include "base/expects.h"
-#include "web/topics.h"
+#include "web/feed/topics.h"
 
 namespace mocap::web {
 namespace {

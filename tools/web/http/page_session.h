@@ -10,11 +10,11 @@
 #include <string>
 #include <utility>
 
+#include "web/feed/page_message.h"
+#include "web/feed/viewer.h"
 #include "web/http/any_stream.h"
 #include "web/http/shared.h"
-#include "web/page_message.h"
 #include "web/token_bucket.h"
-#include "web/viewer.h"
 
 namespace mocap::web {
 

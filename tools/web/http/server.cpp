@@ -10,7 +10,7 @@
 #include <set>
 #include <utility>
 
-#include "web/feed_reader.h"
+#include "web/feed/feed_reader.h"
 #include "web/http/any_stream.h"
 #include "web/http/http_session.h"
 #include "web/site.h"

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "web/access.h"
+#include "web/access/access.h"
 #include "wire/curve_keys.h"
 
 namespace mocap::web {

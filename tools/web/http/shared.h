@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "web/hub.h"
+#include "web/feed/hub.h"
 #include "web/site.h"
 
 // Only http/server.cpp includes the headers of this folder that have sessions (decision 0002).

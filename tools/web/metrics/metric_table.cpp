@@ -1,4 +1,4 @@
-#include "web/metric_table.h"
+#include "web/metrics/metric_table.h"
 
 namespace mocap::web {
 namespace {

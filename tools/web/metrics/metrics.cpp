@@ -1,4 +1,4 @@
-#include "web/metrics.h"
+#include "web/metrics/metrics.h"
 
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/expects.h"
-#include "web/metric_table.h"
+#include "web/metrics/metric_table.h"
 
 namespace mocap::web {
 namespace {

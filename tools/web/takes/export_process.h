@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "web/file_stream.h"
+#include "web/takes/file_stream.h"
 
 namespace mocap::web {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "web/export_process.h"
+#include "web/takes/export_process.h"
 #include "web/worker.h"
 
 namespace mocap::web {

@@ -1,4 +1,4 @@
-#include "web/file_stream.h"
+#include "web/takes/file_stream.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-#include "web/take_site.h"
+#include "web/takes/take_site.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "web/query.h"
-#include "web/take_files.h"
+#include "web/takes/take_files.h"
 
 namespace mocap::web {
 namespace {

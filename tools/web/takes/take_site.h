@@ -8,8 +8,8 @@
 #include <string>
 #include <string_view>
 
-#include "web/exports.h"
 #include "web/http_message.h"
+#include "web/takes/exports.h"
 #include "web/worker.h"
 
 namespace mocap::web {
