@@ -55,7 +55,6 @@ void FeedReader::follow_topics() {
   std::vector<std::string> topics;
   {
     const std::lock_guard lock(mutex_);
-    link_ = subscriber_->link();
     if (!std::exchange(topics_changed_, false)) return;
     topics = wanted_;
   }
@@ -64,9 +63,10 @@ void FeedReader::follow_topics() {
 
 bool FeedReader::receive(Duration patience) {
   Result<wire::FeedMessage> message = subscriber_->next(patience);
+  const std::lock_guard lock(mutex_);
+  link_ = subscriber_->link();
   if (!message) return message.error().code == ErrorCode::InvalidArgument;
   if (message->topic.size() > kMaxTopic_bytes) return true;
-  const std::lock_guard lock(mutex_);
   if (!is_queued(message->topic)) {
     newest_[message->topic] = std::move(message->payload);
     return true;
