@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "export/c3d_parameters.h"
-#include "export/in_axes.h"
+#include "export/clip/in_axes.h"
 #include "export/labels.h"
 #include "model/timecode.h"
 

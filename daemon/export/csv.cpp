@@ -7,8 +7,8 @@
 #include <iterator>
 #include <vector>
 
-#include "export/clip_timecode.h"
-#include "export/in_axes.h"
+#include "export/clip/clip_timecode.h"
+#include "export/clip/in_axes.h"
 #include "export/labels.h"
 #include "model/timecode.h"
 

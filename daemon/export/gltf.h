@@ -4,7 +4,7 @@
 
 #include "base/result.h"
 #include "export/bone_names.h"
-#include "export/clip.h"
+#include "export/clip/clip.h"
 
 namespace mocap::exports {
 

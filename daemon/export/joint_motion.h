@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "export/clip.h"
+#include "export/clip/clip.h"
 #include "export/skinned_skeleton.h"
 #include "model/transform.h"
 

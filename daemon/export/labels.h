@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "export/clip.h"
+#include "export/clip/clip.h"
 
 namespace mocap::exports {
 

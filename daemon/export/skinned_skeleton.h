@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "export/bone_names.h"
-#include "export/clip.h"
-#include "export/in_axes.h"
+#include "export/clip/clip.h"
+#include "export/clip/in_axes.h"
 
 namespace mocap::exports {
 

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <vector>
 
-#include "export/in_axes.h"
+#include "export/clip/in_axes.h"
 #include "export/labels.h"
 
 namespace mocap::exports {

@@ -23,7 +23,7 @@
 #include "settings/subject/kept_subject.h"
 #include "solve/refine_settings.h"
 #include "solve/solve_settings.h"
-#include "take/record_settings.h"
+#include "take/recordings/record_settings.h"
 #include "take/takes_settings.h"
 #include "timecode/timecode_settings.h"
 #include "track2d/track_blobs_settings.h"

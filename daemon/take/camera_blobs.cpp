@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "take/blob_format.h"
+#include "take/recordings/blob_format.h"
 
 namespace mocap::take {
 

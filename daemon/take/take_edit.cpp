@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "take/output_file.h"
+#include "take/recordings/output_file.h"
 #include "take/take_reader.h"
 
 namespace mocap::take {

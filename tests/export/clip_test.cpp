@@ -1,10 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "export/clip_builder.h"
-#include "export/clip_timecode.h"
-#include "export/edit_clip.h"
-#include "export/rates.h"
+#include "export/clip/clip_builder.h"
+#include "export/clip/clip_timecode.h"
+#include "export/clip/edit_clip.h"
+#include "export/clip/rates.h"
 #include "export/sample_clip.h"
 #include "model/timecode.h"
 

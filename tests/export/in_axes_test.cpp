@@ -1,4 +1,4 @@
-#include "export/in_axes.h"
+#include "export/clip/in_axes.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "export/clip.h"
+#include "export/clip/clip.h"
 
 namespace mocap::exports::test {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "export/clip.h"
+#include "export/clip/clip.h"
 
 namespace mocap::exports::testing {
 

@@ -1,4 +1,4 @@
-#include "take/blob_recording.h"
+#include "take/recordings/blob_recording.h"
 
 #include <gmock/gmock.h>
 

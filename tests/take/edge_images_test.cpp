@@ -1,4 +1,4 @@
-#include "take/edge_images.h"
+#include "take/recorder/edge_images.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "take/record_settings.h"
+#include "take/recordings/record_settings.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "take/snapshot_reader.h"
+#include "take/recordings/snapshot_reader.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 
 #include "support/temporary_folder.h"
 #include "take/example_take.h"
-#include "take/snapshot_writer.h"
+#include "take/recordings/snapshot_writer.h"
 #include "wire/random_model.h"
 #include "wire/sample_description.h"
 

@@ -1,4 +1,4 @@
-#include "take/snapshot_writer.h"
+#include "take/recordings/snapshot_writer.h"
 
 #include <fmt/core.h>
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-#include "take/take_buffer.h"
+#include "take/recorder/take_buffer.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "take/take_folder.h"
+#include "take/recorder/take_folder.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

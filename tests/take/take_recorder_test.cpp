@@ -1,4 +1,4 @@
-#include "take/take_recorder.h"
+#include "take/recorder/take_recorder.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "take/waiting_start.h"
+#include "take/recorder/waiting_start.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

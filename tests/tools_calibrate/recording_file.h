@@ -4,7 +4,7 @@
 
 #include "calibration/wand/wand_recording.h"
 #include "model/camera_model.h"
-#include "take/blob_recording.h"
+#include "take/recordings/blob_recording.h"
 
 namespace mocap::calibrate::testing {
 

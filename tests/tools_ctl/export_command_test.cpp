@@ -15,7 +15,7 @@
 #include "support/shell.h"
 #include "support/temporary_folder.h"
 #include "take/example_take.h"
-#include "take/snapshot_writer.h"
+#include "take/recordings/snapshot_writer.h"
 
 namespace mocap::ctl {
 namespace export_command_test {

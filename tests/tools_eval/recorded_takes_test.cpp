@@ -13,7 +13,7 @@
 #include "settings/rig/rig_file.h"
 #include "settings/subject/marker_set_file.h"
 #include "support/places.h"
-#include "take/blob_recording.h"
+#include "take/recordings/blob_recording.h"
 
 namespace mocap::eval {
 namespace recorded_takes_test {

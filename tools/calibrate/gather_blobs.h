@@ -8,7 +8,7 @@
 #include "lib/cli/app.h"
 #include "model/camera_model.h"
 #include "settings/daemon_settings.h"
-#include "take/blob_recording.h"
+#include "take/recordings/blob_recording.h"
 
 namespace mocap::calibrate {
 

@@ -5,7 +5,7 @@
 
 #include "model/camera_model.h"
 #include "model/sighting.h"
-#include "take/blob_recording.h"
+#include "take/recordings/blob_recording.h"
 
 namespace mocap::calibrate {
 

@@ -7,7 +7,7 @@
 #include "calibrate/terminal.h"
 #include "calibration/rig/repair_rig.h"
 #include "model/camera_model.h"
-#include "take/blob_recording.h"
+#include "take/recordings/blob_recording.h"
 
 namespace mocap::calibrate {
 

@@ -6,7 +6,7 @@
 #include "base/time.h"
 #include "drift/drift_watch.h"
 #include "model/camera_model.h"
-#include "take/blob_recording.h"
+#include "take/recordings/blob_recording.h"
 
 namespace mocap::calibrate {
 

@@ -21,7 +21,7 @@
 #include "lib/rigcheck/recorded_spots.h"
 #include "settings/daemon_settings.h"
 #include "settings/rig/rig_file.h"
-#include "take/blob_recording.h"
+#include "take/recordings/blob_recording.h"
 
 namespace mocap::ctl {
 namespace {

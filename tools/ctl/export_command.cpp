@@ -16,9 +16,9 @@
 #include "base/exit_codes.h"
 #include "ctl/export_formats.h"
 #include "ctl/new_file.h"
-#include "export/clip_from.h"
-#include "export/edit_clip.h"
-#include "export/rates.h"
+#include "export/clip/clip_from.h"
+#include "export/clip/edit_clip.h"
+#include "export/clip/rates.h"
 
 namespace mocap::ctl {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "export/clip.h"
+#include "export/clip/clip.h"
 #include "export/sink.h"
 #include "export/write_options.h"
 

@@ -10,7 +10,7 @@
 
 #include "base/time.h"
 #include "model/blob_use.h"
-#include "take/shot_list.h"
+#include "take/recorder/shot_list.h"
 #include "wire/codec/encode_numbers.h"
 
 namespace mocap::ctl {

@@ -16,7 +16,7 @@
 #include "mocap/v1/control.pb.h"
 #include "settings/shipped_files.h"
 #include "settings/subject/subject_file.h"
-#include "take/shot_list.h"
+#include "take/recorder/shot_list.h"
 #include "wire/codec/control_codec.h"
 #include "wire/zmq_control.h"
 

@@ -13,7 +13,7 @@
 #include "lib/simworld/recognition.h"
 #include "lib/simworld/scene_world.h"
 #include "settings/rig/rig_file.h"
-#include "take/snapshot_writer.h"
+#include "take/recordings/snapshot_writer.h"
 
 namespace mocap::eval {
 namespace {

@@ -14,7 +14,7 @@
 #include "take/mcap/compression.h"
 #include "take/mcap/records.h"
 #include "take/mcap/summary.h"
-#include "take/output_file.h"
+#include "take/recordings/output_file.h"
 
 namespace mocap::take::mcap {
 

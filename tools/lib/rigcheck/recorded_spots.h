@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "calibration/wand/wand_recording.h"
-#include "take/blob_recording.h"
+#include "take/recordings/blob_recording.h"
 
 namespace mocap::rigcheck {
 

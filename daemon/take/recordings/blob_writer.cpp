@@ -1,9 +1,9 @@
 #include <fmt/core.h>
 
 #include "mocap/v1/blobs.pb.h"
-#include "take/blob_format.h"
-#include "take/blob_recording.h"
-#include "take/output_file.h"
+#include "take/recordings/blob_format.h"
+#include "take/recordings/blob_recording.h"
+#include "take/recordings/output_file.h"
 
 namespace mocap::take {
 namespace {

@@ -1,4 +1,4 @@
-#include "export/clip_builder.h"
+#include "export/clip/clip_builder.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <utility>
 
-#include "export/clip_timecode.h"
-#include "export/rates.h"
+#include "export/clip/clip_timecode.h"
+#include "export/clip/rates.h"
 
 namespace mocap::exports {
 namespace {

@@ -1,4 +1,4 @@
-#include "export/interpolation.h"
+#include "export/clip/interpolation.h"
 
 #include <algorithm>
 

@@ -12,8 +12,8 @@
 #include "model/description.h"
 #include "model/take_order.h"
 #include "model/timecode.h"
-#include "take/edge_images.h"
-#include "take/take_buffer.h"
+#include "take/recorder/edge_images.h"
+#include "take/recorder/take_buffer.h"
 #include "take/take_quality.h"
 #include "take/take_writer.h"
 

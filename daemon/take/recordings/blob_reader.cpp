@@ -10,8 +10,8 @@
 #include <optional>
 
 #include "mocap/v1/blobs.pb.h"
-#include "take/blob_format.h"
-#include "take/blob_recording.h"
+#include "take/recordings/blob_format.h"
+#include "take/recordings/blob_recording.h"
 
 namespace mocap::take {
 namespace {

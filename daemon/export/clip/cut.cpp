@@ -1,4 +1,4 @@
-#include "export/edit_clip.h"
+#include "export/clip/edit_clip.h"
 
 #include <fmt/core.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "export/clip_timecode.h"
+#include "export/clip/clip_timecode.h"
 #include "model/timecode.h"
 
 namespace mocap::exports {

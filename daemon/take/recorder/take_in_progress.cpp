@@ -1,4 +1,4 @@
-#include "take/take_in_progress.h"
+#include "take/recorder/take_in_progress.h"
 
 #include <fmt/format.h>
 

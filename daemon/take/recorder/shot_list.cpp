@@ -1,4 +1,4 @@
-#include "take/shot_list.h"
+#include "take/recorder/shot_list.h"
 
 #include <fmt/format.h>
 

@@ -8,7 +8,7 @@
 
 #include "base/result.h"
 #include "base/time.h"
-#include "export/clip.h"
+#include "export/clip/clip.h"
 #include "model/description.h"
 #include "model/snapshot.h"
 

@@ -1,4 +1,4 @@
-#include "export/rates.h"
+#include "export/clip/rates.h"
 
 #include <cmath>
 #include <cstdio>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "export/clip.h"
+#include "export/clip/clip.h"
 
 namespace mocap::exports {
 

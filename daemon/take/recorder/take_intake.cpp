@@ -1,9 +1,9 @@
-#include "take/take_intake.h"
+#include "take/recorder/take_intake.h"
 
 #include <algorithm>
 
 #include "take/camera_blobs.h"
-#include "take/edge_images.h"
+#include "take/recorder/edge_images.h"
 #include "wire/codec/encode.h"
 
 namespace mocap::take {

@@ -1,4 +1,4 @@
-#include "take/output_file.h"
+#include "take/recordings/output_file.h"
 
 #include <fcntl.h>
 #include <fmt/core.h>

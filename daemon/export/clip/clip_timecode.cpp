@@ -1,4 +1,4 @@
-#include "export/clip_timecode.h"
+#include "export/clip/clip_timecode.h"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "take/take_recorder.h"
+#include "take/recorder/take_recorder.h"
 
 #include <fmt/format.h>
 
@@ -9,11 +9,11 @@
 #include "base/log.h"
 #include "mocap/v1/event.pb.h"
 #include "model/search_health.h"
-#include "take/shot_list.h"
-#include "take/take_folder.h"
-#include "take/take_in_progress.h"
-#include "take/take_intake.h"
-#include "take/waiting_start.h"
+#include "take/recorder/shot_list.h"
+#include "take/recorder/take_folder.h"
+#include "take/recorder/take_in_progress.h"
+#include "take/recorder/take_intake.h"
+#include "take/recorder/waiting_start.h"
 #include "wire/codec/utf8.h"
 
 namespace mocap::take {

@@ -1,10 +1,10 @@
-#include "take/snapshot_writer.h"
+#include "take/recordings/snapshot_writer.h"
 
 #include <fmt/core.h>
 
 #include <deque>
 
-#include "take/output_file.h"
+#include "take/recordings/output_file.h"
 #include "wire/codec/encode.h"
 #include "wire/codec/json.h"
 

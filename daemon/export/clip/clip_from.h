@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "export/clip.h"
-#include "export/clip_builder.h"
-#include "take/snapshot_reader.h"
+#include "export/clip/clip.h"
+#include "export/clip/clip_builder.h"
+#include "take/recordings/snapshot_reader.h"
 
 namespace mocap::exports {
 

@@ -1,4 +1,4 @@
-#include "take/take_folder.h"
+#include "take/recorder/take_folder.h"
 
 #include <fmt/format.h>
 #include <sys/stat.h>

@@ -8,7 +8,7 @@
 
 #include "base/time.h"
 #include "mocap/v1/snapshot.pb.h"
-#include "take/take_buffer.h"
+#include "take/recorder/take_buffer.h"
 
 namespace mocap::take {
 

@@ -1,4 +1,4 @@
-#include "export/clip_from.h"
+#include "export/clip/clip_from.h"
 
 namespace mocap::exports {
 namespace {

@@ -16,7 +16,7 @@
 #include "model/health.h"
 #include "model/snapshot.h"
 #include "model/take_file.h"
-#include "take/take_buffer.h"
+#include "take/recorder/take_buffer.h"
 #include "take/takes_settings.h"
 #include "wire/event_watch.h"
 

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "base/result.h"
-#include "export/clip.h"
+#include "export/clip/clip.h"
 
 namespace mocap::exports {
 

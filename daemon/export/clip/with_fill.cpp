@@ -1,9 +1,9 @@
-#include "export/edit_clip.h"
+#include "export/clip/edit_clip.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "export/interpolation.h"
+#include "export/clip/interpolation.h"
 
 namespace mocap::exports {
 namespace {

@@ -1,4 +1,4 @@
-#include "take/snapshot_reader.h"
+#include "take/recordings/snapshot_reader.h"
 
 #include <fmt/core.h>
 #include <google/protobuf/io/zero_copy_stream_impl.h>
